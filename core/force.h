@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/core/block_matrix.h>
+#include <selvedge/core/cloth_mesh.h>
+#include <selvedge/core/particles.h>
+
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace selvedge {
+
+/// Positions and velocities at which forces are evaluated.
+struct ForceState {
+  std::span<const Vec3> x, v;
+  std::span<const double> mass;
+  double time = 0.0;   ///< s
+};
+
+/// A force on particles. Deterministic for any number of threads.
+class Force {
+ public:
+  virtual ~Force() = default;
+
+  /// f += force in newtons at (x, v).
+  virtual void add_force(const ForceState& state, std::span<Vec3> f) const = 0;
+  /// Potential energy in joules; 0 for a force that has none.
+  virtual double energy(const ForceState& state) const = 0;
+  /// The pairs (i, j), i != j, whose Jacobian blocks are not always zero.
+  virtual void add_links(std::vector<Edge>& links) const = 0;
+  /// Learns where its blocks lie in `matrix`. Called once before add_jacobian.
+  virtual void bind(const BlockMatrix& matrix) = 0;
+  /// a += -h ∂f/∂v - h² ∂f/∂x, where the indefinite part of ∂f/∂x is dropped so that the sum stays
+  /// positive semidefinite.
+  virtual void add_jacobian(const ForceState& state, double h, BlockMatrix& a) const = 0;
+  /// Upper bound of the largest eigenvalue of -∂f/∂x seen by each particle (Gershgorin row sum,
+  /// N/m), added to `row_sum`; for the step bound of explicit integrators.
+  virtual void add_stiffness_bound(std::span<double> row_sum) const = 0;
+};
+
+/// Stretch and shear springs after Hooke, with damping on the relative velocity along the spring.
+/// f_a = (k (L-L0) + k·damping·dL/dt) (x_b - x_a)/L. [survey eq. 2, 8]
+std::unique_ptr<Force> make_hooke_force(std::span<const Spring> springs, double damping,
+                                        std::size_t particles);
+/// Bending between two triangles after [Bridson2003], with stiffness at zero curvature.
+std::unique_ptr<Force> make_bending_force(std::span<const Hinge> hinges, double damping,
+                                          std::size_t particles);
+/// f = m·g. [survey eq. 6]
+std::unique_ptr<Force> make_gravity(const Vec3& acceleration);
+
+struct AirConfig {
+  Vec3 wind = Vec3::Zero();     ///< m/s, air velocity
+  double normal_drag = 0.0;     ///< N·s/m³ per area: f = C A [n·(wind - v)] n per triangle [survey eq. 9, sign mended]
+  double viscous_drag = 0.0;    ///< N·s/m³ per area: f = C A (wind - v) per vertex [survey eq. 7]
+};
+/// Air drag and wind on the triangles of the surface.
+std::unique_ptr<Force> make_air_force(const AirConfig& config, std::span<const Triangle> triangles,
+                                      std::span<const double> rest_areas, std::size_t particles);
+
+}  // namespace selvedge

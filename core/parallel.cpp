@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/core/parallel.h>
+
+#include <algorithm>
+#include <vector>
+
+#ifdef SELVEDGE_USE_TBB
+#include <tbb/global_control.h>
+#include <tbb/info.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
+#endif
+
+namespace selvedge {
+namespace {
+
+std::size_t range_count(std::size_t n, std::size_t grain) {
+  return (n + std::max<std::size_t>(grain, 1) - 1) / std::max<std::size_t>(grain, 1);
+}
+
+}  // namespace
+
+void parallel_for(std::size_t n, std::size_t grain,
+                  FunctionRef<void(std::size_t, std::size_t)> body) {
+  grain = std::max<std::size_t>(grain, 1);
+  const std::size_t ranges = range_count(n, grain);
+  const auto run = [&](std::size_t r) { body(r * grain, std::min(n, (r + 1) * grain)); };
+#ifdef SELVEDGE_USE_TBB
+  if (ranges > 1) {
+    tbb::parallel_for(std::size_t{0}, ranges, run);
+    return;
+  }
+#endif
+  for (std::size_t r = 0; r < ranges; ++r) run(r);
+}
+
+double parallel_sum(std::size_t n, std::size_t grain,
+                    FunctionRef<double(std::size_t, std::size_t)> body) {
+  grain = std::max<std::size_t>(grain, 1);
+  std::vector<double> partial(range_count(n, grain), 0.0);
+  parallel_for(n, grain,
+               [&](std::size_t begin, std::size_t end) { partial[begin / grain] = body(begin, end); });
+  double sum = 0.0;
+  for (const double p : partial) sum += p;
+  return sum;
+}
+
+#ifdef SELVEDGE_USE_TBB
+
+void parallel_invoke(FunctionRef<void()> a, FunctionRef<void()> b) { tbb::parallel_invoke(a, b); }
+
+int thread_count() {
+  return static_cast<int>(
+      tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
+}
+
+struct ThreadLimit::State {
+  tbb::global_control control;
+};
+
+ThreadLimit::ThreadLimit(int threads)
+    : state_(new State{{tbb::global_control::max_allowed_parallelism,
+                        static_cast<std::size_t>(threads > 0 ? threads
+                                                             : tbb::info::default_concurrency())}}) {}
+
+#else
+
+void parallel_invoke(FunctionRef<void()> a, FunctionRef<void()> b) {
+  a();
+  b();
+}
+
+int thread_count() { return 1; }
+
+struct ThreadLimit::State {};
+
+ThreadLimit::ThreadLimit(int) : state_(new State) {}
+
+#endif
+
+ThreadLimit::~ThreadLimit() = default;
+
+}  // namespace selvedge

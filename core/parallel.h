@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <type_traits>
+#include <utility>
+
+namespace selvedge {
+
+/// A non-owning reference to a callable: no allocation, valid as long as the callable lives.
+template <class Signature>
+class FunctionRef;
+
+template <class R, class... Args>
+class FunctionRef<R(Args...)> {
+ public:
+  template <class F>
+    requires(!std::is_same_v<std::remove_cvref_t<F>, FunctionRef> &&
+             std::is_invocable_r_v<R, F&, Args...>)
+  FunctionRef(F&& f)  // NOLINT: implicit on purpose, as std::function
+      : object_(const_cast<void*>(static_cast<const void*>(std::addressof(f)))),
+        call_([](void* object, Args... args) -> R {
+          return (*static_cast<std::remove_reference_t<F>*>(object))(std::forward<Args>(args)...);
+        }) {}
+
+  R operator()(Args... args) const { return call_(object_, std::forward<Args>(args)...); }
+
+ private:
+  void* object_;
+  R (*call_)(void*, Args...);
+};
+
+/// Calls body(begin, end) on disjoint ranges that cover [0, n). The ranges depend on n and grain
+/// alone, never on the number of threads, so that code which sums per range is deterministic.
+void parallel_for(std::size_t n, std::size_t grain,
+                  FunctionRef<void(std::size_t begin, std::size_t end)> body);
+
+/// Sum of body(begin, end) over fixed ranges of `grain`, added in range order: the same bits for
+/// any number of threads.
+double parallel_sum(std::size_t n, std::size_t grain,
+                    FunctionRef<double(std::size_t begin, std::size_t end)> body);
+
+/// Runs all given tasks, possibly at the same time, and returns when the last one is done.
+void parallel_invoke(FunctionRef<void()> a, FunctionRef<void()> b);
+
+/// Number of threads the library would use now.
+int thread_count();
+
+/// While alive, at most `threads` threads work (0: as many as the machine has).
+class ThreadLimit {
+ public:
+  explicit ThreadLimit(int threads);
+  ~ThreadLimit();
+  ThreadLimit(const ThreadLimit&) = delete;
+  ThreadLimit& operator=(const ThreadLimit&) = delete;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace selvedge

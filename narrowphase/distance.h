@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/core/collision_types.h>
+
+#include <vector>
+
+namespace selvedge {
+
+/// Closest points of two primitives: weights as in Contact, and the vector between the points.
+struct ClosestPoints {
+  std::array<double, 4> weight;  ///< signed, sum 0
+  Vec3 separation;               ///< first point minus second point, metres
+  double distance;               ///< metres
+};
+
+/// Closest point of the closed triangle (a, b, c) to p. Degenerate triangles are legal.
+ClosestPoints point_triangle_closest(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c);
+
+/// Closest points of the closed edges (a0, a1) and (b0, b1). Parallel and zero-length edges are
+/// legal; of parallel ones the middle of the overlap is returned.
+ClosestPoints edge_edge_closest(const Vec3& a0, const Vec3& a1, const Vec3& b0, const Vec3& b1);
+
+/// The pairs whose primitives are nearer than `reach` metres at t = 0, plus those whose distance,
+/// reduced by the approach along the connecting line over the step, falls below it. In pair order;
+/// toi is 0, gap the distance, normal the direction between the closest points (for a distance too
+/// small to give one: the triangle normal or the edges' cross product, from the side of t = 0).
+void find_proximities(const SurfaceView& a, const SurfaceView& b, const CandidatePairs& pairs,
+                      double reach, std::vector<Contact>& out);
+
+}  // namespace selvedge

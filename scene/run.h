@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/scene/simulation.h>
+
+#include <atomic>
+#include <filesystem>
+#include <functional>
+
+namespace selvedge {
+
+struct RunConfig {
+  std::filesystem::path out;               ///< result folder, made if missing
+  bool resume = false;                     ///< go on from checkpoint.ply in it
+  bool every_step = false;                 ///< also write every accepted state to steps/
+  const std::atomic<bool>* stop = nullptr; ///< when it becomes true the run ends after the frame in work
+  /// Called after every frame with its number and the seconds since the start of the run.
+  std::function<void(int frame, double seconds)> progress;
+};
+
+/// Runs a scene into a result folder (layout: output.h). Every frame and the checkpoint are written
+/// when the frame is done; a stopped or killed run loses at most the frame in work, and resumed goes
+/// on to the same bits. Throws std::invalid_argument for a scene that cannot start, std::runtime_error
+/// for a folder that cannot be written. A run that fails on its way writes result.json with
+/// clean = false or `stopped` set, and throws SimulationFailed.
+RunResult run_scene(const Scene& scene, const RunConfig& config);
+
+}  // namespace selvedge

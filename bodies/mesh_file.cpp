@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/bodies/detail/mesh_source.h>
+#include <selvedge/bodies/mesh_file.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <locale>
+#include <sstream>
+#include <stdexcept>
+#include <system_error>
+
+namespace selvedge {
+
+namespace detail {
+
+namespace {
+
+// A mesh of 2^28 double vertices, more than anybody drapes on; keeps a sparse file of terabytes
+// from filling the memory.
+constexpr std::uintmax_t max_file_size = std::uintmax_t{8} << 30;
+constexpr std::size_t max_quoted_length = 40;
+
+std::uintmax_t checked_size(const std::filesystem::path& file, const std::string& name) {
+  std::error_code error;
+  const auto status = std::filesystem::status(file, error);
+  if (status.type() == std::filesystem::file_type::not_found)
+    throw std::invalid_argument(name + ": no such file");
+  if (error) throw std::invalid_argument(name + ": cannot be opened: " + error.message());
+  if (status.type() == std::filesystem::file_type::directory)
+    throw std::invalid_argument(name + ": is a folder, not a mesh file");
+  if (status.type() != std::filesystem::file_type::regular)
+    throw std::invalid_argument(name + ": is not a regular file; save the mesh to a file first");
+  const std::uintmax_t size = std::filesystem::file_size(file, error);
+  if (error) throw std::invalid_argument(name + ": cannot be opened: " + error.message());
+  if (size == 0) throw std::invalid_argument(name + ": is empty; export the mesh again");
+  if (size > max_file_size)
+    throw std::invalid_argument(name + ": is larger than 8 GiB; reduce the mesh first");
+  return size;
+}
+
+std::string_view without_sign(std::string_view word) {
+  const bool plus = word.size() > 1 && word[0] == '+' && word[1] != '-';
+  return plus ? word.substr(1) : word;
+}
+
+// std::from_chars reports numbers too large and too small alike; this tells them apart. Rare.
+bool parse_extreme(std::string_view word, double& value) {
+  std::istringstream stream{std::string(word)};
+  stream.imbue(std::locale::classic());
+  stream >> value;
+  if (stream.fail()) value = std::copysign(HUGE_VAL, value);
+  return true;
+}
+
+}  // namespace
+
+MeshSource read_source(const std::filesystem::path& file) {
+  MeshSource source;
+  source.name = file.string();
+  const std::uintmax_t size = checked_size(file, source.name);
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream)
+    throw std::invalid_argument(source.name +
+                                ": cannot be opened for reading; check its permissions");
+  source.bytes.resize(size);
+  stream.read(source.bytes.data(), static_cast<std::streamsize>(size));
+  if (static_cast<std::uintmax_t>(stream.gcount()) != size)
+    throw std::invalid_argument(source.name + ": cannot be read to its end");
+  return source;
+}
+
+std::string lower_extension(const std::filesystem::path& file) {
+  std::string extension = file.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension;
+}
+
+void refuse(const MeshSource& source, const std::string& fault) {
+  throw std::invalid_argument(source.name + ": " + fault);
+}
+
+void refuse_line(const MeshSource& source, std::size_t line, const std::string& fault) {
+  refuse(source, "line " + std::to_string(line) + ": " + fault);
+}
+
+bool LineReader::next() {
+  const std::string_view all = source_->bytes;
+  if (at_ >= all.size()) return false;
+  const std::size_t end = std::min(all.find_first_of("\r\n", at_), all.size());
+  text_ = all.substr(at_, end - at_);
+  at_ = std::min(end + 1, all.size());
+  if (end + 1 < all.size() && all[end] == '\r' && all[end + 1] == '\n') ++at_;
+  ++line_;
+  return true;
+}
+
+bool LineReader::next_filled(char comment) {
+  while (next()) {
+    if (comment != 0) strip(comment);
+    std::string_view words = text_;
+    if (!take_word(words).empty()) return true;
+  }
+  return false;
+}
+
+std::string_view LineReader::take_word(std::string_view& words) {
+  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\v' || c == '\f'; };
+  std::size_t begin = 0;
+  while (begin < words.size() && blank(words[begin])) ++begin;
+  std::size_t end = begin;
+  while (end < words.size() && !blank(words[end])) ++end;
+  const std::string_view word = words.substr(begin, end - begin);
+  words.remove_prefix(end);
+  return word;
+}
+
+double LineReader::take_double(std::string_view& words, const char* what) const {
+  const std::string_view word = take_word(words);
+  if (word.empty())
+    refuse(std::string("the line ends before ") + what +
+           "; the file is damaged or cut short, export the mesh again");
+  double value = 0.0;
+  if (!parse_double(word, value))
+    refuse(in_quotes(word) + " stands where " + what + " should be, and is no number");
+  if (!std::isfinite(value))
+    refuse(std::string(what) + " is " + in_quotes(word) + ", which is not finite");
+  return value;
+}
+
+std::int64_t LineReader::take_integer(std::string_view& words, const char* what) const {
+  const std::string_view word = take_word(words);
+  if (word.empty())
+    refuse(std::string("the line ends before ") + what +
+           "; the file is damaged or cut short, export the mesh again");
+  std::int64_t value = 0;
+  if (!parse_integer(word, value))
+    refuse(in_quotes(word) + " stands where " + what + " should be, and is no integer");
+  return value;
+}
+
+bool parse_double(std::string_view word, double& value) {
+  word = without_sign(word);
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (end != word.data() + word.size()) return false;
+  if (error == std::errc::result_out_of_range) return parse_extreme(word, value);
+  return error == std::errc();
+}
+
+bool parse_integer(std::string_view word, std::int64_t& value) {
+  word = without_sign(word);
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  return error == std::errc() && end == word.data() + word.size();
+}
+
+std::string in_quotes(std::string_view word) {
+  std::string text = "'";
+  for (const char c : word.substr(0, max_quoted_length))
+    text += std::isprint(static_cast<unsigned char>(c)) ? c : '?';
+  return text + (word.size() > max_quoted_length ? "...'" : "'");
+}
+
+std::string count_of(std::size_t n, const char* thing) {
+  return std::to_string(n) + " " + thing + (n == 1 ? "" : "s");
+}
+
+void append_fan(std::span<const std::int32_t> polygon, std::vector<Triangle>& triangles) {
+  for (std::size_t k = 2; k < polygon.size(); ++k)
+    triangles.push_back({polygon[0], polygon[k - 1], polygon[k]});
+}
+
+void require_surface(const MeshSource& source, const TriangleMesh& mesh) {
+  if (mesh.vertices.empty()) refuse(source, "has no vertices; export the mesh again");
+  if (mesh.triangles.empty())
+    refuse(source, "has no faces; export the surface, not only its points");
+}
+
+namespace {
+
+TriangleMesh read_known(const MeshSource& source, const std::string& extension) {
+  if (extension == ".obj") return read_obj(source);
+  if (extension == ".off") return read_off(source);
+  return read_ply(source, nullptr);
+}
+
+}  // namespace
+
+}  // namespace detail
+
+TriangleMesh read_mesh(const std::filesystem::path& file) {
+  const std::string extension = detail::lower_extension(file);
+  if (extension != ".obj" && extension != ".off" && extension != ".ply") {
+    detail::read_source(file);  // a missing file or a folder is the better thing to hear about
+    throw std::invalid_argument(file.string() + ": " +
+                                (extension.empty()
+                                     ? "has no extension"
+                                     : "the extension '" + extension + "' is unknown here") +
+                                "; give an .obj, .ply or .off file");
+  }
+  const detail::MeshSource source = detail::read_source(file);
+  TriangleMesh mesh = detail::read_known(source, extension);
+  detail::require_surface(source, mesh);
+  return mesh;
+}
+
+TriangleMesh read_ply(const std::filesystem::path& file, std::vector<NamedValues>& extra) {
+  const detail::MeshSource source = detail::read_source(file);
+  TriangleMesh mesh = detail::read_ply(source, &extra);
+  detail::require_surface(source, mesh);
+  return mesh;
+}
+
+}  // namespace selvedge

@@ -11,25 +11,31 @@
 
 namespace selvedge {
 
+/// All writers but Pc2Writer go through a temporary file beside the target and a rename, and throw
+/// std::runtime_error with file and cause (full disk, no permission).
+
 /// What a run says of itself; written as result.json with these names.
 struct RunResult {
-  bool clean = true;                       ///< no accepted state and no path between two with an intersection
-  int frames = 0;                          ///< written, the start frame included
-  int steps = 0;                           ///< accepted
+  bool clean = true;  ///< no accepted state and no path between two with an intersection
+  int frames = 0;     ///< written, the start frame included
+  int steps = 0;      ///< accepted
   int halvings = 0, retried_steps = 0;
   double wall_s = 0.0;
-  std::map<std::string, double> phase_s;   ///< forces, solve, strain, broad_phase, narrow_phase, response, output
+  std::map<std::string, double>
+      phase_s;  ///< forces, solve, strain, broad_phase, narrow_phase, response, output
   int worst_self_intersections = 0, worst_body_intersections = 0;
   double max_penetration_m = 0.0;
-  double max_stretch = 0.0;                ///< largest (L-L0)/L0 of any edge spring in any accepted state
-  double strain_residual = 0.0;            ///< largest excess over the strain limit left in any accepted state
-  double final_max_speed = 0.0;            ///< m/s
+  double max_stretch = 0.0;  ///< largest (L-L0)/L0 of any edge spring in any accepted state
+  double strain_residual =
+      0.0;  ///< largest excess over the strain limit left in any accepted state
+  double final_max_speed = 0.0;  ///< m/s
   std::size_t peak_bytes = 0;
   std::string state_hash;                  ///< of all positions and velocities at the end
   std::string stopped;                     ///< "" or why the run ended early
   std::map<std::string, double> counters;  ///< e.g. solver iterations, contacts, zones
 };
 
+/// A number that is not finite is written as the string "nan", "inf" or "-inf", never as null.
 void write_result(const std::filesystem::path& file, const RunResult& result);
 
 /// Result folder layout:
@@ -40,16 +46,42 @@ void write_result(const std::filesystem::path& file, const RunResult& result);
 ///   steps/cloth_000000.ply, steps/bodies_000000.ply   with --every-step, one per accepted state
 ///   pictures/frame_00000.png
 ///   checkpoint.ply           full state, written with each frame
+///
+/// folder / stem_00042.extension; `digits` is the least number of digits.
 std::filesystem::path numbered(const std::filesystem::path& folder, const std::string& stem,
                                int number, int digits, const std::string& extension);
 
-/// ParaView: one .vtp (appended raw, double, per-point velocity) and the .pvd series that names all.
-void write_vtp(const std::filesystem::path& file, std::span<const Vec3> x,
-               std::span<const Vec3> v, std::span<const Triangle> triangles);
+/// ParaView: one .vtp (appended raw, double; per-point velocity unless `v` is empty) and the
+/// .pvd series that names all, relative to its own folder.
+void write_vtp(const std::filesystem::path& file, std::span<const Vec3> x, std::span<const Vec3> v,
+               std::span<const Triangle> triangles);
 void write_pvd(const std::filesystem::path& file, const std::vector<std::filesystem::path>& pieces,
                std::span<const double> times);
-/// Blender: .pc2 point cache of all frames (float) for the mesh-cache modifier of the base mesh.
-void write_pc2(const std::filesystem::path& file, const std::vector<std::vector<Vec3>>& frames,
-               double fps);
+
+/// Blender: .pc2 point cache (float) for the mesh-cache modifier of a base mesh with the same
+/// vertices. Frames go to the file as they come; the count in its header is raised after each, so
+/// that at any moment the file is a valid cache of the frames that are complete. Throws
+/// std::runtime_error with file and cause.
+class Pc2Writer {
+ public:
+  /// Starts a new file for frames of `points` vertices; sample i belongs to Blender's frame 1 + i.
+  Pc2Writer(const std::filesystem::path& file, std::size_t points);
+  /// Goes on with a file that has at least `frames_kept` frames and drops what follows them. Throws
+  /// std::invalid_argument when it is no cache of `points` vertices or has fewer frames.
+  Pc2Writer(const std::filesystem::path& file, std::size_t points, int frames_kept);
+  ~Pc2Writer();
+  Pc2Writer(const Pc2Writer&) = delete;
+  Pc2Writer& operator=(const Pc2Writer&) = delete;
+
+  /// Throws std::invalid_argument for a wrong number of points or one outside the range of float.
+  void append(std::span<const Vec3> x);
+  int frames() const { return frames_; }
+
+ private:
+  std::filesystem::path file_;
+  std::size_t points_ = 0;
+  int frames_ = 0;
+  int descriptor_ = -1;
+};
 
 }  // namespace selvedge

@@ -1,0 +1,65 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: MIT
+# drape.sh [SCENE.json]: installs what is missing, builds the program, drapes the cloth of the scene
+# (data/scenes/cloth_on_sphere.json), judges the result and says where the pictures are.
+# Ends with 0 only if nothing passed through anything.
+set -euo pipefail
+
+if [ $# -gt 1 ] || [[ "${1:-}" == -* ]]; then
+  echo "usage: scripts/drape.sh [SCENE.json]" >&2
+  exit 2
+fi
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+scene=$(realpath -m "${1:-$root/data/scenes/cloth_on_sphere.json}")
+if [ ! -f "$scene" ]; then
+  echo "drape.sh: no scene file '${1:-$scene}'; the scenes that come with selvedge are in data/scenes" >&2
+  exit 2
+fi
+cd "$root"
+started=$SECONDS
+scripts/install_dependencies.sh lean
+
+# build/release is also the folder of scripts/test.sh: what one has built the other need not build again.
+build=build/release
+configure=(cmake -S . -B "$build" -DCMAKE_BUILD_TYPE=Release)
+if [ ! -f "$build/CMakeCache.txt" ] && command -v ninja >/dev/null; then configure+=(-G Ninja); fi
+echo "Building the program (a few minutes the first time)"
+scripts/quietly.sh "${configure[@]}"
+scripts/quietly.sh cmake --build "$build" --target selvedge_program --parallel
+selvedge=$build/apps/selvedge
+echo "Built after $((SECONDS - started)) s"
+
+name=$(basename "$scene" .json)
+out=out/$name
+# A fresh result: frames of an earlier, longer run must not be taken for frames of this one.
+rm -rf "$out"
+"$selvedge" run "$scene" --out "$out"
+
+cloth=$(find "$out/frames" -name 'cloth_*.ply' | sort | tail -n 1)
+bodies=$(find "$out/frames" -name 'bodies_*.ply' | sort | tail -n 1)
+check=("$selvedge" check "$cloth" --json)
+if [ -n "$bodies" ]; then check+=(--against "$bodies"); fi
+"${check[@]}" >"$out/check.json"
+"$selvedge" render "$out" >/dev/null
+
+# One number or word of a JSON file with one value per name: enough for result.json and check.json.
+value() { grep -o "\"$2\" *: *[^,}]*" "$1" | head -n 1 | sed 's/^[^:]*: *//; s/[" ]//g'; }
+clean=$(value "$out/result.json" clean)
+steps=$(value "$out/result.json" steps)
+stretch=$(value "$out/result.json" max_stretch)
+crossing_self=$(value "$out/check.json" self_intersections)
+crossing_body=$(value "$out/check.json" body_intersections)
+inside=$(value "$out/check.json" inside_vertices)
+
+echo
+echo "Pictures      $root/$out/pictures"
+find "$out/pictures" -name '*.png' | sort | tail -n 3 | sed 's/^/              /'
+echo "Result        $root/$out/result.json"
+awk -v s="$stretch" 'BEGIN { printf "Stretch       at most %.1f %%\n", 100 * s }'
+echo "Last frame    $crossing_self self-intersections, $crossing_body body intersections, $inside vertices inside (exact check)"
+if [ "$clean $crossing_self $crossing_body $inside" != "true 0 0 0" ]; then
+  echo "NOT CLEAN     clean: $clean in result.json; see $out/result.json and $out/check.json" >&2
+  exit 1
+fi
+echo "Clean         nothing passed through anything: 0 intersections in $steps accepted steps and on the paths between them"
+echo "Took          $((SECONDS - started)) s in all"

@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: MIT
+// Guards what no compiler guards: the arrows between the modules, what public headers may name, the
+// licence line, and a README that says what is. Each rule is a function of a file's text, so that
+// each is also shown a bad sample and must find its fault.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace {
+
+namespace fs = std::filesystem;
+using Sentences = std::vector<std::string>;
+
+const std::set<std::string> kLibraries = {"core",        "bodies",   "broadphase",
+                                          "narrowphase", "response", "scene"};
+
+/// Which modules a module may include beside itself.
+const std::map<std::string, std::set<std::string>> kArrows = {
+    {"core", {}},
+    {"bodies", {"core"}},
+    {"broadphase", {"core"}},
+    {"response", {"core"}},
+    {"narrowphase", {"core", "bodies"}},
+    {"scene", {"core", "bodies", "broadphase", "narrowphase", "response"}},
+    {"apps", kLibraries},
+    {"examples", kLibraries},
+    {"bench", {"core", "bodies", "broadphase", "narrowphase", "response", "scene", "apps"}},
+    {"tests", {"core", "bodies", "broadphase", "narrowphase", "response", "scene", "apps"}},
+};
+
+fs::path root() { return SELVEDGE_SOURCE_DIR; }
+
+std::string read(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
+bool starts_with(const std::string& text, const std::string& start) {
+  return text.compare(0, start.size(), start) == 0;
+}
+
+struct Include {
+  std::string name;  // between the brackets or quotes
+  bool quoted;
+};
+
+std::vector<Include> includes_of(const std::string& text) {
+  std::vector<Include> found;
+  for (const std::string& line : lines_of(text)) {
+    const std::size_t hash = line.find_first_not_of(" \t");
+    if (hash == std::string::npos || line[hash] != '#') continue;
+    const std::size_t word = line.find_first_not_of(" \t", hash + 1);
+    if (word == std::string::npos || line.compare(word, 7, "include") != 0) continue;
+    const std::size_t open = line.find_first_of("<\"", word);
+    if (open == std::string::npos) continue;
+    const std::size_t close = line.find(line[open] == '<' ? '>' : '"', open + 1);
+    found.push_back({line.substr(open + 1, close - open - 1), line[open] == '"'});
+  }
+  return found;
+}
+
+/// "core" of "core/types.h" or "selvedge/core/types.h".
+std::string folder_of(std::string path) {
+  if (starts_with(path, "selvedge/")) path.erase(0, 9);
+  return path.substr(0, path.find('/'));
+}
+
+/// `file` is relative to the root.
+Sentences forbidden_arrows(const std::string& file, const std::string& text) {
+  Sentences faults;
+  const std::string from = folder_of(file);
+  for (const Include& include : includes_of(text)) {
+    const std::string to = folder_of(include.name);
+    if (include.quoted) {
+      faults.push_back(file + " includes \"" + include.name + "\": write <selvedge/module/file.h>");
+    } else if (starts_with(include.name, "selvedge/") && to != from &&
+               !kArrows.at(from).contains(to)) {
+      faults.push_back(file + " includes <" + include.name + ">: " + from + " may not name " + to);
+    } else if (to != from && include.name.find("/detail/") != std::string::npos) {
+      faults.push_back(file + " includes <" + include.name + ">, which is private to " + to);
+    }
+  }
+  return faults;
+}
+
+/// Standard headers have neither a folder nor an ending.
+bool is_standard(const std::string& include) {
+  return include.find_first_of("./") == std::string::npos;
+}
+
+Sentences foreign_includes(const std::string& header, const std::string& text) {
+  Sentences faults;
+  for (const Include& include : includes_of(text)) {
+    const bool allowed = is_standard(include.name) || starts_with(include.name, "Eigen/") ||
+                         starts_with(include.name, "selvedge/");
+    if (!allowed) {
+      faults.push_back(header + " is public and names <" + include.name + ">");
+    } else if (include.name.find("/detail/") != std::string::npos) {
+      faults.push_back(header + " is public and names the private <" + include.name + ">");
+    }
+  }
+  return faults;
+}
+
+/// In the first line, or the second one after #!.
+Sentences missing_licence(const std::string& file, const std::string& text) {
+  const std::vector<std::string> lines = lines_of(text);
+  const std::size_t at = !lines.empty() && starts_with(lines[0], "#!") ? 1 : 0;
+  const bool there =
+      lines.size() > at && lines[at].find("SPDX-License-Identifier: MIT") != std::string::npos;
+  return there ? Sentences{} : Sentences{file + " does not begin with its SPDX line"};
+}
+
+bool is_path_character(char c) {
+  return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '/' || c == '.' ||
+         c == '-';
+}
+
+/// Every script, data file, document or source that a text names must be there.
+Sentences missing_files(const std::string& document, const std::string& text,
+                        const fs::path& folder) {
+  Sentences faults;
+  for (const std::string start : {"scripts/", "data/scenes/", "data/schema", "docs/", "examples/",
+                                  "tests/", ".ci/", "bench/"}) {
+    for (std::size_t at = text.find(start); at != std::string::npos;
+         at = text.find(start, at + 1)) {
+      if (at > 0 && is_path_character(text[at - 1])) continue;  // the end of a longer path
+      std::size_t end = at;
+      while (end < text.size() && is_path_character(text[end])) ++end;
+      std::string name = text.substr(at, end - at);
+      while (name.back() == '.') name.pop_back();
+      if (!fs::exists(folder / name))
+        faults.push_back(document + " names " + name + ", which is not there");
+    }
+  }
+  return faults;
+}
+
+/// The text between the lines ```language and ``` that follow `marker`.
+std::string code_block(const std::string& text, const std::string& marker) {
+  const std::size_t at = text.find(marker);
+  if (at == std::string::npos) return "";
+  const std::size_t open = text.find("```", at);
+  const std::size_t begin = text.find('\n', open) + 1;
+  return text.substr(begin, text.find("```", begin) - begin);
+}
+
+/// The text after the first line of a source, its licence.
+std::string without_licence(const std::string& text) { return text.substr(text.find('\n') + 1); }
+
+/// Files of the modules and tools whose ending is one of `endings`, relative to the root.
+std::vector<std::string> files_with(const std::vector<std::string>& endings) {
+  std::vector<std::string> files;
+  for (const auto& [folder, arrows] : kArrows) {
+    for (const auto& entry : fs::recursive_directory_iterator(root() / folder)) {
+      const std::string name = entry.path().filename();
+      const bool wanted = std::any_of(endings.begin(), endings.end(),
+                                      [&](const std::string& end) { return name.ends_with(end); });
+      if (entry.is_regular_file() && wanted) {
+        files.push_back(entry.path().lexically_relative(root()).generic_string());
+      }
+    }
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+bool is_public_header(const std::string& file) {
+  return file.ends_with(".h") && kLibraries.contains(folder_of(file)) &&
+         file.find("/detail/") == std::string::npos;
+}
+
+std::string joined(const Sentences& sentences) {
+  std::string text;
+  for (const std::string& sentence : sentences) text += "\n  " + sentence;
+  return text;
+}
+
+void append(Sentences& all, const Sentences& more) {
+  all.insert(all.end(), more.begin(), more.end());
+}
+
+TEST(Architecture, NoModuleIncludesWhatItsArrowsForbid) {
+  Sentences faults;
+  const std::vector<std::string> files = files_with({".h", ".cpp"});
+  ASSERT_GT(files.size(), 40u) << "the sources were not found under " << root();
+  for (const std::string& file : files) append(faults, forbidden_arrows(file, read(root() / file)));
+  EXPECT_TRUE(faults.empty()) << joined(faults);
+}
+
+TEST(Architecture, PublicHeadersNameOnlyTheStandardLibraryAndEigen) {
+  Sentences faults;
+  for (const std::string& file : files_with({".h"})) {
+    if (is_public_header(file)) append(faults, foreign_includes(file, read(root() / file)));
+  }
+  EXPECT_TRUE(faults.empty()) << joined(faults);
+}
+
+TEST(Architecture, EverySourceBeginsWithItsLicence) {
+  std::vector<std::string> files = files_with({".h", ".cpp", "CMakeLists.txt", ".sh", ".py"});
+  for (const char* folder : {"scripts", "cmake", ".ci"}) {
+    for (const auto& entry : fs::directory_iterator(root() / folder)) {
+      files.push_back(entry.path().lexically_relative(root()).generic_string());
+    }
+  }
+  files.push_back("CMakeLists.txt");
+  Sentences faults;
+  for (const std::string& file : files) append(faults, missing_licence(file, read(root() / file)));
+  EXPECT_TRUE(faults.empty()) << joined(faults);
+}
+
+TEST(Architecture, DocumentsNameOnlyFilesThatAreThere) {
+  Sentences faults;
+  append(faults, missing_files("README.md", read(root() / "README.md"), root()));
+  for (const auto& entry : fs::directory_iterator(root() / "docs")) {
+    if (entry.path().extension() == ".md") {
+      append(faults, missing_files(entry.path().filename(), read(entry.path()), root()));
+    }
+  }
+  EXPECT_TRUE(faults.empty()) << joined(faults);
+}
+
+TEST(Architecture, TheSampleOfTheReadmeIsTheExampleThatIsCompiledAndRun) {
+  const std::string sample = code_block(read(root() / "README.md"), "examples/drape_on_sphere.cpp");
+  ASSERT_FALSE(sample.empty());
+  EXPECT_EQ(sample, without_licence(read(root() / "examples/drape_on_sphere.cpp")));
+}
+
+TEST(Architecture, TheRootOfTheBuildStaysShort) {
+  EXPECT_LT(lines_of(read(root() / "CMakeLists.txt")).size(), 60u);
+}
+
+TEST(ArchitectureRules, FindAForbiddenArrow) {
+  const std::string sample = "#include <selvedge/scene/scene.h>\n";
+  EXPECT_EQ(forbidden_arrows("core/force.cpp", sample).size(), 1u);
+  EXPECT_EQ(forbidden_arrows("broadphase/bvh.cpp", "#  include <selvedge/bodies/body.h>").size(),
+            1u);
+  EXPECT_EQ(forbidden_arrows("scene/run.cpp", "#include <selvedge/apps/render.h>").size(), 1u);
+  EXPECT_EQ(forbidden_arrows("tests/scene_test.cpp", sample).size(), 0u);
+  EXPECT_EQ(forbidden_arrows("scene/run.cpp", sample).size(), 0u);
+  EXPECT_EQ(forbidden_arrows("narrowphase/a.cpp", "#include <selvedge/bodies/body.h>").size(), 0u);
+}
+
+TEST(ArchitectureRules, FindAWayAroundTheArrows) {
+  EXPECT_EQ(forbidden_arrows("core/force.cpp", "#include \"../scene/scene.h\"").size(), 1u);
+  EXPECT_EQ(forbidden_arrows("scene/run.cpp", "#include <selvedge/core/detail/x.h>").size(), 1u);
+  EXPECT_EQ(forbidden_arrows("core/run.cpp", "#include <selvedge/core/detail/x.h>").size(), 0u);
+}
+
+TEST(ArchitectureRules, FindAForeignLibraryInAPublicHeader) {
+  EXPECT_EQ(foreign_includes("scene/scene.h", "#include <nlohmann/json.hpp>\n").size(), 1u);
+  EXPECT_EQ(foreign_includes("core/parallel.h", "#include <tbb/parallel_for.h>\n").size(), 1u);
+  EXPECT_EQ(foreign_includes("core/file.h", "#include <unistd.h>\n").size(), 1u);
+  EXPECT_EQ(foreign_includes("core/a.h", "#include <selvedge/core/detail/b.h>\n").size(), 1u);
+  EXPECT_EQ(foreign_includes("core/types.h", "#include <Eigen/Core>\n#include <array>\n").size(),
+            0u);
+}
+
+TEST(ArchitectureRules, FindAMissingLicence) {
+  EXPECT_EQ(missing_licence("a.cpp", "#include <array>\n").size(), 1u);
+  EXPECT_EQ(missing_licence("a.sh", "#!/usr/bin/env bash\nset -e\n").size(), 1u);
+  EXPECT_EQ(missing_licence("a.sh", "#!/usr/bin/env bash\n# SPDX-License-Identifier: MIT\n").size(),
+            0u);
+}
+
+TEST(ArchitectureRules, FindAFileThatADocumentInvents) {
+  EXPECT_EQ(missing_files("README.md", "Run `scripts/no_such_script.sh`.", root()).size(), 1u);
+  EXPECT_EQ(missing_files("README.md", "Run scripts/drape.sh.", root()).size(), 0u);
+}
+
+TEST(ArchitectureRules, ReadTheCodeBlockThatFollowsAMarker) {
+  EXPECT_EQ(code_block("a\n```sh\nno\n```\nmark\n```cpp\nyes\n```\n", "mark"), "yes\n");
+  EXPECT_EQ(code_block("a", "mark"), "");
+}
+
+}  // namespace

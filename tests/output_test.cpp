@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: MIT
+#include <gtest/gtest.h>
+#include <selvedge/scene/atomic_file.h>
+#include <selvedge/scene/output.h>
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <string>
+
+namespace selvedge {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// An empty folder of its own for each test, removed at the end.
+class Output : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::path(::testing::TempDir()) / (std::string("selvedge_output_") + test->name());
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  fs::path folder_;
+};
+
+std::string bytes_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+template <class T>
+T read_at(const std::string& bytes, std::size_t place) {
+  T value{};
+  if (place + sizeof value > bytes.size()) throw std::out_of_range("past the end of the file");
+  std::memcpy(&value, bytes.data() + place, sizeof value);
+  return value;
+}
+
+/// What a call threw, "" if nothing.
+template <class Call>
+std::string message_of(Call&& call) {
+  try {
+    call();
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+  return "";
+}
+
+const std::vector<Vec3> square = {{0, 0, 0.1}, {1, 0, 1.0 / 3.0}, {1, 1, -2e-300}, {0, 1, 7.25}};
+const std::vector<Vec3> speeds = {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}, {0.1, 0.2, 0.3}};
+const std::vector<Triangle> halves = {{0, 1, 2}, {0, 2, 3}};
+
+RunResult example_result() {
+  RunResult result;
+  result.frames = 121;
+  result.steps = 480;
+  result.halvings = 3;
+  result.retried_steps = 2;
+  result.wall_s = 1.0 / 3.0;
+  result.phase_s = {{"solve", 0.25}, {"response", 0.05}};
+  result.worst_self_intersections = 1;
+  result.worst_body_intersections = 2;
+  result.max_penetration_m = 1e-9;
+  result.max_stretch = 0.0625;
+  result.strain_residual = 1e-5;
+  result.final_max_speed = 0.001;
+  result.peak_bytes = std::size_t{5} << 32;
+  result.state_hash = "00ff";
+  result.stopped = "interrupted";
+  result.counters = {{"zones", 4.0}};
+  result.clean = false;
+  return result;
+}
+
+TEST_F(Output, ResultHasTheFieldsOthersReadWithTheirValues) {
+  write_result(folder_ / "result.json", example_result());
+  const auto json = nlohmann::json::parse(bytes_of(folder_ / "result.json"));
+  EXPECT_EQ(json.at("clean"), false);
+  EXPECT_EQ(json.at("frames"), 121);
+  EXPECT_EQ(json.at("steps"), 480);
+  EXPECT_EQ(json.at("halvings"), 3);
+  EXPECT_EQ(json.at("retried_steps"), 2);
+  EXPECT_EQ(json.at("wall_s").get<double>(), 1.0 / 3.0);
+  EXPECT_EQ(json.at("phase_s"), (nlohmann::json{{"solve", 0.25}, {"response", 0.05}}));
+  EXPECT_EQ(json.at("worst_self_intersections"), 1);
+  EXPECT_EQ(json.at("worst_body_intersections"), 2);
+  EXPECT_EQ(json.at("max_penetration_m"), 1e-9);
+  EXPECT_EQ(json.at("max_stretch"), 0.0625);
+  EXPECT_EQ(json.at("strain_residual"), 1e-5);
+  EXPECT_EQ(json.at("final_max_speed"), 0.001);
+  EXPECT_EQ(json.at("peak_bytes"), std::uint64_t{5} << 32);
+  EXPECT_EQ(json.at("state_hash"), "00ff");
+  EXPECT_EQ(json.at("stopped"), "interrupted");
+  EXPECT_EQ(json.at("counters").at("zones"), 4.0);
+}
+
+TEST_F(Output, ANumberThatIsNotFiniteIsNamedAndNeverNull) {
+  RunResult result;
+  result.max_stretch = std::numeric_limits<double>::infinity();
+  result.final_max_speed = std::numeric_limits<double>::quiet_NaN();
+  result.phase_s["solve"] = -std::numeric_limits<double>::infinity();
+  result.stopped = "name of a file that is no UTF-8: \xff";
+  write_result(folder_ / "result.json", result);
+  const std::string text = bytes_of(folder_ / "result.json");
+  const auto json = nlohmann::json::parse(text);
+  EXPECT_EQ(json.at("max_stretch"), "inf");
+  EXPECT_EQ(json.at("final_max_speed"), "nan");
+  EXPECT_EQ(json.at("phase_s").at("solve"), "-inf");
+  EXPECT_EQ(text.find("null"), std::string::npos);
+}
+
+TEST_F(Output, NumberedFilesSortByNumberAndGrowPastTheirDigits) {
+  EXPECT_EQ(numbered("frames", "cloth", 42, 5, ".ply"), fs::path("frames/cloth_00042.ply"));
+  EXPECT_EQ(numbered("steps", "cloth", 0, 6, ".ply"), fs::path("steps/cloth_000000.ply"));
+  EXPECT_EQ(numbered("", "x", 123456, 5, ".png"), fs::path("x_123456.png"));
+}
+
+/// The values of one appended array, found through its offset as a reader of the format does.
+template <class T>
+std::vector<T> vtp_array(const std::string& bytes, const std::string& name) {
+  std::smatch match;
+  const std::regex element("<DataArray type=\"(\\w+)\" Name=\"" + name +
+                           "\" NumberOfComponents=\"\\d\" format=\"appended\" offset=\"(\\d+)\"/>");
+  const std::string head = bytes.substr(0, bytes.find("<AppendedData"));
+  if (!std::regex_search(head, match, element)) throw std::runtime_error("no array " + name);
+  if (match[1] != (std::is_same_v<T, double> ? "Float64" : "Int64"))
+    throw std::runtime_error("type of " + name);
+  const std::string mark = "<AppendedData encoding=\"raw\">\n_";
+  const std::size_t begin = bytes.find(mark) + mark.size() + std::stoul(match[2]);
+  std::vector<T> values(read_at<std::uint64_t>(bytes, begin) / sizeof(T));
+  for (std::size_t i = 0; i < values.size(); ++i)
+    values[i] = read_at<T>(bytes, begin + sizeof(std::uint64_t) + i * sizeof(T));
+  return values;
+}
+
+TEST_F(Output, AVtpFileGivesBackTheSameBits) {
+  write_vtp(folder_ / "a.vtp", square, speeds, halves);
+  const std::string bytes = bytes_of(folder_ / "a.vtp");
+  EXPECT_NE(bytes.find("NumberOfPoints=\"4\""), std::string::npos);
+  EXPECT_NE(bytes.find("NumberOfPolys=\"2\""), std::string::npos);
+  EXPECT_NE(bytes.find("header_type=\"UInt64\""), std::string::npos);
+  const auto points = vtp_array<double>(bytes, "Points");
+  const auto velocity = vtp_array<double>(bytes, "velocity");
+  ASSERT_EQ(points.size(), 12U);
+  ASSERT_EQ(velocity.size(), 12U);
+  for (std::size_t i = 0; i < 12; ++i) {
+    EXPECT_EQ(points[i], square[i / 3][static_cast<int>(i % 3)]);
+    EXPECT_EQ(velocity[i], speeds[i / 3][static_cast<int>(i % 3)]);
+  }
+  EXPECT_EQ(vtp_array<std::int64_t>(bytes, "connectivity"),
+            (std::vector<std::int64_t>{0, 1, 2, 0, 2, 3}));
+  EXPECT_EQ(vtp_array<std::int64_t>(bytes, "offsets"), (std::vector<std::int64_t>{3, 6}));
+  const std::string tail = "\n</AppendedData>\n</VTKFile>\n";
+  EXPECT_EQ(bytes.substr(bytes.size() - tail.size()), tail);
+}
+
+TEST_F(Output, AVtpFileWithoutVelocitiesHasNone) {
+  write_vtp(folder_ / "a.vtp", square, {}, halves);
+  EXPECT_EQ(bytes_of(folder_ / "a.vtp").find("velocity"), std::string::npos);
+  EXPECT_THROW(write_vtp(folder_ / "b.vtp", square, std::span(speeds).first(3), halves),
+               std::invalid_argument);
+}
+
+TEST_F(Output, APvdSeriesNamesItsPiecesRelativeToItself) {
+  const std::vector<double> times = {0.0, 1.0 / 60.0};
+  write_pvd(folder_ / "run.pvd", {folder_ / "vtk" / "a&b_00000.vtp", folder_ / "vtk" / "1.vtp"},
+            times);
+  const std::string text = bytes_of(folder_ / "run.pvd");
+  EXPECT_NE(text.find("timestep=\"0.0\" part=\"0\" file=\"vtk/a&amp;b_00000.vtp\""),
+            std::string::npos)
+      << text;
+  EXPECT_NE(text.find("timestep=\"0.016666666666666666\" part=\"0\" file=\"vtk/1.vtp\""),
+            std::string::npos)
+      << text;
+  EXPECT_THROW(write_pvd(folder_ / "run.pvd", {"a.vtp"}, times), std::invalid_argument);
+}
+
+TEST_F(Output, APointCacheIsValidAfterEveryFrame) {
+  Pc2Writer cache(folder_ / "cloth.pc2", 4);
+  for (int frame = 0; frame < 3; ++frame) {
+    std::vector<Vec3> x = square;
+    for (Vec3& p : x) p.x() += frame;
+    cache.append(x);
+    const std::string bytes = bytes_of(folder_ / "cloth.pc2");
+    ASSERT_EQ(bytes.size(), 32U + 48U * static_cast<unsigned>(frame + 1));
+    EXPECT_EQ(bytes.substr(0, 12), std::string("POINTCACHE2\0", 12));
+    EXPECT_EQ(read_at<std::int32_t>(bytes, 12), 1);
+    EXPECT_EQ(read_at<std::int32_t>(bytes, 16), 4);
+    EXPECT_EQ(read_at<float>(bytes, 20), 1.0F);
+    EXPECT_EQ(read_at<float>(bytes, 24), 1.0F);
+    EXPECT_EQ(read_at<std::int32_t>(bytes, 28), frame + 1);
+    for (std::size_t i = 0; i < 12; ++i)
+      EXPECT_EQ(read_at<float>(bytes, bytes.size() - 48 + 4 * i),
+                static_cast<float>(x[i / 3][static_cast<int>(i % 3)]));
+  }
+}
+
+TEST_F(Output, APointCacheThatIsTakenUpAgainEqualsOneWrittenInOneGo) {
+  const fs::path once = folder_ / "once.pc2", twice = folder_ / "twice.pc2";
+  {
+    Pc2Writer cache(once, 4);
+    for (int i = 0; i < 3; ++i) cache.append(i == 2 ? speeds : square);
+  }
+  {
+    Pc2Writer cache(twice, 4);
+    for (int i = 0; i < 4; ++i) cache.append(square);
+  }
+  {
+    Pc2Writer cache(twice, 4, 2);
+    cache.append(speeds);
+    EXPECT_EQ(cache.frames(), 3);
+  }
+  EXPECT_EQ(bytes_of(once), bytes_of(twice));
+}
+
+TEST_F(Output, APointCacheRefusesWhatDoesNotFit) {
+  const fs::path file = folder_ / "cloth.pc2";
+  Pc2Writer cache(file, 4);
+  cache.append(square);
+  EXPECT_THROW(cache.append(std::span(square).first(3)), std::invalid_argument);
+  std::vector<Vec3> far = square;
+  far[2].y() = 1e39;
+  EXPECT_THROW(cache.append(far), std::invalid_argument);
+  far[2].y() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(cache.append(far), std::invalid_argument);
+  EXPECT_EQ(cache.frames(), 1);
+  EXPECT_EQ(bytes_of(file).size(), 32U + 48U);
+  EXPECT_THROW(Pc2Writer(file, 5, 1), std::invalid_argument);
+  EXPECT_THROW(Pc2Writer(file, 4, 2), std::invalid_argument);
+  EXPECT_THROW(Pc2Writer(folder_ / "missing.pc2", 4, 0), std::runtime_error);
+  std::ofstream(folder_ / "text.pc2") << "this is no point cache, but it is long enough to be one";
+  EXPECT_THROW(Pc2Writer(folder_ / "text.pc2", 4, 0), std::invalid_argument);
+}
+
+TEST_F(Output, AFullDiskIsSaidAndNamesTheFile) {
+  if (!fs::exists("/dev/full")) GTEST_SKIP() << "no /dev/full on this system";
+  const std::string no_space = std::strerror(ENOSPC);
+  const auto expect_said = [&](const std::string& message) {
+    EXPECT_NE(message.find("/dev/full"), std::string::npos) << message;
+    EXPECT_NE(message.find(no_space), std::string::npos) << message;
+  };
+  expect_said(message_of([] { write_result("/dev/full", {}); }));
+  expect_said(message_of([] { write_vtp("/dev/full", square, speeds, halves); }));
+  expect_said(message_of([] { write_pvd("/dev/full", {}, {}); }));
+  expect_said(message_of([] { Pc2Writer cache("/dev/full", 4); }));
+  EXPECT_TRUE(fs::is_character_file("/dev/full"));
+}
+
+TEST_F(Output, AMissingFolderIsSaidAndNamesTheFile) {
+  const fs::path file = folder_ / "missing" / "result.json";
+  const std::string message = message_of([&] { write_result(file, {}); });
+  EXPECT_NE(message.find(file.string()), std::string::npos) << message;
+  EXPECT_NE(message.find(std::strerror(ENOENT)), std::string::npos) << message;
+}
+
+TEST_F(Output, AnUnfinishedFileLeavesTheOldOneAsItWas) {
+  const fs::path file = folder_ / "kept.txt";
+  {
+    AtomicFile out(file);
+    out.write("old");
+    out.commit();
+  }
+  {
+    AtomicFile out(file);
+    out.write(std::string(1000000, 'x'));
+    EXPECT_EQ(bytes_of(file), "old");
+  }
+  EXPECT_EQ(bytes_of(file), "old");
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1);
+}
+
+}  // namespace
+}  // namespace selvedge

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/core/parallel.h>
+#include <selvedge/response/contact_force.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace selvedge {
+namespace {
+
+constexpr std::size_t kGrain = 1024;
+
+// A change of load below this share of the load itself asks for no further solve: friction then
+// errs by the same share, below what h itself costs.
+constexpr double kLoadTolerance = 0.05;
+
+// Shear load over μλ above which a sticking contact lets go; covers the error of the linear solve.
+constexpr double kStickSlack = 1.01;
+
+Vec3 tangential(const Vec3& u, const Vec3& normal) { return u - normal.dot(u) * normal; }
+
+}  // namespace
+
+void ContactForce::begin(const ContactMotion& motion, std::span<const Vec3> body_displacement,
+                         std::span<const Vec3> v, std::span<const Vec3> predicted) {
+  motion_ = motion;
+  body_displacement_.assign(body_displacement.begin(), body_displacement.end());
+  v_start_.assign(v.begin(), v.end());
+  v_predicted_.assign(predicted.begin(), predicted.end());
+  entries_.clear();
+}
+
+bool ContactForce::coupled(const ContactPoint& c) const {
+  int free = 0;
+  for (int k = 0; k < 4; ++k)
+    if (motion_.inv_mass[c.vertex[k]] > 0.0 && c.weight[k] != 0.0) ++free;
+  return free > 1;
+}
+
+// Relative displacement of the two contact points over the step, m.
+Vec3 ContactForce::motion_of(const Entry& e, std::span<const Vec3> v) const {
+  Vec3 u = e.body_motion;
+  for (int k = 0; k < 4; ++k)
+    if (const auto i = static_cast<std::size_t>(e.point.vertex[k]); i < motion_.particles)
+      u += e.point.weight[k] * motion_.h * v[i];
+  return u;
+}
+
+void ContactForce::add(std::span<const ContactPoint> contacts) {
+  const double h = motion_.h;
+  for (const ContactPoint& c : contacts) {
+    const double compliance_c = compliance(c, motion_.inv_mass);
+    if (compliance_c <= 0.0) continue;  // nothing here can move
+    const double m_eff = 1.0 / compliance_c;
+    Entry e;
+    e.point = c;
+    e.body_motion = Vec3::Zero();
+    for (int k = 0; k < 4; ++k)
+      if (const auto i = static_cast<std::size_t>(c.vertex[k]); i >= motion_.particles)
+        e.body_motion += c.weight[k] * body_displacement_[i - motion_.particles];
+    e.target = std::min(c.rest_gap, std::max(c.gap, 0.0) + config_.recovery * c.rest_gap);
+    e.stiffness = config_.normal_ratio * m_eff / (h * h);
+    e.stick = (coupled(c) ? config_.coupled_stick_ratio : config_.stick_ratio) * m_eff / h;
+    const Vec3 predicted = motion_of(e, v_predicted_);
+    // What it takes to stop the predicted approach: the first guess of the load.
+    e.load = m_eff / (h * h) * std::max(0.0, e.target - c.gap - c.normal.dot(predicted));
+    const double slip = tangential(motion_of(e, v_start_), c.normal).norm() / h;
+    e.slip = slip <= config_.stick_speed ? Slip::stick : Slip::slide;
+    if (e.slip == Slip::slide) e.viscosity = std::min(e.stick, c.friction * e.load / slip);
+    if (e.slip == Slip::stick) e.viscosity = c.friction > 0.0 ? e.stick : 0.0;
+    entries_.push_back(e);
+  }
+}
+
+const std::vector<ImplicitTerm>& ContactForce::terms() {
+  const double h = motion_.h;
+  terms_.clear();
+  for (const Entry& e : entries_) {
+    if (e.load <= 0.0) continue;
+    const ContactPoint& c = e.point;
+    const Mat3 nn = c.normal * c.normal.transpose();
+    ImplicitTerm term;
+    for (int k = 0; k < 4; ++k) {
+      const bool particle = static_cast<std::size_t>(c.vertex[k]) < motion_.particles;
+      term.particle[k] = particle ? c.vertex[k] : -1;
+      term.weight[k] = c.weight[k];
+    }
+    const double push = e.stiffness * (e.target - c.gap - c.normal.dot(e.body_motion));
+    term.matrix = h * h * e.stiffness * nn + h * e.viscosity * (Mat3::Identity() - nn);
+    term.rhs = h * push * c.normal - e.viscosity * tangential(e.body_motion, c.normal) + h * e.push;
+    terms_.push_back(term);
+  }
+  return terms_;
+}
+
+bool ContactForce::update(Entry& e, std::span<const Vec3> v) const {
+  const ContactPoint& c = e.point;
+  const Vec3 u = motion_of(e, v);
+  const Vec3 slip = tangential(u, c.normal) / motion_.h;
+  const double speed = slip.norm();
+  const double before = e.load;
+  // A contact left out of the solve carries if the cloth went through its rest gap.
+  e.load = std::max(0.0, e.stiffness * (e.target - c.gap - c.normal.dot(u)));
+  if (before <= 0.0) {
+    // The free end state overestimates: the true load stops the approach, not the penalty of it.
+    e.load /= 1.0 + config_.normal_ratio;
+  }
+  bool changed = (before > 0.0) != (e.load > 0.0);
+  if (c.friction <= 0.0 || e.load <= 0.0) return changed;
+
+  const double limit = c.friction * e.load;  // Coulomb: |f_t| <= μ f_n
+  const Slip state = e.slip;
+  if (state == Slip::stick && before > 0.0 && e.viscosity * speed > kStickSlack * limit) {
+    e.slip = Slip::start;  // the direction is known, the speed is not: push with μλ once
+    e.viscosity = 0.0;
+    e.push = -limit * slip / speed;
+    return true;
+  }
+  if (state == Slip::start && slip.dot(e.push) >= 0.0)
+    e.slip = Slip::stick;  // turned back
+  else if (state == Slip::start)
+    e.slip = Slip::slide;
+  e.push = Vec3::Zero();
+  const double viscosity =
+      e.slip == Slip::stick || speed <= 0.0 || limit >= e.stick * speed ? e.stick : limit / speed;
+  if (viscosity == e.stick) e.slip = Slip::stick;
+  const double force_change = std::abs(viscosity - e.viscosity) * speed;
+  changed = changed || state != e.slip || force_change > kLoadTolerance * limit;
+  e.viscosity = viscosity;
+  return changed;
+}
+
+bool ContactForce::update(std::span<const Vec3> v) {
+  const double changed = parallel_sum(entries_.size(), kGrain, [&](std::size_t b, std::size_t end) {
+    double count = 0.0;
+    for (std::size_t i = b; i < end; ++i) count += update(entries_[i], v) ? 1.0 : 0.0;
+    return count;
+  });
+  return changed > 0.0;
+}
+
+std::size_t ContactForce::carrying() const {
+  return static_cast<std::size_t>(
+      std::count_if(entries_.begin(), entries_.end(), [](const Entry& e) { return e.load > 0.0; }));
+}
+
+Vec3 ContactForce::body_load() const {
+  Vec3 sum = Vec3::Zero();
+  for (const Entry& e : entries_)
+    for (int k = 0; k < 4; ++k)
+      if (static_cast<std::size_t>(e.point.vertex[k]) < motion_.particles)
+        sum += e.point.weight[k] * e.load * e.point.normal;
+  return sum;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/core/integrator.h>
+#include <selvedge/response/contact_point.h>
+
+#include <span>
+#include <vector>
+
+namespace selvedge {
+
+struct ContactForceConfig {
+  /// Normal stiffness over m_eff/h², dimensionless. A contact that carries q times the weight of
+  /// its own particles yields by q·g·h²/normal_ratio; more makes the linear system stiffer.
+  double normal_ratio = 1000.0;
+  /// Viscosity of a sticking contact over m_eff/h. Its creep is (load/m_eff)·h/stick_ratio, 1e-8
+  /// m/s under its own weight at h = 1/120 s, and its conditioning is the preconditioner's business
+  /// where a single particle touches a body.
+  double stick_ratio = 1e7;
+  /// The same for contacts that couple several particles, where it does cost iterations.
+  double coupled_stick_ratio = 1e4;
+  /// A gap below the rest gap recovers by at most this share of the rest gap in a step, so that
+  /// cloth that starts too near is not shot away.
+  double recovery = 0.2;
+  /// Relative slip below which a contact is first tried as sticking, m/s.
+  double stick_speed = 1e-3;
+};
+
+/// Contact and Coulomb friction as forces inside the implicit step [after the active-set view of
+/// penalty contact, Wriggers 2006, ch. 5]. Each contact pushes with λ = k (rest - gap⁺)₊ along its
+/// normal, where gap⁺ is the linearised gap at the end of the step, and resists slip by
+/// min(stick viscosity, μλ/|slip|). `update` after each solve finds which contacts carry and which
+/// stick; the caller solves again until it says that nothing changed.
+class ContactForce {
+ public:
+  explicit ContactForce(const ContactForceConfig& config = {}) : config_(config) {}
+
+  /// Starts a step. `body_displacement` holds x_t1 - x_t0 of the body vertices, in m; `v` the
+  /// particles' velocities at the start, and `predicted` a guess of those at the end, m/s.
+  void begin(const ContactMotion& motion, std::span<const Vec3> body_displacement,
+             std::span<const Vec3> v, std::span<const Vec3> predicted);
+  /// Adds contacts to the step; called after begin, possibly between solves.
+  void add(std::span<const ContactPoint> contacts);
+  /// What enters the implicit solve.
+  const std::vector<ImplicitTerm>& terms();
+  /// Takes the solved velocities; true if the set of carrying, sticking and slipping contacts or
+  /// their loads changed so much that another solve is due.
+  bool update(std::span<const Vec3> v);
+
+  std::size_t size() const { return entries_.size(); }
+  std::size_t carrying() const;
+  /// Sum of the normal loads of contacts with body vertices, as a force on the cloth, N.
+  Vec3 body_load() const;
+
+ private:
+  enum class Slip : std::uint8_t { stick, start, slide };
+  struct Entry {
+    ContactPoint point;
+    Vec3 body_motion;          // Σ weight·displacement of the body vertices, m
+    double target;             // gap aimed at for the end of the step, m
+    double stiffness;          // N/m
+    double stick;              // kg/s
+    double load = 0.0;         // N, last estimate of λ
+    double viscosity = 0.0;    // kg/s, of friction
+    Vec3 push = Vec3::Zero();  // N, friction as a given force (a contact that starts to slide)
+    Slip slip = Slip::stick;
+  };
+
+  Vec3 motion_of(const Entry& e, std::span<const Vec3> v) const;
+  bool coupled(const ContactPoint& c) const;
+  bool update(Entry& e, std::span<const Vec3> v) const;
+
+  ContactForceConfig config_;
+  ContactMotion motion_;
+  std::vector<Vec3> body_displacement_, v_start_, v_predicted_;
+  std::vector<Entry> entries_;
+  std::vector<ImplicitTerm> terms_;
+};
+
+}  // namespace selvedge

@@ -1,0 +1,338 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/core/parallel.h>
+#include <selvedge/narrowphase/distance.h>
+#include <selvedge/scene/detection.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <stdexcept>
+
+namespace selvedge {
+namespace {
+
+// A pair farther apart than this many rest gaps at the start of a step is left to the collision
+// test: its linearised gap would stop cloth that in truth passes beside.
+constexpr double kProximityReach = 4.0;
+
+// Two contacts of one point whose normals differ by less than this cosine are one contact seen
+// through two neighbouring triangles.
+constexpr double kSameNormal = 0.95;
+
+// Barycentric share below which the closest point lies on an end of an edge: that contact is found
+// by the point-triangle pair of the end as well.
+constexpr double kEdgeEnd = 1e-6;
+
+// Cloth whose layers start nearer than the thickness keeps this share of their starting distance.
+constexpr double kStartShare = 0.9;
+
+class Stopwatch {
+ public:
+  explicit Stopwatch(double& total) : total_(total) {}
+  ~Stopwatch() {
+    total_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+
+ private:
+  double& total_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+template <class Registry>
+auto make(const Registry& registry, const std::string& name, const char* family) {
+  const auto found = registry.find(name);
+  if (found != registry.end()) return found->second();
+  std::string known;
+  for (const auto& entry : registry) known += (known.empty() ? "" : ", ") + entry.first;
+  throw std::invalid_argument(std::string("contact.") + family + ": there is no \"" + name +
+                              "\" in this build; it has " + known);
+}
+
+bool shares_vertex(const Triangle& a, const Triangle& b) {
+  for (const std::int32_t i : a)
+    for (const std::int32_t j : b)
+      if (i == j) return true;
+  return false;
+}
+
+// The triangles of each edge of `edges` (sorted, as unique_edges makes them).
+std::vector<std::array<std::int32_t, 2>> edge_triangle_list(std::span<const Edge> edges,
+                                                            std::span<const Triangle> triangles) {
+  std::vector<std::array<std::int32_t, 2>> list;  // (edge, triangle)
+  for (std::size_t t = 0; t < triangles.size(); ++t)
+    for (int k = 0; k < 3; ++k) {
+      const std::int32_t i = triangles[t][k], j = triangles[t][(k + 1) % 3];
+      const Edge edge{std::min(i, j), std::max(i, j)};
+      const auto at = std::lower_bound(edges.begin(), edges.end(), edge);
+      list.push_back({static_cast<std::int32_t>(at - edges.begin()), static_cast<std::int32_t>(t)});
+    }
+  std::sort(list.begin(), list.end());
+  return list;
+}
+
+}  // namespace
+
+Detection::Detection(const Scene& scene, const BuiltScene& built)
+    : particles_(built.cloth.surface.vertices.size()),
+      thickness_(scene.contact.thickness),
+      margin_(scene.contact.thickness),
+      self_(scene.contact.self),
+      broad_body_(make(broad_phases(), scene.contact.broad_phase, "broad_phase")),
+      broad_self_(make(broad_phases(), scene.contact.broad_phase, "broad_phase")),
+      broad_crossings_(make(broad_phases(), scene.contact.broad_phase, "broad_phase")),
+      narrow_(make(narrow_phases(), scene.contact.narrow_phase, "narrow_phase")),
+      cloth_edges_(built.cloth.edges),
+      cloth_triangles_(built.cloth.surface.triangles),
+      rest_(built.cloth.surface.vertices),
+      piece_(particles_, 0),
+      cloth_friction_(particles_, 0.0) {
+  for (std::size_t p = 0; p + 1 < built.piece_begin.size(); ++p)
+    for (std::int32_t i = built.piece_begin[p]; i < built.piece_begin[p + 1]; ++i) {
+      piece_[i] = static_cast<std::int32_t>(p);
+      cloth_friction_[i] = scene.materials.at(scene.cloths[p].material).friction;
+    }
+  body_begin_.push_back(0);
+  for (std::size_t b = 0; b < built.bodies.size(); ++b) {
+    const std::int32_t first = body_begin_.back();
+    for (const Triangle& t : built.bodies[b]->triangles())
+      body_triangles_.push_back({t[0] + first, t[1] + first, t[2] + first});
+    body_begin_.push_back(first + static_cast<std::int32_t>(built.bodies[b]->vertex_count()));
+    body_friction_.resize(static_cast<std::size_t>(body_begin_.back()), scene.bodies[b].friction);
+  }
+  body_edges_ = unique_edges(body_triangles_);
+}
+
+void Detection::set_motion(std::span<const Vec3> x_t0, std::span<const Vec3> x_t1,
+                           bool bodies_move) {
+  x_t0_ = x_t0;
+  x_t1_ = x_t1;
+  if (bodies_move || bodies_moved_) ++body_id_;  // the step after a motion starts elsewhere
+  bodies_moved_ = bodies_move;
+}
+
+SurfaceView Detection::cloth_view(double inflation) const {
+  return {x_t0_.first(particles_),
+          x_t1_.first(particles_),
+          cloth_edges_,
+          cloth_triangles_,
+          inflation,
+          0};
+}
+
+SurfaceView Detection::body_view(double inflation) const {
+  return {x_t0_.subspan(particles_),
+          x_t1_.subspan(particles_),
+          body_edges_,
+          body_triangles_,
+          inflation,
+          bodies_moved_ ? 0 : body_id_};
+}
+
+void Detection::find_candidates() {
+  const Stopwatch watch(times_.broad_phase);
+  // Every cloth box grows by the margin on each side; two cloth particles may both use theirs.
+  if (body_triangles_.empty())
+    body_pairs_.clear();
+  else
+    broad_body_->find_pairs(cloth_view(margin_), body_view(0.5 * thickness_), body_pairs_);
+  if (self_)
+    broad_self_->find_self_pairs(cloth_view(margin_), self_pairs_);
+  else
+    self_pairs_.clear();
+  covered_.assign(x_t1_.begin(), x_t1_.begin() + static_cast<std::ptrdiff_t>(particles_));
+}
+
+bool Detection::candidates_cover() const {
+  constexpr std::size_t kGrain = 8192;
+  const double outside = parallel_sum(particles_, kGrain, [&](std::size_t b, std::size_t e) {
+    double count = 0.0;
+    for (std::size_t i = b; i < e; ++i)
+      if (!((x_t1_[i] - covered_[i]).lpNorm<Eigen::Infinity>() <= margin_)) count += 1.0;
+    return count;
+  });
+  return outside == 0.0;
+}
+
+ContactPoint Detection::joint(const Contact& contact, bool self) const {
+  ContactPoint c;
+  const auto n = static_cast<std::int32_t>(particles_);
+  for (int k = 0; k < 4; ++k) {
+    bool body = !self;
+    if (contact.kind == ContactKind::point_triangle) body = body && k > 0;
+    if (contact.kind == ContactKind::triangle_point) body = body && k == 0;
+    if (contact.kind == ContactKind::edge_edge) body = body && k > 1;
+    c.vertex[k] = contact.vertex[k] + (body ? n : 0);
+  }
+  c.weight = contact.weight;
+  c.normal = contact.normal;
+  c.gap = c.normal.dot(relative(c, x_t0_));
+  c.rest_gap = rest_gap(c, self);
+  c.friction = friction(c, self);
+  return c;
+}
+
+// Particles of one piece that start nearer than the thickness are neighbours in the cloth.
+double Detection::rest_gap(const ContactPoint& c, bool self) const {
+  if (!self) return thickness_;
+  for (int k = 1; k < 4; ++k)
+    if (piece_[c.vertex[k]] != piece_[c.vertex[0]]) return thickness_;
+  return std::min(thickness_, kStartShare * relative(c, rest_).norm());
+}
+
+double Detection::friction(const ContactPoint& c, bool self) const {
+  double cloth = 0.0, body = 0.0;
+  for (int k = 0; k < 4; ++k) {
+    const auto i = static_cast<std::size_t>(c.vertex[k]);
+    if (i < particles_)
+      cloth = std::max(cloth, cloth_friction_[i]);
+    else
+      body = std::max(body, body_friction_[i - particles_]);
+  }
+  return self ? cloth : body;
+}
+
+void Detection::append_proximities(const std::vector<Contact>& found, bool self,
+                                   std::vector<ContactPoint>& out) const {
+  std::vector<ContactPoint> group;  // of one point, nearest first
+  const auto flush = [&] {
+    std::stable_sort(group.begin(), group.end(),
+                     [](const auto& a, const auto& b) { return a.gap < b.gap; });
+    const std::size_t first = out.size();
+    for (const ContactPoint& c : group) {
+      const auto same = [&](const ContactPoint& d) { return d.normal.dot(c.normal) > kSameNormal; };
+      if (std::none_of(out.begin() + static_cast<std::ptrdiff_t>(first), out.end(), same))
+        out.push_back(c);
+    }
+    group.clear();
+  };
+  ContactKind kind = ContactKind::edge_edge;
+  std::int32_t point = -1;
+  for (const Contact& contact : found) {
+    if (contact.gap > kProximityReach * thickness_) continue;
+    ContactPoint c = joint(contact, self);
+    if (c.gap > c.rest_gap && c.rest_gap < thickness_) continue;  // neighbours at their distance
+    if (contact.kind == ContactKind::edge_edge) {
+      const double s = c.weight[1], t = -c.weight[3];
+      if (s <= kEdgeEnd || s >= 1.0 - kEdgeEnd || t <= kEdgeEnd || t >= 1.0 - kEdgeEnd) continue;
+      flush();
+      out.push_back(c);
+      continue;
+    }
+    if (contact.kind != kind || contact.vertex[0] != point) flush();
+    kind = contact.kind;
+    point = contact.vertex[0];
+    group.push_back(c);
+  }
+  flush();
+}
+
+void Detection::find_proximities(std::vector<ContactPoint>& out) {
+  const Stopwatch watch(times_.narrow_phase);
+  out.clear();
+  const SurfaceView cloth = cloth_view(0.5 * thickness_), body = body_view(0.5 * thickness_);
+  selvedge::find_proximities(cloth, body, body_pairs_, thickness_, found_);
+  append_proximities(found_, false, out);
+  selvedge::find_proximities(cloth, cloth, self_pairs_, thickness_, found_);
+  append_proximities(found_, true, out);
+}
+
+void Detection::find_collisions(std::vector<ContactPoint>& out) {
+  const Stopwatch watch(times_.narrow_phase);
+  out.clear();
+  const SurfaceView cloth = cloth_view(0.0), body = body_view(0.0);
+  std::vector<std::pair<double, ContactPoint>> timed;
+  narrow_->find_contacts(cloth, body, body_pairs_, found_);
+  for (const Contact& c : found_) timed.emplace_back(c.toi, joint(c, false));
+  narrow_->find_contacts(cloth, cloth, self_pairs_, found_);
+  for (const Contact& c : found_) timed.emplace_back(c.toi, joint(c, true));
+  std::stable_sort(timed.begin(), timed.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  for (const auto& [toi, c] : timed) out.push_back(c);
+}
+
+namespace {
+
+// Pairs of triangles of two surfaces (or one) of which an edge of the first meets the second.
+class EdgeTriangleTest {
+ public:
+  EdgeTriangleTest(BroadPhase& broad, const NarrowPhase& narrow) : broad_(broad), narrow_(narrow) {}
+
+  template <class Emit>
+  void run(std::span<const Vec3> x_a, std::span<const Edge> edges_a, std::span<const Vec3> x_b,
+           std::span<const Edge> edges_b, std::span<const Triangle> triangles_b, Emit emit) {
+    from_.clear();
+    to_.clear();
+    for (const Edge& e : edges_a) {
+      from_.push_back(x_a[e[0]]);
+      to_.push_back(x_a[e[1]]);
+    }
+    const SurfaceView runners{from_, to_, {}, {}, 0.0, 0};
+    const SurfaceView surface{x_b, x_b, edges_b, triangles_b, 0.0, 0};
+    broad_.find_pairs(runners, surface, pairs_);
+    pairs_.triangle_point.clear();
+    pairs_.edge_edge.clear();
+    if (x_a.data() == x_b.data())  // one surface: an edge touches the triangles at its own ends
+      std::erase_if(pairs_.point_triangle, [&](const PointTrianglePair& p) {
+        const Edge& e = edges_a[p.point];
+        const Triangle& t = triangles_b[p.triangle];
+        return std::any_of(t.begin(), t.end(), [&](auto v) { return v == e[0] || v == e[1]; });
+      });
+    for (const PointTrianglePair& p : pairs_.point_triangle) {
+      const Triangle& t = triangles_b[p.triangle];
+      double toi = 0.0;
+      if (narrow_.collides({ContactKind::point_triangle,
+                            {from_[p.point], x_b[t[0]], x_b[t[1]], x_b[t[2]]},
+                            {to_[p.point], x_b[t[0]], x_b[t[1]], x_b[t[2]]}},
+                           toi))
+        emit(p.point, p.triangle);
+    }
+  }
+
+ private:
+  BroadPhase& broad_;
+  const NarrowPhase& narrow_;
+  std::vector<Vec3> from_, to_;
+  CandidatePairs pairs_;
+};
+
+void sort_unique(std::vector<std::pair<std::int32_t, std::int32_t>>& pairs) {
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+}
+
+}  // namespace
+
+Crossings Detection::find_crossings() {
+  Crossings crossings;
+  const auto cloth = x_t0_.first(particles_), body = x_t0_.subspan(particles_);
+  const auto cloth_of = edge_triangle_list(cloth_edges_, cloth_triangles_);
+  const auto body_of = edge_triangle_list(body_edges_, body_triangles_);
+  const auto triangles_of = [](const auto& list, std::int32_t edge, auto visit) {
+    auto at = std::lower_bound(list.begin(), list.end(), std::array<std::int32_t, 2>{edge, 0});
+    for (; at != list.end() && (*at)[0] == edge; ++at) visit((*at)[1]);
+  };
+  EdgeTriangleTest test(*broad_crossings_, *narrow_);
+  if (!body_triangles_.empty()) {
+    test.run(
+        cloth, cloth_edges_, body, body_edges_, body_triangles_, [&](auto edge, auto triangle) {
+          triangles_of(cloth_of, edge, [&](auto t) { crossings.body.emplace_back(t, triangle); });
+        });
+    test.run(
+        body, body_edges_, cloth, cloth_edges_, cloth_triangles_, [&](auto edge, auto triangle) {
+          triangles_of(body_of, edge, [&](auto t) { crossings.body.emplace_back(triangle, t); });
+        });
+  }
+  if (self_)
+    test.run(cloth, cloth_edges_, cloth, cloth_edges_, cloth_triangles_,
+             [&](auto edge, auto triangle) {
+               triangles_of(cloth_of, edge, [&](auto t) {
+                 if (!shares_vertex(cloth_triangles_[t], cloth_triangles_[triangle]))
+                   crossings.self.emplace_back(std::min(t, triangle), std::max(t, triangle));
+               });
+             });
+  sort_unique(crossings.body);
+  sort_unique(crossings.self);
+  return crossings;
+}
+
+}  // namespace selvedge

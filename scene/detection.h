@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/broadphase/broad_phase.h>
+#include <selvedge/narrowphase/narrow_phase.h>
+#include <selvedge/response/contact_point.h>
+#include <selvedge/scene/scene.h>
+
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace selvedge {
+
+/// Two primitives that cross: pairs of triangles without a common vertex that have a common point.
+struct Crossings {
+  std::vector<std::pair<std::int32_t, std::int32_t>> self;  ///< triangles of the cloth
+  std::vector<std::pair<std::int32_t, std::int32_t>>
+      body;  ///< triangle of the cloth, of the bodies
+};
+
+/// Broad and narrow phase of a scene, over the joint index space of ContactPoint: cloth particles
+/// first, then the vertices of all bodies.
+class Detection {
+ public:
+  /// Seconds spent so far.
+  struct Times {
+    double broad_phase = 0.0, narrow_phase = 0.0;
+  };
+
+  Detection(const Scene& scene, const BuiltScene& built);
+
+  /// The motion to look at; the spans must stay alive and may change in place afterwards.
+  void set_motion(std::span<const Vec3> x_t0, std::span<const Vec3> x_t1, bool bodies_move);
+  /// Finds the candidate pairs of the present motion; they stay valid for every other x_t1 whose
+  /// particles end within `margin()` of the present one in each coordinate.
+  void find_candidates();
+  /// True if the candidates still cover the motion; otherwise find_candidates is due.
+  bool candidates_cover() const;
+  double margin() const { return margin_; }
+  std::size_t candidate_count() const { return body_pairs_.size() + self_pairs_.size(); }
+
+  /// Pairs that are nearer at t = 0 than the distance they have to keep, or would be by the end.
+  void find_proximities(std::vector<ContactPoint>& out);
+  /// Pairs that collide on the way, earliest first.
+  void find_collisions(std::vector<ContactPoint>& out);
+  /// Triangles that cross at t = 0, by the exact narrow phase: an edge meets a triangle if and only
+  /// if a point that runs along the edge collides with it.
+  Crossings find_crossings();
+
+  const Times& times() const { return times_; }
+  std::span<const Triangle> body_triangles() const { return body_triangles_; }
+  std::span<const std::int32_t> body_begin() const { return body_begin_; }
+  std::size_t body_vertices() const { return body_friction_.size(); }
+
+ private:
+  SurfaceView cloth_view(double inflation) const;
+  SurfaceView body_view(double inflation) const;
+  ContactPoint joint(const Contact& contact, bool self) const;
+  double rest_gap(const ContactPoint& c, bool self) const;
+  double friction(const ContactPoint& c, bool self) const;
+  void append_proximities(const std::vector<Contact>& found, bool self,
+                          std::vector<ContactPoint>& out) const;
+
+  std::size_t particles_;
+  double thickness_, margin_;
+  bool self_;
+  std::unique_ptr<BroadPhase> broad_body_, broad_self_, broad_crossings_;
+  std::unique_ptr<NarrowPhase> narrow_;
+
+  std::vector<Edge> cloth_edges_, body_edges_;
+  std::vector<Triangle> cloth_triangles_, body_triangles_;
+  std::vector<std::int32_t> body_begin_;                // first vertex of each body, plus the total
+  std::vector<Vec3> rest_;                              // cloth at the start
+  std::vector<std::int32_t> piece_;                     // of each particle
+  std::vector<double> cloth_friction_, body_friction_;  // per vertex
+
+  std::span<const Vec3> x_t0_, x_t1_;
+  std::uint64_t body_id_ = 1;
+  bool bodies_moved_ = true;
+  std::vector<Vec3> covered_;  // cloth x_t1 that the candidates were made for
+  CandidatePairs body_pairs_, self_pairs_;
+  Times times_;
+  std::vector<Contact> found_;
+};
+
+}  // namespace selvedge

@@ -28,10 +28,14 @@ class Body {
 
 /// A pose at a time; between keys translation is linear and rotation spherical-linear.
 struct Keyframe {
-  double time = 0.0;                                               ///< s
-  Vec3 translation = Vec3::Zero();                                 ///< m
-  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();    ///< about the body's own origin
+  double time = 0.0;                                             ///< s
+  Vec3 translation = Vec3::Zero();                               ///< m
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();  ///< about the body's own origin
 };
+
+/// The pose at `time`: linear in translation, spherical-linear in rotation, the ends held; the
+/// identity if there are no keys.
+Keyframe pose_at(std::span<const Keyframe> keys, double time);
 
 /// A mesh that does not move.
 std::unique_ptr<Body> make_static_body(TriangleMesh mesh);

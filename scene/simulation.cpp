@@ -1,0 +1,481 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/core/integrator.h>
+#include <selvedge/core/strain_limiter.h>
+#include <selvedge/response/contact_force.h>
+#include <selvedge/response/impact_zone.h>
+#include <selvedge/response/impulse.h>
+#include <selvedge/scene/detection.h>
+#include <selvedge/scene/simulation.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <optional>
+
+namespace selvedge {
+namespace {
+
+// Solves of one step: the first finds which contacts carry, the next which stick; a step seldom
+// needs a fourth. What is then still open is left to the next step.
+constexpr int kMaxSolves = 4;
+
+// Of these, solves that are made because cloth would pass through something nearby that had not
+// been a contact before.
+constexpr int kMaxCollisionSolves = 3;
+
+// Passes of impulses before rigid zones take over.
+constexpr int kImpulsePasses = 8;
+
+// Rounds of growing zones before the step is given up and halved.
+constexpr int kZoneRounds = 40;
+
+// Strain above the limit that the limiter may leave, in strain.
+constexpr double kStrainTolerance = 1e-3;
+constexpr int kStrainSweeps = 200;
+
+// Strain limiting and collision response disturb each other: rounds of both in one step.
+constexpr int kStrainRounds = 3;
+
+// Share of the stable step that the explicit integrator uses.
+constexpr double kExplicitSafety = 0.9;
+
+// Seconds by phase; a Scope adds the time it lives. Scopes do not nest.
+class PhaseClock {
+ public:
+  class Scope {
+   public:
+    explicit Scope(double& total) : total_(total) {}
+    ~Scope() {
+      total_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    }
+    Scope(const Scope&) = delete;
+
+   private:
+    double& total_;
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  };
+
+  Scope measure(const char* phase) { return Scope(seconds_[phase]); }
+  const std::map<std::string, double>& seconds() const { return seconds_; }
+
+ private:
+  std::map<std::string, double> seconds_;
+};
+
+double max_norm(std::span<const Vec3> v) {
+  double largest = 0.0;
+  for (const Vec3& u : v) largest = std::max(largest, u.squaredNorm());
+  return std::sqrt(largest);
+}
+
+std::vector<std::unique_ptr<Force>> make_forces(const Scene& scene, const BuiltScene& built) {
+  const ClothMesh& cloth = built.cloth;
+  const std::size_t n = cloth.surface.vertices.size();
+  std::vector<std::unique_ptr<Force>> forces;
+  forces.push_back(make_hooke_force(cloth.springs, built.spring_damping, n));
+  if (!cloth.hinges.empty())
+    forces.push_back(make_bending_force(cloth.hinges, built.bending_damping, n));
+  if (!scene.gravity.isZero(0.0)) forces.push_back(make_gravity(scene.gravity));
+  if (scene.air.normal_drag > 0.0 || scene.air.viscous_drag > 0.0)
+    forces.push_back(make_air_force(scene.air, cloth.surface.triangles,
+                                    vertex_areas(cloth.surface.vertices, cloth.surface.triangles),
+                                    n));
+  return forces;
+}
+
+std::string sentence(const char* what,
+                     const std::vector<std::pair<std::int32_t, std::int32_t>>& pairs,
+                     const char* second) {
+  return std::to_string(pairs.size()) + " pairs of triangles " + what + ", the first is triangle " +
+         std::to_string(pairs[0].first) + " of the cloth and triangle " +
+         std::to_string(pairs[0].second) + " of " + second;
+}
+
+}  // namespace
+
+struct Simulation::Parts {
+  Scene scene;
+  BuiltScene built;
+  std::vector<Triangle> body_triangles;
+  Detection detection;
+  StrainLimiter limiter;
+  std::optional<ImplicitEuler> implicit;
+  std::optional<SymplecticEuler> symplectic;
+  ContactForce contact_force;
+  ImpactZones zones;
+  PhaseClock clock;
+
+  SimulationState state;
+  Particles particles;           // the same x and v, with masses
+  std::vector<double> mass;      // of particles
+  std::vector<double> inv_mass;  // of particles and body vertices (0)
+  std::vector<Vec3> x_t0, x_t1;  // particles, then body vertices
+  std::vector<Vec3> body_step;   // x_t1 - x_t0 of the body vertices
+  std::vector<Vec3> v_t1, predicted;
+  std::vector<ContactPoint> contacts, hits;
+  RunResult result;
+  std::string trouble;  // why the last try failed
+
+  Parts(const Scene& s, BuiltScene b)
+      : scene(s),
+        built(std::move(b)),
+        detection(scene, built),
+        limiter(built.cloth.springs, built.cloth.strain_limit,
+                built.cloth.surface.vertices.size()) {
+    const std::size_t n = built.cloth.surface.vertices.size();
+    state.x = built.cloth.surface.vertices;
+    state.v = built.velocity;
+    mass = built.cloth.mass;
+    particles.mass = mass;
+    particles.inv_mass.assign(n, 0.0);
+    body_triangles.assign(detection.body_triangles().begin(), detection.body_triangles().end());
+    const std::size_t m = detection.body_vertices();
+    inv_mass.assign(n + m, 0.0);
+    x_t0.resize(n + m);
+    x_t1.resize(n + m);
+    body_step.resize(m);
+    if (scene.solver.integrator == "symplectic_euler")
+      symplectic.emplace(make_forces(scene, built), n);
+    else
+      implicit.emplace(make_forces(scene, built), n,
+                       ImplicitConfig{scene.solver.tolerance, scene.solver.max_iterations});
+    place_bodies(state.time, x_t0);
+    refuse_crossing_start();
+    note_strain();
+  }
+
+  std::size_t n() const { return state.x.size(); }
+
+  void place_bodies(double time, std::vector<Vec3>& x) const {
+    for (std::size_t b = 0; b < built.bodies.size(); ++b)
+      built.bodies[b]->positions(time, std::span(x).subspan(n() + detection.body_begin()[b],
+                                                            built.bodies[b]->vertex_count()));
+  }
+
+  bool bodies_move(double t0, double t1) const {
+    return std::any_of(built.bodies.begin(), built.bodies.end(),
+                       [&](const auto& body) { return !body->is_static(t0, t1); });
+  }
+
+  Crossings crossings_now() {
+    std::copy(state.x.begin(), state.x.end(), x_t0.begin());
+    place_bodies(state.time, x_t0);
+    detection.set_motion(x_t0, x_t0, bodies_move(state.time, state.time));
+    const auto scope = clock.measure("verify");
+    return detection.find_crossings();
+  }
+
+  void refuse_crossing_start() {
+    const Crossings found = crossings_now();
+    const std::string remedy =
+        "; move the pieces apart, or mend the mesh (`selvedge check` names the pairs)";
+    if (!found.body.empty())
+      throw std::invalid_argument("the cloth crosses a body at the start: " +
+                                  sentence("cross", found.body, "the bodies") + remedy);
+    if (!found.self.empty())
+      throw std::invalid_argument("the cloth crosses itself at the start: " +
+                                  sentence("cross", found.self, "the cloth") + remedy);
+  }
+
+  void note_strain() {
+    const StrainReport strain = limiter.measure(state.x);
+    result.max_stretch = std::max(result.max_stretch, strain.max_strain);
+    result.strain_residual = std::max(result.strain_residual, strain.residual);
+  }
+
+  void verify_frame() {
+    const Crossings found = crossings_now();
+    result.worst_self_intersections =
+        std::max(result.worst_self_intersections, static_cast<int>(found.self.size()));
+    result.worst_body_intersections =
+        std::max(result.worst_body_intersections, static_cast<int>(found.body.size()));
+    result.clean = result.clean && found.self.empty() && found.body.empty();
+  }
+
+  // Sets masses for the step and the prescribed end positions of held particles.
+  void hold_particles(double t0, double t1, double h);
+  ContactMotion motion(double h) const { return {x_t0, inv_mass, n(), h}; }
+  void set_end_from_velocity(double h);
+  bool is_finite();
+  void solve_implicit(double h);
+  void step_explicit(double h);
+  void limit_strain();
+  bool find_hits();
+  bool resolve_collisions(double h);
+  bool grow_zones();
+  bool try_step(double h, double t1);
+  void accept(double h, double t1);
+};
+
+void Simulation::Parts::hold_particles(double t0, double t1, double h) {
+  for (std::size_t i = 0; i < n(); ++i) particles.inv_mass[i] = 1.0 / mass[i];
+  v_t1 = state.v;
+  for (const HandleSpec& handle : scene.handles) {
+    if (handle.release >= 0.0 && t0 >= handle.release) continue;
+    const auto piece = std::find_if(scene.cloths.begin(), scene.cloths.end(),
+                                    [&](const auto& c) { return c.name == handle.geometry; });
+    const std::int32_t first = built.piece_begin[piece - scene.cloths.begin()];
+    const std::vector<Vec3>& start = built.cloth.surface.vertices;
+    Vec3 pivot = Vec3::Zero();
+    for (const std::int32_t v : handle.vertices) pivot += start[first + v];
+    pivot /= static_cast<double>(handle.vertices.size());
+    const Keyframe pose = pose_at(handle.motion, t1);
+    for (const std::int32_t v : handle.vertices) {
+      const std::int32_t i = first + v;
+      const Vec3 end = handle.motion.empty()
+                           ? start[i]
+                           : Vec3(pivot + pose.translation + pose.rotation * (start[i] - pivot));
+      particles.inv_mass[i] = 0.0;
+      v_t1[i] = (end - state.x[i]) / h;
+      x_t1[i] = end;
+    }
+  }
+  std::copy(particles.inv_mass.begin(), particles.inv_mass.end(), inv_mass.begin());
+}
+
+// Held particles keep the end position that was prescribed, to the bit.
+void Simulation::Parts::set_end_from_velocity(double h) {
+  for (std::size_t i = 0; i < n(); ++i)
+    if (inv_mass[i] > 0.0) x_t1[i] = x_t0[i] + h * v_t1[i];
+}
+
+bool Simulation::Parts::is_finite() {
+  for (std::size_t i = 0; i < n(); ++i)
+    if (!x_t1[i].allFinite()) {
+      trouble = "particle " + std::to_string(i) + " has no finite position";
+      return false;
+    }
+  return true;
+}
+
+void Simulation::Parts::limit_strain() {
+  if (!scene.solver.strain_limiter) return;
+  const auto scope = clock.measure("strain");
+  const StrainReport report = limiter.apply(std::span(inv_mass).first(n()), kStrainTolerance,
+                                            kStrainSweeps, std::span(x_t1).first(n()));
+  result.counters["strain_sweeps"] += report.sweeps;
+}
+
+bool Simulation::Parts::find_hits() {
+  if (!detection.candidates_cover()) {
+    detection.find_candidates();
+    result.counters["candidate_rebuilds"] += 1;
+  }
+  detection.find_collisions(hits);
+  return !hits.empty();
+}
+
+// Step 1 of the plan: forces, contacts and friction give the end-of-step state; collisions that are
+// found on the way to it become contacts of another solve.
+void Simulation::Parts::solve_implicit(double h) {
+  {
+    const auto scope = clock.measure("forces");
+    implicit->assemble(particles, state.time, h);
+    contact_force.begin(motion(h), body_step, state.v, predicted);
+    contact_force.add(contacts);
+  }
+  int collision_solves = 0;
+  for (int solve = 0; solve < kMaxSolves + kMaxCollisionSolves; ++solve) {
+    {
+      const auto scope = clock.measure("solve");
+      const SolveReport report = implicit->solve(contact_force.terms(), v_t1);
+      result.counters["solves"] += 1;
+      result.counters["solver_iterations"] += report.iterations;
+      result.counters["solves_not_converged"] += report.converged ? 0 : 1;
+    }
+    if (contact_force.update(v_t1) && solve + 1 < kMaxSolves) continue;
+    set_end_from_velocity(h);
+    if (!is_finite()) return;
+    limit_strain();
+    if (!find_hits() || ++collision_solves > kMaxCollisionSolves) return;
+    contact_force.add(hits);
+  }
+}
+
+void Simulation::Parts::step_explicit(double h) {
+  {
+    const auto scope = clock.measure("forces");
+    symplectic->step(particles, state.time, h, v_t1);
+  }
+  set_end_from_velocity(h);
+  if (!is_finite()) return;
+  {
+    const auto scope = clock.measure("response");
+    apply_impulses(motion(h), contacts, {.end_gap = 1.0}, x_t1);
+  }
+  limit_strain();
+  find_hits();
+}
+
+// Impulses, then rigid zones, until nothing collides. False: the step has to be shorter.
+bool Simulation::Parts::resolve_collisions(double h) {
+  for (int pass = 0; pass < kImpulsePasses && !hits.empty(); ++pass) {
+    {
+      const auto scope = clock.measure("response");
+      apply_impulses(motion(h), hits, {}, x_t1);
+    }
+    result.counters["impulse_passes"] += 1;
+    find_hits();
+  }
+  if (!hits.empty()) zones.begin(motion(h));
+  for (int round = 0; round < kZoneRounds && !hits.empty(); ++round) {
+    if (!grow_zones()) return false;
+    find_hits();
+  }
+  if (!hits.empty())
+    trouble = std::to_string(hits.size()) + " pairs still collide, the first at vertices " +
+              std::to_string(hits[0].vertex[0]) + " and " + std::to_string(hits[0].vertex[2]);
+  return hits.empty();
+}
+
+bool Simulation::Parts::grow_zones() {
+  const auto scope = clock.measure("response");
+  zones.merge(hits);
+  result.counters["zone_rounds"] += 1;
+  result.counters["largest_zone"] =
+      std::max(result.counters["largest_zone"], static_cast<double>(zones.members()));
+  if (zones.apply(mass, x_t1)) return true;
+  trouble = "an impact zone of " + std::to_string(zones.members()) +
+            " particles cannot move as one rigid body";
+  return false;
+}
+
+bool Simulation::Parts::try_step(double h, double t1) {
+  const double t0 = state.time;
+  particles.x = state.x;
+  particles.v = state.v;
+  std::copy(state.x.begin(), state.x.end(), x_t0.begin());
+  place_bodies(t0, x_t0);
+  place_bodies(t1, x_t1);
+  for (std::size_t j = 0; j < body_step.size(); ++j) body_step[j] = x_t1[n() + j] - x_t0[n() + j];
+  hold_particles(t0, t1, h);
+  for (std::size_t i = 0; i < n(); ++i)
+    if (inv_mass[i] > 0.0) v_t1[i] += h * scene.gravity;
+  predicted = v_t1;
+  set_end_from_velocity(h);
+  detection.set_motion(x_t0, x_t1, bodies_move(t0, t1));
+  detection.find_candidates();
+  detection.find_proximities(contacts);
+  result.counters["contacts"] += static_cast<double>(contacts.size());
+
+  if (implicit)
+    solve_implicit(h);
+  else
+    step_explicit(h);
+  if (!is_finite()) return false;
+  for (int round = 0;; ++round) {
+    if (!resolve_collisions(h)) return false;
+    if (!scene.solver.strain_limiter || round + 1 >= kStrainRounds) return true;
+    if (limiter.measure(std::span(x_t1).first(n())).residual <= kStrainTolerance) return true;
+    limit_strain();
+    find_hits();
+  }
+}
+
+void Simulation::Parts::accept(double h, double t1) {
+  for (std::size_t i = 0; i < n(); ++i) {
+    state.v[i] = (x_t1[i] - x_t0[i]) / h;
+    state.x[i] = x_t1[i];
+  }
+  state.time = t1;
+  ++state.step;
+  ++result.steps;
+  note_strain();
+}
+
+Simulation::Simulation(const Scene& scene, BuiltScene built)
+    : parts_(std::make_unique<Parts>(scene, std::move(built))) {}
+
+Simulation::~Simulation() = default;
+
+void Simulation::advance_to_frame(int frame, const std::function<void(double)>& accepted) {
+  Parts& p = *parts_;
+  const TimeSpec& time = p.scene.time;
+  const double nominal = 1.0 / (time.fps * time.steps_per_frame);
+  // Targets are computed from whole numbers, so that steps do not drift and a resumed run meets
+  // them.
+  auto done = static_cast<std::int64_t>(std::llround(p.state.time / nominal));
+  const auto last = static_cast<std::int64_t>(frame) * time.steps_per_frame;
+  for (; done < last; ++done) {
+    const double target = static_cast<double>(done + 1) * nominal;
+    double h = nominal;
+    int halvings = 0;
+    while (p.state.time < target) {
+      const double left = target - p.state.time;
+      if (p.symplectic) {
+        p.particles.x = p.state.x;
+        p.particles.v = p.state.v;
+        p.hold_particles(p.state.time, target, left);
+        const double stable = kExplicitSafety * p.symplectic->stable_step(p.particles);
+        h = std::min(h, left / std::ceil(left / stable));
+      }
+      const bool to_target = h >= left * (1.0 - 1e-9);
+      const double t1 = to_target ? target : p.state.time + h;
+      if (p.try_step(t1 - p.state.time, t1)) {
+        p.accept(t1 - p.state.time, t1);
+        if (accepted) accepted(p.state.time);
+        if (halvings > 0) --halvings, h = std::min(2.0 * h, nominal);
+        continue;
+      }
+      if (++halvings > time.max_halvings) {
+        p.result.clean = false;
+        throw SimulationFailed("no clean step at " + std::to_string(p.state.time) + " s after " +
+                               std::to_string(time.max_halvings) + " halvings: " + p.trouble);
+      }
+      h *= 0.5;
+      ++p.result.halvings;
+    }
+  }
+  p.verify_frame();
+}
+
+const SimulationState& Simulation::state() const { return parts_->state; }
+
+void Simulation::restore(SimulationState state) {
+  if (state.x.size() != parts_->n() || state.v.size() != parts_->n())
+    throw std::invalid_argument("the saved state has " + std::to_string(state.x.size()) +
+                                " particles, but the scene has " + std::to_string(parts_->n()) +
+                                "; resume with the scene that was run");
+  parts_->state = std::move(state);
+}
+
+std::span<const Triangle> Simulation::cloth_triangles() const {
+  return parts_->built.cloth.surface.triangles;
+}
+
+std::span<const Triangle> Simulation::body_triangles() const { return parts_->body_triangles; }
+
+const std::vector<Vec3>& Simulation::body_positions() const { return parts_->x_t0; }
+
+bool Simulation::bodies_move() const {
+  const double end = parts_->scene.time.frames / parts_->scene.time.fps;
+  return parts_->bodies_move(0.0, end);
+}
+
+RunResult Simulation::result() const {
+  RunResult result = parts_->result;
+  result.phase_s = parts_->clock.seconds();
+  result.phase_s["broad_phase"] = parts_->detection.times().broad_phase;
+  result.phase_s["narrow_phase"] = parts_->detection.times().narrow_phase;
+  result.final_max_speed = max_norm(parts_->state.v);
+  result.state_hash = selvedge::state_hash(parts_->state);
+  return result;
+}
+
+std::string state_hash(const SimulationState& state) {
+  std::uint64_t hash = 14695981039346656037ull;  // FNV-1a, 64 bit
+  for (const auto* values : {&state.x, &state.v})
+    for (const Vec3& u : *values)
+      for (int k = 0; k < 3; ++k) {
+        unsigned char bytes[sizeof(double)];
+        std::memcpy(bytes, &u[k], sizeof(double));
+        for (const unsigned char byte : bytes) hash = (hash ^ byte) * 1099511628211ull;
+      }
+  char text[17];
+  std::snprintf(text, sizeof(text), "%016llx", static_cast<unsigned long long>(hash));
+  return text;
+}
+
+}  // namespace selvedge

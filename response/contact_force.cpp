@@ -64,10 +64,10 @@ void ContactForce::add(std::span<const ContactPoint> contacts) {
     const Vec3 predicted = motion_of(e, v_predicted_);
     // What it takes to stop the predicted approach: the first guess of the load.
     e.load = m_eff / (h * h) * std::max(0.0, e.target - c.gap - c.normal.dot(predicted));
-    const double slip = tangential(motion_of(e, v_start_), c.normal).norm() / h;
-    e.slip = slip <= config_.stick_speed ? Slip::stick : Slip::slide;
-    if (e.slip == Slip::slide) e.viscosity = std::min(e.stick, c.friction * e.load / slip);
-    if (e.slip == Slip::stick) e.viscosity = c.friction > 0.0 ? e.stick : 0.0;
+    e.m_eff = m_eff;
+    const Vec3 slip = tangential(motion_of(e, v_start_), c.normal) / h;
+    e.slip = slip.norm() <= config_.stick_speed ? Slip::stick : Slip::slide;
+    set_friction(e, slip);
     entries_.push_back(e);
   }
 }
@@ -109,25 +109,35 @@ bool ContactForce::update(Entry& e, std::span<const Vec3> v) const {
   if (c.friction <= 0.0 || e.load <= 0.0) return changed;
 
   const double limit = c.friction * e.load;  // Coulomb: |f_t| <= μ f_n
-  const Slip state = e.slip;
-  if (state == Slip::stick && before > 0.0 && e.viscosity * speed > kStickSlack * limit) {
-    e.slip = Slip::start;  // the direction is known, the speed is not: push with μλ once
+  const Slip state_before = e.slip;
+  const Vec3 force_before = e.push - e.viscosity * slip;
+  const bool turned_back = e.push.dot(slip) > 0.0;
+  if (e.slip == Slip::stick && before > 0.0 && e.viscosity * speed > kStickSlack * limit) {
+    // The slip of a sticking contact has the direction, not the speed, of what follows.
+    e.slip = Slip::slide;
     e.viscosity = 0.0;
     e.push = -limit * slip / speed;
     return true;
   }
-  if (state == Slip::start && slip.dot(e.push) >= 0.0)
-    e.slip = Slip::stick;  // turned back
-  else if (state == Slip::start)
-    e.slip = Slip::slide;
+  if (turned_back || limit >= e.stick * speed) e.slip = Slip::stick;
+  set_friction(e, slip);
+  const Vec3 force = e.push - e.viscosity * slip;
+  return changed || state_before != e.slip ||
+         (e.slip == Slip::slide && (force - force_before).norm() > kLoadTolerance * limit);
+}
+
+// Friction of the next solve from the slip of the last one.
+void ContactForce::set_friction(Entry& e, const Vec3& slip) const {
   e.push = Vec3::Zero();
-  const double viscosity =
-      e.slip == Slip::stick || speed <= 0.0 || limit >= e.stick * speed ? e.stick : limit / speed;
-  if (viscosity == e.stick) e.slip = Slip::stick;
-  const double force_change = std::abs(viscosity - e.viscosity) * speed;
-  changed = changed || state != e.slip || force_change > kLoadTolerance * limit;
-  e.viscosity = viscosity;
-  return changed;
+  e.viscosity = 0.0;
+  if (e.point.friction <= 0.0) return;
+  const double limit = e.point.friction * e.load, speed = slip.norm();
+  if (e.slip == Slip::stick)
+    e.viscosity = e.stick;
+  else if (motion_.h * limit < e.m_eff * speed)  // friction cannot stop it within the step
+    e.push = -limit * slip / speed;
+  else
+    e.viscosity = speed > 0.0 ? std::min(e.stick, limit / speed) : e.stick;
 }
 
 bool ContactForce::update(std::span<const Vec3> v) {

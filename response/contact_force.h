@@ -28,9 +28,10 @@ struct ContactForceConfig {
 
 /// Contact and Coulomb friction as forces inside the implicit step [after the active-set view of
 /// penalty contact, Wriggers 2006, ch. 5]. Each contact pushes with λ = k (rest - gap⁺)₊ along its
-/// normal, where gap⁺ is the linearised gap at the end of the step, and resists slip by
-/// min(stick viscosity, μλ/|slip|). `update` after each solve finds which contacts carry and which
-/// stick; the caller solves again until it says that nothing changed.
+/// normal, where gap⁺ is the linearised gap at the end of the step. Its friction is a stiff
+/// viscosity while it sticks, the force μλ against the slip while it slides, and the viscosity
+/// μλ/|slip| when that could stop it within the step. `update` after each solve finds which
+/// contacts carry and which stick; the caller solves again until it says that nothing changed.
 class ContactForce {
  public:
   explicit ContactForce(const ContactForceConfig& config = {}) : config_(config) {}
@@ -53,7 +54,7 @@ class ContactForce {
   Vec3 body_load() const;
 
  private:
-  enum class Slip : std::uint8_t { stick, start, slide };
+  enum class Slip : std::uint8_t { stick, slide };
   struct Entry {
     ContactPoint point;
     Vec3 body_motion;          // Σ weight·displacement of the body vertices, m
@@ -62,12 +63,14 @@ class ContactForce {
     double stick;              // kg/s
     double load = 0.0;         // N, last estimate of λ
     double viscosity = 0.0;    // kg/s, of friction
-    Vec3 push = Vec3::Zero();  // N, friction as a given force (a contact that starts to slide)
+    Vec3 push = Vec3::Zero();  // N, friction as a given force
+    double m_eff = 0.0;        // kg, inertia against an impulse at the contact
     Slip slip = Slip::stick;
   };
 
   Vec3 motion_of(const Entry& e, std::span<const Vec3> v) const;
   bool coupled(const ContactPoint& c) const;
+  void set_friction(Entry& e, const Vec3& slip) const;
   bool update(Entry& e, std::span<const Vec3> v) const;
 
   ContactForceConfig config_;

@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: MIT
+#include <gtest/gtest.h>
+#include <selvedge/response/contact_force.h>
+#include <selvedge/response/impact_zone.h>
+#include <selvedge/response/impulse.h>
+
+#include <Eigen/Dense>
+#include <random>
+
+namespace selvedge {
+namespace {
+
+constexpr double kStep = 1.0 / 120.0;
+
+// Four free particles of different mass whose point goes through the triangle during the step.
+struct PointThroughTriangle {
+  std::vector<Vec3> x_t0{{0.25, 0.25, 0.1}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  std::vector<Vec3> x_t1{{0.45, 0.25, -0.2}, {0, 0, 0.02}, {1, 0, 0}, {0, 1, 0}};
+  std::vector<double> mass{1.0, 2.0, 3.0, 4.0};
+  std::vector<double> inv_mass{1.0, 0.5, 1.0 / 3.0, 0.25};
+  ContactPoint contact{{0, 1, 2, 3}, {1.0, -0.5, -0.25, -0.25}, Vec3::UnitZ(), 0.1, 0.01, 0.0};
+
+  ContactMotion motion() const { return {x_t0, inv_mass, 4, kStep}; }
+  Vec3 momentum() const {
+    Vec3 sum = Vec3::Zero();
+    for (int i = 0; i < 4; ++i) sum += mass[i] * (x_t1[i] - x_t0[i]);
+    return sum;
+  }
+  Vec3 angular_momentum() const {
+    Vec3 sum = Vec3::Zero();
+    for (int i = 0; i < 4; ++i) sum += mass[i] * x_t0[i].cross(x_t1[i] - x_t0[i]);
+    return sum;
+  }
+  double energy() const {
+    double sum = 0.0;
+    for (int i = 0; i < 4; ++i) sum += 0.5 * mass[i] * (x_t1[i] - x_t0[i]).squaredNorm();
+    return sum;
+  }
+};
+
+TEST(Impulse, SeparatesTheContactAndKeepsMomentum) {
+  PointThroughTriangle scene;
+  scene.contact.friction = 0.4;
+  const Vec3 before = scene.momentum();
+  const double energy = scene.energy();
+  apply_impulses(scene.motion(), {&scene.contact, 1}, {}, scene.x_t1);
+  EXPECT_GE(scene.contact.normal.dot(relative(scene.contact, scene.x_t1)), 0.1 * 0.01 - 1e-15);
+  EXPECT_LT((scene.momentum() - before).norm(), 1e-14);
+  EXPECT_LT(scene.energy(), energy);
+}
+
+TEST(Impulse, FrictionIsCoulombs) {
+  for (const double mu : {0.0, 0.1, 0.3, 100.0}) {
+    PointThroughTriangle scene;
+    scene.contact.friction = mu;
+    const Vec3 u0 = relative(scene.contact, scene.x_t1) - relative(scene.contact, scene.x_t0);
+    apply_impulses(scene.motion(), {&scene.contact, 1}, {.sweeps = 1}, scene.x_t1);
+    const Vec3 u1 = relative(scene.contact, scene.x_t1) - relative(scene.contact, scene.x_t0);
+    const double normal_change = u1.z() - u0.z();
+    const double expected = std::max(0.0, u0.head<2>().norm() - mu * normal_change);
+    EXPECT_NEAR(u1.head<2>().norm(), expected, 1e-14) << "mu = " << mu;
+  }
+}
+
+TEST(Impulse, LeavesBodiesAndSeparatedContactsAlone) {
+  PointThroughTriangle scene;
+  scene.inv_mass = {1.0, 0.0, 0.0, 0.0};
+  const auto before = scene.x_t1;
+  apply_impulses(scene.motion(), {&scene.contact, 1}, {}, scene.x_t1);
+  for (int i = 1; i < 4; ++i) EXPECT_EQ(scene.x_t1[i], before[i]);
+  EXPECT_NE(scene.x_t1[0], before[0]);
+  scene.x_t1[0].z() = 0.5;
+  const auto apart = scene.x_t1;
+  apply_impulses(scene.motion(), {&scene.contact, 1}, {}, scene.x_t1);
+  EXPECT_EQ(scene.x_t1, apart);
+}
+
+TEST(ImpactZone, IsRigidAndKeepsBothMomenta) {
+  PointThroughTriangle scene;
+  const Vec3 linear = scene.momentum(), angular = scene.angular_momentum();
+  ImpactZones zones;
+  zones.begin(scene.motion());
+  zones.merge({&scene.contact, 1});
+  ASSERT_TRUE(zones.apply(scene.mass, scene.x_t1));
+  EXPECT_EQ(zones.members(), 4u);
+  for (int i = 0; i < 4; ++i)
+    for (int j = 0; j < i; ++j)
+      EXPECT_NEAR((scene.x_t1[i] - scene.x_t1[j]).norm(), (scene.x_t0[i] - scene.x_t0[j]).norm(),
+                  1e-14);
+  EXPECT_LT((scene.momentum() - linear).norm(), 1e-13);
+  // Linear in the rotation vector: the finite rotation keeps it up to its second order.
+  EXPECT_LT((scene.angular_momentum() - angular).norm(), 0.1 * angular.norm());
+}
+
+TEST(ImpactZone, StaysBitForBitAtAStaticBody) {
+  PointThroughTriangle scene;
+  scene.inv_mass = {1.0, 0.5, 0.0, 0.0};
+  scene.x_t1[2] = scene.x_t0[2];
+  scene.x_t1[3] = scene.x_t0[3];
+  ImpactZones zones;
+  zones.begin(scene.motion());
+  zones.merge({&scene.contact, 1});
+  ASSERT_TRUE(zones.apply(scene.mass, scene.x_t1));
+  EXPECT_EQ(scene.x_t1, scene.x_t0);
+}
+
+TEST(ImpactZone, FollowsABodyThatTurns) {
+  PointThroughTriangle scene;
+  scene.inv_mass = {1.0, 0.0, 0.0, 0.0};
+  const Mat3 turn = Eigen::AngleAxisd(0.3, Vec3(1, 2, 3).normalized()).toRotationMatrix();
+  for (int i = 1; i < 4; ++i) scene.x_t1[i] = turn * scene.x_t0[i] + Vec3(0.1, 0.2, 0.3);
+  ImpactZones zones;
+  zones.begin(scene.motion());
+  zones.merge({&scene.contact, 1});
+  ASSERT_TRUE(zones.apply(scene.mass, scene.x_t1));
+  EXPECT_LT((scene.x_t1[0] - (turn * scene.x_t0[0] + Vec3(0.1, 0.2, 0.3))).norm(), 1e-14);
+}
+
+TEST(ImpactZone, SaysWhenItsBodiesDoNotMoveAsOne) {
+  PointThroughTriangle scene;
+  scene.inv_mass = {1.0, 0.0, 0.0, 0.0};
+  scene.x_t1[3] = scene.x_t0[3] + Vec3(0.3, 0.3, 0.3);
+  ImpactZones zones;
+  zones.begin(scene.motion());
+  zones.merge({&scene.contact, 1});
+  EXPECT_FALSE(zones.apply(scene.mass, scene.x_t1));
+}
+
+TEST(ImpactZone, JoinsContactsThatShareAParticleInAnyOrder) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  std::vector<Vec3> x_t0(12), x_t1(12);
+  for (auto* x : {&x_t0, &x_t1})
+    for (Vec3& p : *x) p = 0.1 * Vec3(normal(random), normal(random), normal(random));
+  const std::vector<double> mass(12, 1.0), inv_mass(12, 1.0);
+  std::vector<ContactPoint> contacts(3);
+  contacts[0].vertex = {0, 1, 2, 3};
+  contacts[1].vertex = {3, 4, 5, 6};
+  contacts[2].vertex = {8, 9, 10, 11};
+  const ContactMotion motion{x_t0, inv_mass, 12, kStep};
+  std::vector<std::vector<Vec3>> ends;
+  for (const auto& order : {std::array{0, 1, 2}, std::array{2, 1, 0}}) {
+    ImpactZones zones;
+    zones.begin(motion);
+    for (const int k : order) zones.merge({&contacts[k], 1});
+    ends.push_back(x_t1);
+    ASSERT_TRUE(zones.apply(mass, ends.back()));
+  }
+  EXPECT_EQ(ends[0], ends[1]);
+  const auto& end = ends[0];
+  EXPECT_NEAR((end[0] - end[6]).norm(), (x_t0[0] - x_t0[6]).norm(), 1e-14);
+  EXPECT_GT(std::abs((end[0] - end[8]).norm() - (x_t0[0] - x_t0[8]).norm()), 1e-6);
+  EXPECT_EQ(end[7], x_t1[7]);
+}
+
+// One particle on a plane through the origin, solved as the simulation does it, without a matrix:
+// its own mass and the contact's term make a 3x3 system.
+class Block {
+ public:
+  Block(double incline, double mu) : mu_(mu) {
+    normal_ = Vec3(-std::sin(incline), 0.0, std::cos(incline));
+    x_ = rest_gap_ * normal_;
+  }
+
+  void run(double seconds) {
+    for (int k = 0; k < std::lround(seconds / kStep); ++k) step();
+  }
+  const Vec3& position() const { return x_; }
+  Vec3& velocity() { return v_; }
+  double gap() const { return normal_.dot(x_); }
+  int solves() const { return solves_; }
+
+ private:
+  void step() {
+    const Vec3 gravity(0, 0, -9.81);
+    const std::vector<Vec3> x_t0{x_, Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
+    const std::vector<double> inv_mass{1.0 / mass_, 0.0, 0.0, 0.0};
+    const std::vector<Vec3> body_step(3, Vec3::Zero()), v{v_}, predicted{v_ + kStep * gravity};
+    ContactPoint contact{{0, 1, 2, 3}, {1.0, -1.0, 0.0, 0.0}, normal_, gap(), rest_gap_, mu_};
+    ContactForce force;
+    force.begin({x_t0, inv_mass, 1, kStep}, body_step, v, predicted);
+    force.add({&contact, 1});
+    std::vector<Vec3> end{v_};
+    for (int solve = 0; solve < 8; ++solve) {
+      ++solves_;
+      Mat3 a = mass_ * Mat3::Identity();
+      Vec3 b = mass_ * (v_ + kStep * gravity);
+      for (const ImplicitTerm& t : force.terms()) {
+        a += t.matrix;
+        b += t.rhs;
+      }
+      end[0] = a.ldlt().solve(b);
+      if (!force.update(end)) break;
+    }
+    v_ = end[0];
+    x_ += kStep * v_;
+  }
+
+  double mu_, mass_ = 0.01, rest_gap_ = 0.002;
+  Vec3 normal_, x_, v_ = Vec3::Zero();
+  int solves_ = 0;
+};
+
+constexpr double kIncline = 30.0 * 3.14159265358979323846 / 180.0;
+
+TEST(ContactForce, SticksOnTheInclineWhenFrictionExceedsTheSlope) {
+  Block block(kIncline, 0.6);  // tan 30° = 0.577
+  const Vec3 start = block.position();
+  block.run(10.0);
+  EXPECT_LT((block.position() - start).head<2>().norm(), 1e-6);
+  EXPECT_NEAR(block.gap(), 0.002, 1e-6);
+}
+
+TEST(ContactForce, SlidesDownTheInclineWithCoulombsAcceleration) {
+  Block block(kIncline, 0.3);  // a = g (sin θ - μ cos θ) = 2.35629 m/s²
+  const Vec3 start = block.position();
+  block.run(1.0);
+  EXPECT_NEAR(block.velocity().norm(), 2.35629, 0.002 * 2.35629);
+  EXPECT_NEAR((block.position() - start).norm(), 1.17814, 0.02 * 1.17814);  // O(h)
+}
+
+TEST(ContactForce, StopsASlidingBlockWhereCoulombSays) {
+  Block block(0.0, 0.3);
+  block.velocity() = Vec3(1, 0, 0);
+  block.run(1.0);
+  EXPECT_NEAR(block.position().x(), 0.16990, 0.03 * 0.16990);  // O(h)
+  EXPECT_LT(block.velocity().norm(), 1e-6);
+}
+
+TEST(ContactForce, RestsWithOneSolveAStep) {
+  Block block(0.0, 0.3);
+  block.run(1.0);
+  EXPECT_LE(block.solves(), 121);
+}
+
+TEST(ContactForce, StopsAFastFallWithoutBounce) {
+  Block block(0.0, 0.3);
+  block.velocity() = Vec3(0, 0, -40.0);
+  block.run(kStep);
+  EXPECT_GT(block.gap(), 0.0);
+  block.run(0.5);
+  EXPECT_NEAR(block.gap(), 0.002, 1e-4);
+  EXPECT_LT(block.velocity().norm(), 1e-3);
+}
+
+}  // namespace
+}  // namespace selvedge

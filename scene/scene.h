@@ -114,6 +114,7 @@ struct OutputSpec {
 struct Scene {
   std::string name;
   std::filesystem::path file;
+  std::string json;   ///< the file as read: overrides and defaults in, comments out, paths absolute
   std::vector<ClothSpec> cloths;
   std::map<std::string, Material> materials;
   std::vector<HandleSpec> handles;

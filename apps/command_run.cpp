@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: MIT
+#include "command_run.h"
+
+#include <fmt/format.h>
+#include <selvedge/core/parallel.h>
+#include <selvedge/scene/run.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "command_render.h"
+
+namespace {
+
+using namespace selvedge;
+
+struct RunOptions {
+  std::string scene, out;
+  int threads = 0;
+  std::vector<std::string> set;
+  bool resume = false, every_step = false, json = false, no_picture = false;
+};
+
+/// Ctrl-C and SIGTERM ask the run to end after the frame in work; a second one ends it at once. A
+/// signal handler reaches nothing but static storage, hence the one variable of this program.
+class StopOnSignal {
+ public:
+  StopOnSignal() {
+    requested_ = false;
+    for (std::size_t i = 0; i < std::size(signals); ++i) {
+      struct sigaction action {};
+      action.sa_handler = [](int) { requested_ = true; };
+      action.sa_flags = static_cast<int>(SA_RESETHAND);
+      sigaction(signals[i], &action, &former_[i]);
+    }
+  }
+  ~StopOnSignal() {
+    for (std::size_t i = 0; i < std::size(signals); ++i)
+      sigaction(signals[i], &former_[i], nullptr);
+  }
+  StopOnSignal(const StopOnSignal&) = delete;
+  StopOnSignal& operator=(const StopOnSignal&) = delete;
+
+  const std::atomic<bool>* requested() const { return &requested_; }
+
+ private:
+  static constexpr int signals[] = {SIGINT, SIGTERM};
+  static std::atomic<bool> requested_;
+  static_assert(std::atomic<bool>::is_always_lock_free);
+  struct sigaction former_[std::size(signals)]{};
+};
+
+std::atomic<bool> StopOnSignal::requested_{false};
+
+std::string as_duration(double seconds) {
+  const auto whole = static_cast<long>(seconds + 0.5);
+  if (whole < 60) return fmt::format("{} s", whole);
+  if (whole < 3600) return fmt::format("{} min {:02} s", whole / 60, whole % 60);
+  return fmt::format("{} h {:02} min", whole / 3600, whole / 60 % 60);
+}
+
+/// One line on a terminal that says how far the run is and how long it will still take.
+class ProgressBar {
+ public:
+  explicit ProgressBar(int frames) : frames_(frames), on_(isatty(STDERR_FILENO) != 0) {}
+  ~ProgressBar() { clear(); }
+
+  void show(int frame, double seconds) {
+    if (!on_) return;
+    if (first_frame_ < 0) {
+      first_frame_ = frame;
+      first_seconds_ = seconds;
+    }
+    constexpr int width = 30;
+    const int filled = width * frame / frames_;
+    std::string left;
+    if (frame > first_frame_)
+      left = ", " +
+             as_duration((seconds - first_seconds_) / (frame - first_frame_) * (frames_ - frame)) +
+             " left";
+    fmt::print(stderr, "\r\033[K[{}{}] frame {} of {}, {}{}", std::string(filled, '#'),
+               std::string(width - filled, ' '), frame, frames_, as_duration(seconds), left);
+    std::fflush(stderr);
+    shown_ = true;
+  }
+
+  void clear() {
+    if (shown_) fmt::print(stderr, "\r\033[K");
+    shown_ = false;
+  }
+
+ private:
+  int frames_, first_frame_ = -1;
+  double first_seconds_ = 0.0;
+  bool on_, shown_ = false;
+};
+
+std::vector<Override> read_overrides(const std::vector<std::string>& set) {
+  std::vector<Override> overrides;
+  for (const std::string& text : set) {
+    const auto equals = text.find('=');
+    if (equals == std::string::npos || equals == 0)
+      throw std::invalid_argument("--set " + text + ": must be path=value, such as time.frames=30");
+    overrides.push_back({text.substr(0, equals), text.substr(equals + 1)});
+  }
+  return overrides;
+}
+
+void draw(const Scene& scene, const std::filesystem::path& out, int frame) {
+  render_frame(out, frame, scene.output.camera,
+               numbered(out / "pictures", "frame", frame, 5, ".png"));
+}
+
+void print_summary(const Scene& scene, const RunResult& r, const std::filesystem::path& out) {
+  constexpr double megabyte = 1e6;
+  fmt::print("{}: {} frames, {} steps in {:.1f} s, at most {:.0f} MB; results in {}\n", scene.name,
+             r.frames, r.steps, r.wall_s, r.peak_bytes / megabyte, out.string());
+  fmt::print("clean        {}\n",
+             r.clean ? "yes: nothing passed through anything" : "NO: something passed through");
+  fmt::print("max stretch  {:.2f} %\n", 100.0 * r.max_stretch);
+  fmt::print("final speed  {:.4f} m/s at most\n", r.final_max_speed);
+  fmt::print("seconds     ");
+  for (const auto& [phase, seconds] : r.phase_s) fmt::print(" {} {:.2f}", phase, seconds);
+  fmt::print("\n");
+  if (!r.stopped.empty()) fmt::print("{}; go on with --resume\n", r.stopped);
+}
+
+void print_file(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  const std::string text(std::istreambuf_iterator<char>(in), {});
+  fmt::print("{}", text);
+}
+
+int run_command(const RunOptions& options) {
+  const Scene scene = read_scene(options.scene, read_overrides(options.set));
+  const ThreadLimit limit(options.threads);
+  const StopOnSignal stop;
+  ProgressBar bar(scene.time.frames);
+  RunConfig config;
+  config.out = options.out.empty() ? std::filesystem::path("out") / scene.name
+                                   : std::filesystem::path(options.out);
+  config.resume = options.resume;
+  config.every_step = options.every_step;
+  config.stop = stop.requested();
+  int last_drawn = -1;
+  const int every = options.no_picture ? 0 : scene.output.picture_every;
+  config.progress = [&](int frame, double seconds) {
+    bar.show(frame, seconds);
+    if (every == 0 || frame % every != 0) return;
+    draw(scene, config.out, frame);
+    last_drawn = frame;
+  };
+  config.warning = [&](const std::string& sentence) {
+    bar.clear();
+    fmt::print(stderr, "warning: {}\n", sentence);
+  };
+  const RunResult result = run_scene(scene, config);
+  bar.clear();
+  const int last = result.frames - 1;
+  if (!options.no_picture && last != last_drawn) draw(scene, config.out, last);
+  if (options.json)
+    print_file(config.out / "result.json");
+  else
+    print_summary(scene, result, config.out);
+  return result.clean && result.stopped.empty() ? 0 : 1;
+}
+
+}  // namespace
+
+void add_command_run(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<RunOptions>();
+  CLI::App* command = app.add_subcommand("run", "Simulate a scene into a result folder");
+  command->add_option("scene", options->scene, "Scene file (JSON)")->required();
+  command->add_option("--out", options->out, "Result folder (default: out/NAME of the scene)");
+  command->add_option("--threads", options->threads, "Threads; 0: all (the result is the same)")
+      ->check(CLI::Range(0, 1024));
+  command->add_option("--set", options->set, "path=value replaces a value of the scene file")
+      ->allow_extra_args(false);
+  command->add_flag("--resume", options->resume, "Go on from the checkpoint in the result folder");
+  command->add_flag("--every-step", options->every_step, "Also write every accepted state");
+  command->add_flag("--json", options->json, "Print result.json");
+  command->add_flag("--no-picture", options->no_picture, "Draw no pictures");
+  command->callback([options, &exit_code] { exit_code = run_command(*options); });
+}

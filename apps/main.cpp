@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <new>
+#include <stdexcept>
+
+#include "command_check.h"
+#include "command_list.h"
+#include "command_render.h"
+#include "command_run.h"
+
+namespace {
+
+constexpr int run_failed = 1, input_wrong = 2;
+
+int say(const char* sentence, int exit_code) {
+  std::fflush(stdout);
+  std::fprintf(stderr, "selvedge: %s\n", sentence);
+  return exit_code;
+}
+
+int run_command_line(int argc, char** argv) {
+  CLI::App app{"Cloth collision: exact, clean, and nothing the scene does not need.", "selvedge"};
+  app.require_subcommand(1);
+  app.failure_message(CLI::FailureMessage::simple);
+  int exit_code = 0;
+  add_command_run(app, exit_code);
+  add_command_check(app, exit_code);
+  add_command_render(app, exit_code);
+  add_command_list(app, exit_code);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : input_wrong;  // help is no error
+  }
+  // What was printed may have gone to a full disk.
+  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+    return say("the output could not be written; is the disk full?", run_failed);
+  return exit_code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a file over the size limit is an error of write, not a death
+  try {
+    return run_command_line(argc, argv);
+  } catch (const std::invalid_argument& error) {
+    return say(error.what(), input_wrong);
+  } catch (const std::bad_alloc&) {
+    return say("out of memory; use a coarser cloth or body", run_failed);
+  } catch (const std::exception& error) {
+    return say(error.what(), run_failed);
+  }
+}

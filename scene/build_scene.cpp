@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+#include <selvedge/bodies/mesh_file.h>
+#include <selvedge/bodies/mesh_report.h>
+#include <selvedge/scene/detail/scene_json.h>
+#include <selvedge/scene/scene.h>
+
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+namespace selvedge {
+
+namespace {
+
+std::string at(const std::string& list, std::size_t index, const std::string& name) {
+  return fmt::format("{}[{}] (\"{}\")", list, index, name);
+}
+
+void scale(TriangleMesh& mesh, double factor) {
+  if (factor == 1.0) return;  // keep the file's bits
+  for (Vec3& x : mesh.vertices) x *= factor;
+}
+
+void rotate(std::vector<Vec3>& points, const Eigen::Quaterniond& rotation) {
+  if (rotation.coeffs() == Eigen::Quaterniond::Identity().coeffs()) return;
+  const Mat3 matrix = rotation.toRotationMatrix();
+  for (Vec3& x : points) x = matrix * x;
+}
+
+void translate(std::vector<Vec3>& points, const Vec3& translation) {
+  for (Vec3& x : points) x += translation;
+}
+
+ClothMesh make_grid(const ClothGrid& grid, double factor, const Material& material) {
+  GridConfig config = grid.grid;
+  config.size_x *= factor;
+  config.size_y *= factor;
+  return grid.pattern == ClothPattern::triangular ? make_triangular(config, material)
+                                                  : make_rectangular(config, material);
+}
+
+ClothMesh load_cloth(const ClothFile& cloth, double factor, const Material& material) {
+  TriangleMesh surface = read_mesh(cloth.file);
+  validate(surface, cloth.file.string());
+  if (surface.triangles.empty())
+    throw std::invalid_argument(cloth.file.string() + ": has no triangles; cloth is a surface");
+  scale(surface, factor);
+  if (cloth.rest_file.empty()) return make_from_mesh(surface, surface, material);
+  TriangleMesh rest = read_mesh(cloth.rest_file);
+  validate(rest, cloth.rest_file.string());
+  if (rest.vertices.size() != surface.vertices.size() || rest.triangles != surface.triangles)
+    throw std::invalid_argument(fmt::format(
+        "{}: the rest mesh must have the same vertices and triangles as {}, in the same order",
+        cloth.rest_file.string(), cloth.file.string()));
+  scale(rest, factor);
+  return make_from_mesh(surface, rest, material);
+}
+
+void warn(const TriangleMesh& mesh, const std::string& place, std::vector<std::string>& warnings) {
+  for (const std::string& sentence : report_mesh(mesh).sentences())
+    warnings.push_back(place + ": " + sentence);
+}
+
+TriangleMesh load_body(const std::filesystem::path& file, const LoadConfig& config) {
+  TriangleMesh mesh = load_mesh(file, config);
+  validate(mesh, file.string());
+  if (mesh.triangles.empty())
+    throw std::invalid_argument(file.string() + ": has no triangles; a body is a surface");
+  return mesh;
+}
+
+/// A mesh turned into a body: keyframes turn it about its own origin, which is where its
+/// transformation puts it.
+std::unique_ptr<Body> make_rigid_body(TriangleMesh mesh, const BodySpec& spec) {
+  scale(mesh, spec.placement.scale);
+  rotate(mesh.vertices, spec.placement.rotation);
+  if (spec.motion.empty()) {
+    translate(mesh.vertices, spec.placement.translation);
+    return make_static_body(std::move(mesh));
+  }
+  std::vector<Keyframe> keys = spec.motion;
+  for (Keyframe& key : keys) key.translation += spec.placement.translation;
+  return make_keyframed_body(std::move(mesh), std::move(keys));
+}
+
+std::unique_ptr<Body> make_sequence(const BodySequence& sequence, const Placement& placement,
+                                    const std::string& place, std::vector<std::string>& warnings) {
+  std::vector<TriangleMesh> frames;
+  frames.reserve(sequence.files.size());
+  for (const auto& file : sequence.files) {
+    TriangleMesh mesh = load_body(file, sequence.load);
+    if (!frames.empty() && (mesh.vertices.size() != frames.front().vertices.size() ||
+                            mesh.triangles != frames.front().triangles))
+      throw std::invalid_argument(
+          fmt::format("{}: must have the same vertices and triangles as {}, in the same order",
+                      file.string(), sequence.files.front().string()));
+    if (frames.empty()) warn(mesh, place, warnings);
+    scale(mesh, placement.scale);
+    rotate(mesh.vertices, placement.rotation);
+    translate(mesh.vertices, placement.translation);
+    frames.push_back(std::move(mesh));
+  }
+  return make_sequence_body(std::move(frames), sequence.fps, sequence.start);
+}
+
+std::unique_ptr<Body> make_body(const BodySpec& spec, const std::string& place,
+                                std::vector<std::string>& warnings) {
+  if (const auto* shape = std::get_if<BodyShape>(&spec.shape))
+    return make_rigid_body(tessellate(shape->shape, shape->resolution), spec);
+  if (const auto* sequence = std::get_if<BodySequence>(&spec.shape))
+    return make_sequence(*sequence, spec.placement, place, warnings);
+  const auto& file = std::get<BodyFile>(spec.shape);
+  TriangleMesh mesh = load_body(file.file, file.load);
+  warn(mesh, place, warnings);
+  return make_rigid_body(std::move(mesh), spec);
+}
+
+void add_cloth(const Scene& scene, std::size_t index, BuiltScene& built) {
+  const ClothSpec& spec = scene.cloths[index];
+  const Material& material = scene.materials.at(spec.material);
+  try {
+    const ClothMesh piece = detail::make_piece(spec, material);
+    built.piece_begin.push_back(append(built.cloth, piece));
+    built.velocity.resize(built.cloth.surface.vertices.size(), spec.velocity);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(fmt::format("{}, {}: {}", scene.file.string(),
+                                            at("geometry", index, spec.name), error.what()));
+  }
+  built.spring_damping = material.spring_damping;
+  built.bending_damping = material.bending_damping;
+}
+
+void add_body(const Scene& scene, std::size_t index, BuiltScene& built) {
+  const BodySpec& spec = scene.bodies[index];
+  const std::string place = at("obstacles", index, spec.name);
+  try {
+    built.bodies.push_back(make_body(spec, place, built.warnings));
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(
+        fmt::format("{}, {}: {}", scene.file.string(), place, error.what()));
+  }
+}
+
+}  // namespace
+
+ClothMesh detail::make_piece(const ClothSpec& cloth, const Material& material) {
+  const Placement& placement = cloth.placement;
+  const auto* grid = std::get_if<ClothGrid>(&cloth.shape);
+  ClothMesh piece = grid != nullptr
+                        ? make_grid(*grid, placement.scale, material)
+                        : load_cloth(std::get<ClothFile>(cloth.shape), placement.scale, material);
+  rotate(piece.surface.vertices, placement.rotation);
+  translate(piece.surface.vertices, placement.translation);
+  return piece;
+}
+
+BuiltScene build_scene(const Scene& scene) {
+  BuiltScene built;
+  for (std::size_t i = 0; i < scene.cloths.size(); ++i) add_cloth(scene, i, built);
+  built.piece_begin.push_back(static_cast<std::int32_t>(built.cloth.surface.vertices.size()));
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) add_body(scene, i, built);
+  return built;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/scene/scene.h>
+
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace selvedge::detail {
+
+using Json = nlohmann::json;
+
+/// A JSON file and where each of its values stands.
+struct LocatedJson {
+  std::filesystem::path file;
+  Json root;
+  /// JSON path such as "geometry[0].cells" to "line 12" or "--set time.frames".
+  std::map<std::string, std::string> origin;
+};
+
+/// Throws std::invalid_argument: file, place of the value at `path` (or of what encloses it),
+/// fault.
+[[noreturn]] void fail(const LocatedJson& document, const std::string& path,
+                       const std::string& fault);
+
+/// The path of a member or an element of the value at `path`.
+std::string join(const std::string& path, const std::string& key);
+std::string join(const std::string& path, std::size_t index);
+
+/// Reads JSON with // and /* */ comments. Refuses duplicate keys, numbers beyond a double, and
+/// more than 64 levels.
+LocatedJson parse_json_file(const std::filesystem::path& file);
+
+/// Puts the value of one `--set` in place: JSON if it is JSON, else a string.
+void apply(LocatedJson& document, const Override& override_value);
+
+/// Checks the document against the subset of JSON schema that scene.schema.json uses, and completes
+/// it: what is left out gets its default.
+void check_and_complete(LocatedJson& document, const Json& schema);
+
+/// data/scenes/scene.schema.json as compiled in.
+const char* scene_schema_text();
+
+/// The known word with the smallest edit distance to `word`, the first of several; "" if none
+/// known.
+std::string nearest(const std::string& word, const std::vector<std::string>& known);
+
+/// One piece of cloth as it starts: made or loaded, scaled (rest shape too), rotated, translated.
+ClothMesh make_piece(const ClothSpec& cloth, const Material& material);
+
+}  // namespace selvedge::detail

@@ -1,0 +1,548 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+#include <selvedge/broadphase/broad_phase.h>
+#include <selvedge/narrowphase/narrow_phase.h>
+#include <selvedge/scene/detail/scene_json.h>
+#include <selvedge/scene/scene.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <optional>
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+namespace selvedge {
+
+namespace {
+
+using detail::fail;
+using detail::join;
+using detail::Json;
+using detail::LocatedJson;
+
+Vec3 read_vec3(const Json& j) {
+  return {j[0].get<double>(), j[1].get<double>(), j[2].get<double>()};
+}
+
+std::string in_quotes(const std::string& word) { return "\"" + word + "\""; }
+
+/// Reads a document that the schema has checked and completed, so that every key with a default is
+/// there and has its type and range; what is left are the references and the files.
+class SceneReader {
+ public:
+  explicit SceneReader(LocatedJson& document) : document_(document), root_(document.root) {}
+
+  Scene read() {
+    scene_.file = document_.file;
+    if (!root_.contains("name")) root_["name"] = document_.file.stem().string();
+    scene_.name = root_["name"].get<std::string>();
+    scene_.gravity = read_vec3(root_["gravity"]);
+    read_materials();
+    read_geometry();
+    check_shared_damping();
+    read_motions();
+    read_handles();
+    read_obstacles();
+    read_air();
+    read_time();
+    read_contact();
+    read_solver();
+    read_output();
+    scene_.json = root_.dump(2);
+    return std::move(scene_);
+  }
+
+ private:
+  // -- names ------------------------------------------------------------------------------------
+
+  /// The name of an element, made up from its place if it has none, and unique in its list.
+  std::string read_name(Json& element, const std::string& stem, std::size_t index,
+                        std::set<std::string>& taken) {
+    const std::string path = join(stem, index);
+    if (!element.contains("name")) element["name"] = fmt::format("{}_{}", stem, index);
+    auto name = element["name"].get<std::string>();
+    if (!taken.insert(name).second)
+      fail(document_, join(path, "name"),
+           in_quotes(name) + " is taken; give each element its own name");
+    return name;
+  }
+
+  template <class Known>
+  void require_known(const std::string& word, const Known& known, const std::string& path,
+                     const std::string& kind) const {
+    if (std::find(known.begin(), known.end(), word) != known.end()) return;
+    const std::vector<std::string> words(known.begin(), known.end());
+    const std::string hint =
+        words.empty() ? "none is defined" : "nearest is " + in_quotes(detail::nearest(word, words));
+    fail(document_, path, fmt::format("there is no {} {}; {}", kind, in_quotes(word), hint));
+  }
+
+  template <class Registry>
+  std::string read_method(const Json& j, const Registry& registry, const std::string& path) const {
+    const auto name = j.get<std::string>();
+    std::vector<std::string> known;
+    for (const auto& [key, factory] : registry) known.push_back(key);
+    require_known(name, known, path, "method");
+    return name;
+  }
+
+  // -- files ------------------------------------------------------------------------------------
+
+  /// Absolute path of a file that exists; the document keeps the absolute one.
+  std::filesystem::path read_file(Json& j, const std::string& path) {
+    const auto file = absolute(j.get<std::string>());
+    std::error_code error;
+    if (!std::filesystem::exists(file, error)) {
+      const bool fetched = file.parent_path().filename() == "fetched";
+      fail(document_, path,
+           fmt::format("there is no file {}; {}", file.string(),
+                       fetched ? "fetch it with scripts/fetch_bodies.sh"
+                               : "paths are relative to the scene file"));
+    }
+    if (std::filesystem::is_directory(file, error))
+      fail(document_, path, file.string() + " is a folder; name a mesh file in it");
+    j = file.string();
+    return file;
+  }
+
+  std::filesystem::path absolute(const std::string& name) const {
+    const auto folder = std::filesystem::absolute(document_.file).parent_path();
+    return (folder / name).lexically_normal();
+  }
+
+  // -- placement and motion -----------------------------------------------------------------------
+
+  Eigen::Quaterniond read_axis_angle(const Json& j, const std::string& path) const {
+    const Vec3 axis = read_vec3(j["axis"]);
+    if (axis.norm() == 0.0) fail(document_, join(path, "axis"), "must not be the zero vector");
+    const double angle = j["angle_deg"].get<double>() * std::numbers::pi / 180.0;
+    return Eigen::Quaterniond(Eigen::AngleAxisd(angle, axis.normalized()));
+  }
+
+  Eigen::Quaterniond read_rotation(const Json& j, const std::string& path) const {
+    if (j.is_object()) return read_axis_angle(j, path);
+    Eigen::Quaterniond all = Eigen::Quaterniond::Identity();
+    for (std::size_t i = 0; i < j.size(); ++i) all = read_axis_angle(j[i], join(path, i)) * all;
+    return all.normalized();
+  }
+
+  Placement read_placement(const Json& j, const std::string& path) const {
+    return {read_vec3(j["translation"]), read_rotation(j["rotation"], join(path, "rotation")),
+            j["scale"].get<double>()};
+  }
+
+  std::vector<Keyframe> read_keyframes(const Json& j, const std::string& path) const {
+    std::vector<Keyframe> keys;
+    for (std::size_t i = 0; i < j.size(); ++i) {
+      const std::string place = join(path, i);
+      keys.push_back({j[i]["time"].get<double>(), read_vec3(j[i]["translation"]),
+                      read_rotation(j[i]["rotation"], join(place, "rotation"))});
+      if (i > 0 && keys[i].time <= keys[i - 1].time)
+        fail(document_, join(place, "time"),
+             fmt::format("must be later than the one before ({} s), is {}", keys[i - 1].time,
+                         keys[i].time));
+    }
+    return keys;
+  }
+
+  void read_motions() {
+    for (const auto& [name, keys] : root_["motions"].items())
+      motions_[name] = read_keyframes(keys, join("motions", name));
+  }
+
+  std::vector<Keyframe> read_motion(const Json& j, const std::string& path) const {
+    if (!j.is_string()) return read_keyframes(j, path);
+    std::vector<std::string> known;
+    for (const auto& [name, keys] : motions_) known.push_back(name);
+    require_known(j.get<std::string>(), known, path, "motion");
+    return motions_.at(j.get<std::string>());
+  }
+
+  // -- cloth --------------------------------------------------------------------------------------
+
+  void read_materials() {
+    scene_.materials["default"] = Material{};
+    for (const auto& [name, j] : root_["materials"].items()) {
+      Material& m = scene_.materials[name];
+      m.density = j["density"].get<double>();
+      m.stretch_stiffness = j["stretch_stiffness"].get<double>();
+      m.shear_stiffness = j["shear_stiffness"].get<double>();
+      m.bending_stiffness = j["bending_stiffness"].get<double>();
+      m.spring_damping = j["spring_damping"].get<double>();
+      m.bending_damping = j["bending_damping"].get<double>();
+      m.strain_limit = j["strain_limit"].get<double>();
+      m.friction = j["friction"].get<double>();
+    }
+  }
+
+  void read_geometry() {
+    std::set<std::string> taken;
+    Json& list = root_["geometry"];
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      const std::string path = join("geometry", i);
+      Json& j = list[i];
+      ClothSpec cloth;
+      cloth.name = read_name(j, "geometry", i, taken);
+      if (j.contains("mesh"))
+        cloth.shape = read_cloth_file(j, path);
+      else
+        cloth.shape = read_cloth_grid(j);
+      cloth.placement = read_placement(j["transformation"], join(path, "transformation"));
+      cloth.velocity = read_vec3(j["velocity"]);
+      cloth.material = j["material"].get<std::string>();
+      std::vector<std::string> known;
+      for (const auto& [name, material] : scene_.materials) known.push_back(name);
+      require_known(cloth.material, known, join(path, "material"), "material");
+      scene_.cloths.push_back(std::move(cloth));
+    }
+  }
+
+  ClothFile read_cloth_file(Json& j, const std::string& path) {
+    ClothFile shape{read_file(j["mesh"], join(path, "mesh")), {}};
+    if (j["rest_mesh"] != "") shape.rest_file = read_file(j["rest_mesh"], join(path, "rest_mesh"));
+    return shape;
+  }
+
+  static ClothGrid read_cloth_grid(const Json& j) {
+    ClothGrid shape;
+    shape.pattern =
+        j["pattern"] == "triangular" ? ClothPattern::triangular : ClothPattern::rectangular;
+    shape.grid.size_x = j["size"][0].get<double>();
+    shape.grid.size_y = j["size"][1].get<double>();
+    shape.grid.cells_x = j["cells"][0].get<std::int32_t>();
+    shape.grid.cells_y = j["cells"][1].get<std::int32_t>();
+    return shape;
+  }
+
+  /// All springs share one damping, so the fabrics in use must agree.
+  void check_shared_damping() const {
+    const Material& first = scene_.materials.at(scene_.cloths.front().material);
+    for (const ClothSpec& cloth : scene_.cloths) {
+      const Material& m = scene_.materials.at(cloth.material);
+      if (m.spring_damping != first.spring_damping)
+        refuse_damping(cloth.material, "spring_damping", m.spring_damping, first.spring_damping);
+      if (m.bending_damping != first.bending_damping)
+        refuse_damping(cloth.material, "bending_damping", m.bending_damping, first.bending_damping);
+    }
+  }
+
+  [[noreturn]] void refuse_damping(const std::string& material, const std::string& key, double is,
+                                   double first) const {
+    fail(document_, join(join("materials", material), key),
+         fmt::format("is {}, but {} in {}; all fabrics of a scene must share it", is, first,
+                     in_quotes(scene_.cloths.front().material)));
+  }
+
+  // -- handles ------------------------------------------------------------------------------------
+
+  void read_handles() {
+    std::set<std::string> taken;
+    Json& list = root_["handles"];
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      const std::string path = join("handles", i);
+      Json& j = list[i];
+      HandleSpec handle;
+      handle.name = read_name(j, "handles", i, taken);
+      handle.geometry = read_handle_geometry(j, path);
+      handle.vertices = select(j["select"], handle.geometry, join(path, "select"));
+      handle.motion = read_motion(j["motion"], join(path, "motion"));
+      check_starts_at_rest(handle, join(path, "motion"));
+      if (j.contains("release")) handle.release = j["release"].get<double>();
+      refuse_shared_vertices(handle, path);
+      scene_.handles.push_back(std::move(handle));
+    }
+  }
+
+  std::string read_handle_geometry(Json& j, const std::string& path) const {
+    if (!j.contains("geometry")) {
+      if (scene_.cloths.size() > 1)
+        fail(document_, path, "needs the key \"geometry\", because there are several pieces");
+      j["geometry"] = scene_.cloths.front().name;
+    }
+    std::vector<std::string> known;
+    for (const ClothSpec& cloth : scene_.cloths) known.push_back(cloth.name);
+    require_known(j["geometry"].get<std::string>(), known, join(path, "geometry"), "geometry");
+    return j["geometry"].get<std::string>();
+  }
+
+  /// A handle is relative to the start; anything else would tear the cloth in the first step.
+  void check_starts_at_rest(const HandleSpec& handle, const std::string& path) const {
+    if (handle.motion.empty()) return;
+    const Keyframe& first = handle.motion.front();
+    const Eigen::Quaterniond identity = Eigen::Quaterniond::Identity();
+    if (first.translation != Vec3::Zero() || first.rotation.coeffs() != identity.coeffs())
+      fail(document_, path,
+           "the first keyframe of a handle is its start and must not translate or rotate");
+  }
+
+  void refuse_shared_vertices(const HandleSpec& handle, const std::string& path) {
+    for (const std::int32_t vertex : handle.vertices) {
+      const auto [other, is_new] = held_.try_emplace({handle.geometry, vertex}, handle.name);
+      if (!is_new)
+        fail(document_, path,
+             fmt::format("vertex {} of {} is held by {} already", vertex,
+                         in_quotes(handle.geometry), in_quotes(other->second)));
+    }
+  }
+
+  std::vector<std::int32_t> select(const Json& j, const std::string& geometry,
+                                   const std::string& path) {
+    const auto cloth = std::find_if(scene_.cloths.begin(), scene_.cloths.end(),
+                                    [&](const ClothSpec& c) { return c.name == geometry; });
+    std::vector<std::int32_t> found;
+    if (j.contains("vertices"))
+      found = select_vertices(j["vertices"], *cloth, join(path, "vertices"));
+    if (j.contains("box")) found = select_box(j["box"], *cloth, join(path, "box"));
+    if (j.contains("corners")) found = select_corners(j["corners"], *cloth, join(path, "corners"));
+    if (j.contains("edge")) found = select_edge(j["edge"], *cloth, join(path, "edge"));
+    std::sort(found.begin(), found.end());
+    found.erase(std::unique(found.begin(), found.end()), found.end());
+    return found;
+  }
+
+  /// Where the vertices of a piece are at the start; with no placement, in the piece's own plane.
+  std::vector<Vec3> start_positions(const ClothSpec& cloth, bool placed) const {
+    ClothSpec piece = cloth;
+    if (!placed) piece.placement = Placement{};
+    return detail::make_piece(piece, scene_.materials.at(cloth.material)).surface.vertices;
+  }
+
+  std::vector<std::int32_t> select_vertices(const Json& j, const ClothSpec& cloth,
+                                            const std::string& path) const {
+    const auto count = start_positions(cloth, true).size();
+    std::vector<std::int32_t> found;
+    for (std::size_t i = 0; i < j.size(); ++i) {
+      const auto vertex = j[i].get<std::int64_t>();
+      if (vertex >= static_cast<std::int64_t>(count))
+        fail(document_, join(path, i),
+             fmt::format("there is no vertex {}; {} has vertices 0 to {}", vertex,
+                         in_quotes(cloth.name), count - 1));
+      found.push_back(static_cast<std::int32_t>(vertex));
+    }
+    return found;
+  }
+
+  std::vector<std::int32_t> select_box(const Json& j, const ClothSpec& cloth,
+                                       const std::string& path) const {
+    const Vec3 low = read_vec3(j[0]), high = read_vec3(j[1]);
+    if ((low.array() > high.array()).any())
+      fail(document_, path, "the first corner must be the lowest in every coordinate");
+    const std::vector<Vec3> x = start_positions(cloth, true);
+    std::vector<std::int32_t> found;
+    for (std::size_t i = 0; i < x.size(); ++i)
+      if ((x[i].array() >= low.array()).all() && (x[i].array() <= high.array()).all())
+        found.push_back(static_cast<std::int32_t>(i));
+    if (found.empty()) fail(document_, path, describe_empty_box(x, cloth.name));
+    return found;
+  }
+
+  static std::string describe_empty_box(const std::vector<Vec3>& x, const std::string& name) {
+    Vec3 low = x.front(), high = x.front();
+    for (const Vec3& p : x) {
+      low = low.cwiseMin(p);
+      high = high.cwiseMax(p);
+    }
+    return fmt::format("selects nothing; {} lies from ({:g}, {:g}, {:g}) to ({:g}, {:g}, {:g}) m",
+                       in_quotes(name), low.x(), low.y(), low.z(), high.x(), high.y(), high.z());
+  }
+
+  const GridConfig& require_grid(const ClothSpec& cloth, const std::string& path) const {
+    const auto* grid = std::get_if<ClothGrid>(&cloth.shape);
+    if (grid == nullptr)
+      fail(document_, path,
+           in_quotes(cloth.name) + " is a mesh and not a grid; select by \"vertices\" or \"box\"");
+    return grid->grid;
+  }
+
+  std::vector<std::int32_t> select_corners(const Json& j, const ClothSpec& cloth,
+                                           const std::string& path) const {
+    const GridConfig& grid = require_grid(cloth, path);
+    const std::vector<Vec3> x = start_positions(cloth, false);
+    std::vector<std::int32_t> found;
+    for (const Json& corner : j) {
+      const auto word = corner.get<std::string>();  // such as x0y1
+      const Vec3 wanted(word[1] == '0' ? -grid.size_x / 2 : grid.size_x / 2,
+                        word[3] == '0' ? -grid.size_y / 2 : grid.size_y / 2, 0.0);
+      const auto nearest = std::min_element(x.begin(), x.end(), [&](const Vec3& a, const Vec3& b) {
+        return (a - wanted).squaredNorm() < (b - wanted).squaredNorm();
+      });
+      found.push_back(static_cast<std::int32_t>(nearest - x.begin()));
+    }
+    return found;
+  }
+
+  std::vector<std::int32_t> select_edge(const Json& j, const ClothSpec& cloth,
+                                        const std::string& path) const {
+    const GridConfig& grid = require_grid(cloth, path);
+    const auto word = j.get<std::string>();  // such as x0
+    const int axis = word[0] == 'x' ? 0 : 1;
+    const double size = axis == 0 ? grid.size_x : grid.size_y;
+    const std::int32_t cells = axis == 0 ? grid.cells_x : grid.cells_y;
+    const double side = word[1] == '0' ? -size / 2 : size / 2;
+    // Rows are a cell apart; those of a triangular pattern begin half a cell in or out, and a third
+    // of a cell tells the outermost vertices from these.
+    const double reach = size / cells / 3.0;
+    const std::vector<Vec3> x = start_positions(cloth, false);
+    std::vector<std::int32_t> found;
+    for (std::size_t i = 0; i < x.size(); ++i)
+      if (std::abs(x[i][axis] - side) <= reach) found.push_back(static_cast<std::int32_t>(i));
+    if (found.empty()) fail(document_, path, "selects nothing");
+    return found;
+  }
+
+  // -- obstacles ----------------------------------------------------------------------------------
+
+  void read_obstacles() {
+    std::set<std::string> taken;
+    Json& list = root_["obstacles"];
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      const std::string path = join("obstacles", i);
+      Json& j = list[i];
+      BodySpec body;
+      body.name = read_name(j, "obstacles", i, taken);
+      if (j.contains("shape")) body.shape = read_shape(j["shape"], join(path, "shape"));
+      if (j.contains("mesh"))
+        body.shape = BodyFile{read_file(j["mesh"], join(path, "mesh")), read_load(j)};
+      if (j.contains("sequence"))
+        body.shape = read_sequence(j, join(path, "sequence"));
+      else
+        body.motion = read_motion(j["motion"], join(path, "motion"));
+      body.placement = read_placement(j["transformation"], join(path, "transformation"));
+      body.friction = j["friction"].get<double>();
+      scene_.bodies.push_back(std::move(body));
+    }
+  }
+
+  static LoadConfig read_load(const Json& j) {
+    LoadConfig load;
+    load.unit = j["unit"].get<double>();
+    load.up = j["up"] == "x" ? UpAxis::x : j["up"] == "y" ? UpAxis::y : UpAxis::z;
+    // Frames of a sequence are never welded: each could be welded differently.
+    load.weld = j.value("weld", false);
+    return load;
+  }
+
+  BodyShape read_shape(const Json& j, const std::string& path) const {
+    const auto type = j["type"].get<std::string>();
+    const auto number = [&](const char* key) { return j[key].get<double>(); };
+    BodyShape shape;
+    shape.resolution = j.value("resolution", shape.resolution);
+    if (type == "plane") shape.shape = Plane{number("size")};
+    if (type == "box") shape.shape = Box{read_vec3(j["size"])};
+    if (type == "sphere") shape.shape = Sphere{number("radius")};
+    if (type == "capsule") shape.shape = Capsule{number("radius"), number("length")};
+    if (type == "cylinder") shape.shape = Cylinder{number("radius"), number("height")};
+    if (type == "cone") shape.shape = Cone{number("radius"), number("height")};
+    if (type == "torus") {
+      if (number("tube") >= number("radius"))
+        fail(document_, join(path, "tube"), "must be less than radius, or the ring has no hole");
+      shape.shape = Torus{number("radius"), number("tube")};
+    }
+    return shape;
+  }
+
+  BodySequence read_sequence(Json& j, const std::string& path) {
+    Json& sequence = j["sequence"];
+    BodySequence shape;
+    shape.load = read_load(j);
+    shape.fps = sequence["fps"].get<double>();
+    shape.start = sequence["start"].get<double>();
+    Json& files = sequence["files"];
+    const std::string place = join(path, "files");
+    if (files.is_string()) files = expand(files.get<std::string>(), sequence["first"], place);
+    for (std::size_t i = 0; i < files.size(); ++i)
+      shape.files.push_back(read_file(files[i], join(place, i)));
+    return shape;
+  }
+
+  /// "walk_####.obj" into the files that exist from number `first` on.
+  Json expand(const std::string& pattern, std::int64_t first, const std::string& path) const {
+    const auto begin = pattern.find('#');
+    if (begin == std::string::npos)
+      fail(document_, path, "needs a list of files, or a name with # for each digit of a number");
+    const auto end = std::min(pattern.find_first_not_of('#', begin), pattern.size());
+    Json files = Json::array();
+    const auto name = [&](std::int64_t number) {
+      return fmt::format("{}{:0{}}{}", pattern.substr(0, begin), number, end - begin,
+                         pattern.substr(end));
+    };
+    std::error_code error;
+    while (std::filesystem::exists(absolute(name(first)), error)) files.push_back(name(first++));
+    constexpr std::size_t fewest = 2;
+    if (files.size() < fewest)
+      fail(document_, path,
+           fmt::format("a sequence needs at least 2 files; there is no file {}",
+                       absolute(name(first)).string()));
+    return files;
+  }
+
+  // -- numbers ------------------------------------------------------------------------------------
+
+  void read_air() {
+    const Json& j = root_["air"];
+    scene_.air.wind = read_vec3(j["wind"]);
+    scene_.air.normal_drag = j["normal_drag"].get<double>();
+    scene_.air.viscous_drag = j["viscous_drag"].get<double>();
+  }
+
+  void read_time() {
+    const Json& j = root_["time"];
+    scene_.time.frames = j["frames"].get<int>();
+    scene_.time.fps = j["fps"].get<double>();
+    scene_.time.steps_per_frame = j["steps_per_frame"].get<int>();
+    scene_.time.max_halvings = j["max_halvings"].get<int>();
+  }
+
+  void read_contact() {
+    const Json& j = root_["contact"];
+    scene_.contact.thickness = j["thickness"].get<double>();
+    scene_.contact.self = j["self"].get<bool>();
+    scene_.contact.broad_phase =
+        read_method(j["broad_phase"], broad_phases(), "contact.broad_phase");
+    scene_.contact.narrow_phase =
+        read_method(j["narrow_phase"], narrow_phases(), "contact.narrow_phase");
+  }
+
+  void read_solver() {
+    const Json& j = root_["solver"];
+    scene_.solver.integrator = j["integrator"].get<std::string>();
+    scene_.solver.strain_limiter = j["strain_limiter"].get<bool>();
+    scene_.solver.tolerance = j["tolerance"].get<double>();
+    scene_.solver.max_iterations = j["max_iterations"].get<int>();
+  }
+
+  void read_output() {
+    const Json& j = root_["output"];
+    scene_.output.vtk = j["vtk"].get<bool>();
+    scene_.output.pc2 = j["pc2"].get<bool>();
+    scene_.output.picture_every = j["picture_every"].get<int>();
+    CameraSpec& camera = scene_.output.camera;
+    camera.eye = read_vec3(j["camera"]["eye"]);
+    camera.target = read_vec3(j["camera"]["target"]);
+    camera.field_of_view = j["camera"]["field_of_view"].get<double>();
+    camera.width = j["camera"]["width"].get<int>();
+    camera.height = j["camera"]["height"].get<int>();
+    if (camera.eye == camera.target)
+      fail(document_, "output.camera.target", "must differ from the camera's eye");
+  }
+
+  LocatedJson& document_;
+  Json& root_;
+  Scene scene_;
+  std::map<std::string, std::vector<Keyframe>> motions_;
+  std::map<std::pair<std::string, std::int32_t>, std::string> held_;  // vertex to handle
+};
+
+}  // namespace
+
+Scene read_scene(const std::filesystem::path& file, const std::vector<Override>& overrides) {
+  LocatedJson document = detail::parse_json_file(file);
+  for (const Override& set : overrides) detail::apply(document, set);
+  detail::check_and_complete(document, Json::parse(detail::scene_schema_text()));
+  return SceneReader(document).read();
+}
+
+}  // namespace selvedge

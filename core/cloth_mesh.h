@@ -19,7 +19,7 @@ struct Spring {
 struct Hinge {
   std::array<std::int32_t, 4> v;
   double rest_angle;    ///< rad, 0 where the rest shape is flat
-  double stiffness;     ///< N·m, energy ½·stiffness·(2 tan or angle measure)², see force_bending
+  double stiffness;     ///< N·m, energy ½·stiffness·(angle - rest_angle)²
 };
 
 /// A piece of cloth at rest: the surface that collides and the springs and hinges that hold it.

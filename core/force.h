@@ -15,7 +15,7 @@ namespace selvedge {
 struct ForceState {
   std::span<const Vec3> x, v;
   std::span<const double> mass;
-  double time = 0.0;   ///< s
+  double time = 0.0;  ///< s
 };
 
 /// A force on particles. Deterministic for any number of threads.
@@ -34,25 +34,29 @@ class Force {
   /// a += -h ∂f/∂v - h² ∂f/∂x, where the indefinite part of ∂f/∂x is dropped so that the sum stays
   /// positive semidefinite.
   virtual void add_jacobian(const ForceState& state, double h, BlockMatrix& a) const = 0;
-  /// Upper bound of the largest eigenvalue of -∂f/∂x seen by each particle (Gershgorin row sum,
-  /// N/m), added to `row_sum`; for the step bound of explicit integrators.
-  virtual void add_stiffness_bound(std::span<double> row_sum) const = 0;
+  /// Adds to each particle the row sums of the block norms of -∂f/∂x (N/m) and -∂f/∂v (N·s/m) at
+  /// `state`. Divided by the mass, their largest bound the eigenvalues (Gershgorin), for the step
+  /// of explicit integrators.
+  virtual void add_stiffness_bound(const ForceState& state, std::span<double> stiffness,
+                                   std::span<double> damping) const = 0;
 };
 
 /// Stretch and shear springs after Hooke, with damping on the relative velocity along the spring.
 /// f_a = (k (L-L0) + k·damping·dL/dt) (x_b - x_a)/L. [survey eq. 2, 8]
 std::unique_ptr<Force> make_hooke_force(std::span<const Spring> springs, double damping,
                                         std::size_t particles);
-/// Bending between two triangles after [Bridson2003], with stiffness at zero curvature.
+/// Bending between two triangles after [Bridson2003], with stiffness at zero curvature:
+/// energy ½ k (θ-θ0)², force -k (θ-θ0 + damping·dθ/dt) ∂θ/∂x, θ the angle between the normals.
 std::unique_ptr<Force> make_bending_force(std::span<const Hinge> hinges, double damping,
                                           std::size_t particles);
 /// f = m·g. [survey eq. 6]
 std::unique_ptr<Force> make_gravity(const Vec3& acceleration);
 
 struct AirConfig {
-  Vec3 wind = Vec3::Zero();     ///< m/s, air velocity
-  double normal_drag = 0.0;     ///< N·s/m³ per area: f = C A [n·(wind - v)] n per triangle [survey eq. 9, sign mended]
-  double viscous_drag = 0.0;    ///< N·s/m³ per area: f = C A (wind - v) per vertex [survey eq. 7]
+  Vec3 wind = Vec3::Zero();  ///< m/s, air velocity
+  double normal_drag =
+      0.0;  ///< N·s/m³ per area: f = C A [n·(wind - v)] n per triangle [survey eq. 9, sign mended]
+  double viscous_drag = 0.0;  ///< N·s/m³ per area: f = C A (wind - v) per vertex [survey eq. 7]
 };
 /// Air drag and wind on the triangles of the surface.
 std::unique_ptr<Force> make_air_force(const AirConfig& config, std::span<const Triangle> triangles,

@@ -10,7 +10,7 @@ namespace selvedge {
 
 struct StrainReport {
   double max_strain = 0.0;   ///< largest (L-L0)/L0 left
-  double residual = 0.0;     ///< largest excess over its limit left, 0 when it converged
+  double residual = 0.0;     ///< largest excess over its limit left: at most the tolerance when it converged
   int sweeps = 0;
 };
 

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/core/block_matrix.h>
+#include <selvedge/core/check.h>
+#include <selvedge/core/parallel.h>
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+
+namespace selvedge {
+namespace {
+
+constexpr std::size_t row_grain = 1024;
+
+}  // namespace
+
+BlockMatrix::BlockMatrix(std::size_t n, std::vector<Edge> links) : row_begin_(n + 1, 0) {
+  const auto count = static_cast<std::int32_t>(n);
+  for (Edge& link : links) {
+    if (link[0] < 0 || link[1] < 0 || link[0] >= count || link[1] >= count || link[0] == link[1])
+      throw std::invalid_argument("block matrix: link " + std::to_string(link[0]) + " to " +
+                                  std::to_string(link[1]) + " among " + std::to_string(n) +
+                                  " rows");
+    if (link[0] > link[1]) std::swap(link[0], link[1]);
+  }
+  std::sort(links.begin(), links.end());
+  links.erase(std::unique(links.begin(), links.end()), links.end());
+
+  for (const Edge& link : links) {
+    ++row_begin_[link[0] + 1];
+    ++row_begin_[link[1] + 1];
+  }
+  for (std::size_t i = 0; i < n; ++i) row_begin_[i + 1] += row_begin_[i] + 1;
+  column_.resize(row_begin_[n]);
+  diagonal_.resize(n);
+  std::vector<std::int32_t> next(row_begin_.begin(), row_begin_.end() - 1);
+  // Links are sorted, so the lower neighbours of a row arrive in order, then the row itself, then
+  // the upper ones: every row ends up sorted.
+  for (const Edge& link : links) column_[next[link[1]]++] = link[0];
+  for (std::int32_t i = 0; i < count; ++i) {
+    diagonal_[i] = next[i];
+    column_[next[i]++] = i;
+  }
+  for (const Edge& link : links) column_[next[link[0]]++] = link[1];
+  values_.assign(column_.size(), Mat3::Zero());
+}
+
+void BlockMatrix::set_zero() {
+  parallel_for(values_.size(), 16 * row_grain, [&](std::size_t begin, std::size_t end) {
+    std::fill(values_.begin() + begin, values_.begin() + end, Mat3::Zero());
+  });
+}
+
+std::int32_t BlockMatrix::slot(std::int32_t i, std::int32_t j) const {
+  if (i >= 0 && static_cast<std::size_t>(i) < size()) {
+    const auto begin = column_.begin() + row_begin_[i], end = column_.begin() + row_begin_[i + 1];
+    const auto found = std::lower_bound(begin, end, j);
+    if (found != end && *found == j) return static_cast<std::int32_t>(found - column_.begin());
+  }
+  throw std::out_of_range("block matrix: no block (" + std::to_string(i) + ", " +
+                          std::to_string(j) + ")");
+}
+
+void BlockMatrix::multiply(std::span<const Vec3> x, std::span<Vec3> y) const {
+  SELVEDGE_ASSERT(x.size() == size() && y.size() == size());
+  parallel_for(size(), row_grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      double s0 = 0.0, s1 = 0.0, s2 = 0.0;
+      for (std::int32_t k = row_begin_[i]; k < row_begin_[i + 1]; ++k) {
+        const double* m = values_[k].data();  // column-major
+        const double* p = x[column_[k]].data();
+        s0 += m[0] * p[0] + m[3] * p[1] + m[6] * p[2];
+        s1 += m[1] * p[0] + m[4] * p[1] + m[7] * p[2];
+        s2 += m[2] * p[0] + m[5] * p[1] + m[8] * p[2];
+      }
+      y[i] = Vec3(s0, s1, s2);
+    }
+  });
+}
+
+}  // namespace selvedge

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/core/cloth_mesh.h>
+#include <selvedge/core/detail/dihedral.h>
+#include <selvedge/core/detail/topology.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <sstream>
+#include <stdexcept>
+
+namespace selvedge {
+namespace detail {
+namespace {
+
+/// One triangle's side, undirected key first.
+struct Side {
+  Edge key;
+  std::int32_t triangle, opposite;
+  bool forward;  // the triangle runs from key[0] to key[1]
+};
+
+std::vector<Side> sorted_sides(std::span<const Triangle> triangles) {
+  std::vector<Side> sides;
+  sides.reserve(3 * triangles.size());
+  for (std::size_t t = 0; t < triangles.size(); ++t)
+    for (int k = 0; k < 3; ++k) {
+      const std::int32_t a = triangles[t][k], b = triangles[t][(k + 1) % 3];
+      sides.push_back({{std::min(a, b), std::max(a, b)},
+                       static_cast<std::int32_t>(t),
+                       triangles[t][(k + 2) % 3],
+                       a < b});
+    }
+  std::stable_sort(sides.begin(), sides.end(),
+                   [](const Side& a, const Side& b) { return a.key < b.key; });
+  return sides;
+}
+
+}  // namespace
+
+void require(bool good, const std::string& name, double value, const char* rule) {
+  if (good) return;
+  std::ostringstream text;
+  text << name << " must be " << rule << ", not " << value;
+  throw std::invalid_argument(text.str());
+}
+
+void validate_material(const Material& m) {
+  const auto positive = [](const char* name, double value) {
+    require(std::isfinite(value) && value > 0.0, name, value, "positive and finite");
+  };
+  const auto not_negative = [](const char* name, double value) {
+    require(std::isfinite(value) && value >= 0.0, name, value, "at least 0 and finite");
+  };
+  positive("density", m.density);
+  positive("stretch_stiffness", m.stretch_stiffness);
+  not_negative("shear_stiffness", m.shear_stiffness);
+  not_negative("bending_stiffness", m.bending_stiffness);
+  not_negative("spring_damping", m.spring_damping);
+  not_negative("bending_damping", m.bending_damping);
+  positive("strain_limit", m.strain_limit);
+  not_negative("friction", m.friction);
+}
+
+void validate_grid(const GridConfig& grid) {
+  require(std::isfinite(grid.size_x) && grid.size_x > 0.0, "size_x", grid.size_x,
+          "positive and finite");
+  require(std::isfinite(grid.size_y) && grid.size_y > 0.0, "size_y", grid.size_y,
+          "positive and finite");
+  require(grid.cells_x >= 1, "cells_x", grid.cells_x, "at least 1");
+  require(grid.cells_y >= 1, "cells_y", grid.cells_y, "at least 1");
+  // A vertex has about 13 blocks in a matrix, which are numbered by 32-bit integers.
+  constexpr double most_vertices = std::numeric_limits<std::int32_t>::max() / 16;
+  const double vertices = (grid.cells_x + 2.0) * (grid.cells_y + 1.0);
+  require(vertices <= most_vertices, "cells_x * cells_y", vertices, "below 134 million");
+}
+
+std::vector<InteriorEdge> interior_edges(std::span<const Triangle> triangles) {
+  const std::vector<Side> sides = sorted_sides(triangles);
+  std::vector<InteriorEdge> edges;
+  for (std::size_t i = 0; i < sides.size();) {
+    std::size_t end = i + 1;
+    while (end < sides.size() && sides[end].key == sides[i].key) ++end;
+    if (end - i == 2) {
+      const bool swap = !sides[i].forward && sides[i + 1].forward;
+      const Side& first = sides[swap ? i + 1 : i];
+      const Side& second = sides[swap ? i : i + 1];
+      if (first.opposite != second.opposite)
+        edges.push_back({{first.opposite, second.opposite, first.key[0], first.key[1]},
+                         {first.triangle, second.triangle}});
+    }
+    i = end;
+  }
+  return edges;
+}
+
+double hinge_stiffness(const std::array<std::int32_t, 4>& v, std::span<const Vec3> rest,
+                       double bending_stiffness) {
+  // Unfold the hinge: edge from (0,0) to (l,0), opposite vertices at (s1,-h1) and (s2,h2). A plate
+  // bent to w = ½ κ (n·x)² with n = (c,s) has, to first order in κ, by the gradient of θ at rest,
+  // θ = ½ κ (P c² + 2 Q c s + R s²) with the sums P, Q, R below over the four vertices.
+  const Vec3 edge = rest[v[3]] - rest[v[2]];
+  const double l = edge.norm();
+  const Vec3 e = edge / l;
+  const Vec3 to_1 = rest[v[0]] - rest[v[2]], to_2 = rest[v[1]] - rest[v[2]];
+  const double s1 = to_1.dot(e), s2 = to_2.dot(e);
+  const double h1 = to_1.cross(e).norm(), h2 = to_2.cross(e).norm();
+  const double p = -s1 * (l - s1) / h1 - s2 * (l - s2) / h2;
+  const double q = s2 - s1;
+  const double r = h1 + h2;
+  // Mean of (θ/κ)² over all directions: <c⁴> = <s⁴> = 3/8, <c²s²> = 1/8.
+  const double mean_square = (3.0 * (p * p + r * r) + 4.0 * q * q + 2.0 * p * r) / 32.0;
+  const double area = l * (h1 + h2) / 6.0;
+  return bending_stiffness * area / mean_square;
+}
+
+void add_edge_springs(ClothMesh& cloth, std::span<const Vec3> rest, const Material& material) {
+  std::vector<double> area(cloth.edges.size(), 0.0);
+  for (const Triangle& t : cloth.surface.triangles) {
+    const double a = 0.5 * (rest[t[1]] - rest[t[0]]).cross(rest[t[2]] - rest[t[0]]).norm();
+    for (int k = 0; k < 3; ++k) {
+      const Edge key{std::min(t[k], t[(k + 1) % 3]), std::max(t[k], t[(k + 1) % 3])};
+      area[std::lower_bound(cloth.edges.begin(), cloth.edges.end(), key) - cloth.edges.begin()] +=
+          a;
+    }
+  }
+  for (std::size_t e = 0; e < cloth.edges.size(); ++e) {
+    const auto [a, b] = cloth.edges[e];
+    const double length = (rest[b] - rest[a]).norm();
+    // [VanGelder1998]: k = E h Σ A / l². The sheet is isotropic with Poisson's ratio 1/3 where the
+    // triangles are equilateral, and its shear stiffness follows: 3/8 of the stretch stiffness.
+    const double stiffness = material.stretch_stiffness * area[e] / (length * length);
+    cloth.springs.push_back({a, b, length, stiffness});
+    cloth.strain_limit.push_back(material.strain_limit);
+  }
+}
+
+void add_hinges(ClothMesh& cloth, std::span<const Vec3> rest, const Material& material) {
+  if (material.bending_stiffness <= 0.0) return;
+  for (const InteriorEdge& edge : interior_edges(cloth.surface.triangles)) {
+    const Dihedral d = dihedral(rest, edge.v);
+    if (!d.valid) continue;
+    cloth.hinges.push_back(
+        {edge.v, d.angle, hinge_stiffness(edge.v, rest, material.bending_stiffness)});
+  }
+}
+
+}  // namespace detail
+
+std::int32_t append(ClothMesh& all, const ClothMesh& piece) {
+  const auto first = static_cast<std::int32_t>(all.surface.vertices.size());
+  const auto add = [](auto& to, const auto& from) {
+    to.insert(to.end(), from.begin(), from.end());
+  };
+  add(all.surface.vertices, piece.surface.vertices);
+  add(all.mass, piece.mass);
+  add(all.strain_limit, piece.strain_limit);
+  for (const Triangle& t : piece.surface.triangles)
+    all.surface.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  for (const Edge& e : piece.edges) all.edges.push_back({e[0] + first, e[1] + first});
+  for (Spring s : piece.springs) {
+    s.a += first;
+    s.b += first;
+    all.springs.push_back(s);
+  }
+  for (Hinge h : piece.hinges) {
+    for (std::int32_t& v : h.v) v += first;
+    all.hinges.push_back(h);
+  }
+  return first;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/core/types.h>
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cmath>
+#include <span>
+
+namespace selvedge::detail {
+
+/// The angle between the normals of two triangles that share an edge, 0 where flat, in (-π, π],
+/// and its gradient with respect to the four vertices: 0 and 1 opposite, 2-3 the edge.
+struct Dihedral {
+  double angle = 0.0;
+  std::array<Vec3, 4> gradient;
+  bool valid = false;  ///< false where a triangle has no area: there is no angle then
+};
+
+inline Dihedral dihedral(const Vec3& x1, const Vec3& x2, const Vec3& x3, const Vec3& x4) {
+  Dihedral d;
+  const Vec3 e = x4 - x3;
+  const Vec3 n1 = (x1 - x3).cross(x1 - x4), n2 = (x2 - x4).cross(x2 - x3);
+  const double length = e.norm(), n1_squared = n1.squaredNorm(), n2_squared = n2.squaredNorm();
+  // A triangle flatter than this ratio of height to edge has a normal of rounding noise only:
+  // the cross product of two vectors of length |e| carries an error of about 1e-16 |e|².
+  constexpr double flattest = 1e-12;
+  const double smallest = flattest * flattest * length * length * length * length;
+  d.valid = n1_squared > smallest && n2_squared > smallest && length > 0.0;
+  if (!d.valid) return d;
+  // tan θ = (n2 × n1)·e / (|e| n1·n2)
+  d.angle = std::atan2(n2.cross(n1).dot(e), length * n1.dot(n2));
+  // [Bridson2003] section 4: u1..u4 are the gradient of θ.
+  const Vec3 a = n1 / n1_squared, b = n2 / n2_squared;
+  d.gradient[0] = length * a;
+  d.gradient[1] = length * b;
+  d.gradient[2] = ((x1 - x4).dot(e) / length) * a + ((x2 - x4).dot(e) / length) * b;
+  d.gradient[3] = -((x1 - x3).dot(e) / length) * a - ((x2 - x3).dot(e) / length) * b;
+  return d;
+}
+
+inline Dihedral dihedral(std::span<const Vec3> x, const std::array<std::int32_t, 4>& v) {
+  return dihedral(x[v[0]], x[v[1]], x[v[2]], x[v[3]]);
+}
+
+}  // namespace selvedge::detail

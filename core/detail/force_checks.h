@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <sstream>
+#include <stdexcept>
+
+namespace selvedge::detail {
+
+/// Throws std::invalid_argument unless 0 <= particle < particles.
+inline void require_particle(const char* what, std::size_t element, std::int32_t particle,
+                             std::size_t particles) {
+  if (particle >= 0 && static_cast<std::size_t>(particle) < particles) return;
+  std::ostringstream text;
+  text << what << " " << element << " names particle " << particle << ", but there are "
+       << particles;
+  throw std::invalid_argument(text.str());
+}
+
+/// Throws std::invalid_argument unless `value` is finite and at least 0 (or above 0).
+inline void require_number(const char* what, double value, bool zero_allowed = true) {
+  if (std::isfinite(value) && (value > 0.0 || (zero_allowed && value == 0.0))) return;
+  std::ostringstream text;
+  text << what << " must be finite and " << (zero_allowed ? "at least 0" : "positive") << ", not "
+       << value;
+  throw std::invalid_argument(text.str());
+}
+
+}  // namespace selvedge::detail

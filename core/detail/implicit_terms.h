@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/core/integrator.h>
+
+#include <span>
+#include <vector>
+
+namespace selvedge::detail {
+
+/// The sum of all terms as an operator, T = Σ_t Σ_kl w_k w_l M_t at (particle_k, particle_l), never
+/// assembled: a sweep over the terms, then one over the particles that gather from theirs in term
+/// order, so that the result does not depend on threads.
+class TermOperator {
+ public:
+  /// Views `terms`, which must outlive the use. Throws std::invalid_argument for a particle >= n.
+  void reset(std::span<const ImplicitTerm> terms, std::size_t particles);
+  bool empty() const { return terms_.empty(); }
+
+  /// y += T x.
+  void add_multiply(std::span<const Vec3> x, std::span<Vec3> y);
+  /// Diagonal blocks of T.
+  void add_diagonal(std::span<Mat3> diagonal) const;
+  void add_rhs(std::span<Vec3> b) const;
+  std::span<const ImplicitTerm> terms() const { return terms_; }
+
+ private:
+  struct Incidence {
+    std::int32_t term, corner;
+  };
+  std::span<const ImplicitTerm> terms_;
+  std::vector<std::int32_t> touched_;    // particles that have a term
+  std::vector<std::int32_t> row_begin_;  // of each touched particle in incidence_
+  std::vector<Incidence> incidence_;
+  std::vector<Vec3> moment_;         // M_t Σ_l w_l x_l
+  std::vector<std::int32_t> count_;  // scratch per particle
+};
+
+}  // namespace selvedge::detail

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/core/block_matrix.h>
+#include <selvedge/core/detail/implicit_terms.h>
+
+#include <memory>
+#include <span>
+
+namespace selvedge::detail {
+
+/// A symmetric positive definite approximation P of (A + T)⁻¹ on the free particles.
+class Preconditioner {
+ public:
+  virtual ~Preconditioner() = default;
+  /// A has new values. `free[i]` is 0 for a held particle.
+  virtual void set_matrix(const BlockMatrix& a, std::span<const char> free) = 0;
+  /// T has new values.
+  virtual void set_terms(const TermOperator& terms) = 0;
+  /// z = P r; r is zero at held particles, and so is z.
+  virtual void apply(std::span<const Vec3> r, std::span<Vec3> z) = 0;
+};
+
+std::unique_ptr<Preconditioner> make_block_jacobi();
+
+}  // namespace selvedge::detail

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/core/cloth_mesh.h>
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace selvedge::detail {
+
+/// Throws std::invalid_argument "<name> must be <rule>, not <value>" unless `good`.
+void require(bool good, const std::string& name, double value, const char* rule);
+void validate_material(const Material& material);
+void validate_grid(const GridConfig& grid);
+
+/// An edge with exactly two triangles: the edge, its triangles and the vertices opposite to it.
+/// v[0] belongs to the triangle that runs along v[2] -> v[3].
+struct InteriorEdge {
+  std::array<std::int32_t, 4> v;
+  std::array<std::int32_t, 2> triangle;
+};
+std::vector<InteriorEdge> interior_edges(std::span<const Triangle> triangles);
+
+/// Hinge stiffness in N·m for plate rigidity B: bent to a cylinder of curvature κ about an axis of
+/// any direction, the hinge stores on average its third of both triangles' area times ½ B κ².
+double hinge_stiffness(const std::array<std::int32_t, 4>& v, std::span<const Vec3> rest,
+                       double bending_stiffness);
+
+/// Springs on all edges and hinges on all interior ones, for the rest shape `rest`.
+void add_edge_springs(ClothMesh& cloth, std::span<const Vec3> rest, const Material& material);
+void add_hinges(ClothMesh& cloth, std::span<const Vec3> rest, const Material& material);
+
+}  // namespace selvedge::detail

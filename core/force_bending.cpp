@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: MIT
+//
+// R. Bridson, S. Marino, R. Fedkiw, "Simulation of clothing with folds and wrinkles", SCA 2003.
+// Their bending mode u1..u4 is the gradient of the angle θ between the normals. Deviation: the
+// paper's force is k |E|²/(|N1|+|N2|) (sin(θ/2) - sin(θ0/2)) u; here it is linear in θ, the
+// negative gradient of ½ k (θ-θ0)², so that there is an energy, sharp folds stay stiff, and the
+// mesh decides k from the plate rigidity (see topology_*).
+#include <selvedge/core/coloring.h>
+#include <selvedge/core/detail/dihedral.h>
+#include <selvedge/core/detail/force_checks.h>
+#include <selvedge/core/force.h>
+
+#include <algorithm>
+#include <numbers>
+#include <string>
+
+namespace selvedge {
+namespace {
+
+constexpr std::size_t energy_grain = 2048;
+
+/// Slots of the 16 blocks (i, j) of a hinge, row by row.
+using HingeSlots = std::array<std::int32_t, 16>;
+
+/// θ - θ0, the short way round.
+double deviation(const Hinge& hinge, double angle) {
+  return std::remainder(angle - hinge.rest_angle, 2.0 * std::numbers::pi);
+}
+
+void validate_hinge(const Hinge& hinge, std::size_t i, std::size_t particles) {
+  for (const std::int32_t v : hinge.v) detail::require_particle("hinge", i, v, particles);
+  std::array<std::int32_t, 4> sorted = hinge.v;
+  std::sort(sorted.begin(), sorted.end());
+  if (std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end())
+    throw std::invalid_argument("hinge " + std::to_string(i) + " names a particle twice");
+  detail::require_number("stiffness of a hinge", hinge.stiffness);
+  if (!std::isfinite(hinge.rest_angle))
+    throw std::invalid_argument("hinge " + std::to_string(i) + " has no finite rest_angle");
+}
+
+class BendingForce final : public Force {
+ public:
+  BendingForce(std::span<const Hinge> hinges, double damping, std::size_t particles)
+      : damping_(damping) {
+    detail::require_number("bending damping", damping);
+    std::vector<std::int32_t> corners;
+    for (std::size_t i = 0; i < hinges.size(); ++i) {
+      validate_hinge(hinges[i], i, particles);
+      corners.insert(corners.end(), hinges[i].v.begin(), hinges[i].v.end());
+    }
+    Coloring coloring = color_elements(corners, 4, particles);
+    for (const std::int32_t i : coloring.order) hinges_.push_back(hinges[i]);
+    color_begin_ = std::move(coloring.color_begin);
+  }
+
+  void add_force(const ForceState& state, std::span<Vec3> f) const override {
+    for_each_color(color_begin_, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const Hinge& hinge = hinges_[i];
+        const detail::Dihedral d = detail::dihedral(state.x, hinge.v);
+        if (!d.valid) continue;
+        double rate = 0.0;
+        for (int k = 0; k < 4; ++k) rate += d.gradient[k].dot(state.v[hinge.v[k]]);
+        const double moment = -hinge.stiffness * (deviation(hinge, d.angle) + damping_ * rate);
+        for (int k = 0; k < 4; ++k) f[hinge.v[k]] += moment * d.gradient[k];
+      }
+    });
+  }
+
+  double energy(const ForceState& state) const override {
+    return parallel_sum(hinges_.size(), energy_grain, [&](std::size_t begin, std::size_t end) {
+      double sum = 0.0;
+      for (std::size_t i = begin; i < end; ++i) {
+        const detail::Dihedral d = detail::dihedral(state.x, hinges_[i].v);
+        if (!d.valid) continue;
+        const double angle = deviation(hinges_[i], d.angle);
+        sum += 0.5 * hinges_[i].stiffness * angle * angle;
+      }
+      return sum;
+    });
+  }
+
+  void add_links(std::vector<Edge>& links) const override {
+    for (const Hinge& hinge : hinges_)
+      for (int i = 0; i < 4; ++i)
+        for (int j = i + 1; j < 4; ++j) links.push_back({hinge.v[i], hinge.v[j]});
+  }
+
+  void bind(const BlockMatrix& matrix) override {
+    slots_.assign(hinges_.size(), HingeSlots{});
+    for (std::size_t e = 0; e < hinges_.size(); ++e)
+      for (int i = 0; i < 4; ++i)
+        for (int j = 0; j < 4; ++j)
+          slots_[e][4 * i + j] = matrix.slot(hinges_[e].v[i], hinges_[e].v[j]);
+  }
+
+  void add_jacobian(const ForceState& state, double h, BlockMatrix& a) const override {
+    const std::span<Mat3> values = a.values();
+    for_each_color(color_begin_, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t e = begin; e < end; ++e) {
+        const Hinge& hinge = hinges_[e];
+        const detail::Dihedral d = detail::dihedral(state.x, hinge.v);
+        if (!d.valid) continue;
+        // Gauss-Newton part k ∂θ ∂θᵀ; the curvature of θ itself is indefinite and dropped.
+        const double scale = h * hinge.stiffness * (h + damping_);
+        for (int i = 0; i < 4; ++i) {
+          const Vec3 row = scale * d.gradient[i];
+          for (int j = 0; j < 4; ++j)
+            values[slots_[e][4 * i + j]] += row * d.gradient[j].transpose();
+        }
+      }
+    });
+  }
+
+  void add_stiffness_bound(const ForceState& state, std::span<double> stiffness,
+                           std::span<double> damping) const override {
+    for (const Hinge& hinge : hinges_) {
+      const detail::Dihedral d = detail::dihedral(state.x, hinge.v);
+      if (!d.valid) continue;
+      double sum = 0.0;
+      for (const Vec3& g : d.gradient) sum += g.norm();
+      for (int k = 0; k < 4; ++k) {
+        const double row = hinge.stiffness * d.gradient[k].norm() * sum;
+        stiffness[hinge.v[k]] += row;
+        damping[hinge.v[k]] += damping_ * row;
+      }
+    }
+  }
+
+ private:
+  std::vector<Hinge> hinges_;
+  std::vector<HingeSlots> slots_;
+  std::vector<std::size_t> color_begin_;
+  double damping_;
+};
+
+}  // namespace
+
+std::unique_ptr<Force> make_bending_force(std::span<const Hinge> hinges, double damping,
+                                          std::size_t particles) {
+  return std::make_unique<BendingForce>(hinges, damping, particles);
+}
+
+}  // namespace selvedge

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/apps/detail/depth_map.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace selvedge::raster {
+
+DepthMap::DepthMap(const Vec3f& to_light, float radius, int resolution)
+    : to_light_(to_light), resolution_(resolution) {
+  constexpr float rim = 2.0F;  // texels outside the ball on each side, never lit wrongly
+  right_ = to_light.unitOrthogonal();
+  up_ = to_light.cross(right_);
+  centre_ = 0.5F * static_cast<float>(resolution);
+  scale_ = (centre_ - rim) / radius;
+  depth_.assign(static_cast<std::size_t>(resolution) * static_cast<std::size_t>(resolution),
+                std::numeric_limits<float>::infinity());
+}
+
+namespace {
+
+/// First and one past the last texel whose centre lies between the least and the largest of three.
+struct TexelRange {
+  int begin, end;
+};
+
+TexelRange texel_range(float a, float b, float c, int resolution) {
+  const float low = std::clamp(std::min({a, b, c}), 0.0F, static_cast<float>(resolution));
+  const float high = std::clamp(std::max({a, b, c}), 0.0F, static_cast<float>(resolution));
+  return {static_cast<int>(low + 0.5F), static_cast<int>(high + 0.5F)};
+}
+
+}  // namespace
+
+void DepthMap::draw(std::span<const Vec3f> x, std::span<const Triangle> triangles) {
+  std::vector<Place> places(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i) places[i] = place(x[i]);
+  for (const Triangle& t : triangles) {
+    const Place& a = places[static_cast<std::size_t>(t[0])];
+    const Place& b = places[static_cast<std::size_t>(t[1])];
+    const Place& c = places[static_cast<std::size_t>(t[2])];
+    const TexelRange columns = texel_range(a.u, b.u, c.u, resolution_);
+    const TexelRange rows = texel_range(a.v, b.v, c.v, resolution_);
+    if (columns.begin >= columns.end || rows.begin >= rows.end) continue;
+    const float bu = b.u - a.u, bv = b.v - a.v, cu = c.u - a.u, cv = c.v - a.v;
+    const float area = bu * cv - bv * cu;
+    if (area == 0.0F) continue;
+    // Barycentric coordinates of b and c are linear in (u, v).
+    const float beta_u = cv / area, beta_v = -cu / area;
+    const float gamma_u = -bv / area, gamma_v = bu / area;
+    const float bd = b.depth - a.depth, cd = c.depth - a.depth;
+    for (int row = rows.begin; row < rows.end; ++row) {
+      const float v = static_cast<float>(row) + 0.5F - a.v;
+      float* line =
+          depth_.data() + static_cast<std::size_t>(row) * static_cast<std::size_t>(resolution_);
+      for (int column = columns.begin; column < columns.end; ++column) {
+        const float u = static_cast<float>(column) + 0.5F - a.u;
+        const float beta = beta_u * u + beta_v * v, gamma = gamma_u * u + gamma_v * v;
+        if (beta < 0.0F || gamma < 0.0F || beta + gamma > 1.0F) continue;
+        line[column] = std::min(line[column], a.depth + beta * bd + gamma * cd);
+      }
+    }
+  }
+}
+
+float DepthMap::lit(const Place& at) const {
+  const float u = at.u - 0.5F, v = at.v - 0.5F;
+  const float last = static_cast<float>(resolution_ - 1);
+  if (!(u >= 0.0F && v >= 0.0F && u < last && v < last)) return 1.0F;
+  const int column = static_cast<int>(u), row = static_cast<int>(v);
+  const float fu = u - static_cast<float>(column), fv = v - static_cast<float>(row);
+  const float* d = depth_.data() +
+                   static_cast<std::size_t>(row) * static_cast<std::size_t>(resolution_) + column;
+  const float* e = d + resolution_;
+  const auto seen = [&](float depth) { return at.depth <= depth ? 1.0F : 0.0F; };
+  const float above = seen(d[0]) + fu * (seen(d[1]) - seen(d[0]));
+  const float below = seen(e[0]) + fu * (seen(e[1]) - seen(e[0]));
+  return above + fv * (below - above);
+}
+
+float DepthMap::depth(float u, float v) const {
+  const float end = static_cast<float>(resolution_);
+  if (!(u >= 0.0F && v >= 0.0F && u < end && v < end))
+    return std::numeric_limits<float>::infinity();
+  return depth_[static_cast<std::size_t>(v) * static_cast<std::size_t>(resolution_) +
+                static_cast<std::size_t>(u)];
+}
+
+}  // namespace selvedge::raster

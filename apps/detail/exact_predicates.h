@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/core/types.h>
+
+#include <array>
+#include <span>
+
+// Signs and intersections that are right for every finite double, whatever its size: a static
+// floating-point filter decides the easy cases, integers of any length the rest. Private to the
+// judge.
+namespace selvedge::detail {
+
+/// Sign of det[a-d; b-d; c-d]: +1, 0 or -1. Exact.
+int orient3d(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
+
+/// Sign of the signed area of a, b, c with coordinate `dropped` left out (the other two in cyclic
+/// order: 0 keeps y z, 1 keeps z x, 2 keeps x y). Exact.
+int orient2d(const Vec3& a, const Vec3& b, const Vec3& c, int dropped);
+
+/// True if direction · (q - p) > 0 for every p in `below` and every q in `above` by more than the
+/// rounding of this computation: then a plane separates the two hulls. False promises nothing.
+bool separated_along(const Vec3& direction, std::span<const Vec3> below,
+                     std::span<const Vec3> above);
+
+using TrianglePoints = std::array<Vec3, 3>;
+
+/// True if the closed segment p q and the closed triangle have a common point. Segment and triangle
+/// may be degenerate: then they are the point or segment that their corners span. Exact.
+bool segment_meets_triangle(const Vec3& p, const Vec3& q, const TrianglePoints& triangle);
+
+/// True if the closed triangles have a common point; degenerate ones as above. Exact.
+bool triangles_meet(const TrianglePoints& a, const TrianglePoints& b);
+
+}  // namespace selvedge::detail

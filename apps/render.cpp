@@ -1,0 +1,643 @@
+// SPDX-License-Identifier: MIT
+//
+// Visibility first, shading after: each sample of the picture learns which triangle it sees, then
+// every triangle in a pixel is shaded once, at the middle of its samples.
+#include <selvedge/apps/detail/depth_map.h>
+#include <selvedge/apps/detail/raster.h>
+#include <selvedge/apps/render.h>
+#include <selvedge/core/parallel.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+namespace selvedge {
+namespace {
+
+using raster::Band;
+using raster::DepthMap;
+using raster::Vec3f;
+using raster::View;
+using Vec2f = Eigen::Vector2f;
+
+// ---- what is drawn -------------------------------------------------------------------------
+
+/// All surfaces joined, about an origin in their middle.
+struct Geometry {
+  Vec3 origin = Vec3::Zero();
+  float radius = 1.0F;  ///< m, of the ball about the origin that the light fills
+  float lowest = 0.0F;  ///< z of the lowest vertex
+  std::vector<Vec3f> x;
+  std::vector<Triangle> triangles;
+  std::vector<std::array<Vec3f, 3>> normals;  ///< per triangle and corner, unit
+  std::vector<Vec2f> material;                ///< per vertex; zero where a surface has none
+  std::vector<std::int32_t> surface;          ///< of each triangle
+};
+
+void check_surface(const RenderSurface& surface, std::size_t index) {
+  const std::string name = "surface " + std::to_string(index);
+  for (std::size_t i = 0; i < surface.x.size(); ++i)
+    if (!surface.x[i].allFinite())
+      throw std::invalid_argument(name + ": vertex " + std::to_string(i) + " is not finite");
+  const auto n = static_cast<std::int32_t>(surface.x.size());
+  for (std::size_t k = 0; k < surface.triangles.size(); ++k)
+    for (const std::int32_t v : surface.triangles[k])
+      if (v < 0 || v >= n)
+        throw std::invalid_argument(name + ": triangle " + std::to_string(k) + " names vertex " +
+                                    std::to_string(v) + " of " + std::to_string(n));
+  if (!surface.material.empty() && surface.material.size() != surface.x.size())
+    throw std::invalid_argument(name + ": material positions and vertices differ in number");
+}
+
+struct Box {
+  Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity());
+  Vec3 high = -low;
+  void add(std::span<const Vec3> points) {
+    for (const Vec3& p : points) {
+      low = low.cwiseMin(p);
+      high = high.cwiseMax(p);
+    }
+  }
+  bool empty() const { return !(low.x() <= high.x()); }
+};
+
+/// Box of what the light aims at: everything but the backdrop, unless there is nothing else.
+Box lit_box(std::span<const RenderSurface> surfaces) {
+  Box aimed, all;
+  for (const RenderSurface& surface : surfaces) {
+    all.add(surface.x);
+    if (!surface.backdrop) aimed.add(surface.x);
+  }
+  if (aimed.empty()) aimed = all;
+  if (aimed.empty()) aimed.low = aimed.high = Vec3::Zero();
+  return aimed;
+}
+
+/// Triangles around each vertex, in one array.
+struct Fans {
+  std::vector<std::int32_t> begin, triangle;
+};
+
+Fans fans(std::size_t vertices, std::span<const Triangle> triangles) {
+  Fans result;
+  result.begin.assign(vertices + 2, 0);
+  for (const Triangle& t : triangles)
+    for (const std::int32_t v : t) ++result.begin[static_cast<std::size_t>(v) + 2];
+  for (std::size_t i = 2; i < result.begin.size(); ++i) result.begin[i] += result.begin[i - 1];
+  result.triangle.resize(3 * triangles.size());
+  for (std::size_t k = 0; k < triangles.size(); ++k)
+    for (const std::int32_t v : triangles[k])
+      result.triangle[static_cast<std::size_t>(result.begin[static_cast<std::size_t>(v) + 1]++)] =
+          static_cast<std::int32_t>(k);
+  return result;
+}
+
+Vec3f unit_or_zero(const Vec3f& v) {
+  const float length = v.norm();
+  return length > 0.0F ? Vec3f(v / length) : Vec3f::Zero();
+}
+
+/// Normal of each corner: the area-weighted mean over the faces of the fan that are within the
+/// crease angle of the corner's own face.
+void add_normals(const RenderSurface& surface, std::size_t first_triangle, Geometry& geometry) {
+  constexpr std::size_t grain = 4096;
+  const auto triangles = std::span(geometry.triangles).subspan(first_triangle);
+  std::vector<Vec3f> area(triangles.size()), face(triangles.size());
+  for (std::size_t k = 0; k < triangles.size(); ++k) {
+    const auto corner = [&](int i) -> const Vec3f& {
+      return geometry.x[static_cast<std::size_t>(triangles[k][static_cast<std::size_t>(i)])];
+    };
+    area[k] = (corner(1) - corner(0)).cross(corner(2) - corner(0));
+    face[k] = unit_or_zero(area[k]);
+  }
+  const Fans fan = fans(geometry.x.size(), triangles);
+  const auto least_cosine =
+      static_cast<float>(std::cos(surface.crease * std::numbers::pi / 180.0) - 1e-6);
+  geometry.normals.resize(geometry.triangles.size());
+  parallel_for(triangles.size(), grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k)
+      for (std::size_t i = 0; i < 3; ++i) {
+        const auto v = static_cast<std::size_t>(triangles[k][i]);
+        Vec3f sum = Vec3f::Zero();
+        for (std::int32_t f = fan.begin[v]; f < fan.begin[v + 1]; ++f) {
+          const auto other = static_cast<std::size_t>(fan.triangle[static_cast<std::size_t>(f)]);
+          if (face[other].dot(face[k]) >= least_cosine) sum += area[other];
+        }
+        geometry.normals[first_triangle + k][i] = unit_or_zero(sum);
+      }
+  });
+}
+
+Geometry gather(std::span<const RenderSurface> surfaces) {
+  Geometry geometry;
+  const Box box = lit_box(surfaces);
+  geometry.origin = 0.5 * (box.low + box.high);
+  constexpr double margin = 1.02, smallest = 1e-9;
+  geometry.radius =
+      static_cast<float>(std::max(0.5 * margin * (box.high - box.low).norm(), smallest));
+  geometry.lowest = static_cast<float>(box.low.z() - geometry.origin.z());
+  for (std::size_t s = 0; s < surfaces.size(); ++s) {
+    const RenderSurface& surface = surfaces[s];
+    check_surface(surface, s);
+    const auto first_vertex = static_cast<std::int32_t>(geometry.x.size());
+    const std::size_t first_triangle = geometry.triangles.size();
+    for (const Vec3& p : surface.x) geometry.x.push_back((p - geometry.origin).cast<float>());
+    geometry.material.resize(geometry.x.size(), Vec2f::Zero());
+    for (std::size_t i = 0; i < surface.material.size(); ++i)
+      geometry.material[static_cast<std::size_t>(first_vertex) + i] =
+          surface.material[i].cast<float>();
+    for (const Triangle& t : surface.triangles)
+      geometry.triangles.push_back({t[0] + first_vertex, t[1] + first_vertex, t[2] + first_vertex});
+    geometry.surface.resize(geometry.triangles.size(), static_cast<std::int32_t>(s));
+    add_normals(surface, first_triangle, geometry);
+  }
+  return geometry;
+}
+
+// ---- light ---------------------------------------------------------------------------------
+
+// Brightness of a white surface that faces each light without shadow.
+constexpr float key_light = 0.72F;
+constexpr float fill_light = 0.10F;
+constexpr float sky_light = 0.42F;
+constexpr float bounce_light = 0.16F;  // from the ground, at a downward normal
+const Vec3f key_colour(1.0F, 0.975F, 0.94F), sky_colour(0.95F, 0.98F, 1.0F);
+
+/// Half of the angle under which the key light is seen: shadows soften with distance by its
+/// tangent.
+constexpr float key_half_angle_tangent = 0.075F;
+
+class Lights {
+ public:
+  Lights(const Geometry& geometry, const View& view, const RenderConfig& config)
+      : key_(key_direction(view), geometry.radius, config.shadow_resolution),
+        fill_(unit_or_zero(view.right - 0.6F * view.forward + Vec3f(0.0F, 0.0F, 0.3F))) {
+    make_sky(geometry.radius, config.sky_directions);
+    parallel_for(sky_.size() + 1, 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i)
+        (i == 0 ? key_ : sky_[i - 1]).draw(geometry.x, geometry.triangles);
+    });
+  }
+
+  const Vec3f& to_key() const { return key_.to_light(); }
+  const Vec3f& to_fill() const { return fill_; }
+
+  /// Share of the key light that reaches p, whose surface has unit normal n towards the light.
+  float key(const Vec3f& p, const Vec3f& n) const;
+
+  /// Light from the sky at p with unit normal n; 1 for an upward normal in the open. `openness`
+  /// becomes the share of the sky above the surface that is not hidden.
+  float sky(const Vec3f& p, const Vec3f& n, float& openness) const;
+
+ private:
+  static Vec3f key_direction(const View& view);
+  void make_sky(float radius, int directions);
+
+  DepthMap key_;
+  Vec3f fill_;
+  std::vector<DepthMap> sky_;
+  float sky_at_upward_normal_ = 1.0F;
+};
+
+/// From behind the viewer's left shoulder, 50° high: what is looked at is lit from any side.
+Vec3f Lights::key_direction(const View& view) {
+  Vec3f towards = Vec3f(-view.forward.x(), -view.forward.y(), 0.0F);
+  if (towards.norm() < 0.1F) towards = Vec3f(-view.up.x(), -view.up.y(), 0.0F);
+  towards = unit_or_zero(towards);
+  const Vec3f left(towards.y(), -towards.x(), 0.0F);
+  constexpr float degree = std::numbers::pi_v<float> / 180.0F;
+  constexpr float azimuth = 48.0F * degree, height = 48.0F * degree;
+  return std::cos(height) * (std::cos(azimuth) * towards + std::sin(azimuth) * left) +
+         Vec3f(0.0F, 0.0F, std::sin(height));
+}
+
+/// Directions spread evenly over the upper hemisphere along a golden-angle spiral.
+void Lights::make_sky(float radius, int directions) {
+  constexpr int sky_resolution = 256;
+  constexpr float golden_angle = 2.39996323F;
+  float sum = 0.0F;
+  for (int k = 0; k < directions; ++k) {
+    const float z = (static_cast<float>(k) + 0.5F) / static_cast<float>(directions);
+    const float r = std::sqrt(1.0F - z * z), angle = golden_angle * static_cast<float>(k);
+    sky_.emplace_back(Vec3f(r * std::cos(angle), r * std::sin(angle), z), radius, sky_resolution);
+    sum += z;
+  }
+  if (sum > 0.0F) sky_at_upward_normal_ = sum;
+}
+
+/// Point i of n spread evenly over the unit disc.
+template <std::size_t n>
+std::array<Vec2f, n> disc() {
+  std::array<Vec2f, n> points;
+  constexpr float golden_angle = 2.39996323F;
+  for (std::size_t i = 0; i < n; ++i) {
+    const float r = std::sqrt((static_cast<float>(i) + 0.5F) / static_cast<float>(n));
+    const float angle = golden_angle * static_cast<float>(i);
+    points[i] = Vec2f(r * std::cos(angle), r * std::sin(angle));
+  }
+  return points;
+}
+
+// R. Fernando, "Percentage-closer soft shadows", SIGGRAPH 2005 sketches: the mean depth of what
+// hides the light near a point gives the width of the half-shadow, over which the light is then
+// averaged.
+float Lights::key(const Vec3f& p, const Vec3f& n) const {
+  static constexpr std::size_t search_count = 20, filter_count = 32;
+  static const std::array<Vec2f, search_count> search = disc<search_count>();
+  static const std::array<Vec2f, filter_count> filter = disc<filter_count>();
+  // Off the surface by more than the depth varies within the filter, lest it shades itself.
+  const float texel = key_.texel();
+  constexpr float offset_texels = 2.5F, widest_texels = 30.0F;
+  const DepthMap::Place at = key_.place(p + offset_texels * texel * n);
+  float sum = 0.0F;
+  int hidden = 0;
+  for (const Vec2f& q : search) {
+    const float depth = key_.depth(at.u + widest_texels * q.x(), at.v + widest_texels * q.y());
+    if (depth >= at.depth) continue;
+    sum += depth;
+    ++hidden;
+  }
+  constexpr float narrowest_texels = 1.5F;
+  float width = narrowest_texels;
+  if (hidden > 0) {
+    const float gap = at.depth - sum / static_cast<float>(hidden);
+    width = std::clamp(gap * key_half_angle_tangent / texel, narrowest_texels, widest_texels);
+  }
+  // A surface that leans away from the light would reach before itself within a wide filter.
+  const float cosine = std::clamp(n.dot(key_.to_light()), 0.1F, 1.0F);
+  const float slope = std::sqrt(1.0F - cosine * cosine) / cosine;
+  constexpr float steepest = 4.0F;
+  const float bias = std::min(slope, steepest) * texel;
+  float lit = 0.0F;
+  for (const Vec2f& q : filter)
+    lit += key_.lit(
+        {at.u + width * q.x(), at.v + width * q.y(), at.depth - bias * (0.5F + width * q.norm())});
+  return lit / static_cast<float>(filter_count);
+}
+
+float Lights::sky(const Vec3f& p, const Vec3f& n, float& openness) const {
+  float sum = 0.0F, all = 0.0F;
+  for (const DepthMap& map : sky_) {
+    const float weight = n.dot(map.to_light());
+    if (weight <= 0.0F) continue;
+    constexpr float offset_texels = 1.5F, bias_texels = 1.0F;
+    DepthMap::Place at = map.place(p + offset_texels * map.texel() * n);
+    at.depth -= bias_texels * map.texel();
+    all += weight;
+    sum += weight * map.lit(at);
+  }
+  openness = all > 0.0F ? sum / all : 1.0F;
+  return sum / sky_at_upward_normal_;
+}
+
+// ---- surfaces ------------------------------------------------------------------------------
+
+/// Mean over [x - f/2, x + f/2] of a train of lines of width w, one around every whole number.
+float line_share(float x, float w, float f) {
+  const auto integral = [w](float t) {
+    const float whole = std::floor(t);
+    return whole * w + std::min(t - whole, w);
+  };
+  f = std::max(f, 1e-4F);
+  x += 0.5F * w;
+  return (integral(x + 0.5F * f) - integral(x - 0.5F * f)) / f;
+}
+
+/// Darkening of the cloth by a grid of fine lines in its material, with a heavier one every fifth.
+float grid_factor(const Vec2f& material, float spacing, float footprint) {
+  constexpr float fine_width = 0.035F, heavy_width = 0.014F, fine_ink = 0.16F, heavy_ink = 0.28F;
+  float factor = 1.0F;
+  for (const float position : {material.x() / spacing, material.y() / spacing}) {
+    const float f = footprint / spacing;
+    factor *= 1.0F - fine_ink * line_share(position, fine_width, f);
+    factor *= 1.0F - heavy_ink * line_share(position / 5.0F, heavy_width, f / 5.0F);
+  }
+  return factor;
+}
+
+struct Hit {
+  Vec3f p, n;       ///< n: unit, towards the viewer
+  Vec3f to_viewer;  ///< unit
+  float distance;   ///< m
+  bool front;
+  Vec2f material;
+};
+
+class Shader {
+ public:
+  Shader(std::span<const RenderSurface> surfaces, const Geometry& geometry, const View& view,
+         const Lights& lights)
+      : surfaces_(surfaces), geometry_(geometry), view_(view), lights_(lights) {}
+
+  /// Light from a triangle through a point of the picture.
+  Vec3f shade(std::int32_t triangle, float x, float y) const {
+    const RenderSurface& surface =
+        surfaces_[static_cast<std::size_t>(geometry_.surface[static_cast<std::size_t>(triangle)])];
+    const Hit hit = find_hit(static_cast<std::size_t>(triangle), view_.ray(x, y));
+    return colour(surface, hit);
+  }
+
+ private:
+  Hit find_hit(std::size_t triangle, const Vec3f& ray) const;
+  Vec3f colour(const RenderSurface& surface, const Hit& hit) const;
+
+  std::span<const RenderSurface> surfaces_;
+  const Geometry& geometry_;
+  const View& view_;
+  const Lights& lights_;
+};
+
+// T. Möller, B. Trumbore, "Fast, minimum storage ray-triangle intersection", J. Graphics Tools
+// 1997. The point is known to lie on the triangle but for rounding, so the weights are only made to
+// fit.
+Hit Shader::find_hit(std::size_t triangle, const Vec3f& ray) const {
+  const Triangle& t = geometry_.triangles[triangle];
+  const auto corner = [&](std::size_t i) { return static_cast<std::size_t>(t[i]); };
+  const Vec3f &a = geometry_.x[corner(0)], &b = geometry_.x[corner(1)], &c = geometry_.x[corner(2)];
+  const Vec3f ab = b - a, ac = c - a, from_a = view_.eye - a;
+  const Vec3f across = ray.cross(ac);
+  const float determinant = ab.dot(across);
+  float beta = 1.0F / 3.0F, gamma = 1.0F / 3.0F;
+  if (determinant != 0.0F) {
+    beta = std::clamp(from_a.dot(across) / determinant, 0.0F, 1.0F);
+    gamma = std::clamp(ray.dot(from_a.cross(ab)) / determinant, 0.0F, 1.0F - beta);
+  }
+  const float alpha = 1.0F - beta - gamma;
+  const auto& normals = geometry_.normals[triangle];
+  Hit hit;
+  hit.p = alpha * a + beta * b + gamma * c;
+  const Vec3f to_eye = view_.eye - hit.p;
+  hit.distance = to_eye.norm();
+  hit.to_viewer = to_eye / hit.distance;
+  hit.front = determinant > 0.0F;
+  hit.n = unit_or_zero(alpha * normals[0] + beta * normals[1] + gamma * normals[2]);
+  if (!hit.front) hit.n = -hit.n;
+  // Near a silhouette the interpolated normal may point away from the viewer: turn it to the rim.
+  constexpr float rim = 0.02F;
+  const float facing = hit.n.dot(hit.to_viewer);
+  if (facing < rim) hit.n = unit_or_zero(hit.n + (rim - facing) * hit.to_viewer);
+  hit.material = alpha * geometry_.material[corner(0)] + beta * geometry_.material[corner(1)] +
+                 gamma * geometry_.material[corner(2)];
+  return hit;
+}
+
+Vec3f Shader::colour(const RenderSurface& surface, const Hit& hit) const {
+  const float facing = std::max(hit.n.dot(hit.to_viewer), 0.0F);
+  Vec3f albedo = (hit.front ? surface.front : surface.back).cast<float>();
+  if (!surface.material.empty() && surface.grid > 0.0) {
+    constexpr float least_facing = 0.1F;
+    const float footprint = hit.distance / view_.focal / std::max(facing, least_facing);
+    albedo *= grid_factor(hit.material, static_cast<float>(surface.grid), footprint);
+  }
+  const float towards_key = std::max(hit.n.dot(lights_.to_key()), 0.0F);
+  const float key = towards_key > 0.0F ? towards_key * lights_.key(hit.p, hit.n) : 0.0F;
+  float openness = 1.0F;
+  const float sky = lights_.sky(hit.p, hit.n, openness);
+  const float fill = std::max(hit.n.dot(lights_.to_fill()), 0.0F) * (0.3F + 0.7F * openness);
+  const float bounce = 0.5F * (1.0F - hit.n.z()) * (0.25F + 0.75F * openness);
+  const Vec3f light = key_light * key * key_colour + sky_light * sky * sky_colour +
+                      Vec3f::Constant(fill_light * fill + bounce_light * bounce);
+  Vec3f result = albedo.cwiseProduct(light);
+  if (surface.sheen > 0.0) {
+    const float edge = 1.0F - facing;
+    const float strength = static_cast<float>(surface.sheen) * edge * edge * edge;
+    const Vec3f fibre = 0.5F * albedo + Vec3f::Constant(0.5F * albedo.maxCoeff());
+    result += strength * fibre.cwiseProduct(light);
+  }
+  return result;
+}
+
+// ---- ground and background -----------------------------------------------------------------
+
+/// A light backdrop, brighter behind the middle of the picture, with the shadows of the scene on an
+/// endless floor.
+class Background {
+ public:
+  Background(const Geometry& geometry, const View& view, const Lights& lights,
+             const RenderConfig& config)
+      : view_(view), lights_(lights), reach_(reach_in_radii * geometry.radius) {
+    if (!config.ground) return;
+    // Just below what stands on it.
+    constexpr float gap_in_radii = 1e-3F;
+    const float level = std::isfinite(config.ground_z)
+                            ? static_cast<float>(config.ground_z - geometry.origin.z())
+                            : geometry.lowest;
+    ground_ = level - gap_in_radii * geometry.radius;
+    if (view.eye.z() > *ground_) make_ambient();
+  }
+
+  Vec3f colour(float x, float y) const {
+    const float u = (x - 0.5F * static_cast<float>(view_.width)) / static_cast<float>(view_.height);
+    const float v =
+        (y - 0.46F * static_cast<float>(view_.height)) / static_cast<float>(view_.height);
+    const float away = std::min(u * u + v * v, 1.0F);
+    const Vec3f middle(0.90F, 0.905F, 0.91F), corner(0.58F, 0.605F, 0.64F);
+    return (middle + (corner - middle) * away) * shadow(view_.ray(x, y));
+  }
+
+ private:
+  static constexpr float reach_in_radii = 2.6F;
+  static constexpr int cells = 160;  // of the ambient light along a side of the floor
+
+  float shadow(const Vec3f& ray) const;
+  void make_ambient();
+  void smooth_ambient();
+  float ambient(const Vec3f& p) const;
+
+  const View& view_;
+  const Lights& lights_;
+  float reach_;  ///< m from the middle to where shadows have faded
+  std::optional<float> ground_;
+  std::vector<float> ambient_;
+};
+
+/// The sky's light on the floor, at cells + 1 points along each side of a square of 2 reach.
+void Background::make_ambient() {
+  constexpr std::size_t points = cells + 1;
+  ambient_.resize(points * points);
+  const float step = 2.0F * reach_ / cells;
+  parallel_for(points, 8, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t row = begin; row < end; ++row)
+      for (std::size_t column = 0; column < points; ++column) {
+        const Vec3f p(static_cast<float>(column) * step - reach_,
+                      static_cast<float>(row) * step - reach_, *ground_);
+        float openness = 1.0F;
+        ambient_[row * points + column] = lights_.sky(p, Vec3f::UnitZ(), openness);
+      }
+  });
+  smooth_ambient();
+}
+
+/// Each direction of the sky casts a hard shadow; their edges vanish under a small blur.
+void Background::smooth_ambient() {
+  constexpr std::size_t points = cells + 1;
+  const std::array<float, 3> tent = {0.25F, 0.5F, 0.25F};
+  for (int pass = 0; pass < 4; ++pass) {
+    const std::size_t along = pass % 2 == 0 ? 1 : points;
+    const std::vector<float> before = ambient_;
+    for (std::size_t row = 1; row < points - 1; ++row)
+      for (std::size_t column = 1; column < points - 1; ++column) {
+        const std::size_t i = row * points + column;
+        ambient_[i] =
+            tent[0] * before[i - along] + tent[1] * before[i] + tent[2] * before[i + along];
+      }
+  }
+}
+
+float Background::ambient(const Vec3f& p) const {
+  constexpr std::size_t points = cells + 1;
+  const float u = (p.x() + reach_) * (cells / (2.0F * reach_));
+  const float v = (p.y() + reach_) * (cells / (2.0F * reach_));
+  if (!(u >= 0.0F && v >= 0.0F && u < cells && v < cells)) return 1.0F;
+  const auto column = static_cast<std::size_t>(u), row = static_cast<std::size_t>(v);
+  const float fu = u - static_cast<float>(column), fv = v - static_cast<float>(row);
+  const float* a = ambient_.data() + row * points + column;
+  const float above = a[0] + fu * (a[1] - a[0]);
+  const float below = a[points] + fu * (a[points + 1] - a[points]);
+  return above + fv * (below - above);
+}
+
+/// Light on the floor where the ray meets it, against the floor in the open.
+float Background::shadow(const Vec3f& ray) const {
+  if (ambient_.empty() || !(ray.z() < 0.0F)) return 1.0F;
+  const Vec3f p = view_.eye + ((*ground_ - view_.eye.z()) / ray.z()) * ray;
+  const float far = std::hypot(p.x(), p.y()) / reach_;
+  if (!(far < 1.0F)) return 1.0F;
+  const float fade = far < 0.5F ? 1.0F : 2.0F * (1.0F - far);
+  constexpr float key_share = 0.45F, least = 0.12F;
+  const float light = key_share * lights_.key(p, Vec3f::UnitZ()) + (1.0F - key_share) * ambient(p);
+  return 1.0F - fade * (1.0F - least) * (1.0F - std::clamp(light, 0.0F, 1.0F));
+}
+
+// ---- picture -------------------------------------------------------------------------------
+
+/// Linear light to 8-bit sRGB (IEC 61966-2-1), with a soft shoulder instead of a hard limit.
+std::uint8_t srgb(float light) {
+  constexpr float knee = 0.8F;
+  float c = std::max(light, 0.0F);
+  if (c > knee) c = knee + (1.0F - knee) * (1.0F - std::exp((knee - c) / (1.0F - knee)));
+  const float coded = c <= 0.0031308F ? 12.92F * c : 1.055F * std::pow(c, 1.0F / 2.4F) - 0.055F;
+  return static_cast<std::uint8_t>(std::lrint(255.0F * std::clamp(coded, 0.0F, 1.0F)));
+}
+
+/// Colour of a pixel from its samples: one shading per triangle among them.
+Vec3f pixel_colour(const std::int32_t* seen, int x, int row, const Shader& shader,
+                   const Background& background) {
+  Vec3f sum = Vec3f::Zero();
+  unsigned done = 0;
+  for (std::size_t s = 0; s < raster::samples; ++s) {
+    if ((done >> s & 1U) != 0) continue;
+    std::int32_t count = 0, middle_x = 0, middle_y = 0;
+    for (std::size_t r = s; r < raster::samples; ++r) {
+      if (seen[r] != seen[s]) continue;
+      done |= 1U << r;
+      ++count;
+      middle_x += raster::sample_x[r];
+      middle_y += raster::sample_y[r];
+    }
+    const auto n = static_cast<float>(count);
+    const float px =
+        static_cast<float>(x) + static_cast<float>(middle_x) / (n * raster::sub_pixels);
+    const float py =
+        static_cast<float>(row) + static_cast<float>(middle_y) / (n * raster::sub_pixels);
+    sum += n * (seen[s] >= 0 ? shader.shade(seen[s], px, py) : background.colour(px, py));
+  }
+  return sum / static_cast<float>(raster::samples);
+}
+
+constexpr int band_rows = 8;
+
+/// Indices of the screen triangles that touch each band, in order.
+std::vector<std::vector<std::int32_t>> by_band(const std::vector<raster::ScreenTriangle>& triangles,
+                                               int bands) {
+  std::vector<std::vector<std::int32_t>> result(static_cast<std::size_t>(bands));
+  constexpr int band_height = band_rows * raster::sub_pixels;
+  for (std::size_t k = 0; k < triangles.size(); ++k) {
+    const auto [low, high] = std::minmax({triangles[k].y[0], triangles[k].y[1], triangles[k].y[2]});
+    for (int b = low / band_height; b <= std::min(high / band_height, bands - 1); ++b)
+      result[static_cast<std::size_t>(b)].push_back(static_cast<std::int32_t>(k));
+  }
+  return result;
+}
+
+void check_camera(const Camera& camera) {
+  constexpr int largest = 16384;  // pixels; keeps sub-pixel coordinates below 2^23
+  if (camera.width < 1 || camera.height < 1 || camera.width > largest || camera.height > largest)
+    throw std::invalid_argument("camera: size " + std::to_string(camera.width) + "x" +
+                                std::to_string(camera.height) + " is not within 1 to 16384 pixels");
+  if (!(camera.field_of_view > 0.0 && camera.field_of_view < 180.0))
+    throw std::invalid_argument("camera: field of view " + std::to_string(camera.field_of_view) +
+                                " is not between 0 and 180 degrees");
+  const Vec3 direction = camera.target - camera.eye;
+  if (!direction.allFinite() || !camera.up.allFinite() || !(direction.norm() > 0.0) ||
+      !(camera.up.norm() > 0.0))
+    throw std::invalid_argument("camera: eye and target must be finite and differ");
+}
+
+}  // namespace
+
+Image render(const Camera& camera, std::span<const RenderSurface> surfaces,
+             const RenderConfig& config) {
+  check_camera(camera);
+  if (config.shadow_resolution < 8 || config.sky_directions < 0)
+    throw std::invalid_argument("render: shadow resolution below 8 or negative sky directions");
+  const Geometry geometry = gather(surfaces);
+  const View view = raster::make_view(camera, geometry.origin);
+  const Lights lights(geometry, view, config);
+  const Background background(geometry, view, lights, config);
+  const Shader shader(surfaces, geometry, view, lights);
+  const auto triangles = raster::project(view, geometry.x, geometry.triangles);
+  const int bands = (camera.height + band_rows - 1) / band_rows;
+  const auto band_triangles = by_band(triangles, bands);
+
+  Image image{camera.width, camera.height, {}};
+  image.rgb.resize(3 * static_cast<std::size_t>(camera.width) *
+                   static_cast<std::size_t>(camera.height));
+  parallel_for(static_cast<std::size_t>(bands), 1, [&](std::size_t first, std::size_t end) {
+    for (std::size_t b = first; b < end; ++b) {
+      const int top = static_cast<int>(b) * band_rows;
+      Band band(camera.width, top, std::min(top + band_rows, camera.height));
+      for (const std::int32_t k : band_triangles[b])
+        raster::draw(triangles[static_cast<std::size_t>(k)], band);
+      std::uint8_t* out = image.rgb.data() + 3 * static_cast<std::size_t>(top) *
+                                                 static_cast<std::size_t>(camera.width);
+      for (int row = band.row_begin; row < band.row_end; ++row)
+        for (int x = 0; x < camera.width; ++x) {
+          const Vec3f c =
+              pixel_colour(band.triangle.data() + band.pixel(x, row), x, row, shader, background);
+          for (int i = 0; i < 3; ++i) *out++ = srgb(c[i]);
+        }
+    }
+  });
+  return image;
+}
+
+Camera framed(Camera camera, const Vec3& low, const Vec3& high) {
+  const Vec3 direction = (camera.target - camera.eye).normalized();
+  const double vertical = camera.field_of_view * std::numbers::pi / 360.0;
+  const double horizontal = std::atan(std::tan(vertical) * camera.width / camera.height);
+  constexpr double margin = 1.04, smallest = 1e-6;
+  const Vec3 right = direction.cross(camera.up).normalized();
+  const Vec3 up = right.cross(direction);
+  // Each corner of the box must lie within the view: its distance ahead of the eye follows from how
+  // far it is to the side.
+  camera.target = 0.5 * (low + high);
+  double distance = smallest;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3 d((corner & 1) != 0 ? high.x() : low.x(), (corner & 2) != 0 ? high.y() : low.y(),
+                 (corner & 4) != 0 ? high.z() : low.z());
+    const Vec3 r = d - camera.target;
+    const double ahead = r.dot(direction);
+    distance = std::max({distance, std::abs(r.dot(right)) / std::tan(horizontal) - ahead,
+                         std::abs(r.dot(up)) / std::tan(vertical) - ahead});
+  }
+  camera.eye = camera.target - margin * distance * direction;
+  return camera;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/apps/detail/dyadic.h>
+#include <selvedge/apps/detail/exact_predicates.h>
+#include <selvedge/apps/detail/integer_polynomial.h>
+#include <selvedge/apps/judge_ccd.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace selvedge {
+namespace {
+
+using detail::operator+, detail::operator-, detail::operator*;
+using detail::Polynomial;
+using detail::Root;
+using Path = std::array<Polynomial, 3>;  // a vector that depends on time
+
+Path operator-(const Path& a, const Path& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+
+Polynomial dot(const Path& a, const Path& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+Path cross(const Path& a, const Path& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+// A point lies on a closed segment where `off_line` vanishes and `beyond` is not positive.
+struct OnSegment {
+  Path off_line;
+  Polynomial beyond;
+};
+
+OnSegment on_segment(const Path& p, const Path& a, const Path& b) {
+  return {cross(b - a, p - a), dot(p - a, p - b)};
+}
+
+/// The four moving vertices about the first one, and what decides a contact of theirs: at a time
+/// when `coplanar` vanishes, the primitives meet
+/// - if `normal` does not vanish, where no polynomial of `inside` is negative;
+/// - if it does (a triangle without area, parallel or degenerate edges), where a vertex lies on an
+///   edge of the other primitive.
+class Motion {
+ public:
+  Motion(PathKind kind, std::span<const Vec3, 8> points);
+
+  bool touches() const;
+
+ private:
+  void set_point_triangle();
+  void set_edge_edge();
+  bool touches_at(Root& root) const;
+  bool touches_in_plane() const;
+
+  std::array<Path, 4> x_;
+  Polynomial coplanar_;
+  Path normal_;
+  std::vector<Polynomial> inside_;
+  std::vector<OnSegment> on_segments_;
+};
+
+Motion::Motion(PathKind kind, std::span<const Vec3, 8> points) {
+  const auto integers = detail::to_integers(points);
+  for (int i = 0; i < 4; ++i)
+    for (int k = 0; k < 3; ++k) {
+      const mpz_class start = integers[i][k] - integers[0][k];
+      const mpz_class end = integers[i + 4][k] - integers[4][k];
+      x_[i][k] = Polynomial{start, end - start};
+      while (!x_[i][k].empty() && x_[i][k].back() == 0) x_[i][k].pop_back();
+    }
+  kind == PathKind::point_triangle ? set_point_triangle() : set_edge_edge();
+}
+
+// p is over the triangle where n · ((b-a) × (p-a)) >= 0 for its three edges, n = (b-a) × (c-a).
+void Motion::set_point_triangle() {
+  const auto& [p, a, b, c] = x_;
+  normal_ = cross(b - a, c - a);
+  coplanar_ = dot(normal_, p - a);
+  if (!coplanar_.empty() && detail::has_evidently_no_root(coplanar_)) return;
+  for (const auto& [u, v] : {std::pair(&a, &b), std::pair(&b, &c), std::pair(&c, &a)}) {
+    inside_.push_back(dot(normal_, cross(*v - *u, p - *u)));
+    on_segments_.push_back(on_segment(p, *u, *v));
+  }
+}
+
+// With n = (a1-a0) × (b1-b0) the lines meet at the fractions s = ((b0-a0) × (b1-b0)) · n / n² of
+// the first and r = ((b0-a0) × (a1-a0)) · n / n² of the second edge.
+void Motion::set_edge_edge() {
+  const auto& [a0, a1, b0, b1] = x_;
+  const Path a = a1 - a0, b = b1 - b0, gap = b0 - a0;
+  normal_ = cross(a, b);
+  coplanar_ = dot(normal_, gap);
+  if (!coplanar_.empty() && detail::has_evidently_no_root(coplanar_)) return;
+  const Polynomial squared = dot(normal_, normal_);
+  const Polynomial s = dot(cross(gap, b), normal_), r = dot(cross(gap, a), normal_);
+  inside_ = {s, squared - s, r, squared - r};
+  on_segments_ = {on_segment(a0, b0, b1), on_segment(a1, b0, b1), on_segment(b0, a0, a1),
+                  on_segment(b1, a0, a1)};
+}
+
+bool vanishes(const Path& path, Root& root) {
+  return std::all_of(path.begin(), path.end(),
+                     [&](const Polynomial& p) { return root.sign_of(p) == 0; });
+}
+
+bool Motion::touches_at(Root& root) const {
+  if (!vanishes(normal_, root))
+    return std::all_of(inside_.begin(), inside_.end(),
+                       [&](const Polynomial& p) { return root.sign_of(p) >= 0; });
+  return std::any_of(on_segments_.begin(), on_segments_.end(), [&](const OnSegment& s) {
+    return vanishes(s.off_line, root) && root.sign_of(s.beyond) <= 0;
+  });
+}
+
+// All four stay in one plane. The contact times are a closed set, and all signs that decide are
+// constant between roots of the polynomials, so the first contact is at t = 0 or at such a root.
+bool Motion::touches_in_plane() const {
+  std::vector<Polynomial> deciding(normal_.begin(), normal_.end());
+  deciding.insert(deciding.end(), inside_.begin(), inside_.end());
+  for (const OnSegment& s : on_segments_) {
+    deciding.insert(deciding.end(), s.off_line.begin(), s.off_line.end());
+    deciding.push_back(s.beyond);
+  }
+  Root start({0, 0});
+  if (touches_at(start)) return true;
+  for (const Polynomial& p : deciding)
+    for (Root& root : detail::roots_in_unit_interval(p))
+      if (touches_at(root)) return true;
+  return false;
+}
+
+bool Motion::touches() const {
+  if (coplanar_.empty()) return touches_in_plane();
+  std::vector<Root> roots = detail::roots_in_unit_interval(coplanar_);
+  return std::any_of(roots.begin(), roots.end(), [this](Root& root) { return touches_at(root); });
+}
+
+// How many of the four vertices belong to the first primitive.
+int first_size(PathKind kind) { return kind == PathKind::point_triangle ? 1 : 2; }
+
+using Points4 = std::span<const Vec3, 4>;
+
+// A plane that separates the hulls at both ends separates them at every time: the signed distance
+// of each pair of vertices is linear in time.
+bool separated_all_the_time(const Vec3& direction, int split, std::span<const Vec3, 8> points) {
+  const auto side = [&](std::span<const Vec3> at) {
+    if (detail::separated_along(direction, at.first(split), at.subspan(split))) return 1;
+    return detail::separated_along(direction, at.subspan(split), at.first(split)) ? -1 : 0;
+  };
+  const int at_start = side(points.first(4));
+  return at_start != 0 && at_start == side(points.last(4));
+}
+
+Vec3 nearest_on_segment(const Vec3& x, const Vec3& a, const Vec3& b) {
+  const Vec3 ab = b - a;
+  const double length = ab.squaredNorm();
+  return length > 0.0 ? Vec3(a + std::clamp((x - a).dot(ab) / length, 0.0, 1.0) * ab) : a;
+}
+
+// About the vector from the point to its nearest on the triangle. A guess: any vector would do.
+Vec3 gap_of_point_triangle(Points4 x) {
+  const Vec3 normal = (x[2] - x[1]).cross(x[3] - x[1]);
+  bool over = true;
+  Vec3 gap = x[1] - x[0];
+  for (int i = 0; i < 3; ++i) {
+    const Vec3 &a = x[1 + i], &b = x[1 + (i + 1) % 3];
+    over = over && normal.dot((b - a).cross(x[0] - a)) > 0.0;
+    const Vec3 candidate = nearest_on_segment(x[0], a, b) - x[0];
+    if (candidate.squaredNorm() < gap.squaredNorm()) gap = candidate;
+  }
+  return over ? normal : gap;
+}
+
+// The same between two edges: across both, or from an end to the other edge.
+Vec3 gap_of_edge_edge(Points4 x) {
+  const Vec3 a = x[1] - x[0], b = x[3] - x[2], between = x[2] - x[0];
+  const Vec3 normal = a.cross(b);
+  const double squared = normal.squaredNorm();
+  const double s = between.cross(b).dot(normal), r = between.cross(a).dot(normal);
+  if (s > 0.0 && s < squared && r > 0.0 && r < squared) return normal;
+  std::array<Vec3, 4> gaps{
+      nearest_on_segment(x[0], x[2], x[3]) - x[0], nearest_on_segment(x[1], x[2], x[3]) - x[1],
+      x[2] - nearest_on_segment(x[2], x[0], x[1]), x[3] - nearest_on_segment(x[3], x[0], x[1])};
+  return *std::min_element(gaps.begin(), gaps.end(), [](const Vec3& u, const Vec3& v) {
+    return u.squaredNorm() < v.squaredNorm();
+  });
+}
+
+Vec3 guess_direction(PathKind kind, std::span<const Vec3, 8> points, double t) {
+  std::array<Vec3, 4> x;
+  for (int i = 0; i < 4; ++i) x[i] = (1.0 - t) * points[i] + t * points[i + 4];
+  return kind == PathKind::point_triangle ? gap_of_point_triangle(x) : gap_of_edge_edge(x);
+}
+
+bool evidently_apart(PathKind kind, std::span<const Vec3, 8> points) {
+  for (const double t : {0.0, 1.0, 0.5})
+    if (separated_all_the_time(guess_direction(kind, points, t), first_size(kind), points))
+      return true;
+  return false;
+}
+
+}  // namespace
+
+bool paths_touch_unfiltered(PathKind kind, std::span<const Vec3, 8> points) {
+  return Motion(kind, points).touches();
+}
+
+bool paths_touch(PathKind kind, std::span<const Vec3, 8> points) {
+  return !evidently_apart(kind, points) && paths_touch_unfiltered(kind, points);
+}
+
+}  // namespace selvedge

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <regex>
 #include <set>
 #include <sstream>
 #include <string>
@@ -81,18 +82,30 @@ std::string folder_of(std::string path) {
   return path.substr(0, path.find('/'));
 }
 
+/// A quoted name without a folder stays in its folder, but what is installed has to name its own.
+bool is_bad_quote(const std::string& from, const Include& include) {
+  const bool leaves = include.name.find('/') != std::string::npos;
+  return include.quoted && (leaves || kLibraries.contains(from));
+}
+
+/// Tests may look at what is private.
+bool is_private_elsewhere(const std::string& from, const Include& include) {
+  return from != "tests" && folder_of(include.name) != from && !include.quoted &&
+         include.name.find("/detail/") != std::string::npos;
+}
+
 /// `file` is relative to the root.
 Sentences forbidden_arrows(const std::string& file, const std::string& text) {
   Sentences faults;
   const std::string from = folder_of(file);
   for (const Include& include : includes_of(text)) {
     const std::string to = folder_of(include.name);
-    if (include.quoted) {
+    const bool ours = starts_with(include.name, "selvedge/") && !include.quoted;
+    if (is_bad_quote(from, include)) {
       faults.push_back(file + " includes \"" + include.name + "\": write <selvedge/module/file.h>");
-    } else if (starts_with(include.name, "selvedge/") && to != from &&
-               !kArrows.at(from).contains(to)) {
+    } else if (ours && to != from && !kArrows.at(from).contains(to)) {
       faults.push_back(file + " includes <" + include.name + ">: " + from + " may not name " + to);
-    } else if (to != from && include.name.find("/detail/") != std::string::npos) {
+    } else if (ours && is_private_elsewhere(from, include)) {
       faults.push_back(file + " includes <" + include.name + ">, which is private to " + to);
     }
   }
@@ -159,6 +172,27 @@ std::string code_block(const std::string& text, const std::string& marker) {
   const std::size_t open = text.find("```", at);
   const std::size_t begin = text.find('\n', open) + 1;
   return text.substr(begin, text.find("```", begin) - begin);
+}
+
+/// Keys such as [Provot1995] or [Provot1995, section 4] that a text cites.
+std::set<std::string> cited_keys(const std::string& text) {
+  static const std::regex citation(R"(\[([A-Z][A-Za-z]+(?:19|20)[0-9]{2})\b)");
+  std::set<std::string> keys;
+  for (std::sregex_iterator at(text.begin(), text.end(), citation), end; at != end; ++at) {
+    keys.insert((*at)[1].str());
+  }
+  return keys;
+}
+
+Sentences unknown_sources(const std::string& file, const std::string& text,
+                          const std::string& bibliography) {
+  Sentences faults;
+  for (const std::string& key : cited_keys(text)) {
+    if (bibliography.find("{" + key + ",") == std::string::npos) {
+      faults.push_back(file + " cites [" + key + "], which docs/references.bib does not have");
+    }
+  }
+  return faults;
 }
 
 /// The text after the first line of a source, its licence.
@@ -242,6 +276,17 @@ TEST(Architecture, TheSampleOfTheReadmeIsTheExampleThatIsCompiledAndRun) {
   EXPECT_EQ(sample, without_licence(read(root() / "examples/drape_on_sphere.cpp")));
 }
 
+TEST(Architecture, EverySourceThatCitesAPaperFindsItInTheBibliography) {
+  const std::string bibliography = read(root() / "docs/references.bib");
+  Sentences faults;
+  for (const std::string& file : files_with({".h", ".cpp"})) {
+    if (file != "tests/architecture_test.cpp") {
+      append(faults, unknown_sources(file, read(root() / file), bibliography));
+    }
+  }
+  EXPECT_TRUE(faults.empty()) << joined(faults);
+}
+
 TEST(Architecture, TheRootOfTheBuildStaysShort) {
   EXPECT_LT(lines_of(read(root() / "CMakeLists.txt")).size(), 60u);
 }
@@ -261,6 +306,9 @@ TEST(ArchitectureRules, FindAWayAroundTheArrows) {
   EXPECT_EQ(forbidden_arrows("core/force.cpp", "#include \"../scene/scene.h\"").size(), 1u);
   EXPECT_EQ(forbidden_arrows("scene/run.cpp", "#include <selvedge/core/detail/x.h>").size(), 1u);
   EXPECT_EQ(forbidden_arrows("core/run.cpp", "#include <selvedge/core/detail/x.h>").size(), 0u);
+  EXPECT_EQ(forbidden_arrows("core/run.cpp", "#include \"types.h\"").size(), 1u);
+  EXPECT_EQ(forbidden_arrows("apps/main.cpp", "#include \"command_run.h\"").size(), 0u);
+  EXPECT_EQ(forbidden_arrows("apps/main.cpp", "#include \"../scene/scene.h\"").size(), 1u);
 }
 
 TEST(ArchitectureRules, FindAForeignLibraryInAPublicHeader) {
@@ -282,6 +330,13 @@ TEST(ArchitectureRules, FindAMissingLicence) {
 TEST(ArchitectureRules, FindAFileThatADocumentInvents) {
   EXPECT_EQ(missing_files("README.md", "Run `scripts/no_such_script.sh`.", root()).size(), 1u);
   EXPECT_EQ(missing_files("README.md", "Run scripts/drape.sh.", root()).size(), 0u);
+}
+
+TEST(ArchitectureRules, FindAPaperThatTheBibliographyLacks) {
+  const std::string bibliography = "@article{Provot1995,\n";
+  EXPECT_EQ(unknown_sources("a.cpp", "// [Nobody1999] eq. (1)", bibliography).size(), 1u);
+  EXPECT_EQ(unknown_sources("a.cpp", "// [Provot1995, section 4]", bibliography).size(), 0u);
+  EXPECT_EQ(unknown_sources("a.cpp", "x[Index1000]", bibliography).size(), 0u);
 }
 
 TEST(ArchitectureRules, ReadTheCodeBlockThatFollowsAMarker) {

@@ -12,14 +12,14 @@
 namespace selvedge {
 
 struct NarrowPhaseTraits {
-  bool misses_nothing = false;   ///< no false negative, on any input of finite doubles
+  bool misses_nothing = false;  ///< no false negative, on any input of finite doubles
   bool no_false_alarm = false;
-  std::string source;            ///< author, title, year
+  std::string source;  ///< author, title, year
 };
 
 /// The straight paths of four vertices over t in [0,1], in the order of Contact::vertex.
 struct Query {
-  ContactKind kind;              ///< point_triangle or edge_edge
+  ContactKind kind;  ///< point_triangle or edge_edge
   std::array<Vec3, 4> x_t0, x_t1;
 };
 

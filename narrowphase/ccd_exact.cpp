@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/core/parallel.h>
+#include <selvedge/narrowphase/ccd_exact.h>
+#include <selvedge/narrowphase/detail/ccd_filter.h>
+#include <selvedge/narrowphase/detail/contact_geometry.h>
+#include <selvedge/narrowphase/detail/exact_query.h>
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+
+// Continuous collision of straight vertex paths after Provot, "Collision and self-collision
+// handling in cloth model dedicated to design garments", 1997: the vertices must be coplanar, a
+// cubic in t. Every verdict is exact: stages A, B (filter) and C (isolate) in doubles with forward
+// error bounds, D and E (collides_exactly) in integers. Each file proves its stages.
+
+namespace selvedge {
+namespace {
+
+using detail::PairVertices;
+using detail::QueryBlock;
+
+/// Pairs that one task handles; a multiple of the block size.
+constexpr std::size_t kGrain = 4096;
+
+/// Stages C, D and E.
+bool settle(const Query& query, double& toi, CcdExactStages& stages) {
+  std::int64_t k = 0;
+  int m = 0;
+  const detail::Verdict verdict = detail::isolate(query, k, m);
+  if (verdict == detail::Verdict::no) {
+    ++stages.isolated;
+    return false;
+  }
+  if (verdict == detail::Verdict::yes && detail::root_in_box(query, k, m, toi)) {
+    ++stages.isolated;
+    return true;
+  }
+  ++stages.exact;
+  return detail::collides_exactly(query, toi);
+}
+
+void store(const Query& query, QueryBlock& block, int column) {
+  for (int v = 0; v < 4; ++v) {
+    for (int i = 0; i < 3; ++i) {
+      block.x_t0[3 * v + i][column] = query.x_t0[v][i];
+      block.x_t1[3 * v + i][column] = query.x_t1[v][i];
+    }
+  }
+}
+
+void require_finite(const Query& query) {
+  for (int k = 0; k < 4; ++k)
+    if (!query.x_t0[k].allFinite() || !query.x_t1[k].allFinite())
+      throw std::invalid_argument("query: vertex " + std::to_string(k) +
+                                  " has a coordinate that is not a finite number");
+}
+
+/// The pairs [begin, end) of one kind.
+class Batch {
+ public:
+  Batch(const SurfaceView& a, const SurfaceView& b, const CandidatePairs& pairs,
+        std::vector<Contact>& out)
+      : a_(a), b_(b), pairs_(pairs), out_(out) {}
+
+  void run(std::size_t begin, std::size_t end) {
+    const std::size_t edges_from = pairs_.point_triangle.size() + pairs_.triangle_point.size();
+    if (begin < edges_from) run_kind(begin, std::min(end, edges_from), false);
+    if (end > edges_from) run_kind(std::max(begin, edges_from), end, true);
+  }
+
+ private:
+  void run_kind(std::size_t begin, std::size_t end, bool edges) {
+    for (std::size_t i = begin; i < end; i += QueryBlock::kSize) {
+      const int n = static_cast<int>(std::min<std::size_t>(QueryBlock::kSize, end - i));
+      for (int j = 0; j < n; ++j) store(query_at(i + j), block_, j);
+      // The last block repeats its last pair.
+      for (int j = n; j < QueryBlock::kSize; ++j) store(query_at(i + n - 1), block_, j);
+      const detail::FilterVerdict verdict = detail::filter(block_, edges);
+      const std::uint32_t decided = verdict.separated | verdict.never_coplanar;
+      for (int j = 0; j < n; ++j)
+        if ((decided >> j & 1U) == 0) settle_pair(i + j);
+    }
+  }
+
+  Query query_at(std::size_t i) const {
+    return detail::query_of(a_, b_, detail::pair_at(a_, b_, pairs_, i));
+  }
+
+  void settle_pair(std::size_t i) {
+    const PairVertices pair = detail::pair_at(a_, b_, pairs_, i);
+    const Query query = detail::query_of(a_, b_, pair);
+    double toi = 0.0;
+    if (!settle(query, toi, stages_)) return;
+    Contact contact;
+    contact.kind = pair.kind;
+    contact.vertex = pair.vertex;
+    detail::fill_contact(query, toi, contact);
+    out_.push_back(contact);
+  }
+
+  const SurfaceView& a_;
+  const SurfaceView& b_;
+  const CandidatePairs& pairs_;
+  std::vector<Contact>& out_;
+  QueryBlock block_;
+  CcdExactStages stages_;
+};
+
+class CcdExact final : public NarrowPhase {
+ public:
+  void find_contacts(const SurfaceView& a, const SurfaceView& b, const CandidatePairs& pairs,
+                     std::vector<Contact>& out) const override {
+    detail::require_finite(a, "a");
+    if (&a != &b) detail::require_finite(b, "b");
+    const std::size_t n = pairs.size();
+    std::vector<std::vector<Contact>> found((n + kGrain - 1) / kGrain);
+    parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
+      Batch(a, b, pairs, found[begin / kGrain]).run(begin, end);
+    });
+    out.clear();
+    for (const std::vector<Contact>& part : found) out.insert(out.end(), part.begin(), part.end());
+  }
+
+  bool collides(const Query& query, double& toi) const override {
+    CcdExactStages stages;
+    return collides_counting_stages(query, toi, stages);
+  }
+
+  NarrowPhaseTraits traits() const override {
+    return {true, true,
+            "X. Provot, Collision and self-collision handling in cloth model dedicated to design "
+            "garments, 1997; decided exactly"};
+  }
+};
+
+}  // namespace
+
+bool collides_counting_stages(const Query& query, double& toi, CcdExactStages& stages) {
+  require_finite(query);
+  QueryBlock block;
+  for (int j = 0; j < QueryBlock::kSize; ++j) store(query, block, j);
+  const detail::FilterVerdict verdict = detail::filter(block, query.kind == ContactKind::edge_edge);
+  if ((verdict.separated & 1U) != 0) return ++stages.separated, false;
+  if ((verdict.never_coplanar & 1U) != 0) return ++stages.never_coplanar, false;
+  return settle(query, toi, stages);
+}
+
+std::unique_ptr<NarrowPhase> make_ccd_exact() { return std::make_unique<CcdExact>(); }
+
+}  // namespace selvedge

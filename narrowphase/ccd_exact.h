@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/narrowphase/narrow_phase.h>
+
+namespace selvedge {
+
+/// The default narrow phase: never misses a collision and never reports a false one, on any finite
+/// doubles, and its time of impact is the largest double not later than the true one. Proven
+/// floating-point filters settle nearly all pairs, integer arithmetic the rest.
+std::unique_ptr<NarrowPhase> make_ccd_exact();
+
+/// How many queries each stage settled; for tests and reports.
+struct CcdExactStages {
+  std::size_t separated = 0;       ///< A: on opposite sides along an axis during the whole step
+  std::size_t never_coplanar = 0;  ///< B: the coplanarity cubic has one strict sign
+  std::size_t isolated = 0;        ///< C: root isolation and inside tests with error bounds
+  std::size_t exact = 0;           ///< D and E: integer arithmetic
+};
+
+/// The stage that settles the query, counted in `stages`, and its verdict.
+bool collides_counting_stages(const Query& query, double& toi, CcdExactStages& stages);
+
+}  // namespace selvedge

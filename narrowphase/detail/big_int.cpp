@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/narrowphase/detail/big_int.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+namespace selvedge::detail {
+namespace {
+
+using Limb = std::uint64_t;
+__extension__ typedef unsigned __int128 DoubleLimb;
+
+/// out = a + b for na >= nb; returns the number of limbs, at most na + 1.
+std::uint32_t add_limbs(Limb* out, const Limb* a, std::uint32_t na, const Limb* b,
+                        std::uint32_t nb) {
+  Limb carry = 0;
+  for (std::uint32_t i = 0; i < na; ++i) {
+    const DoubleLimb s = DoubleLimb{a[i]} + (i < nb ? b[i] : 0) + carry;
+    out[i] = static_cast<Limb>(s);
+    carry = static_cast<Limb>(s >> 64);
+  }
+  if (carry != 0) out[na++] = carry;
+  return na;
+}
+
+/// out = a - b for a >= b.
+void subtract_limbs(Limb* out, const Limb* a, std::uint32_t na, const Limb* b, std::uint32_t nb) {
+  Limb borrow = 0;
+  for (std::uint32_t i = 0; i < na; ++i) {
+    const DoubleLimb d = DoubleLimb{a[i]} - (i < nb ? b[i] : 0) - borrow;
+    out[i] = static_cast<Limb>(d);
+    borrow = static_cast<Limb>(d >> 64) & 1U;
+  }
+}
+
+}  // namespace
+
+BigInt::BigInt(std::int64_t value) {
+  if (value == 0) return;
+  negative_ = value < 0;
+  inline_[0] = negative_ ? Limb{0} - static_cast<Limb>(value) : static_cast<Limb>(value);
+  size_ = 1;
+}
+
+BigInt::BigInt(const BigInt& other) { *this = other; }
+
+BigInt::BigInt(BigInt&& other) noexcept { *this = std::move(other); }
+
+BigInt& BigInt::operator=(const BigInt& other) {
+  if (this == &other) return *this;
+  reserve(other.size_);
+  std::copy_n(other.limbs(), other.size_, limbs());
+  size_ = other.size_;
+  negative_ = other.negative_;
+  return *this;
+}
+
+BigInt& BigInt::operator=(BigInt&& other) noexcept {
+  if (this == &other) return *this;
+  release();
+  size_ = other.size_;
+  negative_ = other.negative_;
+  if (other.capacity_ > kInline) {
+    capacity_ = other.capacity_;
+    heap_ = other.heap_;
+    other.capacity_ = kInline;
+  } else {
+    std::copy_n(other.inline_, size_, inline_);
+  }
+  other.size_ = 0;
+  return *this;
+}
+
+void BigInt::reserve(std::uint32_t n) {
+  if (n <= capacity_) return;
+  release();
+  heap_ = new Limb[n];
+  capacity_ = n;
+}
+
+void BigInt::trim(std::uint32_t n) {
+  const Limb* l = limbs();
+  while (n > 0 && l[n - 1] == 0) --n;
+  size_ = n;
+}
+
+BigInt BigInt::from_double(double value, int exponent) {
+  if (value == 0.0) return {};
+  int e = 0;
+  const double m = std::frexp(value, &e);
+  constexpr int kMantissaBits = 53;
+  BigInt r(static_cast<std::int64_t>(std::ldexp(m, kMantissaBits)));
+  const int shift = e - kMantissaBits - exponent;
+  return shift >= 0 ? r << shift : r >> -shift;
+}
+
+int BigInt::bit_length() const {
+  if (size_ == 0) return 0;
+  return static_cast<int>(64 * size_) - std::countl_zero(limbs()[size_ - 1]);
+}
+
+int BigInt::trailing_zeros() const {
+  const Limb* l = limbs();
+  for (std::uint32_t i = 0; i < size_; ++i)
+    if (l[i] != 0) return static_cast<int>(64 * i) + std::countr_zero(l[i]);
+  return 0;
+}
+
+double BigInt::mantissa(int& exponent) const {
+  exponent = bit_length();
+  if (size_ == 0) return 0.0;
+  constexpr int kKept = 53;
+  const BigInt top = exponent > kKept ? *this >> (exponent - kKept) : *this;
+  const double m = std::ldexp(static_cast<double>(top.limbs()[0]), -top.bit_length());
+  return negative_ ? -m : m;
+}
+
+BigInt BigInt::operator-() const {
+  BigInt r(*this);
+  r.negative_ = !r.negative_;
+  return r;
+}
+
+int BigInt::compare_magnitude(const BigInt& a, const BigInt& b) {
+  if (a.size_ != b.size_) return a.size_ < b.size_ ? -1 : 1;
+  const Limb* la = a.limbs();
+  const Limb* lb = b.limbs();
+  for (std::uint32_t i = a.size_; i-- > 0;)
+    if (la[i] != lb[i]) return la[i] < lb[i] ? -1 : 1;
+  return 0;
+}
+
+BigInt BigInt::add(const BigInt& a, const BigInt& b, bool b_negative) {
+  BigInt r;
+  if (b.size_ == 0) return a;
+  if (a.size_ == 0) {
+    r = b;
+    r.negative_ = b_negative;
+    return r;
+  }
+  const bool a_first = compare_magnitude(a, b) >= 0;
+  const BigInt& big = a_first ? a : b;
+  const BigInt& small = a_first ? b : a;
+  r.negative_ = a_first ? a.negative_ : b_negative;
+  if (a.negative_ == b_negative) {
+    r.reserve(big.size_ + 1);
+    r.size_ = add_limbs(r.limbs(), big.limbs(), big.size_, small.limbs(), small.size_);
+  } else {
+    r.reserve(big.size_);
+    subtract_limbs(r.limbs(), big.limbs(), big.size_, small.limbs(), small.size_);
+    r.trim(big.size_);
+  }
+  return r;
+}
+
+BigInt BigInt::operator*(const BigInt& b) const {
+  BigInt r;
+  if (size_ == 0 || b.size_ == 0) return r;
+  r.reserve(size_ + b.size_);
+  Limb* out = r.limbs();
+  const Limb* x = limbs();
+  const Limb* y = b.limbs();
+  std::fill_n(out, size_ + b.size_, Limb{0});
+  for (std::uint32_t i = 0; i < size_; ++i) {
+    Limb carry = 0;
+    for (std::uint32_t j = 0; j < b.size_; ++j) {
+      const DoubleLimb p = DoubleLimb{x[i]} * y[j] + out[i + j] + carry;
+      out[i + j] = static_cast<Limb>(p);
+      carry = static_cast<Limb>(p >> 64);
+    }
+    out[i + b.size_] = carry;
+  }
+  r.negative_ = negative_ != b.negative_;
+  r.trim(size_ + b.size_);
+  return r;
+}
+
+BigInt BigInt::operator<<(int bits) const {
+  if (size_ == 0 || bits == 0) return *this;
+  const auto words = static_cast<std::uint32_t>(bits / 64);
+  const int rest = bits % 64;
+  BigInt r;
+  r.reserve(size_ + words + 1);
+  Limb* out = r.limbs();
+  const Limb* in = limbs();
+  std::fill_n(out, words, Limb{0});
+  Limb low = 0;
+  for (std::uint32_t i = 0; i < size_; ++i) {
+    out[i + words] = (in[i] << rest) | low;
+    low = rest == 0 ? 0 : in[i] >> (64 - rest);
+  }
+  out[size_ + words] = low;
+  r.negative_ = negative_;
+  r.trim(size_ + words + 1);
+  return r;
+}
+
+BigInt BigInt::operator>>(int bits) const {
+  const auto words = static_cast<std::uint32_t>(bits / 64);
+  const int rest = bits % 64;
+  BigInt r;
+  if (words >= size_) return r;
+  const std::uint32_t n = size_ - words;
+  r.reserve(n);
+  Limb* out = r.limbs();
+  const Limb* in = limbs() + words;
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const Limb high = i + 1 < n && rest != 0 ? in[i + 1] << (64 - rest) : 0;
+    out[i] = (in[i] >> rest) | high;
+  }
+  r.negative_ = negative_;
+  r.trim(n);
+  return r;
+}
+
+}  // namespace selvedge::detail

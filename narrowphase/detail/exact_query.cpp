@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/narrowphase/detail/exact_query.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+// The four vertices move as polynomials of degree 1 with integer coefficients. Write, all as
+// vectors that depend on t,
+//   point against triangle:  X = b - a,    Y = c - a,    Z = p - a,
+//   edge against edge:       X = a1 - a0,  Y = b1 - b0,  Z = b0 - a0,
+// n = X x Y and f = n . Z. A contact at t needs coplanar vertices, f(t) = 0.
+//
+// Where n(t) is not the null vector, let n_i be a component that is not zero. In the common plane
+// all cross products of X, Y and Z are multiples of n, so that component i alone carries their
+// signs and ratios. With g = X x Z, h = Z x Y the point is a + (h_i/n_i) X + (g_i/n_i) Y, and it
+// lies in the closed triangle iff h_i/n_i, g_i/n_i and 1 - h_i/n_i - g_i/n_i are not negative. With
+// h = Z x Y and g = Z x X the lines of two edges meet at a0 + (h_i/n_i) X = b0 + (g_i/n_i) Y, on
+// both closed edges iff h_i/n_i and g_i/n_i lie in [0, 1]. So every test is the sign of a product
+// of quadratics, where the dot products with n would be of degree four.
+//
+// Where n(t) = 0 the triangle is a segment or a point, the union of its closed edges, and two edges
+// are parallel or degenerate: there is a contact iff an end point of one segment lies on another
+// one. q lies on the closed segment (r, s) iff (s-r) x (q-r) = 0 and (q-r) . (q-s) <= 0.
+
+namespace selvedge::detail {
+namespace {
+
+using PolyVec = std::array<Polynomial, 3>;
+
+PolyVec operator-(const PolyVec& a, const PolyVec& b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+
+PolyVec cross(const PolyVec& a, const PolyVec& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+Polynomial dot(const PolyVec& a, const PolyVec& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+bool is_zero(const PolyVec& a) { return a[0].is_zero() && a[1].is_zero() && a[2].is_zero(); }
+
+/// Exponent of the lowest set bit of x, which is not zero.
+int lowest_bit(double x) {
+  int e = 0;
+  const double m = std::frexp(std::abs(x), &e);
+  constexpr int kMantissaBits = 53;
+  const auto bits = static_cast<std::uint64_t>(std::ldexp(m, kMantissaBits));
+  return e - kMantissaBits + std::countr_zero(bits);
+}
+
+/// The paths of the vertices on the coarsest grid of a power of two that holds all coordinates.
+std::array<PolyVec, 4> integer_paths(const Query& query) {
+  int exponent = std::numeric_limits<int>::max();
+  for (const auto* x : {&query.x_t0, &query.x_t1})
+    for (const Vec3& v : *x)
+      for (int i = 0; i < 3; ++i)
+        if (v[i] != 0.0) exponent = std::min(exponent, lowest_bit(v[i]));
+  std::array<PolyVec, 4> paths;
+  for (int k = 0; k < 4; ++k) {
+    for (int i = 0; i < 3; ++i) {
+      paths[k][i].degree = 1;
+      paths[k][i].c[0] = BigInt::from_double(query.x_t0[k][i], exponent);
+      paths[k][i].c[1] = BigInt::from_double(query.x_t1[k][i], exponent);
+    }
+  }
+  return paths;
+}
+
+class ExactQuery {
+ public:
+  explicit ExactQuery(const Query& query)
+      : edges_(query.kind == ContactKind::edge_edge), x_(integer_paths(query)) {
+    const int base = edges_ ? 0 : 1;
+    X_ = x_[edges_ ? 1 : 2] - x_[base];
+    Y_ = edges_ ? x_[3] - x_[2] : x_[3] - x_[1];
+    Z_ = edges_ ? x_[2] - x_[0] : x_[0] - x_[1];
+    n_ = cross(X_, Y_);
+    f_ = dot(n_, Z_);
+  }
+
+  const Polynomial& cubic() const { return f_; }
+
+  bool first_contact(double& toi) {
+    return f_.is_zero() ? first_coplanar_contact(toi) : first_root_in_contact(toi);
+  }
+
+ private:
+  bool first_root_in_contact(double& toi) {
+    std::vector<Root> roots;
+    isolate_roots(f_, roots);
+    for (Root& root : roots) {
+      if (!touches(root)) continue;
+      bool exact = false;
+      toi = root.floor(exact);
+      return true;
+    }
+    return false;
+  }
+
+  /// f = 0 at all times. Between two neighbouring roots of all polynomials that decide, no sign
+  /// changes, and the set of contact times is closed: so it begins at 0 or at one of the roots.
+  /// If n is not identically zero these are the roots of one component i of n that is not (it
+  /// covers the times where n = 0 and those where component i cannot speak for n) and of the
+  /// constraints made with component i; otherwise those of the segment tests.
+  bool first_coplanar_contact(double& toi) {
+    toi = 0.0;
+    Root start = Root::rational(BigInt(), BigInt(1));
+    if (touches(start)) return true;
+    std::vector<Root> roots;
+    const auto add = [&](const Polynomial& p) {
+      if (!p.is_zero()) isolate_roots(p, roots);
+    };
+    if (!is_zero(n_)) {
+      const int i = !n_[0].is_zero() ? 0 : (!n_[1].is_zero() ? 1 : 2);
+      add(n_[i]);
+      for (const Polynomial& p : constraints(i)) add(p);
+    } else {
+      for (const SegmentTest& test : segment_tests()) {
+        for (const Polynomial& p : test.line) add(p);
+        add(test.span);
+      }
+    }
+    double first = 2.0;
+    for (Root& root : roots) {
+      bool exact = false;
+      const double t = root.floor(exact);
+      if (t < first && touches(root)) first = t;
+    }
+    toi = first;
+    return first <= 1.0;
+  }
+
+  /// Whether the primitives touch at a root of f.
+  bool touches(Root& root) {
+    int component = -1, sign = 0;
+    for (int i = 0; i < 3 && sign == 0; ++i) {
+      sign = root.sign_if_clear(n_[i]);
+      component = i;
+    }
+    for (int i = 0; i < 3 && sign == 0; ++i) {
+      sign = root.sign(n_[i]);
+      component = i;
+    }
+    if (sign == 0) {
+      for (const SegmentTest& test : segment_tests())
+        if (on_segment(root, test)) return true;
+      return false;
+    }
+    const std::array<Polynomial, 4>& tests = constraints(component);
+    // Most roots lie clearly outside one constraint: ask all cheaply before any one thoroughly.
+    for (const Polynomial& p : tests)
+      if (root.sign_if_clear(p) * sign < 0) return false;
+    for (const Polynomial& p : tests)
+      if (root.sign(p) * sign < 0) return false;
+    return true;
+  }
+
+  struct SegmentTest {
+    PolyVec line;
+    Polynomial span;
+  };
+
+  static bool on_segment(Root& root, const SegmentTest& test) {
+    for (const Polynomial& p : test.line)
+      if (root.sign_if_clear(p) != 0) return false;
+    if (root.sign_if_clear(test.span) > 0) return false;
+    for (const Polynomial& p : test.line)
+      if (root.sign(p) != 0) return false;
+    return root.sign(test.span) <= 0;
+  }
+
+  /// Polynomials that, times the sign of n_i, must not be negative.
+  const std::array<Polynomial, 4>& constraints(int i) {
+    if (constrained_ == i) return constraints_;
+    constrained_ = i;
+    const int j = (i + 1) % 3, k = (i + 2) % 3;
+    const auto component = [&](const PolyVec& a, const PolyVec& b) {
+      return a[j] * b[k] - a[k] * b[j];
+    };
+    const Polynomial h = component(Z_, Y_);
+    if (edges_) {
+      const Polynomial g = component(Z_, X_);
+      constraints_ = {h, n_[i] - h, g, n_[i] - g};
+    } else {
+      const Polynomial g = component(X_, Z_);
+      const Polynomial rest = n_[i] - h - g;
+      constraints_ = {h, g, rest, rest};
+    }
+    return constraints_;
+  }
+
+  const std::vector<SegmentTest>& segment_tests() {
+    if (!segment_tests_.empty()) return segment_tests_;
+    const auto add = [&](int q, int r, int s) {
+      segment_tests_.push_back(
+          {cross(x_[s] - x_[r], x_[q] - x_[r]), dot(x_[q] - x_[r], x_[q] - x_[s])});
+    };
+    if (edges_) {
+      add(0, 2, 3), add(1, 2, 3), add(2, 0, 1), add(3, 0, 1);
+    } else {
+      add(0, 1, 2), add(0, 2, 3), add(0, 3, 1);
+    }
+    return segment_tests_;
+  }
+
+  bool edges_;
+  std::array<PolyVec, 4> x_;
+  PolyVec X_, Y_, Z_, n_;
+  Polynomial f_;
+  int constrained_ = -1;
+  std::array<Polynomial, 4> constraints_;
+  std::vector<SegmentTest> segment_tests_;
+};
+
+}  // namespace
+
+bool collides_exactly(const Query& query, double& toi) {
+  return ExactQuery(query).first_contact(toi);
+}
+
+bool root_in_box(const Query& query, std::int64_t k, int m, double& root) {
+  Root isolated;
+  if (!isolate_in_box(coplanarity_cubic(query), BigInt(k), m, isolated)) return false;
+  bool exact = false;
+  root = isolated.floor(exact);
+  return true;
+}
+
+Polynomial coplanarity_cubic(const Query& query) { return ExactQuery(query).cubic(); }
+
+}  // namespace selvedge::detail

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/narrowphase/detail/big_int.h>
+
+#include <array>
+#include <vector>
+
+namespace selvedge::detail {
+
+/// p(t) = sum over i of c[i] (1 - t)^(degree - i) t^i with integer c: the Bernstein form with the
+/// binomials multiplied in. It is also the polynomial sum of c[i] u^i in u = t / (1 - t), which
+/// maps [0, 1] onto [0, infinity] in order, so that products are plain convolutions, the values at
+/// t = 0 and t = 1 are the outer coefficients, and Descartes' rule of signs counts roots in (0, 1).
+struct Polynomial {
+  static constexpr int kMaxDegree = 4;
+  int degree = 0;  ///< formal; outer coefficients may be zero
+  std::array<BigInt, kMaxDegree + 1> c;
+
+  bool is_zero() const;
+};
+
+Polynomial operator+(const Polynomial& a, const Polynomial& b);  ///< of equal degree
+Polynomial operator-(const Polynomial& a, const Polynomial& b);  ///< of equal degree
+Polynomial operator*(const Polynomial& a, const Polynomial& b);
+
+/// Sign of p at t = k / 2^m, 0 <= k <= 2^m.
+int sign_at(const Polynomial& p, const BigInt& k, int m);
+
+/// The t in [0, 1] where one polynomial is zero: either a rational number or an algebraic one,
+/// known as the only root of a polynomial strictly between two dyadic numbers.
+class Root {
+ public:
+  /// t = num / (num + den), both not negative and not both zero.
+  static Root rational(BigInt num, BigInt den);
+  /// The only root of p in the open box (k, k + 1) / 2^m, of odd multiplicity one, where p has the
+  /// sign `sign_lo` left of it.
+  static Root isolated(Polynomial p, BigInt k, int m, int sign_lo);
+
+  /// Exact sign of q at the root, for q of degree at most 2 (or any degree at a rational root).
+  int sign(const Polynomial& q);
+  /// Sign of q at the root where a cheap test shows that it is not zero, else 0.
+  int sign_if_clear(const Polynomial& q) const;
+  /// The largest double not above the root. `exact` tells whether it equals the root.
+  double floor(bool& exact) const;
+  int multiplicity = 1;
+
+ private:
+  void bisect();
+  void narrow();
+  double guess() const;
+  int sign_by_tarski_query(const Polynomial& q) const;
+
+  bool rational_ = true;
+  BigInt num_, den_;
+  Polynomial p_;
+  BigInt k_;
+  int m_ = 0;
+  int sign_lo_ = 0;
+};
+
+/// Appends the distinct roots of p in the closed interval [0, 1] in ascending order. p is of degree
+/// at most 3 and not identically zero.
+void isolate_roots(const Polynomial& p, std::vector<Root>& roots);
+
+/// The root of p in the open box (k, k + 1) / 2^m if the rule of signs shows that there is exactly
+/// one and the ends are none.
+bool isolate_in_box(const Polynomial& p, const BigInt& k, int m, Root& root);
+
+}  // namespace selvedge::detail

@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/core/parallel.h>
+#include <selvedge/narrowphase/detail/contact_geometry.h>
+#include <selvedge/narrowphase/distance.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+namespace selvedge {
+namespace {
+
+/// Unit roundoff of double.
+constexpr double kRoundoff = 0x1p-53;
+/// Edges whose directions differ by less than this angle (radian) count as parallel: the cross
+/// product of two directions carries a rounding error of about 4 units, and below four times that
+/// the place where their lines come nearest is noise.
+constexpr double kParallelAngle = 16.0 * kRoundoff;
+/// A distance below this multiple of the largest coordinate is rounding error of the coordinates'
+/// differences and gives no direction: 3 differences of 1 unit, summed, times a reserve of 4.
+constexpr double kNoDirection = 12.0 * kRoundoff;
+/// Pairs that one task handles.
+constexpr std::size_t kGrain = 4096;
+
+/// Parameter in [0, 1] of the point of the segment origin + s d that is nearest to the point p,
+/// with op = p - origin. A zero-length segment gives 0.
+double nearest_on_segment(const Vec3& op, const Vec3& d) {
+  const double dd = d.squaredNorm();
+  return dd > 0.0 ? std::clamp(op.dot(d) / dd, 0.0, 1.0) : 0.0;
+}
+
+ClosestPoints make(const std::array<double, 4>& weight, const Vec3& separation) {
+  return {weight, separation, separation.norm()};
+}
+
+void keep_nearer(ClosestPoints& best, const ClosestPoints& other) {
+  if (other.distance < best.distance) best = other;
+}
+
+/// Point of the open triangle below p, if the triangle has an area.
+void try_interior(const Vec3& ap, const Vec3& ab, const Vec3& ac, ClosestPoints& best) {
+  const Vec3 n = ab.cross(ac);
+  const double nn = n.squaredNorm();
+  if (!(nn > 0.0)) return;
+  const double v = n.dot(ap.cross(ac)) / nn;
+  const double w = n.dot(ab.cross(ap)) / nn;
+  if (!(v > 0.0 && w > 0.0 && v + w < 1.0)) return;
+  keep_nearer(best, make({1.0, -(1.0 - v - w), -v, -w}, ap - v * ab - w * ac));
+}
+
+/// The middle of the overlap of two parallel edges, if they overlap.
+bool middle_of_overlap(const Vec3& ab0, const Vec3& ab1, const Vec3& u, const Vec3& v,
+                       ClosestPoints& out) {
+  const double uu = u.squaredNorm();
+  const double s0 = ab0.dot(u) / uu, s1 = ab1.dot(u) / uu;
+  const double lo = std::max(0.0, std::min(s0, s1)), hi = std::min(1.0, std::max(s0, s1));
+  if (!(lo <= hi)) return false;
+  const double s = 0.5 * (lo + hi);
+  const double t = nearest_on_segment(s * u - ab0, v);
+  out = make({1.0 - s, s, -(1.0 - t), -t}, s * u - ab0 - t * v);
+  return true;
+}
+
+}  // namespace
+
+/// The nearest point lies inside the triangle or on one of its edges: the nearest of these four
+/// candidates. Each is a point of the triangle, so that even where a sliver's normal is all
+/// rounding error the result is never better than the truth and the edges keep it near.
+ClosestPoints point_triangle_closest(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
+  const Vec3 ap = p - a, bp = p - b, ab = b - a, ac = c - a, bc = c - b;
+  const double s = nearest_on_segment(ap, ab);
+  ClosestPoints best = make({1.0, -(1.0 - s), -s, 0.0}, ap - s * ab);
+  const double t = nearest_on_segment(bp, bc);
+  keep_nearer(best, make({1.0, 0.0, -(1.0 - t), -t}, bp - t * bc));
+  const double r = nearest_on_segment(ap, ac);
+  keep_nearer(best, make({1.0, -(1.0 - r), 0.0, -r}, ap - r * ac));
+  try_interior(ap, ab, ac, best);
+  return best;
+}
+
+/// The nearest of five candidates: where the lines come nearest, if that lies on both edges, and
+/// the four ends against the other edge.
+ClosestPoints edge_edge_closest(const Vec3& a0, const Vec3& a1, const Vec3& b0, const Vec3& b1) {
+  const Vec3 u = a1 - a0, v = b1 - b0, ab0 = b0 - a0, ab1 = b1 - a0;
+  const double uu = u.squaredNorm(), vv = v.squaredNorm();
+  const Vec3 n = u.cross(v);
+  const double nn = n.squaredNorm();
+  const bool parallel = nn <= kParallelAngle * kParallelAngle * uu * vv;
+  ClosestPoints best;
+  if (parallel && uu > 0.0 && vv > 0.0 && middle_of_overlap(ab0, ab1, u, v, best)) return best;
+
+  const double t0 = nearest_on_segment(-ab0, v);
+  best = make({1.0, 0.0, -(1.0 - t0), -t0}, -ab0 - t0 * v);
+  const Vec3 a1b0 = b0 - a1;
+  const double t1 = nearest_on_segment(-a1b0, v);
+  keep_nearer(best, make({0.0, 1.0, -(1.0 - t1), -t1}, -a1b0 - t1 * v));
+  const double s0 = nearest_on_segment(ab0, u);
+  keep_nearer(best, make({1.0 - s0, s0, -1.0, 0.0}, s0 * u - ab0));
+  const double s1 = nearest_on_segment(ab1, u);
+  keep_nearer(best, make({1.0 - s1, s1, 0.0, -1.0}, s1 * u - ab1));
+  if (parallel) return best;
+
+  const double s = n.dot(ab0.cross(v)) / nn;
+  const double t = n.dot(ab0.cross(u)) / nn;
+  if (s > 0.0 && s < 1.0 && t > 0.0 && t < 1.0)
+    keep_nearer(best, make({1.0 - s, s, -(1.0 - t), -t}, s * u - ab0 - t * v));
+  return best;
+}
+
+namespace detail {
+
+ClosestPoints closest_points(ContactKind kind, const std::array<Vec3, 4>& x) {
+  return kind == ContactKind::edge_edge ? edge_edge_closest(x[0], x[1], x[2], x[3])
+                                        : point_triangle_closest(x[0], x[1], x[2], x[3]);
+}
+
+double extent(const std::array<Vec3, 4>& x) {
+  double e = 0.0;
+  for (int k = 1; k < 4; ++k) e = std::max(e, (x[k] - x[0]).cwiseAbs().maxCoeff());
+  return e;
+}
+
+Vec3 common_normal(ContactKind kind, const std::array<Vec3, 4>& x) {
+  const bool edges = kind == ContactKind::edge_edge;
+  Vec3 u = edges ? x[1] - x[0] : x[2] - x[1];
+  Vec3 v = edges ? x[3] - x[2] : x[3] - x[1];
+  const double scale = std::max(u.cwiseAbs().maxCoeff(), v.cwiseAbs().maxCoeff());
+  if (!(scale > 0.0)) return Vec3::UnitZ();
+  u /= scale, v /= scale;
+  const Vec3 n = u.cross(v);
+  if (n.norm() > kParallelAngle * u.norm() * v.norm()) return n.normalized();
+  const Vec3 longest = u.squaredNorm() >= v.squaredNorm() ? u : v;
+  int axis = 0;
+  longest.cwiseAbs().minCoeff(&axis);
+  return longest.cross(Vec3::Unit(axis)).normalized();
+}
+
+Vec3 weighted_difference(const std::array<double, 4>& weight, const std::array<Vec3, 4>& x) {
+  return weight[1] * (x[1] - x[0]) + weight[2] * (x[2] - x[0]) + weight[3] * (x[3] - x[0]);
+}
+
+namespace {
+
+/// The query moved to its first vertex and scaled by 2^-exponent to size about 1, so that nothing
+/// below over- or underflows.
+Query scaled_query(const Query& query, int& exponent) {
+  double largest = 0.0;
+  for (const auto* x : {&query.x_t0, &query.x_t1})
+    for (const Vec3& v : *x) largest = std::max(largest, v.cwiseAbs().maxCoeff());
+  Query q = query;
+  std::frexp(largest, &exponent);
+  const auto scale = [](double c, int e) { return std::ldexp(c, -e); };
+  Vec3 origin;
+  for (int i = 0; i < 3; ++i) origin[i] = scale(query.x_t0[0][i], exponent);
+  double size = 0.0;
+  for (auto* x : {&q.x_t0, &q.x_t1}) {
+    for (Vec3& v : *x) {
+      for (int i = 0; i < 3; ++i) v[i] = scale(v[i], exponent) - origin[i];
+      size = std::max(size, v.cwiseAbs().maxCoeff());
+    }
+  }
+  int second = 0;
+  std::frexp(size, &second);
+  for (auto* x : {&q.x_t0, &q.x_t1})
+    for (Vec3& v : *x)
+      for (int i = 0; i < 3; ++i) v[i] = scale(v[i], second);
+  exponent += second;
+  return q;
+}
+
+Vec3 at(const Query& q, int k, double t) { return q.x_t0[k] + t * (q.x_t1[k] - q.x_t0[k]); }
+
+}  // namespace
+
+void fill_contact(const Query& query, double toi, Contact& contact) {
+  /// Part of the way at t = 0 that must lie along the common normal for it to be the direction of
+  /// approach: below, the normal is across by more than 89.99994 degrees.
+  constexpr double kAcross = 1e-6;
+  int exponent = 0;
+  const Query q = scaled_query(query, exponent);
+  const std::array<Vec3, 4> x{at(q, 0, toi), at(q, 1, toi), at(q, 2, toi), at(q, 3, toi)};
+  contact.toi = toi;
+  contact.weight = closest_points(q.kind, x).weight;
+  const ClosestPoints start = closest_points(q.kind, q.x_t0);
+  contact.gap = std::ldexp(start.distance, exponent);
+
+  const Vec3 way = weighted_difference(contact.weight, q.x_t0);
+  Vec3 n = common_normal(q.kind, x);
+  const bool apart = start.distance > kNoDirection;
+  if (apart && std::abs(way.dot(n)) <= kAcross * way.norm()) n = start.separation / start.distance;
+  double side = way.dot(n);
+  if (!apart) {
+    const Vec3 end = weighted_difference(contact.weight, q.x_t1);
+    const double motion = (end - way).dot(n);
+    if (motion != 0.0) side = -motion;
+  }
+  contact.normal = side < 0.0 ? Vec3(-n) : n;
+}
+
+void require_finite(const SurfaceView& view, const char* name) {
+  for (const std::span<const Vec3> x : {view.x_t0, view.x_t1}) {
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      // x - x is 0 for finite x and NaN otherwise.
+      const Vec3 d = x[i] - x[i];
+      if (d.x() + d.y() + d.z() == 0.0) continue;
+      throw std::invalid_argument("surface " + std::string(name) + ": vertex " + std::to_string(i) +
+                                  " has a coordinate that is not a finite number");
+    }
+  }
+}
+
+}  // namespace detail
+
+namespace {
+
+using detail::PairVertices;
+
+/// Lower bound of what is left of the distance after the step: the distance of the boxes at t = 0
+/// minus the largest relative displacement.
+bool far_apart(const Query& q, int first, double reach) {
+  double gap = 0.0, motion = 0.0;
+  for (int i = 0; i < 3; ++i) {
+    constexpr double kInf = std::numeric_limits<double>::infinity();
+    double lo[2] = {kInf, kInf}, hi[2] = {-kInf, -kInf};
+    double move_lo[2] = {kInf, kInf}, move_hi[2] = {-kInf, -kInf};
+    for (int k = 0; k < 4; ++k) {
+      const int side = k < first ? 0 : 1;
+      const double x = q.x_t0[k][i], d = q.x_t1[k][i] - x;
+      lo[side] = std::min(lo[side], x), hi[side] = std::max(hi[side], x);
+      move_lo[side] = std::min(move_lo[side], d), move_hi[side] = std::max(move_hi[side], d);
+    }
+    const double g = std::max({0.0, lo[1] - hi[0], lo[0] - hi[1]});
+    const double m = std::max(std::abs(move_hi[0] - move_lo[1]), std::abs(move_hi[1] - move_lo[0]));
+    gap += g * g;
+    motion += m * m;
+  }
+  // Reserve for the roundings of both sides, each below 8 units.
+  constexpr double kReserve = 1.0 + 32.0 * kRoundoff;
+  const double bound = (reach + std::sqrt(motion)) * kReserve;
+  return gap > bound * bound;
+}
+
+bool proximity_of(const Query& q, const PairVertices& pair, double reach, Contact& contact) {
+  if (far_apart(q, detail::first_count(pair.kind), reach)) return false;
+  const ClosestPoints near = detail::closest_points(q.kind, q.x_t0);
+  double largest = 0.0;
+  for (const Vec3& v : q.x_t0) largest = std::max(largest, v.cwiseAbs().maxCoeff());
+  const Vec3 start = detail::weighted_difference(near.weight, q.x_t0);
+  const Vec3 move = detail::weighted_difference(near.weight, q.x_t1) - start;
+  Vec3 n;
+  if (near.distance > kNoDirection * largest) {
+    n = near.separation / near.distance;
+  } else {
+    n = detail::common_normal(q.kind, q.x_t0);
+    const double along = near.separation.dot(n);
+    if (along < 0.0 || (along == 0.0 && move.dot(n) > 0.0)) n = -n;
+  }
+  if (!(near.distance + std::min(0.0, move.dot(n)) < reach)) return false;
+  contact = {pair.kind, pair.vertex, near.weight, n, 0.0, near.distance};
+  return true;
+}
+
+}  // namespace
+
+void find_proximities(const SurfaceView& a, const SurfaceView& b, const CandidatePairs& pairs,
+                      double reach, std::vector<Contact>& out) {
+  detail::require_finite(a, "a");
+  if (&a != &b) detail::require_finite(b, "b");
+  const std::size_t n = pairs.size();
+  std::vector<std::vector<Contact>> found((n + kGrain - 1) / kGrain);
+  parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
+    std::vector<Contact>& mine = found[begin / kGrain];
+    Contact contact;
+    for (std::size_t i = begin; i < end; ++i) {
+      const PairVertices pair = detail::pair_at(a, b, pairs, i);
+      if (proximity_of(detail::query_of(a, b, pair), pair, reach, contact)) mine.push_back(contact);
+    }
+  });
+  out.clear();
+  for (const std::vector<Contact>& part : found) out.insert(out.end(), part.begin(), part.end());
+}
+
+}  // namespace selvedge

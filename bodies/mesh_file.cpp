@@ -23,7 +23,24 @@ namespace {
 constexpr std::uintmax_t max_file_size = std::uintmax_t{8} << 30;
 constexpr std::size_t max_quoted_length = 40;
 
-std::uintmax_t checked_size(const std::filesystem::path& file, const std::string& name) {
+std::string_view without_sign(std::string_view word) {
+  const bool plus = word.size() > 1 && word[0] == '+' && word[1] != '-';
+  return plus ? word.substr(1) : word;
+}
+
+// std::from_chars reports numbers too large and too small alike; this tells them apart. Rare.
+bool parse_extreme(std::string_view word, double& value) {
+  std::istringstream stream{std::string(word)};
+  stream.imbue(std::locale::classic());
+  stream >> value;
+  if (stream.fail()) value = std::copysign(HUGE_VAL, value);
+  return true;
+}
+
+}  // namespace
+
+std::uintmax_t checked_size(const std::filesystem::path& file) {
+  const std::string name = file.string();
   std::error_code error;
   const auto status = std::filesystem::status(file, error);
   if (status.type() == std::filesystem::file_type::not_found)
@@ -41,26 +58,10 @@ std::uintmax_t checked_size(const std::filesystem::path& file, const std::string
   return size;
 }
 
-std::string_view without_sign(std::string_view word) {
-  const bool plus = word.size() > 1 && word[0] == '+' && word[1] != '-';
-  return plus ? word.substr(1) : word;
-}
-
-// std::from_chars reports numbers too large and too small alike; this tells them apart. Rare.
-bool parse_extreme(std::string_view word, double& value) {
-  std::istringstream stream{std::string(word)};
-  stream.imbue(std::locale::classic());
-  stream >> value;
-  if (stream.fail()) value = std::copysign(HUGE_VAL, value);
-  return true;
-}
-
-}  // namespace
-
 MeshSource read_source(const std::filesystem::path& file) {
   MeshSource source;
   source.name = file.string();
-  const std::uintmax_t size = checked_size(file, source.name);
+  const std::uintmax_t size = checked_size(file);
   std::ifstream stream(file, std::ios::binary);
   if (!stream)
     throw std::invalid_argument(source.name +
@@ -76,6 +77,10 @@ std::string lower_extension(const std::filesystem::path& file) {
   std::string extension = file.extension().string();
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return extension;
+}
+
+bool is_own_format(const std::string& extension) {
+  return extension == ".obj" || extension == ".ply" || extension == ".off";
 }
 
 void refuse(const MeshSource& source, const std::string& fault) {
@@ -191,8 +196,8 @@ TriangleMesh read_known(const MeshSource& source, const std::string& extension) 
 
 TriangleMesh read_mesh(const std::filesystem::path& file) {
   const std::string extension = detail::lower_extension(file);
-  if (extension != ".obj" && extension != ".off" && extension != ".ply") {
-    detail::read_source(file);  // a missing file or a folder is the better thing to hear about
+  if (!detail::is_own_format(extension)) {
+    detail::checked_size(file);  // a missing file or a folder is the better thing to hear about
     throw std::invalid_argument(file.string() + ": " +
                                 (extension.empty()
                                      ? "has no extension"

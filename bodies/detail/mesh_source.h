@@ -18,10 +18,14 @@ struct MeshSource {
   std::string bytes;
 };
 
+/// Size in bytes of a regular, non-empty file. Throws std::invalid_argument if it is none.
+std::uintmax_t checked_size(const std::filesystem::path& file);
 /// Reads a regular file whole. Throws std::invalid_argument if it is missing, empty, no file, …
 MeshSource read_source(const std::filesystem::path& file);
 /// The extension in lower case, with its dot.
 std::string lower_extension(const std::filesystem::path& file);
+/// True if read_mesh reads files of this extension.
+bool is_own_format(const std::string& extension);
 
 /// Throws std::invalid_argument "name: fault".
 [[noreturn]] void refuse(const MeshSource& source, const std::string& fault);

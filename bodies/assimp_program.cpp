@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: MIT
+// selvedge-assimp FILE MEMORY SECONDS: reads a mesh file by assimp and writes it to standard
+// output, in a process of its own because assimp may crash, abort or hang on a damaged file.
+// Output: the byte 'M', counts of vertices and triangles (uint64), x y z (double), indices (int32),
+// all in the machine's own byte order; or the byte 'E' and a message.
+#include <sys/prctl.h>
+#include <sys/resource.h>
+
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+#include <array>
+#include <assimp/Importer.hpp>
+#include <csignal>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+namespace {
+
+constexpr int max_node_depth = 1000;  // far beyond any scene; a damaged one may be endless
+
+struct Soup {
+  std::vector<std::array<double, 3>> vertices;
+  std::vector<std::array<std::int32_t, 3>> triangles;
+};
+
+// Row-major affine map in double: assimp's own matrices are float.
+using Affine = std::array<double, 12>;
+
+Affine to_affine(const aiMatrix4x4& m) {
+  return {m.a1, m.a2, m.a3, m.a4, m.b1, m.b2, m.b3, m.b4, m.c1, m.c2, m.c3, m.c4};
+}
+
+Affine compose(const Affine& a, const Affine& b) {
+  Affine c{};
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 4; ++j) {
+      for (int k = 0; k < 3; ++k) c[4 * i + j] += a[4 * i + k] * b[4 * k + j];
+      if (j == 3) c[4 * i + j] += a[4 * i + 3];
+    }
+  return c;
+}
+
+double determinant(const Affine& m) {
+  return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) +
+         m[2] * (m[4] * m[9] - m[5] * m[8]);
+}
+
+std::array<double, 3> apply(const Affine& m, const aiVector3D& p) {
+  std::array<double, 3> q;
+  for (int i = 0; i < 3; ++i)
+    q[i] = m[4 * i] * p.x + m[4 * i + 1] * p.y + m[4 * i + 2] * p.z + m[4 * i + 3];
+  return q;
+}
+
+// Indices are handed on as they are: the reader of the output judges them. Points and lines, which
+// have fewer than three, are no surface.
+void append_mesh(const aiMesh& mesh, const Affine& map, Soup& soup) {
+  const auto first = static_cast<std::uint32_t>(soup.vertices.size());
+  const bool mirrored = determinant(map) < 0.0;
+  for (unsigned i = 0; i < mesh.mNumVertices; ++i)
+    soup.vertices.push_back(apply(map, mesh.mVertices[i]));
+  for (unsigned k = 0; k < mesh.mNumFaces; ++k) {
+    const aiFace& face = mesh.mFaces[k];
+    if (face.mNumIndices != 3) continue;
+    std::array<std::int32_t, 3> t;
+    for (int i = 0; i < 3; ++i)
+      t[i] = face.mIndices[i] < mesh.mNumVertices
+                 ? static_cast<std::int32_t>(first + face.mIndices[i])
+                 : -1;
+    if (mirrored) std::swap(t[1], t[2]);
+    soup.triangles.push_back(t);
+  }
+}
+
+void append_node(const aiScene& scene, const aiNode& node, const Affine& parent, int depth,
+                 Soup& soup) {
+  if (depth > max_node_depth) return;
+  const Affine map = compose(parent, to_affine(node.mTransformation));
+  for (unsigned i = 0; i < node.mNumMeshes; ++i)
+    if (node.mMeshes[i] < scene.mNumMeshes) append_mesh(*scene.mMeshes[node.mMeshes[i]], map, soup);
+  for (unsigned i = 0; i < node.mNumChildren; ++i)
+    append_node(scene, *node.mChildren[i], map, depth + 1, soup);
+}
+
+void set_limit(int resource, const char* text) {
+  const rlim_t value = std::strtoull(text, nullptr, 10);
+  const rlimit limit{value, value};
+  setrlimit(static_cast<__rlimit_resource>(resource), &limit);
+}
+
+void limit_process(const char* memory, const char* seconds) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  set_limit(RLIMIT_CORE, "0");
+  set_limit(RLIMIT_CPU, seconds);
+#ifndef __SANITIZE_ADDRESS__  // the address sanitizer reserves terabytes
+  set_limit(RLIMIT_AS, memory);
+#else
+  static_cast<void>(memory);
+#endif
+}
+
+int finish_with_error(const std::string& message) {
+  std::fputc('E', stdout);
+  std::fwrite(message.data(), 1, message.size(), stdout);
+  return 1;
+}
+
+template <class T>
+bool write_all(const std::vector<T>& values) {
+  return std::fwrite(values.data(), sizeof(T), values.size(), stdout) == values.size();
+}
+
+int write_soup(const Soup& soup) {
+  const std::vector<std::uint64_t> counts{soup.vertices.size(), soup.triangles.size()};
+  std::fputc('M', stdout);
+  const bool written = write_all(counts) && write_all(soup.vertices) && write_all(soup.triangles);
+  return written && std::fflush(stdout) == 0 ? 0 : 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 4) {
+    std::fprintf(stderr, "usage: selvedge-assimp FILE MEMORY_BYTES SECONDS\n");
+    return 2;
+  }
+  limit_process(argv[2], argv[3]);
+  Assimp::Importer importer;
+  importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS,
+                              aiComponent_NORMALS | aiComponent_TEXCOORDS | aiComponent_COLORS |
+                                  aiComponent_TANGENTS_AND_BITANGENTS | aiComponent_ANIMATIONS |
+                                  aiComponent_TEXTURES | aiComponent_LIGHTS | aiComponent_CAMERAS);
+  // Vertices are not joined here: assimp joins a good vertex with one that is not a number.
+  const aiScene* scene = importer.ReadFile(
+      argv[1], aiProcess_RemoveComponent | aiProcess_Triangulate | aiProcess_ValidateDataStructure);
+  if (!scene || !scene->mRootNode) return finish_with_error(importer.GetErrorString());
+  Soup soup;
+  append_node(*scene, *scene->mRootNode, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, 0, soup);
+  return write_soup(soup);
+}

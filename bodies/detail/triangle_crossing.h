@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/core/types.h>
+
+#include <array>
+
+namespace selvedge::detail {
+
+using Corners = std::array<Vec3, 3>;
+
+/// True if the corners lie on one line. Exact.
+bool has_no_area(const Corners& t);
+
+/// True if the closed triangles have a common point, touching included. Decided by exact signs: no
+/// false answer within the range that exact_orientation.h names. A triangle without area counts as
+/// its longest edge; two of them never meet.
+bool triangles_meet(const Corners& a, const Corners& b);
+
+}  // namespace selvedge::detail

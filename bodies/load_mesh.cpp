@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/bodies/detail/child_process.h>
+#include <selvedge/bodies/detail/mesh_source.h>
+#include <selvedge/bodies/load_mesh.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <numeric>
+#include <stdexcept>
+#include <system_error>
+
+namespace selvedge {
+
+namespace {
+
+#ifdef SELVEDGE_USE_ASSIMP
+constexpr bool has_assimp = true;
+#else
+constexpr bool has_assimp = false;
+#define SELVEDGE_ASSIMP_PROGRAM ""
+#endif
+
+constexpr double max_timeout = 1e6;  // s; more than eleven days is a mistake
+constexpr const char* own_formats_remedy = "save the mesh as OBJ, PLY or OFF";
+
+void check_config(const LoadConfig& config) {
+  if (!(config.unit > 0.0) || !std::isfinite(config.unit))
+    throw std::invalid_argument("the unit of a mesh is " + std::to_string(config.unit) +
+                                " m, but must be positive and finite");
+  if (!(config.timeout > 0.0) || config.timeout > max_timeout)
+    throw std::invalid_argument("the time allowed for reading a mesh is " +
+                                std::to_string(config.timeout) +
+                                " s, but must lie between 0 and 1000000 s");
+}
+
+// ---------------------------------------------------------------- formats read by assimp
+
+bool is_program(const std::filesystem::path& path) {
+  std::error_code error;
+  return std::filesystem::is_regular_file(path, error);
+}
+
+// The variable SELVEDGE_ASSIMP, else beside the running program, else where it was built, else
+// PATH.
+std::string assimp_program() {
+  if (const char* chosen = std::getenv("SELVEDGE_ASSIMP"); chosen && *chosen) return chosen;
+  std::error_code error;
+  const auto running = std::filesystem::read_symlink("/proc/self/exe", error);
+  const auto beside = running.parent_path() / "selvedge-assimp";
+  if (!error && is_program(beside)) return beside.string();
+  if (is_program(SELVEDGE_ASSIMP_PROGRAM)) return SELVEDGE_ASSIMP_PROGRAM;
+  return "selvedge-assimp";
+}
+
+// Its message as a part of one sentence.
+std::string message_of(const std::string& output) {
+  std::string message;
+  for (const char c : output.substr(1, 300))
+    message += std::isprint(static_cast<unsigned char>(c)) ? c : ' ';
+  while (!message.empty() && (message.back() == ' ' || message.back() == '.')) message.pop_back();
+  return message.empty() ? "no reason given" : message;
+}
+
+std::string seconds_text(double seconds) {
+  std::string text = std::to_string(seconds);
+  text.erase(text.find_last_not_of('0') + 1);
+  if (text.ends_with('.')) text.pop_back();
+  return text + " s";
+}
+
+std::string fault_of(const detail::ChildResult& result, const LoadConfig& config) {
+  using End = detail::ChildResult::End;
+  switch (result.end) {
+    case End::not_started:
+      return "selvedge-assimp, which reads this format, cannot be started (" +
+             std::generic_category().message(result.code) +
+             "); set SELVEDGE_ASSIMP to its path or " + own_formats_remedy;
+    case End::timed_out:
+      return "assimp did not finish reading within " + seconds_text(config.timeout) +
+             "; the file may be damaged, " + own_formats_remedy;
+    case End::too_much_output:
+      return "the mesh needs more memory than the limit of " +
+             std::to_string(config.memory_limit >> 20) + " MiB; raise the limit or reduce the mesh";
+    case End::signalled:
+      return "assimp broke down (signal " + std::to_string(result.code) +
+             ") while reading; the file is damaged or too large, export it again";
+    case End::exited:
+      break;
+  }
+  if (!result.output.empty() && result.output[0] == 'E')
+    return "assimp cannot read it: " + message_of(result.output) + "; " + own_formats_remedy;
+  return "assimp gave no mesh (exit status " + std::to_string(result.code) +
+         "); the file is damaged, export it again";
+}
+
+template <class T>
+void take(const char*& at, std::size_t n, std::vector<T>& values) {
+  values.resize(n);
+  if (n > 0) std::memcpy(static_cast<void*>(values.data()), at, n * sizeof(T));
+  at += n * sizeof(T);
+}
+
+// False if the bytes are not a whole mesh as assimp_program.cpp writes it.
+bool decode(const std::string& bytes, TriangleMesh& mesh) {
+  constexpr std::size_t header = 1 + 2 * sizeof(std::uint64_t);
+  if (bytes.size() < header || bytes[0] != 'M') return false;
+  std::uint64_t counts[2];
+  std::memcpy(counts, bytes.data() + 1, sizeof counts);
+  const std::size_t body = bytes.size() - header;
+  if (counts[0] > body / sizeof(Vec3) || counts[1] > body / sizeof(Triangle)) return false;
+  if (counts[0] * sizeof(Vec3) + counts[1] * sizeof(Triangle) != body) return false;
+  const char* at = bytes.data() + header;
+  take(at, counts[0], mesh.vertices);
+  take(at, counts[1], mesh.triangles);
+  return true;
+}
+
+TriangleMesh read_by_assimp(const std::filesystem::path& file, const LoadConfig& config) {
+  const std::string name = file.string();
+  detail::checked_size(file);
+  if (!has_assimp)
+    throw std::invalid_argument(name +
+                                ": this build has no assimp and reads OBJ, PLY and OFF only; " +
+                                own_formats_remedy + ", or build with SELVEDGE_ASSIMP=ON");
+  const auto cpu_seconds = static_cast<long>(std::ceil(config.timeout));
+  const detail::ChildResult result =
+      detail::run_child({assimp_program(), std::filesystem::absolute(file).string(),
+                         std::to_string(config.memory_limit), std::to_string(cpu_seconds)},
+                        {config.timeout, config.memory_limit});
+  TriangleMesh mesh;
+  const bool whole = result.end == detail::ChildResult::End::exited && result.code == 0 &&
+                     decode(result.output, mesh);
+  if (!whole) throw std::invalid_argument(name + ": " + fault_of(result, config));
+  return mesh;
+}
+
+// ---------------------------------------------------------------- all formats
+
+// Turns the file's up axis to +z, without mirroring, and its unit to metres.
+Vec3 to_world(const Vec3& x, const LoadConfig& config) {
+  switch (config.up) {
+    case UpAxis::x:
+      return config.unit * Vec3(x.y(), x.z(), x.x());
+    case UpAxis::y:
+      return config.unit * Vec3(x.x(), -x.z(), x.y());
+    case UpAxis::z:
+      break;
+  }
+  return config.unit * x;
+}
+
+// For each vertex the first one at exactly its position.
+std::vector<std::int32_t> first_at_position(const std::vector<Vec3>& x) {
+  std::vector<std::int32_t> order(x.size()), first(x.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) {
+    if (x[a] == x[b]) return a < b;
+    return std::lexicographical_compare(x[a].begin(), x[a].end(), x[b].begin(), x[b].end());
+  });
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const bool same = i > 0 && x[order[i]] == x[order[i - 1]];
+    first[order[i]] = same ? first[order[i - 1]] : order[i];
+  }
+  return first;
+}
+
+void drop_unused(TriangleMesh& mesh) {
+  std::vector<std::int32_t> place(mesh.vertices.size(), -1);
+  for (const Triangle& t : mesh.triangles)
+    for (const std::int32_t v : t) place[v] = 0;
+  std::int32_t kept = 0;
+  for (std::size_t i = 0; i < place.size(); ++i) {
+    if (place[i] < 0) continue;
+    mesh.vertices[kept] = mesh.vertices[i];
+    place[i] = kept++;
+  }
+  mesh.vertices.resize(static_cast<std::size_t>(kept));
+  for (Triangle& t : mesh.triangles)
+    for (std::int32_t& v : t) v = place[v];
+}
+
+// Triangles whose corners fall together are no surface any more, and go.
+void weld(TriangleMesh& mesh) {
+  const std::vector<std::int32_t> first = first_at_position(mesh.vertices);
+  for (Triangle& t : mesh.triangles)
+    for (std::int32_t& v : t) v = first[v];
+  std::erase_if(mesh.triangles,
+                [](const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; });
+  drop_unused(mesh);
+}
+
+void check_mesh(const TriangleMesh& mesh, const std::string& name) {
+  if (mesh.triangles.empty())
+    throw std::invalid_argument(name + ": has no faces with area; export the surface again");
+  validate(mesh, name);
+}
+
+void check_indices(const TriangleMesh& mesh, const std::string& name) {
+  const auto n = static_cast<std::int64_t>(mesh.vertices.size());
+  for (std::size_t k = 0; k < mesh.triangles.size(); ++k)
+    for (const std::int32_t v : mesh.triangles[k])
+      if (v < 0 || v >= n)
+        throw std::invalid_argument(name + ": triangle " + std::to_string(k) +
+                                    " names a vertex that the file does not have; it is damaged, "
+                                    "export it again");
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
+    if (!mesh.vertices[i].allFinite())
+      throw std::invalid_argument(name + ": vertex " + std::to_string(i) +
+                                  " has a coordinate that is not finite in metres; export it again "
+                                  "or correct the unit");
+}
+
+}  // namespace
+
+TriangleMesh load_mesh(const std::filesystem::path& file, const LoadConfig& config) {
+  check_config(config);
+  const std::string name = file.string();
+  const bool own = detail::is_own_format(detail::lower_extension(file));
+  TriangleMesh mesh = own ? read_mesh(file) : read_by_assimp(file, config);
+  for (Vec3& x : mesh.vertices) x = to_world(x, config);
+  check_indices(mesh, name);
+  if (config.weld) weld(mesh);
+  check_mesh(mesh, name);
+  return mesh;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,349 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/bodies/detail/triangle_crossing.h>
+#include <selvedge/bodies/mesh_report.h>
+#include <selvedge/core/parallel.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <numeric>
+#include <stdexcept>
+
+namespace selvedge {
+
+namespace {
+
+constexpr std::size_t queries_per_task = 256;
+constexpr std::int32_t leaf_size = 4;
+constexpr int max_tree_depth = 64;  // the tree halves at every level
+
+struct Bounds {
+  Vec3 lower = Vec3::Zero(), upper = Vec3::Zero();
+
+  void include(const Bounds& other) {
+    lower = lower.cwiseMin(other.lower);
+    upper = upper.cwiseMax(other.upper);
+  }
+  bool overlaps(const Bounds& other) const {
+    return (lower.array() <= other.upper.array()).all() &&
+           (other.lower.array() <= upper.array()).all();
+  }
+};
+
+// Boxes halved at the median of their longest extent; node k has the children left and left + 1.
+class BoxTree {
+ public:
+  explicit BoxTree(const std::vector<Bounds>& boxes) : boxes_(boxes), order_(boxes.size()) {
+    std::iota(order_.begin(), order_.end(), 0);
+    nodes_.push_back({Bounds(), 0, static_cast<std::int32_t>(boxes.size()), -1});
+    for (std::size_t k = 0; k < nodes_.size(); ++k) split(k);
+    for (std::size_t k = nodes_.size(); k-- > 0;) bound(nodes_[k]);
+  }
+
+  /// Calls visit(j) for every box j that overlaps `box`.
+  template <class Visit>
+  void for_each_overlap(const Bounds& box, Visit&& visit) const {
+    std::int32_t stack[2 * max_tree_depth];
+    int depth = 0;
+    stack[depth++] = 0;
+    while (depth > 0) {
+      const Node& node = nodes_[stack[--depth]];
+      if (!node.box.overlaps(box)) continue;
+      if (node.left >= 0) {
+        stack[depth++] = node.left;
+        stack[depth++] = node.left + 1;
+        continue;
+      }
+      for (std::int32_t i = node.begin; i < node.end; ++i)
+        if (boxes_[order_[i]].overlaps(box)) visit(order_[i]);
+    }
+  }
+
+ private:
+  struct Node {
+    Bounds box;
+    std::int32_t begin = 0, end = 0, left = -1;  // left < 0: a leaf
+  };
+
+  Vec3 centre(std::int32_t i) const { return boxes_[i].lower + boxes_[i].upper; }  // twice
+
+  int longest_axis(const Node& node) const {
+    Vec3 lower = centre(order_[node.begin]), upper = lower;
+    for (std::int32_t i = node.begin; i < node.end; ++i) {
+      lower = lower.cwiseMin(centre(order_[i]));
+      upper = upper.cwiseMax(centre(order_[i]));
+    }
+    int axis = 0;
+    (upper - lower).maxCoeff(&axis);
+    return axis;
+  }
+
+  void split(std::size_t k) {
+    const Node node = nodes_[k];
+    if (node.end - node.begin <= leaf_size) return;
+    const int axis = longest_axis(node);
+    const std::int32_t middle = node.begin + (node.end - node.begin) / 2;
+    std::nth_element(order_.begin() + node.begin, order_.begin() + middle,
+                     order_.begin() + node.end, [&](std::int32_t a, std::int32_t b) {
+                       const double ca = centre(a)[axis], cb = centre(b)[axis];
+                       return ca != cb ? ca < cb : a < b;
+                     });
+    nodes_[k].left = static_cast<std::int32_t>(nodes_.size());
+    nodes_.push_back({Bounds(), node.begin, middle, -1});
+    nodes_.push_back({Bounds(), middle, node.end, -1});
+  }
+
+  void bound(Node& node) {
+    node.box = node.left >= 0 ? nodes_[node.left].box : boxes_[order_[node.begin]];
+    if (node.left >= 0) node.box.include(nodes_[node.left + 1].box);
+    for (std::int32_t i = node.begin; node.left < 0 && i < node.end; ++i)
+      node.box.include(boxes_[order_[i]]);
+  }
+
+  const std::vector<Bounds>& boxes_;
+  std::vector<std::int32_t> order_;
+  std::vector<Node> nodes_;
+};
+
+// One triangle's run along an edge.
+struct EdgeRun {
+  Edge edge;  // lower index first
+  std::int32_t triangle;
+  bool forward;  // from the lower to the higher index
+};
+
+bool lexicographic(const Vec3& a, const Vec3& b) {
+  return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
+}
+
+// Disjoint sets of triangles.
+class Parts {
+ public:
+  explicit Parts(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0); }
+  std::int32_t root(std::int32_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  // The lower root stays, so that the result depends on the sets alone.
+  void join(std::int32_t a, std::int32_t b) {
+    a = root(a), b = root(b);
+    parent_[std::max(a, b)] = std::min(a, b);
+  }
+
+ private:
+  std::vector<std::int32_t> parent_;
+};
+
+class MeshInspection {
+ public:
+  explicit MeshInspection(const TriangleMesh& mesh)
+      : mesh_(mesh), parts_(mesh.triangles.size()), open_(mesh.triangles.size(), false) {
+    check_indices();
+  }
+
+  MeshReport report() {
+    report_.vertices = mesh_.vertices.size();
+    report_.triangles = mesh_.triangles.size();
+    measure_extent();
+    count_vertices();
+    count_faces();
+    inspect_edges();
+    inspect_parts();
+    count_self_intersections();
+    return report_;
+  }
+
+ private:
+  void check_indices() const {
+    const auto n = static_cast<std::int32_t>(mesh_.vertices.size());
+    for (std::size_t i = 0; i < mesh_.vertices.size(); ++i)
+      if (!mesh_.vertices[i].allFinite())
+        throw std::invalid_argument("mesh report: vertex " + std::to_string(i) +
+                                    " has a coordinate that is not finite");
+    for (std::size_t k = 0; k < mesh_.triangles.size(); ++k)
+      for (const std::int32_t v : mesh_.triangles[k])
+        if (v < 0 || v >= n)
+          throw std::invalid_argument("mesh report: triangle " + std::to_string(k) +
+                                      " names vertex " + std::to_string(v) + " of " +
+                                      std::to_string(n));
+  }
+
+  void measure_extent() {
+    if (mesh_.vertices.empty()) return;
+    report_.lower = report_.upper = mesh_.vertices[0];
+    for (const Vec3& x : mesh_.vertices) {
+      report_.lower = report_.lower.cwiseMin(x);
+      report_.upper = report_.upper.cwiseMax(x);
+    }
+  }
+
+  // place_[i]: the first vertex at the position of vertex i.
+  void count_vertices() {
+    const auto n = static_cast<std::int32_t>(mesh_.vertices.size());
+    std::vector<std::int32_t> order(mesh_.vertices.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) {
+      const Vec3 &xa = mesh_.vertices[a], &xb = mesh_.vertices[b];
+      return xa == xb ? a < b : lexicographic(xa, xb);
+    });
+    place_.resize(order.size());
+    for (std::int32_t i = 0; i < n; ++i) {
+      const bool same = i > 0 && mesh_.vertices[order[i]] == mesh_.vertices[order[i - 1]];
+      place_[order[i]] = same ? place_[order[i - 1]] : order[i];
+      report_.duplicate_vertices += same;
+    }
+    std::vector<bool> used(order.size(), false);
+    for (const Triangle& t : mesh_.triangles)
+      for (const std::int32_t v : t) used[v] = true;
+    report_.unused_vertices = static_cast<std::size_t>(std::count(used.begin(), used.end(), false));
+  }
+
+  static bool has_repeated_index(const Triangle& t) {
+    return t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
+  }
+
+  detail::Corners corners(std::size_t k) const {
+    const Triangle& t = mesh_.triangles[k];
+    return {mesh_.vertices[t[0]], mesh_.vertices[t[1]], mesh_.vertices[t[2]]};
+  }
+
+  void count_faces() {
+    std::vector<Triangle> sorted = mesh_.triangles;
+    for (Triangle& t : sorted) std::sort(t.begin(), t.end());
+    std::sort(sorted.begin(), sorted.end());
+    for (std::size_t k = 1; k < sorted.size(); ++k)
+      report_.duplicate_faces += sorted[k] == sorted[k - 1];
+    for (std::size_t k = 0; k < mesh_.triangles.size(); ++k)
+      report_.zero_area_faces += detail::has_no_area(corners(k));
+  }
+
+  std::vector<EdgeRun> sorted_runs() const {
+    std::vector<EdgeRun> runs;
+    runs.reserve(3 * mesh_.triangles.size());
+    for (std::size_t k = 0; k < mesh_.triangles.size(); ++k) {
+      const Triangle& t = mesh_.triangles[k];
+      if (has_repeated_index(t)) continue;  // no surface; counted as a face without area
+      for (int i = 0; i < 3; ++i) {
+        const std::int32_t a = t[i], b = t[(i + 1) % 3];
+        runs.push_back({{std::min(a, b), std::max(a, b)}, static_cast<std::int32_t>(k), a < b});
+      }
+    }
+    std::sort(runs.begin(), runs.end(), [](const EdgeRun& a, const EdgeRun& b) {
+      return a.edge != b.edge ? a.edge < b.edge : a.triangle < b.triangle;
+    });
+    return runs;
+  }
+
+  void inspect_edges() {
+    const std::vector<EdgeRun> runs = sorted_runs();
+    for (std::size_t begin = 0, end = 0; begin < runs.size(); begin = end) {
+      while (end < runs.size() && runs[end].edge == runs[begin].edge) ++end;
+      inspect_edge({runs.data() + begin, end - begin});
+    }
+  }
+
+  void inspect_edge(std::span<const EdgeRun> runs) {
+    const bool inconsistent = runs.size() == 2 && runs[0].forward == runs[1].forward;
+    report_.boundary_edges += runs.size() == 1;
+    report_.non_manifold_edges += runs.size() > 2;
+    report_.inconsistent_edges += inconsistent;
+    for (const EdgeRun& run : runs) {
+      parts_.join(runs[0].triangle, run.triangle);
+      if (runs.size() != 2 || inconsistent) open_[run.triangle] = true;
+    }
+  }
+
+  // Six times the volume of the tetrahedron over triangle k with its tip at the centre.
+  double volume_of(std::size_t k) const {
+    const Vec3 centre = 0.5 * (report_.lower + report_.upper);
+    const detail::Corners c = corners(k);
+    return (c[0] - centre).dot((c[1] - centre).cross(c[2] - centre));
+  }
+
+  void inspect_parts() {
+    std::vector<double> volume(mesh_.triangles.size(), 0.0);
+    std::vector<bool> open(mesh_.triangles.size(), false);
+    for (std::size_t k = 0; k < mesh_.triangles.size(); ++k) {
+      const std::int32_t part = parts_.root(static_cast<std::int32_t>(k));
+      volume[part] += volume_of(k) / 6.0;
+      if (open_[k]) open[part] = true;
+    }
+    for (std::size_t k = 0; k < mesh_.triangles.size(); ++k) {
+      if (parts_.root(static_cast<std::int32_t>(k)) != static_cast<std::int32_t>(k)) continue;
+      if (has_repeated_index(mesh_.triangles[k])) continue;
+      ++report_.components;
+      report_.inward_components += !open[k] && volume[k] < 0.0;
+    }
+    if (report_.closed()) report_.volume = std::accumulate(volume.begin(), volume.end(), 0.0);
+  }
+
+  // By position, so that a mesh whose triangles own their corners does not count every neighbour.
+  bool share_vertex(const Triangle& a, const Triangle& b) const {
+    for (const std::int32_t i : a)
+      for (const std::int32_t j : b)
+        if (place_[i] == place_[j]) return true;
+    return false;
+  }
+
+  bool crosses(std::size_t a, std::size_t b) const {
+    return !share_vertex(mesh_.triangles[a], mesh_.triangles[b]) &&
+           detail::triangles_meet(corners(a), corners(b));
+  }
+
+  void count_self_intersections() {
+    const std::size_t n = mesh_.triangles.size();
+    if (n == 0) return;
+    std::vector<Bounds> boxes(n);
+    for (std::size_t k = 0; k < n; ++k) {
+      const detail::Corners c = corners(k);
+      boxes[k] = {c[0].cwiseMin(c[1]).cwiseMin(c[2]), c[0].cwiseMax(c[1]).cwiseMax(c[2])};
+    }
+    const BoxTree tree(boxes);
+    // Counts of pairs are exact in double, so their sum is too.
+    const double pairs = parallel_sum(n, queries_per_task, [&](std::size_t begin, std::size_t end) {
+      std::size_t found = 0;
+      for (std::size_t a = begin; a < end; ++a)
+        tree.for_each_overlap(boxes[a], [&](std::int32_t b) {
+          if (static_cast<std::size_t>(b) > a) found += crosses(a, b);
+        });
+      return static_cast<double>(found);
+    });
+    report_.self_intersections = static_cast<std::size_t>(pairs);
+  }
+
+  const TriangleMesh& mesh_;
+  MeshReport report_;
+  std::vector<std::int32_t> place_;
+  Parts parts_;
+  std::vector<bool> open_;  // triangles with an edge that keeps their part from having an inside
+};
+
+void add_sentence(std::size_t n, const char* one, const char* many,
+                  std::vector<std::string>& sentences) {
+  if (n == 1) sentences.push_back(std::string("1 ") + one + ".");
+  if (n > 1) sentences.push_back(std::to_string(n) + " " + many + ".");
+}
+
+}  // namespace
+
+MeshReport report_mesh(const TriangleMesh& mesh) { return MeshInspection(mesh).report(); }
+
+std::vector<std::string> MeshReport::sentences() const {
+  std::vector<std::string> s;
+  if (triangles == 0) s.push_back("The mesh has no faces.");
+  add_sentence(boundary_edges, "edge has only one face: the surface is open",
+               "edges have only one face: the surface is open", s);
+  add_sentence(non_manifold_edges, "edge has more than two faces: the surface branches",
+               "edges have more than two faces: the surface branches", s);
+  add_sentence(inconsistent_edges, "edge lies between faces that are turned against each other",
+               "edges lie between faces that are turned against each other", s);
+  add_sentence(duplicate_faces, "face repeats another one", "faces repeat another one", s);
+  add_sentence(zero_area_faces, "face has no area", "faces have no area", s);
+  add_sentence(duplicate_vertices, "vertex lies where another one is",
+               "vertices lie where another one is", s);
+  add_sentence(unused_vertices, "vertex belongs to no face", "vertices belong to no face", s);
+  add_sentence(inward_components, "closed part is inside out", "closed parts are inside out", s);
+  add_sentence(self_intersections, "pair of faces crosses", "pairs of faces cross", s);
+  return s;
+}
+
+}  // namespace selvedge

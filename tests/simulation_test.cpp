@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: MIT
+#include <gtest/gtest.h>
+#include <selvedge/apps/judge.h>
+#include <selvedge/core/parallel.h>
+#include <selvedge/scene/simulation.h>
+
+#include <cmath>
+
+namespace selvedge {
+namespace {
+
+Scene empty_scene() {
+  Scene scene;
+  scene.name = "test";
+  scene.materials["default"] = Material{};
+  scene.time.frames = 30;
+  return scene;
+}
+
+ClothSpec cloth(double size, int cells, const Vec3& where) {
+  ClothSpec spec;
+  spec.name = "cloth";
+  spec.shape = ClothGrid{ClothPattern::rectangular, {size, size, cells, cells}};
+  spec.placement.translation = where;
+  return spec;
+}
+
+BodySpec body(const AnalyticShape& shape, const Vec3& where, int resolution = 16) {
+  BodySpec spec;
+  spec.name = "body";
+  spec.shape = BodyShape{shape, resolution};
+  spec.placement.translation = where;
+  return spec;
+}
+
+Simulation simulate(const Scene& scene) { return Simulation(scene, build_scene(scene)); }
+
+TriangleMesh mesh(std::span<const Vec3> x, std::span<const Triangle> triangles) {
+  return {{x.begin(), x.end()}, {triangles.begin(), triangles.end()}};
+}
+
+// Runs a scene and asks the independent judge about every accepted state and every path.
+RunResult run_and_judge(const Scene& scene, int frames) {
+  Simulation simulation = simulate(scene);
+  TriangleMesh last = mesh(simulation.state().x, simulation.cloth_triangles());
+  const std::span<const Vec3> all = simulation.body_positions();
+  TriangleMesh last_body = mesh(all.subspan(last.vertices.size()), simulation.body_triangles());
+  const BuiltScene again = build_scene(scene);
+  for (int frame = 1; frame <= frames; ++frame)
+    simulation.advance_to_frame(frame, [&](double time) {
+      const TriangleMesh now = mesh(simulation.state().x, simulation.cloth_triangles());
+      TriangleMesh now_body = last_body;
+      std::size_t first = 0;
+      for (const auto& b : again.bodies) {
+        b->positions(time, std::span(now_body.vertices).subspan(first, b->vertex_count()));
+        first += b->vertex_count();
+      }
+      const Verdict verdict = judge(now, now_body, {});
+      EXPECT_EQ(verdict.self_intersections, 0u) << "at " << time << " s";
+      EXPECT_EQ(verdict.body_intersections, 0u) << "at " << time << " s";
+      EXPECT_EQ(verdict.inside_vertices, 0u) << "at " << time << " s";
+      const PathVerdict path = judge_path(last, now.vertices, last_body, now_body.vertices);
+      EXPECT_EQ(path.self_collisions, 0u) << "before " << time << " s";
+      EXPECT_EQ(path.body_collisions, 0u) << "before " << time << " s";
+      last = now;
+      last_body = now_body;
+    });
+  return simulation.result();
+}
+
+TEST(Simulation, DrapesOnASphereWithoutASingleIntersectionInStatesOrPaths) {
+  Scene scene = empty_scene();
+  scene.cloths.push_back(cloth(0.6, 16, {0.02, 0.01, 0.25}));
+  scene.bodies.push_back(body(Sphere{0.2}, {0, 0, 0}));
+  const RunResult result = run_and_judge(scene, 30);
+  EXPECT_TRUE(result.clean);
+  EXPECT_LT(result.max_stretch, 0.1);
+}
+
+TEST(Simulation, DrapesOverASharpBoxWhoseEdgesOnlyEdgesCanCatch) {
+  Scene scene = empty_scene();
+  scene.cloths.push_back(cloth(0.6, 6, {0.013, 0.017, 0.06}));
+  scene.bodies.push_back(body(Box{Vec3(0.11, 0.13, 0.1)}, {0, 0, 0}));
+  EXPECT_TRUE(run_and_judge(scene, 30).clean);
+}
+
+TEST(Simulation, AFinThinnerThanTheClothSpacingDoesNotComeThrough) {
+  Scene scene = empty_scene();
+  scene.cloths.push_back(cloth(0.5, 10, {0.01, 0.013, 0.12}));
+  scene.bodies.push_back(body(Box{Vec3(0.001, 0.3, 0.2)}, {0, 0, 0}));
+  EXPECT_TRUE(run_and_judge(scene, 30).clean);
+}
+
+TEST(Simulation, AFastSheetDoesNotPassAThinPlate) {
+  for (const double speed : {2.0, 40.0, 1000.0}) {
+    Scene scene = empty_scene();
+    scene.cloths.push_back(cloth(0.3, 8, {0, 0, 0.1}));
+    scene.cloths[0].velocity = Vec3(0, 0, -speed);
+    scene.bodies.push_back(body(Box{Vec3(1.0, 1.0, 0.005)}, {0, 0, 0}));
+    const RunResult result = run_and_judge(scene, 12);
+    EXPECT_TRUE(result.clean) << speed << " m/s";
+  }
+}
+
+TEST(Simulation, ASphereFasterThanTheClothPushesItCleanly) {
+  Scene scene = empty_scene();
+  scene.cloths.push_back(cloth(0.4, 10, {0, 0, 0.3}));
+  scene.bodies.push_back(body(Sphere{0.1}, {0, 0, 0}));
+  Keyframe end;
+  end.time = 0.1;
+  end.translation = Vec3(0, 0, 1.0);  // 10 m/s
+  scene.bodies[0].motion = {Keyframe{}, end};
+  EXPECT_TRUE(run_and_judge(scene, 12).clean);
+}
+
+TEST(Simulation, ATurningBladeStaysOutsideTheCloth) {
+  Scene scene = empty_scene();
+  scene.cloths.push_back(cloth(0.4, 10, {0, 0, 0.06}));
+  scene.bodies.push_back(body(Box{Vec3(0.3, 0.02, 0.1)}, {0, 0, 0}));
+  Keyframe turned;
+  turned.time = 0.5;
+  turned.rotation = Eigen::AngleAxisd(3.0, Vec3::UnitZ());
+  scene.bodies[0].motion = {Keyframe{}, turned};
+  EXPECT_TRUE(run_and_judge(scene, 30).clean);
+}
+
+TEST(Simulation, SheetsFallOnEachOtherCleanly) {
+  Scene scene = empty_scene();
+  scene.cloths.push_back(cloth(0.3, 10, {0, 0, 0.12}));
+  scene.cloths.push_back(cloth(0.3, 10, {0.03, 0.02, 0.15}));
+  scene.cloths[1].name = "second";
+  scene.bodies.push_back(body(Sphere{0.1}, {0, 0, 0}));
+  EXPECT_TRUE(run_and_judge(scene, 40).clean);
+}
+
+// A strip falls upright on its edge and crumples onto itself: edges and points of one piece meet
+// from all sides.
+TEST(Simulation, ACrumplingStripStaysClean) {
+  Scene scene = empty_scene();
+  ClothSpec strip = cloth(0.3, 12, {0, 0, 0.16});
+  strip.shape = ClothGrid{ClothPattern::triangular, {0.05, 0.3, 3, 16}};
+  strip.placement.rotation =
+      Eigen::AngleAxisd(1.5, Vec3::UnitX()) * Eigen::AngleAxisd(0.1, Vec3::UnitZ());
+  strip.velocity = Vec3(0, 0, -3.0);
+  scene.cloths.push_back(strip);
+  scene.bodies.push_back(body(Box{Vec3(1, 1, 0.005)}, {0, 0, 0}));
+  EXPECT_TRUE(run_and_judge(scene, 40).clean);
+}
+
+TEST(Simulation, RefusesAClothThatCrossesABody) {
+  Scene scene = empty_scene();
+  scene.cloths.push_back(cloth(0.5, 10, {0, 0, 0}));
+  scene.bodies.push_back(body(Sphere{0.1}, {0, 0, 0}));
+  try {
+    simulate(scene);
+    FAIL() << "must be refused";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find("crosses a body"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("the first is triangle"), std::string::npos);
+  }
+}
+
+TEST(Simulation, RefusesPiecesThatCrossEachOther) {
+  Scene scene = empty_scene();
+  scene.cloths.push_back(cloth(0.5, 10, {0, 0, 0}));
+  scene.cloths.push_back(cloth(0.5, 10, {0.01, 0.01, 0}));
+  scene.cloths[1].name = "second";
+  scene.cloths[1].placement.rotation = Eigen::AngleAxisd(1.0, Vec3::UnitX());
+  EXPECT_THROW(simulate(scene), std::invalid_argument);
+}
+
+Scene small_drape() {
+  Scene scene = empty_scene();
+  scene.cloths.push_back(cloth(0.5, 40, {0.02, 0.01, 0.22}));
+  scene.bodies.push_back(body(Sphere{0.2}, {0, 0, 0}, 32));
+  return scene;
+}
+
+TEST(Simulation, GivesTheSameBitsForAnyNumberOfThreads) {
+  std::vector<std::string> hashes;
+  for (const int threads : {1, 2, 8}) {
+    const ThreadLimit limit(threads);
+    Simulation simulation = simulate(small_drape());
+    for (int frame = 1; frame <= 20; ++frame) simulation.advance_to_frame(frame, {});
+    hashes.push_back(state_hash(simulation.state()));
+  }
+  EXPECT_EQ(hashes[0], hashes[1]);
+  EXPECT_EQ(hashes[0], hashes[2]);
+}
+
+TEST(Simulation, RestoredItGoesOnToTheSameBits) {
+  Simulation whole = simulate(small_drape());
+  Simulation first = simulate(small_drape()), second = simulate(small_drape());
+  for (int frame = 1; frame <= 20; ++frame) whole.advance_to_frame(frame, {});
+  for (int frame = 1; frame <= 12; ++frame) first.advance_to_frame(frame, {});
+  second.restore(first.state());
+  for (int frame = 13; frame <= 20; ++frame) second.advance_to_frame(frame, {});
+  EXPECT_EQ(state_hash(whole.state()), state_hash(second.state()));
+}
+
+TEST(Simulation, HeldParticlesAreWhereTheirHandleSaysToTheBit) {
+  Scene scene = empty_scene();
+  scene.cloths.push_back(cloth(0.3, 8, {0, 0, 0}));
+  Keyframe end;
+  end.time = 0.25;
+  end.translation = Vec3(0.1, 0.0, 0.05);
+  scene.handles.push_back({"corner", "cloth", {0}, {Keyframe{}, end}, -1.0});
+  scene.handles.push_back({"other", "cloth", {8}, {}, -1.0});
+  Simulation simulation = simulate(scene);
+  const Vec3 start0 = simulation.state().x[0], start8 = simulation.state().x[8];
+  for (int frame = 1; frame <= 20; ++frame) simulation.advance_to_frame(frame, {});
+  EXPECT_EQ(simulation.state().x[0], Vec3(start0 + Vec3(0.1, 0.0, 0.05)));
+  EXPECT_EQ(simulation.state().x[8], start8);
+}
+
+TEST(Simulation, AReleasedHandleLetsGo) {
+  Scene scene = empty_scene();
+  scene.cloths.push_back(cloth(0.3, 8, {0, 0, 0}));
+  scene.handles.push_back({"all", "cloth", {0, 8}, {}, 0.2});
+  Simulation simulation = simulate(scene);
+  for (int frame = 1; frame <= 30; ++frame) simulation.advance_to_frame(frame, {});
+  EXPECT_LT(simulation.state().x[0].z(), -0.1);
+}
+
+Scene incline(double mu) {
+  Scene scene = empty_scene();
+  const Eigen::Quaterniond tilt(Eigen::AngleAxisd(-M_PI / 6.0, Vec3::UnitY()));  // 30°
+  scene.cloths.push_back(cloth(0.2, 8, tilt * Vec3(0.031, 0.017, 0.002)));
+  scene.cloths[0].placement.rotation = tilt;
+  scene.bodies.push_back(body(Plane{20.0}, {0, 0, 0}));
+  scene.bodies[0].placement.rotation = tilt;
+  scene.bodies[0].friction = mu;
+  return scene;
+}
+
+Vec3 centre(const SimulationState& state) {
+  Vec3 sum = Vec3::Zero();
+  for (const Vec3& x : state.x) sum += x;
+  return sum / static_cast<double>(state.x.size());
+}
+
+TEST(Simulation, AClothSticksOnAnInclineThatFrictionHolds) {
+  Simulation simulation = simulate(incline(0.6));
+  const Vec3 start = centre(simulation.state());
+  for (int frame = 1; frame <= 120; ++frame) simulation.advance_to_frame(frame, {});
+  EXPECT_LT((centre(simulation.state()) - start).norm(), 1e-5);
+}
+
+TEST(Simulation, AClothSlidesDownAnInclineAsCoulombSays) {
+  Simulation simulation = simulate(incline(0.3));
+  const Vec3 start = centre(simulation.state());
+  for (int frame = 1; frame <= 60; ++frame) simulation.advance_to_frame(frame, {});
+  EXPECT_NEAR((centre(simulation.state()) - start).norm(), 1.17814, 0.02 * 1.17814);
+}
+
+TEST(Simulation, TheExplicitIntegratorSubstepsToItsBoundAndStaysClean) {
+  Scene scene = empty_scene();
+  scene.solver.integrator = "symplectic_euler";
+  scene.cloths.push_back(cloth(0.3, 8, {0.01, 0.02, 0.12}));
+  scene.bodies.push_back(body(Sphere{0.1}, {0, 0, 0}));
+  Simulation simulation = simulate(scene);
+  for (int frame = 1; frame <= 20; ++frame) simulation.advance_to_frame(frame, {});
+  const RunResult result = simulation.result();
+  EXPECT_TRUE(result.clean);
+  EXPECT_GT(result.steps, 2 * 20);
+  EXPECT_LT(result.max_stretch, 0.1);
+}
+
+TEST(Simulation, PinsTooFarApartAreReportedAndDoNotDiverge) {
+  Scene scene = empty_scene();
+  scene.cloths.push_back(cloth(0.3, 8, {0, 0, 0}));
+  Keyframe end;
+  end.time = 0.2;
+  end.translation = Vec3(-0.15, -0.15, 0.0);
+  scene.handles.push_back({"a", "cloth", {0}, {Keyframe{}, end}, -1.0});
+  scene.handles.push_back({"b", "cloth", {80}, {}, -1.0});
+  Simulation simulation = simulate(scene);
+  for (int frame = 1; frame <= 20; ++frame) simulation.advance_to_frame(frame, {});
+  const RunResult result = simulation.result();
+  EXPECT_GT(result.strain_residual, 0.05);
+  EXPECT_LT(result.final_max_speed, 10.0);
+}
+
+TEST(Simulation, ADrapeComesToRest) {
+  Scene scene = small_drape();
+  Simulation simulation = simulate(scene);
+  for (int frame = 1; frame <= 180; ++frame) simulation.advance_to_frame(frame, {});
+  EXPECT_LT(simulation.result().final_max_speed, 0.02);
+}
+
+}  // namespace
+}  // namespace selvedge

@@ -17,8 +17,8 @@
 namespace selvedge {
 namespace {
 
-using detail::PairVertices;
-using detail::QueryBlock;
+using narrowphase_detail::PairVertices;
+using narrowphase_detail::QueryBlock;
 
 /// Pairs that one task handles; a multiple of the block size.
 constexpr std::size_t kGrain = 4096;
@@ -27,17 +27,18 @@ constexpr std::size_t kGrain = 4096;
 bool settle(const Query& query, double& toi, CcdExactStages& stages) {
   std::int64_t k = 0;
   int m = 0;
-  const detail::Verdict verdict = detail::isolate(query, k, m);
-  if (verdict == detail::Verdict::no) {
+  const narrowphase_detail::Verdict verdict = narrowphase_detail::isolate(query, k, m);
+  if (verdict == narrowphase_detail::Verdict::no) {
     ++stages.isolated;
     return false;
   }
-  if (verdict == detail::Verdict::yes && detail::root_in_box(query, k, m, toi)) {
+  if (verdict == narrowphase_detail::Verdict::yes &&
+      narrowphase_detail::root_in_box(query, k, m, toi)) {
     ++stages.isolated;
     return true;
   }
   ++stages.exact;
-  return detail::collides_exactly(query, toi);
+  return narrowphase_detail::collides_exactly(query, toi);
 }
 
 void store(const Query& query, QueryBlock& block, int column) {
@@ -76,7 +77,7 @@ class Batch {
       for (int j = 0; j < n; ++j) store(query_at(i + j), block_, j);
       // The last block repeats its last pair.
       for (int j = n; j < QueryBlock::kSize; ++j) store(query_at(i + n - 1), block_, j);
-      const detail::FilterVerdict verdict = detail::filter(block_, edges);
+      const narrowphase_detail::FilterVerdict verdict = narrowphase_detail::filter(block_, edges);
       const std::uint32_t decided = verdict.separated | verdict.never_coplanar;
       for (int j = 0; j < n; ++j)
         if ((decided >> j & 1U) == 0) settle_pair(i + j);
@@ -84,18 +85,18 @@ class Batch {
   }
 
   Query query_at(std::size_t i) const {
-    return detail::query_of(a_, b_, detail::pair_at(a_, b_, pairs_, i));
+    return narrowphase_detail::query_of(a_, b_, narrowphase_detail::pair_at(a_, b_, pairs_, i));
   }
 
   void settle_pair(std::size_t i) {
-    const PairVertices pair = detail::pair_at(a_, b_, pairs_, i);
-    const Query query = detail::query_of(a_, b_, pair);
+    const PairVertices pair = narrowphase_detail::pair_at(a_, b_, pairs_, i);
+    const Query query = narrowphase_detail::query_of(a_, b_, pair);
     double toi = 0.0;
     if (!settle(query, toi, stages_)) return;
     Contact contact;
     contact.kind = pair.kind;
     contact.vertex = pair.vertex;
-    detail::fill_contact(query, toi, contact);
+    narrowphase_detail::fill_contact(query, toi, contact);
     out_.push_back(contact);
   }
 
@@ -111,8 +112,8 @@ class CcdExact final : public NarrowPhase {
  public:
   void find_contacts(const SurfaceView& a, const SurfaceView& b, const CandidatePairs& pairs,
                      std::vector<Contact>& out) const override {
-    detail::require_finite(a, "a");
-    if (&a != &b) detail::require_finite(b, "b");
+    narrowphase_detail::require_finite(a, "a");
+    if (&a != &b) narrowphase_detail::require_finite(b, "b");
     const std::size_t n = pairs.size();
     std::vector<std::vector<Contact>> found((n + kGrain - 1) / kGrain);
     parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
@@ -140,7 +141,8 @@ bool collides_counting_stages(const Query& query, double& toi, CcdExactStages& s
   require_finite(query);
   QueryBlock block;
   for (int j = 0; j < QueryBlock::kSize; ++j) store(query, block, j);
-  const detail::FilterVerdict verdict = detail::filter(block, query.kind == ContactKind::edge_edge);
+  const narrowphase_detail::FilterVerdict verdict =
+      narrowphase_detail::filter(block, query.kind == ContactKind::edge_edge);
   if ((verdict.separated & 1U) != 0) return ++stages.separated, false;
   if ((verdict.never_coplanar & 1U) != 0) return ++stages.never_coplanar, false;
   return settle(query, toi, stages);

@@ -110,7 +110,7 @@ ClosestPoints edge_edge_closest(const Vec3& a0, const Vec3& a1, const Vec3& b0, 
   return best;
 }
 
-namespace detail {
+namespace narrowphase_detail {
 
 ClosestPoints closest_points(ContactKind kind, const std::array<Vec3, 4>& x) {
   return kind == ContactKind::edge_edge ? edge_edge_closest(x[0], x[1], x[2], x[3])
@@ -212,11 +212,11 @@ void require_finite(const SurfaceView& view, const char* name) {
   }
 }
 
-}  // namespace detail
+}  // namespace narrowphase_detail
 
 namespace {
 
-using detail::PairVertices;
+using narrowphase_detail::PairVertices;
 
 /// Lower bound of what is left of the distance after the step: the distance of the boxes at t = 0
 /// minus the largest relative displacement.
@@ -244,17 +244,17 @@ bool far_apart(const Query& q, int first, double reach) {
 }
 
 bool proximity_of(const Query& q, const PairVertices& pair, double reach, Contact& contact) {
-  if (far_apart(q, detail::first_count(pair.kind), reach)) return false;
-  const ClosestPoints near = detail::closest_points(q.kind, q.x_t0);
+  if (far_apart(q, narrowphase_detail::first_count(pair.kind), reach)) return false;
+  const ClosestPoints near = narrowphase_detail::closest_points(q.kind, q.x_t0);
   double largest = 0.0;
   for (const Vec3& v : q.x_t0) largest = std::max(largest, v.cwiseAbs().maxCoeff());
-  const Vec3 start = detail::weighted_difference(near.weight, q.x_t0);
-  const Vec3 move = detail::weighted_difference(near.weight, q.x_t1) - start;
+  const Vec3 start = narrowphase_detail::weighted_difference(near.weight, q.x_t0);
+  const Vec3 move = narrowphase_detail::weighted_difference(near.weight, q.x_t1) - start;
   Vec3 n;
   if (near.distance > kNoDirection * largest) {
     n = near.separation / near.distance;
   } else {
-    n = detail::common_normal(q.kind, q.x_t0);
+    n = narrowphase_detail::common_normal(q.kind, q.x_t0);
     const double along = near.separation.dot(n);
     if (along < 0.0 || (along == 0.0 && move.dot(n) > 0.0)) n = -n;
   }
@@ -267,16 +267,17 @@ bool proximity_of(const Query& q, const PairVertices& pair, double reach, Contac
 
 void find_proximities(const SurfaceView& a, const SurfaceView& b, const CandidatePairs& pairs,
                       double reach, std::vector<Contact>& out) {
-  detail::require_finite(a, "a");
-  if (&a != &b) detail::require_finite(b, "b");
+  narrowphase_detail::require_finite(a, "a");
+  if (&a != &b) narrowphase_detail::require_finite(b, "b");
   const std::size_t n = pairs.size();
   std::vector<std::vector<Contact>> found((n + kGrain - 1) / kGrain);
   parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
     std::vector<Contact>& mine = found[begin / kGrain];
     Contact contact;
     for (std::size_t i = begin; i < end; ++i) {
-      const PairVertices pair = detail::pair_at(a, b, pairs, i);
-      if (proximity_of(detail::query_of(a, b, pair), pair, reach, contact)) mine.push_back(contact);
+      const PairVertices pair = narrowphase_detail::pair_at(a, b, pairs, i);
+      if (proximity_of(narrowphase_detail::query_of(a, b, pair), pair, reach, contact))
+        mine.push_back(contact);
     }
   });
   out.clear();

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstring>
 
-namespace selvedge::detail {
+namespace selvedge::narrowphase_detail {
 namespace {
 
 using Limb = std::uint64_t;
@@ -215,4 +215,4 @@ BigInt BigInt::operator>>(int bits) const {
   return r;
 }
 
-}  // namespace selvedge::detail
+}  // namespace selvedge::narrowphase_detail

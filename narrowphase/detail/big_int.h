@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace selvedge::detail {
+namespace selvedge::narrowphase_detail {
 
 /// Signed integer of any size for the exact stage. Numbers of up to kInline * 64 bits (all that
 /// coordinates of ordinary scenes lead to) live in the object; larger ones on the heap.
@@ -65,4 +65,4 @@ class BigInt {
   };
 };
 
-}  // namespace selvedge::detail
+}  // namespace selvedge::narrowphase_detail

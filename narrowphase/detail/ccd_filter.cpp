@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-namespace selvedge::detail {
+namespace selvedge::narrowphase_detail {
 namespace {
 
 /// Unit roundoff u of double.
@@ -335,4 +335,4 @@ Verdict isolate(const Query& query, std::int64_t& k, int& m) {
   return RootIsolation(query).run(k, m);
 }
 
-}  // namespace selvedge::detail
+}  // namespace selvedge::narrowphase_detail

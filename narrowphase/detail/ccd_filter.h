@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-namespace selvedge::detail {
+namespace selvedge::narrowphase_detail {
 
 /// Queries of one kind side by side: coordinate i of vertex k at [3 k + i], one column per query.
 struct QueryBlock {
@@ -29,4 +29,4 @@ enum class Verdict : std::uint8_t { no, yes, open };
 /// [k, k + 1] / 2^m.
 Verdict isolate(const Query& query, std::int64_t& k, int& m);
 
-}  // namespace selvedge::detail
+}  // namespace selvedge::narrowphase_detail

@@ -4,7 +4,7 @@
 #include <selvedge/narrowphase/distance.h>
 #include <selvedge/narrowphase/narrow_phase.h>
 
-namespace selvedge::detail {
+namespace selvedge::narrowphase_detail {
 
 /// Closest points of the two primitives whose vertices stand in the order of Contact::vertex.
 ClosestPoints closest_points(ContactKind kind, const std::array<Vec3, 4>& x);
@@ -74,4 +74,4 @@ inline Query query_of(const SurfaceView& a, const SurfaceView& b, const PairVert
 /// Throws std::invalid_argument naming the first vertex that is not finite.
 void require_finite(const SurfaceView& view, const char* name);
 
-}  // namespace selvedge::detail
+}  // namespace selvedge::narrowphase_detail

@@ -26,7 +26,7 @@
 // are parallel or degenerate: there is a contact iff an end point of one segment lies on another
 // one. q lies on the closed segment (r, s) iff (s-r) x (q-r) = 0 and (q-r) . (q-s) <= 0.
 
-namespace selvedge::detail {
+namespace selvedge::narrowphase_detail {
 namespace {
 
 using PolyVec = std::array<Polynomial, 3>;
@@ -234,4 +234,4 @@ bool root_in_box(const Query& query, std::int64_t k, int m, double& root) {
 
 Polynomial coplanarity_cubic(const Query& query) { return ExactQuery(query).cubic(); }
 
-}  // namespace selvedge::detail
+}  // namespace selvedge::narrowphase_detail

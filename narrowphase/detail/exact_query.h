@@ -4,7 +4,7 @@
 #include <selvedge/narrowphase/detail/polynomial.h>
 #include <selvedge/narrowphase/narrow_phase.h>
 
-namespace selvedge::detail {
+namespace selvedge::narrowphase_detail {
 
 /// Decides a query of finite doubles in integer arithmetic: no rounding anywhere. If the primitives
 /// collide, toi is the largest double not later than the true time of impact.
@@ -17,4 +17,4 @@ bool root_in_box(const Query& query, std::int64_t k, int m, double& root);
 /// The coplanarity cubic of the four vertices, times a power of two; possibly identically zero.
 Polynomial coplanarity_cubic(const Query& query);
 
-}  // namespace selvedge::detail
+}  // namespace selvedge::narrowphase_detail

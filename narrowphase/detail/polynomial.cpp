@@ -8,7 +8,7 @@
 #include <limits>
 #include <utility>
 
-namespace selvedge::detail {
+namespace selvedge::narrowphase_detail {
 namespace {
 
 /// Boxes narrower than this are not worth another cheap test before the Tarski query: a sign that
@@ -496,4 +496,4 @@ bool isolate_in_box(const Polynomial& p, const BigInt& k, int m, Root& root) {
   return true;
 }
 
-}  // namespace selvedge::detail
+}  // namespace selvedge::narrowphase_detail

@@ -6,7 +6,7 @@
 #include <array>
 #include <vector>
 
-namespace selvedge::detail {
+namespace selvedge::narrowphase_detail {
 
 /// p(t) = sum over i of c[i] (1 - t)^(degree - i) t^i with integer c: the Bernstein form with the
 /// binomials multiplied in. It is also the polynomial sum of c[i] u^i in u = t / (1 - t), which
@@ -67,4 +67,4 @@ void isolate_roots(const Polynomial& p, std::vector<Root>& roots);
 /// one and the ends are none.
 bool isolate_in_box(const Polynomial& p, const BigInt& k, int m, Root& root);
 
-}  // namespace selvedge::detail
+}  // namespace selvedge::narrowphase_detail

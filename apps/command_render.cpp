@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: MIT
+#include "command_render.h"
+
+#include <fmt/format.h>
+#include <selvedge/apps/animation.h>
+#include <selvedge/apps/result_pictures.h>
+#include <selvedge/scene/output.h>
+#include <selvedge/scene/scene.h>
+
+#include <CLI/CLI.hpp>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace {
+
+using namespace selvedge;
+
+struct RenderOptions {
+  std::string result, out, frames, size, eye, target, animation;
+  std::optional<double> field_of_view, fps, grid;
+  int turntable = 0;
+  bool last = false;
+};
+
+// ---- values of options ---------------------------------------------------------------------
+
+[[noreturn]] void refuse(const std::string& option, const std::string& value, const char* wanted) {
+  throw std::invalid_argument(option + " " + value + ": " + wanted);
+}
+
+/// The pieces of a text between separators.
+std::vector<std::string_view> split(std::string_view text, char separator) {
+  std::vector<std::string_view> pieces;
+  for (;;) {
+    const std::size_t end = text.find(separator);
+    pieces.push_back(text.substr(0, end));
+    if (end == std::string_view::npos) return pieces;
+    text.remove_prefix(end + 1);
+  }
+}
+
+template <class T>
+std::optional<T> whole_number_or_real(std::string_view text) {
+  T value{};
+  const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (fault != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+std::optional<Vec3> point(const std::string& option, const std::string& value) {
+  if (value.empty()) return std::nullopt;
+  const auto pieces = split(value, ',');
+  Vec3 result;
+  for (int i = 0; i < 3; ++i) {
+    const auto coordinate = pieces.size() == 3
+                                ? whole_number_or_real<double>(pieces[static_cast<std::size_t>(i)])
+                                : std::nullopt;
+    if (!coordinate || !std::isfinite(*coordinate))
+      refuse(option, value, "three numbers are wanted, x,y,z in metres");
+    result[i] = *coordinate;
+  }
+  return result;
+}
+
+void read_size(const std::string& value, CameraChoice& camera) {
+  if (value.empty()) return;
+  const auto pieces = split(value, 'x');
+  const auto width = whole_number_or_real<int>(pieces.front());
+  const auto height = pieces.size() == 2 ? whole_number_or_real<int>(pieces.back()) : std::nullopt;
+  constexpr int largest = 16384;
+  if (!width || !height || std::min(*width, *height) < 1 || std::max(*width, *height) > largest)
+    refuse("--size", value, "WIDTHxHEIGHT in pixels is wanted, each 1 to 16384");
+  camera.width = *width;
+  camera.height = *height;
+}
+
+/// Those of `all` that a:b:step names; a, b and step may be left out, b is included.
+std::vector<int> chosen_frames(const std::string& value, const std::vector<int>& all) {
+  const auto pieces = split(value, ':');
+  std::vector<int> bounds = {all.front(), all.back(), 1};
+  bool good = pieces.size() <= 3;
+  for (std::size_t i = 0; i < pieces.size() && good; ++i) {
+    if (pieces[i].empty()) continue;
+    const auto number = whole_number_or_real<int>(pieces[i]);
+    good = number && *number >= (i == 2 ? 1 : 0);
+    if (good) bounds[i] = *number;
+  }
+  if (!good) refuse("--frames", value, "FIRST:LAST:STEP is wanted, e.g. 0:120:10 or 60");
+  if (pieces.size() == 1) bounds[1] = bounds[0];
+  std::vector<int> chosen;
+  for (const int frame : all)
+    if (frame >= bounds[0] && frame <= bounds[1] && (frame - bounds[0]) % bounds[2] == 0)
+      chosen.push_back(frame);
+  if (chosen.empty())
+    refuse("--frames", value,
+           fmt::format("there is none; the frames are {} to {}", all.front(), all.back()).c_str());
+  return chosen;
+}
+
+// ---- the pictures --------------------------------------------------------------------------
+
+struct Shot {
+  int frame;
+  Camera camera;
+  std::filesystem::path file;
+};
+
+/// The camera turned about the upright axis through its target.
+Camera turned(Camera camera, double turn) {
+  const Eigen::AngleAxisd rotation(turn, Vec3::UnitZ());
+  camera.eye = camera.target + rotation * (camera.eye - camera.target);
+  camera.up = rotation * camera.up;
+  return camera;
+}
+
+std::vector<Shot> shots(const RenderOptions& options, ResultPictures& pictures,
+                        const std::filesystem::path& out) {
+  CameraChoice choice;
+  choice.eye = point("--eye", options.eye);
+  choice.target = point("--target", options.target);
+  choice.field_of_view = options.field_of_view;
+  read_size(options.size, choice);
+  const bool all = !options.animation.empty() && options.turntable == 0 && !options.last;
+  const std::vector<int> frames = !options.frames.empty()
+                                      ? chosen_frames(options.frames, pictures.frames())
+                                  : all ? pictures.frames()
+                                        : std::vector<int>{pictures.frames().back()};
+  const Camera camera = pictures.camera(choice, frames);
+  std::vector<Shot> result;
+  if (options.turntable > 0)
+    for (int i = 0; i < options.turntable; ++i)
+      result.push_back({frames.back(),
+                        turned(camera, 2.0 * std::numbers::pi * i / options.turntable),
+                        numbered(out, "turntable", i, 4, ".png")});
+  else if (!pictures.is_folder())
+    result.push_back({frames.back(), camera,
+                      out / (std::filesystem::path(options.result).stem().string() + ".png")});
+  else
+    for (const int frame : frames)
+      result.push_back({frame, camera, numbered(out, "frame", frame, 5, ".png")});
+  return result;
+}
+
+/// Frames per second at which the shots show the motion at its true speed; turntables turn in the
+/// time that 30 pictures a second take.
+double playing_rate(const RenderOptions& options, const ResultPictures& pictures,
+                    const std::vector<Shot>& list) {
+  constexpr double turntable_fps = 30.0;
+  if (options.fps) return *options.fps;
+  if (options.turntable > 0) return turntable_fps;
+  if (list.size() < 2) return pictures.fps();
+  return pictures.fps() * static_cast<double>(list.size() - 1) /
+         (list.back().frame - list.front().frame);
+}
+
+std::filesystem::path picture_folder(const RenderOptions& options, const ResultPictures& pictures) {
+  if (!options.out.empty()) return options.out;
+  return pictures.is_folder() ? std::filesystem::path(options.result) / "pictures"
+                              : std::filesystem::path(".");
+}
+
+int render_command(const RenderOptions& options) {
+  ResultPictures pictures(options.result);
+  if (options.grid) pictures.set_grid(*options.grid);
+  const auto out = picture_folder(options, pictures);
+  const std::vector<Shot> list = shots(options, pictures, out);
+  std::error_code error;
+  std::filesystem::create_directories(out, error);
+  if (error) throw std::invalid_argument(out.string() + ": cannot be made: " + error.message());
+
+  // Without ffmpeg the pictures are drawn all the same, and only then is its absence an error.
+  std::optional<AnimationWriter> animation;
+  const bool animated = !options.animation.empty();
+  const double fps = playing_rate(options, pictures, list);
+  if (animated && ffmpeg_is_there()) animation.emplace(options.animation, fps);
+  for (const Shot& shot : list) {
+    const Image image = pictures.picture(shot.frame, shot.camera);
+    write_png(shot.file, image);
+    if (animation) animation->add(image);
+  }
+  fmt::print("{} in {}\n",
+             list.size() == 1 ? list.front().file.filename().string()
+                              : fmt::format("{} pictures", list.size()),
+             out.string());
+  if (!animated) return 0;
+  if (!animation) animation.emplace(options.animation, fps);
+  animation->finish();
+  fmt::print("{}\n", options.animation);
+  return 0;
+}
+
+}  // namespace
+
+void add_command_render(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<RenderOptions>();
+  CLI::App* command =
+      app.add_subcommand("render", "Draw pictures of a result folder or a mesh file");
+  command->add_option("result", options->result, "Result folder of a run, or a mesh file")
+      ->required();
+  command->add_option("--out", options->out,
+                      "Folder for the pictures (default: pictures/ of the result)");
+  auto* frames = command->add_option("--frames", options->frames, "FIRST:LAST:STEP or one number");
+  command->add_flag("--last", options->last, "Only the last frame (the default)")->excludes(frames);
+  command->add_option("--size", options->size, "WIDTHxHEIGHT of the pictures");
+  command->add_option("--eye", options->eye, "Place of the camera, x,y,z in metres");
+  command->add_option("--target", options->target, "Where the camera looks, x,y,z in metres");
+  command->add_option("--fov", options->field_of_view, "Vertical field of view, degrees")
+      ->check(CLI::Range(1.0, 170.0));
+  command->add_option("--grid", options->grid, "Distance of the lines on the cloth, m; 0: none")
+      ->check(CLI::Range(0.0, 1e6));
+  command
+      ->add_option("--turntable", options->turntable,
+                   "So many views around the last of the chosen frames")
+      ->check(CLI::Range(1, 10000));
+  command->add_option("--animation", options->animation,
+                      "Also a film of the pictures: .mp4, .webm or .gif, by ffmpeg");
+  command
+      ->add_option("--fps", options->fps, "Pictures per second of the film (default: true speed)")
+      ->check(CLI::Range(0.01, 1000.0));
+  command->callback([options, &exit_code] { exit_code = render_command(*options); });
+}
+
+void render_frame(const std::filesystem::path& result, int frame, const CameraSpec& camera,
+                  const std::filesystem::path& picture) {
+  CameraChoice choice;
+  choice.eye = camera.eye;
+  choice.target = camera.target;
+  choice.field_of_view = camera.field_of_view;
+  choice.width = camera.width;
+  choice.height = camera.height;
+  render_result_frame(result, frame, choice, picture);
+}

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/broadphase/broad_phase.h>
+#include <selvedge/broadphase/detail/surface_check.h>
+#include <selvedge/broadphase/detail/swept_box.h>
+#include <selvedge/core/parallel.h>
+
+#include <chrono>
+
+namespace selvedge {
+namespace {
+
+using detail::SweptBox;
+
+/// The boxes of all primitives of one surface.
+struct PrimitiveBoxes {
+  std::vector<SweptBox> points, edges, triangles;
+
+  explicit PrimitiveBoxes(const SurfaceView& s)
+      : points(s.x_t0.size()), edges(s.edges.size()), triangles(s.triangles.size()) {
+    for (std::size_t i = 0; i < points.size(); ++i)
+      points[i] = detail::swept_box(s, static_cast<std::int32_t>(i));
+    for (std::size_t i = 0; i < edges.size(); ++i) edges[i] = detail::swept_box(s, s.edges[i]);
+    for (std::size_t i = 0; i < triangles.size(); ++i)
+      triangles[i] = detail::swept_box(s, s.triangles[i]);
+  }
+  std::size_t bytes() const {
+    return (points.size() + edges.size() + triangles.size()) * sizeof(SweptBox);
+  }
+};
+
+/// Appends Pair{i, j} in order for all i, j whose boxes overlap, `first_of(i)` <= j, and that
+/// `keep` lets through.
+template <class Pair, class FirstOf, class Keep>
+void all_against_all(const std::vector<SweptBox>& a, const std::vector<SweptBox>& b,
+                     FirstOf first_of, Keep keep, std::vector<Pair>& out) {
+  constexpr std::size_t grain = 256;
+  std::vector<std::vector<Pair>> found(a.size() / grain + 1);
+  parallel_for(a.size(), grain, [&](std::size_t begin, std::size_t end) {
+    std::vector<Pair>& mine = found[begin / grain];
+    for (std::size_t i = begin; i < end; ++i)
+      for (std::size_t j = first_of(i); j < b.size(); ++j)
+        if (detail::overlap(a[i], b[j])) {
+          const Pair pair{static_cast<std::int32_t>(i), static_cast<std::int32_t>(j)};
+          if (keep(pair)) mine.push_back(pair);
+        }
+  });
+  for (const std::vector<Pair>& part : found) out.insert(out.end(), part.begin(), part.end());
+}
+
+constexpr auto from_zero = [](std::size_t) { return std::size_t{0}; };
+constexpr auto keep_all = [](const auto&) { return true; };
+
+class BruteForce final : public BroadPhase {
+ public:
+  void find_pairs(const SurfaceView& a, const SurfaceView& b, CandidatePairs& out) override {
+    check(a, "first surface");
+    check(b, "second surface");
+    out.clear();
+    const auto begin = std::chrono::steady_clock::now();
+    const PrimitiveBoxes boxes_a(a), boxes_b(b);
+    all_against_all(boxes_a.points, boxes_b.triangles, from_zero, keep_all, out.point_triangle);
+    all_against_all(boxes_b.points, boxes_a.triangles, from_zero, keep_all, out.triangle_point);
+    all_against_all(boxes_a.edges, boxes_b.edges, from_zero, keep_all, out.edge_edge);
+    note_cost(begin, boxes_a.bytes() + boxes_b.bytes());
+  }
+
+  void find_self_pairs(const SurfaceView& a, CandidatePairs& out) override {
+    check(a, "surface");
+    out.clear();
+    const auto begin = std::chrono::steady_clock::now();
+    const PrimitiveBoxes boxes(a);
+    all_against_all(
+        boxes.points, boxes.triangles, from_zero,
+        [&](const PointTrianglePair& p) {
+          return !detail::contains(a.triangles[p.triangle], p.point);
+        },
+        out.point_triangle);
+    all_against_all(
+        boxes.edges, boxes.edges, [](std::size_t i) { return i + 1; },
+        [&](const EdgeEdgePair& p) {
+          return !detail::share_vertex(a.edges[p.edge_a], a.edges[p.edge_b]);
+        },
+        out.edge_edge);
+    note_cost(begin, boxes.bytes());
+  }
+
+  BroadPhaseTraits traits() const override {
+    return {.source = "every swept box against every other; the oracle"};
+  }
+  BroadPhaseCost last_cost() const override { return cost_; }
+
+ private:
+  static void check(const SurfaceView& surface, const char* name) {
+    detail::check_shape(surface, name);
+    detail::check_indices(surface, name);
+    detail::check_finite(surface, name);
+  }
+  void note_cost(std::chrono::steady_clock::time_point begin, std::size_t bytes) {
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+    cost_ = {.query_s = took.count(), .bytes = bytes};
+  }
+
+  BroadPhaseCost cost_;
+};
+
+}  // namespace
+
+std::unique_ptr<BroadPhase> make_brute_force() { return std::make_unique<BruteForce>(); }
+
+}  // namespace selvedge

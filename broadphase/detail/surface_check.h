@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/core/collision_types.h>
+
+#include <string>
+
+namespace selvedge::detail {
+
+/// Smallest and largest corner of a box; empty while lo > hi.
+struct Bounds {
+  Vec3 lo, hi;
+};
+
+/// Throws std::invalid_argument if the two position arrays differ in length or the thickness is
+/// not a finite number >= 0. `name` starts the sentence. Costs nothing.
+void check_shape(const SurfaceView& surface, const std::string& name);
+
+/// Throws std::invalid_argument naming the first edge or triangle with an index outside [0, n).
+void check_indices(const SurfaceView& surface, const std::string& name);
+
+/// Throws std::invalid_argument naming the first vertex that is not finite; else returns the box
+/// around x_t0.
+Bounds check_finite(const SurfaceView& surface, const std::string& name);
+
+}  // namespace selvedge::detail

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/core/collision_types.h>
+
+#include <algorithm>
+
+namespace selvedge::detail {
+
+/// A closed box in double precision.
+struct SweptBox {
+  std::array<double, 3> lo, hi;
+};
+
+/// The box of vertex v over the step, inflated by the thickness.
+inline SweptBox swept_box(const SurfaceView& surface, std::int32_t v) {
+  SweptBox box;
+  const Vec3 &x0 = surface.x_t0[v], &x1 = surface.x_t1[v];
+  for (int k = 0; k < 3; ++k) {
+    box.lo[k] = std::min(x0[k], x1[k]) - surface.thickness;
+    box.hi[k] = std::max(x0[k], x1[k]) + surface.thickness;
+  }
+  return box;
+}
+
+/// The box of an edge or a triangle: rounded subtraction is monotone, so the union of the inflated
+/// vertex boxes is the inflated union, bit for bit.
+template <std::size_t n>
+SweptBox swept_box(const SurfaceView& surface, const std::array<std::int32_t, n>& vertices) {
+  SweptBox box = swept_box(surface, vertices[0]);
+  for (std::size_t i = 1; i < n; ++i) {
+    const SweptBox other = swept_box(surface, vertices[i]);
+    for (int k = 0; k < 3; ++k) {
+      box.lo[k] = std::min(box.lo[k], other.lo[k]);
+      box.hi[k] = std::max(box.hi[k], other.hi[k]);
+    }
+  }
+  return box;
+}
+
+inline bool overlap(const SweptBox& a, const SweptBox& b) {
+  return (a.lo[0] <= b.hi[0]) & (b.lo[0] <= a.hi[0]) & (a.lo[1] <= b.hi[1]) & (b.lo[1] <= a.hi[1]) &
+         (a.lo[2] <= b.hi[2]) & (b.lo[2] <= a.hi[2]);
+}
+
+inline bool contains(const Triangle& t, std::int32_t v) {
+  return t[0] == v || t[1] == v || t[2] == v;
+}
+
+inline bool share_vertex(const Edge& a, const Edge& b) {
+  return a[0] == b[0] || a[0] == b[1] || a[1] == b[0] || a[1] == b[1];
+}
+
+}  // namespace selvedge::detail

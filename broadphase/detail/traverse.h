@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/broadphase/detail/bounding_volume_tree.h>
+#include <selvedge/broadphase/detail/collect_pairs.h>
+
+#include <span>
+#include <vector>
+
+namespace selvedge::detail {
+
+/// A node or leaf of the first tree and one of the second, whose boxes overlap (or, of one tree
+/// with itself, may be the same).
+struct TreePair {
+  std::int32_t a, b;
+};
+
+/// Two trees and the views they were fitted to; `self` if they are one and the same.
+struct TraversalInput {
+  const BoundingVolumeTree& tree_a;
+  const BoundingVolumeTree& tree_b;
+  const SurfaceView& surface_a;
+  const SurfaceView& surface_b;
+  bool self;
+};
+
+/// One traversal kernel, compiled for one vector width.
+struct TraversalKernel {
+  /// Appends the child pairs of `pair` that overlap; false if it is a pair of leaves.
+  bool (*expand)(const TraversalInput& input, TreePair pair, std::vector<TreePair>& out);
+  /// Finds everything below `pair`; `stack` is scratch.
+  void (*traverse)(const TraversalInput& input, TreePair pair, std::vector<TreePair>& stack,
+                   FoundPairs& out);
+};
+
+/// Two vectors of four where there is SSE2, plain loops elsewhere. Always available.
+TraversalKernel traversal_kernel_narrow();
+/// Vectors of eight by AVX2; null pointers where the compiler or the processor has none.
+TraversalKernel traversal_kernel_wide();
+
+/// Is the pair in double precision really one? Asked where the float boxes only touch.
+bool point_triangle_overlap(const SurfaceView& a, std::int32_t point, const SurfaceView& b,
+                            std::int32_t triangle);
+bool edge_edge_overlap(const SurfaceView& a, std::int32_t edge_a, const SurfaceView& b,
+                       std::int32_t edge_b);
+
+}  // namespace selvedge::detail

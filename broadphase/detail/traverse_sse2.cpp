@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/broadphase/detail/swept_box.h>
+#include <selvedge/broadphase/detail/traverse.h>
+
+#include <array>
+#include <bit>
+
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
+namespace selvedge::detail {
+namespace narrow {
+namespace {
+
+#ifdef __SSE2__
+
+struct Query {
+  __m128 lo[3], hi[3];
+};
+
+inline Query spread(const BoxBlock& block, int lane) {
+  Query q;
+  for (int k = 0; k < 3; ++k) {
+    q.lo[k] = _mm_set1_ps(block.lo[k][lane]);
+    q.hi[k] = _mm_set1_ps(block.hi[k][lane]);
+  }
+  return q;
+}
+
+inline Query spread(const FloatBox& box) {
+  Query q;
+  for (int k = 0; k < 3; ++k) {
+    q.lo[k] = _mm_set1_ps(box.lo[k]);
+    q.hi[k] = _mm_set1_ps(box.hi[k]);
+  }
+  return q;
+}
+
+template <class Less>
+inline unsigned compare(const BoxBlock& block, const Query& q, Less less) {
+  unsigned mask = 0;
+  for (int half = 0; half < kLanes; half += 4) {
+    __m128 all = _mm_castsi128_ps(_mm_set1_epi32(-1));
+    for (int k = 0; k < 3; ++k) {
+      all = _mm_and_ps(all, less(_mm_load_ps(block.lo[k] + half), q.hi[k]));
+      all = _mm_and_ps(all, less(q.lo[k], _mm_load_ps(block.hi[k] + half)));
+    }
+    mask |= static_cast<unsigned>(_mm_movemask_ps(all)) << half;
+  }
+  return mask;
+}
+
+inline unsigned overlap_mask(const BoxBlock& block, const Query& q) {
+  return compare(block, q, [](__m128 a, __m128 b) { return _mm_cmple_ps(a, b); });
+}
+inline unsigned strict_mask(const BoxBlock& block, const Query& q) {
+  return compare(block, q, [](__m128 a, __m128 b) { return _mm_cmplt_ps(a, b); });
+}
+
+inline unsigned equal_mask(const std::int32_t* ids, std::int32_t id) {
+  unsigned mask = 0;
+  for (int half = 0; half < kLanes; half += 4) {
+    const __m128i lanes = _mm_load_si128(reinterpret_cast<const __m128i*>(ids + half));
+    const __m128i equal = _mm_cmpeq_epi32(lanes, _mm_set1_epi32(id));
+    mask |= static_cast<unsigned>(_mm_movemask_ps(_mm_castsi128_ps(equal))) << half;
+  }
+  return mask;
+}
+
+#else
+
+using Query = FloatBox;
+
+inline Query spread(const FloatBox& box) { return box; }
+inline Query spread(const BoxBlock& block, int lane) {
+  return {{block.lo[0][lane], block.lo[1][lane], block.lo[2][lane], 0.0f},
+          {block.hi[0][lane], block.hi[1][lane], block.hi[2][lane], 0.0f}};
+}
+
+inline unsigned overlap_mask(const BoxBlock& block, const Query& q) {
+  unsigned mask = 0;
+  for (int i = 0; i < kLanes; ++i) {
+    bool all = true;
+    for (int k = 0; k < 3; ++k) all &= (block.lo[k][i] <= q.hi[k]) & (q.lo[k] <= block.hi[k][i]);
+    mask |= static_cast<unsigned>(all) << i;
+  }
+  return mask;
+}
+inline unsigned strict_mask(const BoxBlock& block, const Query& q) {
+  unsigned mask = 0;
+  for (int i = 0; i < kLanes; ++i) {
+    bool all = true;
+    for (int k = 0; k < 3; ++k) all &= (block.lo[k][i] < q.hi[k]) & (q.lo[k] < block.hi[k][i]);
+    mask |= static_cast<unsigned>(all) << i;
+  }
+  return mask;
+}
+
+inline unsigned equal_mask(const std::int32_t* ids, std::int32_t id) {
+  unsigned mask = 0;
+  for (int i = 0; i < kLanes; ++i) mask |= static_cast<unsigned>(ids[i] == id) << i;
+  return mask;
+}
+
+#endif
+
+#include <selvedge/broadphase/detail/traverse_kernel.inc>
+
+}  // namespace
+}  // namespace narrow
+
+TraversalKernel traversal_kernel_narrow() { return {narrow::expand, narrow::traverse}; }
+
+bool point_triangle_overlap(const SurfaceView& a, std::int32_t point, const SurfaceView& b,
+                            std::int32_t triangle) {
+  return overlap(swept_box(a, point), swept_box(b, b.triangles[triangle]));
+}
+
+bool edge_edge_overlap(const SurfaceView& a, std::int32_t edge_a, const SurfaceView& b,
+                       std::int32_t edge_b) {
+  return overlap(swept_box(a, a.edges[edge_a]), swept_box(b, b.edges[edge_b]));
+}
+
+}  // namespace selvedge::detail

@@ -106,7 +106,7 @@ void measure_penetration(const TriangleMesh& mesh, const TriangleMesh& body, Ver
   for (const Vec3& x : mesh.vertices) {
     if (!surface.strictly_contains(x)) continue;
     ++verdict.inside_vertices;
-    verdict.max_penetration_m = std::max(verdict.max_penetration_m, surface.distance(x));
+    verdict.max_penetration_m = surface.distance(x, verdict.max_penetration_m);
   }
 }
 

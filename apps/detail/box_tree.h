@@ -58,11 +58,11 @@ class BoxTree {
   }
 
   /// Calls measure(index), which returns the square of a distance from x, for boxes that may hold
-  /// something nearer than all before; returns the least.
+  /// something nearer than all before; returns the least, or one that is at most `enough`.
   template <class Measure>
-  double nearest(const Vec3& x, const Measure& measure) const {
+  double nearest(const Vec3& x, double enough, const Measure& measure) const {
     double best = std::numeric_limits<double>::infinity();
-    if (!nodes_.empty()) search_below(0, x, measure, best);
+    if (!nodes_.empty()) search_below(0, x, enough, measure, best);
     return best;
   }
 
@@ -89,7 +89,7 @@ class BoxTree {
   }
 
   template <class Measure>
-  void search_below(std::int32_t node_index, const Vec3& x, const Measure& measure,
+  void search_below(std::int32_t node_index, const Vec3& x, double enough, const Measure& measure,
                     double& best) const {
     const Node& node = nodes_[node_index];
     if (node.right == 0) {
@@ -104,8 +104,8 @@ class BoxTree {
       std::swap(near, far);
       std::swap(near_distance, far_distance);
     }
-    if (near_distance < best) search_below(near, x, measure, best);
-    if (far_distance < best) search_below(far, x, measure, best);
+    if (near_distance < best) search_below(near, x, enough, measure, best);
+    if (far_distance < best && best > enough) search_below(far, x, enough, measure, best);
   }
 
   std::vector<ClosedBox> boxes_;

@@ -51,14 +51,17 @@ std::int32_t root_of(std::vector<std::int32_t>& parent, std::int32_t i) {
   return i;
 }
 
-// Calls visit(first, last) for each run of half edges on the same edge.
+// Calls visit(run) for each run of half edges on the same edge.
 template <class Visit>
-void for_each_edge(const std::vector<HalfEdge>& half_edges, const Visit& visit) {
-  for (std::size_t begin = 0, end = 0; begin < half_edges.size(); begin = end) {
-    while (end < half_edges.size() && half_edges[end].low == half_edges[begin].low &&
-           half_edges[end].high == half_edges[begin].high)
-      ++end;
-    visit(begin, end);
+void for_each_edge(std::span<const HalfEdge> half_edges, const Visit& visit) {
+  while (!half_edges.empty()) {
+    const HalfEdge& first = half_edges.front();
+    const auto end = std::find_if(half_edges.begin(), half_edges.end(), [&](const HalfEdge& e) {
+      return e.low != first.low || e.high != first.high;
+    });
+    const auto length = static_cast<std::size_t>(end - half_edges.begin());
+    visit(half_edges.first(length));
+    half_edges = half_edges.subspan(length);
   }
 }
 
@@ -72,17 +75,17 @@ Parts find_parts(const TriangleMesh& mesh) {
   const std::size_t n = mesh.triangles.size();
   Parts parts{std::vector<std::int32_t>(n), std::vector<char>(n, 0), std::vector<char>(n, 1)};
   std::iota(parts.part.begin(), parts.part.end(), 0);
-  for_each_edge(half_edges, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin + 1; i < end; ++i)
-      parts.part[root_of(parts.part, half_edges[i].triangle)] =
-          root_of(parts.part, half_edges[begin].triangle);
+  for_each_edge(half_edges, [&](std::span<const HalfEdge> run) {
+    for (const HalfEdge& e : run)
+      parts.part[root_of(parts.part, e.triangle)] = root_of(parts.part, run.front().triangle);
   });
-  for (std::size_t t = 0; t < n; ++t) parts.part[t] = root_of(parts.part, static_cast<int>(t));
-  for_each_edge(half_edges, [&](std::size_t begin, std::size_t end) {
+  for (std::size_t t = 0; t < n; ++t)
+    parts.part[t] = root_of(parts.part, static_cast<std::int32_t>(t));
+  for_each_edge(half_edges, [&](std::span<const HalfEdge> run) {
     int sum = 0;
-    for (std::size_t i = begin; i < end; ++i) sum += half_edges[i].direction;
-    const std::int32_t part = parts.part[half_edges[begin].triangle];
-    if ((end - begin) % 2 == 1) parts.open[part] = 1;
+    for (const HalfEdge& e : run) sum += e.direction;
+    const std::int32_t part = parts.part[run.front().triangle];
+    if (run.size() % 2 == 1) parts.open[part] = 1;
     if (sum != 0) parts.oriented[part] = 0;
   });
   return parts;
@@ -171,9 +174,11 @@ bool ClosedSurface::strictly_contains(const Vec3& x) const {
   return !on_surface && (winding != 0 || !odd.empty());
 }
 
-double ClosedSurface::distance(const Vec3& x) const {
-  return std::sqrt(tree_.nearest(
-      x, [&](std::int32_t i) { return squared_distance_to_triangle(x, faces_[i].points); }));
+double ClosedSurface::distance(const Vec3& x, double floor) const {
+  const double squared = tree_.nearest(x, floor * floor, [&](std::int32_t i) {
+    return squared_distance_to_triangle(x, faces_[i].points);
+  });
+  return squared > floor * floor ? std::sqrt(squared) : floor;
 }
 
 }  // namespace selvedge::detail

@@ -25,8 +25,10 @@ class ClosedSurface {
   /// consistently oriented is crossed an odd number of times on the way out. Exact.
   bool strictly_contains(const Vec3& x) const;
 
-  /// Distance to the nearest point of the surface, rounded; infinite if there is no closed part.
-  double distance(const Vec3& x) const;
+  /// Distance to the nearest point of the surface, rounded, or `floor` if that is larger:
+  /// a search for the largest distance need not finish what cannot beat it. Infinite
+  /// if there is no closed part. Never less than `floor`.
+  double distance(const Vec3& x, double floor = 0.0) const;
 
  private:
   struct Face {

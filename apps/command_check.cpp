@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: MIT
+#include "command_check.h"
+
+#include <fmt/format.h>
+#include <selvedge/apps/judge.h>
+#include <selvedge/bodies/load_mesh.h>
+#include <selvedge/bodies/mesh_file.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cctype>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace selvedge;
+using Json = nlohmann::ordered_json;
+
+struct CheckOptions {
+  std::vector<std::string> meshes, against;
+  std::string rest, next, against_next;
+  bool path = false, json = false;
+};
+
+/// A mesh and where it came from; no file and no triangles where an option was not given.
+struct NamedMesh {
+  std::string file;
+  TriangleMesh mesh;
+};
+
+/// What is known of one mesh: its state and, where asked for, the path to the next one.
+struct Finding {
+  std::string file;
+  Verdict state;
+  std::optional<PathVerdict> path;
+
+  bool wrong() const {
+    const bool collides = path && path->self_collisions + path->body_collisions > 0;
+    return state.self_intersections + state.body_intersections + state.inside_vertices > 0 ||
+           collides;
+  }
+};
+
+bool has_own_reader(const std::string& file) {
+  std::string extension = std::filesystem::path(file).extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension == ".obj" || extension == ".ply" || extension == ".off";
+}
+
+// Exactly what the file says where we can read it ourselves; other formats, bodies above all,
+// through the loader for any format.
+NamedMesh read(const std::string& file) {
+  if (file.empty()) return {};
+  return {file, has_own_reader(file) ? read_mesh(file) : load_mesh(file)};
+}
+
+void check_options(const CheckOptions& o) {
+  if (o.against.size() > 1 && o.against.size() != o.meshes.size())
+    throw std::invalid_argument(
+        fmt::format("check: --against names {} bodies for {} meshes; give one body for all or one "
+                    "for each, after the meshes",
+                    o.against.size(), o.meshes.size()));
+  if (!o.next.empty() && (o.meshes.size() > 1 || o.path))
+    throw std::invalid_argument(
+        "check: --next goes with a single MESH; use --path for the paths between several");
+  if (!o.against_next.empty() && (o.next.empty() || o.against.empty()))
+    throw std::invalid_argument("check: --against-next needs --next and --against");
+  if (o.path && o.meshes.size() < 2)
+    throw std::invalid_argument("check: --path needs at least two MESH files, in order of time");
+}
+
+// The judge speaks of "mesh", "body" and "rest mesh"; whoever reads the message wants the files.
+[[noreturn]] void throw_with_files(const std::invalid_argument& error, const NamedMesh& mesh,
+                                   const NamedMesh& body, const std::string& rest) {
+  std::string files = mesh.file;
+  if (!body.file.empty()) files += " against " + body.file;
+  if (!rest.empty()) files += " with rest mesh " + rest;
+  throw std::invalid_argument(files + ": " + error.what());
+}
+
+Verdict judge_state(const NamedMesh& mesh, const NamedMesh& body, const NamedMesh& rest) {
+  try {
+    return judge(mesh.mesh, body.mesh, rest.mesh);
+  } catch (const std::invalid_argument& error) {
+    throw_with_files(error, mesh, body, rest.file);
+  }
+}
+
+void check_same_triangles(const NamedMesh& a, const NamedMesh& b) {
+  if (a.mesh.vertices.size() != b.mesh.vertices.size() || a.mesh.triangles != b.mesh.triangles)
+    throw std::invalid_argument(
+        fmt::format("{}: its triangles are not those of {}, so there is no path between them; give "
+                    "two states of one surface",
+                    b.file, a.file));
+}
+
+struct State {
+  NamedMesh mesh, body;
+};
+
+PathVerdict judge_between(const State& from, const State& to) {
+  check_same_triangles(from.mesh, to.mesh);
+  check_same_triangles(from.body, to.body);
+  try {
+    return judge_path(from.mesh.mesh, to.mesh.mesh.vertices, from.body.mesh, to.body.mesh.vertices);
+  } catch (const std::invalid_argument& error) {
+    throw_with_files(error, from.mesh, from.body, "");
+  }
+}
+
+Json to_json(const Finding& finding) {
+  const Verdict& v = finding.state;
+  Json json = {{"vertices", v.vertices},
+               {"triangles", v.triangles},
+               {"self_intersections", v.self_intersections},
+               {"body_intersections", v.body_intersections},
+               {"inside_vertices", v.inside_vertices},
+               {"max_penetration_m", v.max_penetration_m},
+               {"max_stretch", v.max_stretch},
+               {"max_compression", v.max_compression}};
+  if (finding.path) {
+    json["path_pairs"] = finding.path->pairs;
+    json["path_self_collisions"] = finding.path->self_collisions;
+    json["path_body_collisions"] = finding.path->body_collisions;
+  }
+  return json;
+}
+
+void print_json(const std::vector<Finding>& findings) {
+  if (findings.size() == 1) {
+    fmt::print("{}\n", to_json(findings.front()).dump(2));
+    return;
+  }
+  Json results = Json::array();
+  for (const Finding& finding : findings) {
+    Json result = {{"file", finding.file}};
+    result.update(to_json(finding));
+    results.push_back(std::move(result));
+  }
+  // A file name need not be UTF-8.
+  fmt::print("{}\n", Json{{"results", std::move(results)}}.dump(2, ' ', false,
+                                                                Json::error_handler_t::replace));
+}
+
+std::string pair_list(const std::vector<std::pair<std::int32_t, std::int32_t>>& pairs) {
+  std::string text;
+  for (const auto& [a, b] : pairs) text += fmt::format("{}{}-{}", text.empty() ? "" : ", ", a, b);
+  return text.empty() ? text : fmt::format("   (triangles {})", text);
+}
+
+std::string inside_note(const Verdict& v) {
+  if (v.closed_parts == 0) return "   (the body is not closed: it has no inside)";
+  return v.open_parts > 0 ? fmt::format("   ({} open parts of the body left out)", v.open_parts)
+                          : "";
+}
+
+void print_report(const Finding& finding, const CheckOptions& o) {
+  const Verdict& v = finding.state;
+  fmt::print("{}: {} vertices, {} triangles\n", finding.file, v.vertices, v.triangles);
+  fmt::print("  self-intersections    {}{}\n", v.self_intersections, pair_list(v.first_self));
+  if (!o.against.empty()) {
+    fmt::print("  body intersections    {}{}\n", v.body_intersections, pair_list(v.first_body));
+    fmt::print("  vertices inside       {}{}\n", v.inside_vertices, inside_note(v));
+    fmt::print("  largest penetration   {:.6g} m\n", v.max_penetration_m);
+  }
+  if (!o.rest.empty())
+    fmt::print("  largest stretch       {:.3f} %\n  largest compression   {:.3f} %\n",
+               100.0 * v.max_stretch, 100.0 * v.max_compression);
+  if (finding.path)
+    fmt::print("  path to the next      {} self-collisions, {} body collisions, {} pairs decided\n",
+               finding.path->self_collisions, finding.path->body_collisions, finding.path->pairs);
+}
+
+void print_line(const Finding& finding, const CheckOptions& o) {
+  const Verdict& v = finding.state;
+  std::string line = fmt::format("{}: {} self", finding.file, v.self_intersections);
+  if (!o.against.empty())
+    line += fmt::format(", {} body, {} inside, {:.6g} m deep", v.body_intersections,
+                        v.inside_vertices, v.max_penetration_m);
+  if (!o.rest.empty())
+    line += fmt::format(", stretch {:.3f} %, compression {:.3f} %", 100.0 * v.max_stretch,
+                        100.0 * v.max_compression);
+  if (finding.path)
+    line += fmt::format(", path {} self, {} body", finding.path->self_collisions,
+                        finding.path->body_collisions);
+  fmt::print("{}\n", line);
+  std::fflush(stdout);  // a long list is read while it grows
+}
+
+/// Reads the states one after another, so that a long list needs the memory of two.
+class Check {
+ public:
+  explicit Check(const CheckOptions& options) : o_(options), rest_(read(options.rest)) {}
+
+  /// Returns whether something is wrong.
+  bool run() {
+    State state = read_state(0);
+    for (std::size_t i = 0; i < o_.meshes.size(); ++i) {
+      std::optional<State> next;
+      if (i + 1 < o_.meshes.size()) next = read_state(i + 1);
+      judge_one(state, o_.path ? next : next_option(state));
+      if (next) state = std::move(*next);
+    }
+    if (o_.json) print_json(findings_);
+    return std::any_of(findings_.begin(), findings_.end(),
+                       [](const Finding& finding) { return finding.wrong(); });
+  }
+
+ private:
+  State read_state(std::size_t i) {
+    const std::string body = o_.against.empty()      ? ""
+                             : o_.against.size() > 1 ? o_.against[i]
+                                                     : o_.against.front();
+    if (body != body_.file) body_ = read(body);
+    return {read(o_.meshes[i]), body_};
+  }
+
+  std::optional<State> next_option(const State& state) {
+    if (o_.next.empty()) return std::nullopt;
+    return State{read(o_.next), o_.against_next.empty() ? state.body : read(o_.against_next)};
+  }
+
+  void judge_one(const State& state, const std::optional<State>& next) {
+    Finding finding{state.mesh.file, judge_state(state.mesh, state.body, rest_), std::nullopt};
+    if (next) finding.path = judge_between(state, *next);
+    if (!o_.json && o_.meshes.size() == 1) print_report(finding, o_);
+    if (!o_.json && o_.meshes.size() > 1) print_line(finding, o_);
+    findings_.push_back(std::move(finding));
+  }
+
+  const CheckOptions& o_;
+  NamedMesh rest_, body_;  // the body read last: most lists have one for all
+  std::vector<Finding> findings_;
+};
+
+}  // namespace
+
+void add_command_check(CLI::App& app, int& exit_code) {
+  auto o = std::make_shared<CheckOptions>();
+  CLI::App* command = app.add_subcommand(
+      "check", "Judge meshes of any program: intersections (exact), penetration, strain, paths");
+  command->add_option("MESH", o->meshes, "OBJ, PLY or OFF; several: one line each")->required();
+  command->add_option("--against", o->against, "The body, or one body for each MESH");
+  command->add_option("--rest", o->rest,
+                      "Mesh with the same triangles that strain is measured from");
+  command->add_option("--next", o->next, "Judge the straight path from MESH to this mesh too");
+  command->add_option("--against-next", o->against_next, "Where the body is at the path's end");
+  command->add_flag("--path", o->path, "Judge the straight path from each MESH to the next too");
+  command->add_flag("--json", o->json, "Print JSON");
+  command->footer(
+      "Exit code: 0 nothing found, 1 something intersects, is inside or collides, 2 bad input.");
+  command->callback([o, &exit_code] {
+    check_options(*o);
+    exit_code = Check(*o).run() ? 1 : 0;
+  });
+}

@@ -15,7 +15,8 @@ struct Spring {
   double stiffness;     ///< N/m, force per length change, > 0
 };
 
-/// Two triangles that share an edge: the edge v[2]-v[3], the opposite vertices v[0] and v[1].
+/// Two triangles that share an edge: the edge v[2]-v[3], the opposite vertices v[0] and v[1]. They
+/// need not be triangles of the surface.
 struct Hinge {
   std::array<std::int32_t, 4> v;
   double rest_angle;    ///< rad, 0 where the rest shape is flat

@@ -41,8 +41,8 @@ CellConstants cell_constants(const GridConfig& grid, const Material& m) {
   c.spring_y = (c11 - g / (ratio * ratio)) * ratio;
   c.spring_diagonal = g * l_squared / (2.0 * c.a * c.b);
   // Bent to curvature κ across n = (c,s), an edge along x turns by κ s² b, along y by κ c² a, and a
-  // diagonal by κ c s l, where diagonals alternate from cell to cell. With these stiffnesses the
-  // energy per area is ½ B κ² (s⁴ + c⁴ + 2 s²c²) = ½ B κ² in every direction.
+  // diagonal by κ c s l. With these stiffnesses the energy per area is
+  // ½ B κ² (s⁴ + c⁴ + 2 s²c²) = ½ B κ² in every direction: that of a plate with Poisson's ratio 0.
   c.hinge_x = m.bending_stiffness * ratio;
   c.hinge_y = m.bending_stiffness / ratio;
   c.hinge_diagonal = 2.0 * m.bending_stiffness * c.a * c.b / l_squared;
@@ -129,17 +129,38 @@ class RectangularMesh {
       }
   }
 
+  void add_hinge(const std::array<std::int32_t, 4>& v, double stiffness) {
+    cloth_.hinges.push_back({v, 0.0, stiffness});
+  }
+
+  // The hinges of one triangulation would feel the curvature along x in every other vertex only
+  // (the opposite vertices of an edge lie at one of its ends), and a bent cloth would relax by a
+  // zigzag to two thirds of its stiffness. So an edge has two hinges, one for each of its ends,
+  // with half the stiffness each: the second differences of every row and column, as in the
+  // finite-difference plate. A border row thereby stands for half a cell.
   void add_hinges() {
     if (material_.bending_stiffness <= 0.0) return;
-    for (const detail::InteriorEdge& edge : detail::interior_edges(cloth_.surface.triangles)) {
-      const std::int32_t row = grid_.cells_x + 1;
-      const bool along_x = edge.v[2] / row == edge.v[3] / row;
-      const bool along_y = edge.v[2] % row == edge.v[3] % row;
-      const double stiffness = along_x   ? constants_.hinge_x
-                               : along_y ? constants_.hinge_y
-                                         : constants_.hinge_diagonal;
-      cloth_.hinges.push_back({edge.v, 0.0, stiffness});
-    }
+    for (std::int32_t j = 0; j <= grid_.cells_y; ++j)
+      for (std::int32_t i = 0; i <= grid_.cells_x; ++i) {
+        if (j > 0 && j < grid_.cells_y && i < grid_.cells_x)
+          for (const std::int32_t end : {i, i + 1})
+            add_hinge({index(end, j + 1), index(end, j - 1), index(i, j), index(i + 1, j)},
+                      0.5 * constants_.hinge_x);
+        if (i > 0 && i < grid_.cells_x && j < grid_.cells_y)
+          for (const std::int32_t end : {j, j + 1})
+            add_hinge({index(i - 1, end), index(i + 1, end), index(i, j), index(i, j + 1)},
+                      0.5 * constants_.hinge_y);
+        if (i < grid_.cells_x && j < grid_.cells_y) add_diagonal_hinge(i, j);
+      }
+  }
+
+  void add_diagonal_hinge(std::int32_t i, std::int32_t j) {
+    const std::int32_t v00 = index(i, j), v10 = index(i + 1, j);
+    const std::int32_t v01 = index(i, j + 1), v11 = index(i + 1, j + 1);
+    if ((i + j) % 2 == 0)
+      add_hinge({v01, v10, v00, v11}, constants_.hinge_diagonal);
+    else
+      add_hinge({v00, v11, v10, v01}, constants_.hinge_diagonal);
   }
 
   GridConfig grid_;

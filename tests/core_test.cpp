@@ -317,7 +317,8 @@ TEST(ClothMeshes, TheRectangleHasTheSpringsOfTheSurvey) {
   const ClothMesh cloth = make_rectangular({1.0, 1.0, 49, 49}, Material{});
   EXPECT_EQ(cloth.springs.size(), 2u * 50 * 49 + 2u * 49 * 49);
   EXPECT_EQ(cloth.surface.triangles.size(), 2u * 49 * 49);
-  EXPECT_EQ(cloth.hinges.size(), cloth.edges.size() - 4 * 49);
+  // Two for each inner grid edge, one for each cell.
+  EXPECT_EQ(cloth.hinges.size(), 2u * 2 * 49 * 48 + 49 * 49);
 }
 
 TEST(ClothMeshes, BadConfigurationNamesFieldAndValue) {

@@ -17,11 +17,12 @@ set(CMAKE_CXX_EXTENSIONS OFF)
 set(CMAKE_POSITION_INDEPENDENT_CODE ON)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 
-# Warnings and the floating-point rules that determinism needs, for our own targets only.
+# Warnings and the floating-point rules that determinism needs, for our own targets only. g++ 12 reports
+# -Wrestrict inside its own std::string (GCC bug 105651), which must not stop CI.
 function(selvedge_target_defaults target)
   target_compile_features(${target} PUBLIC cxx_std_20)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -ffp-contract=off
-                         $<$<BOOL:${SELVEDGE_WERROR}>:-Werror>)
+                         "$<$<BOOL:${SELVEDGE_WERROR}>:-Werror;-Wno-error=restrict>")
 endfunction()
 
 function(selvedge_module name)

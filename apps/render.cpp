@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <stdexcept>
@@ -166,6 +167,7 @@ constexpr float key_light = 0.72F;
 constexpr float fill_light = 0.10F;
 constexpr float sky_light = 0.42F;
 constexpr float bounce_light = 0.16F;  // from the ground, at a downward normal
+constexpr float stray_light = 0.045F;  // reaches the deepest fold
 const Vec3f key_colour(1.0F, 0.975F, 0.94F), sky_colour(0.95F, 0.98F, 1.0F);
 
 /// Half of the angle under which the key light is seen: shadows soften with distance by its
@@ -399,9 +401,9 @@ Vec3f Shader::colour(const RenderSurface& surface, const Hit& hit) const {
   float openness = 1.0F;
   const float sky = lights_.sky(hit.p, hit.n, openness);
   const float fill = std::max(hit.n.dot(lights_.to_fill()), 0.0F) * (0.3F + 0.7F * openness);
-  const float bounce = 0.5F * (1.0F - hit.n.z()) * (0.25F + 0.75F * openness);
+  const float bounce = 0.5F * (1.0F - hit.n.z()) * (0.4F + 0.6F * openness);
   const Vec3f light = key_light * key * key_colour + sky_light * sky * sky_colour +
-                      Vec3f::Constant(fill_light * fill + bounce_light * bounce);
+                      Vec3f::Constant(fill_light * fill + bounce_light * bounce + stray_light);
   Vec3f result = albedo.cwiseProduct(light);
   if (surface.sheen > 0.0) {
     const float edge = 1.0F - facing;
@@ -442,7 +444,7 @@ class Background {
 
  private:
   static constexpr float reach_in_radii = 2.6F;
-  static constexpr int cells = 160;  // of the ambient light along a side of the floor
+  static constexpr int cells = 320;  // of the ambient light along a side of the floor
 
   float shadow(const Vec3f& ray) const;
   void make_ambient();

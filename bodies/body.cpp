@@ -42,7 +42,7 @@ class KeyframedBody final : public Body {
   std::size_t vertex_count() const override { return mesh_.vertices.size(); }
   void positions(double time, std::span<Vec3> x) const override {
     SELVEDGE_ASSERT(x.size() == mesh_.vertices.size());
-    const Keyframe pose = pose_at(time);
+    const Keyframe pose = pose_at(keys_, time);
     const Mat3 rotation = pose.rotation.toRotationMatrix();
     for (std::size_t i = 0; i < x.size(); ++i)
       x[i] = rotation * mesh_.vertices[i] + pose.translation;
@@ -55,18 +55,6 @@ class KeyframedBody final : public Body {
   }
 
  private:
-  Keyframe pose_at(double time) const {
-    const auto after = std::upper_bound(keys_.begin(), keys_.end(), time,
-                                        [](double t, const Keyframe& k) { return t < k.time; });
-    if (after == keys_.begin()) return keys_.front();
-    const Keyframe& a = *(after - 1);
-    // Interpolating between equal poses would round, and is_static promises equal positions.
-    if (after == keys_.end() || same_pose(a, *after)) return a;
-    const Keyframe& b = *after;
-    const double s = (time - a.time) / (b.time - a.time);
-    return {time, (1.0 - s) * a.translation + s * b.translation, a.rotation.slerp(s, b.rotation)};
-  }
-
   TriangleMesh mesh_;
   std::vector<Keyframe> keys_;
 };
@@ -163,6 +151,19 @@ std::unique_ptr<Body> make_sequence_body(std::vector<TriangleMesh> frames, doubl
   if (!std::isfinite(start))
     throw std::invalid_argument("the start of a mesh sequence is not finite");
   return std::make_unique<SequenceBody>(std::move(frames), fps, start);
+}
+
+Keyframe pose_at(std::span<const Keyframe> keys, double time) {
+  if (keys.empty()) return {};
+  const auto after = std::upper_bound(keys.begin(), keys.end(), time,
+                                      [](double t, const Keyframe& k) { return t < k.time; });
+  if (after == keys.begin()) return keys.front();
+  const Keyframe& a = *(after - 1);
+  // Interpolating between equal poses would round, and is_static promises equal positions.
+  if (after == keys.end() || same_pose(a, *after)) return a;
+  const Keyframe& b = *after;
+  const double s = (time - a.time) / (b.time - a.time);
+  return {time, (1.0 - s) * a.translation + s * b.translation, a.rotation.slerp(s, b.rotation)};
 }
 
 }  // namespace selvedge

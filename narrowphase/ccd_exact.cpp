@@ -4,6 +4,7 @@
 #include <selvedge/narrowphase/detail/ccd_filter.h>
 #include <selvedge/narrowphase/detail/contact_geometry.h>
 #include <selvedge/narrowphase/detail/exact_query.h>
+#include <selvedge/narrowphase/detail/root_floor.h>
 
 #include <algorithm>
 #include <stdexcept>
@@ -25,15 +26,15 @@ constexpr std::size_t kGrain = 4096;
 
 /// Stages C, D and E.
 bool settle(const Query& query, double& toi, CcdExactStages& stages) {
-  std::int64_t k = 0;
-  int m = 0;
-  const narrowphase_detail::Verdict verdict = narrowphase_detail::isolate(query, k, m);
+  narrowphase_detail::TimeBox box;
+  const narrowphase_detail::Verdict verdict = narrowphase_detail::isolate(query, box);
   if (verdict == narrowphase_detail::Verdict::no) {
     ++stages.isolated;
     return false;
   }
   if (verdict == narrowphase_detail::Verdict::yes &&
-      narrowphase_detail::root_in_box(query, k, m, toi)) {
+      ((box.monotonic && narrowphase_detail::floor_of_root(query, box.k, box.m, toi)) ||
+       narrowphase_detail::root_in_box(query, box.k, box.m, toi))) {
     ++stages.isolated;
     return true;
   }

@@ -239,7 +239,7 @@ class RootIsolation {
     for (int i = 0; i < 3; ++i) n_[i] = cross_component(X_, Y_, i);
   }
 
-  Verdict run(std::int64_t& k, int& m) {
+  Verdict run(TimeBox& box) {
     const double a = X_.largest(), b = Y_.largest(), c = Z_.largest();
     const double largest = std::max({a, b, c});
     if (!(std::min({a, b, c}) > kSmallest && largest < kLargest)) return Verdict::open;
@@ -252,7 +252,7 @@ class RootIsolation {
     error_f_ = kBernsteinError * kRoundoff * (a * b * c);
     error_q_ = kConstraintError * kRoundoff * (largest * largest);
     const Verdict verdict = visit(f, 0, 0);
-    k = k_, m = m_;
+    box = box_;
     return verdict;
   }
 
@@ -271,7 +271,8 @@ class RootIsolation {
     if (inside == Verdict::no) return Verdict::no;
     const bool crosses = (f[0] > error && f[3] < -error) || (f[0] < -error && f[3] > error);
     if (inside == Verdict::yes && crosses) {
-      k_ = k, m_ = m;
+      const double p = f[1] - f[0], q = f[2] - f[1], r = f[3] - f[2], least = 3.0 * error;
+      box_ = {k, m, std::min({p, q, r}) > least || std::max({p, q, r}) < -least};
       return Verdict::yes;
     }
     if (m >= kDeepest) return Verdict::open;
@@ -325,14 +326,11 @@ class RootIsolation {
   int constrained_ = -1;
   std::array<Quadratic, 4> constraints_;
   int boxes_ = 0;
-  std::int64_t k_ = 0;
-  int m_ = 0;
+  TimeBox box_;
 };
 
 }  // namespace
 
-Verdict isolate(const Query& query, std::int64_t& k, int& m) {
-  return RootIsolation(query).run(k, m);
-}
+Verdict isolate(const Query& query, TimeBox& box) { return RootIsolation(query).run(box); }
 
 }  // namespace selvedge::narrowphase_detail

@@ -25,8 +25,14 @@ FilterVerdict filter(const QueryBlock& block, bool edges);
 
 enum class Verdict : std::uint8_t { no, yes, open };
 
-/// Stage C. With `yes` the first contact is at a root of the coplanarity cubic within the box
-/// [k, k + 1] / 2^m.
-Verdict isolate(const Query& query, std::int64_t& k, int& m);
+/// The times [k, k + 1] / 2^m.
+struct TimeBox {
+  std::int64_t k = 0;
+  int m = 0;
+  bool monotonic = false;  ///< the coplanarity cubic is strictly so there: it has one root
+};
+
+/// Stage C. With `yes` the first contact is at the first root of the coplanarity cubic in `box`.
+Verdict isolate(const Query& query, TimeBox& box);
 
 }  // namespace selvedge::narrowphase_detail

@@ -128,9 +128,9 @@ class ExactQuery {
     }
     double first = 2.0;
     for (Root& root : roots) {
+      if (!touches(root)) continue;
       bool exact = false;
-      const double t = root.floor(exact);
-      if (t < first && touches(root)) first = t;
+      first = std::min(first, root.floor(exact));
     }
     toi = first;
     return first <= 1.0;

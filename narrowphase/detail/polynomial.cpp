@@ -11,12 +11,9 @@
 namespace selvedge::narrowphase_detail {
 namespace {
 
-/// Boxes narrower than this are not worth another cheap test before the Tarski query: a sign that
-/// 2^-60 does not settle is nearly always zero.
-constexpr int kFinestBox = 60;
-/// Width of the box that a root computed in doubles is expected to hit at the first try: wide
-/// against its rounding error, narrow enough that most signs are clear on it.
-constexpr int kGuessedBox = 40;
+/// Bits that one look at the root in doubles adds to a box: few enough against the rounding of
+/// doubles that the guess is nearly always confirmed.
+constexpr int kGuessedBits = 40;
 
 /// Polynomials in u = t / (1 - t) with a nonzero leading coefficient, for division.
 using Chain = std::vector<Polynomial>;
@@ -367,20 +364,19 @@ double Root::guess() const {
   return s;
 }
 
-/// Jumps to a box of width 2^-kGuessedBox around the root computed in doubles if exact signs
-/// confirm it, else halves the box.
+/// Shrinks the box by 2^-kGuessedBits around the root computed in doubles if exact signs confirm
+/// it, else halves it.
 void Root::narrow() {
-  if (m_ > 0 || sign_at(p_, k_, m_) == 0) {
-    bisect();
-    return;
-  }
-  const auto k = static_cast<std::int64_t>(std::ldexp(guess(), kGuessedBox));
-  const BigInt lo(k), hi(k + 1);
-  if (hi.bit_length() <= kGuessedBox && sign_at(p_, lo, kGuessedBox) == sign_lo_ &&
-      sign_at(p_, hi, kGuessedBox) == -sign_lo_) {
-    k_ = lo;
-    m_ = kGuessedBox;
-    return;
+  const auto step = static_cast<std::int64_t>(std::ldexp(guess(), kGuessedBits));
+  constexpr std::int64_t kCells = std::int64_t{1} << kGuessedBits;
+  if (step > 0 && step + 1 < kCells) {
+    BigInt k = (k_ << kGuessedBits) + BigInt(step);
+    const int m = m_ + kGuessedBits;
+    if (sign_at(p_, k, m) == sign_lo_ && sign_at(p_, k + BigInt(1), m) == -sign_lo_) {
+      k_ = std::move(k);
+      m_ = m;
+      return;
+    }
   }
   bisect();
 }
@@ -400,29 +396,34 @@ int Root::sign_if_clear(const Polynomial& q) const {
   return strict_sign(restrict_to(q, k_, m_));
 }
 
-/// With S0 = p, S1 = p' q mod p and the signed remainders that follow, the number of sign changes
-/// at lo minus that at hi is the sum of sign q over the roots of p between them: here over one.
-/// [BasuPollackRoy2006] theorem 2.61 (Tarski query).
-int Root::sign_by_tarski_query(const Polynomial& q) const {
-  Polynomial divisor = q;
-  drop_leading_zeros(divisor);
-  const Chain chain = signed_remainders(p_, remainder(derivative(p_) * remainder(divisor, p_), p_));
-  return sign_changes_at(chain, k_, m_) - sign_changes_at(chain, k_ + BigInt(1), m_);
+/// Whether q is zero at the root a of p, the only one in the box. With r = p mod q, at most linear:
+/// if r is zero, all roots of q are roots of p, and q(a) = 0 iff q has a root in the box. Otherwise
+/// a common root is one of r, so that it is rational: then the root becomes a rational one.
+bool Root::vanishes(Polynomial q) {
+  const Polynomial local = restrict_to(q, k_, m_);
+  drop_leading_zeros(q);
+  if (q.degree == 0) return false;
+  const Polynomial r = remainder(p_, q);
+  if (r.is_zero()) return sign_changes(local) % 2 == 1;
+  if (r.degree == 0 || sign_at(r, k_, m_) * sign_at(r, k_ + BigInt(1), m_) >= 0) return false;
+  Root common = rational(magnitude(r.c[0]), magnitude(r.c[1]));
+  if (common.sign_if_clear(q) != 0) return false;
+  common.multiplicity = multiplicity;
+  *this = std::move(common);
+  return true;
 }
 
+/// Ends: where q does not vanish its sign becomes clear on a box small enough.
 int Root::sign(const Polynomial& q) {
   if (q.is_zero()) return 0;
+  bool known_nonzero = false;
   while (!rational_) {
     if (const int s = sign_if_clear(q); s != 0) return s;
-    if (m_ >= kFinestBox) {
-      // The query wants ends that are no roots of p; the box shrinks away from such an end.
-      while (!rational_ && (sign_at(p_, k_, m_) == 0 || sign_at(p_, k_ + BigInt(1), m_) == 0))
-        bisect();
-      if (!rational_) return sign_by_tarski_query(q);
-      break;
+    if (m_ >= kGuessedBits && !known_nonzero) {
+      if (vanishes(q)) return 0;
+      known_nonzero = true;
     }
-    const int target = m_ < kGuessedBox ? m_ + 1 : kFinestBox;
-    while (!rational_ && m_ < target) narrow();
+    narrow();
   }
   return sign_if_clear(q);
 }

@@ -49,7 +49,7 @@ class Root {
   void bisect();
   void narrow();
   double guess() const;
-  int sign_by_tarski_query(const Polynomial& q) const;
+  bool vanishes(Polynomial q);
 
   bool rational_ = true;
   BigInt num_, den_;

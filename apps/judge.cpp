@@ -12,7 +12,7 @@
 #include <string>
 
 namespace selvedge {
-namespace detail {
+namespace judging {
 
 void check_surface(std::span<const Vec3> x, std::span<const Triangle> triangles,
                    const std::string& name) {
@@ -28,13 +28,13 @@ void check_surface(std::span<const Vec3> x, std::span<const Triangle> triangles,
                                     std::to_string(x.size()) + " vertices");
 }
 
-}  // namespace detail
+}  // namespace judging
 
 namespace {
 
-using detail::BoxTree;
-using detail::ClosedBox;
-using detail::TrianglePoints;
+using judging::BoxTree;
+using judging::ClosedBox;
+using judging::TrianglePoints;
 using IndexPair = std::pair<std::int32_t, std::int32_t>;
 
 constexpr std::size_t reported_pairs = 10;
@@ -76,7 +76,7 @@ void count_self_intersections(const TriangleMesh& mesh, const BoxTree& tree, Ver
     const TrianglePoints points = corners(mesh, i);
     tree.find_meeting(tree.boxes()[i], [&](std::int32_t j) {
       if (j <= i || share_a_vertex(mesh.triangles[i], mesh.triangles[j])) return;
-      if (!detail::triangles_meet(points, corners(mesh, j))) return;
+      if (!judging::triangles_meet(points, corners(mesh, j))) return;
       ++verdict.self_intersections;
       first.add({i, j});
     });
@@ -91,7 +91,7 @@ void count_body_intersections(const TriangleMesh& mesh, const TriangleMesh& body
   for (std::size_t j = 0; j < boxes.size(); ++j) {
     const TrianglePoints points = corners(body, j);
     tree.find_meeting(boxes[j], [&](std::int32_t i) {
-      if (!detail::triangles_meet(corners(mesh, i), points)) return;
+      if (!judging::triangles_meet(corners(mesh, i), points)) return;
       ++verdict.body_intersections;
       first.add({i, static_cast<std::int32_t>(j)});
     });
@@ -100,7 +100,7 @@ void count_body_intersections(const TriangleMesh& mesh, const TriangleMesh& body
 }
 
 void measure_penetration(const TriangleMesh& mesh, const TriangleMesh& body, Verdict& verdict) {
-  const detail::ClosedSurface surface(body);
+  const judging::ClosedSurface surface(body);
   verdict.closed_parts = surface.closed_parts();
   verdict.open_parts = surface.open_parts();
   for (const Vec3& x : mesh.vertices) {
@@ -111,7 +111,7 @@ void measure_penetration(const TriangleMesh& mesh, const TriangleMesh& body, Ver
 }
 
 void check_rest(const TriangleMesh& mesh, const TriangleMesh& rest) {
-  detail::check_surface(rest.vertices, rest.triangles, "rest mesh");
+  judging::check_surface(rest.vertices, rest.triangles, "rest mesh");
   if (rest.vertices.size() != mesh.vertices.size() || rest.triangles != mesh.triangles)
     throw std::invalid_argument("rest mesh: its triangles are not those of the mesh (" +
                                 std::to_string(rest.vertices.size()) + " vertices, " +
@@ -143,8 +143,8 @@ void measure_strain(const TriangleMesh& mesh, const TriangleMesh& rest, Verdict&
 }  // namespace
 
 Verdict judge(const TriangleMesh& mesh, const TriangleMesh& body, const TriangleMesh& rest) {
-  detail::check_surface(mesh.vertices, mesh.triangles, "mesh");
-  detail::check_surface(body.vertices, body.triangles, "body");
+  judging::check_surface(mesh.vertices, mesh.triangles, "mesh");
+  judging::check_surface(body.vertices, body.triangles, "body");
   Verdict verdict;
   verdict.vertices = mesh.vertices.size();
   verdict.triangles = mesh.triangles.size();

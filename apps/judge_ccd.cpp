@@ -12,9 +12,9 @@
 namespace selvedge {
 namespace {
 
-using detail::operator+, detail::operator-, detail::operator*;
-using detail::Polynomial;
-using detail::Root;
+using judging::operator+, judging::operator-, judging::operator*;
+using judging::Polynomial;
+using judging::Root;
 using Path = std::array<Polynomial, 3>;  // a vector that depends on time
 
 Path operator-(const Path& a, const Path& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
@@ -60,7 +60,7 @@ class Motion {
 };
 
 Motion::Motion(PathKind kind, std::span<const Vec3, 8> points) {
-  const auto integers = detail::to_integers(points);
+  const auto integers = judging::to_integers(points);
   for (int i = 0; i < 4; ++i)
     for (int k = 0; k < 3; ++k) {
       const mpz_class start = integers[i][k] - integers[0][k];
@@ -76,7 +76,7 @@ void Motion::set_point_triangle() {
   const auto& [p, a, b, c] = x_;
   normal_ = cross(b - a, c - a);
   coplanar_ = dot(normal_, p - a);
-  if (!coplanar_.empty() && detail::has_evidently_no_root(coplanar_)) return;
+  if (!coplanar_.empty() && judging::has_evidently_no_root(coplanar_)) return;
   for (const auto& [u, v] : {std::pair(&a, &b), std::pair(&b, &c), std::pair(&c, &a)}) {
     inside_.push_back(dot(normal_, cross(*v - *u, p - *u)));
     on_segments_.push_back(on_segment(p, *u, *v));
@@ -90,7 +90,7 @@ void Motion::set_edge_edge() {
   const Path a = a1 - a0, b = b1 - b0, gap = b0 - a0;
   normal_ = cross(a, b);
   coplanar_ = dot(normal_, gap);
-  if (!coplanar_.empty() && detail::has_evidently_no_root(coplanar_)) return;
+  if (!coplanar_.empty() && judging::has_evidently_no_root(coplanar_)) return;
   const Polynomial squared = dot(normal_, normal_);
   const Polynomial s = dot(cross(gap, b), normal_), r = dot(cross(gap, a), normal_);
   inside_ = {s, squared - s, r, squared - r};
@@ -124,14 +124,14 @@ bool Motion::touches_in_plane() const {
   Root start({0, 0});
   if (touches_at(start)) return true;
   for (const Polynomial& p : deciding)
-    for (Root& root : detail::roots_in_unit_interval(p))
+    for (Root& root : judging::roots_in_unit_interval(p))
       if (touches_at(root)) return true;
   return false;
 }
 
 bool Motion::touches() const {
   if (coplanar_.empty()) return touches_in_plane();
-  std::vector<Root> roots = detail::roots_in_unit_interval(coplanar_);
+  std::vector<Root> roots = judging::roots_in_unit_interval(coplanar_);
   return std::any_of(roots.begin(), roots.end(), [this](Root& root) { return touches_at(root); });
 }
 
@@ -144,8 +144,8 @@ using Points4 = std::span<const Vec3, 4>;
 // of each pair of vertices is linear in time.
 bool separated_all_the_time(const Vec3& direction, int split, std::span<const Vec3, 8> points) {
   const auto side = [&](std::span<const Vec3> at) {
-    if (detail::separated_along(direction, at.first(split), at.subspan(split))) return 1;
-    return detail::separated_along(direction, at.subspan(split), at.first(split)) ? -1 : 0;
+    if (judging::separated_along(direction, at.first(split), at.subspan(split))) return 1;
+    return judging::separated_along(direction, at.subspan(split), at.first(split)) ? -1 : 0;
   };
   const int at_start = side(points.first(4));
   return at_start != 0 && at_start == side(points.last(4));

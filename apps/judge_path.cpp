@@ -11,8 +11,8 @@
 namespace selvedge {
 namespace {
 
-using detail::BoxTree;
-using detail::ClosedBox;
+using judging::BoxTree;
+using judging::ClosedBox;
 
 /// A surface at both ends of the path and its primitives, each as a list of vertices.
 struct MovingSurface {
@@ -24,12 +24,12 @@ struct MovingSurface {
 
 void check_states(std::span<const Vec3> x_t0, std::span<const Vec3> x_t1,
                   std::span<const Triangle> triangles, const std::string& name) {
-  detail::check_surface(x_t0, triangles, name + " at the start");
+  judging::check_surface(x_t0, triangles, name + " at the start");
   if (x_t0.size() != x_t1.size())
     throw std::invalid_argument(name + ": " + std::to_string(x_t0.size()) +
                                 " vertices at the start of the path, " +
                                 std::to_string(x_t1.size()) + " at its end");
-  detail::check_surface(x_t1, triangles, name + " at the end");
+  judging::check_surface(x_t1, triangles, name + " at the end");
 }
 
 template <class Primitive>

@@ -22,7 +22,7 @@
 namespace selvedge {
 namespace {
 
-using detail::TrianglePoints;
+using judging::TrianglePoints;
 
 // ---- An oracle of another kind: clip one triangle by the other's half-spaces, all rational.
 
@@ -322,8 +322,8 @@ TEST(Judge, AgreesWithRationalClippingOnRandomTriangles) {
       TrianglePoints t = random.next(values, c.scale, c.offset);
       if (c.nudged) random.nudge(s);
       const bool expected = meet_by_clipping(s, t);
-      ASSERT_EQ(detail::triangles_meet(s, t), expected) << "scale " << c.scale << ", case " << i;
-      ASSERT_EQ(detail::triangles_meet(t, s), expected) << "scale " << c.scale << ", case " << i;
+      ASSERT_EQ(judging::triangles_meet(s, t), expected) << "scale " << c.scale << ", case " << i;
+      ASSERT_EQ(judging::triangles_meet(t, s), expected) << "scale " << c.scale << ", case " << i;
       meeting += expected;
     }
   EXPECT_GT(meeting, 2000u);
@@ -337,7 +337,7 @@ TEST(Judge, AgreesWithRationalClippingOnTrianglesInATiltedPlane) {
     TrianglePoints t = random.next(8, 0.1, Vec3::Constant(0.7));
     for (TrianglePoints* triangle : {&s, &t})
       for (Vec3& x : *triangle) x[2] = 0.3 * x[0] + 0.7 * x[1];
-    ASSERT_EQ(detail::triangles_meet(s, t), meet_by_clipping(s, t)) << "case " << i;
+    ASSERT_EQ(judging::triangles_meet(s, t), meet_by_clipping(s, t)) << "case " << i;
   }
 }
 

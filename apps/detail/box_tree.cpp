@@ -4,7 +4,7 @@
 #include <numeric>
 #include <utility>
 
-namespace selvedge::detail {
+namespace selvedge::judging {
 namespace {
 
 constexpr std::int32_t leaf_size = 4;
@@ -39,4 +39,4 @@ void BoxTree::build(std::int32_t begin, std::int32_t end) {
   build(split, end);
 }
 
-}  // namespace selvedge::detail
+}  // namespace selvedge::judging

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-namespace selvedge::detail {
+namespace selvedge::judging {
 
 /// A closed box; empty until a point is added.
 struct ClosedBox {
@@ -113,4 +113,4 @@ class BoxTree {
   std::vector<Node> nodes_;
 };
 
-}  // namespace selvedge::detail
+}  // namespace selvedge::judging

@@ -7,7 +7,7 @@
 #include <numeric>
 #include <tuple>
 
-namespace selvedge::detail {
+namespace selvedge::judging {
 namespace {
 
 // For each vertex the first one, in order of position, at exactly its place (-0 equals 0).
@@ -181,4 +181,4 @@ double ClosedSurface::distance(const Vec3& x, double floor) const {
   return squared > floor * floor ? std::sqrt(squared) : floor;
 }
 
-}  // namespace selvedge::detail
+}  // namespace selvedge::judging

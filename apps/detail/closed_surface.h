@@ -8,7 +8,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace selvedge::detail {
+namespace selvedge::judging {
 
 /// The closed parts of a mesh, for questions about their inside. A part is a set of triangles
 /// joined by edges, where vertices at exactly equal positions count as one; it is closed if every
@@ -42,4 +42,4 @@ class ClosedSurface {
   std::size_t closed_parts_ = 0, open_parts_ = 0;
 };
 
-}  // namespace selvedge::detail
+}  // namespace selvedge::judging

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <limits>
 
-namespace selvedge::detail {
+namespace selvedge::judging {
 namespace {
 
 constexpr int mantissa_bits = std::numeric_limits<double>::digits;
@@ -46,4 +46,4 @@ std::vector<IntegerPoint> to_integers(std::span<const Vec3> points) {
   return integers;
 }
 
-}  // namespace selvedge::detail
+}  // namespace selvedge::judging

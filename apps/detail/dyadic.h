@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-namespace selvedge::detail {
+namespace selvedge::judging {
 
 using IntegerPoint = std::array<mpz_class, 3>;
 
@@ -18,4 +18,4 @@ using IntegerPoint = std::array<mpz_class, 3>;
 /// polynomials of the coordinates stay what they are.
 std::vector<IntegerPoint> to_integers(std::span<const Vec3> points);
 
-}  // namespace selvedge::detail
+}  // namespace selvedge::judging

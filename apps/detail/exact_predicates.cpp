@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace selvedge::detail {
+namespace selvedge::judging {
 namespace {
 
 // Half the distance from 1 to the next double: one rounded operation is off by at most this,
@@ -238,4 +238,4 @@ bool triangles_meet(const TrianglePoints& a, const TrianglePoints& b) {
   return any_edge_meets(b, a, b_side) || any_edge_meets(a, b, a_side);
 }
 
-}  // namespace selvedge::detail
+}  // namespace selvedge::judging

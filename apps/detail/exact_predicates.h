@@ -9,7 +9,7 @@
 // Signs and intersections that are right for every finite double, whatever its size: a static
 // floating-point filter decides the easy cases, integers of any length the rest. Private to the
 // judge.
-namespace selvedge::detail {
+namespace selvedge::judging {
 
 /// Sign of det[a-d; b-d; c-d]: +1, 0 or -1. Exact.
 int orient3d(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
@@ -32,4 +32,4 @@ bool segment_meets_triangle(const Vec3& p, const Vec3& q, const TrianglePoints& 
 /// True if the closed triangles have a common point; degenerate ones as above. Exact.
 bool triangles_meet(const TrianglePoints& a, const TrianglePoints& b);
 
-}  // namespace selvedge::detail
+}  // namespace selvedge::judging

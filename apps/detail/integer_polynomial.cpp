@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace selvedge::detail {
+namespace selvedge::judging {
 namespace {
 
 // Narrowing steps before Root::sign_of asks whether the sign is 0. Any number is correct: a gcd
@@ -182,7 +182,7 @@ Root::Root(Polynomial square_free, mpz_class k, unsigned m)
 
 void Root::narrow() {
   const DyadicTime middle{2 * k_ + 1, m_ + 1};
-  const int sign = selvedge::detail::sign_at(square_free_, middle);
+  const int sign = selvedge::judging::sign_at(square_free_, middle);
   exact_ = sign == 0;
   k_ = sign == 0 || sign == left_sign_ ? middle.numerator : mpz_class(middle.numerator - 1);
   ++m_;
@@ -215,4 +215,4 @@ std::vector<Root> roots_in_unit_interval(const Polynomial& p) {
   return roots;
 }
 
-}  // namespace selvedge::detail
+}  // namespace selvedge::judging

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-namespace selvedge::detail {
+namespace selvedge::judging {
 
 /// A polynomial with integer coefficients, the constant first and the last one not 0; 0 is empty.
 using Polynomial = std::vector<mpz_class>;
@@ -55,4 +55,4 @@ class Root {
 /// All distinct roots of p, not 0, in [0,1], in no particular order.
 std::vector<Root> roots_in_unit_interval(const Polynomial& p);
 
-}  // namespace selvedge::detail
+}  // namespace selvedge::judging

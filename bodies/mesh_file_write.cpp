@@ -150,7 +150,7 @@ void write_obj(const std::filesystem::path& file, std::span<const Vec3> x,
   WholeFile out(file);
   std::string line;
   for (const Vec3& p : x) {
-    line = "v";
+    line.assign(1, 'v');
     for (int k = 0; k < 3; ++k) append_number(line += ' ', p[k]);
     out.append(line += '\n');
   }

@@ -37,6 +37,30 @@ void subtract_limbs(Limb* out, const Limb* a, std::uint32_t na, const Limb* b, s
 
 }  // namespace
 
+namespace {
+
+/// out = x * y, nx + ny limbs.
+void multiply_limbs(Limb* out, const Limb* x, std::uint32_t nx, const Limb* y, std::uint32_t ny) {
+  for (std::uint32_t j = 0; j < ny; ++j) out[j] = 0;
+  for (std::uint32_t i = 0; i < nx; ++i) {
+    Limb carry = 0;
+    for (std::uint32_t j = 0; j < ny; ++j) {
+      const DoubleLimb p = DoubleLimb{x[i]} * y[j] + out[i + j] + carry;
+      out[i + j] = static_cast<Limb>(p);
+      carry = static_cast<Limb>(p >> 64);
+    }
+    out[i + ny] = carry;
+  }
+}
+
+int compare_limbs(const Limb* a, const Limb* b, std::uint32_t n) {
+  while (n-- > 0)
+    if (a[n] != b[n]) return a[n] < b[n] ? -1 : 1;
+  return 0;
+}
+
+}  // namespace
+
 BigInt::BigInt(std::int64_t value) {
   if (value == 0) return;
   negative_ = value < 0;
@@ -51,7 +75,9 @@ BigInt::BigInt(BigInt&& other) noexcept { *this = std::move(other); }
 BigInt& BigInt::operator=(const BigInt& other) {
   if (this == &other) return *this;
   reserve(other.size_);
-  std::copy_n(other.limbs(), other.size_, limbs());
+  const Limb* from = other.limbs();
+  Limb* to = limbs();
+  for (std::uint32_t i = 0; i < other.size_; ++i) to[i] = from[i];
   size_ = other.size_;
   negative_ = other.negative_;
   return *this;
@@ -67,7 +93,7 @@ BigInt& BigInt::operator=(BigInt&& other) noexcept {
     heap_ = other.heap_;
     other.capacity_ = kInline;
   } else {
-    std::copy_n(other.inline_, size_, inline_);
+    for (std::uint32_t i = 0; i < size_; ++i) inline_[i] = other.inline_[i];
   }
   other.size_ = 0;
   return *this;
@@ -159,22 +185,57 @@ BigInt BigInt::operator*(const BigInt& b) const {
   BigInt r;
   if (size_ == 0 || b.size_ == 0) return r;
   r.reserve(size_ + b.size_);
-  Limb* out = r.limbs();
-  const Limb* x = limbs();
-  const Limb* y = b.limbs();
-  std::fill_n(out, size_ + b.size_, Limb{0});
-  for (std::uint32_t i = 0; i < size_; ++i) {
-    Limb carry = 0;
-    for (std::uint32_t j = 0; j < b.size_; ++j) {
-      const DoubleLimb p = DoubleLimb{x[i]} * y[j] + out[i + j] + carry;
-      out[i + j] = static_cast<Limb>(p);
-      carry = static_cast<Limb>(p >> 64);
-    }
-    out[i + b.size_] = carry;
-  }
+  multiply_limbs(r.limbs(), limbs(), size_, b.limbs(), b.size_);
   r.negative_ = negative_ != b.negative_;
   r.trim(size_ + b.size_);
   return r;
+}
+
+void BigInt::add_product(const BigInt& a, const BigInt& b, bool negate) {
+  if (a.size_ == 0 || b.size_ == 0) return;
+  const std::uint32_t n = a.size_ + b.size_;
+  const bool negative = (a.negative_ != b.negative_) != negate;
+  if (n > kInline || size_ > kInline) {
+    const BigInt product = a * b;
+    accumulate(product.limbs(), product.size_, negative);
+    return;
+  }
+  Limb product[kInline];
+  multiply_limbs(product, a.limbs(), a.size_, b.limbs(), b.size_);
+  accumulate(product, product[n - 1] == 0 ? n - 1 : n, negative);
+}
+
+void BigInt::accumulate(const Limb* other, std::uint32_t n, bool negative) {
+  const std::uint32_t most = std::max(size_, n) + 1;
+  if (most > capacity_) {
+    BigInt larger;
+    larger.reserve(most);
+    std::copy_n(limbs(), size_, larger.limbs());
+    larger.size_ = size_;
+    larger.negative_ = negative_;
+    *this = std::move(larger);
+  }
+  Limb* mine = limbs();
+  if (size_ == 0) {
+    for (std::uint32_t i = 0; i < n; ++i) mine[i] = other[i];
+    size_ = n;
+    negative_ = negative;
+    return;
+  }
+  if (negative_ == negative) {
+    size_ = size_ >= n ? add_limbs(mine, mine, size_, other, n)
+                       : add_limbs(mine, other, n, mine, size_);
+    return;
+  }
+  const bool larger = size_ != n ? size_ > n : compare_limbs(mine, other, n) >= 0;
+  if (larger) {
+    subtract_limbs(mine, mine, size_, other, n);
+    trim(size_);
+  } else {
+    subtract_limbs(mine, other, n, mine, size_);
+    negative_ = negative;
+    trim(n);
+  }
 }
 
 BigInt BigInt::operator<<(int bits) const {

@@ -35,6 +35,8 @@ class BigInt {
   BigInt operator+(const BigInt& b) const { return add(*this, b, b.negative_); }
   BigInt operator-(const BigInt& b) const { return add(*this, b, !b.negative_); }
   BigInt operator*(const BigInt& b) const;
+  /// *this += a * b, or -= where `negate`; a and b are other objects.
+  void add_product(const BigInt& a, const BigInt& b, bool negate = false);
   BigInt operator<<(int bits) const;
   /// Shift of the magnitude, rounding towards zero.
   BigInt operator>>(int bits) const;
@@ -48,6 +50,8 @@ class BigInt {
 
   const std::uint64_t* limbs() const { return capacity_ > kInline ? heap_ : inline_; }
   std::uint64_t* limbs() { return capacity_ > kInline ? heap_ : inline_; }
+  /// *this += sign * (limbs of length n).
+  void accumulate(const std::uint64_t* other, std::uint32_t n, bool negative);
   /// Makes room for n limbs without keeping the old ones.
   void reserve(std::uint32_t n);
   void release() {

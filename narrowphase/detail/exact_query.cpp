@@ -35,12 +35,26 @@ PolyVec operator-(const PolyVec& a, const PolyVec& b) {
   return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
 }
 
+/// a b - c d, all of equal degree.
+Polynomial determinant(const Polynomial& a, const Polynomial& b, const Polynomial& c,
+                       const Polynomial& d) {
+  Polynomial r;
+  r.degree = a.degree + b.degree;
+  add_product(r, a, b);
+  add_product(r, c, d, true);
+  return r;
+}
+
 PolyVec cross(const PolyVec& a, const PolyVec& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+  return {determinant(a[1], b[2], a[2], b[1]), determinant(a[2], b[0], a[0], b[2]),
+          determinant(a[0], b[1], a[1], b[0])};
 }
 
 Polynomial dot(const PolyVec& a, const PolyVec& b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+  Polynomial r;
+  r.degree = a[0].degree + b[0].degree;
+  for (int i = 0; i < 3; ++i) add_product(r, a[i], b[i]);
+  return r;
 }
 
 bool is_zero(const PolyVec& a) { return a[0].is_zero() && a[1].is_zero() && a[2].is_zero(); }
@@ -181,7 +195,7 @@ class ExactQuery {
     constrained_ = i;
     const int j = (i + 1) % 3, k = (i + 2) % 3;
     const auto component = [&](const PolyVec& a, const PolyVec& b) {
-      return a[j] * b[k] - a[k] * b[j];
+      return determinant(a[j], b[k], a[k], b[j]);
     };
     const Polynomial h = component(Z_, Y_);
     if (edges_) {
@@ -226,7 +240,7 @@ bool collides_exactly(const Query& query, double& toi) {
 
 bool root_in_box(const Query& query, std::int64_t k, int m, double& root) {
   Root isolated;
-  if (!isolate_in_box(coplanarity_cubic(query), BigInt(k), m, isolated)) return false;
+  if (!isolate_in_box(coplanarity_cubic(query), {BigInt(k), BigInt(1), m}, isolated)) return false;
   bool exact = false;
   root = isolated.floor(exact);
   return true;

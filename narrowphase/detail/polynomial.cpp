@@ -41,7 +41,7 @@ Polynomial remainder(Polynomial a, const Polynomial& b) {
     const int shift = a.degree - b.degree;
     for (int i = 0; i < a.degree; ++i) {
       a.c[i] = a.c[i] * factor;
-      if (i >= shift) a.c[i] = a.c[i] - top * b.c[i - shift];
+      if (i >= shift) a.c[i].add_product(top, b.c[i - shift], true);
     }
     a.c[a.degree] = BigInt();
     if (a.degree == 0) break;
@@ -99,25 +99,42 @@ int sign_changes_at(const Chain& chain, const BigInt& k, int m) {
   return changes.count();
 }
 
+/// The coefficients times one power of two, the largest about 1.
+void to_doubles(const Polynomial& p, std::array<double, Polynomial::kMaxDegree + 1>& c) {
+  int top = 0;
+  for (int i = 0; i <= p.degree; ++i) top = std::max(top, p.c[i].bit_length());
+  for (int i = 0; i <= p.degree; ++i) {
+    int e = 0;
+    const double f = p.c[i].mantissa(e);
+    c[i] = std::ldexp(f, e - top);
+  }
+}
+
 BigInt power_of_two(int m) { return BigInt(1) << m; }
 
 BigInt magnitude(const BigInt& a) { return a.sign() < 0 ? -a : a; }
 
-/// p on the box [k, k + 1] / 2^m, in the same form, times a power of two.
-Polynomial restrict_to(const Polynomial& p, const BigInt& k, int m) {
-  if (m == 0) return p;
+/// p on the box, in the same form, times a power of two.
+Polynomial restrict_to(const Polynomial& p, const Box& box) {
+  if (box.m == 0) return p;
   // With s the place in the box: 1 - t ~ a (1-s) + b s, t ~ c (1-s) + d s.
-  Polynomial one_minus_t, t;
-  one_minus_t.degree = t.degree = 1;
-  t.c = {k, k + BigInt(1)};
-  one_minus_t.c = {power_of_two(m) - t.c[0], power_of_two(m) - t.c[1]};
+  const BigInt one = power_of_two(box.m), c = box.k, d = box.end(), a = one - c, b = one - d;
   Polynomial result, power;
   result.c[0] = p.c[p.degree];
   power.c[0] = BigInt(1);
+  const auto times = [](const Polynomial& q, const BigInt& x, const BigInt& y) {
+    Polynomial r;
+    r.degree = q.degree + 1;
+    for (int j = 0; j <= q.degree; ++j) {
+      r.c[j].add_product(q.c[j], x);
+      r.c[j + 1].add_product(q.c[j], y);
+    }
+    return r;
+  };
   for (int i = p.degree; i-- > 0;) {
-    result = result * t;
-    power = power * one_minus_t;
-    for (int j = 0; j <= result.degree; ++j) result.c[j] = result.c[j] + power.c[j] * p.c[i];
+    result = times(result, c, d);
+    power = times(power, a, b);
+    for (int j = 0; j <= result.degree; ++j) result.c[j].add_product(power.c[j], p.c[i]);
   }
   return result;
 }
@@ -136,22 +153,65 @@ int first_sign(const Polynomial& p) {
   return 0;
 }
 
+/// The extremum of a cubic or quadratic with two sign changes, computed in doubles as a place in
+/// the box; any number serves.
+double guess_extremum(const Polynomial& local) {
+  std::array<double, Polynomial::kMaxDegree + 1> c{};
+  to_doubles(local, c);
+  const int n = local.degree;
+  const auto slope = [&](double s) {
+    // d/ds of sum c[i] (1-s)^(n-i) s^i has the coefficients (i+1) c[i+1] - (n-i) c[i].
+    double v = 0.0;
+    for (int i = 0; i < n; ++i)
+      v += ((i + 1) * c[i + 1] - (n - i) * c[i]) * std::pow(1.0 - s, n - 1 - i) * std::pow(s, i);
+    return v;
+  };
+  double lo = 0.0, hi = 1.0;
+  const bool rising = slope(lo) < 0.0;
+  constexpr int kSteps = 52;
+  for (int step = 0; step < kSteps; ++step) {
+    const double s = 0.5 * (lo + hi);
+    ((slope(s) < 0.0) == rising ? lo : hi) = s;
+  }
+  return lo;
+}
+
+/// The box times 2^bits cells: its part from cell `from` to cell `to`.
+Box part_of(const Box& box, int bits, std::int64_t from, std::int64_t to) {
+  return {(box.k << bits) + box.width * BigInt(from), box.width * BigInt(to - from), box.m + bits};
+}
+
+/// Two roots that lie close together are separated by a point near the extremum between them, if
+/// the exact sign there confirms it.
+bool separate_pair(const Polynomial& p, const Box& box, const Polynomial& local,
+                   std::vector<Root>& roots) {
+  constexpr std::int64_t kCells = std::int64_t{1} << kGuessedBits;
+  const auto cell = static_cast<std::int64_t>(std::ldexp(guess_extremum(local), kGuessedBits));
+  if (cell <= 0 || cell >= kCells) return false;
+  Box left = part_of(box, kGuessedBits, 0, cell), right = part_of(box, kGuessedBits, cell, kCells);
+  const int outer = first_sign(local);
+  if (sign_at(p, right.k, right.m) != -outer) return false;
+  roots.push_back(Root::isolated(p, std::move(left), outer));
+  roots.push_back(Root::isolated(p, std::move(right), -outer));
+  return true;
+}
+
 /// Roots of a square-free p strictly inside a box. Ends by the two-circle theorem of Obreshkoff:
 /// small boxes have at most one sign change.
-void bisect_box(const Polynomial& p, const BigInt& k, int m, std::vector<Root>& roots) {
-  const Polynomial local = restrict_to(p, k, m);
+void bisect_box(const Polynomial& p, const Box& box, std::vector<Root>& roots) {
+  const Polynomial local = restrict_to(p, box);
   const int changes = sign_changes(local);
   if (changes == 0) return;
   if (changes == 1) {
-    roots.push_back(Root::isolated(p, k, m, first_sign(local)));
+    roots.push_back(Root::isolated(p, box, first_sign(local)));
     return;
   }
-  const BigInt left = k << 1;
-  const BigInt middle = left + BigInt(1);
-  bisect_box(p, left, m + 1, roots);
-  if (sign_at(p, middle, m + 1) == 0)
-    roots.push_back(Root::rational(middle, power_of_two(m + 1) - middle));
-  bisect_box(p, middle, m + 1, roots);
+  if (changes == 2 && separate_pair(p, box, local, roots)) return;
+  const Box left = part_of(box, 1, 0, 1), right = part_of(box, 1, 1, 2);
+  bisect_box(p, left, roots);
+  if (sign_at(p, right.k, right.m) == 0)
+    roots.push_back(Root::rational(right.k, power_of_two(right.m) - right.k));
+  bisect_box(p, right, roots);
 }
 
 void push_if_positive(const BigInt& num, const BigInt& den, int multiplicity,
@@ -193,7 +253,7 @@ void interior_roots(const Polynomial& p, std::vector<Root>& roots) {
     return;
   }
   if (changes == 1) {
-    roots.push_back(Root::isolated(p, BigInt(), 0, p.c[0].sign()));
+    roots.push_back(Root::isolated(p, Box(), p.c[0].sign()));
     return;
   }
   const Chain chain = signed_remainders(p, derivative(p));
@@ -202,7 +262,7 @@ void interior_roots(const Polynomial& p, std::vector<Root>& roots) {
     return;
   }
   if (sign_changes_at(chain, BigInt(), 0) == sign_changes_at(chain, BigInt(1), 0)) return;
-  bisect_box(p, BigInt(), 0, roots);
+  bisect_box(p, Box(), roots);
 }
 
 double ordered_double(std::int64_t bits) { return std::bit_cast<double>(bits); }
@@ -267,13 +327,14 @@ Polynomial operator-(const Polynomial& a, const Polynomial& b) {
 Polynomial operator*(const Polynomial& a, const Polynomial& b) {
   Polynomial r;
   r.degree = a.degree + b.degree;
-  SELVEDGE_ASSERT(r.degree <= Polynomial::kMaxDegree);
-  for (int i = 0; i <= a.degree; ++i) {
-    if (a.c[i].is_zero()) continue;
-    for (int j = 0; j <= b.degree; ++j)
-      if (!b.c[j].is_zero()) r.c[i + j] = r.c[i + j] + a.c[i] * b.c[j];
-  }
+  add_product(r, a, b);
   return r;
+}
+
+void add_product(Polynomial& r, const Polynomial& a, const Polynomial& b, bool negate) {
+  SELVEDGE_ASSERT(r.degree == a.degree + b.degree && r.degree <= Polynomial::kMaxDegree);
+  for (int i = 0; i <= a.degree; ++i)
+    for (int j = 0; j <= b.degree; ++j) r.c[i + j].add_product(a.c[i], b.c[j], negate);
 }
 
 int sign_at(const Polynomial& p, const BigInt& k, int m) {
@@ -286,7 +347,7 @@ int sign_at(const Polynomial& p, const BigInt& k, int m) {
   for (int i = p.degree; i-- > 0;) {
     power = power * rest;
     value = value * k;
-    if (!p.c[i].is_zero()) value = value + p.c[i] * power;
+    value.add_product(p.c[i], power);
   }
   return value.sign();
 }
@@ -299,43 +360,34 @@ Root Root::rational(BigInt num, BigInt den) {
   return r;
 }
 
-Root Root::isolated(Polynomial p, BigInt k, int m, int sign_lo) {
+Root Root::isolated(Polynomial p, Box box, int sign_lo) {
   Root r;
   r.rational_ = false;
   r.p_ = std::move(p);
-  r.k_ = std::move(k);
-  r.m_ = m;
+  r.box_ = std::move(box);
   r.sign_lo_ = sign_lo;
   return r;
 }
 
 void Root::bisect() {
-  const BigInt left = k_ << 1;
-  BigInt middle = left + BigInt(1);
-  ++m_;
-  const int s = sign_at(p_, middle, m_);
+  Box right = part_of(box_, 1, 1, 2);
+  const int s = sign_at(p_, right.k, right.m);
   if (s == 0) {
-    BigInt rest = power_of_two(m_) - middle;
+    BigInt rest = power_of_two(right.m) - right.k;
     const int kept = multiplicity;
-    *this = rational(std::move(middle), std::move(rest));
+    *this = rational(std::move(right.k), std::move(rest));
     multiplicity = kept;
   } else {
-    k_ = s == sign_lo_ ? std::move(middle) : left;
+    box_ = s == sign_lo_ ? std::move(right) : part_of(box_, 1, 0, 1);
   }
 }
 
 /// The root in doubles, as a place in the box: no accuracy is promised and none is needed, because
 /// every use checks exact signs around it.
 double Root::guess() const {
-  const Polynomial local = restrict_to(p_, k_, m_);
+  const Polynomial local = restrict_to(p_, box_);
   std::array<double, Polynomial::kMaxDegree + 1> c{};
-  int top = 0;
-  for (int i = 0; i <= local.degree; ++i) top = std::max(top, local.c[i].bit_length());
-  for (int i = 0; i <= local.degree; ++i) {
-    int e = 0;
-    const double f = local.c[i].mantissa(e);
-    c[i] = std::ldexp(f, e - top);
-  }
+  to_doubles(local, c);
   const auto value = [&](double s) {
     double v = c[local.degree], power = 1.0;
     for (int i = local.degree; i-- > 0;) {
@@ -370,11 +422,9 @@ void Root::narrow() {
   const auto step = static_cast<std::int64_t>(std::ldexp(guess(), kGuessedBits));
   constexpr std::int64_t kCells = std::int64_t{1} << kGuessedBits;
   if (step > 0 && step + 1 < kCells) {
-    BigInt k = (k_ << kGuessedBits) + BigInt(step);
-    const int m = m_ + kGuessedBits;
-    if (sign_at(p_, k, m) == sign_lo_ && sign_at(p_, k + BigInt(1), m) == -sign_lo_) {
-      k_ = std::move(k);
-      m_ = m;
+    Box cell = part_of(box_, kGuessedBits, step, step + 1);
+    if (sign_at(p_, cell.k, cell.m) == sign_lo_ && sign_at(p_, cell.end(), cell.m) == -sign_lo_) {
+      box_ = std::move(cell);
       return;
     }
   }
@@ -393,19 +443,20 @@ int Root::sign_if_clear(const Polynomial& q) const {
     }
     return value.sign();
   }
-  return strict_sign(restrict_to(q, k_, m_));
+  return strict_sign(restrict_to(q, box_));
 }
 
 /// Whether q is zero at the root a of p, the only one in the box. With r = p mod q, at most linear:
 /// if r is zero, all roots of q are roots of p, and q(a) = 0 iff q has a root in the box. Otherwise
 /// a common root is one of r, so that it is rational: then the root becomes a rational one.
 bool Root::vanishes(Polynomial q) {
-  const Polynomial local = restrict_to(q, k_, m_);
+  const Polynomial local = restrict_to(q, box_);
   drop_leading_zeros(q);
   if (q.degree == 0) return false;
   const Polynomial r = remainder(p_, q);
   if (r.is_zero()) return sign_changes(local) % 2 == 1;
-  if (r.degree == 0 || sign_at(r, k_, m_) * sign_at(r, k_ + BigInt(1), m_) >= 0) return false;
+  if (r.degree == 0 || sign_at(r, box_.k, box_.m) * sign_at(r, box_.end(), box_.m) >= 0)
+    return false;
   Root common = rational(magnitude(r.c[0]), magnitude(r.c[1]));
   if (common.sign_if_clear(q) != 0) return false;
   common.multiplicity = multiplicity;
@@ -419,7 +470,7 @@ int Root::sign(const Polynomial& q) {
   bool known_nonzero = false;
   while (!rational_) {
     if (const int s = sign_if_clear(q); s != 0) return s;
-    if (m_ >= kGuessedBits && !known_nonzero) {
+    if (box_.m >= kGuessedBits && !known_nonzero) {
       if (vanishes(q)) return 0;
       known_nonzero = true;
     }
@@ -436,13 +487,13 @@ double Root::floor(bool& exact) const {
     Polynomial line;
     line.degree = 1;
     line.c = {-num_, den_};
-    return isolated(line, BigInt(), 0, -1).floor(exact);
+    return isolated(line, Box(), -1).floor(exact);
   }
   exact = false;
   bool end_is_double = false;
-  double lo = floor_of_dyadic(k_, m_, end_is_double);
+  double lo = floor_of_dyadic(box_.k, box_.m, end_is_double);
   const double start = lo;
-  double hi = floor_of_dyadic(k_ + BigInt(1), m_, end_is_double);
+  double hi = floor_of_dyadic(box_.end(), box_.m, end_is_double);
   if (!end_is_double) hi = std::nextafter(hi, 2.0);
   // Invariant: lo < root < hi. Signs are taken strictly inside the box, where they tell the side.
   const auto inside = [&](double x) { return x > lo && x < hi; };
@@ -455,7 +506,8 @@ double Root::floor(bool& exact) const {
     }
     (s == sign_lo_ ? lo : hi) = x;
   };
-  const double width = std::ldexp(1.0, -m_);
+  int exponent = 0;
+  const double width = std::ldexp(box_.width.mantissa(exponent), exponent - box_.m);
   const double near = std::min(start + width * guess(), 1.0);
   const std::int64_t bits = ordered_bits(near);
   for (const std::int64_t step : {0, 1, 16, 4096}) {
@@ -489,11 +541,11 @@ void isolate_roots(const Polynomial& p, std::vector<Root>& roots) {
   }
 }
 
-bool isolate_in_box(const Polynomial& p, const BigInt& k, int m, Root& root) {
-  const Polynomial local = restrict_to(p, k, m);
+bool isolate_in_box(const Polynomial& p, const Box& box, Root& root) {
+  const Polynomial local = restrict_to(p, box);
   if (local.c[0].is_zero() || local.c[local.degree].is_zero() || sign_changes(local) != 1)
     return false;
-  root = Root::isolated(p, k, m, local.c[0].sign());
+  root = Root::isolated(p, box, local.c[0].sign());
   return true;
 }
 

@@ -23,9 +23,18 @@ struct Polynomial {
 Polynomial operator+(const Polynomial& a, const Polynomial& b);  ///< of equal degree
 Polynomial operator-(const Polynomial& a, const Polynomial& b);  ///< of equal degree
 Polynomial operator*(const Polynomial& a, const Polynomial& b);
+/// r += a * b, or -= where `negate`; r is of the product's degree.
+void add_product(Polynomial& r, const Polynomial& a, const Polynomial& b, bool negate = false);
 
 /// Sign of p at t = k / 2^m, 0 <= k <= 2^m.
 int sign_at(const Polynomial& p, const BigInt& k, int m);
+
+/// The times from k / 2^m to (k + width) / 2^m, within [0, 1].
+struct Box {
+  BigInt k, width{1};
+  int m = 0;
+  BigInt end() const { return k + width; }
+};
 
 /// The t in [0, 1] where one polynomial is zero: either a rational number or an algebraic one,
 /// known as the only root of a polynomial strictly between two dyadic numbers.
@@ -33,9 +42,8 @@ class Root {
  public:
   /// t = num / (num + den), both not negative and not both zero.
   static Root rational(BigInt num, BigInt den);
-  /// The only root of p in the open box (k, k + 1) / 2^m, of odd multiplicity one, where p has the
-  /// sign `sign_lo` left of it.
-  static Root isolated(Polynomial p, BigInt k, int m, int sign_lo);
+  /// The only root of p in the open box, a simple one; left of it p has the sign `sign_lo`.
+  static Root isolated(Polynomial p, Box box, int sign_lo);
 
   /// Exact sign of q at the root, for q of degree at most 2 (or any degree at a rational root).
   int sign(const Polynomial& q);
@@ -54,8 +62,7 @@ class Root {
   bool rational_ = true;
   BigInt num_, den_;
   Polynomial p_;
-  BigInt k_;
-  int m_ = 0;
+  Box box_;
   int sign_lo_ = 0;
 };
 
@@ -63,8 +70,8 @@ class Root {
 /// at most 3 and not identically zero.
 void isolate_roots(const Polynomial& p, std::vector<Root>& roots);
 
-/// The root of p in the open box (k, k + 1) / 2^m if the rule of signs shows that there is exactly
-/// one and the ends are none.
-bool isolate_in_box(const Polynomial& p, const BigInt& k, int m, Root& root);
+/// The root of p in the open box if the rule of signs shows that there is exactly one and the ends
+/// are none.
+bool isolate_in_box(const Polynomial& p, const Box& box, Root& root);
 
 }  // namespace selvedge::narrowphase_detail

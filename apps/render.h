@@ -41,7 +41,7 @@ struct RenderConfig {
   bool ground = true;  ///< a plane that shows nothing but shadows, unless the eye is below it
   double ground_z = std::numeric_limits<double>::quiet_NaN();  ///< m; not a number: lowest vertex
   int shadow_resolution = 1536;  ///< texels of the key light's shadow map along a side
-  int sky_directions = 40;       ///< more: smoother ambient shadows, in proportion slower
+  int sky_directions = 48;       ///< more: smoother ambient shadows, in proportion slower
 };
 
 /// Software rasteriser: two-sided shading, antialiased, soft shadows of a key light and of the sky,

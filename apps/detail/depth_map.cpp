@@ -65,27 +65,4 @@ void DepthMap::draw(std::span<const Vec3f> x, std::span<const Triangle> triangle
   }
 }
 
-float DepthMap::lit(const Place& at) const {
-  const float u = at.u - 0.5F, v = at.v - 0.5F;
-  const float last = static_cast<float>(resolution_ - 1);
-  if (!(u >= 0.0F && v >= 0.0F && u < last && v < last)) return 1.0F;
-  const int column = static_cast<int>(u), row = static_cast<int>(v);
-  const float fu = u - static_cast<float>(column), fv = v - static_cast<float>(row);
-  const float* d = depth_.data() +
-                   static_cast<std::size_t>(row) * static_cast<std::size_t>(resolution_) + column;
-  const float* e = d + resolution_;
-  const auto seen = [&](float depth) { return at.depth <= depth ? 1.0F : 0.0F; };
-  const float above = seen(d[0]) + fu * (seen(d[1]) - seen(d[0]));
-  const float below = seen(e[0]) + fu * (seen(e[1]) - seen(e[0]));
-  return above + fv * (below - above);
-}
-
-float DepthMap::depth(float u, float v) const {
-  const float end = static_cast<float>(resolution_);
-  if (!(u >= 0.0F && v >= 0.0F && u < end && v < end))
-    return std::numeric_limits<float>::infinity();
-  return depth_[static_cast<std::size_t>(v) * static_cast<std::size_t>(resolution_) +
-                static_cast<std::size_t>(u)];
-}
-
 }  // namespace selvedge::raster

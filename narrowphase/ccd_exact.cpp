@@ -7,8 +7,7 @@
 #include <selvedge/narrowphase/detail/root_floor.h>
 
 #include <algorithm>
-#include <stdexcept>
-#include <string>
+#include <memory>
 
 // Continuous collision of straight vertex paths after Provot, "Collision and self-collision
 // handling in cloth model dedicated to design garments", 1997: the vertices must be coplanar, a
@@ -51,14 +50,7 @@ void store(const Query& query, QueryBlock& block, int column) {
   }
 }
 
-void require_finite(const Query& query) {
-  for (int k = 0; k < 4; ++k)
-    if (!query.x_t0[k].allFinite() || !query.x_t1[k].allFinite())
-      throw std::invalid_argument("query: vertex " + std::to_string(k) +
-                                  " has a coordinate that is not a finite number");
-}
-
-/// The pairs [begin, end) of one kind.
+/// Pairs of the three lists, handled in their order.
 class Batch {
  public:
   Batch(const SurfaceView& a, const SurfaceView& b, const CandidatePairs& pairs,
@@ -139,7 +131,7 @@ class CcdExact final : public NarrowPhase {
 }  // namespace
 
 bool collides_counting_stages(const Query& query, double& toi, CcdExactStages& stages) {
-  require_finite(query);
+  narrowphase_detail::require_finite(query);
   QueryBlock block;
   for (int j = 0; j < QueryBlock::kSize; ++j) store(query, block, j);
   const narrowphase_detail::FilterVerdict verdict =

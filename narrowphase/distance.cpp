@@ -212,6 +212,13 @@ void require_finite(const SurfaceView& view, const char* name) {
   }
 }
 
+void require_finite(const Query& query) {
+  for (int k = 0; k < 4; ++k)
+    if (!query.x_t0[k].allFinite() || !query.x_t1[k].allFinite())
+      throw std::invalid_argument("query: vertex " + std::to_string(k) +
+                                  " has a coordinate that is not a finite number");
+}
+
 }  // namespace narrowphase_detail
 
 namespace {

@@ -3,6 +3,7 @@
 #include <selvedge/apps/judge_ccd.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/narrowphase/ccd_exact.h>
+#include <selvedge/narrowphase/cubic.h>
 #include <selvedge/narrowphase/distance.h>
 #include <selvedge/narrowphase/narrow_phase.h>
 
@@ -431,6 +432,71 @@ TEST(CcdExact, AQueryThatIsNotFiniteIsRefusedWithTheVertex) {
   } catch (const std::invalid_argument& error) {
     EXPECT_NE(std::string(error.what()).find("vertex 2"), std::string::npos) << error.what();
   }
+}
+
+// ---------------------------------------------------------------------------------------------
+// The cubic alone
+
+/// Coefficients of scale * (t - a) (t - b) (t - c), exact for small dyadic roots.
+std::array<double, 4> with_roots(double a, double b, double c, double scale) {
+  return {-scale * a * b * c, scale * (a * b + b * c + c * a), -scale * (a + b + c), scale};
+}
+
+TEST(Cubic, SimpleDoubleAndTripleRootsAreCountedAndExact) {
+  Random r(31);
+  for (int i = 0; i < 2000; ++i) {
+    std::array<double, 3> x;
+    for (double& v : x) v = integer(r, -8, 24) / 16.0;
+    std::sort(x.begin(), x.end());
+    const CubicRoots found =
+        cubic_roots(with_roots(x[0], x[1], x[2], std::ldexp(3.0, integer(r, -900, 900))));
+    std::vector<CubicRoot> expected;
+    for (const double v : x) {
+      if (v < 0.0 || v > 1.0) continue;
+      if (!expected.empty() && expected.back().lo == v) {
+        ++expected.back().multiplicity;
+      } else {
+        expected.push_back({v, v, 1});
+      }
+    }
+    ASSERT_EQ(found.roots.size(), expected.size());
+    for (std::size_t k = 0; k < expected.size(); ++k) {
+      EXPECT_EQ(found.roots[k].lo, expected[k].lo);
+      EXPECT_EQ(found.roots[k].hi, expected[k].hi);
+      EXPECT_EQ(found.roots[k].multiplicity, expected[k].multiplicity);
+    }
+  }
+}
+
+TEST(Cubic, IrrationalRootsAreEnclosedByNeighbouringDoubles) {
+  const CubicRoots r = cubic_roots({-1.0, 0.0, 2.0, 0.0});
+  ASSERT_EQ(r.roots.size(), 1u);
+  EXPECT_EQ(r.roots[0].hi, std::nextafter(r.roots[0].lo, 2.0));
+  EXPECT_LT(r.roots[0].lo * r.roots[0].lo, 0.5);
+  EXPECT_GE(r.roots[0].hi * r.roots[0].hi, 0.5);
+}
+
+TEST(Cubic, RootsAnUlpApartAreToldApartAndNearMissesAreNoRoots) {
+  // (t - 1/2)^2 = e has two roots for e > 0, one for e = 0 and none for e < 0.
+  const double e = 0x1p-54;
+  EXPECT_EQ(cubic_roots({0.25 - e, -1.0, 1.0, 0.0}).roots.size(), 2u);
+  ASSERT_EQ(cubic_roots({0.25, -1.0, 1.0, 0.0}).roots.size(), 1u);
+  EXPECT_EQ(cubic_roots({0.25, -1.0, 1.0, 0.0}).roots[0].multiplicity, 2);
+  EXPECT_EQ(cubic_roots({0.25 + 2 * e, -1.0, 1.0, 0.0}).roots.size(), 0u);
+}
+
+TEST(Cubic, ZeroIsSaidToBeZeroAndConstantsHaveNoRoots) {
+  EXPECT_TRUE(cubic_roots({0.0, 0.0, 0.0, 0.0}).identically_zero);
+  EXPECT_TRUE(cubic_roots({1e-320, 0.0, 0.0, 0.0}).roots.empty());
+  EXPECT_THROW(cubic_roots({1.0, kInf, 0.0, 0.0}), std::invalid_argument);
+}
+
+TEST(Cubic, CoplanarityOfAFallingPointIsFoundWhereItFalls) {
+  const CubicRoots r = coplanarity_roots(falling_point(3.0, -1.0));
+  ASSERT_EQ(r.roots.size(), 1u);
+  EXPECT_EQ(r.roots[0].lo, 0.75);
+  EXPECT_EQ(r.roots[0].hi, 0.75);
+  EXPECT_TRUE(coplanarity_roots(falling_point(0.0, 0.0)).identically_zero);
 }
 
 // ---------------------------------------------------------------------------------------------

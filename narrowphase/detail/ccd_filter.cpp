@@ -186,6 +186,8 @@ constexpr double kConstraintError = 128.0;
 /// Boxes narrower than 2^-kDeepest, or more boxes than kMostBoxes, are left to integers.
 constexpr int kDeepest = 30;
 constexpr int kMostBoxes = 160;
+/// Boxes of this depth on which every root is a contact are not halved to make f monotonic.
+constexpr int kMonotonicBy = 12;
 
 /// b0 (1-t)^2 + 2 b1 t (1-t) + b2 t^2.
 struct Quadratic {
@@ -272,8 +274,12 @@ class RootIsolation {
     const bool crosses = (f[0] > error && f[3] < -error) || (f[0] < -error && f[3] > error);
     if (inside == Verdict::yes && crosses) {
       const double p = f[1] - f[0], q = f[2] - f[1], r = f[3] - f[2], least = 3.0 * error;
-      box_ = {k, m, std::min({p, q, r}) > least || std::max({p, q, r}) < -least};
-      return Verdict::yes;
+      const bool monotonic = std::min({p, q, r}) > least || std::max({p, q, r}) < -least;
+      // One root is easier to follow than several: halve on while that promises to help.
+      if (monotonic || m >= kMonotonicBy) {
+        box_ = {k, m, monotonic};
+        return Verdict::yes;
+      }
     }
     if (m >= kDeepest) return Verdict::open;
     const double p = 0.5 * (f[0] + f[1]), q = 0.5 * (f[1] + f[2]), r = 0.5 * (f[2] + f[3]);

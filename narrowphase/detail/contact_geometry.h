@@ -73,5 +73,6 @@ inline Query query_of(const SurfaceView& a, const SurfaceView& b, const PairVert
 
 /// Throws std::invalid_argument naming the first vertex that is not finite.
 void require_finite(const SurfaceView& view, const char* name);
+void require_finite(const Query& query);
 
 }  // namespace selvedge::narrowphase_detail

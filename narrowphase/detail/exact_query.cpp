@@ -27,6 +27,15 @@
 // one. q lies on the closed segment (r, s) iff (s-r) x (q-r) = 0 and (q-r) . (q-s) <= 0.
 
 namespace selvedge::narrowphase_detail {
+
+int lowest_bit(double x) {
+  int e = 0;
+  const double m = std::frexp(std::abs(x), &e);
+  constexpr int kMantissaBits = 53;
+  const auto bits = static_cast<std::uint64_t>(std::ldexp(m, kMantissaBits));
+  return e - kMantissaBits + std::countr_zero(bits);
+}
+
 namespace {
 
 using PolyVec = std::array<Polynomial, 3>;
@@ -58,15 +67,6 @@ Polynomial dot(const PolyVec& a, const PolyVec& b) {
 }
 
 bool is_zero(const PolyVec& a) { return a[0].is_zero() && a[1].is_zero() && a[2].is_zero(); }
-
-/// Exponent of the lowest set bit of x, which is not zero.
-int lowest_bit(double x) {
-  int e = 0;
-  const double m = std::frexp(std::abs(x), &e);
-  constexpr int kMantissaBits = 53;
-  const auto bits = static_cast<std::uint64_t>(std::ldexp(m, kMantissaBits));
-  return e - kMantissaBits + std::countr_zero(bits);
-}
 
 /// The paths of the vertices on the coarsest grid of a power of two that holds all coordinates.
 std::array<PolyVec, 4> integer_paths(const Query& query) {

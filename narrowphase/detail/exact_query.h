@@ -14,6 +14,9 @@ bool collides_exactly(const Query& query, double& toi);
 /// False if the cubic may have none or more than one root there.
 bool root_in_box(const Query& query, std::int64_t k, int m, double& root);
 
+/// Exponent of the lowest set bit of x, which is finite and not zero.
+int lowest_bit(double x);
+
 /// The coplanarity cubic of the four vertices, times a power of two; possibly identically zero.
 Polynomial coplanarity_cubic(const Query& query);
 

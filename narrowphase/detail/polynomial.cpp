@@ -480,15 +480,22 @@ int Root::sign(const Polynomial& q) {
 }
 
 double Root::floor(bool& exact) const {
-  if (rational_) {
-    exact = true;
-    if (num_.is_zero()) return 0.0;
-    if (den_.is_zero()) return 1.0;
-    Polynomial line;
-    line.degree = 1;
-    line.c = {-num_, den_};
-    return isolated(line, Box(), -1).floor(exact);
+  if (!rational_) {
+    Root narrower = *this;
+    if (box_.m == 0) narrower.narrow();
+    if (!narrower.rational_) return narrower.floor_in_box(exact);
+    return narrower.floor(exact);
   }
+  exact = true;
+  if (num_.is_zero()) return 0.0;
+  if (den_.is_zero()) return 1.0;
+  Polynomial line;
+  line.degree = 1;
+  line.c = {-num_, den_};
+  return isolated(line, Box(), -1).floor_in_box(exact);
+}
+
+double Root::floor_in_box(bool& exact) const {
   exact = false;
   bool end_is_double = false;
   double lo = floor_of_dyadic(box_.k, box_.m, end_is_double);

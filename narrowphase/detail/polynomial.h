@@ -54,6 +54,7 @@ class Root {
   int multiplicity = 1;
 
  private:
+  double floor_in_box(bool& exact) const;
   void bisect();
   void narrow();
   double guess() const;

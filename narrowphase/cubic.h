@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/narrowphase/narrow_phase.h>
+
+#include <array>
+#include <vector>
+
+namespace selvedge {
+
+/// A root of a cubic: lo <= root <= hi, where lo and hi are the same double if the root is one, and
+/// neighbouring doubles otherwise.
+struct CubicRoot {
+  double lo = 0.0, hi = 0.0;
+  int multiplicity = 1;
+};
+
+/// The distinct real roots of a cubic in the closed interval [0, 1], in ascending order.
+struct CubicRoots {
+  bool identically_zero = false;  ///< every t is a root; `roots` is empty
+  std::vector<CubicRoot> roots;   ///< at most three
+};
+
+/// Exact number, multiplicity and enclosure of the roots of c[0] + c[1] t + c[2] t^2 + c[3] t^3 in
+/// [0, 1], for any finite doubles; leading zeros are legal. Throws std::invalid_argument otherwise.
+CubicRoots cubic_roots(const std::array<double, 4>& c);
+
+/// The same for the coplanarity cubic of four vertices on straight paths: the times at which they
+/// lie in one plane.
+CubicRoots coplanarity_roots(const Query& query);
+
+}  // namespace selvedge

@@ -24,6 +24,9 @@ class BlockMatrix {
   std::span<const Mat3> values() const { return values_; }
   const Mat3& diagonal(std::size_t i) const { return values_[diagonal_[i]]; }
   Mat3& diagonal(std::size_t i) { return values_[diagonal_[i]]; }
+  /// The pattern: blocks [row_begin[i], row_begin[i+1]) of row i, columns ascending.
+  std::span<const std::int32_t> row_begin() const { return row_begin_; }
+  std::span<const std::int32_t> columns() const { return column_; }
   /// y = A x, threaded, deterministic.
   void multiply(std::span<const Vec3> x, std::span<Vec3> y) const;
 

@@ -37,8 +37,9 @@ struct ImplicitEuler::System {
   std::vector<Vec3> v_old;
   std::vector<char> free;  // 0: held
   detail::TermOperator terms;
-  std::unique_ptr<detail::Preconditioner> preconditioner = detail::make_block_jacobi();
-  std::vector<Vec3> r, z, p, ap;  // scratch of the conjugate gradients
+  std::unique_ptr<detail::Preconditioner> preconditioner = detail::make_multilevel();
+  std::unique_ptr<detail::Preconditioner> fallback;  // made when first needed
+  std::vector<Vec3> r, z, p, ap;                     // scratch of the conjugate gradients
 
   System(std::vector<std::unique_ptr<Force>> owned, std::size_t n, const ImplicitConfig& c)
       : forces(std::move(owned)), config(c), b(n), magnitude(n), v_old(n), free(n, 1) {
@@ -53,7 +54,9 @@ struct ImplicitEuler::System {
   void add_forces(const ForceState& state, double h);
   SolveReport solve(std::span<Vec3> v);
   void residual(std::span<const Vec3> v, std::span<Vec3> out);
-  double reference(std::span<const Vec3> v, double guess_norm_squared);
+  SolveReport iterate(detail::Preconditioner& by, std::span<Vec3> v);
+  double reference(detail::Preconditioner& by, std::span<const Vec3> v);
+  double dot_free(std::span<const Vec3> x, std::span<const Vec3> y) const;
   void multiply(std::span<const Vec3> x, std::span<Vec3> y);
 };
 
@@ -106,38 +109,59 @@ void ImplicitEuler::System::residual(std::span<const Vec3> v, std::span<Vec3> ou
 /// What the residual is measured against, squared: the residual of keeping the old velocities (it
 /// does not grow with the speed of the whole, as the right-hand side would), or the sizes of the
 /// single forces where they cancel, at rest.
-double ImplicitEuler::System::reference(std::span<const Vec3> v, double guess_norm_squared) {
-  preconditioner->apply(magnitude, z);
-  double scale = std::max(guess_norm_squared, dot(magnitude, z));
+double ImplicitEuler::System::reference(detail::Preconditioner& by, std::span<const Vec3> v) {
+  by.apply(magnitude, z);
+  const double forces_squared = dot(magnitude, z);
   for (std::size_t i = 0; i < p.size(); ++i) p[i] = free[i] ? v_old[i] : v[i];
   residual(p, r);
-  preconditioner->apply(r, z);
-  return std::max(scale, dot(r, z));
+  by.apply(r, z);
+  return std::max(forces_squared, dot(r, z));
+}
+
+double ImplicitEuler::System::dot_free(std::span<const Vec3> x, std::span<const Vec3> y) const {
+  return parallel_sum(x.size(), particle_grain, [&](std::size_t begin, std::size_t end) {
+    double sum = 0.0;
+    for (std::size_t i = begin; i < end; ++i)
+      if (free[i]) sum += x[i].dot(y[i]);
+    return sum;
+  });
 }
 
 SolveReport ImplicitEuler::System::solve(std::span<Vec3> v) {
-  preconditioner->set_terms(terms);
-  const double scale = reference(v, 0.0);
+  SolveReport report = iterate(*preconditioner, v);
+  if (report.converged) return report;
+  // The cycle is positive definite only as far as its eigenvalue estimates hold. Where they fail,
+  // the diagonal takes over from where it stopped.
+  if (!fallback) fallback = detail::make_block_jacobi();
+  fallback->set_matrix(a, free);
+  const int before = report.iterations;
+  report = iterate(*fallback, v);
+  report.iterations += before;
+  return report;
+}
+
+SolveReport ImplicitEuler::System::iterate(detail::Preconditioner& by, std::span<Vec3> v) {
+  by.set_terms(terms);
+  const double scale = reference(by, v);
   residual(v, r);
-  preconditioner->apply(r, z);
+  by.apply(r, z);
   double rz = dot(r, z);
   const double target = config.tolerance * config.tolerance * scale;
   SolveReport report;
   std::copy(z.begin(), z.end(), p.begin());
   while (rz > target && report.iterations < config.max_iterations) {
     multiply(p, ap);
-    for (std::size_t i = 0; i < ap.size(); ++i)
-      if (!free[i]) ap[i].setZero();
-    const double pap = dot(p, ap);
-    if (!(pap > 0.0)) break;  // not a number, or the direction is exhausted
+    const double pap = dot_free(p, ap);
+    if (!(pap > 0.0)) break;  // not a number, or not positive definite
     const double alpha = rz / pap;
     parallel_for(r.size(), particle_grain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
+        if (!free[i]) continue;
         v[i] += alpha * p[i];
         r[i] -= alpha * ap[i];
       }
     });
-    preconditioner->apply(r, z);
+    by.apply(r, z);
     const double next = dot(r, z);
     const double beta = next / rz;
     rz = next;
@@ -146,8 +170,8 @@ SolveReport ImplicitEuler::System::solve(std::span<Vec3> v) {
     });
     ++report.iterations;
   }
-  report.residual = scale > 0.0 ? std::sqrt(rz / scale) : 0.0;
-  report.converged = rz <= target;
+  report.residual = scale > 0.0 ? std::sqrt(std::abs(rz) / scale) : 0.0;
+  report.converged = rz >= 0.0 && rz <= target;
   return report;
 }
 

@@ -376,19 +376,25 @@ TEST(ClothMeshes, NonManifoldEdgesHaveNoHinge) {
   EXPECT_TRUE(make_from_mesh(fin, fin, Material{}).hinges.empty());
 }
 
-TEST(Colorings, NoTwoOfAColorShareAParticle) {
-  const ClothMesh cloth = make_rectangular({1, 1, 20, 13}, Material{});
+TEST(Colorings, NoTwoChunksOfAColorShareAParticle) {
+  const ClothMesh cloth = make_rectangular({1, 1, 40, 33}, Material{});
   std::vector<std::int32_t> corners;
   for (const Hinge& hinge : cloth.hinges)
     corners.insert(corners.end(), hinge.v.begin(), hinge.v.end());
   const Coloring coloring = color_elements(corners, 4, cloth.mass.size());
   EXPECT_EQ(std::set<std::int32_t>(coloring.order.begin(), coloring.order.end()).size(),
             cloth.hinges.size());
+  EXPECT_EQ(coloring.order.size(), cloth.hinges.size());
+  EXPECT_GT(cloth.hinges.size(), 5 * color_chunk);
   for (std::size_t c = 0; c + 1 < coloring.color_begin.size(); ++c) {
-    std::set<std::int32_t> seen;
+    std::vector<std::size_t> owner(cloth.mass.size(), SIZE_MAX);
     for (std::size_t i = coloring.color_begin[c]; i < coloring.color_begin[c + 1]; ++i)
-      for (int k = 0; k < 4; ++k)
-        EXPECT_TRUE(seen.insert(corners[4 * coloring.order[i] + k]).second);
+      for (int k = 0; k < 4; ++k) {
+        const std::size_t chunk = (i - coloring.color_begin[c]) / color_chunk;
+        std::size_t& of = owner[corners[4 * coloring.order[i] + k]];
+        EXPECT_TRUE(of == SIZE_MAX || of == chunk);
+        of = chunk;
+      }
   }
 }
 

@@ -47,7 +47,7 @@ void implicit_step(ImplicitEuler& integrator, Particles& p, double h) {
 
 /// Steps until nothing moves faster than `speed`; the steps taken.
 int relax(Forces forces, Particles& p, double h, double speed, int most_steps) {
-  ImplicitEuler integrator(std::move(forces), p.size(), {1e-10, 5000});
+  ImplicitEuler integrator(std::move(forces), p.size(), {1e-11, 5000});
   int steps = 0;
   do {
     implicit_step(integrator, p, h);
@@ -74,7 +74,7 @@ TEST(Strip, HangsByItsWeightOverTwiceItsStiffness) {
     Particles p = make_particles(cloth.surface.vertices, cloth.mass);
     hold(p, p.size() - 1);
     hold(p, p.size() - 2);
-    relax(cloth_forces(cloth, {0, -g, 0}), p, 0.5, 1e-13, 400);
+    relax(cloth_forces(cloth, {0, -g, 0}), p, 0.5, 1e-12, 400);
     const double stretch = -0.5 - p.x[0].y();  // ΔL = ρ g L²/(2K)
     EXPECT_NEAR(stretch / (0.2 * g / 1000.0), 1.0, 1e-9) << cells << " cells";
   }

@@ -16,11 +16,14 @@ class Preconditioner {
   /// A has new values. `free[i]` is 0 for a held particle.
   virtual void set_matrix(const BlockMatrix& a, std::span<const char> free) = 0;
   /// T has new values.
-  virtual void set_terms(const TermOperator& terms) = 0;
+  virtual void set_terms(TermOperator& terms) = 0;
   /// z = P r; r is zero at held particles, and so is z.
   virtual void apply(std::span<const Vec3> r, std::span<Vec3> z) = 0;
 };
 
+/// Inverse of the diagonal blocks.
 std::unique_ptr<Preconditioner> make_block_jacobi();
+/// One V-cycle over aggregates of particles, aggregates of those, and so on.
+std::unique_ptr<Preconditioner> make_multilevel();
 
 }  // namespace selvedge::detail

@@ -17,7 +17,7 @@ class BlockJacobi final : public Preconditioner {
     free_ = free;
   }
 
-  void set_terms(const TermOperator& terms) override {
+  void set_terms(TermOperator& terms) override {
     const std::size_t n = a_->size();
     inverse_.resize(n);
     for (std::size_t i = 0; i < n; ++i) inverse_[i] = a_->diagonal(i);

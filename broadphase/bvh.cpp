@@ -81,10 +81,11 @@ class Bvh final : public BroadPhase {
     const Stopwatch watch;
     find({tree_a.tree, tree_b.tree, a, b, false});
     collector_.collect(parts_, &detail::FoundPairs::point_triangle, a.x_t0.size(),
-                       out.point_triangle);
+                       b.triangles.size(), out.point_triangle);
     collector_.collect(parts_, &detail::FoundPairs::triangle_point, b.x_t0.size(),
-                       out.triangle_point);
-    collector_.collect(parts_, &detail::FoundPairs::edge_edge, a.edges.size(), out.edge_edge);
+                       a.triangles.size(), out.triangle_point);
+    collector_.collect(parts_, &detail::FoundPairs::edge_edge, a.edges.size(), b.edges.size(),
+                       out.edge_edge);
     cost_.query_s = watch.seconds();
   }
 
@@ -97,8 +98,9 @@ class Bvh final : public BroadPhase {
     const Stopwatch watch;
     find({tree.tree, tree.tree, a, a, true});
     collector_.collect(parts_, &detail::FoundPairs::point_triangle, a.x_t0.size(),
-                       out.point_triangle);
-    collector_.collect(parts_, &detail::FoundPairs::edge_edge, a.edges.size(), out.edge_edge);
+                       a.triangles.size(), out.point_triangle);
+    collector_.collect(parts_, &detail::FoundPairs::edge_edge, a.edges.size(), a.edges.size(),
+                       out.edge_edge);
     out.triangle_point.clear();
     cost_.query_s = watch.seconds();
   }
@@ -112,7 +114,7 @@ class Bvh final : public BroadPhase {
 
   BroadPhaseCost last_cost() const override {
     BroadPhaseCost cost = cost_;
-    cost.bytes = collector_.bytes();
+    cost.bytes = collector_.bytes() + scratch_.bytes();
     for (const KeptTree& kept : kept_) cost.bytes += kept.tree.bytes();
     for (const detail::FoundPairs& part : parts_) cost.bytes += part.bytes();
     return cost;
@@ -177,12 +179,12 @@ class Bvh final : public BroadPhase {
     if (kept.fitted && kept.thickness == surface.thickness && kept.origin == origin_) return;
     const Stopwatch watch;
     if (kept.fitted) {
-      kept.tree.refit(surface, origin_);
+      kept.tree.refit(surface, origin_, scratch_);
       cost_.refit_s += watch.seconds();
     }
     if (!kept.fitted || kept.tree.looseness() > config_.rebuild_looseness) {
       const Stopwatch build_watch;
-      kept.tree.build(surface, origin_);
+      kept.tree.build(surface, origin_, scratch_);
       cost_.build_s += build_watch.seconds();
     }
     kept.fitted = true;
@@ -218,6 +220,7 @@ class Bvh final : public BroadPhase {
   BvhConfig config_;
   detail::TraversalKernel kernel_;
   std::array<KeptTree, kKeptTrees> kept_;
+  detail::TreeScratch scratch_;
   std::uint64_t uses_ = 0;
   Vec3 origin_ = Vec3::Zero();
   std::vector<TreePair> pairs_, next_pairs_;

@@ -3,9 +3,14 @@
 #include <selvedge/core/parallel.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
+
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
 
 namespace selvedge::detail {
 namespace {
@@ -17,6 +22,9 @@ constexpr double kFar = 1e12;
 // counts as merely bad.
 constexpr double kMaxRatio = 4.0;
 constexpr int kBins = 16;
+// For few items fewer bins find the same cut in less time.
+constexpr int kFewBins = 8;
+constexpr std::int32_t kFewItems = 64;
 // A split that leaves less than this part of the items on one side is lopsided; a path down the
 // tree may have kLopsidedSplits of them (to peel off far outliers), then it splits at the median,
 // so that building takes O(n (log n + kLopsidedSplits)) whatever the input.
@@ -35,10 +43,15 @@ float to_float(double relative) {
 }
 
 void grow(FloatBox& box, const FloatBox& other) {
-  for (int k = 0; k < 4; ++k) {
+#ifdef __SSE2__
+  _mm_store_ps(box.lo.data(), _mm_min_ps(_mm_load_ps(box.lo.data()), _mm_load_ps(other.lo.data())));
+  _mm_store_ps(box.hi.data(), _mm_max_ps(_mm_load_ps(box.hi.data()), _mm_load_ps(other.hi.data())));
+#else
+  for (int k = 0; k < 3; ++k) {
     box.lo[k] = std::min(box.lo[k], other.lo[k]);
     box.hi[k] = std::max(box.hi[k], other.hi[k]);
   }
+#endif
 }
 
 float half_area(const FloatBox& box) {
@@ -113,6 +126,28 @@ void group_by_owner(const std::vector<std::int32_t>& owner, std::size_t owners,
       loose.push_back(static_cast<std::int32_t>(i));
 }
 
+/// The map m of FloatBox, on every vertex.
+void box_vertices(const SurfaceView& surface, const Vec3& origin,
+                  std::vector<FloatBox>& vertex_boxes) {
+  const std::size_t n = surface.x_t0.size();
+  vertex_boxes.resize(n);
+  const double thickness = surface.thickness;
+  parallel_for(n, 8192, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t v = begin; v < end; ++v) {
+      const double* x0 = surface.x_t0[v].data();
+      const double* x1 = surface.x_t1[v].data();
+      FloatBox& box = vertex_boxes[v];
+      for (int k = 0; k < 3; ++k) {
+        box.lo[k] = to_float((std::min(x0[k], x1[k]) - thickness) - origin[k]);
+        box.hi[k] = to_float((std::max(x0[k], x1[k]) + thickness) - origin[k]);
+      }
+      box.lo[3] = box.hi[3] = 0.0f;
+    }
+  });
+}
+
+std::int32_t item_index(const FloatBox& item) { return std::bit_cast<std::int32_t>(item.lo[3]); }
+
 }  // namespace
 
 bool BoundingVolumeTree::has_topology_of(const SurfaceView& surface) const {
@@ -161,45 +196,28 @@ void BoundingVolumeTree::find_owners() {
   group_by_owner(owner, triangles, owned_points_begin_, owned_points_, loose_points_);
 }
 
-void BoundingVolumeTree::box_vertices(const SurfaceView& surface, const Vec3& origin) {
-  vertex_boxes_.resize(vertex_count_);
-  const double thickness = surface.thickness;
-  parallel_for(vertex_count_, 8192, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t v = begin; v < end; ++v) {
-      const double* x0 = surface.x_t0[v].data();
-      const double* x1 = surface.x_t1[v].data();
-      FloatBox& box = vertex_boxes_[v];
-      for (int k = 0; k < 3; ++k) {
-        box.lo[k] = to_float((std::min(x0[k], x1[k]) - thickness) - origin[k]);
-        box.hi[k] = to_float((std::max(x0[k], x1[k]) + thickness) - origin[k]);
-      }
-      box.lo[3] = box.hi[3] = 0.0f;
-    }
-  });
-}
-
-void BoundingVolumeTree::box_items() {
+void BoundingVolumeTree::box_items(TreeScratch& scratch) const {
+  const std::vector<FloatBox>& vertex_boxes = scratch.vertex_boxes;
+  std::vector<FloatBox>& items = scratch.items;
   const std::size_t triangles = topology_triangles_.size();
-  items_.resize(triangles + loose_edges_.size() + loose_points_.size());
-  parallel_for(items_.size(), 8192, [&](std::size_t begin, std::size_t end) {
+  items.resize(triangles + loose_edges_.size() + loose_points_.size());
+  parallel_for(items.size(), 8192, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       FloatBox box;
       if (i < triangles) {
         const Triangle& t = topology_triangles_[i];
-        box = vertex_boxes_[t[0]];
-        grow(box, vertex_boxes_[t[1]]);
-        grow(box, vertex_boxes_[t[2]]);
+        box = vertex_boxes[t[0]];
+        grow(box, vertex_boxes[t[1]]);
+        grow(box, vertex_boxes[t[2]]);
       } else if (i < triangles + loose_edges_.size()) {
         const Edge& e = topology_edges_[loose_edges_[i - triangles]];
-        box = vertex_boxes_[e[0]];
-        grow(box, vertex_boxes_[e[1]]);
+        box = vertex_boxes[e[0]];
+        grow(box, vertex_boxes[e[1]]);
       } else {
-        box = vertex_boxes_[loose_points_[i - triangles - loose_edges_.size()]];
+        box = vertex_boxes[loose_points_[i - triangles - loose_edges_.size()]];
       }
-      items_[i] = {{box.lo[0], box.lo[1], box.lo[2]},
-                   static_cast<std::int32_t>(i),
-                   {box.hi[0], box.hi[1], box.hi[2]},
-                   0};
+      box.lo[3] = std::bit_cast<float>(static_cast<std::int32_t>(i));
+      items[i] = box;
     }
   });
 }
@@ -214,8 +232,9 @@ struct BoundingVolumeTree::Subtree {
 struct BoundingVolumeTree::Builder {
   struct Part {
     Range range;
-    FloatBox box;
-    int lopsided = 0;  ///< lopsided splits above it
+    FloatBox box = kEmptyBox;
+    FloatBox centroids = kEmptyBox;  ///< doubled: lower plus upper corners
+    int lopsided = 0;                ///< lopsided splits above it
     std::int32_t size() const { return range.end - range.begin; }
   };
   /// A part that is left for another thread, and where its root is to be entered.
@@ -224,132 +243,157 @@ struct BoundingVolumeTree::Builder {
     std::int32_t node;
     int lane;
   };
+  struct Bin {
+    FloatBox box = kEmptyBox, centroids = kEmptyBox;
+    std::int32_t count = 0;
 
-  std::vector<Item>& items;
+    void add(const Bin& other) {
+      grow(box, other.box);
+      grow(centroids, other.centroids);
+      count += other.count;
+    }
+    void add(const FloatBox& item) {
+      grow(box, item);
+      grow(centroids, centroid_box(item));
+      ++count;
+    }
+  };
+  using Bins = std::array<Bin, kBins>;
 
-  static FloatBox box_of(const Item& item) {
-    return {{item.lo[0], item.lo[1], item.lo[2], 0.0f}, {item.hi[0], item.hi[1], item.hi[2], 0.0f}};
+  /// Which bin of `part` an item falls into.
+  struct Binning {
+    int axis;
+    float lo, scale;
+    int last;
+
+    int operator()(const FloatBox& item) const {
+      return std::min(static_cast<int>((centroid(item, axis) - lo) * scale), last);
+    }
+  };
+
+  std::vector<FloatBox>& items;
+  std::vector<FloatBox>& scratch;
+
+  static float centroid(const FloatBox& item, int axis) { return item.lo[axis] + item.hi[axis]; }
+  static FloatBox centroid_box(const FloatBox& item) {
+    FloatBox box;
+#ifdef __SSE2__
+    // The index in the fourth lane must not be added as if it were a number: it would be denormal.
+    const __m128 three = _mm_castsi128_ps(_mm_set_epi32(0, -1, -1, -1));
+    const __m128 lo = _mm_and_ps(three, _mm_load_ps(item.lo.data()));
+    const __m128 sum = _mm_add_ps(lo, _mm_load_ps(item.hi.data()));
+    _mm_store_ps(box.lo.data(), sum);
+    _mm_store_ps(box.hi.data(), sum);
+#else
+    for (int k = 0; k < 3; ++k) box.lo[k] = box.hi[k] = item.lo[k] + item.hi[k];
+    box.lo[3] = box.hi[3] = 0.0f;
+#endif
+    return box;
   }
-  static float centroid(const Item& item, int axis) { return item.lo[axis] + item.hi[axis]; }
 
   Part make_part(Range range, int lopsided) const {
-    Part part{range, kEmptyBox, lopsided};
-    for (std::int32_t i = range.begin; i < range.end; ++i) grow(part.box, box_of(items[i]));
-    return part;
+    Bin all;
+    for (std::int32_t i = range.begin; i < range.end; ++i) all.add(items[i]);
+    return {range, all.box, all.centroids, lopsided};
   }
 
-  /// Longest axis of the box around the centroids, its lower end and its length.
-  struct Axis {
-    int index;
-    float lo, length;
-  };
-  Axis longest_axis(Range range) const {
-    FloatBox box = kEmptyBox;
-    for (std::int32_t i = range.begin; i < range.end; ++i) {
-      FloatBox center;
-      for (int k = 0; k < 3; ++k) center.lo[k] = center.hi[k] = centroid(items[i], k);
-      center.lo[3] = center.hi[3] = 0.0f;
-      grow(box, center);
-    }
-    Axis best{0, box.lo[0], box.hi[0] - box.lo[0]};
+  static int longest_axis(const FloatBox& box) {
+    int best = 0;
     for (int k = 1; k < 3; ++k)
-      if (box.hi[k] - box.lo[k] > best.length) best = {k, box.lo[k], box.hi[k] - box.lo[k]};
+      if (box.hi[k] - box.lo[k] > box.hi[best] - box.lo[best]) best = k;
     return best;
   }
 
-  struct Bin {
-    FloatBox box = kEmptyBox;
-    std::int32_t count = 0;
+  Bins fill_bins(Range range, const Binning& bin_of) const {
+    // Two sets in turn, so that a bin's last store is not waited for.
+    std::array<Bins, 2> sets;
+    for (std::int32_t i = range.begin; i < range.end; ++i)
+      sets[i & 1][bin_of(items[i])].add(items[i]);
+    for (int b = 0; b <= bin_of.last; ++b) sets[0][b].add(sets[1][b]);
+    return sets[0];
+  }
+
+  static float cost(const Bin& side) {
+    return side.count ? half_area(side.box) * static_cast<float>(blocks_for(side.count)) : 0.0f;
+  }
+
+  struct Split {
+    Bin left, right;
+    int last_left;  ///< the last bin that goes left, or -1
   };
 
-  /// The bin after which to split for the least Σ area·blocks, or -1 if all fall into one.
-  static int best_split(const std::array<Bin, kBins>& bins) {
-    std::array<float, kBins> right_cost{};
-    Bin right;
-    for (int b = kBins - 1; b > 0; --b) {
-      grow(right.box, bins[b].box);
-      right.count += bins[b].count;
-      right_cost[b] =
-          right.count ? half_area(right.box) * static_cast<float>(blocks_for(right.count)) : 0.0f;
+  /// The cut with the least Σ area·blocks, among equals the most balanced.
+  static Split best_split(const Bins& bins, int last) {
+    Bins from_right;
+    Bin side;
+    for (int b = last; b >= 0; --b) {
+      side.add(bins[b]);
+      from_right[b] = side;
     }
-    const std::int32_t total = right.count + bins[0].count;
-    int best = -1;
+    const std::int32_t total = side.count;
+    Split best{{}, {}, -1};
     float best_cost = std::numeric_limits<float>::infinity();
     std::int32_t best_imbalance = total;
-    Bin left;
-    for (int b = 0; b + 1 < kBins; ++b) {
-      grow(left.box, bins[b].box);
-      left.count += bins[b].count;
-      if (left.count == 0 || left.count == total) continue;
-      const float cost =
-          half_area(left.box) * static_cast<float>(blocks_for(left.count)) + right_cost[b + 1];
-      const std::int32_t imbalance = std::abs(2 * left.count - total);
-      if (cost < best_cost || (cost == best_cost && imbalance < best_imbalance)) {
-        best = b;
-        best_cost = cost;
+    side = {};
+    for (int b = 0; b < last; ++b) {
+      side.add(bins[b]);
+      if (side.count == 0 || side.count == total) continue;
+      const float here = cost(side) + cost(from_right[b + 1]);
+      const std::int32_t imbalance = std::abs(2 * side.count - total);
+      if (here < best_cost || (here == best_cost && imbalance < best_imbalance)) {
+        best = {side, from_right[b + 1], b};
+        best_cost = here;
         best_imbalance = imbalance;
       }
     }
     return best;
   }
 
+  /// Brings the items of the first bins to the front, keeping their order; without branches.
+  void partition(Range range, const Binning& bin_of, int last_left) {
+    FloatBox* left = items.data() + range.begin;
+    FloatBox* right = scratch.data() + range.begin;
+    for (std::int32_t i = range.begin; i < range.end; ++i) {
+      const FloatBox item = items[i];
+      const bool goes_left = bin_of(item) <= last_left;
+      *left = *right = item;
+      left += goes_left;
+      right += !goes_left;
+    }
+    std::copy(scratch.data() + range.begin, right, left);
+  }
+
   /// Splits at the median centroid; ties go by index, so the result is always the same.
-  std::int32_t split_median(Range range, int axis) {
-    const std::int32_t middle =
-        range.begin + kLanes * std::max(1, (range.end - range.begin) / (2 * kLanes));
+  std::array<Part, 2> split_median(const Part& part) {
+    const int axis = longest_axis(part.centroids);
+    const Range range = part.range;
+    const std::int32_t middle = range.begin + kLanes * std::max(1, part.size() / (2 * kLanes));
     std::nth_element(items.begin() + range.begin, items.begin() + middle, items.begin() + range.end,
-                     [axis](const Item& a, const Item& b) {
+                     [axis](const FloatBox& a, const FloatBox& b) {
                        const float ca = centroid(a, axis), cb = centroid(b, axis);
-                       return ca < cb || (ca == cb && a.index < b.index);
+                       return ca < cb || (ca == cb && item_index(a) < item_index(b));
                      });
-    return middle;
+    return {make_part({range.begin, middle}, part.lopsided),
+            make_part({middle, range.end}, part.lopsided)};
   }
 
   std::array<Part, 2> split(const Part& part) {
-    const Range range = part.range;
-    const Axis axis = longest_axis(range);
+    const int axis = longest_axis(part.centroids);
+    const float length = part.centroids.hi[axis] - part.centroids.lo[axis];
     // Below this length the reciprocal would overflow; such items are as good as in one point.
     constexpr float kShortest = 1e-30f;
-    std::int32_t middle = 0;
-    FloatBox left_box = kEmptyBox, right_box = kEmptyBox;
-    int lopsided = part.lopsided;
-    int cut = -1;
-    if (axis.length > kShortest) {
-      const float scale = static_cast<float>(kBins) / axis.length;
-      const auto bin_of = [&](const Item& item) {
-        const int b = static_cast<int>((centroid(item, axis.index) - axis.lo) * scale);
-        return std::min(b, kBins - 1);
-      };
-      std::array<Bin, kBins> bins;
-      for (std::int32_t i = range.begin; i < range.end; ++i) {
-        Bin& bin = bins[bin_of(items[i])];
-        grow(bin.box, box_of(items[i]));
-        ++bin.count;
-      }
-      cut = best_split(bins);
-      if (cut >= 0) {
-        std::int32_t left = 0;
-        for (int b = 0; b < kBins; ++b) {
-          grow(b <= cut ? left_box : right_box, bins[b].box);
-          if (b <= cut) left += bins[b].count;
-        }
-        const std::int32_t smaller = std::min(left, part.size() - left);
-        if (smaller < part.size() / kLopsidedPart) ++lopsided;
-        if (lopsided > kLopsidedSplits)
-          cut = -1;
-        else
-          middle = static_cast<std::int32_t>(
-              std::partition(items.begin() + range.begin, items.begin() + range.end,
-                             [&](const Item& item) { return bin_of(item) <= cut; }) -
-              items.begin());
-      }
-    }
-    if (cut >= 0)
-      return {Part{{range.begin, middle}, left_box, lopsided},
-              Part{{middle, range.end}, right_box, lopsided}};
-    middle = split_median(range, axis.index);
-    return {make_part({range.begin, middle}, part.lopsided),
-            make_part({middle, range.end}, part.lopsided)};
+    if (!(length > kShortest)) return split_median(part);
+    const int bins = part.size() < kFewItems ? kFewBins : kBins;
+    const Binning bin_of{axis, part.centroids.lo[axis], static_cast<float>(bins) / length,
+                         bins - 1};
+    const Split best = best_split(fill_bins(part.range, bin_of), bin_of.last);
+    const std::int32_t smaller = std::min(best.left.count, best.right.count);
+    const int lopsided = part.lopsided + (smaller < part.size() / kLopsidedPart);
+    if (best.last_left < 0 || lopsided > kLopsidedSplits) return split_median(part);
+    partition(part.range, bin_of, best.last_left);
+    const std::int32_t middle = part.range.begin + best.left.count;
+    return {Part{{part.range.begin, middle}, best.left.box, best.left.centroids, lopsided},
+            Part{{middle, part.range.end}, best.right.box, best.right.centroids, lopsided}};
   }
 
   /// Splits the part with the largest area until there are eight or only leaves are left.
@@ -396,13 +440,25 @@ struct BoundingVolumeTree::Builder {
   }
 };
 
-void BoundingVolumeTree::build(const SurfaceView& surface, const Vec3& origin) {
-  box_vertices(surface, origin);
-  box_items();
+void BoundingVolumeTree::build(const SurfaceView& surface, const Vec3& origin,
+                               TreeScratch& scratch) {
+  box_vertices(surface, origin, scratch.vertex_boxes);
+  box_items(scratch);
+  split_items(scratch);
+  lay_out_leaves(scratch.items);
+  fit_leaves(scratch.vertex_boxes);
+  fit_nodes();
+  built_ratio_ = measure_looseness();
+  looseness_ = 1.0;
+}
+
+void BoundingVolumeTree::split_items(TreeScratch& scratch) {
   nodes_.clear();
   leaf_items_.clear();
-  Builder builder{items_};
-  const Builder::Part all = builder.make_part({0, static_cast<std::int32_t>(items_.size())}, 0);
+  scratch.partitioned.resize(scratch.items.size());
+  Builder builder{scratch.items, scratch.partitioned};
+  const Builder::Part all =
+      builder.make_part({0, static_cast<std::int32_t>(scratch.items.size())}, 0);
   if (all.size() > kLanes) {
     Subtree top;
     std::vector<Builder::Deferred> deferred;
@@ -427,22 +483,18 @@ void BoundingVolumeTree::build(const SurfaceView& surface, const Vec3& origin) {
   } else if (all.size() > 0) {
     leaf_items_.push_back(all.range);
   }
-  lay_out_leaves();
-  fit_leaves();
-  fit_nodes();
-  built_ratio_ = measure_looseness();
-  looseness_ = 1.0;
 }
 
-void BoundingVolumeTree::refit(const SurfaceView& surface, const Vec3& origin) {
-  box_vertices(surface, origin);
-  fit_leaves();
+void BoundingVolumeTree::refit(const SurfaceView& surface, const Vec3& origin,
+                               TreeScratch& scratch) {
+  box_vertices(surface, origin, scratch.vertex_boxes);
+  fit_leaves(scratch.vertex_boxes);
   fit_nodes();
   looseness_ = measure_looseness() / built_ratio_;
 }
 
 /// Reserves the blocks of every leaf and writes the indices, which stay until the next build.
-void BoundingVolumeTree::lay_out_leaves() {
+void BoundingVolumeTree::lay_out_leaves(const std::vector<FloatBox>& items) {
   const auto triangles = static_cast<std::int32_t>(topology_triangles_.size());
   const auto edges = static_cast<std::int32_t>(loose_edges_.size());
   const auto owned = [](const std::vector<std::uint32_t>& begin, std::int32_t t) {
@@ -453,7 +505,7 @@ void BoundingVolumeTree::lay_out_leaves() {
   for (std::size_t l = 0; l < leaves_.size(); ++l) {
     std::int32_t n_points = 0, n_edges = 0, n_triangles = 0;
     for (std::int32_t i = leaf_items_[l].begin; i < leaf_items_[l].end; ++i) {
-      const std::int32_t item = items_[i].index;
+      const std::int32_t item = item_index(items[i]);
       if (item < triangles) {
         ++n_triangles;
         n_edges += owned(owned_edges_begin_, item);
@@ -513,7 +565,7 @@ void BoundingVolumeTree::lay_out_leaves() {
         ++n_edges;
       };
       for (std::int32_t i = leaf_items_[l].begin; i < leaf_items_[l].end; ++i) {
-        const std::int32_t item = items_[i].index;
+        const std::int32_t item = item_index(items[i]);
         if (item < triangles) {
           TriangleBlock& block = triangles_[leaf.triangle_block + n_triangles / kLanes];
           const int lane = n_triangles++ % kLanes;
@@ -535,52 +587,55 @@ void BoundingVolumeTree::lay_out_leaves() {
   });
 }
 
-FloatBox BoundingVolumeTree::fit_points(const TreeLeaf& leaf) {
+FloatBox BoundingVolumeTree::fit_points(const TreeLeaf& leaf,
+                                        const std::vector<FloatBox>& vertex_boxes) {
   FloatBox all = kEmptyBox;
   for (int i = 0; i < leaf.points; ++i) {
     PointBlock& block = points_[leaf.point_block + i / kLanes];
     const int lane = i % kLanes;
-    const FloatBox& box = vertex_boxes_[block.id[lane]];
+    const FloatBox& box = vertex_boxes[block.id[lane]];
     set_lane(block.boxes, lane, box);
     grow(all, box);
   }
   return all;
 }
 
-FloatBox BoundingVolumeTree::fit_edges(const TreeLeaf& leaf) {
+FloatBox BoundingVolumeTree::fit_edges(const TreeLeaf& leaf,
+                                       const std::vector<FloatBox>& vertex_boxes) {
   FloatBox all = kEmptyBox;
   for (int i = 0; i < leaf.edges; ++i) {
     EdgeBlock& block = edges_[leaf.edge_block + i / kLanes];
     const int lane = i % kLanes;
-    FloatBox box = vertex_boxes_[block.v0[lane]];
-    grow(box, vertex_boxes_[block.v1[lane]]);
+    FloatBox box = vertex_boxes[block.v0[lane]];
+    grow(box, vertex_boxes[block.v1[lane]]);
     set_lane(block.boxes, lane, box);
     grow(all, box);
   }
   return all;
 }
 
-FloatBox BoundingVolumeTree::fit_triangles(const TreeLeaf& leaf) {
+FloatBox BoundingVolumeTree::fit_triangles(const TreeLeaf& leaf,
+                                           const std::vector<FloatBox>& vertex_boxes) {
   FloatBox all = kEmptyBox;
   for (int i = 0; i < leaf.triangles; ++i) {
     TriangleBlock& block = triangles_[leaf.triangle_block + i / kLanes];
     const int lane = i % kLanes;
-    FloatBox box = vertex_boxes_[block.v0[lane]];
-    grow(box, vertex_boxes_[block.v1[lane]]);
-    grow(box, vertex_boxes_[block.v2[lane]]);
+    FloatBox box = vertex_boxes[block.v0[lane]];
+    grow(box, vertex_boxes[block.v1[lane]]);
+    grow(box, vertex_boxes[block.v2[lane]]);
     set_lane(block.boxes, lane, box);
     grow(all, box);
   }
   return all;
 }
 
-void BoundingVolumeTree::fit_leaves() {
+void BoundingVolumeTree::fit_leaves(const std::vector<FloatBox>& vertex_boxes) {
   parallel_for(leaves_.size(), 512, [&](std::size_t begin, std::size_t end) {
     for (std::size_t l = begin; l < end; ++l) {
       TreeLeaf& leaf = leaves_[l];
-      leaf.box = fit_triangles(leaf);
-      grow(leaf.box, fit_edges(leaf));
-      grow(leaf.box, fit_points(leaf));
+      leaf.box = fit_triangles(leaf, vertex_boxes);
+      grow(leaf.box, fit_edges(leaf, vertex_boxes));
+      grow(leaf.box, fit_points(leaf, vertex_boxes));
     }
   });
 }
@@ -624,8 +679,7 @@ std::size_t BoundingVolumeTree::bytes() const {
   return bytes_of(topology_triangles_) + bytes_of(topology_edges_) + bytes_of(loose_edges_) +
          bytes_of(loose_points_) + bytes_of(owned_edges_begin_) + bytes_of(owned_points_begin_) +
          bytes_of(owned_edges_) + bytes_of(owned_points_) + bytes_of(nodes_) + bytes_of(leaves_) +
-         bytes_of(leaf_items_) + bytes_of(points_) + bytes_of(edges_) + bytes_of(triangles_) +
-         bytes_of(vertex_boxes_) + bytes_of(items_);
+         bytes_of(leaf_items_) + bytes_of(points_) + bytes_of(edges_) + bytes_of(triangles_);
 }
 
 }  // namespace selvedge::detail

@@ -61,6 +61,17 @@ struct TreeLeaf {
   std::uint8_t points, edges, triangles;                    ///< how many lanes in all of them
 };
 
+/// Room that trees need only while they are built or fitted; one serves many, one after another.
+struct TreeScratch {
+  std::vector<FloatBox> vertex_boxes;
+  /// Boxes of the items of a tree; the fourth number of `lo` holds the bits of the item's index.
+  std::vector<FloatBox> items, partitioned;
+
+  std::size_t bytes() const {
+    return (vertex_boxes.capacity() + items.capacity() + partitioned.capacity()) * sizeof(FloatBox);
+  }
+};
+
 /// An eight-wide tree of axis-aligned boxes over the triangles of one surface, swept over the step
 /// and inflated. Every vertex and every edge belongs to one of its triangles, its owner
 /// [Curtis2008], so that a traversal by triangles meets each pair of primitives once. Points and
@@ -73,9 +84,9 @@ class BoundingVolumeTree {
   void set_topology(const SurfaceView& surface);
 
   /// Makes the tree for these positions by binned surface-area splits [Wald2007].
-  void build(const SurfaceView& surface, const Vec3& origin);
+  void build(const SurfaceView& surface, const Vec3& origin, TreeScratch& scratch);
   /// Keeps the tree and fits its boxes to these positions.
-  void refit(const SurfaceView& surface, const Vec3& origin);
+  void refit(const SurfaceView& surface, const Vec3& origin, TreeScratch& scratch);
   /// How much boxes overlap, relative to the last build (1): the mean over the nodes of the areas
   /// of the children over the area of the node, each at most 4 so that a few far stretched
   /// triangles count little.
@@ -99,12 +110,6 @@ class BoundingVolumeTree {
   std::size_t bytes() const;
 
  private:
-  struct Item {
-    std::array<float, 3> lo;
-    std::int32_t index;
-    std::array<float, 3> hi;
-    std::int32_t unused;
-  };
   struct Range {
     std::int32_t begin, end;
   };
@@ -112,15 +117,15 @@ class BoundingVolumeTree {
   struct Builder;
 
   void find_owners();
-  void box_vertices(const SurfaceView& surface, const Vec3& origin);
-  void box_items();
-  void lay_out_leaves();
-  void fit_leaves();
+  void box_items(TreeScratch& scratch) const;
+  void split_items(TreeScratch& scratch);
+  void lay_out_leaves(const std::vector<FloatBox>& items);
+  void fit_leaves(const std::vector<FloatBox>& vertex_boxes);
   void fit_nodes();
   double measure_looseness() const;
-  FloatBox fit_points(const TreeLeaf& leaf);
-  FloatBox fit_edges(const TreeLeaf& leaf);
-  FloatBox fit_triangles(const TreeLeaf& leaf);
+  FloatBox fit_points(const TreeLeaf& leaf, const std::vector<FloatBox>& vertex_boxes);
+  FloatBox fit_edges(const TreeLeaf& leaf, const std::vector<FloatBox>& vertex_boxes);
+  FloatBox fit_triangles(const TreeLeaf& leaf, const std::vector<FloatBox>& vertex_boxes);
 
   // Topology: items are the triangles, then the edges and then the points without a triangle.
   std::size_t vertex_count_ = 0;
@@ -139,10 +144,6 @@ class BoundingVolumeTree {
   std::vector<TriangleBlock> triangles_;
   double built_ratio_ = 1.0;
   double looseness_ = 1.0;
-
-  // Scratch kept between calls.
-  std::vector<FloatBox> vertex_boxes_;
-  std::vector<Item> items_;
 };
 
 }  // namespace selvedge::detail

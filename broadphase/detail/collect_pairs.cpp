@@ -3,17 +3,20 @@
 #include <selvedge/core/parallel.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace selvedge::detail {
 namespace {
 
-constexpr std::size_t kBuckets = 128;      // more would not fit the cache lines that are written
-constexpr std::size_t kFewPairs = 1024;    // below, plain sorting is quicker
-constexpr std::ptrdiff_t kShortList = 32;  // below, insertion sort is quicker
+constexpr std::size_t kBuckets = 128;    // more would not fit the cache lines that are written
+constexpr std::size_t kFewPairs = 1024;  // below, plain sorting is quicker
+constexpr int kDigitBits = 9;            // 512 counters of four bytes: half of a first-level cache
+constexpr std::size_t kDigitValues = std::size_t{1} << kDigitBits;
 
 std::uint32_t first_of(std::uint64_t key) { return static_cast<std::uint32_t>(key >> 32); }
 
@@ -22,45 +25,58 @@ Pair pair_of(std::uint64_t key) {
   return {static_cast<std::int32_t>(key >> 32), static_cast<std::int32_t>(key & 0xffffffffu)};
 }
 
-void sort_seconds(std::uint32_t* begin, std::uint32_t* end) {
-  if (end - begin > kShortList) {
-    std::sort(begin, end);
-    return;
-  }
-  for (std::uint32_t* i = begin + 1; i < end; ++i) {
-    const std::uint32_t value = *i;
-    std::uint32_t* j = i;
-    for (; j > begin && *(j - 1) > value; --j) *j = *(j - 1);
-    *j = value;
-  }
-}
+/// How a pair of one bucket becomes a short key: (first - base) << second_bits | second.
+struct ShortKeys {
+  std::uint32_t base;
+  int second_bits, bits;
 
-/// Sorts one bucket: counts by first index, deals out the seconds, sorts each short list.
-template <class Pair>
-void sort_bucket(const std::uint64_t* keys, std::size_t n, std::uint32_t first, std::size_t width,
-                 Pair* out) {
-  std::vector<std::uint32_t> next(width + 1, 0), seconds(n);
-  for (std::size_t i = 0; i < n; ++i) ++next[first_of(keys[i]) - first + 1];
-  for (std::size_t i = 0; i < width; ++i) next[i + 1] += next[i];
-  for (std::size_t i = 0; i < n; ++i)
-    seconds[next[first_of(keys[i]) - first]++] = static_cast<std::uint32_t>(keys[i]);
-  // Now next[i] is the end of list i.
-  std::uint32_t begin = 0;
-  for (std::size_t i = 0; i < width; ++i) {
-    const std::uint32_t end = next[i];
-    if (begin == end) continue;
-    sort_seconds(seconds.data() + begin, seconds.data() + end);
-    for (; begin < end; ++begin)
-      out[begin] = {static_cast<std::int32_t>(first + i),
-                    static_cast<std::int32_t>(seconds[begin])};
+  template <class Key>
+  Key pack(std::uint64_t key) const {
+    return static_cast<Key>(static_cast<Key>(first_of(key) - base) << second_bits |
+                            static_cast<std::uint32_t>(key));
   }
+  template <class Pair, class Key>
+  Pair unpack(Key key) const {
+    const Key mask = (Key{1} << second_bits) - 1;
+    return {static_cast<std::int32_t>(base + static_cast<std::uint32_t>(key >> second_bits)),
+            static_cast<std::int32_t>(key & mask)};
+  }
+};
+
+/// Sorts one bucket by its short keys, lowest digit first. `scratch` holds 2·n keys.
+template <class Key, class Pair>
+void sort_bucket(const std::uint64_t* found, std::size_t n, const ShortKeys& short_keys,
+                 Key* scratch, Pair* out) {
+  const int digits = std::max(2, (short_keys.bits + kDigitBits - 1) / kDigitBits);
+  const auto digit = [](Key key, int d) {
+    return static_cast<std::size_t>(key >> (d * kDigitBits)) & (kDigitValues - 1);
+  };
+  std::array<std::array<std::uint32_t, kDigitValues>, 64 / kDigitBits + 1> next;
+  for (int d = 0; d < digits; ++d) next[d].fill(0);
+  for (std::size_t i = 0; i < n; ++i) {
+    const Key key = short_keys.pack<Key>(found[i]);
+    for (int d = 0; d < digits; ++d) ++next[d][digit(key, d)];
+  }
+  for (int d = 0; d < digits; ++d) {
+    std::uint32_t sum = 0;
+    for (std::uint32_t& place : next[d]) sum += std::exchange(place, sum);
+  }
+  Key *from = scratch, *to = scratch + n;
+  for (std::size_t i = 0; i < n; ++i) {
+    const Key key = short_keys.pack<Key>(found[i]);
+    from[next[0][digit(key, 0)]++] = key;
+  }
+  for (int d = 1; d + 1 < digits; ++d, std::swap(from, to))
+    for (std::size_t i = 0; i < n; ++i) to[next[d][digit(from[i], d)]++] = from[i];
+  for (std::size_t i = 0; i < n; ++i)
+    out[next[digits - 1][digit(from[i], digits - 1)]++] = short_keys.unpack<Pair>(from[i]);
 }
 
 }  // namespace
 
 template <class Pair>
 void PairCollector::sort_into(const std::vector<FoundPairs>& parts, PairBuffer FoundPairs::*list,
-                              std::size_t firsts, std::vector<Pair>& out) {
+                              std::size_t firsts, std::size_t seconds, std::vector<Pair>& out) {
   std::size_t total = 0;
   for (const FoundPairs& part : parts) total += (part.*list).size();
   out.resize(total);
@@ -110,22 +126,39 @@ void PairCollector::sort_into(const std::vector<FoundPairs>& parts, PairBuffer F
       }
     }
   });
+  const int second_bits = static_cast<int>(std::bit_width(seconds));
+  const ShortKeys all_keys{0, second_bits, second_bits + shift};
+  if (all_keys.bits <= 32 ? short_scratch_.size() < 2 * total : long_scratch_.size() < 2 * total) {
+    if (all_keys.bits <= 32)
+      short_scratch_.resize(2 * total);
+    else
+      long_scratch_.resize(2 * total);
+  }
   parallel_for(buckets, 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t b = begin; b < end; ++b)
-      sort_bucket(scratch_.data() + bucket_begin[b], bucket_begin[b + 1] - bucket_begin[b],
-                  static_cast<std::uint32_t>(b << shift), std::size_t{1} << shift,
-                  out.data() + bucket_begin[b]);
+    ShortKeys keys = all_keys;
+    for (std::size_t b = begin; b < end; ++b) {
+      const std::size_t first = bucket_begin[b], n = bucket_begin[b + 1] - first;
+      keys.base = static_cast<std::uint32_t>(b << shift);
+      if (keys.bits <= 32)
+        sort_bucket(scratch_.data() + first, n, keys, short_scratch_.data() + 2 * first,
+                    out.data() + first);
+      else
+        sort_bucket(scratch_.data() + first, n, keys, long_scratch_.data() + 2 * first,
+                    out.data() + first);
+    }
   });
 }
 
 void PairCollector::collect(const std::vector<FoundPairs>& parts, PairBuffer FoundPairs::*list,
-                            std::size_t firsts, std::vector<PointTrianglePair>& out) {
-  sort_into(parts, list, firsts, out);
+                            std::size_t firsts, std::size_t seconds,
+                            std::vector<PointTrianglePair>& out) {
+  sort_into(parts, list, firsts, seconds, out);
 }
 
 void PairCollector::collect(const std::vector<FoundPairs>& parts, PairBuffer FoundPairs::*list,
-                            std::size_t firsts, std::vector<EdgeEdgePair>& out) {
-  sort_into(parts, list, firsts, out);
+                            std::size_t firsts, std::size_t seconds,
+                            std::vector<EdgeEdgePair>& out) {
+  sort_into(parts, list, firsts, seconds, out);
 }
 
 }  // namespace selvedge::detail

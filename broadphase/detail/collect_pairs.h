@@ -45,23 +45,27 @@ struct FoundPairs {
 };
 
 /// Gathers the lists of all parts into one sorted list. Sorting is by buckets of the first index,
-/// then within each bucket: linear in the number of pairs, threaded, the same list whatever the
-/// parts were.
+/// then by the digits of both within each bucket: linear in the number of pairs, threaded, the same
+/// list whatever the parts were.
 class PairCollector {
  public:
-  /// `firsts`, `firsts_edge`: one more than the largest first index.
+  /// `firsts` and `seconds` bound the first and second indices from above.
   void collect(const std::vector<FoundPairs>& parts, PairBuffer FoundPairs::*list,
-               std::size_t firsts, std::vector<PointTrianglePair>& out);
+               std::size_t firsts, std::size_t seconds, std::vector<PointTrianglePair>& out);
   void collect(const std::vector<FoundPairs>& parts, PairBuffer FoundPairs::*list,
-               std::size_t firsts, std::vector<EdgeEdgePair>& out);
-  std::size_t bytes() const { return scratch_.capacity() * sizeof(std::uint64_t); }
+               std::size_t firsts, std::size_t seconds, std::vector<EdgeEdgePair>& out);
+  std::size_t bytes() const {
+    return (scratch_.capacity() + long_scratch_.capacity()) * sizeof(std::uint64_t) +
+           short_scratch_.capacity() * sizeof(std::uint32_t);
+  }
 
  private:
   template <class Pair>
   void sort_into(const std::vector<FoundPairs>& parts, PairBuffer FoundPairs::*list,
-                 std::size_t firsts, std::vector<Pair>& out);
+                 std::size_t firsts, std::size_t seconds, std::vector<Pair>& out);
 
-  std::vector<std::uint64_t> scratch_;
+  std::vector<std::uint64_t> scratch_, long_scratch_;
+  std::vector<std::uint32_t> short_scratch_;
 };
 
 }  // namespace selvedge::detail

@@ -11,11 +11,11 @@ namespace selvedge {
 enum class UpAxis { x, y, z };
 
 struct LoadConfig {
-  double unit = 1.0;             ///< metres per file unit, > 0
-  UpAxis up = UpAxis::z;         ///< which axis of the file points up; turned to +z
-  bool weld = true;              ///< merge vertices at exactly equal positions, drop unused ones
-  double timeout = 30.0;         ///< s, for formats that need assimp
-  std::size_t memory_limit = std::size_t{4} << 30;   ///< bytes, for the same
+  double unit = 1.0;      ///< metres per file unit, > 0
+  UpAxis up = UpAxis::z;  ///< which axis of the file points up; turned to +z
+  bool weld = true;       ///< merge vertices at exactly equal positions, drop unused ones
+  double timeout = 30.0;  ///< s, for formats that need assimp
+  std::size_t memory_limit = std::size_t{4} << 30;  ///< bytes, for the same
 };
 
 /// Reads a body mesh: OBJ, PLY and OFF with our own exact reader, every other format (STL, glTF, …)

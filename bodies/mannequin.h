@@ -17,9 +17,9 @@ struct LimbPose {
 };
 
 struct MannequinConfig {
-  double height = 1.7;   ///< m, standing, in [0.1, 10]
-  int faces = 10000;     ///< wanted number of triangles, kept within 15 %, in [5000, 30000]
-  LimbPose left, right;  ///< left: towards +x
+  double height = 1.7;       ///< m, standing, in [0.1, 10]
+  int faces = 10000;         ///< wanted number of triangles, kept within 15 %, in [5000, 30000]
+  LimbPose left{}, right{};  ///< left: towards +x
 };
 
 /// An adult shop-window figure: z up, the lower foot on z = 0, facing -y, the trunk over the

@@ -10,16 +10,16 @@
 
 namespace selvedge {
 
-/// Reads OBJ, PLY (ASCII, binary little and big endian) or OFF exactly: doubles, file order, polygons
-/// fanned into triangles, nothing merged or dropped. Throws std::invalid_argument with one sentence:
-/// file, line or byte, fault, remedy. Never crashes or hangs on damaged input; never allocates more
-/// than the file's size warrants.
+/// Reads OBJ, PLY (ASCII, binary little and big endian) or OFF exactly: doubles, file order,
+/// polygons fanned into triangles, nothing merged or dropped. Throws std::invalid_argument with one
+/// sentence: file, line or byte, fault, remedy. Never crashes or hangs on damaged input; never
+/// allocates more than the file's size warrants.
 TriangleMesh read_mesh(const std::filesystem::path& file);
 
 /// Extra vertex data of a PLY file that our own frames carry.
 struct NamedValues {
-  std::string name;              ///< PLY property name
-  std::vector<double> values;    ///< one per vertex
+  std::string name;            ///< PLY property name
+  std::vector<double> values;  ///< one per vertex
 };
 
 /// Binary little-endian PLY, double precision: read_mesh gives back the same bits. Written to a

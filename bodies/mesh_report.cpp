@@ -201,8 +201,8 @@ class MeshInspection {
     return t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
   }
 
-  detail::Corners corners(std::size_t k) const {
-    const Triangle& t = mesh_.triangles[k];
+  detail::Corners corners(std::size_t k) const { return corners(mesh_.triangles[k]); }
+  detail::Corners corners(const Triangle& t) const {
     return {mesh_.vertices[t[0]], mesh_.vertices[t[1]], mesh_.vertices[t[2]]};
   }
 
@@ -276,17 +276,26 @@ class MeshInspection {
     if (report_.closed()) report_.volume = std::accumulate(volume.begin(), volume.end(), 0.0);
   }
 
-  // By position, so that a mesh whose triangles own their corners does not count every neighbour.
-  bool share_vertex(const Triangle& a, const Triangle& b) const {
-    for (const std::int32_t i : a)
-      for (const std::int32_t j : b)
-        if (place_[i] == place_[j]) return true;
-    return false;
-  }
+  struct Crossings {
+    std::size_t apart = 0, neighbours = 0;
+  };
 
-  bool crosses(std::size_t a, std::size_t b) const {
-    return !share_vertex(mesh_.triangles[a], mesh_.triangles[b]) &&
-           detail::triangles_meet(corners(a), corners(b));
+  // Common corners by position, so that in a mesh whose triangles own their corners not every pair
+  // of neighbours counts. Common corners go first in both.
+  void judge_pair(std::size_t a, std::size_t b, Crossings& found) const {
+    Triangle ta = mesh_.triangles[a], tb = mesh_.triangles[b];
+    int common = 0;
+    for (int i = 0; i < 3; ++i)
+      for (int j = common; j < 3; ++j)
+        if (place_[ta[i]] == place_[tb[j]]) {
+          std::swap(ta[i], ta[common]);
+          std::swap(tb[j], tb[common++]);
+          break;
+        }
+    const detail::Corners ca = corners(ta), cb = corners(tb);
+    found.apart += common == 0 && detail::triangles_meet(ca, cb);
+    found.neighbours += (common == 1 && detail::wedges_meet(ca, cb)) ||
+                        (common == 2 && detail::leaves_overlap(ca, cb));
   }
 
   void count_self_intersections() {
@@ -298,16 +307,17 @@ class MeshInspection {
       boxes[k] = {c[0].cwiseMin(c[1]).cwiseMin(c[2]), c[0].cwiseMax(c[1]).cwiseMax(c[2])};
     }
     const BoxTree tree(boxes);
-    // Counts of pairs are exact in double, so their sum is too.
-    const double pairs = parallel_sum(n, queries_per_task, [&](std::size_t begin, std::size_t end) {
-      std::size_t found = 0;
+    std::vector<Crossings> found((n + queries_per_task - 1) / queries_per_task);
+    parallel_for(n, queries_per_task, [&](std::size_t begin, std::size_t end) {
       for (std::size_t a = begin; a < end; ++a)
         tree.for_each_overlap(boxes[a], [&](std::int32_t b) {
-          if (static_cast<std::size_t>(b) > a) found += crosses(a, b);
+          if (static_cast<std::size_t>(b) > a) judge_pair(a, b, found[a / queries_per_task]);
         });
-      return static_cast<double>(found);
     });
-    report_.self_intersections = static_cast<std::size_t>(pairs);
+    for (const Crossings& part : found) {
+      report_.self_intersections += part.apart;
+      report_.folded_neighbours += part.neighbours;
+    }
   }
 
   const TriangleMesh& mesh_;
@@ -343,6 +353,8 @@ std::vector<std::string> MeshReport::sentences() const {
   add_sentence(unused_vertices, "vertex belongs to no face", "vertices belong to no face", s);
   add_sentence(inward_components, "closed part is inside out", "closed parts are inside out", s);
   add_sentence(self_intersections, "pair of faces crosses", "pairs of faces cross", s);
+  add_sentence(folded_neighbours, "pair of neighbouring faces overlaps",
+               "pairs of neighbouring faces overlap", s);
   return s;
 }
 

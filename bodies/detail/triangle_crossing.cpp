@@ -89,4 +89,23 @@ bool triangles_meet(const Corners& a, const Corners& b) {
          (axis_a >= 0 && edges_meet(b, side_b, a, axis_a));
 }
 
+// Beyond the common corner they meet if and only if the edge opposite to it in one meets the other:
+// their common segment starts at the corner and ends where the first triangle ends.
+bool wedges_meet(const Corners& a, const Corners& b) {
+  const std::array<int, 3> side_a = sides(a, b);
+  if (side_a[1] * side_a[2] > 0) return false;
+  const std::array<int, 3> side_b = sides(b, a);
+  if (side_b[1] * side_b[2] > 0) return false;
+  const int axis_a = projection_axis(a), axis_b = projection_axis(b);
+  if (axis_a < 0 || axis_b < 0) return false;
+  return segment_meets(a[1], a[2], side_a[1], side_a[2], b, axis_b) ||
+         segment_meets(b[1], b[2], side_b[1], side_b[2], a, axis_a);
+}
+
+bool leaves_overlap(const Corners& a, const Corners& b) {
+  const int axis = projection_axis(a);
+  return axis >= 0 && orientation(a[0], a[1], a[2], b[2]) == 0 &&
+         orientation(a[0], a[1], a[2], axis) * orientation(a[0], a[1], b[2], axis) > 0;
+}
+
 }  // namespace selvedge::detail

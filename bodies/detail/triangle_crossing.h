@@ -17,4 +17,12 @@ bool has_no_area(const Corners& t);
 /// its longest edge; two of them never meet.
 bool triangles_meet(const Corners& a, const Corners& b);
 
+/// Two triangles with the common corner a[0] = b[0]: true if they meet anywhere else; false if
+/// one has no area. Exact.
+bool wedges_meet(const Corners& a, const Corners& b);
+
+/// Two triangles with the common corners a[0] = b[0], a[1] = b[1]: true if they overlap, that is
+/// lie in one plane on the same side of their edge. Exact.
+bool leaves_overlap(const Corners& a, const Corners& b);
+
 }  // namespace selvedge::detail

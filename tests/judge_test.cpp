@@ -365,6 +365,60 @@ TEST(Judge, CountsTheSameAsEveryPairByClipping) {
   EXPECT_GT(self, 20u);
 }
 
+// ---- The predicates, where products leave the range of double or cancel
+
+constexpr std::array awkward_units{1e-300, 1e-200, 1e-160, 1e-108, 1.0, 1e108, 1e160, 1e300};
+
+/// Four points near a plane or a line, each axis in a unit of its own.
+std::array<Vec3, 4> nearly_dependent_points(RandomTriangles& random) {
+  std::array<Vec3, 4> x;
+  for (Vec3& v : x) v = Vec3(random.pick(7) / 7.0, random.pick(5) / 3.0, random.pick(9) / 9.0);
+  const double s = random.pick(11) / 10.0, t = random.pick(11) / 10.0;
+  x[3] = x[0] + s * (x[1] - x[0]) + t * (x[2] - x[0]);
+  if (random.pick(2) == 0) x[2] = x[0] + t * (x[1] - x[0]);
+  const Vec3 unit_size(awkward_units[random.pick(awkward_units.size())],
+                       awkward_units[random.pick(awkward_units.size())],
+                       awkward_units[random.pick(awkward_units.size())]);
+  for (Vec3& v : x) {
+    v = v.cwiseProduct(unit_size);
+    for (int k = 0; k < 3; ++k)
+      if (random.pick(4) == 0) v[k] = std::nextafter(v[k], INFINITY);
+  }
+  return x;
+}
+
+TEST(Judge, DecidesOrientationsAsRationalDeterminantsDo) {
+  RandomTriangles random(31);
+  for (int i = 0; i < 20000; ++i) {
+    const std::array<Vec3, 4> x = nearly_dependent_points(random);
+    std::array<RationalPoint, 4> r;
+    for (int k = 0; k < 4; ++k) r[k] = rational(x[k]);
+    const mpq_class volume = dot(minus(r[0], r[3]), cross(minus(r[1], r[3]), minus(r[2], r[3])));
+    ASSERT_EQ(judging::orient3d(x[0], x[1], x[2], x[3]), sgn(volume)) << "case " << i;
+    const RationalPoint area = cross(minus(r[0], r[2]), minus(r[1], r[2]));
+    for (int k = 0; k < 3; ++k)
+      ASSERT_EQ(judging::orient2d(x[0], x[1], x[2], k), sgn(area[k])) << "case " << i;
+  }
+}
+
+TEST(Judge, NeverTakesTouchingPointsForSeparated) {
+  RandomTriangles random(32);
+  std::size_t separated = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const std::array<Vec3, 4> x = nearly_dependent_points(random),
+                              y = nearly_dependent_points(random);
+    const Vec3 direction = (y[1] - y[0]).cross(x[1] - x[0]);
+    if (!direction.allFinite() || !judging::separated_along(direction, {&x[0], 2}, {&x[2], 2}))
+      continue;
+    ++separated;
+    for (int a = 0; a < 2; ++a)
+      for (int b = 2; b < 4; ++b)
+        ASSERT_EQ(sgn(dot(rational(direction), minus(rational(x[b]), rational(x[a])))), 1)
+            << "case " << i;
+  }
+  EXPECT_GT(separated, 500u);
+}
+
 TEST(Judge, FindsAFlatAFoldedAndATiltedSheetFreeOfIntersections) {
   EXPECT_EQ(judge(sheet(30, [](double, double) { return 0.0; }), {}, {}).self_intersections, 0u);
   EXPECT_EQ(judge(sheet(30, [](double x, double y) { return 0.3 * x + 0.7 * y; }), {}, {})
@@ -585,6 +639,87 @@ TEST(JudgePath, DecidesTheSameForReversedTimeOtherOrderAndOtherUnits) {
     }
   }
   EXPECT_GT(touching, 20u);
+}
+
+TEST(JudgePath, FindsAGrazeAtATimeThatIsNoBinaryFraction) {
+  // The coplanarity polynomial is u², u = 3t - 1: at t = 1/3 the point is at (0, y, 0), where the
+  // triangle's edge from the origin to (0, 1, 0) is.
+  const auto grazes = [](double y) {
+    return touch_both_ways(PathKind::point_triangle,
+                           {Vec3(0, y, -1), Vec3(0, 0, 0), Vec3(-1, 0, 1), Vec3(0, 1, 0),
+                            Vec3(0, y, 2), Vec3(0, 0, 0), Vec3(2, 0, 1), Vec3(0, 1, 0)});
+  };
+  EXPECT_TRUE(grazes(0.25));
+  EXPECT_TRUE(grazes(1.0));
+  EXPECT_FALSE(grazes(std::nextafter(1.0, 2.0)));
+}
+
+// Counts by every pair of primitives, without boxes and filters.
+class EveryPair {
+ public:
+  EveryPair(const TriangleMesh& mesh, std::span<const Vec3> end) : mesh_(mesh), end_(end) {
+    for (const Triangle& t : mesh.triangles)
+      for (int k = 0; k < 3; ++k) {
+        points_[{t[k]}] = true;
+        edges_[{std::min(t[k], t[(k + 1) % 3]), std::max(t[k], t[(k + 1) % 3])}] = true;
+      }
+  }
+
+  std::size_t point_triangle(const EveryPair& other) const {
+    std::size_t count = 0;
+    for (const auto& [point, used] : points_)
+      for (const Triangle& t : other.mesh_.triangles)
+        count += touch(PathKind::point_triangle, point, other, t);
+    return count;
+  }
+  std::size_t edge_edge(const EveryPair& other) const {
+    std::size_t count = 0;
+    for (const auto& [a, used_a] : edges_)
+      for (const auto& [b, used_b] : other.edges_)
+        if (this != &other || a < b) count += touch(PathKind::edge_edge, a, other, b);
+    return count;
+  }
+
+ private:
+  template <class A, class B>
+  bool touch(PathKind kind, const A& a, const EveryPair& other, const B& b) const {
+    std::vector<Vec3> start, end;
+    for (const std::int32_t v : a) {
+      if (this == &other && std::find(b.begin(), b.end(), v) != b.end()) return false;
+      start.push_back(mesh_.vertices[v]);
+      end.push_back(end_[v]);
+    }
+    for (const std::int32_t v : b) {
+      start.push_back(other.mesh_.vertices[v]);
+      end.push_back(other.end_[v]);
+    }
+    start.insert(start.end(), end.begin(), end.end());
+    return paths_touch_unfiltered(kind, std::span<const Vec3, 8>(start.data(), 8));
+  }
+
+  const TriangleMesh& mesh_;
+  std::span<const Vec3> end_;
+  std::map<std::array<std::int32_t, 1>, bool> points_;
+  std::map<Edge, bool> edges_;
+};
+
+TEST(JudgePath, CountsTheSameAsEveryPairOfPrimitives) {
+  std::mt19937 random(17);
+  const auto number = [&random] { return static_cast<int>(random() % 9) / 4.0; };
+  for (int round = 0; round < 6; ++round) {
+    TriangleMesh mesh = sheet(3, [](double, double) { return 1.0; });
+    TriangleMesh body = cube(Vec3(0.2, 0.2, 0.0), Vec3(1.1, 1.1, 0.5));
+    std::vector<Vec3> mesh_end = mesh.vertices, body_end = body.vertices;
+    for (Vec3& x : mesh_end) x += 0.5 * Vec3(number() - 1.0, number() - 1.0, -number());
+    for (Vec3& x : body_end) x += 0.25 * Vec3(number() - 1.0, number() - 1.0, number());
+    const EveryPair a(mesh, mesh_end), b(body, body_end);
+    const PathVerdict verdict = judge_path(mesh, mesh_end, body, body_end);
+    EXPECT_EQ(verdict.self_collisions, a.point_triangle(a) + a.edge_edge(a)) << round;
+    EXPECT_EQ(verdict.body_collisions, a.point_triangle(b) + b.point_triangle(a) + a.edge_edge(b))
+        << round;
+    EXPECT_GT(verdict.self_collisions, 0u);
+    EXPECT_GT(verdict.body_collisions, 0u);
+  }
 }
 
 TEST(JudgePath, CountsASheetThatFallsThroughAPlateAndNotOneThatStopsAbove) {

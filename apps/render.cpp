@@ -58,11 +58,13 @@ void check_surface(const RenderSurface& surface, std::size_t index) {
 struct Box {
   Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity());
   Vec3 high = -low;
-  void add(std::span<const Vec3> points) {
-    for (const Vec3& p : points) {
-      low = low.cwiseMin(p);
-      high = high.cwiseMax(p);
-    }
+  /// Vertices that belong to no triangle are not drawn and do not count.
+  void add(const RenderSurface& surface) {
+    for (const Triangle& t : surface.triangles)
+      for (const std::int32_t v : t) {
+        low = low.cwiseMin(surface.x[static_cast<std::size_t>(v)]);
+        high = high.cwiseMax(surface.x[static_cast<std::size_t>(v)]);
+      }
   }
   bool empty() const { return !(low.x() <= high.x()); }
 };
@@ -71,8 +73,8 @@ struct Box {
 Box lit_box(std::span<const RenderSurface> surfaces) {
   Box aimed, all;
   for (const RenderSurface& surface : surfaces) {
-    all.add(surface.x);
-    if (!surface.backdrop) aimed.add(surface.x);
+    all.add(surface);
+    if (!surface.backdrop) aimed.add(surface);
   }
   if (aimed.empty()) aimed = all;
   if (aimed.empty()) aimed.low = aimed.high = Vec3::Zero();
@@ -134,7 +136,28 @@ void add_normals(const RenderSurface& surface, std::size_t first_triangle, Geome
   });
 }
 
+/// Appends the vertices that triangles of the surface use, and the triangles.
+void add_surface(const RenderSurface& surface, Geometry& geometry) {
+  std::vector<std::int32_t> place(surface.x.size(), -1);
+  geometry.triangles.reserve(geometry.triangles.size() + surface.triangles.size());
+  for (const Triangle& t : surface.triangles) {
+    Triangle& joined = geometry.triangles.emplace_back();
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto v = static_cast<std::size_t>(t[k]);
+      if (place[v] < 0) {
+        place[v] = static_cast<std::int32_t>(geometry.x.size());
+        geometry.x.push_back((surface.x[v] - geometry.origin).cast<float>());
+        geometry.material.push_back(surface.material.empty()
+                                        ? Vec2f(Vec2f::Zero())
+                                        : Vec2f(surface.material[v].cast<float>()));
+      }
+      joined[k] = place[v];
+    }
+  }
+}
+
 Geometry gather(std::span<const RenderSurface> surfaces) {
+  for (std::size_t s = 0; s < surfaces.size(); ++s) check_surface(surfaces[s], s);
   Geometry geometry;
   const Box box = lit_box(surfaces);
   geometry.origin = 0.5 * (box.low + box.high);
@@ -143,19 +166,10 @@ Geometry gather(std::span<const RenderSurface> surfaces) {
       static_cast<float>(std::max(0.5 * margin * (box.high - box.low).norm(), smallest));
   geometry.lowest = static_cast<float>(box.low.z() - geometry.origin.z());
   for (std::size_t s = 0; s < surfaces.size(); ++s) {
-    const RenderSurface& surface = surfaces[s];
-    check_surface(surface, s);
-    const auto first_vertex = static_cast<std::int32_t>(geometry.x.size());
     const std::size_t first_triangle = geometry.triangles.size();
-    for (const Vec3& p : surface.x) geometry.x.push_back((p - geometry.origin).cast<float>());
-    geometry.material.resize(geometry.x.size(), Vec2f::Zero());
-    for (std::size_t i = 0; i < surface.material.size(); ++i)
-      geometry.material[static_cast<std::size_t>(first_vertex) + i] =
-          surface.material[i].cast<float>();
-    for (const Triangle& t : surface.triangles)
-      geometry.triangles.push_back({t[0] + first_vertex, t[1] + first_vertex, t[2] + first_vertex});
+    add_surface(surfaces[s], geometry);
     geometry.surface.resize(geometry.triangles.size(), static_cast<std::int32_t>(s));
-    add_normals(surface, first_triangle, geometry);
+    add_normals(surfaces[s], first_triangle, geometry);
   }
   return geometry;
 }
@@ -250,12 +264,15 @@ std::array<Vec2f, n> disc(float power) {
 // hides the light near a point gives the width of the half-shadow, over which the light is then
 // averaged.
 float Lights::key(const Vec3f& p, const Vec3f& n) const {
-  static constexpr std::size_t search_count = 40, filter_count = 96;
-  static const std::array<Vec2f, search_count> search = disc<search_count>(1.0F);
+  static constexpr std::size_t search_count = 56, filter_count = 96;
+  static const std::array<Vec2f, search_count> search = disc<search_count>(0.7F);
   static const std::array<Vec2f, filter_count> filter = disc<filter_count>(0.5F);
   // Off the surface by more than the depth varies within the filter, lest it shades itself.
   const float texel = key_.texel();
-  constexpr float offset_texels = 2.5F, widest_texels = 30.0F;
+  constexpr float offset_texels = 2.5F;
+  // The search reaches beyond the widest filter: what it finds at its rim, where it is thin,
+  // matters less.
+  constexpr float search_texels = 32.0F, widest_texels = 22.0F;
   const DepthMap::Place at = key_.place(p + offset_texels * texel * n);
   // A surface that leans away from the light would reach before itself within a wide filter.
   const float cosine = std::clamp(n.dot(key_.to_light()), 0.1F, 1.0F);
@@ -265,8 +282,8 @@ float Lights::key(const Vec3f& p, const Vec3f& n) const {
   float sum = 0.0F;
   int hidden = 0;
   for (const Vec2f& q : search) {
-    const float depth = key_.depth(at.u + widest_texels * q.x(), at.v + widest_texels * q.y());
-    if (depth >= at.depth - bias * (0.5F + widest_texels * q.norm())) continue;
+    const float depth = key_.depth(at.u + search_texels * q.x(), at.v + search_texels * q.y());
+    if (depth >= at.depth - bias * (0.5F + search_texels * q.norm())) continue;
     sum += depth;
     ++hidden;
   }
@@ -491,7 +508,7 @@ void Background::make_ambient() {
 void Background::smooth_ambient() {
   constexpr std::size_t points = cells + 1;
   const std::array<float, 3> tent = {0.25F, 0.5F, 0.25F};
-  for (int pass = 0; pass < 4; ++pass) {
+  for (int pass = 0; pass < 12; ++pass) {
     const std::size_t along = pass % 2 == 0 ? 1 : points;
     const std::vector<float> before = ambient_;
     for (std::size_t row = 1; row < points - 1; ++row)

@@ -373,31 +373,47 @@ Camera ResultPictures::camera(const CameraChoice& choice, std::span<const int> s
   return camera;
 }
 
+/// Joins parts that look alike, so that a body of many parts is drawn as one.
+void ResultPictures::add_parts(const TriangleMesh& mesh, bool is_body,
+                               std::vector<Look>& looks) const {
+  std::size_t cloths = 0;
+  for (auto& part : connected_parts(mesh.vertices.size(), mesh.triangles)) {
+    const bool closed = !is_folder_ && open_edges(part).empty();
+    Look look;
+    look.surface = is_body || closed ? body_surface() : cloth_surface(cloths++);
+    look.surface.x = mesh.vertices;
+    if (!is_body && grid_ > 0.0 && material_.size() == mesh.vertices.size()) {
+      look.surface.material = material_;
+      look.surface.grid = grid_;
+    }
+    if (is_body) {
+      const Bounds bounds = bounds_of(mesh.vertices, part);
+      look.surface.backdrop = bounds.diagonal() > backdrop_size_;
+      // A level floor is what the ground of the picture stands for.
+      if (look.surface.backdrop && bounds.low.z() == bounds.high.z()) continue;
+    }
+    const auto alike = std::find_if(looks.begin(), looks.end(), [&](const Look& other) {
+      return other.surface.x.data() == look.surface.x.data() &&
+             other.surface.front == look.surface.front &&
+             other.surface.backdrop == look.surface.backdrop;
+    });
+    if (alike == looks.end())
+      looks.push_back({look.surface, std::move(part)});
+    else
+      alike->triangles.insert(alike->triangles.end(), part.begin(), part.end());
+  }
+}
+
 Image ResultPictures::picture(int frame, const Camera& camera) {
   const TriangleMesh mesh = cloth(frame);
   const TriangleMesh& body = bodies(frame);
-  const auto pieces = connected_parts(mesh.vertices.size(), mesh.triangles);
-  const auto solids = connected_parts(body.vertices.size(), body.triangles);
+  std::vector<Look> looks;
+  add_parts(mesh, false, looks);
+  add_parts(body, true, looks);
   std::vector<RenderSurface> surfaces;
-  std::size_t cloths = 0;
-  for (const auto& piece : pieces) {
-    const bool closed = !is_folder_ && open_edges(piece).empty();
-    RenderSurface surface = closed ? body_surface() : cloth_surface(cloths++);
-    surface.x = mesh.vertices;
-    surface.triangles = piece;
-    if (grid_ > 0.0 && material_.size() == mesh.vertices.size()) surface.material = material_;
-    surface.grid = grid_;
-    surfaces.push_back(surface);
-  }
-  for (const auto& solid : solids) {
-    const Bounds bounds = bounds_of(body.vertices, solid);
-    // A level floor is what the ground of the picture stands for.
-    if (bounds.diagonal() > backdrop_size_ && bounds.low.z() == bounds.high.z()) continue;
-    RenderSurface surface = body_surface();
-    surface.x = body.vertices;
-    surface.triangles = solid;
-    surface.backdrop = bounds.diagonal() > backdrop_size_;
-    surfaces.push_back(surface);
+  for (const Look& look : looks) {
+    surfaces.push_back(look.surface);
+    surfaces.back().triangles = look.triangles;
   }
   RenderConfig config;
   config.ground_z = ground_z_;

@@ -38,6 +38,12 @@ class ResultPictures {
   Image picture(int frame, const Camera& camera);
 
  private:
+  /// Parts of a mesh that look alike.
+  struct Look {
+    RenderSurface surface;
+    std::vector<Triangle> triangles;
+  };
+  void add_parts(const TriangleMesh& mesh, bool is_body, std::vector<Look>& looks) const;
   TriangleMesh cloth(int frame) const;
   const TriangleMesh& bodies(int frame);
   void read_scene_file();

@@ -313,6 +313,21 @@ TEST(Render, ASurfaceInTheOpenDoesNotShadeItself) {
   EXPECT_LE(brightest - darkest, 12);
 }
 
+TEST(Render, VerticesWithoutATriangleChangeNothing) {
+  const TestScene scene = test_scene();
+  std::vector<Vec3> more = {Vec3(100, 100, 100)};
+  more.insert(more.end(), scene.sheet.begin(), scene.sheet.end());
+  more.emplace_back(-500, 0, -3);
+  std::vector<Triangle> shifted = scene.sheet_triangles;
+  for (Triangle& t : shifted)
+    for (std::int32_t& v : t) ++v;
+  Camera camera;
+  camera.width = 100;
+  camera.height = 75;
+  EXPECT_EQ(render(camera, std::array{surface(scene.sheet, scene.sheet_triangles)}).rgb,
+            render(camera, std::array{surface(more, shifted)}).rgb);
+}
+
 TEST(Render, RefusesWhatCannotBeDrawnAndNamesIt) {
   const std::vector<Vec3> x = {{0, 2, 0}, {1, 2, 0}, {0, 2, 1}};
   const std::vector<Triangle> good = {{0, 1, 2}}, bad = {{0, 1, 3}};

@@ -23,6 +23,11 @@ constexpr double kSameNormal = 0.95;
 // by the point-triangle pair of the end as well.
 constexpr double kEdgeEnd = 1e-6;
 
+// Where points of the cloth rest on faces, edges and body vertices have nothing to add: they keep
+// this share of the rest gap, so that one contact carries and the others stand by for what comes
+// between the points (a rim, a spike, a fold).
+constexpr double kSecondaryShare = 0.5;
+
 // Cloth whose layers start nearer than the thickness keeps this share of their starting distance.
 constexpr double kStartShare = 0.9;
 
@@ -100,6 +105,10 @@ Detection::Detection(const Scene& scene, const BuiltScene& built)
     body_friction_.resize(static_cast<std::size_t>(body_begin_.back()), scene.bodies[b].friction);
   }
   body_edges_ = unique_edges(body_triangles_);
+  std::vector<Triangle> all = cloth_triangles_;
+  const auto n = static_cast<std::int32_t>(particles_);
+  for (const Triangle& t : body_triangles_) all.push_back({t[0] + n, t[1] + n, t[2] + n});
+  filter_ = ContactFilter(particles_ + body_friction_.size(), all);
 }
 
 void Detection::set_motion(std::span<const Vec3> x_t0, std::span<const Vec3> x_t1,
@@ -167,6 +176,7 @@ ContactPoint Detection::joint(const Contact& contact, bool self) const {
   c.normal = contact.normal;
   c.gap = c.normal.dot(relative(c, x_t0_));
   c.rest_gap = rest_gap(c, self);
+  if (contact.kind != ContactKind::point_triangle) c.rest_gap *= kSecondaryShare;
   c.friction = friction(c, self);
   return c;
 }
@@ -210,14 +220,16 @@ void Detection::append_proximities(const std::vector<Contact>& found, bool self,
   for (const Contact& contact : found) {
     if (contact.gap > kProximityReach * thickness_) continue;
     ContactPoint c = joint(contact, self);
-    if (c.gap > c.rest_gap && c.rest_gap < thickness_) continue;  // neighbours at their distance
+    if (std::min(c.gap, c.normal.dot(relative(c, x_t1_))) >= c.rest_gap) continue;
     if (contact.kind == ContactKind::edge_edge) {
       const double s = c.weight[1], t = -c.weight[3];
       if (s <= kEdgeEnd || s >= 1.0 - kEdgeEnd || t <= kEdgeEnd || t >= 1.0 - kEdgeEnd) continue;
+      if (!filter_.is_true_edge_contact(c, x_t0_)) continue;
       flush();
       out.push_back(c);
       continue;
     }
+    if (!filter_.is_true_point_contact(c, x_t0_)) continue;
     if (contact.kind != kind || contact.vertex[0] != point) flush();
     kind = contact.kind;
     point = contact.vertex[0];

@@ -4,6 +4,7 @@
 #include <selvedge/broadphase/broad_phase.h>
 #include <selvedge/narrowphase/narrow_phase.h>
 #include <selvedge/response/contact_point.h>
+#include <selvedge/scene/contact_filter.h>
 #include <selvedge/scene/scene.h>
 
 #include <memory>
@@ -69,6 +70,7 @@ class Detection {
   std::unique_ptr<BroadPhase> broad_body_, broad_self_, broad_crossings_;
   std::unique_ptr<NarrowPhase> narrow_;
 
+  ContactFilter filter_;
   std::vector<Edge> cloth_edges_, body_edges_;
   std::vector<Triangle> cloth_triangles_, body_triangles_;
   std::vector<std::int32_t> body_begin_;                // first vertex of each body, plus the total

@@ -28,23 +28,60 @@ constexpr double least_coarsening = 0.75;
 constexpr double smoother_step = 1.5;
 constexpr int power_iterations = 10;
 
-using Matf = Eigen::Matrix3f;
+/// Four lanes of single precision, of which a vector fills three.
+using Lanes = Eigen::Array4f;
 
-/// y = A x for blocks of the scalar S.
-template <class S>
-void multiply(std::span<const std::int32_t> begin, std::span<const std::int32_t> column,
-              const Eigen::Matrix<S, 3, 3>* value, std::span<const Vec3> x, std::span<Vec3> y) {
-  parallel_for(y.size(), row_grain, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) {
-      double s0 = 0.0, s1 = 0.0, s2 = 0.0;
-      for (std::int32_t k = begin[i]; k < begin[i + 1]; ++k) {
-        const S* m = value[k].data();  // column-major
-        const double* p = x[column[k]].data();
-        s0 += m[0] * p[0] + m[3] * p[1] + m[6] * p[2];
-        s1 += m[1] * p[0] + m[4] * p[1] + m[7] * p[2];
-        s2 += m[2] * p[0] + m[5] * p[1] + m[8] * p[2];
+/// A matrix in single precision for the smoother, which needs no more, at half the memory traffic.
+class SmootherMatrix {
+ public:
+  void resize(std::size_t rows, std::size_t blocks) {
+    x_.resize(rows);
+    // The last column of a block is loaded with the float behind it, also from the last block.
+    value_.assign(9 * blocks + 1, 0.0f);
+  }
+
+  void set(std::span<const Mat3> values) {
+    parallel_for(values.size(), 16 * row_grain, [&](std::size_t first, std::size_t last) {
+      for (std::size_t k = first; k < last; ++k)
+        Eigen::Map<Eigen::Matrix3f>(value_.data() + 9 * k) = values[k].cast<float>();
+    });
+  }
+
+  /// y = A x with the pattern of `a`.
+  void multiply(const BlockMatrix& a, std::span<const Vec3> x, std::span<Vec3> y) {
+    parallel_for(x.size(), row_grain, [&](std::size_t first, std::size_t last) {
+      for (std::size_t i = first; i < last; ++i)
+        x_[i] = Lanes(static_cast<float>(x[i].x()), static_cast<float>(x[i].y()),
+                      static_cast<float>(x[i].z()), 0.0f);
+    });
+    const auto begin = a.row_begin(), column = a.columns();
+    parallel_for(y.size(), row_grain, [&](std::size_t first, std::size_t last) {
+      for (std::size_t i = first; i < last; ++i) {
+        Lanes sum = Lanes::Zero();
+        for (std::int32_t k = begin[i]; k < begin[i + 1]; ++k) {
+          const float* m = value_.data() + 9 * static_cast<std::size_t>(k);  // column-major
+          const Lanes& p = x_[column[k]];
+          sum += Eigen::Map<const Lanes>(m) * p[0] + Eigen::Map<const Lanes>(m + 3) * p[1] +
+                 Eigen::Map<const Lanes>(m + 6) * p[2];
+        }
+        y[i] = Vec3(sum[0], sum[1], sum[2]);
       }
-      y[i] = Vec3(s0, s1, s2);
+    });
+  }
+
+ private:
+  std::vector<Lanes> x_;
+  std::vector<float> value_;
+};
+
+/// y = A x.
+void multiply(const BlockRows& a, std::span<const Vec3> x, std::span<Vec3> y) {
+  parallel_for(y.size(), row_grain / 8, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      Vec3 sum = Vec3::Zero();
+      for (std::int32_t k = a.begin[i]; k < a.begin[i + 1]; ++k)
+        sum.noalias() += a.value[k] * x[a.column[k]];
+      y[i] = sum;
     }
   });
 }
@@ -115,10 +152,6 @@ struct Level {
   Prolongation p;  // to the next level, unless this is the last
   Smoother smoother;
   std::vector<Vec3> x, b;
-
-  void multiply_into(std::span<const Vec3> from, std::span<Vec3> to) const {
-    multiply(a.begin, a.column, a.value.data(), from, to);
-  }
 };
 
 class Multilevel final : public Preconditioner {
@@ -127,11 +160,8 @@ class Multilevel final : public Preconditioner {
     a_ = &a;
     free_ = free;
     if (levels_.empty()) build(a);
-    const auto values = a.values();
-    parallel_for(values.size(), 16 * row_grain, [&](std::size_t first, std::size_t last) {
-      for (std::size_t k = first; k < last; ++k) fine_[k] = values[k].cast<float>();
-    });
-    products_[0].compute(a.row_begin(), a.columns(), values, p_, free, levels_[0].a);
+    fine_.set(a.values());
+    products_[0].compute(a.row_begin(), a.columns(), a.values(), p_, free, levels_[0].a);
     base_ = levels_[0].a.value;
     estimate_fine();
   }
@@ -158,7 +188,7 @@ class Multilevel final : public Preconditioner {
 
  private:
   void build(const BlockMatrix& a) {
-    fine_.resize(a.values().size());
+    fine_.resize(a.size(), a.values().size());
     inverse_.resize(a.size());
     smoother_.step.resize(a.size());
     smoother_.scratch.resize(a.size());
@@ -192,10 +222,8 @@ class Multilevel final : public Preconditioner {
     std::vector<Vec3> x(n);
     lambda_ = largest_eigenvalue(
         inverse_,
-        [&](std::span<const Vec3> from, std::span<Vec3> to) {
-          multiply(a_->row_begin(), a_->columns(), fine_.data(), from, to);
-        },
-        x, smoother_.scratch);
+        [&](std::span<const Vec3> from, std::span<Vec3> to) { fine_.multiply(*a_, from, to); }, x,
+        smoother_.scratch);
   }
 
   /// S = ω (λ D + Σ_t n_t D_t)⁻¹: a term of n_t particles is at most n_t times its own diagonal
@@ -267,7 +295,7 @@ class Multilevel final : public Preconditioner {
     for (std::size_t i = 0; i < step.size(); ++i)
       step[i] = level.a.value[level.a.diagonal[i]].inverse();
     const double lambda = largest_eigenvalue(
-        step, [&](auto from, auto to) { level.multiply_into(from, to); }, level.x,
+        step, [&](auto from, auto to) { multiply(level.a, from, to); }, level.x,
         level.smoother.scratch);
     for (Mat3& s : step) s *= smoother_step / lambda;
     if (l + 1 < levels_.size())
@@ -295,12 +323,12 @@ class Multilevel final : public Preconditioner {
     }
     const std::span<Vec3> scratch = level.smoother.scratch;
     level.smoother.start(level.b, level.x);
-    level.multiply_into(level.x, scratch);
+    multiply(level.a, level.x, scratch);
     subtract_from(level.b, {}, scratch);
     restrict_to(level.p, scratch, levels_[l + 1].b);
     cycle(l + 1);
     prolong_add(level.p, levels_[l + 1].x, {}, level.x);
-    level.multiply_into(level.x, scratch);
+    multiply(level.a, level.x, scratch);
     level.smoother.correct(level.b, scratch, level.x);
   }
 
@@ -315,14 +343,14 @@ class Multilevel final : public Preconditioner {
   }
 
   void multiply_fine(std::span<const Vec3> x, std::span<Vec3> y) {
-    multiply(a_->row_begin(), a_->columns(), fine_.data(), x, y);
+    fine_.multiply(*a_, x, y);
     if (!terms_->empty()) terms_->add_multiply(x, y);
   }
 
   const BlockMatrix* a_ = nullptr;
   TermOperator* terms_ = nullptr;
   std::span<const char> free_;
-  std::vector<Matf> fine_;     // the matrix in single precision: the smoother needs no more
+  SmootherMatrix fine_;
   std::vector<Mat3> inverse_;  // of its diagonal blocks
   double lambda_ = 1.0;
   Smoother smoother_;

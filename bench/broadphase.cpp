@@ -110,7 +110,7 @@ Scene drape(int n) {
 
 Scene crumple(int n) {
   Scene scene{fmt::format("crumple {}", n), sheet(n), {}, true};
-  constexpr double box = 0.325;  // m
+  constexpr double box = 0.27;  // m
   const auto fold = [](double u) { return std::abs(std::remainder(u, 2.0 * box)); };
   std::mt19937 random(1);
   std::uniform_real_distribution<double> noise(0.0, 1.0);

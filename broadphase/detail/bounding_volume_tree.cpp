@@ -643,17 +643,12 @@ void BoundingVolumeTree::fit_leaves(const std::vector<FloatBox>& vertex_boxes) {
 void BoundingVolumeTree::fit_nodes() {
   for (std::size_t n = nodes_.size(); n-- > 0;) {
     TreeNode& node = nodes_[n];
+    node.box = kEmptyBox;
     for (int lane = 0; lane < kLanes && node.child[lane] != kNoChild; ++lane) {
       const std::int32_t child = node.child[lane];
-      if (child < 0) {
-        set_lane(node.boxes, lane, leaves_[~child].box);
-        continue;
-      }
-      FloatBox box = kEmptyBox;
-      const TreeNode& below = nodes_[child];
-      for (int k = 0; k < kLanes && below.child[k] != kNoChild; ++k)
-        grow(box, lane_box(below.boxes, k));
-      set_lane(node.boxes, lane, box);
+      const FloatBox& below = child < 0 ? leaves_[~child].box : nodes_[child].box;
+      set_lane(node.boxes, lane, below);
+      grow(node.box, below);
     }
   }
 }
@@ -662,14 +657,10 @@ double BoundingVolumeTree::measure_looseness() const {
   double sum = 0.0;
   for (const TreeNode& node : nodes_) {
     double children = 0.0;
-    FloatBox all = kEmptyBox;
-    for (int lane = 0; lane < kLanes && node.child[lane] != kNoChild; ++lane) {
-      const FloatBox box = lane_box(node.boxes, lane);
-      children += half_area(box);
-      grow(all, box);
-    }
+    for (int lane = 0; lane < kLanes && node.child[lane] != kNoChild; ++lane)
+      children += half_area(lane_box(node.boxes, lane));
     // Children that overlap add up to more than their union.
-    const double own = half_area(all);
+    const double own = half_area(node.box);
     sum += own > 0.0 ? std::min(children / own, kMaxRatio) : 1.0;
   }
   return nodes_.empty() ? 1.0 : std::max(sum / static_cast<double>(nodes_.size()), 1e-3);

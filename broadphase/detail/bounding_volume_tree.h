@@ -37,6 +37,7 @@ struct alignas(32) BoxBlock {
 
 struct alignas(32) TreeNode {
   BoxBlock boxes;
+  FloatBox box;                ///< around all of them
   std::int32_t child[kLanes];  ///< kNoChild from the first unused lane on
 };
 

@@ -44,15 +44,14 @@ struct ShortKeys {
 };
 
 /// Sorts one bucket by its short keys, lowest digit first. `scratch` holds 2·n keys.
-template <class Key, class Pair>
+template <int digits, class Key, class Pair>
 void sort_bucket(const std::uint64_t* found, std::size_t n, const ShortKeys& short_keys,
                  Key* scratch, Pair* out) {
-  const int digits = std::max(2, (short_keys.bits + kDigitBits - 1) / kDigitBits);
   const auto digit = [](Key key, int d) {
     return static_cast<std::size_t>(key >> (d * kDigitBits)) & (kDigitValues - 1);
   };
-  std::array<std::array<std::uint32_t, kDigitValues>, 64 / kDigitBits + 1> next;
-  for (int d = 0; d < digits; ++d) next[d].fill(0);
+  std::array<std::array<std::uint32_t, kDigitValues>, digits> next;
+  for (auto& counts : next) counts.fill(0);
   for (std::size_t i = 0; i < n; ++i) {
     const Key key = short_keys.pack<Key>(found[i]);
     for (int d = 0; d < digits; ++d) ++next[d][digit(key, d)];
@@ -70,6 +69,20 @@ void sort_bucket(const std::uint64_t* found, std::size_t n, const ShortKeys& sho
     for (std::size_t i = 0; i < n; ++i) to[next[d][digit(from[i], d)]++] = from[i];
   for (std::size_t i = 0; i < n; ++i)
     out[next[digits - 1][digit(from[i], digits - 1)]++] = short_keys.unpack<Pair>(from[i]);
+}
+
+/// The same with the number of digits that the keys need.
+template <class Key, class Pair>
+void sort_bucket(const std::uint64_t* found, std::size_t n, const ShortKeys& short_keys,
+                 Key* scratch, Pair* out) {
+  if (short_keys.bits <= 2 * kDigitBits)
+    sort_bucket<2>(found, n, short_keys, scratch, out);
+  else if (short_keys.bits <= 3 * kDigitBits)
+    sort_bucket<3>(found, n, short_keys, scratch, out);
+  else if (short_keys.bits <= 4 * kDigitBits)
+    sort_bucket<4>(found, n, short_keys, scratch, out);
+  else if constexpr (sizeof(Key) > 4)  // Two indices of 31 bits, the first less 7 in common.
+    sort_bucket<7>(found, n, short_keys, scratch, out);
 }
 
 }  // namespace

@@ -1,0 +1,430 @@
+// SPDX-License-Identifier: MIT
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <thread>
+#include <vector>
+
+extern char** environ;
+
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+const std::string program = SELVEDGE_PROGRAM;
+
+std::string content(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// How a run of the program ended and what it said.
+struct Outcome {
+  int code = -1;
+  std::string out, err;
+};
+
+#define EXPECT_SAYS(text, part) \
+  EXPECT_NE((text).find(part), std::string::npos) << "it says: " << (text)
+
+/// Wrong input: exit code 2 and one sentence on one line.
+#define EXPECT_REFUSED(outcome, part)                                      \
+  do {                                                                     \
+    const Outcome refused = outcome;                                       \
+    EXPECT_EQ(refused.code, 2) << refused.out << refused.err;              \
+    EXPECT_SAYS(refused.err, part);                                        \
+    EXPECT_EQ(refused.err.rfind("selvedge: ", 0), 0u) << refused.err;      \
+    EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1) \
+        << "more than a line: " << refused.err;                            \
+    EXPECT_EQ(refused.out, "");                                            \
+  } while (false)
+
+/// Each test has a folder, in which the program runs, and a small scene in it.
+class Program : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::temp_directory_path() /
+              ("selvedge_cli_" + std::to_string(getpid()) + "_" + info->name());
+    fs::create_directories(folder_);
+    write("small.json", R"({
+      "geometry": [{"name": "cloth", "size": [0.5, 0.5], "cells": [9, 9], "transformation": {"translation": [0, 0, 0.31]}}],
+      "obstacles": [{"name": "ball", "shape": {"type": "sphere", "radius": 0.3, "resolution": 12}}],
+      "time": {"frames": 3}})");
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  void write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name, std::ios::binary) << text;
+  }
+
+  /// Runs `selvedge arguments` through the shell, after `before` (such as a limit).
+  Outcome run(const std::string& arguments, const std::string& before = "") const {
+    const std::string command = "cd '" + folder_.string() + "' && " + before + " '" + program +
+                                "' " + arguments + " >stdout.txt 2>stderr.txt";
+    const int status = std::system(command.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content(folder_ / "stdout.txt"),
+            content(folder_ / "stderr.txt")};
+  }
+
+  /// The same for the small scene without pictures, into the folder `out`.
+  Outcome run_small(const std::string& out, const std::string& more = "",
+                    const std::string& before = "") const {
+    return run("run small.json --no-picture --out " + out + " " + more, before);
+  }
+
+  Json result(const std::string& out) const {
+    return Json::parse(content(folder_ / out / "result.json"), nullptr, false);
+  }
+
+  std::string frame(const std::string& out, int number) const {
+    return content(folder_ / out / "frames" / ("cloth_0000" + std::to_string(number) + ".ply"));
+  }
+
+  std::size_t count(const std::string& out, const std::string& stem) const {
+    std::size_t n = 0;
+    for (const auto& entry : fs::directory_iterator(folder_ / out))
+      n += entry.path().filename().string().rfind(stem, 0) == 0;
+    return n;
+  }
+
+  bool exists(const std::string& name) const { return fs::exists(folder_ / name); }
+
+  /// Starts a run of many frames, waits for `frames` of them, sends `signal` and waits for the end.
+  int interrupt(const std::string& out, int frames, int signal) const {
+    const fs::path scene = folder_ / "small.json", target = folder_ / out;
+    std::vector<std::string> words = {program, "run",  scene.string(), "--no-picture",
+                                      "--out", target, "--set",        "time.frames=90000"};
+    std::vector<char*> argv;
+    for (std::string& word : words) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    for (const int descriptor : {STDOUT_FILENO, STDERR_FILENO})
+      posix_spawn_file_actions_addopen(&actions, descriptor, "/dev/null", O_WRONLY, 0);
+    pid_t child = 0;
+    EXPECT_EQ(posix_spawn(&child, program.c_str(), &actions, nullptr, argv.data(), environ), 0);
+    posix_spawn_file_actions_destroy(&actions);
+    const fs::path awaited = target / "frames" / ("cloth_0000" + std::to_string(frames) + ".ply");
+    int status = 0;
+    for (int wait = 0; wait < 6000 && !fs::exists(awaited); ++wait) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+      if (waitpid(child, &status, WNOHANG) == child) return status;
+    }
+    kill(child, signal);
+    waitpid(child, &status, 0);
+    return status;
+  }
+
+  fs::path folder_;
+};
+
+// -- what a run leaves --------------------------------------------------------------------------
+
+TEST_F(Program, ARunEndsWithZeroAndLeavesFramesPictureAndResult) {
+  const Outcome o = run("run small.json --out r");
+  EXPECT_EQ(o.code, 0) << o.err;
+  EXPECT_EQ(o.err, "") << "no progress bar in a pipe";
+  EXPECT_SAYS(o.out, "clean        yes");
+  EXPECT_EQ(count("r/frames", "cloth_"), 4u);
+  EXPECT_EQ(count("r/frames", "bodies_"), 1u);
+  EXPECT_TRUE(exists("r/pictures/frame_00003.png"));
+  EXPECT_TRUE(exists("r/checkpoint.ply"));
+  const Json r = result("r");
+  EXPECT_EQ(r["clean"], true);
+  EXPECT_EQ(r["frames"], 4);
+  EXPECT_EQ(r["steps"], 6);
+  EXPECT_EQ(r["stopped"], "");
+  for (const char* key :
+       {"wall_s", "phase_s", "worst_self_intersections", "worst_body_intersections",
+        "max_penetration_m", "max_stretch", "final_max_speed", "peak_bytes", "state_hash"})
+    EXPECT_TRUE(r.contains(key)) << key;
+  EXPECT_GT(r["final_max_speed"].get<double>(), 0.0);
+}
+
+TEST_F(Program, JsonPrintsTheResult) {
+  const Outcome o = run_small("r", "--json");
+  EXPECT_EQ(Json::parse(o.out, nullptr, false), result("r"));
+}
+
+TEST_F(Program, ThreadsDoNotChangeABit) {
+  ASSERT_EQ(run_small("one", "--threads 1").code, 0);
+  ASSERT_EQ(run_small("two", "--threads 2").code, 0);
+  EXPECT_EQ(result("one")["state_hash"], result("two")["state_hash"]);
+  EXPECT_EQ(frame("one", 3), frame("two", 3));
+}
+
+TEST_F(Program, EveryStepWritesEveryAcceptedState) {
+  ASSERT_EQ(run_small("r", "--every-step").code, 0);
+  EXPECT_EQ(count("r/steps", "cloth_"), result("r")["steps"].get<std::size_t>() + 1);
+  EXPECT_EQ(content(folder_ / "r/steps/cloth_000006.ply"), frame("r", 3));
+}
+
+TEST_F(Program, AMovingBodyIsWrittenWithEveryFrame) {
+  ASSERT_EQ(
+      run_small(
+          "r",
+          "--set 'obstacles.ball.motion=[{\"time\":0},{\"time\":1,\"translation\":[0.01,0,0]}]'")
+          .code,
+      0);
+  EXPECT_EQ(count("r/frames", "bodies_"), 4u);
+}
+
+TEST_F(Program, SeriesForOtherProgramsAreWrittenOnRequest) {
+  ASSERT_EQ(run_small("r", "--set output.vtk=true --set output.pc2=true").code, 0);
+  EXPECT_EQ(count("r/frames", "cloth_"), 8u);
+  for (const char* name : {"r/cloth.pvd", "r/bodies.pvd", "r/cloth.pc2", "r/cloth_base.ply"})
+    EXPECT_TRUE(exists(name)) << name;
+}
+
+TEST_F(Program, AShorterRunReplacesALongerOneOfTheSameScene) {
+  ASSERT_EQ(run_small("r", "--set time.frames=5 --every-step").code, 0);
+  ASSERT_EQ(run_small("r", "--set time.frames=2").code, 0);
+  EXPECT_EQ(count("r/frames", "cloth_"), 3u);
+  EXPECT_EQ(count("r/steps", ""), 0u);
+  EXPECT_EQ(result("r")["frames"], 3);
+}
+
+TEST_F(Program, TheSceneInTheResultRunsToTheSameBits) {
+  ASSERT_EQ(run_small("a").code, 0);
+  fs::create_directory(folder_ / "elsewhere");
+  fs::copy(folder_ / "a/scene.json", folder_ / "elsewhere/copy.json");
+  ASSERT_EQ(run("run elsewhere/copy.json --no-picture --out b").code, 0);
+  EXPECT_EQ(result("a")["state_hash"], result("b")["state_hash"]);
+}
+
+// -- stopping and going on ------------------------------------------------------------------------
+
+TEST_F(Program, ResumingGoesOnToTheSameBits) {
+  ASSERT_EQ(run_small("whole", "--set time.frames=8 --every-step --set output.pc2=true").code, 0);
+  ASSERT_EQ(run_small("parts", "--set time.frames=4 --every-step --set output.pc2=true").code, 0);
+  ASSERT_EQ(
+      run_small("parts", "--set time.frames=8 --every-step --set output.pc2=true --resume").code,
+      0);
+  const Json whole = result("whole"), parts = result("parts");
+  for (const char* key :
+       {"state_hash", "frames", "steps", "clean", "max_stretch", "halvings", "final_max_speed"})
+    EXPECT_EQ(whole[key], parts[key]) << key;
+  EXPECT_EQ(frame("whole", 8), frame("parts", 8));
+  EXPECT_EQ(content(folder_ / "whole/cloth.pc2"), content(folder_ / "parts/cloth.pc2"));
+  EXPECT_EQ(count("whole/steps", ""), count("parts/steps", ""));
+}
+
+TEST_F(Program, CtrlCFinishesTheFrameAndTheRunCanGoOn) {
+  const int status = interrupt("r", 2, SIGINT);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 1);
+  const Json r = result("r");
+  ASSERT_TRUE(r.is_object());
+  EXPECT_SAYS(r["stopped"].get<std::string>(), "stopped on request");
+  const int frames = r["frames"].get<int>();
+  EXPECT_EQ(count("r/frames", "cloth_"), static_cast<std::size_t>(frames));
+  const std::string length = "--set time.frames=" + std::to_string(frames + 1);
+  ASSERT_EQ(run_small("r", length + " --resume").code, 0);
+  ASSERT_EQ(run_small("whole", length).code, 0);
+  EXPECT_EQ(result("r")["state_hash"], result("whole")["state_hash"]);
+}
+
+TEST_F(Program, AKilledRunGoesOnToTheSameBits) {
+  const int status = interrupt("r", 2, SIGKILL);
+  ASSERT_TRUE(WIFSIGNALED(status));
+  const int done = Json::parse(content(folder_ / "r/checkpoint.json"))["frame"].get<int>();
+  const std::string length = "--set time.frames=" + std::to_string(done + 2);
+  ASSERT_EQ(run_small("r", length + " --resume").code, 0);
+  ASSERT_EQ(run_small("whole", length).code, 0);
+  EXPECT_EQ(result("r")["state_hash"], result("whole")["state_hash"]);
+}
+
+TEST_F(Program, AKillBetweenTheTwoCheckpointFilesLosesNothing) {
+  ASSERT_EQ(run_small("r").code, 0);
+  const std::string early = content(folder_ / "r/checkpoint.json");
+  ASSERT_EQ(run_small("r", "--set time.frames=4 --resume").code, 0);
+  std::ofstream(folder_ / "r/checkpoint.json") << early;  // checkpoint.ply is a frame ahead
+  ASSERT_EQ(run_small("r", "--set time.frames=6 --resume").code, 0);
+  ASSERT_EQ(run_small("whole", "--set time.frames=6").code, 0);
+  EXPECT_EQ(result("r")["state_hash"], result("whole")["state_hash"]);
+}
+
+TEST_F(Program, ResumingWhatIsNotThereOrDiffersIsRefused) {
+  EXPECT_REFUSED(run_small("none", "--resume"), "there is no checkpoint");
+  ASSERT_EQ(run_small("r").code, 0);
+  EXPECT_REFUSED(run_small("r", "--resume --set contact.thickness=0.001"),
+                 "differs from the scene");
+  std::ofstream(folder_ / "r/checkpoint.json") << "{\"frame\": 2}";
+  EXPECT_REFUSED(run_small("r", "--resume"), "is damaged");
+}
+
+// -- the result folder
+// ------------------------------------------------------------------------------
+
+TEST_F(Program, AFolderWithOtherThingsIsRefusedAndLeftAlone) {
+  fs::create_directory(folder_ / "mine");
+  write("mine/letter.txt", "dear");
+  EXPECT_REFUSED(run_small("mine"), "holds files but no run of selvedge");
+  EXPECT_EQ(count("mine", ""), 1u);
+  ASSERT_EQ(run_small("r").code, 0);
+  EXPECT_REFUSED(run_small("r", "--set name=other"), "holds results of the scene \"small\"");
+  EXPECT_EQ(result("r")["frames"], 4);
+}
+
+TEST_F(Program, AFolderThatCannotBeMadeIsRefused) {
+  write("file", "");
+  EXPECT_REFUSED(run_small("file"), "is a file and not a folder");
+  EXPECT_REFUSED(run_small("file/r"), "cannot be");
+  EXPECT_REFUSED(run_small("/proc/selvedge"), "the result folder cannot be made");
+}
+
+TEST_F(Program, AFolderWithoutPermissionIsRefused) {
+  if (geteuid() == 0) GTEST_SKIP() << "root may write everywhere";
+  fs::create_directory(folder_ / "locked");
+  fs::permissions(folder_ / "locked", fs::perms::owner_read | fs::perms::owner_exec);
+  EXPECT_REFUSED(run_small("locked"), "cannot be written");
+  EXPECT_REFUSED(run_small("locked/r"), "cannot be made");
+  fs::permissions(folder_ / "locked", fs::perms::owner_all);
+}
+
+TEST_F(Program, AFullDiskEndsTheRunWithOneAndKeepsTheFrames) {
+  // A limit on the size of a file stands for the disk: the point cache is the file that grows.
+  const Outcome o = run_small("r", "--set output.pc2=true --set time.frames=60", "ulimit -f 20 &&");
+  EXPECT_EQ(o.code, 1) << o.out;
+  EXPECT_SAYS(o.err, "cloth.pc2");
+  const Json r = result("r");
+  ASSERT_TRUE(r.is_object());
+  EXPECT_SAYS(r["stopped"].get<std::string>(), "cloth.pc2");
+  EXPECT_GE(r["frames"].get<int>(), 5);
+  ASSERT_EQ(run_small("r", "--resume --set time.frames=20").code, 0);
+  EXPECT_EQ(result("r")["frames"], 21);
+}
+
+TEST_F(Program, NoSpaceForTheCheckpointIsSaidInASentence) {
+  if (!fs::exists("/dev/full")) GTEST_SKIP() << "there is no /dev/full";
+  ASSERT_EQ(run_small("r").code, 0);
+  fs::remove(folder_ / "r/checkpoint.json");
+  fs::create_symlink("/dev/full", folder_ / "r/checkpoint.json");
+  const Outcome o = run_small("r");
+  EXPECT_EQ(o.code, 1) << o.err;
+  EXPECT_SAYS(o.err, "No space left on device");
+  EXPECT_SAYS(result("r")["stopped"].get<std::string>(), "No space left on device");
+  EXPECT_EQ(count("r/frames", "cloth_00000.ply"), 1u);
+}
+
+TEST_F(Program, PrintingToAFullDiskEndsWithOne) {
+  if (!fs::exists("/dev/full")) GTEST_SKIP() << "there is no /dev/full";
+  const std::string command =
+      "'" + program + "' list >/dev/full 2>'" + (folder_ / "err").string() + "'";
+  const int status = std::system(command.c_str());
+  EXPECT_EQ(WEXITSTATUS(status), 1);
+  EXPECT_SAYS(content(folder_ / "err"), "could not be written");
+}
+
+// -- wrong input
+// ------------------------------------------------------------------------------------
+
+TEST_F(Program, WrongScenesAreRefusedBeforeAnythingIsWritten) {
+  write("empty.json", "");
+  write("cut.json", R"({"geometry": [{"name": )");
+  EXPECT_REFUSED(run("run none.json --out r"), "no such file");
+  EXPECT_REFUSED(run("run empty.json --out r"), "the file is empty");
+  EXPECT_REFUSED(run("run cut.json --out r"), "not valid JSON");
+  EXPECT_REFUSED(run("run . --out r"), "is a folder");
+  EXPECT_REFUSED(run_small("r", "--set materials.default.density=-0.2"),
+                 "materials.default.density: must be greater than 0");
+  EXPECT_REFUSED(run_small("r", "--set materials.default.stretch_stiffness=-500"),
+                 "must be greater than 0");
+  EXPECT_REFUSED(run_small("r", "--set contact.thickness=0"),
+                 "contact.thickness: must be greater than 0");
+  EXPECT_REFUSED(run_small("r", "--set gravity=[0,0,nan]"), "gravity");
+  EXPECT_REFUSED(run_small("r", "--set contakt.thickness=1"), "nearest is \"contact\"");
+  EXPECT_REFUSED(run_small("r", "--set 'handles=[{\"select\":{\"vertices\":[100]}}]'"),
+                 "there is no vertex 100");
+  EXPECT_REFUSED(run_small("r", "--set nonsense"), "must be path=value");
+  EXPECT_FALSE(exists("r"));
+}
+
+TEST_F(Program, WrongMeshesAreRefused) {
+  const std::string head =
+      "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty double x\nproperty double "
+      "y\nproperty double z\n"
+      "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+  write("cut.ply", head + std::string(40, '\0'));
+  write("nan.off", "OFF\n3 1 0\n0 0 0\n1 0 nan\n0 1 0\n3 0 1 2\n");
+  write("infinite.off", "OFF\n3 1 0\n0 0 0\n1 0 1e999\n0 1 0\n3 0 1 2\n");
+  write("index.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n");
+  write("empty.obj", "");
+  for (const char* name : {"cut.ply", "nan.off", "infinite.off", "index.off", "empty.obj"}) {
+    const std::string mesh = std::string("'[{\"mesh\":\"") + name + "\"}]'";
+    EXPECT_REFUSED(run_small("r", "--set obstacles=" + mesh), name);
+    EXPECT_REFUSED(run_small("r", "--set geometry=" + mesh), name);
+  }
+  EXPECT_REFUSED(run_small("r", "--set 'obstacles=[{\"mesh\":\"none.obj\"}]'"), "there is no file");
+  EXPECT_FALSE(exists("r"));
+}
+
+TEST_F(Program, ClothThatCrossesABodyAtTheStartIsRefusedWithCountPairAndRemedy) {
+  const Outcome o = run_small("r", "--set geometry.0.transformation.translation=[0,0,0.2]");
+  EXPECT_REFUSED(o, "cross");
+  EXPECT_NE(o.err.find_first_of("0123456789"), std::string::npos) << o.err;
+  EXPECT_FALSE(exists("r/frames/cloth_00000.ply"));
+}
+
+TEST_F(Program, ClothThatCrossesItselfAtTheStartIsRefused) {
+  write("two.json", R"({"geometry": [
+    {"cells": [4, 4]}, {"cells": [4, 4], "transformation": {"rotation": {"axis": [1, 0.3, 0], "angle_deg": 60}}}]})");
+  EXPECT_REFUSED(run("run two.json --out r"), "cross");
+}
+
+TEST_F(Program, AFailedStartLeavesAnEarlierResultAsItIs) {
+  ASSERT_EQ(run_small("r").code, 0);
+  const std::string before = content(folder_ / "r/result.json");
+  EXPECT_REFUSED(run_small("r", "--set geometry.0.transformation.translation=[0,0,0.2]"), "cross");
+  EXPECT_EQ(content(folder_ / "r/result.json"), before);
+  EXPECT_EQ(count("r/frames", "cloth_"), 4u);
+}
+
+TEST_F(Program, AnOpenBodyIsWarnedOfAndTheRunGoesOn) {
+  write("sheet.obj", "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3\nf 1 3 4\n");
+  const Outcome o =
+      run_small("r", "--set 'obstacles=[{\"name\":\"sheet\",\"mesh\":\"sheet.obj\"}]'");
+  EXPECT_EQ(o.code, 0) << o.err;
+  EXPECT_SAYS(o.err, "warning: obstacles[0] (\"sheet\")");
+}
+
+TEST_F(Program, WrongCommandLinesAreRefused) {
+  for (const char* arguments :
+       {"", "simulate", "run", "run small.json --thread 1", "run small.json --threads -1"}) {
+    const Outcome o = run(arguments);
+    EXPECT_EQ(o.code, 2) << arguments;
+    EXPECT_NE(o.err, "") << arguments;
+  }
+  EXPECT_EQ(run("--help").code, 0);
+  EXPECT_SAYS(run("run --help").out, "--resume");
+}
+
+TEST_F(Program, ListNamesEveryMethodWithItsGuarantee) {
+  const Outcome o = run("list --json");
+  EXPECT_EQ(o.code, 0);
+  const Json methods = Json::parse(o.out, nullptr, false)["methods"];
+  const auto guarantee = [&](const std::string& name) {
+    for (const Json& method : methods)
+      if (method["name"] == name) return method["guarantee"].get<std::string>();
+    return std::string();
+  };
+  EXPECT_SAYS(guarantee("bvh_aabb"), "misses nothing");
+  EXPECT_SAYS(guarantee("ccd_exact"), "misses nothing, no false alarm");
+  EXPECT_SAYS(run("list").out, "implicit_euler");
+}
+
+}  // namespace

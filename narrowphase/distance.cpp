@@ -19,6 +19,9 @@ constexpr double kRoundoff = 0x1p-53;
 /// product of two directions carries a rounding error of about 4 units, and below four times that
 /// the place where their lines come nearest is noise.
 constexpr double kParallelAngle = 16.0 * kRoundoff;
+/// Square of the sine of the angle between two directions from which on a common perpendicular is
+/// accurate to 2^-43 of the lengths and a foot inside both primitives needs no second opinion.
+constexpr double kWellConditioned = 0x1p-20;
 /// A distance below this multiple of the largest coordinate is rounding error of the coordinates'
 /// differences and gives no direction: 3 differences of 1 unit, summed, times a reserve of 4.
 constexpr double kNoDirection = 12.0 * kRoundoff;
@@ -36,20 +39,17 @@ ClosestPoints make(const std::array<double, 4>& weight, const Vec3& separation) 
   return {weight, separation, separation.norm()};
 }
 
-void keep_nearer(ClosestPoints& best, const ClosestPoints& other) {
-  if (other.distance < best.distance) best = other;
-}
+/// The nearest candidate so far: two parameters and the vector between the points.
+struct Nearest {
+  double u = 0.0, v = 0.0;
+  Vec3 separation = Vec3::Zero();
+  double square = std::numeric_limits<double>::infinity();
 
-/// Point of the open triangle below p, if the triangle has an area.
-void try_interior(const Vec3& ap, const Vec3& ab, const Vec3& ac, ClosestPoints& best) {
-  const Vec3 n = ab.cross(ac);
-  const double nn = n.squaredNorm();
-  if (!(nn > 0.0)) return;
-  const double v = n.dot(ap.cross(ac)) / nn;
-  const double w = n.dot(ab.cross(ap)) / nn;
-  if (!(v > 0.0 && w > 0.0 && v + w < 1.0)) return;
-  keep_nearer(best, make({1.0, -(1.0 - v - w), -v, -w}, ap - v * ab - w * ac));
-}
+  void offer(double new_u, double new_v, const Vec3& between) {
+    const double d = between.squaredNorm();
+    if (d < square) u = new_u, v = new_v, separation = between, square = d;
+  }
+};
 
 /// The middle of the overlap of two parallel edges, if they overlap.
 bool middle_of_overlap(const Vec3& ab0, const Vec3& ab1, const Vec3& u, const Vec3& v,
@@ -70,44 +70,65 @@ bool middle_of_overlap(const Vec3& ab0, const Vec3& ab1, const Vec3& u, const Ve
 /// candidates. Each is a point of the triangle, so that even where a sliver's normal is all
 /// rounding error the result is never better than the truth and the edges keep it near.
 ClosestPoints point_triangle_closest(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
-  const Vec3 ap = p - a, bp = p - b, ab = b - a, ac = c - a, bc = c - b;
+  const Vec3 ap = p - a, ab = b - a, ac = c - a;
+  const Vec3 n = ab.cross(ac);
+  const double nn = n.squaredNorm();
+  Nearest best;
+  if (nn > 0.0) {
+    const double v = n.dot(ap.cross(ac)) / nn;
+    const double w = n.dot(ab.cross(ap)) / nn;
+    if (v > 0.0 && w > 0.0 && v + w < 1.0) {
+      best.offer(v, w, ap - v * ab - w * ac);
+      if (nn > kWellConditioned * ab.squaredNorm() * ac.squaredNorm())
+        return make({1.0, -(1.0 - v - w), -v, -w}, best.separation);
+    }
+  }
   const double s = nearest_on_segment(ap, ab);
-  ClosestPoints best = make({1.0, -(1.0 - s), -s, 0.0}, ap - s * ab);
-  const double t = nearest_on_segment(bp, bc);
-  keep_nearer(best, make({1.0, 0.0, -(1.0 - t), -t}, bp - t * bc));
+  best.offer(s, 0.0, ap - s * ab);
   const double r = nearest_on_segment(ap, ac);
-  keep_nearer(best, make({1.0, -(1.0 - r), 0.0, -r}, ap - r * ac));
-  try_interior(ap, ab, ac, best);
-  return best;
+  best.offer(0.0, r, ap - r * ac);
+  const Vec3 bp = p - b, bc = c - b;
+  const double t = nearest_on_segment(bp, bc);
+  const double before = best.square;
+  best.offer(1.0 - t, t, bp - t * bc);
+  // On the edge (b, c) the weight of a is 0, whatever 1 - (1 - t) - t rounds to.
+  const double rest = best.square < before ? 0.0 : 1.0 - best.u - best.v;
+  return make({1.0, -rest, -best.u, -best.v}, best.separation);
 }
 
 /// The nearest of five candidates: where the lines come nearest, if that lies on both edges, and
 /// the four ends against the other edge.
 ClosestPoints edge_edge_closest(const Vec3& a0, const Vec3& a1, const Vec3& b0, const Vec3& b1) {
-  const Vec3 u = a1 - a0, v = b1 - b0, ab0 = b0 - a0, ab1 = b1 - a0;
+  const Vec3 u = a1 - a0, v = b1 - b0, ab0 = b0 - a0;
   const double uu = u.squaredNorm(), vv = v.squaredNorm();
   const Vec3 n = u.cross(v);
   const double nn = n.squaredNorm();
+  Nearest best;
+  const auto result = [&] {
+    return make({1.0 - best.u, best.u, -(1.0 - best.v), -best.v}, best.separation);
+  };
   const bool parallel = nn <= kParallelAngle * kParallelAngle * uu * vv;
-  ClosestPoints best;
-  if (parallel && uu > 0.0 && vv > 0.0 && middle_of_overlap(ab0, ab1, u, v, best)) return best;
-
+  if (!parallel) {
+    const double s = n.dot(ab0.cross(v)) / nn;
+    const double t = n.dot(ab0.cross(u)) / nn;
+    if (s > 0.0 && s < 1.0 && t > 0.0 && t < 1.0) {
+      best.offer(s, t, s * u - ab0 - t * v);
+      if (nn > kWellConditioned * uu * vv) return result();
+    }
+  }
+  const Vec3 ab1 = b1 - a0;
+  ClosestPoints middle;
+  if (parallel && uu > 0.0 && vv > 0.0 && middle_of_overlap(ab0, ab1, u, v, middle)) return middle;
   const double t0 = nearest_on_segment(-ab0, v);
-  best = make({1.0, 0.0, -(1.0 - t0), -t0}, -ab0 - t0 * v);
-  const Vec3 a1b0 = b0 - a1;
-  const double t1 = nearest_on_segment(-a1b0, v);
-  keep_nearer(best, make({0.0, 1.0, -(1.0 - t1), -t1}, -a1b0 - t1 * v));
+  best.offer(0.0, t0, -ab0 - t0 * v);
+  const Vec3 b0a1 = a1 - b0;
+  const double t1 = nearest_on_segment(b0a1, v);
+  best.offer(1.0, t1, b0a1 - t1 * v);
   const double s0 = nearest_on_segment(ab0, u);
-  keep_nearer(best, make({1.0 - s0, s0, -1.0, 0.0}, s0 * u - ab0));
+  best.offer(s0, 0.0, s0 * u - ab0);
   const double s1 = nearest_on_segment(ab1, u);
-  keep_nearer(best, make({1.0 - s1, s1, 0.0, -1.0}, s1 * u - ab1));
-  if (parallel) return best;
-
-  const double s = n.dot(ab0.cross(v)) / nn;
-  const double t = n.dot(ab0.cross(u)) / nn;
-  if (s > 0.0 && s < 1.0 && t > 0.0 && t < 1.0)
-    keep_nearer(best, make({1.0 - s, s, -(1.0 - t), -t}, s * u - ab0 - t * v));
-  return best;
+  best.offer(s1, 1.0, s1 * u - ab1);
+  return result();
 }
 
 namespace narrowphase_detail {
@@ -225,38 +246,50 @@ namespace {
 
 using narrowphase_detail::PairVertices;
 
-/// Lower bound of what is left of the distance after the step: the distance of the boxes at t = 0
-/// minus the largest relative displacement.
-bool far_apart(const Query& q, int first, double reach) {
-  double gap = 0.0, motion = 0.0;
-  for (int i = 0; i < 3; ++i) {
-    constexpr double kInf = std::numeric_limits<double>::infinity();
-    double lo[2] = {kInf, kInf}, hi[2] = {-kInf, -kInf};
-    double move_lo[2] = {kInf, kInf}, move_hi[2] = {-kInf, -kInf};
-    for (int k = 0; k < 4; ++k) {
-      const int side = k < first ? 0 : 1;
-      const double x = q.x_t0[k][i], d = q.x_t1[k][i] - x;
-      lo[side] = std::min(lo[side], x), hi[side] = std::max(hi[side], x);
-      move_lo[side] = std::min(move_lo[side], d), move_hi[side] = std::max(move_hi[side], d);
-    }
-    const double g = std::max({0.0, lo[1] - hi[0], lo[0] - hi[1]});
-    const double m = std::max(std::abs(move_hi[0] - move_lo[1]), std::abs(move_hi[1] - move_lo[0]));
-    gap += g * g;
-    motion += m * m;
+/// Boxes of the two primitives' vertices, or of their displacements.
+struct BoxPair {
+  Vec3 lo_a, hi_a, lo_b, hi_b;
+
+  BoxPair(const std::array<Vec3, 4>& x, bool edges)
+      : lo_a(x[0]), hi_a(x[0]), lo_b(x[2].cwiseMin(x[3])), hi_b(x[2].cwiseMax(x[3])) {
+    Vec3& lo = edges ? lo_a : lo_b;
+    Vec3& hi = edges ? hi_a : hi_b;
+    lo = lo.cwiseMin(x[1]);
+    hi = hi.cwiseMax(x[1]);
   }
+  /// Square of the distance between the boxes.
+  double gap() const {
+    return (lo_b - hi_a).cwiseMax(lo_a - hi_b).cwiseMax(Vec3::Zero()).squaredNorm();
+  }
+  /// Largest difference of a vector of one box and one of the other.
+  double spread() const {
+    return (hi_a - lo_b).cwiseAbs().cwiseMax((hi_b - lo_a).cwiseAbs()).norm();
+  }
+};
+
+/// Whether a lower bound of what is left of the distance after the step exceeds `reach`: the
+/// distance of the boxes at t = 0 minus the largest relative displacement.
+bool far_apart(const Query& q, double reach) {
   // Reserve for the roundings of both sides, each below 8 units.
   constexpr double kReserve = 1.0 + 32.0 * kRoundoff;
-  const double bound = (reach + std::sqrt(motion)) * kReserve;
+  const bool edges = q.kind == ContactKind::edge_edge;
+  const double gap = BoxPair(q.x_t0, edges).gap();
+  if (gap <= reach * reach) return false;
+  const std::array<Vec3, 4> moved{q.x_t1[0] - q.x_t0[0], q.x_t1[1] - q.x_t0[1],
+                                  q.x_t1[2] - q.x_t0[2], q.x_t1[3] - q.x_t0[3]};
+  const double bound = (reach + BoxPair(moved, edges).spread()) * kReserve;
   return gap > bound * bound;
 }
 
 bool proximity_of(const Query& q, const PairVertices& pair, double reach, Contact& contact) {
-  if (far_apart(q, narrowphase_detail::first_count(pair.kind), reach)) return false;
+  if (far_apart(q, reach)) return false;
   const ClosestPoints near = narrowphase_detail::closest_points(q.kind, q.x_t0);
+  const Vec3 move = narrowphase_detail::weighted_difference(near.weight, q.x_t1) -
+                    narrowphase_detail::weighted_difference(near.weight, q.x_t0);
+  // No direction brings them nearer than the whole displacement does.
+  if (near.distance > (reach + move.norm()) * (1.0 + 32.0 * kRoundoff)) return false;
   double largest = 0.0;
   for (const Vec3& v : q.x_t0) largest = std::max(largest, v.cwiseAbs().maxCoeff());
-  const Vec3 start = narrowphase_detail::weighted_difference(near.weight, q.x_t0);
-  const Vec3 move = narrowphase_detail::weighted_difference(near.weight, q.x_t1) - start;
   Vec3 n;
   if (near.distance > kNoDirection * largest) {
     n = near.separation / near.distance;

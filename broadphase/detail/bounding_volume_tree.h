@@ -98,10 +98,10 @@ class BoundingVolumeTree {
   std::int32_t root() const { return nodes_.empty() ? ~0 : 0; }
   const TreeNode& node(std::int32_t i) const { return nodes_[i]; }
   const TreeLeaf& leaf(std::int32_t i) const { return leaves_[i]; }
-  const PointBlock* points(const TreeLeaf& leaf) const { return &points_[leaf.point_block]; }
-  const EdgeBlock* edges(const TreeLeaf& leaf) const { return &edges_[leaf.edge_block]; }
+  const PointBlock* points(const TreeLeaf& leaf) const { return points_.data() + leaf.point_block; }
+  const EdgeBlock* edges(const TreeLeaf& leaf) const { return edges_.data() + leaf.edge_block; }
   const TriangleBlock* triangles(const TreeLeaf& leaf) const {
-    return &triangles_[leaf.triangle_block];
+    return triangles_.data() + leaf.triangle_block;
   }
   std::size_t vertex_count() const { return vertex_count_; }
   std::size_t edge_count() const { return topology_edges_.size(); }

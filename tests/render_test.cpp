@@ -68,6 +68,8 @@ RenderSurface surface(const std::vector<Vec3>& x, const std::vector<Triangle>& t
 RenderConfig without_ground() {
   RenderConfig config;
   config.ground = false;
+  config.shadow_resolution = 256;
+  config.sky_directions = 8;
   return config;
 }
 

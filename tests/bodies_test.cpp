@@ -447,7 +447,7 @@ TEST_F(MeshFileFaults, RandomDamageGivesASentence) {
           default:
             damaged.insert(at, std::to_string(static_cast<int>(random())));
         }
-        if (damaged.empty()) damaged = "x";
+        if (damaged.empty()) damaged.push_back('x');
       }
       ASSERT_NO_FATAL_FAILURE(read_or_sentence(write(name, damaged))) << "round " << round;
     }

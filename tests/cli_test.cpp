@@ -155,6 +155,33 @@ TEST_F(Program, ARunEndsWithZeroAndLeavesFramesPictureAndResult) {
   EXPECT_GT(r["final_max_speed"].get<double>(), 0.0);
 }
 
+TEST_F(Program, TheJudgeFindsNothingInWhatWasWritten) {
+  ASSERT_EQ(run_small("r", "--set time.frames=12").code, 0);
+  const Outcome body = run("check r/frames/bodies_00000.ply --json");
+  EXPECT_EQ(body.code, 0) << body.out;
+  const Json ball = Json::parse(body.out, nullptr, false);
+  EXPECT_EQ(ball["self_intersections"], 0) << "the body is not written as it is";
+  EXPECT_EQ(ball["triangles"].get<int>(), 2 * ball["vertices"].get<int>() - 4)
+      << "Euler: no sphere";
+  const Outcome cloth =
+      run("check r/frames/cloth_00012.ply --against r/frames/bodies_00000.ply --json");
+  EXPECT_EQ(cloth.code, 0) << cloth.out;
+}
+
+TEST_F(Program, EveryPublishedSceneStarts) {
+  for (const auto& entry : fs::directory_iterator(fs::path(SELVEDGE_SOURCE_DIR) / "data/scenes")) {
+    const fs::path scene = entry.path();
+    if (scene.extension() != ".json" || scene.filename() == "scene.schema.json") continue;
+    std::string coarse = " --set time.frames=1 --set geometry.0.cells=[12,12]";
+    if (content(scene).find("\"upper\"") != std::string::npos)
+      coarse += " --set geometry.upper.cells=[12,12]";
+    const Outcome o =
+        run("run '" + scene.string() + "' --no-picture --out r_" + scene.stem().string() + coarse);
+    if (o.err.find("fetch_bodies.sh") != std::string::npos) continue;
+    EXPECT_EQ(o.code, 0) << scene << ": " << o.err;
+  }
+}
+
 TEST_F(Program, JsonPrintsTheResult) {
   const Outcome o = run_small("r", "--json");
   EXPECT_EQ(Json::parse(o.out, nullptr, false), result("r"));

@@ -531,6 +531,35 @@ TEST(ImplicitEuler, RefusesTermsOfUnknownParticles) {
   EXPECT_THROW(integrator.solve(scene.terms, v), std::invalid_argument);
 }
 
+TEST(ImplicitEuler, NeedsFewIterationsOnAFineGrid) {
+  // The diagonal alone takes several hundred here; the cycle a number that hardly grows.
+  const ClothMesh cloth = make_rectangular({1, 1, 80, 80}, Material{});
+  const std::size_t n = cloth.mass.size();
+  std::vector<std::unique_ptr<Force>> forces;
+  forces.push_back(make_hooke_force(cloth.springs, 0.01, n));
+  forces.push_back(make_bending_force(cloth.hinges, 0.01, n));
+  forces.push_back(make_gravity({0, 0, -9.81}));
+  ImplicitEuler integrator(std::move(forces), n, {});
+  Particles p{cloth.surface.vertices, Vectors(n, Vec3::Zero()), cloth.mass, {}};
+  for (const double m : cloth.mass) p.inv_mass.push_back(1.0 / m);
+  p.inv_mass[0] = p.inv_mass[80] = 0.0;
+  for (int step = 0; step < 5; ++step) {
+    integrator.assemble(p, 0.0, 1.0 / 120.0);
+    Vectors v = p.v;
+    std::vector<ImplicitTerm> terms;  // stiff contacts with a body
+    for (std::int32_t i = 3000; i < 4000; i += 3)
+      terms.push_back({{i, -1, -1, -1},
+                       {1.0, 0.0, 0.0, 0.0},
+                       1e4 * cloth.mass[i] * Mat3::Identity(),
+                       Vec3::Zero()});
+    const SolveReport report = integrator.solve(terms, v);
+    EXPECT_TRUE(report.converged);
+    EXPECT_LT(report.iterations, 40);
+    p.v = v;
+    for (std::size_t i = 0; i < n; ++i) p.x[i] += v[i] / 120.0;
+  }
+}
+
 /// Positions after a few steps of a hanging, blown, limited cloth.
 Vectors simulate(int threads) {
   const ThreadLimit limit(threads);

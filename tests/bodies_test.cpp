@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/bodies/analytic_body.h>
 #include <selvedge/bodies/body.h>
+#include <selvedge/bodies/detail/exact_orientation.h>
 #include <selvedge/bodies/load_mesh.h>
 #include <selvedge/bodies/mannequin.h>
 #include <selvedge/bodies/mesh_file.h>
@@ -913,6 +914,49 @@ TEST(MeshReport, PairsOfTrianglesAreJudgedExactly) {
   EXPECT_EQ(crossings({a, b, c, a, {0.2, 0.2, 1}, {0.3, 0.3, 1}}), 0u);
 }
 
+__extension__ using Int128 = __int128;
+
+int sign_of(Int128 value) { return (value > 0) - (value < 0); }
+
+// Integer points in one plane, or off it by 1, so far out that double arithmetic cannot tell: the
+// terms of the determinant reach 2^92 and differ by 2^37. 128-bit integers can.
+TEST(ExactOrientation, SignsAreRightWhereDoublesCannotTell) {
+  std::mt19937_64 random(3);
+  const auto below = [&](int bits) {
+    return static_cast<std::int64_t>(random() >> (63 - bits)) - (std::int64_t{1} << bits);
+  };
+  int zeros = 0;
+  for (int round = 0; round < 3000; ++round) {
+    std::array<std::int64_t, 3> u, v, w, d;
+    const std::int64_t i = below(18), j = below(18);
+    for (int k = 0; k < 3; ++k) {
+      u[k] = below(18), v[k] = below(18), d[k] = below(30);
+      w[k] = i * u[k] + j * v[k];
+    }
+    w[round % 3] += round % 5 - 2;
+    const auto minor = [&](int a, int b) { return Int128(v[a]) * w[b] - Int128(v[b]) * w[a]; };
+    const int expected = sign_of(u[0] * minor(1, 2) + u[1] * minor(2, 0) + u[2] * minor(0, 1));
+    Vec3 p[4];
+    for (int k = 0; k < 3; ++k) {
+      p[0][k] = static_cast<double>(u[k] + d[k]);
+      p[1][k] = static_cast<double>(v[k] + d[k]);
+      p[2][k] = static_cast<double>(w[k] + d[k]);
+      p[3][k] = static_cast<double>(d[k]);
+    }
+    ASSERT_EQ(detail::orientation(p[0], p[1], p[2], p[3]), expected) << "round " << round;
+    ASSERT_EQ(detail::orientation(p[1], p[0], p[2], p[3]), -expected) << "round " << round;
+    zeros += expected == 0;
+    // In the plane: w against a multiple of v, off by the same 1.
+    const std::int64_t turn[2] = {v[0] * (i << 15) + round % 3 - 1, v[1] * (i << 15)};
+    const Vec3 q[3] = {
+        {0, double(v[0]), double(v[1])}, {0, double(turn[0]), double(turn[1])}, {0, 0, 0}};
+    ASSERT_EQ(detail::orientation(q[0], q[1], q[2], 0),
+              sign_of(Int128(v[0]) * turn[1] - Int128(v[1]) * turn[0]))
+        << "round " << round;
+  }
+  EXPECT_GT(zeros, 300);
+}
+
 // Coordinates on a coarse lattice make every degenerate case common; the judgement must not change
 // when the corners are permuted or the axes are turned.
 TEST(MeshReport, DegeneratePairsAreJudgedTheSameInEveryOrder) {
@@ -926,7 +970,8 @@ TEST(MeshReport, DegeneratePairsAreJudgedTheSameInEveryOrder) {
     const std::size_t expected = crossings(x);
     met += expected;
     ASSERT_EQ(expected, crossings({x[4], x[3], x[5], x[1], x[2], x[0]})) << "round " << round;
-    for (Vec3& p : x) p = Vec3(p.y(), p.z(), p.x()) * 0.1 + Vec3(0.5, 0.25, 0.125);
+    for (Vec3& p : x) p = Vec3(p.y(), p.z(), p.x()) * 0.25 + Vec3(0.5, 0.25, 0.125);
+    ASSERT_EQ(expected, crossings(x)) << "round " << round;
   }
   EXPECT_GT(met, 400u);
 }

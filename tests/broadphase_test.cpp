@@ -332,14 +332,15 @@ TEST(Bvh, TheSameArraysWithOtherTrianglesAreNoticed) {
 TEST(Bvh, AStaticSurfaceIsKeptUntilItsIdChanges) {
   Surface cloth = grid(30, 30, 1.0), body = grid(20, 20, 1.0);
   body.static_id = 77;
+  cloth.thickness =
+      0.0103;  // No box just touches another, so nothing is looked at again in double.
   auto kept = make_bvh_aabb(), brute = make_brute_force();
   CandidatePairs first = pairs_of(*kept, cloth, body);
   EXPECT_TRUE(same(first, pairs_of(*brute, cloth, body)));
   // The promise is believed: the numbers are not read again.
   for (Vec3& x : body.x_t0) x.z() += 10.0;
   for (Vec3& x : body.x_t1) x.z() += 10.0;
-  EXPECT_TRUE(same(pairs_of(*kept, cloth, body), first) ||
-              !same(pairs_of(*brute, cloth, body), first));
+  EXPECT_TRUE(same(pairs_of(*kept, cloth, body), first));
   body.static_id = 78;
   EXPECT_EQ(pairs_of(*kept, cloth, body).size(), 0u);
   body.static_id = 0;

@@ -946,13 +946,11 @@ TEST(ExactOrientation, SignsAreRightWhereDoublesCannotTell) {
     ASSERT_EQ(detail::orientation(p[0], p[1], p[2], p[3]), expected) << "round " << round;
     ASSERT_EQ(detail::orientation(p[1], p[0], p[2], p[3]), -expected) << "round " << round;
     zeros += expected == 0;
-    // In the plane: w against a multiple of v, off by the same 1.
-    const std::int64_t turn[2] = {v[0] * (i << 15) + round % 3 - 1, v[1] * (i << 15)};
-    const Vec3 q[3] = {
-        {0, double(v[0]), double(v[1])}, {0, double(turn[0]), double(turn[1])}, {0, 0, 0}};
-    ASSERT_EQ(detail::orientation(q[0], q[1], q[2], 0),
-              sign_of(Int128(v[0]) * turn[1] - Int128(v[1]) * turn[0]))
-        << "round " << round;
+    // In the plane: (n, n+1) × (nm + s, (n+1)m + s) = -s, a difference of terms near 2^76.
+    const std::int64_t n = below(25), m = below(25), s = round % 3 - 1;
+    const Vec3 q[2] = {{0.0, static_cast<double>(n), static_cast<double>(n + 1)},
+                       {0.0, static_cast<double>(n * m + s), static_cast<double>((n + 1) * m + s)}};
+    ASSERT_EQ(detail::orientation(q[0], q[1], Vec3::Zero(), 0), -s) << "round " << round;
   }
   EXPECT_GT(zeros, 300);
 }

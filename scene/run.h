@@ -10,10 +10,11 @@
 namespace selvedge {
 
 struct RunConfig {
-  std::filesystem::path out;               ///< result folder, made if missing
-  bool resume = false;                     ///< go on from checkpoint.ply in it
-  bool every_step = false;                 ///< also write every accepted state to steps/
-  const std::atomic<bool>* stop = nullptr; ///< when it becomes true the run ends after the frame in work
+  std::filesystem::path out;  ///< result folder, made if missing
+  bool resume = false;        ///< go on from checkpoint.ply in it
+  bool every_step = false;    ///< also write every accepted state to steps/
+  const std::atomic<bool>* stop =
+      nullptr;  ///< when it becomes true the run ends after the frame in work
   /// Called after every frame with its number and the seconds since the start of the run.
   std::function<void(int frame, double seconds)> progress;
   /// Called with one sentence for each thing that may be wrong, e.g. a body that is not closed.
@@ -21,13 +22,13 @@ struct RunConfig {
 };
 
 /// Runs a scene into a result folder (layout: output.h). Every frame and the checkpoint are written
-/// when the frame is done; a stopped or killed run loses at most the frame in work, and resumed goes
-/// on to the same bits. Throws std::invalid_argument for a scene that cannot start, for a folder that
-/// cannot be made or holds something else (another scene's results, other files), and for a resume
-/// that does not fit. A run that fails on its way writes result.json with `stopped` set if it can, and
-/// throws SimulationFailed, or std::runtime_error for a file that could not be written. Whoever asks
-/// for a run without `resume` in a folder with an earlier run of the same scene replaces it, but only
-/// once the new one has been found fit to start.
+/// when the frame is done; a stopped or killed run loses at most the frame in work, and resumed
+/// goes on to the same bits. Throws std::invalid_argument for a scene that cannot start, for a
+/// folder that cannot be made or holds something else (another scene's results, other files), and
+/// for a resume that does not fit. A run that fails on its way writes result.json with `stopped`
+/// set if it can, and throws SimulationFailed, or std::runtime_error for a file that could not be
+/// written. Whoever asks for a run without `resume` in a folder with an earlier run of the same
+/// scene replaces it, but only once the new one has been found fit to start.
 RunResult run_scene(const Scene& scene, const RunConfig& config);
 
 }  // namespace selvedge

@@ -18,9 +18,9 @@ namespace selvedge {
 
 /// Placement of a geometry: x = rotation * (scale * x_file) + translation.
 struct Placement {
-  Vec3 translation = Vec3::Zero();                                 ///< m
+  Vec3 translation = Vec3::Zero();  ///< m
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
-  double scale = 1.0;                                              ///< > 0
+  double scale = 1.0;  ///< > 0
 };
 
 enum class ClothPattern { rectangular, triangular };
@@ -31,8 +31,8 @@ struct ClothGrid {
 };
 
 struct ClothFile {
-  std::filesystem::path file;        ///< any triangle mesh: initial shape, and rest shape unless given
-  std::filesystem::path rest_file;   ///< empty: the file itself
+  std::filesystem::path file;  ///< any triangle mesh: initial shape, and rest shape unless given
+  std::filesystem::path rest_file;  ///< empty: the file itself
 };
 
 /// One piece of cloth ("geometry" in the scene file).
@@ -40,17 +40,18 @@ struct ClothSpec {
   std::string name;
   std::variant<ClothGrid, ClothFile> shape;
   Placement placement;
-  Vec3 velocity = Vec3::Zero();      ///< m/s at the start
+  Vec3 velocity = Vec3::Zero();  ///< m/s at the start
   std::string material = "default";
 };
 
 /// Particles that are held, and how they move ("handles").
 struct HandleSpec {
   std::string name;
-  std::string geometry;                    ///< name of the piece
-  std::vector<std::int32_t> vertices;      ///< of the piece; corners and boxes are resolved by the parser
-  std::vector<Keyframe> motion;            ///< relative to the start; empty: held still
-  double release = -1.0;                   ///< s; negative: never let go
+  std::string geometry;  ///< name of the piece
+  std::vector<std::int32_t>
+      vertices;                  ///< of the piece; corners and boxes are resolved by the parser
+  std::vector<Keyframe> motion;  ///< relative to the start; empty: held still
+  double release = -1.0;         ///< s; negative: never let go
 };
 
 struct BodyFile {
@@ -72,41 +73,41 @@ struct BodySpec {
   std::string name;
   std::variant<BodyShape, BodyFile, BodySequence> shape;
   Placement placement;
-  std::vector<Keyframe> motion;      ///< empty: static (or the sequence's own motion)
-  double friction = 0.3;             ///< cloth on this body, >= 0
+  std::vector<Keyframe> motion;  ///< empty: static (or the sequence's own motion)
+  double friction = 0.3;         ///< cloth on this body, >= 0
 };
 
 struct TimeSpec {
-  int frames = 120;                  ///< frames after the start frame, >= 1
-  double fps = 60.0;                 ///< frames per second, > 0
-  int steps_per_frame = 2;           ///< >= 1
-  int max_halvings = 8;              ///< a step that cannot be made clean is halved this often
+  int frames = 120;         ///< frames after the start frame, >= 1
+  double fps = 60.0;        ///< frames per second, > 0
+  int steps_per_frame = 2;  ///< >= 1
+  int max_halvings = 8;     ///< a step that cannot be made clean is halved this often
 };
 
 struct ContactSpec {
-  double thickness = 0.002;          ///< m, rest distance between two surfaces, > 0
-  bool self = true;                  ///< cloth against itself and other pieces
+  double thickness = 0.002;  ///< m, rest distance between two surfaces, > 0
+  bool self = true;          ///< cloth against itself and other pieces
   std::string broad_phase = "bvh_aabb";
   std::string narrow_phase = "ccd_exact";
 };
 
 struct SolverSpec {
-  std::string integrator = "implicit_euler";   ///< or "symplectic_euler"
+  std::string integrator = "implicit_euler";  ///< or "symplectic_euler"
   bool strain_limiter = true;
-  double tolerance = 1e-4;                     ///< relative residual of the linear solve
+  double tolerance = 1e-4;  ///< relative residual of the linear solve
   int max_iterations = 2000;
 };
 
 struct CameraSpec {
-  Vec3 eye = Vec3(1.6, -2.2, 1.4), target = Vec3(0.0, 0.0, 0.3);   ///< m
-  double field_of_view = 35.0;                                     ///< degrees, vertical
-  int width = 960, height = 720;                                   ///< pixels
+  Vec3 eye = Vec3(1.6, -2.2, 1.4), target = Vec3(0.0, 0.0, 0.3);  ///< m
+  double field_of_view = 35.0;                                    ///< degrees, vertical
+  int width = 960, height = 720;                                  ///< pixels
 };
 
 struct OutputSpec {
-  bool vtk = false;                  ///< .vtp + .pvd
-  bool pc2 = false;                  ///< base .ply + .pc2
-  int picture_every = 0;             ///< render every n-th frame; 0: the last one only
+  bool vtk = false;       ///< .vtp + .pvd
+  bool pc2 = false;       ///< base .ply + .pc2
+  int picture_every = 0;  ///< render every n-th frame; 0: the last one only
   CameraSpec camera;
 };
 
@@ -114,12 +115,12 @@ struct OutputSpec {
 struct Scene {
   std::string name;
   std::filesystem::path file;
-  std::string json;   ///< the file as read: overrides and defaults in, comments out, paths absolute
+  std::string json;  ///< the file as read: overrides and defaults in, comments out, paths absolute
   std::vector<ClothSpec> cloths;
   std::map<std::string, Material> materials;
   std::vector<HandleSpec> handles;
   std::vector<BodySpec> bodies;
-  Vec3 gravity = Vec3(0.0, 0.0, -9.81);        ///< m/s²
+  Vec3 gravity = Vec3(0.0, 0.0, -9.81);  ///< m/s²
   AirConfig air;
   TimeSpec time;
   ContactSpec contact;
@@ -133,18 +134,18 @@ struct Override {
 };
 
 /// Reads, completes and checks a scene file. Paths in it are relative to it. Throws
-/// std::invalid_argument with one sentence: file, place (JSON path, line), fault, remedy; an unknown
-/// key names the nearest known one.
+/// std::invalid_argument with one sentence: file, place (JSON path, line), fault, remedy; an
+/// unknown key names the nearest known one.
 Scene read_scene(const std::filesystem::path& file, const std::vector<Override>& overrides = {});
 
 /// The pieces of the scene as simulated: all cloth joined, meshes loaded and placed.
 struct BuiltScene {
   ClothMesh cloth;
-  std::vector<Vec3> velocity;                        ///< at the start, per cloth vertex
-  std::vector<std::int32_t> piece_begin;             ///< first vertex of each piece, plus the total
-  std::vector<std::unique_ptr<Body>> bodies;         ///< in the order of Scene::bodies
-  std::vector<std::string> warnings;                 ///< e.g. a body that is not closed
-  double spring_damping = 0.0, bending_damping = 0.0;   ///< s
+  std::vector<Vec3> velocity;                 ///< at the start, per cloth vertex
+  std::vector<std::int32_t> piece_begin;      ///< first vertex of each piece, plus the total
+  std::vector<std::unique_ptr<Body>> bodies;  ///< in the order of Scene::bodies
+  std::vector<std::string> warnings;          ///< e.g. a body that is not closed
+  double spring_damping = 0.0, bending_damping = 0.0;  ///< s
 };
 BuiltScene build_scene(const Scene& scene);
 

@@ -10,12 +10,11 @@ namespace {
 
 constexpr std::size_t kGrain = 1024;
 
-// A change of load below this share of the load itself asks for no further solve: friction then
-// errs by the same share, below what h itself costs.
-constexpr double kLoadTolerance = 0.05;
-
 // Shear load over μλ above which a sticking contact lets go; covers the error of the linear solve.
 constexpr double kStickSlack = 1.01;
+
+// A contact within this share of its rest gap touches: a few times what a resting one yields.
+constexpr double kTouch = 1e-3;
 
 Vec3 tangential(const Vec3& u, const Vec3& normal) { return u - normal.dot(u) * normal; }
 
@@ -61,9 +60,12 @@ void ContactForce::add(std::span<const ContactPoint> contacts) {
     e.target = std::min(c.rest_gap, std::max(c.gap, 0.0) + config_.recovery * c.rest_gap);
     e.stiffness = config_.normal_ratio * m_eff / (h * h);
     e.stick = (coupled(c) ? config_.coupled_stick_ratio : config_.stick_ratio) * m_eff / h;
-    const Vec3 predicted = motion_of(e, v_predicted_);
-    // What it takes to stop the predicted approach: the first guess of the load.
-    e.load = m_eff / (h * h) * std::max(0.0, e.target - c.gap - c.normal.dot(predicted));
+    // A contact carries at first if it touches or comes near at the speed it has; the guess of its
+    // load is what it takes to stop the predicted approach. A wrong guess costs a solve.
+    const double coasting = c.gap + c.normal.dot(motion_of(e, v_start_));
+    if (coasting < e.target + kTouch * c.rest_gap)
+      e.load = m_eff / (h * h) *
+               std::max(0.0, e.target - c.gap - c.normal.dot(motion_of(e, v_predicted_)));
     e.m_eff = m_eff;
     const Vec3 slip = tangential(motion_of(e, v_start_), c.normal) / h;
     e.slip = slip.norm() <= config_.stick_speed ? Slip::stick : Slip::slide;
@@ -93,37 +95,35 @@ const std::vector<ImplicitTerm>& ContactForce::terms() {
   return terms_;
 }
 
-bool ContactForce::update(Entry& e, std::span<const Vec3> v) const {
+// By how much the contact's force will differ from what the last solve used, N.
+double ContactForce::update(Entry& e, std::span<const Vec3> v) const {
   const ContactPoint& c = e.point;
   const Vec3 u = motion_of(e, v);
   const Vec3 slip = tangential(u, c.normal) / motion_.h;
   const double speed = slip.norm();
-  const double before = e.load;
-  // A contact left out of the solve carries if the cloth went through its rest gap.
-  e.load = std::max(0.0, e.stiffness * (e.target - c.gap - c.normal.dot(u)));
-  if (before <= 0.0) {
-    // The free end state overestimates: the true load stops the approach, not the penalty of it.
-    e.load /= 1.0 + config_.normal_ratio;
-  }
-  bool changed = (before > 0.0) != (e.load > 0.0);
-  if (c.friction <= 0.0 || e.load <= 0.0) return changed;
+  const bool carried = e.load > 0.0;
+  const double push = e.stiffness * (e.target - c.gap - c.normal.dot(u));
+  e.load = std::max(0.0, push);
+  // A contact that was left out shows where the cloth goes freely: its true load stops that motion,
+  // the penalty of it is far more.
+  if (!carried) e.load /= 1.0 + config_.normal_ratio;
+  const double normal_change = carried ? e.load - push : e.load;
+  if (c.friction <= 0.0 || (!carried && e.load <= 0.0)) return normal_change;
 
   const double limit = c.friction * e.load;  // Coulomb: |f_t| <= μ f_n
-  const Slip state_before = e.slip;
-  const Vec3 force_before = e.push - e.viscosity * slip;
-  const bool turned_back = e.push.dot(slip) > 0.0;
-  if (e.slip == Slip::stick && before > 0.0 && e.viscosity * speed > kStickSlack * limit) {
+  const Vec3 used = carried ? Vec3(e.push - e.viscosity * slip) : Vec3::Zero();
+  if (e.slip == Slip::stick && carried && used.norm() > kStickSlack * limit) {
     // The slip of a sticking contact has the direction, not the speed, of what follows.
     e.slip = Slip::slide;
     e.viscosity = 0.0;
     e.push = -limit * slip / speed;
-    return true;
+    return normal_change + (e.push - used).norm();
   }
-  if (turned_back || limit >= e.stick * speed) e.slip = Slip::stick;
+  if (e.push.dot(slip) > 0.0 || limit >= e.stick * speed) e.slip = Slip::stick;
   set_friction(e, slip);
-  const Vec3 force = e.push - e.viscosity * slip;
-  return changed || state_before != e.slip ||
-         (e.slip == Slip::slide && (force - force_before).norm() > kLoadTolerance * limit);
+  Vec3 next = e.push - e.viscosity * slip;
+  if (const double f = next.norm(); f > limit) next *= limit / f;
+  return normal_change + (next - used).norm();
 }
 
 // Friction of the next solve from the slip of the last one.
@@ -141,12 +141,14 @@ void ContactForce::set_friction(Entry& e, const Vec3& slip) const {
 }
 
 bool ContactForce::update(std::span<const Vec3> v) {
-  const double changed = parallel_sum(entries_.size(), kGrain, [&](std::size_t b, std::size_t end) {
-    double count = 0.0;
-    for (std::size_t i = b; i < end; ++i) count += update(entries_[i], v) ? 1.0 : 0.0;
-    return count;
+  const double change = parallel_sum(entries_.size(), kGrain, [&](std::size_t b, std::size_t end) {
+    double sum = 0.0;
+    for (std::size_t i = b; i < end; ++i) sum += update(entries_[i], v);
+    return sum;
   });
-  return changed > 0.0;
+  double load = 0.0;
+  for (const Entry& e : entries_) load += e.load;
+  return change > config_.load_tolerance * load;
 }
 
 std::size_t ContactForce::carrying() const {

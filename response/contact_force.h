@@ -23,7 +23,11 @@ struct ContactForceConfig {
   /// cloth that starts too near is not shot away.
   double recovery = 0.2;
   /// Relative slip below which a contact is first tried as sticking, m/s.
-  double stick_speed = 1e-3;
+  double stick_speed = 1e-5;
+  /// Share of the whole load by which the contact forces may still change when no further solve is
+  /// asked for. More is faster and lets single contacts pull or friction miss by that much in a
+  /// step.
+  double load_tolerance = 0.1;
 };
 
 /// Contact and Coulomb friction as forces inside the implicit step [after the active-set view of
@@ -44,8 +48,8 @@ class ContactForce {
   void add(std::span<const ContactPoint> contacts);
   /// What enters the implicit solve.
   const std::vector<ImplicitTerm>& terms();
-  /// Takes the solved velocities; true if the set of carrying, sticking and slipping contacts or
-  /// their loads changed so much that another solve is due.
+  /// Takes the solved velocities; true if the contact forces that follow from them differ from
+  /// those of the solve by so much that another solve is due.
   bool update(std::span<const Vec3> v);
 
   std::size_t size() const { return entries_.size(); }
@@ -71,7 +75,7 @@ class ContactForce {
   Vec3 motion_of(const Entry& e, std::span<const Vec3> v) const;
   bool coupled(const ContactPoint& c) const;
   void set_friction(Entry& e, const Vec3& slip) const;
-  bool update(Entry& e, std::span<const Vec3> v) const;
+  double update(Entry& e, std::span<const Vec3> v) const;
 
   ContactForceConfig config_;
   ContactMotion motion_;

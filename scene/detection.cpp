@@ -24,9 +24,10 @@ constexpr double kSameNormal = 0.95;
 constexpr double kEdgeEnd = 1e-6;
 
 // Where points of the cloth rest on faces, edges and body vertices have nothing to add: they keep
-// this share of the rest gap, so that one contact carries and the others stand by for what comes
-// between the points (a rim, a spike, a fold).
+// this share of the rest gap, and take part only once they are about that near, so that one contact
+// carries and the others stand by for what comes between the points (a rim, a spike, a fold).
 constexpr double kSecondaryShare = 0.5;
+constexpr double kSecondaryReach = 1.1;
 
 // Cloth whose layers start nearer than the thickness keeps this share of their starting distance.
 constexpr double kStartShare = 0.9;
@@ -220,7 +221,10 @@ void Detection::append_proximities(const std::vector<Contact>& found, bool self,
   for (const Contact& contact : found) {
     if (contact.gap > kProximityReach * thickness_) continue;
     ContactPoint c = joint(contact, self);
-    if (std::min(c.gap, c.normal.dot(relative(c, x_t1_))) >= c.rest_gap) continue;
+    if (contact.kind == ContactKind::point_triangle
+            ? std::min(c.gap, c.normal.dot(relative(c, x_t1_))) >= c.rest_gap
+            : c.gap >= kSecondaryReach * c.rest_gap)
+      continue;
     if (contact.kind == ContactKind::edge_edge) {
       const double s = c.weight[1], t = -c.weight[3];
       if (s <= kEdgeEnd || s >= 1.0 - kEdgeEnd || t <= kEdgeEnd || t >= 1.0 - kEdgeEnd) continue;
@@ -289,18 +293,20 @@ class EdgeTriangleTest {
         const Triangle& t = triangles_b[p.triangle];
         return std::any_of(t.begin(), t.end(), [&](auto v) { return v == e[0] || v == e[1]; });
       });
+    narrow_.find_contacts(runners, surface, pairs_, found_);
+    if (found_.empty()) return;
+    // A contact names the triangle's corners, not the triangle: look up which one it was.
     for (const PointTrianglePair& p : pairs_.point_triangle) {
       const Triangle& t = triangles_b[p.triangle];
-      double toi = 0.0;
-      if (narrow_.collides({ContactKind::point_triangle,
-                            {from_[p.point], x_b[t[0]], x_b[t[1]], x_b[t[2]]},
-                            {to_[p.point], x_b[t[0]], x_b[t[1]], x_b[t[2]]}},
-                           toi))
+      const std::array<std::int32_t, 4> vertices{p.point, t[0], t[1], t[2]};
+      if (std::any_of(found_.begin(), found_.end(),
+                      [&](const Contact& c) { return c.vertex == vertices; }))
         emit(p.point, p.triangle);
     }
   }
 
  private:
+  std::vector<Contact> found_;
   BroadPhase& broad_;
   const NarrowPhase& narrow_;
   std::vector<Vec3> from_, to_;

@@ -113,6 +113,7 @@ struct Simulation::Parts {
   std::vector<double> inv_mass;  // of particles and body vertices (0)
   std::vector<Vec3> x_t0, x_t1;  // particles, then body vertices
   std::vector<Vec3> body_step;   // x_t1 - x_t0 of the body vertices
+  std::vector<Vec3> body_x;      // of the body vertices at the state's time
   std::vector<Vec3> v_t1, predicted;
   std::vector<ContactPoint> contacts, hits;
   RunResult result;
@@ -142,6 +143,7 @@ struct Simulation::Parts {
       implicit.emplace(make_forces(scene, built), n,
                        ImplicitConfig{scene.solver.tolerance, scene.solver.max_iterations});
     place_bodies(state.time, x_t0);
+    note_bodies(x_t0);
     refuse_crossing_start();
     note_strain();
   }
@@ -152,6 +154,10 @@ struct Simulation::Parts {
     for (std::size_t b = 0; b < built.bodies.size(); ++b)
       built.bodies[b]->positions(time, std::span(x).subspan(n() + detection.body_begin()[b],
                                                             built.bodies[b]->vertex_count()));
+  }
+
+  void note_bodies(const std::vector<Vec3>& x) {
+    body_x.assign(x.begin() + static_cast<std::ptrdiff_t>(n()), x.end());
   }
 
   bool bodies_move(double t0, double t1) const {
@@ -379,6 +385,7 @@ void Simulation::Parts::accept(double h, double t1) {
     state.v[i] = (x_t1[i] - x_t0[i]) / h;
     state.x[i] = x_t1[i];
   }
+  note_bodies(x_t1);
   state.time = t1;
   ++state.step;
   ++result.steps;
@@ -439,6 +446,8 @@ void Simulation::restore(SimulationState state) {
                                 " particles, but the scene has " + std::to_string(parts_->n()) +
                                 "; resume with the scene that was run");
   parts_->state = std::move(state);
+  parts_->place_bodies(parts_->state.time, parts_->x_t0);
+  parts_->note_bodies(parts_->x_t0);
 }
 
 std::span<const Triangle> Simulation::cloth_triangles() const {
@@ -447,7 +456,7 @@ std::span<const Triangle> Simulation::cloth_triangles() const {
 
 std::span<const Triangle> Simulation::body_triangles() const { return parts_->body_triangles; }
 
-const std::vector<Vec3>& Simulation::body_positions() const { return parts_->x_t0; }
+const std::vector<Vec3>& Simulation::body_positions() const { return parts_->body_x; }
 
 bool Simulation::bodies_move() const {
   const double end = parts_->scene.time.frames / parts_->scene.time.fps;

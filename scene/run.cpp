@@ -274,7 +274,12 @@ class Run {
     remove_former_run(config_.out);
   }
 
-  void write_scene() const { write_text(config_.out / "scene.json", scene_.json + "\n"); }
+  /// A scene that was made in code has no text; its name is enough to know the folder again.
+  void write_scene() const {
+    const std::string text =
+        scene_.json.empty() ? Json{{"name", scene_.name}}.dump(2) : scene_.json;
+    write_text(config_.out / "scene.json", text + "\n");
+  }
 
   std::vector<fs::path> folders() const {
     std::vector<fs::path> all = {config_.out, config_.out / "frames"};
@@ -302,6 +307,11 @@ class Run {
   }
 
   void check_same_scene() const {
+    if (scene_.json.empty())
+      throw std::invalid_argument(
+          config_.out.string() +
+          ": a scene that was made in code cannot be compared with the one that was run; only a "
+          "scene read from a file can be resumed");
     const auto former = read_json(config_.out / "scene.json");
     if (!former || what_decides(*former) != what_decides(Json::parse(scene_.json)))
       throw std::invalid_argument(

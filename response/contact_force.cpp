@@ -113,14 +113,21 @@ double ContactForce::update(Entry& e, std::span<const Vec3> v) const {
   const double limit = c.friction * e.load;  // Coulomb: |f_t| <= μ f_n
   const Vec3 used = carried ? Vec3(e.push - e.viscosity * slip) : Vec3::Zero();
   if (e.slip == Slip::stick && carried && used.norm() > kStickSlack * limit) {
-    // The slip of a sticking contact has the direction, not the speed, of what follows.
+    // The slip of a sticking contact has the direction, not the speed, of what follows. One that
+    // the push turned back before is at its limit and neither sticks nor slides: it may creep.
     e.slip = Slip::slide;
-    e.viscosity = 0.0;
-    e.push = -limit * slip / speed;
-    return normal_change + (e.push - used).norm();
+    e.viscosity = e.at_limit ? std::min(e.stick, limit / config_.stick_speed) : 0.0;
+    e.push = e.at_limit ? Vec3::Zero() : Vec3(-limit * slip / speed);
+    return normal_change + (used.norm() - limit);
   }
-  if (e.push.dot(slip) > 0.0 || limit >= e.stick * speed) e.slip = Slip::stick;
+  if (e.push.dot(slip) > 0.0) {
+    e.slip = Slip::stick;
+    e.at_limit = true;
+  }
+  if (limit >= e.stick * speed) e.slip = Slip::stick;
+  const bool held = e.push.isZero(0.0) && used.norm() <= limit;
   set_friction(e, slip);
+  if (held) return normal_change;  // the slip that is left is creep, not a wrong force
   Vec3 next = e.push - e.viscosity * slip;
   if (const double f = next.norm(); f > limit) next *= limit / f;
   return normal_change + (next - used).norm();

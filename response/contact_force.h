@@ -70,6 +70,7 @@ class ContactForce {
     Vec3 push = Vec3::Zero();  // N, friction as a given force
     double m_eff = 0.0;        // kg, inertia against an impulse at the contact
     Slip slip = Slip::stick;
+    bool at_limit = false;  // turned back by a push in this step
   };
 
   Vec3 motion_of(const Entry& e, std::span<const Vec3> v) const;

@@ -94,7 +94,7 @@ struct ContactSpec {
 struct SolverSpec {
   std::string integrator = "implicit_euler";  ///< or "symplectic_euler"
   bool strain_limiter = true;
-  double tolerance = 1e-4;  ///< relative residual of the linear solve
+  double tolerance = 1e-3;  ///< relative residual of the linear solve
   int max_iterations = 2000;
 };
 

@@ -7,6 +7,7 @@
 #include <selvedge/scene/detection.h>
 #include <selvedge/scene/simulation.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -70,6 +71,23 @@ double max_norm(std::span<const Vec3> v) {
   return std::sqrt(largest);
 }
 
+std::vector<double> triangle_areas(const TriangleMesh& mesh) {
+  std::vector<double> areas;
+  areas.reserve(mesh.triangles.size());
+  for (const Triangle& t : mesh.triangles)
+    areas.push_back(0.5 * (mesh.vertices[t[1]] - mesh.vertices[t[0]])
+                              .cross(mesh.vertices[t[2]] - mesh.vertices[t[0]])
+                              .norm());
+  return areas;
+}
+
+// The limiter may leave kStrainTolerance: it aims that much below, so that the limit itself holds.
+std::vector<double> limiter_targets(const std::vector<double>& limits) {
+  std::vector<double> targets = limits;
+  for (double& limit : targets) limit = std::max(limit - kStrainTolerance, 0.5 * limit);
+  return targets;
+}
+
 std::vector<std::unique_ptr<Force>> make_forces(const Scene& scene, const BuiltScene& built) {
   const ClothMesh& cloth = built.cloth;
   const std::size_t n = cloth.surface.vertices.size();
@@ -79,9 +97,8 @@ std::vector<std::unique_ptr<Force>> make_forces(const Scene& scene, const BuiltS
     forces.push_back(make_bending_force(cloth.hinges, built.bending_damping, n));
   if (!scene.gravity.isZero(0.0)) forces.push_back(make_gravity(scene.gravity));
   if (scene.air.normal_drag > 0.0 || scene.air.viscous_drag > 0.0)
-    forces.push_back(make_air_force(scene.air, cloth.surface.triangles,
-                                    vertex_areas(cloth.surface.vertices, cloth.surface.triangles),
-                                    n));
+    forces.push_back(
+        make_air_force(scene.air, cloth.surface.triangles, triangle_areas(cloth.surface), n));
   return forces;
 }
 
@@ -188,7 +205,8 @@ struct Simulation::Parts {
   void note_strain() {
     const StrainReport strain = limiter.measure(state.x);
     result.max_stretch = std::max(result.max_stretch, strain.max_strain);
-    result.strain_residual = std::max(result.strain_residual, strain.residual);
+    result.strain_residual =
+        std::max(result.strain_residual, std::max(0.0, strain.residual - kStrainTolerance));
   }
 
   void verify_frame() {

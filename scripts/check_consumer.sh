@@ -28,3 +28,4 @@ consume add_subdirectory -DSELVEDGE_FROM="$root" \
   -DCMAKE_DISABLE_FIND_PACKAGE_nlohmann_json=ON -DCMAKE_DISABLE_FIND_PACKAGE_fmt=ON -DCMAKE_DISABLE_FIND_PACKAGE_assimp=ON
 
 "$work/prefix/bin/selvedge" list >/dev/null
+echo "$(find "$work/prefix/include" -name '*.h' | wc -l) installed headers, each compiles alone"

@@ -4,17 +4,22 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace selvedge {
 namespace {
 
 constexpr std::size_t kGrain = 1024;
 
+// How far cloth may come inside a rest gap because its contact was left out of the solve.
+constexpr double kIntrusion = 0.05;
+
 // Shear load over μλ above which a sticking contact lets go; covers the error of the linear solve.
 constexpr double kStickSlack = 1.01;
 
-// A contact within this share of its rest gap touches: a few times what a resting one yields.
-constexpr double kTouch = 1e-3;
+// A contact within this share of its rest gap touches: more than a resting one yields, less than
+// can be seen when one that should part is held for a solve.
+constexpr double kTouch = 0.02;
 
 Vec3 tangential(const Vec3& u, const Vec3& normal) { return u - normal.dot(u) * normal; }
 
@@ -107,7 +112,10 @@ double ContactForce::update(Entry& e, std::span<const Vec3> v) const {
   // A contact that was left out shows where the cloth goes freely: its true load stops that motion,
   // the penalty of it is far more.
   if (!carried) e.load /= 1.0 + config_.normal_ratio;
-  const double normal_change = carried ? e.load - push : e.load;
+  double normal_change = carried ? e.load - push : e.load;
+  // One that should have carried and let the cloth in visibly asks for a solve whatever its load.
+  if (!carried && push > kIntrusion * c.rest_gap * e.stiffness)
+    normal_change = std::numeric_limits<double>::infinity();
   if (c.friction <= 0.0 || (!carried && e.load <= 0.0)) return normal_change;
 
   const double limit = c.friction * e.load;  // Coulomb: |f_t| <= μ f_n
@@ -156,6 +164,19 @@ bool ContactForce::update(std::span<const Vec3> v) {
   double load = 0.0;
   for (const Entry& e : entries_) load += e.load;
   return change > config_.load_tolerance * load;
+}
+
+void ContactForce::remove_recovery(std::span<Vec3> v) const {
+  for (const Entry& e : entries_) {
+    const ContactPoint& c = e.point;
+    if (e.load <= 0.0 || e.target <= c.gap) continue;
+    const double parting = c.normal.dot(motion_of(e, v)) / motion_.h;
+    const double speed = std::min(parting, (e.target - c.gap) / motion_.h);
+    if (speed <= 0.0) continue;
+    for (int k = 0; k < 4; ++k)
+      if (const auto i = static_cast<std::size_t>(c.vertex[k]); i < motion_.particles)
+        v[i] -= c.weight[k] * motion_.inv_mass[i] * e.m_eff * speed * c.normal;
+  }
 }
 
 std::size_t ContactForce::carrying() const {

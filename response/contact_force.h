@@ -52,6 +52,10 @@ class ContactForce {
   /// those of the solve by so much that another solve is due.
   bool update(std::span<const Vec3> v);
 
+  /// Takes out of the end-of-step velocities what the contacts gave to gaps that were too small:
+  /// the cloth has moved out, it does not fly on. Linear momentum of free particles is kept.
+  void remove_recovery(std::span<Vec3> v) const;
+
   std::size_t size() const { return entries_.size(); }
   std::size_t carrying() const;
   /// Sum of the normal loads of contacts with body vertices, as a force on the cloth, N.

@@ -15,6 +15,10 @@ namespace {
 // test: its linearised gap would stop cloth that in truth passes beside.
 constexpr double kProximityReach = 4.0;
 
+// A point takes part from this many rest gaps on: cloth just outside its rest gap may be pulled in
+// by its neighbours within the step.
+constexpr double kPointReach = 1.5;
+
 // Two contacts of one point whose normals differ by less than this cosine are one contact seen
 // through two neighbouring triangles.
 constexpr double kSameNormal = 0.95;
@@ -222,7 +226,7 @@ void Detection::append_proximities(const std::vector<Contact>& found, bool self,
     if (contact.gap > kProximityReach * thickness_) continue;
     ContactPoint c = joint(contact, self);
     if (contact.kind == ContactKind::point_triangle
-            ? std::min(c.gap, c.normal.dot(relative(c, x_t1_))) >= c.rest_gap
+            ? std::min(c.gap, c.normal.dot(relative(c, x_t1_))) >= kPointReach * c.rest_gap
             : c.gap >= kSecondaryReach * c.rest_gap)
       continue;
     if (contact.kind == ContactKind::edge_edge) {
@@ -246,9 +250,9 @@ void Detection::find_proximities(std::vector<ContactPoint>& out) {
   const Stopwatch watch(times_.narrow_phase);
   out.clear();
   const SurfaceView cloth = cloth_view(0.5 * thickness_), body = body_view(0.5 * thickness_);
-  selvedge::find_proximities(cloth, body, body_pairs_, thickness_, found_);
+  selvedge::find_proximities(cloth, body, body_pairs_, kPointReach * thickness_, found_);
   append_proximities(found_, false, out);
-  selvedge::find_proximities(cloth, cloth, self_pairs_, thickness_, found_);
+  selvedge::find_proximities(cloth, cloth, self_pairs_, kPointReach * thickness_, found_);
   append_proximities(found_, true, out);
 }
 

@@ -403,6 +403,7 @@ void Simulation::Parts::accept(double h, double t1) {
     state.v[i] = (x_t1[i] - x_t0[i]) / h;
     state.x[i] = x_t1[i];
   }
+  if (implicit) contact_force.remove_recovery(state.v);
   note_bodies(x_t1);
   state.time = t1;
   ++state.step;

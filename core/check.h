@@ -6,10 +6,10 @@
 
 /// Cheap invariant, on unless NDEBUG. Says file, line and condition, then aborts.
 /// SELVEDGE_VALIDATE is the same for expensive ones, on with the CMake option SELVEDGE_VALIDATION.
-#define SELVEDGE_CHECK_OR_ABORT(condition)                                                  \
-  ((condition) ? static_cast<void>(0)                                                       \
-               : (std::fprintf(stderr, "%s:%d: selvedge invariant broken: %s\n", __FILE__,  \
-                               __LINE__, #condition),                                       \
+#define SELVEDGE_CHECK_OR_ABORT(condition)                                                 \
+  ((condition) ? static_cast<void>(0)                                                      \
+               : (std::fprintf(stderr, "%s:%d: selvedge invariant broken: %s\n", __FILE__, \
+                               __LINE__, #condition),                                      \
                   std::abort()))
 
 #ifdef NDEBUG

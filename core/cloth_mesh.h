@@ -11,23 +11,23 @@ namespace selvedge {
 /// A spring between two particles.
 struct Spring {
   std::int32_t a, b;
-  double rest_length;   ///< m, > 0
-  double stiffness;     ///< N/m, force per length change, > 0
+  double rest_length;  ///< m, > 0
+  double stiffness;    ///< N/m, force per length change, > 0
 };
 
 /// Two triangles that share an edge: the edge v[2]-v[3], the opposite vertices v[0] and v[1]. They
 /// need not be triangles of the surface.
 struct Hinge {
   std::array<std::int32_t, 4> v;
-  double rest_angle;    ///< rad, 0 where the rest shape is flat
-  double stiffness;     ///< N·m, energy ½·stiffness·(angle - rest_angle)²
+  double rest_angle;  ///< rad, 0 where the rest shape is flat
+  double stiffness;   ///< N·m, energy ½·stiffness·(angle - rest_angle)²
 };
 
 /// A piece of cloth at rest: the surface that collides and the springs and hinges that hold it.
 /// Several pieces are joined into one by `append`.
 struct ClothMesh {
-  TriangleMesh surface;              ///< initial shape
-  std::vector<Edge> edges;           ///< unique_edges(surface.triangles)
+  TriangleMesh surface;     ///< initial shape
+  std::vector<Edge> edges;  ///< unique_edges(surface.triangles)
   std::vector<Spring> springs;
   std::vector<Hinge> hinges;
   std::vector<double> mass;          ///< kg per vertex
@@ -37,8 +37,8 @@ struct ClothMesh {
 /// A rectangle in the xy-plane, centred at the origin, cells_x × cells_y cells, vertex (i,j) at
 /// index j·(cells_x+1)+i.
 struct GridConfig {
-  double size_x = 1.0, size_y = 1.0;           ///< m, > 0
-  std::int32_t cells_x = 50, cells_y = 50;     ///< >= 1
+  double size_x = 1.0, size_y = 1.0;        ///< m, > 0
+  std::int32_t cells_x = 50, cells_y = 50;  ///< >= 1
 };
 
 /// Rectangular mesh [Provot1995]: structural and both shear springs; bending by hinges.

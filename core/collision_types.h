@@ -12,10 +12,10 @@ namespace selvedge {
 /// One surface over one time step. Vertex i moves on the straight line x_t0[i] -> x_t1[i], t in
 /// [0,1]. A view: whoever makes it keeps the arrays alive.
 struct SurfaceView {
-  std::span<const Vec3> x_t0, x_t1;      ///< metres, n each
-  std::span<const Edge> edges;           ///< unique, every edge of a triangle once
-  std::span<const Triangle> triangles;   ///< indices below n
-  double thickness = 0.0;                ///< metres, the half-gap kept on each side
+  std::span<const Vec3> x_t0, x_t1;     ///< metres, n each
+  std::span<const Edge> edges;          ///< unique, every edge of a triangle once
+  std::span<const Triangle> triangles;  ///< indices below n
+  double thickness = 0.0;               ///< metres, the half-gap kept on each side
   /// Promise that allows a broad phase to keep its tree: as long as two views carry the same
   /// nonzero id, x_t0, x_t1, edges and triangles are the same numbers. 0 promises nothing.
   std::uint64_t static_id = 0;

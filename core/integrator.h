@@ -16,18 +16,18 @@ namespace selvedge {
 struct ImplicitTerm {
   std::array<std::int32_t, 4> particle;  ///< -1: not a particle (a body vertex)
   std::array<double, 4> weight;
-  Mat3 matrix;                           ///< kg
-  Vec3 rhs;                              ///< kg·m/s
+  Mat3 matrix;  ///< kg
+  Vec3 rhs;     ///< kg·m/s
 };
 
 struct SolveReport {
   int iterations = 0;
-  double residual = 0.0;   ///< relative, in the preconditioner's norm
+  double residual = 0.0;  ///< relative, in the preconditioner's norm
   bool converged = true;
 };
 
 struct ImplicitConfig {
-  double tolerance = 1e-4;   ///< relative residual at which the conjugate gradients stop
+  double tolerance = 1e-4;  ///< relative residual at which the conjugate gradients stop
   int max_iterations = 2000;
 };
 

@@ -38,8 +38,9 @@ double parallel_sum(std::size_t n, std::size_t grain,
                     FunctionRef<double(std::size_t, std::size_t)> body) {
   grain = std::max<std::size_t>(grain, 1);
   std::vector<double> partial(range_count(n, grain), 0.0);
-  parallel_for(n, grain,
-               [&](std::size_t begin, std::size_t end) { partial[begin / grain] = body(begin, end); });
+  parallel_for(n, grain, [&](std::size_t begin, std::size_t end) {
+    partial[begin / grain] = body(begin, end);
+  });
   double sum = 0.0;
   for (const double p : partial) sum += p;
   return sum;
@@ -59,9 +60,9 @@ struct ThreadLimit::State {
 };
 
 ThreadLimit::ThreadLimit(int threads)
-    : state_(new State{{tbb::global_control::max_allowed_parallelism,
-                        static_cast<std::size_t>(threads > 0 ? threads
-                                                             : tbb::info::default_concurrency())}}) {}
+    : state_(new State{
+          {tbb::global_control::max_allowed_parallelism,
+           static_cast<std::size_t>(threads > 0 ? threads : tbb::info::default_concurrency())}}) {}
 
 #else
 

@@ -9,8 +9,9 @@
 namespace selvedge {
 
 struct StrainReport {
-  double max_strain = 0.0;   ///< largest (L-L0)/L0 left
-  double residual = 0.0;     ///< largest excess over its limit left: at most the tolerance when it converged
+  double max_strain = 0.0;  ///< largest (L-L0)/L0 left
+  double residual =
+      0.0;  ///< largest excess over its limit left: at most the tolerance when it converged
   int sweeps = 0;
 };
 
@@ -27,7 +28,7 @@ class StrainLimiter {
                      std::span<Vec3> x) const;
 
  private:
-  std::vector<Spring> springs_;        // sorted by colour
+  std::vector<Spring> springs_;  // sorted by colour
   std::vector<double> limits_;
   std::vector<std::size_t> color_begin_;
 };

@@ -17,12 +17,13 @@ namespace selvedge {
 /// Everything a simulation carries from one step to the next: restored from it, it goes on to the
 /// same bits.
 struct SimulationState {
-  std::int64_t step = 0;   ///< accepted steps so far
-  double time = 0.0;       ///< s
+  std::int64_t step = 0;  ///< accepted steps so far
+  double time = 0.0;      ///< s
   std::vector<Vec3> x, v;
 };
 
-/// The run cannot go on: diverged, or a step that cannot be made clean. Says which particle or pair.
+/// The run cannot go on: diverged, or a step that cannot be made clean. Says which particle or
+/// pair.
 class SimulationFailed : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -36,7 +37,8 @@ class Simulation {
   ~Simulation();
 
   /// Advances to the time of frame `frame` (frame / fps). Calls `accepted` after every accepted
-  /// step with the state's time; may be empty. Throws SimulationFailed and keeps the last good state.
+  /// step with the state's time; may be empty. Throws SimulationFailed and keeps the last good
+  /// state.
   void advance_to_frame(int frame, const std::function<void(double time)>& accepted);
 
   const SimulationState& state() const;
@@ -44,8 +46,8 @@ class Simulation {
   void restore(SimulationState state);
 
   std::span<const Triangle> cloth_triangles() const;
-  std::span<const Triangle> body_triangles() const;    ///< of all bodies, joined in scene order
-  const std::vector<Vec3>& body_positions() const;     ///< at the state's time
+  std::span<const Triangle> body_triangles() const;  ///< of all bodies, joined in scene order
+  const std::vector<Vec3>& body_positions() const;   ///< at the state's time
   bool bodies_move() const;
 
   /// Clean, steps, halvings, strain, speed, phase times and counters so far; frames, wall_s,

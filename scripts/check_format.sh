@@ -1,8 +1,20 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# check_format.sh [--fix]: compares every source with .clang-format (clang-format 14, Debian 12's), or rewrites it.
+# check_format.sh [--fix]: names every source that clang-format (14, Debian 12's) would change, or changes them.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 folders=(core bodies broadphase narrowphase response scene apps tests bench examples)
-find "${folders[@]}" \( -name '*.h' -o -name '*.cpp' \) ! -name '*_generated.cpp' -print0 | sort -z |
-  if [ "${1:-}" = --fix ]; then xargs -0 clang-format -i; else xargs -0 clang-format --dry-run -Werror; fi
+sources() {
+  find "${folders[@]}" \( -name '*.h' -o -name '*.cpp' -o -name '*.inc' \) ! -name '*_generated.cpp' -print0 | sort -z
+}
+if [ "${1:-}" = --fix ]; then
+  sources | xargs -0 clang-format -i
+  exit 0
+fi
+faulty=$(sources | xargs -0 clang-format --dry-run 2>&1 | sed -n 's/^\([^:]*\):[0-9]*:[0-9]*: warning.*/\1/p' | sort -u)
+if [ -n "$faulty" ]; then
+  printf '%s\n' "$faulty" >&2
+  echo "check_format.sh: $(wc -l <<<"$faulty") sources are not formatted; scripts/check_format.sh --fix mends them" >&2
+  exit 1
+fi
+echo "$(sources | tr -cd '\0' | wc -c) sources are formatted"

@@ -12,13 +12,12 @@ build=build/release
 configure=(cmake --preset release)
 if [ ! -f "$build/CMakeCache.txt" ] && command -v ninja >/dev/null; then configure+=(-G Ninja); fi
 
-echo "Format"
-scripts/check_format.sh
 echo "Build (several minutes the first time)"
 scripts/quietly.sh "${configure[@]}" "$@"
 scripts/quietly.sh cmake --build "$build" --parallel
 echo "Built after $((SECONDS - started)) s"
 scripts/run_ctest.sh "$build"
+scripts/check_format.sh
 echo "Consumers"
 scripts/check_consumer.sh "$build"
 echo "Everything passed in $((SECONDS - started)) s"

@@ -232,7 +232,7 @@ void append(Sentences& all, const Sentences& more) {
 
 TEST(Architecture, NoModuleIncludesWhatItsArrowsForbid) {
   Sentences faults;
-  const std::vector<std::string> files = files_with({".h", ".cpp"});
+  const std::vector<std::string> files = files_with({".h", ".cpp", ".inc"});
   ASSERT_GT(files.size(), 40u) << "the sources were not found under " << root();
   for (const std::string& file : files) append(faults, forbidden_arrows(file, read(root() / file)));
   EXPECT_TRUE(faults.empty()) << joined(faults);
@@ -247,7 +247,8 @@ TEST(Architecture, PublicHeadersNameOnlyTheStandardLibraryAndEigen) {
 }
 
 TEST(Architecture, EverySourceBeginsWithItsLicence) {
-  std::vector<std::string> files = files_with({".h", ".cpp", "CMakeLists.txt", ".sh", ".py"});
+  std::vector<std::string> files =
+      files_with({".h", ".cpp", ".inc", "CMakeLists.txt", ".sh", ".py"});
   for (const char* folder : {"scripts", "cmake", ".ci"}) {
     for (const auto& entry : fs::directory_iterator(root() / folder)) {
       files.push_back(entry.path().lexically_relative(root()).generic_string());
@@ -279,7 +280,7 @@ TEST(Architecture, TheSampleOfTheReadmeIsTheExampleThatIsCompiledAndRun) {
 TEST(Architecture, EverySourceThatCitesAPaperFindsItInTheBibliography) {
   const std::string bibliography = read(root() / "docs/references.bib");
   Sentences faults;
-  for (const std::string& file : files_with({".h", ".cpp"})) {
+  for (const std::string& file : files_with({".h", ".cpp", ".inc"})) {
     if (file != "tests/architecture_test.cpp") {
       append(faults, unknown_sources(file, read(root() / file), bibliography));
     }

@@ -92,9 +92,8 @@ std::vector<std::unique_ptr<Force>> make_forces(const Scene& scene, const BuiltS
   const ClothMesh& cloth = built.cloth;
   const std::size_t n = cloth.surface.vertices.size();
   std::vector<std::unique_ptr<Force>> forces;
-  forces.push_back(make_hooke_force(cloth.springs, built.spring_damping, n));
-  if (!cloth.hinges.empty())
-    forces.push_back(make_bending_force(cloth.hinges, built.bending_damping, n));
+  forces.push_back(make_hooke_force(cloth.springs, n));
+  if (!cloth.hinges.empty()) forces.push_back(make_bending_force(cloth.hinges, n));
   if (!scene.gravity.isZero(0.0)) forces.push_back(make_gravity(scene.gravity));
   if (scene.air.normal_drag > 0.0 || scene.air.viscous_drag > 0.0)
     forces.push_back(
@@ -140,7 +139,7 @@ struct Simulation::Parts {
       : scene(s),
         built(std::move(b)),
         detection(scene, built),
-        limiter(built.cloth.springs, built.cloth.strain_limit,
+        limiter(built.cloth.springs, limiter_targets(built.cloth.strain_limit),
                 built.cloth.surface.vertices.size()) {
     const std::size_t n = built.cloth.surface.vertices.size();
     state.x = built.cloth.surface.vertices;

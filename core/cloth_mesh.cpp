@@ -130,7 +130,7 @@ void add_edge_springs(ClothMesh& cloth, std::span<const Vec3> rest, const Materi
     // [VanGelder1998]: k = E h Σ A / l². The sheet is isotropic with Poisson's ratio 1/3 where the
     // triangles are equilateral, and its shear stiffness follows: 3/8 of the stretch stiffness.
     const double stiffness = material.stretch_stiffness * area[e] / (length * length);
-    cloth.springs.push_back({a, b, length, stiffness});
+    cloth.springs.push_back({a, b, length, stiffness, material.spring_damping});
     cloth.strain_limit.push_back(material.strain_limit);
   }
 }
@@ -140,8 +140,9 @@ void add_hinges(ClothMesh& cloth, std::span<const Vec3> rest, const Material& ma
   for (const InteriorEdge& edge : interior_edges(cloth.surface.triangles)) {
     const Dihedral d = dihedral(rest, edge.v);
     if (!d.valid) continue;
-    cloth.hinges.push_back(
-        {edge.v, d.angle, hinge_stiffness(edge.v, rest, material.bending_stiffness)});
+    cloth.hinges.push_back({edge.v, d.angle,
+                            hinge_stiffness(edge.v, rest, material.bending_stiffness),
+                            material.bending_damping});
   }
 }
 

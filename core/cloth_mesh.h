@@ -11,16 +11,18 @@ namespace selvedge {
 /// A spring between two particles.
 struct Spring {
   std::int32_t a, b;
-  double rest_length;  ///< m, > 0
-  double stiffness;    ///< N/m, force per length change, > 0
+  double rest_length;    ///< m, > 0
+  double stiffness;      ///< N/m, force per length change, > 0
+  double damping = 0.0;  ///< s, damping force per stiffness and rate of length, >= 0
 };
 
 /// Two triangles that share an edge: the edge v[2]-v[3], the opposite vertices v[0] and v[1]. They
 /// need not be triangles of the surface.
 struct Hinge {
   std::array<std::int32_t, 4> v;
-  double rest_angle;  ///< rad, 0 where the rest shape is flat
-  double stiffness;   ///< N·m, energy ½·stiffness·(angle - rest_angle)²
+  double rest_angle;     ///< rad, 0 where the rest shape is flat
+  double stiffness;      ///< N·m, energy ½·stiffness·(angle - rest_angle)²
+  double damping = 0.0;  ///< s, damping moment per stiffness and rate of angle, >= 0
 };
 
 /// A piece of cloth at rest: the surface that collides and the springs and hinges that hold it.

@@ -43,12 +43,10 @@ class Force {
 
 /// Stretch and shear springs after Hooke, with damping on the relative velocity along the spring.
 /// f_a = (k (L-L0) + k·damping·dL/dt) (x_b - x_a)/L. [survey eq. 2, 8]
-std::unique_ptr<Force> make_hooke_force(std::span<const Spring> springs, double damping,
-                                        std::size_t particles);
+std::unique_ptr<Force> make_hooke_force(std::span<const Spring> springs, std::size_t particles);
 /// Bending between two triangles after [Bridson2003], with stiffness at zero curvature:
 /// energy ½ k (θ-θ0)², force -k (θ-θ0 + damping·dθ/dt) ∂θ/∂x, θ the angle between the normals.
-std::unique_ptr<Force> make_bending_force(std::span<const Hinge> hinges, double damping,
-                                          std::size_t particles);
+std::unique_ptr<Force> make_bending_force(std::span<const Hinge> hinges, std::size_t particles);
 /// f = m·g. [survey eq. 6]
 std::unique_ptr<Force> make_gravity(const Vec3& acceleration);
 

@@ -33,16 +33,15 @@ void validate_hinge(const Hinge& hinge, std::size_t i, std::size_t particles) {
   std::sort(sorted.begin(), sorted.end());
   if (std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end())
     throw std::invalid_argument("hinge " + std::to_string(i) + " names a particle twice");
-  detail::require_number("stiffness of a hinge", hinge.stiffness);
+  detail::require_number_of("stiffness", "hinge", i, hinge.stiffness);
+  detail::require_number_of("damping", "hinge", i, hinge.damping);
   if (!std::isfinite(hinge.rest_angle))
     throw std::invalid_argument("hinge " + std::to_string(i) + " has no finite rest_angle");
 }
 
 class BendingForce final : public Force {
  public:
-  BendingForce(std::span<const Hinge> hinges, double damping, std::size_t particles)
-      : damping_(damping) {
-    detail::require_number("bending damping", damping);
+  BendingForce(std::span<const Hinge> hinges, std::size_t particles) {
     std::vector<std::int32_t> corners;
     for (std::size_t i = 0; i < hinges.size(); ++i) {
       validate_hinge(hinges[i], i, particles);
@@ -61,7 +60,7 @@ class BendingForce final : public Force {
         if (!d.valid) continue;
         double rate = 0.0;
         for (int k = 0; k < 4; ++k) rate += d.gradient[k].dot(state.v[hinge.v[k]]);
-        const double moment = -hinge.stiffness * (deviation(hinge, d.angle) + damping_ * rate);
+        const double moment = -hinge.stiffness * (deviation(hinge, d.angle) + hinge.damping * rate);
         for (int k = 0; k < 4; ++k) f[hinge.v[k]] += moment * d.gradient[k];
       }
     });
@@ -102,7 +101,7 @@ class BendingForce final : public Force {
         const detail::Dihedral d = detail::dihedral(state.x, hinge.v);
         if (!d.valid) continue;
         // Gauss-Newton part k ∂θ ∂θᵀ; the curvature of θ itself is indefinite and dropped.
-        const double scale = h * hinge.stiffness * (h + damping_);
+        const double scale = h * hinge.stiffness * (h + hinge.damping);
         for (int i = 0; i < 4; ++i) {
           const Vec3 row = scale * d.gradient[i];
           for (int j = 0; j < 4; ++j)
@@ -122,7 +121,7 @@ class BendingForce final : public Force {
       for (int k = 0; k < 4; ++k) {
         const double row = hinge.stiffness * d.gradient[k].norm() * sum;
         stiffness[hinge.v[k]] += row;
-        damping[hinge.v[k]] += damping_ * row;
+        damping[hinge.v[k]] += hinge.damping * row;
       }
     }
   }
@@ -131,14 +130,12 @@ class BendingForce final : public Force {
   std::vector<Hinge> hinges_;
   std::vector<HingeSlots> slots_;
   std::vector<std::size_t> color_begin_;
-  double damping_;
 };
 
 }  // namespace
 
-std::unique_ptr<Force> make_bending_force(std::span<const Hinge> hinges, double damping,
-                                          std::size_t particles) {
-  return std::make_unique<BendingForce>(hinges, damping, particles);
+std::unique_ptr<Force> make_bending_force(std::span<const Hinge> hinges, std::size_t particles) {
+  return std::make_unique<BendingForce>(hinges, particles);
 }
 
 }  // namespace selvedge

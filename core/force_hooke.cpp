@@ -11,11 +11,6 @@ namespace {
 
 constexpr std::size_t energy_grain = 4096;
 
-struct SpringElement {
-  std::int32_t a, b;
-  double rest_length, stiffness;
-};
-
 struct SpringSlots {
   std::int32_t aa, bb, ab, ba;
 };
@@ -26,7 +21,7 @@ struct Line {
   Vec3 direction;  // zero where the ends coincide: no direction, so no force
 };
 
-Line line_of(const SpringElement& s, std::span<const Vec3> x) {
+Line line_of(const Spring& s, std::span<const Vec3> x) {
   const Vec3 d = x[s.b] - x[s.a];
   const double length = d.norm();
   return {length, length > 0.0 ? Vec3(d / length) : Vec3::Zero()};
@@ -34,9 +29,7 @@ Line line_of(const SpringElement& s, std::span<const Vec3> x) {
 
 class HookeForce final : public Force {
  public:
-  HookeForce(std::span<const Spring> springs, double damping, std::size_t particles)
-      : damping_(damping) {
-    detail::require_number("spring damping", damping);
+  HookeForce(std::span<const Spring> springs, std::size_t particles) {
     std::vector<std::int32_t> ends;
     for (std::size_t i = 0; i < springs.size(); ++i) {
       const Spring& s = springs[i];
@@ -45,25 +38,24 @@ class HookeForce final : public Force {
       if (s.a == s.b)
         throw std::invalid_argument("spring " + std::to_string(i) + " joins particle " +
                                     std::to_string(s.a) + " to itself");
-      detail::require_number("rest_length of a spring", s.rest_length, false);
-      detail::require_number("stiffness of a spring", s.stiffness, false);
+      detail::require_number_of("rest_length", "spring", i, s.rest_length, false);
+      detail::require_number_of("stiffness", "spring", i, s.stiffness, false);
+      detail::require_number_of("damping", "spring", i, s.damping);
       ends.push_back(s.a);
       ends.push_back(s.b);
     }
     Coloring coloring = color_elements(ends, 2, particles);
-    for (const std::int32_t i : coloring.order)
-      springs_.push_back(
-          {springs[i].a, springs[i].b, springs[i].rest_length, springs[i].stiffness});
+    for (const std::int32_t i : coloring.order) springs_.push_back(springs[i]);
     color_begin_ = std::move(coloring.color_begin);
   }
 
   void add_force(const ForceState& state, std::span<Vec3> f) const override {
     for_each_color(color_begin_, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
-        const SpringElement& s = springs_[i];
+        const Spring& s = springs_[i];
         const Line line = line_of(s, state.x);
         const double rate = line.direction.dot(state.v[s.b] - state.v[s.a]);
-        const double tension = s.stiffness * (line.length - s.rest_length + damping_ * rate);
+        const double tension = s.stiffness * (line.length - s.rest_length + s.damping * rate);
         const Vec3 force = tension * line.direction;
         f[s.a] += force;
         f[s.b] -= force;
@@ -75,7 +67,7 @@ class HookeForce final : public Force {
     return parallel_sum(springs_.size(), energy_grain, [&](std::size_t begin, std::size_t end) {
       double sum = 0.0;
       for (std::size_t i = begin; i < end; ++i) {
-        const SpringElement& s = springs_[i];
+        const Spring& s = springs_[i];
         const double stretch = (state.x[s.b] - state.x[s.a]).norm() - s.rest_length;
         sum += 0.5 * s.stiffness * stretch * stretch;
       }
@@ -84,13 +76,13 @@ class HookeForce final : public Force {
   }
 
   void add_links(std::vector<Edge>& links) const override {
-    for (const SpringElement& s : springs_) links.push_back({s.a, s.b});
+    for (const Spring& s : springs_) links.push_back({s.a, s.b});
   }
 
   void bind(const BlockMatrix& matrix) override {
     slots_.clear();
     slots_.reserve(springs_.size());
-    for (const SpringElement& s : springs_)
+    for (const Spring& s : springs_)
       slots_.push_back({matrix.slot(s.a, s.a), matrix.slot(s.b, s.b), matrix.slot(s.a, s.b),
                         matrix.slot(s.b, s.a)});
   }
@@ -99,14 +91,14 @@ class HookeForce final : public Force {
     const std::span<Mat3> values = a.values();
     for_each_color(color_begin_, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
-        const SpringElement& s = springs_[i];
+        const Spring& s = springs_[i];
         const Line line = line_of(s, state.x);
         if (line.length <= 0.0) continue;
         // -∂f/∂x = k [d dᵀ + (1 - L0/L)(I - d dᵀ)]. The second part is indefinite under
         // compression and is dropped there [ChoiKo2002].
         const double across =
             h * h * s.stiffness * std::max(0.0, 1.0 - s.rest_length / line.length);
-        const double along = h * s.stiffness * (h + damping_) - across;
+        const double along = h * s.stiffness * (h + s.damping) - across;
         const Vec3& d = line.direction;
         Mat3 block = (along * d) * d.transpose();
         block.diagonal().array() += across;
@@ -121,30 +113,28 @@ class HookeForce final : public Force {
 
   void add_stiffness_bound(const ForceState& state, std::span<double> stiffness,
                            std::span<double> damping) const override {
-    for (const SpringElement& s : springs_) {
+    for (const Spring& s : springs_) {
       const double length = line_of(s, state.x).length;
       // The block's norm is k along the spring and k |1 - L0/L| across; it stands twice in a row.
       const double across = length > 0.0 ? std::abs(1.0 - s.rest_length / length) : 1.0;
       const double norm = 2.0 * s.stiffness * std::max(1.0, across);
       stiffness[s.a] += norm;
       stiffness[s.b] += norm;
-      damping[s.a] += 2.0 * s.stiffness * damping_;
-      damping[s.b] += 2.0 * s.stiffness * damping_;
+      damping[s.a] += 2.0 * s.stiffness * s.damping;
+      damping[s.b] += 2.0 * s.stiffness * s.damping;
     }
   }
 
  private:
-  std::vector<SpringElement> springs_;
+  std::vector<Spring> springs_;
   std::vector<SpringSlots> slots_;
   std::vector<std::size_t> color_begin_;
-  double damping_;
 };
 
 }  // namespace
 
-std::unique_ptr<Force> make_hooke_force(std::span<const Spring> springs, double damping,
-                                        std::size_t particles) {
-  return std::make_unique<HookeForce>(springs, damping, particles);
+std::unique_ptr<Force> make_hooke_force(std::span<const Spring> springs, std::size_t particles) {
+  return std::make_unique<HookeForce>(springs, particles);
 }
 
 }  // namespace selvedge

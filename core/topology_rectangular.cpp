@@ -108,7 +108,7 @@ class RectangularMesh {
 
   void add_spring(std::int32_t a, std::int32_t b, double length, double stiffness) {
     if (stiffness <= 0.0) return;  // no shear stiffness: no diagonal springs
-    cloth_.springs.push_back({a, b, length, stiffness});
+    cloth_.springs.push_back({a, b, length, stiffness, material_.spring_damping});
     cloth_.strain_limit.push_back(material_.strain_limit);
   }
 
@@ -130,7 +130,7 @@ class RectangularMesh {
   }
 
   void add_hinge(const std::array<std::int32_t, 4>& v, double stiffness) {
-    cloth_.hinges.push_back({v, 0.0, stiffness});
+    cloth_.hinges.push_back({v, 0.0, stiffness, material_.bending_damping});
   }
 
   // The hinges of one triangulation would feel the curvature along x in every other vertex only

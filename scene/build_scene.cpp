@@ -127,8 +127,6 @@ void add_cloth(const Scene& scene, std::size_t index, BuiltScene& built) {
     throw std::invalid_argument(fmt::format("{}, {}: {}", scene.file.string(),
                                             at("geometry", index, spec.name), error.what()));
   }
-  built.spring_damping = material.spring_damping;
-  built.bending_damping = material.bending_damping;
 }
 
 void add_body(const Scene& scene, std::size_t index, BuiltScene& built) {

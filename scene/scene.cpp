@@ -42,7 +42,6 @@ class SceneReader {
     scene_.gravity = read_vec3(root_["gravity"]);
     read_materials();
     read_geometry();
-    check_shared_damping();
     read_motions();
     read_handles();
     read_obstacles();
@@ -215,25 +214,6 @@ class SceneReader {
     shape.grid.cells_x = j["cells"][0].get<std::int32_t>();
     shape.grid.cells_y = j["cells"][1].get<std::int32_t>();
     return shape;
-  }
-
-  /// All springs share one damping, so the fabrics in use must agree.
-  void check_shared_damping() const {
-    const Material& first = scene_.materials.at(scene_.cloths.front().material);
-    for (const ClothSpec& cloth : scene_.cloths) {
-      const Material& m = scene_.materials.at(cloth.material);
-      if (m.spring_damping != first.spring_damping)
-        refuse_damping(cloth.material, "spring_damping", m.spring_damping, first.spring_damping);
-      if (m.bending_damping != first.bending_damping)
-        refuse_damping(cloth.material, "bending_damping", m.bending_damping, first.bending_damping);
-    }
-  }
-
-  [[noreturn]] void refuse_damping(const std::string& material, const std::string& key, double is,
-                                   double first) const {
-    fail(document_, join(join("materials", material), key),
-         fmt::format("is {}, but {} in {}; all fabrics of a scene must share it", is, first,
-                     in_quotes(scene_.cloths.front().material)));
   }
 
   // -- handles ------------------------------------------------------------------------------------

@@ -145,7 +145,6 @@ struct BuiltScene {
   std::vector<std::int32_t> piece_begin;      ///< first vertex of each piece, plus the total
   std::vector<std::unique_ptr<Body>> bodies;  ///< in the order of Scene::bodies
   std::vector<std::string> warnings;          ///< e.g. a body that is not closed
-  double spring_damping = 0.0, bending_damping = 0.0;  ///< s
 };
 BuiltScene build_scene(const Scene& scene);
 

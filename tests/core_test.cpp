@@ -13,6 +13,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <cstring>
+#include <limits>
 #include <numbers>
 #include <random>
 #include <set>
@@ -65,10 +66,22 @@ struct NamedForce {
   std::unique_ptr<Force> force;
 };
 
+ClothMesh with_damping(ClothMesh cloth, double damping) {
+  for (Spring& s : cloth.springs) s.damping = damping;
+  for (Hinge& h : cloth.hinges) h.damping = damping;
+  return cloth;
+}
+
+/// Springs and hinges of one, two and three times `damping` by turns.
 std::vector<NamedForce> internal_forces(const Crumple& c, double damping) {
+  ClothMesh cloth = c.cloth;
+  for (std::size_t i = 0; i < cloth.springs.size(); ++i)
+    cloth.springs[i].damping = (1.0 + i % 3) * damping;
+  for (std::size_t i = 0; i < cloth.hinges.size(); ++i)
+    cloth.hinges[i].damping = (1.0 + i % 3) * damping;
   std::vector<NamedForce> forces;
-  forces.push_back({"hooke", make_hooke_force(c.cloth.springs, damping, c.x.size())});
-  forces.push_back({"bending", make_bending_force(c.cloth.hinges, damping, c.x.size())});
+  forces.push_back({"hooke", make_hooke_force(cloth.springs, c.x.size())});
+  forces.push_back({"bending", make_bending_force(cloth.hinges, c.x.size())});
   return forces;
 }
 
@@ -180,7 +193,7 @@ TEST(Forces, TheStretchedSpringJacobianIsExact) {
   Crumple c(0.01);
   c.v.assign(c.v.size(), Vec3::Zero());
   for (Vec3& x : c.x) x *= 1.5;  // every spring longer than at rest: nothing is dropped
-  const auto force = make_hooke_force(c.cloth.springs, 0.0, c.x.size());
+  const auto force = make_hooke_force(with_damping(c.cloth, 0.0).springs, c.x.size());
   const Eigen::MatrixXd exact = difference_jacobian(*force, c, false);
   EXPECT_LT((dense_jacobian(*force, c.state(), 1.0) + exact).norm(), 1e-7 * exact.norm());
 }
@@ -190,7 +203,7 @@ TEST(Forces, TheBendingJacobianIsExactAtTheRestAngle) {
   Crumple c(0.02);
   c.v.assign(c.v.size(), Vec3::Zero());
   for (Hinge& hinge : c.cloth.hinges) hinge.rest_angle = detail::dihedral(c.x, hinge.v).angle;
-  const auto force = make_bending_force(c.cloth.hinges, 0.0, c.x.size());
+  const auto force = make_bending_force(with_damping(c.cloth, 0.0).hinges, c.x.size());
   const Eigen::MatrixXd exact = difference_jacobian(*force, c, false);
   EXPECT_LT((dense_jacobian(*force, c.state(), 1.0) + exact).norm(), 1e-6 * exact.norm());
 }
@@ -248,13 +261,13 @@ TEST(Forces, TurnWithTheScene) {
 TEST(Forces, RigidMotionIsNotDamped) {
   Crumple c(0.05);
   const Vec3 spin(0.3, -2.0, 1.0);
+  const ClothMesh cloth = with_damping(c.cloth, 1.0);
   for (std::size_t i = 0; i < c.x.size(); ++i) c.v[i] = Vec3(5.0, 1.0, 2.0) + spin.cross(c.x[i]);
-  const Vectors moving = force_at(*make_hooke_force(c.cloth.springs, 1.0, c.x.size()), c.state());
-  const Vectors bent = force_at(*make_bending_force(c.cloth.hinges, 1.0, c.x.size()), c.state());
+  const Vectors moving = force_at(*make_hooke_force(cloth.springs, c.x.size()), c.state());
+  const Vectors bent = force_at(*make_bending_force(cloth.hinges, c.x.size()), c.state());
   c.v.assign(c.v.size(), Vec3::Zero());
-  const Vectors still = force_at(*make_hooke_force(c.cloth.springs, 1.0, c.x.size()), c.state());
-  const Vectors flat_bent =
-      force_at(*make_bending_force(c.cloth.hinges, 1.0, c.x.size()), c.state());
+  const Vectors still = force_at(*make_hooke_force(cloth.springs, c.x.size()), c.state());
+  const Vectors flat_bent = force_at(*make_bending_force(cloth.hinges, c.x.size()), c.state());
   EXPECT_LT((flat(moving) - flat(still)).norm(), 1e-11 * flat(still).norm());
   EXPECT_LT((flat(bent) - flat(flat_bent)).norm(), 1e-11 * flat(flat_bent).norm());
 }
@@ -284,15 +297,76 @@ TEST(Forces, DegenerateShapesGiveFiniteForces) {
 TEST(Forces, BadInputIsRefusedWithItsValue) {
   const std::vector<Spring> outside{{0, 9, 1.0, 1.0}}, no_length{{0, 1, 0.0, 1.0}},
       not_a_number{{0, 1, 1.0, std::nan("")}};
-  EXPECT_THROW(make_hooke_force(outside, 0.0, 2), std::invalid_argument);
-  EXPECT_THROW(make_hooke_force(no_length, 0.0, 2), std::invalid_argument);
-  EXPECT_THROW(make_hooke_force(not_a_number, 0.0, 2), std::invalid_argument);
-  const std::vector<Spring> good{{0, 1, 1.0, 1.0}};
-  EXPECT_THROW(make_hooke_force(good, -1.0, 2), std::invalid_argument);
+  EXPECT_THROW(make_hooke_force(outside, 2), std::invalid_argument);
+  EXPECT_THROW(make_hooke_force(no_length, 2), std::invalid_argument);
+  EXPECT_THROW(make_hooke_force(not_a_number, 2), std::invalid_argument);
   const std::vector<Hinge> twice{{{0, 1, 2, 2}, 0.0, 1.0}};
-  EXPECT_THROW(make_bending_force(twice, 0.0, 4), std::invalid_argument);
+  EXPECT_THROW(make_bending_force(twice, 4), std::invalid_argument);
   EXPECT_THROW(make_gravity({0.0, std::nan(""), 0.0}), std::invalid_argument);
   EXPECT_THROW(make_air_force({Vec3::Zero(), -1.0, 0.0}, {}, {}, 0), std::invalid_argument);
+}
+
+template <class Make>
+std::string refusal(const Make& make) {
+  try {
+    make();
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Forces, BadDampingIsRefusedWithTheIndexOfItsElement) {
+  constexpr double inf = std::numeric_limits<double>::infinity();
+  for (const double bad : {-1.0, inf, -inf, std::nan("")}) {
+    const std::vector<Spring> springs{{0, 1, 1.0, 1.0}, {1, 2, 1.0, 1.0, bad}};
+    const std::string of_spring = refusal([&] { make_hooke_force(springs, 3); });
+    EXPECT_EQ(of_spring.find("damping of spring 1 must be finite and at least 0, not "), 0u)
+        << of_spring;
+    const std::vector<Hinge> hinges{{{0, 1, 2, 3}, 0.0, 1.0}, {{1, 4, 2, 3}, 0.0, 1.0, bad}};
+    const std::string of_hinge = refusal([&] { make_bending_force(hinges, 5); });
+    EXPECT_EQ(of_hinge.find("damping of hinge 1 must be finite and at least 0, not "), 0u)
+        << of_hinge;
+  }
+}
+
+TEST(Forces, EverySpringIsDampedByItsOwn) {
+  // Two springs at rest length, pulled apart at 2 m/s: only damping acts, k·damping·dL/dt.
+  const std::vector<Spring> springs{{0, 1, 1.0, 10.0, 0.1}, {2, 3, 1.0, 10.0, 0.3}};
+  const auto force = make_hooke_force(springs, 4);
+  const Vectors x{{0, 0, 0}, {1, 0, 0}, {0, 5, 0}, {1, 5, 0}};
+  const Vectors v{{0, 0, 0}, {2, 0, 0}, {0, 0, 0}, {2, 0, 0}};
+  const std::vector<double> mass(4, 1.0);
+  const ForceState state{x, v, mass, 0.0};
+  const Vectors f = force_at(*force, state);
+  EXPECT_NEAR(f[0].x(), 2.0, 1e-14);
+  EXPECT_NEAR(f[2].x(), 6.0, 1e-14);
+  std::vector<double> stiffness(4, 0.0), damping(4, 0.0);
+  force->add_stiffness_bound(state, stiffness, damping);
+  EXPECT_NEAR(damping[1], 2.0, 1e-14);
+  EXPECT_NEAR(damping[3], 6.0, 1e-14);
+}
+
+TEST(Forces, EveryHingeIsDampedByItsOwn) {
+  // A folded hinge and a copy of it far away, both folding at the same rate.
+  Vectors x{{0, -1, 0.2}, {0, 1, 0.3}, {-1, 0, 0}, {1, 0, 0}}, v(8, Vec3::Zero());
+  for (int k = 0; k < 4; ++k) x.push_back(x[k] + Vec3(0, 0, 16));
+  v[0] = v[4] = {0, 0, 1};
+  const double angle = detail::dihedral(x, {0, 1, 2, 3}).angle;
+  const std::vector<Hinge> hinges{{{0, 1, 2, 3}, angle, 10.0, 0.1},
+                                  {{4, 5, 6, 7}, angle, 10.0, 0.3}};
+  const auto force = make_bending_force(hinges, 8);
+  const std::vector<double> mass(8, 1.0);
+  const ForceState state{x, v, mass, 0.0};
+  const Vectors f = force_at(*force, state);
+  std::vector<double> stiffness(8, 0.0), damping(8, 0.0);
+  force->add_stiffness_bound(state, stiffness, damping);
+  for (int k = 0; k < 4; ++k) {
+    EXPECT_GT(f[k].norm(), 0.1);
+    EXPECT_LT((f[k + 4] - 3.0 * f[k]).norm(), 1e-12) << k;
+    EXPECT_NEAR(damping[k], 0.1 * stiffness[k], 1e-12) << k;
+    EXPECT_NEAR(damping[k + 4], 0.3 * stiffness[k], 1e-12) << k;
+  }
 }
 
 TEST(ClothMeshes, MassesAddUpToDensityTimesArea) {
@@ -368,6 +442,24 @@ TEST(ClothMeshes, AppendShiftsEveryIndex) {
   const Spring s = all.springs[all.springs.size() - piece.springs.size()];
   EXPECT_EQ(s.a, piece.springs[0].a + 9);
   EXPECT_EQ(all.hinges.back().v[3], piece.hinges.back().v[3] + 9);
+}
+
+TEST(ClothMeshes, EveryElementHasTheDampingOfItsFabric) {
+  Material material;
+  material.spring_damping = 0.02;
+  material.bending_damping = 0.03;
+  ClothMesh grid = make_rectangular({1, 1, 3, 2}, material);
+  ClothMesh triangles = make_triangular({1, 1, 3, 2}, material);
+  ClothMesh file = make_from_mesh(grid.surface, grid.surface, material);
+  for (ClothMesh* cloth : {&grid, &triangles, &file}) {
+    append(*cloth, with_damping(*cloth, 0.5));
+    ASSERT_FALSE(cloth->hinges.empty());
+    const std::size_t springs = cloth->springs.size(), hinges = cloth->hinges.size();
+    for (std::size_t i = 0; i < springs; ++i)
+      EXPECT_EQ(cloth->springs[i].damping, i < springs / 2 ? 0.02 : 0.5) << i;
+    for (std::size_t i = 0; i < hinges; ++i)
+      EXPECT_EQ(cloth->hinges[i].damping, i < hinges / 2 ? 0.03 : 0.5) << i;
+  }
 }
 
 TEST(ClothMeshes, NonManifoldEdgesHaveNoHinge) {
@@ -536,8 +628,8 @@ TEST(ImplicitEuler, NeedsFewIterationsOnAFineGrid) {
   const ClothMesh cloth = make_rectangular({1, 1, 80, 80}, Material{});
   const std::size_t n = cloth.mass.size();
   std::vector<std::unique_ptr<Force>> forces;
-  forces.push_back(make_hooke_force(cloth.springs, 0.01, n));
-  forces.push_back(make_bending_force(cloth.hinges, 0.01, n));
+  forces.push_back(make_hooke_force(cloth.springs, n));
+  forces.push_back(make_bending_force(cloth.hinges, n));
   forces.push_back(make_gravity({0, 0, -9.81}));
   ImplicitEuler integrator(std::move(forces), n, {});
   Particles p{cloth.surface.vertices, Vectors(n, Vec3::Zero()), cloth.mass, {}};
@@ -567,8 +659,8 @@ Vectors simulate(int threads) {
   const std::size_t n = cloth.mass.size();
   std::vector<double> areas(cloth.surface.triangles.size(), 0.5 / 3600);
   std::vector<std::unique_ptr<Force>> forces;
-  forces.push_back(make_hooke_force(cloth.springs, 0.01, n));
-  forces.push_back(make_bending_force(cloth.hinges, 0.01, n));
+  forces.push_back(make_hooke_force(cloth.springs, n));
+  forces.push_back(make_bending_force(cloth.hinges, n));
   forces.push_back(make_gravity({0, 0, -9.81}));
   forces.push_back(make_air_force({{1, 0, 2}, 0.5, 0.1}, cloth.surface.triangles, areas, n));
   ImplicitEuler integrator(std::move(forces), n, {1e-4, 1000});

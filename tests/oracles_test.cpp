@@ -57,10 +57,12 @@ int relax(Forces forces, Particles& p, double h, double speed, int most_steps) {
   return steps;
 }
 
-Forces cloth_forces(const ClothMesh& cloth, const Vec3& gravity) {
+Forces cloth_forces(ClothMesh cloth, const Vec3& gravity) {
+  for (Spring& s : cloth.springs) s.damping = 0.0;
+  for (Hinge& h : cloth.hinges) h.damping = 0.0;
   Forces forces;
-  forces.push_back(make_hooke_force(cloth.springs, 0.0, cloth.mass.size()));
-  forces.push_back(make_bending_force(cloth.hinges, 0.0, cloth.mass.size()));
+  forces.push_back(make_hooke_force(cloth.springs, cloth.mass.size()));
+  forces.push_back(make_bending_force(cloth.hinges, cloth.mass.size()));
   forces.push_back(make_gravity(gravity));
   return forces;
 }
@@ -84,7 +86,7 @@ TEST(Strip, HangsByItsWeightOverTwiceItsStiffness) {
 double strain_energy(const ClothMesh& cloth, double area, double xx, double yy, double xy) {
   Vectors x = cloth.surface.vertices;
   for (Vec3& p : x) p = Vec3((1.0 + xx) * p.x() + xy * p.y(), (1.0 + yy) * p.y(), 0.0);
-  const auto force = make_hooke_force(cloth.springs, 0.0, x.size());
+  const auto force = make_hooke_force(cloth.springs, x.size());
   return force->energy({x, x, cloth.mass, 0.0}) / area;
 }
 
@@ -142,7 +144,7 @@ double bending_energy(const ClothMesh& cloth, const Vectors& x, double half) {
     const auto inside = [&](double c) { return c > -half && c < half; };
     if (inside(middle.x() + 1e-7) && inside(middle.y() + 1e-7)) inner.push_back(hinge);
   }
-  const auto force = make_bending_force(inner, 0.0, x.size());
+  const auto force = make_bending_force(inner, x.size());
   return force->energy({x, x, cloth.mass, 0.0}) / (4.0 * half * half);
 }
 
@@ -231,8 +233,8 @@ struct Oscillator {
   Oscillator() { hold(p, 0); }
   static Forces forces(double damping = 0.0) {
     Forces f;
-    const std::vector<Spring> spring{{0, 1, 1.0, k}};
-    f.push_back(make_hooke_force(spring, damping, 2));
+    const std::vector<Spring> spring{{0, 1, 1.0, k, damping}};
+    f.push_back(make_hooke_force(spring, 2));
     return f;
   }
   Eigen::Vector2d phase() const { return {p.x[1].x() - 1.0, p.v[1].x() / omega}; }
@@ -326,8 +328,8 @@ TEST(PendulumOracle, SwingsWithTheEllipticPeriod) {
     Particles p = make_particles({{0, 0, 0}, {std::sin(a), 0, -std::cos(a)}}, {1.0, 1.0});
     hold(p, 0);
     Forces forces;
-    const std::vector<Spring> spring{{0, 1, 1.0, 1e6}};
-    forces.push_back(make_hooke_force(spring, 1e-5, 2));
+    const std::vector<Spring> spring{{0, 1, 1.0, 1e6, 1e-5}};
+    forces.push_back(make_hooke_force(spring, 2));
     forces.push_back(make_gravity({0, 0, -g}));
     SymplecticEuler se(std::move(forces), 2);
     Vectors v(2);
@@ -357,7 +359,7 @@ TEST(ChainOracle, SwingsInItsFirstModes) {
     Particles p = make_particles(x, mass);
     hold(p, n);
     Forces forces;
-    forces.push_back(make_hooke_force(springs, 0.0, n + 1));
+    forces.push_back(make_hooke_force(springs, n + 1));
     forces.push_back(make_gravity({0, 0, -g}));
     SymplecticEuler se(std::move(forces), n + 1);
     Vectors v(n + 1);
@@ -385,7 +387,7 @@ TEST(ChainOracle, HangsInACatenary) {
     hold(p, 0);
     hold(p, n);
     Forces forces;
-    forces.push_back(make_hooke_force(springs, 0.0, n + 1));
+    forces.push_back(make_hooke_force(springs, n + 1));
     forces.push_back(make_gravity({0, 0, -g}));
     relax(std::move(forces), p, 0.03, 1e-7, 3000);
     EXPECT_NEAR(-p.x[n / 2].z() / sag, 1.0, 1e-3) << span;

@@ -632,13 +632,6 @@ TEST_F(SceneFile, AMissingMeshIsNamedWithARemedy) {
               "needs a list of files");
 }
 
-TEST_F(SceneFile, FabricsOfOneSceneShareTheirDamping) {
-  EXPECT_SAYS(
-      fault(
-          R"({"geometry": [{"name": "a"}, {"name": "b", "material": "m"}], "materials": {"m": {"spring_damping": 0.5}}})"),
-      "materials.m.spring_damping: is 0.5, but 0.01 in \"default\"");
-}
-
 // -- overrides and completion
 // -----------------------------------------------------------------------
 
@@ -690,8 +683,17 @@ TEST_F(EverythingFile, PiecesAreJoinedScaledTurnedAndMoved) {
   EXPECT_LT((low - Vec3(0.25, 1.5, 3)).norm(), 1e-12) << low.transpose();
   EXPECT_EQ(x.back(), Vec3(0, 1, 9));
   EXPECT_EQ(built.bodies.size(), scene.bodies.size());
-  EXPECT_EQ(built.spring_damping, 0.02);
-  EXPECT_EQ(built.bending_damping, 0.03);
+}
+
+TEST_F(SceneFile, FabricsOfOneSceneKeepTheirOwnDamping) {
+  const BuiltScene built = build_scene(read(R"({"geometry": [{"name": "a", "material": "m"},
+    {"name": "b", "transformation": {"translation": [0, 0, 1]}}],
+    "materials": {"m": {"spring_damping": 0.5, "bending_damping": 0}}})"));
+  const std::int32_t second = built.piece_begin[1];
+  for (const Spring& s : built.cloth.springs)
+    ASSERT_EQ(s.damping, s.a < second ? 0.5 : Material{}.spring_damping);
+  for (const Hinge& h : built.cloth.hinges)
+    ASSERT_EQ(h.damping, h.v[0] < second ? 0.0 : Material{}.bending_damping);
 }
 
 TEST_F(SceneFile, ScalingClothScalesItsRestShape) {

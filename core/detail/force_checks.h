@@ -27,4 +27,13 @@ inline void require_number(const char* what, double value, bool zero_allowed = t
   throw std::invalid_argument(text.str());
 }
 
+/// The same for the `quantity` of one of many elements, which the message names by its index.
+inline void require_number_of(const char* quantity, const char* what, std::size_t element,
+                              double value, bool zero_allowed = true) {
+  if (std::isfinite(value) && (value > 0.0 || (zero_allowed && value == 0.0))) return;
+  std::ostringstream name;
+  name << quantity << " of " << what << " " << element;
+  require_number(name.str().c_str(), value, zero_allowed);
+}
+
 }  // namespace selvedge::detail

@@ -18,6 +18,8 @@ fi
 cd "$root"
 started=$SECONDS
 scripts/install_dependencies.sh lean
+# Debian's test meshes are not ours to pass on; the scenes that drape over them say so by their path.
+if grep -q '"\.\./fetched/' "$scene"; then scripts/quietly.sh scripts/fetch_bodies.sh; fi
 
 # build/release is also the folder of scripts/test.sh: what one has built the other need not build again.
 build=build/release

@@ -2,16 +2,22 @@
 #include "command_check.h"
 
 #include <fmt/format.h>
+#include <selvedge/apps/detail/progress_bar.h>
 #include <selvedge/apps/judge.h>
+#include <selvedge/apps/result_states.h>
 #include <selvedge/bodies/load_mesh.h>
 #include <selvedge/bodies/mesh_file.h>
+#include <selvedge/core/parallel.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cctype>
+#include <chrono>
 #include <cstdio>
+#include <exception>
 #include <filesystem>
 #include <memory>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <stdexcept>
@@ -27,6 +33,7 @@ struct CheckOptions {
   std::vector<std::string> meshes, against;
   std::string rest, next, against_next;
   bool path = false, json = false;
+  int threads = 0;
 };
 
 /// A mesh and where it came from; no file and no triangles where an option was not given.
@@ -61,7 +68,18 @@ NamedMesh read(const std::string& file) {
   return {file, has_own_reader(file) ? read_mesh(file) : load_mesh(file)};
 }
 
+bool is_folder(const std::string& file) {
+  std::error_code ignored;  // what cannot be looked at cannot be read either, and then says so
+  return std::filesystem::is_directory(file, ignored);
+}
+
 void check_options(const CheckOptions& o) {
+  for (const std::string& mesh : o.meshes)
+    if (is_folder(mesh) && (o.meshes.size() > 1 || o.path || !o.against.empty() || !o.next.empty()))
+      throw std::invalid_argument(
+          mesh +
+          ": is a folder; a result folder is checked alone, without --against, --next and "
+          "--path, because it holds its bodies and says what its paths are");
   if (o.against.size() > 1 && o.against.size() != o.meshes.size())
     throw std::invalid_argument(
         fmt::format("check: --against names {} bodies for {} meshes; give one body for all or one "
@@ -101,11 +119,12 @@ void check_same_triangles(const NamedMesh& a, const NamedMesh& b) {
                     b.file, a.file));
 }
 
-struct State {
-  NamedMesh mesh, body;
+/// A state of the mesh and where the body is then.
+struct StateView {
+  const NamedMesh &mesh, &body;
 };
 
-PathVerdict judge_between(const State& from, const State& to) {
+PathVerdict judge_between(const StateView& from, const StateView& to) {
   check_same_triangles(from.mesh, to.mesh);
   check_same_triangles(from.body, to.body);
   try {
@@ -194,6 +213,12 @@ void print_line(const Finding& finding, const CheckOptions& o) {
   std::fflush(stdout);  // a long list is read while it grows
 }
 
+struct State {
+  NamedMesh mesh, body;
+
+  operator StateView() const { return {mesh, body}; }
+};
+
 /// Reads the states one after another, so that a long list needs the memory of two.
 class Check {
  public:
@@ -240,13 +265,164 @@ class Check {
   std::vector<Finding> findings_;
 };
 
+/// The worst of each number over all states of a result, and the sum of all that collides between
+/// them.
+struct ResultFinding {
+  Finding worst;
+  std::size_t states = 0, paths = 0;
+  std::string first_wrong;  ///< file of the first state at fault or with a path at fault, or ""
+};
+
+void take_worse(const Verdict& v, Verdict& worst) {
+  worst.vertices = std::max(worst.vertices, v.vertices);
+  worst.triangles = std::max(worst.triangles, v.triangles);
+  worst.self_intersections = std::max(worst.self_intersections, v.self_intersections);
+  worst.body_intersections = std::max(worst.body_intersections, v.body_intersections);
+  worst.inside_vertices = std::max(worst.inside_vertices, v.inside_vertices);
+  worst.max_penetration_m = std::max(worst.max_penetration_m, v.max_penetration_m);
+  worst.max_stretch = std::max(worst.max_stretch, v.max_stretch);
+  worst.max_compression = std::max(worst.max_compression, v.max_compression);
+}
+
+ResultFinding summary_of(const std::string& folder, const std::vector<Finding>& findings) {
+  ResultFinding sum{{folder, {}, std::nullopt}, findings.size(), 0, ""};
+  for (const Finding& finding : findings) {
+    take_worse(finding.state, sum.worst.state);
+    if (finding.wrong() && sum.first_wrong.empty()) sum.first_wrong = finding.file;
+    if (!finding.path) continue;
+    if (!sum.worst.path) sum.worst.path.emplace();
+    ++sum.paths;
+    sum.worst.path->pairs += finding.path->pairs;
+    sum.worst.path->self_collisions += finding.path->self_collisions;
+    sum.worst.path->body_collisions += finding.path->body_collisions;
+  }
+  return sum;
+}
+
+void print_json(const ResultFinding& sum) {
+  Json json = to_json(sum.worst);
+  json["states"] = sum.states;
+  json["paths"] = sum.paths;
+  json["first_wrong"] = sum.first_wrong;
+  fmt::print("{}\n", json.dump(2, ' ', false, Json::error_handler_t::replace));
+}
+
+void print_report(const ResultFinding& sum, const CheckOptions& o, bool every_step) {
+  const Verdict& v = sum.worst.state;
+  fmt::print("{}: {}\n", sum.worst.file,
+             every_step ? fmt::format("{} accepted states and the {} paths from each to the next",
+                                      sum.states, sum.paths)
+                        : fmt::format("{} frames; run --every-step leaves every state and path",
+                                      sum.states));
+  fmt::print("  worst self-intersections    {}\n", v.self_intersections);
+  fmt::print("  worst body intersections    {}\n", v.body_intersections);
+  fmt::print("  most vertices inside        {}\n", v.inside_vertices);
+  fmt::print("  largest penetration         {:.6g} m\n", v.max_penetration_m);
+  if (!o.rest.empty())
+    fmt::print("  largest stretch             {:.3f} %\n  largest compression         {:.3f} %\n",
+               100.0 * v.max_stretch, 100.0 * v.max_compression);
+  if (sum.worst.path)
+    fmt::print("  collisions on paths         {} self, {} body, {} pairs decided\n",
+               sum.worst.path->self_collisions, sum.worst.path->body_collisions,
+               sum.worst.path->pairs);
+  if (!sum.first_wrong.empty()) fmt::print("  first at fault              {}\n", sum.first_wrong);
+}
+
+/// Judges the states of a result at the same time. Each is read where it is judged, so that a long
+/// run needs the memory of two states a thread.
+class ResultCheck {
+ public:
+  explicit ResultCheck(const CheckOptions& options)
+      : o_(options),
+        files_(result_states(options.meshes.front())),
+        rest_(read(options.rest)),
+        bar_("state", static_cast<int>(files_.states.size())) {
+    const auto& states = files_.states;
+    if (states.front().bodies == states.back().bodies)
+      resting_body_ = read(states.front().bodies.string());
+  }
+
+  /// Returns whether something is wrong.
+  bool run() {
+    const std::vector<Finding> findings = judge_all();
+    bar_.clear();
+    const ResultFinding sum = summary_of(o_.meshes.front(), findings);
+    if (o_.json)
+      print_json(sum);
+    else
+      print_report(sum, o_, files_.every_step);
+    return !sum.first_wrong.empty();
+  }
+
+ private:
+  std::vector<Finding> judge_all() {
+    const std::size_t n = files_.states.size();
+    std::vector<Finding> findings(n);
+    // Of several states that cannot be judged the first is named, whichever thread came to its own
+    // sooner.
+    std::vector<std::exception_ptr> errors(n);
+    parallel_for(n, 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        try {
+          findings[i] = judge_one(i);
+        } catch (const std::exception&) {
+          errors[i] = std::current_exception();
+        }
+        count_one();
+      }
+    });
+    for (const std::exception_ptr& error : errors)
+      if (error) std::rethrow_exception(error);
+    return findings;
+  }
+
+  Finding judge_one(std::size_t i) const {
+    const State state = read_state(i);
+    const StateView from = view(state);
+    Finding finding{from.mesh.file, judge_state(from.mesh, from.body, rest_), std::nullopt};
+    if (!files_.every_step || i + 1 == files_.states.size()) return finding;
+    const State next = read_state(i + 1);
+    finding.path = judge_between(from, view(next));
+    return finding;
+  }
+
+  /// A body that rests is read once, for all.
+  State read_state(std::size_t i) const {
+    const ResultState& files = files_.states[i];
+    return {read(files.cloth.string()), resting_body_ ? NamedMesh{} : read(files.bodies.string())};
+  }
+
+  StateView view(const State& state) const {
+    return {state.mesh, resting_body_ ? *resting_body_ : state.body};
+  }
+
+  void count_one() {
+    const std::lock_guard<std::mutex> lock(counting_);
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin_;
+    bar_.show(++judged_, seconds.count());
+  }
+
+  const CheckOptions& o_;
+  const ResultStates files_;
+  const NamedMesh rest_;
+  std::optional<NamedMesh> resting_body_;
+  const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+  std::mutex counting_;
+  int judged_ = 0;
+  ProgressBar bar_;
+};
+
 }  // namespace
 
 void add_command_check(CLI::App& app, int& exit_code) {
   auto o = std::make_shared<CheckOptions>();
   CLI::App* command = app.add_subcommand(
       "check", "Judge meshes of any program: intersections (exact), penetration, strain, paths");
-  command->add_option("MESH", o->meshes, "OBJ, PLY or OFF; several: one line each")->required();
+  command
+      ->add_option("MESH", o->meshes,
+                   "OBJ, PLY or OFF; several: one line each; or the result folder of a run: every "
+                   "state and path of steps/, without steps/ every frame")
+      ->required();
   command->add_option("--against", o->against, "The body, or one body for each MESH");
   command->add_option("--rest", o->rest,
                       "Mesh with the same triangles that strain is measured from");
@@ -254,10 +430,16 @@ void add_command_check(CLI::App& app, int& exit_code) {
   command->add_option("--against-next", o->against_next, "Where the body is at the path's end");
   command->add_flag("--path", o->path, "Judge the straight path from each MESH to the next too");
   command->add_flag("--json", o->json, "Print JSON");
+  command
+      ->add_option("--threads", o->threads,
+                   "Threads for a result folder; 0: all (the answer is the same)")
+      ->check(CLI::Range(0, 1024));
   command->footer(
       "Exit code: 0 nothing found, 1 something intersects, is inside or collides, 2 bad input.");
   command->callback([o, &exit_code] {
     check_options(*o);
-    exit_code = Check(*o).run() ? 1 : 0;
+    const ThreadLimit limit(o->threads);
+    const bool wrong = is_folder(o->meshes.front()) ? ResultCheck(*o).run() : Check(*o).run();
+    exit_code = wrong ? 1 : 0;
   });
 }

@@ -2,9 +2,9 @@
 #include "command_run.h"
 
 #include <fmt/format.h>
+#include <selvedge/apps/detail/progress_bar.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/scene/run.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -62,49 +62,6 @@ class StopOnSignal {
 
 std::atomic<bool> StopOnSignal::requested_{false};
 
-std::string as_duration(double seconds) {
-  const auto whole = static_cast<long>(seconds + 0.5);
-  if (whole < 60) return fmt::format("{} s", whole);
-  if (whole < 3600) return fmt::format("{} min {:02} s", whole / 60, whole % 60);
-  return fmt::format("{} h {:02} min", whole / 3600, whole / 60 % 60);
-}
-
-/// One line on a terminal that says how far the run is and how long it will still take.
-class ProgressBar {
- public:
-  explicit ProgressBar(int frames) : frames_(frames), on_(isatty(STDERR_FILENO) != 0) {}
-  ~ProgressBar() { clear(); }
-
-  void show(int frame, double seconds) {
-    if (!on_) return;
-    if (first_frame_ < 0) {
-      first_frame_ = frame;
-      first_seconds_ = seconds;
-    }
-    constexpr int width = 30;
-    const int filled = width * frame / frames_;
-    std::string left;
-    if (frame > first_frame_)
-      left = ", " +
-             as_duration((seconds - first_seconds_) / (frame - first_frame_) * (frames_ - frame)) +
-             " left";
-    fmt::print(stderr, "\r\033[K[{}{}] frame {} of {}, {}{}", std::string(filled, '#'),
-               std::string(width - filled, ' '), frame, frames_, as_duration(seconds), left);
-    std::fflush(stderr);
-    shown_ = true;
-  }
-
-  void clear() {
-    if (shown_) fmt::print(stderr, "\r\033[K");
-    shown_ = false;
-  }
-
- private:
-  int frames_, first_frame_ = -1;
-  double first_seconds_ = 0.0;
-  bool on_, shown_ = false;
-};
-
 std::vector<Override> read_overrides(const std::vector<std::string>& set) {
   std::vector<Override> overrides;
   for (const std::string& text : set) {
@@ -145,7 +102,7 @@ int run_command(const RunOptions& options) {
   const Scene scene = read_scene(options.scene, read_overrides(options.set));
   const ThreadLimit limit(options.threads);
   const StopOnSignal stop;
-  ProgressBar bar(scene.time.frames);
+  ProgressBar bar("frame", scene.time.frames);
   RunConfig config;
   config.out = options.out.empty() ? std::filesystem::path("out") / scene.name
                                    : std::filesystem::path(options.out);

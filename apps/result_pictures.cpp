@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/apps/detail/numbered_files.h>
 #include <selvedge/apps/result_pictures.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/scene/output.h>
@@ -6,7 +7,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -163,28 +163,6 @@ double round_spacing(double cloth_size) {
 
 // ---- files ---------------------------------------------------------------------------------
 
-/// Numbers of the files STEM_NUMBER.ply in a folder, ascending.
-std::vector<int> numbers_of(const fs::path& folder, const std::string& stem) {
-  std::vector<int> numbers;
-  std::error_code error;
-  const std::string begin = stem + "_", end = ".ply";
-  for (fs::directory_iterator it(folder, error), last; !error && it != last; it.increment(error)) {
-    const std::string name = it->path().filename().string();
-    if (name.size() <= begin.size() + end.size() || !name.starts_with(begin) ||
-        !name.ends_with(end))
-      continue;
-    const char* first = name.data() + begin.size();
-    const char* stop = name.data() + name.size() - end.size();
-    int number = 0;
-    const auto [ptr, fault] = std::from_chars(first, stop, number);
-    if (fault == std::errc() && ptr == stop && number >= 0) numbers.push_back(number);
-  }
-  std::sort(numbers.begin(), numbers.end());
-  return numbers;
-}
-
-constexpr int frame_digits = 5;
-
 TriangleMesh read_checked(const fs::path& file) {
   TriangleMesh mesh = read_mesh(file);
   validate(mesh, file.string());
@@ -332,7 +310,7 @@ TriangleMesh ResultPictures::cloth(int frame) const {
   if (!std::binary_search(frames_.begin(), frames_.end(), frame))
     refuse(result_, "has no frame " + std::to_string(frame) + "; its frames are " +
                         std::to_string(frames_.front()) + " to " + std::to_string(frames_.back()));
-  return read_checked(numbered(result_ / "frames", "cloth", frame, frame_digits, ".ply"));
+  return read_checked(numbered(result_ / "frames", "cloth", frame, frame_file_digits, ".ply"));
 }
 
 /// Of the frame itself if the bodies move, else of the last one before it that was written.
@@ -341,7 +319,8 @@ const TriangleMesh& ResultPictures::bodies(int frame) {
   if (after == body_frames_.begin()) return bodies_;
   const int number = *std::prev(after);
   if (number != bodies_read_)
-    bodies_ = read_checked(numbered(result_ / "frames", "bodies", number, frame_digits, ".ply"));
+    bodies_ =
+        read_checked(numbered(result_ / "frames", "bodies", number, frame_file_digits, ".ply"));
   bodies_read_ = number;
   return bodies_;
 }

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace selvedge {
+
+/// Digits in the names of a result folder (layout: scene/output.h).
+constexpr int frame_file_digits = 5, step_file_digits = 6;
+
+/// Numbers of the files STEM_NUMBER.ply in a folder, ascending; none if there is no such folder.
+/// Throws std::invalid_argument if the folder cannot be read.
+std::vector<int> numbers_of(const std::filesystem::path& folder, const std::string& stem);
+
+}  // namespace selvedge

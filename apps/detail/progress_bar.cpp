@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+#include <selvedge/apps/detail/progress_bar.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <utility>
+
+namespace selvedge {
+namespace {
+
+std::string as_duration(double seconds) {
+  const auto whole = static_cast<long>(seconds + 0.5);
+  if (whole < 60) return fmt::format("{} s", whole);
+  if (whole < 3600) return fmt::format("{} min {:02} s", whole / 60, whole % 60);
+  return fmt::format("{} h {:02} min", whole / 3600, whole / 60 % 60);
+}
+
+}  // namespace
+
+ProgressBar::ProgressBar(std::string unit, int total)
+    : unit_(std::move(unit)), total_(total), on_(isatty(STDERR_FILENO) != 0) {}
+
+void ProgressBar::show(int done, double seconds) {
+  if (!on_) return;
+  if (first_done_ < 0) {
+    first_done_ = done;
+    first_seconds_ = seconds;
+  }
+  constexpr int width = 30;
+  const auto filled = static_cast<std::size_t>(static_cast<long>(width) * done / total_);
+  std::string left;
+  if (done > first_done_)
+    left = ", " + as_duration((seconds - first_seconds_) / (done - first_done_) * (total_ - done)) +
+           " left";
+  fmt::print(stderr, "\r\033[K[{}{}] {} {} of {}, {}{}", std::string(filled, '#'),
+             std::string(width - filled, ' '), unit_, done, total_, as_duration(seconds), left);
+  std::fflush(stderr);
+  shown_ = true;
+}
+
+void ProgressBar::clear() {
+  if (shown_) fmt::print(stderr, "\r\033[K");
+  shown_ = false;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+
+namespace selvedge {
+
+/// One line on a terminal that says how far the work is and how long it will still take; nothing in
+/// a pipe or file.
+class ProgressBar {
+ public:
+  /// "frame" or whatever is counted, and how many there will be.
+  ProgressBar(std::string unit, int total);
+  ~ProgressBar() { clear(); }
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
+
+  void show(int done, double seconds);
+  void clear();
+
+ private:
+  std::string unit_;
+  int total_, first_done_ = -1;
+  double first_seconds_ = 0.0;
+  bool on_, shown_ = false;
+};
+
+}  // namespace selvedge

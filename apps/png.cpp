@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <png.h>
 #include <selvedge/apps/render.h>
-#include <selvedge/scene/atomic_file.h>
+#include <selvedge/core/atomic_file.h>
 
 #include <stdexcept>
 #include <string>

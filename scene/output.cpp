@@ -2,7 +2,7 @@
 #include <selvedge/scene/output.h>
 
 #include <fcntl.h>
-#include <selvedge/scene/atomic_file.h>
+#include <selvedge/core/atomic_file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 

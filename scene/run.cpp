@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/scene/atomic_file.h>
+#include <selvedge/core/atomic_file.h>
 #include <selvedge/scene/run.h>
 #include <sys/resource.h>
 #include <unistd.h>

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
-#include <selvedge/scene/atomic_file.h>
+#include <selvedge/core/atomic_file.h>
 #include <selvedge/scene/output.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <cstdint>
@@ -13,6 +15,7 @@
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <string>
+#include <system_error>
 
 namespace selvedge {
 namespace {
@@ -278,6 +281,35 @@ TEST_F(Output, AnUnfinishedFileLeavesTheOldOneAsItWas) {
   }
   EXPECT_EQ(bytes_of(file), "old");
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1);
+}
+
+TEST_F(Output, TwoProcessesThatWriteOneFileDoNotMixTheirBytes) {
+  const fs::path file = folder_ / "shared.txt";
+  AtomicFile out(file);
+  out.write(std::string(1000000, 'x'));
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    AtomicFile other(file);
+    other.write("child");
+    other.commit();
+    _exit(0);
+  }
+  int status = -1;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_EQ(status, 0);
+  EXPECT_EQ(bytes_of(file), "child");
+  out.commit();
+  EXPECT_EQ(bytes_of(file), std::string(1000000, 'x'));
+}
+
+TEST_F(Output, AFaultOfTheSystemIsThrownWithItsCode) {
+  try {
+    AtomicFile out(folder_ / "missing" / "a.txt");
+    FAIL() << "opened in a folder that is not there";
+  } catch (const std::system_error& error) {
+    EXPECT_EQ(error.code(), std::errc::no_such_file_or_directory);
+  }
 }
 
 }  // namespace

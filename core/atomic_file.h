@@ -8,10 +8,11 @@
 
 namespace selvedge {
 
-/// A file that appears under its name only when it is complete: bytes go to NAME.partial beside it,
-/// commit() renames. Without commit() the destructor removes what was written. A target that exists
-/// and is no regular file (a pipe, a device) is written directly. Every failure throws
-/// std::runtime_error with file and cause.
+/// A file that appears under its name only when it is complete: bytes go to a file beside it whose
+/// name ends in .partial and the number of the process, so that two processes that write one file
+/// do not mix; commit() renames. Without commit() the destructor removes what was written. A target
+/// that exists and is no regular file (a pipe, a device) is written directly. Every failure throws
+/// std::system_error whose message names the file and whose code is the cause.
 class AtomicFile {
  public:
   explicit AtomicFile(std::filesystem::path file);
@@ -26,7 +27,7 @@ class AtomicFile {
  private:
   void flush();
   void write_through(const std::byte* begin, std::size_t count);
-  [[noreturn]] void fail(const char* what);
+  [[noreturn]] void fail(const char* what) const;
 
   std::filesystem::path file_, partial_;
   std::vector<std::byte> buffer_;

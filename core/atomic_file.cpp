@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/scene/atomic_file.h>
+#include <selvedge/core/atomic_file.h>
 
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstring>
-#include <stdexcept>
 #include <string>
+#include <system_error>
 #include <utility>
 
 namespace selvedge {
@@ -24,7 +23,7 @@ AtomicFile::AtomicFile(std::filesystem::path file) : file_(std::move(file)), par
   std::error_code ignored;  // what cannot be asked for cannot be opened either
   const auto status = std::filesystem::status(file_, ignored);
   if (!std::filesystem::exists(status) || std::filesystem::is_regular_file(status))
-    partial_ += ".partial";
+    partial_ += ".partial" + std::to_string(::getpid());
   descriptor_ = ::open(partial_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, readable_by_all);
   if (descriptor_ < 0) fail("cannot open");
 }
@@ -65,8 +64,9 @@ void AtomicFile::write_through(const std::byte* begin, std::size_t count) {
   }
 }
 
-void AtomicFile::fail(const char* what) {
-  throw std::runtime_error(std::string(what) + " " + file_.string() + ": " + std::strerror(errno));
+void AtomicFile::fail(const char* what) const {
+  const std::error_code cause(errno, std::generic_category());
+  throw std::system_error(cause, std::string(what) + " " + file_.string());
 }
 
 }  // namespace selvedge

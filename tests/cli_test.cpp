@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
+#include "run_program.h"
+
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <thread>
@@ -21,88 +21,11 @@ extern char** environ;
 
 namespace {
 
-namespace fs = std::filesystem;
-using Json = nlohmann::json;
+using namespace selvedge::testing;
 
-const std::string program = SELVEDGE_PROGRAM;
-
-std::string content(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-/// How a run of the program ended and what it said.
-struct Outcome {
-  int code = -1;
-  std::string out, err;
-};
-
-#define EXPECT_SAYS(text, part) \
-  EXPECT_NE((text).find(part), std::string::npos) << "it says: " << (text)
-
-/// Wrong input: exit code 2 and one sentence on one line.
-#define EXPECT_REFUSED(outcome, part)                                      \
-  do {                                                                     \
-    const Outcome refused = outcome;                                       \
-    EXPECT_EQ(refused.code, 2) << refused.out << refused.err;              \
-    EXPECT_SAYS(refused.err, part);                                        \
-    EXPECT_EQ(refused.err.rfind("selvedge: ", 0), 0u) << refused.err;      \
-    EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1) \
-        << "more than a line: " << refused.err;                            \
-    EXPECT_EQ(refused.out, "");                                            \
-  } while (false)
-
-/// Each test has a folder, in which the program runs, and a small scene in it.
-class Program : public ::testing::Test {
+/// A program that is stopped by a signal.
+class InterruptedProgram : public Program {
  protected:
-  void SetUp() override {
-    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::temp_directory_path() /
-              ("selvedge_cli_" + std::to_string(getpid()) + "_" + info->name());
-    fs::create_directories(folder_);
-    write("small.json", R"({
-      "geometry": [{"name": "cloth", "size": [0.5, 0.5], "cells": [9, 9], "transformation": {"translation": [0, 0, 0.31]}}],
-      "obstacles": [{"name": "ball", "shape": {"type": "sphere", "radius": 0.3, "resolution": 12}}],
-      "time": {"frames": 3}})");
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  void write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder_ / name, std::ios::binary) << text;
-  }
-
-  /// Runs `selvedge arguments` through the shell, after `before` (such as a limit).
-  Outcome run(const std::string& arguments, const std::string& before = "") const {
-    const std::string command = "cd '" + folder_.string() + "' && " + before + " '" + program +
-                                "' " + arguments + " >stdout.txt 2>stderr.txt";
-    const int status = std::system(command.c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content(folder_ / "stdout.txt"),
-            content(folder_ / "stderr.txt")};
-  }
-
-  /// The same for the small scene without pictures, into the folder `out`.
-  Outcome run_small(const std::string& out, const std::string& more = "",
-                    const std::string& before = "") const {
-    return run("run small.json --no-picture --out " + out + " " + more, before);
-  }
-
-  Json result(const std::string& out) const {
-    return Json::parse(content(folder_ / out / "result.json"), nullptr, false);
-  }
-
-  std::string frame(const std::string& out, int number) const {
-    return content(folder_ / out / "frames" / ("cloth_0000" + std::to_string(number) + ".ply"));
-  }
-
-  std::size_t count(const std::string& out, const std::string& stem) const {
-    std::size_t n = 0;
-    for (const auto& entry : fs::directory_iterator(folder_ / out))
-      n += entry.path().filename().string().rfind(stem, 0) == 0;
-    return n;
-  }
-
-  bool exists(const std::string& name) const { return fs::exists(folder_ / name); }
-
   /// Starts a run of many frames, waits for `frames` of them, sends `signal` and waits for the end.
   int interrupt(const std::string& out, int frames, int signal) const {
     const fs::path scene = folder_ / "small.json", target = folder_ / out;
@@ -128,8 +51,6 @@ class Program : public ::testing::Test {
     waitpid(child, &status, 0);
     return status;
   }
-
-  fs::path folder_;
 };
 
 // -- what a run leaves --------------------------------------------------------------------------
@@ -250,7 +171,7 @@ TEST_F(Program, ResumingGoesOnToTheSameBits) {
   EXPECT_EQ(count("whole/steps", ""), count("parts/steps", ""));
 }
 
-TEST_F(Program, CtrlCFinishesTheFrameAndTheRunCanGoOn) {
+TEST_F(InterruptedProgram, CtrlCFinishesTheFrameAndTheRunCanGoOn) {
   const int status = interrupt("r", 2, SIGINT);
   ASSERT_TRUE(WIFEXITED(status));
   EXPECT_EQ(WEXITSTATUS(status), 1);
@@ -265,7 +186,7 @@ TEST_F(Program, CtrlCFinishesTheFrameAndTheRunCanGoOn) {
   EXPECT_EQ(result("r")["state_hash"], result("whole")["state_hash"]);
 }
 
-TEST_F(Program, AKilledRunGoesOnToTheSameBits) {
+TEST_F(InterruptedProgram, AKilledRunGoesOnToTheSameBits) {
   const int status = interrupt("r", 2, SIGKILL);
   ASSERT_TRUE(WIFSIGNALED(status));
   const int done = Json::parse(content(folder_ / "r/checkpoint.json"))["frame"].get<int>();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Where the time of a drape goes. Runs one scene with 50, 100 and 200 particles a side (or those
+// Where the time of a drape goes. Runs 120 frames of one scene with 50, 100 and 200 particles a side (or those
 // named), each in a process of its own so that its peak memory is its own, from scene file to
 // written frames, and prints a table in Markdown, or JSON. The last frame of each is judged by the
 // exact predicates of `check`, outside the measured time.
@@ -61,7 +61,7 @@ Options parse(int argc, char** argv) {
 
 std::vector<selvedge::Override> overrides_of(const Options& options, int size) {
   std::vector<selvedge::Override> overrides = {
-      {"geometry.0.cells", fmt::format("[{0},{0}]", size - 1)}};
+      {"geometry.0.cells", fmt::format("[{0},{0}]", size - 1)}, {"time.frames", "120"}};
   for (const std::string& text : options.set) {
     const std::size_t equals = text.find('=');
     if (equals == std::string::npos) {

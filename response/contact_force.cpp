@@ -179,18 +179,4 @@ void ContactForce::remove_recovery(std::span<Vec3> v) const {
   }
 }
 
-std::size_t ContactForce::carrying() const {
-  return static_cast<std::size_t>(
-      std::count_if(entries_.begin(), entries_.end(), [](const Entry& e) { return e.load > 0.0; }));
-}
-
-Vec3 ContactForce::body_load() const {
-  Vec3 sum = Vec3::Zero();
-  for (const Entry& e : entries_)
-    for (int k = 0; k < 4; ++k)
-      if (static_cast<std::size_t>(e.point.vertex[k]) < motion_.particles)
-        sum += e.point.weight[k] * e.load * e.point.normal;
-  return sum;
-}
-
 }  // namespace selvedge

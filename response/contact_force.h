@@ -56,11 +56,6 @@ class ContactForce {
   /// the cloth has moved out, it does not fly on. Linear momentum of free particles is kept.
   void remove_recovery(std::span<Vec3> v) const;
 
-  std::size_t size() const { return entries_.size(); }
-  std::size_t carrying() const;
-  /// Sum of the normal loads of contacts with body vertices, as a force on the cloth, N.
-  Vec3 body_load() const;
-
  private:
   enum class Slip : std::uint8_t { stick, slide };
   struct Entry {

@@ -27,7 +27,6 @@ class ImpactZones {
 
   /// Particles that are in a zone.
   std::size_t members() const;
-  bool contains(std::int32_t particle) const { return in_zone_[particle]; }
 
  private:
   struct Zone {

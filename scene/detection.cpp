@@ -150,10 +150,24 @@ void Detection::find_candidates() {
   else
     broad_body_->find_pairs(cloth_view(margin_), body_view(0.5 * thickness_), body_pairs_);
   if (self_)
-    broad_self_->find_self_pairs(cloth_view(margin_), self_pairs_);
+    broad_self_->find_self_pairs(drifting_view(), self_pairs_);
   else
     self_pairs_.clear();
   covered_.assign(x_t1_.begin(), x_t1_.begin() + static_cast<std::ptrdiff_t>(particles_));
+}
+
+// The cloth without the displacement that all its particles share: two of them meet or not whatever
+// the whole does, and the boxes of a fast sheet do not all overlap. The subtraction rounds by parts
+// of the position in 10^16, which the margin covers.
+SurfaceView Detection::drifting_view() {
+  Vec3 drift = Vec3::Zero();
+  for (std::size_t i = 0; i < particles_; ++i) drift += x_t1_[i] - x_t0_[i];
+  drift /= static_cast<double>(std::max<std::size_t>(particles_, 1));
+  drifting_.resize(particles_);
+  for (std::size_t i = 0; i < particles_; ++i) drifting_[i] = x_t1_[i] - drift;
+  SurfaceView view = cloth_view(margin_);
+  view.x_t1 = drifting_;
+  return view;
 }
 
 bool Detection::candidates_cover() const {
@@ -344,14 +358,13 @@ Crossings Detection::find_crossings() {
           triangles_of(body_of, edge, [&](auto t) { crossings.body.emplace_back(triangle, t); });
         });
   }
-  if (self_)
-    test.run(cloth, cloth_edges_, cloth, cloth_edges_, cloth_triangles_,
-             [&](auto edge, auto triangle) {
-               triangles_of(cloth_of, edge, [&](auto t) {
-                 if (!shares_vertex(cloth_triangles_[t], cloth_triangles_[triangle]))
-                   crossings.self.emplace_back(std::min(t, triangle), std::max(t, triangle));
-               });
+  test.run(cloth, cloth_edges_, cloth, cloth_edges_, cloth_triangles_,
+           [&](auto edge, auto triangle) {
+             triangles_of(cloth_of, edge, [&](auto t) {
+               if (!shares_vertex(cloth_triangles_[t], cloth_triangles_[triangle]))
+                 crossings.self.emplace_back(std::min(t, triangle), std::max(t, triangle));
              });
+           });
   sort_unique(crossings.body);
   sort_unique(crossings.self);
   return crossings;

@@ -35,12 +35,10 @@ class Detection {
   /// The motion to look at; the spans must stay alive and may change in place afterwards.
   void set_motion(std::span<const Vec3> x_t0, std::span<const Vec3> x_t1, bool bodies_move);
   /// Finds the candidate pairs of the present motion; they stay valid for every other x_t1 whose
-  /// particles end within `margin()` of the present one in each coordinate.
+  /// particles end within the margin of the present one in each coordinate.
   void find_candidates();
   /// True if the candidates still cover the motion; otherwise find_candidates is due.
   bool candidates_cover() const;
-  double margin() const { return margin_; }
-  std::size_t candidate_count() const { return body_pairs_.size() + self_pairs_.size(); }
 
   /// Pairs that are nearer at t = 0 than the distance they have to keep, or would be by the end.
   void find_proximities(std::vector<ContactPoint>& out);
@@ -61,6 +59,7 @@ class Detection {
   ContactPoint joint(const Contact& contact, bool self) const;
   double rest_gap(const ContactPoint& c, bool self) const;
   double friction(const ContactPoint& c, bool self) const;
+  SurfaceView drifting_view();
   void append_proximities(const std::vector<Contact>& found, bool self,
                           std::vector<ContactPoint>& out) const;
 
@@ -81,7 +80,8 @@ class Detection {
   std::span<const Vec3> x_t0_, x_t1_;
   std::uint64_t body_id_ = 1;
   bool bodies_moved_ = true;
-  std::vector<Vec3> covered_;  // cloth x_t1 that the candidates were made for
+  std::vector<Vec3> covered_;   // cloth x_t1 that the candidates were made for
+  std::vector<Vec3> drifting_;  // cloth x_t1 without the motion that all particles share
   CandidatePairs body_pairs_, self_pairs_;
   Times times_;
   std::vector<Contact> found_;

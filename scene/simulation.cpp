@@ -196,7 +196,7 @@ struct Simulation::Parts {
     if (!found.body.empty())
       throw std::invalid_argument("the cloth crosses a body at the start: " +
                                   sentence("cross", found.body, "the bodies") + remedy);
-    if (!found.self.empty())
+    if (!found.self.empty() && scene.contact.self)
       throw std::invalid_argument("the cloth crosses itself at the start: " +
                                   sentence("cross", found.self, "the cloth") + remedy);
   }

@@ -4,7 +4,6 @@
 #include <selvedge/scene/detection.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <stdexcept>
 
@@ -35,18 +34,6 @@ constexpr double kSecondaryReach = 1.1;
 
 // Cloth whose layers start nearer than the thickness keeps this share of their starting distance.
 constexpr double kStartShare = 0.9;
-
-class Stopwatch {
- public:
-  explicit Stopwatch(double& total) : total_(total) {}
-  ~Stopwatch() {
-    total_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  }
-
- private:
-  double& total_;
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 template <class Registry>
 auto make(const Registry& registry, const std::string& name, const char* family) {
@@ -82,8 +69,9 @@ std::vector<std::array<std::int32_t, 2>> edge_triangle_list(std::span<const Edge
 
 }  // namespace
 
-Detection::Detection(const Scene& scene, const BuiltScene& built)
-    : particles_(built.cloth.surface.vertices.size()),
+Detection::Detection(const Scene& scene, const BuiltScene& built, PhaseClock& clock)
+    : clock_(clock),
+      particles_(built.cloth.surface.vertices.size()),
       thickness_(scene.contact.thickness),
       margin_(scene.contact.thickness),
       self_(scene.contact.self),
@@ -143,7 +131,7 @@ SurfaceView Detection::body_view(double inflation) const {
 }
 
 void Detection::find_candidates() {
-  const Stopwatch watch(times_.broad_phase);
+  const auto scope = clock_.measure("broad_phase");
   // Every cloth box grows by the margin on each side; two cloth particles may both use theirs.
   if (body_triangles_.empty())
     body_pairs_.clear();
@@ -261,7 +249,7 @@ void Detection::append_proximities(const std::vector<Contact>& found, bool self,
 }
 
 void Detection::find_proximities(std::vector<ContactPoint>& out) {
-  const Stopwatch watch(times_.narrow_phase);
+  const auto scope = clock_.measure("narrow_phase");
   out.clear();
   const SurfaceView cloth = cloth_view(0.5 * thickness_), body = body_view(0.5 * thickness_);
   selvedge::find_proximities(cloth, body, body_pairs_, kPointReach * thickness_, found_);
@@ -271,7 +259,7 @@ void Detection::find_proximities(std::vector<ContactPoint>& out) {
 }
 
 void Detection::find_collisions(std::vector<ContactPoint>& out) {
-  const Stopwatch watch(times_.narrow_phase);
+  const auto scope = clock_.measure("narrow_phase");
   out.clear();
   const SurfaceView cloth = cloth_view(0.0), body = body_view(0.0);
   std::vector<std::pair<double, ContactPoint>> timed;

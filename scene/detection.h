@@ -5,6 +5,7 @@
 #include <selvedge/narrowphase/narrow_phase.h>
 #include <selvedge/response/contact_point.h>
 #include <selvedge/scene/contact_filter.h>
+#include <selvedge/scene/phase_clock.h>
 #include <selvedge/scene/scene.h>
 
 #include <memory>
@@ -25,12 +26,8 @@ struct Crossings {
 /// first, then the vertices of all bodies.
 class Detection {
  public:
-  /// Seconds spent so far.
-  struct Times {
-    double broad_phase = 0.0, narrow_phase = 0.0;
-  };
-
-  Detection(const Scene& scene, const BuiltScene& built);
+  /// Times its two phases with `clock`, which must outlive it.
+  Detection(const Scene& scene, const BuiltScene& built, PhaseClock& clock);
 
   /// The motion to look at; the spans must stay alive and may change in place afterwards.
   void set_motion(std::span<const Vec3> x_t0, std::span<const Vec3> x_t1, bool bodies_move);
@@ -48,7 +45,6 @@ class Detection {
   /// if a point that runs along the edge collides with it.
   Crossings find_crossings();
 
-  const Times& times() const { return times_; }
   std::span<const Triangle> body_triangles() const { return body_triangles_; }
   std::span<const std::int32_t> body_begin() const { return body_begin_; }
   std::size_t body_vertices() const { return body_friction_.size(); }
@@ -63,6 +59,7 @@ class Detection {
   void append_proximities(const std::vector<Contact>& found, bool self,
                           std::vector<ContactPoint>& out) const;
 
+  PhaseClock& clock_;
   std::size_t particles_;
   double thickness_, margin_;
   bool self_;
@@ -83,7 +80,6 @@ class Detection {
   std::vector<Vec3> covered_;   // cloth x_t1 that the candidates were made for
   std::vector<Vec3> drifting_;  // cloth x_t1 without the motion that all particles share
   CandidatePairs body_pairs_, self_pairs_;
-  Times times_;
   std::vector<Contact> found_;
 };
 

@@ -5,11 +5,11 @@
 #include <selvedge/response/impact_zone.h>
 #include <selvedge/response/impulse.h>
 #include <selvedge/scene/detection.h>
+#include <selvedge/scene/phase_clock.h>
 #include <selvedge/scene/simulation.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -41,29 +41,6 @@ constexpr int kStrainRounds = 3;
 
 // Share of the stable step that the explicit integrator uses.
 constexpr double kExplicitSafety = 0.9;
-
-// Seconds by phase; a Scope adds the time it lives. Scopes do not nest.
-class PhaseClock {
- public:
-  class Scope {
-   public:
-    explicit Scope(double& total) : total_(total) {}
-    ~Scope() {
-      total_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-    }
-    Scope(const Scope&) = delete;
-
-   private:
-    double& total_;
-    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-  };
-
-  Scope measure(const char* phase) { return Scope(seconds_[phase]); }
-  const std::map<std::string, double>& seconds() const { return seconds_; }
-
- private:
-  std::map<std::string, double> seconds_;
-};
 
 double max_norm(std::span<const Vec3> v) {
   double largest = 0.0;
@@ -115,13 +92,13 @@ struct Simulation::Parts {
   Scene scene;
   BuiltScene built;
   std::vector<Triangle> body_triangles;
+  PhaseClock clock;
   Detection detection;
   StrainLimiter limiter;
   std::optional<ImplicitEuler> implicit;
   std::optional<SymplecticEuler> symplectic;
   ContactForce contact_force;
   ImpactZones zones;
-  PhaseClock clock;
 
   SimulationState state;
   Particles particles;           // the same x and v, with masses
@@ -138,7 +115,7 @@ struct Simulation::Parts {
   Parts(const Scene& s, BuiltScene b)
       : scene(s),
         built(std::move(b)),
-        detection(scene, built),
+        detection(scene, built, clock),
         limiter(built.cloth.springs, limiter_targets(built.cloth.strain_limit),
                 built.cloth.surface.vertices.size()) {
     const std::size_t n = built.cloth.surface.vertices.size();
@@ -484,8 +461,6 @@ bool Simulation::bodies_move() const {
 RunResult Simulation::result() const {
   RunResult result = parts_->result;
   result.phase_s = parts_->clock.seconds();
-  result.phase_s["broad_phase"] = parts_->detection.times().broad_phase;
-  result.phase_s["narrow_phase"] = parts_->detection.times().narrow_phase;
   result.final_max_speed = max_norm(parts_->state.v);
   result.state_hash = selvedge::state_hash(parts_->state);
   return result;

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 #include <selvedge/apps/judge.h>
+#include <selvedge/bodies/mesh_file.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/scene/simulation.h>
+#include <unistd.h>
 
 #include <cmath>
+#include <filesystem>
 
 namespace selvedge {
 namespace {
@@ -115,6 +118,28 @@ TEST(Simulation, ATurningBladeStaysOutsideTheCloth) {
   turned.rotation = Eigen::AngleAxisd(3.0, Vec3::UnitZ());
   scene.bodies[0].motion = {Keyframe{}, turned};
   EXPECT_TRUE(run_and_judge(scene, 30).clean);
+}
+
+TEST(Simulation, ABodyThatChangesItsShapeStaysOutsideTheCloth) {
+  Scene scene = empty_scene();
+  scene.cloths.push_back(cloth(0.4, 10, {0.01, 0.02, 0.11}));
+  const std::filesystem::path folder =
+      std::filesystem::path(testing::TempDir()) / ("swelling_" + std::to_string(getpid()));
+  std::filesystem::create_directories(folder);
+  BodySequence swelling;
+  for (int k = 0; k < 8; ++k) {  // a ball that swells from 10 cm to 17 cm, taller than wide
+    TriangleMesh ball = tessellate(Sphere{0.1}, 24);
+    for (Vec3& x : ball.vertices) x *= 1.0 + 0.1 * k * (0.5 + 5.0 * std::abs(x.z()));
+    swelling.files.push_back(folder / (std::to_string(k) + ".ply"));
+    write_ply(swelling.files.back(), ball.vertices, ball.triangles);
+  }
+  swelling.fps = 30.0;
+  BodySpec ball;
+  ball.name = "ball";
+  ball.shape = swelling;
+  scene.bodies.push_back(ball);
+  EXPECT_TRUE(run_and_judge(scene, 20).clean);
+  std::filesystem::remove_all(folder);
 }
 
 TEST(Simulation, SheetsFallOnEachOtherCleanly) {

@@ -8,7 +8,7 @@ set -euo pipefail
 
 lean=(g++ cmake ninja-build libeigen3-dev libassimp-dev libtbb-dev nlohmann-json3-dev libcli11-dev libfmt-dev
       libpng-dev libgmp-dev)
-test=(libgtest-dev libbenchmark-dev clang-format)
+test=(libgtest-dev clang-format)
 
 case "${1:-lean}" in
   lean) wanted=("${lean[@]}") ;;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Where the time of a drape goes. Runs 120 frames of one scene with 50, 100 and 200 particles a side (or those
-// named), each in a process of its own so that its peak memory is its own, from scene file to
-// written frames, and prints a table in Markdown, or JSON. The last frame of each is judged by the
-// exact predicates of `check`, outside the measured time.
+// Where the time of a drape goes. Runs 120 frames of one scene with 50, 100 and 200 particles a
+// side (or those named), each in a process of its own so that its peak memory is its own, from
+// scene file to written frames, and prints a table in Markdown, or JSON. The last frame of each is
+// judged by the exact predicates of `check`, outside the measured time.
 #include <selvedge/apps/judge.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/core/parallel.h>

@@ -18,12 +18,12 @@
 namespace selvedge {
 namespace {
 
-// Solves of one step: the first finds which contacts carry, the next which stick; a step seldom
-// needs a fourth. What is then still open is left to the next step.
+// Solves of one step that settle its contacts: the first finds which carry, the next which stick; a
+// step seldom needs a fourth. What is then still open is left to the next step.
 constexpr int kMaxSolves = 4;
 
-// Of these, solves that are made because cloth would pass through something nearby that had not
-// been a contact before.
+// Further solves, made because cloth would pass through something that had not been a contact
+// before.
 constexpr int kMaxCollisionSolves = 3;
 
 // Passes of impulses before rigid zones take over.
@@ -118,6 +118,7 @@ struct Simulation::Parts {
         detection(scene, built, clock),
         limiter(built.cloth.springs, limiter_targets(built.cloth.strain_limit),
                 built.cloth.surface.vertices.size()) {
+    refuse_bad_handles();
     const std::size_t n = built.cloth.surface.vertices.size();
     state.x = built.cloth.surface.vertices;
     state.v = built.velocity;
@@ -142,6 +143,29 @@ struct Simulation::Parts {
   }
 
   std::size_t n() const { return state.x.size(); }
+
+  std::size_t piece_of(const HandleSpec& handle) const {
+    const auto piece = std::find_if(scene.cloths.begin(), scene.cloths.end(),
+                                    [&](const auto& c) { return c.name == handle.geometry; });
+    return static_cast<std::size_t>(piece - scene.cloths.begin());
+  }
+
+  // A scene file is checked by its reader; one made in code comes here unseen.
+  void refuse_bad_handles() const {
+    for (const HandleSpec& handle : scene.handles) {
+      const std::size_t piece = piece_of(handle);
+      const std::string name = "handle \"" + handle.name + "\"";
+      if (piece == scene.cloths.size())
+        throw std::invalid_argument(name + ": no piece of cloth is called \"" + handle.geometry +
+                                    "\"");
+      const std::int32_t size = built.piece_begin[piece + 1] - built.piece_begin[piece];
+      for (const std::int32_t v : handle.vertices)
+        if (v < 0 || v >= size)
+          throw std::invalid_argument(name + ": vertex " + std::to_string(v) +
+                                      " is not among the " + std::to_string(size) + " of \"" +
+                                      handle.geometry + "\"");
+    }
+  }
 
   void place_bodies(double time, std::vector<Vec3>& x) const {
     for (std::size_t b = 0; b < built.bodies.size(); ++b)
@@ -214,9 +238,7 @@ void Simulation::Parts::hold_particles(double t0, double t1, double h) {
   v_t1 = state.v;
   for (const HandleSpec& handle : scene.handles) {
     if (handle.release >= 0.0 && t0 >= handle.release) continue;
-    const auto piece = std::find_if(scene.cloths.begin(), scene.cloths.end(),
-                                    [&](const auto& c) { return c.name == handle.geometry; });
-    const std::int32_t first = built.piece_begin[piece - scene.cloths.begin()];
+    const std::int32_t first = built.piece_begin[piece_of(handle)];
     const std::vector<Vec3>& start = built.cloth.surface.vertices;
     Vec3 pivot = Vec3::Zero();
     for (const std::int32_t v : handle.vertices) pivot += start[first + v];

@@ -222,6 +222,17 @@ TEST(Simulation, RefusesPiecesThatCrossEachOther) {
   EXPECT_THROW(simulate(scene), std::invalid_argument);
 }
 
+TEST(Simulation, RefusesHandlesOnClothThatIsNotThere) {
+  Scene scene = empty_scene();
+  scene.cloths.push_back(cloth(0.3, 8, {0, 0, 0}));
+  scene.handles.push_back({"pin", "curtain", {0}, {}, -1.0});
+  EXPECT_THROW(simulate(scene), std::invalid_argument);
+  scene.handles[0].geometry = "cloth";
+  EXPECT_NO_THROW(simulate(scene));
+  scene.handles[0].vertices = {81};  // 9 x 9 vertices
+  EXPECT_THROW(simulate(scene), std::invalid_argument);
+}
+
 Scene small_drape() {
   Scene scene = empty_scene();
   scene.cloths.push_back(cloth(0.5, 40, {0.02, 0.01, 0.22}));

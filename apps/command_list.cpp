@@ -2,8 +2,6 @@
 #include "command_list.h"
 
 #include <fmt/format.h>
-#include <selvedge/broadphase/broad_phase.h>
-#include <selvedge/narrowphase/narrow_phase.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -13,6 +11,8 @@
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "methods.h"
 
 namespace {
 
@@ -69,21 +69,25 @@ std::string describe(const selvedge::BroadPhaseTraits& traits) {
 
 std::string describe(const selvedge::NarrowPhaseTraits& traits) {
   return std::string(traits.misses_nothing ? "misses nothing" : "may miss") +
-         (traits.no_false_alarm ? ", no false alarm" : ", may raise false alarms");
+         (traits.no_false_alarm ? ", no false alarm" : ", may raise false alarms") +
+         (traits.gives_time ? "" : ", gives no time") +
+         (traits.limits.empty() ? "" : "; " + traits.limits);
 }
 
-template <class Registry>
-void add_registry(const char* family, const Registry& registry, std::vector<Method>& methods) {
+template <class Registry, class... Config>
+void add_registry(const char* family, const Registry& registry, std::vector<Method>& methods,
+                  const Config&... config) {
   for (const auto& [name, make] : registry) {
-    const auto traits = make()->traits();
+    const auto traits = make(config...)->traits();
     methods.push_back({family, name, describe(traits), traits.source});
   }
 }
 
 std::vector<Method> all_methods() {
   std::vector<Method> methods;
-  add_registry("broad_phase", selvedge::broad_phases(), methods);
-  add_registry("narrow_phase", selvedge::narrow_phases(), methods);
+  const selvedge::Methods build = methods_of_this_build();
+  add_registry("broad_phase", build.broad_phases, methods);
+  add_registry("narrow_phase", build.narrow_phases, methods, selvedge::NarrowPhaseConfig{});
   for (Method& method : fixed_methods()) methods.push_back(std::move(method));
   return methods;
 }

@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "command_render.h"
+#include "methods.h"
 
 namespace {
 
@@ -99,11 +100,13 @@ void print_file(const std::filesystem::path& file) {
 }
 
 int run_command(const RunOptions& options) {
-  const Scene scene = read_scene(options.scene, read_overrides(options.set));
+  const Methods methods = methods_of_this_build();
+  const Scene scene = read_scene(options.scene, read_overrides(options.set), methods);
   const ThreadLimit limit(options.threads);
   const StopOnSignal stop;
   ProgressBar bar("frame", scene.time.frames);
   RunConfig config;
+  config.methods = methods;
   config.out = options.out.empty() ? std::filesystem::path("out") / scene.name
                                    : std::filesystem::path(options.out);
   config.resume = options.resume;

@@ -116,15 +116,18 @@ class CcdExact final : public NarrowPhase {
     for (const std::vector<Contact>& part : found) out.insert(out.end(), part.begin(), part.end());
   }
 
-  bool collides(const Query& query, double& toi) const override {
+  void find_times(std::span<const Query> queries, std::span<double> toi) const override {
     CcdExactStages stages;
-    return collides_counting_stages(query, toi, stages);
+    for (std::size_t i = 0; i < queries.size(); ++i)
+      if (!collides_counting_stages(queries[i], toi[i], stages)) toi[i] = kNoCollision;
   }
 
   NarrowPhaseTraits traits() const override {
-    return {true, true,
-            "X. Provot, Collision and self-collision handling in cloth model dedicated to design "
-            "garments, 1997; decided exactly"};
+    return {.misses_nothing = true,
+            .no_false_alarm = true,
+            .source =
+                "X. Provot, Collision and self-collision handling in cloth model dedicated "
+                "to design garments, 1997; decided exactly"};
   }
 };
 

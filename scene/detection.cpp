@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/parallel.h>
+#include <selvedge/narrowphase/ccd_exact.h>
 #include <selvedge/narrowphase/distance.h>
 #include <selvedge/scene/detection.h>
 
@@ -35,10 +36,11 @@ constexpr double kSecondaryReach = 1.1;
 // Cloth whose layers start nearer than the thickness keeps this share of their starting distance.
 constexpr double kStartShare = 0.9;
 
-template <class Registry>
-auto make(const Registry& registry, const std::string& name, const char* family) {
+template <class Registry, class... Config>
+auto make(const Registry& registry, const std::string& name, const char* family,
+          const Config&... config) {
   const auto found = registry.find(name);
-  if (found != registry.end()) return found->second();
+  if (found != registry.end()) return found->second(config...);
   std::string known;
   for (const auto& entry : registry) known += (known.empty() ? "" : ", ") + entry.first;
   throw std::invalid_argument(std::string("contact.") + family + ": there is no \"" + name +
@@ -69,16 +71,19 @@ std::vector<std::array<std::int32_t, 2>> edge_triangle_list(std::span<const Edge
 
 }  // namespace
 
-Detection::Detection(const Scene& scene, const BuiltScene& built, PhaseClock& clock)
+Detection::Detection(const Scene& scene, const BuiltScene& built, const Methods& methods,
+                     PhaseClock& clock)
     : clock_(clock),
       particles_(built.cloth.surface.vertices.size()),
       thickness_(scene.contact.thickness),
       margin_(scene.contact.thickness),
       self_(scene.contact.self),
-      broad_body_(make(broad_phases(), scene.contact.broad_phase, "broad_phase")),
-      broad_self_(make(broad_phases(), scene.contact.broad_phase, "broad_phase")),
-      broad_crossings_(make(broad_phases(), scene.contact.broad_phase, "broad_phase")),
-      narrow_(make(narrow_phases(), scene.contact.narrow_phase, "narrow_phase")),
+      broad_body_(make(methods.broad_phases, scene.contact.broad_phase, "broad_phase")),
+      broad_self_(make(methods.broad_phases, scene.contact.broad_phase, "broad_phase")),
+      broad_crossings_(make(methods.broad_phases, scene.contact.broad_phase, "broad_phase")),
+      narrow_(make(methods.narrow_phases, scene.contact.narrow_phase, "narrow_phase",
+                   NarrowPhaseConfig{})),
+      exact_(make_ccd_exact()),
       cloth_edges_(built.cloth.edges),
       cloth_triangles_(built.cloth.surface.triangles),
       rest_(built.cloth.surface.vertices),
@@ -335,7 +340,7 @@ Crossings Detection::find_crossings() {
     auto at = std::lower_bound(list.begin(), list.end(), std::array<std::int32_t, 2>{edge, 0});
     for (; at != list.end() && (*at)[0] == edge; ++at) visit((*at)[1]);
   };
-  EdgeTriangleTest test(*broad_crossings_, *narrow_);
+  EdgeTriangleTest test(*broad_crossings_, *exact_);
   if (!body_triangles_.empty()) {
     test.run(
         cloth, cloth_edges_, body, body_edges_, body_triangles_, [&](auto edge, auto triangle) {

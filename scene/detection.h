@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/broadphase/broad_phase.h>
-#include <selvedge/narrowphase/narrow_phase.h>
 #include <selvedge/response/contact_point.h>
 #include <selvedge/scene/contact_filter.h>
+#include <selvedge/scene/methods.h>
 #include <selvedge/scene/phase_clock.h>
 #include <selvedge/scene/scene.h>
 
@@ -27,7 +26,7 @@ struct Crossings {
 class Detection {
  public:
   /// Times its two phases with `clock`, which must outlive it.
-  Detection(const Scene& scene, const BuiltScene& built, PhaseClock& clock);
+  Detection(const Scene& scene, const BuiltScene& built, const Methods& methods, PhaseClock& clock);
 
   /// The motion to look at; the spans must stay alive and may change in place afterwards.
   void set_motion(std::span<const Vec3> x_t0, std::span<const Vec3> x_t1, bool bodies_move);
@@ -65,6 +64,7 @@ class Detection {
   bool self_;
   std::unique_ptr<BroadPhase> broad_body_, broad_self_, broad_crossings_;
   std::unique_ptr<NarrowPhase> narrow_;
+  std::unique_ptr<NarrowPhase> exact_;  ///< judges crossings, whatever the scene names
 
   ContactFilter filter_;
   std::vector<Edge> cloth_edges_, body_edges_;

@@ -252,7 +252,7 @@ class Run {
     BuiltScene built = build_scene(scene_);
     if (config_.warning)
       for (const std::string& sentence : built.warnings) config_.warning(sentence);
-    simulation_.emplace(scene_, std::move(built));
+    simulation_.emplace(scene_, std::move(built), config_.methods);
     if (config_.resume)
       resume();
     else

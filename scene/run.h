@@ -11,6 +11,7 @@ namespace selvedge {
 
 struct RunConfig {
   std::filesystem::path out;  ///< result folder, made if missing
+  Methods methods;            ///< what scenes may name
   bool resume = false;        ///< go on from checkpoint.ply in it
   bool every_step = false;    ///< also write every accepted state to steps/
   const std::atomic<bool>* stop =

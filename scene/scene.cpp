@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <selvedge/broadphase/broad_phase.h>
-#include <selvedge/narrowphase/narrow_phase.h>
 #include <selvedge/scene/detail/scene_json.h>
 #include <selvedge/scene/scene.h>
 
@@ -33,7 +31,8 @@ std::string in_quotes(const std::string& word) { return "\"" + word + "\""; }
 /// there and has its type and range; what is left are the references and the files.
 class SceneReader {
  public:
-  explicit SceneReader(LocatedJson& document) : document_(document), root_(document.root) {}
+  SceneReader(LocatedJson& document, const Methods& methods)
+      : document_(document), methods_(methods), root_(document.root) {}
 
   Scene read() {
     scene_.file = document_.file;
@@ -481,9 +480,9 @@ class SceneReader {
     scene_.contact.thickness = j["thickness"].get<double>();
     scene_.contact.self = j["self"].get<bool>();
     scene_.contact.broad_phase =
-        read_method(j["broad_phase"], broad_phases(), "contact.broad_phase");
+        read_method(j["broad_phase"], methods_.broad_phases, "contact.broad_phase");
     scene_.contact.narrow_phase =
-        read_method(j["narrow_phase"], narrow_phases(), "contact.narrow_phase");
+        read_method(j["narrow_phase"], methods_.narrow_phases, "contact.narrow_phase");
   }
 
   void read_solver() {
@@ -510,6 +509,7 @@ class SceneReader {
   }
 
   LocatedJson& document_;
+  const Methods& methods_;
   Json& root_;
   Scene scene_;
   std::map<std::string, std::vector<Keyframe>> motions_;
@@ -518,11 +518,12 @@ class SceneReader {
 
 }  // namespace
 
-Scene read_scene(const std::filesystem::path& file, const std::vector<Override>& overrides) {
+Scene read_scene(const std::filesystem::path& file, const std::vector<Override>& overrides,
+                 const Methods& methods) {
   LocatedJson document = detail::parse_json_file(file);
   for (const Override& set : overrides) detail::apply(document, set);
   detail::check_and_complete(document, Json::parse(detail::scene_schema_text()));
-  return SceneReader(document).read();
+  return SceneReader(document, methods).read();
 }
 
 }  // namespace selvedge

@@ -6,6 +6,7 @@
 #include <selvedge/bodies/load_mesh.h>
 #include <selvedge/core/cloth_mesh.h>
 #include <selvedge/core/force.h>
+#include <selvedge/scene/methods.h>
 
 #include <filesystem>
 #include <map>
@@ -136,7 +137,8 @@ struct Override {
 /// Reads, completes and checks a scene file. Paths in it are relative to it. Throws
 /// std::invalid_argument with one sentence: file, place (JSON path, line), fault, remedy; an
 /// unknown key names the nearest known one.
-Scene read_scene(const std::filesystem::path& file, const std::vector<Override>& overrides = {});
+Scene read_scene(const std::filesystem::path& file, const std::vector<Override>& overrides = {},
+                 const Methods& methods = {});
 
 /// The pieces of the scene as simulated: all cloth joined, meshes loaded and placed.
 struct BuiltScene {

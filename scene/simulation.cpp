@@ -112,10 +112,10 @@ struct Simulation::Parts {
   RunResult result;
   std::string trouble;  // why the last try failed
 
-  Parts(const Scene& s, BuiltScene b)
+  Parts(const Scene& s, BuiltScene b, const Methods& methods)
       : scene(s),
         built(std::move(b)),
-        detection(scene, built, clock),
+        detection(scene, built, methods, clock),
         limiter(built.cloth.springs, limiter_targets(built.cloth.strain_limit),
                 built.cloth.surface.vertices.size()) {
     refuse_bad_handles();
@@ -409,8 +409,8 @@ void Simulation::Parts::accept(double h, double t1) {
   note_strain();
 }
 
-Simulation::Simulation(const Scene& scene, BuiltScene built)
-    : parts_(std::make_unique<Parts>(scene, std::move(built))) {}
+Simulation::Simulation(const Scene& scene, BuiltScene built, const Methods& methods)
+    : parts_(std::make_unique<Parts>(scene, std::move(built), methods)) {}
 
 Simulation::~Simulation() = default;
 

@@ -33,7 +33,7 @@ class SimulationFailed : public std::runtime_error {
 /// crosses a body or itself at the start (count, first pair, remedy).
 class Simulation {
  public:
-  Simulation(const Scene& scene, BuiltScene built);
+  Simulation(const Scene& scene, BuiltScene built, const Methods& methods = {});
   ~Simulation();
 
   /// Advances to the time of frame `frame` (frame / fps). Calls `accepted` after every accepted

@@ -77,7 +77,7 @@ std::vector<KnownQuery> read_queries(const fs::path& file, ContactKind kind) {
 TEST(CcdExact, HasNoMissNoFalseAlarmAndExactTimesOnAllPublicQueries) {
   const fs::path root = shared_folder() / "data" / "ccd";
   if (!fs::exists(root)) GTEST_SKIP() << "the query files are not there: " << root;
-  const auto method = narrow_phases().at("ccd_exact")();
+  const auto method = narrow_phases().at("ccd_exact")({});
   std::size_t queries = 0;
   for (const auto& entry : fs::recursive_directory_iterator(root)) {
     const std::string name = entry.path().string();
@@ -728,8 +728,8 @@ TEST(FindContacts, ASurfaceThatIsNotFiniteIsRefusedWithTheVertex) {
 TEST(Registry, NamesTheExactMethod) {
   const auto registry = narrow_phases();
   ASSERT_TRUE(registry.contains("ccd_exact"));
-  EXPECT_TRUE(registry.at("ccd_exact")()->traits().misses_nothing);
-  EXPECT_TRUE(registry.at("ccd_exact")()->traits().no_false_alarm);
+  EXPECT_TRUE(registry.at("ccd_exact")({})->traits().misses_nothing);
+  EXPECT_TRUE(registry.at("ccd_exact")({})->traits().no_false_alarm);
 }
 
 // ---------------------------------------------------------------------------------------------

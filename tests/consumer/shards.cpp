@@ -49,7 +49,7 @@ int main() {
   floor.edges = {{0, 1}, {1, 2}, {0, 2}, {2, 3}, {0, 3}};
 
   const auto broad_phase = selvedge::broad_phases().at("bvh_aabb")();
-  const auto narrow_phase = selvedge::narrow_phases().at("ccd_exact")();
+  const auto narrow_phase = selvedge::narrow_phases().at("ccd_exact")({});
   selvedge::CandidatePairs pairs;
   broad_phase->find_pairs(view(rain), view(floor), pairs);
   std::vector<selvedge::Contact> contacts;

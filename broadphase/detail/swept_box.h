@@ -23,18 +23,22 @@ inline SweptBox swept_box(const SurfaceView& surface, std::int32_t v) {
   return box;
 }
 
+/// The smallest box around both.
+inline SweptBox united(const SweptBox& a, const SweptBox& b) {
+  SweptBox box;
+  for (int k = 0; k < 3; ++k) {
+    box.lo[k] = std::min(a.lo[k], b.lo[k]);
+    box.hi[k] = std::max(a.hi[k], b.hi[k]);
+  }
+  return box;
+}
+
 /// The box of an edge or a triangle: rounded subtraction is monotone, so the union of the inflated
 /// vertex boxes is the inflated union, bit for bit.
 template <std::size_t n>
 SweptBox swept_box(const SurfaceView& surface, const std::array<std::int32_t, n>& vertices) {
   SweptBox box = swept_box(surface, vertices[0]);
-  for (std::size_t i = 1; i < n; ++i) {
-    const SweptBox other = swept_box(surface, vertices[i]);
-    for (int k = 0; k < 3; ++k) {
-      box.lo[k] = std::min(box.lo[k], other.lo[k]);
-      box.hi[k] = std::max(box.hi[k], other.hi[k]);
-    }
-  }
+  for (std::size_t i = 1; i < n; ++i) box = united(box, swept_box(surface, vertices[i]));
   return box;
 }
 

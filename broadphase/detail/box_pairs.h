@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/broadphase/broad_phase.h>
+#include <selvedge/broadphase/detail/collect_pairs.h>
+#include <selvedge/broadphase/detail/surface_check.h>
+#include <selvedge/broadphase/detail/swept_box.h>
+
+#include <array>
+#include <chrono>
+#include <concepts>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace selvedge::detail {
+
+/// The frame of the detectors that are engines over lists of boxes: it checks the surfaces, makes
+/// the swept and inflated boxes of their points, edges and triangles, has the engine find
+///   points of a × triangles of b, points of b × triangles of a, edges of a × edges of b, or
+///   points × triangles and edges × edges of one surface, less those that share a vertex,
+/// and hands out what it found, sorted. An engine that reports the pairs of boxes that overlap in
+/// double, each once, thus makes a detector that equals brute force.
+
+/// An engine's work may be cut into at most so many parts, which threads fill at the same time.
+inline constexpr std::size_t kBoxPairParts = 128;
+
+/// The boxes of all primitives of one surface.
+struct SurfaceBoxes {
+  std::vector<SweptBox> points, edges, triangles;
+
+  void fit(const SurfaceView& surface);
+  std::size_t bytes() const {
+    return (points.capacity() + edges.capacity() + triangles.capacity()) * sizeof(SweptBox);
+  }
+};
+
+/// Where an engine puts the pairs that it finds, in any order, each once.
+class PairParts {
+ public:
+  /// `self`: the surface whose pairs with a vertex in common are left out, or null.
+  PairParts(std::vector<FoundPairs>& parts, PairBuffer FoundPairs::*list, const SurfaceView* self)
+      : parts_(parts), list_(list), self_(self), edges_(list == &FoundPairs::edge_edge) {}
+
+  /// Adds the pair of the first list's box i and the second list's box j (in a list with itself: in
+  /// any order) to part `part`, which no other thread may use now.
+  void add(std::size_t part, std::int32_t i, std::int32_t j) {
+    if (self_ && has_common_vertex(i, j)) return;
+    if (self_ && edges_ && j < i) std::swap(i, j);
+    PairBuffer& buffer = parts_[part].*list_;
+    std::uint64_t* place = buffer.room(1);
+    *place = static_cast<std::uint64_t>(static_cast<std::uint32_t>(i)) << 32 |
+             static_cast<std::uint32_t>(j);
+    buffer.advance_to(place + 1);
+  }
+
+ private:
+  bool has_common_vertex(std::int32_t i, std::int32_t j) const {
+    return edges_ ? share_vertex(self_->edges[i], self_->edges[j])
+                  : contains(self_->triangles[j], i);
+  }
+
+  std::vector<FoundPairs>& parts_;
+  PairBuffer FoundPairs::*list_;
+  const SurfaceView* self_;
+  bool edges_;
+};
+
+/// What finds the pairs of boxes that overlap. A Structure is what it makes of one list of boxes
+/// and keeps as long as the list; the list outlives it.
+///   prepare(a, b): called first with the boxes of both surfaces (b null for one with itself), to
+///     choose a cell size or an axis; false if structures made before no longer fit;
+///   build(boxes, structure): makes the structure, in place of what it held;
+///   find_pairs(a, b, out): every pair of a box of a and one of b that overlap;
+///   find_self_pairs(a, out): every pair of two different boxes of a that overlap, once;
+///   bytes(): memory held, of the structure and of the engine itself.
+template <class E>
+concept BoxPairEngine = requires(E& engine, typename E::Structure& structure,
+                                 const SurfaceBoxes& surface, const std::vector<SweptBox>& boxes,
+                                 PairParts& out) {
+  { engine.prepare(surface, &surface) } -> std::same_as<bool>;
+  engine.build(boxes, structure);
+  engine.find_pairs(structure, structure, out);
+  engine.find_self_pairs(structure, out);
+  { structure.bytes() } -> std::convertible_to<std::size_t>;
+  { engine.bytes() } -> std::convertible_to<std::size_t>;
+};
+
+/// Which numbers a kept list of boxes was made from.
+class BoxesKey {
+ public:
+  /// True if `surface` promises the very boxes that the last one had.
+  bool is_same_static(const SurfaceView& surface) const;
+  void set(const SurfaceView& surface);
+  void forget() { static_id_ = 0; }
+
+ private:
+  std::uint64_t static_id_ = 0;
+  double thickness_ = 0.0;
+  std::array<std::size_t, 3> counts_{};
+};
+
+template <BoxPairEngine Engine>
+class BoxPairDetector final : public BroadPhase {
+ public:
+  BoxPairDetector(BroadPhaseTraits traits, Engine engine)
+      : traits_(std::move(traits)), engine_(std::move(engine)), parts_(kBoxPairParts) {}
+
+  void find_pairs(const SurfaceView& a, const SurfaceView& b, CandidatePairs& out) override {
+    out.clear();
+    const auto begin = Clock::now();
+    const bool new_a = fit(kept_[0], a, "first surface");
+    const bool new_b = fit(kept_[1], b, "second surface");
+    const bool still_fit = engine_.prepare(kept_[0].boxes, &kept_[1].boxes);
+    if (new_a || !still_fit) build(kept_[0], a);
+    if (new_b || !still_fit) build(kept_[1], b);
+    const auto built = Clock::now();
+    find([&] {
+      PairParts point_triangle(parts_, &FoundPairs::point_triangle, nullptr);
+      engine_.find_pairs(kept_[0].points, kept_[1].triangles, point_triangle);
+      PairParts triangle_point(parts_, &FoundPairs::triangle_point, nullptr);
+      engine_.find_pairs(kept_[1].points, kept_[0].triangles, triangle_point);
+      PairParts edge_edge(parts_, &FoundPairs::edge_edge, nullptr);
+      engine_.find_pairs(kept_[0].edges, kept_[1].edges, edge_edge);
+    });
+    collect(a, b, out);
+    collector_.collect(parts_, &FoundPairs::triangle_point, b.x_t0.size(), a.triangles.size(),
+                       out.triangle_point);
+    note_cost(begin, built);
+  }
+
+  void find_self_pairs(const SurfaceView& a, CandidatePairs& out) override {
+    out.clear();
+    const auto begin = Clock::now();
+    const bool is_new = fit(kept_[0], a, "surface");
+    if (!engine_.prepare(kept_[0].boxes, nullptr)) {
+      kept_[1].key.forget();
+      build(kept_[0], a);
+    } else if (is_new) {
+      build(kept_[0], a);
+    }
+    const auto built = Clock::now();
+    find([&] {
+      PairParts point_triangle(parts_, &FoundPairs::point_triangle, &a);
+      engine_.find_pairs(kept_[0].points, kept_[0].triangles, point_triangle);
+      PairParts edge_edge(parts_, &FoundPairs::edge_edge, &a);
+      engine_.find_self_pairs(kept_[0].edges, edge_edge);
+    });
+    collect(a, a, out);
+    note_cost(begin, built);
+  }
+
+  BroadPhaseTraits traits() const override { return traits_; }
+  BroadPhaseCost last_cost() const override { return cost_; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  using Structure = typename Engine::Structure;
+
+  /// What is kept of one surface.
+  struct Kept {
+    BoxesKey key;
+    SurfaceBoxes boxes;
+    Structure points, edges, triangles;
+
+    std::size_t bytes() const {
+      return boxes.bytes() + points.bytes() + edges.bytes() + triangles.bytes();
+    }
+  };
+
+  /// Makes the boxes; false if those of the last call still hold.
+  bool fit(Kept& kept, const SurfaceView& surface, const char* name) {
+    check_shape(surface, name);
+    if (kept.key.is_same_static(surface)) return false;
+    kept.key.forget();
+    check_indices(surface, name);
+    check_finite(surface, name);
+    kept.boxes.fit(surface);
+    return true;
+  }
+
+  void build(Kept& kept, const SurfaceView& surface) {
+    kept.key.forget();
+    engine_.build(kept.boxes.points, kept.points);
+    engine_.build(kept.boxes.edges, kept.edges);
+    engine_.build(kept.boxes.triangles, kept.triangles);
+    kept.key.set(surface);
+  }
+
+  /// Empties the parts and fills them.
+  template <class Fill>
+  void find(Fill fill) {
+    for (FoundPairs& part : parts_) part.clear();
+    fill();
+  }
+
+  void collect(const SurfaceView& a, const SurfaceView& b, CandidatePairs& out) {
+    collector_.collect(parts_, &FoundPairs::point_triangle, a.x_t0.size(), b.triangles.size(),
+                       out.point_triangle);
+    collector_.collect(parts_, &FoundPairs::edge_edge, a.edges.size(), b.edges.size(),
+                       out.edge_edge);
+  }
+
+  void note_cost(Clock::time_point begin, Clock::time_point built) {
+    cost_.build_s = std::chrono::duration<double>(built - begin).count();
+    cost_.query_s = std::chrono::duration<double>(Clock::now() - built).count();
+    cost_.bytes = engine_.bytes() + collector_.bytes();
+    for (const Kept& kept : kept_) cost_.bytes += kept.bytes();
+    for (const FoundPairs& part : parts_) cost_.bytes += part.bytes();
+  }
+
+  BroadPhaseTraits traits_;
+  Engine engine_;
+  std::array<Kept, 2> kept_;
+  std::vector<FoundPairs> parts_;
+  PairCollector collector_;
+  BroadPhaseCost cost_;
+};
+
+}  // namespace selvedge::detail

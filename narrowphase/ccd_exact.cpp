@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/parallel.h>
 #include <selvedge/narrowphase/ccd_exact.h>
 #include <selvedge/narrowphase/detail/ccd_filter.h>
 #include <selvedge/narrowphase/detail/contact_geometry.h>
 #include <selvedge/narrowphase/detail/exact_query.h>
 #include <selvedge/narrowphase/detail/root_floor.h>
+#include <selvedge/narrowphase/detail/root_isolation.h>
 
 #include <algorithm>
-#include <memory>
+#include <array>
+#include <cstdint>
+#include <utility>
 
 // Continuous collision of straight vertex paths after Provot, "Collision and self-collision
 // handling in cloth model dedicated to design garments", 1997: the vertices must be coplanar, a
@@ -17,11 +19,12 @@
 namespace selvedge {
 namespace {
 
-using narrowphase_detail::PairVertices;
+using narrowphase_detail::FilterKernel;
+using narrowphase_detail::kFilterBlock;
 using narrowphase_detail::QueryBlock;
 
-/// Pairs that one task handles; a multiple of the block size.
-constexpr std::size_t kGrain = 4096;
+/// Queries that run through the filter together.
+constexpr std::size_t kBatch = 256;
 
 /// Stages C, D and E.
 bool settle(const Query& query, double& toi, CcdExactStages& stages) {
@@ -41,85 +44,78 @@ bool settle(const Query& query, double& toi, CcdExactStages& stages) {
   return narrowphase_detail::collides_exactly(query, toi);
 }
 
-void store(const Query& query, QueryBlock& block, int column) {
-  for (int v = 0; v < 4; ++v) {
-    for (int i = 0; i < 3; ++i) {
-      block.x_t0[3 * v + i][column] = query.x_t0[v][i];
-      block.x_t1[3 * v + i][column] = query.x_t1[v][i];
+/// The queries of one kind in a batch that no stage has decided yet.
+class OpenQueries {
+ public:
+  OpenQueries(std::span<const Query> queries, ContactKind kind) : queries_(queries) {
+    for (std::size_t i = 0; i < queries.size(); ++i) {
+      index_[count_] = static_cast<std::uint16_t>(i);
+      count_ += (queries[i].kind == kind);
     }
   }
-}
 
-/// Pairs of the three lists, handled in their order.
-class Batch {
- public:
-  Batch(const SurfaceView& a, const SurfaceView& b, const CandidatePairs& pairs,
-        std::vector<Contact>& out)
-      : a_(a), b_(b), pairs_(pairs), out_(out) {}
-
-  void run(std::size_t begin, std::size_t end) {
-    const std::size_t edges_from = pairs_.point_triangle.size() + pairs_.triangle_point.size();
-    if (begin < edges_from) run_kind(begin, std::min(end, edges_from), false);
-    if (end > edges_from) run_kind(std::max(begin, edges_from), end, true);
+  /// Lets go of the queries that `decides(block)`, a mask, marks. Returns how many.
+  template <class Decides>
+  std::size_t sift(Decides decides) {
+    std::size_t kept = 0;
+    for (std::size_t at = 0; at < count_; at += kFilterBlock) {
+      const std::size_t n = std::min<std::size_t>(kFilterBlock, count_ - at);
+      // The last block repeats its last query.
+      QueryBlock block;
+      for (std::size_t j = 0; j < kFilterBlock; ++j)
+        block[j] = &queries_[index_[at + std::min(j, n - 1)]];
+      const std::uint32_t decided = decides(block);
+      for (std::size_t j = 0; j < n; ++j) {
+        index_[kept] = index_[at + j];
+        kept += (decided >> j & 1U) == 0;
+      }
+    }
+    return std::exchange(count_, kept) - kept;
   }
+
+  std::span<const std::uint16_t> indices() const { return std::span(index_).first(count_); }
 
  private:
-  void run_kind(std::size_t begin, std::size_t end, bool edges) {
-    for (std::size_t i = begin; i < end; i += QueryBlock::kSize) {
-      const int n = static_cast<int>(std::min<std::size_t>(QueryBlock::kSize, end - i));
-      for (int j = 0; j < n; ++j) store(query_at(i + j), block_, j);
-      // The last block repeats its last pair.
-      for (int j = n; j < QueryBlock::kSize; ++j) store(query_at(i + n - 1), block_, j);
-      const narrowphase_detail::FilterVerdict verdict = narrowphase_detail::filter(block_, edges);
-      const std::uint32_t decided = verdict.separated | verdict.never_coplanar;
-      for (int j = 0; j < n; ++j)
-        if ((decided >> j & 1U) == 0) settle_pair(i + j);
-    }
-  }
-
-  Query query_at(std::size_t i) const {
-    return narrowphase_detail::query_of(a_, b_, narrowphase_detail::pair_at(a_, b_, pairs_, i));
-  }
-
-  void settle_pair(std::size_t i) {
-    const PairVertices pair = narrowphase_detail::pair_at(a_, b_, pairs_, i);
-    const Query query = narrowphase_detail::query_of(a_, b_, pair);
-    double toi = 0.0;
-    if (!settle(query, toi, stages_)) return;
-    Contact contact;
-    contact.kind = pair.kind;
-    contact.vertex = pair.vertex;
-    narrowphase_detail::fill_contact(query, toi, contact);
-    out_.push_back(contact);
-  }
-
-  const SurfaceView& a_;
-  const SurfaceView& b_;
-  const CandidatePairs& pairs_;
-  std::vector<Contact>& out_;
-  QueryBlock block_;
-  CcdExactStages stages_;
+  std::span<const Query> queries_;
+  std::array<std::uint16_t, kBatch> index_;
+  std::size_t count_ = 0;
 };
+
+/// All stages on at most kBatch queries; those of the other kinds are left alone.
+void decide(const FilterKernel& kernel, std::span<const Query> queries, ContactKind kind,
+            std::span<double> toi, CcdExactStages& stages) {
+  const bool edges = kind == ContactKind::edge_edge;
+  OpenQueries open(queries, kind);
+  OpenQueries faulty = open;
+  faulty.sift(kernel.finite);
+  for (const std::uint16_t i : faulty.indices()) narrowphase_detail::require_finite(queries[i]);
+  const auto run = [&](FilterKernel::Test test) {
+    return open.sift([&](const QueryBlock& block) { return test(block, edges); });
+  };
+  stages.separated += run(kernel.separated_on_axes);
+  stages.separated += run(kernel.separated_on_diagonals);
+  stages.never_coplanar += run(kernel.never_coplanar);
+  for (const std::uint16_t i : open.indices())
+    if (double t = 0.0; settle(queries[i], t, stages)) toi[i] = t;
+}
 
 class CcdExact final : public NarrowPhase {
  public:
-  void find_contacts(const SurfaceView& a, const SurfaceView& b, const CandidatePairs& pairs,
-                     std::vector<Contact>& out) const override {
-    narrowphase_detail::require_finite(a, "a");
-    if (&a != &b) narrowphase_detail::require_finite(b, "b");
-    const std::size_t n = pairs.size();
-    std::vector<std::vector<Contact>> found((n + kGrain - 1) / kGrain);
-    parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
-      Batch(a, b, pairs, found[begin / kGrain]).run(begin, end);
-    });
-    out.clear();
-    for (const std::vector<Contact>& part : found) out.insert(out.end(), part.begin(), part.end());
-  }
+  explicit CcdExact(const CcdExactConfig& config) : kernel_(kernel_for(config.vector_width)) {}
 
   void find_times(std::span<const Query> queries, std::span<double> toi) const override {
     CcdExactStages stages;
-    for (std::size_t i = 0; i < queries.size(); ++i)
-      if (!collides_counting_stages(queries[i], toi[i], stages)) toi[i] = kNoCollision;
+    find_times(queries, toi, stages);
+  }
+
+  void find_times(std::span<const Query> queries, std::span<double> toi,
+                  CcdExactStages& stages) const {
+    std::fill(toi.begin(), toi.end(), kNoCollision);
+    for (std::size_t at = 0; at < queries.size(); at += kBatch) {
+      const std::size_t n = std::min(kBatch, queries.size() - at);
+      for (const ContactKind kind : {ContactKind::point_triangle, ContactKind::edge_edge})
+        decide(kernel_, queries.subspan(at, n), kind, toi.subspan(at, n), stages);
+    }
   }
 
   NarrowPhaseTraits traits() const override {
@@ -129,21 +125,28 @@ class CcdExact final : public NarrowPhase {
                 "X. Provot, Collision and self-collision handling in cloth model dedicated "
                 "to design garments, 1997; decided exactly"};
   }
+
+ private:
+  /// The widest kernel that is not wider than `width` doubles.
+  static FilterKernel kernel_for(int width) {
+    FilterKernel best = narrowphase_detail::filter_kernels().front();
+    for (const FilterKernel& kernel : narrowphase_detail::filter_kernels())
+      if (kernel.width <= width) best = kernel;
+    return best;
+  }
+
+  FilterKernel kernel_;
 };
 
 }  // namespace
 
-bool collides_counting_stages(const Query& query, double& toi, CcdExactStages& stages) {
-  narrowphase_detail::require_finite(query);
-  QueryBlock block;
-  for (int j = 0; j < QueryBlock::kSize; ++j) store(query, block, j);
-  const narrowphase_detail::FilterVerdict verdict =
-      narrowphase_detail::filter(block, query.kind == ContactKind::edge_edge);
-  if ((verdict.separated & 1U) != 0) return ++stages.separated, false;
-  if ((verdict.never_coplanar & 1U) != 0) return ++stages.never_coplanar, false;
-  return settle(query, toi, stages);
+void find_times_counting_stages(std::span<const Query> queries, std::span<double> toi,
+                                CcdExactStages& stages) {
+  CcdExact({}).find_times(queries, toi, stages);
 }
 
-std::unique_ptr<NarrowPhase> make_ccd_exact() { return std::make_unique<CcdExact>(); }
+std::unique_ptr<NarrowPhase> make_ccd_exact(const CcdExactConfig& config) {
+  return std::make_unique<CcdExact>(config);
+}
 
 }  // namespace selvedge

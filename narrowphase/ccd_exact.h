@@ -5,10 +5,16 @@
 
 namespace selvedge {
 
+struct CcdExactConfig {
+  /// The filters use vectors of at most so many doubles (2, 4 or 8), as wide as the processor has
+  /// them; the answers are the same bits. Eight have not been quicker than four where measured.
+  int vector_width = 4;
+};
+
 /// The default narrow phase: never misses a collision and never reports a false one, on any finite
 /// doubles, and its time of impact is the largest double not later than the true one. Proven
 /// floating-point filters settle nearly all pairs, integer arithmetic the rest.
-std::unique_ptr<NarrowPhase> make_ccd_exact();
+std::unique_ptr<NarrowPhase> make_ccd_exact(const CcdExactConfig& config = {});
 
 /// How many queries each stage settled; for tests and reports.
 struct CcdExactStages {
@@ -18,7 +24,8 @@ struct CcdExactStages {
   std::size_t exact = 0;           ///< D and E: integer arithmetic
 };
 
-/// The stage that settles the query, counted in `stages`, and its verdict.
-bool collides_counting_stages(const Query& query, double& toi, CcdExactStages& stages);
+/// NarrowPhase::find_times of the default method, adding to `stages`.
+void find_times_counting_stages(std::span<const Query> queries, std::span<double> toi,
+                                CcdExactStages& stages);
 
 }  // namespace selvedge

@@ -259,10 +259,7 @@ std::string text(const Query& q) {
   return out.str();
 }
 
-bool collides(const Query& q, double& toi) {
-  CcdExactStages stages;
-  return collides_counting_stages(q, toi, stages);
-}
+bool collides(const Query& q, double& toi) { return make_ccd_exact()->collides(q, toi); }
 
 bool collides(const Query& q) {
   double toi = 0.0;
@@ -412,9 +409,11 @@ TEST(CcdExact, ATimeThatIsNoDoubleIsRoundedDown) {
 TEST(CcdExact, EveryStageIsUsedAndCounted) {
   Random r(9);
   CcdExactStages stages;
-  double toi = 0.0;
+  std::vector<Query> queries;
+  std::vector<double> toi(4000);
   for (int i = 0; i < 4000; ++i)
-    collides_counting_stages(adversarial(r, i % kCategories, ContactKind::edge_edge), toi, stages);
+    queries.push_back(adversarial(r, i % kCategories, ContactKind::edge_edge));
+  find_times_counting_stages(queries, toi, stages);
   EXPECT_GT(stages.separated, 0u);
   EXPECT_GT(stages.never_coplanar, 0u);
   EXPECT_GT(stages.isolated, 0u);

@@ -3,36 +3,35 @@
 
 #include <selvedge/narrowphase/narrow_phase.h>
 
+#include <array>
 #include <cstdint>
+#include <span>
 
 namespace selvedge::narrowphase_detail {
 
-/// Queries of one kind side by side: coordinate i of vertex k at [3 k + i], one column per query.
-struct QueryBlock {
-  static constexpr int kSize = 8;
-  alignas(64) double x_t0[12][kSize];
-  alignas(64) double x_t1[12][kSize];
+/// Queries of one kind that the filter looks at together.
+inline constexpr int kFilterBlock = 8;
+using QueryBlock = std::array<const Query*, kFilterBlock>;
+
+/// The filter of stages A and B for one vector width. Each test returns a mask, bit j for query j
+/// of the block: set where it proves that there is no collision. All queries of a block are edge
+/// pairs if `edges`, else none is. Every kernel makes the same operations in the same order, so
+/// that the verdicts are the same bits.
+struct FilterKernel {
+  using Test = std::uint32_t (*)(const QueryBlock& block, bool edges);
+  int width;                                         ///< doubles in a vector
+  std::uint32_t (*finite)(const QueryBlock& block);  ///< where all coordinates are
+  Test separated_on_axes;                            ///< stage A, along x, y and z
+  Test separated_on_diagonals;                       ///< stage A, along x+-y, y+-z and z+-x
+  Test never_coplanar;                               ///< stage B
 };
 
-/// Masks of the block's columns, bit j for column j.
-struct FilterVerdict {
-  std::uint32_t separated = 0;       ///< stage A: no collision
-  std::uint32_t never_coplanar = 0;  ///< stage B: no collision; asked only where A did not decide
-};
+/// The kernels that the compiler made and the processor runs, narrowest first; never empty.
+std::span<const FilterKernel> filter_kernels();
 
-/// Stages A and B on all columns of the block.
-FilterVerdict filter(const QueryBlock& block, bool edges);
-
-enum class Verdict : std::uint8_t { no, yes, open };
-
-/// The times [k, k + 1] / 2^m.
-struct TimeBox {
-  std::int64_t k = 0;
-  int m = 0;
-  bool monotonic = false;  ///< the coplanarity cubic is strictly so there: it has one root
-};
-
-/// Stage C. With `yes` the first contact is at the first root of the coplanarity cubic in `box`.
-Verdict isolate(const Query& query, TimeBox& box);
+// One of each width; the functions are null where the compiler or the processor has none.
+FilterKernel filter_kernel_narrow();
+FilterKernel filter_kernel_avx2();
+FilterKernel filter_kernel_avx512();
 
 }  // namespace selvedge::narrowphase_detail

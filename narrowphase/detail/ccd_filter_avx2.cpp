@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+// The filter with vectors of four doubles. The functions of this file alone are compiled for AVX2,
+// by pragma: a compiler flag would also reach the standard library's inline functions, of which
+// the linker keeps one copy for the whole program.
+#include <selvedge/narrowphase/detail/ccd_filter.h>
+#include <selvedge/narrowphase/detail/error_bounds.h>
+
+#if defined(__x86_64__) && defined(__GNUC__)
+
+#include <immintrin.h>
+
+#ifdef __clang__
+#pragma clang attribute push(__attribute__((target("avx2"))), apply_to = function)
+#else
+#pragma GCC push_options
+#pragma GCC target("avx2")
+#endif
+
+namespace selvedge::narrowphase_detail::avx2 {
+namespace {
+
+#define SELVEDGE_FILTER_LANES 4
+constexpr int kLanes = SELVEDGE_FILTER_LANES;
+#include <selvedge/narrowphase/detail/ccd_filter_kernel.inc>
+
+}  // namespace
+}  // namespace selvedge::narrowphase_detail::avx2
+
+#ifdef __clang__
+#pragma clang attribute pop
+#else
+#pragma GCC pop_options
+#endif
+
+namespace selvedge::narrowphase_detail {
+
+FilterKernel filter_kernel_avx2() {
+  if (!__builtin_cpu_supports("avx2")) return {};
+  return {avx2::kLanes, avx2::finite, avx2::separated_on_axes, avx2::separated_on_diagonals,
+          avx2::never_coplanar};
+}
+
+}  // namespace selvedge::narrowphase_detail
+
+#else
+
+namespace selvedge::narrowphase_detail {
+
+FilterKernel filter_kernel_avx2() { return {}; }
+
+}  // namespace selvedge::narrowphase_detail
+
+#endif

@@ -3,6 +3,15 @@
 
 namespace selvedge {
 
+BudgetExceeded::BudgetExceeded(std::size_t found, std::size_t limit, const PairBudget& budget)
+    : std::runtime_error("broad phase: at least " + std::to_string(found) +
+                         " pairs, but the budget of " + std::to_string(budget.pairs) +
+                         " pairs and " + std::to_string(budget.bytes) + " bytes has room for " +
+                         std::to_string(limit) +
+                         "; raise it by set_budget, or take the pairs in pieces by stream_pairs"),
+      found_(found),
+      limit_(limit) {}
+
 BroadPhaseRegistry broad_phases() {
   return {{"brute_force", [] { return make_brute_force(); }},
           {"bvh_aabb", [] { return make_bvh_aabb(); }}};

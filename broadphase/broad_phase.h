@@ -3,16 +3,29 @@
 
 #include <selvedge/core/collision_types.h>
 
+#include <cstddef>
+#include <cstdint>
 #include <functional>
+#include <limits>
 #include <map>
 #include <memory>
+#include <stdexcept>
 #include <string>
 
 namespace selvedge {
 
+/// Which pairs a conservative detector reports, measured by those whose swept boxes overlap.
+enum class PairSet : std::uint8_t {
+  boxes,           ///< exactly those
+  contains_boxes,  ///< those and some more
+  culled,  ///< perhaps not all of those, but every pair that comes nearer than the sum of the
+           ///< two thicknesses during the step
+};
+
 /// What a detector can serve; the registry carries it.
 struct BroadPhaseTraits {
   Guarantee guarantee = Guarantee::conservative;
+  PairSet pairs = PairSet::boxes;
   bool self = true;       ///< serves find_self_pairs
   bool deforming = true;  ///< serves surfaces that change shape
   bool closed_body_only = false;
@@ -27,13 +40,40 @@ struct BroadPhaseCost {
   std::size_t bytes = 0;  ///< memory kept between calls
 };
 
+/// What one call may find and take.
+struct PairBudget {
+  /// Pairs of the three lists together. So many can be counted by any index.
+  std::size_t pairs = static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max());
+  /// Memory of all that grows with the pairs, scratch included: by default 4 GiB less one byte,
+  /// which is about 10^8 pairs. What grows with the primitives is not in it.
+  std::size_t bytes = std::size_t{0xffffffffu};
+};
+
+/// Thrown by a call that would go over its budget: instead of the allocation, and if and only if
+/// the set of pairs is too large, whatever the number of threads. The list is left empty and the
+/// detector can be used on.
+class BudgetExceeded : public std::runtime_error {
+ public:
+  BudgetExceeded(std::size_t found, std::size_t limit, const PairBudget& budget);
+  std::size_t found() const { return found_; }  ///< pairs counted so far; there may be more
+  std::size_t limit() const { return limit_; }  ///< pairs that the budget has room for
+
+ private:
+  std::size_t found_, limit_;
+};
+
 /// Finds the pairs of primitives that could touch during the step: for a conservative one, every
 /// pair whose swept boxes, each inflated by its surface's thickness, overlap (or a provably
-/// sufficient part of them). Rejects surfaces with coordinates that are not finite by
-/// std::invalid_argument naming the vertex.
+/// sufficient part of them, see PairSet). Rejects surfaces with coordinates that are not finite by
+/// std::invalid_argument naming the vertex, and ends in BudgetExceeded when there are too many
+/// pairs.
 class BroadPhase {
  public:
   virtual ~BroadPhase() = default;
+
+  /// Holds for the calls from now on. See stream.h for sets of any size in pieces.
+  void set_budget(const PairBudget& budget) { budget_ = budget; }
+  const PairBudget& budget() const { return budget_; }
 
   /// Pairs between two different surfaces. Clears `out` first.
   virtual void find_pairs(const SurfaceView& a, const SurfaceView& b, CandidatePairs& out) = 0;
@@ -42,6 +82,9 @@ class BroadPhase {
   virtual BroadPhaseTraits traits() const = 0;
   /// Cost of the last call; all zero for a detector that does not measure.
   virtual BroadPhaseCost last_cost() const { return {}; }
+
+ private:
+  PairBudget budget_;
 };
 
 /// Every box against every box, in double precision: the oracle of the others. Reports exactly the

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/broad_phase.h>
+#include <selvedge/broadphase/detail/pair_tally.h>
 #include <selvedge/broadphase/detail/surface_check.h>
 #include <selvedge/broadphase/detail/swept_box.h>
 #include <selvedge/core/parallel.h>
@@ -28,21 +29,28 @@ struct PrimitiveBoxes {
   }
 };
 
+/// A pair takes 8 bytes in the result and, in a part that grows by doubling, 16 and 8 on the move.
+constexpr std::size_t kBytesPerPair = 32;
+
 /// Appends Pair{i, j} in order for all i, j whose boxes overlap, `first_of(i)` <= j, and that
 /// `keep` lets through.
 template <class Pair, class FirstOf, class Keep>
 void all_against_all(const std::vector<SweptBox>& a, const std::vector<SweptBox>& b,
-                     FirstOf first_of, Keep keep, std::vector<Pair>& out) {
+                     FirstOf first_of, Keep keep, std::vector<Pair>& out,
+                     detail::PairTally& tally) {
   constexpr std::size_t grain = 256;
   std::vector<std::vector<Pair>> found(a.size() / grain + 1);
   parallel_for(a.size(), grain, [&](std::size_t begin, std::size_t end) {
     std::vector<Pair>& mine = found[begin / grain];
-    for (std::size_t i = begin; i < end; ++i)
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::size_t before = mine.size();
       for (std::size_t j = first_of(i); j < b.size(); ++j)
         if (detail::overlap(a[i], b[j])) {
           const Pair pair{static_cast<std::int32_t>(i), static_cast<std::int32_t>(j)};
           if (keep(pair)) mine.push_back(pair);
         }
+      tally.add(mine.size() - before);
+    }
   });
   for (const std::vector<Pair>& part : found) out.insert(out.end(), part.begin(), part.end());
 }
@@ -58,9 +66,13 @@ class BruteForce final : public BroadPhase {
     out.clear();
     const auto begin = std::chrono::steady_clock::now();
     const PrimitiveBoxes boxes_a(a), boxes_b(b);
-    all_against_all(boxes_a.points, boxes_b.triangles, from_zero, keep_all, out.point_triangle);
-    all_against_all(boxes_b.points, boxes_a.triangles, from_zero, keep_all, out.triangle_point);
-    all_against_all(boxes_a.edges, boxes_b.edges, from_zero, keep_all, out.edge_edge);
+    within_budget(out, [&](detail::PairTally& tally) {
+      all_against_all(boxes_a.points, boxes_b.triangles, from_zero, keep_all, out.point_triangle,
+                      tally);
+      all_against_all(boxes_b.points, boxes_a.triangles, from_zero, keep_all, out.triangle_point,
+                      tally);
+      all_against_all(boxes_a.edges, boxes_b.edges, from_zero, keep_all, out.edge_edge, tally);
+    });
     note_cost(begin, boxes_a.bytes() + boxes_b.bytes());
   }
 
@@ -69,18 +81,17 @@ class BruteForce final : public BroadPhase {
     out.clear();
     const auto begin = std::chrono::steady_clock::now();
     const PrimitiveBoxes boxes(a);
-    all_against_all(
-        boxes.points, boxes.triangles, from_zero,
-        [&](const PointTrianglePair& p) {
-          return !detail::contains(a.triangles[p.triangle], p.point);
-        },
-        out.point_triangle);
-    all_against_all(
-        boxes.edges, boxes.edges, [](std::size_t i) { return i + 1; },
-        [&](const EdgeEdgePair& p) {
-          return !detail::share_vertex(a.edges[p.edge_a], a.edges[p.edge_b]);
-        },
-        out.edge_edge);
+    const auto apart = [&](const PointTrianglePair& p) {
+      return !detail::contains(a.triangles[p.triangle], p.point);
+    };
+    const auto edges_apart = [&](const EdgeEdgePair& p) {
+      return !detail::share_vertex(a.edges[p.edge_a], a.edges[p.edge_b]);
+    };
+    const auto after = [](std::size_t i) { return i + 1; };
+    within_budget(out, [&](detail::PairTally& tally) {
+      all_against_all(boxes.points, boxes.triangles, from_zero, apart, out.point_triangle, tally);
+      all_against_all(boxes.edges, boxes.edges, after, edges_apart, out.edge_edge, tally);
+    });
     note_cost(begin, boxes.bytes());
   }
 
@@ -94,6 +105,16 @@ class BruteForce final : public BroadPhase {
     detail::check_shape(surface, name);
     detail::check_indices(surface, name);
     detail::check_finite(surface, name);
+  }
+  template <class Find>
+  void within_budget(CandidatePairs& out, Find find) const {
+    detail::PairTally tally(budget(), kBytesPerPair);
+    try {
+      find(tally);
+    } catch (const BudgetExceeded&) {
+      out.clear();
+      throw;
+    }
   }
   void note_cost(std::chrono::steady_clock::time_point begin, std::size_t bytes) {
     const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;

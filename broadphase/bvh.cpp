@@ -79,7 +79,7 @@ class Bvh final : public BroadPhase {
     fit(tree_a, a);
     fit(tree_b, b);
     const Stopwatch watch;
-    find({tree_a.tree, tree_b.tree, a, b, false});
+    find({tree_a.tree, tree_b.tree, a, b, false}, out);
     collector_.collect(parts_, &detail::FoundPairs::point_triangle, a.x_t0.size(),
                        b.triangles.size(), out.point_triangle);
     collector_.collect(parts_, &detail::FoundPairs::triangle_point, b.x_t0.size(),
@@ -96,7 +96,7 @@ class Bvh final : public BroadPhase {
     place_origin(tree.bounds, 0.0);
     fit(tree, a);
     const Stopwatch watch;
-    find({tree.tree, tree.tree, a, a, true});
+    find({tree.tree, tree.tree, a, a, true}, out);
     collector_.collect(parts_, &detail::FoundPairs::point_triangle, a.x_t0.size(),
                        a.triangles.size(), out.point_triangle);
     collector_.collect(parts_, &detail::FoundPairs::edge_edge, a.edges.size(), a.edges.size(),
@@ -192,11 +192,23 @@ class Bvh final : public BroadPhase {
     kept.origin = origin_;
   }
 
-  /// Fills parts_. The parts depend on the trees alone.
-  void find(const detail::TraversalInput& input) {
+  /// Fills parts_; clears `out` if they are too much.
+  void find(const detail::TraversalInput& input, CandidatePairs& out) {
+    detail::PairTally tally(budget(), detail::PairBuffer::kBytesPerPair);
     parts_.resize(kParts);
+    for (detail::FoundPairs& part : parts_) part.start(&tally);
+    try {
+      fill_parts(input);
+      for (detail::FoundPairs& part : parts_) part.finish();
+    } catch (const BudgetExceeded&) {
+      out.clear();
+      throw;
+    }
+  }
+
+  /// The parts depend on the trees alone.
+  void fill_parts(const detail::TraversalInput& input) {
     stacks_.resize(kParts);
-    for (detail::FoundPairs& part : parts_) part.clear();
     if (input.tree_a.empty() || input.tree_b.empty()) return;
     pairs_.assign(1, {input.tree_a.root(), input.tree_b.root()});
     for (bool growing = true; growing && pairs_.size() < kParts;) {

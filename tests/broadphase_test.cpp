@@ -421,6 +421,41 @@ TEST(BroadPhases, EmptySurfacesHaveNoPairs) {
   }
 }
 
+TEST(BroadPhases, StopAtTheirBudgetAndGoOn) {
+  Surface a = grid(20, 20, 1.0), b = grid(17, 17, 1.0);
+  a.thickness = 0.05;
+  auto brute = make_brute_force();
+  const CandidatePairs self = self_pairs_of(*brute, a), pairs = pairs_of(*brute, a, b);
+  for (const auto& [name, make] : broad_phases())
+    for (const int threads : {1, 2, 8}) {
+      const ThreadLimit limit(threads);
+      auto detector = make();
+      CandidatePairs out = pairs;
+      detector->set_budget({.pairs = self.size() - 1});
+      EXPECT_THROW(detector->find_self_pairs(a.view(), out), BudgetExceeded) << name;
+      EXPECT_EQ(out.size(), 0u) << name;
+      detector->set_budget({.pairs = self.size()});
+      EXPECT_TRUE(same(self_pairs_of(*detector, a), self)) << name;
+      out = self;
+      detector->set_budget({.bytes = pairs.size()});
+      EXPECT_THROW(detector->find_pairs(a.view(), b.view(), out), BudgetExceeded) << name;
+      EXPECT_EQ(out.size(), 0u) << name;
+      detector->set_budget({});
+      EXPECT_TRUE(same(pairs_of(*detector, a, b), pairs)) << name;
+    }
+}
+
+TEST(BroadPhases, StopLongBeforeTheMemoryIsFull) {
+  Surface s = grid(120, 120, 1.0);  // All in one point: 1.3·10^9 pairs.
+  for (Vec3& x : s.x_t0) x = Vec3(1, 2, 3);
+  s.x_t1 = s.x_t0;
+  auto detector = make_bvh_aabb();
+  detector->set_budget({.bytes = 40'000'000});
+  CandidatePairs out;
+  EXPECT_THROW(detector->find_self_pairs(s.view(), out), BudgetExceeded);
+  EXPECT_LT(detector->last_cost().bytes, 40'000'000u);
+}
+
 TEST(BroadPhases, SpikesStayCheap) {
   Surface cloth = grid(100, 100, 1.0);
   cloth.thickness = 0.001;

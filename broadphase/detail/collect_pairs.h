@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <selvedge/broadphase/detail/pair_tally.h>
 #include <selvedge/core/collision_types.h>
 
 #include <cstdint>
@@ -11,14 +12,29 @@ namespace selvedge::detail {
 /// Pairs in the order in which they are found, each as first << 32 | second.
 class PairBuffer {
  public:
-  void clear() { size_ = 0; }
+  /// What a pair takes at most from its finding to its place in the result: 16 bytes here (a buffer
+  /// doubles), 8 more while it moves to a larger buffer or is put in its bucket, 16 while its
+  /// bucket is sorted, and 8 in the result.
+  static constexpr std::size_t kBytesPerPair = 48;
+
+  void clear() { start(nullptr); }
+  /// Clears; from now on `tally` hears of what is found before the buffer grows.
+  void start(PairTally* tally) {
+    size_ = counted_ = 0;
+    tally_ = tally;
+  }
+  /// Tells the tally what it has not yet heard of, and forgets it. Throws BudgetExceeded.
+  void finish() {
+    count();
+    tally_ = nullptr;
+  }
   std::size_t size() const { return size_; }
   const std::uint64_t* data() const { return keys_.data(); }
   std::size_t bytes() const { return keys_.capacity() * sizeof(std::uint64_t); }
 
   /// Room for `n` more; write there, then call advance_to with the end of what was written.
   std::uint64_t* room(std::size_t n) {
-    if (size_ + n > keys_.size()) keys_.resize(2 * keys_.size() + n);
+    if (size_ + n > keys_.size()) grow(n);
     return keys_.data() + size_;
   }
   void advance_to(const std::uint64_t* end) {
@@ -26,18 +42,29 @@ class PairBuffer {
   }
 
  private:
+  void grow(std::size_t n) {
+    count();
+    keys_.resize(2 * keys_.size() + n);
+  }
+  void count() {
+    if (tally_) tally_->add(size_ - counted_);
+    counted_ = size_;
+  }
+
   std::vector<std::uint64_t> keys_;
-  std::size_t size_ = 0;
+  std::size_t size_ = 0, counted_ = 0;
+  PairTally* tally_ = nullptr;
 };
 
 /// What one part of a traversal finds.
 struct FoundPairs {
   PairBuffer point_triangle, triangle_point, edge_edge;
 
-  void clear() {
-    point_triangle.clear();
-    triangle_point.clear();
-    edge_edge.clear();
+  void start(PairTally* tally) {
+    for (PairBuffer* list : {&point_triangle, &triangle_point, &edge_edge}) list->start(tally);
+  }
+  void finish() {
+    for (PairBuffer* list : {&point_triangle, &triangle_point, &edge_edge}) list->finish();
   }
   std::size_t bytes() const {
     return point_triangle.bytes() + triangle_point.bytes() + edge_edge.bytes();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/narrowphase/cubic.h>
 #include <selvedge/narrowphase/detail/contact_geometry.h>
+#include <selvedge/narrowphase/detail/cubic_solver.h>
 #include <selvedge/narrowphase/detail/exact_query.h>
 
 #include <algorithm>
@@ -31,16 +32,20 @@ CubicRoots enclose(const Polynomial& p) {
   return result;
 }
 
-}  // namespace
-
-CubicRoots cubic_roots(const std::array<double, 4>& c) {
-  int exponent = std::numeric_limits<int>::max();
-  for (int i = 0; i < 4; ++i) {
+void require_finite(const std::array<double, 4>& c) {
+  for (int i = 0; i < 4; ++i)
     if (!std::isfinite(c[i]))
       throw std::invalid_argument("cubic: coefficient " + std::to_string(i) +
                                   " is not a finite number");
-    if (c[i] != 0.0) exponent = std::min(exponent, narrowphase_detail::lowest_bit(c[i]));
-  }
+}
+
+}  // namespace
+
+CubicRoots cubic_roots(const std::array<double, 4>& c) {
+  require_finite(c);
+  int exponent = std::numeric_limits<int>::max();
+  for (const double a : c)
+    if (a != 0.0) exponent = std::min(exponent, narrowphase_detail::lowest_bit(a));
   // t^i = sum over j >= i of binomial(3 - i, j - i) (1 - t)^(3 - j) t^j.
   constexpr int kBinomial[4][4] = {{1, 3, 3, 1}, {0, 1, 2, 1}, {0, 0, 1, 1}, {0, 0, 0, 1}};
   Polynomial p;
@@ -55,6 +60,18 @@ CubicRoots cubic_roots(const std::array<double, 4>& c) {
 CubicRoots coplanarity_roots(const Query& query) {
   narrowphase_detail::require_finite(query);
   return enclose(narrowphase_detail::coplanarity_cubic(query));
+}
+
+CubicRootEstimates estimate_cubic_roots(const std::array<double, 4>& c, double touching) {
+  require_finite(c);
+  const double largest = std::max({std::abs(c[0]), std::abs(c[1]), std::abs(c[2]), std::abs(c[3])});
+  int exponent = 0;
+  std::frexp(largest, &exponent);
+  std::array<double, 4> scaled;
+  for (int i = 0; i < 4; ++i) scaled[i] = std::ldexp(c[i], -exponent);
+  CubicRootEstimates roots;
+  narrowphase_detail::estimate_roots(scaled, std::ldexp(touching, -exponent), roots);
+  return roots;
 }
 
 }  // namespace selvedge

@@ -29,4 +29,18 @@ CubicRoots cubic_roots(const std::array<double, 4>& c);
 /// lie in one plane.
 CubicRoots coplanarity_roots(const Query& query);
 
+/// Roots as estimate_cubic_roots finds them: the first `count` of t, ascending.
+struct CubicRootEstimates {
+  /// Three roots, and where they touch, both ends and both stationary points.
+  static constexpr int kMost = 7;
+  int count = 0;
+  std::array<double, kMost> t;
+};
+
+/// The same roots in plain doubles, as naive solvers have them: fast, no allocation, no promise.
+/// A root whose bracket rounding hides is missed and one it feigns is reported; the rest are within
+/// rounding of the coefficients. Ends and stationary points whose |value| <= `touching` count as
+/// roots; of the zero cubic 0 and 1 are reported. Throws like cubic_roots.
+CubicRootEstimates estimate_cubic_roots(const std::array<double, 4>& c, double touching = 0.0);
+
 }  // namespace selvedge

@@ -163,10 +163,6 @@ Vec3 weighted_difference(const std::array<double, 4>& weight, const std::array<V
   return weight[1] * (x[1] - x[0]) + weight[2] * (x[2] - x[0]) + weight[3] * (x[3] - x[0]);
 }
 
-namespace {
-
-/// The query moved to its first vertex and scaled by 2^-exponent to size about 1, so that nothing
-/// below over- or underflows.
 Query scaled_query(const Query& query, int& exponent) {
   double largest = 0.0;
   for (const auto* x : {&query.x_t0, &query.x_t1})
@@ -191,6 +187,8 @@ Query scaled_query(const Query& query, int& exponent) {
   exponent += second;
   return q;
 }
+
+namespace {
 
 Vec3 at(const Query& q, int k, double t) { return q.x_t0[k] + t * (q.x_t1[k] - q.x_t0[k]); }
 

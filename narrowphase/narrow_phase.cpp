@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/parallel.h>
 #include <selvedge/narrowphase/ccd_exact.h>
+#include <selvedge/narrowphase/ccd_methods.h>
 #include <selvedge/narrowphase/detail/contact_geometry.h>
 #include <selvedge/narrowphase/narrow_phase.h>
 
@@ -62,6 +63,9 @@ bool NarrowPhase::collides(const Query& query, double& toi) const {
 
 NarrowPhaseRegistry narrow_phases() {
   NarrowPhaseRegistry registry;
+  registry["ccd_cubic"] = make_ccd_cubic;
+  registry["ccd_cubic_bridson"] = make_ccd_cubic_bridson;
+  registry["ccd_cubic_provot"] = make_ccd_cubic_provot;
   registry["ccd_exact"] = [](const NarrowPhaseConfig&) { return make_ccd_exact(); };
   return registry;
 }

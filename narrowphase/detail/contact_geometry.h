@@ -19,6 +19,10 @@ double extent(const std::array<Vec3, 4>& x);
 /// sum of weight[k] x[k]; the weights have the sum 0, so that differences keep their digits.
 Vec3 weighted_difference(const std::array<double, 4>& weight, const std::array<Vec3, 4>& x);
 
+/// The query moved to its first vertex and scaled by 2^-exponent to size about 1, so that products
+/// of its coordinates neither over- nor underflow.
+Query scaled_query(const Query& query, int& exponent);
+
 /// Fills weight, normal, gap and toi of a contact found at `toi`; vertex and kind are left alone.
 ///
 /// The normal is common_normal at toi. Where that lies across the approach (in-plane contact,

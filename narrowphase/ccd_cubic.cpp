@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/narrowphase/ccd_methods.h>
+#include <selvedge/narrowphase/detail/cubic_solver.h>
+#include <selvedge/narrowphase/detail/method_config.h>
+#include <selvedge/narrowphase/detail/moving_differences.h>
+#include <selvedge/narrowphase/detail/per_query.h>
+
+// Continuous collision of straight vertex paths after X. Provot, "Collision and self-collision
+// handling in cloth model dedicated to design garments", 1997: the vertices must be coplanar, a
+// cubic in t; at each of its roots in [0, 1], in ascending order, the primitives must meet. In
+// plain doubles, without error bounds or tolerances: the naive solver as the baseline.
+//
+// Misses: touchings that rounding turns into near misses (at the ends of the step, at double roots,
+// at the border of a primitive), primitives that meet inside the step while all vertices stay
+// coplanar (only t = 0 and t = 1 are looked at), parallel edges, triangles without area and edges
+// without length. False alarms: near misses within rounding, next to degenerate primitives more.
+
+namespace selvedge {
+namespace {
+
+using narrowphase_detail::MovingDifferences;
+
+/// Sums of the coefficients' moduli within these bounds come from differences whose products of
+/// four, as the inside test forms them, neither overflow nor underflow (unless they differ from
+/// each other by more than 2^200).
+constexpr double kLeastSum = 0x1p-600, kLargestSum = 0x1p600;
+
+class CubicRule {
+ public:
+  double time(const Query& query) const {
+    const MovingDifferences d(query);
+    const std::array<double, 4> c = narrowphase_detail::coplanarity_coefficients(d);
+    const double sum = std::abs(c[0]) + std::abs(c[1]) + std::abs(c[2]) + std::abs(c[3]);
+    if (sum > kLeastSum && sum < kLargestSum) return first_time(query.kind, d, c);
+    int exponent = 0;
+    const MovingDifferences near_1 = narrowphase_detail::differences_in_range(query, exponent);
+    return first_time(query.kind, near_1, narrowphase_detail::coplanarity_coefficients(near_1));
+  }
+
+  NarrowPhaseTraits traits() const {
+    return {.source =
+                "X. Provot, Collision and self-collision handling in cloth model dedicated to "
+                "design garments, 1997; in plain doubles without tolerances",
+            .limits =
+                "Misses touchings and near-degenerate cases within rounding, and contact that "
+                "begins inside the step while all vertices stay in one plane."};
+  }
+
+ private:
+  static double first_time(ContactKind kind, const MovingDifferences& d,
+                           const std::array<double, 4>& c) {
+    CubicRootEstimates roots;
+    narrowphase_detail::estimate_roots(c, 0.0, roots);
+    for (int i = 0; i < roots.count; ++i)
+      if (narrowphase_detail::meet(kind, d.at(roots.t[i]), 0.0)) return roots.t[i];
+    return kNoCollision;
+  }
+};
+
+}  // namespace
+
+std::unique_ptr<NarrowPhase> make_ccd_cubic(const NarrowPhaseConfig& config) {
+  narrowphase_detail::refuse_min_separation(config, "ccd_cubic");
+  return narrowphase_detail::per_query(CubicRule());
+}
+
+}  // namespace selvedge

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/narrowphase/ccd_methods.h>
+#include <selvedge/narrowphase/detail/cubic_solver.h>
+#include <selvedge/narrowphase/detail/method_config.h>
+#include <selvedge/narrowphase/detail/moving_differences.h>
+#include <selvedge/narrowphase/detail/per_query.h>
+
+// [Bridson2002] R. Bridson, R. Fedkiw, J. Anderson, "Robust treatment of collisions, contact and
+// friction for cloth animation", 2002: at each root of the coplanarity cubic in ascending order,
+// and at the end of the step, the primitives collide if they are nearer than a tolerance.
+//
+// Deviations: nearness is the distance of the closest points, exact also for degenerate triangles
+// and parallel edges, where the paper clamps barycentric coordinates. Ends of the step and
+// stationary points at which the cubic is zero within rounding count as roots.
+//
+// Misses: contact that begins and ends inside the step while all vertices stay coplanar, and roots
+// that rounding moves by more than the tolerance. False alarms: primitives apart by up to the
+// tolerance at a root or at the end of the step.
+
+namespace selvedge {
+namespace {
+
+using narrowphase_detail::Differences;
+using narrowphase_detail::MovingDifferences;
+
+/// Metres: the paper's 10 nm.
+constexpr double kOwnTolerance = 1e-8;
+
+class BridsonRule {
+ public:
+  explicit BridsonRule(double tolerance) : tolerance_(tolerance) {}
+
+  double time(const Query& query) const {
+    int exponent = 0;
+    const MovingDifferences d = narrowphase_detail::differences_in_range(query, exponent);
+    const double reach = exponent == 0 ? tolerance_ : std::ldexp(tolerance_, -exponent);
+    CubicRootEstimates roots;
+    narrowphase_detail::estimate_roots(narrowphase_detail::coplanarity_coefficients(d),
+                                       narrowphase_detail::coplanarity_error(d), roots);
+    for (int i = 0; i < roots.count; ++i)
+      if (narrowphase_detail::nearer(query.kind, d.at(roots.t[i]), reach)) return roots.t[i];
+    return narrowphase_detail::nearer(query.kind, d.at(1.0), reach) ? 1.0 : kNoCollision;
+  }
+
+  NarrowPhaseTraits traits() const {
+    return {.source =
+                "R. Bridson, R. Fedkiw, J. Anderson, Robust treatment of collisions, contact and "
+                "friction for cloth animation, 2002",
+            .limits =
+                "Misses contact that begins and ends inside the step while all vertices stay in "
+                "one plane, and reports primitives that come within the tolerance."};
+  }
+
+ private:
+  double tolerance_;
+};
+
+}  // namespace
+
+std::unique_ptr<NarrowPhase> make_ccd_cubic_bridson(const NarrowPhaseConfig& config) {
+  constexpr const char* kName = "ccd_cubic_bridson";
+  narrowphase_detail::refuse_min_separation(config, kName);
+  return narrowphase_detail::per_query(
+      BridsonRule(narrowphase_detail::tolerance_or(config, kOwnTolerance, kName)));
+}
+
+}  // namespace selvedge

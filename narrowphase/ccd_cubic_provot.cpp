@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/narrowphase/ccd_methods.h>
+#include <selvedge/narrowphase/detail/cubic_solver.h>
+#include <selvedge/narrowphase/detail/method_config.h>
+#include <selvedge/narrowphase/detail/moving_differences.h>
+#include <selvedge/narrowphase/detail/per_query.h>
+
+// [Provot1997] X. Provot, "Collision and self-collision handling in cloth model dedicated to design
+// garments", 1997, with the tolerance that implementations give its inside test: at a root of the
+// coplanarity cubic the primitives count as meeting if the barycentric coordinates (edges: the
+// parameters) lie in [-tolerance, 1 + tolerance].
+//
+// Deviations: ends of the step and stationary points at which the cubic is zero within rounding
+// count as roots, so that touchings at t = 0, t = 1 and double roots are seen. Erratum of the
+// survey's form, eq. (41): its second line is V_ij = V_j - V_i.
+//
+// Misses: contact that begins inside the step while all vertices stay coplanar, parallel edges,
+// triangles without area, edges without length. False alarms: the primitives may be apart by the
+// tolerance times their size.
+
+namespace selvedge {
+namespace {
+
+using narrowphase_detail::MovingDifferences;
+
+/// Dimensionless. A thousandth of a millimetre on a mesh of metres, and above the rounding error of
+/// the barycentric coordinates down to angles of 1e-5 in the triangle (between the edges).
+constexpr double kOwnTolerance = 1e-6;
+
+class ProvotRule {
+ public:
+  explicit ProvotRule(double tolerance) : tolerance_(tolerance) {}
+
+  double time(const Query& query) const {
+    int exponent = 0;
+    const MovingDifferences d = narrowphase_detail::differences_in_range(query, exponent);
+    CubicRootEstimates roots;
+    narrowphase_detail::estimate_roots(narrowphase_detail::coplanarity_coefficients(d),
+                                       narrowphase_detail::coplanarity_error(d), roots);
+    for (int i = 0; i < roots.count; ++i)
+      if (narrowphase_detail::meet(query.kind, d.at(roots.t[i]), tolerance_)) return roots.t[i];
+    return kNoCollision;
+  }
+
+  NarrowPhaseTraits traits() const {
+    return {.source =
+                "X. Provot, Collision and self-collision handling in cloth model dedicated to "
+                "design garments, 1997; with a tolerance on the barycentric coordinates",
+            .limits =
+                "Misses contact of parallel edges and degenerate triangles, and contact that "
+                "begins inside the step while all vertices stay in one plane."};
+  }
+
+ private:
+  double tolerance_;
+};
+
+}  // namespace
+
+std::unique_ptr<NarrowPhase> make_ccd_cubic_provot(const NarrowPhaseConfig& config) {
+  constexpr const char* kName = "ccd_cubic_provot";
+  narrowphase_detail::refuse_min_separation(config, kName);
+  return narrowphase_detail::per_query(
+      ProvotRule(narrowphase_detail::tolerance_or(config, kOwnTolerance, kName)));
+}
+
+}  // namespace selvedge

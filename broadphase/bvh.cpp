@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/broad_phase.h>
 #include <selvedge/broadphase/detail/bounding_volume_tree.h>
+#include <selvedge/broadphase/detail/bvh.h>
 #include <selvedge/broadphase/detail/collect_pairs.h>
 #include <selvedge/broadphase/detail/surface_check.h>
 #include <selvedge/broadphase/detail/traverse.h>
@@ -59,7 +60,8 @@ double size_of(const detail::Bounds& b) { return std::max(0.0, (b.hi - b.lo).max
 
 class Bvh final : public BroadPhase {
  public:
-  explicit Bvh(const BvhConfig& config) : config_(config) {
+  explicit Bvh(const BvhConfig& config, std::unique_ptr<detail::SelfCull> cull = nullptr)
+      : config_(config), cull_(std::move(cull)) {
     if (!(config.rebuild_looseness > 1.0))
       throw std::invalid_argument("bvh: rebuild_looseness must be greater than 1, not " +
                                   std::to_string(config.rebuild_looseness));
@@ -96,7 +98,7 @@ class Bvh final : public BroadPhase {
     place_origin(tree.bounds, 0.0);
     fit(tree, a);
     const Stopwatch watch;
-    find({tree.tree, tree.tree, a, a, true}, out);
+    find({tree.tree, tree.tree, a, a, true, mark_self(tree.tree, a)}, out);
     collector_.collect(parts_, &detail::FoundPairs::point_triangle, a.x_t0.size(),
                        a.triangles.size(), out.point_triangle);
     collector_.collect(parts_, &detail::FoundPairs::edge_edge, a.edges.size(), a.edges.size(),
@@ -106,6 +108,7 @@ class Bvh final : public BroadPhase {
   }
 
   BroadPhaseTraits traits() const override {
+    if (cull_) return cull_->traits();
     return {.source =
                 "tree of axis-aligned boxes over swept triangles with owned vertices and "
                 "edges; S. Curtis, R. Tamstorf, D. Manocha, Fast collision detection for "
@@ -114,7 +117,7 @@ class Bvh final : public BroadPhase {
 
   BroadPhaseCost last_cost() const override {
     BroadPhaseCost cost = cost_;
-    cost.bytes = collector_.bytes() + scratch_.bytes();
+    cost.bytes = collector_.bytes() + scratch_.bytes() + (cull_ ? cull_->bytes() : 0);
     for (const KeptTree& kept : kept_) cost.bytes += kept.tree.bytes();
     for (const detail::FoundPairs& part : parts_) cost.bytes += part.bytes();
     return cost;
@@ -192,6 +195,15 @@ class Bvh final : public BroadPhase {
     kept.origin = origin_;
   }
 
+  /// What the cull lets the traversal skip; null if there is no cull.
+  const detail::SelfSkip* mark_self(const BoundingVolumeTree& tree, const SurfaceView& surface) {
+    if (!cull_ || tree.empty()) return nullptr;
+    skip_.nodes.assign(tree.node_count(), 0);
+    skip_.leaves.assign(tree.leaf_count(), 0);
+    cull_->mark(tree, surface, skip_);
+    return &skip_;
+  }
+
   /// Fills parts_; clears `out` if they are too much.
   void find(const detail::TraversalInput& input, CandidatePairs& out) {
     detail::PairTally tally(budget(), detail::PairBuffer::kBytesPerPair);
@@ -210,6 +222,7 @@ class Bvh final : public BroadPhase {
   void fill_parts(const detail::TraversalInput& input) {
     stacks_.resize(kParts);
     if (input.tree_a.empty() || input.tree_b.empty()) return;
+    if (input.skip && input.skip->skips(input.tree_a.root())) return;
     pairs_.assign(1, {input.tree_a.root(), input.tree_b.root()});
     for (bool growing = true; growing && pairs_.size() < kParts;) {
       growing = false;
@@ -230,6 +243,8 @@ class Bvh final : public BroadPhase {
   }
 
   BvhConfig config_;
+  std::unique_ptr<detail::SelfCull> cull_;
+  detail::SelfSkip skip_;
   detail::TraversalKernel kernel_;
   std::array<KeptTree, kKeptTrees> kept_;
   detail::TreeScratch scratch_;
@@ -246,6 +261,11 @@ class Bvh final : public BroadPhase {
 
 std::unique_ptr<BroadPhase> make_bvh_aabb(const BvhConfig& config) {
   return std::make_unique<Bvh>(config);
+}
+
+std::unique_ptr<BroadPhase> detail::make_bvh_aabb(const BvhConfig& config,
+                                                  std::unique_ptr<SelfCull> cull) {
+  return std::make_unique<Bvh>(config, std::move(cull));
 }
 
 }  // namespace selvedge

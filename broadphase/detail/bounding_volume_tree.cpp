@@ -450,6 +450,7 @@ void BoundingVolumeTree::build(const SurfaceView& surface, const Vec3& origin,
   fit_nodes();
   built_ratio_ = measure_looseness();
   looseness_ = 1.0;
+  ++version_;
 }
 
 void BoundingVolumeTree::split_items(TreeScratch& scratch) {

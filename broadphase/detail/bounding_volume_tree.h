@@ -106,7 +106,10 @@ class BoundingVolumeTree {
   std::size_t vertex_count() const { return vertex_count_; }
   std::size_t edge_count() const { return topology_edges_.size(); }
   std::size_t triangle_count() const { return topology_triangles_.size(); }
+  std::size_t node_count() const { return nodes_.size(); }
   std::size_t leaf_count() const { return leaves_.size(); }
+  /// Changes whenever nodes and leaves are made anew; a refit keeps it. Never 0 for a built tree.
+  std::uint64_t version() const { return version_; }
   /// Memory held.
   std::size_t bytes() const;
 
@@ -145,6 +148,7 @@ class BoundingVolumeTree {
   std::vector<TriangleBlock> triangles_;
   double built_ratio_ = 1.0;
   double looseness_ = 1.0;
+  std::uint64_t version_ = 0;
 };
 
 }  // namespace selvedge::detail

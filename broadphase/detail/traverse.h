@@ -15,6 +15,15 @@ struct TreePair {
   std::int32_t a, b;
 };
 
+/// Subtrees that need no test against themselves: no two primitives that both belong to triangles
+/// below such a node or leaf can touch during the step, but for those that share a vertex. Against
+/// the rest of the tree they are tested as ever.
+struct SelfSkip {
+  std::vector<std::uint8_t> nodes, leaves;  ///< by index: 1 to skip; as many as the tree has
+
+  bool skips(std::int32_t child) const { return (child < 0 ? leaves[~child] : nodes[child]) != 0; }
+};
+
 /// Two trees and the views they were fitted to; `self` if they are one and the same.
 struct TraversalInput {
   const BoundingVolumeTree& tree_a;
@@ -22,6 +31,7 @@ struct TraversalInput {
   const SurfaceView& surface_a;
   const SurfaceView& surface_b;
   bool self;
+  const SelfSkip* skip = nullptr;  ///< for self only
 };
 
 /// One traversal kernel, compiled for one vector width.

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/broadphase/broad_phase.h>
+#include <selvedge/broadphase/detail/traverse.h>
+
+namespace selvedge::detail {
+
+/// A cull of self-pairs on top of a tree, asked once per call of find_self_pairs.
+class SelfCull {
+ public:
+  virtual ~SelfCull() = default;
+
+  /// Marks the subtrees that need no test against themselves; `skip` comes with all marks 0. The
+  /// tree is fitted to `surface`; its shape has changed since the last call if its version has, or
+  /// if it is another tree.
+  virtual void mark(const BoundingVolumeTree& tree, const SurfaceView& surface, SelfSkip& skip) = 0;
+  virtual BroadPhaseTraits traits() const = 0;
+  /// Memory kept between calls.
+  virtual std::size_t bytes() const { return 0; }
+};
+
+/// The tree of axis-aligned boxes with a cull of self-pairs on top: reports the pairs of
+/// make_bvh_aabb less those that the cull lets it skip. The time of the cull counts as query.
+std::unique_ptr<BroadPhase> make_bvh_aabb(const BvhConfig& config, std::unique_ptr<SelfCull> cull);
+
+}  // namespace selvedge::detail

@@ -190,7 +190,7 @@ class BoxPairDetector final : public BroadPhase {
   /// Empties the parts and fills them.
   template <class Fill>
   void find(Fill fill) {
-    for (FoundPairs& part : parts_) part.clear();
+    for (FoundPairs& part : parts_) part.start(nullptr);
     fill();
   }
 

@@ -6,6 +6,7 @@
 #include <new>
 #include <stdexcept>
 
+#include "command_ccd.h"
 #include "command_check.h"
 #include "command_list.h"
 #include "command_render.h"
@@ -28,6 +29,7 @@ int run_command_line(int argc, char** argv) {
   int exit_code = 0;
   add_command_run(app, exit_code);
   add_command_check(app, exit_code);
+  add_command_ccd(app, exit_code);
   add_command_render(app, exit_code);
   add_command_list(app, exit_code);
   try {

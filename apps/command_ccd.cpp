@@ -1,0 +1,319 @@
+// SPDX-License-Identifier: MIT
+#include "command_ccd.h"
+
+#include <fmt/format.h>
+#include <selvedge/apps/detail/method_choice.h>
+#include <selvedge/apps/score_queries.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "methods.h"
+
+namespace {
+
+using namespace selvedge;
+using Json = nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+struct CcdOptions {
+  std::vector<std::string> files, narrow_phase{"all"};
+  std::string kind, merge;
+  NarrowPhaseConfig config;
+  int repeats = 5;
+  bool json = false;
+};
+
+/// A query file and the family that it is merged into.
+struct QueryFile {
+  fs::path file;
+  std::string family;
+};
+
+/// Queries that are reported in one line.
+struct NamedQueries {
+  std::string name;
+  QuerySet set;
+  bool times_from_file = true;
+};
+
+// -- files ----------------------------------------------------------------------------------------
+
+bool is_query_file(const fs::path& file) {
+  const std::string name = file.filename().string();
+  return name.ends_with(".csv") && !name.ends_with(".toi.csv");
+}
+
+/// The first folder of `below` that is not named after a kind, else the folder that was given.
+std::string family_of(const fs::path& folder, const fs::path& below) {
+  for (const fs::path& part : below.parent_path())
+    if (!query_kind_of(fs::path("/") / part)) return part.string();
+  const fs::path given = fs::absolute(folder).lexically_normal();
+  return (given.has_filename() ? given : given.parent_path()).filename().string();
+}
+
+void append_folder(const fs::path& folder, std::vector<QueryFile>& files) {
+  const std::size_t before = files.size();
+  std::error_code error;
+  for (fs::recursive_directory_iterator at(folder, error), end; !error && at != end;
+       at.increment(error))
+    if (at->is_regular_file(error) && is_query_file(at->path()))
+      files.push_back({at->path(), family_of(folder, at->path().lexically_relative(folder))});
+  if (error) throw std::invalid_argument(folder.string() + ": cannot be read: " + error.message());
+  if (files.size() == before)
+    throw std::invalid_argument(folder.string() + ": holds no query file (*.csv)");
+  std::sort(files.begin() + static_cast<std::ptrdiff_t>(before), files.end(),
+            [](const QueryFile& a, const QueryFile& b) { return a.file < b.file; });
+}
+
+std::vector<QueryFile> query_files(const std::vector<std::string>& names) {
+  std::vector<QueryFile> files;
+  for (const std::string& name : names) {
+    std::error_code ignored;  // what cannot be looked at cannot be read either, and then says so
+    if (fs::is_directory(name, ignored))
+      append_folder(name, files);
+    else
+      files.push_back({name, family_of(fs::path(name).parent_path() / ".", "")});
+  }
+  return files;
+}
+
+std::optional<ContactKind> kind_option(const std::string& kind) {
+  if (kind.empty()) return {};
+  return kind == "edge_edge" ? ContactKind::edge_edge : ContactKind::point_triangle;
+}
+
+QuerySet read(const fs::path& file, const CcdOptions& o) {
+  QuerySet set;
+  try {
+    set = read_queries(file, kind_option(o.kind));
+  } catch (const std::invalid_argument& error) {
+    const std::string sentence = error.what();
+    if (!o.kind.empty() || query_kind_of(file) ||
+        sentence.find("say point_triangle") == sentence.npos)
+      throw;
+    throw std::invalid_argument(file.string() +
+                                ": neither its name nor a folder's says what the queries are; give "
+                                "--kind point_triangle or --kind edge_edge");
+  }
+  for (const std::string& remark : set.remarks) fmt::print(stderr, "note: {}\n", remark);
+  return set;
+}
+
+template <class T>
+void append(std::vector<T>& to, const std::vector<T>& from) {
+  to.insert(to.end(), from.begin(), from.end());
+}
+
+/// Adds to the queries of that name and kind, or as new ones.
+void merge(NamedQueries&& more, std::vector<NamedQueries>& all) {
+  for (NamedQueries& queries : all) {
+    if (queries.name != more.name || queries.set.kind != more.set.kind) continue;
+    append(queries.set.queries, more.set.queries);
+    append(queries.set.truth, more.set.truth);
+    append(queries.set.toi, more.set.toi);
+    queries.times_from_file = queries.times_from_file && more.times_from_file;
+    return;
+  }
+  all.push_back(std::move(more));
+}
+
+std::string name_of(const QueryFile& file, const std::string& merge) {
+  if (merge == "family") return file.family;
+  return merge == "kind" ? "all" : file.file.string();
+}
+
+std::vector<NamedQueries> read_all(const CcdOptions& o) {
+  std::vector<NamedQueries> all;
+  for (const QueryFile& file : query_files(o.files)) {
+    NamedQueries queries{name_of(file, o.merge), read(file.file, o)};
+    queries.times_from_file = !complete_times(queries.set);
+    if (o.merge.empty())
+      all.push_back(std::move(queries));
+    else
+      merge(std::move(queries), all);
+  }
+  return all;
+}
+
+// -- results --------------------------------------------------------------------------------------
+
+struct Row {
+  const NamedQueries* queries;
+  std::string method;
+  QueryScore score;
+};
+
+/// A method that does not serve some queries, or none.
+struct Skipped {
+  std::string method, file, why;
+};
+
+struct Results {
+  std::vector<Row> rows;
+  std::vector<Skipped> skipped;
+};
+
+template <class T>
+Json number(const std::optional<T>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+
+Json to_json(const Row& row) {
+  const QueryScore& s = row.score;
+  return {{"file", row.queries->name},
+          {"kind", query_kind_name(row.queries->set.kind)},
+          {"narrow_phase", row.method},
+          {"queries", s.queries},
+          {"positives", s.positives},
+          {"misses", s.misses},
+          {"false_alarms", s.false_alarms},
+          {"late_toi", number(s.late_toi)},
+          {"max_toi_error", number(s.max_toi_error)},
+          {"mean_us", number(s.mean_us)},
+          {"median_us", number(s.median_us)},
+          {"p99_us", number(s.p99_us)},
+          {"max_us", number(s.max_us)},
+          {"toi_from", row.queries->times_from_file ? "file" : "ccd_exact"},
+          {"first_miss", number(s.first_miss)},
+          {"first_false_alarm", number(s.first_false_alarm)},
+          {"slowest", number(s.slowest)}};
+}
+
+void print_json(const Results& results) {
+  Json rows = Json::array(), skipped = Json::array();
+  for (const Row& row : results.rows) rows.push_back(to_json(row));
+  for (const Skipped& s : results.skipped)
+    skipped.push_back({{"narrow_phase", s.method}, {"file", s.file}, {"why", s.why}});
+  fmt::print("{}\n", Json{{"results", rows}, {"skipped", skipped}}.dump(2));
+}
+
+std::string shown(const std::optional<double>& value, const char* format) {
+  return value ? fmt::format(fmt::runtime(format), *value) : "-";
+}
+
+void print_table(const Results& results) {
+  const NamedQueries* last = nullptr;
+  for (const Row& row : results.rows) {
+    const QueryScore& s = row.score;
+    if (row.queries != last)
+      fmt::print(
+          "{}{}: {} {} queries, {} collide{}\n{:<24}{:>8}{:>8}{:>8}{:>11}{:>11}{:>11}{:>11}"
+          "{:>11}\n",
+          last ? "\n" : "", row.queries->name, s.queries, query_kind_name(row.queries->set.kind),
+          s.positives, row.queries->times_from_file ? "" : "; their times as ccd_exact finds them",
+          "", "misses", "false", "late", "time off", "mean us", "median us", "99 % us", "max us");
+    last = row.queries;
+    fmt::print("{:<24}{:>8}{:>8}{:>8}{:>11}{:>11}{:>11}{:>11}{:>11}\n", row.method, s.misses,
+               s.false_alarms, s.late_toi ? std::to_string(*s.late_toi) : "-",
+               shown(s.max_toi_error, "{:.2g}"), shown(s.mean_us, "{:.4f}"),
+               shown(s.median_us, "{:.4f}"), shown(s.p99_us, "{:.4f}"), shown(s.max_us, "{:.3f}"));
+  }
+  for (const Skipped& s : results.skipped)
+    fmt::print(stderr, "note: {} left out{}: {}\n", s.method,
+               s.file.empty() ? "" : " for " + s.file, s.why);
+}
+
+/// The method, or none if it refuses what it is told and every method was asked for.
+std::unique_ptr<NarrowPhase> make(const std::string& name, const MethodChoice& choice,
+                                  const NarrowPhaseRegistry& registry,
+                                  const NarrowPhaseConfig& config, Results& results) {
+  try {
+    return registry.at(name)(config);
+  } catch (const std::invalid_argument& error) {
+    if (!choice.all) throw std::invalid_argument(name + ": " + error.what());
+    results.skipped.push_back({name, "", error.what()});
+    return nullptr;
+  }
+}
+
+Results score_all(const std::vector<NamedQueries>& all, const MethodChoice& choice,
+                  const NarrowPhaseRegistry& registry, const CcdOptions& o) {
+  Results results;
+  std::vector<std::pair<std::string, std::unique_ptr<NarrowPhase>>> methods;
+  for (const std::string& name : choice.names)
+    if (auto method = make(name, choice, registry, o.config, results))
+      methods.emplace_back(name, std::move(method));
+  for (const NamedQueries& queries : all)
+    for (const auto& [name, method] : methods) try {
+        results.rows.push_back({&queries, name, score_queries(*method, queries.set, o.repeats)});
+      } catch (const std::invalid_argument& error) {  // a method for the other kind only
+        results.skipped.push_back({name, queries.name, error.what()});
+      }
+  if (results.rows.empty() && !results.skipped.empty())
+    throw std::invalid_argument(results.skipped.front().method + ": " +
+                                results.skipped.front().why);
+  return results;
+}
+
+void run_command(const CcdOptions& o) {
+  const NarrowPhaseRegistry registry = methods_of_this_build().narrow_phases;
+  const MethodChoice choice = choose_methods(o.narrow_phase, registry, "--narrow-phase");
+  const std::vector<NamedQueries> all = read_all(o);
+  const Results results = score_all(all, choice, registry, o);
+  if (o.json)
+    print_json(results);
+  else
+    print_table(results);
+}
+
+}  // namespace
+
+void add_command_ccd(CLI::App& app, int& exit_code) {
+  const auto o = std::make_shared<CcdOptions>();
+  CLI::App* command = app.add_subcommand(
+      "ccd", "Narrow phases on queries with known answers: misses, false alarms, time");
+  command
+      ->add_option(
+          "QUERIES", o->files,
+          "Query files (eight rows a query: x_num,x_den,y_num,y_den,z_num,z_den,truth), or "
+          "folders of them; X.toi.csv beside X.csv gives the times")
+      ->required();
+  command
+      ->add_option("--narrow-phase", o->narrow_phase,
+                   "Names, parted by commas, or all (the default); see selvedge list")
+      ->delimiter(',');
+  command
+      ->add_option("--kind", o->kind,
+                   "What all queries are; needed where neither file names nor folders say it")
+      ->check(CLI::IsMember({"point_triangle", "edge_edge"}));
+  command
+      ->add_option("--merge", o->merge,
+                   "One result for each kind and family (folder below the one that is given), or "
+                   "for each kind, instead of each file")
+      ->check(CLI::IsMember({"family", "kind"}));
+  command->add_option("--tolerance", o->config.tolerance,
+                      "For methods that have one, in their own unit; negative: theirs");
+  command
+      ->add_option("--min-separation", o->config.min_separation,
+                   "Metres; nearer counts as colliding. The answers in the files are for 0, so "
+                   "that earlier stops count as false alarms")
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--repeats", o->repeats, "Of each measurement (default 5); 0: verdicts only")
+      ->check(CLI::Range(0, 1000));
+  command->add_flag("--json", o->json, "Print JSON");
+  command->footer(
+      "Times are of one thread. Mean: calls with all queries at once, warm, median of the "
+      "repeats.\n"
+      "Median, 99 % and max: over single queries, each asked 32 times in one call (once if it "
+      "takes\n"
+      "more than 50 us), the least of the repeats, so that interruptions do not count.\n"
+      "Late: times later than the true one. Time off: largest distance from the enclosure of the\n"
+      "true time, as a part of the step. Where no X.toi.csv tells the times, ccd_exact's are "
+      "taken.\n"
+      "Exit code: 0 done, 2 bad input.");
+  command->callback([o, &exit_code] {
+    run_command(*o);
+    exit_code = 0;
+  });
+}

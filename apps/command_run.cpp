@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 #include <selvedge/apps/detail/progress_bar.h>
+#include <selvedge/apps/detail/record_queries.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/scene/run.h>
 
@@ -30,6 +31,7 @@ struct RunOptions {
   int threads = 0;
   std::vector<std::string> set;
   bool resume = false, every_step = false, json = false, no_picture = false;
+  QueryRecorderConfig record;
 };
 
 /// Ctrl-C and SIGTERM ask the run to end after the frame in work; a second one ends it at once. A
@@ -100,9 +102,10 @@ void print_file(const std::filesystem::path& file) {
 }
 
 int run_command(const RunOptions& options) {
-  const Methods methods = methods_of_this_build();
+  Methods methods = methods_of_this_build();
   const Scene scene = read_scene(options.scene, read_overrides(options.set), methods);
   const ThreadLimit limit(options.threads);
+  RecordedRun recording(options.record, methods);
   const StopOnSignal stop;
   ProgressBar bar("frame", scene.time.frames);
   RunConfig config;
@@ -126,6 +129,7 @@ int run_command(const RunOptions& options) {
   };
   const RunResult result = run_scene(scene, config);
   bar.clear();
+  recording.write();
   const int last = result.frames - 1;
   if (!options.no_picture && last != last_drawn) draw(scene, config.out, last);
   if (options.json)
@@ -148,6 +152,7 @@ void add_command_run(CLI::App& app, int& exit_code) {
       ->allow_extra_args(false);
   command->add_flag("--resume", options->resume, "Go on from the checkpoint in the result folder");
   command->add_flag("--every-step", options->every_step, "Also write every accepted state");
+  add_record_options(*command, options->record);
   command->add_flag("--json", options->json, "Print result.json");
   command->add_flag("--no-picture", options->no_picture, "Draw no pictures");
   command->callback([options, &exit_code] { exit_code = run_command(*options); });

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/detail/collect_pairs.h>
+#include <selvedge/broadphase/detail/sort_rows.h>
 #include <selvedge/core/parallel.h>
 
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <limits>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -13,10 +15,15 @@
 namespace selvedge::detail {
 namespace {
 
-constexpr std::size_t kBuckets = 128;    // more would not fit the cache lines that are written
+// A bucket is a range of first indices. More would not fit the cache lines that are written at the
+// same time.
+constexpr std::size_t kBuckets = 128;
+// So many are still better than short keys that do not fit 32 bits.
+constexpr std::size_t kMostBuckets = 1024;
 constexpr std::size_t kFewPairs = 1024;  // below, plain sorting is quicker
 constexpr int kDigitBits = 9;            // 512 counters of four bytes: half of a first-level cache
 constexpr std::size_t kDigitValues = std::size_t{1} << kDigitBits;
+constexpr std::uint32_t kVeryLongRow = 1024;  // from here on sorting by digits is quicker
 
 std::uint32_t first_of(std::uint64_t key) { return static_cast<std::uint32_t>(key >> 32); }
 
@@ -27,62 +34,82 @@ Pair pair_of(std::uint64_t key) {
 
 /// How a pair of one bucket becomes a short key: (first - base) << second_bits | second.
 struct ShortKeys {
-  std::uint32_t base;
-  int second_bits, bits;
+  int shift, second_bits;
+
+  ShortKeys(std::size_t firsts, std::size_t seconds)
+      : shift(static_cast<int>(std::bit_width((std::max<std::size_t>(firsts, 1) - 1) / kBuckets))),
+        second_bits(static_cast<int>(std::bit_width(seconds))) {
+    while (!fits_32_bits() && shift > 0 && firsts >> (shift - 1) < kMostBuckets) --shift;
+  }
+  bool fits_32_bits() const { return shift + second_bits <= 32; }
+  std::size_t rows() const { return std::size_t{1} << shift; }
+  std::size_t bucket(std::uint64_t key) const { return first_of(key) >> shift; }
 
   template <class Key>
   Key pack(std::uint64_t key) const {
-    return static_cast<Key>(static_cast<Key>(first_of(key) - base) << second_bits |
-                            static_cast<std::uint32_t>(key));
+    const Key row = first_of(key) & ((1u << shift) - 1u);
+    return static_cast<Key>(row << second_bits | static_cast<std::uint32_t>(key));
   }
-  template <class Pair, class Key>
-  Pair unpack(Key key) const {
-    const Key mask = (Key{1} << second_bits) - 1;
-    return {static_cast<std::int32_t>(base + static_cast<std::uint32_t>(key >> second_bits)),
-            static_cast<std::int32_t>(key & mask)};
+  template <class Key>
+  std::size_t row(Key key) const {
+    return static_cast<std::size_t>(key >> second_bits);
+  }
+  template <class Key>
+  std::uint32_t second(Key key) const {
+    return static_cast<std::uint32_t>(key & ((Key{1} << second_bits) - 1));
   }
 };
 
-/// Sorts one bucket by its short keys, lowest digit first. `scratch` holds 2·n keys.
-template <int digits, class Key, class Pair>
-void sort_bucket(const std::uint64_t* found, std::size_t n, const ShortKeys& short_keys,
-                 Key* scratch, Pair* out) {
-  const auto digit = [](Key key, int d) {
-    return static_cast<std::size_t>(key >> (d * kDigitBits)) & (kDigitValues - 1);
-  };
-  std::array<std::array<std::uint32_t, kDigitValues>, digits> next;
-  for (auto& counts : next) counts.fill(0);
-  for (std::size_t i = 0; i < n; ++i) {
-    const Key key = short_keys.pack<Key>(found[i]);
-    for (int d = 0; d < digits; ++d) ++next[d][digit(key, d)];
-  }
-  for (int d = 0; d < digits; ++d) {
+/// Sorts by digits, lowest first. `scratch` has the size of the row.
+void sort_by_digits(std::span<std::uint32_t> row, int bits, std::uint32_t* scratch) {
+  std::uint32_t *from = row.data(), *to = scratch;
+  for (int shift = 0; shift < bits; shift += kDigitBits, std::swap(from, to)) {
+    const auto digit = [&](std::uint32_t value) { return value >> shift & (kDigitValues - 1); };
+    std::array<std::uint32_t, kDigitValues> next{};
+    for (std::size_t i = 0; i < row.size(); ++i) ++next[digit(from[i])];
     std::uint32_t sum = 0;
-    for (std::uint32_t& place : next[d]) sum += std::exchange(place, sum);
+    for (std::uint32_t& place : next) sum += std::exchange(place, sum);
+    for (std::size_t i = 0; i < row.size(); ++i) to[next[digit(from[i])]++] = from[i];
   }
-  Key *from = scratch, *to = scratch + n;
-  for (std::size_t i = 0; i < n; ++i) {
-    const Key key = short_keys.pack<Key>(found[i]);
-    from[next[0][digit(key, 0)]++] = key;
-  }
-  for (int d = 1; d + 1 < digits; ++d, std::swap(from, to))
-    for (std::size_t i = 0; i < n; ++i) to[next[d][digit(from[i], d)]++] = from[i];
-  for (std::size_t i = 0; i < n; ++i)
-    out[next[digits - 1][digit(from[i], digits - 1)]++] = short_keys.unpack<Pair>(from[i]);
+  if (from != row.data()) std::copy(from, from + row.size(), row.data());
 }
 
-/// The same with the number of digits that the keys need.
+/// Room for sorting one bucket after another.
+struct BucketScratch {
+  std::vector<std::uint32_t> begin, second, digits;
+};
+
+/// Sorts one bucket: its keys go to their rows, then each row is sorted.
 template <class Key, class Pair>
-void sort_bucket(const std::uint64_t* found, std::size_t n, const ShortKeys& short_keys,
-                 Key* scratch, Pair* out) {
-  if (short_keys.bits <= 2 * kDigitBits)
-    sort_bucket<2>(found, n, short_keys, scratch, out);
-  else if (short_keys.bits <= 3 * kDigitBits)
-    sort_bucket<3>(found, n, short_keys, scratch, out);
-  else if (short_keys.bits <= 4 * kDigitBits)
-    sort_bucket<4>(found, n, short_keys, scratch, out);
-  else if constexpr (sizeof(Key) > 4)  // Two indices of 31 bits, the first less 7 in common.
-    sort_bucket<7>(found, n, short_keys, scratch, out);
+void sort_bucket(std::span<const Key> keys, const ShortKeys& short_keys, std::int32_t base,
+                 SortRows<Pair> sort_rows, BucketScratch& scratch, Pair* out) {
+  const std::size_t rows = short_keys.rows();
+  std::vector<std::uint32_t>& begin = scratch.begin;
+  begin.assign(rows + 2, 0);
+  // begin[r + 2] counts row r, then begin[r + 1] is where its next number goes, then begin[r] is
+  // where it begins.
+  for (const Key key : keys) ++begin[short_keys.row(key) + 2];
+  for (std::size_t r = 2; r < rows + 2; ++r) begin[r] += begin[r - 1];
+  if (scratch.second.size() < keys.size() + kRowSlack)
+    scratch.second.resize(keys.size() + keys.size() / 2 + kRowSlack);
+  std::uint32_t* second = scratch.second.data();
+  for (const Key key : keys) second[begin[short_keys.row(key) + 1]++] = short_keys.second(key);
+  for (std::size_t r = 0; r < rows; ++r) {
+    const std::span<std::uint32_t> row(second + begin[r], begin[r + 1] - begin[r]);
+    if (row.size() >= kVeryLongRow) {
+      scratch.digits.resize(std::max(scratch.digits.size(), row.size()));
+      sort_by_digits(row, short_keys.second_bits, scratch.digits.data());
+    } else if (row.size() > kLongRow) {
+      std::sort(row.begin(), row.end());
+    }
+  }
+  sort_rows({begin.data(), rows, second, base}, out);
+}
+
+template <class Pair>
+SortRows<Pair> best_sort_rows() {
+  const SortRows<Pair> wide = sort_rows_wide<Pair>();
+  return wide ? wide : sort_rows_narrow<Pair>();
 }
 
 }  // namespace
@@ -101,64 +128,56 @@ void PairCollector::sort_into(const std::vector<FoundPairs>& parts, PairBuffer F
     std::sort(out.begin(), out.end());
     return;
   }
-  if (scratch_.size() < total) scratch_.resize(total);
+  if (ShortKeys(firsts, seconds).fits_32_bits())
+    sort_by_buckets(parts, list, firsts, seconds, scratch_, out);
+  else
+    sort_by_buckets(parts, list, firsts, seconds, long_scratch_, out);
+}
 
-  const int shift =
-      static_cast<int>(std::bit_width((std::max<std::size_t>(firsts, 1) - 1) / kBuckets));
-  const std::size_t buckets = (firsts >> shift) + 1;
+template <class Key, class Pair>
+void PairCollector::sort_by_buckets(const std::vector<FoundPairs>& parts,
+                                    PairBuffer FoundPairs::*list, std::size_t firsts,
+                                    std::size_t seconds, std::vector<Key>& scratch,
+                                    std::vector<Pair>& out) {
+  const ShortKeys keys(firsts, seconds);
+  const std::size_t buckets = (firsts >> keys.shift) + 1;
   // start[part·buckets + bucket], first how many, then where they go.
   std::vector<std::size_t> start(parts.size() * buckets, 0);
   parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) {
       const PairBuffer& found = parts[p].*list;
       std::size_t* count = start.data() + p * buckets;
-      for (std::size_t i = 0; i < found.size(); ++i) ++count[first_of(found.data()[i]) >> shift];
+      for (std::size_t i = 0; i < found.size(); ++i) ++count[keys.bucket(found.data()[i])];
     }
   });
   std::vector<std::size_t> bucket_begin(buckets + 1, 0);
   std::size_t sum = 0;
   for (std::size_t b = 0; b < buckets; ++b) {
     bucket_begin[b] = sum;
-    for (std::size_t p = 0; p < parts.size(); ++p) {
-      const std::size_t count = start[p * buckets + b];
-      start[p * buckets + b] = sum;
-      sum += count;
-    }
+    for (std::size_t p = 0; p < parts.size(); ++p) sum += std::exchange(start[p * buckets + b], sum);
     if (sum - bucket_begin[b] > std::numeric_limits<std::uint32_t>::max())
       throw std::length_error("broad phase: more than 2^32 pairs of " +
-                              std::to_string(std::size_t{1} << shift) + " primitives");
+                              std::to_string(keys.rows()) + " primitives");
   }
   bucket_begin[buckets] = sum;
+  if (scratch.size() < sum) scratch.resize(sum);
   parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) {
       const PairBuffer& found = parts[p].*list;
       std::size_t* next = start.data() + p * buckets;
       for (std::size_t i = 0; i < found.size(); ++i) {
         const std::uint64_t key = found.data()[i];
-        scratch_[next[first_of(key) >> shift]++] = key;
+        scratch[next[keys.bucket(key)]++] = keys.pack<Key>(key);
       }
     }
   });
-  const int second_bits = static_cast<int>(std::bit_width(seconds));
-  const ShortKeys all_keys{0, second_bits, second_bits + shift};
-  if (all_keys.bits <= 32 ? short_scratch_.size() < 2 * total : long_scratch_.size() < 2 * total) {
-    if (all_keys.bits <= 32)
-      short_scratch_.resize(2 * total);
-    else
-      long_scratch_.resize(2 * total);
-  }
+  const SortRows<Pair> sort_rows = best_sort_rows<Pair>();
   parallel_for(buckets, 1, [&](std::size_t begin, std::size_t end) {
-    ShortKeys keys = all_keys;
-    for (std::size_t b = begin; b < end; ++b) {
-      const std::size_t first = bucket_begin[b], n = bucket_begin[b + 1] - first;
-      keys.base = static_cast<std::uint32_t>(b << shift);
-      if (keys.bits <= 32)
-        sort_bucket(scratch_.data() + first, n, keys, short_scratch_.data() + 2 * first,
-                    out.data() + first);
-      else
-        sort_bucket(scratch_.data() + first, n, keys, long_scratch_.data() + 2 * first,
-                    out.data() + first);
-    }
+    thread_local BucketScratch room;
+    for (std::size_t b = begin; b < end; ++b)
+      sort_bucket<Key, Pair>({scratch.data() + bucket_begin[b], scratch.data() + bucket_begin[b + 1]},
+                             keys, static_cast<std::int32_t>(b << keys.shift), sort_rows, room,
+                             out.data() + bucket_begin[b]);
   });
 }
 

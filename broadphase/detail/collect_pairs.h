@@ -72,8 +72,8 @@ struct FoundPairs {
 };
 
 /// Gathers the lists of all parts into one sorted list. Sorting is by buckets of the first index,
-/// then by the digits of both within each bucket: linear in the number of pairs, threaded, the same
-/// list whatever the parts were.
+/// then by rows of one first index within each bucket: threaded, the same list whatever the parts
+/// were. No pair may be found twice.
 class PairCollector {
  public:
   /// `firsts` and `seconds` bound the first and second indices from above.
@@ -82,8 +82,8 @@ class PairCollector {
   void collect(const std::vector<FoundPairs>& parts, PairBuffer FoundPairs::*list,
                std::size_t firsts, std::size_t seconds, std::vector<EdgeEdgePair>& out);
   std::size_t bytes() const {
-    return (scratch_.capacity() + long_scratch_.capacity()) * sizeof(std::uint64_t) +
-           short_scratch_.capacity() * sizeof(std::uint32_t);
+    return scratch_.capacity() * sizeof(std::uint32_t) +
+           long_scratch_.capacity() * sizeof(std::uint64_t);
   }
 
  private:
@@ -91,8 +91,13 @@ class PairCollector {
   void sort_into(const std::vector<FoundPairs>& parts, PairBuffer FoundPairs::*list,
                  std::size_t firsts, std::size_t seconds, std::vector<Pair>& out);
 
-  std::vector<std::uint64_t> scratch_, long_scratch_;
-  std::vector<std::uint32_t> short_scratch_;
+  template <class Key, class Pair>
+  void sort_by_buckets(const std::vector<FoundPairs>& parts, PairBuffer FoundPairs::*list,
+                       std::size_t firsts, std::size_t seconds, std::vector<Key>& scratch,
+                       std::vector<Pair>& out);
+
+  std::vector<std::uint32_t> scratch_;
+  std::vector<std::uint64_t> long_scratch_;
 };
 
 }  // namespace selvedge::detail

@@ -34,6 +34,17 @@ struct TraversalInput {
   const SelfSkip* skip = nullptr;  ///< for self only
 };
 
+/// Which of eight boxes overlap a query.
+struct Hits {
+  unsigned closed;    ///< bit i: the closed box i does
+  unsigned touching;  ///< bit i: it does in float, in no more than a touch
+};
+
+inline std::uint64_t key_of(std::int32_t first, std::int32_t second) {
+  return static_cast<std::uint64_t>(static_cast<std::uint32_t>(first)) << 32 |
+         static_cast<std::uint32_t>(second);
+}
+
 /// One traversal kernel, compiled for one vector width.
 struct TraversalKernel {
   /// Appends the child pairs of `pair` that overlap; false if it is a pair of leaves.

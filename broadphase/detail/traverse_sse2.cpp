@@ -2,6 +2,7 @@
 #include <selvedge/broadphase/detail/swept_box.h>
 #include <selvedge/broadphase/detail/traverse.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 
@@ -104,6 +105,26 @@ inline unsigned equal_mask(const std::int32_t* ids, std::int32_t id) {
 }
 
 #endif
+
+inline Hits test(const BoxBlock& block, const Query& query) {
+  const unsigned closed = overlap_mask(block, query);
+  return {closed, closed ? closed & ~strict_mask(block, query) : 0u};
+}
+
+inline std::uint64_t* append(std::int32_t first, const std::int32_t* seconds, unsigned hits,
+                             std::uint64_t* out) {
+  for (; hits; hits &= hits - 1) *out++ = key_of(first, seconds[std::countr_zero(hits)]);
+  return out;
+}
+
+inline std::uint64_t* append_ordered(std::int32_t one, const std::int32_t* others, unsigned hits,
+                                     std::uint64_t* out) {
+  for (; hits; hits &= hits - 1) {
+    const std::int32_t other = others[std::countr_zero(hits)];
+    *out++ = key_of(std::min(one, other), std::max(one, other));
+  }
+  return out;
+}
 
 #include <selvedge/broadphase/detail/traverse_kernel.inc>
 

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/broadphase/detail/sort_rows.h>
+
+#if (defined(__x86_64__) || defined(_M_X64)) && (defined(__GNUC__) || defined(__clang__))
+#define SELVEDGE_SORT_ROWS_AVX2
+#include <immintrin.h>
+#endif
+
+namespace selvedge::detail {
+namespace {
+
+template <class Pair>
+void copy_row(std::int32_t first, const std::uint32_t* row, std::uint32_t n, Pair* out) {
+  for (std::uint32_t i = 0; i < n; ++i) out[i] = {first, static_cast<std::int32_t>(row[i])};
+}
+
+namespace narrow {
+
+template <class Pair>
+void rank_row(std::int32_t first, const std::uint32_t* row, std::uint32_t n, Pair* out) {
+  for (std::uint32_t i = 0; i < n; ++i) {
+    std::uint32_t rank = 0;
+    for (std::uint32_t k = 0; k < n; ++k)
+      rank += static_cast<std::int32_t>(row[k]) < static_cast<std::int32_t>(row[i]);
+    out[rank] = {first, static_cast<std::int32_t>(row[i])};
+  }
+}
+
+template <class Pair>
+void sort_rows(const PairRows& rows, Pair* out) {
+  for (std::size_t r = 0; r < rows.rows; ++r) {
+    const std::uint32_t begin = rows.begin[r], n = rows.begin[r + 1] - begin;
+    const std::int32_t first = rows.base + static_cast<std::int32_t>(r);
+    if (n <= kLongRow)
+      rank_row(first, rows.second + begin, n, out + begin);
+    else
+      copy_row(first, rows.second + begin, n, out + begin);
+  }
+}
+
+}  // namespace narrow
+}  // namespace
+
+template <class Pair>
+SortRows<Pair> sort_rows_narrow() {
+  return narrow::sort_rows<Pair>;
+}
+
+template SortRows<PointTrianglePair> sort_rows_narrow();
+template SortRows<EdgeEdgePair> sort_rows_narrow();
+
+#ifdef SELVEDGE_SORT_ROWS_AVX2
+
+#ifdef __clang__
+#pragma clang attribute push(__attribute__((target("avx2,popcnt"))), apply_to = function)
+#else
+#pragma GCC push_options
+#pragma GCC target("avx2,popcnt")
+#endif
+
+namespace {
+namespace wide {
+
+/// The row lies in `vectors` vectors of eight.
+template <int vectors, class Pair>
+inline void rank_row(std::int32_t first, const std::uint32_t* row, std::uint32_t n, Pair* out) {
+  __m256i lanes[vectors];
+  const __m256i size = _mm256_set1_epi32(static_cast<int>(n));
+  __m256i place = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+  for (int v = 0; v < vectors; ++v) {
+    // What lies behind the row becomes greater than all.
+    const __m256i behind =
+        _mm256_xor_si256(_mm256_cmpgt_epi32(size, place), _mm256_set1_epi32(-1));
+    const __m256i all = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(row) + v);
+    lanes[v] = _mm256_or_si256(all, _mm256_srli_epi32(behind, 1));
+    place = _mm256_add_epi32(place, _mm256_set1_epi32(8));
+  }
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const auto second = static_cast<std::int32_t>(row[i]);
+    const __m256i value = _mm256_set1_epi32(second);
+    int rank = 0;
+    for (int v = 0; v < vectors; ++v)
+      rank += __builtin_popcount(static_cast<unsigned>(
+          _mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpgt_epi32(value, lanes[v])))));
+    out[rank] = {first, second};
+  }
+}
+
+template <class Pair>
+void sort_rows(const PairRows& rows, Pair* out) {
+  for (std::size_t r = 0; r < rows.rows; ++r) {
+    const std::uint32_t begin = rows.begin[r], n = rows.begin[r + 1] - begin;
+    const std::int32_t first = rows.base + static_cast<std::int32_t>(r);
+    const std::uint32_t* row = rows.second + begin;
+    if (n <= 8)
+      rank_row<1>(first, row, n, out + begin);
+    else if (n <= 16)
+      rank_row<2>(first, row, n, out + begin);
+    else if (n <= 24)
+      rank_row<3>(first, row, n, out + begin);
+    else if (n <= 40)
+      rank_row<5>(first, row, n, out + begin);
+    else if (n <= kLongRow)
+      rank_row<8>(first, row, n, out + begin);
+    else
+      copy_row(first, row, n, out + begin);
+  }
+}
+
+}  // namespace wide
+}  // namespace
+
+#ifdef __clang__
+#pragma clang attribute pop
+#else
+#pragma GCC pop_options
+#endif
+
+template <class Pair>
+SortRows<Pair> sort_rows_wide() {
+  if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("popcnt")) return nullptr;
+  return wide::sort_rows<Pair>;
+}
+
+#else
+
+template <class Pair>
+SortRows<Pair> sort_rows_wide() {
+  return nullptr;
+}
+
+#endif
+
+template SortRows<PointTrianglePair> sort_rows_wide();
+template SortRows<EdgeEdgePair> sort_rows_wide();
+
+}  // namespace selvedge::detail

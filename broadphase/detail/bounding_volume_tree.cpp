@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <utility>
 
 #ifdef __SSE2__
 #include <emmintrin.h>
@@ -31,6 +32,8 @@ constexpr std::int32_t kFewItems = 64;
 constexpr std::int32_t kLopsidedPart = 16;
 constexpr int kLopsidedSplits = 12;
 constexpr std::int32_t kSubtreeItems = 4096;  // built by one thread
+constexpr std::size_t kLeafGrain = 256;       // leaves that one thread lays out or fits
+constexpr std::size_t kItemGrain = 4096;      // items of a range that one thread looks through
 
 constexpr FloatBox kEmptyBox{
     {std::numeric_limits<float>::infinity(), std::numeric_limits<float>::infinity(),
@@ -226,6 +229,8 @@ void BoundingVolumeTree::box_items(TreeScratch& scratch) const {
 struct BoundingVolumeTree::Subtree {
   std::vector<TreeNode> nodes;
   std::vector<Range> leaves;
+  std::int32_t parent = 0;  ///< the node and lane above its root
+  int lane = 0;
 };
 
 /// Splits the items in place. [Wald2007] with bins on the longest axis of the centroids only.
@@ -291,9 +296,28 @@ struct BoundingVolumeTree::Builder {
     return box;
   }
 
+  /// Calls body(chunk, part of the range) for chunks of the range that do not depend on the number
+  /// of threads; a short range is one chunk.
+  template <class Body>
+  static void each_chunk(Range range, Body body) {
+    parallel_for(range.end - range.begin, kItemGrain, [&](std::size_t begin, std::size_t end) {
+      body(begin / kItemGrain, Range{range.begin + static_cast<std::int32_t>(begin),
+                                     range.begin + static_cast<std::int32_t>(end)});
+    });
+  }
+  static std::size_t chunks_of(Range range) {
+    return (static_cast<std::size_t>(range.end - range.begin) + kItemGrain - 1) / kItemGrain;
+  }
+
   Part make_part(Range range, int lopsided) const {
+    std::vector<Bin> chunks(chunks_of(range));
+    each_chunk(range, [&](std::size_t chunk, Range part) {
+      Bin sum;
+      for (std::int32_t i = part.begin; i < part.end; ++i) sum.add(items[i]);
+      chunks[chunk] = sum;
+    });
     Bin all;
-    for (std::int32_t i = range.begin; i < range.end; ++i) all.add(items[i]);
+    for (const Bin& chunk : chunks) all.add(chunk);
     return {range, all.box, all.centroids, lopsided};
   }
 
@@ -305,6 +329,17 @@ struct BoundingVolumeTree::Builder {
   }
 
   Bins fill_bins(Range range, const Binning& bin_of) const {
+    if (chunks_of(range) <= 1) return fill_bins_alone(range, bin_of);
+    std::vector<Bins> chunks(chunks_of(range));
+    each_chunk(range, [&](std::size_t chunk, Range part) {
+      chunks[chunk] = fill_bins_alone(part, bin_of);
+    });
+    for (std::size_t c = 1; c < chunks.size(); ++c)
+      for (int b = 0; b <= bin_of.last; ++b) chunks[0][b].add(chunks[c][b]);
+    return chunks[0];
+  }
+
+  Bins fill_bins_alone(Range range, const Binning& bin_of) const {
     // Two sets in turn, so that a bin's last store is not waited for.
     std::array<Bins, 2> sets;
     for (std::int32_t i = range.begin; i < range.end; ++i)
@@ -349,8 +384,16 @@ struct BoundingVolumeTree::Builder {
     return best;
   }
 
-  /// Brings the items of the first bins to the front, keeping their order; without branches.
-  void partition(Range range, const Binning& bin_of, int last_left) {
+  /// Brings the items of the first bins to the front, keeping their order.
+  void partition(Range range, const Binning& bin_of, int last_left, std::int32_t left_count) {
+    if (chunks_of(range) <= 1)
+      partition_alone(range, bin_of, last_left);
+    else
+      partition_by_chunks(range, bin_of, last_left, left_count);
+  }
+
+  /// Without branches.
+  void partition_alone(Range range, const Binning& bin_of, int last_left) {
     FloatBox* left = items.data() + range.begin;
     FloatBox* right = scratch.data() + range.begin;
     for (std::int32_t i = range.begin; i < range.end; ++i) {
@@ -361,6 +404,27 @@ struct BoundingVolumeTree::Builder {
       right += !goes_left;
     }
     std::copy(scratch.data() + range.begin, right, left);
+  }
+
+  void partition_by_chunks(Range range, const Binning& bin_of, int last_left,
+                           std::int32_t left_count) {
+    std::vector<std::int32_t> left_before(chunks_of(range) + 1, 0);
+    each_chunk(range, [&](std::size_t chunk, Range part) {
+      std::int32_t count = 0;
+      for (std::int32_t i = part.begin; i < part.end; ++i) count += bin_of(items[i]) <= last_left;
+      left_before[chunk + 1] = count;
+    });
+    for (std::size_t c = 1; c < left_before.size(); ++c) left_before[c] += left_before[c - 1];
+    each_chunk(range, [&](std::size_t chunk, Range part) {
+      const std::int32_t before = part.begin - range.begin;
+      FloatBox* left = scratch.data() + range.begin + left_before[chunk];
+      FloatBox* right = scratch.data() + range.begin + left_count + (before - left_before[chunk]);
+      for (std::int32_t i = part.begin; i < part.end; ++i)
+        (bin_of(items[i]) <= last_left ? *left++ : *right++) = items[i];
+    });
+    each_chunk(range, [&](std::size_t, Range part) {
+      std::copy(scratch.data() + part.begin, scratch.data() + part.end, items.data() + part.begin);
+    });
   }
 
   /// Splits at the median centroid; ties go by index, so the result is always the same.
@@ -390,7 +454,7 @@ struct BoundingVolumeTree::Builder {
     const std::int32_t smaller = std::min(best.left.count, best.right.count);
     const int lopsided = part.lopsided + (smaller < part.size() / kLopsidedPart);
     if (best.last_left < 0 || lopsided > kLopsidedSplits) return split_median(part);
-    partition(part.range, bin_of, best.last_left);
+    partition(part.range, bin_of, best.last_left, best.left.count);
     const std::int32_t middle = part.range.begin + best.left.count;
     return {Part{{part.range.begin, middle}, best.left.box, best.left.centroids, lopsided},
             Part{{middle, part.range.end}, best.right.box, best.right.centroids, lopsided}};
@@ -456,6 +520,7 @@ void BoundingVolumeTree::build(const SurfaceView& surface, const Vec3& origin,
 void BoundingVolumeTree::split_items(TreeScratch& scratch) {
   nodes_.clear();
   leaf_items_.clear();
+  subtree_begin_.assign(1, 0);
   scratch.partitioned.resize(scratch.items.size());
   Builder builder{scratch.items, scratch.partitioned};
   const Builder::Part all =
@@ -466,24 +531,47 @@ void BoundingVolumeTree::split_items(TreeScratch& scratch) {
     builder.build(all, top, &deferred, kSubtreeItems);
     std::vector<Subtree> below(deferred.size());
     parallel_for(below.size(), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i)
+      for (std::size_t i = begin; i < end; ++i) {
+        below[i].parent = deferred[i].node;
+        below[i].lane = deferred[i].lane;
         builder.build(deferred[i].part, below[i], nullptr, 0);
+      }
     });
-    nodes_ = std::move(top.nodes);
-    leaf_items_ = std::move(top.leaves);
-    for (std::size_t i = 0; i < below.size(); ++i) {
-      const auto first_node = static_cast<std::int32_t>(nodes_.size());
-      const auto first_leaf = static_cast<std::int32_t>(leaf_items_.size());
-      nodes_[deferred[i].node].child[deferred[i].lane] = first_node;
-      for (TreeNode& node : below[i].nodes)
-        for (std::int32_t& child : node.child)
-          if (child != kNoChild) child = child >= 0 ? child + first_node : ~(~child + first_leaf);
-      nodes_.insert(nodes_.end(), below[i].nodes.begin(), below[i].nodes.end());
-      leaf_items_.insert(leaf_items_.end(), below[i].leaves.begin(), below[i].leaves.end());
-    }
+    join(top, below);
   } else if (all.size() > 0) {
     leaf_items_.push_back(all.range);
   }
+}
+
+/// Puts the parts of the tree one behind the other.
+void BoundingVolumeTree::join(Subtree& top, const std::vector<Subtree>& below) {
+  std::size_t node = top.nodes.size(), leaf = top.leaves.size();
+  subtree_begin_.assign(1, node);
+  std::vector<std::size_t> leaf_begin;
+  for (std::size_t i = 0; i < below.size(); ++i) {
+    top.nodes[below[i].parent].child[below[i].lane] = static_cast<std::int32_t>(node);
+    leaf_begin.push_back(leaf);
+    node += below[i].nodes.size();
+    leaf += below[i].leaves.size();
+    subtree_begin_.push_back(node);
+  }
+  nodes_.resize(node);
+  leaf_items_.resize(leaf);
+  std::copy(top.nodes.begin(), top.nodes.end(), nodes_.begin());
+  std::copy(top.leaves.begin(), top.leaves.end(), leaf_items_.begin());
+  parallel_for(below.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto first_node = static_cast<std::int32_t>(subtree_begin_[i]);
+      const auto first_leaf = static_cast<std::int32_t>(leaf_begin[i]);
+      TreeNode* out = nodes_.data() + first_node;
+      for (const TreeNode& node : below[i].nodes) {
+        *out = node;
+        for (std::int32_t& child : (out++)->child)
+          if (child != kNoChild) child = child >= 0 ? child + first_node : ~(~child + first_leaf);
+      }
+      std::copy(below[i].leaves.begin(), below[i].leaves.end(), leaf_items_.begin() + first_leaf);
+    }
+  });
 }
 
 void BoundingVolumeTree::refit(const SurfaceView& surface, const Vec3& origin,
@@ -502,39 +590,41 @@ void BoundingVolumeTree::lay_out_leaves(const std::vector<FloatBox>& items) {
     return static_cast<std::int32_t>(begin[t + 1] - begin[t]);
   };
   leaves_.resize(leaf_items_.size());
-  std::uint32_t point_blocks = 0, edge_blocks = 0, triangle_blocks = 0;
-  for (std::size_t l = 0; l < leaves_.size(); ++l) {
-    std::int32_t n_points = 0, n_edges = 0, n_triangles = 0;
-    for (std::int32_t i = leaf_items_[l].begin; i < leaf_items_[l].end; ++i) {
-      const std::int32_t item = item_index(items[i]);
-      if (item < triangles) {
-        ++n_triangles;
-        n_edges += owned(owned_edges_begin_, item);
-        n_points += owned(owned_points_begin_, item);
-      } else {
-        ++(item < triangles + edges ? n_edges : n_points);
+  parallel_for(leaves_.size(), kLeafGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t l = begin; l < end; ++l) {
+      std::int32_t n_points = 0, n_edges = 0, n_triangles = 0;
+      for (std::int32_t i = leaf_items_[l].begin; i < leaf_items_[l].end; ++i) {
+        const std::int32_t item = item_index(items[i]);
+        if (item < triangles) {
+          ++n_triangles;
+          n_edges += owned(owned_edges_begin_, item);
+          n_points += owned(owned_points_begin_, item);
+        } else {
+          ++(item < triangles + edges ? n_edges : n_points);
+        }
       }
+      leaves_[l] = {kEmptyBox,
+                    0,
+                    0,
+                    0,
+                    static_cast<std::uint8_t>(blocks_for(n_points)),
+                    static_cast<std::uint8_t>(blocks_for(n_edges)),
+                    static_cast<std::uint8_t>(blocks_for(n_triangles)),
+                    static_cast<std::uint8_t>(n_points),
+                    static_cast<std::uint8_t>(n_edges),
+                    static_cast<std::uint8_t>(n_triangles)};
     }
-    const std::int32_t pb = blocks_for(n_points), eb = blocks_for(n_edges),
-                       tb = blocks_for(n_triangles);
-    leaves_[l] = {kEmptyBox,
-                  point_blocks,
-                  edge_blocks,
-                  triangle_blocks,
-                  static_cast<std::uint8_t>(pb),
-                  static_cast<std::uint8_t>(eb),
-                  static_cast<std::uint8_t>(tb),
-                  static_cast<std::uint8_t>(n_points),
-                  static_cast<std::uint8_t>(n_edges),
-                  static_cast<std::uint8_t>(n_triangles)};
-    point_blocks += static_cast<std::uint32_t>(pb);
-    edge_blocks += static_cast<std::uint32_t>(eb);
-    triangle_blocks += static_cast<std::uint32_t>(tb);
+  });
+  std::uint32_t point_blocks = 0, edge_blocks = 0, triangle_blocks = 0;
+  for (TreeLeaf& leaf : leaves_) {
+    leaf.point_block = std::exchange(point_blocks, point_blocks + leaf.point_blocks);
+    leaf.edge_block = std::exchange(edge_blocks, edge_blocks + leaf.edge_blocks);
+    leaf.triangle_block = std::exchange(triangle_blocks, triangle_blocks + leaf.triangle_blocks);
   }
   points_.resize(point_blocks);
   edges_.resize(edge_blocks);
   triangles_.resize(triangle_blocks);
-  parallel_for(leaves_.size(), 512, [&](std::size_t begin, std::size_t end) {
+  parallel_for(leaves_.size(), kLeafGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t l = begin; l < end; ++l) {
       const TreeLeaf& leaf = leaves_[l];
       int n_points = 0, n_edges = 0, n_triangles = 0;
@@ -631,7 +721,7 @@ FloatBox BoundingVolumeTree::fit_triangles(const TreeLeaf& leaf,
 }
 
 void BoundingVolumeTree::fit_leaves(const std::vector<FloatBox>& vertex_boxes) {
-  parallel_for(leaves_.size(), 512, [&](std::size_t begin, std::size_t end) {
+  parallel_for(leaves_.size(), kLeafGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t l = begin; l < end; ++l) {
       TreeLeaf& leaf = leaves_[l];
       leaf.box = fit_triangles(leaf, vertex_boxes);
@@ -642,7 +732,16 @@ void BoundingVolumeTree::fit_leaves(const std::vector<FloatBox>& vertex_boxes) {
 }
 
 void BoundingVolumeTree::fit_nodes() {
-  for (std::size_t n = nodes_.size(); n-- > 0;) {
+  const std::size_t subtrees = subtree_begin_.size() - 1;
+  parallel_for(subtrees, 1, [&](std::size_t begin, std::size_t end) {
+    fit_nodes(subtree_begin_[begin], subtree_begin_[end]);
+  });
+  fit_nodes(0, subtree_begin_[0]);
+}
+
+/// The children of these nodes that are not among them must have been fitted.
+void BoundingVolumeTree::fit_nodes(std::size_t begin, std::size_t end) {
+  for (std::size_t n = end; n-- > begin;) {
     TreeNode& node = nodes_[n];
     node.box = kEmptyBox;
     for (int lane = 0; lane < kLanes && node.child[lane] != kNoChild; ++lane) {
@@ -655,23 +754,29 @@ void BoundingVolumeTree::fit_nodes() {
 }
 
 double BoundingVolumeTree::measure_looseness() const {
-  double sum = 0.0;
-  for (const TreeNode& node : nodes_) {
-    double children = 0.0;
-    for (int lane = 0; lane < kLanes && node.child[lane] != kNoChild; ++lane)
-      children += half_area(lane_box(node.boxes, lane));
-    // Children that overlap add up to more than their union.
-    const double own = half_area(node.box);
-    sum += own > 0.0 ? std::min(children / own, kMaxRatio) : 1.0;
-  }
+  constexpr std::size_t grain = 512;
+  const double sum = parallel_sum(nodes_.size(), grain, [&](std::size_t begin, std::size_t end) {
+    double part = 0.0;
+    for (std::size_t n = begin; n < end; ++n) part += overlap_ratio(nodes_[n]);
+    return part;
+  });
   return nodes_.empty() ? 1.0 : std::max(sum / static_cast<double>(nodes_.size()), 1e-3);
+}
+
+/// Children that overlap add up to more than their union.
+double BoundingVolumeTree::overlap_ratio(const TreeNode& node) {
+  double children = 0.0;
+  for (int lane = 0; lane < kLanes && node.child[lane] != kNoChild; ++lane)
+    children += half_area(lane_box(node.boxes, lane));
+  const double own = half_area(node.box);
+  return own > 0.0 ? std::min(children / own, kMaxRatio) : 1.0;
 }
 
 std::size_t BoundingVolumeTree::bytes() const {
   return bytes_of(topology_triangles_) + bytes_of(topology_edges_) + bytes_of(loose_edges_) +
          bytes_of(loose_points_) + bytes_of(owned_edges_begin_) + bytes_of(owned_points_begin_) +
          bytes_of(owned_edges_) + bytes_of(owned_points_) + bytes_of(nodes_) + bytes_of(leaves_) +
-         bytes_of(leaf_items_) + bytes_of(points_) + bytes_of(edges_) + bytes_of(triangles_);
+         bytes_of(leaf_items_) + bytes_of(subtree_begin_) + bytes_of(points_) + bytes_of(edges_) + bytes_of(triangles_);
 }
 
 }  // namespace selvedge::detail

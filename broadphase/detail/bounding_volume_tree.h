@@ -123,10 +123,13 @@ class BoundingVolumeTree {
   void find_owners();
   void box_items(TreeScratch& scratch) const;
   void split_items(TreeScratch& scratch);
+  void join(Subtree& top, const std::vector<Subtree>& below);
   void lay_out_leaves(const std::vector<FloatBox>& items);
   void fit_leaves(const std::vector<FloatBox>& vertex_boxes);
   void fit_nodes();
+  void fit_nodes(std::size_t begin, std::size_t end);
   double measure_looseness() const;
+  static double overlap_ratio(const TreeNode& node);
   FloatBox fit_points(const TreeLeaf& leaf, const std::vector<FloatBox>& vertex_boxes);
   FloatBox fit_edges(const TreeLeaf& leaf, const std::vector<FloatBox>& vertex_boxes);
   FloatBox fit_triangles(const TreeLeaf& leaf, const std::vector<FloatBox>& vertex_boxes);
@@ -141,6 +144,8 @@ class BoundingVolumeTree {
 
   // The tree.
   std::vector<TreeNode> nodes_;  // a child comes after its parent
+  // Nodes below subtree_begin_[0] are the top; subtree i ends where i + 1 begins.
+  std::vector<std::size_t> subtree_begin_ = {0};
   std::vector<TreeLeaf> leaves_;
   std::vector<Range> leaf_items_;
   std::vector<PointBlock> points_;

@@ -776,7 +776,8 @@ std::size_t BoundingVolumeTree::bytes() const {
   return bytes_of(topology_triangles_) + bytes_of(topology_edges_) + bytes_of(loose_edges_) +
          bytes_of(loose_points_) + bytes_of(owned_edges_begin_) + bytes_of(owned_points_begin_) +
          bytes_of(owned_edges_) + bytes_of(owned_points_) + bytes_of(nodes_) + bytes_of(leaves_) +
-         bytes_of(leaf_items_) + bytes_of(subtree_begin_) + bytes_of(points_) + bytes_of(edges_) + bytes_of(triangles_);
+         bytes_of(leaf_items_) + bytes_of(subtree_begin_) + bytes_of(points_) + bytes_of(edges_) +
+         bytes_of(triangles_);
 }
 
 }  // namespace selvedge::detail

@@ -20,6 +20,7 @@ namespace {
 constexpr std::size_t kBuckets = 128;
 // So many are still better than short keys that do not fit 32 bits.
 constexpr std::size_t kMostBuckets = 1024;
+constexpr std::size_t kBucketGrain = 4;  // buckets that one thread sorts with the same scratch
 constexpr std::size_t kFewPairs = 1024;  // below, plain sorting is quicker
 constexpr int kDigitBits = 9;            // 512 counters of four bytes: half of a first-level cache
 constexpr std::size_t kDigitValues = std::size_t{1} << kDigitBits;
@@ -154,7 +155,8 @@ void PairCollector::sort_by_buckets(const std::vector<FoundPairs>& parts,
   std::size_t sum = 0;
   for (std::size_t b = 0; b < buckets; ++b) {
     bucket_begin[b] = sum;
-    for (std::size_t p = 0; p < parts.size(); ++p) sum += std::exchange(start[p * buckets + b], sum);
+    for (std::size_t p = 0; p < parts.size(); ++p)
+      sum += std::exchange(start[p * buckets + b], sum);
     if (sum - bucket_begin[b] > std::numeric_limits<std::uint32_t>::max())
       throw std::length_error("broad phase: more than 2^32 pairs of " +
                               std::to_string(keys.rows()) + " primitives");
@@ -172,12 +174,13 @@ void PairCollector::sort_by_buckets(const std::vector<FoundPairs>& parts,
     }
   });
   const SortRows<Pair> sort_rows = best_sort_rows<Pair>();
-  parallel_for(buckets, 1, [&](std::size_t begin, std::size_t end) {
-    thread_local BucketScratch room;
+  parallel_for(buckets, kBucketGrain, [&](std::size_t begin, std::size_t end) {
+    BucketScratch room;
     for (std::size_t b = begin; b < end; ++b)
-      sort_bucket<Key, Pair>({scratch.data() + bucket_begin[b], scratch.data() + bucket_begin[b + 1]},
-                             keys, static_cast<std::int32_t>(b << keys.shift), sort_rows, room,
-                             out.data() + bucket_begin[b]);
+      sort_bucket<Key, Pair>(
+          {scratch.data() + bucket_begin[b], scratch.data() + bucket_begin[b + 1]}, keys,
+          static_cast<std::int32_t>(b << keys.shift), sort_rows, room,
+          out.data() + bucket_begin[b]);
   });
 }
 

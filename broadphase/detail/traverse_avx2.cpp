@@ -90,8 +90,8 @@ constexpr PackTable kPack;
 
 /// Writes the keys firsts << 32 | seconds of the lanes in `hits`, and rubbish up to eight keys.
 inline std::uint64_t* pack(__m256i firsts, __m256i seconds, unsigned hits, std::uint64_t* out) {
-  const __m256i lanes = _mm256_cvtepu8_epi32(
-      _mm_loadl_epi64(reinterpret_cast<const __m128i*>(kPack.lane[hits])));
+  const __m256i lanes =
+      _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(kPack.lane[hits])));
   firsts = _mm256_permutevar8x32_epi32(firsts, lanes);
   seconds = _mm256_permutevar8x32_epi32(seconds, lanes);
   _mm256_storeu_si256(reinterpret_cast<__m256i*>(out), _mm256_unpacklo_epi32(seconds, firsts));

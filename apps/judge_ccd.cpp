@@ -45,21 +45,24 @@ class Motion {
   Motion(PathKind kind, std::span<const Vec3, 8> points);
 
   bool touches() const;
+  std::optional<TouchTime> first_touch() const;
 
  private:
   void set_point_triangle();
   void set_edge_edge();
+  std::vector<OnSegment> on_segments() const;
   bool touches_at(Root& root) const;
-  bool touches_in_plane() const;
+  std::optional<Root> first_root_in_contact() const;
+  std::vector<Root> contacts_in_plane() const;
 
+  PathKind kind_;
   std::array<Path, 4> x_;
   Polynomial coplanar_;
   Path normal_;
   std::vector<Polynomial> inside_;
-  std::vector<OnSegment> on_segments_;
 };
 
-Motion::Motion(PathKind kind, std::span<const Vec3, 8> points) {
+Motion::Motion(PathKind kind, std::span<const Vec3, 8> points) : kind_(kind) {
   const auto integers = judging::to_integers(points);
   for (int i = 0; i < 4; ++i)
     for (int k = 0; k < 3; ++k) {
@@ -77,10 +80,8 @@ void Motion::set_point_triangle() {
   normal_ = cross(b - a, c - a);
   coplanar_ = dot(normal_, p - a);
   if (!coplanar_.empty() && judging::has_evidently_no_root(coplanar_)) return;
-  for (const auto& [u, v] : {std::pair(&a, &b), std::pair(&b, &c), std::pair(&c, &a)}) {
+  for (const auto& [u, v] : {std::pair(&a, &b), std::pair(&b, &c), std::pair(&c, &a)})
     inside_.push_back(dot(normal_, cross(*v - *u, p - *u)));
-    on_segments_.push_back(on_segment(p, *u, *v));
-  }
 }
 
 // With n = (a1-a0) × (b1-b0) the lines meet at the fractions s = ((b0-a0) × (b1-b0)) · n / n² of
@@ -94,8 +95,15 @@ void Motion::set_edge_edge() {
   const Polynomial squared = dot(normal_, normal_);
   const Polynomial s = dot(cross(gap, b), normal_), r = dot(cross(gap, a), normal_);
   inside_ = {s, squared - s, r, squared - r};
-  on_segments_ = {on_segment(a0, b0, b1), on_segment(a1, b0, b1), on_segment(b0, a0, a1),
-                  on_segment(b1, a0, a1)};
+}
+
+std::vector<OnSegment> Motion::on_segments() const {
+  const auto& x = x_;
+  if (kind_ == PathKind::point_triangle)
+    return {on_segment(x[0], x[1], x[2]), on_segment(x[0], x[2], x[3]),
+            on_segment(x[0], x[3], x[1])};
+  return {on_segment(x[0], x[2], x[3]), on_segment(x[1], x[2], x[3]), on_segment(x[2], x[0], x[1]),
+          on_segment(x[3], x[0], x[1])};
 }
 
 bool vanishes(const Path& path, Root& root) {
@@ -103,36 +111,64 @@ bool vanishes(const Path& path, Root& root) {
                      [&](const Polynomial& p) { return root.sign_of(p) == 0; });
 }
 
+bool is_on(const OnSegment& s, Root& root) {
+  return vanishes(s.off_line, root) && root.sign_of(s.beyond) <= 0;
+}
+
 bool Motion::touches_at(Root& root) const {
   if (!vanishes(normal_, root))
     return std::all_of(inside_.begin(), inside_.end(),
                        [&](const Polynomial& p) { return root.sign_of(p) >= 0; });
-  return std::any_of(on_segments_.begin(), on_segments_.end(), [&](const OnSegment& s) {
-    return vanishes(s.off_line, root) && root.sign_of(s.beyond) <= 0;
-  });
+  const std::vector<OnSegment> segments = on_segments();
+  return std::any_of(segments.begin(), segments.end(),
+                     [&](const OnSegment& s) { return is_on(s, root); });
 }
 
-// All four stay in one plane. The contact times are a closed set, and all signs that decide are
-// constant between roots of the polynomials, so the first contact is at t = 0 or at such a root.
-bool Motion::touches_in_plane() const {
-  std::vector<Polynomial> deciding(normal_.begin(), normal_.end());
-  deciding.insert(deciding.end(), inside_.begin(), inside_.end());
-  for (const OnSegment& s : on_segments_) {
-    deciding.insert(deciding.end(), s.off_line.begin(), s.off_line.end());
-    deciding.push_back(s.beyond);
-  }
+std::optional<Root> Motion::first_root_in_contact() const {
+  for (Root& root : judging::roots_in_unit_interval(coplanar_))
+    if (touches_at(root)) return std::move(root);
+  return std::nullopt;
+}
+
+// All four stay in one plane. The contact times are a closed set, so there is a first one, and if
+// it is not 0 a vertex lies on an edge of the other primitive then: otherwise the point would be
+// inside a triangle with area, or two edges would cross inside both, and so they would have been
+// just before. A vertex comes onto an edge at a root of any component of `off_line` that is not
+// identically zero, or, if it never leaves the line, at a root of `beyond`. Returns such times of
+// contact, the first one among them.
+std::vector<Root> Motion::contacts_in_plane() const {
   Root start({0, 0});
-  if (touches_at(start)) return true;
-  for (const Polynomial& p : deciding)
-    for (Root& root : judging::roots_in_unit_interval(p))
-      if (touches_at(root)) return true;
-  return false;
+  if (touches_at(start)) return {start};
+  std::vector<Root> contacts;
+  for (const OnSegment& s : on_segments()) {
+    const auto moves = [](const Polynomial& p) { return !p.empty(); };
+    const auto off_line = std::find_if(s.off_line.begin(), s.off_line.end(), moves);
+    for (Root& root :
+         judging::roots_in_unit_interval(off_line != s.off_line.end() ? *off_line : s.beyond))
+      if (is_on(s, root)) contacts.push_back(std::move(root));
+  }
+  return contacts;
 }
 
 bool Motion::touches() const {
-  if (coplanar_.empty()) return touches_in_plane();
-  std::vector<Root> roots = judging::roots_in_unit_interval(coplanar_);
-  return std::any_of(roots.begin(), roots.end(), [this](Root& root) { return touches_at(root); });
+  return coplanar_.empty() ? !contacts_in_plane().empty() : first_root_in_contact().has_value();
+}
+
+std::optional<TouchTime> Motion::first_touch() const {
+  std::vector<Root> contacts;
+  if (coplanar_.empty()) {
+    contacts = contacts_in_plane();
+  } else if (auto root = first_root_in_contact()) {
+    contacts.push_back(std::move(*root));
+  }
+  if (contacts.empty()) return std::nullopt;
+  // Rounding to a double, up or down, keeps the order of times.
+  TouchTime first{1.0, 1.0};
+  for (Root& root : contacts) {
+    const auto [lo, hi] = root.enclosure();
+    first = {std::min(first.lo, lo), std::min(first.hi, hi)};
+  }
+  return first;
 }
 
 // How many of the four vertices belong to the first primitive.
@@ -207,6 +243,15 @@ bool paths_touch_unfiltered(PathKind kind, std::span<const Vec3, 8> points) {
 
 bool paths_touch(PathKind kind, std::span<const Vec3, 8> points) {
   return !evidently_apart(kind, points) && paths_touch_unfiltered(kind, points);
+}
+
+std::optional<TouchTime> first_touch_unfiltered(PathKind kind, std::span<const Vec3, 8> points) {
+  return Motion(kind, points).first_touch();
+}
+
+std::optional<TouchTime> first_touch(PathKind kind, std::span<const Vec3, 8> points) {
+  if (evidently_apart(kind, points)) return std::nullopt;
+  return first_touch_unfiltered(kind, points);
 }
 
 }  // namespace selvedge

@@ -3,6 +3,7 @@
 
 #include <selvedge/core/types.h>
 
+#include <optional>
 #include <span>
 
 namespace selvedge {
@@ -21,5 +22,18 @@ bool paths_touch(PathKind kind, std::span<const Vec3, 8> points);
 
 /// The same without the filters.
 bool paths_touch_unfiltered(PathKind kind, std::span<const Vec3, 8> points);
+
+/// The earliest time at which they touch: lo is the largest double not later, hi the smallest one
+/// not earlier, so that lo == hi exactly if the time is a double. The time is an algebraic number;
+/// its enclosure is decided in integers.
+struct TouchTime {
+  double lo, hi;
+};
+
+/// Empty if the primitives never touch.
+std::optional<TouchTime> first_touch(PathKind kind, std::span<const Vec3, 8> points);
+
+/// The same without the filters.
+std::optional<TouchTime> first_touch_unfiltered(PathKind kind, std::span<const Vec3, 8> points);
 
 }  // namespace selvedge

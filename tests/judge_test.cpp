@@ -14,6 +14,7 @@
 #include <fstream>
 #include <limits>
 #include <map>
+#include <optional>
 #include <random>
 #include <sstream>
 #include <stdexcept>
@@ -561,7 +562,15 @@ TEST(Judge, RefusesARestMeshOfOtherTopologyOrWithAnEdgeOfLengthZero) {
 bool touch_both_ways(PathKind kind, const std::array<Vec3, 8>& points) {
   const bool unfiltered = paths_touch_unfiltered(kind, points);
   EXPECT_EQ(paths_touch(kind, points), unfiltered);
+  EXPECT_EQ(first_touch(kind, points).has_value(), unfiltered);
   return unfiltered;
+}
+
+// A point that falls from height `start` to `end` on the unit triangle.
+std::optional<TouchTime> falling_point_time(double start, double end) {
+  return first_touch(PathKind::point_triangle,
+                     std::array<Vec3, 8>{Vec3(0.25, 0.25, start), unit[0], unit[1], unit[2],
+                                         Vec3(0.25, 0.25, end), unit[0], unit[1], unit[2]});
 }
 
 // A point that falls from (x,y,1) to (x,y,end) on the unit triangle.
@@ -652,6 +661,65 @@ TEST(JudgePath, FindsAGrazeAtATimeThatIsNoBinaryFraction) {
   EXPECT_TRUE(grazes(0.25));
   EXPECT_TRUE(grazes(1.0));
   EXPECT_FALSE(grazes(std::nextafter(1.0, 2.0)));
+}
+
+TEST(JudgePath, EnclosesTheTimeByEqualOrNeighbouringDoubles) {
+  const double tiny = std::numeric_limits<double>::denorm_min();
+  struct Case {
+    double start, end, lo, hi;
+  };
+  for (const Case& c : std::vector<Case>{{0, -1, 0, 0},
+                                         {1, 0, 1, 1},
+                                         {1, -1, 0.5, 0.5},
+                                         {1, -2, 1.0 / 3.0, std::nextafter(1.0 / 3.0, 1.0)},
+                                         {1, -4, std::nextafter(0.2, 0.0), 0.2},
+                                         {1, -0x1p-54, std::nextafter(1.0, 0.0), 1},
+                                         {1, -0x1p-1000, std::nextafter(1.0, 0.0), 1},
+                                         {tiny, -1, 0, tiny},
+                                         {2 * tiny, -1, tiny, 2 * tiny},
+                                         {0x1p-1000, -1e300, 0, tiny}}) {
+    const auto time = falling_point_time(c.start, c.end);
+    ASSERT_TRUE(time.has_value());
+    EXPECT_EQ(time->lo, c.lo) << c.start << " to " << c.end;
+    EXPECT_EQ(time->hi, c.hi) << c.start << " to " << c.end;
+  }
+  EXPECT_FALSE(falling_point_time(1, tiny).has_value());
+  EXPECT_FALSE(falling_point_time(-tiny, -1).has_value());
+}
+
+// In the plane z = 0 the point (2 t, 1) is on the line through the origin and (x, y t) when
+// x = 2 y t²: at t = 1/2 for (4, 8 t), at the square root of 1/2 for (8, 8 t).
+TEST(JudgePath, EnclosesTimesOfMotionInAPlane) {
+  const auto time = [](double x, double y) {
+    return first_touch(
+        PathKind::edge_edge,
+        std::array<Vec3, 8>{Vec3(0, 1, 0), Vec3(0, 9, 0), Vec3(0, 0, 0), Vec3(x, 0, 0),
+                            Vec3(2, 1, 0), Vec3(2, 9, 0), Vec3(0, 0, 0), Vec3(x, y, 0)});
+  };
+  const auto half = time(4, 8), root = time(8, 8);
+  ASSERT_TRUE(half && root);
+  EXPECT_EQ(half->lo, 0.5);
+  EXPECT_EQ(half->hi, 0.5);
+  EXPECT_EQ(root->hi, std::nextafter(root->lo, 1.0));
+  EXPECT_LT(root->lo, std::sqrt(0.5) + 1e-15);
+  EXPECT_GT(root->hi, std::sqrt(0.5) - 1e-15);
+}
+
+// All four vertices but one come together at t = 1; the cubic has a double root there and a simple
+// one less than an ulp before, in contact.
+TEST(JudgePath, TellsARootNextToADoubleOneAtTheEnd) {
+  const std::array<Vec3, 8> points{Vec3(-7, -4, 26),
+                                   Vec3(0x1.4000000000001p+4, -19, 20),
+                                   Vec3(11, -4, 0x1.1800000000001p+5),
+                                   Vec3(5, -28, 14),
+                                   Vec3(-20, 12, 0x1.8000000000001p+2),
+                                   Vec3(-20, 12, 6),
+                                   Vec3(-20, 12, 6),
+                                   Vec3(-20, 12, 6)};
+  const auto time = first_touch(PathKind::edge_edge, points);
+  ASSERT_TRUE(time.has_value());
+  EXPECT_EQ(time->lo, std::nextafter(1.0, 0.0));
+  EXPECT_EQ(time->hi, 1.0);
 }
 
 // Counts by every pair of primitives, without boxes and filters.
@@ -769,7 +837,20 @@ std::filesystem::path shared_directory() {
 struct Query {
   std::array<Vec3, 8> points;
   bool truth;
+  std::optional<TouchTime> time{};
 };
+
+// Beside X.csv lies X.toi.csv: index,truth,toi_lo,toi_hi, the times empty without a contact.
+void read_times(std::filesystem::path file, std::vector<Query>& queries) {
+  std::ifstream in(file.replace_extension(".toi.csv"));
+  for (std::string line; std::getline(in, line);) {
+    std::stringstream fields(line);
+    std::array<std::string, 4> field;
+    for (std::string& f : field) std::getline(fields, f, ',');
+    if (field[2].empty() || field[0] == "index") continue;
+    queries.at(std::stoul(field[0])).time = {std::stod(field[2]), std::stod(field[3])};
+  }
+}
 
 // x_num,x_den,y_num,y_den,z_num,z_den,truth; both parts are doubles, denominators powers of two.
 std::vector<Query> read_queries(const std::filesystem::path& file) {
@@ -788,10 +869,11 @@ std::vector<Query> read_queries(const std::filesystem::path& file) {
         Vec3(value[0] / value[1], value[2] / value[3], value[4] / value[5]);
     queries.back().truth = value[6] != 0.0;
   }
+  read_times(file, queries);
   return queries;
 }
 
-TEST(JudgePath, DecidesEveryQueryOfTheCollectionAsItsTruthSays) {
+TEST(JudgePath, DecidesEveryQueryOfTheCollectionAsItsTruthSaysAndEnclosesItsTime) {
   const std::filesystem::path directory = shared_directory() / "data" / "ccd";
   if (!std::filesystem::is_directory(directory))
     GTEST_SKIP() << "the query collection is not at " << directory << "; set SELVEDGE_SHARED";
@@ -807,8 +889,11 @@ TEST(JudgePath, DecidesEveryQueryOfTheCollectionAsItsTruthSays) {
       positives += query.truth;
       const bool right = paths_touch(kind, query.points) == query.truth &&
                          paths_touch_unfiltered(kind, query.points) == query.truth;
-      wrong += !right;
-      EXPECT_TRUE(right) << file << ", query " << queries;
+      const auto time = first_touch(kind, query.points);
+      const bool same_time = time.has_value() == query.time.has_value() &&
+                             (!time || (time->lo == query.time->lo && time->hi == query.time->hi));
+      wrong += !right || !same_time;
+      EXPECT_TRUE(right && same_time) << file << ", query " << queries;
     }
   }
   EXPECT_EQ(queries, 9702u);

@@ -2,13 +2,17 @@
 #include <selvedge/apps/detail/integer_polynomial.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace selvedge::judging {
 namespace {
 
 // Narrowing steps before Root::sign_of asks whether the sign is 0. Any number is correct: a gcd
-// costs about as much as a few steps, and most signs are decided by the first.
-constexpr int steps_before_gcd = 3;
+// costs more than a step, and most signs are decided by the first.
+constexpr int steps_before_gcd = 2;
+// A step narrows by 2^-40 at most: so few bits that the root in doubles nearly always meets the
+// root.
+constexpr unsigned most_step_bits = 40;
 
 void trim(Polynomial& p) {
   while (!p.empty() && p.back() == 0) p.pop_back();
@@ -112,6 +116,87 @@ void isolate(const Polynomial& square_free, const mpz_class& k, unsigned m,
   isolate(square_free, middle, m + 1, roots);
 }
 
+// 2^(bits n) p((shift + s)/2^bits) as a polynomial in s.
+Polynomial restricted(Polynomial p, const mpz_class& shift, unsigned bits) {
+  if (p.empty()) return p;
+  const std::size_t n = p.size() - 1;
+  for (std::size_t i = 0; i < n; ++i) p[i] <<= bits * static_cast<unsigned>(n - i);
+  if (shift != 0)
+    for (std::size_t pass = 0; pass < n; ++pass)
+      for (std::size_t i = n; i-- > pass;)
+        mpz_addmul(p[i].get_mpz_t(), shift.get_mpz_t(), p[i + 1].get_mpz_t());
+  return p;
+}
+
+// The coefficients times a common power of two, the largest about 1.
+std::vector<double> to_doubles(const Polynomial& p) {
+  std::vector<double> fraction(p.size());
+  std::vector<long> exponent(p.size());
+  long top = 0;
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    fraction[i] = mpz_get_d_2exp(&exponent[i], p[i].get_mpz_t());
+    top = std::max(top, exponent[i]);
+  }
+  constexpr long lowest = -1100;
+  for (std::size_t i = 0; i < p.size(); ++i)
+    fraction[i] = std::ldexp(fraction[i], static_cast<int>(std::max(exponent[i] - top, lowest)));
+  return fraction;
+}
+
+// Where p, whose sign right of 0 is `left_sign`, changes sign in (0,1), in doubles: a guess.
+double guess_root(const Polynomial& p, int left_sign) {
+  const std::vector<double> c = to_doubles(p);
+  const auto value = [&c](double s) {
+    double v = 0.0;
+    for (std::size_t i = c.size(); i-- > 0;) v = v * s + c[i];
+    return v;
+  };
+  const auto slope = [&c](double s) {
+    double v = 0.0;
+    for (std::size_t i = c.size(); i-- > 1;) v = v * s + static_cast<double>(i) * c[i];
+    return v;
+  };
+  // Newton's method kept inside a bracket.
+  double lo = 0.0, hi = 1.0, s = 0.5;
+  constexpr int steps = 60;
+  for (int step = 0; step < steps; ++step) {
+    const double v = value(s);
+    if (v == 0.0) break;
+    ((v > 0.0) == (left_sign > 0) ? lo : hi) = s;
+    double next = s - v / slope(s);
+    if (!(next > lo && next < hi)) next = 0.5 * (lo + hi);
+    if (next == s || next == hi) break;  // the middle of neighbouring doubles is one of them
+    s = next;
+  }
+  return s;
+}
+
+// The largest double not above t >= 0, and whether it is t.
+double floor_of(const DyadicTime& t, bool& exact) {
+  exact = true;
+  if (t.numerator == 0) return 0.0;
+  // The value is below 2^(bits - m); a double keeps 53 bits, fewer under 2^-1022.
+  const long bits = static_cast<long>(mpz_sizeinbase(t.numerator.get_mpz_t(), 2));
+  const long unit = std::max(bits - 53 - static_cast<long>(t.exponent), -1074L);
+  const long dropped = unit + static_cast<long>(t.exponent);
+  mpz_class kept;
+  if (dropped > 0) {
+    mpz_fdiv_q_2exp(kept.get_mpz_t(), t.numerator.get_mpz_t(), static_cast<unsigned long>(dropped));
+    exact = mpz_scan1(t.numerator.get_mpz_t(), 0) >= static_cast<unsigned long>(dropped);
+  } else {
+    kept = t.numerator << static_cast<unsigned long>(-dropped);
+  }
+  return std::ldexp(kept.get_d(), static_cast<int>(unit));
+}
+
+DyadicTime to_dyadic(double x) {
+  int exponent = 0;
+  const double fraction = std::frexp(x, &exponent);
+  constexpr int bits = 53;
+  mpz_class numerator(std::ldexp(fraction, bits));
+  return {std::move(numerator), static_cast<unsigned>(bits - exponent)};
+}
+
 }  // namespace
 
 Polynomial operator+(const Polynomial& a, const Polynomial& b) {
@@ -153,12 +238,7 @@ int sign_at(const Polynomial& p, const DyadicTime& t) {
 std::vector<int> bernstein_signs(const Polynomial& p, const mpz_class& k, unsigned m) {
   if (p.empty()) return {0};
   const std::size_t n = p.size() - 1;
-  // 2^(m n) p((k + s) / 2^m) as a polynomial in s: scaled, then shifted by k.
-  Polynomial c = p;
-  for (std::size_t i = 0; i < n; ++i) c[i] <<= m * static_cast<unsigned>(n - i);
-  if (k != 0)
-    for (std::size_t pass = 0; pass < n; ++pass)
-      for (std::size_t i = n; i-- > pass;) c[i] += k * c[i + 1];
+  const Polynomial c = restricted(p, k, m);
   // b_j = sum over i <= j of C(j,i)/C(n,i) c_i, and C(j,i)/C(n,i) = C(n-i,n-j)/C(n,j).
   std::vector<int> signs(n + 1);
   mpz_class b;
@@ -175,23 +255,49 @@ bool has_evidently_no_root(const Polynomial& p) {
   return common_sign(bernstein_signs(p, 0, 0)) != 0;
 }
 
-Root::Root(Polynomial square_free, mpz_class k, unsigned m)
-    : square_free_(std::move(square_free)), k_(std::move(k)), m_(m) {
-  left_sign_ = first_sign(bernstein_signs(square_free_, k_, m_));
+Root::Root(Polynomial p, mpz_class k, unsigned m)
+    : p_(std::move(p)), k_(std::move(k)), m_(m), step_bits_(most_step_bits) {
+  left_sign_ = first_sign(bernstein_signs(p_, k_, m_));
+  local_ = restricted(p_, k_, m_);
 }
 
+// Keeps the part from cell/2^bits to (cell+1)/2^bits of the interval if signs show that it holds
+// the root. Inside the interval, next to its ends, where p may have other roots, they are known.
+bool Root::narrow_to(const mpz_class& cell, unsigned bits) {
+  const mpz_class last_cell = (mpz_class(1) << bits) - 1;
+  if (cell > last_cell) return false;
+  Polynomial part = restricted(local_, cell, bits);
+  mpz_class at_end = 0;
+  for (const mpz_class& c : part) at_end += c;
+  const bool last = cell == last_cell;
+  const int low = cell == 0 ? left_sign_ : sgn(part[0]);
+  const int high = last ? -left_sign_ : sgn(at_end);
+  if (low == -left_sign_ || high == left_sign_) return false;
+  exact_ = low == 0 || high == 0;
+  k_ = (k_ << bits) + cell;
+  if (high == 0) ++k_;
+  local_ = std::move(part);
+  m_ += bits;
+  return true;
+}
+
+// Quadratic refinement: a step that meets the root doubles the bits of the next, one that does not
+// halves them, down to bisection [Abbott2012].
 void Root::narrow() {
-  const DyadicTime middle{2 * k_ + 1, m_ + 1};
-  const int sign = selvedge::judging::sign_at(square_free_, middle);
-  exact_ = sign == 0;
-  k_ = sign == 0 || sign == left_sign_ ? middle.numerator : mpz_class(middle.numerator - 1);
-  ++m_;
+  const double guess = guess_root(local_, left_sign_);
+  for (; step_bits_ > 1; step_bits_ /= 2)
+    if (narrow_to(mpz_class(std::ldexp(guess, static_cast<int>(step_bits_))), step_bits_)) {
+      step_bits_ = std::min(2 * step_bits_, most_step_bits);
+      return;
+    }
+  if (!narrow_to(0, 1)) narrow_to(1, 1);
+  step_bits_ = 2;
 }
 
 // The common divisor's roots in the interval are at most this one and simple, so their number is 0
 // or 1 and has the parity of the sign variations.
 bool Root::is_root_of(const Polynomial& q) const {
-  const Polynomial common = greatest_common_divisor(square_free_, q);
+  const Polynomial common = greatest_common_divisor(p_, q);
   return common.size() > 1 && variations(bernstein_signs(common, k_, m_)) % 2 == 1;
 }
 
@@ -205,13 +311,43 @@ int Root::sign_of(const Polynomial& q) {
   return sign_at(q, {k_, m_});
 }
 
+TimeEnclosure Root::enclosure_of_exact() const {
+  bool is_double = false;
+  const double lo = floor_of({k_, m_}, is_double);
+  return {lo, is_double ? lo : std::nextafter(lo, 2.0)};
+}
+
+// Narrows until at most one double lies strictly inside the interval; its sign tells on which side
+// the root is.
+TimeEnclosure Root::enclosure() {
+  while (!exact_) {
+    bool low_is_double = false, high_is_double = false;
+    const double low = floor_of({k_, m_}, low_is_double);
+    double high = floor_of({k_ + 1, m_}, high_is_double);
+    if (!high_is_double) high = std::nextafter(high, 2.0);
+    const double inner = std::nextafter(low, 2.0);
+    if (inner == high) return {low, high};
+    if (std::nextafter(inner, 2.0) == high) {
+      const int sign = sign_at(p_, to_dyadic(inner));
+      if (sign == 0) return {inner, inner};
+      return sign == left_sign_ ? TimeEnclosure{inner, high} : TimeEnclosure{low, inner};
+    }
+    narrow();
+  }
+  return enclosure_of_exact();
+}
+
 std::vector<Root> roots_in_unit_interval(const Polynomial& p) {
   std::vector<Root> roots;
-  if (p.size() <= 1 || has_evidently_no_root(p)) return roots;
-  const Polynomial square_free = square_free_part(p);
-  for (const int end : {0, 1})
-    if (sign_at(square_free, {end, 0}) == 0) roots.emplace_back(DyadicTime{end, 0});
-  isolate(square_free, 0, 0, roots);
+  if (p.size() <= 1) return roots;
+  const std::vector<int> signs = bernstein_signs(p, 0, 0);
+  if (common_sign(signs) != 0) return roots;
+  // One sign variation: one root between the ends, a simple one even if another is not.
+  const int count = variations(signs);
+  if (sign_at(p, {0, 0}) == 0) roots.emplace_back(DyadicTime{0, 0});
+  if (count == 1) roots.emplace_back(p, 0, 0);
+  if (count > 1) isolate(square_free_part(p), 0, 0, roots);
+  if (sign_at(p, {1, 0}) == 0) roots.emplace_back(DyadicTime{1, 0});
   return roots;
 }
 

@@ -144,6 +144,18 @@ double extent(const std::array<Vec3, 4>& x) {
   return e;
 }
 
+namespace {
+
+/// v times the power of two that brings its largest coordinate to [1/2, 1); 0 stays 0.
+Vec3 of_size_one(const Vec3& v) {
+  int exponent = 0;
+  std::frexp(v.cwiseAbs().maxCoeff(), &exponent);
+  return Vec3(std::ldexp(v.x(), -exponent), std::ldexp(v.y(), -exponent),
+              std::ldexp(v.z(), -exponent));
+}
+
+}  // namespace
+
 Vec3 common_normal(ContactKind kind, const std::array<Vec3, 4>& x) {
   const bool edges = kind == ContactKind::edge_edge;
   Vec3 u = edges ? x[1] - x[0] : x[2] - x[1];
@@ -151,8 +163,9 @@ Vec3 common_normal(ContactKind kind, const std::array<Vec3, 4>& x) {
   const double scale = std::max(u.cwiseAbs().maxCoeff(), v.cwiseAbs().maxCoeff());
   if (!(scale > 0.0)) return Vec3::UnitZ();
   u /= scale, v /= scale;
-  const Vec3 n = u.cross(v);
-  if (n.norm() > kParallelAngle * u.norm() * v.norm()) return n.normalized();
+  // Directions of size 1 each, by powers of two: where one is far shorter, products underflow.
+  const Vec3 du = of_size_one(u), dv = of_size_one(v), n = du.cross(dv);
+  if (n.norm() > kParallelAngle * du.norm() * dv.norm()) return n.normalized();
   const Vec3 longest = u.squaredNorm() >= v.squaredNorm() ? u : v;
   int axis = 0;
   longest.cwiseAbs().minCoeff(&axis);

@@ -1,0 +1,386 @@
+// SPDX-License-Identifier: MIT
+#include "ccd_queries.h"
+
+#include <gtest/gtest.h>
+#include <selvedge/core/parallel.h>
+#include <selvedge/narrowphase/ccd_exact.h>
+#include <selvedge/narrowphase/query_file.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace selvedge {
+namespace {
+
+using ccd_queries::falling_point, ccd_queries::families, ccd_queries::Family, ccd_queries::hex_text;
+using ccd_queries::integer, ccd_queries::kind_of_index, ccd_queries::Random, ccd_queries::real;
+using ccd_queries::Truth, ccd_queries::truth_of;
+
+namespace fs = std::filesystem;
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+/// The first time of contact, or kNoCollision.
+double time_of(const Query& q) {
+  double toi = kNoCollision;
+  return make_ccd_exact()->collides(q, toi) ? toi : kNoCollision;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Public queries with known truth
+
+fs::path shared_folder() {
+  if (const char* named = std::getenv("SELVEDGE_SHARED")) return named;
+  return fs::path(SELVEDGE_SOURCE_DIR) / ".." / "shared";
+}
+
+TEST(CcdExact, HasNoMissNoFalseAlarmAndExactTimesOnAllPublicQueries) {
+  const fs::path root = shared_folder() / "data" / "ccd";
+  if (!fs::exists(root)) GTEST_SKIP() << "the query files are not there: " << root;
+  const auto method = make_ccd_exact();
+  std::size_t queries = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(root)) {
+    const std::string name = entry.path().string();
+    if (!name.ends_with(".csv") || name.ends_with(".toi.csv")) continue;
+    const bool face = name.find("vertex-face") != std::string::npos;
+    const QuerySet known =
+        read_queries(entry.path(), face ? ContactKind::point_triangle : ContactKind::edge_edge);
+    std::vector<double> toi(known.queries.size());
+    method->find_times(known.queries, toi);
+    for (std::size_t i = 0; i < toi.size(); ++i) {
+      EXPECT_EQ(toi[i] != kNoCollision, known.truth[i] == 1) << name << " query " << i;
+      if (!known.toi.empty()) {
+        EXPECT_EQ(toi[i], known.toi[i].lo) << name << " query " << i;
+      }
+    }
+    queries += known.queries.size();
+  }
+  EXPECT_EQ(queries, 9702u);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Against the independent oracle
+
+/// 52 families make 208,000 queries. SELVEDGE_CCD_QUERIES asks more or fewer of each.
+int queries_per_family() {
+  const char* named = std::getenv("SELVEDGE_CCD_QUERIES");
+  return named != nullptr ? std::atoi(named) : 4000;
+}
+
+std::vector<Query> queries_of(const Family& family, Random& r, int n) {
+  std::vector<Query> queries;
+  for (int i = 0; i < n; ++i) queries.push_back(family.make(r, kind_of_index(i)));
+  return queries;
+}
+
+class CcdExactFamily : public testing::TestWithParam<int> {
+ protected:
+  const Family& family() const { return families()[GetParam()]; }
+  unsigned seed() const { return 1000 + static_cast<unsigned>(GetParam()); }
+};
+
+TEST_P(CcdExactFamily, GetsVerdictAndTimeOfTheOracle) {
+  const int n = queries_per_family();
+  Random r(seed());
+  const std::vector<Query> queries = queries_of(family(), r, n);
+  std::vector<double> toi(queries.size());
+  make_ccd_exact()->find_times(queries, toi);
+  int hits = 0, failures = 0;
+  for (std::size_t i = 0; i < queries.size() && failures < 5; ++i) {
+    const Truth truth = truth_of(queries[i]);
+    hits += truth.touches ? 1 : 0;
+    if (toi[i] == truth.toi_lo) continue;
+    ++failures;
+    ADD_FAILURE() << "seed " << seed() << " query " << i << ": time " << toi[i] << ", truth "
+                  << truth.toi_lo << ": " << hex_text(queries[i]);
+  }
+  // A family without collisions would prove nothing.
+  EXPECT_GT(hits, n / 200);
+}
+
+std::string family_name(const testing::TestParamInfo<int>& info) {
+  return std::string(families()[info.param].name);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, CcdExactFamily,
+                         testing::Range(0, static_cast<int>(families().size())), family_name);
+
+/// Queries of all families side by side.
+std::vector<Query> mixed_queries(unsigned seed, int per_family) {
+  Random r(seed);
+  std::vector<Query> queries;
+  for (int i = 0; i < per_family; ++i)
+    for (const Family& family : families())
+      queries.push_back(family.make(r, kind_of_index(integer(r, 0, 1))));
+  return queries;
+}
+
+TEST(CcdExact, TheOtherLanesOfAVectorNeverChangeVerdictOrTime) {
+  std::vector<Query> queries = mixed_queries(71, 100);
+  std::vector<double> together(queries.size()), alone(queries.size());
+  const auto method = make_ccd_exact();
+  for (std::size_t i = 0; i < queries.size(); ++i)
+    method->find_times({&queries[i], 1}, {&alone[i], 1});
+  for (int round = 0; round < 3; ++round) {
+    method->find_times(queries, together);
+    ASSERT_EQ(together, alone);
+    std::reverse(queries.begin(), queries.end() - round);
+    std::reverse(alone.begin(), alone.end() - round);
+  }
+}
+
+TEST(CcdExact, EveryVectorWidthGivesTheSameTimes) {
+  const std::vector<Query> queries = mixed_queries(72, 100);
+  std::vector<double> narrow(queries.size()), wide(queries.size());
+  make_ccd_exact({.vector_width = 2})->find_times(queries, narrow);
+  for (const int width : {4, 8}) {
+    make_ccd_exact({.vector_width = width})->find_times(queries, wide);
+    EXPECT_EQ(narrow, wide) << "width " << width;
+  }
+}
+
+// ---------------------------------------------------------------------------------------------
+// The same through surfaces and pairs
+
+struct Surface {
+  std::vector<Vec3> x_t0, x_t1;
+  std::vector<Edge> edges;
+  std::vector<Triangle> triangles;
+  SurfaceView view() const { return {x_t0, x_t1, edges, triangles, 0.0, 0}; }
+
+  /// Appends vertices `from` to `to` of the query; returns the index of the first.
+  std::int32_t add(const Query& q, int from, int to) {
+    const auto first = static_cast<std::int32_t>(x_t0.size());
+    for (int k = from; k < to; ++k) x_t0.push_back(q.x_t0[k]), x_t1.push_back(q.x_t1[k]);
+    return first;
+  }
+  std::int32_t add_triangle(const Query& q) {
+    const std::int32_t v = add(q, 1, 4);
+    triangles.push_back({v, v + 1, v + 2});
+    return static_cast<std::int32_t>(triangles.size()) - 1;
+  }
+  std::int32_t add_edge(const Query& q, int from) {
+    const std::int32_t v = add(q, from, from + 2);
+    edges.push_back({v, v + 1});
+    return static_cast<std::int32_t>(edges.size()) - 1;
+  }
+};
+
+TEST(FindContacts, OfAllFamiliesHaveVerdictAndTimeOfTheOracleInPairOrder) {
+  const std::vector<Query> queries = mixed_queries(73, 100);
+  Surface a, b;
+  CandidatePairs pairs;
+  std::array<std::vector<double>, 3> expected;  // of the three lists
+  for (std::size_t i = 0; i < queries.size(); ++i) {
+    const Query& q = queries[i];
+    const double toi = truth_of(q).toi_lo;
+    const bool edges = q.kind == ContactKind::edge_edge, swapped = i % 3 == 0;
+    if (edges) {
+      pairs.edge_edge.push_back({a.add_edge(q, 0), b.add_edge(q, 2)});
+    } else if (swapped) {
+      pairs.triangle_point.push_back({b.add(q, 0, 1), a.add_triangle(q)});
+    } else {
+      pairs.point_triangle.push_back({a.add(q, 0, 1), b.add_triangle(q)});
+    }
+    if (toi != kNoCollision) expected[edges ? 2 : (swapped ? 1 : 0)].push_back(toi);
+  }
+  std::vector<Contact> contacts;
+  make_ccd_exact()->find_contacts(a.view(), b.view(), pairs, contacts);
+  std::array<std::vector<double>, 3> found;
+  for (const Contact& c : contacts) {
+    const int list = c.kind == ContactKind::edge_edge        ? 2
+                     : c.kind == ContactKind::triangle_point ? 1
+                                                             : 0;
+    found[list].push_back(c.toi);
+    EXPECT_NEAR(c.normal.norm(), 1.0, 1e-14);
+  }
+  EXPECT_EQ(found, expected);
+  for (const auto& list : expected) EXPECT_GT(list.size(), 300u);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Symmetry
+
+template <class Change>
+void change_all(Query& q, const Change& change) {
+  for (auto* x : {&q.x_t0, &q.x_t1})
+    for (Vec3& v : *x) change(v);
+}
+
+bool equal(const Query& a, const Query& b) { return a.x_t0 == b.x_t0 && a.x_t1 == b.x_t1; }
+
+/// The query times 2^exponent, if nothing is rounded.
+std::optional<Query> scaled(const Query& q, int exponent) {
+  Query out = q;
+  const auto times = [&](int e) {
+    change_all(out, [&](Vec3& v) {
+      for (int i = 0; i < 3; ++i) v[i] = std::ldexp(v[i], e);
+    });
+  };
+  times(exponent);
+  const Query there = out;
+  times(-exponent);
+  return equal(out, q) ? std::optional(there) : std::nullopt;
+}
+
+/// The query shifted, if nothing is rounded.
+std::optional<Query> shifted(const Query& q, const Vec3& shift) {
+  Query out = q;
+  change_all(out, [&](Vec3& v) { v += shift; });
+  Query back = out;
+  change_all(back, [&](Vec3& v) { v -= shift; });
+  // Both roundings vanish: v + shift is a double, or x + shift - shift is no x.
+  Query rest = out;
+  for (int k = 0; k < 4; ++k) rest.x_t0[k] -= q.x_t0[k], rest.x_t1[k] -= q.x_t1[k];
+  bool exact = equal(back, q);
+  change_all(rest, [&](Vec3& v) { exact = exact && v == shift; });
+  return exact ? std::optional(out) : std::nullopt;
+}
+
+/// Asks `check(query, toi)` for queries of all families.
+template <class Check>
+void for_queries_of_all_families(unsigned seed, int per_family, const Check& check) {
+  const std::vector<Query> queries = mixed_queries(seed, per_family);
+  std::vector<double> toi(queries.size());
+  make_ccd_exact()->find_times(queries, toi);
+  for (std::size_t i = 0; i < queries.size() && !testing::Test::HasFailure(); ++i)
+    check(queries[i], toi[i]);
+}
+
+TEST(CcdExactSymmetry, ScalingByAPowerOfTwoNeverChangesVerdictOrTime) {
+  Random r(5);
+  int scaled_queries = 0;
+  for_queries_of_all_families(81, 200, [&](const Query& q, double toi) {
+    const int range = integer(r, 0, 3) == 0 ? 1000 : 60;
+    const auto other = scaled(q, integer(r, -range, range));
+    if (!other) return;
+    ++scaled_queries;
+    EXPECT_EQ(time_of(*other), toi) << hex_text(q);
+  });
+  EXPECT_GT(scaled_queries, 8000);
+}
+
+TEST(CcdExactSymmetry, ShiftingByARepresentableAmountNeverChangesVerdictOrTime) {
+  Random r(9);
+  int shifted_queries = 0;
+  for_queries_of_all_families(82, 300, [&](const Query& q, double toi) {
+    const double unit = std::ldexp(1.0, integer(r, -20, 40));
+    const Vec3 by(unit * integer(r, -9, 9), unit * integer(r, -9, 9), unit * integer(r, -9, 9));
+    const auto other = shifted(q, by);
+    if (!other) return;
+    ++shifted_queries;
+    EXPECT_EQ(time_of(*other), toi) << hex_text(q) << "\nby " << by.transpose();
+  });
+  EXPECT_GT(shifted_queries, 4000);
+}
+
+TEST(CcdExactSymmetry, RelabellingNeverChangesVerdictOrTime) {
+  Random r(6);
+  for_queries_of_all_families(83, 300, [&](const Query& q, double toi) {
+    std::array<int, 4> order{0, 1, 2, 3};
+    if (q.kind == ContactKind::point_triangle) {
+      std::shuffle(order.begin() + 1, order.end(), r);
+    } else {
+      if (integer(r, 0, 1) != 0) std::swap(order[0], order[1]);
+      if (integer(r, 0, 1) != 0) std::swap(order[2], order[3]);
+      if (integer(r, 0, 1) != 0) order = {order[2], order[3], order[0], order[1]};
+    }
+    Query other = q;
+    for (int k = 0; k < 4; ++k) other.x_t0[k] = q.x_t0[order[k]], other.x_t1[k] = q.x_t1[order[k]];
+    EXPECT_EQ(time_of(other), toi) << hex_text(q);
+  });
+}
+
+TEST(CcdExactSymmetry, MirrorsAndOtherOrdersOfTheAxesNeverChangeVerdictOrTime) {
+  Random r(10);
+  for_queries_of_all_families(84, 300, [&](const Query& q, double toi) {
+    std::array<int, 3> axis{0, 1, 2};
+    std::shuffle(axis.begin(), axis.end(), r);
+    const Vec3 flip(integer(r, 0, 1) * 2 - 1, integer(r, 0, 1) * 2 - 1, integer(r, 0, 1) * 2 - 1);
+    Query other = q;
+    change_all(other, [&](Vec3& v) {
+      v = Vec3(flip[0] * v[axis[0]], flip[1] * v[axis[1]], flip[2] * v[axis[2]]);
+    });
+    EXPECT_EQ(time_of(other), toi) << hex_text(q);
+  });
+}
+
+TEST(CcdExactSymmetry, TimeReversalNeverChangesTheVerdict) {
+  for_queries_of_all_families(85, 300, [&](const Query& q, double toi) {
+    Query other = q;
+    std::swap(other.x_t0, other.x_t1);
+    const double reversed = time_of(other);
+    EXPECT_EQ(reversed == kNoCollision, toi == kNoCollision) << hex_text(q);
+    // The first contact of the reversed motion is the last one, seen from the end.
+    if (toi != kNoCollision) {
+      EXPECT_LE(toi + reversed, 1.0) << hex_text(q);
+    }
+  });
+}
+
+TEST(CcdExactSymmetry, TheTimeHalvesAtDoubleSpeed) {
+  Random r(8);
+  for (int i = 0; i < 16000; ++i) {
+    const int family = i % ccd_queries::kIntegerFamilies;
+    if (family == ccd_queries::kNudgedFamily) continue;
+    Query q = families()[family].make(r, kind_of_index(integer(r, 0, 1)));
+    const double toi = time_of(q);
+    if (toi == kNoCollision) continue;
+    // Integers: the doubled motion is exact, and so is half a double.
+    for (int k = 0; k < 4; ++k) q.x_t1[k] = 2.0 * q.x_t1[k] - q.x_t0[k];
+    ASSERT_EQ(time_of(q), 0.5 * toi) << hex_text(q);
+  }
+}
+
+// ---------------------------------------------------------------------------------------------
+// One behaviour each
+
+TEST(CcdExact, TouchingAtTheLastInstantCountsAsAHit) {
+  EXPECT_EQ(time_of(falling_point(1.0, 0.0)), 1.0);
+  EXPECT_EQ(time_of(falling_point(1.0, std::numeric_limits<double>::denorm_min())), kNoCollision);
+}
+
+TEST(CcdExact, TouchingAtTheFirstInstantCountsAsAHit) {
+  EXPECT_EQ(time_of(falling_point(0.0, 5.0)), 0.0);
+}
+
+TEST(CcdExact, ATimeThatIsNoDoubleIsRoundedDown) {
+  EXPECT_EQ(time_of(falling_point(1.0, -2.0)), 1.0 / 3.0);                 // the double below 1/3
+  EXPECT_EQ(time_of(falling_point(1.0, -4.0)), std::nextafter(0.2, 0.0));  // 0.2 is above 1/5
+}
+
+TEST(CcdExact, EveryStageIsUsedAndCounted) {
+  const std::vector<Query> queries = mixed_queries(74, 40);
+  std::vector<double> toi(queries.size());
+  CcdExactStages stages;
+  find_times_counting_stages(queries, toi, stages);
+  EXPECT_GT(stages.separated, 0u);
+  EXPECT_GT(stages.never_coplanar, 0u);
+  EXPECT_GT(stages.isolated, 0u);
+  EXPECT_GT(stages.exact, 0u);
+  EXPECT_EQ(stages.separated + stages.never_coplanar + stages.isolated + stages.exact,
+            queries.size());
+}
+
+TEST(CcdExact, AQueryThatIsNotFiniteIsRefusedWithTheVertex) {
+  for (const double bad : {kInf, -kInf, std::numeric_limits<double>::quiet_NaN()}) {
+    Query q = falling_point(1.0, 0.0);
+    q.x_t1[2].y() = bad;
+    try {
+      time_of(q);
+      FAIL() << "accepted " << bad;
+    } catch (const std::invalid_argument& error) {
+      EXPECT_NE(std::string(error.what()).find("vertex 2"), std::string::npos) << error.what();
+    }
+  }
+}
+
+}  // namespace
+}  // namespace selvedge

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/narrowphase/narrow_phase.h>
+
+#include <cstdint>
+#include <optional>
+#include <random>
+#include <span>
+#include <string>
+#include <string_view>
+
+// Adversarial queries for the exact narrow phase, and the judge's opinion of them. A family is
+// built so that some of its queries touch by the skin of their teeth and others miss by as little:
+// at the ends of the step and of the primitives, at roots of high multiplicity, in degenerate
+// shapes and motions, at times that are no doubles or almost one, and at any scale and place.
+namespace selvedge::ccd_queries {
+
+using Random = std::mt19937_64;
+
+int integer(Random& r, int lo, int hi);
+double real(Random& r, double lo, double hi);
+
+/// Integer coordinates in [-size, size].
+Query grid(Random& r, ContactKind kind, int size);
+/// Real coordinates in [-size, size).
+Query uniform(Random& r, ContactKind kind, double size);
+/// Moves one to three coordinates to a neighbouring double.
+void nudge(Random& r, Query& q);
+
+struct Family {
+  std::string_view name;
+  Query (*make)(Random& r, ContactKind kind);
+};
+
+/// All families. The first kBasicFamilies are made of small integers but for some roundings; of
+/// these, the first kIntegerFamilies of nothing else unless nudged.
+std::span<const Family> families();
+inline constexpr int kIntegerFamilies = 9, kBasicFamilies = 16;
+inline constexpr int kNudgedFamily = 5;  ///< the one among the integer families
+
+inline ContactKind kind_of_index(std::size_t i) {
+  return i % 2 == 0 ? ContactKind::point_triangle : ContactKind::edge_edge;
+}
+
+/// A unit triangle at rest, and a point that falls on its inside from one height to another.
+Query falling_point(double from, double to);
+
+struct Truth {
+  bool touches = false;
+  double toi_lo = kNoCollision, toi_hi = kNoCollision;
+};
+
+/// What the judge, which shares no code with the narrow phase, says: verdict and enclosure of the
+/// first time of contact.
+Truth truth_of(const Query& q);
+
+/// Kind and hexadecimal coordinates, one vertex a line, for the eye and for a test.
+std::string hex_text(const Query& q);
+/// The eight lines of the query file: numerator and denominator of each coordinate, and the truth.
+std::string file_rows(const Query& q, bool touches);
+
+}  // namespace selvedge::ccd_queries

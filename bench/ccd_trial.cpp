@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: MIT
+// Asks ccd_exact any number of adversarial queries and compares verdict and time with the judge, an
+// independent oracle in integers. Each query is asked twice: among queries of its family, and in a
+// batch with those of all families. Prints counts by family; status 1 if anything is wrong.
+#include <fmt/format.h>
+#include <selvedge/core/parallel.h>
+#include <selvedge/narrowphase/ccd_exact.h>
+#include <selvedge/tests/ccd_queries.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <random>
+#include <string>
+#include <vector>
+
+using namespace selvedge;
+using namespace selvedge::ccd_queries;
+
+namespace {
+
+/// Queries of each family in one task.
+constexpr std::size_t kPerFamily = 32;
+/// Wrong queries that are printed.
+constexpr std::size_t kPrinted = 10;
+
+double now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+struct Tally {
+  std::size_t queries = 0, hits = 0, wrong_verdicts = 0, wrong_times = 0;
+  double judge_seconds = 0.0, judge_worst = 0.0, exact_seconds = 0.0;
+
+  void operator+=(const Tally& o) {
+    queries += o.queries, hits += o.hits;
+    wrong_verdicts += o.wrong_verdicts, wrong_times += o.wrong_times;
+    judge_seconds += o.judge_seconds, exact_seconds += o.exact_seconds;
+    judge_worst = std::max(judge_worst, o.judge_worst);
+  }
+};
+
+struct Wrong {
+  std::string_view family;
+  Query query;
+  Truth truth;
+  double toi;
+};
+
+struct Report {
+  std::vector<Tally> by_family;
+  std::vector<Wrong> wrong;
+};
+
+struct Task {
+  std::vector<Query> queries;  // kPerFamily of each family, family after family
+  std::vector<double> alone, mixed;
+};
+
+Task make_task(std::span<const Family> families, std::uint64_t seed, std::size_t index) {
+  std::seed_seq seeds{seed, static_cast<std::uint64_t>(index)};
+  Random r(seeds);
+  Task task;
+  for (const Family& family : families)
+    for (std::size_t i = 0; i < kPerFamily; ++i)
+      task.queries.push_back(family.make(r, kind_of_index(i)));
+  task.alone.resize(task.queries.size());
+  task.mixed.resize(task.queries.size());
+  return task;
+}
+
+void ask_by_family(const NarrowPhase& method, Task& task, std::vector<Tally>& by_family) {
+  for (std::size_t f = 0; f < by_family.size(); ++f) {
+    const double start = now();
+    method.find_times(std::span(task.queries).subspan(f * kPerFamily, kPerFamily),
+                      std::span(task.alone).subspan(f * kPerFamily, kPerFamily));
+    by_family[f].exact_seconds += now() - start;
+  }
+}
+
+/// In an order that puts queries of different families side by side.
+void ask_mixed(const NarrowPhase& method, Task& task) {
+  std::vector<Query> mixed;
+  const std::size_t n = task.queries.size(), families = n / kPerFamily;
+  const auto place = [&](std::size_t i) { return (i % families) * kPerFamily + i / families; };
+  for (std::size_t i = 0; i < n; ++i) mixed.push_back(task.queries[place(i)]);
+  std::vector<double> toi(n);
+  method.find_times(mixed, toi);
+  for (std::size_t i = 0; i < n; ++i) task.mixed[place(i)] = toi[i];
+}
+
+bool right_verdict(const Truth& truth, double toi) {
+  return (toi != kNoCollision) == truth.touches;
+}
+
+void compare(const Task& task, std::size_t i, const Family& family, Tally& tally, Report& report) {
+  const double start = now();
+  const Truth truth = truth_of(task.queries[i]);
+  const double seconds = now() - start;
+  tally.judge_seconds += seconds;
+  tally.judge_worst = std::max(tally.judge_worst, seconds);
+  ++tally.queries;
+  tally.hits += truth.touches ? 1 : 0;
+  for (const double toi : {task.alone[i], task.mixed[i]}) {
+    if (toi == truth.toi_lo) continue;
+    ++(right_verdict(truth, toi) ? tally.wrong_times : tally.wrong_verdicts);
+    if (report.wrong.size() < kPrinted)
+      report.wrong.push_back({family.name, task.queries[i], truth, toi});
+    return;
+  }
+}
+
+Report run_task(const NarrowPhase& method, std::span<const Family> families, std::uint64_t seed,
+                std::size_t index) {
+  Report report;
+  report.by_family.resize(families.size());
+  Task task = make_task(families, seed, index);
+  ask_by_family(method, task, report.by_family);
+  ask_mixed(method, task);
+  for (std::size_t i = 0; i < task.queries.size(); ++i) {
+    const std::size_t f = i / kPerFamily;
+    compare(task, i, families[f], report.by_family[f], report);
+  }
+  return report;
+}
+
+Report run(std::span<const Family> families, std::size_t tasks, std::uint64_t seed) {
+  const auto method = make_ccd_exact();
+  std::vector<Report> reports(tasks);
+  parallel_for(tasks, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) reports[i] = run_task(*method, families, seed, i);
+  });
+  Report sum;
+  sum.by_family.resize(families.size());
+  for (const Report& report : reports) {
+    for (std::size_t f = 0; f < families.size(); ++f) sum.by_family[f] += report.by_family[f];
+    for (const Wrong& w : report.wrong)
+      if (sum.wrong.size() < kPrinted) sum.wrong.push_back(w);
+  }
+  return sum;
+}
+
+void print_row(std::string_view name, const Tally& t) {
+  const double n = static_cast<double>(std::max<std::size_t>(t.queries, 1));
+  fmt::print("{:<30} {:>9} {:>9} {:>6} {:>6} {:>9.2f} {:>9.2f} {:>9.0f}\n", name, t.queries, t.hits,
+             t.wrong_verdicts, t.wrong_times, 1e6 * t.exact_seconds / n, 1e6 * t.judge_seconds / n,
+             1e6 * t.judge_worst);
+}
+
+Tally print_table(std::span<const Family> families, const Report& report) {
+  fmt::print("{:<30} {:>9} {:>9} {:>6} {:>6} {:>9} {:>9} {:>9}\n", "family", "queries", "hits",
+             "wrong", "late", "exact/us", "judge/us", "worst/us");
+  Tally all;
+  for (std::size_t f = 0; f < families.size(); ++f) {
+    print_row(families[f].name, report.by_family[f]);
+    all += report.by_family[f];
+  }
+  print_row("all", all);
+  return all;
+}
+
+void print_wrong(const Wrong& w) {
+  fmt::print("\n{}: truth {} at [{:a}, {:a}], ccd_exact says {:a}\n{}\nAs in a query file:\n{}",
+             w.family, w.truth.touches ? "touches" : "apart", w.truth.toi_lo, w.truth.toi_hi, w.toi,
+             hex_text(w.query), file_rows(w.query, w.truth.touches));
+}
+
+std::vector<Family> chosen(const std::vector<std::string>& names) {
+  if (names.empty()) return {families().begin(), families().end()};
+  std::vector<Family> out;
+  for (const Family& family : families())
+    if (std::find(names.begin(), names.end(), family.name) != names.end()) out.push_back(family);
+  if (out.size() != names.size()) {
+    std::string known;
+    for (const Family& family : families()) known += fmt::format(" {}", family.name);
+    throw CLI::ValidationError("--families", "every name must be one of:" + known);
+  }
+  return out;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Compares ccd_exact with the judge on adversarial queries"};
+  std::size_t queries = 200000;
+  std::uint64_t seed = 1;
+  int threads = 0;
+  std::vector<std::string> names;
+  app.add_option("--queries", queries, "At least so many, rounded up to whole tasks")
+      ->capture_default_str();
+  app.add_option("--seed", seed)->capture_default_str();
+  app.add_option("--families", names, "Names of families (default: all)");
+  app.add_option("--threads", threads, "0: as many as the machine has")->capture_default_str();
+  std::vector<Family> families;
+  app.callback([&] { families = chosen(names); });
+  CLI11_PARSE(app, argc, argv);
+
+  const ThreadLimit limit(threads);
+  const std::size_t per_task = kPerFamily * families.size();
+  const double start = now();
+  const Report report = run(families, (queries + per_task - 1) / per_task, seed);
+  const double seconds = now() - start;
+  const Tally all = print_table(families, report);
+  for (const Wrong& w : report.wrong) print_wrong(w);
+  fmt::print(
+      "\nseed {}, {} queries in {:.1f} s: {:.0f} a second; {} wrong verdicts, {} wrong times\n",
+      seed, all.queries, seconds, static_cast<double>(all.queries) / seconds, all.wrong_verdicts,
+      all.wrong_times);
+  return all.wrong_verdicts + all.wrong_times > 0 ? 1 : 0;
+}

@@ -6,7 +6,10 @@
 #include <selvedge/core/triangle_mesh.h>
 
 #include <cmath>
+#include <limits>
+#include <map>
 #include <random>
+#include <stdexcept>
 
 using namespace selvedge;
 
@@ -62,6 +65,97 @@ Surface crumpled(Surface s, Random& random, double box, double motion) {
     s.x_t1[i] = x + random.vector(motion);
   }
   return s;
+}
+
+/// Any triangles on any points, in steps of very different size.
+Surface soup(Random& random, int vertices, int triangles) {
+  Surface s;
+  for (int i = 0; i < vertices; ++i) s.x_t0.push_back(random.vector(1.0));
+  s.x_t1 = s.x_t0;
+  for (Vec3& x : s.x_t1) x += random.vector(std::pow(10.0, random.integer(-8, 0)));
+  const auto any = [&] { return random.integer(0, vertices - 1); };
+  for (int i = 0; i < triangles && vertices > 0; ++i) s.triangles.push_back({any(), any(), any()});
+  for (int i = 0; i < triangles && vertices > 0; ++i) s.edges.push_back({any(), any()});
+  return s;
+}
+
+void transform(Surface& s, double scale, const Vec3& shift) {
+  for (auto* xs : {&s.x_t0, &s.x_t1})
+    for (Vec3& x : *xs) x = scale * x + shift;
+}
+
+/// Scenes that grids find hard.
+Surface hard_scene(int kind, unsigned seed) {
+  Random random(seed);
+  Surface s = crumpled(sheet(11, 1.0), random, 0.3, 0.01);
+  switch (kind) {
+    case 0:
+      return soup(random, random.integer(0, 40), random.integer(0, 60));
+    case 1:  // Spikes of many sizes.
+      for (int i = 0; i < 6; ++i)
+        s.x_t1[random.integer(0, 143)] += random.vector(std::pow(10.0, random.integer(-1, 6)));
+      break;
+    case 2:  // One vertex is far away all the time.
+      s.x_t0[77] = s.x_t1[77] = Vec3(1e9, -1e12, 3e200);
+      break;
+    case 3:
+      transform(s, 1.0, Vec3(1e6, -1e6, 1e6));
+      break;
+    case 4:  // All in a plane.
+      s = sheet(12, 1.0);
+      break;
+    case 5:  // All in a point.
+      transform(s, 0.0, Vec3(0.25, -3, 1e4));
+      break;
+    case 6:  // Beside it one of a hundred thousandth of its size.
+    {
+      Surface small = s;
+      transform(small, 1e-5, Vec3(0.1, 0.1, 0.1));
+      const auto n = static_cast<std::int32_t>(s.x_t0.size());
+      s.x_t0.insert(s.x_t0.end(), small.x_t0.begin(), small.x_t0.end());
+      s.x_t1.insert(s.x_t1.end(), small.x_t1.begin(), small.x_t1.end());
+      for (const Triangle& t : small.triangles)
+        s.triangles.push_back({t[0] + n, t[1] + n, t[2] + n});
+      s.edges = unique_edges(s.triangles);
+      break;
+    }
+    case 7:  // Integers: boxes that just touch, and boxes without volume.
+      s = soup(random, 40, 60);
+      for (Vec3& x : s.x_t0) x = (3.0 * x).array().round();
+      s.x_t1 = s.x_t0;
+      return s;
+    case 8:  // Sizes over many orders of magnitude, up to where floats overflow.
+      for (Vec3& x : s.x_t0) x *= std::pow(10.0, random.integer(-30, 200));
+      s.x_t1 = s.x_t0;
+      break;
+    case 9:  // A triangle, or a part of one.
+      s = sheet(1, 1.0);
+      s.triangles.resize(1);
+      s.edges.resize(random.integer(0, 3));
+      break;
+    case 10:  // Far below a float.
+      transform(s, 1e-60, Vec3::Zero());
+      break;
+    default:
+      break;
+  }
+  s.thickness = random.integer(0, 2) * 0.01;
+  return s;
+}
+constexpr int kHardScenes = 12;
+
+/// How much longer a call on a nasty scene may take than one on a plain scene. Without the levels
+/// it would be thousands; measured alone it is at most three, but tests run beside others.
+constexpr double kMostSlowdown = 10.0;
+
+/// The detectors that this file is about, by name and setting.
+std::map<std::string, std::unique_ptr<BroadPhase>> detectors(const std::vector<double>& cells) {
+  std::map<std::string, std::unique_ptr<BroadPhase>> all;
+  for (const double cell : cells) {
+    all["uniform_grid " + std::to_string(cell)] = make_uniform_grid({.cell = cell});
+    all["hash_grid " + std::to_string(cell)] = make_hash_grid({.cell = cell});
+  }
+  return all;
 }
 
 CandidatePairs pairs_of(BroadPhase& detector, const Surface& a, const Surface& b) {
@@ -159,5 +253,97 @@ TEST(BoxPairDetector, KeepsTheStructuresOfAStaticSurface) {
     EXPECT_EQ(pairs_of(detector, cloth, body).size(), 0u);
     for (Vec3& x : body.x_t1) x.z() -= 5.0;
     for (Vec3& x : body.x_t0) x.z() -= 5.0;
+  }
+}
+
+TEST(Grids, FindWhatBruteForceFindsOnHardScenes) {
+  auto brute = make_brute_force();
+  const auto all = detectors({1e-3, 0.3, 1.0, 3.0, 1e4});
+  std::size_t found = 0;
+  for (unsigned seed = 0; seed < 72; ++seed) {
+    const Surface a = hard_scene(seed % kHardScenes, seed);
+    const Surface b =
+        hard_scene(static_cast<int>(seed * 7 / kHardScenes) % kHardScenes, seed + 1000);
+    const CandidatePairs self = self_pairs_of(*brute, a), pairs = pairs_of(*brute, a, b);
+    for (const auto& [name, detector] : all) {
+      ASSERT_TRUE(same(self_pairs_of(*detector, a), self)) << name << ", seed " << seed;
+      ASSERT_TRUE(same(pairs_of(*detector, a, b), pairs)) << name << ", seed " << seed;
+    }
+    found += self.size() + pairs.size();
+  }
+  EXPECT_GT(found, 100000u);
+}
+
+TEST(Grids, FindTheSameWithAnyNumberOfThreads) {
+  Random random(3);
+  const Surface a = crumpled(sheet(35, 1.0), random, 0.2, 0.01);
+  const Surface b = crumpled(sheet(30, 1.0), random, 0.25, 0.01);
+  auto brute = make_brute_force();
+  const CandidatePairs self = self_pairs_of(*brute, a), pairs = pairs_of(*brute, a, b);
+  for (const int threads : {1, 2, 8}) {
+    const ThreadLimit limit(threads);
+    for (const auto& [name, detector] : detectors({1.0}))
+      for (int call = 0; call < 2; ++call) {
+        EXPECT_TRUE(same(self_pairs_of(*detector, a), self)) << name << ", " << threads;
+        EXPECT_TRUE(same(pairs_of(*detector, a, b), pairs)) << name << ", " << threads;
+      }
+  }
+}
+
+TEST(Grids, SpikesCostLittleTimeAndNoMemory) {
+  Random random(4);
+  const Surface calm = crumpled(sheet(50, 1.0), random, 0.3, 0.001);
+  for (const auto& [name, detector] : detectors({1.0})) {
+    CandidatePairs out;
+    const auto cost_of = [&](const Surface& s) {
+      BroadPhaseCost least{.query_s = std::numeric_limits<double>::max()};
+      for (int repeat = 0; repeat < 3; ++repeat) {
+        detector->find_self_pairs(s.view(), out);
+        const BroadPhaseCost cost = detector->last_cost();
+        if (cost.build_s + cost.query_s < least.build_s + least.query_s) least = cost;
+      }
+      return least;
+    };
+    const BroadPhaseCost normal = cost_of(calm);
+    const std::size_t normal_pairs = out.size();
+    for (const double far : {1.0, 10.0, 1000.0, 1e6}) {
+      Surface s = calm;
+      s.x_t1[1275] += far * Vec3(0.6, 0.48, 0.64);
+      const BroadPhaseCost cost = cost_of(s);
+      // A spike's pairs are real: its six triangles cover a part of the cloth.
+      const double more = static_cast<double>(out.size()) / static_cast<double>(normal_pairs);
+      EXPECT_LT(cost.build_s + cost.query_s,
+                kMostSlowdown * std::max(1.0, more) * (normal.build_s + normal.query_s))
+          << name << ", " << far << " m";
+      EXPECT_LT(cost.bytes, 2 * normal.bytes) << name << ", " << far << " m";
+    }
+  }
+}
+
+TEST(Grids, TwoMeshesOfVeryDifferentSizeCostLittleMoreThanTwoAlike) {
+  Random random(5);
+  const Surface large = crumpled(sheet(40, 1.0), random, 0.3, 0.001);
+  Surface small = large;
+  transform(small, 1e-5, Vec3(0.1, 0.1, 0.05));
+  for (const auto& [name, detector] : detectors({1.0})) {
+    CandidatePairs out;
+    const auto seconds = [&](const Surface& a, const Surface& b) {
+      double least = std::numeric_limits<double>::max();
+      for (int repeat = 0; repeat < 3; ++repeat) {
+        detector->find_pairs(a.view(), b.view(), out);
+        least = std::min(least, detector->last_cost().build_s + detector->last_cost().query_s);
+      }
+      return least;
+    };
+    const double alike = seconds(large, large);
+    EXPECT_LT(seconds(large, small), kMostSlowdown * alike) << name;
+    EXPECT_LT(seconds(small, large), kMostSlowdown * alike) << name;
+  }
+}
+
+TEST(Grids, RefuseACellThatIsNoLength) {
+  for (const double cell : {0.0, -1.0, std::nan(""), std::numeric_limits<double>::infinity()}) {
+    EXPECT_THROW(make_uniform_grid({.cell = cell}), std::invalid_argument);
+    EXPECT_THROW(make_hash_grid({.cell = cell}), std::invalid_argument);
   }
 }

@@ -187,11 +187,13 @@ class BoxPairDetector final : public BroadPhase {
     kept.key.set(surface);
   }
 
-  /// Empties the parts and fills them.
+  /// Empties the parts and fills them, within the budget.
   template <class Fill>
   void find(Fill fill) {
-    for (FoundPairs& part : parts_) part.start(nullptr);
+    PairTally tally(budget(), PairBuffer::kBytesPerPair);
+    for (FoundPairs& part : parts_) part.start(&tally);
     fill();
+    for (FoundPairs& part : parts_) part.finish();
   }
 
   void collect(const SurfaceView& a, const SurfaceView& b, CandidatePairs& out) {

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/broadphase/detail/grid_engine.h>
+
+#include <stdexcept>
+
+namespace selvedge::detail {
+namespace {
+
+/// How far apart boxes are that fill their common box evenly, along its longest side.
+double typical_spacing(const std::vector<SweptBox>& boxes) {
+  double span = 0.0;
+  for (int k = 0; k < 3 && !boxes.empty(); ++k) {
+    const auto [lo, hi] = std::minmax_element(
+        boxes.begin(), boxes.end(),
+        [k](const SweptBox& a, const SweptBox& b) { return a.lo[k] < b.lo[k]; });
+    span = std::max(span, hi->lo[k] - lo->lo[k]);
+  }
+  return span > 0.0 ? span / std::sqrt(static_cast<double>(boxes.size())) : 1.0;
+}
+
+/// Within the range of normal floats.
+double bounded(double extent) {
+  return std::clamp<double>(extent, std::numeric_limits<float>::min(),
+                            std::numeric_limits<float>::max());
+}
+
+}  // namespace
+
+double checked_cell(double cell, const std::string& detector) {
+  if (!(cell > 0.0) || !std::isfinite(cell))
+    throw std::invalid_argument(detector + ": cell must be finite and greater than 0, not " +
+                                std::to_string(cell));
+  return cell;
+}
+
+int level_of(float extent, double cell) {
+  constexpr double least = 1.0 / (1 << 20);
+  const double cells = extent / cell;  // at most 2^101 over the least normal float
+  if (!(cells >= least)) return 0;
+  // [1/2, 2) cells belong to level 0, [2, 8) to level 1, and so on: 2^e to ceil(e / 2).
+  return std::min((std::ilogb(cells) + 1) >> (kLevelBits - 1), kHighestLevel);
+}
+
+double typical_extent(const SurfaceBoxes& a, const SurfaceBoxes* b) {
+  constexpr std::size_t most = 512;  // of each surface
+  std::vector<double> sample;
+  for (const auto list : {&SurfaceBoxes::edges, &SurfaceBoxes::triangles, &SurfaceBoxes::points}) {
+    for (const SurfaceBoxes* surface : {&a, b}) {
+      if (!surface) continue;
+      const std::vector<SweptBox>& boxes = surface->*list;
+      const std::size_t step = boxes.size() / most + 1;
+      for (std::size_t i = 0; i < boxes.size(); i += step) {
+        double extent = 0.0;
+        for (int k = 0; k < 3; ++k) extent = std::max(extent, boxes[i].hi[k] - boxes[i].lo[k]);
+        if (extent > 0.0) sample.push_back(extent);
+      }
+    }
+    if (sample.empty()) continue;
+    const auto place = sample.begin() + static_cast<std::ptrdiff_t>(sample.size() / 2);
+    std::nth_element(sample.begin(), place, sample.end());
+    return bounded(*place);
+  }
+  return bounded(std::max(typical_spacing(a.points), b ? typical_spacing(b->points) : 0.0));
+}
+
+}  // namespace selvedge::detail

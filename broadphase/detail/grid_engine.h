@@ -1,0 +1,364 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/broadphase/detail/box_pairs.h>
+#include <selvedge/broadphase/detail/packed_boxes.h>
+#include <selvedge/core/parallel.h>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+namespace selvedge::detail {
+
+using Cell = std::array<std::int32_t, 3>;
+
+/// Levels of cells: those of level l have the side cell·4^l, and hold the boxes whose largest
+/// extent is less than two of these sides and at least half of one. So no box, however large,
+/// spreads over more than three cells along an axis, and each size of mesh meets cells of its own.
+inline constexpr int kLevelBits = 2;
+/// A level with so few boxes is looked through without cells.
+inline constexpr std::uint32_t kFewBoxes = 32;
+/// Slots per box, at most; unless the cells fit into fewer.
+inline constexpr std::size_t kSlotsPerBox = 4;
+/// Cells further out count as the last one; their boxes are still told apart by their coordinates.
+inline constexpr float kMostCells = 1 << 30;
+
+/// Levels that there may be. A box of less than 2^-20 cells (a point, mostly) goes to level 0:
+/// cells as fine as that would tell nothing apart that those do not.
+inline constexpr int kLowestLevel = -10, kHighestLevel = 1023;
+
+/// Level of a box of this extent where the cells of level 0 have the side `cell`.
+int level_of(float extent, double cell);
+
+/// The typical largest extent of the boxes of edges (of triangles or points if there are none):
+/// the median of a sample, which a few spikes cannot move. 1 if all are points.
+double typical_extent(const SurfaceBoxes& a, const SurfaceBoxes* b);
+
+/// `cell` if it is a finite number greater than 0; throws std::invalid_argument.
+double checked_cell(double cell, const std::string& detector);
+
+/// Boxes of one level: which of the packed ones, and the cells that they are sorted into, each box
+/// into the cell of its lower corner only. A look-up widens the query by `reach` instead, so that
+/// no box is met twice.
+template <class Slots>
+struct GridLevel {
+  int level = 0;
+  std::uint32_t first = 0, count = 0;
+  float inverse_cell = 1.0f;
+  float reach = 0.0f;  ///< largest extent
+  bool sorted = false;
+  Cell min{}, max{};  ///< the cells of lower corners
+  Slots slots;
+  std::vector<std::uint32_t> begin;  ///< of each slot, in the packed boxes, and the end
+
+  std::int32_t cell(float x) const {
+    const float scaled = std::clamp(x * inverse_cell, -kMostCells, kMostCells);
+    const auto whole = static_cast<std::int32_t>(scaled);
+    return whole - (scaled < static_cast<float>(whole));
+  }
+  Cell cell(const PackedBox& box) const {
+    return {cell(box.lo[0]), cell(box.lo[1]), cell(box.lo[2])};
+  }
+};
+
+/// Finds pairs of boxes by levels of grids. `Slots` says which slot of a table a cell uses:
+///   fit(min, max, slots): takes over the range of cells; returns how many slots there are;
+///   slot(cell): its slot;
+///   each_run(min, max, visit): calls visit(first, last, tag) for runs of slots that hold the cells
+///     of a row, min to max along x: no slot twice, and the slot of max in the last run, at its
+///     end;
+///   tag(cell): what tells boxes of this cell from those of other cells near it in the same slot.
+template <class Slots>
+class GridEngine {
+ public:
+  using Level = GridLevel<Slots>;
+
+  struct Structure {
+    const std::vector<SweptBox>* boxes = nullptr;
+    std::vector<PackedBox> packed;  ///< by level, the smallest first
+    std::vector<Level> levels;      ///< those with boxes
+
+    std::size_t bytes() const {
+      std::size_t sum = packed.capacity() * sizeof(PackedBox);
+      for (const Level& level : levels) sum += level.begin.capacity() * sizeof(std::uint32_t);
+      return sum;
+    }
+  };
+
+  /// Cells of level 0 have the side `cell`, in typical extents.
+  explicit GridEngine(double cell) : relative_cell_(cell), scan_(scan_boxes()) {}
+
+  bool prepare(const SurfaceBoxes& a, const SurfaceBoxes* b) {
+    const double cell = std::max(relative_cell_ * typical_extent(a, b), kLeastCell);
+    std::vector<const std::vector<SweptBox>*> lists{&a.points};
+    if (b) lists.push_back(&b->points);
+    const Vec3 middle = middle_of(lists);
+    // Structures made before serve as long as their cells are as fine, within a fourth, and their
+    // floats not much coarser than those about the middle of the boxes.
+    if (cell < kSimilar * cell_ && cell_ < kSimilar * cell &&
+        (middle - map_.origin()).cwiseAbs().maxCoeff() < kNearCells * cell)
+      return true;
+    cell_ = cell;
+    map_ = FloatMap(middle);
+    return false;
+  }
+
+  void build(const std::vector<SweptBox>& boxes, Structure& out) {
+    out.boxes = &boxes;
+    out.packed.resize(boxes.size());
+    levels_of_.resize(boxes.size());
+    if (packed_.size() < boxes.size()) packed_.resize(boxes.size());
+    if (slot_of_.size() < boxes.size()) slot_of_.resize(boxes.size());
+    parallel_for(boxes.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        packed_[i] = map_.pack(boxes[i], static_cast<std::int32_t>(i));
+        levels_of_[i] = static_cast<std::int16_t>(level_of(extent(packed_[i]), cell_));
+      }
+    });
+    make_levels(out);
+  }
+
+  void find_pairs(Structure& a, Structure& b, PairParts& out) {
+    for (Level& level : b.levels)
+      look_up_all(a, 0, end_of_levels(a, level.level), b, level,
+                  [&](std::size_t part, std::int32_t i, std::int32_t j) { out.add(part, i, j); });
+    for (Level& level : a.levels)
+      look_up_all(b, 0, end_of_levels(b, level.level - 1), a, level,
+                  [&](std::size_t part, std::int32_t j, std::int32_t i) { out.add(part, i, j); });
+  }
+
+  void find_self_pairs(Structure& a, PairParts& out) {
+    const auto add = [&](std::size_t part, std::int32_t i, std::int32_t j) { out.add(part, i, j); };
+    for (Level& level : a.levels) {
+      look_up_all(a, 0, level.first, a, level, add);
+      look_up_within(a, level, add);
+    }
+  }
+
+  std::size_t bytes() const {
+    std::size_t sum = packed_.capacity() * sizeof(PackedBox) +
+                      slot_of_.capacity() * sizeof(std::uint32_t) +
+                      levels_of_.capacity() * sizeof(std::int16_t);
+    for (const std::vector<std::uint32_t>& hits : hits_)
+      sum += hits.capacity() * sizeof(std::uint32_t);
+    return sum;
+  }
+
+ private:
+  static constexpr std::size_t kGrain = 4096;
+  static constexpr double kSimilar = 1.25;
+  static constexpr double kNearCells = 4096.0;
+
+  /// Two opposite cells.
+  struct Window {
+    Cell min, max;
+  };
+
+  static float extent(const PackedBox& box) {
+    float most = 0.0f;
+    for (int k = 0; k < 3; ++k) most = std::max(most, -box.minus_hi[k] - box.lo[k]);
+    return most;
+  }
+
+  /// Sorts packed_ by level into out.packed.
+  void make_levels(Structure& out) {
+    counts_.assign(kHighestLevel - kLowestLevel + 1, 0);
+    const auto n = static_cast<std::uint32_t>(out.packed.size());
+    int lowest = kHighestLevel, highest = kLowestLevel;
+    for (std::uint32_t i = 0; i < n; ++i) {
+      ++counts_[levels_of_[i] - kLowestLevel];
+      lowest = std::min<int>(lowest, levels_of_[i]);
+      highest = std::max<int>(highest, levels_of_[i]);
+    }
+    std::size_t used = 0;
+    std::uint32_t first = 0, waiting = 0;
+    for (int level = lowest; level <= highest; ++level) {
+      std::uint32_t& count = counts_[level - kLowestLevel];
+      waiting += std::exchange(count, first + waiting);
+      // A few boxes join those of the next level that has any.
+      if (waiting == 0 || (waiting < kFewBoxes && level < highest)) continue;
+      if (out.levels.size() == used) out.levels.emplace_back();
+      Level& made = out.levels[used++];
+      made.level = level;
+      made.first = first;
+      made.count = waiting;
+      made.sorted = false;
+      made.inverse_cell =
+          static_cast<float>(1.0 / std::max(std::ldexp(cell_, kLevelBits * level), kLeastCell));
+      first += waiting;
+      waiting = 0;
+    }
+    out.levels.resize(used);
+    for (std::uint32_t i = 0; i < n; ++i)
+      out.packed[counts_[levels_of_[i] - kLowestLevel]++] = packed_[i];
+  }
+
+  /// How many boxes are of this level or lower ones.
+  static std::uint32_t end_of_levels(const Structure& s, int level) {
+    std::uint32_t end = 0;
+    for (const Level& l : s.levels)
+      if (l.level <= level) end = l.first + l.count;
+    return end;
+  }
+
+  /// Sorts the boxes of a level by slots; nothing if that was done, or they are few.
+  void sort(Structure& s, Level& level) {
+    if (level.sorted || level.count <= kFewBoxes) return;
+    PackedBox* boxes = s.packed.data() + level.first;
+    level.reach = 0.0f;
+    level.min = level.max = level.cell(boxes[0]);
+    for (std::uint32_t i = 0; i < level.count; ++i) {
+      const Cell cell = level.cell(boxes[i]);
+      for (int k = 0; k < 3; ++k) {
+        level.min[k] = std::min(level.min[k], cell[k]);
+        level.max[k] = std::max(level.max[k], cell[k]);
+      }
+      level.reach = std::max(level.reach, extent(boxes[i]));
+    }
+    level.reach = std::nextafter(level.reach, std::numeric_limits<float>::infinity());
+    const std::size_t slots =
+        level.slots.fit(level.min, level.max, kSlotsPerBox * std::size_t{level.count});
+    level.begin.assign(slots + 1, 0);
+    for (std::uint32_t i = 0; i < level.count; ++i) {
+      const Cell cell = level.cell(boxes[i]);
+      boxes[i].tag = level.slots.tag(cell);
+      slot_of_[i] = level.slots.slot(cell);
+      ++level.begin[slot_of_[i]];
+    }
+    std::uint32_t sum = 0;
+    for (std::uint32_t& place : level.begin) sum += std::exchange(place, sum);
+    std::copy(boxes, boxes + level.count, packed_.begin());
+    for (std::uint32_t i = 0; i < level.count; ++i) boxes[level.begin[slot_of_[i]]++] = packed_[i];
+    for (std::size_t i = slots; i > 0; --i) level.begin[i] = level.begin[i - 1];
+    level.begin[0] = 0;
+    level.sorted = true;
+  }
+
+  /// Runs look_up(hits, i, part) for all i of [begin, end), in parts.
+  template <class LookUp>
+  void for_parts(std::uint32_t begin, std::uint32_t end, std::uint32_t most_hits, LookUp look_up) {
+    if (begin >= end) return;
+    const std::size_t grain = std::max<std::size_t>(1, (end - begin - 1) / kBoxPairParts + 1);
+    hits_.resize(kBoxPairParts);
+    parallel_for(end - begin, grain, [&](std::size_t from, std::size_t to) {
+      const std::size_t part = from / grain;
+      if (hits_[part].size() < most_hits) hits_[part].resize(most_hits);
+      for (std::size_t i = from; i < to; ++i)
+        look_up(hits_[part].data(), begin + static_cast<std::uint32_t>(i), part);
+    });
+  }
+
+  /// Boxes [begin, end) of `queries` against a level of `s`.
+  template <class Add>
+  void look_up_all(const Structure& queries, std::uint32_t begin, std::uint32_t end, Structure& s,
+                   Level& level, Add add) {
+    if (begin >= end) return;
+    sort(s, level);
+    for_parts(begin, end, level.count, [&](std::uint32_t* hits, std::uint32_t i, std::size_t part) {
+      const PackedBox& box = queries.packed[i];
+      const auto found = [&](const PackedBox& other, bool certain) {
+        if (certain || overlap((*queries.boxes)[box.id], (*s.boxes)[other.id]))
+          add(part, box.id, other.id);
+      };
+      const PackedQuery query = query_of(box);
+      const PackedBox* boxes = s.packed.data() + level.first;
+      if (!level.sorted) return scan(boxes, level.count, query, hits, found);
+      const Window window = window_of(level, box);
+      Cell row = window.min, row_end = window.max;
+      for (row[2] = window.min[2]; row[2] <= window.max[2]; ++row[2])
+        for (row[1] = window.min[1]; row[1] <= window.max[1]; ++row[1]) {
+          row_end[1] = row[1];
+          row_end[2] = row[2];
+          level.slots.each_run(
+              row, row_end, [&](std::uint32_t first, std::uint32_t last, std::uint32_t tag) {
+                const std::uint32_t from = level.begin[first], to = level.begin[last + 1];
+                if (from != to) scan_tagged(boxes + from, to - from, query, hits, tag, found);
+              });
+        }
+    });
+  }
+
+  /// The boxes of a level with each other: each looks back only, to cells before its own in the
+  /// order z, y, x, and in its own to the boxes before it.
+  template <class Add>
+  void look_up_within(Structure& s, Level& level, Add add) {
+    sort(s, level);
+    const PackedBox* boxes = s.packed.data() + level.first;
+    for_parts(
+        0, level.count, level.count, [&](std::uint32_t* hits, std::uint32_t i, std::size_t part) {
+          const PackedBox& box = boxes[i];
+          const auto found = [&](const PackedBox& other, bool certain) {
+            if (certain || overlap((*s.boxes)[box.id], (*s.boxes)[other.id]))
+              add(part, box.id, other.id);
+          };
+          const PackedQuery query = query_of(box);
+          if (!level.sorted) return scan(boxes, i, query, hits, found);
+          const Window window = window_of(level, box);
+          const Cell own = level.cell(box);
+          Cell row = window.min, row_end = window.max;
+          for (row[2] = window.min[2]; row[2] <= own[2]; ++row[2]) {
+            const std::int32_t last_y = row[2] < own[2] ? window.max[1] : own[1];
+            for (row[1] = window.min[1]; row[1] <= last_y; ++row[1]) {
+              const bool own_row = row[2] == own[2] && row[1] == own[1];
+              row_end = {own_row ? own[0] : window.max[0], row[1], row[2]};
+              const std::uint32_t own_slot = level.slots.slot(own), own_tag = level.slots.tag(own);
+              level.slots.each_run(
+                  row, row_end, [&](std::uint32_t first, std::uint32_t last, std::uint32_t tag) {
+                    const std::uint32_t from = level.begin[first];
+                    const std::uint32_t to =
+                        own_row && last == own_slot && tag == own_tag ? i : level.begin[last + 1];
+                    if (from < to) scan_tagged(boxes + from, to - from, query, hits, tag, found);
+                  });
+            }
+          }
+        });
+  }
+
+  /// The cells in which a box that overlaps this one may have its lower corner.
+  static Window window_of(const Level& level, const PackedBox& box) {
+    Window w;
+    for (int k = 0; k < 3; ++k) {
+      w.min[k] = std::max(level.min[k], level.cell(box.lo[k] - level.reach));
+      w.max[k] = std::min(level.max[k], level.cell(-box.minus_hi[k]));
+    }
+    return w;
+  }
+
+  static PackedQuery query_of(const PackedBox& box) {
+    PackedQuery q{};
+    for (int k = 0; k < 3; ++k) {
+      q.hi[k] = -box.minus_hi[k];
+      q.minus_lo[k] = -box.lo[k];
+    }
+    return q;
+  }
+
+  template <class Found>
+  void scan(const PackedBox* boxes, std::uint32_t n, const PackedQuery& query, std::uint32_t* hits,
+            const Found& found) const {
+    const std::uint32_t* end = scan_(boxes, n, query, hits);
+    for (; hits != end; ++hits) found(boxes[*hits / 2], *hits % 2 != 0);
+  }
+  template <class Found>
+  void scan_tagged(const PackedBox* boxes, std::uint32_t n, const PackedQuery& query,
+                   std::uint32_t* hits, std::uint32_t tag, const Found& found) const {
+    const std::uint32_t* end = scan_(boxes, n, query, hits);
+    for (; hits != end; ++hits)
+      if (!Slots::kTagged || boxes[*hits / 2].tag == tag) found(boxes[*hits / 2], *hits % 2 != 0);
+  }
+
+  static constexpr double kLeastCell = std::numeric_limits<float>::min();
+
+  double relative_cell_;
+  double cell_ = 0.0;
+  FloatMap map_;
+  ScanBoxes scan_;
+  std::vector<PackedBox> packed_;
+  std::vector<std::int16_t> levels_of_;
+  std::vector<std::uint32_t> counts_, slot_of_;
+  std::vector<std::vector<std::uint32_t>> hits_;
+};
+
+}  // namespace selvedge::detail

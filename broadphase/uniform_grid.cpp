@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: MIT
+// The uniform grid of the survey [MozafaryPayvandy2016], after Shou et al. 2013: cells whose side
+// is the typical edge, which hold the triangles; what moves through a cell is tested against what
+// is in it. Conservative: reports what brute force reports.
+//
+// Deviations from the survey. The side is the median, not the mean, of the swept edges, of both
+// surfaces, since a few vertices that move far would change the mean. A primitive is stored in the
+// cell of its lower corner only and looked up in the cells around (see GridLevel): no pair is met
+// twice. Primitives of less than a half or more than two cells live in finer and coarser grids. The
+// table repeats in space, at most four slots a primitive, where the survey's covers the body's box:
+// memory and time stay bounded whatever one vertex does.
+#include <selvedge/broadphase/broad_phase.h>
+#include <selvedge/broadphase/detail/grid_engine.h>
+
+namespace selvedge {
+namespace {
+
+using detail::Cell;
+
+/// A table of cells that repeats along each axis, after a power of two cells. A row along x lies
+/// together. Cells that share a slot are at least eight cells apart, more than a look-up reaches,
+/// so that the comparison of coordinates tells them apart.
+class RepeatingTable {
+ public:
+  static constexpr bool kTagged = false;
+
+  std::size_t fit(const Cell& min, const Cell& max, std::size_t most_slots) {
+    constexpr int least_bits = 3;
+    std::array<int, 3> bits;
+    for (int k = 0; k < 3; ++k)
+      bits[k] = static_cast<int>(
+          std::bit_width(static_cast<std::uint32_t>(max[k]) - static_cast<std::uint32_t>(min[k])));
+    const auto slots = [&] { return std::size_t{1} << (bits[0] + bits[1] + bits[2]); };
+    const auto longest = [&] { return std::max_element(bits.begin(), bits.end()); };
+    // Two bits at once would be too many for a size_t only where one axis has 31.
+    while (*longest() > least_bits && (bits[0] + bits[1] + bits[2] > 60 || slots() > most_slots))
+      --*longest();
+    for (int k = 0; k < 3; ++k) mask_[k] = (1u << bits[k]) - 1;
+    shift_y_ = bits[0];
+    shift_z_ = bits[0] + bits[1];
+    return slots();
+  }
+
+  std::uint32_t slot(const Cell& c) const {
+    return row(c) | (static_cast<std::uint32_t>(c[0]) & mask_[0]);
+  }
+  std::uint32_t tag(const Cell&) const { return 0; }
+
+  template <class Visit>
+  void each_run(const Cell& min, const Cell& max, Visit visit) const {
+    if (min[0] > max[0]) return;
+    const std::uint32_t base = row(min);
+    const std::uint32_t first = static_cast<std::uint32_t>(min[0]) & mask_[0];
+    const std::uint32_t last = static_cast<std::uint32_t>(max[0]) & mask_[0];
+    if (first <= last) return visit(base | first, base | last, 0);
+    visit(base | first, base | mask_[0], 0);
+    visit(base, base | last, 0);
+  }
+
+ private:
+  std::uint32_t row(const Cell& c) const {
+    return (static_cast<std::uint32_t>(c[1]) & mask_[1]) << shift_y_ |
+           (static_cast<std::uint32_t>(c[2]) & mask_[2]) << shift_z_;
+  }
+
+  std::array<std::uint32_t, 3> mask_{};
+  int shift_y_ = 0, shift_z_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<BroadPhase> make_uniform_grid(const GridConfig& config) {
+  return std::make_unique<detail::BoxPairDetector<detail::GridEngine<RepeatingTable>>>(
+      BroadPhaseTraits{.source = "cells of the size of a typical edge, coarser ones for larger "
+                                 "primitives; Shou et al. 2013"},
+      detail::GridEngine<RepeatingTable>(detail::checked_cell(config.cell, "uniform_grid")));
+}
+
+}  // namespace selvedge

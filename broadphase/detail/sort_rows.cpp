@@ -71,7 +71,7 @@ inline void rank_row(std::int32_t first, const std::uint32_t* row, std::uint32_t
     // What lies behind the row becomes greater than all.
     const __m256i behind = _mm256_xor_si256(_mm256_cmpgt_epi32(size, place), _mm256_set1_epi32(-1));
     const __m256i all = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(row) + v);
-    lanes[v] = _mm256_or_si256(all, _mm256_srli_epi32(behind, 1));
+    lanes[v] = _mm256_or_si256(_mm256_andnot_si256(behind, all), _mm256_srli_epi32(behind, 1));
     place = _mm256_add_epi32(place, _mm256_set1_epi32(8));
   }
   for (std::uint32_t i = 0; i < n; ++i) {

@@ -9,14 +9,15 @@ namespace selvedge::detail {
 
 /// Rows of second indices, each free of duplicates: row r is second[begin[r]] up to, without,
 /// second[begin[r + 1]], and belongs to the first index `base` + r. Behind the last row there must
-/// be kRowSlack numbers that may be read.
+/// be kRowSlack numbers that may be read: a row is read in whole vectors, of at most kLongRow
+/// numbers together.
 struct PairRows {
   const std::uint32_t* begin;
   std::size_t rows;
   std::uint32_t* second;
   std::int32_t base;
 };
-inline constexpr std::size_t kRowSlack = 8;
+inline constexpr std::size_t kRowSlack = 64;
 
 /// Rows of up to so many are sorted by the rank of each number, in vectors and without branches:
 /// quadratic, but quicker than anything else while a row is a few vectors long. Others are the

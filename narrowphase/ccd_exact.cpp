@@ -3,7 +3,6 @@
 #include <selvedge/narrowphase/detail/ccd_filter.h>
 #include <selvedge/narrowphase/detail/contact_geometry.h>
 #include <selvedge/narrowphase/detail/exact_query.h>
-#include <selvedge/narrowphase/detail/root_floor.h>
 #include <selvedge/narrowphase/detail/root_isolation.h>
 
 #include <algorithm>
@@ -28,17 +27,11 @@ constexpr std::size_t kBatch = 256;
 
 /// Stages C, D and E.
 bool settle(const Query& query, double& toi, CcdExactStages& stages) {
-  narrowphase_detail::TimeBox box;
-  const narrowphase_detail::Verdict verdict = narrowphase_detail::isolate(query, box);
-  if (verdict == narrowphase_detail::Verdict::no) {
+  using narrowphase_detail::Verdict;
+  const Verdict verdict = narrowphase_detail::isolate_contact(query, toi);
+  if (verdict != Verdict::open) {
     ++stages.isolated;
-    return false;
-  }
-  if (verdict == narrowphase_detail::Verdict::yes &&
-      ((box.monotonic && narrowphase_detail::floor_of_root(query, box.k, box.m, toi)) ||
-       narrowphase_detail::root_in_box(query, box.k, box.m, toi))) {
-    ++stages.isolated;
-    return true;
+    return verdict == Verdict::yes;
   }
   ++stages.exact;
   return narrowphase_detail::collides_exactly(query, toi);

@@ -15,8 +15,8 @@ namespace selvedge {
 namespace {
 
 using narrowphase_detail::BigInt;
-using narrowphase_detail::Polynomial;
-using narrowphase_detail::Root;
+using Polynomial = narrowphase_detail::Polynomial<BigInt>;
+using Root = narrowphase_detail::Root<BigInt>;
 
 CubicRoots enclose(const Polynomial& p) {
   CubicRoots result;

@@ -23,11 +23,29 @@ inline constexpr double kCubicError = 192.0;
 /// of at most 6 for the inner ones, and reserve.
 inline constexpr double kBernsteinError = 96.0;
 
-/// Bound of the error of a coefficient of n_i, of a constraint, and of its value on a box, in units
-/// of u * M^2 with M = max(|X|, |Y|, |Z|). A product of two differences takes 3 roundings, a
-/// coefficient of a cross product (4 products, halved) 4 * 5 / 2 = 10, the sum of three of them
-/// 3 * 10 plus 2 roundings of at most 6; the value on a box is a mean of three coefficients of
-/// at most 6 with at most 8 roundings: 48. In all 90, and reserve.
-inline constexpr double kConstraintError = 128.0;
+/// Bound of the error of n_i or a constraint on a box, in units of u times the products of the
+/// largest differences that are in it: |X||Y| for n, |Z||Y| for h, |X||Z| for g, their sum for a
+/// sum of these. A product of two differences takes 3 roundings and is at most 1; a coefficient of
+/// a cross product, the mean of 4 products and at most 2, takes 2 more: 10. Summing three of them
+/// takes 2 roundings: 4 more for each. The value on a box is a mean of three such coefficients with
+/// at most 8 roundings: 16. In all 30, and reserve.
+inline constexpr double kConstraintError = 48.0;
+
+/// Bound of the error of the cubic in double-double, in units of the product of the largest
+/// differences. Each coefficient is a sum of at most 18 products of size 1 that go through at most
+/// 10 operations, and the value at t adds at most 9 operations on terms whose sum is at most 18:
+/// 18 * (10 + 9) * 7 < 2^12 units of 2^-106.
+inline constexpr double kSharpCubicError = 0x1p-94;
+
+/// A root is narrowed to this part of its distance from the double below it.
+inline constexpr double kLocated = 0x1p-20;
+
+/// Bound of the error of n_i or a constraint at a time in double-double, in the units of
+/// kConstraintError but for u: a coordinate takes 4 operations, a product of two of them, at most
+/// 1, 9 and their difference 10, two sums 2 more: 2 * 12 * 7 < 2^8 units of 2^-106.
+inline constexpr double kSharpConstraintError = 0x1p-98;
+/// And of its change with time, in the same units: X and Y each change by at most 2 a unit of time,
+/// two products of them by 8.
+inline constexpr double kConstraintSlope = 8.0;
 
 }  // namespace selvedge::narrowphase_detail

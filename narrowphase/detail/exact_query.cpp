@@ -38,58 +38,83 @@ int lowest_bit(double x) {
 
 namespace {
 
-using PolyVec = std::array<Polynomial, 3>;
+template <class Int>
+using PolyVec = std::array<Polynomial<Int>, 3>;
 
-PolyVec operator-(const PolyVec& a, const PolyVec& b) {
+template <class Int>
+PolyVec<Int> operator-(const PolyVec<Int>& a, const PolyVec<Int>& b) {
   return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
 }
 
 /// a b - c d, all of equal degree.
-Polynomial determinant(const Polynomial& a, const Polynomial& b, const Polynomial& c,
-                       const Polynomial& d) {
-  Polynomial r;
+template <class Int>
+Polynomial<Int> determinant(const Polynomial<Int>& a, const Polynomial<Int>& b,
+                            const Polynomial<Int>& c, const Polynomial<Int>& d) {
+  Polynomial<Int> r;
   r.degree = a.degree + b.degree;
   add_product(r, a, b);
   add_product(r, c, d, true);
   return r;
 }
 
-PolyVec cross(const PolyVec& a, const PolyVec& b) {
+template <class Int>
+PolyVec<Int> cross(const PolyVec<Int>& a, const PolyVec<Int>& b) {
   return {determinant(a[1], b[2], a[2], b[1]), determinant(a[2], b[0], a[0], b[2]),
           determinant(a[0], b[1], a[1], b[0])};
 }
 
-Polynomial dot(const PolyVec& a, const PolyVec& b) {
-  Polynomial r;
+template <class Int>
+Polynomial<Int> dot(const PolyVec<Int>& a, const PolyVec<Int>& b) {
+  Polynomial<Int> r;
   r.degree = a[0].degree + b[0].degree;
   for (int i = 0; i < 3; ++i) add_product(r, a[i], b[i]);
   return r;
 }
 
-bool is_zero(const PolyVec& a) { return a[0].is_zero() && a[1].is_zero() && a[2].is_zero(); }
+template <class Int>
+bool is_zero(const PolyVec<Int>& a) {
+  return a[0].is_zero() && a[1].is_zero() && a[2].is_zero();
+}
 
-/// The paths of the vertices on the coarsest grid of a power of two that holds all coordinates.
-std::array<PolyVec, 4> integer_paths(const Query& query) {
+/// The coarsest grid of a power of two that holds all coordinates.
+struct Grid {
   int exponent = std::numeric_limits<int>::max();
+  int bits = 0;  ///< of the largest coordinate on it
+};
+
+Grid grid_of(const Query& query) {
+  Grid grid;
+  double largest = 0.0;
   for (const auto* x : {&query.x_t0, &query.x_t1})
     for (const Vec3& v : *x)
-      for (int i = 0; i < 3; ++i)
-        if (v[i] != 0.0) exponent = std::min(exponent, lowest_bit(v[i]));
-  std::array<PolyVec, 4> paths;
+      for (int i = 0; i < 3; ++i) {
+        if (v[i] == 0.0) continue;
+        grid.exponent = std::min(grid.exponent, lowest_bit(v[i]));
+        largest = std::max(largest, std::abs(v[i]));
+      }
+  if (largest > 0.0) grid.bits = std::ilogb(largest) + 1 - grid.exponent;
+  return grid;
+}
+
+/// The paths of the vertices as numbers of the grid.
+template <class Int>
+std::array<PolyVec<Int>, 4> integer_paths(const Query& query, int exponent) {
+  std::array<PolyVec<Int>, 4> paths;
   for (int k = 0; k < 4; ++k) {
     for (int i = 0; i < 3; ++i) {
       paths[k][i].degree = 1;
-      paths[k][i].c[0] = BigInt::from_double(query.x_t0[k][i], exponent);
-      paths[k][i].c[1] = BigInt::from_double(query.x_t1[k][i], exponent);
+      paths[k][i].c[0] = Int::from_double(query.x_t0[k][i], exponent);
+      paths[k][i].c[1] = Int::from_double(query.x_t1[k][i], exponent);
     }
   }
   return paths;
 }
 
+template <class Int>
 class ExactQuery {
  public:
-  explicit ExactQuery(const Query& query)
-      : edges_(query.kind == ContactKind::edge_edge), x_(integer_paths(query)) {
+  ExactQuery(const Query& query, int exponent)
+      : edges_(query.kind == ContactKind::edge_edge), x_(integer_paths<Int>(query, exponent)) {
     const int base = edges_ ? 0 : 1;
     X_ = x_[edges_ ? 1 : 2] - x_[base];
     Y_ = edges_ ? x_[3] - x_[2] : x_[3] - x_[1];
@@ -98,7 +123,7 @@ class ExactQuery {
     f_ = dot(n_, Z_);
   }
 
-  const Polynomial& cubic() const { return f_; }
+  const Polynomial<Int>& cubic() const { return f_; }
 
   bool first_contact(double& toi) {
     return f_.is_zero() ? first_coplanar_contact(toi) : first_root_in_contact(toi);
@@ -106,9 +131,9 @@ class ExactQuery {
 
  private:
   bool first_root_in_contact(double& toi) {
-    std::vector<Root> roots;
+    std::vector<Root<Int>> roots;
     isolate_roots(f_, roots);
-    for (Root& root : roots) {
+    for (Root<Int>& root : roots) {
       if (!touches(root)) continue;
       bool exact = false;
       toi = root.floor(exact);
@@ -124,24 +149,24 @@ class ExactQuery {
   /// constraints made with component i; otherwise those of the segment tests.
   bool first_coplanar_contact(double& toi) {
     toi = 0.0;
-    Root start = Root::rational(BigInt(), BigInt(1));
+    Root<Int> start = Root<Int>::rational(Int(), Int(1));
     if (touches(start)) return true;
-    std::vector<Root> roots;
-    const auto add = [&](const Polynomial& p) {
+    std::vector<Root<Int>> roots;
+    const auto add = [&](const Polynomial<Int>& p) {
       if (!p.is_zero()) isolate_roots(p, roots);
     };
     if (!is_zero(n_)) {
       const int i = !n_[0].is_zero() ? 0 : (!n_[1].is_zero() ? 1 : 2);
       add(n_[i]);
-      for (const Polynomial& p : constraints(i)) add(p);
+      for (const Polynomial<Int>& p : constraints(i)) add(p);
     } else {
       for (const SegmentTest& test : segment_tests()) {
-        for (const Polynomial& p : test.line) add(p);
+        for (const Polynomial<Int>& p : test.line) add(p);
         add(test.span);
       }
     }
     double first = 2.0;
-    for (Root& root : roots) {
+    for (Root<Int>& root : roots) {
       if (!touches(root)) continue;
       bool exact = false;
       first = std::min(first, root.floor(exact));
@@ -151,7 +176,7 @@ class ExactQuery {
   }
 
   /// Whether the primitives touch at a root of f.
-  bool touches(Root& root) {
+  bool touches(Root<Int>& root) {
     int component = -1, sign = 0;
     for (int i = 0; i < 3 && sign == 0; ++i) {
       sign = root.sign_if_clear(n_[i]);
@@ -166,44 +191,44 @@ class ExactQuery {
         if (on_segment(root, test)) return true;
       return false;
     }
-    const std::array<Polynomial, 4>& tests = constraints(component);
+    const std::array<Polynomial<Int>, 4>& tests = constraints(component);
     // Most roots lie clearly outside one constraint: ask all cheaply before any one thoroughly.
-    for (const Polynomial& p : tests)
+    for (const Polynomial<Int>& p : tests)
       if (root.sign_if_clear(p) * sign < 0) return false;
-    for (const Polynomial& p : tests)
+    for (const Polynomial<Int>& p : tests)
       if (root.sign(p) * sign < 0) return false;
     return true;
   }
 
   struct SegmentTest {
-    PolyVec line;
-    Polynomial span;
+    PolyVec<Int> line;
+    Polynomial<Int> span;
   };
 
-  static bool on_segment(Root& root, const SegmentTest& test) {
-    for (const Polynomial& p : test.line)
+  static bool on_segment(Root<Int>& root, const SegmentTest& test) {
+    for (const Polynomial<Int>& p : test.line)
       if (root.sign_if_clear(p) != 0) return false;
     if (root.sign_if_clear(test.span) > 0) return false;
-    for (const Polynomial& p : test.line)
+    for (const Polynomial<Int>& p : test.line)
       if (root.sign(p) != 0) return false;
     return root.sign(test.span) <= 0;
   }
 
   /// Polynomials that, times the sign of n_i, must not be negative.
-  const std::array<Polynomial, 4>& constraints(int i) {
+  const std::array<Polynomial<Int>, 4>& constraints(int i) {
     if (constrained_ == i) return constraints_;
     constrained_ = i;
     const int j = (i + 1) % 3, k = (i + 2) % 3;
-    const auto component = [&](const PolyVec& a, const PolyVec& b) {
+    const auto component = [&](const PolyVec<Int>& a, const PolyVec<Int>& b) {
       return determinant(a[j], b[k], a[k], b[j]);
     };
-    const Polynomial h = component(Z_, Y_);
+    const Polynomial<Int> h = component(Z_, Y_);
     if (edges_) {
-      const Polynomial g = component(Z_, X_);
+      const Polynomial<Int> g = component(Z_, X_);
       constraints_ = {h, n_[i] - h, g, n_[i] - g};
     } else {
-      const Polynomial g = component(X_, Z_);
-      const Polynomial rest = n_[i] - h - g;
+      const Polynomial<Int> g = component(X_, Z_);
+      const Polynomial<Int> rest = n_[i] - h - g;
       constraints_ = {h, g, rest, rest};
     }
     return constraints_;
@@ -224,28 +249,43 @@ class ExactQuery {
   }
 
   bool edges_;
-  std::array<PolyVec, 4> x_;
-  PolyVec X_, Y_, Z_, n_;
-  Polynomial f_;
+  std::array<PolyVec<Int>, 4> x_;
+  PolyVec<Int> X_, Y_, Z_, n_;
+  Polynomial<Int> f_;
   int constrained_ = -1;
-  std::array<Polynomial, 4> constraints_;
+  std::array<Polynomial<Int>, 4> constraints_;
   std::vector<SegmentTest> segment_tests_;
 };
+
+/// Coordinates of more bits are given to BigInt at once: with them roots seldom end within
+/// SmallInt.
+constexpr int kSmallBits = 64;
+
+/// decide(ExactQuery) with integers of a fixed width, and with ones of any width where those do not
+/// fit.
+template <class Decide>
+bool with_integers_that_fit(const Query& query, Decide decide) {
+  const Grid grid = grid_of(query);
+  if (grid.bits <= kSmallBits) {
+    try {
+      ExactQuery<SmallInt> exact(query, grid.exponent);
+      return decide(exact);
+    } catch (const DoesNotFit&) {  // rare: a root that took many bits
+    }
+  }
+  ExactQuery<BigInt> exact(query, grid.exponent);
+  return decide(exact);
+}
 
 }  // namespace
 
 bool collides_exactly(const Query& query, double& toi) {
-  return ExactQuery(query).first_contact(toi);
+  return with_integers_that_fit(
+      query, [&]<class Int>(ExactQuery<Int>& exact) { return exact.first_contact(toi); });
 }
 
-bool root_in_box(const Query& query, std::int64_t k, int m, double& root) {
-  Root isolated;
-  if (!isolate_in_box(coplanarity_cubic(query), {BigInt(k), BigInt(1), m}, isolated)) return false;
-  bool exact = false;
-  root = isolated.floor(exact);
-  return true;
+Polynomial<BigInt> coplanarity_cubic(const Query& query) {
+  return ExactQuery<BigInt>(query, grid_of(query).exponent).cubic();
 }
-
-Polynomial coplanarity_cubic(const Query& query) { return ExactQuery(query).cubic(); }
 
 }  // namespace selvedge::narrowphase_detail

@@ -16,14 +16,17 @@ namespace {
 constexpr int kGuessedBits = 40;
 
 /// Polynomials in u = t / (1 - t) with a nonzero leading coefficient, for division.
-using Chain = std::vector<Polynomial>;
+template <class Int>
+using Chain = std::vector<Polynomial<Int>>;
 
-void drop_leading_zeros(Polynomial& p) {
+template <class Int>
+void drop_leading_zeros(Polynomial<Int>& p) {
   while (p.degree > 0 && p.c[p.degree].is_zero()) --p.degree;
 }
 
 /// Divides by the power of two that all coefficients share.
-void drop_content(Polynomial& p) {
+template <class Int>
+void drop_content(Polynomial<Int>& p) {
   int shift = std::numeric_limits<int>::max();
   for (int i = 0; i <= p.degree; ++i)
     if (!p.c[i].is_zero()) shift = std::min(shift, p.c[i].trailing_zeros());
@@ -32,18 +35,19 @@ void drop_content(Polynomial& p) {
 }
 
 /// A positive multiple of a mod b in Q[u].
-Polynomial remainder(Polynomial a, const Polynomial& b) {
+template <class Int>
+Polynomial<Int> remainder(Polynomial<Int> a, const Polynomial<Int>& b) {
   drop_leading_zeros(a);
-  const BigInt& lead = b.c[b.degree];
-  const BigInt factor = lead.sign() < 0 ? -lead : lead;
+  const Int& lead = b.c[b.degree];
+  const Int factor = lead.sign() < 0 ? -lead : lead;
   while (a.degree >= b.degree && !a.is_zero()) {
-    const BigInt top = lead.sign() < 0 ? -a.c[a.degree] : a.c[a.degree];
+    const Int top = lead.sign() < 0 ? -a.c[a.degree] : a.c[a.degree];
     const int shift = a.degree - b.degree;
     for (int i = 0; i < a.degree; ++i) {
       a.c[i] = a.c[i] * factor;
       if (i >= shift) a.c[i].add_product(top, b.c[i - shift], true);
     }
-    a.c[a.degree] = BigInt();
+    a.c[a.degree] = Int();
     if (a.degree == 0) break;
     drop_leading_zeros(a);
   }
@@ -53,23 +57,25 @@ Polynomial remainder(Polynomial a, const Polynomial& b) {
 
 /// Signed remainder sequence of p and q: a, b, -(a mod b), ... up to the greatest common divisor,
 /// each up to a positive factor.
-Chain signed_remainders(const Polynomial& p, Polynomial q) {
-  Chain chain{p};
+template <class Int>
+Chain<Int> signed_remainders(const Polynomial<Int>& p, Polynomial<Int> q) {
+  Chain<Int> chain{p};
   q = remainder(std::move(q), p);
   while (!q.is_zero()) {
     chain.push_back(q);
     if (q.degree == 0) break;
-    Polynomial r = remainder(chain[chain.size() - 2], q);
-    for (BigInt& c : r.c) c = -c;
+    Polynomial<Int> r = remainder(chain[chain.size() - 2], q);
+    for (Int& c : r.c) c = -c;
     q = std::move(r);
   }
   return chain;
 }
 
-Polynomial derivative(const Polynomial& p) {
-  Polynomial d;
+template <class Int>
+Polynomial<Int> derivative(const Polynomial<Int>& p) {
+  Polynomial<Int> d;
   d.degree = std::max(p.degree - 1, 0);
-  for (int i = 1; i <= p.degree; ++i) d.c[i - 1] = p.c[i] * BigInt(i);
+  for (int i = 1; i <= p.degree; ++i) d.c[i - 1] = p.c[i] * Int(i);
   return d;
 }
 
@@ -87,20 +93,23 @@ class SignChanges {
   int last_ = 0, count_ = 0;
 };
 
-int sign_changes(const Polynomial& p) {
+template <class Int>
+int sign_changes(const Polynomial<Int>& p) {
   SignChanges changes;
   for (int i = 0; i <= p.degree; ++i) changes.add(p.c[i].sign());
   return changes.count();
 }
 
-int sign_changes_at(const Chain& chain, const BigInt& k, int m) {
+template <class Int>
+int sign_changes_at(const Chain<Int>& chain, const Int& k, int m) {
   SignChanges changes;
-  for (const Polynomial& p : chain) changes.add(sign_at(p, k, m));
+  for (const Polynomial<Int>& p : chain) changes.add(sign_at(p, k, m));
   return changes.count();
 }
 
 /// The coefficients times one power of two, the largest about 1.
-void to_doubles(const Polynomial& p, std::array<double, Polynomial::kMaxDegree + 1>& c) {
+template <class Int>
+void to_doubles(const Polynomial<Int>& p, std::array<double, Polynomial<Int>::kMaxDegree + 1>& c) {
   int top = 0;
   for (int i = 0; i <= p.degree; ++i) top = std::max(top, p.c[i].bit_length());
   for (int i = 0; i <= p.degree; ++i) {
@@ -110,20 +119,27 @@ void to_doubles(const Polynomial& p, std::array<double, Polynomial::kMaxDegree +
   }
 }
 
-BigInt power_of_two(int m) { return BigInt(1) << m; }
+template <class Int>
+Int power_of_two(int m) {
+  return Int(1) << m;
+}
 
-BigInt magnitude(const BigInt& a) { return a.sign() < 0 ? -a : a; }
+template <class Int>
+Int magnitude(const Int& a) {
+  return a.sign() < 0 ? -a : a;
+}
 
 /// p on the box, in the same form, times a power of two.
-Polynomial restrict_to(const Polynomial& p, const Box& box) {
+template <class Int>
+Polynomial<Int> restrict_to(const Polynomial<Int>& p, const Box<Int>& box) {
   if (box.m == 0) return p;
   // With s the place in the box: 1 - t ~ a (1-s) + b s, t ~ c (1-s) + d s.
-  const BigInt one = power_of_two(box.m), c = box.k, d = box.end(), a = one - c, b = one - d;
-  Polynomial result, power;
+  const Int one = power_of_two<Int>(box.m), c = box.k, d = box.end(), a = one - c, b = one - d;
+  Polynomial<Int> result, power;
   result.c[0] = p.c[p.degree];
-  power.c[0] = BigInt(1);
-  const auto times = [](const Polynomial& q, const BigInt& x, const BigInt& y) {
-    Polynomial r;
+  power.c[0] = Int(1);
+  const auto times = [](const Polynomial<Int>& q, const Int& x, const Int& y) {
+    Polynomial<Int> r;
     r.degree = q.degree + 1;
     for (int j = 0; j <= q.degree; ++j) {
       r.c[j].add_product(q.c[j], x);
@@ -140,14 +156,16 @@ Polynomial restrict_to(const Polynomial& p, const Box& box) {
 }
 
 /// +1 or -1 if all coefficients have that strict sign, so that the sign holds on the closed box.
-int strict_sign(const Polynomial& p) {
+template <class Int>
+int strict_sign(const Polynomial<Int>& p) {
   const int s = p.c[0].sign();
   for (int i = 1; i <= p.degree; ++i)
     if (p.c[i].sign() != s) return 0;
   return s;
 }
 
-int first_sign(const Polynomial& p) {
+template <class Int>
+int first_sign(const Polynomial<Int>& p) {
   for (int i = 0; i <= p.degree; ++i)
     if (!p.c[i].is_zero()) return p.c[i].sign();
   return 0;
@@ -155,8 +173,9 @@ int first_sign(const Polynomial& p) {
 
 /// The extremum of a cubic or quadratic with two sign changes, computed in doubles as a place in
 /// the box; any number serves.
-double guess_extremum(const Polynomial& local) {
-  std::array<double, Polynomial::kMaxDegree + 1> c{};
+template <class Int>
+double guess_extremum(const Polynomial<Int>& local) {
+  std::array<double, Polynomial<Int>::kMaxDegree + 1> c{};
   to_doubles(local, c);
   const int n = local.degree;
   const auto slope = [&](double s) {
@@ -177,64 +196,71 @@ double guess_extremum(const Polynomial& local) {
 }
 
 /// The box times 2^bits cells: its part from cell `from` to cell `to`.
-Box part_of(const Box& box, int bits, std::int64_t from, std::int64_t to) {
-  return {(box.k << bits) + box.width * BigInt(from), box.width * BigInt(to - from), box.m + bits};
+template <class Int>
+Box<Int> part_of(const Box<Int>& box, int bits, std::int64_t from, std::int64_t to) {
+  return {(box.k << bits) + box.width * Int(from), box.width * Int(to - from), box.m + bits};
 }
 
 /// Two roots that lie close together are separated by a point near the extremum between them, if
 /// the exact sign there confirms it.
-bool separate_pair(const Polynomial& p, const Box& box, const Polynomial& local,
-                   std::vector<Root>& roots) {
+template <class Int>
+bool separate_pair(const Polynomial<Int>& p, const Box<Int>& box, const Polynomial<Int>& local,
+                   std::vector<Root<Int>>& roots) {
   constexpr std::int64_t kCells = std::int64_t{1} << kGuessedBits;
   const auto cell = static_cast<std::int64_t>(std::ldexp(guess_extremum(local), kGuessedBits));
   if (cell <= 0 || cell >= kCells) return false;
-  Box left = part_of(box, kGuessedBits, 0, cell), right = part_of(box, kGuessedBits, cell, kCells);
+  Box<Int> left = part_of(box, kGuessedBits, 0, cell),
+           right = part_of(box, kGuessedBits, cell, kCells);
   const int outer = first_sign(local);
   if (sign_at(p, right.k, right.m) != -outer) return false;
-  roots.push_back(Root::isolated(p, std::move(left), outer));
-  roots.push_back(Root::isolated(p, std::move(right), -outer));
+  roots.push_back(Root<Int>::isolated(p, std::move(left), outer));
+  roots.push_back(Root<Int>::isolated(p, std::move(right), -outer));
   return true;
 }
 
 /// Roots of a square-free p strictly inside a box. Ends by the two-circle theorem of Obreshkoff:
 /// small boxes have at most one sign change.
-void bisect_box(const Polynomial& p, const Box& box, std::vector<Root>& roots) {
-  const Polynomial local = restrict_to(p, box);
+template <class Int>
+void bisect_box(const Polynomial<Int>& p, const Box<Int>& box, std::vector<Root<Int>>& roots) {
+  const Polynomial<Int> local = restrict_to(p, box);
   const int changes = sign_changes(local);
   if (changes == 0) return;
   if (changes == 1) {
-    roots.push_back(Root::isolated(p, box, first_sign(local)));
+    roots.push_back(Root<Int>::isolated(p, box, first_sign(local)));
     return;
   }
   if (changes == 2 && separate_pair(p, box, local, roots)) return;
-  const Box left = part_of(box, 1, 0, 1), right = part_of(box, 1, 1, 2);
+  const Box<Int> left = part_of(box, 1, 0, 1), right = part_of(box, 1, 1, 2);
   bisect_box(p, left, roots);
   if (sign_at(p, right.k, right.m) == 0)
-    roots.push_back(Root::rational(right.k, power_of_two(right.m) - right.k));
+    roots.push_back(Root<Int>::rational(right.k, power_of_two<Int>(right.m) - right.k));
   bisect_box(p, right, roots);
 }
 
-void push_if_positive(const BigInt& num, const BigInt& den, int multiplicity,
-                      std::vector<Root>& roots) {
+template <class Int>
+void push_if_positive(const Int& num, const Int& den, int multiplicity,
+                      std::vector<Root<Int>>& roots) {
   if (num.sign() * den.sign() <= 0) return;
-  roots.push_back(Root::rational(magnitude(num), magnitude(den)));
+  roots.push_back(Root<Int>::rational(magnitude(num), magnitude(den)));
   roots.back().multiplicity = multiplicity;
 }
 
 /// Roots u > 0 of a quadratic or cubic p that has a multiple root: all of them are rational.
 /// `common` is gcd(p, p').
-void multiple_roots(const Polynomial& p, const Polynomial& common, std::vector<Root>& roots) {
+template <class Int>
+void multiple_roots(const Polynomial<Int>& p, const Polynomial<Int>& common,
+                    std::vector<Root<Int>>& roots) {
   if (common.degree == 2) {  // (u - r)^3
     push_if_positive(-common.c[1], common.c[2] << 1, 3, roots);
     return;
   }
   // common = h1 u + h0 and p = (h1 u + h0)^2 (m1 u + m0) / w: the other root is -m0 / m1.
-  const BigInt& h0 = common.c[0];
-  const BigInt& h1 = common.c[1];
+  const Int& h0 = common.c[0];
+  const Int& h1 = common.c[1];
   push_if_positive(-h0, h1, 2, roots);
   if (p.degree < 3) return;
-  const BigInt num = -(p.c[0] * h1 * h1);
-  const BigInt den = p.c[3] * h0 * h0;
+  const Int num = -(p.c[0] * h1 * h1);
+  const Int den = p.c[3] * h0 * h0;
   const std::size_t n = roots.size();
   const bool had_double = h0.sign() * h1.sign() < 0;
   push_if_positive(num, den, 1, roots);
@@ -245,7 +271,8 @@ void multiple_roots(const Polynomial& p, const Polynomial& common, std::vector<R
 }
 
 /// Roots in the open interval (0, 1) of p with nonzero outer coefficients.
-void interior_roots(const Polynomial& p, std::vector<Root>& roots) {
+template <class Int>
+void interior_roots(const Polynomial<Int>& p, std::vector<Root<Int>>& roots) {
   const int changes = sign_changes(p);
   if (changes == 0) return;
   if (p.degree == 1) {
@@ -253,97 +280,107 @@ void interior_roots(const Polynomial& p, std::vector<Root>& roots) {
     return;
   }
   if (changes == 1) {
-    roots.push_back(Root::isolated(p, Box(), p.c[0].sign()));
+    roots.push_back(Root<Int>::isolated(p, Box<Int>(), p.c[0].sign()));
     return;
   }
-  const Chain chain = signed_remainders(p, derivative(p));
+  const Chain<Int> chain = signed_remainders(p, derivative(p));
   if (chain.back().degree > 0) {
     multiple_roots(p, chain.back(), roots);
     return;
   }
-  if (sign_changes_at(chain, BigInt(), 0) == sign_changes_at(chain, BigInt(1), 0)) return;
-  bisect_box(p, Box(), roots);
+  if (sign_changes_at(chain, Int(), 0) == sign_changes_at(chain, Int(1), 0)) return;
+  bisect_box(p, Box<Int>(), roots);
 }
 
 double ordered_double(std::int64_t bits) { return std::bit_cast<double>(bits); }
 std::int64_t ordered_bits(double x) { return std::bit_cast<std::int64_t>(x); }
 
 /// x >= 0 as k / 2^m.
-void to_dyadic(double x, BigInt& k, int& m) {
+template <class Int>
+void to_dyadic(double x, Int& k, int& m) {
   int e = 0;
   std::frexp(x, &e);
   constexpr int kMantissaBits = 53;
   m = std::max(kMantissaBits - e, 0);
   m = std::min(m, 1074);
-  k = BigInt::from_double(x, -m);
+  k = Int::from_double(x, -m);
 }
 
-int sign_at_double(const Polynomial& p, double t) {
-  BigInt k;
+template <class Int>
+int sign_at_double(const Polynomial<Int>& p, double t) {
+  Int k;
   int m = 0;
   to_dyadic(t, k, m);
   return sign_at(p, k, m);
 }
 
 /// The largest double not above k / 2^m, and whether it is that number.
-double floor_of_dyadic(const BigInt& k, int m, bool& exact) {
+template <class Int>
+double floor_of_dyadic(const Int& k, int m, bool& exact) {
   exact = k.is_zero();
   if (exact) return 0.0;
   int e = 0;
   const double f = k.mantissa(e);
   const double x = std::ldexp(f, e - m);
   if (x == 0.0) return 0.0;
-  BigInt kx;
+  Int kx;
   int mx = 0;
   to_dyadic(x, kx, mx);
   // ldexp rounds only where the result is subnormal.
-  const BigInt excess = (kx << std::max(m - mx, 0)) - (k << std::max(mx - m, 0));
+  const Int excess = (kx << std::max(m - mx, 0)) - (k << std::max(mx - m, 0));
   exact = excess.is_zero();
   return excess.sign() > 0 ? std::nextafter(x, 0.0) : x;
 }
 
 }  // namespace
 
-bool Polynomial::is_zero() const {
+template <class Int>
+bool Polynomial<Int>::is_zero() const {
   for (int i = 0; i <= degree; ++i)
     if (!c[i].is_zero()) return false;
   return true;
 }
 
-Polynomial operator+(const Polynomial& a, const Polynomial& b) {
-  Polynomial r;
+template <class Int>
+Polynomial<Int> operator+(const Polynomial<Int>& a, const Polynomial<Int>& b) {
+  Polynomial<Int> r;
   r.degree = a.degree;
   for (int i = 0; i <= a.degree; ++i) r.c[i] = a.c[i] + b.c[i];
   return r;
 }
 
-Polynomial operator-(const Polynomial& a, const Polynomial& b) {
-  Polynomial r;
+template <class Int>
+Polynomial<Int> operator-(const Polynomial<Int>& a, const Polynomial<Int>& b) {
+  Polynomial<Int> r;
   r.degree = a.degree;
   for (int i = 0; i <= a.degree; ++i) r.c[i] = a.c[i] - b.c[i];
   return r;
 }
 
-Polynomial operator*(const Polynomial& a, const Polynomial& b) {
-  Polynomial r;
+template <class Int>
+Polynomial<Int> operator*(const Polynomial<Int>& a, const Polynomial<Int>& b) {
+  Polynomial<Int> r;
   r.degree = a.degree + b.degree;
   add_product(r, a, b);
   return r;
 }
 
-void add_product(Polynomial& r, const Polynomial& a, const Polynomial& b, bool negate) {
-  SELVEDGE_ASSERT(r.degree == a.degree + b.degree && r.degree <= Polynomial::kMaxDegree);
+template <class Int>
+void add_product(Polynomial<Int>& r, const Polynomial<Int>& a, const Polynomial<Int>& b,
+                 bool negate) {
+  SELVEDGE_ASSERT(r.degree == a.degree + b.degree && r.degree <= Polynomial<Int>::kMaxDegree);
   for (int i = 0; i <= a.degree; ++i)
     for (int j = 0; j <= b.degree; ++j) r.c[i + j].add_product(a.c[i], b.c[j], negate);
 }
 
-int sign_at(const Polynomial& p, const BigInt& k, int m) {
+template <class Int>
+int sign_at(const Polynomial<Int>& p, const Int& k, int m) {
   if (k.is_zero()) return p.c[0].sign();
-  const BigInt rest = power_of_two(m) - k;
+  const Int rest = power_of_two<Int>(m) - k;
   if (rest.is_zero()) return p.c[p.degree].sign();
   // Homogeneous Horner scheme: sum of c[i] k^i rest^(n-i).
-  BigInt value = p.c[p.degree];
-  BigInt power(1);
+  Int value = p.c[p.degree];
+  Int power(1);
   for (int i = p.degree; i-- > 0;) {
     power = power * rest;
     value = value * k;
@@ -352,16 +389,18 @@ int sign_at(const Polynomial& p, const BigInt& k, int m) {
   return value.sign();
 }
 
-Root Root::rational(BigInt num, BigInt den) {
-  Root r;
+template <class Int>
+Root<Int> Root<Int>::rational(Int num, Int den) {
+  Root<Int> r;
   r.rational_ = true;
   r.num_ = std::move(num);
   r.den_ = std::move(den);
   return r;
 }
 
-Root Root::isolated(Polynomial p, Box box, int sign_lo) {
-  Root r;
+template <class Int>
+Root<Int> Root<Int>::isolated(Polynomial<Int> p, Box<Int> box, int sign_lo) {
+  Root<Int> r;
   r.rational_ = false;
   r.p_ = std::move(p);
   r.box_ = std::move(box);
@@ -369,11 +408,12 @@ Root Root::isolated(Polynomial p, Box box, int sign_lo) {
   return r;
 }
 
-void Root::bisect() {
-  Box right = part_of(box_, 1, 1, 2);
+template <class Int>
+void Root<Int>::bisect() {
+  Box<Int> right = part_of(box_, 1, 1, 2);
   const int s = sign_at(p_, right.k, right.m);
   if (s == 0) {
-    BigInt rest = power_of_two(right.m) - right.k;
+    Int rest = power_of_two<Int>(right.m) - right.k;
     const int kept = multiplicity;
     *this = rational(std::move(right.k), std::move(rest));
     multiplicity = kept;
@@ -384,9 +424,10 @@ void Root::bisect() {
 
 /// The root in doubles, as a place in the box: no accuracy is promised and none is needed, because
 /// every use checks exact signs around it.
-double Root::guess() const {
-  const Polynomial local = restrict_to(p_, box_);
-  std::array<double, Polynomial::kMaxDegree + 1> c{};
+template <class Int>
+double Root<Int>::guess() const {
+  const Polynomial<Int> local = restrict_to(p_, box_);
+  std::array<double, Polynomial<Int>::kMaxDegree + 1> c{};
   to_doubles(local, c);
   const auto value = [&](double s) {
     double v = c[local.degree], power = 1.0;
@@ -418,11 +459,12 @@ double Root::guess() const {
 
 /// Shrinks the box by 2^-kGuessedBits around the root computed in doubles if exact signs confirm
 /// it, else halves it.
-void Root::narrow() {
+template <class Int>
+void Root<Int>::narrow() {
   const auto step = static_cast<std::int64_t>(std::ldexp(guess(), kGuessedBits));
   constexpr std::int64_t kCells = std::int64_t{1} << kGuessedBits;
   if (step > 0 && step + 1 < kCells) {
-    Box cell = part_of(box_, kGuessedBits, step, step + 1);
+    Box<Int> cell = part_of(box_, kGuessedBits, step, step + 1);
     if (sign_at(p_, cell.k, cell.m) == sign_lo_ && sign_at(p_, cell.end(), cell.m) == -sign_lo_) {
       box_ = std::move(cell);
       return;
@@ -431,12 +473,13 @@ void Root::narrow() {
   bisect();
 }
 
-int Root::sign_if_clear(const Polynomial& q) const {
+template <class Int>
+int Root<Int>::sign_if_clear(const Polynomial<Int>& q) const {
   if (rational_) {
     if (num_.is_zero()) return q.c[0].sign();
     if (den_.is_zero()) return q.c[q.degree].sign();
-    BigInt value = q.c[q.degree];
-    BigInt power(1);
+    Int value = q.c[q.degree];
+    Int power(1);
     for (int i = q.degree; i-- > 0;) {
       power = power * den_;
       value = value * num_ + q.c[i] * power;
@@ -449,15 +492,16 @@ int Root::sign_if_clear(const Polynomial& q) const {
 /// Whether q is zero at the root a of p, the only one in the box. With r = p mod q, at most linear:
 /// if r is zero, all roots of q are roots of p, and q(a) = 0 iff q has a root in the box. Otherwise
 /// a common root is one of r, so that it is rational: then the root becomes a rational one.
-bool Root::vanishes(Polynomial q) {
-  const Polynomial local = restrict_to(q, box_);
+template <class Int>
+bool Root<Int>::vanishes(Polynomial<Int> q) {
+  const Polynomial<Int> local = restrict_to(q, box_);
   drop_leading_zeros(q);
   if (q.degree == 0) return false;
-  const Polynomial r = remainder(p_, q);
+  const Polynomial<Int> r = remainder(p_, q);
   if (r.is_zero()) return sign_changes(local) % 2 == 1;
   if (r.degree == 0 || sign_at(r, box_.k, box_.m) * sign_at(r, box_.end(), box_.m) >= 0)
     return false;
-  Root common = rational(magnitude(r.c[0]), magnitude(r.c[1]));
+  Root<Int> common = rational(magnitude(r.c[0]), magnitude(r.c[1]));
   if (common.sign_if_clear(q) != 0) return false;
   common.multiplicity = multiplicity;
   *this = std::move(common);
@@ -465,7 +509,8 @@ bool Root::vanishes(Polynomial q) {
 }
 
 /// Ends: where q does not vanish its sign becomes clear on a box small enough.
-int Root::sign(const Polynomial& q) {
+template <class Int>
+int Root<Int>::sign(const Polynomial<Int>& q) {
   if (q.is_zero()) return 0;
   bool known_nonzero = false;
   while (!rational_) {
@@ -479,7 +524,8 @@ int Root::sign(const Polynomial& q) {
   return sign_if_clear(q);
 }
 
-double Root::floor(bool& exact) const {
+template <class Int>
+double Root<Int>::floor(bool& exact) const {
   if (!rational_) {
     Root narrower = *this;
     if (box_.m == 0) narrower.narrow();
@@ -489,13 +535,14 @@ double Root::floor(bool& exact) const {
   exact = true;
   if (num_.is_zero()) return 0.0;
   if (den_.is_zero()) return 1.0;
-  Polynomial line;
+  Polynomial<Int> line;
   line.degree = 1;
   line.c = {-num_, den_};
-  return isolated(line, Box(), -1).floor_in_box(exact);
+  return isolated(line, Box<Int>(), -1).floor_in_box(exact);
 }
 
-double Root::floor_in_box(bool& exact) const {
+template <class Int>
+double Root<Int>::floor_in_box(bool& exact) const {
   exact = false;
   bool end_is_double = false;
   double lo = floor_of_dyadic(box_.k, box_.m, end_is_double);
@@ -526,9 +573,10 @@ double Root::floor_in_box(bool& exact) const {
   return lo;
 }
 
-void isolate_roots(const Polynomial& p, std::vector<Root>& roots) {
+template <class Int>
+void isolate_roots(const Polynomial<Int>& p, std::vector<Root<Int>>& roots) {
   SELVEDGE_ASSERT(!p.is_zero());
-  Polynomial inner = p;
+  Polynomial<Int> inner = p;
   drop_content(inner);
   int zeros = 0;
   while (inner.c[zeros].is_zero()) ++zeros;
@@ -536,24 +584,30 @@ void isolate_roots(const Polynomial& p, std::vector<Root>& roots) {
   inner.degree -= zeros;
   const int before = inner.degree;
   drop_leading_zeros(inner);
-  for (int i = inner.degree + 1; i <= Polynomial::kMaxDegree; ++i) inner.c[i] = BigInt();
+  for (int i = inner.degree + 1; i <= Polynomial<Int>::kMaxDegree; ++i) inner.c[i] = Int();
   if (zeros > 0) {
-    roots.push_back(Root::rational(BigInt(), BigInt(1)));
+    roots.push_back(Root<Int>::rational(Int(), Int(1)));
     roots.back().multiplicity = zeros;
   }
   if (inner.degree > 0) interior_roots(inner, roots);
   if (before > inner.degree) {
-    roots.push_back(Root::rational(BigInt(1), BigInt()));
+    roots.push_back(Root<Int>::rational(Int(1), Int()));
     roots.back().multiplicity = before - inner.degree;
   }
 }
 
-bool isolate_in_box(const Polynomial& p, const Box& box, Root& root) {
-  const Polynomial local = restrict_to(p, box);
-  if (local.c[0].is_zero() || local.c[local.degree].is_zero() || sign_changes(local) != 1)
-    return false;
-  root = Root::isolated(p, box, local.c[0].sign());
-  return true;
-}
+#define SELVEDGE_INSTANTIATE(Int)                                                             \
+  template struct Polynomial<Int>;                                                            \
+  template class Root<Int>;                                                                   \
+  template Polynomial<Int> operator+(const Polynomial<Int>&, const Polynomial<Int>&);         \
+  template Polynomial<Int> operator-(const Polynomial<Int>&, const Polynomial<Int>&);         \
+  template Polynomial<Int> operator*(const Polynomial<Int>&, const Polynomial<Int>&);         \
+  template void add_product(Polynomial<Int>&, const Polynomial<Int>&, const Polynomial<Int>&, \
+                            bool);                                                            \
+  template int sign_at(const Polynomial<Int>&, const Int&, int);                              \
+  template void isolate_roots(const Polynomial<Int>&, std::vector<Root<Int>>&);
+SELVEDGE_INSTANTIATE(BigInt)
+SELVEDGE_INSTANTIATE(SmallInt)
+#undef SELVEDGE_INSTANTIATE
 
 }  // namespace selvedge::narrowphase_detail

@@ -2,53 +2,65 @@
 #pragma once
 
 #include <selvedge/narrowphase/detail/big_int.h>
+#include <selvedge/narrowphase/detail/fixed_int.h>
 
 #include <array>
 #include <vector>
 
 namespace selvedge::narrowphase_detail {
 
+/// Int is BigInt, or a FixedInt whose DoesNotFit the caller catches.
+///
 /// p(t) = sum over i of c[i] (1 - t)^(degree - i) t^i with integer c: the Bernstein form with the
 /// binomials multiplied in. It is also the polynomial sum of c[i] u^i in u = t / (1 - t), which
 /// maps [0, 1] onto [0, infinity] in order, so that products are plain convolutions, the values at
 /// t = 0 and t = 1 are the outer coefficients, and Descartes' rule of signs counts roots in (0, 1).
+template <class Int>
 struct Polynomial {
   static constexpr int kMaxDegree = 4;
   int degree = 0;  ///< formal; outer coefficients may be zero
-  std::array<BigInt, kMaxDegree + 1> c;
+  std::array<Int, kMaxDegree + 1> c;
 
   bool is_zero() const;
 };
 
-Polynomial operator+(const Polynomial& a, const Polynomial& b);  ///< of equal degree
-Polynomial operator-(const Polynomial& a, const Polynomial& b);  ///< of equal degree
-Polynomial operator*(const Polynomial& a, const Polynomial& b);
+template <class Int>
+Polynomial<Int> operator+(const Polynomial<Int>& a, const Polynomial<Int>& b);  ///< of equal degree
+template <class Int>
+Polynomial<Int> operator-(const Polynomial<Int>& a, const Polynomial<Int>& b);  ///< of equal degree
+template <class Int>
+Polynomial<Int> operator*(const Polynomial<Int>& a, const Polynomial<Int>& b);
 /// r += a * b, or -= where `negate`; r is of the product's degree.
-void add_product(Polynomial& r, const Polynomial& a, const Polynomial& b, bool negate = false);
+template <class Int>
+void add_product(Polynomial<Int>& r, const Polynomial<Int>& a, const Polynomial<Int>& b,
+                 bool negate = false);
 
 /// Sign of p at t = k / 2^m, 0 <= k <= 2^m.
-int sign_at(const Polynomial& p, const BigInt& k, int m);
+template <class Int>
+int sign_at(const Polynomial<Int>& p, const Int& k, int m);
 
 /// The times from k / 2^m to (k + width) / 2^m, within [0, 1].
+template <class Int>
 struct Box {
-  BigInt k, width{1};
+  Int k, width{1};
   int m = 0;
-  BigInt end() const { return k + width; }
+  Int end() const { return k + width; }
 };
 
 /// The t in [0, 1] where one polynomial is zero: either a rational number or an algebraic one,
 /// known as the only root of a polynomial strictly between two dyadic numbers.
+template <class Int>
 class Root {
  public:
   /// t = num / (num + den), both not negative and not both zero.
-  static Root rational(BigInt num, BigInt den);
+  static Root rational(Int num, Int den);
   /// The only root of p in the open box, a simple one; left of it p has the sign `sign_lo`.
-  static Root isolated(Polynomial p, Box box, int sign_lo);
+  static Root isolated(Polynomial<Int> p, Box<Int> box, int sign_lo);
 
   /// Exact sign of q at the root, for q of degree at most 2 (or any degree at a rational root).
-  int sign(const Polynomial& q);
+  int sign(const Polynomial<Int>& q);
   /// Sign of q at the root where a cheap test shows that it is not zero, else 0.
-  int sign_if_clear(const Polynomial& q) const;
+  int sign_if_clear(const Polynomial<Int>& q) const;
   /// The largest double not above the root. `exact` tells whether it equals the root.
   double floor(bool& exact) const;
   int multiplicity = 1;
@@ -58,21 +70,18 @@ class Root {
   void bisect();
   void narrow();
   double guess() const;
-  bool vanishes(Polynomial q);
+  bool vanishes(Polynomial<Int> q);
 
   bool rational_ = true;
-  BigInt num_, den_;
-  Polynomial p_;
-  Box box_;
+  Int num_, den_;
+  Polynomial<Int> p_;
+  Box<Int> box_;
   int sign_lo_ = 0;
 };
 
 /// Appends the distinct roots of p in the closed interval [0, 1] in ascending order. p is of degree
 /// at most 3 and not identically zero.
-void isolate_roots(const Polynomial& p, std::vector<Root>& roots);
-
-/// The root of p in the open box if the rule of signs shows that there is exactly one and the ends
-/// are none.
-bool isolate_in_box(const Polynomial& p, const Box& box, Root& root);
+template <class Int>
+void isolate_roots(const Polynomial<Int>& p, std::vector<Root<Int>>& roots);
 
 }  // namespace selvedge::narrowphase_detail

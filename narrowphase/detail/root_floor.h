@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/narrowphase/narrow_phase.h>
-
-#include <cstdint>
+#include <selvedge/narrowphase/detail/sharp_query.h>
 
 namespace selvedge::narrowphase_detail {
 
-/// The largest double not above the root of the coplanarity cubic in the box [k, k + 1] / 2^m, on
-/// which the cubic is monotonic and changes sign. In double-double arithmetic with an error bound;
-/// false where that does not settle it. The query is one that stage C has settled.
-bool floor_of_root(const Query& query, std::int64_t k, int m, double& root);
+/// The largest double not above the only root of f strictly between lo and hi, where f has opposite
+/// signs at lo and hi. False where the error bound of f does not settle it.
+bool floor_of_root(const SharpQuery& f, double lo, double hi, double& root);
 
 }  // namespace selvedge::narrowphase_detail

@@ -1,20 +1,22 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/narrowphase/detail/error_bounds.h>
+#include <selvedge/narrowphase/detail/root_floor.h>
 #include <selvedge/narrowphase/detail/root_isolation.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
+#include <span>
 
 namespace selvedge::narrowphase_detail {
 namespace {
 
-/// Boxes narrower than 2^-kDeepest, or more boxes than kMostBoxes, are left to integers.
+/// Boxes narrower than 2^-kDeepest, or more boxes than allowed, leave the query open. The first
+/// pass gives up early: what it does not settle soon needs the sharper cubic.
 constexpr int kDeepest = 30;
-constexpr int kMostBoxes = 160;
-/// Boxes of this depth on which every root is a contact are not halved to make f monotonic.
-constexpr int kMonotonicBy = 12;
+constexpr int kFirstPassBoxes = 24, kMostBoxes = 160;
 
 /// b0 (1-t)^2 + 2 b1 t (1-t) + b2 t^2.
 struct Quadratic {
@@ -38,11 +40,22 @@ Quadratic operator-(const Quadratic& a, const Quadratic& b) {
   return {a.b0 - b.b0, a.b1 - b.b1, a.b2 - b.b2};
 }
 
+/// Must not be negative, times the sign of n_i; known up to `error`.
+struct Constraint {
+  Quadratic q;
+  double error;
+};
+
 /// A difference of two vertices at both ends.
 struct Motion {
   Vec3 d0, d1;
   double largest() const { return std::max(d0.cwiseAbs().maxCoeff(), d1.cwiseAbs().maxCoeff()); }
 };
+
+DoubleDouble component(const SharpVec& a, const SharpVec& b, int i) {
+  const int j = (i + 1) % 3, k = (i + 2) % 3;
+  return a[j] * b[k] - a[k] * b[j];
+}
 
 Quadratic cross_component(const Motion& a, const Motion& b, int i) {
   const int j = (i + 1) % 3, k = (i + 2) % 3;
@@ -53,12 +66,14 @@ Quadratic cross_component(const Motion& a, const Motion& b, int i) {
 /// Stage C. The coplanarity cubic in Bernstein form is halved into boxes, earliest first. A box
 /// is dropped if all coefficients have one strict sign (no root), or if a component n_i of n and
 /// one constraint have strict signs on it that contradict (no root in it is a contact; see
-/// exact_query.cpp). If n_i and all constraints have strict signs that agree, every root in the box
-/// is a contact, and if the ends have strict opposite signs there is one. A box that stays open
-/// down to the finest width leaves the query open.
+/// exact_query.h). Where the cubic is monotonic and changes sign it has one root, which is
+/// narrowed to neighbouring doubles; if n_i and all constraints have strict signs there that agree,
+/// it is the first contact, and if two contradict, it is none. What stays open down to the finest
+/// box leaves the query open.
 class RootIsolation {
  public:
-  explicit RootIsolation(const Query& query) : edges_(query.kind == ContactKind::edge_edge) {
+  explicit RootIsolation(const Query& query)
+      : query_(query), edges_(query.kind == ContactKind::edge_edge) {
     const auto difference = [&](int head, int tail) {
       return Motion{query.x_t0[head] - query.x_t0[tail], query.x_t1[head] - query.x_t1[tail]};
     };
@@ -68,102 +83,171 @@ class RootIsolation {
     for (int i = 0; i < 3; ++i) n_[i] = cross_component(X_, Y_, i);
   }
 
-  Verdict run(TimeBox& box) {
+  Verdict run(double& toi) {
     const double a = X_.largest(), b = Y_.largest(), c = Z_.largest();
-    const double largest = std::max({a, b, c});
-    if (!(std::min({a, b, c}) > kSmallest && largest < kLargest)) return Verdict::open;
-    const auto row = [&](double Quadratic::*p) { return Vec3(n_[0].*p, n_[1].*p, n_[2].*p); };
-    const Vec3 n0 = row(&Quadratic::b0), n1 = 2.0 * row(&Quadratic::b1), n2 = row(&Quadratic::b2);
-    const std::array<double, 4> f{n0.dot(Z_.d0), (n0.dot(Z_.d1) + n1.dot(Z_.d0)) / 3.0,
-                                  (n2.dot(Z_.d0) + n1.dot(Z_.d1)) / 3.0, n2.dot(Z_.d1)};
-    largest_f_ = 0.0;
-    for (const double v : f) largest_f_ = std::max(largest_f_, std::abs(v));
-    error_f_ = kBernsteinError * kRoundoff * (a * b * c);
-    error_q_ = kConstraintError * kRoundoff * (largest * largest);
-    const Verdict verdict = visit(f, 0, 0);
-    box = box_;
+    if (!(std::min({a, b, c}) > kSmallest && std::max({a, b, c}) < kLargest)) return Verdict::open;
+    error_n_ = kConstraintError * kRoundoff * (a * b);
+    error_h_ = kConstraintError * kRoundoff * (c * b);
+    error_g_ = kConstraintError * kRoundoff * (a * c);
+    Verdict verdict = pass(bernstein(), kBernsteinError * kRoundoff * (a * b * c), kFirstPassBoxes);
+    if (verdict == Verdict::open) {
+      const SharpQuery& f = sharp();
+      use_sharp_signs_ = true;
+      verdict = pass(f.bernstein(), f.error(), kMostBoxes);
+    }
+    toi = toi_;
     return verdict;
   }
 
  private:
   using Coefficients = std::array<double, 4>;
 
-  Verdict visit(const Coefficients& f, std::int64_t k, int m) {
-    // Each halving takes 3 sums on the way of a coefficient, each off by at most u times the
-    // largest coefficient.
-    const double error = error_f_ + 4.0 * kRoundoff * m * largest_f_;
-    if (std::min({f[0], f[1], f[2], f[3]}) > error) return Verdict::no;
-    if (std::max({f[0], f[1], f[2], f[3]}) < -error) return Verdict::no;
-    if (++boxes_ > kMostBoxes) return Verdict::open;
-    const double width = std::ldexp(1.0, -m), lo = static_cast<double>(k) * width, hi = lo + width;
-    const Verdict inside = contact_everywhere(lo, hi);
-    if (inside == Verdict::no) return Verdict::no;
-    const bool crosses = (f[0] > error && f[3] < -error) || (f[0] < -error && f[3] > error);
-    if (inside == Verdict::yes && crosses) {
-      const double p = f[1] - f[0], q = f[2] - f[1], r = f[3] - f[2], least = 3.0 * error;
-      const bool monotonic = std::min({p, q, r}) > least || std::max({p, q, r}) < -least;
-      // One root is easier to follow than several: halve on while that promises to help.
-      if (monotonic || m >= kMonotonicBy) {
-        box_ = {k, m, monotonic};
-        return Verdict::yes;
-      }
-    }
-    if (m >= kDeepest) return Verdict::open;
-    const double p = 0.5 * (f[0] + f[1]), q = 0.5 * (f[1] + f[2]), r = 0.5 * (f[2] + f[3]);
-    const double pq = 0.5 * (p + q), qr = 0.5 * (q + r), middle = 0.5 * (pq + qr);
-    const Verdict left = visit({f[0], p, pq, middle}, 2 * k, m + 1);
-    if (left != Verdict::no) return left;
-    return visit({middle, qr, r, f[3]}, 2 * k + 1, m + 1);
+  Coefficients bernstein() const {
+    const auto row = [&](double Quadratic::*p) { return Vec3(n_[0].*p, n_[1].*p, n_[2].*p); };
+    const Vec3 n0 = row(&Quadratic::b0), n1 = 2.0 * row(&Quadratic::b1), n2 = row(&Quadratic::b2);
+    return {n0.dot(Z_.d0), (n0.dot(Z_.d1) + n1.dot(Z_.d0)) / 3.0,
+            (n2.dot(Z_.d0) + n1.dot(Z_.d1)) / 3.0, n2.dot(Z_.d1)};
   }
 
-  /// Whether coplanar vertices at any time of the box mean contact: never, always, or it depends.
-  Verdict contact_everywhere(double lo, double hi) {
-    const double middle = 0.5 * (lo + hi);
-    int component = 0;
-    double best = -1.0;
-    for (int i = 0; i < 3; ++i) {
-      const double v = std::abs(n_[i].polar(middle, middle));
-      if (v > best) best = v, component = i;
-    }
-    const int sign = n_[component].strict_sign(lo, hi, error_q_);
+  const SharpQuery& sharp() {
+    if (!sharp_) sharp_.emplace(query_);
+    return *sharp_;
+  }
+
+  Verdict pass(const Coefficients& f, double error, int boxes) {
+    boxes_left_ = boxes;
+    error_f_ = error;
+    largest_f_ = 0.0;
+    for (const double v : f) largest_f_ = std::max(largest_f_, std::abs(v));
+    return visit(f, 0, 0);
+  }
+
+  Verdict visit(const Coefficients& f, std::int64_t k, int m) {
+    // Coefficients may be rounded twice at the start. Each halving takes 3 sums on the way of a
+    // coefficient, each off by at most u times the largest coefficient.
+    const double error = error_f_ + (4.0 * m + 2.0) * kRoundoff * largest_f_;
+    const double width = std::ldexp(1.0, -m), lo = static_cast<double>(k) * width, hi = lo + width;
+    if (has_one_sign(f, lo, hi, error)) return Verdict::no;
+    if (--boxes_left_ < 0) return Verdict::open;
+    const Verdict inside = contact_everywhere(lo, hi);
+    if (inside == Verdict::no) return Verdict::no;
+    const double p = f[1] - f[0], q = f[2] - f[1], r = f[3] - f[2], least = 3.0 * error;
+    const bool monotonic = std::min({p, q, r}) > least || std::max({p, q, r}) < -least;
+    if (monotonic && sign_at(lo, f[0], error) * sign_at(hi, f[3], error) < 0)
+      return decide_root(lo, hi);
+    if (m >= kDeepest) return Verdict::open;
+    const double a = 0.5 * (f[0] + f[1]), b = 0.5 * (f[1] + f[2]), c = 0.5 * (f[2] + f[3]);
+    const double ab = 0.5 * (a + b), bc = 0.5 * (b + c), middle = 0.5 * (ab + bc);
+    const Verdict left = visit({f[0], a, ab, middle}, 2 * k, m + 1);
+    if (left != Verdict::no) return left;
+    return visit({middle, bc, c, f[3]}, 2 * k + 1, m + 1);
+  }
+
+  /// Certain sign of f at the time t where it is about v, or 0.
+  int sign_at(double t, double v, double error) {
+    if (v > error) return 1;
+    if (v < -error) return -1;
+    return use_sharp_signs_ ? sharp().sign(t) : 0;
+  }
+
+  bool has_one_sign(const Coefficients& f, double lo, double hi, double error) {
+    const double inner_lo = std::min(f[1], f[2]), inner_hi = std::max(f[1], f[2]);
+    if (inner_lo > error) return sign_at(lo, f[0], error) > 0 && sign_at(hi, f[3], error) > 0;
+    if (inner_hi < -error) return sign_at(lo, f[0], error) < 0 && sign_at(hi, f[3], error) < 0;
+    return false;
+  }
+
+  /// The only root of f strictly between lo and hi.
+  Verdict decide_root(double lo, double hi) {
+    if (!floor_of_root(sharp(), lo, hi, toi_)) return Verdict::open;
+    const Verdict verdict = contact_everywhere(toi_, std::nextafter(toi_, 2.0));
+    SharpTime root;
+    if (verdict != Verdict::open || !sharp().locate(toi_, root)) return verdict;
+    return contact_at(root);
+  }
+
+  Verdict contact_at(const SharpTime& time) {
+    const int i = largest_component(time.value.hi);
+    const auto [X, Y, Z] = sharp().at(time.value);
+    const DoubleDouble n = component(X, Y, i), h = component(Z, Y, i);
+    const DoubleDouble g = edges_ ? component(Z, X, i) : component(X, Z, i);
+    const std::array<DoubleDouble, 4> tests{h, edges_ ? n - h : n - h - g, g, n - g};
+    const double error = (kSharpConstraintError + kConstraintSlope * time.half_width) /
+                         (kConstraintError * kRoundoff);
+    const auto sign_of = [](const DoubleDouble& v, double bound) {
+      return v.hi > bound ? 1 : (v.hi < -bound ? -1 : 0);
+    };
+    const int sign = sign_of(n, error * error_n_);
     if (sign == 0) return Verdict::open;
-    const std::array<Quadratic, 4>& tests = constraints(component);
     Verdict verdict = Verdict::yes;
-    for (const Quadratic& q : tests) {
-      const int s = sign * q.strict_sign(lo, hi, error_q_);
+    const double all = error_n_ + error_h_ + error_g_;
+    for (int k = 0; k < (edges_ ? 4 : 3); ++k) {
+      const int s = sign * sign_of(tests[k], error * all);
       if (s < 0) return Verdict::no;
       if (s == 0) verdict = Verdict::open;
     }
     return verdict;
   }
 
-  const std::array<Quadratic, 4>& constraints(int i) {
-    if (constrained_ == i) return constraints_;
-    constrained_ = i;
-    const Quadratic h = cross_component(Z_, Y_, i);
-    if (edges_) {
-      const Quadratic g = cross_component(Z_, X_, i);
-      constraints_ = {h, n_[i] - h, g, n_[i] - g};
-    } else {
-      const Quadratic g = cross_component(X_, Z_, i);
-      const Quadratic rest = n_[i] - h - g;
-      constraints_ = {h, g, rest, rest};
+  /// Of n at t.
+  int largest_component(double t) const {
+    int largest = 0;
+    double best = -1.0;
+    for (int i = 0; i < 3; ++i) {
+      const double v = std::abs(n_[i].polar(t, t));
+      if (v > best) best = v, largest = i;
     }
-    return constraints_;
+    return largest;
   }
 
+  /// Whether coplanar vertices at any time of the box mean contact: never, always, or it depends.
+  Verdict contact_everywhere(double lo, double hi) {
+    const int i = largest_component(0.5 * (lo + hi));
+    const int sign = n_[i].strict_sign(lo, hi, error_n_);
+    if (sign == 0) return Verdict::open;
+    Verdict verdict = Verdict::yes;
+    for (const Constraint& c : constraints(i)) {
+      const int s = sign * c.q.strict_sign(lo, hi, c.error);
+      if (s < 0) return Verdict::no;
+      if (s == 0) verdict = Verdict::open;
+    }
+    return verdict;
+  }
+
+  std::span<const Constraint> constraints(int i) {
+    if (constrained_ != i) {
+      constrained_ = i;
+      const Constraint h{cross_component(Z_, Y_, i), error_h_};
+      if (edges_) {
+        const Constraint g{cross_component(Z_, X_, i), error_g_};
+        constraints_ = {
+            h, {n_[i] - h.q, error_n_ + error_h_}, g, {n_[i] - g.q, error_n_ + error_g_}};
+      } else {
+        const Constraint g{cross_component(X_, Z_, i), error_g_};
+        constraints_ = {h, g, {n_[i] - h.q - g.q, error_n_ + error_h_ + error_g_}};
+      }
+    }
+    return std::span(constraints_).first(edges_ ? 4 : 3);
+  }
+
+  const Query& query_;
   bool edges_;
   Motion X_, Y_, Z_;
   std::array<Quadratic, 3> n_;
-  double largest_f_ = 0.0, error_f_ = 0.0, error_q_ = 0.0;
+  double error_n_ = 0.0, error_h_ = 0.0, error_g_ = 0.0;
   int constrained_ = -1;
-  std::array<Quadratic, 4> constraints_;
-  int boxes_ = 0;
-  TimeBox box_;
+  std::array<Constraint, 4> constraints_;
+
+  // Of the pass.
+  double largest_f_ = 0.0, error_f_ = 0.0;
+  int boxes_left_ = 0;
+  bool use_sharp_signs_ = false;
+  std::optional<SharpQuery> sharp_;
+  double toi_ = 0.0;
 };
 
 }  // namespace
 
-Verdict isolate(const Query& query, TimeBox& box) { return RootIsolation(query).run(box); }
+Verdict isolate_contact(const Query& query, double& toi) { return RootIsolation(query).run(toi); }
 
 }  // namespace selvedge::narrowphase_detail

@@ -28,12 +28,15 @@ constexpr std::size_t kBatch = 256;
 /// Stages C, D and E.
 bool settle(const Query& query, double& toi, CcdExactStages& stages) {
   using narrowphase_detail::Verdict;
-  const Verdict verdict = narrowphase_detail::isolate_contact(query, toi);
+  narrowphase_detail::IsolatedRoot root;
+  const Verdict verdict = narrowphase_detail::isolate_contact(query, root);
+  toi = root.floor;
   if (verdict != Verdict::open) {
     ++stages.isolated;
     return verdict == Verdict::yes;
   }
   ++stages.exact;
+  if (root.sign_lo != 0 && narrowphase_detail::touches_exactly(query, root)) return true;
   return narrowphase_detail::collides_exactly(query, toi);
 }
 

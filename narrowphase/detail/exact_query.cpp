@@ -129,6 +129,31 @@ class ExactQuery {
     return f_.is_zero() ? first_coplanar_contact(toi) : first_root_in_contact(toi);
   }
 
+  /// Whether the primitives touch at a root of f.
+  bool touches(Root<Int>& root) {
+    int component = -1, sign = 0;
+    for (int i = 0; i < 3 && sign == 0; ++i) {
+      sign = root.sign_if_clear(n_[i]);
+      component = i;
+    }
+    for (int i = 0; i < 3 && sign == 0; ++i) {
+      sign = root.sign(n_[i]);
+      component = i;
+    }
+    if (sign == 0) {
+      for (const SegmentTest& test : segment_tests())
+        if (on_segment(root, test)) return true;
+      return false;
+    }
+    const std::array<Polynomial<Int>, 4>& tests = constraints(component);
+    // Most roots lie clearly outside one constraint: ask all cheaply before any one thoroughly.
+    for (const Polynomial<Int>& p : tests)
+      if (root.sign_if_clear(p) * sign < 0) return false;
+    for (const Polynomial<Int>& p : tests)
+      if (root.sign(p) * sign < 0) return false;
+    return true;
+  }
+
  private:
   bool first_root_in_contact(double& toi) {
     std::vector<Root<Int>> roots;
@@ -173,31 +198,6 @@ class ExactQuery {
     }
     toi = first;
     return first <= 1.0;
-  }
-
-  /// Whether the primitives touch at a root of f.
-  bool touches(Root<Int>& root) {
-    int component = -1, sign = 0;
-    for (int i = 0; i < 3 && sign == 0; ++i) {
-      sign = root.sign_if_clear(n_[i]);
-      component = i;
-    }
-    for (int i = 0; i < 3 && sign == 0; ++i) {
-      sign = root.sign(n_[i]);
-      component = i;
-    }
-    if (sign == 0) {
-      for (const SegmentTest& test : segment_tests())
-        if (on_segment(root, test)) return true;
-      return false;
-    }
-    const std::array<Polynomial<Int>, 4>& tests = constraints(component);
-    // Most roots lie clearly outside one constraint: ask all cheaply before any one thoroughly.
-    for (const Polynomial<Int>& p : tests)
-      if (root.sign_if_clear(p) * sign < 0) return false;
-    for (const Polynomial<Int>& p : tests)
-      if (root.sign(p) * sign < 0) return false;
-    return true;
   }
 
   struct SegmentTest {
@@ -282,6 +282,13 @@ bool with_integers_that_fit(const Query& query, Decide decide) {
 bool collides_exactly(const Query& query, double& toi) {
   return with_integers_that_fit(
       query, [&]<class Int>(ExactQuery<Int>& exact) { return exact.first_contact(toi); });
+}
+
+bool touches_exactly(const Query& query, const IsolatedRoot& root) {
+  return with_integers_that_fit(query, [&]<class Int>(ExactQuery<Int>& exact) {
+    Root<Int> isolated = Root<Int>::between_doubles(exact.cubic(), root.floor, root.sign_lo);
+    return exact.touches(isolated);
+  });
 }
 
 Polynomial<BigInt> coplanarity_cubic(const Query& query) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <selvedge/narrowphase/detail/polynomial.h>
+#include <selvedge/narrowphase/detail/root_isolation.h>
 #include <selvedge/narrowphase/narrow_phase.h>
 
 namespace selvedge::narrowphase_detail {
@@ -9,6 +10,9 @@ namespace selvedge::narrowphase_detail {
 /// Decides a query of finite doubles in integer arithmetic: no rounding anywhere. If the primitives
 /// collide, toi is the largest double not later than the true time of impact.
 bool collides_exactly(const Query& query, double& toi);
+
+/// Whether the primitives touch at a root of the coplanarity cubic that another stage has found.
+bool touches_exactly(const Query& query, const IsolatedRoot& root);
 
 /// Exponent of the lowest set bit of x, which is finite and not zero.
 int lowest_bit(double x);

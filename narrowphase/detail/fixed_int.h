@@ -162,7 +162,8 @@ class FixedInt {
   /// By schoolbook on the limbs as they stand; a negative factor of n limbs stands for itself plus
   /// 2^(64 n), so that the other one, shifted by n limbs, is taken away.
   FixedInt product(const FixedInt& b, int na, int nb) const {
-    std::array<Limb, 2 * kLimbs> p{};
+    Limb p[2 * kLimbs];
+    for (int j = 0; j < nb; ++j) p[j] = 0;
     for (int i = 0; i < na; ++i) {
       Limb carry = 0;
       for (int j = 0; j < nb; ++j) {
@@ -172,8 +173,8 @@ class FixedInt {
       }
       p[i + nb] = carry;
     }
-    if (is_negative()) take_away(p, na, b, nb);
-    if (b.is_negative()) take_away(p, nb, *this, na);
+    if (is_negative()) take_away(p + na, b, nb);
+    if (b.is_negative()) take_away(p + nb, *this, na);
     const int n = na + nb;
     const Limb filler = static_cast<std::int64_t>(p[n - 1]) < 0 ? ~Limb{0} : Limb{0};
     FixedInt r;
@@ -182,11 +183,11 @@ class FixedInt {
     check(((r.top() ^ filler) >> 63) == 0);
     return r;
   }
-  static void take_away(std::array<Limb, 2 * kLimbs>& p, int shift, const FixedInt& b, int n) {
+  static void take_away(Limb* p, const FixedInt& b, int n) {
     Limb borrow = 0;
     for (int j = 0; j < n; ++j) {
-      const DoubleLimb d = DoubleLimb{p[shift + j]} - b.limb_[j] - borrow;
-      p[shift + j] = static_cast<Limb>(d);
+      const DoubleLimb d = DoubleLimb{p[j]} - b.limb_[j] - borrow;
+      p[j] = static_cast<Limb>(d);
       borrow = static_cast<Limb>(d >> 64) & 1U;
     }
   }

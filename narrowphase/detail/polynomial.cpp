@@ -409,6 +409,18 @@ Root<Int> Root<Int>::isolated(Polynomial<Int> p, Box<Int> box, int sign_lo) {
 }
 
 template <class Int>
+Root<Int> Root<Int>::between_doubles(Polynomial<Int> p, double floor, int sign_lo) {
+  Int lo, hi;
+  int m_lo = 0, m_hi = 0;
+  to_dyadic(floor, lo, m_lo);
+  to_dyadic(std::nextafter(floor, 2.0), hi, m_hi);
+  const int m = std::max(m_lo, m_hi);
+  lo = lo << (m - m_lo);
+  hi = hi << (m - m_hi);
+  return isolated(std::move(p), {lo, hi - lo, m}, sign_lo);
+}
+
+template <class Int>
 void Root<Int>::bisect() {
   Box<Int> right = part_of(box_, 1, 1, 2);
   const int s = sign_at(p_, right.k, right.m);
@@ -486,6 +498,7 @@ int Root<Int>::sign_if_clear(const Polynomial<Int>& q) const {
     }
     return value.sign();
   }
+  if (const int s = strict_sign(q); s != 0) return s;
   return strict_sign(restrict_to(q, box_));
 }
 

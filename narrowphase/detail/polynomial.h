@@ -56,6 +56,8 @@ class Root {
   static Root rational(Int num, Int den);
   /// The only root of p in the open box, a simple one; left of it p has the sign `sign_lo`.
   static Root isolated(Polynomial<Int> p, Box<Int> box, int sign_lo);
+  /// The same between the double `floor` and the next one.
+  static Root between_doubles(Polynomial<Int> p, double floor, int sign_lo);
 
   /// Exact sign of q at the root, for q of degree at most 2 (or any degree at a rational root).
   int sign(const Polynomial<Int>& q);

@@ -40,10 +40,10 @@ Quadratic operator-(const Quadratic& a, const Quadratic& b) {
   return {a.b0 - b.b0, a.b1 - b.b1, a.b2 - b.b2};
 }
 
-/// Must not be negative, times the sign of n_i; known up to `error`.
+/// Must not be negative, times the sign of n_i. `size` is the unit of its error.
 struct Constraint {
   Quadratic q;
-  double error;
+  double size;
 };
 
 /// A difference of two vertices at both ends.
@@ -83,19 +83,17 @@ class RootIsolation {
     for (int i = 0; i < 3; ++i) n_[i] = cross_component(X_, Y_, i);
   }
 
-  Verdict run(double& toi) {
+  Verdict run(IsolatedRoot& root) {
     const double a = X_.largest(), b = Y_.largest(), c = Z_.largest();
     if (!(std::min({a, b, c}) > kSmallest && std::max({a, b, c}) < kLargest)) return Verdict::open;
-    error_n_ = kConstraintError * kRoundoff * (a * b);
-    error_h_ = kConstraintError * kRoundoff * (c * b);
-    error_g_ = kConstraintError * kRoundoff * (a * c);
+    size_n_ = a * b, size_h_ = c * b, size_g_ = a * c;
     Verdict verdict = pass(bernstein(), kBernsteinError * kRoundoff * (a * b * c), kFirstPassBoxes);
     if (verdict == Verdict::open) {
       const SharpQuery& f = sharp();
       use_sharp_signs_ = true;
       verdict = pass(f.bernstein(), f.error(), kMostBoxes);
     }
-    toi = toi_;
+    root = root_;
     return verdict;
   }
 
@@ -116,6 +114,7 @@ class RootIsolation {
 
   Verdict pass(const Coefficients& f, double error, int boxes) {
     boxes_left_ = boxes;
+    root_ = {};
     error_f_ = error;
     largest_f_ = 0.0;
     for (const double v : f) largest_f_ = std::max(largest_f_, std::abs(v));
@@ -159,11 +158,12 @@ class RootIsolation {
 
   /// The only root of f strictly between lo and hi.
   Verdict decide_root(double lo, double hi) {
-    if (!floor_of_root(sharp(), lo, hi, toi_)) return Verdict::open;
-    const Verdict verdict = contact_everywhere(toi_, std::nextafter(toi_, 2.0));
-    SharpTime root;
-    if (verdict != Verdict::open || !sharp().locate(toi_, root)) return verdict;
-    return contact_at(root);
+    if (!floor_of_root(sharp(), lo, hi, root_.floor)) return Verdict::open;
+    root_.sign_lo = sharp().sign(lo);
+    const Verdict verdict = contact_everywhere(root_.floor, std::nextafter(root_.floor, 2.0));
+    SharpTime time;
+    if (verdict != Verdict::open || !sharp().locate(root_.floor, time)) return verdict;
+    return contact_at(time);
   }
 
   Verdict contact_at(const SharpTime& time) {
@@ -172,17 +172,15 @@ class RootIsolation {
     const DoubleDouble n = component(X, Y, i), h = component(Z, Y, i);
     const DoubleDouble g = edges_ ? component(Z, X, i) : component(X, Z, i);
     const std::array<DoubleDouble, 4> tests{h, edges_ ? n - h : n - h - g, g, n - g};
-    const double error = (kSharpConstraintError + kConstraintSlope * time.half_width) /
-                         (kConstraintError * kRoundoff);
-    const auto sign_of = [](const DoubleDouble& v, double bound) {
-      return v.hi > bound ? 1 : (v.hi < -bound ? -1 : 0);
+    const double error = kSharpConstraintError + kConstraintSlope * time.half_width;
+    const auto sign_of = [error](const DoubleDouble& v, double size) {
+      return v.hi > error * size ? 1 : (v.hi < -error * size ? -1 : 0);
     };
-    const int sign = sign_of(n, error * error_n_);
+    const int sign = sign_of(n, size_n_);
     if (sign == 0) return Verdict::open;
     Verdict verdict = Verdict::yes;
-    const double all = error_n_ + error_h_ + error_g_;
     for (int k = 0; k < (edges_ ? 4 : 3); ++k) {
-      const int s = sign * sign_of(tests[k], error * all);
+      const int s = sign * sign_of(tests[k], size_n_ + size_h_ + size_g_);
       if (s < 0) return Verdict::no;
       if (s == 0) verdict = Verdict::open;
     }
@@ -203,11 +201,11 @@ class RootIsolation {
   /// Whether coplanar vertices at any time of the box mean contact: never, always, or it depends.
   Verdict contact_everywhere(double lo, double hi) {
     const int i = largest_component(0.5 * (lo + hi));
-    const int sign = n_[i].strict_sign(lo, hi, error_n_);
+    const int sign = n_[i].strict_sign(lo, hi, kConstraintError * kRoundoff * size_n_);
     if (sign == 0) return Verdict::open;
     Verdict verdict = Verdict::yes;
     for (const Constraint& c : constraints(i)) {
-      const int s = sign * c.q.strict_sign(lo, hi, c.error);
+      const int s = sign * c.q.strict_sign(lo, hi, kConstraintError * kRoundoff * c.size);
       if (s < 0) return Verdict::no;
       if (s == 0) verdict = Verdict::open;
     }
@@ -217,14 +215,13 @@ class RootIsolation {
   std::span<const Constraint> constraints(int i) {
     if (constrained_ != i) {
       constrained_ = i;
-      const Constraint h{cross_component(Z_, Y_, i), error_h_};
+      const Constraint h{cross_component(Z_, Y_, i), size_h_};
       if (edges_) {
-        const Constraint g{cross_component(Z_, X_, i), error_g_};
-        constraints_ = {
-            h, {n_[i] - h.q, error_n_ + error_h_}, g, {n_[i] - g.q, error_n_ + error_g_}};
+        const Constraint g{cross_component(Z_, X_, i), size_g_};
+        constraints_ = {h, {n_[i] - h.q, size_n_ + size_h_}, g, {n_[i] - g.q, size_n_ + size_g_}};
       } else {
-        const Constraint g{cross_component(X_, Z_, i), error_g_};
-        constraints_ = {h, g, {n_[i] - h.q - g.q, error_n_ + error_h_ + error_g_}};
+        const Constraint g{cross_component(X_, Z_, i), size_g_};
+        constraints_ = {h, g, {n_[i] - h.q - g.q, size_n_ + size_h_ + size_g_}};
       }
     }
     return std::span(constraints_).first(edges_ ? 4 : 3);
@@ -234,7 +231,7 @@ class RootIsolation {
   bool edges_;
   Motion X_, Y_, Z_;
   std::array<Quadratic, 3> n_;
-  double error_n_ = 0.0, error_h_ = 0.0, error_g_ = 0.0;
+  double size_n_ = 0.0, size_h_ = 0.0, size_g_ = 0.0;
   int constrained_ = -1;
   std::array<Constraint, 4> constraints_;
 
@@ -243,11 +240,13 @@ class RootIsolation {
   int boxes_left_ = 0;
   bool use_sharp_signs_ = false;
   std::optional<SharpQuery> sharp_;
-  double toi_ = 0.0;
+  IsolatedRoot root_;
 };
 
 }  // namespace
 
-Verdict isolate_contact(const Query& query, double& toi) { return RootIsolation(query).run(toi); }
+Verdict isolate_contact(const Query& query, IsolatedRoot& root) {
+  return RootIsolation(query).run(root);
+}
 
 }  // namespace selvedge::narrowphase_detail

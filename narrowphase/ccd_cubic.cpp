@@ -20,10 +20,10 @@ namespace {
 
 using narrowphase_detail::MovingDifferences;
 
-/// Sums of the coefficients' moduli within these bounds come from differences whose products of
-/// four, as the inside test forms them, neither overflow nor underflow (unless they differ from
-/// each other by more than 2^200).
-constexpr double kLeastSum = 0x1p-600, kLargestSum = 0x1p600;
+/// Sums of the coefficients' moduli between these bounds have squares (the discriminant) that
+/// neither over- nor underflow, and come from differences of which the same holds for products of
+/// four (the inside test), unless these differ from each other by more than 2^100.
+constexpr double kLeastSum = 0x1p-400, kLargestSum = 0x1p400;
 
 class CubicRule {
  public:

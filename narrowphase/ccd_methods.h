@@ -25,4 +25,17 @@ std::unique_ptr<NarrowPhase> make_ccd_cubic_provot(const NarrowPhaseConfig& conf
 /// nearer than `tolerance`, metres, default 1e-8.
 std::unique_ptr<NarrowPhase> make_ccd_cubic_bridson(const NarrowPhaseConfig& config = {});
 
+/// [survey] eq. (39), a point against the plane of a triangle at both ends of the step;
+/// approximate. `tolerance` as of ccd_cubic_provot, default 0. Reports no edge pairs.
+std::unique_ptr<NarrowPhase> make_plane_crossing(const NarrowPhaseConfig& config = {});
+
+/// [ZhongXu2009], [survey] section 6.1.2: edges moved by the velocity of a centroid; approximate.
+/// `tolerance`: how far along the motion an edge is sought, metres, default the way of the step.
+/// Reports no point-triangle pairs.
+std::unique_ptr<NarrowPhase> make_centroid_velocity(const NarrowPhaseConfig& config = {});
+
+/// Nearer than `tolerance`, metres, default 1e-3, at the start or the end of the step; blind to
+/// what happens between. A minimum separation raises the tolerance to it.
+std::unique_ptr<NarrowPhase> make_proximity(const NarrowPhaseConfig& config = {});
+
 }  // namespace selvedge

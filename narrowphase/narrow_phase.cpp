@@ -67,6 +67,9 @@ NarrowPhaseRegistry narrow_phases() {
   registry["ccd_cubic_bridson"] = make_ccd_cubic_bridson;
   registry["ccd_cubic_provot"] = make_ccd_cubic_provot;
   registry["ccd_exact"] = [](const NarrowPhaseConfig&) { return make_ccd_exact(); };
+  registry["centroid_velocity"] = make_centroid_velocity;
+  registry["plane_crossing"] = make_plane_crossing;
+  registry["proximity"] = make_proximity;
   return registry;
 }
 

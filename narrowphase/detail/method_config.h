@@ -16,6 +16,14 @@ inline double tolerance_or(const NarrowPhaseConfig& config, double own, const ch
   return config.tolerance < 0.0 ? own : config.tolerance;
 }
 
+/// Refuses a minimum separation that is no length.
+inline void require_min_separation(const NarrowPhaseConfig& config, const char* method) {
+  if (config.min_separation >= 0.0 && std::isfinite(config.min_separation)) return;
+  throw std::invalid_argument(std::string(method) + ": the minimum separation is " +
+                              std::to_string(config.min_separation) +
+                              " m, but must be finite and not negative");
+}
+
 /// For methods that only know contact: refuses a minimum separation.
 inline void refuse_min_separation(const NarrowPhaseConfig& config, const char* method) {
   if (config.min_separation == 0.0) return;

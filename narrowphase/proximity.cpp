@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/narrowphase/ccd_methods.h>
+#include <selvedge/narrowphase/detail/method_config.h>
+#include <selvedge/narrowphase/detail/moving_differences.h>
+#include <selvedge/narrowphase/detail/per_query.h>
+
+// Discrete detection: the primitives count as colliding if they are nearer than a thickness at the
+// start or at the end of the step, the test that [Bridson2002] section 6 puts in front of its
+// continuous one. Blind to what happens between.
+//
+// Near at the start: toi is 0. Near at the end only: toi is the time before which they cannot have
+// been near: no two of their points approach faster than the fastest pair of vertices does, so the
+// distance falls by at most that way per step.
+
+namespace selvedge {
+namespace {
+
+using narrowphase_detail::Differences;
+using narrowphase_detail::MovingDifferences;
+
+/// Metres: the paper's thickness of cloth.
+constexpr double kOwnTolerance = 1e-3;
+
+/// The largest displacement of a vertex of one primitive relative to one of the other.
+double largest_approach(ContactKind kind, const Differences& rate) {
+  const Vec3 x = rate.x, y = rate.y, z = rate.z;
+  if (kind == ContactKind::edge_edge)
+    return std::max({z.norm(), Vec3(z + y).norm(), Vec3(z - x).norm(), Vec3(z + y - x).norm()});
+  return std::max({z.norm(), Vec3(z - x).norm(), Vec3(z - y).norm()});
+}
+
+class ProximityRule {
+ public:
+  explicit ProximityRule(double reach) : reach_(reach) {}
+
+  double time(const Query& query) const {
+    int exponent = 0;
+    const MovingDifferences d = narrowphase_detail::differences_in_range(query, exponent);
+    const double reach = std::ldexp(reach_, -exponent);
+    if (narrowphase_detail::nearer(query.kind, d.start, reach)) return 0.0;
+    if (!narrowphase_detail::nearer(query.kind, d.at(1.0), reach)) return kNoCollision;
+    const double away =
+        narrowphase_detail::closest_points(query.kind, d.start.vertices(query.kind)).distance;
+    const double t = (away - reach) / largest_approach(query.kind, d.rate);
+    return t < 1.0 ? std::max(t, 0.0) : 1.0;
+  }
+
+  NarrowPhaseTraits traits() const {
+    return {.gives_time = false,
+            .source =
+                "R. Bridson, R. Fedkiw, J. Anderson, Robust treatment of collisions, contact and "
+                "friction for cloth animation, 2002; its proximity test at both ends of the step",
+            .limits =
+                "Sees the two ends of the step only: misses what passes through between, and "
+                "reports what comes within the tolerance without touching."};
+  }
+
+ private:
+  double reach_;
+};
+
+}  // namespace
+
+std::unique_ptr<NarrowPhase> make_proximity(const NarrowPhaseConfig& config) {
+  constexpr const char* kName = "proximity";
+  narrowphase_detail::require_min_separation(config, kName);
+  const double own = config.min_separation > 0.0 ? config.min_separation : kOwnTolerance;
+  const double tolerance = narrowphase_detail::tolerance_or(config, own, kName);
+  return narrowphase_detail::per_query(ProximityRule(std::max(tolerance, config.min_separation)));
+}
+
+}  // namespace selvedge

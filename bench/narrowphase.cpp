@@ -1,113 +1,129 @@
 // SPDX-License-Identifier: MIT
-// Nanoseconds a query of the narrow phases, on files in the public format (eight rows a query):
-//   bench_narrowphase FOLDER...   one line a family (first folder below FOLDER) and kind
-// Mean over warm batches on one thread, median of the repeats; methods take turns. The slowest
-// single query is the largest of all queries' least times, so that a hiccup of the machine does
-// not count.
+// Nanoseconds a query of the narrow phases on query files, which `selvedge run --record` makes of
+// any scene: one line for each folder directly below a given one (else the folder itself), kind
+// and method. Means over warm batches on one thread, the median of the repeats; methods take turns.
+// What counts is the time that this thread works. The slowest single query is the largest of all
+// queries' least times, so that a hiccup of the machine does not count.
 #include <fmt/format.h>
 #include <selvedge/core/parallel.h>
-#include <selvedge/narrowphase/narrow_phase.h>
+#include <selvedge/narrowphase/ccd_exact.h>
+#include <selvedge/narrowphase/query_file.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
-#include <cstdlib>
+#include <ctime>
 #include <filesystem>
-#include <fstream>
 #include <map>
-#include <sstream>
 
 using namespace selvedge;
 namespace fs = std::filesystem;
 
 namespace {
 
-std::vector<Query> read(const fs::path& file, ContactKind kind) {
-  std::vector<Query> queries;
-  std::ifstream in(file);
-  int row = 0;
-  for (std::string line; std::getline(in, line); row = (row + 1) % 8) {
-    if (row == 0) queries.emplace_back().kind = kind;
-    std::stringstream stream(line);
-    auto& x = row < 4 ? queries.back().x_t0 : queries.back().x_t1;
-    for (int i = 0; i < 3; ++i) {
-      std::string num, den;
-      std::getline(stream, num, ','), std::getline(stream, den, ',');
-      x[row % 4][i] = std::strtod(num.c_str(), nullptr) / std::strtod(den.c_str(), nullptr);
+using Methods = std::map<std::string, std::unique_ptr<NarrowPhase>>;
+using Families = std::map<std::string, std::vector<Query>>;
+
+Families read_families(const std::vector<std::string>& folders) {
+  Families families;
+  for (const std::string& folder : folders)
+    for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+      const std::string path = entry.path().string();
+      if (!path.ends_with(".csv") || path.ends_with(".toi.csv")) continue;
+      const fs::path below = fs::relative(entry.path(), folder);
+      const fs::path family = below.has_parent_path() ? *below.begin() : fs::path(folder);
+      const QuerySet set = read_queries(entry.path());
+      auto& all = families[family.string() + "  " + query_kind_name(set.kind)];
+      all.insert(all.end(), set.queries.begin(), set.queries.end());
     }
+  return families;
+}
+
+Methods make_methods(const std::vector<std::string>& wanted) {
+  Methods methods;
+  for (const auto& [name, make] : narrow_phases())
+    if (wanted.empty() || std::find(wanted.begin(), wanted.end(), name) != wanted.end())
+      methods[name] = make({});
+  for (const int width : {2, 4, 8}) {
+    const std::string name = fmt::format("ccd_exact/{}", width);
+    if (std::find(wanted.begin(), wanted.end(), name) != wanted.end())
+      methods[name] = make_ccd_exact({.vector_width = width});
   }
-  return queries;
+  return methods;
 }
 
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point begin) {
-  return std::chrono::duration<double>(Clock::now() - begin).count();
+/// Seconds that this thread has worked.
+double now() {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  constexpr double kNano = 1e-9;
+  return static_cast<double>(t.tv_sec) + kNano * static_cast<double>(t.tv_nsec);
 }
 
-/// Nanoseconds a query of one batch that lasts about a millisecond.
-double time_batch(const NarrowPhase& method, const std::vector<Query>& queries,
-                  std::vector<double>& toi, int rounds) {
-  const auto begin = Clock::now();
+/// Seconds of `rounds` calls.
+double time_calls(const NarrowPhase& method, std::span<const Query> queries, std::span<double> toi,
+                  int rounds) {
+  const double begin = now();
   for (int r = 0; r < rounds; ++r) method.find_times(queries, toi);
-  return 1e9 * seconds_since(begin) / (static_cast<double>(rounds) * queries.size());
+  return now() - begin;
+}
+
+/// Seconds a query, once the caches are warm, in a batch of some milliseconds.
+double time_batch(const NarrowPhase& method, std::span<const Query> queries,
+                  std::span<double> toi) {
+  constexpr double kBatch = 3e-3;  // s
+  constexpr int kMostRounds = 500;
+  const double once = time_calls(method, queries, toi, 1);
+  const int rounds = std::clamp(static_cast<int>(kBatch / once), 1, kMostRounds);
+  return time_calls(method, queries, toi, rounds) / (rounds * static_cast<double>(queries.size()));
 }
 
 double slowest_query(const NarrowPhase& method, const std::vector<Query>& queries) {
-  double slowest = 0.0;
   constexpr int kTries = 7;
+  double slowest = 0.0, toi = 0.0;
   for (const Query& q : queries) {
-    double least = 1e30, toi = 0.0;
-    for (int k = 0; k < kTries; ++k) {
-      const auto begin = Clock::now();
-      method.find_times({&q, 1}, {&toi, 1});
-      least = std::min(least, 1e9 * seconds_since(begin));
-    }
+    double least = time_calls(method, {&q, 1}, {&toi, 1}, 1);
+    for (int k = 1; k < kTries; ++k)
+      least = std::min(least, time_calls(method, {&q, 1}, {&toi, 1}, 1));
     slowest = std::max(slowest, least);
   }
   return slowest;
+}
+
+void measure(const std::string& family, const std::vector<Query>& queries, const Methods& methods,
+             int repeats) {
+  std::map<std::string, std::vector<double>> times;
+  std::vector<double> toi(queries.size());
+  for (int r = 0; r < repeats; ++r)
+    for (const auto& [name, method] : methods)
+      times[name].push_back(time_batch(*method, queries, toi));
+  constexpr double kNano = 1e9;
+  for (auto& [name, t] : times) {
+    const auto middle = t.begin() + static_cast<std::ptrdiff_t>(t.size() / 2);
+    std::nth_element(t.begin(), middle, t.end());
+    fmt::print("{:<34} {:<20} {:>8} {:>12.1f} {:>12.0f}\n", family, name, queries.size(),
+               kNano * *middle, kNano * slowest_query(*methods.at(name), queries));
+  }
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app("Nanoseconds a query of the narrow phases");
-  std::vector<std::string> folders, names;
+  std::vector<std::string> folders, wanted;
   int repeats = 15;
-  app.add_option("folder", folders, "folders of query files")->required();
-  app.add_option("--narrow-phase", names, "methods; default: all");
-  app.add_option("--repeats", repeats, "batches of which the median is printed");
+  app.add_option("folder", folders, "folders of query files")
+      ->required()
+      ->check(CLI::ExistingDirectory);
+  app.add_option("--narrow-phase", wanted,
+                 "methods, separated by commas; ccd_exact/2, /4 and /8 set its vector width")
+      ->delimiter(',');
+  app.add_option("--repeats", repeats, "batches of which the median is printed")
+      ->check(CLI::Range(1, 1000));
   CLI11_PARSE(app, argc, argv);
   const ThreadLimit limit(1);
-  std::map<std::string, std::vector<Query>> families;
-  for (const std::string& folder : folders)
-    for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-      const std::string path = entry.path().string();
-      if (!path.ends_with(".csv") || path.ends_with(".toi.csv")) continue;
-      const bool face = path.find("vertex-face") != std::string::npos;
-      const auto kind = face ? ContactKind::point_triangle : ContactKind::edge_edge;
-      const std::string family = fs::relative(entry.path(), folder).begin()->string();
-      auto& all = families[family + (face ? " point_triangle" : " edge_edge")];
-      const auto more = read(entry.path(), kind);
-      all.insert(all.end(), more.begin(), more.end());
-    }
-  for (auto& [family, queries] : families) {
-    std::map<std::string, std::unique_ptr<NarrowPhase>> methods;
-    for (const auto& [name, make] : narrow_phases())
-      if (names.empty() || std::find(names.begin(), names.end(), name) != names.end())
-        methods[name] = make({});
-    std::map<std::string, std::vector<double>> times;
-    std::vector<double> toi(queries.size());
-    for (int r = 0; r < repeats; ++r)
-      for (const auto& [name, method] : methods) {
-        const double once = time_batch(*method, queries, toi, 1) * 1e-9 * queries.size();
-        times[name].push_back(
-            time_batch(*method, queries, toi, std::clamp(static_cast<int>(2e-3 / once), 1, 200)));
-      }
-    for (auto& [name, t] : times) {
-      std::nth_element(t.begin(), t.begin() + t.size() / 2, t.end());
-      fmt::print("{:<32} {:<24} {:>6} queries {:>10.1f} ns  slowest {:>10.0f} ns\n", family, name,
-                 queries.size(), t[t.size() / 2], slowest_query(*methods[name], queries));
-    }
-  }
+  const Methods methods = make_methods(wanted);
+  fmt::print("{:<34} {:<20} {:>8} {:>12} {:>12}\n", "family  kind", "narrow_phase", "queries",
+             "ns a query", "slowest ns");
+  for (const auto& [family, queries] : read_families(folders))
+    measure(family, queries, methods, repeats);
 }

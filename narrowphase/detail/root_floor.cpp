@@ -13,9 +13,7 @@ constexpr int kBisectEvery = 8;
 
 }  // namespace
 
-bool floor_of_root(const SharpQuery& f, double lo, double hi, double& root) {
-  const int sign_lo = f.sign(lo);
-  if (sign_lo == 0 || f.sign(hi) != -sign_lo) return false;
+bool floor_of_root(const SharpQuery& f, double lo, double hi, int sign_lo, double& root) {
   // Newton's method kept strictly inside the bracket [lo, hi], whose ends have certain signs. Near
   // the root a step leads to the end at hand, and the neighbour of that end closes the bracket.
   double t = f.rough_root(lo, hi, sign_lo);

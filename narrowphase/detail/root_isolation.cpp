@@ -132,8 +132,8 @@ class RootIsolation {
     if (inside == Verdict::no) return Verdict::no;
     const double p = f[1] - f[0], q = f[2] - f[1], r = f[3] - f[2], least = 3.0 * error;
     const bool monotonic = std::min({p, q, r}) > least || std::max({p, q, r}) < -least;
-    if (monotonic && sign_at(lo, f[0], error) * sign_at(hi, f[3], error) < 0)
-      return decide_root(lo, hi);
+    const int sign_lo = monotonic ? sign_at(lo, f[0], error) : 0;
+    if (sign_lo != 0 && sign_at(hi, f[3], error) == -sign_lo) return decide_root(lo, hi, sign_lo);
     if (m >= kDeepest) return Verdict::open;
     const double a = 0.5 * (f[0] + f[1]), b = 0.5 * (f[1] + f[2]), c = 0.5 * (f[2] + f[3]);
     const double ab = 0.5 * (a + b), bc = 0.5 * (b + c), middle = 0.5 * (ab + bc);
@@ -157,9 +157,9 @@ class RootIsolation {
   }
 
   /// The only root of f strictly between lo and hi.
-  Verdict decide_root(double lo, double hi) {
-    if (!floor_of_root(sharp(), lo, hi, root_.floor)) return Verdict::open;
-    root_.sign_lo = sharp().sign(lo);
+  Verdict decide_root(double lo, double hi, int sign_lo) {
+    if (!floor_of_root(sharp(), lo, hi, sign_lo, root_.floor)) return Verdict::open;
+    root_.sign_lo = sign_lo;
     const Verdict verdict = contact_everywhere(root_.floor, std::nextafter(root_.floor, 2.0));
     SharpTime time;
     if (verdict != Verdict::open || !sharp().locate(root_.floor, time)) return verdict;

@@ -83,11 +83,23 @@ void add_registry(const char* family, const Registry& registry, std::vector<Meth
   }
 }
 
+void add_absent_adapters(const selvedge::Methods& build, std::vector<Method>& methods) {
+  for (const AdapterMethod& adapter : adapter_methods()) {
+    const bool there = adapter.family == "broad_phase" ? build.broad_phases.contains(adapter.name)
+                                                       : build.narrow_phases.contains(adapter.name);
+    if (!there)
+      methods.push_back({adapter.family, adapter.name, "needs " + adapter.library, "", false});
+  }
+}
+
 std::vector<Method> all_methods() {
   std::vector<Method> methods;
   const selvedge::Methods build = methods_of_this_build();
   add_registry("broad_phase", build.broad_phases, methods);
   add_registry("narrow_phase", build.narrow_phases, methods, selvedge::NarrowPhaseConfig{});
+  add_absent_adapters(build, methods);
+  const auto by_family = [](const Method& a, const Method& b) { return a.family < b.family; };
+  std::stable_sort(methods.begin(), methods.end(), by_family);
   for (Method& method : fixed_methods()) methods.push_back(std::move(method));
   return methods;
 }

@@ -5,6 +5,7 @@
 #include <exception>
 #include <new>
 #include <stdexcept>
+#include <system_error>
 
 #include "command_ccd.h"
 #include "command_check.h"
@@ -36,6 +37,8 @@ int run_command_line(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : input_wrong;  // help is no error
+  } catch (const std::system_error&) {
+    if (std::ferror(stdout) == 0) throw;  // else the text was longer than what stdout holds back
   }
   // What was printed may have gone to a full disk.
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)

@@ -37,3 +37,24 @@ function(selvedge_module name)
   target_compile_definitions(${target} PUBLIC $<$<BOOL:${SELVEDGE_VALIDATION}>:SELVEDGE_VALIDATION=1>)
   set_property(GLOBAL APPEND PROPERTY SELVEDGE_MODULES ${name})
 endfunction()
+
+# selvedge_adapter(NAME OPTION PACKAGE ... SOURCES ... HEADERS ... DEPENDS ... PRIVATE ...) makes a module of its own
+# out of what needs the package, if SELVEDGE_OPTION is on and the package is there; else says that it is absent.
+# HEADERS are installed with it alone; a private part in $<BUILD_INTERFACE:...> is not asked of who uses the installed
+# library.
+function(selvedge_adapter name option)
+  cmake_parse_arguments(ARG "" "" "PACKAGE;SOURCES;HEADERS;DEPENDS;PRIVATE" ${ARGN})
+  if(NOT SELVEDGE_${option})
+    return()
+  endif()
+  list(GET ARG_PACKAGE 0 package)
+  set(CMAKE_MESSAGE_LOG_LEVEL WARNING)  # Some packages talk even when told to be quiet.
+  find_package(${ARG_PACKAGE} QUIET)
+  unset(CMAKE_MESSAGE_LOG_LEVEL)
+  if(NOT ${package}_FOUND)
+    message(STATUS "${package} not found: selvedge::${name} is not built")
+    return()
+  endif()
+  selvedge_module(${name} SOURCES ${ARG_SOURCES} DEPENDS ${ARG_DEPENDS} PRIVATE ${ARG_PRIVATE})
+  set_target_properties(selvedge_${name} PROPERTIES SELVEDGE_HEADERS "${ARG_HEADERS}")
+endfunction()

@@ -2,13 +2,14 @@
 # SPDX-License-Identifier: MIT
 # install_dependencies.sh [lean|test]: installs by apt what is missing, and nothing that is there.
 #   lean  what the program needs to be built (the default)
-#   test  that, and what the tests, the benchmarks and the format check need
+#   test  that, and what the tests, the benchmarks and the format check need, with the libraries that the adapters
+#         are made for
 # Without root it says what to install and ends with 1. On a system without dpkg it says what is needed and ends with 0.
 set -euo pipefail
 
 lean=(g++ cmake ninja-build libeigen3-dev libassimp-dev libtbb-dev nlohmann-json3-dev libcli11-dev libfmt-dev
       libpng-dev libgmp-dev)
-test=(libgtest-dev clang-format)
+test=(libgtest-dev clang-format libfcl-dev libccd-dev libcgal-dev libembree-dev libosmesa6-dev libbullet-dev)
 
 case "${1:-lean}" in
   lean) wanted=("${lean[@]}") ;;

@@ -1,0 +1,431 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/broadphase/detail/box_library.h>
+#include <selvedge/broadphase/detail/surface_check.h>
+#include <selvedge/broadphase/detail/swept_box.h>
+#include <selvedge/core/parallel.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+
+namespace selvedge::detail {
+namespace {
+
+// A million kilometres; its cube is far from the largest float.
+constexpr double kFar = 1e12;
+/// As in bvh_aabb: at sixteen times the size of the first surface float still resolves 2^-20 of it.
+constexpr double kFarFromOrigin = 16.0;
+/// A first surface much smaller than the second moves this part of the second's size before the
+/// origin follows.
+constexpr double kSmallPart = 1e-3;
+constexpr std::size_t kGrain = 4096;  // boxes per range: tens of microseconds
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+template <class T>
+bool same_bytes(std::span<const T> a, const std::vector<T>& b) {
+  return a.size() == b.size() &&
+         (a.empty() || std::memcmp(a.data(), b.data(), a.size_bytes()) == 0);
+}
+
+std::uint64_t next_run() {
+  static std::atomic<std::uint64_t> runs{0};
+  return ++runs;
+}
+
+template <class T>
+std::size_t bytes_of(const std::vector<T>& v) {
+  return v.capacity() * sizeof(T);
+}
+
+/// What the units own, one after another.
+struct Owned {
+  std::vector<std::uint32_t> begin;  ///< per unit, and the end
+  std::vector<std::int32_t> id;
+
+  std::span<const std::int32_t> of(std::size_t unit) const {
+    return {id.data() + begin[unit], begin[unit + 1] - begin[unit]};
+  }
+  /// Sorts the primitives 0..owner.size()-1 by their owner.
+  void assign(const std::vector<std::int32_t>& owner, std::size_t units) {
+    begin.assign(units + 1, 0);
+    for (const std::int32_t o : owner) ++begin[o + 1];
+    for (std::size_t u = 0; u < units; ++u) begin[u + 1] += begin[u];
+    id.resize(owner.size());
+    std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
+    for (std::size_t i = 0; i < owner.size(); ++i)
+      id[next[owner[i]]++] = static_cast<std::int32_t>(i);
+  }
+};
+
+/// One surface cut into units: its triangles with the edges and vertices they own, and then the
+/// edges and vertices that no triangle contains, each a unit.
+class UnitSurface {
+ public:
+  bool has_topology_of(const SurfaceView& s) const {
+    return s.x_t0.size() == vertex_count_ && same_bytes(s.triangles, triangles_) &&
+           same_bytes(s.edges, edges_);
+  }
+
+  void set_topology(const SurfaceView& s) {
+    vertex_count_ = s.x_t0.size();
+    triangles_.assign(s.triangles.begin(), s.triangles.end());
+    edges_.assign(s.edges.begin(), s.edges.end());
+    std::vector<std::int32_t> edge_owner(edges_.size()), point_owner(vertex_count_, -1);
+    units_ = triangles_.size();
+    own_edges(edge_owner);
+    for (std::size_t t = triangles_.size(); t-- > 0;)
+      for (const std::int32_t v : triangles_[t]) point_owner[v] = static_cast<std::int32_t>(t);
+    for (std::int32_t& owner : point_owner)
+      if (owner < 0) owner = static_cast<std::int32_t>(units_++);
+    owned_edges_.assign(edge_owner, units_);
+    owned_points_.assign(point_owner, units_);
+  }
+
+  void set_positions(const SurfaceView& s, const Vec3& origin) {
+    vertex_boxes_.resize(vertex_count_);
+    edge_boxes_.resize(edges_.size());
+    triangle_boxes_.resize(triangles_.size());
+    boxes_.resize(units_);
+    parallel_for(vertex_count_, kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t v = begin; v < end; ++v)
+        vertex_boxes_[v] = swept_box(s, static_cast<std::int32_t>(v));
+    });
+    parallel_for(units_, kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t u = begin; u < end; ++u) box_unit(u, origin);
+    });
+  }
+
+  std::size_t units() const { return units_; }
+  std::size_t vertex_count() const { return vertex_count_; }
+  std::size_t edge_count() const { return edges_.size(); }
+  std::size_t triangle_count() const { return triangles_.size(); }
+  std::span<const UnitBox> boxes() const { return boxes_; }
+  std::span<const std::int32_t> points(std::size_t unit) const { return owned_points_.of(unit); }
+  std::span<const std::int32_t> edges(std::size_t unit) const { return owned_edges_.of(unit); }
+  const SweptBox& point_box(std::int32_t v) const { return vertex_boxes_[v]; }
+  const SweptBox& triangle_box(std::size_t t) const { return triangle_boxes_[t]; }
+  /// Boxes of edges(unit), in that order.
+  const SweptBox* edge_boxes(std::size_t unit) const {
+    return edge_boxes_.data() + owned_edges_.begin[unit];
+  }
+  bool is_triangle(std::size_t unit) const { return unit < triangles_.size(); }
+  const Triangle& triangle(std::size_t t) const { return triangles_[t]; }
+  const Edge& edge(std::int32_t e) const { return edges_[e]; }
+  std::size_t bytes() const {
+    return bytes_of(triangles_) + bytes_of(edges_) + bytes_of(vertex_boxes_) +
+           bytes_of(edge_boxes_) + bytes_of(triangle_boxes_) + bytes_of(boxes_) +
+           bytes_of(owned_edges_.begin) + bytes_of(owned_edges_.id) +
+           bytes_of(owned_points_.begin) + bytes_of(owned_points_.id);
+  }
+
+ private:
+  /// An edge belongs to the first triangle that contains both its ends. One from a vertex to itself
+  /// is a unit: in a triangle it would meet the opposite edge, and a unit is not paired with
+  /// itself.
+  void own_edges(std::vector<std::int32_t>& owner) {
+    Owned around;  // the triangles' corners, by vertex
+    std::vector<std::int32_t> corners;
+    for (const Triangle& t : triangles_) corners.insert(corners.end(), t.begin(), t.end());
+    around.assign(corners, vertex_count_);
+    for (std::size_t e = 0; e < edges_.size(); ++e) {
+      owner[e] = -1;
+      const auto [from, to] = edges_[e];
+      if (from != to)
+        for (const std::int32_t corner : around.of(from))
+          if (contains(triangles_[corner / 3], to)) {
+            owner[e] = corner / 3;
+            break;
+          }
+      if (owner[e] < 0) owner[e] = static_cast<std::int32_t>(units_++);
+    }
+  }
+
+  void box_unit(std::size_t u, const Vec3& origin) {
+    SweptBox* next = edge_boxes_.data() + owned_edges_.begin[u];
+    for (const std::int32_t e : owned_edges_.of(u))
+      *next++ = united(vertex_boxes_[edges_[e][0]], vertex_boxes_[edges_[e][1]]);
+    SweptBox box;
+    if (is_triangle(u)) {
+      const Triangle& t = triangles_[u];
+      box = united(united(vertex_boxes_[t[0]], vertex_boxes_[t[1]]), vertex_boxes_[t[2]]);
+      triangle_boxes_[u] = box;
+    } else {
+      const auto edge = owned_edges_.of(u);
+      box = edge.empty() ? vertex_boxes_[owned_points_.of(u)[0]] : *edge_boxes(u);
+    }
+    for (int k = 0; k < 3; ++k) {
+      boxes_[u].lo[k] = to_float(box.lo[k] - origin[k]);
+      boxes_[u].hi[k] = to_float(box.hi[k] - origin[k]);
+    }
+  }
+
+  static float to_float(double relative) {
+    return static_cast<float>(std::min(std::max(relative, -kFar), kFar));
+  }
+
+  std::size_t vertex_count_ = 0, units_ = 0;
+  std::vector<Triangle> triangles_;
+  std::vector<Edge> edges_;
+  Owned owned_edges_, owned_points_;
+  std::vector<SweptBox> vertex_boxes_, edge_boxes_, triangle_boxes_;
+  std::vector<UnitBox> boxes_;
+};
+
+void put(PairBuffer& buffer, std::int32_t first, std::int32_t second) {
+  std::uint64_t* room = buffer.room(1);
+  *room =
+      std::uint64_t{static_cast<std::uint32_t>(first)} << 32 | static_cast<std::uint32_t>(second);
+  buffer.advance_to(room + 1);
+}
+
+/// The pairs of primitives of a pair of units, tested in double.
+struct Expansion {
+  const UnitSurface &a, &b;
+  bool self;
+
+  void points_triangle(const UnitSurface& p, std::size_t unit, const UnitSurface& t,
+                       std::size_t triangle, PairBuffer& out) const {
+    if (!t.is_triangle(triangle)) return;
+    for (const std::int32_t v : p.points(unit))
+      if (overlap(p.point_box(v), t.triangle_box(triangle)) &&
+          !(self && contains(t.triangle(triangle), v)))
+        put(out, v, static_cast<std::int32_t>(triangle));
+  }
+
+  void edges_edges(std::size_t i, std::size_t j, PairBuffer& out) const {
+    const SweptBox *box_a = a.edge_boxes(i), *boxes_b = b.edge_boxes(j);
+    for (const std::int32_t e : a.edges(i)) {
+      const SweptBox* box_b = boxes_b;
+      for (const std::int32_t f : b.edges(j)) {
+        if (!overlap(*box_a, *box_b++)) continue;
+        if (!self)
+          put(out, e, f);
+        else if (!share_vertex(a.edge(e), a.edge(f)))
+          put(out, std::min(e, f), std::max(e, f));
+      }
+      ++box_a;
+    }
+  }
+
+  void expand(std::uint64_t pair, FoundPairs& out) const {
+    const std::size_t i = pair >> 32, j = pair & 0xffffffffu;
+    points_triangle(a, i, b, j, out.point_triangle);
+    points_triangle(b, j, a, i, self ? out.point_triangle : out.triangle_point);
+    edges_edges(i, j, out.edge_edge);
+  }
+};
+
+/// A surface and what its slot of the library was last fitted to.
+struct KeptSurface {
+  UnitSurface units;
+  std::uint64_t static_id = 0, last_use = 0;  ///< last_use 0: never
+  double thickness = -1.0;
+  Vec3 origin = Vec3::Zero();
+  Bounds bounds;               ///< of x_t0
+  bool built = false;          ///< the slot has a structure for as many boxes
+  bool built_to_stay = false;  ///< and it was told that they do not move
+
+  bool is_static_copy_of(const SurfaceView& s) const {
+    return built && s.static_id != 0 && s.static_id == static_id &&
+           s.x_t0.size() == units.vertex_count() && s.edges.size() == units.edge_count() &&
+           s.triangles.size() == units.triangle_count();
+  }
+};
+
+double size_of(const Bounds& b) { return std::max(0.0, (b.hi - b.lo).maxCoeff()); }
+
+class BoxBroadPhase final : public BroadPhase {
+ public:
+  explicit BoxBroadPhase(std::unique_ptr<BoxLibrary> library) : library_(std::move(library)) {}
+
+  void find_pairs(const SurfaceView& a, const SurfaceView& b, CandidatePairs& out) override {
+    cost_ = {};
+    out.clear();
+    check_shape(a, "first surface");
+    check_shape(b, "second surface");
+    const int slot_a = choose(a, -1, "first surface");
+    const int slot_b = choose(b, slot_a, "second surface");
+    place_origin(kept_[slot_a].bounds, size_of(kept_[slot_b].bounds));
+    fit(slot_a, a);
+    fit(slot_b, b);
+    const auto begin = Clock::now();
+    const UnitSurface &units_a = kept_[slot_a].units, &units_b = kept_[slot_b].units;
+    find({units_a, units_b, false}, out, [&](UnitPairs& pairs) {
+      if (units_a.units() > 0 && units_b.units() > 0) library_->find(slot_a, slot_b, pairs);
+    });
+    collector_.collect(parts_, &FoundPairs::point_triangle, a.x_t0.size(), b.triangles.size(),
+                       out.point_triangle);
+    collector_.collect(parts_, &FoundPairs::triangle_point, b.x_t0.size(), a.triangles.size(),
+                       out.triangle_point);
+    collector_.collect(parts_, &FoundPairs::edge_edge, a.edges.size(), b.edges.size(),
+                       out.edge_edge);
+    cost_.query_s = seconds_since(begin);
+  }
+
+  void find_self_pairs(const SurfaceView& a, CandidatePairs& out) override {
+    cost_ = {};
+    out.clear();
+    check_shape(a, "surface");
+    const int slot = choose(a, -1, "surface");
+    place_origin(kept_[slot].bounds, 0.0);
+    fit(slot, a);
+    const auto begin = Clock::now();
+    const UnitSurface& units = kept_[slot].units;
+    find({units, units, true}, out, [&](UnitPairs& pairs) {
+      if (units.units() > 1) library_->find_self(slot, pairs);
+    });
+    collector_.collect(parts_, &FoundPairs::point_triangle, a.x_t0.size(), a.triangles.size(),
+                       out.point_triangle);
+    collector_.collect(parts_, &FoundPairs::edge_edge, a.edges.size(), a.edges.size(),
+                       out.edge_edge);
+    cost_.query_s = seconds_since(begin);
+  }
+
+  BroadPhaseTraits traits() const override { return library_->traits(); }
+
+  BroadPhaseCost last_cost() const override {
+    BroadPhaseCost cost = cost_;
+    cost.bytes = collector_.bytes() + library_->bytes();
+    for (const KeptSurface& kept : kept_) cost.bytes += kept.units.bytes();
+    for (const FoundPairs& part : parts_) cost.bytes += part.bytes();
+    return cost;
+  }
+
+ private:
+  /// The slot that serves the surface with the least work, its topology set and its positions
+  /// checked. `taken` serves the other surface of this call.
+  int choose(const SurfaceView& surface, int taken, const char* name) {
+    const auto begin = Clock::now();
+    int slot = find_kept(surface, taken);
+    if (slot < 0 || !kept_[slot].is_static_copy_of(surface)) {
+      const Bounds bounds = check_finite(surface, name);
+      if (slot < 0) {
+        check_indices(surface, name);
+        slot = oldest(taken);
+        kept_[slot].built = false;
+        kept_[slot].static_id = 0;
+        kept_[slot].units.set_topology(surface);
+      }
+      kept_[slot].static_id = surface.static_id;
+      kept_[slot].thickness = -1.0;  // Its boxes are out of date.
+      kept_[slot].bounds = bounds;
+    }
+    kept_[slot].last_use = ++uses_;
+    (kept_[slot].built ? cost_.refit_s : cost_.build_s) += seconds_since(begin);
+    return slot;
+  }
+
+  int find_kept(const SurfaceView& surface, int taken) const {
+    for (int slot = 0; slot < kBoxSlots; ++slot)
+      if (slot != taken && kept_[slot].is_static_copy_of(surface)) return slot;
+    for (int slot = 0; slot < kBoxSlots; ++slot)
+      if (slot != taken && kept_[slot].last_use > 0 && kept_[slot].units.has_topology_of(surface))
+        return slot;
+    return -1;
+  }
+
+  int oldest(int taken) const {
+    int best = -1;
+    for (int slot = 0; slot < kBoxSlots; ++slot)
+      if (slot != taken && (best < 0 || kept_[slot].last_use < kept_[best].last_use)) best = slot;
+    return best;
+  }
+
+  void place_origin(const Bounds& bounds, double other_size) {
+    if ((bounds.lo.array() > bounds.hi.array()).any()) return;
+    const Vec3 center = 0.5 * bounds.lo + 0.5 * bounds.hi;
+    const double size = std::max(size_of(bounds), kSmallPart * other_size);
+    // Written so that an infinite difference moves the origin too.
+    if (!((center - origin_).cwiseAbs().maxCoeff() <= kFarFromOrigin * size)) origin_ = center;
+  }
+
+  void fit(int slot, const SurfaceView& surface) {
+    KeptSurface& kept = kept_[slot];
+    if (kept.built && kept.thickness == surface.thickness && kept.origin == origin_) return;
+    const auto begin = Clock::now();
+    kept.units.set_positions(surface, origin_);
+    const bool stays = surface.static_id != 0;
+    // A surface that is promised to stay deserves a structure made for it.
+    const bool fitted = kept.built && stays == kept.built_to_stay && !stays &&
+                        kept.units.units() > 0 && library_->refit(slot, kept.units.boxes());
+    if (!fitted && kept.units.units() > 0) library_->build(slot, kept.units.boxes(), stays);
+    (fitted ? cost_.refit_s : cost_.build_s) += seconds_since(begin);
+    kept.built = true;
+    kept.built_to_stay = stays;
+    kept.thickness = surface.thickness;
+    kept.origin = origin_;
+  }
+
+  /// Fills parts_ with what `search(UnitPairs&)` finds; clears `out` if it is too much.
+  template <class Search>
+  void find(const Expansion& expansion, CandidatePairs& out, Search search) {
+    PairTally tally(budget(), PairBuffer::kBytesPerPair);
+    const auto expand = [&](std::span<const std::uint64_t> pairs, FoundPairs& found) {
+      for (const std::uint64_t pair : pairs) expansion.expand(pair, found);
+    };
+    for (FoundPairs& part : parts_) part.start(nullptr);
+    UnitPairs pairs(expand, tally, parts_);
+    try {
+      search(pairs);
+      pairs.finish();
+    } catch (const BudgetExceeded&) {
+      out.clear();
+      throw;
+    }
+  }
+
+  std::unique_ptr<BoxLibrary> library_;
+  std::array<KeptSurface, kBoxSlots> kept_;
+  std::uint64_t uses_ = 0;
+  Vec3 origin_ = Vec3::Zero();
+  std::vector<FoundPairs> parts_;
+  PairCollector collector_;
+  BroadPhaseCost cost_;
+};
+
+}  // namespace
+
+UnitPairs::UnitPairs(Expand expand, PairTally& tally, std::vector<FoundPairs>& parts)
+    : expand_(expand), tally_(tally), parts_(parts), run_(next_run()) {}
+
+UnitPairs::List& UnitPairs::new_list() {
+  const std::lock_guard lock(mutex_);
+  List& list = lists_.emplace_back();
+  if (lists_.size() <= parts_.size()) std::swap(list.found, parts_[lists_.size() - 1]);
+  list.found.start(&tally_);
+  return list;
+}
+
+void UnitPairs::flush(List& list) {
+  const std::span<const std::uint64_t> pairs(list.pairs.data(), list.count);
+  list.count = 0;
+  if (stopped()) return;
+  try {
+    expand_(pairs, list.found);
+  } catch (const BudgetExceeded& failure) {
+    const std::lock_guard lock(mutex_);
+    failure_ = failure;
+    stopped_ = true;
+  }
+}
+
+void UnitPairs::finish() {
+  for (List& list : lists_) flush(list);
+  if (failure_) throw *failure_;
+  if (parts_.size() < lists_.size()) parts_.resize(lists_.size());
+  for (std::size_t i = 0; i < lists_.size(); ++i) {
+    lists_[i].found.finish();
+    std::swap(lists_[i].found, parts_[i]);
+  }
+}
+
+std::unique_ptr<BroadPhase> make_box_broad_phase(std::unique_ptr<BoxLibrary> library) {
+  return std::make_unique<BoxBroadPhase>(std::move(library));
+}
+
+}  // namespace selvedge::detail

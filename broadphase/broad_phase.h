@@ -104,7 +104,7 @@ struct BvhConfig {
 /// nothing. Reports the same pairs as brute force, bit for bit.
 std::unique_ptr<BroadPhase> make_bvh_aabb(const BvhConfig& config = {});
 
-struct GridConfig {
+struct CellGridConfig {
   /// Side of a cell over the typical extent of an edge's box. Smaller: fewer boxes to compare, more
   /// cells to look into. > 0
   double cell = 1.0;
@@ -113,10 +113,10 @@ struct GridConfig {
 /// Cells of the size of a typical edge in a table that repeats in space, so that memory is bounded
 /// by the number of primitives. Larger primitives are kept in coarser grids, each four times the
 /// last. Reports the same pairs as brute force, bit for bit.
-std::unique_ptr<BroadPhase> make_uniform_grid(const GridConfig& config = {});
+std::unique_ptr<BroadPhase> make_uniform_grid(const CellGridConfig& config = {});
 
 /// The same cells in a hash table [Teschner2003].
-std::unique_ptr<BroadPhase> make_hash_grid(const GridConfig& config = {});
+std::unique_ptr<BroadPhase> make_hash_grid(const CellGridConfig& config = {});
 
 /// Names and factories of the detectors that this build has.
 using BroadPhaseRegistry = std::map<std::string, std::function<std::unique_ptr<BroadPhase>()>>;

@@ -64,7 +64,7 @@ class HashedTable {
 
 }  // namespace
 
-std::unique_ptr<BroadPhase> make_hash_grid(const GridConfig& config) {
+std::unique_ptr<BroadPhase> make_hash_grid(const CellGridConfig& config) {
   return std::make_unique<detail::BoxPairDetector<detail::GridEngine<HashedTable>>>(
       BroadPhaseTraits{.source = "cells of unbounded space in a hash table; M. Teschner, "
                                  "B. Heidelberger, M. Müller, D. Pomeranets, M. Gross, Optimized "

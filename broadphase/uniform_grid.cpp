@@ -69,7 +69,7 @@ class RepeatingTable {
 
 }  // namespace
 
-std::unique_ptr<BroadPhase> make_uniform_grid(const GridConfig& config) {
+std::unique_ptr<BroadPhase> make_uniform_grid(const CellGridConfig& config) {
   return std::make_unique<detail::BoxPairDetector<detail::GridEngine<RepeatingTable>>>(
       BroadPhaseTraits{.source = "cells of the size of a typical edge, coarser ones for larger "
                                  "primitives; Shou et al. 2013"},

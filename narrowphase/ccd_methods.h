@@ -14,7 +14,8 @@
 namespace selvedge {
 
 /// Roots of the coplanarity cubic in plain doubles and an inside test at each, without any
-/// tolerance: what a simulator does first, and the baseline of every figure of speed.
+/// tolerance (the config's is not used): what a simulator does first, and the baseline of every
+/// figure of speed.
 std::unique_ptr<NarrowPhase> make_ccd_cubic(const NarrowPhaseConfig& config = {});
 
 /// [Provot1997]: the same with a tolerance on the barycentric coordinates of the inside test,

@@ -16,6 +16,17 @@ struct CcdExactConfig {
 /// floating-point filters settle nearly all pairs, integer arithmetic the rest.
 std::unique_ptr<NarrowPhase> make_ccd_exact(const CcdExactConfig& config = {});
 
+/// The default method with a minimum separation d > 0, metres: the primitives collide where they
+/// are no further than d apart. Conservative: it misses nothing, and its time is not later than the
+/// first one at which the distance is d or less. It may stop early: the distance at the time that
+/// it reports is at most d + (d/64 + 2^-40 L) 2^(steps / 4096), L the largest coordinate of the
+/// vertices relative to the first one, during the step; after 4096 steps of advancement, which
+/// only motion made for it needs, that reserve doubles, so that it ends. d = 0 is allowed: then
+/// d/64 is nothing, and make_ccd_exact the better choice.
+///
+/// Throws std::invalid_argument for a separation that is negative or not finite.
+std::unique_ptr<NarrowPhase> make_ccd_separation(double min_separation);
+
 /// How many queries each stage settled; for tests and reports.
 struct CcdExactStages {
   std::size_t separated = 0;       ///< A: on opposite sides along an axis during the whole step

@@ -63,10 +63,15 @@ bool NarrowPhase::collides(const Query& query, double& toi) const {
 
 NarrowPhaseRegistry narrow_phases() {
   NarrowPhaseRegistry registry;
+  registry["ccd_additive"] = [](const NarrowPhaseConfig& c) { return make_ccd_additive(c); };
   registry["ccd_cubic"] = make_ccd_cubic;
   registry["ccd_cubic_bridson"] = make_ccd_cubic_bridson;
   registry["ccd_cubic_provot"] = make_ccd_cubic_provot;
-  registry["ccd_exact"] = [](const NarrowPhaseConfig&) { return make_ccd_exact(); };
+  registry["ccd_exact"] = [](const NarrowPhaseConfig& c) {
+    return c.min_separation == 0.0 ? make_ccd_exact() : make_ccd_separation(c.min_separation);
+  };
+  registry["ccd_inclusion"] = [](const NarrowPhaseConfig& c) { return make_ccd_inclusion(c); };
+  registry["ccd_root_parity"] = make_ccd_root_parity;
   registry["centroid_velocity"] = make_centroid_velocity;
   registry["plane_crossing"] = make_plane_crossing;
   registry["proximity"] = make_proximity;

@@ -3,8 +3,10 @@
 #include <selvedge/narrowphase/detail/per_query.h>
 #include <selvedge/narrowphase/detail/separating_direction.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 // First time at which two primitives are no further apart than d: conservative advancement, after
 // Mirtich, "Impulse-based dynamic simulation of rigid body systems", 1996, with directions in place
@@ -21,8 +23,10 @@
 // error bound (kGapError); how n was found plays no part in the proof.
 //
 // Straight steps alone creep where primitives turn around a place of near contact: about L/d of
-// them. n(t) through the directions at the ends and the middle of the interval is off by the third
-// power of its length, which leaves about the cube root.
+// them. Two vectors that turn are tried. The common normal of the features' lines or plane is a
+// quadratic in t itself and the products with it are the coplanarity cubic, for a few steps at any
+// d. Where contact is near at a boundary, n(t) through the directions at the ends and the middle of
+// the interval is off by the third power of its length, which leaves about the cube root of L/d.
 
 namespace selvedge {
 namespace {
@@ -39,6 +43,9 @@ constexpr double kEarlyPart = 0x1p-6 - 0x1p-11, kEarlyFloor = 0x1p-42;
 constexpr int kPatience = 4096;
 /// Straight steps before turning is tried: it costs two directions, and most queries need none.
 constexpr int kStraightFirst = 3;
+/// Turning normals are scaled to about 1 by no more than the inverse of this, and what is shorter
+/// then proves nothing: products of the rest do not underflow.
+constexpr double kLeastNormal = 0x1p-200;
 /// A reserve for the roundings of the products of d and |n|: 8 at most.
 constexpr double kProductReserve = 1.0 + 16.0 * narrowphase_detail::kRoundoff;
 
@@ -119,22 +126,44 @@ class Advancement {
   bool turn(Frame& here, double straight, double& length) const {
     const double t = std::min(1.0, here.t + length);
     if (!(t > straight)) return false;
-    const Frame middle = frame(here.t + 0.5 * (t - here.t)), end = frame(t);
-    const bool proven = apart_between(here, middle, end);
+    const Frame end = frame(t);
+    bool proven = apart_between(here, end, turning_normal(here, end));
+    if (!proven) {
+      const Frame middle = frame(here.t + 0.5 * (t - here.t));
+      proven = apart_between(here, end, {here.n, 2.0 * middle.n - 0.5 * (here.n + end.n), end.n});
+    }
     length *= proven ? 2.0 : 0.5;
     if (proven) here = end;
     return proven;
   }
 
-  bool apart_between(const Frame& a, const Frame& middle, const Frame& b) const {
-    const Vec3 n1 = 2.0 * middle.n - 0.5 * (a.n + b.n);
-    const double d0 = apart_ * a.n.norm(), d1 = apart_ * n1.norm(), d2 = apart_ * b.n.norm();
+  /// The Bernstein coefficients of n(t).
+  using Turning = std::array<Vec3, 3>;
+
+  /// X x Y for the edges X, Y or two sides of the triangle, which are linear in t, pointing to the
+  /// first primitive; of size about 1, so that underflow plays no part.
+  Turning turning_normal(const Frame& a, const Frame& b) const {
+    const auto sides = [&](const VertexDifferences& w) {
+      return std::pair<Vec3, Vec3>(query_.edges ? w[2] - w[0] : w[0] - w[1],
+                                   query_.edges ? w[0] - w[1] : w[0] - w[2]);
+    };
+    const auto [x0, y0] = sides(a.w);
+    const auto [x1, y1] = sides(b.w);
+    Turning n{x0.cross(y0), 0.5 * (x0.cross(y1) + x1.cross(y0)), x1.cross(y1)};
+    const double size = std::max(n[0].cwiseAbs().maxCoeff(), n[2].cwiseAbs().maxCoeff());
+    const double factor = (n[0].dot(a.w[0]) < 0.0 ? -1.0 : 1.0) / std::max(size, kLeastNormal);
+    for (Vec3& v : n) v *= factor;
+    return n;
+  }
+
+  bool apart_between(const Frame& a, const Frame& b, const Turning& n) const {
+    const double d0 = apart_ * n[0].norm(), d1 = apart_ * n[1].norm(), d2 = apart_ * n[2].norm();
     const double first = d0 + 2.0 * d1, second = 2.0 * d1 + d2;
-    bool apart = true;
+    bool apart = std::min(d0, d2) > apart_ * kLeastNormal;
     for (int i = 0; i < 4; ++i) {
       const Vec3 &v = a.w[i], &w = b.w[i];
-      apart = apart && a.n.dot(v) >= d0 && a.n.dot(w) + 2.0 * n1.dot(v) >= first &&
-              2.0 * n1.dot(w) + b.n.dot(v) >= second && b.n.dot(w) >= d2;
+      apart = apart && n[0].dot(v) >= d0 && n[0].dot(w) + 2.0 * n[1].dot(v) >= first &&
+              2.0 * n[1].dot(w) + n[2].dot(v) >= second && n[2].dot(w) >= d2;
     }
     return apart;
   }

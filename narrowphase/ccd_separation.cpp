@@ -27,6 +27,8 @@
 // quadratic in t itself and the products with it are the coplanarity cubic, for a few steps at any
 // d. Where contact is near at a boundary, n(t) through the directions at the ends and the middle of
 // the interval is off by the third power of its length, which leaves about the cube root of L/d.
+// Measured where primitives turn about a place at 1.3 d all step long: over the inside 18 steps in
+// the mean at L/d = 1e4 and 32 at 1e8, beside a boundary 28 and 390.
 
 namespace selvedge {
 namespace {
@@ -58,6 +60,7 @@ class Advancement {
         end_(narrowphase_detail::vertex_differences(query.edges, query.x_t1)) {}
 
   double time() {
+    if (apart_on_an_axis()) return kNoCollision;
     Frame here = frame(0.0);
     double length = 1.0;
     for (int steps = 0; here.distance > stop(steps); ++steps) {
@@ -84,6 +87,18 @@ class Advancement {
     Vec3 n;
     double distance;
   };
+
+  /// The straight proof with the axes, which needs no direction to be found.
+  bool apart_on_an_axis() const {
+    const VertexDifferences start = narrowphase_detail::vertex_differences(
+        query_.edges, narrowphase_detail::places(query_, 0.0));
+    Vec3 least = start[0].cwiseMin(end_[0]), most = start[0].cwiseMax(end_[0]);
+    for (int i = 1; i < 4; ++i) {
+      least = least.cwiseMin(start[i].cwiseMin(end_[i]));
+      most = most.cwiseMax(start[i].cwiseMax(end_[i]));
+    }
+    return least.maxCoeff() >= apart_ || most.minCoeff() <= -apart_;
+  }
 
   double stop(int steps) const {
     return separation_ + std::ldexp(separation_ * kEarlyPart + kEarlyFloor, steps / kPatience);
@@ -189,7 +204,7 @@ class SeparationRule {
             .source =
                 "B. Mirtich, Impulse-based dynamic simulation of rigid body systems, 1996; "
                 "conservative advancement along proven directions",
-            .limits = "stops where the distance is at most 1/64 above the separation"};
+            .limits = "Stops where the distance is at most 1/64 above the separation."};
   }
 
  private:

@@ -469,6 +469,32 @@ Query pinwheel(Random& r, ContactKind kind, double d) {
   return q;
 }
 
+/// A point that stays beside a turning side of the triangle, outside.
+Query beside_turning_side(Random& r, double d) {
+  Query q = reals(r, ContactKind::point_triangle);
+  const double along = real(r, 0.1, 0.9), angle = real(r, -1.6, 1.6);
+  for (auto* x : {&q.x_t0, &q.x_t1}) {
+    auto& y = *x;
+    const Vec3 side = y[2] - y[1], n = side.cross(y[3] - y[1]).normalized();
+    const Vec3 outward = side.cross(n).normalized();
+    y[0] = y[1] + along * side + d * (std::cos(angle) * outward + std::sin(angle) * n);
+  }
+  return q;
+}
+
+TEST(MinSeparation, APointBesideATurningSideGetsAnAnswerWithinTheBound) {
+  Random r(40);
+  int clear = 0;
+  for (int i = 0; i < 300; ++i) {
+    const double d = std::ldexp(1.0, -integer(r, 4, 24));
+    const Query q = beside_turning_side(r, 1.3 * d);
+    const double toi = time_of(*make_ccd_separation(d), q);
+    clear += toi == kNoCollision ? 1 : 0;
+    ASSERT_EQ(fault(q, d, toi), "") << text(q);
+  }
+  EXPECT_GT(clear, 30);
+}
+
 TEST(MinSeparation, TurningPrimitivesThatStayNearGetAnAnswerWithinTheBound) {
   Random r(41);
   int clear = 0;

@@ -235,6 +235,34 @@ TEST_P(ConservativeMethod, IsNeverLaterThanTheTrueTimeOnHardQueries) {
   EXPECT_GT(clear, kQueries / 5);
 }
 
+/// Primitives along the z axis whose traces in the x-y plane meet at t = 1/4 exactly, though none
+/// of the differences of their coordinates is a double: 51 bits of different size, times -3 at t
+/// = 1.
+Query meeting_by_a_hair(Random& r, ContactKind kind) {
+  const auto trace = [&] {
+    return std::ldexp(std::floor(real(r, -1.0, 1.0) * 0x1p51), integer(r, -70, -51));
+  };
+  Query q;
+  q.kind = kind;
+  for (int k = 0, second = kind == ContactKind::edge_edge ? 2 : 1; k < 4; ++k) {
+    if (k == 0 || k == second) q.x_t0[k] = Vec3(trace(), trace(), 0.0);
+    if (k != 0 && k != second) q.x_t0[k] = q.x_t0[k - 1] + Vec3(0, 0, 1.0);
+    q.x_t1[k] = Vec3(-3.0 * q.x_t0[k].x(), -3.0 * q.x_t0[k].y(), q.x_t0[k].z());
+  }
+  return q;
+}
+
+TEST_P(ConservativeMethod, FindsContactThatRoundingOfTheCoordinatesWouldLose) {
+  const auto method = GetParam().make();
+  const auto exact = make_ccd_exact();
+  Random r(20);
+  for (int i = 0; i < 1000; ++i) {
+    const Query q = meeting_by_a_hair(r, kind_of(i));
+    ASSERT_EQ(time_of(*exact, q), 0.25) << text(q);
+    ASSERT_LE(time_of(*method, q), 0.25) << text(q);
+  }
+}
+
 TEST_P(ConservativeMethod, DecidesNearlyAllQueriesInGeneralPosition) {
   const auto method = GetParam().make();
   const auto exact = make_ccd_exact();

@@ -22,7 +22,8 @@ std::unique_ptr<NarrowPhase> make_ccd_exact(const CcdExactConfig& config = {});
 /// it reports is at most d + (d/64 + 2^-40 L) 2^(steps / 4096), L the largest coordinate of the
 /// vertices relative to the first one, during the step; after 4096 steps of advancement, which
 /// only motion made for it needs, that reserve doubles, so that it ends. d = 0 is allowed: then
-/// d/64 is nothing, and make_ccd_exact the better choice.
+/// d/64 is nothing, and make_ccd_exact the better choice. A contact's normal is the direction
+/// between the closest points at that time.
 ///
 /// Throws std::invalid_argument for a separation that is negative or not finite.
 std::unique_ptr<NarrowPhase> make_ccd_separation(double min_separation);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/narrowphase/ccd_exact.h>
-#include <selvedge/narrowphase/detail/per_query.h>
+#include <selvedge/narrowphase/detail/contact_geometry.h>
+#include <selvedge/narrowphase/detail/relative_query.h>
 #include <selvedge/narrowphase/detail/separating_direction.h>
 
 #include <Eigen/Geometry>
@@ -189,17 +190,37 @@ class Advancement {
   VertexDifferences end_;
 };
 
-class SeparationRule {
- public:
-  explicit SeparationRule(double separation) : separation_(separation) {}
+/// From the second primitive's closest point to the first's at the time of the contact; a contact
+/// within a distance that is all rounding error keeps its normal.
+void turn_to_closest_points(const SurfaceView& a, const SurfaceView& b, Contact& contact) {
+  const bool swapped = contact.kind == ContactKind::triangle_point;
+  const Query query = narrowphase_detail::query_of(
+      a, b, {contact.kind, contact.vertex, swapped ? 1 : 0, swapped ? 0 : 1});
+  const RelativeQuery relative = narrowphase_detail::relative_query(query);
+  const auto x = narrowphase_detail::places(relative, contact.toi);
+  const ClosestPoints near = narrowphase_detail::closest_points(query.kind, x);
+  if (near.distance > kGapError) contact.normal = near.separation / near.distance;
+}
 
-  double time(const Query& query) const {
-    const RelativeQuery relative = narrowphase_detail::relative_query(query);
-    if (relative.one_point) return 0.0;
-    return Advancement(relative, narrowphase_detail::scaled_up(separation_, relative)).time();
+class CcdSeparation final : public NarrowPhase {
+ public:
+  explicit CcdSeparation(double separation) : separation_(separation) {}
+
+  void find_times(std::span<const Query> queries, std::span<double> toi) const override {
+    for (std::size_t i = 0; i < queries.size(); ++i) {
+      narrowphase_detail::require_finite(queries[i]);
+      toi[i] = time(queries[i]);
+    }
   }
 
-  NarrowPhaseTraits traits() const {
+  /// The primitives are apart at the time of the contact, so their closest points tell the normal.
+  void find_contacts(const SurfaceView& a, const SurfaceView& b, const CandidatePairs& pairs,
+                     std::vector<Contact>& out) const override {
+    NarrowPhase::find_contacts(a, b, pairs, out);
+    for (Contact& contact : out) turn_to_closest_points(a, b, contact);
+  }
+
+  NarrowPhaseTraits traits() const override {
     return {.misses_nothing = true,
             .source =
                 "B. Mirtich, Impulse-based dynamic simulation of rigid body systems, 1996; "
@@ -208,6 +229,12 @@ class SeparationRule {
   }
 
  private:
+  double time(const Query& query) const {
+    const RelativeQuery relative = narrowphase_detail::relative_query(query);
+    if (relative.one_point) return 0.0;
+    return Advancement(relative, narrowphase_detail::scaled_up(separation_, relative)).time();
+  }
+
   double separation_;
 };
 
@@ -215,7 +242,7 @@ class SeparationRule {
 
 std::unique_ptr<NarrowPhase> make_ccd_separation(double min_separation) {
   narrowphase_detail::require_separation(min_separation, "ccd_separation");
-  return narrowphase_detail::per_query(SeparationRule(min_separation));
+  return std::make_unique<CcdSeparation>(min_separation);
 }
 
 }  // namespace selvedge

@@ -211,6 +211,8 @@ const std::vector<Conservative> kMethods{
     {"separation_tiny", 23, [] { return make_ccd_separation(1e-12); }},
 };
 
+void PrintTo(const Conservative& method, std::ostream* out) { *out << method.name; }
+
 class ConservativeMethod : public testing::TestWithParam<Conservative> {};
 
 TEST_P(ConservativeMethod, IsNeverLaterThanTheTrueTimeOnHardQueries) {
@@ -603,6 +605,29 @@ TEST(MinSeparation, ALargerOneIsNeverAnsweredLater) {
     const double near = time_of(*make_ccd_separation(d), q);
     const double far = time_of(*make_ccd_separation(1.1 * d), q);
     ASSERT_LE(far, near) << text(q);
+  }
+}
+
+TEST(MinSeparation, TheNormalOfAContactIsTheDirectionBetweenTheClosestPoints) {
+  // A point nears the side x = 0 of a triangle from outside, almost in its plane.
+  constexpr double d = 0.125;
+  const std::vector<Vec3> point_t0{Vec3(-1, 0, 0.01)}, point_t1{Vec3(1, 0, 0.01)};
+  const std::vector<Vec3> corners{Vec3(0, -1, 0), Vec3(0, 1, 0), Vec3(1, 0, 0)};
+  const std::vector<Triangle> triangles{Triangle{0, 1, 2}};
+  const SurfaceView point{point_t0, point_t1, {}, {}};
+  const SurfaceView triangle{corners, corners, {}, triangles};
+  for (const bool swapped : {false, true}) {
+    CandidatePairs pairs;
+    (swapped ? pairs.triangle_point : pairs.point_triangle).push_back({0, 0});
+    std::vector<Contact> contacts;
+    make_ccd_separation(d)->find_contacts(swapped ? triangle : point, swapped ? point : triangle,
+                                          pairs, contacts);
+    ASSERT_EQ(contacts.size(), 1u);
+    const Contact& c = contacts[0];
+    const Vec3 way = Vec3(2.0 * c.toi - 1.0, 0, 0.01);
+    EXPECT_NEAR((c.normal - way.normalized()).norm(), 0.0, 1e-12);
+    EXPECT_NEAR(way.norm(), d, d / 64);
+    EXPECT_NEAR(c.gap, Vec3(-1, 0, 0.01).norm(), 1e-12);
   }
 }
 

@@ -58,7 +58,7 @@ struct CcdInclusionConfig {
 
 /// [Snyder1992], [Redon2002], [Wang2021]: subdivision of (t, u, v) with inclusion boxes. Misses
 /// nothing, its time is never later than the true one; false alarms within the tolerance and where
-/// the boxes run out, which takes milliseconds. `tolerance` is the one above.
+/// the boxes run out, which takes tens of milliseconds. `tolerance` is the one above.
 std::unique_ptr<NarrowPhase> make_ccd_inclusion(const NarrowPhaseConfig& config = {});
 std::unique_ptr<NarrowPhase> make_ccd_inclusion(const CcdInclusionConfig& config);
 

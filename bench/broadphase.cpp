@@ -6,6 +6,7 @@
 // parts of a later call that makes the tree anew, `refit` that of a call that keeps it after every
 // vertex has moved, and `warm` all of that call. Medians of interleaved repeats.
 #include <fmt/format.h>
+#include <selvedge/apps/methods.h>
 #include <selvedge/broadphase/broad_phase.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/triangle_mesh.h>
@@ -210,7 +211,7 @@ int main(int argc, char** argv) {
   for (const int size : sizes)
     for (auto* make : {drape, crumple}) {
       Scene scene = make(size);
-      BroadPhaseRegistry registry = broad_phases();
+      BroadPhaseRegistry registry = methods_of_this_build().broad_phases;
       if (size > largest_brute) registry.erase("brute_force");
       for (const int count : threads)
         measure(scene, registry, repeats, count, least ? Pick::least : Pick::median);

@@ -8,6 +8,10 @@
 #include <chrono>
 #include <cstring>
 
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
 namespace selvedge::detail {
 namespace {
 
@@ -62,6 +66,54 @@ struct Owned {
   }
 };
 
+/// A box in float, by the map of UnitBox, and what stands beside it.
+struct alignas(16) TaggedBox {
+  std::array<float, 3> lo;
+  std::int32_t tag;
+  std::array<float, 3> hi;
+  std::int32_t tag2;
+};
+
+enum class Overlap { none, perhaps, certain };
+
+#ifdef __SSE2__
+Overlap overlap(const TaggedBox& a, const TaggedBox& b) {
+  constexpr int xyz = 7;  // the tags' lane does not count
+  const __m128 a_lo = _mm_load_ps(a.lo.data()), a_hi = _mm_load_ps(a.hi.data());
+  const __m128 b_lo = _mm_load_ps(b.lo.data()), b_hi = _mm_load_ps(b.hi.data());
+  const __m128 strict = _mm_and_ps(_mm_cmplt_ps(a_lo, b_hi), _mm_cmplt_ps(b_lo, a_hi));
+  if ((_mm_movemask_ps(strict) & xyz) == xyz) return Overlap::certain;
+  const __m128 closed = _mm_and_ps(_mm_cmple_ps(a_lo, b_hi), _mm_cmple_ps(b_lo, a_hi));
+  return (_mm_movemask_ps(closed) & xyz) == xyz ? Overlap::perhaps : Overlap::none;
+}
+#else
+Overlap overlap(const TaggedBox& a, const TaggedBox& b) {
+  bool strict = true, closed = true;
+  for (int k = 0; k < 3; ++k) {
+    strict &= (a.lo[k] < b.hi[k]) & (b.lo[k] < a.hi[k]);
+    closed &= (a.lo[k] <= b.hi[k]) & (b.lo[k] <= a.hi[k]);
+  }
+  return strict ? Overlap::certain : closed ? Overlap::perhaps : Overlap::none;
+}
+#endif
+
+/// A unit in memory: its own box, tagged with how many points and edges it owns, then their boxes,
+/// tagged with their indices.
+class Unit {
+ public:
+  explicit Unit(const TaggedBox* first) : first_(first) {}
+  const TaggedBox& box() const { return *first_; }
+  std::span<const TaggedBox> points() const {
+    return {first_ + 1, static_cast<std::size_t>(first_->tag)};
+  }
+  std::span<const TaggedBox> edges() const {
+    return {first_ + 1 + first_->tag, static_cast<std::size_t>(first_->tag2)};
+  }
+
+ private:
+  const TaggedBox* first_;
+};
+
 /// One surface cut into units: its triangles with the edges and vertices they own, and then the
 /// edges and vertices that no triangle contains, each a unit.
 class UnitSurface {
@@ -88,15 +140,14 @@ class UnitSurface {
 
   void set_positions(const SurfaceView& s, const Vec3& origin) {
     vertex_boxes_.resize(vertex_count_);
-    edge_boxes_.resize(edges_.size());
-    triangle_boxes_.resize(triangles_.size());
+    records_.resize(units_ + vertex_count_ + edges_.size());
     boxes_.resize(units_);
     parallel_for(vertex_count_, kGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t v = begin; v < end; ++v)
-        vertex_boxes_[v] = swept_box(s, static_cast<std::int32_t>(v));
+        vertex_boxes_[v] = to_float(swept_box(s, static_cast<std::int32_t>(v)), origin);
     });
     parallel_for(units_, kGrain, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t u = begin; u < end; ++u) box_unit(u, origin);
+      for (std::size_t u = begin; u < end; ++u) box_unit(u);
     });
   }
 
@@ -105,25 +156,19 @@ class UnitSurface {
   std::size_t edge_count() const { return edges_.size(); }
   std::size_t triangle_count() const { return triangles_.size(); }
   std::span<const UnitBox> boxes() const { return boxes_; }
-  std::span<const std::int32_t> points(std::size_t unit) const { return owned_points_.of(unit); }
-  std::span<const std::int32_t> edges(std::size_t unit) const { return owned_edges_.of(unit); }
-  const SweptBox& point_box(std::int32_t v) const { return vertex_boxes_[v]; }
-  const SweptBox& triangle_box(std::size_t t) const { return triangle_boxes_[t]; }
-  /// Boxes of edges(unit), in that order.
-  const SweptBox* edge_boxes(std::size_t unit) const {
-    return edge_boxes_.data() + owned_edges_.begin[unit];
-  }
   bool is_triangle(std::size_t unit) const { return unit < triangles_.size(); }
-  const Triangle& triangle(std::size_t t) const { return triangles_[t]; }
-  const Edge& edge(std::int32_t e) const { return edges_[e]; }
+  Unit unit(std::size_t u) const { return Unit(records_.data() + record_begin(u)); }
   std::size_t bytes() const {
-    return bytes_of(triangles_) + bytes_of(edges_) + bytes_of(vertex_boxes_) +
-           bytes_of(edge_boxes_) + bytes_of(triangle_boxes_) + bytes_of(boxes_) +
-           bytes_of(owned_edges_.begin) + bytes_of(owned_edges_.id) +
+    return bytes_of(triangles_) + bytes_of(edges_) + bytes_of(vertex_boxes_) + bytes_of(records_) +
+           bytes_of(boxes_) + bytes_of(owned_edges_.begin) + bytes_of(owned_edges_.id) +
            bytes_of(owned_points_.begin) + bytes_of(owned_points_.id);
   }
 
  private:
+  std::size_t record_begin(std::size_t u) const {
+    return u + owned_points_.begin[u] + owned_edges_.begin[u];
+  }
+
   /// An edge belongs to the first triangle that contains both its ends. One from a vertex to itself
   /// is a unit: in a triangle it would meet the opposite edge, and a unit is not paired with
   /// itself.
@@ -145,34 +190,48 @@ class UnitSurface {
     }
   }
 
-  void box_unit(std::size_t u, const Vec3& origin) {
-    SweptBox* next = edge_boxes_.data() + owned_edges_.begin[u];
-    for (const std::int32_t e : owned_edges_.of(u))
-      *next++ = united(vertex_boxes_[edges_[e][0]], vertex_boxes_[edges_[e][1]]);
-    SweptBox box;
-    if (is_triangle(u)) {
-      const Triangle& t = triangles_[u];
-      box = united(united(vertex_boxes_[t[0]], vertex_boxes_[t[1]]), vertex_boxes_[t[2]]);
-      triangle_boxes_[u] = box;
-    } else {
-      const auto edge = owned_edges_.of(u);
-      box = edge.empty() ? vertex_boxes_[owned_points_.of(u)[0]] : *edge_boxes(u);
-    }
+  static TaggedBox to_float(const SweptBox& box, const Vec3& origin) {
+    TaggedBox out{};
     for (int k = 0; k < 3; ++k) {
-      boxes_[u].lo[k] = to_float(box.lo[k] - origin[k]);
-      boxes_[u].hi[k] = to_float(box.hi[k] - origin[k]);
+      out.lo[k] = static_cast<float>(std::clamp(box.lo[k] - origin[k], -kFar, kFar));
+      out.hi[k] = static_cast<float>(std::clamp(box.hi[k] - origin[k], -kFar, kFar));
     }
+    return out;
   }
 
-  static float to_float(double relative) {
-    return static_cast<float>(std::min(std::max(relative, -kFar), kFar));
+  template <std::size_t n>
+  TaggedBox around(const std::array<std::int32_t, n>& vertices) const {
+    TaggedBox box = vertex_boxes_[vertices[0]];
+    for (std::size_t i = 1; i < n; ++i)
+      for (int k = 0; k < 3; ++k) {
+        box.lo[k] = std::min(box.lo[k], vertex_boxes_[vertices[i]].lo[k]);
+        box.hi[k] = std::max(box.hi[k], vertex_boxes_[vertices[i]].hi[k]);
+      }
+    return box;
+  }
+
+  void box_unit(std::size_t u) {
+    TaggedBox* const first = records_.data() + record_begin(u);
+    TaggedBox* next = first + 1;
+    for (const std::int32_t v : owned_points_.of(u)) {
+      *next = vertex_boxes_[v];
+      next++->tag = v;
+    }
+    for (const std::int32_t e : owned_edges_.of(u)) {
+      *next = around(edges_[e]);
+      next++->tag = e;
+    }
+    *first = is_triangle(u) ? around(triangles_[u]) : first[1];
+    first->tag = static_cast<std::int32_t>(owned_points_.of(u).size());
+    first->tag2 = static_cast<std::int32_t>(owned_edges_.of(u).size());
+    boxes_[u] = {first->lo, first->hi};
   }
 
   std::size_t vertex_count_ = 0, units_ = 0;
   std::vector<Triangle> triangles_;
   std::vector<Edge> edges_;
   Owned owned_edges_, owned_points_;
-  std::vector<SweptBox> vertex_boxes_, edge_boxes_, triangle_boxes_;
+  std::vector<TaggedBox> vertex_boxes_, records_;
   std::vector<UnitBox> boxes_;
 };
 
@@ -183,41 +242,66 @@ void put(PairBuffer& buffer, std::int32_t first, std::int32_t second) {
   buffer.advance_to(room + 1);
 }
 
-/// The pairs of primitives of a pair of units, tested in double.
-struct Expansion {
-  const UnitSurface &a, &b;
-  bool self;
+/// One surface of a search.
+struct Side {
+  const UnitSurface& units;
+  const SurfaceView& view;
+};
 
-  void points_triangle(const UnitSurface& p, std::size_t unit, const UnitSurface& t,
-                       std::size_t triangle, PairBuffer& out) const {
-    if (!t.is_triangle(triangle)) return;
-    for (const std::int32_t v : p.points(unit))
-      if (overlap(p.point_box(v), t.triangle_box(triangle)) &&
-          !(self && contains(t.triangle(triangle), v)))
-        put(out, v, static_cast<std::int32_t>(triangle));
-  }
-
-  void edges_edges(std::size_t i, std::size_t j, PairBuffer& out) const {
-    const SweptBox *box_a = a.edge_boxes(i), *boxes_b = b.edge_boxes(j);
-    for (const std::int32_t e : a.edges(i)) {
-      const SweptBox* box_b = boxes_b;
-      for (const std::int32_t f : b.edges(j)) {
-        if (!overlap(*box_a, *box_b++)) continue;
-        if (!self)
-          put(out, e, f);
-        else if (!share_vertex(a.edge(e), a.edge(f)))
-          put(out, std::min(e, f), std::max(e, f));
-      }
-      ++box_a;
-    }
-  }
+/// The pairs of primitives of a pair of units. Where boxes in float only touch, those in double
+/// decide (see UnitBox).
+class Expansion {
+ public:
+  Expansion(const Side& a, const Side& b, bool self) : a_(a), b_(b), self_(self) {}
 
   void expand(std::uint64_t pair, FoundPairs& out) const {
     const std::size_t i = pair >> 32, j = pair & 0xffffffffu;
-    points_triangle(a, i, b, j, out.point_triangle);
-    points_triangle(b, j, a, i, self ? out.point_triangle : out.triangle_point);
-    edges_edges(i, j, out.edge_edge);
+    const Unit unit_a = a_.units.unit(i), unit_b = b_.units.unit(j);
+    if (b_.units.is_triangle(j)) points_triangle(a_, unit_a, b_, unit_b, j, out.point_triangle);
+    if (a_.units.is_triangle(i))
+      points_triangle(b_, unit_b, a_, unit_a, i, self_ ? out.point_triangle : out.triangle_point);
+    edges_edges(unit_a, unit_b, out.edge_edge);
   }
+
+ private:
+  template <class Primitive, class Other>
+  static bool touch(Overlap overlap, const SurfaceView& p, const Primitive& primitive,
+                    const SurfaceView& q, const Other& other) {
+    return overlap == Overlap::certain ||
+           (overlap == Overlap::perhaps &&
+            detail::overlap(swept_box(p, primitive), swept_box(q, other)));
+  }
+
+  void points_triangle(const Side& p, const Unit& unit, const Side& t, const Unit& triangle,
+                       std::size_t index, PairBuffer& out) const {
+    for (const TaggedBox& point : unit.points()) {
+      const Overlap found = overlap(point, triangle.box());
+      if (found == Overlap::none) continue;
+      const Triangle& corners = t.view.triangles[index];
+      if (touch(found, p.view, point.tag, t.view, corners) &&
+          !(self_ && contains(corners, point.tag)))
+        put(out, point.tag, static_cast<std::int32_t>(index));
+    }
+  }
+
+  void edges_edges(const Unit& unit_a, const Unit& unit_b, PairBuffer& out) const {
+    for (const TaggedBox& edge_a : unit_a.edges()) {
+      if (overlap(edge_a, unit_b.box()) == Overlap::none) continue;
+      for (const TaggedBox& edge_b : unit_b.edges()) {
+        const Overlap found = overlap(edge_a, edge_b);
+        if (found == Overlap::none) continue;
+        const Edge &e = a_.view.edges[edge_a.tag], &f = b_.view.edges[edge_b.tag];
+        if (!touch(found, a_.view, e, b_.view, f)) continue;
+        if (!self_)
+          put(out, edge_a.tag, edge_b.tag);
+        else if (!share_vertex(e, f))
+          put(out, std::min(edge_a.tag, edge_b.tag), std::max(edge_a.tag, edge_b.tag));
+      }
+    }
+  }
+
+  Side a_, b_;
+  bool self_;
 };
 
 /// A surface and what its slot of the library was last fitted to.
@@ -255,7 +339,7 @@ class BoxBroadPhase final : public BroadPhase {
     fit(slot_b, b);
     const auto begin = Clock::now();
     const UnitSurface &units_a = kept_[slot_a].units, &units_b = kept_[slot_b].units;
-    find({units_a, units_b, false}, out, [&](UnitPairs& pairs) {
+    find({{units_a, a}, {units_b, b}, false}, out, [&](UnitPairs& pairs) {
       if (units_a.units() > 0 && units_b.units() > 0) library_->find(slot_a, slot_b, pairs);
     });
     collector_.collect(parts_, &FoundPairs::point_triangle, a.x_t0.size(), b.triangles.size(),
@@ -276,7 +360,7 @@ class BoxBroadPhase final : public BroadPhase {
     fit(slot, a);
     const auto begin = Clock::now();
     const UnitSurface& units = kept_[slot].units;
-    find({units, units, true}, out, [&](UnitPairs& pairs) {
+    find({{units, a}, {units, a}, true}, out, [&](UnitPairs& pairs) {
       if (units.units() > 1) library_->find_self(slot, pairs);
     });
     collector_.collect(parts_, &FoundPairs::point_triangle, a.x_t0.size(), a.triangles.size(),

@@ -21,8 +21,9 @@ namespace selvedge::detail {
 ///
 /// Why float loses nothing: every coordinate d of a double box, lower or upper, of both surfaces
 /// goes through the same map m(d) = clamp(float(d - origin)), whose roundings are monotone. So
-/// lo(a) <= hi(b) in double implies m(lo(a)) <= m(hi(b)). Pairs that only the rounding made overlap
-/// are taken out in double afterwards. The clamp keeps products of three sizes finite in float.
+/// lo(a) <= hi(b) in double implies m(lo(a)) <= m(hi(b)). And m(lo(a)) < m(hi(b)) implies
+/// lo(a) < hi(b), so that only pairs equal in some coordinate must be looked at again in double.
+/// The clamp keeps products of three sizes finite in float.
 struct UnitBox {
   std::array<float, 3> lo, hi;
 };

@@ -67,6 +67,8 @@ class EmbreeLibrary final : public detail::BoxLibrary {
     s.boxes = boxes;
     s.scene = rtcNewScene(device_);
     s.geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_USER);
+    // Low quality and its refit were measured too: a sixth less in all, but on boxes that coincide
+    // its builder ends the program by an assertion.
     rtcSetSceneBuildQuality(s.scene, RTC_BUILD_QUALITY_MEDIUM);
     rtcSetGeometryUserPrimitiveCount(s.geometry, static_cast<unsigned int>(boxes.size()));
     rtcSetGeometryUserData(s.geometry, &s.boxes);
@@ -75,6 +77,7 @@ class EmbreeLibrary final : public detail::BoxLibrary {
     commit(s);
   }
 
+  /// Builds in place: at this quality the library's refit costs as much as a build.
   bool refit(int slot, std::span<const detail::UnitBox> boxes) override {
     Scene& s = scenes_[slot];
     s.boxes = boxes;

@@ -331,9 +331,8 @@ struct KeptSurface {
   std::uint64_t static_id = 0, last_use = 0;  ///< last_use 0: never
   double thickness = -1.0;
   Vec3 origin = Vec3::Zero();
-  Bounds bounds;               ///< of x_t0
-  bool built = false;          ///< the slot has a structure for as many boxes
-  bool built_to_stay = false;  ///< and it was told that they do not move
+  Bounds bounds;       ///< of x_t0
+  bool built = false;  ///< the slot has a structure for as many boxes
 
   bool is_static_copy_of(const SurfaceView& s) const {
     return built && s.static_id != 0 && s.static_id == static_id &&
@@ -456,12 +455,11 @@ class BoxBroadPhase final : public BroadPhase {
     kept.units.set_positions(surface, origin_);
     const bool stays = surface.static_id != 0;
     // A surface that is promised to stay deserves a structure made for it.
-    const bool fitted = kept.built && stays == kept.built_to_stay && !stays &&
-                        kept.units.units() > 0 && library_->refit(slot, kept.units.boxes());
+    const bool fitted =
+        kept.built && !stays && kept.units.units() > 0 && library_->refit(slot, kept.units.boxes());
     if (!fitted && kept.units.units() > 0) library_->build(slot, kept.units.boxes(), stays);
     (fitted ? cost_.refit_s : cost_.build_s) += seconds_since(begin);
     kept.built = true;
-    kept.built_to_stay = stays;
     kept.thickness = surface.thickness;
     kept.origin = origin_;
   }

@@ -9,6 +9,7 @@
 
 #include "command_ccd.h"
 #include "command_check.h"
+#include "command_detect.h"
 #include "command_list.h"
 #include "command_render.h"
 #include "command_run.h"
@@ -30,6 +31,7 @@ int run_command_line(int argc, char** argv) {
   int exit_code = 0;
   add_command_run(app, exit_code);
   add_command_check(app, exit_code);
+  add_command_detect(app, exit_code);
   add_command_ccd(app, exit_code);
   add_command_render(app, exit_code);
   add_command_list(app, exit_code);

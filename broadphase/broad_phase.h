@@ -29,7 +29,7 @@ struct BroadPhaseTraits {
   bool self = true;       ///< serves find_self_pairs
   bool deforming = true;  ///< serves surfaces that change shape
   bool closed_body_only = false;
-  std::string source;  ///< author, title, year
+  std::string source{};  ///< author, title, year
 };
 
 /// What the last call of a detector cost.

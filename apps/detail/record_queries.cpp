@@ -25,13 +25,18 @@ void add_record_options(CLI::App& command, QueryRecorderConfig& config) {
       ->check(CLI::NonNegativeNumber);
 }
 
-RecordedRun::RecordedRun(const QueryRecorderConfig& config, Methods& methods) {
+RecordedRun::RecordedRun(const QueryRecorderConfig& config) {
   if (config.prefix.empty()) return;
   try {
     recorder_.emplace(config);
   } catch (const std::system_error& error) {
     throw std::invalid_argument(std::string("--record: ") + error.what());
   }
+}
+
+RecordedRun::RecordedRun(const QueryRecorderConfig& config, Methods& methods)
+    : RecordedRun(config) {
+  if (!recorder_) return;
   for (auto& entry : methods.narrow_phases)
     entry.second = [make = entry.second, this](const NarrowPhaseConfig& c) {
       return make_recording(make(c), *recorder_);

@@ -15,11 +15,11 @@ namespace selvedge {
 /// --record and --record-limit.
 void add_record_options(CLI::App& command, QueryRecorderConfig& config);
 
-/// Records what the narrow phases of a run are asked; nothing if `config` names no file. Also a run
-/// that fails keeps what was recorded.
+/// A recording, or none if `config` names no file. Also a run that fails keeps what was recorded.
 class RecordedRun {
  public:
-  /// From now on every narrow phase that `methods` makes is recorded.
+  explicit RecordedRun(const QueryRecorderConfig& config);
+  /// Every narrow phase that `methods` makes from now on is recorded.
   RecordedRun(const QueryRecorderConfig& config, Methods& methods);
   ~RecordedRun();
   RecordedRun(const RecordedRun&) = delete;

@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: MIT
+#include "command_detect.h"
+
+#include <fmt/format.h>
+#include <selvedge/apps/compare_detectors.h>
+#include <selvedge/apps/detail/method_choice.h>
+#include <selvedge/apps/detail/record_queries.h>
+#include <selvedge/bodies/mesh_file.h>
+#include <selvedge/core/parallel.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "methods.h"
+
+namespace {
+
+using namespace selvedge;
+using Json = nlohmann::ordered_json;
+
+struct DetectOptions {
+  std::string a0, a1, b0, b1;
+  std::vector<std::string> broad_phase{"all"}, narrow_phase{"ccd_exact"};
+  NarrowPhaseConfig config;
+  double thickness = 0.0;
+  int threads = 0, repeats = 5;
+  bool json = false;
+  QueryRecorderConfig record;
+};
+
+// -- surfaces -------------------------------------------------------------------------------------
+
+/// One surface at two times.
+struct MovingSurface {
+  std::string file;
+  TriangleMesh at_t0, at_t1;
+  std::vector<Edge> edges;
+
+  SurfaceView view(double thickness, std::uint64_t id) const {
+    const bool at_rest = at_t0.vertices == at_t1.vertices;
+    return {at_t0.vertices, at_t1.vertices, edges, at_t0.triangles, thickness, at_rest ? id : 0};
+  }
+};
+
+void check_same_surface(const std::string& f0, const TriangleMesh& m0, const std::string& f1,
+                        const TriangleMesh& m1) {
+  constexpr const char* remedy = "give two states of one surface";
+  if (m0.vertices.size() != m1.vertices.size())
+    throw std::invalid_argument(fmt::format("{}: has {} vertices, and {} has {}; {}", f1,
+                                            m1.vertices.size(), f0, m0.vertices.size(), remedy));
+  const auto [in_0, in_1] = std::mismatch(m0.triangles.begin(), m0.triangles.end(),
+                                          m1.triangles.begin(), m1.triangles.end());
+  if (in_0 != m0.triangles.end() || in_1 != m1.triangles.end())
+    throw std::invalid_argument(fmt::format("{}: its triangle {} is not that of {}; {}", f1,
+                                            in_0 - m0.triangles.begin(), f0, remedy));
+}
+
+MovingSurface read_surface(const std::string& f0, const std::string& f1) {
+  MovingSurface s{f0, read_mesh(f0), {}, {}};
+  s.at_t1 = f1.empty() || f1 == f0 ? s.at_t0 : read_mesh(f1);
+  check_same_surface(f0, s.at_t0, f1, s.at_t1);
+  s.edges = unique_edges(s.at_t0.triangles);
+  return s;
+}
+
+// -- results --------------------------------------------------------------------------------------
+
+struct Skipped {
+  std::string name, why;
+};
+
+struct Results {
+  ReferencePairs reference;
+  std::vector<std::pair<std::string, DetectorScore>> detectors;
+  std::vector<std::pair<std::string, ContactScore>> contacts;
+  std::vector<Skipped> skipped;
+
+  bool failed() const {
+    return std::any_of(detectors.begin(), detectors.end(),
+                       [](const auto& d) { return !d.second.failure.empty(); });
+  }
+};
+
+/// What the system or the detector itself says against serving the case is no fault of the user's
+/// where he asked for all that serve it.
+template <class Work>
+bool serves(const std::string& name, const MethodChoice& choice, std::vector<Skipped>& skipped,
+            const Work& work) {
+  try {
+    work();
+    return true;
+  } catch (const std::invalid_argument& error) {
+    if (!choice.all) throw std::invalid_argument(name + ": " + error.what());
+    skipped.push_back({name, error.what()});
+  } catch (const BudgetExceeded& error) {
+    skipped.push_back({name, error.what()});
+  }
+  return false;
+}
+
+/// With more tests brute force takes longer than all the others together.
+constexpr double kMostTests = 2e9;
+
+void require_service(const std::string& name, const BroadPhase& detector, const DetectionCase& c,
+                     const MethodChoice& choice) {
+  std::string why = why_not(detector.traits(), c);
+  if (why.empty() && choice.all && name == "brute_force" && brute_force_tests(c) > kMostTests)
+    why = fmt::format("would make {:.0e} box tests; name it to wait for it", brute_force_tests(c));
+  if (!why.empty()) throw std::invalid_argument(why);
+}
+
+void compare_detectors(const DetectionCase& c, const MethodChoice& choice,
+                       const BroadPhaseRegistry& registry, int repeats, Results& results) {
+  std::vector<std::pair<std::string, DetectorTrial>> trials;
+  for (const std::string& name : choice.names)
+    serves(name, choice, results.skipped, [&] {
+      require_service(name, *registry.at(name)(), c, choice);
+      trials.emplace_back(name, DetectorTrial(registry.at(name), c, results.reference));
+    });
+  // Interleaved, so that a disturbance of the machine meets all of them.
+  for (int r = 0; r < repeats; ++r)
+    std::erase_if(trials, [&](auto& trial) {
+      if (trial.second.slow()) return false;
+      return !serves(trial.first, choice, results.skipped, [&] { trial.second.measure(); });
+    });
+  for (const auto& [name, trial] : trials) results.detectors.emplace_back(name, trial.score());
+}
+
+void compare_narrow_phases(const DetectionCase& c, const MethodChoice& choice,
+                           const NarrowPhaseRegistry& registry, const DetectOptions& o,
+                           Results& results) {
+  for (const std::string& name : choice.names)
+    serves(name, choice, results.skipped, [&] {
+      const auto method = registry.at(name)(o.config);
+      results.contacts.emplace_back(name, score_contacts(*method, c, results.reference, o.repeats));
+    });
+}
+
+Json to_json(const std::string& name, const DetectorScore& s) {
+  return {{"broad_phase", name},
+          {"threads", thread_count()},
+          {"build_ms", s.build_ms},
+          {"refit_ms", s.refit_ms},
+          {"query_ms", s.query_ms},
+          {"wall_ms", s.wall_ms},
+          {"point_triangle", s.point_triangle},
+          {"triangle_point", s.triangle_point},
+          {"edge_edge", s.edge_edge},
+          {"missed", s.missed},
+          {"recall", s.recall},
+          {"boxes_missed", s.boxes_missed},
+          {"beyond_boxes", s.beyond_boxes},
+          {"peak_bytes", s.peak_bytes},
+          {"failure", s.failure}};
+}
+
+Json to_json(const std::string& name, const ContactScore& s) {
+  return {{"narrow_phase", name},
+          {"contacts", s.contacts},
+          {"first_toi", s.first_toi ? Json(*s.first_toi) : Json(nullptr)},
+          {"ms", s.ms},
+          {"missed", s.missed},
+          {"false_alarms", s.false_alarms}};
+}
+
+void print_json(const Results& r) {
+  Json detectors = Json::array(), contacts = Json::array(), skipped = Json::array();
+  for (const auto& [name, score] : r.detectors) detectors.push_back(to_json(name, score));
+  for (const auto& [name, score] : r.contacts) contacts.push_back(to_json(name, score));
+  for (const Skipped& s : r.skipped) skipped.push_back({{"name", s.name}, {"why", s.why}});
+  const CandidatePairs& boxes = r.reference.boxes;
+  const Json reference = {
+      {"boxes_from", r.reference.boxes_from},
+      {"point_triangle", boxes.point_triangle.size() + boxes.triangle_point.size()},
+      {"triangle_point", boxes.triangle_point.size()},
+      {"edge_edge", boxes.edge_edge.size()},
+      {"colliding", r.reference.colliding.size()}};
+  fmt::print("{}\n", Json{{"results", detectors},
+                          {"contacts", contacts},
+                          {"reference", reference},
+                          {"skipped", skipped}}
+                         .dump(2));
+}
+
+void print_detectors(const Results& r) {
+  constexpr double megabyte = 1e6;
+  fmt::print("{:<24}{:>11}{:>11}{:>11}{:>13}{:>13}{:>9}{:>9}{:>10}\n", "", "build ms", "refit ms",
+             "query ms", "point-tri", "edge-edge", "missed", "recall", "peak MB");
+  for (const auto& [name, s] : r.detectors)
+    fmt::print("{:<24}{:>11.3f}{:>11.3f}{:>11.3f}{:>13}{:>13}{:>9}{:>9.4f}{:>10.1f}\n", name,
+               s.build_ms, s.refit_ms, s.query_ms, s.point_triangle, s.edge_edge, s.missed,
+               s.recall, static_cast<double>(s.peak_bytes) / megabyte);
+  for (const auto& [name, s] : r.detectors)
+    if (!s.failure.empty()) fmt::print("FAILURE: {} {}\n", name, s.failure);
+}
+
+void print_table(const DetectionCase& c, const Results& r) {
+  fmt::print("{} and {} triangles{}, {} threads\n", c.a.triangles.size(), c.b.triangles.size(),
+             c.self ? " of one surface against itself" : "", thread_count());
+  const CandidatePairs& boxes = r.reference.boxes;
+  fmt::print(
+      "overlapping boxes: {} point-triangle, {} edge-edge (by {}); {} of these pairs collide\n\n",
+      boxes.point_triangle.size() + boxes.triangle_point.size(), boxes.edge_edge.size(),
+      r.reference.boxes_from, r.reference.colliding.size());
+  print_detectors(r);
+  fmt::print("\n{:<24}{:>11}{:>9}{:>9}{:>24}{:>11}\n", "", "contacts", "missed", "false",
+             "first time", "ms");
+  for (const auto& [name, s] : r.contacts)
+    fmt::print("{:<24}{:>11}{:>9}{:>9}{:>24}{:>11.3f}\n", name, s.contacts, s.missed,
+               s.false_alarms, s.first_toi ? fmt::format("{:.17g}", *s.first_toi) : "-", s.ms);
+}
+
+int run_command(const DetectOptions& o) {
+  if (o.b0.empty() && !o.b1.empty()) throw std::invalid_argument("detect: --b1 needs --b0");
+  Methods methods = methods_of_this_build();
+  const MethodChoice broad = choose_methods(o.broad_phase, methods.broad_phases, "--broad-phase");
+  const MethodChoice narrow =
+      choose_methods(o.narrow_phase, methods.narrow_phases, "--narrow-phase");
+  const MovingSurface a = read_surface(o.a0, o.a1);
+  const MovingSurface b = o.b0.empty() ? MovingSurface{} : read_surface(o.b0, o.b1);
+  const ThreadLimit limit(o.threads);
+  DetectionCase c{a.view(o.thickness, 1), {}, o.b0.empty()};
+  c.b = c.self ? c.a : b.view(o.thickness, 2);
+  RecordedRun recording(o.record);
+  Results results;
+  results.reference = reference_pairs(c);
+  if (QueryRecorder* recorder = recording.recorder())
+    recorder->add(c.a, c.b, results.reference.boxes);
+  recording.write();
+  compare_detectors(c, broad, methods.broad_phases, o.repeats, results);
+  compare_narrow_phases(c, narrow, methods.narrow_phases, o, results);
+  for (const Skipped& s : results.skipped)
+    fmt::print(stderr, "note: {} left out: {}\n", s.name, s.why);
+  if (o.json)
+    print_json(results);
+  else
+    print_table(c, results);
+  return results.failed() ? 1 : 0;
+}
+
+void add_meshes(CLI::App& command, DetectOptions& o) {
+  command.add_option("--a0", o.a0, "The first surface at the start of the step: OBJ, PLY or OFF")
+      ->required();
+  command.add_option("--a1", o.a1, "The same surface at the end")->required();
+  command.add_option("--b0", o.b0, "The second surface at the start; without it, a against itself");
+  command.add_option("--b1", o.b1, "The same surface at the end; without it, b is at rest");
+}
+
+}  // namespace
+
+void add_command_detect(CLI::App& app, int& exit_code) {
+  const auto o = std::make_shared<DetectOptions>();
+  CLI::App* command =
+      app.add_subcommand("detect", "Detectors on one step of two meshes, or of one against itself");
+  add_meshes(*command, *o);
+  command
+      ->add_option("--broad-phase", o->broad_phase,
+                   "Names, parted by commas, or all that serve the case (the default)")
+      ->delimiter(',');
+  command
+      ->add_option("--narrow-phase", o->narrow_phase,
+                   "Names, parted by commas, or all (default: ccd_exact)")
+      ->delimiter(',');
+  command
+      ->add_option("--thickness", o->thickness,
+                   "Metres by which each surface's boxes are inflated on each side (default 0)")
+      ->check(CLI::Range(0.0, 1e100));
+  command->add_option("--tolerance", o->config.tolerance,
+                      "For narrow phases that have one, in their own unit; negative: theirs");
+  command->add_option("--min-separation", o->config.min_separation, "For narrow phases, metres")
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--threads", o->threads, "Threads; 0: all (the result is the same)")
+      ->check(CLI::Range(0, 1024));
+  command->add_option("--repeats", o->repeats, "Of each measurement (default 5)")
+      ->check(CLI::Range(1, 1000));
+  add_record_options(*command, o->record);
+  command->add_flag("--json", o->json, "Print JSON");
+  command->footer(
+      "Times are medians of interleaved repeats. Build and query: the first call of a new "
+      "detector;\n"
+      "refit: what a second call takes to bring its structures up to date (the step backwards, "
+      "which\n"
+      "has the same boxes). Point-triangle counts both directions. Missed: pairs that collide, by\n"
+      "ccd_exact, and were not reported; recall: the share that was. Peak: most memory above that\n"
+      "before the first call, pairs included. Contacts: among the overlapping boxes. --record "
+      "writes\n"
+      "these as queries.\n"
+      "Exit code: 0 done, 1 a detector broke its promise (FAILURE), 2 bad input.");
+  command->callback([o, &exit_code] { exit_code = run_command(*o); });
+}

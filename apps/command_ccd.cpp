@@ -7,6 +7,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -31,7 +32,7 @@ struct CcdOptions {
   std::string kind, merge;
   NarrowPhaseConfig config;
   int repeats = 5;
-  bool json = false;
+  bool json = false, markdown = false;
 };
 
 /// A query file and the family that it is merged into.
@@ -196,22 +197,51 @@ std::string shown(const std::optional<double>& value, const char* format) {
   return value ? fmt::format(fmt::runtime(format), *value) : "-";
 }
 
-void print_table(const Results& results) {
+using Cells = std::array<std::string, 9>;
+
+Cells cells_of(const Row& row) {
+  const QueryScore& s = row.score;
+  return {row.method,
+          std::to_string(s.misses),
+          std::to_string(s.false_alarms),
+          s.late_toi ? std::to_string(*s.late_toi) : "-",
+          shown(s.max_toi_error, "{:.2g}"),
+          shown(s.mean_us, "{:.4f}"),
+          shown(s.median_us, "{:.4f}"),
+          shown(s.p99_us, "{:.4f}"),
+          shown(s.max_us, "{:.3f}")};
+}
+
+void print_cells(const Cells& cells, bool markdown, bool head) {
+  if (markdown) {
+    fmt::print("{}| {} |\n", head ? "\n" : "", fmt::join(cells, " | "));
+    if (head) fmt::print("| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n");
+    return;
+  }
+  fmt::print("{:<24}{:>8}{:>8}{:>8}", cells[0], cells[1], cells[2], cells[3]);
+  for (std::size_t i = 4; i < cells.size(); ++i) fmt::print("{:>11}", cells[i]);
+  fmt::print("\n");
+}
+
+std::string heading(const NamedQueries& queries, const QueryScore& score) {
+  return fmt::format("{}: {} {} queries, {} collide{}", queries.name, score.queries,
+                     query_kind_name(queries.set.kind), score.positives,
+                     queries.times_from_file ? "" : "; their times as ccd_exact finds them");
+}
+
+/// One table for each set of queries.
+void print_tables(const Results& results, bool markdown) {
   const NamedQueries* last = nullptr;
   for (const Row& row : results.rows) {
-    const QueryScore& s = row.score;
-    if (row.queries != last)
-      fmt::print(
-          "{}{}: {} {} queries, {} collide{}\n{:<24}{:>8}{:>8}{:>8}{:>11}{:>11}{:>11}{:>11}"
-          "{:>11}\n",
-          last ? "\n" : "", row.queries->name, s.queries, query_kind_name(row.queries->set.kind),
-          s.positives, row.queries->times_from_file ? "" : "; their times as ccd_exact finds them",
-          "", "misses", "false", "late", "time off", "mean us", "median us", "99 % us", "max us");
+    if (row.queries != last) {
+      fmt::print("{}{}{}\n", last ? "\n" : "", markdown ? "### " : "",
+                 heading(*row.queries, row.score));
+      print_cells({"", "misses", "false", "late", "time off", "mean us", "median us", "99 % us",
+                   "max us"},
+                  markdown, true);
+    }
     last = row.queries;
-    fmt::print("{:<24}{:>8}{:>8}{:>8}{:>11}{:>11}{:>11}{:>11}{:>11}\n", row.method, s.misses,
-               s.false_alarms, s.late_toi ? std::to_string(*s.late_toi) : "-",
-               shown(s.max_toi_error, "{:.2g}"), shown(s.mean_us, "{:.4f}"),
-               shown(s.median_us, "{:.4f}"), shown(s.p99_us, "{:.4f}"), shown(s.max_us, "{:.3f}"));
+    print_cells(cells_of(row), markdown, false);
   }
   for (const Skipped& s : results.skipped)
     fmt::print(stderr, "note: {} left out{}: {}\n", s.method,
@@ -258,7 +288,7 @@ void run_command(const CcdOptions& o) {
   if (o.json)
     print_json(results);
   else
-    print_table(results);
+    print_tables(results, o.markdown);
 }
 
 }  // namespace
@@ -296,6 +326,7 @@ void add_command_ccd(CLI::App& app, int& exit_code) {
   command->add_option("--repeats", o->repeats, "Of each measurement (default 5); 0: verdicts only")
       ->check(CLI::Range(0, 1000));
   command->add_flag("--json", o->json, "Print JSON");
+  command->add_flag("--markdown", o->markdown, "Print the tables as Markdown");
   command->footer(
       "Times are of one thread. Mean: calls with all queries at once, warm, median of the "
       "repeats.\n"

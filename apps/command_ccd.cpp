@@ -236,9 +236,9 @@ void print_tables(const Results& results, bool markdown) {
     if (row.queries != last) {
       fmt::print("{}{}{}\n", last ? "\n" : "", markdown ? "### " : "",
                  heading(*row.queries, row.score));
-      print_cells({"", "misses", "false", "late", "time off", "mean us", "median us", "99 % us",
-                   "max us"},
-                  markdown, true);
+      print_cells(
+          {"", "misses", "false", "late", "time off", "mean us", "median us", "99 % us", "max us"},
+          markdown, true);
     }
     last = row.queries;
     print_cells(cells_of(row), markdown, false);

@@ -15,6 +15,7 @@ BudgetExceeded::BudgetExceeded(std::size_t found, std::size_t limit, const PairB
 BroadPhaseRegistry broad_phases() {
   return {{"brute_force", [] { return make_brute_force(); }},
           {"bvh_aabb", [] { return make_bvh_aabb(); }},
+          {"curvature_cone", [] { return make_curvature_cone(); }},
           {"hash_grid", [] { return make_hash_grid(); }},
           {"uniform_grid", [] { return make_uniform_grid(); }}};
 }

@@ -104,6 +104,11 @@ struct BvhConfig {
 /// nothing. Reports the same pairs as brute force, bit for bit.
 std::unique_ptr<BroadPhase> make_bvh_aabb(const BvhConfig& config = {});
 
+/// The tree of boxes, without the pairs inside subtrees that provably keep apart over the step:
+/// pieces of surface with swept normals in a cone and a contour that keeps apart [Volino1994],
+/// [Tang2009]. Reports every pair that comes nearer than the sum of the thicknesses.
+std::unique_ptr<BroadPhase> make_curvature_cone(const BvhConfig& config = {});
+
 struct CellGridConfig {
   /// Side of a cell over the typical extent of an edge's box. Smaller: fewer boxes to compare, more
   /// cells to look into. > 0

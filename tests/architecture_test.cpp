@@ -32,7 +32,8 @@ const std::map<std::string, std::set<std::string>> kArrows = {
     {"scene", {"core", "bodies", "broadphase", "narrowphase", "response"}},
     {"apps", kLibraries},
     {"examples", kLibraries},
-    {"bench", {"core", "bodies", "broadphase", "narrowphase", "response", "scene", "apps", "tests"}},
+    {"bench",
+     {"core", "bodies", "broadphase", "narrowphase", "response", "scene", "apps", "tests"}},
     {"tests", {"core", "bodies", "broadphase", "narrowphase", "response", "scene", "apps"}},
 };
 

@@ -17,6 +17,7 @@ set(selvedge_package_of_fmt "fmt 9")
 set(selvedge_package_of_fcl "fcl")
 set(selvedge_package_of_ccd "ccd")
 set(selvedge_package_of_embree "embree 3")
+set(selvedge_package_of_OSMesa "OSMesa")
 
 # Writes into `out` what the config file has to know of a module: the modules and packages it links.
 function(selvedge_requirements module out)
@@ -55,7 +56,7 @@ foreach(module IN LISTS SELVEDGE_MODULES)
     install(FILES ${headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/selvedge/${folder_name})
   else()
     install(DIRECTORY ${folder}/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/selvedge/${folder_name}
-            FILES_MATCHING PATTERN "*.h" PATTERN "adapter_*" EXCLUDE PATTERN "detail" EXCLUDE)
+            FILES_MATCHING PATTERN "*.h" PATTERN "adapter_*" EXCLUDE PATTERN "image_space.h" EXCLUDE PATTERN "detail" EXCLUDE)
   endif()
   selvedge_requirements(${module} text)
   string(APPEND SELVEDGE_REQUIREMENTS "${text}")
@@ -65,6 +66,7 @@ configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/selvedge-config.cmake.in
                               ${PROJECT_BINARY_DIR}/selvedge-config.cmake INSTALL_DESTINATION ${SELVEDGE_CONFIG_DIR})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/selvedge-config-version.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/selvedge-config.cmake ${PROJECT_BINARY_DIR}/selvedge-config-version.cmake
+              ${CMAKE_CURRENT_LIST_DIR}/FindOSMesa.cmake
         DESTINATION ${SELVEDGE_CONFIG_DIR})
 
 if(TARGET selvedge_program)

@@ -15,6 +15,7 @@ if(SELVEDGE_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
 endif()
 set(CMAKE_CXX_EXTENSIONS OFF)
 set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+list(PREPEND CMAKE_MODULE_PATH ${CMAKE_CURRENT_LIST_DIR})  # FindOSMesa
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 
 # Warnings and the floating-point rules that determinism needs, for our own targets only. g++ 12 reports

@@ -50,8 +50,10 @@ struct ParticleAnswer {
 ///
 /// Error: where the body's outermost side is a graph over the picture whose slope is at most m
 /// (normals within atan m of the axis) its depth is off by at most m·sideways_error(), half the
-/// diagonal of a texel times the slope; single precision adds 2^-22 of the body's size. Where it is
-/// also smooth the error falls with the square of the texel. Without bound at a silhouette.
+/// diagonal of a texel times the slope; where it is also smooth and m is below 5 by at most
+/// texel²/8·(|∂²z/∂x²| + |∂²z/∂y²|). Single precision adds 2^-21 of the body's half depth. No bound
+/// holds at a silhouette. The first bound: of weights w over the corners c of a cell that
+/// interpolate its point p, Σ w|p - c| ≤ √(Σ w|p - c|²), which is largest, texel/√2, in the middle.
 /// Misses: everything between the outermost front and the outermost back, such as the gap between
 /// arm and trunk or a hole that runs across the axis, which counts as inside; parts thinner than a
 /// texel; and, because it is asked of particles alone, what passes between them.

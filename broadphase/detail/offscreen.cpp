@@ -14,6 +14,13 @@
 #include <limits>
 #include <stdexcept>
 
+#if defined(__SANITIZE_ADDRESS__)
+// Mesa keeps about 2.4 kB until the process ends. Weak: whoever links this may say otherwise.
+extern "C" __attribute__((weak)) const char* __lsan_default_suppressions() {
+  return "leak:libOSMesa\n";
+}
+#endif
+
 namespace selvedge::detail {
 namespace {
 

@@ -17,6 +17,7 @@ BroadPhaseRegistry broad_phases() {
           {"bvh_aabb", [] { return make_bvh_aabb(); }},
           {"curvature_cone", [] { return make_curvature_cone(); }},
           {"hash_grid", [] { return make_hash_grid(); }},
+          {"sweep_and_prune", [] { return make_sweep_and_prune(); }},
           {"uniform_grid", [] { return make_uniform_grid(); }}};
 }
 

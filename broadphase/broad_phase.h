@@ -123,6 +123,17 @@ std::unique_ptr<BroadPhase> make_uniform_grid(const CellGridConfig& config = {})
 /// The same cells in a hash table [Teschner2003].
 std::unique_ptr<BroadPhase> make_hash_grid(const CellGridConfig& config = {});
 
+struct SweepAndPruneConfig {
+  /// Side of the columns that are swept each for itself, over the typical extent of an edge's box.
+  /// Smaller: fewer boxes to compare, more that are in several columns. 0: one axis alone, as in
+  /// the papers.
+  double column = 4.0;
+};
+
+/// Boxes sorted along an axis [Baraff1992], anew in each call, in columns. Reports the same pairs
+/// as brute force, bit for bit.
+std::unique_ptr<BroadPhase> make_sweep_and_prune(const SweepAndPruneConfig& config = {});
+
 /// Names and factories of the detectors that this build has.
 using BroadPhaseRegistry = std::map<std::string, std::function<std::unique_ptr<BroadPhase>()>>;
 

@@ -154,7 +154,9 @@ std::map<std::string, std::unique_ptr<BroadPhase>> detectors(const std::vector<d
   for (const double cell : cells) {
     all["uniform_grid " + std::to_string(cell)] = make_uniform_grid({.cell = cell});
     all["hash_grid " + std::to_string(cell)] = make_hash_grid({.cell = cell});
+    all["sweep_and_prune " + std::to_string(cell)] = make_sweep_and_prune({.column = 4.0 * cell});
   }
+  all["sweep_and_prune along one axis"] = make_sweep_and_prune({.column = 0.0});
   return all;
 }
 
@@ -346,4 +348,6 @@ TEST(Grids, RefuseACellThatIsNoLength) {
     EXPECT_THROW(make_uniform_grid({.cell = cell}), std::invalid_argument);
     EXPECT_THROW(make_hash_grid({.cell = cell}), std::invalid_argument);
   }
+  for (const double column : {-1.0, std::nan("")})
+    EXPECT_THROW(make_sweep_and_prune({.column = column}), std::invalid_argument);
 }

@@ -326,15 +326,6 @@ class GridEngine {
     return w;
   }
 
-  static PackedQuery query_of(const PackedBox& box) {
-    PackedQuery q{};
-    for (int k = 0; k < 3; ++k) {
-      q.hi[k] = -box.minus_hi[k];
-      q.minus_lo[k] = -box.lo[k];
-    }
-    return q;
-  }
-
   template <class Found>
   void scan(const PackedBox* boxes, std::uint32_t n, const PackedQuery& query, std::uint32_t* hits,
             const Found& found) const {

@@ -32,6 +32,15 @@ struct alignas(32) PackedQuery {
   float hi[4], minus_lo[4];
 };
 
+inline PackedQuery query_of(const PackedBox& box) {
+  PackedQuery query{};
+  for (int k = 0; k < 3; ++k) {
+    query.hi[k] = -box.minus_hi[k];
+    query.minus_lo[k] = -box.lo[k];
+  }
+  return query;
+}
+
 /// The monotone map of doubles to floats about an origin.
 class FloatMap {
  public:
@@ -51,15 +60,6 @@ class FloatMap {
     out.tag = tag;
     return out;
   }
-  PackedQuery query(const SweptBox& box) const {
-    PackedQuery out{};
-    for (int k = 0; k < 3; ++k) {
-      out.hi[k] = map(box.hi[k], k);
-      out.minus_lo[k] = -map(box.lo[k], k);
-    }
-    return out;
-  }
-
   /// The map along axis k.
   float map(double x, int k) const {
     return static_cast<float>(std::clamp(x - origin_[k], -kFar, kFar));

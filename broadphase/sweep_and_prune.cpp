@@ -1,0 +1,350 @@
+// SPDX-License-Identifier: MIT
+// Sweep and prune: boxes are sorted by their lower ends along the axis on which they vary most, and
+// each is compared with those that begin before it ends: D. Baraff, Dynamic simulation of
+// non-penetrating rigid bodies, 1992 [Baraff1992]; J. D. Cohen, M. C. Lin, D. Manocha,
+// M. K. Ponamgi, I-COLLIDE, 1995 [Cohen1995]. Conservative: reports what brute force reports.
+//
+// Deviations. Nothing is carried over from step to step: [Cohen1995] repairs the order of the last
+// step by insertion, which costs one swap per pair of ends that pass each other, and cloth has too
+// many of these; a radix sort costs the same always. One axis alone compares all boxes of a slice,
+// O(n^(5/3)) for a crumpled sheet; so space is cut into columns along that axis, as in
+// G. Capannini, T. Larsson, Adaptive collision culling for massive simulations by a parallel and
+// context-aware sweep and prune algorithm, 2018 [Capannini2018] (there by recursion, here evenly),
+// and each column is swept for itself. A pair that shares several columns is reported in the one
+// that holds the larger of its lower corners. Boxes over more than 64 columns are compared with
+// all others instead. What stays quadratic: boxes that crowd one column and overlap along the axis
+// (a mesh thousands of times smaller than the typical edge).
+#include <selvedge/broadphase/broad_phase.h>
+#include <selvedge/broadphase/detail/box_pairs.h>
+#include <selvedge/broadphase/detail/grid_engine.h>
+#include <selvedge/broadphase/detail/packed_boxes.h>
+#include <selvedge/core/parallel.h>
+
+#include <bit>
+#include <cmath>
+#include <numeric>
+
+namespace selvedge {
+namespace {
+
+using detail::kBoxPairParts;
+using detail::PackedBox;
+using detail::PackedQuery;
+using detail::PairParts;
+using detail::SurfaceBoxes;
+using detail::SweptBox;
+
+constexpr std::size_t kGrain = 4096;       // boxes per range: tens of µs of work
+constexpr std::int32_t kMostColumns = 64;  // of one box
+/// About so many points would share a column if they filled all of them.
+constexpr double kPointsPerColumn = 16.0;
+/// Boxes that are compared before it is asked whether the next ones begin too late.
+constexpr std::uint32_t kChunk = 16;
+/// Structures are made anew when the columns' side has changed by more than this factor.
+constexpr double kSimilar = 1.25;
+
+/// Floats in their order as unsigned numbers.
+std::uint32_t ordered_bits(float x) {
+  const auto bits = std::bit_cast<std::uint32_t>(x + 0.0f);  // -0 becomes 0
+  return bits & 0x80000000u ? ~bits : bits | 0x80000000u;
+}
+
+/// Sorts by the upper half of each number; stable. `scratch` is as long.
+void radix_sort(std::vector<std::uint64_t>& keys, std::vector<std::uint64_t>& scratch) {
+  constexpr int digit_bits = 11, digits = 3;
+  constexpr std::size_t values = std::size_t{1} << digit_bits;
+  scratch.resize(keys.size());
+  std::array<std::array<std::uint32_t, values>, digits> place{};
+  const auto digit = [](std::uint64_t key, int d) {
+    return static_cast<std::size_t>(key >> (32 + d * digit_bits)) & (values - 1);
+  };
+  for (const std::uint64_t key : keys)
+    for (int d = 0; d < digits; ++d) ++place[d][digit(key, d)];
+  for (int d = 0; d < digits; ++d) {
+    std::exclusive_scan(place[d].begin(), place[d].end(), place[d].begin(), std::uint32_t{0});
+    for (const std::uint64_t key : keys) scratch[place[d][digit(key, d)]++] = key;
+    keys.swap(scratch);
+  }
+}
+
+/// The columns: `count` by `count` squares about the origin of the floats, the outermost without
+/// end. Their sides are along axes [1] and [2], their length along axis [0].
+struct Columns {
+  std::array<int, 3> axis{0, 1, 2};
+  double side = 0.0;
+  std::int32_t count = 1;
+
+  /// Which column along axis[k], of a float coordinate; monotone.
+  std::int32_t at(float x) const {
+    const double scaled = std::floor(static_cast<double>(x) / side) + count / 2;
+    return static_cast<std::int32_t>(std::clamp(scaled, 0.0, count - 1.0));
+  }
+};
+
+/// The columns that a box is in.
+struct Reach {
+  std::array<std::int32_t, 2> min, max;
+  std::int32_t count() const { return (max[0] - min[0] + 1) * (max[1] - min[1] + 1); }
+};
+
+class SweepEngine {
+ public:
+  struct Structure {
+    const std::vector<SweptBox>* boxes = nullptr;
+    std::vector<PackedBox> all;        ///< by index
+    std::vector<PackedBox> sorted;     ///< by column, then by lower end; the tag says where the box
+                                       ///< began in an earlier column, a bit for each axis
+    std::vector<PackedBox> wide;       ///< those in no column
+    std::vector<std::uint32_t> begin;  ///< of each column in `sorted`, and the end
+
+    std::size_t bytes() const {
+      return (all.capacity() + sorted.capacity() + wide.capacity()) * sizeof(PackedBox) +
+             begin.capacity() * sizeof(std::uint32_t);
+    }
+  };
+
+  explicit SweepEngine(const SweepAndPruneConfig& config)
+      : column_(config.column), scan_(detail::scan_boxes()) {}
+
+  bool prepare(const SurfaceBoxes& a, const SurfaceBoxes* b) {
+    std::vector<const std::vector<SweptBox>*> lists{&a.points};
+    if (b) lists.push_back(&b->points);
+    const Vec3 middle = detail::middle_of(lists);
+    Columns made;
+    made.axis = axes_by_variance(lists, middle);
+    made.side = column_ * detail::typical_extent(a, b);
+    const auto points = static_cast<double>(a.points.size() + (b ? b->points.size() : 0));
+    if (column_ > 0.0)
+      made.count = static_cast<std::int32_t>(std::sqrt(points / kPointsPerColumn)) + 1;
+    else
+      made.side = 1.0;  // One column without end.
+    const double moved = (middle - map_.origin()).cwiseAbs().maxCoeff();
+    if (made.axis == columns_.axis && made.count == columns_.count &&
+        made.side < kSimilar * columns_.side && columns_.side < kSimilar * made.side &&
+        moved < made.side)
+      return true;
+    columns_ = made;
+    map_ = detail::FloatMap(middle);
+    return false;
+  }
+
+  void build(const std::vector<SweptBox>& boxes, Structure& out) {
+    out.boxes = &boxes;
+    const auto n = static_cast<std::uint32_t>(boxes.size());
+    out.all.resize(n);
+    keys_.resize(n);
+    parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        out.all[i] = map_.pack(boxes[i], static_cast<std::int32_t>(i));
+        keys_[i] = std::uint64_t{ordered_bits(out.all[i].lo[columns_.axis[0]])} << 32 | i;
+      }
+    });
+    radix_sort(keys_, scratch_);
+    fill_columns(out);
+  }
+
+  void find_pairs(Structure& a, Structure& b, PairParts& out) {
+    sweep(a, b, true,
+          [&](std::size_t part, std::int32_t i, std::int32_t j) { out.add(part, i, j); });
+    sweep(b, a, false,
+          [&](std::size_t part, std::int32_t j, std::int32_t i) { out.add(part, i, j); });
+    compare_wide(a, b,
+                 [&](std::size_t part, std::int32_t i, std::int32_t j) { out.add(part, i, j); });
+    compare_wide(b, a, [&](std::size_t part, std::int32_t j, std::int32_t i) {
+      if (!a.all[i].tag) out.add(part, i, j);  // The wide ones of `a` have met all of `b`.
+    });
+  }
+
+  void find_self_pairs(Structure& a, PairParts& out) {
+    for_columns(a, [&](std::uint32_t column, std::uint32_t from, std::uint32_t to,
+                       std::uint32_t* hits, std::size_t part) {
+      for (std::uint32_t i = from; i < to; ++i)
+        sweep_from(a, a.sorted[i], a, i + 1, a.begin[column + 1], hits,
+                   [&](std::int32_t x, std::int32_t y) { out.add(part, x, y); });
+    });
+    compare_wide(a, a, [&](std::size_t part, std::int32_t i, std::int32_t j) {
+      if (i != j && (!a.all[j].tag || i < j)) out.add(part, i, j);
+    });
+  }
+
+  std::size_t bytes() const {
+    std::size_t sum = (keys_.capacity() + scratch_.capacity()) * sizeof(std::uint64_t);
+    for (const std::vector<std::uint32_t>& hits : hits_)
+      sum += hits.capacity() * sizeof(std::uint32_t);
+    return sum;
+  }
+
+ private:
+  /// The axis of largest variance first. Of distances from the middle, each at most a thousand
+  /// times the median one, so that one far vertex does not choose the axis.
+  static std::array<int, 3> axes_by_variance(const std::vector<const std::vector<SweptBox>*>& lists,
+                                             const Vec3& middle) {
+    constexpr std::size_t most = 1024;
+    Vec3 spread = Vec3::Zero();
+    std::vector<double> sample;
+    for (int k = 0; k < 3; ++k) {
+      sample.clear();
+      for (const std::vector<SweptBox>* list : lists)
+        for (std::size_t i = 0; i < list->size(); i += list->size() / most + 1)
+          sample.push_back(std::abs((*list)[i].lo[k] - middle[k]));
+      if (sample.empty()) continue;
+      // The median distance stands for the deviation: equal for equal shapes, and robust.
+      const auto place = sample.begin() + static_cast<std::ptrdiff_t>(sample.size() / 2);
+      std::nth_element(sample.begin(), place, sample.end());
+      spread[k] = *place;
+    }
+    std::array<int, 3> axis{0, 1, 2};
+    std::sort(axis.begin(), axis.end(),
+              [&](int a, int b) { return spread[a] != spread[b] ? spread[a] > spread[b] : a < b; });
+    return axis;
+  }
+
+  Reach reach_of(const PackedBox& box) const {
+    Reach reach;
+    for (int k = 0; k < 2; ++k) {
+      reach.min[k] = columns_.at(box.lo[columns_.axis[k + 1]]);
+      reach.max[k] = columns_.at(-box.minus_hi[columns_.axis[k + 1]]);
+    }
+    return reach;
+  }
+
+  template <class Visit>
+  void each_column(const Reach& reach, Visit visit) const {
+    for (std::int32_t y = reach.min[1]; y <= reach.max[1]; ++y)
+      for (std::int32_t x = reach.min[0]; x <= reach.max[0]; ++x)
+        visit(static_cast<std::size_t>(y) * columns_.count + x,
+              static_cast<std::uint32_t>(x > reach.min[0]) |
+                  static_cast<std::uint32_t>(y > reach.min[1]) << 1);
+  }
+
+  /// Puts the boxes, in the order of keys_, into their columns. In `all` the tag marks wide ones.
+  void fill_columns(Structure& out) {
+    const std::size_t columns = static_cast<std::size_t>(columns_.count) * columns_.count;
+    out.begin.assign(columns + 1, 0);
+    out.wide.clear();
+    for (PackedBox& box : out.all) {
+      const Reach reach = reach_of(box);
+      box.tag = reach.count() > kMostColumns;
+      if (box.tag)
+        out.wide.push_back(box);
+      else
+        each_column(reach, [&](std::size_t c, std::uint32_t) { ++out.begin[c]; });
+    }
+    std::uint32_t sum = 0;
+    for (std::uint32_t& place : out.begin) sum += std::exchange(place, sum);
+    out.sorted.resize(sum);
+    for (const std::uint64_t key : keys_) {
+      PackedBox box = out.all[key & 0xffffffffu];
+      if (box.tag) continue;
+      each_column(reach_of(box), [&](std::size_t c, std::uint32_t began_before) {
+        box.tag = began_before;
+        out.sorted[out.begin[c]++] = box;
+      });
+    }
+    for (std::size_t c = columns; c > 0; --c) out.begin[c] = out.begin[c - 1];
+    out.begin[0] = 0;
+  }
+
+  /// Calls work(column, from, to, hits, part) for stretches of the sorted boxes, in parts.
+  template <class Work>
+  void for_columns(const Structure& s, Work work) {
+    const std::size_t n = s.sorted.size(), grain = n / kBoxPairParts + 1;
+    hits_.resize(kBoxPairParts);
+    parallel_for(n, grain, [&](std::size_t begin, std::size_t end) {
+      std::vector<std::uint32_t>& hits = hits_[begin / grain];
+      if (hits.size() < kChunk) hits.resize(kChunk);
+      auto column = static_cast<std::uint32_t>(
+          std::upper_bound(s.begin.begin(), s.begin.end(), begin) - s.begin.begin() - 1);
+      for (std::size_t from = begin; from < end; ++column) {
+        const std::size_t to = std::min<std::size_t>(end, s.begin[column + 1]);
+        if (from < to)
+          work(column, static_cast<std::uint32_t>(from), static_cast<std::uint32_t>(to),
+               hits.data(), begin / grain);
+        from = std::max(from, to);
+      }
+    });
+  }
+
+  /// Each box of `a` with those of `b` that begin within it (if `equal`: or where it does).
+  template <class Add>
+  void sweep(const Structure& a, const Structure& b, bool equal, Add add) {
+    const int k = columns_.axis[0];
+    for_columns(a, [&](std::uint32_t column, std::uint32_t from, std::uint32_t to,
+                       std::uint32_t* hits, std::size_t part) {
+      const PackedBox* sorted = b.sorted.data();
+      const std::uint32_t end = b.begin[column + 1];
+      const auto begins_before = [&](const PackedBox& box, float lo) {
+        return equal ? box.lo[k] < lo : box.lo[k] <= lo;
+      };
+      auto place =
+          static_cast<std::uint32_t>(std::lower_bound(sorted + b.begin[column], sorted + end,
+                                                      a.sorted[from].lo[k], begins_before) -
+                                     sorted);
+      for (std::uint32_t i = from; i < to; ++i) {
+        while (place < end && begins_before(sorted[place], a.sorted[i].lo[k])) ++place;
+        sweep_from(a, a.sorted[i], b, place, end, hits,
+                   [&](std::int32_t x, std::int32_t y) { add(part, x, y); });
+      }
+    });
+  }
+
+  /// One box of `a` with those of `b` from `place` on that begin before it ends.
+  template <class Found>
+  void sweep_from(const Structure& a, const PackedBox& box, const Structure& b, std::uint32_t place,
+                  std::uint32_t end, std::uint32_t* hits, Found found) const {
+    const int k = columns_.axis[0];
+    const PackedQuery query = detail::query_of(box);
+    for (; place < end && b.sorted[place].lo[k] <= query.hi[k]; place += kChunk) {
+      const PackedBox* chunk = b.sorted.data() + place;
+      const std::uint32_t* last = scan_(chunk, std::min(kChunk, end - place), query, hits);
+      for (const std::uint32_t* hit = hits; hit != last; ++hit) {
+        const PackedBox& other = chunk[*hit / 2];
+        if ((box.tag & other.tag) == 0 &&
+            (*hit % 2 || detail::overlap((*a.boxes)[box.id], (*b.boxes)[other.id])))
+          found(box.id, other.id);
+      }
+    }
+  }
+
+  /// The wide boxes of `a` with all of `b`.
+  template <class Add>
+  void compare_wide(const Structure& a, const Structure& b, Add add) {
+    const std::size_t n = b.all.size(), grain = n / kBoxPairParts + 1;
+    if (a.wide.empty()) return;
+    hits_.resize(kBoxPairParts);
+    parallel_for(n, grain, [&](std::size_t begin, std::size_t end) {
+      const std::size_t part = begin / grain;
+      if (hits_[part].size() < grain) hits_[part].resize(grain);
+      for (const PackedBox& box : a.wide) {
+        const PackedBox* others = b.all.data() + begin;
+        const std::uint32_t* last = scan_(others, static_cast<std::uint32_t>(end - begin),
+                                          detail::query_of(box), hits_[part].data());
+        for (const std::uint32_t* hit = hits_[part].data(); hit != last; ++hit) {
+          const PackedBox& other = others[*hit / 2];
+          if (*hit % 2 || detail::overlap((*a.boxes)[box.id], (*b.boxes)[other.id]))
+            add(part, box.id, other.id);
+        }
+      }
+    });
+  }
+
+  double column_;
+  Columns columns_;
+  detail::FloatMap map_;
+  detail::ScanBoxes scan_;
+  std::vector<std::uint64_t> keys_, scratch_;
+  std::vector<std::vector<std::uint32_t>> hits_;
+};
+
+}  // namespace
+
+std::unique_ptr<BroadPhase> make_sweep_and_prune(const SweepAndPruneConfig& config) {
+  if (config.column != 0.0) detail::checked_cell(config.column, "sweep_and_prune");
+  return std::make_unique<detail::BoxPairDetector<SweepEngine>>(
+      BroadPhaseTraits{.source = "boxes sorted along one axis, in columns; D. Baraff, Dynamic "
+                                 "simulation of non-penetrating rigid bodies, 1992; J. D. Cohen, "
+                                 "M. C. Lin, D. Manocha, M. K. Ponamgi, I-COLLIDE, 1995"},
+      SweepEngine(config));
+}
+
+}  // namespace selvedge

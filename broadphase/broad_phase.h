@@ -110,8 +110,8 @@ std::unique_ptr<BroadPhase> make_bvh_aabb(const BvhConfig& config = {});
 std::unique_ptr<BroadPhase> make_curvature_cone(const BvhConfig& config = {});
 
 struct CellGridConfig {
-  /// Side of a cell over the typical extent of an edge's box. Smaller: fewer boxes to compare, more
-  /// cells to look into. > 0
+  /// Size of the primitives that belong to the finest cells but for finer ones, over the typical
+  /// extent of an edge's box. Smaller: fewer boxes to compare, more cells to look into. > 0
   double cell = 1.0;
 };
 

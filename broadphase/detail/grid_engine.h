@@ -14,9 +14,10 @@ namespace selvedge::detail {
 
 using Cell = std::array<std::int32_t, 3>;
 
-/// Levels of cells: those of level l have the side cell·4^l, and hold the boxes whose largest
-/// extent is less than two of these sides and at least half of one. So no box, however large,
-/// spreads over more than three cells along an axis, and each size of mesh meets cells of its own.
+/// Levels of cells: level l holds the boxes whose largest extent is from a half to two lengths
+/// cell·4^l; its cells have a side of kStretch such lengths, one at least. So no box, however
+/// large, spreads over more than three cells along an axis, and each size of mesh meets cells of
+/// its own.
 inline constexpr int kLevelBits = 2;
 /// A level with so few boxes is looked through without cells.
 inline constexpr std::uint32_t kFewBoxes = 32;
@@ -64,6 +65,7 @@ struct GridLevel {
 };
 
 /// Finds pairs of boxes by levels of grids. `Slots` says which slot of a table a cell uses:
+///   kStretch: see kLevelBits; kTagged: whether tags count;
 ///   fit(min, max, slots): takes over the range of cells; returns how many slots there are;
 ///   slot(cell): its slot;
 ///   each_run(min, max, visit): calls visit(first, last, tag) for runs of slots that hold the cells
@@ -185,8 +187,8 @@ class GridEngine {
       made.first = first;
       made.count = waiting;
       made.sorted = false;
-      made.inverse_cell =
-          static_cast<float>(1.0 / std::max(std::ldexp(cell_, kLevelBits * level), kLeastCell));
+      made.inverse_cell = static_cast<float>(
+          1.0 / std::max(Slots::kStretch * std::ldexp(cell_, kLevelBits * level), kLeastCell));
       first += waiting;
       waiting = 0;
     }

@@ -18,7 +18,8 @@ BroadPhaseRegistry broad_phases() {
           {"curvature_cone", [] { return make_curvature_cone(); }},
           {"hash_grid", [] { return make_hash_grid(); }},
           {"sweep_and_prune", [] { return make_sweep_and_prune(); }},
-          {"uniform_grid", [] { return make_uniform_grid(); }}};
+          {"uniform_grid", [] { return make_uniform_grid(); }},
+          {"voxel", [] { return make_voxel(); }}};
 }
 
 }  // namespace selvedge

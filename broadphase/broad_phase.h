@@ -11,6 +11,7 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace selvedge {
 
@@ -133,6 +134,27 @@ struct SweepAndPruneConfig {
 /// Boxes sorted along an axis [Baraff1992], anew in each call, in columns. Reports the same pairs
 /// as brute force, bit for bit.
 std::unique_ptr<BroadPhase> make_sweep_and_prune(const SweepAndPruneConfig& config = {});
+
+struct VoxelConfig {
+  /// Side of a voxel over the typical extent of an edge's box; 0: 1.7, the optimum of the model in
+  /// voxel.cpp. Smaller: shorter lists, in more voxels. >= 0
+  double voxel = 0.0;
+};
+
+/// Equal cubes that list the primitives reaching into them [ZhangYuen2000]. Reports the same pairs
+/// as brute force, bit for bit, whatever the size.
+std::unique_ptr<BroadPhase> make_voxel(const VoxelConfig& config = {});
+
+/// One size of voxel and what a call with it took.
+struct VoxelTrial {
+  double voxel = 0.0;     ///< as in VoxelConfig
+  double seconds = 0.0;   ///< build and query
+  std::size_t bytes = 0;  ///< memory kept
+};
+
+/// Measures voxels of sizes from 0.5 to 8 on these surfaces (b null: a with itself); the fastest
+/// comes first.
+std::vector<VoxelTrial> search_voxel(const SurfaceView& a, const SurfaceView* b = nullptr);
 
 /// Names and factories of the detectors that this build has.
 using BroadPhaseRegistry = std::map<std::string, std::function<std::unique_ptr<BroadPhase>()>>;

@@ -5,7 +5,9 @@
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/triangle_mesh.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <map>
 #include <random>
@@ -154,6 +156,7 @@ std::map<std::string, std::unique_ptr<BroadPhase>> detectors(const std::vector<d
   for (const double cell : cells) {
     all["uniform_grid " + std::to_string(cell)] = make_uniform_grid({.cell = cell});
     all["hash_grid " + std::to_string(cell)] = make_hash_grid({.cell = cell});
+    all["voxel " + std::to_string(cell)] = make_voxel({.voxel = 1.7 * cell});
     all["sweep_and_prune " + std::to_string(cell)] = make_sweep_and_prune({.column = 4.0 * cell});
   }
   all["sweep_and_prune along one axis"] = make_sweep_and_prune({.column = 0.0});
@@ -350,4 +353,20 @@ TEST(Grids, RefuseACellThatIsNoLength) {
   }
   for (const double column : {-1.0, std::nan("")})
     EXPECT_THROW(make_sweep_and_prune({.column = column}), std::invalid_argument);
+  EXPECT_THROW(make_voxel({.voxel = -1.0}), std::invalid_argument);
+}
+
+TEST(Voxel, TheSearchDoesNotPreferTheSmallest) {
+  // Measured alone, the smallest takes twice as long as the best.
+  Surface s = sheet(80, 1.0);
+  Random random(6);
+  for (Vec3& x : s.x_t1) x += random.vector(0.004);
+  const std::vector<VoxelTrial> trials = search_voxel(s.view());
+  ASSERT_EQ(trials.size(), 10u);
+  for (const VoxelTrial& trial : trials)
+    std::printf("voxel of %.1f typical extents: %6.2f ms, %5.1f MB\n", trial.voxel,
+                1e3 * trial.seconds, 1e-6 * static_cast<double>(trial.bytes));
+  EXPECT_TRUE(std::is_sorted(trials.begin(), trials.end(),
+                             [](auto& x, auto& y) { return x.seconds < y.seconds; }));
+  EXPECT_GT(trials.front().voxel, 0.5);
 }

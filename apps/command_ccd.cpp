@@ -255,8 +255,9 @@ std::unique_ptr<NarrowPhase> make(const std::string& name, const MethodChoice& c
   try {
     return registry.at(name)(config);
   } catch (const std::invalid_argument& error) {
-    if (!choice.all) throw std::invalid_argument(name + ": " + error.what());
-    results.skipped.push_back({name, "", error.what()});
+    const std::string why = without_name(name, error.what());
+    if (!choice.all) throw std::invalid_argument(name + ": " + why);
+    results.skipped.push_back({name, "", why});
     return nullptr;
   }
 }
@@ -272,7 +273,7 @@ Results score_all(const std::vector<NamedQueries>& all, const MethodChoice& choi
     for (const auto& [name, method] : methods) try {
         results.rows.push_back({&queries, name, score_queries(*method, queries.set, o.repeats)});
       } catch (const std::invalid_argument& error) {  // a method for the other kind only
-        results.skipped.push_back({name, queries.name, error.what()});
+        results.skipped.push_back({name, queries.name, without_name(name, error.what())});
       }
   if (results.rows.empty() && !results.skipped.empty())
     throw std::invalid_argument(results.skipped.front().method + ": " +
@@ -306,7 +307,8 @@ void add_command_ccd(CLI::App& app, int& exit_code) {
   command
       ->add_option("--narrow-phase", o->narrow_phase,
                    "Names, parted by commas, or all (the default); see selvedge list")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->allow_extra_args(false);
   command
       ->add_option("--kind", o->kind,
                    "What all queries are; needed where neither file names nor folders say it")
@@ -322,17 +324,17 @@ void add_command_ccd(CLI::App& app, int& exit_code) {
       ->add_option("--min-separation", o->config.min_separation,
                    "Metres; nearer counts as colliding. The answers in the files are for 0, so "
                    "that earlier stops count as false alarms")
-      ->check(CLI::NonNegativeNumber);
+      ->check(refuse_negative);
   command->add_option("--repeats", o->repeats, "Of each measurement (default 5); 0: verdicts only")
       ->check(CLI::Range(0, 1000));
   command->add_flag("--json", o->json, "Print JSON");
   command->add_flag("--markdown", o->markdown, "Print the tables as Markdown");
   command->footer(
-      "Times are of one thread. Mean: calls with all queries at once, warm, median of the "
-      "repeats.\n"
-      "Median, 99 % and max: over single queries, each asked 32 times in one call (once if it "
-      "takes\n"
-      "more than 50 us), the least of the repeats, so that interruptions do not count.\n"
+      "Times are of one thread, the least of the repeats, so that interruptions do not count. "
+      "Mean:\n"
+      "calls with all queries at once, warm. Median, 99 % and max: over single queries, each asked "
+      "32\n"
+      "times in one call (once if it takes more than 50 us).\n"
       "Late: times later than the true one. Time off: largest distance from the enclosure of the\n"
       "true time, as a part of the step. Where no X.toi.csv tells the times, ccd_exact's are "
       "taken.\n"

@@ -98,8 +98,9 @@ bool serves(const std::string& name, const MethodChoice& choice, std::vector<Ski
     work();
     return true;
   } catch (const std::invalid_argument& error) {
-    if (!choice.all) throw std::invalid_argument(name + ": " + error.what());
-    skipped.push_back({name, error.what()});
+    const std::string why = without_name(name, error.what());
+    if (!choice.all) throw std::invalid_argument(name + ": " + why);
+    skipped.push_back({name, why});
   } catch (const BudgetExceeded& error) {
     skipped.push_back({name, error.what()});
   }
@@ -264,19 +265,21 @@ void add_command_detect(CLI::App& app, int& exit_code) {
   command
       ->add_option("--broad-phase", o->broad_phase,
                    "Names, parted by commas, or all that serve the case (the default)")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->allow_extra_args(false);
   command
       ->add_option("--narrow-phase", o->narrow_phase,
                    "Names, parted by commas, or all (default: ccd_exact)")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->allow_extra_args(false);
   command
       ->add_option("--thickness", o->thickness,
                    "Metres by which each surface's boxes are inflated on each side (default 0)")
-      ->check(CLI::Range(0.0, 1e100));
+      ->check(refuse_negative);
   command->add_option("--tolerance", o->config.tolerance,
                       "For narrow phases that have one, in their own unit; negative: theirs");
   command->add_option("--min-separation", o->config.min_separation, "For narrow phases, metres")
-      ->check(CLI::NonNegativeNumber);
+      ->check(refuse_negative);
   command->add_option("--threads", o->threads, "Threads; 0: all (the result is the same)")
       ->check(CLI::Range(0, 1024));
   command->add_option("--repeats", o->repeats, "Of each measurement (default 5)")

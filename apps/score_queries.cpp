@@ -62,12 +62,6 @@ QueryScore judge(const QuerySet& set, std::span<const double> toi, bool gives_ti
   return score;
 }
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 class Stopwatch {
  public:
   Stopwatch(const NarrowPhase& method, int repeats) : method_(method), repeats_(repeats) {}
@@ -77,15 +71,10 @@ class Stopwatch {
     const double n = static_cast<double>(queries.size());
     if (first_pass > kPassBudget_s) return first_pass / n;
     const auto calls = static_cast<std::size_t>(std::ceil(kSpan_s / std::max(first_pass, 1e-9)));
-    std::vector<double> passes;
-    double spent = 0.0;
-    for (int r = 0; r < repeats_ && (r < 2 || spent < kPassBudget_s); ++r) {
-      passes.push_back(seconds_of([&] {
-        for (std::size_t c = 0; c < calls; ++c) method_.find_times(queries, toi);
-      }));
-      spent += passes.back();
-    }
-    return median(passes) / (n * static_cast<double>(calls));
+    const double least = least_of(kPassBudget_s, [&] {
+      for (std::size_t c = 0; c < calls; ++c) method_.find_times(queries, toi);
+    });
+    return least / (n * static_cast<double>(calls));
   }
 
   /// Seconds of one query.
@@ -100,13 +89,20 @@ class Stopwatch {
   double repeat(std::size_t copies) {
     const std::span<const Query> queries = std::span(copies_).first(copies);
     const std::span<double> toi = std::span(toi_).first(copies);
+    const auto call = [&] { method_.find_times(queries, toi); };
+    return least_of(kQueryBudget_s, call) / static_cast<double>(copies);
+  }
+
+  /// Seconds of the repeat that nothing interrupted.
+  template <class Call>
+  double least_of(double budget_s, const Call& call) const {
     double least = std::numeric_limits<double>::infinity(), spent = 0.0;
-    for (int r = 0; r < repeats_ && (r < 2 || spent < kQueryBudget_s); ++r) {
-      const double s = seconds_of([&] { method_.find_times(queries, toi); });
+    for (int r = 0; r < repeats_ && (r < 2 || spent < budget_s); ++r) {
+      const double s = seconds_of(call);
       spent += s;
       least = std::min(least, s);
     }
-    return least / static_cast<double>(copies);
+    return least;
   }
 
   const NarrowPhase& method_;

@@ -29,11 +29,11 @@ struct QueryScore {
 /// there were any.
 bool complete_times(QuerySet& set);
 
-/// Verdicts and times of `method`. The mean is that of calls with all queries at once, warm, the
-/// median of `repeats` passes. Median, 99 % and maximum are over single queries: each is asked in
-/// calls with 32 copies of it (slow ones alone), the least of `repeats`, so that neither the clock
-/// nor an interruption counts. Passes of more than two seconds are made once. 0 repeats: no times.
-/// Throws what the method throws.
+/// Verdicts and times of `method`. The mean is that of calls with all queries at once, warm.
+/// Median, 99 % and maximum are over single queries: each is asked in calls with 32 copies of it,
+/// slow ones alone. Of `repeats` of everything the least counts, so that neither the clock nor an
+/// interruption does. Passes of more than two seconds are made once. 0 repeats: no times. Throws
+/// what the method throws.
 QueryScore score_queries(const NarrowPhase& method, const QuerySet& set, int repeats);
 
 }  // namespace selvedge

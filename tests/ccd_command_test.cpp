@@ -159,6 +159,22 @@ TEST_F(CcdCommand, AllAsksEveryMethodAndTheTableNamesThem) {
   EXPECT_SAYS(table.out, "misses");
 }
 
+TEST_F(CcdCommand, WhoCannotKeepAMinimumSeparationIsLeftOutAndSaidSo) {
+  QueryWriter writer(folder_ / "near_vf.csv");
+  Query query = falling_point(0.5, true);  // passes the triangle's edge x + y = 1 at a distance
+  query.x_t0[0][0] = query.x_t1[0][0] = 0.875;
+  writer.append(query, {});
+  writer.commit();
+  const std::string separation = "near_vf.csv --json --repeats 0 --min-separation 0.25 ";
+  const Json r = score("--narrow-phase ccd_exact " + separation);
+  EXPECT_EQ(r["false_alarms"], 1) << "the answers of the file are for no separation";
+  const Outcome all = run("ccd " + separation);
+  EXPECT_EQ(all.code, 0) << all.err;
+  EXPECT_NE(Json::parse(all.out, nullptr, false)["skipped"].size(), 0u);
+  EXPECT_REFUSED(run("ccd --narrow-phase ccd_cubic " + separation), "selvedge: ccd_cubic: cannot");
+  EXPECT_EQ(run("ccd --narrow-phase ccd_exact near_vf.csv --min-separation nan").code, 2);
+}
+
 TEST_F(CcdCommand, WindowsLineEndsAreNotedAndRead) {
   write_falling("fall_vf.csv");
   std::string text;

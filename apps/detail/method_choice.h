@@ -2,6 +2,8 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -35,6 +37,21 @@ MethodChoice choose_methods(const std::vector<std::string>& asked, const Registr
       choice.names.push_back(name);
   }
   return choice;
+}
+
+/// What a method says against its use, without its own name in front.
+inline std::string without_name(const std::string& name, const std::string& sentence) {
+  const std::string front = name + ": ";
+  return sentence.starts_with(front) ? sentence.substr(front.size()) : sentence;
+}
+
+/// Refuses what is no number of at least 0 (the checks of the command-line library would print the
+/// largest double).
+inline std::string refuse_negative(const std::string& text) {
+  char* end = nullptr;
+  const double value = std::strtod(text.c_str(), &end);
+  const bool good = !text.empty() && *end == 0 && value >= 0.0 && std::isfinite(value);
+  return good ? std::string() : text + " must be a number of at least 0";
 }
 
 }  // namespace selvedge

@@ -22,7 +22,7 @@ void add_record_options(CLI::App& command, QueryRecorderConfig& config) {
       .add_option("--record-limit", config.limit,
                   "At most so many queries of each kind (default 100000; 0: all): every second, "
                   "fourth, ... one of those asked")
-      ->check(CLI::NonNegativeNumber);
+      ->check(CLI::Range(std::size_t{0}, std::size_t{1'000'000'000}));
 }
 
 RecordedRun::RecordedRun(const QueryRecorderConfig& config) {

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Asks ccd_exact any number of adversarial queries and compares verdict and time with the judge, an
-// independent oracle in integers. Each query is asked twice: among queries of its family, and in a
-// batch with those of all families. Prints counts by family; status 1 if anything is wrong.
+// independent oracle in integers. Each query is asked twice: alone, and in a batch of all families.
+// Prints counts by family; status 1 if anything is wrong. Times are those of the processor, not of
+// the clock on the wall.
+//
+// With --digest the judge is not asked: prints one number for each vector width, made of the times
+// and contacts of the queries, by which builds and vector paths are compared.
 #include <fmt/format.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/narrowphase/ccd_exact.h>
@@ -9,7 +13,9 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <bit>
 #include <chrono>
+#include <ctime>
 #include <random>
 #include <string>
 #include <vector>
@@ -28,15 +34,23 @@ double now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
+/// Seconds that this thread has worked.
+double worked() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
 struct Tally {
   std::size_t queries = 0, hits = 0, wrong_verdicts = 0, wrong_times = 0;
-  double judge_seconds = 0.0, judge_worst = 0.0, exact_seconds = 0.0;
+  double judge_seconds = 0.0, judge_worst = 0.0, exact_seconds = 0.0, exact_worst = 0.0;
 
   void operator+=(const Tally& o) {
     queries += o.queries, hits += o.hits;
     wrong_verdicts += o.wrong_verdicts, wrong_times += o.wrong_times;
     judge_seconds += o.judge_seconds, exact_seconds += o.exact_seconds;
     judge_worst = std::max(judge_worst, o.judge_worst);
+    exact_worst = std::max(exact_worst, o.exact_worst);
   }
 };
 
@@ -50,6 +64,8 @@ struct Wrong {
 struct Report {
   std::vector<Tally> by_family;
   std::vector<Wrong> wrong;
+  double slowest_seconds = 0.0;
+  Query slowest{};
 };
 
 struct Task {
@@ -69,12 +85,17 @@ Task make_task(std::span<const Family> families, std::uint64_t seed, std::size_t
   return task;
 }
 
-void ask_by_family(const NarrowPhase& method, Task& task, std::vector<Tally>& by_family) {
-  for (std::size_t f = 0; f < by_family.size(); ++f) {
-    const double start = now();
-    method.find_times(std::span(task.queries).subspan(f * kPerFamily, kPerFamily),
-                      std::span(task.alone).subspan(f * kPerFamily, kPerFamily));
-    by_family[f].exact_seconds += now() - start;
+void ask_alone(const NarrowPhase& method, Task& task, Report& report) {
+  for (std::size_t i = 0; i < task.queries.size(); ++i) {
+    Tally& tally = report.by_family[i / kPerFamily];
+    const double start = worked();
+    method.find_times({&task.queries[i], 1}, {&task.alone[i], 1});
+    const double seconds = worked() - start;
+    tally.exact_seconds += seconds;
+    tally.exact_worst = std::max(tally.exact_worst, seconds);
+    if (seconds <= report.slowest_seconds) continue;
+    report.slowest_seconds = seconds;
+    report.slowest = task.queries[i];
   }
 }
 
@@ -94,9 +115,9 @@ bool right_verdict(const Truth& truth, double toi) {
 }
 
 void compare(const Task& task, std::size_t i, const Family& family, Tally& tally, Report& report) {
-  const double start = now();
+  const double start = worked();
   const Truth truth = truth_of(task.queries[i]);
-  const double seconds = now() - start;
+  const double seconds = worked() - start;
   tally.judge_seconds += seconds;
   tally.judge_worst = std::max(tally.judge_worst, seconds);
   ++tally.queries;
@@ -115,7 +136,7 @@ Report run_task(const NarrowPhase& method, std::span<const Family> families, std
   Report report;
   report.by_family.resize(families.size());
   Task task = make_task(families, seed, index);
-  ask_by_family(method, task, report.by_family);
+  ask_alone(method, task, report);
   ask_mixed(method, task);
   for (std::size_t i = 0; i < task.queries.size(); ++i) {
     const std::size_t f = i / kPerFamily;
@@ -136,20 +157,66 @@ Report run(std::span<const Family> families, std::size_t tasks, std::uint64_t se
     for (std::size_t f = 0; f < families.size(); ++f) sum.by_family[f] += report.by_family[f];
     for (const Wrong& w : report.wrong)
       if (sum.wrong.size() < kPrinted) sum.wrong.push_back(w);
+    if (report.slowest_seconds <= sum.slowest_seconds) continue;
+    sum.slowest_seconds = report.slowest_seconds;
+    sum.slowest = report.slowest;
   }
   return sum;
 }
 
+/// A running hash after FNV-1a of 64 bits, by words.
+class Digest {
+ public:
+  void add(std::uint64_t word) { value_ = (value_ ^ word) * 0x100000001b3; }
+  void add(double x) { add(std::bit_cast<std::uint64_t>(x)); }
+  std::uint64_t value() const { return value_; }
+
+ private:
+  std::uint64_t value_ = 0xcbf29ce484222325;
+};
+
+std::uint64_t digest(const NarrowPhase& method, std::span<const Query> queries) {
+  Digest digest;
+  std::vector<double> toi(queries.size());
+  method.find_times(queries, toi);
+  for (const double t : toi) digest.add(t);
+  const Scene scene = scene_of(queries);
+  std::vector<Contact> contacts;
+  method.find_contacts(scene.a.view(), scene.b.view(), scene.pairs, contacts);
+  for (const Contact& c : contacts) {
+    for (const std::int32_t v : c.vertex) digest.add(static_cast<std::uint64_t>(v));
+    for (const double w : c.weight) digest.add(w);
+    for (const double n : c.normal) digest.add(n);
+    digest.add(c.toi);
+    digest.add(c.gap);
+  }
+  return digest.value();
+}
+
+/// Once for every width: where the processor has no such vectors, a narrower one answers.
+void print_digests(std::span<const Family> families, std::size_t tasks, std::uint64_t seed) {
+  std::vector<Query> queries;
+  for (std::size_t i = 0; i < tasks; ++i) {
+    const Task task = make_task(families, seed, i);
+    queries.insert(queries.end(), task.queries.begin(), task.queries.end());
+  }
+  for (const int width : {2, 4, 8})
+    fmt::print("width {}: {:016x}\n", width,
+               digest(*make_ccd_exact({.vector_width = width}), queries));
+}
+
 void print_row(std::string_view name, const Tally& t) {
   const double n = static_cast<double>(std::max<std::size_t>(t.queries, 1));
-  fmt::print("{:<30} {:>9} {:>9} {:>6} {:>6} {:>9.2f} {:>9.2f} {:>9.0f}\n", name, t.queries, t.hits,
-             t.wrong_verdicts, t.wrong_times, 1e6 * t.exact_seconds / n, 1e6 * t.judge_seconds / n,
-             1e6 * t.judge_worst);
+  fmt::print("{:<30} {:>9} {:>9} {:>7} {:>7} {:>9.2f} {:>9.0f} {:>9.2f} {:>9.0f}\n", name,
+             t.queries, t.hits, t.wrong_verdicts, t.wrong_times, 1e6 * t.exact_seconds / n,
+             1e6 * t.exact_worst, 1e6 * t.judge_seconds / n, 1e6 * t.judge_worst);
 }
 
 Tally print_table(std::span<const Family> families, const Report& report) {
-  fmt::print("{:<30} {:>9} {:>9} {:>6} {:>6} {:>9} {:>9} {:>9}\n", "family", "queries", "hits",
-             "wrong", "late", "exact/us", "judge/us", "worst/us");
+  fmt::print("{:<30} {:>9} {:>9} {:>7} {:>7} {:>9} {:>9} {:>9} {:>9}\n", "", "", "", "wrong",
+             "wrong", "exact/us", "exact/us", "judge/us", "judge/us");
+  fmt::print("{:<30} {:>9} {:>9} {:>7} {:>7} {:>9} {:>9} {:>9} {:>9}\n", "family", "queries",
+             "hits", "verdict", "time", "mean", "max", "mean", "max");
   Tally all;
   for (std::size_t f = 0; f < families.size(); ++f) {
     print_row(families[f].name, report.by_family[f]);
@@ -191,17 +258,23 @@ int main(int argc, char** argv) {
   app.add_option("--seed", seed)->capture_default_str();
   app.add_option("--families", names, "Names of families (default: all)");
   app.add_option("--threads", threads, "0: as many as the machine has")->capture_default_str();
+  bool digest_only = false;
+  app.add_flag("--digest", digest_only, "Print a digest for each vector width instead");
   std::vector<Family> families;
   app.callback([&] { families = chosen(names); });
   CLI11_PARSE(app, argc, argv);
 
   const ThreadLimit limit(threads);
   const std::size_t per_task = kPerFamily * families.size();
+  const std::size_t tasks = (queries + per_task - 1) / per_task;
+  if (digest_only) return print_digests(families, tasks, seed), 0;
   const double start = now();
-  const Report report = run(families, (queries + per_task - 1) / per_task, seed);
+  const Report report = run(families, tasks, seed);
   const double seconds = now() - start;
   const Tally all = print_table(families, report);
   for (const Wrong& w : report.wrong) print_wrong(w);
+  fmt::print("\nThe slowest query of ccd_exact, {:.0f} us: {}\n", 1e6 * report.slowest_seconds,
+             hex_text(report.slowest));
   fmt::print(
       "\nseed {}, {} queries in {:.1f} s: {:.0f} a second; {} wrong verdicts, {} wrong times\n",
       seed, all.queries, seconds, static_cast<double>(all.queries) / seconds, all.wrong_verdicts,

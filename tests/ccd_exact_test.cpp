@@ -149,60 +149,24 @@ TEST(CcdExact, EveryVectorWidthGivesTheSameTimes) {
 // ---------------------------------------------------------------------------------------------
 // The same through surfaces and pairs
 
-struct Surface {
-  std::vector<Vec3> x_t0, x_t1;
-  std::vector<Edge> edges;
-  std::vector<Triangle> triangles;
-  SurfaceView view() const { return {x_t0, x_t1, edges, triangles, 0.0, 0}; }
-
-  /// Appends vertices `from` to `to` of the query; returns the index of the first.
-  std::int32_t add(const Query& q, int from, int to) {
-    const auto first = static_cast<std::int32_t>(x_t0.size());
-    for (int k = from; k < to; ++k) x_t0.push_back(q.x_t0[k]), x_t1.push_back(q.x_t1[k]);
-    return first;
-  }
-  std::int32_t add_triangle(const Query& q) {
-    const std::int32_t v = add(q, 1, 4);
-    triangles.push_back({v, v + 1, v + 2});
-    return static_cast<std::int32_t>(triangles.size()) - 1;
-  }
-  std::int32_t add_edge(const Query& q, int from) {
-    const std::int32_t v = add(q, from, from + 2);
-    edges.push_back({v, v + 1});
-    return static_cast<std::int32_t>(edges.size()) - 1;
-  }
-};
-
 TEST(FindContacts, OfAllFamiliesHaveVerdictAndTimeOfTheOracleInPairOrder) {
   const std::vector<Query> queries = mixed_queries(73, 100);
-  Surface a, b;
-  CandidatePairs pairs;
-  std::array<std::vector<double>, 3> expected;  // of the three lists
-  for (std::size_t i = 0; i < queries.size(); ++i) {
-    const Query& q = queries[i];
-    const double toi = truth_of(q).toi_lo;
-    const bool edges = q.kind == ContactKind::edge_edge, swapped = i % 3 == 0;
-    if (edges) {
-      pairs.edge_edge.push_back({a.add_edge(q, 0), b.add_edge(q, 2)});
-    } else if (swapped) {
-      pairs.triangle_point.push_back({b.add(q, 0, 1), a.add_triangle(q)});
-    } else {
-      pairs.point_triangle.push_back({a.add(q, 0, 1), b.add_triangle(q)});
-    }
-    if (toi != kNoCollision) expected[edges ? 2 : (swapped ? 1 : 0)].push_back(toi);
+  const ccd_queries::Scene scene = ccd_queries::scene_of(queries);
+  std::vector<double> expected;
+  for (const auto* list : {&scene.point_triangle, &scene.triangle_point, &scene.edge_edge}) {
+    const std::size_t before = expected.size();
+    for (const std::size_t i : *list)
+      if (const Truth truth = truth_of(queries[i]); truth.touches) expected.push_back(truth.toi_lo);
+    EXPECT_GT(expected.size() - before, 300u);
   }
   std::vector<Contact> contacts;
-  make_ccd_exact()->find_contacts(a.view(), b.view(), pairs, contacts);
-  std::array<std::vector<double>, 3> found;
+  make_ccd_exact()->find_contacts(scene.a.view(), scene.b.view(), scene.pairs, contacts);
+  std::vector<double> found;
   for (const Contact& c : contacts) {
-    const int list = c.kind == ContactKind::edge_edge        ? 2
-                     : c.kind == ContactKind::triangle_point ? 1
-                                                             : 0;
-    found[list].push_back(c.toi);
+    found.push_back(c.toi);
     EXPECT_NEAR(c.normal.norm(), 1.0, 1e-14);
   }
   EXPECT_EQ(found, expected);
-  for (const auto& list : expected) EXPECT_GT(list.size(), 300u);
 }
 
 // ---------------------------------------------------------------------------------------------

@@ -769,6 +769,50 @@ Truth truth_of(const Query& q) {
   return touch ? Truth{true, touch->lo, touch->hi} : Truth{};
 }
 
+namespace {
+
+/// Appends vertices `from` to `to` of the query; returns the index of the first.
+std::int32_t add(Scene::Surface& surface, const Query& q, int from, int to) {
+  const auto first = static_cast<std::int32_t>(surface.x_t0.size());
+  for (int k = from; k < to; ++k) {
+    surface.x_t0.push_back(q.x_t0[k]);
+    surface.x_t1.push_back(q.x_t1[k]);
+  }
+  return first;
+}
+
+std::int32_t add_triangle(Scene::Surface& surface, const Query& q) {
+  const std::int32_t v = add(surface, q, 1, 4);
+  surface.triangles.push_back({v, v + 1, v + 2});
+  return static_cast<std::int32_t>(surface.triangles.size()) - 1;
+}
+
+std::int32_t add_edge(Scene::Surface& surface, const Query& q, int from) {
+  const std::int32_t v = add(surface, q, from, from + 2);
+  surface.edges.push_back({v, v + 1});
+  return static_cast<std::int32_t>(surface.edges.size()) - 1;
+}
+
+}  // namespace
+
+Scene scene_of(std::span<const Query> queries) {
+  Scene s;
+  for (std::size_t i = 0; i < queries.size(); ++i) {
+    const Query& q = queries[i];
+    if (q.kind == ContactKind::edge_edge) {
+      s.pairs.edge_edge.push_back({add_edge(s.a, q, 0), add_edge(s.b, q, 2)});
+      s.edge_edge.push_back(i);
+    } else if (i % 3 == 0) {
+      s.pairs.triangle_point.push_back({add(s.b, q, 0, 1), add_triangle(s.a, q)});
+      s.triangle_point.push_back(i);
+    } else {
+      s.pairs.point_triangle.push_back({add(s.a, q, 0, 1), add_triangle(s.b, q)});
+      s.point_triangle.push_back(i);
+    }
+  }
+  return s;
+}
+
 std::string hex_text(const Query& q) {
   std::ostringstream out;
   out << std::hexfloat << (q.kind == ContactKind::edge_edge ? "edge_edge" : "point_triangle");

@@ -4,11 +4,11 @@
 #include <selvedge/narrowphase/narrow_phase.h>
 
 #include <cstdint>
-#include <optional>
 #include <random>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 // Adversarial queries for the exact narrow phase, and the judge's opinion of them. A family is
 // built so that some of its queries touch by the skin of their teeth and others miss by as little:
@@ -54,6 +54,22 @@ struct Truth {
 /// What the judge, which shares no code with the narrow phase, says: verdict and enclosure of the
 /// first time of contact.
 Truth truth_of(const Query& q);
+
+/// Queries as two surfaces, every third point against a triangle as a triangle against a point, and
+/// the pairs in their order.
+struct Scene {
+  struct Surface {
+    std::vector<Vec3> x_t0, x_t1;
+    std::vector<Edge> edges;
+    std::vector<Triangle> triangles;
+    SurfaceView view() const { return {x_t0, x_t1, edges, triangles, 0.0, 0}; }
+  };
+  Surface a, b;
+  CandidatePairs pairs;
+  /// Which query the pairs of the three lists are.
+  std::vector<std::size_t> point_triangle, triangle_point, edge_edge;
+};
+Scene scene_of(std::span<const Query> queries);
 
 /// Kind and hexadecimal coordinates, one vertex a line, for the eye and for a test.
 std::string hex_text(const Query& q);

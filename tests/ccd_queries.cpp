@@ -341,6 +341,44 @@ Query close_roots(Random& r, ContactKind kind) {
   return disguised(r, assemble(kind, f));
 }
 
+/// As grazing_frame, with the cubic L² s (q1 t - p1) (q2 t - p2): the roots k / (2 k + 1) and
+/// (k + 1) / (2 k + 3) lie 2^-36 to 2^-6 apart, and at one of them the weight x/L is exactly 0,
+/// while it changes fast.
+Query close_roots_on_rim(Random& r, ContactKind kind) {
+  const double k = std::floor(std::ldexp(real(r, 1.0, 2.0), integer(r, 2, 16)));
+  std::array<double, 2> p{k, k + 1}, q{2 * k + 1, 2 * k + 3};
+  if (chance(r, 2)) std::swap(p[0], p[1]), std::swap(q[0], q[1]);
+  const double s = sign(r), a = integer(r, -2, 2), b = sign(r), L = 8 * q[0] * q[1];
+  const double speed = sign(r) * std::floor(L / (4 * q[0]));
+  const double x0 = -speed * p[0], x1 = speed * q[0], y0 = std::floor(L * real(r, 0.25, 0.5));
+  const double y1 = -b * (s * q[0] * q[1] + a * x1);
+  const double z0 = s * p[0] * p[1], z1 = a * x0 + b * y0 - s * (p[0] * q[1] + p[1] * q[0]);
+  Frame f;
+  f.X = {Vec3(L, 0, 0), Vec3(L, 0, a * L)};
+  f.Y = {Vec3(0, L, 0), Vec3(0, L, b * L)};
+  f.Z = {Vec3(x0, y0, z0), Vec3(x0 + x1, y0 + y1, z0 + z1)};
+  return disguised(r, assemble(kind, f));
+}
+
+/// X = (L, 0, L t), Y = (L t, L, 0), Z = (x, y, z): n = L² (-t, t², 1), and the coplanarity cubic
+/// is L² (z - t x + t² y), here L² (q1 t - p1) (q2 t - p2) (q3 t - p3) with the roots k / (2 k +
+/// 1), (k + 1) / (2 k + 3) and (k + 2) / (2 k + 5). The weights there are y/L and (x - t y)/L.
+Query three_close_roots(Random& r, ContactKind kind) {
+  const double k = std::floor(std::ldexp(real(r, 1.0, 2.0), integer(r, 1, 12)));
+  const std::array<double, 3> p{k, k + 1, k + 2}, q{2 * k + 1, 2 * k + 3, 2 * k + 5};
+  const double c3 = q[0] * q[1] * q[2], L = 16 * c3, c0 = -p[0] * p[1] * p[2];
+  const double c1 = p[0] * p[1] * q[2] + p[0] * q[1] * p[2] + q[0] * p[1] * p[2];
+  const double c2 = -(p[0] * q[1] * q[2] + q[0] * p[1] * q[2] + q[0] * q[1] * p[2]);
+  const double x0 = std::floor(L * real(r, -0.1, 0.5)), y0 = std::floor(L * real(r, -0.2, 0.4));
+  const double x1 = y0 - c2, y1 = c3, z0 = c0, z1 = c1 + x0;
+  Frame f;
+  f.X = {Vec3(L, 0, 0), Vec3(L, 0, L)};
+  f.Y = {Vec3(0, L, 0), Vec3(L, L, 0)};
+  f.Z = {Vec3(x0, y0, z0), Vec3(x0 + x1, y0 + y1, z0 + z1)};
+  const Query query = relabelled(r, assemble(kind, f));
+  return chance(r, 4) ? nudged(r, query) : query;
+}
+
 /// All four vertices meet in one point at t = p/q: a triple root at which nothing is left of the
 /// primitives.
 Query triple_root(Random& r, ContactKind kind) {
@@ -654,6 +692,15 @@ Query scaled(Random& r, ContactKind kind) {
   return q;
 }
 
+/// As a whole, so that the product of three coordinates has a few bits left or just overflows.
+Query products_at_the_range(Random& r, ContactKind kind) {
+  constexpr std::array<Query (*)(Random&, ContactKind), 5> sources{
+      rim_as_rounded, coplanar_as_rounded, vertex_on_vertex, shared_vertex, moved_as_one_in_reals};
+  Query q = sources[integer(r, 0, 4)](r, kind);
+  scale(q, chance(r, 2) ? -integer(r, 335, 362) : integer(r, 336, 343));
+  return q;
+}
+
 /// Sides of sizes 2^0 and 2^40, motions of any size between.
 Query mixed_scales(Random& r, ContactKind kind) {
   const auto [s, w] = weights(r, kind);
@@ -689,6 +736,8 @@ constexpr std::array kFamilies{
     Family{"grazing", grazing},
     Family{"grazing_nudged", grazing_nudged},
     Family{"close_roots", close_roots},
+    Family{"close_roots_on_rim", close_roots_on_rim},
+    Family{"three_close_roots", three_close_roots},
     Family{"triple_root", triple_root},
     Family{"irrational_time_on_rim", irrational_time_on_rim},
     Family{"irrational_time_on_rim_nudged", irrational_time_on_rim_nudged},
@@ -718,6 +767,7 @@ constexpr std::array kFamilies{
     Family{"denormal", denormal},
     Family{"near_overflow", near_overflow},
     Family{"scaled", scaled},
+    Family{"products_at_the_range", products_at_the_range},
     Family{"mixed_scales", mixed_scales},
 };
 

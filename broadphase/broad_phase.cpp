@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/broad_phase.h>
+#include <selvedge/broadphase/minimal_enclosure.h>
 
 namespace selvedge {
 
@@ -17,6 +18,7 @@ BroadPhaseRegistry broad_phases() {
           {"bvh_aabb", [] { return make_bvh_aabb(); }},
           {"curvature_cone", [] { return make_curvature_cone(); }},
           {"hash_grid", [] { return make_hash_grid(); }},
+          {"minimal_enclosure", [] { return make_minimal_enclosure(); }},
           {"sweep_and_prune", [] { return make_sweep_and_prune(); }},
           {"uniform_grid", [] { return make_uniform_grid(); }},
           {"voxel", [] { return make_voxel(); }}};

@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: MIT
+// What the minimal enclosure saves, and when: a leg and a mannequin of 26,000 faces each, and cloth
+//   sleeve  around one leg, close enough to touch it in folds
+//   skirt   around both legs (or the leg), touching at the waist only
+//   beside  a curtain half a body's height away
+//   far     the same, ten metres away
+// For each number of loops: how tight the enclosure is, how many questions it answers at once,
+// tests of boxes with and without it, and times against the tree and the grid. Body and cloth move
+// in every call; `static` is the time of a call whose body does not. Least of interleaved repeats.
+#include <fmt/format.h>
+#include <selvedge/bodies/mannequin.h>
+#include <selvedge/broadphase/minimal_enclosure.h>
+#include <selvedge/core/parallel.h>
+#include <selvedge/core/triangle_mesh.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numbers>
+
+using namespace selvedge;
+
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kThickness = 0.001;       // m
+constexpr double kStepLength = 0.002;      // m a step, of the cloth
+constexpr double kBodyStepLength = 0.001;  // m a step
+
+struct Surface {
+  std::vector<Vec3> x_t0, x_t1;
+  std::vector<Edge> edges;
+  std::vector<Triangle> triangles;
+  std::uint64_t static_id = 0;
+
+  SurfaceView view() const { return {x_t0, x_t1, edges, triangles, kThickness, static_id}; }
+  void advance(const Vec3& by) {
+    x_t0 = x_t1;
+    for (Vec3& x : x_t1) x += by;
+  }
+};
+
+/// rows x columns vertices, in rings.
+Surface rings(int rows, int columns, const std::function<Vec3(double, double)>& place) {
+  Surface s;
+  for (int i = 0; i < rows; ++i)
+    for (int j = 0; j < columns; ++j)
+      s.x_t0.push_back(place(i / (rows - 1.0), 2.0 * kPi * j / columns));
+  for (int i = 0; i + 1 < rows; ++i)
+    for (int j = 0; j < columns; ++j) {
+      const int a = i * columns + j, b = i * columns + (j + 1) % columns;
+      s.triangles.push_back({a, b, b + columns});
+      s.triangles.push_back({a, b + columns, a + columns});
+    }
+  s.edges = unique_edges(s.triangles);
+  s.x_t1 = s.x_t0;
+  return s;
+}
+
+double leg_radius(double z) { return 0.04 + 0.06 * z + 0.01 * std::sin(9.0 * z); }
+/// The middle of a leg at the height z.
+double leg_middle(double z) { return 0.05 * std::sin(2.0 * z); }
+
+Surface leg() {
+  return rings(144, 91, [](double u, double angle) {
+    const double z = 0.9 * u, r = leg_radius(z) * (1.0 + 0.1 * std::cos(2.0 * angle));
+    return Vec3(leg_middle(z) + r * std::cos(angle), r * std::sin(angle), z);
+  });
+}
+
+Surface figure(int faces) {
+  const TriangleMesh mesh = make_mannequin({.faces = faces});
+  Surface s{mesh.vertices, mesh.vertices, unique_edges(mesh.triangles), mesh.triangles};
+  return s;
+}
+
+/// A cloth ring of about n x n vertices whose radius goes from r0 to r1, in folds.
+Surface cloth_ring(int n, const Vec3& base, double height, double r0, double r1) {
+  return rings(n, n, [&](double u, double angle) {
+    const double r = (r0 + (r1 - r0) * u) * (1.0 + 0.04 * std::sin(11.0 * angle + 20.0 * u));
+    return Vec3(base + Vec3(r * std::cos(angle), r * std::sin(angle), height * u));
+  });
+}
+
+struct Scene {
+  std::string name;
+  Surface cloth, body;
+};
+
+std::vector<Scene> scenes(int n, int faces) {
+  const Surface a_leg = leg(), body = figure(faces);
+  std::vector<Scene> all;
+  all.push_back({"leg sleeve", cloth_ring(n, {0.04, 0, 0.2}, 0.4, 0.065, 0.085), a_leg});
+  all.push_back({"leg skirt", cloth_ring(n, {0.04, 0, 0.2}, 0.65, 0.3, 0.1), a_leg});
+  all.push_back({"leg beside", cloth_ring(n, {0.5, 0, 0}, 0.9, 0.2, 0.2), a_leg});
+  all.push_back({"leg far", cloth_ring(n, {10, 0, 0}, 0.9, 0.2, 0.2), a_leg});
+  all.push_back({"figure skirt", cloth_ring(n, {0, 0, 0.3}, 0.7, 0.35, 0.17), body});
+  all.push_back({"figure beside", cloth_ring(n, {0.9, 0, 0}, 0.9, 0.2, 0.2), body});
+  all.push_back({"figure far", cloth_ring(n, {10, 0, 0}, 0.9, 0.2, 0.2), body});
+  return all;
+}
+
+double ms_of(BroadPhase& detector, const Scene& scene, CandidatePairs& out) {
+  const auto begin = std::chrono::steady_clock::now();
+  detector.find_pairs(scene.cloth.view(), scene.body.view(), out);
+  return 1e3 * std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+/// One detector, kept for moving bodies, and another for a static one.
+struct Contender {
+  std::string name;
+  std::unique_ptr<BroadPhase> moving, still;
+  const MinimalEnclosure* enclosure = nullptr;  ///< `moving`, if that is one
+  double cold = 0.0, warm = std::numeric_limits<double>::infinity(), kept = warm;
+  BroadPhaseCost cost{};
+};
+
+std::vector<Contender> contenders() {
+  std::vector<Contender> all;
+  const BroadPhaseRegistry registry = broad_phases();
+  for (const char* name : {"bvh_aabb", "uniform_grid"})
+    all.push_back({name, registry.at(name)(), registry.at(name)()});
+  for (const int loops : {1, 4, 8, 16, 32, 64}) {
+    auto moving = make_minimal_enclosure({.loops = loops});
+    const MinimalEnclosure* enclosure = moving.get();
+    all.push_back({fmt::format("loops {}", loops), std::move(moving),
+                   make_minimal_enclosure({.loops = loops}), enclosure});
+  }
+  return all;
+}
+
+void print(const Scene& scene, const Contender& c, std::size_t pairs) {
+  fmt::print("{:14} {:12} {:8} {:8.2f} {:8.2f} {:8.2f}", scene.name, c.name, pairs, c.cold, c.warm,
+             c.kept);
+  if (c.enclosure) {
+    const MinimalEnclosureCounts n = c.enclosure->last_counts();
+    const Enclosure made = c.enclosure->last_enclosure();
+    const auto asked = static_cast<double>(n.asked);
+    const double without =
+        static_cast<double>(scene.cloth.x_t0.size() * scene.body.triangles.size() +
+                            scene.cloth.triangles.size() * scene.body.x_t0.size() +
+                            scene.cloth.edges.size() * scene.body.edges.size()) /
+        asked;
+    fmt::print(" {:5} {:5} {:7.4f} {:6.1f} {:7.2f} {:6.2f} {:8.2f} {:9.0f}", n.limbs, n.primitives,
+               made.volume(), 1e3 * made.mean_gap(scene.body.view()),
+               100.0 * static_cast<double>(n.dropped) / asked,
+               static_cast<double>(n.enclosure_tests) / asked,
+               static_cast<double>(n.box_tests) / asked, without);
+  }
+  fmt::print("\n");
+}
+
+void measure(Scene scene, int repeats) {
+  std::vector<Contender> all = contenders();
+  CandidatePairs out;
+  std::size_t pairs = 0;
+  for (int repeat = 0; repeat < repeats; ++repeat) {
+    const double sign = repeat % 2 == 0 ? 1.0 : -1.0;
+    scene.cloth.advance(sign * Vec3(0, 0, -kStepLength));
+    scene.body.advance(sign * Vec3(kBodyStepLength, 0, 0));
+    for (Contender& c : all) {
+      const double ms = ms_of(*c.moving, scene, out);
+      if (repeat == 0) c.cold = ms;
+      if (repeat > 0) c.warm = std::min(c.warm, ms);
+      if (repeat == 0) pairs = out.size();
+    }
+  }
+  scene.body.x_t1 = scene.body.x_t0;
+  scene.body.static_id = 1;
+  for (int repeat = 0; repeat < repeats; ++repeat)
+    for (Contender& c : all) {
+      const double ms = ms_of(*c.still, scene, out);
+      if (repeat > 0) c.kept = std::min(c.kept, ms);
+    }
+  for (const Contender& c : all) print(scene, c, pairs);
+}
+
+void print_limbs(const Surface& body, int loops) {
+  for (const EnclosedLimb& limb : make_enclosure(body.view(), {.loops = loops}).limbs) {
+    double least = std::numeric_limits<double>::infinity(), most = 0.0, volume = 0.0;
+    for (const Column& column : limb.columns) {
+      least = std::min(least, column.radius);
+      most = std::max(most, column.radius);
+      volume += column.volume();
+    }
+    for (const TruncatedCone& cone : limb.cones) volume += cone.volume();
+    const Vec3 from = limb.columns.front().base, to = limb.columns.back().base;
+    fmt::print(
+        "limb from ({:5.2f} {:5.2f} {:5.2f}) to ({:5.2f} {:5.2f} {:5.2f}) m, columns of "
+        "{:.3f} to {:.3f} m, {:.4f} m3\n",
+        from.x(), from.y(), from.z(), to.x(), to.y(), to.z(), least, most, volume);
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"what the minimal enclosure saves"};
+  int cells = 120, faces = 26000, repeats = 7, threads = 1;
+  bool limbs = false;
+  app.add_option("--cells", cells, "vertices of the cloth along a side")
+      ->check(CLI::Range(8, 2000));
+  app.add_option("--repeats", repeats, "calls of each")->check(CLI::Range(2, 1000));
+  app.add_option("--threads", threads, "0: as many as there are");
+  app.add_option("--faces", faces, "of the mannequin")->check(CLI::Range(5000, 30000));
+  app.add_flag("--limbs", limbs, "list the limbs of the mannequin instead");
+  CLI11_PARSE(app, argc, argv);
+  const ThreadLimit limit(threads);
+  if (limbs) {
+    print_limbs(figure(faces), 16);
+    return 0;
+  }
+  fmt::print(
+      "ms: cold first call, warm all moved, static body at rest; vol m3; gap mm; dropped %; "
+      "tests for each vertex, edge or face asked about\n");
+  fmt::print(
+      "{:14} {:12} {:>8} {:>8} {:>8} {:>8} {:>5} {:>5} {:>7} {:>6} {:>7} {:>6} {:>8} {:>9}\n",
+      "scene", "detector", "pairs", "cold", "warm", "static", "limbs", "prims", "vol", "gap",
+      "dropped", "prim", "box", "without");
+  for (Scene& scene : scenes(cells, faces)) measure(std::move(scene), repeats);
+}

@@ -1,0 +1,402 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/broadphase/detail/body_enclosure.h>
+#include <selvedge/broadphase/detail/limb_search.h>
+#include <selvedge/core/parallel.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <tuple>
+#include <utility>
+
+namespace selvedge::detail {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+/// Cones that lean or widen more are columns: they would be long walls around little.
+constexpr double kMostSlope = 4.0;
+constexpr std::size_t kGrain = 1024;  // boxes per range: tens of µs of work
+
+/// The first vertex of each primitive decides on its limb.
+std::int32_t first_vertex(const SurfaceView& surface, int kind, std::int32_t i) {
+  return kind == 0 ? i : kind == 1 ? surface.edges[i][0] : surface.triangles[i][0];
+}
+
+/// Which of `slabs` equal parts of [lo, hi] s is in; any if it is no number.
+std::uint32_t slab_at(double s, double lo, double hi, std::uint32_t slabs) {
+  const double at = (s - lo) / (hi - lo) * slabs;
+  if (!(at > 0.0)) return 0;
+  return at < slabs ? static_cast<std::uint32_t>(at) : slabs - 1;
+}
+
+/// Grows with the angle of (x, y) over one turn, from 0 to 4, without trigonometry.
+double turn_of(double x, double y) {
+  const double sum = std::abs(x) + std::abs(y);
+  if (!(sum > 0.0) || !std::isfinite(sum)) return 0.0;
+  const double part = y / sum;
+  return x < 0.0 ? 2.0 - part : y < 0.0 ? 4.0 + part : part;
+}
+
+Vec3 middle_of_box(const SweptBox& box, const Vec3& origin) {
+  return CenteredBox(box, origin).middle;
+}
+
+/// Two directions across an axis.
+struct Across {
+  Vec3 x, y;
+  explicit Across(const Vec3& axis) : x(axis.unitOrthogonal()), y(axis.cross(x)) {}
+};
+
+/// A frustum that has everything inside.
+Frustum boundless() {
+  Frustum f;
+  f.axis = f.lean = Vec3::Zero();
+  f.radius = f.hi = kInfinity;
+  f.lo = -kInfinity;
+  return f;
+}
+
+/// One that has nothing inside.
+Frustum nothing(const Vec3& axis) {
+  Frustum f;
+  f.axis = f.lean = axis;
+  f.lo = kInfinity;
+  f.hi = -kInfinity;
+  return f;
+}
+
+}  // namespace
+
+IndexRange Limb::slabs_near(const CenteredBox& around) const {
+  const double s = axis.dot(around.middle);
+  const double reach = around.reach(axis) + Frustum::kRounding * around.far();
+  const auto first = std::partition_point(highest.begin(), highest.end(),
+                                          [&](double most) { return most < s - reach; });
+  const auto last = std::partition_point(lowest.begin(), lowest.end(),
+                                         [&](double least) { return !(least > s + reach); });
+  return {static_cast<std::uint32_t>(first - highest.begin()),
+          static_cast<std::uint32_t>(last - lowest.begin())};
+}
+
+std::size_t SlabBoxes::bytes() const {
+  return order.capacity() * sizeof(std::int32_t) +
+         (slab_begin.capacity() + slab_group_begin.capacity()) * sizeof(std::uint32_t) +
+         (packed.capacity() + groups.capacity()) * sizeof(PackedBox);
+}
+
+template <class Visit>
+void BodyEnclosure::each_box(const Lists& lists, std::uint32_t begin, std::uint32_t end,
+                             Visit visit) const {
+  for (std::size_t k = 0; k < kinds_.size(); ++k)
+    for (std::uint32_t i = kinds_[k].slab_begin[begin]; i < kinds_[k].slab_begin[end]; ++i)
+      visit((*lists[k])[kinds_[k].order[i]]);
+}
+
+bool BodyEnclosure::is_empty(std::uint32_t slab) const {
+  bool empty = true;
+  for (const SlabBoxes& kind : kinds_) empty &= kind.slab_begin[slab] == kind.slab_begin[slab + 1];
+  return empty;
+}
+
+void BodyEnclosure::cut(const SurfaceView& surface, const SurfaceBoxes& boxes,
+                        const MinimalEnclosureConfig& config) {
+  config_ = config;
+  const Lists lists{&boxes.points, &boxes.edges, &boxes.triangles};
+  lay_out_limbs(surface);
+  sort_boxes(surface, lists);
+  fit(lists);
+  cut_volume_ = volume();
+}
+
+void BodyEnclosure::refit(const SurfaceBoxes& boxes) {
+  fit({&boxes.points, &boxes.edges, &boxes.triangles});
+}
+
+/// Finds the limbs, their origins and axes, and gives each its slabs.
+void BodyEnclosure::lay_out_limbs(const SurfaceView& surface) {
+  Limbs found = config_.find_limbs ? find_limbs(surface, config_.axis) : one_limb(surface);
+  limb_of_vertex_ = std::move(found.of_vertex);
+  limbs_.assign(found.count, {});
+  std::vector<std::vector<std::int32_t>> vertices(found.count);
+  for (std::size_t v = 0; v < limb_of_vertex_.size(); ++v)
+    vertices[limb_of_vertex_[v]].push_back(static_cast<std::int32_t>(v));
+  const auto slabs = static_cast<std::uint32_t>(2 * config_.loops - 1);
+  limb_of_slab_.clear();
+  for (std::uint32_t i = 0; i < limbs_.size(); ++i) {
+    Limb& limb = limbs_[i];
+    limb.origin = surface.x_t0[vertices[i][0]];
+    limb.axis = config_.axis.isZero() ? longest_axis(surface, vertices[i]) : config_.axis;
+    limb.slabs = slabs;
+    limb.first_slab = static_cast<std::uint32_t>(limb_of_slab_.size());
+    limb_of_slab_.insert(limb_of_slab_.end(), slabs, i);
+  }
+  frusta_.assign(limb_of_slab_.size(), {});
+}
+
+/// Puts every box into the slab of its middle, and those of a slab into groups.
+void BodyEnclosure::sort_boxes(const SurfaceView& surface, const Lists& lists) {
+  std::vector<std::pair<double, double>> range(limbs_.size(), {kInfinity, -kInfinity});
+  const auto s_of = [&](const SweptBox& box, const Limb& limb) {
+    return limb.axis.dot(middle_of_box(box, limb.origin));
+  };
+  for (std::size_t v = 0; v < lists[0]->size(); ++v) {
+    auto& [lo, hi] = range[limb_of_vertex_[v]];
+    const double s = s_of((*lists[0])[v], limbs_[limb_of_vertex_[v]]);
+    lo = std::min(lo, s);
+    hi = std::max(hi, s);
+  }
+  for (int k = 0; k < 3; ++k) {
+    const std::vector<SweptBox>& boxes = *lists[k];
+    std::vector<std::uint32_t> slab_of(boxes.size());
+    SlabBoxes& out = kinds_[k];
+    out.slab_begin.assign(limb_of_slab_.size() + 1, 0);
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      const auto at = limb_of_vertex_[first_vertex(surface, k, static_cast<std::int32_t>(i))];
+      const Limb& limb = limbs_[at];
+      slab_of[i] = limb.first_slab +
+                   slab_at(s_of(boxes[i], limb), range[at].first, range[at].second, limb.slabs);
+      ++out.slab_begin[slab_of[i] + 1];
+    }
+    for (std::size_t s = 1; s < out.slab_begin.size(); ++s)
+      out.slab_begin[s] += out.slab_begin[s - 1];
+    std::vector<std::uint32_t> next = out.slab_begin;
+    out.order.resize(boxes.size());
+    for (std::size_t i = 0; i < boxes.size(); ++i)
+      out.order[next[slab_of[i]]++] = static_cast<std::int32_t>(i);
+    parallel_for(limb_of_slab_.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t s = begin; s < end; ++s)
+        group_slab(boxes, static_cast<std::uint32_t>(s), out);
+    });
+    lay_out_groups(out);
+  }
+}
+
+/// Orders the boxes of a slab by bands along the axis and by the angle in each, so that kGroup in a
+/// row make a patch about as high as it is wide.
+void BodyEnclosure::group_slab(const std::vector<SweptBox>& boxes, std::uint32_t slab,
+                               SlabBoxes& out) const {
+  const Limb& limb = limb_of(slab);
+  const Across across(limb.axis);
+  const std::span<std::int32_t> ids(out.order.data() + out.slab_begin[slab],
+                                    out.order.data() + out.slab_begin[slab + 1]);
+  if (ids.size() <= SlabBoxes::kGroup) return;
+  Vec3 middle = Vec3::Zero();
+  double lo = kInfinity, hi = -kInfinity, radius = 0.0;
+  const auto n = static_cast<double>(ids.size());
+  for (const std::int32_t id : ids) {
+    const Vec3 y = middle_of_box(boxes[id], limb.origin);
+    middle += y / n;
+    lo = std::min(lo, limb.axis.dot(y));
+    hi = std::max(hi, limb.axis.dot(y));
+  }
+  for (const std::int32_t id : ids) {
+    const Vec3 y = middle_of_box(boxes[id], limb.origin) - middle;
+    radius += std::hypot(across.x.dot(y), across.y.dot(y)) / n;
+  }
+  const double most_bands = n / SlabBoxes::kGroup;
+  const double bands = std::sqrt(most_bands * (hi - lo) / (2.0 * std::numbers::pi * radius));
+  const std::uint32_t band_count = bands < most_bands ? static_cast<std::uint32_t>(bands) + 1
+                                                      : static_cast<std::uint32_t>(most_bands) + 1;
+  std::vector<std::tuple<std::uint32_t, double, std::int32_t>> keys;
+  for (const std::int32_t id : ids) {
+    const Vec3 y = middle_of_box(boxes[id], limb.origin);
+    keys.emplace_back(slab_at(limb.axis.dot(y), lo, hi, band_count),
+                      turn_of(across.x.dot(y - middle), across.y.dot(y - middle)), id);
+  }
+  std::sort(keys.begin(), keys.end());
+  for (std::size_t i = 0; i < ids.size(); ++i) ids[i] = std::get<2>(keys[i]);
+}
+
+void BodyEnclosure::lay_out_groups(SlabBoxes& kind) const {
+  kind.groups.clear();
+  kind.slab_group_begin.assign(1, 0);
+  for (std::size_t s = 0; s + 1 < kind.slab_begin.size(); ++s) {
+    for (std::uint32_t i = kind.slab_begin[s]; i < kind.slab_begin[s + 1]; i += SlabBoxes::kGroup) {
+      kind.groups.emplace_back();
+      kind.groups.back().id = static_cast<std::int32_t>(i);
+    }
+    kind.slab_group_begin.push_back(static_cast<std::uint32_t>(kind.groups.size()));
+  }
+}
+
+void BodyEnclosure::fit(const Lists& lists) {
+  parallel_for(limbs_.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) place_limb(lists, limbs_[i]);
+  });
+  const auto slabs = static_cast<std::uint32_t>(frusta_.size());
+  parallel_for(slabs, 1, [&](std::size_t begin, std::size_t end) {
+    for (auto s = static_cast<std::uint32_t>(begin); s < end; ++s)
+      frusta_[s] = column_around(lists, s);
+  });
+  // Cones look at the columns beside them, which stay as they are.
+  parallel_for(slabs, 1, [&](std::size_t begin, std::size_t end) {
+    for (auto s = static_cast<std::uint32_t>(begin); s < end; ++s)
+      if ((s - limb_of(s).first_slab) % 2 == 1) tilt_cone(lists, s, frusta_[s]);
+  });
+  for (Limb& limb : limbs_) note_slabs(limb);
+  pack(lists);
+}
+
+/// The limb's box, origin and axis where it is now.
+void BodyEnclosure::place_limb(const Lists& lists, Limb& limb) const {
+  bool first = true;
+  each_box(lists, limb.first_slab, limb.first_slab + limb.slabs, [&](const SweptBox& box) {
+    limb.box = first ? box : united(limb.box, box);
+    first = false;
+  });
+  for (int k = 0; k < 3; ++k) limb.origin[k] = 0.5 * limb.box.lo[k] + 0.5 * limb.box.hi[k];
+  limb.far = CenteredBox(limb.box, limb.origin).far();
+  if (config_.axis.isZero()) turn_axis(*lists[0], limb);
+}
+
+/// The axis goes from the middle of the points of the lower half to that of the upper half. It thus
+/// turns with the limb.
+void BodyEnclosure::turn_axis(const std::vector<SweptBox>& points, Limb& limb) const {
+  const SlabBoxes& kind = kinds_[0];
+  const auto mean = [&](std::uint32_t begin, std::uint32_t end) {
+    Vec3 sum = Vec3::Zero();
+    const std::uint32_t from = kind.slab_begin[begin], to = kind.slab_begin[end];
+    for (std::uint32_t i = from; i < to; ++i)
+      sum += middle_of_box(points[kind.order[i]], limb.origin) / static_cast<double>(to - from);
+    return sum;
+  };
+  const std::uint32_t half = limb.slabs / 2, begin = limb.first_slab, end = begin + limb.slabs;
+  if (kind.slab_begin[begin] == kind.slab_begin[begin + half] ||
+      kind.slab_begin[end - half] == kind.slab_begin[end])
+    return;
+  const Vec3 along = mean(end - half, end) - mean(begin, begin + half);
+  const Vec3 axis = (along / along.cwiseAbs().maxCoeff()).normalized();
+  if (axis.allFinite()) limb.axis = axis;
+}
+
+/// The column around the boxes of a slab: its middle is that of their extents across the axis.
+Frustum BodyEnclosure::column_around(const Lists& lists, std::uint32_t slab) const {
+  const Limb& limb = limb_of(slab);
+  if (is_empty(slab)) return nothing(limb.axis);
+  if (!(limb.far <= Frustum::kMostFar)) return boundless();
+  const Across across(limb.axis);
+  const std::array<Vec3, 3> directions{limb.axis, across.x, across.y};
+  Vec3 lo = Vec3::Constant(kInfinity), hi = -lo;
+  each_box(lists, slab, slab + 1, [&](const SweptBox& box) {
+    const CenteredBox centered(box, limb.origin);
+    for (int k = 0; k < 3; ++k) {
+      const double at = directions[k].dot(centered.middle), reach = centered.reach(directions[k]);
+      lo[k] = std::min(lo[k], at - reach);
+      hi[k] = std::max(hi[k], at + reach);
+    }
+  });
+  Frustum f;
+  f.axis = f.lean = limb.axis;
+  f.center = 0.5 * (lo[1] + hi[1]) * across.x + 0.5 * (lo[2] + hi[2]) * across.y;
+  f.lo = lo[0];
+  f.hi = hi[0];
+  fit_radius(lists, slab, f);
+  return f;
+}
+
+/// Makes the column of a slab the cone that goes on from the columns beside it, if that is less.
+void BodyEnclosure::tilt_cone(const Lists& lists, std::uint32_t slab, Frustum& f) const {
+  if (is_empty(slab) || is_empty(slab - 1) || is_empty(slab + 1)) return;
+  const Frustum &below = frusta_[slab - 1], &above = frusta_[slab + 1];
+  const double from = 0.5 * (below.lo + below.hi), run = 0.5 * (above.lo + above.hi) - from;
+  const Vec3 drift = (above.center - below.center) / run;
+  Frustum cone = f;
+  cone.growth = (above.radius - below.radius) / run;
+  // Written so that what is no number keeps the column.
+  if (!(drift.norm() <= kMostSlope && std::abs(cone.growth) <= kMostSlope)) return;
+  cone.lean = f.axis + drift;
+  cone.center = below.center - from * drift;
+  fit_radius(lists, slab, cone);
+  if (cone.volume() < f.volume()) f = cone;
+}
+
+void BodyEnclosure::fit_radius(const Lists& lists, std::uint32_t slab, Frustum& f) const {
+  const Limb& limb = limb_of(slab);
+  f.radius = -kInfinity;
+  each_box(lists, slab, slab + 1, [&](const SweptBox& box) {
+    f.radius = f.needed_radius(CenteredBox(box, limb.origin), f.radius);
+  });
+  f.widen(limb.far);
+}
+
+void BodyEnclosure::note_slabs(Limb& limb) const {
+  limb.highest.resize(limb.slabs);
+  limb.lowest.resize(limb.slabs);
+  double most = -kInfinity, least = kInfinity;
+  for (std::uint32_t i = 0; i < limb.slabs; ++i)
+    limb.highest[i] = most = std::max(most, frusta_[limb.first_slab + i].hi);
+  for (std::uint32_t i = limb.slabs; i-- > 0;)
+    limb.lowest[i] = least = std::min(least, frusta_[limb.first_slab + i].lo);
+}
+
+void BodyEnclosure::pack(const Lists& lists) {
+  map_ = FloatMap(middle_of(std::span(lists.data(), 1)));
+  for (std::size_t k = 0; k < kinds_.size(); ++k) {
+    SlabBoxes& kind = kinds_[k];
+    const std::vector<SweptBox>& boxes = *lists[k];
+    kind.packed.resize(kind.order.size());
+    parallel_for(kind.order.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i)
+        kind.packed[i] = map_.pack(boxes[kind.order[i]], kind.order[i]);
+    });
+    parallel_for(limb_of_slab_.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (auto s = static_cast<std::uint32_t>(begin); s < end; ++s)
+        for (std::uint32_t g = kind.slab_group_begin[s]; g < kind.slab_group_begin[s + 1]; ++g) {
+          const std::int32_t from = kind.groups[g].id;
+          SweptBox box = boxes[kind.order[from]];
+          for (std::uint32_t i = from + 1; i < kind.group_end(g, s); ++i)
+            box = united(box, boxes[kind.order[i]]);
+          kind.groups[g] = map_.pack(box, from);
+        }
+    });
+  }
+}
+
+double BodyEnclosure::volume() const {
+  double sum = 0.0;
+  for (const Frustum& f : frusta_)
+    if (f.lo <= f.hi) sum += f.volume();
+  return sum;
+}
+
+double BodyEnclosure::looseness() const {
+  const double now = volume();
+  if (!std::isfinite(now) || !std::isfinite(cut_volume_)) return kInfinity;
+  return cut_volume_ > 0.0 ? now / cut_volume_ : now > 0.0 ? kInfinity : 1.0;
+}
+
+std::size_t BodyEnclosure::bytes() const {
+  std::size_t sum = limb_of_vertex_.capacity() * sizeof(std::int32_t) +
+                    limb_of_slab_.capacity() * sizeof(std::uint32_t) +
+                    limbs_.capacity() * sizeof(Limb) + frusta_.capacity() * sizeof(Frustum);
+  for (const SlabBoxes& kind : kinds_) sum += kind.bytes();
+  for (const Limb& limb : limbs_)
+    sum += (limb.highest.capacity() + limb.lowest.capacity()) * sizeof(double);
+  return sum;
+}
+
+Enclosure BodyEnclosure::enclosure() const {
+  Enclosure out;
+  for (const Limb& limb : limbs_) {
+    if (!(limb.far <= Frustum::kMostFar))
+      throw std::invalid_argument(
+          "minimal enclosure: the surface reaches beyond 1e100 m, where columns have no bounds");
+    EnclosedLimb& made = out.limbs.emplace_back();
+    for (std::uint32_t i = 0; i < limb.slabs; ++i) {
+      Frustum f = frusta_[limb.first_slab + i];
+      if (f.lo > f.hi) f.lo = f.hi = f.radius = 0.0;
+      // Places far from zero round more than those about the limb's origin.
+      f.widen(limb.far + limb.origin.lpNorm<1>());
+      const Vec3 base = limb.origin + f.center + f.lo * f.lean;
+      const Vec3 top = limb.origin + f.center + f.hi * f.lean;
+      if (i % 2 == 0)
+        made.columns.push_back({base, f.axis, f.hi - f.lo, f.radius});
+      else
+        made.cones.push_back({base, top, f.axis, f.radius_at(f.lo), f.radius_at(f.hi)});
+    }
+  }
+  return out;
+}
+
+}  // namespace selvedge::detail

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/broadphase/detail/box_pairs.h>
+#include <selvedge/broadphase/detail/frustum.h>
+#include <selvedge/broadphase/detail/packed_boxes.h>
+#include <selvedge/broadphase/minimal_enclosure.h>
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace selvedge::detail {
+
+/// A range [begin, end).
+struct IndexRange {
+  std::uint32_t begin = 0, end = 0;
+};
+
+/// One limb: 2l - 1 slabs, one after another, each with its column or cone.
+struct Limb {
+  SweptBox box{};  ///< around all that belongs to it
+  Vec3 origin = Vec3::Zero(), axis = Vec3::UnitX();
+  double far = 0.0;  ///< no box of it is further from the origin
+  std::uint32_t first_slab = 0, slabs = 0;
+  /// Largest s up to a slab, and least from it on: the slabs that a box may meet lie together.
+  std::vector<double> highest, lowest;
+
+  /// Which slabs may have anything at s within a box; counted from first_slab.
+  IndexRange slabs_near(const CenteredBox& box) const;
+};
+
+/// Boxes of one kind of primitives of the body, in slabs, and in each in small groups that are
+/// close together.
+struct SlabBoxes {
+  /// Groups have so many boxes: as many as a look at the group's own box should save.
+  static constexpr std::uint32_t kGroup = 16;
+
+  std::vector<std::int32_t> order;  ///< indices of the boxes, by slab, group after group
+  std::vector<std::uint32_t> slab_begin, slab_group_begin;  ///< of each slab, and the end
+  std::vector<PackedBox> packed;                            ///< in that order
+  std::vector<PackedBox> groups;  ///< around each group; its id is where it begins
+
+  std::uint32_t group_end(std::uint32_t group, std::uint32_t slab) const {
+    return std::min(static_cast<std::uint32_t>(groups[group].id) + kGroup, slab_begin[slab + 1]);
+  }
+  std::size_t bytes() const;
+};
+
+/// The enclosure of a body's swept and inflated boxes. Each point, edge and triangle belongs to one
+/// slab of one limb, and its whole box is inside the column or cone of that slab; which slab that
+/// is decides only how tight it is.
+class BodyEnclosure {
+ public:
+  /// Cuts the body anew.
+  void cut(const SurfaceView& surface, const SurfaceBoxes& boxes,
+           const MinimalEnclosureConfig& config);
+  /// Keeps limbs and slabs, and fits columns and cones to these boxes; as many of each kind as were
+  /// cut.
+  void refit(const SurfaceBoxes& boxes);
+
+  /// Total volume of columns and cones over that just after the cut; infinity if it is no number.
+  double looseness() const;
+  const std::vector<Limb>& limbs() const { return limbs_; }
+  const std::vector<Frustum>& frusta() const { return frusta_; }  ///< one for each slab
+  const SlabBoxes& points() const { return kinds_[0]; }
+  const SlabBoxes& edges() const { return kinds_[1]; }
+  const SlabBoxes& triangles() const { return kinds_[2]; }
+  const FloatMap& map() const { return map_; }  ///< of all packed boxes
+  Enclosure enclosure() const;
+  std::size_t bytes() const;
+
+ private:
+  using Lists = std::array<const std::vector<SweptBox>*, 3>;
+
+  void lay_out_limbs(const SurfaceView& surface);
+  void sort_boxes(const SurfaceView& surface, const Lists& lists);
+  void group_slab(const std::vector<SweptBox>& boxes, std::uint32_t slab, SlabBoxes& out) const;
+  void lay_out_groups(SlabBoxes& kind) const;
+  void fit(const Lists& lists);
+  void place_limb(const Lists& lists, Limb& limb) const;
+  void turn_axis(const std::vector<SweptBox>& points, Limb& limb) const;
+  Frustum column_around(const Lists& lists, std::uint32_t slab) const;
+  void tilt_cone(const Lists& lists, std::uint32_t slab, Frustum& f) const;
+  void fit_radius(const Lists& lists, std::uint32_t slab, Frustum& f) const;
+  void note_slabs(Limb& limb) const;
+  bool is_empty(std::uint32_t slab) const;
+  const Limb& limb_of(std::uint32_t slab) const { return limbs_[limb_of_slab_[slab]]; }
+  void pack(const Lists& lists);
+  double volume() const;
+  /// Calls visit(box) for every box of the slabs [begin, end).
+  template <class Visit>
+  void each_box(const Lists& lists, std::uint32_t begin, std::uint32_t end, Visit visit) const;
+
+  MinimalEnclosureConfig config_;
+  std::vector<std::int32_t> limb_of_vertex_;
+  std::vector<Limb> limbs_;
+  std::vector<std::uint32_t> limb_of_slab_;
+  std::vector<Frustum> frusta_;
+  std::array<SlabBoxes, 3> kinds_;
+  FloatMap map_;
+  double cut_volume_ = 0.0;
+};
+
+}  // namespace selvedge::detail

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/broadphase/detail/swept_box.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace selvedge::detail {
+
+/// A box about an origin: its middle and half its extents.
+struct CenteredBox {
+  Vec3 middle, half;
+
+  /// The corners are moved first: their roundings are then relative to the distance from the
+  /// origin, however far from zero all of this is.
+  CenteredBox(const SweptBox& box, const Vec3& origin) {
+    for (int k = 0; k < 3; ++k) {
+      const double lo = box.lo[k] - origin[k], hi = box.hi[k] - origin[k];
+      middle[k] = 0.5 * lo + 0.5 * hi;
+      half[k] = 0.5 * hi - 0.5 * lo;
+    }
+  }
+  /// Σ |component|, no less than the distance of any of its points from the origin.
+  double far() const { return middle.lpNorm<1>() + half.lpNorm<1>(); }
+  /// How far it extends on either side of its middle along d.
+  double reach(const Vec3& d) const { return half.dot(d.cwiseAbs()); }
+};
+
+/// A column or a truncated cone of a limb. With y = x - origin and s = axis·y it is
+///   lo <= s <= hi,  f(y) = |y - center - s·lean| - (radius + s·growth) <= 0:
+/// for a column lean = axis and growth = 0. f is a norm of an affine function less an affine
+/// function, hence convex, so that
+///  - a box is inside if its eight corners are;
+///  - for any |n| <= 1, g(y) = n·(y - center - s·lean) - radius - s·growth <= f(y), and g is
+///  affine:
+///    a box over which the least g is above 0 has no point in common with any set inside.
+/// Both hold for the numbers as they are stored: that `axis` is a unit vector, and that `center` is
+/// across it, matters to the shape but not to the truth.
+struct Frustum {
+  /// Relative size of the margins. The longest of the sums below has some thirty roundings of 2^-53
+  /// of its largest term; this is 2^8 times that many, and far below what would be seen.
+  static constexpr double kRounding = 0x1p-40;
+  /// What reaches further is never apart, and a limb that does has columns without bounds: squares
+  /// of smaller numbers cannot overflow.
+  static constexpr double kMostFar = 1e100;
+
+  Vec3 center = Vec3::Zero(), axis = Vec3::UnitX(), lean = Vec3::UnitX();
+  double radius = 0.0, growth = 0.0;
+  double lo = 0.0, hi = 0.0;
+
+  /// Bounds how much f changes over the distance 1.
+  double steepness() const {
+    return 1.0 + axis.lpNorm<1>() * (lean.lpNorm<1>() + std::abs(growth));
+  }
+  double radius_at(double s) const { return std::max(0.0, radius + s * growth); }
+  double volume() const {
+    const double a = radius_at(lo), b = radius_at(hi);
+    return std::max(0.0, hi - lo) * (a * a + a * b + b * b) * (std::numbers::pi / 3.0);
+  }
+
+  /// f + radius: the radius that y needs.
+  double needed_radius(const Vec3& y) const {
+    const double s = axis.dot(y);
+    return (y - center - s * lean).norm() - s * growth;
+  }
+  /// The radius that all of the box needs, if that is more than `least`; else that, or something
+  /// less.
+  double needed_radius(const CenteredBox& box, double least) const {
+    if (needed_radius(box.middle) + steepness() * box.half.norm() <= least) return least;
+    double most = least;
+    for (int corner = 0; corner < 8; ++corner) {
+      Vec3 y = box.middle;
+      for (int k = 0; k < 3; ++k) y[k] += corner >> k & 1 ? box.half[k] : -box.half[k];
+      most = std::max(most, needed_radius(y));
+    }
+    return most;
+  }
+  /// Lets in what a rounding of coordinates up to `far` from the origin could leave out.
+  void widen(double far) {
+    const double size = far + center.lpNorm<1>() + std::abs(radius);
+    radius += kRounding * steepness() * size;
+    lo -= kRounding * size;
+    hi += kRounding * size;
+  }
+
+  /// True only if the box has no point in common with what is inside. Numbers that are none make it
+  /// false.
+  bool is_apart(const CenteredBox& box) const {
+    const double s = axis.dot(box.middle), reach = box.reach(axis);
+    const double far = box.far(), margin = kRounding * far;
+    if (!(far <= kMostFar)) return false;
+    if (s - reach > hi + margin || s + reach < lo - margin) return true;
+    const Vec3 across = box.middle - center - s * lean;
+    const double distance = across.norm();
+    // Any n will do; this one, from the middle line to the box, tells most.
+    const Vec3 n = across / std::max(distance, std::numeric_limits<double>::min());
+    const Vec3 gradient = n - axis * (n.dot(lean) + growth);
+    const double least = distance - radius - s * growth - box.reach(gradient);
+    return least > steepness() * margin + kRounding * (center.lpNorm<1>() + std::abs(radius));
+  }
+};
+
+}  // namespace selvedge::detail

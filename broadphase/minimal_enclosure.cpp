@@ -77,10 +77,7 @@ struct KeptBody {
   std::uint64_t static_id = 0, last_use = 0;
   bool cut = false;
 
-  bool has_counts_of(const SurfaceView& s) const {
-    return cut && boxes.points.size() == s.x_t0.size() && boxes.edges.size() == s.edges.size() &&
-           boxes.triangles.size() == s.triangles.size();
-  }
+  bool has_topology_of(const SurfaceView& s) const { return cut && enclosure.has_topology_of(s); }
 };
 
 /// Boxes of the fabric against one kind of boxes of the body.
@@ -126,7 +123,7 @@ class Question {
   template <class Found>
   void look_through(std::size_t i, std::uint32_t slab, std::uint32_t* groups, Looked& looked,
                     const Found& found) const {
-    const detail::PackedQuery query = body_.map().query(asked_[i]);
+    const detail::PackedQuery query = query_of(body_.map().pack(asked_[i], 0));
     const std::uint32_t first = kind_.slab_group_begin[slab];
     const std::uint32_t count = kind_.slab_group_begin[slab + 1] - first;
     const std::uint32_t* end = scan_(kind_.groups.data() + first, count, query, groups);
@@ -235,8 +232,9 @@ class Detector final : public MinimalEnclosure {
     body.key.forget();
     check(b, "second surface");
     // Another static body deserves a cut of its own.
-    const bool keeps = body.has_counts_of(b) && (b.static_id == 0 || b.static_id == body.static_id);
-    body.cut = false;
+    const bool keeps =
+        body.has_topology_of(b) && (b.static_id == 0 || b.static_id == body.static_id);
+    body.cut = false;  // Until it is done.
     body.boxes.fit(b);
     if (keeps) body.enclosure.refit(body.boxes);
     if (keeps) cost_.refit_s += seconds_since(begin);
@@ -257,8 +255,7 @@ class Detector final : public MinimalEnclosure {
     for (KeptBody& kept : bodies_)
       if (kept.cut && kept.key.is_same_static(b)) return kept;
     for (KeptBody& kept : bodies_)
-      if (kept.has_counts_of(b) && kept.triangles == b.triangles.data() &&
-          kept.static_id == b.static_id)
+      if (kept.cut && kept.triangles == b.triangles.data() && kept.static_id == b.static_id)
         return kept;
     return *std::min_element(
         bodies_.begin(), bodies_.end(),

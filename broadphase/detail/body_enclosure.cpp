@@ -19,8 +19,56 @@ constexpr double kMostSlope = 4.0;
 constexpr std::size_t kGrain = 1024;  // boxes per range: tens of µs of work
 
 /// The first vertex of each primitive decides on its limb.
-std::int32_t first_vertex(const SurfaceView& surface, int kind, std::int32_t i) {
-  return kind == 0 ? i : kind == 1 ? surface.edges[i][0] : surface.triangles[i][0];
+std::int32_t first_vertex(const SurfaceView& surface, int kind, std::size_t i) {
+  return kind == 0   ? static_cast<std::int32_t>(i)
+         : kind == 1 ? surface.edges[i][0]
+                     : surface.triangles[i][0];
+}
+
+/// The triangles of each vertex: of v those of [begin[v], begin[v + 1]).
+struct TrianglesOfVertices {
+  std::vector<std::uint32_t> begin;
+  std::vector<std::int32_t> triangles;
+
+  explicit TrianglesOfVertices(const SurfaceView& surface)
+      : begin(surface.x_t0.size() + 2, 0), triangles(3 * surface.triangles.size()) {
+    // begin[v + 2] counts, then begin[v + 1] is where the next one goes, then begin[v] is right.
+    for (const Triangle& t : surface.triangles)
+      for (const std::int32_t v : t) ++begin[v + 2];
+    for (std::size_t v = 2; v < begin.size(); ++v) begin[v] += begin[v - 1];
+    for (std::size_t t = 0; t < surface.triangles.size(); ++t)
+      for (const std::int32_t v : surface.triangles[t])
+        triangles[begin[v + 1]++] = static_cast<std::int32_t>(t);
+  }
+  std::span<const std::int32_t> of(std::int32_t v) const {
+    return {triangles.data() + begin[v], triangles.data() + begin[v + 1]};
+  }
+};
+
+/// A triangle that has each point, -1 where there is none.
+std::vector<std::int32_t> point_owners(const SurfaceView& surface, const TrianglesOfVertices& of) {
+  std::vector<std::int32_t> owner(surface.x_t0.size(), -1);
+  for (std::size_t v = 0; v < owner.size(); ++v) {
+    const std::span<const std::int32_t> triangles = of.of(static_cast<std::int32_t>(v));
+    if (!triangles.empty()) owner[v] = triangles.front();
+  }
+  return owner;
+}
+
+/// A triangle that has both ends of each edge, -1 where there is none.
+std::vector<std::int32_t> edge_owners(const SurfaceView& surface, const TrianglesOfVertices& of) {
+  std::vector<std::int32_t> owner(surface.edges.size(), -1);
+  for (std::size_t i = 0; i < owner.size(); ++i) {
+    auto [v, other] = surface.edges[i];
+    // The hub of a fan has many triangles.
+    if (of.of(other).size() < of.of(v).size()) std::swap(v, other);
+    for (const std::int32_t t : of.of(v))
+      if (contains(surface.triangles[t], other)) {
+        owner[i] = t;
+        break;
+      }
+  }
+  return owner;
 }
 
 /// Which of `slabs` equal parts of [lo, hi] s is in; any if it is no number.
@@ -88,9 +136,11 @@ std::size_t SlabBoxes::bytes() const {
 template <class Visit>
 void BodyEnclosure::each_box(const Lists& lists, std::uint32_t begin, std::uint32_t end,
                              Visit visit) const {
-  for (std::size_t k = 0; k < kinds_.size(); ++k)
-    for (std::uint32_t i = kinds_[k].slab_begin[begin]; i < kinds_[k].slab_begin[end]; ++i)
-      visit((*lists[k])[kinds_[k].order[i]]);
+  for (std::uint32_t i = kinds_[2].slab_begin[begin]; i < kinds_[2].slab_begin[end]; ++i)
+    visit((*lists[2])[kinds_[2].order[i]]);
+  for (std::size_t k = 0; k < loose_.size(); ++k)
+    for (std::uint32_t i = loose_[k].slab_begin[begin]; i < loose_[k].slab_begin[end]; ++i)
+      visit((*lists[k])[loose_[k].order[i]]);
 }
 
 bool BodyEnclosure::is_empty(std::uint32_t slab) const {
@@ -99,9 +149,18 @@ bool BodyEnclosure::is_empty(std::uint32_t slab) const {
   return empty;
 }
 
+bool BodyEnclosure::has_topology_of(const SurfaceView& s) const {
+  return s.x_t0.size() == vertex_count_ &&
+         std::equal(s.edges.begin(), s.edges.end(), edges_.begin(), edges_.end()) &&
+         std::equal(s.triangles.begin(), s.triangles.end(), triangles_.begin(), triangles_.end());
+}
+
 void BodyEnclosure::cut(const SurfaceView& surface, const SurfaceBoxes& boxes,
                         const MinimalEnclosureConfig& config) {
   config_ = config;
+  vertex_count_ = surface.x_t0.size();
+  edges_.assign(surface.edges.begin(), surface.edges.end());
+  triangles_.assign(surface.triangles.begin(), surface.triangles.end());
   const Lists lists{&boxes.points, &boxes.edges, &boxes.triangles};
   lay_out_limbs(surface);
   sort_boxes(surface, lists);
@@ -134,41 +193,69 @@ void BodyEnclosure::lay_out_limbs(const SurfaceView& surface) {
   frusta_.assign(limb_of_slab_.size(), {});
 }
 
-/// Puts every box into the slab of its middle, and those of a slab into groups.
+/// Puts every triangle into the slab of the middle of its box, every edge and point into that of a
+/// triangle that has it, and those of a slab into groups.
 void BodyEnclosure::sort_boxes(const SurfaceView& surface, const Lists& lists) {
-  std::vector<std::pair<double, double>> range(limbs_.size(), {kInfinity, -kInfinity});
-  const auto s_of = [&](const SweptBox& box, const Limb& limb) {
-    return limb.axis.dot(middle_of_box(box, limb.origin));
-  };
+  range_.assign(limbs_.size(), {kInfinity, -kInfinity});
   for (std::size_t v = 0; v < lists[0]->size(); ++v) {
-    auto& [lo, hi] = range[limb_of_vertex_[v]];
-    const double s = s_of((*lists[0])[v], limbs_[limb_of_vertex_[v]]);
+    const Limb& limb = limbs_[limb_of_vertex_[v]];
+    auto& [lo, hi] = range_[limb_of_vertex_[v]];
+    const double s = limb.axis.dot(middle_of_box((*lists[0])[v], limb.origin));
     lo = std::min(lo, s);
     hi = std::max(hi, s);
   }
-  for (int k = 0; k < 3; ++k) {
-    const std::vector<SweptBox>& boxes = *lists[k];
-    std::vector<std::uint32_t> slab_of(boxes.size());
-    SlabBoxes& out = kinds_[k];
-    out.slab_begin.assign(limb_of_slab_.size() + 1, 0);
-    for (std::size_t i = 0; i < boxes.size(); ++i) {
-      const auto at = limb_of_vertex_[first_vertex(surface, k, static_cast<std::int32_t>(i))];
-      const Limb& limb = limbs_[at];
-      slab_of[i] = limb.first_slab +
-                   slab_at(s_of(boxes[i], limb), range[at].first, range[at].second, limb.slabs);
-      ++out.slab_begin[slab_of[i] + 1];
-    }
-    for (std::size_t s = 1; s < out.slab_begin.size(); ++s)
-      out.slab_begin[s] += out.slab_begin[s - 1];
-    std::vector<std::uint32_t> next = out.slab_begin;
-    out.order.resize(boxes.size());
-    for (std::size_t i = 0; i < boxes.size(); ++i)
-      out.order[next[slab_of[i]]++] = static_cast<std::int32_t>(i);
-    parallel_for(limb_of_slab_.size(), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t s = begin; s < end; ++s)
-        group_slab(boxes, static_cast<std::uint32_t>(s), out);
-    });
-    lay_out_groups(out);
+  const std::vector<std::uint32_t> slab_of_triangle = slabs_of(surface, *lists[2], 2);
+  sort_kind(*lists[2], slab_of_triangle, kinds_[2]);
+  const TrianglesOfVertices triangles(surface);
+  for (const int k : {0, 1}) {
+    const std::vector<std::int32_t> owner =
+        k == 0 ? point_owners(surface, triangles) : edge_owners(surface, triangles);
+    std::vector<std::uint32_t> slab_of = slabs_of(surface, *lists[k], k);
+    for (std::size_t i = 0; i < owner.size(); ++i)
+      if (owner[i] >= 0) slab_of[i] = slab_of_triangle[owner[i]];
+    sort_kind(*lists[k], slab_of, kinds_[k]);
+    note_loose(owner, k);
+  }
+}
+
+/// The slab that the middle of each box lies in.
+std::vector<std::uint32_t> BodyEnclosure::slabs_of(const SurfaceView& surface,
+                                                   const std::vector<SweptBox>& boxes,
+                                                   int kind) const {
+  std::vector<std::uint32_t> slab_of(boxes.size());
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    const std::int32_t at = limb_of_vertex_[first_vertex(surface, kind, i)];
+    const Limb& limb = limbs_[at];
+    const double s = limb.axis.dot(middle_of_box(boxes[i], limb.origin));
+    slab_of[i] = limb.first_slab + slab_at(s, range_[at].first, range_[at].second, limb.slabs);
+  }
+  return slab_of;
+}
+
+void BodyEnclosure::sort_kind(const std::vector<SweptBox>& boxes,
+                              const std::vector<std::uint32_t>& slab_of, SlabBoxes& out) const {
+  out.slab_begin.assign(limb_of_slab_.size() + 1, 0);
+  for (const std::uint32_t slab : slab_of) ++out.slab_begin[slab + 1];
+  for (std::size_t s = 1; s < out.slab_begin.size(); ++s)
+    out.slab_begin[s] += out.slab_begin[s - 1];
+  std::vector<std::uint32_t> next = out.slab_begin;
+  out.order.resize(boxes.size());
+  for (std::size_t i = 0; i < boxes.size(); ++i)
+    out.order[next[slab_of[i]]++] = static_cast<std::int32_t>(i);
+  parallel_for(limb_of_slab_.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t s = begin; s < end; ++s) group_slab(boxes, static_cast<std::uint32_t>(s), out);
+  });
+  lay_out_groups(out);
+}
+
+void BodyEnclosure::note_loose(const std::vector<std::int32_t>& owner, int kind) {
+  SlabIndices& loose = loose_[kind];
+  loose.order.clear();
+  loose.slab_begin.assign(1, 0);
+  for (std::size_t s = 0; s + 1 < kinds_[kind].slab_begin.size(); ++s) {
+    for (std::uint32_t i = kinds_[kind].slab_begin[s]; i < kinds_[kind].slab_begin[s + 1]; ++i)
+      if (owner[kinds_[kind].order[i]] < 0) loose.order.push_back(kinds_[kind].order[i]);
+    loose.slab_begin.push_back(static_cast<std::uint32_t>(loose.order.size()));
   }
 }
 
@@ -245,6 +332,11 @@ void BodyEnclosure::place_limb(const Lists& lists, Limb& limb) const {
     limb.box = first ? box : united(limb.box, box);
     first = false;
   });
+  if (first) {  // All of it goes with triangles of other limbs.
+    limb.box.lo.fill(kInfinity);
+    limb.box.hi.fill(-kInfinity);
+    return;
+  }
   for (int k = 0; k < 3; ++k) limb.origin[k] = 0.5 * limb.box.lo[k] + 0.5 * limb.box.hi[k];
   limb.far = CenteredBox(limb.box, limb.origin).far();
   if (config_.axis.isZero()) turn_axis(*lists[0], limb);
@@ -313,9 +405,10 @@ void BodyEnclosure::tilt_cone(const Lists& lists, std::uint32_t slab, Frustum& f
 
 void BodyEnclosure::fit_radius(const Lists& lists, std::uint32_t slab, Frustum& f) const {
   const Limb& limb = limb_of(slab);
+  const double slope = f.slope();
   f.radius = -kInfinity;
   each_box(lists, slab, slab + 1, [&](const SweptBox& box) {
-    f.radius = f.needed_radius(CenteredBox(box, limb.origin), f.radius);
+    f.radius = f.needed_radius(CenteredBox(box, limb.origin), slope, f.radius);
   });
   f.widen(limb.far);
 }
@@ -369,7 +462,8 @@ double BodyEnclosure::looseness() const {
 std::size_t BodyEnclosure::bytes() const {
   std::size_t sum = limb_of_vertex_.capacity() * sizeof(std::int32_t) +
                     limb_of_slab_.capacity() * sizeof(std::uint32_t) +
-                    limbs_.capacity() * sizeof(Limb) + frusta_.capacity() * sizeof(Frustum);
+                    limbs_.capacity() * sizeof(Limb) + frusta_.capacity() * sizeof(Frustum) +
+                    edges_.capacity() * sizeof(Edge) + triangles_.capacity() * sizeof(Triangle);
   for (const SlabBoxes& kind : kinds_) sum += kind.bytes();
   for (const Limb& limb : limbs_)
     sum += (limb.highest.capacity() + limb.lowest.capacity()) * sizeof(double);

@@ -47,6 +47,12 @@ struct SlabBoxes {
   std::size_t bytes() const;
 };
 
+/// Indices by slab.
+struct SlabIndices {
+  std::vector<std::int32_t> order;
+  std::vector<std::uint32_t> slab_begin;
+};
+
 /// The enclosure of a body's swept and inflated boxes. Each point, edge and triangle belongs to one
 /// slab of one limb, and its whole box is inside the column or cone of that slab; which slab that
 /// is decides only how tight it is.
@@ -55,9 +61,11 @@ class BodyEnclosure {
   /// Cuts the body anew.
   void cut(const SurfaceView& surface, const SurfaceBoxes& boxes,
            const MinimalEnclosureConfig& config);
-  /// Keeps limbs and slabs, and fits columns and cones to these boxes; as many of each kind as were
-  /// cut.
+  /// Keeps limbs and slabs, and fits columns and cones to these boxes, those of a surface with the
+  /// same edges and triangles.
   void refit(const SurfaceBoxes& boxes);
+  /// Was a surface with these edges and triangles cut last?
+  bool has_topology_of(const SurfaceView& surface) const;
 
   /// Total volume of columns and cones over that just after the cut; infinity if it is no number.
   double looseness() const;
@@ -75,6 +83,11 @@ class BodyEnclosure {
 
   void lay_out_limbs(const SurfaceView& surface);
   void sort_boxes(const SurfaceView& surface, const Lists& lists);
+  std::vector<std::uint32_t> slabs_of(const SurfaceView& surface,
+                                      const std::vector<SweptBox>& boxes, int kind) const;
+  void sort_kind(const std::vector<SweptBox>& boxes, const std::vector<std::uint32_t>& slab_of,
+                 SlabBoxes& out) const;
+  void note_loose(const std::vector<std::int32_t>& owner, int kind);
   void group_slab(const std::vector<SweptBox>& boxes, std::uint32_t slab, SlabBoxes& out) const;
   void lay_out_groups(SlabBoxes& kind) const;
   void fit(const Lists& lists);
@@ -88,7 +101,7 @@ class BodyEnclosure {
   const Limb& limb_of(std::uint32_t slab) const { return limbs_[limb_of_slab_[slab]]; }
   void pack(const Lists& lists);
   double volume() const;
-  /// Calls visit(box) for every box of the slabs [begin, end).
+  /// Calls visit(box) for every box of the slabs [begin, end) that no other contains.
   template <class Visit>
   void each_box(const Lists& lists, std::uint32_t begin, std::uint32_t end, Visit visit) const;
 
@@ -97,7 +110,12 @@ class BodyEnclosure {
   std::vector<Limb> limbs_;
   std::vector<std::uint32_t> limb_of_slab_;
   std::vector<Frustum> frusta_;
+  std::vector<std::pair<double, double>> range_;  ///< of s along each limb, when it was cut
   std::array<SlabBoxes, 3> kinds_;
+  std::array<SlabIndices, 2> loose_;  ///< points and edges without a triangle
+  std::size_t vertex_count_ = 0;
+  std::vector<Edge> edges_;
+  std::vector<Triangle> triangles_;
   FloatMap map_;
   double cut_volume_ = 0.0;
 };

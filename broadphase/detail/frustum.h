@@ -66,10 +66,13 @@ struct Frustum {
     const double s = axis.dot(y);
     return (y - center - s * lean).norm() - s * growth;
   }
+  /// The most that needed_radius changes over the distance 1, for a unit axis: across the axis by
+  /// no more than 1, and along it by the lean and the growth.
+  double slope() const { return 1.0 + (lean - axis).norm() + std::abs(growth); }
   /// The radius that all of the box needs, if that is more than `least`; else that, or something
-  /// less.
-  double needed_radius(const CenteredBox& box, double least) const {
-    if (needed_radius(box.middle) + steepness() * box.half.norm() <= least) return least;
+  /// less. `steepest`: slope().
+  double needed_radius(const CenteredBox& box, double steepest, double least) const {
+    if (needed_radius(box.middle) + steepest * box.half.norm() <= least) return least;
     double most = least;
     for (int corner = 0; corner < 8; ++corner) {
       Vec3 y = box.middle;

@@ -5,6 +5,7 @@
 #include <selvedge/apps/compare_detectors.h>
 #include <selvedge/apps/detail/method_choice.h>
 #include <selvedge/apps/detail/record_queries.h>
+#include <selvedge/apps/detector_pictures.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/core/parallel.h>
 
@@ -27,7 +28,7 @@ using namespace selvedge;
 using Json = nlohmann::ordered_json;
 
 struct DetectOptions {
-  std::string a0, a1, b0, b1;
+  std::string a0, a1, b0, b1, pictures;
   std::vector<std::string> broad_phase{"all"}, narrow_phase{"ccd_exact"};
   NarrowPhaseConfig config;
   double thickness = 0.0;
@@ -219,6 +220,14 @@ void print_table(const DetectionCase& c, const Results& r) {
                s.false_alarms, s.first_toi ? fmt::format("{:.17g}", *s.first_toi) : "-", s.ms);
 }
 
+void draw_pictures(const DetectionCase& c, const std::string& folder) {
+  for (const auto& [surface, name] : {std::pair(&c.a, "a"), std::pair(&c.b, "b")}) {
+    if (c.self && surface == &c.b) break;
+    const std::string missing = write_detector_pictures(*surface, folder, name);
+    if (!missing.empty()) fmt::print(stderr, "note: pictures of {}: {}\n", name, missing);
+  }
+}
+
 int run_command(const DetectOptions& o) {
   if (o.b0.empty() && !o.b1.empty()) throw std::invalid_argument("detect: --b1 needs --b0");
   Methods methods = methods_of_this_build();
@@ -238,6 +247,7 @@ int run_command(const DetectOptions& o) {
   recording.write();
   compare_detectors(c, broad, methods.broad_phases, o.repeats, results);
   compare_narrow_phases(c, narrow, methods.narrow_phases, o, results);
+  if (!o.pictures.empty()) draw_pictures(c, o.pictures);
   for (const Skipped& s : results.skipped)
     fmt::print(stderr, "note: {} left out: {}\n", s.name, s.why);
   if (o.json)
@@ -284,6 +294,10 @@ void add_command_detect(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(0, 1024));
   command->add_option("--repeats", o->repeats, "Of each measurement (default 5)")
       ->check(CLI::Range(1, 1000));
+  command->add_option(
+      "--pictures", o->pictures,
+      "Folder for pictures of what detectors see of each surface: depth, normal and "
+      "index maps of image space, boxes of each level of a tree");
   add_record_options(*command, o->record);
   command->add_flag("--json", o->json, "Print JSON");
   command->footer(

@@ -28,6 +28,9 @@ constexpr std::size_t kMostUnruly = 32;
 /// And only those this many times larger, motion included, than the largest of the others.
 constexpr double kUnruly = 4.0;
 
+/// Primitives per range at least: so many that clearing a mark per triangle costs little beside.
+constexpr std::size_t kLeastGrain = 1024;
+
 double extent(const SweptBox& box) {
   return std::max({box.hi[0] - box.lo[0], box.hi[1] - box.lo[1], box.hi[2] - box.lo[2]});
 }
@@ -285,21 +288,25 @@ void ImageSpace::State::search(const std::vector<SweptBox>& queries,
                                const std::vector<SweptBox>& targets, PairBuffer FoundPairs::*list,
                                bool target_first, Expand expand) {
   detail::PairParts out(parts, list, nullptr);
-  const std::size_t grain = queries.size() / detail::kBoxPairParts + 1;
+  const std::size_t grain = std::max(kLeastGrain, queries.size() / detail::kBoxPairParts + 1);
   parallel_for(queries.size(), grain, [&](std::size_t begin, std::size_t end) {
     std::vector<std::int32_t> hits;
+    // The last query that met each triangle, which shows in several tiles and pictures.
+    std::vector<std::int32_t> met(drawn.boxes.triangles.size(), -1);
     for (std::size_t i = begin; i < end; ++i) {
       const SweptBox& box = queries[i];
+      const auto query = static_cast<std::int32_t>(i);
       hits.clear();
       const auto keep = [&](std::int32_t target) {
         if (detail::overlap(box, targets[target])) hits.push_back(target);
       };
       visit_triangles(box, [&](std::int32_t t) {
+        if (met[t] == query) return;
+        met[t] = query;
         if (detail::overlap(box, drawn.boxes.triangles[t])) expand(t, keep);
       });
       std::sort(hits.begin(), hits.end());
       const auto last = std::unique(hits.begin(), hits.end());
-      const auto query = static_cast<std::int32_t>(i);
       for (auto hit = hits.begin(); hit != last; ++hit)
         target_first ? out.add(begin / grain, *hit, query) : out.add(begin / grain, query, *hit);
     }

@@ -1,13 +1,24 @@
 // SPDX-License-Identifier: MIT
-// Seconds of the broad phases by part, on two scenes of any size:
-//   drape N    an N x N cloth of 1 m wrapped on a body of 26,680 faces, moved by a step of 1/60 s
-//   crumple N  an N x N sheet of 1 m folded into a small box, against itself
-// `cold` is the first call of a new detector (topology, build, query), `build` and `query` the
-// parts of a later call that makes the tree anew, `refit` that of a call that keeps it after every
-// vertex has moved, and `warm` all of that call. Medians of interleaved repeats.
+// Times, pairs and memory of every broad phase that this build has, on scenes of any size:
+//   drape N    an N x N cloth of 1 m wrapped on a closed body of 26,680 faces, moved by a step of
+//   1/60 s crumple N  an N x N sheet of 1 m folded into a small box, against itself
+// both inflated by 1 mm. Tables:
+//   detectors  by part: `cold` is the first call of a new detector (topology, build, query),
+//   `build` the
+//              part of a call that makes its structure anew, `refit` that of a call that keeps it
+//              after every vertex has moved, `query` and `warm` the search and all of that call.
+//              `recall` counts the pairs of bvh_aabb, which tests prove equal to brute force's.
+//   spikes     the warm call with one vertex that moves 1 m, 10 m and 1 km, 1e6 m from the origin,
+//   and
+//              with a copy of the mesh 1e5 times smaller beside it, over the plain one
+//   scaling    the warm call over the size, and its log-log slope in primitives and pairs together
+//   memory     what a detector keeps between calls per primitive, and by how much its first two
+//   calls
+//              raise the peak of a process of its own; with --large also at 2.5 million triangles
+//   frames     milliseconds per frame of a cloth that flows at a given speed
+// Detectors take turns, and medians are printed.
 #include <fmt/format.h>
 #include <selvedge/apps/methods.h>
-#include <selvedge/broadphase/broad_phase.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/triangle_mesh.h>
 
@@ -15,8 +26,14 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
 #include <numbers>
+#include <optional>
 #include <random>
+#include <set>
 
 using namespace selvedge;
 
@@ -26,14 +43,36 @@ constexpr double kStep = 1.0 / 60.0;  // s
 constexpr double kThickness = 0.001;  // m
 constexpr double kBodyRadius = 0.3;   // m
 constexpr int kBodySides = 116;       // 2·116·115 = 26,680 faces
+// At 200 a side these give about the pairs of the scenes for which the targets of speed were set:
+// 96 thousand and 243 thousand, 633 thousand and 1.80 million.
+constexpr double kDrapeGap = 0.0085;    // m
+constexpr double kDrapeSpeed = 0.5;     // m/s
+constexpr double kCrumpleBox = 0.38;    // m
+constexpr double kCrumpleSpeed = 0.25;  // m/s
+constexpr int kLargeSize = 1119;        // 2·1118² = 2.5 million triangles
+constexpr int kSizeOfThickness = 200;   // the large scene is inflated in proportion to its edges
+constexpr const char* kReference = "bvh_aabb";
 
 struct Surface {
   std::vector<Vec3> x_t0, x_t1;
   std::vector<Edge> edges;
   std::vector<Triangle> triangles;
   std::uint64_t static_id = 0;
+  double thickness = kThickness;
 
-  SurfaceView view() const { return {x_t0, x_t1, edges, triangles, kThickness, static_id}; }
+  SurfaceView view() const { return {x_t0, x_t1, edges, triangles, thickness, static_id}; }
+  std::size_t primitives() const { return x_t0.size() + edges.size() + triangles.size(); }
+
+  /// The other surface as a part of this one.
+  void append(Surface other) {
+    const auto first = static_cast<std::int32_t>(x_t0.size());
+    x_t0.insert(x_t0.end(), other.x_t0.begin(), other.x_t0.end());
+    for (Triangle& t : other.triangles)
+      for (std::int32_t& v : t) v += first;
+    triangles.insert(triangles.end(), other.triangles.begin(), other.triangles.end());
+    edges = unique_edges(triangles);
+    x_t1 = x_t0;
+  }
 };
 
 Surface sheet(int n) {
@@ -79,11 +118,57 @@ Surface body() {
   }
   s.edges = unique_edges(s.triangles);
   s.x_t1 = s.x_t0;
-  s.static_id = 1;
   return s;
 }
 
-/// End positions: a smooth flow and a little noise, the same speeds on every mesh.
+/// The same surface 1e5 times smaller, beside it.
+Surface tiny_copy(Surface s) {
+  for (Vec3& x : s.x_t0) x = 1e-5 * x + Vec3(0.6, 0.6, 0.0);
+  return s;
+}
+
+struct Scene {
+  std::string name;
+  Surface cloth, body;
+  double speed = 0.0;
+  bool self = false;
+
+  std::size_t primitives() const { return cloth.primitives() + body.primitives(); }
+};
+
+Scene drape(int n) {
+  Scene scene{fmt::format("drape {}", n), sheet(n), body(), kDrapeSpeed};
+  for (Vec3& x : scene.cloth.x_t0) {
+    const double wrinkle = 0.002 * std::sin(60.0 * x.x()) * std::sin(50.0 * x.y());
+    x = on_body(std::hypot(x.x(), x.y()) / kBodyRadius, std::atan2(x.y(), x.x()),
+                kDrapeGap + wrinkle);
+  }
+  scene.cloth.x_t1 = scene.cloth.x_t0;
+  scene.body.static_id = 1;
+  return scene;
+}
+
+Scene crumple(int n) {
+  Scene scene{fmt::format("crumple {}", n), sheet(n), {}, kCrumpleSpeed, true};
+  const auto fold = [](double u) { return std::abs(std::remainder(u, 2.0 * kCrumpleBox)); };
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> noise(0.0, 1.0);
+  for (Vec3& x : scene.cloth.x_t0) {
+    const double u = x.x() + 0.31 * x.y(), v = x.y() - 0.27 * x.x();
+    x = {fold(u + 0.02 * std::sin(17.0 * v)), fold(v + 0.02 * std::sin(13.0 * u)),
+         0.04 * std::sin(11.0 * u + 7.0 * v) + 0.01 * std::sin(31.0 * v) + 0.001 * noise(random)};
+  }
+  scene.cloth.x_t1 = scene.cloth.x_t0;
+  return scene;
+}
+
+Scene make_scene(const std::string& kind, int size) {
+  if (kind == "drape") return drape(size);
+  if (kind == "crumple") return crumple(size);
+  throw std::invalid_argument("no scene '" + kind + "'; there are drape and crumple");
+}
+
+/// End positions from start positions: a smooth flow and a little noise, the same on every mesh.
 void move(Surface& s, double speed, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> noise(-0.1, 0.1);
@@ -94,43 +179,62 @@ void move(Surface& s, double speed, unsigned seed) {
   }
 }
 
-struct Scene {
-  std::string name;
-  Surface cloth, body;
-  bool self = false;
+/// Rows of text; the first is the head.
+class Table {
+ public:
+  explicit Table(std::vector<std::string> head) { rows_.push_back(std::move(head)); }
+  void add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
+
+  std::string text() const { return lines("", "  ", "", true, false); }
+  std::string markdown() const { return lines("| ", " | ", " |", false, true); }
+  std::string csv() const { return lines("", ",", "", false, false); }
+
+ private:
+  std::string lines(const char* begin, const char* between, const char* end, bool aligned,
+                    bool ruled) const {
+    std::vector<std::size_t> width(rows_[0].size(), 0);
+    for (const auto& row : rows_)
+      for (std::size_t c = 0; c < row.size(); ++c) width[c] = std::max(width[c], row[c].size());
+    std::string out;
+    for (std::size_t r = 0; r < rows_.size(); ++r) {
+      out += begin;
+      for (std::size_t c = 0; c < rows_[r].size(); ++c) {
+        if (c > 0) out += between;
+        out += !aligned ? rows_[r][c]
+               : c < 2  ? fmt::format("{:<{}}", rows_[r][c], width[c])
+                        : fmt::format("{:>{}}", rows_[r][c], width[c]);
+      }
+      out += std::string(end) + "\n";
+      if (ruled && r == 0) {
+        for (std::size_t c = 0; c < rows_[0].size(); ++c) out += c < 2 ? "| --- " : "| ---: ";
+        out += "|\n";
+      }
+    }
+    return out;
+  }
+
+  std::vector<std::vector<std::string>> rows_;
 };
 
-Scene drape(int n) {
-  Scene scene{fmt::format("drape {}", n), sheet(n), body()};
-  for (Vec3& x : scene.cloth.x_t0) {
-    const double wrinkle = 0.002 * std::sin(60.0 * x.x()) * std::sin(50.0 * x.y());
-    x = on_body(std::hypot(x.x(), x.y()) / kBodyRadius, std::atan2(x.y(), x.x()), 0.004 + wrinkle);
-  }
-  return scene;
-}
+struct Options {
+  std::vector<std::string> tables = {"detectors"}, detectors;
+  std::vector<int> sizes = {50, 100, 200}, threads = {1};
+  int repeats = 9, largest_brute = 50, frames = 60;
+  double limit = 20.0;  // s
+  bool least = false, markdown = false, large = false;
+  std::string csv, peak_of, peak_scene = "drape";
+  bool in_proportion = false;
+};
 
-Scene crumple(int n) {
-  Scene scene{fmt::format("crumple {}", n), sheet(n), {}, true};
-  constexpr double box = 0.27;  // m
-  const auto fold = [](double u) { return std::abs(std::remainder(u, 2.0 * box)); };
-  std::mt19937 random(1);
-  std::uniform_real_distribution<double> noise(0.0, 1.0);
-  for (Vec3& x : scene.cloth.x_t0) {
-    const double u = x.x() + 0.31 * x.y(), v = x.y() - 0.27 * x.x();
-    x = {fold(u + 0.02 * std::sin(17.0 * v)), fold(v + 0.02 * std::sin(13.0 * u)),
-         0.04 * std::sin(11.0 * u + 7.0 * v) + 0.01 * std::sin(31.0 * v) + 0.001 * noise(random)};
-  }
-  return scene;
-}
-
-/// Which of the repeats is printed: the median, or the least on a machine that is busy otherwise.
-enum class Pick { median, least };
-
-double pick(std::vector<double> values, Pick which) {
-  const std::size_t place = which == Pick::median ? values.size() / 2 : 0;
-  std::nth_element(values.begin(), values.begin() + place, values.end());
+double pick(std::vector<double> values, bool least) {
+  if (values.empty()) return std::nan("");
+  const std::size_t place = least ? 0 : values.size() / 2;
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(place),
+                   values.end());
   return values[place];
 }
+
+std::string milliseconds(double seconds) { return fmt::format("{:.2f}", 1e3 * seconds); }
 
 /// One call; its time in seconds.
 double detect(BroadPhase& detector, const Scene& scene, CandidatePairs& out) {
@@ -142,78 +246,395 @@ double detect(BroadPhase& detector, const Scene& scene, CandidatePairs& out) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-struct Times {
+template <class Pair>
+std::size_t common(const std::vector<Pair>& a, const std::vector<Pair>& b) {
+  std::size_t count = 0;
+  for (auto i = a.begin(), j = b.begin(); i != a.end() && j != b.end();)
+    if (*i < *j) {
+      ++i;
+    } else if (*j < *i) {
+      ++j;
+    } else {
+      ++count, ++i, ++j;
+    }
+  return count;
+}
+
+double recall(const CandidatePairs& found, const CandidatePairs& all) {
+  const std::size_t seen = common(found.point_triangle, all.point_triangle) +
+                           common(found.triangle_point, all.triangle_point) +
+                           common(found.edge_edge, all.edge_edge);
+  return all.size() == 0 ? 1.0 : static_cast<double>(seen) / static_cast<double>(all.size());
+}
+
+/// What is known of one detector on one scene.
+struct Measured {
+  std::unique_ptr<BroadPhase> detector;
   std::vector<double> cold, build, refit, query, warm;
+  CandidatePairs out;
+  std::size_t bytes = 0;
+  std::string why_not;  ///< no answer
+  bool slow = false;    ///< past the limit: not asked again
+
+  double warm_s(bool least) const { return pick(warm, least); }
 };
 
-void measure(Scene& scene, const BroadPhaseRegistry& registry, int repeats, int threads,
-             Pick which) {
-  const ThreadLimit limit(threads);
-  std::map<std::string, Times> times;
-  std::map<std::string, std::unique_ptr<BroadPhase>> kept;
-  std::map<std::string, CandidatePairs> out;
-  std::map<std::string, std::size_t> bytes;
-  constexpr double speed = 0.08;  // m/s
-  for (int repeat = 0; repeat < repeats; ++repeat) {
+using Measurement = std::map<std::string, Measured>;
+
+std::string why_not(const BroadPhaseTraits& traits, const Scene& scene) {
+  if (scene.self && !traits.self) return "does not serve self-collision";
+  if (scene.self && (traits.closed_body_only || !traits.deforming)) return "serves bodies only";
+  return "";
+}
+
+/// One turn: cold, then with the structure made anew, then warm. A second promise to stand still
+/// makes a detector that keeps trees build one for it.
+void take_turn(Measured& m, const std::function<std::unique_ptr<BroadPhase>()>& make,
+               Scene& scene) {
+  m.detector = make();
+  move(scene.cloth, scene.speed, 1);
+  m.cold.push_back(detect(*m.detector, scene, m.out));
+  move(scene.cloth, scene.speed, 3);
+  scene.cloth.static_id = 2;
+  detect(*m.detector, scene, m.out);
+  m.build.push_back(m.detector->last_cost().build_s);
+  scene.cloth.static_id = 0;
+  move(scene.cloth, scene.speed, 2);
+  m.warm.push_back(detect(*m.detector, scene, m.out));
+  const BroadPhaseCost cost = m.detector->last_cost();
+  m.refit.push_back(cost.refit_s + cost.build_s);
+  m.query.push_back(cost.query_s);
+  m.bytes = cost.bytes;
+}
+
+Measurement measure(Scene& scene, const BroadPhaseRegistry& registry, const Options& options) {
+  Measurement all;
+  for (int repeat = 0; repeat < options.repeats; ++repeat)
     for (const auto& [name, make] : registry) {
-      Times& t = times[name];
-      kept[name] = make();
-      move(scene.cloth, speed, 1);
-      t.cold.push_back(detect(*kept[name], scene, out[name]));
-      // A new promise to stand still makes the detector build its tree anew.
-      move(scene.cloth, speed, 3);
-      scene.cloth.static_id = 2;
-      detect(*kept[name], scene, out[name]);
-      t.build.push_back(kept[name]->last_cost().build_s);
-      scene.cloth.static_id = 0;
-      move(scene.cloth, speed, 2);
-      t.warm.push_back(detect(*kept[name], scene, out[name]));
-      const BroadPhaseCost cost = kept[name]->last_cost();
-      t.refit.push_back(cost.refit_s + cost.build_s);
-      t.query.push_back(cost.query_s);
-      bytes[name] = cost.bytes;
+      Measured& m = all[name];
+      if (repeat == 0) m.why_not = why_not(make()->traits(), scene);
+      if (!m.why_not.empty() || m.slow) continue;
+      try {
+        take_turn(m, make, scene);
+      } catch (const std::exception& error) {
+        scene.cloth.static_id = 0;
+        m.why_not = error.what();
+      }
+      m.slow = !m.warm.empty() && m.warm.back() > options.limit / options.repeats;
     }
+  return all;
+}
+
+BroadPhaseRegistry detectors(const Options& options, int size) {
+  BroadPhaseRegistry all = methods_of_this_build().broad_phases;
+  if (!options.detectors.empty()) {
+    BroadPhaseRegistry some;
+    for (const std::string& name : options.detectors) {
+      if (!all.contains(name))
+        throw std::invalid_argument("no detector '" + name + "' in this build; see selvedge list");
+      some[name] = all[name];
+    }
+    all = some;
   }
-  const std::size_t primitives = scene.cloth.x_t0.size() + scene.cloth.edges.size() +
-                                 scene.cloth.triangles.size() + scene.body.x_t0.size() +
-                                 scene.body.edges.size() + scene.body.triangles.size();
-  for (auto& [name, t] : times)
-    fmt::print(
-        "{:<12} {:<12} {:>7} {:>9.2f} {:>9.2f} {:>9.2f} {:>9.2f} {:>9.2f} {:>9} {:>9} {:>7.1f} "
-        "{:>6.0f}\n",
-        scene.name, name, threads, 1e3 * pick(t.cold, which), 1e3 * pick(t.build, which),
-        1e3 * pick(t.refit, which), 1e3 * pick(t.query, which), 1e3 * pick(t.warm, which),
-        out[name].point_triangle.size() + out[name].triangle_point.size(),
-        out[name].edge_edge.size(), 1e-6 * static_cast<double>(bytes[name]),
-        static_cast<double>(bytes[name]) / static_cast<double>(primitives));
+  if (size > options.largest_brute) all.erase("brute_force");
+  return all;
+}
+
+CandidatePairs reference(Scene& scene) {
+  CandidatePairs out;
+  move(scene.cloth, scene.speed, 2);
+  detect(*methods_of_this_build().broad_phases.at(kReference)(), scene, out);
+  return out;
+}
+
+Table detector_table(const Options& options) {
+  Table table({"scene", "detector", "threads", "cold ms", "build ms", "refit ms", "query ms",
+               "warm ms", "point-triangle", "edge-edge", "recall", "MB", "B/primitive"});
+  for (const int size : options.sizes)
+    for (const char* kind : {"drape", "crumple"})
+      for (const int threads : options.threads) {
+        const ThreadLimit limit(threads);
+        Scene scene = make_scene(kind, size);
+        for (const auto& [name, m] : measure(scene, detectors(options, size), options)) {
+          if (!m.why_not.empty()) {
+            table.add({scene.name, name, std::to_string(threads), m.why_not});
+            continue;
+          }
+          table.add(
+              {scene.name, name, std::to_string(threads), milliseconds(pick(m.cold, options.least)),
+               milliseconds(pick(m.build, options.least)),
+               milliseconds(pick(m.refit, options.least)),
+               milliseconds(pick(m.query, options.least)), milliseconds(m.warm_s(options.least)),
+               std::to_string(m.out.point_triangle.size() + m.out.triangle_point.size()),
+               std::to_string(m.out.edge_edge.size()),
+               fmt::format("{:.4f}", recall(m.out, reference(scene))),
+               fmt::format("{:.1f}", 1e-6 * static_cast<double>(m.bytes)),
+               fmt::format("{:.0f}", static_cast<double>(m.bytes) /
+                                         static_cast<double>(scene.primitives()))});
+        }
+      }
+  return table;
+}
+
+/// A scene and what is done to it.
+struct Mischief {
+  std::string name;
+  std::function<void(Scene&)> act;
+};
+
+/// After `move`, so by way of the start position: the sweep is as long as the spike.
+void spike(Scene& scene, double length) {
+  Vec3& x = scene.cloth.x_t0[scene.cloth.x_t0.size() / 2];
+  x += length / std::sqrt(3.0) * Vec3(1, 1, 1);
+}
+
+std::vector<Mischief> mischiefs() {
+  return {{"plain", [](Scene&) {}},
+          {"spike 1 m", [](Scene& s) { spike(s, 1.0); }},
+          {"spike 10 m", [](Scene& s) { spike(s, 10.0); }},
+          {"spike 1 km", [](Scene& s) { spike(s, 1000.0); }},
+          {"1e6 m away",
+           [](Scene& s) {
+             for (Surface* surface : {&s.cloth, &s.body})
+               for (auto* xs : {&surface->x_t0, &surface->x_t1})
+                 for (Vec3& x : *xs) x += Vec3(1e6, 1e6, 1e6);
+           }},
+          {"1e5 times smaller beside", [](Scene& s) { s.cloth.append(tiny_copy(s.cloth)); }}};
+}
+
+Table spike_table(const Options& options) {
+  Table table({"scene", "detector", "threads", "mischief", "warm ms", "over plain", "pairs"});
+  for (const int size : options.sizes)
+    for (const char* kind : {"drape", "crumple"})
+      for (const int threads : options.threads) {
+        const ThreadLimit limit(threads);
+        std::map<std::string, double> plain;
+        for (const Mischief& mischief : mischiefs()) {
+          Scene scene = make_scene(kind, size);
+          mischief.act(scene);
+          for (const auto& [name, m] : measure(scene, detectors(options, size), options)) {
+            if (!m.why_not.empty()) continue;
+            const double warm = m.warm_s(options.least);
+            plain.try_emplace(name, warm);
+            table.add({scene.name, name, std::to_string(threads), mischief.name, milliseconds(warm),
+                       fmt::format("{:.2f}", warm / plain[name]), std::to_string(m.out.size())});
+          }
+        }
+      }
+  return table;
+}
+
+/// Least squares of log y over log x.
+double slope(const std::vector<std::array<double, 2>>& points) {
+  double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
+  for (const auto& [x, y] : points) {
+    const double lx = std::log(x), ly = std::log(y);
+    n += 1, sx += lx, sy += ly, sxx += lx * lx, sxy += lx * ly;
+  }
+  return points.size() < 2 ? std::nan("") : (n * sxy - sx * sy) / (n * sxx - sx * sx);
+}
+
+Table scaling_table(const Options& options) {
+  std::vector<std::string> head = {"scene", "detector", "threads"};
+  for (const int size : options.sizes) head.push_back(fmt::format("{} ms", size));
+  head.push_back("slope");
+  Table table(head);
+  for (const char* kind : {"drape", "crumple"})
+    for (const int threads : options.threads) {
+      const ThreadLimit limit(threads);
+      std::map<std::string, std::vector<std::array<double, 2>>> points;
+      std::map<std::string, std::vector<std::string>> cells;
+      std::set<std::string> stopped;
+      for (const int size : options.sizes) {
+        Scene scene = make_scene(kind, size);
+        BroadPhaseRegistry registry = detectors(options, size);
+        for (const std::string& name : stopped) registry.erase(name);
+        for (const auto& [name, m] : measure(scene, registry, options)) {
+          if (!m.why_not.empty()) continue;
+          const double warm = m.warm_s(options.least);
+          cells[name].push_back(milliseconds(warm));
+          points[name].push_back({static_cast<double>(scene.primitives() + m.out.size()), warm});
+          if (m.slow) stopped.insert(name);
+        }
+      }
+      for (const auto& [name, done] : cells) {
+        std::vector<std::string> row = {kind, name, std::to_string(threads)};
+        for (std::size_t i = 0; i < options.sizes.size(); ++i)
+          row.push_back(i < done.size() ? done[i] : "-");
+        row.push_back(fmt::format("{:.2f}", slope(points[name])));
+        table.add(row);
+      }
+    }
+  return table;
+}
+
+/// A figure of /proc/self/status in bytes, if this system has it.
+std::optional<double> status(const std::string& key) {
+  std::ifstream in("/proc/self/status");
+  for (std::string line; std::getline(in, line);)
+    if (line.rfind(key + ":", 0) == 0) return 1024.0 * std::stod(line.substr(key.size() + 1));
+  return std::nullopt;
+}
+
+Scene memory_scene(const Options& options) {
+  Scene scene = make_scene(options.peak_scene, options.sizes.at(0));
+  if (options.in_proportion)
+    for (Surface* s : {&scene.cloth, &scene.body})
+      s->thickness *= static_cast<double>(kSizeOfThickness) / options.sizes[0];
+  return scene;
+}
+
+/// Run in a process of its own: prints bytes kept, pairs, by how much the peak rose, and
+/// primitives.
+int print_peak(const Options& options) {
+  Scene scene = memory_scene(options);
+  const BroadPhaseRegistry all = methods_of_this_build().broad_phases;
+  move(scene.cloth, scene.speed * (options.in_proportion ? 0.2 : 1.0), 1);
+  std::ofstream("/proc/self/clear_refs") << 5;  // The peak is measured from here on.
+  const double before = status("VmRSS").value_or(0.0);
+  const auto detector = all.at(options.peak_of)();
+  CandidatePairs out;
+  detect(*detector, scene, out);
+  const double seconds = detect(*detector, scene, out);
+  fmt::print("{} {} {} {} {}\n", detector->last_cost().bytes, out.size(),
+             status("VmHWM").value_or(before) - before, scene.primitives(), seconds);
+  return 0;
+}
+
+struct Peak {
+  double kept, pairs, peak, primitives, warm;
+};
+
+/// Asks a new process of this program.
+std::optional<Peak> peak_of(const std::string& detector, const std::string& kind, int size,
+                            bool in_proportion) {
+  const std::string self = std::filesystem::read_symlink("/proc/self/exe").string();
+  const std::string command =
+      fmt::format("'{}' --peak-of {} --peak-scene {} --size {}{} 2>/dev/null", self, detector, kind,
+                  size, in_proportion ? " --in-proportion" : "");
+  std::FILE* pipe = popen(command.c_str(), "r");
+  if (!pipe) return std::nullopt;
+  Peak p{};
+  const bool whole = std::fscanf(pipe, "%lf %lf %lf %lf %lf", &p.kept, &p.pairs, &p.peak,
+                                 &p.primitives, &p.warm) == 5;
+  pclose(pipe);
+  return whole ? std::optional(p) : std::nullopt;
+}
+
+Table memory_table(const Options& options) {
+  Table table({"scene", "detector", "pairs", "kept MB", "kept B/primitive", "peak MB",
+               "peak B/(primitive + pair)", "warm ms"});
+  std::vector<int> sizes = options.sizes;
+  if (options.large) sizes.push_back(kLargeSize);
+  for (const int size : sizes)
+    for (const char* kind : {"drape", "crumple"}) {
+      const bool in_proportion = size == kLargeSize;
+      for (const auto& [name, make] : detectors(options, size)) {
+        if (!why_not(make()->traits(), make_scene(kind, 2)).empty()) continue;
+        const std::optional<Peak> p = peak_of(name, kind, size, in_proportion);
+        const std::string scene = fmt::format("{} {}", kind, size);
+        if (!p) {
+          table.add({scene, name, "no answer"});
+          continue;
+        }
+        table.add(
+            {scene, name, fmt::format("{:.0f}", p->pairs), fmt::format("{:.1f}", 1e-6 * p->kept),
+             fmt::format("{:.0f}", p->kept / p->primitives), fmt::format("{:.1f}", 1e-6 * p->peak),
+             fmt::format("{:.0f}", p->peak / (p->primitives + p->pairs)), milliseconds(p->warm)});
+      }
+    }
+  return table;
+}
+
+/// Seconds a frame of every detector while the cloth flows.
+Table frame_table(const Options& options) {
+  Table table({"scene", "detector", "threads", "m/s", "mean ms", "median ms", "worst ms"});
+  for (const int size : options.sizes)
+    for (const char* kind : {"drape", "crumple"})
+      for (const int threads : options.threads)
+        for (const double speed : {0.01, 0.05, 0.25}) {
+          const ThreadLimit limit(threads);
+          Scene scene = make_scene(kind, size);
+          Measurement all;
+          for (const auto& [name, make] : detectors(options, size))
+            if (why_not(make()->traits(), scene).empty()) all[name].detector = make();
+          for (int frame = 0; frame < options.frames; ++frame) {
+            scene.cloth.x_t0 = scene.cloth.x_t1;
+            move(scene.cloth, speed, 5);
+            for (auto& [name, m] : all) m.warm.push_back(detect(*m.detector, scene, m.out));
+          }
+          for (const auto& [name, m] : all) {
+            double sum = 0.0;
+            for (const double s : m.warm) sum += s;
+            table.add({scene.name, name, std::to_string(threads), fmt::format("{}", speed),
+                       milliseconds(sum / options.frames), milliseconds(pick(m.warm, false)),
+                       milliseconds(*std::max_element(m.warm.begin(), m.warm.end()))});
+          }
+        }
+  return table;
+}
+
+Table table_of(const std::string& name, const Options& options) {
+  if (name == "detectors") return detector_table(options);
+  if (name == "spikes") return spike_table(options);
+  if (name == "scaling") return scaling_table(options);
+  if (name == "memory") return memory_table(options);
+  return frame_table(options);
+}
+
+void read_options(CLI::App& app, Options& options) {
+  app.add_option("table", options.tables,
+                 "which tables: detectors, spikes, scaling, memory, frames")
+      ->check(CLI::IsMember({"detectors", "spikes", "scaling", "memory", "frames"}));
+  app.add_option("--detectors", options.detectors, "only these")->delimiter(',');
+  app.add_option("--size", options.sizes, "vertices a side")
+      ->check(CLI::Range(2, 3000))
+      ->delimiter(',');
+  app.add_option("--threads", options.threads, "threads")->delimiter(',');
+  app.add_option("--repeats", options.repeats, "turns of which the median is printed")
+      ->check(CLI::Range(1, 1000));
+  app.add_option("--frames", options.frames, "frames of the table of frames")
+      ->check(CLI::Range(1, 100000));
+  app.add_option("--limit", options.limit,
+                 "seconds: a detector whose warm calls would take longer is asked once");
+  app.add_option("--largest-brute", options.largest_brute,
+                 "largest size that brute force is run on");
+  app.add_option("--csv", options.csv, "also write the tables to this file");
+  app.add_flag("--least", options.least, "print the least time instead of the median");
+  app.add_flag("--markdown", options.markdown, "print the tables as Markdown");
+  app.add_flag("--large", options.large, "memory also at 2.5 million triangles");
+  app.add_option("--peak-of", options.peak_of, "for the program itself")->group("");
+  app.add_option("--peak-scene", options.peak_scene, "for the program itself")->group("");
+  app.add_flag("--in-proportion", options.in_proportion, "for the program itself")->group("");
+}
+
+int run(const Options& options) {
+  if (!options.peak_of.empty()) return print_peak(options);
+  std::ofstream csv;
+  if (!options.csv.empty()) {
+    csv.open(options.csv);
+    if (!csv) throw std::runtime_error("cannot write " + options.csv);
+  }
+  for (const std::string& name : options.tables) {
+    const Table table = table_of(name, options);
+    fmt::print("{}\n", options.markdown ? table.markdown() : table.text());
+    std::fflush(stdout);
+    if (csv.is_open()) csv << table.csv() << "\n";
+  }
+  return 0;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Seconds of the broad phases by part");
-  std::vector<int> sizes = {50, 100, 200};
-  std::vector<int> threads = {1, 2};
-  int repeats = 9, largest_brute = 50;
-  app.add_option("--size", sizes, "vertices a side")->check(CLI::Range(2, 3000));
-  app.add_option("--threads", threads, "threads");
-  app.add_option("--repeats", repeats, "calls of which the median is printed")
-      ->check(CLI::Range(1, 1000));
-  app.add_option("--largest-brute", largest_brute, "largest size that brute force is run on");
-  bool least = false;
-  app.add_flag("--least", least, "print the least time instead of the median");
+  CLI::App app("Times, pairs and memory of the broad phases");
+  Options options;
+  read_options(app, options);
   CLI11_PARSE(app, argc, argv);
-
-  fmt::print("times in ms; MB and bytes per primitive: what the detector keeps between calls\n");
-  fmt::print("{:<12} {:<12} {:>7} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>7} {:>6}\n", "scene",
-             "detector", "threads", "cold", "build", "refit", "query", "warm", "pt", "ee", "MB",
-             "B/prim");
-  for (const int size : sizes)
-    for (auto* make : {drape, crumple}) {
-      Scene scene = make(size);
-      BroadPhaseRegistry registry = methods_of_this_build().broad_phases;
-      if (size > largest_brute) registry.erase("brute_force");
-      for (const int count : threads)
-        measure(scene, registry, repeats, count, least ? Pick::least : Pick::median);
-    }
+  try {
+    return run(options);
+  } catch (const std::exception& error) {
+    std::cerr << "bench_broadphase: " << error.what() << "\n";
+    return 1;
+  }
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/broad_phase.h>
 #include <selvedge/broadphase/minimal_enclosure.h>
+#include <selvedge/broadphase/verlet_list.h>
 
 namespace selvedge {
 
@@ -21,6 +22,7 @@ BroadPhaseRegistry broad_phases() {
           {"minimal_enclosure", [] { return make_minimal_enclosure(); }},
           {"sweep_and_prune", [] { return make_sweep_and_prune(); }},
           {"uniform_grid", [] { return make_uniform_grid(); }},
+          {"verlet_bvh", [] { return make_verlet_list(make_bvh_aabb()); }},
           {"voxel", [] { return make_voxel(); }}};
 }
 

@@ -29,7 +29,7 @@ class ConformanceScene {
   std::string description() const;
   bool b_is_closed() const;      ///< a closed body in every step, triangles outwards
   bool b_keeps_shape() const;    ///< b neither moves nor changes in any step
-  bool is_large() const;         ///< thousands of triangles, enough for several threads
+  bool is_large() const;         ///< a thousand triangles, enough for several threads
   bool is_beyond_float() const;  ///< has coordinates that no float can hold
 
  private:

@@ -98,11 +98,11 @@ Surface soup(Random& random, int vertices, int triangles, double reach) {
 }
 
 /// Folds a sheet into a small box: many layers, many pairs.
-void crumple(Surface& s, Random& random, double box) {
+void crumple(Surface& s, Random& random, double box, double noise) {
   for (Vec3& x : s.x_t0)
     for (int k = 0; k < 3; ++k) {
       const double fold = std::remainder(x[k] * (1.0 + 0.3 * k) + x[(k + 1) % 3], 2.0 * box);
-      x[k] = std::abs(fold) + random.uniform(0.0, 0.05 * box);
+      x[k] = std::abs(fold) + random.uniform(0.0, noise);
     }
   s.x_t1 = s.x_t0;
 }
@@ -204,9 +204,10 @@ Surface one_triangle(Random& random) {
   return s;
 }
 
+/// Every vertex moves by up to `motion`, and is as far off the fold.
 Surface crumpled_sheet(Random& random, int n, double box, double motion) {
   Surface s = sheet(n, n);
-  crumple(s, random, box);
+  crumple(s, random, box, motion);
   jiggle(s, random, motion);
   s.kind = "crumple";
   return s;
@@ -284,8 +285,8 @@ struct ConformanceScene::State {
 
   void make_surfaces() {
     if (is_large()) {
-      constexpr int n = 32;
-      constexpr double box = 0.5, motion = 0.002;
+      constexpr int n = 24;
+      constexpr double box = 0.4, motion = 0.001;
       a = crumpled_sheet(random, n, box, motion);
       b = crumpled_sheet(random, n - 5, box, motion);
     } else {
@@ -327,7 +328,8 @@ struct ConformanceScene::State {
   }
 
   void change_thickness(Surface& s) {
-    s.thickness = s.size * std::array<double, 3>{0.0, 0.03, 0.1}[random.integer(0, 2)];
+    const double unit = is_large() ? 0.01 * s.size : s.size;
+    s.thickness = unit * std::array<double, 3>{0.0, 0.03, 0.1}[random.integer(0, 2)];
     changed = "other thickness";
   }
 

@@ -2,6 +2,7 @@
 // Every registered detector through the conformance kit, and the kit through detectors that are
 // broken on purpose.
 #include <gtest/gtest.h>
+#include <selvedge/apps/methods.h>
 #include <selvedge/broadphase/conformance.h>
 #include <selvedge/broadphase/stream.h>
 #include <selvedge/core/parallel.h>
@@ -216,6 +217,13 @@ ConformanceReport report_of(std::size_t scenes = 80) {
                            {.scenes = scenes, .touching = ExactlyTouching()});
 }
 
+/// Sanitizers slow everything down by five and more.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr std::size_t kScenes = 200;
+#else
+constexpr std::size_t kScenes = 1000;
+#endif
+
 /// The kinds of faults, by their first words.
 std::set<std::string> kinds(const ConformanceReport& report) {
   std::set<std::string> out;
@@ -228,16 +236,40 @@ using Kinds = std::set<std::string>;
 
 }  // namespace
 
+namespace {
+
+void expect_conformance(const BroadPhaseRegistry& detectors, std::size_t scenes) {
+  for (const auto& [name, report] :
+       check_conformance(detectors, {.scenes = scenes, .touching = ExactlyTouching()})) {
+    std::cout << report.summary() << "\n";
+    EXPECT_TRUE(report.passed()) << name;
+    EXPECT_GT(report.scenes, scenes / 10) << name;
+    EXPECT_GT(report.pairs, 10 * scenes) << name;
+    EXPECT_GT(report.touching, scenes) << name;
+  }
+}
+
+bool is_approximate(const BroadPhaseRegistry::value_type& entry) {
+  return entry.second()->traits().guarantee == Guarantee::approximate;
+}
+
+}  // namespace
+
 TEST(Conformance, EveryDetectorIsRightOnAThousandScenes) {
   BroadPhaseRegistry detectors = broad_phases();
   detectors.erase("brute_force");  // The kit asks it anyway.
-  for (const auto& [name, report] : check_conformance(detectors, {.touching = ExactlyTouching()})) {
-    std::cout << report.summary() << "\n";
-    EXPECT_TRUE(report.passed()) << name;
-    EXPECT_GT(report.scenes, 100u) << name;
-    EXPECT_GT(report.pairs, 100'000u) << name;
-    EXPECT_GT(report.touching, 10'000u) << name;
-  }
+  std::erase_if(detectors, is_approximate);
+  expect_conformance(detectors, kScenes);
+}
+
+/// They are slower in small scenes, and each has tests of its own.
+TEST(Conformance, AdaptersAreRightAndApproximateDetectorsTellTheirRecall) {
+  BroadPhaseRegistry detectors = methods_of_this_build().broad_phases;
+  const BroadPhaseRegistry ours = broad_phases();
+  std::erase_if(detectors, [&](const auto& entry) {
+    return ours.contains(entry.first) && !is_approximate(entry);
+  });
+  expect_conformance(detectors, kScenes / 10);
 }
 
 TEST(Conformance, BruteForceKeepsBudgetsAndRefusesWhatIsBad) {

@@ -106,7 +106,11 @@ class SixSides {
       renderer->draw(frames_[k], x_, all_, {}, layers[k][0], layers[k][1]);
     }
     parallel_for(3, 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t k = begin; k < end; ++k) tiles_[k].gather(frames_[k], layers[k]);
+      for (std::size_t k = begin; k < end; ++k) {
+        const std::vector<detail::Interval> depths = depths_along(static_cast<int>(k));
+        for (std::size_t side = 0; side < 2; ++side)
+          tiles_[k][side].gather(frames_[k], layers[k][side], depths);
+      }
     });
     count_unseen();
   }
@@ -120,10 +124,14 @@ class SixSides {
     std::size_t count = 0;
     for (int k = 0; k < 3; ++k) {
       windows[k] = window(k, box, thickness);
-      count += tiles_[k].count(windows[k]);
+      for (const detail::IndexTiles& side : tiles_[k]) count += side.count(windows[k]);
     }
     if (count >= all_.size()) return false;
-    for (int k = 0; k < 3; ++k) tiles_[k].visit(windows[k], f);
+    for (int k = 0; k < 3; ++k) {
+      const double far = reach_[k] + thickness;
+      const detail::Interval depth{box.lo[k] - far, box.hi[k] + far};
+      for (const detail::IndexTiles& side : tiles_[k]) side.visit(windows[k], depth, f);
+    }
     return true;
   }
 
@@ -131,7 +139,8 @@ class SixSides {
   std::size_t bytes() const {
     std::size_t total =
         x_.capacity() * sizeof(Vec3) + (all_.capacity() + drawn_.capacity()) * sizeof(Triangle);
-    for (const detail::IndexTiles& t : tiles_) total += t.bytes();
+    for (const auto& sides : tiles_)
+      for (const detail::IndexTiles& side : sides) total += side.bytes();
     return total;
   }
 
@@ -159,6 +168,16 @@ class SixSides {
     unseen_ = 0;
   }
 
+  /// From where to where each triangle reaches along axis k, at the middle of the step.
+  std::vector<detail::Interval> depths_along(int k) const {
+    std::vector<detail::Interval> depths(all_.size());
+    for (std::size_t t = 0; t < all_.size(); ++t) {
+      const double a = x_[all_[t][0]][k], b = x_[all_[t][1]][k], c = x_[all_[t][2]][k];
+      depths[t] = {std::min({a, b, c}), std::max({a, b, c})};
+    }
+    return depths;
+  }
+
   detail::TileWindow window(int k, const SweptBox& box, double thickness) const {
     const detail::MapFrame& f = frames_[k];
     const auto texel = [&](double x, int axis, double half_width) {
@@ -166,15 +185,16 @@ class SixSides {
     };
     const int u = right(k), v = up(k);
     const double du = reach_[u] + thickness, dv = reach_[v] + thickness;
-    return tiles_[k].window(
+    return tiles_[k][0].window(
         texel(box.lo[u] - du, u, 0.5 * f.width), texel(box.hi[u] + du, u, 0.5 * f.width),
         texel(box.lo[v] - dv, v, 0.5 * f.height), texel(box.hi[v] + dv, v, 0.5 * f.height));
   }
 
   void count_unseen() {
     std::vector<std::uint8_t> seen(all_.size(), 0);
-    for (const detail::IndexTiles& tiles : tiles_)
-      for (const std::int32_t t : tiles.triangles()) seen[t] = 1;
+    for (const auto& sides : tiles_)
+      for (const detail::IndexTiles& side : sides)
+        for (const std::int32_t t : side.triangles()) seen[t] = 1;
     unseen_ = drawn_.size() - static_cast<std::size_t>(std::count(seen.begin(), seen.end(), 1));
   }
 
@@ -182,7 +202,7 @@ class SixSides {
   std::vector<Triangle> all_, drawn_;
   Vec3 reach_ = Vec3::Zero();
   std::array<detail::MapFrame, 3> frames_;
-  std::array<detail::IndexTiles, 3> tiles_;
+  std::array<std::array<detail::IndexTiles, 2>, 3> tiles_;  // along each axis, front and back
   std::size_t unseen_ = 0;
 };
 

@@ -2,7 +2,7 @@
 #include <selvedge/broadphase/detail/index_tiles.h>
 
 #include <algorithm>
-#include <cmath>
+#include <limits>
 
 namespace selvedge::detail {
 namespace {
@@ -29,19 +29,26 @@ int tile_of(double texel, int tiles) {
 
 }  // namespace
 
-void IndexTiles::gather(const MapFrame& frame, std::span<const Layer> layers) {
+void IndexTiles::gather(const MapFrame& frame, const Layer& layer,
+                        std::span<const Interval> depths) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
   columns_ = (frame.width + kSide - 1) / kSide;
   rows_ = (frame.height + kSide - 1) / kSide;
   begin_.clear();
+  depths_.clear();
   triangles_.clear();
   std::vector<std::int32_t> tile;
   for (int y = 0; y < rows_; ++y)
     for (int x = 0; x < columns_; ++x) {
       tile.clear();
-      for (const Layer& layer : layers) append_tile(frame, layer, x, y, tile);
+      append_tile(frame, layer, x, y, tile);
       std::sort(tile.begin(), tile.end());
+      tile.erase(std::unique(tile.begin(), tile.end()), tile.end());
       begin_.push_back(static_cast<std::uint32_t>(triangles_.size()));
-      triangles_.insert(triangles_.end(), tile.begin(), std::unique(tile.begin(), tile.end()));
+      triangles_.insert(triangles_.end(), tile.begin(), tile.end());
+      Interval& all = depths_.emplace_back(Interval{infinity, -infinity});
+      for (const std::int32_t t : tile)
+        all = {std::min(all.lo, depths[t].lo), std::max(all.hi, depths[t].hi)};
     }
   begin_.push_back(static_cast<std::uint32_t>(triangles_.size()));
 }
@@ -55,12 +62,16 @@ TileWindow IndexTiles::window(double u_lo, double u_hi, double v_lo, double v_hi
 std::size_t IndexTiles::count(const TileWindow& w) const {
   if (w.x_begin >= w.x_end) return 0;
   std::size_t total = 0;
-  for (int y = w.y_begin; y < w.y_end; ++y) total += row(y, w.x_end) - row(y, w.x_begin);
+  for (int y = w.y_begin; y < w.y_end; ++y) {
+    // The tiles of a row lie one after another.
+    total += begin_[at(w.x_end, y)] - begin_[at(w.x_begin, y)];
+  }
   return total;
 }
 
 std::size_t IndexTiles::bytes() const {
-  return begin_.capacity() * sizeof(std::uint32_t) + triangles_.capacity() * sizeof(std::int32_t);
+  return begin_.capacity() * sizeof(std::uint32_t) + depths_.capacity() * sizeof(Interval) +
+         triangles_.capacity() * sizeof(std::int32_t);
 }
 
 }  // namespace selvedge::detail

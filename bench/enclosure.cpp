@@ -20,6 +20,7 @@
 #include <functional>
 #include <limits>
 #include <numbers>
+#include <string>
 
 using namespace selvedge;
 
@@ -201,11 +202,13 @@ int main(int argc, char** argv) {
   CLI::App app{"what the minimal enclosure saves"};
   int cells = 120, faces = 26000, repeats = 7, threads = 1;
   bool limbs = false;
+  std::string only;
   app.add_option("--cells", cells, "vertices of the cloth along a side")
       ->check(CLI::Range(8, 2000));
   app.add_option("--repeats", repeats, "calls of each")->check(CLI::Range(2, 1000));
   app.add_option("--threads", threads, "0: as many as there are");
   app.add_option("--faces", faces, "of the mannequin")->check(CLI::Range(5000, 30000));
+  app.add_option("--scene", only, "measure this one only, as \"leg sleeve\"");
   app.add_flag("--limbs", limbs, "list the limbs of the mannequin instead");
   CLI11_PARSE(app, argc, argv);
   const ThreadLimit limit(threads);
@@ -220,5 +223,6 @@ int main(int argc, char** argv) {
       "{:14} {:12} {:>8} {:>8} {:>8} {:>8} {:>5} {:>5} {:>7} {:>6} {:>7} {:>6} {:>8} {:>9}\n",
       "scene", "detector", "pairs", "cold", "warm", "static", "limbs", "prims", "vol", "gap",
       "dropped", "prim", "box", "without");
-  for (Scene& scene : scenes(cells, faces)) measure(std::move(scene), repeats);
+  for (Scene& scene : scenes(cells, faces))
+    if (only.empty() || scene.name == only) measure(std::move(scene), repeats);
 }

@@ -108,6 +108,7 @@ class Question {
  private:
   template <class Visit>
   void each_slab_met(const SweptBox& box, Looked& looked, Visit visit) const {
+    if (!overlap(box, body_.box())) return;
     for (const detail::Limb& limb : body_.limbs()) {
       if (!overlap(box, limb.box)) continue;
       const CenteredBox centered(box, limb.origin);

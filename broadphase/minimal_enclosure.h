@@ -60,7 +60,7 @@ struct Enclosure {
 
 struct MinimalEnclosureConfig {
   /// Loops of each limb. More: tighter, and more primitives to look at and to fit. In [1, 4096]
-  int loops = 24;
+  int loops = 16;
   /// Cut the body into limbs first (legs, arms, trunk); off: the whole is one limb.
   bool find_limbs = true;
   /// Cut across this; zero: across the longest extent of each limb.

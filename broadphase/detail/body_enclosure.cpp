@@ -105,6 +105,14 @@ Frustum boundless() {
   return f;
 }
 
+/// A box that overlaps none.
+SweptBox nothing_box() {
+  SweptBox box;
+  box.lo.fill(kInfinity);
+  box.hi.fill(-kInfinity);
+  return box;
+}
+
 /// One that has nothing inside.
 Frustum nothing(const Vec3& axis) {
   Frustum f;
@@ -311,6 +319,8 @@ void BodyEnclosure::fit(const Lists& lists) {
   parallel_for(limbs_.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) place_limb(lists, limbs_[i]);
   });
+  box_ = nothing_box();
+  for (const Limb& limb : limbs_) box_ = united(box_, limb.box);
   const auto slabs = static_cast<std::uint32_t>(frusta_.size());
   parallel_for(slabs, 1, [&](std::size_t begin, std::size_t end) {
     for (auto s = static_cast<std::uint32_t>(begin); s < end; ++s)
@@ -333,8 +343,7 @@ void BodyEnclosure::place_limb(const Lists& lists, Limb& limb) const {
     first = false;
   });
   if (first) {  // All of it goes with triangles of other limbs.
-    limb.box.lo.fill(kInfinity);
-    limb.box.hi.fill(-kInfinity);
+    limb.box = nothing_box();
     return;
   }
   for (int k = 0; k < 3; ++k) limb.origin[k] = 0.5 * limb.box.lo[k] + 0.5 * limb.box.hi[k];

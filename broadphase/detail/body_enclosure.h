@@ -69,6 +69,7 @@ class BodyEnclosure {
 
   /// Total volume of columns and cones over that just after the cut; infinity if it is no number.
   double looseness() const;
+  const SweptBox& box() const { return box_; }  ///< around all limbs
   const std::vector<Limb>& limbs() const { return limbs_; }
   const std::vector<Frustum>& frusta() const { return frusta_; }  ///< one for each slab
   const SlabBoxes& points() const { return kinds_[0]; }
@@ -109,6 +110,7 @@ class BodyEnclosure {
   std::vector<std::int32_t> limb_of_vertex_;
   std::vector<Limb> limbs_;
   std::vector<std::uint32_t> limb_of_slab_;
+  SweptBox box_{};
   std::vector<Frustum> frusta_;
   std::vector<std::pair<double, double>> range_;  ///< of s along each limb, when it was cut
   std::array<SlabBoxes, 3> kinds_;

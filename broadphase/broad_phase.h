@@ -20,7 +20,7 @@ enum class PairSet : std::uint8_t {
   boxes,           ///< exactly those
   contains_boxes,  ///< those and some more
   culled,  ///< perhaps not all of those, but every pair that comes nearer than the sum of the
-           ///< two thicknesses during the step
+           ///< two thicknesses (in a straight line) during the step
 };
 
 /// What a detector can serve; the registry carries it.

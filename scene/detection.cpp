@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 
 namespace selvedge {
@@ -135,13 +136,20 @@ SurfaceView Detection::body_view(double inflation) const {
           bodies_moved_ ? 0 : body_id_};
 }
 
+// Particles may end off their place by the margin in each coordinate. That is what boxes are
+// inflated by; a detector that culls by distance has to reckon with the diagonal.
+double Detection::inflation(const BroadPhase& broad) const {
+  return broad.traits().pairs == PairSet::culled ? std::numbers::sqrt3 * margin_ : margin_;
+}
+
 void Detection::find_candidates() {
   const auto scope = clock_.measure("broad_phase");
   // Every cloth box grows by the margin on each side; two cloth particles may both use theirs.
   if (body_triangles_.empty())
     body_pairs_.clear();
   else
-    broad_body_->find_pairs(cloth_view(margin_), body_view(0.5 * thickness_), body_pairs_);
+    broad_body_->find_pairs(cloth_view(inflation(*broad_body_)), body_view(0.5 * thickness_),
+                            body_pairs_);
   if (self_)
     broad_self_->find_self_pairs(drifting_view(), self_pairs_);
   else
@@ -158,7 +166,7 @@ SurfaceView Detection::drifting_view() {
   drift /= static_cast<double>(std::max<std::size_t>(particles_, 1));
   drifting_.resize(particles_);
   for (std::size_t i = 0; i < particles_; ++i) drifting_[i] = x_t1_[i] - drift;
-  SurfaceView view = cloth_view(margin_);
+  SurfaceView view = cloth_view(inflation(*broad_self_));
   view.x_t1 = drifting_;
   return view;
 }

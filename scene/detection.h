@@ -49,6 +49,7 @@ class Detection {
   std::size_t body_vertices() const { return body_friction_.size(); }
 
  private:
+  double inflation(const BroadPhase& broad) const;
   SurfaceView cloth_view(double inflation) const;
   SurfaceView body_view(double inflation) const;
   ContactPoint joint(const Contact& contact, bool self) const;

@@ -6,6 +6,7 @@
 #include <selvedge/narrowphase/narrow_phase.h>
 
 #include <algorithm>
+#include <array>
 
 namespace selvedge {
 namespace {
@@ -19,8 +20,8 @@ constexpr std::size_t kGrain = 2048, kBatch = 256;
 void find_contacts_of(const NarrowPhase& method, const SurfaceView& a, const SurfaceView& b,
                       const CandidatePairs& pairs, std::size_t begin, std::size_t end,
                       std::vector<Contact>& out) {
-  std::vector<Query> queries(std::min(kBatch, end - begin));
-  std::vector<double> toi(queries.size());
+  std::array<Query, kBatch> queries;
+  std::array<double, kBatch> toi;
   for (std::size_t i = begin; i < end; i += kBatch) {
     const std::size_t n = std::min(kBatch, end - i);
     for (std::size_t j = 0; j < n; ++j)

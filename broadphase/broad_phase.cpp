@@ -17,6 +17,11 @@ BudgetExceeded::BudgetExceeded(std::size_t found, std::size_t limit, const PairB
 BroadPhaseRegistry broad_phases() {
   return {{"brute_force", [] { return make_brute_force(); }},
           {"bvh_aabb", [] { return make_bvh_aabb(); }},
+          {"bvh_kdop6", [] { return make_bvh_kdop(6); }},
+          {"bvh_kdop14", [] { return make_bvh_kdop(14); }},
+          {"bvh_kdop18", [] { return make_bvh_kdop(18); }},
+          {"bvh_kdop26", [] { return make_bvh_kdop(26); }},
+          {"bvh_obb", [] { return make_bvh_obb(); }},
           {"curvature_cone", [] { return make_curvature_cone(); }},
           {"hash_grid", [] { return make_hash_grid(); }},
           {"minimal_enclosure", [] { return make_minimal_enclosure(); }},

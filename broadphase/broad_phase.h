@@ -98,17 +98,37 @@ struct BvhConfig {
   double rebuild_looseness = 1.3;
   /// Use vectors of eight floats where the processor has them; off: four. Same pairs either way.
   bool wide_vectors = true;
+  /// Children of a node, 2 to 8. Fewer: more levels and more memory, boxes that fit better; nodes
+  /// are stored and tested eight children at a time whatever it is.
+  int arity = 8;
+  /// Triangles of a leaf, 1 to 16. Fewer: fewer primitives tested in vain, more nodes.
+  int leaf_size = 8;
 };
 
 /// A tree of axis-aligned boxes over the swept triangles, kept between calls: a surface whose
 /// triangles were seen before is refitted, one whose nonzero static_id was seen before costs
 /// nothing. Reports the same pairs as brute force, bit for bit.
+///
+/// All trees: against a surface with a rigid motion, boxes are taken in the body's own frame, where
+/// its tree needs no refit. The pairs are then those whose boxes overlap there: others than in the
+/// world, and none less that comes nearer than the sum of the thicknesses.
 std::unique_ptr<BroadPhase> make_bvh_aabb(const BvhConfig& config = {});
 
 /// The tree of boxes, without the pairs inside subtrees that provably keep apart over the step:
 /// pieces of surface with swept normals in a cone and a contour that keeps apart [Volino1994],
 /// [Tang2009]. Reports every pair that comes nearer than the sum of the thicknesses.
 std::unique_ptr<BroadPhase> make_curvature_cone(const BvhConfig& config = {});
+
+/// The tree of boxes with discrete orientation polytopes of k = 6, 14, 18 or 26 sides in their
+/// place [Klosowski1998, Mezger2003]: the box pairs less those that a plane across one of the k / 2 directions keeps
+/// apart by more than the thicknesses during the whole step. k = 6 is bvh_aabb.
+std::unique_ptr<BroadPhase> make_bvh_kdop(int k, const BvhConfig& config = {});
+
+/// The tree of boxes with oriented boxes around nodes and leaves [Gottschalk1996] beside the axis-aligned
+/// ones: the box pairs less those of leaves that a separating axis keeps apart by more than the
+/// thicknesses during the whole step. Which pairs are left out depends on the tree, so on earlier
+/// calls; never on the number of threads.
+std::unique_ptr<BroadPhase> make_bvh_obb(const BvhConfig& config = {});
 
 struct CellGridConfig {
   /// Size of the primitives that belong to the finest cells but for finer ones, over the typical
@@ -159,7 +179,7 @@ std::vector<VoxelTrial> search_voxel(const SurfaceView& a, const SurfaceView* b 
 /// Names and factories of the detectors that this build has.
 using BroadPhaseRegistry = std::map<std::string, std::function<std::unique_ptr<BroadPhase>()>>;
 
-/// The detectors that need no optional library: brute_force, bvh_aabb.
+/// The detectors that need no optional library.
 BroadPhaseRegistry broad_phases();
 
 }  // namespace selvedge

@@ -1,31 +1,28 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/broad_phase.h>
-#include <selvedge/broadphase/detail/bounding_volume_tree.h>
 #include <selvedge/broadphase/detail/bvh.h>
 #include <selvedge/broadphase/detail/collect_pairs.h>
+#include <selvedge/broadphase/detail/extent.h>
 #include <selvedge/broadphase/detail/surface_check.h>
 #include <selvedge/broadphase/detail/traverse.h>
 #include <selvedge/core/parallel.h>
 
 #include <chrono>
+#include <optional>
 #include <stdexcept>
 
 namespace selvedge {
 namespace {
 
-using detail::BoundingVolumeTree;
+using detail::BoundingVolume;
 using detail::TreePair;
+using detail::TreePlace;
 
 /// The traversal is cut into about this many parts, whatever the number of threads.
 constexpr std::size_t kParts = 128;
-/// Surfaces whose trees are kept: those of a call and two older ones.
-constexpr std::size_t kKeptTrees = 4;
-/// Float boxes are taken about an origin near the first surface. At sixteen times the size of the
-/// surface they still resolve 2^-20 of it, so that few pairs need the look in double.
-constexpr double kFarFromOrigin = 16.0;
-/// A first surface that is much smaller than the second (a single point, say) may move this part of
-/// the second's size before the origin follows; else every call would fit the second one again.
-constexpr double kSmallPart = 1e-3;
+/// Surfaces whose trees are kept: those of a call and some older ones. A surface that meets rigid
+/// bodies has one for each of them, and one for the world.
+constexpr std::size_t kKeptTrees = 6;
 
 class Stopwatch {
  public:
@@ -37,51 +34,55 @@ class Stopwatch {
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
 
+/// What a tree is kept for. A tree of the same surface in another frame has another shape.
+struct Role {
+  std::uint64_t frame = 0;  ///< id of the rigid body in whose frame it is; 0: the world
+  bool is_body = false;     ///< of that very body
+
+  bool operator==(const Role&) const = default;
+};
+
 /// A tree and what it was last fitted to.
+template <BoundingVolume V>
 struct KeptTree {
-  BoundingVolumeTree tree;
+  detail::VolumeTree<V> tree;
+  Role role;
   std::uint64_t static_id = 0;
-  double thickness = -1.0;
+  double thickness = -1.0;  ///< of the last fit; < 0: positions have changed since
   Vec3 origin = Vec3::Zero();
-  detail::Bounds bounds;                ///< of x_t0
+  detail::Extent extent;                ///< of x_t0, or of a rigid body's rest positions
   const Triangle* triangles = nullptr;  ///< where they were, to find the likely tree first
   std::uint64_t last_use = 0;           ///< 0: never
   bool fitted = false;
 
-  bool is_static_copy_of(const SurfaceView& s) const {
-    return fitted && s.static_id != 0 && s.static_id == static_id &&
-           s.x_t0.size() == tree.vertex_count() && s.edges.size() == tree.edge_count() &&
+  bool has_counts_of(const SurfaceView& s) const {
+    return s.x_t0.size() == tree.vertex_count() && s.edges.size() == tree.edge_count() &&
            s.triangles.size() == tree.triangle_count();
+  }
+  bool is_static_copy_of(const SurfaceView& s) const {
+    return fitted && s.static_id != 0 && s.static_id == static_id && has_counts_of(s);
   }
 };
 
-/// Largest side of a box; 0 if it is empty.
-double size_of(const detail::Bounds& b) { return std::max(0.0, (b.hi - b.lo).maxCoeff()); }
-
+template <BoundingVolume V>
 class Bvh final : public BroadPhase {
  public:
-  explicit Bvh(const BvhConfig& config, std::unique_ptr<detail::SelfCull> cull = nullptr)
-      : config_(config), cull_(std::move(cull)) {
-    if (!(config.rebuild_looseness > 1.0))
-      throw std::invalid_argument("bvh: rebuild_looseness must be greater than 1, not " +
-                                  std::to_string(config.rebuild_looseness));
-    kernel_ = detail::traversal_kernel_narrow();
-    if (const detail::TraversalKernel wide = detail::traversal_kernel_wide();
-        config.wide_vectors && wide.traverse)
+  Bvh(const BvhConfig& config, BroadPhaseTraits traits,
+      std::unique_ptr<detail::SelfCull> cull = nullptr)
+      : config_(config), traits_(std::move(traits)), cull_(std::move(cull)) {
+    kernel_ = detail::traversal_kernel_narrow<V>();
+    if (const auto wide = detail::traversal_kernel_wide<V>(); config.wide_vectors && wide.traverse)
       kernel_ = wide;
+    for (Kept& kept : kept_) kept.tree = Tree({config.arity, config.leaf_size});
   }
 
   void find_pairs(const SurfaceView& a, const SurfaceView& b, CandidatePairs& out) override {
     cost_ = {};
     detail::check_shape(a, "first surface");
     detail::check_shape(b, "second surface");
-    KeptTree& tree_a = choose_tree(a, nullptr, "first surface");
-    KeptTree& tree_b = choose_tree(b, &tree_a, "second surface");
-    place_origin(tree_a.bounds, size_of(tree_b.bounds));
-    fit(tree_a, a);
-    fit(tree_b, b);
+    const TwoTrees trees = fit_both(a, b);
     const Stopwatch watch;
-    find({tree_a.tree, tree_b.tree, a, b, false}, out);
+    find({trees.a->tree, trees.b->tree, a, b, false, nullptr, !trees.in_frame}, out);
     collector_.collect(parts_, &detail::FoundPairs::point_triangle, a.x_t0.size(),
                        b.triangles.size(), out.point_triangle);
     collector_.collect(parts_, &detail::FoundPairs::triangle_point, b.x_t0.size(),
@@ -94,11 +95,11 @@ class Bvh final : public BroadPhase {
   void find_self_pairs(const SurfaceView& a, CandidatePairs& out) override {
     cost_ = {};
     detail::check_shape(a, "surface");
-    KeptTree& tree = choose_tree(a, nullptr, "surface");
-    place_origin(tree.bounds, 0.0);
-    fit(tree, a);
+    Kept& kept = choose_tree(a, {}, nullptr, "surface");
+    place_origin(kept.extent, 0.0);
+    fit(kept, a, {origin_});
     const Stopwatch watch;
-    find({tree.tree, tree.tree, a, a, true, mark_self(tree.tree, a)}, out);
+    find({kept.tree, kept.tree, a, a, true, mark_self(kept.tree, a)}, out);
     collector_.collect(parts_, &detail::FoundPairs::point_triangle, a.x_t0.size(),
                        a.triangles.size(), out.point_triangle);
     collector_.collect(parts_, &detail::FoundPairs::edge_edge, a.edges.size(), a.edges.size(),
@@ -107,43 +108,105 @@ class Bvh final : public BroadPhase {
     cost_.query_s = watch.seconds();
   }
 
-  BroadPhaseTraits traits() const override {
-    if (cull_) return cull_->traits();
-    return {.source =
-                "tree of axis-aligned boxes over swept triangles with owned vertices and "
-                "edges; S. Curtis, R. Tamstorf, D. Manocha, Fast collision detection for "
-                "deformable models using representative-triangles, 2008"};
-  }
+  BroadPhaseTraits traits() const override { return traits_; }
 
   BroadPhaseCost last_cost() const override {
     BroadPhaseCost cost = cost_;
     cost.bytes = collector_.bytes() + scratch_.bytes() + (cull_ ? cull_->bytes() : 0);
-    for (const KeptTree& kept : kept_) cost.bytes += kept.tree.bytes();
+    for (const Kept& kept : kept_) cost.bytes += kept.tree.bytes();
     for (const detail::FoundPairs& part : parts_) cost.bytes += part.bytes();
     return cost;
   }
 
  private:
-  /// The kept tree that serves `surface` with the least work, its topology set and its positions
-  /// checked. `taken` serves the other surface of this call.
-  KeptTree& choose_tree(const SurfaceView& surface, const KeptTree* taken, const char* name) {
+  using Tree = detail::VolumeTree<V>;
+  using Kept = KeptTree<V>;
+  using Input = detail::TraversalInput<V>;
+
+  struct TwoTrees {
+    Kept* a;
+    Kept* b;
+    bool in_frame;
+  };
+
+  TwoTrees fit_both(const SurfaceView& a, const SurfaceView& b) {
+    const bool use_a = is_rigid(a) && (!is_rigid(b) || a.triangles.size() > b.triangles.size());
+    if (use_a || is_rigid(b))
+      if (const auto trees = use_a ? fit_in_frame(a, "first surface", b, "second surface")
+                                   : fit_in_frame(b, "second surface", a, "first surface"))
+        return use_a ? *trees : TwoTrees{trees->b, trees->a, true};
+    Kept& kept_a = choose_tree(a, {}, nullptr, "first surface");
+    Kept& kept_b = choose_tree(b, {}, &kept_a, "second surface");
+    place_origin(kept_a.extent, kept_b.extent.size);
+    fit(kept_a, a, {origin_});
+    fit(kept_b, b, {origin_});
+    return {&kept_a, &kept_b, false};
+  }
+
+  static bool is_rigid(const SurfaceView& s) {
+    return s.static_id == 0 && s.rigid && s.rigid->id != 0 && !s.x_t0.empty();
+  }
+
+  /// Both trees in the frame of the rigid `body`, whose own is fitted only once; nothing if the
+  /// body turns too far.
+  std::optional<TwoTrees> fit_in_frame(const SurfaceView& body, const char* body_name,
+                                       const SurfaceView& other, const char* other_name) {
+    const Role role{body.rigid->id, true};
+    Kept& kept = choose_body(body, role, body_name);
+    const detail::RigidFrame frame(*body.rigid, kept.extent.reach, body.thickness);
+    if (!frame.serves()) return std::nullopt;
+    const TreePlace place{kept.extent.center, &frame, true};
+    if (!kept.fitted) fit(kept, body, place);
+    Kept& kept_other = choose_tree(other, {role.frame, false}, &kept, other_name);
+    kept_other.thickness = -1.0;  // The frame has moved, even if a static surface has not.
+    fit(kept_other, other, {place.origin, &frame, false});
+    return TwoTrees{&kept, &kept_other, true};
+  }
+
+  Kept& choose_body(const SurfaceView& body, const Role& role, const char* name) {
+    for (Kept& kept : kept_)
+      if (kept.last_use > 0 && kept.role == role && kept.fitted && kept.has_counts_of(body)) {
+        kept.last_use = ++uses_;
+        return kept;
+      }
     const Stopwatch watch;
-    KeptTree* chosen = find_kept(surface, taken);
+    detail::check_finite(body, name);
+    detail::check_indices(body, name);
+    Kept& kept = oldest(nullptr);
+    kept.fitted = false;
+    kept.role = role;
+    kept.static_id = 0;
+    kept.tree.set_topology(body);
+    // The frame of any thickness and size maps the body alike.
+    kept.extent = detail::rest_extent(body);
+    kept.triangles = body.triangles.data();
+    kept.last_use = ++uses_;
+    cost_.build_s += watch.seconds();
+    return kept;
+  }
+
+  /// The kept tree that serves `surface` in that role with the least work, its topology set and its
+  /// positions checked. `taken` serves the other surface of this call.
+  Kept& choose_tree(const SurfaceView& surface, const Role& role, const Kept* taken,
+                    const char* name) {
+    const Stopwatch watch;
+    Kept* chosen = find_kept(surface, role, taken);
     const bool unchanged = chosen && chosen->is_static_copy_of(surface);
     if (!unchanged) {
-      const detail::Bounds bounds = detail::check_finite(surface, name);
+      detail::check_finite(surface, name);
       if (!chosen) {
         detail::check_indices(surface, name);
         chosen = &oldest(taken);
         chosen->fitted = false;
         chosen->static_id = 0;
+        chosen->role = role;
         chosen->tree.set_topology(surface);
       }
       // A different static surface deserves a tree of its own shape.
       if (surface.static_id != chosen->static_id) chosen->fitted &= surface.static_id == 0;
       chosen->static_id = surface.static_id;
       chosen->thickness = -1.0;
-      chosen->bounds = bounds;
+      chosen->extent = detail::extent_of(surface.x_t0);
     }
     chosen->triangles = surface.triangles.data();
     chosen->last_use = ++uses_;
@@ -151,61 +214,71 @@ class Bvh final : public BroadPhase {
     return *chosen;
   }
 
-  KeptTree* find_kept(const SurfaceView& surface, const KeptTree* taken) {
-    for (KeptTree& kept : kept_)
-      if (&kept != taken && kept.is_static_copy_of(surface)) return &kept;
+  Kept* find_kept(const SurfaceView& surface, const Role& role, const Kept* taken) {
+    const auto may_serve = [&](const Kept& kept) { return &kept != taken && kept.role == role; };
+    for (Kept& kept : kept_)
+      if (may_serve(kept) && kept.is_static_copy_of(surface)) return &kept;
     for (const bool same_place : {true, false})
-      for (KeptTree& kept : kept_)
-        if (&kept != taken && kept.last_use > 0 &&
+      for (Kept& kept : kept_)
+        if (may_serve(kept) && kept.last_use > 0 &&
             (kept.triangles == surface.triangles.data()) == same_place &&
             kept.tree.has_topology_of(surface))
           return &kept;
     return nullptr;
   }
 
-  KeptTree& oldest(const KeptTree* taken) {
-    KeptTree* best = nullptr;
-    for (KeptTree& kept : kept_)
+  Kept& oldest(const Kept* taken) {
+    Kept* best = nullptr;
+    for (Kept& kept : kept_)
       if (&kept != taken && (!best || kept.last_use < best->last_use)) best = &kept;
     return *best;
   }
 
-  void place_origin(const detail::Bounds& bounds, double other_size) {
-    if ((bounds.lo.array() > bounds.hi.array()).any()) return;
-    const Vec3 center = 0.5 * bounds.lo + 0.5 * bounds.hi;
-    const double size = std::max(size_of(bounds), kSmallPart * other_size);
+  void place_origin(const detail::Extent& extent, double other_size) {
+    // Float boxes are taken about an origin near the first surface. At sixteen times the size of
+    // the surface they still resolve 2^-20 of it, so that few pairs need the look in double.
+    constexpr double kFarFromOrigin = 16.0;
+    // A first surface that is much smaller than the second (a single point, say) may move this part
+    // of the second's size before the origin follows; else every call would fit the second again.
+    constexpr double kSmallPart = 1e-3;
+    const double size = std::max(extent.size, kSmallPart * other_size);
     // Written so that an infinite difference moves the origin too.
-    if (!((center - origin_).cwiseAbs().maxCoeff() <= kFarFromOrigin * size)) origin_ = center;
+    if (!((extent.center - origin_).cwiseAbs().maxCoeff() <= kFarFromOrigin * size))
+      origin_ = extent.center;
   }
 
-  void fit(KeptTree& kept, const SurfaceView& surface) {
-    if (kept.fitted && kept.thickness == surface.thickness && kept.origin == origin_) return;
+  void fit(Kept& kept, const SurfaceView& surface, const TreePlace& place) {
+    if (kept.fitted && kept.thickness == surface.thickness && kept.origin == place.origin) return;
     const Stopwatch watch;
     if (kept.fitted) {
-      kept.tree.refit(surface, origin_, scratch_);
+      kept.tree.refit(surface, place, scratch_);
       cost_.refit_s += watch.seconds();
     }
     if (!kept.fitted || kept.tree.looseness() > config_.rebuild_looseness) {
       const Stopwatch build_watch;
-      kept.tree.build(surface, origin_, scratch_);
+      kept.tree.build(surface, place, scratch_);
       cost_.build_s += build_watch.seconds();
     }
     kept.fitted = true;
     kept.thickness = surface.thickness;
-    kept.origin = origin_;
+    kept.origin = place.origin;
   }
 
   /// What the cull lets the traversal skip; null if there is no cull.
-  const detail::SelfSkip* mark_self(const BoundingVolumeTree& tree, const SurfaceView& surface) {
-    if (!cull_ || tree.empty()) return nullptr;
-    skip_.nodes.assign(tree.node_count(), 0);
-    skip_.leaves.assign(tree.leaf_count(), 0);
-    cull_->mark(tree, surface, skip_);
-    return &skip_;
+  const detail::SelfSkip* mark_self(const Tree& tree, const SurfaceView& surface) {
+    if constexpr (std::is_same_v<Tree, detail::BoundingVolumeTree>) {
+      if (!cull_ || tree.empty()) return nullptr;
+      skip_.nodes.assign(tree.node_count(), 0);
+      skip_.leaves.assign(tree.leaf_count(), 0);
+      cull_->mark(tree, surface, skip_);
+      return &skip_;
+    } else {
+      return nullptr;
+    }
   }
 
   /// Fills parts_; clears `out` if they are too much.
-  void find(const detail::TraversalInput& input, CandidatePairs& out) {
+  void find(const Input& input, CandidatePairs& out) {
     detail::PairTally tally(budget(), detail::PairBuffer::kBytesPerPair);
     parts_.resize(kParts);
     for (detail::FoundPairs& part : parts_) part.start(&tally);
@@ -219,7 +292,7 @@ class Bvh final : public BroadPhase {
   }
 
   /// The parts depend on the trees alone.
-  void fill_parts(const detail::TraversalInput& input) {
+  void fill_parts(const Input& input) {
     stacks_.resize(kParts);
     if (input.tree_a.empty() || input.tree_b.empty()) return;
     if (input.skip && input.skip->skips(input.tree_a.root())) return;
@@ -243,11 +316,12 @@ class Bvh final : public BroadPhase {
   }
 
   BvhConfig config_;
+  BroadPhaseTraits traits_;
   std::unique_ptr<detail::SelfCull> cull_;
   detail::SelfSkip skip_;
-  detail::TraversalKernel kernel_;
-  std::array<KeptTree, kKeptTrees> kept_;
-  detail::TreeScratch scratch_;
+  detail::TraversalKernel<V> kernel_;
+  std::array<Kept, kKeptTrees> kept_;
+  typename Tree::Scratch scratch_;
   std::uint64_t uses_ = 0;
   Vec3 origin_ = Vec3::Zero();
   std::vector<TreePair> pairs_, next_pairs_;
@@ -257,15 +331,73 @@ class Bvh final : public BroadPhase {
   BroadPhaseCost cost_;
 };
 
+void check(const BvhConfig& config) {
+  const auto in_range = [](const char* name, int value, int least, int most) {
+    if (value < least || value > most)
+      throw std::invalid_argument("bvh: " + std::string(name) + " must be from " +
+                                  std::to_string(least) + " to " + std::to_string(most) + ", not " +
+                                  std::to_string(value));
+  };
+  if (!(config.rebuild_looseness > 1.0))
+    throw std::invalid_argument("bvh: rebuild_looseness must be greater than 1, not " +
+                                std::to_string(config.rebuild_looseness));
+  in_range("arity", config.arity, 2, detail::kLanes);
+  in_range("leaf_size", config.leaf_size, 1, detail::kMostLeafItems);
+}
+
+template <BoundingVolume V>
+std::unique_ptr<BroadPhase> make(const BvhConfig& config, PairSet pairs, const char* source,
+                                 std::unique_ptr<detail::SelfCull> cull = nullptr) {
+  check(config);
+  BroadPhaseTraits traits = cull ? cull->traits() : BroadPhaseTraits{};
+  if (!cull) {
+    traits.pairs = pairs;
+    traits.source = source;
+  }
+  return std::make_unique<Bvh<V>>(config, std::move(traits), std::move(cull));
+}
+
+constexpr const char* kAabbSource =
+    "tree of axis-aligned boxes over swept triangles with owned vertices and edges; S. Curtis, "
+    "R. Tamstorf, D. Manocha, Fast collision detection for deformable models using "
+    "representative-triangles, 2008";
+constexpr const char* kDopSource =
+    "tree of discrete orientation polytopes over swept triangles; J. Klosowski, M. Held, "
+    "J. Mitchell, H. Sowizral, K. Zikan, Efficient collision detection using bounding volume "
+    "hierarchies of k-DOPs, 1998; J. Mezger, S. Kimmerle, O. Etzmuss, Hierarchical techniques in "
+    "collision detection for cloth animation, 2003";
+constexpr const char* kObbSource =
+    "tree of oriented boxes over swept triangles; S. Gottschalk, M. Lin, D. Manocha, OBBTree: a "
+    "hierarchical structure for rapid interference detection, 1996";
+
 }  // namespace
 
 std::unique_ptr<BroadPhase> make_bvh_aabb(const BvhConfig& config) {
-  return std::make_unique<Bvh>(config);
+  return make<detail::AabbVolume>(config, PairSet::boxes, kAabbSource);
+}
+
+std::unique_ptr<BroadPhase> make_bvh_kdop(int k, const BvhConfig& config) {
+  switch (k) {
+    case 6:
+      return make<detail::AabbVolume>(config, PairSet::boxes, kDopSource);
+    case 14:
+      return make<detail::KDopVolume<14>>(config, PairSet::culled, kDopSource);
+    case 18:
+      return make<detail::KDopVolume<18>>(config, PairSet::culled, kDopSource);
+    case 26:
+      return make<detail::KDopVolume<26>>(config, PairSet::culled, kDopSource);
+    default:
+      throw std::invalid_argument("bvh_kdop: k must be 6, 14, 18 or 26, not " + std::to_string(k));
+  }
+}
+
+std::unique_ptr<BroadPhase> make_bvh_obb(const BvhConfig& config) {
+  return make<detail::ObbVolume>(config, PairSet::culled, kObbSource);
 }
 
 std::unique_ptr<BroadPhase> detail::make_bvh_aabb(const BvhConfig& config,
                                                   std::unique_ptr<SelfCull> cull) {
-  return std::make_unique<Bvh>(config, std::move(cull));
+  return make<AabbVolume>(config, PairSet::culled, kAabbSource, std::move(cull));
 }
 
 }  // namespace selvedge

@@ -9,6 +9,20 @@
 
 namespace selvedge {
 
+/// Where a rigid body is: x = rotation · X + translation.
+struct Pose {
+  Mat3 rotation = Mat3::Identity();
+  Vec3 translation = Vec3::Zero();  ///< metres
+};
+
+/// Promise that allows a broad phase to keep the tree of a rigid body that moves: as long as two
+/// views carry the same nonzero id, edges and triangles are the same numbers, and x_t0 and x_t1 are
+/// the poses t0 and t1 of the same X, computed in double precision.
+struct RigidMotion {
+  std::uint64_t id = 0;
+  Pose t0, t1;
+};
+
 /// One surface over one time step. Vertex i moves on the straight line x_t0[i] -> x_t1[i], t in
 /// [0,1]. A view: whoever makes it keeps the arrays alive.
 struct SurfaceView {
@@ -19,6 +33,8 @@ struct SurfaceView {
   /// Promise that allows a broad phase to keep its tree: as long as two views carry the same
   /// nonzero id, x_t0, x_t1, edges and triangles are the same numbers. 0 promises nothing.
   std::uint64_t static_id = 0;
+  /// Null promises nothing. Without use for a surface that has a static_id.
+  const RigidMotion* rigid = nullptr;
 };
 
 /// A point of one surface against a triangle of another (or the same) surface.

@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 #include <selvedge/broadphase/broad_phase.h>
+#include <selvedge/broadphase/conformance.h>
 #include <selvedge/broadphase/detail/bvh.h>
+#include <selvedge/broadphase/detail/sort_rows.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/triangle_mesh.h>
+#include <selvedge/narrowphase/distance.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
+#include <numbers>
 #include <random>
 #include <set>
 
@@ -20,8 +25,11 @@ struct Surface {
   std::vector<Triangle> triangles;
   double thickness = 0.0;
   std::uint64_t static_id = 0;
+  RigidMotion rigid;  ///< counts if its id is not 0
 
-  SurfaceView view() const { return {x_t0, x_t1, edges, triangles, thickness, static_id}; }
+  SurfaceView view() const {
+    return {x_t0, x_t1, edges, triangles, thickness, static_id, rigid.id ? &rigid : nullptr};
+  }
 };
 
 class Random {
@@ -63,6 +71,139 @@ CandidatePairs self_pairs_of(BroadPhase& detector, const Surface& a) {
   CandidatePairs out;
   detector.find_self_pairs(a.view(), out);
   return out;
+}
+
+CandidatePairs pairs_of(BroadPhase& detector, const Surface& a, const Surface& b) {
+  CandidatePairs out;
+  detector.find_pairs(a.view(), b.view(), out);
+  return out;
+}
+
+bool same(const CandidatePairs& a, const CandidatePairs& b) {
+  return a.point_triangle == b.point_triangle && a.triangle_point == b.triangle_point &&
+         a.edge_edge == b.edge_edge;
+}
+
+Vec3 at(const Surface& s, std::int32_t v, double t) {
+  return (1.0 - t) * s.x_t0[v] + t * s.x_t1[v];
+}
+
+/// Do they come nearer than the sum of the thicknesses at one of some instants?
+template <class Distance>
+bool come_near(const Surface& a, const Surface& b, Distance distance) {
+  constexpr int instants = 16;
+  for (int i = 0; i <= instants; ++i)
+    if (distance(i / static_cast<double>(instants)) < a.thickness + b.thickness) return true;
+  return false;
+}
+
+bool point_comes_near(const Surface& a, std::int32_t point, const Surface& b,
+                      std::int32_t triangle) {
+  const Triangle& v = b.triangles[triangle];
+  return come_near(a, b, [&](double t) {
+    return point_triangle_closest(at(a, point, t), at(b, v[0], t), at(b, v[1], t), at(b, v[2], t))
+        .distance;
+  });
+}
+
+bool edge_comes_near(const Surface& a, std::int32_t edge_a, const Surface& b, std::int32_t edge_b) {
+  const Edge &u = a.edges[edge_a], &v = b.edges[edge_b];
+  return come_near(a, b, [&](double t) {
+    return edge_edge_closest(at(a, u[0], t), at(a, u[1], t), at(b, v[0], t), at(b, v[1], t))
+        .distance;
+  });
+}
+
+/// Of the pairs in `boxes`, those that come near and are not in `found`; counts those that are.
+std::size_t missed(const CandidatePairs& boxes, const CandidatePairs& found, const Surface& a,
+                   const Surface& b, std::size_t& near) {
+  std::size_t count = 0;
+  const auto look = [&](bool comes_near, const auto& list, const auto& pair) {
+    if (!comes_near) return;
+    ++near;
+    count += !std::binary_search(list.begin(), list.end(), pair);
+  };
+  for (const PointTrianglePair& p : boxes.point_triangle)
+    look(point_comes_near(a, p.point, b, p.triangle), found.point_triangle, p);
+  for (const PointTrianglePair& p : boxes.triangle_point)
+    look(point_comes_near(b, p.point, a, p.triangle), found.triangle_point, p);
+  for (const EdgeEdgePair& p : boxes.edge_edge)
+    look(edge_comes_near(a, p.edge_a, b, p.edge_b), found.edge_edge, p);
+  return count;
+}
+
+/// Puts a surface into two poses.
+void pose(Surface& s, const std::vector<Vec3>& rest, const Pose& t0, const Pose& t1) {
+  for (std::size_t i = 0; i < rest.size(); ++i) {
+    s.x_t0[i] = t0.rotation * rest[i] + t0.translation;
+    s.x_t1[i] = t1.rotation * rest[i] + t1.translation;
+  }
+  s.rigid.t0 = t0;
+  s.rigid.t1 = t1;
+}
+
+Pose random_pose(Random& random, double angle, double reach) {
+  Vec3 axis = random.vector(1.0);
+  while (axis.norm() < 0.1) axis = random.vector(1.0);
+  return {Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix(), random.vector(reach)};
+}
+
+Pose turned(const Pose& pose, Random& random, double angle, double reach) {
+  const Pose turn = random_pose(random, angle, reach);
+  return {turn.rotation * pose.rotation, pose.translation + turn.translation};
+}
+
+/// The box pairs whose polytopes overlap in double precision.
+template <int axes>
+CandidatePairs dop_pairs(const CandidatePairs& boxes, const SurfaceView& a, const SurfaceView& b) {
+  CandidatePairs out = boxes;
+  std::erase_if(out.point_triangle, [&](const PointTrianglePair& p) {
+    return !detail::point_triangle_overlap<axes>(a, p.point, b, p.triangle);
+  });
+  std::erase_if(out.triangle_point, [&](const PointTrianglePair& p) {
+    return !detail::point_triangle_overlap<axes>(b, p.point, a, p.triangle);
+  });
+  std::erase_if(out.edge_edge, [&](const EdgeEdgePair& p) {
+    return !detail::edge_edge_overlap<axes>(a, p.edge_a, b, p.edge_b);
+  });
+  return out;
+}
+
+/// Calls visit(a, b) for every step of some of the scenes of the conformance kit.
+template <class Visit>
+void each_scene(std::uint64_t scenes, Visit visit) {
+  for (std::uint64_t seed = 0; seed < scenes; ++seed) {
+    ConformanceScene scene(seed);
+    for (int step = 0; step < scene.step_count(); ++step) {
+      if (step > 0) scene.advance();
+      visit(scene.a(), scene.b());
+      ASSERT_FALSE(::testing::Test::HasFailure()) << scene.description();
+    }
+  }
+}
+
+template <int axes>
+void expect_exactly_dop_pairs(std::uint64_t scenes) {
+  auto brute = make_brute_force();
+  auto wide = make_bvh_kdop(2 * axes), narrow = make_bvh_kdop(2 * axes, {.wide_vectors = false});
+  std::size_t found = 0, all = 0;
+  each_scene(scenes, [&](const SurfaceView& a, const SurfaceView& b) {
+    CandidatePairs boxes, out;
+    brute->find_pairs(a, b, boxes);
+    const CandidatePairs dops = dop_pairs<axes>(boxes, a, b);
+    brute->find_self_pairs(a, boxes);
+    const CandidatePairs self = dop_pairs<axes>(boxes, a, a);
+    for (BroadPhase* detector : {wide.get(), narrow.get()}) {
+      detector->find_pairs(a, b, out);
+      EXPECT_TRUE(same(out, dops));
+      detector->find_self_pairs(a, out);
+      EXPECT_TRUE(same(out, self));
+    }
+    found += self.size();
+    all += boxes.size();
+  });
+  EXPECT_GT(found, 10000u);
+  EXPECT_LT(found, all);
 }
 
 /// Skips every subtree whose root is in `depth` or deeper, and keeps what lies below each.
@@ -119,4 +260,180 @@ TEST(SelfCull, LeavesOutExactlyThePairsInsideTheSubtreesItMarks) {
     EXPECT_LT(found.size(), all.size());
     EXPECT_EQ(found.size() == 0, depth == 0);
   }
+}
+
+TEST(Bvh, NoVolumeLosesAPairThatComesNear) {
+  std::size_t near = 0;
+  for (unsigned seed = 0; seed < 12; ++seed) {
+    Surface a = crumpled(10, 0.2 + 0.02 * seed, 0.03, seed);
+    Surface b = crumpled(8, 0.25, 0.05, seed + 100);
+    a.thickness = 0.004;
+    b.thickness = 0.001 * seed;
+    if (seed % 3 == 2)
+      for (Surface* s : {&a, &b})
+        for (auto* xs : {&s->x_t0, &s->x_t1})
+          for (Vec3& x : *xs) x += Vec3(1e6, -2e6, 3e5);
+    auto brute = make_brute_force();
+    const CandidatePairs self = self_pairs_of(*brute, a), pairs = pairs_of(*brute, a, b);
+    for (const bool wide : {false, true}) {
+      const BvhConfig config{.wide_vectors = wide, .leaf_size = seed % 2 ? 8 : 2};
+      for (auto& detector : {make_bvh_kdop(14, config), make_bvh_kdop(18, config),
+                             make_bvh_kdop(26, config), make_bvh_obb(config)}) {
+        const CandidatePairs found = pairs_of(*detector, a, b);
+        EXPECT_EQ(missed(pairs, found, a, b, near), 0u) << detector->traits().source;
+        EXPECT_LT(found.size(), pairs.size());
+        EXPECT_EQ(missed(self, self_pairs_of(*detector, a), a, a, near), 0u) << seed;
+      }
+    }
+  }
+  EXPECT_GT(near, 10000u);
+}
+
+TEST(Bvh, OrientedBoxesReportBoxPairsOnlyAndTheSameForAnyNumberOfThreads) {
+  const Surface a = crumpled(40, 0.2, 0.004, 3), b = crumpled(30, 0.22, 0.004, 4);
+  auto brute = make_brute_force();
+  const CandidatePairs boxes = pairs_of(*brute, a, b);
+  CandidatePairs first;
+  for (const int threads : {1, 2, 8}) {
+    const ThreadLimit limit(threads);
+    for (const bool wide : {false, true}) {
+      auto detector = make_bvh_obb({.wide_vectors = wide});
+      const CandidatePairs found = pairs_of(*detector, a, b);
+      EXPECT_TRUE(std::includes(boxes.edge_edge.begin(), boxes.edge_edge.end(),
+                                found.edge_edge.begin(), found.edge_edge.end()));
+      if (first.size() == 0) first = found;
+      EXPECT_TRUE(same(found, first)) << threads << " threads, wide " << wide;
+      EXPECT_TRUE(same(pairs_of(*detector, a, b), first)) << "refitted";
+    }
+  }
+  EXPECT_LT(first.size(), boxes.size());
+  EXPECT_GT(first.size(), 1000u);
+}
+
+TEST(RigidFrame, NoPairThatComesNearIsLostHoweverTheBodyMoves) {
+  std::size_t near = 0, found_in_all = 0;
+  for (unsigned seed = 0; seed < 24; ++seed) {
+    Random random(seed);
+    Surface cloth = crumpled(8, 0.25, 0.02, seed), body = crumpled(7, 0.3, 0.0, seed + 50);
+    cloth.thickness = 0.003;
+    body.thickness = 0.002 * (seed % 3);
+    const std::vector<Vec3> rest = body.x_t0;
+    body.rigid.id = 7;
+    const double angle = std::array{0.0, 1e-3, 0.1, 0.8, 1.5, 3.0}[seed % 6];
+    const Vec3 far = seed % 4 == 3 ? Vec3(1e5, 2e5, -3e5) : Vec3::Zero();
+    for (auto* xs : {&cloth.x_t0, &cloth.x_t1})
+      for (Vec3& x : *xs) x += far;
+    auto brute = make_brute_force();
+    for (auto& detector : {make_bvh_aabb(), make_bvh_kdop(18), make_bvh_kdop(26), make_bvh_obb()}) {
+      Pose now = random_pose(random, 0.0, 0.05);
+      for (int step = 0; step < 3; ++step) {
+        const Pose next = turned(now, random, angle, 0.05);
+        pose(body, rest, {now.rotation, now.translation + far},
+             {next.rotation, next.translation + far});
+        const bool body_first = (seed + static_cast<unsigned>(step)) % 2 == 0;
+        const Surface &a = body_first ? body : cloth, &b = body_first ? cloth : body;
+        const CandidatePairs boxes = pairs_of(*brute, a, b);
+        const CandidatePairs found = pairs_of(*detector, a, b);
+        EXPECT_EQ(missed(boxes, found, a, b, near), 0u) << "seed " << seed << " step " << step;
+        found_in_all += found.size();
+        now = next;
+      }
+    }
+  }
+  EXPECT_GT(near, 10000u);
+  EXPECT_LT(found_in_all, 20 * near);  // It does cull.
+}
+
+TEST(RigidFrame, TheTreeOfAMovingBodyIsNeitherRefittedNorRead) {
+  Random random(1);
+  Surface cloth = crumpled(10, 0.25, 0.01, 1), body = crumpled(60, 0.3, 0.0, 2);
+  const std::vector<Vec3> rest = body.x_t0;
+  body.rigid.id = 3;
+  auto detector = make_bvh_aabb();
+  Pose now = random_pose(random, 0.3, 0.1);
+  pose(body, rest, now, now);
+  const std::size_t first = pairs_of(*detector, cloth, body).size();
+  EXPECT_GT(first, 100u);
+  EXPECT_GT(detector->last_cost().build_s, 0.0);
+  // The promise is believed: the positions are not read again, only the poses.
+  for (Vec3& x : body.x_t0) x.setConstant(1e9);
+  for (Vec3& x : body.x_t1) x.setConstant(1e9);
+  EXPECT_EQ(pairs_of(*detector, cloth, body).size(), first);
+  EXPECT_EQ(detector->last_cost().build_s, 0.0);
+  body.rigid.t0.translation.z() += 10.0;
+  body.rigid.t1.translation.z() += 10.0;
+  EXPECT_EQ(pairs_of(*detector, cloth, body).size(), 0u);
+  body.rigid.id = 4;
+  EXPECT_EQ(pairs_of(*detector, cloth, body).size(), 0u);
+}
+
+TEST(RigidFrame, AMatrixThatIsNoRotationIsRefused) {
+  Surface cloth = crumpled(3, 0.25, 0.01, 1), body = crumpled(3, 0.3, 0.0, 2);
+  body.rigid.id = 3;
+  auto detector = make_bvh_aabb();
+  for (const Mat3& bad : {Mat3(1.001 * Mat3::Identity()), Mat3(-Mat3::Identity()),
+                          Mat3(Mat3::Constant(std::nan("")))}) {
+    body.rigid.t1.rotation = bad;
+    EXPECT_THROW(pairs_of(*detector, cloth, body), std::invalid_argument);
+  }
+}
+
+TEST(SortRows, SortsRowsOfAnyLengthWhateverLiesBehindThem) {
+  Random random(1);
+  std::vector<std::uint32_t> begin = {0}, second;
+  std::vector<EdgeEdgePair> expected;
+  for (std::uint32_t n = 0; n <= detail::kLongRow + 3; ++n) {
+    std::set<std::uint32_t> row;
+    while (row.size() < n) row.insert(static_cast<std::uint32_t>(random.integer(0, 2147483647)));
+    std::vector<std::uint32_t> mixed(row.begin(), row.end());
+    if (n <= detail::kLongRow)
+      for (std::size_t i = mixed.size(); i > 1; --i)
+        std::swap(mixed[i - 1], mixed[random.integer(0, static_cast<int>(i) - 1)]);
+    second.insert(second.end(), mixed.begin(), mixed.end());
+    begin.push_back(static_cast<std::uint32_t>(second.size()));
+    for (const std::uint32_t s : row)
+      expected.push_back({static_cast<std::int32_t>(n) + 5, static_cast<std::int32_t>(s)});
+  }
+  second.resize(second.size() + detail::kRowSlack, 0xfffffff0u);
+  for (const auto sort :
+       {detail::sort_rows_narrow<EdgeEdgePair>(), detail::sort_rows_wide<EdgeEdgePair>()}) {
+    if (!sort) continue;
+    std::vector<EdgeEdgePair> out(expected.size());
+    sort({begin.data(), begin.size() - 1, second.data(), 5}, out.data());
+    EXPECT_EQ(out, expected);
+  }
+}
+
+TEST(Bvh, PolytopesLeaveOutExactlyThePairsThatTheyKeepApart) {
+  expect_exactly_dop_pairs<7>(60);
+  expect_exactly_dop_pairs<9>(60);
+  expect_exactly_dop_pairs<13>(60);
+}
+
+TEST(Bvh, FindsTheSameWithAnyArityAndLeafSize) {
+  auto brute = make_brute_force();
+  std::vector<std::unique_ptr<BroadPhase>> shaped;
+  for (const int arity : {2, 3, 4, 8})
+    for (const int leaf_size : {1, 3, 8, 11, 16})
+      shaped.push_back(make_bvh_aabb({.arity = arity, .leaf_size = leaf_size}));
+  each_scene(40, [&](const SurfaceView& a, const SurfaceView& b) {
+    CandidatePairs self, pairs, out;
+    brute->find_self_pairs(a, self);
+    brute->find_pairs(a, b, pairs);
+    for (auto& detector : shaped) {
+      detector->find_self_pairs(a, out);
+      EXPECT_TRUE(same(out, self));
+      detector->find_pairs(a, b, out);
+      EXPECT_TRUE(same(out, pairs));
+    }
+  });
+}
+
+TEST(Bvh, RefusesShapesThatItCannotMake) {
+  EXPECT_THROW(make_bvh_aabb({.arity = 1}), std::invalid_argument);
+  EXPECT_THROW(make_bvh_aabb({.arity = 9}), std::invalid_argument);
+  EXPECT_THROW(make_bvh_obb({.leaf_size = 0}), std::invalid_argument);
+  EXPECT_THROW(make_bvh_kdop(14, {.leaf_size = 25}), std::invalid_argument);
+  EXPECT_THROW(make_bvh_kdop(14, {.rebuild_looseness = 1.0}), std::invalid_argument);
+  EXPECT_THROW(make_bvh_kdop(8), std::invalid_argument);
 }

@@ -4,12 +4,11 @@
 #include <selvedge/broadphase/detail/bounding_volume_tree.h>
 #include <selvedge/broadphase/detail/collect_pairs.h>
 
-#include <span>
 #include <vector>
 
 namespace selvedge::detail {
 
-/// A node or leaf of the first tree and one of the second, whose boxes overlap (or, of one tree
+/// A node or leaf of the first tree and one of the second, whose volumes overlap (or, of one tree
 /// with itself, may be the same).
 struct TreePair {
   std::int32_t a, b;
@@ -25,18 +24,22 @@ struct SelfSkip {
 };
 
 /// Two trees and the views they were fitted to; `self` if they are one and the same.
+template <BoundingVolume V>
 struct TraversalInput {
-  const BoundingVolumeTree& tree_a;
-  const BoundingVolumeTree& tree_b;
+  const VolumeTree<V>& tree_a;
+  const VolumeTree<V>& tree_b;
   const SurfaceView& surface_a;
   const SurfaceView& surface_b;
   bool self;
   const SelfSkip* skip = nullptr;  ///< for self only
+  /// Look again in double at pairs that merely touch in float. Off in the frame of a rigid body,
+  /// where the doubles of the body are rounded anew in each step: such pairs are kept.
+  bool settle = true;
 };
 
-/// Which of eight boxes overlap a query.
+/// Which of eight volumes overlap a query.
 struct Hits {
-  unsigned closed;    ///< bit i: the closed box i does
+  unsigned closed;    ///< bit i: the closed volume i does
   unsigned touching;  ///< bit i: it does in float, in no more than a touch
 };
 
@@ -46,22 +49,27 @@ inline std::uint64_t key_of(std::int32_t first, std::int32_t second) {
 }
 
 /// One traversal kernel, compiled for one vector width.
+template <BoundingVolume V>
 struct TraversalKernel {
   /// Appends the child pairs of `pair` that overlap; false if it is a pair of leaves.
-  bool (*expand)(const TraversalInput& input, TreePair pair, std::vector<TreePair>& out);
+  bool (*expand)(const TraversalInput<V>& input, TreePair pair, std::vector<TreePair>& out);
   /// Finds everything below `pair`; `stack` is scratch.
-  void (*traverse)(const TraversalInput& input, TreePair pair, std::vector<TreePair>& stack,
+  void (*traverse)(const TraversalInput<V>& input, TreePair pair, std::vector<TreePair>& stack,
                    FoundPairs& out);
 };
 
 /// Two vectors of four where there is SSE2, plain loops elsewhere. Always available.
-TraversalKernel traversal_kernel_narrow();
+template <BoundingVolume V>
+TraversalKernel<V> traversal_kernel_narrow();
 /// Vectors of eight by AVX2; null pointers where the compiler or the processor has none.
-TraversalKernel traversal_kernel_wide();
+template <BoundingVolume V>
+TraversalKernel<V> traversal_kernel_wide();
 
-/// Is the pair in double precision really one? Asked where the float boxes only touch.
+/// Is the pair in double precision really one? Asked where the float volumes only touch.
+template <int axes>
 bool point_triangle_overlap(const SurfaceView& a, std::int32_t point, const SurfaceView& b,
                             std::int32_t triangle);
+template <int axes>
 bool edge_edge_overlap(const SurfaceView& a, std::int32_t edge_a, const SurfaceView& b,
                        std::int32_t edge_b);
 

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <bit>
+#include <cmath>
 
 #if (defined(__x86_64__) || defined(_M_X64)) && (defined(__GNUC__) || defined(__clang__))
 
@@ -21,32 +22,36 @@
 namespace selvedge::detail::wide {
 namespace {
 
+template <int axes>
 struct Query {
-  __m256 lo[3], hi[3];
+  __m256 lo[axes], hi[axes];
 };
 
-inline Query spread(const BoxBlock& block, int lane) {
-  Query q;
-  for (int k = 0; k < 3; ++k) {
+template <int axes>
+inline Query<axes> spread(const DopBlock<axes>& block, int lane) {
+  Query<axes> q;
+  for (int k = 0; k < axes; ++k) {
     q.lo[k] = _mm256_broadcast_ss(block.lo[k] + lane);
     q.hi[k] = _mm256_broadcast_ss(block.hi[k] + lane);
   }
   return q;
 }
 
-inline Query spread(const FloatBox& box) {
-  Query q;
-  for (int k = 0; k < 3; ++k) {
+template <int axes>
+inline Query<axes> spread(const FloatDop<axes>& box) {
+  Query<axes> q;
+  for (int k = 0; k < axes; ++k) {
     q.lo[k] = _mm256_broadcast_ss(&box.lo[k]);
     q.hi[k] = _mm256_broadcast_ss(&box.hi[k]);
   }
   return q;
 }
 
-inline unsigned overlap_mask(const BoxBlock& block, const Query& q) {
+template <int axes>
+inline unsigned overlap_mask(const DopBlock<axes>& block, const Query<axes>& q) {
   __m256 all = _mm256_cmp_ps(_mm256_load_ps(block.lo[0]), q.hi[0], _CMP_LE_OQ);
   all = _mm256_and_ps(all, _mm256_cmp_ps(q.lo[0], _mm256_load_ps(block.hi[0]), _CMP_LE_OQ));
-  for (int k = 1; k < 3; ++k) {
+  for (int k = 1; k < axes; ++k) {
     all = _mm256_and_ps(all, _mm256_cmp_ps(_mm256_load_ps(block.lo[k]), q.hi[k], _CMP_LE_OQ));
     all = _mm256_and_ps(all, _mm256_cmp_ps(q.lo[k], _mm256_load_ps(block.hi[k]), _CMP_LE_OQ));
   }
@@ -56,12 +61,14 @@ inline unsigned overlap_mask(const BoxBlock& block, const Query& q) {
 /// By how much each box reaches into the query, at most: negative if they are apart, 0 if they just
 /// touch, NaN in unused lanes. The sign of a difference of floats is that of the comparison, also
 /// where it underflows to 0, which merely asks for a look in double.
-inline Hits test(const BoxBlock& block, const Query& q) {
+template <int axes>
+inline Hits test(const DopBlock<axes>& block, const Query<axes>& q) {
   const auto depth = [&](int k) {
     return _mm256_min_ps(_mm256_sub_ps(q.hi[k], _mm256_load_ps(block.lo[k])),
                          _mm256_sub_ps(_mm256_load_ps(block.hi[k]), q.lo[k]));
   };
-  const __m256 least = _mm256_min_ps(_mm256_min_ps(depth(0), depth(1)), depth(2));
+  __m256 least = _mm256_min_ps(_mm256_min_ps(depth(0), depth(1)), depth(2));
+  for (int k = 3; k < axes; ++k) least = _mm256_min_ps(least, depth(k));
   const __m256 zero = _mm256_setzero_ps();
   const auto mask = [](__m256 m) { return static_cast<unsigned>(_mm256_movemask_ps(m)); };
   return {mask(_mm256_cmp_ps(least, zero, _CMP_GE_OQ)),
@@ -125,11 +132,12 @@ inline std::uint64_t* append_ordered(std::int32_t one, const std::int32_t* other
 
 namespace selvedge::detail {
 
-TraversalKernel traversal_kernel_wide() {
+template <BoundingVolume V>
+TraversalKernel<V> traversal_kernel_wide() {
   for (const bool has : {__builtin_cpu_supports("avx2"), __builtin_cpu_supports("bmi"),
                          __builtin_cpu_supports("popcnt")})
     if (!has) return {nullptr, nullptr};
-  return {wide::expand, wide::traverse};
+  return {wide::expand<V>, wide::traverse<V>};
 }
 
 }  // namespace selvedge::detail
@@ -138,8 +146,21 @@ TraversalKernel traversal_kernel_wide() {
 
 namespace selvedge::detail {
 
-TraversalKernel traversal_kernel_wide() { return {nullptr, nullptr}; }
+template <BoundingVolume V>
+TraversalKernel<V> traversal_kernel_wide() {
+  return {nullptr, nullptr};
+}
 
 }  // namespace selvedge::detail
 
 #endif
+
+namespace selvedge::detail {
+
+template TraversalKernel<AabbVolume> traversal_kernel_wide();
+template TraversalKernel<KDopVolume<14>> traversal_kernel_wide();
+template TraversalKernel<KDopVolume<18>> traversal_kernel_wide();
+template TraversalKernel<KDopVolume<26>> traversal_kernel_wide();
+template TraversalKernel<ObbVolume> traversal_kernel_wide();
+
+}  // namespace selvedge::detail

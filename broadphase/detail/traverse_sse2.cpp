@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/broadphase/detail/swept_box.h>
 #include <selvedge/broadphase/detail/traverse.h>
 
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 
 #ifdef __SSE2__
 #include <emmintrin.h>
@@ -16,34 +16,37 @@ namespace {
 
 #ifdef __SSE2__
 
+template <int axes>
 struct Query {
-  __m128 lo[3], hi[3];
+  __m128 lo[axes], hi[axes];
 };
 
-inline Query spread(const BoxBlock& block, int lane) {
-  Query q;
-  for (int k = 0; k < 3; ++k) {
+template <int axes>
+inline Query<axes> spread(const DopBlock<axes>& block, int lane) {
+  Query<axes> q;
+  for (int k = 0; k < axes; ++k) {
     q.lo[k] = _mm_set1_ps(block.lo[k][lane]);
     q.hi[k] = _mm_set1_ps(block.hi[k][lane]);
   }
   return q;
 }
 
-inline Query spread(const FloatBox& box) {
-  Query q;
-  for (int k = 0; k < 3; ++k) {
+template <int axes>
+inline Query<axes> spread(const FloatDop<axes>& box) {
+  Query<axes> q;
+  for (int k = 0; k < axes; ++k) {
     q.lo[k] = _mm_set1_ps(box.lo[k]);
     q.hi[k] = _mm_set1_ps(box.hi[k]);
   }
   return q;
 }
 
-template <class Less>
-inline unsigned compare(const BoxBlock& block, const Query& q, Less less) {
+template <int axes, class Less>
+inline unsigned compare(const DopBlock<axes>& block, const Query<axes>& q, Less less) {
   unsigned mask = 0;
   for (int half = 0; half < kLanes; half += 4) {
     __m128 all = _mm_castsi128_ps(_mm_set1_epi32(-1));
-    for (int k = 0; k < 3; ++k) {
+    for (int k = 0; k < axes; ++k) {
       all = _mm_and_ps(all, less(_mm_load_ps(block.lo[k] + half), q.hi[k]));
       all = _mm_and_ps(all, less(q.lo[k], _mm_load_ps(block.hi[k] + half)));
     }
@@ -52,10 +55,12 @@ inline unsigned compare(const BoxBlock& block, const Query& q, Less less) {
   return mask;
 }
 
-inline unsigned overlap_mask(const BoxBlock& block, const Query& q) {
+template <int axes>
+inline unsigned overlap_mask(const DopBlock<axes>& block, const Query<axes>& q) {
   return compare(block, q, [](__m128 a, __m128 b) { return _mm_cmple_ps(a, b); });
 }
-inline unsigned strict_mask(const BoxBlock& block, const Query& q) {
+template <int axes>
+inline unsigned strict_mask(const DopBlock<axes>& block, const Query<axes>& q) {
   return compare(block, q, [](__m128 a, __m128 b) { return _mm_cmplt_ps(a, b); });
 }
 
@@ -71,28 +76,39 @@ inline unsigned equal_mask(const std::int32_t* ids, std::int32_t id) {
 
 #else
 
-using Query = FloatBox;
+template <int axes>
+using Query = FloatDop<axes>;
 
-inline Query spread(const FloatBox& box) { return box; }
-inline Query spread(const BoxBlock& block, int lane) {
-  return {{block.lo[0][lane], block.lo[1][lane], block.lo[2][lane], 0.0f},
-          {block.hi[0][lane], block.hi[1][lane], block.hi[2][lane], 0.0f}};
+template <int axes>
+inline Query<axes> spread(const FloatDop<axes>& dop) {
+  return dop;
+}
+template <int axes>
+inline Query<axes> spread(const DopBlock<axes>& block, int lane) {
+  Query<axes> q{};
+  for (int k = 0; k < axes; ++k) {
+    q.lo[k] = block.lo[k][lane];
+    q.hi[k] = block.hi[k][lane];
+  }
+  return q;
 }
 
-inline unsigned overlap_mask(const BoxBlock& block, const Query& q) {
+template <int axes>
+inline unsigned overlap_mask(const DopBlock<axes>& block, const Query<axes>& q) {
   unsigned mask = 0;
   for (int i = 0; i < kLanes; ++i) {
     bool all = true;
-    for (int k = 0; k < 3; ++k) all &= (block.lo[k][i] <= q.hi[k]) & (q.lo[k] <= block.hi[k][i]);
+    for (int k = 0; k < axes; ++k) all &= (block.lo[k][i] <= q.hi[k]) & (q.lo[k] <= block.hi[k][i]);
     mask |= static_cast<unsigned>(all) << i;
   }
   return mask;
 }
-inline unsigned strict_mask(const BoxBlock& block, const Query& q) {
+template <int axes>
+inline unsigned strict_mask(const DopBlock<axes>& block, const Query<axes>& q) {
   unsigned mask = 0;
   for (int i = 0; i < kLanes; ++i) {
     bool all = true;
-    for (int k = 0; k < 3; ++k) all &= (block.lo[k][i] < q.hi[k]) & (q.lo[k] < block.hi[k][i]);
+    for (int k = 0; k < axes; ++k) all &= (block.lo[k][i] < q.hi[k]) & (q.lo[k] < block.hi[k][i]);
     mask |= static_cast<unsigned>(all) << i;
   }
   return mask;
@@ -106,7 +122,8 @@ inline unsigned equal_mask(const std::int32_t* ids, std::int32_t id) {
 
 #endif
 
-inline Hits test(const BoxBlock& block, const Query& query) {
+template <int axes>
+inline Hits test(const DopBlock<axes>& block, const Query<axes>& query) {
   const unsigned closed = overlap_mask(block, query);
   return {closed, closed ? closed & ~strict_mask(block, query) : 0u};
 }
@@ -131,16 +148,37 @@ inline std::uint64_t* append_ordered(std::int32_t one, const std::int32_t* other
 }  // namespace
 }  // namespace narrow
 
-TraversalKernel traversal_kernel_narrow() { return {narrow::expand, narrow::traverse}; }
+template <BoundingVolume V>
+TraversalKernel<V> traversal_kernel_narrow() {
+  return {narrow::expand<V>, narrow::traverse<V>};
+}
 
+template TraversalKernel<AabbVolume> traversal_kernel_narrow();
+template TraversalKernel<KDopVolume<14>> traversal_kernel_narrow();
+template TraversalKernel<KDopVolume<18>> traversal_kernel_narrow();
+template TraversalKernel<KDopVolume<26>> traversal_kernel_narrow();
+template TraversalKernel<ObbVolume> traversal_kernel_narrow();
+
+template <int axes>
 bool point_triangle_overlap(const SurfaceView& a, std::int32_t point, const SurfaceView& b,
                             std::int32_t triangle) {
-  return overlap(swept_box(a, point), swept_box(b, b.triangles[triangle]));
+  return overlap(swept_dop<axes>(path_of(a, point)), swept_dop<axes>(b, b.triangles[triangle]));
 }
 
+template <int axes>
 bool edge_edge_overlap(const SurfaceView& a, std::int32_t edge_a, const SurfaceView& b,
                        std::int32_t edge_b) {
-  return overlap(swept_box(a, a.edges[edge_a]), swept_box(b, b.edges[edge_b]));
+  return overlap(swept_dop<axes>(a, a.edges[edge_a]), swept_dop<axes>(b, b.edges[edge_b]));
 }
+
+#define SELVEDGE_INSTANTIATE(axes)                                                                 \
+  template bool point_triangle_overlap<axes>(const SurfaceView&, std::int32_t, const SurfaceView&, \
+                                             std::int32_t);                                        \
+  template bool edge_edge_overlap<axes>(const SurfaceView&, std::int32_t, const SurfaceView&,      \
+                                        std::int32_t)
+SELVEDGE_INSTANTIATE(3);
+SELVEDGE_INSTANTIATE(7);
+SELVEDGE_INSTANTIATE(9);
+SELVEDGE_INSTANTIATE(13);
 
 }  // namespace selvedge::detail

@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/broadphase/detail/rigid_frame.h>
+#include <selvedge/core/collision_types.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
+namespace selvedge::detail {
+
+/// Number of volumes that are tested together.
+inline constexpr int kLanes = 8;
+
+/// Discrete orientation polytopes [Klosowski1998]: the slabs of a body along fixed directions, the
+/// coordinate axes (k = 6: an axis-aligned box) and, beside them, the diagonals of the cube's
+/// corners (k = 14), of its edges (k = 18) or both (k = 26).
+template <int axes>
+constexpr auto dop_directions() {
+  static_assert(axes == 3 || axes == 7 || axes == 9 || axes == 13);
+  constexpr std::array<std::array<int, 3>, 3> coordinates{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+  constexpr std::array<std::array<int, 3>, 4> corners{
+      {{1, 1, 1}, {1, -1, 1}, {1, 1, -1}, {1, -1, -1}}};
+  constexpr std::array<std::array<int, 3>, 6> edges{
+      {{1, 1, 0}, {1, 0, 1}, {0, 1, 1}, {1, -1, 0}, {1, 0, -1}, {0, 1, -1}}};
+  std::array<std::array<int, 3>, axes> all{};
+  int n = 0;
+  for (const auto& d : coordinates) all[n++] = d;
+  if constexpr (axes == 7 || axes == 13)
+    for (const auto& d : corners) all[n++] = d;
+  if constexpr (axes == 9 || axes == 13)
+    for (const auto& d : edges) all[n++] = d;
+  return all;
+}
+
+/// A closed polytope in double precision.
+template <int axes>
+struct SweptDop {
+  std::array<double, axes> lo, hi;
+};
+
+template <int axes>
+bool overlap(const SweptDop<axes>& a, const SweptDop<axes>& b) {
+  bool all = true;
+  for (int k = 0; k < axes; ++k) all &= (a.lo[k] <= b.hi[k]) & (b.lo[k] <= a.hi[k]);
+  return all;
+}
+
+/// The slabs of all that lies within `path.reach` of the segment y_t0 y_t1.
+///
+/// Along a coordinate axis exactly the box of swept_box.h, whose rounding is part of the pair set's
+/// definition. Along d = (d0, d1, d2) with two or three entries ±1, a point within r of the segment
+/// has a product with d between the least and the greatest of the ends' less and plus |d|·r; the
+/// computed product of an end y is off by at most 2u(1 + u)·|y|₁, the computed |d|·r by 2u·|d|·r
+/// and the last difference by u of its size, u = 2⁻⁵³, in all less than 8u(|y|₁ + |d|·r). That much
+/// is added outwards, so that the computed slab contains the true one.
+template <int axes>
+SweptDop<axes> swept_dop(const VertexPath& path) {
+  constexpr auto directions = dop_directions<axes>();
+  constexpr double kRounding = 8.0 * 0x1p-53;
+  constexpr double kLengths[] = {0.0, 1.0, 1.4142135623730951, 1.7320508075688774};  // rounded up
+  const Vec3 &y0 = path.y_t0, &y1 = path.y_t1;
+  SweptDop<axes> dop;
+  for (int k = 0; k < 3; ++k) {
+    dop.lo[k] = std::min(y0[k], y1[k]) - path.reach;
+    dop.hi[k] = std::max(y0[k], y1[k]) + path.reach;
+  }
+  if constexpr (axes > 3) {
+    const double size = std::max(y0.cwiseAbs().sum(), y1.cwiseAbs().sum());
+    for (int k = 3; k < axes; ++k) {
+      const auto& d = directions[k];
+      const double s0 = (d[0] * y0[0] + d[1] * y0[1]) + d[2] * y0[2];
+      const double s1 = (d[0] * y1[0] + d[1] * y1[1]) + d[2] * y1[2];
+      const double reach = kLengths[d[0] * d[0] + d[1] * d[1] + d[2] * d[2]] * path.reach;
+      const double margin = reach + kRounding * (size + reach);
+      dop.lo[k] = std::min(s0, s1) - margin;
+      dop.hi[k] = std::max(s0, s1) + margin;
+    }
+  }
+  return dop;
+}
+
+/// The slabs of an edge or a triangle.
+template <int axes, std::size_t n>
+SweptDop<axes> swept_dop(const SurfaceView& surface, const std::array<std::int32_t, n>& vertices) {
+  SweptDop<axes> dop = swept_dop<axes>(path_of(surface, vertices[0]));
+  for (std::size_t i = 1; i < n; ++i) {
+    const SweptDop<axes> other = swept_dop<axes>(path_of(surface, vertices[i]));
+    for (int k = 0; k < axes; ++k) {
+      dop.lo[k] = std::min(dop.lo[k], other.lo[k]);
+      dop.hi[k] = std::max(dop.hi[k], other.hi[k]);
+    }
+  }
+  return dop;
+}
+
+/// A polytope in float, with unused numbers at the end of each array.
+///
+/// Why float loses nothing: along each direction d every number s of a double polytope, lower or
+/// upper, goes through the same map m(s) = clamp(float(s - d·origin)), whose roundings are monotone
+/// whatever the subtrahend. So lo(a) <= hi(b) in double implies m(lo(a)) <= m(hi(b)): no pair is
+/// lost. And m(lo(a)) < m(hi(b)) implies lo(a) < hi(b): a pair whose float polytopes overlap
+/// strictly is certain, and only a pair that is equal in some slab must be looked at again in
+/// double.
+template <int axes>
+struct alignas(16) FloatDop {
+  static constexpr int kNumbers = (axes + 4) / 4 * 4;
+  std::array<float, kNumbers> lo, hi;
+};
+/// The last number of a box is free.
+using FloatBox = FloatDop<3>;
+
+/// Eight polytopes, by direction. Lanes that are not used are NaN, so that they overlap nothing.
+template <int axes>
+struct alignas(32) DopBlock {
+  float lo[axes][kLanes];
+  float hi[axes][kLanes];
+};
+
+template <int axes>
+constexpr FloatDop<axes> empty_dop() {
+  FloatDop<axes> dop{};
+  for (int k = 0; k < axes; ++k) {
+    dop.lo[k] = std::numeric_limits<float>::infinity();
+    dop.hi[k] = -std::numeric_limits<float>::infinity();
+  }
+  return dop;
+}
+
+/// The map m.
+inline float to_float(double relative) {
+  // Coordinates are clamped to a million kilometres so that areas stay finite in float.
+  constexpr double kFar = 1e12;
+  return static_cast<float>(std::min(std::max(relative, -kFar), kFar));
+}
+
+/// The subtrahends of m.
+template <int axes>
+std::array<double, axes> along_directions(const Vec3& origin) {
+  constexpr auto directions = dop_directions<axes>();
+  std::array<double, axes> products;
+  for (int k = 0; k < axes; ++k)
+    products[k] =
+        directions[k][0] * origin[0] + directions[k][1] * origin[1] + directions[k][2] * origin[2];
+  return products;
+}
+
+template <int axes>
+FloatDop<axes> to_float(const SweptDop<axes>& dop,
+                        const std::array<double, std::size_t{axes}>& origin) {
+  FloatDop<axes> out{};
+  for (int k = 0; k < axes; ++k) {
+    out.lo[k] = to_float(dop.lo[k] - origin[k]);
+    out.hi[k] = to_float(dop.hi[k] - origin[k]);
+  }
+  return out;
+}
+
+template <int axes>
+void grow(FloatDop<axes>& dop, const FloatDop<axes>& other) {
+#ifdef __SSE2__
+  for (int k = 0; k < FloatDop<axes>::kNumbers; k += 4) {
+    float *lo = dop.lo.data() + k, *hi = dop.hi.data() + k;
+    _mm_store_ps(lo, _mm_min_ps(_mm_load_ps(lo), _mm_load_ps(other.lo.data() + k)));
+    _mm_store_ps(hi, _mm_max_ps(_mm_load_ps(hi), _mm_load_ps(other.hi.data() + k)));
+  }
+#else
+  for (int k = 0; k < axes; ++k) {
+    dop.lo[k] = std::min(dop.lo[k], other.lo[k]);
+    dop.hi[k] = std::max(dop.hi[k], other.hi[k]);
+  }
+#endif
+}
+
+/// Half the surface of the polytope's box.
+template <int axes>
+float half_area(const FloatDop<axes>& dop) {
+  const float x = dop.hi[0] - dop.lo[0], y = dop.hi[1] - dop.lo[1], z = dop.hi[2] - dop.lo[2];
+  return x * y + y * z + z * x;
+}
+
+template <int axes>
+void set_lane(DopBlock<axes>& block, int lane, const FloatDop<axes>& dop) {
+  for (int k = 0; k < axes; ++k) {
+    block.lo[k][lane] = dop.lo[k];
+    block.hi[k][lane] = dop.hi[k];
+  }
+}
+
+template <int axes>
+void clear_lanes(DopBlock<axes>& block) {
+  for (int k = 0; k < axes; ++k)
+    for (int lane = 0; lane < kLanes; ++lane)
+      block.lo[k][lane] = block.hi[k][lane] = std::numeric_limits<float>::quiet_NaN();
+}
+
+/// The box of one lane.
+template <int axes>
+FloatBox lane_box(const DopBlock<axes>& block, int lane) {
+  return {{block.lo[0][lane], block.lo[1][lane], block.lo[2][lane], 0.0f},
+          {block.hi[0][lane], block.hi[1][lane], block.hi[2][lane], 0.0f}};
+}
+
+}  // namespace selvedge::detail

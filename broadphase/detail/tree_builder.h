@@ -11,8 +11,9 @@ namespace selvedge::detail {
 /// References to a child of a node: a node by its index, a leaf by the complement of its index.
 inline constexpr std::int32_t kNoChild = std::numeric_limits<std::int32_t>::min();
 
-/// A leaf holds at most so many items.
-inline constexpr int kMostLeafItems = 16;
+/// A leaf holds at most so many items: of its owned edges, kMostOwned each, eight bits can count
+/// the lanes.
+inline constexpr int kMostLeafItems = 24;
 
 struct TreeShape {
   int arity = kLanes;      ///< children of a node, 2 to 8

@@ -414,7 +414,7 @@ TEST(Bvh, FindsTheSameWithAnyArityAndLeafSize) {
   auto brute = make_brute_force();
   std::vector<std::unique_ptr<BroadPhase>> shaped;
   for (const int arity : {2, 3, 4, 8})
-    for (const int leaf_size : {1, 3, 8, 11, 16})
+    for (const int leaf_size : {1, 3, 8, 11, 24})
       shaped.push_back(make_bvh_aabb({.arity = arity, .leaf_size = leaf_size}));
   each_scene(40, [&](const SurfaceView& a, const SurfaceView& b) {
     CandidatePairs self, pairs, out;

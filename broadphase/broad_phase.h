@@ -125,14 +125,14 @@ std::unique_ptr<BroadPhase> make_bvh_aabb(const BvhConfig& config = {});
 std::unique_ptr<BroadPhase> make_curvature_cone(const BvhConfig& config = {});
 
 /// The tree of boxes with discrete orientation polytopes of k = 6, 14, 18 or 26 sides in their
-/// place [Klosowski1998, Mezger2003]: the box pairs less those that a plane across one of the k / 2 directions keeps
-/// apart by more than the thicknesses during the whole step. k = 6 is bvh_aabb.
+/// place [Klosowski1998, Mezger2003]: the box pairs less those that a plane across one of the k / 2
+/// directions keeps apart by more than the thicknesses during the whole step. k = 6 is bvh_aabb.
 std::unique_ptr<BroadPhase> make_bvh_kdop(int k, const BvhConfig& config = {});
 
-/// The tree of boxes with oriented boxes around nodes and leaves [Gottschalk1996] beside the axis-aligned
-/// ones: the box pairs less those of leaves that a separating axis keeps apart by more than the
-/// thicknesses during the whole step. Which pairs are left out depends on the tree, so on earlier
-/// calls; never on the number of threads.
+/// The tree of boxes with oriented boxes around nodes and leaves [Gottschalk1996] beside the
+/// axis-aligned ones: the box pairs less those of leaves that a separating axis keeps apart by more
+/// than the thicknesses during the whole step. Which pairs are left out depends on the tree, so on
+/// earlier calls; never on the number of threads.
 std::unique_ptr<BroadPhase> make_bvh_obb(const BvhConfig& config = {});
 
 struct CellGridConfig {

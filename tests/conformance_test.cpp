@@ -20,8 +20,12 @@ namespace {
 /// Distances are computed with roundings; a pair that counts as near is nearer than the thicknesses
 /// by this part of them, far more than the roundings and far less than what matters.
 constexpr double kSurelyNear = 1.0 - 1e-6;
+/// They say so much only of coordinates that are not larger than this many reaches.
+constexpr double kTrusted = 1e8;
 
 bool near_at(const std::array<Vec3, 4>& x, ContactKind kind, double reach) {
+  for (const Vec3& corner : x)
+    if (!(corner.cwiseAbs().maxCoeff() <= kTrusted * reach)) return false;
   return reach > 0.0 &&
          (kind == ContactKind::edge_edge ? edge_edge_closest(x[0], x[1], x[2], x[3])
                                          : point_triangle_closest(x[0], x[1], x[2], x[3]))

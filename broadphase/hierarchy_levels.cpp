@@ -51,9 +51,9 @@ std::vector<std::vector<LevelBox>> hierarchy_levels(const SurfaceView& surface) 
   if (surface.x_t0.empty()) return {};
   const Vec3 origin = 0.5 * bounds.lo + 0.5 * bounds.hi;
   BoundingVolumeTree tree;
-  detail::TreeScratch scratch;
+  BoundingVolumeTree::Scratch scratch;
   tree.set_topology(surface);
-  tree.build(surface, origin, scratch);
+  tree.build(surface, {.origin = origin}, scratch);
   if (tree.empty()) return {};
   std::vector<std::vector<LevelBox>> levels;
   for (std::vector<std::int32_t> level = {tree.root()};; level = next_level(tree, level)) {

@@ -283,7 +283,9 @@ TEST(BroadPhases, EmptySurfacesHaveNoPairs) {
   for (const auto& [name, make] : broad_phases()) {
     auto detector = make();
     const Surface none, some = grid(3, 3, 1.0);
-    if (detector->traits().self) EXPECT_EQ(self_pairs_of(*detector, none).size(), 0u) << name;
+    if (detector->traits().self) {
+      EXPECT_EQ(self_pairs_of(*detector, none).size(), 0u) << name;
+    }
     EXPECT_EQ(pairs_of(*detector, none, some).size(), 0u) << name;
     EXPECT_EQ(pairs_of(*detector, some, none).size(), 0u) << name;
   }

@@ -11,11 +11,12 @@
 //   spikes     the warm call with one vertex that moves 1 m, 10 m and 1 km, 1e6 m from the origin,
 //   and
 //              with a copy of the mesh 1e5 times smaller beside it, over the plain one
-//   scaling    the warm call over the size, and its log-log slope in primitives and pairs together
+//   scaling    the warm call over the size, and its log-log slope in the primitives
+//              that move and the pairs together
 //   memory     what a detector keeps between calls per primitive, and by how much its first two
 //   calls
 //              raise the peak of a process of its own; with --large also at 2.5 million triangles
-//   frames     milliseconds per frame of a cloth that flows at a given speed
+//   frames     milliseconds per frame of a cloth that swings to and fro at a given speed
 // Detectors take turns, and medians are printed.
 #include <fmt/format.h>
 #include <selvedge/apps/methods.h>
@@ -30,6 +31,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <random>
@@ -49,8 +51,9 @@ constexpr double kDrapeGap = 0.0085;    // m
 constexpr double kDrapeSpeed = 0.5;     // m/s
 constexpr double kCrumpleBox = 0.38;    // m
 constexpr double kCrumpleSpeed = 0.25;  // m/s
-constexpr int kLargeSize = 1119;        // 2·1118² = 2.5 million triangles
-constexpr int kSizeOfThickness = 200;   // the large scene is inflated in proportion to its edges
+constexpr double kFramesOfASwing = 60.0;
+constexpr int kLargeSize = 1119;       // 2·1118² = 2.5 million triangles
+constexpr int kSizeOfThickness = 200;  // the large scene is inflated in proportion to its edges
 constexpr const char* kReference = "bvh_aabb";
 
 struct Surface {
@@ -59,6 +62,7 @@ struct Surface {
   std::vector<Triangle> triangles;
   std::uint64_t static_id = 0;
   double thickness = kThickness;
+  std::size_t tiny_from = std::numeric_limits<std::size_t>::max();  ///< vertices that move 1e5 less
 
   SurfaceView view() const { return {x_t0, x_t1, edges, triangles, thickness, static_id}; }
   std::size_t primitives() const { return x_t0.size() + edges.size() + triangles.size(); }
@@ -66,6 +70,7 @@ struct Surface {
   /// The other surface as a part of this one.
   void append(Surface other) {
     const auto first = static_cast<std::int32_t>(x_t0.size());
+    tiny_from = x_t0.size();
     x_t0.insert(x_t0.end(), other.x_t0.begin(), other.x_t0.end());
     for (Triangle& t : other.triangles)
       for (std::int32_t& v : t) v += first;
@@ -121,9 +126,11 @@ Surface body() {
   return s;
 }
 
+constexpr double kTiny = 1e-5;
+
 /// The same surface 1e5 times smaller, beside it.
 Surface tiny_copy(Surface s) {
-  for (Vec3& x : s.x_t0) x = 1e-5 * x + Vec3(0.6, 0.6, 0.0);
+  for (Vec3& x : s.x_t0) x = kTiny * x + Vec3(0.6, 0.6, 0.0);
   return s;
 }
 
@@ -132,6 +139,7 @@ struct Scene {
   Surface cloth, body;
   double speed = 0.0;
   bool self = false;
+  Vec3 origin = Vec3::Zero();  ///< of the flow
 
   std::size_t primitives() const { return cloth.primitives() + body.primitives(); }
 };
@@ -169,13 +177,15 @@ Scene make_scene(const std::string& kind, int size) {
 }
 
 /// End positions from start positions: a smooth flow and a little noise, the same on every mesh.
-void move(Surface& s, double speed, unsigned seed) {
+void move(Scene& scene, double speed, unsigned seed) {
+  Surface& s = scene.cloth;
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> noise(-0.1, 0.1);
   for (std::size_t i = 0; i < s.x_t0.size(); ++i) {
-    const Vec3& x = s.x_t0[i];
+    const Vec3 x = s.x_t0[i] - scene.origin;
     const Vec3 flow(std::sin(9.0 * x.y() + seed), std::sin(7.0 * x.z()), std::cos(8.0 * x.x()));
-    s.x_t1[i] = x + kStep * speed * (flow + Vec3(noise(random), noise(random), noise(random)));
+    const double way = kStep * speed * (i < s.tiny_from ? 1.0 : kTiny);
+    s.x_t1[i] = s.x_t0[i] + way * (flow + Vec3(noise(random), noise(random), noise(random)));
   }
 }
 
@@ -292,14 +302,14 @@ std::string why_not(const BroadPhaseTraits& traits, const Scene& scene) {
 void take_turn(Measured& m, const std::function<std::unique_ptr<BroadPhase>()>& make,
                Scene& scene) {
   m.detector = make();
-  move(scene.cloth, scene.speed, 1);
+  move(scene, scene.speed, 1);
   m.cold.push_back(detect(*m.detector, scene, m.out));
-  move(scene.cloth, scene.speed, 3);
+  move(scene, scene.speed, 3);
   scene.cloth.static_id = 2;
   detect(*m.detector, scene, m.out);
   m.build.push_back(m.detector->last_cost().build_s);
   scene.cloth.static_id = 0;
-  move(scene.cloth, scene.speed, 2);
+  move(scene, scene.speed, 2);
   m.warm.push_back(detect(*m.detector, scene, m.out));
   const BroadPhaseCost cost = m.detector->last_cost();
   m.refit.push_back(cost.refit_s + cost.build_s);
@@ -342,7 +352,7 @@ BroadPhaseRegistry detectors(const Options& options, int size) {
 
 CandidatePairs reference(Scene& scene) {
   CandidatePairs out;
-  move(scene.cloth, scene.speed, 2);
+  move(scene, scene.speed, 2);
   detect(*methods_of_this_build().broad_phases.at(kReference)(), scene, out);
   return out;
 }
@@ -395,11 +405,16 @@ std::vector<Mischief> mischiefs() {
           {"spike 1 km", [](Scene& s) { spike(s, 1000.0); }},
           {"1e6 m away",
            [](Scene& s) {
+             s.origin = Vec3(1e6, 1e6, 1e6);
              for (Surface* surface : {&s.cloth, &s.body})
                for (auto* xs : {&surface->x_t0, &surface->x_t1})
-                 for (Vec3& x : *xs) x += Vec3(1e6, 1e6, 1e6);
+                 for (Vec3& x : *xs) x += s.origin;
            }},
-          {"1e5 times smaller beside", [](Scene& s) { s.cloth.append(tiny_copy(s.cloth)); }}};
+          // The inflation is that of the small one, or all of it would touch all of it.
+          {"1e5 times smaller beside", [](Scene& s) {
+             s.cloth.append(tiny_copy(s.cloth));
+             if (s.self) s.cloth.thickness *= kTiny;
+           }}};
 }
 
 Table spike_table(const Options& options) {
@@ -413,7 +428,10 @@ Table spike_table(const Options& options) {
           Scene scene = make_scene(kind, size);
           mischief.act(scene);
           for (const auto& [name, m] : measure(scene, detectors(options, size), options)) {
-            if (!m.why_not.empty()) continue;
+            if (!m.why_not.empty()) {
+              table.add({scene.name, name, std::to_string(threads), mischief.name, m.why_not});
+              continue;
+            }
             const double warm = m.warm_s(options.least);
             plain.try_emplace(name, warm);
             table.add({scene.name, name, std::to_string(threads), mischief.name, milliseconds(warm),
@@ -453,7 +471,9 @@ Table scaling_table(const Options& options) {
           if (!m.why_not.empty()) continue;
           const double warm = m.warm_s(options.least);
           cells[name].push_back(milliseconds(warm));
-          points[name].push_back({static_cast<double>(scene.primitives() + m.out.size()), warm});
+          // The body costs a warm call nothing.
+          points[name].push_back(
+              {static_cast<double>(scene.cloth.primitives() + m.out.size()), warm});
           if (m.slow) stopped.insert(name);
         }
       }
@@ -489,7 +509,7 @@ Scene memory_scene(const Options& options) {
 int print_peak(const Options& options) {
   Scene scene = memory_scene(options);
   const BroadPhaseRegistry all = methods_of_this_build().broad_phases;
-  move(scene.cloth, scene.speed * (options.in_proportion ? 0.2 : 1.0), 1);
+  move(scene, scene.speed * (options.in_proportion ? 0.2 : 1.0), 1);
   std::ofstream("/proc/self/clear_refs") << 5;  // The peak is measured from here on.
   const double before = status("VmRSS").value_or(0.0);
   const auto detector = all.at(options.peak_of)();
@@ -560,7 +580,8 @@ Table frame_table(const Options& options) {
             if (why_not(make()->traits(), scene).empty()) all[name].detector = make();
           for (int frame = 0; frame < options.frames; ++frame) {
             scene.cloth.x_t0 = scene.cloth.x_t1;
-            move(scene.cloth, speed, 5);
+            // To and fro, or a steady flow would draw the cloth together.
+            move(scene, speed * std::cos(2.0 * std::numbers::pi * frame / kFramesOfASwing), 5);
             for (auto& [name, m] : all) m.warm.push_back(detect(*m.detector, scene, m.out));
           }
           for (const auto& [name, m] : all) {

@@ -145,7 +145,7 @@ class MarginChoice {
   static constexpr int kLivesRemembered = 48;  // then the scene may be another one
   // A larger margin is tried only after one that was no worse than this: what is found with it
   // grows with its cube.
-  static constexpr double kWorthTrying = 1.3;
+  static constexpr double kWorthTrying = 1.1;
   static constexpr double kUnknown = -1.0;
 
   bool known(int level) const { return cost_[level] >= 0.0; }

@@ -83,9 +83,16 @@ class RootIsolation {
     for (int i = 0; i < 3; ++i) n_[i] = cross_component(X_, Y_, i);
   }
 
+  double largest_difference() const { return std::max({X_.largest(), Y_.largest(), Z_.largest()}); }
+  /// See kSmallest: what a factor lacks another one may make up for.
+  bool is_in_range() const {
+    const double a = X_.largest(), b = Y_.largest(), c = Z_.largest();
+    return std::min({a * b, b * c, c * a}) > kSmallest * kSmallest &&
+           std::max({a, b, c}) < kLargest;
+  }
+
   Verdict run(IsolatedRoot& root) {
     const double a = X_.largest(), b = Y_.largest(), c = Z_.largest();
-    if (!(std::min({a, b, c}) > kSmallest && std::max({a, b, c}) < kLargest)) return Verdict::open;
     size_n_ = a * b, size_h_ = c * b, size_g_ = a * c;
     Verdict verdict = pass(bernstein(), kBernsteinError * kRoundoff * (a * b * c), kFirstPassBoxes);
     if (verdict == Verdict::open) {
@@ -243,10 +250,26 @@ class RootIsolation {
   IsolatedRoot root_;
 };
 
+/// Nothing is lost but what underflows where the largest difference is about 1, which the reserve
+/// of the bounds covers, and times stay what they are.
+Query times_power_of_two(const Query& query, int exponent) {
+  Query scaled = query;
+  for (auto* x : {&scaled.x_t0, &scaled.x_t1})
+    for (Vec3& v : *x)
+      for (int i = 0; i < 3; ++i) v[i] = std::ldexp(v[i], exponent);
+  return scaled;
+}
+
 }  // namespace
 
 Verdict isolate_contact(const Query& query, IsolatedRoot& root) {
-  return RootIsolation(query).run(root);
+  RootIsolation isolation(query);
+  if (isolation.is_in_range()) return isolation.run(root);
+  const double size = isolation.largest_difference();
+  if (!(size > 0.0 && std::isfinite(size))) return Verdict::open;
+  const Query scaled = times_power_of_two(query, -std::ilogb(size));
+  RootIsolation scaled_isolation(scaled);
+  return scaled_isolation.is_in_range() ? scaled_isolation.run(root) : Verdict::open;
 }
 
 }  // namespace selvedge::narrowphase_detail

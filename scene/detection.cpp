@@ -81,7 +81,7 @@ Detection::Detection(const Scene& scene, const BuiltScene& built, const Methods&
       self_(scene.contact.self),
       broad_body_(make(methods.broad_phases, scene.contact.broad_phase, "broad_phase")),
       broad_self_(make(methods.broad_phases, scene.contact.broad_phase, "broad_phase")),
-      broad_crossings_(make(methods.broad_phases, scene.contact.broad_phase, "broad_phase")),
+      broad_crossings_(make_bvh_aabb()),
       narrow_(make(methods.narrow_phases, scene.contact.narrow_phase, "narrow_phase",
                    NarrowPhaseConfig{})),
       exact_(make_ccd_exact()),
@@ -90,6 +90,7 @@ Detection::Detection(const Scene& scene, const BuiltScene& built, const Methods&
       rest_(built.cloth.surface.vertices),
       piece_(particles_, 0),
       cloth_friction_(particles_, 0.0) {
+  if (!broad_self_->traits().self) broad_self_ = make_bvh_aabb();
   for (std::size_t p = 0; p + 1 < built.piece_begin.size(); ++p)
     for (std::int32_t i = built.piece_begin[p]; i < built.piece_begin[p + 1]; ++i) {
       piece_[i] = static_cast<std::int32_t>(p);

@@ -63,6 +63,8 @@ class Detection {
   std::size_t particles_;
   double thickness_, margin_;
   bool self_;
+  /// The scene's; the default for itself where that one serves bodies alone, and to judge
+  /// crossings.
   std::unique_ptr<BroadPhase> broad_body_, broad_self_, broad_crossings_;
   std::unique_ptr<NarrowPhase> narrow_;
   std::unique_ptr<NarrowPhase> exact_;  ///< judges crossings, whatever the scene names

@@ -43,10 +43,10 @@ bool settle(const Query& query, double& toi, CcdExactStages& stages) {
 /// The queries of one kind in a batch that no stage has decided yet.
 class OpenQueries {
  public:
-  OpenQueries(std::span<const Query> queries, ContactKind kind) : queries_(queries) {
+  OpenQueries(std::span<const Query> queries, bool edges) : queries_(queries) {
     for (std::size_t i = 0; i < queries.size(); ++i) {
       index_[count_] = static_cast<std::uint16_t>(i);
-      count_ += (queries[i].kind == kind);
+      count_ += (queries[i].kind == ContactKind::edge_edge) == edges;
     }
   }
 
@@ -78,10 +78,9 @@ class OpenQueries {
 };
 
 /// All stages on at most kBatch queries; those of the other kinds are left alone.
-void decide(const FilterKernel& kernel, std::span<const Query> queries, ContactKind kind,
+void decide(const FilterKernel& kernel, std::span<const Query> queries, bool edges,
             std::span<double> toi, CcdExactStages& stages) {
-  const bool edges = kind == ContactKind::edge_edge;
-  OpenQueries open(queries, kind);
+  OpenQueries open(queries, edges);
   OpenQueries faulty = open;
   faulty.sift(kernel.finite);
   for (const std::uint16_t i : faulty.indices()) narrowphase_detail::require_finite(queries[i]);
@@ -109,8 +108,8 @@ class CcdExact final : public NarrowPhase {
     std::fill(toi.begin(), toi.end(), kNoCollision);
     for (std::size_t at = 0; at < queries.size(); at += kBatch) {
       const std::size_t n = std::min(kBatch, queries.size() - at);
-      for (const ContactKind kind : {ContactKind::point_triangle, ContactKind::edge_edge})
-        decide(kernel_, queries.subspan(at, n), kind, toi.subspan(at, n), stages);
+      for (const bool edges : {false, true})
+        decide(kernel_, queries.subspan(at, n), edges, toi.subspan(at, n), stages);
     }
   }
 

@@ -218,23 +218,68 @@ bool separate_pair(const Polynomial<Int>& p, const Box<Int>& box, const Polynomi
   return true;
 }
 
-/// Roots of a square-free p strictly inside a box. Ends by the two-circle theorem of Obreshkoff:
-/// small boxes have at most one sign change.
+/// Where the second derivative of a cubic vanishes, as a place in the box; any number serves.
 template <class Int>
-void bisect_box(const Polynomial<Int>& p, const Box<Int>& box, std::vector<Root<Int>>& roots) {
-  const Polynomial<Int> local = restrict_to(p, box);
+double guess_inflection(const Polynomial<Int>& local) {
+  std::array<double, Polynomial<Int>::kMaxDegree + 1> c{};
+  to_doubles(local, c);
+  const double at_lo = c[0] - 2.0 / 3.0 * c[1] + c[2] / 3.0;
+  const double at_hi = c[1] / 3.0 - 2.0 / 3.0 * c[2] + c[3];
+  const double place = at_lo / (at_lo - at_hi);
+  return place > 0.0 && place < 1.0 ? place : 0.0;
+}
+
+/// Shrinks a box with several sign changes to two neighbouring ones of 2^kGuessedBits cells if all
+/// changes are there. Then no root is elsewhere in the box, because the parts of a box have
+/// together at most the changes of the whole.
+template <class Int>
+bool zoom(const Polynomial<Int>& p, const Polynomial<Int>& local, Box<Int>& box) {
   const int changes = sign_changes(local);
-  if (changes == 0) return;
-  if (changes == 1) {
-    roots.push_back(Root<Int>::isolated(p, box, first_sign(local)));
-    return;
+  const double place = changes == 2 ? guess_extremum(local) : guess_inflection(local);
+  constexpr std::int64_t kCells = std::int64_t{1} << kGuessedBits;
+  const std::int64_t cell = std::clamp<std::int64_t>(
+      static_cast<std::int64_t>(std::ldexp(place, kGuessedBits)), 1, kCells - 1);
+  Box<Int> cells = part_of(box, kGuessedBits, cell - 1, cell + 1);
+  if (sign_changes(restrict_to(p, cells)) != changes) return false;
+  box = std::move(cells);
+  return true;
+}
+
+/// Roots of a square-free p strictly inside a box, in ascending order. Ends by the two-circle
+/// theorem of Obreshkoff: small boxes have at most one sign change. Roots of very different size
+/// take thousands of halvings, hence no recursion.
+template <class Int>
+void bisect_box(const Polynomial<Int>& p, const Box<Int>& whole, std::vector<Root<Int>>& roots) {
+  struct Part {
+    Box<Int> box;
+    bool is_start = false;  ///< of the box alone, a root
+  };
+  std::vector<Part> open{{whole}};
+  while (!open.empty()) {
+    Part part = std::move(open.back());
+    open.pop_back();
+    const Box<Int>& box = part.box;
+    if (part.is_start) {
+      roots.push_back(Root<Int>::rational(box.k, power_of_two<Int>(box.m) - box.k));
+      continue;
+    }
+    const Polynomial<Int> local = restrict_to(p, box);
+    const int changes = sign_changes(local);
+    if (changes == 0) continue;
+    if (changes == 1) {
+      roots.push_back(Root<Int>::isolated(p, box, first_sign(local)));
+      continue;
+    }
+    if (changes == 2 && separate_pair(p, box, local, roots)) continue;
+    if (zoom(p, local, part.box)) {
+      open.push_back(std::move(part));
+      continue;
+    }
+    const Box<Int> left = part_of(box, 1, 0, 1), right = part_of(box, 1, 1, 2);
+    open.push_back({right});
+    if (sign_at(p, right.k, right.m) == 0) open.push_back({right, true});
+    open.push_back({left});
   }
-  if (changes == 2 && separate_pair(p, box, local, roots)) return;
-  const Box<Int> left = part_of(box, 1, 0, 1), right = part_of(box, 1, 1, 2);
-  bisect_box(p, left, roots);
-  if (sign_at(p, right.k, right.m) == 0)
-    roots.push_back(Root<Int>::rational(right.k, power_of_two<Int>(right.m) - right.k));
-  bisect_box(p, right, roots);
 }
 
 template <class Int>
@@ -475,9 +520,11 @@ template <class Int>
 void Root<Int>::narrow() {
   const auto step = static_cast<std::int64_t>(std::ldexp(guess(), kGuessedBits));
   constexpr std::int64_t kCells = std::int64_t{1} << kGuessedBits;
-  if (step > 0 && step + 1 < kCells) {
+  if (step >= 0 && step < kCells) {
     Box<Int> cell = part_of(box_, kGuessedBits, step, step + 1);
-    if (sign_at(p_, cell.k, cell.m) == sign_lo_ && sign_at(p_, cell.end(), cell.m) == -sign_lo_) {
+    // At the ends of the box the sides are known.
+    if ((step == 0 || sign_at(p_, cell.k, cell.m) == sign_lo_) &&
+        (step + 1 == kCells || sign_at(p_, cell.end(), cell.m) == -sign_lo_)) {
       box_ = std::move(cell);
       return;
     }

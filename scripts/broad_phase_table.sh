@@ -49,11 +49,12 @@ if $quick; then
   cat "$tables"/*
   exit 0
 fi
-table detectors detectors --size 50,200 --threads 1,2 --repeats 9
-table spikes spikes --size 200 --repeats 5 --limit 10
-table scaling scaling --size 50,100,200,400,800 --repeats 3 --limit 15
-table memory memory --size 200 --large
-table frames frames --size 200 --frames 200 --detectors bvh_aabb,verlet_bvh
+table detectors detectors --size 50,200 --threads 1,2 --repeats 5
+table spikes spikes --size 100 --repeats 5 --limit 10
+table scaling scaling --size 50,100,200,400,800 --repeats 3 --limit 15 --detectors \
+  bvh_aabb,bvh_kdop14,curvature_cone,sweep_and_prune,uniform_grid,verlet_bvh
+table memory memory --size 200 --large --detectors bvh_aabb,bvh_kdop14
+table frames frames --size 100 --frames 200 --detectors bvh_aabb,verlet_bvh
 
 for name in detectors spikes scaling memory frames; do
   begin="<!-- table: $name -->"

@@ -95,9 +95,9 @@ std::unique_ptr<BroadPhase> make_brute_force();
 struct BvhConfig {
   /// A kept tree is built anew when its boxes overlap this much more than just after its build
   /// (see VolumeTree::looseness). Lower: better trees, more builds. > 1. Over 150 frames in which a
-  /// flat sheet of 120 x 120 crumples or wraps a ball, every value from 1.2 to never cost the same
-  /// to a tenth: refitted trees of cloth stay good, and the bound is for surfaces that are torn or
-  /// mixed.
+  /// flat sheet of 120 x 120 crumples or wraps a ball, values from 1.2 to never cost about the
+  /// same, within the noise of that machine: refitted trees of cloth stay good, and the bound is
+  /// for surfaces that are torn or mixed.
   double rebuild_looseness = 1.5;
   /// Use vectors of eight floats where the processor has them; off: four. Same pairs either way.
   bool wide_vectors = true;

@@ -66,7 +66,7 @@ Quadratic cross_component(const Motion& a, const Motion& b, int i) {
 /// Stage C. The coplanarity cubic in Bernstein form is halved into boxes, earliest first. A box
 /// is dropped if all coefficients have one strict sign (no root), or if a component n_i of n and
 /// one constraint have strict signs on it that contradict (no root in it is a contact; see
-/// exact_query.h). Where the cubic is monotonic and changes sign it has one root, which is
+/// exact_query.cpp). Where the cubic is monotonic and changes sign it has one root, which is
 /// narrowed to neighbouring doubles; if n_i and all constraints have strict signs there that agree,
 /// it is the first contact, and if two contradict, it is none. What stays open down to the finest
 /// box leaves the query open.

@@ -14,13 +14,13 @@ struct SharpTime {
   double half_width;
 };
 
-/// The differences of a query at one time; names as in exact_query.h.
+/// The differences of a query at one time; names as in exact_query.cpp.
 struct SharpMotion {
   SharpVec X, Y, Z;
 };
 
 /// The differences and the coplanarity cubic, sum of c[i] (1-t)^(3-i) t^i, in double-double
-/// arithmetic; names as in exact_query.h. For queries whose differences lie between kSmallest and
+/// arithmetic; names as in exact_query.cpp. For queries whose differences lie between kSmallest and
 /// kLargest.
 class SharpQuery {
  public:

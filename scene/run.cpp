@@ -1,27 +1,24 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/core/atomic_file.h>
+#include <selvedge/scene/detail/checkpoint.h>
+#include <selvedge/scene/detail/result_folder.h>
 #include <selvedge/scene/run.h>
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <charconv>
 #include <chrono>
 #include <cstdint>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <stdexcept>
-#include <system_error>
 #include <utility>
 
 namespace selvedge {
 
 namespace {
 
-using Json = nlohmann::json;
+using namespace detail;
 using Clock = std::chrono::steady_clock;
 namespace fs = std::filesystem;
 
@@ -38,209 +35,6 @@ std::size_t peak_bytes() {
   return static_cast<std::size_t>(usage.ru_maxrss) * unit;
 }
 
-// -- the result folder ----------------------------------------------------------------------------
-
-std::optional<Json> read_json(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) return std::nullopt;
-  Json json = Json::parse(in, nullptr, /*allow_exceptions=*/false);
-  if (json.is_discarded() || !json.is_object()) return std::nullopt;
-  return json;
-}
-
-/// The number in the name of a file that a run writes, such as cloth_00042.ply; none of others.
-std::optional<std::int64_t> number_of(const fs::path& file, const std::vector<std::string>& stems,
-                                      const std::vector<std::string>& extensions) {
-  std::string name = file.filename().string();
-  if (name.ends_with(".partial")) name.erase(name.size() - std::string(".partial").size());
-  const auto extension = fs::path(name).extension().string();
-  if (std::find(extensions.begin(), extensions.end(), extension) == extensions.end()) return {};
-  name.erase(name.size() - extension.size());
-  for (const std::string& stem : stems) {
-    if (!name.starts_with(stem + "_")) continue;
-    const char *begin = name.data() + stem.size() + 1, *end = name.data() + name.size();
-    std::int64_t number = 0;
-    const auto parsed = std::from_chars(begin, end, number);
-    if (parsed.ec == std::errc{} && parsed.ptr == end && begin != end && *begin != '-')
-      return number;
-  }
-  return {};
-}
-
-/// Removes the numbered files of a run whose number is above `last`, and nothing else.
-void remove_numbered(const fs::path& folder, const std::vector<std::string>& stems,
-                     const std::vector<std::string>& extensions, std::int64_t last) {
-  std::error_code error;
-  std::vector<fs::path> doomed;
-  for (const auto& entry : fs::directory_iterator(folder, error))
-    if (const auto number = number_of(entry.path(), stems, extensions); number && *number > last)
-      doomed.push_back(entry.path());
-  for (const auto& file : doomed)
-    if (!fs::remove(file, error) && error)
-      throw std::invalid_argument(fmt::format("{}: a file of an earlier run cannot be removed: {}",
-                                              file.string(), error.message()));
-}
-
-void remove_beyond(const fs::path& out, std::int64_t frame, std::int64_t step) {
-  remove_numbered(out / "frames", {"cloth", "bodies"}, {".ply", ".vtp"}, frame);
-  remove_numbered(out / "steps", {"cloth", "bodies"}, {".ply"}, step);
-  remove_numbered(out / "pictures", {"frame"}, {".png"}, frame);
-}
-
-void remove_former_run(const fs::path& out) {
-  remove_beyond(out, -1, -1);
-  std::error_code ignored;  // what cannot be removed cannot be overwritten either, and then says so
-  for (const char* name : {"result.json", "checkpoint.ply", "checkpoint.json", "cloth.pvd",
-                           "bodies.pvd", "cloth.pc2", "cloth_base.ply"})
-    if (fs::is_regular_file(out / name, ignored)) fs::remove(out / name, ignored);
-}
-
-/// Refuses a folder in which this run would mix with something else.
-void check_folder(const Scene& scene, const RunConfig& config) {
-  const std::string out = config.out.string();
-  if (out.empty())
-    throw std::invalid_argument("the result folder has no name; give one with --out");
-  std::error_code error;
-  const auto status = fs::status(config.out, error);
-  if (!fs::exists(status)) return;
-  if (!fs::is_directory(status))
-    throw std::invalid_argument(out + ": is a file and not a folder; name another result folder");
-  const auto begin = fs::directory_iterator(config.out, error);
-  if (error) throw std::invalid_argument(out + ": cannot be read: " + error.message());
-  if (begin == fs::directory_iterator()) return;
-  const auto former = read_json(config.out / "scene.json");
-  if (!former)
-    throw std::invalid_argument(
-        out + ": holds files but no run of selvedge; name an empty or a new result folder");
-  const std::string name = former->value("name", std::string());
-  if (name != scene.name)
-    throw std::invalid_argument(fmt::format(
-        "{}: holds results of the scene \"{}\", this one is \"{}\"; name another result folder or "
-        "empty this one",
-        out, name, scene.name));
-}
-
-void make_folder(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error)
-    throw std::invalid_argument(
-        fmt::format("{}: the result folder cannot be made: {}", folder.string(), error.message()));
-  if (access(folder.c_str(), W_OK | X_OK) != 0)
-    throw std::invalid_argument(folder.string() +
-                                ": the result folder cannot be written; check its permissions");
-}
-
-void write_text(const fs::path& file, const std::string& text) {
-  AtomicFile out(file);
-  out.write(text);
-  out.commit();
-}
-
-// -- the state in files
-// -----------------------------------------------------------------------------
-
-std::vector<NamedValues> velocity_values(std::span<const Vec3> v) {
-  std::vector<NamedValues> values = {{"vx", {}}, {"vy", {}}, {"vz", {}}};
-  for (int axis = 0; axis < 3; ++axis) {
-    values[axis].values.reserve(v.size());
-    for (const Vec3& velocity : v) values[axis].values.push_back(velocity[axis]);
-  }
-  return values;
-}
-
-std::vector<Vec3> velocities(const std::vector<NamedValues>& values, const fs::path& file) {
-  std::vector<Vec3> v;
-  const std::string names[3] = {"vx", "vy", "vz"};
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto found = std::find_if(values.begin(), values.end(),
-                                    [&](const NamedValues& n) { return n.name == names[axis]; });
-    if (found == values.end())
-      throw std::invalid_argument(file.string() + ": has no velocities; it is no frame of a run");
-    v.resize(found->values.size());
-    for (std::size_t i = 0; i < v.size(); ++i) v[i][axis] = found->values[i];
-  }
-  return v;
-}
-
-/// Positions and velocities of a frame or checkpoint if they are the ones with this hash.
-std::optional<SimulationState> read_state(const fs::path& file, const std::string& hash) {
-  try {
-    std::vector<NamedValues> values;
-    SimulationState state;
-    state.x = read_ply(file, values).vertices;
-    state.v = velocities(values, file);
-    if (state.v.size() == state.x.size() && state_hash(state) == hash) return state;
-  } catch (const std::invalid_argument&) {  // damaged: the caller has another file to try
-  }
-  return std::nullopt;
-}
-
-// -- checkpoint.json ----------------------------------------------------------------------------
-
-Json to_json(const RunResult& r) {
-  return {{"clean", r.clean},
-          {"halvings", r.halvings},
-          {"retried_steps", r.retried_steps},
-          {"wall_s", r.wall_s},
-          {"phase_s", r.phase_s},
-          {"worst_self_intersections", r.worst_self_intersections},
-          {"worst_body_intersections", r.worst_body_intersections},
-          {"max_penetration_m", r.max_penetration_m},
-          {"max_stretch", r.max_stretch},
-          {"strain_residual", r.strain_residual},
-          {"peak_bytes", r.peak_bytes},
-          {"counters", r.counters}};
-}
-
-RunResult result_from(const Json& j) {
-  RunResult r;
-  r.clean = j.at("clean").get<bool>();
-  r.halvings = j.at("halvings").get<int>();
-  r.retried_steps = j.at("retried_steps").get<int>();
-  r.wall_s = j.at("wall_s").get<double>();
-  r.phase_s = j.at("phase_s").get<std::map<std::string, double>>();
-  r.worst_self_intersections = j.at("worst_self_intersections").get<int>();
-  r.worst_body_intersections = j.at("worst_body_intersections").get<int>();
-  r.max_penetration_m = j.at("max_penetration_m").get<double>();
-  r.max_stretch = j.at("max_stretch").get<double>();
-  r.strain_residual = j.at("strain_residual").get<double>();
-  r.peak_bytes = j.at("peak_bytes").get<std::size_t>();
-  r.counters = j.at("counters").get<std::map<std::string, double>>();
-  return r;
-}
-
-bool is_maximum(const std::string& counter) {
-  return counter.starts_with("max_") || counter.starts_with("worst_");
-}
-
-/// Adds what an earlier part of the same run counted and measured.
-void carry_on(const RunResult& before, RunResult& r) {
-  r.clean = r.clean && before.clean;
-  r.halvings += before.halvings;
-  r.retried_steps += before.retried_steps;
-  r.wall_s += before.wall_s;
-  for (const auto& [phase, seconds] : before.phase_s) r.phase_s[phase] += seconds;
-  r.worst_self_intersections =
-      std::max(r.worst_self_intersections, before.worst_self_intersections);
-  r.worst_body_intersections =
-      std::max(r.worst_body_intersections, before.worst_body_intersections);
-  r.max_penetration_m = std::max(r.max_penetration_m, before.max_penetration_m);
-  r.max_stretch = std::max(r.max_stretch, before.max_stretch);
-  r.strain_residual = std::max(r.strain_residual, before.strain_residual);
-  r.peak_bytes = std::max(r.peak_bytes, before.peak_bytes);
-  for (const auto& [name, value] : before.counters)
-    r.counters[name] =
-        is_maximum(name) ? std::max(r.counters[name], value) : r.counters[name] + value;
-}
-
-/// What must be the same when a run goes on: everything but its length and what it writes.
-Json what_decides(Json scene) {
-  if (scene.contains("time")) scene["time"].erase("frames");
-  for (const char* key : {"output", "description", "$schema"}) scene.erase(key);
-  return scene;
-}
-
 // -- the run --------------------------------------------------------------------------------------
 
 class Run {
@@ -248,7 +42,7 @@ class Run {
   Run(const Scene& scene, const RunConfig& config) : scene_(scene), config_(config) {}
 
   RunResult execute() {
-    check_folder(scene_, config_);
+    check_folder(scene_, config_.out);
     BuiltScene built = build_scene(scene_);
     if (config_.warning)
       for (const std::string& sentence : built.warnings) config_.warning(sentence);

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/scene/detail/checkpoint.h>
+
+#include <algorithm>
+#include <map>
+#include <stdexcept>
+
+namespace selvedge::detail {
+
+namespace fs = std::filesystem;
+
+std::vector<NamedValues> velocity_values(std::span<const Vec3> v) {
+  std::vector<NamedValues> values = {{"vx", {}}, {"vy", {}}, {"vz", {}}};
+  for (int axis = 0; axis < 3; ++axis) {
+    values[axis].values.reserve(v.size());
+    for (const Vec3& velocity : v) values[axis].values.push_back(velocity[axis]);
+  }
+  return values;
+}
+
+std::vector<Vec3> velocities(const std::vector<NamedValues>& values, const fs::path& file) {
+  std::vector<Vec3> v;
+  const std::string names[3] = {"vx", "vy", "vz"};
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto found = std::find_if(values.begin(), values.end(),
+                                    [&](const NamedValues& n) { return n.name == names[axis]; });
+    if (found == values.end())
+      throw std::invalid_argument(file.string() + ": has no velocities; it is no frame of a run");
+    v.resize(found->values.size());
+    for (std::size_t i = 0; i < v.size(); ++i) v[i][axis] = found->values[i];
+  }
+  return v;
+}
+
+std::optional<SimulationState> read_state(const fs::path& file, const std::string& hash) {
+  try {
+    std::vector<NamedValues> values;
+    SimulationState state;
+    state.x = read_ply(file, values).vertices;
+    state.v = velocities(values, file);
+    if (state.v.size() == state.x.size() && state_hash(state) == hash) return state;
+  } catch (const std::invalid_argument&) {  // damaged: the caller has another file to try
+  }
+  return std::nullopt;
+}
+
+Json to_json(const RunResult& r) {
+  return {{"clean", r.clean},
+          {"halvings", r.halvings},
+          {"retried_steps", r.retried_steps},
+          {"wall_s", r.wall_s},
+          {"phase_s", r.phase_s},
+          {"worst_self_intersections", r.worst_self_intersections},
+          {"worst_body_intersections", r.worst_body_intersections},
+          {"max_penetration_m", r.max_penetration_m},
+          {"max_stretch", r.max_stretch},
+          {"strain_residual", r.strain_residual},
+          {"peak_bytes", r.peak_bytes},
+          {"counters", r.counters}};
+}
+
+RunResult result_from(const Json& j) {
+  RunResult r;
+  r.clean = j.at("clean").get<bool>();
+  r.halvings = j.at("halvings").get<int>();
+  r.retried_steps = j.at("retried_steps").get<int>();
+  r.wall_s = j.at("wall_s").get<double>();
+  r.phase_s = j.at("phase_s").get<std::map<std::string, double>>();
+  r.worst_self_intersections = j.at("worst_self_intersections").get<int>();
+  r.worst_body_intersections = j.at("worst_body_intersections").get<int>();
+  r.max_penetration_m = j.at("max_penetration_m").get<double>();
+  r.max_stretch = j.at("max_stretch").get<double>();
+  r.strain_residual = j.at("strain_residual").get<double>();
+  r.peak_bytes = j.at("peak_bytes").get<std::size_t>();
+  r.counters = j.at("counters").get<std::map<std::string, double>>();
+  return r;
+}
+
+namespace {
+
+bool is_maximum(const std::string& counter) {
+  return counter.starts_with("max_") || counter.starts_with("worst_");
+}
+
+}  // namespace
+
+void carry_on(const RunResult& before, RunResult& r) {
+  r.clean = r.clean && before.clean;
+  r.halvings += before.halvings;
+  r.retried_steps += before.retried_steps;
+  r.wall_s += before.wall_s;
+  for (const auto& [phase, seconds] : before.phase_s) r.phase_s[phase] += seconds;
+  r.worst_self_intersections =
+      std::max(r.worst_self_intersections, before.worst_self_intersections);
+  r.worst_body_intersections =
+      std::max(r.worst_body_intersections, before.worst_body_intersections);
+  r.max_penetration_m = std::max(r.max_penetration_m, before.max_penetration_m);
+  r.max_stretch = std::max(r.max_stretch, before.max_stretch);
+  r.strain_residual = std::max(r.strain_residual, before.strain_residual);
+  r.peak_bytes = std::max(r.peak_bytes, before.peak_bytes);
+  for (const auto& [name, value] : before.counters)
+    r.counters[name] =
+        is_maximum(name) ? std::max(r.counters[name], value) : r.counters[name] + value;
+}
+
+Json what_decides(Json scene) {
+  if (scene.contains("time")) scene["time"].erase("frames");
+  for (const char* key : {"output", "description", "$schema"}) scene.erase(key);
+  return scene;
+}
+
+}  // namespace selvedge::detail

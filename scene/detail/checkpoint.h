@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/bodies/mesh_file.h>
+#include <selvedge/scene/simulation.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace selvedge::detail {
+
+using Json = nlohmann::json;
+
+/// Velocities, m/s, as the vertex properties vx, vy, vz of a PLY file.
+std::vector<NamedValues> velocity_values(std::span<const Vec3> v);
+/// The same read back. Throws std::invalid_argument, naming `file`, where they are missing.
+std::vector<Vec3> velocities(const std::vector<NamedValues>& values,
+                             const std::filesystem::path& file);
+
+/// Positions and velocities of a frame or checkpoint if they are the ones with this hash.
+std::optional<SimulationState> read_state(const std::filesystem::path& file,
+                                          const std::string& hash);
+
+/// What a resumed run has to know of what was counted and measured before it.
+Json to_json(const RunResult& r);
+/// Throws Json::exception where something is missing.
+RunResult result_from(const Json& j);
+/// Adds what an earlier part of the same run counted and measured.
+void carry_on(const RunResult& before, RunResult& r);
+
+/// What must be the same when a run goes on: everything but its length and what it writes.
+Json what_decides(Json scene);
+
+}  // namespace selvedge::detail

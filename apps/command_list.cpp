@@ -42,12 +42,6 @@ std::vector<Method> fixed_methods() {
       {"integrator", "symplectic_euler", "stable below 2/omega, which is checked", ""},
       {"strain_limiter", "position", "says the residual it leaves",
        "Provot, Deformation constraints in a mass-spring model, 1995"},
-      {"response", "impulse", "friction after Coulomb",
-       "Bridson, Fedkiw, Anderson, Robust treatment of collisions, contact and friction for cloth "
-       "animation, 2002"},
-      {"response", "impact_zone", "ends a step free of collisions, or the step is halved",
-       "Provot, Collision and self-collision handling in cloth model dedicated to design garments, "
-       "1997"},
       {"body", "plane, box, sphere, capsule, cylinder, cone, torus", "vertices on the true shape",
        ""},
       {"body", "OBJ, PLY, OFF", "read exactly, by a reader of our own", ""},
@@ -74,6 +68,8 @@ std::string describe(const selvedge::NarrowPhaseTraits& traits) {
          (traits.limits.empty() ? "" : "; " + traits.limits);
 }
 
+std::string describe(const selvedge::ResponseTraits& traits) { return traits.promise; }
+
 template <class Registry, class... Config>
 void add_registry(const char* family, const Registry& registry, std::vector<Method>& methods,
                   const Config&... config) {
@@ -97,6 +93,8 @@ std::vector<Method> all_methods() {
   const selvedge::Methods build = methods_of_this_build();
   add_registry("broad_phase", build.broad_phases, methods);
   add_registry("narrow_phase", build.narrow_phases, methods, selvedge::NarrowPhaseConfig{});
+  add_registry("response", build.responses, methods);
+  add_registry("fail_safe", build.fail_safes, methods);
   add_absent_adapters(build, methods);
   const auto by_family = [](const Method& a, const Method& b) { return a.family < b.family; };
   std::stable_sort(methods.begin(), methods.end(), by_family);

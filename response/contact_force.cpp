@@ -25,12 +25,11 @@ Vec3 tangential(const Vec3& u, const Vec3& normal) { return u - normal.dot(u) * 
 
 }  // namespace
 
-void ContactForce::begin(const ContactMotion& motion, std::span<const Vec3> body_displacement,
-                         std::span<const Vec3> v, std::span<const Vec3> predicted) {
-  motion_ = motion;
-  body_displacement_.assign(body_displacement.begin(), body_displacement.end());
-  v_start_.assign(v.begin(), v.end());
-  v_predicted_.assign(predicted.begin(), predicted.end());
+void ContactForce::begin(const ResponseStep& step) {
+  motion_ = step.motion;
+  body_displacement_.assign(step.body_displacement.begin(), step.body_displacement.end());
+  v_start_.assign(step.v.begin(), step.v.end());
+  v_predicted_.assign(step.v_predicted.begin(), step.v_predicted.end());
   entries_.clear();
 }
 
@@ -79,7 +78,12 @@ void ContactForce::add(std::span<const ContactPoint> contacts) {
   }
 }
 
-const std::vector<ImplicitTerm>& ContactForce::terms() {
+ResponseTraits ContactForce::traits() const {
+  return {"Coulomb friction; the contacts carry and stick as the solved step says",
+          "Wriggers, Computational contact mechanics, 2006"};
+}
+
+std::span<const ImplicitTerm> ContactForce::terms() {
   const double h = motion_.h;
   terms_.clear();
   for (const Entry& e : entries_) {
@@ -166,7 +170,7 @@ bool ContactForce::update(std::span<const Vec3> v) {
   return change > config_.load_tolerance * load;
 }
 
-void ContactForce::remove_recovery(std::span<Vec3> v) const {
+void ContactForce::finish(std::span<Vec3> v) const {
   for (const Entry& e : entries_) {
     const ContactPoint& c = e.point;
     if (e.load <= 0.0 || e.target <= c.gap) continue;

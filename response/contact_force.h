@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/core/integrator.h>
-#include <selvedge/response/contact_point.h>
+#include <selvedge/response/response.h>
 
 #include <span>
 #include <vector>
@@ -36,25 +35,21 @@ struct ContactForceConfig {
 /// viscosity while it sticks, the force μλ against the slip while it slides, and the viscosity
 /// μλ/|slip| when that could stop it within the step. `update` after each solve finds which
 /// contacts carry and which stick; the caller solves again until it says that nothing changed.
-class ContactForce {
+class ContactForce final : public Response {
  public:
   explicit ContactForce(const ContactForceConfig& config = {}) : config_(config) {}
 
-  /// Starts a step. `body_displacement` holds x_t1 - x_t0 of the body vertices, in m; `v` the
-  /// particles' velocities at the start, and `predicted` a guess of those at the end, m/s.
-  void begin(const ContactMotion& motion, std::span<const Vec3> body_displacement,
-             std::span<const Vec3> v, std::span<const Vec3> predicted);
-  /// Adds contacts to the step; called after begin, possibly between solves.
-  void add(std::span<const ContactPoint> contacts);
-  /// What enters the implicit solve.
-  const std::vector<ImplicitTerm>& terms();
+  void begin(const ResponseStep& step) override;
+  void add(std::span<const ContactPoint> contacts) override;
+  std::span<const ImplicitTerm> terms() override;
   /// Takes the solved velocities; true if the contact forces that follow from them differ from
   /// those of the solve by so much that another solve is due.
-  bool update(std::span<const Vec3> v);
+  bool update(std::span<const Vec3> v) override;
 
   /// Takes out of the end-of-step velocities what the contacts gave to gaps that were too small:
   /// the cloth has moved out, it does not fly on. Linear momentum of free particles is kept.
-  void remove_recovery(std::span<Vec3> v) const;
+  void finish(std::span<Vec3> v) const override;
+  ResponseTraits traits() const override;
 
  private:
   enum class Slip : std::uint8_t { stick, slide };

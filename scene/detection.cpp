@@ -37,16 +37,7 @@ constexpr double kSecondaryReach = 1.1;
 // Cloth whose layers start nearer than the thickness keeps this share of their starting distance.
 constexpr double kStartShare = 0.9;
 
-template <class Registry, class... Config>
-auto make(const Registry& registry, const std::string& name, const char* family,
-          const Config&... config) {
-  const auto found = registry.find(name);
-  if (found != registry.end()) return found->second(config...);
-  std::string known;
-  for (const auto& entry : registry) known += (known.empty() ? "" : ", ") + entry.first;
-  throw std::invalid_argument(std::string("contact.") + family + ": there is no \"" + name +
-                              "\" in this build; it has " + known);
-}
+constexpr const char* kBroadPhaseKey = "contact.broad_phase";
 
 bool shares_vertex(const Triangle& a, const Triangle& b) {
   for (const std::int32_t i : a)
@@ -79,11 +70,11 @@ Detection::Detection(const Scene& scene, const BuiltScene& built, const Methods&
       thickness_(scene.contact.thickness),
       margin_(scene.contact.thickness),
       self_(scene.contact.self),
-      broad_body_(make(methods.broad_phases, scene.contact.broad_phase, "broad_phase")),
-      broad_self_(make(methods.broad_phases, scene.contact.broad_phase, "broad_phase")),
+      broad_body_(make_method(methods.broad_phases, scene.contact.broad_phase, kBroadPhaseKey)),
+      broad_self_(make_method(methods.broad_phases, scene.contact.broad_phase, kBroadPhaseKey)),
       broad_crossings_(make_bvh_aabb()),
-      narrow_(make(methods.narrow_phases, scene.contact.narrow_phase, "narrow_phase",
-                   NarrowPhaseConfig{})),
+      narrow_(make_method(methods.narrow_phases, scene.contact.narrow_phase, "contact.narrow_phase",
+                          NarrowPhaseConfig{})),
       exact_(make_ccd_exact()),
       cloth_edges_(built.cloth.edges),
       cloth_triangles_(built.cloth.surface.triangles),

@@ -483,6 +483,9 @@ class SceneReader {
         read_method(j["broad_phase"], methods_.broad_phases, "contact.broad_phase");
     scene_.contact.narrow_phase =
         read_method(j["narrow_phase"], methods_.narrow_phases, "contact.narrow_phase");
+    scene_.contact.response = read_method(j["response"], methods_.responses, "contact.response");
+    scene_.contact.fail_safe =
+        read_method(j["fail_safe"], methods_.fail_safes, "contact.fail_safe");
   }
 
   void read_solver() {

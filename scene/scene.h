@@ -90,6 +90,8 @@ struct ContactSpec {
   bool self = true;          ///< cloth against itself and other pieces
   std::string broad_phase = "bvh_aabb";
   std::string narrow_phase = "ccd_exact";
+  std::string response = "contact_force";
+  std::string fail_safe = "impulse_zones";
 };
 
 struct SolverSpec {

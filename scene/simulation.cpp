@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/integrator.h>
 #include <selvedge/core/strain_limiter.h>
-#include <selvedge/response/contact_force.h>
-#include <selvedge/response/impact_zone.h>
 #include <selvedge/response/impulse.h>
 #include <selvedge/scene/detection.h>
 #include <selvedge/scene/phase_clock.h>
@@ -25,12 +23,6 @@ constexpr int kMaxSolves = 4;
 // Further solves, made because cloth would pass through something that had not been a contact
 // before.
 constexpr int kMaxCollisionSolves = 3;
-
-// Passes of impulses before rigid zones take over.
-constexpr int kImpulsePasses = 8;
-
-// Rounds of growing zones before the step is given up and halved.
-constexpr int kZoneRounds = 40;
 
 // Strain above the limit that the limiter may leave, in strain.
 constexpr double kStrainTolerance = 1e-3;
@@ -97,8 +89,8 @@ struct Simulation::Parts {
   StrainLimiter limiter;
   std::optional<ImplicitEuler> implicit;
   std::optional<SymplecticEuler> symplectic;
-  ContactForce contact_force;
-  ImpactZones zones;
+  std::unique_ptr<Response> response;
+  std::unique_ptr<FailSafe> fail_safe;
 
   SimulationState state;
   Particles particles;           // the same x and v, with masses
@@ -117,7 +109,9 @@ struct Simulation::Parts {
         built(std::move(b)),
         detection(scene, built, methods, clock),
         limiter(built.cloth.springs, limiter_targets(built.cloth.strain_limit),
-                built.cloth.surface.vertices.size()) {
+                built.cloth.surface.vertices.size()),
+        response(make_method(methods.responses, scene.contact.response, "contact.response")),
+        fail_safe(make_method(methods.fail_safes, scene.contact.fail_safe, "contact.fail_safe")) {
     refuse_bad_handles();
     const std::size_t n = built.cloth.surface.vertices.size();
     state.x = built.cloth.surface.vertices;
@@ -220,7 +214,9 @@ struct Simulation::Parts {
 
   // Sets masses for the step and the prescribed end positions of held particles.
   void hold_particles(double t0, double t1, double h);
-  ContactMotion motion(double h) const { return {x_t0, inv_mass, n(), h}; }
+  ResponseStep response_step(double h) const {
+    return {{x_t0, inv_mass, n(), h}, mass, body_step, state.v, predicted};
+  }
   void set_end_from_velocity(double h);
   bool is_finite();
   void solve_implicit(double h);
@@ -228,7 +224,6 @@ struct Simulation::Parts {
   void limit_strain();
   bool find_hits();
   bool resolve_collisions(double h);
-  bool grow_zones();
   bool try_step(double h, double t1);
   void accept(double h, double t1);
 };
@@ -295,24 +290,24 @@ void Simulation::Parts::solve_implicit(double h) {
   {
     const auto scope = clock.measure("forces");
     implicit->assemble(particles, state.time, h);
-    contact_force.begin(motion(h), body_step, state.v, predicted);
-    contact_force.add(contacts);
+    response->begin(response_step(h));
+    response->add(contacts);
   }
   int collision_solves = 0;
   for (int solve = 0; solve < kMaxSolves + kMaxCollisionSolves; ++solve) {
     {
       const auto scope = clock.measure("solve");
-      const SolveReport report = implicit->solve(contact_force.terms(), v_t1);
+      const SolveReport report = implicit->solve(response->terms(), v_t1);
       result.counters["solves"] += 1;
       result.counters["solver_iterations"] += report.iterations;
       result.counters["solves_not_converged"] += report.converged ? 0 : 1;
     }
-    if (contact_force.update(v_t1) && solve + 1 < kMaxSolves) continue;
+    if (response->update(v_t1) && solve + 1 < kMaxSolves) continue;
     set_end_from_velocity(h);
     if (!is_finite()) return;
     limit_strain();
     if (!find_hits() || ++collision_solves > kMaxCollisionSolves) return;
-    contact_force.add(hits);
+    response->add(hits);
   }
 }
 
@@ -325,43 +320,28 @@ void Simulation::Parts::step_explicit(double h) {
   if (!is_finite()) return;
   {
     const auto scope = clock.measure("response");
-    apply_impulses(motion(h), contacts, {.end_gap = 1.0}, x_t1);
+    apply_impulses(response_step(h).motion, contacts, {.end_gap = 1.0}, x_t1);
   }
   limit_strain();
   find_hits();
 }
 
-// Impulses, then rigid zones, until nothing collides. False: the step has to be shorter.
+// The fail-safe until nothing collides. False: the step has to be shorter.
 bool Simulation::Parts::resolve_collisions(double h) {
-  for (int pass = 0; pass < kImpulsePasses && !hits.empty(); ++pass) {
+  if (!hits.empty()) fail_safe->begin(response_step(h));
+  while (!hits.empty()) {
+    bool resolved = false;
     {
       const auto scope = clock.measure("response");
-      apply_impulses(motion(h), hits, {}, x_t1);
+      resolved = fail_safe->resolve(hits, x_t1);
     }
-    result.counters["impulse_passes"] += 1;
+    if (!resolved) {
+      trouble = fail_safe->trouble();
+      return false;
+    }
     find_hits();
   }
-  if (!hits.empty()) zones.begin(motion(h));
-  for (int round = 0; round < kZoneRounds && !hits.empty(); ++round) {
-    if (!grow_zones()) return false;
-    find_hits();
-  }
-  if (!hits.empty())
-    trouble = std::to_string(hits.size()) + " pairs still collide, the first at vertices " +
-              std::to_string(hits[0].vertex[0]) + " and " + std::to_string(hits[0].vertex[2]);
-  return hits.empty();
-}
-
-bool Simulation::Parts::grow_zones() {
-  const auto scope = clock.measure("response");
-  zones.merge(hits);
-  result.counters["zone_rounds"] += 1;
-  result.counters["largest_zone"] =
-      std::max(result.counters["largest_zone"], static_cast<double>(zones.members()));
-  if (zones.apply(mass, x_t1)) return true;
-  trouble = "an impact zone of " + std::to_string(zones.members()) +
-            " particles cannot move as one rigid body";
-  return false;
+  return true;
 }
 
 bool Simulation::Parts::try_step(double h, double t1) {
@@ -401,7 +381,7 @@ void Simulation::Parts::accept(double h, double t1) {
     state.v[i] = (x_t1[i] - x_t0[i]) / h;
     state.x[i] = x_t1[i];
   }
-  if (implicit) contact_force.remove_recovery(state.v);
+  if (implicit) response->finish(state.v);
   note_bodies(x_t1);
   state.time = t1;
   ++state.step;
@@ -482,6 +462,7 @@ bool Simulation::bodies_move() const {
 
 RunResult Simulation::result() const {
   RunResult result = parts_->result;
+  for (const auto& [name, value] : parts_->fail_safe->counters()) result.counters[name] = value;
   result.phase_s = parts_->clock.seconds();
   result.final_max_speed = max_norm(parts_->state.v);
   result.state_hash = selvedge::state_hash(parts_->state);

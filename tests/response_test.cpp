@@ -178,7 +178,7 @@ class Block {
     const std::vector<Vec3> body_step(3, Vec3::Zero()), v{v_}, predicted{v_ + kStep * gravity};
     ContactPoint contact{{0, 1, 2, 3}, {1.0, -1.0, 0.0, 0.0}, normal_, gap(), rest_gap_, mu_};
     ContactForce force;
-    force.begin({x_t0, inv_mass, 1, kStep}, body_step, v, predicted);
+    force.begin({{x_t0, inv_mass, 1, kStep}, {&mass_, 1}, body_step, v, predicted});
     force.add({&contact, 1});
     std::vector<Vec3> end{v_};
     for (int solve = 0; solve < 8; ++solve) {

@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/response/fail_safe.h>
+
+namespace selvedge {
+
+FailSafeRegistry fail_safes() {
+  return {{"impulse_zones", [] { return make_impulse_zones(); }}};
+}
+
+}  // namespace selvedge

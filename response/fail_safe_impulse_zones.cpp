@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/response/fail_safe.h>
+#include <selvedge/response/impact_zone.h>
+#include <selvedge/response/impulse.h>
+
+#include <algorithm>
+
+namespace selvedge {
+namespace {
+
+// Passes of impulses before rigid zones take over.
+constexpr int kImpulsePasses = 8;
+
+// Rounds of growing zones before the step is given up.
+constexpr int kZoneRounds = 40;
+
+class ImpulseZones final : public FailSafe {
+ public:
+  void begin(const ResponseStep& step) override {
+    step_ = step;
+    round_ = 0;
+  }
+
+  bool resolve(std::span<const ContactPoint> hits, std::span<Vec3> x_t1) override {
+    const int round = round_++;
+    if (round < kImpulsePasses) {
+      apply_impulses(step_.motion, hits, {}, x_t1);
+      counters_["impulse_passes"] += 1;
+      return true;
+    }
+    if (round == kImpulsePasses) zones_.begin(step_.motion);
+    if (round < kImpulsePasses + kZoneRounds) return grow_zones(hits, x_t1);
+    trouble_ = std::to_string(hits.size()) + " pairs still collide, the first at vertices " +
+               std::to_string(hits[0].vertex[0]) + " and " + std::to_string(hits[0].vertex[2]);
+    return false;
+  }
+
+  const std::string& trouble() const override { return trouble_; }
+  const std::map<std::string, double>& counters() const override { return counters_; }
+  ResponseTraits traits() const override {
+    return {"ends a step free of collisions, or the step is halved",
+            "Bridson, Fedkiw, Anderson, Robust treatment of collisions, contact and friction for "
+            "cloth animation, 2002; Provot, Collision and self-collision handling in cloth model "
+            "dedicated to design garments, 1997"};
+  }
+
+ private:
+  bool grow_zones(std::span<const ContactPoint> hits, std::span<Vec3> x_t1) {
+    zones_.merge(hits);
+    counters_["zone_rounds"] += 1;
+    double& largest = counters_["max_zone"];
+    largest = std::max(largest, static_cast<double>(zones_.members()));
+    if (zones_.apply(step_.mass, x_t1)) return true;
+    trouble_ = "an impact zone of " + std::to_string(zones_.members()) +
+               " particles cannot move as one rigid body";
+    return false;
+  }
+
+  ResponseStep step_;
+  ImpactZones zones_;
+  int round_ = 0;
+  std::string trouble_;
+  std::map<std::string, double> counters_;
+};
+
+}  // namespace
+
+std::unique_ptr<FailSafe> make_impulse_zones() { return std::make_unique<ImpulseZones>(); }
+
+}  // namespace selvedge

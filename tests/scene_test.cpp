@@ -106,7 +106,8 @@ const char* const everything = R"({
   ],
   "air": {"wind": [1, 0, 0], "normal_drag": 0.5, "viscous_drag": 0.25},
   "time": {"frames": 30, "fps": 25, "steps_per_frame": 3, "max_halvings": 4},
-  "contact": {"thickness": 0.003, "self": false, "broad_phase": "brute_force", "narrow_phase": "ccd_exact"},
+  "contact": {"thickness": 0.003, "self": false, "broad_phase": "brute_force", "narrow_phase": "ccd_exact",
+              "response": "contact_force", "fail_safe": "impulse_zones"},
   "solver": {"integrator": "symplectic_euler", "strain_limiter": false, "tolerance": 1e-5, "max_iterations": 50},
   "output": {"vtk": true, "pc2": true, "picture_every": 10,
     "camera": {"eye": [1, 1, 1], "target": [0, 0, 1], "field_of_view": 40, "width": 320, "height": 240}}
@@ -139,6 +140,8 @@ TEST_F(SceneFile, TheShortestSceneHasTheDefaultsOfTheHeader) {
   EXPECT_EQ(is.contact.self, should.contact.self);
   EXPECT_EQ(is.contact.broad_phase, should.contact.broad_phase);
   EXPECT_EQ(is.contact.narrow_phase, should.contact.narrow_phase);
+  EXPECT_EQ(is.contact.response, should.contact.response);
+  EXPECT_EQ(is.contact.fail_safe, should.contact.fail_safe);
   EXPECT_EQ(is.solver.integrator, should.solver.integrator);
   EXPECT_EQ(is.solver.strain_limiter, should.solver.strain_limiter);
   EXPECT_EQ(is.solver.tolerance, should.solver.tolerance);
@@ -529,6 +532,8 @@ TEST_F(SceneFile, EachBadNumberIsRefused) {
   refused("contact.self", "1");
   refused("contact.broad_phase", "bvh");
   refused("contact.narrow_phase", "ccd");
+  refused("contact.response", "contactforce");
+  refused("contact.fail_safe", "zones");
   refused("output.camera.width", "0");
   refused("output.camera.field_of_view", "180");
   refused("output.camera.target", "[1.6, -2.2, 1.4]");

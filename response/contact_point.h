@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <selvedge/core/collision_types.h>
 #include <selvedge/core/types.h>
 
 #include <array>
@@ -19,6 +20,8 @@ struct ContactPoint {
   double gap = 0.0;       ///< m at t = 0, measured along `normal`
   double rest_gap = 0.0;  ///< m, the distance that the contact keeps
   double friction = 0.0;  ///< Coulomb coefficient
+  /// point_triangle and triangle_point: vertex 0 is the point; edge_edge: 0 and 1 are one edge.
+  ContactKind kind = ContactKind::point_triangle;
 };
 
 /// The motion that a response works on. Body vertices have inv_mass 0 and follow the particles.

@@ -30,8 +30,7 @@ class ImpulseZones final : public FailSafe {
     }
     if (round == kImpulsePasses) zones_.begin(step_.motion);
     if (round < kImpulsePasses + kZoneRounds) return grow_zones(hits, x_t1);
-    trouble_ = std::to_string(hits.size()) + " pairs still collide, the first at vertices " +
-               std::to_string(hits[0].vertex[0]) + " and " + std::to_string(hits[0].vertex[2]);
+    trouble_ = "impulses and rigid zones do not part what collides";
     return false;
   }
 

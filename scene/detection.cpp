@@ -176,6 +176,7 @@ bool Detection::candidates_cover() const {
 
 ContactPoint Detection::joint(const Contact& contact, bool self) const {
   ContactPoint c;
+  c.kind = contact.kind;
   const auto n = static_cast<std::int32_t>(particles_);
   for (int k = 0; k < 4; ++k) {
     bool body = !self;

@@ -31,6 +31,9 @@ constexpr int kStrainSweeps = 200;
 // Strain limiting and collision response disturb each other: rounds of both in one step.
 constexpr int kStrainRounds = 3;
 
+// A step that covers this share of the time that is left goes to its end.
+constexpr double kAllThatIsLeft = 1.0 - 1e-9;
+
 // Share of the stable step that the explicit integrator uses.
 constexpr double kExplicitSafety = 0.9;
 
@@ -102,7 +105,12 @@ struct Simulation::Parts {
   std::vector<Vec3> v_t1, predicted;
   std::vector<ContactPoint> contacts, hits;
   RunResult result;
-  std::string trouble;  // why the last try failed
+  std::string trouble;         // why the last try failed
+  std::vector<Vec3> unparted;  // x_t1 that the fail-safe was given last
+  std::vector<double> tried;   // s, of the last step
+  FailedTry failed;
+  VertexNames names;
+  const StepTrace* trace = nullptr;
 
   Parts(const Scene& s, BuiltScene b, const Methods& methods)
       : scene(s),
@@ -111,7 +119,8 @@ struct Simulation::Parts {
         limiter(built.cloth.springs, limiter_targets(built.cloth.strain_limit),
                 built.cloth.surface.vertices.size()),
         response(make_method(methods.responses, scene.contact.response, "contact.response")),
-        fail_safe(make_method(methods.fail_safes, scene.contact.fail_safe, "contact.fail_safe")) {
+        fail_safe(make_method(methods.fail_safes, scene.contact.fail_safe, "contact.fail_safe")),
+        names(scene, built) {
     refuse_bad_handles();
     const std::size_t n = built.cloth.surface.vertices.size();
     state.x = built.cloth.surface.vertices;
@@ -225,6 +234,14 @@ struct Simulation::Parts {
   bool find_hits();
   bool resolve_collisions(double h);
   bool try_step(double h, double t1);
+  double nominal_step() const { return 1.0 / (scene.time.fps * scene.time.steps_per_frame); }
+  double stable_step(double h, double target);
+  void make_step(StepControl control);
+  void note_failure(double h);
+  [[noreturn]] void give_up();
+  void tell(const char* stage, std::span<const ImplicitTerm> terms = {}) const {
+    if (trace) trace->stage({stage, x_t1, terms, v_t1});
+  }
   void accept(double h, double t1);
 };
 
@@ -261,7 +278,9 @@ void Simulation::Parts::set_end_from_velocity(double h) {
 bool Simulation::Parts::is_finite() {
   for (std::size_t i = 0; i < n(); ++i)
     if (!x_t1[i].allFinite()) {
-      trouble = "particle " + std::to_string(i) + " has no finite position";
+      failed.not_finite = static_cast<std::int32_t>(i);
+      trouble = names.vertex(failed.not_finite) + " has no finite position";
+      hits.clear();
       return false;
     }
   return true;
@@ -273,6 +292,7 @@ void Simulation::Parts::limit_strain() {
   const StrainReport report = limiter.apply(std::span(inv_mass).first(n()), kStrainTolerance,
                                             kStrainSweeps, std::span(x_t1).first(n()));
   result.counters["strain_sweeps"] += report.sweeps;
+  tell("strain limit");
 }
 
 bool Simulation::Parts::find_hits() {
@@ -297,10 +317,13 @@ void Simulation::Parts::solve_implicit(double h) {
   for (int solve = 0; solve < kMaxSolves + kMaxCollisionSolves; ++solve) {
     {
       const auto scope = clock.measure("solve");
-      const SolveReport report = implicit->solve(response->terms(), v_t1);
+      const auto terms = response->terms();
+      const SolveReport report = implicit->solve(terms, v_t1);
       result.counters["solves"] += 1;
       result.counters["solver_iterations"] += report.iterations;
       result.counters["solves_not_converged"] += report.converged ? 0 : 1;
+      if (trace) set_end_from_velocity(h);
+      tell(collision_solves == 0 ? "solve" : "collision solve", terms);
     }
     if (response->update(v_t1) && solve + 1 < kMaxSolves) continue;
     set_end_from_velocity(h);
@@ -317,11 +340,13 @@ void Simulation::Parts::step_explicit(double h) {
     symplectic->step(particles, state.time, h, v_t1);
   }
   set_end_from_velocity(h);
+  tell("explicit step");
   if (!is_finite()) return;
   {
     const auto scope = clock.measure("response");
     apply_impulses(response_step(h).motion, contacts, {.end_gap = 1.0}, x_t1);
   }
+  tell("contacts");
   limit_strain();
   find_hits();
 }
@@ -331,10 +356,12 @@ bool Simulation::Parts::resolve_collisions(double h) {
   if (!hits.empty()) fail_safe->begin(response_step(h));
   while (!hits.empty()) {
     bool resolved = false;
+    unparted = x_t1;
     {
       const auto scope = clock.measure("response");
       resolved = fail_safe->resolve(hits, x_t1);
     }
+    tell("fail-safe");
     if (!resolved) {
       trouble = fail_safe->trouble();
       return false;
@@ -361,6 +388,7 @@ bool Simulation::Parts::try_step(double h, double t1) {
   detection.find_candidates();
   detection.find_proximities(contacts);
   result.counters["contacts"] += static_cast<double>(contacts.size());
+  if (trace) trace->begin({h, x_t0, x_t1, inv_mass, contacts});
 
   if (implicit)
     solve_implicit(h);
@@ -389,51 +417,91 @@ void Simulation::Parts::accept(double h, double t1) {
   note_strain();
 }
 
+// Explicit steps keep within the integrator's bound.
+double Simulation::Parts::stable_step(double h, double target) {
+  if (!symplectic) return h;
+  const double left = target - state.time;
+  particles.x = state.x;
+  particles.v = state.v;
+  hold_particles(state.time, target, left);
+  const double stable = kExplicitSafety * symplectic->stable_step(particles);
+  return std::min(h, left / std::ceil(left / stable));
+}
+
+// One accepted step towards the end of the nominal step; halved until it is clean.
+void Simulation::Parts::make_step(StepControl control) {
+  // Targets are computed from whole numbers, so that steps do not drift and a resumed run meets
+  // them.
+  const double target = static_cast<double>(control.done + 1) * nominal_step();
+  tried.clear();
+  for (;; control.h *= 0.5, ++result.halvings) {
+    control.h = stable_step(control.h, target);
+    const bool to_target = control.h >= (target - state.time) * kAllThatIsLeft;
+    const double t1 = to_target ? target : state.time + control.h;
+    const double h = t1 - state.time;
+    tried.push_back(h);
+    if (!(h > 0.0))
+      throw SimulationFailed(FailureKind::stalled, "a step of " + std::to_string(control.h) +
+                                                       " s is too short to advance the time of " +
+                                                       std::to_string(state.time) + " s");
+    if (!try_step(h, t1)) {
+      note_failure(h);
+      if (++control.halvings > scene.time.max_halvings) give_up();
+      continue;
+    }
+    accept(h, t1);
+    if (control.halvings > 0) {
+      --control.halvings;
+      control.h = std::min(2.0 * control.h, nominal_step());
+    }
+    state.control = state.time < target ? control : StepControl{};
+    return;
+  }
+}
+
+// What the next try overwrites.
+void Simulation::Parts::note_failure(double h) {
+  failed.h = h;
+  failed.trouble = trouble;
+  failed.pairs = hits;
+  failed.x_t0 = x_t0;
+  failed.x_t1 = hits.empty() ? x_t1 : unparted;
+  if (!hits.empty()) failed.not_finite = -1;
+}
+
+void Simulation::Parts::give_up() {
+  result.clean = false;
+  std::string cause = "no clean step at " + std::to_string(state.time) + " s after " +
+                      std::to_string(scene.time.max_halvings) + " halvings: " + failed.trouble;
+  if (!failed.pairs.empty())
+    cause += "; of " + std::to_string(failed.pairs.size()) +
+             " pairs that still collide the first is " + names.pair(failed.pairs[0]);
+  throw SimulationFailed(failed.not_finite >= 0 ? FailureKind::not_finite : FailureKind::not_clean,
+                         cause);
+}
+
 Simulation::Simulation(const Scene& scene, BuiltScene built, const Methods& methods)
     : parts_(std::make_unique<Parts>(scene, std::move(built), methods)) {}
 
 Simulation::~Simulation() = default;
 
-void Simulation::advance_to_frame(int frame, const std::function<void(double)>& accepted) {
+bool Simulation::step_towards(int frame) {
   Parts& p = *parts_;
-  const TimeSpec& time = p.scene.time;
-  const double nominal = 1.0 / (time.fps * time.steps_per_frame);
-  // Targets are computed from whole numbers, so that steps do not drift and a resumed run meets
-  // them.
-  auto done = static_cast<std::int64_t>(std::llround(p.state.time / nominal));
-  const auto last = static_cast<std::int64_t>(frame) * time.steps_per_frame;
-  for (; done < last; ++done) {
-    const double target = static_cast<double>(done + 1) * nominal;
-    double h = nominal;
-    int halvings = 0;
-    while (p.state.time < target) {
-      const double left = target - p.state.time;
-      if (p.symplectic) {
-        p.particles.x = p.state.x;
-        p.particles.v = p.state.v;
-        p.hold_particles(p.state.time, target, left);
-        const double stable = kExplicitSafety * p.symplectic->stable_step(p.particles);
-        h = std::min(h, left / std::ceil(left / stable));
-      }
-      const bool to_target = h >= left * (1.0 - 1e-9);
-      const double t1 = to_target ? target : p.state.time + h;
-      if (p.try_step(t1 - p.state.time, t1)) {
-        p.accept(t1 - p.state.time, t1);
-        if (accepted) accepted(p.state.time);
-        if (halvings > 0) --halvings, h = std::min(2.0 * h, nominal);
-        continue;
-      }
-      if (++halvings > time.max_halvings) {
-        p.result.clean = false;
-        throw SimulationFailed("no clean step at " + std::to_string(p.state.time) + " s after " +
-                               std::to_string(time.max_halvings) + " halvings: " + p.trouble);
-      }
-      h *= 0.5;
-      ++p.result.halvings;
-    }
-  }
-  p.verify_frame();
+  StepControl control = p.state.control;
+  if (control.h <= 0.0)
+    control = {std::llround(p.state.time / p.nominal_step()), p.nominal_step(), 0};
+  if (control.done >= static_cast<std::int64_t>(frame) * p.scene.time.steps_per_frame) return false;
+  p.make_step(control);
+  return true;
 }
+
+void Simulation::advance_to_frame(int frame, const std::function<void(double)>& accepted) {
+  while (step_towards(frame))
+    if (accepted) accepted(parts_->state.time);
+  verify_frame();
+}
+
+void Simulation::verify_frame() { parts_->verify_frame(); }
 
 const SimulationState& Simulation::state() const { return parts_->state; }
 
@@ -446,6 +514,14 @@ void Simulation::restore(SimulationState state) {
   parts_->place_bodies(parts_->state.time, parts_->x_t0);
   parts_->note_bodies(parts_->x_t0);
 }
+
+const std::vector<double>& Simulation::tried() const { return parts_->tried; }
+
+const FailedTry& Simulation::failed_try() const { return parts_->failed; }
+
+const VertexNames& Simulation::names() const { return parts_->names; }
+
+void Simulation::set_trace(const StepTrace* trace) { parts_->trace = trace; }
 
 std::span<const Triangle> Simulation::cloth_triangles() const {
   return parts_->built.cloth.surface.triangles;

@@ -4,15 +4,24 @@
 #include <selvedge/core/particles.h>
 #include <selvedge/scene/output.h>
 #include <selvedge/scene/scene.h>
+#include <selvedge/scene/step_failure.h>
+#include <selvedge/scene/step_trace.h>
+#include <selvedge/scene/vertex_names.h>
 
 #include <functional>
 #include <memory>
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 namespace selvedge {
+
+/// Where a simulation stands between the ends of two nominal steps.
+struct StepControl {
+  std::int64_t done = 0;  ///< nominal steps that are complete; counts only where h > 0
+  double h = 0.0;         ///< s, length of the next try; 0: at the end of a nominal step
+  int halvings = 0;       ///< how often the nominal step was halved to get it
+};
 
 /// Everything a simulation carries from one step to the next: restored from it, it goes on to the
 /// same bits.
@@ -20,13 +29,7 @@ struct SimulationState {
   std::int64_t step = 0;  ///< accepted steps so far
   double time = 0.0;      ///< s
   std::vector<Vec3> x, v;
-};
-
-/// The run cannot go on: diverged, or a step that cannot be made clean. Says which particle or
-/// pair.
-class SimulationFailed : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
+  StepControl control;
 };
 
 /// The cloth of a scene in time. Throws std::invalid_argument from the constructor if the cloth
@@ -41,9 +44,24 @@ class Simulation {
   /// state.
   void advance_to_frame(int frame, const std::function<void(double time)>& accepted);
 
+  /// Makes one accepted step on the way to frame `frame`; false, and nothing done, if its time is
+  /// reached. Throws SimulationFailed and keeps the last good state.
+  bool step_towards(int frame);
+
+  /// Looks for crossings in the present state, which the result then tells of.
+  void verify_frame();
+
   const SimulationState& state() const;
   /// Goes on from `state` (same scene); throws std::invalid_argument if its size does not fit.
   void restore(SimulationState state);
+
+  /// Lengths of the tries of the last step, s, the accepted one included.
+  const std::vector<double>& tried() const;
+  /// The last try that did not come out clean, of any step so far.
+  const FailedTry& failed_try() const;
+  const VertexNames& names() const;
+  /// Tells `trace` of every try from now on; it must outlive them. Null: nobody.
+  void set_trace(const StepTrace* trace);
 
   std::span<const Triangle> cloth_triangles() const;
   std::span<const Triangle> body_triangles() const;  ///< of all bodies, joined in scene order

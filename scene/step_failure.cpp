@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/scene/step_failure.h>
+
+namespace selvedge {
+namespace {
+
+constexpr FailureKind kinds[] = {FailureKind::not_clean, FailureKind::not_finite,
+                                 FailureKind::stalled, FailureKind::out_of_budget};
+
+}  // namespace
+
+const char* failure_name(FailureKind kind) {
+  switch (kind) {
+    case FailureKind::not_clean:
+      return "not clean";
+    case FailureKind::not_finite:
+      return "not finite";
+    case FailureKind::stalled:
+      return "stalled";
+    case FailureKind::out_of_budget:
+      return "out of budget";
+  }
+  return "";
+}
+
+FailureKind failure_kind(const std::string& name) {
+  for (const FailureKind kind : kinds)
+    if (name == failure_name(kind)) return kind;
+  throw std::invalid_argument("\"" + name + "\" is no cause for which a run stops");
+}
+
+}  // namespace selvedge

@@ -3,12 +3,14 @@
 #include <selvedge/broadphase/broad_phase.h>
 #include <selvedge/broadphase/conformance.h>
 #include <selvedge/broadphase/detail/bvh.h>
+#include <selvedge/broadphase/detail/leaf_clusters.h>
 #include <selvedge/broadphase/detail/sort_rows.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/triangle_mesh.h>
 #include <selvedge/narrowphase/distance.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -408,6 +410,63 @@ TEST(Bvh, PolytopesLeaveOutExactlyThePairsThatTheyKeepApart) {
   expect_exactly_dop_pairs<7>(60);
   expect_exactly_dop_pairs<9>(60);
   expect_exactly_dop_pairs<13>(60);
+}
+
+TEST(LeafClusters, AreConnectedWellFilledAndHoldEachTriangleOnce) {
+  Surface s = crumpled(40, 0.3, 0.0, 5);
+  std::shuffle(s.triangles.begin(), s.triangles.end(), std::mt19937(3));
+  detail::OwnedPrimitives primitives;
+  primitives.set(s.view());
+  for (const int most : {1, 5, 16, 24}) {
+    const detail::LeafClusters clusters = detail::cluster_triangles(primitives, most);
+    std::set<std::int32_t> seen(clusters.triangles.begin(), clusters.triangles.end());
+    EXPECT_EQ(seen.size(), s.triangles.size());
+    EXPECT_EQ(clusters.triangles.size(), s.triangles.size());
+    // Seven tenths full on the average, although the triangles are in no order.
+    EXPECT_LE(7 * clusters.count() * static_cast<std::size_t>(most), 10 * s.triangles.size());
+    for (std::size_t c = 0; c < clusters.count(); ++c) {
+      const auto begin = clusters.triangles.begin() + clusters.begin[c];
+      std::set<std::int32_t> rest(begin, clusters.triangles.begin() + clusters.begin[c + 1]);
+      ASSERT_LE(rest.size(), static_cast<std::size_t>(most));
+      std::vector<std::int32_t> reached(1, *rest.begin());
+      rest.erase(rest.begin());
+      for (std::size_t i = 0; i < reached.size(); ++i)
+        for (const auto& [a, b] : primitives.sides()) {
+          const std::int32_t beyond = a == reached[i] ? b : b == reached[i] ? a : -1;
+          if (rest.erase(beyond) > 0) reached.push_back(beyond);
+        }
+      EXPECT_TRUE(rest.empty()) << "group " << c << " of at most " << most << " falls apart";
+    }
+  }
+}
+
+TEST(LeafClusters, ASurfaceOfPartsThatHangTogetherOrNotIsServedAlike) {
+  // A mesh with a triangle soup, loose edges and points beside it, in three mixtures: leaves by the
+  // topology, by the positions, and with too many edges for one owner.
+  for (const int soup : {0, 5, 600}) {
+    Surface s = crumpled(16, 0.3, 0.02, 11);
+    Random random(static_cast<unsigned>(soup));
+    for (int i = 0; i < soup; ++i) {
+      const auto first = static_cast<std::int32_t>(s.x_t0.size());
+      const Vec3 middle = random.vector(0.3);
+      for (int k = 0; k < 5; ++k) {
+        s.x_t0.push_back(middle + random.vector(0.05));
+        s.x_t1.push_back(s.x_t0.back() + random.vector(0.02));
+      }
+      s.triangles.push_back({first, first + 1, first + 2});
+      s.edges.push_back({first + 2, first + 3});
+    }
+    for (int i = 0; i < 30; ++i) s.edges.push_back(s.edges.front());
+    const auto bvh = make_bvh_aabb();
+    const auto brute = make_brute_force();
+    for (int step = 0; step < 2; ++step) {
+      const CandidatePairs found = self_pairs_of(*bvh, s), all = self_pairs_of(*brute, s);
+      EXPECT_EQ(found.point_triangle, all.point_triangle) << soup << " parts, step " << step;
+      EXPECT_EQ(found.edge_edge, all.edge_edge) << soup << " parts, step " << step;
+      s.x_t0 = s.x_t1;
+      for (Vec3& x : s.x_t1) x += random.vector(0.02);
+    }
+  }
 }
 
 TEST(Bvh, FindsTheSameWithAnyArityAndLeafSize) {

@@ -116,14 +116,14 @@ TEST(CurvatureCone, ASheetFinerThanItsThicknessKeepsItsPairs) {
 }
 
 TEST(CurvatureCone, ARampThatWindsTwiceIsNotTakenForASheet) {
-  // Two turns nearly on top of each other: the normals are in a narrow cone, the contour is not
+  // Two turns nearer than the thicknesses: the normals are in a narrow cone, the contour is not
   // simple. A third of a turn alone is.
-  const Surface s = ramp(2.0, 1e-4, 1e-5);
+  const Surface s = ramp(2.0, 1e-5, 1e-5);
   const CandidatePairs kept = self_pairs(make_curvature_cone(), s);
   // Each edge of a turn lies on one of the other: there are some 800 of them in a turn.
   EXPECT_GT(kept.edge_edge.size(), 600u);
   check_shadow(s, "ramp");
-  EXPECT_EQ(self_pairs(make_curvature_cone(), ramp(0.3, 1e-4, 1e-5)).size(), 0u);
+  EXPECT_EQ(self_pairs(make_curvature_cone(), ramp(0.3, 1e-5, 1e-5)).size(), 0u);
 }
 
 TEST(CurvatureCone, TurnsThatPassThroughEachOtherAreAllFound) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/detail/bounding_volume_tree.h>
+#include <selvedge/broadphase/detail/leaf_clusters.h>
 #include <selvedge/core/parallel.h>
 
 #include <algorithm>
@@ -14,7 +15,9 @@ namespace {
 constexpr double kMaxRatio = 4.0;
 constexpr std::size_t kVertexGrain = 8192;  // vertices or items that one thread boxes
 constexpr std::size_t kLeafGrain = 256;     // leaves that one thread lays out or fits
-constexpr std::size_t kOrientGrain = 16;    // nodes that one thread finds oriented boxes for
+// Leaves by topology serve if they are at most so many times as many as full ones would be.
+constexpr std::size_t kMostClusters = 2;
+constexpr std::size_t kOrientGrain = 16;  // nodes that one thread finds oriented boxes for
 
 std::int32_t blocks_for(std::int32_t lanes) { return (lanes + kLanes - 1) / kLanes; }
 
@@ -35,19 +38,76 @@ void VolumeTree<V>::set_topology(const SurfaceView& surface) {
   primitives_.set(surface);
   nodes_.clear();
   leaves_.clear();
+  clustered_ = lay_out_clusters();
+  if (!clustered_) primitives_.find_owners({}, kMostOwned);
+  primitives_.forget_sides();
+}
+
+/// Makes leaves of triangles that hang together, if these fill leaves well: a soup of triangles has
+/// none, and its leaves are found anew with each build.
+template <BoundingVolume V>
+bool VolumeTree<V>::lay_out_clusters() {
+  OwnedPrimitives& p = primitives_;
+  if (p.triangles.empty()) return false;
+  LeafClusters clusters = cluster_triangles(p, shape_.leaf_size);
+  const std::size_t most =
+      kMostClusters * p.triangles.size() / static_cast<std::size_t>(shape_.leaf_size) + 1;
+  if (clusters.count() > most) return false;
+  p.find_owners(clusters.group, kMostOwned * kMostLeafItems);
+  if (clusters.count() + p.item_count() - p.triangles.size() > most) return false;
+  // Edges and points without a triangle become leaves of their own.
+  for (auto i = static_cast<std::int32_t>(p.triangles.size());
+       i < static_cast<std::int32_t>(p.item_count()); ++i) {
+    clusters.triangles.push_back(i);
+    clusters.begin.push_back(i + 1);
+  }
+  std::vector<Range> ranges(clusters.count());
+  for (std::size_t l = 0; l < ranges.size(); ++l)
+    ranges[l] = {clusters.begin[l], clusters.begin[l + 1]};
+  lay_out_leaves(clusters.triangles, ranges);
+  return true;
 }
 
 template <BoundingVolume V>
 void VolumeTree<V>::build(const SurfaceView& surface, const TreePlace& place, Scratch& scratch) {
   box_vertices(surface, place, scratch);
-  box_items(scratch);
-  build_tree(shape_, scratch.items, scratch.partitioned, scratch.skeleton);
-  take_nodes(scratch.skeleton);
-  lay_out_leaves(scratch);
-  fit(surface, place, scratch);
+  if (clustered_)
+    build_over_clusters(scratch);
+  else
+    build_over_items(scratch);
+  fit_nodes();
+  if constexpr (V::oriented) orient(surface, place, scratch);
   built_ratio_ = measure_looseness();
   looseness_ = 1.0;
   ++version_;
+}
+
+template <BoundingVolume V>
+void VolumeTree<V>::build_over_clusters(Scratch& scratch) {
+  fit_leaves(scratch.vertex_boxes);
+  scratch.items.resize(leaves_.size());
+  for (std::size_t l = 0; l < leaves_.size(); ++l) {
+    scratch.items[l] = box_of(leaves_[l].box);
+    scratch.items[l].lo[3] = std::bit_cast<float>(static_cast<std::int32_t>(l));
+  }
+  build_tree({shape_.arity, 1}, scratch.items, scratch.partitioned, scratch.skeleton);
+  for (auto& node : scratch.skeleton.nodes)
+    for (std::int32_t& child : node.child)
+      if (child < 0 && child != kNoChild)
+        child = ~item_index(scratch.items[scratch.skeleton.leaves[~child].begin]);
+  take_nodes(scratch.skeleton);
+}
+
+template <BoundingVolume V>
+void VolumeTree<V>::build_over_items(Scratch& scratch) {
+  box_items(scratch);
+  build_tree(shape_, scratch.items, scratch.partitioned, scratch.skeleton);
+  take_nodes(scratch.skeleton);
+  scratch.item_order.resize(scratch.items.size());
+  std::transform(scratch.items.begin(), scratch.items.end(), scratch.item_order.begin(),
+                 item_index);
+  lay_out_leaves(scratch.item_order, scratch.skeleton.leaves);
+  fit_leaves(scratch.vertex_boxes);
 }
 
 template <BoundingVolume V>
@@ -124,24 +184,28 @@ void VolumeTree<V>::take_nodes(const TreeSkeleton& skeleton) {
 
 /// Reserves the blocks of every leaf and writes the indices, which stay until the next build.
 template <BoundingVolume V>
-void VolumeTree<V>::lay_out_leaves(const Scratch& scratch) {
-  const std::vector<Range>& ranges = scratch.skeleton.leaves;
+void VolumeTree<V>::lay_out_leaves(std::span<const std::int32_t> items,
+                                   std::span<const Range> ranges) {
+  const auto of = [&](std::size_t l) {
+    return items.subspan(static_cast<std::size_t>(ranges[l].begin),
+                         static_cast<std::size_t>(ranges[l].end - ranges[l].begin));
+  };
   leaves_.resize(ranges.size());
   parallel_for(leaves_.size(), kLeafGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t l = begin; l < end; ++l) count_leaf(leaves_[l], ranges[l], scratch.items);
+    for (std::size_t l = begin; l < end; ++l) count_leaf(leaves_[l], of(l));
   });
   place_blocks();
   parallel_for(leaves_.size(), kLeafGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t l = begin; l < end; ++l) {
       clear_leaf(leaves_[l]);
-      fill_leaf(leaves_[l], ranges[l], scratch.items);
+      fill_leaf(leaves_[l], of(l));
     }
   });
   if constexpr (V::oriented) list_leaf_vertices();
 }
 
 template <BoundingVolume V>
-void VolumeTree<V>::count_leaf(Leaf& leaf, Range items, const std::vector<FloatBox>& boxes) const {
+void VolumeTree<V>::count_leaf(Leaf& leaf, std::span<const std::int32_t> items) const {
   const OwnedPrimitives& p = primitives_;
   const auto triangles = static_cast<std::int32_t>(p.triangles.size());
   const auto edges = static_cast<std::int32_t>(p.loose_edges.size());
@@ -149,8 +213,7 @@ void VolumeTree<V>::count_leaf(Leaf& leaf, Range items, const std::vector<FloatB
     return static_cast<std::int32_t>(begin[t + 1] - begin[t]);
   };
   std::int32_t n_points = 0, n_edges = 0, n_triangles = 0;
-  for (std::int32_t i = items.begin; i < items.end; ++i) {
-    const std::int32_t item = item_index(boxes[i]);
+  for (const std::int32_t item : items) {
     if (item < triangles) {
       ++n_triangles;
       n_edges += owned(p.owned_edges_begin, item);
@@ -200,7 +263,7 @@ void VolumeTree<V>::clear_leaf(const Leaf& leaf) {
 }
 
 template <BoundingVolume V>
-void VolumeTree<V>::fill_leaf(const Leaf& leaf, Range items, const std::vector<FloatBox>& boxes) {
+void VolumeTree<V>::fill_leaf(const Leaf& leaf, std::span<const std::int32_t> items) {
   const OwnedPrimitives& p = primitives_;
   const auto triangles = static_cast<std::int32_t>(p.triangles.size());
   const auto edges = static_cast<std::int32_t>(p.loose_edges.size());
@@ -216,8 +279,7 @@ void VolumeTree<V>::fill_leaf(const Leaf& leaf, Range items, const std::vector<F
     block.v0[lane] = p.edges[e][0];
     block.v1[lane] = p.edges[e][1];
   };
-  for (std::int32_t i = items.begin; i < items.end; ++i) {
-    const std::int32_t item = item_index(boxes[i]);
+  for (const std::int32_t item : items) {
     if (item < triangles) {
       auto& block = triangles_[leaf.triangle_block + n_triangles / kLanes];
       const int lane = n_triangles++ % kLanes;

@@ -75,13 +75,14 @@ template <int axes>
 struct TreeScratch {
   std::vector<FloatDop<axes>> vertex_boxes;
   std::vector<FloatBox> items, partitioned;
+  std::vector<std::int32_t> item_order;  ///< the items in the order of the leaves
   TreeSkeleton skeleton;
   std::vector<Moments> node_moments;
 
   std::size_t bytes() const {
     return vertex_boxes.capacity() * sizeof(FloatDop<axes>) + skeleton.bytes() +
            (items.capacity() + partitioned.capacity()) * sizeof(FloatBox) +
-           node_moments.capacity() * sizeof(Moments);
+           item_order.capacity() * sizeof(std::int32_t) + node_moments.capacity() * sizeof(Moments);
   }
 };
 
@@ -140,12 +141,15 @@ class VolumeTree {
   using Range = TreeSkeleton::Range;
 
   void box_vertices(const SurfaceView& surface, const TreePlace& place, Scratch& scratch) const;
+  bool lay_out_clusters();
+  void build_over_clusters(Scratch& scratch);
+  void build_over_items(Scratch& scratch);
   void box_items(Scratch& scratch) const;
   void take_nodes(const TreeSkeleton& skeleton);
-  void lay_out_leaves(const Scratch& scratch);
-  void count_leaf(Leaf& leaf, Range items, const std::vector<FloatBox>& boxes) const;
+  void lay_out_leaves(std::span<const std::int32_t> items, std::span<const Range> ranges);
+  void count_leaf(Leaf& leaf, std::span<const std::int32_t> items) const;
   void place_blocks();
-  void fill_leaf(const Leaf& leaf, Range items, const std::vector<FloatBox>& boxes);
+  void fill_leaf(const Leaf& leaf, std::span<const std::int32_t> items);
   void clear_leaf(const Leaf& leaf);
   void list_leaf_vertices();
   void fit(const SurfaceView& surface, const TreePlace& place, Scratch& scratch);
@@ -160,6 +164,7 @@ class VolumeTree {
   Dop fit_triangles(const Leaf& leaf, const std::vector<Dop>& vertex_boxes);
 
   TreeShape shape_;
+  bool clustered_ = false;  // leaves are laid out by the topology
   OwnedPrimitives primitives_;
   std::vector<Node> nodes_;                       // a child comes after its parent
   std::vector<std::size_t> subtree_begin_ = {0};  // as in TreeSkeleton

@@ -3,6 +3,9 @@
 
 #include <selvedge/core/collision_types.h>
 
+#include <array>
+#include <vector>
+
 namespace selvedge::detail {
 
 /// A triangle owns at most so many edges; with unique edges it has three, and a list that repeats
@@ -21,6 +24,14 @@ struct OwnedPrimitives {
   std::vector<std::int32_t> owned_edges, owned_points;
 
   void set(const SurfaceView& surface);
+  /// Gives edges and points owners. Triangles of one `group` (0, 1, ... for each triangle) will
+  /// share a leaf: owners are chosen so that groups own about the same, at most `most_edges` each.
+  /// Empty: each triangle is a group.
+  void find_owners(std::span<const std::int32_t> group, int most_edges);
+  /// The first two triangles at each edge, -1 where there is none; until forget_sides.
+  std::span<const std::array<std::int32_t, 2>> sides() const { return sides_; }
+  /// Frees what only find_owners and sides need.
+  void forget_sides();
   /// True if the surface has the very triangles and edges that this was made for.
   bool equal(const SurfaceView& surface) const;
   std::size_t item_count() const {
@@ -29,7 +40,21 @@ struct OwnedPrimitives {
   std::size_t bytes() const;
 
  private:
-  void find_owners();
+  /// Triangles around each vertex.
+  struct VertexTriangles {
+    std::vector<std::uint32_t> begin;
+    std::vector<std::int32_t> triangle;
+
+    void set(std::span<const Triangle> triangles, std::size_t n);
+    std::span<const std::int32_t> of(std::size_t v) const {
+      return {triangle.data() + begin[v], begin[v + 1] - begin[v]};
+    }
+  };
+
+  void find_sides();
+
+  VertexTriangles around_;
+  std::vector<std::array<std::int32_t, 2>> sides_;
 };
 
 }  // namespace selvedge::detail

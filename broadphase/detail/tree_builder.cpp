@@ -19,7 +19,7 @@ constexpr std::int32_t kFewItems = 64;
 // so that building takes O(n (log n + kLopsidedSplits)) whatever the input.
 constexpr std::int32_t kLopsidedPart = 16;
 constexpr int kLopsidedSplits = 12;
-constexpr std::int32_t kSubtreeItems = 4096;  // built by one thread
+constexpr std::int32_t kSubtreeLeaves = 256;  // built by one thread, at least
 constexpr std::size_t kItemGrain = 4096;      // items of a range that one thread looks through
 
 constexpr FloatBox kEmptyBox = empty_dop<3>();
@@ -353,7 +353,7 @@ void build_tree(const TreeShape& shape, std::vector<FloatBox>& items,
   }
   Subtree top;
   std::vector<Builder::Deferred> deferred;
-  builder.build(all, top, &deferred, kSubtreeItems);
+  builder.build(all, top, &deferred, kSubtreeLeaves * shape.leaf_size);
   std::vector<Subtree> below(deferred.size());
   parallel_for(below.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {

@@ -219,7 +219,11 @@ TriangleMesh load_mesh(const std::filesystem::path& file, const LoadConfig& conf
   check_config(config);
   const std::string name = file.string();
   const bool own = detail::is_own_format(detail::lower_extension(file));
-  TriangleMesh mesh = own ? read_mesh(file) : read_by_assimp(file, config);
+  return prepare_mesh(own ? read_mesh(file) : read_by_assimp(file, config), config, name);
+}
+
+TriangleMesh prepare_mesh(TriangleMesh mesh, const LoadConfig& config, const std::string& name) {
+  check_config(config);
   for (Vec3& x : mesh.vertices) x = to_world(x, config);
   check_indices(mesh, name);
   if (config.weld) weld(mesh);

@@ -23,4 +23,8 @@ struct LoadConfig {
 /// sentence. Throws std::invalid_argument (bad file) naming file, fault and remedy.
 TriangleMesh load_mesh(const std::filesystem::path& file, const LoadConfig& config = {});
 
+/// The same for a mesh that was read or made elsewhere: turned, scaled, checked, welded. `name`
+/// stands in the sentence of a refusal.
+TriangleMesh prepare_mesh(TriangleMesh mesh, const LoadConfig& config, const std::string& name);
+
 }  // namespace selvedge

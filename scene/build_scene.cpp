@@ -3,9 +3,13 @@
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/bodies/mesh_report.h>
 #include <selvedge/scene/detail/scene_json.h>
+#include <selvedge/scene/detail/strip_path.h>
 #include <selvedge/scene/scene.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numeric>
 #include <stdexcept>
 #include <utility>
 
@@ -36,15 +40,41 @@ ClothMesh make_grid(const ClothGrid& grid, double factor, const Material& materi
   GridConfig config = grid.grid;
   config.size_x *= factor;
   config.size_y *= factor;
-  return grid.pattern == ClothPattern::triangular ? make_triangular(config, material)
-                                                  : make_rectangular(config, material);
+  ClothMesh cloth = grid.pattern == ClothPattern::triangular ? make_triangular(config, material)
+                                                             : make_rectangular(config, material);
+  if (grid.path.points.empty()) return cloth;
+  StripPath path = grid.path;
+  for (Vec3& point : path.points) point *= factor;
+  cloth.surface.vertices = detail::lay_along(path, config.size_x, cloth.surface.vertices);
+  return cloth;
+}
+
+constexpr const char* inline_mesh = "mesh";  // how a mesh that stands in the scene is named
+
+// Vertices at the same place touch from the first step on: no contact could part them.
+void refuse_doubled(const TriangleMesh& mesh, const std::string& name) {
+  const std::vector<Vec3>& x = mesh.vertices;
+  std::vector<std::size_t> order(x.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    if (x[a] == x[b]) return a < b;
+    return std::lexicographical_compare(x[a].begin(), x[a].end(), x[b].begin(), x[b].end());
+  });
+  for (std::size_t i = 1; i < order.size(); ++i)
+    if (x[order[i]] == x[order[i - 1]])
+      throw std::invalid_argument(fmt::format(
+          "{}: vertices {} and {} are at the same place, where cloth would collide with "
+          "itself; weld them",
+          name, order[i - 1], order[i]));
 }
 
 ClothMesh load_cloth(const ClothFile& cloth, double factor, const Material& material) {
-  TriangleMesh surface = read_mesh(cloth.file);
-  validate(surface, cloth.file.string());
+  const std::string name = cloth.file.empty() ? inline_mesh : cloth.file.string();
+  TriangleMesh surface = cloth.file.empty() ? cloth.mesh : read_mesh(cloth.file);
+  validate(surface, name);
   if (surface.triangles.empty())
-    throw std::invalid_argument(cloth.file.string() + ": has no triangles; cloth is a surface");
+    throw std::invalid_argument(name + ": has no triangles; cloth is a surface");
+  refuse_doubled(surface, name);
   scale(surface, factor);
   if (cloth.rest_file.empty()) return make_from_mesh(surface, surface, material);
   TriangleMesh rest = read_mesh(cloth.rest_file);
@@ -52,7 +82,7 @@ ClothMesh load_cloth(const ClothFile& cloth, double factor, const Material& mate
   if (rest.vertices.size() != surface.vertices.size() || rest.triangles != surface.triangles)
     throw std::invalid_argument(fmt::format(
         "{}: the rest mesh must have the same vertices and triangles as {}, in the same order",
-        cloth.rest_file.string(), cloth.file.string()));
+        cloth.rest_file.string(), name));
   scale(rest, factor);
   return make_from_mesh(surface, rest, material);
 }
@@ -62,7 +92,9 @@ void warn(const TriangleMesh& mesh, const std::string& place, std::vector<std::s
     warnings.push_back(place + ": " + sentence);
 }
 
-TriangleMesh load_body(const std::filesystem::path& file, const LoadConfig& config) {
+TriangleMesh load_body(const std::filesystem::path& file, const LoadConfig& config,
+                       const TriangleMesh& given = {}) {
+  if (file.empty()) return prepare_mesh(given, config, inline_mesh);
   TriangleMesh mesh = load_mesh(file, config);
   validate(mesh, file.string());
   if (mesh.triangles.empty())
@@ -111,9 +143,27 @@ std::unique_ptr<Body> make_body(const BodySpec& spec, const std::string& place,
   if (const auto* sequence = std::get_if<BodySequence>(&spec.shape))
     return make_sequence(*sequence, spec.placement, place, warnings);
   const auto& file = std::get<BodyFile>(spec.shape);
-  TriangleMesh mesh = load_body(file.file, file.load);
+  TriangleMesh mesh = load_body(file.file, file.load, file.mesh);
   warn(mesh, place, warnings);
   return make_rigid_body(std::move(mesh), spec);
+}
+
+// Neighbours along an edge that is shorter than the thickness are always nearer than they may come.
+// Such pairs then keep a part of the distance at which they start, and the cloth cannot fold as
+// sharply as its mesh would let it.
+void warn_of_thickness(const ClothMesh& piece, double thickness, const std::string& place,
+                       std::vector<std::string>& warnings) {
+  double shortest = std::numeric_limits<double>::infinity();
+  for (const Edge& e : piece.edges)
+    shortest =
+        std::min(shortest, (piece.surface.vertices[e[0]] - piece.surface.vertices[e[1]]).norm());
+  if (shortest >= thickness) return;
+  warnings.push_back(fmt::format(
+      "{}: contact.thickness is {:g} m, but the shortest edge is {:g} m, so that parts of the same "
+      "fold count as too near each other and the cloth becomes stiffer than it is; take a "
+      "thickness "
+      "of at most {:g} m or larger cells",
+      place, thickness, shortest, shortest));
 }
 
 void add_cloth(const Scene& scene, std::size_t index, BuiltScene& built) {
@@ -121,11 +171,26 @@ void add_cloth(const Scene& scene, std::size_t index, BuiltScene& built) {
   const Material& material = scene.materials.at(spec.material);
   try {
     const ClothMesh piece = detail::make_piece(spec, material);
+    warn_of_thickness(piece, scene.contact.thickness, at("geometry", index, spec.name),
+                      built.warnings);
     built.piece_begin.push_back(append(built.cloth, piece));
     built.velocity.resize(built.cloth.surface.vertices.size(), spec.velocity);
   } catch (const std::invalid_argument& error) {
     throw std::invalid_argument(fmt::format("{}, {}: {}", scene.file.string(),
                                             at("geometry", index, spec.name), error.what()));
+  }
+}
+
+void add_weights(const Scene& scene, BuiltScene& built) {
+  for (const WeightSpec& weight : scene.weights) {
+    const auto piece = std::find_if(scene.cloths.begin(), scene.cloths.end(),
+                                    [&](const ClothSpec& c) { return c.name == weight.geometry; });
+    if (piece == scene.cloths.end())
+      throw std::invalid_argument(fmt::format("weight \"{}\": no piece of cloth is called \"{}\"",
+                                              weight.name, weight.geometry));
+    const std::int32_t first =
+        built.piece_begin[static_cast<std::size_t>(piece - scene.cloths.begin())];
+    for (const std::int32_t v : weight.vertices) built.cloth.mass.at(first + v) += weight.mass;
   }
 }
 
@@ -157,6 +222,7 @@ BuiltScene build_scene(const Scene& scene) {
   BuiltScene built;
   for (std::size_t i = 0; i < scene.cloths.size(); ++i) add_cloth(scene, i, built);
   built.piece_begin.push_back(static_cast<std::int32_t>(built.cloth.surface.vertices.size()));
+  add_weights(scene, built);
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) add_body(scene, i, built);
   return built;
 }

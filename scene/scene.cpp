@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/scene/detail/scene_json.h>
+#include <selvedge/scene/detail/select_vertices.h>
 #include <selvedge/scene/scene.h>
 
 #include <algorithm>
@@ -43,6 +44,7 @@ class SceneReader {
     read_geometry();
     read_motions();
     read_handles();
+    read_weights();
     read_obstacles();
     read_air();
     read_time();
@@ -199,7 +201,11 @@ class SceneReader {
   }
 
   ClothFile read_cloth_file(Json& j, const std::string& path) {
-    ClothFile shape{read_file(j["mesh"], join(path, "mesh")), {}};
+    ClothFile shape;
+    if (j["mesh"].is_string())
+      shape.file = read_file(j["mesh"], join(path, "mesh"));
+    else
+      shape.mesh = read_inline_mesh(j["mesh"]);
     if (j["rest_mesh"] != "") shape.rest_file = read_file(j["rest_mesh"], join(path, "rest_mesh"));
     return shape;
   }
@@ -212,7 +218,19 @@ class SceneReader {
     shape.grid.size_y = j["size"][1].get<double>();
     shape.grid.cells_x = j["cells"][0].get<std::int32_t>();
     shape.grid.cells_y = j["cells"][1].get<std::int32_t>();
+    if (!j.contains("path")) return shape;
+    for (const Json& point : j["path"]["points"]) shape.path.points.push_back(read_vec3(point));
+    shape.path.side = read_vec3(j["path"]["side"]);
     return shape;
+  }
+
+  static TriangleMesh read_inline_mesh(const Json& j) {
+    TriangleMesh mesh;
+    for (const Json& x : j["vertices"]) mesh.vertices.push_back(read_vec3(x));
+    for (const Json& t : j["triangles"])
+      mesh.triangles.push_back(
+          {t[0].get<std::int32_t>(), t[1].get<std::int32_t>(), t[2].get<std::int32_t>()});
+    return mesh;
   }
 
   // -- handles ------------------------------------------------------------------------------------
@@ -225,7 +243,7 @@ class SceneReader {
       Json& j = list[i];
       HandleSpec handle;
       handle.name = read_name(j, "handles", i, taken);
-      handle.geometry = read_handle_geometry(j, path);
+      handle.geometry = read_geometry_name(j, path);
       handle.vertices = select(j["select"], handle.geometry, join(path, "select"));
       handle.motion = read_motion(j["motion"], join(path, "motion"));
       check_starts_at_rest(handle, join(path, "motion"));
@@ -235,7 +253,29 @@ class SceneReader {
     }
   }
 
-  std::string read_handle_geometry(Json& j, const std::string& path) const {
+  void read_weights() {
+    std::set<std::string> taken;
+    Json& list = root_["weights"];
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      const std::string path = join("weights", i);
+      WeightSpec weight;
+      weight.name = read_name(list[i], "weights", i, taken);
+      weight.geometry = read_geometry_name(list[i], path);
+      weight.vertices = select(list[i]["select"], weight.geometry, join(path, "select"));
+      weight.mass = list[i]["mass"].get<double>();
+      scene_.weights.push_back(std::move(weight));
+    }
+  }
+
+  std::vector<std::int32_t> select(const Json& j, const std::string& geometry,
+                                   const std::string& path) const {
+    const auto cloth = std::find_if(scene_.cloths.begin(), scene_.cloths.end(),
+                                    [&](const ClothSpec& c) { return c.name == geometry; });
+    return detail::select_vertices(document_, j, *cloth, scene_.materials.at(cloth->material),
+                                   path);
+  }
+
+  std::string read_geometry_name(Json& j, const std::string& path) const {
     if (!j.contains("geometry")) {
       if (scene_.cloths.size() > 1)
         fail(document_, path, "needs the key \"geometry\", because there are several pieces");
@@ -267,111 +307,6 @@ class SceneReader {
     }
   }
 
-  std::vector<std::int32_t> select(const Json& j, const std::string& geometry,
-                                   const std::string& path) {
-    const auto cloth = std::find_if(scene_.cloths.begin(), scene_.cloths.end(),
-                                    [&](const ClothSpec& c) { return c.name == geometry; });
-    std::vector<std::int32_t> found;
-    if (j.contains("vertices"))
-      found = select_vertices(j["vertices"], *cloth, join(path, "vertices"));
-    if (j.contains("box")) found = select_box(j["box"], *cloth, join(path, "box"));
-    if (j.contains("corners")) found = select_corners(j["corners"], *cloth, join(path, "corners"));
-    if (j.contains("edge")) found = select_edge(j["edge"], *cloth, join(path, "edge"));
-    std::sort(found.begin(), found.end());
-    found.erase(std::unique(found.begin(), found.end()), found.end());
-    return found;
-  }
-
-  /// Where the vertices of a piece are at the start; with no placement, in the piece's own plane.
-  std::vector<Vec3> start_positions(const ClothSpec& cloth, bool placed) const {
-    ClothSpec piece = cloth;
-    if (!placed) piece.placement = Placement{};
-    return detail::make_piece(piece, scene_.materials.at(cloth.material)).surface.vertices;
-  }
-
-  std::vector<std::int32_t> select_vertices(const Json& j, const ClothSpec& cloth,
-                                            const std::string& path) const {
-    const auto count = start_positions(cloth, true).size();
-    std::vector<std::int32_t> found;
-    for (std::size_t i = 0; i < j.size(); ++i) {
-      const auto vertex = j[i].get<std::int64_t>();
-      if (vertex >= static_cast<std::int64_t>(count))
-        fail(document_, join(path, i),
-             fmt::format("there is no vertex {}; {} has vertices 0 to {}", vertex,
-                         in_quotes(cloth.name), count - 1));
-      found.push_back(static_cast<std::int32_t>(vertex));
-    }
-    return found;
-  }
-
-  std::vector<std::int32_t> select_box(const Json& j, const ClothSpec& cloth,
-                                       const std::string& path) const {
-    const Vec3 low = read_vec3(j[0]), high = read_vec3(j[1]);
-    if ((low.array() > high.array()).any())
-      fail(document_, path, "the first corner must be the lowest in every coordinate");
-    const std::vector<Vec3> x = start_positions(cloth, true);
-    std::vector<std::int32_t> found;
-    for (std::size_t i = 0; i < x.size(); ++i)
-      if ((x[i].array() >= low.array()).all() && (x[i].array() <= high.array()).all())
-        found.push_back(static_cast<std::int32_t>(i));
-    if (found.empty()) fail(document_, path, describe_empty_box(x, cloth.name));
-    return found;
-  }
-
-  static std::string describe_empty_box(const std::vector<Vec3>& x, const std::string& name) {
-    Vec3 low = x.front(), high = x.front();
-    for (const Vec3& p : x) {
-      low = low.cwiseMin(p);
-      high = high.cwiseMax(p);
-    }
-    return fmt::format("selects nothing; {} lies from ({:g}, {:g}, {:g}) to ({:g}, {:g}, {:g}) m",
-                       in_quotes(name), low.x(), low.y(), low.z(), high.x(), high.y(), high.z());
-  }
-
-  const GridConfig& require_grid(const ClothSpec& cloth, const std::string& path) const {
-    const auto* grid = std::get_if<ClothGrid>(&cloth.shape);
-    if (grid == nullptr)
-      fail(document_, path,
-           in_quotes(cloth.name) + " is a mesh and not a grid; select by \"vertices\" or \"box\"");
-    return grid->grid;
-  }
-
-  std::vector<std::int32_t> select_corners(const Json& j, const ClothSpec& cloth,
-                                           const std::string& path) const {
-    const GridConfig& grid = require_grid(cloth, path);
-    const std::vector<Vec3> x = start_positions(cloth, false);
-    std::vector<std::int32_t> found;
-    for (const Json& corner : j) {
-      const auto word = corner.get<std::string>();  // such as x0y1
-      const Vec3 wanted(word[1] == '0' ? -grid.size_x / 2 : grid.size_x / 2,
-                        word[3] == '0' ? -grid.size_y / 2 : grid.size_y / 2, 0.0);
-      const auto nearest = std::min_element(x.begin(), x.end(), [&](const Vec3& a, const Vec3& b) {
-        return (a - wanted).squaredNorm() < (b - wanted).squaredNorm();
-      });
-      found.push_back(static_cast<std::int32_t>(nearest - x.begin()));
-    }
-    return found;
-  }
-
-  std::vector<std::int32_t> select_edge(const Json& j, const ClothSpec& cloth,
-                                        const std::string& path) const {
-    const GridConfig& grid = require_grid(cloth, path);
-    const auto word = j.get<std::string>();  // such as x0
-    const int axis = word[0] == 'x' ? 0 : 1;
-    const double size = axis == 0 ? grid.size_x : grid.size_y;
-    const std::int32_t cells = axis == 0 ? grid.cells_x : grid.cells_y;
-    const double side = word[1] == '0' ? -size / 2 : size / 2;
-    // Rows are a cell apart; those of a triangular pattern begin half a cell in or out, and a third
-    // of a cell tells the outermost vertices from these.
-    const double reach = size / cells / 3.0;
-    const std::vector<Vec3> x = start_positions(cloth, false);
-    std::vector<std::int32_t> found;
-    for (std::size_t i = 0; i < x.size(); ++i)
-      if (std::abs(x[i][axis] - side) <= reach) found.push_back(static_cast<std::int32_t>(i));
-    if (found.empty()) fail(document_, path, "selects nothing");
-    return found;
-  }
-
   // -- obstacles ----------------------------------------------------------------------------------
 
   void read_obstacles() {
@@ -383,8 +318,10 @@ class SceneReader {
       BodySpec body;
       body.name = read_name(j, "obstacles", i, taken);
       if (j.contains("shape")) body.shape = read_shape(j["shape"], join(path, "shape"));
-      if (j.contains("mesh"))
-        body.shape = BodyFile{read_file(j["mesh"], join(path, "mesh")), read_load(j)};
+      if (j.contains("mesh") && j["mesh"].is_string())
+        body.shape = BodyFile{read_file(j["mesh"], join(path, "mesh")), read_load(j), {}};
+      if (j.contains("mesh") && j["mesh"].is_object())
+        body.shape = BodyFile{{}, read_load(j), read_inline_mesh(j["mesh"])};
       if (j.contains("sequence"))
         body.shape = read_sequence(j, join(path, "sequence"));
       else

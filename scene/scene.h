@@ -26,14 +26,22 @@ struct Placement {
 
 enum class ClothPattern { rectangular, triangular };
 
+/// A curve along which a grid lies at the start, folded or knotted; its rest shape stays flat.
+struct StripPath {
+  std::vector<Vec3> points;   ///< m, the curve runs smoothly through them; empty: flat
+  Vec3 side = Vec3::UnitY();  ///< where y of the grid points at the first point
+};
+
 struct ClothGrid {
   ClothPattern pattern = ClothPattern::rectangular;
   GridConfig grid;
+  StripPath path;
 };
 
 struct ClothFile {
   std::filesystem::path file;  ///< any triangle mesh: initial shape, and rest shape unless given
   std::filesystem::path rest_file;  ///< empty: the file itself
+  TriangleMesh mesh;                ///< where `file` is empty: the mesh itself
 };
 
 /// One piece of cloth ("geometry" in the scene file).
@@ -55,9 +63,18 @@ struct HandleSpec {
   double release = -1.0;         ///< s; negative: never let go
 };
 
+/// Mass added to particles: a button, a heavy hem ("weights").
+struct WeightSpec {
+  std::string name;
+  std::string geometry;                ///< name of the piece
+  std::vector<std::int32_t> vertices;  ///< of the piece
+  double mass = 0.0;                   ///< kg, to each of them, >= 0
+};
+
 struct BodyFile {
   std::filesystem::path file;
   LoadConfig load;
+  TriangleMesh mesh;  ///< where `file` is empty: the mesh itself
 };
 struct BodySequence {
   std::vector<std::filesystem::path> files;
@@ -122,6 +139,7 @@ struct Scene {
   std::vector<ClothSpec> cloths;
   std::map<std::string, Material> materials;
   std::vector<HandleSpec> handles;
+  std::vector<WeightSpec> weights;
   std::vector<BodySpec> bodies;
   Vec3 gravity = Vec3(0.0, 0.0, -9.81);  ///< m/s²
   AirConfig air;

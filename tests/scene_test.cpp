@@ -77,7 +77,10 @@ const char* const everything = R"({
      "transformation": {"translation": [1, 2, 3], "rotation": {"axis": [0, 0, 2], "angle_deg": 90}, "scale": 2},
      "velocity": [0, 1, 0], "material": "silk"},
     {"name": "file", "mesh": "quad.obj", "rest_mesh": "rest.obj", "transformation": {"translation": [0, 0, 9]},
-     "velocity": [0, 0, -1], "material": "silk"}
+     "velocity": [0, 0, -1], "material": "silk"},
+    {"name": "strip", "size": [0.5, 0.1], "cells": [10, 2],
+     "path": {"points": [[0, 0, 20], [0.25, 0, 20], [0.5, 0, 20]], "side": [0, 1, 1]}},
+    {"name": "inline", "mesh": {"vertices": [[0, 0, 30], [1, 0, 30], [0, 1, 30]], "triangles": [[0, 1, 2]]}}
   ],
   "materials": {"silk": {"density": 0.1, "stretch_stiffness": 400, "shear_stiffness": 50,
     "bending_stiffness": 2e-5, "spring_damping": 0.02, "bending_damping": 0.03, "strain_limit": 0.05,
@@ -88,6 +91,7 @@ const char* const everything = R"({
     {"name": "c", "geometry": "file", "select": {"box": [[0.5, -0.5, 8], [1.5, 0.5, 10]]}},
     {"name": "d", "geometry": "grid", "select": {"edge": "y1"}, "motion": []}
   ],
+  "weights": [{"name": "button", "geometry": "inline", "select": {"vertices": [1]}, "mass": 0.5}],
   "motions": {"lift": [{"time": 0}, {"time": 1.5, "translation": [0, 0, 1],
     "rotation": [{"axis": [0, 0, 1], "angle_deg": 90}, {"axis": [1, 0, 0], "angle_deg": 90}]}]},
   "obstacles": [
@@ -102,7 +106,9 @@ const char* const everything = R"({
      "transformation": {"translation": [0, 0, 1]}, "motion": "lift", "friction": 0.1},
     {"name": "walk", "sequence": {"files": "walk_###.obj", "first": 7, "fps": 24, "start": 0.25}, "unit": 0.1,
      "up": "x", "transformation": {"scale": 3}, "friction": 0.9},
-    {"name": "listed", "sequence": {"files": ["walk_007.obj", "walk_008.obj"]}}
+    {"name": "listed", "sequence": {"files": ["walk_007.obj", "walk_008.obj"]}},
+    {"name": "inline", "mesh": {"vertices": [[0, 0, 0], [0, 0, 0], [1, 0, 0], [0, 1, 0]], "triangles": [[0, 2, 3], [1, 2, 3]]},
+     "unit": 2}
   ],
   "air": {"wind": [1, 0, 0], "normal_drag": 0.5, "viscous_drag": 0.25},
   "time": {"frames": 30, "fps": 25, "steps_per_frame": 3, "max_halvings": 4},
@@ -233,7 +239,7 @@ TEST_F(EverythingFile, EveryNumberGoesToItsField) {
 
 TEST_F(EverythingFile, EveryPieceOfClothAndItsMaterialIsRead) {
   const Scene s = read_everything();
-  ASSERT_EQ(s.cloths.size(), 2u);
+  ASSERT_EQ(s.cloths.size(), 4u);
   const ClothSpec &grid = s.cloths[0], &file = s.cloths[1];
   EXPECT_EQ(grid.name, "grid");
   EXPECT_EQ(std::get<ClothGrid>(grid.shape).pattern, ClothPattern::triangular);
@@ -250,6 +256,15 @@ TEST_F(EverythingFile, EveryPieceOfClothAndItsMaterialIsRead) {
   EXPECT_EQ(std::get<ClothFile>(file.shape).rest_file, folder_ / "rest.obj");
   EXPECT_EQ(file.placement.translation, Vec3(0, 0, 9));
   EXPECT_EQ(file.velocity, Vec3(0, 0, -1));
+  const StripPath& path = std::get<ClothGrid>(s.cloths[2].shape).path;
+  EXPECT_EQ(path.points.size(), 3u);
+  EXPECT_EQ(path.points[1], Vec3(0.25, 0, 20));
+  EXPECT_EQ(path.side, Vec3(0, 1, 1));
+  EXPECT_EQ(std::get<ClothFile>(s.cloths[3].shape).mesh.vertices[2], Vec3(0, 1, 30));
+  ASSERT_EQ(s.weights.size(), 1u);
+  EXPECT_EQ(s.weights[0].geometry, "inline");
+  EXPECT_EQ(s.weights[0].vertices, (std::vector<std::int32_t>{1}));
+  EXPECT_EQ(s.weights[0].mass, 0.5);
   const Material& m = s.materials.at("silk");
   EXPECT_EQ(m.density, 0.1);
   EXPECT_EQ(m.stretch_stiffness, 400);
@@ -283,7 +298,7 @@ TEST_F(EverythingFile, EveryHandleSelectsItsVertices) {
 
 TEST_F(EverythingFile, EveryObstacleIsRead) {
   const Scene s = read_everything();
-  ASSERT_EQ(s.bodies.size(), 10u);
+  ASSERT_EQ(s.bodies.size(), 11u);
   const auto shape = [&](int i) { return std::get<BodyShape>(s.bodies[i].shape); };
   EXPECT_EQ(std::get<Plane>(shape(0).shape).size, 3);
   EXPECT_EQ(s.bodies[0].placement.scale, 4);
@@ -317,6 +332,9 @@ TEST_F(EverythingFile, EveryObstacleIsRead) {
   EXPECT_EQ(s.bodies[8].placement.scale, 3);
   EXPECT_EQ(s.bodies[8].friction, 0.9);
   EXPECT_EQ(std::get<BodySequence>(s.bodies[9].shape).files, walk.files);
+  const auto& inline_mesh = std::get<BodyFile>(s.bodies[10].shape);
+  EXPECT_EQ(inline_mesh.load.unit, 2);
+  EXPECT_EQ(inline_mesh.mesh.triangles[1], (Triangle{1, 2, 3}));
 }
 
 // -- schema and parser
@@ -671,13 +689,13 @@ TEST_F(SceneFile, TheCompletedSceneReadsBackTheSameFromAnywhere) {
 TEST_F(EverythingFile, PiecesAreJoinedScaledTurnedAndMoved) {
   const Scene scene = read_everything();
   const BuiltScene built = build_scene(scene);
-  ASSERT_EQ(built.piece_begin.size(), 3u);
+  ASSERT_EQ(built.piece_begin.size(), 5u);
   EXPECT_EQ(built.piece_begin[0], 0);
   const auto& x = built.cloth.surface.vertices;
-  EXPECT_EQ(static_cast<std::size_t>(built.piece_begin[2]), x.size());
+  EXPECT_EQ(static_cast<std::size_t>(built.piece_begin[4]), x.size());
   ASSERT_EQ(built.velocity.size(), x.size());
   EXPECT_EQ(built.velocity.front(), Vec3(0, 1, 0));
-  EXPECT_EQ(built.velocity.back(), Vec3(0, 0, -1));
+  EXPECT_EQ(built.velocity[built.piece_begin[2] - 1], Vec3(0, 0, -1));
   // Twice 0.5 x 0.75 m about (1, 2, 3), turned by a quarter: 1.5 along x, 1 along y.
   Vec3 low = x[0], high = x[0];
   for (int i = 0; i < built.piece_begin[1]; ++i) {
@@ -686,7 +704,10 @@ TEST_F(EverythingFile, PiecesAreJoinedScaledTurnedAndMoved) {
   }
   EXPECT_LT((high - Vec3(1.75, 2.5, 3)).norm(), 1e-12) << high.transpose();
   EXPECT_LT((low - Vec3(0.25, 1.5, 3)).norm(), 1e-12) << low.transpose();
-  EXPECT_EQ(x.back(), Vec3(0, 1, 9));
+  EXPECT_EQ(x[built.piece_begin[2] - 1], Vec3(0, 1, 9));
+  EXPECT_EQ(x.back(), Vec3(0, 1, 30));
+  EXPECT_NEAR(built.cloth.mass[x.size() - 2] - built.cloth.mass.back(), 0.5, 1e-15);
+  EXPECT_EQ(built.bodies.back()->vertex_count(), 3u) << "welded";
   EXPECT_EQ(built.bodies.size(), scene.bodies.size());
 }
 
@@ -711,6 +732,66 @@ TEST_F(SceneFile, ScalingClothScalesItsRestShape) {
       EXPECT_NEAR((x[s.a] - x[s.b]).norm(), s.rest_length, 1e-12);
     }
   }
+}
+
+TEST_F(SceneFile, AGridLaidAlongACurveKeepsItsLengths) {
+  // Half a circle of radius 0.1 in the xz-plane, after and before a straight piece.
+  std::string points = "[-0.2, 0, 0], [-0.1, 0, 0], [0, 0, 0]";
+  for (int k = 1; k < 8; ++k) {
+    const double angle = std::acos(-1.0) * k / 8;
+    points += ", [" + std::to_string(0.1 * std::sin(angle)) + ", 0, " +
+              std::to_string(0.1 - 0.1 * std::cos(angle)) + "]";
+  }
+  points += ", [0, 0, 0.2], [-0.1, 0, 0.2], [-0.2, 0, 0.2]";
+  const BuiltScene built = build_scene(
+      read(R"({"geometry": [{"size": [0.71416, 0.1], "cells": [140, 20], "path": {"points": [)" +
+           points + "]}, \"transformation\": {\"translation\": [0, 0, 1]}}]}"));
+  const auto& x = built.cloth.surface.vertices;
+  // Chords of arcs of 5 mm are shorter by (5/100)²/24; the curve itself is a circle within 1 %.
+  for (const Spring& s : built.cloth.springs)
+    ASSERT_NEAR((x[s.a] - x[s.b]).norm() / s.rest_length, 1.0, 0.01);
+  EXPECT_LT((x.front() - Vec3(-0.2, -0.05, 1)).norm(), 1e-12);
+  EXPECT_LT((x.back() - Vec3(-0.2, 0.05, 1.2)).norm(), 1e-12);
+}
+
+TEST_F(SceneFile, APathThatDoesNotFitItsClothIsRefusedWithItsLength) {
+  const auto with = [&](const std::string& path) {
+    try {
+      build_scene(read(R"({"geometry": [{"size": [1, 0.1], "cells": [50, 5], "path": )" + path + "}]}"));
+    } catch (const std::invalid_argument& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_SAYS(with(R"({"points": [[0, 0, 0], [2, 0, 0]]})"), "the curve is 2 m long");
+  EXPECT_SAYS(with(R"({"points": [[0, 0, 0], [1, 0, 0]], "side": [1, 0, 0]})"), "\"side\"");
+  EXPECT_SAYS(with(R"({"points": [[0, 0, 0], [0, 0, 0]]})"), "points 0 and 1 are the same");
+  EXPECT_SAYS(with(R"({"points": [[0, 0, 0]]})"), "at least 2");
+  EXPECT_EQ(with(R"({"points": [[0, 0, 0], [1, 0, 0]]})"), "");
+}
+
+TEST_F(SceneFile, DoubledVerticesOfClothAreRefusedBecauseTheyWouldCollide) {
+  try {
+    build_scene(read(R"({"geometry": [{"name": "c", "mesh": {
+      "vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]],
+      "triangles": [[0, 1, 2], [3, 4, 5]]}}]})"));
+    FAIL() << "accepted";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_SAYS(std::string(error.what()), "vertices 2 and 5 are at the same place");
+    EXPECT_SAYS(std::string(error.what()), "weld");
+  }
+}
+
+TEST_F(SceneFile, AThicknessAboveAnEdgeIsExplained) {
+  const BuiltScene fine =
+      build_scene(read(R"({"geometry": [{"size": [0.1, 0.1], "cells": [40, 40]}]})"));
+  EXPECT_TRUE(fine.warnings.empty());
+  const BuiltScene coarse = build_scene(read(
+      R"({"geometry": [{"size": [0.1, 0.1], "cells": [40, 40]}], "contact": {"thickness": 0.005}})"));
+  ASSERT_EQ(coarse.warnings.size(), 1u);
+  EXPECT_SAYS(coarse.warnings[0], "geometry[0]");
+  EXPECT_SAYS(coarse.warnings[0], "contact.thickness");
+  EXPECT_SAYS(coarse.warnings[0], "0.0025");
 }
 
 TEST_F(SceneFile, AMovingObstacleTurnsAboutItsOwnOrigin) {

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+#include <selvedge/scene/detail/select_vertices.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace selvedge::detail {
+
+namespace {
+
+Vec3 vec3_of(const Json& j) { return {j[0].get<double>(), j[1].get<double>(), j[2].get<double>()}; }
+
+std::string in_quotes(const std::string& word) { return "\"" + word + "\""; }
+
+/// Selects from one piece.
+class Selection {
+ public:
+  Selection(const LocatedJson& document, const ClothSpec& cloth, const Material& material)
+      : document_(document), cloth_(cloth), material_(material) {}
+
+  std::vector<std::int32_t> select(const Json& j, const std::string& path) const {
+    std::vector<std::int32_t> found;
+    if (j.contains("vertices")) found = select_vertices(j["vertices"], join(path, "vertices"));
+    if (j.contains("box")) found = select_box(j["box"], join(path, "box"));
+    if (j.contains("corners")) found = select_corners(j["corners"], join(path, "corners"));
+    if (j.contains("edge")) found = select_edge(j["edge"], join(path, "edge"));
+    std::sort(found.begin(), found.end());
+    found.erase(std::unique(found.begin(), found.end()), found.end());
+    return found;
+  }
+
+ private:
+  /// Where the vertices of a piece are at the start; with no placement, in the piece's own plane.
+  std::vector<Vec3> start_positions(bool placed) const {
+    ClothSpec piece = cloth_;
+    if (!placed) {
+      piece.placement = Placement{};
+      std::get<ClothGrid>(piece.shape).path = StripPath{};
+    }
+    return make_piece(piece, material_).surface.vertices;
+  }
+
+  std::vector<std::int32_t> select_vertices(const Json& j, const std::string& path) const {
+    const auto count = start_positions(true).size();
+    std::vector<std::int32_t> found;
+    for (std::size_t i = 0; i < j.size(); ++i) {
+      const auto vertex = j[i].get<std::int64_t>();
+      if (vertex >= static_cast<std::int64_t>(count))
+        fail(document_, join(path, i),
+             fmt::format("there is no vertex {}; {} has vertices 0 to {}", vertex,
+                         in_quotes(cloth_.name), count - 1));
+      found.push_back(static_cast<std::int32_t>(vertex));
+    }
+    return found;
+  }
+
+  std::vector<std::int32_t> select_box(const Json& j, const std::string& path) const {
+    const Vec3 low = vec3_of(j[0]), high = vec3_of(j[1]);
+    if ((low.array() > high.array()).any())
+      fail(document_, path, "the first corner must be the lowest in every coordinate");
+    const std::vector<Vec3> x = start_positions(true);
+    std::vector<std::int32_t> found;
+    for (std::size_t i = 0; i < x.size(); ++i)
+      if ((x[i].array() >= low.array()).all() && (x[i].array() <= high.array()).all())
+        found.push_back(static_cast<std::int32_t>(i));
+    if (found.empty()) fail(document_, path, describe_empty_box(x, cloth_.name));
+    return found;
+  }
+
+  static std::string describe_empty_box(const std::vector<Vec3>& x, const std::string& name) {
+    Vec3 low = x.front(), high = x.front();
+    for (const Vec3& p : x) {
+      low = low.cwiseMin(p);
+      high = high.cwiseMax(p);
+    }
+    return fmt::format("selects nothing; {} lies from ({:g}, {:g}, {:g}) to ({:g}, {:g}, {:g}) m",
+                       in_quotes(name), low.x(), low.y(), low.z(), high.x(), high.y(), high.z());
+  }
+
+  const GridConfig& require_grid(const std::string& path) const {
+    const auto* grid = std::get_if<ClothGrid>(&cloth_.shape);
+    if (grid == nullptr)
+      fail(document_, path,
+           in_quotes(cloth_.name) + " is a mesh and not a grid; select by \"vertices\" or \"box\"");
+    return grid->grid;
+  }
+
+  std::vector<std::int32_t> select_corners(const Json& j, const std::string& path) const {
+    const GridConfig& grid = require_grid(path);
+    const std::vector<Vec3> x = start_positions(false);
+    std::vector<std::int32_t> found;
+    for (const Json& corner : j) {
+      const auto word = corner.get<std::string>();  // such as x0y1
+      const Vec3 wanted(word[1] == '0' ? -grid.size_x / 2 : grid.size_x / 2,
+                        word[3] == '0' ? -grid.size_y / 2 : grid.size_y / 2, 0.0);
+      const auto nearest = std::min_element(x.begin(), x.end(), [&](const Vec3& a, const Vec3& b) {
+        return (a - wanted).squaredNorm() < (b - wanted).squaredNorm();
+      });
+      found.push_back(static_cast<std::int32_t>(nearest - x.begin()));
+    }
+    return found;
+  }
+
+  std::vector<std::int32_t> select_edge(const Json& j, const std::string& path) const {
+    const GridConfig& grid = require_grid(path);
+    const auto word = j.get<std::string>();  // such as x0
+    const int axis = word[0] == 'x' ? 0 : 1;
+    const double size = axis == 0 ? grid.size_x : grid.size_y;
+    const std::int32_t cells = axis == 0 ? grid.cells_x : grid.cells_y;
+    const double side = word[1] == '0' ? -size / 2 : size / 2;
+    // Rows are a cell apart; those of a triangular pattern begin half a cell in or out, and a third
+    // of a cell tells the outermost vertices from these.
+    const double reach = size / cells / 3.0;
+    const std::vector<Vec3> x = start_positions(false);
+    std::vector<std::int32_t> found;
+    for (std::size_t i = 0; i < x.size(); ++i)
+      if (std::abs(x[i][axis] - side) <= reach) found.push_back(static_cast<std::int32_t>(i));
+    if (found.empty()) fail(document_, path, "selects nothing");
+    return found;
+  }
+
+  const LocatedJson& document_;
+  const ClothSpec& cloth_;
+  const Material& material_;
+};
+
+}  // namespace
+
+std::vector<std::int32_t> select_vertices(const LocatedJson& document, const Json& select,
+                                          const ClothSpec& cloth, const Material& material,
+                                          const std::string& path) {
+  return Selection(document, cloth, material).select(select, path);
+}
+
+}  // namespace selvedge::detail

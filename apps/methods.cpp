@@ -44,7 +44,8 @@ selvedge::Methods methods_of_this_build() {
 }
 
 std::vector<AdapterMethod> adapter_methods() {
-  return {{"broad_phase", "cgal_box_intersection", "CGAL"},
+  return {{"broad_phase", "cgal_aabb_tree", "CGAL"},
+          {"broad_phase", "cgal_box_intersection", "CGAL"},
           {"broad_phase", "embree_collide", "Embree 3"},
           {"broad_phase", "fcl_dynamic_aabb_tree", "FCL"},
           {"broad_phase", "image_space", "OSMesa"},

@@ -3,6 +3,7 @@
 // CGAL has it.
 #include <selvedge/broadphase/adapter_cgal.h>
 #include <selvedge/broadphase/detail/box_library.h>
+#include <selvedge/broadphase/detail/cgal_tree.h>
 #include <selvedge/core/parallel.h>
 
 #include <CGAL/box_intersection_d.h>
@@ -98,6 +99,9 @@ class CgalLibrary final : public detail::BoxLibrary {
 void register_cgal(BroadPhaseRegistry& registry) {
   registry["cgal_box_intersection"] = [] {
     return detail::make_box_broad_phase(std::make_unique<CgalLibrary>());
+  };
+  registry["cgal_aabb_tree"] = [] {
+    return detail::make_box_broad_phase(detail::make_cgal_tree());
   };
 }
 

@@ -1,27 +1,28 @@
 // SPDX-License-Identifier: MIT
-// Times, pairs and memory of every broad phase that this build has, on scenes of any size:
-//   drape N    an N x N cloth of 1 m wrapped on a closed body of 26,680 faces, moved by a step of
-//   1/60 s crumple N  an N x N sheet of 1 m folded into a small box, against itself
-// both inflated by 1 mm. Tables:
+// Times, pairs and memory of every broad phase that this build has, on the scenes of
+// broadphase_scenes.h. Tables:
 //   detectors  by part: `cold` is the first call of a new detector (topology, build, query),
-//   `build` the
-//              part of a call that makes its structure anew, `refit` that of a call that keeps it
-//              after every vertex has moved, `query` and `warm` the search and all of that call.
+//   `build`
+//              the part of a call that makes its structure anew, `refit` that of a call that keeps
+//              it after every vertex has moved, `query` and `warm` the search and all of that call.
 //              `recall` counts the pairs of bvh_aabb, which tests prove equal to brute force's.
+//   libraries  the default detector against the best library in the same turn: by how much quicker,
+//              the first call, the call that makes the structure anew and the warm one
 //   spikes     the warm call with one vertex that moves 1 m, 10 m and 1 km, 1e6 m from the origin,
-//   and
-//              with a copy of the mesh 1e5 times smaller beside it, over the plain one
-//   scaling    the warm call over the size, and its log-log slope in the primitives
-//              that move and the pairs together
+//              and with a copy of the mesh 1e5 times smaller beside it, over the plain one
+//   scaling    the warm call over the size, and its log-log slope in the primitives that move and
+//              the pairs together
 //   memory     what a detector keeps between calls per primitive, and by how much its first two
-//   calls
-//              raise the peak of a process of its own; with --large also at 2.5 million triangles
+//              calls raise the peak of a process of its own; with --large also at 2.5 million
+//              triangles
 //   frames     milliseconds per frame of a cloth that swings to and fro at a given speed
 // Detectors take turns, and medians are printed.
+#include "broadphase_scenes.h"
+#include "table.h"
+
 #include <fmt/format.h>
 #include <selvedge/apps/methods.h>
 #include <selvedge/core/parallel.h>
-#include <selvedge/core/triangle_mesh.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -34,200 +35,20 @@
 #include <limits>
 #include <numbers>
 #include <optional>
-#include <random>
 #include <set>
 
 using namespace selvedge;
+using namespace selvedge::bench;
 
 namespace {
 
-constexpr double kStep = 1.0 / 60.0;  // s
-constexpr double kThickness = 0.001;  // m
-constexpr double kBodyRadius = 0.3;   // m
-constexpr int kBodySides = 116;       // 2·116·115 = 26,680 faces
-// At 200 a side these give about the pairs of the scenes for which the targets of speed were set:
-// 96 thousand and 243 thousand, 633 thousand and 1.80 million.
-constexpr double kDrapeGap = 0.0085;    // m
-constexpr double kDrapeSpeed = 0.5;     // m/s
-constexpr double kCrumpleBox = 0.38;    // m
-constexpr double kCrumpleSpeed = 0.25;  // m/s
 constexpr double kFramesOfASwing = 60.0;
 constexpr int kLargeSize = 1119;       // 2·1118² = 2.5 million triangles
 constexpr int kSizeOfThickness = 200;  // the large scene is inflated in proportion to its edges
 constexpr const char* kReference = "bvh_aabb";
 
-struct Surface {
-  std::vector<Vec3> x_t0, x_t1;
-  std::vector<Edge> edges;
-  std::vector<Triangle> triangles;
-  std::uint64_t static_id = 0;
-  double thickness = kThickness;
-  std::size_t tiny_from = std::numeric_limits<std::size_t>::max();  ///< vertices that move 1e5 less
-
-  SurfaceView view() const { return {x_t0, x_t1, edges, triangles, thickness, static_id}; }
-  std::size_t primitives() const { return x_t0.size() + edges.size() + triangles.size(); }
-
-  /// The other surface as a part of this one.
-  void append(Surface other) {
-    const auto first = static_cast<std::int32_t>(x_t0.size());
-    tiny_from = x_t0.size();
-    x_t0.insert(x_t0.end(), other.x_t0.begin(), other.x_t0.end());
-    for (Triangle& t : other.triangles)
-      for (std::int32_t& v : t) v += first;
-    triangles.insert(triangles.end(), other.triangles.begin(), other.triangles.end());
-    edges = unique_edges(triangles);
-    x_t1 = x_t0;
-  }
-};
-
-Surface sheet(int n) {
-  Surface s;
-  for (int j = 0; j < n; ++j)
-    for (int i = 0; i < n; ++i) s.x_t0.push_back({i / (n - 1.0) - 0.5, j / (n - 1.0) - 0.5, 0.0});
-  for (int j = 0; j + 1 < n; ++j)
-    for (int i = 0; i + 1 < n; ++i) {
-      const int a = j * n + i, b = a + 1, c = a + n, d = c + 1;
-      s.triangles.push_back({a, b, d});
-      s.triangles.push_back({a, d, c});
-    }
-  s.edges = unique_edges(s.triangles);
-  s.x_t1 = s.x_t0;
-  return s;
-}
-
-/// A bumpy ball in polar coordinates.
-Vec3 on_body(double polar, double azimuth, double above) {
-  const double r =
-      kBodyRadius * (1.0 + 0.06 * std::sin(3.0 * azimuth) * std::pow(std::sin(polar), 3.0)) + above;
-  return r * Vec3(std::sin(polar) * std::cos(azimuth), std::sin(polar) * std::sin(azimuth),
-                  std::cos(polar));
-}
-
-Surface body() {
-  Surface s;
-  const int n = kBodySides;
-  s.x_t0.push_back(on_body(0.0, 0.0, 0.0));
-  for (int ring = 1; ring < n; ++ring)
-    for (int i = 0; i < n; ++i)
-      s.x_t0.push_back(on_body(std::numbers::pi * ring / n, 2.0 * std::numbers::pi * i / n, 0.0));
-  s.x_t0.push_back(on_body(std::numbers::pi, 0.0, 0.0));
-  const auto at = [n](int ring, int i) { return 1 + (ring - 1) * n + i % n; };
-  const int south = static_cast<int>(s.x_t0.size()) - 1;
-  for (int i = 0; i < n; ++i) {
-    s.triangles.push_back({0, at(1, i), at(1, i + 1)});
-    s.triangles.push_back({at(n - 1, i), south, at(n - 1, i + 1)});
-    for (int ring = 1; ring + 1 < n; ++ring) {
-      s.triangles.push_back({at(ring, i), at(ring + 1, i), at(ring + 1, i + 1)});
-      s.triangles.push_back({at(ring, i), at(ring + 1, i + 1), at(ring, i + 1)});
-    }
-  }
-  s.edges = unique_edges(s.triangles);
-  s.x_t1 = s.x_t0;
-  return s;
-}
-
-constexpr double kTiny = 1e-5;
-
-/// The same surface 1e5 times smaller, beside it.
-Surface tiny_copy(Surface s) {
-  for (Vec3& x : s.x_t0) x = kTiny * x + Vec3(0.6, 0.6, 0.0);
-  return s;
-}
-
-struct Scene {
-  std::string name;
-  Surface cloth, body;
-  double speed = 0.0;
-  bool self = false;
-  Vec3 origin = Vec3::Zero();  ///< of the flow
-
-  std::size_t primitives() const { return cloth.primitives() + body.primitives(); }
-};
-
-Scene drape(int n) {
-  Scene scene{fmt::format("drape {}", n), sheet(n), body(), kDrapeSpeed};
-  for (Vec3& x : scene.cloth.x_t0) {
-    const double wrinkle = 0.002 * std::sin(60.0 * x.x()) * std::sin(50.0 * x.y());
-    x = on_body(std::hypot(x.x(), x.y()) / kBodyRadius, std::atan2(x.y(), x.x()),
-                kDrapeGap + wrinkle);
-  }
-  scene.cloth.x_t1 = scene.cloth.x_t0;
-  scene.body.static_id = 1;
-  return scene;
-}
-
-Scene crumple(int n) {
-  Scene scene{fmt::format("crumple {}", n), sheet(n), {}, kCrumpleSpeed, true};
-  const auto fold = [](double u) { return std::abs(std::remainder(u, 2.0 * kCrumpleBox)); };
-  std::mt19937 random(1);
-  std::uniform_real_distribution<double> noise(0.0, 1.0);
-  for (Vec3& x : scene.cloth.x_t0) {
-    const double u = x.x() + 0.31 * x.y(), v = x.y() - 0.27 * x.x();
-    x = {fold(u + 0.02 * std::sin(17.0 * v)), fold(v + 0.02 * std::sin(13.0 * u)),
-         0.04 * std::sin(11.0 * u + 7.0 * v) + 0.01 * std::sin(31.0 * v) + 0.001 * noise(random)};
-  }
-  scene.cloth.x_t1 = scene.cloth.x_t0;
-  return scene;
-}
-
-Scene make_scene(const std::string& kind, int size) {
-  if (kind == "drape") return drape(size);
-  if (kind == "crumple") return crumple(size);
-  throw std::invalid_argument("no scene '" + kind + "'; there are drape and crumple");
-}
-
-/// End positions from start positions: a smooth flow and a little noise, the same on every mesh.
-void move(Scene& scene, double speed, unsigned seed) {
-  Surface& s = scene.cloth;
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<double> noise(-0.1, 0.1);
-  for (std::size_t i = 0; i < s.x_t0.size(); ++i) {
-    const Vec3 x = s.x_t0[i] - scene.origin;
-    const Vec3 flow(std::sin(9.0 * x.y() + seed), std::sin(7.0 * x.z()), std::cos(8.0 * x.x()));
-    const double way = kStep * speed * (i < s.tiny_from ? 1.0 : kTiny);
-    s.x_t1[i] = s.x_t0[i] + way * (flow + Vec3(noise(random), noise(random), noise(random)));
-  }
-}
-
-/// Rows of text; the first is the head.
-class Table {
- public:
-  explicit Table(std::vector<std::string> head) { rows_.push_back(std::move(head)); }
-  void add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
-
-  std::string text() const { return lines("", "  ", "", true, false); }
-  std::string markdown() const { return lines("| ", " | ", " |", false, true); }
-  std::string csv() const { return lines("", ",", "", false, false); }
-
- private:
-  std::string lines(const char* begin, const char* between, const char* end, bool aligned,
-                    bool ruled) const {
-    std::vector<std::size_t> width(rows_[0].size(), 0);
-    for (const auto& row : rows_)
-      for (std::size_t c = 0; c < row.size(); ++c) width[c] = std::max(width[c], row[c].size());
-    std::string out;
-    for (std::size_t r = 0; r < rows_.size(); ++r) {
-      out += begin;
-      for (std::size_t c = 0; c < rows_[r].size(); ++c) {
-        if (c > 0) out += between;
-        out += !aligned ? rows_[r][c]
-               : c < 2  ? fmt::format("{:<{}}", rows_[r][c], width[c])
-                        : fmt::format("{:>{}}", rows_[r][c], width[c]);
-      }
-      out += std::string(end) + "\n";
-      if (ruled && r == 0) {
-        for (std::size_t c = 0; c < rows_[0].size(); ++c) out += c < 2 ? "| --- " : "| ---: ";
-        out += "|\n";
-      }
-    }
-    return out;
-  }
-
-  std::vector<std::vector<std::string>> rows_;
-};
-
 struct Options {
-  std::vector<std::string> tables = {"detectors"}, detectors;
+  std::vector<std::string> tables = {"detectors"}, detectors, scenes = {"drape", "crumple"};
   std::vector<int> sizes = {50, 100, 200}, threads = {1};
   int repeats = 9, largest_brute = 50, frames = 60;
   double limit = 20.0;  // s
@@ -280,7 +101,7 @@ double recall(const CandidatePairs& found, const CandidatePairs& all) {
 /// What is known of one detector on one scene.
 struct Measured {
   std::unique_ptr<BroadPhase> detector;
-  std::vector<double> cold, build, refit, query, warm;
+  std::vector<double> cold, built, build, refit, query, warm;
   CandidatePairs out;
   std::size_t bytes = 0;
   std::string why_not;  ///< no answer
@@ -306,7 +127,7 @@ void take_turn(Measured& m, const std::function<std::unique_ptr<BroadPhase>()>& 
   m.cold.push_back(detect(*m.detector, scene, m.out));
   move(scene, scene.speed, 3);
   scene.cloth.static_id = 2;
-  detect(*m.detector, scene, m.out);
+  m.built.push_back(detect(*m.detector, scene, m.out));
   m.build.push_back(m.detector->last_cost().build_s);
   scene.cloth.static_id = 0;
   move(scene, scene.speed, 2);
@@ -361,7 +182,7 @@ Table detector_table(const Options& options) {
   Table table({"scene", "detector", "threads", "cold ms", "build ms", "refit ms", "query ms",
                "warm ms", "point-triangle", "edge-edge", "recall", "MB", "B/primitive"});
   for (const int size : options.sizes)
-    for (const char* kind : {"drape", "crumple"})
+    for (const std::string& kind : options.scenes)
       for (const int threads : options.threads) {
         const ThreadLimit limit(threads);
         Scene scene = make_scene(kind, size);
@@ -381,6 +202,72 @@ Table detector_table(const Options& options) {
                fmt::format("{:.1f}", 1e-6 * static_cast<double>(m.bytes)),
                fmt::format("{:.0f}", static_cast<double>(m.bytes) /
                                          static_cast<double>(scene.primitives()))});
+        }
+      }
+  return table;
+}
+
+/// Detectors that are others' work, by the library behind them.
+BroadPhaseRegistry libraries(const BroadPhaseRegistry& all) {
+  BroadPhaseRegistry some;
+  for (const auto& [name, make] : all)
+    for (const AdapterMethod& adapter : adapter_methods())
+      if (adapter.name == name && make()->traits().guarantee == Guarantee::conservative)
+        some[name] = make;
+  return some;
+}
+
+/// The times of one kind of call, by turn.
+using Times = std::vector<double> Measured::*;
+
+/// The row of one kind of call. Turns are compared one by one, so that a slow moment of the machine
+/// counts for both.
+std::vector<std::string> library_row(const Measurement& all, Times times, bool least) {
+  const std::vector<double>& own = all.at(kReference).*times;
+  std::string best_name = "none";
+  double best = std::numeric_limits<double>::infinity();
+  for (const auto& [name, m] : all)
+    if (name != kReference && m.why_not.empty() && pick(m.*times, least) < best) {
+      best = pick(m.*times, least);
+      best_name = name;
+    }
+  std::vector<double> ratio;
+  for (std::size_t turn = 0; turn < own.size(); ++turn) {
+    double quickest = std::numeric_limits<double>::infinity();
+    for (const auto& [name, m] : all)
+      if (name != kReference && m.why_not.empty() && turn < (m.*times).size())
+        quickest = std::min(quickest, (m.*times)[turn]);
+    ratio.push_back(quickest / own[turn]);
+  }
+  return {milliseconds(pick(own, true)),
+          milliseconds(pick(own, false)),
+          best_name,
+          milliseconds(pick(all.at(best_name).*times, true)),
+          milliseconds(pick(all.at(best_name).*times, false)),
+          fmt::format("{:.2f}", pick(all.at(best_name).*times, true) / pick(own, true)),
+          fmt::format("{:.2f}", pick(ratio, false))};
+}
+
+Table library_table(const Options& options) {
+  Table table({"scene", "call", "threads", "bvh_aabb least ms", "median ms", "best library",
+               "its least ms", "its median ms", "ratio of leasts", "median ratio"});
+  BroadPhaseRegistry all = methods_of_this_build().broad_phases;
+  BroadPhaseRegistry some = libraries(all);
+  if (some.empty()) throw std::runtime_error("this build has no library to compare with");
+  some[kReference] = all.at(kReference);
+  for (const int size : options.sizes)
+    for (const std::string& kind : options.scenes)
+      for (const int threads : options.threads) {
+        const ThreadLimit limit(threads);
+        Scene scene = make_scene(kind, size);
+        const Measurement measured = measure(scene, some, options);
+        const std::pair<const char*, Times> calls[] = {
+            {"first", &Measured::cold}, {"built", &Measured::built}, {"warm", &Measured::warm}};
+        for (const auto& [call, times] : calls) {
+          std::vector<std::string> row = {scene.name, call, std::to_string(threads)};
+          for (std::string& cell : library_row(measured, times, options.least))
+            row.push_back(std::move(cell));
+          table.add(row);
         }
       }
   return table;
@@ -420,7 +307,7 @@ std::vector<Mischief> mischiefs() {
 Table spike_table(const Options& options) {
   Table table({"scene", "detector", "threads", "mischief", "warm ms", "over plain", "pairs"});
   for (const int size : options.sizes)
-    for (const char* kind : {"drape", "crumple"})
+    for (const std::string& kind : options.scenes)
       for (const int threads : options.threads) {
         const ThreadLimit limit(threads);
         std::map<std::string, double> plain;
@@ -457,7 +344,7 @@ Table scaling_table(const Options& options) {
   for (const int size : options.sizes) head.push_back(fmt::format("{} ms", size));
   head.push_back("slope");
   Table table(head);
-  for (const char* kind : {"drape", "crumple"})
+  for (const std::string& kind : options.scenes)
     for (const int threads : options.threads) {
       const ThreadLimit limit(threads);
       std::map<std::string, std::vector<std::array<double, 2>>> points;
@@ -547,7 +434,7 @@ Table memory_table(const Options& options) {
   std::vector<int> sizes = options.sizes;
   if (options.large) sizes.push_back(kLargeSize);
   for (const int size : sizes)
-    for (const char* kind : {"drape", "crumple"}) {
+    for (const std::string& kind : options.scenes) {
       const bool in_proportion = size == kLargeSize;
       for (const auto& [name, make] : detectors(options, size)) {
         if (!why_not(make()->traits(), make_scene(kind, 2)).empty()) continue;
@@ -570,7 +457,7 @@ Table memory_table(const Options& options) {
 Table frame_table(const Options& options) {
   Table table({"scene", "detector", "threads", "m/s", "mean ms", "median ms", "worst ms"});
   for (const int size : options.sizes)
-    for (const char* kind : {"drape", "crumple"})
+    for (const std::string& kind : options.scenes)
       for (const int threads : options.threads)
         for (const double speed : {0.01, 0.05, 0.25}) {
           const ThreadLimit limit(threads);
@@ -597,6 +484,7 @@ Table frame_table(const Options& options) {
 
 Table table_of(const std::string& name, const Options& options) {
   if (name == "detectors") return detector_table(options);
+  if (name == "libraries") return library_table(options);
   if (name == "spikes") return spike_table(options);
   if (name == "scaling") return scaling_table(options);
   if (name == "memory") return memory_table(options);
@@ -605,9 +493,12 @@ Table table_of(const std::string& name, const Options& options) {
 
 void read_options(CLI::App& app, Options& options) {
   app.add_option("table", options.tables,
-                 "which tables: detectors, spikes, scaling, memory, frames")
-      ->check(CLI::IsMember({"detectors", "spikes", "scaling", "memory", "frames"}));
+                 "which tables: detectors, libraries, spikes, scaling, memory, frames")
+      ->check(CLI::IsMember({"detectors", "libraries", "spikes", "scaling", "memory", "frames"}));
   app.add_option("--detectors", options.detectors, "only these")->delimiter(',');
+  app.add_option("--scene", options.scenes, "only these: drape, crumple")
+      ->check(CLI::IsMember({"drape", "crumple"}))
+      ->delimiter(',');
   app.add_option("--size", options.sizes, "vertices a side")
       ->check(CLI::Range(2, 3000))
       ->delimiter(',');

@@ -112,6 +112,12 @@ inline std::uint64_t* append(std::int32_t first, const std::int32_t* seconds, un
               _mm256_load_si256(reinterpret_cast<const __m256i*>(seconds)), hits, out);
 }
 
+inline std::uint64_t* append_reversed(std::int32_t second, const std::int32_t* firsts,
+                                      unsigned hits, std::uint64_t* out) {
+  return pack(_mm256_load_si256(reinterpret_cast<const __m256i*>(firsts)),
+              _mm256_set1_epi32(second), hits, out);
+}
+
 inline std::uint64_t* append_ordered(std::int32_t one, const std::int32_t* others, unsigned hits,
                                      std::uint64_t* out) {
   const __m256i a = _mm256_set1_epi32(one);

@@ -134,6 +134,12 @@ inline std::uint64_t* append(std::int32_t first, const std::int32_t* seconds, un
   return out;
 }
 
+inline std::uint64_t* append_reversed(std::int32_t second, const std::int32_t* firsts,
+                                      unsigned hits, std::uint64_t* out) {
+  for (; hits; hits &= hits - 1) *out++ = key_of(firsts[std::countr_zero(hits)], second);
+  return out;
+}
+
 inline std::uint64_t* append_ordered(std::int32_t one, const std::int32_t* others, unsigned hits,
                                      std::uint64_t* out) {
   for (; hits; hits &= hits - 1) {

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+// The scenes on which broad phases are measured, of any size:
+//   drape N    an N x N cloth of 1 m wrapped on a closed body of 26,680 faces, moved by a step of
+//              1/60 s
+//   crumple N  an N x N sheet of 1 m folded into a small box, against itself
+// both inflated by 1 mm.
+#pragma once
+
+#include <selvedge/core/collision_types.h>
+#include <selvedge/core/triangle_mesh.h>
+
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace selvedge::bench {
+
+constexpr double kStep = 1.0 / 60.0;  // s
+constexpr double kThickness = 0.001;  // m
+constexpr double kTiny = 1e-5;
+
+struct Surface {
+  std::vector<Vec3> x_t0, x_t1;
+  std::vector<Edge> edges;
+  std::vector<Triangle> triangles;
+  std::uint64_t static_id = 0;
+  double thickness = kThickness;
+  std::size_t tiny_from = std::numeric_limits<std::size_t>::max();  ///< vertices that move 1e5 less
+
+  SurfaceView view() const { return {x_t0, x_t1, edges, triangles, thickness, static_id}; }
+  std::size_t primitives() const { return x_t0.size() + edges.size() + triangles.size(); }
+
+  /// The other surface as a part of this one.
+  void append(Surface other) {
+    const auto first = static_cast<std::int32_t>(x_t0.size());
+    tiny_from = x_t0.size();
+    x_t0.insert(x_t0.end(), other.x_t0.begin(), other.x_t0.end());
+    for (Triangle& t : other.triangles)
+      for (std::int32_t& v : t) v += first;
+    triangles.insert(triangles.end(), other.triangles.begin(), other.triangles.end());
+    edges = unique_edges(triangles);
+    x_t1 = x_t0;
+  }
+};
+
+struct Scene {
+  std::string name;
+  Surface cloth, body;
+  double speed = 0.0;
+  bool self = false;
+  Vec3 origin = Vec3::Zero();  ///< of the flow
+
+  std::size_t primitives() const { return cloth.primitives() + body.primitives(); }
+};
+
+/// "drape" or "crumple"; std::invalid_argument for another one.
+Scene make_scene(const std::string& kind, int size);
+
+/// The same surface 1e5 times smaller, beside it.
+Surface tiny_copy(Surface s);
+
+/// End positions from start positions: a smooth flow and a little noise, the same on every mesh.
+void move(Scene& scene, double speed, unsigned seed);
+
+}  // namespace selvedge::bench

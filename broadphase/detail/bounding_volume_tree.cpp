@@ -213,12 +213,14 @@ void VolumeTree<V>::count_leaf(Leaf& leaf, std::span<const std::int32_t> items) 
     return static_cast<std::int32_t>(begin[t + 1] - begin[t]);
   };
   std::int32_t n_points = 0, n_edges = 0, n_triangles = 0;
+  leaf.loose = false;
   for (const std::int32_t item : items) {
     if (item < triangles) {
       ++n_triangles;
       n_edges += owned(p.owned_edges_begin, item);
       n_points += owned(p.owned_points_begin, item);
     } else {
+      leaf.loose = true;
       ++(item < triangles + edges ? n_edges : n_points);
     }
   }

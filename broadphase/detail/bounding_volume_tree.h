@@ -68,6 +68,7 @@ struct VolumeLeaf {
   std::uint32_t point_block, edge_block, triangle_block;    ///< the first of each
   std::uint8_t point_blocks, edge_blocks, triangle_blocks;  ///< how many
   std::uint8_t points, edges, triangles;                    ///< how many lanes in all of them
+  bool loose;  ///< some edge or point is in none of the triangles
 };
 
 /// Room that trees need only while they are built or fitted; one serves many, one after another.

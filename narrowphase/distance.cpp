@@ -335,4 +335,56 @@ void find_proximities(const SurfaceView& a, const SurfaceView& b, const Candidat
   for (const std::vector<Contact>& part : found) out.insert(out.end(), part.begin(), part.end());
 }
 
+namespace {
+
+/// Width of the slab across `n`, or less: differences round by one unit, their products and sums
+/// with a unit vector that is itself off by two by fewer than eight of the largest.
+double slab_width(const Vec3& n, int first, const std::array<Vec3, 4>& x) {
+  constexpr double kReserve = 16.0 * kRoundoff;
+  double low = std::numeric_limits<double>::infinity(), high = -low, largest = 0.0;
+  for (int k = 0; k < 4; ++k) {
+    const Vec3 d = x[k] - x[0];
+    const double height = n.dot(d);
+    if (k < first)
+      low = std::min(low, height);
+    else
+      high = std::max(high, height);
+    largest = std::max(largest, d.norm());
+  }
+  return std::max(0.0, (low - high) * (1.0 - kReserve) - kReserve * largest);
+}
+
+}  // namespace
+
+SeparatingSlab separating_slab(ContactKind kind, const std::array<Vec3, 4>& x) {
+  const int first = narrowphase_detail::first_count(kind);
+  SeparatingSlab best{Vec3::UnitZ(), 0.0};
+  const auto offer = [&](const Vec3& n) {
+    const double width = slab_width(n, first, x);
+    if (width > best.width) best = {n, width};
+  };
+  const ClosestPoints near = narrowphase_detail::closest_points(kind, x);
+  if (near.distance > 0.0) offer(near.separation / near.distance);
+  if (best.width > 0.5 * near.distance) return best;
+  const Vec3 across = narrowphase_detail::common_normal(kind, x);
+  if (best.width == 0.0) best.normal = near.separation.dot(across) < 0.0 ? Vec3(-across) : across;
+  offer(across);
+  offer(-across);
+  return best;
+}
+
+void find_separations(const SurfaceView& a, const SurfaceView& b, const CandidatePairs& pairs,
+                      std::vector<Contact>& out) {
+  out.resize(pairs.size());
+  parallel_for(out.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const PairVertices pair = narrowphase_detail::pair_at(a, b, pairs, i);
+      const Query q = narrowphase_detail::query_of(a, b, pair);
+      const SeparatingSlab slab = separating_slab(q.kind, q.x_t0);
+      const ClosestPoints near = narrowphase_detail::closest_points(q.kind, q.x_t0);
+      out[i] = {pair.kind, pair.vertex, near.weight, slab.normal, 0.0, slab.width};
+    }
+  });
+}
+
 }  // namespace selvedge

@@ -21,6 +21,23 @@ ClosestPoints point_triangle_closest(const Vec3& p, const Vec3& a, const Vec3& b
 /// legal; of parallel ones the middle of the overlap is returned.
 ClosestPoints edge_edge_closest(const Vec3& a0, const Vec3& a1, const Vec3& b0, const Vec3& b1);
 
+/// Two primitives on the two sides of a slab: normal·(x - y) >= width for every point x of the
+/// first and y of the second.
+struct SeparatingSlab {
+  Vec3 normal;   ///< unit, from the second primitive towards the first
+  double width;  ///< metres, rounded down: never more than the distance; 0 if none was found
+};
+
+/// The slab across the closest points (or along the common normal where these give no direction).
+/// Its width is measured on the vertices, so that it holds however accurate the direction is.
+/// `kind` is edge_edge, or anything else for a point and a triangle.
+SeparatingSlab separating_slab(ContactKind kind, const std::array<Vec3, 4>& x);
+
+/// For every pair, in pair order: weights of the closest points at t = 0, and normal and width of a
+/// separating slab there as `normal` and `gap`; toi is 0.
+void find_separations(const SurfaceView& a, const SurfaceView& b, const CandidatePairs& pairs,
+                      std::vector<Contact>& out);
+
 /// The pairs whose primitives are nearer than `reach` metres at t = 0, plus those whose distance,
 /// reduced by the approach along the connecting line over the step, falls below it. In pair order;
 /// toi is 0, gap the distance, normal the direction between the closest points (for a distance too

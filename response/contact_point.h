@@ -38,6 +38,9 @@ inline Vec3 relative(const ContactPoint& c, std::span<const Vec3> x) {
          c.weight[2] * x[c.vertex[2]] + c.weight[3] * x[c.vertex[3]];
 }
 
+/// How many of the four vertices belong to the first primitive.
+inline int first_count(const ContactPoint& c) { return c.kind == ContactKind::edge_edge ? 2 : 1; }
+
 /// Σ weight²/mass: how easily an impulse along the contact moves its vertices apart, 1/kg.
 inline double compliance(const ContactPoint& c, std::span<const double> inv_mass) {
   double sum = 0.0;

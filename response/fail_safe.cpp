@@ -4,7 +4,8 @@
 namespace selvedge {
 
 FailSafeRegistry fail_safes() {
-  return {{"impulse_zones", [] { return make_impulse_zones(); }}};
+  return {{"impulse_zones", [] { return make_impulse_zones(); }},
+          {"projection_zones", [] { return make_projection_zones(); }}};
 }
 
 }  // namespace selvedge

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <selvedge/response/clearances.h>
 #include <selvedge/response/response.h>
 
 #include <functional>
@@ -12,12 +13,14 @@
 namespace selvedge {
 
 /// Ends a step without collisions, or says that it cannot. After begin, `resolve` is called with
-/// the pairs that collide on the present paths, earliest first, until there are none.
+/// the pairs that collide on the present paths, earliest first, until there are none. Body vertices
+/// and held particles are never moved.
 class FailSafe {
  public:
   virtual ~FailSafe() = default;
 
-  virtual void begin(const ResponseStep& step) = 0;
+  /// Both must stay alive until the next begin.
+  virtual void begin(const ResponseStep& step, Clearances& clearances) = 0;
   /// One round: changes where the particles end, m. False: this step has to be shorter, and
   /// `trouble` says why.
   virtual bool resolve(std::span<const ContactPoint> hits, std::span<Vec3> x_t1) = 0;
@@ -33,5 +36,7 @@ FailSafeRegistry fail_safes();
 
 /// Passes of inelastic impulses (impulse.h), then rigid impact zones (impact_zone.h).
 std::unique_ptr<FailSafe> make_impulse_zones();
+/// Inelastic projection (inelastic_projection.h), then rigid impact zones.
+std::unique_ptr<FailSafe> make_projection_zones();
 
 }  // namespace selvedge

@@ -16,7 +16,7 @@ constexpr int kZoneRounds = 40;
 
 class ImpulseZones final : public FailSafe {
  public:
-  void begin(const ResponseStep& step) override {
+  void begin(const ResponseStep& step, Clearances&) override {
     step_ = step;
     round_ = 0;
   }
@@ -24,7 +24,8 @@ class ImpulseZones final : public FailSafe {
   bool resolve(std::span<const ContactPoint> hits, std::span<Vec3> x_t1) override {
     const int round = round_++;
     if (round < kImpulsePasses) {
-      apply_impulses(step_.motion, hits, {}, x_t1);
+      // Nothing is pushed farther apart than it was: no energy comes in.
+      apply_impulses(step_.motion, hits, {.recovery = 0.0}, x_t1);
       counters_["impulse_passes"] += 1;
       return true;
     }
@@ -50,8 +51,7 @@ class ImpulseZones final : public FailSafe {
     double& largest = counters_["max_zone"];
     largest = std::max(largest, static_cast<double>(zones_.members()));
     if (zones_.apply(step_.mass, x_t1)) return true;
-    trouble_ = "an impact zone of " + std::to_string(zones_.members()) +
-               " particles cannot move as one rigid body";
+    trouble_ = zones_.trouble();
     return false;
   }
 

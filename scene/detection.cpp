@@ -278,6 +278,48 @@ void Detection::find_collisions(std::vector<ContactPoint>& out) {
   for (const auto& [toi, c] : timed) out.push_back(c);
 }
 
+void Detection::at_start(std::span<const ContactPoint> hits, std::vector<ContactPoint>& out) {
+  out.assign(hits.begin(), hits.end());
+  for (ContactPoint& c : out) {
+    std::array<Vec3, 4> x;
+    for (int k = 0; k < 4; ++k) x[k] = x_t0_[c.vertex[k]];
+    const SeparatingSlab slab = separating_slab(c.kind, x);
+    c.normal = slab.normal;
+    c.gap = slab.width;
+    c.weight = (c.kind == ContactKind::edge_edge ? edge_edge_closest(x[0], x[1], x[2], x[3])
+                                                 : point_triangle_closest(x[0], x[1], x[2], x[3]))
+                   .weight;
+  }
+}
+
+void Detection::all(const Vec3& shift, std::vector<ContactPoint>& out) {
+  out.clear();
+  std::vector<Vec3> end(x_t1_.begin(), x_t1_.end());
+  for (Vec3& x : end) x -= shift;  // rounds by far less than the boxes are inflated
+  const auto view = [&](SurfaceView v, std::size_t first, std::size_t count) {
+    v.x_t1 = std::span<const Vec3>(end).subspan(first, count);
+    v.static_id = 0;
+    return v;
+  };
+  const SurfaceView cloth = view(cloth_view(0.5 * thickness_), 0, particles_);
+  const SurfaceView body = view(body_view(0.5 * thickness_), particles_, body_vertices());
+  CandidatePairs pairs;
+  const auto append = [&](const SurfaceView& other, bool self) {
+    find_separations(cloth, other, pairs, found_);
+    for (const Contact& contact : found_) {
+      out.push_back(joint(contact, self));
+      out.back().gap = contact.gap;
+    }
+  };
+  if (!body_triangles_.empty()) {
+    broad_crossings_->find_pairs(cloth, body, pairs);
+    append(body, false);
+  }
+  if (!self_) return;
+  broad_crossings_->find_self_pairs(cloth, pairs);
+  append(cloth, true);
+}
+
 namespace {
 
 // Pairs of triangles of two surfaces (or one) of which an edge of the first meets the second.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/response/contact_point.h>
+#include <selvedge/response/clearances.h>
 #include <selvedge/scene/contact_filter.h>
 #include <selvedge/scene/methods.h>
 #include <selvedge/scene/phase_clock.h>
@@ -23,7 +23,7 @@ struct Crossings {
 
 /// Broad and narrow phase of a scene, over the joint index space of ContactPoint: cloth particles
 /// first, then the vertices of all bodies.
-class Detection {
+class Detection final : public Clearances {
  public:
   /// Times its two phases with `clock`, which must outlive it.
   Detection(const Scene& scene, const BuiltScene& built, const Methods& methods, PhaseClock& clock);
@@ -40,6 +40,8 @@ class Detection {
   void find_proximities(std::vector<ContactPoint>& out);
   /// Pairs that collide on the way, earliest first.
   void find_collisions(std::vector<ContactPoint>& out);
+  void at_start(std::span<const ContactPoint> hits, std::vector<ContactPoint>& out) override;
+  void all(const Vec3& shift, std::vector<ContactPoint>& out) override;
   /// Triangles that cross at t = 0, by the exact narrow phase: an edge meets a triangle if and only
   /// if a point that runs along the edge collides with it.
   Crossings find_crossings();

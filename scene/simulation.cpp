@@ -353,7 +353,7 @@ void Simulation::Parts::step_explicit(double h) {
 
 // The fail-safe until nothing collides. False: the step has to be shorter.
 bool Simulation::Parts::resolve_collisions(double h) {
-  if (!hits.empty()) fail_safe->begin(response_step(h));
+  if (!hits.empty()) fail_safe->begin(response_step(h), detection);
   while (!hits.empty()) {
     bool resolved = false;
     unparted = x_t1;

@@ -75,21 +75,35 @@ TEST(Impulse, LeavesBodiesAndSeparatedContactsAlone) {
   EXPECT_EQ(scene.x_t1, apart);
 }
 
-TEST(ImpactZone, IsRigidAndKeepsBothMomenta) {
+TEST(ImpactZone, KeepsBothMomentaAndNeverGainsEnergy) {
   PointThroughTriangle scene;
+  scene.x_t1[1].y() = 0.1;
   const Vec3 linear = scene.momentum(), angular = scene.angular_momentum();
+  const double energy = scene.energy();
   ImpactZones zones;
   zones.begin(scene.motion());
   zones.merge({&scene.contact, 1});
   ASSERT_TRUE(zones.apply(scene.mass, scene.x_t1));
   EXPECT_EQ(zones.members(), 4u);
+  EXPECT_LT((scene.momentum() - linear).norm(), 1e-14);
+  EXPECT_LT((scene.angular_momentum() - angular).norm(), 1e-14);
+  EXPECT_LT(scene.energy(), energy);
+  // Rigid up to the square of the turn, which is below 0.1 here.
   for (int i = 0; i < 4; ++i)
-    for (int j = 0; j < i; ++j)
-      EXPECT_NEAR((scene.x_t1[i] - scene.x_t1[j]).norm(), (scene.x_t0[i] - scene.x_t0[j]).norm(),
-                  1e-14);
-  EXPECT_LT((scene.momentum() - linear).norm(), 1e-13);
-  // Linear in the rotation vector: the finite rotation keeps it up to its second order.
-  EXPECT_LT((scene.angular_momentum() - angular).norm(), 0.1 * angular.norm());
+    for (int j = 0; j < i; ++j) {
+      const double before = (scene.x_t0[i] - scene.x_t0[j]).norm();
+      EXPECT_NEAR((scene.x_t1[i] - scene.x_t1[j]).norm(), before, 0.005 * before);
+    }
+}
+
+TEST(ImpactZone, OfFreeParticlesThatTurnsTooFarAsksForAShorterStep) {
+  PointThroughTriangle scene;
+  for (int i = 0; i < 4; ++i) scene.x_t1[i] = Eigen::AngleAxisd(0.5, Vec3::UnitZ()) * scene.x_t0[i];
+  ImpactZones zones;
+  zones.begin(scene.motion());
+  zones.merge({&scene.contact, 1});
+  EXPECT_FALSE(zones.apply(scene.mass, scene.x_t1));
+  EXPECT_NE(zones.trouble().find("turns too far"), std::string::npos);
 }
 
 TEST(ImpactZone, StaysBitForBitAtAStaticBody) {
@@ -124,14 +138,19 @@ TEST(ImpactZone, SaysWhenItsBodiesDoNotMoveAsOne) {
   zones.begin(scene.motion());
   zones.merge({&scene.contact, 1});
   EXPECT_FALSE(zones.apply(scene.mass, scene.x_t1));
+  EXPECT_NE(zones.trouble().find("jammed: 1 particles (0) between held particle"),
+            std::string::npos)
+      << zones.trouble();
 }
 
 TEST(ImpactZone, JoinsContactsThatShareAParticleInAnyOrder) {
   std::mt19937 random(7);
   std::normal_distribution<double> normal;
   std::vector<Vec3> x_t0(12), x_t1(12);
-  for (auto* x : {&x_t0, &x_t1})
-    for (Vec3& p : *x) p = 0.1 * Vec3(normal(random), normal(random), normal(random));
+  for (std::size_t i = 0; i < x_t0.size(); ++i) {
+    x_t0[i] = Vec3(normal(random), normal(random), normal(random));
+    x_t1[i] = x_t0[i] + 0.01 * Vec3(normal(random), normal(random), normal(random));
+  }
   const std::vector<double> mass(12, 1.0), inv_mass(12, 1.0);
   std::vector<ContactPoint> contacts(3);
   contacts[0].vertex = {0, 1, 2, 3};
@@ -148,8 +167,8 @@ TEST(ImpactZone, JoinsContactsThatShareAParticleInAnyOrder) {
   }
   EXPECT_EQ(ends[0], ends[1]);
   const auto& end = ends[0];
-  EXPECT_NEAR((end[0] - end[6]).norm(), (x_t0[0] - x_t0[6]).norm(), 1e-14);
-  EXPECT_GT(std::abs((end[0] - end[8]).norm() - (x_t0[0] - x_t0[8]).norm()), 1e-6);
+  EXPECT_NEAR((end[0] - end[6]).norm(), (x_t0[0] - x_t0[6]).norm(), 2e-4);
+  EXPECT_GT(std::abs((end[0] - end[8]).norm() - (x_t0[0] - x_t0[8]).norm()), 1e-3);
   EXPECT_EQ(end[7], x_t1[7]);
 }
 

@@ -42,7 +42,7 @@ Scene stack(int sheets, int cells, double slide) {
   for (int k = 0; k < sheets; ++k) {
     ClothSpec sheet;
     sheet.name = "sheet" + std::to_string(k);
-    sheet.shape = ClothGrid{ClothPattern::rectangular, {0.2, 0.2, cells, cells}};
+    sheet.shape = ClothGrid{ClothPattern::rectangular, {0.2, 0.2, cells, cells}, {}};
     sheet.placement.translation = Vec3(0.003 * k, 0.002 * k, 0.01 + 0.003 * k);
     sheet.placement.rotation = Eigen::AngleAxisd(0.2 * k, Vec3::UnitZ());
     sheet.velocity = Vec3(slide, 0.0, -kFallSpeed);

@@ -35,7 +35,7 @@ struct StripPath {
 struct ClothGrid {
   ClothPattern pattern = ClothPattern::rectangular;
   GridConfig grid;
-  StripPath path;
+  StripPath path{};
 };
 
 struct ClothFile {

@@ -93,7 +93,7 @@ std::vector<Method> all_methods() {
   const selvedge::Methods build = methods_of_this_build();
   add_registry("broad_phase", build.broad_phases, methods);
   add_registry("narrow_phase", build.narrow_phases, methods, selvedge::NarrowPhaseConfig{});
-  add_registry("response", build.responses, methods);
+  add_registry("response", build.responses, methods, selvedge::ResponseConfig{});
   add_registry("fail_safe", build.fail_safes, methods);
   add_absent_adapters(build, methods);
   const auto by_family = [](const Method& a, const Method& b) { return a.family < b.family; };

@@ -31,6 +31,14 @@ void ContactForce::begin(const ResponseStep& step) {
   v_start_.assign(step.v.begin(), step.v.end());
   v_predicted_.assign(step.v_predicted.begin(), step.v_predicted.end());
   entries_.clear();
+  terms_.clear();
+  term_entry_.clear();
+  if (step.implicit) {
+    explicit_.reset();
+    return;
+  }
+  if (!explicit_) explicit_ = make_impulse();
+  explicit_->begin(step);
 }
 
 bool ContactForce::coupled(const ContactPoint& c) const {
@@ -50,6 +58,7 @@ Vec3 ContactForce::motion_of(const Entry& e, std::span<const Vec3> v) const {
 }
 
 void ContactForce::add(std::span<const ContactPoint> contacts) {
+  if (explicit_) return explicit_->add(contacts);
   const double h = motion_.h;
   for (const ContactPoint& c : contacts) {
     const double compliance_c = compliance(c, motion_.inv_mass);
@@ -80,14 +89,16 @@ void ContactForce::add(std::span<const ContactPoint> contacts) {
 
 ResponseTraits ContactForce::traits() const {
   return {"Coulomb friction; the contacts carry and stick as the solved step says",
-          "Wriggers, Computational contact mechanics, 2006"};
+          "Wriggers, Computational contact mechanics, 2006", true, false, false};
 }
 
 std::span<const ImplicitTerm> ContactForce::terms() {
   const double h = motion_.h;
   terms_.clear();
+  term_entry_.clear();
   for (const Entry& e : entries_) {
     if (e.load <= 0.0) continue;
+    term_entry_.push_back(static_cast<std::size_t>(&e - entries_.data()));
     const ContactPoint& c = e.point;
     const Mat3 nn = c.normal * c.normal.transpose();
     ImplicitTerm term;
@@ -170,7 +181,28 @@ bool ContactForce::update(std::span<const Vec3> v) {
   return change > config_.load_tolerance * load;
 }
 
+void ContactForce::correct(std::span<Vec3> x_t1) {
+  if (explicit_) explicit_->correct(x_t1);
+}
+
+void ContactForce::impulses(std::span<const Vec3> v, std::vector<ContactImpulse>& out) const {
+  if (explicit_) return explicit_->impulses(v, out);
+  for (std::size_t t = 0; t < terms_.size(); ++t) {
+    const ImplicitTerm& term = terms_[t];
+    Vec3 sum = Vec3::Zero();
+    for (int k = 0; k < 4; ++k)
+      if (term.particle[k] >= 0) sum += term.weight[k] * v[term.particle[k]];
+    const Vec3 impulse = term.rhs - term.matrix * sum;
+    const ContactPoint& c = entries_[term_entry_[t]].point;
+    const Vec3 motion = motion_of(entries_[term_entry_[t]], v) / motion_.h;
+    const double normal = c.normal.dot(impulse), parting = c.normal.dot(motion);
+    out.push_back(
+        {c.vertex, c.weight, impulse, normal * parting, impulse.dot(motion) - normal * parting});
+  }
+}
+
 void ContactForce::finish(std::span<Vec3> v) const {
+  if (explicit_) return explicit_->finish(v);
   for (const Entry& e : entries_) {
     const ContactPoint& c = e.point;
     if (e.load <= 0.0 || e.target <= c.gap) continue;

@@ -46,9 +46,12 @@ class ContactForce final : public Response {
   /// those of the solve by so much that another solve is due.
   bool update(std::span<const Vec3> v) override;
 
+  /// An explicit step has no solve to enter: impulses answer (make_impulse, without restitution).
+  void correct(std::span<Vec3> x_t1) override;
   /// Takes out of the end-of-step velocities what the contacts gave to gaps that were too small:
   /// the cloth has moved out, it does not fly on. Linear momentum of free particles is kept.
   void finish(std::span<Vec3> v) const override;
+  void impulses(std::span<const Vec3> v, std::vector<ContactImpulse>& out) const override;
   ResponseTraits traits() const override;
 
  private:
@@ -77,6 +80,8 @@ class ContactForce final : public Response {
   std::vector<Vec3> body_displacement_, v_start_, v_predicted_;
   std::vector<Entry> entries_;
   std::vector<ImplicitTerm> terms_;
+  std::vector<std::size_t> term_entry_;  // entry of each term
+  std::unique_ptr<Response> explicit_;   // answers steps without a solve; made when first needed
 };
 
 }  // namespace selvedge

@@ -104,6 +104,8 @@ Polygons polygons(std::span<const Triangle> triangles) {
 }  // namespace
 
 void write_result(const std::filesystem::path& file, const RunResult& result) {
+  Json ledger = Json::object();
+  for (const auto& [stage, figures] : result.ledger) ledger[stage] = numbers(figures);
   const Json json = {
       {"clean", result.clean},
       {"frames", result.frames},
@@ -122,6 +124,7 @@ void write_result(const std::filesystem::path& file, const RunResult& result) {
       {"state_hash", result.state_hash},
       {"stopped", result.stopped},
       {"counters", numbers(result.counters)},
+      {"ledger", ledger},
   };
   AtomicFile out(file);
   out.write(json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");

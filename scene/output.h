@@ -30,9 +30,15 @@ struct RunResult {
       0.0;  ///< largest excess over the strain limit left in any accepted state
   double final_max_speed = 0.0;  ///< m/s
   std::size_t peak_bytes = 0;
-  std::string state_hash;                  ///< of all positions and velocities at the end
-  std::string stopped;                     ///< "" or why the run ended early
-  std::map<std::string, double> counters;  ///< e.g. solver iterations, contacts, zones
+  std::string state_hash;  ///< of all positions and velocities at the end
+  std::string stopped;     ///< "" or why the run ended early
+  /// e.g. solver iterations, contacts, zones; max_gap_lack_m: what a contact lacked of its rest gap
+  std::map<std::string, double> counters;
+  /// What the stages "response" and "fail_safe" gave and took (response/ledger.h has the meanings):
+  /// steps, max_momentum_error, max_angular_error, energy_normal_J, energy_friction_J,
+  /// energy_gained_J, energy_kinetic_J, and by _x, _y, _z to_particles and to_anchors (N·s),
+  /// turn_particles and turn_anchors (N·m·s).
+  std::map<std::string, std::map<std::string, double>> ledger;
 };
 
 /// A number that is not finite is written as the string "nan", "inf" or "-inf", never as null.

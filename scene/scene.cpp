@@ -421,6 +421,13 @@ class SceneReader {
     scene_.contact.narrow_phase =
         read_method(j["narrow_phase"], methods_.narrow_phases, "contact.narrow_phase");
     scene_.contact.response = read_method(j["response"], methods_.responses, "contact.response");
+    ResponseConfig& config = scene_.contact.response_config;
+    config.stiffness = j["stiffness"].get<double>();
+    config.damping = j["damping"].get<double>();
+    config.restitution = j["restitution"].get<double>();
+    config.retention = j["retention"].get<double>();
+    config.slip_speed = j["slip_speed"].get<double>();
+    config.sticking = j["sticking"].get<bool>();
     scene_.contact.fail_safe =
         read_method(j["fail_safe"], methods_.fail_safes, "contact.fail_safe");
   }

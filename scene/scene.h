@@ -108,6 +108,7 @@ struct ContactSpec {
   std::string broad_phase = "bvh_aabb";
   std::string narrow_phase = "ccd_exact";
   std::string response = "contact_force";
+  ResponseConfig response_config;  // the keys beside
   std::string fail_safe = "impulse_zones";
 };
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/integrator.h>
 #include <selvedge/core/strain_limiter.h>
-#include <selvedge/response/impulse.h>
+#include <selvedge/scene/detail/step_ledger.h>
 #include <selvedge/scene/detection.h>
 #include <selvedge/scene/phase_clock.h>
 #include <selvedge/scene/simulation.h>
@@ -9,7 +9,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <optional>
 
@@ -104,6 +103,8 @@ struct Simulation::Parts {
   std::vector<Vec3> body_x;      // of the body vertices at the state's time
   std::vector<Vec3> v_t1, predicted;
   std::vector<ContactPoint> contacts, hits;
+  bool answered_in_solve = false;  // the last solve had terms of the response
+  detail::StepLedger ledger;
   RunResult result;
   std::string trouble;         // why the last try failed
   std::vector<Vec3> unparted;  // x_t1 that the fail-safe was given last
@@ -118,10 +119,13 @@ struct Simulation::Parts {
         detection(scene, built, methods, clock),
         limiter(built.cloth.springs, limiter_targets(built.cloth.strain_limit),
                 built.cloth.surface.vertices.size()),
-        response(make_method(methods.responses, scene.contact.response, "contact.response")),
+        response(make_method(methods.responses, scene.contact.response, "contact.response",
+                             scene.contact.response_config)),
         fail_safe(make_method(methods.fail_safes, scene.contact.fail_safe, "contact.fail_safe")),
         names(scene, built) {
     refuse_bad_handles();
+    detail::refuse_unfit_response(scene, *response, built.cloth.mass, nominal_step(),
+                                  scene.solver.integrator == "symplectic_euler");
     const std::size_t n = built.cloth.surface.vertices.size();
     state.x = built.cloth.surface.vertices;
     state.v = built.velocity;
@@ -221,15 +225,23 @@ struct Simulation::Parts {
     result.clean = result.clean && found.self.empty() && found.body.empty();
   }
 
+  // How much of its rest gap a contact lacks at the start of a step, so of all states but the last.
+  void note_lacks() {
+    double& largest = result.counters["max_gap_lack_m"];
+    for (const ContactPoint& c : contacts) largest = std::max(largest, c.rest_gap - c.gap);
+  }
+
   // Sets masses for the step and the prescribed end positions of held particles.
   void hold_particles(double t0, double t1, double h);
   ResponseStep response_step(double h) const {
-    return {{x_t0, inv_mass, n(), h}, mass, body_step, state.v, predicted};
+    return {{x_t0, inv_mass, n(), h}, mass, body_step, state.v, predicted, implicit.has_value()};
   }
   void set_end_from_velocity(double h);
   bool is_finite();
   void solve_implicit(double h);
-  void step_explicit(double h);
+  bool step_explicit(double h);
+  bool bears_contacts(double h);
+  void answer_contacts(double h);
   void limit_strain();
   bool find_hits();
   bool resolve_collisions(double h);
@@ -313,11 +325,13 @@ void Simulation::Parts::solve_implicit(double h) {
     response->begin(response_step(h));
     response->add(contacts);
   }
+  answered_in_solve = false;
   int collision_solves = 0;
   for (int solve = 0; solve < kMaxSolves + kMaxCollisionSolves; ++solve) {
-    {
+    // A response without terms does all of its work after the solve, which stays as it is.
+    if (const auto terms = response->terms(); solve == 0 || answered_in_solve || !terms.empty()) {
       const auto scope = clock.measure("solve");
-      const auto terms = response->terms();
+      answered_in_solve = !terms.empty();
       const SolveReport report = implicit->solve(terms, v_t1);
       result.counters["solves"] += 1;
       result.counters["solver_iterations"] += report.iterations;
@@ -326,7 +340,7 @@ void Simulation::Parts::solve_implicit(double h) {
       tell(collision_solves == 0 ? "solve" : "collision solve", terms);
     }
     if (response->update(v_t1) && solve + 1 < kMaxSolves) continue;
-    set_end_from_velocity(h);
+    answer_contacts(h);
     if (!is_finite()) return;
     limit_strain();
     if (!find_hits() || ++collision_solves > kMaxCollisionSolves) return;
@@ -334,26 +348,52 @@ void Simulation::Parts::solve_implicit(double h) {
   }
 }
 
-void Simulation::Parts::step_explicit(double h) {
+// From the velocities of the solve or the explicit step to ends that the response has corrected.
+void Simulation::Parts::answer_contacts(double h) {
+  set_end_from_velocity(h);
+  const auto scope = clock.measure("response");
+  response->correct(x_t1);
+  ledger.corrected(std::span(x_t1).first(n()));
+}
+
+bool Simulation::Parts::bears_contacts(double h) {
+  const double stable = response->stable_step();
+  if (h <= stable) return true;
+  trouble = "the contacts of " + scene.contact.response + " bear explicit steps below " +
+            std::to_string(stable) + " s, this one has " + std::to_string(h) + " s";
+  hits.clear();
+  return false;
+}
+
+// Collisions that are found on the way become contacts of another answer. False: the step has to be
+// shorter.
+bool Simulation::Parts::step_explicit(double h) {
   {
     const auto scope = clock.measure("forces");
     symplectic->step(particles, state.time, h, v_t1);
   }
-  set_end_from_velocity(h);
+  if (trace) set_end_from_velocity(h);
   tell("explicit step");
-  if (!is_finite()) return;
-  {
-    const auto scope = clock.measure("response");
-    apply_impulses(response_step(h).motion, contacts, {.end_gap = 1.0}, x_t1);
+  answered_in_solve = false;
+  response->begin(response_step(h));
+  response->add(contacts);
+  for (int round = 0;; ++round) {
+    if (!bears_contacts(h)) return false;
+    answer_contacts(h);
+    if (!is_finite()) return false;
+    tell("contacts");
+    limit_strain();
+    if (!find_hits() || round >= kMaxCollisionSolves) return true;
+    response->add(hits);
   }
-  tell("contacts");
-  limit_strain();
-  find_hits();
 }
 
 // The fail-safe until nothing collides. False: the step has to be shorter.
 bool Simulation::Parts::resolve_collisions(double h) {
-  if (!hits.empty()) fail_safe->begin(response_step(h), detection);
+  if (hits.empty()) return true;
+  const ResponseStep step = response_step(h);
+  fail_safe->begin(step, detection);
+  const std::vector<Vec3> before(x_t1.begin(), x_t1.begin() + static_cast<std::ptrdiff_t>(n()));
   while (!hits.empty()) {
     bool resolved = false;
     unparted = x_t1;
@@ -368,6 +408,7 @@ bool Simulation::Parts::resolve_collisions(double h) {
     }
     find_hits();
   }
+  ledger.parted(step, before, std::span(x_t1).first(n()));
   return true;
 }
 
@@ -390,10 +431,12 @@ bool Simulation::Parts::try_step(double h, double t1) {
   result.counters["contacts"] += static_cast<double>(contacts.size());
   if (trace) trace->begin({h, x_t0, x_t1, inv_mass, contacts});
 
+  note_lacks();
+  ledger.begin();
   if (implicit)
     solve_implicit(h);
-  else
-    step_explicit(h);
+  else if (!step_explicit(h))
+    return false;
   if (!is_finite()) return false;
   for (int round = 0;; ++round) {
     if (!resolve_collisions(h)) return false;
@@ -405,11 +448,12 @@ bool Simulation::Parts::try_step(double h, double t1) {
 }
 
 void Simulation::Parts::accept(double h, double t1) {
+  ledger.accept(response_step(h), *response, v_t1, answered_in_solve);
   for (std::size_t i = 0; i < n(); ++i) {
     state.v[i] = (x_t1[i] - x_t0[i]) / h;
     state.x[i] = x_t1[i];
   }
-  if (implicit) response->finish(state.v);
+  response->finish(state.v);
   note_bodies(x_t1);
   state.time = t1;
   ++state.step;
@@ -424,7 +468,9 @@ double Simulation::Parts::stable_step(double h, double target) {
   particles.x = state.x;
   particles.v = state.v;
   hold_particles(state.time, target, left);
-  const double stable = kExplicitSafety * symplectic->stable_step(particles);
+  const double stable =
+      kExplicitSafety * std::min(symplectic->stable_step(particles),
+                                 response->stable_step(detail::contact_inv_mass(mass)));
   return std::min(h, left / std::ceil(left / stable));
 }
 
@@ -539,24 +585,11 @@ bool Simulation::bodies_move() const {
 RunResult Simulation::result() const {
   RunResult result = parts_->result;
   for (const auto& [name, value] : parts_->fail_safe->counters()) result.counters[name] = value;
+  result.ledger = parts_->ledger.figures();
   result.phase_s = parts_->clock.seconds();
   result.final_max_speed = max_norm(parts_->state.v);
   result.state_hash = selvedge::state_hash(parts_->state);
   return result;
-}
-
-std::string state_hash(const SimulationState& state) {
-  std::uint64_t hash = 14695981039346656037ull;  // FNV-1a, 64 bit
-  for (const auto* values : {&state.x, &state.v})
-    for (const Vec3& u : *values)
-      for (int k = 0; k < 3; ++k) {
-        unsigned char bytes[sizeof(double)];
-        std::memcpy(bytes, &u[k], sizeof(double));
-        for (const unsigned char byte : bytes) hash = (hash ^ byte) * 1099511628211ull;
-      }
-  char text[17];
-  std::snprintf(text, sizeof(text), "%016llx", static_cast<unsigned long long>(hash));
-  return text;
 }
 
 }  // namespace selvedge

@@ -113,7 +113,8 @@ const char* const everything = R"({
   "air": {"wind": [1, 0, 0], "normal_drag": 0.5, "viscous_drag": 0.25},
   "time": {"frames": 30, "fps": 25, "steps_per_frame": 3, "max_halvings": 4},
   "contact": {"thickness": 0.003, "self": false, "broad_phase": "brute_force", "narrow_phase": "ccd_exact",
-              "response": "contact_force", "fail_safe": "impulse_zones"},
+              "response": "impulse", "stiffness": 50, "damping": 0.5, "restitution": 0.25,
+              "retention": 0.75, "slip_speed": 0.002, "sticking": true, "fail_safe": "impulse_zones"},
   "solver": {"integrator": "symplectic_euler", "strain_limiter": false, "tolerance": 1e-5, "max_iterations": 50},
   "output": {"vtk": true, "pc2": true, "picture_every": 10,
     "camera": {"eye": [1, 1, 1], "target": [0, 0, 1], "field_of_view": 40, "width": 320, "height": 240}}
@@ -148,6 +149,14 @@ TEST_F(SceneFile, TheShortestSceneHasTheDefaultsOfTheHeader) {
   EXPECT_EQ(is.contact.narrow_phase, should.contact.narrow_phase);
   EXPECT_EQ(is.contact.response, should.contact.response);
   EXPECT_EQ(is.contact.fail_safe, should.contact.fail_safe);
+  const ResponseConfig &answer = is.contact.response_config,
+                       &header = should.contact.response_config;
+  EXPECT_EQ(answer.stiffness, header.stiffness);
+  EXPECT_EQ(answer.damping, header.damping);
+  EXPECT_EQ(answer.restitution, header.restitution);
+  EXPECT_EQ(answer.retention, header.retention);
+  EXPECT_EQ(answer.slip_speed, header.slip_speed);
+  EXPECT_EQ(answer.sticking, header.sticking);
   EXPECT_EQ(is.solver.integrator, should.solver.integrator);
   EXPECT_EQ(is.solver.strain_limiter, should.solver.strain_limiter);
   EXPECT_EQ(is.solver.tolerance, should.solver.tolerance);
@@ -222,6 +231,14 @@ TEST_F(EverythingFile, EveryNumberGoesToItsField) {
   EXPECT_EQ(s.time.max_halvings, 4);
   EXPECT_EQ(s.contact.thickness, 0.003);
   EXPECT_FALSE(s.contact.self);
+  EXPECT_EQ(s.contact.response, "impulse");
+  const ResponseConfig& answer = s.contact.response_config;
+  EXPECT_EQ(answer.stiffness, 50.0);
+  EXPECT_EQ(answer.damping, 0.5);
+  EXPECT_EQ(answer.restitution, 0.25);
+  EXPECT_EQ(answer.retention, 0.75);
+  EXPECT_EQ(answer.slip_speed, 0.002);
+  EXPECT_TRUE(answer.sticking);
   EXPECT_EQ(s.contact.broad_phase, "brute_force");
   EXPECT_EQ(s.solver.integrator, "symplectic_euler");
   EXPECT_FALSE(s.solver.strain_limiter);
@@ -551,6 +568,12 @@ TEST_F(SceneFile, EachBadNumberIsRefused) {
   refused("contact.broad_phase", "bvh");
   refused("contact.narrow_phase", "ccd");
   refused("contact.response", "contactforce");
+  refused("contact.stiffness", "-1");
+  refused("contact.damping", "-1");
+  refused("contact.restitution", "1.5");
+  refused("contact.retention", "-0.1");
+  refused("contact.slip_speed", "0");
+  refused("contact.sticking", "1");
   refused("contact.fail_safe", "zones");
   refused("output.camera.width", "0");
   refused("output.camera.field_of_view", "180");
@@ -757,7 +780,8 @@ TEST_F(SceneFile, AGridLaidAlongACurveKeepsItsLengths) {
 TEST_F(SceneFile, APathThatDoesNotFitItsClothIsRefusedWithItsLength) {
   const auto with = [&](const std::string& path) {
     try {
-      build_scene(read(R"({"geometry": [{"size": [1, 0.1], "cells": [50, 5], "path": )" + path + "}]}"));
+      build_scene(
+          read(R"({"geometry": [{"size": [1, 0.1], "cells": [50, 5], "path": )" + path + "}]}"));
     } catch (const std::invalid_argument& error) {
       return std::string(error.what());
     }

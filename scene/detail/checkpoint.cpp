@@ -56,7 +56,8 @@ Json to_json(const RunResult& r) {
           {"max_stretch", r.max_stretch},
           {"strain_residual", r.strain_residual},
           {"peak_bytes", r.peak_bytes},
-          {"counters", r.counters}};
+          {"counters", r.counters},
+          {"ledger", r.ledger}};
 }
 
 RunResult result_from(const Json& j) {
@@ -73,6 +74,7 @@ RunResult result_from(const Json& j) {
   r.strain_residual = j.at("strain_residual").get<double>();
   r.peak_bytes = j.at("peak_bytes").get<std::size_t>();
   r.counters = j.at("counters").get<std::map<std::string, double>>();
+  r.ledger = j.at("ledger").get<decltype(r.ledger)>();
   return r;
 }
 
@@ -80,6 +82,12 @@ namespace {
 
 bool is_maximum(const std::string& counter) {
   return counter.starts_with("max_") || counter.starts_with("worst_");
+}
+
+void carry_on(const std::map<std::string, double>& before,
+              std::map<std::string, double>& counters) {
+  for (const auto& [name, value] : before)
+    counters[name] = is_maximum(name) ? std::max(counters[name], value) : counters[name] + value;
 }
 
 }  // namespace
@@ -98,9 +106,8 @@ void carry_on(const RunResult& before, RunResult& r) {
   r.max_stretch = std::max(r.max_stretch, before.max_stretch);
   r.strain_residual = std::max(r.strain_residual, before.strain_residual);
   r.peak_bytes = std::max(r.peak_bytes, before.peak_bytes);
-  for (const auto& [name, value] : before.counters)
-    r.counters[name] =
-        is_maximum(name) ? std::max(r.counters[name], value) : r.counters[name] + value;
+  carry_on(before.counters, r.counters);
+  for (const auto& [stage, figures] : before.ledger) carry_on(figures, r.ledger[stage]);
 }
 
 Json what_decides(Json scene) {

@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: MIT
+//
+// Penalty forces [survey eq. 42 and 43]: a gap that is δ below the rest gap is pushed apart by
+//   F_n = max(0, K δ + D δ') n,  δ >= 0.
+// Mended: the survey leaves out the clamp, without which the damper pulls on what parts, and its
+// sign convention. Friction is Coulomb's, regularised: |F_t| = μ F_n min(|slip|/slip_speed, 1), so
+// that what should stick creeps, at slip_speed at most.
+// Implicit: with the gap and slip of the end of the step, δ⁺ = rest - gap - n·Σ w h v⁺, as a term
+// of the solve with its Jacobian h² K + h D; which contacts push is found by solving again.
+// Explicit: with those of the start; the step has to be below 2/sqrt(K/m), less with damping, and
+// friction does no more than stop the slip within the step.
+//
+// An undamped impact of mass m at v goes v sqrt(m/K) deep and lasts π sqrt(m/K); damped, with ζ =
+// D/(2 sqrt(K m)) and the clamp, it gives back exp(-ζ (π - 2 asin ζ)/sqrt(1 - ζ²)) of v, slightly
+// more than the exp(-π ζ/sqrt(1 - ζ²)) of a damper that pulls [SchwagerPoeschel2007].
+//
+// Guarantee: momentum is kept. Implicit: it gives back no more energy than it has stored; explicit:
+// but for the part O(h sqrt(K/m)) that symplectic Euler lends and takes back. It does not promise
+// that nothing passes: deep is where the fail-safe stands.
+#include <selvedge/response/response.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace selvedge {
+namespace {
+
+// Share of the whole load by which the forces may still change when no further solve is asked for.
+constexpr double kLoadTolerance = 0.01;
+
+class Penalty final : public Response {
+ public:
+  explicit Penalty(const ResponseConfig& config) : config_(config) { validate(config); }
+
+  void begin(const ResponseStep& step) override;
+  void add(std::span<const ContactPoint> contacts) override;
+  std::span<const ImplicitTerm> terms() override;
+  bool update(std::span<const Vec3> v) override;
+  void correct(std::span<Vec3> x_t1) override;
+  void impulses(std::span<const Vec3> v, std::vector<ContactImpulse>& out) const override;
+  double stable_step() const override;
+  double stable_step(double inv_mass) const override;
+  ResponseTraits traits() const override {
+    return {
+        "forces by depth: what they let in is v sqrt(m/K); regularised Coulomb friction; "
+        "momentum is kept",
+        "survey of Mozafary and Payvandy, 2016, eq. 42 and 43, mended", true, false, false};
+  }
+
+ private:
+  struct Entry {
+    ContactPoint point;
+    Vec3 body_motion = Vec3::Zero();  // Σ weight·displacement of the body vertices, m
+    double force = 0.0;               // N, of the next solve or of the explicit step
+    double viscosity = 0.0;           // kg/s, of friction
+    bool pushes = false;
+    Vec3 impulse = Vec3::Zero();     // N·s, explicit
+    Vec3 unanswered = Vec3::Zero();  // m, relative motion of an explicit step without contacts
+  };
+
+  Vec3 motion_of(const Entry& e, std::span<const Vec3> v) const;
+  double end_force(const Entry& e, const Vec3& motion, double& depth) const;
+  double start_depth(const Entry& e) const { return e.point.rest_gap - e.point.gap; }
+  void push_explicitly(Entry& e, std::span<const Vec3> x_t1);
+  ContactImpulse told(const Entry& e, const Vec3& impulse, const Vec3& end) const;
+
+  ResponseConfig config_;
+  ResponseStep step_;
+  std::vector<Entry> entries_;
+  std::vector<ImplicitTerm> terms_;
+  std::vector<std::size_t> term_entry_;  // entry of each term
+  mutable std::vector<double> rows_;     // scratch of stable_step, 1/s²
+};
+
+Vec3 slip_of(const ContactPoint& c, const Vec3& motion) {
+  return motion - c.normal.dot(motion) * c.normal;
+}
+
+// Σ |weight_i| of free vertices: what a Gershgorin row of one contact sums.
+double free_weight(const ContactPoint& c, std::span<const double> inv_mass) {
+  double sum = 0.0;
+  for (int k = 0; k < 4; ++k)
+    if (inv_mass[c.vertex[k]] > 0.0) sum += std::abs(c.weight[k]);
+  return sum;
+}
+
+// A mode x'' = -ω² x - c x' with the damping taken at the start of the step: 4/(c + sqrt(c² +
+// 4ω²)).
+double bound(double omega_squared, double rate) {
+  const double denominator = rate + std::sqrt(rate * rate + 4.0 * omega_squared);
+  return denominator > 0.0 ? 4.0 / denominator : std::numeric_limits<double>::infinity();
+}
+
+void Penalty::begin(const ResponseStep& step) {
+  step_ = step;
+  entries_.clear();
+  terms_.clear();
+  term_entry_.clear();
+}
+
+// Relative displacement of the two contact points over the step, m.
+Vec3 Penalty::motion_of(const Entry& e, std::span<const Vec3> v) const {
+  Vec3 motion = e.body_motion;
+  for (int k = 0; k < 4; ++k)
+    if (const auto i = static_cast<std::size_t>(e.point.vertex[k]); i < step_.motion.particles)
+      motion += e.point.weight[k] * step_.motion.h * v[i];
+  return motion;
+}
+
+// K δ + D δ' at the end of the step, not clamped, N.
+double Penalty::end_force(const Entry& e, const Vec3& motion, double& depth) const {
+  const double parting = e.point.normal.dot(motion);
+  depth = start_depth(e) - parting;
+  return config_.stiffness * depth - config_.damping * parting / step_.motion.h;
+}
+
+void Penalty::add(std::span<const ContactPoint> contacts) {
+  for (const ContactPoint& c : contacts) {
+    if (compliance(c, step_.motion.inv_mass) <= 0.0) continue;  // nothing here can move
+    Entry e;
+    e.point = c;
+    for (int k = 0; k < 4; ++k)
+      if (const auto i = static_cast<std::size_t>(c.vertex[k]); i >= step_.motion.particles)
+        e.body_motion += c.weight[k] * step_.body_displacement[i - step_.motion.particles];
+    // A first guess: it pushes with what the gap of now gives, if the cloth as it flies ends in it.
+    double depth = 0.0;
+    const double force = end_force(e, motion_of(e, step_.v_predicted), depth);
+    e.pushes = depth > 0.0 && force > 0.0;
+    e.force = config_.stiffness * std::clamp(depth, 0.0, std::max(0.0, start_depth(e)));
+    const Vec3 slip = slip_of(c, motion_of(e, step_.v)) / step_.motion.h;
+    e.viscosity = c.friction * e.force / std::max(slip.norm(), config_.slip_speed);
+    entries_.push_back(e);
+  }
+}
+
+std::span<const ImplicitTerm> Penalty::terms() {
+  terms_.clear();
+  term_entry_.clear();
+  if (!step_.implicit) return {};
+  const double h = step_.motion.h, k = config_.stiffness, d = config_.damping;
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    const Entry& e = entries_[i];
+    if (!e.pushes) continue;
+    const ContactPoint& c = e.point;
+    const Mat3 nn = c.normal * c.normal.transpose();
+    ImplicitTerm term;
+    for (int j = 0; j < 4; ++j) {
+      const bool particle = static_cast<std::size_t>(c.vertex[j]) < step_.motion.particles;
+      term.particle[j] = particle ? c.vertex[j] : -1;
+      term.weight[j] = c.weight[j];
+    }
+    const double body = c.normal.dot(e.body_motion);
+    term.matrix = (h * h * k + h * d) * nn + h * e.viscosity * (Mat3::Identity() - nn);
+    term.rhs = (h * k * (start_depth(e) - body) - d * body) * c.normal -
+               e.viscosity * slip_of(c, e.body_motion);
+    terms_.push_back(term);
+    term_entry_.push_back(i);
+  }
+  return terms_;
+}
+
+bool Penalty::update(std::span<const Vec3> v) {
+  double change = 0.0, load = 0.0;
+  for (Entry& e : entries_) {
+    const Vec3 motion = motion_of(e, v);
+    double depth = 0.0;
+    const double force = end_force(e, motion, depth);
+    const bool pushes = depth > 0.0 && force > 0.0;
+    if (pushes != e.pushes) change += std::abs(force);
+    e.pushes = pushes;
+    e.force = pushes ? force : 0.0;
+    const double speed = slip_of(e.point, motion).norm() / step_.motion.h;
+    const double viscosity = e.point.friction * e.force / std::max(speed, config_.slip_speed);
+    change += std::abs(viscosity - e.viscosity) * speed;
+    e.viscosity = viscosity;
+    load += e.force;
+  }
+  return change > kLoadTolerance * load;
+}
+
+// Forces of the start of the step; of its end without contacts the slip alone.
+void Penalty::push_explicitly(Entry& e, std::span<const Vec3> x_t1) {
+  const ContactPoint& c = e.point;
+  const double h = step_.motion.h, depth = start_depth(e);
+  e.impulse.setZero();
+  e.force = 0.0;
+  if (depth <= 0.0) return;
+  Vec3 start = e.body_motion;
+  for (int k = 0; k < 4; ++k)
+    if (const auto i = static_cast<std::size_t>(c.vertex[k]); i < step_.motion.particles)
+      start +=
+          c.weight[k] * (step_.motion.inv_mass[i] > 0.0 ? Vec3(h * step_.v[i])
+                                                        : Vec3(x_t1[i] - step_.motion.x_t0[i]));
+  const double approach = -c.normal.dot(start) / h;
+  e.force = std::max(0.0, config_.stiffness * depth + config_.damping * approach);
+  e.impulse = h * e.force * c.normal;
+  e.unanswered = relative(c, x_t1) - relative(c, step_.motion.x_t0);
+  const Vec3 slip = slip_of(c, e.unanswered) / h;
+  if (c.friction <= 0.0 || e.force <= 0.0) return;
+  const double speed = slip.norm();
+  const double wanted = c.friction * e.force / std::max(speed, config_.slip_speed);
+  const double stopping = 1.0 / (compliance(c, step_.motion.inv_mass) * h);
+  e.impulse -= h * std::min(wanted, stopping) * slip;
+}
+
+void Penalty::correct(std::span<Vec3> x_t1) {
+  if (step_.implicit) return;
+  const ContactMotion& motion = step_.motion;
+  for (Entry& e : entries_) push_explicitly(e, x_t1);
+  for (const Entry& e : entries_) {
+    if (e.force <= 0.0) continue;
+    for (int k = 0; k < 4; ++k)
+      if (const double w = motion.inv_mass[e.point.vertex[k]]; w > 0.0)
+        x_t1[e.point.vertex[k]] += motion.h * e.point.weight[k] * w * e.impulse;
+  }
+}
+
+// Work and what the contact has stored meanwhile. The work of a force is what the integrator makes
+// of it: at the velocity of the end in an implicit step, at the mean one in an explicit step.
+ContactImpulse Penalty::told(const Entry& e, const Vec3& impulse, const Vec3& end) const {
+  const Vec3& n = e.point.normal;
+  const double parting = n.dot(end), normal = n.dot(impulse);
+  const Vec3 u = (step_.implicit ? end : Vec3(0.5 * (e.unanswered + end))) / step_.motion.h;
+  const double before = std::max(0.0, start_depth(e));
+  const double after = std::max(0.0, start_depth(e) - parting);
+  const double stored = 0.5 * config_.stiffness * (after * after - before * before);
+  return {e.point.vertex, e.point.weight, impulse, normal * n.dot(u) + stored,
+          (impulse - normal * n).dot(u)};
+}
+
+void Penalty::impulses(std::span<const Vec3> v, std::vector<ContactImpulse>& out) const {
+  for (std::size_t t = 0; t < terms_.size(); ++t) {
+    Vec3 sum = Vec3::Zero();
+    for (int k = 0; k < 4; ++k)
+      if (terms_[t].particle[k] >= 0) sum += terms_[t].weight[k] * v[terms_[t].particle[k]];
+    const Entry& e = entries_[term_entry_[t]];
+    out.push_back(told(e, terms_[t].rhs - terms_[t].matrix * sum, motion_of(e, v)));
+  }
+  if (step_.implicit) return;
+  for (const Entry& e : entries_)
+    if (e.force > 0.0) out.push_back(told(e, e.impulse, motion_of(e, v)));
+}
+
+double Penalty::stable_step() const {
+  const ContactMotion& motion = step_.motion;
+  rows_.assign(motion.particles, 0.0);
+  for (const Entry& e : entries_) {
+    if (start_depth(e) <= 0.0) continue;
+    const double all = free_weight(e.point, motion.inv_mass);
+    for (int k = 0; k < 4; ++k)
+      if (const double w = motion.inv_mass[e.point.vertex[k]]; w > 0.0)
+        rows_[e.point.vertex[k]] += w * std::abs(e.point.weight[k]) * all;
+  }
+  double largest = 0.0;
+  for (const double row : rows_) largest = std::max(largest, row);
+  return stable_step(largest);
+}
+
+double Penalty::stable_step(double inv_mass) const {
+  return bound(config_.stiffness * inv_mass, config_.damping * inv_mass);
+}
+
+}  // namespace
+
+std::unique_ptr<Response> make_penalty(const ResponseConfig& config) {
+  return std::make_unique<Penalty>(config);
+}
+
+}  // namespace selvedge

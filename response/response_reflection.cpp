@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+//
+// T. Vassilev, B. Spanlang, Y. Chrysanthou, "Fast cloth animation on walking avatars", Computer
+// Graphics Forum 20(3), 2001; survey eq. 48 and 49. With the velocity relative to the body,
+//   v_r = V - V_body,  v_r·n < 0:  V' = C_fric v_rt - C_refl v_rn + V_body.
+// Mended: the survey's eq. 49 reflects the parts of the absolute velocity and adds the body's to
+// them, which counts it twice: the same scene on a train behaves differently. C_fric is a share
+// that is kept (`retention`), once in every step of contact, and not Coulomb's coefficient, which
+// is not heeded. C_refl is the restitution. A pair of free primitives changes its relative velocity
+// in the same way by impulses that sum to zero.
+//
+// Guarantee: momentum is kept; no energy is given for C_refl = 0. A gap that has been lost stays
+// lost.
+#include <selvedge/response/contact_sweeps.h>
+
+namespace selvedge {
+namespace {
+
+class Reflection final : public Response {
+ public:
+  explicit Reflection(const ResponseConfig& config) : config_(config) { validate(config); }
+
+  void begin(const ResponseStep& step) override { answer_.begin(step); }
+  void add(std::span<const ContactPoint> contacts) override { answer_.add(contacts); }
+  void correct(std::span<Vec3> x_t1) override {
+    answer_.take(x_t1, config_.restitution);
+    answer_.reflect(config_.retention, [&](const SweptContact& c) {
+      return c.impact.rebound > 0.0 ? c.impact.rebound : -c.way() / answer_.h();
+    });
+    answer_.keep_impulses(1.0);
+    answer_.move_by_velocity();
+    answer_.give(x_t1);
+  }
+  void impulses(std::span<const Vec3>, std::vector<ContactImpulse>& out) const override {
+    answer_.impulses(out);
+  }
+  ResponseTraits traits() const override {
+    return {
+        "restitution as set; a share of the tangential velocity is lost in a step, whatever "
+        "the load; momentum is kept",
+        "Vassilev, Spanlang, Chrysanthou, Fast cloth animation on walking avatars, 2001", true,
+        true, true};
+  }
+
+ private:
+  ResponseConfig config_;
+  ContactAnswer answer_;
+};
+
+}  // namespace
+
+std::unique_ptr<Response> make_reflection(const ResponseConfig& config) {
+  return std::make_unique<Reflection>(config);
+}
+
+}  // namespace selvedge

@@ -230,7 +230,7 @@ Surface make_surface(Random& random, std::uint64_t kind) {
       return s;
     }
     case 3:
-      return crumpled_sheet(random, 8, 0.25, 0.01);
+      return crumpled_sheet(random, 8, 0.45, 0.01);
     case 4:
       return spiked_sheet(random);
     case 5:
@@ -278,15 +278,15 @@ struct ConformanceScene::State {
     place();
     b_keeps_shape = random.one_in(2);
     if (b_keeps_shape) keep_static(b);
-    steps = is_large() ? 2 : 4;
+    steps = is_large() ? 2 : 3;
   }
 
   bool is_large() const { return seed % 100 == 99; }
 
   void make_surfaces() {
     if (is_large()) {
-      constexpr int n = 24;
-      constexpr double box = 0.4, motion = 0.001;
+      constexpr int n = 23;
+      constexpr double box = 0.7, motion = 0.001;
       a = crumpled_sheet(random, n, box, motion);
       b = crumpled_sheet(random, n - 5, box, motion);
     } else {
@@ -329,7 +329,7 @@ struct ConformanceScene::State {
 
   void change_thickness(Surface& s) {
     const double unit = is_large() ? 0.01 * s.size : s.size;
-    s.thickness = unit * std::array<double, 3>{0.0, 0.03, 0.1}[random.integer(0, 2)];
+    s.thickness = unit * std::array<double, 3>{0.0, 0.02, 0.05}[random.integer(0, 2)];
     changed = "other thickness";
   }
 

@@ -273,7 +273,7 @@ TEST(Conformance, AdaptersAreRightAndApproximateDetectorsTellTheirRecall) {
   std::erase_if(detectors, [&](const auto& entry) {
     return ours.contains(entry.first) && !is_approximate(entry);
   });
-  expect_conformance(detectors, kScenes / 10);
+  expect_conformance(detectors, kScenes / 20);
 }
 
 TEST(Conformance, BruteForceKeepsBudgetsAndRefusesWhatIsBad) {

@@ -53,7 +53,8 @@ class Penalty final : public Response {
     ContactPoint point;
     Vec3 body_motion = Vec3::Zero();  // Σ weight·displacement of the body vertices, m
     double force = 0.0;               // N, of the next solve or of the explicit step
-    double viscosity = 0.0;           // kg/s, of friction
+    double viscosity = 0.0;           // kg/s, of friction that may stop the slip
+    Vec3 drag = Vec3::Zero();         // N, friction that cannot
     bool pushes = false;
     Vec3 impulse = Vec3::Zero();     // N·s, explicit
     Vec3 unanswered = Vec3::Zero();  // m, relative motion of an explicit step without contacts
@@ -62,6 +63,7 @@ class Penalty final : public Response {
   Vec3 motion_of(const Entry& e, std::span<const Vec3> v) const;
   double end_force(const Entry& e, const Vec3& motion, double& depth) const;
   double start_depth(const Entry& e) const { return e.point.rest_gap - e.point.gap; }
+  void set_friction(Entry& e, const Vec3& slip) const;
   void push_explicitly(Entry& e, std::span<const Vec3> x_t1);
   ContactImpulse told(const Entry& e, const Vec3& impulse, const Vec3& end) const;
 
@@ -129,7 +131,7 @@ void Penalty::add(std::span<const ContactPoint> contacts) {
     e.pushes = depth > 0.0 && force > 0.0;
     e.force = config_.stiffness * std::clamp(depth, 0.0, std::max(0.0, start_depth(e)));
     const Vec3 slip = slip_of(c, motion_of(e, step_.v)) / step_.motion.h;
-    e.viscosity = c.friction * e.force / std::max(slip.norm(), config_.slip_speed);
+    set_friction(e, slip);
     entries_.push_back(e);
   }
 }
@@ -153,11 +155,21 @@ std::span<const ImplicitTerm> Penalty::terms() {
     const double body = c.normal.dot(e.body_motion);
     term.matrix = (h * h * k + h * d) * nn + h * e.viscosity * (Mat3::Identity() - nn);
     term.rhs = (h * k * (start_depth(e) - body) - d * body) * c.normal -
-               e.viscosity * slip_of(c, e.body_motion);
+               e.viscosity * slip_of(c, e.body_motion) + h * e.drag;
     terms_.push_back(term);
     term_entry_.push_back(i);
   }
   return terms_;
+}
+
+// Friction of the next solve from the slip of the last one. A viscosity where it could stop the
+// slip within the step; a given force where it cannot, which no lag of the speed changes.
+void Penalty::set_friction(Entry& e, const Vec3& slip) const {
+  const double speed = slip.norm(), limit = e.point.friction * e.force;
+  const double m_eff = 1.0 / compliance(e.point, step_.motion.inv_mass);
+  const bool stops = speed <= config_.slip_speed || step_.motion.h * limit >= m_eff * speed;
+  e.viscosity = stops ? limit / std::max(speed, config_.slip_speed) : 0.0;
+  e.drag = stops ? Vec3(Vec3::Zero()) : Vec3(-limit / speed * slip);
 }
 
 bool Penalty::update(std::span<const Vec3> v) {
@@ -170,10 +182,10 @@ bool Penalty::update(std::span<const Vec3> v) {
     if (pushes != e.pushes) change += std::abs(force);
     e.pushes = pushes;
     e.force = pushes ? force : 0.0;
-    const double speed = slip_of(e.point, motion).norm() / step_.motion.h;
-    const double viscosity = e.point.friction * e.force / std::max(speed, config_.slip_speed);
-    change += std::abs(viscosity - e.viscosity) * speed;
-    e.viscosity = viscosity;
+    const Vec3 slip = slip_of(e.point, motion) / step_.motion.h;
+    const Vec3 used = e.drag - e.viscosity * slip;
+    set_friction(e, slip);
+    change += (e.drag - e.viscosity * slip - used).norm();
     load += e.force;
   }
   return change > kLoadTolerance * load;

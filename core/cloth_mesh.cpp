@@ -60,6 +60,11 @@ void validate_material(const Material& m) {
   not_negative("bending_damping", m.bending_damping);
   positive("strain_limit", m.strain_limit);
   not_negative("friction", m.friction);
+  not_negative("biphasic_strain", m.biphasic_strain);
+  not_negative("biphasic_growth", m.biphasic_growth);
+  positive("kawabata_strain", m.kawabata_strain);
+  require(m.kawabata_lt > 0.5 && m.kawabata_lt <= 1.0, "kawabata_lt", m.kawabata_lt,
+          "above 0.5 and at most 1");
 }
 
 void validate_grid(const GridConfig& grid) {
@@ -142,11 +147,56 @@ void add_hinges(ClothMesh& cloth, std::span<const Vec3> rest, const Material& ma
     if (!d.valid) continue;
     cloth.hinges.push_back({edge.v, d.angle,
                             hinge_stiffness(edge.v, rest, material.bending_stiffness),
-                            material.bending_damping});
+                            material.bending_damping, material.bending_law == BendingLaw::bridson});
   }
 }
 
+void set_stretch_law(ClothMesh& cloth, const Material& m) {
+  SpringCurve curve{m.stretch_law, 0.0, 0.0};
+  if (m.stretch_law == StretchLaw::hooke) return;
+  if (m.stretch_law == StretchLaw::biphasic) {
+    curve.strain = m.biphasic_strain;
+    curve.shape = m.biphasic_growth;
+  }
+  if (m.stretch_law == StretchLaw::kawabata) {
+    curve.strain = m.kawabata_strain;
+    curve.shape = m.kawabata_lt;
+  }
+  cloth.curves = {curve};
+  cloth.curve_of_spring.assign(cloth.springs.size(), 0);
+}
+
+void require_hinges(const Material& m, const char* mesh) {
+  if (m.bending_law != BendingLaw::hinge && m.bending_law != BendingLaw::bridson)
+    throw std::invalid_argument(std::string("bending_law needs rows of particles, which ") + mesh +
+                                " has not; take \"hinge\" or \"bridson\", or a grid of cells");
+  if (m.shear_law != ShearLaw::springs)
+    throw std::invalid_argument(std::string("shear_law \"twisting\" needs warp and weft at right "
+                                            "angles, which ") +
+                                mesh + " has not; take \"springs\", or the rectangular pattern");
+}
+
 }  // namespace detail
+
+namespace {
+
+/// Joins the laws of the springs; called before the springs themselves are.
+void append_curves(ClothMesh& all, const ClothMesh& piece) {
+  if (all.curve_of_spring.empty() && piece.curve_of_spring.empty()) return;
+  all.curve_of_spring.resize(all.springs.size(), -1);
+  for (std::size_t s = 0; s < piece.springs.size(); ++s) {
+    const std::int32_t curve = piece.curve_of_spring.empty() ? -1 : piece.curve_of_spring[s];
+    if (curve < 0) {
+      all.curve_of_spring.push_back(-1);
+      continue;
+    }
+    const auto known = std::find(all.curves.begin(), all.curves.end(), piece.curves[curve]);
+    all.curve_of_spring.push_back(static_cast<std::int32_t>(known - all.curves.begin()));
+    if (known == all.curves.end()) all.curves.push_back(piece.curves[curve]);
+  }
+}
+
+}  // namespace
 
 std::int32_t append(ClothMesh& all, const ClothMesh& piece) {
   const auto first = static_cast<std::int32_t>(all.surface.vertices.size());
@@ -156,6 +206,7 @@ std::int32_t append(ClothMesh& all, const ClothMesh& piece) {
   add(all.surface.vertices, piece.surface.vertices);
   add(all.mass, piece.mass);
   add(all.strain_limit, piece.strain_limit);
+  append_curves(all, piece);
   for (const Triangle& t : piece.surface.triangles)
     all.surface.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
   for (const Edge& e : piece.edges) all.edges.push_back({e[0] + first, e[1] + first});
@@ -167,6 +218,15 @@ std::int32_t append(ClothMesh& all, const ClothMesh& piece) {
   for (Hinge h : piece.hinges) {
     for (std::int32_t& v : h.v) v += first;
     all.hinges.push_back(h);
+  }
+  for (BucklingLink link : piece.links) {
+    link.a += first;
+    link.b += first;
+    all.links.push_back(link);
+  }
+  for (TwistSpring twist : piece.twists) {
+    for (std::int32_t& v : twist.v) v += first;
+    all.twists.push_back(twist);
   }
   return first;
 }

@@ -23,6 +23,34 @@ struct Hinge {
   double rest_angle;     ///< rad, 0 where the rest shape is flat
   double stiffness;      ///< N·m, energy ½·stiffness·(angle - rest_angle)²
   double damping = 0.0;  ///< s, damping moment per stiffness and rate of angle, >= 0
+  bool sine = false;     ///< moment 2 stiffness (sin θ/2 - sin θ0/2) instead [Bridson2003]
+};
+
+/// A link between two particles two cells apart that buckles when it is compressed and is slack
+/// when it is stretched [ChoiKo2002, type 2].
+struct BucklingLink {
+  std::int32_t a, b;
+  double rest_length;    ///< m, > 0
+  double rigidity;       ///< N·m², bending stiffness of the strip it stands for, > 0
+  double onset;          ///< N/m, stiffness before it buckles, above 4π² rigidity/rest_length³
+  double damping = 0.0;  ///< s, damping force per stiffness and rate of length, >= 0
+};
+
+/// A torsional spring at particle v[1] between its links to v[0] and v[2]: `rest_angle` is how much
+/// the way v[0] -> v[1] -> v[2] turns, 0 where it is straight, π/2 between warp and weft.
+struct TwistSpring {
+  std::array<std::int32_t, 3> v;
+  double rest_angle;     ///< rad, in [0, π)
+  double stiffness;      ///< N·m per rad
+  double damping = 0.0;  ///< s, damping moment per stiffness and rate of angle, >= 0
+};
+
+/// What springs do that do not follow Hooke.
+struct SpringCurve {
+  StretchLaw law = StretchLaw::hooke;
+  double strain = 0.0;  ///< biphasic: where it stiffens; kawabata: EMT/100
+  double shape = 0.0;   ///< biphasic: growth of the stiffness per strain; kawabata: LT
+  bool operator==(const SpringCurve&) const = default;
 };
 
 /// A piece of cloth at rest: the surface that collides and the springs and hinges that hold it.
@@ -34,6 +62,11 @@ struct ClothMesh {
   std::vector<Hinge> hinges;
   std::vector<double> mass;          ///< kg per vertex
   std::vector<double> strain_limit;  ///< per spring, largest (L-L0)/L0
+  std::vector<BucklingLink> links;
+  std::vector<TwistSpring> twists;
+  std::vector<SpringCurve> curves;  ///< laws of springs other than Hooke's, each once
+  std::vector<std::int32_t>
+      curve_of_spring;  ///< per spring an index into `curves`, -1: Hooke; empty: all Hooke
 };
 
 /// A rectangle in the xy-plane, centred at the origin, cells_x × cells_y cells, vertex (i,j) at
@@ -48,10 +81,55 @@ struct GridConfig {
 ClothMesh make_rectangular(const GridConfig& grid, const Material& material);
 /// Near-equilateral triangles: edges are springs [VanGelder1998]; bending by hinges.
 ClothMesh make_triangular(const GridConfig& grid, const Material& material);
+/// One diagonal spring per cell [Huang2014; survey 2.7]; all alike, or alternating like a
+/// chessboard.
+ClothMesh make_simplified(const GridConfig& grid, const Material& material, bool alternating);
+/// Structural and shear springs that resist tension only, and links that buckle [ChoiKo2002].
+ClothMesh make_responsive(const GridConfig& grid, const Material& material);
+
+/// A disc in the xy-plane, centred at the origin: `rings` concentric rings of `spokes` particles
+/// around one in the middle; particle k of ring j at index 1 + (j-1)·spokes + k.
+struct DiscConfig {
+  double radius = 0.15;      ///< m, > 0
+  std::int32_t rings = 15;   ///< >= 1
+  std::int32_t spokes = 48;  ///< >= 3
+};
+/// Arc mesh [RusinkoSwan2012; survey 2.10]: ring, radial and diagonal springs.
+ClothMesh make_arc(const DiscConfig& disc, const Material& material);
+
+/// The grid meshes of the survey as their authors have them, each spring with its own constant.
+enum class SpringNet { rectangular, simplified, alternating, responsive };
+/// Constants of the springs of a net, N/m, >= 0; those of 0 are left out.
+struct NetConstants {
+  double structural = 0.0, shear = 0.0;
+  double flexion = 0.0;     ///< over two cells, along rows and columns
+  bool half_border = true;  ///< springs along the border stand for half a cell
+};
+/// Hooke springs only, no hinges. Of `material` it takes density, damping and strain limit.
+ClothMesh make_spring_net(SpringNet net, const GridConfig& grid, const NetConstants& constants,
+                          const Material& material);
+
 /// Any triangle mesh; `rest` (same topology) gives the rest lengths and angles, `surface` the
 /// start. Non-manifold edges get no hinge.
 ClothMesh make_from_mesh(const TriangleMesh& surface, const TriangleMesh& rest,
                          const Material& material);
+
+/// A plate of isotropic material.
+struct PlateConstants {
+  double stretch = 500.0;      ///< N/m, Young's modulus times thickness, > 0
+  double poisson = 1.0 / 3.0;  ///< in (-1, 1)
+  double thickness = 5e-4;     ///< m, > 0; bending by D = stretch·thickness²/(12 (1-poisson²))
+};
+/// Plate theory [WangDevarajan2008; survey 3.1]: springs on the edges of a flat mesh fitted
+/// to a plate, and what they cannot fit.
+struct PlateMesh {
+  ClothMesh cloth;
+  double residual = 0.0;  ///< area-weighted rms of |C_net - C|/|C| of the triangles
+  double worst = 0.0;     ///< the largest of them
+};
+/// `rest` lies in the xy-plane. Of `material` it takes density, damping and strain limit.
+PlateMesh make_plate(const TriangleMesh& rest, const PlateConstants& plate,
+                     const Material& material);
 
 /// Adds `piece` to `all`; returns the index of its first vertex.
 std::int32_t append(ClothMesh& all, const ClothMesh& piece);

@@ -47,6 +47,21 @@ std::unique_ptr<Force> make_hooke_force(std::span<const Spring> springs, std::si
 /// Bending between two triangles after [Bridson2003], with stiffness at zero curvature:
 /// energy ½ k (θ-θ0)², force -k (θ-θ0 + damping·dθ/dt) ∂θ/∂x, θ the angle between the normals.
 std::unique_ptr<Force> make_bending_force(std::span<const Hinge> hinges, std::size_t particles);
+/// The same springs by another law than Hooke's: tension only, biphasic, or a tension curve of KES.
+std::unique_ptr<Force> make_curve_force(std::span<const Spring> springs, const SpringCurve& curve,
+                                        std::size_t particles);
+/// Bending between two triangles after [Bridson2003] as printed: sin(θ/2) instead of θ.
+std::unique_ptr<Force> make_bridson_force(std::span<const Hinge> hinges, std::size_t particles);
+/// Links that buckle to an arc [ChoiKo2002; survey eq. 5 mended]; slack under tension.
+std::unique_ptr<Force> make_buckling_force(std::span<const BucklingLink> links,
+                                           std::size_t particles);
+/// Torsional springs between two links at a particle [Dai2003], which are the beams of
+/// [VillardBorouchaki2005; survey eq. 4 mended] too.
+std::unique_ptr<Force> make_twist_force(std::span<const TwistSpring> springs,
+                                        std::size_t particles);
+/// All that holds `cloth` together, each by its law; what it has not is not made.
+std::vector<std::unique_ptr<Force>> make_internal_forces(const ClothMesh& cloth);
+
 /// f = m·g. [survey eq. 6]
 std::unique_ptr<Force> make_gravity(const Vec3& acceleration);
 

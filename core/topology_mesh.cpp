@@ -50,6 +50,7 @@ void validate_masses(const std::vector<double>& mass) {
 ClothMesh make_from_mesh(const TriangleMesh& surface, const TriangleMesh& rest,
                          const Material& material) {
   detail::validate_material(material);
+  detail::require_hinges(material, "a mesh of triangles");
   validate(surface, "cloth");
   validate(rest, "cloth rest mesh");
   validate_same_topology(surface, rest);
@@ -62,6 +63,7 @@ ClothMesh make_from_mesh(const TriangleMesh& surface, const TriangleMesh& rest,
   validate_masses(cloth.mass);
   detail::add_edge_springs(cloth, rest.vertices, material);
   detail::add_hinges(cloth, rest.vertices, material);
+  detail::set_stretch_law(cloth, material);
   return cloth;
 }
 

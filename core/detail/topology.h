@@ -31,4 +31,10 @@ double hinge_stiffness(const std::array<std::int32_t, 4>& v, std::span<const Vec
 void add_edge_springs(ClothMesh& cloth, std::span<const Vec3> rest, const Material& material);
 void add_hinges(ClothMesh& cloth, std::span<const Vec3> rest, const Material& material);
 
+/// Gives all springs of `cloth` the stretch law of the material.
+void set_stretch_law(ClothMesh& cloth, const Material& material);
+/// Throws std::invalid_argument where the material asks for a law that only a grid of cells can
+/// serve; `mesh` names the mesh in the sentence.
+void require_hinges(const Material& material, const char* mesh);
+
 }  // namespace selvedge::detail

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+//
+// A spring of stiffness k, length L and direction (c,s) stretches by L (c² εx + s² εy + c s γ)
+// under a uniform strain, so that C += k L²/A (c², s², cs)(c², s², cs)ᵀ. A torsional spring between
+// links of directions u and w turns by the difference of their turns: a link turns by -c s εx + c s
+// εy + ½ (c² - s²) γ (less the rotation, which is common to both).
+#include <selvedge/core/continuum.h>
+#include <selvedge/core/detail/topology.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+
+namespace selvedge {
+namespace {
+
+Vec3 unit(std::span<const Vec3> rest, std::int32_t a, std::int32_t b) {
+  Vec3 d = rest[b] - rest[a];
+  d.z() = 0.0;
+  return d.normalized();
+}
+
+Vec3 turn_of(const Vec3& u) {
+  return {-u.x() * u.y(), u.x() * u.y(), 0.5 * (u.x() * u.x() - u.y() * u.y())};
+}
+
+Mat3 matrix(const ContinuumConstants& c) {
+  Mat3 m;
+  m << c.c11, c.c12, c.c13, c.c12, c.c22, c.c23, c.c13, c.c23, c.c33;
+  return m;
+}
+
+double norm(const ContinuumConstants& c) {
+  return std::sqrt(c.c11 * c.c11 + c.c22 * c.c22 + 2.0 * c.c12 * c.c12 +
+                   4.0 * (c.c33 * c.c33 + c.c13 * c.c13 + c.c23 * c.c23));
+}
+
+}  // namespace
+
+ContinuumConstants continuum_constants(const ClothMesh& cloth, std::span<const Vec3> rest,
+                                       double area) {
+  detail::require(std::isfinite(area) && area > 0.0, "area", area, "positive and finite");
+  Mat3 sum = Mat3::Zero();
+  for (const Spring& s : cloth.springs) {
+    const Vec3 u = unit(rest, s.a, s.b);
+    const Vec3 strain(u.x() * u.x(), u.y() * u.y(), u.x() * u.y());
+    sum += (s.stiffness * s.rest_length * s.rest_length) * strain * strain.transpose();
+  }
+  for (const TwistSpring& t : cloth.twists) {
+    const Vec3 turn = turn_of(unit(rest, t.v[1], t.v[2])) - turn_of(unit(rest, t.v[0], t.v[1]));
+    sum += t.stiffness * turn * turn.transpose();
+  }
+  sum /= area;
+  return {sum(0, 0), sum(1, 1), sum(0, 1), sum(2, 2), sum(0, 2), sum(1, 2)};
+}
+
+double strip_modulus(const ContinuumConstants& c) {
+  return 1.0 / matrix(c).completeOrthogonalDecomposition().pseudoInverse()(0, 0);
+}
+
+double strip_poisson(const ContinuumConstants& c) {
+  const Mat3 inverse = matrix(c).completeOrthogonalDecomposition().pseudoInverse();
+  return -inverse(0, 1) / inverse(0, 0);
+}
+
+ContinuumConstants plate_constants(double stretch, double poisson) {
+  const double c11 = stretch / (1.0 - poisson * poisson);
+  return {c11, c11, poisson * c11, 0.5 * stretch / (1.0 + poisson), 0.0, 0.0};
+}
+
+double relative_distance(const ContinuumConstants& a, const ContinuumConstants& b) {
+  return norm({a.c11 - b.c11, a.c22 - b.c22, a.c12 - b.c12, a.c33 - b.c33, a.c13 - b.c13,
+               a.c23 - b.c23}) /
+         norm(b);
+}
+
+double cauchy_residual(const ContinuumConstants& c) {
+  ContinuumConstants nearest = c;
+  nearest.c12 = nearest.c33 = (c.c12 + 2.0 * c.c33) / 3.0;
+  return relative_distance(nearest, c);
+}
+
+}  // namespace selvedge

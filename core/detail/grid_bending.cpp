@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: MIT
+//
+// Bending of a grid by lines of three particles p-t, p, p+t along the four directions t: rows,
+// columns and both diagonals. A line along t bent to curvature κ across n feels κ (n·t̂)². With the
+// shares A, C of rows and columns and D of each diagonal, the energy per area is
+//   ½ κ² [A c⁴ + C s⁴ + D (2 a⁴c⁴ + 12 a²b² c²s² + 2 b⁴s⁴)/l⁴],  n = (c,s),  l² = a² + b²,
+// which is ½ B κ² (c² + s²)² in every direction for
+//   D = B l⁴/(6 a²b²),  A = B (1 - a²/(3 b²)),  C = B (1 - b²/(3 a²)).
+#include <selvedge/core/detail/grid_bending.h>
+#include <selvedge/core/detail/grid_mesh.h>
+#include <selvedge/core/detail/topology.h>
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <sstream>
+#include <stdexcept>
+
+namespace selvedge::detail {
+namespace {
+
+/// Three particles in a line: how far apart two of them are, and the rigidity that the line has of
+/// the plate's, times the area it stands for.
+struct Line {
+  std::int32_t before, centre, after;
+  double spacing;        // m
+  double rigidity_area;  // N·m·m²
+};
+
+/// Shares of the plate rigidity of rows, columns and each diagonal, N·m.
+struct LineShares {
+  double row, column, diagonal;
+};
+
+LineShares line_shares(const CellConstants& c, double rigidity) {
+  const double a2 = c.a * c.a, b2 = c.b * c.b, l2 = a2 + b2;
+  const LineShares shares{rigidity * (1.0 - a2 / (3.0 * b2)), rigidity * (1.0 - b2 / (3.0 * a2)),
+                          rigidity * l2 * l2 / (6.0 * a2 * b2)};
+  if (shares.row > 0.0 && shares.column > 0.0) return shares;
+  std::ostringstream text;
+  text << "bending_law: lines of particles need cells whose sides differ by less than 1.73 to 1, "
+          "not "
+       << c.a << " m by " << c.b << " m; change cells_x or cells_y, or take \"hinge\"";
+  throw std::invalid_argument(text.str());
+}
+
+void for_each_line(const GridConfig& grid, double rigidity,
+                   const std::function<void(const Line&)>& add) {
+  const CellConstants c = cell_sides(grid);
+  const LineShares share = line_shares(c, rigidity);
+  const double area = c.a * c.b, diagonal = std::hypot(c.a, c.b);
+  const std::int32_t nx = grid.cells_x, ny = grid.cells_y, up = nx + 1;
+  for (std::int32_t j = 0; j <= ny; ++j)
+    for (std::int32_t i = 0; i <= nx; ++i) {
+      const std::int32_t p = j * up + i;
+      const bool inner_x = i > 0 && i<nx, inner_y = j> 0 && j < ny;
+      // A line along the border stands for half a cell.
+      if (inner_x) add({p - 1, p, p + 1, c.a, share.row * area * (inner_y ? 1.0 : 0.5)});
+      if (inner_y) add({p - up, p, p + up, c.b, share.column * area * (inner_x ? 1.0 : 0.5)});
+      if (!inner_x || !inner_y) continue;
+      add({p - up - 1, p, p + up + 1, diagonal, share.diagonal * area});
+      add({p + up - 1, p, p - up + 1, diagonal, share.diagonal * area});
+    }
+}
+
+// A link over two cells bends to an arc of length 2d and stores ½ k κ² 2d: k = (share·area)/(2d).
+// Before it buckles it is as stiff as a strip of the cloth of its width.
+void add_links(ClothMesh& cloth, const GridConfig& grid, const Material& m) {
+  for_each_line(grid, m.bending_stiffness, [&](const Line& line) {
+    const double length = 2.0 * line.spacing;
+    const double rigidity = line.rigidity_area / length;
+    // The onset must be steeper than any later slope, with room; see make_buckling_force.
+    constexpr double steeper = 2.0 * 4.0 * std::numbers::pi * std::numbers::pi;
+    const double steepest = steeper * rigidity / (length * length * length);
+    const double width = line.rigidity_area / (m.bending_stiffness * line.spacing);
+    const double onset = std::max(steepest, m.stretch_stiffness * width / length);
+    cloth.links.push_back({line.before, line.after, length, rigidity, onset, m.bending_damping});
+  });
+}
+
+// A torsional spring at a particle turns by κ d and stores ½ k κ² d²: k = (share·area)/d². This is
+// also the beam of [survey eq. 4] mended: under an end couple M = EI α/l, with EI = B·width.
+void add_bend_twists(ClothMesh& cloth, const GridConfig& grid, const Material& m) {
+  for_each_line(grid, m.bending_stiffness, [&](const Line& line) {
+    cloth.twists.push_back({{line.before, line.centre, line.after},
+                            0.0,
+                            line.rigidity_area / (line.spacing * line.spacing),
+                            m.bending_damping});
+  });
+}
+
+}  // namespace
+
+void add_grid_bending(ClothMesh& cloth, const GridConfig& grid, const Material& material) {
+  if (material.bending_stiffness <= 0.0) return;
+  switch (material.bending_law) {
+    case BendingLaw::hinge:
+    case BendingLaw::bridson:
+      return add_grid_hinges(cloth, grid, material);
+    case BendingLaw::buckling:
+      return add_links(cloth, grid, material);
+    case BendingLaw::twisting:
+      return add_bend_twists(cloth, grid, material);
+  }
+}
+
+void add_grid_twist(ClothMesh& cloth, const GridConfig& grid, const Material& material) {
+  if (material.shear_stiffness <= 0.0) return;
+  const CellConstants c = cell_sides(grid);
+  // Sheared by γ each of the four corners of a cell turns by γ: 4 · ½ k γ² = ½ G γ² a b.
+  const double stiffness = 0.25 * material.shear_stiffness * c.a * c.b;
+  const std::int32_t up = grid.cells_x + 1;
+  const auto add = [&](std::int32_t x_end, std::int32_t corner, std::int32_t y_end) {
+    cloth.twists.push_back(
+        {{x_end, corner, y_end}, 0.5 * std::numbers::pi, stiffness, material.spring_damping});
+  };
+  for (std::int32_t j = 0; j < grid.cells_y; ++j)
+    for (std::int32_t i = 0; i < grid.cells_x; ++i) {
+      const std::int32_t v00 = j * up + i, v10 = v00 + 1, v01 = v00 + up, v11 = v01 + 1;
+      add(v10, v00, v01);
+      add(v00, v10, v11);
+      add(v11, v01, v00);
+      add(v01, v11, v10);
+    }
+}
+
+}  // namespace selvedge::detail

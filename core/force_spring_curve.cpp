@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: MIT
+//
+// Springs that do not follow Hooke, of stiffness k at rest, ε = (L - L0)/L0:
+// - tension_only: k (L - L0) when stretched, nothing when compressed [ChoiKo2002, type 1];
+// - biphasic (Y. Chen et al. 1998, survey section 4): k up to the strain ε*, above it
+//   k (1 + β (ε - ε*)). The survey lets the stiffness multiply the whole elongation, so that the
+//   force is k ΔL (1 + β (ε - ε*)): continuous, with a kink in the slope (k β ε*) at ε*;
+// - kawabata: the tension curve of KES-F1 by its linearity LT and extension EMT. A cubic
+//   f = F (α s + (1-α) s³), s = ε/EMT, has LT = ∫f ds/(½F) = (1 + α)/2, so α = 2 LT - 1, and its
+//   slope at rest is F α/EMT; the spring takes its slope at rest from its stiffness. Beyond EMT it
+//   goes on straight with the slope it has there; under compression with the slope at rest.
+// Zhong and Wang 1998, Ji et al. 2006 and Zhang et al. 2012 fit polynomials to the measured curves;
+// LT and EMT are what laboratories report. (The rows of the survey's table III are shifted by one.)
+#include <selvedge/core/detail/element_force.h>
+
+#include <stdexcept>
+
+namespace selvedge {
+namespace {
+
+using detail::Tension;
+
+struct TensionOnly {
+  Tension operator()(double k, double l0, double length) const {
+    const double d = length - l0;
+    return d > 0.0 ? Tension{0.5 * k * d * d, k * d, k} : Tension{0.0, 0.0, 0.0};
+  }
+};
+
+struct Biphasic {
+  double strain, growth;
+  Tension operator()(double k, double l0, double length) const {
+    const double d = length - l0, over = d / l0 - strain;
+    if (over <= 0.0) return {0.5 * k * d * d, k * d, k};
+    // ∫ β (ε - ε*) k ΔL dL from ε*: with y = ε - ε*, β k l0² (y³/3 + ε* y²/2)
+    const double extra = growth * k * l0 * l0 * over * over * (over / 3.0 + 0.5 * strain);
+    return {0.5 * k * d * d + extra, k * d * (1.0 + growth * over),
+            k * (1.0 + growth * (over + d / l0))};
+  }
+};
+
+struct KawabataTension {
+  double lt, emt;
+  Tension operator()(double k, double l0, double length) const {
+    // In units of the slope at rest: f = k L0 EMT (s + γ s³), γ = (1-α)/α.
+    const double alpha = 2.0 * lt - 1.0, gamma = (1.0 - alpha) / alpha;
+    const double scale = k * l0 * emt, s = (length / l0 - 1.0) / emt;
+    const double energy_scale = scale * emt * l0, slope_scale = k;
+    if (s <= 0.0) return {0.5 * energy_scale * s * s, scale * s, slope_scale};
+    if (s <= 1.0)
+      return {energy_scale * s * s * (0.5 + 0.25 * gamma * s * s),
+              scale * s * (1.0 + gamma * s * s), slope_scale * (1.0 + 3.0 * gamma * s * s)};
+    const double end = 1.0 + gamma, slope = 1.0 + 3.0 * gamma, beyond = s - 1.0;
+    return {energy_scale * (0.5 + 0.25 * gamma + beyond * (end + 0.5 * slope * beyond)),
+            scale * (end + slope * beyond), slope_scale * slope};
+  }
+};
+
+template <class Law>
+class CurveSprings {
+ public:
+  static constexpr int arity = 2;
+  static constexpr const char* name = "spring";
+
+  CurveSprings(std::span<const Spring> springs, Law law)
+      : law_(law), springs_(springs.begin(), springs.end()) {
+    for (std::size_t i = 0; i < springs.size(); ++i) {
+      detail::require_number_of("rest_length", name, i, springs[i].rest_length, false);
+      detail::require_number_of("stiffness", name, i, springs[i].stiffness, false);
+      detail::require_number_of("damping", name, i, springs[i].damping);
+    }
+  }
+
+  std::size_t size() const { return springs_.size(); }
+  std::int32_t particle(std::size_t e, int k) const {
+    return k == 0 ? springs_[e].a : springs_[e].b;
+  }
+  void reorder(std::span<const std::int32_t> order) { detail::reorder(springs_, order); }
+
+  detail::ElementSample<2> sample(std::size_t e, std::span<const Vec3> x) const {
+    const Spring& s = springs_[e];
+    return detail::sample_link(x[s.a], x[s.b], s.stiffness * s.damping, [&](double length) {
+      return law_(s.stiffness, s.rest_length, length);
+    });
+  }
+
+ private:
+  Law law_;
+  std::vector<Spring> springs_;
+};
+
+template <class Law>
+std::unique_ptr<Force> make(std::span<const Spring> springs, Law law, std::size_t particles) {
+  return std::make_unique<detail::ElementForce<CurveSprings<Law>>>(CurveSprings<Law>(springs, law),
+                                                                   particles);
+}
+
+}  // namespace
+
+std::unique_ptr<Force> make_curve_force(std::span<const Spring> springs, const SpringCurve& curve,
+                                        std::size_t particles) {
+  switch (curve.law) {
+    case StretchLaw::hooke:
+      return make_hooke_force(springs, particles);
+    case StretchLaw::tension_only:
+      return make(springs, TensionOnly{}, particles);
+    case StretchLaw::biphasic:
+      detail::require_number("biphasic_strain", curve.strain);
+      detail::require_number("biphasic_growth", curve.shape);
+      return make(springs, Biphasic{curve.strain, curve.shape}, particles);
+    case StretchLaw::kawabata:
+      detail::require_number("kawabata_strain", curve.strain, false);
+      // Below 1/2 the cubic has a falling part.
+      detail::require_number("kawabata_lt above 0.5", curve.shape - 0.5, false);
+      detail::require_number("1 less kawabata_lt", 1.0 - curve.shape);
+      return make(springs, KawabataTension{curve.shape, curve.strain}, particles);
+  }
+  throw std::invalid_argument("a spring curve has no law");
+}
+
+}  // namespace selvedge

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/core/force.h>
+
+#include <iterator>
+
+namespace selvedge {
+namespace {
+
+std::vector<Spring> springs_of_curve(const ClothMesh& cloth, std::int32_t curve) {
+  if (cloth.curve_of_spring.empty()) return curve < 0 ? cloth.springs : std::vector<Spring>{};
+  std::vector<Spring> springs;
+  for (std::size_t s = 0; s < cloth.springs.size(); ++s)
+    if (cloth.curve_of_spring[s] == curve) springs.push_back(cloth.springs[s]);
+  return springs;
+}
+
+std::vector<Hinge> hinges_of_law(const ClothMesh& cloth, bool sine) {
+  std::vector<Hinge> hinges;
+  for (const Hinge& hinge : cloth.hinges)
+    if (hinge.sine == sine) hinges.push_back(hinge);
+  return hinges;
+}
+
+}  // namespace
+
+std::vector<std::unique_ptr<Force>> make_internal_forces(const ClothMesh& cloth) {
+  const std::size_t n = cloth.mass.size();
+  std::vector<std::unique_ptr<Force>> forces;
+  const std::vector<Spring> hooke = springs_of_curve(cloth, -1);
+  if (!hooke.empty()) forces.push_back(make_hooke_force(hooke, n));
+  for (std::size_t c = 0; c < cloth.curves.size(); ++c)
+    forces.push_back(make_curve_force(springs_of_curve(cloth, static_cast<std::int32_t>(c)),
+                                      cloth.curves[c], n));
+  const std::vector<Hinge> hinges = hinges_of_law(cloth, false), sine = hinges_of_law(cloth, true);
+  if (!hinges.empty()) forces.push_back(make_bending_force(hinges, n));
+  if (!sine.empty()) forces.push_back(make_bridson_force(sine, n));
+  if (!cloth.links.empty()) forces.push_back(make_buckling_force(cloth.links, n));
+  if (!cloth.twists.empty()) forces.push_back(make_twist_force(cloth.twists, n));
+  return forces;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: MIT
+//
+// Arc mesh after J. Rusinko, H. Swan, "Agent-based fabric modeling using differential equations",
+// CODEE Journal 2012 (survey section 2.10): n equally spaced particles on each
+// of concentric rings around one in the centre. R rings: 1 + nR particles, nR ring springs, nR
+// radial ones and 2n(R-1) diagonals (the survey does not say whether the paper has any; without
+// them the mesh has no shear stiffness). n is the same on each ring, so that the inner cells are
+// slender and the innermost ring (side 2π r/n) sets the explicit step.
+//
+// Fabric: a cell of a (radial) by b (along the mean arc) gets the constants of a rectangular cell,
+// half of those of its sides to each of the springs there. Where a cell is so slender that its
+// diagonals alone would be stiffer than the cloth, its shear stiffness is lowered until they leave
+// `least_share` of the stretch. The triangles at the centre are Van Gelder's. So warp and weft are
+// radial and ring-wise: the material is polar, unlike any woven one. continuum_constants tells what
+// comes of it.
+#include <selvedge/core/cloth_mesh.h>
+#include <selvedge/core/detail/grid_mesh.h>
+#include <selvedge/core/detail/topology.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <stdexcept>
+
+namespace selvedge {
+namespace {
+
+constexpr double least_share = 0.1;
+
+void validate_disc(const DiscConfig& disc) {
+  detail::require(std::isfinite(disc.radius) && disc.radius > 0.0, "radius", disc.radius,
+                  "positive and finite");
+  detail::require(disc.rings >= 1, "rings", disc.rings, "at least 1");
+  detail::require(disc.spokes >= 3, "spokes", disc.spokes, "at least 3");
+  constexpr double most_vertices = 1.3e8;  // as in grids: blocks are numbered by 32-bit integers
+  detail::require(double(disc.rings) * disc.spokes < most_vertices, "rings * spokes",
+                  double(disc.rings) * disc.spokes, "below 130 million");
+}
+
+class ArcMesh {
+ public:
+  ArcMesh(const DiscConfig& disc, const Material& material) : disc_(disc), material_(material) {}
+
+  ClothMesh build() {
+    add_vertices();
+    add_triangles();
+    for (std::int32_t j = 1; j < disc_.rings; ++j)
+      for (std::int32_t k = 0; k < disc_.spokes; ++k) add_cell(j, k);
+    for (std::int32_t k = 0; k < disc_.spokes; ++k) add_centre_triangle(k);
+    for (const auto& [ends, stiffness] : stiffness_) add_spring(ends, stiffness);
+    cloth_.mass = vertex_areas(cloth_.surface.vertices, cloth_.surface.triangles);
+    for (double& m : cloth_.mass) m *= material_.density;
+    detail::add_hinges(cloth_, cloth_.surface.vertices, material_);
+    detail::set_stretch_law(cloth_, material_);
+    return std::move(cloth_);
+  }
+
+ private:
+  std::int32_t index(std::int32_t ring, std::int32_t k) const {
+    return ring == 0 ? 0 : 1 + (ring - 1) * disc_.spokes + k % disc_.spokes;
+  }
+
+  double distance(std::int32_t a, std::int32_t b) const {
+    return (cloth_.surface.vertices[b] - cloth_.surface.vertices[a]).norm();
+  }
+
+  void add_vertices() {
+    cloth_.surface.vertices.emplace_back(Vec3::Zero());
+    for (std::int32_t j = 1; j <= disc_.rings; ++j)
+      for (std::int32_t k = 0; k < disc_.spokes; ++k) {
+        const double r = disc_.radius * j / disc_.rings;
+        const double angle = 2.0 * std::numbers::pi * k / disc_.spokes;
+        cloth_.surface.vertices.emplace_back(r * std::cos(angle), r * std::sin(angle), 0.0);
+      }
+  }
+
+  void add_triangles() {
+    for (std::int32_t k = 0; k < disc_.spokes; ++k)
+      cloth_.surface.triangles.push_back({0, index(1, k), index(1, k + 1)});
+    for (std::int32_t j = 1; j < disc_.rings; ++j)
+      for (std::int32_t k = 0; k < disc_.spokes; ++k) {
+        const std::int32_t v00 = index(j, k), v10 = index(j + 1, k);
+        const std::int32_t v01 = index(j, k + 1), v11 = index(j + 1, k + 1);
+        if ((j + k) % 2 == 0) {
+          cloth_.surface.triangles.push_back({v00, v10, v11});
+          cloth_.surface.triangles.push_back({v00, v11, v01});
+        } else {
+          cloth_.surface.triangles.push_back({v00, v10, v01});
+          cloth_.surface.triangles.push_back({v10, v11, v01});
+        }
+      }
+    cloth_.edges = unique_edges(cloth_.surface.triangles);
+  }
+
+  void add_stiffness(std::int32_t a, std::int32_t b, double stiffness) {
+    stiffness_[{std::min(a, b), std::max(a, b)}] += stiffness;
+  }
+
+  void add_cell(std::int32_t j, std::int32_t k) {
+    const std::int32_t v00 = index(j, k), v10 = index(j + 1, k);
+    const std::int32_t v01 = index(j, k + 1), v11 = index(j + 1, k + 1);
+    const double a = distance(v00, v10), inner = distance(v00, v01), outer = distance(v10, v11);
+    const double b = 0.5 * (inner + outer), ratio = a / b, square = ratio * ratio;
+    const double c11 =
+        detail::stretch_constant(material_.stretch_stiffness, material_.shear_stiffness);
+    const double g = std::min(material_.shear_stiffness,
+                              (1.0 - least_share) * c11 / std::max(square, 1.0 / square));
+    // Half of a spring's stiffness from either side: the border, with one side, has half.
+    const double radial = 0.5 * (c11 - g * square) / ratio;
+    const double ring = 0.5 * (c11 - g / square) * ratio;
+    add_stiffness(v00, v10, radial);
+    add_stiffness(v01, v11, radial);
+    add_stiffness(v00, v01, ring);
+    add_stiffness(v10, v11, ring);
+    const double l = distance(v00, v11), diagonal = g * l * l / (2.0 * a * b);
+    add_stiffness(v00, v11, diagonal);
+    add_stiffness(v10, v01, diagonal);
+  }
+
+  void add_centre_triangle(std::int32_t k) {
+    const std::array<std::int32_t, 3> v{0, index(1, k), index(1, k + 1)};
+    const auto& x = cloth_.surface.vertices;
+    const double area = 0.5 * (x[v[1]] - x[v[0]]).cross(x[v[2]] - x[v[0]]).norm();
+    for (int e = 0; e < 3; ++e) {
+      const double l = distance(v[e], v[(e + 1) % 3]);
+      add_stiffness(v[e], v[(e + 1) % 3], material_.stretch_stiffness * area / (l * l));
+    }
+  }
+
+  void add_spring(const Edge& ends, double stiffness) {
+    if (stiffness <= 0.0) return;
+    cloth_.springs.push_back(
+        {ends[0], ends[1], distance(ends[0], ends[1]), stiffness, material_.spring_damping});
+    cloth_.strain_limit.push_back(material_.strain_limit);
+  }
+
+  DiscConfig disc_;
+  Material material_;
+  ClothMesh cloth_;
+  std::map<Edge, double> stiffness_;
+};
+
+}  // namespace
+
+ClothMesh make_arc(const DiscConfig& disc, const Material& material) {
+  validate_disc(disc);
+  detail::validate_material(material);
+  detail::require_hinges(material, "the arc mesh");
+  return ArcMesh(disc, material).build();
+}
+
+}  // namespace selvedge

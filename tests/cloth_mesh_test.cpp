@@ -1,0 +1,318 @@
+// SPDX-License-Identifier: MIT
+//
+// Meshes of the survey: counts, the continuum constants they really have, and that the same fabric
+// is the same cloth on each of them.
+#include <selvedge/core/cloth_mesh.h>
+#include <selvedge/core/continuum.h>
+#include <selvedge/core/force.h>
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <numbers>
+
+namespace selvedge {
+namespace {
+
+using Vectors = std::vector<Vec3>;
+
+constexpr double pi = std::numbers::pi;
+
+double sum(const std::vector<double>& values) {
+  double total = 0.0;
+  for (const double v : values) total += v;
+  return total;
+}
+
+template <class Make>
+std::string refusal(const Make& make) {
+  try {
+    make();
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "";
+}
+
+constexpr NetConstants every_spring{100.0, 100.0, 10.0, true};
+
+ClothMesh net(SpringNet kind, int cells, const NetConstants& constants = every_spring) {
+  return make_spring_net(kind, {1.0, 1.0, cells, cells}, constants, Material{});
+}
+
+TEST(SpringNets, HaveTheSpringsThatTheSurveyCounts) {
+  // 50 × 50 particles.
+  EXPECT_EQ(net(SpringNet::rectangular, 49).springs.size(), 14502u);
+  EXPECT_EQ(net(SpringNet::simplified, 49).springs.size(), 12101u);
+  EXPECT_EQ(net(SpringNet::alternating, 49).springs.size(), 12101u);
+  EXPECT_EQ(net(SpringNet::responsive, 49).springs.size(), 19110u);
+}
+
+TEST(SpringNets, ATriangulated50By50GridHas7301EdgesAnd7105Links) {
+  // The simplified grid's triangles: as edges 2N(N-1) + (N-1)², of them 4(N-1) on the border.
+  const ClothMesh grid = make_simplified({1.0, 1.0, 49, 49}, Material{}, false);
+  const ClothMesh cloth = make_from_mesh(grid.surface, grid.surface, Material{});
+  EXPECT_EQ(cloth.springs.size(), 7301u);
+  EXPECT_EQ(cloth.hinges.size(), 7105u);
+}
+
+TEST(SpringNets, ProvotsPatchHasTheConstantsOfItsClosedForm) {
+  // C11 = ks + kd + 4 kb, C12 = C33 = kd; the flexion springs miss one cell of each row.
+  const ClothMesh cloth = net(SpringNet::rectangular, 49);
+  const ContinuumConstants c = continuum_constants(cloth, cloth.surface.vertices, 1.0);
+  EXPECT_NEAR(c.c11, 240.0, 2.4);
+  EXPECT_NEAR(c.c22, 240.0, 2.4);
+  EXPECT_NEAR(c.c12, 100.0, 1e-9);
+  EXPECT_NEAR(c.c33, 100.0, 1e-9);
+  EXPECT_NEAR(c.c13, 0.0, 1e-9);
+  EXPECT_NEAR(strip_modulus({240, 240, 100, 100, 0, 0}), 198.33, 0.005);
+  EXPECT_NEAR(strip_poisson({240, 240, 100, 100, 0, 0}), 0.4167, 5e-5);
+}
+
+TEST(SpringNets, HalfStiffnessOnTheBorderMakesTheConstantsExact) {
+  NetConstants k{100.0, 100.0, 0.0, true};
+  for (const int cells : {1, 5, 20}) {
+    k.half_border = true;
+    const ClothMesh half = net(SpringNet::rectangular, cells, k);
+    EXPECT_NEAR(continuum_constants(half, half.surface.vertices, 1.0).c11, 200.0, 1e-9);
+    k.half_border = false;
+    const ClothMesh full = net(SpringNet::rectangular, cells, k);
+    EXPECT_NEAR(continuum_constants(full, full.surface.vertices, 1.0).c11, 200.0 + 100.0 / cells,
+                1e-9);
+  }
+}
+
+TEST(SpringNets, OneDiagonalHalvesTheShearAndCouplesItToTheStretchUnlessItAlternates) {
+  const NetConstants k{100.0, 100.0, 0.0, true};
+  const ClothMesh same = net(SpringNet::simplified, 10, k);
+  const ContinuumConstants c = continuum_constants(same, same.surface.vertices, 1.0);
+  EXPECT_NEAR(c.c11, 150.0, 1e-9);
+  EXPECT_NEAR(c.c33, 50.0, 1e-9);
+  EXPECT_NEAR(c.c13, 50.0, 1e-9);
+  EXPECT_NEAR(c.c23, 50.0, 1e-9);
+  const ClothMesh other = net(SpringNet::alternating, 10, k);
+  const ContinuumConstants d = continuum_constants(other, other.surface.vertices, 1.0);
+  EXPECT_NEAR(d.c33, 50.0, 1e-9);
+  EXPECT_NEAR(d.c13, 0.0, 1e-9);
+  EXPECT_NEAR(d.c23, 0.0, 1e-9);
+}
+
+struct NamedMesh {
+  std::string name;
+  ClothMesh cloth;
+};
+
+std::vector<NamedMesh> grid_meshes(const GridConfig& grid, const Material& material) {
+  Material twisting = material;
+  twisting.shear_law = ShearLaw::twisting;
+  std::vector<NamedMesh> all;
+  all.push_back({"rectangular", make_rectangular(grid, material)});
+  all.push_back({"rectangular, twisting", make_rectangular(grid, twisting)});
+  all.push_back({"simplified", make_simplified(grid, material, false)});
+  all.push_back({"alternating", make_simplified(grid, material, true)});
+  all.push_back({"responsive", make_responsive(grid, material)});
+  return all;
+}
+
+TEST(ClothMeshes, TheSameFabricHasTheSameStripModulusAndShearOnEachGrid) {
+  for (const int cells_y : {8, 10, 12})
+    for (const auto& [name, cloth] : grid_meshes({1.0, 1.0, 10, cells_y}, Material{})) {
+      const ContinuumConstants c = continuum_constants(cloth, cloth.surface.vertices, 1.0);
+      EXPECT_NEAR(strip_modulus(c), 500.0, 1e-8) << name;
+      EXPECT_NEAR(c.c33, 100.0, 1e-9) << name;
+    }
+}
+
+TEST(ClothMeshes, TwistingSpringsNeedNoPoissonCouplingForTheirShear) {
+  Material material;
+  material.shear_law = ShearLaw::twisting;
+  const ClothMesh cloth = make_rectangular({1.0, 1.0, 10, 10}, material);
+  const ContinuumConstants c = continuum_constants(cloth, cloth.surface.vertices, 1.0);
+  EXPECT_NEAR(c.c12, 0.0, 1e-9);
+  EXPECT_NEAR(c.c11, 500.0, 1e-9);
+  EXPECT_GT(cauchy_residual(c), 0.1);  // what springs alone could not do
+}
+
+TEST(ClothMeshes, EveryGridHasTheMassOfItsArea) {
+  for (const auto& [name, cloth] : grid_meshes({0.7, 0.6, 7, 5}, Material{}))
+    EXPECT_NEAR(sum(cloth.mass), 0.2 * 0.42, 1e-14) << name;
+}
+
+/// The mesh rolled on a cylinder of radius r whose curved direction is at `angle` to the x-axis.
+Vectors rolled(const Vectors& flat, double r, double angle) {
+  const Vec3 n(std::cos(angle), std::sin(angle), 0.0), t(-n.y(), n.x(), 0.0);
+  Vectors x;
+  for (const Vec3& p : flat) {
+    const double s = n.dot(p) / r;
+    x.push_back(r * std::sin(s) * n + t.dot(p) * t + Vec3(0, 0, r * (1.0 - std::cos(s))));
+  }
+  return x;
+}
+
+/// Bending energy per area of a sheet without borders: energies of n × n cells are quadratic in n.
+double bending_energy(BendingLaw law, double rigidity, double r, double angle) {
+  constexpr double cell = 0.01;
+  constexpr int step = 10;
+  std::array<double, 3> energy{};
+  for (int k = 0; k < 3; ++k) {
+    Material material;
+    material.bending_law = law;
+    material.bending_stiffness = rigidity;
+    const int cells = (k + 1) * step;
+    ClothMesh cloth = make_rectangular({cells * cell, cells * cell * 1.2, cells, cells}, material);
+    cloth.springs.clear();
+    const Vectors x = rolled(cloth.surface.vertices, r, angle);
+    for (const auto& force : make_internal_forces(cloth))
+      energy[k] += force->energy({x, x, cloth.mass, 0.0});
+  }
+  return (energy[2] - 2.0 * energy[1] + energy[0]) / (2.0 * step * step * cell * cell * 1.2);
+}
+
+TEST(ClothMeshes, EveryBendingLawStoresThePlatesEnergyRolledInAnyDirection) {
+  constexpr double r = 0.15;
+  for (const auto& [law, rigidity, tolerance] :
+       {std::tuple{BendingLaw::hinge, 1e-5, 0.005}, std::tuple{BendingLaw::bridson, 1e-5, 0.005},
+        std::tuple{BendingLaw::twisting, 1e-5, 0.005},
+        // A link is soft before it buckles; with so little rigidity that matters little.
+        std::tuple{BendingLaw::buckling, 1e-8, 0.01}})
+    for (const double angle : {0.0, 0.4, pi / 4, 1.2, pi / 2})
+      EXPECT_NEAR(bending_energy(law, rigidity, r, angle) / (0.5 * rigidity / (r * r)), 1.0,
+                  tolerance)
+          << static_cast<int>(law) << " at " << angle;
+}
+
+TEST(ClothMeshes, LinesOfParticlesRefuseSlenderCellsWithARemedy) {
+  Material material;
+  material.bending_law = BendingLaw::twisting;
+  const std::string text = refusal([&] { make_rectangular({1.0, 1.0, 10, 18}, material); });
+  EXPECT_NE(text.find("take \"hinge\""), std::string::npos) << text;
+}
+
+TEST(ClothMeshes, LawsThatNeedRowsAreRefusedOnTrianglesWithARemedy) {
+  for (const BendingLaw law : {BendingLaw::buckling, BendingLaw::twisting}) {
+    Material material;
+    material.bending_law = law;
+    EXPECT_NE(refusal([&] { make_triangular({}, material); }).find("\"hinge\""), std::string::npos);
+    EXPECT_NE(refusal([&] { make_arc({}, material); }).find("arc"), std::string::npos);
+  }
+  Material material;
+  material.shear_law = ShearLaw::twisting;
+  EXPECT_NE(refusal([&] { make_triangular({}, material); }).find("\"springs\""), std::string::npos);
+  EXPECT_NE(refusal([&] { make_simplified({}, material, false); }).find("rectangular"),
+            std::string::npos);
+}
+
+TEST(ClothMeshes, TheResponsiveMeshHasBothTypesOfLinks) {
+  const ClothMesh cloth = make_responsive({1.0, 1.0, 49, 49}, Material{});
+  EXPECT_EQ(cloth.springs.size(), 9702u);
+  EXPECT_EQ(cloth.links.size(), 9408u);
+  EXPECT_TRUE(cloth.hinges.empty());
+  ASSERT_EQ(cloth.curves.size(), 1u);
+  EXPECT_EQ(cloth.curves[0].law, StretchLaw::tension_only);
+}
+
+TEST(ArcMesh, HasItsRingsSpokesAndDiagonals) {
+  const ClothMesh cloth = make_arc({0.15, 6, 24}, Material{});
+  EXPECT_EQ(cloth.surface.vertices.size(), 1u + 24 * 6);
+  EXPECT_EQ(cloth.springs.size(), 24u * 6 + 24 * 6 + 2 * 24 * 5);
+  EXPECT_EQ(cloth.surface.triangles.size(), 24u + 2 * 24 * 5);
+  const double polygon = 0.5 * 24 * std::sin(2 * pi / 24) * 0.15 * 0.15;
+  EXPECT_NEAR(sum(cloth.mass), 0.2 * polygon, 1e-14);
+  for (const Triangle& t : cloth.surface.triangles) {
+    const auto& x = cloth.surface.vertices;
+    EXPECT_GT((x[t[1]] - x[t[0]]).cross(x[t[2]] - x[t[0]]).z(), 0.0);
+  }
+}
+
+TEST(ArcMesh, UnderAnEvenPullAllRoundItIsTheFabric) {
+  // Even strain in all directions needs no direction: energy per area C11 + C12 = c11 + G.
+  Material material;
+  material.shear_stiffness = 20.0;
+  const ClothMesh cloth = make_arc({0.15, 30, 96}, material);
+  const double area = 0.5 * 96 * std::sin(2 * pi / 96) * 0.15 * 0.15;
+  const ContinuumConstants c = continuum_constants(cloth, cloth.surface.vertices, area);
+  const double c11 = 0.5 * (500.0 + std::sqrt(500.0 * 500.0 + 4 * 20.0 * 20.0));
+  EXPECT_NEAR(0.25 * (c.c11 + c.c22 + 2 * c.c12) / (0.5 * (c11 + 20.0)), 1.0, 0.02);
+  // But the material is polar: over the disc it looks isotropic, with shear that it has from the
+  // stretch of its rings and spokes.
+  EXPECT_NEAR(c.c11, c.c22, 1e-6);
+  EXPECT_GT(c.c33, 2.0 * 20.0);
+}
+
+/// Rows of equilateral triangles without halved ones at the sides.
+TriangleMesh slanted_rows(int n) {
+  TriangleMesh mesh;
+  for (int j = 0; j <= n; ++j)
+    for (int i = 0; i <= n; ++i) mesh.vertices.emplace_back(i + 0.5 * j, std::sqrt(0.75) * j, 0.0);
+  for (int j = 0; j < n; ++j)
+    for (int i = 0; i < n; ++i) {
+      const int v = j * (n + 1) + i;
+      mesh.triangles.push_back({v, v + 1, v + n + 1});
+      mesh.triangles.push_back({v + 1, v + n + 2, v + n + 1});
+    }
+  return mesh;
+}
+
+TEST(Plate, EquilateralTrianglesFitPoissonsRatioOneThirdWithoutResidual) {
+  const TriangleMesh mesh = slanted_rows(8);
+  const PlateMesh plate = make_plate(mesh, {400.0, 1.0 / 3.0, 5e-4}, Material{});
+  EXPECT_LT(plate.worst, 1e-12);
+  const ContinuumConstants c =
+      continuum_constants(plate.cloth, mesh.vertices, 64 * std::sqrt(0.75));
+  EXPECT_LT(relative_distance(c, plate_constants(400.0, 1.0 / 3.0)), 1e-12);
+  // Inner edges: √3/2 E h
+  EXPECT_NEAR(plate.cloth.springs[plate.cloth.springs.size() / 2].stiffness,
+              std::sqrt(0.75) * 400.0, 1e-9);
+}
+
+TEST(Plate, OtherPoissonRatiosLeaveExactlyTheCauchyResidual) {
+  const TriangleMesh mesh = slanted_rows(4);
+  for (const double poisson : {0.1, 0.2, 0.25, 0.45}) {
+    const PlateMesh plate = make_plate(mesh, {400.0, poisson, 5e-4}, Material{});
+    const double least = cauchy_residual(plate_constants(400.0, poisson));
+    EXPECT_GT(least, 0.02);
+    EXPECT_GE(plate.residual, least - 1e-12);
+    EXPECT_LT(plate.residual, 1.5 * least);
+    const ContinuumConstants c =
+        continuum_constants(plate.cloth, mesh.vertices, 16 * std::sqrt(0.75));
+    EXPECT_NEAR(relative_distance(c, plate_constants(400.0, poisson)), plate.residual, 1e-12);
+  }
+}
+
+TEST(Plate, BadPlatesAreRefused) {
+  TriangleMesh mesh = slanted_rows(2);
+  EXPECT_THROW(make_plate(mesh, {400.0, 1.0, 5e-4}, Material{}), std::invalid_argument);
+  EXPECT_THROW(make_plate(mesh, {-1.0, 0.3, 5e-4}, Material{}), std::invalid_argument);
+  mesh.vertices[3].z() = 0.1;
+  EXPECT_NE(refusal([&] { make_plate(mesh, {}, Material{}); }).find("vertex 3"), std::string::npos);
+}
+
+TEST(Append, KeepsTheLawOfEachPiece) {
+  Material hooke, curved;
+  curved.stretch_law = StretchLaw::biphasic;
+  curved.bending_law = BendingLaw::bridson;
+  const ClothMesh a = make_rectangular({1, 1, 2, 2}, hooke);
+  const ClothMesh b = make_rectangular({1, 1, 2, 2}, curved);
+  const ClothMesh r = make_responsive({1, 1, 3, 3}, hooke);
+  ClothMesh all;
+  for (const ClothMesh* piece : {&a, &b, &r, &b, &a}) append(all, *piece);
+  ASSERT_EQ(all.curve_of_spring.size(), all.springs.size());
+  EXPECT_EQ(all.curves.size(), 2u);
+  // Moved apart each piece has the force it has alone: none at rest, and energies add up.
+  Vectors x = all.surface.vertices;
+  for (Vec3& p : x) p = Vec3(1.1 * p.x(), p.y(), 0.3 * p.x() * p.x());
+  double together = 0.0, alone = 0.0;
+  for (const auto& force : make_internal_forces(all))
+    together += force->energy({x, x, all.mass, 0.0});
+  for (const ClothMesh* piece : {&a, &b, &r, &b, &a}) {
+    Vectors y = piece->surface.vertices;
+    for (Vec3& p : y) p = Vec3(1.1 * p.x(), p.y(), 0.3 * p.x() * p.x());
+    for (const auto& force : make_internal_forces(*piece))
+      alone += force->energy({y, y, piece->mass, 0.0});
+  }
+  EXPECT_NEAR(together, alone, 1e-12 * alone);
+}
+
+}  // namespace
+}  // namespace selvedge

@@ -1,0 +1,404 @@
+// SPDX-License-Identifier: MIT
+//
+// The internal forces beside Hooke and the hinge: energies, Jacobians, momentum, closed forms.
+#include <selvedge/core/block_matrix.h>
+#include <selvedge/core/detail/dihedral.h>
+#include <selvedge/core/force.h>
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+namespace selvedge {
+namespace {
+
+using Vectors = std::vector<Vec3>;
+
+constexpr double pi = std::numbers::pi;
+
+Vectors random_vectors(std::size_t n, double size, unsigned seed) {
+  std::mt19937 generator(seed);
+  std::uniform_real_distribution<double> coordinate(-size, size);
+  Vectors out(n);
+  for (Vec3& v : out)
+    for (int k = 0; k < 3; ++k) v[k] = coordinate(generator);
+  return out;
+}
+
+Eigen::Map<const Eigen::VectorXd> flat(const Vectors& v) {
+  return {v.data()->data(), static_cast<Eigen::Index>(3 * v.size())};
+}
+
+struct State {
+  Vectors x, v;
+  std::vector<double> mass;
+  ForceState view() const { return {x, v, mass, 0.0}; }
+};
+
+Vectors force_at(const Force& force, const State& state) {
+  Vectors f(state.x.size(), Vec3::Zero());
+  force.add_force(state.view(), f);
+  return f;
+}
+
+/// The assembled -h ∂F/∂v - h² ∂F/∂x as a dense matrix.
+Eigen::MatrixXd assembled(Force& force, const State& state, double h) {
+  const std::size_t n = state.x.size();
+  std::vector<Edge> links;
+  force.add_links(links);
+  BlockMatrix a(n, links);
+  force.bind(a);
+  force.add_jacobian(state.view(), h, a);
+  Eigen::MatrixXd dense(3 * n, 3 * n);
+  Vectors e(n, Vec3::Zero()), column(n);
+  for (std::size_t k = 0; k < 3 * n; ++k) {
+    e[k / 3][k % 3] = 1.0;
+    a.multiply(e, column);
+    e[k / 3][k % 3] = 0.0;
+    dense.col(k) = flat(column);
+  }
+  return dense;
+}
+
+/// Central differences of fourth order: error (step/size)⁴ and rounding 1e-16·size/step.
+template <class F>
+auto derivative(double& u, double step, const F& f) {
+  const double old = u;
+  u = old + step;
+  const auto p1 = f();
+  u = old - step;
+  const auto m1 = f();
+  u = old + 2.0 * step;
+  const auto p2 = f();
+  u = old - 2.0 * step;
+  const auto m2 = f();
+  u = old;
+  using Value = std::decay_t<decltype(p1)>;
+  return Value((8.0 * (p1 - m1) - (p2 - m2)) / (12.0 * step));
+}
+
+Eigen::MatrixXd differences(const Force& force, State state, bool velocity, double step) {
+  const std::size_t n = state.x.size();
+  Eigen::MatrixXd dense(3 * n, 3 * n);
+  Vectors& u = velocity ? state.v : state.x;
+  for (std::size_t k = 0; k < 3 * n; ++k)
+    dense.col(k) = derivative(u[k / 3][k % 3], step, [&] {
+      const Vectors f = force_at(force, state);
+      return Eigen::VectorXd(flat(f));
+    });
+  return dense;
+}
+
+struct Case {
+  std::string name;
+  Material material;
+};
+
+/// One material for each law, all of it in the mesh that make_rectangular makes.
+std::vector<Case> cases() {
+  std::vector<Case> all;
+  const auto add = [&](const char* name, auto set) {
+    Material m;
+    m.bending_stiffness = 1e-3;
+    m.spring_damping = 0.02;
+    set(m);
+    all.push_back({name, m});
+  };
+  add("tension only", [](Material& m) { m.stretch_law = StretchLaw::tension_only; });
+  add("biphasic", [](Material& m) { m.stretch_law = StretchLaw::biphasic; });
+  add("kawabata", [](Material& m) { m.stretch_law = StretchLaw::kawabata; });
+  add("bridson", [](Material& m) { m.bending_law = BendingLaw::bridson; });
+  add("buckling", [](Material& m) { m.bending_law = BendingLaw::buckling; });
+  add("twisting bend", [](Material& m) { m.bending_law = BendingLaw::twisting; });
+  add("twisting shear", [](Material& m) { m.shear_law = ShearLaw::twisting; });
+  return all;
+}
+
+struct Crumple : State {
+  ClothMesh cloth;
+  std::vector<std::unique_ptr<Force>> forces;
+  Crumple(const Material& material, double noise, unsigned seed)
+      : cloth(make_rectangular({0.5, 0.4, 5, 4}, material)), forces(make_internal_forces(cloth)) {
+    mass = cloth.mass;
+    x = random_vectors(mass.size(), noise, seed);
+    v = random_vectors(mass.size(), 1.0, seed + 1);
+    for (std::size_t i = 0; i < x.size(); ++i) x[i] += cloth.surface.vertices[i];
+  }
+};
+
+TEST(InternalForces, AreTheNegativeGradientOfTheirEnergy) {
+  for (const auto& [name, material] : cases())
+    for (unsigned seed = 1; seed <= 3; ++seed) {
+      Crumple c(material, 0.03, seed);
+      c.v.assign(c.v.size(), Vec3::Zero());
+      for (const auto& force : c.forces) {
+        const Vectors f = force_at(*force, c);
+        const double scale = flat(f).cwiseAbs().maxCoeff();
+        for (std::size_t k = 0; k < 3 * c.x.size(); ++k) {
+          const double slope =
+              derivative(c.x[k / 3][k % 3], 1e-6, [&] { return force->energy(c.view()); });
+          EXPECT_NEAR(f[k / 3][k % 3], -slope, 2e-7 * scale) << name << ", seed " << seed;
+        }
+      }
+    }
+}
+
+TEST(InternalForces, HaveNoSumAndNoMoment) {
+  for (const auto& [name, material] : cases())
+    for (unsigned seed = 1; seed <= 20; ++seed) {
+      const Crumple c(material, 0.05, seed);
+      for (const auto& force : c.forces) {
+        const Vectors f = force_at(*force, c);
+        Vec3 sum = Vec3::Zero(), moment = Vec3::Zero();
+        double size = 0.0;
+        for (std::size_t i = 0; i < f.size(); ++i) {
+          sum += f[i];
+          moment += c.x[i].cross(f[i]);
+          size += f[i].norm();
+        }
+        EXPECT_LE(sum.norm(), 1e-12 * size) << name;
+        EXPECT_LE(moment.norm(), 1e-12 * size) << name;
+      }
+    }
+}
+
+TEST(InternalForces, TheVelocityJacobianIsExact) {
+  for (const auto& [name, material] : cases()) {
+    const Crumple c(material, 0.03, 7);
+    for (const auto& force : c.forces) {
+      // -h D - h² K at h and 2h give D alone: D = (4 J(h) - J(2h)) / (-2h).
+      constexpr double h = 0.01;
+      const Eigen::MatrixXd d =
+          (4.0 * assembled(*force, c, h) - assembled(*force, c, 2.0 * h)) / (-2.0 * h);
+      const Eigen::MatrixXd exact = differences(*force, c, true, 1e-3);
+      EXPECT_LT((d - exact).norm(), 1e-9 * exact.norm()) << name;
+    }
+  }
+}
+
+TEST(InternalForces, TheAssembledMatrixIsSymmetricAndPositiveSemidefinite) {
+  for (const auto& [name, material] : cases())
+    for (const double noise : {0.0, 0.01, 0.2}) {
+      const Crumple c(material, noise, 3);
+      for (const auto& force : c.forces) {
+        const Eigen::MatrixXd a = assembled(*force, c, 0.01);
+        EXPECT_LE((a - a.transpose()).norm(), 1e-13 * a.norm()) << name;
+        const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(a, Eigen::EigenvaluesOnly);
+        EXPECT_GE(solver.eigenvalues().minCoeff(), -1e-12 * a.norm()) << name << " " << noise;
+      }
+    }
+}
+
+TEST(InternalForces, TheStiffnessBoundIsAboveTheLargestEigenvalue) {
+  for (const auto& [name, material] : cases())
+    for (const double noise : {0.01, 0.05}) {
+      Material undamped = material;
+      undamped.spring_damping = undamped.bending_damping = 0.0;
+      const Crumple c(undamped, noise, 11);
+      for (const auto& force : c.forces) {
+        const Eigen::MatrixXd k = -differences(*force, c, false, 1e-7);
+        std::vector<double> stiffness(c.x.size(), 0.0), damping(c.x.size(), 0.0);
+        force->add_stiffness_bound(c.view(), stiffness, damping);
+        const double bound = *std::max_element(stiffness.begin(), stiffness.end());
+        const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(0.5 * (k + k.transpose()),
+                                                                    Eigen::EigenvaluesOnly);
+        EXPECT_LE(solver.eigenvalues().maxCoeff(), bound * (1.0 + 1e-6)) << name;
+      }
+    }
+}
+
+TEST(InternalForces, CollapsedShapesGiveFiniteForces) {
+  for (const auto& [name, material] : cases()) {
+    Crumple c(material, 0.0, 1);
+    c.x.assign(c.x.size(), Vec3(1.0, 2.0, 3.0));
+    for (const auto& force : c.forces) {
+      EXPECT_TRUE(flat(force_at(*force, c)).allFinite()) << name;
+      EXPECT_TRUE(assembled(*force, c, 0.01).allFinite()) << name;
+    }
+  }
+}
+
+/// A state whose springs are all stretched: nothing is dropped from the Jacobian.
+TEST(CurveSprings, TheJacobianOfStretchedSpringsIsExact) {
+  for (const auto& [name, material] : cases()) {
+    if (material.stretch_law == StretchLaw::hooke) continue;
+    Crumple c(material, 0.004, 5);
+    c.v.assign(c.v.size(), Vec3::Zero());
+    for (Vec3& x : c.x) x *= 1.3;
+    const Eigen::MatrixXd exact = differences(*c.forces[0], c, false, 1e-6);
+    Material undamped = material;
+    undamped.spring_damping = 0.0;
+    const auto forces = make_internal_forces(make_rectangular({0.5, 0.4, 5, 4}, undamped));
+    EXPECT_LT((assembled(*forces[0], c, 1.0) + exact).norm(), 1e-6 * exact.norm()) << name;
+  }
+}
+
+/// Tension of one spring of rest length 1 and stiffness 100 at length L.
+double tension(const SpringCurve& curve, double length) {
+  const std::vector<Spring> spring{{0, 1, 1.0, 100.0}};
+  const auto force = make_curve_force(spring, curve, 2);
+  const State s{{{0, 0, 0}, {length, 0, 0}}, {Vec3::Zero(), Vec3::Zero()}, {1.0, 1.0}};
+  return force_at(*force, s)[0].x();
+}
+
+TEST(CurveSprings, TensionOnlyGivesWayUnderCompression) {
+  EXPECT_NEAR(tension({StretchLaw::tension_only}, 1.2), 20.0, 1e-12);
+  EXPECT_EQ(tension({StretchLaw::tension_only}, 0.8), 0.0);
+}
+
+TEST(CurveSprings, BiphasicGrowsInProportionToTheStretchBeyondItsThreshold) {
+  const SpringCurve curve{StretchLaw::biphasic, 0.05, 10.0};
+  EXPECT_NEAR(tension(curve, 1.04), 4.0, 1e-12);
+  EXPECT_NEAR(tension(curve, 1.15), 100.0 * 0.15 * (1.0 + 10.0 * 0.10), 1e-12);
+  EXPECT_NEAR(tension(curve, 0.9), -10.0, 1e-12);
+}
+
+TEST(CurveSprings, TheKawabataCurveHasItsLinearityAndExtension) {
+  constexpr double lt = 0.65, emt = 0.06;
+  const SpringCurve curve{StretchLaw::kawabata, emt, lt};
+  const double end = tension(curve, 1.0 + emt);
+  constexpr int n = 2000;
+  double work = 0.0;
+  for (int i = 0; i < n; ++i) work += tension(curve, 1.0 + emt * (i + 0.5) / n) * emt / n;
+  EXPECT_NEAR(work / (0.5 * end * emt), lt, 1e-6);  // LT = WT/(½ F EMT)
+  EXPECT_NEAR(end, 100.0 * emt / (2.0 * lt - 1.0), 1e-10);
+  // Beyond the test it goes on with the slope it ended with.
+  const double slope = (end - tension(curve, 1.0 + emt - 1e-7)) / 1e-7;
+  EXPECT_NEAR(tension(curve, 1.0 + 2.0 * emt), end + slope * emt, 1e-3 * end);
+}
+
+TEST(CurveSprings, ALinearKawabataCurveIsHooke) {
+  const SpringCurve curve{StretchLaw::kawabata, 0.05, 1.0};
+  for (const double length : {0.9, 1.01, 1.05, 1.2})
+    EXPECT_NEAR(tension(curve, length), 100.0 * (length - 1.0), 1e-12);
+}
+
+TEST(CurveSprings, BadCurvesAreRefused) {
+  const std::vector<Spring> spring{{0, 1, 1.0, 100.0}}, loop{{1, 1, 1.0, 1.0}};
+  EXPECT_THROW(make_curve_force(spring, {StretchLaw::kawabata, 0.05, 0.5}, 2),
+               std::invalid_argument);
+  EXPECT_THROW(make_curve_force(spring, {StretchLaw::kawabata, 0.0, 0.7}, 2),
+               std::invalid_argument);
+  EXPECT_THROW(make_curve_force(spring, {StretchLaw::biphasic, 0.1, -1.0}, 2),
+               std::invalid_argument);
+  EXPECT_THROW(make_curve_force(loop, {StretchLaw::biphasic, 0.1, 1.0}, 2), std::invalid_argument);
+}
+
+/// Force that pulls the ends of a link of length 1 and rigidity 1 together, at distance r.
+struct OneLink {
+  std::unique_ptr<Force> force;
+  explicit OneLink(double onset) {
+    const std::vector<BucklingLink> link{{0, 1, 1.0, 1.0, onset}};
+    force = make_buckling_force(link, 2);
+  }
+  State at(double r) const {
+    return {{{0, 0, 0}, {r, 0, 0}}, {Vec3::Zero(), Vec3::Zero()}, {1.0, 1.0}};
+  }
+  double push(double r) const { return -force_at(*force, at(r))[0].x(); }
+  double energy(double r) const { return force->energy(at(r).view()); }
+};
+
+TEST(BucklingLinks, CarryTwelveTimesTheirRigidityWhenTheyBuckle) {
+  // -12 k/L², 21.6 % above Euler's load π² k/L².
+  const OneLink link(1e9);
+  EXPECT_NEAR(link.push(1.0 - 1e-7), 12.0, 1e-5);
+  EXPECT_NEAR(link.push(1.0 - 1e-7) / (pi * pi), 1.216, 5e-4);
+  EXPECT_EQ(link.push(1.001), 0.0);
+}
+
+TEST(BucklingLinks, BendToAnArcOfTheirLength) {
+  const OneLink link(1e9);
+  for (const double u : {0.02, 0.029, 0.031, 0.3, 1.0, pi / 2, 2.5, 3.1}) {
+    const double r = std::sin(u) / u, kappa = 2.0 * u;
+    EXPECT_NEAR(link.push(r), kappa * kappa / (r - std::cos(u)), 1e-8 * link.push(r)) << u;
+    EXPECT_NEAR(link.energy(r), 0.5 * kappa * kappa, 1e-6) << u;
+  }
+  EXPECT_NEAR(link.push(1e-9), 4.0 * pi * pi, 1e-6);  // a closed ring
+}
+
+TEST(BucklingLinks, TheForceHasNoJumpAndTheSlopeOfTheMatrixIsItsSlope) {
+  OneLink link(2000.0);
+  double before = link.push(1.0);
+  constexpr int n = 4000;
+  for (int i = 1; i <= n; ++i) {
+    const double now = link.push(1.0 - 0.05 * i / n);
+    EXPECT_LE(std::abs(now - before), 2000.0 * 0.05 / n + 1e-9);
+    before = now;
+  }
+  for (const double r : {0.999, 0.9, 0.5, 0.1}) {
+    State s = link.at(r);
+    const double slope =
+        derivative(s.x[1].x(), 1e-6, [&] { return force_at(*link.force, s)[1].x(); });
+    EXPECT_NEAR(assembled(*link.force, s, 1.0)(3, 3), -slope, 1e-6 * std::abs(slope)) << r;
+  }
+}
+
+TEST(BucklingLinks, AnOnsetTooSoftToMeetTheArcIsRefused) {
+  const std::vector<BucklingLink> soft{{0, 1, 1.0, 1.0, 39.0}}, loop{{1, 1, 1.0, 1.0, 100.0}};
+  EXPECT_THROW(make_buckling_force(soft, 2), std::invalid_argument);
+  EXPECT_THROW(make_buckling_force(loop, 2), std::invalid_argument);
+}
+
+TEST(TwistSprings, BendAsABeamUnderAnEndCouple) {
+  // Links of 0.2 and 0.5 m turned by α: M = k α, F = M/l across each link.
+  constexpr double alpha = 0.3, k = 2.0;
+  const std::vector<TwistSpring> springs{{{0, 1, 2}, 0.0, k}};
+  const auto force = make_twist_force(springs, 3);
+  const State s{{{-0.2, 0, 0}, {0, 0, 0}, {0.5 * std::cos(alpha), 0.5 * std::sin(alpha), 0}},
+                {Vec3::Zero(), Vec3::Zero(), Vec3::Zero()},
+                {1, 1, 1}};
+  const Vectors f = force_at(*force, s);
+  EXPECT_NEAR((f[0] - Vec3(0, -k * alpha / 0.2, 0)).norm(), 0.0, 1e-12);
+  EXPECT_NEAR((f[2] - k * alpha / 0.5 * Vec3(std::sin(alpha), -std::cos(alpha), 0)).norm(), 0.0,
+              1e-12);
+  EXPECT_NEAR(force->energy(s.view()), 0.5 * k * alpha * alpha, 1e-14);
+}
+
+TEST(TwistSprings, TheJacobianIsExactOnAStraightLineAndAtTheRestAngle) {
+  const State straight{{{-0.2, 0, 0}, {0, 0, 0}, {0.5, 0, 0}},
+                       {Vec3::Zero(), Vec3::Zero(), Vec3::Zero()},
+                       {1, 1, 1}};
+  State corner = straight;
+  corner.x[2] = {0.01, 0.3, 0.02};
+  const double angle = std::acos(corner.x[2].normalized().x());
+  for (const auto& [state, rest] : {std::pair{straight, 0.0}, std::pair{corner, angle}}) {
+    const std::vector<TwistSpring> springs{{{0, 1, 2}, rest, 2.0}};
+    const auto force = make_twist_force(springs, 3);
+    const Eigen::MatrixXd exact = differences(*force, state, false, 1e-5);
+    EXPECT_LT((assembled(*force, state, 1.0) + exact).norm(), 1e-7 * exact.norm()) << rest;
+  }
+}
+
+TEST(TwistSprings, BadOnesAreRefused) {
+  const auto make = [](const TwistSpring& spring) {
+    const std::vector<TwistSpring> springs{spring};
+    make_twist_force(springs, 3);
+  };
+  EXPECT_THROW(make({{0, 1, 3}, 0.0, 1.0}), std::invalid_argument);
+  EXPECT_THROW(make({{0, 1, 0}, 0.0, 1.0}), std::invalid_argument);
+  EXPECT_THROW(make({{0, 1, 2}, 4.0, 1.0}), std::invalid_argument);
+  EXPECT_THROW(make({{0, 1, 2}, 0.0, -1.0}), std::invalid_argument);
+}
+
+TEST(BridsonHinges, FollowTheSineOfHalfTheAngleAndAreDampedByItsRate) {
+  const Vectors x{{0, -1, 0}, {0, std::cos(1.0), std::sin(1.0)}, {-1, 0, 0}, {1, 0, 0}};
+  const detail::Dihedral d = detail::dihedral(x, {0, 1, 2, 3});
+  const std::vector<Hinge> hinge{{{0, 1, 2, 3}, 0.3, 5.0, 0.1, true}};
+  const auto force = make_bridson_force(hinge, 4);
+  State s{x, Vectors(4, Vec3::Zero()), {1, 1, 1, 1}};
+  const double moment = 2.0 * 5.0 * (std::sin(0.5 * d.angle) - std::sin(0.15));
+  Vectors f = force_at(*force, s);
+  for (int k = 0; k < 4; ++k) EXPECT_LT((f[k] + moment * d.gradient[k]).norm(), 1e-12);
+  s.v[0] = {0, 0, 2};
+  const double rate = 2.0 * d.gradient[0].z();
+  f = force_at(*force, s);
+  for (int k = 0; k < 4; ++k)
+    EXPECT_LT((f[k] + (moment + 5.0 * 0.1 * rate) * d.gradient[k]).norm(), 1e-12);
+}
+
+}  // namespace
+}  // namespace selvedge

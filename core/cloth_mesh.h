@@ -131,6 +131,16 @@ struct PlateMesh {
 PlateMesh make_plate(const TriangleMesh& rest, const PlateConstants& plate,
                      const Material& material);
 
+/// K and C of [survey eq. 3].
+struct SupportConstants {
+  double stiffness = 50.0;  ///< N/m, > 0; also that of make_volume_force
+  double share = 0.5;       ///< of it that the support springs have, in (0, 1)
+};
+/// A closed surface with a spring from every vertex to a particle in the middle, the last one,
+/// which belongs to no triangle [survey 2.9].
+ClothMesh make_supported(const TriangleMesh& closed, const SupportConstants& support,
+                         const Material& material);
+
 /// Adds `piece` to `all`; returns the index of its first vertex.
 std::int32_t append(ClothMesh& all, const ClothMesh& piece);
 

@@ -59,6 +59,25 @@ std::unique_ptr<Force> make_buckling_force(std::span<const BucklingLink> links,
 /// [VillardBorouchaki2005; survey eq. 4 mended] too.
 std::unique_ptr<Force> make_twist_force(std::span<const TwistSpring> springs,
                                         std::size_t particles);
+/// How a seam is pulled together.
+struct SewingConfig {
+  double pull = 50.0;        ///< N/m, ε: force per distance of two particles of a seam, > 0
+  double tolerance = 0.005;  ///< m, δ: nearer than this the pull is constant, > 0
+  double damping = 0.05;     ///< N·s/m on the rate of the distance, >= 0
+};
+/// Pulls the two particles of each seam together [ZhongXu2009; survey eq. 10 mended].
+std::unique_ptr<Force> make_sewing_force(std::span<const Edge> seams, const SewingConfig& config,
+                                         std::size_t particles);
+/// Springs of no length to the places of the rest shape, N/m per particle [survey 2.8]: fixed in
+/// space, or, with `follow`, going along with the cloth. Throws unless one stiffness is positive.
+std::unique_ptr<Force> make_virtual_springs(std::span<const Vec3> rest,
+                                            std::span<const double> stiffness, bool follow);
+/// Pushes the particles of a closed surface away from particle `centre` as its volume shrinks:
+/// f_i = -stiffness ΔV/A u_i, the centre takes the reaction [survey eq. 3 mended]. `rest`: shape
+/// whose volume is kept. Has no energy.
+std::unique_ptr<Force> make_volume_force(double stiffness, std::int32_t centre,
+                                         std::span<const Triangle> triangles,
+                                         std::span<const Vec3> rest);
 /// All that holds `cloth` together, each by its law; what it has not is not made.
 std::vector<std::unique_ptr<Force>> make_internal_forces(const ClothMesh& cloth);
 

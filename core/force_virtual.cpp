@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+//
+// Virtual springs after Z. Yuan et al., "Real-time simulation of tissue cutting with CUDA based on
+// GPGPU", 2010 (survey section 2.8): a spring of no length from every particle to its place in the
+// rest shape. As in the survey ("return to their original position") the place is fixed in space,
+// so that the cloth cannot be moved or turned freely. With `follow` the rest shape goes along: g_i
+// = R (q_i - q̄) + x̄ with the rotation R that makes Σ k_i |x_i - g_i|² least (shape matching). As R
+// and x̄ are at a minimum, the gradient of that energy is k_i (x_i - g_i): no net force, no moment.
+//
+// The Jacobian of the fixed springs is exact. That of the following ones couples all particles; it
+// is left out, and an implicit step treats them explicitly: stable below 2 sqrt(m/k).
+#include <selvedge/core/detail/force_checks.h>
+#include <selvedge/core/force.h>
+
+#include <Eigen/Geometry>
+#include <Eigen/SVD>
+
+namespace selvedge {
+namespace {
+
+class VirtualSprings final : public Force {
+ public:
+  VirtualSprings(std::span<const Vec3> rest, std::span<const double> stiffness, bool follow)
+      : rest_(rest.begin(), rest.end()),
+        stiffness_(stiffness.begin(), stiffness.end()),
+        follow_(follow) {
+    if (rest.size() != stiffness.size())
+      throw std::invalid_argument("virtual springs: " + std::to_string(stiffness.size()) +
+                                  " stiffnesses for " + std::to_string(rest.size()) + " particles");
+    for (std::size_t i = 0; i < rest.size(); ++i) {
+      detail::require_number_of("stiffness", "virtual spring", i, stiffness[i]);
+      total_ += stiffness[i];
+      rest_centre_ += stiffness[i] * rest[i];
+    }
+    detail::require_number("sum of the stiffnesses of the virtual springs", total_, false);
+    rest_centre_ /= total_;
+  }
+
+  void add_force(const ForceState& state, std::span<Vec3> f) const override {
+    const Pose pose = pose_of(state.x);
+    for (std::size_t i = 0; i < rest_.size(); ++i)
+      f[i] += stiffness_[i] * (pose.place(rest_[i]) - state.x[i]);
+  }
+
+  double energy(const ForceState& state) const override {
+    const Pose pose = pose_of(state.x);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < rest_.size(); ++i)
+      sum += 0.5 * stiffness_[i] * (pose.place(rest_[i]) - state.x[i]).squaredNorm();
+    return sum;
+  }
+
+  void add_links(std::vector<Edge>&) const override {}
+  void bind(const BlockMatrix&) override {}
+
+  void add_jacobian(const ForceState&, double h, BlockMatrix& a) const override {
+    if (follow_) return;
+    for (std::size_t i = 0; i < stiffness_.size(); ++i)
+      a.diagonal(i).diagonal().array() += h * h * stiffness_[i];
+  }
+
+  void add_stiffness_bound(const ForceState&, std::span<double> stiffness,
+                           std::span<double>) const override {
+    // Following only takes from the energy, so that this bounds the eigenvalues of both.
+    for (std::size_t i = 0; i < stiffness_.size(); ++i) stiffness[i] += stiffness_[i];
+  }
+
+ private:
+  struct Pose {
+    Mat3 rotation = Mat3::Identity();
+    Vec3 shift = Vec3::Zero();
+    Vec3 place(const Vec3& q) const { return rotation * q + shift; }
+  };
+
+  Pose pose_of(std::span<const Vec3> x) const {
+    Pose pose;
+    if (!follow_) return pose;
+    Vec3 centre = Vec3::Zero();
+    for (std::size_t i = 0; i < rest_.size(); ++i) centre += stiffness_[i] * x[i];
+    centre /= total_;
+    Mat3 moments = Mat3::Zero();
+    for (std::size_t i = 0; i < rest_.size(); ++i)
+      moments += stiffness_[i] * (x[i] - centre) * (rest_[i] - rest_centre_).transpose();
+    const Eigen::JacobiSVD<Mat3> svd(moments, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    Mat3 sign = Mat3::Identity();  // a rotation, not a reflection
+    sign(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0;
+    pose.rotation = svd.matrixU() * sign * svd.matrixV().transpose();
+    pose.shift = centre - pose.rotation * rest_centre_;
+    return pose;
+  }
+
+  std::vector<Vec3> rest_;
+  std::vector<double> stiffness_;
+  bool follow_;
+  double total_ = 0.0;
+  Vec3 rest_centre_ = Vec3::Zero();
+};
+
+}  // namespace
+
+std::unique_ptr<Force> make_virtual_springs(std::span<const Vec3> rest,
+                                            std::span<const double> stiffness, bool follow) {
+  return std::make_unique<VirtualSprings>(rest, stiffness, follow);
+}
+
+}  // namespace selvedge

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: MIT
+//
+// Surface and volume difference after L. Zhengdong, S. Shuyuan, "A mass-spring model for real time
+// cloth deformation", 2011; T. Vassilev, B. Spanlang 2014 (survey sections 2.9, 3.1.1). [survey
+// eq. 3] F(P_i) = -K (Δl_tot + C Δl_i) u_i: Δl_tot the difference of the volume per area, ΔV/A, C a
+// number in (0,1) (the text says "the body center and a coefficient"), Δl_i the change of the
+// support spring from the centre to P_i, u_i its direction. Printed without a reaction, so that a
+// body would move itself; here the centre, a particle, takes it: Σf = 0, and as all f_i point to
+// it, no moment. V = Σ x_a·(x_b × x_c)/6 over the triangles, seen from the centre.
+//
+// The part C Δl_i is a Hooke spring of stiffness K C (make_supported puts it into the mesh); the
+// part of the volume is this force. It is not the gradient of an energy, as it points along u_i and
+// not along the normals, and it couples all particles: it has no energy and no Jacobian here, and
+// an implicit step treats it explicitly.
+#include <selvedge/core/detail/force_checks.h>
+#include <selvedge/core/force.h>
+
+#include <Eigen/Geometry>
+#include <map>
+#include <string>
+
+namespace selvedge {
+namespace {
+
+double signed_volume(std::span<const Vec3> x, std::span<const Triangle> triangles,
+                     const Vec3& from) {
+  double sum = 0.0;
+  for (const Triangle& t : triangles)
+    sum += (x[t[0]] - from).dot((x[t[1]] - from).cross(x[t[2]] - from));
+  return sum / 6.0;
+}
+
+double surface_area(std::span<const Vec3> x, std::span<const Triangle> triangles) {
+  double sum = 0.0;
+  for (const Triangle& t : triangles)
+    sum += 0.5 * (x[t[1]] - x[t[0]]).cross(x[t[2]] - x[t[0]]).norm();
+  return sum;
+}
+
+/// Every side has its opposite: closed and evenly oriented, or there is no volume.
+void require_closed(std::span<const Triangle> triangles) {
+  std::map<Edge, int> balance;
+  for (const Triangle& t : triangles)
+    for (int k = 0; k < 3; ++k) {
+      const std::int32_t a = t[k], b = t[(k + 1) % 3];
+      balance[{std::min(a, b), std::max(a, b)}] += a < b ? 1 : -1;
+    }
+  for (const auto& [edge, count] : balance)
+    if (count != 0)
+      throw std::invalid_argument("volume: the edge of particles " + std::to_string(edge[0]) +
+                                  " and " + std::to_string(edge[1]) +
+                                  " is open; a volume needs a closed surface");
+}
+
+class VolumeForce final : public Force {
+ public:
+  VolumeForce(double stiffness, std::int32_t centre, std::span<const Triangle> triangles,
+              std::span<const Vec3> rest)
+      : stiffness_(stiffness), centre_(centre), triangles_(triangles.begin(), triangles.end()) {
+    detail::require_number("volume stiffness", stiffness);
+    detail::require_particle("volume centre", 0, centre, rest.size());
+    std::vector<char> on_surface(rest.size(), 0);
+    for (std::size_t k = 0; k < triangles.size(); ++k)
+      for (const std::int32_t v : triangles[k]) {
+        detail::require_particle("triangle", k, v, rest.size());
+        on_surface[v] = 1;
+      }
+    if (on_surface[centre] != 0)
+      throw std::invalid_argument("volume: the centre, particle " + std::to_string(centre) +
+                                  ", is on the surface");
+    require_closed(triangles);
+    for (std::size_t i = 0; i < rest.size(); ++i)
+      if (on_surface[i] != 0) surface_.push_back(static_cast<std::int32_t>(i));
+    rest_volume_ = signed_volume(rest, triangles_, rest[centre]);
+    rest_area_ = surface_area(rest, triangles_);
+    detail::require_number("rest volume", rest_volume_, false);
+  }
+
+  void add_force(const ForceState& state, std::span<Vec3> f) const override {
+    const Vec3& c = state.x[centre_];
+    const double push = -stiffness_ * difference(state.x);
+    Vec3 sum = Vec3::Zero();
+    for (const std::int32_t i : surface_) {
+      const Vec3 d = state.x[i] - c;
+      const double length = d.norm();
+      if (length <= 0.0) continue;
+      const Vec3 force = (push / length) * d;
+      f[i] += force;
+      sum += force;
+    }
+    f[centre_] -= sum;
+  }
+
+  double energy(const ForceState&) const override { return 0.0; }
+  void add_links(std::vector<Edge>&) const override {}
+  void bind(const BlockMatrix&) override {}
+  void add_jacobian(const ForceState&, double, BlockMatrix&) const override {}
+
+  // ∂f_i/∂x_j = -K/A u_i ⊗ ∂V/∂x_j - K ΔV/A ∂u_i/∂x_j, |∂V/∂x_j| at most a third of the area of
+  // the triangles of j, together A.
+  void add_stiffness_bound(const ForceState& state, std::span<double> stiffness,
+                           std::span<double>) const override {
+    const double share = surface_area(state.x, triangles_) / rest_area_;
+    const double push = std::abs(stiffness_ * difference(state.x));
+    double sum = 0.0;
+    for (const std::int32_t i : surface_) {
+      const double length = (state.x[i] - state.x[centre_]).norm();
+      const double row = stiffness_ * share + (length > 0.0 ? 2.0 * push / length : 0.0);
+      stiffness[i] += row;
+      sum += row;
+    }
+    stiffness[centre_] += sum;
+  }
+
+ private:
+  double difference(std::span<const Vec3> x) const {
+    return (signed_volume(x, triangles_, x[centre_]) - rest_volume_) / rest_area_;
+  }
+
+  double stiffness_;
+  std::int32_t centre_;
+  std::vector<Triangle> triangles_;
+  std::vector<std::int32_t> surface_;
+  double rest_volume_ = 0.0, rest_area_ = 0.0;
+};
+
+}  // namespace
+
+std::unique_ptr<Force> make_volume_force(double stiffness, std::int32_t centre,
+                                         std::span<const Triangle> triangles,
+                                         std::span<const Vec3> rest) {
+  return std::make_unique<VolumeForce>(stiffness, centre, triangles, rest);
+}
+
+}  // namespace selvedge

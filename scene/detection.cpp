@@ -146,6 +146,10 @@ void Detection::find_candidates() {
     broad_self_->find_self_pairs(drifting_view(), self_pairs_);
   else
     self_pairs_.clear();
+  if (excluded_ != nullptr && !excluded_->empty()) {
+    excluded_->drop_from_body(body_pairs_);
+    excluded_->drop_from_self(self_pairs_);
+  }
   covered_.assign(x_t1_.begin(), x_t1_.begin() + static_cast<std::ptrdiff_t>(particles_));
 }
 
@@ -349,13 +353,14 @@ class EdgeTriangleTest {
       });
     narrow_.find_contacts(runners, surface, pairs_, found_);
     if (found_.empty()) return;
-    // A contact names the triangle's corners, not the triangle: look up which one it was.
+    // A contact names the triangle's corners, not the triangle; contacts come in pair order.
+    auto found = found_.begin();
     for (const PointTrianglePair& p : pairs_.point_triangle) {
       const Triangle& t = triangles_b[p.triangle];
-      const std::array<std::int32_t, 4> vertices{p.point, t[0], t[1], t[2]};
-      if (std::any_of(found_.begin(), found_.end(),
-                      [&](const Contact& c) { return c.vertex == vertices; }))
-        emit(p.point, p.triangle);
+      if (found == found_.end()) return;
+      if (found->vertex != std::array<std::int32_t, 4>{p.point, t[0], t[1], t[2]}) continue;
+      emit(p.point, p.triangle);
+      ++found;
     }
   }
 
@@ -404,6 +409,33 @@ Crossings Detection::find_crossings() {
   sort_unique(crossings.body);
   sort_unique(crossings.self);
   return crossings;
+}
+
+std::vector<EdgeCrossing> Detection::find_edge_crossings() {
+  std::vector<EdgeCrossing> crossings;
+  const auto cloth = x_t0_.first(particles_), body = x_t0_.subspan(particles_);
+  const auto edges = static_cast<std::int32_t>(cloth_edges_.size());
+  const auto triangles = static_cast<std::int32_t>(cloth_triangles_.size());
+  EdgeTriangleTest test(*broad_crossings_, *exact_);
+  if (!body_triangles_.empty()) {
+    test.run(cloth, cloth_edges_, body, body_edges_, body_triangles_, [&](auto e, auto t) {
+      crossings.push_back({e, t + triangles});
+    });
+    test.run(body, body_edges_, cloth, cloth_edges_, cloth_triangles_, [&](auto e, auto t) {
+      crossings.push_back({e + edges, t});
+    });
+  }
+  if (self_)
+    test.run(cloth, cloth_edges_, cloth, cloth_edges_, cloth_triangles_, [&](auto e, auto t) {
+      crossings.push_back({e, t});
+    });
+  std::sort(crossings.begin(), crossings.end());
+  return crossings;
+}
+
+JointSurface Detection::joint_surface() const {
+  return {particles_,       body_friction_.size(), cloth_edges_,
+          cloth_triangles_, body_edges_,           body_triangles_};
 }
 
 }  // namespace selvedge

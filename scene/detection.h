@@ -3,6 +3,8 @@
 
 #include <selvedge/response/clearances.h>
 #include <selvedge/scene/contact_filter.h>
+#include <selvedge/scene/excluded_pairs.h>
+#include <selvedge/scene/joint_surface.h>
 #include <selvedge/scene/methods.h>
 #include <selvedge/scene/phase_clock.h>
 #include <selvedge/scene/scene.h>
@@ -45,6 +47,12 @@ class Detection final : public Clearances {
   /// Triangles that cross at t = 0, by the exact narrow phase: an edge meets a triangle if and only
   /// if a point that runs along the edge collides with it.
   Crossings find_crossings();
+  /// The same as edges that meet triangles, of the joint surface; sorted. Without those of the
+  /// cloth with itself where the scene does not want them.
+  std::vector<EdgeCrossing> find_edge_crossings();
+  /// Pairs that candidates leave out from now on; null: none. Must outlive its use.
+  void set_excluded(const ExcludedPairs* excluded) { excluded_ = excluded; }
+  JointSurface joint_surface() const;
 
   std::span<const Triangle> body_triangles() const { return body_triangles_; }
   std::span<const std::int32_t> body_begin() const { return body_begin_; }
@@ -85,6 +93,7 @@ class Detection final : public Clearances {
   std::vector<Vec3> covered_;   // cloth x_t1 that the candidates were made for
   std::vector<Vec3> drifting_;  // cloth x_t1 without the motion that all particles share
   CandidatePairs body_pairs_, self_pairs_;
+  const ExcludedPairs* excluded_ = nullptr;
   std::vector<Contact> found_;
 };
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <selvedge/core/triangle_mesh.h>
+#include <selvedge/scene/tangle_report.h>
 
 #include <filesystem>
 #include <map>
@@ -30,6 +31,7 @@ struct RunResult {
       0.0;  ///< largest excess over the strain limit left in any accepted state
   double final_max_speed = 0.0;  ///< m/s
   std::size_t peak_bytes = 0;
+  TangleReport tangle;
   std::string state_hash;  ///< of all positions and velocities at the end
   std::string stopped;     ///< "" or why the run ended early
   /// e.g. solver iterations, contacts, zones; max_gap_lack_m: what a contact lacked of its rest gap

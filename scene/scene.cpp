@@ -416,6 +416,8 @@ class SceneReader {
     const Json& j = root_["contact"];
     scene_.contact.thickness = j["thickness"].get<double>();
     scene_.contact.self = j["self"].get<bool>();
+    scene_.contact.untangle_start = j["start"] == "untangle";
+    scene_.contact.carry_tangled = j["still_tangled"] == "carry";
     scene_.contact.broad_phase =
         read_method(j["broad_phase"], methods_.broad_phases, "contact.broad_phase");
     scene_.contact.narrow_phase =

@@ -103,8 +103,11 @@ struct TimeSpec {
 };
 
 struct ContactSpec {
-  double thickness = 0.002;  ///< m, rest distance between two surfaces, > 0
-  bool self = true;          ///< cloth against itself and other pieces
+  double thickness = 0.002;     ///< m, rest distance between two surfaces, > 0
+  bool self = true;             ///< cloth against itself and other pieces
+  bool untangle_start = false;  ///< cloth that crosses at the start is untangled, not refused
+  bool carry_tangled =
+      false;  ///< one that cannot be untangled goes on, flagged; else the run stops
   std::string broad_phase = "bvh_aabb";
   std::string narrow_phase = "ccd_exact";
   std::string response = "contact_force";

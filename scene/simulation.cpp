@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/integrator.h>
 #include <selvedge/core/strain_limiter.h>
+#include <selvedge/scene/detail/handles.h>
+#include <selvedge/scene/detail/scene_forces.h>
 #include <selvedge/scene/detail/step_ledger.h>
 #include <selvedge/scene/detection.h>
 #include <selvedge/scene/phase_clock.h>
 #include <selvedge/scene/simulation.h>
+#include <selvedge/scene/untangle.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -42,34 +45,11 @@ double max_norm(std::span<const Vec3> v) {
   return std::sqrt(largest);
 }
 
-std::vector<double> triangle_areas(const TriangleMesh& mesh) {
-  std::vector<double> areas;
-  areas.reserve(mesh.triangles.size());
-  for (const Triangle& t : mesh.triangles)
-    areas.push_back(0.5 * (mesh.vertices[t[1]] - mesh.vertices[t[0]])
-                              .cross(mesh.vertices[t[2]] - mesh.vertices[t[0]])
-                              .norm());
-  return areas;
-}
-
 // The limiter may leave kStrainTolerance: it aims that much below, so that the limit itself holds.
 std::vector<double> limiter_targets(const std::vector<double>& limits) {
   std::vector<double> targets = limits;
   for (double& limit : targets) limit = std::max(limit - kStrainTolerance, 0.5 * limit);
   return targets;
-}
-
-std::vector<std::unique_ptr<Force>> make_forces(const Scene& scene, const BuiltScene& built) {
-  const ClothMesh& cloth = built.cloth;
-  const std::size_t n = cloth.surface.vertices.size();
-  std::vector<std::unique_ptr<Force>> forces;
-  forces.push_back(make_hooke_force(cloth.springs, n));
-  if (!cloth.hinges.empty()) forces.push_back(make_bending_force(cloth.hinges, n));
-  if (!scene.gravity.isZero(0.0)) forces.push_back(make_gravity(scene.gravity));
-  if (scene.air.normal_drag > 0.0 || scene.air.viscous_drag > 0.0)
-    forces.push_back(
-        make_air_force(scene.air, cloth.surface.triangles, triangle_areas(cloth.surface), n));
-  return forces;
 }
 
 std::string sentence(const char* what,
@@ -111,6 +91,7 @@ struct Simulation::Parts {
   std::vector<double> tried;   // s, of the last step
   FailedTry failed;
   VertexNames names;
+  std::optional<Untangler> untangler;
   const StepTrace* trace = nullptr;
 
   Parts(const Scene& s, BuiltScene b, const Methods& methods)
@@ -123,7 +104,7 @@ struct Simulation::Parts {
                              scene.contact.response_config)),
         fail_safe(make_method(methods.fail_safes, scene.contact.fail_safe, "contact.fail_safe")),
         names(scene, built) {
-    refuse_bad_handles();
+    detail::refuse_bad_handles(scene, built);
     detail::refuse_unfit_response(scene, *response, built.cloth.mass, nominal_step(),
                                   scene.solver.integrator == "symplectic_euler");
     const std::size_t n = built.cloth.surface.vertices.size();
@@ -139,9 +120,9 @@ struct Simulation::Parts {
     x_t1.resize(n + m);
     body_step.resize(m);
     if (scene.solver.integrator == "symplectic_euler")
-      symplectic.emplace(make_forces(scene, built), n);
+      symplectic.emplace(detail::make_forces(scene, built), n);
     else
-      implicit.emplace(make_forces(scene, built), n,
+      implicit.emplace(detail::make_forces(scene, built), n,
                        ImplicitConfig{scene.solver.tolerance, scene.solver.max_iterations});
     place_bodies(state.time, x_t0);
     note_bodies(x_t0);
@@ -150,29 +131,6 @@ struct Simulation::Parts {
   }
 
   std::size_t n() const { return state.x.size(); }
-
-  std::size_t piece_of(const HandleSpec& handle) const {
-    const auto piece = std::find_if(scene.cloths.begin(), scene.cloths.end(),
-                                    [&](const auto& c) { return c.name == handle.geometry; });
-    return static_cast<std::size_t>(piece - scene.cloths.begin());
-  }
-
-  // A scene file is checked by its reader; one made in code comes here unseen.
-  void refuse_bad_handles() const {
-    for (const HandleSpec& handle : scene.handles) {
-      const std::size_t piece = piece_of(handle);
-      const std::string name = "handle \"" + handle.name + "\"";
-      if (piece == scene.cloths.size())
-        throw std::invalid_argument(name + ": no piece of cloth is called \"" + handle.geometry +
-                                    "\"");
-      const std::int32_t size = built.piece_begin[piece + 1] - built.piece_begin[piece];
-      for (const std::int32_t v : handle.vertices)
-        if (v < 0 || v >= size)
-          throw std::invalid_argument(name + ": vertex " + std::to_string(v) +
-                                      " is not among the " + std::to_string(size) + " of \"" +
-                                      handle.geometry + "\"");
-    }
-  }
 
   void place_bodies(double time, std::vector<Vec3>& x) const {
     for (std::size_t b = 0; b < built.bodies.size(); ++b)
@@ -189,16 +147,21 @@ struct Simulation::Parts {
                        [&](const auto& body) { return !body->is_static(t0, t1); });
   }
 
-  Crossings crossings_now() {
+  void look_at_state() {
     std::copy(state.x.begin(), state.x.end(), x_t0.begin());
     place_bodies(state.time, x_t0);
     detection.set_motion(x_t0, x_t0, bodies_move(state.time, state.time));
+  }
+
+  Crossings crossings_now() {
+    look_at_state();
     const auto scope = clock.measure("verify");
     return detection.find_crossings();
   }
 
   void refuse_crossing_start() {
     const Crossings found = crossings_now();
+    if (scene.contact.untangle_start) return start_untangling();
     const std::string remedy =
         "; move the pieces apart, or mend the mesh (`selvedge check` names the pairs)";
     if (!found.body.empty())
@@ -209,6 +172,11 @@ struct Simulation::Parts {
                                   sentence("cross", found.self, "the cloth") + remedy);
   }
 
+  bool untangling() const { return untangler && untangler->active(); }
+  void start_untangling();
+  void go_on_untangling();
+  void resume_untangling();
+
   void note_strain() {
     const StrainReport strain = limiter.measure(state.x);
     result.max_stretch = std::max(result.max_stretch, strain.max_strain);
@@ -217,6 +185,7 @@ struct Simulation::Parts {
   }
 
   void verify_frame() {
+    if (untangling()) return;  // has just been looked at, and the result counts it
     const Crossings found = crossings_now();
     result.worst_self_intersections =
         std::max(result.worst_self_intersections, static_cast<int>(found.self.size()));
@@ -260,24 +229,11 @@ struct Simulation::Parts {
 void Simulation::Parts::hold_particles(double t0, double t1, double h) {
   for (std::size_t i = 0; i < n(); ++i) particles.inv_mass[i] = 1.0 / mass[i];
   v_t1 = state.v;
-  for (const HandleSpec& handle : scene.handles) {
-    if (handle.release >= 0.0 && t0 >= handle.release) continue;
-    const std::int32_t first = built.piece_begin[piece_of(handle)];
-    const std::vector<Vec3>& start = built.cloth.surface.vertices;
-    Vec3 pivot = Vec3::Zero();
-    for (const std::int32_t v : handle.vertices) pivot += start[first + v];
-    pivot /= static_cast<double>(handle.vertices.size());
-    const Keyframe pose = pose_at(handle.motion, t1);
-    for (const std::int32_t v : handle.vertices) {
-      const std::int32_t i = first + v;
-      const Vec3 end = handle.motion.empty()
-                           ? start[i]
-                           : Vec3(pivot + pose.translation + pose.rotation * (start[i] - pivot));
-      particles.inv_mass[i] = 0.0;
-      v_t1[i] = (end - state.x[i]) / h;
-      x_t1[i] = end;
-    }
-  }
+  detail::visit_held(scene, built, t0, t1, [&](std::int32_t i, const Vec3& end) {
+    particles.inv_mass[i] = 0.0;
+    v_t1[i] = (end - state.x[i]) / h;
+    x_t1[i] = end;
+  });
   std::copy(particles.inv_mass.begin(), particles.inv_mass.end(), inv_mass.begin());
 }
 
@@ -332,7 +288,8 @@ void Simulation::Parts::solve_implicit(double h) {
     if (const auto terms = response->terms(); solve == 0 || answered_in_solve || !terms.empty()) {
       const auto scope = clock.measure("solve");
       answered_in_solve = !terms.empty();
-      const SolveReport report = implicit->solve(terms, v_t1);
+      const SolveReport report =
+          implicit->solve(untangling() ? untangler->with_drive(terms, mass) : terms, v_t1);
       result.counters["solves"] += 1;
       result.counters["solver_iterations"] += report.iterations;
       result.counters["solves_not_converged"] += report.converged ? 0 : 1;
@@ -371,6 +328,7 @@ bool Simulation::Parts::step_explicit(double h) {
   {
     const auto scope = clock.measure("forces");
     symplectic->step(particles, state.time, h, v_t1);
+    if (untangling()) untangler->set_velocities(inv_mass, v_t1);
   }
   if (trace) set_end_from_velocity(h);
   tell("explicit step");
@@ -430,6 +388,7 @@ bool Simulation::Parts::try_step(double h, double t1) {
   detection.find_proximities(contacts);
   result.counters["contacts"] += static_cast<double>(contacts.size());
   if (trace) trace->begin({h, x_t0, x_t1, inv_mass, contacts});
+  if (untangling()) untangler->begin(predicted, body_step, h);
 
   note_lacks();
   ledger.begin();
@@ -459,6 +418,40 @@ void Simulation::Parts::accept(double h, double t1) {
   ++state.step;
   ++result.steps;
   note_strain();
+  if (untangling()) go_on_untangling();
+}
+
+void Simulation::Parts::start_untangling() {
+  const std::vector<EdgeCrossing> crossings = detection.find_edge_crossings();
+  untangler.emplace(detection.joint_surface(), UntangleConfig{});
+  if (const std::int32_t v = untangler->enclosed(x_t0, crossings); v >= 0)
+    throw std::invalid_argument(names.vertex(v) +
+                                " and all the cloth that hangs on it lie inside a closed body at "
+                                "the start; move the piece out of it");
+  untangler->start(x_t0, crossings);
+  detection.set_excluded(&untangler->excluded());
+  state.tangles = untangler->tangles();
+}
+
+void Simulation::Parts::resume_untangling() {
+  look_at_state();
+  untangler->resume(state.tangles, x_t0, detection.find_edge_crossings());
+}
+
+void Simulation::Parts::go_on_untangling() {
+  untangler->finish(state.v);
+  look_at_state();
+  const auto scope = clock.measure("untangle");
+  untangler->update(x_t0, state.v, detection.find_edge_crossings(), state.time);
+  state.tangles = untangler->tangles();
+  if (!untangler->report().given_up || scene.contact.carry_tangled) return;
+  const Crossings left = crossings_now();
+  throw SimulationFailed(
+      FailureKind::not_clean,
+      "no way was found to untangle the cloth: " +
+          (left.body.empty() ? sentence("cross", left.self, "the cloth")
+                             : sentence("cross", left.body, "the bodies")) +
+          "; move the pieces apart, or carry them on with contact.still_tangled");
 }
 
 // Explicit steps keep within the integrator's bound.
@@ -559,6 +552,7 @@ void Simulation::restore(SimulationState state) {
   parts_->state = std::move(state);
   parts_->place_bodies(parts_->state.time, parts_->x_t0);
   parts_->note_bodies(parts_->x_t0);
+  if (parts_->untangler) parts_->resume_untangling();
 }
 
 const std::vector<double>& Simulation::tried() const { return parts_->tried; }
@@ -587,6 +581,10 @@ RunResult Simulation::result() const {
   for (const auto& [name, value] : parts_->fail_safe->counters()) result.counters[name] = value;
   result.ledger = parts_->ledger.figures();
   result.phase_s = parts_->clock.seconds();
+  if (parts_->untangler) {
+    result.tangle = parts_->untangler->report();
+    result.clean = result.clean && result.tangle.elsewhere == 0 && !parts_->untangling();
+  }
   result.final_max_speed = max_norm(parts_->state.v);
   result.state_hash = selvedge::state_hash(parts_->state);
   return result;

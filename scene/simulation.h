@@ -2,6 +2,7 @@
 #pragma once
 
 #include <selvedge/core/particles.h>
+#include <selvedge/scene/excluded_pairs.h>
 #include <selvedge/scene/output.h>
 #include <selvedge/scene/scene.h>
 #include <selvedge/scene/step_failure.h>
@@ -30,10 +31,11 @@ struct SimulationState {
   double time = 0.0;      ///< s
   std::vector<Vec3> x, v;
   StepControl control;
+  Tangles tangles;  ///< crossings of the start that are still being undone
 };
 
 /// The cloth of a scene in time. Throws std::invalid_argument from the constructor if the cloth
-/// crosses a body or itself at the start (count, first pair, remedy).
+/// crosses a body or itself at the start (count, first pair, remedy) and is not to be untangled.
 class Simulation {
  public:
   Simulation(const Scene& scene, BuiltScene built, const Methods& methods = {});

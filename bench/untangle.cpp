@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+// How well tangles of the start are undone: generated ones, each run until it is free and a few
+// frames on, every state and path judged by the exact predicates of `check`. Prints a line for
+// each and a summary; exit code 1 if one is not free, is too fast, or crosses anywhere else.
+#include <fmt/core.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <vector>
+
+#include "../tests/tangles.h"
+
+namespace {
+
+using namespace selvedge;
+
+constexpr double kTooFast = 10.0;  // m/s
+
+struct Options {
+  int count = 50;
+  unsigned first_seed = 1;
+  int frames = 240, after = 6;
+  bool no_judge = false;
+};
+
+Options parse(int argc, char** argv) {
+  Options o;
+  CLI::App app("Generated tangles: how many end free, how soon, how fast");
+  app.add_option("--count", o.count, "Number of tangles")->check(CLI::Range(1, 100000));
+  app.add_option("--seed", o.first_seed, "Seed of the first; the others follow");
+  app.add_option("--frames", o.frames, "Frames after which a tangle counts as not undone");
+  app.add_option("--after", o.after, "Frames to go on once it is free");
+  app.add_flag("--no-judge", o.no_judge, "Leave out the judgement of states and paths");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    std::exit(app.exit(error) == 0 ? 0 : 2);
+  }
+  return o;
+}
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+bool is_good(const TangleOutcome& o) {
+  return o.stopped.empty() && o.pairs == 0 && o.elsewhere == 0 && o.after == 0 && o.only_shrinks &&
+         o.max_speed < kTooFast && o.result.clean;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const Options o = parse(argc, argv);
+  int good = 0, free = 0;
+  double fastest = 0.0, longest = 0.0;
+  std::size_t elsewhere = 0;
+  fmt::print("{:<6} {:<7} {:>6} {:>6} {:>7} {:>7} {:>9} {:>6} {:>7}  {}\n", "seed", "kind", "pairs",
+             "steps", "free s", "m/s", "elsewhere", "left", "wall s", "drawn");
+  for (int i = 0; i < o.count; ++i) {
+    const unsigned seed = o.first_seed + static_cast<unsigned>(i);
+    const auto kind = static_cast<TangleKind>(i % kTangleKinds);
+    TangledScene tangled = make_tangle(kind, seed);
+    const std::string text = tangled.text;
+    const auto start = std::chrono::steady_clock::now();
+    const TangleOutcome r = untangle(std::move(tangled), o.frames, o.after, !o.no_judge);
+    good += is_good(r) ? 1 : 0;
+    free += r.pairs == 0 && r.stopped.empty() ? 1 : 0;
+    fastest = std::max(fastest, r.max_speed);
+    longest = std::max(longest, r.until_s);
+    elsewhere += r.elsewhere + r.after;
+    fmt::print("{:<6} {:<7} {:>6} {:>6} {:>7.3f} {:>7.2f} {:>9} {:>6} {:>7.2f}  {}{}{}\n", seed,
+               tangle_name(kind), r.start_pairs, r.steps, r.until_s, r.max_speed,
+               r.elsewhere + r.after, r.pairs, seconds_since(start),
+               is_good(r) ? "" : "BAD: ", r.only_shrinks ? "" : "regions grew; ",
+               r.stopped.empty() ? text : r.stopped);
+    std::fflush(stdout);
+  }
+  fmt::print(
+      "{} of {} end free, {} without a fault; at most {:.2f} m/s, {:.3f} s; {} crossings "
+      "elsewhere\n",
+      free, o.count, good, fastest, longest, elsewhere);
+  return good == o.count ? 0 : 1;
+}

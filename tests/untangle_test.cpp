@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: MIT
+#include <gtest/gtest.h>
+#include <selvedge/core/parallel.h>
+#include <selvedge/scene/contours.h>
+#include <selvedge/scene/simulation.h>
+
+#include <stdexcept>
+#include <string>
+
+#include "tangles.h"
+
+namespace selvedge {
+namespace {
+
+constexpr double kFastest = 5.0;  // m/s
+
+void expect_free(TangleKind kind, unsigned seed) {
+  const TangledScene tangled = make_tangle(kind, seed);
+  SCOPED_TRACE(std::string(tangle_name(kind)) + " " + std::to_string(seed) + ": " + tangled.text);
+  const TangleOutcome outcome = untangle(make_tangle(kind, seed), 60, 4);
+  EXPECT_GT(outcome.start_pairs, 0);
+  EXPECT_EQ(outcome.pairs, 0);
+  EXPECT_GT(outcome.until_s, 0.0);
+  EXPECT_LT(outcome.max_speed, kFastest);
+  EXPECT_TRUE(outcome.only_shrinks);
+  EXPECT_EQ(outcome.elsewhere, 0u);
+  EXPECT_EQ(outcome.after, 0u);
+  EXPECT_EQ(outcome.stopped, "");
+  EXPECT_TRUE(outcome.result.clean);
+}
+
+TEST(Untangle, ABumpThroughASheetComesBackAndNothingElseIsCrossed) {
+  expect_free(TangleKind::bump, 1);
+  expect_free(TangleKind::bump, 9);
+}
+
+TEST(Untangle, TwoSheetsThatCrossFromBorderToBorderPart) {
+  expect_free(TangleKind::layers, 2);
+  expect_free(TangleKind::layers, 6);
+}
+
+TEST(Untangle, ASleeveSunkIntoTheArmComesOut) {
+  expect_free(TangleKind::sleeve, 3);
+  expect_free(TangleKind::sleeve, 167);
+}
+
+TEST(Untangle, ACornerThroughItsOwnSheetComesBack) { expect_free(TangleKind::corner, 4); }
+
+TEST(Untangle, TheBitsAreTheSameForAnyNumberOfThreads) {
+  std::string hash;
+  for (const int threads : {1, 2, 8}) {
+    const ThreadLimit limit(threads);
+    const TangleOutcome outcome = untangle(make_tangle(TangleKind::bump, 1), 60, 1, false);
+    if (hash.empty()) hash = outcome.hash;
+    EXPECT_EQ(outcome.hash, hash) << threads << " threads";
+  }
+}
+
+Scene sheet_on_ball(double height) {
+  Scene scene;
+  scene.materials["default"] = Material{};
+  scene.cloths.emplace_back().shape = ClothGrid{ClothPattern::rectangular, {0.3, 0.3, 10, 10}};
+  scene.cloths[0].name = "sheet";
+  scene.cloths[0].placement.translation = Vec3(0.01, 0.02, height);
+  scene.bodies.emplace_back().shape = BodyShape{Sphere{0.1}, 16};
+  scene.bodies[0].name = "ball";
+  return scene;
+}
+
+TEST(Untangle, ASceneThatStartsCleanRunsToTheSameBits) {
+  std::string hash;
+  for (const bool untangle : {false, true}) {
+    Scene scene = sheet_on_ball(0.11);
+    scene.contact.untangle_start = untangle;
+    Simulation simulation(scene, build_scene(scene));
+    simulation.advance_to_frame(12, {});
+    if (!untangle) hash = simulation.result().state_hash;
+    EXPECT_EQ(simulation.result().state_hash, hash);
+    EXPECT_EQ(simulation.result().tangle.start_pairs, 0);
+  }
+}
+
+TEST(Untangle, ASceneThatDoesNotAskForItIsRefused) {
+  const Scene scene = sheet_on_ball(0.02);
+  EXPECT_THROW(Simulation(scene, build_scene(scene)), std::invalid_argument);
+}
+
+TEST(Untangle, ASheetThroughTheMiddleOfABallSlidesOffIt) {
+  Scene scene = sheet_on_ball(0.0);
+  scene.contact.untangle_start = true;
+  Simulation simulation(scene, build_scene(scene));
+  simulation.advance_to_frame(60, {});
+  EXPECT_EQ(simulation.result().tangle.pairs, 0);
+  EXPECT_TRUE(simulation.result().clean);
+  EXPECT_LT(simulation.result().tangle.max_speed, kFastest);
+}
+
+TEST(Untangle, APieceInsideAClosedBodyIsRefusedByName) {
+  Scene scene = sheet_on_ball(0.0);
+  scene.contact.untangle_start = true;
+  std::get<ClothGrid>(scene.cloths[0].shape).grid = {0.05, 0.05, 4, 4};
+  try {
+    Simulation(scene, build_scene(scene));
+    FAIL() << "accepted";
+  } catch (const std::invalid_argument& refusal) {
+    const std::string said = refusal.what();
+    EXPECT_NE(said.find("sheet"), std::string::npos) << said;
+    EXPECT_NE(said.find("inside a closed body"), std::string::npos) << said;
+  }
+}
+
+// Both sheets held still at every vertex: no way can lead out.
+Scene knotted() {
+  Scene scene;
+  scene.materials["default"] = Material{};
+  scene.contact.untangle_start = true;
+  for (const char* name : {"a", "b"}) {
+    scene.cloths.emplace_back().shape = ClothGrid{ClothPattern::rectangular, {0.1, 0.1, 4, 4}};
+    scene.cloths.back().name = name;
+    HandleSpec& handle = scene.handles.emplace_back();
+    handle.name = handle.geometry = name;
+    for (std::int32_t i = 0; i < 25; ++i) handle.vertices.push_back(i);
+  }
+  scene.cloths[1].placement.rotation = Eigen::AngleAxisd(1.0, Vec3::UnitX());
+  scene.cloths[1].placement.translation = Vec3(0.003, 0.004, 0.002);
+  return scene;
+}
+
+TEST(Untangle, WhatCannotBeUndoneStopsTheRunWithThePairsThatAreLeft) {
+  const Scene scene = knotted();
+  Simulation simulation(scene, build_scene(scene));
+  try {
+    simulation.advance_to_frame(600, {});
+    FAIL() << "went on";
+  } catch (const SimulationFailed& failure) {
+    const std::string said = failure.what();
+    EXPECT_NE(said.find("no way was found to untangle"), std::string::npos) << said;
+    EXPECT_NE(said.find("pairs of triangles"), std::string::npos) << said;
+  }
+  EXPECT_TRUE(simulation.result().tangle.given_up);
+  EXPECT_EQ(simulation.result().tangle.pairs, simulation.result().tangle.start_pairs);
+  EXPECT_FALSE(simulation.result().clean);
+}
+
+TEST(Untangle, WhatCannotBeUndoneIsCarriedOnWhereTheSceneSaysSo) {
+  Scene scene = knotted();
+  scene.contact.carry_tangled = true;
+  Simulation simulation(scene, build_scene(scene));
+  simulation.advance_to_frame(150, {});
+  const RunResult result = simulation.result();
+  EXPECT_TRUE(result.tangle.given_up);
+  EXPECT_GT(result.tangle.pairs, 0);
+  EXPECT_EQ(result.tangle.elsewhere, 0);
+  EXPECT_EQ(result.tangle.until_s, -1.0);
+  EXPECT_FALSE(result.clean);
+}
+
+TEST(Untangle, ARunThatIsRestoredAmidATangleGoesOnToTheSameBits) {
+  TangledScene first = make_tangle(TangleKind::layers, 2),
+               second = make_tangle(TangleKind::layers, 2);
+  Simulation whole(first.scene, std::move(first.built));
+  whole.advance_to_frame(4, {});
+  const SimulationState state = whole.state();
+  whole.advance_to_frame(20, {});
+  Simulation resumed(second.scene, std::move(second.built));
+  resumed.restore(state);
+  resumed.advance_to_frame(20, {});
+  EXPECT_EQ(resumed.result().state_hash, whole.result().state_hash);
+  EXPECT_EQ(resumed.result().tangle.until_s, whole.result().tangle.until_s);
+}
+
+TEST(Contours, ASheetThroughAnotherLeavesOneContourThatCutsOffItsTip) {
+  // A triangle whose tip goes through the middle of a larger one.
+  const std::vector<Vec3> x = {{-1, -1, 0}, {2, -1, 0},    {-1, 2, 0},
+                               {0, 0, -1},  {0.2, 0, 0.5}, {-0.2, 0, 0.5}};
+  const std::vector<Triangle> triangles = {{0, 1, 2}, {3, 4, 5}};
+  const JointSurface surface(6, 0, unique_edges(triangles), triangles, {}, {});
+  std::vector<EdgeCrossing> crossings;
+  for (std::size_t e = 0; e < surface.edges().size(); ++e)
+    if (surface.edges()[e][0] == 3) crossings.push_back({static_cast<std::int32_t>(e), 0});
+  const auto contours = trace_contours(surface, crossings);
+  ASSERT_EQ(contours.size(), 1u);
+  EXPECT_EQ(contours[0].nodes.size(), 2u);
+  std::vector<std::int32_t> kept(surface.parts(), CutRegions::kUnknown);
+  const CutRegions regions(surface, contours, x, kept);
+  EXPECT_FALSE(regions.divides(0, 1));
+  EXPECT_TRUE(regions.is_cut_off(0, 0, 3) || regions.is_cut_off(0, 0, 4));
+  EXPECT_NE(regions.is_cut_off(0, 0, 3), regions.is_cut_off(0, 0, 4));
+}
+
+}  // namespace
+}  // namespace selvedge

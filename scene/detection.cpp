@@ -146,11 +146,17 @@ void Detection::find_candidates() {
     broad_self_->find_self_pairs(drifting_view(), self_pairs_);
   else
     self_pairs_.clear();
-  if (excluded_ != nullptr && !excluded_->empty()) {
-    excluded_->drop_from_body(body_pairs_);
-    excluded_->drop_from_self(self_pairs_);
-  }
+  drop_excluded(body_pairs_, false);
+  drop_excluded(self_pairs_, true);
   covered_.assign(x_t1_.begin(), x_t1_.begin() + static_cast<std::ptrdiff_t>(particles_));
+}
+
+void Detection::drop_excluded(CandidatePairs& pairs, bool self) const {
+  if (excluded_ == nullptr || excluded_->empty()) return;
+  if (self)
+    excluded_->drop_from_self(pairs);
+  else
+    excluded_->drop_from_body(pairs);
 }
 
 // The cloth without the displacement that all its particles share: two of them meet or not whatever
@@ -309,6 +315,7 @@ void Detection::all(const Vec3& shift, std::vector<ContactPoint>& out) {
   const SurfaceView body = view(body_view(0.5 * thickness_), particles_, body_vertices());
   CandidatePairs pairs;
   const auto append = [&](const SurfaceView& other, bool self) {
+    drop_excluded(pairs, self);
     find_separations(cloth, other, pairs, found_);
     for (const Contact& contact : found_) {
       out.push_back(joint(contact, self));

@@ -66,6 +66,7 @@ class Detection final : public Clearances {
   double rest_gap(const ContactPoint& c, bool self) const;
   double friction(const ContactPoint& c, bool self) const;
   SurfaceView drifting_view();
+  void drop_excluded(CandidatePairs& pairs, bool self) const;
   void append_proximities(const std::vector<Contact>& found, bool self,
                           std::vector<ContactPoint>& out) const;
 

@@ -114,7 +114,8 @@ const char* const everything = R"({
   "time": {"frames": 30, "fps": 25, "steps_per_frame": 3, "max_halvings": 4},
   "contact": {"thickness": 0.003, "self": false, "broad_phase": "brute_force", "narrow_phase": "ccd_exact",
               "response": "impulse", "stiffness": 50, "damping": 0.5, "restitution": 0.25,
-              "retention": 0.75, "slip_speed": 0.002, "sticking": true, "fail_safe": "impulse_zones"},
+              "retention": 0.75, "slip_speed": 0.002, "sticking": true, "fail_safe": "impulse_zones",
+              "start": "untangle", "still_tangled": "carry"},
   "solver": {"integrator": "symplectic_euler", "strain_limiter": false, "tolerance": 1e-5, "max_iterations": 50},
   "output": {"vtk": true, "pc2": true, "picture_every": 10,
     "camera": {"eye": [1, 1, 1], "target": [0, 0, 1], "field_of_view": 40, "width": 320, "height": 240}}
@@ -145,6 +146,8 @@ TEST_F(SceneFile, TheShortestSceneHasTheDefaultsOfTheHeader) {
   EXPECT_EQ(is.time.max_halvings, should.time.max_halvings);
   EXPECT_EQ(is.contact.thickness, should.contact.thickness);
   EXPECT_EQ(is.contact.self, should.contact.self);
+  EXPECT_EQ(is.contact.untangle_start, should.contact.untangle_start);
+  EXPECT_EQ(is.contact.carry_tangled, should.contact.carry_tangled);
   EXPECT_EQ(is.contact.broad_phase, should.contact.broad_phase);
   EXPECT_EQ(is.contact.narrow_phase, should.contact.narrow_phase);
   EXPECT_EQ(is.contact.response, should.contact.response);
@@ -239,6 +242,8 @@ TEST_F(EverythingFile, EveryNumberGoesToItsField) {
   EXPECT_EQ(answer.retention, 0.75);
   EXPECT_EQ(answer.slip_speed, 0.002);
   EXPECT_TRUE(answer.sticking);
+  EXPECT_TRUE(s.contact.untangle_start);
+  EXPECT_TRUE(s.contact.carry_tangled);
   EXPECT_EQ(s.contact.broad_phase, "brute_force");
   EXPECT_EQ(s.solver.integrator, "symplectic_euler");
   EXPECT_FALSE(s.solver.strain_limiter);

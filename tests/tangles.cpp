@@ -191,11 +191,15 @@ bool is_over(const std::vector<Tangle>& tangles) {
   return std::all_of(tangles.begin(), tangles.end(), [](const auto& t) { return t.is_over(); });
 }
 
-double fastest(const Snapshot& from, const Snapshot& to, double h) {
-  double largest = 0.0;
-  for (std::size_t i = 0; i < from.cloth.size(); ++i)
-    largest = std::max(largest, (to.cloth[i] - from.cloth[i]).norm() / h);
-  return largest;
+void note_speeds(const Snapshot& from, const Snapshot& to, double h, TangleOutcome& outcome) {
+  Vec3 mean = Vec3::Zero();
+  for (std::size_t i = 0; i < from.cloth.size(); ++i) mean += to.cloth[i] - from.cloth[i];
+  mean /= static_cast<double>(from.cloth.size());
+  for (std::size_t i = 0; i < from.cloth.size(); ++i) {
+    const Vec3 u = to.cloth[i] - from.cloth[i];
+    outcome.max_speed = std::max(outcome.max_speed, u.norm() / h);
+    outcome.max_apart = std::max(outcome.max_apart, (u - mean).norm() / h);
+  }
 }
 
 void step(Simulation& simulation, TangleOutcome& outcome, bool with_judge) {
@@ -204,7 +208,7 @@ void step(Simulation& simulation, TangleOutcome& outcome, bool with_judge) {
   const double t0 = simulation.state().time;
   simulation.step_towards(std::numeric_limits<std::int32_t>::max());
   const Snapshot to{simulation.state().x, simulation.body_positions()};
-  outcome.max_speed = std::max(outcome.max_speed, fastest(from, to, simulation.state().time - t0));
+  note_speeds(from, to, simulation.state().time - t0, outcome);
   outcome.only_shrinks =
       outcome.only_shrinks && is_part_of(simulation.state().tangles.list, tangles);
   if (!is_over(tangles)) ++outcome.steps;

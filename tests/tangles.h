@@ -25,6 +25,7 @@ struct TangleOutcome {
   int start_pairs = 0, pairs = 0;
   double until_s = -1.0;
   int steps = 0;             ///< accepted until then
+  double max_apart = 0.0;    ///< m/s, as max_speed, against the mean of the cloth, which falls
   double max_speed = 0.0;    ///< m/s, largest displacement over time of any particle
   bool only_shrinks = true;  ///< no pair was excluded that had not been
   /// Crossings and collisions on paths that do not belong to a tangle.

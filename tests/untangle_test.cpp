@@ -3,11 +3,10 @@
 #include <selvedge/core/parallel.h>
 #include <selvedge/scene/contours.h>
 #include <selvedge/scene/simulation.h>
+#include <selvedge/tests/tangles.h>
 
 #include <stdexcept>
 #include <string>
-
-#include "tangles.h"
 
 namespace selvedge {
 namespace {

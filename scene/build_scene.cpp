@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/bodies/mesh_report.h>
+#include <selvedge/scene/check_scene.h>
 #include <selvedge/scene/detail/scene_json.h>
 #include <selvedge/scene/detail/strip_path.h>
 #include <selvedge/scene/scene.h>
@@ -219,6 +220,7 @@ ClothMesh detail::make_piece(const ClothSpec& cloth, const Material& material) {
 }
 
 BuiltScene build_scene(const Scene& scene) {
+  check_numbers(scene);
   BuiltScene built;
   for (std::size_t i = 0; i < scene.cloths.size(); ++i) add_cloth(scene, i, built);
   built.piece_begin.push_back(static_cast<std::int32_t>(built.cloth.surface.vertices.size()));

@@ -29,7 +29,7 @@ enum class ClothPattern { rectangular, triangular };
 /// A curve along which a grid lies at the start, folded or knotted; its rest shape stays flat.
 struct StripPath {
   std::vector<Vec3> points;   ///< m, the curve runs smoothly through them; empty: flat
-  Vec3 side = Vec3::UnitY();  ///< where y of the grid points at the first point
+  Vec3 side = Vec3::UnitY();  ///< where y of the grid points, as far as it is across the curve
 };
 
 struct ClothGrid {
@@ -172,6 +172,8 @@ struct BuiltScene {
   std::vector<std::unique_ptr<Body>> bodies;  ///< in the order of Scene::bodies
   std::vector<std::string> warnings;          ///< e.g. a body that is not closed
 };
+/// Throws std::invalid_argument for numbers out of range and meshes that cannot be used, naming
+/// place, fault and remedy.
 BuiltScene build_scene(const Scene& scene);
 
 }  // namespace selvedge

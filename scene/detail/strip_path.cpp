@@ -64,20 +64,15 @@ void add_tangents(std::vector<Sample>& samples) {
         (samples[std::min(i + 1, last)].point - samples[i > 0 ? i - 1 : 0].point).normalized();
 }
 
-// Rotation-minimising frame by double reflection [Wang2008, table I].
+// The part of the side that is perpendicular to the curve.
 void add_across(std::vector<Sample>& samples, const Vec3& side) {
-  const Vec3 start = side - side.dot(samples[0].tangent) * samples[0].tangent;
-  if (!(start.norm() > least_sine * side.norm()))
-    throw std::invalid_argument("path: \"side\" runs along the curve; give a direction across it");
-  samples[0].across = start.normalized();
-  for (std::size_t i = 0; i + 1 < samples.size(); ++i) {
-    const Vec3 v1 = samples[i + 1].point - samples[i].point;
-    const auto reflect = [](const Vec3& x, const Vec3& v) {
-      return Vec3(x - 2.0 * v.dot(x) / v.squaredNorm() * v);
-    };
-    const Vec3 across = reflect(samples[i].across, v1), tangent = reflect(samples[i].tangent, v1);
-    const Vec3 v2 = samples[i + 1].tangent - tangent;
-    samples[i + 1].across = v2.squaredNorm() > 0.0 ? reflect(across, v2) : across;
+  for (Sample& s : samples) {
+    const Vec3 across = side - side.dot(s.tangent) * s.tangent;
+    if (!(across.norm() > least_sine * side.norm()))
+      throw std::invalid_argument(fmt::format(
+          "path: \"side\" runs along the curve at ({:g}, {:g}, {:g}); give a direction across it",
+          s.point.x(), s.point.y(), s.point.z()));
+    s.across = across.normalized();
   }
 }
 

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/tests/extreme_cases.h>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace selvedge {
+
+const char* to_string(Answer answer) {
+  switch (answer) {
+    case Answer::correct:
+      return "correct";
+    case Answer::refused:
+      return "refused";
+    case Answer::degraded:
+      return "degraded";
+    case Answer::failed:
+      break;
+  }
+  return "FAILED";
+}
+
+ExtremeConfig Trial::config(const std::string& name, const std::vector<Override>& overrides) const {
+  ExtremeConfig config;
+  config.overrides = overrides;
+  config.response = response_;
+  if (!out_.empty()) config.out = out_ / name;
+  return config;
+}
+
+ExtremeRun Trial::run(const std::string& name, const std::vector<Override>& overrides) {
+  ExtremeRun run = run_extreme(name, config(name, overrides));
+  collect(run);
+  return run;
+}
+
+ExtremeRun Trial::run(const Scene& scene) {
+  ExtremeRun run = run_extreme(scene, config(scene.name, {}));
+  collect(run);
+  return run;
+}
+
+void Trial::collect(const ExtremeRun& run) {
+  measures_.max_stretch = std::max(measures_.max_stretch, run.result.max_stretch);
+  measures_.crossings = std::max(measures_.crossings, run.intersections + run.path_collisions);
+  measures_.worst_speed = std::max(measures_.worst_speed, run.worst_speed);
+  measures_.energy_ratio = std::fmax(measures_.energy_ratio, run.energy_ratio);
+}
+
+CaseResult Trial::answer(Answer answer, const std::string& note) const {
+  CaseResult result = measures_;
+  result.answer = answer;
+  result.note = note;
+  return result;
+}
+
+CaseResult Trial::settle(const ExtremeRun& run, bool right, const std::string& number) const {
+  if (!run.finite) return answer(Answer::failed, run.stopped);
+  if (!run.refused.empty()) return answer(Answer::refused, run.refused);
+  const std::size_t crossings = run.intersections + run.path_collisions;
+  if (crossings > 0 && run.result.clean && run.stopped.empty())
+    return answer(Answer::failed, fmt::format("calls itself clean, but {} crossings", crossings));
+  if (crossings > 0)
+    return answer(Answer::degraded, fmt::format("not clean, and says so: {} crossings", crossings));
+  if (!run.stopped.empty()) return answer(Answer::refused, run.stopped);
+  if (!right) return answer(Answer::failed, number);
+  if (run.result.strain_residual > 0.0)
+    return answer(Answer::degraded, fmt::format("{}; {:.3g} % above the strain limit, and says so",
+                                                number, 100.0 * run.result.strain_residual));
+  return answer(Answer::correct, number);
+}
+
+std::vector<ExtremeCase> extreme_cases() {
+  std::vector<ExtremeCase> all = extreme_number_cases();
+  for (ExtremeCase& more : extreme_contact_cases()) all.push_back(std::move(more));
+  std::stable_sort(all.begin(), all.end(),
+                   [](const ExtremeCase& a, const ExtremeCase& b) { return a.name < b.name; });
+  return all;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/tests/extreme_cases.h>
+
+#include <gtest/gtest.h>
+
+namespace selvedge {
+namespace {
+
+std::vector<ExtremeCase> quick_cases() {
+  std::vector<ExtremeCase> quick;
+  for (ExtremeCase& one : extreme_cases())
+    if (one.quick) quick.push_back(std::move(one));
+  return quick;
+}
+
+class Extreme : public testing::TestWithParam<ExtremeCase> {};
+
+TEST_P(Extreme, EndsAsItShould) {
+  Trial trial;
+  const CaseResult result = GetParam().run(trial);
+  EXPECT_STREQ(to_string(result.answer), to_string(GetParam().best)) << result.note;
+}
+
+INSTANTIATE_TEST_SUITE_P(Cases, Extreme, testing::ValuesIn(quick_cases()), [](const auto& info) {
+  std::string name = info.param.name;
+  for (char& c : name)
+    if (c == '.') c = '_';
+  return name;
+});
+
+}  // namespace
+}  // namespace selvedge

@@ -38,5 +38,11 @@ FailSafeRegistry fail_safes();
 std::unique_ptr<FailSafe> make_impulse_zones();
 /// Inelastic projection (inelastic_projection.h), then rigid impact zones.
 std::unique_ptr<FailSafe> make_projection_zones();
+/// A ball for each particle, by its distance from all it could meet.
+std::unique_ptr<FailSafe> make_displacement_bound();
+/// A plane between the two primitives of each pair (separating_planes.h).
+std::unique_ptr<FailSafe> make_separating_planes();
+/// Inelastic projection, then planes. The default.
+std::unique_ptr<FailSafe> make_layered();
 
 }  // namespace selvedge

@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cstdio>
+#include <limits>
 
 namespace selvedge {
 namespace {
@@ -87,6 +88,26 @@ ReferenceMotion anchor_motion(std::span<const std::int32_t> anchors, std::span<c
   }
   motion.misfit = error / extent;
   return motion;
+}
+
+Vec3 shared_shift(std::span<const ContactPoint> hits, const ResponseStep& step,
+                  std::span<const Vec3> x_t1) {
+  Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity()), high = -low;
+  for (const ContactPoint& c : hits)
+    for (const std::int32_t i : c.vertex) {
+      if (step.motion.inv_mass[i] > 0.0) continue;
+      const Vec3 move = x_t1[i] - step.motion.x_t0[i];
+      low = low.cwiseMin(move);
+      high = high.cwiseMax(move);
+    }
+  if (low.x() <= high.x()) return low == high ? low : Vec3(0.5 * (low + high));
+  Vec3 sum = Vec3::Zero();
+  double total = 0.0;
+  for (std::size_t i = 0; i < step.motion.particles; ++i) {
+    sum += step.mass[i] * (x_t1[i] - step.motion.x_t0[i]);
+    total += step.mass[i];
+  }
+  return sum / total;
 }
 
 std::string jam_sentence(const ContactGroup& group, const ContactMotion& motion,

@@ -3,6 +3,7 @@
 
 #include <selvedge/core/types.h>
 #include <selvedge/response/contact_groups.h>
+#include <selvedge/response/response.h>
 
 #include <cmath>
 #include <span>
@@ -45,6 +46,11 @@ inline constexpr double kRigidMisfit = 1e-6;
 inline double angle_of(const ReferenceMotion& motion) {
   return motion.turn.norm() / std::sqrt(2.0);
 }
+
+/// One translation for all, m, from which displacements may be bounded: the middle of those of the
+/// anchors that `hits` meet; without any, the mean one of all particles.
+Vec3 shared_shift(std::span<const ContactPoint> hits, const ResponseStep& step,
+                  std::span<const Vec3> x_t1);
 
 /// Who is between whom: a sentence that names the group and the two of its anchors whose motions
 /// differ most.

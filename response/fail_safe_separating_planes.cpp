@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/response/fail_safe.h>
+#include <selvedge/response/separating_planes.h>
+
+namespace selvedge {
+namespace {
+
+// Rounds that give planes to those pairs that collide. Most steps settle in three.
+constexpr int kPlaneRounds = 40;
+
+// Planes (separating_planes.h) for the pairs that collide, and at last for all that could.
+class PlanesAlone final : public FailSafe {
+ public:
+  void begin(const ResponseStep& step, Clearances& clearances) override {
+    step_ = step;
+    clearances_ = &clearances;
+    round_ = 0;
+  }
+
+  bool resolve(std::span<const ContactPoint> hits, std::span<Vec3> x_t1) override {
+    if (round_ == 0) planes_.begin(step_, x_t1);
+    counters_["plane_rounds"] += 1;
+    if (round_ < kPlaneRounds) {
+      clearances_->at_start(hits, pairs_);
+    } else if (round_ == kPlaneRounds) {
+      const Vec3 shift = shared_shift(hits, step_, x_t1);
+      clearances_->all(shift, pairs_);
+      planes_.fix_reference(shift);
+      counters_["all_pairs_bounded"] += 1;
+    } else {
+      trouble_ = "planes between the pairs do not part what collides";
+      return false;
+    }
+    ++round_;
+    planes_.add(pairs_);
+    if (planes_.apply(x_t1)) return true;
+    trouble_ = planes_.trouble();
+    return false;
+  }
+
+  const std::string& trouble() const override { return trouble_; }
+  const std::map<std::string, double>& counters() const override { return counters_; }
+  ResponseTraits traits() const override {
+    return {
+        "ends by construction where bodies do not turn; keeps linear momentum, gains no energy, "
+        "leaves sliding free",
+        "separating axes of convex sets, one plane for each pair; ours"};
+  }
+
+ private:
+  ResponseStep step_;
+  Clearances* clearances_ = nullptr;
+  SeparatingPlanes planes_;
+  std::vector<ContactPoint> pairs_;
+  int round_ = 0;
+  std::string trouble_;
+  std::map<std::string, double> counters_;
+};
+
+}  // namespace
+
+std::unique_ptr<FailSafe> make_separating_planes() { return std::make_unique<PlanesAlone>(); }
+
+}  // namespace selvedge

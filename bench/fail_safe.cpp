@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Every fail-safe on scenes that need one: steps, halvings, rounds, time, the speed left, and
-// whether what slides goes on sliding. Prints one table in Markdown.
+// Every fail-safe, first alone on single steps: how much of the step it lets pass, rounds, time,
+// what is left of sliding and of energy; then in whole scenes. Prints two tables in Markdown.
 #include <selvedge/apps/judge.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/scene/simulation.h>
+#include <selvedge/tests/fail_safe_trial.h>
 
 #include <fmt/core.h>
 
@@ -29,7 +30,7 @@ struct Case {
 
 struct Options {
   std::vector<std::string> only, fail_safes;
-  bool judged = true;
+  bool judged = true, steps = true, scenes = true;
   double seconds = 60.0;  // for one run
 };
 
@@ -161,14 +162,104 @@ void print(const Case& c, const std::string& name, Row& row) {
   };
   const double rounds = count("impulse_passes") + count("projection_rounds") +
                         count("zone_rounds") + count("plane_rounds") + count("bound_rounds");
-  fmt::print("| {} | {} | {} | {} | {:.0f} | {:.0f} | {:.2f} | {:.2f} | {:.2f} | {} | {} |\n",
-             c.name, name, row.result.steps, row.result.halvings, count("fail_safe_steps"), rounds,
-             row.wall, phase("response"), row.result.final_max_speed,
+  fmt::print("| {} | {} | {} | {} | {:.0f} | {:.2f} | {:.2f} | {:.2f} | {} | {} |\n", c.name, name,
+             row.result.steps, row.result.halvings, rounds, row.wall, phase("response"),
+             row.result.final_max_speed,
              c.slide > 0.0 ? fmt::format("{:.2f} of {:.2f}", row.sliding, c.slide) : "",
              row.wrong             ? fmt::format("**{} wrong**", row.wrong)
              : row.stopped.empty() ? "clean"
                                    : row.stopped);
   std::fflush(stdout);
+}
+
+struct StepCase {
+  std::string name;
+  std::vector<Stage> stages;
+};
+
+// Down and sideways by as much as a sheet at 12 m/s moves in a step; in a swarm everything meets.
+std::vector<StepCase> step_cases() {
+  constexpr unsigned kSwarms = 20;
+  const Vec3 oblique(0.1, 0.0, -0.1);
+  std::vector<StepCase> list;
+  for (const int sheets : {1, 4, 12}) {
+    list.push_back({fmt::format("{} sheets on a plate", sheets), {}});
+    list.back().stages.push_back(falling_sheets(sheets, 10, oblique));
+    list.back().stages.back().friction = kFriction;
+  }
+  list.push_back({fmt::format("{} swarms, free", kSwarms), {}});
+  for (unsigned seed = 1; seed <= kSwarms; ++seed) list.back().stages.push_back(swarm(seed, 1.0));
+  for (const bool moving : {false, true}) {
+    list.push_back(
+        {fmt::format("{} swarms, anchors {}", kSwarms, moving ? "moving" : "still"), {}});
+    for (unsigned seed = 1; seed <= kSwarms; ++seed)
+      list.back().stages.push_back(swarm_with_anchors(seed, 0.6, moving));
+  }
+  return list;
+}
+
+struct StepSum {
+  double share = 0.0, rounds = 0.0, seconds = 0.0, energy = 0.0, momentum = 0.0, spin = 0.0;
+  double sideways = 0.0, coulomb = 0.0;
+  std::int64_t still = 0,
+               hit = 0;  // particles that collide, and those that then do not move at all
+};
+
+void one_step(const Stage& stage, FailSafe& fail_safe, StepSum& sum) {
+  Trial trial(stage);
+  double share = 1.0;
+  for (int rounds = -1; share > 0.0; share = share > 1e-3 ? 0.5 * share : 0.0) {
+    trial.aim(share);
+    const auto start = std::chrono::steady_clock::now();
+    rounds = trial.resolve(fail_safe);
+    sum.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    if (rounds < 0) continue;
+    sum.rounds += rounds;
+    break;
+  }
+  const std::vector<Vec3> end = trial.x_t1;
+  const double energy = trial.energy();
+  const Vec3 momentum = trial.momentum(), spin = trial.angular_momentum();
+  const Vec3 mean = mean_move(trial, stage.n());
+  trial.aim(share);
+  const Vec3 wish = mean_move(trial, stage.n());
+  sum.share += share;
+  sum.energy += energy / trial.energy();
+  sum.momentum = std::max(sum.momentum, (momentum - trial.momentum()).norm() / momentum.norm());
+  sum.spin = std::max(sum.spin, (spin - trial.angular_momentum()).norm() / spin.norm());
+  // The plate takes of the fall what is missing, and mu times that of what slides.
+  sum.sideways += mean.x() / wish.x();
+  sum.coulomb += 1.0 - stage.friction * (mean.z() - wish.z()) / wish.x();
+  std::set<std::int32_t> particles;
+  for (const ContactPoint& c : trial.hits) particles.insert(c.vertex.begin(), c.vertex.end());
+  for (const std::int32_t i : particles)
+    if (trial.inv_mass[i] > 0.0) ++sum.hit, sum.still += end[i] == trial.x_t0[i] ? 1 : 0;
+}
+
+void print_steps(const Options& options) {
+  const auto all = fail_safes();
+  fmt::print(
+      "| one step | fail-safe | of the step | rounds | ms | energy left | momentum lost | spin "
+      "lost | "
+      "stand still | sideways left | after Coulomb |\n"
+      "|---|---|---|---|---|---|---|---|---|---|---|\n");
+  for (const StepCase& c : step_cases())
+    for (const std::string& name : options.fail_safes) {
+      const auto fail_safe = all.at(name)();
+      StepSum sum;
+      for (const Stage& stage : c.stages) one_step(stage, *fail_safe, sum);
+      const double n = static_cast<double>(c.stages.size());
+      const bool free = c.stages[0].body.vertices.empty(),
+                 sheets = c.stages[0].held.empty() && !free;
+      fmt::print("| {} | {} | {:.2f} | {:.1f} | {:.2f} | {:.3f} | {} | {} | {:.0f} % | {} | {} |\n",
+                 c.name, name, sum.share / n, sum.rounds / n, 1e3 * sum.seconds / n, sum.energy / n,
+                 free ? fmt::format("{:.0e}", sum.momentum) : "",
+                 free ? fmt::format("{:.0e}", sum.spin) : "",
+                 100.0 * static_cast<double>(sum.still) / static_cast<double>(sum.hit),
+                 sheets ? fmt::format("{:.3f}", sum.sideways) : "",
+                 sheets ? fmt::format("{:.3f}", sum.coulomb) : "");
+    }
+  fmt::print("\n");
 }
 
 Options parse(int argc, char** argv, const std::vector<Case>& all) {
@@ -178,6 +269,8 @@ Options parse(int argc, char** argv, const std::vector<Case>& all) {
   app.add_option("--fail-safe", options.fail_safes, "Only these");
   app.add_option("--seconds", options.seconds, "Most seconds of one run");
   app.add_flag("!--unjudged", options.judged, "Leave out the independent judge");
+  app.add_flag("!--no-steps", options.steps, "Leave out the single steps");
+  app.add_flag("!--no-scenes", options.scenes, "Leave out the whole scenes");
   app.footer([&] {
     std::string text = "Cases:";
     for (const Case& c : all) text += "\n  " + c.name;
@@ -198,11 +291,13 @@ int main(int argc, char** argv) try {
   Options options = parse(argc, argv, all);
   if (options.fail_safes.empty())
     for (const auto& [name, make] : fail_safes()) options.fail_safes.push_back(name);
+  if (options.steps) print_steps(options);
+  if (!options.scenes) return 0;
   fmt::print(
-      "| scene | fail-safe | steps | halvings | steps in need | rounds | s | s in response | "
+      "| scene | fail-safe | steps | halvings | rounds | s | s in response | "
       "fastest "
       "at the end, m/s | sliding, m/s | verdict "
-      "|\n|---|---|---|---|---|---|---|---|---|---|---|\n");
+      "|\n|---|---|---|---|---|---|---|---|---|---|\n");
   for (const Case& c : all) {
     if (!options.only.empty() &&
         std::none_of(options.only.begin(), options.only.end(),

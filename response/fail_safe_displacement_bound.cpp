@@ -8,10 +8,18 @@
 namespace selvedge {
 namespace {
 
-// Share of the distance that the two sides of a pair may use up together: the rest stays as gap,
-// and rounding of the ends is far below it. [Chen2025, section 3.5] has 0.9 as well (gamma_p 0.45
-// for each side).
+// Share of a distance beyond kEndGap rest gaps that the two sides of a pair may use up together,
+// and of what is below. [Chen2025, section 3.5] has 0.9 for all of it (0.45 for each side): pressed
+// together step after step, a gap then loses a decimal in each and ends in the last bit.
 constexpr double kShare = 0.9;
+constexpr double kEndGap = 0.1;
+constexpr double kNearShare = 0.1;
+
+// Distance that the two sides of a pair may use up together, m; below that of the pair.
+double usable(const ContactPoint& pair) {
+  const double near = std::min(pair.gap, kEndGap * pair.rest_gap);
+  return kShare * (pair.gap - near) + kNearShare * near;
+}
 
 // Every particle keeps within a ball about where a motion shared by all would bring it
 // [Chen2025, section 3.5, eq. 21].
@@ -22,10 +30,10 @@ constexpr double kShare = 0.9;
 // the second within t·b. So their distance is at least g - t(a + b) > 0 if a + b < g. One round
 // suffices, for pairs that are not asked about cannot meet (clearances.h).
 //
-// Free sides share kShare·g in halves; a side that an anchor needs more of gets that, and the other
-// what is left. Deviations from the paper: its radius covers a contact query of fixed size, ours
-// every pair that can meet; anchors have displacements of their own; all is counted from the shared
-// motion s, so that cloth in free fall is not held back.
+// Free sides share what is usable of g in halves; a side that an anchor needs more of gets that,
+// and the other what is left. Deviations from the paper: its radius covers a contact query of fixed
+// size, ours every pair that can meet; anchors have displacements of their own; all is counted from
+// the shared motion s, so that cloth in free fall is not held back.
 class DisplacementBound final : public FailSafe {
  public:
   void begin(const ResponseStep& step, Clearances& clearances) override {
@@ -75,12 +83,13 @@ class DisplacementBound final : public FailSafe {
         need[side] = std::max(need[side], (x_t1[i] - motion.x_t0[i] - shift).norm());
     }
     if (!is_free[0] && !is_free[1]) return true;
-    const double spare = kShare * pair.gap - need[0] - need[1];
+    // Anchors go where they go: what they need beyond `usable` may cost all of the distance.
+    const double whole = std::max(usable(pair), std::min(kShare * pair.gap, need[0] + need[1]));
+    const double spare = whole - need[0] - need[1];
     std::array<double, 2> part = need;
     if (is_free[0] && is_free[1]) {
-      const double half = 0.5 * kShare * pair.gap;
-      part[0] = std::clamp(half, need[0], std::max(need[0], kShare * pair.gap - need[1]));
-      part[1] = kShare * pair.gap - part[0];
+      part[0] = std::clamp(0.5 * whole, need[0], std::max(need[0], whole - need[1]));
+      part[1] = whole - part[0];
     } else {
       part[is_free[0] ? 0 : 1] += spare;
     }

@@ -335,17 +335,15 @@ void find_proximities(const SurfaceView& a, const SurfaceView& b, const Candidat
   for (const std::vector<Contact>& part : found) out.insert(out.end(), part.begin(), part.end());
 }
 
-namespace {
-
-/// Width of the slab across `n`, or less: differences round by one unit, their products and sums
-/// with a unit vector that is itself off by two by fewer than eight of the largest.
-double slab_width(const Vec3& n, int first, const std::array<Vec3, 4>& x) {
+/// Differences round by one unit, their products and sums with a unit vector that is itself off by
+/// two by fewer than eight of the largest.
+double slab_width(ContactKind kind, const std::array<Vec3, 4>& x, const Vec3& normal) {
   constexpr double kReserve = 16.0 * kRoundoff;
   double low = std::numeric_limits<double>::infinity(), high = -low, largest = 0.0;
   for (int k = 0; k < 4; ++k) {
     const Vec3 d = x[k] - x[0];
-    const double height = n.dot(d);
-    if (k < first)
+    const double height = normal.dot(d);
+    if (k < narrowphase_detail::first_count(kind))
       low = std::min(low, height);
     else
       high = std::max(high, height);
@@ -354,13 +352,10 @@ double slab_width(const Vec3& n, int first, const std::array<Vec3, 4>& x) {
   return std::max(0.0, (low - high) * (1.0 - kReserve) - kReserve * largest);
 }
 
-}  // namespace
-
 SeparatingSlab separating_slab(ContactKind kind, const std::array<Vec3, 4>& x) {
-  const int first = narrowphase_detail::first_count(kind);
   SeparatingSlab best{Vec3::UnitZ(), 0.0};
   const auto offer = [&](const Vec3& n) {
-    const double width = slab_width(n, first, x);
+    const double width = slab_width(kind, x, n);
     if (width > best.width) best = {n, width};
   };
   const ClosestPoints near = narrowphase_detail::closest_points(kind, x);

@@ -33,6 +33,9 @@ struct SeparatingSlab {
 /// `kind` is edge_edge, or anything else for a point and a triangle.
 SeparatingSlab separating_slab(ContactKind kind, const std::array<Vec3, 4>& x);
 
+/// How wide a slab across the unit vector `normal` separates them, metres; rounded down, 0 if none.
+double slab_width(ContactKind kind, const std::array<Vec3, 4>& x, const Vec3& normal);
+
 /// For every pair, in pair order: weights of the closest points at t = 0, and normal and width of a
 /// separating slab there as `normal` and `gap`; toi is 0.
 void find_separations(const SurfaceView& a, const SurfaceView& b, const CandidatePairs& pairs,

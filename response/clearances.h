@@ -16,7 +16,7 @@ class Clearances {
  public:
   virtual ~Clearances() = default;
 
-  /// The same pairs as `hits`, in their order.
+  /// The same pairs as `hits`, in their order. The slab across a hit's own normal is preferred.
   virtual void at_start(std::span<const ContactPoint> hits, std::vector<ContactPoint>& out) = 0;
   /// At least every pair that can meet while each particle ends anywhere on the line from x_t0 +
   /// shift to its present x_t1.

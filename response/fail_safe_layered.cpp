@@ -3,19 +3,30 @@
 #include <selvedge/response/inelastic_projection.h>
 #include <selvedge/response/separating_planes.h>
 
+#include <algorithm>
+
 namespace selvedge {
 namespace {
 
-// Rounds of projection; each costs a look for collisions. What is left after so many are corners
-// where one linear constraint for each collision does not say enough.
+// Rounds of projection; each costs a look for collisions.
 constexpr int kProjectionRounds = 8;
+
+// Projection makes headway while a round leaves at most this share of the collisions before it.
+// What it leaves else are corners where one linear constraint for each collision does not say
+// enough.
+constexpr double kHeadway = 0.5;
+
+// So few collisions may stay as many: a round for them costs little.
+constexpr std::size_t kFew = 16;
 
 // Rounds of planes for the pairs that collide, before all that could get one.
 constexpr int kPlaneRounds = 40;
 
 // Inelastic projection with friction while it makes headway, then planes, which end by
-// construction. The layers before are the response's own: repulsion and contact forces. There is
-// no rigid zone: nothing stands still because something else does.
+// construction. The planes start from where the step would have ended without the projection: what
+// that has left half done is crumpled, and collides in directions that have nothing to do with the
+// motion. The layers before are the response's own: repulsion and contact forces. There is no rigid
+// zone: nothing stands still because something else does.
 class Layered final : public FailSafe {
  public:
   void begin(const ResponseStep& step, Clearances& clearances) override {
@@ -25,16 +36,29 @@ class Layered final : public FailSafe {
   }
 
   bool resolve(std::span<const ContactPoint> hits, std::span<Vec3> x_t1) override {
-    const int round = round_++;
-    if (round == 0) projection_.begin(step_, x_t1);
-    if (round < kProjectionRounds) {
-      projection_.add(hits);
-      projection_.apply(x_t1);
-      counters_["projection_rounds"] += 1;
+    if (round_ == 0) {
+      projection_.begin(step_, x_t1);
+      planes_.begin(step_, x_t1);
+      wish_.assign(x_t1.begin(),
+                   x_t1.begin() + static_cast<std::ptrdiff_t>(step_.motion.particles));
+      plane_round_ = -1;
+    }
+    if (plane_round_ >= 0) return cut(hits, x_t1);
+    const bool headway =
+        round_ == 0 ||
+        hits.size() <=
+            std::max(kFew, static_cast<std::size_t>(kHeadway * static_cast<double>(last_)));
+    if (round_++ >= kProjectionRounds || !headway) {
+      std::copy(wish_.begin(), wish_.end(), x_t1.begin());
+      plane_round_ = 0;
+      counters_["planes_after_projection"] += 1;
       return true;
     }
-    if (round == kProjectionRounds) planes_.begin(step_, x_t1);
-    return cut(round - kProjectionRounds, hits, x_t1);
+    last_ = hits.size();
+    projection_.add(hits);
+    projection_.apply(x_t1);
+    counters_["projection_rounds"] += 1;
+    return true;
   }
 
   const std::string& trouble() const override { return trouble_; }
@@ -48,7 +72,8 @@ class Layered final : public FailSafe {
   }
 
  private:
-  bool cut(int round, std::span<const ContactPoint> hits, std::span<Vec3> x_t1) {
+  bool cut(std::span<const ContactPoint> hits, std::span<Vec3> x_t1) {
+    const int round = plane_round_++;
     if (round > kPlaneRounds) {
       trouble_ = "neither projection nor planes part what collides";
       return false;
@@ -73,7 +98,9 @@ class Layered final : public FailSafe {
   InelasticProjection projection_;
   SeparatingPlanes planes_;
   std::vector<ContactPoint> pairs_;
-  int round_ = 0;
+  std::vector<Vec3> wish_;  // where all would end
+  std::size_t last_ = 0;    // collisions of the round before
+  int round_ = 0, plane_round_ = -1;
   std::string trouble_;
   std::map<std::string, double> counters_;
 };

@@ -60,8 +60,12 @@ void InelasticProjection::begin(const ResponseStep& step, std::span<const Vec3> 
 
 void InelasticProjection::add(std::span<const ContactPoint> hits) {
   contacts_.merge(hits);
+  count_.assign(wish_.size(), 0);
   for (const ContactPoint& c : hits) {
-    if (compliance(c, step_.motion.inv_mass) <= 0.0) continue;
+    int least = config_.contacts_of_particle;
+    for (const std::int32_t i : c.vertex)
+      if (step_.motion.inv_mass[i] > 0.0) least = std::min(least, count_[i]++);
+    if (least >= config_.contacts_of_particle) continue;
     Row row;
     row.point = c;
     row.direction = frame_of(c.normal);

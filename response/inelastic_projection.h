@@ -18,6 +18,9 @@ struct InelasticProjectionConfig {
   int sweeps = 100;
   /// Change of a gap, as a share of end_gap, below which sweeping stops.
   double tolerance = 0.01;
+  /// Contacts of a particle that one call of `add` takes, earliest first: what a particle would
+  /// have met after so many others it will not meet.
+  int contacts_of_particle = 16;
   /// Times that a pair may come back before it may not approach at all.
   int lenient = 2;
 };
@@ -80,6 +83,7 @@ class InelasticProjection {
   ResponseStep step_;
   ContactGroups contacts_;
   std::map<std::array<std::int32_t, 4>, int> seen_;
+  std::vector<int> count_;    // contacts of a particle in this call of add
   std::vector<Vec3> wish_;    // d*, of the particles
   std::vector<Vec3> moving_;  // d - y without the groups' spin
   std::vector<Row> rows_;

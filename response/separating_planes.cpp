@@ -111,42 +111,49 @@ bool SeparatingPlanes::cut(const ContactPoint& pair, std::span<const Vec3> x_t1)
     if (motion.inv_mass[i] <= 0.0) continue;
     const double side = k < first ? 1.0 : -1.0;
     const double bound = side * (plane - height[k]) + 0.5 * keep;
-    half_spaces_.push_back(
-        {i, side * pair.normal, room ? std::min(bound, 0.0) : 0.0, room ? kSlack * keep : 0.0});
+    half_spaces_.push_back({i, side * pair.normal, room ? std::min(bound, 0.0) : 0.0,
+                            room ? kSlack * keep : 0.0, pair.friction});
   }
   return room;
 }
 
-// Projects each δ on the half-spaces of its particle [Hildreth1957], then shortens it until it is
-// in all of them.
+// Projects δ on the half-spaces of its particle [Hildreth1957], shortens it by friction and then
+// until it is in all of them. The reference stands for whatever is behind a plane: what the planes
+// take of δ costs mu times as much of what slides along it.
+void SeparatingPlanes::clip(std::span<const HalfSpace> planes, Vec3& delta) {
+  const double size = delta.norm();
+  multiplier_.assign(planes.size(), 0.0);
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    bool settled = true;
+    for (std::size_t k = 0; k < planes.size(); ++k) {
+      const double lack = planes[k].bound - planes[k].normal.dot(delta);
+      const double change = std::max(lack, -multiplier_[k]);
+      settled = settled && std::abs(change) <= 0.5 * planes[k].slack;
+      multiplier_[k] += change;
+      delta += change * planes[k].normal;
+    }
+    if (settled) break;
+  }
+  double share = delta.norm() > size ? size / delta.norm() : 1.0;
+  for (const HalfSpace& plane : planes) {
+    const double height = plane.normal.dot(delta), least = plane.bound - plane.slack;
+    if (share * height < least) share = least / height;
+  }
+  delta *= share;
+  double friction = 0.0;
+  for (std::size_t k = 0; k < planes.size(); ++k) friction += planes[k].friction * multiplier_[k];
+  const double left = delta.norm();
+  if (friction > 0.0) delta *= left > friction ? 1.0 - friction / left : 0.0;
+}
+
 void SeparatingPlanes::clip() {
   std::stable_sort(half_spaces_.begin(), half_spaces_.end(),
                    [](const auto& a, const auto& b) { return a.particle < b.particle; });
-  std::vector<double> multiplier;
   for (std::size_t begin = 0; begin < half_spaces_.size();) {
     std::size_t end = begin;
     const std::int32_t i = half_spaces_[begin].particle;
     while (end < half_spaces_.size() && half_spaces_[end].particle == i) ++end;
-    const std::span<const HalfSpace> planes(half_spaces_.data() + begin, end - begin);
-    const double size = delta_[i].norm();
-    multiplier.assign(planes.size(), 0.0);
-    for (int sweep = 0; sweep < kSweeps; ++sweep) {
-      bool settled = true;
-      for (std::size_t k = 0; k < planes.size(); ++k) {
-        const double lack = planes[k].bound - planes[k].normal.dot(delta_[i]);
-        const double change = std::max(lack, -multiplier[k]);
-        settled = settled && std::abs(change) <= 0.5 * planes[k].slack;
-        multiplier[k] += change;
-        delta_[i] += change * planes[k].normal;
-      }
-      if (settled) break;
-    }
-    double share = delta_[i].norm() > size ? size / delta_[i].norm() : 1.0;
-    for (const HalfSpace& plane : planes) {
-      const double height = plane.normal.dot(delta_[i]), least = plane.bound - plane.slack;
-      if (share * height < least) share = least / height;
-    }
-    delta_[i] *= share;
+    clip(std::span(half_spaces_).subspan(begin, end - begin), delta_[i]);
     begin = end;
   }
 }

@@ -21,19 +21,19 @@ namespace selvedge {
 /// All planes of a group of particles move with one reference motion: that of the anchors if it has
 /// any, else the mean one of its particles. Then "move as the reference does" satisfies all planes
 /// at once, and what a particle wants beyond that, δ, is projected on the half-spaces of its own
-/// planes: what is along them stays. Where in its slab a plane lies is chosen where the two sides
-/// would meet inelastically.
+/// planes: what is along them stays, but for the Coulomb friction of what the planes take. Where in
+/// its slab a plane lies is chosen where the two sides would meet inelastically.
 ///
 /// Guarantee, for reference motions that are translations: a pair that has a plane does not
 /// collide. Since planes only accumulate and there are finitely many pairs, rounds end; with the
 /// planes of Clearances::all, in one round. With anchors that turn the heights are not linear in
 /// time, and the guarantee holds up to the square of the turn. Momentum of a group without anchors
 /// is kept (a translation of the whole group, which its planes do not feel), and Σ m|d|² never
-/// grows where anchors stand still or are absent. Not for pairs that have no room: touching at
-/// x_t0, or anchors that leave their slab, for which `apply` says so.
+/// grows where anchors stand still or are absent. Angular momentum is not kept. Not for pairs that
+/// have no room: touching at x_t0, or anchors that leave their slab, for which `apply` says so.
 ///
-/// Source: the separating axis of convex sets, as used for cloth by [Brochu2012] in reverse and as
-/// per-vertex constraint in active-set contact; the choice of reference and offsets is ours.
+/// Source: that two convex sets which do not meet have a plane between them; reference motions,
+/// offsets and friction are ours.
 class SeparatingPlanes {
  public:
   /// `x_t1`: where the particles would end.
@@ -54,12 +54,14 @@ class SeparatingPlanes {
     std::int32_t particle;
     Vec3 normal;
     double bound, slack;  // m; slack: how far rounding may go beyond
+    double friction;
   };
 
   void make_references(std::span<const Vec3> x_t1);
   Vec3 beyond(std::int32_t i, const ReferenceMotion& reference, const Mat3& inverse,
               std::span<const Vec3> x_t1) const;
   bool cut(const ContactPoint& pair, std::span<const Vec3> x_t1);
+  void clip(std::span<const HalfSpace> planes, Vec3& delta);
   void clip();
   void write(std::span<Vec3> x_t1);
 
@@ -72,6 +74,7 @@ class SeparatingPlanes {
   std::vector<ReferenceMotion> references_;
   std::vector<Mat3> inverse_;  // of I + turn
   std::vector<HalfSpace> half_spaces_;
+  std::vector<double> multiplier_;
   std::string trouble_;
 };
 

@@ -37,6 +37,9 @@ constexpr double kSecondaryReach = 1.1;
 // Cloth whose layers start nearer than the thickness keeps this share of their starting distance.
 constexpr double kStartShare = 0.9;
 
+// A slab of this share of the thickness is as good as a wider one.
+constexpr double kWideEnough = 0.05;
+
 constexpr const char* kBroadPhaseKey = "contact.broad_phase";
 
 bool shares_vertex(const Triangle& a, const Triangle& b) {
@@ -293,7 +296,11 @@ void Detection::at_start(std::span<const ContactPoint> hits, std::vector<Contact
   for (ContactPoint& c : out) {
     std::array<Vec3, 4> x;
     for (int k = 0; k < 4; ++k) x[k] = x_t0_[c.vertex[k]];
-    const SeparatingSlab slab = separating_slab(c.kind, x);
+    SeparatingSlab slab = separating_slab(c.kind, x);
+    // A pair that meets far from where it starts is often wide apart across the motion: a slab
+    // there would stop what slides by. That of the impact does not, if it is wide enough.
+    const double width = slab_width(c.kind, x, c.normal);
+    if (width > kWideEnough * std::min(slab.width, thickness_)) slab = {c.normal, width};
     c.normal = slab.normal;
     c.gap = slab.width;
     c.weight = (c.kind == ContactKind::edge_edge ? edge_edge_closest(x[0], x[1], x[2], x[3])

@@ -3,6 +3,8 @@
 #include "fail_safe_trial.h"
 
 #include <gtest/gtest.h>
+#include <selvedge/narrowphase/distance.h>
+#include <selvedge/response/separating_planes.h>
 
 namespace selvedge {
 namespace {
@@ -67,19 +69,98 @@ TEST(FailSafe, NoneGainsEnergyAtAStaticBody) {
 
 // Closed form: the plate takes the fall p and friction takes mu p of what slides; what is between
 // the sheets is internal.
-TEST(FailSafe, ProjectionLeavesASlidingStackWhatCoulombDoes) {
-  for (const int sheets : {1, 4})
-    for (const double mu : {0.0, 0.3}) {
-      Stage stage = falling_sheets(sheets, 3, {0.05, 0.0, -0.05});
-      stage.friction = mu;
-      Trial trial(stage);
-      const auto fail_safe = make_projection_zones();
-      ASSERT_GT(trial.resolve(*fail_safe), 0);
-      const Vec3 left = mean_move(trial, stage.n());
-      const double taken = 0.05 + left.z();  // of the fall
-      EXPECT_GT(taken, 0.035);
-      EXPECT_NEAR(left.x(), 0.05 - mu * taken, 0.01 * 0.05) << sheets << " sheets, mu " << mu;
-    }
+TEST(FailSafe, ThoseThatKnowFrictionLeaveASlidingStackWhatCoulombDoes) {
+  const auto all = fail_safes();
+  for (const std::string name : {"projection_zones", "separating_planes", "layered"})
+    for (const int sheets : {1, 4})
+      for (const double mu : {0.0, 0.3}) {
+        SCOPED_TRACE(name + ", " + std::to_string(sheets) + " sheets, mu " + std::to_string(mu));
+        Stage stage = falling_sheets(sheets, 3, {0.05, 0.0, -0.05});
+        stage.friction = mu;
+        Trial trial(stage);
+        const auto fail_safe = all.at(name)();
+        ASSERT_GT(trial.resolve(*fail_safe), 0);
+        const Vec3 left = mean_move(trial, stage.n());
+        const double taken = 0.05 + left.z();  // of the fall
+        EXPECT_GT(taken, 0.035);
+        EXPECT_NEAR(left.x(), 0.05 - mu * taken, 0.015 * 0.05);
+      }
+}
+
+TEST(FailSafe, AStackThatRigidZonesFreezeOnAPlateSlidesOnWithTheDefault) {
+  Stage stage = falling_sheets(10, 4, {0.1, 0.0, -0.1});
+  const auto still = [&](FailSafe& fail_safe) {
+    Trial trial(stage);
+    EXPECT_GT(trial.resolve(fail_safe), 0);
+    int count = 0;
+    for (std::size_t i = 0; i < stage.n(); ++i) count += trial.x_t1[i] == trial.x_t0[i] ? 1 : 0;
+    return count;
+  };
+  EXPECT_GT(still(*make_impulse_zones()), static_cast<int>(stage.n()) / 2);
+  EXPECT_EQ(still(*fail_safes().at(ContactSpec{}.fail_safe)()), 0);
+}
+
+TEST(FailSafe, BoundsOnAllDisplacementsEndInOneRound) {
+  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+    Trial free(swarm(seed, 1.0));
+    EXPECT_EQ(free.resolve(*make_displacement_bound()), 1) << "seed " << seed;
+    Trial anchored(swarm_with_anchors(seed, 0.6, false));
+    EXPECT_EQ(anchored.resolve(*make_displacement_bound()), 1) << "seed " << seed;
+  }
+  Trial sheets(falling_sheets(4, 4, {0.05, 0.0, -0.05}));
+  EXPECT_EQ(sheets.resolve(*make_displacement_bound()), 1);
+}
+
+// A body that passes the cloth from behind: its shift is everybody's, and the step need not be
+// shortened though the body moves by many times the distance.
+TEST(FailSafe, APlateFasterThanTheClothCarriesItInAWholeStep) {
+  for (const auto& [name, make] : fail_safes()) {
+    SCOPED_TRACE(name);
+    Stage stage = falling_sheets(2, 3, Vec3::Zero());
+    for (std::size_t k = stage.n(); k < stage.move.size(); ++k) stage.move[k] = Vec3(0, 0, 0.08);
+    Trial trial(stage);
+    const auto fail_safe = make();
+    EXPECT_GT(trial.resolve(*fail_safe), 0) << fail_safe->trouble();
+    for (std::size_t i = 0; i < stage.n(); ++i) EXPECT_GT(trial.x_t1[i].z(), 0.08);
+  }
+}
+
+TEST(FailSafe, PlanesForAllPairsPartWhatPlanesForNoneWould) {
+  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+    Trial trial(swarm(seed, 1.0));
+    if (trial.hits.empty()) continue;
+    const Vec3 shift = shared_shift(trial.hits, trial.step(), trial.x_t1);
+    SeparatingPlanes planes;
+    planes.begin(trial.step(), trial.x_t1);
+    std::vector<ContactPoint> pairs;
+    trial.clearances().all(shift, pairs);
+    planes.fix_reference(shift);
+    planes.add(pairs);
+    ASSERT_TRUE(planes.apply(trial.x_t1)) << planes.trouble();
+    trial.find();
+    EXPECT_TRUE(trial.hits.empty()) << "seed " << seed;
+  }
+}
+
+TEST(Clearances, SlabsAreNoWiderThanTheDistanceAndHoldEveryVertex) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  int apart = 0;
+  for (int k = 0; k < 2000; ++k) {
+    const bool edges = k % 2 == 0;
+    std::array<Vec3, 4> x;
+    for (Vec3& v : x) v = Vec3(normal(random), normal(random), k % 5 ? normal(random) : 0.0);
+    const SeparatingSlab slab =
+        separating_slab(edges ? ContactKind::edge_edge : ContactKind::point_triangle, x);
+    const double distance = edges ? edge_edge_closest(x[0], x[1], x[2], x[3]).distance
+                                  : point_triangle_closest(x[0], x[1], x[2], x[3]).distance;
+    EXPECT_LE(slab.width, distance);
+    EXPECT_GE(slab.width, distance - 1e-12);
+    for (int i = 0; i < (edges ? 2 : 1); ++i)
+      for (int j = edges ? 2 : 1; j < 4; ++j) EXPECT_GE(slab.normal.dot(x[i] - x[j]), slab.width);
+    apart += slab.width > 0.01;
+  }
+  EXPECT_GT(apart, 1000);
 }
 
 TEST(FailSafe, ClothBetweenJawsThatCloseIsReportedJammedWithItsParticlesAndAnchors) {

@@ -84,6 +84,7 @@ class Trial {
   ResponseStep step() const {
     return {{x_t0, inv_mass, stage_.n(), kStep}, stage_.mass, body_move_, {}, {}};
   }
+  Clearances& clearances() { return *detection_; }
   Vec3 momentum() const {
     Vec3 sum = Vec3::Zero();
     for (std::size_t i = 0; i < stage_.n(); ++i) sum += stage_.mass[i] * (x_t1[i] - x_t0[i]);

@@ -48,12 +48,12 @@ class DisplacementBound final : public FailSafe {
       return false;
     }
     counters_["bound_rounds"] += 1;
-    const Vec3 shift = shared_shift(hits, step_, x_t1);
-    clearances_->all(shift, pairs_);
-    bound_.assign(step_.motion.particles, -1.0);
-    trouble_.clear();
-    for (const ContactPoint& pair : pairs_)
-      if (!limit(pair, shift, x_t1)) trouble_ = jam(pair, x_t1);
+    Vec3 shift = shared_shift(hits, step_, x_t1);
+    // Anchors that none of the hits meets may be near all the same: then all is counted from them.
+    if (!share_out(shift, x_t1)) {
+      shift = shared_shift(crowded_, step_, x_t1);
+      if (!share_out(shift, x_t1)) trouble_ = jam(crowded_[0], x_t1);
+    }
     clip(shift, x_t1);
     return trouble_.empty();
   }
@@ -68,6 +68,17 @@ class DisplacementBound final : public FailSafe {
   }
 
  private:
+  // The bounds of all particles. False: some pairs have no room for their anchors.
+  bool share_out(const Vec3& shift, std::span<const Vec3> x_t1) {
+    clearances_->all(shift, pairs_);
+    bound_.assign(step_.motion.particles, -1.0);
+    trouble_.clear();
+    crowded_.clear();
+    for (const ContactPoint& pair : pairs_)
+      if (!limit(pair, shift, x_t1)) crowded_.push_back(pair);
+    return crowded_.empty();
+  }
+
   // Shares a pair's distance. False: its anchors need all of it.
   bool limit(const ContactPoint& pair, const Vec3& shift, std::span<const Vec3> x_t1) {
     const ContactMotion& motion = step_.motion;
@@ -133,7 +144,7 @@ class DisplacementBound final : public FailSafe {
 
   ResponseStep step_;
   Clearances* clearances_ = nullptr;
-  std::vector<ContactPoint> pairs_;
+  std::vector<ContactPoint> pairs_, crowded_;
   std::vector<double> bound_;  // m, of each particle; negative: none
   int round_ = 0;
   std::string trouble_;

@@ -111,12 +111,8 @@ struct ContactSpec {
   std::string broad_phase = "bvh_aabb";
   std::string narrow_phase = "ccd_exact";
   std::string response = "contact_force";
-<<<<<<< HEAD
   ResponseConfig response_config;  // the keys beside
-  std::string fail_safe = "impulse_zones";
-=======
   std::string fail_safe = "layered";
->>>>>>> e1d69de (fail-safes: layered is the default)
 };
 
 struct SolverSpec {

@@ -53,6 +53,10 @@ class KeyframedBody final : public Body {
         return false;
     return true;
   }
+  std::optional<Pose> pose(double time) const override {
+    const Keyframe pose = pose_at(keys_, time);
+    return Pose{pose.rotation.toRotationMatrix(), pose.translation};
+  }
 
  private:
   TriangleMesh mesh_;

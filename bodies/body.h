@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <selvedge/core/collision_types.h>
 #include <selvedge/core/triangle_mesh.h>
 
 #include <Eigen/Geometry>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -24,6 +26,9 @@ class Body {
   virtual void positions(double time, std::span<Vec3> x) const = 0;
   /// True if the body has the same positions at every time in [t0, t1].
   virtual bool is_static(double t0, double t1) const = 0;
+  /// The pose that takes the same points to the positions at `time`, of a body that moves rigidly;
+  /// nothing for others.
+  virtual std::optional<Pose> pose(double) const { return std::nullopt; }
 };
 
 /// A pose at a time; between keys translation is linear and rotation spherical-linear.

@@ -354,6 +354,7 @@ std::unique_ptr<BroadPhase> make(const BvhConfig& config, PairSet pairs, const c
     traits.pairs = pairs;
     traits.source = source;
   }
+  traits.rigid = true;
   return std::make_unique<Bvh<V>>(config, std::move(traits), std::move(cull));
 }
 

@@ -234,15 +234,16 @@ class VerletList final : public BroadPhase {
   }
 
   void find_pairs(const SurfaceView& a, const SurfaceView& b, CandidatePairs& out) override {
-    find(a, b, false, out);
+    find(in_the_world(a), in_the_world(b), false, out);
   }
   void find_self_pairs(const SurfaceView& a, CandidatePairs& out) override {
-    find(a, a, true, out);
+    find(in_the_world(a), in_the_world(a), true, out);
   }
 
   BroadPhaseTraits traits() const override {
     BroadPhaseTraits traits = inner_->traits();
     traits.pairs = PairSet::boxes;
+    traits.rigid = false;
     traits.source =
         "lists kept for several steps, by L. Verlet, Computer \"experiments\" on classical fluids "
         "I, 1967; around: " +
@@ -258,6 +259,13 @@ class VerletList final : public BroadPhase {
 
  private:
   using Clock = std::chrono::steady_clock;
+
+  /// Without the promise to move rigidly: in the frame of a body other boxes overlap, and which
+  /// pairs a list has would depend on when it was made.
+  static SurfaceView in_the_world(SurfaceView s) {
+    s.rigid = nullptr;
+    return s;
+  }
 
   void find(const SurfaceView& a, const SurfaceView& b, bool self, CandidatePairs& out) {
     const auto begin = Clock::now();

@@ -17,7 +17,8 @@ struct VerletListConfig {
 /// and kept; each call reports those kept pairs whose boxes overlap now. They are sought anew when
 /// a surface has left the boxes of the search.
 ///
-/// Reports exactly the pairs whose swept and inflated boxes overlap, like brute force. Proof: with
+/// Reports exactly the pairs whose swept and inflated boxes overlap in the world, like brute force;
+/// a promise to move rigidly is not made use of. Proof: with
 /// the search every vertex v left its box S(v) = [min(x_t0, x_t1) - T, max(x_t0, x_t1) + T], T the
 /// thickness plus the margin, rounded. A kept list is used only if for every vertex the box B(v) of
 /// this call, with this call's thickness, lies in S(v), compared number by number, without a

@@ -73,9 +73,13 @@ Detection::Detection(const Scene& scene, const BuiltScene& built, const Methods&
       thickness_(scene.contact.thickness),
       margin_(scene.contact.thickness),
       self_(scene.contact.self),
-      broad_body_(make_method(methods.broad_phases, scene.contact.broad_phase, kBroadPhaseKey)),
       broad_self_(make_method(methods.broad_phases, scene.contact.broad_phase, kBroadPhaseKey)),
       broad_crossings_(make_bvh_aabb()),
+      body_search_(built.bodies, built.cloth.surface.triangles.size(),
+                   [&] {
+                     return make_method(methods.broad_phases, scene.contact.broad_phase,
+                                        kBroadPhaseKey);
+                   }),
       narrow_(make_method(methods.narrow_phases, scene.contact.narrow_phase, "contact.narrow_phase",
                           NarrowPhaseConfig{})),
       exact_(make_ccd_exact()),
@@ -105,10 +109,11 @@ Detection::Detection(const Scene& scene, const BuiltScene& built, const Methods&
   filter_ = ContactFilter(particles_ + body_friction_.size(), all);
 }
 
-void Detection::set_motion(std::span<const Vec3> x_t0, std::span<const Vec3> x_t1,
-                           bool bodies_move) {
+void Detection::set_motion(std::span<const Vec3> x_t0, std::span<const Vec3> x_t1, bool bodies_move,
+                           const std::optional<StepTimes>& times) {
   x_t0_ = x_t0;
   x_t1_ = x_t1;
+  body_search_.set_motion(x_t0.subspan(particles_), x_t1.subspan(particles_), bodies_move, times);
   if (bodies_move || bodies_moved_) ++body_id_;  // the step after a motion starts elsewhere
   bodies_moved_ = bodies_move;
 }
@@ -140,11 +145,7 @@ double Detection::inflation(const BroadPhase& broad) const {
 void Detection::find_candidates() {
   const auto scope = clock_.measure("broad_phase");
   // Every cloth box grows by the margin on each side; two cloth particles may both use theirs.
-  if (body_triangles_.empty())
-    body_pairs_.clear();
-  else
-    broad_body_->find_pairs(cloth_view(inflation(*broad_body_)), body_view(0.5 * thickness_),
-                            body_pairs_);
+  body_search_.find_pairs(cloth_view(0.0), margin_, 0.5 * thickness_, body_pairs_);
   if (self_)
     broad_self_->find_self_pairs(drifting_view(), self_pairs_);
   else

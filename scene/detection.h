@@ -2,6 +2,7 @@
 #pragma once
 
 #include <selvedge/response/clearances.h>
+#include <selvedge/scene/body_search.h>
 #include <selvedge/scene/contact_filter.h>
 #include <selvedge/scene/excluded_pairs.h>
 #include <selvedge/scene/joint_surface.h>
@@ -10,6 +11,7 @@
 #include <selvedge/scene/scene.h>
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -31,7 +33,9 @@ class Detection final : public Clearances {
   Detection(const Scene& scene, const BuiltScene& built, const Methods& methods, PhaseClock& clock);
 
   /// The motion to look at; the spans must stay alive and may change in place afterwards.
-  void set_motion(std::span<const Vec3> x_t0, std::span<const Vec3> x_t1, bool bodies_move);
+  /// `times`: those of the bodies' motion, if they are where these say.
+  void set_motion(std::span<const Vec3> x_t0, std::span<const Vec3> x_t1, bool bodies_move,
+                  const std::optional<StepTimes>& times = {});
   /// Finds the candidate pairs of the present motion; they stay valid for every other x_t1 whose
   /// particles end within the margin of the present one in each coordinate.
   void find_candidates();
@@ -76,7 +80,8 @@ class Detection final : public Clearances {
   bool self_;
   /// The scene's; the default for itself where that one serves bodies alone, and to judge
   /// crossings.
-  std::unique_ptr<BroadPhase> broad_body_, broad_self_, broad_crossings_;
+  std::unique_ptr<BroadPhase> broad_self_, broad_crossings_;
+  BodySearch body_search_;
   std::unique_ptr<NarrowPhase> narrow_;
   std::unique_ptr<NarrowPhase> exact_;  ///< judges crossings, whatever the scene names
 

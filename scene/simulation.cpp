@@ -150,7 +150,8 @@ struct Simulation::Parts {
   void look_at_state() {
     std::copy(state.x.begin(), state.x.end(), x_t0.begin());
     place_bodies(state.time, x_t0);
-    detection.set_motion(x_t0, x_t0, bodies_move(state.time, state.time));
+    detection.set_motion(x_t0, x_t0, bodies_move(state.time, state.time),
+                         StepTimes{state.time, state.time});
   }
 
   Crossings crossings_now() {
@@ -383,7 +384,7 @@ bool Simulation::Parts::try_step(double h, double t1) {
     if (inv_mass[i] > 0.0) v_t1[i] += h * scene.gravity;
   predicted = v_t1;
   set_end_from_velocity(h);
-  detection.set_motion(x_t0, x_t1, bodies_move(t0, t1));
+  detection.set_motion(x_t0, x_t1, bodies_move(t0, t1), StepTimes{t0, t1});
   detection.find_candidates();
   detection.find_proximities(contacts);
   result.counters["contacts"] += static_cast<double>(contacts.size());

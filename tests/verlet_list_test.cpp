@@ -186,3 +186,34 @@ TEST(VerletList, RefusesWhatItCannotKeepSafely) {
   EXPECT_NO_THROW(make_verlet_list(std::make_unique<Claiming>(
       BroadPhaseTraits{.pairs = PairSet::contains_boxes, .source = ""})));
 }
+
+TEST(VerletList, ABodyThatMovesRigidlyHasThePairsOfTheWorld) {
+  // In the frame of the body other boxes overlap; a list of those would be used on for other steps.
+  FlowingSheet sheet(20), body(24);
+  const std::vector<Vec3> rest = body.x_t0;
+  const auto list = make_verlet_list(make_bvh_aabb(), {.margin = 0.02});
+  const auto brute = make_brute_force();
+  CandidatePairs found, all;
+  std::size_t pairs = 0;
+  RigidMotion motion;
+  motion.id = 5;
+  for (int step = 0; step < 12; ++step) {
+    sheet.flow(0.002);
+    for (Pose* pose : {&motion.t0, &motion.t1}) {
+      const double turn = 0.05 * (step + (pose == &motion.t1));
+      pose->rotation << std::cos(turn), -std::sin(turn), 0, std::sin(turn), std::cos(turn), 0, 0, 0,
+          1;
+      pose->translation = Vec3(0.0, 0.0, 0.01 * turn);
+      for (std::size_t i = 0; i < rest.size(); ++i)
+        (pose == &motion.t0 ? body.x_t0 : body.x_t1)[i] =
+            pose->rotation * rest[i] + pose->translation;
+    }
+    SurfaceView view = body.view();
+    brute->find_pairs(sheet.view(), view, all);
+    view.rigid = &motion;
+    list->find_pairs(sheet.view(), view, found);
+    EXPECT_TRUE(same(found, all)) << "step " << step;
+    pairs += all.size();
+  }
+  EXPECT_GT(pairs, 1000u);
+}

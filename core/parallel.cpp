@@ -2,6 +2,7 @@
 #include <selvedge/core/parallel.h>
 
 #include <algorithm>
+#include <atomic>
 #include <vector>
 
 #ifdef SELVEDGE_USE_TBB
@@ -18,6 +19,29 @@ std::size_t range_count(std::size_t n, std::size_t grain) {
   return (n + std::max<std::size_t>(grain, 1) - 1) / std::max<std::size_t>(grain, 1);
 }
 
+#if defined(SELVEDGE_USE_TBB) && defined(__SANITIZE_THREAD__)
+/// oneTBB as distributed is not made for ThreadSanitizer, which then does not see that a piece of
+/// work begins after it is handed out, and is done before the caller goes on. These atomics show it
+/// that, and order nothing between one piece and another, so that races between pieces are seen.
+class Handover {
+ public:
+  void hand_out() { out_.store(1, std::memory_order_release); }
+  void begin() { out_.load(std::memory_order_acquire); }
+  void end() { done_.fetch_add(1, std::memory_order_release); }
+  void collect() { done_.load(std::memory_order_acquire); }
+
+ private:
+  std::atomic<int> out_{0}, done_{0};
+};
+#else
+struct Handover {
+  void hand_out() {}
+  void begin() {}
+  void end() {}
+  void collect() {}
+};
+#endif
+
 }  // namespace
 
 void parallel_for(std::size_t n, std::size_t grain,
@@ -27,7 +51,14 @@ void parallel_for(std::size_t n, std::size_t grain,
   const auto run = [&](std::size_t r) { body(r * grain, std::min(n, (r + 1) * grain)); };
 #ifdef SELVEDGE_USE_TBB
   if (ranges > 1) {
-    tbb::parallel_for(std::size_t{0}, ranges, run);
+    Handover handover;
+    handover.hand_out();
+    tbb::parallel_for(std::size_t{0}, ranges, [&](std::size_t r) {
+      handover.begin();
+      run(r);
+      handover.end();
+    });
+    handover.collect();
     return;
   }
 #endif
@@ -48,7 +79,17 @@ double parallel_sum(std::size_t n, std::size_t grain,
 
 #ifdef SELVEDGE_USE_TBB
 
-void parallel_invoke(FunctionRef<void()> a, FunctionRef<void()> b) { tbb::parallel_invoke(a, b); }
+void parallel_invoke(FunctionRef<void()> a, FunctionRef<void()> b) {
+  Handover handover;
+  handover.hand_out();
+  const auto piece = [&](FunctionRef<void()> work) {
+    handover.begin();
+    work();
+    handover.end();
+  };
+  tbb::parallel_invoke([&] { piece(a); }, [&] { piece(b); });
+  handover.collect();
+}
 
 int thread_count() {
   return static_cast<int>(

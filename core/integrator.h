@@ -44,8 +44,10 @@ class ImplicitEuler {
   /// Assembles the system of one step of h seconds at time `time`. Constant until the next call.
   void assemble(const Particles& particles, double time, double h);
   /// Solves for the end-of-step velocities. In: `v` holds the guess, and for particles with
-  /// inv_mass 0 the prescribed velocity, which is kept. May be called several times per assemble.
-  SolveReport solve(std::span<const ImplicitTerm> terms, std::span<Vec3> v);
+  /// inv_mass 0 the prescribed velocity, which is kept. May be called several times per assemble;
+  /// a solve whose answer only shows which terms the next one needs may have a tolerance `looser`
+  /// times as large, >= 1.
+  SolveReport solve(std::span<const ImplicitTerm> terms, std::span<Vec3> v, double looser = 1.0);
 
  private:
   struct System;

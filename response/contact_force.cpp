@@ -14,6 +14,14 @@ constexpr std::size_t kGrain = 1024;
 // How far cloth may come inside a rest gap because its contact was left out of the solve.
 constexpr double kIntrusion = 0.05;
 
+// Updates of a step in which friction may ask for another solve. It settles in two or three; what
+// then goes on is neighbours that push each other to and fro across the limit, by little.
+constexpr int kFrictionUpdates = 3;
+
+// A contact that was pushed and turned back creeps: with the viscosity that gives μλ at its slip,
+// and at this one, m/s, where it is slower.
+constexpr double kCreepSpeed = 1e-4;
+
 // Shear load over μλ above which a sticking contact lets go; covers the error of the linear solve.
 constexpr double kStickSlack = 1.01;
 
@@ -31,6 +39,7 @@ void ContactForce::begin(const ResponseStep& step) {
   v_start_.assign(step.v.begin(), step.v.end());
   v_predicted_.assign(step.v_predicted.begin(), step.v_predicted.end());
   entries_.clear();
+  updates_ = 0;
   terms_.clear();
   term_entry_.clear();
   if (step.implicit) {
@@ -73,16 +82,10 @@ void ContactForce::add(std::span<const ContactPoint> contacts) {
     e.target = std::min(c.rest_gap, std::max(c.gap, 0.0) + config_.recovery * c.rest_gap);
     e.stiffness = config_.normal_ratio * m_eff / (h * h);
     e.stick = (coupled(c) ? config_.coupled_stick_ratio : config_.stick_ratio) * m_eff / h;
-    // A contact carries at first if it touches or comes near at the speed it has; the guess of its
-    // load is what it takes to stop the predicted approach. A wrong guess costs a solve.
-    const double coasting = c.gap + c.normal.dot(motion_of(e, v_start_));
-    if (coasting < e.target + kTouch * c.rest_gap)
-      e.load = m_eff / (h * h) *
-               std::max(0.0, e.target - c.gap - c.normal.dot(motion_of(e, v_predicted_)));
     e.m_eff = m_eff;
+    e.load = first_load(e);
     const Vec3 slip = tangential(motion_of(e, v_start_), c.normal) / h;
-    e.slip = slip.norm() <= config_.stick_speed ? Slip::stick : Slip::slide;
-    set_friction(e, slip);
+    set_friction(e, slip.norm() <= config_.stick_speed ? Slip::stick : Slip::slide, slip);
     entries_.push_back(e);
   }
 }
@@ -90,6 +93,24 @@ void ContactForce::add(std::span<const ContactPoint> contacts) {
 ResponseTraits ContactForce::traits() const {
   return {"Coulomb friction; the contacts carry and stick as the solved step says",
           "Wriggers, Computational contact mechanics, 2006", true, false, false};
+}
+
+// A contact carries at first if it touches or comes near at the speed it has. At rest it carries
+// what its penetration says; else the guess of its load is what it takes to stop the predicted
+// approach. A wrong guess costs a solve.
+double ContactForce::first_load(const Entry& e) const {
+  const ContactPoint& c = e.point;
+  const Vec3 u = motion_of(e, v_start_);
+  const double coasting = c.gap + c.normal.dot(u);
+  if (coasting >= e.target + kTouch * c.rest_gap) return 0.0;
+  const double h = motion_.h;
+  // λ that satisfies λ = k (lack - h² λ/m).
+  const double yielding = config_.normal_ratio / (1.0 + config_.normal_ratio);
+  const double stopping =
+      yielding * e.m_eff / (h * h) *
+      std::max(0.0, e.target - c.gap - c.normal.dot(motion_of(e, v_predicted_)));
+  const bool rests = u.norm() <= config_.stick_speed * h && c.gap <= c.rest_gap;
+  return rests ? std::max(stopping, e.stiffness * (e.target - coasting)) : stopping;
 }
 
 std::span<const ImplicitTerm> ContactForce::terms() {
@@ -108,8 +129,9 @@ std::span<const ImplicitTerm> ContactForce::terms() {
       term.weight[k] = c.weight[k];
     }
     const double push = e.stiffness * (e.target - c.gap - c.normal.dot(e.body_motion));
-    term.matrix = h * h * e.stiffness * nn + h * e.viscosity * (Mat3::Identity() - nn);
-    term.rhs = h * push * c.normal - e.viscosity * tangential(e.body_motion, c.normal) + h * e.push;
+    const Mat3 across = Mat3::Identity() - nn - e.along * e.along.transpose();
+    term.matrix = h * h * e.stiffness * nn + h * e.viscosity * across;
+    term.rhs = h * push * c.normal - e.viscosity * (across * e.body_motion) - h * e.push * e.along;
     terms_.push_back(term);
   }
   return terms_;
@@ -119,58 +141,62 @@ std::span<const ImplicitTerm> ContactForce::terms() {
 double ContactForce::update(Entry& e, std::span<const Vec3> v) const {
   const ContactPoint& c = e.point;
   const Vec3 u = motion_of(e, v);
-  const Vec3 slip = tangential(u, c.normal) / motion_.h;
-  const double speed = slip.norm();
   const bool carried = e.load > 0.0;
   const double push = e.stiffness * (e.target - c.gap - c.normal.dot(u));
   e.load = std::max(0.0, push);
   // A contact that was left out shows where the cloth goes freely: its true load stops that motion,
   // the penalty of it is far more.
   if (!carried) e.load /= 1.0 + config_.normal_ratio;
-  double normal_change = carried ? e.load - push : e.load;
+  double change = carried ? e.load - push : e.load;
   // One that should have carried and let the cloth in visibly asks for a solve whatever its load.
   if (!carried && push > kIntrusion * c.rest_gap * e.stiffness)
-    normal_change = std::numeric_limits<double>::infinity();
-  if (c.friction <= 0.0 || (!carried && e.load <= 0.0)) return normal_change;
+    change = std::numeric_limits<double>::infinity();
+  if (c.friction <= 0.0 || (!carried && e.load <= 0.0)) return change;
+  const double friction = update_friction(e, tangential(u, c.normal) / motion_.h, carried);
+  return updates_ <= kFrictionUpdates ? change + friction : change;
+}
 
-  const double limit = c.friction * e.load;  // Coulomb: |f_t| <= μ f_n
-  const Vec3 used = carried ? Vec3(e.push - e.viscosity * slip) : Vec3::Zero();
-  if (e.slip == Slip::stick && carried && used.norm() > kStickSlack * limit) {
-    // The slip of a sticking contact has the direction, not the speed, of what follows. One that
-    // the push turned back before is at its limit and neither sticks nor slides: it may creep.
-    e.slip = Slip::slide;
-    e.viscosity = e.at_limit ? std::min(e.stick, limit / config_.stick_speed) : 0.0;
-    e.push = e.at_limit ? Vec3::Zero() : Vec3(-limit * slip / speed);
-    return normal_change + (used.norm() - limit);
+// The friction that a solve with slip `s` has used.
+Vec3 ContactForce::friction_used(const Entry& e, const Vec3& s) const {
+  return -e.push * e.along - e.viscosity * (s - e.along.dot(s) * e.along);
+}
+
+double ContactForce::update_friction(Entry& e, const Vec3& s, bool carried) const {
+  const double limit = e.point.friction * e.load, speed = s.norm();
+  const Vec3 used = carried ? friction_used(e, s) : Vec3::Zero();
+  const Vec3 due = speed > 0.0 ? Vec3(-std::min(e.stick, limit / speed) * s) : Vec3::Zero();
+  Slip next = e.slip;
+  if (!carried) {
+    next = speed <= config_.stick_speed ? Slip::stick : Slip::slide;
+  } else if (limit >= kStickSlack * e.stick * speed) {
+    next = Slip::stick;
+  } else if (e.slip == Slip::slide && e.along.dot(s) <= 0.0) {
+    next = Slip::stick;
+    e.turned_back = true;
+  } else if (e.slip == Slip::stick && used.norm() > kStickSlack * limit) {
+    next = e.turned_back ? Slip::creep : Slip::slide;
   }
-  if (e.push.dot(slip) > 0.0) {
-    e.slip = Slip::stick;
-    e.at_limit = true;
-  }
-  if (limit >= e.stick * speed) e.slip = Slip::stick;
-  const bool held = e.push.isZero(0.0) && used.norm() <= limit;
-  set_friction(e, slip);
-  if (held) return normal_change;  // the slip that is left is creep, not a wrong force
-  Vec3 next = e.push - e.viscosity * slip;
-  if (const double f = next.norm(); f > limit) next *= limit / f;
-  return normal_change + (next - used).norm();
+  set_friction(e, next, s);
+  return (due - used).norm();
 }
 
 // Friction of the next solve from the slip of the last one.
-void ContactForce::set_friction(Entry& e, const Vec3& slip) const {
-  e.push = Vec3::Zero();
+void ContactForce::set_friction(Entry& e, Slip slip, const Vec3& s) const {
+  const double limit = e.point.friction * e.load, speed = s.norm();
+  e.slip = slip;
+  e.along.setZero();
+  e.push = 0.0;
   e.viscosity = 0.0;
   if (e.point.friction <= 0.0) return;
-  const double limit = e.point.friction * e.load, speed = slip.norm();
-  if (e.slip == Slip::stick)
-    e.viscosity = e.stick;
-  else if (motion_.h * limit < e.m_eff * speed)  // friction cannot stop it within the step
-    e.push = -limit * slip / speed;
-  else
-    e.viscosity = speed > 0.0 ? std::min(e.stick, limit / speed) : e.stick;
+  const double least = slip == Slip::creep ? kCreepSpeed : 0.0;
+  e.viscosity = slip == Slip::stick ? e.stick : std::min(e.stick, limit / std::max(speed, least));
+  if (slip != Slip::slide) return;
+  e.along = s / speed;
+  e.push = limit;
 }
 
 bool ContactForce::update(std::span<const Vec3> v) {
+  ++updates_;
   const double change = parallel_sum(entries_.size(), kGrain, [&](std::size_t b, std::size_t end) {
     double sum = 0.0;
     for (std::size_t i = b; i < end; ++i) sum += update(entries_[i], v);

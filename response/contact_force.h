@@ -10,8 +10,10 @@ namespace selvedge {
 
 struct ContactForceConfig {
   /// Normal stiffness over m_eff/h², dimensionless. A contact that carries q times the weight of
-  /// its own particles yields by q·g·h²/normal_ratio; more makes the linear system stiffer.
-  double normal_ratio = 1000.0;
+  /// its own particles yields by q·g·h²/normal_ratio, 2.3 µm·q at h = 1/120 s; more makes the
+  /// linear system stiffer, and from 1000 on stacks need many more solves to find which contacts
+  /// carry.
+  double normal_ratio = 300.0;
   /// Viscosity of a sticking contact over m_eff/h. Its creep is (load/m_eff)·h/stick_ratio, 1e-8
   /// m/s under its own weight at h = 1/120 s, and its conditioning is the preconditioner's business
   /// where a single particle touches a body.
@@ -22,7 +24,7 @@ struct ContactForceConfig {
   /// cloth that starts too near is not shot away.
   double recovery = 0.2;
   /// Relative slip below which a contact is first tried as sticking, m/s.
-  double stick_speed = 1e-5;
+  double stick_speed = 3e-4;
   /// Share of the whole load by which the contact forces may still change when no further solve is
   /// asked for. More is faster and lets single contacts pull or friction miss by that much in a
   /// step.
@@ -31,10 +33,11 @@ struct ContactForceConfig {
 
 /// Contact and Coulomb friction as forces inside the implicit step [after the active-set view of
 /// penalty contact, Wriggers 2006, ch. 5]. Each contact pushes with λ = k (rest - gap⁺)₊ along its
-/// normal, where gap⁺ is the linearised gap at the end of the step. Its friction is a stiff
-/// viscosity while it sticks, the force μλ against the slip while it slides, and the viscosity
-/// μλ/|slip| when that could stop it within the step. `update` after each solve finds which
-/// contacts carry and which stick; the caller solves again until it says that nothing changed.
+/// normal, where gap⁺ is the linearised gap at the end of the step. Its friction against the slip s
+/// is f(s) = min(c|s|, μλ) s/|s|, c so large that what it lets creep is not seen. Both are solved
+/// by semismooth Newton iterations: `update` after each solve finds which contacts carry and which
+/// stick; the caller solves again until it says that nothing changed. Nothing is kept from step to
+/// step: what the contacts carried at the end of the last one can be read off gap and velocity.
 class ContactForce final : public Response {
  public:
   explicit ContactForce(const ContactForceConfig& config = {}) : config_(config) {}
@@ -55,25 +58,34 @@ class ContactForce final : public Response {
   ResponseTraits traits() const override;
 
  private:
-  enum class Slip : std::uint8_t { stick, slide };
+  /// How friction enters the next solve.
+  enum class Slip : std::uint8_t {
+    stick,  ///< viscosity c
+    slide,  ///< the force μλ against the slip, and viscosity μλ/|s| across it (Newton)
+    creep,  ///< viscosity μλ/|s|: slower to settle, but never turns the slip back
+  };
   struct Entry {
     ContactPoint point;
-    Vec3 body_motion;          // Σ weight·displacement of the body vertices, m
-    double target;             // gap aimed at for the end of the step, m
-    double stiffness;          // N/m
-    double stick;              // kg/s
-    double load = 0.0;         // N, last estimate of λ
-    double viscosity = 0.0;    // kg/s, of friction
-    Vec3 push = Vec3::Zero();  // N, friction as a given force
-    double m_eff = 0.0;        // kg, inertia against an impulse at the contact
+    Vec3 body_motion;        // Σ weight·displacement of the body vertices, m
+    double target = 0.0;     // gap aimed at for the end of the step, m
+    double stiffness = 0.0;  // N/m
+    double stick = 0.0;      // c, kg/s
+    double m_eff = 0.0;      // kg, inertia against an impulse at the contact
+    double load = 0.0;       // N, last estimate of λ
     Slip slip = Slip::stick;
-    bool at_limit = false;  // turned back by a push in this step
+    Vec3 along = Vec3::Zero();  // unit, of the slip that slides
+    double push = 0.0;          // N, friction as a given force against `along`
+    double viscosity = 0.0;     // kg/s, of friction: in all directions, or across `along`
+    bool turned_back = false;   // by a push in this step
   };
 
   Vec3 motion_of(const Entry& e, std::span<const Vec3> v) const;
   bool coupled(const ContactPoint& c) const;
-  void set_friction(Entry& e, const Vec3& slip) const;
+  double first_load(const Entry& e) const;
+  void set_friction(Entry& e, Slip slip, const Vec3& s) const;
+  Vec3 friction_used(const Entry& e, const Vec3& s) const;
   double update(Entry& e, std::span<const Vec3> v) const;
+  double update_friction(Entry& e, const Vec3& s, bool carried) const;
 
   ContactForceConfig config_;
   ContactMotion motion_;
@@ -82,6 +94,7 @@ class ContactForce final : public Response {
   std::vector<ImplicitTerm> terms_;
   std::vector<std::size_t> term_entry_;  // entry of each term
   std::unique_ptr<Response> explicit_;   // answers steps without a solve; made when first needed
+  int updates_ = 0;                      // in this step
 };
 
 }  // namespace selvedge

@@ -227,7 +227,7 @@ TEST(ContactForce, SticksOnTheInclineWhenFrictionExceedsTheSlope) {
   const Vec3 start = block.position();
   block.run(10.0);
   EXPECT_LT((block.position() - start).head<2>().norm(), 1e-6);
-  EXPECT_NEAR(block.gap(), 0.002, 1e-6);
+  EXPECT_NEAR(block.gap(), 0.002, 3e-6);  // yields by g cos θ h²/normal_ratio = 2e-6 m
 }
 
 TEST(ContactForce, SlidesDownTheInclineWithCoulombsAcceleration) {

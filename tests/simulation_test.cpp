@@ -171,7 +171,7 @@ TEST(Simulation, AFastStackOfSheetsNeedsTheFailSafeAndStaysClean) {
   for (int k = 0; k < 12; ++k) {
     scene.cloths.push_back(cloth(0.2, 4, {0.003 * k, 0.002 * k, 0.01 + 0.003 * k}));
     scene.cloths[k].name = "sheet" + std::to_string(k);
-    scene.cloths[k].velocity = Vec3(0, 0, -10.0);
+    scene.cloths[k].velocity = Vec3(0, 0, -300.0);
     scene.cloths[k].placement.rotation = Eigen::AngleAxisd(0.2 * k, Vec3::UnitZ());
   }
   scene.bodies.push_back(body(Box{Vec3(1, 1, 0.005)}, {0, 0, 0}));

@@ -1,0 +1,557 @@
+// SPDX-License-Identifier: MIT
+// Rest and friction of the default contact, in figures: how still a sheet, a stack and a drape lie,
+// what floor a stack presses on, and how well Coulomb's law holds on an incline, in a sliding stop
+// and around a capstan. Each row is one case; `--verbose` prints its course, a line per interval.
+#include <selvedge/core/parallel.h>
+#include <selvedge/scene/simulation.h>
+
+#include <fmt/core.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <map>
+#include <numbers>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace selvedge;
+
+constexpr double kGravity = 9.81;  // m/s²
+
+struct Options {
+  std::vector<std::string> cases;
+  double seconds = 0.0;  // 0: the case's own
+  int steps_per_frame = 2;
+  int cells = 0;
+  int threads = 0;
+  double tolerance = 1e-3;
+  bool verbose = false;
+};
+
+Scene empty_scene(const Options& options) {
+  Scene scene;
+  scene.name = "rest";
+  scene.materials["default"] = Material{};
+  scene.time.steps_per_frame = options.steps_per_frame;
+  scene.solver.tolerance = options.tolerance;
+  return scene;
+}
+
+ClothSpec sheet(double size, int cells, const Vec3& where) {
+  ClothSpec spec;
+  spec.name = "sheet";
+  spec.shape = ClothGrid{ClothPattern::rectangular, {size, size, cells, cells}};
+  spec.placement.translation = where;
+  return spec;
+}
+
+BodySpec body(const AnalyticShape& shape, int resolution = 16) {
+  BodySpec spec;
+  spec.name = "body";
+  spec.shape = BodyShape{shape, resolution};
+  return spec;
+}
+
+double total_mass(const BuiltScene& built) {
+  double sum = 0.0;
+  for (const double m : built.cloth.mass) sum += m;
+  return sum;
+}
+
+Vec3 momentum(const SimulationState& state, const std::vector<double>& mass) {
+  Vec3 sum = Vec3::Zero();
+  for (std::size_t i = 0; i < mass.size(); ++i) sum += mass[i] * state.v[i];
+  return sum;
+}
+
+Vec3 centre(const SimulationState& state) {
+  Vec3 sum = Vec3::Zero();
+  for (const Vec3& x : state.x) sum += x;
+  return sum / static_cast<double>(state.x.size());
+}
+
+/// What is seen of a run over an interval.
+struct Interval {
+  double rms = 0.0, fastest = 0.0;               // m/s, over particles and steps
+  double force_least = 1e300, force_most = 0.0;  // N, upwards, of all that is not gravity
+  int steps = 0;
+};
+
+/// A simulation watched step by step.
+class Watched {
+ public:
+  Watched(const Scene& scene, BuiltScene built)
+      : gravity_(scene.gravity),
+        mass_(built.cloth.mass),
+        weight_(total_mass(built) * kGravity),
+        simulation_(scene, std::move(built)),
+        before_(simulation_.state()) {}
+
+  Interval run_to_frame(int frame) {
+    Interval seen;
+    double squares = 0.0;
+    for (; frame_ < frame; ++frame_)
+      simulation_.advance_to_frame(frame_ + 1, [&](double) { note(seen, squares); });
+    const double n = static_cast<double>(mass_.size()) * std::max(seen.steps, 1);
+    seen.rms = std::sqrt(squares / n);
+    return seen;
+  }
+
+  Simulation& simulation() { return simulation_; }
+  const SimulationState& state() const { return simulation_.state(); }
+  double weight() const { return weight_; }
+
+ private:
+  void note(Interval& seen, double& squares) {
+    const SimulationState& now = simulation_.state();
+    for (const Vec3& v : now.v) {
+      squares += v.squaredNorm();
+      seen.fastest = std::max(seen.fastest, v.norm());
+    }
+    // m dv/dt = m g + F, with the velocities of the positions themselves.
+    const double h = now.time - before_.time;
+    Vec3 p = Vec3::Zero();
+    for (std::size_t i = 0; i < mass_.size(); ++i) p += mass_[i] * (now.x[i] - before_.x[i]) / h;
+    if (last_momentum_.allFinite()) {
+      const double force = (p - last_momentum_).z() / h + weight_;
+      seen.force_least = std::min(seen.force_least, force);
+      seen.force_most = std::max(seen.force_most, force);
+    }
+    last_momentum_ = p;
+    ++seen.steps;
+    before_ = now;
+  }
+
+  Vec3 gravity_;
+  std::vector<double> mass_;
+  double weight_;
+  Simulation simulation_;
+  SimulationState before_;
+  Vec3 last_momentum_ = Vec3::Constant(std::nan(""));
+  int frame_ = 0;
+};
+
+double energy(const SimulationState& state, const std::vector<double>& mass) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < mass.size(); ++i)
+    sum += mass[i] * (0.5 * state.v[i].squaredNorm() + kGravity * state.x[i].z());
+  return sum;
+}
+
+void print_interval(const Watched&, double time, const Interval& seen,
+                    const std::map<std::string, double>& before,
+                    const std::map<std::string, double>& now, double weight) {
+  const auto per_step = [&](const char* name) {
+    const auto a = before.find(name), b = now.find(name);
+    return ((b == now.end() ? 0.0 : b->second) - (a == before.end() ? 0.0 : a->second)) /
+           std::max(seen.steps, 1);
+  };
+  fmt::print(
+      "  {:7.2f} s  rms {:9.2e}  max {:9.2e} m/s  force/weight {:.5f}..{:.5f}  contacts {:.0f} "
+      "solves {:.2f} iterations {:.1f} hits {:.3f}\n",
+      time, seen.rms, seen.fastest, seen.force_least / weight, seen.force_most / weight,
+      per_step("contacts"), per_step("solves"), per_step("solver_iterations"),
+      per_step("impulse_passes"));
+  std::fflush(stdout);
+}
+
+/// Runs to `seconds` and prints; what was seen of the last interval.
+Interval watch(Watched& watched, double seconds, double interval, bool verbose, double fps = 60.0) {
+  Interval seen;
+  std::map<std::string, double> before;
+  const int total = static_cast<int>(std::lround(seconds * fps));
+  const int part = std::max(1, static_cast<int>(std::lround(interval * fps)));
+  for (int frame = 0; frame < total;) {
+    frame = std::min(frame + part, total);
+    seen = watched.run_to_frame(frame);
+    const RunResult result = watched.simulation().result();
+    if (verbose)
+      print_interval(watched, frame / fps, seen, before, result.counters, watched.weight());
+    before = result.counters;
+  }
+  return seen;
+}
+
+void print_row(const std::string& name, Watched& watched, const Interval& seen, double wall) {
+  const RunResult result = watched.simulation().result();
+  const auto counter = [&](const char* key) {
+    const auto found = result.counters.find(key);
+    return found == result.counters.end() ? 0.0 : found->second / std::max(result.steps, 1);
+  };
+  fmt::print(
+      "{}: {} steps, clean {}, last interval: rms {:.3e} max {:.3e} m/s, floor/weight "
+      "{:.6f}..{:.6f}; solves/step {:.2f}, iterations/step {:.1f}; {:.2f} s\n",
+      name, result.steps, result.clean ? "yes" : "NO", seen.rms, seen.fastest,
+      seen.force_least / watched.weight(), seen.force_most / watched.weight(), counter("solves"),
+      counter("solver_iterations"), wall);
+}
+
+struct Stopwatch {
+  std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
+  double seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  }
+};
+
+void run_watched(const std::string& name, const Scene& scene, const Options& options,
+                 double seconds) {
+  const Stopwatch clock;
+  Watched watched(scene, build_scene(scene));
+  const double length = options.seconds > 0.0 ? options.seconds : seconds;
+  const Interval seen = watch(watched, length, length / 10.0, options.verbose);
+  print_row(name, watched, seen, clock.seconds());
+}
+
+void sheet_case(const Options& options) {
+  Scene scene = empty_scene(options);
+  const int cells = options.cells > 0 ? options.cells : 10;
+  scene.cloths.push_back(sheet(0.2, cells, {0.013, 0.017, 0.004}));
+  scene.bodies.push_back(body(Plane{}));
+  run_watched("sheet on a plane", scene, options, 5.0);
+}
+
+constexpr int kSheets = 20;
+
+Scene stack_scene(const Options& options, bool turned) {
+  Scene scene = empty_scene(options);
+  scene.contact.thickness = 0.001;
+  const int cells = options.cells > 0 ? options.cells : 8;
+  for (int k = 0; k < kSheets; ++k) {
+    ClothSpec spec = sheet(0.2, cells, {0.013, 0.017, 0.002 * (k + 1)});
+    spec.name = fmt::format("sheet {}", k);
+    if (turned) {
+      spec.placement.translation += Vec3(0.004 * std::sin(5.0 * k), 0.004 * std::cos(3.0 * k), 0.0);
+      spec.placement.rotation = Eigen::AngleAxisd(0.3 * k, Vec3::UnitZ());
+    }
+    scene.cloths.push_back(spec);
+  }
+  scene.bodies.push_back(body(Plane{}));
+  return scene;
+}
+
+void stack_report(const std::string& name, const Scene& scene, const Options& options) {
+  const Stopwatch clock;
+  Watched watched(scene, build_scene(scene));
+  const double length = options.seconds > 0.0 ? options.seconds : 5.0;
+  const Interval seen = watch(watched, length, length / 10.0, options.verbose);
+  print_row(name, watched, seen, clock.seconds());
+  // The inner part of each sheet, away from corners that hang over: its layer's height.
+  const std::size_t per = watched.state().x.size() / scene.cloths.size();
+  const double thickness = scene.contact.thickness;
+  double worst = 0.0, below = 0.0;
+  bool ordered = true;
+  for (std::size_t k = 0; k < scene.cloths.size(); ++k) {
+    double mean = 0.0, count = 0.0;
+    for (std::size_t i = 0; i < per; ++i) {
+      const Vec3& x = watched.state().x[k * per + i];
+      if ((x - scene.cloths[k].placement.translation).head<2>().norm() > 0.05) continue;
+      mean += x.z();
+      count += 1.0;
+    }
+    mean /= count;
+    ordered = ordered && mean > below;
+    worst = std::max(worst, thickness - (mean - below));
+    below = mean;
+  }
+  fmt::print(
+      "  order {}, layers at most {:.3g} of a thickness too near , top at {:.4f} thicknesses\n",
+      ordered ? "kept" : "LOST", worst / scene.contact.thickness, below / scene.contact.thickness);
+}
+
+void stack_case(const Options& options) {
+  stack_report("20 sheets, aligned", stack_scene(options, false), options);
+}
+void turned_case(const Options& options) {
+  stack_report("20 sheets, turned", stack_scene(options, true), options);
+}
+
+void ball_case(const Options& options) {
+  Scene scene = empty_scene(options);
+  const int cells = options.cells > 0 ? options.cells : 30;
+  scene.cloths.push_back(sheet(0.6, cells, {0.02, 0.01, 0.22}));
+  scene.bodies.push_back(body(Sphere{0.2}, 64));
+  scene.air.normal_drag = 1.0;
+  scene.air.viscous_drag = 0.1;
+  run_watched("ball drape", scene, options, 8.0);
+}
+
+Scene incline_scene(const Options& options, double mu, double angle) {
+  Scene scene = empty_scene(options);
+  const Eigen::Quaterniond tilt(Eigen::AngleAxisd(-angle, Vec3::UnitY()));
+  scene.cloths.push_back(sheet(0.2, 8, tilt * Vec3(0.031, 0.017, 0.002)));
+  scene.cloths[0].placement.rotation = tilt;
+  scene.bodies.push_back(body(Plane{20.0}));
+  scene.bodies[0].placement.rotation = tilt;
+  scene.bodies[0].friction = mu;
+  return scene;
+}
+
+void incline_case(const Options& options) {
+  const double angle = std::numbers::pi / 6.0;
+  {
+    const Scene scene = incline_scene(options, 0.6, angle);
+    Simulation simulation(scene, build_scene(scene));
+    for (int f = 1; f <= 12; ++f) simulation.advance_to_frame(f, {});
+    const Vec3 start = centre(simulation.state());
+    for (int f = 13; f <= 612; ++f) simulation.advance_to_frame(f, {});
+    fmt::print("incline, mu 0.6: creep {:.3e} m in 10 s (< 1e-6), solves/step {:.2f}\n",
+               (centre(simulation.state()) - start).norm(),
+               simulation.result().counters["solves"] / simulation.result().steps);
+  }
+  {
+    const Scene scene = incline_scene(options, 0.3, angle);
+    Simulation simulation(scene, build_scene(scene));
+    for (int f = 1; f <= 12; ++f) simulation.advance_to_frame(f, {});
+    const Vec3 v0 = momentum(
+        simulation.state(),
+        std::vector<double>(simulation.state().x.size(), 1.0 / simulation.state().x.size()));
+    for (int f = 13; f <= 72; ++f) simulation.advance_to_frame(f, {});
+    const Vec3 v1 = momentum(
+        simulation.state(),
+        std::vector<double>(simulation.state().x.size(), 1.0 / simulation.state().x.size()));
+    const double right = kGravity * (std::sin(angle) - 0.3 * std::cos(angle));
+    fmt::print("incline, mu 0.3: a = {:.5f} m/s^2 ({:.5f}, {:+.3f} %), solves/step {:.2f}\n",
+               (v1 - v0).norm(), right, 100.0 * ((v1 - v0).norm() / right - 1.0),
+               simulation.result().counters["solves"] / simulation.result().steps);
+  }
+}
+
+void slide_case(const Options& options) {
+  Scene scene = incline_scene(options, 0.3, 0.0);
+  scene.cloths[0].velocity = Vec3(1.0, 0.0, 0.0);
+  Simulation simulation(scene, build_scene(scene));
+  const Vec3 start = centre(simulation.state());
+  for (int f = 1; f <= 60; ++f) simulation.advance_to_frame(f, {});
+  const double way = (centre(simulation.state()) - start).x();
+  fmt::print("sliding stop from 1 m/s, mu 0.3: {:.5f} m (0.16990, {:+.3f} %)\n", way,
+             100.0 * (way / 0.16990 - 1.0));
+}
+
+/// A strip over a cylinder of radius 0.1 m with loads of m1 and ratio·m1 at its ends.
+struct Capstan {
+  Scene scene;
+  BuiltScene built;
+  std::vector<std::int32_t> left, right;  // end particles
+};
+
+constexpr double kCapstanLoad = 0.02;  // kg, of the lighter end
+
+Capstan capstan(const Options& options, double ratio, double mu, int resolution, double stretch) {
+  Capstan c;
+  c.scene = empty_scene(options);
+  Material& m = c.scene.materials["default"];
+  m.density = 0.02;
+  m.stretch_stiffness = stretch;
+  m.shear_stiffness = 20.0;
+  m.bending_stiffness = 1e-7;
+  c.scene.contact.thickness = 0.002;
+  c.scene.contact.self = false;
+  const double radius = 0.1;
+  const int along = options.cells > 0 ? options.cells : 120, across = 4;
+  const double length = std::numbers::pi * (radius + 0.002) + 1.0;
+  ClothSpec spec = sheet(1.0, 1, Vec3::Zero());
+  spec.shape = ClothGrid{ClothPattern::rectangular, {length, 0.04, along, across}};
+  c.scene.cloths.push_back(spec);
+  c.scene.bodies.push_back(body(Cylinder{radius, 0.3}, resolution));
+  c.scene.bodies[0].friction = mu;
+  c.scene.bodies[0].placement.rotation = Eigen::AngleAxisd(0.5 * std::numbers::pi, Vec3::UnitX());
+  c.built = build_scene(c.scene);
+  // Laid around the cylinder: the half circle at radius + thickness, then straight down.
+  const double r = radius + 0.0021;
+  for (Vec3& x : c.built.cloth.surface.vertices) {
+    const double s = x.x(), half = 0.5 * std::numbers::pi * r;
+    const double angle = std::clamp(s / r, -0.5 * std::numbers::pi, 0.5 * std::numbers::pi);
+    x = Vec3(r * std::sin(angle), x.y(), r * std::cos(angle) - std::max(0.0, std::abs(s) - half));
+  }
+  const double load = kCapstanLoad / (across + 1);
+  for (int j = 0; j <= across; ++j) {
+    c.left.push_back(j * (along + 1));
+    c.right.push_back(j * (along + 1) + along);
+    c.built.cloth.mass[c.left.back()] += load;
+    c.built.cloth.mass[c.right.back()] += ratio * load;
+  }
+  return c;
+}
+
+double mean_height(const SimulationState& state, const std::vector<std::int32_t>& of) {
+  double sum = 0.0;
+  for (const std::int32_t i : of) sum += state.x[i].z();
+  return sum / static_cast<double>(of.size());
+}
+
+/// T2/T1 that the acceleration of sliding loads shows.
+void capstan_slide(const Options& options, double ratio, int resolution) {
+  const double mu = 0.3;
+  Capstan c = capstan(options, ratio, mu, resolution, 2000.0);
+  std::vector<double> mass = c.built.cloth.mass;
+  const std::vector<std::int32_t> left = c.left, right = c.right;
+  Simulation simulation(c.scene, std::move(c.built));
+  const auto speed = [&](const std::vector<std::int32_t>& of) {
+    double sum = 0.0;
+    for (const std::int32_t i : of) sum += simulation.state().v[i].z();
+    return sum / static_cast<double>(of.size());
+  };
+  const int settle = 18, end = 42;
+  for (int f = 1; f <= settle; ++f) simulation.advance_to_frame(f, {});
+  const double up0 = speed(left), down0 = speed(right), t = (end - settle) / 60.0;
+  double last_up = up0, last_down = down0;
+  for (int f = settle + 1; f <= end; ++f) {
+    simulation.advance_to_frame(f, {});
+    if (options.verbose && f % 4 == 0) {
+      const double up = (speed(left) - last_up) * 15.0, down = (speed(right) - last_down) * 15.0;
+      last_up = speed(left);
+      last_down = speed(right);
+      fmt::print("   frame {}: up {:.4f} m/s, down {:.4f} m/s, T2/T1 {:.4f}\n", f, last_up,
+                 last_down, ratio * (kGravity + down) / (kGravity + up));
+    }
+  }
+  const double up = (speed(left) - up0) / t, down = (speed(right) - down0) / t;
+  const double seen = ratio * (kGravity + down) / (kGravity + up);
+  const double expected = std::exp(mu * std::numbers::pi);
+  fmt::print(
+      "capstan, loads 1:{:.2f}, {} facets: a {:.4f} {:.4f} m/s^2, T2/T1 {:.4f} ({:.4f}, {:+.2f} "
+      "%), solves/step {:.2f} iterations/step {:.1f}\n",
+      ratio, resolution, up, down, seen, expected, 100.0 * (seen / expected - 1.0),
+      simulation.result().counters["solves"] / simulation.result().steps,
+      simulation.result().counters["solver_iterations"] / simulation.result().steps);
+}
+
+void capstan_onset(const Options& options, int resolution) {
+  for (const double ratio : {2.2, 2.4, 2.49, 2.57, 2.65, 2.75, 3.0}) {
+    Capstan c = capstan(options, ratio, 0.3, resolution, 2000.0);
+    const std::vector<std::int32_t> right = c.right, left = c.left;
+    Simulation simulation(c.scene, std::move(c.built));
+    for (int f = 1; f <= 30; ++f) simulation.advance_to_frame(f, {});
+    const double a0 = mean_height(simulation.state(), right),
+                 b0 = mean_height(simulation.state(), left);
+    for (int f = 31; f <= 60; ++f) simulation.advance_to_frame(f, {});
+    const double a1 = mean_height(simulation.state(), right),
+                 b1 = mean_height(simulation.state(), left);
+    for (int f = 61; f <= 90; ++f) simulation.advance_to_frame(f, {});
+    const double a2 = mean_height(simulation.state(), right),
+                 b2 = mean_height(simulation.state(), left);
+    fmt::print(
+        "  loads 1:{:.2f}: heavy end falls {:+.3e} then {:+.3e} m, light end rises {:+.3e} then "
+        "{:+.3e} m in 0.5 s\n",
+        ratio, a0 - a1, a1 - a2, b1 - b0, b2 - b1);
+    std::fflush(stdout);
+  }
+}
+
+/// T2/T1 of a strip that a handle pulls slowly over the cylinder, from the strains of its straight
+/// parts beside it.
+void capstan_pull(const Options& options, int resolution) {
+  constexpr double kMu = 0.3, kSpeed = 0.02;  // m/s
+  Capstan c = capstan(options, 1.0, kMu, resolution, 2000.0);
+  Keyframe end;
+  end.time = 4.0;
+  end.translation = Vec3(0.0, 0.0, -kSpeed * end.time);
+  c.scene.handles.push_back({"pull", c.scene.cloths[0].name, c.right, {Keyframe{}, end}, -1.0});
+  const std::vector<Spring> springs = c.built.cloth.springs;
+  Simulation simulation(c.scene, std::move(c.built));
+  const auto strain = [&](double side) {
+    double stretched = 0.0, rest = 0.0;
+    for (const Spring& s : springs) {
+      const Vec3 &a = simulation.state().x[s.a], &b = simulation.state().x[s.b];
+      const bool beside = a.x() * side > 0.0 && std::max(a.z(), b.z()) < -0.01 &&
+                          std::min(a.z(), b.z()) > -0.12 && std::abs(a.y() - b.y()) < 0.001;
+      if (!beside) continue;
+      stretched += (a - b).norm() - s.rest_length;
+      rest += s.rest_length;
+    }
+    return stretched / rest;
+  };
+  const int settle = 90, total = 210;
+  double sum = 0.0;
+  for (int f = 1; f <= total; ++f) {
+    simulation.advance_to_frame(f, {});
+    const double ratio = strain(1.0) / strain(-1.0);
+    if (f > settle) sum += ratio;
+    if (options.verbose && f % 30 == 0) fmt::print("   frame {}: T2/T1 {:.4f}\n", f, ratio);
+  }
+  const double seen = sum / (total - settle), right = std::exp(kMu * std::numbers::pi);
+  fmt::print(
+      "capstan, pulled at {} m/s, {} facets: T2/T1 {:.4f} ({:.4f}, {:+.2f} %), solves/step "
+      "{:.2f}\n",
+      kSpeed, resolution, seen, right, 100.0 * (seen / right - 1.0),
+      simulation.result().counters["solves"] / simulation.result().steps);
+}
+
+void capstan_case(const Options& options) {
+  for (const int resolution : {64, 128, 256}) capstan_pull(options, resolution);
+  capstan_onset(options, 128);
+  if (options.verbose)
+    for (const double ratio : {3.0, 4.0}) capstan_slide(options, ratio, 64);
+}
+
+void hour_case(const Options& options) {
+  Scene scene = empty_scene(options);
+  scene.cloths.push_back(sheet(0.2, 6, {0.013, 0.017, 0.003}));
+  scene.bodies.push_back(body(Plane{}));
+  BuiltScene built = build_scene(scene);
+  const std::vector<double> mass = built.cloth.mass;
+  Simulation simulation(scene, std::move(built));
+  const double seconds = options.seconds > 0.0 ? options.seconds : 3600.0;
+  const int total = static_cast<int>(std::lround(60.0 * seconds)), settle = 120;
+  for (int f = 1; f <= settle; ++f) simulation.advance_to_frame(f, {});
+  const double start = energy(simulation.state(), mass);
+  const Vec3 place = centre(simulation.state());
+  double most = start, fastest = 0.0;
+  const Stopwatch clock;
+  for (int f = settle + 1; f <= total; ++f)
+    simulation.advance_to_frame(f, [&](double) {
+      most = std::max(most, energy(simulation.state(), mass));
+      for (const Vec3& v : simulation.state().v) fastest = std::max(fastest, v.norm());
+    });
+  fmt::print(
+      "{:.0f} s at rest, {} steps: energy {:+.3e} J at most above the start, {:+.3e} J at the "
+      "end (of {:.3e}), fastest {:.3e} m/s, moved {:.3e} m, clean {}; {:.1f} s\n",
+      seconds, simulation.result().steps, most - start, energy(simulation.state(), mass) - start,
+      start, fastest, (centre(simulation.state()) - place).norm(),
+      simulation.result().clean ? "yes" : "NO", clock.seconds());
+}
+
+const std::map<std::string, std::function<void(const Options&)>>& cases() {
+  static const std::map<std::string, std::function<void(const Options&)>> all = {
+      {"sheet", sheet_case},     {"stack", stack_case},     {"turned", turned_case},
+      {"ball", ball_case},       {"incline", incline_case}, {"slide", slide_case},
+      {"capstan", capstan_case}, {"hour", hour_case}};
+  return all;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  Options options;
+  CLI::App app("Rest and friction of the default contact");
+  std::vector<std::string> names;
+  for (const auto& [name, run] : cases()) names.push_back(name);
+  app.add_option("cases", options.cases, "Which; all but `hour` if none is named")
+      ->check(CLI::IsMember(names));
+  app.add_option("--seconds", options.seconds, "Simulated time")->check(CLI::NonNegativeNumber);
+  app.add_option("--steps-per-frame", options.steps_per_frame, "Steps of a frame of 1/60 s")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--tolerance", options.tolerance, "Of the linear solve");
+  app.add_option("--cells", options.cells, "Cells a side")->check(CLI::NonNegativeNumber);
+  app.add_option("--threads", options.threads, "Threads at most")->check(CLI::NonNegativeNumber);
+  app.add_flag("--verbose", options.verbose, "Print the course of each case");
+  CLI11_PARSE(app, argc, argv);
+  const ThreadLimit limit(options.threads);
+  if (options.cases.empty())
+    for (const auto& name : names)
+      if (name != "hour") options.cases.push_back(name);
+  for (const std::string& name : options.cases) {
+    cases().at(name)(options);
+    std::fflush(stdout);
+  }
+  return 0;
+} catch (const std::exception& error) {
+  fmt::print(stderr, "bench_rest: {}\n", error.what());
+  return 2;
+}

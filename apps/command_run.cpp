@@ -15,6 +15,7 @@
 #include <fstream>
 #include <iterator>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -30,6 +31,9 @@ struct RunOptions {
   std::string scene, out;
   int threads = 0;
   std::vector<std::string> set;
+  double budget = 0.0;
+  int max_steps = 0;
+  std::optional<int> stall_steps;
   bool resume = false, every_step = false, json = false, no_picture = false;
   QueryRecorderConfig record;
 };
@@ -101,6 +105,18 @@ void print_file(const std::filesystem::path& file) {
   fmt::print("{}", text);
 }
 
+/// A run that fails says where it left what a replay needs.
+RunResult run_or_explain(const Scene& scene, const RunConfig& config, ProgressBar& bar) {
+  try {
+    return run_scene(scene, config);
+  } catch (const SimulationFailed&) {
+    bar.clear();
+    const std::string bundle = (config.out / "failure").string();
+    fmt::print(stderr, "kept in {0}; `selvedge replay {0} --explain` repeats the step\n", bundle);
+    throw;
+  }
+}
+
 int run_command(const RunOptions& options) {
   Methods methods = methods_of_this_build();
   const Scene scene = read_scene(options.scene, read_overrides(options.set), methods);
@@ -114,6 +130,9 @@ int run_command(const RunOptions& options) {
                                    : std::filesystem::path(options.out);
   config.resume = options.resume;
   config.every_step = options.every_step;
+  if (options.budget > 0.0) config.budget_s = options.budget;
+  config.max_steps = options.max_steps;
+  config.stall_steps = options.stall_steps.value_or(config.stall_steps);
   config.stop = stop.requested();
   int last_drawn = -1;
   const int every = options.no_picture ? 0 : scene.output.picture_every;
@@ -127,7 +146,7 @@ int run_command(const RunOptions& options) {
     bar.clear();
     fmt::print(stderr, "warning: {}\n", sentence);
   };
-  const RunResult result = run_scene(scene, config);
+  const RunResult result = run_or_explain(scene, config, bar);
   bar.clear();
   recording.write();
   const int last = result.frames - 1;
@@ -152,6 +171,17 @@ void add_command_run(CLI::App& app, int& exit_code) {
       ->allow_extra_args(false);
   command->add_flag("--resume", options->resume, "Go on from the checkpoint in the result folder");
   command->add_flag("--every-step", options->every_step, "Also write every accepted state");
+  command
+      ->add_option("--budget", options->budget,
+                   "Wall seconds; a run over it stops after the step in work, --resume goes on")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--max-steps", options->max_steps, "Stop after so many accepted steps")
+      ->check(CLI::Range(1, 1'000'000'000));
+  command
+      ->add_option("--stall-steps", options->stall_steps,
+                   "So many accepted steps in a row near the smallest size are a stall (default "
+                   "512; 0: never)")
+      ->check(CLI::Range(0, 1'000'000'000));
   add_record_options(*command, options->record);
   command->add_flag("--json", options->json, "Print result.json");
   command->add_flag("--no-picture", options->no_picture, "Draw no pictures");

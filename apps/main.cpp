@@ -12,6 +12,7 @@
 #include "command_detect.h"
 #include "command_list.h"
 #include "command_render.h"
+#include "command_replay.h"
 #include "command_run.h"
 
 namespace {
@@ -34,6 +35,7 @@ int run_command_line(int argc, char** argv) {
   add_command_detect(app, exit_code);
   add_command_ccd(app, exit_code);
   add_command_render(app, exit_code);
+  add_command_replay(app, exit_code);
   add_command_list(app, exit_code);
   try {
     app.parse(argc, argv);

@@ -46,7 +46,8 @@ class ImplicitEuler {
   /// Solves for the end-of-step velocities. In: `v` holds the guess, and for particles with
   /// inv_mass 0 the prescribed velocity, which is kept. May be called several times per assemble;
   /// a solve whose answer only shows which terms the next one needs may have a tolerance `looser`
-  /// times as large, >= 1.
+  /// times as large, >= 1. A particle whose forces are not finite gets a velocity that is not a
+  /// number, and the residual is none either.
   SolveReport solve(std::span<const ImplicitTerm> terms, std::span<Vec3> v, double looser = 1.0);
 
  private:

@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace selvedge {
 namespace {
@@ -66,6 +67,7 @@ struct ImplicitEuler::System {
   void add_forces(const ForceState& state, double h);
   SolveReport solve(std::span<Vec3> v, double tolerance);
   void residual(std::span<const Vec3> v, std::span<Vec3> out);
+  void lose_what_is_not_finite(std::span<Vec3> v) const;
   SolveReport iterate(detail::Preconditioner& by, std::span<Vec3> v, double tolerance);
   void start(detail::Preconditioner& by, std::span<Vec3> v, double& rz);
   double squared(detail::Preconditioner& by, std::span<const Vec3> x, std::span<Vec3> scratch);
@@ -169,6 +171,10 @@ double ImplicitEuler::System::dot_free(std::span<const Vec3> x, std::span<const 
 SolveReport ImplicitEuler::System::solve(std::span<Vec3> v, double tolerance) {
   SolveReport report = iterate(*preconditioner, v, tolerance);
   if (report.converged) return report;
+  if (std::isnan(report.residual)) {
+    lose_what_is_not_finite(v);
+    return report;
+  }
   // The cycle is positive definite only as far as its eigenvalue estimates hold. Where they fail,
   // the diagonal takes over from where it stopped.
   if (!fallback) fallback = detail::make_block_jacobi();
@@ -209,8 +215,16 @@ SolveReport ImplicitEuler::System::iterate(detail::Preconditioner& by, std::span
     ++report.iterations;
   }
   report.residual = scale > 0.0 ? std::sqrt(std::abs(rz) / scale) : 0.0;
-  report.converged = rz >= 0.0 && rz <= target;
+  if (!std::isfinite(rz) || !std::isfinite(scale))
+    report.residual = std::numeric_limits<double>::quiet_NaN();
+  report.converged = rz >= 0.0 && rz <= target && !std::isnan(report.residual);
   return report;
+}
+
+/// Forces that are not finite have no solution; whoever asked must not take the guess for one.
+void ImplicitEuler::System::lose_what_is_not_finite(std::span<Vec3> v) const {
+  for (std::size_t i = 0; i < v.size(); ++i)
+    if (free[i] && !r[i].allFinite()) v[i].setConstant(std::numeric_limits<double>::quiet_NaN());
 }
 
 ImplicitEuler::ImplicitEuler(std::vector<std::unique_ptr<Force>> forces, std::size_t particles,

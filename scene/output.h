@@ -54,7 +54,11 @@ void write_result(const std::filesystem::path& file, const RunResult& result);
 ///   steps/cloth_000000.ply, steps/bodies_000000.ply   with --every-step, one per accepted state
 ///   pictures/frame_00000.png
 ///   checkpoint.ply           full state, written with each frame
+///   failure/                 of a run that stopped (layout: failure_bundle.h)
 ///
+/// Digits in those names.
+inline constexpr int frame_file_digits = 5, step_file_digits = 6;
+
 /// folder / stem_00042.extension; `digits` is the least number of digits.
 std::filesystem::path numbered(const std::filesystem::path& folder, const std::string& stem,
                                int number, int digits, const std::string& extension);

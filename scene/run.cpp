@@ -3,6 +3,7 @@
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/scene/detail/checkpoint.h>
 #include <selvedge/scene/detail/result_folder.h>
+#include <selvedge/scene/failure_bundle.h>
 #include <selvedge/scene/run.h>
 #include <sys/resource.h>
 
@@ -21,8 +22,6 @@ namespace {
 using namespace detail;
 using Clock = std::chrono::steady_clock;
 namespace fs = std::filesystem;
-
-constexpr int frame_digits = 5, step_digits = 6;
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -53,6 +52,9 @@ class Run {
       start();
     try {
       advance();
+    } catch (const SimulationFailed& failure) {
+      stop(failure);
+      if (failure.kind != FailureKind::out_of_budget) throw;
     } catch (const std::exception& error) {
       keep_what_there_is(error.what());
       throw;
@@ -66,7 +68,10 @@ class Run {
     write_scene();  // first of all: from now on the folder is known as ours
     for (const fs::path& folder : folders()) make_folder(folder);
     remove_former_run(config_.out);
+    remove_failure_bundle(bundle());
   }
+
+  fs::path bundle() const { return config_.out / "failure"; }
 
   /// A scene that was made in code has no text; its name is enough to know the folder again.
   void write_scene() const {
@@ -118,21 +123,23 @@ class Run {
     frame_ = checkpoint.at("frame").get<int>();
     const auto hash = checkpoint.at("state_hash").get<std::string>();
     // checkpoint.ply is written just before checkpoint.json. A run that was killed in between left
-    // the state that belongs to checkpoint.json in its frame.
+    // the state that belongs to checkpoint.json in its frame, or in the bundle of the stop.
     auto state = read_state(config_.out / "checkpoint.ply", hash);
     if (!state) state = read_state(frame_file("cloth", frame_, ".ply"), hash);
+    if (!state) state = read_state(bundle() / "state.ply", hash);
     if (!state)
       throw std::invalid_argument(fmt::format(
           "{}: neither it nor frame {} holds the state of checkpoint.json; run without --resume",
           (config_.out / "checkpoint.ply").string(), frame_));
     state->step = checkpoint.at("step").get<std::int64_t>();
     state->time = checkpoint.at("time").get<double>();
+    if (checkpoint.contains("control")) state->control = control_from(checkpoint["control"]);
     before_ = result_from(checkpoint.at("result"));
     simulation_->restore(std::move(*state));
   }
 
   void advance() {
-    step_ = simulation_->state().step;
+    first_step_ = step_ = simulation_->state().step;
     if (resumed_) {
       resume_series();
     } else {
@@ -140,10 +147,8 @@ class Run {
       write_frame();
     }
     while (frame_ < scene_.time.frames && !stop_requested()) {
-      simulation_->advance_to_frame(frame_ + 1, [this](double) {
-        ++step_;
-        if (config_.every_step) write_step();
-      });
+      while (!simulation_->reached(frame_ + 1)) make_step();
+      simulation_->verify_frame();
       ++frame_;
       write_frame();
     }
@@ -151,10 +156,49 @@ class Run {
       stopped_ = fmt::format("stopped on request after frame {} of {}", frame_, scene_.time.frames);
   }
 
+  void make_step() {
+    check_budget();
+    const int halvings = simulation_->state().control.halvings;
+    if (small_steps_ + 1 == config_.stall_steps) before_stall_ = simulation_->state();
+    simulation_->step_towards(frame_ + 1);
+    ++step_;
+    if (config_.every_step) write_step();
+    const int tries = static_cast<int>(simulation_->tried().size());
+    const bool small = is_near_smallest(halvings + tries - 1, scene_.time.max_halvings);
+    small_steps_ = small ? small_steps_ + 1 : 0;
+    if (small && small_steps_ == config_.stall_steps) stall();
+  }
+
+  void check_budget() const {
+    const SimulationState& state = simulation_->state();
+    const double wall = seconds_since(begin_);
+    const bool steps_left = config_.max_steps <= 0 || step_ - first_step_ < config_.max_steps;
+    if (step_ == first_step_ || (wall <= config_.budget_s && steps_left)) return;
+    const std::string grant = steps_left ? fmt::format("{} s of wall time", config_.budget_s)
+                                         : fmt::format("{} accepted steps", config_.max_steps);
+    throw SimulationFailed(FailureKind::out_of_budget,
+                           fmt::format("out of budget at {} s of {} s: granted were {}", state.time,
+                                       scene_.time.frames / scene_.time.fps, grant));
+  }
+
+  /// Keeps the state before the last step, so that its replay shows what holds the run up.
+  void stall() {
+    simulation_->restore(std::move(before_stall_));
+    const SimulationState& state = simulation_->state();
+    const FailedTry& failed = simulation_->failed_try();
+    std::string cause = fmt::format(
+        "stalled at {} s: each of the last {} steps was accepted only after {} or more halvings, "
+        "the last one with {} s; before that: {}",
+        state.time, config_.stall_steps, scene_.time.max_halvings - 1, simulation_->tried().back(),
+        failed.trouble);
+    if (!failed.pairs.empty()) cause += ", first " + simulation_->names().pair(failed.pairs[0]);
+    throw SimulationFailed(FailureKind::stalled, cause);
+  }
+
   bool stop_requested() const { return config_.stop != nullptr && config_.stop->load(); }
 
   fs::path frame_file(const std::string& stem, int frame, const std::string& extension) const {
-    return numbered(config_.out / "frames", stem, frame, frame_digits, extension);
+    return numbered(config_.out / "frames", stem, frame, frame_file_digits, extension);
   }
 
   bool bodies_due(bool first) const {
@@ -185,9 +229,11 @@ class Run {
     const Json checkpoint = {{"frame", frame_},
                              {"step", state.step},
                              {"time", state.time},
+                             {"control", to_json(state.control)},
                              {"state_hash", state_hash(state)},
                              {"result", to_json(result())}};
     write_text(config_.out / "checkpoint.json", checkpoint.dump(2) + "\n");
+    if (resumed_ && stopped_.empty()) remove_failure_bundle(bundle());  // the run has got beyond it
   }
 
   void write_vtk_frame() {
@@ -261,10 +307,10 @@ class Run {
     const SimulationState& state = simulation_->state();
     const int number = static_cast<int>(step_);
     const fs::path folder = config_.out / "steps";
-    write_ply(numbered(folder, "cloth", number, step_digits, ".ply"), state.x,
+    write_ply(numbered(folder, "cloth", number, step_file_digits, ".ply"), state.x,
               simulation_->cloth_triangles(), velocity_values(state.v));
     if (bodies_due(number == 0))
-      write_ply(numbered(folder, "bodies", number, step_digits, ".ply"),
+      write_ply(numbered(folder, "bodies", number, step_file_digits, ".ply"),
                 simulation_->body_positions(), simulation_->body_triangles());
     output_s_ += seconds_since(begin);
   }
@@ -290,6 +336,19 @@ class Run {
     return r;
   }
 
+  /// Keeps what was the matter. A file that cannot be written does not hide why the run stopped.
+  void stop(const SimulationFailed& failure) {
+    keep_what_there_is(failure.what());
+    try {
+      if (failure.kind == FailureKind::out_of_budget)
+        write_checkpoint(velocity_values(simulation_->state().v));
+      write_failure_bundle(bundle(), scene_, *simulation_, failure);
+    } catch (const std::exception& error) {
+      if (config_.warning)
+        config_.warning(std::string("what was the matter could not be kept: ") + error.what());
+    }
+  }
+
   /// After a failure: the frames are there, and the result says how far they go and why.
   void keep_what_there_is(const std::string& why) {
     stopped_ = why;
@@ -305,10 +364,13 @@ class Run {
   Clock::time_point begin_ = Clock::now();
   std::optional<Simulation> simulation_;
   std::optional<Pc2Writer> pc2_;
-  RunResult before_;       // of the parts of this run before it was resumed
-  int frame_ = 0;          // last one done
-  int written_ = 0;        // number of frames in the folder
-  std::int64_t step_ = 0;  // accepted steps, counted here for the names of files
+  RunResult before_;              // of the parts of this run before it was resumed
+  int frame_ = 0;                 // last one done
+  int written_ = 0;               // number of frames in the folder
+  std::int64_t step_ = 0;         // accepted steps, counted here for the names of files
+  std::int64_t first_step_ = 0;   // accepted before this call
+  int small_steps_ = 0;           // accepted in a row near the smallest size
+  SimulationState before_stall_;  // before the step that makes it a stall
   double output_s_ = 0.0;
   bool resumed_ = false;
   std::string stopped_;

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <filesystem>
 #include <functional>
+#include <limits>
 
 namespace selvedge {
 
@@ -14,6 +15,12 @@ struct RunConfig {
   Methods methods;            ///< what scenes may name
   bool resume = false;        ///< go on from checkpoint.ply in it
   bool every_step = false;    ///< also write every accepted state to steps/
+  /// Wall seconds after which the run stops at the end of the step in work.
+  double budget_s = std::numeric_limits<double>::infinity();
+  int max_steps = 0;  ///< so many accepted steps in this call at most; 0: any number
+  /// The run is stalled when so many accepted steps in a row are near the smallest size
+  /// (is_near_smallest): with 8 halvings, more than a hundred steps for each planned one. 0: never.
+  int stall_steps = 512;
   const std::atomic<bool>* stop =
       nullptr;  ///< when it becomes true the run ends after the frame in work
   /// Called after every frame with its number and the seconds since the start of the run.

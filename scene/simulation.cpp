@@ -219,12 +219,13 @@ struct Simulation::Parts {
   bool resolve_collisions(double h);
   bool try_step(double h, double t1);
   double nominal_step() const { return 1.0 / (scene.time.fps * scene.time.steps_per_frame); }
+  StepControl control() const;
   double stable_step(double h, double target);
   void make_step(StepControl control);
   void note_failure(double h);
   [[noreturn]] void give_up();
   void tell(const char* stage, std::span<const ImplicitTerm> terms = {}) const {
-    if (trace) trace->stage({stage, x_t1, terms, v_t1});
+    if (trace) trace->stage({stage, x_t1, hits, terms, v_t1});
   }
   void accept(double h, double t1);
 };
@@ -319,6 +320,7 @@ void Simulation::Parts::answer_contacts(double h) {
   const auto scope = clock.measure("response");
   response->correct(x_t1);
   ledger.corrected(std::span(x_t1).first(n()));
+  tell("contacts");
 }
 
 bool Simulation::Parts::bears_contacts(double h) {
@@ -347,7 +349,6 @@ bool Simulation::Parts::step_explicit(double h) {
     if (!bears_contacts(h)) return false;
     answer_contacts(h);
     if (!is_finite()) return false;
-    tell("contacts");
     limit_strain();
     if (!find_hits() || round >= kMaxCollisionSolves) return true;
     response->add(hits);
@@ -380,6 +381,7 @@ bool Simulation::Parts::resolve_collisions(double h) {
 
 bool Simulation::Parts::try_step(double h, double t1) {
   const double t0 = state.time;
+  hits.clear();
   particles.x = state.x;
   particles.v = state.v;
   std::copy(state.x.begin(), state.x.end(), x_t0.begin());
@@ -532,13 +534,19 @@ Simulation::Simulation(const Scene& scene, BuiltScene built, const Methods& meth
 
 Simulation::~Simulation() = default;
 
+StepControl Simulation::Parts::control() const {
+  if (state.control.h > 0.0) return state.control;
+  return {std::llround(state.time / nominal_step()), nominal_step(), 0};
+}
+
+bool Simulation::reached(int frame) const {
+  const std::int64_t last = std::int64_t{frame} * parts_->scene.time.steps_per_frame;
+  return parts_->control().done >= last;
+}
+
 bool Simulation::step_towards(int frame) {
-  Parts& p = *parts_;
-  StepControl control = p.state.control;
-  if (control.h <= 0.0)
-    control = {std::llround(p.state.time / p.nominal_step()), p.nominal_step(), 0};
-  if (control.done >= static_cast<std::int64_t>(frame) * p.scene.time.steps_per_frame) return false;
-  p.make_step(control);
+  if (reached(frame)) return false;
+  parts_->make_step(parts_->control());
   return true;
 }
 
@@ -564,9 +572,7 @@ void Simulation::restore(SimulationState state) {
 }
 
 const std::vector<double>& Simulation::tried() const { return parts_->tried; }
-
 const FailedTry& Simulation::failed_try() const { return parts_->failed; }
-
 const VertexNames& Simulation::names() const { return parts_->names; }
 
 void Simulation::set_trace(const StepTrace* trace) { parts_->trace = trace; }

@@ -50,6 +50,8 @@ class Simulation {
   /// reached. Throws SimulationFailed and keeps the last good state.
   bool step_towards(int frame);
 
+  /// Whether the time of frame `frame` is reached.
+  bool reached(int frame) const;
   /// Looks for crossings in the present state, which the result then tells of.
   void verify_frame();
 

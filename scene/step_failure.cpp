@@ -7,7 +7,14 @@ namespace {
 constexpr FailureKind kinds[] = {FailureKind::not_clean, FailureKind::not_finite,
                                  FailureKind::stalled, FailureKind::out_of_budget};
 
+// Steps of 1/8 of the nominal one and more are no sign of a stall.
+constexpr int kFewHalvings = 4;
+
 }  // namespace
+
+bool is_near_smallest(int halvings, int max_halvings) {
+  return max_halvings >= kFewHalvings && halvings >= max_halvings - 1;
+}
 
 const char* failure_name(FailureKind kind) {
   switch (kind) {

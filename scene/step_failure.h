@@ -24,6 +24,11 @@ const char* failure_name(FailureKind kind);
 /// Throws std::invalid_argument for another name.
 FailureKind failure_kind(const std::string& name);
 
+/// Whether a step that was accepted after `halvings` of at most `max_halvings` is at most twice as
+/// long as the smallest one allowed. Never where the smallest is not yet small: fewer than 4
+/// halvings are no stall.
+bool is_near_smallest(int halvings, int max_halvings);
+
 /// The last try of a step that did not come out clean.
 struct FailedTry {
   double h = 0.0;                   ///< s, its length; 0: there was none

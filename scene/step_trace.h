@@ -21,6 +21,7 @@ struct TracedTry {
 struct TracedStage {
   const char* name;                     ///< "solve", "strain limit", "fail-safe", ...
   std::span<const Vec3> x_t1;           ///< where everything would end now, m
+  std::span<const ContactPoint> hits;   ///< found last to collide; a collision solve answers them
   std::span<const ImplicitTerm> terms;  ///< of a solve: the contacts that carry
   std::span<const Vec3> v;              ///< of a solve: the particles' velocities, m/s
 };

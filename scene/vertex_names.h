@@ -24,6 +24,8 @@ class VertexNames {
   /// `cloth "skirt"`, `body "table"`; one without a name goes by its number: `cloth 0`.
   const std::string& owner_name(std::size_t owner) const { return owner_[owner]; }
   const std::string& owner(std::int32_t vertex) const { return owner_[owner_index(vertex)]; }
+  /// Its first vertex.
+  std::int32_t first(std::size_t owner) const { return owner_begin_[owner]; }
   std::size_t owners() const { return owner_.size(); }
   std::size_t pieces() const { return pieces_; }
   /// Its number within its owner, as in the files of that mesh.

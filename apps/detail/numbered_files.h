@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <selvedge/scene/output.h>
+
 #include <filesystem>
 #include <string>
 #include <vector>
 
 namespace selvedge {
-
-/// Digits in the names of a result folder (layout: scene/output.h).
-constexpr int frame_file_digits = 5, step_file_digits = 6;
 
 /// Numbers of the files STEM_NUMBER.ply in a folder, ascending; none if there is no such folder.
 /// Throws std::invalid_argument if the folder cannot be read.

@@ -110,6 +110,14 @@ void carry_on(const RunResult& before, RunResult& r) {
   for (const auto& [stage, figures] : before.ledger) carry_on(figures, r.ledger[stage]);
 }
 
+Json to_json(const StepControl& control) {
+  return {{"done", control.done}, {"h", control.h}, {"halvings", control.halvings}};
+}
+
+StepControl control_from(const Json& j) {
+  return {j.at("done").get<std::int64_t>(), j.at("h").get<double>(), j.at("halvings").get<int>()};
+}
+
 Json what_decides(Json scene) {
   if (scene.contains("time")) scene["time"].erase("frames");
   for (const char* key : {"output", "description", "$schema"}) scene.erase(key);

@@ -32,6 +32,10 @@ RunResult result_from(const Json& j);
 /// Adds what an earlier part of the same run counted and measured.
 void carry_on(const RunResult& before, RunResult& r);
 
+Json to_json(const StepControl& control);
+/// Throws Json::exception where something is missing.
+StepControl control_from(const Json& j);
+
 /// What must be the same when a run goes on: everything but its length and what it writes.
 Json what_decides(Json scene);
 

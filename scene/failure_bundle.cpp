@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+#include <selvedge/scene/detail/checkpoint.h>
+#include <selvedge/scene/detail/offenders.h>
+#include <selvedge/scene/detail/result_folder.h>
+#include <selvedge/scene/failure_bundle.h>
+#include <selvedge/scene/output.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <stdexcept>
+#include <system_error>
+
+namespace selvedge {
+namespace {
+
+using namespace detail;
+namespace fs = std::filesystem;
+
+constexpr int kFormat = 1;
+
+// Meshes of the scene are copied into the bundle up to so many bytes; the scene of a larger one
+// keeps their absolute paths.
+constexpr std::uintmax_t kCarriedBytes = 64'000'000;
+
+// So many pairs are listed in failure.json; queries/ has all of them.
+constexpr std::size_t kListedPairs = 1000;
+
+std::string bodies_hash(const Simulation& simulation) {
+  SimulationState bodies;
+  bodies.x = simulation.body_positions();
+  return state_hash(bodies);
+}
+
+// -- the scene with its meshes --------------------------------------------------------------------
+
+/// Formats whose files name no others.
+bool stands_alone(const fs::path& file) {
+  const std::string extension = file.extension().string();
+  for (const char* known : {".ply", ".obj", ".off", ".stl"})
+    if (extension == known) return true;
+  return false;
+}
+
+fs::path copy_name(std::size_t number, const fs::path& file) {
+  return fs::path("meshes") / fmt::format("{:05}{}", number, file.extension().string());
+}
+
+bool is_copy(const fs::path& file) {
+  const std::string stem = file.stem().string();
+  return stands_alone(file) && stem.size() >= 5 &&
+         std::all_of(stem.begin(), stem.end(), [](char c) { return c >= '0' && c <= '9'; });
+}
+
+/// The places in a scene that name files.
+std::vector<Json*> file_names(Json& scene) {
+  std::vector<Json*> places;
+  const auto note = [&](Json& object, const char* key) {
+    if (const auto at = object.find(key); at != object.end() && at->is_string() && *at != "")
+      places.push_back(&*at);
+  };
+  for (const char* list : {"geometry", "obstacles"}) {
+    if (!scene.contains(list)) continue;
+    for (Json& entry : scene[list]) {
+      note(entry, "mesh");
+      note(entry, "rest_mesh");
+      if (entry.contains("sequence"))
+        for (Json& file : entry["sequence"]["files"]) places.push_back(&file);
+    }
+  }
+  return places;
+}
+
+/// Copies the meshes that the scene names and makes it name the copies.
+void carry_meshes(Json& scene, const fs::path& folder) {
+  const std::vector<Json*> places = file_names(scene);
+  std::uintmax_t bytes = 0;
+  std::error_code error;
+  for (const Json* place : places) bytes += fs::file_size(place->get<std::string>(), error);
+  if (places.empty() || error || bytes > kCarriedBytes) return;
+  make_folder(folder / "meshes");
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const fs::path file = places[i]->get<std::string>();
+    if (!stands_alone(file)) continue;
+    const fs::path name = copy_name(i, file);
+    fs::copy_file(file, folder / name, fs::copy_options::overwrite_existing, error);
+    if (!error) *places[i] = name.string();
+  }
+}
+
+void write_scene(const fs::path& folder, const Scene& scene) {
+  Json json = scene.json.empty() ? Json{{"name", scene.name}} : Json::parse(scene.json);
+  if (json.contains("output")) json["output"].erase("camera");  // pictures frame what collides
+  carry_meshes(json, folder);
+  write_text(folder / "scene.json", json.dump(2) + "\n");
+}
+
+// -- failure.json ---------------------------------------------------------------------------------
+
+const char* kind_name(ContactKind kind) {
+  return kind == ContactKind::edge_edge ? "edge_edge" : "point_triangle";
+}
+
+Json listed_pairs(const FailedTry& failed, const VertexNames& names) {
+  Json list = Json::array();
+  for (const ContactPoint& c : failed.pairs) {
+    if (list.size() == kListedPairs) break;
+    list.push_back({{"kind", kind_name(c.kind)},
+                    {"pair", names.pair(c)},
+                    {"vertices", c.vertex},
+                    {"gap_m", c.gap},
+                    {"rest_gap_m", c.rest_gap}});
+  }
+  return list;
+}
+
+Json to_json(const Scene& scene, const Simulation& simulation, const SimulationFailed& failure) {
+  const SimulationState& state = simulation.state();
+  const FailedTry& failed = simulation.failed_try();
+  Json json = {{"format", kFormat},
+               {"what", failure_name(failure.kind)},
+               {"cause", failure.what()},
+               {"scene_from_file", !scene.json.empty()},
+               {"time", state.time},
+               {"step", state.step},
+               {"control", detail::to_json(state.control)},
+               {"state_hash", state_hash(state)},
+               {"bodies_hash", bodies_hash(simulation)},
+               {"particles", state.x.size()},
+               {"tried_s", simulation.tried()},
+               {"colliding_pairs", failed.pairs.size()},
+               {"pairs", listed_pairs(failed, simulation.names())}};
+  if (failed.not_finite >= 0) json["not_finite"] = simulation.names().vertex(failed.not_finite);
+  return json;
+}
+
+[[noreturn]] void refuse(const fs::path& file, const std::string& fault) {
+  throw std::invalid_argument(
+      fmt::format("{}: {}; give the folder failure/ of a run that stopped, or run the scene again",
+                  file.string(), fault));
+}
+
+FailureBundle from_json(const Json& json, const fs::path& folder) {
+  if (json.at("format").get<int>() != kFormat)
+    refuse(folder / "failure.json", "has another format than this program reads");
+  FailureBundle bundle;
+  bundle.folder = folder;
+  bundle.scene_from_file = json.at("scene_from_file").get<bool>();
+  bundle.kind = failure_kind(json.at("what").get<std::string>());
+  bundle.cause = json.at("cause").get<std::string>();
+  bundle.bodies_hash = json.at("bodies_hash").get<std::string>();
+  bundle.tried = json.at("tried_s").get<std::vector<double>>();
+  const auto hash = json.at("state_hash").get<std::string>();
+  auto state = read_state(folder / "state.ply", hash);
+  if (!state)
+    refuse(folder / "state.ply", "is missing or damaged: it is not the state of failure.json");
+  bundle.state = std::move(*state);
+  bundle.state.time = json.at("time").get<double>();
+  bundle.state.step = json.at("step").get<std::int64_t>();
+  bundle.state.control = control_from(json.at("control"));
+  if (!std::isfinite(bundle.state.time) || bundle.state.time < 0.0)
+    refuse(folder / "failure.json", "names a time that cannot be");
+  return bundle;
+}
+
+// -- files ----------------------------------------------------------------------------------------
+
+constexpr std::array kFiles = {"failure.json",
+                               "cause.txt",
+                               "state.ply",
+                               "scene.json",
+                               "frames/cloth_00000.ply",
+                               "frames/cloth_00001.ply",
+                               "frames/bodies_00000.ply",
+                               "frames/bodies_00001.ply",
+                               "queries/point_triangle.csv",
+                               "queries/point_triangle.toi.csv",
+                               "queries/edge_edge.csv",
+                               "queries/edge_edge.toi.csv"};
+
+}  // namespace
+
+void write_failure_bundle(const fs::path& folder, const Scene& scene, const Simulation& simulation,
+                          const SimulationFailed& failure) {
+  remove_failure_bundle(folder);
+  make_folder(folder);
+  write_scene(folder, scene);
+  const SimulationState& state = simulation.state();
+  write_ply(folder / "state.ply", state.x, simulation.cloth_triangles(), velocity_values(state.v));
+  if (failure.kind != FailureKind::out_of_budget) write_offenders(folder, simulation);
+  write_text(folder / "cause.txt", std::string(failure.what()) + "\n");
+  write_text(
+      folder / "failure.json",
+      to_json(scene, simulation, failure).dump(2, ' ', false, Json::error_handler_t::replace) +
+          "\n");
+}
+
+FailureBundle read_failure_bundle(const fs::path& folder) {
+  const fs::path file = folder / "failure.json";
+  const auto json = read_json(file);
+  if (!json) refuse(file, "is missing or damaged");
+  try {
+    return from_json(*json, folder);
+  } catch (const Json::exception& error) {
+    refuse(file, std::string("is damaged (") + error.what() + ")");
+  }
+}
+
+void remove_failure_bundle(const fs::path& folder) {
+  std::error_code ignored;  // what cannot be removed cannot be replaced either, and then says so
+  for (const char* name : kFiles) fs::remove(folder / name, ignored);
+  std::vector<fs::path> copies;
+  for (const auto& entry : fs::directory_iterator(folder / "meshes", ignored))
+    if (is_copy(entry.path())) copies.push_back(entry.path());
+  for (const fs::path& copy : copies) fs::remove(copy, ignored);
+  for (const char* name : {"frames", "queries", "meshes", ""}) fs::remove(folder / name, ignored);
+}
+
+}  // namespace selvedge

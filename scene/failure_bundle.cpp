@@ -126,6 +126,7 @@ Json to_json(const Scene& scene, const Simulation& simulation, const SimulationF
                {"time", state.time},
                {"step", state.step},
                {"control", detail::to_json(state.control)},
+               {"tangles", detail::to_json(state.tangles)},
                {"state_hash", state_hash(state)},
                {"bodies_hash", bodies_hash(simulation)},
                {"particles", state.x.size()},
@@ -160,6 +161,7 @@ FailureBundle from_json(const Json& json, const fs::path& folder) {
   bundle.state.time = json.at("time").get<double>();
   bundle.state.step = json.at("step").get<std::int64_t>();
   bundle.state.control = control_from(json.at("control"));
+  bundle.state.tangles = tangles_from(json.at("tangles"));
   if (!std::isfinite(bundle.state.time) || bundle.state.time < 0.0)
     refuse(folder / "failure.json", "names a time that cannot be");
   return bundle;

@@ -134,6 +134,7 @@ class Run {
     state->step = checkpoint.at("step").get<std::int64_t>();
     state->time = checkpoint.at("time").get<double>();
     if (checkpoint.contains("control")) state->control = control_from(checkpoint["control"]);
+    if (checkpoint.contains("tangles")) state->tangles = tangles_from(checkpoint["tangles"]);
     before_ = result_from(checkpoint.at("result"));
     simulation_->restore(std::move(*state));
   }
@@ -230,6 +231,7 @@ class Run {
                              {"step", state.step},
                              {"time", state.time},
                              {"control", to_json(state.control)},
+                             {"tangles", to_json(state.tangles)},
                              {"state_hash", state_hash(state)},
                              {"result", to_json(result())}};
     write_text(config_.out / "checkpoint.json", checkpoint.dump(2) + "\n");

@@ -316,7 +316,9 @@ TEST_F(Replay, APositionThatIsNotFiniteStopsTheRunByNameAndIsKept) {
   scene.cloths[0].name = "kite";
   scene.contact.response = "bad";
   RunConfig config;
-  config.methods.responses["bad"] = [] { return std::make_unique<BadResponse>(); };
+  config.methods.responses["bad"] = [](const ResponseConfig&) {
+    return std::make_unique<BadResponse>();
+  };
   config.out = folder_ / "n";
   try {
     run_scene(scene, config);

@@ -118,6 +118,26 @@ StepControl control_from(const Json& j) {
   return {j.at("done").get<std::int64_t>(), j.at("h").get<double>(), j.at("halvings").get<int>()};
 }
 
+Json to_json(const Tangles& tangles) {
+  Json list = Json::array();
+  for (const Tangle& t : tangles.list)
+    list.push_back({{"side", t.side}, {"way", t.way}, {"best", t.best}, {"since", t.since}});
+  return {{"list", list}, {"kept", tangles.kept}};
+}
+
+Tangles tangles_from(const Json& j) {
+  Tangles tangles;
+  for (const Json& t : j.at("list")) {
+    Tangle& tangle = tangles.list.emplace_back();
+    for (std::size_t k : {0, 1}) t.at("side").at(k).get_to(tangle.side[k]);
+    tangle.way = t.at("way").get<int>();
+    tangle.best = t.at("best").get<int>();
+    tangle.since = t.at("since").get<int>();
+  }
+  j.at("kept").get_to(tangles.kept);
+  return tangles;
+}
+
 Json what_decides(Json scene) {
   if (scene.contains("time")) scene["time"].erase("frames");
   for (const char* key : {"output", "description", "$schema"}) scene.erase(key);

@@ -36,6 +36,10 @@ Json to_json(const StepControl& control);
 /// Throws Json::exception where something is missing.
 StepControl control_from(const Json& j);
 
+Json to_json(const Tangles& tangles);
+/// Throws Json::exception where something is missing.
+Tangles tangles_from(const Json& j);
+
 /// What must be the same when a run goes on: everything but its length and what it writes.
 Json what_decides(Json scene);
 

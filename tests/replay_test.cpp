@@ -33,6 +33,7 @@ const char* const kPinch = R"({
     {"name": "upper plate", "shape": {"type": "box", "size": [0.3, 0.3, 0.05]},
      "transformation": {"translation": [0, 0, 0.04]},
      "motion": [{"time": 0}, {"time": 0.2, "translation": [0, 0, -0.0151]}]}],
+  "contact": {"fail_safe": "impulse_zones"},
   "time": {"frames": 14}})";
 constexpr double kClosing = 0.151;  // m/s
 

@@ -540,8 +540,7 @@ StepControl Simulation::Parts::control() const {
 }
 
 bool Simulation::reached(int frame) const {
-  const std::int64_t last = std::int64_t{frame} * parts_->scene.time.steps_per_frame;
-  return parts_->control().done >= last;
+  return parts_->control().done >= std::int64_t{frame} * parts_->scene.time.steps_per_frame;
 }
 
 bool Simulation::step_towards(int frame) {
@@ -557,9 +556,7 @@ void Simulation::advance_to_frame(int frame, const std::function<void(double)>& 
 }
 
 void Simulation::verify_frame() { parts_->verify_frame(); }
-
 const SimulationState& Simulation::state() const { return parts_->state; }
-
 void Simulation::restore(SimulationState state) {
   if (state.x.size() != parts_->n() || state.v.size() != parts_->n())
     throw std::invalid_argument("the saved state has " + std::to_string(state.x.size()) +
@@ -574,17 +571,13 @@ void Simulation::restore(SimulationState state) {
 const std::vector<double>& Simulation::tried() const { return parts_->tried; }
 const FailedTry& Simulation::failed_try() const { return parts_->failed; }
 const VertexNames& Simulation::names() const { return parts_->names; }
-
 void Simulation::set_trace(const StepTrace* trace) { parts_->trace = trace; }
-
 std::span<const Triangle> Simulation::cloth_triangles() const {
   return parts_->built.cloth.surface.triangles;
 }
 
 std::span<const Triangle> Simulation::body_triangles() const { return parts_->body_triangles; }
-
 const std::vector<Vec3>& Simulation::body_positions() const { return parts_->body_x; }
-
 bool Simulation::bodies_move() const {
   const double end = parts_->scene.time.frames / parts_->scene.time.fps;
   return parts_->bodies_move(0.0, end);

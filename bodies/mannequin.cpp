@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/bodies/detail/implicit_surface.h>
+#include <selvedge/bodies/detail/mannequin_bones.h>
 #include <selvedge/bodies/mannequin.h>
 #include <selvedge/bodies/mesh_report.h>
 
@@ -40,6 +41,7 @@ struct Part {
   double r0, r1;
   Vec3 stretch;
   double blend;           // m, width of the fillet towards the parts before it
+  std::size_t bone;       // which it moves with
   bool has_sole = false;  // cut off below the local plane z = sole
   double sole = 0.0;
 };
@@ -101,20 +103,29 @@ class Figure {
         distance = smooth_min(distance, distance_to(parts_[i], x), parts_[i].blend);
     return distance;
   }
+  const std::vector<Frame>& bones() const { return bones_; }
+  /// Distance to the nearest part of each bone.
+  std::vector<double> bone_distances(const Vec3& x) const {
+    std::vector<double> distance(bones_.size(), std::numeric_limits<double>::infinity());
+    for (const Part& part : parts_)
+      distance[part.bone] = std::min(distance[part.bone], distance_to(part, x));
+    return distance;
+  }
   const Vec3& lower() const { return lower_; }
   const Vec3& upper() const { return upper_; }
 
  private:
   void add_cone(const Frame& frame, const Vec3& a, const Vec3& b, double r0, double r1,
                 double blend, const Vec3& stretch = Vec3::Ones()) {
-    parts_.push_back({frame, a, b, r0, r1, stretch, blend});
+    parts_.push_back({frame, a, b, r0, r1, stretch, blend, bones_.size() - 1});
   }
   void add_ellipsoid(const Frame& frame, const Vec3& centre, const Vec3& radii, double blend) {
-    parts_.push_back({frame, centre, centre, 1.0, 1.0, radii, blend});
+    parts_.push_back({frame, centre, centre, 1.0, 1.0, radii, blend, bones_.size() - 1});
   }
 
   void add_trunk() {
     const Frame world;
+    bones_.push_back(world);
     add_ellipsoid(world, {0.0, 0.005, 1.225}, {0.138, 0.098, 0.165}, 0.0);  // rib cage
     add_cone(world, {0.0, 0.005, 1.16}, {0.0, 0.005, 0.98}, 0.098, 0.105, 0.06, {1.12, 0.84, 1.0});
     add_ellipsoid(world, {0.0, 0.008, 0.905}, {0.165, 0.112, 0.115}, 0.08);  // pelvis
@@ -134,14 +145,17 @@ class Figure {
     const Frame thigh = Frame().child({0.088 * side, 0.008, 0.885},
                                       turn_about(Vec3::UnitY(), -side * pose.hip_out) *
                                           turn_about(Vec3::UnitX(), -pose.hip_swing));
+    bones_.push_back(thigh);
     const Vec3 knee(0.0, -0.004, -0.415), ankle(0.0, 0.018, -0.385);
     add_cone(thigh, {-0.004 * side, 0.0, -0.06}, knee, 0.086, 0.053, 0.05);
     const Frame shank = thigh.child(knee, turn_about(Vec3::UnitX(), pose.knee));
+    bones_.push_back(shank);
     add_cone(shank, Vec3::Zero(), ankle, 0.051, 0.034, 0.03);
     add_ellipsoid(shank, {0.0, 0.022, -0.125}, {0.05, 0.047, 0.12}, 0.04);  // calf
     // The foot stands flat although the leg is turned outward.
     const Frame foot = shank.child(ankle, turn_about(Vec3::UnitY(), side * pose.hip_out) *
                                               turn_about(Vec3::UnitZ(), side * 0.12));
+    bones_.push_back(foot);
     add_foot(foot);
   }
 
@@ -158,10 +172,12 @@ class Figure {
     const Frame upper = Frame().child({0.17 * side, 0.012, 1.365},
                                       turn_about(Vec3::UnitY(), -side * pose.shoulder_out) *
                                           turn_about(Vec3::UnitX(), -pose.shoulder_swing));
+    bones_.push_back(upper);
     const Vec3 elbow(0.0, 0.0, -0.295), wrist(0.0, 0.0, -0.245);
     add_ellipsoid(upper, {0.004 * side, 0.0, -0.03}, {0.053, 0.057, 0.075}, 0.05);  // shoulder
     add_cone(upper, {0.0, 0.0, -0.03}, elbow, 0.046, 0.037, 0.035);
     const Frame forearm = upper.child(elbow, turn_about(Vec3::UnitX(), -pose.elbow));
+    bones_.push_back(forearm);
     add_cone(forearm, Vec3::Zero(), wrist, 0.037, 0.026, 0.02);
     add_ellipsoid(forearm, {0.0, 0.0, -0.075}, {0.041, 0.043, 0.085}, 0.03);
     add_hand(forearm.child(wrist, turn_about(Vec3::UnitX(), -0.1)));
@@ -203,6 +219,7 @@ class Figure {
     }
   }
 
+  std::vector<Frame> bones_;  // in the order of detail::MannequinBone
   std::vector<Part> parts_;
   std::vector<Ball> balls_;
   Vec3 lower_, upper_;
@@ -248,28 +265,48 @@ TriangleMesh mesh_figure(const Figure& figure, int faces, double offset) {
   return detail::mesh_implicit_surface(figure, surface);
 }
 
-// Feet on the floor, in the wanted height.
-void stand(TriangleMesh& mesh, double height) {
-  double floor = std::numeric_limits<double>::infinity();
-  for (const Vec3& x : mesh.vertices) floor = std::min(floor, x.z());
-  for (Vec3& x : mesh.vertices) x = height / modelled_height * (x - floor * Vec3::UnitZ());
-}
-
 }  // namespace
 
-TriangleMesh make_mannequin(const MannequinConfig& config) {
+void detail::stand(std::vector<Vec3>& x, double height) {
+  double floor = std::numeric_limits<double>::infinity();
+  for (const Vec3& p : x) floor = std::min(floor, p.z());
+  for (Vec3& p : x) p = height / modelled_height * (p - floor * Vec3::UnitZ());
+}
+
+TriangleMesh detail::mannequin_surface(const MannequinConfig& config) {
   check_config(config);
   const Figure figure(config);
   // Where two folds come closer than a cell, another position of the grid tells them apart.
   constexpr int attempts = 8;
   for (int attempt = 0; attempt < attempts; ++attempt) {
     TriangleMesh mesh = mesh_figure(figure, config.faces, static_cast<double>(attempt) / attempts);
-    if (!is_clean(mesh)) continue;
-    stand(mesh, config.height);
-    return mesh;
+    if (is_clean(mesh)) return mesh;
   }
   throw std::runtime_error("mannequin: no clean surface of " + std::to_string(config.faces) +
                            " faces was found for this pose; ask for more faces");
+}
+
+std::vector<detail::BoneFrame> detail::mannequin_bones(const MannequinConfig& config) {
+  check_config(config);
+  std::vector<BoneFrame> bones;
+  const Figure figure(config);
+  for (const Frame& frame : figure.bones()) bones.push_back({frame.rotation, frame.origin});
+  return bones;
+}
+
+std::vector<std::vector<double>> detail::bone_distances(const MannequinConfig& config,
+                                                        const std::vector<Vec3>& x) {
+  const Figure figure(config);
+  std::vector<std::vector<double>> distances;
+  distances.reserve(x.size());
+  for (const Vec3& p : x) distances.push_back(figure.bone_distances(p));
+  return distances;
+}
+
+TriangleMesh make_mannequin(const MannequinConfig& config) {
+  TriangleMesh mesh = detail::mannequin_surface(config);
+  detail::stand(mesh.vertices, config.height);
+  return mesh;
 }
 
 }  // namespace selvedge

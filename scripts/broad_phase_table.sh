@@ -1,17 +1,20 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# broad_phase_table.sh [--quick]: measures every broad phase that this machine can build and writes the tables of
+# broad_phase_table.sh [--quick | --only NAME]: measures every broad phase that this machine can build and writes the tables of
 # docs/broad_phase.md between their markers, with the machine, the date and the command. --quick: small scenes and few
-# repeats, to see that it works; its tables go to the standard output alone.
+# repeats, to see that it works; its tables go to the standard output alone. --only: one of detectors, libraries, spikes,
+# scaling, memory and frames.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$root"
 quick=false
+names=(detectors libraries spikes scaling memory frames)
 case "${1:-}" in
   "") ;;
   --quick) quick=true ;;
-  *) echo "usage: scripts/broad_phase_table.sh [--quick]" >&2; exit 2 ;;
+  --only) names=("${2:?which table?}") ;;
+  *) echo "usage: scripts/broad_phase_table.sh [--quick | --only NAME]" >&2; exit 2 ;;
 esac
 
 build=build/release
@@ -42,6 +45,7 @@ table() {
 
 if $quick; then
   table detectors detectors --size 30 --repeats 1
+  table libraries libraries --size 30 --repeats 1
   table spikes spikes --size 30 --repeats 1
   table scaling scaling --size 20,40 --repeats 1
   table memory memory --size 30
@@ -49,14 +53,22 @@ if $quick; then
   cat "$tables"/*
   exit 0
 fi
-table detectors detectors --size 50,200 --threads 1,2 --repeats 5
-table spikes spikes --size 100 --repeats 5 --limit 10
-table scaling scaling --size 50,100,200,400,800 --repeats 3 --limit 15 --detectors \
-  bvh_aabb,bvh_kdop14,curvature_cone,sweep_and_prune,uniform_grid,verlet_bvh
-table memory memory --size 200 --large --detectors bvh_aabb,bvh_kdop14
-table frames frames --size 100 --frames 200 --detectors bvh_aabb,verlet_bvh
+for name in "${names[@]}"; do
+  case "$name" in
+    detectors) table detectors detectors --size 50,200 --threads 1,2 --repeats 5 ;;
+    libraries) table libraries libraries --size 200 --threads 1,2 --repeats 15 ;;
+    spikes) table spikes spikes --size 100 --repeats 5 --limit 10 ;;
+    scaling)
+      table scaling scaling --size 50,100,200,400,800 --repeats 3 --limit 15 --detectors \
+        bvh_aabb,bvh_kdop14,curvature_cone,sweep_and_prune,uniform_grid,verlet_bvh
+      ;;
+    memory) table memory memory --size 200 --large --detectors bvh_aabb,bvh_kdop14 ;;
+    frames) table frames frames --size 100 --frames 200 --detectors bvh_aabb,verlet_bvh ;;
+    *) echo "broad_phase_table.sh: there is no table '$name'" >&2; exit 2 ;;
+  esac
+done
 
-for name in detectors spikes scaling memory frames; do
+for name in "${names[@]}"; do
   begin="<!-- table: $name -->"
   end="<!-- end of table: $name -->"
   if ! grep -qF "$begin" "$page" || ! grep -qF "$end" "$page"; then

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: MIT
+// Rest and friction of the default contact; bench/rest prints the same figures for longer runs.
+#include <gtest/gtest.h>
+#include <selvedge/scene/simulation.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace selvedge {
+namespace {
+
+constexpr double kGravity = 9.81;  // m/s²
+
+Scene scene_on(const AnalyticShape& shape) {
+  Scene scene;
+  scene.name = "rest";
+  scene.materials["default"] = Material{};
+  BodySpec body;
+  body.name = "body";
+  body.shape = BodyShape{shape, 16};
+  scene.bodies.push_back(body);
+  return scene;
+}
+
+ClothSpec sheet(int cells, const Vec3& where) {
+  ClothSpec spec;
+  spec.name = "sheet";
+  spec.shape = ClothGrid{ClothPattern::rectangular, {0.2, 0.2, cells, cells}};
+  spec.placement.translation = where;
+  return spec;
+}
+
+Vec3 momentum(const SimulationState& state, const std::vector<double>& mass) {
+  Vec3 sum = Vec3::Zero();
+  for (std::size_t i = 0; i < mass.size(); ++i) sum += mass[i] * state.v[i];
+  return sum;
+}
+
+double rms_speed(const SimulationState& state) {
+  double sum = 0.0;
+  for (const Vec3& v : state.v) sum += v.squaredNorm();
+  return std::sqrt(sum / static_cast<double>(state.v.size()));
+}
+
+void run_to(Simulation& simulation, int first, int last) {
+  for (int frame = first; frame <= last; ++frame) simulation.advance_to_frame(frame, {});
+}
+
+TEST(Rest, ASheetOnAPlaneDoesNotJitter) {
+  Scene scene = scene_on(Plane{});
+  scene.cloths.push_back(sheet(6, {0.013, 0.017, 0.004}));
+  Simulation simulation(scene, build_scene(scene));
+  run_to(simulation, 1, 90);
+  EXPECT_LT(rms_speed(simulation.state()), 1e-9);
+}
+
+// Gaps in which the layers rest carry their loads from step to step: a stack whose contacts are
+// guessed anew never comes to rest.
+TEST(Rest, AStackComesToRestInOrderAndPressesWithItsWeight) {
+  Scene scene = scene_on(Plane{});
+  scene.contact.thickness = 0.001;
+  constexpr int kSheets = 8, kCells = 4;
+  for (int k = 0; k < kSheets; ++k) {
+    ClothSpec spec = sheet(kCells, {0.013 + 0.004 * std::sin(5.0 * k), 0.017, 0.002 * (k + 1)});
+    spec.name = "sheet " + std::to_string(k);
+    spec.placement.rotation = Eigen::AngleAxisd(0.3 * k, Vec3::UnitZ());
+    scene.cloths.push_back(spec);
+  }
+  BuiltScene built = build_scene(scene);
+  const std::vector<double> mass = built.cloth.mass;
+  Simulation simulation(scene, std::move(built));
+  run_to(simulation, 1, 90);
+  EXPECT_LT(rms_speed(simulation.state()), 1e-3);
+  const double weight = kSheets * 0.2 * 0.2 * 0.2 * kGravity;  // 0.2 kg/m², 0.2 m a side
+  const Vec3 before = momentum(simulation.state(), mass);
+  run_to(simulation, 91, 96);
+  const double floor = (momentum(simulation.state(), mass) - before).z() / 0.1 + weight;
+  EXPECT_NEAR(floor, weight, 1e-3 * weight);
+  constexpr std::size_t kMiddle = (kCells / 2) * (kCells + 1) + kCells / 2;
+  double below = 0.0;
+  for (int k = 0; k < kSheets; ++k) {
+    const double z = simulation.state().x[k * (kCells + 1) * (kCells + 1) + kMiddle].z();
+    EXPECT_GT(z - below, 0.9 * scene.contact.thickness) << "sheet " << k;
+    below = z;
+  }
+}
+
+TEST(Rest, CoulombFrictionIsExactOnAnIncline) {
+  const double angle = std::numbers::pi / 6.0;
+  const Eigen::Quaterniond tilt(Eigen::AngleAxisd(-angle, Vec3::UnitY()));
+  Scene scene = scene_on(Plane{20.0});
+  scene.cloths.push_back(sheet(4, tilt * Vec3(0.031, 0.017, 0.002)));
+  scene.cloths[0].placement.rotation = tilt;
+  scene.bodies[0].placement.rotation = tilt;
+  scene.bodies[0].friction = 0.3;
+  BuiltScene built = build_scene(scene);
+  const std::vector<double> mass = built.cloth.mass;
+  Simulation simulation(scene, std::move(built));
+  run_to(simulation, 1, 12);
+  const Vec3 before = momentum(simulation.state(), mass);
+  run_to(simulation, 13, 42);
+  const double a = (momentum(simulation.state(), mass) - before).norm() / (0.5 * 0.2 * 0.04);
+  EXPECT_NEAR(a, kGravity * (std::sin(angle) - 0.3 * std::cos(angle)), 0.002 * 2.35629);
+}
+
+// A strip over a cylinder with loads at its ends, after Eytelwein: e^{μπ} = 2.5663 at μ = 0.3.
+double way_of_the_heavier_load(double ratio) {
+  Scene scene = scene_on(Cylinder{0.1, 0.3});
+  scene.contact.self = false;
+  Material& m = scene.materials["default"];
+  m = {0.02, 2000.0, 20.0, 1e-7};
+  scene.bodies[0].shape = BodyShape{Cylinder{0.1, 0.3}, 64};
+  scene.bodies[0].friction = 0.3;
+  scene.bodies[0].placement.rotation = Eigen::AngleAxisd(0.5 * std::numbers::pi, Vec3::UnitX());
+  constexpr int kAlong = 60, kAcross = 2;
+  constexpr double kRadius = 0.1021, kHalf = 0.5 * std::numbers::pi * kRadius;
+  ClothSpec strip;
+  strip.name = "strip";
+  strip.shape = ClothGrid{ClothPattern::rectangular, {2.0 * kHalf + 0.3, 0.02, kAlong, kAcross}};
+  scene.cloths.push_back(strip);
+  BuiltScene built = build_scene(scene);
+  for (Vec3& x : built.cloth.surface.vertices) {
+    const double angle = std::clamp(x.x(), -kHalf, kHalf) / kRadius;
+    x = Vec3(kRadius * std::sin(angle), x.y(),
+             kRadius * std::cos(angle) - std::max(0.0, std::abs(x.x()) - kHalf));
+  }
+  for (int j = 0; j <= kAcross; ++j) {
+    built.cloth.mass[j * (kAlong + 1)] += 0.01 / (kAcross + 1);
+    built.cloth.mass[j * (kAlong + 1) + kAlong] += ratio * 0.01 / (kAcross + 1);
+  }
+  Simulation simulation(scene, std::move(built));
+  run_to(simulation, 1, 18);
+  const double start = simulation.state().x[kAlong].z();
+  run_to(simulation, 19, 42);
+  return start - simulation.state().x[kAlong].z();
+}
+
+TEST(Rest, AStripAroundACylinderHoldsTheLoadsThatTheCapstanEquationSays) {
+  EXPECT_LT(way_of_the_heavier_load(2.45), 1e-3);
+  EXPECT_GT(way_of_the_heavier_load(3.0), 0.02);
+}
+
+}  // namespace
+}  // namespace selvedge

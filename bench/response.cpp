@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: MIT
+//
+// Every response on scenes with closed forms: time, residual penetration, errors of friction,
+// momentum and energy; and the survey's claims on responses, with 95 % intervals. Prints Markdown.
+#include <selvedge/core/parallel.h>
+
+#include "response_claims.h"
+#include "response_scenes.h"
+
+#include <fmt/core.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <map>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace selvedge;
+using namespace selvedge::bench;
+
+struct Options {
+  std::vector<std::string> responses;
+  std::string scene;
+  int cells = 16;
+  int drape_cells = 24;
+  ClaimOptions claims;
+  bool table = true, claim = true;
+  int threads = 1;
+};
+
+Options parse(int argc, char** argv) {
+  Options options;
+  CLI::App app("Responses: a table of response and scene, and the survey's claims");
+  app.add_option("--response", options.responses, "Only these");
+  app.add_option("--scene", options.scene, "Only scenes whose name contains this");
+  app.add_option("--cells", options.cells, "Cells a side of the small sheets")
+      ->check(CLI::Range(2, 200));
+  app.add_option("--drape-cells", options.drape_cells, "Cells a side on ball and table")
+      ->check(CLI::Range(2, 200));
+  app.add_option("--claim-cells", options.claims.cells, "Cells a side of the timed pairs")
+      ->check(CLI::Range(2, 200));
+  app.add_option("--repeats", options.claims.repeats, "Timed pairs of each scene")
+      ->check(CLI::Range(2, 1000));
+  app.add_option("--seed", options.claims.seed, "Of the samples and the bootstrap");
+  app.add_option("--threads", options.threads, "0: all")->check(CLI::Range(0, 1024));
+  app.add_flag("!--no-table", options.table, "Leave out the table");
+  app.add_flag("!--no-claims", options.claim, "Leave out the claims");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    std::exit(app.exit(error) == 0 ? 0 : 2);
+  }
+  const ResponseRegistry known = responses();
+  for (const std::string& name : options.responses)
+    if (!known.contains(name)) throw std::invalid_argument("there is no response " + name);
+  if (options.responses.empty())
+    for (const auto& [name, make] : known) options.responses.push_back(name);
+  return options;
+}
+
+/// Per cent of the steps' time in what answers contacts after the solve.
+double share_of_response(const std::map<std::string, double>& phases) {
+  double sum = 0.0;
+  for (const auto& [name, seconds] : phases) sum += seconds;
+  return sum > 0.0 ? 100.0 * phases.at("response") / sum : 0.0;
+}
+
+void print_row(const ResponseCase& c, const std::string& response, const ResponseRun& run) {
+  const auto& ledger = run.result.ledger.at("response");
+  const auto count = [&](const char* key) {
+    const auto at = run.result.counters.find(key);
+    return at == run.result.counters.end() ? 0.0 : at->second;
+  };
+  fmt::print(
+      "| {} | {} | {:.2f} | {:.1f} | {} | {:.0f} | {:.3f} | {} | {:.1e} | {:.3g} | {:.3g} | {:.2f} "
+      "| {} |\n",
+      c.name, response, run.seconds, share_of_response(run.result.phase_s), run.result.halvings,
+      count("fail_safe_steps"), 1e3 * count("max_gap_lack_m"),
+      c.unit.empty() ? "" : fmt::format("{:.3g} {}", run.error, c.unit),
+      ledger.at("max_momentum_error"), 1e3 * ledger.at("energy_gained_J"),
+      1e3 * (ledger.at("energy_normal_J") + ledger.at("energy_friction_J")), 1e3 * run.rms_speed,
+      !run.stopped.empty() ? run.stopped
+      : run.result.clean   ? "clean"
+                           : "**not clean**");
+  std::fflush(stdout);
+}
+
+void print_table(const Options& options) {
+  fmt::print(
+      "| scene | response | s | response % | halvings | steps with fail-safe | gap lacking, mm | "
+      "error | momentum error | gained, mJ | given, mJ | RMS speed at the end, mm/s | states |\n"
+      "|---|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|---|\n");
+  const std::vector<ResponseCase> cases = {ball(options.drape_cells),
+                                           table(options.drape_cells),
+                                           incline_sliding(options.cells),
+                                           incline_sticking(options.cells),
+                                           capstan(),
+                                           stack(6, options.cells / 2),
+                                           drop(options.cells)};
+  for (const ResponseCase& c : cases)
+    if (options.scene.empty() || c.name.find(options.scene) != std::string::npos)
+      for (const std::string& name : options.responses) print_row(c, name, run(c, name));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  const Options options = parse(argc, argv);
+  const ThreadLimit limit(options.threads);
+  if (options.table) print_table(options);
+  if (options.claim) print_claims(options.claims);
+  return 0;
+} catch (const std::exception& error) {
+  fmt::print(stderr, "bench_response: {}\n", error.what());
+  return 2;
+}

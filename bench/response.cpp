@@ -97,7 +97,8 @@ void print_table(const Options& options) {
                                            table(options.drape_cells),
                                            incline_sliding(options.cells),
                                            incline_sticking(options.cells),
-                                           capstan(),
+                                           capstan(0.9),
+                                           capstan(1.1),
                                            stack(6, options.cells / 2),
                                            drop(options.cells)};
   for (const ResponseCase& c : cases)

@@ -39,8 +39,11 @@ ResponseCase table(int cells);
 ResponseCase incline_sliding(int cells);
 /// The same with 0.6, which holds: creep in mm/s.
 ResponseCase incline_sticking(int cells);
-/// A strip over half a cylinder, loads 1 to 3.2: error of T2/T1 = exp(π μ), per cent.
-ResponseCase capstan();
+/// A strip over half a cylinder with a friction of 0.3, whose loads are `share` of what it holds,
+/// 1 to exp(π μ): speed of the lighter one, mm/s, which is 0 below 1. (Cloth that slides around a
+/// bend on the planes of its contacts is lifted by v²h²/2r in each step, which brakes it: how fast
+/// it slides above 1 is no measure of friction.)
+ResponseCase capstan(double share);
 /// Sheets that fall on a floor and on each other.
 ResponseCase stack(int sheets, int cells);
 /// A sheet that falls flat from 20 cm: rebound over that height, per cent.

@@ -41,7 +41,7 @@ struct ExtremeConfig {
   std::string response;  ///< "": the default
   bool judge_paths = true;
   std::filesystem::path out;  ///< frames are written here for pictures; "": nowhere
-  double wall_limit = 60.0;   ///< s, after which the run is stopped and says so
+  double wall_limit = 600.0;  ///< s, after which the run is stopped and says so
 };
 
 /// Reads data/extreme/NAME.json and runs it. Throws nothing that a scene can cause.

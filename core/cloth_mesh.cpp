@@ -63,6 +63,11 @@ void validate_material(const Material& m) {
   not_negative("biphasic_strain", m.biphasic_strain);
   not_negative("biphasic_growth", m.biphasic_growth);
   positive("kawabata_strain", m.kawabata_strain);
+  not_negative("shear_friction", m.shear_friction);
+  not_negative("bending_friction", m.bending_friction);
+  if (m.shear_friction > 0.0 && m.shear_law != ShearLaw::twisting)
+    throw std::invalid_argument(
+        "shear_friction needs corners that turn; take shear_law \"twisting\"");
   require(m.kawabata_lt > 0.5 && m.kawabata_lt <= 1.0, "kawabata_lt", m.kawabata_lt,
           "above 0.5 and at most 1");
 }
@@ -170,6 +175,9 @@ void require_hinges(const Material& m, const char* mesh) {
   if (m.bending_law != BendingLaw::hinge && m.bending_law != BendingLaw::bridson)
     throw std::invalid_argument(std::string("bending_law needs rows of particles, which ") + mesh +
                                 " has not; take \"hinge\" or \"bridson\", or a grid of cells");
+  if (m.bending_friction > 0.0)
+    throw std::invalid_argument(std::string("bending_friction needs rows of particles, which ") +
+                                mesh + " has not; set it to 0, or take a grid of cells");
   if (m.shear_law != ShearLaw::springs)
     throw std::invalid_argument(std::string("shear_law \"twisting\" needs warp and weft at right "
                                             "angles, which ") +
@@ -224,10 +232,15 @@ std::int32_t append(ClothMesh& all, const ClothMesh& piece) {
     link.b += first;
     all.links.push_back(link);
   }
-  for (TwistSpring twist : piece.twists) {
-    for (std::int32_t& v : twist.v) v += first;
-    all.twists.push_back(twist);
-  }
+  const auto add_shifted = [&](auto& to, const auto& from) {
+    for (auto element : from) {
+      for (std::int32_t& v : element.v) v += first;
+      to.push_back(element);
+    }
+  };
+  add_shifted(all.twists, piece.twists);
+  add_shifted(all.hinge_frictions, piece.hinge_frictions);
+  add_shifted(all.corner_frictions, piece.corner_frictions);
   return first;
 }
 

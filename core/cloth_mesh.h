@@ -45,6 +45,19 @@ struct TwistSpring {
   double damping = 0.0;  ///< s, damping moment per stiffness and rate of angle, >= 0
 };
 
+/// Hysteresis at a hinge: a moment against its turning that grows to `moment` over `yield`.
+struct HingeFriction {
+  std::array<std::int32_t, 4> v;  ///< as in Hinge
+  double rest_angle;              ///< rad, where it sticks at first
+  double moment;                  ///< N·m, >= 0
+  double yield;                   ///< rad, > 0
+};
+/// The same at the corner of a twisting spring.
+struct CornerFriction {
+  std::array<std::int32_t, 3> v;  ///< as in TwistSpring
+  double rest_angle, moment, yield;
+};
+
 /// What springs do that do not follow Hooke.
 struct SpringCurve {
   StretchLaw law = StretchLaw::hooke;
@@ -64,6 +77,8 @@ struct ClothMesh {
   std::vector<double> strain_limit;  ///< per spring, largest (L-L0)/L0
   std::vector<BucklingLink> links;
   std::vector<TwistSpring> twists;
+  std::vector<HingeFriction> hinge_frictions;
+  std::vector<CornerFriction> corner_frictions;
   std::vector<SpringCurve> curves;  ///< laws of springs other than Hooke's, each once
   std::vector<std::int32_t>
       curve_of_spring;  ///< per spring an index into `curves`, -1: Hooke; empty: all Hooke

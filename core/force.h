@@ -34,6 +34,8 @@ class Force {
   /// a += -h ∂f/∂v - h² ∂f/∂x, where the indefinite part of ∂f/∂x is dropped so that the sum stays
   /// positive semidefinite.
   virtual void add_jacobian(const ForceState& state, double h, BlockMatrix& a) const = 0;
+  /// The step ended in `state`: a force with a memory (hysteresis) notes it. Others do nothing.
+  virtual void accept(const ForceState& /*state*/) {}
   /// Adds to each particle the row sums of the block norms of -∂f/∂x (N/m) and -∂f/∂v (N·s/m) at
   /// `state`. Divided by the mass, their largest bound the eigenvalues (Gershgorin), for the step
   /// of explicit integrators.
@@ -59,6 +61,11 @@ std::unique_ptr<Force> make_buckling_force(std::span<const BucklingLink> links,
 /// [VillardBorouchaki2005; survey eq. 4 mended] too.
 std::unique_ptr<Force> make_twist_force(std::span<const TwistSpring> springs,
                                         std::size_t particles);
+/// Hysteresis of bending and of shear, M = B κ ± HB, the part ±. Has a memory: see Force::accept.
+std::unique_ptr<Force> make_hinge_friction(std::span<const HingeFriction> frictions,
+                                           std::size_t particles);
+std::unique_ptr<Force> make_corner_friction(std::span<const CornerFriction> frictions,
+                                            std::size_t particles);
 /// How a seam is pulled together.
 struct SewingConfig {
   double pull = 50.0;        ///< N/m, ε: force per distance of two particles of a seam, > 0

@@ -49,6 +49,8 @@ class ImplicitEuler {
   /// times as large, >= 1. A particle whose forces are not finite gets a velocity that is not a
   /// number, and the residual is none either.
   SolveReport solve(std::span<const ImplicitTerm> terms, std::span<Vec3> v, double looser = 1.0);
+  /// Tells the forces that a step ended in `state`, for those with a memory.
+  void accept(const ForceState& state);
 
  private:
   struct System;
@@ -65,6 +67,8 @@ class SymplecticEuler {
   double stable_step(const Particles& particles) const;
   /// End-of-step velocities; those with inv_mass 0 keep what `v` holds. `v` in: anything.
   void step(const Particles& particles, double time, double h, std::span<Vec3> v);
+  /// Tells the forces that a step ended in `state`, for those with a memory.
+  void accept(const ForceState& state);
 
  private:
   std::vector<std::unique_ptr<Force>> forces_;

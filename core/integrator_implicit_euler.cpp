@@ -245,4 +245,8 @@ SolveReport ImplicitEuler::solve(std::span<const ImplicitTerm> terms, std::span<
   return system_->solve(v, looser * system_->config.tolerance);
 }
 
+void ImplicitEuler::accept(const ForceState& state) {
+  for (const auto& force : system_->forces) force->accept(state);
+}
+
 }  // namespace selvedge

@@ -33,4 +33,8 @@ void SymplecticEuler::step(const Particles& particles, double time, double h, st
     if (particles.inv_mass[i] > 0.0) v[i] = particles.v[i] + (h * particles.inv_mass[i]) * f_[i];
 }
 
+void SymplecticEuler::accept(const ForceState& state) {
+  for (const auto& force : forces_) force->accept(state);
+}
+
 }  // namespace selvedge

@@ -36,6 +36,10 @@ std::vector<std::unique_ptr<Force>> make_internal_forces(const ClothMesh& cloth)
   if (!sine.empty()) forces.push_back(make_bridson_force(sine, n));
   if (!cloth.links.empty()) forces.push_back(make_buckling_force(cloth.links, n));
   if (!cloth.twists.empty()) forces.push_back(make_twist_force(cloth.twists, n));
+  if (!cloth.hinge_frictions.empty())
+    forces.push_back(make_hinge_friction(cloth.hinge_frictions, n));
+  if (!cloth.corner_frictions.empty())
+    forces.push_back(make_corner_friction(cloth.corner_frictions, n));
   return forces;
 }
 

@@ -37,12 +37,37 @@ void translate(std::vector<Vec3>& points, const Vec3& translation) {
   for (Vec3& x : points) x += translation;
 }
 
+ClothMesh make_disc(const GridConfig& config, const Material& material) {
+  if (config.size_x != config.size_y)
+    throw std::invalid_argument(fmt::format(
+        "pattern \"arc\" is a disc, whose size must be its diameter twice, not {:g} and {:g}",
+        config.size_x, config.size_y));
+  return make_arc({0.5 * config.size_x, config.cells_y, config.cells_x}, material);
+}
+
+ClothMesh make_pattern(ClothPattern pattern, const GridConfig& config, const Material& material) {
+  switch (pattern) {
+    case ClothPattern::rectangular:
+      return make_rectangular(config, material);
+    case ClothPattern::triangular:
+      return make_triangular(config, material);
+    case ClothPattern::simplified:
+      return make_simplified(config, material, false);
+    case ClothPattern::checkerboard:
+      return make_simplified(config, material, true);
+    case ClothPattern::responsive:
+      return make_responsive(config, material);
+    case ClothPattern::arc:
+      return make_disc(config, material);
+  }
+  throw std::invalid_argument("a grid has no pattern");
+}
+
 ClothMesh make_grid(const ClothGrid& grid, double factor, const Material& material) {
   GridConfig config = grid.grid;
   config.size_x *= factor;
   config.size_y *= factor;
-  ClothMesh cloth = grid.pattern == ClothPattern::triangular ? make_triangular(config, material)
-                                                             : make_rectangular(config, material);
+  ClothMesh cloth = make_pattern(grid.pattern, config, material);
   if (grid.path.points.empty()) return cloth;
   StripPath path = grid.path;
   for (Vec3& point : path.points) point *= factor;

@@ -80,6 +80,12 @@ class SceneReader {
     fail(document_, path, fmt::format("there is no {} {}; {}", kind, in_quotes(word), hint));
   }
 
+  /// The value of a word that the schema allows.
+  template <class Enum>
+  static Enum word_of(const Json& j, const std::map<std::string, Enum>& words) {
+    return words.at(j.get<std::string>());
+  }
+
   template <class Registry>
   std::string read_method(const Json& j, const Registry& registry, const std::string& path) const {
     const auto name = j.get<std::string>();
@@ -175,7 +181,26 @@ class SceneReader {
       m.bending_damping = j["bending_damping"].get<double>();
       m.strain_limit = j["strain_limit"].get<double>();
       m.friction = j["friction"].get<double>();
+      read_laws(j, m);
     }
+  }
+
+  static void read_laws(const Json& j, Material& m) {
+    m.stretch_law =
+        word_of<StretchLaw>(j["stretch_law"], {{"hooke", StretchLaw::hooke},
+                                               {"tension_only", StretchLaw::tension_only},
+                                               {"biphasic", StretchLaw::biphasic},
+                                               {"kawabata", StretchLaw::kawabata}});
+    m.shear_law = word_of<ShearLaw>(
+        j["shear_law"], {{"springs", ShearLaw::springs}, {"twisting", ShearLaw::twisting}});
+    m.bending_law = word_of<BendingLaw>(j["bending_law"], {{"hinge", BendingLaw::hinge},
+                                                           {"bridson", BendingLaw::bridson},
+                                                           {"buckling", BendingLaw::buckling},
+                                                           {"twisting", BendingLaw::twisting}});
+    m.biphasic_strain = j["biphasic_strain"].get<double>();
+    m.biphasic_growth = j["biphasic_growth"].get<double>();
+    m.kawabata_lt = j["kawabata_lt"].get<double>();
+    m.kawabata_strain = j["kawabata_strain"].get<double>();
   }
 
   void read_geometry() {
@@ -213,7 +238,12 @@ class SceneReader {
   static ClothGrid read_cloth_grid(const Json& j) {
     ClothGrid shape;
     shape.pattern =
-        j["pattern"] == "triangular" ? ClothPattern::triangular : ClothPattern::rectangular;
+        word_of<ClothPattern>(j["pattern"], {{"rectangular", ClothPattern::rectangular},
+                                             {"triangular", ClothPattern::triangular},
+                                             {"simplified", ClothPattern::simplified},
+                                             {"checkerboard", ClothPattern::checkerboard},
+                                             {"responsive", ClothPattern::responsive},
+                                             {"arc", ClothPattern::arc}});
     shape.grid.size_x = j["size"][0].get<double>();
     shape.grid.size_y = j["size"][1].get<double>();
     shape.grid.cells_x = j["cells"][0].get<std::int32_t>();

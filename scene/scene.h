@@ -24,7 +24,14 @@ struct Placement {
   double scale = 1.0;  ///< > 0
 };
 
-enum class ClothPattern { rectangular, triangular };
+enum class ClothPattern {
+  rectangular,
+  triangular,
+  simplified,
+  checkerboard,
+  responsive,
+  arc  ///< a disc of diameter size_x = size_y; cells_x particles on each of cells_y rings
+};
 
 /// A curve along which a grid lies at the start, folded or knotted; its rest shape stays flat.
 struct StripPath {

@@ -418,15 +418,15 @@ bool Simulation::Parts::try_step(double h, double t1) {
 
 void Simulation::Parts::accept(double h, double t1) {
   ledger.accept(response_step(h), *response, v_t1, answered_in_solve);
-  for (std::size_t i = 0; i < n(); ++i) {
-    state.v[i] = (x_t1[i] - x_t0[i]) / h;
-    state.x[i] = x_t1[i];
-  }
+  for (std::size_t i = 0; i < n(); ++i) state.v[i] = (x_t1[i] - x_t0[i]) / h;
+  std::copy_n(x_t1.begin(), n(), state.x.begin());
   response->finish(state.v);
   note_bodies(x_t1);
   state.time = t1;
   ++state.step;
   ++result.steps;
+  if (implicit) implicit->accept({state.x, state.v, mass, state.time});
+  if (symplectic) symplectic->accept({state.x, state.v, mass, state.time});
   note_strain();
   if (untangling()) go_on_untangling();
 }

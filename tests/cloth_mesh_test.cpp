@@ -5,6 +5,7 @@
 #include <selvedge/core/cloth_mesh.h>
 #include <selvedge/core/continuum.h>
 #include <selvedge/core/force.h>
+#include <selvedge/core/multi_level.h>
 
 #include <gtest/gtest.h>
 
@@ -286,6 +287,76 @@ TEST(Plate, BadPlatesAreRefused) {
   EXPECT_THROW(make_plate(mesh, {-1.0, 0.3, 5e-4}, Material{}), std::invalid_argument);
   mesh.vertices[3].z() = 0.1;
   EXPECT_NE(refusal([&] { make_plate(mesh, {}, Material{}); }).find("vertex 3"), std::string::npos);
+}
+
+LevelState moving(int nx, int ny) {
+  const ClothMesh cloth = make_rectangular({0.8, 0.6, nx, ny}, Material{});
+  LevelState state{{0.8, 0.6, nx, ny}, cloth.surface.vertices, {}};
+  for (Vec3& p : state.x) {
+    const Vec3 q = p;
+    p.z() = 0.1 * std::sin(5.0 * q.x() + 3.0 * q.y());
+    state.v.emplace_back(std::cos(4.0 * q.y()), q.x() * q.y(), -1.0 + q.x());
+  }
+  return state;
+}
+
+Vec3 momentum(const LevelState& state) {
+  const ClothMesh cloth = make_rectangular(state.grid, Material{});
+  Vec3 sum = Vec3::Zero();
+  for (std::size_t i = 0; i < cloth.mass.size(); ++i) sum += cloth.mass[i] * state.v[i];
+  return sum;
+}
+
+Vec3 first_moment(const LevelState& state) {
+  const ClothMesh cloth = make_rectangular(state.grid, Material{});
+  Vec3 sum = Vec3::Zero();
+  for (std::size_t i = 0; i < cloth.mass.size(); ++i) sum += cloth.mass[i] * state.x[i];
+  return sum;
+}
+
+TEST(MultiLevel, RefiningKeepsMassMomentumCentreAndConstants) {
+  LevelState state = moving(6, 5);
+  const Vec3 p = momentum(state), moment = first_moment(state);
+  for (int level = 0; level < 3; ++level) {
+    state = refine(state);
+    const ClothMesh fine = make_rectangular(state.grid, Material{});
+    ASSERT_EQ(state.x.size(), fine.mass.size());
+    EXPECT_NEAR(sum(fine.mass), 0.2 * 0.48, 1e-14);
+    EXPECT_LT((momentum(state) - p).norm(), 1e-14);
+    EXPECT_LT((first_moment(state) - moment).norm(), 1e-14);
+    const ContinuumConstants c = continuum_constants(fine, fine.surface.vertices, 0.48);
+    EXPECT_NEAR(strip_modulus(c), 500.0, 1e-8);
+    EXPECT_NEAR(c.c33, 100.0, 1e-9);
+  }
+}
+
+TEST(MultiLevel, TheFineSurfacePassesThroughTheCoarseVertices) {
+  const LevelState coarse = moving(4, 3), fine = refine(coarse);
+  EXPECT_EQ(fine.grid.cells_x, 8);
+  EXPECT_EQ(fine.grid.cells_y, 6);
+  for (int j = 0; j <= 3; ++j)
+    for (int i = 0; i <= 4; ++i) {
+      EXPECT_EQ(fine.x[2 * j * 9 + 2 * i], coarse.x[j * 5 + i]);
+      EXPECT_EQ(fine.v[2 * j * 9 + 2 * i], coarse.v[j * 5 + i]);
+    }
+  EXPECT_LT((fine.x[1] - 0.5 * (coarse.x[0] + coarse.x[1])).norm(), 1e-15);
+}
+
+TEST(MultiLevel, AFlatClothAtRestStaysAtRest) {
+  const ClothMesh cloth = make_rectangular({0.8, 0.6, 4, 3}, Material{});
+  const LevelState fine =
+      refine({{0.8, 0.6, 4, 3}, cloth.surface.vertices, Vectors(cloth.mass.size(), Vec3::Zero())});
+  const ClothMesh mesh = make_rectangular(fine.grid, Material{});
+  for (const auto& force : make_internal_forces(mesh))
+    EXPECT_LT(force->energy({fine.x, fine.v, mesh.mass, 0.0}), 1e-25);
+  EXPECT_TRUE(has_settled(fine, 1e-9));
+  EXPECT_FALSE(has_settled(moving(4, 3), 0.5));
+}
+
+TEST(MultiLevel, StatesThatDoNotFitTheirGridAreRefused) {
+  LevelState state = moving(4, 3);
+  state.v.pop_back();
+  EXPECT_NE(refusal([&] { refine(state); }).find("19 velocities for 20"), std::string::npos);
 }
 
 TEST(Append, KeepsTheLawOfEachPiece) {

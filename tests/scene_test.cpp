@@ -84,7 +84,8 @@ const char* const everything = R"({
   ],
   "materials": {"silk": {"density": 0.1, "stretch_stiffness": 400, "shear_stiffness": 50,
     "bending_stiffness": 2e-5, "spring_damping": 0.02, "bending_damping": 0.03, "strain_limit": 0.05,
-    "friction": 0.2}},
+    "friction": 0.2, "stretch_law": "kawabata", "shear_law": "springs", "bending_law": "bridson",
+    "biphasic_strain": 0.03, "biphasic_growth": 7, "kawabata_lt": 0.6, "kawabata_strain": 0.04}},
   "handles": [
     {"name": "a", "geometry": "grid", "select": {"corners": ["x0y0", "x1y0"]}, "motion": "lift", "release": 0.5},
     {"name": "b", "geometry": "file", "select": {"vertices": [2, 0, 2]}},
@@ -199,6 +200,13 @@ TEST_F(SceneFile, AMaterialAndObstaclesHaveTheDefaultsOfTheHeader) {
   EXPECT_EQ(m.bending_damping, d.bending_damping);
   EXPECT_EQ(m.strain_limit, d.strain_limit);
   EXPECT_EQ(m.friction, d.friction);
+  EXPECT_EQ(m.stretch_law, d.stretch_law);
+  EXPECT_EQ(m.shear_law, d.shear_law);
+  EXPECT_EQ(m.bending_law, d.bending_law);
+  EXPECT_EQ(m.biphasic_strain, d.biphasic_strain);
+  EXPECT_EQ(m.biphasic_growth, d.biphasic_growth);
+  EXPECT_EQ(m.kawabata_lt, d.kawabata_lt);
+  EXPECT_EQ(m.kawabata_strain, d.kawabata_strain);
   const auto shape = [&](int i) { return std::get<BodyShape>(is.bodies[i].shape); };
   EXPECT_EQ(std::get<Plane>(shape(0).shape).size, Plane{}.size);
   EXPECT_EQ(std::get<Box>(shape(1).shape).size, Box{}.size);
@@ -296,6 +304,12 @@ TEST_F(EverythingFile, EveryPieceOfClothAndItsMaterialIsRead) {
   EXPECT_EQ(m.bending_damping, 0.03);
   EXPECT_EQ(m.strain_limit, 0.05);
   EXPECT_EQ(m.friction, 0.2);
+  EXPECT_EQ(m.stretch_law, StretchLaw::kawabata);
+  EXPECT_EQ(m.bending_law, BendingLaw::bridson);
+  EXPECT_EQ(m.biphasic_strain, 0.03);
+  EXPECT_EQ(m.biphasic_growth, 7.0);
+  EXPECT_EQ(m.kawabata_lt, 0.6);
+  EXPECT_EQ(m.kawabata_strain, 0.04);
 }
 
 TEST_F(EverythingFile, EveryHandleSelectsItsVertices) {
@@ -556,6 +570,12 @@ TEST_F(SceneFile, EachBadNumberIsRefused) {
   for (const char* key :
        {"shear_stiffness", "bending_stiffness", "spring_damping", "bending_damping", "friction"})
     refused(std::string("materials.default.") + key, "-1e-9");
+  for (const auto& [key, value] :
+       {std::pair{"kawabata_lt", "0.5"}, std::pair{"kawabata_lt", "1.1"},
+        std::pair{"kawabata_strain", "0"}, std::pair{"biphasic_strain", "-1"},
+        std::pair{"biphasic_growth", "-1"}, std::pair{"bending_law", "plate"},
+        std::pair{"stretch_law", "rubber"}, std::pair{"shear_law", "none"}})
+    refused(std::string("materials.default.") + key, value);
   for (const char* value : {"0", "-0.001", "true", "null", "[]", "\"thick\"", "nan"})
     refused("contact.thickness", value);
   for (const char* value :
@@ -748,6 +768,57 @@ TEST_F(SceneFile, FabricsOfOneSceneKeepTheirOwnDamping) {
     ASSERT_EQ(s.damping, s.a < second ? 0.5 : Material{}.spring_damping);
   for (const Hinge& h : built.cloth.hinges)
     ASSERT_EQ(h.damping, h.v[0] < second ? 0.0 : Material{}.bending_damping);
+}
+
+TEST_F(SceneFile, EveryPatternMakesItsMesh) {
+  const auto made = [&](const std::string& pattern) {
+    const std::string piece = R"({"cells": [6, 4], "pattern": ")" + pattern + "\"}";
+    return build_scene(read(R"({"geometry": [)" + piece + "]}")).cloth;
+  };
+  EXPECT_EQ(made("rectangular").springs.size(), 58u + 48);
+  EXPECT_EQ(made("simplified").springs.size(), 58u + 24);
+  EXPECT_EQ(made("checkerboard").springs.size(), 58u + 24);
+  EXPECT_NE(made("checkerboard").surface.triangles, made("simplified").surface.triangles);
+  EXPECT_TRUE(made("responsive").hinges.empty());
+  EXPECT_FALSE(made("responsive").links.empty());
+  EXPECT_EQ(made("arc").surface.vertices.size(), 1u + 6 * 4);
+  EXPECT_EQ(made("triangular").springs.size(), made("triangular").edges.size());
+}
+
+/// A scene of one piece with a material of these laws.
+std::string with_laws(const std::string& piece, const std::string& laws) {
+  return R"({"geometry": [{"material": "m", )" + piece + R"(}], "materials": {"m": {)" + laws +
+         "}}}";
+}
+
+TEST_F(SceneFile, EveryLawReachesTheMesh) {
+  const auto made = [&](const std::string& laws) {
+    return build_scene(read(with_laws(R"("cells": [4, 4])", laws))).cloth;
+  };
+  EXPECT_EQ(made(R"("stretch_law": "tension_only")").curves.at(0).law, StretchLaw::tension_only);
+  EXPECT_EQ(made(R"("stretch_law": "biphasic")").curves.at(0).law, StretchLaw::biphasic);
+  EXPECT_EQ(made(R"("stretch_law": "kawabata")").curves.at(0).law, StretchLaw::kawabata);
+  EXPECT_TRUE(made(R"("stretch_law": "hooke")").curves.empty());
+  EXPECT_EQ(made(R"("shear_law": "twisting")").twists.size(), 4u * 16);
+  EXPECT_TRUE(made(R"("bending_law": "bridson")").hinges.at(0).sine);
+  EXPECT_FALSE(made(R"("bending_law": "hinge")").hinges.at(0).sine);
+  EXPECT_FALSE(made(R"("bending_law": "buckling")").links.empty());
+  EXPECT_FALSE(made(R"("bending_law": "twisting")").twists.empty());
+}
+
+TEST_F(SceneFile, ALawThatAPatternCannotServeIsRefusedWithItsPlace) {
+  const auto refusal = [&](const std::string& piece, const std::string& laws) -> std::string {
+    try {
+      build_scene(read(with_laws(piece, laws)));
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_SAYS(refusal(R"("pattern": "triangular")", R"("bending_law": "twisting")"), "geometry[0]");
+  EXPECT_SAYS(refusal(R"("pattern": "arc")", R"("bending_law": "buckling")"), "take \"hinge\"");
+  EXPECT_SAYS(refusal(R"("pattern": "simplified")", R"("shear_law": "twisting")"), "rectangular");
+  EXPECT_SAYS(refusal(R"("pattern": "arc", "size": [1, 2])", ""), "diameter");
 }
 
 TEST_F(SceneFile, ScalingClothScalesItsRestShape) {

@@ -19,6 +19,11 @@
 namespace selvedge::detail {
 namespace {
 
+/// Where the instruments read the loop it has its full width: at a few per cent of the largest
+/// curvature, 250 1/m, and at half a degree of shear.
+constexpr double yield_curvature = 10.0;  // 1/m
+constexpr double yield_shear = 0.0087;    // rad
+
 /// Three particles in a line: how far apart two of them are, and the rigidity that the line has of
 /// the plate's, times the area it stands for.
 struct Line {
@@ -89,17 +94,44 @@ void add_bend_twists(ClothMesh& cloth, const GridConfig& grid, const Material& m
   });
 }
 
+void refuse_bending_friction(const Material& m) {
+  if (m.bending_friction > 0.0)
+    throw std::invalid_argument(
+        "bending_friction needs hinges; take bending_law \"hinge\" or \"bridson\"");
+}
+
+// Bent to curvature κ across n = (c,s), rows have the curvature κ c² and columns κ s²: frictions HB
+// along both work HB κ (c² + s²) = HB κ in every direction, and the twist needs none. A hinge of
+// rows a × b with span d (θ = κ d) stands for half of a cell: moment HB a b/(2 d).
+void add_bending_friction(ClothMesh& cloth, const GridConfig& grid, const Material& m) {
+  if (m.bending_friction <= 0.0) return;
+  const CellConstants c = cell_sides(grid);
+  for (const Hinge& hinge : cloth.hinges) {
+    const std::int32_t along = std::abs(hinge.v[3] - hinge.v[2]);
+    if (along != 1 && along != grid.cells_x + 1) continue;  // a diagonal
+    const double span = along == 1 ? c.b : c.a;
+    cloth.hinge_frictions.push_back({hinge.v, hinge.rest_angle,
+                                     m.bending_friction * c.a * c.b / (2.0 * span),
+                                     yield_curvature * span});
+  }
+}
+
 }  // namespace
 
 void add_grid_bending(ClothMesh& cloth, const GridConfig& grid, const Material& material) {
   if (material.bending_stiffness <= 0.0) return;
+  if (material.bending_friction > 0.0 && grid.cells_x == 1)
+    throw std::invalid_argument("bending_friction needs at least 2 cells_x");
   switch (material.bending_law) {
     case BendingLaw::hinge:
     case BendingLaw::bridson:
-      return add_grid_hinges(cloth, grid, material);
+      add_grid_hinges(cloth, grid, material);
+      return add_bending_friction(cloth, grid, material);
     case BendingLaw::buckling:
+      refuse_bending_friction(material);
       return add_links(cloth, grid, material);
     case BendingLaw::twisting:
+      refuse_bending_friction(material);
       return add_bend_twists(cloth, grid, material);
   }
 }
@@ -122,6 +154,12 @@ void add_grid_twist(ClothMesh& cloth, const GridConfig& grid, const Material& ma
       add(v11, v01, v00);
       add(v01, v11, v10);
     }
+  if (material.shear_friction <= 0.0) return;
+  // As above, 4 M γ = HG γ a b.
+  const double moment = 0.25 * material.shear_friction * c.a * c.b;
+  for (const TwistSpring& twist : cloth.twists)
+    if (twist.rest_angle > 0.0)
+      cloth.corner_frictions.push_back({twist.v, twist.rest_angle, moment, yield_shear});
 }
 
 }  // namespace selvedge::detail

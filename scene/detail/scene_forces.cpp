@@ -21,9 +21,7 @@ std::vector<double> triangle_areas(const TriangleMesh& mesh) {
 std::vector<std::unique_ptr<Force>> make_forces(const Scene& scene, const BuiltScene& built) {
   const ClothMesh& cloth = built.cloth;
   const std::size_t n = cloth.surface.vertices.size();
-  std::vector<std::unique_ptr<Force>> forces;
-  forces.push_back(make_hooke_force(cloth.springs, n));
-  if (!cloth.hinges.empty()) forces.push_back(make_bending_force(cloth.hinges, n));
+  std::vector<std::unique_ptr<Force>> forces = make_internal_forces(cloth);
   if (!scene.gravity.isZero(0.0)) forces.push_back(make_gravity(scene.gravity));
   if (scene.air.normal_drag > 0.0 || scene.air.viscous_drag > 0.0)
     forces.push_back(

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: MIT
+//
+// Hysteresis of bending and shear as the KES-F instruments measure it: M = B κ ± HB, F = G φ ± HG
+// (S. Kawabata; survey 3.1.2, Zhong and Wang 1998, Ji et al. 2006, Zhang et al. 2012, who fit the
+// curves and leave out how the branch changes). This force is the part ± of it: a slider behind a
+// spring at every hinge or corner. It sticks to an angle, holds against a turn with a moment that
+// grows to `moment` over `yield`, and is dragged along beyond that. The angle it sticks to changes
+// only when a step is accepted (`accept`); within a step the force is the gradient of
+//   E = ½ (M/y) e² for |e| <= y, M (|e| - y/2) beyond,  e = θ - slip.
+// Unloaded, cloth keeps the curvature HB/B. 2HG5, the hysteresis at 5°, is not used: the loop is as
+// wide everywhere.
+#include <selvedge/core/detail/dihedral.h>
+#include <selvedge/core/detail/element_force.h>
+
+namespace selvedge {
+namespace {
+
+/// Angle and gradient of a hinge, or of the corner of a twisting spring.
+template <int N>
+struct Angle {
+  double value = 0.0;
+  std::array<Vec3, N> gradient;
+  bool valid = false;
+};
+
+Angle<4> angle_of(std::span<const Vec3> x, const std::array<std::int32_t, 4>& v) {
+  const detail::Dihedral d = detail::dihedral(x, v);
+  return {d.angle, d.gradient, d.valid};
+}
+
+Angle<3> angle_of(std::span<const Vec3> x, const std::array<std::int32_t, 3>& v) {
+  Angle<3> a;
+  const Vec3 p = x[v[1]] - x[v[0]], q = x[v[2]] - x[v[1]];
+  const double lp = p.norm(), lq = q.norm();
+  if (lp <= 0.0 || lq <= 0.0) return a;
+  const Vec3 u = p / lp, w = q / lq, n = u.cross(w);
+  const double sine = n.norm();
+  // Straight or folded flat the corner has no plane to turn in.
+  constexpr double straight = 1e-12;
+  a.value = std::atan2(sine, u.dot(w));
+  a.valid = sine > straight;
+  if (!a.valid) return a;
+  const Vec3 normal = n / sine, across_u = normal.cross(u) / lp, across_w = normal.cross(w) / lq;
+  a.gradient = {across_u, Vec3(-across_u - across_w), across_w};
+  return a;
+}
+
+template <class Friction>
+class Sliders {
+ public:
+  static constexpr int arity = std::tuple_size_v<decltype(Friction::v)>;
+  static constexpr const char* name = "friction";
+
+  explicit Sliders(std::span<const Friction> frictions) {
+    for (std::size_t i = 0; i < frictions.size(); ++i) {
+      detail::require_number_of("moment", name, i, frictions[i].moment);
+      detail::require_number_of("yield", name, i, frictions[i].yield, false);
+      detail::require_number_of("size of rest_angle", name, i, std::abs(frictions[i].rest_angle));
+      sliders_.push_back({frictions[i], frictions[i].rest_angle});
+    }
+  }
+
+  std::size_t size() const { return sliders_.size(); }
+  std::int32_t particle(std::size_t e, int k) const { return sliders_[e].friction.v[k]; }
+  void reorder(std::span<const std::int32_t> order) { detail::reorder(sliders_, order); }
+
+  detail::ElementSample<arity> sample(std::size_t e, std::span<const Vec3> x) const {
+    const auto& [friction, slip] = sliders_[e];
+    detail::ElementSample<arity> s;
+    const Angle<arity> angle = angle_of(x, friction.v);
+    s.valid = angle.valid;
+    if (!s.valid) return s;
+    const double off = angle.value - slip, size = std::abs(off), y = friction.yield;
+    s.energy =
+        size <= y ? 0.5 * friction.moment / y * off * off : friction.moment * (size - 0.5 * y);
+    s.moment = friction.moment * std::clamp(off / y, -1.0, 1.0);
+    s.slope = size <= y ? friction.moment / y : 0.0;
+    s.gradient = angle.gradient;
+    s.weight.fill(0.0);
+    s.plane.setZero();
+    return s;
+  }
+
+  void slide(std::span<const Vec3> x) {
+    for (auto& [friction, slip] : sliders_) {
+      const Angle<arity> angle = angle_of(x, friction.v);
+      if (!angle.valid) continue;
+      slip = angle.value - std::clamp(angle.value - slip, -friction.yield, friction.yield);
+    }
+  }
+
+ private:
+  struct Slider {
+    Friction friction;
+    double slip;  // rad, the angle it sticks to
+  };
+  std::vector<Slider> sliders_;
+};
+
+template <class Friction>
+class FrictionForce final : public detail::ElementForce<Sliders<Friction>> {
+ public:
+  using detail::ElementForce<Sliders<Friction>>::ElementForce;
+  void accept(const ForceState& state) override { this->kind_.slide(state.x); }
+};
+
+}  // namespace
+
+std::unique_ptr<Force> make_hinge_friction(std::span<const HingeFriction> frictions,
+                                           std::size_t particles) {
+  return std::make_unique<FrictionForce<HingeFriction>>(Sliders<HingeFriction>(frictions),
+                                                        particles);
+}
+
+std::unique_ptr<Force> make_corner_friction(std::span<const CornerFriction> frictions,
+                                            std::size_t particles) {
+  return std::make_unique<FrictionForce<CornerFriction>>(Sliders<CornerFriction>(frictions),
+                                                         particles);
+}
+
+}  // namespace selvedge

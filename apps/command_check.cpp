@@ -8,6 +8,7 @@
 #include <selvedge/bodies/load_mesh.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/core/parallel.h>
+#include <selvedge/scene/vertex_flags.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -47,6 +48,8 @@ struct Finding {
   std::string file;
   Verdict state;
   std::optional<PathVerdict> path;
+  /// Intersections that a run does not own up to: of triangles without a vertex flagged as tangled.
+  std::size_t unflagged = 0;
 
   bool wrong() const {
     const bool collides = path && path->self_collisions + path->body_collisions > 0;
@@ -271,6 +274,7 @@ struct ResultFinding {
   Finding worst;
   std::size_t states = 0, paths = 0;
   std::string first_wrong;  ///< file of the first state at fault or with a path at fault, or ""
+  std::string last_wrong;   ///< of the last one
 };
 
 void take_worse(const Verdict& v, Verdict& worst) {
@@ -285,9 +289,11 @@ void take_worse(const Verdict& v, Verdict& worst) {
 }
 
 ResultFinding summary_of(const std::string& folder, const std::vector<Finding>& findings) {
-  ResultFinding sum{{folder, {}, std::nullopt}, findings.size(), 0, ""};
+  ResultFinding sum{{folder, {}, std::nullopt, 0}, findings.size(), 0, "", ""};
   for (const Finding& finding : findings) {
     take_worse(finding.state, sum.worst.state);
+    sum.worst.unflagged = std::max(sum.worst.unflagged, finding.unflagged);
+    if (finding.wrong()) sum.last_wrong = finding.file;
     if (finding.wrong() && sum.first_wrong.empty()) sum.first_wrong = finding.file;
     if (!finding.path) continue;
     if (!sum.worst.path) sum.worst.path.emplace();
@@ -304,6 +310,8 @@ void print_json(const ResultFinding& sum) {
   json["states"] = sum.states;
   json["paths"] = sum.paths;
   json["first_wrong"] = sum.first_wrong;
+  json["last_wrong"] = sum.last_wrong;
+  json["unflagged_intersections"] = sum.worst.unflagged;
   fmt::print("{}\n", json.dump(2, ' ', false, Json::error_handler_t::replace));
 }
 
@@ -325,7 +333,10 @@ void print_report(const ResultFinding& sum, const CheckOptions& o, bool every_st
     fmt::print("  collisions on paths         {} self, {} body, {} pairs decided\n",
                sum.worst.path->self_collisions, sum.worst.path->body_collisions,
                sum.worst.path->pairs);
-  if (!sum.first_wrong.empty()) fmt::print("  first at fault              {}\n", sum.first_wrong);
+  if (sum.first_wrong.empty()) return;
+  fmt::print("  first at fault              {}\n", sum.first_wrong);
+  fmt::print("  last at fault               {}\n", sum.last_wrong);
+  fmt::print("  without a flagged vertex    {} intersections at most\n", sum.worst.unflagged);
 }
 
 /// Judges the states of a result at the same time. Each is read where it is judged, so that a long
@@ -380,10 +391,28 @@ class ResultCheck {
     const State state = read_state(i);
     const StateView from = view(state);
     Finding finding{from.mesh.file, judge_state(from.mesh, from.body, rest_), std::nullopt};
+    const std::size_t found = finding.state.self_intersections + finding.state.body_intersections;
+    if (found > 0) finding.unflagged = unflagged(from);
     if (!files_.every_step || i + 1 == files_.states.size()) return finding;
     const State next = read_state(i + 1);
     finding.path = judge_between(from, view(next));
     return finding;
+  }
+
+  /// Intersections of what is left without the triangles at vertices that the run flags as tangled.
+  std::size_t unflagged(const StateView& state) const {
+    std::vector<NamedValues> values;
+    NamedMesh rest{state.mesh.file, read_ply(state.mesh.file, values)};
+    for (const NamedValues& flags : values) {
+      if (flags.name != "flag") continue;
+      const auto tangled = [&](std::int32_t v) {
+        return (static_cast<int>(flags.values[v]) & kFlagTangled) != 0;
+      };
+      std::erase_if(rest.mesh.triangles,
+                    [&](const Triangle& t) { return std::any_of(t.begin(), t.end(), tangled); });
+    }
+    const Verdict verdict = judge_state(rest, state.body, NamedMesh{});
+    return verdict.self_intersections + verdict.body_intersections;
   }
 
   /// A body that rests is read once, for all.

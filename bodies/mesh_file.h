@@ -20,6 +20,7 @@ TriangleMesh read_mesh(const std::filesystem::path& file);
 struct NamedValues {
   std::string name;            ///< PLY property name
   std::vector<double> values;  ///< one per vertex
+  bool as_byte = false;        ///< stored as uchar: whole numbers from 0 to 255
 };
 
 /// Binary little-endian PLY, double precision: read_mesh gives back the same bits. Written to a
@@ -27,7 +28,7 @@ struct NamedValues {
 /// std::runtime_error with file and cause (full disk, no permission).
 void write_ply(const std::filesystem::path& file, std::span<const Vec3> x,
                std::span<const Triangle> triangles, std::span<const NamedValues> extra = {});
-/// Same, and reads the extra vertex properties back (double ones, in file order).
+/// Same, and reads the extra vertex properties back (double and uchar ones, in file order).
 TriangleMesh read_ply(const std::filesystem::path& file, std::vector<NamedValues>& extra);
 
 /// OBJ with 17 significant digits.

@@ -336,10 +336,10 @@ class PlyReader {
       if (p.name == "x" || p.name == "y" || p.name == "z") {
         p.role = p.name == "x" ? Role::x : p.name == "y" ? Role::y : Role::z;
         ++coordinates;
-      } else if (extra_ && p.type == Scalar::float64) {
+      } else if (extra_ && (p.type == Scalar::float64 || p.type == Scalar::uint8)) {
         p.role = Role::extra;
         p.extra_index = extra_->size();
-        extra_->push_back({p.name, {}});
+        extra_->push_back({p.name, {}, p.type == Scalar::uint8});
       }
     }
     if (coordinates != 3)

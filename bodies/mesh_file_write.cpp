@@ -6,6 +6,7 @@
 #include <array>
 #include <bit>
 #include <charconv>
+#include <cmath>
 #include <stdexcept>
 #include <string>
 #include <system_error>
@@ -59,6 +60,12 @@ void check_extra(std::span<const NamedValues> extra, std::size_t vertices) {
       throw std::invalid_argument("write_ply: property '" + extra[i].name + "' has " +
                                   std::to_string(extra[i].values.size()) + " values for " +
                                   std::to_string(vertices) + " vertices");
+    constexpr double highest = 255.0;
+    if (extra[i].as_byte &&
+        std::any_of(extra[i].values.begin(), extra[i].values.end(),
+                    [](double v) { return !(v >= 0.0 && v <= highest) || v != std::floor(v); }))
+      throw std::invalid_argument("write_ply: property '" + extra[i].name +
+                                  "' has values that are no bytes");
     for (std::size_t j = 0; j < i; ++j)
       if (extra[j].name == extra[i].name)
         throw std::invalid_argument("write_ply: property '" + extra[i].name + "' is given twice");
@@ -70,7 +77,8 @@ std::string ply_header(std::size_t vertices, std::size_t triangles,
   std::string header = "ply\nformat binary_little_endian 1.0\nelement vertex " +
                        std::to_string(vertices) +
                        "\nproperty double x\nproperty double y\nproperty double z\n";
-  for (const NamedValues& values : extra) header += "property double " + values.name + "\n";
+  for (const NamedValues& values : extra)
+    header += (values.as_byte ? "property uchar " : "property double ") + values.name + "\n";
   return header + "element face " + std::to_string(triangles) +
          "\nproperty list uchar int vertex_indices\nend_header\n";
 }
@@ -93,7 +101,11 @@ void write_ply(const std::filesystem::path& file, std::span<const Vec3> x,
     for (std::size_t i = 0; i < x.size(); ++i) {
       element.clear();
       for (int k = 0; k < 3; ++k) append_little_endian(element, x[i][k]);
-      for (const NamedValues& values : extra) append_little_endian(element, values.values[i]);
+      for (const NamedValues& values : extra)
+        if (values.as_byte)
+          append_little_endian(element, static_cast<std::uint8_t>(values.values[i]));
+        else
+          append_little_endian(element, values.values[i]);
       out.write(element);
     }
     for (const Triangle& t : triangles) {

@@ -104,10 +104,18 @@ Polygons polygons(std::span<const Triangle> triangles) {
 }  // namespace
 
 void write_result(const std::filesystem::path& file, const RunResult& result) {
+  const TangleReport& t = result.tangle;
+  const Json tangle = {{"start_pairs", t.start_pairs},     {"pairs", t.pairs},
+                       {"elsewhere", t.elsewhere},         {"until_s", number(t.until_s)},
+                       {"max_speed", number(t.max_speed)}, {"given_up", t.given_up}};
+  Json flags = Json::object();
+  for (int bit = 0; bit < kVertexFlags; ++bit)
+    flags[flag_name(bit)] = {{"end", result.flags.end[bit]}, {"worst", result.flags.worst[bit]}};
   Json ledger = Json::object();
   for (const auto& [stage, figures] : result.ledger) ledger[stage] = numbers(figures);
   const Json json = {
       {"clean", result.clean},
+      {"clean_elsewhere", result.clean_elsewhere},
       {"frames", result.frames},
       {"steps", result.steps},
       {"halvings", result.halvings},
@@ -121,6 +129,8 @@ void write_result(const std::filesystem::path& file, const RunResult& result) {
       {"strain_residual", number(result.strain_residual)},
       {"final_max_speed", number(result.final_max_speed)},
       {"peak_bytes", result.peak_bytes},
+      {"tangle", tangle},
+      {"flags", flags},
       {"state_hash", result.state_hash},
       {"stopped", result.stopped},
       {"counters", numbers(result.counters)},

@@ -211,7 +211,7 @@ class Run {
     const SimulationState& state = simulation_->state();
     const auto velocity = velocity_values(state.v);
     write_ply(frame_file("cloth", frame_, ".ply"), state.x, simulation_->cloth_triangles(),
-              velocity);
+              frame_values(*simulation_));
     if (bodies_due(frame_ == 0))
       write_ply(frame_file("bodies", frame_, ".ply"), simulation_->body_positions(),
                 simulation_->body_triangles());
@@ -310,7 +310,7 @@ class Run {
     const int number = static_cast<int>(step_);
     const fs::path folder = config_.out / "steps";
     write_ply(numbered(folder, "cloth", number, step_file_digits, ".ply"), state.x,
-              simulation_->cloth_triangles(), velocity_values(state.v));
+              simulation_->cloth_triangles(), frame_values(*simulation_));
     if (bodies_due(number == 0))
       write_ply(numbered(folder, "bodies", number, step_file_digits, ".ply"),
                 simulation_->body_positions(), simulation_->body_triangles());

@@ -8,6 +8,7 @@
 #include <selvedge/scene/phase_clock.h>
 #include <selvedge/scene/simulation.h>
 #include <selvedge/scene/untangle.h>
+#include <selvedge/scene/vertex_flags.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -187,7 +188,13 @@ struct Simulation::Parts {
         std::max(result.strain_residual, std::max(0.0, strain.residual - kStrainTolerance));
   }
 
+  std::vector<std::uint8_t> flags() const {
+    return vertex_flags({built.cloth, state.x, contacts, state.tangles.list,
+                         untangler && untangler->report().given_up, kStrainTolerance});
+  }
+
   void verify_frame() {
+    count_flags(flags(), result.flags);
     if (untangling()) return;  // has just been looked at, and the result counts it
     const Crossings found = crossings_now();
     result.worst_self_intersections =
@@ -430,7 +437,6 @@ void Simulation::Parts::accept(double h, double t1) {
   note_strain();
   if (untangling()) go_on_untangling();
 }
-
 void Simulation::Parts::start_untangling() {
   const std::vector<EdgeCrossing> crossings = detection.find_edge_crossings();
   untangler.emplace(detection.joint_surface(), UntangleConfig{});
@@ -442,26 +448,22 @@ void Simulation::Parts::start_untangling() {
   detection.set_excluded(&untangler->excluded());
   state.tangles = untangler->tangles();
 }
-
 void Simulation::Parts::resume_untangling() {
   look_at_state();
   untangler->resume(state.tangles, x_t0, detection.find_edge_crossings());
 }
-
 void Simulation::Parts::go_on_untangling() {
   untangler->finish(state.v);
   look_at_state();
   const auto scope = clock.measure("untangle");
-  untangler->update(x_t0, state.v, detection.find_edge_crossings(), state.time);
+  untangler->update(x_t0, detection.find_edge_crossings(), state.time);
   state.tangles = untangler->tangles();
   if (!untangler->report().given_up || scene.contact.carry_tangled) return;
   const Crossings left = crossings_now();
-  throw SimulationFailed(
-      FailureKind::not_clean,
-      "no way was found to untangle the cloth: " +
-          (left.body.empty() ? sentence("cross", left.self, "the cloth")
-                             : sentence("cross", left.body, "the bodies")) +
-          "; move the pieces apart, or carry them on with contact.still_tangled");
+  const std::string pairs = left.body.empty() ? sentence("cross", left.self, "the cloth")
+                                              : sentence("cross", left.body, "the bodies");
+  throw SimulationFailed(FailureKind::not_clean,
+                         "no way was found to untangle the cloth: " + pairs);
 }
 
 // Explicit steps keep within the integrator's bound.
@@ -531,7 +533,6 @@ void Simulation::Parts::give_up() {
 
 Simulation::Simulation(const Scene& scene, BuiltScene built, const Methods& methods)
     : parts_(std::make_unique<Parts>(scene, std::move(built), methods)) {}
-
 Simulation::~Simulation() = default;
 
 StepControl Simulation::Parts::control() const {
@@ -554,7 +555,6 @@ void Simulation::advance_to_frame(int frame, const std::function<void(double)>& 
     if (accepted) accepted(parts_->state.time);
   verify_frame();
 }
-
 void Simulation::verify_frame() { parts_->verify_frame(); }
 const SimulationState& Simulation::state() const { return parts_->state; }
 void Simulation::restore(SimulationState state) {
@@ -572,17 +572,16 @@ const std::vector<double>& Simulation::tried() const { return parts_->tried; }
 const FailedTry& Simulation::failed_try() const { return parts_->failed; }
 const VertexNames& Simulation::names() const { return parts_->names; }
 void Simulation::set_trace(const StepTrace* trace) { parts_->trace = trace; }
+std::vector<std::uint8_t> Simulation::flags() const { return parts_->flags(); }
 std::span<const Triangle> Simulation::cloth_triangles() const {
   return parts_->built.cloth.surface.triangles;
 }
-
 std::span<const Triangle> Simulation::body_triangles() const { return parts_->body_triangles; }
 const std::vector<Vec3>& Simulation::body_positions() const { return parts_->body_x; }
 bool Simulation::bodies_move() const {
   const double end = parts_->scene.time.frames / parts_->scene.time.fps;
   return parts_->bodies_move(0.0, end);
 }
-
 RunResult Simulation::result() const {
   RunResult result = parts_->result;
   for (const auto& [name, value] : parts_->fail_safe->counters()) result.counters[name] = value;
@@ -590,8 +589,10 @@ RunResult Simulation::result() const {
   result.phase_s = parts_->clock.seconds();
   if (parts_->untangler) {
     result.tangle = parts_->untangler->report();
-    result.clean = result.clean && result.tangle.elsewhere == 0 && !parts_->untangling();
+    result.clean = result.clean && result.tangle.elsewhere == 0;
   }
+  result.clean_elsewhere = result.clean;
+  result.clean = result.clean && !parts_->untangling();
   result.final_max_speed = max_norm(parts_->state.v);
   result.state_hash = selvedge::state_hash(parts_->state);
   return result;

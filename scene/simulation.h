@@ -67,6 +67,9 @@ class Simulation {
   /// Tells `trace` of every try from now on; it must outlive them. Null: nobody.
   void set_trace(const StepTrace* trace);
 
+  /// What is not guaranteed of each cloth vertex in the present state (vertex_flags.h).
+  std::vector<std::uint8_t> flags() const;
+
   std::span<const Triangle> cloth_triangles() const;
   std::span<const Triangle> body_triangles() const;  ///< of all bodies, joined in scene order
   const std::vector<Vec3>& body_positions() const;   ///< at the state's time

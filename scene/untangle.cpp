@@ -107,14 +107,14 @@ void Untangler::resume(Tangles tangles, std::span<const Vec3> x,
   tangles_ = std::move(tangles);
   excluded_ = ExcludedPairs(surface_, tangles_.list);
   report_.pairs = count_pairs(crossings, report_.elsewhere);
+  report_.until_s = active() ? -1.0 : 0.0;
   report_.given_up = !tangles_.list.empty() && ways_are_exhausted();
   contours_ = trace_contours(surface_, crossings);
   find_motion(CutRegions(surface_, contours_, x, tangles_.kept), x);
 }
 
-void Untangler::update(std::span<const Vec3> x, std::span<const Vec3> v,
-                       std::span<const EdgeCrossing> crossings, double time) {
-  for (const Vec3& u : v) report_.max_speed = std::max(report_.max_speed, u.norm());
+void Untangler::update(std::span<const Vec3> x, std::span<const EdgeCrossing> crossings,
+                       double time) {
   int elsewhere = 0;
   report_.pairs = count_pairs(crossings, elsewhere);
   report_.elsewhere = std::max(report_.elsewhere, elsewhere);
@@ -487,7 +487,8 @@ void Untangler::set_velocities(std::span<const double> inv_mass, std::span<Vec3>
     if (inv_mass[d.particle] > 0.0) v[d.particle] = velocity(d);
 }
 
-void Untangler::finish(std::span<Vec3> v) const {
+void Untangler::finish(std::span<Vec3> v) {
+  for (const Vec3& u : v) report_.max_speed = std::max(report_.max_speed, u.norm());
   for (const Driven& d : driven_) {
     const double length = d.direction.norm();
     if (length < kNoDirection) continue;

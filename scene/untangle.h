@@ -55,8 +55,7 @@ class Untangler {
   /// Goes on with regions of an interrupted run.
   void resume(Tangles tangles, std::span<const Vec3> x, std::span<const EdgeCrossing> crossings);
   /// After an accepted step: shrinks the regions and finds the next motion.
-  void update(std::span<const Vec3> x, std::span<const Vec3> v,
-              std::span<const EdgeCrossing> crossings, double time);
+  void update(std::span<const Vec3> x, std::span<const EdgeCrossing> crossings, double time);
 
   /// The first cloth vertex of a part that lies wholly inside a closed body; -1: there is none.
   std::int32_t enclosed(std::span<const Vec3> x, std::span<const EdgeCrossing> crossings) const;
@@ -75,7 +74,7 @@ class Untangler {
   /// The same for an explicit step: sets the velocities of driven particles that are free.
   void set_velocities(std::span<const double> inv_mass, std::span<Vec3> v) const;
   /// Takes the drive out of the velocities of an accepted step.
-  void finish(std::span<Vec3> v) const;
+  void finish(std::span<Vec3> v);
 
  private:
   /// One vertex that is moved: direction, at most of length 1, against the velocity of the sheets.

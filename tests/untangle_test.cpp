@@ -3,6 +3,7 @@
 #include <selvedge/core/parallel.h>
 #include <selvedge/scene/contours.h>
 #include <selvedge/scene/simulation.h>
+#include <selvedge/scene/vertex_flags.h>
 #include <selvedge/tests/tangles.h>
 
 #include <stdexcept>
@@ -166,6 +167,48 @@ TEST(Untangle, ARunThatIsRestoredAmidATangleGoesOnToTheSameBits) {
   resumed.advance_to_frame(20, {});
   EXPECT_EQ(resumed.result().state_hash, whole.result().state_hash);
   EXPECT_EQ(resumed.result().tangle.until_s, whole.result().tangle.until_s);
+}
+
+TEST(VertexFlags, TheSidesOfATangleAreFlaggedUntilItIsOverAndTheRestIsNot) {
+  TangledScene tangled = make_tangle(TangleKind::corner, 4);
+  Simulation simulation(tangled.scene, std::move(tangled.built));
+  const std::vector<std::uint8_t> flags = simulation.flags();
+  std::vector<char> in_tangle(flags.size(), 0);
+  for (const Tangle& tangle : simulation.state().tangles.list)
+    for (const auto& side : tangle.side)
+      for (const std::int32_t t : side)
+        for (const std::int32_t v : simulation.cloth_triangles()[t]) in_tangle[v] = 1;
+  for (std::size_t i = 0; i < flags.size(); ++i)
+    EXPECT_EQ(flags[i] & kFlagTangled, in_tangle[i] ? kFlagTangled : 0) << i;
+  simulation.advance_to_frame(20, {});
+  for (const std::uint8_t flag : simulation.flags()) EXPECT_EQ(flag & kFlagTangled, 0);
+  EXPECT_EQ(simulation.result().flags.end[0], 0);
+}
+
+TEST(VertexFlags, APointBetweenTwoBodiesIsPinchedAndOneOnASingleBodyIsNot) {
+  const ClothMesh cloth = make_rectangular({0.1, 0.1, 1, 1}, Material{});
+  const auto on_body = [](std::int32_t point, const Vec3& normal) {
+    ContactPoint c;
+    c.vertex = {point, 4, 5, 6};
+    c.weight = {1.0, -0.5, -0.25, -0.25};
+    c.normal = normal;
+    c.gap = 0.001;
+    c.rest_gap = 0.002;
+    return c;
+  };
+  const std::vector<ContactPoint> contacts = {on_body(0, Vec3::UnitZ()), on_body(1, Vec3::UnitZ()),
+                                              on_body(0, -Vec3::UnitZ())};
+  const auto flags = vertex_flags({cloth, cloth.surface.vertices, contacts, {}, false, 1e-3});
+  EXPECT_EQ(flags, (std::vector<std::uint8_t>{kFlagPinched, 0, 0, 0}));
+}
+
+TEST(VertexFlags, TheEndsOfASpringBeyondItsLimitAreFlagged) {
+  const ClothMesh cloth = make_rectangular({0.1, 0.1, 1, 1}, Material{});
+  std::vector<Vec3> x = cloth.surface.vertices;
+  x[0] -= Vec3(0.05, 0.0, 0.0);
+  const auto flags = vertex_flags({cloth, x, {}, {}, false, 1e-3});
+  EXPECT_EQ(flags[0], kFlagOverStrain);
+  EXPECT_EQ(flags[1], kFlagOverStrain);
 }
 
 TEST(Contours, ASheetThroughAnotherLeavesOneContourThatCutsOffItsTip) {

@@ -18,6 +18,13 @@ std::vector<NamedValues> velocity_values(std::span<const Vec3> v) {
   return values;
 }
 
+std::vector<NamedValues> frame_values(const Simulation& simulation) {
+  std::vector<NamedValues> values = velocity_values(simulation.state().v);
+  const std::vector<std::uint8_t> flags = simulation.flags();
+  values.push_back({"flag", {flags.begin(), flags.end()}, true});
+  return values;
+}
+
 std::vector<Vec3> velocities(const std::vector<NamedValues>& values, const fs::path& file) {
   std::vector<Vec3> v;
   const std::string names[3] = {"vx", "vy", "vz"};
@@ -45,7 +52,14 @@ std::optional<SimulationState> read_state(const fs::path& file, const std::strin
 }
 
 Json to_json(const RunResult& r) {
-  return {{"clean", r.clean},
+  const TangleReport& t = r.tangle;
+  return {{"clean_elsewhere", r.clean_elsewhere},
+          {"tangle",
+           {{"start_pairs", t.start_pairs},
+            {"elsewhere", t.elsewhere},
+            {"until_s", t.until_s},
+            {"max_speed", t.max_speed}}},
+          {"flags", r.flags.worst},
           {"halvings", r.halvings},
           {"retried_steps", r.retried_steps},
           {"wall_s", r.wall_s},
@@ -62,7 +76,13 @@ Json to_json(const RunResult& r) {
 
 RunResult result_from(const Json& j) {
   RunResult r;
-  r.clean = j.at("clean").get<bool>();
+  r.clean_elsewhere = j.at("clean_elsewhere").get<bool>();
+  const Json& t = j.at("tangle");
+  r.tangle.start_pairs = t.at("start_pairs").get<int>();
+  r.tangle.elsewhere = t.at("elsewhere").get<int>();
+  r.tangle.until_s = t.at("until_s").get<double>();
+  r.tangle.max_speed = t.at("max_speed").get<double>();
+  r.flags.worst = j.at("flags").get<decltype(r.flags.worst)>();
   r.halvings = j.at("halvings").get<int>();
   r.retried_steps = j.at("retried_steps").get<int>();
   r.wall_s = j.at("wall_s").get<double>();
@@ -92,8 +112,19 @@ void carry_on(const std::map<std::string, double>& before,
 
 }  // namespace
 
+void carry_on(const TangleReport& before, TangleReport& r) {
+  r.start_pairs = std::max(r.start_pairs, before.start_pairs);
+  r.elsewhere = std::max(r.elsewhere, before.elsewhere);
+  if (r.until_s == 0.0) r.until_s = before.until_s;
+  r.max_speed = std::max(r.max_speed, before.max_speed);
+}
+
 void carry_on(const RunResult& before, RunResult& r) {
-  r.clean = r.clean && before.clean;
+  carry_on(before.tangle, r.tangle);
+  r.clean_elsewhere = r.clean_elsewhere && before.clean_elsewhere;
+  r.clean = r.clean && r.clean_elsewhere;
+  for (std::size_t bit = 0; bit < kVertexFlags; ++bit)
+    r.flags.worst[bit] = std::max(r.flags.worst[bit], before.flags.worst[bit]);
   r.halvings += before.halvings;
   r.retried_steps += before.retried_steps;
   r.wall_s += before.wall_s;

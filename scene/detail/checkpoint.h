@@ -15,6 +15,8 @@ namespace selvedge::detail {
 
 using Json = nlohmann::json;
 
+/// What a frame carries beside positions: velocities, and the flags as the property flag.
+std::vector<NamedValues> frame_values(const Simulation& simulation);
 /// Velocities, m/s, as the vertex properties vx, vy, vz of a PLY file.
 std::vector<NamedValues> velocity_values(std::span<const Vec3> v);
 /// The same read back. Throws std::invalid_argument, naming `file`, where they are missing.

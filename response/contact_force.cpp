@@ -19,8 +19,8 @@ constexpr double kIntrusion = 0.05;
 constexpr int kFrictionUpdates = 3;
 
 // A contact that was pushed and turned back creeps: with the viscosity that gives μλ at its slip,
-// and at this one, m/s, where it is slower.
-constexpr double kCreepSpeed = 1e-4;
+// and at this one, a share of the rest gap in a step, where it is slower.
+constexpr double kCreepSlip = 4e-4;
 
 // Shear load over μλ above which a sticking contact lets go; covers the error of the linear solve.
 constexpr double kStickSlack = 1.01;
@@ -48,6 +48,11 @@ void ContactForce::begin(const ResponseStep& step) {
   }
   if (!explicit_) explicit_ = make_impulse();
   explicit_->begin(step);
+}
+
+// m/s
+double ContactForce::stick_speed(const ContactPoint& c) const {
+  return config_.stick_slip * c.rest_gap / motion_.h;
 }
 
 bool ContactForce::coupled(const ContactPoint& c) const {
@@ -85,7 +90,7 @@ void ContactForce::add(std::span<const ContactPoint> contacts) {
     e.m_eff = m_eff;
     e.load = first_load(e);
     const Vec3 slip = tangential(motion_of(e, v_start_), c.normal) / h;
-    set_friction(e, slip.norm() <= config_.stick_speed ? Slip::stick : Slip::slide, slip);
+    set_friction(e, slip.norm() <= stick_speed(c) ? Slip::stick : Slip::slide, slip);
     entries_.push_back(e);
   }
 }
@@ -109,7 +114,7 @@ double ContactForce::first_load(const Entry& e) const {
   const double stopping =
       yielding * e.m_eff / (h * h) *
       std::max(0.0, e.target - c.gap - c.normal.dot(motion_of(e, v_predicted_)));
-  const bool rests = u.norm() <= config_.stick_speed * h && c.gap <= c.rest_gap;
+  const bool rests = u.norm() <= stick_speed(c) * h && c.gap <= c.rest_gap;
   return rests ? std::max(stopping, e.stiffness * (e.target - coasting)) : stopping;
 }
 
@@ -167,7 +172,7 @@ double ContactForce::update_friction(Entry& e, const Vec3& s, bool carried) cons
   const Vec3 due = speed > 0.0 ? Vec3(-std::min(e.stick, limit / speed) * s) : Vec3::Zero();
   Slip next = e.slip;
   if (!carried) {
-    next = speed <= config_.stick_speed ? Slip::stick : Slip::slide;
+    next = speed <= stick_speed(e.point) ? Slip::stick : Slip::slide;
   } else if (limit >= kStickSlack * e.stick * speed) {
     next = Slip::stick;
   } else if (e.slip == Slip::slide && e.along.dot(s) <= 0.0) {
@@ -188,7 +193,7 @@ void ContactForce::set_friction(Entry& e, Slip slip, const Vec3& s) const {
   e.push = 0.0;
   e.viscosity = 0.0;
   if (e.point.friction <= 0.0) return;
-  const double least = slip == Slip::creep ? kCreepSpeed : 0.0;
+  const double least = slip == Slip::creep ? kCreepSlip * e.point.rest_gap / motion_.h : 0.0;
   e.viscosity = slip == Slip::stick ? e.stick : std::min(e.stick, limit / std::max(speed, least));
   if (slip != Slip::slide) return;
   e.along = s / speed;

@@ -62,6 +62,8 @@ void check_numbers(const Scene& scene) {
   require_positive(scene.solver.tolerance, "solver.tolerance");
   require(scene.solver.max_iterations >= 1, "solver.max_iterations", scene.solver.max_iterations,
           "at least 1");
+  for (const auto& [name, material] : scene.materials)
+    require_not_negative(material.friction, "material \"" + name + "\": friction");
   for (const ClothSpec& cloth : scene.cloths) {
     const std::string name = "cloth \"" + cloth.name + "\"";
     check_placement(cloth.placement, name);

@@ -64,7 +64,27 @@ std::vector<std::array<std::int32_t, 2>> edge_triangle_list(std::span<const Edge
   return list;
 }
 
+std::string sentence(const std::vector<std::pair<std::int32_t, std::int32_t>>& pairs,
+                     const char* second) {
+  return std::to_string(pairs.size()) + " pairs of triangles cross, the first is triangle " +
+         std::to_string(pairs[0].first) + " of the cloth and triangle " +
+         std::to_string(pairs[0].second) + " of " + second;
+}
+
 }  // namespace
+
+std::string Crossings::sentence() const {
+  return body.empty() ? selvedge::sentence(self, "the cloth")
+                      : selvedge::sentence(body, "the bodies");
+}
+
+void refuse_crossings(const Crossings& found, bool self) {
+  if (found.body.empty() && (!self || found.self.empty())) return;
+  throw std::invalid_argument(
+      std::string("the cloth crosses ") + (found.body.empty() ? "itself" : "a body") +
+      " at the start: " + found.sentence() +
+      "; move the pieces apart, or mend the mesh (`selvedge check` names the pairs)");
+}
 
 Detection::Detection(const Scene& scene, const BuiltScene& built, const Methods& methods,
                      PhaseClock& clock)

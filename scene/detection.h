@@ -23,7 +23,14 @@ struct Crossings {
   std::vector<std::pair<std::int32_t, std::int32_t>> self;  ///< triangles of the cloth
   std::vector<std::pair<std::int32_t, std::int32_t>>
       body;  ///< triangle of the cloth, of the bodies
+
+  /// How many, and the first; of the bodies if there are any. Not for none.
+  std::string sentence() const;
 };
+
+/// Throws std::invalid_argument with count, first pair and remedy if the cloth crosses a body or,
+/// where `self` asks for it, itself.
+void refuse_crossings(const Crossings& found, bool self);
 
 /// Broad and narrow phase of a scene, over the joint index space of ContactPoint: cloth particles
 /// first, then the vertices of all bodies.

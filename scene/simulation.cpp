@@ -55,14 +55,6 @@ std::vector<double> limiter_targets(const std::vector<double>& limits) {
   return targets;
 }
 
-std::string sentence(const char* what,
-                     const std::vector<std::pair<std::int32_t, std::int32_t>>& pairs,
-                     const char* second) {
-  return std::to_string(pairs.size()) + " pairs of triangles " + what + ", the first is triangle " +
-         std::to_string(pairs[0].first) + " of the cloth and triangle " +
-         std::to_string(pairs[0].second) + " of " + second;
-}
-
 }  // namespace
 
 struct Simulation::Parts {
@@ -166,14 +158,7 @@ struct Simulation::Parts {
   void refuse_crossing_start() {
     const Crossings found = crossings_now();
     if (scene.contact.untangle_start) return start_untangling();
-    const std::string remedy =
-        "; move the pieces apart, or mend the mesh (`selvedge check` names the pairs)";
-    if (!found.body.empty())
-      throw std::invalid_argument("the cloth crosses a body at the start: " +
-                                  sentence("cross", found.body, "the bodies") + remedy);
-    if (!found.self.empty() && scene.contact.self)
-      throw std::invalid_argument("the cloth crosses itself at the start: " +
-                                  sentence("cross", found.self, "the cloth") + remedy);
+    refuse_crossings(found, scene.contact.self);
   }
 
   bool untangling() const { return untangler && untangler->active(); }
@@ -459,11 +444,8 @@ void Simulation::Parts::go_on_untangling() {
   untangler->update(x_t0, detection.find_edge_crossings(), state.time);
   state.tangles = untangler->tangles();
   if (!untangler->report().given_up || scene.contact.carry_tangled) return;
-  const Crossings left = crossings_now();
-  const std::string pairs = left.body.empty() ? sentence("cross", left.self, "the cloth")
-                                              : sentence("cross", left.body, "the bodies");
   throw SimulationFailed(FailureKind::not_clean,
-                         "no way was found to untangle the cloth: " + pairs);
+                         "no way was found to untangle the cloth: " + crossings_now().sentence());
 }
 
 // Explicit steps keep within the integrator's bound.

@@ -406,7 +406,7 @@ std::vector<ExtremeCase> extreme_number_cases() {
       {"s12_bad_code", Answer::refused, true, bad_code},
       {"s13_far_away", correct, true, far_away},
       {"s14_scaled_friction", correct, false, tiny_with_friction},
-      {"s14_scaled_tiny", correct, false, tiny},
+      {"s14_scaled_tiny", correct, true, tiny},
       {"s15_no_gravity", correct, true, no_gravity},
       {"s16_huge_step", correct, true, huge_step},
       {"s16_odd_step", correct, true, free("s16_odd_step")},

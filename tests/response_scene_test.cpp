@@ -140,7 +140,7 @@ TEST(Refusal, NamesTheNumberThatAResponseOrIntegratorCannotServe) {
   EXPECT_TRUE(contains(refusal(scene), "-0.25")) << refusal(scene);
   scene = good;
   scene.bodies[0].friction = -0.75;
-  EXPECT_TRUE(contains(refusal(scene), "friction is -0.75")) << refusal(scene);
+  EXPECT_TRUE(contains(refusal(scene), "-0.75")) << refusal(scene);
   scene = good;
   scene.contact.response = "penalty";
   scene.contact.response_config.stiffness = 1e9;

@@ -13,12 +13,6 @@ namespace {
 // cloth on the other.
 constexpr double kContactsOfAParticle = 2.0;
 
-void refuse_friction(const std::string& place, double friction) {
-  if (!(std::isfinite(friction) && friction >= 0.0))
-    throw std::invalid_argument(fmt::format(
-        "{}: friction is {}, but a Coulomb coefficient is a number from 0 on", place, friction));
-}
-
 }  // namespace
 
 void StepLedger::begin() { try_fail_safe_ = {}; }
@@ -68,10 +62,6 @@ void refuse_unfit_response(const Scene& scene, const Response& response,
                            std::span<const double> mass, double nominal, bool explicit_steps) {
   const ResponseConfig& config = scene.contact.response_config;
   validate(config);
-  for (const auto& [name, material] : scene.materials)
-    refuse_friction("material \"" + name + "\"", material.friction);
-  for (const BodySpec& body : scene.bodies)
-    refuse_friction("body \"" + body.name + "\"", body.friction);
   if (config.restitution > 0.0 && !response.traits().has_restitution)
     throw std::invalid_argument(
         fmt::format("contact.restitution is {}, but contact.response \"{}\" gives nothing back; "

@@ -30,7 +30,7 @@ struct BroadPhaseTraits {
   bool self = true;       ///< serves find_self_pairs
   bool deforming = true;  ///< serves surfaces that change shape
   bool closed_body_only = false;
-  bool rigid = false;  ///< makes use of a rigid motion: keeps what it has made of such a body
+  bool rigid = false;    ///< makes use of a rigid motion: keeps what it has made of such a body
   std::string source{};  ///< author, title, year
 };
 

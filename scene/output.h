@@ -22,8 +22,8 @@ struct RunResult {
   /// tangled: none from tangle.until_s on, and before it none outside of the tangle.
   bool clean = true;
   bool clean_elsewhere = true;  ///< none that does not belong to a tangle of the start
-  int frames = 0;     ///< written, the start frame included
-  int steps = 0;      ///< accepted
+  int frames = 0;               ///< written, the start frame included
+  int steps = 0;                ///< accepted
   int halvings = 0, retried_steps = 0;
   double wall_s = 0.0;
   std::map<std::string, double>
@@ -36,7 +36,7 @@ struct RunResult {
   double final_max_speed = 0.0;  ///< m/s
   std::size_t peak_bytes = 0;
   TangleReport tangle;
-  FlagCounts flags;  ///< vertices of which something is not guaranteed
+  FlagCounts flags;        ///< vertices of which something is not guaranteed
   std::string state_hash;  ///< of all positions and velocities at the end
   std::string stopped;     ///< "" or why the run ended early
   /// e.g. solver iterations, contacts, zones; max_gap_lack_m: what a contact lacked of its rest gap

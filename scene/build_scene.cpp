@@ -3,6 +3,7 @@
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/bodies/mesh_report.h>
 #include <selvedge/scene/check_scene.h>
+#include <selvedge/scene/contact_pairs.h>
 #include <selvedge/scene/detail/scene_json.h>
 #include <selvedge/scene/detail/strip_path.h>
 #include <selvedge/scene/scene.h>
@@ -185,19 +186,22 @@ void warn_of_thickness(const ClothMesh& piece, double thickness, const std::stri
         std::min(shortest, (piece.surface.vertices[e[0]] - piece.surface.vertices[e[1]]).norm());
   if (shortest >= thickness) return;
   warnings.push_back(fmt::format(
-      "{}: contact.thickness is {:g} m, but the shortest edge is {:g} m, so that parts of the same "
+      "{}: contact.thickness (or that of contact.pairs) is {:g} m, but the shortest edge is {:g} "
+      "m, so that parts of the same "
       "fold count as too near each other and the cloth becomes stiffer than it is; take a "
       "thickness "
       "of at most {:g} m or larger cells",
       place, thickness, shortest, shortest));
 }
 
-void add_cloth(const Scene& scene, std::size_t index, BuiltScene& built) {
+void add_cloth(const Scene& scene, const ContactPairs& pairs, std::size_t index,
+               BuiltScene& built) {
   const ClothSpec& spec = scene.cloths[index];
   const Material& material = scene.materials.at(spec.material);
   try {
     const ClothMesh piece = detail::make_piece(spec, material);
-    warn_of_thickness(piece, scene.contact.thickness, at("geometry", index, spec.name),
+    const auto number = static_cast<std::int32_t>(index);
+    warn_of_thickness(piece, pairs.thickness(number, number), at("geometry", index, spec.name),
                       built.warnings);
     built.piece_begin.push_back(append(built.cloth, piece));
     built.velocity.resize(built.cloth.surface.vertices.size(), spec.velocity);
@@ -246,8 +250,9 @@ ClothMesh detail::make_piece(const ClothSpec& cloth, const Material& material) {
 
 BuiltScene build_scene(const Scene& scene) {
   check_numbers(scene);
+  const ContactPairs pairs(scene);
   BuiltScene built;
-  for (std::size_t i = 0; i < scene.cloths.size(); ++i) add_cloth(scene, i, built);
+  for (std::size_t i = 0; i < scene.cloths.size(); ++i) add_cloth(scene, pairs, i, built);
   built.piece_begin.push_back(static_cast<std::int32_t>(built.cloth.surface.vertices.size()));
   add_weights(scene, built);
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) add_body(scene, i, built);

@@ -90,8 +90,9 @@ Detection::Detection(const Scene& scene, const BuiltScene& built, const Methods&
                      PhaseClock& clock)
     : clock_(clock),
       particles_(built.cloth.surface.vertices.size()),
-      thickness_(scene.contact.thickness),
-      margin_(scene.contact.thickness),
+      pairs_(scene),
+      thickness_(pairs_.largest_thickness()),
+      margin_(thickness_),
       self_(scene.contact.self),
       broad_self_(make_method(methods.broad_phases, scene.contact.broad_phase, kBroadPhaseKey)),
       broad_crossings_(make_bvh_aabb()),
@@ -106,27 +107,25 @@ Detection::Detection(const Scene& scene, const BuiltScene& built, const Methods&
       cloth_edges_(built.cloth.edges),
       cloth_triangles_(built.cloth.surface.triangles),
       rest_(built.cloth.surface.vertices),
-      piece_(particles_, 0),
-      cloth_friction_(particles_, 0.0) {
+      surface_(particles_, 0) {
   if (!broad_self_->traits().self) broad_self_ = make_bvh_aabb();
   for (std::size_t p = 0; p + 1 < built.piece_begin.size(); ++p)
-    for (std::int32_t i = built.piece_begin[p]; i < built.piece_begin[p + 1]; ++i) {
-      piece_[i] = static_cast<std::int32_t>(p);
-      cloth_friction_[i] = scene.materials.at(scene.cloths[p].material).friction;
-    }
+    for (std::int32_t i = built.piece_begin[p]; i < built.piece_begin[p + 1]; ++i)
+      surface_[i] = static_cast<std::int32_t>(p);
   body_begin_.push_back(0);
   for (std::size_t b = 0; b < built.bodies.size(); ++b) {
     const std::int32_t first = body_begin_.back();
     for (const Triangle& t : built.bodies[b]->triangles())
       body_triangles_.push_back({t[0] + first, t[1] + first, t[2] + first});
     body_begin_.push_back(first + static_cast<std::int32_t>(built.bodies[b]->vertex_count()));
-    body_friction_.resize(static_cast<std::size_t>(body_begin_.back()), scene.bodies[b].friction);
+    surface_.resize(particles_ + static_cast<std::size_t>(body_begin_.back()),
+                    static_cast<std::int32_t>(scene.cloths.size() + b));
   }
   body_edges_ = unique_edges(body_triangles_);
   std::vector<Triangle> all = cloth_triangles_;
   const auto n = static_cast<std::int32_t>(particles_);
   for (const Triangle& t : body_triangles_) all.push_back({t[0] + n, t[1] + n, t[2] + n});
-  filter_ = ContactFilter(particles_ + body_friction_.size(), all);
+  filter_ = ContactFilter(surface_.size(), all);
 }
 
 void Detection::set_motion(std::span<const Vec3> x_t0, std::span<const Vec3> x_t1, bool bodies_move,
@@ -224,28 +223,28 @@ ContactPoint Detection::joint(const Contact& contact, bool self) const {
   c.gap = c.normal.dot(relative(c, x_t0_));
   c.rest_gap = rest_gap(c, self);
   if (contact.kind != ContactKind::point_triangle) c.rest_gap *= kSecondaryShare;
-  c.friction = friction(c, self);
+  const auto [piece, other] = surfaces(c);
+  c.friction = pairs_.friction(piece, other);
   return c;
+}
+
+// The first and the last vertex of a contact are on its two sides, whatever its kind; a primitive
+// lies in one surface, and pieces come before bodies.
+std::pair<std::int32_t, std::int32_t> Detection::surfaces(const ContactPoint& c) const {
+  return std::minmax({surface_[c.vertex[0]], surface_[c.vertex[3]]});
+}
+
+double Detection::thickness(const ContactPoint& c) const {
+  const auto [piece, other] = surfaces(c);
+  return pairs_.thickness(piece, other);
 }
 
 // Particles of one piece that start nearer than the thickness are neighbours in the cloth.
 double Detection::rest_gap(const ContactPoint& c, bool self) const {
-  if (!self) return thickness_;
-  for (int k = 1; k < 4; ++k)
-    if (piece_[c.vertex[k]] != piece_[c.vertex[0]]) return thickness_;
-  return std::min(thickness_, kStartShare * relative(c, rest_).norm());
-}
-
-double Detection::friction(const ContactPoint& c, bool self) const {
-  double cloth = 0.0, body = 0.0;
-  for (int k = 0; k < 4; ++k) {
-    const auto i = static_cast<std::size_t>(c.vertex[k]);
-    if (i < particles_)
-      cloth = std::max(cloth, cloth_friction_[i]);
-    else
-      body = std::max(body, body_friction_[i - particles_]);
-  }
-  return self ? cloth : body;
+  const auto [piece, other] = surfaces(c);
+  const double thickness = pairs_.thickness(piece, other);
+  if (!self || piece != other) return thickness;
+  return std::min(thickness, kStartShare * relative(c, rest_).norm());
 }
 
 void Detection::append_proximities(const std::vector<Contact>& found, bool self,
@@ -267,6 +266,7 @@ void Detection::append_proximities(const std::vector<Contact>& found, bool self,
   for (const Contact& contact : found) {
     if (contact.gap > kProximityReach * thickness_) continue;
     ContactPoint c = joint(contact, self);
+    if (contact.gap > kProximityReach * thickness(c)) continue;
     if (contact.kind == ContactKind::point_triangle
             ? std::min(c.gap, c.normal.dot(relative(c, x_t1_))) >= kPointReach * c.rest_gap
             : c.gap >= kSecondaryReach * c.rest_gap)
@@ -321,7 +321,7 @@ void Detection::at_start(std::span<const ContactPoint> hits, std::vector<Contact
     // A pair that meets far from where it starts is often wide apart across the motion: a slab
     // there would stop what slides by. That of the impact does not, if it is wide enough.
     const double width = slab_width(c.kind, x, c.normal);
-    if (width > kWideEnough * std::min(slab.width, thickness_)) slab = {c.normal, width};
+    if (width > kWideEnough * std::min(slab.width, thickness(c))) slab = {c.normal, width};
     c.normal = slab.normal;
     c.gap = slab.width;
     c.weight = (c.kind == ContactKind::edge_edge ? edge_edge_closest(x[0], x[1], x[2], x[3])
@@ -469,8 +469,8 @@ std::vector<EdgeCrossing> Detection::find_edge_crossings() {
 }
 
 JointSurface Detection::joint_surface() const {
-  return {particles_,       body_friction_.size(), cloth_edges_,
-          cloth_triangles_, body_edges_,           body_triangles_};
+  return {particles_,       body_vertices(), cloth_edges_,
+          cloth_triangles_, body_edges_,     body_triangles_};
 }
 
 }  // namespace selvedge

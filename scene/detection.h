@@ -4,6 +4,7 @@
 #include <selvedge/response/clearances.h>
 #include <selvedge/scene/body_search.h>
 #include <selvedge/scene/contact_filter.h>
+#include <selvedge/scene/contact_pairs.h>
 #include <selvedge/scene/excluded_pairs.h>
 #include <selvedge/scene/joint_surface.h>
 #include <selvedge/scene/methods.h>
@@ -67,15 +68,17 @@ class Detection final : public Clearances {
 
   std::span<const Triangle> body_triangles() const { return body_triangles_; }
   std::span<const std::int32_t> body_begin() const { return body_begin_; }
-  std::size_t body_vertices() const { return body_friction_.size(); }
+  std::size_t body_vertices() const { return surface_.size() - particles_; }
 
  private:
   double inflation(const BroadPhase& broad) const;
   SurfaceView cloth_view(double inflation) const;
   SurfaceView body_view(double inflation) const;
   ContactPoint joint(const Contact& contact, bool self) const;
+  /// The piece and the other surface, as ContactPairs counts them, of a contact.
+  std::pair<std::int32_t, std::int32_t> surfaces(const ContactPoint& c) const;
+  double thickness(const ContactPoint& c) const;
   double rest_gap(const ContactPoint& c, bool self) const;
-  double friction(const ContactPoint& c, bool self) const;
   SurfaceView drifting_view();
   void drop_excluded(CandidatePairs& pairs, bool self) const;
   void append_proximities(const std::vector<Contact>& found, bool self,
@@ -83,7 +86,8 @@ class Detection final : public Clearances {
 
   PhaseClock& clock_;
   std::size_t particles_;
-  double thickness_, margin_;
+  ContactPairs pairs_;
+  double thickness_, margin_;  // the largest of all pairs: candidates of none are missed
   bool self_;
   /// The scene's; the default for itself where that one serves bodies alone, and to judge
   /// crossings.
@@ -95,10 +99,9 @@ class Detection final : public Clearances {
   ContactFilter filter_;
   std::vector<Edge> cloth_edges_, body_edges_;
   std::vector<Triangle> cloth_triangles_, body_triangles_;
-  std::vector<std::int32_t> body_begin_;                // first vertex of each body, plus the total
-  std::vector<Vec3> rest_;                              // cloth at the start
-  std::vector<std::int32_t> piece_;                     // of each particle
-  std::vector<double> cloth_friction_, body_friction_;  // per vertex
+  std::vector<std::int32_t> body_begin_;  // first vertex of each body, plus the total
+  std::vector<Vec3> rest_;                // cloth at the start
+  std::vector<std::int32_t> surface_;     // of each joint vertex, as ContactPairs counts
 
   std::span<const Vec3> x_t0_, x_t1_;
   std::uint64_t body_id_ = 1;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <selvedge/scene/contact_pairs.h>
 #include <selvedge/scene/detail/scene_json.h>
 #include <selvedge/scene/detail/select_vertices.h>
 #include <selvedge/scene/scene.h>
@@ -462,6 +463,20 @@ class SceneReader {
     config.sticking = j["sticking"].get<bool>();
     scene_.contact.fail_safe =
         read_method(j["fail_safe"], methods_.fail_safes, "contact.fail_safe");
+    read_pairs(j["pairs"]);
+  }
+
+  void read_pairs(const Json& list) {
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      const Json& j = list[i];
+      PairSpec pair{j["a"].get<std::string>(), j["b"].get<std::string>(), {}, {}};
+      if (j.contains("friction")) pair.friction = j["friction"].get<double>();
+      if (j.contains("thickness")) pair.thickness = j["thickness"].get<double>();
+      const std::string path = join("contact.pairs", i);
+      if (const PairFault fault = fault_of(pair, scene_); !fault.sentence.empty())
+        fail(document_, fault.key.empty() ? path : join(path, fault.key), fault.sentence);
+      scene_.contact.pairs.push_back(std::move(pair));
+    }
   }
 
   void read_solver() {

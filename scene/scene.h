@@ -109,8 +109,17 @@ struct TimeSpec {
   int max_halvings = 8;     ///< a step that cannot be made clean is halved this often
 };
 
+/// Friction and thickness of one pair of surfaces ("contact.pairs"); what is left out stays as it
+/// is. Of several entries that match a pair the last one counts, for either field by itself.
+struct PairSpec {
+  std::string a, b;  ///< names of pieces, materials or bodies, in any order; not two bodies
+  std::optional<double> friction;   ///< Coulomb coefficient, >= 0
+  std::optional<double> thickness;  ///< m, rest distance, > 0
+};
+
 struct ContactSpec {
   double thickness = 0.002;     ///< m, rest distance between two surfaces, > 0
+  std::vector<PairSpec> pairs;  ///< pairs with a friction or thickness of their own
   bool self = true;             ///< cloth against itself and other pieces
   bool untangle_start = false;  ///< cloth that crosses at the start is untangled, not refused
   bool carry_tangled =

@@ -116,7 +116,9 @@ const char* const everything = R"({
   "contact": {"thickness": 0.003, "self": false, "broad_phase": "brute_force", "narrow_phase": "ccd_exact",
               "response": "impulse", "stiffness": 50, "damping": 0.5, "restitution": 0.25,
               "retention": 0.75, "slip_speed": 0.002, "sticking": true, "fail_safe": "impulse_zones",
-              "start": "untangle", "still_tangled": "carry"},
+              "start": "untangle", "still_tangled": "carry",
+              "pairs": [{"a": "plane", "b": "silk", "friction": 0.6, "thickness": 0.004},
+                        {"a": "strip", "b": "strip", "friction": 0}]},
   "solver": {"integrator": "symplectic_euler", "strain_limiter": false, "tolerance": 1e-5, "max_iterations": 50},
   "output": {"vtk": true, "pc2": true, "picture_every": 10,
     "camera": {"eye": [1, 1, 1], "target": [0, 0, 1], "field_of_view": 40, "width": 320, "height": 240}}
@@ -310,6 +312,17 @@ TEST_F(EverythingFile, EveryPieceOfClothAndItsMaterialIsRead) {
   EXPECT_EQ(m.biphasic_growth, 7.0);
   EXPECT_EQ(m.kawabata_lt, 0.6);
   EXPECT_EQ(m.kawabata_strain, 0.04);
+}
+
+TEST_F(EverythingFile, EveryPairIsRead) {
+  const std::vector<PairSpec> pairs = read_everything().contact.pairs;
+  ASSERT_EQ(pairs.size(), 2u);
+  EXPECT_EQ(pairs[0].a, "plane");
+  EXPECT_EQ(pairs[0].b, "silk");
+  EXPECT_EQ(pairs[0].friction, 0.6);
+  EXPECT_EQ(pairs[0].thickness, 0.004);
+  EXPECT_EQ(pairs[1].friction, 0.0);
+  EXPECT_FALSE(pairs[1].thickness.has_value());
 }
 
 TEST_F(EverythingFile, EveryHandleSelectsItsVertices) {
@@ -892,6 +905,37 @@ TEST_F(SceneFile, AThicknessAboveAnEdgeIsExplained) {
   EXPECT_SAYS(coarse.warnings[0], "geometry[0]");
   EXPECT_SAYS(coarse.warnings[0], "contact.thickness");
   EXPECT_SAYS(coarse.warnings[0], "0.0025");
+}
+
+TEST_F(SceneFile, AThicknessOfAPairAboveAnEdgeIsExplained) {
+  const char* const text = R"({"geometry": [{"name": "a", "size": [0.1, 0.1], "cells": [40, 40]}],
+    "contact": {"pairs": [{"a": "a", "b": "default", "thickness": 0.005}]}})";
+  const BuiltScene coarse = build_scene(read(text));
+  ASSERT_EQ(coarse.warnings.size(), 1u);
+  EXPECT_SAYS(coarse.warnings[0], "contact.pairs) is 0.005 m");
+}
+
+TEST_F(SceneFile, AFaultyPairIsRefusedInOneSentence) {
+  const auto says = [&](const std::string& pair, const std::string& part) {
+    EXPECT_SAYS(fault(R"({"geometry": [{"name": "shirt"}, {"name": "both"}],
+      "obstacles": [{"name": "ball", "shape": {"type": "sphere", "radius": 1}},
+                    {"name": "both", "shape": {"type": "sphere", "radius": 1}}, {"name": "box",
+        "shape": {"type": "box", "size": [1, 1, 1]}}], "contact": {"pairs": [)" +
+                      pair + "]}}"),
+                part);
+  };
+  says(R"({"a": "shirt", "b": "bal", "friction": 1})",
+       "contact.pairs[0].b: there is no piece, material or obstacle \"bal\"; nearest is \"ball\"");
+  says(R"({"a": "shrit", "b": "ball", "friction": 1})", "nearest is \"shirt\"");
+  says(R"({"a": "defualt", "b": "ball", "friction": 1})", "nearest is \"default\"");
+  says(R"({"a": "ball", "b": "box", "friction": 1})", "two obstacles");
+  says(R"({"a": "shirt", "b": "both", "friction": 1})", "names more than one");
+  says(R"({"a": "shirt", "b": "ball"})", "give it \"friction\" or \"thickness\"");
+  says(R"({"a": "shirt", "friction": 1})", "needs the key \"b\"");
+  says(R"({"a": "shirt", "b": "ball", "friction": -0.1})", "contact.pairs[0].friction");
+  says(R"({"a": "shirt", "b": "ball", "thickness": 0})", "contact.pairs[0].thickness");
+  says(R"({"a": "shirt", "b": "ball", "thickness": -1})", "contact.pairs[0].thickness");
+  says(R"({"a": "shirt", "b": "ball", "thicknes": 1})", "nearest is \"thickness\"");
 }
 
 TEST_F(SceneFile, AMovingObstacleTurnsAboutItsOwnOrigin) {

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+#include <selvedge/scene/contact_pairs.h>
+#include <selvedge/scene/detail/scene_json.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace selvedge {
+namespace {
+
+// The surfaces that a name means: a piece, all pieces of a material, or a body.
+struct Named {
+  std::vector<std::size_t> surfaces;  // pieces first, then bodies
+  int meanings = 0;
+  bool body = false;
+};
+
+Named surfaces_of(const std::string& name, const Scene& scene) {
+  Named named;
+  const bool material = scene.materials.count(name) > 0;
+  named.meanings = material ? 1 : 0;
+  for (std::size_t p = 0; p < scene.cloths.size(); ++p) {
+    if (scene.cloths[p].name == name) ++named.meanings;
+    if (scene.cloths[p].name == name || (material && scene.cloths[p].material == name))
+      named.surfaces.push_back(p);
+  }
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    if (scene.bodies[b].name != name) continue;
+    ++named.meanings;
+    named.body = true;
+    named.surfaces.push_back(scene.cloths.size() + b);
+  }
+  return named;
+}
+
+std::string fault_of_name(const std::string& name, const Scene& scene) {
+  const int meanings = surfaces_of(name, scene).meanings;
+  if (meanings == 1) return "";
+  if (meanings > 1)
+    return fmt::format(
+        "\"{}\" names more than one of pieces, materials and obstacles; give them different names",
+        name);
+  std::vector<std::string> known;
+  for (const ClothSpec& cloth : scene.cloths) known.push_back(cloth.name);
+  for (const auto& [material, numbers] : scene.materials) known.push_back(material);
+  for (const BodySpec& body : scene.bodies) known.push_back(body.name);
+  return fmt::format("there is no piece, material or obstacle \"{}\"; nearest is \"{}\"", name,
+                     detail::nearest(name, known));
+}
+
+}  // namespace
+
+PairFault fault_of(const PairSpec& pair, const Scene& scene) {
+  const std::string a = fault_of_name(pair.a, scene), b = fault_of_name(pair.b, scene);
+  if (!a.empty()) return {"a", a};
+  if (!b.empty()) return {"b", b};
+  if (surfaces_of(pair.a, scene).body && surfaces_of(pair.b, scene).body)
+    return {"b", fmt::format("\"{}\" and \"{}\" are two obstacles, which do not meet; name a piece "
+                             "of cloth or a material",
+                             pair.a, pair.b)};
+  if (!pair.friction && !pair.thickness)
+    return {"", "says nothing about its pair; give it \"friction\" or \"thickness\""};
+  return {};
+}
+
+ContactPairs::ContactPairs(const Scene& scene)
+    : surfaces_(scene.cloths.size() + scene.bodies.size()), largest_(scene.contact.thickness) {
+  const std::size_t pieces = scene.cloths.size();
+  const auto fabric = [&](std::size_t p) {
+    return scene.materials.at(scene.cloths[p].material).friction;
+  };
+  for (std::size_t p = 0; p < pieces; ++p)
+    for (std::size_t s = 0; s < surfaces_; ++s)
+      table_.push_back(
+          {s < pieces ? std::max(fabric(p), fabric(s)) : scene.bodies[s - pieces].friction,
+           scene.contact.thickness});
+  for (std::size_t i = 0; i < scene.contact.pairs.size(); ++i) {
+    const PairSpec& pair = scene.contact.pairs[i];
+    if (const PairFault fault = fault_of(pair, scene); !fault.sentence.empty())
+      throw std::invalid_argument(fmt::format("contact.pairs[{}]: {}", i, fault.sentence));
+    const auto set = [&](std::size_t piece, std::size_t surface) {
+      if (piece >= pieces) return;
+      Entry& entry = table_[piece * surfaces_ + surface];
+      entry.friction = pair.friction.value_or(entry.friction);
+      entry.thickness = pair.thickness.value_or(entry.thickness);
+    };
+    const Named b = surfaces_of(pair.b, scene);
+    for (const std::size_t one : surfaces_of(pair.a, scene).surfaces)
+      for (const std::size_t other : b.surfaces) {
+        set(one, other);
+        set(other, one);
+      }
+  }
+  for (const Entry& entry : table_) largest_ = std::max(largest_, entry.thickness);
+}
+
+}  // namespace selvedge

@@ -9,7 +9,8 @@
 //   libraries  the default detector against the best library in the same turn: by how much quicker,
 //              the first call, the call that makes the structure anew and the warm one
 //   spikes     the warm call with one vertex that moves 1 m, 10 m and 1 km, 1e6 m from the origin,
-//              and with a copy of the mesh 1e5 times smaller beside it, over the plain one
+//              and with a copy of the mesh 1e5 times smaller beside it (--smaller: other ratios),
+//              over the plain one; pairs reported per microsecond
 //   scaling    the warm call over the size, and its log-log slope in the primitives that move and
 //              the pairs together
 //   memory     what a detector keeps between calls per primitive, and by how much its first two
@@ -49,6 +50,7 @@ constexpr const char* kReference = "bvh_aabb";
 
 struct Options {
   std::vector<std::string> tables = {"detectors"}, detectors, scenes = {"drape", "crumple"};
+  std::vector<double> smaller = {1e5};
   std::vector<int> sizes = {50, 100, 200}, threads = {1};
   int repeats = 9, largest_brute = 50, frames = 60;
   double limit = 20.0;  // s
@@ -285,33 +287,40 @@ void spike(Scene& scene, double length) {
   x += length / std::sqrt(3.0) * Vec3(1, 1, 1);
 }
 
-std::vector<Mischief> mischiefs() {
-  return {{"plain", [](Scene&) {}},
-          {"spike 1 m", [](Scene& s) { spike(s, 1.0); }},
-          {"spike 10 m", [](Scene& s) { spike(s, 10.0); }},
-          {"spike 1 km", [](Scene& s) { spike(s, 1000.0); }},
-          {"1e6 m away",
-           [](Scene& s) {
-             s.origin = Vec3(1e6, 1e6, 1e6);
-             for (Surface* surface : {&s.cloth, &s.body})
-               for (auto* xs : {&surface->x_t0, &surface->x_t1})
-                 for (Vec3& x : *xs) x += s.origin;
-           }},
-          // The inflation is that of the small one, or all of it would touch all of it.
-          {"1e5 times smaller beside", [](Scene& s) {
-             s.cloth.append(tiny_copy(s.cloth));
-             if (s.self) s.cloth.thickness *= kTiny;
-           }}};
+/// The same mesh so many times smaller beside the scene's.
+Mischief beside_a_small_one(double times) {
+  return {fmt::format("1e{:.0f} times smaller beside", std::log10(times)), [times](Scene& s) {
+            s.tiny = 1.0 / times;
+            s.cloth.append(tiny_copy(s.cloth, s.tiny));
+            // The inflation is that of the small one, or all of it would touch all of it.
+            if (s.self) s.cloth.thickness *= s.tiny;
+          }};
+}
+
+std::vector<Mischief> mischiefs(const Options& options) {
+  std::vector<Mischief> all = {{"plain", [](Scene&) {}},
+                               {"spike 1 m", [](Scene& s) { spike(s, 1.0); }},
+                               {"spike 10 m", [](Scene& s) { spike(s, 10.0); }},
+                               {"spike 1 km", [](Scene& s) { spike(s, 1000.0); }},
+                               {"1e6 m away", [](Scene& s) {
+                                  s.origin = Vec3(1e6, 1e6, 1e6);
+                                  for (Surface* surface : {&s.cloth, &s.body})
+                                    for (auto* xs : {&surface->x_t0, &surface->x_t1})
+                                      for (Vec3& x : *xs) x += s.origin;
+                                }}};
+  for (const double times : options.smaller) all.push_back(beside_a_small_one(times));
+  return all;
 }
 
 Table spike_table(const Options& options) {
-  Table table({"scene", "detector", "threads", "mischief", "warm ms", "over plain", "pairs"});
+  Table table(
+      {"scene", "detector", "threads", "mischief", "warm ms", "over plain", "pairs", "pairs/us"});
   for (const int size : options.sizes)
     for (const std::string& kind : options.scenes)
       for (const int threads : options.threads) {
         const ThreadLimit limit(threads);
         std::map<std::string, double> plain;
-        for (const Mischief& mischief : mischiefs()) {
+        for (const Mischief& mischief : mischiefs(options)) {
           Scene scene = make_scene(kind, size);
           mischief.act(scene);
           for (const auto& [name, m] : measure(scene, detectors(options, size), options)) {
@@ -322,7 +331,8 @@ Table spike_table(const Options& options) {
             const double warm = m.warm_s(options.least);
             plain.try_emplace(name, warm);
             table.add({scene.name, name, std::to_string(threads), mischief.name, milliseconds(warm),
-                       fmt::format("{:.2f}", warm / plain[name]), std::to_string(m.out.size())});
+                       fmt::format("{:.2f}", warm / plain[name]), std::to_string(m.out.size()),
+                       fmt::format("{:.1f}", 1e-6 * static_cast<double>(m.out.size()) / warm)});
           }
         }
       }
@@ -505,6 +515,10 @@ void read_options(CLI::App& app, Options& options) {
   app.add_option("--threads", options.threads, "threads")->delimiter(',');
   app.add_option("--repeats", options.repeats, "turns of which the median is printed")
       ->check(CLI::Range(1, 1000));
+  app.add_option("--smaller", options.smaller,
+                 "the table of spikes: how many times smaller the mesh beside is, powers of ten")
+      ->check(CLI::Range(10.0, 1e9))
+      ->delimiter(',');
   app.add_option("--frames", options.frames, "frames of the table of frames")
       ->check(CLI::Range(1, 100000));
   app.add_option("--limit", options.limit,

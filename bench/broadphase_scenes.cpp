@@ -94,8 +94,8 @@ Scene crumple(int n) {
 
 }  // namespace
 
-Surface tiny_copy(Surface s) {
-  for (Vec3& x : s.x_t0) x = kTiny * x + Vec3(0.6, 0.6, 0.0);
+Surface tiny_copy(Surface s, double scale) {
+  for (Vec3& x : s.x_t0) x = scale * x + Vec3(0.6, 0.6, 0.0);
   return s;
 }
 
@@ -112,7 +112,7 @@ void move(Scene& scene, double speed, unsigned seed) {
   for (std::size_t i = 0; i < s.x_t0.size(); ++i) {
     const Vec3 x = s.x_t0[i] - scene.origin;
     const Vec3 flow(std::sin(9.0 * x.y() + seed), std::sin(7.0 * x.z()), std::cos(8.0 * x.x()));
-    const double way = kStep * speed * (i < s.tiny_from ? 1.0 : kTiny);
+    const double way = kStep * speed * (i < s.tiny_from ? 1.0 : scene.tiny);
     s.x_t1[i] = s.x_t0[i] + way * (flow + Vec3(noise(random), noise(random), noise(random)));
   }
 }

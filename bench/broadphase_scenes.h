@@ -17,7 +17,6 @@ namespace selvedge::bench {
 
 constexpr double kStep = 1.0 / 60.0;  // s
 constexpr double kThickness = 0.001;  // m
-constexpr double kTiny = 1e-5;
 
 struct Surface {
   std::vector<Vec3> x_t0, x_t1;
@@ -25,7 +24,7 @@ struct Surface {
   std::vector<Triangle> triangles;
   std::uint64_t static_id = 0;
   double thickness = kThickness;
-  std::size_t tiny_from = std::numeric_limits<std::size_t>::max();  ///< vertices that move 1e5 less
+  std::size_t tiny_from = std::numeric_limits<std::size_t>::max();  ///< of the small part
 
   SurfaceView view() const { return {x_t0, x_t1, edges, triangles, thickness, static_id}; }
   std::size_t primitives() const { return x_t0.size() + edges.size() + triangles.size(); }
@@ -49,6 +48,7 @@ struct Scene {
   double speed = 0.0;
   bool self = false;
   Vec3 origin = Vec3::Zero();  ///< of the flow
+  double tiny = 1.0;           ///< size and speed of the small part over those of the rest
 
   std::size_t primitives() const { return cloth.primitives() + body.primitives(); }
 };
@@ -56,8 +56,8 @@ struct Scene {
 /// "drape" or "crumple"; std::invalid_argument for another one.
 Scene make_scene(const std::string& kind, int size);
 
-/// The same surface 1e5 times smaller, beside it.
-Surface tiny_copy(Surface s);
+/// The same surface `scale` times as large, beside it.
+Surface tiny_copy(Surface s, double scale);
 
 /// End positions from start positions: a smooth flow and a little noise, the same on every mesh.
 void move(Scene& scene, double speed, unsigned seed);

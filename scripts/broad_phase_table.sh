@@ -55,11 +55,11 @@ if $quick; then
 fi
 for name in "${names[@]}"; do
   case "$name" in
-    detectors) table detectors detectors --size 50,200 --threads 1,2 --repeats 5 ;;
-    libraries) table libraries libraries --size 200 --threads 1,2 --repeats 15 ;;
-    spikes) table spikes spikes --size 100 --repeats 5 --limit 10 ;;
+    detectors) table detectors detectors --size 50,200 --threads 1,2 --repeats 3 ;;
+    libraries) table libraries libraries --size 200 --threads 1,2 --repeats 9 ;;
+    spikes) table spikes spikes --size 100 --repeats 3 --limit 10 ;;
     scaling)
-      table scaling scaling --size 50,100,200,400,800 --repeats 3 --limit 15 --detectors \
+      table scaling scaling --size 50,100,200,400 --repeats 3 --limit 15 --detectors \
         bvh_aabb,bvh_kdop14,curvature_cone,sweep_and_prune,uniform_grid,verlet_bvh
       ;;
     memory) table memory memory --size 200 --large --detectors bvh_aabb,bvh_kdop14 ;;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/cloth_mesh.h>
 #include <selvedge/core/detail/dihedral.h>
+#include <selvedge/core/detail/grid_mesh.h>
+#include <selvedge/core/detail/shape_operator.h>
 #include <selvedge/core/detail/topology.h>
 
 #include <algorithm>
@@ -56,6 +58,8 @@ void validate_material(const Material& m) {
   positive("stretch_stiffness", m.stretch_stiffness);
   not_negative("shear_stiffness", m.shear_stiffness);
   not_negative("bending_stiffness", m.bending_stiffness);
+  if (m.stretch_weft) positive("stretch_weft", *m.stretch_weft);
+  if (m.bending_weft) not_negative("bending_weft", *m.bending_weft);
   not_negative("spring_damping", m.spring_damping);
   not_negative("bending_damping", m.bending_damping);
   positive("strain_limit", m.strain_limit);
@@ -124,29 +128,78 @@ double hinge_stiffness(const std::array<std::int32_t, 4>& v, std::span<const Vec
   return bending_stiffness * area / mean_square;
 }
 
-void add_edge_springs(ClothMesh& cloth, std::span<const Vec3> rest, const Material& material) {
-  std::vector<double> area(cloth.edges.size(), 0.0);
-  for (const Triangle& t : cloth.surface.triangles) {
-    const double a = 0.5 * (rest[t[1]] - rest[t[0]]).cross(rest[t[2]] - rest[t[0]]).norm();
-    for (int k = 0; k < 3; ++k) {
-      const Edge key{std::min(t[k], t[(k + 1) % 3]), std::max(t[k], t[(k + 1) % 3])};
-      area[std::lower_bound(cloth.edges.begin(), cloth.edges.end(), key) - cloth.edges.begin()] +=
-          a;
+bool in_a_level(std::span<const Vec3> rest) {
+  return std::all_of(rest.begin(), rest.end(),
+                     [&](const Vec3& x) { return x.z() == rest.front().z(); });
+}
+
+namespace {
+
+/// Stiffnesses of the sides of a triangle, summed over its edges.
+class EdgeSprings {
+ public:
+  EdgeSprings(const ClothMesh& cloth, std::span<const Vec3> rest, const Material& material)
+      : cloth_(cloth), rest_(rest), stiffness_(cloth.edges.size(), 0.0) {
+    const double warp = material.stretch_stiffness, weft = stretch_along_weft(material);
+    const bool fitted = warp != weft && in_a_level(rest);
+    // Strips of these moduli, with C12 = C33 as it is with springs. What is free is then taken from
+    // the softer yarn, so that triangles can follow; isotropic it is Van Gelder's.
+    const double between = 3.0 / 8.0 * std::min(warp, weft);
+    const auto [c11, c22] = stretch_constants(warp, weft, between);
+    const ContinuumConstants c{c11, c22, between, between, 0.0, 0.0};
+    for (const Triangle& t : cloth.surface.triangles) {
+      if (fitted)
+        add(t, fit_springs(rest, t, c).stiffness);
+      else
+        add_van_gelder(t, 0.5 * (warp + weft));
     }
   }
+
+  const std::vector<double>& stiffness() const { return stiffness_; }
+
+ private:
+  // [VanGelder1998]: k = E h Σ A / l². The sheet is isotropic with Poisson's ratio 1/3 where the
+  // triangles are equilateral, and its shear stiffness follows: 3/8 of the stretch stiffness.
+  void add_van_gelder(const Triangle& t, double stretch) {
+    const double area = 0.5 * (rest_[t[1]] - rest_[t[0]]).cross(rest_[t[2]] - rest_[t[0]]).norm();
+    Vec3 k;
+    for (int s = 0; s < 3; ++s)
+      k[s] = stretch * area / (rest_[t[(s + 1) % 3]] - rest_[t[s]]).squaredNorm();
+    add(t, k);
+  }
+
+  void add(const Triangle& t, const Vec3& k) {
+    for (int s = 0; s < 3; ++s) {
+      const Edge key{std::min(t[s], t[(s + 1) % 3]), std::max(t[s], t[(s + 1) % 3])};
+      const auto& edges = cloth_.edges;
+      stiffness_[std::lower_bound(edges.begin(), edges.end(), key) - edges.begin()] += k[s];
+    }
+  }
+
+  const ClothMesh& cloth_;
+  std::span<const Vec3> rest_;
+  std::vector<double> stiffness_;
+};
+
+}  // namespace
+
+void add_edge_springs(ClothMesh& cloth, std::span<const Vec3> rest, const Material& material) {
+  const EdgeSprings springs(cloth, rest, material);
+  // A fit may leave an edge without a spring; the strain limit and the damping need one, and it may
+  // have a thousandth of the cloth's.
+  constexpr double least = 1e-3;
   for (std::size_t e = 0; e < cloth.edges.size(); ++e) {
     const auto [a, b] = cloth.edges[e];
-    const double length = (rest[b] - rest[a]).norm();
-    // [VanGelder1998]: k = E h Σ A / l². The sheet is isotropic with Poisson's ratio 1/3 where the
-    // triangles are equilateral, and its shear stiffness follows: 3/8 of the stretch stiffness.
-    const double stiffness = material.stretch_stiffness * area[e] / (length * length);
-    cloth.springs.push_back({a, b, length, stiffness, material.spring_damping});
+    const double stiffness = std::max(springs.stiffness()[e], least * material.stretch_stiffness);
+    cloth.springs.push_back({a, b, (rest[b] - rest[a]).norm(), stiffness, material.spring_damping});
     cloth.strain_limit.push_back(material.strain_limit);
   }
 }
 
 void add_hinges(ClothMesh& cloth, std::span<const Vec3> rest, const Material& material) {
   if (material.bending_stiffness <= 0.0) return;
+  if (material.bending_law == BendingLaw::shape_operator)
+    return add_shape_operator(cloth, rest, material);
   for (const InteriorEdge& edge : interior_edges(cloth.surface.triangles)) {
     const Dihedral d = dihedral(rest, edge.v);
     if (!d.valid) continue;
@@ -172,9 +225,10 @@ void set_stretch_law(ClothMesh& cloth, const Material& m) {
 }
 
 void require_hinges(const Material& m, const char* mesh) {
-  if (m.bending_law != BendingLaw::hinge && m.bending_law != BendingLaw::bridson)
-    throw std::invalid_argument(std::string("bending_law needs rows of particles, which ") + mesh +
-                                " has not; take \"hinge\" or \"bridson\", or a grid of cells");
+  if (m.bending_law == BendingLaw::buckling || m.bending_law == BendingLaw::twisting)
+    throw std::invalid_argument(
+        std::string("bending_law needs rows of particles, which ") + mesh +
+        " has not; take \"hinge\" or \"shape_operator\", or a grid of cells");
   if (m.bending_friction > 0.0)
     throw std::invalid_argument(std::string("bending_friction needs rows of particles, which ") +
                                 mesh + " has not; set it to 0, or take a grid of cells");
@@ -223,6 +277,9 @@ std::int32_t append(ClothMesh& all, const ClothMesh& piece) {
     s.b += first;
     all.springs.push_back(s);
   }
+  const auto first_hinge = static_cast<std::int32_t>(all.hinges.size());
+  for (const HingeCouple& c : piece.couples)
+    all.couples.push_back({c.a + first_hinge, c.b + first_hinge, c.stiffness});
   for (Hinge h : piece.hinges) {
     for (std::int32_t& v : h.v) v += first;
     all.hinges.push_back(h);
@@ -241,6 +298,8 @@ std::int32_t append(ClothMesh& all, const ClothMesh& piece) {
   add_shifted(all.twists, piece.twists);
   add_shifted(all.hinge_frictions, piece.hinge_frictions);
   add_shifted(all.corner_frictions, piece.corner_frictions);
+  add_shifted(all.hanging, piece.hanging);
+  add_shifted(all.layers, piece.layers);
   return first;
 }
 

@@ -26,6 +26,13 @@ struct Hinge {
   bool sine = false;     ///< moment 2 stiffness (sin θ/2 - sin θ0/2) instead [Bridson2003]
 };
 
+/// Two hinges of a plate, by index: energy stiffness·(angle_a - rest_a)·(angle_b - rest_b) on top
+/// of their own. N·m, of either sign.
+struct HingeCouple {
+  std::int32_t a, b;
+  double stiffness;
+};
+
 /// A link between two particles two cells apart that buckles when it is compressed and is slack
 /// when it is stretched [ChoiKo2002, type 2].
 struct BucklingLink {
@@ -58,6 +65,16 @@ struct CornerFriction {
   double rest_angle, moment, yield;
 };
 
+/// A particle v[0] tied to the weighted mean of N others: a spring of no length to
+/// Σ weight[k]·x(v[k+1]).
+template <int N>
+struct Tie {
+  std::array<std::int32_t, N + 1> v;
+  std::array<double, N> weight;  ///< sum 1
+  double stiffness;              ///< N/m, > 0
+  double damping = 0.0;          ///< s, damping force per stiffness and rate of distance, >= 0
+};
+
 /// What springs do that do not follow Hooke.
 struct SpringCurve {
   StretchLaw law = StretchLaw::hooke;
@@ -73,12 +90,15 @@ struct ClothMesh {
   std::vector<Edge> edges;  ///< unique_edges(surface.triangles)
   std::vector<Spring> springs;
   std::vector<Hinge> hinges;
+  std::vector<HingeCouple> couples;  ///< of hinges, where these alone are no plate
   std::vector<double> mass;          ///< kg per vertex
   std::vector<double> strain_limit;  ///< per spring, largest (L-L0)/L0
   std::vector<BucklingLink> links;
   std::vector<TwistSpring> twists;
   std::vector<HingeFriction> hinge_frictions;
   std::vector<CornerFriction> corner_frictions;
+  std::vector<Tie<2>> hanging;      ///< nodes in the middle of an edge of a coarser cell
+  std::vector<Tie<4>> layers;       ///< particles of a dense layer, tied to a sparse one
   std::vector<SpringCurve> curves;  ///< laws of springs other than Hooke's, each once
   std::vector<std::int32_t>
       curve_of_spring;  ///< per spring an index into `curves`, -1: Hooke; empty: all Hooke
@@ -124,6 +144,21 @@ struct NetConstants {
 ClothMesh make_spring_net(SpringNet net, const GridConfig& grid, const NetConstants& constants,
                           const Material& material);
 
+/// Two layers of one cloth.
+struct LayerConfig {
+  std::int32_t ratio = 4;  ///< cells of the dense layer per cell of the sparse one and side, >= 2
+  double share = 0.2;      ///< of mass and stiffness that the dense layer has, in (0, 1)
+  /// N/m³, force per area and distance of the layers, > 0: the smaller, the longer the wrinkles,
+  /// 2π (share·B/hold)^¼, and the farther the weight pulls the layers apart.
+  double hold = 2000.0;
+};
+/// Bilayered mesh [KangCho2002; survey 2.4]: a sparse rectangular net, which is most of the cloth,
+/// and a dense one, which is seen, collides and wrinkles, tied to the bilinear surface of the
+/// first. `grid` is the dense layer, its vertices come first, then those of the sparse one, which
+/// belong to no triangle. Together they have the mass and the continuum constants of the fabric.
+ClothMesh make_bilayered(const GridConfig& grid, const LayerConfig& layers,
+                         const Material& material);
+
 /// Any triangle mesh; `rest` (same topology) gives the rest lengths and angles, `surface` the
 /// start. Non-manifold edges get no hinge.
 ClothMesh make_from_mesh(const TriangleMesh& surface, const TriangleMesh& rest,
@@ -142,7 +177,7 @@ struct PlateMesh {
   double residual = 0.0;  ///< area-weighted rms of |C_net - C|/|C| of the triangles
   double worst = 0.0;     ///< the largest of them
 };
-/// `rest` lies in the xy-plane. Of `material` it takes density, damping and strain limit.
+/// `rest` lies in a plane of constant z. Of `material` it takes density, damping and strain limit.
 PlateMesh make_plate(const TriangleMesh& rest, const PlateConstants& plate,
                      const Material& material);
 

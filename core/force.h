@@ -36,6 +36,11 @@ class Force {
   virtual void add_jacobian(const ForceState& state, double h, BlockMatrix& a) const = 0;
   /// The step ended in `state`: a force with a memory (hysteresis) notes it. Others do nothing.
   virtual void accept(const ForceState& /*state*/) {}
+  /// Appends what it remembers; a force without a memory appends nothing.
+  virtual void save_memory(std::vector<double>& /*memory*/) const {}
+  /// Takes back what save_memory gave and returns the rest. Throws std::invalid_argument where
+  /// there is less than it needs.
+  virtual std::span<const double> restore_memory(std::span<const double> memory) { return memory; }
   /// Adds to each particle the row sums of the block norms of -∂f/∂x (N/m) and -∂f/∂v (N·s/m) at
   /// `state`. Divided by the mass, their largest bound the eigenvalues (Gershgorin), for the step
   /// of explicit integrators.
@@ -49,6 +54,12 @@ std::unique_ptr<Force> make_hooke_force(std::span<const Spring> springs, std::si
 /// Bending between two triangles after [Bridson2003], with stiffness at zero curvature:
 /// energy ½ k (θ-θ0)², force -k (θ-θ0 + damping·dθ/dt) ∂θ/∂x, θ the angle between the normals.
 std::unique_ptr<Force> make_bending_force(std::span<const Hinge> hinges, std::size_t particles);
+/// Bending of a triangle mesh as a plate after [OnateZarate2000]: hinges with couples between them,
+/// energy ½ (θ-θ0)ᵀ W (θ-θ0), which must not be negative for any angles. Coupled hinges have the
+/// same damping.
+std::unique_ptr<Force> make_shape_operator_force(std::span<const Hinge> hinges,
+                                                 std::span<const HingeCouple> couples,
+                                                 std::size_t particles);
 /// The same springs by another law than Hooke's: tension only, biphasic, or a tension curve of KES.
 std::unique_ptr<Force> make_curve_force(std::span<const Spring> springs, const SpringCurve& curve,
                                         std::size_t particles);
@@ -66,6 +77,10 @@ std::unique_ptr<Force> make_hinge_friction(std::span<const HingeFriction> fricti
                                            std::size_t particles);
 std::unique_ptr<Force> make_corner_friction(std::span<const CornerFriction> frictions,
                                             std::size_t particles);
+/// Particles tied to means of others: hanging nodes [VillardBorouchaki2005] and dense layers
+/// [KangCho2002].
+std::unique_ptr<Force> make_tie_force(std::span<const Tie<2>> ties, std::size_t particles);
+std::unique_ptr<Force> make_tie_force(std::span<const Tie<4>> ties, std::size_t particles);
 /// How a seam is pulled together.
 struct SewingConfig {
   double pull = 50.0;        ///< N/m, ε: force per distance of two particles of a seam, > 0

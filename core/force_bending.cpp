@@ -8,6 +8,7 @@
 #include <selvedge/core/coloring.h>
 #include <selvedge/core/detail/dihedral.h>
 #include <selvedge/core/detail/force_checks.h>
+#include <selvedge/core/detail/lane_forces.h>
 #include <selvedge/core/force.h>
 
 #include <algorithm>
@@ -48,21 +49,20 @@ class BendingForce final : public Force {
       corners.insert(corners.end(), hinges[i].v.begin(), hinges[i].v.end());
     }
     Coloring coloring = color_elements(corners, 4, particles);
+    lanes_ = detail::make_lane_groups(corners, 4, coloring);
+    hinges_.reserve(hinges.size());
     for (const std::int32_t i : coloring.order) hinges_.push_back(hinges[i]);
     color_begin_ = std::move(coloring.color_begin);
+    numbers_ = detail::lane_numbers<3>(lanes_, hinges_, [](const Hinge& h) {
+      return std::array{std::remainder(h.rest_angle, 2.0 * std::numbers::pi), h.stiffness,
+                        h.damping};
+    });
   }
 
   void add_force(const ForceState& state, std::span<Vec3> f) const override {
+    const detail::LaneForce force = detail::lane_force(lanes_, numbers_, state, f);
     for_each_color(color_begin_, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        const Hinge& hinge = hinges_[i];
-        const detail::Dihedral d = detail::dihedral(state.x, hinge.v);
-        if (!d.valid) continue;
-        double rate = 0.0;
-        for (int k = 0; k < 4; ++k) rate += d.gradient[k].dot(state.v[hinge.v[k]]);
-        const double moment = -hinge.stiffness * (deviation(hinge, d.angle) + hinge.damping * rate);
-        for (int k = 0; k < 4; ++k) f[hinge.v[k]] += moment * d.gradient[k];
-      }
+      detail::lane_kernel().hinges(force, detail::group_of(begin), detail::group_of(end));
     });
   }
 
@@ -94,20 +94,11 @@ class BendingForce final : public Force {
   }
 
   void add_jacobian(const ForceState& state, double h, BlockMatrix& a) const override {
-    const std::span<Mat3> values = a.values();
+    const detail::LaneForce force = detail::lane_force(lanes_, numbers_, state, {});
+    const detail::LaneBlocks blocks = detail::lane_blocks(slots_, a, h);
     for_each_color(color_begin_, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t e = begin; e < end; ++e) {
-        const Hinge& hinge = hinges_[e];
-        const detail::Dihedral d = detail::dihedral(state.x, hinge.v);
-        if (!d.valid) continue;
-        // Gauss-Newton part k ∂θ ∂θᵀ; the curvature of θ itself is indefinite and dropped.
-        const double scale = h * hinge.stiffness * (h + hinge.damping);
-        for (int i = 0; i < 4; ++i) {
-          const Vec3 row = scale * d.gradient[i];
-          for (int j = 0; j < 4; ++j)
-            values[slots_[e][4 * i + j]] += row * d.gradient[j].transpose();
-        }
-      }
+      detail::lane_kernel().hinge_blocks(force, blocks, detail::group_of(begin),
+                                         detail::group_of(end));
     });
   }
 
@@ -128,6 +119,8 @@ class BendingForce final : public Force {
 
  private:
   std::vector<Hinge> hinges_;
+  detail::LaneGroups lanes_;
+  std::vector<double> numbers_;  // of lanes_
   std::vector<HingeSlots> slots_;
   std::vector<std::size_t> color_begin_;
 };

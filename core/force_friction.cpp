@@ -76,7 +76,10 @@ class Sliders {
     s.moment = friction.moment * std::clamp(off / y, -1.0, 1.0);
     s.slope = size <= y ? friction.moment / y : 0.0;
     s.gradient = angle.gradient;
-    s.weight.fill(0.0);
+    // Slipping it has no slope, but its moment times the second derivative of the angle, which is
+    // at most about twice the products of the gradients.
+    s.bound = 2.0 * std::abs(s.moment);
+    for (int k = 0; k < arity; ++k) s.weight[k] = s.gradient[k].norm();
     s.plane.setZero();
     return s;
   }
@@ -87,6 +90,16 @@ class Sliders {
       if (!angle.valid) continue;
       slip = angle.value - std::clamp(angle.value - slip, -friction.yield, friction.yield);
     }
+  }
+
+  void save(std::vector<double>& memory) const {
+    for (const Slider& slider : sliders_) memory.push_back(slider.slip);
+  }
+
+  std::span<const double> restore(std::span<const double> memory) {
+    detail::require_memory(name, memory.size(), sliders_.size());
+    for (std::size_t i = 0; i < sliders_.size(); ++i) sliders_[i].slip = memory[i];
+    return memory.subspan(sliders_.size());
   }
 
  private:
@@ -102,6 +115,10 @@ class FrictionForce final : public detail::ElementForce<Sliders<Friction>> {
  public:
   using detail::ElementForce<Sliders<Friction>>::ElementForce;
   void accept(const ForceState& state) override { this->kind_.slide(state.x); }
+  void save_memory(std::vector<double>& memory) const override { this->kind_.save(memory); }
+  std::span<const double> restore_memory(std::span<const double> memory) override {
+    return this->kind_.restore(memory);
+  }
 };
 
 }  // namespace

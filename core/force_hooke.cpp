@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/coloring.h>
 #include <selvedge/core/detail/force_checks.h>
+#include <selvedge/core/detail/lane_forces.h>
 #include <selvedge/core/force.h>
 
 #include <algorithm>
@@ -45,21 +46,19 @@ class HookeForce final : public Force {
       ends.push_back(s.b);
     }
     Coloring coloring = color_elements(ends, 2, particles);
+    lanes_ = detail::make_lane_groups(ends, 2, coloring);
+    springs_.reserve(springs.size());
     for (const std::int32_t i : coloring.order) springs_.push_back(springs[i]);
     color_begin_ = std::move(coloring.color_begin);
+    numbers_ = detail::lane_numbers<3>(lanes_, springs_, [](const Spring& s) {
+      return std::array{s.rest_length, s.stiffness, s.damping};
+    });
   }
 
   void add_force(const ForceState& state, std::span<Vec3> f) const override {
+    const detail::LaneForce force = detail::lane_force(lanes_, numbers_, state, f);
     for_each_color(color_begin_, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        const Spring& s = springs_[i];
-        const Line line = line_of(s, state.x);
-        const double rate = line.direction.dot(state.v[s.b] - state.v[s.a]);
-        const double tension = s.stiffness * (line.length - s.rest_length + s.damping * rate);
-        const Vec3 force = tension * line.direction;
-        f[s.a] += force;
-        f[s.b] -= force;
-      }
+      detail::lane_kernel().hooke(force, detail::group_of(begin), detail::group_of(end));
     });
   }
 
@@ -127,6 +126,8 @@ class HookeForce final : public Force {
 
  private:
   std::vector<Spring> springs_;
+  detail::LaneGroups lanes_;
+  std::vector<double> numbers_;  // of lanes_
   std::vector<SpringSlots> slots_;
   std::vector<std::size_t> color_begin_;
 };

@@ -13,6 +13,7 @@
 #include <selvedge/core/force.h>
 
 #include <Eigen/Geometry>
+#include <Eigen/QR>
 #include <Eigen/SVD>
 
 namespace selvedge {
@@ -34,19 +35,23 @@ class VirtualSprings final : public Force {
     }
     detail::require_number("sum of the stiffnesses of the virtual springs", total_, false);
     rest_centre_ /= total_;
+    while (stiffness_[anchor_] <= 0.0) ++anchor_;
   }
 
   void add_force(const ForceState& state, std::span<Vec3> f) const override {
     const Pose pose = pose_of(state.x);
-    for (std::size_t i = 0; i < rest_.size(); ++i)
-      f[i] += stiffness_[i] * (pose.place(rest_[i]) - state.x[i]);
+    const Twist left = follow_ ? left_over(pose, state.x) : Twist{};
+    for (std::size_t i = 0; i < rest_.size(); ++i) {
+      const Vec3 arm = pose.arm(state.x[i]);
+      f[i] += stiffness_[i] * (pose.from(state.x[i], rest_[i]) - left.shift - left.turn.cross(arm));
+    }
   }
 
   double energy(const ForceState& state) const override {
     const Pose pose = pose_of(state.x);
     double sum = 0.0;
     for (std::size_t i = 0; i < rest_.size(); ++i)
-      sum += 0.5 * stiffness_[i] * (pose.place(rest_[i]) - state.x[i]).squaredNorm();
+      sum += 0.5 * stiffness_[i] * pose.from(state.x[i], rest_[i]).squaredNorm();
     return sum;
   }
 
@@ -66,32 +71,58 @@ class VirtualSprings final : public Force {
   }
 
  private:
+  /// g = rotation (q - q0) + (centre + origin). Places are taken from `origin`, a particle, so that
+  /// no digits are lost far from the origin of space.
   struct Pose {
     Mat3 rotation = Mat3::Identity();
-    Vec3 shift = Vec3::Zero();
-    Vec3 place(const Vec3& q) const { return rotation * q + shift; }
+    Vec3 rest_centre = Vec3::Zero(), origin = Vec3::Zero(), centre = Vec3::Zero();
+    Vec3 arm(const Vec3& x) const { return (x - origin) - centre; }
+    Vec3 from(const Vec3& x, const Vec3& q) const { return rotation * (q - rest_centre) - arm(x); }
   };
+  struct Twist {
+    Vec3 shift = Vec3::Zero(), turn = Vec3::Zero();
+  };
+
+  /// What rounding leaves of the sum and the moment of the ways to the places, as a small motion:
+  /// near the rest shape the forces themselves are not much larger.
+  Twist left_over(const Pose& pose, std::span<const Vec3> x) const {
+    Twist left;
+    for (std::size_t i = 0; i < rest_.size(); ++i)
+      left.shift += (stiffness_[i] / total_) * pose.from(x[i], rest_[i]);
+    Vec3 moment = Vec3::Zero();
+    Mat3 inertia = Mat3::Zero();
+    for (std::size_t i = 0; i < rest_.size(); ++i) {
+      const Vec3 arm = pose.arm(x[i]);
+      moment += stiffness_[i] * arm.cross(pose.from(x[i], rest_[i]) - left.shift);
+      inertia += stiffness_[i] * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
+    }
+    // On a line, or collapsed, there is no turn about some axis, and no moment.
+    left.turn = inertia.completeOrthogonalDecomposition().solve(moment);
+    return left;
+  }
 
   Pose pose_of(std::span<const Vec3> x) const {
     Pose pose;
     if (!follow_) return pose;
-    Vec3 centre = Vec3::Zero();
-    for (std::size_t i = 0; i < rest_.size(); ++i) centre += stiffness_[i] * x[i];
-    centre /= total_;
+    pose.rest_centre = rest_centre_;
+    pose.origin = x[anchor_];
+    for (std::size_t i = 0; i < rest_.size(); ++i)
+      pose.centre += (stiffness_[i] / total_) * (x[i] - pose.origin);
     Mat3 moments = Mat3::Zero();
     for (std::size_t i = 0; i < rest_.size(); ++i)
-      moments += stiffness_[i] * (x[i] - centre) * (rest_[i] - rest_centre_).transpose();
+      moments += stiffness_[i] * ((x[i] - pose.origin) - pose.centre) *
+                 (rest_[i] - rest_centre_).transpose();
     const Eigen::JacobiSVD<Mat3> svd(moments, Eigen::ComputeFullU | Eigen::ComputeFullV);
     Mat3 sign = Mat3::Identity();  // a rotation, not a reflection
     sign(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0;
     pose.rotation = svd.matrixU() * sign * svd.matrixV().transpose();
-    pose.shift = centre - pose.rotation * rest_centre_;
     return pose;
   }
 
   std::vector<Vec3> rest_;
   std::vector<double> stiffness_;
   bool follow_;
+  std::size_t anchor_ = 0;  // a particle that has a spring
   double total_ = 0.0;
   Vec3 rest_centre_ = Vec3::Zero();
 };

@@ -10,12 +10,17 @@
 //
 // The part C Δl_i is a Hooke spring of stiffness K C (make_supported puts it into the mesh); the
 // part of the volume is this force. It is not the gradient of an energy, as it points along u_i and
-// not along the normals, and it couples all particles: it has no energy and no Jacobian here, and
-// an implicit step treats it explicitly.
+// not along the normals: it has none here. Its Jacobian, -K/A u_i ⊗ ∂V/∂x_j, couples all particles
+// and is not symmetric. Implicit steps get in its place that of a spring K a/A along each u_i, a
+// the present area: what the body breathing as a whole feels, where u_i are the normals, and an
+// upper bound for any other motion. So a step of any length is stable, and damps other motions more
+// than it should. The turn of u_i, -K ΔV/A (I - u uᵀ)/l, is kept where the body is too large.
 #include <selvedge/core/detail/force_checks.h>
 #include <selvedge/core/force.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
 #include <map>
 #include <string>
 
@@ -92,9 +97,32 @@ class VolumeForce final : public Force {
   }
 
   double energy(const ForceState&) const override { return 0.0; }
-  void add_links(std::vector<Edge>&) const override {}
-  void bind(const BlockMatrix&) override {}
-  void add_jacobian(const ForceState&, double, BlockMatrix&) const override {}
+  void add_links(std::vector<Edge>& links) const override {
+    for (const std::int32_t i : surface_) links.push_back({i, centre_});
+  }
+  void bind(const BlockMatrix& matrix) override {
+    slots_.clear();
+    for (const std::int32_t i : surface_)
+      slots_.push_back({matrix.slot(i, i), matrix.slot(i, centre_), matrix.slot(centre_, i),
+                        matrix.slot(centre_, centre_)});
+  }
+
+  void add_jacobian(const ForceState& state, double h, BlockMatrix& a) const override {
+    const double along = h * h * stiffness_ * surface_area(state.x, triangles_) / rest_area_;
+    const double swelling = h * h * stiffness_ * std::max(0.0, difference(state.x));
+    const std::span<Mat3> values = a.values();
+    for (std::size_t k = 0; k < surface_.size(); ++k) {
+      const Vec3 d = state.x[surface_[k]] - state.x[centre_];
+      const double length = d.norm();
+      if (length <= 0.0) continue;
+      const Mat3 in = d * d.transpose() / (length * length);
+      const Mat3 block = along * in + (swelling / length) * (Mat3::Identity() - in);
+      values[slots_[k][0]] += block;
+      values[slots_[k][1]] -= block;
+      values[slots_[k][2]] -= block;
+      values[slots_[k][3]] += block;
+    }
+  }
 
   // ∂f_i/∂x_j = -K/A u_i ⊗ ∂V/∂x_j - K ΔV/A ∂u_i/∂x_j, |∂V/∂x_j| at most a third of the area of
   // the triangles of j, together A.
@@ -121,6 +149,7 @@ class VolumeForce final : public Force {
   std::int32_t centre_;
   std::vector<Triangle> triangles_;
   std::vector<std::int32_t> surface_;
+  std::vector<std::array<std::int32_t, 4>> slots_;  // per particle of the surface, with the centre
   double rest_volume_ = 0.0, rest_area_ = 0.0;
 };
 

@@ -1,4 +1,9 @@
 // SPDX-License-Identifier: MIT
+//
+// Symplectic (semi-implicit) Euler, which survey eq. 14 prints under the name of explicit Euler:
+// v⁺ = v + h a(x, v), x⁺ = x + h v⁺; its a(t+h) is a(t).
+// Guarantee: first order, bounded energy; stable below hω = 2 undamped, and with damping c below
+// h = 4/(c + sqrt(c² + 4ω²)).
 #include <selvedge/core/integrator.h>
 
 #include <algorithm>
@@ -6,35 +11,47 @@
 #include <limits>
 
 namespace selvedge {
+namespace {
 
-SymplecticEuler::SymplecticEuler(std::vector<std::unique_ptr<Force>> forces, std::size_t particles)
-    : forces_(std::move(forces)), f_(particles) {}
-
-double SymplecticEuler::stable_step(const Particles& particles) const {
-  const ForceState state{particles.x, particles.v, particles.mass, 0.0};
-  std::vector<double> stiffness(particles.size(), 0.0), damping(particles.size(), 0.0);
-  for (const auto& force : forces_) force->add_stiffness_bound(state, stiffness, damping);
-  double omega_squared = 0.0, rate = 0.0;
-  for (std::size_t i = 0; i < particles.size(); ++i) {
-    omega_squared = std::max(omega_squared, stiffness[i] * particles.inv_mass[i]);
-    rate = std::max(rate, damping[i] * particles.inv_mass[i]);
-  }
-  // A mode x'' = -ω² x - c x' has the amplification polynomial μ² - (2 - hc - h²ω²) μ + 1 - hc. Its
-  // roots leave the unit circle where h²ω² + 2hc = 4, that is at h = 4/(c + sqrt(c² + 4ω²)).
-  const double denominator = rate + std::sqrt(rate * rate + 4.0 * omega_squared);
+// A mode x'' = -ω² x - c x' has the amplification polynomial μ² - (2 - hc - h²ω²) μ + 1 - hc. Its
+// roots leave the unit circle where h²ω² + 2hc = 4, that is at h = 4/(c + sqrt(c² + 4ω²)).
+double longest_step(const ModeBound& mode) {
+  const double denominator = mode.rate + std::hypot(mode.rate, 2.0 * mode.omega);
   return denominator > 0.0 ? 4.0 / denominator : std::numeric_limits<double>::infinity();
 }
 
-void SymplecticEuler::step(const Particles& particles, double time, double h, std::span<Vec3> v) {
-  std::fill(f_.begin(), f_.end(), Vec3::Zero());
-  const ForceState state{particles.x, particles.v, particles.mass, time};
-  for (const auto& force : forces_) force->add_force(state, f_);
-  for (std::size_t i = 0; i < particles.size(); ++i)
-    if (particles.inv_mass[i] > 0.0) v[i] = particles.v[i] + (h * particles.inv_mass[i]) * f_[i];
-}
+class Symplectic final : public Integrator {
+ public:
+  Symplectic(std::vector<std::unique_ptr<Force>> forces, std::size_t particles)
+      : Integrator(std::move(forces), particles), a_(particles) {}
 
-void SymplecticEuler::accept(const ForceState& state) {
-  for (const auto& force : forces_) force->accept(state);
+  IntegratorTraits traits() const override {
+    return {"bounded energy; stable below h omega = 2, which is checked",
+            "survey eq. 14 as printed (its explicit Euler)",
+            1,
+            false,
+            false,
+            true};
+  }
+  double stable_step(const ModeBound& mode, double wanted) const override {
+    return std::min(wanted, longest_step(mode));
+  }
+  void begin(const StepStart& start, StepEnd end) override {
+    const Particles& p = start.particles;
+    forces_.evaluate({p.x, p.v, p.mass, start.time}, a_);
+    for (std::size_t i = 0; i < p.size(); ++i)
+      if (p.inv_mass[i] > 0.0) end.mean[i] = p.v[i] + (start.h * p.inv_mass[i]) * a_[i];
+  }
+
+ private:
+  std::vector<Vec3> a_;
+};
+
+}  // namespace
+
+std::unique_ptr<Integrator> make_symplectic_euler(std::vector<std::unique_ptr<Force>> forces,
+                                                  std::size_t particles) {
+  return std::make_unique<Symplectic>(std::move(forces), particles);
 }
 
 }  // namespace selvedge

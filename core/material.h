@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <optional>
+
 namespace selvedge {
 
 /// How a spring answers its stretch.
@@ -19,10 +21,13 @@ enum class ShearLaw {
 
 /// How the sheet resists bending. All from the same plate rigidity B.
 enum class BendingLaw {
-  hinge,    ///< ½ k θ² between two triangles; any mesh
+  hinge,    ///< ½ k θ² between two triangles, each by itself; any mesh, exact on grids of cells
   bridson,  ///< sin(θ/2) between two triangles, damping by rate [Bridson2003 as printed]; any mesh
   buckling,  ///< links over two cells that buckle [ChoiKo2002; survey eq. 5]; grids only
   twisting,  ///< moments between collinear links [survey 3.1, Dai 2003; eq. 4 mended]; grids only
+  /// The curvature of triangles by the turning of their edges [OnateZarate2000], exact on any mesh;
+  /// on grids of cells that is what `hinge` has.
+  shape_operator,
 };
 
 /// What the cloth is made of, as fabric constants, independent of the mesh.
@@ -38,7 +43,7 @@ struct Material {
   double friction = 0.3;          ///< Coulomb coefficient, cloth on cloth, >= 0
   StretchLaw stretch_law = StretchLaw::hooke;
   ShearLaw shear_law = ShearLaw::springs;
-  BendingLaw bending_law = BendingLaw::hinge;
+  BendingLaw bending_law = BendingLaw::shape_operator;
   double biphasic_strain = 0.02;  ///< strain at which a biphasic spring becomes stiffer, >= 0
   double biphasic_growth = 10.0;  ///< growth of its stiffness per strain beyond that, >= 0
   double kawabata_lt = 0.7;       ///< linearity of the tension curve, in (0.5, 1]
@@ -46,6 +51,16 @@ struct Material {
   double shear_friction = 0.0;    ///< N/m, HG: half the width of the shear loop; twisting only
   double bending_friction =
       0.0;  ///< N, HB: moment per width, half the bending loop; hinges of grids
+  /// N/m and N·m along weft where that is another constant than along warp, which stretch_stiffness
+  /// and bending_stiffness then are. Meshes without warp and weft have the mean. > 0, >= 0.
+  std::optional<double> stretch_weft{}, bending_weft{};
 };
+
+inline double stretch_along_weft(const Material& m) {
+  return m.stretch_weft.value_or(m.stretch_stiffness);
+}
+inline double bending_along_weft(const Material& m) {
+  return m.bending_weft.value_or(m.bending_stiffness);
+}
 
 }  // namespace selvedge

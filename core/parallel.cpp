@@ -2,7 +2,9 @@
 #include <selvedge/core/parallel.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
+#include <span>
 #include <vector>
 
 #ifdef SELVEDGE_USE_TBB
@@ -42,6 +44,9 @@ struct Handover {
 };
 #endif
 
+// Sums of parallel_sum that are kept without taking memory, 4 KiB of them.
+constexpr std::size_t kFewRanges = 512;
+
 }  // namespace
 
 void parallel_for(std::size_t n, std::size_t grain,
@@ -68,7 +73,12 @@ void parallel_for(std::size_t n, std::size_t grain,
 double parallel_sum(std::size_t n, std::size_t grain,
                     FunctionRef<double(std::size_t, std::size_t)> body) {
   grain = std::max<std::size_t>(grain, 1);
-  std::vector<double> partial(range_count(n, grain), 0.0);
+  const std::size_t ranges = range_count(n, grain);
+  // A solver calls this several times in each iteration: no memory is taken for a million
+  // particles.
+  std::array<double, kFewRanges> few;
+  std::vector<double> many(ranges > few.size() ? ranges : 0);
+  const std::span<double> partial = many.empty() ? std::span(few).first(ranges) : std::span(many);
   parallel_for(n, grain, [&](std::size_t begin, std::size_t end) {
     partial[begin / grain] = body(begin, end);
   });

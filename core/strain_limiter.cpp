@@ -61,14 +61,15 @@ StrainReport StrainLimiter::measure(std::span<const Vec3> x) const {
     for (std::size_t i = begin; i < end; ++i) {
       const double strain = strain_of(springs_[i], x);
       worst.max_strain = std::max(worst.max_strain, strain);
-      worst.residual = std::max(worst.residual, strain - limits_[i]);
+      worst.excess = std::max(worst.excess, strain - limits_[i]);
     }
   });
   StrainReport report;
   for (const StrainReport& p : partial) {
     report.max_strain = std::max(report.max_strain, p.max_strain);
-    report.residual = std::max(report.residual, p.residual);
+    report.excess = std::max(report.excess, p.excess);
   }
+  report.residual = std::max(report.residual, report.excess);
   return report;
 }
 

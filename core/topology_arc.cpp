@@ -11,10 +11,11 @@
 // half of those of its sides to each of the springs there. Where a cell is so slender that its
 // diagonals alone would be stiffer than the cloth, its shear stiffness is lowered until they leave
 // `least_share` of the stretch. The triangles at the centre are Van Gelder's. So warp and weft are
-// radial and ring-wise: the material is polar, unlike any woven one. continuum_constants tells what
-// comes of it.
+// radial and ring-wise: the material is polar, unlike any woven one, and has the mean of both.
+// continuum_constants tells what comes of it. Bending is that of x and y (see shape_operator).
 #include <selvedge/core/cloth_mesh.h>
 #include <selvedge/core/detail/grid_mesh.h>
+#include <selvedge/core/detail/rings.h>
 #include <selvedge/core/detail/topology.h>
 
 #include <Eigen/Geometry>
@@ -41,14 +42,19 @@ void validate_disc(const DiscConfig& disc) {
 
 class ArcMesh {
  public:
-  ArcMesh(const DiscConfig& disc, const Material& material) : disc_(disc), material_(material) {}
+  ArcMesh(const std::vector<double>& radii, std::int32_t spokes, const Material& material)
+      : radii_(radii),
+        spokes_(spokes),
+        rings_(static_cast<std::int32_t>(radii.size())),
+        material_(material),
+        stretch_(0.5 * (material.stretch_stiffness + stretch_along_weft(material))) {}
 
   ClothMesh build() {
     add_vertices();
     add_triangles();
-    for (std::int32_t j = 1; j < disc_.rings; ++j)
-      for (std::int32_t k = 0; k < disc_.spokes; ++k) add_cell(j, k);
-    for (std::int32_t k = 0; k < disc_.spokes; ++k) add_centre_triangle(k);
+    for (std::int32_t j = 1; j < rings_; ++j)
+      for (std::int32_t k = 0; k < spokes_; ++k) add_cell(j, k);
+    for (std::int32_t k = 0; k < spokes_; ++k) add_centre_triangle(k);
     for (const auto& [ends, stiffness] : stiffness_) add_spring(ends, stiffness);
     cloth_.mass = vertex_areas(cloth_.surface.vertices, cloth_.surface.triangles);
     for (double& m : cloth_.mass) m *= material_.density;
@@ -59,7 +65,7 @@ class ArcMesh {
 
  private:
   std::int32_t index(std::int32_t ring, std::int32_t k) const {
-    return ring == 0 ? 0 : 1 + (ring - 1) * disc_.spokes + k % disc_.spokes;
+    return ring == 0 ? 0 : 1 + (ring - 1) * spokes_ + k % spokes_;
   }
 
   double distance(std::int32_t a, std::int32_t b) const {
@@ -68,19 +74,19 @@ class ArcMesh {
 
   void add_vertices() {
     cloth_.surface.vertices.emplace_back(Vec3::Zero());
-    for (std::int32_t j = 1; j <= disc_.rings; ++j)
-      for (std::int32_t k = 0; k < disc_.spokes; ++k) {
-        const double r = disc_.radius * j / disc_.rings;
-        const double angle = 2.0 * std::numbers::pi * k / disc_.spokes;
+    for (std::int32_t j = 1; j <= rings_; ++j)
+      for (std::int32_t k = 0; k < spokes_; ++k) {
+        const double r = radii_[j - 1];
+        const double angle = 2.0 * std::numbers::pi * k / spokes_;
         cloth_.surface.vertices.emplace_back(r * std::cos(angle), r * std::sin(angle), 0.0);
       }
   }
 
   void add_triangles() {
-    for (std::int32_t k = 0; k < disc_.spokes; ++k)
+    for (std::int32_t k = 0; k < spokes_; ++k)
       cloth_.surface.triangles.push_back({0, index(1, k), index(1, k + 1)});
-    for (std::int32_t j = 1; j < disc_.rings; ++j)
-      for (std::int32_t k = 0; k < disc_.spokes; ++k) {
+    for (std::int32_t j = 1; j < rings_; ++j)
+      for (std::int32_t k = 0; k < spokes_; ++k) {
         const std::int32_t v00 = index(j, k), v10 = index(j + 1, k);
         const std::int32_t v01 = index(j, k + 1), v11 = index(j + 1, k + 1);
         if ((j + k) % 2 == 0) {
@@ -104,7 +110,7 @@ class ArcMesh {
     const double a = distance(v00, v10), inner = distance(v00, v01), outer = distance(v10, v11);
     const double b = 0.5 * (inner + outer), ratio = a / b, square = ratio * ratio;
     const double c11 =
-        detail::stretch_constant(material_.stretch_stiffness, material_.shear_stiffness);
+        detail::stretch_constants(stretch_, stretch_, material_.shear_stiffness).warp;
     const double g = std::min(material_.shear_stiffness,
                               (1.0 - least_share) * c11 / std::max(square, 1.0 / square));
     // Half of a spring's stiffness from either side: the border, with one side, has half.
@@ -125,7 +131,7 @@ class ArcMesh {
     const double area = 0.5 * (x[v[1]] - x[v[0]]).cross(x[v[2]] - x[v[0]]).norm();
     for (int e = 0; e < 3; ++e) {
       const double l = distance(v[e], v[(e + 1) % 3]);
-      add_stiffness(v[e], v[(e + 1) % 3], material_.stretch_stiffness * area / (l * l));
+      add_stiffness(v[e], v[(e + 1) % 3], stretch_ * area / (l * l));
     }
   }
 
@@ -136,19 +142,28 @@ class ArcMesh {
     cloth_.strain_limit.push_back(material_.strain_limit);
   }
 
-  DiscConfig disc_;
+  const std::vector<double>& radii_;
+  std::int32_t spokes_, rings_;
   Material material_;
+  double stretch_;  // N/m, the mean of warp and weft
   ClothMesh cloth_;
   std::map<Edge, double> stiffness_;
 };
 
 }  // namespace
 
-ClothMesh make_arc(const DiscConfig& disc, const Material& material) {
-  validate_disc(disc);
+ClothMesh detail::make_rings(const std::vector<double>& radii, std::int32_t spokes,
+                             const Material& material) {
   detail::validate_material(material);
   detail::require_hinges(material, "the arc mesh");
-  return ArcMesh(disc, material).build();
+  return ArcMesh(radii, spokes, material).build();
+}
+
+ClothMesh make_arc(const DiscConfig& disc, const Material& material) {
+  validate_disc(disc);
+  std::vector<double> radii;
+  for (std::int32_t j = 1; j <= disc.rings; ++j) radii.push_back(disc.radius * j / disc.rings);
+  return detail::make_rings(radii, disc.spokes, material);
 }
 
 }  // namespace selvedge

@@ -12,41 +12,12 @@
 #include <selvedge/core/continuum.h>
 #include <selvedge/core/detail/topology.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
 namespace selvedge {
 namespace {
-
-using Vec6 = Eigen::Matrix<double, 6, 1>;
-
-/// C11, C22, C12, C33, C13, C23, each times the root of how often it stands in the tensor.
-Vec6 weighed(const ContinuumConstants& c) {
-  const double two = std::sqrt(2.0);
-  Vec6 v;
-  v << c.c11, c.c22, two * c.c12, 2.0 * c.c33, 2.0 * c.c13, 2.0 * c.c23;
-  return v;
-}
-
-/// The x >= 0 with the least |m x - y|: of the eight sets of positive ones, the best that is.
-Vec3 least_squares(const Eigen::Matrix<double, 6, 3>& m, const Vec6& y) {
-  Vec3 best = Vec3::Zero();
-  double least = y.squaredNorm();
-  constexpr unsigned sets = 8;
-  for (unsigned set = 1; set < sets; ++set) {
-    Eigen::Matrix<double, 6, 3> part = m;
-    for (int k = 0; k < 3; ++k)
-      if (!(set >> k & 1U)) part.col(k).setZero();
-    const Vec3 x = part.completeOrthogonalDecomposition().solve(y);
-    const double left = (part * x - y).squaredNorm();
-    if (x.minCoeff() < 0.0 || left >= least) continue;
-    least = left;
-    best = x;
-  }
-  return best;
-}
 
 void validate_plate(const PlateConstants& plate) {
   const auto positive = [](const char* name, double value) {
@@ -59,34 +30,10 @@ void validate_plate(const PlateConstants& plate) {
 
 void validate_flat(const TriangleMesh& rest) {
   for (std::size_t i = 0; i < rest.vertices.size(); ++i)
-    if (rest.vertices[i].z() != 0.0)
+    if (rest.vertices[i].z() != rest.vertices[0].z())
       throw std::invalid_argument("plate: vertex " + std::to_string(i) +
-                                  " of the rest mesh is not in the xy-plane; flatten the mesh");
-}
-
-/// Stiffnesses of the edges of one triangle, 01, 12, 20, and the residual.
-struct TriangleFit {
-  Vec3 stiffness;
-  double area, residual;
-};
-
-TriangleFit fit(const TriangleMesh& mesh, const Triangle& t, const ContinuumConstants& c) {
-  const std::vector<Vec3>& x = mesh.vertices;
-  TriangleFit out{};
-  out.area = 0.5 * (x[t[1]] - x[t[0]]).cross(x[t[2]] - x[t[0]]).norm();
-  Eigen::Matrix<double, 6, 3> m;
-  for (int k = 0; k < 3; ++k) {
-    const Vec3 d = x[t[(k + 1) % 3]] - x[t[k]];
-    const double xx = d.x() * d.x(), yy = d.y() * d.y(), xy = d.x() * d.y();
-    // k L² (c², s², cs)(...)ᵀ/A, with L² c² = dx²
-    const double scale = 1.0 / (out.area * d.squaredNorm());
-    m.col(k) = weighed({scale * xx * xx, scale * yy * yy, scale * xx * yy, scale * xy * xy,
-                        scale * xx * xy, scale * yy * xy});
-  }
-  const Vec6 y = weighed(c);
-  out.stiffness = least_squares(m, y);
-  out.residual = (m * out.stiffness - y).norm() / y.norm();
-  return out;
+                                  " of the rest mesh is not in one plane of constant z with vertex "
+                                  "0; flatten the mesh");
 }
 
 }  // namespace
@@ -97,6 +44,7 @@ PlateMesh make_plate(const TriangleMesh& rest, const PlateConstants& plate,
   validate(rest, "plate");
   validate_flat(rest);
   Material m = material;
+  m.stretch_weft = m.bending_weft = std::nullopt;
   m.stretch_stiffness = plate.stretch;
   m.bending_stiffness = plate.stretch * plate.thickness * plate.thickness /
                         (12.0 * (1.0 - plate.poisson * plate.poisson));
@@ -106,7 +54,7 @@ PlateMesh make_plate(const TriangleMesh& rest, const PlateConstants& plate,
   const ContinuumConstants wanted = plate_constants(plate.stretch, plate.poisson);
   double area = 0.0, squares = 0.0;
   for (const Triangle& t : rest.triangles) {
-    const TriangleFit f = fit(rest, t, wanted);
+    const detail::SpringFit f = detail::fit_springs(rest.vertices, t, wanted);
     area += f.area;
     squares += f.area * f.residual * f.residual;
     out.worst = std::max(out.worst, f.residual);

@@ -9,10 +9,10 @@
 // cell. The energy of a uniform strain per area gives
 //   C11 = kx a/b + G a²/b²,  C22 = ky b/a + G b²/a²,  C12 = C33 = G = 2 kd a b/l²,
 // that is C11 = ks + kd, C12 = C33 = kd for square cells. The stretch stiffness K is what a strip
-// test with free sides measures, C11 - C12²/C22 = C22 - C12²/C11 = K, so
-//   C11 = C22 = (K + sqrt(K² + 4 G²))/2.
+// test with free sides measures, C11 - C12²/C22 = K along warp and C22 - C12²/C11 = K' along weft,
+//   C11 = (K + sqrt(K² + 4 G² K/K'))/2,  C22 = C11 K'/K.
 // What remains is the coupling every spring net has, C12 = C33: a strip stretched by ε narrows by
-// ε G/C11. With shear by twisting springs there are no diagonals, C11 = C22 = K and C12 = 0.
+// ε G/C11. With shear by twisting springs there are no diagonals, C11 = K, C22 = K' and C12 = 0.
 #include <selvedge/core/cloth_mesh.h>
 #include <selvedge/core/detail/grid_bending.h>
 #include <selvedge/core/detail/grid_mesh.h>
@@ -26,9 +26,9 @@ detail::CellConstants cell_constants(const GridConfig& grid, const Material& m) 
   const double l_squared = c.a * c.a + c.b * c.b, ratio = c.a / c.b;
   const bool twisting = m.shear_law == ShearLaw::twisting;
   const double g = twisting ? 0.0 : m.shear_stiffness;
-  const double c11 = detail::stretch_constant(m.stretch_stiffness, g);
+  const auto [c11, c22] = detail::stretch_constants(m.stretch_stiffness, stretch_along_weft(m), g);
   c.spring_x = (c11 - g * ratio * ratio) / ratio;
-  c.spring_y = (c11 - g / (ratio * ratio)) * ratio;
+  c.spring_y = (c22 - g / (ratio * ratio)) * ratio;
   c.spring_diagonal = g * l_squared / (2.0 * c.a * c.b);
   return c;
 }

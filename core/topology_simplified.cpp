@@ -28,10 +28,10 @@ namespace {
 detail::CellConstants cell_constants(const GridConfig& grid, const Material& m, bool alternating) {
   detail::CellConstants c = detail::cell_sides(grid);
   const double l_squared = c.a * c.a + c.b * c.b, ratio = c.a / c.b;
-  const double k = m.stretch_stiffness, g = m.shear_stiffness;
-  const double c11 = detail::stretch_constant(k, g);
-  c.spring_x = alternating ? (c11 - g * ratio * ratio) / ratio : k / ratio;
-  c.spring_y = alternating ? (c11 - g / (ratio * ratio)) * ratio : k * ratio;
+  const double warp = m.stretch_stiffness, weft = stretch_along_weft(m), g = m.shear_stiffness;
+  const auto [c11, c22] = detail::stretch_constants(warp, weft, g);
+  c.spring_x = alternating ? (c11 - g * ratio * ratio) / ratio : warp / ratio;
+  c.spring_y = alternating ? (c22 - g / (ratio * ratio)) * ratio : weft * ratio;
   c.spring_diagonal = g * l_squared / (c.a * c.b);
   return c;
 }

@@ -27,8 +27,8 @@ struct ContactForceConfig {
   /// sticking: 3e-4 m/s for 2 mm at 1/120 s.
   double stick_slip = 1.25e-3;
   /// Share of the whole load by which the contact forces may still change when no further solve is
-  /// asked for. More is faster and lets single contacts pull or friction miss by that much in a
-  /// step.
+  /// asked for, and of all μλ by which friction may. More is faster and lets single contacts pull
+  /// or friction miss by that much in a step.
   double load_tolerance = 0.1;
 };
 
@@ -46,9 +46,10 @@ class ContactForce final : public Response {
   void begin(const ResponseStep& step) override;
   void add(std::span<const ContactPoint> contacts) override;
   std::span<const ImplicitTerm> terms() override;
-  /// Takes the solved velocities; true if the contact forces that follow from them differ from
+  /// Takes the solved velocities, pulls them back to where the way from those of the solve before
+  /// has its least energy, and returns true if the contact forces that follow from them differ from
   /// those of the solve by so much that another solve is due.
-  bool update(std::span<const Vec3> v) override;
+  bool update(std::span<Vec3> v) override;
 
   /// An explicit step has no solve to enter: impulses answer (make_impulse, without restitution).
   void correct(std::span<Vec3> x_t1) override;
@@ -63,7 +64,6 @@ class ContactForce final : public Response {
   enum class Slip : std::uint8_t {
     stick,  ///< viscosity c
     slide,  ///< the force μλ against the slip, and viscosity μλ/|s| across it (Newton)
-    creep,  ///< viscosity μλ/|s|: slower to settle, but never turns the slip back
   };
   struct Entry {
     ContactPoint point;
@@ -74,10 +74,20 @@ class ContactForce final : public Response {
     double m_eff = 0.0;      // kg, inertia against an impulse at the contact
     double load = 0.0;       // N, last estimate of λ
     Slip slip = Slip::stick;
-    Vec3 along = Vec3::Zero();  // unit, of the slip that slides
-    double push = 0.0;          // N, friction as a given force against `along`
-    double viscosity = 0.0;     // kg/s, of friction: in all directions, or across `along`
-    bool turned_back = false;   // by a push in this step
+    Vec3 along = Vec3::Zero();     // unit, of the slip that slides
+    double push = 0.0;             // N, friction as a given force against `along`
+    double viscosity = 0.0;        // kg/s, of friction: in all directions, or across `along`
+    double friction_change = 0.0;  // N, asked for by the last update
+    double limit = 0.0;            // N, μλ that friction was set for
+    Vec3 applied = Vec3::Zero();   // N·s, what holds the cloth at the present velocities
+    Vec3 solved = Vec3::Zero();    // N·s, of the last solve
+  };
+  /// A contact on the way from the velocities of one solve to those of the next.
+  struct Way {
+    const Entry* entry;
+    Vec3 turn;            // change of the relative velocity over the whole way, m/s
+    double lack, closes;  // m, target less gap at its beginning, and by how much it changes
+    Vec3 slip, slips;     // m/s, at its beginning, and change
   };
 
   Vec3 motion_of(const Entry& e, std::span<const Vec3> v) const;
@@ -88,6 +98,11 @@ class ContactForce final : public Response {
   Vec3 friction_used(const Entry& e, const Vec3& s) const;
   double update(Entry& e, std::span<const Vec3> v) const;
   double update_friction(Entry& e, const Vec3& s, bool carried) const;
+  void note_solved(std::span<const Vec3> v);
+  void find_ways(std::span<const Vec3> v);
+  double slope(double share) const;
+  double least_energy() const;
+  void pull_back(std::span<Vec3> v);
 
   ContactForceConfig config_;
   ContactMotion motion_;
@@ -96,7 +111,10 @@ class ContactForce final : public Response {
   std::vector<ImplicitTerm> terms_;
   std::vector<std::size_t> term_entry_;  // entry of each term
   std::unique_ptr<Response> explicit_;   // answers steps without a solve; made when first needed
-  int updates_ = 0;                      // in this step
+  int friction_updates_ = 0;             // in this step that friction alone has asked for
+  double room_ = 0.0, approach_ = 0.0;  // Σ m_eff·rest gap, Σ m_eff·predicted lack of it, kg·m
+  std::vector<Vec3> v_last_;            // after the last update; empty: none in this step
+  std::vector<Way> ways_;
 };
 
 }  // namespace selvedge

@@ -3,16 +3,11 @@
 #include <selvedge/response/impact_zone.h>
 #include <selvedge/response/impulse.h>
 
-#include <algorithm>
-
 namespace selvedge {
 namespace {
 
 // Passes of impulses before rigid zones take over.
 constexpr int kImpulsePasses = 8;
-
-// Rounds of growing zones before the step is given up.
-constexpr int kZoneRounds = 40;
 
 class ImpulseZones final : public FailSafe {
  public:
@@ -30,7 +25,7 @@ class ImpulseZones final : public FailSafe {
       return true;
     }
     if (round == kImpulsePasses) zones_.begin(step_.motion);
-    if (round < kImpulsePasses + kZoneRounds) return grow_zones(hits, x_t1);
+    if (round < kImpulsePasses + ImpactZones::rounds) return grow_zones(hits, x_t1);
     trouble_ = "impulses and rigid zones do not part what collides";
     return false;
   }
@@ -46,11 +41,7 @@ class ImpulseZones final : public FailSafe {
 
  private:
   bool grow_zones(std::span<const ContactPoint> hits, std::span<Vec3> x_t1) {
-    zones_.merge(hits);
-    counters_["zone_rounds"] += 1;
-    double& largest = counters_["max_zone"];
-    largest = std::max(largest, static_cast<double>(zones_.members()));
-    if (zones_.apply(step_.mass, x_t1)) return true;
+    if (zones_.grow(hits, step_.mass, x_t1, counters_)) return true;
     trouble_ = zones_.trouble();
     return false;
   }

@@ -3,17 +3,12 @@
 #include <selvedge/response/impact_zone.h>
 #include <selvedge/response/inelastic_projection.h>
 
-#include <algorithm>
-
 namespace selvedge {
 namespace {
 
 // Rounds of projection before rigid zones take over. A round undoes what collides and finds what
 // collides instead; a stack of twelve sheets at 10 m/s settles in about that many.
 constexpr int kProjectionRounds = 20;
-
-// Rounds of growing zones before the step is given up.
-constexpr int kZoneRounds = 40;
 
 // Inelastic projection (inelastic_projection.h), then rigid impact zones (impact_zone.h) for what
 // still collides. Both keep linear and angular momentum of free particles and never gain energy.
@@ -34,7 +29,7 @@ class ProjectionZones final : public FailSafe {
       return true;
     }
     if (round == kProjectionRounds) zones_.begin(step_.motion);
-    if (round < kProjectionRounds + kZoneRounds) return grow_zones(hits, x_t1);
+    if (round < kProjectionRounds + ImpactZones::rounds) return grow_zones(hits, x_t1);
     trouble_ = "projection and rigid zones do not part what collides";
     return false;
   }
@@ -52,11 +47,7 @@ class ProjectionZones final : public FailSafe {
 
  private:
   bool grow_zones(std::span<const ContactPoint> hits, std::span<Vec3> x_t1) {
-    zones_.merge(hits);
-    counters_["zone_rounds"] += 1;
-    double& largest = counters_["max_zone"];
-    largest = std::max(largest, static_cast<double>(zones_.members()));
-    if (zones_.apply(step_.mass, x_t1)) return true;
+    if (zones_.grow(hits, step_.mass, x_t1, counters_)) return true;
     trouble_ = zones_.trouble();
     return false;
   }

@@ -2,6 +2,8 @@
 #include <selvedge/response/impact_zone.h>
 #include <selvedge/response/reference_motion.h>
 
+#include <algorithm>
+
 namespace selvedge {
 
 void ImpactZones::begin(const ContactMotion& motion) {
@@ -11,6 +13,15 @@ void ImpactZones::begin(const ContactMotion& motion) {
 }
 
 void ImpactZones::merge(std::span<const ContactPoint> contacts) { groups_.merge(contacts); }
+
+bool ImpactZones::grow(std::span<const ContactPoint> contacts, std::span<const double> mass,
+                       std::span<Vec3> x_t1, std::map<std::string, double>& counters) {
+  merge(contacts);
+  counters["zone_rounds"] += 1;
+  double& largest = counters["max_zone"];
+  largest = std::max(largest, static_cast<double>(members()));
+  return apply(mass, x_t1);
+}
 
 bool ImpactZones::apply(std::span<const double> mass, std::span<Vec3> x_t1) {
   trouble_.clear();

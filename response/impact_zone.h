@@ -3,6 +3,7 @@
 
 #include <selvedge/response/contact_groups.h>
 
+#include <map>
 #include <span>
 #include <string>
 
@@ -20,6 +21,8 @@ class ImpactZones {
  public:
   /// Largest turn of a zone in one step, radian: it stretches a free zone by 4.4 %.
   static constexpr double kMaxTurn = 0.3;
+  /// Rounds of growing zones before a step is given up.
+  static constexpr int rounds = 40;
 
   /// Forgets the zones of the step before.
   void begin(const ContactMotion& motion);
@@ -29,6 +32,11 @@ class ImpactZones {
   /// touches parts that do not move as one rigid body: then the step has to be shorter, and
   /// `trouble` tells which zone it was.
   bool apply(std::span<const double> mass, std::span<Vec3> x_t1);
+
+  /// One round of growing: merge, then apply, whose answer it returns. Counts the rounds
+  /// ("zone_rounds") and the most particles in zones ("max_zone").
+  bool grow(std::span<const ContactPoint> contacts, std::span<const double> mass,
+            std::span<Vec3> x_t1, std::map<std::string, double>& counters);
 
   /// Particles that are in a zone.
   std::size_t members() const { return groups_.members(); }

@@ -66,6 +66,7 @@ struct ResponseTraits {
                                  ///< whom it went (`impulses`)
   bool passive = false;          ///< never gives energy, beyond rounding
   bool has_restitution = false;  ///< heeds ResponseConfig::restitution
+  bool stores_energy = false;    ///< its contacts are springs, which give back what they took
 };
 
 /// Answers contacts. A response may act as a force inside the solve (`terms`, `update`), on the end
@@ -83,9 +84,9 @@ class Response {
   virtual void add(std::span<const ContactPoint> contacts) = 0;
   /// What enters the implicit solve.
   virtual std::span<const ImplicitTerm> terms() { return {}; }
-  /// Takes the solved velocities, m/s; true if another solve is due because the forces that follow
-  /// from them differ.
-  virtual bool update(std::span<const Vec3> v) {
+  /// Takes the solved velocities, m/s, and may pull them back towards those of the solve before;
+  /// true if another solve is due because the forces that follow from them differ.
+  virtual bool update(std::span<Vec3> v) {
     static_cast<void>(v);
     return false;
   }

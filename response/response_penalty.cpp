@@ -36,7 +36,7 @@ class Penalty final : public Response {
   void begin(const ResponseStep& step) override;
   void add(std::span<const ContactPoint> contacts) override;
   std::span<const ImplicitTerm> terms() override;
-  bool update(std::span<const Vec3> v) override;
+  bool update(std::span<Vec3> v) override;
   void correct(std::span<Vec3> x_t1) override;
   void impulses(std::span<const Vec3> v, std::vector<ContactImpulse>& out) const override;
   double stable_step() const override;
@@ -45,7 +45,11 @@ class Penalty final : public Response {
     return {
         "forces by depth: what they let in is v sqrt(m/K); regularised Coulomb friction; "
         "momentum is kept",
-        "survey of Mozafary and Payvandy, 2016, eq. 42 and 43, mended", true, false, false};
+        "survey of Mozafary and Payvandy, 2016, eq. 42 and 43, mended",
+        true,
+        false,
+        false,
+        true};
   }
 
  private:
@@ -172,7 +176,7 @@ void Penalty::set_friction(Entry& e, const Vec3& slip) const {
   e.drag = stops ? Vec3(Vec3::Zero()) : Vec3(-limit / speed * slip);
 }
 
-bool Penalty::update(std::span<const Vec3> v) {
+bool Penalty::update(std::span<Vec3> v) {
   double change = 0.0, load = 0.0;
   for (Entry& e : entries_) {
     const Vec3 motion = motion_of(e, v);

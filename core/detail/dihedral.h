@@ -35,8 +35,10 @@ inline Dihedral dihedral(const Vec3& x1, const Vec3& x2, const Vec3& x3, const V
   const Vec3 a = n1 / n1_squared, b = n2 / n2_squared;
   d.gradient[0] = length * a;
   d.gradient[1] = length * b;
-  d.gradient[2] = ((x1 - x4).dot(e) / length) * a + ((x2 - x4).dot(e) / length) * b;
   d.gradient[3] = -((x1 - x3).dot(e) / length) * a - ((x2 - x3).dot(e) / length) * b;
+  // u3 is (x1 - x4)·e/|e| a + (x2 - x4)·e/|e| b, which is minus the sum of the others: computed by
+  // itself, an edge much shorter than its triangles would leave their sum of rounding errors.
+  d.gradient[2] = -(d.gradient[0] + d.gradient[1] + d.gradient[3]);
   return d;
 }
 

@@ -36,4 +36,13 @@ inline void require_number_of(const char* quantity, const char* what, std::size_
   require_number(name.str().c_str(), value, zero_allowed);
 }
 
+/// Throws std::invalid_argument unless a memory of `there` numbers holds the `needed` ones.
+inline void require_memory(const char* what, std::size_t there, std::size_t needed) {
+  if (there >= needed) return;
+  std::ostringstream text;
+  text << "the memory of " << what << " has " << there << " numbers left, but needs " << needed
+       << "; it belongs to another cloth";
+  throw std::invalid_argument(text.str());
+}
+
 }  // namespace selvedge::detail

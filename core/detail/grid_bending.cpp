@@ -4,8 +4,8 @@
 // columns and both diagonals. A line along t bent to curvature κ across n feels κ (n·t̂)². With the
 // shares A, C of rows and columns and D of each diagonal, the energy per area is
 //   ½ κ² [A c⁴ + C s⁴ + D (2 a⁴c⁴ + 12 a²b² c²s² + 2 b⁴s⁴)/l⁴],  n = (c,s),  l² = a² + b²,
-// which is ½ B κ² (c² + s²)² in every direction for
-//   D = B l⁴/(6 a²b²),  A = B (1 - a²/(3 b²)),  C = B (1 - b²/(3 a²)).
+// which is ½ κ² (√B c² + √B' s²)², the plate's [Peirce1930], for
+//   D = √(BB') l⁴/(6 a²b²),  A = B - √(BB') a²/(3 b²),  C = B' - √(BB') b²/(3 a²).
 #include <selvedge/core/detail/grid_bending.h>
 #include <selvedge/core/detail/grid_mesh.h>
 #include <selvedge/core/detail/topology.h>
@@ -37,22 +37,24 @@ struct LineShares {
   double row, column, diagonal;
 };
 
-LineShares line_shares(const CellConstants& c, double rigidity) {
-  const double a2 = c.a * c.a, b2 = c.b * c.b, l2 = a2 + b2;
-  const LineShares shares{rigidity * (1.0 - a2 / (3.0 * b2)), rigidity * (1.0 - b2 / (3.0 * a2)),
-                          rigidity * l2 * l2 / (6.0 * a2 * b2)};
+LineShares line_shares(const CellConstants& c, const Material& m) {
+  const double warp = m.bending_stiffness, weft = bending_along_weft(m);
+  const double a2 = c.a * c.a, b2 = c.b * c.b, l2 = a2 + b2, between = std::sqrt(warp * weft);
+  const LineShares shares{warp - between * a2 / (3.0 * b2), weft - between * b2 / (3.0 * a2),
+                          between * l2 * l2 / (6.0 * a2 * b2)};
   if (shares.row > 0.0 && shares.column > 0.0) return shares;
   std::ostringstream text;
-  text << "bending_law: lines of particles need cells whose sides differ by less than 1.73 to 1, "
-          "not "
-       << c.a << " m by " << c.b << " m; change cells_x or cells_y, or take \"hinge\"";
+  text << "bending_law: lines of particles need cells whose sides differ by less than 1.73 to 1 "
+          "where warp and weft bend alike, not "
+       << c.a << " m by " << c.b << " m of " << warp << " and " << weft
+       << " N*m; change cells_x or cells_y, or take \"hinge\"";
   throw std::invalid_argument(text.str());
 }
 
-void for_each_line(const GridConfig& grid, double rigidity,
+void for_each_line(const GridConfig& grid, const Material& material,
                    const std::function<void(const Line&)>& add) {
   const CellConstants c = cell_sides(grid);
-  const LineShares share = line_shares(c, rigidity);
+  const LineShares share = line_shares(c, material);
   const double area = c.a * c.b, diagonal = std::hypot(c.a, c.b);
   const std::int32_t nx = grid.cells_x, ny = grid.cells_y, up = nx + 1;
   for (std::int32_t j = 0; j <= ny; ++j)
@@ -71,7 +73,7 @@ void for_each_line(const GridConfig& grid, double rigidity,
 // A link over two cells bends to an arc of length 2d and stores ½ k κ² 2d: k = (share·area)/(2d).
 // Before it buckles it is as stiff as a strip of the cloth of its width.
 void add_links(ClothMesh& cloth, const GridConfig& grid, const Material& m) {
-  for_each_line(grid, m.bending_stiffness, [&](const Line& line) {
+  for_each_line(grid, m, [&](const Line& line) {
     const double length = 2.0 * line.spacing;
     const double rigidity = line.rigidity_area / length;
     // The onset must be steeper than any later slope, with room; see make_buckling_force.
@@ -86,7 +88,7 @@ void add_links(ClothMesh& cloth, const GridConfig& grid, const Material& m) {
 // A torsional spring at a particle turns by κ d and stores ½ k κ² d²: k = (share·area)/d². This is
 // also the beam of [survey eq. 4] mended: under an end couple M = EI α/l, with EI = B·width.
 void add_bend_twists(ClothMesh& cloth, const GridConfig& grid, const Material& m) {
-  for_each_line(grid, m.bending_stiffness, [&](const Line& line) {
+  for_each_line(grid, m, [&](const Line& line) {
     cloth.twists.push_back({{line.before, line.centre, line.after},
                             0.0,
                             line.rigidity_area / (line.spacing * line.spacing),
@@ -97,7 +99,8 @@ void add_bend_twists(ClothMesh& cloth, const GridConfig& grid, const Material& m
 void refuse_bending_friction(const Material& m) {
   if (m.bending_friction > 0.0)
     throw std::invalid_argument(
-        "bending_friction needs hinges; take bending_law \"hinge\" or \"bridson\"");
+        "bending_friction needs hinges; take bending_law \"hinge\", \"shape_operator\" or "
+        "\"bridson\"");
 }
 
 // Bent to curvature κ across n = (c,s), rows have the curvature κ c² and columns κ s²: frictions HB
@@ -123,6 +126,7 @@ void add_grid_bending(ClothMesh& cloth, const GridConfig& grid, const Material& 
   if (material.bending_friction > 0.0 && grid.cells_x == 1)
     throw std::invalid_argument("bending_friction needs at least 2 cells_x");
   switch (material.bending_law) {
+    case BendingLaw::shape_operator:
     case BendingLaw::hinge:
     case BendingLaw::bridson:
       add_grid_hinges(cloth, grid, material);

@@ -104,11 +104,13 @@ struct HingeConstants {
 // Bent to curvature κ across n = (c,s), an edge along x turns by κ s² b, along y by κ c² a, and a
 // diagonal by κ c s l. With these stiffnesses the energy per area is
 // ½ B κ² (s⁴ + c⁴ + 2 s²c²) = ½ B κ² in every direction: that of a plate with Poisson's ratio 0.
+// Where warp and weft differ it is ½ κ² (√B_warp c² + √B_weft s²)² [Peirce1930]; edges along x, the
+// warp, turn where the weft bends.
 HingeConstants hinge_constants(const GridConfig& grid, const Material& m) {
   const CellConstants c = cell_sides(grid);
   const double l_squared = c.a * c.a + c.b * c.b, ratio = c.a / c.b;
-  return {m.bending_stiffness * ratio, m.bending_stiffness / ratio,
-          2.0 * m.bending_stiffness * c.a * c.b / l_squared};
+  const double warp = m.bending_stiffness, weft = bending_along_weft(m);
+  return {weft * ratio, warp / ratio, 2.0 * std::sqrt(warp * weft) * c.a * c.b / l_squared};
 }
 
 }  // namespace
@@ -120,7 +122,11 @@ CellConstants cell_sides(const GridConfig& grid) {
   return c;
 }
 
-double stretch_constant(double k, double g) { return 0.5 * (k + std::sqrt(k * k + 4.0 * g * g)); }
+// C11 C22 - g² = warp C22 = weft C11, so that C11² - warp C11 - g² warp/weft = 0.
+StretchConstants stretch_constants(double warp, double weft, double g) {
+  const double c11 = 0.5 * (warp + std::sqrt(warp * warp + 4.0 * g * g * warp / weft));
+  return {c11, c11 * weft / warp};
+}
 
 void validate_cells(const CellConstants& c, const Material& m) {
   if (c.spring_x > 0.0 && c.spring_y > 0.0) return;

@@ -19,9 +19,12 @@ struct CellConstants {
 /// Sides of the cells of `grid`; the stiffnesses are left at 0.
 CellConstants cell_sides(const GridConfig& grid);
 
-/// C11 = C22 of a net with C12 = C33 = g, C13 = C23 = 0 and the strip modulus k (free sides):
-/// C11 - C12²/C11 = k.
-double stretch_constant(double k, double g);
+/// C11 and C22 of a net with C12 = C33 = g, C13 = C23 = 0 and the strip moduli (free sides)
+/// C11 - C12²/C22 = warp, C22 - C12²/C11 = weft.
+struct StretchConstants {
+  double warp, weft;
+};
+StretchConstants stretch_constants(double warp, double weft, double g);
 
 /// Throws std::invalid_argument where the diagonals alone are stiffer than the material.
 void validate_cells(const CellConstants& c, const Material& m);

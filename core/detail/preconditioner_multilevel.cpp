@@ -219,11 +219,11 @@ class Multilevel final : public Preconditioner {
       for (std::size_t i = first; i < last; ++i)
         inverse_[i] = free_[i] ? Mat3(a_->diagonal(i).inverse()) : Mat3::Zero();
     });
-    std::vector<Vec3> x(n);
+    power_.resize(n);
     lambda_ = largest_eigenvalue(
         inverse_,
-        [&](std::span<const Vec3> from, std::span<Vec3> to) { fine_.multiply(*a_, from, to); }, x,
-        smoother_.scratch);
+        [&](std::span<const Vec3> from, std::span<Vec3> to) { fine_.multiply(*a_, from, to); },
+        power_, smoother_.scratch);
   }
 
   /// S = ω (λ D + Σ_t n_t D_t)⁻¹: a term of n_t particles is at most n_t times its own diagonal
@@ -235,7 +235,8 @@ class Multilevel final : public Preconditioner {
         smoother_.step[i] = (smoother_step / lambda_) * inverse_[i];
       return;
     }
-    std::vector<Mat3> d(n, Mat3::Zero());
+    std::vector<Mat3>& d = diagonal_;
+    d.assign(n, Mat3::Zero());
     for (const ImplicitTerm& t : terms_->terms()) {
       const auto count = std::count_if(t.particle.begin(), t.particle.end(),
                                        [](std::int32_t p) { return p >= 0; });
@@ -308,11 +309,11 @@ class Multilevel final : public Preconditioner {
 
   void factor(const BlockRows& a) {
     const auto n = static_cast<Eigen::Index>(3 * a.size());
-    Eigen::MatrixXd full = Eigen::MatrixXd::Zero(n, n);
+    full_.setZero(n, n);
     for (std::size_t i = 0; i < a.size(); ++i)
       for (std::int32_t k = a.begin[i]; k < a.begin[i + 1]; ++k)
-        full.block<3, 3>(static_cast<Eigen::Index>(3 * i), 3 * a.column[k]) = a.value[k];
-    factor_.compute(full);
+        full_.block<3, 3>(static_cast<Eigen::Index>(3 * i), 3 * a.column[k]) = a.value[k];
+    factor_.compute(full_);
   }
 
   void cycle(std::size_t l) {
@@ -351,7 +352,9 @@ class Multilevel final : public Preconditioner {
   TermOperator* terms_ = nullptr;
   std::span<const char> free_;
   SmootherMatrix fine_;
-  std::vector<Mat3> inverse_;  // of its diagonal blocks
+  std::vector<Mat3> inverse_;   // of its diagonal blocks
+  std::vector<Mat3> diagonal_;  // of the terms
+  std::vector<Vec3> power_;     // scratch of the power iterations
   double lambda_ = 1.0;
   Smoother smoother_;
   Prolongation p_;
@@ -359,6 +362,7 @@ class Multilevel final : public Preconditioner {
   std::vector<Level> levels_;
   std::vector<Mat3> base_;  // the first level without terms
   std::vector<std::pair<std::int32_t, double>> parents_;
+  Eigen::MatrixXd full_;  // the last level
   Eigen::LLT<Eigen::MatrixXd> factor_;
 };
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/core/cloth_mesh.h>
+#include <selvedge/core/continuum.h>
 
 #include <span>
 #include <string>
@@ -27,7 +27,19 @@ std::vector<InteriorEdge> interior_edges(std::span<const Triangle> triangles);
 double hinge_stiffness(const std::array<std::int32_t, 4>& v, std::span<const Vec3> rest,
                        double bending_stiffness);
 
-/// Springs on all edges and hinges on all interior ones, for the rest shape `rest`.
+/// Springs on the sides 01, 12, 20 of a triangle.
+struct SpringFit {
+  Vec3 stiffness;         ///< N/m, >= 0
+  double area, residual;  ///< m²; |C_springs - C|/|C|
+};
+/// Those nearest to `c`, by least squares over the tensor of the plane. `rest` lies in a plane of
+/// constant z.
+SpringFit fit_springs(std::span<const Vec3> rest, const Triangle& t, const ContinuumConstants& c);
+
+/// Whether all points have the same z, so that x is the warp and y the weft.
+bool in_a_level(std::span<const Vec3> rest);
+
+/// Springs on all edges and the bending of all interior ones, for the rest shape `rest`.
 void add_edge_springs(ClothMesh& cloth, std::span<const Vec3> rest, const Material& material);
 void add_hinges(ClothMesh& cloth, std::span<const Vec3> rest, const Material& material);
 

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+//
+// The springs on the sides of a triangle that are nearest to a sheet's constants: see
+// topology_plate.cpp, and for warp and weft add_edge_springs.
+#include <selvedge/core/detail/topology.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+
+namespace selvedge::detail {
+namespace {
+
+using Vec6 = Eigen::Matrix<double, 6, 1>;
+
+/// C11, C22, C12, C33, C13, C23, each times the root of how often it stands in the tensor.
+Vec6 weighed(const ContinuumConstants& c) {
+  const double two = std::sqrt(2.0);
+  Vec6 v;
+  v << c.c11, c.c22, two * c.c12, 2.0 * c.c33, 2.0 * c.c13, 2.0 * c.c23;
+  return v;
+}
+
+/// The x >= 0 with the least |m x - y|: of the eight sets of positive ones, the best that is.
+Vec3 least_squares(const Eigen::Matrix<double, 6, 3>& m, const Vec6& y) {
+  Vec3 best = Vec3::Zero();
+  double least = y.squaredNorm();
+  constexpr unsigned sets = 8;
+  for (unsigned set = 1; set < sets; ++set) {
+    Eigen::Matrix<double, 6, 3> part = m;
+    for (int k = 0; k < 3; ++k)
+      if (!(set >> k & 1U)) part.col(k).setZero();
+    const Vec3 x = part.completeOrthogonalDecomposition().solve(y);
+    const double left = (part * x - y).squaredNorm();
+    if (x.minCoeff() < 0.0 || left >= least) continue;
+    least = left;
+    best = x;
+  }
+  return best;
+}
+
+}  // namespace
+
+SpringFit fit_springs(std::span<const Vec3> x, const Triangle& t, const ContinuumConstants& c) {
+  SpringFit out{};
+  out.area = 0.5 * (x[t[1]] - x[t[0]]).cross(x[t[2]] - x[t[0]]).norm();
+  Eigen::Matrix<double, 6, 3> m;
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 d = x[t[(k + 1) % 3]] - x[t[k]];
+    const double xx = d.x() * d.x(), yy = d.y() * d.y(), xy = d.x() * d.y();
+    // k L² (c², s², cs)(...)ᵀ/A, with L² c² = dx²
+    const double scale = 1.0 / (out.area * d.squaredNorm());
+    m.col(k) = weighed({scale * xx * xx, scale * yy * yy, scale * xx * yy, scale * xy * xy,
+                        scale * xx * xy, scale * yy * xy});
+  }
+  const Vec6 y = weighed(c);
+  out.stiffness = least_squares(m, y);
+  out.residual = (m * out.stiffness - y).norm() / y.norm();
+  return out;
+}
+
+}  // namespace selvedge::detail

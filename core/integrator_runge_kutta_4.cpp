@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+//
+// The classical Runge-Kutta method of fourth order (Kutta 1901) on y = (x, v), k = (v, a).
+// Survey eq. 16-20 print the derivative of the velocity as if it were a function V(t, P), leave out
+// 1/m and call the average of the stages the acceleration at t+h; mended.
+// Guarantee: fourth order; stable up to hω = 2√2 undamped (the often quoted 2.785 is the limit on
+// the negative real axis, of damping alone).
+#include <selvedge/core/detail/runge_kutta.h>
+
+namespace selvedge {
+
+std::unique_ptr<Integrator> make_runge_kutta_4(std::vector<std::unique_ptr<Force>> forces,
+                                               std::size_t particles) {
+  detail::Tableau kutta{4, {}, {1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0}, {0.0, 0.5, 0.5, 1.0}};
+  kutta.a[1][0] = 0.5;
+  kutta.a[2][1] = 0.5;
+  kutta.a[3][2] = 1.0;
+  return std::make_unique<detail::RungeKutta>(
+      std::move(forces), particles, kutta,
+      IntegratorTraits{"fourth order; stable below h omega = 2.83, which is checked",
+                       "Kutta 1901; survey eq. 16-20 mended", 4});
+}
+
+}  // namespace selvedge

@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: MIT
+//
+// G. E. Cusick, "The measurement of fabric drape", Journal of the Textile Institute 59 (1968): the
+// share of the free ring of a disc that its shadow still covers. The width of the shadow along a
+// line y = const is linear in y between the corners of its outline, which lie at ends and crossings
+// of contour edges: edges of one triangle, or between triangles that face up and down. So the
+// midpoint rule over the slabs between these heights gives the area exactly.
+#include <selvedge/core/detail/topology.h>
+#include <selvedge/core/measure.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <stdexcept>
+
+namespace selvedge {
+namespace {
+
+double cross(const Vec3& a, const Vec3& b) { return a.x() * b.y() - a.y() * b.x(); }
+
+double signed_area(std::span<const Vec3> x, const Triangle& t) {
+  return 0.5 * cross(x[t[1]] - x[t[0]], x[t[2]] - x[t[0]]);
+}
+
+void require_mesh(std::span<const Vec3> x, std::span<const Triangle> triangles) {
+  validate(TriangleMesh{{x.begin(), x.end()}, {triangles.begin(), triangles.end()}}, "measure");
+}
+
+/// Facing of the triangles of an edge, as far as it matters for the outline.
+struct EdgeFaces {
+  int triangles = 0;
+  bool up = false, down = false;
+};
+
+std::map<Edge, EdgeFaces> faces_of_edges(std::span<const Vec3> x,
+                                         std::span<const Triangle> triangles) {
+  std::map<Edge, EdgeFaces> faces;
+  for (const Triangle& t : triangles) {
+    const double area = signed_area(x, t);
+    for (int k = 0; k < 3; ++k) {
+      const std::int32_t a = t[k], b = t[(k + 1) % 3];
+      EdgeFaces& f = faces[{std::min(a, b), std::max(a, b)}];
+      ++f.triangles;
+      // A triangle seen edge-on faces both ways: its edges then count as contours, which costs time
+      // only.
+      f.up = f.up || area >= 0.0;
+      f.down = f.down || area <= 0.0;
+    }
+  }
+  return faces;
+}
+
+/// An edge from lower to higher y.
+struct Segment {
+  Vec3 low, high;
+};
+
+std::vector<Segment> contour_edges(std::span<const Vec3> x, std::span<const Triangle> triangles) {
+  std::vector<Segment> contours;
+  for (const auto& [edge, f] : faces_of_edges(x, triangles)) {
+    if (f.triangles == 2 && !(f.up && f.down)) continue;
+    const Vec3 &a = x[edge[0]], &b = x[edge[1]];
+    if (a.y() == b.y()) continue;
+    contours.push_back(a.y() < b.y() ? Segment{a, b} : Segment{b, a});
+  }
+  return contours;
+}
+
+/// Height at which two segments cross, added to `heights` if they do.
+void add_crossing(const Segment& a, const Segment& b, std::vector<double>& heights) {
+  const Vec3 u = a.high - a.low, v = b.high - b.low, w = b.low - a.low;
+  const double parallel = cross(u, v);
+  if (parallel == 0.0) return;
+  const double s = cross(w, v) / parallel, t = cross(w, u) / parallel;
+  if (s > 0.0 && s < 1.0 && t > 0.0 && t < 1.0) heights.push_back(a.low.y() + s * u.y());
+}
+
+std::vector<double> event_heights(std::vector<Segment> contours) {
+  std::vector<double> heights;
+  std::sort(contours.begin(), contours.end(),
+            [](const Segment& a, const Segment& b) { return a.low.y() < b.low.y(); });
+  for (std::size_t i = 0; i < contours.size(); ++i) {
+    heights.push_back(contours[i].low.y());
+    heights.push_back(contours[i].high.y());
+    for (std::size_t j = i + 1; j < contours.size() && contours[j].low.y() < contours[i].high.y();
+         ++j)
+      add_crossing(contours[i], contours[j], heights);
+  }
+  std::sort(heights.begin(), heights.end());
+  heights.erase(std::unique(heights.begin(), heights.end()), heights.end());
+  return heights;
+}
+
+/// The part of the line at height y that a triangle covers.
+struct Interval {
+  double begin, end;
+};
+
+Interval interval_at(std::span<const Vec3> x, const Triangle& t, double y) {
+  Interval interval{std::numeric_limits<double>::infinity(),
+                    -std::numeric_limits<double>::infinity()};
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 &a = x[t[k]], &b = x[t[(k + 1) % 3]];
+    if ((a.y() < y) == (b.y() < y)) continue;
+    const double at = a.x() + (y - a.y()) / (b.y() - a.y()) * (b.x() - a.x());
+    interval.begin = std::min(interval.begin, at);
+    interval.end = std::max(interval.end, at);
+  }
+  return interval;
+}
+
+double union_length(std::vector<Interval>& intervals) {
+  std::sort(intervals.begin(), intervals.end(),
+            [](const Interval& a, const Interval& b) { return a.begin < b.begin; });
+  double length = 0.0, reach = -std::numeric_limits<double>::infinity();
+  for (const Interval& i : intervals) {
+    if (i.end > reach) length += i.end - std::max(i.begin, reach);
+    reach = std::max(reach, i.end);
+  }
+  return length;
+}
+
+/// A triangle and the heights between which it lies.
+struct Span {
+  double low, high;
+  Triangle t;
+};
+
+std::vector<Span> spans_by_height(std::span<const Vec3> x, std::span<const Triangle> triangles) {
+  std::vector<Span> spans;
+  spans.reserve(triangles.size());
+  for (const Triangle& t : triangles) {
+    const auto [low, high] = std::minmax({x[t[0]].y(), x[t[1]].y(), x[t[2]].y()});
+    spans.push_back({low, high, t});
+  }
+  std::sort(spans.begin(), spans.end(), [](const Span& a, const Span& b) { return a.low < b.low; });
+  return spans;
+}
+
+}  // namespace
+
+double surface_area(std::span<const Vec3> x, std::span<const Triangle> triangles) {
+  double area = 0.0;
+  for (const Triangle& t : triangles)
+    area += 0.5 * (x[t[1]] - x[t[0]]).cross(x[t[2]] - x[t[0]]).norm();
+  return area;
+}
+
+double projected_area(std::span<const Vec3> x, std::span<const Triangle> triangles) {
+  require_mesh(x, triangles);
+  const std::vector<double> heights = event_heights(contour_edges(x, triangles));
+  const std::vector<Span> spans = spans_by_height(x, triangles);
+  std::vector<Span> active;
+  std::vector<Interval> intervals;
+  std::size_t next = 0;
+  double area = 0.0;
+  for (std::size_t k = 0; k + 1 < heights.size(); ++k) {
+    const double y = 0.5 * (heights[k] + heights[k + 1]);
+    while (next < spans.size() && spans[next].low < y) active.push_back(spans[next++]);
+    std::erase_if(active, [&](const Span& s) { return s.high <= y; });
+    intervals.clear();
+    for (const Span& s : active) intervals.push_back(interval_at(x, s.t, y));
+    area += union_length(intervals) * (heights[k + 1] - heights[k]);
+  }
+  return area;
+}
+
+double drape_coefficient(double shadow, double specimen, double support) {
+  detail::require(std::isfinite(support) && support > 0.0, "support area in m2", support,
+                  "positive");
+  detail::require(std::isfinite(specimen) && specimen > support, "specimen area in m2", specimen,
+                  "larger than the support's");
+  detail::require(std::isfinite(shadow) && shadow >= 0.0, "shadow area in m2", shadow,
+                  "at least 0");
+  return 100.0 * (shadow - support) / (specimen - support);
+}
+
+namespace {
+
+/// Horizontal reach of a strip of length `length` that is clamped horizontally and hangs by its
+/// weight: B θ'' = w s cos θ from the free end, θ'(free) = 0, shot for θ(clamp) = 0. `c` = (B/w)^⅓.
+double cantilever_reach(double c, double length) {
+  constexpr int steps = 400;
+  constexpr int halvings = 60;
+  const double h = length / steps, k = 1.0 / (c * c * c);
+  double reach = 0.0;
+  // θ is the angle below horizontal, s counts from the free end; θ decreases towards the clamp.
+  const auto clamp_angle = [&](double tip) {
+    double angle = tip, rate = 0.0;
+    reach = 0.0;
+    const auto slope = [&](double s, double a) { return -k * s * std::cos(a); };
+    for (int i = 0; i < steps; ++i) {  // velocity Verlet
+      const double s = i * h, before = slope(s, angle);
+      const double next = angle + h * rate + 0.5 * h * h * before;
+      rate += 0.5 * h * (before + slope(s + h, next));
+      reach += h * 0.5 * (std::cos(angle) + std::cos(next));
+      angle = next;
+    }
+    return angle;
+  };
+  // What the tip lacks of the vertical. Soft strips lack little, and lacking more they would wind
+  // up beyond the clamp and meet it again: the first sign change from the vertical on is the strip.
+  constexpr double least = 1e-14, factor = 1.5;
+  constexpr double vertical = 0.5 * std::numbers::pi;
+  double low = least, high = least;
+  while (high < vertical && clamp_angle(vertical - high) > 0.0) {
+    low = high;
+    high *= factor;
+  }
+  for (int i = 0; i < halvings; ++i) {
+    const double middle = 0.5 * (low + high);
+    (clamp_angle(vertical - middle) > 0.0 ? low : high) = middle;
+  }
+  clamp_angle(vertical - low);
+  return reach;
+}
+
+}  // namespace
+
+double strip_drape_coefficient(double bending_length) {
+  detail::require(std::isfinite(bending_length) && bending_length > 0.0, "bending length in m",
+                  bending_length, "positive");
+  constexpr double support = 0.09, overhang = 0.06;  // m, 18 cm disc, 30 cm specimen
+  constexpr double specimen = support + overhang;
+  const double rim = support + cantilever_reach(bending_length, overhang);
+  return drape_coefficient(rim * rim, specimen * specimen, support * support);
+}
+
+}  // namespace selvedge

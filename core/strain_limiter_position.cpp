@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+//
+// X. Provot, "Deformation constraints in a mass-spring model to describe rigid cloth behavior",
+// 1995 [Provot1995; survey 4.1]: the position correction of strain_limiter.h, by itself and with
+// the removal of the velocity that goes on stretching springs at their limit [survey 4.4].
+// `with_velocity` false is the paper's method: positions are corrected and velocities left as they
+// are, so that the same stretch comes back in the next step; the energy of the springs changes
+// without anyone doing work. The survey calls that "another advantage"; it is the opposite.
+// Otherwise the velocity is what the corrected path says. Guarantee: no spring is over its limit by
+// more than the tolerance, or the residual says so; momentum of the free particles is kept.
+#include <selvedge/core/detail/spring_sweeps.h>
+
+namespace selvedge {
+namespace {
+
+class PositionLimiter : public StrainLimitMethod {
+ public:
+  PositionLimiter(std::span<const Spring> springs, std::span<const double> limits,
+                  std::size_t particles, bool with_velocity)
+      : limiter_(springs, limits, particles), with_velocity_(with_velocity) {}
+
+  LimiterTraits traits() const override {
+    return {with_velocity_ ? "bounds the strain and says the residual; keeps momentum"
+                           : "as printed: positions alone, velocities go on stretching",
+            "Provot, Deformation constraints in a mass-spring model, 1995; survey 4.1", true, true,
+            !with_velocity_};
+  }
+  StrainReport limit_ends(const LimitStep& step, std::span<Vec3> x_t1) override {
+    return limiter_.apply(step.inv_mass, step.tolerance, step.max_sweeps, x_t1);
+  }
+
+ protected:
+  const StrainLimiter& limiter() const { return limiter_; }
+
+ private:
+  StrainLimiter limiter_;
+  bool with_velocity_;
+};
+
+class PositionVelocityLimiter final : public PositionLimiter {
+ public:
+  PositionVelocityLimiter(std::span<const Spring> springs, std::span<const double> limits,
+                          std::size_t particles)
+      : PositionLimiter(springs, limits, particles, true) {}
+
+  LimiterTraits traits() const override {
+    return {"bounds the strain; springs at their limit do not go on stretching; keeps momentum",
+            "Provot 1995 with Bridson, Fedkiw, Anderson 2002; survey 4.4"};
+  }
+  void limit_velocities(const LimitStep& step, std::span<const Vec3> x,
+                        std::span<Vec3> v) override {
+    detail::stop_stretching(limiter(), step, x, v);
+  }
+};
+
+}  // namespace
+
+void StrainLimitMethod::limit_velocities(const LimitStep&, std::span<const Vec3>, std::span<Vec3>) {
+}
+
+std::unique_ptr<StrainLimitMethod> make_position_limiter(std::span<const Spring> springs,
+                                                         std::span<const double> limits,
+                                                         std::size_t particles,
+                                                         bool with_velocity) {
+  return std::make_unique<PositionLimiter>(springs, limits, particles, with_velocity);
+}
+
+std::unique_ptr<StrainLimitMethod> make_position_velocity_limiter(std::span<const Spring> springs,
+                                                                  std::span<const double> limits,
+                                                                  std::size_t particles) {
+  return std::make_unique<PositionVelocityLimiter>(springs, limits, particles);
+}
+
+}  // namespace selvedge

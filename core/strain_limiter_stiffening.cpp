@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: MIT
+//
+// Springs that get stiffer near their limit, as what is added to Hooke's law on the same springs,
+// stiffness K, rest length L0, allowed length l = (1 + τ) L0:
+// - bayraktar [survey eq. 12]: K' = K L/L0 where L >= l jumps by the factor l/L0 there; continuous
+// as
+//   K' = K L/l. Either grows but linearly, so that it cannot bound the strain.
+// - tangent: survey eq. 13 (Zhibin et al.) prints F = (L0/5π) atan(5π ΔL/L0), without K. As a force
+// it
+//   softens: it saturates at 0.1 K L0, where it ought to have become stiff. It is a map of
+//   elongations to elongations below the limit; its inverse, F = K (L0/5π) tan(5π ΔL/L0), has the
+//   slope K at rest and diverges at 10 %, and for any τ: F = K (2 τ L0/π) tan(π ΔL/(2 τ L0)). From
+//   0.9 τ on it goes straight with the slope it has there, 41 K: a step may lead beyond the limit,
+//   and explicit steps have to bear that slope.
+// Guarantee: minus the gradient of an energy; the laws as printed stand beside the mended ones.
+#include <selvedge/core/detail/element_force.h>
+#include <selvedge/core/strain_limiter.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace selvedge {
+namespace {
+
+using detail::Tension;
+
+constexpr double pi = std::numbers::pi;
+
+// Share of the limit up to which the tangent is followed.
+constexpr double kFollowed = 0.9;
+
+/// K' ΔL - K ΔL with K' = K L/reference beyond l.
+Tension grow_by_length(double k, double l0, double l, double reference, double length) {
+  if (length < l) return {};
+  const double d = length - l0;
+  // ∫ K (y/r - 1)(y - l0) dy from l to L
+  const auto integral = [&](double y) {
+    return k * (y * y * y / (3.0 * reference) - 0.5 * y * y * (1.0 + l0 / reference) + l0 * y);
+  };
+  const double extra = length / reference - 1.0;
+  return {integral(length) - integral(l), k * extra * d, k * (extra + d / reference)};
+}
+
+/// The tangent law less K ΔL, and the arc tangent less K ΔL.
+Tension tangent(double k, double l0, double limit, double length) {
+  const double d = length - l0, scale = 2.0 * limit * l0 / pi;
+  if (d <= 0.0) return {};
+  const double most = kFollowed * limit * l0, followed = std::min(d, most);
+  const double t = std::tan(followed / scale), slope = k * (1.0 + t * t);
+  const double beyond = d - followed, force = k * scale * t;
+  const double energy = -k * scale * scale * std::log(std::cos(followed / scale)) +
+                        beyond * (force + 0.5 * slope * beyond);
+  return {energy - 0.5 * k * d * d, force + slope * beyond - k * d, slope - k};
+}
+
+Tension arc_tangent(double k, double l0, double limit, double length) {
+  const double d = length - l0, scale = 2.0 * limit * l0 / pi, q = d / scale;
+  if (d <= 0.0) return {};
+  const double energy = k * scale * scale * (q * std::atan(q) - 0.5 * std::log1p(q * q));
+  return {energy - 0.5 * k * d * d, k * scale * std::atan(q) - k * d, k / (1.0 + q * q) - k};
+}
+
+class StiffeningSprings {
+ public:
+  static constexpr int arity = 2;
+  static constexpr const char* name = "stiffening spring";
+
+  StiffeningSprings(std::span<const Spring> springs, std::span<const double> limits,
+                    StiffeningLaw law)
+      : law_(law) {
+    if (springs.size() != limits.size())
+      throw std::invalid_argument("stiffening springs: " + std::to_string(limits.size()) +
+                                  " limits for " + std::to_string(springs.size()) + " springs");
+    for (std::size_t i = 0; i < springs.size(); ++i) {
+      detail::require_number_of("rest_length", name, i, springs[i].rest_length, false);
+      detail::require_number_of("stiffness", name, i, springs[i].stiffness, false);
+      detail::require_number_of("limit", name, i, limits[i], false);
+      springs_.push_back({springs[i], limits[i]});
+    }
+  }
+
+  std::size_t size() const { return springs_.size(); }
+  std::int32_t particle(std::size_t e, int k) const {
+    return k == 0 ? springs_[e].spring.a : springs_[e].spring.b;
+  }
+  void reorder(std::span<const std::int32_t> order) { detail::reorder(springs_, order); }
+
+  detail::ElementSample<2> sample(std::size_t e, std::span<const Vec3> x) const {
+    const auto& [s, limit] = springs_[e];
+    const double k = s.stiffness, l0 = s.rest_length, l = (1.0 + limit) * l0;
+    return detail::sample_link(x[s.a], x[s.b], 0.0, [&](double length) {
+      switch (law_) {
+        case StiffeningLaw::bayraktar:
+          return grow_by_length(k, l0, l, l, length);
+        case StiffeningLaw::bayraktar_printed:
+          return grow_by_length(k, l0, l, l0, length);
+        case StiffeningLaw::tangent:
+          return tangent(k, l0, limit, length);
+        case StiffeningLaw::tangent_printed:
+          return arc_tangent(k, l0, limit, length);
+      }
+      return Tension{};
+    });
+  }
+
+ private:
+  struct Limited {
+    Spring spring;
+    double limit;
+  };
+  StiffeningLaw law_;
+  std::vector<Limited> springs_;
+};
+
+}  // namespace
+
+std::unique_ptr<Force> make_stiffening_force(std::span<const Spring> springs,
+                                             std::span<const double> limits, std::size_t particles,
+                                             StiffeningLaw law) {
+  return std::make_unique<detail::ElementForce<StiffeningSprings>>(
+      StiffeningSprings(springs, limits, law), particles);
+}
+
+}  // namespace selvedge

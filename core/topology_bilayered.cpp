@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+//
+// Bilayered mesh after Y.-M. Kang, H.-G. Cho, "Bilayered approximate integration for rapid and
+// plausible animation of virtual cloth with realistic wrinkles", Computer Animation 2002 (survey
+// section 2.4). There a sparse mesh has internal and external forces, and a dense one, which is
+// drawn, internal forces alone: each step it is put onto the interpolated sparse one and relaxed.
+// Deviations: the dense layer is not put but tied (force_tie.cpp), because its particles are what
+// collides, and what contacts push them by reaches the sparse layer through the ties; and mass and
+// stiffness are shared between the layers, `share` to the dense one, so that both together are the
+// fabric: total mass, C_ij and B where the layers move as one. So the dense layer has weight too,
+// its own. Its wrinkles are those of a sheet of rigidity share·B on a foundation of stiffness
+// `hold`: detail that looks like wrinkles, not the wrinkles of the fabric.
+#include <selvedge/core/cloth_mesh.h>
+#include <selvedge/core/detail/topology.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace selvedge {
+namespace {
+
+void validate_layers(const GridConfig& grid, const LayerConfig& layers) {
+  detail::require(layers.share > 0.0 && layers.share < 1.0, "share", layers.share,
+                  "between 0 and 1");
+  detail::require(std::isfinite(layers.hold) && layers.hold > 0.0, "hold", layers.hold,
+                  "positive and finite");
+  detail::require(layers.ratio >= 2, "ratio", layers.ratio, "at least 2");
+  for (const std::int32_t cells : {grid.cells_x, grid.cells_y})
+    if (cells % layers.ratio != 0)
+      throw std::invalid_argument("cells of a bilayered mesh must be multiples of the ratio " +
+                                  std::to_string(layers.ratio) + ", not " + std::to_string(cells));
+}
+
+Material part_of(Material m, double share) {
+  m.density *= share;
+  m.stretch_stiffness *= share;
+  m.shear_stiffness *= share;
+  m.bending_stiffness *= share;
+  if (m.stretch_weft) *m.stretch_weft *= share;
+  if (m.bending_weft) *m.bending_weft *= share;
+  m.shear_friction *= share;
+  m.bending_friction *= share;
+  return m;
+}
+
+/// The four corners of the sparse cell in which node k of a dense row or column lies, along one
+/// direction: the lower line and the weight of the upper one.
+struct Place {
+  std::int32_t line;
+  double weight;
+};
+
+Place place_of(std::int32_t k, std::int32_t ratio, std::int32_t sparse_cells) {
+  const std::int32_t line = std::min(k / ratio, sparse_cells - 1);
+  return {line, static_cast<double>(k - line * ratio) / ratio};
+}
+
+}  // namespace
+
+ClothMesh make_bilayered(const GridConfig& grid, const LayerConfig& layers,
+                         const Material& material) {
+  detail::validate_grid(grid);
+  validate_layers(grid, layers);
+  GridConfig coarse = grid;
+  coarse.cells_x /= layers.ratio;
+  coarse.cells_y /= layers.ratio;
+  ClothMesh cloth = make_rectangular(grid, part_of(material, layers.share));
+  ClothMesh sparse = make_rectangular(coarse, part_of(material, 1.0 - layers.share));
+  // The sparse layer has no surface, and lies where the dense one does to the bit.
+  sparse.surface.triangles.clear();
+  sparse.edges.clear();
+  const std::int32_t up = grid.cells_x + 1, up_sparse = coarse.cells_x + 1;
+  for (std::int32_t j = 0; j <= coarse.cells_y; ++j)
+    for (std::int32_t i = 0; i <= coarse.cells_x; ++i)
+      sparse.surface.vertices[j * up_sparse + i] =
+          cloth.surface.vertices[j * layers.ratio * up + i * layers.ratio];
+  const double density = material.density * layers.share;
+  const std::int32_t first = append(cloth, sparse);
+  for (std::int32_t j = 0; j <= grid.cells_y; ++j)
+    for (std::int32_t i = 0; i <= grid.cells_x; ++i) {
+      const Place x = place_of(i, layers.ratio, coarse.cells_x);
+      const Place y = place_of(j, layers.ratio, coarse.cells_y);
+      const std::int32_t dense = j * up + i, corner = first + y.line * up_sparse + x.line;
+      const double area = cloth.mass[dense] / density;
+      cloth.layers.push_back(
+          {{dense, corner, corner + 1, corner + up_sparse, corner + up_sparse + 1},
+           {(1.0 - x.weight) * (1.0 - y.weight), x.weight * (1.0 - y.weight),
+            (1.0 - x.weight) * y.weight, x.weight * y.weight},
+           layers.hold * area,
+           material.spring_damping});
+    }
+  return cloth;
+}
+
+}  // namespace selvedge

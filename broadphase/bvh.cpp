@@ -7,7 +7,9 @@
 #include <selvedge/broadphase/detail/traverse.h>
 #include <selvedge/core/parallel.h>
 
+#include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <optional>
 #include <stdexcept>
 
@@ -50,7 +52,8 @@ struct KeptTree {
   std::uint64_t static_id = 0;
   double thickness = -1.0;  ///< of the last fit; < 0: positions have changed since
   Vec3 origin = Vec3::Zero();
-  detail::Extent extent;                ///< of x_t0, or of a rigid body's rest positions
+  std::uint64_t maps = 0;  ///< version of the maps that took the place of the origin; 0: none
+  detail::Extent extent;   ///< of x_t0, or of a rigid body's rest positions
   const Triangle* triangles = nullptr;  ///< where they were, to find the likely tree first
   std::uint64_t last_use = 0;           ///< 0: never
   bool fitted = false;
@@ -97,7 +100,8 @@ class Bvh final : public BroadPhase {
     detail::check_shape(a, "surface");
     Kept& kept = choose_tree(a, {}, nullptr, "surface");
     place_origin(kept.extent, 0.0);
-    fit(kept, a, {origin_});
+    choose_maps(a, nullptr);
+    fit(kept, a, place());
     const Stopwatch watch;
     find({kept.tree, kept.tree, a, a, true, mark_self(kept.tree, a)}, out);
     collector_.collect(parts_, &detail::FoundPairs::point_triangle, a.x_t0.size(),
@@ -138,8 +142,9 @@ class Bvh final : public BroadPhase {
     Kept& kept_a = choose_tree(a, {}, nullptr, "first surface");
     Kept& kept_b = choose_tree(b, {}, &kept_a, "second surface");
     place_origin(kept_a.extent, kept_b.extent.size);
-    fit(kept_a, a, {origin_});
-    fit(kept_b, b, {origin_});
+    choose_maps(a, &b);
+    fit(kept_a, a, place());
+    fit(kept_b, b, place());
     return {&kept_a, &kept_b, false};
   }
 
@@ -247,8 +252,31 @@ class Bvh final : public BroadPhase {
       origin_ = extent.center;
   }
 
+  TreePlace place() const {
+    return {.origin = origin_, .maps = maps_in_use_ ? maps_.data() : nullptr};
+  }
+
+  /// Maps instead of the origin, where floats about it do not resolve a part of the surfaces (which
+  /// is much smaller than the whole): else all pairs of that part would be looked at in double.
+  void choose_maps(const SurfaceView& a, const SurfaceView* b) {
+    std::vector<detail::SweptBox> sample = detail::sample_boxes(a);
+    if (b) std::ranges::copy(detail::sample_boxes(*b), std::back_inserter(sample));
+    const auto unresolved = [&](const auto& map) { return detail::count_unresolved(sample, map); };
+    const auto mapped = [&](int k, double s) { return maps_[k](s); };
+    if (maps_in_use_ && unresolved(mapped) < detail::kWorthAnotherMap) return;
+    const int without = unresolved([&](int k, double s) { return s - origin_[k]; });
+    maps_in_use_ = 0;
+    if (without < detail::kWorthAnotherMap) return;
+    constexpr auto directions = detail::dop_directions<V::axes>();
+    maps_ = detail::quantile_maps(directions, a.x_t0, b ? b->x_t0 : std::span<const Vec3>());
+    if (2 * unresolved(mapped) <= without) maps_in_use_ = ++maps_made_;
+  }
+
   void fit(Kept& kept, const SurfaceView& surface, const TreePlace& place) {
-    if (kept.fitted && kept.thickness == surface.thickness && kept.origin == place.origin) return;
+    const std::uint64_t maps = place.maps ? maps_in_use_ : 0;
+    if (kept.fitted && kept.thickness == surface.thickness && kept.origin == place.origin &&
+        kept.maps == maps)
+      return;
     const Stopwatch watch;
     if (kept.fitted) {
       kept.tree.refit(surface, place, scratch_);
@@ -262,6 +290,7 @@ class Bvh final : public BroadPhase {
     kept.fitted = true;
     kept.thickness = surface.thickness;
     kept.origin = place.origin;
+    kept.maps = maps;
   }
 
   /// What the cull lets the traversal skip; null if there is no cull.
@@ -324,6 +353,8 @@ class Bvh final : public BroadPhase {
   typename Tree::Scratch scratch_;
   std::uint64_t uses_ = 0;
   Vec3 origin_ = Vec3::Zero();
+  std::vector<detail::QuantileMap> maps_;  ///< by direction
+  std::uint64_t maps_in_use_ = 0, maps_made_ = 0;
   std::vector<TreePair> pairs_, next_pairs_;
   std::vector<std::vector<TreePair>> stacks_;
   std::vector<detail::FoundPairs> parts_;

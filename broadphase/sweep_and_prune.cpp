@@ -112,19 +112,19 @@ class SweepEngine {
     const Vec3 middle = detail::middle_of(lists);
     Columns made;
     made.axis = axes_by_variance(lists, middle);
-    made.side = column_ * detail::typical_extent(a, b);
+    const detail::FloatMap map(middle);
+    made.side = column_ * detail::typical_extent(a, b, map);
     const auto points = static_cast<double>(a.points.size() + (b ? b->points.size() : 0));
     if (column_ > 0.0)
       made.count = static_cast<std::int32_t>(std::sqrt(points / kPointsPerColumn)) + 1;
     else
       made.side = 1.0;  // One column without end.
-    const double moved = (middle - map_.origin()).cwiseAbs().maxCoeff();
     if (made.axis == columns_.axis && made.count == columns_.count &&
         made.side < kSimilar * columns_.side && columns_.side < kSimilar * made.side &&
-        moved < made.side)
+        map_.is_near(map, made.side))
       return true;
     columns_ = made;
-    map_ = detail::FloatMap(middle);
+    map_ = map;
     return false;
   }
 

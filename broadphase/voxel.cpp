@@ -19,8 +19,9 @@
 // lower corners. A primitive that reaches into more than 512 voxels, or 16 along an axis, is in no
 // list: it is compared with all others. Each list has at most 512 entries a primitive, so that
 // memory is bounded whatever one vertex does, and a primitive that moves far costs one comparison
-// with each other one. What stays quadratic: many primitives dozens of times larger than the
-// typical edge, and many in one voxel (a mesh that is many times smaller).
+// with each other one. Where many primitives are smaller than a sixteenth of a voxel (a mesh many
+// times smaller beside the other), the voxels are cubes of coordinates that are mapped by their
+// quantiles. What stays quadratic: many primitives dozens of times larger than the typical edge.
 #include <selvedge/broadphase/broad_phase.h>
 #include <selvedge/broadphase/detail/box_pairs.h>
 #include <selvedge/broadphase/detail/grid_engine.h>
@@ -42,12 +43,12 @@ using detail::PairParts;
 using detail::SurfaceBoxes;
 using detail::SweptBox;
 
-constexpr std::size_t kGrain = 4096;               // boxes per range: tens of µs of work
-constexpr std::int64_t kMostVoxels = 512;          // of one box
-constexpr std::int32_t kMostAlong = 16;            // of one box along one axis
-constexpr float kMostCells = 1 << 30;              // voxels further out count as the last one
-constexpr double kSimilar = 1.25, kNear = 4096.0;  // see GridEngine::prepare
-constexpr double kBestVoxel = 1.7;                 // typical extents, see above
+constexpr std::size_t kGrain = 4096;       // boxes per range: tens of µs of work
+constexpr std::int64_t kMostVoxels = 512;  // of one box
+constexpr std::int32_t kMostAlong = 16;    // of one box along one axis
+constexpr float kMostCells = 1 << 30;      // voxels further out count as the last one
+constexpr double kFinest = 1.0 / 16.0;     // voxels: a voxel holds hundreds of smaller boxes
+constexpr double kBestVoxel = 1.7;         // typical extents, see above
 
 /// What tells the entries of a slot apart. Two boxes that share a voxel reach into voxels less than
 /// 2·kMostAlong apart, so that nine bits of each coordinate are enough; the lowest three bits say
@@ -82,17 +83,8 @@ class VoxelEngine {
   explicit VoxelEngine(double voxel) : voxel_(voxel), scan_(detail::scan_boxes()) {}
 
   bool prepare(const SurfaceBoxes& a, const SurfaceBoxes* b) {
-    std::vector<const std::vector<SweptBox>*> lists{&a.points};
-    if (b) lists.push_back(&b->points);
-    const Vec3 middle = detail::middle_of(lists);
-    const double side =
-        std::max<double>(voxel_ * detail::typical_extent(a, b), std::numeric_limits<float>::min());
-    if (side < kSimilar * side_ && side_ < kSimilar * side &&
-        (middle - map_.origin()).cwiseAbs().maxCoeff() < kNear * side)
-      return true;
-    side_ = side;
-    inverse_ = static_cast<float>(1.0 / side);
-    map_ = detail::FloatMap(middle);
+    if (detail::place_cells(a, b, voxel_, kFinest, map_, side_)) return true;
+    inverse_ = static_cast<float>(1.0 / side_);
     return false;
   }
 

@@ -2,10 +2,12 @@
 #include <fmt/format.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/bodies/mesh_report.h>
+#include <selvedge/bodies/pattern_file.h>
+#include <selvedge/core/garment.h>
 #include <selvedge/scene/check_scene.h>
 #include <selvedge/scene/contact_pairs.h>
-#include <selvedge/scene/detail/scene_json.h>
-#include <selvedge/scene/detail/strip_path.h>
+#include <selvedge/scene/detail/build_pieces.h>
+#include <selvedge/scene/detail/make_piece.h>
 #include <selvedge/scene/scene.h>
 
 #include <algorithm>
@@ -19,99 +21,12 @@ namespace selvedge {
 
 namespace {
 
+using detail::rotate;
+using detail::scale;
+using detail::translate;
+
 std::string at(const std::string& list, std::size_t index, const std::string& name) {
   return fmt::format("{}[{}] (\"{}\")", list, index, name);
-}
-
-void scale(TriangleMesh& mesh, double factor) {
-  if (factor == 1.0) return;  // keep the file's bits
-  for (Vec3& x : mesh.vertices) x *= factor;
-}
-
-void rotate(std::vector<Vec3>& points, const Eigen::Quaterniond& rotation) {
-  if (rotation.coeffs() == Eigen::Quaterniond::Identity().coeffs()) return;
-  const Mat3 matrix = rotation.toRotationMatrix();
-  for (Vec3& x : points) x = matrix * x;
-}
-
-void translate(std::vector<Vec3>& points, const Vec3& translation) {
-  for (Vec3& x : points) x += translation;
-}
-
-ClothMesh make_disc(const GridConfig& config, const Material& material) {
-  if (config.size_x != config.size_y)
-    throw std::invalid_argument(fmt::format(
-        "pattern \"arc\" is a disc, whose size must be its diameter twice, not {:g} and {:g}",
-        config.size_x, config.size_y));
-  return make_arc({0.5 * config.size_x, config.cells_y, config.cells_x}, material);
-}
-
-ClothMesh make_pattern(ClothPattern pattern, const GridConfig& config, const Material& material) {
-  switch (pattern) {
-    case ClothPattern::rectangular:
-      return make_rectangular(config, material);
-    case ClothPattern::triangular:
-      return make_triangular(config, material);
-    case ClothPattern::simplified:
-      return make_simplified(config, material, false);
-    case ClothPattern::checkerboard:
-      return make_simplified(config, material, true);
-    case ClothPattern::responsive:
-      return make_responsive(config, material);
-    case ClothPattern::arc:
-      return make_disc(config, material);
-  }
-  throw std::invalid_argument("a grid has no pattern");
-}
-
-ClothMesh make_grid(const ClothGrid& grid, double factor, const Material& material) {
-  GridConfig config = grid.grid;
-  config.size_x *= factor;
-  config.size_y *= factor;
-  ClothMesh cloth = make_pattern(grid.pattern, config, material);
-  if (grid.path.points.empty()) return cloth;
-  StripPath path = grid.path;
-  for (Vec3& point : path.points) point *= factor;
-  cloth.surface.vertices = detail::lay_along(path, config.size_x, cloth.surface.vertices);
-  return cloth;
-}
-
-constexpr const char* inline_mesh = "mesh";  // how a mesh that stands in the scene is named
-
-// Vertices at the same place touch from the first step on: no contact could part them.
-void refuse_doubled(const TriangleMesh& mesh, const std::string& name) {
-  const std::vector<Vec3>& x = mesh.vertices;
-  std::vector<std::size_t> order(x.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    if (x[a] == x[b]) return a < b;
-    return std::lexicographical_compare(x[a].begin(), x[a].end(), x[b].begin(), x[b].end());
-  });
-  for (std::size_t i = 1; i < order.size(); ++i)
-    if (x[order[i]] == x[order[i - 1]])
-      throw std::invalid_argument(fmt::format(
-          "{}: vertices {} and {} are at the same place, where cloth would collide with "
-          "itself; weld them",
-          name, order[i - 1], order[i]));
-}
-
-ClothMesh load_cloth(const ClothFile& cloth, double factor, const Material& material) {
-  const std::string name = cloth.file.empty() ? inline_mesh : cloth.file.string();
-  TriangleMesh surface = cloth.file.empty() ? cloth.mesh : read_mesh(cloth.file);
-  validate(surface, name);
-  if (surface.triangles.empty())
-    throw std::invalid_argument(name + ": has no triangles; cloth is a surface");
-  refuse_doubled(surface, name);
-  scale(surface, factor);
-  if (cloth.rest_file.empty()) return make_from_mesh(surface, surface, material);
-  TriangleMesh rest = read_mesh(cloth.rest_file);
-  validate(rest, cloth.rest_file.string());
-  if (rest.vertices.size() != surface.vertices.size() || rest.triangles != surface.triangles)
-    throw std::invalid_argument(fmt::format(
-        "{}: the rest mesh must have the same vertices and triangles as {}, in the same order",
-        cloth.rest_file.string(), name));
-  scale(rest, factor);
-  return make_from_mesh(surface, rest, material);
 }
 
 void warn(const TriangleMesh& mesh, const std::string& place, std::vector<std::string>& warnings) {
@@ -121,7 +36,7 @@ void warn(const TriangleMesh& mesh, const std::string& place, std::vector<std::s
 
 TriangleMesh load_body(const std::filesystem::path& file, const LoadConfig& config,
                        const TriangleMesh& given = {}) {
-  if (file.empty()) return prepare_mesh(given, config, inline_mesh);
+  if (file.empty()) return prepare_mesh(given, config, detail::inline_mesh);
   TriangleMesh mesh = load_mesh(file, config);
   validate(mesh, file.string());
   if (mesh.triangles.empty())
@@ -194,20 +109,54 @@ void warn_of_thickness(const ClothMesh& piece, double thickness, const std::stri
       place, thickness, shortest, shortest));
 }
 
+void append(TriangleMesh& all, const TriangleMesh& mesh) {
+  const auto first = static_cast<std::int32_t>(all.vertices.size());
+  all.vertices.insert(all.vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
+  for (const Triangle& t : mesh.triangles)
+    all.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+}
+
+void add_virtual_springs(const ClothSpec& spec, const Material& material, const ClothMesh& piece,
+                         std::int32_t begin, BuiltScene& built) {
+  const VirtualSpec& springs = spec.virtual_springs;
+  if (springs.stiffness == 0.0) return;
+  BuiltVirtualSprings made{begin, {}, springs.follow};
+  for (const double mass : piece.mass)
+    made.stiffness.push_back(springs.stiffness * mass / material.density);
+  built.virtual_springs.push_back(std::move(made));
+}
+
+void add_volume(const ClothSpec& spec, const ClothMesh& piece, std::int32_t begin,
+                BuiltScene& built) {
+  const auto* mesh = std::get_if<ClothFile>(&spec.shape);
+  if (mesh == nullptr || !mesh->support) return;
+  const auto last = static_cast<std::int32_t>(piece.surface.vertices.size()) - 1;
+  BuiltVolume volume{mesh->support->stiffness, begin + last, piece.surface.triangles};
+  for (Triangle& t : volume.triangles)
+    for (std::int32_t& v : t) v += begin;
+  built.volumes.push_back(std::move(volume));
+}
+
 void add_cloth(const Scene& scene, const ContactPairs& pairs, std::size_t index,
-               BuiltScene& built) {
+               const detail::PieceMaker& make, BuiltScene& built) {
   const ClothSpec& spec = scene.cloths[index];
   const Material& material = scene.materials.at(spec.material);
+  const std::string place = at("geometry", index, spec.name);
   try {
-    const ClothMesh piece = detail::make_piece(spec, material);
+    const auto [piece, rest] = make(index);
     const auto number = static_cast<std::int32_t>(index);
-    warn_of_thickness(piece, pairs.thickness(number, number), at("geometry", index, spec.name),
-                      built.warnings);
-    built.piece_begin.push_back(append(built.cloth, piece));
+    for (const std::string& sentence : detail::misfits(spec, material))
+      built.warnings.push_back(place + ": " + sentence);
+    warn_of_thickness(piece, pairs.thickness(number, number), place, built.warnings);
+    const std::int32_t begin = append(built.cloth, piece);
+    built.piece_begin.push_back(begin);
+    append(built.rest, rest);
     built.velocity.resize(built.cloth.surface.vertices.size(), spec.velocity);
+    add_virtual_springs(spec, material, piece, begin, built);
+    add_volume(spec, piece, begin, built);
   } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument(fmt::format("{}, {}: {}", scene.file.string(),
-                                            at("geometry", index, spec.name), error.what()));
+    throw std::invalid_argument(
+        fmt::format("{}, {}: {}", scene.file.string(), place, error.what()));
   }
 }
 
@@ -237,26 +186,21 @@ void add_body(const Scene& scene, std::size_t index, BuiltScene& built) {
 
 }  // namespace
 
-ClothMesh detail::make_piece(const ClothSpec& cloth, const Material& material) {
-  const Placement& placement = cloth.placement;
-  const auto* grid = std::get_if<ClothGrid>(&cloth.shape);
-  ClothMesh piece = grid != nullptr
-                        ? make_grid(*grid, placement.scale, material)
-                        : load_cloth(std::get<ClothFile>(cloth.shape), placement.scale, material);
-  rotate(piece.surface.vertices, placement.rotation);
-  translate(piece.surface.vertices, placement.translation);
-  return piece;
-}
-
-BuiltScene build_scene(const Scene& scene) {
+BuiltScene detail::build_scene(const Scene& scene, const PieceMaker& make) {
   check_numbers(scene);
   const ContactPairs pairs(scene);
   BuiltScene built;
-  for (std::size_t i = 0; i < scene.cloths.size(); ++i) add_cloth(scene, pairs, i, built);
+  for (std::size_t i = 0; i < scene.cloths.size(); ++i) add_cloth(scene, pairs, i, make, built);
   built.piece_begin.push_back(static_cast<std::int32_t>(built.cloth.surface.vertices.size()));
   add_weights(scene, built);
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) add_body(scene, i, built);
   return built;
+}
+
+BuiltScene build_scene(const Scene& scene) {
+  return detail::build_scene(scene, [&](std::size_t i) {
+    return detail::make_piece(scene.cloths[i], scene.materials.at(scene.cloths[i].material));
+  });
 }
 
 }  // namespace selvedge

@@ -42,6 +42,10 @@ constexpr double kWideEnough = 0.05;
 
 constexpr const char* kBroadPhaseKey = "contact.broad_phase";
 
+bool is_exact(const NarrowPhaseTraits& traits) {
+  return traits.misses_nothing && traits.no_false_alarm;
+}
+
 bool shares_vertex(const Triangle& a, const Triangle& b) {
   for (const std::int32_t i : a)
     for (const std::int32_t j : b)
@@ -49,20 +53,37 @@ bool shares_vertex(const Triangle& a, const Triangle& b) {
   return false;
 }
 
-// The triangles of each edge of `edges` (sorted, as unique_edges makes them).
-std::vector<std::array<std::int32_t, 2>> edge_triangle_list(std::span<const Edge> edges,
-                                                            std::span<const Triangle> triangles) {
-  std::vector<std::array<std::int32_t, 2>> list;  // (edge, triangle)
-  for (std::size_t t = 0; t < triangles.size(); ++t)
-    for (int k = 0; k < 3; ++k) {
-      const std::int32_t i = triangles[t][k], j = triangles[t][(k + 1) % 3];
-      const Edge edge{std::min(i, j), std::max(i, j)};
-      const auto at = std::lower_bound(edges.begin(), edges.end(), edge);
-      list.push_back({static_cast<std::int32_t>(at - edges.begin()), static_cast<std::int32_t>(t)});
-    }
-  std::sort(list.begin(), list.end());
-  return list;
-}
+// The triangles of each edge of `edges` (sorted, as unique_edges makes them), listed when they are
+// first asked for: most states have no crossing.
+class EdgeTriangles {
+ public:
+  EdgeTriangles(std::span<const Edge> edges, std::span<const Triangle> triangles)
+      : edges_(edges), triangles_(triangles) {}
+
+  template <class Visit>
+  void visit(std::int32_t edge, Visit visit) {
+    if (list_.empty()) make_list();
+    auto at = std::lower_bound(list_.begin(), list_.end(), std::array<std::int32_t, 2>{edge, 0});
+    for (; at != list_.end() && (*at)[0] == edge; ++at) visit((*at)[1]);
+  }
+
+ private:
+  void make_list() {
+    for (std::size_t t = 0; t < triangles_.size(); ++t)
+      for (int k = 0; k < 3; ++k) {
+        const std::int32_t i = triangles_[t][k], j = triangles_[t][(k + 1) % 3];
+        const Edge edge{std::min(i, j), std::max(i, j)};
+        const auto at = std::lower_bound(edges_.begin(), edges_.end(), edge);
+        list_.push_back(
+            {static_cast<std::int32_t>(at - edges_.begin()), static_cast<std::int32_t>(t)});
+      }
+    std::sort(list_.begin(), list_.end());
+  }
+
+  std::span<const Edge> edges_;
+  std::span<const Triangle> triangles_;
+  std::vector<std::array<std::int32_t, 2>> list_;  // (edge, triangle)
+};
 
 std::string sentence(const std::vector<std::pair<std::int32_t, std::int32_t>>& pairs,
                      const char* second) {
@@ -107,7 +128,9 @@ Detection::Detection(const Scene& scene, const BuiltScene& built, const Methods&
       cloth_edges_(built.cloth.edges),
       cloth_triangles_(built.cloth.surface.triangles),
       rest_(built.cloth.surface.vertices),
-      surface_(particles_, 0) {
+      surface_(particles_, 0),
+      plan_(scene, built, {kProximityReach * thickness_, margin_, kPointReach * thickness_},
+            is_exact(narrow_->traits())) {
   if (!broad_self_->traits().self) broad_self_ = make_bvh_aabb();
   for (std::size_t p = 0; p + 1 < built.piece_begin.size(); ++p)
     for (std::int32_t i = built.piece_begin[p]; i < built.piece_begin[p + 1]; ++i)
@@ -126,6 +149,10 @@ Detection::Detection(const Scene& scene, const BuiltScene& built, const Methods&
   const auto n = static_cast<std::int32_t>(particles_);
   for (const Triangle& t : body_triangles_) all.push_back({t[0] + n, t[1] + n, t[2] + n});
   filter_ = ContactFilter(surface_.size(), all);
+  loose_.assign(particles_, 1);
+  for (const Triangle& t : cloth_triangles_)
+    for (const std::int32_t i : t) loose_[i] = 0;
+  if (std::find(loose_.begin(), loose_.end(), 1) == loose_.end()) loose_.clear();
 }
 
 void Detection::set_motion(std::span<const Vec3> x_t0, std::span<const Vec3> x_t1, bool bodies_move,
@@ -161,17 +188,52 @@ double Detection::inflation(const BroadPhase& broad) const {
   return broad.traits().pairs == PairSet::culled ? std::numbers::sqrt3 * margin_ : margin_;
 }
 
-void Detection::find_candidates() {
+void Detection::prove_idle() {
+  const auto scope = clock_.measure("plan");
+  const auto cloth_t0 = x_t0_.first(particles_), cloth_t1 = x_t1_.first(particles_);
+  bodies_idle_ = plan_.bodies_are_idle(cloth_t0, cloth_t1, x_t0_.subspan(particles_),
+                                       x_t1_.subspan(particles_), bodies_moved_);
+  self_idle_ = !self_ || plan_.self_is_idle(cloth_t0, cloth_t1);
+}
+
+void Detection::search_bodies() {
+  body_pairs_.clear();
+  if (bodies_idle_) return;
   const auto scope = clock_.measure("broad_phase");
+  const PhaseClock::Scope busy(plan_.busy_bodies());
   // Every cloth box grows by the margin on each side; two cloth particles may both use theirs.
   body_search_.find_pairs(cloth_view(0.0), margin_, 0.5 * thickness_, body_pairs_);
-  if (self_)
-    broad_self_->find_self_pairs(drifting_view(), self_pairs_);
-  else
-    self_pairs_.clear();
+  drop_loose(body_pairs_);
   drop_excluded(body_pairs_, false);
+}
+
+void Detection::search_self() {
+  self_pairs_.clear();
+  if (self_idle_) return;
+  const auto scope = clock_.measure("broad_phase");
+  const PhaseClock::Scope busy(plan_.busy_self());
+  broad_self_->find_self_pairs(drifting_view(), self_pairs_);
+  drop_loose(self_pairs_);
   drop_excluded(self_pairs_, true);
+}
+
+void Detection::find_candidates() {
+  prove_idle();
+  search_bodies();
+  search_self();
+  note_covered();
+}
+
+void Detection::note_covered() {
   covered_.assign(x_t1_.begin(), x_t1_.begin() + static_cast<std::ptrdiff_t>(particles_));
+}
+
+// Particles of no triangle (the middle of a supported body, a sparse layer) are no surface. Some
+// broad phases leave them out, others do not know.
+void Detection::drop_loose(CandidatePairs& pairs) const {
+  if (loose_.empty()) return;
+  std::erase_if(pairs.point_triangle,
+                [&](const PointTrianglePair& pair) { return loose_[pair.point] != 0; });
 }
 
 void Detection::drop_excluded(CandidatePairs& pairs, bool self) const {
@@ -197,6 +259,7 @@ SurfaceView Detection::drifting_view() {
 }
 
 bool Detection::candidates_cover() const {
+  if (self_idle_ && body_vertices() == 0) return true;  // find_collisions looks for itself
   constexpr std::size_t kGrain = 8192;
   const double outside = parallel_sum(particles_, kGrain, [&](std::size_t b, std::size_t e) {
     double count = 0.0;
@@ -292,24 +355,57 @@ void Detection::find_proximities(std::vector<ContactPoint>& out) {
   const auto scope = clock_.measure("narrow_phase");
   out.clear();
   const SurfaceView cloth = cloth_view(0.5 * thickness_), body = body_view(0.5 * thickness_);
-  selvedge::find_proximities(cloth, body, body_pairs_, kPointReach * thickness_, found_);
-  append_proximities(found_, false, out);
-  selvedge::find_proximities(cloth, cloth, self_pairs_, kPointReach * thickness_, found_);
-  append_proximities(found_, true, out);
+  if (!bodies_idle_) {
+    const PhaseClock::Scope busy(plan_.busy_bodies());
+    selvedge::find_proximities(cloth, body, body_pairs_, kPointReach * thickness_, found_);
+    append_proximities(found_, false, out);
+  }
+  if (!self_idle_) {
+    const PhaseClock::Scope busy(plan_.busy_self());
+    selvedge::find_proximities(cloth, cloth, self_pairs_, kPointReach * thickness_, found_);
+    append_proximities(found_, true, out);
+  }
+}
+
+// What was proved of the motion that candidates are for is looked at again for the present end.
+void Detection::prove_again() {
+  if (!self_ || !self_idle_) return;
+  {
+    const auto scope = clock_.measure("plan");
+    self_idle_ = plan_.self_stays_idle(x_t0_.first(particles_), x_t1_.first(particles_));
+  }
+  if (self_idle_) return;
+  search_bodies();
+  search_self();
+  note_covered();
 }
 
 void Detection::find_collisions(std::vector<ContactPoint>& out) {
+  prove_again();
   const auto scope = clock_.measure("narrow_phase");
   out.clear();
   const SurfaceView cloth = cloth_view(0.0), body = body_view(0.0);
   std::vector<std::pair<double, ContactPoint>> timed;
-  narrow_->find_contacts(cloth, body, body_pairs_, found_);
-  for (const Contact& c : found_) timed.emplace_back(c.toi, joint(c, false));
-  narrow_->find_contacts(cloth, cloth, self_pairs_, found_);
-  for (const Contact& c : found_) timed.emplace_back(c.toi, joint(c, true));
+  if (!bodies_idle_) {
+    const PhaseClock::Scope busy(plan_.busy_bodies());
+    narrow_->find_contacts(cloth, body, body_pairs_, found_);
+    for (const Contact& c : found_) timed.emplace_back(c.toi, joint(c, false));
+  }
+  if (!self_idle_) {
+    const PhaseClock::Scope busy(plan_.busy_self());
+    narrow_->find_contacts(cloth, cloth, self_pairs_, found_);
+    for (const Contact& c : found_) timed.emplace_back(c.toi, joint(c, true));
+  }
   std::stable_sort(timed.begin(), timed.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
   for (const auto& [toi, c] : timed) out.push_back(c);
+}
+
+std::map<std::string, PlanFigures> Detection::plan_figures() const {
+  std::map<std::string, PlanFigures> figures;
+  for (const auto& [part, count] : plan_.counts())
+    figures[part] = {count.asked, count.idle, count.saved_s()};
+  return figures;
 }
 
 void Detection::at_start(std::span<const ContactPoint> hits, std::vector<ContactPoint>& out) {
@@ -414,35 +510,41 @@ void sort_unique(std::vector<std::pair<std::int32_t, std::int32_t>>& pairs) {
 
 }  // namespace
 
-Crossings Detection::find_crossings() {
-  Crossings crossings;
+void Detection::find_body_crossings(Crossings& crossings) {
   const auto cloth = x_t0_.first(particles_), body = x_t0_.subspan(particles_);
-  const auto cloth_of = edge_triangle_list(cloth_edges_, cloth_triangles_);
-  const auto body_of = edge_triangle_list(body_edges_, body_triangles_);
-  const auto triangles_of = [](const auto& list, std::int32_t edge, auto visit) {
-    auto at = std::lower_bound(list.begin(), list.end(), std::array<std::int32_t, 2>{edge, 0});
-    for (; at != list.end() && (*at)[0] == edge; ++at) visit((*at)[1]);
-  };
+  if (body_triangles_.empty() || plan_.bodies_are_uncrossed(cloth, body)) return;
+  const PhaseClock::Scope busy(plan_.busy_crossings_bodies());
+  EdgeTriangles cloth_of(cloth_edges_, cloth_triangles_), body_of(body_edges_, body_triangles_);
   EdgeTriangleTest test(*broad_crossings_, *exact_);
-  if (!body_triangles_.empty()) {
-    test.run(
-        cloth, cloth_edges_, body, body_edges_, body_triangles_, [&](auto edge, auto triangle) {
-          triangles_of(cloth_of, edge, [&](auto t) { crossings.body.emplace_back(t, triangle); });
-        });
-    test.run(
-        body, body_edges_, cloth, cloth_edges_, cloth_triangles_, [&](auto edge, auto triangle) {
-          triangles_of(body_of, edge, [&](auto t) { crossings.body.emplace_back(triangle, t); });
-        });
-  }
+  test.run(cloth, cloth_edges_, body, body_edges_, body_triangles_, [&](auto edge, auto triangle) {
+    cloth_of.visit(edge, [&](auto t) { crossings.body.emplace_back(t, triangle); });
+  });
+  test.run(body, body_edges_, cloth, cloth_edges_, cloth_triangles_, [&](auto edge, auto triangle) {
+    body_of.visit(edge, [&](auto t) { crossings.body.emplace_back(triangle, t); });
+  });
+  sort_unique(crossings.body);
+}
+
+void Detection::find_self_crossings(Crossings& crossings) {
+  const auto cloth = x_t0_.first(particles_);
+  if (plan_.self_is_uncrossed(cloth)) return;
+  const PhaseClock::Scope busy(plan_.busy_crossings_self());
+  EdgeTriangles cloth_of(cloth_edges_, cloth_triangles_);
+  EdgeTriangleTest test(*broad_crossings_, *exact_);
   test.run(cloth, cloth_edges_, cloth, cloth_edges_, cloth_triangles_,
            [&](auto edge, auto triangle) {
-             triangles_of(cloth_of, edge, [&](auto t) {
+             cloth_of.visit(edge, [&](auto t) {
                if (!shares_vertex(cloth_triangles_[t], cloth_triangles_[triangle]))
                  crossings.self.emplace_back(std::min(t, triangle), std::max(t, triangle));
              });
            });
-  sort_unique(crossings.body);
   sort_unique(crossings.self);
+}
+
+Crossings Detection::find_crossings() {
+  Crossings crossings;
+  find_body_crossings(crossings);
+  find_self_crossings(crossings);
   return crossings;
 }
 

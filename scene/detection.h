@@ -8,7 +8,9 @@
 #include <selvedge/scene/excluded_pairs.h>
 #include <selvedge/scene/joint_surface.h>
 #include <selvedge/scene/methods.h>
+#include <selvedge/scene/output.h>
 #include <selvedge/scene/phase_clock.h>
+#include <selvedge/scene/plan.h>
 #include <selvedge/scene/scene.h>
 
 #include <memory>
@@ -65,6 +67,8 @@ class Detection final : public Clearances {
   /// Pairs that candidates leave out from now on; null: none. Must outlive its use.
   void set_excluded(const ExcludedPairs* excluded) { excluded_ = excluded; }
   JointSurface joint_surface() const;
+  /// What was left out so far, and what that saved.
+  std::map<std::string, PlanFigures> plan_figures() const;
 
   std::span<const Triangle> body_triangles() const { return body_triangles_; }
   std::span<const std::int32_t> body_begin() const { return body_begin_; }
@@ -80,7 +84,15 @@ class Detection final : public Clearances {
   double thickness(const ContactPoint& c) const;
   double rest_gap(const ContactPoint& c, bool self) const;
   SurfaceView drifting_view();
+  void drop_loose(CandidatePairs& pairs) const;
   void drop_excluded(CandidatePairs& pairs, bool self) const;
+  void prove_idle();
+  void search_bodies();
+  void search_self();
+  void prove_again();
+  void note_covered();
+  void find_body_crossings(Crossings& crossings);
+  void find_self_crossings(Crossings& crossings);
   void append_proximities(const std::vector<Contact>& found, bool self,
                           std::vector<ContactPoint>& out) const;
 
@@ -101,6 +113,7 @@ class Detection final : public Clearances {
   std::vector<Triangle> cloth_triangles_, body_triangles_;
   std::vector<std::int32_t> body_begin_;  // first vertex of each body, plus the total
   std::vector<Vec3> rest_;                // cloth at the start
+  std::vector<char> loose_;               // particles of no triangle; empty: there are none
   std::vector<std::int32_t> surface_;     // of each joint vertex, as ContactPairs counts
 
   std::span<const Vec3> x_t0_, x_t1_;
@@ -109,6 +122,8 @@ class Detection final : public Clearances {
   std::vector<Vec3> covered_;   // cloth x_t1 that the candidates were made for
   std::vector<Vec3> drifting_;  // cloth x_t1 without the motion that all particles share
   CandidatePairs body_pairs_, self_pairs_;
+  DetectionPlan plan_;
+  bool bodies_idle_ = false, self_idle_ = false;  // proved, so that those pairs were not looked for
   const ExcludedPairs* excluded_ = nullptr;
   std::vector<Contact> found_;
 };

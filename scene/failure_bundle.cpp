@@ -127,6 +127,8 @@ Json to_json(const Scene& scene, const Simulation& simulation, const SimulationF
                {"step", state.step},
                {"control", detail::to_json(state.control)},
                {"tangles", detail::to_json(state.tangles)},
+               {"memory", memory_text(state.memory)},
+               {"splits", detail::to_json(state.splits)},
                {"state_hash", state_hash(state)},
                {"bodies_hash", bodies_hash(simulation)},
                {"particles", state.x.size()},
@@ -162,6 +164,8 @@ FailureBundle from_json(const Json& json, const fs::path& folder) {
   bundle.state.step = json.at("step").get<std::int64_t>();
   bundle.state.control = control_from(json.at("control"));
   bundle.state.tangles = tangles_from(json.at("tangles"));
+  if (json.contains("memory")) bundle.state.memory = memory_from(json["memory"]);
+  if (json.contains("splits")) bundle.state.splits = splits_from(json["splits"]);
   if (!std::isfinite(bundle.state.time) || bundle.state.time < 0.0)
     refuse(folder / "failure.json", "names a time that cannot be");
   return bundle;
@@ -190,8 +194,9 @@ void write_failure_bundle(const fs::path& folder, const Scene& scene, const Simu
   make_folder(folder);
   write_scene(folder, scene);
   const SimulationState& state = simulation.state();
-  write_ply(folder / "state.ply", state.x, simulation.cloth_triangles(), velocity_values(state.v));
-  if (failure.kind != FailureKind::out_of_budget) write_offenders(folder, simulation);
+  write_ply(folder / "state.ply", state.x, simulation.cloth_triangles(), state_values(state));
+  if (failure.kind != FailureKind::out_of_budget && failure.kind != FailureKind::unstable_step)
+    write_offenders(folder, simulation);
   write_text(folder / "cause.txt", std::string(failure.what()) + "\n");
   write_text(
       folder / "failure.json",

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <selvedge/broadphase/broad_phase.h>
+#include <selvedge/core/integrator.h>
+#include <selvedge/core/strain_limiter.h>
 #include <selvedge/narrowphase/narrow_phase.h>
 #include <selvedge/response/fail_safe.h>
 #include <selvedge/response/response.h>
@@ -17,6 +19,8 @@ struct Methods {
   NarrowPhaseRegistry narrow_phases = selvedge::narrow_phases();
   ResponseRegistry responses = selvedge::responses();
   FailSafeRegistry fail_safes = selvedge::fail_safes();
+  IntegratorRegistry integrators = selvedge::integrators();
+  StrainLimiterRegistry strain_limiters = selvedge::strain_limiters();
 };
 
 /// The method of that name; throws std::invalid_argument with the names there are. `key` is where

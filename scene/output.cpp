@@ -113,6 +113,9 @@ void write_result(const std::filesystem::path& file, const RunResult& result) {
     flags[flag_name(bit)] = {{"end", result.flags.end[bit]}, {"worst", result.flags.worst[bit]}};
   Json ledger = Json::object();
   for (const auto& [stage, figures] : result.ledger) ledger[stage] = numbers(figures);
+  Json plan = Json::object();
+  for (const auto& [part, p] : result.plan)
+    plan[part] = {{"asked", p.asked}, {"left_out", p.left_out}, {"saved_s", number(p.saved_s)}};
   const Json json = {
       {"clean", result.clean},
       {"clean_elsewhere", result.clean_elsewhere},
@@ -135,6 +138,8 @@ void write_result(const std::filesystem::path& file, const RunResult& result) {
       {"stopped", result.stopped},
       {"counters", numbers(result.counters)},
       {"ledger", ledger},
+      {"plan", plan},
+      {"measures", numbers(result.measures)},
   };
   AtomicFile out(file);
   out.write(json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");

@@ -5,6 +5,7 @@
 #include <selvedge/scene/tangle_report.h>
 #include <selvedge/scene/vertex_flags.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <span>
@@ -15,6 +16,12 @@ namespace selvedge {
 
 /// All writers but Pc2Writer go through a temporary file beside the target and a rename, and throw
 /// std::runtime_error with file and cause (full disk, no permission).
+
+/// How often a part was proved to do nothing and left out (scene/plan.h).
+struct PlanFigures {
+  std::int64_t asked = 0, left_out = 0;
+  double saved_s = 0.0;  ///< s, at the mean of the times it was not; 0 if it always was
+};
 
 /// What a run says of itself; written as result.json with these names.
 struct RunResult {
@@ -46,6 +53,10 @@ struct RunResult {
   /// energy_gained_J, energy_kinetic_J, and by _x, _y, _z to_particles and to_anchors (N·s),
   /// turn_particles and turn_anchors (N·m·s).
   std::map<std::string, std::map<std::string, double>> ledger;
+  std::map<std::string, PlanFigures> plan;  ///< by part, since the run was started or resumed
+  /// Of the last state (measures.h): strain_max, strain_rms, spring_strain_*, energy_*_J, and over
+  /// an upright cylinder drape_coefficient (%), folds.
+  std::map<std::string, double> measures;
 };
 
 /// A number that is not finite is written as the string "nan", "inf" or "-inf", never as null.

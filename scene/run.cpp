@@ -4,12 +4,16 @@
 #include <selvedge/scene/detail/checkpoint.h>
 #include <selvedge/scene/detail/result_folder.h>
 #include <selvedge/scene/failure_bundle.h>
+#include <selvedge/scene/measures.h>
+#include <selvedge/scene/refinement.h>
 #include <selvedge/scene/run.h>
 #include <sys/resource.h>
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdint>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <stdexcept>
@@ -45,7 +49,8 @@ class Run {
     BuiltScene built = build_scene(scene_);
     if (config_.warning)
       for (const std::string& sentence : built.warnings) config_.warning(sentence);
-    simulation_.emplace(scene_, std::move(built), config_.methods);
+    refinement_.emplace(scene_, built);
+    simulation_ = std::make_unique<Simulation>(scene_, std::move(built), config_.methods);
     if (config_.resume)
       resume();
     else
@@ -135,6 +140,12 @@ class Run {
     state->time = checkpoint.at("time").get<double>();
     if (checkpoint.contains("control")) state->control = control_from(checkpoint["control"]);
     if (checkpoint.contains("tangles")) state->tangles = tangles_from(checkpoint["tangles"]);
+    if (checkpoint.contains("memory")) state->memory = memory_from(checkpoint["memory"]);
+    if (checkpoint.contains("splits")) state->splits = splits_from(checkpoint["splits"]);
+    if (!state->splits.empty()) {
+      refinement_->split(state->splits);
+      simulation_ = refined_simulation(*refinement_);
+    }
     before_ = result_from(checkpoint.at("result"));
     simulation_->restore(std::move(*state));
   }
@@ -148,6 +159,7 @@ class Run {
       write_frame();
     }
     while (frame_ < scene_.time.frames && !stop_requested()) {
+      refine();
       while (!simulation_->reached(frame_ + 1)) make_step();
       simulation_->verify_frame();
       ++frame_;
@@ -155,6 +167,35 @@ class Run {
     }
     if (frame_ < scene_.time.frames)
       stopped_ = fmt::format("stopped on request after frame {} of {}", frame_, scene_.time.frames);
+  }
+
+  std::unique_ptr<Simulation> refined_simulation(const Refinement& refinement) const {
+    return std::make_unique<Simulation>(refinement.scene(), refinement.build(), config_.methods);
+  }
+
+  /// Splits what is due at a frame, unless a state with the new cells would cross something. The
+  /// exchange of the surface counts as a step, so that every state of steps/ has one surface.
+  void refine() {
+    const SimulationState& state = simulation_->state();
+    // A run out of budget is resumed within a frame, where this was decided before.
+    const double steps = state.time * scene_.time.fps * scene_.time.steps_per_frame;
+    const bool at_frame = state.control.h == 0.0 &&
+                          std::llround(steps) == std::int64_t{frame_} * scene_.time.steps_per_frame;
+    if (!refinement_->active() || !at_frame) return;
+    auto next = split_due(*refinement_, *simulation_, config_.methods);
+    if (!next) return;
+    if (!next->simulation->result().clean) {
+      before_.counters["refinements_postponed"] += 1;
+      return;
+    }
+    RunResult r = simulation_->result();
+    carry_on(before_, r);
+    before_ = std::move(r);
+    before_.counters["refinements"] += 1;
+    refinement_.emplace(std::move(next->refinement));
+    simulation_ = std::move(next->simulation);
+    ++step_;
+    if (config_.every_step) write_step();
   }
 
   void make_step() {
@@ -209,7 +250,6 @@ class Run {
   void write_frame() {
     const auto begin = Clock::now();
     const SimulationState& state = simulation_->state();
-    const auto velocity = velocity_values(state.v);
     write_ply(frame_file("cloth", frame_, ".ply"), state.x, simulation_->cloth_triangles(),
               frame_values(*simulation_));
     if (bodies_due(frame_ == 0))
@@ -217,21 +257,24 @@ class Run {
                 simulation_->body_triangles());
     if (scene_.output.vtk) write_vtk_frame();
     if (scene_.output.pc2) write_pc2_frame();
-    write_checkpoint(velocity);
+    write_checkpoint();
     output_s_ += seconds_since(begin);
     written_ = frame_ + 1;
     if (config_.progress) config_.progress(frame_, seconds_since(begin_));
   }
 
-  void write_checkpoint(const std::vector<NamedValues>& velocity) {
+  void write_checkpoint() {
     const SimulationState& state = simulation_->state();
-    write_ply(config_.out / "checkpoint.ply", state.x, simulation_->cloth_triangles(), velocity);
+    write_ply(config_.out / "checkpoint.ply", state.x, simulation_->cloth_triangles(),
+              state_values(state));
     // JSON numbers are written with as many digits as give back the same double.
     const Json checkpoint = {{"frame", frame_},
                              {"step", state.step},
                              {"time", state.time},
                              {"control", to_json(state.control)},
                              {"tangles", to_json(state.tangles)},
+                             {"memory", memory_text(state.memory)},
+                             {"splits", to_json(state.splits)},
                              {"state_hash", state_hash(state)},
                              {"result", to_json(result())}};
     write_text(config_.out / "checkpoint.json", checkpoint.dump(2) + "\n");
@@ -334,6 +377,9 @@ class Run {
   RunResult finish() {
     if (resumed_ && written_ == 0) written_ = frame_ + 1;  // it was complete already
     RunResult r = result();
+    const SimulationState& state = simulation_->state();
+    r.measures = final_measures(scene_, simulation_->built(),
+                                {state.x, state.v, simulation_->mass(), state.time});
     write_result(config_.out / "result.json", r);
     return r;
   }
@@ -342,8 +388,7 @@ class Run {
   void stop(const SimulationFailed& failure) {
     keep_what_there_is(failure.what());
     try {
-      if (failure.kind == FailureKind::out_of_budget)
-        write_checkpoint(velocity_values(simulation_->state().v));
+      if (failure.kind == FailureKind::out_of_budget) write_checkpoint();
       write_failure_bundle(bundle(), scene_, *simulation_, failure);
     } catch (const std::exception& error) {
       if (config_.warning)
@@ -364,7 +409,8 @@ class Run {
   const Scene& scene_;
   const RunConfig& config_;
   Clock::time_point begin_ = Clock::now();
-  std::optional<Simulation> simulation_;
+  std::unique_ptr<Simulation> simulation_;
+  std::optional<Refinement> refinement_;
   std::optional<Pc2Writer> pc2_;
   RunResult before_;              // of the parts of this run before it was resumed
   int frame_ = 0;                 // last one done

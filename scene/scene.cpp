@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/scene/contact_pairs.h>
+#include <selvedge/scene/detail/read_extras.h>
+#include <selvedge/scene/detail/read_geometry.h>
 #include <selvedge/scene/detail/scene_json.h>
 #include <selvedge/scene/detail/select_vertices.h>
 #include <selvedge/scene/scene.h>
@@ -46,12 +48,16 @@ class SceneReader {
     read_motions();
     read_handles();
     read_weights();
+    detail::read_seams(document_, scene_);
+    detail::read_water(document_, scene_);
     read_obstacles();
     read_air();
     read_time();
     read_contact();
     read_solver();
+    scene_.plan.proofs = root_["plan"]["proofs"].get<bool>();
     read_output();
+    read_closed_form();
     scene_.json = root_.dump(2);
     return std::move(scene_);
   }
@@ -178,6 +184,8 @@ class SceneReader {
       m.stretch_stiffness = j["stretch_stiffness"].get<double>();
       m.shear_stiffness = j["shear_stiffness"].get<double>();
       m.bending_stiffness = j["bending_stiffness"].get<double>();
+      if (j.contains("stretch_weft")) m.stretch_weft = j["stretch_weft"].get<double>();
+      if (j.contains("bending_weft")) m.bending_weft = j["bending_weft"].get<double>();
       m.spring_damping = j["spring_damping"].get<double>();
       m.bending_damping = j["bending_damping"].get<double>();
       m.strain_limit = j["strain_limit"].get<double>();
@@ -194,14 +202,18 @@ class SceneReader {
                                                {"kawabata", StretchLaw::kawabata}});
     m.shear_law = word_of<ShearLaw>(
         j["shear_law"], {{"springs", ShearLaw::springs}, {"twisting", ShearLaw::twisting}});
-    m.bending_law = word_of<BendingLaw>(j["bending_law"], {{"hinge", BendingLaw::hinge},
-                                                           {"bridson", BendingLaw::bridson},
-                                                           {"buckling", BendingLaw::buckling},
-                                                           {"twisting", BendingLaw::twisting}});
+    m.bending_law =
+        word_of<BendingLaw>(j["bending_law"], {{"hinge", BendingLaw::hinge},
+                                               {"bridson", BendingLaw::bridson},
+                                               {"buckling", BendingLaw::buckling},
+                                               {"twisting", BendingLaw::twisting},
+                                               {"shape_operator", BendingLaw::shape_operator}});
     m.biphasic_strain = j["biphasic_strain"].get<double>();
     m.biphasic_growth = j["biphasic_growth"].get<double>();
     m.kawabata_lt = j["kawabata_lt"].get<double>();
     m.kawabata_strain = j["kawabata_strain"].get<double>();
+    m.shear_friction = j["shear_friction"].get<double>();
+    m.bending_friction = j["bending_friction"].get<double>();
   }
 
   void read_geometry() {
@@ -219,6 +231,7 @@ class SceneReader {
       cloth.placement = read_placement(j["transformation"], join(path, "transformation"));
       cloth.velocity = read_vec3(j["velocity"]);
       cloth.material = j["material"].get<std::string>();
+      cloth.virtual_springs = detail::read_virtual_springs(j);
       std::vector<std::string> known;
       for (const auto& [name, material] : scene_.materials) known.push_back(name);
       require_known(cloth.material, known, join(path, "material"), "material");
@@ -233,6 +246,12 @@ class SceneReader {
     else
       shape.mesh = read_inline_mesh(j["mesh"]);
     if (j["rest_mesh"] != "") shape.rest_file = read_file(j["rest_mesh"], join(path, "rest_mesh"));
+    detail::read_mesh_options(j, shape);
+    if (j["rest"] != "texture") return shape;
+    if (shape.file.empty() || !shape.rest_file.empty())
+      fail(document_, join(path, "rest"),
+           "\"texture\" needs an OBJ file as mesh and no rest_mesh beside it");
+    shape.texture_unit = j["texture_unit"].get<double>();
     return shape;
   }
 
@@ -244,11 +263,13 @@ class SceneReader {
                                              {"simplified", ClothPattern::simplified},
                                              {"checkerboard", ClothPattern::checkerboard},
                                              {"responsive", ClothPattern::responsive},
+                                             {"bilayered", ClothPattern::bilayered},
                                              {"arc", ClothPattern::arc}});
     shape.grid.size_x = j["size"][0].get<double>();
     shape.grid.size_y = j["size"][1].get<double>();
     shape.grid.cells_x = j["cells"][0].get<std::int32_t>();
     shape.grid.cells_y = j["cells"][1].get<std::int32_t>();
+    detail::read_grid_options(j, shape);
     if (!j.contains("path")) return shape;
     for (const Json& point : j["path"]["points"]) shape.path.points.push_back(read_vec3(point));
     shape.path.side = read_vec3(j["path"]["side"]);
@@ -481,10 +502,25 @@ class SceneReader {
 
   void read_solver() {
     const Json& j = root_["solver"];
-    scene_.solver.integrator = j["integrator"].get<std::string>();
-    scene_.solver.strain_limiter = j["strain_limiter"].get<bool>();
+    scene_.solver.integrator =
+        read_method(j["integrator"], methods_.integrators, "solver.integrator");
+    read_strain_limiter(j["strain_limiter"]);
+    scene_.solver.refuse_unstable_step = j["unstable_step"] == "refuse";
+    scene_.solver.error = j["error"].get<double>();
+    scene_.solver.drag = j["drag"].get<double>();
+    scene_.solver.max_newton = j["max_newton"].get<int>();
     scene_.solver.tolerance = j["tolerance"].get<double>();
     scene_.solver.max_iterations = j["max_iterations"].get<int>();
+  }
+
+  /// A name, or as in older scenes whether there is one.
+  void read_strain_limiter(const Json& j) {
+    SolverSpec& solver = scene_.solver;
+    if (j.is_string())
+      solver.limiter = read_method(j, methods_.strain_limiters, "solver.strain_limiter");
+    else if (!j.get<bool>())
+      solver.limiter = "none";
+    solver.strain_limiter = solver.limiter != "none";
   }
 
   void read_output() {
@@ -502,6 +538,20 @@ class SceneReader {
       fail(document_, "output.camera.target", "must differ from the camera's eye");
   }
 
+  void read_closed_form() {
+    if (!root_.contains("closed_form")) return;
+    const Json& j = root_["closed_form"];
+    scene_.closed_form.motion = word_of<ClosedForm>(
+        j["motion"], {{"free_fall", ClosedForm::free_fall}, {"incline", ClosedForm::incline}});
+    if (scene_.closed_form.motion != ClosedForm::incline) return;
+    if (!j.contains("body"))
+      fail(document_, "closed_form", "needs the key \"body\" for an incline");
+    scene_.closed_form.body = j["body"].get<std::string>();
+    std::vector<std::string> known;
+    for (const BodySpec& body : scene_.bodies) known.push_back(body.name);
+    require_known(scene_.closed_form.body, known, "closed_form.body", "obstacle");
+  }
+
   LocatedJson& document_;
   const Methods& methods_;
   Json& root_;
@@ -516,6 +566,7 @@ Scene read_scene(const std::filesystem::path& file, const std::vector<Override>&
                  const Methods& methods) {
   LocatedJson document = detail::parse_json_file(file);
   for (const Override& set : overrides) detail::apply(document, set);
+  detail::expand_fabrics(document);
   detail::check_and_complete(document, Json::parse(detail::scene_schema_text()));
   return SceneReader(document, methods).read();
 }

@@ -4,8 +4,10 @@
 #include <selvedge/bodies/analytic_body.h>
 #include <selvedge/bodies/body.h>
 #include <selvedge/bodies/load_mesh.h>
+#include <selvedge/core/adaptive_grid.h>
 #include <selvedge/core/cloth_mesh.h>
 #include <selvedge/core/force.h>
+#include <selvedge/core/wetting.h>
 #include <selvedge/scene/methods.h>
 
 #include <filesystem>
@@ -30,7 +32,8 @@ enum class ClothPattern {
   simplified,
   checkerboard,
   responsive,
-  arc  ///< a disc of diameter size_x = size_y; cells_x particles on each of cells_y rings
+  bilayered,  ///< cells are those of the dense layer
+  arc         ///< a disc of diameter size_x = size_y; cells_x particles on each of cells_y rings
 };
 
 /// A curve along which a grid lies at the start, folded or knotted; its rest shape stays flat.
@@ -39,16 +42,58 @@ struct StripPath {
   Vec3 side = Vec3::UnitY();  ///< where y of the grid points, as far as it is across the curve
 };
 
+/// Springs fitted to a plate of the material's stretch and bending stiffness: the triangular
+/// pattern, or a flat mesh ("plate").
+struct PlateSpec {
+  double poisson = 1.0 / 3.0;  ///< in (-1, 1)
+};
+
+/// When the cells of a rectangular grid are split in four ("refine"), looked at before every frame.
+struct RefineSpec {
+  enum class When {
+    never,
+    settled,  ///< all of them, once nothing is faster than `speed` or the energy is below `energy`
+    curved    ///< those that meet a neighbour at more than `angle`
+  };
+  When when = When::never;
+  std::int32_t levels = 1;  ///< at most so many times, in [1, AdaptiveGrid::max_levels]
+  double speed = 0.05;      ///< m/s
+  double energy = 0.0;      ///< J, kinetic
+  double after = 0.2;       ///< s, of settled: not sooner after the start or the last split
+  double angle = 0.35;      ///< rad
+};
+
+/// Cells of one piece that were split at one time.
+struct SplitEvent {
+  std::int32_t piece = 0;  ///< of the scene
+  double time = 0.0;       ///< s
+  std::vector<GridCell> cells;
+};
+
+/// Springs of every particle to its place ("virtual_springs") [survey 2.8].
+struct VirtualSpec {
+  double stiffness = 0.0;  ///< N/m³, force per area and distance, >= 0; 0: none
+  bool follow = false;     ///< the places go along with the cloth; else they stay where it starts
+};
+
 struct ClothGrid {
   ClothPattern pattern = ClothPattern::rectangular;
   GridConfig grid;
   StripPath path{};
+  LayerConfig layers{};  ///< of the bilayered pattern
+  std::optional<PlateSpec> plate{};
+  RefineSpec refine{};
 };
 
 struct ClothFile {
   std::filesystem::path file;  ///< any triangle mesh: initial shape, and rest shape unless given
   std::filesystem::path rest_file;  ///< empty: the file itself
-  TriangleMesh mesh;                ///< where `file` is empty: the mesh itself
+  /// Metres per unit of the texture coordinates, which then are the flat pattern at rest; 0: they
+  /// are not.
+  double texture_unit = 0.0;
+  TriangleMesh mesh;  ///< where `file` is empty: the mesh itself
+  std::optional<PlateSpec> plate{};
+  std::optional<SupportConstants> support{};  ///< a closed surface held up from within
 };
 
 /// One piece of cloth ("geometry" in the scene file).
@@ -58,6 +103,7 @@ struct ClothSpec {
   Placement placement;
   Vec3 velocity = Vec3::Zero();  ///< m/s at the start
   std::string material = "default";
+  VirtualSpec virtual_springs{};
 };
 
 /// Particles that are held, and how they move ("handles").
@@ -68,6 +114,8 @@ struct HandleSpec {
       vertices;                  ///< of the piece; corners and boxes are resolved by the parser
   std::vector<Keyframe> motion;  ///< relative to the start; empty: held still
   double release = -1.0;         ///< s; negative: never let go
+  /// It turns about the mean of so many of its first vertices; 0: of all.
+  std::size_t pivots = 0;
 };
 
 /// Mass added to particles: a button, a heavy hem ("weights").
@@ -76,6 +124,29 @@ struct WeightSpec {
   std::string geometry;                ///< name of the piece
   std::vector<std::int32_t> vertices;  ///< of the piece
   double mass = 0.0;                   ///< kg, to each of them, >= 0
+};
+
+/// Two rows of particles that are sewn together, the first of one to the first of the other
+/// ("seams").
+struct SeamSpec {
+  std::string name;
+  std::array<std::string, 2> geometry;                ///< names of the pieces
+  std::array<std::vector<std::int32_t>, 2> vertices;  ///< of the pieces, equally many
+  SewingConfig sewing;
+};
+
+/// Particles onto which water drops ("water.sources").
+struct WaterSource {
+  std::string geometry;                ///< name of the piece
+  std::vector<std::int32_t> vertices;  ///< of the piece
+  double rate = 0.0;                   ///< kg/s, onto all of them together, >= 0
+  double begin = 0.0, end = 0.0;       ///< s
+  Vec3 velocity = Vec3::Zero();        ///< m/s, of the drops
+};
+/// Water in the cloth ("water").
+struct WaterSpec {
+  WettingConfig wetting;
+  std::vector<WaterSource> sources;
 };
 
 struct BodyFile {
@@ -132,10 +203,15 @@ struct ContactSpec {
 };
 
 struct SolverSpec {
-  std::string integrator = "implicit_euler";  ///< or "symplectic_euler"
-  bool strain_limiter = true;
-  double tolerance = 1e-3;  ///< relative residual of the linear solve
+  std::string integrator = "implicit_euler";
+  bool strain_limiter = true;        ///< false: `limiter` is none
+  std::string limiter = "position";  ///< how springs are kept within their strain limits
+  double tolerance = 1e-3;           ///< relative residual of the linear solve
   int max_iterations = 2000;
+  bool refuse_unstable_step = false;  ///< a step beyond stability ends the run; else it is divided
+  double error = 1e-5;                ///< m, of position in an inner step of rkf45, > 0
+  double drag = 0.5;                  ///< 1/s, of damped_verlet, >= 0
+  int max_newton = 20;                ///< iterations of implicit_newton in one solve, >= 1
 };
 
 struct CameraSpec {
@@ -151,6 +227,21 @@ struct OutputSpec {
   CameraSpec camera;
 };
 
+struct PlanSpec {
+  bool proofs = true;  ///< leave out what provably does nothing (the same bits); off: to compare
+};
+
+/// A motion of the scene that is known in closed form ("closed_form"), for errors of `compare`.
+enum class ClosedForm {
+  none,
+  free_fall,  ///< every particle flies as a point in vacuum: x = x0 + v0 t + g t²/2
+  incline     ///< the cloth slides down a flat body at a constant acceleration, or sticks
+};
+struct ClosedFormSpec {
+  ClosedForm motion = ClosedForm::none;
+  std::string body;  ///< incline: which; its slope and friction are those of the motion
+};
+
 /// A scene file, checked and complete: every name resolved, every number in range.
 struct Scene {
   std::string name;
@@ -160,13 +251,17 @@ struct Scene {
   std::map<std::string, Material> materials;
   std::vector<HandleSpec> handles;
   std::vector<WeightSpec> weights;
+  std::vector<SeamSpec> seams;
+  std::optional<WaterSpec> water;
   std::vector<BodySpec> bodies;
   Vec3 gravity = Vec3(0.0, 0.0, -9.81);  ///< m/s²
   AirConfig air;
   TimeSpec time;
   ContactSpec contact;
   SolverSpec solver;
+  PlanSpec plan;
   OutputSpec output;
+  ClosedFormSpec closed_form;
 };
 
 /// One `--set path=value`, e.g. "time.frames=30" or "geometry.0.cells=[99,99]".
@@ -180,13 +275,31 @@ struct Override {
 Scene read_scene(const std::filesystem::path& file, const std::vector<Override>& overrides = {},
                  const Methods& methods = {});
 
+/// Virtual springs of one piece.
+struct BuiltVirtualSprings {
+  std::int32_t begin = 0;         ///< first vertex of the piece
+  std::vector<double> stiffness;  ///< N/m, of each of its vertices
+  bool follow = false;
+};
+/// The volume of one closed piece.
+struct BuiltVolume {
+  double stiffness = 0.0;           ///< N/m
+  std::int32_t centre = 0;          ///< vertex
+  std::vector<Triangle> triangles;  ///< of the piece
+};
+
 /// The pieces of the scene as simulated: all cloth joined, meshes loaded and placed.
 struct BuiltScene {
   ClothMesh cloth;
+  /// At rest: triangle i is that of cloth.surface; each piece in its own place, grids and patterns
+  /// flat in the xy-plane. Vertices are those of the cloth but in garments.
+  TriangleMesh rest;
   std::vector<Vec3> velocity;                 ///< at the start, per cloth vertex
   std::vector<std::int32_t> piece_begin;      ///< first vertex of each piece, plus the total
   std::vector<std::unique_ptr<Body>> bodies;  ///< in the order of Scene::bodies
   std::vector<std::string> warnings;          ///< e.g. a body that is not closed
+  std::vector<BuiltVirtualSprings> virtual_springs;
+  std::vector<BuiltVolume> volumes;
 };
 /// Throws std::invalid_argument for numbers out of range and meshes that cannot be used, naming
 /// place, fault and remedy.

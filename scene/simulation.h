@@ -30,8 +30,11 @@ struct SimulationState {
   std::int64_t step = 0;  ///< accepted steps so far
   double time = 0.0;      ///< s
   std::vector<Vec3> x, v;
+  std::vector<double> water;  ///< kg per vertex; empty where the scene has none
   StepControl control;
-  Tangles tangles;  ///< crossings of the start that are still being undone
+  std::vector<double> memory;      ///< of the integrator and the forces, as they save it
+  Tangles tangles;                 ///< crossings of the start that are still being undone
+  std::vector<SplitEvent> splits;  ///< how the present cells of refined pieces came about
 };
 
 /// The cloth of a scene in time. Throws std::invalid_argument from the constructor if the cloth
@@ -70,6 +73,8 @@ class Simulation {
   /// What is not guaranteed of each cloth vertex in the present state (vertex_flags.h).
   std::vector<std::uint8_t> flags() const;
 
+  const BuiltScene& built() const;
+  const std::vector<double>& mass() const;  ///< kg per cloth vertex, water included
   std::span<const Triangle> cloth_triangles() const;
   std::span<const Triangle> body_triangles() const;  ///< of all bodies, joined in scene order
   const std::vector<Vec3>& body_positions() const;   ///< at the state's time

@@ -5,7 +5,8 @@ namespace selvedge {
 namespace {
 
 constexpr FailureKind kinds[] = {FailureKind::not_clean, FailureKind::not_finite,
-                                 FailureKind::stalled, FailureKind::out_of_budget};
+                                 FailureKind::stalled, FailureKind::out_of_budget,
+                                 FailureKind::unstable_step};
 
 // Steps of 1/8 of the nominal one and more are no sign of a stall.
 constexpr int kFewHalvings = 4;
@@ -26,6 +27,8 @@ const char* failure_name(FailureKind kind) {
       return "stalled";
     case FailureKind::out_of_budget:
       return "out of budget";
+    case FailureKind::unstable_step:
+      return "unstable step";
   }
   return "";
 }

@@ -17,9 +17,10 @@ enum class FailureKind : std::uint8_t {
   not_finite,     ///< a particle has no finite position
   stalled,        ///< step after step is accepted only near the smallest size
   out_of_budget,  ///< the time or the steps that were granted are used up
+  unstable_step,  ///< the scene refuses to divide a step that its integrator does not bear
 };
 
-/// "not clean", "not finite", "stalled", "out of budget".
+/// "not clean", "not finite", "stalled", "out of budget", "unstable step".
 const char* failure_name(FailureKind kind);
 /// Throws std::invalid_argument for another name.
 FailureKind failure_kind(const std::string& name);

@@ -132,10 +132,19 @@ void VolumeTree<V>::box_vertices(const SurfaceView& surface, const TreePlace& pl
   boxes.resize(surface.x_t0.size());
   const auto origin = along_directions<kAxes>(place.origin);
   parallel_for(boxes.size(), kVertexGrain, [&](std::size_t begin, std::size_t end) {
-    if (!place.frame) {  // Known here, so that the loop is free of it.
+    if (place.maps) {
       for (std::size_t v = begin; v < end; ++v)
         boxes[v] = to_float(
-            swept_dop<kAxes>(detail::path_of(surface, static_cast<std::int32_t>(v))), origin);
+            swept_dop<kAxes>(detail::path_of(surface, static_cast<std::int32_t>(v))), place.maps);
+      return;
+    }
+    if (!place.frame) {  // Known here, so that the loop is free of it.
+      for (std::size_t v = begin; v < end; ++v)
+        if constexpr (kAxes == 3)
+          boxes[v] = float_box(surface, static_cast<std::int32_t>(v), origin);
+        else
+          boxes[v] = to_float(
+              swept_dop<kAxes>(detail::path_of(surface, static_cast<std::int32_t>(v))), origin);
       return;
     }
     for (std::size_t v = begin; v < end; ++v)
@@ -326,57 +335,47 @@ void VolumeTree<V>::list_leaf_vertices() {
   }
 }
 
-template <BoundingVolume V>
-auto VolumeTree<V>::fit_points(const Leaf& leaf, const std::vector<Dop>& vertex_boxes) -> Dop {
-  Dop all = empty_dop<kAxes>();
-  for (int i = 0; i < leaf.points; ++i) {
-    auto& block = points_[leaf.point_block + i / kLanes];
-    const int lane = i % kLanes;
-    const Dop& box = vertex_boxes[block.id[lane]];
-    set_lane(block.boxes, lane, box);
-    grow(all, box);
-  }
-  return all;
+/// Fits the blocks of a leaf, `count` lanes in all, by box(block, lane); each box is also shown to
+/// `visit`.
+template <class Block, class Box, class Visit>
+void fit_blocks(Block* block, int count, Box box, Visit visit) {
+  for (; count > 0; ++block, count -= kLanes)
+    set_lanes(block->boxes, std::min(count, kLanes), [&](int lane) {
+      const auto fitted = box(*block, lane);
+      visit(fitted);
+      return fitted;
+    });
 }
 
+/// Owned points and edges lie in the boxes of their triangles.
 template <BoundingVolume V>
-auto VolumeTree<V>::fit_edges(const Leaf& leaf, const std::vector<Dop>& vertex_boxes) -> Dop {
-  Dop all = empty_dop<kAxes>();
-  for (int i = 0; i < leaf.edges; ++i) {
-    auto& block = edges_[leaf.edge_block + i / kLanes];
-    const int lane = i % kLanes;
-    Dop box = vertex_boxes[block.v0[lane]];
-    grow(box, vertex_boxes[block.v1[lane]]);
-    set_lane(block.boxes, lane, box);
-    grow(all, box);
-  }
-  return all;
-}
-
-template <BoundingVolume V>
-auto VolumeTree<V>::fit_triangles(const Leaf& leaf, const std::vector<Dop>& vertex_boxes) -> Dop {
-  Dop all = empty_dop<kAxes>();
-  for (int i = 0; i < leaf.triangles; ++i) {
-    auto& block = triangles_[leaf.triangle_block + i / kLanes];
-    const int lane = i % kLanes;
+void VolumeTree<V>::fit_leaf(Leaf& leaf, const std::vector<Dop>& vertex_boxes) {
+  leaf.box = empty_dop<kAxes>();
+  const auto widen = [&](const Dop& box) { grow(leaf.box, box); };
+  const auto widen_by_loose = [&](const Dop& box) {
+    if (leaf.loose) grow(leaf.box, box);
+  };
+  const auto of_triangle = [&](const auto& block, int lane) {
     Dop box = vertex_boxes[block.v0[lane]];
     grow(box, vertex_boxes[block.v1[lane]]);
     grow(box, vertex_boxes[block.v2[lane]]);
-    set_lane(block.boxes, lane, box);
-    grow(all, box);
-  }
-  return all;
+    return box;
+  };
+  const auto of_edge = [&](const auto& block, int lane) {
+    Dop box = vertex_boxes[block.v0[lane]];
+    grow(box, vertex_boxes[block.v1[lane]]);
+    return box;
+  };
+  const auto of_point = [&](const auto& block, int lane) { return vertex_boxes[block.id[lane]]; };
+  fit_blocks(triangles_.data() + leaf.triangle_block, leaf.triangles, of_triangle, widen);
+  fit_blocks(edges_.data() + leaf.edge_block, leaf.edges, of_edge, widen_by_loose);
+  fit_blocks(points_.data() + leaf.point_block, leaf.points, of_point, widen_by_loose);
 }
 
 template <BoundingVolume V>
 void VolumeTree<V>::fit_leaves(const std::vector<Dop>& vertex_boxes) {
   parallel_for(leaves_.size(), kLeafGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t l = begin; l < end; ++l) {
-      Leaf& leaf = leaves_[l];
-      leaf.box = fit_triangles(leaf, vertex_boxes);
-      grow(leaf.box, fit_edges(leaf, vertex_boxes));
-      grow(leaf.box, fit_points(leaf, vertex_boxes));
-    }
+    for (std::size_t l = begin; l < end; ++l) fit_leaf(leaves_[l], vertex_boxes);
   });
 }
 
@@ -395,12 +394,13 @@ void VolumeTree<V>::fit_nodes(std::size_t begin, std::size_t end) {
   for (std::size_t n = end; n-- > begin;) {
     Node& node = nodes_[n];
     node.box = empty_dop<kAxes>();
-    for (int lane = 0; lane < kLanes && node.child[lane] != kNoChild; ++lane) {
+    const auto children = std::find(node.child, node.child + kLanes, kNoChild) - node.child;
+    set_lanes(node.boxes, static_cast<int>(children), [&](int lane) {
       const std::int32_t child = node.child[lane];
       const Dop& below = child < 0 ? leaves_[~child].box : nodes_[child].box;
-      set_lane(node.boxes, lane, below);
       grow(node.box, below);
-    }
+      return below;
+    });
   }
 }
 

@@ -155,14 +155,12 @@ class VolumeTree {
   void list_leaf_vertices();
   void fit(const SurfaceView& surface, const TreePlace& place, Scratch& scratch);
   void fit_leaves(const std::vector<Dop>& vertex_boxes);
+  void fit_leaf(Leaf& leaf, const std::vector<Dop>& vertex_boxes);
   void fit_nodes();
   void fit_nodes(std::size_t begin, std::size_t end);
   void orient(const SurfaceView& surface, const TreePlace& place, Scratch& scratch);
   double measure_looseness() const;
   static double overlap_ratio(const Node& node);
-  Dop fit_points(const Leaf& leaf, const std::vector<Dop>& vertex_boxes);
-  Dop fit_edges(const Leaf& leaf, const std::vector<Dop>& vertex_boxes);
-  Dop fit_triangles(const Leaf& leaf, const std::vector<Dop>& vertex_boxes);
 
   TreeShape shape_;
   bool clustered_ = false;  // leaves are laid out by the topology

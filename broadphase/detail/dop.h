@@ -104,10 +104,10 @@ SweptDop<axes> swept_dop(const SurfaceView& surface, const std::array<std::int32
 ///
 /// Why float loses nothing: along each direction d every number s of a double polytope, lower or
 /// upper, goes through the same map m(s) = clamp(float(s - d·origin)), whose roundings are monotone
-/// whatever the subtrahend. So lo(a) <= hi(b) in double implies m(lo(a)) <= m(hi(b)): no pair is
-/// lost. And m(lo(a)) < m(hi(b)) implies lo(a) < hi(b): a pair whose float polytopes overlap
-/// strictly is certain, and only a pair that is equal in some slab must be looked at again in
-/// double.
+/// whatever the subtrahend, or clamp(float(q(s))) with a monotone QuantileMap q. So lo(a) <= hi(b)
+/// in double implies m(lo(a)) <= m(hi(b)): no pair is lost. And m(lo(a)) < m(hi(b)) implies lo(a) <
+/// hi(b): a pair whose float polytopes overlap strictly is certain, and only a pair that is equal
+/// in some slab must be looked at again in double.
 template <int axes>
 struct alignas(16) FloatDop {
   static constexpr int kNumbers = (axes + 4) / 4 * 4;
@@ -133,11 +133,12 @@ constexpr FloatDop<axes> empty_dop() {
   return dop;
 }
 
+/// Coordinates are clamped to a million kilometres so that areas stay finite in float.
+inline constexpr double kFarthest = 1e12;
+
 /// The map m.
 inline float to_float(double relative) {
-  // Coordinates are clamped to a million kilometres so that areas stay finite in float.
-  constexpr double kFar = 1e12;
-  return static_cast<float>(std::min(std::max(relative, -kFar), kFar));
+  return static_cast<float>(std::min(std::max(relative, -kFarthest), kFarthest));
 }
 
 /// The subtrahends of m.
@@ -160,6 +161,46 @@ FloatDop<axes> to_float(const SweptDop<axes>& dop,
     out.hi[k] = to_float(dop.hi[k] - origin[k]);
   }
   return out;
+}
+
+/// `maps` holds one for each direction.
+template <int axes>
+FloatDop<axes> to_float(const SweptDop<axes>& dop, const QuantileMap* maps) {
+  FloatDop<axes> out{};
+  for (int k = 0; k < axes; ++k) {
+    out.lo[k] = to_float(maps[k](dop.lo[k]));
+    out.hi[k] = to_float(maps[k](dop.hi[k]));
+  }
+  return out;
+}
+
+/// The same as to_float(swept_dop<3>(path_of(surface, v)), origin): the same operations, two
+/// coordinates at a time where there is SSE2.
+inline FloatBox float_box(const SurfaceView& surface, std::int32_t v,
+                          const std::array<double, 3>& origin) {
+#ifdef __SSE2__
+  const double *y0 = surface.x_t0[v].data(), *y1 = surface.x_t1[v].data();
+  const __m128d reach = _mm_set1_pd(surface.thickness);
+  const __m128d a = _mm_loadu_pd(y0), b = _mm_loadu_pd(y1);
+  const __m128d a2 = _mm_load_sd(y0 + 2), b2 = _mm_load_sd(y1 + 2);
+  const __m128d lo2 = _mm_sub_pd(_mm_min_pd(a2, b2), reach);
+  const __m128d hi2 = _mm_add_pd(_mm_max_pd(a2, b2), reach);
+  const auto to_floats = [](__m128d relative) {
+    const __m128d far = _mm_set1_pd(kFarthest);
+    return _mm_cvtpd_ps(_mm_min_pd(_mm_max_pd(relative, _mm_sub_pd(_mm_setzero_pd(), far)), far));
+  };
+  const __m128d shift = _mm_loadu_pd(origin.data());
+  const __m128 lo = to_floats(_mm_sub_pd(_mm_sub_pd(_mm_min_pd(a, b), reach), shift));
+  const __m128 hi = to_floats(_mm_sub_pd(_mm_add_pd(_mm_max_pd(a, b), reach), shift));
+  const __m128 last =
+      to_floats(_mm_sub_pd(_mm_unpacklo_pd(lo2, hi2), _mm_set1_pd(origin[2])));  // lo, hi, 0, 0
+  FloatBox box;
+  _mm_store_ps(box.lo.data(), _mm_shuffle_ps(lo, last, _MM_SHUFFLE(2, 0, 1, 0)));
+  _mm_store_ps(box.hi.data(), _mm_shuffle_ps(hi, last, _MM_SHUFFLE(2, 1, 1, 0)));
+  return box;
+#else
+  return to_float(swept_dop<3>(path_of(surface, v)), origin);
+#endif
 }
 
 template <int axes>
@@ -191,6 +232,32 @@ void set_lane(DopBlock<axes>& block, int lane, const FloatDop<axes>& dop) {
     block.lo[k][lane] = dop.lo[k];
     block.hi[k][lane] = dop.hi[k];
   }
+}
+
+/// Lanes 0 to n - 1 by box(lane), the others unused.
+template <int axes, class Box>
+void set_lanes(DopBlock<axes>& block, int n, Box box) {
+#ifdef __SSE2__
+  if constexpr (axes == 3) {
+    const __m128 unused = _mm_set1_ps(std::numeric_limits<float>::quiet_NaN());
+    for (int first = 0; first < kLanes; first += 4) {
+      __m128 lo[4] = {unused, unused, unused, unused}, hi[4] = {unused, unused, unused, unused};
+      for (int i = 0; i < 4 && first + i < n; ++i) {
+        const FloatDop<axes> b = box(first + i);
+        lo[i] = _mm_load_ps(b.lo.data());
+        hi[i] = _mm_load_ps(b.hi.data());
+      }
+      _MM_TRANSPOSE4_PS(lo[0], lo[1], lo[2], lo[3]);
+      _MM_TRANSPOSE4_PS(hi[0], hi[1], hi[2], hi[3]);
+      for (int k = 0; k < 3; ++k) {
+        _mm_store_ps(block.lo[k] + first, lo[k]);
+        _mm_store_ps(block.hi[k] + first, hi[k]);
+      }
+    }
+    return;
+  }
+#endif
+  for (int lane = 0; lane < n; ++lane) set_lane(block, lane, box(lane));
 }
 
 template <int axes>

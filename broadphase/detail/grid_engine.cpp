@@ -7,13 +7,13 @@ namespace selvedge::detail {
 namespace {
 
 /// How far apart boxes are that fill their common box evenly, along its longest side.
-double typical_spacing(const std::vector<SweptBox>& boxes) {
+double typical_spacing(const std::vector<SweptBox>& boxes, const FloatMap& map) {
   double span = 0.0;
   for (int k = 0; k < 3 && !boxes.empty(); ++k) {
     const auto [lo, hi] = std::minmax_element(
         boxes.begin(), boxes.end(),
         [k](const SweptBox& a, const SweptBox& b) { return a.lo[k] < b.lo[k]; });
-    span = std::max(span, hi->lo[k] - lo->lo[k]);
+    span = std::max(span, map(k, hi->lo[k]) - map(k, lo->lo[k]));
   }
   return span > 0.0 ? span / std::sqrt(static_cast<double>(boxes.size())) : 1.0;
 }
@@ -41,7 +41,7 @@ int level_of(float extent, double cell) {
   return std::min((std::ilogb(cells) + 1) >> (kLevelBits - 1), kHighestLevel);
 }
 
-double typical_extent(const SurfaceBoxes& a, const SurfaceBoxes* b) {
+double typical_extent(const SurfaceBoxes& a, const SurfaceBoxes* b, const FloatMap& map) {
   constexpr std::size_t most = 512;  // of each surface
   std::vector<double> sample;
   for (const auto list : {&SurfaceBoxes::edges, &SurfaceBoxes::triangles, &SurfaceBoxes::points}) {
@@ -51,7 +51,8 @@ double typical_extent(const SurfaceBoxes& a, const SurfaceBoxes* b) {
       const std::size_t step = boxes.size() / most + 1;
       for (std::size_t i = 0; i < boxes.size(); i += step) {
         double extent = 0.0;
-        for (int k = 0; k < 3; ++k) extent = std::max(extent, boxes[i].hi[k] - boxes[i].lo[k]);
+        for (int k = 0; k < 3; ++k)
+          extent = std::max(extent, map(k, boxes[i].hi[k]) - map(k, boxes[i].lo[k]));
         if (extent > 0.0) sample.push_back(extent);
       }
     }
@@ -60,7 +61,44 @@ double typical_extent(const SurfaceBoxes& a, const SurfaceBoxes* b) {
     std::nth_element(sample.begin(), place, sample.end());
     return bounded(*place);
   }
-  return bounded(std::max(typical_spacing(a.points), b ? typical_spacing(b->points) : 0.0));
+  return bounded(
+      std::max(typical_spacing(a.points, map), b ? typical_spacing(b->points, map) : 0.0));
+}
+
+bool place_cells(const SurfaceBoxes& a, const SurfaceBoxes* b, double relative_cell, double finest,
+                 FloatMap& map, double& cell) {
+  constexpr double similar = 1.25, near = 4096.0;  // near: in cells
+  std::vector<const std::vector<SweptBox>*> lists{&a.points};
+  if (b) lists.push_back(&b->points);
+  std::vector<SweptBox> sample;
+  for (const SurfaceBoxes* surface : {&a, b})
+    if (surface)
+      add_sample(surface->triangles.empty() ? surface->edges : surface->triangles, sample);
+  const auto cell_under = [&](const FloatMap& m) {
+    return std::max<double>(relative_cell * typical_extent(a, b, m),
+                            std::numeric_limits<float>::min());
+  };
+  const auto unresolved = [&](const FloatMap& m, double side) {
+    return count_unresolved(sample, m, finest * side);
+  };
+  FloatMap best(middle_of(lists));
+  const double best_cell = cell_under(best);
+  if (const int without = unresolved(best, best_cell); without >= kWorthAnotherMap) {
+    if (map.is_by_quantiles() && 2 * unresolved(map, cell) <= without) return true;
+    FloatMap other(quantile_maps(lists));
+    const double other_cell = cell_under(other);
+    if (2 * unresolved(other, other_cell) <= without) {
+      map = std::move(other);
+      cell = other_cell;
+      return false;
+    }
+  }
+  if (best_cell < similar * cell && cell < similar * best_cell &&
+      map.is_near(best, near * best_cell))
+    return true;
+  map = std::move(best);
+  cell = best_cell;
+  return false;
 }
 
 }  // namespace selvedge::detail

@@ -33,9 +33,16 @@ inline constexpr int kLowestLevel = -10, kHighestLevel = 1023;
 /// Level of a box of this extent where the cells of level 0 have the side `cell`.
 int level_of(float extent, double cell);
 
-/// The typical largest extent of the boxes of edges (of triangles or points if there are none):
-/// the median of a sample, which a few spikes cannot move. 1 if all are points.
-double typical_extent(const SurfaceBoxes& a, const SurfaceBoxes* b);
+/// The typical largest extent under the map of the boxes of edges (of triangles or points if there
+/// are none): the median of a sample, which a few spikes cannot move. 1 if all are points.
+double typical_extent(const SurfaceBoxes& a, const SurfaceBoxes* b, const FloatMap& map);
+
+/// Floats for the boxes of both surfaces, and cells of `relative_cell` typical extents under them:
+/// about an origin amid the boxes, or by quantiles where many boxes would be smaller there than
+/// `finest` cells or than floats tell apart. True if `map` and `cell` are left as they were because
+/// they still serve: cells as fine, within a fourth, and floats not much coarser.
+bool place_cells(const SurfaceBoxes& a, const SurfaceBoxes* b, double relative_cell, double finest,
+                 FloatMap& map, double& cell);
 
 /// `cell` if it is a finite number greater than 0; throws std::invalid_argument.
 double checked_cell(double cell, const std::string& detector);
@@ -93,18 +100,7 @@ class GridEngine {
   explicit GridEngine(double cell) : relative_cell_(cell), scan_(scan_boxes()) {}
 
   bool prepare(const SurfaceBoxes& a, const SurfaceBoxes* b) {
-    const double cell = std::max(relative_cell_ * typical_extent(a, b), kLeastCell);
-    std::vector<const std::vector<SweptBox>*> lists{&a.points};
-    if (b) lists.push_back(&b->points);
-    const Vec3 middle = middle_of(lists);
-    // Structures made before serve as long as their cells are as fine, within a fourth, and their
-    // floats not much coarser than those about the middle of the boxes.
-    if (cell < kSimilar * cell_ && cell_ < kSimilar * cell &&
-        (middle - map_.origin()).cwiseAbs().maxCoeff() < kNearCells * cell)
-      return true;
-    cell_ = cell;
-    map_ = FloatMap(middle);
-    return false;
+    return place_cells(a, b, relative_cell_, kFinest, map_, cell_);
   }
 
   void build(const std::vector<SweptBox>& boxes, Structure& out) {
@@ -150,8 +146,7 @@ class GridEngine {
 
  private:
   static constexpr std::size_t kGrain = 4096;
-  static constexpr double kSimilar = 1.25;
-  static constexpr double kNearCells = 4096.0;
+  static constexpr double kFinest = 0x1p-16;  // cells: well above those that kLowestLevel ends at
 
   /// Two opposite cells.
   struct Window {
@@ -188,7 +183,8 @@ class GridEngine {
       made.count = waiting;
       made.sorted = false;
       made.inverse_cell = static_cast<float>(
-          1.0 / std::max(Slots::kStretch * std::ldexp(cell_, kLevelBits * level), kLeastCell));
+          1.0 / std::max<double>(Slots::kStretch * std::ldexp(cell_, kLevelBits * level),
+                                 std::numeric_limits<float>::min()));
       first += waiting;
       waiting = 0;
     }
@@ -341,8 +337,6 @@ class GridEngine {
     for (; hits != end; ++hits)
       if (!Slots::kTagged || boxes[*hits / 2].tag == tag) found(boxes[*hits / 2], *hits % 2 != 0);
   }
-
-  static constexpr double kLeastCell = std::numeric_limits<float>::min();
 
   double relative_cell_;
   double cell_ = 0.0;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <selvedge/broadphase/detail/resolution.h>
 #include <selvedge/broadphase/detail/swept_box.h>
 #include <selvedge/core/types.h>
 
@@ -41,32 +42,48 @@ inline PackedQuery query_of(const PackedBox& box) {
   return query;
 }
 
-/// The monotone map of doubles to floats about an origin.
+/// The monotone map of doubles to floats: about an origin, or by a QuantileMap for each axis.
 class FloatMap {
  public:
   /// Coordinates are clamped here, so that neither a box's extent nor the inverse of it overflows.
   static constexpr double kFar = 0x1p100;
 
   explicit FloatMap(const Vec3& origin = Vec3::Zero()) : origin_(origin) {}
-  const Vec3& origin() const { return origin_; }
+  explicit FloatMap(std::vector<QuantileMap> quantiles) : quantiles_(std::move(quantiles)) {}
+  /// True if `other` is about an origin within `near` of this one's, as both are.
+  bool is_near(const FloatMap& other, double near) const {
+    return !is_by_quantiles() && !other.is_by_quantiles() &&
+           (origin_ - other.origin_).cwiseAbs().maxCoeff() < near;
+  }
+  bool is_by_quantiles() const { return !quantiles_.empty(); }
 
   PackedBox pack(const SweptBox& box, std::int32_t id, std::uint32_t tag = 0) const {
     PackedBox out;
-    for (int k = 0; k < 3; ++k) {
-      out.lo[k] = map(box.lo[k], k);
-      out.minus_hi[k] = -map(box.hi[k], k);
+    if (is_by_quantiles()) {  // Asked once, so that the usual loop is free of it.
+      for (int k = 0; k < 3; ++k) {
+        out.lo[k] = static_cast<float>(quantiles_[k](box.lo[k]));
+        out.minus_hi[k] = -static_cast<float>(quantiles_[k](box.hi[k]));
+      }
+    } else {
+      for (int k = 0; k < 3; ++k) {
+        out.lo[k] = static_cast<float>(from_origin(k, box.lo[k]));
+        out.minus_hi[k] = -static_cast<float>(from_origin(k, box.hi[k]));
+      }
     }
     out.id = id;
     out.tag = tag;
     return out;
   }
-  /// The map along axis k.
-  float map(double x, int k) const {
-    return static_cast<float>(std::clamp(x - origin_[k], -kFar, kFar));
+  /// The map along axis k, before it is rounded.
+  double operator()(int k, double x) const {
+    return is_by_quantiles() ? quantiles_[k](x) : from_origin(k, x);
   }
 
  private:
-  Vec3 origin_;
+  double from_origin(int k, double x) const { return std::clamp(x - origin_[k], -kFar, kFar); }
+
+  Vec3 origin_ = Vec3::Zero();
+  std::vector<QuantileMap> quantiles_;  ///< none or three
 };
 
 /// A place in the middle of most boxes, whatever a few of them do: the median of a sample of their

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <selvedge/broadphase/detail/resolution.h>
 #include <selvedge/core/collision_types.h>
 
 namespace selvedge::detail {
@@ -59,6 +60,9 @@ struct TreePlace {
   Vec3 origin = Vec3::Zero();
   const RigidFrame* frame = nullptr;  ///< null: the world
   bool is_body = false;               ///< the surface is the body of the frame
+  /// A map for each direction of the tree's volumes instead of the origin, in the world only; null:
+  /// none.
+  const QuantileMap* maps = nullptr;
 
   VertexPath path_of(const SurfaceView& surface, std::int32_t v) const {
     if (!frame) return detail::path_of(surface, v);

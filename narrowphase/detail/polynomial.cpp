@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/check.h>
 #include <selvedge/narrowphase/detail/polynomial.h>
+#include <selvedge/narrowphase/detail/polynomial_division.h>
 
 #include <algorithm>
 #include <bit>
@@ -14,98 +15,6 @@ namespace {
 /// Bits that one look at the root in doubles adds to a box: few enough against the rounding of
 /// doubles that the guess is nearly always confirmed.
 constexpr int kGuessedBits = 40;
-
-/// Polynomials in u = t / (1 - t) with a nonzero leading coefficient, for division.
-template <class Int>
-using Chain = std::vector<Polynomial<Int>>;
-
-template <class Int>
-void drop_leading_zeros(Polynomial<Int>& p) {
-  while (p.degree > 0 && p.c[p.degree].is_zero()) --p.degree;
-}
-
-/// Divides by the power of two that all coefficients share.
-template <class Int>
-void drop_content(Polynomial<Int>& p) {
-  int shift = std::numeric_limits<int>::max();
-  for (int i = 0; i <= p.degree; ++i)
-    if (!p.c[i].is_zero()) shift = std::min(shift, p.c[i].trailing_zeros());
-  if (shift == 0 || shift == std::numeric_limits<int>::max()) return;
-  for (int i = 0; i <= p.degree; ++i) p.c[i] = p.c[i] >> shift;
-}
-
-/// A positive multiple of a mod b in Q[u].
-template <class Int>
-Polynomial<Int> remainder(Polynomial<Int> a, const Polynomial<Int>& b) {
-  drop_leading_zeros(a);
-  const Int& lead = b.c[b.degree];
-  const Int factor = lead.sign() < 0 ? -lead : lead;
-  while (a.degree >= b.degree && !a.is_zero()) {
-    const Int top = lead.sign() < 0 ? -a.c[a.degree] : a.c[a.degree];
-    const int shift = a.degree - b.degree;
-    for (int i = 0; i < a.degree; ++i) {
-      a.c[i] = a.c[i] * factor;
-      if (i >= shift) a.c[i].add_product(top, b.c[i - shift], true);
-    }
-    a.c[a.degree] = Int();
-    if (a.degree == 0) break;
-    drop_leading_zeros(a);
-  }
-  drop_content(a);
-  return a;
-}
-
-/// Signed remainder sequence of p and q: a, b, -(a mod b), ... up to the greatest common divisor,
-/// each up to a positive factor.
-template <class Int>
-Chain<Int> signed_remainders(const Polynomial<Int>& p, Polynomial<Int> q) {
-  Chain<Int> chain{p};
-  q = remainder(std::move(q), p);
-  while (!q.is_zero()) {
-    chain.push_back(q);
-    if (q.degree == 0) break;
-    Polynomial<Int> r = remainder(chain[chain.size() - 2], q);
-    for (Int& c : r.c) c = -c;
-    q = std::move(r);
-  }
-  return chain;
-}
-
-template <class Int>
-Polynomial<Int> derivative(const Polynomial<Int>& p) {
-  Polynomial<Int> d;
-  d.degree = std::max(p.degree - 1, 0);
-  for (int i = 1; i <= p.degree; ++i) d.c[i - 1] = p.c[i] * Int(i);
-  return d;
-}
-
-/// Sign changes in a sequence, zeros left out.
-class SignChanges {
- public:
-  void add(int sign) {
-    if (sign == 0) return;
-    if (last_ != 0 && sign != last_) ++count_;
-    last_ = sign;
-  }
-  int count() const { return count_; }
-
- private:
-  int last_ = 0, count_ = 0;
-};
-
-template <class Int>
-int sign_changes(const Polynomial<Int>& p) {
-  SignChanges changes;
-  for (int i = 0; i <= p.degree; ++i) changes.add(p.c[i].sign());
-  return changes.count();
-}
-
-template <class Int>
-int sign_changes_at(const Chain<Int>& chain, const Int& k, int m) {
-  SignChanges changes;
-  for (const Polynomial<Int>& p : chain) changes.add(sign_at(p, k, m));
-  return changes.count();
-}
 
 /// The coefficients times one power of two, the largest about 1.
 template <class Int>

@@ -2,6 +2,9 @@
 #include <selvedge/scene/detail/checkpoint.h>
 
 #include <algorithm>
+#include <bit>
+#include <charconv>
+#include <cstdint>
 #include <map>
 #include <stdexcept>
 
@@ -18,8 +21,14 @@ std::vector<NamedValues> velocity_values(std::span<const Vec3> v) {
   return values;
 }
 
+std::vector<NamedValues> state_values(const SimulationState& state) {
+  std::vector<NamedValues> values = velocity_values(state.v);
+  if (!state.water.empty()) values.push_back({"water", state.water});
+  return values;
+}
+
 std::vector<NamedValues> frame_values(const Simulation& simulation) {
-  std::vector<NamedValues> values = velocity_values(simulation.state().v);
+  std::vector<NamedValues> values = state_values(simulation.state());
   const std::vector<std::uint8_t> flags = simulation.flags();
   values.push_back({"flag", {flags.begin(), flags.end()}, true});
   return values;
@@ -45,6 +54,8 @@ std::optional<SimulationState> read_state(const fs::path& file, const std::strin
     SimulationState state;
     state.x = read_ply(file, values).vertices;
     state.v = velocities(values, file);
+    for (NamedValues& named : values)
+      if (named.name == "water") state.water = std::move(named.values);
     if (state.v.size() == state.x.size() && state_hash(state) == hash) return state;
   } catch (const std::invalid_argument&) {  // damaged: the caller has another file to try
   }
@@ -138,6 +149,11 @@ void carry_on(const RunResult& before, RunResult& r) {
   r.strain_residual = std::max(r.strain_residual, before.strain_residual);
   r.peak_bytes = std::max(r.peak_bytes, before.peak_bytes);
   carry_on(before.counters, r.counters);
+  for (const auto& [part, p] : before.plan) {
+    r.plan[part].asked += p.asked;
+    r.plan[part].left_out += p.left_out;
+    r.plan[part].saved_s += p.saved_s;
+  }
   for (const auto& [stage, figures] : before.ledger) carry_on(figures, r.ledger[stage]);
 }
 
@@ -167,6 +183,62 @@ Tangles tangles_from(const Json& j) {
   }
   j.at("kept").get_to(tangles.kept);
   return tangles;
+}
+
+namespace {
+
+constexpr std::size_t kDigits = 16;
+
+}  // namespace
+
+std::string memory_text(std::span<const double> memory) {
+  static const char* digits = "0123456789abcdef";
+  std::string text;
+  text.reserve(kDigits * memory.size());
+  for (const double number : memory) {
+    const auto bits = std::bit_cast<std::uint64_t>(number);
+    for (std::size_t k = kDigits; k-- > 0;) text += digits[(bits >> (4 * k)) & 15];
+  }
+  return text;
+}
+
+std::vector<double> memory_from(const std::string& text) {
+  const auto fail = [] {
+    throw std::invalid_argument("the memory of a checkpoint is damaged; run without --resume");
+  };
+  if (text.size() % kDigits != 0) fail();
+  std::vector<double> memory(text.size() / kDigits);
+  for (std::size_t i = 0; i < memory.size(); ++i) {
+    std::uint64_t bits = 0;
+    const char* begin = text.data() + kDigits * i;
+    const auto read = std::from_chars(begin, begin + kDigits, bits, 16);
+    if (read.ec != std::errc{} || read.ptr != begin + kDigits) fail();
+    memory[i] = std::bit_cast<double>(bits);
+  }
+  return memory;
+}
+
+Json to_json(const std::vector<SplitEvent>& splits) {
+  Json list = Json::array();
+  for (const SplitEvent& event : splits) {
+    Json cells = Json::array();
+    for (const GridCell& c : event.cells) cells.push_back({c.level, c.i, c.j});
+    list.push_back({{"piece", event.piece}, {"time", event.time}, {"cells", cells}});
+  }
+  return list;
+}
+
+std::vector<SplitEvent> splits_from(const Json& j) {
+  std::vector<SplitEvent> splits;
+  for (const Json& e : j) {
+    SplitEvent& event = splits.emplace_back();
+    event.piece = e.at("piece").get<std::int32_t>();
+    event.time = e.at("time").get<double>();
+    for (const Json& c : e.at("cells"))
+      event.cells.push_back(
+          {c.at(0).get<std::int32_t>(), c.at(1).get<std::int32_t>(), c.at(2).get<std::int32_t>()});
+  }
+  return splits;
 }
 
 Json what_decides(Json scene) {

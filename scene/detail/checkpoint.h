@@ -19,7 +19,9 @@ using Json = nlohmann::json;
 std::vector<NamedValues> frame_values(const Simulation& simulation);
 /// Velocities, m/s, as the vertex properties vx, vy, vz of a PLY file.
 std::vector<NamedValues> velocity_values(std::span<const Vec3> v);
-/// The same read back. Throws std::invalid_argument, naming `file`, where they are missing.
+/// Velocities, and water where there is any, as the property water (kg).
+std::vector<NamedValues> state_values(const SimulationState& state);
+/// Velocities read back. Throws std::invalid_argument, naming `file`, where they are missing.
 std::vector<Vec3> velocities(const std::vector<NamedValues>& values,
                              const std::filesystem::path& file);
 
@@ -41,6 +43,14 @@ StepControl control_from(const Json& j);
 Json to_json(const Tangles& tangles);
 /// Throws Json::exception where something is missing.
 Tangles tangles_from(const Json& j);
+
+/// The memory of integrator and forces: 16 hexadecimal digits for the bits of each number.
+std::string memory_text(std::span<const double> memory);
+/// Throws std::invalid_argument for a text that is none.
+std::vector<double> memory_from(const std::string& text);
+Json to_json(const std::vector<SplitEvent>& splits);
+/// Throws Json::exception where something is missing.
+std::vector<SplitEvent> splits_from(const Json& j);
 
 /// What must be the same when a run goes on: everything but its length and what it writes.
 Json what_decides(Json scene);

@@ -39,8 +39,9 @@ void visit_held(const Scene& scene, const BuiltScene& built, double t0, double t
     const std::int32_t first = built.piece_begin[piece_of(scene, handle)];
     const std::vector<Vec3>& start = built.cloth.surface.vertices;
     Vec3 pivot = Vec3::Zero();
-    for (const std::int32_t v : handle.vertices) pivot += start[first + v];
-    pivot /= static_cast<double>(handle.vertices.size());
+    const std::size_t pivots = handle.pivots > 0 ? handle.pivots : handle.vertices.size();
+    for (std::size_t k = 0; k < pivots; ++k) pivot += start[first + handle.vertices[k]];
+    pivot /= static_cast<double>(pivots);
     const Keyframe pose = pose_at(handle.motion, t1);
     for (const std::int32_t v : handle.vertices) {
       const std::int32_t i = first + v;

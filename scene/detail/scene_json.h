@@ -48,7 +48,4 @@ const char* scene_schema_text();
 /// known.
 std::string nearest(const std::string& word, const std::vector<std::string>& known);
 
-/// One piece of cloth as it starts: made or loaded, scaled (rest shape too), rotated, translated.
-ClothMesh make_piece(const ClothSpec& cloth, const Material& material);
-
 }  // namespace selvedge::detail

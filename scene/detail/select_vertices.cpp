@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <selvedge/scene/detail/make_piece.h>
 #include <selvedge/scene/detail/select_vertices.h>
 
 #include <algorithm>
@@ -25,12 +26,25 @@ class Selection {
     if (j.contains("box")) found = select_box(j["box"], join(path, "box"));
     if (j.contains("corners")) found = select_corners(j["corners"], join(path, "corners"));
     if (j.contains("edge")) found = select_edge(j["edge"], join(path, "edge"));
+    if (const auto* grid = std::get_if<ClothGrid>(&cloth_.shape);
+        grid != nullptr && grid->pattern == ClothPattern::bilayered)
+      add_other_layer(found);
     std::sort(found.begin(), found.end());
     found.erase(std::unique(found.begin(), found.end()), found.end());
     return found;
   }
 
  private:
+  /// A place of a bilayered grid that is held or weighted is so in both layers, which lie there to
+  /// the bit.
+  void add_other_layer(std::vector<std::int32_t>& found) const {
+    const std::vector<Vec3> x = start_positions(true);
+    const std::size_t chosen = found.size();
+    for (std::size_t i = 0; i < x.size(); ++i)
+      for (std::size_t k = 0; k < chosen; ++k)
+        if (x[i] == x[found[k]]) found.push_back(static_cast<std::int32_t>(i));
+  }
+
   /// Where the vertices of a piece are at the start; with no placement, in the piece's own plane.
   std::vector<Vec3> start_positions(bool placed) const {
     ClothSpec piece = cloth_;
@@ -38,7 +52,7 @@ class Selection {
       piece.placement = Placement{};
       std::get<ClothGrid>(piece.shape).path = StripPath{};
     }
-    return make_piece(piece, material_).surface.vertices;
+    return make_piece(piece, material_).cloth.surface.vertices;
   }
 
   std::vector<std::int32_t> select_vertices(const Json& j, const std::string& path) const {

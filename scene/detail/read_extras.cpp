@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+#include <selvedge/scene/detail/read_extras.h>
+#include <selvedge/scene/detail/select_vertices.h>
+#include <selvedge/scene/fabric_file.h>
+
+#include <algorithm>
+#include <set>
+#include <stdexcept>
+
+namespace selvedge::detail {
+namespace {
+
+const ClothSpec& piece_of(LocatedJson& document, Json& j, const std::string& path,
+                          const Scene& scene) {
+  if (!j.contains("geometry")) {
+    if (scene.cloths.size() > 1)
+      fail(document, path, "needs the key \"geometry\", because there are several pieces");
+    j["geometry"] = scene.cloths.front().name;
+  }
+  const auto name = j["geometry"].get<std::string>();
+  std::vector<std::string> known;
+  for (const ClothSpec& cloth : scene.cloths) {
+    if (cloth.name == name) return cloth;
+    known.push_back(cloth.name);
+  }
+  fail(document, join(path, "geometry"),
+       fmt::format("there is no geometry \"{}\"; nearest is \"{}\"", name, nearest(name, known)));
+}
+
+std::vector<std::int32_t> selected(const LocatedJson& document, const Json& select,
+                                   const ClothSpec& cloth, const Scene& scene,
+                                   const std::string& path) {
+  return select_vertices(document, select, cloth, scene.materials.at(cloth.material), path);
+}
+
+/// In the order of a list of vertices, else ascending.
+std::vector<std::int32_t> row_of(const LocatedJson& document, const Json& select,
+                                 const ClothSpec& cloth, const Scene& scene,
+                                 const std::string& path) {
+  std::vector<std::int32_t> row = selected(document, select, cloth, scene, path);
+  if (!select.contains("vertices")) return row;
+  const auto listed = select["vertices"].get<std::vector<std::int32_t>>();
+  if (listed.size() != row.size())
+    fail(document, join(path, "vertices"), "names a vertex twice, which cannot be sewn twice");
+  return listed;
+}
+
+std::string name_of(LocatedJson& document, Json& j, std::size_t index, const std::string& path,
+                    std::set<std::string>& taken) {
+  if (!j.contains("name")) j["name"] = fmt::format("seams_{}", index);
+  auto name = j["name"].get<std::string>();
+  if (!taken.insert(name).second)
+    fail(document, join(path, "name"),
+         fmt::format("\"{}\" is taken; give each element its own name", name));
+  return name;
+}
+
+void refuse_bad_pairs(const LocatedJson& document, const SeamSpec& seam, const std::string& path) {
+  const auto& [a, b] = seam.vertices;
+  if (a.size() != b.size())
+    fail(document, path,
+         fmt::format("one side has {} particles and the other {}; they are sewn pair by pair",
+                     a.size(), b.size()));
+  if (seam.geometry[0] != seam.geometry[1]) return;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    if (a[i] == b[i])
+      fail(document, path,
+           fmt::format("vertex {} would be sewn to itself; leave it out of both sides", a[i]));
+}
+
+}  // namespace
+
+void read_seams(LocatedJson& document, Scene& scene) {
+  std::set<std::string> taken;
+  Json& list = document.root["seams"];
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    const std::string path = join("seams", i);
+    Json& j = list[i];
+    SeamSpec seam;
+    seam.name = name_of(document, j, i, path, taken);
+    const char* const sides[] = {"a", "b"};
+    for (std::size_t k = 0; k < 2; ++k) {
+      const std::string side = join(path, sides[k]);
+      const ClothSpec& cloth = piece_of(document, j[sides[k]], side, scene);
+      seam.geometry[k] = cloth.name;
+      seam.vertices[k] =
+          row_of(document, j[sides[k]]["select"], cloth, scene, join(side, "select"));
+    }
+    if (j["reverse"].get<bool>()) std::reverse(seam.vertices[1].begin(), seam.vertices[1].end());
+    seam.sewing = {j["pull"].get<double>(), j["tolerance"].get<double>(),
+                   j["damping"].get<double>()};
+    refuse_bad_pairs(document, seam, path);
+    scene.seams.push_back(std::move(seam));
+  }
+}
+
+void read_water(LocatedJson& document, Scene& scene) {
+  if (!document.root.contains("water")) return;
+  Json& j = document.root["water"];
+  WaterSpec& water = scene.water.emplace();
+  water.wetting = {j["diffusivity"].get<double>(), j["saturation"].get<double>()};
+  Json& list = j["sources"];
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    const std::string path = join("water.sources", i);
+    const ClothSpec& cloth = piece_of(document, list[i], path, scene);
+    WaterSource source;
+    source.geometry = cloth.name;
+    source.vertices = selected(document, list[i]["select"], cloth, scene, join(path, "select"));
+    source.rate = list[i]["rate"].get<double>();
+    source.begin = list[i]["begin"].get<double>();
+    source.end = list[i]["end"].get<double>();
+    const Json& v = list[i]["velocity"];
+    source.velocity = Vec3(v[0].get<double>(), v[1].get<double>(), v[2].get<double>());
+    water.sources.push_back(std::move(source));
+  }
+}
+
+void expand_fabrics(LocatedJson& document) {
+  Json& root = document.root;
+  if (!root.is_object() || !root.contains("materials") || !root["materials"].is_object()) return;
+  const auto folder = std::filesystem::absolute(document.file).parent_path();
+  for (auto& [name, material] : root["materials"].items()) {
+    if (!material.is_object() || !material.contains("fabric")) continue;
+    const std::string path = join(join("materials", name), "fabric");
+    const Json& named = material["fabric"];
+    if (!named.is_string() && !named.is_object())
+      fail(document, path, "must be the name of a fabric or of a fabric file, or a fabric");
+    try {
+      const Fabric fabric = named.is_object() ? parse_fabric(named.dump(), path)
+                                              : find_fabric(named.get<std::string>(), folder);
+      const Json constants = Json::parse(material_json(fabric.material));
+      // A constant beside the fabric is that of both yarns, unless weft is given, too.
+      const auto given = [&](const std::string& key) {
+        return (key == "stretch_weft" && material.contains("stretch_stiffness")) ||
+               (key == "bending_weft" && material.contains("bending_stiffness")) ||
+               material.contains(key);
+      };
+      Json added = Json::object();
+      for (const auto& [key, value] : constants.items())
+        if (!given(key)) added[key] = value;
+      material.update(added);
+      material["fabric_source"] = fabric.name + ": " + fabric.source;
+    } catch (const std::invalid_argument& error) {
+      fail(document, path, error.what());
+    }
+    material.erase("fabric");
+  }
+}
+
+}  // namespace selvedge::detail

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/scene/detail/scene_json.h>
+#include <selvedge/scene/scene_keys.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <sstream>
+
+namespace selvedge {
+namespace {
+
+using detail::Json;
+
+/// Collects paths and words; alternatives of one key are joined.
+class KeyCollector {
+ public:
+  explicit KeyCollector(const Json& schema) : schema_(schema) {}
+
+  void visit(const Json& given, const std::string& path) {
+    const Json& schema = resolve(given);
+    if (schema.contains("oneOf"))
+      for (const Json& alternative : schema["oneOf"]) visit(alternative, path);
+    add_words(schema, path);
+    const std::string front = path.empty() ? "" : path + ".";
+    if (schema.contains("properties"))
+      for (const auto& [name, property] : schema["properties"].items()) {
+        keys_[front + name];
+        visit(property, front + name);
+      }
+    if (schema.contains("items")) visit(schema["items"], front + "*");
+    if (schema.contains("additionalProperties") && schema["additionalProperties"].is_object())
+      visit(schema["additionalProperties"], front + "*");
+  }
+
+  const std::map<std::string, std::set<std::string>>& keys() const { return keys_; }
+
+ private:
+  const Json& resolve(const Json& schema) const {
+    const Json* s = &schema;
+    while (s->contains("$ref"))
+      s = &schema_.at(Json::json_pointer((*s)["$ref"].get<std::string>().substr(1)));
+    return *s;
+  }
+
+  void add_words(const Json& schema, const std::string& path) {
+    if (schema.contains("enum"))
+      for (const Json& word : schema["enum"])
+        if (word.is_string()) keys_[path].insert(word.get<std::string>());
+    if (schema.value("type", "") == "boolean") keys_[path].insert({"false", "true"});
+  }
+
+  const Json& schema_;
+  std::map<std::string, std::set<std::string>> keys_;
+};
+
+std::vector<std::string> parts_of(const std::string& path) {
+  std::vector<std::string> parts;
+  std::istringstream in(path);
+  for (std::string part; std::getline(in, part, '.');) parts.push_back(part);
+  return parts;
+}
+
+}  // namespace
+
+std::vector<SceneKey> scene_keys() {
+  const Json schema = Json::parse(detail::scene_schema_text());
+  KeyCollector collector(schema);
+  collector.visit(schema, "");
+  std::vector<SceneKey> keys;
+  for (const auto& [path, words] : collector.keys())
+    keys.push_back({path, {words.begin(), words.end()}});
+  return keys;
+}
+
+bool is_instance_of(const std::string& path, const std::string& key) {
+  const auto a = parts_of(path), b = parts_of(key);
+  return std::equal(
+      a.begin(), a.end(), b.begin(), b.end(),
+      [](const auto& part, const auto& pattern) { return pattern == "*" || part == pattern; });
+}
+
+std::string nearest_word(const std::string& word, const std::vector<std::string>& known) {
+  return detail::nearest(word, known);
+}
+
+}  // namespace selvedge

@@ -50,6 +50,7 @@ struct Finding {
   std::optional<PathVerdict> path;
   /// Intersections that a run does not own up to: of triangles without a vertex flagged as tangled.
   std::size_t unflagged = 0;
+  bool taken_over = false;  ///< by a refined mesh, in the next state
 
   bool wrong() const {
     const bool collides = path && path->self_collisions + path->body_collisions > 0;
@@ -120,6 +121,13 @@ void check_same_triangles(const NamedMesh& a, const NamedMesh& b) {
         fmt::format("{}: its triangles are not those of {}, so there is no path between them; give "
                     "two states of one surface",
                     b.file, a.file));
+}
+
+/// Whether a state is the one before it with more vertices in its surface and none moved: a
+/// refined mesh takes over. There is no path between them.
+bool takes_over(const NamedMesh& before, const NamedMesh& after) {
+  const std::vector<Vec3>&x = before.mesh.vertices, &y = after.mesh.vertices;
+  return y.size() > x.size() && std::equal(x.begin(), x.end(), y.begin());
 }
 
 /// A state of the mesh and where the body is then.
@@ -272,7 +280,7 @@ class Check {
 /// them.
 struct ResultFinding {
   Finding worst;
-  std::size_t states = 0, paths = 0;
+  std::size_t states = 0, paths = 0, taken_over = 0;
   std::string first_wrong;  ///< file of the first state at fault or with a path at fault, or ""
   std::string last_wrong;   ///< of the last one
 };
@@ -289,12 +297,13 @@ void take_worse(const Verdict& v, Verdict& worst) {
 }
 
 ResultFinding summary_of(const std::string& folder, const std::vector<Finding>& findings) {
-  ResultFinding sum{{folder, {}, std::nullopt, 0}, findings.size(), 0, "", ""};
+  ResultFinding sum{{folder, {}, std::nullopt, 0, false}, findings.size(), 0, 0, "", ""};
   for (const Finding& finding : findings) {
     take_worse(finding.state, sum.worst.state);
     sum.worst.unflagged = std::max(sum.worst.unflagged, finding.unflagged);
     if (finding.wrong()) sum.last_wrong = finding.file;
     if (finding.wrong() && sum.first_wrong.empty()) sum.first_wrong = finding.file;
+    sum.taken_over += finding.taken_over ? 1 : 0;
     if (!finding.path) continue;
     if (!sum.worst.path) sum.worst.path.emplace();
     ++sum.paths;
@@ -309,6 +318,7 @@ void print_json(const ResultFinding& sum) {
   Json json = to_json(sum.worst);
   json["states"] = sum.states;
   json["paths"] = sum.paths;
+  json["refinements"] = sum.taken_over;
   json["first_wrong"] = sum.first_wrong;
   json["last_wrong"] = sum.last_wrong;
   json["unflagged_intersections"] = sum.worst.unflagged;
@@ -333,6 +343,7 @@ void print_report(const ResultFinding& sum, const CheckOptions& o, bool every_st
     fmt::print("  collisions on paths         {} self, {} body, {} pairs decided\n",
                sum.worst.path->self_collisions, sum.worst.path->body_collisions,
                sum.worst.path->pairs);
+  if (sum.taken_over > 0) fmt::print("  refined meshes took over    {} times\n", sum.taken_over);
   if (sum.first_wrong.empty()) return;
   fmt::print("  first at fault              {}\n", sum.first_wrong);
   fmt::print("  last at fault               {}\n", sum.last_wrong);
@@ -395,7 +406,10 @@ class ResultCheck {
     if (found > 0) finding.unflagged = unflagged(from);
     if (!files_.every_step || i + 1 == files_.states.size()) return finding;
     const State next = read_state(i + 1);
-    finding.path = judge_between(from, view(next));
+    if (takes_over(from.mesh, view(next).mesh))
+      finding.taken_over = true;
+    else
+      finding.path = judge_between(from, view(next));
     return finding;
   }
 

@@ -38,11 +38,22 @@ std::vector<Method> fixed_methods() {
        "Choi, Ko, Stable but responsive cloth, 2002"},
       {"pattern", "arc", "a disc of rings and spokes: polar, not woven",
        "Rusinko, Swan, Agent-based fabric modeling using differential equations, 2012"},
+      {"pattern", "bilayered", "a dense layer that collides, tied to a sparse one that carries",
+       "Kang, Cho, Bilayered approximate integration, 2002"},
+      {"pattern", "refine curved", "cells split where they bend; tied hanging nodes, no gap",
+       "Villard, Borouchaki, Adaptive meshing for cloth animation, 2005"},
+      {"pattern", "refine settled", "cells split everywhere at rest; mass and momentum kept",
+       "Zhang, Yuen, Cloth simulation using multilevel meshes, 2001"},
+      {"pattern", "support", "a closed surface and its middle; survey eq. 3 mended",
+       "Zhengdong, Shuyuan, A mass-spring model for real time cloth deformation, 2011"},
       {"pattern", "mesh", "any triangle mesh, file order and double precision kept", ""},
       {"force", "hooke", "minus the gradient of its energy",
        "stretch and shear springs, Hooke's law"},
       {"force", "bending", "minus the gradient of its energy",
        "Bridson, Marino, Fedkiw, Simulation of clothing with folds and wrinkles, 2003"},
+      {"force", "shape_operator", "a plate on any mesh; minus the gradient of its energy",
+       "Onate, Zarate, Rotation-free triangular plate and shell elements, 2000; Gingold et al., "
+       "2004"},
       {"force", "bridson", "as printed: by the sine of half the angle, damped by its rate",
        "Bridson, Marino, Fedkiw, Simulation of clothing with folds and wrinkles, 2003"},
       {"force", "tension_only, biphasic", "minus the gradient of its energy",
@@ -54,13 +65,22 @@ std::vector<Method> fixed_methods() {
        "Choi, Ko, Stable but responsive cloth, 2002"},
       {"force", "twisting", "minus the gradient of its energy; also the beam, survey eq. 4 mended",
        "Dai, Li, Zhang, 2003; Villard, Borouchaki, 2005"},
+      {"force", "hysteresis", "minus the gradient of its energy within a step; has a memory",
+       "Kawabata, KES-F; Zhong, Wang, 1998; Ji et al., 2006; Zhang et al., 2012"},
+      {"force", "plate", "springs fitted to a plate; tells what they cannot fit",
+       "Wang, Devarajan, Improved 2D mass-spring-damper model with unstructured meshes, 2008"},
+      {"force", "volume", "no sum, no moment; not a gradient; survey eq. 3 mended",
+       "Zhengdong, Shuyuan, 2011; Vassilev, Spanlang, 2014"},
+      {"force", "virtual_springs", "minus the gradient of its energy; fixed in space or following",
+       "Yuan et al., Real-time simulation of tissue cutting with CUDA, 2010"},
+      {"force", "tie", "minus the gradient of its energy; hanging nodes and dense layers",
+       "Villard, Borouchaki, 2005; Kang, Cho, 2002"},
+      {"force", "sewing", "minus the gradient of its energy; survey eq. 10 mended",
+       "Zhong, Xu, Three-dimensional garment dressing simulation, 2009"},
+      {"force", "water", "no water, mass or momentum is lost until it drips",
+       "Chen, Magnenat Thalmann, Allen, Physical simulation of wet clothing, 2012"},
       {"force", "gravity", "", ""},
       {"force", "air", "", "drag of triangles and particles, wind"},
-      {"integrator", "implicit_euler", "stable at any step of the scene",
-       "Baraff, Witkin, Large steps in cloth simulation, 1998"},
-      {"integrator", "symplectic_euler", "stable below 2/omega, which is checked", ""},
-      {"strain_limiter", "position", "says the residual it leaves",
-       "Provot, Deformation constraints in a mass-spring model, 1995"},
       {"body", "plane, box, sphere, capsule, cylinder, cone, torus", "vertices on the true shape",
        ""},
       {"body", "OBJ, PLY, OFF", "read exactly, by a reader of our own", ""},
@@ -98,6 +118,23 @@ void add_registry(const char* family, const Registry& registry, std::vector<Meth
   }
 }
 
+void add_integrators(const selvedge::Methods& build, std::vector<Method>& methods) {
+  for (const auto& [name, make] : build.integrators) {
+    const selvedge::IntegratorTraits traits = make({}, 0, {})->traits();
+    methods.push_back(
+        {"integrator", name, std::string(traits.promise), std::string(traits.source)});
+  }
+}
+
+void add_strain_limiters(const selvedge::Methods& build, std::vector<Method>& methods) {
+  for (const auto& [name, entry] : build.strain_limiters)
+    methods.push_back(
+        {"strain_limiter", name, std::string(entry.promise), std::string(entry.source)});
+  methods.push_back({"strain_limiter", "biphasic (materials: stretch_law)",
+                     "stiffer above a strain, continuous; a law of the springs",
+                     "Chen, Zhu, Kaufman, Physically based animation, 1998"});
+}
+
 void add_absent_adapters(const selvedge::Methods& build, std::vector<Method>& methods) {
   for (const AdapterMethod& adapter : adapter_methods()) {
     const bool there = adapter.family == "broad_phase" ? build.broad_phases.contains(adapter.name)
@@ -114,6 +151,8 @@ std::vector<Method> all_methods() {
   add_registry("narrow_phase", build.narrow_phases, methods, selvedge::NarrowPhaseConfig{});
   add_registry("response", build.responses, methods, selvedge::ResponseConfig{});
   add_registry("fail_safe", build.fail_safes, methods);
+  add_integrators(build, methods);
+  add_strain_limiters(build, methods);
   add_absent_adapters(build, methods);
   const auto by_family = [](const Method& a, const Method& b) { return a.family < b.family; };
   std::stable_sort(methods.begin(), methods.end(), by_family);

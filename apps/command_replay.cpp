@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/scene/explain_step.h>
+#include <selvedge/scene/refinement.h>
 #include <selvedge/scene/replay.h>
 #include <selvedge/scene/run_difference.h>
 
@@ -135,7 +136,11 @@ int replay_bundle(const ReplayOptions& options) {
   const Methods methods = methods_of_this_build();
   const Scene scene = read_scene(bundle.folder / "scene.json", {}, methods);
   const ThreadLimit limit(options.threads);
-  Simulation simulation(scene, build_scene(scene), methods);
+  BuiltScene built = build_scene(scene);
+  Refinement refinement(scene, built);
+  refinement.split(bundle.state.splits);
+  if (!bundle.state.splits.empty()) built = refinement.build();
+  Simulation simulation(refinement.scene(), std::move(built), methods);
   StepRecording recording;
   if (options.explain) simulation.set_trace(&recording.trace());
   const StepReplay replay = replay_step(simulation, scene, bundle);

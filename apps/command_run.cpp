@@ -10,6 +10,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <atomic>
+#include <bit>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
@@ -23,6 +24,7 @@
 
 #include "command_render.h"
 #include "methods.h"
+#include "overrides.h"
 
 namespace {
 
@@ -35,6 +37,7 @@ struct RunOptions {
   double budget = 0.0;
   int max_steps = 0;
   std::optional<int> stall_steps;
+  std::string plan = "on";
   bool resume = false, every_step = false, json = false, no_picture = false;
   QueryRecorderConfig record;
 };
@@ -70,17 +73,6 @@ class StopOnSignal {
 
 std::atomic<bool> StopOnSignal::requested_{false};
 
-std::vector<Override> read_overrides(const std::vector<std::string>& set) {
-  std::vector<Override> overrides;
-  for (const std::string& text : set) {
-    const auto equals = text.find('=');
-    if (equals == std::string::npos || equals == 0)
-      throw std::invalid_argument("--set " + text + ": must be path=value, such as time.frames=30");
-    overrides.push_back({text.substr(0, equals), text.substr(equals + 1)});
-  }
-  return overrides;
-}
-
 void draw(const Scene& scene, const std::filesystem::path& out, int frame) {
   render_frame(out, frame, scene.output.camera,
                numbered(out / "pictures", "frame", frame, 5, ".png"));
@@ -99,12 +91,23 @@ std::string clean_line(const Scene& scene, const RunResult& r) {
                      t.given_up ? ", and no way out was found" : "");
 }
 
+// What no limiter could keep within the strain limit; each of these vertices has a flag.
+std::string over_strain(const RunResult& r) {
+  constexpr int bit = std::countr_zero(static_cast<unsigned>(kFlagOverStrain));
+  if (r.flags.worst[bit] == 0) return "";
+  return fmt::format(", {:.2f} % above the limit at {} vertices, flagged",
+                     100.0 * r.strain_residual, r.flags.worst[bit]);
+}
+
 void print_summary(const Scene& scene, const RunResult& r, const std::filesystem::path& out) {
   constexpr double megabyte = 1e6;
   fmt::print("{}: {} frames, {} steps in {:.1f} s, at most {:.0f} MB; results in {}\n", scene.name,
              r.frames, r.steps, r.wall_s, r.peak_bytes / megabyte, out.string());
   fmt::print("clean        {}\n", clean_line(scene, r));
-  fmt::print("max stretch  {:.2f} %\n", 100.0 * r.max_stretch);
+  fmt::print("max stretch  {:.2f} %{}\n", 100.0 * r.max_stretch, over_strain(r));
+  if (const auto& gains = r.ledger.at("balance"); gains.at("gained_steps") > 0.0)
+    fmt::print("energy       {:.0f} steps gained {:.3g} J from nowhere; make them shorter\n",
+               gains.at("gained_steps"), gains.at("energy_gained_J"));
   fmt::print("final speed  {:.4f} m/s at most\n", r.final_max_speed);
   fmt::print("seconds     ");
   for (const auto& [phase, seconds] : r.phase_s) fmt::print(" {} {:.2f}", phase, seconds);
@@ -132,7 +135,9 @@ RunResult run_or_explain(const Scene& scene, const RunConfig& config, ProgressBa
 
 int run_command(const RunOptions& options) {
   Methods methods = methods_of_this_build();
-  const Scene scene = read_scene(options.scene, read_overrides(options.set), methods);
+  std::vector<Override> overrides = read_overrides(options.set);
+  if (options.plan == "off") overrides.push_back({"plan.proofs", "false"});
+  const Scene scene = read_scene(options.scene, overrides, methods);
   const ThreadLimit limit(options.threads);
   RecordedRun recording(options.record, methods);
   const StopOnSignal stop;
@@ -183,6 +188,10 @@ void add_command_run(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(0, 1024));
   command->add_option("--set", options->set, "path=value replaces a value of the scene file")
       ->allow_extra_args(false);
+  command
+      ->add_option("--plan", options->plan,
+                   "off: do also what is proved to do nothing (the result is the same)")
+      ->check(CLI::IsMember({"on", "off"}));
   command->add_flag("--resume", options->resume, "Go on from the checkpoint in the result folder");
   command->add_flag("--every-step", options->every_step, "Also write every accepted state");
   command

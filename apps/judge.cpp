@@ -103,8 +103,13 @@ void measure_penetration(const TriangleMesh& mesh, const TriangleMesh& body, Ver
   const judging::ClosedSurface surface(body);
   verdict.closed_parts = surface.closed_parts();
   verdict.open_parts = surface.open_parts();
-  for (const Vec3& x : mesh.vertices) {
-    if (!surface.strictly_contains(x)) continue;
+  // Vertices of no triangle are no surface: the sparse layer of a bilayered cloth may lie inside.
+  std::vector<char> loose(mesh.vertices.size(), mesh.triangles.empty() ? 0 : 1);
+  for (const Triangle& t : mesh.triangles)
+    for (const std::int32_t i : t) loose[i] = 0;
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    const Vec3& x = mesh.vertices[i];
+    if (loose[i] != 0 || !surface.strictly_contains(x)) continue;
     ++verdict.inside_vertices;
     verdict.max_penetration_m = surface.distance(x, verdict.max_penetration_m);
   }

@@ -7,13 +7,20 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "command_advise.h"
 #include "command_ccd.h"
 #include "command_check.h"
+#include "command_compare.h"
 #include "command_detect.h"
+#include "command_fabric.h"
+#include "command_identify.h"
 #include "command_list.h"
+#include "command_measure.h"
+#include "command_plan.h"
 #include "command_render.h"
 #include "command_replay.h"
 #include "command_run.h"
+#include "command_stability.h"
 
 namespace {
 
@@ -34,7 +41,15 @@ int run_command_line(int argc, char** argv) {
   add_command_check(app, exit_code);
   add_command_detect(app, exit_code);
   add_command_ccd(app, exit_code);
+  add_command_compare(app, exit_code);
+  add_command_advise(app, exit_code);
+  add_command_plan(app, exit_code);
+  add_command_stability(app, exit_code);
   add_command_render(app, exit_code);
+  add_command_measure(app, exit_code);
+  add_command_fabric(app, exit_code);
+  add_command_drape(app, exit_code);
+  add_command_identify(app, exit_code);
   add_command_replay(app, exit_code);
   add_command_list(app, exit_code);
   try {

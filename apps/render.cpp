@@ -2,8 +2,7 @@
 //
 // Visibility first, shading after: each sample of the picture learns which triangle it sees, then
 // every triangle in a pixel is shaded once, at the middle of its samples.
-#include <selvedge/apps/detail/depth_map.h>
-#include <selvedge/apps/detail/raster.h>
+#include <selvedge/apps/detail/render_light.h>
 #include <selvedge/apps/render.h>
 #include <selvedge/core/parallel.h>
 
@@ -21,160 +20,12 @@ namespace selvedge {
 namespace {
 
 using raster::Band;
-using raster::DepthMap;
+using raster::Geometry;
+using raster::Lights;
+using raster::unit_or_zero;
+using raster::Vec2f;
 using raster::Vec3f;
 using raster::View;
-using Vec2f = Eigen::Vector2f;
-
-// ---- what is drawn -------------------------------------------------------------------------
-
-/// All surfaces joined, about an origin in their middle.
-struct Geometry {
-  Vec3 origin = Vec3::Zero();
-  float radius = 1.0F;  ///< m, of the ball about the origin that the light fills
-  float lowest = 0.0F;  ///< z of the lowest vertex
-  std::vector<Vec3f> x;
-  std::vector<Triangle> triangles;
-  std::vector<std::array<Vec3f, 3>> normals;  ///< per triangle and corner, unit
-  std::vector<Vec2f> material;                ///< per vertex; zero where a surface has none
-  std::vector<std::int32_t> surface;          ///< of each triangle
-};
-
-void check_surface(const RenderSurface& surface, std::size_t index) {
-  const std::string name = "surface " + std::to_string(index);
-  for (std::size_t i = 0; i < surface.x.size(); ++i)
-    if (!surface.x[i].allFinite())
-      throw std::invalid_argument(name + ": vertex " + std::to_string(i) + " is not finite");
-  const auto n = static_cast<std::int32_t>(surface.x.size());
-  for (std::size_t k = 0; k < surface.triangles.size(); ++k)
-    for (const std::int32_t v : surface.triangles[k])
-      if (v < 0 || v >= n)
-        throw std::invalid_argument(name + ": triangle " + std::to_string(k) + " names vertex " +
-                                    std::to_string(v) + " of " + std::to_string(n));
-  if (!surface.material.empty() && surface.material.size() != surface.x.size())
-    throw std::invalid_argument(name + ": material positions and vertices differ in number");
-}
-
-struct Box {
-  Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity());
-  Vec3 high = -low;
-  /// Vertices that belong to no triangle are not drawn and do not count.
-  void add(const RenderSurface& surface) {
-    for (const Triangle& t : surface.triangles)
-      for (const std::int32_t v : t) {
-        low = low.cwiseMin(surface.x[static_cast<std::size_t>(v)]);
-        high = high.cwiseMax(surface.x[static_cast<std::size_t>(v)]);
-      }
-  }
-  bool empty() const { return !(low.x() <= high.x()); }
-};
-
-/// Box of what the light aims at: everything but the backdrop, unless there is nothing else.
-Box lit_box(std::span<const RenderSurface> surfaces) {
-  Box aimed, all;
-  for (const RenderSurface& surface : surfaces) {
-    all.add(surface);
-    if (!surface.backdrop) aimed.add(surface);
-  }
-  if (aimed.empty()) aimed = all;
-  if (aimed.empty()) aimed.low = aimed.high = Vec3::Zero();
-  return aimed;
-}
-
-/// Triangles around each vertex, in one array.
-struct Fans {
-  std::vector<std::int32_t> begin, triangle;
-};
-
-Fans fans(std::size_t vertices, std::span<const Triangle> triangles) {
-  Fans result;
-  result.begin.assign(vertices + 2, 0);
-  for (const Triangle& t : triangles)
-    for (const std::int32_t v : t) ++result.begin[static_cast<std::size_t>(v) + 2];
-  for (std::size_t i = 2; i < result.begin.size(); ++i) result.begin[i] += result.begin[i - 1];
-  result.triangle.resize(3 * triangles.size());
-  for (std::size_t k = 0; k < triangles.size(); ++k)
-    for (const std::int32_t v : triangles[k])
-      result.triangle[static_cast<std::size_t>(result.begin[static_cast<std::size_t>(v) + 1]++)] =
-          static_cast<std::int32_t>(k);
-  return result;
-}
-
-Vec3f unit_or_zero(const Vec3f& v) {
-  const float length = v.norm();
-  return length > 0.0F ? Vec3f(v / length) : Vec3f::Zero();
-}
-
-/// Normal of each corner: the area-weighted mean over the faces of the fan that are within the
-/// crease angle of the corner's own face.
-void add_normals(const RenderSurface& surface, std::size_t first_triangle, Geometry& geometry) {
-  constexpr std::size_t grain = 4096;
-  const auto triangles = std::span(geometry.triangles).subspan(first_triangle);
-  std::vector<Vec3f> area(triangles.size()), face(triangles.size());
-  for (std::size_t k = 0; k < triangles.size(); ++k) {
-    const auto corner = [&](int i) -> const Vec3f& {
-      return geometry.x[static_cast<std::size_t>(triangles[k][static_cast<std::size_t>(i)])];
-    };
-    area[k] = (corner(1) - corner(0)).cross(corner(2) - corner(0));
-    face[k] = unit_or_zero(area[k]);
-  }
-  const Fans fan = fans(geometry.x.size(), triangles);
-  const auto least_cosine =
-      static_cast<float>(std::cos(surface.crease * std::numbers::pi / 180.0) - 1e-6);
-  geometry.normals.resize(geometry.triangles.size());
-  parallel_for(triangles.size(), grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k)
-      for (std::size_t i = 0; i < 3; ++i) {
-        const auto v = static_cast<std::size_t>(triangles[k][i]);
-        Vec3f sum = Vec3f::Zero();
-        for (std::int32_t f = fan.begin[v]; f < fan.begin[v + 1]; ++f) {
-          const auto other = static_cast<std::size_t>(fan.triangle[static_cast<std::size_t>(f)]);
-          if (face[other].dot(face[k]) >= least_cosine) sum += area[other];
-        }
-        geometry.normals[first_triangle + k][i] = unit_or_zero(sum);
-      }
-  });
-}
-
-/// Appends the vertices that triangles of the surface use, and the triangles.
-void add_surface(const RenderSurface& surface, Geometry& geometry) {
-  std::vector<std::int32_t> place(surface.x.size(), -1);
-  geometry.triangles.reserve(geometry.triangles.size() + surface.triangles.size());
-  for (const Triangle& t : surface.triangles) {
-    Triangle& joined = geometry.triangles.emplace_back();
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto v = static_cast<std::size_t>(t[k]);
-      if (place[v] < 0) {
-        place[v] = static_cast<std::int32_t>(geometry.x.size());
-        geometry.x.push_back((surface.x[v] - geometry.origin).cast<float>());
-        geometry.material.push_back(surface.material.empty()
-                                        ? Vec2f(Vec2f::Zero())
-                                        : Vec2f(surface.material[v].cast<float>()));
-      }
-      joined[k] = place[v];
-    }
-  }
-}
-
-Geometry gather(std::span<const RenderSurface> surfaces) {
-  for (std::size_t s = 0; s < surfaces.size(); ++s) check_surface(surfaces[s], s);
-  Geometry geometry;
-  const Box box = lit_box(surfaces);
-  geometry.origin = 0.5 * (box.low + box.high);
-  constexpr double margin = 1.02, smallest = 1e-9;
-  geometry.radius =
-      static_cast<float>(std::max(0.5 * margin * (box.high - box.low).norm(), smallest));
-  geometry.lowest = static_cast<float>(box.low.z() - geometry.origin.z());
-  for (std::size_t s = 0; s < surfaces.size(); ++s) {
-    const std::size_t first_triangle = geometry.triangles.size();
-    add_surface(surfaces[s], geometry);
-    geometry.surface.resize(geometry.triangles.size(), static_cast<std::int32_t>(s));
-    add_normals(surfaces[s], first_triangle, geometry);
-  }
-  return geometry;
-}
-
-// ---- light ---------------------------------------------------------------------------------
 
 // Brightness of a white surface that faces each light without shadow.
 constexpr float key_light = 0.72F;
@@ -183,148 +34,6 @@ constexpr float sky_light = 0.42F;
 constexpr float bounce_light = 0.16F;  // from the ground, at a downward normal
 constexpr float stray_light = 0.045F;  // reaches the deepest fold
 const Vec3f key_colour(1.0F, 0.975F, 0.94F), sky_colour(0.95F, 0.98F, 1.0F);
-
-/// Half of the angle under which the key light is seen: shadows soften with distance by its
-/// tangent.
-constexpr float key_half_angle_tangent = 0.075F;
-
-class Lights {
- public:
-  Lights(const Geometry& geometry, const View& view, const RenderConfig& config)
-      : key_(key_direction(view), geometry.radius, config.shadow_resolution),
-        fill_(unit_or_zero(view.right - 0.6F * view.forward + Vec3f(0.0F, 0.0F, 0.3F))) {
-    make_sky(geometry.radius, config.sky_directions);
-    parallel_for(sky_.size() + 1, 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i)
-        (i == 0 ? key_ : sky_[i - 1]).draw(geometry.x, geometry.triangles);
-    });
-  }
-
-  const Vec3f& to_key() const { return key_.to_light(); }
-  const Vec3f& to_fill() const { return fill_; }
-
-  /// Share of the key light that reaches p, whose surface has unit normal n towards the light.
-  float key(const Vec3f& p, const Vec3f& n) const;
-
-  /// Light from the sky at p with unit normal n; 1 for an upward normal in the open. `openness`
-  /// becomes the share of the sky above the surface that is not hidden.
-  float sky(const Vec3f& p, const Vec3f& n, float& openness) const;
-
- private:
-  static Vec3f key_direction(const View& view);
-  void make_sky(float radius, int directions);
-
-  DepthMap key_;
-  Vec3f fill_;
-  std::vector<DepthMap> sky_;
-  float sky_at_upward_normal_ = 1.0F;
-};
-
-/// From behind the viewer's left shoulder, 50° high: what is looked at is lit from any side.
-Vec3f Lights::key_direction(const View& view) {
-  Vec3f towards = Vec3f(-view.forward.x(), -view.forward.y(), 0.0F);
-  if (towards.norm() < 0.1F) towards = Vec3f(-view.up.x(), -view.up.y(), 0.0F);
-  towards = unit_or_zero(towards);
-  const Vec3f left(towards.y(), -towards.x(), 0.0F);
-  constexpr float degree = std::numbers::pi_v<float> / 180.0F;
-  constexpr float azimuth = 48.0F * degree, height = 48.0F * degree;
-  return std::cos(height) * (std::cos(azimuth) * towards + std::sin(azimuth) * left) +
-         Vec3f(0.0F, 0.0F, std::sin(height));
-}
-
-/// Directions spread evenly over the upper hemisphere along a golden-angle spiral.
-void Lights::make_sky(float radius, int directions) {
-  constexpr int sky_resolution = 256;
-  constexpr float golden_angle = 2.39996323F;
-  float sum = 0.0F;
-  for (int k = 0; k < directions; ++k) {
-    const float z = (static_cast<float>(k) + 0.5F) / static_cast<float>(directions);
-    const float r = std::sqrt(1.0F - z * z), angle = golden_angle * static_cast<float>(k);
-    sky_.emplace_back(Vec3f(r * std::cos(angle), r * std::sin(angle), z), radius, sky_resolution);
-    sum += z;
-  }
-  if (sum > 0.0F) sky_at_upward_normal_ = sum;
-}
-
-/// Point i of n in the unit disc, along a golden-angle spiral: evenly spread for a power of 1/2,
-/// denser towards the middle for a larger one.
-template <std::size_t n>
-std::array<Vec2f, n> disc(float power) {
-  std::array<Vec2f, n> points;
-  constexpr float golden_angle = 2.39996323F;
-  for (std::size_t i = 0; i < n; ++i) {
-    const float r = std::pow((static_cast<float>(i) + 0.5F) / static_cast<float>(n), power);
-    const float angle = golden_angle * static_cast<float>(i);
-    points[i] = Vec2f(r * std::cos(angle), r * std::sin(angle));
-  }
-  return points;
-}
-
-// R. Fernando, "Percentage-closer soft shadows", SIGGRAPH 2005 sketches: the mean depth of what
-// hides the light near a point gives the width of the half-shadow, over which the light is then
-// averaged.
-float Lights::key(const Vec3f& p, const Vec3f& n) const {
-  static constexpr std::size_t search_count = 56, filter_count = 96;
-  static const std::array<Vec2f, search_count> search = disc<search_count>(0.7F);
-  static const std::array<Vec2f, filter_count> filter = disc<filter_count>(0.5F);
-  // Off the surface by more than the depth varies within the filter, lest it shades itself.
-  const float texel = key_.texel();
-  constexpr float offset_texels = 2.5F;
-  // The search reaches beyond the widest filter: what it finds at its rim, where it is thin,
-  // matters less.
-  constexpr float search_texels = 32.0F, widest_texels = 22.0F;
-  const DepthMap::Place at = key_.place(p + offset_texels * texel * n);
-  // A surface that leans away from the light would reach before itself within a wide filter.
-  const float cosine = std::clamp(n.dot(key_.to_light()), 0.1F, 1.0F);
-  const float slope = std::sqrt(1.0F - cosine * cosine) / cosine;
-  constexpr float steepest = 4.0F;
-  const float bias = std::min(slope, steepest) * texel;
-  float sum = 0.0F;
-  int hidden = 0;
-  for (const Vec2f& q : search) {
-    const float depth = key_.depth(at.u + search_texels * q.x(), at.v + search_texels * q.y());
-    if (depth >= at.depth - bias * (0.5F + search_texels * q.norm())) continue;
-    sum += depth;
-    ++hidden;
-  }
-  if (hidden == 0) return 1.0F;
-  constexpr float narrowest_texels = 1.5F;
-  const float gap = at.depth - sum / static_cast<float>(hidden);
-  const float width =
-      std::clamp(gap * key_half_angle_tangent / texel, narrowest_texels, widest_texels);
-  const auto lit_from = [&](std::size_t first, std::size_t step) {
-    float sum_lit = 0.0F;
-    for (std::size_t i = first; i < filter_count; i += step) {
-      const Vec2f& q = filter[i];
-      sum_lit += key_.lit({at.u + width * q.x(), at.v + width * q.y(),
-                           at.depth - bias * (0.5F + width * q.norm())});
-    }
-    return sum_lit;
-  };
-  // A quarter of the places tells light and shadow apart; only the half-shadow needs them all.
-  constexpr std::size_t stride = 4;
-  const float quarter = lit_from(0, stride);
-  if (quarter == 0.0F || quarter == static_cast<float>(filter_count / stride))
-    return quarter > 0.0F ? 1.0F : 0.0F;
-  float lit = quarter;
-  for (std::size_t first = 1; first < stride; ++first) lit += lit_from(first, stride);
-  return lit / static_cast<float>(filter_count);
-}
-
-float Lights::sky(const Vec3f& p, const Vec3f& n, float& openness) const {
-  float sum = 0.0F, all = 0.0F;
-  for (const DepthMap& map : sky_) {
-    const float weight = n.dot(map.to_light());
-    if (weight <= 0.0F) continue;
-    constexpr float offset_texels = 1.5F, bias_texels = 1.0F;
-    DepthMap::Place at = map.place(p + offset_texels * map.texel() * n);
-    at.depth -= bias_texels * map.texel();
-    all += weight;
-    sum += weight * map.lit(at);
-  }
-  openness = all > 0.0F ? sum / all : 1.0F;
-  return sum / sky_at_upward_normal_;
-}
 
 // ---- surfaces ------------------------------------------------------------------------------
 
@@ -617,7 +326,7 @@ Image render(const Camera& camera, std::span<const RenderSurface> surfaces,
   check_camera(camera);
   if (config.shadow_resolution < 8 || config.sky_directions < 0)
     throw std::invalid_argument("render: shadow resolution below 8 or negative sky directions");
-  const Geometry geometry = gather(surfaces);
+  const Geometry geometry = raster::gather(surfaces);
   const View view = raster::make_view(camera, geometry.origin);
   const Lights lights(geometry, view, config);
   const Background background(geometry, view, lights, config);

@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: MIT
 //
 // Spring-force evaluations a second on one thread, for grids from the size of a cache to far beyond
-// it: what a Hooke spring costs, and whether memory or arithmetic bounds it.
+// it: what a Hooke spring costs, and whether memory or arithmetic bounds it. And what a step costs:
+// explicit (symplectic Euler, one thread) with hinges and on Provot's net of springs alone, and
+// linearly implicit to a residual of 1e-3 on two threads.
 //   bench_core [--repeats 9]
 #include <fmt/format.h>
 #include <selvedge/core/force.h>
+#include <selvedge/core/integrator.h>
 #include <selvedge/core/parallel.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 
 namespace {
 
@@ -59,6 +63,168 @@ void measure(int cells, int repeats) {
              1e-6 * static_cast<double>(cloth.hinges.size()) / bending);
 }
 
+/// A cloth that hangs by a side and swings, advanced by one method.
+class Swing {
+ public:
+  Swing(const std::string& method, const selvedge::ClothMesh& cloth, double h) : h_(h) {
+    const std::size_t n = cloth.mass.size();
+    auto forces = selvedge::make_internal_forces(cloth);
+    forces.push_back(selvedge::make_gravity({0.0, 0.0, -9.81}));
+    selvedge::IntegratorConfig config;
+    config.solve.tolerance = 1e-3;
+    integrator_ = selvedge::integrators().at(method)(std::move(forces), n, config);
+    p_ = {cloth.surface.vertices, std::vector<Vec3>(n, Vec3::Zero()), cloth.mass, {}};
+    for (std::size_t i = 0; i < n; ++i)
+      p_.inv_mass.push_back(p_.x[i].y() > 0.4999 ? 0.0 : 1.0 / p_.mass[i]);
+    mean_.assign(n, Vec3::Zero());
+    v_ = mean_;
+  }
+
+  void begin() { integrator_->begin({p_, 0.0, h_}, {mean_, v_}); }
+  int solve(double looser = 1.0) { return integrator_->solve({}, {mean_, v_}, looser).iterations; }
+  void go_on() {
+    for (std::size_t i = 0; i < p_.size(); ++i) p_.x[i] += h_ * mean_[i];
+    p_.v.swap(mean_);
+    mean_ = p_.v;
+  }
+  void step() {
+    begin();
+    solve();
+    go_on();
+  }
+  /// Forgets what a solve has found.
+  void forget() { mean_ = p_.v; }
+
+ private:
+  double h_;
+  std::unique_ptr<selvedge::Integrator> integrator_;
+  selvedge::Particles p_;
+  std::vector<Vec3> mean_, v_;
+};
+
+double median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
+  return values[values.size() / 2];
+}
+
+template <class Call>
+double seconds_of(const Call& call) {
+  const auto start = std::chrono::steady_clock::now();
+  call();
+  return seconds_since(start);
+}
+
+/// Least seconds of one explicit step.
+double explicit_seconds(const selvedge::ClothMesh& cloth, int repeats) {
+  Swing swing("symplectic_euler", cloth, 1e-6);
+  swing.step();
+  return least_seconds(repeats, 1, [&] { swing.step(); });
+}
+
+/// What a linearly implicit step to a relative residual of 1e-3 is made of, s.
+struct ImplicitCost {
+  double least = 0.0, median = 0.0;  // of a step
+  double system = 0.0;     // of forces, Jacobian and preconditioner, before the first iteration
+  double iteration = 0.0;  // of the conjugate gradients, each with a cycle of the multigrid
+  int iterations = 0;      // of the last step
+};
+
+ImplicitCost implicit_cost(const selvedge::ClothMesh& cloth, int repeats) {
+  constexpr double any_answer = 1e12;  // tolerance so loose that no iteration is made
+  Swing swing("implicit_euler", cloth, 1.0 / 120.0);
+  for (int i = 0; i < 2; ++i) swing.step();
+  std::vector<double> steps, systems, iterations;
+  ImplicitCost cost;
+  for (int r = 0; r < repeats; ++r) {
+    const double system = seconds_of([&] {
+      swing.begin();
+      swing.solve(any_answer);
+    });
+    swing.forget();
+    const double step = seconds_of([&] {
+      swing.begin();
+      cost.iterations = swing.solve();
+    });
+    swing.go_on();
+    steps.push_back(step);
+    systems.push_back(system);
+    iterations.push_back((step - system) / std::max(1, cost.iterations));
+  }
+  cost.least = *std::min_element(steps.begin(), steps.end());
+  cost.median = median(steps);
+  cost.system = median(systems);
+  cost.iteration = median(iterations);
+  return cost;
+}
+
+/// Bytes a second that a + s·b streams through `threads` threads, far beyond the caches.
+double streamed_bytes_a_second(int repeats) {
+  constexpr std::size_t n = 16u << 20, grain = 1u << 16;
+  std::vector<double> a(n, 1.0), b(n, 2.0), c(n, 3.0);
+  const double seconds = least_seconds(repeats, 1, [&] {
+    selvedge::parallel_for(n, grain, [&](std::size_t first, std::size_t last) {
+      for (std::size_t i = first; i < last; ++i) c[i] = a[i] + 0.5 * b[i];
+    });
+  });
+  return 3.0 * sizeof(double) * n / seconds;
+}
+
+/// Bytes of the matrix that an iteration walks through: once in double, twice in single precision.
+double matrix_bytes(const selvedge::ClothMesh& cloth) {
+  std::vector<selvedge::Edge> links;
+  for (const auto& force : selvedge::make_internal_forces(cloth)) force->add_links(links);
+  const selvedge::BlockMatrix matrix(cloth.mass.size(), std::move(links));
+  constexpr double of_block = sizeof(selvedge::Mat3) + 2 * 9 * sizeof(float) + 3 * 4;
+  return of_block * static_cast<double>(matrix.columns().size());
+}
+
+void print_explicit(int cells, int repeats) {
+  const selvedge::GridConfig grid{1.0, 1.0, cells, cells};
+  const selvedge::ClothMesh sheet = selvedge::make_rectangular(grid, selvedge::Material{});
+  const selvedge::ClothMesh net = selvedge::make_spring_net(
+      selvedge::SpringNet::rectangular, grid, {500.0, 500.0, 50.0}, selvedge::Material{});
+  const double n = static_cast<double>(sheet.mass.size());
+  const double with_hinges = explicit_seconds(sheet, repeats);
+  const double springs = explicit_seconds(net, repeats);
+  fmt::print("{:>9.0f} {:>12.3f} {:>12.3f} {:>12.1f} {:>12.1f}\n", n, 1e3 * with_hinges,
+             1e3 * springs, 1e9 * with_hinges / n, 1e9 * springs / n);
+  std::fflush(stdout);
+}
+
+void print_implicit(int cells, int repeats) {
+  constexpr int fixed = 10;
+  const selvedge::ClothMesh sheet =
+      selvedge::make_rectangular({1.0, 1.0, cells, cells}, selvedge::Material{});
+  const double n = static_cast<double>(sheet.mass.size());
+  const ImplicitCost cost = implicit_cost(sheet, repeats);
+  fmt::print(
+      "{:>9.0f} {:>10.2f} {:>10.2f} {:>5} {:>12.0f} {:>12.0f} {:>12.1f} {:>12.0f} {:>8.1f}\n", n,
+      1e3 * cost.least, 1e3 * cost.median, cost.iterations, 1e9 * cost.median / n,
+      1e9 * cost.system / n, 1e9 * cost.iteration / n,
+      1e9 * (cost.system + fixed * cost.iteration) / n,
+      1e-9 * matrix_bytes(sheet) / cost.iteration);
+  std::fflush(stdout);
+}
+
+void measure_steps(const std::vector<int>& cells, int repeats) {
+  const auto often = [&](int c) { return c > 500 ? std::min(repeats, 3) : repeats; };
+  {
+    const selvedge::ThreadLimit one(1);
+    fmt::print("\nExplicit (symplectic Euler), one thread; memory streams {:.1f} GB/s\n",
+               1e-9 * streamed_bytes_a_second(3));
+    fmt::print("{:>9} {:>12} {:>12} {:>12} {:>12}\n", "particles", "hinges ms", "net ms",
+               "ns/particle", "net ns/p.");
+    for (const int c : cells) print_explicit(c, often(c));
+  }
+  const selvedge::ThreadLimit two(2);
+  fmt::print("\nLinearly implicit to a residual of 1e-3, two threads; memory streams {:.1f} GB/s\n",
+             1e-9 * streamed_bytes_a_second(3));
+  fmt::print("{:>9} {:>10} {:>10} {:>5} {:>12} {:>12} {:>12} {:>12} {:>8}\n", "particles",
+             "least ms", "median ms", "iter.", "ns/particle", "system ns/p.", "iter. ns/p.",
+             "10 it. ns/p.", "GB/s");
+  for (const int c : cells) print_implicit(c, often(c));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -66,9 +232,17 @@ int main(int argc, char** argv) {
   int repeats = 9;
   app.add_option("--repeats", repeats, "Timings of which the least is taken")
       ->check(CLI::Range(1, 1000));
+  bool steps_only = false;
+  app.add_flag("--steps", steps_only, "Only what steps cost");
+  std::vector<int> cells{99, 316, 999};
+  app.add_option("--cells", cells, "Cells a side of the cloths that are stepped")
+      ->check(CLI::Range(1, 3000));
   CLI11_PARSE(app, argc, argv);
-  const selvedge::ThreadLimit one(1);
-  fmt::print("{:>9} {:>9} {:>12} {:>10} {:>9} {:>12}\n", "particles", "springs", "M springs/s",
-             "ns/spring", "GB/s", "M hinges/s");
-  for (const int cells : {20, 50, 100, 300, 1000}) measure(cells, repeats);
+  if (!steps_only) {
+    const selvedge::ThreadLimit one(1);
+    fmt::print("{:>9} {:>9} {:>12} {:>10} {:>9} {:>12}\n", "particles", "springs", "M springs/s",
+               "ns/spring", "GB/s", "M hinges/s");
+    for (const int cells : {20, 50, 100, 300, 1000}) measure(cells, repeats);
+  }
+  measure_steps(cells, repeats);
 }

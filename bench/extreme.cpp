@@ -102,9 +102,13 @@ json number(double value) { return std::isfinite(value) ? json(value) : json(nul
                                         ? std::filesystem::path{}
                                         : options.out / (response.empty() ? "default" : response));
     const selvedge::CaseResult r = one.run(trial);
-    result = {{"answer", to_string(r.answer)},        {"note", r.note},
-              {"max_stretch", number(r.max_stretch)}, {"crossings", r.crossings},
-              {"worst_speed", number(r.worst_speed)}, {"energy_ratio", number(r.energy_ratio)}};
+    result = {{"answer", to_string(r.answer)},
+              {"note", r.note},
+              {"max_stretch", number(r.max_stretch)},
+              {"crossings", r.crossings},
+              {"worst_speed", number(r.worst_speed)},
+              {"energy_ratio", number(r.energy_ratio)},
+              {"given_J", r.given}};
   } catch (const std::exception& error) {
     result = {{"answer", "FAILED"}, {"note", error.what()}};
   }
@@ -168,6 +172,18 @@ std::string shown(const json& result, const char* key, const char* format, doubl
   return fmt::format(fmt::runtime(format), factor * result[key].get<double>());
 }
 
+/// What each stage of the step gave, in mJ; nothing of those that gave nothing.
+std::string ledger(const json& result) {
+  if (!result.contains("given_J") || !result["given_J"].is_object()) return "";
+  std::string text;
+  for (const auto& [stage, energy] : result["given_J"].items()) {
+    if (!energy.is_number() || energy.get<double>() == 0.0) continue;
+    text +=
+        fmt::format("{}{} {:+.3g}", text.empty() ? "" : ", ", stage, 1e3 * energy.get<double>());
+  }
+  return text;
+}
+
 void print_row(const json& r) {
   std::string note = r["note"].get<std::string>();
   std::replace(note.begin(), note.end(), '|', '/');
@@ -176,11 +192,11 @@ void print_row(const json& r) {
   const std::string source = SELVEDGE_SOURCE_DIR "/";
   for (std::size_t at = note.find(source); at != std::string::npos; at = note.find(source))
     note.erase(at, source.size());
-  fmt::print("| {} | {} | {} | {} | {} | {} | {} | {} | {:.1f} |\n", r["case"].get<std::string>(),
-             r["response"].get<std::string>(), r["answer"].get<std::string>(), note,
-             shown(r, "max_stretch", "{:.3g}", 100.0), shown(r, "crossings", "{:.0f}"),
-             shown(r, "worst_speed", "{:.3g}"), shown(r, "energy_ratio", "{:.4f}"),
-             r["wall_s"].get<double>());
+  fmt::print("| {} | {} | {} | {} | {} | {} | {} | {} | {} | {:.1f} |\n",
+             r["case"].get<std::string>(), r["response"].get<std::string>(),
+             r["answer"].get<std::string>(), note, shown(r, "max_stretch", "{:.3g}", 100.0),
+             shown(r, "crossings", "{:.0f}"), shown(r, "worst_speed", "{:.3g}"),
+             shown(r, "energy_ratio", "{:.4f}"), ledger(r), r["wall_s"].get<double>());
   std::fflush(stdout);
 }
 
@@ -196,8 +212,8 @@ int main(int argc, char** argv) try {
   if (!options.as_json)
     fmt::print(
         "| case | response | answer | number, reason or flag | stretch % | crossings | worst "
-        "speed m/s | energy ratio | wall s |\n"
-        "| --- | --- | --- | --- | --: | --: | --: | --: | --: |\n");
+        "speed m/s | energy ratio | given by, mJ | wall s |\n"
+        "| --- | --- | --- | --- | --: | --: | --: | --: | --- | --: |\n");
   json results = json::array();
   std::map<std::string, int> count;
   for (const std::string& response : chosen_responses(options))

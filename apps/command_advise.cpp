@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+#include "command_advise.h"
+
+#include <fmt/format.h>
+#include <selvedge/apps/compare_table.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <limits>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "methods.h"
+
+namespace {
+
+using namespace selvedge;
+namespace fs = std::filesystem;
+
+struct AdviseOptions {
+  std::string where;
+  double error = -1.0, stretch = -1.0;
+  bool json = false;
+};
+
+/// The folder itself, or where `compare` puts that of the scene.
+fs::path folder_of(const std::string& where) {
+  if (fs::is_directory(where)) return where;
+  const Scene scene = read_scene(where, {}, methods_of_this_build());
+  const fs::path folder = fs::path("out") / ("compare_" + scene.name);
+  if (!fs::exists(folder / "plan.json"))
+    throw std::invalid_argument(fmt::format(
+        "{}: nothing has been measured of this scene, there is no {}; run `selvedge compare` first",
+        where, folder.string()));
+  return folder;
+}
+
+/// What a user may rely on: not less than the reference's own uncertainty.
+double reliable_error(const CompareTable& table, const CompareRow& row) {
+  return std::max(row.error.value_or(0.0), table.uncertainty);
+}
+
+std::vector<const CompareRow*> fitting(const CompareTable& table, const AdviseOptions& o) {
+  std::vector<const CompareRow*> rows;
+  for (const CompareRow& row : table.rows) {
+    const bool sound = row.status == RunStatus::ok && row.failure.empty() && row.run.result.clean;
+    const bool near = o.error < 0.0 || (row.error && reliable_error(table, row) <= o.error);
+    const bool taut = o.stretch < 0.0 || row.run.result.max_stretch <= o.stretch;
+    if (sound && near && taut) rows.push_back(&row);
+  }
+  std::stable_sort(rows.begin(), rows.end(), [](const CompareRow* a, const CompareRow* b) {
+    return a->run_s.median < b->run_s.median;
+  });
+  return rows;
+}
+
+/// Whether their times differ by more than their quartiles overlap.
+bool clearly_quicker(const CompareRow& a, const CompareRow& b) {
+  return a.run_s.high < b.run_s.low;
+}
+
+void print_advice(const CompareTable& table, const std::vector<const CompareRow*>& rows) {
+  const CompareRow& best = *rows[0];
+  fmt::print("{}: {:.4g} s a run", best.label, best.run_s.median);
+  if (best.error) fmt::print(", error {:.2e} of the cloth's extent", reliable_error(table, best));
+  fmt::print("\n{}\n", best.command);
+  if (rows.size() < 2) return;
+  const CompareRow& next = *rows[1];
+  fmt::print("next: {}, {:.2f} times as long{}\n", next.label,
+             next.run_s.median / best.run_s.median,
+             clearly_quicker(best, next) ? "" : ", which these repeats do not tell apart");
+}
+
+nlohmann::ordered_json to_json(const CompareTable& table, const CompareRow& row) {
+  nlohmann::ordered_json j = {{"cell", row.id},
+                              {"label", row.label},
+                              {"command", row.command},
+                              {"run_s", row.run_s.median}};
+  j["error"] = row.error ? nlohmann::ordered_json(reliable_error(table, row)) : nullptr;
+  return j;
+}
+
+int run_command(const AdviseOptions& o) {
+  const fs::path folder = folder_of(o.where);
+  const CompareTable table = make_table(folder, read_plan(folder), methods_of_this_build());
+  const bool any_error = std::any_of(table.rows.begin(), table.rows.end(),
+                                     [](const CompareRow& row) { return row.error.has_value(); });
+  if (o.error >= 0.0 && !any_error)
+    throw std::invalid_argument(folder.string() +
+                                ": no errors were measured; leave --error out for the quickest");
+  const auto rows = fitting(table, o);
+  if (rows.empty()) {
+    fmt::print(stderr, "selvedge: no cell keeps within that; errors are known to {:.2g}\n",
+               table.uncertainty);
+    return 1;
+  }
+  if (o.json)
+    fmt::print("{}\n", to_json(table, *rows[0]).dump(2));
+  else
+    print_advice(table, rows);
+  return 0;
+}
+
+}  // namespace
+
+void add_command_advise(CLI::App& app, int& exit_code) {
+  const auto o = std::make_shared<AdviseOptions>();
+  CLI::App* command =
+      app.add_subcommand("advise", "The cheapest of what a compare measured within an error");
+  command->add_option("where", o->where, "Folder of a compare, or the scene that was compared")
+      ->required();
+  command->add_option("--error", o->error, "Largest error, over the extent of the cloth")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--max-stretch", o->stretch, "Largest (L-L0)/L0 of any spring")
+      ->check(CLI::PositiveNumber);
+  command->add_flag("--json", o->json, "Print JSON");
+  command->footer("Exit code: 0 found, 1 none keeps within it, 2 bad input.");
+  command->callback([o, &exit_code] { exit_code = run_command(*o); });
+}

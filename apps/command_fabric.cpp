@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: MIT
+#include "command_fabric.h"
+
+#include <fmt/format.h>
+#include <selvedge/core/continuum.h>
+#include <selvedge/core/measure.h>
+#include <selvedge/scene/fabric_file.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace selvedge;
+using Json = nlohmann::ordered_json;
+
+struct FabricOptions {
+  std::vector<std::string> names;
+  int cells = 40;
+  bool list = false, json = false, meshes = false;
+};
+
+/// Constants in the plane of one mesh of a fabric.
+struct MeshRow {
+  std::string mesh, refused;
+  ContinuumConstants c;
+  double off = 0.0;  ///< relative distance from the fabric's
+};
+
+double mean_bending(const Material& m) {
+  return 0.5 * (m.bending_stiffness + bending_along_weft(m));
+}
+
+/// A net of springs with the strip modulus and the shear of the fabric has these: C12 is not free.
+ContinuumConstants wanted(const Material& m) {
+  const double g = m.shear_law == ShearLaw::springs ? m.shear_stiffness : 0.0;
+  const double warp = m.stretch_stiffness, weft = stretch_along_weft(m);
+  // c11 - g²/c22 = warp, c22 - g²/c11 = weft
+  const double c11 = 0.5 * (warp + std::sqrt(warp * warp + 4.0 * g * g * warp / weft));
+  return {c11, c11 * weft / warp, g, m.shear_stiffness, 0.0, 0.0};
+}
+
+ClothMesh make(const std::string& mesh, int cells, const Material& m) {
+  constexpr double size = 0.3;
+  const GridConfig grid{size, size, cells, cells};
+  if (mesh == "rectangular") return make_rectangular(grid, m);
+  if (mesh == "triangular") {
+    const double height = size * std::sqrt(0.75);  // so that triangles are equilateral
+    return make_triangular({size, height, cells, cells}, m);
+  }
+  if (mesh == "simplified") return make_simplified(grid, m, false);
+  if (mesh == "checkerboard") return make_simplified(grid, m, true);
+  if (mesh == "responsive") return make_responsive(grid, m);
+  return make_arc({0.5 * size, cells / 2, 2 * cells}, m);
+}
+
+std::vector<MeshRow> mesh_rows(const Material& material, int cells) {
+  std::vector<MeshRow> rows;
+  for (const char* mesh :
+       {"rectangular", "triangular", "simplified", "checkerboard", "responsive", "arc"}) {
+    MeshRow& row = rows.emplace_back();
+    row.mesh = mesh;
+    try {
+      const ClothMesh cloth = make(mesh, cells, material);
+      const auto& x = cloth.surface.vertices;
+      row.c = continuum_constants(cloth, x, surface_area(x, cloth.surface.triangles));
+      row.off = relative_distance(row.c, wanted(material));
+    } catch (const std::invalid_argument& error) {
+      row.refused = error.what();
+    }
+  }
+  return rows;
+}
+
+Json to_json(const MeshRow& row) {
+  if (!row.refused.empty()) return {{"mesh", row.mesh}, {"refused", row.refused}};
+  return {{"mesh", row.mesh},
+          {"c11", row.c.c11},
+          {"c22", row.c.c22},
+          {"c12", row.c.c12},
+          {"c33", row.c.c33},
+          {"c13", row.c.c13},
+          {"c23", row.c.c23},
+          {"strip_modulus", strip_modulus(row.c)},
+          {"strip_poisson", strip_poisson(row.c)},
+          {"off", row.off},
+          {"cauchy_residual", cauchy_residual(row.c)}};
+}
+
+Json to_json(const Fabric& fabric, const FabricOptions& o) {
+  const Material& m = fabric.material;
+  Json json = {{"name", fabric.name},
+               {"description", fabric.description},
+               {"source", fabric.source},
+               {"kind", fabric.kind},
+               {"material", Json::parse(material_json(m))},
+               {"bending_length_m", bending_length(mean_bending(m), m.density)},
+               {"notes", fabric.notes}};
+  if (fabric.constants.drape_coefficient)
+    json["drape_coefficient"] = *fabric.constants.drape_coefficient;
+  if (!o.meshes) return json;
+  for (const MeshRow& row : mesh_rows(m, o.cells)) json["meshes"].push_back(to_json(row));
+  return json;
+}
+
+void print_meshes(const Material& material, int cells) {
+  fmt::print(
+      "  what a mesh of {} x {} cells has, N/m; off: from the fabric's own, Cauchy: the least any "
+      "net of springs is off\n",
+      cells, cells);
+  fmt::print("  {:<13}{:>9}{:>9}{:>9}{:>9}{:>8}{:>8}{:>9}{:>7}{:>8}{:>8}\n", "mesh", "C11", "C22",
+             "C12", "C33", "C13", "C23", "strip", "nu", "off %", "Cauchy%");
+  for (const MeshRow& row : mesh_rows(material, cells)) {
+    if (!row.refused.empty()) {
+      fmt::print("  {:<13}refused: {}\n", row.mesh, row.refused);
+      continue;
+    }
+    const ContinuumConstants& c = row.c;
+    fmt::print(
+        "  {:<13}{:>9.2f}{:>9.2f}{:>9.2f}{:>9.2f}{:>8.2f}{:>8.2f}{:>9.2f}{:>7.3f}{:>8.2f}"
+        "{:>8.2f}\n",
+        row.mesh, c.c11, c.c22, c.c12, c.c33, c.c13, c.c23, strip_modulus(c), strip_poisson(c),
+        100.0 * row.off, 100.0 * cauchy_residual(c));
+  }
+}
+
+void print_report(const Fabric& fabric, const FabricOptions& o) {
+  const Material& m = fabric.material;
+  const double c = bending_length(mean_bending(m), m.density);
+  fmt::print("{}{}{}\n", fabric.name, fabric.description.empty() ? "" : ": ", fabric.description);
+  fmt::print("  source             {}\n", fabric.source);
+  fmt::print("  density            {:.6g} kg/m2\n", m.density);
+  fmt::print("  stretch_stiffness  {:.6g} N/m along warp, {:.6g} N/m along weft\n",
+             m.stretch_stiffness, stretch_along_weft(m));
+  fmt::print("  shear_stiffness    {:.6g} N/m\n", m.shear_stiffness);
+  fmt::print(
+      "  bending_stiffness  {:.6g} N*m along warp, {:.6g} N*m along weft   (bending length of the "
+      "mean {:.2f} mm)\n",
+      m.bending_stiffness, bending_along_weft(m), 1e3 * c);
+  if (m.stretch_law == StretchLaw::kawabata)
+    fmt::print("  kawabata           LT {:.4g}, EMT {:.4g}\n", m.kawabata_lt, m.kawabata_strain);
+  if (m.shear_friction > 0.0) fmt::print("  shear_friction     {:.6g} N/m\n", m.shear_friction);
+  if (m.bending_friction > 0.0) fmt::print("  bending_friction   {:.6g} N\n", m.bending_friction);
+  if (c > 0.0)
+    fmt::print("  drape coefficient  {:.1f} % at least (strips){}\n", strip_drape_coefficient(c),
+               fabric.constants.drape_coefficient
+                   ? fmt::format(", measured {:.1f} %", *fabric.constants.drape_coefficient)
+                   : "");
+  for (const std::string& note : fabric.notes) fmt::print("  note: {}\n", note);
+  if (o.meshes) print_meshes(m, o.cells);
+}
+
+std::vector<Fabric> chosen(const FabricOptions& o) {
+  if (o.names.empty() && !o.list)
+    throw std::invalid_argument("fabric: name a fabric or a file, or ask for --list");
+  if (o.list) return measured_fabrics();
+  std::vector<Fabric> fabrics;
+  std::error_code ignored;
+  for (const std::string& name : o.names) {
+    if (std::filesystem::is_regular_file(name, ignored)) {
+      for (Fabric& fabric : read_fabrics(name)) fabrics.push_back(std::move(fabric));
+    } else {
+      fabrics.push_back(find_fabric(name, "."));
+    }
+  }
+  return fabrics;
+}
+
+void run_command(const FabricOptions& o) {
+  const std::vector<Fabric> fabrics = chosen(o);
+  if (o.json) {
+    Json list = Json::array();
+    for (const Fabric& fabric : fabrics) list.push_back(to_json(fabric, o));
+    fmt::print("{}\n", Json{{"fabrics", list}}.dump(2, ' ', false, Json::error_handler_t::replace));
+    return;
+  }
+  for (const Fabric& fabric : fabrics) {
+    if (o.list)
+      fmt::print("{:<34}{}\n", fabric.name, fabric.description);
+    else
+      print_report(fabric, o);
+  }
+}
+
+}  // namespace
+
+void add_command_fabric(CLI::App& app, int& exit_code) {
+  const auto o = std::make_shared<FabricOptions>();
+  CLI::App* command =
+      app.add_subcommand("fabric", "Convert what a laboratory measured to a scene's material");
+  command->add_option("FABRIC", o->names,
+                      "Fabric files, or names such as petrak_2025/M1; KES-F, FAST, cantilever and "
+                      "drape sheets too");
+  command->add_flag("--list", o->list, "The measured fabrics that are built in");
+  command->add_flag("--meshes", o->meshes, "What each mesh makes of the fabric, and how far off");
+  command->add_option("--cells", o->cells, "Cells along a side for --meshes")
+      ->check(CLI::Range(2, 1000));
+  command->add_flag("--json", o->json, "Print JSON");
+  command->callback([o, &exit_code] {
+    run_command(*o);
+    exit_code = 0;
+  });
+}

@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: MIT
+#include "command_identify.h"
+
+#include <fmt/format.h>
+#include <selvedge/core/atomic_file.h>
+#include <selvedge/core/parallel.h>
+#include <selvedge/scene/fabric_file.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "identify.h"
+
+namespace {
+
+using namespace selvedge;
+using Json = nlohmann::ordered_json;
+
+struct IdentifyOptions {
+  std::string fabric, method = "genetic", state;
+  std::vector<std::string> constants = {"bending"};
+  std::vector<double> synthetic;
+  double target = 0.0;
+  unsigned target_seed = 1;
+  int cells = 12, evaluations = 60, threads = 0;
+  GeneticConfig genetic;
+  bool resume = false, json = false;
+};
+
+DrapeSearch search_of(const IdentifyOptions& o) {
+  DrapeSearch search;
+  search.constants = identified_constants(o.constants);
+  search.trial.cells = o.cells;
+  if (!o.fabric.empty()) {
+    const Fabric fabric = find_fabric(o.fabric, ".");
+    search.base = fabric.material;
+    if (fabric.constants.drape_coefficient)
+      search.target.coefficient = *fabric.constants.drape_coefficient;
+  }
+  if (o.target > 0.0) search.target.coefficient = o.target;
+  if (!o.synthetic.empty()) {
+    if (o.synthetic.size() != search.constants.size())
+      throw std::invalid_argument("identify: --synthetic needs a value for each of --constants");
+    std::vector<double> logs;
+    for (const double value : o.synthetic) {
+      if (!(value > 0.0)) throw std::invalid_argument("identify: --synthetic values are positive");
+      logs.push_back(std::log10(value));
+    }
+    DrapeTrial trial = search.trial;
+    trial.seed = o.target_seed;
+    const DrapeOutcome known = drape(search.at(logs), trial);
+    search.target = {known.coefficient, known.rim.amplitude};
+  }
+  if (!(search.target.coefficient > 0.0))
+    throw std::invalid_argument(
+        "identify: nothing to fit; give a fabric with a drape coefficient, --target or "
+        "--synthetic");
+  return search;
+}
+
+/// What must be the same when a search goes on.
+Json settings_of(const DrapeSearch& search, const IdentifyOptions& o) {
+  return {{"constants", o.constants},
+          {"cells", o.cells},
+          {"target", search.target.coefficient},
+          {"synthetic", o.synthetic},
+          {"fabric", o.fabric},
+          {"islands", o.genetic.islands},
+          {"population", o.genetic.population},
+          {"seed", o.genetic.seed}};
+}
+
+void keep(const std::string& file, const Json& settings, const GeneticState& state) {
+  if (file.empty()) return;
+  Json islands = Json::array();
+  for (const auto& island : state.islands) {
+    Json list = Json::array();
+    for (const Candidate& c : island) list.push_back({{"logs", c.logs}, {"misfit", c.misfit}});
+    islands.push_back(list);
+  }
+  AtomicFile out(file);
+  out.write(
+      Json{{"settings", settings}, {"generation", state.generation}, {"islands", islands}}.dump(1) +
+      "\n");
+  out.commit();
+}
+
+GeneticState kept_state(const std::string& file, const Json& settings) {
+  std::ifstream in(file, std::ios::binary);
+  const Json json = Json::parse(in, nullptr, /*allow_exceptions=*/false);
+  GeneticState state;
+  try {
+    if (!in || json.is_discarded()) throw std::invalid_argument("");
+    if (json.at("settings") != settings)
+      throw std::invalid_argument(file + ": belongs to another search; name another --state");
+    json.at("generation").get_to(state.generation);
+    for (const Json& island : json.at("islands")) {
+      auto& candidates = state.islands.emplace_back();
+      for (const Json& c : island)
+        candidates.push_back(
+            {c.at("logs").get<std::vector<double>>(), c.at("misfit").get<double>()});
+    }
+  } catch (const Json::exception&) {
+    throw std::invalid_argument(file + ": holds no search to go on with; run without --resume");
+  } catch (const std::invalid_argument& error) {
+    if (std::string(error.what()).empty())
+      throw std::invalid_argument(file + ": cannot be read; run without --resume");
+    throw;
+  }
+  return state;
+}
+
+/// One search and what it cost.
+struct Found {
+  std::string method;
+  Candidate best;
+  int evaluations = 0;
+  double seconds = 0.0;
+};
+
+Found run_genetic(const DrapeSearch& search, const IdentifyOptions& o) {
+  const Json settings = settings_of(search, o);
+  if (o.resume && o.state.empty())
+    throw std::invalid_argument("identify: --resume needs --state FILE");
+  GeneticState state;
+  if (o.resume) state = kept_state(o.state, settings);
+  const int before = state.generation;
+  const Candidate best = genetic(search, o.genetic, state, [&](const GeneticState& s) {
+    keep(o.state, settings, s);
+    double least = s.islands[0][0].misfit;
+    for (const auto& island : s.islands)
+      for (const Candidate& c : island) least = std::min(least, c.misfit);
+    fmt::print(stderr, "generation {} of {}: misfit {:.4f}\n", s.generation, o.genetic.generations,
+               least);
+  });
+  return {"genetic", best,
+          (o.genetic.generations - before) * o.genetic.islands * o.genetic.population, 0.0};
+}
+
+Found run_local(const DrapeSearch& search, const IdentifyOptions& o) {
+  Found found{"nelder_mead", {}, 0, 0.0};
+  std::vector<double> middle;
+  for (const IdentifiedConstant& c : search.constants)
+    middle.push_back(0.5 * (std::log10(c.lowest) + std::log10(c.highest)));
+  NelderMeadConfig config;
+  config.evaluations = o.evaluations;
+  found.best = nelder_mead(search, middle, config, found.evaluations);
+  return found;
+}
+
+Json to_json(const DrapeSearch& search, const IdentifyOptions& o, const Found& found) {
+  Json constants = Json::object();
+  for (std::size_t k = 0; k < search.constants.size(); ++k) {
+    const double value = std::pow(10.0, found.best.logs[k]);
+    Json& j = constants[search.constants[k].name] = {{"found", value}};
+    const double known = !o.synthetic.empty() ? o.synthetic[k]
+                         : !o.fabric.empty()  ? search.base.*(search.constants[k].field)
+                                              : 0.0;
+    if (known > 0.0) j[o.synthetic.empty() ? "measured" : "known"] = known;
+    if (known > 0.0) j["ratio"] = value / known;
+  }
+  return {{"method", found.method},
+          {"misfit", found.best.misfit},
+          {"target", search.target.coefficient},
+          {"evaluations", found.evaluations},
+          {"seconds", found.seconds},
+          {"constants", constants}};
+}
+
+void print_report(const Json& j) {
+  fmt::print("{}: misfit {:.4f} to a drape coefficient of {:.2f} %, {} drapes in {:.1f} s\n",
+             j["method"].get<std::string>(), j["misfit"].get<double>(), j["target"].get<double>(),
+             j["evaluations"].get<int>(), j["seconds"].get<double>());
+  for (const auto& [name, c] : j["constants"].items()) {
+    std::string beside;
+    for (const char* key : {"known", "measured"})
+      if (c.contains(key))
+        beside = fmt::format("   {} {:.4g}, found/{} = {:.3f}", key, c[key].get<double>(), key,
+                             c["ratio"].get<double>());
+    fmt::print("  {:<8} {:.4g}{}\n", name, c["found"].get<double>(), beside);
+  }
+}
+
+void run_command(const IdentifyOptions& o) {
+  const ThreadLimit limit(o.threads);
+  const DrapeSearch search = search_of(o);
+  Json results = Json::array();
+  for (const char* method : {"genetic", "nelder_mead"}) {
+    if (o.method != method && o.method != "both") continue;
+    const auto begin = std::chrono::steady_clock::now();
+    Found found = std::string(method) == "genetic" ? run_genetic(search, o) : run_local(search, o);
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+    found.seconds = took.count();
+    results.push_back(to_json(search, o, found));
+    if (!o.json) print_report(results.back());
+  }
+  if (o.json) fmt::print("{}\n", Json{{"results", results}}.dump(2));
+}
+
+}  // namespace
+
+void add_command_identify(CLI::App& app, int& exit_code) {
+  const auto o = std::make_shared<IdentifyOptions>();
+  o->method = has_genetic() ? "genetic" : "nelder_mead";
+  CLI::App* command =
+      app.add_subcommand("identify", "Find constants of cloth by the drape it makes");
+  command->add_option("FABRIC", o->fabric,
+                      "Fabric whose other constants and measured drape coefficient are taken");
+  command->add_option("--target", o->target, "Drape coefficient to fit, %")
+      ->check(CLI::Range(1.0, 100.0));
+  command->add_option("--constants", o->constants, "To look for: bending, shear, stretch")
+      ->delimiter(',');
+  command
+      ->add_option("--synthetic", o->synthetic,
+                   "Fit the drape that these constants make (SI), to see whether they are found")
+      ->delimiter(',');
+  command->add_option("--target-seed", o->target_seed,
+                      "Seed of that drape; the search itself drapes with seed 1");
+  command->add_option("--method", o->method, "genetic, nelder_mead or both")
+      ->check(CLI::IsMember({"genetic", "nelder_mead", "both"}));
+  command->add_option("--cells", o->cells, "Cells from the centre to the rim")
+      ->check(CLI::Range(4, 1000));
+  command->add_option("--generations", o->genetic.generations, "Of the genetic algorithm")
+      ->check(CLI::Range(1, 100000));
+  command->add_option("--islands", o->genetic.islands, "Populations side by side")
+      ->check(CLI::Range(1, 1024));
+  command->add_option("--population", o->genetic.population, "Of each island, even")
+      ->check(CLI::Range(4, 100000));
+  command->add_option("--seed", o->genetic.seed, "Of the genetic algorithm");
+  command->add_option("--evaluations", o->evaluations, "Drapes of nelder_mead at most")
+      ->check(CLI::Range(2, 1000000));
+  command->add_option("--state", o->state, "File that keeps the populations of each generation");
+  command->add_flag("--resume", o->resume, "Go on from --state");
+  command->add_option("--threads", o->threads, "Threads; 0: all (the answer is the same)")
+      ->check(CLI::Range(0, 1024));
+  command->add_flag("--json", o->json, "Print JSON");
+  command->callback([o, &exit_code] {
+    run_command(*o);
+    exit_code = 0;
+  });
+}

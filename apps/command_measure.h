@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+/// `selvedge measure`: drape coefficient, folds, rim spectrum, strains and energies of a result as
+/// tables and pictures. Throws std::invalid_argument with one sentence for bad input.
+void add_command_measure(CLI::App& app, int& exit_code);

@@ -1,0 +1,355 @@
+// SPDX-License-Identifier: MIT
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <selvedge/apps/compare_folder.h>
+#include <selvedge/core/atomic_file.h>
+#include <spawn.h>
+#include <sys/file.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#ifdef __linux__
+#include <sys/prctl.h>
+#endif
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <system_error>
+#include <thread>
+
+extern char** environ;
+
+namespace selvedge {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+/// What a run may take beside its steps: building, warming up, judging detectors, and so on.
+constexpr double kBeside = 2.0, kBeside_s = 120.0;
+constexpr auto kLookEvery = std::chrono::milliseconds(2);
+
+std::string content(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+void write_whole(const fs::path& file, const std::string& text) {
+  AtomicFile out(file);
+  out.write(text);
+  out.commit();
+}
+
+constexpr const char* kReferenceWords[] = {"none", "closed_form", "converged"};
+
+Json to_json(const ComparePlan& plan) {
+  Json axes = Json::array(), cells = Json::array();
+  for (const CompareAxis& axis : plan.axes)
+    axes.push_back({{"name", axis.name}, {"values", axis.values}, {"numeric", axis.numeric}});
+  for (const CompareCell& cell : plan.cells)
+    cells.push_back({{"id", cell.id},
+                     {"values", cell.values},
+                     {"set", cell.set},
+                     {"threads", cell.threads},
+                     {"impossible", cell.impossible}});
+  return {{"name", plan.name},
+          {"command", plan.command},
+          {"scene", plan.scene.string()},
+          {"axes", axes},
+          {"cells", cells},
+          {"reference", kReferenceWords[static_cast<int>(plan.reference)]},
+          {"levels", plan.levels},
+          {"threads", plan.limits.threads},
+          {"budget_s", plan.limits.budget_s},
+          {"judged_motions", plan.limits.judged_motions},
+          {"repeats", plan.repeats},
+          {"build", plan.build}};
+}
+
+ComparePlan from_json(const Json& j) {
+  ComparePlan plan;
+  plan.name = j.at("name").get<std::string>();
+  plan.command = j.at("command").get<std::string>();
+  plan.scene = j.at("scene").get<std::string>();
+  for (const Json& a : j.at("axes"))
+    plan.axes.push_back({a.at("name").get<std::string>(),
+                         a.at("values").get<std::vector<std::string>>(),
+                         a.at("numeric").get<bool>()});
+  for (const Json& c : j.at("cells"))
+    plan.cells.push_back({c.at("id").get<std::string>(),
+                          c.at("values").get<std::vector<std::string>>(),
+                          c.at("set").get<std::vector<std::string>>(), c.at("threads").get<int>(),
+                          c.at("impossible").get<std::string>()});
+  const auto word = j.at("reference").get<std::string>();
+  const auto* const known = std::find(std::begin(kReferenceWords), std::end(kReferenceWords), word);
+  if (known == std::end(kReferenceWords)) throw std::invalid_argument("unknown reference " + word);
+  plan.reference = static_cast<ReferenceKind>(known - std::begin(kReferenceWords));
+  plan.levels = j.at("levels").get<std::vector<std::string>>();
+  plan.limits = {j.at("threads").get<int>(), j.at("budget_s").get<double>(),
+                 j.at("judged_motions").get<int>()};
+  plan.repeats = j.at("repeats").get<int>();
+  plan.build = j.at("build").get<std::string>();
+  return plan;
+}
+
+/// What has to be the same for runs to be of one compare.
+Json what_decides(const ComparePlan& plan) {
+  Json j = to_json(plan);
+  j.erase("command");
+  j.erase("repeats");
+  return j;
+}
+
+void refuse_other_files(const fs::path& out) {
+  std::error_code error;
+  if (!fs::exists(out, error)) return;
+  if (!fs::is_directory(out, error))
+    throw std::invalid_argument(out.string() + ": is a file; name a folder with --out");
+  for (const auto& entry : fs::directory_iterator(out, error))
+    if (entry.path().filename() != "lock")
+      throw std::invalid_argument(out.string() +
+                                  ": holds files that are of no compare; name another folder");
+}
+
+void refuse_other_compare(const fs::path& out, const ComparePlan& plan) {
+  const ComparePlan former = read_plan(out);
+  if (what_decides(former) == what_decides(plan)) return;
+  const std::string what = former.build != plan.build ? "was made by another build of this program"
+                                                      : "is another compare";
+  throw std::invalid_argument(
+      fmt::format("{}: {}; name another folder with --out, or remove it", out.string(), what));
+}
+
+// -- processes ------------------------------------------------------------------------------------
+
+/// The arguments as posix_spawn wants them.
+class Arguments {
+ public:
+  explicit Arguments(std::vector<std::string> words) : words_(std::move(words)) {
+    for (std::string& word : words_) pointers_.push_back(word.data());
+    pointers_.push_back(nullptr);
+  }
+  char* const* get() { return pointers_.data(); }
+
+ private:
+  std::vector<std::string> words_;
+  std::vector<char*> pointers_;
+};
+
+pid_t spawn(std::vector<std::string> words, const fs::path& log) {
+  Arguments arguments(std::move(words));
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  constexpr mode_t readable = 0644;
+  constexpr int flags = O_WRONLY | O_CREAT | O_TRUNC;
+  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, log.c_str(), flags, readable);
+  pid_t child = 0;
+  const int fault =
+      posix_spawn(&child, "/proc/self/exe", &actions, nullptr, arguments.get(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  if (fault != 0)
+    throw std::runtime_error(std::string("no process for a run could be started: ") +
+                             std::strerror(fault));
+  return child;
+}
+
+/// Whether this process has one thread, so that a copy of it is whole.
+bool has_one_thread() {
+  std::error_code error;
+  const fs::directory_iterator tasks("/proc/self/task", error);
+  return !error && std::distance(begin(tasks), fs::directory_iterator{}) == 1;
+}
+
+/// Standard streams as spawn() sets them.
+void redirect(const fs::path& log) {
+  constexpr mode_t readable = 0644;
+  const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+  const int said = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, readable);
+  if (nowhere >= 0) dup2(nowhere, STDOUT_FILENO);
+  if (said >= 0) dup2(said, STDERR_FILENO);
+}
+
+/// A copy of this process makes the run. It starts as this one is, which has never simulated
+/// anything, and needs no millisecond to be loaded and linked again.
+pid_t fork_run(const fs::path& folder, int repeat, const CellLimits& limits,
+               const Methods& methods) {
+  const fs::path log = folder / "log.txt";
+  const pid_t parent = getpid(), child = fork();
+  if (child != 0) return child;
+  int code = 0;
+#ifdef __linux__
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (getppid() != parent) _exit(EXIT_FAILURE);
+#endif
+  redirect(log);
+  try {
+    run_cell(folder, repeat, limits, methods);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "selvedge: %s\n", error.what());
+    code = EXIT_FAILURE;
+  }
+  std::fflush(stderr);
+  _exit(code);  // what the parent has not yet printed is the parent's
+}
+
+struct Ending {
+  int status = 0;
+  bool late = false;  ///< it had to be killed
+};
+
+Ending wait_for(pid_t child, double seconds) {
+  const auto begin = std::chrono::steady_clock::now();
+  Ending ending;
+  for (;;) {
+    const pid_t ended = waitpid(child, &ending.status, WNOHANG);
+    if (ended == child) return ending;
+    if (ended < 0 && errno != EINTR) throw std::runtime_error("a run was lost sight of");
+    const std::chrono::duration<double> waited = std::chrono::steady_clock::now() - begin;
+    if (waited.count() > seconds && !ending.late) {
+      ending.late = true;
+      kill(child, SIGKILL);
+    }
+    std::this_thread::sleep_for(kLookEvery);
+  }
+}
+
+/// The last line of what a run said.
+std::string last_words(const fs::path& log) {
+  std::ifstream in(log);
+  std::string last;
+  for (std::string line; std::getline(in, line);)
+    if (!line.empty()) last = line;
+  return last;
+}
+
+CellRun silent_end(const Ending& ending, const fs::path& log) {
+  CellRun run;
+  run.status = ending.late ? RunStatus::budget : RunStatus::crashed;
+  if (ending.late)
+    run.why = "did not end within the time granted and was killed";
+  else if (WIFSIGNALED(ending.status))
+    run.why = fmt::format("the process was ended by signal {} ({})", WTERMSIG(ending.status),
+                          strsignal(WTERMSIG(ending.status)));
+  else
+    run.why = fmt::format("the process ended with exit code {}", WEXITSTATUS(ending.status));
+  if (const std::string words = last_words(log); !words.empty()) run.why += ": " + words;
+  return run;
+}
+
+}  // namespace
+
+fs::path cell_folder(const fs::path& out, const std::string& id) { return out / "cells" / id; }
+
+void write_plan(const fs::path& out, const ComparePlan& plan,
+                const std::vector<std::pair<std::string, std::string>>& scene_of_id) {
+  if (fs::exists(out / "plan.json"))
+    refuse_other_compare(out, plan);
+  else
+    refuse_other_files(out);
+  fs::create_directories(out);
+  for (const auto& [id, scene] : scene_of_id) {
+    fs::create_directories(cell_folder(out, id));
+    if (!fs::exists(cell_folder(out, id) / "scene.json"))
+      write_whole(cell_folder(out, id) / "scene.json", scene + "\n");
+  }
+  write_whole(out / "plan.json",
+              to_json(plan).dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
+ComparePlan read_plan(const fs::path& out) {
+  const fs::path file = out / "plan.json";
+  const Json j = Json::parse(content(file), nullptr, false);
+  if (!j.is_object())
+    throw std::invalid_argument(
+        fmt::format("{}: {}; make one with `selvedge compare`", file.string(),
+                    fs::exists(file) ? "is damaged" : "there is no compare in this folder"));
+  try {
+    return from_json(j);
+  } catch (const std::exception& error) {
+    throw std::invalid_argument(fmt::format("{}: is damaged ({})", file.string(), error.what()));
+  }
+}
+
+FolderLock::FolderLock(const fs::path& out) {
+  std::error_code error;
+  fs::create_directories(out, error);
+  const fs::path file = out / "lock";
+  constexpr mode_t readable = 0644;
+  descriptor_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, readable);
+  if (descriptor_ < 0)
+    throw std::invalid_argument(file.string() + ": cannot be made: " + std::strerror(errno));
+  if (flock(descriptor_, LOCK_EX | LOCK_NB) == 0) return;
+  ::close(descriptor_);
+  throw std::invalid_argument(out.string() +
+                              ": another compare is at work here; wait for it, or name another "
+                              "folder with --out");
+}
+
+FolderLock::~FolderLock() { ::close(descriptor_); }
+
+void run_in_process(const fs::path& out, const std::string& id, int repeat,
+                    const CellLimits& limits, const Methods& methods) {
+  const fs::path folder = cell_folder(out, id);
+  const fs::path log = folder / "log.txt";
+  pid_t child = has_one_thread() ? fork_run(folder, repeat, limits, methods) : -1;
+  if (child < 0)
+    child = spawn({"selvedge", "compare", "--in", out.string(), "--only", id, "--repeat",
+                   std::to_string(repeat), "--run-here"},
+                  log);
+  const Ending ending = wait_for(child, kBeside * limits.budget_s + kBeside_s);
+  const auto run = read_cell_run(folder, repeat);
+  if (run && WIFEXITED(ending.status) && WEXITSTATUS(ending.status) == 0) return;
+  // The disk is full, or what it was given is gone: no property of the cell.
+  constexpr int no_fault_of_the_cell = 1;
+  if (WIFEXITED(ending.status) && WEXITSTATUS(ending.status) == no_fault_of_the_cell)
+    throw std::runtime_error(fmt::format("cell {}: {}", id, last_words(log)));
+  note_run(folder, repeat, silent_end(ending, log));
+}
+
+void run_missing(const fs::path& out, const ComparePlan& plan, const Methods& methods,
+                 const std::function<void(int, int)>& progress) {
+  const int levels = static_cast<int>(plan.levels.size());
+  const int all = levels + plan.repeats * static_cast<int>(plan.cells.size());
+  int done = 0;
+  const auto run = [&](const std::string& id, int repeat, int threads) {
+    CellLimits limits = plan.limits;
+    limits.threads = threads;
+    if (!read_cell_run(cell_folder(out, id), repeat))
+      run_in_process(out, id, repeat, limits, methods);
+    progress(++done, all);
+  };
+  for (const std::string& level : plan.levels) run(level, 0, plan.limits.threads);
+  for (int repeat = 0; repeat < plan.repeats; ++repeat)
+    for (const CompareCell& cell : plan.cells) {
+      const auto first = read_cell_run(cell_folder(out, cell.id), 0);
+      if (!cell.impossible.empty() || (first && first->status != RunStatus::ok))
+        progress(++done, all);
+      else
+        run(cell.id, repeat, cell.threads);
+    }
+}
+
+std::string text_hash(const std::string& text) {
+  std::uint64_t hash = 14695981039346656037u;  // FNV-1a, 64 bits
+  constexpr std::uint64_t prime = 1099511628211u;
+  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * prime;
+  return fmt::format("{:016x}", hash);
+}
+
+std::string program_hash() {
+  const std::string program = content("/proc/self/exe");
+  return program.empty() ? "" : text_hash(program);
+}
+
+}  // namespace selvedge

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+//
+// The strain limiters on one swinging cloth of 2,500 particles, all brought to the same strain:
+// time, sweeps, strain, momentum and energy (survey section 4.6, claims on its Fig. 21, 22 and
+// Table VI).
+//   bench_limiters [--frames 30] [--cells 49] [--repeats 3] [--markdown]
+#include <selvedge/core/force_sum.h>
+#include <selvedge/scene/simulation.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "table.h"
+
+namespace {
+
+using namespace selvedge;
+
+/// Hung by two corners from a level start, so soft that it stretches far beyond its limit of 10 %.
+Scene swing(int cells) {
+  Scene scene;
+  scene.name = "swing";
+  Material soft;
+  soft.stretch_stiffness = 60.0;
+  soft.shear_stiffness = 15.0;
+  soft.spring_damping = 1e-4;
+  scene.materials["default"] = soft;
+  ClothSpec cloth;
+  cloth.name = "cloth";
+  cloth.shape = ClothGrid{ClothPattern::rectangular, {1.0, 1.0, cells, cells}};
+  scene.cloths.push_back(cloth);
+  const int row = cells + 1;
+  scene.handles.push_back({"corners", "cloth", {row * cells, row * cells + cells}, {}, -1.0});
+  scene.contact.self = false;
+  return scene;
+}
+
+struct Outcome {
+  double seconds = 1e300;  // least of the repeats, of the phase "strain"
+  double whole = 1e300;    // of all
+  RunResult result;
+  std::vector<Vec3> x;
+  double energy = 0.0;  // J, kinetic, elastic and of weight, at the end
+};
+
+double energy_of(const Scene& scene, const BuiltScene& built, const Simulation& simulation) {
+  const std::size_t n = built.cloth.mass.size();
+  auto parts = make_internal_forces(built.cloth);
+  parts.push_back(make_gravity(scene.gravity));
+  if (const StrainLimiterEntry entry = strain_limiters().at(scene.solver.limiter); entry.make_force)
+    parts.push_back(entry.make_force(built.cloth.springs, built.cloth.strain_limit, n));
+  const ForceSum forces(std::move(parts), n);
+  const SimulationState& state = simulation.state();
+  double sum = forces.energy({state.x, state.v, built.cloth.mass, state.time});
+  for (std::size_t i = 0; i < n; ++i) sum += 0.5 * built.cloth.mass[i] * state.v[i].squaredNorm();
+  return sum;
+}
+
+void run(const std::string& limiter, int cells, int frames, Outcome& outcome) {
+  Scene scene = swing(cells);
+  scene.solver.limiter = limiter;
+  scene.solver.strain_limiter = limiter != "none";
+  Simulation simulation(scene, build_scene(scene));
+  const auto start = std::chrono::steady_clock::now();
+  for (int frame = 1; frame <= frames; ++frame) simulation.advance_to_frame(frame, {});
+  const std::chrono::duration<double> all = std::chrono::steady_clock::now() - start;
+  outcome.result = simulation.result();
+  outcome.whole = std::min(outcome.whole, all.count());
+  const auto strain = outcome.result.phase_s.find("strain");
+  if (strain != outcome.result.phase_s.end())
+    outcome.seconds = std::min(outcome.seconds, strain->second);
+  outcome.x = simulation.state().x;
+  outcome.energy = energy_of(scene, build_scene(scene), simulation);
+}
+
+double mean_distance(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]).norm();
+  return sum / static_cast<double>(a.size());
+}
+
+double figure(const Outcome& o, const char* name) {
+  const auto ledger = o.result.ledger.find("strain_limiter");
+  return ledger == o.result.ledger.end() ? std::nan("") : ledger->second.at(name);
+}
+
+std::string number(const char* format, double value) {
+  return std::isfinite(value) && value < 1e299 ? fmt::format(fmt::runtime(format), value) : "";
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Strain limiters on one swinging cloth"};
+  int frames = 30, cells = 49, repeats = 3;
+  bool markdown = false;
+  app.add_option("--frames", frames, "Frames of 1/60 s")->check(CLI::Range(1, 100000));
+  app.add_option("--cells", cells, "Cells along a side")->check(CLI::Range(1, 1000));
+  app.add_option("--repeats", repeats, "Runs, interleaved; times are least")
+      ->check(CLI::Range(1, 100));
+  app.add_flag("--markdown", markdown, "Print the table in Markdown");
+  CLI11_PARSE(app, argc, argv);
+  std::map<std::string, Outcome> outcomes;
+  for (int r = 0; r < repeats; ++r)
+    for (const auto& [name, entry] : strain_limiters()) run(name, cells, frames, outcomes[name]);
+  Table table({"limiter", "max strain %", "residual %", "sweeps", "strain s", "all s",
+               "momentum error", "energy given J", "energy at end J", "off position mm"});
+  const Outcome& position = outcomes.at("position");
+  for (const auto& [name, o] : outcomes) {
+    const auto sweeps = o.result.counters.find("strain_sweeps");
+    table.add({name, number("{:.2f}", 100.0 * o.result.max_stretch),
+               number("{:.2f}", 100.0 * o.result.strain_residual),
+               sweeps == o.result.counters.end() ? "" : number("{:.0f}", sweeps->second),
+               number("{:.3f}", o.seconds), number("{:.2f}", o.whole),
+               number("{:.1e}", figure(o, "max_momentum_error")),
+               number("{:+.4f}", figure(o, "energy_kinetic_J")), number("{:+.4f}", o.energy),
+               number("{:.1f}", 1e3 * mean_distance(o.x, position.x))});
+  }
+  fmt::print("{}", markdown ? table.markdown() : table.text());
+}

@@ -57,7 +57,7 @@ for name in "${names[@]}"; do
   case "$name" in
     detectors) table detectors detectors --size 50,200 --threads 1,2 --repeats 3 ;;
     libraries) table libraries libraries --size 200 --threads 1,2 --repeats 9 ;;
-    spikes) table spikes spikes --size 100 --repeats 3 --limit 10 ;;
+    spikes) table spikes spikes --size 100 --smaller 1e5,1e7 --repeats 3 --limit 10 ;;
     scaling)
       table scaling scaling --size 50,100,200,400 --repeats 3 --limit 15 --detectors \
         bvh_aabb,bvh_kdop14,curvature_cone,sweep_and_prune,uniform_grid,verlet_bvh

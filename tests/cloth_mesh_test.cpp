@@ -13,6 +13,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "rolled_mesh.h"
+
 namespace selvedge {
 namespace {
 
@@ -138,17 +140,6 @@ TEST(ClothMeshes, TwistingSpringsNeedNoPoissonCouplingForTheirShear) {
 TEST(ClothMeshes, EveryGridHasTheMassOfItsArea) {
   for (const auto& [name, cloth] : grid_meshes({0.7, 0.6, 7, 5}, Material{}))
     EXPECT_NEAR(sum(cloth.mass), 0.2 * 0.42, 1e-14) << name;
-}
-
-/// The mesh rolled on a cylinder of radius r whose curved direction is at `angle` to the x-axis.
-Vectors rolled(const Vectors& flat, double r, double angle) {
-  const Vec3 n(std::cos(angle), std::sin(angle), 0.0), t(-n.y(), n.x(), 0.0);
-  Vectors x;
-  for (const Vec3& p : flat) {
-    const double s = n.dot(p) / r;
-    x.push_back(r * std::sin(s) * n + t.dot(p) * t + Vec3(0, 0, r * (1.0 - std::cos(s))));
-  }
-  return x;
 }
 
 /// Bending energy per area of a sheet without borders: energies of n × n cells are quadratic in n.

@@ -47,6 +47,13 @@ void Trial::collect(const ExtremeRun& run) {
   measures_.crossings = std::max(measures_.crossings, run.intersections + run.path_collisions);
   measures_.worst_speed = std::max(measures_.worst_speed, run.worst_speed);
   measures_.energy_ratio = std::fmax(measures_.energy_ratio, run.energy_ratio);
+  for (const auto& [stage, figures] : run.result.ledger) {
+    const auto found = figures.find("energy_kinetic_J");
+    if (found == figures.end()) continue;  // the balance of the whole step
+    double& most = measures_.given[stage];
+    const double energy = found->second;
+    if (std::abs(energy) > std::abs(most)) most = energy;
+  }
 }
 
 CaseResult Trial::answer(Answer answer, const std::string& note) const {
@@ -66,10 +73,13 @@ CaseResult Trial::settle(const ExtremeRun& run, bool right, const std::string& n
     return answer(Answer::degraded, fmt::format("not clean, and says so: {} crossings", crossings));
   if (!run.stopped.empty()) return answer(Answer::refused, run.stopped);
   if (!right) return answer(Answer::failed, number);
+  std::string flags;
   if (run.result.strain_residual > 0.0)
-    return answer(Answer::degraded, fmt::format("{}; {:.3g} % above the strain limit, and says so",
-                                                number, 100.0 * run.result.strain_residual));
-  return answer(Answer::correct, number);
+    flags = fmt::format("; {:.3g} % above the strain limit", 100.0 * run.result.strain_residual);
+  if (const double gained = run.result.ledger.at("balance").at("energy_gained_J"); gained > 0.0)
+    flags += fmt::format("; {:.3g} J from nowhere", gained);
+  if (flags.empty()) return answer(Answer::correct, number);
+  return answer(Answer::degraded, number + flags + ", and says so");
 }
 
 std::vector<ExtremeCase> extreme_cases() {

@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <limits>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,9 @@ struct CaseResult {
   std::size_t crossings = 0;  ///< intersections of the worst frame, and collisions on paths
   double worst_speed = 0.0;   ///< m/s
   double energy_ratio = std::numeric_limits<double>::quiet_NaN();
+  /// J of kinetic energy that a stage of the step has given in all, by its ledger: of the run with
+  /// the largest. Below 0: taken.
+  std::map<std::string, double> given;
 };
 
 /// What a case may do: run scenes, whose measures it collects.

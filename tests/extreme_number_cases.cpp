@@ -85,7 +85,7 @@ CaseResult stiff_explicit(Trial& trial) {
 }
 
 /// Whether a grid that is shaken a little blows up within some thousand explicit steps.
-bool blows_up(const ClothMesh& cloth, SymplecticEuler& integrator, double h) {
+bool blows_up(const ClothMesh& cloth, Integrator& integrator, double h) {
   const std::size_t n = cloth.surface.vertices.size();
   Particles p{cloth.surface.vertices, std::vector<Vec3>(n, Vec3::Zero()), cloth.mass, {}};
   for (const double m : cloth.mass) p.inv_mass.push_back(1.0 / m);
@@ -95,7 +95,7 @@ bool blows_up(const ClothMesh& cloth, SymplecticEuler& integrator, double h) {
   std::vector<Vec3> v(n);
   constexpr int steps = 3000;
   for (int k = 0; k < steps; ++k) {
-    integrator.step(p, 0.0, h, v);
+    integrator.begin({p, 0.0, h}, {v, {}});
     p.v = v;
     double largest = 0.0;
     for (std::size_t i = 0; i < n; ++i) {
@@ -144,15 +144,16 @@ CaseResult explicit_limit(Trial& trial) {
   const auto force = make_hooke_force(cloth.springs, n);
   std::vector<std::unique_ptr<Force>> forces;
   forces.push_back(make_hooke_force(cloth.springs, n));
-  SymplecticEuler integrator(std::move(forces), n);
+  const auto integrator = make_symplectic_euler(std::move(forces), n);
   Particles p{cloth.surface.vertices, std::vector<Vec3>(n, Vec3::Zero()), cloth.mass, {}};
   for (const double m : cloth.mass) p.inv_mass.push_back(1.0 / m);
-  const double exact = exact_limit(cloth, *force), bound = integrator.stable_step(p);
+  const double exact = exact_limit(cloth, *force),
+               bound = integrator->stable_step(p, 0.0, std::numeric_limits<double>::infinity());
   double low = 0.5 * exact, high = 2.0 * exact;
   constexpr int halvings = 8;
   for (int k = 0; k < halvings; ++k) {
     const double middle = 0.5 * (low + high);
-    (blows_up(cloth, integrator, middle) ? high : low) = middle;
+    (blows_up(cloth, *integrator, middle) ? high : low) = middle;
   }
   const bool right = std::abs(low / exact - 1.0) < 0.05 && bound <= exact * 1.0001;
   return trial.answer(

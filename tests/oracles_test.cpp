@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <random>
 
@@ -35,22 +36,23 @@ double largest_speed(const Particles& p) {
   return speed;
 }
 
-void implicit_step(ImplicitEuler& integrator, Particles& p, double h) {
-  integrator.assemble(p, 0.0, h);
+void implicit_step(Integrator& integrator, Particles& p, double h) {
+  integrator.begin({p, 0.0, h}, {});
   Vectors v = p.v;
   for (std::size_t i = 0; i < v.size(); ++i)
     if (p.inv_mass[i] <= 0.0) v[i].setZero();
-  EXPECT_TRUE(integrator.solve({}, v).converged);
+  EXPECT_TRUE(integrator.solve({}, {v, {}}, 1.0).converged);
   p.v = v;
   for (std::size_t i = 0; i < v.size(); ++i) p.x[i] += h * v[i];
 }
 
 /// Steps until nothing moves faster than `speed`; the steps taken.
 int relax(Forces forces, Particles& p, double h, double speed, int most_steps) {
-  ImplicitEuler integrator(std::move(forces), p.size(), {1e-11, 5000});
+  const auto integrator =
+      make_implicit_euler(std::move(forces), p.size(), {.solve = {1e-11, 5000}});
   int steps = 0;
   do {
-    implicit_step(integrator, p, h);
+    implicit_step(*integrator, p, h);
     ++steps;
   } while (largest_speed(p) > speed && steps < most_steps);
   EXPECT_LE(largest_speed(p), speed) << "not at rest after " << steps << " steps";
@@ -178,9 +180,12 @@ TEST(Plate, RolledToACylinderItStoresHalfItsRigidityTimesCurvatureSquared) {
   const double exact = 0.5 * 2e-5 / (r * r);
   const ClothMesh square = make_rectangular({1, 1, 50, 50}, material);
   const ClothMesh oblong = make_rectangular({1, 1, 50, 40}, material);
+  // Each hinge by itself has the plate's energy on the mean of the directions (shape_operator_test
+  // has what is exact).
+  const TriangleMesh noise = random_mesh(60);
+  material.bending_law = BendingLaw::hinge;
   const ClothMesh triangular =
       make_triangular({2.0, 100 * 0.02 * std::sqrt(0.75), 100, 100}, material);
-  const TriangleMesh noise = random_mesh(60);
   const ClothMesh random = make_from_mesh(noise, noise, material);
   for (const double angle : {0.0, pi / 8, pi / 4, pi / 2, 2.0}) {
     const auto energy = [&](const ClothMesh& cloth, double half) {
@@ -244,14 +249,14 @@ struct Oscillator {
 double oscillator_error(bool implicit, double t, int n) {
   Oscillator o;
   const double h = t / n;
-  ImplicitEuler be(Oscillator::forces(), 2, {1e-14, 100});
-  SymplecticEuler se(Oscillator::forces(), 2);
+  const auto be = make_implicit_euler(Oscillator::forces(), 2, {.solve = {1e-14, 100}});
+  const auto se = make_symplectic_euler(Oscillator::forces(), 2);
   for (int i = 0; i < n; ++i) {
     if (implicit) {
-      implicit_step(be, o.p, h);
+      implicit_step(*be, o.p, h);
     } else {
       Vectors v(2, Vec3::Zero());
-      se.step(o.p, 0.0, h, v);
+      se->begin({o.p, 0.0, h}, {v, {}});
       o.p.v = v;
       o.p.x[1] += h * v[1];
     }
@@ -272,8 +277,8 @@ TEST(OscillatorOracle, BothEulersAreOfFirstOrder) {
 
 TEST(OscillatorOracle, BackwardEulerLosesItsKnownAmplitude) {
   Oscillator o;
-  ImplicitEuler be(Oscillator::forces(), 2, {1e-14, 100});
-  for (int i = 0; i < 100; ++i) implicit_step(be, o.p, 2.0 * pi / Oscillator::omega / 100);
+  const auto be = make_implicit_euler(Oscillator::forces(), 2, {.solve = {1e-14, 100}});
+  for (int i = 0; i < 100; ++i) implicit_step(*be, o.p, 2.0 * pi / Oscillator::omega / 100);
   EXPECT_NEAR(o.phase().norm() / Oscillator::amplitude, 0.8212, 1e-4);
 }
 
@@ -282,11 +287,11 @@ TEST(OscillatorOracle, SymplecticEulerIsStableBelowItsStepBoundOnly) {
     // Two free masses: ω² = 2k/m, for which the bound is exact.
     for (const double factor : {0.98, 1.02}) {
       Particles p = make_particles({{0, 0, 0}, {1.001, 0, 0}}, {0.01, 0.01});
-      SymplecticEuler se(Oscillator::forces(damping), 2);
-      const double h = factor * se.stable_step(p);
+      const auto se = make_symplectic_euler(Oscillator::forces(damping), 2);
+      const double h = factor * se->stable_step(p, 0.0, std::numeric_limits<double>::infinity());
       for (int i = 0; i < 500; ++i) {
         Vectors v(2);
-        se.step(p, 0.0, h, v);
+        se->begin({p, 0.0, h}, {v, {}});
         p.v = v;
         for (int k = 0; k < 2; ++k) p.x[k] += h * v[k];
       }
@@ -313,9 +318,9 @@ double crossing(Step step, Value value, double h, int n) {
   return 0.0;
 }
 
-void symplectic_step(SymplecticEuler& integrator, Particles& p, double h, Vectors& v) {
+void symplectic_step(Integrator& integrator, Particles& p, double h, Vectors& v) {
   std::fill(v.begin(), v.end(), Vec3::Zero());
-  integrator.step(p, 0.0, h, v);
+  integrator.begin({p, 0.0, h}, {v, {}});
   p.v = v;
   for (std::size_t i = 0; i < p.size(); ++i) p.x[i] += h * v[i];
 }
@@ -331,9 +336,9 @@ TEST(PendulumOracle, SwingsWithTheEllipticPeriod) {
     const std::vector<Spring> spring{{0, 1, 1.0, 1e6, 1e-5}};
     forces.push_back(make_hooke_force(spring, 2));
     forces.push_back(make_gravity({0, 0, -g}));
-    SymplecticEuler se(std::move(forces), 2);
+    const auto se = make_symplectic_euler(std::move(forces), 2);
     Vectors v(2);
-    const auto step = [&] { symplectic_step(se, p, h, v); };
+    const auto step = [&] { symplectic_step(*se, p, h, v); };
     const auto value = [&] { return p.x[1].x(); };
     const double first = crossing(step, value, h, 1);
     EXPECT_NEAR((first + crossing(step, value, h, 2)) / 1.25, period, 3e-4) << degrees;
@@ -361,9 +366,9 @@ TEST(ChainOracle, SwingsInItsFirstModes) {
     Forces forces;
     forces.push_back(make_hooke_force(springs, n + 1));
     forces.push_back(make_gravity({0, 0, -g}));
-    SymplecticEuler se(std::move(forces), n + 1);
+    const auto se = make_symplectic_euler(std::move(forces), n + 1);
     Vectors v(n + 1);
-    const auto step = [&] { symplectic_step(se, p, h, v); };
+    const auto step = [&] { symplectic_step(*se, p, h, v); };
     // The free end starts at its largest deflection: zero after a quarter period.
     const double quarter = crossing(
         step, [&] { return p.x[0].x(); }, h, 1);
@@ -403,11 +408,11 @@ TEST(DragOracle, AFallingTriangleFollowsTheExponential) {
   Forces forces;
   forces.push_back(make_air_force({Vec3::Zero(), 0.0, 0.12}, triangles, areas, 3));
   forces.push_back(make_gravity({0, 0, -g}));
-  ImplicitEuler be(std::move(forces), 3, {1e-13, 100});
+  const auto be = make_implicit_euler(std::move(forces), 3, {.solve = {1e-13, 100}});
   constexpr double h = 1e-4;
-  for (int i = 0; i < 10000; ++i) implicit_step(be, p, h);
+  for (int i = 0; i < 10000; ++i) implicit_step(*be, p, h);
   EXPECT_NEAR(-p.v[0].z(), 4.2411, 2e-4);
-  for (int i = 0; i < 100; ++i) implicit_step(be, p, 1.0);
+  for (int i = 0; i < 100; ++i) implicit_step(*be, p, 1.0);
   EXPECT_NEAR(-p.v[0].z(), 4.905, 1e-9);
 }
 

@@ -10,8 +10,10 @@
 #include <iostream>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <set>
 #include <string>
+#include <tuple>
 #include <vector>
 
 namespace selvedge {
@@ -65,6 +67,10 @@ class SceneFile : public ::testing::Test {
 
 const char* const quad = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n";
 
+const char* const garment =
+    "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 2 0\nvt 2 2\nvt 0 2\nvt 5 0\nvt 7 2\nvt 5 2\n"
+    "f 1/1 2/2 3/3\nf 1/5 3/6 4/7\n";
+
 /// Every key of the schema at least once, nothing at its default.
 const char* const everything = R"({
   // comments are welcome /* of both */
@@ -80,12 +86,28 @@ const char* const everything = R"({
      "velocity": [0, 0, -1], "material": "silk"},
     {"name": "strip", "size": [0.5, 0.1], "cells": [10, 2],
      "path": {"points": [[0, 0, 20], [0.25, 0, 20], [0.5, 0, 20]], "side": [0, 1, 1]}},
-    {"name": "inline", "mesh": {"vertices": [[0, 0, 30], [1, 0, 30], [0, 1, 30]], "triangles": [[0, 1, 2]]}}
+    {"name": "inline", "mesh": {"vertices": [[0, 0, 30], [1, 0, 30], [0, 1, 30]], "triangles": [[0, 1, 2]]},
+     "plate": {"poisson": 0.2}},
+    {"name": "garment", "mesh": "garment.obj", "rest": "texture", "texture_unit": 0.5,
+     "transformation": {"translation": [0, 0, 40]}},
+    {"name": "plate", "pattern": "triangular", "plate": {"poisson": 0.25}, "virtual_springs": {"stiffness": 7, "follow": true}},
+    {"name": "layers", "pattern": "bilayered", "layers": {"ratio": 5, "share": 0.3, "hold": 900}},
+    {"name": "refined", "refine": {"when": "settled", "levels": 3, "speed": 0.2, "energy": 0.01, "after": 0.7, "angle_deg": 30}},
+    {"name": "body", "mesh": {"vertices": [[0, 0, 40], [1, 0, 40], [0, 1, 40], [0, 0, 41]],
+     "triangles": [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]}, "support": {"stiffness": 60, "share": 0.4},
+     "virtual_springs": {"stiffness": 3}}
   ],
+  "seams": [{"name": "side", "a": {"geometry": "grid", "select": {"edge": "x0"}},
+             "b": {"geometry": "grid", "select": {"edge": "x1"}}, "reverse": true, "pull": 20,
+             "tolerance": 0.01, "damping": 0.1}],
+  "water": {"diffusivity": 2e-6, "saturation": 1.5, "sources": [
+    {"geometry": "inline", "select": {"vertices": [1]}, "rate": 0.01, "begin": 0.1, "end": 0.2, "velocity": [0, 0, -3]}]},
   "materials": {"silk": {"density": 0.1, "stretch_stiffness": 400, "shear_stiffness": 50,
     "bending_stiffness": 2e-5, "spring_damping": 0.02, "bending_damping": 0.03, "strain_limit": 0.05,
     "friction": 0.2, "stretch_law": "kawabata", "shear_law": "springs", "bending_law": "bridson",
-    "biphasic_strain": 0.03, "biphasic_growth": 7, "kawabata_lt": 0.6, "kawabata_strain": 0.04}},
+    "biphasic_strain": 0.03, "biphasic_growth": 7, "kawabata_lt": 0.6, "kawabata_strain": 0.04,
+    "shear_friction": 0, "bending_friction": 0, "fabric": "petrak_2025/M1", "fabric_source": "a book",
+    "stretch_weft": 300, "bending_weft": 1e-5}},
   "handles": [
     {"name": "a", "geometry": "grid", "select": {"corners": ["x0y0", "x1y0"]}, "motion": "lift", "release": 0.5},
     {"name": "b", "geometry": "file", "select": {"vertices": [2, 0, 2]}},
@@ -119,7 +141,10 @@ const char* const everything = R"({
               "start": "untangle", "still_tangled": "carry",
               "pairs": [{"a": "plane", "b": "silk", "friction": 0.6, "thickness": 0.004},
                         {"a": "strip", "b": "strip", "friction": 0}]},
-  "solver": {"integrator": "symplectic_euler", "strain_limiter": false, "tolerance": 1e-5, "max_iterations": 50},
+  "solver": {"integrator": "symplectic_euler", "strain_limiter": false, "tolerance": 1e-5, "max_iterations": 50,
+             "unstable_step": "refuse", "error": 1e-7, "drag": 0.25, "max_newton": 7},
+  "plan": {"proofs": false},
+  "closed_form": {"motion": "incline", "body": "plane"},
   "output": {"vtk": true, "pc2": true, "picture_every": 10,
     "camera": {"eye": [1, 1, 1], "target": [0, 0, 1], "field_of_view": 40, "width": 320, "height": 240}}
 })";
@@ -128,6 +153,7 @@ class EverythingFile : public SceneFile {
  protected:
   Scene read_everything() const {
     write("quad.obj", quad);
+    write("garment.obj", garment);
     write("rest.obj", quad);
     write("walk_007.obj", quad);
     write("walk_008.obj", quad);
@@ -165,8 +191,15 @@ TEST_F(SceneFile, TheShortestSceneHasTheDefaultsOfTheHeader) {
   EXPECT_EQ(answer.sticking, header.sticking);
   EXPECT_EQ(is.solver.integrator, should.solver.integrator);
   EXPECT_EQ(is.solver.strain_limiter, should.solver.strain_limiter);
+  EXPECT_EQ(is.solver.limiter, should.solver.limiter);
+  EXPECT_EQ(is.solver.refuse_unstable_step, should.solver.refuse_unstable_step);
+  EXPECT_EQ(is.solver.error, should.solver.error);
+  EXPECT_EQ(is.solver.drag, should.solver.drag);
+  EXPECT_EQ(is.solver.max_newton, should.solver.max_newton);
   EXPECT_EQ(is.solver.tolerance, should.solver.tolerance);
   EXPECT_EQ(is.solver.max_iterations, should.solver.max_iterations);
+  EXPECT_EQ(is.plan.proofs, should.plan.proofs);
+  EXPECT_EQ(is.closed_form.motion, should.closed_form.motion);
   EXPECT_EQ(is.output.vtk, should.output.vtk);
   EXPECT_EQ(is.output.pc2, should.output.pc2);
   EXPECT_EQ(is.output.picture_every, should.output.picture_every);
@@ -257,6 +290,14 @@ TEST_F(EverythingFile, EveryNumberGoesToItsField) {
   EXPECT_EQ(s.contact.broad_phase, "brute_force");
   EXPECT_EQ(s.solver.integrator, "symplectic_euler");
   EXPECT_FALSE(s.solver.strain_limiter);
+  EXPECT_EQ(s.solver.limiter, "none");
+  EXPECT_TRUE(s.solver.refuse_unstable_step);
+  EXPECT_EQ(s.solver.error, 1e-7);
+  EXPECT_EQ(s.solver.drag, 0.25);
+  EXPECT_EQ(s.solver.max_newton, 7);
+  EXPECT_FALSE(s.plan.proofs);
+  EXPECT_EQ(s.closed_form.motion, ClosedForm::incline);
+  EXPECT_EQ(s.closed_form.body, "plane");
   EXPECT_EQ(s.solver.tolerance, 1e-5);
   EXPECT_EQ(s.solver.max_iterations, 50);
   EXPECT_TRUE(s.output.vtk);
@@ -271,7 +312,7 @@ TEST_F(EverythingFile, EveryNumberGoesToItsField) {
 
 TEST_F(EverythingFile, EveryPieceOfClothAndItsMaterialIsRead) {
   const Scene s = read_everything();
-  ASSERT_EQ(s.cloths.size(), 4u);
+  ASSERT_EQ(s.cloths.size(), 9u);
   const ClothSpec &grid = s.cloths[0], &file = s.cloths[1];
   EXPECT_EQ(grid.name, "grid");
   EXPECT_EQ(std::get<ClothGrid>(grid.shape).pattern, ClothPattern::triangular);
@@ -293,6 +334,18 @@ TEST_F(EverythingFile, EveryPieceOfClothAndItsMaterialIsRead) {
   EXPECT_EQ(path.points[1], Vec3(0.25, 0, 20));
   EXPECT_EQ(path.side, Vec3(0, 1, 1));
   EXPECT_EQ(std::get<ClothFile>(s.cloths[3].shape).mesh.vertices[2], Vec3(0, 1, 30));
+  EXPECT_EQ(std::get<ClothFile>(s.cloths[3].shape).plate->poisson, 0.2);
+  EXPECT_EQ(std::get<ClothGrid>(s.cloths[5].shape).plate->poisson, 0.25);
+  EXPECT_EQ(s.cloths[5].virtual_springs.stiffness, 7.0);
+  EXPECT_TRUE(s.cloths[5].virtual_springs.follow);
+  const LayerConfig& layers = std::get<ClothGrid>(s.cloths[6].shape).layers;
+  EXPECT_EQ(std::tuple(layers.ratio, layers.share, layers.hold), std::tuple(5, 0.3, 900.0));
+  const RefineSpec& refine = std::get<ClothGrid>(s.cloths[7].shape).refine;
+  EXPECT_EQ(std::tuple(refine.when, refine.levels, refine.speed, refine.energy, refine.after),
+            std::tuple(RefineSpec::When::settled, 3, 0.2, 0.01, 0.7));
+  EXPECT_NEAR(refine.angle, std::numbers::pi / 6.0, 1e-15);
+  EXPECT_EQ(std::get<ClothFile>(s.cloths[8].shape).support->stiffness, 60.0);
+  EXPECT_EQ(std::get<ClothFile>(s.cloths[8].shape).support->share, 0.4);
   ASSERT_EQ(s.weights.size(), 1u);
   EXPECT_EQ(s.weights[0].geometry, "inline");
   EXPECT_EQ(s.weights[0].vertices, (std::vector<std::int32_t>{1}));
@@ -302,6 +355,8 @@ TEST_F(EverythingFile, EveryPieceOfClothAndItsMaterialIsRead) {
   EXPECT_EQ(m.stretch_stiffness, 400);
   EXPECT_EQ(m.shear_stiffness, 50);
   EXPECT_EQ(m.bending_stiffness, 2e-5);
+  EXPECT_EQ(m.stretch_weft, 300.0);
+  EXPECT_EQ(m.bending_weft, 1e-5);
   EXPECT_EQ(m.spring_damping, 0.02);
   EXPECT_EQ(m.bending_damping, 0.03);
   EXPECT_EQ(m.strain_limit, 0.05);
@@ -312,6 +367,43 @@ TEST_F(EverythingFile, EveryPieceOfClothAndItsMaterialIsRead) {
   EXPECT_EQ(m.biphasic_growth, 7.0);
   EXPECT_EQ(m.kawabata_lt, 0.6);
   EXPECT_EQ(m.kawabata_strain, 0.04);
+}
+
+TEST_F(EverythingFile, SeamsWaterAndPatternsAreRead) {
+  const Scene s = read_everything();
+  EXPECT_EQ(std::get<ClothFile>(s.cloths[4].shape).texture_unit, 0.5);
+  ASSERT_EQ(s.seams.size(), 1u);
+  EXPECT_EQ(s.seams[0].geometry[1], "grid");
+  EXPECT_EQ(s.seams[0].vertices[0].size(), s.seams[0].vertices[1].size());
+  EXPECT_GT(s.seams[0].vertices[1].front(), s.seams[0].vertices[1].back());
+  EXPECT_EQ(s.seams[0].sewing.pull, 20.0);
+  ASSERT_TRUE(s.water.has_value());
+  EXPECT_EQ(s.water->wetting.diffusivity, 2e-6);
+  ASSERT_EQ(s.water->sources.size(), 1u);
+  EXPECT_EQ(s.water->sources[0].rate, 0.01);
+  EXPECT_EQ(s.water->sources[0].velocity, Vec3(0, 0, -3));
+}
+
+TEST_F(SceneFile, AFabricGivesWhatTheMaterialDoesNotSay) {
+  const Scene s = read(R"({"geometry": [{"material": "twill"}],
+    "materials": {"twill": {"fabric": "petrak_2025/M1", "strain_limit": 0.03, "density": 0.5}}})");
+  const Material& m = s.materials.at("twill");
+  EXPECT_EQ(m.density, 0.5);
+  EXPECT_EQ(m.strain_limit, 0.03);
+  EXPECT_EQ(m.stretch_stiffness, 477.0);
+  EXPECT_EQ(m.stretch_weft, 459.0);
+  EXPECT_NEAR(m.bending_stiffness, 1.95e-6, 1e-18);
+  EXPECT_NEAR(*m.bending_weft, 0.61e-6, 1e-18);
+  EXPECT_SAYS(s.json, "Petrak");
+}
+
+TEST_F(SceneFile, AConstantBesideAFabricIsThatOfBothYarns) {
+  const Scene s = read(R"({"geometry": [{"material": "twill"}],
+    "materials": {"twill": {"fabric": "petrak_2025/M1", "bending_stiffness": 1e-5}}})");
+  const Material& m = s.materials.at("twill");
+  EXPECT_EQ(m.bending_stiffness, 1e-5);
+  EXPECT_FALSE(m.bending_weft.has_value());
+  EXPECT_EQ(m.stretch_weft, 459.0);
 }
 
 TEST_F(EverythingFile, EveryPairIsRead) {
@@ -602,6 +694,14 @@ TEST_F(SceneFile, EachBadNumberIsRefused) {
   refused("solver.tolerance", "0");
   refused("solver.max_iterations", "0");
   refused("solver.integrator", "euler");
+  refused("solver.strain_limiter", "positon");
+  refused("solver.strain_limiter", "1");
+  refused("solver.unstable_step", "divide");
+  refused("solver.error", "0");
+  refused("solver.drag", "-1");
+  refused("solver.max_newton", "0");
+  refused("plan.proofs", "1");
+  refused("closed_form.motion", "slide");
   refused("contact.self", "1");
   refused("contact.broad_phase", "bvh");
   refused("contact.narrow_phase", "ccd");
@@ -750,10 +850,10 @@ TEST_F(SceneFile, TheCompletedSceneReadsBackTheSameFromAnywhere) {
 TEST_F(EverythingFile, PiecesAreJoinedScaledTurnedAndMoved) {
   const Scene scene = read_everything();
   const BuiltScene built = build_scene(scene);
-  ASSERT_EQ(built.piece_begin.size(), 5u);
+  ASSERT_EQ(built.piece_begin.size(), 10u);
   EXPECT_EQ(built.piece_begin[0], 0);
   const auto& x = built.cloth.surface.vertices;
-  EXPECT_EQ(static_cast<std::size_t>(built.piece_begin[4]), x.size());
+  EXPECT_EQ(static_cast<std::size_t>(built.piece_begin[9]), x.size());
   ASSERT_EQ(built.velocity.size(), x.size());
   EXPECT_EQ(built.velocity.front(), Vec3(0, 1, 0));
   EXPECT_EQ(built.velocity[built.piece_begin[2] - 1], Vec3(0, 0, -1));
@@ -766,8 +866,9 @@ TEST_F(EverythingFile, PiecesAreJoinedScaledTurnedAndMoved) {
   EXPECT_LT((high - Vec3(1.75, 2.5, 3)).norm(), 1e-12) << high.transpose();
   EXPECT_LT((low - Vec3(0.25, 1.5, 3)).norm(), 1e-12) << low.transpose();
   EXPECT_EQ(x[built.piece_begin[2] - 1], Vec3(0, 1, 9));
-  EXPECT_EQ(x.back(), Vec3(0, 1, 30));
-  EXPECT_NEAR(built.cloth.mass[x.size() - 2] - built.cloth.mass.back(), 0.5, 1e-15);
+  const std::int32_t end = built.piece_begin[4];  // of the inline mesh
+  EXPECT_EQ(x[end - 1], Vec3(0, 1, 30));
+  EXPECT_NEAR(built.cloth.mass[end - 2] - built.cloth.mass[end - 1], 0.5, 1e-15);
   EXPECT_EQ(built.bodies.back()->vertex_count(), 3u) << "welded";
   EXPECT_EQ(built.bodies.size(), scene.bodies.size());
 }

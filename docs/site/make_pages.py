@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: MIT
+"""make_pages.py SOURCE_TREE SITE METHODS.json: the pages of the site that follow from the program and the headers."""
+import json
+import pathlib
+import sys
+
+MODULES = {
+    "core": "The cloth: meshes, fabrics, forces, integrators, limits of strain.",
+    "bodies": "Bodies: shapes with a formula, meshes from files, motion, exact predicates.",
+    "broadphase": "Which pairs of points, edges and triangles may meet during a step.",
+    "narrowphase": "Whether they do, and when.",
+    "response": "What is done about it, and what ends a step cleanly whatever happens.",
+    "scene": "All of it together: scenes, runs, checkpoints, failures.",
+}
+
+FAMILIES = {
+    "pattern": "Meshes of cloth",
+    "force": "Forces",
+    "strain_limiter": "Limits of strain",
+    "integrator": "Integrators",
+    "broad_phase": "Broad phase",
+    "narrow_phase": "Narrow phase",
+    "response": "Response",
+    "fail_safe": "Fail-safe",
+    "body": "Bodies",
+}
+
+
+def cell(text):
+    return text.replace("|", "\\|").replace("\n", " ")
+
+
+def methods_page(methods):
+    lines = ["# All methods", "", "What `selvedge list` prints of the build that made this site.", ""]
+    families = list(FAMILIES) + sorted({m["family"] for m in methods} - set(FAMILIES))
+    for family in families:
+        rows = [m for m in methods if m["family"] == family]
+        if not rows:
+            continue
+        lines += [f"## {FAMILIES.get(family, family)}", "", "| name | guarantee | after |", "| --- | --- | --- |"]
+        for m in rows:
+            absent = "" if m["available"] else " (not in this build)"
+            lines.append(f"| `{m['name']}`{absent} | {cell(m['guarantee'])} | {cell(m['source'])} |")
+        lines.append("")
+    return "\n".join(lines)
+
+
+def module_page(tree, module, says):
+    lines = [f"# {module}", "", says, ""]
+    for header in sorted((tree / module).glob("*.h")):
+        include = f"selvedge/{module}/{header.name}"
+        lines += [f"## {header.name}", "", f"`#include <{include}>`", "",
+                  f"```{{doxygenfile}} {module}/{header.name}", ":sections: briefdescription detaileddescription "
+                  "innernamespace innerclass public-attrib public-func public-static-func public-type enum func "
+                  "typedef var define", "```", ""]
+    return "\n".join(lines)
+
+
+def head_of(source):
+    """The comment at the head of a file, below the licence: what it implements, by which equation, what it promises."""
+    lines = source.read_text().splitlines()
+    head = []
+    for line in lines[1:]:
+        if not line.startswith("//"):
+            break
+        head.append(line[2:].removeprefix(" "))
+    return "\n".join(head).strip()
+
+
+def heads_page(tree, module):
+    lines = [f"# Heads of {module}", "",
+             "Paper, equation, deviations and guarantee, as they stand at the head of each file that implements a method.", ""]
+    for source in sorted((tree / module).glob("*.cpp")):
+        head = head_of(source)
+        if head.count("\n") < 2:
+            continue
+        lines += [f"## {source.stem}", "", "```text", head, "```", ""]
+    return "\n".join(lines)
+
+
+def main():
+    tree, site, listing = (pathlib.Path(p) for p in sys.argv[1:])
+    (site / "methods.md").write_text(methods_page(json.loads(listing.read_text())["methods"]))
+    (site / "api").mkdir(exist_ok=True)
+    index = ["# The library", "", "Public headers by module; an arrow of the README says who may use whom.", "",
+             "```{toctree}", ":maxdepth: 1", ""]
+    (site / "heads").mkdir(exist_ok=True)
+    for module, says in MODULES.items():
+        (site / "heads" / f"{module}.md").write_text(heads_page(tree, module))
+        (site / "api" / f"{module}.md").write_text(module_page(tree, module, says))
+        index.append(module)
+    (site / "api" / "index.md").write_text("\n".join(index + ["```", ""]))
+    bib = (tree / "docs" / "references.bib").read_text()
+    (site / "references.md").write_text(f"# References\n\nKeys as the sources cite them.\n\n```bibtex\n{bib}\n```\n")
+
+
+main()

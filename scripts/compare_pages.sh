@@ -1,0 +1,73 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: MIT
+# compare_pages.sh [PROGRAM [FOLDER [PAGE...]]]: the pages that compare what can be chosen, each by one command:
+#   detectors    every broad phase on five scenes (five pages): time, recall
+#   integrators  every integrator at six steps
+#   responses    every response on a ball at three steps
+#   limiters     every strain limiter on a flag at three steps
+# Killed and started again it goes on. A minute or two on two cores. With chromium, each page is drawn as a picture.
+set -euo pipefail
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+program=${1:-$root/build/release/apps/selvedge}
+folder=${2:-$root/out/compare_pages}
+shift $(($# < 2 ? $# : 2))
+pages=("$@")
+if [ "${#pages[@]}" -eq 0 ]; then pages=(detectors integrators responses limiters); fi
+repeats=${REPEATS:-3}
+mkdir -p "$folder"
+failed=0
+
+# What a page says where a method is missing or too slow is in its table; exit code 1 is a broken promise.
+page() {
+  local name=$1 scene=$2 begin status=0
+  shift 2
+  begin=$(date +%s)
+  "$program" compare "$root/$scene" --out "$folder/$name" --repeats "$repeats" --budget 20 "$@" >"$folder/$name.txt" 2>&1 || status=$?
+  printf '%-28s exit %d, %4d s, %s rows, %s kB\n' "$name" "$status" $(($(date +%s) - begin)) \
+    "$(tail -n +2 "$folder/$name/compare.csv" | wc -l)" "$(($(stat -c %s "$folder/$name/compare.html") / 1000))"
+  if [ "$status" -ne 0 ]; then failed=1; fi
+  draw "$name"
+}
+
+draw() {
+  if ! command -v chromium >/dev/null; then return; fi
+  local profile
+  profile=$(mktemp -d)
+  timeout 60 chromium --headless --no-sandbox --disable-gpu --hide-scrollbars --user-data-dir="$profile" \
+    --window-size=900,1000 --virtual-time-budget=3000 --screenshot="$folder/$1.png" \
+    "file://$(realpath "$folder/$1/compare.html")" >/dev/null 2>&1 || echo "$1: no picture could be made"
+  rm -rf "$profile"
+}
+
+for name in "${pages[@]}"; do
+  case $name in
+    detectors)
+      small=(--vary broad_phase=all --no-reference --judge 2)
+      page detectors_flag data/scenes/flag.json "${small[@]}" --set 'geometry.0.cells=[24,24]' --set time.frames=4 --set plan.proofs=false
+      page detectors_ball data/scenes/cloth_on_sphere.json "${small[@]}" --set 'geometry.0.cells=[24,24]' \
+        --set obstacles.0.shape.resolution=24 --set time.frames=12
+      page detectors_two_sheets data/scenes/two_sheets_on_ball.json "${small[@]}" --set 'geometry.0.cells=[20,20]' \
+        --set 'geometry.1.cells=[20,20]' --set time.frames=6
+      page detectors_incline data/scenes/incline.json "${small[@]}" --set time.frames=6
+      page detectors_table data/scenes/round_table.json "${small[@]}" --set 'geometry.0.cells=[24,24]' --set time.frames=6
+      ;;
+    integrators)
+      page integrators data/scenes/flag.json --vary integrator=all --vary 'dt=0.0005..0.016:6 log' \
+        --set 'geometry.0.cells=[8,8]' --set time.frames=6 --judge 0
+      ;;
+    responses)
+      page responses data/scenes/cloth_on_sphere.json --vary response=all --vary 'dt=0.002..0.008:3 log' \
+        --set 'geometry.0.cells=[14,14]' --set obstacles.0.shape.resolution=20 --set time.frames=16 --judge 2
+      ;;
+    limiters)
+      page limiters data/scenes/flag.json --vary strain_limiter=all --vary 'dt=0.002..0.008:3 log' \
+        --set 'geometry.0.cells=[12,12]' --set time.frames=20 --set materials.default.strain_limit=0.02 --judge 0
+      ;;
+    *)
+      echo "compare_pages.sh: there is no page $name; there are detectors, integrators, responses, limiters" >&2
+      exit 2
+      ;;
+  esac
+done
+exit "$failed"

@@ -1,0 +1,35 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: MIT
+# docs.sh: makes the documentation site, which works offline, in build/docs/html: the pages of docs/, the list of all
+# methods as the program prints it, and the interface from the headers. Installs what is missing.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+scripts/install_dependencies.sh docs
+program=${SELVEDGE_PROGRAM:-build/release/apps/selvedge}
+if [ ! -x "$program" ]; then
+  echo "$program is not there; build it first (scripts/test.sh), or name one by SELVEDGE_PROGRAM" >&2
+  exit 2
+fi
+
+out=build/docs
+rm -rf "$out"
+mkdir -p "$out/pages/_static/katex"
+cp -r docs/*.md docs/images "$out/pages"
+cp docs/site/conf.py docs/site/index.md "$out/pages"
+cp docs/site/formulas.js docs/site/wide.css "$out/pages/_static"
+cp -rL /usr/share/javascript/katex/. "$out/pages/_static/katex"
+cp README.md "$out/pages/getting_started.md"
+cp CHANGELOG.md "$out/pages/changelog.md"
+"$program" list --json >"$out/methods.json"
+/usr/bin/python3 docs/site/make_pages.py . "$out/pages" "$out/methods.json"
+# Every page of docs/ that the index does not name is about methods.
+pages=
+for page in docs/*.md; do
+  name=$(basename "$page" .md)
+  grep -qx "$name" docs/site/index.md || pages+="$name\\n"
+done
+sed -i "s/@METHOD_PAGES@/$pages/" "$out/pages/index.md"
+
+(cat docs/site/Doxyfile; echo "OUTPUT_DIRECTORY = $out") | scripts/quietly.sh doxygen -
+SELVEDGE_DOXYGEN_XML=$PWD/$out/xml scripts/quietly.sh sphinx-build -W --keep-going -q -b html "$out/pages" "$out/html"
+echo "Written: $out/html/index.html"

@@ -1,0 +1,48 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: MIT
+# experiments.sh [PROGRAM [FOLDER [NAME...]]]: runs the experiments of the survey's section 7 (tables X to XVIII,
+# data/experiments) and prints the table of docs/experiments.md: preset, runs, clean, seconds, strain, picture.
+#   PROGRAM  the program (default: build/release/apps/selvedge)
+#   FOLDER   where results and pictures go (default: out/experiments)
+#   NAME     presets, without .json (default: all whose header names a table)
+# Ends with 1 if one did not run or was not clean.
+set -euo pipefail
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+program=${1:-$root/build/release/apps/selvedge}
+folder=${2:-$root/out/experiments}
+shift $(($# < 2 ? $# : 2))
+names=("$@")
+if [ "${#names[@]}" -eq 0 ]; then
+  for file in "$root"/data/experiments/*.json; do
+    if head -n 1 "$file" | grep -q '^// Table '; then
+      names+=("$(basename "$file" .json)")
+    fi
+  done
+fi
+
+value() { sed -n "s/^  *\"$2\": \(.*[^,]\),*\$/\1/p" "$1" | head -n 1; }
+
+mkdir -p "$folder"
+failed=0
+printf '%-22s %-6s %-5s %9s %7s %9s %10s  %s\n' preset runs clean 'steps' 's' stretch% speed picture
+for name in "${names[@]}"; do
+  out=$folder/$name
+  rm -rf "$out"
+  runs=yes
+  "$program" run "$root/data/experiments/$name.json" --out "$out" >"$folder/$name.log" 2>&1 || runs=NO
+  result=$out/result.json
+  clean=NO steps=- wall=- stretch=- speed=-
+  if [ -f "$result" ]; then
+    [ "$(value "$result" clean)" = true ] && clean=yes
+    steps=$(value "$result" steps)
+    wall=$(printf '%.1f' "$(value "$result" wall_s)")
+    stretch=$(awk -v s="$(value "$result" max_stretch)" 'BEGIN {printf "%.2f", 100 * s}')
+    speed=$(printf '%.4f' "$(value "$result" final_max_speed)")
+  fi
+  picture=$(find "$out/pictures" -name '*.png' 2>/dev/null | sort | tail -n 1)
+  printf '%-22s %-6s %-5s %9s %7s %9s %10s  %s\n' "$name" "$runs" "$clean" "$steps" "$wall" "$stretch" "$speed" \
+    "${picture:-NONE}"
+  if [ "$runs$clean" != yesyes ] || [ -z "$picture" ]; then failed=1; fi
+done
+exit "$failed"

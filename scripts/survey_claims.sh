@@ -1,0 +1,258 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: MIT
+# survey_claims.sh [--list] [C4 C9 ...]: measures what docs/survey_claims.md says of the survey's claims, all of them or
+# those named, and prints the tables. Claims that share a measurement share its run. Builds the programs first, unless
+# SELVEDGE_BUILD names a folder that has them. SELVEDGE_TURNS: repeats of what is timed in turns (default 5).
+set -euo pipefail
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+cd "$root"
+build=${SELVEDGE_BUILD:-build/release}
+turns=${SELVEDGE_TURNS:-5}
+
+# part CLAIM: the measurement that decides it; the same name for claims that share one.
+part() {
+  case "$1" in
+    C1 | C2 | C3 | C25 | C26) echo meshes ;;
+    C4 | C5 | C6) echo limiters ;;
+    C7) echo stability ;;
+    C8) echo error_and_time ;;
+    C9 | C10 | C28 | C29) echo responses ;;
+    C11) echo image_space ;;
+    C12 | C13 | C17) echo detectors ;;
+    C14) echo scaling ;;
+    C15) echo voxels ;;
+    C16) echo enclosure ;;
+    C18) echo drape ;;
+    C19) echo adaptive ;;
+    C20) echo bilayered ;;
+    C21 | C22 | C23 | C24) echo integrators ;;
+    C27) echo elements ;;
+    C30) echo strains ;;
+    *) echo "survey_claims.sh: no claim \"$1\"; they are C1 to C30" >&2; return 2 ;;
+  esac
+}
+
+say() { printf '\n## %s\n' "$*"; }
+
+# Runs a command and prints it first, without the folders of this machine.
+measure() {
+  local shown="$*"
+  shown=${shown//$build\/apps\//}
+  shown=${shown//$build\/bench\//}
+  shown=${shown//$build\/tests\//}
+  printf '\n%s\n\n' "${shown//$out/OUT}"
+  "$@"
+}
+
+compare() {
+  local name=$1
+  shift
+  measure "$build/apps/selvedge" compare "$@" --judge 0 --no-pictures --out "$out/$name"
+}
+
+# quartiles OF: reads "scene detector value" lines and prints median and quartiles of each scene and detector.
+quartiles() {
+  sort -k1,1 -k2,2 -k3,3g | awk -v of="$1" '
+    function at(share,   place, low) {
+      place = 1 + share * (n - 1); low = int(place)
+      return value[low] + (place - low) * (value[low < n ? low + 1 : low] - value[low])
+    }
+    function show() { if (n) printf "%-10s %-20s %s %.3f (quartiles %.3f to %.3f, of %d)\n", scene, detector, of, at(.5), at(.25), at(.75), n }
+    $1 != scene || $2 != detector { show(); scene = $1; detector = $2; n = 0 }
+    { value[++n] = $3 }
+    END { show() }'
+}
+
+meshes() {
+  say "C1, C2, C3, C25, C26: meshes"
+  echo "(some minutes; the table is written into docs/meshes.md)"
+  SELVEDGE=$build/apps/selvedge measure scripts/mesh_table.sh --only hang
+  sed -n '/<!-- table: hang -->/,/<!-- end of table: hang -->/p' docs/meshes.md
+}
+
+limiters() {
+  say "C4, C5, C6: strain limiters; ratios of times to \"position\", deviation over the extent of the cloth"
+  compare limiters data/scenes/flag.json --no-reference --repeats 7 --set 'geometry.0.cells=[24,24]' \
+    --set time.frames=8 --set materials.default.stretch_stiffness=60 \
+    --vary strain_limiter=position,ordered_position,position_velocity,ordered_position_velocity,priority_position_velocity,velocity
+}
+
+stability() {
+  say "C7: largest stable steps"
+  measure "$build/apps/selvedge" stability data/scenes/flag.json --set 'geometry.0.cells=[19,19]' --steps 500 \
+    --integrator forward_euler,midpoint,runge_kutta_4,verlet,implicit_euler --stiffness '1e2..1e4:3 log' --damping 0,0.001
+  say "C7: the same of 2,500 particles that swing from level, without a strain limiter and with one (ten minutes)"
+  local limiter
+  for limiter in none ordered_position_velocity; do
+    measure "$build/apps/selvedge" stability data/scenes/flag.json --set 'geometry.0.cells=[49,49]' \
+      --set geometry.0.transformation.rotation.angle_deg=0 --strain-limiter "$limiter" --sweeps 20 --seconds 1 --steps 200000 \
+      --precision 0.03 --integrator midpoint,runge_kutta_4,verlet,implicit_euler --stiffness 1000 --damping 0
+  done
+}
+
+error_and_time() {
+  say "C8: error against time, explicit and implicit; ratios of times to the first cell"
+  compare error_and_time data/scenes/flag.json --repeats 5 --set 'geometry.0.cells=[10,10]' --set time.frames=15 \
+    --vary integrator=symplectic_euler,verlet,runge_kutta_4,implicit_euler,bdf2 --vary dt=0.0005,0.002,0.008
+}
+
+responses() {
+  say "C9, C10, C28, C29: responses (some minutes)"
+  measure "$build/bench/bench_response" --no-table --claim-cells 20
+}
+
+# detector_rows ARGUMENTS...: the table of bench_broadphase, turn after turn, as lines into $out/rows.
+# Columns: scene, detector, threads, cold, build, refit, query, warm, ...
+detector_rows() {
+  local turn
+  printf '\nbench_broadphase detectors %s\n\n' "$*"
+  for turn in $(seq "$turns"); do
+    "$build/bench/bench_broadphase" detectors "$@"
+  done | awk -F' *[|] *' 'NF > 12 && $2 ~ /^(drape|crumple) / { print }' >"$out/rows"
+}
+
+# over BASE WHICH: warm time of the detectors that WHICH matches over that of BASE in the same turn.
+over() {
+  awk -F' *[|] *' -v base="$1" -v which="$2" '
+    $3 == base { time = $9 }
+    $3 ~ which { split($2, s, " "); print s[1], $3, $9 / time }' "$out/rows" | quartiles "warm call over $1:"
+}
+
+image_space() {
+  say "C11: image space against a tree"
+  detector_rows --scene drape --size 100 --threads 1 --repeats 3 --markdown --detectors bvh_aabb,image_space
+  over bvh_aabb image_space
+}
+
+detectors() {
+  say "C12, C13, C17: k-DOPs, refitting, curvature cone"
+  detector_rows --size 50 --threads 1 --repeats 9 --least --markdown \
+    --detectors bvh_aabb,bvh_kdop14,bvh_kdop18,bvh_kdop26,curvature_cone
+  over bvh_aabb 'kdop|cone'
+  over bvh_kdop14 'kdop(18|26)'
+  awk -F' *[|] *' '$3 == "bvh_aabb" { split($2, s, " "); print s[1], $3, $6 / $7 }' "$out/rows" |
+    quartiles "build over refit:"
+  awk -F' *[|] *' '$3 == "curvature_cone" { split($2, s, " "); print s[1], $3, $12 }' "$out/rows" |
+    quartiles "share of the pairs that it keeps:"
+}
+
+scaling() {
+  say "C14: exponent of the warm time over primitives and pairs"
+  printf '\nbench_broadphase scaling --size 50,100,200 --repeats 7 --least --limit 15 --markdown --detectors bvh_aabb\n\n'
+  local turn
+  for turn in $(seq "$turns"); do
+    "$build/bench/bench_broadphase" scaling --size 50,100,200 --repeats 7 --least --limit 15 --markdown --detectors bvh_aabb
+  done | awk -F' *[|] *' '$3 == "bvh_aabb" { print $2, $3, $(NF - 1) }' | quartiles "exponent:"
+}
+
+voxels() {
+  say "C15: size of the voxel"
+  printf '\ngrids_test --gtest_filter=Voxel*\n\n'
+  local turn
+  for turn in $(seq "$turns"); do
+    "$build/tests/grids_test" '--gtest_filter=Voxel*' |
+      awk '/^voxel of/ { sub(":", "", $5); ms[$3] = $6 } END { for (v in ms) print "voxel", v, ms[v] / ms["2.0"] }'
+  done | quartiles "typical extents: time over that of 2.0:"
+}
+
+enclosure() {
+  say "C16: minimal enclosure"
+  measure "$build/bench/bench_enclosure" --cells 60 --repeats 5 --threads 1 --scene "leg sleeve"
+}
+
+drape() {
+  say "C18: drape coefficients, arc mesh and woven disc"
+  measure "$build/apps/selvedge" drape petrak_2025/M1 --cells 12 --seeds 3 --no-convergence
+  measure "$build/apps/selvedge" drape petrak_2025/M1 --cells 24 --woven --seeds 3 --no-convergence
+}
+
+# The seconds of a run, as its result says.
+seconds_of() { sed -n 's/^ *"wall_s": *\([0-9.e+-]*\),*$/\1/p' "$1/result.json"; }
+
+adaptive() {
+  say "C19: 12 x 12 cells that are split once where they bend, against 24 x 24, and against 12 x 12"
+  local turn cells angle
+  printf '\nselvedge run data/scenes/adaptive.json --threads 1 --no-picture --set time.frames=60'
+  printf ' --set geometry.0.refine.levels=1 --set geometry.0.cells=[N,N] --set geometry.0.refine.angle_deg=A\n'
+  echo "(N, A: 24, 179, which splits nothing; 12, 179; 12, 12)"
+  for turn in $(seq "$turns"); do
+    for cells in 24,179 12,179 12,12; do
+      angle=${cells#*,}
+      "$build/apps/selvedge" run data/scenes/adaptive.json --threads 1 --no-picture --set time.frames=60 \
+        --set geometry.0.refine.levels=1 --set "geometry.0.cells=[${cells%,*},${cells%,*}]" \
+        --set "geometry.0.refine.angle_deg=$angle" --out "$out/adaptive" >/dev/null
+      echo "$cells $(seconds_of "$out/adaptive")" >>"$out/seconds"
+      if [ "$turn" -eq 1 ]; then echo "$cells: $(grep -o '"refine[a-z_]*": *[0-9.]*' "$out/adaptive/result.json" | tr '\n' ' ')"; fi
+      rm -rf "$out/adaptive"
+    done
+  done
+  awk '$1 == "24,179" { base = $2 } { print "adaptive", $1, $2 / base }' "$out/seconds" |
+    quartiles "seconds over those of 24 x 24 cells:"
+}
+
+bilayered() {
+  say "C20: two layers against one of the same cells"
+  compare bilayered data/scenes/bilayered.json --no-reference --repeats 5 --set time.frames=20 \
+    --vary pattern=bilayered,rectangular
+}
+
+integrators() {
+  say "C21, C22, C23, C24: integrators"
+  measure "$build/bench/bench_integrators"
+  compare integrators data/scenes/flag.json --repeats 7 --set 'geometry.0.cells=[10,10]' --set time.frames=15 \
+    --reference-set solver.integrator=runge_kutta_4 --vary dt=0.0005 \
+    --vary integrator=symplectic_euler,verlet,forward_euler,rkf45,implicit_euler,implicit_desbrun,implicit_kang
+}
+
+elements() {
+  say "C27: mass-spring and finite elements"
+  echo "Not measured: the library has no finite elements for stretch (selvedge list names its forces)."
+}
+
+strains() {
+  say "C30: strain of the faces and of the springs of five fabrics, by frame"
+  measure "$build/apps/selvedge" run data/experiments/xii_ji.json --out "$out/strains" --no-picture
+  measure "$build/apps/selvedge" measure "$out/strains" --no-picture
+  local table=$out/strains/measures/energy.csv
+  head -n 1 "$table"
+  awk 'NR > 1 && (NR - 2) % 15 == 0' "$table"
+  # Columns 7 and 8: mean strain of the springs, growth of the area; the first frame is at rest.
+  awk -F, 'NR > 2 { print "frames", "area_over_springs", $8 / $7 }' "$table" | quartiles "growth over strain:"
+}
+
+claims=()
+for ((i = 1; i <= 30; ++i)); do claims+=("C$i"); done
+if [ "${1:-}" = --list ]; then
+  for claim in "${claims[@]}"; do echo "$claim $(part "$claim")"; done
+  exit 0
+fi
+if [ $# -gt 0 ]; then claims=("$@"); fi
+parts=()
+for claim in "${claims[@]}"; do
+  name=$(part "$claim")
+  case " ${parts[*]-} " in *" $name "*) ;; *) parts+=("$name") ;; esac
+done
+
+if [ -z "${SELVEDGE_BUILD:-}" ]; then
+  cmake --preset release -S . >/dev/null
+  cmake --build --preset release >/dev/null
+fi
+out=$(mktemp -d)
+trap 'rm -rf "$out"' EXIT
+failed=0
+for name in "${parts[@]}"; do
+  # One that fails is said and does not keep the others from running.
+  set +e
+  (
+    set -e
+    "$name"
+  )
+  status=$?
+  set -e
+  if [ "$status" -ne 0 ]; then
+    echo "survey_claims.sh: the part \"$name\" failed" >&2
+    failed=1
+  fi
+done
+exit "$failed"

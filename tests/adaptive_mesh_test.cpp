@@ -1,0 +1,324 @@
+// SPDX-License-Identifier: MIT
+//
+// Meshes that are split where they bend, or everywhere, and meshes of two layers.
+#include <selvedge/core/adaptive_grid.h>
+#include <selvedge/core/continuum.h>
+#include <selvedge/core/force.h>
+#include <selvedge/core/integrator.h>
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <random>
+
+namespace selvedge {
+namespace {
+
+using Vectors = std::vector<Vec3>;
+
+double sum(const std::vector<double>& values) {
+  double total = 0.0;
+  for (const double v : values) total += v;
+  return total;
+}
+
+Vec3 momentum(const std::vector<double>& mass, const Vectors& v) {
+  Vec3 total = Vec3::Zero();
+  for (std::size_t i = 0; i < v.size(); ++i) total += mass[i] * v[i];
+  return total;
+}
+
+Vectors random_vectors(std::size_t n, double size, unsigned seed) {
+  std::mt19937 generator(seed);
+  std::uniform_real_distribution<double> coordinate(-size, size);
+  Vectors out(n);
+  for (Vec3& v : out)
+    for (int k = 0; k < 3; ++k) v[k] = coordinate(generator);
+  return out;
+}
+
+const GridConfig kGrid{0.6, 0.4, 6, 4};
+
+/// Split at random: levels beside one another, corners, borders.
+AdaptiveGrid ragged(const GridConfig& grid, const Material& material, unsigned seed, int rounds = 3,
+                    Vectors* x = nullptr, Vectors* v = nullptr) {
+  AdaptiveGrid adaptive(grid, material, 3);
+  std::mt19937 generator(seed);
+  for (int round = 0; round < rounds; ++round) {
+    std::vector<GridCell> some;
+    for (const GridCell& cell : adaptive.divisible())
+      if (generator() % 4 == 0) some.push_back(cell);
+    if (x != nullptr)
+      adaptive.split(some, *x, *v);
+    else
+      adaptive.split(some);
+  }
+  return adaptive;
+}
+
+std::vector<std::pair<Edge, double>> springs_by_place(const ClothMesh& cloth) {
+  // Vertices are numbered differently; rest positions tell which is which.
+  std::vector<std::pair<std::array<double, 4>, double>> list;
+  for (const Spring& s : cloth.springs) {
+    const Vec3 a = cloth.surface.vertices[s.a], b = cloth.surface.vertices[s.b];
+    const bool swap = std::pair(a.x(), a.y()) > std::pair(b.x(), b.y());
+    const Vec3 p = swap ? b : a, q = swap ? a : b;
+    list.push_back({{p.x(), p.y(), q.x(), q.y()}, s.stiffness});
+  }
+  std::sort(list.begin(), list.end());
+  std::vector<std::pair<Edge, double>> rounded;
+  constexpr double grain = 1e6;
+  for (const auto& [place, k] : list)
+    rounded.push_back({{static_cast<std::int32_t>(std::lround(grain * (place[0] + 7 * place[1]))),
+                        static_cast<std::int32_t>(std::lround(grain * (place[2] + 7 * place[3])))},
+                       std::round(k * grain) / grain});
+  std::sort(rounded.begin(), rounded.end());
+  return rounded;
+}
+
+TEST(AdaptiveGrid, UnsplitAndSplitEverywhereItIsTheRectangularMesh) {
+  AdaptiveGrid adaptive(kGrid, Material{}, 1);
+  GridConfig grid = kGrid;
+  for (int level = 0; level < 2; ++level) {
+    const ClothMesh cloth = adaptive.cloth(), other = make_rectangular(grid, Material{});
+    EXPECT_EQ(springs_by_place(cloth), springs_by_place(other)) << level;
+    EXPECT_EQ(cloth.hinges.size(), other.hinges.size());
+    double stiffness = 0.0;
+    for (const Hinge& hinge : cloth.hinges) stiffness += hinge.stiffness;
+    for (const Hinge& hinge : other.hinges) stiffness -= hinge.stiffness;
+    EXPECT_NEAR(stiffness, 0.0, 1e-15);
+    EXPECT_TRUE(cloth.hanging.empty());
+    adaptive.split(adaptive.divisible());
+    grid.cells_x *= 2;
+    grid.cells_y *= 2;
+  }
+}
+
+TEST(AdaptiveGrid, HasTheConstantsAndTheMassOfTheFabricWhateverIsSplit) {
+  const ClothMesh whole = make_rectangular(kGrid, Material{});
+  const double area = kGrid.size_x * kGrid.size_y;
+  const ContinuumConstants c = continuum_constants(whole, whole.surface.vertices, area);
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    const ClothMesh cloth = ragged(kGrid, Material{}, seed).cloth();
+    EXPECT_FALSE(cloth.hanging.empty());
+    EXPECT_LT(relative_distance(continuum_constants(cloth, cloth.surface.vertices, area), c),
+              1e-12);
+    EXPECT_NEAR(sum(cloth.mass), Material{}.density * area, 1e-15);
+    for (const double m : cloth.mass) EXPECT_GT(m, 0.0);
+  }
+}
+
+TEST(AdaptiveGrid, HasNoGap) {
+  // Every edge has two triangles, or lies on the border; and the areas add up.
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    const ClothMesh cloth = ragged(kGrid, Material{}, seed).cloth();
+    std::map<Edge, int> sides;
+    double area = 0.0;
+    for (const Triangle& t : cloth.surface.triangles) {
+      const Vectors& x = cloth.surface.vertices;
+      area += 0.5 * (x[t[1]] - x[t[0]]).cross(x[t[2]] - x[t[0]]).z();
+      for (int k = 0; k < 3; ++k)
+        ++sides[{std::min(t[k], t[(k + 1) % 3]), std::max(t[k], t[(k + 1) % 3])}];
+    }
+    EXPECT_NEAR(area, kGrid.size_x * kGrid.size_y, 1e-14);
+    for (const auto& [edge, count] : sides) {
+      const Vec3 middle = 0.5 * (cloth.surface.vertices[edge[0]] + cloth.surface.vertices[edge[1]]);
+      const bool border = std::abs(std::abs(middle.x()) - 0.5 * kGrid.size_x) < 1e-9 ||
+                          std::abs(std::abs(middle.y()) - 0.5 * kGrid.size_y) < 1e-9;
+      EXPECT_EQ(count, border ? 1 : 2);
+    }
+  }
+}
+
+TEST(AdaptiveGrid, NeighboursDifferByOneLevelAtMost) {
+  AdaptiveGrid adaptive(kGrid, Material{}, 4);
+  for (int round = 0; round < 4; ++round) {  // always the cell at the origin's corner
+    const std::vector<GridCell> corner{{round, 0, 0}};
+    adaptive.split(corner);
+  }
+  for (const GridCell& a : adaptive.leaves())
+    for (const GridCell& b : adaptive.leaves()) {
+      if (b.level <= a.level) continue;
+      // b beside a: its square, grown by its own size along one axis, meets a's.
+      const int s = 1 << (b.level - a.level);
+      const bool x_in = b.i >= a.i * s && b.i < (a.i + 1) * s;
+      const bool y_in = b.j >= a.j * s && b.j < (a.j + 1) * s;
+      const bool x_by = b.i == a.i * s - 1 || b.i == (a.i + 1) * s;
+      const bool y_by = b.j == a.j * s - 1 || b.j == (a.j + 1) * s;
+      if ((x_in && y_by) || (y_in && x_by)) {
+        EXPECT_EQ(b.level, a.level + 1);
+      }
+    }
+}
+
+TEST(AdaptiveGrid, ASplitKeepsMassAndMomentumAndPutsNewNodesOntoTheSurface) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    AdaptiveGrid adaptive(kGrid, Material{}, 3);
+    Vectors x = adaptive.cloth().surface.vertices;
+    Vectors v = random_vectors(x.size(), 2.0, seed + 50);
+    for (Vec3& p : x) p.z() = 0.1 * std::sin(20.0 * p.x()) * std::cos(15.0 * p.y());
+    std::mt19937 generator(seed);
+    for (int round = 0; round < 4; ++round) {
+      // Nodes that were there move by themselves, hanging ones off their middles too.
+      const Vectors push = random_vectors(x.size(), 1.0, seed + 100);
+      for (std::size_t i = 0; i < v.size(); ++i) v[i] += push[i];
+      const ClothMesh before = adaptive.cloth();
+      const Vec3 p = momentum(before.mass, v);
+      const std::size_t old = x.size();
+      std::vector<GridCell> some;
+      for (const GridCell& cell : adaptive.divisible())
+        if (generator() % 3 == 0) some.push_back(cell);
+      adaptive.split(some, x, v);
+      const ClothMesh after = adaptive.cloth();
+      EXPECT_NEAR(sum(after.mass), sum(before.mass), 1e-15);
+      EXPECT_LT((momentum(after.mass, v) - p).norm(), 1e-15 + 1e-13 * p.norm());
+      for (std::size_t i = old; i < x.size(); ++i) {
+        const auto [a, b] = adaptive.parents(static_cast<std::int32_t>(i));
+        EXPECT_EQ(x[i], Vec3(0.5 * (x[a] + x[b])));
+      }
+      for (std::size_t i = 0; i < old; ++i)
+        EXPECT_EQ(before.surface.vertices[i], after.surface.vertices[i]);
+    }
+  }
+}
+
+/// Newton's equilibrium under a uniform strain of the border, by implicit steps with friction.
+TEST(AdaptiveGrid, AUniformStrainIsInEquilibriumUpToTheGiveOfTheTies) {
+  Material material;
+  material.bending_stiffness = 0.0;
+  constexpr double strain = 0.01;
+  const AdaptiveGrid adaptive = ragged(kGrid, material, 3, 1);
+  const ClothMesh cloth = adaptive.cloth();
+  const Vectors& rest = cloth.surface.vertices;
+  const std::size_t n = rest.size();
+  const auto solver = make_implicit_euler(make_internal_forces(cloth), n, {.solve = {1e-10, 5000}});
+  Particles p{rest, Vectors(n, Vec3::Zero()), cloth.mass, std::vector<double>(n)};
+  for (std::size_t i = 0; i < n; ++i) {
+    p.x[i].x() *= 1.0 + strain;
+    const bool border = std::abs(std::abs(rest[i].x()) - 0.5 * kGrid.size_x) < 1e-9 ||
+                        std::abs(std::abs(rest[i].y()) - 0.5 * kGrid.size_y) < 1e-9;
+    p.inv_mass[i] = border ? 0.0 : 1.0 / cloth.mass[i];
+  }
+  const Vectors uniform = p.x;
+  constexpr double h = 0.1;
+  for (int step = 0; step < 60; ++step) {
+    p.v.assign(n, Vec3::Zero());
+    solver->begin({p, 0.0, h}, {});
+    solver->solve({}, {p.v, {}}, 1.0);
+    for (std::size_t i = 0; i < n; ++i) p.x[i] += h * p.v[i];
+  }
+  double off = 0.0;
+  for (std::size_t i = 0; i < n; ++i) off = std::max(off, (p.x[i] - uniform[i]).norm());
+  // A hundredth of the strain over a cell of 5 cm; free middles would go off by a third of it.
+  EXPECT_LT(off, 0.02 * strain * 0.05);
+  EXPECT_GT(off, 0.0);
+}
+
+TEST(AdaptiveGrid, SplitsWhereItBendsAndNowhereElse) {
+  AdaptiveGrid adaptive({1.0, 1.0, 16, 16}, Material{}, 2);
+  Vectors x = adaptive.cloth().surface.vertices, v(x.size(), Vec3::Zero());
+  const auto fold = [](Vec3& p) {  // a roof along y
+    if (p.x() > 0.0) p = Vec3(0.5 * p.x(), p.y(), -0.8 * p.x());
+  };
+  for (Vec3& p : x) fold(p);
+  EXPECT_TRUE(adaptive.curved(x, 1.2).empty());  // the roof turns by atan(1.6) = 1.012 rad
+  const std::vector<GridCell> cells = adaptive.curved(x, 0.9);
+  EXPECT_EQ(cells.size(), 32u);
+  for (const GridCell& cell : cells) EXPECT_TRUE(cell.i == 7 || cell.i == 8);
+  adaptive.split(cells, x, v);
+  EXPECT_EQ(adaptive.curved(x, 0.9).size(), 64u);  // both rows beside the ridge, at level 1
+  for (const Vec3& p : x) {                        // still the roof
+    EXPECT_NEAR(p.z(), p.x() > 0.0 ? -1.6 * p.x() : 0.0, 1e-15);
+  }
+}
+
+TEST(AdaptiveGrid, RolledToACylinderItStoresThePlatesEnergy) {
+  Material material;
+  constexpr double radius = 2.0;
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    const ClothMesh cloth = ragged({1.0, 1.0, 12, 12}, material, seed, 1).cloth();
+    Vectors x = cloth.surface.vertices;
+    const Vectors v(x.size(), Vec3::Zero());
+    for (const bool along_y : {false, true}) {
+      for (std::size_t i = 0; i < x.size(); ++i) {
+        const Vec3& r = cloth.surface.vertices[i];
+        const double s = along_y ? r.y() : r.x(), t = along_y ? r.x() : r.y();
+        const double bent = radius * std::sin(s / radius);
+        x[i] = along_y ? Vec3(t, bent, radius * std::cos(s / radius))
+                       : Vec3(bent, t, radius * std::cos(s / radius));
+      }
+      const double energy =
+          make_bending_force(cloth.hinges, x.size())->energy({x, v, cloth.mass, 0.0});
+      const double plate = 0.5 * material.bending_stiffness / (radius * radius);
+      // Half a cell at two borders does not bend: 1/12 of it.
+      EXPECT_NEAR(energy / plate, 11.0 / 12.0, 0.05) << seed;
+    }
+  }
+}
+
+TEST(AdaptiveGrid, BadInputIsRefused) {
+  EXPECT_THROW(AdaptiveGrid(kGrid, Material{}, 7), std::invalid_argument);
+  EXPECT_THROW(AdaptiveGrid(kGrid, Material{}, -1), std::invalid_argument);
+  EXPECT_THROW(AdaptiveGrid({1.0, 1.0, 5000, 5000}, Material{}, 4), std::invalid_argument);
+  Material rows;
+  rows.bending_law = BendingLaw::buckling;
+  EXPECT_THROW(AdaptiveGrid(kGrid, rows, 1), std::invalid_argument);
+  AdaptiveGrid adaptive(kGrid, Material{}, 1);
+  Vectors x(3), v(3);
+  EXPECT_THROW(adaptive.split(adaptive.divisible(), x, v), std::invalid_argument);
+}
+
+TEST(Bilayered, BothLayersTogetherAreTheFabric) {
+  const GridConfig grid{0.8, 0.4, 16, 8};
+  const ClothMesh cloth = make_bilayered(grid, {4, 0.3, 2000.0}, Material{});
+  const ClothMesh single = make_rectangular(grid, Material{});
+  const double area = grid.size_x * grid.size_y;
+  EXPECT_EQ(cloth.surface.vertices.size(), 17u * 9u + 5u * 3u);
+  EXPECT_EQ(cloth.surface.triangles, single.surface.triangles);
+  EXPECT_NEAR(sum(cloth.mass), Material{}.density * area, 1e-15);
+  EXPECT_LT(relative_distance(continuum_constants(cloth, cloth.surface.vertices, area),
+                              continuum_constants(single, single.surface.vertices, area)),
+            1e-12);
+}
+
+TEST(Bilayered, AtRestAndInAnyAffineShapeTheLayersAreTogether) {
+  const ClothMesh cloth = make_bilayered({0.8, 0.4, 16, 8}, {4, 0.3, 2000.0}, Material{});
+  const auto ties = make_tie_force(cloth.layers, cloth.mass.size());
+  Mat3 shape;
+  shape << 1.1, 0.2, 0.0, -0.1, 0.9, 0.0, 0.3, 0.4, 1.0;
+  Vectors x = cloth.surface.vertices;
+  const Vectors v(x.size(), Vec3::Zero());
+  for (Vec3& p : x) p = shape * p + Vec3(1.0, 2.0, 3.0);
+  EXPECT_LT(ties->energy({x, v, cloth.mass, 0.0}), 1e-25);
+}
+
+TEST(Bilayered, AnEvenWeightPullsTheLayersApartByWeightOverHold) {
+  // The dense layer alone is pushed by p N/m²: the sparse one takes it over at p/hold.
+  const LayerConfig layers{4, 0.3, 2000.0};
+  const GridConfig grid{0.8, 0.4, 16, 8};
+  const ClothMesh cloth = make_bilayered(grid, layers, Material{});
+  const std::size_t dense = 17u * 9u;
+  Vectors x = cloth.surface.vertices, f(x.size(), Vec3::Zero());
+  const Vectors v(x.size(), Vec3::Zero());
+  constexpr double apart = 1e-3;
+  for (std::size_t i = 0; i < dense; ++i) x[i].z() += apart;
+  make_tie_force(cloth.layers, x.size())->add_force({x, v, cloth.mass, 0.0}, f);
+  double force = 0.0;
+  for (std::size_t i = dense; i < f.size(); ++i) force += f[i].z();
+  EXPECT_NEAR(force, layers.hold * apart * grid.size_x * grid.size_y, 1e-12);
+}
+
+TEST(Bilayered, BadInputIsRefused) {
+  const GridConfig grid{0.8, 0.4, 16, 8};
+  EXPECT_THROW(make_bilayered(grid, {3, 0.3, 2000.0}, Material{}), std::invalid_argument);
+  EXPECT_THROW(make_bilayered(grid, {1, 0.3, 2000.0}, Material{}), std::invalid_argument);
+  EXPECT_THROW(make_bilayered(grid, {4, 0.0, 2000.0}, Material{}), std::invalid_argument);
+  EXPECT_THROW(make_bilayered(grid, {4, 1.0, 2000.0}, Material{}), std::invalid_argument);
+  EXPECT_THROW(make_bilayered(grid, {4, 0.3, 0.0}, Material{}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace selvedge

@@ -1,0 +1,411 @@
+// SPDX-License-Identifier: MIT
+// Compares of small scenes: what is read of --vary, errors and times, and what becomes of cells and
+// folders that go wrong.
+#include <gtest/gtest.h>
+#include <selvedge/apps/compare_page.h>
+#include <selvedge/apps/compare_plan.h>
+#include <selvedge/bodies/mesh_file.h>
+#include <sys/file.h>
+
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <set>
+#include <sstream>
+#include <thread>
+
+#include "run_program.h"
+
+namespace {
+
+using namespace selvedge;
+using namespace selvedge::testing;
+
+// -- what is varied -------------------------------------------------------------------------------
+
+std::vector<std::string> values_of(const std::string& vary) {
+  return read_axes({vary}, Methods{}).at(0).values;
+}
+
+template <class Call>
+std::string refusal(const Call& call) {
+  try {
+    call();
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "nothing was refused";
+}
+
+TEST(CompareAxes, ListsKeepTheirOrderAndEachValueOnce) {
+  EXPECT_EQ(values_of("dt=0.01,0.002,0.01"), (std::vector<std::string>{"0.01", "0.002"}));
+  EXPECT_EQ(values_of("geometry.0.cells=[3,3],[5,7]"),
+            (std::vector<std::string>{"[3,3]", "[5,7]"}));
+}
+
+TEST(CompareAxes, RangesHaveEqualStepsOrEqualRatios) {
+  EXPECT_EQ(values_of("thickness=1..3:3"), (std::vector<std::string>{"1", "2", "3"}));
+  EXPECT_EQ(values_of("dt=0.001..0.1:3 log"), (std::vector<std::string>{"0.001", "0.01", "0.1"}));
+}
+
+TEST(CompareAxes, AllMeansWhateverThisBuildHas) {
+  std::vector<std::string> names;
+  for (const auto& entry : Methods{}.broad_phases) names.push_back(entry.first);
+  EXPECT_EQ(values_of("broad_phase"), names);
+  EXPECT_EQ(values_of("contact.self=all"), (std::vector<std::string>{"false", "true"}));
+}
+
+TEST(CompareAxes, AnUnknownNameIsRefusedWithTheNearestOne) {
+  EXPECT_SAYS(refusal([] { values_of("broad_fase"); }), "nearest is \"broad_phase\"");
+  EXPECT_SAYS(refusal([] { values_of("contact.thicknes=1"); }), "nearest is \"contact.thickness\"");
+  EXPECT_SAYS(refusal([] { values_of("thickness"); }), "has no list of all values");
+  EXPECT_SAYS(refusal([] { values_of("dt=1..2"); }), "a range is lo..hi:n");
+  EXPECT_SAYS(refusal([] { values_of("dt=1,,2"); }), "an empty value");
+}
+
+TEST(CompareAxes, OneAtATimeVariesOneAndKeepsTheFirstOfTheOthers) {
+  const std::vector<CompareAxis> axes = {{"a", {"1", "2"}}, {"b", {"x", "y", "z"}}};
+  using Cells = std::vector<std::vector<std::string>>;
+  EXPECT_EQ(design_cells(axes, CompareDesign::one_at_a_time),
+            (Cells{{"1", "x"}, {"2", "x"}, {"1", "y"}, {"1", "z"}}));
+  EXPECT_EQ(design_cells(axes, CompareDesign::product).size(), 6u);
+}
+
+TEST(CompareAxes, AStepOfAnyLengthEndsWithTheScene) {
+  Scene scene;
+  scene.time.frames = 30;  // half a second
+  for (const double dt : {1e-5, 1e-3, 0.004, 1.0 / 60.0, 0.03, 0.4}) {
+    std::map<std::string, double> value = {{"time.frames", 30}, {"time.fps", 60.0}};
+    for (const Override& o : step_overrides(scene, dt)) value[o.path] = std::stod(o.value);
+    const double steps = value["time.frames"] * value["time.steps_per_frame"];
+    EXPECT_NEAR(value["time.frames"] / value["time.fps"], 0.5, 1e-12) << dt;
+    EXPECT_LE(0.5 / steps, dt * (1.0 + 1e-9)) << dt;
+    EXPECT_GE(0.5 / steps, 0.5 * dt) << dt;
+  }
+}
+
+// -- numbers --------------------------------------------------------------------------------------
+
+TEST(CompareNumbers, QuartilesAreThoseOfTheSortedValues) {
+  const Quartiles q = quartiles({5.0, 1.0, 3.0, 2.0, 4.0});
+  EXPECT_EQ(q.low, 2.0);
+  EXPECT_EQ(q.median, 3.0);
+  EXPECT_EQ(q.high, 4.0);
+}
+
+TEST(CompareNumbers, RichardsonFindsTheOrderAndWhatIsLeft) {
+  // Errors 16 e, 4 e, e of a method of second order.
+  const double e = 1e-5;
+  const Convergence c = judge_convergence(12.0 * e, 3.0 * e);
+  EXPECT_TRUE(c.converges);
+  EXPECT_NEAR(c.order, 2.0, 1e-12);
+  EXPECT_NEAR(c.uncertainty, e, 1e-12);
+}
+
+TEST(CompareNumbers, AReferenceThatDoesNotConvergeSaysSoAndIsNoBetterThanItsDifferences) {
+  const Convergence c = judge_convergence(1e-3, 2e-3);
+  EXPECT_FALSE(c.converges);
+  EXPECT_EQ(c.uncertainty, 2e-3);
+  EXPECT_SAYS(c.sentence, "does NOT converge");
+}
+
+/// A square metre of n x n cells, bent smoothly at its end.
+ClothEnds bent_sheet(int n) {
+  ClothEnds ends;
+  for (int j = 0; j <= n; ++j)
+    for (int i = 0; i <= n; ++i) {
+      const double x = static_cast<double>(i) / n, y = static_cast<double>(j) / n;
+      ends.start.emplace_back(x, y, 0.0);
+      ends.end.emplace_back(x, y, 0.1 * std::sin(3.0 * x) * y);
+    }
+  for (int j = 0; j < n; ++j)
+    for (int i = 0; i < n; ++i) {
+      const std::int32_t a = j * (n + 1) + i, b = a + 1, c = a + n + 1, d = c + 1;
+      ends.triangles.push_back({a, b, d});
+      ends.triangles.push_back({a, d, c});
+    }
+  return ends;
+}
+
+TEST(CompareNumbers, MeshesOfOneSurfaceDifferByNoMoreThanTheirOwnCells) {
+  const ClothEnds coarse = bent_sheet(7), fine = bent_sheet(40);
+  EXPECT_LT(distance(coarse, fine), 1e-4);
+  EXPECT_GT(distance(fine, coarse), 1e-5);  // flat cells of the coarse one cut the bend
+  EXPECT_EQ(distance(fine, fine), 0.0);
+}
+
+TEST(CompareNumbers, ClothSlidesByTheAccelerationThatFrictionLeavesOrSticks) {
+  const double slope = std::atan(0.75);  // sin 0.6, cos 0.8
+  EXPECT_NEAR(slide(10.0, slope, 0.5, 2.0), 0.5 * 10.0 * (0.6 - 0.5 * 0.8) * 4.0, 1e-12);
+  EXPECT_EQ(slide(10.0, slope, 0.8, 2.0), 0.0);
+}
+
+// -- cells ----------------------------------------------------------------------------------------
+
+/// Says that it misses nothing, and finds nothing.
+class BlindDetector final : public BroadPhase {
+ public:
+  void find_pairs(const SurfaceView&, const SurfaceView&, CandidatePairs& out) override {
+    out.clear();
+  }
+  void find_self_pairs(const SurfaceView&, CandidatePairs& out) override { out.clear(); }
+  BroadPhaseTraits traits() const override { return {}; }
+};
+
+constexpr const char* kBall = R"({"name": "ball",
+  "geometry": [{"name": "cloth", "size": [0.5, 0.5], "cells": [6, 6],
+                "transformation": {"translation": [0, 0, 0.303]}}],
+  "obstacles": [{"name": "ball", "shape": {"type": "sphere", "radius": 0.3, "resolution": 12}}],
+  "time": {"frames": 3}})";
+
+class CompareCells : public Program {
+ protected:
+  void SetUp() override {
+    Program::SetUp();
+    write("ball.json", kBall);
+    // Hangs by two corners, so that its motion stays smooth.
+    write("hang.json", R"({"name": "hang",
+      "geometry": [{"name": "cloth", "size": [0.2, 0.2], "cells": [4, 4]}],
+      "handles": [{"select": {"corners": ["x0y1", "x1y1"]}}],
+      "time": {"frames": 3}})");
+  }
+
+  Outcome compare(const std::string& arguments, const std::string& before = "") const {
+    return run("compare " + arguments, before);
+  }
+  Json table(const std::string& out) const {
+    return Json::parse(content(folder_ / out / "compare.json"), nullptr, false);
+  }
+  /// The CSV without the columns that hold times or memory.
+  std::string lasting_csv(const std::string& out) const {
+    std::istringstream in(content(folder_ / out / "compare.csv"));
+    std::vector<bool> keep;
+    std::string text;
+    for (std::string line; std::getline(in, line);) {
+      const std::vector<std::string> cells = split(line);
+      if (keep.empty())
+        for (const std::string& name : cells) keep.push_back(!is_measured(name));
+      for (std::size_t i = 0; i < cells.size(); ++i)
+        if (keep.at(i)) text += cells[i] + ";";
+      text += "\n";
+    }
+    return text;
+  }
+  static std::vector<std::string> split(const std::string& line) {
+    std::vector<std::string> cells(1);
+    bool quoted = false;
+    for (const char c : line) {
+      if (c == '"') quoted = !quoted;
+      if (c == ',' && !quoted)
+        cells.emplace_back();
+      else
+        cells.back() += c;
+    }
+    return cells;
+  }
+};
+
+TEST_F(CompareCells, AMethodThatMissesAgainstItsPromiseIsAFailure) {
+  Methods methods;
+  methods.broad_phases["blind"] = [] { return std::make_unique<BlindDetector>(); };
+  std::string scene = kBall;
+  scene.insert(scene.rfind('}'), R"(, "contact": {"broad_phase": "blind"})");
+  write("cell/scene.json", scene);
+  fs::create_directories(folder_ / "cell");
+  write("cell/scene.json", scene);
+  const CellRun run = run_cell(folder_ / "cell", 0, {.judged_motions = 3}, methods);
+  EXPECT_GT(run.pairs.colliding, 0u);
+  EXPECT_LT(run.pairs.recall, 1.0);
+  EXPECT_SAYS(run.pairs.failure, "blind is to ");
+}
+
+TEST_F(CompareCells, SmallerStepsOfAMethodOfFirstOrderErrLess) {
+  const Outcome outcome =
+      compare("hang.json --vary dt=0.0005,0.001,0.002,0.004 --repeats 1 --no-pictures --out c");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const Json all = table("c");
+  EXPECT_TRUE(all["converges"].get<bool>()) << all["reference"];
+  double former = 0.0;
+  for (const Json& row : all["rows"]) {
+    EXPECT_GT(row["error"].get<double>(), 1.5 * former);
+    former = row["error"].get<double>();
+  }
+  EXPECT_TRUE(all["rows"][0]["counts"].get<bool>());
+}
+
+TEST_F(CompareCells, DetectorsThatAreExactEndInTheSameBitsAndMissNothing) {
+  const Outcome outcome = compare(
+      "ball.json --vary broad_phase=bvh_aabb,brute_force,uniform_grid --repeats 1 --out c "
+      "--no-pictures");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  std::set<std::string> hashes;
+  const Json all = table("c");
+  for (const Json& row : all["rows"]) {
+    hashes.insert(row["state_hash"].get<std::string>());
+    EXPECT_EQ(row["pairs"]["recall"].get<double>(), 1.0);
+    EXPECT_GT(row["pairs"]["colliding"].get<int>(), 0);
+  }
+  EXPECT_EQ(hashes.size(), 1u);
+}
+
+TEST_F(CompareCells, AWrongNameIsRefusedBeforeAnythingRuns) {
+  EXPECT_REFUSED(compare("ball.json --vary broad_fase --out c"), "nearest is \"broad_phase\"");
+  EXPECT_REFUSED(compare("ball.json --vary broad_phase=bvh_aab --out c"),
+                 "nearest is \"bvh_aabb\"");
+  EXPECT_FALSE(exists("c"));
+}
+
+TEST_F(CompareCells, CellsThatAreSplitAsTheyRunAreComparedByWhereTheirPointsStart) {
+  const std::string adaptive = std::string(SELVEDGE_SOURCE_DIR) + "/data/scenes/adaptive.json " +
+                               "--set geometry.0.cells=[4,4] --set time.frames=14 "
+                               "--set obstacles.0.shape.resolution=12 ";
+  const Outcome outcome = compare(adaptive +
+                                  "--vary geometry.0.refine.levels=1,2 --repeats 1 "
+                                  "--no-reference --no-pictures --judge 1 --out c");
+  ASSERT_EQ(outcome.code, 0) << outcome.err << outcome.out;
+  const Json rows = table("c")["rows"];
+  const auto particles = [&](int row) { return rows[row]["particles"].get<int>(); };
+  EXPECT_GT(particles(0), 25) << "5 x 5 to begin with";
+  EXPECT_GE(particles(1), particles(0));
+  // The same ball below: they lie within a fifth of the cloth of each other.
+  EXPECT_LT(rows[1]["deviation"].get<double>(), 0.2);
+  ASSERT_EQ(run("run " + adaptive + "--set geometry.0.refine.levels=1 --no-picture --out r").code,
+            0);
+  EXPECT_EQ(result("r")["state_hash"], rows[0]["state_hash"]) << "it is the run that `run` makes";
+}
+
+TEST_F(CompareCells, ACellThatCannotStartIsSaidBeforeAndMarkedAndTheOthersGoOn) {
+  const Outcome outcome = compare(
+      "ball.json --vary geometry.0.transformation.translation=[0,0,0.303],[0,0,0.2] --repeats 1 "
+      "--no-reference --no-pictures --out c");
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_SAYS(outcome.err, "cannot run, and is marked: geometry.0.transformation.translation");
+  const Json rows = table("c")["rows"];
+  EXPECT_EQ(rows[0]["status"], "ok");
+  EXPECT_EQ(rows[1]["status"], "refused");
+  EXPECT_SAYS(rows[1]["why"].get<std::string>(), "crosses a body");
+}
+
+TEST_F(CompareCells, ACellThatDivergesIsMarkedAndTheOthersGoOn) {
+  const Outcome outcome = compare(
+      "hang.json --set solver.strain_limiter=false --vary gravity=[0,0,-9.81],[0,0,-1e6] --repeats "
+      "1 --no-reference "
+      "--no-pictures "
+      "--out c");
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  const Json rows = table("c")["rows"];
+  EXPECT_EQ(rows[0]["status"], "ok");
+  EXPECT_EQ(rows[1]["status"], "unstable");
+  EXPECT_NE(rows[1]["why"], "");
+}
+
+// -- folders --------------------------------------------------------------------------------------
+
+constexpr const char* kSmall =
+    "hang.json --vary dt=0.002,0.004,0.008 --repeats 2 --no-pictures --out ";
+
+TEST_F(CompareCells, KilledAtAnyMomentItGoesOnToTheSameTable) {
+  ASSERT_EQ(compare(std::string(kSmall) + "whole").code, 0);
+  for (const char* seconds : {"0.15", "0.4"})
+    run(std::string("compare ") + kSmall + "torn", std::string("timeout -s KILL ") + seconds);
+  ASSERT_EQ(compare(std::string(kSmall) + "torn").code, 0);
+  EXPECT_EQ(lasting_csv("torn"), lasting_csv("whole"));
+}
+
+TEST_F(CompareCells, WhatIsDoneIsNotDoneAgain) {
+  ASSERT_EQ(compare(std::string(kSmall) + "c").code, 0);
+  const std::string csv = content(folder_ / "c" / "compare.csv");
+  ASSERT_EQ(compare(std::string(kSmall) + "c").code, 0);
+  EXPECT_EQ(content(folder_ / "c" / "compare.csv"), csv) << "times differ: it ran again";
+}
+
+TEST_F(CompareCells, AnotherCompareDoesNotMixWithTheOneInAFolder) {
+  ASSERT_EQ(compare(std::string(kSmall) + "c").code, 0);
+  EXPECT_REFUSED(compare("hang.json --vary dt=0.002 --repeats 1 --out c"), "is another compare");
+  fs::create_directories(folder_ / "other");
+  write("other/letter.txt", "dear");
+  EXPECT_REFUSED(compare("hang.json --vary dt=0.002 --repeats 1 --out other"),
+                 "holds files that are of no compare");
+}
+
+TEST_F(CompareCells, TwoComparesInOneFolderExcludeEachOther) {
+  const FolderLock lock(folder_ / "c");
+  EXPECT_REFUSED(compare(std::string(kSmall) + "c"), "another compare is at work here");
+}
+
+TEST_F(CompareCells, AFullDiskIsSaidAndNothingIsLost) {
+  // No file may have more than so many blocks of 512 bytes: scenes fit, what they end in does not.
+  const Outcome full = compare(std::string(kSmall) + "c", "ulimit -f 10;");
+  EXPECT_EQ(full.code, 1) << full.out;
+  EXPECT_SAYS(full.err, "File too large");
+  ASSERT_EQ(compare(std::string(kSmall) + "c").code, 0);
+  EXPECT_EQ(table("c")["rows"][2]["status"], "ok");
+}
+
+TEST_F(CompareCells, AdviceIsTheQuickestWithinTheError) {
+  ASSERT_EQ(
+      compare("hang.json --vary dt=0.0005,0.002,0.008 --repeats 1 --no-pictures --out c").code, 0);
+  const Json rows = table("c")["rows"];
+  const double between = 1.01 * rows[1]["error"].get<double>();
+  const Outcome outcome = run("advise c --json --error " + std::to_string(between));
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const Json advice = Json::parse(outcome.out);
+  EXPECT_LE(advice["error"].get<double>(), between);
+  EXPECT_SAYS(advice["command"].get<std::string>(), "--set 'time.steps_per_frame=");
+  EXPECT_EQ(run("advise c --error 1e-12").code, 1);
+}
+
+// -- the page -------------------------------------------------------------------------------------
+
+bool has_program(const std::string& name) {
+  return std::system(("command -v " + name + " >/dev/null 2>&1").c_str()) == 0;
+}
+
+TEST_F(CompareCells, ThePageNeedsNothingButItself) {
+  ASSERT_EQ(compare("ball.json --vary dt=0.004,0.008 --repeats 1 --out c").code, 0);
+  const std::string page = content(folder_ / "c" / "compare.html");
+  EXPECT_SAYS(page, "data:image/png;base64,");
+  for (const char* outside : {"src=\"http", "href=\"http", "url(http", "import ", "@import"})
+    EXPECT_EQ(page.find(outside), std::string::npos) << outside;
+}
+
+TEST_F(CompareCells, InABrowserThePageOpensWithoutErrorAndPlotsEveryCell) {
+  const char* browser = has_program("chromium")        ? "chromium"
+                        : has_program("google-chrome") ? "google-chrome"
+                                                       : nullptr;
+  if (browser == nullptr)
+    GTEST_SKIP() << "there is no browser; install chromium to have the page of compare opened";
+  ASSERT_EQ(compare("hang.json --vary dt=0.001,0.002,0.004,0.008 --repeats 1 --out c").code, 0);
+  const std::string command =
+      "cd '" + folder_.string() + "' && HOME='" + folder_.string() + "' timeout 60 " + browser +
+      " --headless --no-sandbox --disable-gpu --enable-logging=stderr --dump-dom "
+      "\"file://$PWD/c/compare.html\" >page.txt 2>said.txt";
+  ASSERT_EQ(std::system(command.c_str()), 0) << content(folder_ / "said.txt");
+  const std::string page = content(folder_ / "page.txt");
+  EXPECT_EQ(content(folder_ / "said.txt").find("CONSOLE"), std::string::npos)
+      << content(folder_ / "said.txt");
+  EXPECT_SAYS(page, "data-ready=\"yes\"");
+  EXPECT_SAYS(page, "data-rows=\"4\"");
+  std::size_t points = 0;
+  for (auto at = page.find("class=\"point\""); at != std::string::npos;
+       at = page.find("class=\"point\"", at + 1))
+    ++points;
+  EXPECT_EQ(points, 4u);
+}
+
+// -- a workflow -----------------------------------------------------------------------------------
+
+TEST_F(CompareCells, SpreadOverJobsItGivesTheSameTable) {
+  if (!has_program("snakemake"))
+    GTEST_SKIP() << "there is no snakemake; install it to have the workflow of compare run";
+  const std::string what = "hang.json --vary dt=0.004,0.008 --repeats 1 --no-pictures ";
+  ASSERT_EQ(compare(what + "--out whole").code, 0);
+  ASSERT_EQ(compare(what + "--workflow jobs").code, 0);
+  const std::string command = "cd '" + (folder_ / "jobs").string() + "' && HOME='" +
+                              folder_.string() + "' snakemake --cores 2 --config selvedge='" +
+                              program + "' >said.txt 2>&1";
+  ASSERT_EQ(std::system(command.c_str()), 0) << content(folder_ / "jobs" / "said.txt");
+  EXPECT_EQ(lasting_csv("jobs"), lasting_csv("whole"));
+}
+
+}  // namespace

@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: MIT
+//
+// Every integrator and every strain limiter in whole scenes.
+#include <gtest/gtest.h>
+#include <selvedge/scene/detail/checkpoint.h>
+#include <selvedge/scene/simulation.h>
+
+#include <cmath>
+#include <limits>
+
+namespace selvedge {
+namespace {
+
+Scene empty_scene() {
+  Scene scene;
+  scene.name = "test";
+  scene.materials["default"] = Material{};
+  scene.time.frames = 30;
+  return scene;
+}
+
+/// A square that hangs by its upper corners in the wind.
+Scene flag(int cells = 6) {
+  Scene scene = empty_scene();
+  ClothSpec cloth;
+  cloth.name = "flag";
+  cloth.shape = ClothGrid{ClothPattern::rectangular, {0.4, 0.4, cells, cells}};
+  cloth.placement.rotation = Eigen::AngleAxisd(std::acos(0.0), Vec3::UnitX());
+  scene.cloths.push_back(cloth);
+  const int row = cells + 1;
+  scene.handles.push_back({"corners", "flag", {row * cells, row * cells + cells}, {}, -1.0});
+  scene.air = {{0.5, 2.5, 0.0}, 0.8, 0.05};
+  scene.materials["default"].spring_damping = 0.001;
+  scene.materials["default"].bending_damping = 0.001;
+  return scene;
+}
+
+Simulation simulate(const Scene& scene) { return Simulation(scene, build_scene(scene)); }
+
+RunResult run(const Scene& scene, int frames) {
+  Simulation simulation = simulate(scene);
+  for (int frame = 1; frame <= frames; ++frame) simulation.advance_to_frame(frame, {});
+  return simulation.result();
+}
+
+TEST(IntegratorScene, AFlagFliesCleanlyByEachOfThem) {
+  const RunResult reference = run(flag(), 6);
+  for (const auto& [name, factory] : integrators()) {
+    Scene scene = flag();
+    scene.solver.integrator = name;
+    const RunResult result = run(scene, 6);
+    EXPECT_TRUE(result.clean) << name;
+    EXPECT_LT(result.max_stretch, 0.1) << name;
+    EXPECT_GT(result.final_max_speed, name.starts_with("implicit_kang") ? 1e-3 : 0.05) << name;
+    EXPECT_LT(result.final_max_speed, 3.0 * reference.final_max_speed) << name;
+  }
+}
+
+TEST(StrainLimiterScene, AFlagFliesCleanlyByEachOfThemAndStaysBelowItsLimitWhereItSaysSo) {
+  for (const auto& [name, entry] : strain_limiters()) {
+    Scene scene = flag();
+    scene.materials["default"].stretch_stiffness = 10.0;
+    scene.materials["default"].shear_stiffness = 2.0;
+    scene.materials["default"].strain_limit = 0.05;
+    scene.solver.limiter = name;
+    scene.solver.strain_limiter = name != "none";
+    const RunResult result = run(scene, 10);
+    EXPECT_TRUE(result.clean) << name;
+    if (!entry.make) {
+      EXPECT_EQ(result.ledger.count("strain_limiter"), 0u) << name;
+      EXPECT_TRUE(name == "chittaro" || result.max_stretch > 0.05) << name;
+      continue;
+    }
+    const auto method = entry.make({}, {}, 0);
+    EXPECT_LT(result.max_stretch, method->traits().bounds_strain ? 0.051 : 1.0) << name;
+    const auto& ledger = result.ledger.at("strain_limiter");
+    EXPECT_GT(ledger.at("steps"), 0.0) << name;
+  }
+}
+
+/// Positions after a second of flight without anything to touch, `steps` a frame.
+std::vector<Vec3> flight(const std::string& integrator, int steps) {
+  Scene scene = flag(3);
+  Material& soft = scene.materials["default"];
+  soft.stretch_stiffness = 2.0;
+  soft.shear_stiffness = 0.2;
+  soft.bending_stiffness = 1e-9;
+  soft.spring_damping = soft.bending_damping = 0.0;
+  scene.air = {};
+  scene.contact.self = false;
+  scene.solver.strain_limiter = false;
+  scene.solver.integrator = integrator;
+  scene.solver.tolerance = 1e-12;
+  scene.time.steps_per_frame = steps;
+  Simulation simulation = simulate(scene);
+  for (int frame = 1; frame <= 12; ++frame) simulation.advance_to_frame(frame, {});
+  EXPECT_EQ(simulation.result().steps, 12 * steps) << integrator;
+  return simulation.state().x;
+}
+
+double distance(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]).squaredNorm();
+  return std::sqrt(sum);
+}
+
+TEST(IntegratorScene, FlightWithoutContactKeepsTheOrderOfTheMethod) {
+  const std::vector<Vec3> exact = flight("runge_kutta_4", 96);
+  const std::vector<std::pair<const char*, double>> orders{
+      {"runge_kutta_4", 4.0}, {"verlet", 2.0}, {"imex", 2.0}, {"symplectic_euler", 1.0}};
+  for (const auto& [name, order] : orders) {
+    const double coarse = distance(flight(name, 12), exact),
+                 fine = distance(flight(name, 24), exact);
+    EXPECT_NEAR(std::log2(coarse / fine), order, 0.15) << name;
+  }
+  // Springs under compression, whose Jacobian is cut, leave BDF2 of first order, but nearer.
+  const double coarse = distance(flight("bdf2", 12), exact),
+               fine = distance(flight("bdf2", 24), exact);
+  EXPECT_GT(std::log2(coarse / fine), 0.95);
+  EXPECT_LT(fine, 0.3 * distance(flight("implicit_euler", 24), exact));
+}
+
+TEST(IntegratorScene, RestoredItGoesOnToTheSameBitsWhateverIsRemembered) {
+  for (const char* name : {"verlet", "bdf2", "rkf45", "implicit_desbrun", "implicit_kang"}) {
+    Scene scene = flag();
+    scene.solver.integrator = name;
+    scene.materials["default"].bending_friction = 1e-4;
+    Simulation whole = simulate(scene), half = simulate(scene);
+    for (int frame = 1; frame <= 3; ++frame) {
+      whole.advance_to_frame(frame, {});
+      half.advance_to_frame(frame, {});
+    }
+    const std::string text = detail::memory_text(half.state().memory);
+    ASSERT_FALSE(text.empty()) << name;
+    SimulationState state = half.state();
+    state.memory = detail::memory_from(text);
+    Simulation resumed = simulate(scene);
+    resumed.restore(state);
+    for (int frame = 4; frame <= 6; ++frame) {
+      whole.advance_to_frame(frame, {});
+      resumed.advance_to_frame(frame, {});
+    }
+    EXPECT_EQ(state_hash(whole.state()), state_hash(resumed.state())) << name;
+    // And what is remembered matters: without it the run is another one.
+    std::fill(state.memory.begin(), state.memory.end(), 0.0);
+    if (std::string(name) == "implicit_desbrun" || std::string(name) == "implicit_kang") continue;
+    Simulation forgetful = simulate(scene);
+    forgetful.restore(state);
+    for (int frame = 4; frame <= 6; ++frame) forgetful.advance_to_frame(frame, {});
+    EXPECT_NE(state_hash(whole.state()), state_hash(forgetful.state())) << name;
+  }
+}
+
+TEST(IntegratorScene, AMemoryThatDoesNotFitIsRefused) {
+  Scene scene = flag();
+  scene.solver.integrator = "verlet";
+  Simulation simulation = simulate(scene);
+  SimulationState state = simulation.state();
+  state.memory.pop_back();
+  EXPECT_THROW(simulation.restore(state), std::invalid_argument);
+  EXPECT_THROW(detail::memory_from("0123"), std::invalid_argument);
+  EXPECT_THROW(detail::memory_from("012345678901234g"), std::invalid_argument);
+  const std::vector<double> numbers{0.1, -0.0, 1e-310, std::numeric_limits<double>::infinity()};
+  EXPECT_EQ(detail::memory_from(detail::memory_text(numbers)), numbers);
+}
+
+std::string refusal(const Scene& scene) {
+  try {
+    simulate(scene);
+  } catch (const std::invalid_argument& refused) {
+    return refused.what();
+  }
+  return "";
+}
+
+TEST(IntegratorScene, AnUnstableStepIsDividedOrRefusedWithTheNumber) {
+  Scene scene = flag();
+  scene.solver.integrator = "verlet";
+  EXPECT_GT(run(scene, 2).steps, 4);
+  scene.solver.refuse_unstable_step = true;
+  const std::string sentence = refusal(scene);
+  EXPECT_NE(sentence.find("verlet"), std::string::npos) << sentence;
+  EXPECT_NE(sentence.find("time.steps_per_frame to "), std::string::npos) << sentence;
+  scene.time.steps_per_frame = 2 * std::stoi(sentence.substr(sentence.find("frame to ") + 9));
+  EXPECT_EQ(refusal(scene), "");
+}
+
+TEST(IntegratorScene, WhatGrowsInEveryStepIsRefusedUnlessTheSpringsAreDamped) {
+  for (const char* name : {"forward_euler", "midpoint"}) {
+    Scene scene = flag();
+    scene.solver.integrator = name;
+    EXPECT_EQ(refusal(scene), "") << name;
+    scene.materials["default"].spring_damping = 0.0;
+    scene.materials["default"].bending_damping = 0.0;
+    scene.air = {};
+    EXPECT_NE(refusal(scene).find("spring_damping"), std::string::npos) << name;
+  }
+}
+
+TEST(IntegratorScene, AStepThatBecomesUnstableOnTheWayEndsTheRunWithTheNumber) {
+  Scene scene = flag();
+  scene.solver.integrator = "verlet";
+  scene.solver.strain_limiter = false;
+  scene.solver.refuse_unstable_step = true;
+  // Twice as long, the springs across stiffen as they stretch beyond twice their length.
+  scene.materials["default"].stretch_stiffness = 0.5;
+  scene.materials["default"].shear_stiffness = 0.05;
+  scene.time.steps_per_frame = 8;
+  scene.gravity = {0, 0, -60};
+  try {
+    run(scene, 60);
+    SUCCEED();
+  } catch (const SimulationFailed& failed) {
+    EXPECT_EQ(failed.kind, FailureKind::unstable_step);
+    EXPECT_NE(std::string(failed.what()).find("verlet bears"), std::string::npos);
+  } catch (const std::invalid_argument&) {
+    FAIL() << "refused at the start already";
+  }
+}
+
+TEST(IntegratorScene, UnknownNamesAreRefused) {
+  Scene scene = flag();
+  scene.solver.integrator = "euler";
+  EXPECT_NE(refusal(scene).find("solver.integrator"), std::string::npos);
+  scene = flag();
+  scene.solver.limiter = "nothing";
+  EXPECT_NE(refusal(scene).find("solver.strain_limiter"), std::string::npos);
+}
+
+TEST(StrainLimiterScene, TheLedgerShowsWhoLosesMomentum) {
+  const auto error = [](const char* name) {
+    Scene scene = flag();
+    scene.materials["default"].stretch_stiffness = 10.0;
+    scene.materials["default"].strain_limit = 0.05;
+    scene.handles.clear();
+    scene.cloths[0].velocity = Vec3(1, 0, 0);
+    scene.air = {};
+    scene.gravity.setZero();
+    scene.solver.limiter = name;
+    // One corner flies away.
+    scene.weights.push_back({"button", "flag", {0}, 0.05});
+    BuiltScene built = build_scene(scene);
+    built.velocity[0] = Vec3(-3, 0, 0);
+    Simulation simulation(scene, std::move(built));
+    for (int frame = 1; frame <= 8; ++frame) simulation.advance_to_frame(frame, {});
+    return simulation.result().ledger.at("strain_limiter").at("max_momentum_error");
+  };
+  EXPECT_LT(error("position"), 1e-9);
+  EXPECT_LT(error("velocity"), 1e-9);
+  EXPECT_LT(error("ordered_position"), 1e-9);
+  EXPECT_GT(error("velocity_as_printed"), 0.05);
+  EXPECT_GT(error("priority_position_velocity"), 1e-3);
+}
+
+TEST(StrainLimiterScene, TheCriticalStepIsReported) {
+  Scene scene = flag();
+  scene.solver.limiter = "critical_step";
+  const RunResult result = run(scene, 1);
+  EXPECT_GT(result.counters.at("max_critical_step_s"), 1e-5);
+  EXPECT_LT(result.counters.at("max_critical_step_s"), 1e-2);
+  EXPECT_NEAR(result.counters.at("max_critical_stiffness_factor"),
+              std::pow(result.counters.at("max_critical_step_s") * 120.0, 2), 1e-6);
+}
+
+TEST(StrainLimiterScene, ChittarosPolicyMakesSoftClothStifferAndItsStepsShorter) {
+  Scene soft = flag();
+  soft.materials["default"].stretch_stiffness = 5.0;
+  soft.solver.limiter = "chittaro";
+  const RunResult stiffened = run(soft, 10);
+  EXPECT_GT(stiffened.steps, 20);
+  soft.solver.limiter = "none";
+  soft.solver.strain_limiter = false;
+  EXPECT_LT(stiffened.max_stretch, run(soft, 10).max_stretch);
+  Scene stiff = flag();
+  stiff.solver.limiter = "chittaro";
+  EXPECT_EQ(run(stiff, 2).steps, 4);
+}
+
+}  // namespace
+}  // namespace selvedge

@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: MIT
+// Springs and hinges side by side in vectors: whatever the width, the bits are the same, and the
+// forces are those of each element by itself.
+#include <gtest/gtest.h>
+#include <selvedge/core/detail/dihedral.h>
+#include <selvedge/core/detail/lane_forces.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+#include <random>
+
+namespace {
+
+using namespace selvedge;
+using detail::group_lanes;
+using detail::LaneGroups;
+using detail::LaneKernel;
+using Vectors = std::vector<Vec3>;
+
+constexpr double kPi = std::numbers::pi;
+
+/// A creased, moving cloth. Shuffled, its particles are numbered without order, so that no group
+/// is a run.
+struct Cloth {
+  ClothMesh mesh;
+  Vectors x, v;
+
+  explicit Cloth(bool shuffled) {
+    mesh = make_rectangular({1.0, 0.9, 23, 19}, Material{});
+    const std::size_t n = mesh.mass.size();
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> some(-0.02, 0.02);
+    x = mesh.surface.vertices;
+    for (Vec3& p : x) p += Vec3(some(random), some(random), some(random));
+    for (std::size_t i = 0; i < n; ++i)
+      v.push_back(Vec3::NullaryExpr([&] { return some(random); }));
+    std::vector<std::int32_t> to(n);
+    std::iota(to.begin(), to.end(), 0);
+    if (shuffled) std::shuffle(to.begin(), to.end(), random);
+    Vectors y = x;
+    for (std::size_t i = 0; i < n; ++i) y[to[i]] = x[i];
+    x = y;
+    for (Spring& s : mesh.springs) {
+      s.a = to[s.a];
+      s.b = to[s.b];
+    }
+    for (Hinge& h : mesh.hinges) {
+      for (std::int32_t& k : h.v) k = to[k];
+      h.rest_angle = 100.0 * some(random);
+    }
+  }
+};
+
+std::vector<std::int32_t> corners_of(const std::vector<Hinge>& hinges) {
+  std::vector<std::int32_t> corners;
+  for (const Hinge& h : hinges) corners.insert(corners.end(), h.v.begin(), h.v.end());
+  return corners;
+}
+
+std::vector<std::int32_t> corners_of(const std::vector<Spring>& springs) {
+  std::vector<std::int32_t> corners;
+  for (const Spring& s : springs) corners.insert(corners.end(), {s.a, s.b});
+  return corners;
+}
+
+std::array<double, 3> numbers_of(const Hinge& h) { return {h.rest_angle, h.stiffness, h.damping}; }
+std::array<double, 3> numbers_of(const Spring& s) {
+  return {s.rest_length, s.stiffness, s.damping};
+}
+
+/// The forces by one kernel.
+template <class Element>
+Vectors forces(detail::AddLanes add, const std::vector<Element>& elements, const Vectors& x,
+               const Vectors& v) {
+  const auto corners = corners_of(elements);
+  Coloring coloring = color_elements(corners, corners.size() / elements.size(), x.size());
+  const LaneGroups lanes =
+      detail::make_lane_groups(corners, corners.size() / elements.size(), coloring);
+  std::vector<Element> sorted;
+  for (const std::int32_t e : coloring.order) sorted.push_back(elements[e]);
+  const auto numbers =
+      detail::lane_numbers<3>(lanes, sorted, [](const Element& e) { return numbers_of(e); });
+  Vectors f(x.size(), Vec3::Zero());
+  add(detail::lane_force(lanes, numbers, {x, v, {}, 0.0}, f), 0, lanes.groups.size());
+  return f;
+}
+
+Vectors hinges_one_by_one(const std::vector<Hinge>& hinges, const Vectors& x, const Vectors& v) {
+  Vectors f(x.size(), Vec3::Zero());
+  for (const Hinge& h : hinges) {
+    const detail::Dihedral d = detail::dihedral(x, h.v);
+    if (!d.valid) continue;
+    double rate = 0.0;
+    for (int k = 0; k < 4; ++k) rate += d.gradient[k].dot(v[h.v[k]]);
+    const double turn = std::remainder(d.angle - h.rest_angle, 2.0 * kPi);
+    for (int k = 0; k < 4; ++k)
+      f[h.v[k]] -= h.stiffness * (turn + h.damping * rate) * d.gradient[k];
+  }
+  return f;
+}
+
+Vectors springs_one_by_one(const std::vector<Spring>& springs, const Vectors& x, const Vectors& v) {
+  Vectors f(x.size(), Vec3::Zero());
+  for (const Spring& s : springs) {
+    const Vec3 d = x[s.b] - x[s.a], u = d.normalized();
+    const double rate = u.dot(v[s.b] - v[s.a]);
+    const Vec3 pull = s.stiffness * (d.norm() - s.rest_length + s.damping * rate) * u;
+    f[s.a] += pull;
+    f[s.b] -= pull;
+  }
+  return f;
+}
+
+double largest(const Vectors& f) {
+  double all = 0.0;
+  for (const Vec3& p : f) all = std::max(all, p.norm());
+  return all;
+}
+
+double largest_difference(const Vectors& f, const Vectors& g) {
+  double all = 0.0;
+  for (std::size_t i = 0; i < f.size(); ++i) all = std::max(all, (f[i] - g[i]).norm());
+  return all;
+}
+
+TEST(LaneForces, OfEveryWidthHaveTheSameBits) {
+  ASSERT_FALSE(detail::lane_kernels().empty());
+  const LaneKernel& narrow = detail::lane_kernels().front();
+  for (const bool shuffled : {false, true}) {
+    const Cloth c(shuffled);
+    const Vectors hinges = forces(narrow.hinges, c.mesh.hinges, c.x, c.v);
+    const Vectors springs = forces(narrow.hooke, c.mesh.springs, c.x, c.v);
+    for (const LaneKernel& kernel : detail::lane_kernels()) {
+      EXPECT_EQ(forces(kernel.hinges, c.mesh.hinges, c.x, c.v), hinges) << kernel.width;
+      EXPECT_EQ(forces(kernel.hooke, c.mesh.springs, c.x, c.v), springs) << kernel.width;
+    }
+  }
+}
+
+TEST(LaneForces, AreThoseOfEachElementByItself) {
+  for (const bool shuffled : {false, true}) {
+    const Cloth c(shuffled);
+    const Vectors hinges = hinges_one_by_one(c.mesh.hinges, c.x, c.v);
+    const Vectors springs = springs_one_by_one(c.mesh.springs, c.x, c.v);
+    const LaneKernel& kernel = detail::lane_kernel();
+    EXPECT_LT(largest_difference(forces(kernel.hinges, c.mesh.hinges, c.x, c.v), hinges),
+              1e-12 * largest(hinges));
+    EXPECT_LT(largest_difference(forces(kernel.hooke, c.mesh.springs, c.x, c.v), springs),
+              1e-13 * largest(springs));
+  }
+}
+
+/// The Jacobian blocks of hinges by one kernel, h = 0.01 s.
+std::vector<Mat3> blocks(const LaneKernel& kernel, const Cloth& c) {
+  const auto corners = corners_of(c.mesh.hinges);
+  Coloring coloring = color_elements(corners, 4, c.x.size());
+  const LaneGroups lanes = detail::make_lane_groups(corners, 4, coloring);
+  std::vector<Hinge> sorted;
+  std::vector<Edge> links;
+  for (const std::int32_t e : coloring.order) sorted.push_back(c.mesh.hinges[e]);
+  for (const Hinge& h : sorted)
+    for (int i = 0; i < 4; ++i)
+      for (int j = 0; j < i; ++j) links.push_back({h.v[i], h.v[j]});
+  BlockMatrix matrix(c.x.size(), links);
+  std::vector<std::array<std::int32_t, 16>> slots(sorted.size());
+  for (std::size_t e = 0; e < sorted.size(); ++e)
+    for (int k = 0; k < 16; ++k) slots[e][k] = matrix.slot(sorted[e].v[k / 4], sorted[e].v[k % 4]);
+  const auto numbers =
+      detail::lane_numbers<3>(lanes, sorted, [](const Hinge& h) { return numbers_of(h); });
+  kernel.hinge_blocks(detail::lane_force(lanes, numbers, {c.x, c.v, {}, 0.0}, {}),
+                      detail::lane_blocks(slots, matrix, 0.01), 0, lanes.groups.size());
+  return {matrix.values().begin(), matrix.values().end()};
+}
+
+TEST(LaneForces, HaveTheSameJacobianForEveryWidth) {
+  for (const bool shuffled : {false, true}) {
+    const Cloth c(shuffled);
+    const auto narrow = blocks(detail::lane_kernels().front(), c);
+    for (const LaneKernel& kernel : detail::lane_kernels())
+      EXPECT_EQ(blocks(kernel, c), narrow) << kernel.width;
+  }
+}
+
+TEST(LaneForces, OfAFlatTriangleOrACoincidentPairAreNoneAndSpoilNoNeighbour) {
+  Cloth c(false);
+  const std::int32_t lost = c.mesh.hinges[40].v[2];
+  c.x[lost] = c.x[c.mesh.hinges[40].v[3]];
+  const LaneKernel& kernel = detail::lane_kernel();
+  const Vectors hinges = forces(kernel.hinges, c.mesh.hinges, c.x, c.v);
+  const Vectors springs = forces(kernel.hooke, c.mesh.springs, c.x, c.v);
+  const Vectors each = hinges_one_by_one(c.mesh.hinges, c.x, c.v);
+  EXPECT_LT(largest_difference(hinges, each), 1e-12 * largest(each));
+  EXPECT_TRUE(std::all_of(springs.begin(), springs.end(), [](auto& f) { return f.allFinite(); }));
+}
+
+TEST(LaneForces, LeaveWhatIsNotANumberToTheParticlesOfItsSprings) {
+  Cloth c(false);
+  const std::int32_t lost = c.mesh.hinges[40].v[2];
+  c.x[lost].setConstant(std::numeric_limits<double>::quiet_NaN());
+  const Vectors f = forces(detail::lane_kernel().hinges, c.mesh.hinges, c.x, c.v);
+  EXPECT_TRUE(std::all_of(f.begin(), f.end(), [](auto& p) { return p.allFinite(); }));
+}
+
+TEST(LaneForces, KnowAnglesAsAtan2DoesInEveryQuadrant) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> any(-kPi, kPi), power(-150.0, 150.0);
+  constexpr double tolerance = 4.5e-16;  // a rounding at π and one of a sum
+  for (const LaneKernel& kernel : detail::lane_kernels())
+    for (int round = 0; round < 20000; ++round) {
+      std::array<double, group_lanes> y, x, theta;
+      for (std::size_t l = 0; l < group_lanes; ++l) {
+        const double angle = any(random), radius = std::pow(10.0, power(random));
+        y[l] = radius * std::sin(angle);
+        x[l] = radius * std::cos(angle);
+      }
+      kernel.angle(y.data(), x.data(), theta.data());
+      for (std::size_t l = 0; l < group_lanes; ++l)
+        ASSERT_NEAR(theta[l], std::atan2(y[l], x[l]), tolerance) << y[l] << " " << x[l];
+    }
+}
+
+TEST(LaneForces, KnowTheAnglesOfTheAxes) {
+  const std::array<double, group_lanes> y{0, 1, 0, -1, 1, -1, 0, 1e-300},
+      x{1, 0, -1, 0, 1, -1, 0, 1};
+  const std::array<double, group_lanes> expected{0,          0.5 * kPi,   kPi, -0.5 * kPi,
+                                                 0.25 * kPi, -0.75 * kPi, 0,   1e-300};
+  for (const LaneKernel& kernel : detail::lane_kernels()) {
+    std::array<double, group_lanes> theta;
+    kernel.angle(y.data(), x.data(), theta.data());
+    for (std::size_t l = 0; l < group_lanes; ++l) EXPECT_DOUBLE_EQ(theta[l], expected[l]) << l;
+  }
+}
+
+TEST(LaneGroups, HoldEveryElementOnceAndRunsAreRuns) {
+  const Cloth c(false);
+  const auto corners = corners_of(c.mesh.hinges);
+  Coloring coloring = color_elements(corners, 4, c.x.size());
+  const std::vector<std::size_t> colors = coloring.color_begin;
+  const LaneGroups lanes = detail::make_lane_groups(corners, 4, coloring);
+  EXPECT_EQ(coloring.color_begin, colors);
+  std::size_t at = 0, runs = 0;
+  for (const detail::LaneGroup& group : lanes.groups) {
+    EXPECT_EQ(detail::group_of(at), static_cast<std::size_t>(&group - lanes.groups.data()));
+    runs += group.run;
+    for (std::int32_t l = 0; l < group.count; ++l)
+      for (std::size_t k = 0; k < 4; ++k) {
+        const std::size_t place = group.particles + (group.run ? k : k * group_lanes + l);
+        EXPECT_EQ(lanes.particles[place] + (group.run ? l : 0),
+                  corners[4 * coloring.order[at + l] + k]);
+      }
+    at += group.count;
+  }
+  EXPECT_EQ(at, c.mesh.hinges.size());
+  EXPECT_GT(2 * runs, lanes.groups.size());
+  std::vector<std::int32_t> all = coloring.order;
+  std::sort(all.begin(), all.end());
+  for (std::size_t e = 0; e < all.size(); ++e) EXPECT_EQ(all[e], static_cast<std::int32_t>(e));
+}
+
+}  // namespace

@@ -1,0 +1,440 @@
+// SPDX-License-Identifier: MIT
+// What a step leaves out because it is proved to do nothing: in shadow, the part is on and must
+// have done nothing; with it and without it, states are the same to the bit.
+#include <gtest/gtest.h>
+#include <selvedge/narrowphase/ccd_exact.h>
+#include <selvedge/narrowphase/distance.h>
+#include <selvedge/scene/idle_proofs.h>
+#include <selvedge/scene/plan.h>
+#include <selvedge/scene/simulation.h>
+#include <selvedge/scene/strain_reach.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <random>
+
+namespace selvedge {
+namespace {
+
+/// A square metre of n x n cells.
+TriangleMesh sheet(int n) {
+  TriangleMesh mesh;
+  for (int j = 0; j <= n; ++j)
+    for (int i = 0; i <= n; ++i)
+      mesh.vertices.emplace_back(static_cast<double>(i) / n, static_cast<double>(j) / n, 0.0);
+  for (int j = 0; j < n; ++j)
+    for (int i = 0; i < n; ++i) {
+      const std::int32_t a = j * (n + 1) + i, b = a + 1, c = a + n + 1, d = c + 1;
+      mesh.triangles.push_back({a, b, d});
+      mesh.triangles.push_back({a, d, c});
+    }
+  return mesh;
+}
+
+using Bend = std::function<Vec3(const Vec3&)>;
+
+std::vector<Vec3> bent(const TriangleMesh& mesh, const Bend& bend) {
+  std::vector<Vec3> x;
+  for (const Vec3& p : mesh.vertices) x.push_back(bend(p));
+  return x;
+}
+
+/// Rolled around the y axis by `angle` in all.
+Vec3 rolled(const Vec3& p, double angle) {
+  const double turn = angle * (p.x() - 0.5), radius = 1.0 / angle;
+  return {radius * std::sin(turn), p.y(), radius * (1.0 - std::cos(turn))};
+}
+
+/// Least distance at t = 0 and whether any two primitives without common vertex collide.
+struct Nearness {
+  double least = 1e300;
+  bool collide = false;
+};
+Nearness nearness(const TriangleMesh& mesh, const std::vector<Vec3>& x_t0,
+                  const std::vector<Vec3>& x_t1) {
+  const auto edges = unique_edges(mesh.triangles);
+  const SurfaceView view{x_t0, x_t1, edges, mesh.triangles, 10.0};
+  CandidatePairs pairs;
+  make_brute_force()->find_self_pairs(view, pairs);
+  std::vector<Contact> contacts;
+  find_proximities(view, view, pairs, 10.0, contacts);
+  Nearness n;
+  for (const Contact& c : contacts) n.least = std::min(n.least, c.gap);
+  make_ccd_exact()->find_contacts(view, view, pairs, contacts);
+  n.collide = !contacts.empty();
+  return n;
+}
+
+TEST(SheetProof, AFlatSheetKeepsApartByWhatItsTrianglesLeave) {
+  const TriangleMesh mesh = sheet(8);
+  SheetProof proof(mesh.vertices, mesh.triangles);
+  ASSERT_TRUE(proof.applies());
+  EXPECT_NEAR(proof.nearest(), 0.125 / std::sqrt(2.0), 1e-12);
+  EXPECT_NEAR(nearness(mesh, mesh.vertices, mesh.vertices).least, proof.nearest(), 1e-12);
+  EXPECT_TRUE(proof.keeps_apart(mesh.vertices, mesh.vertices, 0.99 * proof.nearest()));
+  EXPECT_FALSE(proof.keeps_apart(mesh.vertices, mesh.vertices, 1.01 * proof.nearest()));
+}
+
+TEST(SheetProof, BendingUpToNearlyAHalfTurnIsProvedAndARollThatClosesIsNot) {
+  const TriangleMesh mesh = sheet(24);
+  SheetProof proof(mesh.vertices, mesh.triangles);
+  for (const double turn : {0.1, 1.0, 2.0, 2.8}) {
+    const auto x = bent(mesh, [&](const Vec3& p) { return rolled(p, turn); });
+    EXPECT_TRUE(proof.keeps_apart(x, x, 0.1 * proof.nearest())) << turn;
+  }
+  for (const double turn : {4.0, 6.2}) {
+    const auto x = bent(mesh, [&](const Vec3& p) { return rolled(p, turn); });
+    EXPECT_FALSE(proof.keeps_apart(x, x, 0.0)) << turn;
+  }
+}
+
+TEST(SheetProof, ItDoesNotMatterHowTheSheetIsTurned) {
+  const TriangleMesh mesh = sheet(10);
+  SheetProof proof(mesh.vertices, mesh.triangles);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> any(-1.0, 1.0);
+  for (int k = 0; k < 20; ++k) {
+    const Eigen::Quaterniond turn =
+        Eigen::Quaterniond(any(random), any(random), any(random), any(random)).normalized();
+    const auto x = bent(mesh, [&](const Vec3& p) { return Vec3(turn * rolled(p, 1.5)); });
+    EXPECT_TRUE(proof.keeps_apart(x, x, 0.3 * proof.nearest()));
+  }
+}
+
+TEST(SheetProof, WhatItSaysIsTrueOfRandomMotions) {
+  const TriangleMesh mesh = sheet(6);
+  SheetProof proof(mesh.vertices, mesh.triangles);
+  std::mt19937 random(7);
+  std::normal_distribution<double> noise;
+  int yes = 0, crossings = 0;
+  for (int k = 0; k < 200; ++k) {
+    const double rough = 0.001 * std::pow(10.0, 2.0 * (k % 20) / 19.0);
+    const double roll = 0.2 + 0.1 * (k % 17);
+    const auto move = [&](const Vec3& p) {
+      return Vec3(rolled(p, roll) + rough * Vec3(noise(random), noise(random), noise(random)));
+    };
+    const auto x_t0 = bent(mesh, move), x_t1 = bent(mesh, move);
+    const Nearness truth = nearness(mesh, x_t0, x_t1);
+    crossings += truth.collide;
+    for (const double share : {1e-6, 0.05, 0.2, 0.5}) {
+      if (!proof.keeps_apart(x_t0, x_t1, share * proof.nearest())) continue;
+      ++yes;
+      EXPECT_FALSE(truth.collide) << k;
+      EXPECT_GT(truth.least, share * proof.nearest()) << k;
+    }
+  }
+  EXPECT_GT(yes, 100);
+  EXPECT_GT(crossings, 10);
+}
+
+TEST(SheetProof, ManyShortStepsThatCloseARollAreNotProvedToTheEnd) {
+  const TriangleMesh mesh = sheet(8);
+  SheetProof proof(mesh.vertices, mesh.triangles);
+  const auto at = [&](int k) {
+    return bent(mesh, [&](const Vec3& p) { return rolled(p, 0.5 + 0.0025 * k); });
+  };
+  int yes = 0, again = 0;
+  for (int k = 0; k < 2800; ++k) {
+    const auto x_t0 = at(k), x_t1 = at(k + 1);
+    const double distance = (k % 2 == 0 ? 0.02 : 1e-6) * proof.nearest();
+    if (!proof.keeps_apart(x_t0, x_t1, distance)) continue;
+    ++yes;
+    SheetProof anew(mesh.vertices, mesh.triangles);
+    again += anew.keeps_apart(x_t0, x_t1, distance);
+    if (k % 50 != 0) continue;
+    const Nearness truth = nearness(mesh, x_t0, x_t1);
+    EXPECT_FALSE(truth.collide) << k;
+    EXPECT_GT(truth.least, distance) << k;
+  }
+  EXPECT_GT(yes, 500);
+  EXPECT_LT(yes, 1500) << "a roll that is closed";
+  EXPECT_EQ(again, yes) << "what is known from before is never more than what is proved anew";
+}
+
+TEST(SheetProof, AFoldThatClosesOntoItselfIsNeverProved) {
+  const TriangleMesh mesh = sheet(12);
+  SheetProof proof(mesh.vertices, mesh.triangles);
+  // A half is folded over in one step.
+  const auto folded =
+      bent(mesh, [](const Vec3& p) { return p.x() <= 0.5 ? p : Vec3(1.0 - p.x(), p.y(), 1e-4); });
+  EXPECT_FALSE(proof.keeps_apart(mesh.vertices, folded, 0.0));
+  // The whole is turned inside out through a point.
+  const auto inverted = bent(mesh, [](const Vec3& p) { return Vec3(1.0 - p.x(), 1.0 - p.y(), 0); });
+  EXPECT_FALSE(proof.keeps_apart(mesh.vertices, inverted, 0.0));
+}
+
+TEST(SheetProof, NothingIsProvedOfSheetsThatAreNotFlatConvexOrWhole) {
+  TriangleMesh hole = sheet(4), notch = sheet(4), bump = sheet(4), twice = sheet(4);
+  hole.triangles.erase(hole.triangles.begin() + 10);
+  notch.triangles.erase(notch.triangles.begin(), notch.triangles.begin() + 2);
+  bump.vertices[12].z() = 0.01;
+  twice.triangles.insert(twice.triangles.end(), twice.triangles.begin(), twice.triangles.end());
+  for (const TriangleMesh& mesh : {hole, notch, bump, twice})
+    EXPECT_FALSE(SheetProof(mesh.vertices, mesh.triangles).applies());
+}
+
+TEST(SheetProof, AVertexInTheMiddleOfAnEdgeIsNotOverlooked) {
+  // Two triangles on one side of the edge 0-1 meet at its middle 3, one on the other side does not.
+  const std::vector<Vec3> x = {{0, 0, 0}, {2, 0, 0}, {1, -1, 0}, {1, 0, 0}, {0, 1, 0}, {2, 1, 0}};
+  const std::vector<Triangle> whole = {{0, 3, 4}, {3, 5, 4}, {3, 1, 5}, {2, 1, 0}};
+  const std::vector<Vec3> square = {{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}, {1, 1, 0}};
+  // The square cut along a diagonal, one half cut again to its middle.
+  const std::vector<Triangle> halves = {{0, 1, 2}, {0, 4, 3}, {4, 2, 3}};
+  EXPECT_FALSE(SheetProof(x, whole).applies());
+  EXPECT_FALSE(SheetProof(square, halves).applies());
+}
+
+// -- scenes ---------------------------------------------------------------------------------------
+
+namespace fs = std::filesystem;
+
+Scene scene_file(const std::string& file, std::vector<Override> overrides) {
+  return read_scene(fs::path(SELVEDGE_SOURCE_DIR) / "data/scenes" / file, overrides);
+}
+
+RunResult run(Scene scene, bool proofs) {
+  scene.plan.proofs = proofs;
+  Simulation simulation(scene, build_scene(scene));
+  for (int frame = 1; frame <= scene.time.frames; ++frame) simulation.advance_to_frame(frame, {});
+  return simulation.result();
+}
+
+/// With proofs and without: the same bits; returns what was left out.
+std::map<std::string, PlanFigures> left_out(const Scene& scene) {
+  const RunResult with = run(scene, true), without = run(scene, false);
+  EXPECT_EQ(with.state_hash, without.state_hash) << scene.name;
+  EXPECT_EQ(with.steps, without.steps) << scene.name;
+  EXPECT_EQ(with.counters.at("contacts"), without.counters.at("contacts")) << scene.name;
+  EXPECT_EQ(with.clean, without.clean) << scene.name;
+  EXPECT_EQ(with.max_stretch, without.max_stretch) << scene.name;
+  EXPECT_EQ(with.strain_residual, without.strain_residual) << scene.name;
+  for (const char* counter : {"strain_sweeps", "solver_iterations"})
+    EXPECT_EQ(with.counters.contains(counter) ? with.counters.at(counter) : 0.0,
+              without.counters.contains(counter) ? without.counters.at(counter) : 0.0)
+        << scene.name << ": " << counter;
+  EXPECT_EQ(with.worst_self_intersections, without.worst_self_intersections) << scene.name;
+  EXPECT_EQ(with.worst_body_intersections, without.worst_body_intersections) << scene.name;
+  for (const auto& [part, p] : without.plan) EXPECT_EQ(p.left_out, 0) << part;
+  return with.plan;
+}
+
+TEST(Plan, AFlagWithoutBodiesLooksForNoContactWhileItIsAHeightField) {
+  const auto plan =
+      left_out(scene_file("flag.json", {{"geometry.0.cells", "[16,16]"}, {"time.frames", "8"}}));
+  EXPECT_FALSE(plan.contains("body_collision"));
+  EXPECT_EQ(plan.at("self_collision").left_out, plan.at("self_collision").asked);
+  EXPECT_EQ(plan.at("crossings_self").left_out, plan.at("crossings_self").asked);
+  EXPECT_EQ(plan.at("crossings_self").asked, 9) << "the start and every frame";
+}
+
+TEST(Plan, ASheetThatFallsOnASphereCostsNoNarrowPhaseBeforeItIsThere) {
+  const Scene scene =
+      scene_file("cloth_on_sphere.json", {{"geometry.0.cells", "[20,20]"},
+                                          {"geometry.0.transformation.translation", "[0,0,1.0]"},
+                                          {"obstacles.0.shape.resolution", "24"},
+                                          {"time.frames", "6"}});
+  const auto plan = left_out(scene);
+  EXPECT_EQ(plan.at("self_collision").left_out, plan.at("self_collision").asked);
+  EXPECT_EQ(plan.at("body_collision").left_out, plan.at("body_collision").asked);
+  EXPECT_EQ(plan.at("crossings_body").left_out, plan.at("crossings_body").asked);
+  EXPECT_GT(plan.at("strain_limit").left_out, plan.at("strain_limit").asked / 2)
+      << "a sheet that falls is not stretched";
+}
+
+TEST(Plan, ContactEndsWhatWasLeftOut) {
+  const Scene scene = scene_file("cloth_on_sphere.json", {{"geometry.0.cells", "[20,20]"},
+                                                          {"obstacles.0.shape.resolution", "24"},
+                                                          {"time.frames", "30"}});
+  const PlanFigures bodies = left_out(scene).at("body_collision");
+  EXPECT_GT(bodies.left_out, 0);
+  EXPECT_LT(bodies.left_out, bodies.asked);
+}
+
+class PlanOfScene : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(PlanOfScene, GivesTheSameBits) {
+  std::vector<Override> shorter = {{"time.frames", "4"}};
+  Scene scene;
+  try {
+    scene = scene_file(GetParam(), shorter);
+  } catch (const std::invalid_argument& error) {
+    GTEST_SKIP() << error.what();  // a body that has to be fetched
+  }
+  for (ClothSpec& cloth : scene.cloths)
+    if (auto* grid = std::get_if<ClothGrid>(&cloth.shape); grid && scene.handles.empty()) {
+      constexpr std::int32_t few = 24;
+      grid->grid.cells_x = std::min(grid->grid.cells_x, few);
+      grid->grid.cells_y = std::min(grid->grid.cells_y, few);
+    }
+  left_out(scene);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, PlanOfScene,
+                         ::testing::Values("armadillo.json", "flag.json", "homer.json",
+                                           "incline.json", "mannequin.json", "plate_2.json",
+                                           "ring.json", "round_table.json",
+                                           "two_sheets_on_ball.json"),
+                         [](const auto& name) {
+                           const std::string file = name.param;
+                           return file.substr(0, file.find('.'));
+                         });
+
+/// A strip that is blown onto itself.
+TEST(Plan, AFoldThatClosesIsTheSameWithProofsAndWithout) {
+  Scene scene = scene_file("flag.json", {{"geometry.0.cells", "[12,12]"}, {"time.frames", "40"}});
+  scene.air.wind = {0.0, 25.0, 0.0};
+  scene.air.normal_drag = 3.0;
+  scene.gravity = {0.0, -30.0, -5.0};
+  const PlanFigures self = left_out(scene).at("self_collision");
+  EXPECT_GT(self.left_out, 0);
+  EXPECT_LT(self.left_out, self.asked) << "it never folded: nothing was tried";
+}
+
+TEST(Plan, NothingIsProvedWhereTheNarrowPhaseMayRaiseFalseAlarms) {
+  for (const auto& [name, make] : narrow_phases()) {
+    const NarrowPhaseTraits traits = make(NarrowPhaseConfig{})->traits();
+    Scene scene = scene_file("flag.json", {{"geometry.0.cells", "[6,6]"}, {"time.frames", "1"}});
+    scene.contact.narrow_phase = name;
+    const RunResult result = run(scene, true);
+    EXPECT_EQ(result.plan.at("self_collision").left_out > 0,
+              traits.misses_nothing && traits.no_false_alarm)
+        << name;
+  }
+}
+
+TEST(Plan, SaysWhatIsNeverBuilt) {
+  Scene scene = scene_file("flag.json", {});
+  scene.air = {};
+  std::map<std::string, PlanItem::Verdict> verdict;
+  for (const PlanItem& item : plan_scene(scene, build_scene(scene), Methods{}))
+    verdict[item.part] = item.verdict;
+  EXPECT_EQ(verdict.at("wind and drag"), PlanItem::Verdict::never);
+  EXPECT_EQ(verdict.at("bodies"), PlanItem::Verdict::never);
+  EXPECT_EQ(verdict.at("gravity"), PlanItem::Verdict::runs);
+  EXPECT_EQ(verdict.at("cloth with itself"), PlanItem::Verdict::when_needed);
+}
+
+TEST(Plan, AFoldThatIsPutThroughItselfIsSeenInTheCheckOfItsFrame) {
+  Scene scene = scene_file("flag.json", {{"geometry.0.cells", "[8,8]"}, {"time.frames", "1"}});
+  scene.handles.clear();
+  scene.gravity = Vec3::Zero();
+  scene.air = {};
+  scene.contact.self = true;
+  Simulation simulation(scene, build_scene(scene));
+  simulation.verify_frame();
+  EXPECT_EQ(simulation.result().worst_self_intersections, 0);
+  SimulationState state = simulation.state();
+  // The last row is pulled through the middle of the sheet.
+  double low = state.x[0].z(), high = low, y = state.x[0].y();
+  for (const Vec3& x : state.x) {
+    low = std::min(low, x.z());
+    high = std::max(high, x.z());
+  }
+  for (Vec3& x : state.x) {
+    const double down = (high - x.z()) / (high - low);
+    if (down > 0.99)
+      x = Vec3(0.9 * x.x() + 0.011, y - 0.1, 0.45 * low + 0.55 * high);
+    else if (down > 0.8)
+      x.y() += 0.2;
+  }
+  simulation.restore(state);
+  simulation.verify_frame();
+  EXPECT_GT(simulation.result().worst_self_intersections, 0);
+  EXPECT_FALSE(simulation.result().clean);
+}
+
+// -- strain ---------------------------------------------------------------------------------------
+
+struct Springs {
+  TriangleMesh mesh = sheet(6);
+  std::vector<Spring> springs;
+  Springs() {
+    for (const Edge& e : unique_edges(mesh.triangles)) {
+      Spring s;
+      s.a = e[0];
+      s.b = e[1];
+      s.rest_length = (mesh.vertices[s.b] - mesh.vertices[s.a]).norm();
+      springs.push_back(s);
+    }
+  }
+  StrainLimiter limiter(double limit) const {
+    return {springs, std::vector<double>(springs.size(), limit), mesh.vertices.size()};
+  }
+};
+
+TEST(StrainReach, ASheetThatIsCarriedIsProvedAndOneThatIsPulledIsNot) {
+  const Springs sheet;
+  const StrainLimiter limiter = sheet.limiter(0.1);
+  StrainReach reach(true, limiter);
+  EXPECT_FALSE(reach.keeps_limits(sheet.mesh.vertices)) << "nothing was measured";
+  reach.measure(limiter, sheet.mesh.vertices);
+  const auto carried = bent(sheet.mesh, [](const Vec3& p) { return Vec3(p + Vec3(1e3, -5, 2)); });
+  EXPECT_TRUE(reach.keeps_limits(carried));
+  const auto pulled = bent(sheet.mesh, [](const Vec3& p) { return Vec3(1.11 * p); });
+  EXPECT_FALSE(reach.keeps_limits(pulled));
+}
+
+TEST(StrainReach, WhatItSaysIsTrueOfRandomMotions) {
+  const Springs sheet;
+  const StrainLimiter limiter = sheet.limiter(0.1);
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise;
+  int yes = 0, over = 0;
+  for (int k = 0; k < 400; ++k) {
+    const double far = k % 3 == 0 ? 1e6 : 0.0;
+    const double rough = 1e-5 * std::pow(10.0, 3.5 * (k % 20) / 19.0);
+    const auto moved = [&](const std::vector<Vec3>& from, double size) {
+      std::vector<Vec3> x = from;
+      for (Vec3& p : x)
+        p += Vec3(far, 0, 0) + size * Vec3(noise(random), noise(random), noise(random));
+      return x;
+    };
+    StrainReach reach(true, limiter);
+    const auto measured = moved(sheet.mesh.vertices, 1e-3);
+    reach.measure(limiter, measured);
+    const auto x = moved(measured, rough);
+    const StrainReport truth = limiter.measure(x);
+    over += truth.excess > 0.0;
+    for (const double below : {0.01, 0.03, 0.1})
+      if (reach.keeps_below(x, below, 1.0)) {
+        EXPECT_LE(truth.max_strain, below) << k;
+      }
+    if (!reach.keeps_limits(x)) continue;
+    ++yes;
+    EXPECT_LE(truth.excess, 0.0) << k;
+    EXPECT_LE(truth.residual, 0.0) << k;
+  }
+  EXPECT_GT(yes, 100);
+  EXPECT_GT(over, 20);
+}
+
+TEST(StrainReach, SwitchedOffItProvesNothing) {
+  const Springs sheet;
+  const StrainLimiter limiter = sheet.limiter(0.1);
+  StrainReach reach(false, limiter);
+  reach.measure(limiter, sheet.mesh.vertices);
+  EXPECT_FALSE(reach.keeps_limits(sheet.mesh.vertices));
+  EXPECT_FALSE(reach.keeps_below(sheet.mesh.vertices, 1.0, 1.0));
+}
+
+TEST(ProofBackoff, WaitsLongerAfterEveryFailureAndNotAtAllAfterASuccess) {
+  ProofBackoff backoff;
+  int tries = 0;
+  for (int k = 0; k < 1000; ++k)
+    if (backoff.is_due()) {
+      ++tries;
+      backoff.note(false);
+    }
+  EXPECT_LT(tries, 30);
+  backoff.note(true);
+  while (!backoff.is_due()) {
+  }
+  backoff.note(true);
+  EXPECT_TRUE(backoff.is_due());
+}
+
+}  // namespace
+}  // namespace selvedge

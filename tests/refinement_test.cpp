@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: MIT
+//
+// Scenes whose mesh is refined as they run, and the scene keys of the survey's other meshes.
+#include <gtest/gtest.h>
+#include <selvedge/bodies/mesh_file.h>
+#include <selvedge/core/parallel.h>
+#include <selvedge/scene/output.h>
+#include <selvedge/scene/refinement.h>
+#include <selvedge/scene/run.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+namespace selvedge {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Refinements : public testing::Test {
+ protected:
+  Refinements() {
+    folder_ = fs::path(testing::TempDir()) / ("selvedge_refinement_" + std::to_string(getpid()));
+    fs::create_directories(folder_);
+    config_.out = folder_ / "result";
+  }
+  ~Refinements() override { fs::remove_all(folder_); }
+
+  Scene scene(const std::string& json, const std::vector<Override>& overrides = {}) {
+    const fs::path file = folder_ / "scene.json";
+    std::ofstream(file) << json;
+    return read_scene(file, overrides);
+  }
+
+  std::string refusal(const std::string& json) {
+    try {
+      run_scene(scene(json), config_);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  std::size_t vertices_of_frame(int frame) const {
+    return read_mesh(numbered(config_.out / "frames", "cloth", frame, frame_file_digits, ".ply"))
+        .vertices.size();
+  }
+
+  fs::path folder_;
+  RunConfig config_;
+};
+
+const std::string kBall = R"(,
+  "obstacles": [{"shape": {"type": "sphere", "radius": 0.15, "resolution": 16}}],
+  "time": {"frames": 16, "fps": 60})";
+
+std::string over_ball(const std::string& keys, const std::string& more = "") {
+  return R"({"geometry": [{"size": [0.6, 0.6], "cells": [8, 8],
+    "transformation": {"translation": [0, 0, 0.156]}, )" +
+         keys + "}]" + kBall + more + "}";
+}
+
+const std::string kCurved = R"("refine": {"when": "curved", "levels": 2, "angle_deg": 12})";
+const std::string kSettled =
+    R"("refine": {"when": "settled", "levels": 2, "speed": 100, "after": 0.08})";
+
+TEST_F(Refinements, CellsAreSplitWhereClothBendsAndTheRunIsClean) {
+  const RunResult result = run_scene(scene(over_ball(kCurved)), config_);
+  EXPECT_TRUE(result.clean);
+  EXPECT_GT(result.counters.at("refinements"), 1.0);
+  EXPECT_EQ(vertices_of_frame(0), 81u);
+  EXPECT_GT(vertices_of_frame(16), vertices_of_frame(8));
+  EXPECT_LT(vertices_of_frame(16), 33u * 33u);  // not everywhere
+}
+
+TEST_F(Refinements, SettledClothIsSplitEverywhereLevelAfterLevel) {
+  config_.every_step = true;
+  const RunResult result = run_scene(scene(over_ball(kSettled)), config_);
+  EXPECT_TRUE(result.clean);
+  EXPECT_EQ(result.counters.at("refinements"), 2.0);
+  EXPECT_EQ(vertices_of_frame(5), 81u);
+  EXPECT_EQ(vertices_of_frame(10), 17u * 17u);
+  EXPECT_EQ(vertices_of_frame(16), 33u * 33u);
+  EXPECT_EQ(result.steps, 2 * 16 + 2);  // an exchange of the mesh is a state of its own
+  EXPECT_TRUE(fs::exists(numbered(config_.out / "steps", "cloth", 34, step_file_digits, ".ply")));
+}
+
+TEST_F(Refinements, AResumedRunGoesOnToTheSameBits) {
+  const std::string whole = run_scene(scene(over_ball(kCurved)), config_).state_hash;
+  config_.out = folder_ / "in_parts";
+  run_scene(scene(over_ball(kCurved), {{"time.frames", "9"}}), config_);
+  config_.resume = true;
+  EXPECT_EQ(run_scene(scene(over_ball(kCurved)), config_).state_hash, whole);
+}
+
+TEST_F(Refinements, OneThreadAndTwoGiveTheSameBits) {
+  std::string hash[2];
+  for (const int threads : {1, 2}) {
+    const ThreadLimit limit(threads);
+    hash[threads - 1] = run_scene(scene(over_ball(kCurved)), config_).state_hash;
+  }
+  EXPECT_EQ(hash[0], hash[1]);
+}
+
+TEST_F(Refinements, TheSwitchKeepsMassMomentumAndTheSurface) {
+  const Scene s = scene(R"({"geometry": [
+      {"name": "still", "size": [0.3, 0.3], "cells": [3, 3]},
+      {"name": "sheet", "size": [0.4, 0.4], "cells": [4, 4], )" +
+                        kSettled + R"(, "transformation": {"translation": [0, 0, 0.2]}},
+      {"name": "last", "size": [0.2, 0.2], "cells": [2, 2],
+       "transformation": {"translation": [0, 0, 0.4]}}],
+    "handles": [{"geometry": "sheet", "select": {"edge": "x0"}},
+                {"geometry": "last", "select": {"vertices": [8]}}]})");
+  Refinement refinement(s, build_scene(s));
+  const BuiltScene before = refinement.build();
+  SimulationState state;
+  state.time = 1.0;
+  state.x = before.cloth.surface.vertices;
+  for (std::size_t i = 0; i < state.x.size(); ++i)
+    state.v.push_back(0.01 * Vec3(std::sin(9.0 * i), std::cos(5.0 * i), std::sin(2.0 * i)));
+  const SimulationState old = state;
+  const std::vector<SplitEvent> due = refinement.due(state);
+  ASSERT_EQ(due.size(), 1u);
+  EXPECT_EQ(due[0].cells.size(), 16u);
+  refinement.split(due, state);
+  const BuiltScene after = refinement.build();
+  ASSERT_EQ(state.x.size(), 16u + 81u + 9u);
+  EXPECT_EQ(state.x, after.cloth.surface.vertices);  // it had not moved
+  Vec3 p = Vec3::Zero(), q = Vec3::Zero();
+  double mass = 0.0;
+  for (std::size_t i = 0; i < old.v.size(); ++i) p += before.cloth.mass[i] * old.v[i];
+  for (std::size_t i = 0; i < state.v.size(); ++i) q += after.cloth.mass[i] * state.v[i];
+  for (const double m : after.cloth.mass) mass += m;
+  for (const double m : before.cloth.mass) mass -= m;
+  EXPECT_NEAR(mass, 0.0, 1e-16);
+  EXPECT_LT((p - q).norm(), 1e-15 * old.v.size());
+  // Pieces before and after keep their particles, and handles theirs; new ones of the edge are
+  // held.
+  EXPECT_EQ(state.v[15], old.v[15]);
+  EXPECT_EQ(state.v.back(), old.v.back());
+  const Scene refined = refinement.scene();
+  EXPECT_EQ(refined.handles[0].vertices.size(), 9u);
+  EXPECT_EQ(refined.handles[0].pivots, 5u);
+  EXPECT_EQ(refined.handles[1].vertices.size(), 1u);
+}
+
+TEST_F(Refinements, AMeshThatMustNotChangeIsRefused) {
+  EXPECT_NE(refusal(over_ball(kCurved, R"(, "output": {"pc2": true})")).find("pc2"),
+            std::string::npos);
+  EXPECT_NE(refusal(over_ball(kCurved, R"(, "contact": {"start": "untangle"})")).find("untangle"),
+            std::string::npos);
+  EXPECT_NE(refusal(over_ball(R"("pattern": "triangular", )" + kCurved)).find("rectangular"),
+            std::string::npos);
+}
+
+TEST_F(Refinements, ACheckpointOfOtherCellsIsRefused) {
+  const Scene s = scene(over_ball(kCurved));
+  Refinement refinement(s, build_scene(s));
+  EXPECT_THROW(refinement.split({{3, 0.0, {{0, 0, 0}}}}), std::invalid_argument);
+}
+
+// -- the other keys -------------------------------------------------------------------------------
+
+using SurveyMeshes = Refinements;
+
+TEST_F(SurveyMeshes, ABilayeredClothCollidesByItsDenseLayerAndIsClean) {
+  const RunResult result = run_scene(
+      scene(over_ball(R"("pattern": "bilayered", "layers": {"ratio": 2, "share": 0.3})")), config_);
+  EXPECT_TRUE(result.clean);
+  EXPECT_EQ(vertices_of_frame(0), 81u + 25u);
+  const Scene s = scene(over_ball(R"("pattern": "bilayered", "layers": {"ratio": 2})",
+                                  R"(, "handles": [{"select": {"corners": ["x0y0"]}}])"));
+  EXPECT_EQ(s.handles[0].vertices, (std::vector<std::int32_t>{0, 81}));  // of both layers
+  EXPECT_NE(refusal(over_ball(R"("pattern": "bilayered", "layers": {"ratio": 3})")).find("ratio"),
+            std::string::npos);
+}
+
+TEST_F(SurveyMeshes, APlateOfAnotherPoissonsRatioIsFittedAndTheRestIsTold) {
+  const Scene s = scene(over_ball(R"("pattern": "triangular", "plate": {"poisson": 0.1})"));
+  const BuiltScene built = build_scene(s);
+  ASSERT_FALSE(built.warnings.empty());
+  EXPECT_NE(built.warnings[0].find("Poisson"), std::string::npos);
+  const Scene third = scene(over_ball(R"("pattern": "triangular", "plate": {})"));
+  for (const std::string& sentence : build_scene(third).warnings)
+    EXPECT_EQ(sentence.find("Poisson"), std::string::npos);
+  EXPECT_NE(refusal(over_ball(R"("plate": {})")).find("triangular"), std::string::npos);
+}
+
+const std::string kOctahedron = R"("mesh": {"vertices": [[0.1,0,0],[-0.1,0,0],[0,0.1,0],[0,-0.1,0],
+    [0,0,0.1],[0,0,-0.1]], "triangles": [[0,2,4],[2,1,4],[1,3,4],[3,0,4],[2,0,5],[1,2,5],[3,1,5],
+    [0,3,5]]})";
+
+std::string on_floor(const std::string& keys) {
+  return R"({"geometry": [{)" + kOctahedron + ", " + keys +
+         R"(, "transformation": {"translation": [0, 0, 0.12]}}],
+  "materials": {"default": {"density": 1, "stretch_stiffness": 10, "shear_stiffness": 5, "strain_limit": 10}},
+  "obstacles": [{"shape": {"type": "plane", "size": 1}}],
+  "time": {"frames": 60, "fps": 60}})";
+}
+
+/// Height of the body after a second on the floor.
+double height(const fs::path& file) {
+  double low = 1.0, high = -1.0;
+  const TriangleMesh mesh = read_mesh(file);
+  for (const Triangle& t : mesh.triangles)
+    for (const std::int32_t i : t) {
+      low = std::min(low, mesh.vertices[i].z());
+      high = std::max(high, mesh.vertices[i].z());
+    }
+  return high - low;
+}
+
+TEST_F(SurveyMeshes, ABodyWithSupportStandsAndOneWithoutCollapses) {
+  const auto run = [&](const std::string& keys) {
+    EXPECT_TRUE(run_scene(scene(on_floor(keys)), config_).clean);
+    return height(numbered(config_.out / "frames", "cloth", 60, frame_file_digits, ".ply"));
+  };
+  const double supported = run(R"("support": {"stiffness": 300})");
+  const double empty = run(R"("name": "empty")");
+  EXPECT_GT(supported, 0.15);
+  EXPECT_LT(empty, 0.8 * supported);
+  EXPECT_NE(refusal(on_floor(R"("support": {}, "plate": {})")).find("support"), std::string::npos);
+}
+
+TEST_F(SurveyMeshes, VirtualSpringsHoldClothWhereItStartsUnlessTheyFollow) {
+  const auto sunk = [&](const std::string& springs) {
+    const std::string json = R"({"geometry": [{"size": [0.4, 0.4], "cells": [6, 6])" + springs +
+                             R"(}], "time": {"frames": 30, "fps": 60}})";
+    run_scene(scene(json), config_);
+    const TriangleMesh mesh =
+        read_mesh(numbered(config_.out / "frames", "cloth", 30, frame_file_digits, ".ply"));
+    return -mesh.vertices[24].z();
+  };
+  const double free = sunk(""), half_g_t2 = 0.5 * 9.81 * 0.25;
+  EXPECT_NEAR(free, half_g_t2, 0.03);
+  EXPECT_NEAR(sunk(R"(, "virtual_springs": {"stiffness": 100, "follow": true})"), free, 1e-6);
+  // They give by ρ g/K = 0.2·9.81/100 m at rest, twice that at most on the way.
+  EXPECT_LT(sunk(R"(, "virtual_springs": {"stiffness": 100})"), 2.0 * 0.2 * 9.81 / 100.0);
+}
+
+}  // namespace
+}  // namespace selvedge

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: MIT
+// The largest stable steps that `stability` finds, against what theory says of them.
+#include <gtest/gtest.h>
+#include <selvedge/apps/stability.h>
+
+#include <cmath>
+
+#include "run_program.h"
+
+namespace {
+
+using namespace selvedge;
+using namespace selvedge::testing;
+
+/// A square decimetre, free, without damping.
+Scene patch() {
+  Scene scene;
+  scene.materials["default"].spring_damping = 0.0;
+  scene.materials["default"].bending_damping = 0.0;
+  scene.cloths.emplace_back().shape =
+      ClothGrid{.grid = {.size_x = 0.1, .size_y = 0.1, .cells_x = 5, .cells_y = 5}};
+  return scene;
+}
+
+StabilityRow row(const std::string& integrator, double stiffness, double damping = 0.0) {
+  StabilityConfig config;
+  config.steps = 600;
+  return largest_stable_step(integrator, StabilitySubject(patch(), stiffness, 1.0, damping),
+                             config);
+}
+
+TEST(Stability, TwoParticlesOfOneSpringHaveTheFrequencyOfTheTextbook) {
+  Scene scene = patch();
+  StabilitySubject subject(scene, 0.0, 1.0, 0.0);
+  subject.cloth.hinges.clear();
+  subject.cloth.springs = {{0, 1, subject.cloth.springs[0].rest_length, 40.0, 0.0}};
+  subject.cloth.curve_of_spring.clear();
+  subject.cloth.mass.assign(subject.cloth.mass.size(), 0.1);
+  subject.inv_mass.assign(subject.inv_mass.size(), 10.0);
+  EXPECT_NEAR(fastest_mode(subject).omega, std::sqrt(2.0 * 40.0 / 0.1), 1e-3);
+}
+
+TEST(Stability, SymplecticEulerAndVerletHoldUpToTwoOverOmega) {
+  for (const char* name : {"symplectic_euler", "verlet"}) {
+    const StabilityRow r = row(name, 500.0);
+    EXPECT_NEAR(r.measured / r.predicted, 1.0, 0.03) << name;
+    EXPECT_LE(r.bound, r.predicted * 1.001) << name;
+  }
+}
+
+TEST(Stability, RungeKuttaOfFourthOrderHoldsUpToItsOwnLimit) {
+  const StabilityRow r = row("runge_kutta_4", 500.0);
+  EXPECT_NEAR(r.measured / r.predicted, 1.0, 0.03);
+  const StabilityRow verlet = row("verlet", 500.0);
+  EXPECT_NEAR(r.predicted / verlet.predicted, std::sqrt(2.0), 0.01);  // 2.83 against 2
+}
+
+TEST(Stability, FourTimesTheStiffnessHalvesTheStep) {
+  EXPECT_NEAR(row("symplectic_euler", 400.0).measured / row("symplectic_euler", 1600.0).measured,
+              2.0, 0.06);
+}
+
+TEST(Stability, ALightParticleShortensTheStepByTheRootOfItsMass) {
+  StabilityConfig config;
+  config.steps = 600;
+  const StabilitySubject alike(patch(), 500.0, 1.0, 0.0), light(patch(), 500.0, 1e-2, 0.0);
+  const double ratio = fastest_mode(light).omega / fastest_mode(alike).omega;
+  EXPECT_GT(ratio, 3.0);
+  EXPECT_LT(ratio, 10.0);
+  const StabilityRow r = largest_stable_step("symplectic_euler", light, config);
+  EXPECT_NEAR(r.measured / r.predicted, 1.0, 0.03);
+}
+
+/// The patch held by two corners, to swing.
+Scene hung_patch() {
+  Scene scene = patch();
+  scene.cloths[0].name = "cloth";
+  scene.handles.push_back({"corners", "cloth", {30, 35}, {}, -1.0});
+  return scene;
+}
+
+TEST(Stability, ALimiterDoesNotLengthenTheStepOfAClothThatSwings) {
+  StabilityConfig config;
+  config.steps = 400;
+  const StabilitySubject subject(hung_patch(), 500.0, 1.0, 0.0);
+  const double bound = 2.0 / fastest_mode(subject).omega;
+  for (const char* limiter : {"none", "ordered_position", "ordered_position_velocity"}) {
+    config.limiter = limiter;
+    EXPECT_TRUE(try_step_length("verlet", subject, 0.9 * bound, config).stable) << limiter;
+    EXPECT_FALSE(try_step_length("verlet", subject, 1.1 * bound, config).stable) << limiter;
+    EXPECT_TRUE(try_step_length("implicit_euler", subject, 20.0 * bound, config).stable) << limiter;
+  }
+}
+
+TEST(Stability, ALimiterHoldsBackWhatOneLongImplicitStepOvershoots) {
+  // From level, a net has no stiffness across: a long linearised step falls as if nothing held it.
+  StabilityConfig config;
+  config.steps = 400;
+  const StabilitySubject soft(hung_patch(), 50.0, 1.0, 0.0);
+  const double step = 100.0 * 2.0 / fastest_mode(soft).omega;
+  config.limiter = "none";
+  EXPECT_FALSE(try_step_length("implicit_euler", soft, step, config).stable);
+  config.limiter = "ordered_position";
+  EXPECT_TRUE(try_step_length("implicit_euler", soft, step, config).stable);
+}
+
+TEST(Stability, ImplicitEulerHoldsAtAnyStepAndForwardEulerAtNone) {
+  const StabilityRow implicit = row("implicit_euler", 500.0);
+  EXPECT_TRUE(implicit.any_step);
+  EXPECT_EQ(implicit.measured, 1.0);
+  EXPECT_EQ(row("forward_euler", 500.0).bound, 0.0);
+}
+
+TEST(Stability, TheMapTellsStableFromRefusedFromUnstable) {
+  StabilityConfig config;
+  config.steps = 300;
+  const StabilityMap map =
+      map_stability("symplectic_euler", patch(), {100.0, 1e4}, {1e-5, 1.0}, config);
+  EXPECT_EQ(map.verdict[0], StabilityVerdict::stable);
+  EXPECT_EQ(map.verdict[1], StabilityVerdict::unstable);
+  EXPECT_GT(map.bound[0], map.bound[1]);
+  EXPECT_NE(draw_maps({map}).find("symplectic_euler"), std::string::npos);
+}
+
+class StabilityCommand : public Program {};
+
+TEST_F(StabilityCommand, PrintsARowForEachIntegratorAndStiffnessAndDrawsTheMap) {
+  write("patch.json", R"({"geometry": [{"size": [0.1, 0.1], "cells": [3, 3]}]})");
+  const Outcome outcome =
+      run("stability patch.json --integrator symplectic_euler,implicit_euler --stiffness 100,1000 "
+          "--steps 100 --map map.svg --step 1e-4,1e-2 --json");
+  ASSERT_EQ(outcome.code, 0) << outcome.err << outcome.out;
+  EXPECT_EQ(Json::parse(outcome.out)["results"].size(), 4u);
+  EXPECT_SAYS(content(folder_ / "map.svg"), "<svg");
+  EXPECT_REFUSED(run("stability patch.json --integrator leap"), "there is no \"leap\"");
+  EXPECT_REFUSED(run("stability patch.json --strain-limiter rope"), "there is no \"rope\"");
+  EXPECT_REFUSED(run("stability patch.json --strain-limiter all"), "takes one name");
+}
+
+}  // namespace

@@ -118,7 +118,7 @@ TEST(Hysteresis, ASheetInTheSceneBringsItsLoopWithIt) {
   const double area = (cells - 1) * cell * size;
   EXPECT_NEAR(bending_loop(sheet) / (4.0 * 1.96133e-4 * (250.0 - yield_curvature) * area), 1.0,
               0.01);
-  const Material& m = scene_of(sheet).materials.at("default");
+  const Material m = scene_of(sheet).materials.at("default");
   EXPECT_NEAR(m.bending_stiffness, 0.12 * 9.80665e-5, 1e-15);
   EXPECT_NEAR(bending_along_weft(m), 0.08 * 9.80665e-5, 1e-15);
 }

@@ -13,12 +13,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "crumple.h"
 #include "rolled_mesh.h"
 
 namespace selvedge {
 namespace {
-
-using Vectors = std::vector<Vec3>;
 
 constexpr double pi = std::numbers::pi;
 
@@ -374,6 +373,105 @@ TEST(Append, KeepsTheLawOfEachPiece) {
       alone += force->energy({y, y, piece->mass, 0.0});
   }
   EXPECT_NEAR(together, alone, 1e-12 * alone);
+}
+
+TEST(ClothMeshes, MassesAddUpToDensityTimesArea) {
+  for (const auto make : {make_rectangular, make_triangular}) {
+    const ClothMesh cloth = make({0.7, 0.3, 7, 5}, Material{});
+    double sum = 0.0;
+    for (const double m : cloth.mass) sum += m;
+    EXPECT_NEAR(sum, 0.2 * 0.7 * 0.3, 1e-14);
+    EXPECT_EQ(cloth.mass.size(), cloth.surface.vertices.size());
+    EXPECT_EQ(cloth.strain_limit.size(), cloth.springs.size());
+    EXPECT_NO_THROW(validate(cloth.surface, "cloth"));
+    EXPECT_EQ(cloth.edges, unique_edges(cloth.surface.triangles));
+    for (const Triangle& t : cloth.surface.triangles) {
+      const auto& x = cloth.surface.vertices;
+      EXPECT_GT((x[t[1]] - x[t[0]]).cross(x[t[2]] - x[t[0]]).z(), 0.0);
+    }
+  }
+}
+
+TEST(ClothMeshes, TheRectangleHasTheSpringsOfTheSurvey) {
+  // 50 × 50 particles: 2N(N-1) structural and 2(N-1)² shear.
+  const ClothMesh cloth = make_rectangular({1.0, 1.0, 49, 49}, Material{});
+  EXPECT_EQ(cloth.springs.size(), 2u * 50 * 49 + 2u * 49 * 49);
+  EXPECT_EQ(cloth.surface.triangles.size(), 2u * 49 * 49);
+  // Two for each inner grid edge, one for each cell.
+  EXPECT_EQ(cloth.hinges.size(), 2u * 2 * 49 * 48 + 49 * 49);
+}
+
+TEST(ClothMeshes, BadConfigurationNamesFieldAndValue) {
+  const auto message = [](GridConfig grid, Material material) -> std::string {
+    try {
+      make_rectangular(grid, material);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  };
+  Material material;
+  EXPECT_NE(message({1.0, 1.0, 0, 5}, material).find("cells_x"), std::string::npos);
+  EXPECT_NE(message({-2.5, 1.0, 5, 5}, material).find("-2.5"), std::string::npos);
+  EXPECT_NE(message({1.0, 1.0, 2000000000, 2000000000}, material).find("cells"), std::string::npos);
+  material.density = 0.0;
+  EXPECT_NE(message({}, material).find("density"), std::string::npos);
+  material = {};
+  material.stretch_stiffness = std::nan("");
+  EXPECT_NE(message({}, material).find("stretch_stiffness"), std::string::npos);
+  material = {};
+  material.shear_stiffness = 1e6;
+  EXPECT_NE(message({1.0, 1.0, 10, 50}, material).find("shear_stiffness"), std::string::npos);
+}
+
+TEST(ClothMeshes, BadMeshesAreRefused) {
+  TriangleMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {5, 5, 5}}, {{0, 1, 2}}};
+  EXPECT_THROW(make_from_mesh(mesh, mesh, Material{}), std::invalid_argument);  // stray vertex
+  mesh.vertices.pop_back();
+  EXPECT_NO_THROW(make_from_mesh(mesh, mesh, Material{}));
+  TriangleMesh line = mesh;
+  line.vertices[2] = {2, 0, 0};
+  EXPECT_NO_THROW(make_from_mesh(line, mesh, Material{}));
+  EXPECT_THROW(make_from_mesh(mesh, line, Material{}), std::invalid_argument);
+  TriangleMesh other = mesh;
+  other.triangles[0] = {0, 2, 1};
+  EXPECT_THROW(make_from_mesh(mesh, other, Material{}), std::invalid_argument);
+  EXPECT_THROW(make_from_mesh({}, {}, Material{}), std::invalid_argument);
+}
+
+TEST(ClothMeshes, AppendShiftsEveryIndex) {
+  ClothMesh all = make_rectangular({1, 1, 2, 2}, Material{});
+  const ClothMesh piece = make_triangular({1, 1, 3, 2}, Material{});
+  EXPECT_EQ(append(all, piece), 9);
+  EXPECT_EQ(all.mass.size(), 9 + piece.mass.size());
+  EXPECT_EQ(all.edges, unique_edges(all.surface.triangles));
+  const Spring s = all.springs[all.springs.size() - piece.springs.size()];
+  EXPECT_EQ(s.a, piece.springs[0].a + 9);
+  EXPECT_EQ(all.hinges.back().v[3], piece.hinges.back().v[3] + 9);
+}
+
+TEST(ClothMeshes, EveryElementHasTheDampingOfItsFabric) {
+  Material material;
+  material.spring_damping = 0.02;
+  material.bending_damping = 0.03;
+  ClothMesh grid = make_rectangular({1, 1, 3, 2}, material);
+  ClothMesh triangles = make_triangular({1, 1, 3, 2}, material);
+  ClothMesh file = make_from_mesh(grid.surface, grid.surface, material);
+  for (ClothMesh* cloth : {&grid, &triangles, &file}) {
+    append(*cloth, with_damping(*cloth, 0.5));
+    ASSERT_FALSE(cloth->hinges.empty());
+    const std::size_t springs = cloth->springs.size(), hinges = cloth->hinges.size();
+    for (std::size_t i = 0; i < springs; ++i)
+      EXPECT_EQ(cloth->springs[i].damping, i < springs / 2 ? 0.02 : 0.5) << i;
+    for (std::size_t i = 0; i < hinges; ++i)
+      EXPECT_EQ(cloth->hinges[i].damping, i < hinges / 2 ? 0.03 : 0.5) << i;
+  }
+}
+
+TEST(ClothMeshes, NonManifoldEdgesHaveNoHinge) {
+  TriangleMesh fin{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}},
+                   {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}}};
+  EXPECT_TRUE(make_from_mesh(fin, fin, Material{}).hinges.empty());
 }
 
 }  // namespace

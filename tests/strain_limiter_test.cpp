@@ -9,10 +9,10 @@
 #include <numbers>
 #include <random>
 
+#include "crumple.h"
+
 namespace selvedge {
 namespace {
-
-using Vectors = std::vector<Vec3>;
 
 /// A square net that has been pulled out at random, in a step of h.
 struct Pulled {
@@ -285,6 +285,46 @@ TEST(StrainLimitMethods, RefuseLimitsThatDoNotFit) {
       EXPECT_THROW(entry.make_force(spring, none, 2), std::invalid_argument) << name;
     }
   }
+}
+
+TEST(StrainLimiters, BringEverySpringBelowItsLimitAndKeepMomentum) {
+  const ClothMesh cloth = make_rectangular({1, 1, 20, 20}, Material{});
+  const StrainLimiter limiter(cloth.springs, cloth.strain_limit, cloth.mass.size());
+  Vectors x = random_vectors(cloth.mass.size(), 0.02, 5);
+  std::vector<double> inv_mass;
+  Vec3 before = Vec3::Zero();
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    x[i] += cloth.surface.vertices[i];
+    inv_mass.push_back(1.0 / cloth.mass[i]);
+    before += cloth.mass[i] * x[i];
+  }
+  EXPECT_GT(limiter.measure(x).max_strain, 0.3);
+  const StrainReport report = limiter.apply(inv_mass, 1e-3, 500, x);
+  EXPECT_LE(report.residual, 1e-3);
+  EXPECT_LE(limiter.measure(x).max_strain, 0.1 + 1e-3);
+  EXPECT_GT(report.sweeps, 0);
+  Vec3 after = Vec3::Zero();
+  for (std::size_t i = 0; i < x.size(); ++i) after += cloth.mass[i] * x[i];
+  EXPECT_LT((after - before).norm(), 1e-14);
+}
+
+TEST(StrainLimiters, ReportTheResidualWherePinsAreTooFarApart) {
+  const std::vector<Spring> springs{{0, 1, 1.0, 1.0}, {1, 2, 1.0, 1.0}};
+  const std::vector<double> limits{0.1, 0.1}, inv_mass{0.0, 1.0, 0.0};
+  Vectors x{{0, 0, 0}, {1.3, 0, 0}, {2.4, 0, 0}};
+  const StrainReport report = StrainLimiter(springs, limits, 3).apply(inv_mass, 1e-3, 50, x);
+  EXPECT_EQ(report.sweeps, 50);
+  EXPECT_GE(report.residual, 0.1 - 1e-12);
+  EXPECT_TRUE(x[1].allFinite());
+  EXPECT_EQ(x[0], Vec3(0, 0, 0));
+  EXPECT_EQ(x[2], Vec3(2.4, 0, 0));
+}
+
+TEST(StrainLimiters, RefuseLimitsThatDoNotFit) {
+  const std::vector<Spring> springs{{0, 1, 1.0, 1.0}};
+  const std::vector<double> none, negative{-0.1};
+  EXPECT_THROW(StrainLimiter(springs, none, 2), std::invalid_argument);
+  EXPECT_THROW(StrainLimiter(springs, negative, 2), std::invalid_argument);
 }
 
 }  // namespace

@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: MIT
+#include "scene_file.h"
+
+#include <cmath>
+
+namespace selvedge {
+namespace {
+
+TEST_F(EverythingFile, PiecesAreJoinedScaledTurnedAndMoved) {
+  const Scene scene = read_everything();
+  const BuiltScene built = build_scene(scene);
+  ASSERT_EQ(built.piece_begin.size(), 10u);
+  EXPECT_EQ(built.piece_begin[0], 0);
+  const auto& x = built.cloth.surface.vertices;
+  EXPECT_EQ(static_cast<std::size_t>(built.piece_begin[9]), x.size());
+  ASSERT_EQ(built.velocity.size(), x.size());
+  EXPECT_EQ(built.velocity.front(), Vec3(0, 1, 0));
+  EXPECT_EQ(built.velocity[built.piece_begin[2] - 1], Vec3(0, 0, -1));
+  // Twice 0.5 x 0.75 m about (1, 2, 3), turned by a quarter: 1.5 along x, 1 along y.
+  Vec3 low = x[0], high = x[0];
+  for (int i = 0; i < built.piece_begin[1]; ++i) {
+    low = low.cwiseMin(x[i]);
+    high = high.cwiseMax(x[i]);
+  }
+  EXPECT_LT((high - Vec3(1.75, 2.5, 3)).norm(), 1e-12) << high.transpose();
+  EXPECT_LT((low - Vec3(0.25, 1.5, 3)).norm(), 1e-12) << low.transpose();
+  EXPECT_EQ(x[built.piece_begin[2] - 1], Vec3(0, 1, 9));
+  const std::int32_t end = built.piece_begin[4];  // of the inline mesh
+  EXPECT_EQ(x[end - 1], Vec3(0, 1, 30));
+  EXPECT_NEAR(built.cloth.mass[end - 2] - built.cloth.mass[end - 1], 0.5, 1e-15);
+  EXPECT_EQ(built.bodies.back()->vertex_count(), 3u) << "welded";
+  EXPECT_EQ(built.bodies.size(), scene.bodies.size());
+}
+
+TEST_F(SceneFile, FabricsOfOneSceneKeepTheirOwnDamping) {
+  const BuiltScene built = build_scene(read(R"({"geometry": [{"name": "a", "material": "m"},
+    {"name": "b", "transformation": {"translation": [0, 0, 1]}}],
+    "materials": {"m": {"spring_damping": 0.5, "bending_damping": 0}}})"));
+  const std::int32_t second = built.piece_begin[1];
+  for (const Spring& s : built.cloth.springs)
+    ASSERT_EQ(s.damping, s.a < second ? 0.5 : Material{}.spring_damping);
+  for (const Hinge& h : built.cloth.hinges)
+    ASSERT_EQ(h.damping, h.v[0] < second ? 0.0 : Material{}.bending_damping);
+}
+
+TEST_F(SceneFile, EveryPatternMakesItsMesh) {
+  const auto made = [&](const std::string& pattern) {
+    const std::string piece = R"({"cells": [6, 4], "pattern": ")" + pattern + "\"}";
+    return build_scene(read(R"({"geometry": [)" + piece + "]}")).cloth;
+  };
+  EXPECT_EQ(made("rectangular").springs.size(), 58u + 48);
+  EXPECT_EQ(made("simplified").springs.size(), 58u + 24);
+  EXPECT_EQ(made("checkerboard").springs.size(), 58u + 24);
+  EXPECT_NE(made("checkerboard").surface.triangles, made("simplified").surface.triangles);
+  EXPECT_TRUE(made("responsive").hinges.empty());
+  EXPECT_FALSE(made("responsive").links.empty());
+  EXPECT_EQ(made("arc").surface.vertices.size(), 1u + 6 * 4);
+  EXPECT_EQ(made("triangular").springs.size(), made("triangular").edges.size());
+}
+
+/// A scene of one piece with a material of these laws.
+std::string with_laws(const std::string& piece, const std::string& laws) {
+  return R"({"geometry": [{"material": "m", )" + piece + R"(}], "materials": {"m": {)" + laws +
+         "}}}";
+}
+
+TEST_F(SceneFile, EveryLawReachesTheMesh) {
+  const auto made = [&](const std::string& laws) {
+    return build_scene(read(with_laws(R"("cells": [4, 4])", laws))).cloth;
+  };
+  EXPECT_EQ(made(R"("stretch_law": "tension_only")").curves.at(0).law, StretchLaw::tension_only);
+  EXPECT_EQ(made(R"("stretch_law": "biphasic")").curves.at(0).law, StretchLaw::biphasic);
+  EXPECT_EQ(made(R"("stretch_law": "kawabata")").curves.at(0).law, StretchLaw::kawabata);
+  EXPECT_TRUE(made(R"("stretch_law": "hooke")").curves.empty());
+  EXPECT_EQ(made(R"("shear_law": "twisting")").twists.size(), 4u * 16);
+  EXPECT_TRUE(made(R"("bending_law": "bridson")").hinges.at(0).sine);
+  EXPECT_FALSE(made(R"("bending_law": "hinge")").hinges.at(0).sine);
+  EXPECT_FALSE(made(R"("bending_law": "buckling")").links.empty());
+  EXPECT_FALSE(made(R"("bending_law": "twisting")").twists.empty());
+}
+
+TEST_F(SceneFile, ALawThatAPatternCannotServeIsRefusedWithItsPlace) {
+  const auto refusal = [&](const std::string& piece, const std::string& laws) -> std::string {
+    try {
+      build_scene(read(with_laws(piece, laws)));
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_SAYS(refusal(R"("pattern": "triangular")", R"("bending_law": "twisting")"), "geometry[0]");
+  EXPECT_SAYS(refusal(R"("pattern": "arc")", R"("bending_law": "buckling")"), "take \"hinge\"");
+  EXPECT_SAYS(refusal(R"("pattern": "simplified")", R"("shear_law": "twisting")"), "rectangular");
+  EXPECT_SAYS(refusal(R"("pattern": "arc", "size": [1, 2])", ""), "diameter");
+}
+
+TEST_F(SceneFile, ScalingClothScalesItsRestShape) {
+  write("quad.obj", quad);
+  for (const char* piece : {R"({"cells": [1, 1], "transformation": {"scale": 3}})",
+                            R"({"mesh": "quad.obj", "transformation": {"scale": 3}})"}) {
+    const BuiltScene built = build_scene(read(std::string(R"({"geometry": [)") + piece + "]}"));
+    for (const Spring& s : built.cloth.springs) {
+      const auto& x = built.cloth.surface.vertices;
+      EXPECT_NEAR((x[s.a] - x[s.b]).norm(), s.rest_length, 1e-12);
+    }
+  }
+}
+
+TEST_F(SceneFile, AGridLaidAlongACurveKeepsItsLengths) {
+  // Half a circle of radius 0.1 in the xz-plane, after and before a straight piece.
+  std::string points = "[-0.2, 0, 0], [-0.1, 0, 0], [0, 0, 0]";
+  for (int k = 1; k < 8; ++k) {
+    const double angle = std::acos(-1.0) * k / 8;
+    points += ", [" + std::to_string(0.1 * std::sin(angle)) + ", 0, " +
+              std::to_string(0.1 - 0.1 * std::cos(angle)) + "]";
+  }
+  points += ", [0, 0, 0.2], [-0.1, 0, 0.2], [-0.2, 0, 0.2]";
+  const BuiltScene built = build_scene(
+      read(R"({"geometry": [{"size": [0.71416, 0.1], "cells": [140, 20], "path": {"points": [)" +
+           points + "]}, \"transformation\": {\"translation\": [0, 0, 1]}}]}"));
+  const auto& x = built.cloth.surface.vertices;
+  // Chords of arcs of 5 mm are shorter by (5/100)²/24; the curve itself is a circle within 1 %.
+  for (const Spring& s : built.cloth.springs)
+    ASSERT_NEAR((x[s.a] - x[s.b]).norm() / s.rest_length, 1.0, 0.01);
+  EXPECT_LT((x.front() - Vec3(-0.2, -0.05, 1)).norm(), 1e-12);
+  EXPECT_LT((x.back() - Vec3(-0.2, 0.05, 1.2)).norm(), 1e-12);
+}
+
+TEST_F(SceneFile, APathThatDoesNotFitItsClothIsRefusedWithItsLength) {
+  const auto with = [&](const std::string& path) {
+    try {
+      build_scene(
+          read(R"({"geometry": [{"size": [1, 0.1], "cells": [50, 5], "path": )" + path + "}]}"));
+    } catch (const std::invalid_argument& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_SAYS(with(R"({"points": [[0, 0, 0], [2, 0, 0]]})"), "the curve is 2 m long");
+  EXPECT_SAYS(with(R"({"points": [[0, 0, 0], [1, 0, 0]], "side": [1, 0, 0]})"), "\"side\"");
+  EXPECT_SAYS(with(R"({"points": [[0, 0, 0], [0, 0, 0]]})"), "points 0 and 1 are the same");
+  EXPECT_SAYS(with(R"({"points": [[0, 0, 0]]})"), "at least 2");
+  EXPECT_EQ(with(R"({"points": [[0, 0, 0], [1, 0, 0]]})"), "");
+}
+
+TEST_F(SceneFile, DoubledVerticesOfClothAreRefusedBecauseTheyWouldCollide) {
+  try {
+    build_scene(read(R"({"geometry": [{"name": "c", "mesh": {
+      "vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]],
+      "triangles": [[0, 1, 2], [3, 4, 5]]}}]})"));
+    FAIL() << "accepted";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_SAYS(std::string(error.what()), "vertices 2 and 5 are at the same place");
+    EXPECT_SAYS(std::string(error.what()), "weld");
+  }
+}
+
+TEST_F(SceneFile, AThicknessAboveAnEdgeIsExplained) {
+  const BuiltScene fine =
+      build_scene(read(R"({"geometry": [{"size": [0.1, 0.1], "cells": [40, 40]}]})"));
+  EXPECT_TRUE(fine.warnings.empty());
+  const BuiltScene coarse = build_scene(read(
+      R"({"geometry": [{"size": [0.1, 0.1], "cells": [40, 40]}], "contact": {"thickness": 0.005}})"));
+  ASSERT_EQ(coarse.warnings.size(), 1u);
+  EXPECT_SAYS(coarse.warnings[0], "geometry[0]");
+  EXPECT_SAYS(coarse.warnings[0], "contact.thickness");
+  EXPECT_SAYS(coarse.warnings[0], "0.0025");
+}
+
+TEST_F(SceneFile, AThicknessOfAPairAboveAnEdgeIsExplained) {
+  const char* const text = R"({"geometry": [{"name": "a", "size": [0.1, 0.1], "cells": [40, 40]}],
+    "contact": {"pairs": [{"a": "a", "b": "default", "thickness": 0.005}]}})";
+  const BuiltScene coarse = build_scene(read(text));
+  ASSERT_EQ(coarse.warnings.size(), 1u);
+  EXPECT_SAYS(coarse.warnings[0], "contact.pairs) is 0.005 m");
+}
+
+TEST_F(SceneFile, AFaultyPairIsRefusedInOneSentence) {
+  const auto says = [&](const std::string& pair, const std::string& part) {
+    EXPECT_SAYS(fault(R"({"geometry": [{"name": "shirt"}, {"name": "both"}],
+      "obstacles": [{"name": "ball", "shape": {"type": "sphere", "radius": 1}},
+                    {"name": "both", "shape": {"type": "sphere", "radius": 1}}, {"name": "box",
+        "shape": {"type": "box", "size": [1, 1, 1]}}], "contact": {"pairs": [)" +
+                      pair + "]}}"),
+                part);
+  };
+  says(R"({"a": "shirt", "b": "bal", "friction": 1})",
+       "contact.pairs[0].b: there is no piece, material or obstacle \"bal\"; nearest is \"ball\"");
+  says(R"({"a": "shrit", "b": "ball", "friction": 1})", "nearest is \"shirt\"");
+  says(R"({"a": "defualt", "b": "ball", "friction": 1})", "nearest is \"default\"");
+  says(R"({"a": "ball", "b": "box", "friction": 1})", "two obstacles");
+  says(R"({"a": "shirt", "b": "both", "friction": 1})", "names more than one");
+  says(R"({"a": "shirt", "b": "ball"})", "give it \"friction\" or \"thickness\"");
+  says(R"({"a": "shirt", "friction": 1})", "needs the key \"b\"");
+  says(R"({"a": "shirt", "b": "ball", "friction": -0.1})", "contact.pairs[0].friction");
+  says(R"({"a": "shirt", "b": "ball", "thickness": 0})", "contact.pairs[0].thickness");
+  says(R"({"a": "shirt", "b": "ball", "thickness": -1})", "contact.pairs[0].thickness");
+  says(R"({"a": "shirt", "b": "ball", "thicknes": 1})", "nearest is \"thickness\"");
+}
+
+TEST_F(SceneFile, AMovingObstacleTurnsAboutItsOwnOrigin) {
+  const BuiltScene built = build_scene(read(R"({"geometry": [{}], "obstacles": [{
+    "shape": {"type": "box", "size": [2, 2, 2]}, "transformation": {"translation": [5, 0, 0]},
+    "motion": [{"time": 0}, {"time": 1, "translation": [0, 0, 1], "rotation": {"axis": [0, 0, 1], "angle_deg": 180}}]}]})"));
+  const Body& body = *built.bodies[0];
+  std::vector<Vec3> start(body.vertex_count()), end(body.vertex_count());
+  body.positions(0.0, start);
+  body.positions(1.0, end);
+  for (std::size_t i = 0; i < start.size(); ++i) {
+    const Vec3 turned(10 - start[i].x(), -start[i].y(), start[i].z() + 1);
+    EXPECT_LT((end[i] - turned).norm(), 1e-12);
+  }
+  EXPECT_FALSE(body.is_static(0.0, 1.0));
+}
+
+TEST_F(SceneFile, AnOpenBodyIsWarnedOf) {
+  write("quad.obj", quad);
+  const BuiltScene built = build_scene(
+      read(R"({"geometry": [{}], "obstacles": [{"name": "sheet", "mesh": "quad.obj"}]})"));
+  ASSERT_FALSE(built.warnings.empty());
+  EXPECT_SAYS(built.warnings[0], "obstacles[0] (\"sheet\")");
+}
+
+TEST_F(SceneFile, ABadMeshIsRefusedWithThePlaceInTheScene) {
+  const auto build_fault = [&](const std::string& text) {
+    try {
+      build_scene(read(text));
+    } catch (const std::invalid_argument& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  write("range.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n");
+  write("nan.obj", "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  write("empty.obj", "");
+  write("cut.ply", "ply\nformat ascii 1.0\n");
+  write("points.obj", "v 0 0 0\n");
+  write("quad.obj", quad);
+  write("other.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n");
+  for (const char* name : {"range.obj", "nan.obj", "empty.obj", "cut.ply", "points.obj"}) {
+    const std::string cloth =
+        build_fault(std::string(R"({"geometry": [{"name": "c", "mesh": ")") + name + "\"}]}");
+    EXPECT_SAYS(cloth, "geometry[0] (\"c\")");
+    EXPECT_SAYS(cloth, name);
+    const std::string body =
+        build_fault(std::string(R"({"geometry": [{}], "obstacles": [{"name": "b", "mesh": ")") +
+                    name + "\"}]}");
+    EXPECT_SAYS(body, "obstacles[0] (\"b\")");
+    EXPECT_SAYS(body, name);
+  }
+  EXPECT_SAYS(build_fault(R"({"geometry": [{"mesh": "quad.obj", "rest_mesh": "other.obj"}]})"),
+              "same vertices and triangles");
+  EXPECT_SAYS(
+      build_fault(
+          R"({"geometry": [{}], "obstacles": [{"sequence": {"files": ["quad.obj", "other.obj"]}}]})"),
+      "same vertices and triangles");
+}
+
+}  // namespace
+}  // namespace selvedge

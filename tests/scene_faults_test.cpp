@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: MIT
+#include "scene_file.h"
+
+namespace selvedge {
+namespace {
+
+TEST_F(SceneFile, AMissingFileAFolderAndAnEmptyFileAreSaidToBeThat) {
+  EXPECT_SAYS(fault_of_file(folder_ / "none.json"), "no such file");
+  EXPECT_SAYS(fault_of_file(folder_), "is a folder");
+  EXPECT_SAYS(fault(""), "the file is empty");
+  EXPECT_SAYS(fault(" \n\t\n"), "the file is empty");
+}
+
+TEST_F(SceneFile, ASyntaxErrorHasItsLine) {
+  EXPECT_SAYS(fault("{\n  \"geometry\": [{}],\n  \"time\" {}\n}"), "line 3");
+  EXPECT_SAYS(fault("{\"geometry\": [{}]"), "not valid JSON");
+  EXPECT_SAYS(fault("{\"geometry\": [{}]} x"), "not valid JSON");
+  EXPECT_SAYS(fault("{\"gravity\": [0, 0, NaN], \"geometry\": [{}]}"), "not valid JSON");
+  EXPECT_SAYS(fault("{\"gravity\": [0, 0, 1e999], \"geometry\": [{}]}"), "not valid JSON");
+  EXPECT_SAYS(fault("\x7f"
+                    "ELF\x01\x02"),
+              "not valid JSON");
+}
+
+TEST_F(SceneFile, TruncationAtAnyByteIsAnErrorAndNeverACrash) {
+  const std::string text =
+      R"({"geometry": [{"size": [1, 2.5]}], "time": {"fps": 6e1}, "output": {"vtk": true}})";
+  for (std::size_t size = 0; size < text.size(); ++size)
+    EXPECT_NE(fault(text.substr(0, size)), "") << size;
+  EXPECT_EQ(fault(text), "");
+}
+
+TEST_F(SceneFile, EndlessBracketsAreRefused) {
+  EXPECT_SAYS(fault(std::string(1000000, '[')), "levels of brackets");
+}
+
+TEST_F(SceneFile, ADuplicateKeyIsRefusedWithBothLines) {
+  const std::string sentence =
+      fault("{\n\"geometry\": [{}],\n\"time\": {\"fps\": 1,\n\"fps\": 2}\n}");
+  EXPECT_SAYS(sentence, "line 4, time.fps");
+  EXPECT_SAYS(sentence, "first in line 3");
+}
+
+TEST_F(SceneFile, AnUnknownKeyNamesTheNearestKnownOne) {
+  EXPECT_SAYS(fault(R"({"geometry": [{}], "obstacels": []})"), "nearest is \"obstacles\"");
+  EXPECT_SAYS(fault(R"({"geometry": [{"cell": [1, 1]}]})"), "nearest is \"cells\"");
+  EXPECT_SAYS(fault(R"({"geometry": [{}], "contact": {"thikness": 1}})"),
+              "nearest is \"thickness\"");
+  EXPECT_SAYS(fault(R"({"geometry": [{}], "time": {"frmaes": 1}})"), "time.frmaes");
+  EXPECT_SAYS(fault(R"({"geometry": [{}], "materials": {"x": {"desnity": 1}}})"),
+              "materials.x.desnity: unknown key; nearest is \"density\"");
+  EXPECT_SAYS(
+      fault(R"({"geometry": [{}], "obstacles": [{"shape": {"type": "sphere", "radious": 1}}]})"),
+      "nearest is \"radius\"");
+}
+
+TEST_F(SceneFile, AKeyOfAnotherKindOfPieceIsSaidNotToGoWithIt) {
+  write("quad.obj", quad);
+  EXPECT_SAYS(fault(R"({"geometry": [{"mesh": "quad.obj", "cells": [1, 1]}]})"),
+              "geometry[0].cells: does not go with the other keys");
+  EXPECT_SAYS(
+      fault(R"({"geometry": [{}], "obstacles": [{"shape": {"type": "sphere", "tube": 1}}]})"),
+      "does not go with");
+  EXPECT_SAYS(fault(R"({"geometry": [{}], "obstacles": [{}]})"), "needs one of the keys");
+  EXPECT_SAYS(fault(R"({"geometry": [{}], "obstacles": [{"shape": {"type": "spehre"}}]})"),
+              "nearest is \"sphere\"");
+  EXPECT_SAYS(fault(R"({"geometry": [{}], "obstacles": [{"shape": {"radius": 1}}]})"),
+              "needs the key \"type\"");
+}
+
+TEST_F(SceneFile, AValueOutOfRangeHasLinePathAndBound) {
+  const std::string sentence = fault("{\n\"geometry\": [{\"cells\": [\n5,\n0\n]}]}");
+  EXPECT_SAYS(sentence, "line 4, geometry[0].cells[1]: must be at least 1, is 0");
+}
+
+TEST_F(SceneFile, EachBadNumberIsRefused) {
+  const auto refused = [&](const std::string& path, const std::string& value) {
+    const std::string sentence =
+        fault(R"({"geometry": [{}], "materials": {"default": {}}})", {{path, value}});
+    EXPECT_NE(sentence, "") << path << " = " << value << " was accepted";
+    EXPECT_SAYS(sentence, path.substr(path.rfind('.') + 1));
+  };
+  for (const char* key : {"density", "stretch_stiffness", "strain_limit"}) {
+    refused(std::string("materials.default.") + key, "0");
+    refused(std::string("materials.default.") + key, "-1");
+  }
+  for (const char* key :
+       {"shear_stiffness", "bending_stiffness", "spring_damping", "bending_damping", "friction"})
+    refused(std::string("materials.default.") + key, "-1e-9");
+  for (const auto& [key, value] :
+       {std::pair{"kawabata_lt", "0.5"}, std::pair{"kawabata_lt", "1.1"},
+        std::pair{"kawabata_strain", "0"}, std::pair{"biphasic_strain", "-1"},
+        std::pair{"biphasic_growth", "-1"}, std::pair{"bending_law", "plate"},
+        std::pair{"stretch_law", "rubber"}, std::pair{"shear_law", "none"}})
+    refused(std::string("materials.default.") + key, value);
+  for (const char* value : {"0", "-0.001", "true", "null", "[]", "\"thick\"", "nan"})
+    refused("contact.thickness", value);
+  for (const char* value :
+       {"0", "-5", "1.5", "1e10", "-9223372036854775808", "18446744073709551615", "x"})
+    refused("time.frames", value);
+  refused("time.fps", "0");
+  refused("time.steps_per_frame", "0");
+  refused("time.max_halvings", "-1");
+  refused("gravity", "[0, 0]");
+  refused("gravity", "[0, 0, \"-9.81\"]");
+  refused("solver.tolerance", "0");
+  refused("solver.max_iterations", "0");
+  refused("solver.integrator", "euler");
+  refused("solver.strain_limiter", "positon");
+  refused("solver.strain_limiter", "1");
+  refused("solver.unstable_step", "divide");
+  refused("solver.error", "0");
+  refused("solver.drag", "-1");
+  refused("solver.max_newton", "0");
+  refused("plan.proofs", "1");
+  refused("closed_form.motion", "slide");
+  refused("contact.self", "1");
+  refused("contact.broad_phase", "bvh");
+  refused("contact.narrow_phase", "ccd");
+  refused("contact.response", "contactforce");
+  refused("contact.stiffness", "-1");
+  refused("contact.damping", "-1");
+  refused("contact.restitution", "1.5");
+  refused("contact.retention", "-0.1");
+  refused("contact.slip_speed", "0");
+  refused("contact.sticking", "1");
+  refused("contact.fail_safe", "zones");
+  refused("output.camera.width", "0");
+  refused("output.camera.field_of_view", "180");
+  refused("output.camera.target", "[1.6, -2.2, 1.4]");
+  refused("geometry.0.size", "[1, 0]");
+  refused("geometry.0.transformation.scale", "0");
+  refused("geometry.0.pattern", "hexagonal");
+  refused("geometry", "[]");
+  refused("geometry", "{}");
+}
+
+TEST_F(SceneFile, ARotationWithoutAxisIsRefused) {
+  EXPECT_SAYS(
+      fault(
+          R"({"geometry": [{"transformation": {"rotation": {"axis": [0, 0, 0], "angle_deg": 1}}}]})"),
+      "geometry[0].transformation.rotation.axis: must not be the zero vector");
+  EXPECT_SAYS(fault(R"({"geometry": [{"transformation": {"rotation": {"axis": [0, 0, 1]}}}]})"),
+              "needs the key \"angle_deg\"");
+}
+
+TEST_F(SceneFile, AnUnknownMethodNamesTheNearestKnownOne) {
+  EXPECT_SAYS(fault(R"({"geometry": [{}], "contact": {"broad_phase": "brute_fource"}})"),
+              "nearest is \"brute_force\"");
+}
+
+TEST_F(SceneFile, AReferenceToNothingNamesTheNearestKnownOne) {
+  EXPECT_SAYS(fault(R"({"geometry": [{"material": "sillk"}], "materials": {"silk": {}}})"),
+              "there is no material \"sillk\"; nearest is \"silk\"");
+  EXPECT_SAYS(
+      fault(
+          R"({"geometry": [{"name": "a"}], "handles": [{"geometry": "b", "select": {"edge": "x0"}}]})"),
+      "there is no geometry \"b\"");
+  EXPECT_SAYS(
+      fault(R"({"geometry": [{}], "handles": [{"select": {"edge": "x0"}, "motion": "up"}]})"),
+      "there is no motion \"up\"");
+  EXPECT_SAYS(
+      fault(
+          R"({"geometry": [{"name": "a"}, {"name": "b"}], "handles": [{"select": {"edge": "x0"}}]})"),
+      "needs the key \"geometry\"");
+  EXPECT_SAYS(fault(R"({"geometry": [{"name": "a"}, {"name": "a"}]})"), "is taken");
+}
+
+TEST_F(SceneFile, APinThatDoesNotExistIsRefused) {
+  const auto with = [&](const std::string& select) {
+    return fault(R"({"geometry": [{"name": "g", "cells": [2, 3]}], "handles": [{"select": )" +
+                 select + "}]}");
+  };
+  EXPECT_SAYS(with(R"({"vertices": [0, 12]})"),
+              "handles[0].select.vertices[1]: there is no vertex 12; \"g\" has vertices 0 to 11");
+  EXPECT_SAYS(with(R"({"vertices": [-1]})"), "must be at least 0");
+  EXPECT_SAYS(with(R"({"vertices": []})"), "at least 1");
+  EXPECT_SAYS(with(R"({"box": [[5, 5, 5], [6, 6, 6]]})"),
+              "selects nothing; \"g\" lies from (-0.5, -0.5, 0) to (0.5, 0.5, 0) m");
+  EXPECT_SAYS(with(R"({"box": [[1, 0, 0], [0, 1, 1]]})"), "must be the lowest");
+  EXPECT_SAYS(with(R"({"corners": ["x2y0"]})"), "unknown value");
+  EXPECT_SAYS(with(R"({})"), "needs one of the keys");
+  EXPECT_SAYS(with(R"({"edge": "x0", "vertices": [1]})"), "does not go with");
+}
+
+TEST_F(SceneFile, AVertexHeldTwiceIsRefused) {
+  EXPECT_SAYS(fault(R"({"geometry": [{"name": "g"}], "handles": [
+    {"name": "one", "select": {"edge": "x0"}}, {"select": {"corners": ["x0y0"]}}]})"),
+              "vertex 0 of \"g\" is held by \"one\" already");
+}
+
+TEST_F(SceneFile, KeyframesMustRiseAndAHandleMustStartWhereItIs) {
+  const auto with = [&](const std::string& motion) {
+    return fault(R"({"geometry": [{}], "handles": [{"select": {"edge": "x0"}, "motion": )" +
+                 motion + "}]}");
+  };
+  EXPECT_SAYS(with(R"([{"time": 0}, {"time": 0}])"), "handles[0].motion[1].time: must be later");
+  EXPECT_SAYS(with(R"([{"time": 0, "translation": [0, 0, 1]}])"), "must not translate or rotate");
+  EXPECT_SAYS(with(R"([{"translation": [0, 0, 1]}])"), "needs the key \"time\"");
+  EXPECT_EQ(with(R"([{"time": 1}, {"time": 2, "translation": [0, 0, 1]}])"), "");
+}
+
+TEST_F(SceneFile, CornersAndEdgesOfAGridAreTheRightOnes) {
+  const Scene s = read(
+      R"({"geometry": [{"cells": [2, 3], "transformation": {"rotation": {"axis": [1, 0, 0], "angle_deg": 90}}}],
+    "handles": [{"select": {"corners": ["x1y0", "x0y1"]}}, {"select": {"edge": "y0"}}]})",
+      {{"handles.1.select.edge", "x1"}, {"handles.0.select.corners", "[\"x0y1\"]"}});
+  EXPECT_EQ(s.handles[0].vertices, (std::vector<std::int32_t>{9}));
+  EXPECT_EQ(s.handles[1].vertices, (std::vector<std::int32_t>{2, 5, 8, 11}));
+}
+
+TEST_F(SceneFile, CornersOfAMeshAreRefused) {
+  write("quad.obj", quad);
+  EXPECT_SAYS(
+      fault(R"({"geometry": [{"mesh": "quad.obj"}], "handles": [{"select": {"edge": "x0"}}]})"),
+      "is a mesh and not a grid");
+}
+
+TEST_F(SceneFile, AMissingMeshIsNamedWithARemedy) {
+  EXPECT_SAYS(fault(R"({"geometry": [{"mesh": "none.obj"}]})"),
+              "geometry[0].mesh: there is no file");
+  EXPECT_SAYS(fault(R"({"geometry": [{}], "obstacles": [{"mesh": "../fetched/none.off"}]})"),
+              "fetch it with scripts/fetch_bodies.sh");
+  EXPECT_SAYS(fault(R"({"geometry": [{}], "obstacles": [{"mesh": "."}]})"), "is a folder");
+  EXPECT_SAYS(fault(R"({"geometry": [{}], "obstacles": [{"sequence": {"files": "w_##.obj"}}]})"),
+              "there is no file");
+  EXPECT_SAYS(fault(R"({"geometry": [{}], "obstacles": [{"sequence": {"files": "w.obj"}}]})"),
+              "needs a list of files");
+}
+
+}  // namespace
+}  // namespace selvedge

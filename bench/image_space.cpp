@@ -5,6 +5,7 @@
 #include <selvedge/broadphase/image_space.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/triangle_mesh.h>
+#include <selvedge/tests/owned_surface.h>
 
 #include <algorithm>
 #include <chrono>
@@ -17,16 +18,7 @@
 namespace {
 
 using namespace selvedge;
-
-struct Surface {
-  std::vector<Vec3> x_t0, x_t1;
-  std::vector<Edge> edges;
-  std::vector<Triangle> triangles;
-  double thickness = 0.0;
-  std::uint64_t static_id = 0;
-
-  SurfaceView view() const { return {x_t0, x_t1, edges, triangles, thickness, static_id}; }
-};
+using Surface = OwnedSurface;
 
 Surface body_of(int faces) {
   TriangleMesh mesh = make_mannequin({.faces = faces});

@@ -11,50 +11,13 @@
 #include <limits>
 #include <random>
 
+#include "broad_phase_trial.h"
+
 using namespace selvedge;
 
 namespace {
 
-struct Surface {
-  std::vector<Vec3> x_t0, x_t1;
-  std::vector<Edge> edges;
-  std::vector<Triangle> triangles;
-  double thickness = 0.0;
-  std::uint64_t static_id = 0;
-
-  SurfaceView view() const { return {x_t0, x_t1, edges, triangles, thickness, static_id}; }
-  void close() {
-    x_t1 = x_t0;
-    edges = unique_edges(triangles);
-  }
-};
-
-class Random {
- public:
-  explicit Random(unsigned seed) : engine_(seed) {}
-  double uniform(double lo, double hi) {
-    return std::uniform_real_distribution<double>(lo, hi)(engine_);
-  }
-  int integer(int lo, int hi) { return std::uniform_int_distribution<int>(lo, hi)(engine_); }
-  Vec3 vector(double r) { return {uniform(-r, r), uniform(-r, r), uniform(-r, r)}; }
-
- private:
-  std::mt19937 engine_;
-};
-
-Surface grid(int n, double size) {
-  Surface s;
-  for (int j = 0; j <= n; ++j)
-    for (int i = 0; i <= n; ++i) s.x_t0.push_back({size * i / n, size * j / n, 0.0});
-  const auto at = [n](int i, int j) { return j * (n + 1) + i; };
-  for (int j = 0; j < n; ++j)
-    for (int i = 0; i < n; ++i) {
-      s.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
-      s.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
-    }
-  s.close();
-  return s;
-}
+using Surface = OwnedSurface;
 
 void jiggle(Surface& s, Random& random, double amount) {
   for (std::size_t i = 0; i < s.x_t0.size(); ++i) s.x_t1[i] = s.x_t0[i] + random.vector(amount);
@@ -62,7 +25,7 @@ void jiggle(Surface& s, Random& random, double amount) {
 
 /// Folds a sheet into a small box: many layers, many pairs.
 Surface crumpled(Random& random, int n, double box) {
-  Surface s = grid(n, 1.0);
+  Surface s = flat_sheet(n, n, 1.0);
   for (Vec3& x : s.x_t0)
     for (int k = 0; k < 3; ++k) {
       const double turn = x[k] * (1.0 + 0.3 * k) + x[(k + 1) % 3];
@@ -89,7 +52,8 @@ Surface soup(Random& random) {
 /// A random scene of one of several kinds, most of them nasty.
 Surface make_scene(unsigned seed) {
   Random random(seed);
-  Surface s = grid(random.integer(1, 12), 1.0);
+  const int n = random.integer(1, 12);
+  Surface s = flat_sheet(n, n, 1.0);
   switch (seed % 10) {
     case 0:
     case 1:
@@ -131,28 +95,6 @@ Surface make_scene(unsigned seed) {
   }
   s.thickness = random.integer(0, 2) * 0.01;
   return s;
-}
-
-CandidatePairs pairs_of(BroadPhase& detector, const Surface& a, const Surface& b) {
-  CandidatePairs out;
-  detector.find_pairs(a.view(), b.view(), out);
-  return out;
-}
-
-CandidatePairs self_pairs_of(BroadPhase& detector, const Surface& a) {
-  CandidatePairs out;
-  detector.find_self_pairs(a.view(), out);
-  return out;
-}
-
-::testing::AssertionResult same(const CandidatePairs& a, const CandidatePairs& b) {
-  if (a.point_triangle == b.point_triangle && a.triangle_point == b.triangle_point &&
-      a.edge_edge == b.edge_edge)
-    return ::testing::AssertionSuccess();
-  return ::testing::AssertionFailure()
-         << a.point_triangle.size() << "/" << a.triangle_point.size() << "/" << a.edge_edge.size()
-         << " pairs against " << b.point_triangle.size() << "/" << b.triangle_point.size() << "/"
-         << b.edge_edge.size();
 }
 
 std::string message_of(BroadPhase& detector, const Surface& a) {
@@ -230,7 +172,7 @@ TEST_F(BroadPhaseAdapters, FindTheSameWithAnyNumberOfThreads) {
 TEST_F(BroadPhaseAdapters, FollowASurfaceThatMovesSmoothlyThenWildly) {
   for (const std::string& name : names_) {
     Random random(5);
-    Surface a = grid(20, 1.0), b = grid(12, 1.0);
+    Surface a = flat_sheet(20, 20, 1.0), b = flat_sheet(12, 12, 1.0);
     a.thickness = 0.004;
     auto kept = make(name);
     for (int step = 0; step < 30; ++step) {
@@ -246,7 +188,7 @@ TEST_F(BroadPhaseAdapters, FollowASurfaceThatMovesSmoothlyThenWildly) {
 
 TEST_F(BroadPhaseAdapters, KeepAStaticSurfaceUntilItsIdOrThicknessChanges) {
   for (const std::string& name : names_) {
-    Surface cloth = grid(30, 1.0), body = grid(20, 1.0);
+    Surface cloth = flat_sheet(30, 30, 1.0), body = flat_sheet(20, 20, 1.0);
     cloth.thickness = 0.0103;  // No box just touches another.
     body.static_id = 77;
     auto kept = make(name);
@@ -270,14 +212,14 @@ TEST_F(BroadPhaseAdapters, KeepAStaticSurfaceUntilItsIdOrThicknessChanges) {
 TEST_F(BroadPhaseAdapters, NameTheVertexThatIsNotFinite) {
   for (const std::string& name : names_) {
     auto detector = make(name);
-    Surface s = grid(20, 1.0);
+    Surface s = flat_sheet(20, 20, 1.0);
     self_pairs_of(*detector, s);
     s.x_t1[137].y() = std::nan("");
     EXPECT_NE(message_of(*detector, s).find("vertex 137"), std::string::npos) << name;
     s.x_t1[137].y() = 0.0;
     s.x_t0[440].x() = -std::numeric_limits<double>::infinity();
     EXPECT_NE(message_of(*detector, s).find("vertex 440"), std::string::npos) << name;
-    const Surface good = grid(2, 1.0);
+    const Surface good = flat_sheet(2, 2, 1.0);
     EXPECT_THROW(pairs_of(*detector, good, s), std::invalid_argument) << name;
     s.x_t0[440].x() = 1.0;
     EXPECT_TRUE(same(self_pairs_of(*detector, s), self_pairs_of(*brute_, s))) << name;

@@ -14,10 +14,10 @@
 #include <map>
 #include <random>
 
+#include "dense_force.h"
+
 namespace selvedge {
 namespace {
-
-using Vectors = std::vector<Vec3>;
 
 double sum(const std::vector<double>& values) {
   double total = 0.0;
@@ -29,15 +29,6 @@ Vec3 momentum(const std::vector<double>& mass, const Vectors& v) {
   Vec3 total = Vec3::Zero();
   for (std::size_t i = 0; i < v.size(); ++i) total += mass[i] * v[i];
   return total;
-}
-
-Vectors random_vectors(std::size_t n, double size, unsigned seed) {
-  std::mt19937 generator(seed);
-  std::uniform_real_distribution<double> coordinate(-size, size);
-  Vectors out(n);
-  for (Vec3& v : out)
-    for (int k = 0; k < 3; ++k) v[k] = coordinate(generator);
-  return out;
 }
 
 const GridConfig kGrid{0.6, 0.4, 6, 4};

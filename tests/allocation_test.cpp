@@ -4,24 +4,9 @@
 #include <gtest/gtest.h>
 #include <selvedge/narrowphase/ccd_exact.h>
 
-#include <atomic>
-#include <cstdlib>
-#include <new>
 #include <random>
 
-namespace {
-
-std::atomic<std::size_t> allocations{0};
-
-}  // namespace
-
-void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* p = std::malloc(size)) return p;
-  throw std::bad_alloc();
-}
-void operator delete(void* p) noexcept { std::free(p); }
-void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+#include "count_allocations.h"
 
 namespace {
 

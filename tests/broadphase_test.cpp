@@ -11,51 +11,13 @@
 #include <set>
 #include <stdexcept>
 
+#include "broad_phase_trial.h"
+
 using namespace selvedge;
 
 namespace {
 
-/// A surface that owns its arrays.
-struct Surface {
-  std::vector<Vec3> x_t0, x_t1;
-  std::vector<Edge> edges;
-  std::vector<Triangle> triangles;
-  double thickness = 0.0;
-  std::uint64_t static_id = 0;
-
-  SurfaceView view() const { return {x_t0, x_t1, edges, triangles, thickness, static_id}; }
-  void close() {
-    x_t1 = x_t0;
-    edges = unique_edges(triangles);
-  }
-};
-
-class Random {
- public:
-  explicit Random(unsigned seed) : engine_(seed) {}
-  double uniform(double lo, double hi) {
-    return std::uniform_real_distribution<double>(lo, hi)(engine_);
-  }
-  int integer(int lo, int hi) { return std::uniform_int_distribution<int>(lo, hi)(engine_); }
-  Vec3 vector(double r) { return {uniform(-r, r), uniform(-r, r), uniform(-r, r)}; }
-
- private:
-  std::mt19937 engine_;
-};
-
-Surface grid(int nx, int ny, double size) {
-  Surface s;
-  for (int j = 0; j <= ny; ++j)
-    for (int i = 0; i <= nx; ++i) s.x_t0.push_back({size * i / nx, size * j / ny, 0.0});
-  const auto at = [nx](int i, int j) { return j * (nx + 1) + i; };
-  for (int j = 0; j < ny; ++j)
-    for (int i = 0; i < nx; ++i) {
-      s.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
-      s.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
-    }
-  s.close();
-  return s;
-}
+using Surface = OwnedSurface;
 
 void jiggle(Surface& s, Random& random, double amount) {
   for (std::size_t i = 0; i < s.x_t0.size(); ++i) s.x_t1[i] = s.x_t0[i] + random.vector(amount);
@@ -70,28 +32,6 @@ void crumple(Surface& s, Random& random, double box) {
       x[k] = turn + random.uniform(0.0, 0.05 * box);
     }
   s.x_t1 = s.x_t0;
-}
-
-CandidatePairs pairs_of(BroadPhase& detector, const Surface& a, const Surface& b) {
-  CandidatePairs out;
-  detector.find_pairs(a.view(), b.view(), out);
-  return out;
-}
-
-CandidatePairs self_pairs_of(BroadPhase& detector, const Surface& a) {
-  CandidatePairs out;
-  detector.find_self_pairs(a.view(), out);
-  return out;
-}
-
-::testing::AssertionResult same(const CandidatePairs& a, const CandidatePairs& b) {
-  if (a.point_triangle == b.point_triangle && a.triangle_point == b.triangle_point &&
-      a.edge_edge == b.edge_edge)
-    return ::testing::AssertionSuccess();
-  return ::testing::AssertionFailure()
-         << a.point_triangle.size() << "/" << a.triangle_point.size() << "/" << a.edge_edge.size()
-         << " pairs against " << b.point_triangle.size() << "/" << b.triangle_point.size() << "/"
-         << b.edge_edge.size();
 }
 
 template <class Pair>
@@ -121,7 +61,7 @@ TEST(BruteForce, FindsPairsThatTouchAndLeavesOutThoseThatShareAVertex) {
 }
 
 TEST(BruteForce, SweepsOverTheWholeStep) {
-  Surface a = grid(1, 1, 1.0), b = grid(1, 1, 1.0);
+  Surface a = flat_sheet(1, 1, 1.0), b = flat_sheet(1, 1, 1.0);
   for (Vec3& x : b.x_t0) x += Vec3(0, 0, 1);
   for (Vec3& x : b.x_t1) x += Vec3(0, 0, -1);
   auto detector = make_brute_force();
@@ -139,7 +79,7 @@ TEST(Bvh, FindsWhatBruteForceFindsWithNarrowVectors) {
 
 TEST(Bvh, TakesEdgesThatComeTwiceOrAreOneVertex) {
   Random random(8);
-  Surface s = grid(6, 6, 1.0);
+  Surface s = flat_sheet(6, 6, 1.0);
   for (int i = 0; i < 40; ++i) s.edges.push_back({random.integer(0, 48), random.integer(0, 48)});
   s.edges.insert(s.edges.end(), 20, s.edges.front());
   s.thickness = 0.02;
@@ -149,7 +89,7 @@ TEST(Bvh, TakesEdgesThatComeTwiceOrAreOneVertex) {
 
 TEST(Bvh, ListsAreSortedAndFreeOfDuplicates) {
   Random random(3);
-  Surface s = grid(40, 40, 1.0);
+  Surface s = flat_sheet(40, 40, 1.0);
   crumple(s, random, 0.1);
   auto detector = make_bvh_aabb();
   const CandidatePairs pairs = self_pairs_of(*detector, s);
@@ -161,7 +101,7 @@ TEST(Bvh, ListsAreSortedAndFreeOfDuplicates) {
 
 TEST(Bvh, FindsTheSameWithAnyNumberOfThreads) {
   Random random(4);
-  Surface a = grid(45, 45, 1.0), b = grid(40, 40, 1.0);
+  Surface a = flat_sheet(45, 45, 1.0), b = flat_sheet(40, 40, 1.0);
   crumple(a, random, 0.2);
   crumple(b, random, 0.25);
   jiggle(a, random, 0.005);
@@ -179,7 +119,7 @@ TEST(Bvh, FindsTheSameWithAnyNumberOfThreads) {
 
 TEST(Bvh, ARefittedTreeFindsWhatAFreshOneFinds) {
   Random random(5);
-  Surface a = grid(24, 18, 1.0), b = grid(12, 12, 1.0);
+  Surface a = flat_sheet(24, 18, 1.0), b = flat_sheet(12, 12, 1.0);
   a.thickness = 0.004;
   auto kept = make_bvh_aabb(), brute = make_brute_force();
   int refits = 0;
@@ -197,7 +137,7 @@ TEST(Bvh, ARefittedTreeFindsWhatAFreshOneFinds) {
 
 TEST(Bvh, ATreeThatHasLostItsShapeIsBuiltAnew) {
   Random random(6);
-  Surface a = grid(20, 20, 1.0);
+  Surface a = flat_sheet(20, 20, 1.0);
   auto detector = make_bvh_aabb();
   self_pairs_of(*detector, a);
   for (Vec3& x : a.x_t1) x = random.vector(1.0);
@@ -225,7 +165,7 @@ TEST(Bvh, SurfacesMayComeInAnyOrderAndNumber) {
 }
 
 TEST(Bvh, TheSameArraysWithOtherTrianglesAreNoticed) {
-  Surface s = grid(10, 10, 1.0);
+  Surface s = flat_sheet(10, 10, 1.0);
   s.thickness = 0.01;
   auto kept = make_bvh_aabb(), brute = make_brute_force();
   self_pairs_of(*kept, s);
@@ -236,7 +176,7 @@ TEST(Bvh, TheSameArraysWithOtherTrianglesAreNoticed) {
 }
 
 TEST(Bvh, AStaticSurfaceIsKeptUntilItsIdChanges) {
-  Surface cloth = grid(30, 30, 1.0), body = grid(20, 20, 1.0);
+  Surface cloth = flat_sheet(30, 30, 1.0), body = flat_sheet(20, 20, 1.0);
   body.static_id = 77;
   cloth.thickness =
       0.0103;  // No box just touches another, so nothing is looked at again in double.
@@ -256,7 +196,7 @@ TEST(Bvh, AStaticSurfaceIsKeptUntilItsIdChanges) {
 }
 
 TEST(Bvh, AStaticSurfaceCostsNothingAndFollowsThicknessAndOrigin) {
-  Surface cloth = grid(30, 30, 1.0), body = grid(20, 20, 1.0);
+  Surface cloth = flat_sheet(30, 30, 1.0), body = flat_sheet(20, 20, 1.0);
   cloth.static_id = 5;
   body.static_id = 6;
   for (Vec3& x : body.x_t0) x.z() += 0.1;
@@ -282,7 +222,7 @@ TEST(Bvh, AStaticSurfaceCostsNothingAndFollowsThicknessAndOrigin) {
 TEST(BroadPhases, EmptySurfacesHaveNoPairs) {
   for (const auto& [name, make] : broad_phases()) {
     auto detector = make();
-    const Surface none, some = grid(3, 3, 1.0);
+    const Surface none, some = flat_sheet(3, 3, 1.0);
     if (detector->traits().self) {
       EXPECT_EQ(self_pairs_of(*detector, none).size(), 0u) << name;
     }
@@ -292,7 +232,7 @@ TEST(BroadPhases, EmptySurfacesHaveNoPairs) {
 }
 
 TEST(BroadPhases, StopLongBeforeTheMemoryIsFull) {
-  Surface s = grid(120, 120, 1.0);  // All in one point: 1.3·10^9 pairs.
+  Surface s = flat_sheet(120, 120, 1.0);  // All in one point: 1.3·10^9 pairs.
   for (Vec3& x : s.x_t0) x = Vec3(1, 2, 3);
   s.x_t1 = s.x_t0;
   auto detector = make_bvh_aabb();
@@ -303,7 +243,7 @@ TEST(BroadPhases, StopLongBeforeTheMemoryIsFull) {
 }
 
 TEST(BroadPhases, SpikesStayCheap) {
-  Surface cloth = grid(100, 100, 1.0);
+  Surface cloth = flat_sheet(100, 100, 1.0);
   cloth.thickness = 0.001;
   for (int spike = 0; spike < 20; ++spike) cloth.x_t1[500 * spike + 57] += Vec3(1e3, 1e3, 1e3);
   auto detector = make_bvh_aabb();

@@ -16,36 +16,13 @@
 #include <random>
 #include <set>
 
+#include "broad_phase_trial.h"
+
 using namespace selvedge;
 
 namespace {
 
-/// A surface that owns its arrays.
-struct Surface {
-  std::vector<Vec3> x_t0, x_t1;
-  std::vector<Edge> edges;
-  std::vector<Triangle> triangles;
-  double thickness = 0.0;
-  std::uint64_t static_id = 0;
-  RigidMotion rigid;  ///< counts if its id is not 0
-
-  SurfaceView view() const {
-    return {x_t0, x_t1, edges, triangles, thickness, static_id, rigid.id ? &rigid : nullptr};
-  }
-};
-
-class Random {
- public:
-  explicit Random(unsigned seed) : engine_(seed) {}
-  double uniform(double lo, double hi) {
-    return std::uniform_real_distribution<double>(lo, hi)(engine_);
-  }
-  int integer(int lo, int hi) { return std::uniform_int_distribution<int>(lo, hi)(engine_); }
-  Vec3 vector(double r) { return {uniform(-r, r), uniform(-r, r), uniform(-r, r)}; }
-
- private:
-  std::mt19937 engine_;
-};
+using Surface = OwnedSurface;
 
 /// A square sheet of n x n cells, folded into a box of side `box`, every vertex moving.
 Surface crumpled(int n, double box, double speed, unsigned seed) {
@@ -79,23 +56,6 @@ void add_scaled_copy(Surface& s, double scale) {
     s.triangles.push_back({i + n, j + n, k + n});
   }
   s.edges = unique_edges(s.triangles);
-}
-
-CandidatePairs self_pairs_of(BroadPhase& detector, const Surface& a) {
-  CandidatePairs out;
-  detector.find_self_pairs(a.view(), out);
-  return out;
-}
-
-CandidatePairs pairs_of(BroadPhase& detector, const Surface& a, const Surface& b) {
-  CandidatePairs out;
-  detector.find_pairs(a.view(), b.view(), out);
-  return out;
-}
-
-bool same(const CandidatePairs& a, const CandidatePairs& b) {
-  return a.point_triangle == b.point_triangle && a.triangle_point == b.triangle_point &&
-         a.edge_edge == b.edge_edge;
 }
 
 Vec3 at(const Surface& s, std::int32_t v, double t) {

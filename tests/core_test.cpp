@@ -60,7 +60,7 @@ TEST(Forces, TheVelocityJacobianIsExact) {
     // -h D - h² K at h and 2h give D alone: D = (4 J(h) - J(2h)) / (-2h).
     constexpr double h = 0.01;
     const Eigen::MatrixXd d =
-        (4.0 * dense_jacobian(*force, c.state(), h) - dense_jacobian(*force, c.state(), 2.0 * h)) /
+        (4.0 * assembled(*force, c.state(), h) - assembled(*force, c.state(), 2.0 * h)) /
         (-2.0 * h);
     const Eigen::MatrixXd exact = difference_jacobian(*force, c, true);
     EXPECT_LT((d - exact).norm(), 1e-7 * (exact.norm() + 1e-12)) << name;
@@ -73,7 +73,7 @@ TEST(Forces, TheStretchedSpringJacobianIsExact) {
   for (Vec3& x : c.x) x *= 1.5;  // every spring longer than at rest: nothing is dropped
   const auto force = make_hooke_force(with_damping(c.cloth, 0.0).springs, c.x.size());
   const Eigen::MatrixXd exact = difference_jacobian(*force, c, false);
-  EXPECT_LT((dense_jacobian(*force, c.state(), 1.0) + exact).norm(), 1e-7 * exact.norm());
+  EXPECT_LT((assembled(*force, c.state(), 1.0) + exact).norm(), 1e-7 * exact.norm());
 }
 
 TEST(Forces, TheBendingJacobianIsExactAtTheRestAngle) {
@@ -83,14 +83,14 @@ TEST(Forces, TheBendingJacobianIsExactAtTheRestAngle) {
   for (Hinge& hinge : c.cloth.hinges) hinge.rest_angle = detail::dihedral(c.x, hinge.v).angle;
   const auto force = make_bending_force(with_damping(c.cloth, 0.0).hinges, c.x.size());
   const Eigen::MatrixXd exact = difference_jacobian(*force, c, false);
-  EXPECT_LT((dense_jacobian(*force, c.state(), 1.0) + exact).norm(), 1e-6 * exact.norm());
+  EXPECT_LT((assembled(*force, c.state(), 1.0) + exact).norm(), 1e-6 * exact.norm());
 }
 
 TEST(Forces, TheAssembledMatrixIsSymmetricAndPositiveSemidefinite) {
   for (const double noise : {0.0, 0.01, 0.05, 0.2}) {
     const Crumple c(noise);
     for (const auto& [name, force] : all_forces(c, 0.02)) {
-      const Eigen::MatrixXd a = dense_jacobian(*force, c.state(), 0.01);
+      const Eigen::MatrixXd a = assembled(*force, c.state(), 0.01);
       EXPECT_LE((a - a.transpose()).norm(), 1e-13 * a.norm()) << name;
       const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(a, Eigen::EigenvaluesOnly);
       EXPECT_GE(solver.eigenvalues().minCoeff(), -1e-12 * a.norm()) << name << " " << noise;
@@ -168,7 +168,7 @@ TEST(Forces, DegenerateShapesGiveFiniteForces) {
   c.x.assign(c.x.size(), Vec3(1.0, 2.0, 3.0));
   for (const auto& [name, force] : all_forces(c, 0.02)) {
     EXPECT_TRUE(flat(force_at(*force, c.state())).allFinite()) << name;
-    EXPECT_TRUE(dense_jacobian(*force, c.state(), 0.01).allFinite()) << name;
+    EXPECT_TRUE(assembled(*force, c.state(), 0.01).allFinite()) << name;
   }
 }
 

@@ -3,33 +3,17 @@
 // A crumpled piece of cloth, the forces on it and their Jacobians, as dense matrices.
 #pragma once
 
-#include <selvedge/core/block_matrix.h>
 #include <selvedge/core/cloth_mesh.h>
-#include <selvedge/core/force.h>
 
 #include <Eigen/Geometry>
 #include <memory>
-#include <random>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "dense_force.h"
+
 namespace selvedge {
-
-using Vectors = std::vector<Vec3>;
-
-inline Vectors random_vectors(std::size_t n, double size, unsigned seed) {
-  std::mt19937 generator(seed);
-  std::uniform_real_distribution<double> coordinate(-size, size);
-  Vectors out(n);
-  for (Vec3& v : out)
-    for (int k = 0; k < 3; ++k) v[k] = coordinate(generator);
-  return out;
-}
-
-inline Eigen::Map<const Eigen::VectorXd> flat(const Vectors& v) {
-  return {v.data()->data(), static_cast<Eigen::Index>(3 * v.size())};
-}
 
 /// A crumpled piece of cloth: rest shape plus noise of `noise` metres.
 struct Crumple {
@@ -86,31 +70,6 @@ inline std::vector<NamedForce> all_forces(const Crumple& c, double damping) {
   forces.push_back({"air", make_air_force({{1.0, 2.0, 3.0}, 0.5, 0.2}, c.cloth.surface.triangles,
                                           c.areas(), c.x.size())});
   return forces;
-}
-
-inline Vectors force_at(const Force& force, const ForceState& state) {
-  Vectors f(state.x.size(), Vec3::Zero());
-  force.add_force(state, f);
-  return f;
-}
-
-/// The assembled -h ∂F/∂v - h² ∂F/∂x as a dense matrix.
-inline Eigen::MatrixXd dense_jacobian(Force& force, const ForceState& state, double h) {
-  const std::size_t n = state.x.size();
-  std::vector<Edge> links;
-  force.add_links(links);
-  BlockMatrix a(n, links);
-  force.bind(a);
-  force.add_jacobian(state, h, a);
-  Eigen::MatrixXd dense(3 * n, 3 * n);
-  Vectors e(n, Vec3::Zero()), column(n);
-  for (std::size_t k = 0; k < 3 * n; ++k) {
-    e[k / 3][k % 3] = 1.0;
-    a.multiply(e, column);
-    e[k / 3][k % 3] = 0.0;
-    dense.col(k) = flat(column);
-  }
-  return dense;
 }
 
 /// ∂F/∂x (or ∂F/∂v) by central differences.

@@ -15,18 +15,13 @@
 #include <numbers>
 #include <random>
 
+#include "owned_surface.h"
+
 using namespace selvedge;
 
 namespace {
 
-struct Surface {
-  std::vector<Vec3> x_t0, x_t1;
-  std::vector<Edge> edges;
-  std::vector<Triangle> triangles;
-  double thickness = 0.0;
-
-  SurfaceView view() const { return {x_t0, x_t1, edges, triangles, thickness, 0}; }
-};
+using Surface = OwnedSurface;
 
 /// A grid of nx x ny cells whose point (u, v), both in [0, 1], lies at shape(u, v); at rest.
 Surface sheet(int nx, int ny, double thickness, const std::function<Vec3(double, double)>& shape) {

@@ -5,7 +5,7 @@
 // bench/internal_forces.
 #pragma once
 
-#include <selvedge/core/force.h>
+#include <selvedge/tests/dense_force.h>
 #include <selvedge/tests/hyper_dual.h>
 
 #include <functional>
@@ -15,8 +15,6 @@
 #include <vector>
 
 namespace selvedge::testing {
-
-using Vectors = std::vector<Vec3>;
 
 /// The energy of a case as its paper has it, of hyper-dual positions.
 using EnergyOracle = std::function<HyperDual(std::span<const HyperVec>)>;
@@ -46,11 +44,6 @@ enum class Shape {
 };
 constexpr int kShapes = 8;
 
-struct ForceStateOwner {
-  Vectors x, v;
-  std::vector<double> mass;
-  ForceState view() const { return {x, v, mass, 0.0}; }
-};
 ForceStateOwner random_state(const ForceCase& c, Shape shape, std::mt19937& random);
 
 /// Sum and moment of the forces of a state, relative to Σ|f| and Σ|x - centre| |f|; infinite where

@@ -2,9 +2,7 @@
 //
 // The internal forces beside Hooke and the hinge: whole meshes of them, closed forms. What holds
 // for each of them in any state is in internal_force_test.
-#include <selvedge/core/block_matrix.h>
 #include <selvedge/core/detail/dihedral.h>
-#include <selvedge/core/force.h>
 #include <selvedge/core/integrator.h>
 #include <selvedge/core/kawabata.h>
 
@@ -15,56 +13,12 @@
 #include <numbers>
 #include <random>
 
+#include "dense_force.h"
+
 namespace selvedge {
 namespace {
 
-using Vectors = std::vector<Vec3>;
-
 constexpr double pi = std::numbers::pi;
-
-Vectors random_vectors(std::size_t n, double size, unsigned seed) {
-  std::mt19937 generator(seed);
-  std::uniform_real_distribution<double> coordinate(-size, size);
-  Vectors out(n);
-  for (Vec3& v : out)
-    for (int k = 0; k < 3; ++k) v[k] = coordinate(generator);
-  return out;
-}
-
-Eigen::Map<const Eigen::VectorXd> flat(const Vectors& v) {
-  return {v.data()->data(), static_cast<Eigen::Index>(3 * v.size())};
-}
-
-struct State {
-  Vectors x, v;
-  std::vector<double> mass;
-  ForceState view() const { return {x, v, mass, 0.0}; }
-};
-
-Vectors force_at(const Force& force, const State& state) {
-  Vectors f(state.x.size(), Vec3::Zero());
-  force.add_force(state.view(), f);
-  return f;
-}
-
-/// The assembled -h ∂F/∂v - h² ∂F/∂x as a dense matrix.
-Eigen::MatrixXd assembled(Force& force, const State& state, double h) {
-  const std::size_t n = state.x.size();
-  std::vector<Edge> links;
-  force.add_links(links);
-  BlockMatrix a(n, links);
-  force.bind(a);
-  force.add_jacobian(state.view(), h, a);
-  Eigen::MatrixXd dense(3 * n, 3 * n);
-  Vectors e(n, Vec3::Zero()), column(n);
-  for (std::size_t k = 0; k < 3 * n; ++k) {
-    e[k / 3][k % 3] = 1.0;
-    a.multiply(e, column);
-    e[k / 3][k % 3] = 0.0;
-    dense.col(k) = flat(column);
-  }
-  return dense;
-}
 
 /// Central differences of fourth order: error (step/size)⁴ and rounding 1e-16·size/step.
 template <class F>
@@ -83,7 +37,7 @@ auto derivative(double& u, double step, const F& f) {
   return Value((8.0 * (p1 - m1) - (p2 - m2)) / (12.0 * step));
 }
 
-Eigen::MatrixXd differences(const Force& force, State state, bool velocity, double step) {
+Eigen::MatrixXd differences(const Force& force, ForceStateOwner state, bool velocity, double step) {
   const std::size_t n = state.x.size();
   Eigen::MatrixXd dense(3 * n, 3 * n);
   Vectors& u = velocity ? state.v : state.x;
@@ -125,7 +79,7 @@ std::vector<Case> cases() {
   return all;
 }
 
-struct Crumple : State {
+struct Crumple : ForceStateOwner {
   ClothMesh cloth;
   std::vector<std::unique_ptr<Force>> forces;
   Crumple(const Material& material, double noise, unsigned seed)
@@ -173,7 +127,7 @@ TEST(CurveSprings, TheJacobianOfStretchedSpringsIsExact) {
 double tension(const SpringCurve& curve, double length) {
   const std::vector<Spring> spring{{0, 1, 1.0, 100.0}};
   const auto force = make_curve_force(spring, curve, 2);
-  const State s{{{0, 0, 0}, {length, 0, 0}}, {Vec3::Zero(), Vec3::Zero()}, {1.0, 1.0}};
+  const ForceStateOwner s{{{0, 0, 0}, {length, 0, 0}}, {Vec3::Zero(), Vec3::Zero()}, {1.0, 1.0}};
   return force_at(*force, s)[0].x();
 }
 
@@ -227,7 +181,7 @@ struct OneLink {
     const std::vector<BucklingLink> link{{0, 1, 1.0, 1.0, onset}};
     force = make_buckling_force(link, 2);
   }
-  State at(double r) const {
+  ForceStateOwner at(double r) const {
     return {{{0, 0, 0}, {r, 0, 0}}, {Vec3::Zero(), Vec3::Zero()}, {1.0, 1.0}};
   }
   double push(double r) const { return -force_at(*force, at(r))[0].x(); }
@@ -262,7 +216,7 @@ TEST(BucklingLinks, TheForceHasNoJumpAndTheSlopeOfTheMatrixIsItsSlope) {
     before = now;
   }
   for (const double r : {0.999, 0.9, 0.5, 0.1}) {
-    State s = link.at(r);
+    ForceStateOwner s = link.at(r);
     const double slope =
         derivative(s.x[1].x(), 1e-6, [&] { return force_at(*link.force, s)[1].x(); });
     EXPECT_NEAR(assembled(*link.force, s, 1.0)(3, 3), -slope, 1e-6 * std::abs(slope)) << r;
@@ -280,9 +234,10 @@ TEST(TwistSprings, BendAsABeamUnderAnEndCouple) {
   constexpr double alpha = 0.3, k = 2.0;
   const std::vector<TwistSpring> springs{{{0, 1, 2}, 0.0, k}};
   const auto force = make_twist_force(springs, 3);
-  const State s{{{-0.2, 0, 0}, {0, 0, 0}, {0.5 * std::cos(alpha), 0.5 * std::sin(alpha), 0}},
-                {Vec3::Zero(), Vec3::Zero(), Vec3::Zero()},
-                {1, 1, 1}};
+  const ForceStateOwner s{
+      {{-0.2, 0, 0}, {0, 0, 0}, {0.5 * std::cos(alpha), 0.5 * std::sin(alpha), 0}},
+      {Vec3::Zero(), Vec3::Zero(), Vec3::Zero()},
+      {1, 1, 1}};
   const Vectors f = force_at(*force, s);
   EXPECT_NEAR((f[0] - Vec3(0, -k * alpha / 0.2, 0)).norm(), 0.0, 1e-12);
   EXPECT_NEAR((f[2] - k * alpha / 0.5 * Vec3(std::sin(alpha), -std::cos(alpha), 0)).norm(), 0.0,
@@ -291,10 +246,10 @@ TEST(TwistSprings, BendAsABeamUnderAnEndCouple) {
 }
 
 TEST(TwistSprings, TheJacobianIsExactOnAStraightLineAndAtTheRestAngle) {
-  const State straight{{{-0.2, 0, 0}, {0, 0, 0}, {0.5, 0, 0}},
-                       {Vec3::Zero(), Vec3::Zero(), Vec3::Zero()},
-                       {1, 1, 1}};
-  State corner = straight;
+  const ForceStateOwner straight{{{-0.2, 0, 0}, {0, 0, 0}, {0.5, 0, 0}},
+                                 {Vec3::Zero(), Vec3::Zero(), Vec3::Zero()},
+                                 {1, 1, 1}};
+  ForceStateOwner corner = straight;
   corner.x[2] = {0.01, 0.3, 0.02};
   const double angle = std::acos(corner.x[2].normalized().x());
   for (const auto& [state, rest] : {std::pair{straight, 0.0}, std::pair{corner, angle}}) {
@@ -317,7 +272,7 @@ TEST(TwistSprings, BadOnesAreRefused) {
 }
 
 /// A hinge whose angle is `angle`.
-State folded(double angle) {
+ForceStateOwner folded(double angle) {
   return {{{0, -1, 0}, {0, std::cos(angle), -std::sin(angle)}, {-1, 0, 0}, {1, 0, 0}},
           Vectors(4, Vec3::Zero()),
           {1, 1, 1, 1}};
@@ -325,7 +280,7 @@ State folded(double angle) {
 
 /// Moment of a force on the hinge, positive when it folds it further.
 double moment_of(const Force& force, double angle) {
-  const State s = folded(angle);
+  const ForceStateOwner s = folded(angle);
   const detail::Dihedral d = detail::dihedral(s.x, {0, 1, 2, 3});
   return force_at(force, s)[0].dot(d.gradient[0]) / d.gradient[0].squaredNorm();
 }
@@ -364,7 +319,7 @@ TEST(Hysteresis, NothingIsForgottenUntilAStepIsAccepted) {
 
 TEST(Hysteresis, IntegratorsTellTheForcesWhereAStepEnded) {
   const std::vector<HingeFriction> slider{{{0, 1, 2, 3}, 0.0, 0.5, 0.01}};
-  const State flat_state = folded(0.0);
+  const ForceStateOwner flat_state = folded(0.0);
   const Particles particles{flat_state.x, flat_state.v, flat_state.mass, {1, 1, 1, 1}};
   const auto speed_after_a_step = [&](auto& integrator, const auto& step) {
     integrator.accept(folded(0.3).view());
@@ -405,7 +360,7 @@ TEST(Hysteresis, UnloadedClothKeepsTheCurvatureHBOverB) {
   cloth.twists.clear();
   cloth.corner_frictions.clear();
   const auto forces = make_internal_forces(cloth);
-  State s{cloth.surface.vertices, Vectors(cloth.mass.size(), Vec3::Zero()), cloth.mass};
+  ForceStateOwner s{cloth.surface.vertices, Vectors(cloth.mass.size(), Vec3::Zero()), cloth.mass};
   const auto roll = [&](double kappa) {
     for (std::size_t i = 0; i < s.x.size(); ++i) {
       const Vec3& q = cloth.surface.vertices[i];
@@ -450,7 +405,7 @@ TEST(KesSheets, AreConvertedToSI) {
   const std::vector<Spring> spring{{0, 1, 1.0, m.stretch_stiffness}};
   const auto force =
       make_curve_force(spring, {StretchLaw::kawabata, m.kawabata_strain, m.kawabata_lt}, 2);
-  const State s{{{0, 0, 0}, {1.04, 0, 0}}, {Vec3::Zero(), Vec3::Zero()}, {1, 1}};
+  const ForceStateOwner s{{{0, 0, 0}, {1.04, 0, 0}}, {Vec3::Zero(), Vec3::Zero()}, {1, 1}};
   EXPECT_NEAR(force_at(*force, s)[0].x(), 490.3325, 1e-9);
   EXPECT_NO_THROW(make_rectangular({0.1, 0.1, 4, 4}, m));
 }
@@ -471,7 +426,7 @@ TEST(BridsonHinges, FollowTheSineOfHalfTheAngleAndAreDampedByItsRate) {
   const detail::Dihedral d = detail::dihedral(x, {0, 1, 2, 3});
   const std::vector<Hinge> hinge{{{0, 1, 2, 3}, 0.3, 5.0, 0.1, true}};
   const auto force = make_bridson_force(hinge, 4);
-  State s{x, Vectors(4, Vec3::Zero()), {1, 1, 1, 1}};
+  ForceStateOwner s{x, Vectors(4, Vec3::Zero()), {1, 1, 1, 1}};
   const double moment = 2.0 * 5.0 * (std::sin(0.5 * d.angle) - std::sin(0.15));
   Vectors f = force_at(*force, s);
   for (int k = 0; k < 4; ++k) EXPECT_LT((f[k] + moment * d.gradient[k]).norm(), 1e-12);

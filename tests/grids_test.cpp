@@ -13,48 +13,17 @@
 #include <random>
 #include <stdexcept>
 
+#include "broad_phase_trial.h"
+
 using namespace selvedge;
 
 namespace {
 
-/// A surface that owns its arrays.
-struct Surface {
-  std::vector<Vec3> x_t0, x_t1;
-  std::vector<Edge> edges;
-  std::vector<Triangle> triangles;
-  double thickness = 0.0;
-  std::uint64_t static_id = 0;
+using Surface = OwnedSurface;
 
-  SurfaceView view() const { return {x_t0, x_t1, edges, triangles, thickness, static_id}; }
-};
-
-class Random {
- public:
-  explicit Random(unsigned seed) : engine_(seed) {}
-  double uniform(double lo, double hi) {
-    return std::uniform_real_distribution<double>(lo, hi)(engine_);
-  }
-  int integer(int lo, int hi) { return std::uniform_int_distribution<int>(lo, hi)(engine_); }
-  Vec3 vector(double r) { return {uniform(-r, r), uniform(-r, r), uniform(-r, r)}; }
-
- private:
-  std::mt19937 engine_;
-};
-
-/// A flat sheet of n x n squares.
-Surface sheet(int n, double size) {
-  Surface s;
-  for (int j = 0; j <= n; ++j)
-    for (int i = 0; i <= n; ++i) s.x_t0.push_back({size * i / n, size * j / n, 0.0});
-  for (int j = 0; j < n; ++j)
-    for (int i = 0; i < n; ++i) {
-      const int a = j * (n + 1) + i, b = a + 1, c = a + n + 1, d = c + 1;
-      s.triangles.push_back({a, b, d});
-      s.triangles.push_back({a, d, c});
-    }
-  s.x_t1 = s.x_t0;
-  s.edges = unique_edges(s.triangles);
-  return s;
+Surface any_sheet(Random& random) {
+  const int n = random.integer(1, 9);
+  return flat_sheet(n, n, 1.0);
 }
 
 /// Folds a surface into a box, then moves every vertex a little.
@@ -89,7 +58,7 @@ void transform(Surface& s, double scale, const Vec3& shift) {
 /// Scenes that grids find hard.
 Surface hard_scene(int kind, unsigned seed) {
   Random random(seed);
-  Surface s = crumpled(sheet(11, 1.0), random, 0.3, 0.01);
+  Surface s = crumpled(flat_sheet(11, 11, 1.0), random, 0.3, 0.01);
   switch (kind) {
     case 0:
       return soup(random, random.integer(0, 40), random.integer(0, 60));
@@ -104,7 +73,7 @@ Surface hard_scene(int kind, unsigned seed) {
       transform(s, 1.0, Vec3(1e6, -1e6, 1e6));
       break;
     case 4:  // All in a plane.
-      s = sheet(12, 1.0);
+      s = flat_sheet(12, 12, 1.0);
       break;
     case 5:  // All in a point.
       transform(s, 0.0, Vec3(0.25, -3, 1e4));
@@ -131,7 +100,7 @@ Surface hard_scene(int kind, unsigned seed) {
       s.x_t1 = s.x_t0;
       break;
     case 9:  // A triangle, or a part of one.
-      s = sheet(1, 1.0);
+      s = flat_sheet(1, 1, 1.0);
       s.triangles.resize(1);
       s.edges.resize(random.integer(0, 3));
       break;
@@ -161,28 +130,6 @@ std::map<std::string, std::unique_ptr<BroadPhase>> detectors(const std::vector<d
   }
   all["sweep_and_prune along one axis"] = make_sweep_and_prune({.column = 0.0});
   return all;
-}
-
-CandidatePairs pairs_of(BroadPhase& detector, const Surface& a, const Surface& b) {
-  CandidatePairs out;
-  detector.find_pairs(a.view(), b.view(), out);
-  return out;
-}
-
-CandidatePairs self_pairs_of(BroadPhase& detector, const Surface& a) {
-  CandidatePairs out;
-  detector.find_self_pairs(a.view(), out);
-  return out;
-}
-
-::testing::AssertionResult same(const CandidatePairs& a, const CandidatePairs& b) {
-  if (a.point_triangle == b.point_triangle && a.triangle_point == b.triangle_point &&
-      a.edge_edge == b.edge_edge)
-    return ::testing::AssertionSuccess();
-  return ::testing::AssertionFailure()
-         << a.point_triangle.size() << "/" << a.triangle_point.size() << "/" << a.edge_edge.size()
-         << " pairs against " << b.point_triangle.size() << "/" << b.triangle_point.size() << "/"
-         << b.edge_edge.size();
 }
 
 /// The plainest engine: it shows what the frame asks for, and counts the structures it makes.
@@ -228,8 +175,8 @@ TEST(BoxPairDetector, MakesBruteForceOfAnyExactEngine) {
   int builds = 0;
   detail::BoxPairDetector detector({}, AllPairsEngine{&builds});
   for (int scene = 0; scene < 20; ++scene) {
-    Surface a = crumpled(sheet(random.integer(1, 9), 1.0), random, 0.3, 0.02);
-    Surface b = crumpled(sheet(random.integer(1, 9), 1.0), random, 0.3, 0.02);
+    Surface a = crumpled(any_sheet(random), random, 0.3, 0.02);
+    Surface b = crumpled(any_sheet(random), random, 0.3, 0.02);
     a.thickness = 0.01 * random.integer(0, 2);
     ASSERT_TRUE(same(self_pairs_of(detector, a), self_pairs_of(*brute, a)));
     ASSERT_TRUE(same(pairs_of(detector, a, b), pairs_of(*brute, a, b)));
@@ -238,7 +185,7 @@ TEST(BoxPairDetector, MakesBruteForceOfAnyExactEngine) {
 
 TEST(BoxPairDetector, KeepsTheStructuresOfAStaticSurface) {
   Random random(2);
-  Surface cloth = sheet(6, 1.0), body = sheet(5, 1.0);
+  Surface cloth = flat_sheet(6, 6, 1.0), body = flat_sheet(5, 5, 1.0);
   body.static_id = 7;
   for (const bool keeps : {true, false}) {
     int builds = 0;
@@ -281,8 +228,8 @@ TEST(Grids, FindWhatBruteForceFindsOnHardScenes) {
 
 TEST(Grids, FindTheSameWithAnyNumberOfThreads) {
   Random random(3);
-  const Surface a = crumpled(sheet(24, 1.0), random, 0.2, 0.01);
-  const Surface b = crumpled(sheet(20, 1.0), random, 0.25, 0.01);
+  const Surface a = crumpled(flat_sheet(24, 24, 1.0), random, 0.2, 0.01);
+  const Surface b = crumpled(flat_sheet(20, 20, 1.0), random, 0.25, 0.01);
   auto brute = make_brute_force();
   const CandidatePairs self = self_pairs_of(*brute, a), pairs = pairs_of(*brute, a, b);
   for (const int threads : {1, 2, 8}) {
@@ -297,7 +244,7 @@ TEST(Grids, FindTheSameWithAnyNumberOfThreads) {
 
 TEST(Grids, SpikesCostLittleTimeAndNoMemory) {
   Random random(4);
-  const Surface calm = crumpled(sheet(50, 1.0), random, 0.3, 0.001);
+  const Surface calm = crumpled(flat_sheet(50, 50, 1.0), random, 0.3, 0.001);
   for (const auto& [name, detector] : detectors({1.0})) {
     CandidatePairs out;
     const auto cost_of = [&](const Surface& s) {
@@ -327,7 +274,7 @@ TEST(Grids, SpikesCostLittleTimeAndNoMemory) {
 
 TEST(Grids, TwoMeshesOfVeryDifferentSizeCostLittleMoreThanTwoAlike) {
   Random random(5);
-  const Surface large = crumpled(sheet(40, 1.0), random, 0.3, 0.001);
+  const Surface large = crumpled(flat_sheet(40, 40, 1.0), random, 0.3, 0.001);
   Surface small = large;
   transform(small, 1e-5, Vec3(0.1, 0.1, 0.05));
   for (const auto& [name, detector] : detectors({1.0})) {
@@ -358,7 +305,7 @@ TEST(Grids, RefuseACellThatIsNoLength) {
 
 TEST(Voxel, TheSearchDoesNotPreferTheSmallest) {
   // Measured alone, the smallest takes twice as long as the best.
-  Surface s = sheet(80, 1.0);
+  Surface s = flat_sheet(80, 80, 1.0);
   Random random(6);
   for (Vec3& x : s.x_t1) x += random.vector(0.004);
   const std::vector<VoxelTrial> trials = search_voxel(s.view());

@@ -18,21 +18,14 @@
 #include <random>
 #include <set>
 
+#include "owned_surface.h"
+
 using namespace selvedge;
 
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-
-struct Surface {
-  std::vector<Vec3> x_t0, x_t1;
-  std::vector<Edge> edges;
-  std::vector<Triangle> triangles;
-  double thickness = 0.0;
-  std::uint64_t static_id = 0;
-
-  SurfaceView view() const { return {x_t0, x_t1, edges, triangles, thickness, static_id}; }
-};
+using Surface = OwnedSurface;
 
 Surface surface_of(TriangleMesh mesh) {
   Surface s{mesh.vertices, mesh.vertices, unique_edges(mesh.triangles), mesh.triangles};

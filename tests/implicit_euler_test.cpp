@@ -50,7 +50,7 @@ TEST(ImplicitEuler, SolvesWhatADenseSolverSolves) {
     b.segment<3>(3 * i) = scene.c.cloth.mass[i] * scene.c.v[i];
   }
   for (auto& [name, force] : all_forces(scene.c, 0.02)) {
-    a += dense_jacobian(*force, scene.c.state(), h);
+    a += assembled(*force, scene.c.state(), h);
     b += h * flat(force_at(*force, still.state()));
   }
   for (const ImplicitTerm& t : scene.terms)

@@ -3,7 +3,6 @@
 // Every internal force in every kind of state: no sum, no moment, never a NaN; minus the gradient
 // of its energy, and the Jacobian its second derivative, by hyper-dual numbers on energies that are
 // written down here once more (force_cases.cpp). bench_internal_forces tries a million states.
-#include <selvedge/core/block_matrix.h>
 #include <selvedge/tests/force_cases.h>
 
 #include <gtest/gtest.h>
@@ -12,39 +11,12 @@
 #include <algorithm>
 #include <array>
 
+#include <selvedge/tests/dense_force.h>
+
 namespace selvedge::testing {
 namespace {
 
 constexpr double kRelative = 1e-12;
-
-Eigen::Map<const Eigen::VectorXd> flat(const Vectors& v) {
-  return {v.data()->data(), static_cast<Eigen::Index>(3 * v.size())};
-}
-
-Vectors force_at(const Force& force, const ForceStateOwner& state) {
-  Vectors f(state.x.size(), Vec3::Zero());
-  force.add_force(state.view(), f);
-  return f;
-}
-
-/// The assembled -h ∂F/∂v - h² ∂F/∂x as a dense matrix.
-Eigen::MatrixXd assembled(Force& force, const ForceStateOwner& state, double h) {
-  const std::size_t n = state.x.size();
-  std::vector<Edge> links;
-  force.add_links(links);
-  BlockMatrix a(n, links);
-  force.bind(a);
-  force.add_jacobian(state.view(), h, a);
-  Eigen::MatrixXd dense(3 * n, 3 * n);
-  Vectors e(n, Vec3::Zero()), column(n);
-  for (std::size_t k = 0; k < 3 * n; ++k) {
-    e[k / 3][k % 3] = 1.0;
-    a.multiply(e, column);
-    e[k / 3][k % 3] = 0.0;
-    dense.col(static_cast<Eigen::Index>(k)) = flat(column);
-  }
-  return dense;
-}
 
 /// -∂F/∂x and -∂F/∂v as assembled: A(h) = h D + h² K at h = 1 and 2.
 struct Assembled {

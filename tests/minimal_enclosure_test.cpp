@@ -17,25 +17,17 @@
 #include <random>
 #include <stdexcept>
 
+#include "broad_phase_trial.h"
+
 using namespace selvedge;
 
 namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-/// A surface that owns its arrays.
-struct Surface {
-  std::vector<Vec3> x_t0, x_t1;
-  std::vector<Edge> edges;
-  std::vector<Triangle> triangles;
-  double thickness = 0.001;
-  std::uint64_t static_id = 0;
-
-  SurfaceView view() const { return {x_t0, x_t1, edges, triangles, thickness, static_id}; }
-  void finish() {
-    x_t1 = x_t0;
-    edges = unique_edges(triangles);
-  }
+/// A surface a millimetre thick, to be moved and put together.
+struct Surface : OwnedSurface {
+  Surface() { thickness = 0.001; }
   /// Where every vertex is at both times.
   void map(const std::function<Vec3(const Vec3&)>& f) {
     for (auto* xs : {&x_t0, &x_t1})
@@ -48,23 +40,8 @@ struct Surface {
       for (std::int32_t& v : t) v += first;
       triangles.push_back(t);
     }
-    finish();
+    close();
   }
-};
-
-class Random {
- public:
-  explicit Random(unsigned seed) : engine_(seed) {}
-  double uniform(double lo, double hi) {
-    return std::uniform_real_distribution<double>(lo, hi)(engine_);
-  }
-  int below(std::size_t n) {
-    return std::uniform_int_distribution<int>(0, static_cast<int>(n) - 1)(engine_);
-  }
-  Vec3 vector(double r) { return {uniform(-r, r), uniform(-r, r), uniform(-r, r)}; }
-
- private:
-  std::mt19937 engine_;
 };
 
 /// A grid of rows x columns vertices at place(u, v), u and v in [0, 1], in v closed to a ring.
@@ -80,7 +57,7 @@ Surface ring_grid(int rows, int columns, const std::function<Vec3(double, double
       s.triangles.push_back({a, b, b + columns});
       s.triangles.push_back({a, b + columns, a + columns});
     }
-  s.finish();
+  s.close();
   return s;
 }
 
@@ -127,7 +104,7 @@ Surface mannequin() {
   static const TriangleMesh mesh = make_mannequin({.faces = 5000});
   s.x_t0 = mesh.vertices;
   s.triangles = mesh.triangles;
-  s.finish();
+  s.close();
   return s;
 }
 
@@ -137,7 +114,7 @@ Surface soup(unsigned seed, int vertices, int triangles) {
   for (int i = 0; i < vertices; ++i) s.x_t0.push_back(random.vector(0.5));
   const auto any = [&] { return random.below(vertices); };
   for (int i = 0; i < triangles; ++i) s.triangles.push_back({any(), any(), any()});
-  s.finish();
+  s.close();
   s.edges.push_back({any(), any()});
   for (Vec3& x : s.x_t1) x += random.vector(std::pow(10.0, random.below(5) - 4));
   return s;
@@ -156,7 +133,7 @@ std::vector<std::pair<std::string, Surface>> bodies() {
   line.map([](const Vec3& x) { return Vec3(0, 0, x.z()); });
   one.x_t0 = {{0, 0, 0}, {1, 0, 0.1}, {0, 0.5, 0}};
   one.triangles = {{0, 1, 2}};
-  one.finish();
+  one.close();
   points.x_t0 = points.x_t1 = {{0, 0, 0}, {0.1, 0.4, 0.3}, {-0.3, 0.1, 0.2}};
   all.insert(all.end(),
              {{"flat", flat}, {"point", point}, {"line", line}, {"one", one}, {"points", points}});
@@ -195,20 +172,9 @@ Surface cloth_over(const Surface& body, int n, unsigned seed, double away = 0.0)
       s.triangles.push_back({a, a + 1, c + 1});
       s.triangles.push_back({a, c + 1, c});
     }
-  s.finish();
+  s.close();
   for (Vec3& x : s.x_t1) x += random.vector(0.05 * size) - Vec3(0, 0, 0.02 * size);
   return s;
-}
-
-CandidatePairs pairs_of(BroadPhase& detector, const Surface& a, const Surface& b) {
-  CandidatePairs out;
-  detector.find_pairs(a.view(), b.view(), out);
-  return out;
-}
-
-bool same(const CandidatePairs& a, const CandidatePairs& b) {
-  return a.point_triangle == b.point_triangle && a.triangle_point == b.triangle_point &&
-         a.edge_edge == b.edge_edge;
 }
 
 CandidatePairs truth_of(const Surface& a, const Surface& b) {

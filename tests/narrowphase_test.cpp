@@ -16,9 +16,12 @@
 #include <stdexcept>
 #include <string>
 #include <vector>
+#include "owned_surface.h"
 
 namespace selvedge {
 namespace {
+
+using Surface = OwnedSurface;
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
@@ -92,13 +95,6 @@ TEST(Cubic, CoplanarityOfAFallingPointIsFoundWhereItFalls) {
 
 // ---------------------------------------------------------------------------------------------
 // Batches
-
-struct Surface {
-  std::vector<Vec3> x_t0, x_t1;
-  std::vector<Edge> edges;
-  std::vector<Triangle> triangles;
-  SurfaceView view() const { return {x_t0, x_t1, edges, triangles, 0.0, 0}; }
-};
 
 /// Random triangles with their edges.
 Surface soup(Random& r, int triangles, double size, double motion) {

@@ -12,19 +12,14 @@
 #include <limits>
 #include <random>
 
+#include "owned_surface.h"
+
 using namespace selvedge;
 using detail::QuantileMap;
 
 namespace {
 
-struct Surface {
-  std::vector<Vec3> x_t0, x_t1;
-  std::vector<Edge> edges;
-  std::vector<Triangle> triangles;
-  double thickness = 0.0;
-
-  SurfaceView view() const { return {x_t0, x_t1, edges, triangles, thickness, 0, nullptr}; }
-};
+using Surface = OwnedSurface;
 
 /// Two sheets of n x n cells, crumpled and moving, the second so many times smaller and inside the
 /// first.

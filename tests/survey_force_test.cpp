@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
 // Sewing, virtual and support springs, volume, water.
-#include <selvedge/core/block_matrix.h>
-#include <selvedge/core/force.h>
 #include <selvedge/core/integrator.h>
 #include <selvedge/core/wetting.h>
 
@@ -13,40 +11,19 @@
 #include <numbers>
 #include <random>
 
+#include "dense_force.h"
+
 namespace selvedge {
 namespace {
 
-using Vectors = std::vector<Vec3>;
-
 constexpr double pi = std::numbers::pi;
 
-Vectors random_vectors(std::size_t n, double size, unsigned seed) {
-  std::mt19937 generator(seed);
-  std::uniform_real_distribution<double> coordinate(-size, size);
-  Vectors out(n);
-  for (Vec3& v : out)
-    for (int k = 0; k < 3; ++k) v[k] = coordinate(generator);
-  return out;
-}
-
-struct State {
-  Vectors x, v;
-  std::vector<double> mass;
-  ForceState view() const { return {x, v, mass, 0.0}; }
-};
-
-State at(Vectors x) {
+ForceStateOwner at(Vectors x) {
   const std::size_t n = x.size();
   return {std::move(x), Vectors(n, Vec3::Zero()), std::vector<double>(n, 1.0)};
 }
 
-Vectors force_at(const Force& force, const State& state) {
-  Vectors f(state.x.size(), Vec3::Zero());
-  force.add_force(state.view(), f);
-  return f;
-}
-
-void expect_gradient_of_energy(const Force& force, State state, const std::string& name) {
+void expect_gradient_of_energy(const Force& force, ForceStateOwner state, const std::string& name) {
   constexpr double step = 1e-6;
   const Vectors f = force_at(force, state);
   double scale = 0.0;
@@ -92,7 +69,7 @@ TEST(Sewing, PullsInProportionFarAwayAndEvenlyNear) {
 
 TEST(Sewing, DoesNotSlowAGarmentThatMovesAsAWhole) {
   const auto force = make_sewing_force(seam, {50.0, 0.004, 3.0}, 2);
-  State s = at({{0, 0, 0}, {0.2, 0, 0}});
+  ForceStateOwner s = at({{0, 0, 0}, {0.2, 0, 0}});
   s.v = {{5, 1, 2}, {5, 1, 2}};
   EXPECT_NEAR(force_at(*force, s)[0].x(), 10.0, 1e-12);
   s.v[1].x() = 4.0;  // the seam closes at 1 m/s

@@ -3,8 +3,9 @@
 // Spring-force evaluations a second on one thread, for grids from the size of a cache to far beyond
 // it: what a Hooke spring costs, and whether memory or arithmetic bounds it. And what a step costs:
 // explicit (symplectic Euler, one thread) with hinges and on Provot's net of springs alone, and
-// linearly implicit to a residual of 1e-3 on two threads.
-//   bench_core [--repeats 9]
+// linearly implicit to a residual of 1e-3 on two threads. --bending: what bending by hinges and by
+// the shape operator costs on meshes of triangles.
+//   bench_core [--repeats 9] [--steps | --bending]
 #include <fmt/format.h>
 #include <selvedge/core/force.h>
 #include <selvedge/core/integrator.h>
@@ -12,9 +13,11 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <random>
 
 namespace {
 
@@ -124,6 +127,7 @@ double explicit_seconds(const selvedge::ClothMesh& cloth, int repeats) {
 /// What a linearly implicit step to a relative residual of 1e-3 is made of, s.
 struct ImplicitCost {
   double least = 0.0, median = 0.0;  // of a step
+  double least_system = 0.0;
   double system = 0.0;     // of forces, Jacobian and preconditioner, before the first iteration
   double iteration = 0.0;  // of the conjugate gradients, each with a cycle of the multigrid
   int iterations = 0;      // of the last step
@@ -152,6 +156,7 @@ ImplicitCost implicit_cost(const selvedge::ClothMesh& cloth, int repeats) {
   }
   cost.least = *std::min_element(steps.begin(), steps.end());
   cost.median = median(steps);
+  cost.least_system = *std::min_element(systems.begin(), systems.end());
   cost.system = median(systems);
   cost.iteration = median(iterations);
   return cost;
@@ -225,6 +230,76 @@ void measure_steps(const std::vector<int>& cells, int repeats) {
   for (const int c : cells) print_implicit(c, often(c));
 }
 
+/// A sheet of 1 m of squares, their diagonals one way, alternating or at random; "moved": at
+/// random, inner vertices moved by up to a fifth of a cell.
+selvedge::TriangleMesh triangles_of(int cells, const std::string& diagonals) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> off(-0.2 / cells, 0.2 / cells);
+  selvedge::TriangleMesh mesh;
+  for (int j = 0; j <= cells; ++j)
+    for (int i = 0; i <= cells; ++i)
+      mesh.vertices.emplace_back(double(i) / cells - 0.5, double(j) / cells - 0.5, 0.0);
+  if (diagonals == "moved")
+    for (Vec3& p : mesh.vertices)
+      if (std::max(std::abs(p.x()), std::abs(p.y())) < 0.5 - 0.5 / cells)
+        p += Vec3(off(random), off(random), 0.0);
+  for (int j = 0; j < cells; ++j)
+    for (int i = 0; i < cells; ++i) {
+      const int a = j * (cells + 1) + i, b = a + 1, d = a + cells + 1, c = d + 1;
+      const bool rises = diagonals == "one way" ||
+                         (diagonals == "alternating" ? (i + j) % 2 == 0 : random() % 2 == 0);
+      mesh.triangles.push_back(rises ? selvedge::Triangle{a, b, c} : selvedge::Triangle{a, b, d});
+      mesh.triangles.push_back(rises ? selvedge::Triangle{a, c, d} : selvedge::Triangle{b, c, d});
+    }
+  return mesh;
+}
+
+/// Least seconds of the force, the energy and the Jacobian of all hinges.
+std::array<double, 3> bending_seconds(const selvedge::ClothMesh& cloth, int repeats) {
+  const std::size_t n = cloth.mass.size();
+  std::vector<Vec3> x = cloth.surface.vertices, v(n, Vec3(0.1, 0.2, 0.3)), f(n, Vec3::Zero());
+  for (Vec3& p : x) p.z() = 0.05 * std::sin(20.0 * p.x());
+  const auto forces = selvedge::make_internal_forces(cloth);
+  const selvedge::ForceState state{x, v, cloth.mass, 0.0};
+  selvedge::Force& bending = *forces.at(1);
+  std::vector<selvedge::Edge> links;
+  bending.add_links(links);
+  selvedge::BlockMatrix matrix(n, std::move(links));
+  bending.bind(matrix);
+  double energy = 0.0;
+  return {least_seconds(repeats, 20, [&] { bending.add_force(state, f); }),
+          least_seconds(repeats, 20, [&] { energy += bending.energy(state); }),
+          least_seconds(repeats, 5, [&] { bending.add_jacobian(state, 0.01, matrix); })};
+}
+
+/// One thread; the least of all repeats.
+void measure_bending(int cells, int repeats) {
+  const selvedge::ThreadLimit one(1);
+  fmt::print("{:>12} {:>15} {:>9} {:>12} {:>10} {:>11} {:>11} {:>12} {:>12} {:>12} {:>6}\n",
+             "diagonals", "law", "hinges", "couples/h.", "ns/hinge", "energy ns", "jacob. ms",
+             "explicit ms", "system ms", "implicit ms", "iter.");
+  for (const std::string diagonals : {"one way", "alternating", "random", "moved"})
+    for (const bool plate : {false, true}) {
+      selvedge::Material material;
+      using selvedge::BendingLaw;
+      material.bending_law = plate ? BendingLaw::shape_operator : BendingLaw::hinge;
+      const selvedge::TriangleMesh mesh = triangles_of(cells, diagonals);
+      const selvedge::ClothMesh cloth = selvedge::make_from_mesh(mesh, mesh, material);
+      const auto hinges = static_cast<double>(cloth.hinges.size());
+      const auto [force, energy, jacobian] = bending_seconds(cloth, repeats);
+      const double step = explicit_seconds(cloth, 5 * repeats);
+      const ImplicitCost cost = implicit_cost(cloth, repeats);
+      fmt::print(
+          "{:>12} {:>15} {:>9} {:>12.1f} {:>10.1f} {:>11.1f} {:>11.2f} {:>12.3f} {:>12.2f} "
+          "{:>12.2f} {:>6}\n",
+          diagonals, plate ? "shape_operator" : "hinge", cloth.hinges.size(),
+          2.0 * static_cast<double>(cloth.couples.size()) / hinges, 1e9 * force / hinges,
+          1e9 * energy / hinges, 1e3 * jacobian, 1e3 * step, 1e3 * cost.least_system,
+          1e3 * cost.least, cost.iterations);
+      std::fflush(stdout);
+    }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -237,7 +312,14 @@ int main(int argc, char** argv) {
   std::vector<int> cells{99, 316, 999};
   app.add_option("--cells", cells, "Cells a side of the cloths that are stepped")
       ->check(CLI::Range(1, 3000));
+  bool bending_only = false;
+  app.add_flag("--bending", bending_only,
+               "Only what bending of triangles costs, at the first size");
   CLI11_PARSE(app, argc, argv);
+  if (bending_only) {
+    measure_bending(cells.front(), repeats);
+    return 0;
+  }
   if (!steps_only) {
     const selvedge::ThreadLimit one(1);
     fmt::print("{:>9} {:>9} {:>12} {:>10} {:>9} {:>12}\n", "particles", "springs", "M springs/s",

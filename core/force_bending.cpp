@@ -18,15 +18,10 @@
 namespace selvedge {
 namespace {
 
-constexpr std::size_t energy_grain = 2048;
+constexpr std::size_t energy_grain = 256;  // groups
 
 /// Slots of the 16 blocks (i, j) of a hinge, row by row.
 using HingeSlots = std::array<std::int32_t, 16>;
-
-/// θ - θ0, the short way round.
-double deviation(const Hinge& hinge, double angle) {
-  return std::remainder(angle - hinge.rest_angle, 2.0 * std::numbers::pi);
-}
 
 void validate_hinge(const Hinge& hinge, std::size_t i, std::size_t particles) {
   for (const std::int32_t v : hinge.v) detail::require_particle("hinge", i, v, particles);
@@ -67,16 +62,20 @@ class BendingForce final : public Force {
   }
 
   double energy(const ForceState& state) const override {
-    return parallel_sum(hinges_.size(), energy_grain, [&](std::size_t begin, std::size_t end) {
-      double sum = 0.0;
-      for (std::size_t i = begin; i < end; ++i) {
-        const detail::Dihedral d = detail::dihedral(state.x, hinges_[i].v);
-        if (!d.valid) continue;
-        const double angle = deviation(hinges_[i], d.angle);
-        sum += 0.5 * hinges_[i].stiffness * angle * angle;
-      }
-      return sum;
-    });
+    const detail::LaneForce force = detail::lane_force(lanes_, numbers_, state, {});
+    const detail::LaneKernel& kernel = detail::lane_kernel();
+    return parallel_sum(lanes_.groups.size(), energy_grain,
+                        [&](std::size_t first, std::size_t last) {
+                          std::array<double, detail::group_lanes> turn;
+                          double sum = 0.0;
+                          for (std::size_t g = first; g < last; ++g) {
+                            const detail::LaneGroup& group = lanes_.groups[g];
+                            kernel.turns(force, turn.data(), g, g + 1);
+                            for (std::int16_t l = 0; l < group.count; ++l)
+                              sum += 0.5 * hinges_[group.element + l].stiffness * turn[l] * turn[l];
+                          }
+                          return sum;
+                        });
   }
 
   void add_links(std::vector<Edge>& links) const override {

@@ -10,8 +10,8 @@
 // a triangle and its neighbours, and it is never softer than the force, so that steps stay stable.
 // On grids without distortion these couples are small or none.
 #include <selvedge/core/coloring.h>
-#include <selvedge/core/detail/dihedral.h>
 #include <selvedge/core/detail/force_checks.h>
+#include <selvedge/core/detail/lane_forces.h>
 #include <selvedge/core/force.h>
 
 #include <algorithm>
@@ -23,18 +23,15 @@
 namespace selvedge {
 namespace {
 
-constexpr std::size_t grain = 1024;
+using detail::group_lanes;
+using detail::LanePatch;
 
-/// The hinges of one triangle, at most, with what of W the Jacobian has of them.
-struct Patch {
-  static constexpr int most_hinges = 3, most_vertices = 6;
-  std::array<std::int32_t, most_hinges> hinge{-1, -1, -1};
-  Mat3 couples = Mat3::Zero();
-  std::array<std::int32_t, most_vertices> v;  ///< the last one repeated where there are fewer
-  /// Place in `v` of each hinge's vertices.
-  std::array<std::array<std::int8_t, 4>, most_hinges> place{};
-  int hinges = 0, vertices = 0;
-};
+constexpr std::size_t grain = 128;  // groups
+constexpr int patch_vertices = 6;   // at most: a triangle's and one beyond each hinge
+
+/// The vertices of a patch in the order of LanePatch::corner, the last one repeated where there are
+/// fewer.
+using PatchVertices = std::array<std::int32_t, patch_vertices>;
 
 void validate(std::span<const Hinge> hinges, std::span<const HingeCouple> couples,
               std::size_t particles) {
@@ -63,78 +60,91 @@ class ShapeOperatorForce final : public Force {
     std::vector<std::int32_t> corners, number(hinges.size());
     for (const Hinge& h : hinges) corners.insert(corners.end(), h.v.begin(), h.v.end());
     Coloring coloring = color_elements(corners, 4, particles);
+    lanes_ = detail::make_lane_groups(corners, 4, coloring);
     for (const std::int32_t i : coloring.order) {
       number[i] = static_cast<std::int32_t>(hinges_.size());
       hinges_.push_back(hinges[i]);
     }
     color_begin_ = std::move(coloring.color_begin);
+    numbers_ = detail::lane_numbers<3>(lanes_, hinges_, [](const Hinge& h) {
+      return std::array{std::remainder(h.rest_angle, 2.0 * std::numbers::pi), h.stiffness,
+                        h.damping};
+    });
+    set_places();
     std::vector<HingeCouple> own(couples.begin(), couples.end());
     for (HingeCouple& c : own) c = {number[c.a], number[c.b], c.stiffness};
     set_rows(own);
     set_patches(own, particles);
-    bends_.resize(hinges_.size());
-    off_.resize(hinges_.size());
+    turn_.resize(group_lanes * lanes_.groups.size());
+    moment_.resize(turn_.size());
+    gradient_.resize(detail::lane_gradient * lanes_.groups.size() + detail::lane_gradient_more);
   }
 
   void add_force(const ForceState& state, std::span<Vec3> f) const override {
-    measure(state.x, [&](std::size_t e, const detail::Dihedral& d) {
-      double rate = 0.0;
-      for (int k = 0; k < 4; ++k) rate += d.gradient[k].dot(state.v[hinges_[e].v[k]]);
-      return hinges_[e].damping * rate;
-    });
+    measure(state);
+    const detail::LaneKernel& kernel = detail::lane_kernel();
+    const detail::LaneForce force = detail::lane_force(lanes_, numbers_, state, f);
     for_each_color(color_begin_, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t e = begin; e < end; ++e) {
-        const double moment = moment_of(e);
-        for (int k = 0; k < 4; ++k) f[hinges_[e].v[k]] -= moment * bends_[e].gradient[k];
-      }
+      const std::size_t first = detail::group_of(begin), last = detail::group_of(end);
+      kernel.moments(force, plate(), first, last);
+      kernel.turning_forces(force, plate(), first, last);
     });
   }
 
   double energy(const ForceState& state) const override {
-    measure(state.x, [](std::size_t, const detail::Dihedral&) { return 0.0; });
-    return parallel_sum(hinges_.size(), grain, [&](std::size_t begin, std::size_t end) {
+    const detail::LaneKernel& kernel = detail::lane_kernel();
+    const detail::LaneForce force = detail::lane_force(lanes_, numbers_, state, {});
+    parallel_for(lanes_.groups.size(), grain, [&](std::size_t first, std::size_t last) {
+      kernel.turns(force, turn_.data() + group_lanes * first, first, last);
+    });
+    return parallel_sum(lanes_.groups.size(), grain, [&](std::size_t first, std::size_t last) {
+      kernel.moments(force, plate(), first, last);
       double sum = 0.0;
-      for (std::size_t e = begin; e < end; ++e) sum += 0.5 * off_[e] * moment_of(e);
+      for (std::size_t g = first; g < last; ++g)
+        for (std::int16_t l = 0; l < lanes_.groups[g].count; ++l)
+          sum += 0.5 * turn_[group_lanes * g + l] * moment_[group_lanes * g + l];
       return sum;
     });
   }
 
   void add_links(std::vector<Edge>& links) const override {
-    for (const Patch& p : patches_)
-      for (int i = 0; i < p.vertices; ++i)
-        for (int j = 0; j < i; ++j) links.push_back({p.v[i], p.v[j]});
+    for (std::size_t p = 0; p < patches_.size(); ++p)
+      for (int i = 0; i < patch_vertices; ++i)
+        for (int j = 0; j < i; ++j)
+          if (vertices_[p][i] != vertices_[p][j])
+            links.push_back({vertices_[p][i], vertices_[p][j]});
   }
 
   void bind(const BlockMatrix& matrix) override {
-    constexpr int n = Patch::most_vertices;
+    constexpr int n = patch_vertices;
     slots_.assign(patches_.size(), {});
     for (std::size_t p = 0; p < patches_.size(); ++p)
-      for (int i = 0; i < patches_[p].vertices; ++i)
-        for (int j = 0; j < patches_[p].vertices; ++j)
-          slots_[p][n * i + j] = matrix.slot(patches_[p].v[i], patches_[p].v[j]);
+      for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j)
+          slots_[p][n * i + j] = matrix.slot(vertices_[p][i], vertices_[p][j]);
   }
 
   void add_jacobian(const ForceState& state, double h, BlockMatrix& a) const override {
-    measure(state.x, [](std::size_t, const detail::Dihedral&) { return 0.0; });
-    const std::span<Mat3> values = a.values();
+    measure(state);
+    const detail::LaneBlocks blocks = detail::lane_blocks(slots_, a, h);
     for_each_color(patch_begin_, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t p = begin; p < end; ++p) add_patch(p, h, values);
+      detail::lane_kernel().patch_blocks(plate(), blocks, begin, end);
     });
   }
 
   void add_stiffness_bound(const ForceState& state, std::span<double> stiffness,
                            std::span<double> damping) const override {
-    measure(state.x, [](std::size_t, const detail::Dihedral&) { return 0.0; });
+    measure(state);
+    std::vector<std::array<double, 4>> norm(hinges_.size());
+    std::vector<double> all(turn_.size(), 0.0);  // by place
     for (std::size_t e = 0; e < hinges_.size(); ++e) {
-      off_[e] = 0.0;
-      for (const Vec3& g : bends_[e].gradient) off_[e] += g.norm();
+      norm[e] = gradient_norms(place_[e]);
+      for (const double n : norm[e]) all[place_[e]] += n;
     }
     for (std::size_t e = 0; e < hinges_.size(); ++e) {
-      double sum = 0.0;
-      for (std::int32_t k = row_begin_[e]; k < row_begin_[e + 1]; ++k)
-        sum += std::abs(value_[k]) * off_[column_[k]];
+      const double sum = sum_of_row(place_[e], hinges_[e].stiffness, all);
       for (int k = 0; k < 4; ++k) {
-        const double row = sum * bends_[e].gradient[k].norm();
+        const double row = sum * norm[e][k];
         stiffness[hinges_[e].v[k]] += row;
         damping[hinges_[e].v[k]] += hinges_[e].damping * row;
       }
@@ -142,27 +152,32 @@ class ShapeOperatorForce final : public Force {
   }
 
  private:
-  /// W by rows.
+  void set_places() {
+    for (std::size_t g = 0; g < lanes_.groups.size(); ++g)
+      for (std::int16_t l = 0; l < lanes_.groups[g].count; ++l)
+        place_.push_back(static_cast<std::int32_t>(group_lanes * g + l));
+  }
+
+  /// The couples of W by groups: as many rows of `group_lanes` as the hinge has that has the most.
+  /// What fills them up is 0 and names the hinge itself.
   void set_rows(const std::vector<HingeCouple>& couples) {
-    std::vector<std::int32_t> count(hinges_.size() + 1, 1);
+    std::vector<std::vector<std::pair<std::int32_t, double>>> of(group_lanes *
+                                                                 lanes_.groups.size());
     for (const HingeCouple& c : couples) {
-      ++count[c.a];
-      ++count[c.b];
+      of[place_[c.a]].emplace_back(place_[c.b], c.stiffness);
+      of[place_[c.b]].emplace_back(place_[c.a], c.stiffness);
     }
-    row_begin_.assign(hinges_.size() + 1, 0);
-    for (std::size_t e = 0; e < hinges_.size(); ++e) row_begin_[e + 1] = row_begin_[e] + count[e];
-    column_.resize(row_begin_.back());
-    value_.resize(row_begin_.back());
-    std::vector<std::int32_t> next(row_begin_.begin(), row_begin_.end() - 1);
-    const auto add = [&](std::int32_t row, std::int32_t column, double value) {
-      column_[next[row]] = column;
-      value_[next[row]++] = value;
-    };
-    for (std::size_t e = 0; e < hinges_.size(); ++e)
-      add(static_cast<std::int32_t>(e), static_cast<std::int32_t>(e), hinges_[e].stiffness);
-    for (const HingeCouple& c : couples) {
-      add(c.a, c.b, c.stiffness);
-      add(c.b, c.a, c.stiffness);
+    row_begin_.push_back(0);
+    for (std::size_t first = 0; first < of.size(); first += group_lanes) {
+      std::size_t most = 0;
+      for (std::size_t l = 0; l < group_lanes; ++l) most = std::max(most, of[first + l].size());
+      for (std::size_t r = 0; r < most; ++r)
+        for (std::size_t l = first; l < first + group_lanes; ++l) {
+          const bool has = r < of[l].size();
+          column_.push_back(has ? of[l][r].first : static_cast<std::int32_t>(l));
+          couple_.push_back(has ? of[l][r].second : 0.0);
+        }
+      row_begin_.push_back(static_cast<std::uint32_t>(column_.size() / group_lanes));
     }
   }
 
@@ -176,122 +191,140 @@ class ShapeOperatorForce final : public Force {
     return common;
   }
 
+  /// A patch while it is made: its hinges are numbers, not places.
+  struct Draft {
+    std::vector<std::int32_t> triangle;
+    LanePatch patch;
+  };
+
   void set_patches(const std::vector<HingeCouple>& couples, std::size_t particles) {
     std::vector<double> diagonal;
     for (const Hinge& h : hinges_) diagonal.push_back(h.stiffness);
-    std::map<std::vector<std::int32_t>, Patch> of_triangle;
+    std::map<std::vector<std::int32_t>, LanePatch> of_triangle;
     for (const HingeCouple& c : couples) {
       const std::vector<std::int32_t> common = shared(c.a, c.b);
-      Patch* patch = common.size() == 3 ? &of_triangle[common] : nullptr;
+      LanePatch* patch = common.size() == 3 ? &of_triangle[common] : nullptr;
       const int i = patch == nullptr ? -1 : place_in(*patch, c.a);
       const int j = patch == nullptr ? -1 : place_in(*patch, c.b);
       if (i < 0 || j < 0) {
         diagonal[c.a] += std::abs(c.stiffness);
         diagonal[c.b] += std::abs(c.stiffness);
       } else {
-        patch->couples(i, j) = patch->couples(j, i) = c.stiffness;
+        patch->couple[i][j] = patch->couple[j][i] = c.stiffness;
       }
     }
-    std::vector<Patch> patches;
-    for (const auto& [triangle, patch] : of_triangle) patches.push_back(patch);
-    give_diagonals(diagonal, patches);
-    sort_patches(std::move(patches), particles);
+    std::vector<Draft> drafts;
+    for (const auto& [triangle, patch] : of_triangle)
+      if (patch.hinges > 0) drafts.push_back({triangle, patch});
+    give_diagonals(diagonal, drafts);
+    sort_patches(std::move(drafts), particles);
   }
 
-  static int place_in(Patch& patch, std::int32_t hinge) {
+  static int place_in(LanePatch& patch, std::int32_t hinge) {
     for (int i = 0; i < patch.hinges; ++i)
       if (patch.hinge[i] == hinge) return i;
-    if (patch.hinges == Patch::most_hinges) return -1;
+    if (patch.hinges == static_cast<int>(patch.hinge.size())) return -1;
     patch.hinge[patch.hinges] = hinge;
     return patch.hinges++;
   }
 
-  void give_diagonals(const std::vector<double>& diagonal, std::vector<Patch>& patches) const {
+  void give_diagonals(const std::vector<double>& diagonal, std::vector<Draft>& drafts) const {
     std::vector<char> given(hinges_.size(), 0);
-    for (Patch& p : patches)
-      for (int i = 0; i < p.hinges; ++i) {
-        if (given[p.hinge[i]] != 0) continue;
-        given[p.hinge[i]] = 1;
-        p.couples(i, i) = diagonal[p.hinge[i]];
+    for (auto& [triangle, patch] : drafts)
+      for (int i = 0; i < patch.hinges; ++i) {
+        if (given[patch.hinge[i]] != 0) continue;
+        given[patch.hinge[i]] = 1;
+        patch.couple[i][i] = diagonal[patch.hinge[i]];
       }
     for (std::size_t e = 0; e < hinges_.size(); ++e) {
       if (given[e] != 0) continue;
-      Patch& p = patches.emplace_back();
-      p.hinge[p.hinges++] = static_cast<std::int32_t>(e);
-      p.couples(0, 0) = diagonal[e];
+      const auto& v = hinges_[e].v;
+      Draft& draft = drafts.emplace_back();
+      draft.triangle = {v[0], v[2], v[3]};
+      std::sort(draft.triangle.begin(), draft.triangle.end());
+      draft.patch.hinge[draft.patch.hinges++] = static_cast<std::int32_t>(e);
+      draft.patch.couple[0][0] = diagonal[e];
     }
-    for (Patch& p : patches) set_vertices(p);
   }
 
-  void set_vertices(Patch& p) const {
-    for (int i = 0; i < p.hinges; ++i)
-      for (int k = 0; k < 4; ++k) {
-        const std::int32_t v = hinges_[p.hinge[i]].v[k];
-        const auto end = p.v.begin() + p.vertices, at = std::find(p.v.begin(), end, v);
-        p.place[i][k] = static_cast<std::int8_t>(at - p.v.begin());
-        if (at == end) p.v[p.vertices++] = v;
-      }
-    std::fill(p.v.begin() + p.vertices, p.v.end(), p.v[0]);
-  }
-
-  void sort_patches(std::vector<Patch> patches, std::size_t particles) {
-    std::stable_sort(patches.begin(), patches.end(), [](const Patch& a, const Patch& b) {
-      return a.hinge[0] < b.hinge[0];  // neighbours in memory are neighbours on the cloth
+  void sort_patches(std::vector<Draft> drafts, std::size_t particles) {
+    std::stable_sort(drafts.begin(), drafts.end(), [](const Draft& a, const Draft& b) {
+      return a.triangle < b.triangle;  // neighbours in memory are neighbours on the cloth
     });
+    std::vector<PatchVertices> vertices;
+    for (Draft& draft : drafts) vertices.push_back(finish(draft));
     std::vector<std::int32_t> corners;
-    for (const Patch& p : patches) corners.insert(corners.end(), p.v.begin(), p.v.end());
-    Coloring coloring = color_elements(corners, Patch::most_vertices, particles);
-    for (const std::int32_t i : coloring.order) patches_.push_back(patches[i]);
+    for (const PatchVertices& v : vertices) corners.insert(corners.end(), v.begin(), v.end());
+    Coloring coloring = color_elements(corners, patch_vertices, particles);
+    for (const std::int32_t i : coloring.order) {
+      patches_.push_back(drafts[i].patch);
+      vertices_.push_back(vertices[i]);
+    }
     patch_begin_ = std::move(coloring.color_begin);
   }
 
-  /// Angles and gradients of all hinges at `x`; off_ = θ - θ0 + more(hinge).
-  template <class More>
-  void measure(std::span<const Vec3> x, const More& more) const {
-    parallel_for(hinges_.size(), grain, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t e = begin; e < end; ++e) {
-        detail::Dihedral& d = bends_[e];
-        d = detail::dihedral(x, hinges_[e].v);
-        off_[e] = 0.0;
-        if (d.valid)
-          off_[e] =
-              std::remainder(d.angle - hinges_[e].rest_angle, 2.0 * std::numbers::pi) + more(e, d);
-        else
-          d.gradient.fill(Vec3::Zero());
+  /// Sets the corners of the patch's hinges and names these by place.
+  PatchVertices finish(Draft& draft) const {
+    LanePatch& patch = draft.patch;
+    PatchVertices vertices;
+    std::copy(draft.triangle.begin(), draft.triangle.end(), vertices.begin());
+    for (int a = 0; a < patch.hinges; ++a) {
+      const auto& v = hinges_[patch.hinge[a]].v;
+      for (std::int8_t k = 0; k < 4; ++k) {
+        const auto at = std::find(vertices.begin(), vertices.begin() + 3, v[k]);
+        patch.corner[a][at - vertices.begin()] = k;
+        if (at == vertices.begin() + 3) vertices[3 + a] = v[k];
       }
+      patch.damping = hinges_[patch.hinge[a]].damping;
+      patch.hinge[a] = place_[patch.hinge[a]];
+    }
+    std::fill(vertices.begin() + 3 + patch.hinges, vertices.end(), vertices[2 + patch.hinges]);
+    return vertices;
+  }
+
+  /// Views what is here, the scratch of one evaluation among it.
+  detail::LanePlate plate() const {
+    return {row_begin_.data(), column_.data(), couple_.data(),  patches_.data(),
+            turn_.data(),      moment_.data(), gradient_.data()};
+  }
+
+  /// Turns, damping among them, and gradients of all hinges.
+  void measure(const ForceState& state) const {
+    const detail::LaneForce force = detail::lane_force(lanes_, numbers_, state, {});
+    parallel_for(lanes_.groups.size(), grain, [&](std::size_t first, std::size_t last) {
+      detail::lane_kernel().bends(force, plate(), first, last);
     });
   }
 
-  double moment_of(std::size_t e) const {
-    double sum = 0.0;
-    for (std::int32_t k = row_begin_[e]; k < row_begin_[e + 1]; ++k)
-      sum += value_[k] * off_[column_[k]];
+  /// Of the gradient of a hinge at its four corners, 1/m.
+  std::array<double, 4> gradient_norms(std::int32_t place) const {
+    const std::size_t group = place / group_lanes, lane = place % group_lanes;
+    const double* at = gradient_.data() + detail::lane_gradient * group + 3 * lane;
+    const Eigen::Map<const Vec3> g0(at), g1(at + 3 * group_lanes), g3(at + 6 * group_lanes);
+    return {g0.norm(), g1.norm(), (g0 + g1 + g3).norm(), g3.norm()};
+  }
+
+  /// Σ |W_ab| number_b.
+  double sum_of_row(std::int32_t place, double own, const std::vector<double>& number) const {
+    const std::size_t group = place / group_lanes, lane = place % group_lanes;
+    double sum = own * number[place];
+    for (std::size_t r = row_begin_[group]; r < row_begin_[group + 1]; ++r)
+      sum += std::abs(couple_[group_lanes * r + lane]) * number[column_[group_lanes * r + lane]];
     return sum;
   }
 
-  void add_patch(std::size_t number, double h, std::span<Mat3> values) const {
-    constexpr int n = Patch::most_vertices;
-    const Patch& p = patches_[number];
-    // Gradients of the hinges at the vertices of the patch, and the same times h (h + damping) W.
-    std::array<Mat3, n> gradient, force;
-    for (int i = 0; i < p.vertices; ++i) gradient[i].setZero();
-    for (int a = 0; a < p.hinges; ++a)
-      for (int k = 0; k < 4; ++k) gradient[p.place[a][k]].col(a) += bends_[p.hinge[a]].gradient[k];
-    const double scale = h * (h + hinges_[p.hinge[0]].damping);
-    for (int i = 0; i < p.vertices; ++i) force[i] = gradient[i] * (scale * p.couples);
-    for (int i = 0; i < p.vertices; ++i)
-      for (int j = 0; j < p.vertices; ++j)
-        values[slots_[number][n * i + j]] += force[i] * gradient[j].transpose();
-  }
-
   std::vector<Hinge> hinges_;
-  std::vector<std::int32_t> row_begin_, column_;  ///< W, the diagonal first in each row
-  std::vector<double> value_;
-  std::vector<Patch> patches_;
-  std::vector<std::array<std::int32_t, Patch::most_vertices * Patch::most_vertices>> slots_;
+  detail::LaneGroups lanes_;
+  std::vector<double> numbers_;      // of lanes_
+  std::vector<std::int32_t> place_;  // of hinges, group_lanes·group + lane
+  std::vector<std::uint32_t> row_begin_;
+  std::vector<std::int32_t> column_;
+  std::vector<double> couple_;
+  std::vector<LanePatch> patches_;
+  std::vector<PatchVertices> vertices_;
+  std::vector<std::array<std::int32_t, patch_vertices * patch_vertices>> slots_;
   std::vector<std::size_t> color_begin_, patch_begin_;
-  mutable std::vector<detail::Dihedral> bends_;  ///< scratch of one evaluation
-  mutable std::vector<double> off_;
+  mutable std::vector<double> turn_, moment_, gradient_;  ///< scratch of one evaluation
 };
 
 }  // namespace

@@ -184,6 +184,120 @@ TEST(LaneForces, HaveTheSameJacobianForEveryWidth) {
   }
 }
 
+/// Hinges whose moments are a matrix times their turns, each coupled with up to three others, and a
+/// patch each of one, two and three hinges.
+struct Plate {
+  std::vector<Hinge> hinges;
+  LaneGroups lanes;
+  std::vector<double> numbers;
+  std::vector<std::uint32_t> row_begin{0};
+  std::vector<std::int32_t> column;
+  std::vector<double> couple, turn, moment, gradient;
+  std::vector<detail::LanePatch> patches;
+
+  explicit Plate(const Cloth& c) {
+    const auto corners = corners_of(c.mesh.hinges);
+    Coloring coloring = color_elements(corners, 4, c.x.size());
+    lanes = detail::make_lane_groups(corners, 4, coloring);
+    for (const std::int32_t e : coloring.order) hinges.push_back(c.mesh.hinges[e]);
+    numbers = detail::lane_numbers<3>(lanes, hinges, [](const Hinge& h) { return numbers_of(h); });
+    const std::size_t places = group_lanes * lanes.groups.size();
+    std::mt19937 random(5);
+    std::uniform_int_distribution<std::int32_t> any(0, static_cast<std::int32_t>(places) - 1);
+    std::uniform_real_distribution<double> stiffness(-1e-5, 1e-5);
+    for (std::size_t g = 0; g < lanes.groups.size(); ++g) {
+      for (std::size_t k = 0; k < group_lanes * (g % 4); ++k) {
+        column.push_back(any(random));
+        couple.push_back(stiffness(random));
+      }
+      row_begin.push_back(static_cast<std::uint32_t>(column.size() / group_lanes));
+    }
+    for (int n = 1; n <= 3; ++n) {
+      detail::LanePatch patch;
+      patch.hinges = n;
+      patch.damping = 0.01;
+      for (int a = 0; a < n; ++a) {
+        patch.hinge[a] = any(random);
+        patch.corner[a] = {static_cast<std::int8_t>(a), static_cast<std::int8_t>((a + 1) % 4),
+                           static_cast<std::int8_t>((a + 2) % 4),
+                           static_cast<std::int8_t>((a + 3) % 4)};
+        for (int b = 0; b < n; ++b) patch.couple[a][b] = 1e-5 / (1.0 + a + b);
+      }
+      patches.push_back(patch);
+    }
+    turn.resize(places);
+    moment.resize(places);
+    gradient.resize(detail::lane_gradient * lanes.groups.size() + detail::lane_gradient_more);
+  }
+
+  detail::LanePlate view() {
+    return {row_begin.data(), column.data(), couple.data(),  patches.data(),
+            turn.data(),      moment.data(), gradient.data()};
+  }
+
+  /// Forces of one kernel; turns, moments and gradients are left here.
+  Vectors forces(const LaneKernel& kernel, const Cloth& c) {
+    Vectors f(c.x.size(), Vec3::Zero());
+    const auto force = detail::lane_force(lanes, numbers, {c.x, c.v, {}, 0.0}, f);
+    for (const auto pass : {kernel.bends, kernel.moments, kernel.turning_forces})
+      pass(force, view(), 0, lanes.groups.size());
+    return f;
+  }
+
+  /// Blocks of all patches, side by side, h = 0.01 s, of the gradients that are here.
+  std::vector<double> blocks(const LaneKernel& kernel) {
+    std::vector<std::int32_t> slots(36 * patches.size());
+    std::iota(slots.begin(), slots.end(), 0);
+    std::vector<double> values(9 * slots.size(), 0.0);
+    kernel.patch_blocks(view(), {slots.data(), values.data(), 0.01}, 0, patches.size());
+    return values;
+  }
+};
+
+TEST(LaneForces, OfCoupledHingesHaveTheSameBitsForEveryWidth) {
+  for (const bool shuffled : {false, true}) {
+    const Cloth c(shuffled);
+    const LaneKernel& narrow = detail::lane_kernels().front();
+    Plate first(c);
+    const Vectors f = first.forces(narrow, c);
+    const std::vector<double> blocks = first.blocks(narrow);
+    for (const LaneKernel& kernel : detail::lane_kernels()) {
+      Plate plate(c);
+      EXPECT_EQ(plate.forces(kernel, c), f) << kernel.width;
+      EXPECT_EQ(plate.turn, first.turn) << kernel.width;
+      EXPECT_EQ(plate.moment, first.moment) << kernel.width;
+      EXPECT_EQ(plate.gradient, first.gradient) << kernel.width;
+      EXPECT_EQ(plate.blocks(kernel), blocks) << kernel.width;
+    }
+  }
+}
+
+TEST(LaneForces, OfCoupledHingesAreTheProductOfTheMatrixAndTheirTurns) {
+  for (const bool shuffled : {false, true}) {
+    const Cloth c(shuffled);
+    Plate plate(c);
+    const Vectors f = plate.forces(detail::lane_kernel(), c);
+    std::vector<double> turn(plate.turn.size());
+    detail::lane_kernel().turns(
+        detail::lane_force(plate.lanes, plate.numbers, {c.x, {}, {}, 0.0}, {}), turn.data(), 0,
+        plate.lanes.groups.size());
+    Vectors each(c.x.size(), Vec3::Zero());
+    for (std::size_t g = 0; g < plate.lanes.groups.size(); ++g)
+      for (std::int16_t l = 0; l < plate.lanes.groups[g].count; ++l) {
+        const Hinge& h = plate.hinges[plate.lanes.groups[g].element + l];
+        double moment = h.stiffness * plate.turn[group_lanes * g + l];
+        for (std::size_t r = plate.row_begin[g]; r < plate.row_begin[g + 1]; ++r)
+          moment +=
+              plate.couple[group_lanes * r + l] * plate.turn[plate.column[group_lanes * r + l]];
+        const detail::Dihedral d = detail::dihedral(c.x, h.v);
+        for (int k = 0; k < 4; ++k) each[h.v[k]] -= moment * d.gradient[k];
+        EXPECT_NEAR(turn[group_lanes * g + l], std::remainder(d.angle - h.rest_angle, 2.0 * kPi),
+                    1e-14);
+      }
+    EXPECT_LT(largest_difference(f, each), 1e-12 * largest(each));
+  }
+}
+
 TEST(LaneForces, OfAFlatTriangleOrACoincidentPairAreNoneAndSpoilNoNeighbour) {
   Cloth c(false);
   const std::int32_t lost = c.mesh.hinges[40].v[2];

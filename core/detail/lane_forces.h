@@ -4,6 +4,8 @@
 #include <selvedge/core/detail/lane_groups.h>
 #include <selvedge/core/force.h>
 
+#include <array>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -51,6 +53,35 @@ using AddLanes = void (*)(const LaneForce& force, std::size_t first, std::size_t
 using AddBlocks = void (*)(const LaneForce& force, const LaneBlocks& blocks, std::size_t first,
                            std::size_t last);
 
+/// The hinges of a triangle, with what a Jacobian has of the couples between them. A hinge's
+/// corners are the triangle's three vertices and one beyond.
+struct LanePatch {
+  std::int32_t hinges = 0;                             ///< 1 to 3
+  std::array<std::int32_t, 3> hinge{};                 ///< their places: 8·group + lane
+  std::array<std::array<std::int8_t, 4>, 3> corner{};  ///< each one's corners in that order
+  std::array<std::array<double, 3>, 3> couple{};       ///< N·m, symmetric
+  double damping = 0.0;                                ///< s
+};
+
+/// Hinges whose moments are a constant matrix W times their turns. Arrays per hinge are laid out
+/// lane by lane, that of lane l of group g at [group_lanes·g + l].
+struct LanePlate {
+  const std::uint32_t* row_begin;  ///< per group and one more: rows of `group_lanes` couples
+  const std::int32_t* column;      ///< of a couple: the place of the other hinge
+  const double* couple;            ///< N·m; 0 where there is none
+  const LanePatch* patches;
+  double* turn;      ///< rad, of `bends`
+  double* moment;    ///< N·m, of `moments`
+  double* gradient;  ///< 1/m, of `bends`; see lane_plate_kernel.inc
+};
+
+/// Doubles of LanePlate::gradient per group, and how many it has more than its groups need.
+inline constexpr std::size_t lane_gradient = 9 * group_lanes, lane_gradient_more = 1;
+
+/// A pass over the groups [first, last) of such hinges.
+using PlateLanes = void (*)(const LaneForce& force, const LanePlate& plate, std::size_t first,
+                            std::size_t last);
+
 /// The forces that are evaluated most often, for one width of vectors.
 struct LaneKernel {
   int width = 0;             ///< doubles in a vector; 0: this machine has none such
@@ -59,6 +90,17 @@ struct LaneKernel {
   AddLanes hinges = nullptr;  ///< numbers: rest angle in [-π, π], stiffness, damping
   /// θ[l] = atan2(y[l], x[l]) of `group_lanes` numbers, to 4e-16 absolute.
   void (*angle)(const double* y, const double* x, double* theta) = nullptr;
+  /// turn[group_lanes·(g - first) + l] = θ - θ0 of hinges, 0 where a triangle has no area.
+  void (*turns)(const LaneForce& force, double* turn, std::size_t first,
+                std::size_t last) = nullptr;
+  /// plate.turn = θ - θ0 + damping·dθ/dt and plate.gradient = ∂θ/∂x.
+  PlateLanes bends = nullptr;
+  PlateLanes moments = nullptr;         ///< plate.moment = W turn, stiffness its diagonal
+  PlateLanes turning_forces = nullptr;  ///< f -= moment·gradient
+  /// blocks += h (h + damping) ∂θ W ∂θᵀ of the patches [first, last), 36 slots each: those of the
+  /// triangle's vertices, then of the one beyond each hinge.
+  void (*patch_blocks)(const LanePlate& plate, const LaneBlocks& blocks, std::size_t first,
+                       std::size_t last) = nullptr;
 };
 
 /// Those that this machine has, narrowest first. All give the same bits: the same operations in the

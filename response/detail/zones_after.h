@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/response/fail_safe.h>
+#include <selvedge/response/impact_zone.h>
+
+#include <map>
+#include <string>
+#include <utility>
+
+namespace selvedge::detail {
+
+/// A fail-safe of two layers: some passes that move particles one contact at a time, then rigid
+/// impact zones for what still collides.
+class ZonesAfter : public FailSafe {
+ public:
+  void begin(const ResponseStep& step, Clearances&) final {
+    step_ = step;
+    round_ = 0;
+  }
+
+  bool resolve(std::span<const ContactPoint> hits, std::span<Vec3> x_t1) final {
+    const int round = round_++;
+    if (round < passes_) {
+      pass(step_, round == 0, hits, x_t1);
+      counters_[counter_] += 1;
+      return true;
+    }
+    if (round == passes_) zones_.begin(step_.motion);
+    if (round >= passes_ + ImpactZones::rounds) {
+      trouble_ = name_ + " and rigid zones do not part what collides";
+      return false;
+    }
+    if (zones_.grow(hits, step_.mass, x_t1, counters_)) return true;
+    trouble_ = zones_.trouble();
+    return false;
+  }
+
+  const std::string& trouble() const final { return trouble_; }
+  const std::map<std::string, double>& counters() const final { return counters_; }
+
+ protected:
+  /// `name` says in a sentence what the passes are, `counter` is how they are counted.
+  ZonesAfter(int passes, std::string name, std::string counter)
+      : passes_(passes), name_(std::move(name)), counter_(std::move(counter)) {}
+
+ private:
+  /// Moves particles in `x_t1` for these hits; `first` in the first pass of a step.
+  virtual void pass(const ResponseStep& step, bool first, std::span<const ContactPoint> hits,
+                    std::span<Vec3> x_t1) = 0;
+
+  const int passes_;
+  const std::string name_, counter_;
+  ResponseStep step_;
+  ImpactZones zones_;
+  int round_ = 0;
+  std::string trouble_;
+  std::map<std::string, double> counters_;
+};
+
+}  // namespace selvedge::detail

@@ -8,20 +8,19 @@
 #include <selvedge/apps/detail/method_choice.h>
 #include <selvedge/apps/detail/progress_bar.h>
 #include <selvedge/core/atomic_file.h>
-#include <selvedge/core/parallel.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <cerrno>
 #include <chrono>
-#include <csignal>
+#include <cstdio>
+#include <cstdlib>
 #include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
-
-#ifdef __linux__
-#include <sys/prctl.h>
-#endif
 
 #include "methods.h"
 #include "overrides.h"
@@ -30,13 +29,14 @@ namespace {
 
 using namespace selvedge;
 namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
 
 struct CompareOptions {
   std::string scene, out, in, only, workflow, design = "product";
   std::vector<std::string> vary, set, reference_set;
-  int threads = 1, repeats = 7, repeat = -1, judged = 4;
+  int threads = 1, repeats = 7, judged = 4;
   double budget = 300.0;
-  bool no_reference = false, no_pictures = false, json = false, run_here = false;
+  bool no_reference = false, no_pictures = false, json = false;
 };
 
 void write_whole(const fs::path& file, const std::string& text) {
@@ -79,27 +79,14 @@ CompareRequest request_of(const CompareOptions& o) {
   return request;
 }
 
-/// A run of one cell, in this process: it dies with whoever started it.
-int run_one(const CompareOptions& o, const ComparePlan& plan, const Methods& methods) {
-#ifdef __linux__
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
-#endif
-  CellLimits limits = plan.limits;
-  for (const CompareCell& cell : plan.cells)
-    if (cell.id == o.only) limits.threads = cell.threads;
-  run_cell(cell_folder(o.in, o.only), o.repeat, limits, methods);
-  return 0;
-}
-
 /// All repeats of one cell, or of all; nothing is merged.
 void run_only(const CompareOptions& o, const ComparePlan& plan, const Methods& methods) {
-  CellLimits limits = plan.limits;
   int repeats = 1;  // of a reference level
   for (const CompareCell& cell : plan.cells)
     if (cell.id == o.only) repeats = plan.repeats;
   for (int repeat = 0; repeat < repeats; ++repeat)
     if (!read_cell_run(cell_folder(o.in, o.only), repeat))
-      run_in_process(o.in, o.only, repeat, limits, methods);
+      run_in_process(o.in, o.only, repeat, limits_of(plan, o.only), methods);
 }
 
 int report(const CompareOptions& o, const fs::path& out, const ComparePlan& plan,
@@ -116,71 +103,100 @@ int report(const CompareOptions& o, const fs::path& out, const ComparePlan& plan
   return table.failed() ? 1 : 0;
 }
 
+/// What of the time was not the runs': where runs are short, take longer ones.
+void print_own_share(const TimeOfRuns& time, double all_s) {
+  if (time.runs == 0) return;
+  std::string parts;
+  double rest_s = all_s - time.run_s;
+  for (const auto& [what, seconds] : time.beside_s) {
+    parts += fmt::format("{} {:.2f} s, ", what, seconds);
+    rest_s -= seconds;
+  }
+  fmt::print("{} runs took {:.2f} s, compare itself {:.1f} % more: {}the rest {:.2f} s\n",
+             time.runs, time.run_s, 100.0 * (all_s / time.run_s - 1.0), parts, rest_s);
+}
+
 int run_all(const CompareOptions& o, const fs::path& out, const ComparePlan& plan,
-            const Methods& methods) {
-  const auto begin = std::chrono::steady_clock::now();
+            const Methods& methods, Clock::time_point begin) {
+  const auto spent = [&] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
   const int runs = static_cast<int>(plan.levels.size() +
                                     plan.cells.size() * static_cast<std::size_t>(plan.repeats));
   ProgressBar bar("run", runs);
-  run_missing(out, plan, methods, [&](int done, int) {
-    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin;
-    bar.show(done, spent.count());
-  });
+  const TimeOfRuns time =
+      run_missing(out, plan, methods, [&](int done, int) { bar.show(done, spent()); });
   bar.clear();
-  return report(o, out, plan, methods);
+  const int code = report(o, out, plan, methods);
+  if (!o.json) print_own_share(time, spent());
+  return code;
 }
 
-int run_planned(const CompareOptions& o, const Methods& methods) {
+int run_planned(const CompareOptions& o, const Methods& methods, Clock::time_point begin) {
   const ComparePlan plan = read_plan(o.in);
-  // A run for another process of this compare, which has looked at it.
-  if (!o.run_here && plan.build != program_hash())
+  if (plan.build != program_hash())
     throw std::invalid_argument(o.in +
                                 ": was planned by another build of this program; times and "
                                 "bits of the two do not mix");
   if (o.only.empty()) {
     const FolderLock lock(o.in);
-    return run_all(o, o.in, plan, methods);
+    return run_all(o, o.in, plan, methods, begin);
   }
   if (!fs::exists(cell_folder(o.in, o.only) / "scene.json"))
     throw std::invalid_argument(
         fmt::format("--only {}: there is no such cell in {}", o.only, o.in));
-  if (o.run_here) return run_one(o, plan, methods);
   run_only(o, plan, methods);
   return 0;
 }
 
-int make_workflow(const CompareOptions& o, const PlannedCompare& planned) {
-  const FolderLock lock(o.workflow);
-  write_plan(o.workflow, planned.plan, planned.scene_of_id);
-  write_workflow(o.workflow, planned.plan);
-  fmt::print("{0}/Snakefile: {1} jobs; run them with: cd {0} && snakemake --cores 2\n", o.workflow,
-             planned.plan.cells.size() + planned.plan.levels.size() + 1);
-  return 0;
-}
-
-/// On one thread: a process that never had a second one is copied for a run (run_in_process).
-PlannedCompare plan_on_one_thread(const CompareOptions& o, const Methods& methods) {
-  const ThreadLimit one(1);
+PlannedCompare planned(const CompareOptions& o, const Methods& methods) {
   return plan_compare(request_of(o), methods, [](const std::string& what) {
     fmt::print(stderr, "note: cannot run, and is marked: {}\n", what);
   });
 }
 
+int make_workflow(const CompareOptions& o, const Methods& methods) {
+  const PlannedCompare made = planned(o, methods);
+  const FolderLock lock(o.workflow);
+  write_plan(o.workflow, made.plan, made.scene_of_id);
+  write_workflow(o.workflow, made.plan);
+  fmt::print("{0}/Snakefile: {1} jobs; run them with: cd {0} && snakemake --cores 2\n", o.workflow,
+             made.plan.cells.size() + made.plan.levels.size() + 1);
+  return 0;
+}
+
+/// Plans into the folder in a copy of this process, so that this one never has a second thread and
+/// can be copied for every run (run_in_process). What the copy throws its own `main` says; returns
+/// its exit code.
+int plan_in_a_copy(const CompareOptions& o, const fs::path& out, const Methods& methods) {
+  const pid_t copy = fork();
+  if (copy < 0) throw std::runtime_error("no process for the plan could be started");
+  if (copy == 0) {
+    const PlannedCompare made = planned(o, methods);
+    const FolderLock lock(out);
+    write_plan(out, made.plan, made.scene_of_id);
+    std::fflush(nullptr);
+    _exit(0);
+  }
+  int status = 0;
+  while (waitpid(copy, &status, 0) < 0 && errno == EINTR) continue;
+  return WIFEXITED(status) ? WEXITSTATUS(status) : EXIT_FAILURE;
+}
+
 int run_command(const CompareOptions& o) {
+  const auto begin = Clock::now();
   const Methods methods = methods_of_this_build();
-  if (!o.in.empty()) return run_planned(o, methods);
+  if (!o.in.empty()) return run_planned(o, methods, begin);
   if (o.scene.empty())
     throw std::invalid_argument("compare: give a scene file and what to vary in it");
   if (o.vary.empty())
     throw std::invalid_argument(
         "compare: give --vary, such as --vary broad_phase or dt=1e-3..1e-2:5");
-  const PlannedCompare planned = plan_on_one_thread(o, methods);
-  if (!o.workflow.empty()) return make_workflow(o, planned);
-  const fs::path out =
-      o.out.empty() ? fs::path("out") / ("compare_" + planned.plan.name) : fs::path(o.out);
+  if (!o.workflow.empty()) return make_workflow(o, methods);
+  fs::path out = o.out;
+  if (out.empty())
+    out = fs::path("out") / ("compare_" + read_scene(o.scene, read_overrides(o.set), methods).name);
+  if (const int code = plan_in_a_copy(o, out, methods); code != 0) return code;
   const FolderLock lock(out);
-  write_plan(out, planned.plan, planned.scene_of_id);
-  return run_all(o, out, planned.plan, methods);
+  return run_all(o, out, read_plan(out), methods, begin);
 }
 
 void add_options(CLI::App& command, CompareOptions& o) {
@@ -216,8 +232,6 @@ void add_options(CLI::App& command, CompareOptions& o) {
   command.add_option(
       "--workflow", o.workflow,
       "Folder for a Snakemake workflow of this compare, one job a cell; nothing runs");
-  command.add_option("--repeat", o.repeat)->group("");
-  command.add_flag("--run-here", o.run_here)->group("");
 }
 
 std::string footer() {

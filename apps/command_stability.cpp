@@ -12,12 +12,14 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "command_stability_cases.h"
 #include "methods.h"
 #include "overrides.h"
 
@@ -33,7 +35,11 @@ struct StabilityOptions {
   StabilityConfig config;
   int threads = 1;
   bool json = false;
+  CaseOptions cases;
 };
+
+constexpr const char* kOfScene = "For a scene: the largest stable steps of its cloth";
+constexpr const char* kOfFolder = "For a folder: cases that are judged";
 
 /// Lists and ranges as --vary has them.
 std::vector<double> numbers(const std::string& option, const std::string& text) {
@@ -133,36 +139,60 @@ int run_command(const StabilityOptions& o) {
   return 0;
 }
 
+/// Options of the other kind of run are a mistake.
+void refuse_options(const CLI::App& command, const char* group, const std::string& why) {
+  for (const CLI::Option* option : command.get_option_group(group)->get_options())
+    if (option->count() > 0) throw std::invalid_argument(option->get_name() + ": " + why);
+}
+
+int run_folder_or_scene(const CLI::App& command, StabilityOptions& o) {
+  if (!std::filesystem::is_directory(o.scene)) {
+    refuse_options(command, kOfFolder, o.scene + " is no folder of cases, such as data/extreme");
+    return run_command(o);
+  }
+  refuse_options(command, kOfScene, o.scene + " is a folder; name a scene file for this option");
+  o.cases.data = o.scene;
+  o.cases.json = o.json;
+  if (command.count("--threads") > 0) o.cases.threads = o.threads;
+  return run_cases(o.cases);
+}
+
 void add_options(CLI::App& command, StabilityOptions& o) {
-  command.add_option("scene", o.scene, "Scene file (JSON), whose cloth and handles are taken")
+  command
+      .add_option("scene", o.scene,
+                  "Scene file (JSON), whose cloth and handles are taken; or the folder of the "
+                  "extreme cases, data/extreme")
       ->required();
-  command.add_option("--integrator", o.integrator, "Names, parted by commas, or all (the default)")
+  CLI::App& of_scene = *command.add_option_group(kOfScene);
+  of_scene
+      .add_option("--integrator", o.integrator, "Names, parted by commas, or all (the default)")
       ->delimiter(',')
       ->allow_extra_args(false);
-  command.add_option("--stiffness", o.stiffness,
-                     "N/m of the stiffest spring: a,b or \"lo..hi:n log\"; 0: as in the scene");
-  command.add_option("--mass-ratio", o.mass_ratio, "Of one particle to the others, the same way");
-  command.add_option("--damping", o.damping, "Of the springs, s; -1: as in the scene");
-  command.add_option("--map", o.map, "Draws a map, stiffness by step, into this SVG file");
-  command.add_option("--step", o.step, "Steps of the map, s (default 1e-5..0.1:9log)");
-  command.add_option("--steps", o.config.steps, "Steps of a trial at most (default 2000)")
+  of_scene.add_option("--stiffness", o.stiffness,
+                      "N/m of the stiffest spring: a,b or \"lo..hi:n log\"; 0: as in the scene");
+  of_scene.add_option("--mass-ratio", o.mass_ratio, "Of one particle to the others, the same way");
+  of_scene.add_option("--damping", o.damping, "Of the springs, s; -1: as in the scene");
+  of_scene.add_option("--map", o.map, "Draws a map, stiffness by step, into this SVG file");
+  of_scene.add_option("--step", o.step, "Steps of the map, s (default 1e-5..0.1:9log)");
+  of_scene.add_option("--steps", o.config.steps, "Steps of a trial at most (default 2000)")
       ->check(CLI::Range(10, 100'000'000));
-  command.add_option("--seconds", o.config.seconds, "Simulated seconds at most (default 10)")
+  of_scene.add_option("--seconds", o.config.seconds, "Simulated seconds at most (default 10)")
       ->check(CLI::PositiveNumber);
-  command.add_option("--strain-limiter", o.config.limiter,
-                     "The cloth swings under gravity with this limiter, or with \"none\", instead "
-                     "of being kicked");
-  command.add_option("--sweeps", o.config.max_sweeps, "Of the limiter in a step (default 50)")
+  of_scene.add_option("--strain-limiter", o.config.limiter,
+                      "The cloth swings under gravity with this limiter, or with \"none\", instead "
+                      "of being kicked");
+  of_scene.add_option("--sweeps", o.config.max_sweeps, "Of the limiter in a step (default 50)")
       ->check(CLI::Range(1, 100'000));
-  command
+  of_scene
       .add_option("--precision", o.config.precision,
                   "Relative, of the measured step (default 0.01)")
       ->check(CLI::Range(1e-4, 1.0));
-  command.add_option("--set", o.set, "path=value replaces a value of the scene file")
+  of_scene.add_option("--set", o.set, "path=value replaces a value of the scene file")
       ->allow_extra_args(false);
-  command.add_option("--threads", o.threads, "Threads (default 1); 0: all")
+  command.add_option("--threads", o.threads, "Threads (default 1; of cases, no limit); 0: all")
       ->check(CLI::Range(0, 1024));
   command.add_flag("--json", o.json, "Print JSON");
+  add_case_options(*command.add_option_group(kOfFolder), o.cases);
   command.footer(
       "The cloth alone is kicked and left to itself: no gravity, contact or strain limit. Stable: "
       "its\n"
@@ -170,15 +200,16 @@ void add_options(CLI::App& command, StabilityOptions& o) {
       "its\n"
       "own diagonal, and then the bound is not judged. kept: the step that a run keeps to, by\n"
       "Gershgorin's bound; predicted: by the largest eigenvalue; measured: by bisection.\n"
-      "Exit code: 0 every bound holds, 1 one is broken, 2 bad input.");
+      "A case ends as correct, refused with the reason, degraded with the flag, or FAILED.\n"
+      "Exit code: 0 every bound holds, every case ends as it should; 1 not so; 2 bad input.");
 }
 
 }  // namespace
 
 void add_command_stability(CLI::App& app, int& exit_code) {
   const auto o = std::make_shared<StabilityOptions>();
-  CLI::App* command =
-      app.add_subcommand("stability", "Largest stable step of each integrator on a scene's cloth");
+  CLI::App* command = app.add_subcommand(
+      "stability", "Largest stable step of each integrator on a scene's cloth; the extreme cases");
   add_options(*command, *o);
-  command->callback([o, &exit_code] { exit_code = run_command(*o); });
+  command->callback([o, command, &exit_code] { exit_code = run_folder_or_scene(*command, *o); });
 }

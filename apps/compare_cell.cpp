@@ -27,10 +27,8 @@ namespace fs = std::filesystem;
 using Json = nlohmann::json;
 using Clock = std::chrono::steady_clock;
 
-/// Steps made before the clock runs, the seconds they may take, and their share of the run's: what
-/// is warm after one is warm.
-constexpr int kWarmSteps = 3;
-constexpr double kWarm_s = 1.0, kWarmShare = 0.01;
+/// Brute force finds what detectors are judged by where that takes some milliseconds.
+constexpr double kFewTests = 2e6;
 
 /// Springs of ten times their length are no cloth any more: an explicit method that is unstable
 /// passes this some steps before its numbers overflow.
@@ -69,7 +67,7 @@ struct Sample {
 
 void judge_case(const Scene& scene, const Methods& methods, const DetectionCase& c,
                 PairJudgement& judgement) {
-  const ReferencePairs reference = reference_pairs(c);
+  const ReferencePairs reference = reference_pairs(c, kFewTests, scene.contact.broad_phase);
   judgement.colliding += reference.colliding.size();
   const auto fail = [&](const std::string& method, const std::string& what) {
     if (judgement.failure.empty()) judgement.failure = method + " " + what;
@@ -128,9 +126,9 @@ class CellRunner {
 
   CellRun execute() {
     try {
-      scene_ = read_scene(folder_ / "scene.json", {}, methods_);
+      beside("reading", [&] { scene_ = read_scene(folder_ / "scene.json", {}, methods_); });
       run_.dt = nominal_step(scene_);
-      warm_up();
+      beside("warming_up", [&] { warm_up(); });
       simulate();
     } catch (const std::invalid_argument& error) {
       end(RunStatus::refused, error.what());
@@ -145,24 +143,31 @@ class CellRunner {
     } catch (const std::runtime_error& error) {  // such as too many pairs
       end(RunStatus::failed, error.what());
     }
-    if (simulation_) note_end();
-    for (const Sample& sample : samples_) judge(sample);  // after all that is timed
+    if (simulation_) beside("writing", [&] { note_end(); });
+    beside("judging", [&] {  // after all that is timed
+      for (const Sample& sample : samples_) judge(sample);
+    });
     return run_;
   }
 
  private:
+  template <class Work>
+  void beside(const char* what, const Work& work) {
+    const auto begin = Clock::now();
+    work();
+    run_.beside_s[what] += seconds_since(begin);
+  }
+
   void end(RunStatus status, const std::string& why) {
     run_.status = status;
     run_.why = why;
   }
 
+  /// One step of a simulation that is thrown away: pages, caches and threads are warm after it.
   void warm_up() {
-    const auto begin = Clock::now();
-    const double all = kWarmShare * scene_.time.frames * scene_.time.steps_per_frame;
-    const int steps = std::clamp(static_cast<int>(all), 1, kWarmSteps);
     Simulation other(scene_, build_scene(scene_), methods_);
     try {
-      for (int i = 0; i < steps && seconds_since(begin) < kWarm_s; ++i) other.step_towards(1);
+      other.step_towards(1);
     } catch (const SimulationFailed&) {  // the run itself will tell
     }
   }
@@ -175,7 +180,7 @@ class CellRunner {
     for (int frame = 1; frame <= scene_.time.frames && run_.status == RunStatus::ok; ++frame) {
       advance(frame);
       if (run_.status != RunStatus::ok) return;
-      simulation_->now().verify_frame();
+      beside("checking", [&] { simulation_->now().verify_frame(); });
       if (is_judged(frame)) sample();
     }
   }
@@ -265,6 +270,7 @@ Json to_json(const CellRun& run) {
           {"why", run.why},
           {"build_s", run.build_s},
           {"run_s", run.run_s},
+          {"beside_s", run.beside_s},
           {"end_s", run.end_s},
           {"dt", run.dt},
           {"particles", run.particles},
@@ -300,6 +306,7 @@ CellRun from_json(const Json& j) {
   run.why = j.at("why").get<std::string>();
   run.build_s = real(j.at("build_s"));
   run.run_s = real(j.at("run_s"));
+  run.beside_s = j.at("beside_s").get<std::map<std::string, double>>();
   run.end_s = real(j.at("end_s"));
   run.dt = real(j.at("dt"));
   run.particles = j.at("particles").get<std::size_t>();

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 
@@ -38,8 +39,11 @@ struct CellRun {
   std::string why;       ///< in a sentence, where it is not ok
   double build_s = 0.0;  ///< reading meshes, making the simulation
   double run_s = 0.0;    ///< all steps, without the check of frames
-  double end_s = 0.0;    ///< simulated, s
-  double dt = 0.0;       ///< nominal step, s
+  /// Beside these: "reading" the scene, "warming_up", "checking" frames, "judging" detectors,
+  /// "writing" start and end; s.
+  std::map<std::string, double> beside_s;
+  double end_s = 0.0;  ///< simulated, s
+  double dt = 0.0;     ///< nominal step, s
   std::size_t particles = 0, peak_bytes = 0;
   RunResult result;
   PairJudgement pairs;  ///< of the first repeat alone
@@ -53,7 +57,7 @@ struct CellLimits {
 };
 
 /// Runs the scene in `folder`/scene.json once and keeps what came of it in run_`repeat`.json there;
-/// of repeat 0 also start and end as frames of a result folder. Some steps of another simulation go
+/// of repeat 0 also start and end as frames of a result folder. A step of another simulation goes
 /// before it, so that pages, caches and threads are warm. Never throws for what the scene does;
 /// throws std::runtime_error for a file that cannot be written.
 CellRun run_cell(const std::filesystem::path& folder, int repeat, const CellLimits& limits,

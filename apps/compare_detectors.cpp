@@ -17,8 +17,6 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr double kMilli = 1e3;
-/// Brute force takes some nanoseconds a test: with so many the reference takes about a second.
-constexpr double kMomentTests = 2e8;
 /// What took so much time is not measured again.
 constexpr double kBudget_ms = 5e3;
 constexpr std::size_t kGrain = 2048;
@@ -174,11 +172,13 @@ double brute_force_tests(const DetectionCase& c) {
   return one_way + (c.self ? 0.0 : product(c.b.x_t0.size(), c.a.triangles.size()));
 }
 
-ReferencePairs reference_pairs(const DetectionCase& c) {
+ReferencePairs reference_pairs(const DetectionCase& c, double most_tests,
+                               const std::string& judged) {
   ReferencePairs reference;
-  const bool brute = brute_force_tests(c) <= kMomentTests;
-  reference.boxes_from = brute ? "brute_force" : "bvh_aabb";
-  find(brute ? *make_brute_force() : *make_bvh_aabb(), c, reference.boxes);
+  reference.boxes_from = brute_force_tests(c) <= most_tests ? "brute_force"
+                         : judged == "bvh_aabb"             ? "sweep_and_prune"
+                                                            : "bvh_aabb";
+  find(*broad_phases().at(reference.boxes_from)(), c, reference.boxes);
   reference.colliding = colliding(c, reference.boxes);
   return reference;
 }

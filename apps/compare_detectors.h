@@ -28,8 +28,12 @@ struct ReferencePairs {
 
 /// Box tests that brute force would make.
 double brute_force_tests(const DetectionCase& c);
-/// By brute force where that takes a moment, else by the tree that reports the same pairs.
-ReferencePairs reference_pairs(const DetectionCase& c);
+/// So many take about a second.
+inline constexpr double kMomentTests = 2e8;
+/// By brute force up to so many box tests, else by the tree that reports the same pairs, or, where
+/// the tree is what is to be judged, by sorting along an axis.
+ReferencePairs reference_pairs(const DetectionCase& c, double most_tests = kMomentTests,
+                               const std::string& judged = {});
 
 /// Why a detector cannot serve this case; empty if it can.
 std::string why_not(const BroadPhaseTraits& traits, const DetectionCase& c);

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <selvedge/apps/compare_folder.h>
 #include <selvedge/core/atomic_file.h>
-#include <spawn.h>
 #include <sys/file.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -26,8 +25,6 @@
 #include <stdexcept>
 #include <system_error>
 #include <thread>
-
-extern char** environ;
 
 namespace selvedge {
 namespace {
@@ -132,46 +129,15 @@ void refuse_other_compare(const fs::path& out, const ComparePlan& plan) {
 
 // -- processes ------------------------------------------------------------------------------------
 
-/// The arguments as posix_spawn wants them.
-class Arguments {
- public:
-  explicit Arguments(std::vector<std::string> words) : words_(std::move(words)) {
-    for (std::string& word : words_) pointers_.push_back(word.data());
-    pointers_.push_back(nullptr);
-  }
-  char* const* get() { return pointers_.data(); }
-
- private:
-  std::vector<std::string> words_;
-  std::vector<char*> pointers_;
-};
-
-pid_t spawn(std::vector<std::string> words, const fs::path& log) {
-  Arguments arguments(std::move(words));
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  constexpr mode_t readable = 0644;
-  constexpr int flags = O_WRONLY | O_CREAT | O_TRUNC;
-  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, log.c_str(), flags, readable);
-  pid_t child = 0;
-  const int fault =
-      posix_spawn(&child, "/proc/self/exe", &actions, nullptr, arguments.get(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  if (fault != 0)
-    throw std::runtime_error(std::string("no process for a run could be started: ") +
-                             std::strerror(fault));
-  return child;
-}
-
-/// Whether this process has one thread, so that a copy of it is whole.
-bool has_one_thread() {
+/// A copy of a process has its calling thread alone; what another one held it would wait for.
+void refuse_more_threads() {
   std::error_code error;
   const fs::directory_iterator tasks("/proc/self/task", error);
-  return !error && std::distance(begin(tasks), fs::directory_iterator{}) == 1;
+  if (!error && std::distance(begin(tasks), fs::directory_iterator{}) > 1)
+    throw std::logic_error("a process with several threads is not copied for a run");
 }
 
-/// Standard streams as spawn() sets them.
+/// Nothing to the terminal, what is said into the log.
 void redirect(const fs::path& log) {
   constexpr mode_t readable = 0644;
   const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
@@ -181,7 +147,7 @@ void redirect(const fs::path& log) {
 }
 
 /// A copy of this process makes the run. It starts as this one is, which has never simulated
-/// anything, and needs no millisecond to be loaded and linked again.
+/// anything, and needs not be loaded and linked again. -1: the system grants none.
 pid_t fork_run(const fs::path& folder, int repeat, const CellLimits& limits,
                const Methods& methods) {
   const fs::path log = folder / "log.txt";
@@ -247,7 +213,25 @@ CellRun silent_end(const Ending& ending, const fs::path& log) {
   return run;
 }
 
+void add_time(const CellRun& run, TimeOfRuns& time) {
+  ++time.runs;
+  time.run_s += run.build_s + run.run_s;
+  for (const auto& [what, seconds] : run.beside_s)
+    (what == "checking" ? time.run_s : time.beside_s[what]) += seconds;
+}
+
 }  // namespace
+
+CellLimits limits_of(const ComparePlan& plan, const std::string& id) {
+  CellLimits limits = plan.limits;
+  for (const CompareCell& cell : plan.cells)
+    if (cell.id == id) {
+      limits.threads = cell.threads;
+      return limits;
+    }
+  limits.judged_motions = 0;
+  return limits;
+}
 
 fs::path cell_folder(const fs::path& out, const std::string& id) { return out / "cells" / id; }
 
@@ -302,11 +286,11 @@ void run_in_process(const fs::path& out, const std::string& id, int repeat,
                     const CellLimits& limits, const Methods& methods) {
   const fs::path folder = cell_folder(out, id);
   const fs::path log = folder / "log.txt";
-  pid_t child = has_one_thread() ? fork_run(folder, repeat, limits, methods) : -1;
+  refuse_more_threads();
+  const pid_t child = fork_run(folder, repeat, limits, methods);
   if (child < 0)
-    child = spawn({"selvedge", "compare", "--in", out.string(), "--only", id, "--repeat",
-                   std::to_string(repeat), "--run-here"},
-                  log);
+    throw std::runtime_error(std::string("no process for a run could be started: ") +
+                             std::strerror(errno));
   const Ending ending = wait_for(child, kBeside * limits.budget_s + kBeside_s);
   const auto run = read_cell_run(folder, repeat);
   if (run && WIFEXITED(ending.status) && WEXITSTATUS(ending.status) == 0) return;
@@ -317,27 +301,30 @@ void run_in_process(const fs::path& out, const std::string& id, int repeat,
   note_run(folder, repeat, silent_end(ending, log));
 }
 
-void run_missing(const fs::path& out, const ComparePlan& plan, const Methods& methods,
-                 const std::function<void(int, int)>& progress) {
+TimeOfRuns run_missing(const fs::path& out, const ComparePlan& plan, const Methods& methods,
+                       const std::function<void(int, int)>& progress) {
   const int levels = static_cast<int>(plan.levels.size());
   const int all = levels + plan.repeats * static_cast<int>(plan.cells.size());
   int done = 0;
-  const auto run = [&](const std::string& id, int repeat, int threads) {
-    CellLimits limits = plan.limits;
-    limits.threads = threads;
-    if (!read_cell_run(cell_folder(out, id), repeat))
-      run_in_process(out, id, repeat, limits, methods);
+  TimeOfRuns time;
+  const auto run = [&](const std::string& id, int repeat) {
+    const fs::path folder = cell_folder(out, id);
+    if (!read_cell_run(folder, repeat)) {
+      run_in_process(out, id, repeat, limits_of(plan, id), methods);
+      if (const auto made = read_cell_run(folder, repeat)) add_time(*made, time);
+    }
     progress(++done, all);
   };
-  for (const std::string& level : plan.levels) run(level, 0, plan.limits.threads);
+  for (const std::string& level : plan.levels) run(level, 0);
   for (int repeat = 0; repeat < plan.repeats; ++repeat)
     for (const CompareCell& cell : plan.cells) {
       const auto first = read_cell_run(cell_folder(out, cell.id), 0);
       if (!cell.impossible.empty() || (first && first->status != RunStatus::ok))
         progress(++done, all);
       else
-        run(cell.id, repeat, cell.threads);
+        run(cell.id, repeat);
     }
+  return time;
 }
 
 std::string text_hash(const std::string& text) {

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,10 @@ struct ComparePlan {
   std::string build;  ///< of the program: times and bits of another one do not mix with these
 };
 
+/// What the plan grants to a run of one cell or reference level; of the latter nobody asks which
+/// pairs its detectors found.
+CellLimits limits_of(const ComparePlan& plan, const std::string& id);
+
 /// The folder of one cell or reference level.
 std::filesystem::path cell_folder(const std::filesystem::path& out, const std::string& id);
 
@@ -63,17 +68,25 @@ class FolderLock {
   int descriptor_ = -1;
 };
 
-/// Runs one repeat of one cell in a process of its own, so that a crash or a loop takes nothing
+/// Runs one repeat of one cell in a copy of this process, so that a crash or a loop takes nothing
 /// else with it, and notes what it did not note itself. Throws std::runtime_error if no process can
-/// be started or nothing can be written.
+/// be started or nothing can be written, std::logic_error where this one has a second thread.
 void run_in_process(const std::filesystem::path& out, const std::string& id, int repeat,
                     const CellLimits& limits, const Methods& methods);
 
+/// Where the time went of runs that came to a word of their own.
+struct TimeOfRuns {
+  int runs = 0;
+  double run_s = 0.0;  ///< building, steps, check of frames: what anybody's run needs
+  std::map<std::string, double> beside_s;  ///< what compare adds (CellRun::beside_s)
+};
+
 /// All runs that are missing: references first, then round after round over all cells, so that a
 /// disturbance of the machine meets all of them. A cell whose run was not ok is not repeated.
-/// `progress` is told how many of how many runs are done.
-void run_missing(const std::filesystem::path& out, const ComparePlan& plan, const Methods& methods,
-                 const std::function<void(int done, int all)>& progress);
+/// `progress` is told how many of how many runs are done. Returns what those made now took.
+TimeOfRuns run_missing(const std::filesystem::path& out, const ComparePlan& plan,
+                       const Methods& methods,
+                       const std::function<void(int done, int all)>& progress);
 
 /// 16 hex digits, FNV-1a.
 std::string text_hash(const std::string& text);

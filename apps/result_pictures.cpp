@@ -19,6 +19,8 @@
 namespace selvedge {
 namespace {
 
+constexpr int kThumbnail = 240;  // pixels
+
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
@@ -396,6 +398,10 @@ Image ResultPictures::picture(int frame, const Camera& camera) {
   }
   RenderConfig config;
   config.ground_z = ground_z_;
+  if (camera.width <= kThumbnail) {  // in which nobody sees how soft a shadow is
+    config.sky_directions = 12;
+    config.shadow_resolution = 256;
+  }
   return render(camera, surfaces, config);
 }
 

@@ -299,6 +299,16 @@ TEST_F(CompareCells, ACellThatDivergesIsMarkedAndTheOthersGoOn) {
   EXPECT_NE(rows[1]["why"], "");
 }
 
+TEST_F(CompareCells, ClothThatIsLargeEnoughForThreadsIsRunInCopiesOfAProcessWithOne) {
+  const Outcome outcome = compare(
+      "hang.json --set geometry.0.cells=[48,48] --set time.frames=1 --vary threads=1,2 --repeats 1 "
+      "--no-pictures --out c");
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_SAYS(outcome.out, "2 runs took");
+  const Json rows = table("c")["rows"];
+  EXPECT_EQ(rows[0]["state_hash"], rows[1]["state_hash"]);
+}
+
 // -- folders --------------------------------------------------------------------------------------
 
 constexpr const char* kSmall =

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/tests/extreme_cases.h>
+#include <selvedge/apps/extreme_cases.h>
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ std::vector<ExtremeCase> quick_cases() {
 class Extreme : public testing::TestWithParam<ExtremeCase> {};
 
 TEST_P(Extreme, EndsAsItShould) {
-  Trial trial;
+  Trial trial({.data = SELVEDGE_SOURCE_DIR "/data/extreme", .response = {}, .out = {}});
   const CaseResult result = GetParam().run(trial);
   EXPECT_STREQ(to_string(result.answer), to_string(GetParam().best)) << result.note;
 }

@@ -253,35 +253,6 @@ TEST(Plan, ContactEndsWhatWasLeftOut) {
   EXPECT_LT(bodies.left_out, bodies.asked);
 }
 
-class PlanOfScene : public ::testing::TestWithParam<const char*> {};
-
-TEST_P(PlanOfScene, GivesTheSameBits) {
-  std::vector<Override> shorter = {{"time.frames", "4"}};
-  Scene scene;
-  try {
-    scene = scene_file(GetParam(), shorter);
-  } catch (const std::invalid_argument& error) {
-    GTEST_SKIP() << error.what();  // a body that has to be fetched
-  }
-  for (ClothSpec& cloth : scene.cloths)
-    if (auto* grid = std::get_if<ClothGrid>(&cloth.shape); grid && scene.handles.empty()) {
-      constexpr std::int32_t few = 24;
-      grid->grid.cells_x = std::min(grid->grid.cells_x, few);
-      grid->grid.cells_y = std::min(grid->grid.cells_y, few);
-    }
-  left_out(scene);
-}
-
-INSTANTIATE_TEST_SUITE_P(All, PlanOfScene,
-                         ::testing::Values("armadillo.json", "flag.json", "homer.json",
-                                           "incline.json", "mannequin.json", "plate_2.json",
-                                           "ring.json", "round_table.json",
-                                           "two_sheets_on_ball.json"),
-                         [](const auto& name) {
-                           const std::string file = name.param;
-                           return file.substr(0, file.find('.'));
-                         });
-
 /// A strip that is blown onto itself.
 TEST(Plan, AFoldThatClosesIsTheSameWithProofsAndWithout) {
   Scene scene = scene_file("flag.json", {{"geometry.0.cells", "[12,12]"}, {"time.frames", "40"}});

@@ -137,4 +137,36 @@ TEST_F(StabilityCommand, PrintsARowForEachIntegratorAndStiffnessAndDrawsTheMap) 
   EXPECT_REFUSED(run("stability patch.json --strain-limiter all"), "takes one name");
 }
 
+// -- cases ----------------------------------------------------------------------------------------
+
+const std::string kCases = std::string("stability ") + SELVEDGE_SOURCE_DIR + "/data/extreme ";
+
+class StabilityCases : public Program {};
+
+TEST_F(StabilityCases, ARowEachWithItsAnswerAndEnergyLedger) {
+  const Outcome outcome = run(kCases + "--cases s03_dup,s17_one_triangle --json");
+  ASSERT_EQ(outcome.code, 0) << outcome.err << outcome.out;
+  const auto rows = Json::parse(outcome.out)["results"];
+  ASSERT_EQ(rows.size(), 2u);
+  EXPECT_EQ(rows[0]["answer"], "refused");
+  EXPECT_SAYS(rows[0]["note"].get<std::string>(), "weld");
+  EXPECT_EQ(rows[1]["answer"], "correct");
+  EXPECT_TRUE(rows[1]["given_J"].contains("response"));
+}
+
+TEST_F(StabilityCases, OneThatTakesTooLongIsARowAndNotTheEnd) {
+  const Outcome outcome = run(kCases + "--cases knot,s17_empty --limit 0.05");
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_SAYS(outcome.out, "FAILED, should be degraded | not done after 0.05 s");
+  EXPECT_SAYS(outcome.out, "1 refused, 1 FAILED");
+}
+
+TEST_F(StabilityCases, OptionsOfTheOtherKindOfRunAreRefused) {
+  const std::string data = std::string(SELVEDGE_SOURCE_DIR) + "/data/";
+  EXPECT_REFUSED(run(kCases + "--steps 20"), "--steps: ");
+  EXPECT_REFUSED(run("stability " + data + "scenes/flag.json --cases s03"), "--cases: ");
+  EXPECT_REFUSED(run(kCases + "--cases s99"), "there is no such case");
+  EXPECT_REFUSED(run("stability " + data + "scenes"), "is no folder of extreme cases");
+}
+
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/tests/extreme_run.h>
+#include <selvedge/apps/extreme_run.h>
 
 #include <selvedge/apps/judge.h>
 #include <selvedge/bodies/mesh_file.h>
@@ -168,10 +168,6 @@ std::span<const Vec3> ExtremeRun::piece(std::size_t frame, std::size_t piece) co
       .subspan(first, static_cast<std::size_t>(piece_begin[piece + 1]) - first);
 }
 
-std::filesystem::path extreme_file(const std::string& name) {
-  return std::filesystem::path(SELVEDGE_SOURCE_DIR) / "data" / "extreme" / (name + ".json");
-}
-
 ExtremeRun run_extreme(const Scene& scene, const ExtremeConfig& config) {
   ExtremeRun run;
   run.scene = scene;
@@ -187,9 +183,9 @@ ExtremeRun run_extreme(const Scene& scene, const ExtremeConfig& config) {
   return run;
 }
 
-ExtremeRun run_extreme(const std::string& name, const ExtremeConfig& config) {
+ExtremeRun run_extreme(const std::filesystem::path& file, const ExtremeConfig& config) {
   try {
-    const Scene scene = read_scene(extreme_file(name), config.overrides);
+    const Scene scene = read_scene(file, config.overrides);
     ExtremeRun run = run_extreme(scene, config);
     if (!config.out.empty()) {
       std::filesystem::create_directories(config.out);

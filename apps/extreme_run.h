@@ -4,6 +4,7 @@
 #include <selvedge/scene/simulation.h>
 
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -29,8 +30,8 @@ struct ExtremeRun {
   double worst_speed = 0.0;                       ///< m/s, in any accepted state
   double rms_speed = 0.0;                         ///< m/s, in the end
   /// Largest mechanical energy over that at the start, the lowest position of the run as zero; not
-  /// a number where something from outside moves the cloth. Bending is left out.
-  double energy_ratio = 0.0;
+  /// a number where something from outside moves the cloth, or nothing ran. Bending is left out.
+  double energy_ratio = std::numeric_limits<double>::quiet_NaN();
 
   /// Vertices of a piece in a frame.
   std::span<const Vec3> piece(std::size_t frame, std::size_t piece) const;
@@ -44,12 +45,9 @@ struct ExtremeConfig {
   double wall_limit = 600.0;  ///< s, after which the run is stopped and says so
 };
 
-/// Reads data/extreme/NAME.json and runs it. Throws nothing that a scene can cause.
-ExtremeRun run_extreme(const std::string& name, const ExtremeConfig& config);
+/// Reads a scene file and runs it. Throws nothing that a scene can cause.
+ExtremeRun run_extreme(const std::filesystem::path& file, const ExtremeConfig& config);
 /// The same for a scene made in code.
 ExtremeRun run_extreme(const Scene& scene, const ExtremeConfig& config);
-
-/// data/extreme/NAME.json
-std::filesystem::path extreme_file(const std::string& name);
 
 }  // namespace selvedge

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
-// The extreme cases of data/extreme against every response: which are answered correctly, which are
-// refused with a reason, which are degraded and say so. Every frame and every path between two
-// accepted states is judged by the exact check. Each case runs in a process of its own, so that a
-// crash or a hang is a row of the table and not its end.
-#include <selvedge/tests/extreme_cases.h>
+// Every frame and every path between two accepted states is judged by the exact check. Each case
+// runs in a process of its own, so that a crash or a hang is a row of the table and not its end.
+#include "command_stability_cases.h"
 
 #include <fmt/core.h>
 #include <poll.h>
+#include <selvedge/apps/extreme_cases.h>
 #include <selvedge/core/parallel.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -17,49 +16,21 @@
 #include <chrono>
 #include <cmath>
 #include <csignal>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 namespace {
 
+using namespace selvedge;
 using nlohmann::json;
-using selvedge::ExtremeCase;
 using Clock = std::chrono::steady_clock;
 
-struct Options {
-  std::vector<std::string> cases, responses;  // empty: all
-  std::filesystem::path out;
-  int threads = 0;
-  double limit = 120.0;  // s a case
-  bool as_json = false, list = false;
-};
-
-Options parse(int argc, char** argv) {
-  Options options;
-  CLI::App app("The extreme cases of data/extreme: correct, refused, degraded or FAILED");
-  app.add_option("--cases", options.cases, "Beginnings of names of cases; left out: all")
-      ->delimiter(',');
-  app.add_option("--responses", options.responses,
-                 "Names of responses, or all; left out: the default")
-      ->delimiter(',');
-  app.add_option("--threads", options.threads, "Threads at most; 0: as many as the machine has")
-      ->check(CLI::NonNegativeNumber);
-  app.add_option("--out", options.out, "Folder for frames, which `selvedge render` draws");
-  app.add_option("--limit", options.limit, "Seconds after which a case has failed")
-      ->check(CLI::PositiveNumber);
-  app.add_flag("--json", options.as_json, "Print JSON instead of the table");
-  app.add_flag("--list", options.list, "Print the names of the cases");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    std::exit(app.exit(error) == 0 ? 0 : 2);
-  }
-  return options;
-}
-
-std::vector<ExtremeCase> chosen_cases(const Options& options) {
-  std::vector<ExtremeCase> all = selvedge::extreme_cases(), chosen;
+std::vector<ExtremeCase> chosen_cases(const CaseOptions& options) {
+  std::vector<ExtremeCase> all = extreme_cases(), chosen;
   for (const std::string& wanted : options.cases)
     if (std::none_of(all.begin(), all.end(),
                      [&](const ExtremeCase& c) { return c.name.starts_with(wanted); }))
@@ -74,8 +45,8 @@ std::vector<ExtremeCase> chosen_cases(const Options& options) {
 }
 
 /// "" is the default response.
-std::vector<std::string> chosen_responses(const Options& options) {
-  const auto known = selvedge::Methods{}.responses;
+std::vector<std::string> chosen_responses(const CaseOptions& options) {
+  const auto known = Methods{}.responses;
   if (options.responses.empty()) return {""};
   std::vector<std::string> chosen;
   for (const std::string& name : options.responses) {
@@ -94,14 +65,16 @@ json number(double value) { return std::isfinite(value) ? json(value) : json(nul
 
 /// In the child: runs the case and writes its result into the pipe.
 [[noreturn]] void run_child(const ExtremeCase& one, const std::string& response,
-                            const Options& options, int pipe) {
+                            const CaseOptions& options, int pipe) {
   json result;
   try {
-    const selvedge::ThreadLimit limit(options.threads);
-    selvedge::Trial trial(response, options.out.empty()
-                                        ? std::filesystem::path{}
-                                        : options.out / (response.empty() ? "default" : response));
-    const selvedge::CaseResult r = one.run(trial);
+    // No limit is another thing than one of all processors: a case may ask for more.
+    std::optional<ThreadLimit> limit;
+    if (options.threads > 0) limit.emplace(options.threads);
+    const std::filesystem::path out =
+        options.out.empty() ? "" : options.out / (response.empty() ? "default" : response);
+    Trial trial({.data = options.data, .response = response, .out = out});
+    const CaseResult r = one.run(trial);
     result = {{"answer", to_string(r.answer)},
               {"note", r.note},
               {"max_stretch", number(r.max_stretch)},
@@ -138,7 +111,7 @@ bool read_all(int pipe, double limit, std::string& text) {
   }
 }
 
-json measure(const ExtremeCase& one, const std::string& response, const Options& options) {
+json measure(const ExtremeCase& one, const std::string& response, const CaseOptions& options) {
   const auto begin = Clock::now();
   int ends[2];
   if (pipe(ends) != 0) throw std::runtime_error("no pipe can be made");
@@ -161,7 +134,7 @@ json measure(const ExtremeCase& one, const std::string& response, const Options&
   else if (result.is_discarded())
     result = {{"answer", "FAILED"}, {"note", fmt::format("crashed (status {})", status)}};
   result["case"] = one.name;
-  result["response"] = response.empty() ? selvedge::ContactSpec{}.response : response;
+  result["response"] = response.empty() ? ContactSpec{}.response : response;
   result["expected"] = response.empty() ? to_string(one.best) : "";
   result["wall_s"] = std::chrono::duration<double>(Clock::now() - begin).count();
   return result;
@@ -184,52 +157,88 @@ std::string ledger(const json& result) {
   return text;
 }
 
-void print_row(const json& r) {
+/// The answer, and which one it should have been.
+std::string answer_of(const json& r) {
+  const auto answer = r["answer"].get<std::string>(), expected = r["expected"].get<std::string>();
+  if (expected.empty() || expected == answer) return answer;
+  return answer + ", should be " + expected;
+}
+
+/// `name`: of the response, with what parts it from the next column.
+void print_row(const json& r, const std::string& name) {
   std::string note = r["note"].get<std::string>();
   std::replace(note.begin(), note.end(), '|', '/');
   std::replace(note.begin(), note.end(), '\n', ' ');
-  // The folder of the sources is nobody else's.
-  const std::string source = SELVEDGE_SOURCE_DIR "/";
-  for (std::size_t at = note.find(source); at != std::string::npos; at = note.find(source))
-    note.erase(at, source.size());
-  fmt::print("| {} | {} | {} | {} | {} | {} | {} | {} | {} | {:.1f} |\n",
-             r["case"].get<std::string>(), r["response"].get<std::string>(),
-             r["answer"].get<std::string>(), note, shown(r, "max_stretch", "{:.3g}", 100.0),
-             shown(r, "crossings", "{:.0f}"), shown(r, "worst_speed", "{:.3g}"),
-             shown(r, "energy_ratio", "{:.4f}"), ledger(r), r["wall_s"].get<double>());
+  fmt::print("| `{}` | {}{} | {} | {} | {} | {} | {} | {} | {:.1f} |\n",
+             r["case"].get<std::string>(), name, answer_of(r), note,
+             shown(r, "max_stretch", "{:.3g}", 100.0), shown(r, "crossings", "{:.0f}"),
+             shown(r, "worst_speed", "{:.3g}"), shown(r, "energy_ratio", "{:.4f}"), ledger(r),
+             r["wall_s"].get<double>());
   std::fflush(stdout);
+}
+
+void print_head(bool several) {
+  fmt::print(
+      "| case | {}answer | number, reason or flag | stretch, % | crossings | worst speed, m/s | "
+      "energy ratio | given by, mJ | wall, s |\n| --- | {}--- | --- | --: | --: | --: | --: | --- "
+      "| "
+      "--: |\n",
+      several ? "response | " : "", several ? "--- | " : "");
+}
+
+/// Nothing is known of cases whose scenes are not there.
+void refuse_other_folder(const std::filesystem::path& folder) {
+  if (!std::filesystem::exists(folder / "s01_stiffness.json"))
+    throw std::invalid_argument(folder.string() +
+                                ": is no folder of extreme cases, such as data/extreme of the "
+                                "sources or share/selvedge/extreme of an installation");
+}
+
+int print_names(const std::vector<ExtremeCase>& cases) {
+  for (const ExtremeCase& one : cases) fmt::print("{}\n", one.name);
+  return 0;
 }
 
 }  // namespace
 
-int main(int argc, char** argv) try {
-  const Options options = parse(argc, argv);
+void add_case_options(CLI::App& group, CaseOptions& options) {
+  group.add_option("--cases", options.cases, "Beginnings of names of cases; left out: all")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  group
+      .add_option("--responses", options.responses,
+                  "Names of responses, or all; left out: the default")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  group.add_option("--out", options.out, "Folder for frames, which `selvedge render` draws");
+  group.add_option("--limit", options.limit, "Seconds after which a case has failed (default 120)")
+      ->check(CLI::PositiveNumber);
+  group.add_flag("--list", options.list, "Print the names of the cases");
+}
+
+int run_cases(const CaseOptions& options) {
+  refuse_other_folder(options.data);
   const std::vector<ExtremeCase> cases = chosen_cases(options);
-  if (options.list) {
-    for (const ExtremeCase& one : cases) fmt::print("{}\n", one.name);
-    return 0;
-  }
-  if (!options.as_json)
-    fmt::print(
-        "| case | response | answer | number, reason or flag | stretch % | crossings | worst "
-        "speed m/s | energy ratio | given by, mJ | wall s |\n"
-        "| --- | --- | --- | --- | --: | --: | --: | --: | --- | --: |\n");
+  if (options.list) return print_names(cases);
+  const std::vector<std::string> responses = chosen_responses(options);
+  const bool several = responses.size() > 1;
+  if (!options.json) print_head(several);
   json results = json::array();
   std::map<std::string, int> count;
-  for (const std::string& response : chosen_responses(options))
+  int unexpected = 0;
+  for (const std::string& response : responses)
     for (const ExtremeCase& one : cases) {
       const json result = measure(one, response, options);
       ++count[result["answer"].get<std::string>()];
-      if (!options.as_json) print_row(result);
+      unexpected += answer_of(result) != result["answer"].get<std::string>();
+      if (!options.json)
+        print_row(result, several ? result["response"].get<std::string>() + " | " : "");
       results.push_back(result);
     }
-  if (options.as_json)
+  if (options.json)
     fmt::print("{}\n", json{{"results", results}}.dump(2));
   else
     fmt::print("\n{} correct, {} degraded, {} refused, {} FAILED\n", count["correct"],
                count["degraded"], count["refused"], count["FAILED"]);
-  return count["FAILED"] > 0 ? 1 : 0;
-} catch (const std::exception& error) {
-  fmt::print(stderr, "bench_extreme: {}\n", error.what());
-  return 2;
+  return count["FAILED"] > 0 || unexpected > 0 ? 1 : 0;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The extreme cases that are about numbers: stiffness, scale, time, and input that is refused.
-#include <selvedge/tests/extreme_cases.h>
+#include <selvedge/apps/extreme_cases.h>
 
 #include <fmt/format.h>
 #include <selvedge/core/integrator.h>
@@ -209,7 +209,7 @@ CaseResult bad_numbers(Trial& trial) {
 /// What comes without a file: a scene made in code.
 CaseResult bad_code(Trial& trial) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  const Scene good = read_scene(extreme_file("s17_no_body"));
+  const Scene good = trial.read("s17_no_body");
   std::vector<std::pair<std::string, Scene>> bad;
   const auto with = [&](const std::string& name, const auto& change) {
     Scene scene = good;
@@ -274,7 +274,7 @@ CaseResult tiny_with_friction(Trial& trial) { return tiny_by(trial, "0.3"); }
 // ------------------------------------------------------------------------------------------
 
 CaseResult no_gravity(Trial& trial) {
-  Scene scene = read_scene(extreme_file("s15_no_gravity"));
+  Scene scene = trial.read("s15_no_gravity");
   const ExtremeRun run = trial.run(scene);
   if (run.x.empty()) return trial.settle(run, false, "");
   Vec3 momentum = Vec3::Zero();
@@ -346,16 +346,17 @@ CaseResult one_triangle(Trial& trial) {
 
 CaseResult determinism(Trial& trial) {
   std::vector<std::string> hashes;
+  std::string counts;
   ExtremeRun run;
   for (const int threads : {1, 2, 8, 1}) {
     const ThreadLimit limit(threads);
     run = trial.run("s21_determinism");
     hashes.push_back(run.result.state_hash);
+    counts += fmt::format("{}{}", counts.empty() ? "" : ", ", thread_count());
   }
   const bool same =
       std::all_of(hashes.begin(), hashes.end(), [&](const auto& h) { return h == hashes[0]; });
-  return trial.settle(run, same,
-                      fmt::format("the same bits on 1, 2, 8 and 1 threads: {}", hashes[0]));
+  return trial.settle(run, same, fmt::format("the same bits on {} threads: {}", counts, hashes[0]));
 }
 
 // -- S22: long rest

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/tests/extreme_cases.h>
+#include <selvedge/apps/extreme_cases.h>
 
 #include <fmt/format.h>
 
@@ -22,22 +22,29 @@ const char* to_string(Answer answer) {
   return "FAILED";
 }
 
-ExtremeConfig Trial::config(const std::string& name, const std::vector<Override>& overrides) const {
+std::filesystem::path Trial::file(const std::string& name) const {
+  return config_.data / (name + ".json");
+}
+
+Scene Trial::read(const std::string& name) const { return read_scene(file(name)); }
+
+ExtremeConfig Trial::run_config(const std::string& name,
+                                const std::vector<Override>& overrides) const {
   ExtremeConfig config;
   config.overrides = overrides;
-  config.response = response_;
-  if (!out_.empty()) config.out = out_ / name;
+  config.response = config_.response;
+  if (!config_.out.empty()) config.out = config_.out / name;
   return config;
 }
 
 ExtremeRun Trial::run(const std::string& name, const std::vector<Override>& overrides) {
-  ExtremeRun run = run_extreme(name, config(name, overrides));
+  ExtremeRun run = run_extreme(file(name), run_config(name, overrides));
   collect(run);
   return run;
 }
 
 ExtremeRun Trial::run(const Scene& scene) {
-  ExtremeRun run = run_extreme(scene, config(scene.name, {}));
+  ExtremeRun run = run_extreme(scene, run_config(scene.name, {}));
   collect(run);
   return run;
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/tests/extreme_run.h>
+#include <selvedge/apps/extreme_run.h>
 
 #include <functional>
 #include <limits>
@@ -33,14 +33,21 @@ struct CaseResult {
   std::map<std::string, double> given;
 };
 
+struct TrialConfig {
+  std::filesystem::path data;  ///< the folder of the scenes, data/extreme
+  std::string response;        ///< "": the default
+  std::filesystem::path out;   ///< frames of each run go into a folder in it; "": nowhere
+};
+
 /// What a case may do: run scenes, whose measures it collects.
 class Trial {
  public:
-  explicit Trial(std::string response = {}, std::filesystem::path out = {})
-      : response_(std::move(response)), out_(std::move(out)) {}
+  explicit Trial(TrialConfig config) : config_(std::move(config)) {}
 
   ExtremeRun run(const std::string& name, const std::vector<Override>& overrides = {});
   ExtremeRun run(const Scene& scene);
+  /// The scene NAME.json of the folder. Throws std::invalid_argument if there is none.
+  Scene read(const std::string& name) const;
 
   /// The result with the measures of all runs so far.
   CaseResult answer(Answer answer, const std::string& note) const;
@@ -50,10 +57,11 @@ class Trial {
 
  private:
   void collect(const ExtremeRun& run);
-  ExtremeConfig config(const std::string& name, const std::vector<Override>& overrides) const;
+  ExtremeConfig run_config(const std::string& name, const std::vector<Override>& overrides) const;
 
-  std::string response_;
-  std::filesystem::path out_;
+  std::filesystem::path file(const std::string& name) const;
+
+  TrialConfig config_;
   CaseResult measures_;
 };
 

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace CLI {
+class App;
+}
+
+struct CaseOptions {
+  std::filesystem::path data;                 ///< the folder of the scenes
+  std::vector<std::string> cases, responses;  ///< empty: all, and the default
+  std::filesystem::path out;                  ///< for frames; empty: none
+  int threads = 0;                            ///< 0: no limit
+  double limit = 120.0;                       ///< s a case
+  bool json = false, list = false;
+};
+
+/// Those that `selvedge stability` has for a folder alone.
+void add_case_options(CLI::App& group, CaseOptions& options);
+
+/// Runs the extreme cases of a folder, a row each: correct, refused with the reason, degraded with
+/// the flag, or FAILED. Returns the exit code: 1 if one failed or, with the default response, ended
+/// otherwise than it should.
+int run_cases(const CaseOptions& options);

@@ -67,6 +67,8 @@ void validate_material(const Material& m) {
   not_negative("biphasic_strain", m.biphasic_strain);
   not_negative("biphasic_growth", m.biphasic_growth);
   positive("kawabata_strain", m.kawabata_strain);
+  require(m.kawabata_rt > 0.0 && m.kawabata_rt <= 1.0, "kawabata_rt", m.kawabata_rt,
+          "above 0 and at most 1");
   not_negative("shear_friction", m.shear_friction);
   not_negative("bending_friction", m.bending_friction);
   if (m.shear_friction > 0.0 && m.shear_law != ShearLaw::twisting)
@@ -210,7 +212,7 @@ void add_hinges(ClothMesh& cloth, std::span<const Vec3> rest, const Material& ma
 }
 
 void set_stretch_law(ClothMesh& cloth, const Material& m) {
-  SpringCurve curve{m.stretch_law, 0.0, 0.0};
+  SpringCurve curve{m.stretch_law};
   if (m.stretch_law == StretchLaw::hooke) return;
   if (m.stretch_law == StretchLaw::biphasic) {
     curve.strain = m.biphasic_strain;
@@ -219,6 +221,7 @@ void set_stretch_law(ClothMesh& cloth, const Material& m) {
   if (m.stretch_law == StretchLaw::kawabata) {
     curve.strain = m.kawabata_strain;
     curve.shape = m.kawabata_lt;
+    curve.resilience = m.kawabata_rt;
   }
   cloth.curves = {curve};
   cloth.curve_of_spring.assign(cloth.springs.size(), 0);
@@ -229,9 +232,9 @@ void require_hinges(const Material& m, const char* mesh) {
     throw std::invalid_argument(
         std::string("bending_law needs rows of particles, which ") + mesh +
         " has not; take \"hinge\" or \"shape_operator\", or a grid of cells");
-  if (m.bending_friction > 0.0)
+  if (m.bending_friction > 0.0 && m.bending_law != BendingLaw::shape_operator)
     throw std::invalid_argument(std::string("bending_friction needs rows of particles, which ") +
-                                mesh + " has not; set it to 0, or take a grid of cells");
+                                mesh + " has not; take bending_law \"shape_operator\"");
   if (m.shear_law != ShearLaw::springs)
     throw std::invalid_argument(std::string("shear_law \"twisting\" needs warp and weft at right "
                                             "angles, which ") +
@@ -280,6 +283,10 @@ std::int32_t append(ClothMesh& all, const ClothMesh& piece) {
   const auto first_hinge = static_cast<std::int32_t>(all.hinges.size());
   for (const HingeCouple& c : piece.couples)
     all.couples.push_back({c.a + first_hinge, c.b + first_hinge, c.stiffness});
+  for (CurvatureFriction friction : piece.curvature_frictions) {
+    for (CurvatureFriction::Term& term : friction.terms) term.hinge += first_hinge;
+    all.curvature_frictions.push_back(std::move(friction));
+  }
   for (Hinge h : piece.hinges) {
     for (std::int32_t& v : h.v) v += first;
     all.hinges.push_back(h);

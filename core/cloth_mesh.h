@@ -59,7 +59,18 @@ struct HingeFriction {
   double moment;                  ///< N·m, >= 0
   double yield;                   ///< rad, > 0
 };
-/// The same at the corner of a twisting spring.
+/// Hysteresis of the curvature of a triangle of a plate, which is linear in the angles of hinges: a
+/// moment against its change that grows to `moment` over `yield`.
+struct CurvatureFriction {
+  struct Term {
+    std::int32_t hinge;  ///< by index
+    Vec3 curvature;      ///< 1/m per radian beyond its rest_angle: (11, 22, √2 12)
+  };
+  std::vector<Term> terms;
+  double moment;  ///< N·m², work per change of curvature: HB times the area, >= 0
+  double yield;   ///< 1/m, > 0
+};
+/// That of HingeFriction at the corner of a twisting spring.
 struct CornerFriction {
   std::array<std::int32_t, 3> v;  ///< as in TwistSpring
   double rest_angle, moment, yield;
@@ -78,8 +89,9 @@ struct Tie {
 /// What springs do that do not follow Hooke.
 struct SpringCurve {
   StretchLaw law = StretchLaw::hooke;
-  double strain = 0.0;  ///< biphasic: where it stiffens; kawabata: EMT/100
-  double shape = 0.0;   ///< biphasic: growth of the stiffness per strain; kawabata: LT
+  double strain = 0.0;      ///< biphasic: where it stiffens; kawabata: EMT/100
+  double shape = 0.0;       ///< biphasic: growth of the stiffness per strain; kawabata: LT
+  double resilience = 1.0;  ///< kawabata: RT/100, share of the work that comes back, in (0, 1]
   bool operator==(const SpringCurve&) const = default;
 };
 
@@ -96,6 +108,7 @@ struct ClothMesh {
   std::vector<BucklingLink> links;
   std::vector<TwistSpring> twists;
   std::vector<HingeFriction> hinge_frictions;
+  std::vector<CurvatureFriction> curvature_frictions;
   std::vector<CornerFriction> corner_frictions;
   std::vector<Tie<2>> hanging;      ///< nodes in the middle of an edge of a coarser cell
   std::vector<Tie<4>> layers;       ///< particles of a dense layer, tied to a sparse one

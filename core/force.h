@@ -60,7 +60,8 @@ std::unique_ptr<Force> make_bending_force(std::span<const Hinge> hinges, std::si
 std::unique_ptr<Force> make_shape_operator_force(std::span<const Hinge> hinges,
                                                  std::span<const HingeCouple> couples,
                                                  std::size_t particles);
-/// The same springs by another law than Hooke's: tension only, biphasic, or a tension curve of KES.
+/// The same springs by another law than Hooke's: tension only, biphasic, or a tension curve of KES,
+/// with a memory where it has a loop.
 std::unique_ptr<Force> make_curve_force(std::span<const Spring> springs, const SpringCurve& curve,
                                         std::size_t particles);
 /// Bending between two triangles after [Bridson2003] as printed: sin(θ/2) instead of θ.
@@ -75,6 +76,9 @@ std::unique_ptr<Force> make_twist_force(std::span<const TwistSpring> springs,
 /// Hysteresis of bending and of shear, M = B κ ± HB, the part ±. Has a memory: see Force::accept.
 std::unique_ptr<Force> make_hinge_friction(std::span<const HingeFriction> frictions,
                                            std::size_t particles);
+std::unique_ptr<Force> make_curvature_friction(std::span<const Hinge> hinges,
+                                               std::span<const CurvatureFriction> frictions,
+                                               std::size_t particles);
 std::unique_ptr<Force> make_corner_friction(std::span<const CornerFriction> frictions,
                                             std::size_t particles);
 /// Particles tied to means of others: hanging nodes [VillardBorouchaki2005] and dense layers

@@ -60,6 +60,8 @@ std::vector<std::unique_ptr<Force>> make_internal_forces(const ClothMesh& cloth)
   if (!cloth.twists.empty()) forces.push_back(make_twist_force(cloth.twists, n));
   if (!cloth.hinge_frictions.empty())
     forces.push_back(make_hinge_friction(cloth.hinge_frictions, n));
+  if (!cloth.curvature_frictions.empty())
+    forces.push_back(make_curvature_friction(cloth.hinges, cloth.curvature_frictions, n));
   if (!cloth.corner_frictions.empty())
     forces.push_back(make_corner_friction(cloth.corner_frictions, n));
   if (!cloth.hanging.empty()) forces.push_back(make_tie_force(cloth.hanging, n));

@@ -48,9 +48,10 @@ struct Material {
   double biphasic_growth = 10.0;  ///< growth of its stiffness per strain beyond that, >= 0
   double kawabata_lt = 0.7;       ///< linearity of the tension curve, in (0.5, 1]
   double kawabata_strain = 0.05;  ///< EMT/100, strain at the end of the tension test, > 0
-  double shear_friction = 0.0;    ///< N/m, HG: half the width of the shear loop; twisting only
+  double kawabata_rt = 1.0;     ///< RT/100, share of the work of tension that comes back, in (0, 1]
+  double shear_friction = 0.0;  ///< N/m, HG: half the width of the shear loop; twisting only
   double bending_friction =
-      0.0;  ///< N, HB: moment per width, half the bending loop; hinges of grids
+      0.0;  ///< N, HB: moment per width, half the bending loop; grids and shape_operator
   /// N/m and N·m along weft where that is another constant than along warp, which stretch_stiffness
   /// and bending_stiffness then are. Meshes without warp and weft have the mean. > 0, >= 0.
   std::optional<double> stretch_weft{}, bending_weft{};

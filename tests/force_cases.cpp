@@ -222,6 +222,32 @@ void add_shape_operator(std::vector<ForceCase>& all) {
                  rest});
 }
 
+/// The friction of a curvature that three hinges make.
+void add_curvature_friction(std::vector<ForceCase>& all) {
+  const Vectors rest{{0, 0, 0},      {1, 0, 0},     {0.4, 0.9, 0},
+                     {0.5, -0.8, 0}, {1.2, 0.9, 0}, {-0.5, 0.6, 0}};
+  const std::vector<Hinge> hinges{
+      {{2, 3, 0, 1}, 0.0, 0.0}, {{0, 4, 1, 2}, 0.0, 0.0}, {{1, 5, 2, 0}, 0.0, 0.0}};
+  const std::vector<CurvatureFriction> frictions{
+      {{{0, {1.0, 0.2, -0.3}}, {1, {0.1, 0.8, 0.4}}, {2, {0.3, -0.2, 0.9}}}, 2.0, 0.3}};
+  all.push_back({"curvature_friction", make_curvature_friction(hinges, frictions, 6), ones(6), rest,
+                 [=](Positions x) {
+                   HyperDual sum = 0.0;
+                   for (int c = 0; c < 3; ++c) {
+                     HyperDual off = 0.0;
+                     for (const auto& [hinge, curvature] : frictions[0].terms) {
+                       const auto& v = hinges[hinge].v;
+                       const std::array<HyperVec, 4> own{x[v[0]], x[v[1]], x[v[2]], x[v[3]]};
+                       off = off + curvature[c] * hinge_angle(own);
+                     }
+                     sum = sum + square(off);
+                   }
+                   constexpr double m = 2.0, y = 0.3;
+                   if (sum.value <= y * y) return 0.5 * m / y * sum;
+                   return m * (sqrt(sum) - 0.5 * y);
+                 }});
+}
+
 void add_hinges(std::vector<ForceCase>& all) {
   const std::array<std::int32_t, 4> v{0, 1, 2, 3};
   const std::vector<Hinge> hinges{{v, theta0, k_hinge, 0.02}};
@@ -236,6 +262,7 @@ void add_hinges(std::vector<ForceCase>& all) {
                  },
                  folded(theta0)});
   add_shape_operator(all);
+  add_curvature_friction(all);
   const std::vector<HingeFriction> frictions{{v, theta0, 2.0, 0.3}};
   all.push_back({"hinge_friction", make_hinge_friction(frictions, 4), ones(4), folded(theta0),
                  [](Positions x) { return friction_energy(hinge_angle(x), theta0, 2.0, 0.3); },

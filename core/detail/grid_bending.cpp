@@ -19,9 +19,7 @@
 namespace selvedge::detail {
 namespace {
 
-/// Where the instruments read the loop it has its full width: at a few per cent of the largest
-/// curvature, 250 1/m, and at half a degree of shear.
-constexpr double yield_curvature = 10.0;  // 1/m
+/// The loop of shear has its full width at half a degree.
 constexpr double yield_shear = 0.0087;    // rad
 
 /// Three particles in a line: how far apart two of them are, and the rigidity that the line has of

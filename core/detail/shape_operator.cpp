@@ -27,6 +27,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 
 namespace selvedge::detail {
 namespace {
@@ -195,6 +196,29 @@ class ShapeOperator {
 
   /// The energy of one triangle, ½ A K:C:K, as couples of hinges.
   void add_energy(const Facet& facet) {
+    const Terms<Tensor> curvature = curvature_of(facet);
+    const Mat3 c = facet.area * with_free_sides(facet, rigidity_);
+    for (const auto& [a, k_a] : curvature)
+      for (const auto& [b, k_b] : curvature)
+        if (a <= b) entries_.push_back({a, b, k_a.dot(c * k_b)});
+    if (material_.bending_friction > 0.0) add_friction(facet, curvature);
+  }
+
+  /// Friction against K, of HB per area in every direction; none across a free side.
+  void add_friction(const Facet& facet, const Terms<Tensor>& curvature) {
+    const Mat3 held = with_free_sides(facet, Mat3::Identity());
+    std::map<std::int32_t, Tensor> sums;
+    for (const auto& [hinge, k] : curvature)
+      sums.try_emplace(hinge, Tensor::Zero()).first->second += held * k;
+    CurvatureFriction friction{{}, material_.bending_friction * facet.area, yield_curvature};
+    for (const auto& [hinge, k] : sums)
+      if (k.norm() * std::sqrt(facet.area) > kRounding)
+        friction.terms.push_back({first_ + hinge, k});
+    if (!friction.terms.empty()) cloth_.curvature_frictions.push_back(std::move(friction));
+  }
+
+  /// K of a triangle per angle of hinges, some named several times.
+  Terms<Tensor> curvature_of(const Facet& facet) {
     Terms<Tensor> curvature;
     for (const Side& side : facet.sides) {
       if (side.hinge < 0) continue;
@@ -208,20 +232,17 @@ class ShapeOperator {
       for (const auto& [hinge, slope] : corrections_[e])
         curvature.emplace_back(hinge, front * slope * unit);
     }
-    const Mat3 c = facet.area * with_free_sides(facet);
-    for (const auto& [a, k_a] : curvature)
-      for (const auto& [b, k_b] : curvature)
-        if (a <= b) entries_.push_back({a, b, k_a.dot(c * k_b)});
+    return curvature;
   }
 
   /// C with what the free sides make of it: they turn until no moment acts across them.
-  Mat3 with_free_sides(const Facet& facet) const {
-    Mat3 c = rigidity_;
+  static Mat3 with_free_sides(const Facet& facet, Mat3 c) {
+    const double smallest = kRounding * c.trace();
     for (const Side& side : facet.sides) {
       if (side.hinge >= 0) continue;
       const Tensor n = tensor(side.across, side.across), moment = c * n;
       const double own = n.dot(moment);
-      if (own > kRounding * rigidity_.trace()) c -= moment * moment.transpose() / own;
+      if (own > smallest) c -= moment * moment.transpose() / own;
     }
     return c;
   }

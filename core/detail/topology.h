@@ -9,6 +9,10 @@
 
 namespace selvedge::detail {
 
+/// Where the instrument reads the loop of bending it has its full width: at a few per cent of the
+/// largest curvature, 250 1/m.
+inline constexpr double yield_curvature = 10.0;  // 1/m
+
 /// Throws std::invalid_argument "<name> must be <rule>, not <value>" unless `good`.
 void require(bool good, const std::string& name, double value, const char* rule);
 void validate_material(const Material& material);

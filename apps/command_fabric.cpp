@@ -143,7 +143,8 @@ void print_report(const Fabric& fabric, const FabricOptions& o) {
       "mean {:.2f} mm)\n",
       m.bending_stiffness, bending_along_weft(m), 1e3 * c);
   if (m.stretch_law == StretchLaw::kawabata)
-    fmt::print("  kawabata           LT {:.4g}, EMT {:.4g}\n", m.kawabata_lt, m.kawabata_strain);
+    fmt::print("  kawabata           LT {:.4g}, EMT {:.4g}, RT {:.4g}\n", m.kawabata_lt,
+               m.kawabata_strain, m.kawabata_rt);
   if (m.shear_friction > 0.0) fmt::print("  shear_friction     {:.6g} N/m\n", m.shear_friction);
   if (m.bending_friction > 0.0) fmt::print("  bending_friction   {:.6g} N\n", m.bending_friction);
   if (c > 0.0)

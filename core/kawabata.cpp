@@ -18,6 +18,7 @@ void validate_sheet(const KesSheet& s) {
   positive("W in mg/cm2", s.weight);
   positive("EMT in %", s.emt);
   detail::require(s.lt > 0.5 && s.lt <= 1.0, "LT", s.lt, "above 0.5 and at most 1");
+  detail::require(s.rt > 0.0 && s.rt <= 100.0, "RT in %", s.rt, "above 0 and at most 100");
   number("G in gf/(cm deg)", s.shear);
   number("2HG in gf/cm", s.shear_hysteresis);
   number("B in gf cm2/cm", s.bending);
@@ -33,6 +34,7 @@ Material material_of(const KesSheet& sheet) {
   m.stretch_law = StretchLaw::kawabata;
   m.kawabata_lt = sheet.lt;
   m.kawabata_strain = 0.01 * sheet.emt;
+  m.kawabata_rt = 0.01 * sheet.rt;
   // The slope at rest of the cubic with this LT that ends at (EMT, 500 gf/cm).
   m.stretch_stiffness = kes_end_of_tension * newton_per_metre_of_gf_per_cm *
                         (2.0 * sheet.lt - 1.0) / m.kawabata_strain;

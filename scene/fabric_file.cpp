@@ -160,6 +160,15 @@ class FabricReader {
     return pair(key, units);
   }
 
+  /// Of what the cloth has one of. Shear stress is symmetric, so that a sheet has one modulus of
+  /// shear in its plane, C33, and one loop of it: those printed for warp and weft are two readings
+  /// of the same, and of energies ½ G φ² the mean is that of the readings. HB, too, is one.
+  std::optional<double> maybe_mean(const std::string& key, const Units& units) const {
+    const auto both = maybe_pair(key, units);
+    if (!both) return std::nullopt;
+    return both->mean();
+  }
+
   void finish(Fabric& fabric, FabricConstants constants) const {
     constants.drape_coefficient = maybe("drape_coefficient", percents);
     constants.friction = maybe("friction", ratios);
@@ -175,10 +184,10 @@ class FabricReader {
     c.density = maybe("density", densities);
     c.thickness = maybe("thickness", lengths);
     c.stretch = maybe_pair("stretch", forces_per_width);
-    c.shear = maybe("shear", shears);
+    c.shear = maybe_mean("shear", shears);
     c.bending = maybe_pair("bending", rigidities);
-    c.shear_hysteresis = maybe("shear_hysteresis", forces_per_width);
-    c.bending_hysteresis = maybe("bending_hysteresis", moments_per_width);
+    c.shear_hysteresis = maybe_mean("shear_hysteresis", forces_per_width);
+    c.bending_hysteresis = maybe_mean("bending_hysteresis", moments_per_width);
     finish(fabric, c);
     if (j_.contains("tension_curve")) read_curve(fabric);
   }
@@ -217,12 +226,13 @@ class FabricReader {
     const WarpWeft extension = pair("EMT", percents);
     sheet.emt = extension.mean();
     sheet.lt = kes_linearity(sheet.emt);
-    sheet.shear = value("G", shears) / shears.at("gf/(cm*deg)");
+    sheet.rt = maybe_mean("RT", percents).value_or(sheet.rt);
+    sheet.shear = pair("G", shears).mean() / shears.at("gf/(cm*deg)");
     sheet.shear_hysteresis =
-        maybe("2HG", forces_per_width).value_or(0.0) / newton_per_metre_of_gf_per_cm;
+        maybe_mean("2HG", forces_per_width).value_or(0.0) / newton_per_metre_of_gf_per_cm;
     sheet.bending = pair("B", rigidities).mean() / newton_metre_of_gf_cm2_per_cm;
     sheet.bending_hysteresis =
-        maybe("2HB", moments_per_width).value_or(0.0) / newton_of_gf_cm_per_cm;
+        maybe_mean("2HB", moments_per_width).value_or(0.0) / newton_of_gf_cm_per_cm;
     const Material m = material_of(sheet);
     FabricConstants c;
     c.density = m.density;
@@ -249,8 +259,8 @@ class FabricReader {
   double kes_linearity(double emt) const {
     const Units works = {{"gf*cm/cm2", 1.0}, {"N/m", 1.0 / newton_per_metre_of_gf_per_cm}};
     const double triangle = 0.5 * kes_end_of_tension * 0.01 * emt;
-    const auto lt = maybe("LT", {{"1", 1.0}});
-    const auto wt = maybe("WT", works);
+    const auto lt = maybe_mean("LT", {{"1", 1.0}});
+    const auto wt = maybe_mean("WT", works);
     if (!lt && !wt) refuse(place_, "has neither \"LT\" nor \"WT\"; give the tension test");
     if (!lt) return *wt / triangle;
     constexpr double agreement = 0.1;
@@ -374,6 +384,7 @@ std::string material_json(const Material& m) {
             {"biphasic_growth", m.biphasic_growth},
             {"kawabata_lt", m.kawabata_lt},
             {"kawabata_strain", m.kawabata_strain},
+            {"kawabata_rt", m.kawabata_rt},
             {"shear_friction", m.shear_friction},
             {"bending_friction", m.bending_friction}};
   if (m.stretch_weft) json["stretch_weft"] = *m.stretch_weft;

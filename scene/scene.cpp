@@ -212,6 +212,7 @@ class SceneReader {
     m.biphasic_growth = j["biphasic_growth"].get<double>();
     m.kawabata_lt = j["kawabata_lt"].get<double>();
     m.kawabata_strain = j["kawabata_strain"].get<double>();
+    m.kawabata_rt = j["kawabata_rt"].get<double>();
     m.shear_friction = j["shear_friction"].get<double>();
     m.bending_friction = j["bending_friction"].get<double>();
   }

@@ -122,6 +122,31 @@ TEST_F(FabricFile, AKesSheetIsItsMaterial) {
   const std::string both =
       refusal(head + lt + R"json(, "WT": {"value": 20, "unit": "gf*cm/cm2"}})json");
   EXPECT_SAYS(both, "WT and EMT say LT = 1.600");
+  EXPECT_EQ(f.material.kawabata_rt, 1.0);
+  const std::string rt = R"json(, "RT": {"warp": 62, "weft": 58, "unit": "%"}})json";
+  EXPECT_NEAR(read(head + lt + rt).material.kawabata_rt, 0.6, 1e-12);
+  for (const char* bad : {"0", "101"})
+    EXPECT_SAYS(
+        refusal(head + lt + R"json(, "RT": {"value": )json" + bad + R"json(, "unit": "%"}})json"),
+        "RT in % must be above 0 and at most 100");
+}
+
+TEST_F(FabricFile, ReadingsOfShearAndOfLoopsAlongWarpAndWeftAreAveraged) {
+  const Fabric sheet = read(R"json({"kind": "kes", "source": "me",
+    "W": {"value": 20, "unit": "mg/cm2"}, "EMT": {"value": 5, "unit": "%"},
+    "LT": {"warp": 0.75, "weft": 0.65, "unit": "1"},
+    "G": {"warp": 0.9, "weft": 0.7, "unit": "gf/(cm*deg)"},
+    "2HG": {"warp": 1.4, "weft": 1, "unit": "gf/cm"}, "B": {"value": 0.1, "unit": "gf*cm2/cm"},
+    "2HB": {"warp": 0.05, "weft": 0.03, "unit": "gf*cm/cm"}})json");
+  EXPECT_NEAR(sheet.material.shear_stiffness, 0.8 * 56.188, 1e-3);
+  EXPECT_NEAR(sheet.material.shear_friction, 0.6 * 0.980665, 1e-12);
+  EXPECT_NEAR(sheet.material.bending_friction, 0.02 * 9.80665e-3, 1e-12);
+  EXPECT_NEAR(sheet.material.kawabata_lt, 0.7, 1e-12);
+  const Fabric plain = read(R"json({"source": "me", "density": {"value": 0.2, "unit": "kg/m2"},
+    "shear": {"warp": 30, "weft": 50, "unit": "N/m"},
+    "shear_hysteresis": {"warp": 1, "weft": 3, "unit": "N/m"}})json");
+  EXPECT_NEAR(plain.material.shear_stiffness, 40.0, 1e-12);
+  EXPECT_NEAR(plain.material.shear_friction, 1.0, 1e-12);
 }
 
 TEST_F(FabricFile, AFastSheetIsConverted) {

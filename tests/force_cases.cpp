@@ -63,6 +63,16 @@ HyperDual kawabata(Positions x) {
   return inside(1.0) + full * emt * (over + 0.5 * (3.0 - 2.0 * alpha) * square(over));
 }
 
+// Half the work comes back: W²/(2 W_m) below the longest length that it remembers.
+constexpr double longest = 1.06 * rest_length;
+HyperDual resilient(Positions x) {
+  const std::array<HyperVec, 2> far{HyperVec{0.0, 0.0, 0.0}, HyperVec{longest, 0.0, 0.0}};
+  const double top = kawabata(far).value, length = length_of(x).value;
+  const HyperDual load = kawabata(x);
+  if (length <= rest_length) return load;
+  return length >= longest ? load - 0.5 * top : (0.5 / top) * square(load);
+}
+
 const SewingConfig sewing_config{50.0, 0.3, 0.2};
 
 HyperDual sewing(Positions x) {
@@ -186,6 +196,8 @@ void add_springs(std::vector<ForceCase>& all) {
   all.push_back(spring_case("tension_only", {StretchLaw::tension_only}, tension_only));
   all.push_back(spring_case("biphasic", {StretchLaw::biphasic, threshold, growth}, biphasic));
   all.push_back(spring_case("kawabata", {StretchLaw::kawabata, emt, lt}, kawabata));
+  all.push_back(spring_case("resilient", {StretchLaw::kawabata, emt, lt, 0.5}, resilient));
+  all.back().force->restore_memory(std::vector<double>{longest});
   const std::vector<BucklingLink> links{buckling_link};
   all.push_back({"buckling", make_buckling_force(links, 2), {0.5, 2.0}, link, buckling});
   const std::vector<Edge> seams{{0, 1}};

@@ -3,11 +3,13 @@
 // The loops of Kawabata's tests, driven through a scene's material: what the cloth of a scene keeps
 // of the work done on it is the area of the loop that the material names.
 #include <selvedge/core/force.h>
+#include <selvedge/core/integrator.h>
 #include <selvedge/scene/scene.h>
 
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -43,6 +45,13 @@ class Instrument {
         still_(x_.size(), Vec3::Zero()) {}
 
   const Vectors& flat() const { return cloth_.surface.vertices; }
+
+  /// J, of what it has the shape of.
+  double energy() const {
+    double sum = 0.0;
+    for (const auto& force : forces_) sum += force->energy({x_, still_, cloth_.mass, 0.0});
+    return sum;
+  }
 
   /// J, from the shape it has to `next`.
   double work_to(const Vectors& next) {
@@ -139,6 +148,96 @@ TEST(Hysteresis, AShearLoopOfASceneHasTheAreaThatItsMaterialSays) {
   const std::string head = R"({"shear_law": "twisting", "bending_stiffness": 0)";
   EXPECT_NEAR(loop_of(head + R"(, "shear_friction": 0.5})") / loop, 1.0, 0.01);
   EXPECT_NEAR(loop_of(head + "}") / loop, 0.0, 1e-3);
+}
+
+/// A KES sheet of which only tension counts: LT 0.7, EMT 4 and 6 %.
+std::string tension_sheet(const std::string& rt) {
+  return R"json({"bending_stiffness": 0, "fabric": {"kind": "kes", "source": "us",
+    "W": {"value": 20, "unit": "mg/cm2"}, "LT": {"value": 0.7, "unit": "1"},
+    "EMT": {"warp": 4, "weft": 6, "unit": "%"}, "RT": )json" +
+         rt + R"json(, "G": {"value": 0.7, "unit": "gf/(cm*deg)"},
+    "B": {"value": 0, "unit": "gf*cm2/cm"}}})json";
+}
+
+constexpr double emt = 0.05;  // the mean, at which the one curve ends
+
+/// Stretched along warp by `strain`, held along weft.
+Vectors stretched(const Instrument& instrument, double strain) {
+  Vectors x = instrument.flat();
+  for (Vec3& p : x) p.x() *= 1.0 + strain;
+  return x;
+}
+
+double work_to(Instrument& instrument, double from, double to) {
+  constexpr int steps = 400;
+  double work = 0.0;
+  for (int i = 1; i <= steps; ++i)
+    work += instrument.work_to(stretched(instrument, from + (to - from) * i / steps));
+  return work;
+}
+
+TEST(Hysteresis, ATensionLoopGivesBackWhatTheSheetsResilienceSays) {
+  for (const double rt : {35.0, 62.0, 100.0}) {
+    const std::string text = R"({"value": )" + std::to_string(rt) + R"(, "unit": "%"})";
+    Instrument instrument(tension_sheet(text));
+    // WT = LT/2 · 500 gf/cm · EMT, at a slope of rest that is warp's: 5/4 of the mean's.
+    const double wt = 0.5 * 0.7 * 500.0 * 0.980665 * emt * 1.25 * size * size;
+    const double there = work_to(instrument, 0.0, emt), back = -work_to(instrument, emt, 0.0);
+    EXPECT_NEAR(there / wt, 1.0, 0.001) << rt;
+    EXPECT_NEAR(back / (0.01 * rt * there), 1.0, 0.001) << rt;
+    // So does a loop of half the height, and one beyond the end of the test.
+    for (const double most : {0.5 * emt, 1.5 * emt}) {
+      const double again = work_to(instrument, 0.0, most);
+      EXPECT_NEAR(-work_to(instrument, most, 0.0) / (0.01 * rt * again), 1.0, 0.01) << rt;
+    }
+  }
+}
+
+TEST(Hysteresis, OnPartOfATensionLoopEnergyIsOnlyLost) {
+  Instrument instrument(tension_sheet(R"({"warp": 40, "weft": 50, "unit": "%"})"));
+  const double wt = 0.5 * 0.7 * 500.0 * 0.980665 * emt * 1.25 * size * size;
+  double strain = 0.0, lost = 0.0, most_lost = 0.0;
+  for (const double next : {0.03, 0.01, 0.02, 0.04, 0.015, 0.05, 0.0, 0.02, -0.01, 0.03, 0.0}) {
+    constexpr int steps = 200;
+    for (int i = 1; i <= steps; ++i) {
+      const double before = instrument.energy(), at = strain + (next - strain) * i / steps;
+      const double work = instrument.work_to(stretched(instrument, at));
+      lost += work - (instrument.energy() - before);
+      EXPECT_GT(lost, most_lost - 1e-4 * wt) << next << " at " << at;  // a trapezoid's error
+      most_lost = std::max(most_lost, lost);
+    }
+    strain = next;
+  }
+  EXPECT_GT(lost, 0.55 * wt);
+}
+
+TEST(Hysteresis, AnImplicitStepOnATensionLoopIsStableAndLosesEnergy) {
+  const std::vector<Spring> spring{{0, 1, 1.0, 1000.0}};
+  for (const char* method : {"implicit_euler", "implicit_newton"}) {
+    for (const double h : {0.001, 0.05}) {
+      std::vector<std::unique_ptr<Force>> forces;
+      forces.push_back(make_curve_force(spring, {StretchLaw::kawabata, 0.05, 0.7, 0.4}, 2));
+      const auto integrator = integrators().at(method)(std::move(forces), 2, {});
+      const auto weighed = make_curve_force(spring, {StretchLaw::kawabata, 0.05, 0.7, 0.4}, 2);
+      Particles p{{{0, 0, 0}, {1.06, 0, 0}}, Vectors(2, Vec3::Zero()), {1.0, 1.0}, {0.0, 1.0}};
+      double energy = weighed->energy({p.x, p.v, p.mass, 0.0});
+      const double first = energy;
+      for (int step = 0; step < 1000; ++step) {
+        Vectors mean = p.v, v = p.v;
+        integrator->begin({p, 0.0, h}, {mean, v});
+        integrator->solve({}, {mean, v}, 1.0);
+        for (int i = 0; i < 2; ++i) p.x[i] += h * mean[i];
+        p.v = std::string(method) == "implicit_euler" ? mean : v;
+        const ForceState state{p.x, p.v, p.mass, 0.0};
+        integrator->accept(state);
+        weighed->accept(state);
+        const double now = weighed->energy(state) + 0.5 * p.v[1].squaredNorm();
+        EXPECT_LT(now - energy, 1e-3 * first) << method << " " << h << " " << step;
+        energy = now;
+      }
+      EXPECT_LT(energy, 0.1 * first) << method << " " << h;
+    }
+  }
 }
 
 }  // namespace

@@ -89,7 +89,8 @@ TEST_F(SceneFile, EachBadNumberIsRefused) {
     refused(std::string("materials.default.") + key, "-1e-9");
   for (const auto& [key, value] :
        {std::pair{"kawabata_lt", "0.5"}, std::pair{"kawabata_lt", "1.1"},
-        std::pair{"kawabata_strain", "0"}, std::pair{"biphasic_strain", "-1"},
+        std::pair{"kawabata_strain", "0"}, std::pair{"kawabata_rt", "0"},
+        std::pair{"kawabata_rt", "1.1"}, std::pair{"biphasic_strain", "-1"},
         std::pair{"biphasic_growth", "-1"}, std::pair{"bending_law", "plate"},
         std::pair{"stretch_law", "rubber"}, std::pair{"shear_law", "none"}})
     refused(std::string("materials.default.") + key, value);

@@ -103,7 +103,7 @@ inline constexpr const char* everything = R"({
   "materials": {"silk": {"density": 0.1, "stretch_stiffness": 400, "shear_stiffness": 50,
     "bending_stiffness": 2e-5, "spring_damping": 0.02, "bending_damping": 0.03, "strain_limit": 0.05,
     "friction": 0.2, "stretch_law": "kawabata", "shear_law": "springs", "bending_law": "bridson",
-    "biphasic_strain": 0.03, "biphasic_growth": 7, "kawabata_lt": 0.6, "kawabata_strain": 0.04,
+    "biphasic_strain": 0.03, "biphasic_growth": 7, "kawabata_lt": 0.6, "kawabata_strain": 0.04, "kawabata_rt": 0.6,
     "shear_friction": 0, "bending_friction": 0, "fabric": "petrak_2025/M1", "fabric_source": "a book",
     "stretch_weft": 300, "bending_weft": 1e-5}},
   "handles": [

@@ -91,6 +91,7 @@ TEST_F(SceneFile, AMaterialAndObstaclesHaveTheDefaultsOfTheHeader) {
   EXPECT_EQ(m.biphasic_growth, d.biphasic_growth);
   EXPECT_EQ(m.kawabata_lt, d.kawabata_lt);
   EXPECT_EQ(m.kawabata_strain, d.kawabata_strain);
+  EXPECT_EQ(m.kawabata_rt, d.kawabata_rt);
   const auto shape = [&](int i) { return std::get<BodyShape>(is.bodies[i].shape); };
   EXPECT_EQ(std::get<Plane>(shape(0).shape).size, Plane{}.size);
   EXPECT_EQ(std::get<Box>(shape(1).shape).size, Box{}.size);
@@ -216,6 +217,7 @@ TEST_F(EverythingFile, EveryPieceOfClothAndItsMaterialIsRead) {
   EXPECT_EQ(m.biphasic_growth, 7.0);
   EXPECT_EQ(m.kawabata_lt, 0.6);
   EXPECT_EQ(m.kawabata_strain, 0.04);
+  EXPECT_EQ(m.kawabata_rt, 0.6);
 }
 
 TEST_F(EverythingFile, SeamsWaterAndPatternsAreRead) {

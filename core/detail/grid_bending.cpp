@@ -20,7 +20,7 @@ namespace selvedge::detail {
 namespace {
 
 /// The loop of shear has its full width at half a degree.
-constexpr double yield_shear = 0.0087;    // rad
+constexpr double yield_shear = 0.0087;  // rad
 
 /// Three particles in a line: how far apart two of them are, and the rigidity that the line has of
 /// the plate's, times the area it stands for.

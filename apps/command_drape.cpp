@@ -23,9 +23,9 @@ using Json = nlohmann::ordered_json;
 
 struct DrapeOptions {
   std::vector<std::string> names;
-  int seeds = 5, cells = 20, threads = 0;
+  int seeds = 5, cells = 32, levels = 2, threads = 0;
   double diameter = 0.30;
-  bool woven = false, json = false, no_convergence = false;
+  bool woven = false, json = false;
 };
 
 /// All that was computed of one fabric.
@@ -35,8 +35,8 @@ struct DrapeRow {
   double strips = 0.0;
   std::vector<double> coefficient;  ///< one per seed
   std::vector<int> folds;
-  double finer = 0.0;  ///< the first seed's with cells of half the size
-  bool finer_known = false;
+  std::vector<double> refined;  ///< the first seed's, by mesh
+  std::vector<int> refined_folds;
   int unsettled = 0;
 
   double mean() const {
@@ -47,6 +47,18 @@ struct DrapeRow {
   double spread() const {
     const auto [low, high] = std::minmax_element(coefficient.begin(), coefficient.end());
     return *high - *low;
+  }
+  /// The mean that finer meshes tend to: all seeds are corrected by what the first one is.
+  std::optional<MeshLimit> limit() const {
+    if (refined.size() < 2) return {};
+    MeshLimit limit = mesh_limit(refined);
+    limit.value += mean() - refined.front();
+    return limit;
+  }
+  /// The best that is known.
+  double value() const {
+    const auto known = limit();
+    return known ? known->value : mean();
   }
 };
 
@@ -61,38 +73,44 @@ DrapeRow compute(const Fabric& fabric, const DrapeOptions& o) {
   const Material& m = fabric.material;
   row.strips = strip_drape_coefficient(
       bending_length(0.5 * (m.bending_stiffness + bending_along_weft(m)), m.density));
-  row.coefficient.resize(o.seeds);
-  row.folds.resize(o.seeds);
-  std::vector<int> unsettled(o.seeds, 0);
+  std::vector<std::vector<DrapeOutcome>> outcomes(o.seeds);
   parallel_for(o.seeds, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t s = begin; s < end; ++s) {
       DrapeTrial own = trial;
       own.seed = static_cast<std::uint32_t>(s + 1);
-      const DrapeOutcome outcome = drape(fabric.material, own);
-      row.coefficient[s] = outcome.coefficient;
-      row.folds[s] = outcome.rim.folds;
-      unsettled[s] = outcome.settled ? 0 : 1;
+      if (s == 0 && trial.polar)
+        outcomes[s] = drape_refined(fabric.material, own, o.levels);
+      else
+        outcomes[s].push_back(drape(fabric.material, own));
     }
   });
-  for (const int u : unsettled) row.unsettled += u;
-  if (o.no_convergence) return row;
-  trial.cells *= 2;
-  const DrapeOutcome fine = drape(fabric.material, trial);
-  row.finer = fine.coefficient;
-  row.finer_known = true;
-  row.unsettled += fine.settled ? 0 : 1;
+  for (const auto& meshes : outcomes) {
+    row.coefficient.push_back(meshes.front().coefficient);
+    row.folds.push_back(meshes.front().rim.folds);
+    for (const DrapeOutcome& outcome : meshes) row.unsettled += outcome.settled ? 0 : 1;
+  }
+  for (const DrapeOutcome& outcome : outcomes.front()) {
+    row.refined.push_back(outcome.coefficient);
+    row.refined_folds.push_back(outcome.rim.folds);
+  }
   return row;
 }
 
+std::string joined(const std::vector<int>& numbers) {
+  return fmt::format("{}", fmt::join(numbers, " "));
+}
+
 void print_row(const DrapeRow& row) {
-  std::string folds;
-  for (const int f : row.folds) folds += fmt::format("{}{}", folds.empty() ? "" : " ", f);
+  const auto limit = row.limit();
   fmt::print(
-      "{:<32}{:>9}{:>10.1f}{:>8.1f}{:>8}{:>8.1f}{:>9}{:>9}  {}\n", row.name,
+      "{:<32}{:>9}{:>10.1f}{:>8.1f}{:>8}{:>7}{:>8}{:>8.1f}{:>9}  {}{}\n", row.name,
       row.measured ? fmt::format("{:.1f}", *row.measured) : "-", row.mean(), row.spread(),
-      row.measured ? fmt::format("{:+.1f}", row.mean() - *row.measured) : "-", row.strips,
-      row.finer_known ? fmt::format("{:.1f}", std::abs(row.finer - row.coefficient[0])) : "-",
-      row.unsettled, folds);
+      limit ? fmt::format("{:.1f}", limit->value) : "-",
+      limit ? fmt::format("{:.1f}", limit->uncertainty) : "-",
+      row.measured ? fmt::format("{:+.1f}", row.value() - *row.measured) : "-", row.strips,
+      row.unsettled, joined(row.folds),
+      limit ? " (finer: " + joined({row.refined_folds.begin() + 1, row.refined_folds.end()}) + ")"
+            : "");
   std::fflush(stdout);
 }
 
@@ -101,7 +119,13 @@ Json to_json(const DrapeRow& row) {
                {"spread", row.spread()},    {"folds", row.folds},          {"strips", row.strips},
                {"unsettled", row.unsettled}};
   if (row.measured) json["measured"] = *row.measured;
-  if (row.finer_known) json["half_cells"] = row.finer;
+  if (const auto limit = row.limit()) {
+    json["refined"] = row.refined;
+    json["refined_folds"] = row.refined_folds;
+    json["limit"] = limit->value;
+    json["limit_uncertainty"] = limit->uncertainty;
+    json["order"] = limit->order;
+  }
   return json;
 }
 
@@ -115,9 +139,9 @@ void run_command(const DrapeOptions& o) {
   if (!o.json)
     fmt::print(
         "drape coefficient, %; {} cm on 18 cm, held on the support, {} mesh, {} cells, {} "
-        "seeds\n{:<32}{:>9}{:>10}{:>8}{:>8}{:>8}{:>9}{:>9}  {}\n",
+        "seeds\n{:<32}{:>9}{:>10}{:>8}{:>8}{:>7}{:>8}{:>8}{:>9}  {}\n",
         100.0 * o.diameter, o.woven ? "woven" : "polar", o.cells, o.seeds, "fabric", "measured",
-        "computed", "spread", "off", "strips", "|h-h/2|", "restless", "folds");
+        "computed", "spread", "limit", "+-", "off", "strips", "restless", "folds");
   Json rows = Json::array();
   for (const Fabric& fabric : fabrics) {
     const DrapeRow row = compute(fabric, o);
@@ -138,13 +162,18 @@ void add_command_drape(CLI::App& app, int& exit_code) {
   command->add_option("FABRIC", o->names,
                       "Fabric names or files (default: the six of petrak_2025)");
   command->add_option("--seeds", o->seeds, "Drapes of each fabric")->check(CLI::Range(1, 1000));
-  command->add_option("--cells", o->cells, "Cells from the centre to the rim")
+  command
+      ->add_option("--cells", o->cells,
+                   "From the centre to the rim, of the size that they have at the rim")
       ->check(CLI::Range(4, 1000));
   command->add_option("--diameter", o->diameter, "Of the cloth, m")->check(CLI::Range(0.2, 1.0));
   command->add_flag("--woven", o->woven,
                     "A woven disc instead of an arc mesh, cells across it: converges slowly");
-  command->add_flag("--no-convergence", o->no_convergence,
-                    "Without the drape of half the cell size");
+  command
+      ->add_option("--levels", o->levels,
+                   "Meshes of the first seed, each with twice the cells of the one before: "
+                   "extrapolated with the uncertainty that is left; 1: none")
+      ->check(CLI::Range(1, 6));
   command->add_option("--threads", o->threads, "Threads; 0: all (the answer is the same)")
       ->check(CLI::Range(0, 1024));
   command->add_flag("--json", o->json, "Print JSON");

@@ -12,6 +12,7 @@
 #include <numbers>
 #include <random>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 namespace selvedge {
@@ -134,6 +135,7 @@ void validate(const DrapeTrial& t) {
   detail::require(std::isfinite(t.specimen) && t.specimen > t.support, "specimen radius in m",
                   t.specimen, "larger than the support");
   detail::require(t.cells >= 4, "cells", t.cells, "at least 4");
+  detail::require(std::isfinite(t.grading) && t.grading >= 1.0, "grading", t.grading, "at least 1");
   positive("step in s", t.step);
   positive("rest_speed in m/s", t.rest_speed);
   detail::require(std::isfinite(t.damping) && t.damping >= 0.0, "damping in s", t.damping,
@@ -142,48 +144,131 @@ void validate(const DrapeTrial& t) {
   detail::require(t.most_steps >= 1, "most_steps", t.most_steps, "at least 1");
 }
 
-/// Distance of two rings, or sides of the cells of a woven disc, m.
-double cell_size(const DrapeTrial& t) {
-  if (!t.polar) return 2.0 * t.specimen / t.cells;
-  const double overhang = t.specimen - t.support;
-  const double free_rings = std::max(1.0, std::round(t.cells * overhang / t.specimen));
-  return overhang / (free_rings - 0.5);
-}
+/// Rings and spokes of a polar specimen. The rings beyond the support lie apart by a geometric
+/// series. The support ends in the middle between two rings that are held: from there on the cloth
+/// bends, as a hinge stands for half of the cells on both sides. Farther in, where nothing moves,
+/// the rings are as few as a mesh needs.
+struct PolarMesh {
+  std::vector<double> radii;  ///< m, ascending
+  std::int32_t spokes;
+  std::size_t held;  ///< rings
+};
 
-/// Rings from the rim inwards such that the support ends in the middle between two that are held:
-/// from there on the cloth bends, as a hinge stands for half of the cells on both sides.
-std::vector<double> ring_radii(const DrapeTrial& t) {
-  const double h = cell_size(t);
-  std::vector<double> radii;
-  for (double r = t.specimen; r > 0.5 * h; r -= h) radii.push_back(r);
-  std::reverse(radii.begin(), radii.end());
-  return radii;
+PolarMesh polar_mesh(const DrapeTrial& t) {
+  constexpr std::int32_t cells_per_turn = 5;  // 2π · 0.8
+  // With so many rings the widest are about as wide as equal ones would be.
+  constexpr double more_rings = 1.5, inwards = 1.6;
+  const double overhang = t.specimen - t.support, growth = std::log(t.grading);
+  const double rings = std::max(3.0, std::round(more_rings * t.cells * overhang / t.specimen));
+  const auto radius = [&](double share) {
+    const double way = growth > 0.0 ? std::expm1(growth * share) / std::expm1(growth) : share;
+    return t.support + overhang * way;
+  };
+  const double first = radius(1.0 / (rings - 0.5)) - t.support;
+  PolarMesh mesh{{}, cells_per_turn * t.cells, 0};
+  for (double h = first, r = t.support - 0.5 * first; r > 0.5 * h; h *= inwards, r -= h)
+    mesh.radii.push_back(r);
+  std::reverse(mesh.radii.begin(), mesh.radii.end());
+  mesh.radii.push_back(t.support + 0.5 * first);
+  mesh.held = mesh.radii.size();
+  for (double j = 1.5; j < rings; ++j) mesh.radii.push_back(radius(j / (rings - 0.5)));
+  mesh.radii.back() = t.specimen;
+  return mesh;
 }
 
 ClothMesh make_specimen(Material material, const DrapeTrial& trial) {
   material.spring_damping = std::max(material.spring_damping, trial.damping);
   material.bending_damping = std::max(material.bending_damping, trial.damping);
   if (!trial.polar) return make_woven_disc(trial.specimen, trial.cells, material);
-  constexpr double cells_per_turn = 2.0 * std::numbers::pi * 0.8;  // square at four fifths of it
-  const auto spokes = static_cast<std::int32_t>(std::lround(cells_per_turn * trial.cells));
-  return detail::make_rings(ring_radii(trial), spokes, material);
+  const PolarMesh mesh = polar_mesh(trial);
+  return detail::make_rings(mesh.radii, mesh.spokes, material);
+}
+
+/// Largest radius at which particles are held, m.
+double held_radius(const DrapeTrial& trial) {
+  constexpr double rounding = 1e-9;
+  if (!trial.polar) return trial.support + trial.specimen / trial.cells;
+  const PolarMesh mesh = polar_mesh(trial);
+  return mesh.radii[mesh.held - 1] * (1.0 + rounding);
+}
+
+/// Heights to start with: waves around the support that grow outwards, their phases and sizes by
+/// the seed. They do not depend on the mesh.
+class Waves {
+ public:
+  explicit Waves(const DrapeTrial& trial) : trial_(trial) {
+    std::mt19937 generator(trial.seed);
+    std::uniform_real_distribution<double> size(-1.0, 1.0);
+    for (auto& wave : waves_)
+      for (double& part : wave) part = size(generator);
+  }
+
+  double height(const Vec3& x) const {
+    const double angle = std::atan2(x.y(), x.x());
+    double sum = 0.0;
+    for (int n = 0; n < count; ++n)
+      sum += waves_[n][0] * std::cos((n + fewest) * angle) +
+             waves_[n][1] * std::sin((n + fewest) * angle);
+    const double outwards = (x.norm() - trial_.support) / (trial_.specimen - trial_.support);
+    return trial_.noise * outwards * sum / std::sqrt(double(count));
+  }
+
+ private:
+  static constexpr int fewest = 2, count = 23;  // folds; more than a cloth makes
+  const DrapeTrial& trial_;
+  std::array<std::array<double, 2>, count> waves_;
+};
+
+Particles at_rest(const ClothMesh& cloth, const DrapeTrial& trial) {
+  const std::size_t n = cloth.mass.size();
+  Particles p{cloth.surface.vertices, std::vector<Vec3>(n, Vec3::Zero()), cloth.mass, {}};
+  const double held = held_radius(trial);
+  for (std::size_t i = 0; i < n; ++i)
+    p.inv_mass.push_back(p.x[i].norm() <= held ? 0.0 : 1.0 / p.mass[i]);
+  return p;
 }
 
 Particles start(const ClothMesh& cloth, const DrapeTrial& trial) {
-  const std::size_t n = cloth.mass.size();
-  Particles p{cloth.surface.vertices, std::vector<Vec3>(n, Vec3::Zero()), cloth.mass, {}};
-  std::mt19937 generator(trial.seed);
-  std::uniform_real_distribution<double> height(-trial.noise, trial.noise);
-  constexpr double rounding = 1e-9;
-  const double held_radius = (trial.support + 0.5 * cell_size(trial)) * (1.0 + rounding);
-  for (std::size_t i = 0; i < n; ++i) {
-    const double z = height(generator);
-    const bool held = p.x[i].norm() <= held_radius;
-    p.inv_mass.push_back(held ? 0.0 : 1.0 / p.mass[i]);
-    if (!held) p.x[i].z() = z;
-  }
+  Particles p = at_rest(cloth, trial);
+  const Waves waves(trial);
+  for (std::size_t i = 0; i < p.size(); ++i)
+    if (p.inv_mass[i] > 0.0) p.x[i].z() = waves.height(p.x[i]);
   return p;
 }
+
+/// Where the cloth of another polar drape is: linear along spokes, cubic around (Catmull-Rom),
+/// where lines between particles would be inside of a fold.
+class Draped {
+ public:
+  Draped(const DrapeTrial& trial, const DrapeOutcome& outcome)
+      : mesh_(polar_mesh(trial)), x_(outcome.shape.vertices) {}
+
+  /// The place of what lies at `rest` when flat, m, not within the innermost ring.
+  Vec3 at(const Vec3& rest) const {
+    const auto& radii = mesh_.radii;
+    const double r = rest.norm();
+    const auto above = std::upper_bound(radii.begin() + 1, radii.end() - 1, r);
+    const auto ring = static_cast<std::int32_t>(above - radii.begin());
+    const double share = std::min(1.0, (r - *(above - 1)) / (*above - *(above - 1)));
+    const double turn = std::atan2(rest.y(), rest.x()) / (2.0 * std::numbers::pi);
+    const double place = mesh_.spokes * (turn < 0.0 ? turn + 1.0 : turn);
+    return (1.0 - share) * around(ring - 1, place) + share * around(ring, place);
+  }
+
+ private:
+  Vec3 around(std::int32_t ring, double place) const {
+    const auto k = static_cast<std::int32_t>(std::floor(place));
+    const double w = place - k;
+    const auto x = [&](std::int32_t spoke) {
+      return x_[1 + ring * mesh_.spokes + (spoke + mesh_.spokes) % mesh_.spokes];
+    };
+    return 0.5 * (w * (w * (2.0 - w) - 1.0) * x(k - 1) + (w * w * (3.0 * w - 5.0) + 2.0) * x(k) +
+                  w * (w * (4.0 - 3.0 * w) + 1.0) * x(k + 1) + w * w * (w - 1.0) * x(k + 2));
+  }
+
+  PolarMesh mesh_;
+  const std::vector<Vec3>& x_;
+};
 
 std::vector<std::unique_ptr<Force>> trial_forces(const ClothMesh& cloth) {
   auto forces = make_internal_forces(cloth);
@@ -206,10 +291,9 @@ double largest_speed(const std::vector<Vec3>& v) {
 
 }  // namespace
 
-DrapeOutcome drape(const Material& material, const DrapeTrial& trial) {
-  validate(trial);
-  const ClothMesh cloth = make_specimen(material, trial);
-  Particles p = start(cloth, trial);
+namespace {
+
+DrapeOutcome settle(const ClothMesh& cloth, Particles p, const DrapeTrial& trial) {
   constexpr ImplicitConfig solver{1e-4, 2000};
   const auto integrator = make_implicit_euler(trial_forces(cloth), p.size(), {.solve = solver});
   DrapeOutcome outcome;
@@ -232,6 +316,51 @@ DrapeOutcome drape(const Material& material, const DrapeTrial& trial) {
   outcome.rim = rim_profile(p.x, triangles, {});
   outcome.shape = {std::move(p.x), triangles};
   return outcome;
+}
+
+}  // namespace
+
+DrapeOutcome drape(const Material& material, const DrapeTrial& trial) {
+  validate(trial);
+  const ClothMesh cloth = make_specimen(material, trial);
+  return settle(cloth, start(cloth, trial), trial);
+}
+
+std::vector<DrapeOutcome> drape_refined(const Material& material, const DrapeTrial& trial,
+                                        std::int32_t levels) {
+  detail::require(levels >= 1, "levels", levels, "at least 1");
+  detail::require(trial.polar, "polar", 0, "true: only polar meshes are refined");
+  std::vector<DrapeOutcome> outcomes{drape(material, trial)};
+  DrapeTrial coarse = trial, fine = trial;
+  for (; static_cast<std::int32_t>(outcomes.size()) < levels; coarse = fine) {
+    fine.cells *= 2;
+    const ClothMesh cloth = make_specimen(material, fine);
+    Particles p = at_rest(cloth, fine);
+    const Draped before(coarse, outcomes.back());
+    for (std::size_t i = 0; i < p.size(); ++i)
+      if (p.inv_mass[i] > 0.0) p.x[i] = before.at(p.x[i]);
+    outcomes.push_back(settle(cloth, std::move(p), fine));
+  }
+  return outcomes;
+}
+
+MeshLimit mesh_limit(std::span<const double> values) {
+  constexpr double lowest_order = 1.0, highest_order = 2.0, of_two = 3.0, of_three = 1.25;
+  const std::size_t n = values.size();
+  if (n < 2)
+    throw std::invalid_argument("mesh_limit needs two values, and not " + std::to_string(n));
+  const double last = values[n - 1], change = last - values[n - 2];
+  if (n == 2) return {last + change / 3.0, of_two * std::abs(change) / 3.0, highest_order};
+  const double before = values[n - 2] - values[n - 3];
+  // Changes of one sign that shrink, or there is no order.
+  if (before * change < 0.0 || std::abs(change) >= std::abs(before)) {
+    const double apart = std::abs(last - values[n - 3]);
+    return {last, std::max({std::abs(change), std::abs(before), apart}), 0.0};
+  }
+  const double ratio = change == 0.0 ? HUGE_VAL : before / change;
+  const double order = std::clamp(std::log2(ratio), lowest_order, highest_order);
+  const double correction = change / (std::exp2(order) - 1.0);
+  return {last + correction, of_three * std::abs(correction), order};
 }
 
 }  // namespace selvedge

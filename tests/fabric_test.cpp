@@ -299,5 +299,64 @@ TEST(DrapeTrial, RisesWithTheBendingAndLiesAboveTheStrips) {
   }
 }
 
+TEST(DrapeTrial, FinerMeshesKeepTheFoldsAndApproachEachOther) {
+  Material m;
+  m.bending_stiffness = 3e-5;
+  DrapeTrial trial;
+  trial.cells = 6;
+  const std::vector<DrapeOutcome> levels = drape_refined(m, trial, 3);
+  ASSERT_EQ(levels.size(), 3u);
+  EXPECT_EQ(levels[0].coefficient, drape(m, trial).coefficient);
+  EXPECT_EQ(levels[1].rim.folds, levels[2].rim.folds);
+  EXPECT_NEAR(levels[2].coefficient, levels[1].coefficient, 1.0);
+  // Each starts where the one before came to rest: the folds are where they were.
+  const auto& coarse = levels[1].shape.vertices;
+  const auto& fine = levels[2].shape.vertices;
+  for (std::size_t k = 1; k <= 5u * 12u; ++k)
+    EXPECT_LT((coarse[coarse.size() - k] - fine[fine.size() - (2 * k)]).norm(), 0.01) << k;
+}
+
+TEST(DrapeTrial, EveryMeshStartsFromTheSameSurface) {
+  Material m;
+  DrapeTrial trial;
+  trial.most_steps = 1;
+  trial.noise = 1e-3;
+  trial.step = 1e-9;
+  std::vector<std::vector<Vec3>> rims;
+  for (const std::int32_t cells : {16, 32}) {
+    trial.cells = cells;
+    const std::vector<Vec3> x = drape(m, trial).shape.vertices;
+    rims.emplace_back(x.end() - 5 * cells, x.end());
+  }
+  double highest = 0.0;
+  for (std::size_t k = 0; k < rims[0].size(); ++k) {
+    EXPECT_NEAR((rims[0][k] - rims[1][2 * k]).norm(), 0.0, 1e-9) << k;
+    highest = std::max(highest, rims[0][k].z());
+  }
+  EXPECT_GT(highest, 0.2 * trial.noise);
+}
+
+TEST(MeshLimit, IsThatOfValuesWhichConvergeByAnOrder) {
+  // 20 + 8 h²
+  const MeshLimit three = mesh_limit(std::vector{28.0, 22.0, 20.5});
+  EXPECT_NEAR(three.value, 20.0, 1e-12);
+  EXPECT_NEAR(three.order, 2.0, 1e-12);
+  EXPECT_NEAR(three.uncertainty, 1.25 * 0.5, 1e-12);
+  const MeshLimit two = mesh_limit(std::vector{22.0, 20.5});
+  EXPECT_NEAR(two.value, 20.0, 1e-12);
+  EXPECT_NEAR(two.uncertainty, 1.5, 1e-12);
+  const MeshLimit first = mesh_limit(std::vector{28.0, 24.0, 22.0});  // 20 + 8 h
+  EXPECT_NEAR(first.value, 20.0, 1e-12);
+  EXPECT_NEAR(first.order, 1.0, 1e-12);
+}
+
+TEST(MeshLimit, OfValuesThatDoNotConvergeIsTheLastAndAllTheirDistance) {
+  const MeshLimit limit = mesh_limit(std::vector{20.0, 23.0, 21.0});
+  EXPECT_EQ(limit.value, 21.0);
+  EXPECT_EQ(limit.uncertainty, 3.0);
+  EXPECT_EQ(limit.order, 0.0);
+  EXPECT_THROW(mesh_limit(std::vector{20.0}), std::invalid_argument);
+}
+
 }  // namespace
 }  // namespace selvedge

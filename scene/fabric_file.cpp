@@ -226,7 +226,12 @@ class FabricReader {
     const WarpWeft extension = pair("EMT", percents);
     sheet.emt = extension.mean();
     sheet.lt = kes_linearity(sheet.emt);
-    sheet.rt = maybe_mean("RT", percents).value_or(sheet.rt);
+    if (const auto rt = maybe_pair("RT", percents)) {
+      for (const double reading : {rt->warp, rt->weft})
+        if (!(reading > 0.0 && reading <= 100.0))
+          refuse(at("RT"), fmt::format("must be above 0 and at most 100 %, not {:g}", reading));
+      sheet.rt = rt->mean();
+    }
     sheet.shear = pair("G", shears).mean() / shears.at("gf/(cm*deg)");
     sheet.shear_hysteresis =
         maybe_mean("2HG", forces_per_width).value_or(0.0) / newton_per_metre_of_gf_per_cm;

@@ -125,10 +125,9 @@ TEST_F(FabricFile, AKesSheetIsItsMaterial) {
   EXPECT_EQ(f.material.kawabata_rt, 1.0);
   const std::string rt = R"json(, "RT": {"warp": 62, "weft": 58, "unit": "%"}})json";
   EXPECT_NEAR(read(head + lt + rt).material.kawabata_rt, 0.6, 1e-12);
-  for (const char* bad : {"0", "101"})
-    EXPECT_SAYS(
-        refusal(head + lt + R"json(, "RT": {"value": )json" + bad + R"json(, "unit": "%"}})json"),
-        "RT in % must be above 0 and at most 100");
+  for (const char* bad : {R"("value": 0)", R"("value": 101)", R"("warp": 120, "weft": 60)"})
+    EXPECT_SAYS(refusal(head + lt + R"json(, "RT": {)json" + bad + R"json(, "unit": "%"}})json"),
+                "RT: must be above 0 and at most 100 %");
 }
 
 TEST_F(FabricFile, ReadingsOfShearAndOfLoopsAlongWarpAndWeftAreAveraged) {

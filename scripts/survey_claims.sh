@@ -2,19 +2,21 @@
 # SPDX-License-Identifier: MIT
 # survey_claims.sh [--list] [C4 C9 ...]: measures what docs/survey_claims.md says of the survey's claims, all of them or
 # those named, and prints the tables. Claims that share a measurement share its run. Builds the programs first, unless
-# SELVEDGE_BUILD names a folder that has them. SELVEDGE_TURNS: repeats of what is timed in turns (default 5).
+# SELVEDGE_BUILD names a folder that has them. SELVEDGE_TURNS: repeats of what is timed in turns (default 7).
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$root"
 build=${SELVEDGE_BUILD:-build/release}
-turns=${SELVEDGE_TURNS:-5}
+turns=${SELVEDGE_TURNS:-7}
 
 # part CLAIM: the measurement that decides it; the same name for claims that share one.
 part() {
   case "$1" in
-    C1 | C2 | C3 | C25 | C26) echo meshes ;;
-    C4 | C5 | C6) echo limiters ;;
+    C1) echo balance ;;
+    C2 | C3 | C25 | C26) echo meshes ;;
+    C4 | C6) echo limiters ;;
+    C5) echo corrections ;;
     C7) echo stability ;;
     C8) echo error_and_time ;;
     C9 | C10 | C28 | C29) echo responses ;;
@@ -51,28 +53,82 @@ compare() {
   measure "$build/apps/selvedge" compare "$@" --judge 0 --no-pictures --out "$out/$name"
 }
 
-# quartiles OF: reads "scene detector value" lines and prints median and quartiles of each scene and detector.
+# quartiles OF: reads "scene detector value" lines and prints median and quartiles of each scene and detector, and, of six
+# values or more, the interval of the median: ranks that the sign test leaves at 95 %.
 quartiles() {
   sort -k1,1 -k2,2 -k3,3g | awk -v of="$1" '
     function at(share,   place, low) {
       place = 1 + share * (n - 1); low = int(place)
       return value[low] + (place - low) * (value[low < n ? low + 1 : low] - value[low])
     }
-    function show() { if (n) printf "%-10s %-20s %s %.3f (quartiles %.3f to %.3f, of %d)\n", scene, detector, of, at(.5), at(.25), at(.75), n }
+    function interval(   ways, below, k) {
+      ways = 1
+      for (k = 0; (below + ways) / 2 ^ n <= .025; ways *= (n - k + 1) / k) { below += ways; ++k }
+      return k ? sprintf("95 %% %.3f to %.3f, ", value[k], value[n + 1 - k]) : ""
+    }
+    function show() { if (n) printf "%-10s %-20s %s %.3f (%squartiles %.3f to %.3f, of %d)\n", scene, detector, of, at(.5), interval(), at(.25), at(.75), n }
     $1 != scene || $2 != detector { show(); scene = $1; detector = $2; n = 0 }
     { value[++n] = $3 }
     END { show() }'
 }
 
+# Frame after which the kinetic energy stays below that of 1 mm/s everywhere.
+frames_to_balance() {
+  awk -F, 'NR == 1 { for (i = 1; i <= NF; ++i) if ($i == "kinetic_J") k = i }
+           NR > 1 && $k > 1e-7 { last = NR - 1 }
+           END { print last }' "$1/measures/energy.csv"
+}
+
+balance() {
+  say "C1: time until the square held at two corners is at balance, 36 cells (1 mm/s: 1e-7 J)"
+  local turn pattern frames
+  local run=("$build/apps/selvedge" run data/meshes/hang.json --threads 1 --no-picture --set 'geometry.0.cells=[36,36]')
+  for pattern in rectangular simplified triangular responsive; do
+    measure "${run[@]}" --set time.frames=300 --set "geometry.0.pattern=$pattern" --out "$out/$pattern" >/dev/null
+    "$build/apps/selvedge" measure "$out/$pattern" --no-picture >/dev/null
+    frames=$(frames_to_balance "$out/$pattern")
+    echo "$pattern: at balance after $frames frames of 0.1 s"
+    echo "$pattern $frames" >>"$out/frames"
+  done
+  for turn in $(seq "$turns"); do
+    while read -r pattern frames; do
+      "${run[@]}" --set "time.frames=$frames" --set "geometry.0.pattern=$pattern" --out "$out/hang" >/dev/null </dev/null
+      echo "$turn $pattern $(seconds_of "$out/hang")"
+      rm -rf "$out/hang"
+    done <"$out/frames"
+  done | awk '$2 == "rectangular" { base = $3 } { print "hang", $2, $3 / base }' | quartiles "time to balance over rectangular:"
+}
+
 meshes() {
-  say "C1, C2, C3, C25, C26: meshes"
+  say "C2, C3, C25, C26: meshes"
   echo "(some minutes; the table is written into docs/meshes.md)"
   SELVEDGE=$build/apps/selvedge measure scripts/mesh_table.sh --only hang
   sed -n '/<!-- table: hang -->/,/<!-- end of table: hang -->/p' docs/meshes.md
 }
 
+# over_rounds NAME: time of every cell of a compare over that of its first, round by round.
+over_rounds() {
+  local run cell
+  for run in "$out/$1"/cells/[0-9]*/run_*.json; do
+    cell=$(basename "$(dirname "$run")")
+    echo "${run##*_} ${cell%%_*} $(sed -n 's/^ *"run_s": *\([0-9.e+-]*\),*$/\1/p' "$run")"
+  done | sort | awk -v name="$1" '$1 != round { round = $1; base = $3 } { print name, $2, $3 / base }' |
+    quartiles "time over the first:"
+}
+
+corrections() {
+  say "C5: positions and velocities (0001) over positions alone (0000), without order and in order"
+  local order
+  for order in "" ordered_; do
+    compare "corrections${order:+_ordered}" data/scenes/flag.json --no-reference --repeats 41 --set 'geometry.0.cells=[24,24]' \
+      --set time.frames=8 --set materials.default.stretch_stiffness=60 \
+      --vary "strain_limiter=${order}position,${order}position_velocity"
+    over_rounds "corrections${order:+_ordered}"
+  done
+}
+
 limiters() {
-  say "C4, C5, C6: strain limiters; ratios of times to \"position\", deviation over the extent of the cloth"
+  say "C4, C6: strain limiters; ratios of times to \"position\", deviation over the extent of the cloth"
   compare limiters data/scenes/flag.json --no-reference --repeats 7 --set 'geometry.0.cells=[24,24]' \
     --set time.frames=8 --set materials.default.stretch_stiffness=60 \
     --vary strain_limiter=position,ordered_position,position_velocity,ordered_position_velocity,priority_position_velocity,velocity
@@ -189,6 +245,18 @@ adaptive() {
   done
   awk '$1 == "24,179" { base = $2 } { print "adaptive", $1, $2 / base }' "$out/seconds" |
     quartiles "seconds over those of 24 x 24 cells:"
+  say "C19: 16 x 16 cells, split twice once they are at rest, against 64 x 64 from the start"
+  printf '\nselvedge run data/scenes/multi_level.json --threads 1 --no-picture --set geometry.0.cells=[N,N] --set geometry.0.refine.speed=V\n'
+  echo "(N, V: 64, 1e-6, which splits nothing; 16, 0.12)"
+  for turn in $(seq "$turns"); do
+    for cells in 64,1e-6 16,0.12; do
+      "$build/apps/selvedge" run data/scenes/multi_level.json --threads 1 --no-picture \
+        --set "geometry.0.cells=[${cells%,*},${cells%,*}]" --set "geometry.0.refine.speed=${cells#*,}" --out "$out/level" >/dev/null
+      echo "$cells $(seconds_of "$out/level")"
+      rm -rf "$out/level"
+    done
+  done | awk '$1 == "64,1e-6" { base = $2 } { print "multi_level", $1, $2 / base }' |
+    quartiles "seconds over those of 64 x 64 cells:"
 }
 
 bilayered() {

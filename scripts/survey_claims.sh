@@ -14,7 +14,7 @@ turns=${SELVEDGE_TURNS:-7}
 part() {
   case "$1" in
     C1) echo balance ;;
-    C2 | C3 | C25 | C26) echo meshes ;;
+    C2 | C3 | C25) echo meshes ;;
     C4 | C6) echo limiters ;;
     C5) echo corrections ;;
     C7) echo stability ;;
@@ -26,6 +26,7 @@ part() {
     C15) echo voxels ;;
     C16) echo enclosure ;;
     C18) echo drape ;;
+    C26) echo refinement ;;
     C19) echo adaptive ;;
     C20) echo bilayered ;;
     C21 | C22 | C23 | C24) echo integrators ;;
@@ -100,7 +101,7 @@ balance() {
 }
 
 meshes() {
-  say "C2, C3, C25, C26: meshes"
+  say "C2, C3, C25: meshes"
   echo "(some minutes; the table is written into docs/meshes.md)"
   SELVEDGE=$build/apps/selvedge measure scripts/mesh_table.sh --only hang
   sed -n '/<!-- table: hang -->/,/<!-- end of table: hang -->/p' docs/meshes.md
@@ -219,8 +220,18 @@ enclosure() {
 
 drape() {
   say "C18: drape coefficients, arc mesh and woven disc"
-  measure "$build/apps/selvedge" drape petrak_2025/M1 --cells 12 --seeds 3 --levels 1
-  measure "$build/apps/selvedge" drape petrak_2025/M1 --cells 24 --woven --seeds 3 --levels 1
+  local mesh start
+  for mesh in "--cells 12" "--cells 24 --woven" "--cells 48 --woven"; do
+    start=$SECONDS
+    # shellcheck disable=SC2086  # words of the command
+    measure "$build/apps/selvedge" drape petrak_2025/M{1,2,3,4,5,6} $mesh --seeds 1 --levels 1 --threads 1
+    echo "$((SECONDS - start)) s"
+  done
+}
+
+refinement() {
+  say "C26: drape coefficients of six measured fabrics on a mesh and on one twice as fine"
+  measure "$build/apps/selvedge" drape petrak_2025/M{1,2,3,4,5,6} --cells 32 --levels 2 --seeds 1
 }
 
 # The seconds of a run, as its result says.

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # survey_figures.sh: figures 11, 12, 22 and 27 of the survey redrawn from this library, as docs/images/survey_figures.svg.
-# Figure 12 is taken from the table of docs/meshes.md (scripts/mesh_table.sh); the others are measured here, in about a minute.
+# Figure 12 is taken from the table of docs/meshes.md (scripts/mesh_table.sh); the others are measured here, in minutes.
 # SELVEDGE names the program (default: build/release/apps/selvedge).
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."

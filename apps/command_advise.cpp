@@ -2,9 +2,8 @@
 #include "command_advise.h"
 
 #include <fmt/format.h>
-#include <selvedge/apps/compare_table.h>
+#include <selvedge/compare/compare_table.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <limits>
 #include <memory>
@@ -13,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "methods.h"
+#include <selvedge/scene/all_methods.h>
 
 namespace {
 
@@ -33,8 +32,8 @@ fs::path folder_of(const std::string& where) {
   const fs::path folder = fs::path("out") / ("compare_" + scene.name);
   if (!fs::exists(folder / "plan.json"))
     throw std::invalid_argument(fmt::format(
-        "{}: nothing has been measured of this scene, there is no {}; run `selvedge compare` first",
-        where, folder.string()));
+        "{}: there are no measurements of this scene in {}; run `selvedge compare` first", where,
+        folder.string()));
   return folder;
 }
 
@@ -69,9 +68,9 @@ void print_advice(const CompareTable& table, const std::vector<const CompareRow*
   fmt::print("\n{}\n", best.command);
   if (rows.size() < 2) return;
   const CompareRow& next = *rows[1];
-  fmt::print("next: {}, {:.2f} times as long{}\n", next.label,
-             next.run_s.median / best.run_s.median,
-             clearly_quicker(best, next) ? "" : ", which these repeats do not tell apart");
+  fmt::print(
+      "next: {}, {:.2f} times as long{}\n", next.label, next.run_s.median / best.run_s.median,
+      clearly_quicker(best, next) ? "" : ", a difference within the spread of these repeats");
 }
 
 nlohmann::ordered_json to_json(const CompareTable& table, const CompareRow& row) {
@@ -90,11 +89,13 @@ int run_command(const AdviseOptions& o) {
                                      [](const CompareRow& row) { return row.error.has_value(); });
   if (o.error >= 0.0 && !any_error)
     throw std::invalid_argument(folder.string() +
-                                ": no errors were measured; leave --error out for the quickest");
+                                ": no errors were measured; omit --error to get the fastest cell");
   const auto rows = fitting(table, o);
   if (rows.empty()) {
-    fmt::print(stderr, "selvedge: no cell keeps within that; errors are known to {:.2g}\n",
-               table.uncertainty);
+    fmt::print(
+        stderr,
+        "selvedge: no cell is within these limits; the errors have an uncertainty of {:.2g}\n",
+        table.uncertainty);
     return 1;
   }
   if (o.json)
@@ -106,17 +107,16 @@ int run_command(const AdviseOptions& o) {
 
 }  // namespace
 
-void add_command_advise(CLI::App& app, int& exit_code) {
+void add_command_advise(const Command& app) {
   const auto o = std::make_shared<AdviseOptions>();
-  CLI::App* command =
-      app.add_subcommand("advise", "The cheapest of what a compare measured within an error");
-  command->add_option("where", o->where, "Folder of a compare, or the scene that was compared")
-      ->required();
-  command->add_option("--error", o->error, "Largest error, over the extent of the cloth")
-      ->check(CLI::PositiveNumber);
-  command->add_option("--max-stretch", o->stretch, "Largest (L-L0)/L0 of any spring")
-      ->check(CLI::PositiveNumber);
-  command->add_flag("--json", o->json, "Print JSON");
-  command->footer("Exit code: 0 found, 1 none keeps within it, 2 bad input.");
-  command->callback([o, &exit_code] { exit_code = run_command(*o); });
+  const Command command =
+      app.subcommand("advise", "Find the fastest cell of a comparison within an error");
+  command.option("where", o->where, "Folder of a comparison, or the scene that was compared")
+      .required();
+  command.option("--error", o->error, "Largest error, relative to the extent of the cloth")
+      .positive();
+  command.option("--max-stretch", o->stretch, "Largest (L-L0)/L0 of any spring").positive();
+  command.flag("--json", o->json, "Print JSON");
+  command.footer("Exit code: 0 found, 1 no cell is within the limits, 2 bad input.");
+  command.action([o] { return run_command(*o); });
 }

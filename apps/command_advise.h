@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-namespace CLI {
-class App;
-}
+#include <selvedge/apps/command_line.h>
 
-/// `selvedge advise`: from what a compare measured, the cheapest cell within a wanted error.
-void add_command_advise(CLI::App& app, int& exit_code);
+/// `selvedge advise`: the fastest cell of a comparison within a given error.
+void add_command_advise(const selvedge::Command& app);

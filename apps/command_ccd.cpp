@@ -3,9 +3,8 @@
 
 #include <fmt/format.h>
 #include <selvedge/apps/detail/method_choice.h>
-#include <selvedge/apps/score_queries.h>
+#include <selvedge/compare/score_queries.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -19,7 +18,7 @@
 #include <utility>
 #include <vector>
 
-#include "methods.h"
+#include <selvedge/scene/all_methods.h>
 
 namespace {
 
@@ -80,7 +79,7 @@ void append_folder(const fs::path& folder, std::vector<QueryFile>& files) {
 std::vector<QueryFile> query_files(const std::vector<std::string>& names) {
   std::vector<QueryFile> files;
   for (const std::string& name : names) {
-    std::error_code ignored;  // what cannot be looked at cannot be read either, and then says so
+    std::error_code ignored;  // an unreadable path fails with a message when it is read
     if (fs::is_directory(name, ignored))
       append_folder(name, files);
     else
@@ -95,11 +94,12 @@ std::optional<ContactKind> kind_option(const std::string& kind) {
 }
 
 QuerySet read(const fs::path& file, const CcdOptions& o) {
-  std::error_code ignored;  // of a missing file it is better to hear that it is missing
+  std::error_code ignored;  // a missing file has a message of its own
   if (o.kind.empty() && !query_kind_of(file) && fs::is_regular_file(file, ignored))
-    throw std::invalid_argument(file.string() +
-                                ": neither its name nor a folder's says what the queries are; give "
-                                "--kind point_triangle or --kind edge_edge");
+    throw std::invalid_argument(
+        file.string() +
+        ": neither the file name nor a folder states the kind of the queries; "
+        "give --kind point_triangle or --kind edge_edge");
   const QuerySet set = read_queries(file, kind_option(o.kind));
   for (const std::string& remark : set.remarks) fmt::print(stderr, "note: {}\n", remark);
   return set;
@@ -248,12 +248,12 @@ void print_tables(const Results& results, bool markdown) {
                s.file.empty() ? "" : " for " + s.file, s.why);
 }
 
-/// The method, or none if it refuses what it is told and every method was asked for.
+/// The method, or null if it refuses the configuration and the user asked for all methods.
 std::unique_ptr<NarrowPhase> make(const std::string& name, const MethodChoice& choice,
                                   const NarrowPhaseRegistry& registry,
                                   const NarrowPhaseConfig& config, Results& results) {
   try {
-    return registry.at(name)(config);
+    return registry.at(name)(narrow_options(registry.at(name).options(), config, choice.all));
   } catch (const std::invalid_argument& error) {
     const std::string why = without_name(name, error.what());
     if (!choice.all) throw std::invalid_argument(name + ": " + why);
@@ -294,53 +294,55 @@ void run_command(const CcdOptions& o) {
 
 }  // namespace
 
-void add_command_ccd(CLI::App& app, int& exit_code) {
+void add_command_ccd(const Command& app) {
   const auto o = std::make_shared<CcdOptions>();
-  CLI::App* command = app.add_subcommand(
-      "ccd", "Narrow phases on queries with known answers: misses, false alarms, time");
+  const Command command =
+      app.subcommand("ccd",
+                     "Compare narrow phases on queries with known answers: misses, false "
+                     "alarms, time");
   command
-      ->add_option(
-          "QUERIES", o->files,
-          "Query files (eight rows a query: x_num,x_den,y_num,y_den,z_num,z_den,truth), or "
-          "folders of them; X.toi.csv beside X.csv gives the times")
-      ->required();
+      .option("QUERIES", o->files,
+              "Query files (eight rows a query: x_num,x_den,y_num,y_den,z_num,z_den,truth), or "
+              "folders of them; X.toi.csv beside X.csv gives the times")
+      .required();
   command
-      ->add_option("--narrow-phase", o->narrow_phase,
-                   "Names, parted by commas, or all (the default); see selvedge list")
-      ->delimiter(',')
-      ->allow_extra_args(false);
+      .option("--narrow-phase", o->narrow_phase,
+              "Names, separated by commas, or all (the default); `selvedge list` shows "
+              "them")
+      .comma_separated()
+      .one_word();
   command
-      ->add_option("--kind", o->kind,
-                   "What all queries are; needed where neither file names nor folders say it")
-      ->check(CLI::IsMember({"point_triangle", "edge_edge"}));
+      .option("--kind", o->kind,
+              "Kind of all queries; required if neither file names nor folders state it")
+      .one_of({"point_triangle", "edge_edge"});
   command
-      ->add_option("--merge", o->merge,
-                   "One result for each kind and family (folder below the one that is given), or "
-                   "for each kind, instead of each file")
-      ->check(CLI::IsMember({"family", "kind"}));
-  command->add_option("--tolerance", o->config.tolerance,
-                      "For methods that have one, in their own unit; negative: theirs");
+      .option("--merge", o->merge,
+              "One result for each kind and family (subfolder of the given folder), or "
+              "for each kind, instead of each file")
+      .one_of({"family", "kind"});
+  command.option("--tolerance", o->config.tolerance,
+                 "Tolerance of methods that have one, in their own unit; negative: their "
+                 "default");
   command
-      ->add_option("--min-separation", o->config.min_separation,
-                   "Metres; nearer counts as colliding. The answers in the files are for 0, so "
-                   "that earlier stops count as false alarms")
-      ->check(refuse_negative);
-  command->add_option("--repeats", o->repeats, "Of each measurement (default 5); 0: verdicts only")
-      ->check(CLI::Range(0, 1000));
-  command->add_flag("--json", o->json, "Print JSON");
-  command->add_flag("--markdown", o->markdown, "Print the tables as Markdown");
-  command->footer(
-      "Times are of one thread, the least of the repeats, so that interruptions do not count. "
-      "Mean:\n"
-      "calls with all queries at once, warm. Median, 99 % and max: over single queries, each asked "
-      "32\n"
-      "times in one call (once if it takes more than 50 us).\n"
-      "Late: times later than the true one. Time off: largest distance from the enclosure of the\n"
-      "true time, as a part of the step. Where no X.toi.csv tells the times, ccd_exact's are "
-      "taken.\n"
+      .option("--min-separation", o->config.min_separation,
+              "Minimum separation, metres: nearer primitives count as colliding. The "
+              "answers in the files are for 0, so earlier times count as false alarms")
+      .non_negative();
+  command
+      .option("--repeats", o->repeats, "Repeats of each measurement (default 5); 0: verdicts only")
+      .range(0, 1000);
+  command.flag("--json", o->json, "Print JSON");
+  command.flag("--markdown", o->markdown, "Print the tables as Markdown");
+  command.footer(
+      "Times are of one thread, the least of the repeats, so interruptions do not count.\n"
+      "mean: calls with all queries at once, warm. median, 99 % and max: single queries,\n"
+      "each repeated 32 times in one call (once if it takes more than 50 us). late: times\n"
+      "of impact later than the true one. time off: largest distance from the enclosure of\n"
+      "the true time, as a fraction of the step. Without an X.toi.csv, the times of\n"
+      "ccd_exact are the true ones.\n"
       "Exit code: 0 done, 2 bad input.");
-  command->callback([o, &exit_code] {
+  command.action([o] {
     run_command(*o);
-    exit_code = 0;
+    return 0;
   });
 }

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-namespace CLI {
-class App;
-}
+#include <selvedge/apps/command_line.h>
 
-/// `selvedge ccd`: what narrow phases make of query files with known answers, and their times.
+/// `selvedge ccd`: accuracy and time of narrow phases on query files with known answers.
 /// Throws std::invalid_argument with one sentence for bad input.
-void add_command_ccd(CLI::App& app, int& exit_code);
+void add_command_ccd(const selvedge::Command& app);

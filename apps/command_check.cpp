@@ -2,18 +2,18 @@
 #include "command_check.h"
 
 #include <fmt/format.h>
+#include <selvedge/apps/detail/counted.h>
 #include <selvedge/apps/detail/progress_bar.h>
-#include <selvedge/apps/judge.h>
-#include <selvedge/apps/result_states.h>
 #include <selvedge/bodies/load_mesh.h>
 #include <selvedge/bodies/mesh_file.h>
+#include <selvedge/core/clock.h>
 #include <selvedge/core/parallel.h>
-#include <selvedge/scene/vertex_flags.h>
+#include <selvedge/judge/judge.h>
+#include <selvedge/run/result_folder.h>
+#include <selvedge/simulation/vertices.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cctype>
-#include <chrono>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -43,12 +43,12 @@ struct NamedMesh {
   TriangleMesh mesh;
 };
 
-/// What is known of one mesh: its state and, where asked for, the path to the next one.
+/// The verdict on one mesh: on its state and, if requested, on the path to the next one.
 struct Finding {
   std::string file;
   Verdict state;
   std::optional<PathVerdict> path;
-  /// Intersections that a run does not own up to: of triangles without a vertex flagged as tangled.
+  /// Intersections that the run did not report: of triangles without a vertex flagged as tangled.
   std::size_t unflagged = 0;
   bool taken_over = false;  ///< by a refined mesh, in the next state
 
@@ -65,15 +65,15 @@ bool has_own_reader(const std::string& file) {
   return extension == ".obj" || extension == ".ply" || extension == ".off";
 }
 
-// Exactly what the file says where we can read it ourselves; other formats, bodies above all,
-// through the loader for any format.
+// Our own readers keep every number of the file; other formats, mostly of bodies, go through the
+// general loader.
 NamedMesh read(const std::string& file) {
   if (file.empty()) return {};
   return {file, has_own_reader(file) ? read_mesh(file) : load_mesh(file)};
 }
 
 bool is_folder(const std::string& file) {
-  std::error_code ignored;  // what cannot be looked at cannot be read either, and then says so
+  std::error_code ignored;  // an unreadable path fails with a message when it is read
   return std::filesystem::is_directory(file, ignored);
 }
 
@@ -83,7 +83,7 @@ void check_options(const CheckOptions& o) {
       throw std::invalid_argument(
           mesh +
           ": is a folder; a result folder is checked alone, without --against, --next and "
-          "--path, because it holds its bodies and says what its paths are");
+          "--path, because it contains its bodies and its paths");
   if (o.against.size() > 1 && o.against.size() != o.meshes.size())
     throw std::invalid_argument(
         fmt::format("check: --against names {} bodies for {} meshes; give one body for all or one "
@@ -98,7 +98,7 @@ void check_options(const CheckOptions& o) {
     throw std::invalid_argument("check: --path needs at least two MESH files, in order of time");
 }
 
-// The judge speaks of "mesh", "body" and "rest mesh"; whoever reads the message wants the files.
+// Messages of the judge name "mesh", "body" and "rest mesh"; the user needs the files.
 [[noreturn]] void throw_with_files(const std::invalid_argument& error, const NamedMesh& mesh,
                                    const NamedMesh& body, const std::string& rest) {
   std::string files = mesh.file;
@@ -327,11 +327,12 @@ void print_json(const ResultFinding& sum) {
 
 void print_report(const ResultFinding& sum, const CheckOptions& o, bool every_step) {
   const Verdict& v = sum.worst.state;
-  fmt::print("{}: {}\n", sum.worst.file,
-             every_step ? fmt::format("{} accepted states and the {} paths from each to the next",
-                                      sum.states, sum.paths)
-                        : fmt::format("{} frames; run --every-step leaves every state and path",
-                                      sum.states));
+  fmt::print(
+      "{}: {}\n", sum.worst.file,
+      every_step
+          ? fmt::format("{} and {} from each to the next", counted(sum.states, "accepted state"),
+                        counted(sum.paths, "path"))
+          : fmt::format("{}; `run --every-step` writes every state", counted(sum.states, "frame")));
   fmt::print("  worst self-intersections    {}\n", v.self_intersections);
   fmt::print("  worst body intersections    {}\n", v.body_intersections);
   fmt::print("  most vertices inside        {}\n", v.inside_vertices);
@@ -350,7 +351,7 @@ void print_report(const ResultFinding& sum, const CheckOptions& o, bool every_st
   fmt::print("  without a flagged vertex    {} intersections at most\n", sum.worst.unflagged);
 }
 
-/// Judges the states of a result at the same time. Each is read where it is judged, so that a long
+/// Checks the states of a result in parallel. Each is read where it is checked, so that a long
 /// run needs the memory of two states a thread.
 class ResultCheck {
  public:
@@ -380,8 +381,8 @@ class ResultCheck {
   std::vector<Finding> judge_all() {
     const std::size_t n = files_.states.size();
     std::vector<Finding> findings(n);
-    // Of several states that cannot be judged the first is named, whichever thread came to its own
-    // sooner.
+    // If several states cannot be checked, the message names the first one, for any order of the
+    // threads.
     std::vector<std::exception_ptr> errors(n);
     parallel_for(n, 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
@@ -413,7 +414,7 @@ class ResultCheck {
     return finding;
   }
 
-  /// Intersections of what is left without the triangles at vertices that the run flags as tangled.
+  /// Intersections of the triangles that have no vertex flagged as tangled by the run.
   std::size_t unflagged(const StateView& state) const {
     std::vector<NamedValues> values;
     NamedMesh rest{state.mesh.file, read_ply(state.mesh.file, values)};
@@ -441,15 +442,14 @@ class ResultCheck {
 
   void count_one() {
     const std::lock_guard<std::mutex> lock(counting_);
-    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin_;
-    bar_.show(++judged_, seconds.count());
+    bar_.show(++judged_, watch_.seconds());
   }
 
   const CheckOptions& o_;
   const ResultStates files_;
   const NamedMesh rest_;
   std::optional<NamedMesh> resting_body_;
-  const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+  const Stopwatch watch_;
   std::mutex counting_;
   int judged_ = 0;
   ProgressBar bar_;
@@ -457,32 +457,37 @@ class ResultCheck {
 
 }  // namespace
 
-void add_command_check(CLI::App& app, int& exit_code) {
+void add_command_check(const Command& app) {
   auto o = std::make_shared<CheckOptions>();
-  CLI::App* command = app.add_subcommand(
-      "check", "Judge meshes of any program: intersections (exact), penetration, strain, paths");
+  const Command command =
+      app.subcommand("check",
+                     "Check meshes of any program exactly: intersections, penetration, "
+                     "strain, collisions on paths");
   command
-      ->add_option("MESH", o->meshes,
-                   "OBJ, PLY or OFF; several: one line each; or the result folder of a run: every "
-                   "state and path of steps/, without steps/ every frame")
-      ->required();
-  command->add_option("--against", o->against, "The body, or one body for each MESH");
-  command->add_option("--rest", o->rest,
-                      "Mesh with the same triangles that strain is measured from");
-  command->add_option("--next", o->next, "Judge the straight path from MESH to this mesh too");
-  command->add_option("--against-next", o->against_next, "Where the body is at the path's end");
-  command->add_flag("--path", o->path, "Judge the straight path from each MESH to the next too");
-  command->add_flag("--json", o->json, "Print JSON");
+      .option("MESH", o->meshes,
+              "OBJ, PLY or OFF files (several: one line each), or the result folder of "
+              "a run: every state and path of steps/, or every frame if there is no "
+              "steps/")
+      .required();
+  command.option("--against", o->against, "The body, or one body for each MESH");
+  command.option("--rest", o->rest,
+                 "Rest shape: a mesh with the same triangles, from which strain is "
+                 "measured");
+  command.option("--next", o->next, "Also check the straight path from MESH to this mesh");
+  command.option("--against-next", o->against_next, "The body at the end of the path");
+  command.flag("--path", o->path, "Also check the straight path from each MESH to the next");
+  command.flag("--json", o->json, "Print JSON");
   command
-      ->add_option("--threads", o->threads,
-                   "Threads for a result folder; 0: all (the answer is the same)")
-      ->check(CLI::Range(0, 1024));
-  command->footer(
-      "Exit code: 0 nothing found, 1 something intersects, is inside or collides, 2 bad input.");
-  command->callback([o, &exit_code] {
+      .option("--threads", o->threads,
+              "Threads for a result folder; 0: all (the answer is the same)")
+      .range(0, 1024);
+  command.footer(
+      "Exit code: 0 nothing found; 1 an intersection, a vertex inside the body "
+      "or a collision; 2 bad input.");
+  command.action([o] {
     check_options(*o);
     const ThreadLimit limit(o->threads);
     const bool wrong = is_folder(o->meshes.front()) ? ResultCheck(*o).run() : Check(*o).run();
-    exit_code = wrong ? 1 : 0;
+    return wrong ? 1 : 0;
   });
 }

@@ -2,16 +2,17 @@
 #include "command_compare.h"
 
 #include <fmt/format.h>
-#include <selvedge/apps/compare_page.h>
-#include <selvedge/apps/compare_plan.h>
-#include <selvedge/apps/compare_workflow.h>
 #include <selvedge/apps/detail/method_choice.h>
 #include <selvedge/apps/detail/progress_bar.h>
+#include <selvedge/compare/compare_page.h>
+#include <selvedge/compare/compare_plan.h>
+#include <selvedge/compare/compare_workflow.h>
 #include <selvedge/core/atomic_file.h>
+#include <selvedge/core/clock.h>
+#include <selvedge/core/folder_lock.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <cerrno>
 #include <chrono>
 #include <cstdio>
@@ -22,7 +23,7 @@
 #include <string>
 #include <vector>
 
-#include "methods.h"
+#include <selvedge/scene/all_methods.h>
 #include "overrides.h"
 
 namespace {
@@ -51,7 +52,7 @@ std::string quoted(const std::string& word) {
   return word.find_first_not_of(plain) == std::string::npos ? word : "'" + word + "'";
 }
 
-/// What makes the same compare again, without the folder and how it is printed.
+/// A command that repeats the comparison, without the folder and the options for printing.
 std::string command_in_words(const CompareOptions& o) {
   std::string text = "selvedge compare " + quoted(o.scene);
   const auto add = [&](const char* option, const std::vector<std::string>& values) {
@@ -103,7 +104,7 @@ int report(const CompareOptions& o, const fs::path& out, const ComparePlan& plan
   return table.failed() ? 1 : 0;
 }
 
-/// What of the time was not the runs': where runs are short, take longer ones.
+/// The share of the time that is not spent in runs: if it is large, use longer runs.
 void print_own_share(const TimeOfRuns& time, double all_s) {
   if (time.runs == 0) return;
   std::string parts;
@@ -118,7 +119,7 @@ void print_own_share(const TimeOfRuns& time, double all_s) {
 
 int run_all(const CompareOptions& o, const fs::path& out, const ComparePlan& plan,
             const Methods& methods, Clock::time_point begin) {
-  const auto spent = [&] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
+  const auto spent = [&] { return seconds_since(begin); };
   const int runs = static_cast<int>(plan.levels.size() +
                                     plan.cells.size() * static_cast<std::size_t>(plan.repeats));
   ProgressBar bar("run", runs);
@@ -130,6 +131,10 @@ int run_all(const CompareOptions& o, const fs::path& out, const ComparePlan& pla
   return code;
 }
 
+void warn_of(const FolderLock& lock) {
+  if (!lock.warning().empty()) fmt::print(stderr, "warning: {}\n", lock.warning());
+}
+
 int run_planned(const CompareOptions& o, const Methods& methods, Clock::time_point begin) {
   const ComparePlan plan = read_plan(o.in);
   if (plan.build != program_hash())
@@ -137,7 +142,8 @@ int run_planned(const CompareOptions& o, const Methods& methods, Clock::time_poi
                                 ": was planned by another build of this program; times and "
                                 "bits of the two do not mix");
   if (o.only.empty()) {
-    const FolderLock lock(o.in);
+    const FolderLock lock(o.in, "compare");
+    warn_of(lock);
     return run_all(o, o.in, plan, methods, begin);
   }
   if (!fs::exists(cell_folder(o.in, o.only) / "scene.json"))
@@ -149,13 +155,14 @@ int run_planned(const CompareOptions& o, const Methods& methods, Clock::time_poi
 
 PlannedCompare planned(const CompareOptions& o, const Methods& methods) {
   return plan_compare(request_of(o), methods, [](const std::string& what) {
-    fmt::print(stderr, "note: cannot run, and is marked: {}\n", what);
+    fmt::print(stderr, "note: cannot run and is marked: {}\n", what);
   });
 }
 
 int make_workflow(const CompareOptions& o, const Methods& methods) {
   const PlannedCompare made = planned(o, methods);
-  const FolderLock lock(o.workflow);
+  const FolderLock lock(o.workflow, "compare");
+  warn_of(lock);
   write_plan(o.workflow, made.plan, made.scene_of_id);
   write_workflow(o.workflow, made.plan);
   fmt::print("{0}/Snakefile: {1} jobs; run them with: cd {0} && snakemake --cores 2\n", o.workflow,
@@ -164,14 +171,14 @@ int make_workflow(const CompareOptions& o, const Methods& methods) {
 }
 
 /// Plans into the folder in a copy of this process, so that this one never has a second thread and
-/// can be copied for every run (run_in_process). What the copy throws its own `main` says; returns
-/// its exit code.
+/// can be copied for every run (run_in_process). The `main` of the copy prints its exceptions.
+/// Returns its exit code.
 int plan_in_a_copy(const CompareOptions& o, const fs::path& out, const Methods& methods) {
   const pid_t copy = fork();
-  if (copy < 0) throw std::runtime_error("no process for the plan could be started");
+  if (copy < 0) throw std::runtime_error("the process that plans could not be started");
   if (copy == 0) {
     const PlannedCompare made = planned(o, methods);
-    const FolderLock lock(out);
+    const FolderLock lock(out, "compare");
     write_plan(out, made.plan, made.scene_of_id);
     std::fflush(nullptr);
     _exit(0);
@@ -186,7 +193,8 @@ int run_command(const CompareOptions& o) {
   const Methods methods = methods_of_this_build();
   if (!o.in.empty()) return run_planned(o, methods, begin);
   if (o.scene.empty())
-    throw std::invalid_argument("compare: give a scene file and what to vary in it");
+    throw std::invalid_argument(
+        "compare: give a scene file and --vary, such as --vary broad_phase");
   if (o.vary.empty())
     throw std::invalid_argument(
         "compare: give --vary, such as --vary broad_phase or dt=1e-3..1e-2:5");
@@ -195,61 +203,60 @@ int run_command(const CompareOptions& o) {
   if (out.empty())
     out = fs::path("out") / ("compare_" + read_scene(o.scene, read_overrides(o.set), methods).name);
   if (const int code = plan_in_a_copy(o, out, methods); code != 0) return code;
-  const FolderLock lock(out);
+  const FolderLock lock(out, "compare");
+  warn_of(lock);
   return run_all(o, out, read_plan(out), methods, begin);
 }
 
-void add_options(CLI::App& command, CompareOptions& o) {
-  command.add_option("scene", o.scene, "Scene file (JSON)");
+void add_options(const Command& command, CompareOptions& o) {
+  command.option("scene", o.scene, "Scene file (JSON)");
   command
-      .add_option("--vary", o.vary,
-                  "NAME=a,b,c or NAME=lo..hi:n or \"NAME=lo..hi:n log\" or NAME,NAME (all values "
-                  "of each); may be given several times")
-      ->allow_extra_args(false);
-  command.add_option("--design", o.design, "product: every combination; one: one at a time")
-      ->check(CLI::IsMember({"product", "one"}));
-  command.add_option("--set", o.set, "path=value replaces a value of the scene file in all cells")
-      ->allow_extra_args(false);
+      .option("--vary", o.vary,
+              "NAME=a,b,c or NAME=lo..hi:n or \"NAME=lo..hi:n log\" or NAME,NAME (all values "
+              "of each); may be given several times")
+      .one_word();
+  command.option("--design", o.design, "product: every combination; one: one at a time")
+      .one_of({"product", "one"});
+  command.option("--set", o.set, "path=value replaces a value of the scene file in all cells")
+      .one_word();
   command
-      .add_option("--reference-set", o.reference_set,
-                  "path=value of the scene of the converged reference alone")
-      ->allow_extra_args(false);
-  command.add_flag("--no-reference", o.no_reference, "No errors: times and detectors only");
-  command.add_option("--out", o.out,
-                     "Folder (default: out/compare_NAME); started again it goes on");
-  command.add_option("--repeats", o.repeats, "Runs of each cell (default 7)")
-      ->check(CLI::Range(1, 1000));
-  command.add_option("--threads", o.threads, "Threads of a run (default 1); 0: all")
-      ->check(CLI::Range(0, 1024));
-  command.add_option("--budget", o.budget, "Wall seconds granted to a run (default 300)")
-      ->check(CLI::PositiveNumber);
-  command.add_option("--judge", o.judged, "Motions on which detectors are judged (default 4)")
-      ->check(CLI::Range(0, 1000));
-  command.add_flag("--no-pictures", o.no_pictures, "No thumbnails in the page");
-  command.add_flag("--json", o.json, "Print JSON");
-  command.add_option("--in", o.in, "Go on with the compare in this folder");
-  command.add_option("--only", o.only, "With --in: the runs of this cell alone, nothing is merged");
-  command.add_option(
-      "--workflow", o.workflow,
-      "Folder for a Snakemake workflow of this compare, one job a cell; nothing runs");
+      .option("--reference-set", o.reference_set,
+              "path=value replaces a value in the scene of the converged reference only")
+      .one_word();
+  command.flag("--no-reference", o.no_reference,
+               "Compute no reference: times and detectors only, no errors");
+  command.option("--out", o.out, "Folder (default: out/compare_NAME); a second start continues it");
+  command.option("--repeats", o.repeats, "Runs of each cell (default 7)").range(1, 1000);
+  command.option("--threads", o.threads, "Threads of a run (default 1); 0: all").range(0, 1024);
+  command.option("--budget", o.budget, "Wall seconds allowed for a run (default 300)").positive();
+  command
+      .option("--judge", o.judged, "Number of motions on which detectors are checked (default 4)")
+      .range(0, 1000);
+  command.flag("--no-pictures", o.no_pictures, "No thumbnails in the page");
+  command.flag("--json", o.json, "Print JSON");
+  command.option("--in", o.in, "Continue the comparison in this folder");
+  command.option("--only", o.only, "With --in: only the runs of this cell; nothing is merged");
+  command.option("--workflow", o.workflow,
+                 "Write a Snakemake workflow of this comparison, one job for each cell, "
+                 "into this folder; run nothing");
 }
 
 std::string footer() {
   std::string names;
   for (const auto& [name, key] : short_axes()) names += (names.empty() ? "" : ", ") + name;
   return "Short names: " + names +
-         ";\nany path of the scene file serves as well. mesh: particles on a side, dt: seconds a "
-         "step.\nEvery run has a process of its own; rounds of repeats are interleaved.\n"
-         "Exit code: 0 done, 1 a method broke its promise (FAILURE), 2 bad input.";
+         ";\nor any path of the scene file. mesh: particles on a side, dt: seconds per step.\n"
+         "Each run has its own process; repeats are interleaved.\n"
+         "Exit code: 0 done, 1 a method broke its guarantee (FAILURE), 2 bad input.";
 }
 
 }  // namespace
 
-void add_command_compare(CLI::App& app, int& exit_code) {
+void add_command_compare(const Command& app) {
   const auto o = std::make_shared<CompareOptions>();
-  CLI::App* command =
-      app.add_subcommand("compare", "Error against run time, over what is varied in a scene");
-  add_options(*command, *o);
-  command->footer(footer());
-  command->callback([o, &exit_code] { exit_code = run_command(*o); });
+  const Command command =
+      app.subcommand("compare", "Measure error against run time while values of a scene vary");
+  add_options(command, *o);
+  command.footer(footer());
+  command.action([o] { return run_command(*o); });
 }

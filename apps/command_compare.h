@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-namespace CLI {
-class App;
-}
+#include <selvedge/apps/command_line.h>
 
-/// `selvedge compare`: error against run time of a scene with what is varied in it.
-void add_command_compare(CLI::App& app, int& exit_code);
+/// `selvedge compare`: error against run time over values that vary in a scene.
+void add_command_compare(const selvedge::Command& app);

@@ -2,14 +2,13 @@
 #include "command_detect.h"
 
 #include <fmt/format.h>
-#include <selvedge/apps/compare_detectors.h>
 #include <selvedge/apps/detail/method_choice.h>
 #include <selvedge/apps/detail/record_queries.h>
-#include <selvedge/apps/detector_pictures.h>
 #include <selvedge/bodies/mesh_file.h>
+#include <selvedge/compare/compare_detectors.h>
+#include <selvedge/compare/detector_pictures.h>
 #include <selvedge/core/parallel.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <memory>
@@ -20,7 +19,7 @@
 #include <utility>
 #include <vector>
 
-#include "methods.h"
+#include <selvedge/scene/all_methods.h>
 
 namespace {
 
@@ -90,8 +89,7 @@ struct Results {
   }
 };
 
-/// What the system or the detector itself says against serving the case is no fault of the user's
-/// where he asked for all that serve it.
+/// A refusal of a method is an error only if the user named it; with "all" it is a note.
 template <class Work>
 bool serves(const std::string& name, const MethodChoice& choice, std::vector<Skipped>& skipped,
             const Work& work) {
@@ -111,10 +109,10 @@ bool serves(const std::string& name, const MethodChoice& choice, std::vector<Ski
 /// With more tests brute force takes longer than all the others together.
 constexpr double kMostTests = 2e9;
 
-void require_service(const std::string& name, const BroadPhase& detector, const DetectionCase& c,
+void require_service(const BroadPhase& detector, const DetectionCase& c,
                      const MethodChoice& choice) {
   std::string why = why_not(detector.traits(), c);
-  if (why.empty() && choice.all && name == "brute_force" && brute_force_tests(c) > kMostTests)
+  if (why.empty() && choice.all && detector.traits().all_pairs && brute_force_tests(c) > kMostTests)
     why = fmt::format("would make {:.0e} box tests; name it to wait for it", brute_force_tests(c));
   if (!why.empty()) throw std::invalid_argument(why);
 }
@@ -124,7 +122,7 @@ void compare_detectors(const DetectionCase& c, const MethodChoice& choice,
   std::vector<std::pair<std::string, DetectorTrial>> trials;
   for (const std::string& name : choice.names)
     serves(name, choice, results.skipped, [&] {
-      require_service(name, *registry.at(name)(), c, choice);
+      require_service(*registry.at(name)(), c, choice);
       trials.emplace_back(name, DetectorTrial(registry.at(name), c, results.reference));
     });
   // Interleaved, so that a disturbance of the machine meets all of them.
@@ -141,7 +139,8 @@ void compare_narrow_phases(const DetectionCase& c, const MethodChoice& choice,
                            Results& results) {
   for (const std::string& name : choice.names)
     serves(name, choice, results.skipped, [&] {
-      const auto method = registry.at(name)(o.config);
+      const auto method =
+          registry.at(name)(narrow_options(registry.at(name).options(), o.config, choice.all));
       results.contacts.emplace_back(name, score_contacts(*method, c, results.reference, o.repeats));
     });
 }
@@ -257,59 +256,61 @@ int run_command(const DetectOptions& o) {
   return results.failed() ? 1 : 0;
 }
 
-void add_meshes(CLI::App& command, DetectOptions& o) {
-  command.add_option("--a0", o.a0, "The first surface at the start of the step: OBJ, PLY or OFF")
-      ->required();
-  command.add_option("--a1", o.a1, "The same surface at the end")->required();
-  command.add_option("--b0", o.b0, "The second surface at the start; without it, a against itself");
-  command.add_option("--b1", o.b1, "The same surface at the end; without it, b is at rest");
+void add_meshes(const Command& command, DetectOptions& o) {
+  command.option("--a0", o.a0, "The first surface at the start of the step: OBJ, PLY or OFF")
+      .required();
+  command.option("--a1", o.a1, "The same surface at the end").required();
+  command.option("--b0", o.b0,
+                 "The second surface at the start; without it, the first surface against "
+                 "itself");
+  command.option("--b1", o.b1, "The second surface at the end; without it, it is at rest");
 }
 
 }  // namespace
 
-void add_command_detect(CLI::App& app, int& exit_code) {
+void add_command_detect(const Command& app) {
   const auto o = std::make_shared<DetectOptions>();
-  CLI::App* command =
-      app.add_subcommand("detect", "Detectors on one step of two meshes, or of one against itself");
-  add_meshes(*command, *o);
+  const Command command =
+      app.subcommand("detect",
+                     "Compare detectors on one step of two meshes, or of one mesh against "
+                     "itself");
+  add_meshes(command, *o);
   command
-      ->add_option("--broad-phase", o->broad_phase,
-                   "Names, parted by commas, or all that serve the case (the default)")
-      ->delimiter(',')
-      ->allow_extra_args(false);
+      .option("--broad-phase", o->broad_phase,
+              "Names, separated by commas, or all that support the case (the default)")
+      .comma_separated()
+      .one_word();
   command
-      ->add_option("--narrow-phase", o->narrow_phase,
-                   "Names, parted by commas, or all (default: ccd_exact)")
-      ->delimiter(',')
-      ->allow_extra_args(false);
+      .option("--narrow-phase", o->narrow_phase,
+              "Names, separated by commas, or all (default: ccd_exact)")
+      .comma_separated()
+      .one_word();
   command
-      ->add_option("--thickness", o->thickness,
-                   "Metres by which each surface's boxes are inflated on each side (default 0)")
-      ->check(refuse_negative);
-  command->add_option("--tolerance", o->config.tolerance,
-                      "For narrow phases that have one, in their own unit; negative: theirs");
-  command->add_option("--min-separation", o->config.min_separation, "For narrow phases, metres")
-      ->check(refuse_negative);
-  command->add_option("--threads", o->threads, "Threads; 0: all (the result is the same)")
-      ->check(CLI::Range(0, 1024));
-  command->add_option("--repeats", o->repeats, "Of each measurement (default 5)")
-      ->check(CLI::Range(1, 1000));
-  command->add_option(
-      "--pictures", o->pictures,
-      "Folder for pictures of what detectors see of each surface: depth, normal and "
-      "index maps of image space, boxes of each level of a tree");
-  add_record_options(*command, o->record);
-  command->add_flag("--json", o->json, "Print JSON");
-  command->footer(
-      "Times are medians of interleaved repeats. Build and query: the first call of a new "
-      "detector;\n"
-      "refit: what a second call takes to bring its structures up to date (the step backwards, "
-      "which\n"
-      "has the same boxes). Point-triangle counts both directions. Missed: pairs that collide, by\n"
-      "ccd_exact, and were not reported; recall: the share that was. Peak: most memory above that\n"
-      "before the first call, pairs included. Contacts: among the overlapping boxes. --record "
-      "writes\n"
-      "these as queries.\n"
-      "Exit code: 0 done, 1 a detector broke its promise (FAILURE), 2 bad input.");
-  command->callback([o, &exit_code] { exit_code = run_command(*o); });
+      .option("--thickness", o->thickness,
+              "Metres by which each surface's boxes are inflated on each side (default 0)")
+      .non_negative();
+  command.option("--tolerance", o->config.tolerance,
+                 "Tolerance of narrow phases that have one, in their own unit; negative: "
+                 "their default");
+  command
+      .option("--min-separation", o->config.min_separation,
+              "Minimum separation for narrow phases, metres")
+      .non_negative();
+  command.option("--threads", o->threads, "Threads; 0: all (the result is the same)")
+      .range(0, 1024);
+  command.option("--repeats", o->repeats, "Repeats of each measurement (default 5)").range(1, 1000);
+  command.option("--pictures", o->pictures,
+                 "Folder for pictures of the data of detectors for each surface: depth, "
+                 "normal and index maps of image space, boxes of each level of a tree");
+  add_record_options(command, o->record);
+  command.flag("--json", o->json, "Print JSON");
+  command.footer(
+      "Times are medians of interleaved repeats. build and query: the first call of a new\n"
+      "detector; refit: the update of its structures in a second call, for the reversed\n"
+      "step, which has the same boxes. point-tri counts both directions. missed: colliding\n"
+      "pairs (by ccd_exact) that are not among the candidates; recall: the share that is.\n"
+      "peak: largest memory above that before the first call, candidates included. Contacts\n"
+      "are searched among the overlapping boxes; --record writes these pairs as queries.\n"
+      "Exit code: 0 done, 1 a detector broke its guarantee (FAILURE), 2 bad input.");
+  command.action([o] { return run_command(*o); });
 }

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <selvedge/core/fabric_drape.h>
 #include <selvedge/core/parallel.h>
+#include <selvedge/lab/fabric_drape.h>
 #include <selvedge/scene/fabric_file.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -28,7 +27,7 @@ struct DrapeOptions {
   bool woven = false, json = false;
 };
 
-/// All that was computed of one fabric.
+/// The results of one fabric.
 struct DrapeRow {
   std::string name;
   std::optional<double> measured;
@@ -48,14 +47,14 @@ struct DrapeRow {
     const auto [low, high] = std::minmax_element(coefficient.begin(), coefficient.end());
     return *high - *low;
   }
-  /// The mean that finer meshes tend to: all seeds are corrected by what the first one is.
+  /// The limit of the mean for finer meshes: all seeds get the correction of the first one.
   std::optional<MeshLimit> limit() const {
     if (refined.size() < 2) return {};
     MeshLimit limit = mesh_limit(refined);
     limit.value += mean() - refined.front();
     return limit;
   }
-  /// The best that is known.
+  /// The limit if known, else the mean.
   double value() const {
     const auto known = limit();
     return known ? known->value : mean();
@@ -155,30 +154,30 @@ void run_command(const DrapeOptions& o) {
 
 }  // namespace
 
-void add_command_drape(CLI::App& app, int& exit_code) {
+void add_command_drape(const Command& app) {
   const auto o = std::make_shared<DrapeOptions>();
-  CLI::App* command = app.add_subcommand(
-      "drape", "Drape coefficients of fabrics, computed beside the measured ones");
-  command->add_option("FABRIC", o->names,
-                      "Fabric names or files (default: the six of petrak_2025)");
-  command->add_option("--seeds", o->seeds, "Drapes of each fabric")->check(CLI::Range(1, 1000));
+  const Command command = app.subcommand(
+      "drape", "Compute drape coefficients of fabrics and compare them with measurements");
+  command.option("FABRIC", o->names, "Fabric names or files (default: the six of petrak_2025)");
+  command.option("--seeds", o->seeds, "Number of drapes of each fabric, each with its own seed")
+      .range(1, 1000);
+  command.option("--cells", o->cells, "Cells from the centre to the rim, of the size at the rim")
+      .range(4, 1000);
+  command.option("--diameter", o->diameter, "Diameter of the cloth, m").range(0.2, 1.0);
+  command.flag("--woven", o->woven,
+               "Use a woven disc instead of a polar mesh, --cells across it; converges "
+               "slowly");
   command
-      ->add_option("--cells", o->cells,
-                   "From the centre to the rim, of the size that they have at the rim")
-      ->check(CLI::Range(4, 1000));
-  command->add_option("--diameter", o->diameter, "Of the cloth, m")->check(CLI::Range(0.2, 1.0));
-  command->add_flag("--woven", o->woven,
-                    "A woven disc instead of an arc mesh, cells across it: converges slowly");
-  command
-      ->add_option("--levels", o->levels,
-                   "Meshes of the first seed, each with twice the cells of the one before: "
-                   "extrapolated with the uncertainty that is left; 1: none")
-      ->check(CLI::Range(1, 6));
-  command->add_option("--threads", o->threads, "Threads; 0: all (the answer is the same)")
-      ->check(CLI::Range(0, 1024));
-  command->add_flag("--json", o->json, "Print JSON");
-  command->callback([o, &exit_code] {
+      .option("--levels", o->levels,
+              "Meshes for the first seed, each with twice the cells of the one before, "
+              "from which the limit and its uncertainty are extrapolated; 1: no "
+              "extrapolation")
+      .range(1, 6);
+  command.option("--threads", o->threads, "Threads; 0: all (the answer is the same)")
+      .range(0, 1024);
+  command.flag("--json", o->json, "Print JSON");
+  command.action([o] {
     run_command(*o);
-    exit_code = 0;
+    return 0;
   });
 }

@@ -6,7 +6,6 @@
 #include <selvedge/core/measure.h>
 #include <selvedge/scene/fabric_file.h>
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -25,7 +24,7 @@ struct FabricOptions {
   bool list = false, json = false, meshes = false;
 };
 
-/// Constants in the plane of one mesh of a fabric.
+/// Elastic constants in the plane of one mesh pattern.
 struct MeshRow {
   std::string mesh, refused;
   ContinuumConstants c;
@@ -110,8 +109,8 @@ Json to_json(const Fabric& fabric, const FabricOptions& o) {
 
 void print_meshes(const Material& material, int cells) {
   fmt::print(
-      "  what a mesh of {} x {} cells has, N/m; off: from the fabric's own, Cauchy: the least any "
-      "net of springs is off\n",
+      "  elastic constants of a mesh of {} x {} cells, N/m; off: deviation "
+      "from the fabric; Cauchy: the least deviation of any net of springs\n",
       cells, cells);
   fmt::print("  {:<13}{:>9}{:>9}{:>9}{:>9}{:>8}{:>8}{:>9}{:>7}{:>8}{:>8}\n", "mesh", "C11", "C22",
              "C12", "C33", "C13", "C23", "strip", "nu", "off %", "Cauchy%");
@@ -158,7 +157,7 @@ void print_report(const Fabric& fabric, const FabricOptions& o) {
 
 std::vector<Fabric> chosen(const FabricOptions& o) {
   if (o.names.empty() && !o.list)
-    throw std::invalid_argument("fabric: name a fabric or a file, or ask for --list");
+    throw std::invalid_argument("fabric: give the name of a fabric or a file, or --list");
   if (o.list) return measured_fabrics();
   std::vector<Fabric> fabrics;
   std::error_code ignored;
@@ -190,20 +189,21 @@ void run_command(const FabricOptions& o) {
 
 }  // namespace
 
-void add_command_fabric(CLI::App& app, int& exit_code) {
+void add_command_fabric(const Command& app) {
   const auto o = std::make_shared<FabricOptions>();
-  CLI::App* command =
-      app.add_subcommand("fabric", "Convert what a laboratory measured to a scene's material");
-  command->add_option("FABRIC", o->names,
-                      "Fabric files, or names such as petrak_2025/M1; KES-F, FAST, cantilever and "
-                      "drape sheets too");
-  command->add_flag("--list", o->list, "The measured fabrics that are built in");
-  command->add_flag("--meshes", o->meshes, "What each mesh makes of the fabric, and how far off");
-  command->add_option("--cells", o->cells, "Cells along a side for --meshes")
-      ->check(CLI::Range(2, 1000));
-  command->add_flag("--json", o->json, "Print JSON");
-  command->callback([o, &exit_code] {
+  const Command command = app.subcommand(
+      "fabric", "Convert laboratory measurements of a fabric to the material of a scene");
+  command.option("FABRIC", o->names,
+                 "Fabric files, or names such as petrak_2025/M1; KES-F, FAST, cantilever and "
+                 "drape sheets too");
+  command.flag("--list", o->list, "List the measured fabrics that are built in");
+  command.flag("--meshes", o->meshes,
+               "Show the elastic constants that each mesh pattern has, and their "
+               "deviation from the fabric");
+  command.option("--cells", o->cells, "Cells along a side for --meshes").range(2, 1000);
+  command.flag("--json", o->json, "Print JSON");
+  command.action([o] {
     run_command(*o);
-    exit_code = 0;
+    return 0;
   });
 }

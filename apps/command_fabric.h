@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-namespace CLI {
-class App;
-}
+#include <selvedge/apps/command_line.h>
 
-/// `selvedge fabric`: what a laboratory measured as the material of a scene, and what each mesh
-/// makes of it. Throws std::invalid_argument with one sentence for bad input.
-void add_command_fabric(CLI::App& app, int& exit_code);
+/// `selvedge fabric`: laboratory measurements as the material of a scene, and the elastic constants
+/// of each mesh pattern. Throws std::invalid_argument with one sentence for bad input.
+void add_command_fabric(const selvedge::Command& app);

@@ -3,11 +3,10 @@
 
 #include <fmt/format.h>
 #include <selvedge/core/atomic_file.h>
+#include <selvedge/core/clock.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/scene/fabric_file.h>
 
-#include <CLI/CLI.hpp>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -18,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "identify.h"
+#include <selvedge/lab/identify.h>
 
 namespace {
 
@@ -67,7 +66,7 @@ DrapeSearch search_of(const IdentifyOptions& o) {
   return search;
 }
 
-/// What must be the same when a search goes on.
+/// The settings that must be equal when a search continues.
 Json settings_of(const DrapeSearch& search, const IdentifyOptions& o) {
   return {{"constants", o.constants},
           {"cells", o.cells},
@@ -110,7 +109,7 @@ GeneticState kept_state(const std::string& file, const Json& settings) {
             {c.at("logs").get<std::vector<double>>(), c.at("misfit").get<double>()});
     }
   } catch (const Json::exception&) {
-    throw std::invalid_argument(file + ": holds no search to go on with; run without --resume");
+    throw std::invalid_argument(file + ": is not the state of a search; run without --resume");
   } catch (const std::invalid_argument& error) {
     if (std::string(error.what()).empty())
       throw std::invalid_argument(file + ": cannot be read; run without --resume");
@@ -119,7 +118,7 @@ GeneticState kept_state(const std::string& file, const Json& settings) {
   return state;
 }
 
-/// One search and what it cost.
+/// The result of one search and its cost.
 struct Found {
   std::string method;
   Candidate best;
@@ -139,8 +138,8 @@ Found run_genetic(const DrapeSearch& search, const IdentifyOptions& o) {
     double least = s.islands[0][0].misfit;
     for (const auto& island : s.islands)
       for (const Candidate& c : island) least = std::min(least, c.misfit);
-    fmt::print(stderr, "generation {} of {}: misfit {:.4f}\n", s.generation, o.genetic.generations,
-               least);
+    fmt::print(stderr, "generation {} of {}: residual {:.4f}\n", s.generation,
+               o.genetic.generations, least);
   });
   return {"genetic", best,
           (o.genetic.generations - before) * o.genetic.islands * o.genetic.population, 0.0};
@@ -177,7 +176,7 @@ Json to_json(const DrapeSearch& search, const IdentifyOptions& o, const Found& f
 }
 
 void print_report(const Json& j) {
-  fmt::print("{}: misfit {:.4f} to a drape coefficient of {:.2f} %, {} drapes in {:.1f} s\n",
+  fmt::print("{}: residual {:.4f} for a drape coefficient of {:.2f} %, {} drapes in {:.1f} s\n",
              j["method"].get<std::string>(), j["misfit"].get<double>(), j["target"].get<double>(),
              j["evaluations"].get<int>(), j["seconds"].get<double>());
   for (const auto& [name, c] : j["constants"].items()) {
@@ -196,10 +195,9 @@ void run_command(const IdentifyOptions& o) {
   Json results = Json::array();
   for (const char* method : {"genetic", "nelder_mead"}) {
     if (o.method != method && o.method != "both") continue;
-    const auto begin = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     Found found = std::string(method) == "genetic" ? run_genetic(search, o) : run_local(search, o);
-    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-    found.seconds = took.count();
+    found.seconds = watch.seconds();
     results.push_back(to_json(search, o, found));
     if (!o.json) print_report(results.back());
   }
@@ -208,43 +206,41 @@ void run_command(const IdentifyOptions& o) {
 
 }  // namespace
 
-void add_command_identify(CLI::App& app, int& exit_code) {
+void add_command_identify(const Command& app) {
   const auto o = std::make_shared<IdentifyOptions>();
   o->method = has_genetic() ? "genetic" : "nelder_mead";
-  CLI::App* command =
-      app.add_subcommand("identify", "Find constants of cloth by the drape it makes");
-  command->add_option("FABRIC", o->fabric,
-                      "Fabric whose other constants and measured drape coefficient are taken");
-  command->add_option("--target", o->target, "Drape coefficient to fit, %")
-      ->check(CLI::Range(1.0, 100.0));
-  command->add_option("--constants", o->constants, "To look for: bending, shear, stretch")
-      ->delimiter(',');
+  const Command command =
+      app.subcommand("identify", "Find elastic constants of a fabric from its drape");
+  command.option("FABRIC", o->fabric,
+                 "Fabric that gives the other constants and the measured drape coefficient");
+  command.option("--target", o->target, "Drape coefficient to fit, %").range(1.0, 100.0);
+  command.option("--constants", o->constants, "Constants to find: bending, shear, stretch")
+      .comma_separated();
   command
-      ->add_option("--synthetic", o->synthetic,
-                   "Fit the drape that these constants make (SI), to see whether they are found")
-      ->delimiter(',');
-  command->add_option("--target-seed", o->target_seed,
-                      "Seed of that drape; the search itself drapes with seed 1");
-  command->add_option("--method", o->method, "genetic, nelder_mead or both")
-      ->check(CLI::IsMember({"genetic", "nelder_mead", "both"}));
-  command->add_option("--cells", o->cells, "Cells from the centre to the rim")
-      ->check(CLI::Range(4, 1000));
-  command->add_option("--generations", o->genetic.generations, "Of the genetic algorithm")
-      ->check(CLI::Range(1, 100000));
-  command->add_option("--islands", o->genetic.islands, "Populations side by side")
-      ->check(CLI::Range(1, 1024));
-  command->add_option("--population", o->genetic.population, "Of each island, even")
-      ->check(CLI::Range(4, 100000));
-  command->add_option("--seed", o->genetic.seed, "Of the genetic algorithm");
-  command->add_option("--evaluations", o->evaluations, "Drapes of nelder_mead at most")
-      ->check(CLI::Range(2, 1000000));
-  command->add_option("--state", o->state, "File that keeps the populations of each generation");
-  command->add_flag("--resume", o->resume, "Go on from --state");
-  command->add_option("--threads", o->threads, "Threads; 0: all (the answer is the same)")
-      ->check(CLI::Range(0, 1024));
-  command->add_flag("--json", o->json, "Print JSON");
-  command->callback([o, &exit_code] {
+      .option("--synthetic", o->synthetic,
+              "Fit the drape computed with these constants (SI), to test whether the "
+              "search finds them")
+      .comma_separated();
+  command.option("--target-seed", o->target_seed,
+                 "Seed of that drape; the search itself uses seed 1");
+  command.option("--method", o->method, "genetic, nelder_mead or both")
+      .one_of({"genetic", "nelder_mead", "both"});
+  command.option("--cells", o->cells, "Cells from the centre to the rim").range(4, 1000);
+  command.option("--generations", o->genetic.generations, "Generations of the genetic algorithm")
+      .range(1, 100000);
+  command.option("--islands", o->genetic.islands, "Number of populations").range(1, 1024);
+  command.option("--population", o->genetic.population, "Size of each population, an even number")
+      .range(4, 100000);
+  command.option("--seed", o->genetic.seed, "Seed of the genetic algorithm");
+  command.option("--evaluations", o->evaluations, "Largest number of drapes of nelder_mead")
+      .range(2, 1000000);
+  command.option("--state", o->state, "File that keeps the populations of each generation");
+  command.flag("--resume", o->resume, "Continue from --state");
+  command.option("--threads", o->threads, "Threads; 0: all (the answer is the same)")
+      .range(0, 1024);
+  command.flag("--json", o->json, "Print JSON");
+  command.action([o] {
     run_command(*o);
-    exit_code = 0;
+    return 0;
   });
 }

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-namespace CLI {
-class App;
-}
+#include <selvedge/apps/command_line.h>
 
 /// `selvedge list`: every method of this build, its paper and its guarantee.
-void add_command_list(CLI::App& app, int& exit_code);
+void add_command_list(const selvedge::Command& app);

@@ -2,13 +2,12 @@
 #include "command_measure.h"
 
 #include <fmt/format.h>
-#include <selvedge/apps/result_pictures.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/core/atomic_file.h>
-#include <selvedge/scene/measures.h>
-#include <selvedge/scene/output.h>
+#include <selvedge/run/result_folder.h>
+#include <selvedge/run/result_pictures.h>
+#include <selvedge/simulation/measures.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -19,8 +18,8 @@
 #include <string>
 #include <vector>
 
-#include "measure_pictures.h"
-#include "methods.h"
+#include <selvedge/lab/measure_pictures.h>
+#include <selvedge/scene/all_methods.h>
 
 namespace {
 
@@ -104,7 +103,7 @@ class Measurement {
   }
 
   fs::path frame_file(int frame) const {
-    return numbered(folder_ / "frames", "cloth", frame, frame_file_digits, ".ply");
+    return numbered(folder_ / "frames", "cloth", frame, kFrameFileDigits, ".ply");
   }
 
   FrameState read_frame(int frame) const {
@@ -204,9 +203,9 @@ class Measurement {
     const Camera camera = pictures.camera({}, shown);
     std::vector<RenderSurface> bodies;
     TriangleMesh body;
-    fs::path file = numbered(folder_ / "frames", "bodies", frame_, frame_file_digits, ".ply");
+    fs::path file = numbered(folder_ / "frames", "bodies", frame_, kFrameFileDigits, ".ply");
     if (!fs::exists(file))
-      file = numbered(folder_ / "frames", "bodies", 0, frame_file_digits, ".ply");
+      file = numbered(folder_ / "frames", "bodies", 0, kFrameFileDigits, ".ply");
     if (fs::exists(file)) {
       body = read_mesh(file);
       RenderSurface surface{body.vertices, body.triangles};
@@ -285,23 +284,26 @@ class Measurement {
 
 }  // namespace
 
-void add_command_measure(CLI::App& app, int& exit_code) {
+void add_command_measure(const Command& app) {
   const auto o = std::make_shared<MeasureOptions>();
-  CLI::App* command = app.add_subcommand(
-      "measure", "Drape coefficient, folds, strains and energies of a result; tables and pictures");
-  command->add_option("RESULT", o->result, "Result folder of a run")->required();
-  command->add_option("--frame", o->frame, "Which frame; default: the last one")
-      ->check(CLI::Range(0, 99999));
+  const Command command =
+      app.subcommand("measure",
+                     "Measure drape coefficient, folds, strains and energies of a result; "
+                     "write tables and pictures");
+  command.option("RESULT", o->result, "Result folder of a run").required();
+  command.option("--frame", o->frame, "Number of the frame (default: the last one)")
+      .range(0, 99999);
   command
-      ->add_option("--support", o->support,
-                   "Radius of the support, m; default: the scene's first upright cylinder")
-      ->check(CLI::PositiveNumber);
-  command->add_option("--centre", o->centre, "Its centre, x and y, m")->expected(2);
-  command->add_option("--out", o->out, "Folder for tables and pictures (default: RESULT/measures)");
-  command->add_flag("--no-picture", o->no_picture, "Draw no pictures");
-  command->add_flag("--json", o->json, "Print measures.json");
-  command->callback([o, &exit_code] {
+      .option("--support", o->support,
+              "Radius of the support, m (default: that of the scene's first upright "
+              "cylinder)")
+      .positive();
+  command.option("--centre", o->centre, "Centre of the support, x and y, m").words(2);
+  command.option("--out", o->out, "Folder for tables and pictures (default: RESULT/measures)");
+  command.flag("--no-picture", o->no_picture, "Draw no pictures");
+  command.flag("--json", o->json, "Print measures.json");
+  command.action([o] {
     Measurement(*o).run();
-    exit_code = 0;
+    return 0;
   });
 }

@@ -2,14 +2,14 @@
 #include "command_plan.h"
 
 #include <fmt/format.h>
-#include <selvedge/apps/ablation.h>
-#include <selvedge/apps/compare_table.h>
+#include <selvedge/apps/detail/counted.h>
+#include <selvedge/compare/ablation.h>
+#include <selvedge/compare/compare_table.h>
 #include <selvedge/core/atomic_file.h>
 #include <selvedge/core/parallel.h>
-#include <selvedge/scene/plan.h>
-#include <selvedge/scene/simulation.h>
+#include <selvedge/simulation/plan.h>
+#include <selvedge/simulation/simulation.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "methods.h"
+#include <selvedge/scene/all_methods.h>
 #include "overrides.h"
 
 namespace {
@@ -33,13 +33,13 @@ struct PlanOptions {
   double tolerance = 0.01;
 };
 
-const char* word(PlanItem::Verdict verdict) {
-  switch (verdict) {
-    case PlanItem::Verdict::runs:
+const char* word(PlanItem::Status status) {
+  switch (status) {
+    case PlanItem::Status::runs:
       return "runs";
-    case PlanItem::Verdict::never:
+    case PlanItem::Status::never:
       return "left out";
-    case PlanItem::Verdict::when_needed:
+    case PlanItem::Status::when_needed:
       return "when needed";
   }
   return "";
@@ -47,7 +47,7 @@ const char* word(PlanItem::Verdict verdict) {
 
 // -- proofs ---------------------------------------------------------------------------------------
 
-/// On and off in turns, so that a disturbance of the machine meets both.
+/// Interleaved, so that a disturbance of the machine affects both.
 Json measure_proofs(const PlanOptions& o, const Methods& methods) {
   std::vector<Override> overrides = read_overrides(o.set);
   overrides.push_back({"time.frames", std::to_string(o.measure)});
@@ -81,11 +81,11 @@ Json measure_proofs(const PlanOptions& o, const Methods& methods) {
 
 void print_measured(const Json& m) {
   fmt::print(
-      "\n{} frames, {} steps: {:.3g} s with proofs, {:.3g} s without: {:.2f} times as fast "
+      "\n{}, {}: {:.3g} s with proofs, {:.3g} s without: {:.2f} times as fast "
       "({:.2f} to {:.2f}); {}\n",
-      m["frames"].get<int>(), m["steps"].get<int>(), m["with_s"].get<double>(),
-      m["without_s"].get<double>(), m["gain"][0].get<double>(), m["gain"][1].get<double>(),
-      m["gain"][2].get<double>(),
+      counted(m["frames"].get<int>(), "frame"), counted(m["steps"].get<int>(), "step"),
+      m["with_s"].get<double>(), m["without_s"].get<double>(), m["gain"][0].get<double>(),
+      m["gain"][1].get<double>(), m["gain"][2].get<double>(),
       m["same_bits"].get<bool>() ? "the same bits" : "OTHER BITS: please report it");
   fmt::print("proving took {:.1f} % of the steps\n", 100.0 * m["proving_share"].get<double>());
   for (const auto& [part, p] : m["parts"].items())
@@ -93,7 +93,7 @@ void print_measured(const Json& m) {
                p["asked"].get<int>(), p["saved_s"].get<double>());
 }
 
-// -- what could be switched off -------------------------------------------------------------------
+// -- parts to switch off --------------------------------------------------------------------------
 
 Json to_json(const AblationRow& row) {
   return {{"part", row.part},
@@ -141,8 +141,8 @@ std::string refusal(const PlanOptions& o, const AblationRow& row) {
       row.part, row.worst, o.seeds, row.equivalence.low, row.equivalence.high, o.tolerance);
 }
 
-/// The scene without the accepted parts. Throws std::invalid_argument for a part that there is not,
-/// or that was not shown to be equivalent within the tolerance.
+/// The scene without the accepted parts. Throws std::invalid_argument for a part that the scene
+/// does not have, or that is not shown to be equivalent within the tolerance.
 Scene accepted(const PlanOptions& o, const std::vector<AblationRow>& rows, const Methods& methods) {
   auto overrides = read_overrides(o.set);
   const auto parts = optional_parts(read_scene(o.scene, overrides, methods));
@@ -152,7 +152,7 @@ Scene accepted(const PlanOptions& o, const std::vector<AblationRow>& rows, const
     const auto row =
         std::find_if(rows.begin(), rows.end(), [&](const auto& r) { return r.part == name; });
     if (part == parts.end() || row == rows.end())
-      throw std::invalid_argument("--accept " + name + ": the scene has no such part on");
+      throw std::invalid_argument("--accept " + name + ": the scene does not use such a part");
     if (!row->could_go()) throw std::invalid_argument(refusal(o, *row));
     overrides.insert(overrides.end(), part->overrides.begin(), part->overrides.end());
   }
@@ -169,13 +169,13 @@ void write_scene(const std::string& file, const Scene& scene) {
 
 void print_plan(const std::vector<PlanItem>& items) {
   for (const PlanItem& item : items)
-    fmt::print("{:<26}{:<13}{}\n", item.part, word(item.verdict), item.why);
+    fmt::print("{:<26}{:<13}{}\n", item.part, word(item.status), item.why);
 }
 
 Json plan_json(const std::vector<PlanItem>& items) {
   Json list = Json::array();
   for (const PlanItem& item : items)
-    list.push_back({{"part", item.part}, {"verdict", word(item.verdict)}, {"why", item.why}});
+    list.push_back({{"part", item.part}, {"verdict", word(item.status)}, {"why", item.why}});
   return list;
 }
 
@@ -202,45 +202,46 @@ int run_command(const PlanOptions& o) {
   return o.measure > 0 && !all["measured"]["same_bits"].get<bool>() ? 1 : 0;
 }
 
-void add_options(CLI::App& command, PlanOptions& o) {
-  command.add_option("scene", o.scene, "Scene file (JSON)")->required();
-  command.add_option("--set", o.set, "path=value replaces a value of the scene file")
-      ->allow_extra_args(false);
+void add_options(const Command& command, PlanOptions& o) {
+  command.option("scene", o.scene, "Scene file (JSON)").required();
+  command.option("--set", o.set, "path=value replaces a value of the scene file").one_word();
   command
-      .add_option("--measure", o.measure,
-                  "Run so many frames with and without proofs: same bits, and how much faster")
-      ->check(CLI::Range(1, 1'000'000));
-  command.add_option("--repeats", o.repeats, "Of --measure, in turns (default 3)")
-      ->check(CLI::Range(1, 1000));
-  command.add_option("--threads", o.threads, "Threads of the runs (default 1); 0: all")
-      ->check(CLI::Range(0, 1024));
-  command.add_flag("--ablate", o.ablate,
-                   "Run the scene without each optional part: difference and time");
-  command.add_option("--seeds", o.seeds, "Of --ablate, runs of each (default 5)")
-      ->check(CLI::Range(2, 1000));
+      .option("--measure", o.measure,
+              "Run this many frames with and without proofs: compare the bits and the "
+              "time")
+      .range(1, 1'000'000);
+  command.option("--repeats", o.repeats, "Repeats of --measure, interleaved (default 3)")
+      .range(1, 1000);
+  command.option("--threads", o.threads, "Threads of the runs (default 1); 0: all").range(0, 1024);
+  command.flag("--ablate", o.ablate,
+               "Run the scene without each optional part: difference and time");
+  command.option("--seeds", o.seeds, "Runs of each scene for --ablate (default 5)").range(2, 1000);
   command
-      .add_option(
-          "--tolerance", o.tolerance,
-          "Difference of shape, over the cloth's extent, that a part may make (default 0.01)")
-      ->check(CLI::PositiveNumber);
+      .option("--tolerance", o.tolerance,
+              "Largest difference of shape that a part may make, relative to the "
+              "extent of the cloth (default 0.01)")
+      .positive();
   command
-      .add_option("--accept", o.accept, "Parts to switch off for good, if they keep the tolerance")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  command.add_option("--write", o.write, "Where the scene without the accepted parts goes");
-  command.add_flag("--json", o.json, "Print JSON");
+      .option("--accept", o.accept,
+              "Parts to switch off permanently, if the difference is within the "
+              "tolerance")
+      .comma_separated()
+      .one_word();
+  command.option("--write", o.write, "File for the scene without the accepted parts");
+  command.flag("--json", o.json, "Print JSON");
   command.footer(
-      "Two kinds of leaving out, never mixed: what is proved to do nothing is left out by itself, "
-      "with\nthe same bits (plan.proofs=false of a scene, or `run --plan off`, does it all); what "
-      "costs an error\nis switched off only by --accept.\n"
+      "The program leaves out parts that are proved to have no effect; the result has the\n"
+      "same bits (plan.proofs=false in a scene, or `run --plan off`, computes them all).\n"
+      "Parts whose absence changes the result are switched off only by --accept.\n"
       "Exit code: 0 done, 1 proofs changed the result, 2 bad input.");
 }
 
 }  // namespace
 
-void add_command_plan(CLI::App& app, int& exit_code) {
+void add_command_plan(const Command& app) {
   const auto o = std::make_shared<PlanOptions>();
-  CLI::App* command = app.add_subcommand("plan", "What a scene needs, what is left out, and why");
-  add_options(*command, *o);
-  command->callback([o, &exit_code] { exit_code = run_command(*o); });
+  const Command command =
+      app.subcommand("plan", "Show which parts a scene needs, which are left out, and why");
+  add_options(command, *o);
+  command.action([o] { return run_command(*o); });
 }

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-namespace CLI {
-class App;
-}
+#include <selvedge/apps/command_line.h>
 
-/// `selvedge plan`: what a scene needs, what is left out, and why; what proofs save; what switching
-/// a part off by hand would cost.
-void add_command_plan(CLI::App& app, int& exit_code);
+/// `selvedge plan`: the parts that a scene needs and the parts that are left out, with reasons; the
+/// time that proofs save; the error of switching a part off.
+void add_command_plan(const selvedge::Command& app);

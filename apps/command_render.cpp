@@ -2,12 +2,10 @@
 #include "command_render.h"
 
 #include <fmt/format.h>
-#include <selvedge/apps/animation.h>
-#include <selvedge/apps/result_pictures.h>
-#include <selvedge/scene/output.h>
-#include <selvedge/scene/scene.h>
+#include <selvedge/render/animation.h>
+#include <selvedge/run/result_folder.h>
+#include <selvedge/run/result_pictures.h>
 
-#include <CLI/CLI.hpp>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <charconv>
@@ -65,7 +63,7 @@ std::optional<Vec3> point(const std::string& option, const std::string& value) {
                                 ? whole_number_or_real<double>(pieces[static_cast<std::size_t>(i)])
                                 : std::nullopt;
     if (!coordinate || !std::isfinite(*coordinate))
-      refuse(option, value, "three numbers are wanted, x,y,z in metres");
+      refuse(option, value, "must be three numbers, x,y,z in metres");
     result[i] = *coordinate;
   }
   return result;
@@ -78,7 +76,7 @@ void read_size(const std::string& value, CameraChoice& camera) {
   const auto height = pieces.size() == 2 ? whole_number_or_real<int>(pieces.back()) : std::nullopt;
   constexpr int largest = 16384;
   if (!width || !height || std::min(*width, *height) < 1 || std::max(*width, *height) > largest)
-    refuse("--size", value, "WIDTHxHEIGHT in pixels is wanted, each 1 to 16384");
+    refuse("--size", value, "must be WIDTHxHEIGHT in pixels, each 1 to 16384");
   camera.width = *width;
   camera.height = *height;
 }
@@ -94,15 +92,16 @@ std::vector<int> chosen_frames(const std::string& value, const std::vector<int>&
     good = number && *number >= (i == 2 ? 1 : 0);
     if (good) bounds[i] = *number;
   }
-  if (!good) refuse("--frames", value, "FIRST:LAST:STEP is wanted, e.g. 0:120:10 or 60");
+  if (!good) refuse("--frames", value, "must be FIRST:LAST:STEP, such as 0:120:10, or one number");
   if (pieces.size() == 1) bounds[1] = bounds[0];
   std::vector<int> chosen;
   for (const int frame : all)
     if (frame >= bounds[0] && frame <= bounds[1] && (frame - bounds[0]) % bounds[2] == 0)
       chosen.push_back(frame);
   if (chosen.empty())
-    refuse("--frames", value,
-           fmt::format("there is none; the frames are {} to {}", all.front(), all.back()).c_str());
+    refuse(
+        "--frames", value,
+        fmt::format("selects no frame; the frames are {} to {}", all.front(), all.back()).c_str());
   return chosen;
 }
 
@@ -200,42 +199,31 @@ int render_command(const RenderOptions& options) {
 
 }  // namespace
 
-void add_command_render(CLI::App& app, int& exit_code) {
+void add_command_render(const Command& app) {
   const auto options = std::make_shared<RenderOptions>();
-  CLI::App* command =
-      app.add_subcommand("render", "Draw pictures of a result folder or a mesh file");
-  command->add_option("result", options->result, "Result folder of a run, or a mesh file")
-      ->required();
-  command->add_option("--out", options->out,
-                      "Folder for the pictures (default: pictures/ of the result)");
-  auto* frames = command->add_option("--frames", options->frames, "FIRST:LAST:STEP or one number");
-  command->add_flag("--last", options->last, "Only the last frame (the default)")->excludes(frames);
-  command->add_option("--size", options->size, "WIDTHxHEIGHT of the pictures");
-  command->add_option("--eye", options->eye, "Place of the camera, x,y,z in metres");
-  command->add_option("--target", options->target, "Where the camera looks, x,y,z in metres");
-  command->add_option("--fov", options->field_of_view, "Vertical field of view, degrees")
-      ->check(CLI::Range(1.0, 170.0));
-  command->add_option("--grid", options->grid, "Distance of the lines on the cloth, m; 0: none")
-      ->check(CLI::Range(0.0, 1e6));
+  const Command command =
+      app.subcommand("render", "Draw pictures of a result folder or a mesh file");
+  command.option("result", options->result, "Result folder of a run, or a mesh file").required();
+  command.option("--out", options->out,
+                 "Folder for the pictures (default: pictures/ of the result)");
+  const Command::Option frames =
+      command.option("--frames", options->frames, "FIRST:LAST:STEP or one number");
+  command.flag("--last", options->last, "Only the last frame (the default)").excludes(frames);
+  command.option("--size", options->size, "WIDTHxHEIGHT of the pictures");
+  command.option("--eye", options->eye, "Position of the camera, x,y,z in metres");
+  command.option("--target", options->target, "Point that the camera looks at, x,y,z in metres");
+  command.option("--fov", options->field_of_view, "Vertical field of view, degrees")
+      .range(1.0, 170.0);
+  command.option("--grid", options->grid, "Distance of the lines on the cloth, m; 0: none")
+      .range(0.0, 1e6);
   command
-      ->add_option("--turntable", options->turntable,
-                   "So many views around the last of the chosen frames")
-      ->check(CLI::Range(1, 10000));
-  command->add_option("--animation", options->animation,
-                      "Also a film of the pictures: .mp4, .webm or .gif, by ffmpeg");
-  command
-      ->add_option("--fps", options->fps, "Pictures per second of the film (default: true speed)")
-      ->check(CLI::Range(0.01, 1000.0));
-  command->callback([options, &exit_code] { exit_code = render_command(*options); });
-}
-
-void render_frame(const std::filesystem::path& result, int frame, const CameraSpec& camera,
-                  const std::filesystem::path& picture) {
-  CameraChoice choice;
-  choice.eye = camera.eye;
-  choice.target = camera.target;
-  choice.field_of_view = camera.field_of_view;
-  choice.width = camera.width;
-  choice.height = camera.height;
-  render_result_frame(result, frame, choice, picture);
+      .option("--turntable", options->turntable,
+              "This many views around the last of the chosen frames")
+      .range(1, 10000);
+  command.option("--animation", options->animation,
+                 "Also encode the pictures as an animation with ffmpeg: .mp4, .webm or "
+                 ".gif");
+  command.option("--fps", options->fps, "Pictures per second of the animation (default: real time)")
+      .range(0.01, 1000.0);
+  command.action([options] { return render_command(*options); });
 }

@@ -3,12 +3,10 @@
 
 #include <fmt/format.h>
 #include <selvedge/core/parallel.h>
-#include <selvedge/scene/explain_step.h>
-#include <selvedge/scene/refinement.h>
-#include <selvedge/scene/replay.h>
-#include <selvedge/scene/run_difference.h>
+#include <selvedge/run/replay.h>
+#include <selvedge/simulation/explain_step.h>
+#include <selvedge/simulation/refinement.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
 #include <memory>
@@ -18,7 +16,7 @@
 #include <string>
 #include <system_error>
 
-#include "methods.h"
+#include <selvedge/scene/all_methods.h>
 
 namespace {
 
@@ -36,23 +34,22 @@ void print_json(const Json& json) {
   fmt::print("{}\n", json.dump(2, ' ', false, Json::error_handler_t::replace));
 }
 
-// -- a step made again
-// ------------------------------------------------------------------------------
+// -- a repeated step ------------------------------------------------------------------------------
 
-/// A bundle, or the one in a result folder.
+/// The folder itself, or the bundle in it if it is a result folder.
 fs::path bundle_of(const fs::path& folder) {
   std::error_code error;
   const fs::path inner = folder / "failure";
   return fs::exists(inner / "failure.json", error) ? inner : folder;
 }
 
-const char* verdict(const StepReplay& replay, const FailureBundle& bundle) {
+const char* outcome(const StepReplay& replay, const FailureBundle& bundle) {
   if (!replay.failure)
     return bundle.kind == FailureKind::out_of_budget
-               ? "the step passes, as it should: the run only ran out of budget"
+               ? "the step passes, as expected: the run was only out of budget"
                : "the step passes now";
-  if (replay.as_recorded) return "fails again: same cause, same tries";
-  return replay.failure == bundle.kind ? "fails again, but with other words or tries"
+  if (replay.as_recorded) return "fails again: same cause, same attempts";
+  return replay.failure == bundle.kind ? "fails again, but with another message or other attempts"
                                        : "fails in another way";
 }
 
@@ -97,7 +94,7 @@ bool does_something(const PairStage& s) {
 void print_pair(const PairExplanation& p) {
   constexpr double micro = 1e6;
   fmt::print("\n{}\n  {:.4g} um apart at the start of the step; {}\n", p.name, micro * p.pair.gap,
-             p.brought_by.empty() ? "no stage brought it about alone"
+             p.brought_by.empty() ? "no single stage causes the collision"
                                   : "it collides since: " + p.brought_by);
   fmt::print("  {:<26} {:>12} {:>9}   {}\n", "stage", "end gap um", "collides",
              "moved by the stage, um");
@@ -119,12 +116,13 @@ void print_culprit(const Culprit& c) {
 
 void print_explanation(const Explanation& explanation) {
   constexpr std::size_t printed_pairs = 3;  // --json has more
-  fmt::print("\nWho pushed whom, in a try of {:.4g} ms:\n", 1e3 * explanation.h);
+  fmt::print("\nCauses, in an attempt of {:.4g} ms:\n", 1e3 * explanation.h);
   for (const Culprit& c : explanation.culprits) print_culprit(c);
   const std::size_t shown = std::min(printed_pairs, explanation.pairs.size());
   for (std::size_t i = 0; i < shown; ++i) print_pair(explanation.pairs[i]);
   if (const auto more = explanation.colliding_pairs - shown; more > 0)
-    fmt::print("\n{} more pairs collide; queries/ and frames/ of the bundle have all\n", more);
+    fmt::print("\n{} more pairs collide; queries/ and frames/ of the bundle have all of them\n",
+               more);
 }
 
 int replay_bundle(const ReplayOptions& options) {
@@ -132,7 +130,7 @@ int replay_bundle(const ReplayOptions& options) {
   if (!bundle.scene_from_file)
     throw std::invalid_argument(
         bundle.folder.string() +
-        ": its scene was made in code; replay it with replay_step in the program that made it");
+        ": its scene was made in code; call replay_step in the program that made it");
   const Methods methods = methods_of_this_build();
   const Scene scene = read_scene(bundle.folder / "scene.json", {}, methods);
   const ThreadLimit limit(options.threads);
@@ -165,21 +163,20 @@ int replay_bundle(const ReplayOptions& options) {
     print_json(json);
   } else {
     fmt::print("recorded  {}\n", bundle.cause);
-    fmt::print("state     after step {}, at {} s, hash {}, bit for bit\n", bundle.state.step,
+    fmt::print("state     after step {}, at {} s, hash {}, restored exactly\n", bundle.state.step,
                bundle.state.time, hash);
-    fmt::print("tries     {}, from {} s to {} s\n", replay.tried.size(), replay.tried.front(),
+    fmt::print("attempts  {}, from {} s to {} s\n", replay.tried.size(), replay.tried.front(),
                replay.tried.back());
     if (replay.failure && !replay.as_recorded) fmt::print("now       {}\n", replay.cause);
-    fmt::print("verdict   {}\n", verdict(replay, bundle));
+    fmt::print("outcome   {}\n", outcome(replay, bundle));
     if (explanation) print_explanation(*explanation);
   }
   return replay.failure ? 1 : 0;
 }
 
-// -- two runs
-// ---------------------------------------------------------------------------------------
+// -- two runs -------------------------------------------------------------------------------------
 
-/// The vertex by its name, if the scene of the run can still be read.
+/// The name of the vertex if the scene of the run can still be read, else its index.
 std::string vertex_name(const RunDifference& d, const fs::path& result) {
   const std::string plain = fmt::format("vertex {} of the {}", d.vertex, d.surface);
   try {
@@ -195,17 +192,16 @@ std::string vertex_name(const RunDifference& d, const fs::path& result) {
 std::string difference_sentence(const RunDifference& d, const std::string& name) {
   const char* state = d.every_step ? "step" : "frame";
   if (d.differ && !d.structure.empty())
-    return fmt::format("they part at {} {}: {}", state, d.number, d.structure);
+    return fmt::format("they differ from {} {} on: {}", state, d.number, d.structure);
   if (d.differ)
     return fmt::format(
-        "they part at {} {}, first at {}: ({}, {}, {}) m and ({}, {}, {}) m; {} vertices differ, "
-        "by "
-        "up to {:.3g} m and {:.3g} m/s",
+        "they differ from {} {} on, first at {}: ({}, {}, {}) m and ({}, {}, {}) m; {} vertices "
+        "differ, by up to {:.3g} m and {:.3g} m/s",
         state, d.number, name, d.x_a.x(), d.x_a.y(), d.x_a.z(), d.x_b.x(), d.x_b.y(), d.x_b.z(),
         d.vertices, d.distance, d.speed);
   if (d.states_a != d.states_b)
     return fmt::format(
-        "the same as far as both go: {} and {} {}s, of which {} are the same to the "
+        "one run is longer, otherwise they agree: {} and {} {}s, of which {} are the same to the "
         "bit",
         d.states_a, d.states_b, state, d.compared);
   return fmt::format("the same to the bit: {} {}s", d.compared, state);
@@ -243,25 +239,27 @@ int compare_runs(const ReplayOptions& options) {
 
 }  // namespace
 
-void add_command_replay(CLI::App& app, int& exit_code) {
+void add_command_replay(const Command& app) {
   const auto options = std::make_shared<ReplayOptions>();
-  CLI::App* command = app.add_subcommand(
-      "replay", "Repeat the step at which a run stopped, or find where two runs part");
+  const Command command =
+      app.subcommand("replay",
+                     "Repeat the step at which a run stopped, or find the first difference of "
+                     "two runs");
   command
-      ->add_option("result", options->first,
-                   "Failure bundle, or the result folder of a run that left one")
-      ->required();
-  auto* second = command->add_option("other", options->second,
-                                     "A second result folder: the first step at which the two "
-                                     "differ is named");
+      .option("result", options->first,
+              "Failure bundle, or the result folder of a run that left one")
+      .required();
+  const Command::Option second =
+      command.option("other", options->second,
+                     "A second result folder, to find the first step at which the two differ");
   command
-      ->add_flag("--explain", options->explain,
-                 "Say who pushed whom, and what each stage of the step did to what collides")
-      ->excludes(second);
-  command->add_option("--threads", options->threads, "Threads; 0: all (the result is the same)")
-      ->check(CLI::Range(0, 1024));
-  command->add_flag("--json", options->json, "Print the findings for machines");
-  command->callback([options, &exit_code] {
-    exit_code = options->second.empty() ? replay_bundle(*options) : compare_runs(*options);
+      .flag("--explain", options->explain,
+            "Explain which forces and stages of the step caused the collisions")
+      .excludes(second);
+  command.option("--threads", options->threads, "Threads; 0: all (the result is the same)")
+      .range(0, 1024);
+  command.flag("--json", options->json, "Print JSON");
+  command.action([options] {
+    return options->second.empty() ? replay_bundle(*options) : compare_runs(*options);
   });
 }

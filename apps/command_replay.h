@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-namespace CLI {
-class App;
-}
+#include <selvedge/apps/command_line.h>
 
-/// `selvedge replay`: repeats the step at which a run stopped, or tells two runs apart.
-void add_command_replay(CLI::App& app, int& exit_code);
+/// `selvedge replay`: repeats the step at which a run stopped, or finds the first difference of two
+/// runs.
+void add_command_replay(const selvedge::Command& app);

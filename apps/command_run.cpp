@@ -2,12 +2,14 @@
 #include "command_run.h"
 
 #include <fmt/format.h>
+#include <selvedge/apps/detail/counted.h>
 #include <selvedge/apps/detail/progress_bar.h>
 #include <selvedge/apps/detail/record_queries.h>
 #include <selvedge/core/parallel.h>
-#include <selvedge/scene/run.h>
+#include <selvedge/run/result_folder.h>
+#include <selvedge/run/result_pictures.h>
+#include <selvedge/run/run.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <atomic>
 #include <bit>
@@ -22,8 +24,7 @@
 #include <string>
 #include <vector>
 
-#include "command_render.h"
-#include "methods.h"
+#include <selvedge/scene/all_methods.h>
 #include "overrides.h"
 
 namespace {
@@ -42,8 +43,8 @@ struct RunOptions {
   QueryRecorderConfig record;
 };
 
-/// Ctrl-C and SIGTERM ask the run to end after the frame in work; a second one ends it at once. A
-/// signal handler reaches nothing but static storage, hence the one variable of this program.
+/// Ctrl-C and SIGTERM end the run after the current frame; a second signal ends it at once. A
+/// signal handler can only use static storage, hence the only global variable of this program.
 class StopOnSignal {
  public:
   StopOnSignal() {
@@ -74,8 +75,14 @@ class StopOnSignal {
 std::atomic<bool> StopOnSignal::requested_{false};
 
 void draw(const Scene& scene, const std::filesystem::path& out, int frame) {
-  render_frame(out, frame, scene.output.camera,
-               numbered(out / "pictures", "frame", frame, 5, ".png"));
+  const CameraSpec& camera = scene.output.camera;
+  CameraChoice choice;
+  choice.eye = camera.eye;
+  choice.target = camera.target;
+  choice.field_of_view = camera.field_of_view;
+  choice.width = camera.width;
+  choice.height = camera.height;
+  render_result_frame(out, frame, choice, numbered(out / "pictures", "frame", frame, 5, ".png"));
 }
 
 std::string clean_line(const Scene& scene, const RunResult& r) {
@@ -83,15 +90,15 @@ std::string clean_line(const Scene& scene, const RunResult& r) {
   if (t.start_pairs == 0 || !r.clean_elsewhere)
     return r.clean ? "yes: nothing passed through anything" : "NO: something passed through";
   const std::string start =
-      fmt::format("{} pairs of triangles crossed at the start", t.start_pairs);
+      fmt::format("{} of triangles crossed at the start", counted(t.start_pairs, "pair"));
   if (r.clean)
-    return fmt::format("yes, from {:.4f} s (frame {:.0f}) on: {}, and nothing else ever", t.until_s,
-                       std::ceil(t.until_s * scene.time.fps), start);
+    return fmt::format("yes, from {:.4f} s (frame {:.0f}) on: {}, nothing else passed through",
+                       t.until_s, std::ceil(t.until_s * scene.time.fps), start);
   return fmt::format("NO: {}, {} still do{}; nothing else passed through", start, t.pairs,
                      t.given_up ? ", and no way out was found" : "");
 }
 
-// What no limiter could keep within the strain limit; each of these vertices has a flag.
+// Strain above the limit that no limiter could remove; each of these vertices has a flag.
 std::string over_strain(const RunResult& r) {
   constexpr int bit = std::countr_zero(static_cast<unsigned>(kFlagOverStrain));
   if (r.flags.worst[bit] == 0) return "";
@@ -101,18 +108,19 @@ std::string over_strain(const RunResult& r) {
 
 void print_summary(const Scene& scene, const RunResult& r, const std::filesystem::path& out) {
   constexpr double megabyte = 1e6;
-  fmt::print("{}: {} frames, {} steps in {:.1f} s, at most {:.0f} MB; results in {}\n", scene.name,
-             r.frames, r.steps, r.wall_s, r.peak_bytes / megabyte, out.string());
+  fmt::print("{}: {}, {} in {:.1f} s, at most {:.0f} MB; results in {}\n", scene.name,
+             counted(r.frames, "frame"), counted(r.steps, "step"), r.wall_s,
+             r.peak_bytes / megabyte, out.string());
   fmt::print("clean        {}\n", clean_line(scene, r));
   fmt::print("max stretch  {:.2f} %{}\n", 100.0 * r.max_stretch, over_strain(r));
   if (const auto& gains = r.ledger.at("balance"); gains.at("gained_steps") > 0.0)
-    fmt::print("energy       {:.0f} steps gained {:.3g} J from nowhere; make them shorter\n",
-               gains.at("gained_steps"), gains.at("energy_gained_J"));
+    fmt::print("energy       numerical errors added {:.3g} J in {:.0f} steps; shorten the steps\n",
+               gains.at("energy_gained_J"), gains.at("gained_steps"));
   fmt::print("final speed  {:.4f} m/s at most\n", r.final_max_speed);
   fmt::print("seconds     ");
   for (const auto& [phase, seconds] : r.phase_s) fmt::print(" {} {:.2f}", phase, seconds);
   fmt::print("\n");
-  if (!r.stopped.empty()) fmt::print("{}; go on with --resume\n", r.stopped);
+  if (!r.stopped.empty()) fmt::print("{}; continue with --resume\n", r.stopped);
 }
 
 void print_file(const std::filesystem::path& file) {
@@ -121,14 +129,15 @@ void print_file(const std::filesystem::path& file) {
   fmt::print("{}", text);
 }
 
-/// A run that fails says where it left what a replay needs.
+/// Reports where a failed run left its failure bundle.
 RunResult run_or_explain(const Scene& scene, const RunConfig& config, ProgressBar& bar) {
   try {
     return run_scene(scene, config);
   } catch (const SimulationFailed&) {
     bar.clear();
     const std::string bundle = (config.out / "failure").string();
-    fmt::print(stderr, "kept in {0}; `selvedge replay {0} --explain` repeats the step\n", bundle);
+    fmt::print(stderr, "the failed step is in {0}; `selvedge replay {0} --explain` repeats it\n",
+               bundle);
     throw;
   }
 }
@@ -179,34 +188,35 @@ int run_command(const RunOptions& options) {
 
 }  // namespace
 
-void add_command_run(CLI::App& app, int& exit_code) {
+void add_command_run(const Command& app) {
   const auto options = std::make_shared<RunOptions>();
-  CLI::App* command = app.add_subcommand("run", "Simulate a scene into a result folder");
-  command->add_option("scene", options->scene, "Scene file (JSON)")->required();
-  command->add_option("--out", options->out, "Result folder (default: out/NAME of the scene)");
-  command->add_option("--threads", options->threads, "Threads; 0: all (the result is the same)")
-      ->check(CLI::Range(0, 1024));
-  command->add_option("--set", options->set, "path=value replaces a value of the scene file")
-      ->allow_extra_args(false);
+  const Command command = app.subcommand("run", "Simulate a scene into a result folder");
+  command.option("scene", options->scene, "Scene file (JSON)").required();
+  command.option("--out", options->out, "Result folder (default: out/NAME of the scene)");
+  command.option("--threads", options->threads, "Threads; 0: all (the result is the same)")
+      .range(0, 1024);
+  command.option("--set", options->set, "path=value replaces a value of the scene file").one_word();
   command
-      ->add_option("--plan", options->plan,
-                   "off: do also what is proved to do nothing (the result is the same)")
-      ->check(CLI::IsMember({"on", "off"}));
-  command->add_flag("--resume", options->resume, "Go on from the checkpoint in the result folder");
-  command->add_flag("--every-step", options->every_step, "Also write every accepted state");
+      .option("--plan", options->plan,
+              "off: also compute parts that are proved to have no effect (the result "
+              "is the same)")
+      .one_of({"on", "off"});
+  command.flag("--resume", options->resume, "Continue from the checkpoint in the result folder");
+  command.flag("--every-step", options->every_step, "Also write every accepted state");
   command
-      ->add_option("--budget", options->budget,
-                   "Wall seconds; a run over it stops after the step in work, --resume goes on")
-      ->check(CLI::PositiveNumber);
-  command->add_option("--max-steps", options->max_steps, "Stop after so many accepted steps")
-      ->check(CLI::Range(1, 1'000'000'000));
+      .option("--budget", options->budget,
+              "Wall seconds; a run that exceeds them stops after the current step, and "
+              "--resume continues it")
+      .positive();
+  command.option("--max-steps", options->max_steps, "Stop after this many accepted steps")
+      .range(1, 1'000'000'000);
   command
-      ->add_option("--stall-steps", options->stall_steps,
-                   "So many accepted steps in a row near the smallest size are a stall (default "
-                   "512; 0: never)")
-      ->check(CLI::Range(0, 1'000'000'000));
-  add_record_options(*command, options->record);
-  command->add_flag("--json", options->json, "Print result.json");
-  command->add_flag("--no-picture", options->no_picture, "Draw no pictures");
-  command->callback([options, &exit_code] { exit_code = run_command(*options); });
+      .option("--stall-steps", options->stall_steps,
+              "Stop as stalled after this many accepted steps in a row near the "
+              "smallest size (default 512; 0: never)")
+      .range(0, 1'000'000'000);
+  add_record_options(command, options->record);
+  command.flag("--json", options->json, "Print result.json");
+  command.flag("--no-picture", options->no_picture, "Draw no pictures");
+  command.action([options] { return run_command(*options); });
 }

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-namespace CLI {
-class App;
-}
+#include <selvedge/apps/command_line.h>
 
 /// `selvedge run`: simulates a scene into a result folder.
-void add_command_run(CLI::App& app, int& exit_code);
+void add_command_run(const selvedge::Command& app);

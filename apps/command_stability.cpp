@@ -2,14 +2,13 @@
 #include "command_stability.h"
 
 #include <fmt/format.h>
-#include <selvedge/apps/compare_axes.h>
 #include <selvedge/apps/detail/method_choice.h>
-#include <selvedge/apps/stability.h>
+#include <selvedge/compare/compare_axes.h>
+#include <selvedge/compare/stability.h>
 #include <selvedge/core/atomic_file.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/strain_limiter.h>
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -19,8 +18,8 @@
 #include <string>
 #include <vector>
 
+#include <selvedge/scene/all_methods.h>
 #include "command_stability_cases.h"
-#include "methods.h"
 #include "overrides.h"
 
 namespace {
@@ -39,7 +38,7 @@ struct StabilityOptions {
 };
 
 constexpr const char* kOfScene = "For a scene: the largest stable steps of its cloth";
-constexpr const char* kOfFolder = "For a folder: cases that are judged";
+constexpr const char* kOfFolder = "For a folder: cases with exact checks";
 
 /// Lists and ranges as --vary has them.
 std::vector<double> numbers(const std::string& option, const std::string& text) {
@@ -49,7 +48,7 @@ std::vector<double> numbers(const std::string& option, const std::string& text) 
     char* end = nullptr;
     values.push_back(std::strtod(value.c_str(), &end));
     if (*end != 0 || !std::isfinite(values.back()))
-      throw std::invalid_argument(option + " " + text + ": " + value + " is no number");
+      throw std::invalid_argument(option + " " + text + ": " + value + " is not a number");
   }
   return values;
 }
@@ -139,77 +138,94 @@ int run_command(const StabilityOptions& o) {
   return 0;
 }
 
+struct OptionGroups {
+  Command of_scene, of_folder;
+  Command::Option threads;
+};
+
 /// Options of the other kind of run are a mistake.
-void refuse_options(const CLI::App& command, const char* group, const std::string& why) {
-  for (const CLI::Option* option : command.get_option_group(group)->get_options())
-    if (option->count() > 0) throw std::invalid_argument(option->get_name() + ": " + why);
+void refuse_options(const Command& group, const std::string& why) {
+  for (const Command::Option& option : group.options())
+    if (option.given()) throw std::invalid_argument(option.name() + ": " + why);
 }
 
-int run_folder_or_scene(const CLI::App& command, StabilityOptions& o) {
+int run_folder_or_scene(const OptionGroups& groups, StabilityOptions& o) {
   if (!std::filesystem::is_directory(o.scene)) {
-    refuse_options(command, kOfFolder, o.scene + " is no folder of cases, such as data/extreme");
+    refuse_options(groups.of_folder, o.scene + " is not a folder of cases, such as data/extreme");
     return run_command(o);
   }
-  refuse_options(command, kOfScene, o.scene + " is a folder; name a scene file for this option");
+  refuse_options(groups.of_scene, o.scene + " is a folder; name a scene file for this option");
   o.cases.data = o.scene;
   o.cases.json = o.json;
-  if (command.count("--threads") > 0) o.cases.threads = o.threads;
+  if (groups.threads.given()) o.cases.threads = o.threads;
   return run_cases(o.cases);
 }
 
-void add_options(CLI::App& command, StabilityOptions& o) {
+OptionGroups add_options(const Command& command, StabilityOptions& o) {
   command
-      .add_option("scene", o.scene,
-                  "Scene file (JSON), whose cloth and handles are taken; or the folder of the "
-                  "extreme cases, data/extreme")
-      ->required();
-  CLI::App& of_scene = *command.add_option_group(kOfScene);
+      .option("scene", o.scene,
+              "Scene file (JSON), of which the cloth and its handles are used; or the "
+              "folder of the extreme cases, data/extreme")
+      .required();
+  const Command of_scene = command.group(kOfScene), of_folder = command.group(kOfFolder);
+  of_scene.option("--integrator", o.integrator, "Names, separated by commas, or all (the default)")
+      .comma_separated()
+      .one_word();
+  of_scene.option("--stiffness", o.stiffness,
+                  "N/m of the stiffest spring: a,b or \"lo..hi:n log\"; 0: as in the scene");
+  of_scene.option("--mass-ratio", o.mass_ratio,
+                  "Mass of one particle over that of the others: a list or range as for "
+                  "--stiffness");
+  of_scene.option("--damping", o.damping,
+                  "Damping of the springs, s: a list or range; -1: as in the scene");
+  of_scene.option("--map", o.map, "Draw a map of stability, stiffness by step, into this SVG file");
+  of_scene.option("--step", o.step, "Steps of the map, s (default 1e-5..0.1:9log)");
+  of_scene.option("--steps", o.config.steps, "Largest number of steps of a trial (default 2000)")
+      .range(10, 100'000'000);
   of_scene
-      .add_option("--integrator", o.integrator, "Names, parted by commas, or all (the default)")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  of_scene.add_option("--stiffness", o.stiffness,
-                      "N/m of the stiffest spring: a,b or \"lo..hi:n log\"; 0: as in the scene");
-  of_scene.add_option("--mass-ratio", o.mass_ratio, "Of one particle to the others, the same way");
-  of_scene.add_option("--damping", o.damping, "Of the springs, s; -1: as in the scene");
-  of_scene.add_option("--map", o.map, "Draws a map, stiffness by step, into this SVG file");
-  of_scene.add_option("--step", o.step, "Steps of the map, s (default 1e-5..0.1:9log)");
-  of_scene.add_option("--steps", o.config.steps, "Steps of a trial at most (default 2000)")
-      ->check(CLI::Range(10, 100'000'000));
-  of_scene.add_option("--seconds", o.config.seconds, "Simulated seconds at most (default 10)")
-      ->check(CLI::PositiveNumber);
-  of_scene.add_option("--strain-limiter", o.config.limiter,
-                      "The cloth swings under gravity with this limiter, or with \"none\", instead "
-                      "of being kicked");
-  of_scene.add_option("--sweeps", o.config.max_sweeps, "Of the limiter in a step (default 50)")
-      ->check(CLI::Range(1, 100'000));
+      .option("--seconds", o.config.seconds, "Longest simulated time of a trial, s (default 10)")
+      .positive();
+  of_scene.option("--strain-limiter", o.config.limiter,
+                  "The cloth swings under gravity with this limiter, or with \"none\", instead "
+                  "of starting at small velocities");
   of_scene
-      .add_option("--precision", o.config.precision,
-                  "Relative, of the measured step (default 0.01)")
-      ->check(CLI::Range(1e-4, 1.0));
-  of_scene.add_option("--set", o.set, "path=value replaces a value of the scene file")
-      ->allow_extra_args(false);
-  command.add_option("--threads", o.threads, "Threads (default 1; of cases, no limit); 0: all")
-      ->check(CLI::Range(0, 1024));
-  command.add_flag("--json", o.json, "Print JSON");
-  add_case_options(*command.add_option_group(kOfFolder), o.cases);
+      .option("--sweeps", o.config.max_sweeps,
+              "Largest number of sweeps of the limiter in a step (default 50)")
+      .range(1, 100'000);
+  of_scene
+      .option("--precision", o.config.precision,
+              "Relative precision of the measured step (default 0.01)")
+      .range(1e-4, 1.0);
+  of_scene.option("--set", o.set, "path=value replaces a value of the scene file").one_word();
+  const Command::Option threads =
+      command
+          .option("--threads", o.threads,
+                  "Threads (default 1; for the cases of a folder: all); 0: all")
+          .range(0, 1024);
+  command.flag("--json", o.json, "Print JSON");
+  add_case_options(of_folder, o.cases);
   command.footer(
-      "The cloth alone is kicked and left to itself: no gravity, contact or strain limit. Stable: "
-      "its\n"
-      "energy stays within ten times that of the kick; with --strain-limiter, of a fall through "
-      "its\n"
-      "own diagonal, and then the bound is not judged. kept: the step that a run keeps to, by\n"
-      "Gershgorin's bound; predicted: by the largest eigenvalue; measured: by bisection.\n"
-      "A case ends as correct, refused with the reason, degraded with the flag, or FAILED.\n"
-      "Exit code: 0 every bound holds, every case ends as it should; 1 not so; 2 bad input.");
+      "Small initial velocities excite every mode of the cloth, without gravity, contact or\n"
+      "strain limit. A step is stable if the energy stays within ten times the initial\n"
+      "energy. With --strain-limiter the cloth swings under gravity: a step is stable if\n"
+      "the energy stays within ten times that of a fall through the diagonal of the cloth,\n"
+      "and the bound is not checked.\n"
+      "kept: the step that a run would use, by Gershgorin's bound; predicted: by the\n"
+      "largest eigenvalue; measured: by bisection.\n"
+      "A case ends as correct, refused with a reason, degraded with a flag, or FAILED.\n"
+      "Exit code: 0 every bound holds and every case ends as expected, 1 otherwise, 2 bad\n"
+      "input.");
+  return {of_scene, of_folder, threads};
 }
 
 }  // namespace
 
-void add_command_stability(CLI::App& app, int& exit_code) {
+void add_command_stability(const Command& app) {
   const auto o = std::make_shared<StabilityOptions>();
-  CLI::App* command = app.add_subcommand(
-      "stability", "Largest stable step of each integrator on a scene's cloth; the extreme cases");
-  add_options(*command, *o);
-  command->callback([o, command, &exit_code] { exit_code = run_folder_or_scene(*command, *o); });
+  const Command command =
+      app.subcommand("stability",
+                     "Find the largest stable step of each integrator on the cloth of a "
+                     "scene; run the extreme cases");
+  const OptionGroups groups = add_options(command, *o);
+  command.action([o, groups] { return run_folder_or_scene(groups, *o); });
 }

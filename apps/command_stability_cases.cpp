@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
-// Every frame and every path between two accepted states is judged by the exact check. Each case
+// The exact check examines every frame and every path between two accepted states. Each case
 // runs in a process of its own, so that a crash or a hang is a row of the table and not its end.
 #include "command_stability_cases.h"
 
 #include <fmt/core.h>
 #include <poll.h>
-#include <selvedge/apps/extreme_cases.h>
+#include <selvedge/compare/extreme_cases.h>
+#include <selvedge/core/clock.h>
 #include <selvedge/core/parallel.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
@@ -35,7 +35,7 @@ std::vector<ExtremeCase> chosen_cases(const CaseOptions& options) {
     if (std::none_of(all.begin(), all.end(),
                      [&](const ExtremeCase& c) { return c.name.starts_with(wanted); }))
       throw std::invalid_argument(
-          fmt::format("--cases {}: there is no such case; see --list", wanted));
+          fmt::format("--cases {}: there is no such case; --list prints the names", wanted));
   for (ExtremeCase& one : all)
     if (options.cases.empty() ||
         std::any_of(options.cases.begin(), options.cases.end(),
@@ -50,13 +50,13 @@ std::vector<std::string> chosen_responses(const CaseOptions& options) {
   if (options.responses.empty()) return {""};
   std::vector<std::string> chosen;
   for (const std::string& name : options.responses) {
-    if (name == "all") {
-      for (const auto& [key, factory] : known) chosen.push_back(key);
-    } else if (known.contains(name)) {
+    const std::string fault = known.fault(name);
+    if (name == "all")
+      chosen = known.names();
+    else if (fault.empty())
       chosen.push_back(name);
-    } else {
-      throw std::invalid_argument(fmt::format("--responses {}: there is no such response", name));
-    }
+    else
+      throw std::invalid_argument("--responses: " + fault);
   }
   return chosen;
 }
@@ -68,7 +68,7 @@ json number(double value) { return std::isfinite(value) ? json(value) : json(nul
                             const CaseOptions& options, int pipe) {
   json result;
   try {
-    // No limit is another thing than one of all processors: a case may ask for more.
+    // No limit differs from a limit of all processors: a case may ask for more threads.
     std::optional<ThreadLimit> limit;
     if (options.threads > 0) limit.emplace(options.threads);
     const std::filesystem::path out =
@@ -136,7 +136,7 @@ json measure(const ExtremeCase& one, const std::string& response, const CaseOpti
   result["case"] = one.name;
   result["response"] = response.empty() ? ContactSpec{}.response : response;
   result["expected"] = response.empty() ? to_string(one.best) : "";
-  result["wall_s"] = std::chrono::duration<double>(Clock::now() - begin).count();
+  result["wall_s"] = seconds_since(begin);
   return result;
 }
 
@@ -164,7 +164,7 @@ std::string answer_of(const json& r) {
   return answer + ", should be " + expected;
 }
 
-/// `name`: of the response, with what parts it from the next column.
+/// `name`: of the response, with the separator of the next column.
 void print_row(const json& r, const std::string& name) {
   std::string note = r["note"].get<std::string>();
   std::replace(note.begin(), note.end(), '|', '/');
@@ -186,11 +186,11 @@ void print_head(bool several) {
       several ? "response | " : "", several ? "--- | " : "");
 }
 
-/// Nothing is known of cases whose scenes are not there.
+/// The expected answers belong to the scenes of data/extreme alone.
 void refuse_other_folder(const std::filesystem::path& folder) {
   if (!std::filesystem::exists(folder / "s01_stiffness.json"))
     throw std::invalid_argument(folder.string() +
-                                ": is no folder of extreme cases, such as data/extreme of the "
+                                ": is not a folder of extreme cases, such as data/extreme of the "
                                 "sources or share/selvedge/extreme of an installation");
 }
 
@@ -201,19 +201,21 @@ int print_names(const std::vector<ExtremeCase>& cases) {
 
 }  // namespace
 
-void add_case_options(CLI::App& group, CaseOptions& options) {
-  group.add_option("--cases", options.cases, "Beginnings of names of cases; left out: all")
-      ->delimiter(',')
-      ->allow_extra_args(false);
+void add_case_options(const Command& group, CaseOptions& options) {
+  group.option("--cases", options.cases, "Names of cases, or how they begin (default: all)")
+      .comma_separated()
+      .one_word();
   group
-      .add_option("--responses", options.responses,
-                  "Names of responses, or all; left out: the default")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  group.add_option("--out", options.out, "Folder for frames, which `selvedge render` draws");
-  group.add_option("--limit", options.limit, "Seconds after which a case has failed (default 120)")
-      ->check(CLI::PositiveNumber);
-  group.add_flag("--list", options.list, "Print the names of the cases");
+      .option("--responses", options.responses,
+              "Names of responses, or all (default: the default response)")
+      .comma_separated()
+      .one_word();
+  group.option("--out", options.out, "Folder for frames, which `selvedge render` draws");
+  group
+      .option("--limit", options.limit,
+              "Wall seconds after which a case counts as failed (default 120)")
+      .positive();
+  group.flag("--list", options.list, "Print the names of the cases");
 }
 
 int run_cases(const CaseOptions& options) {

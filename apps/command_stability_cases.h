@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <selvedge/apps/command_line.h>
+
 #include <filesystem>
 #include <string>
 #include <vector>
-
-namespace CLI {
-class App;
-}
 
 struct CaseOptions {
   std::filesystem::path data;                 ///< the folder of the scenes
@@ -19,7 +17,7 @@ struct CaseOptions {
 };
 
 /// Those that `selvedge stability` has for a folder alone.
-void add_case_options(CLI::App& group, CaseOptions& options);
+void add_case_options(const selvedge::Command& group, CaseOptions& options);
 
 /// Runs the extreme cases of a folder, a row each: correct, refused with the reason, degraded with
 /// the flag, or FAILED. Returns the exit code: 1 if one failed or, with the default response, ended

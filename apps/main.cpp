@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include <CLI/CLI.hpp>
+#include <selvedge/apps/command_line.h>
+
 #include <csignal>
 #include <cstdio>
 #include <exception>
 #include <new>
+#include <optional>
 #include <stdexcept>
 #include <system_error>
 
@@ -21,10 +23,11 @@
 #include "command_replay.h"
 #include "command_run.h"
 #include "command_stability.h"
+#include "version.h"
 
 namespace {
 
-constexpr int run_failed = 1, input_wrong = 2;
+constexpr int kRunFailed = 1, kInputWrong = 2;
 
 int say(const char* sentence, int exit_code) {
   std::fflush(stdout);
@@ -33,36 +36,34 @@ int say(const char* sentence, int exit_code) {
 }
 
 int run_command_line(int argc, char** argv) {
-  CLI::App app{"Cloth collision: exact, clean, and nothing the scene does not need.", "selvedge"};
-  app.require_subcommand(1);
-  app.failure_message(CLI::FailureMessage::simple);
-  int exit_code = 0;
-  add_command_run(app, exit_code);
-  add_command_check(app, exit_code);
-  add_command_detect(app, exit_code);
-  add_command_ccd(app, exit_code);
-  add_command_compare(app, exit_code);
-  add_command_advise(app, exit_code);
-  add_command_plan(app, exit_code);
-  add_command_stability(app, exit_code);
-  add_command_render(app, exit_code);
-  add_command_measure(app, exit_code);
-  add_command_fabric(app, exit_code);
-  add_command_drape(app, exit_code);
-  add_command_identify(app, exit_code);
-  add_command_replay(app, exit_code);
-  add_command_list(app, exit_code);
+  selvedge::CommandLine app("Cloth collision: exact, clean, and nothing the scene does not need.",
+                            "selvedge");
+  app.version(version_text());
+  add_command_run(app);
+  add_command_check(app);
+  add_command_detect(app);
+  add_command_ccd(app);
+  add_command_compare(app);
+  add_command_advise(app);
+  add_command_plan(app);
+  add_command_stability(app);
+  add_command_render(app);
+  add_command_measure(app);
+  add_command_fabric(app);
+  add_command_drape(app);
+  add_command_identify(app);
+  add_command_replay(app);
+  add_command_list(app);
+  std::optional<int> exit_code;
   try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : input_wrong;  // help is no error
+    exit_code = app.parse(argc, argv);
   } catch (const std::system_error&) {
-    if (std::ferror(stdout) == 0) throw;  // else the text was longer than what stdout holds back
+    if (std::ferror(stdout) == 0) throw;  // else the text was longer than the buffer of stdout
   }
-  // What was printed may have gone to a full disk.
+  // The text may have gone to a full disk.
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
-    return say("the output could not be written; is the disk full?", run_failed);
-  return exit_code;
+    return say("the output could not be written; is the disk full?", kRunFailed);
+  return exit_code.value_or(0);
 }
 
 }  // namespace
@@ -72,10 +73,10 @@ int main(int argc, char** argv) {
   try {
     return run_command_line(argc, argv);
   } catch (const std::invalid_argument& error) {
-    return say(error.what(), input_wrong);
+    return say(error.what(), kInputWrong);
   } catch (const std::bad_alloc&) {
-    return say("out of memory; use a coarser cloth or body", run_failed);
+    return say("out of memory; use a coarser cloth or body", kRunFailed);
   } catch (const std::exception& error) {
-    return say(error.what(), run_failed);
+    return say(error.what(), kRunFailed);
   }
 }

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-/// What a user gave to `option`, "path=value" each. Throws std::invalid_argument for anything else.
+/// The values of `option`, each "path=value". Throws std::invalid_argument for anything else.
 inline std::vector<selvedge::Override> read_overrides(const std::vector<std::string>& set,
                                                       const std::string& option = "--set") {
   std::vector<selvedge::Override> overrides;

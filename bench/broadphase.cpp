@@ -1,31 +1,33 @@
 // SPDX-License-Identifier: MIT
-// Times, pairs and memory of every broad phase that this build has, on the scenes of
-// broadphase_scenes.h. Tables:
-//   detectors  by part: `cold` is the first call of a new detector (topology, build, query),
-//   `build`
-//              the part of a call that makes its structure anew, `refit` that of a call that keeps
-//              it after every vertex has moved, `query` and `warm` the search and all of that call.
-//              `recall` counts the pairs of bvh_aabb, which tests prove equal to brute force's.
-//   libraries  the default detector against the best library in the same turn: by how much quicker,
-//              the first call, the call that makes the structure anew and the warm one
-//   spikes     the warm call with one vertex that moves 1 m, 10 m and 1 km, 1e6 m from the origin,
-//              and with a copy of the mesh 1e5 times smaller beside it (--smaller: other ratios),
-//              over the plain one; pairs reported per microsecond
-//   scaling    the warm call over the size, and its log-log slope in the primitives that move and
-//              the pairs together
-//   memory     what a detector keeps between calls per primitive, and by how much its first two
-//              calls raise the peak of a process of its own; with --large also at 2.5 million
+// Times, pairs and memory of every broad phase of this build, on the scenes of broadphase_scenes.h.
+// Tables:
+//   detectors  times by part. `cold` is the first call of a new detector (topology, build, query).
+//              `build` is the part of a call that builds the structure, and `refit` the part that
+//              updates it after every vertex has moved. `query` and `warm` are the search and the
+//              whole of the latter call. `recall` counts the pairs of bvh_aabb, which tests prove
+//              equal to those of brute force.
+//   libraries  the speed-up of the default detector over the best library in the same turn: of the
+//              first call, of a call that rebuilds the structure, and of a warm call
+//   spikes     the warm call with one vertex that moves 1 m, 10 m and 1 km, with the scene at
+//              1e6 m from the origin, and with a copy of the mesh beside it that is 1e5 times
+//              smaller (--smaller: other ratios), each over the plain one; pairs reported per
+//              microsecond
+//   scaling    the warm call over the size, and its log-log slope over the sum of moving primitives
+//              and pairs
+//   memory     memory that a detector keeps between calls, per primitive, and the increase of a
+//              separate process's peak memory by its first two calls; --large adds 2.5 million
 //              triangles
 //   frames     milliseconds per frame of a cloth that swings to and fro at a given speed
-// Detectors take turns, and medians are printed.
+// Detectors take turns, and the program prints medians.
 #include "broadphase_scenes.h"
 #include "table.h"
 
 #include <fmt/format.h>
-#include <selvedge/apps/methods.h>
+#include <selvedge/apps/command_line.h>
+#include <selvedge/core/clock.h>
 #include <selvedge/core/parallel.h>
+#include <selvedge/scene/all_methods.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -45,10 +47,10 @@ namespace {
 
 constexpr double kFramesOfASwing = 60.0;
 constexpr int kLargeSize = 1119;       // 2·1118² = 2.5 million triangles
-constexpr int kSizeOfThickness = 200;  // the large scene is inflated in proportion to its edges
+constexpr int kSizeOfThickness = 200;  // the thickness scales with the edges of this size
 constexpr const char* kReference = "bvh_aabb";
 
-struct Options {
+struct BenchOptions {
   std::vector<std::string> tables = {"detectors"}, detectors, scenes = {"drape", "crumple"};
   std::vector<double> smaller = {1e5};
   std::vector<int> sizes = {50, 100, 200}, threads = {1};
@@ -69,14 +71,14 @@ double pick(std::vector<double> values, bool least) {
 
 std::string milliseconds(double seconds) { return fmt::format("{:.2f}", 1e3 * seconds); }
 
-/// One call; its time in seconds.
+/// Times one call, in seconds.
 double detect(BroadPhase& detector, const Scene& scene, CandidatePairs& out) {
   const auto begin = std::chrono::steady_clock::now();
   if (scene.self)
     detector.find_self_pairs(scene.cloth.view(), out);
   else
     detector.find_pairs(scene.cloth.view(), scene.body.view(), out);
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return seconds_since(begin);
 }
 
 template <class Pair>
@@ -100,14 +102,14 @@ double recall(const CandidatePairs& found, const CandidatePairs& all) {
   return all.size() == 0 ? 1.0 : static_cast<double>(seen) / static_cast<double>(all.size());
 }
 
-/// What is known of one detector on one scene.
+/// Measurements of one detector on one scene.
 struct Measured {
   std::unique_ptr<BroadPhase> detector;
   std::vector<double> cold, built, build, refit, query, warm;
   CandidatePairs out;
   std::size_t bytes = 0;
-  std::string why_not;  ///< no answer
-  bool slow = false;    ///< past the limit: not asked again
+  std::string why_not;  ///< the reason for a missing result
+  bool slow = false;    ///< exceeded the limit; not measured again
 
   double warm_s(bool least) const { return pick(warm, least); }
 };
@@ -120,8 +122,8 @@ std::string why_not(const BroadPhaseTraits& traits, const Scene& scene) {
   return "";
 }
 
-/// One turn: cold, then with the structure made anew, then warm. A second promise to stand still
-/// makes a detector that keeps trees build one for it.
+/// One turn: a cold call, a call that rebuilds the structure, and a warm call. Repeating the
+/// promise of a static surface makes a detector that keeps trees build a tree for it.
 void take_turn(Measured& m, const std::function<std::unique_ptr<BroadPhase>()>& make,
                Scene& scene) {
   m.detector = make();
@@ -140,7 +142,7 @@ void take_turn(Measured& m, const std::function<std::unique_ptr<BroadPhase>()>& 
   m.bytes = cost.bytes;
 }
 
-Measurement measure(Scene& scene, const BroadPhaseRegistry& registry, const Options& options) {
+Measurement measure(Scene& scene, const BroadPhaseRegistry& registry, const BenchOptions& options) {
   Measurement all;
   for (int repeat = 0; repeat < options.repeats; ++repeat)
     for (const auto& [name, make] : registry) {
@@ -158,15 +160,11 @@ Measurement measure(Scene& scene, const BroadPhaseRegistry& registry, const Opti
   return all;
 }
 
-BroadPhaseRegistry detectors(const Options& options, int size) {
+BroadPhaseRegistry detectors(const BenchOptions& options, int size) {
   BroadPhaseRegistry all = methods_of_this_build().broad_phases;
   if (!options.detectors.empty()) {
     BroadPhaseRegistry some;
-    for (const std::string& name : options.detectors) {
-      if (!all.contains(name))
-        throw std::invalid_argument("no detector '" + name + "' in this build; see selvedge list");
-      some[name] = all[name];
-    }
+    for (const std::string& name : options.detectors) some.add(name, all.at(name));
     all = some;
   }
   if (size > options.largest_brute) all.erase("brute_force");
@@ -180,7 +178,7 @@ CandidatePairs reference(Scene& scene) {
   return out;
 }
 
-Table detector_table(const Options& options) {
+Table detector_table(const BenchOptions& options) {
   Table table({"scene", "detector", "threads", "cold ms", "build ms", "refit ms", "query ms",
                "warm ms", "point-triangle", "edge-edge", "recall", "MB", "B/primitive"});
   for (const int size : options.sizes)
@@ -209,13 +207,12 @@ Table detector_table(const Options& options) {
   return table;
 }
 
-/// Detectors that are others' work, by the library behind them.
+/// Detectors that wrap third-party libraries, by library.
 BroadPhaseRegistry libraries(const BroadPhaseRegistry& all) {
   BroadPhaseRegistry some;
-  for (const auto& [name, make] : all)
-    for (const AdapterMethod& adapter : adapter_methods())
-      if (adapter.name == name && make()->traits().guarantee == Guarantee::conservative)
-        some[name] = make;
+  for (const auto& [name, entry] : all)
+    if (!entry.library().empty() && entry.traits().guarantee == Guarantee::conservative)
+      some.add(name, entry);
   return some;
 }
 
@@ -223,7 +220,7 @@ BroadPhaseRegistry libraries(const BroadPhaseRegistry& all) {
 using Times = std::vector<double> Measured::*;
 
 /// The row of one kind of call. Turns are compared one by one, so that a slow moment of the machine
-/// counts for both.
+/// affects both sides.
 std::vector<std::string> library_row(const Measurement& all, Times times, bool least) {
   const std::vector<double>& own = all.at(kReference).*times;
   std::string best_name = "none";
@@ -250,13 +247,13 @@ std::vector<std::string> library_row(const Measurement& all, Times times, bool l
           fmt::format("{:.2f}", pick(ratio, false))};
 }
 
-Table library_table(const Options& options) {
+Table library_table(const BenchOptions& options) {
   Table table({"scene", "call", "threads", "bvh_aabb least ms", "median ms", "best library",
                "its least ms", "its median ms", "ratio of leasts", "median ratio"});
   BroadPhaseRegistry all = methods_of_this_build().broad_phases;
   BroadPhaseRegistry some = libraries(all);
   if (some.empty()) throw std::runtime_error("this build has no library to compare with");
-  some[kReference] = all.at(kReference);
+  some.add(kReference, all.at(kReference));
   for (const int size : options.sizes)
     for (const std::string& kind : options.scenes)
       for (const int threads : options.threads) {
@@ -275,29 +272,30 @@ Table library_table(const Options& options) {
   return table;
 }
 
-/// A scene and what is done to it.
+/// A modification of a scene.
 struct Mischief {
   std::string name;
   std::function<void(Scene&)> act;
 };
 
-/// After `move`, so by way of the start position: the sweep is as long as the spike.
+/// Called after `move`, so it changes the start position: the sweep is as long as the spike.
 void spike(Scene& scene, double length) {
   Vec3& x = scene.cloth.x_t0[scene.cloth.x_t0.size() / 2];
   x += length / std::sqrt(3.0) * Vec3(1, 1, 1);
 }
 
-/// The same mesh so many times smaller beside the scene's.
+/// Adds a copy of the mesh, `times` smaller, beside the scene's.
 Mischief beside_a_small_one(double times) {
   return {fmt::format("1e{:.0f} times smaller beside", std::log10(times)), [times](Scene& s) {
             s.tiny = 1.0 / times;
             s.cloth.append(tiny_copy(s.cloth, s.tiny));
-            // The inflation is that of the small one, or all of it would touch all of it.
+            // Use the thickness of the small mesh; with the full one, all its primitives would
+            // overlap.
             if (s.self) s.cloth.thickness *= s.tiny;
           }};
 }
 
-std::vector<Mischief> mischiefs(const Options& options) {
+std::vector<Mischief> mischiefs(const BenchOptions& options) {
   std::vector<Mischief> all = {{"plain", [](Scene&) {}},
                                {"spike 1 m", [](Scene& s) { spike(s, 1.0); }},
                                {"spike 10 m", [](Scene& s) { spike(s, 10.0); }},
@@ -312,7 +310,7 @@ std::vector<Mischief> mischiefs(const Options& options) {
   return all;
 }
 
-Table spike_table(const Options& options) {
+Table spike_table(const BenchOptions& options) {
   Table table(
       {"scene", "detector", "threads", "mischief", "warm ms", "over plain", "pairs", "pairs/us"});
   for (const int size : options.sizes)
@@ -339,7 +337,7 @@ Table spike_table(const Options& options) {
   return table;
 }
 
-/// Least squares of log y over log x.
+/// Least-squares slope of log y over log x.
 double slope(const std::vector<std::array<double, 2>>& points) {
   double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
   for (const auto& [x, y] : points) {
@@ -349,7 +347,7 @@ double slope(const std::vector<std::array<double, 2>>& points) {
   return points.size() < 2 ? std::nan("") : (n * sxy - sx * sy) / (n * sxx - sx * sx);
 }
 
-Table scaling_table(const Options& options) {
+Table scaling_table(const BenchOptions& options) {
   std::vector<std::string> head = {"scene", "detector", "threads"};
   for (const int size : options.sizes) head.push_back(fmt::format("{} ms", size));
   head.push_back("slope");
@@ -368,7 +366,7 @@ Table scaling_table(const Options& options) {
           if (!m.why_not.empty()) continue;
           const double warm = m.warm_s(options.least);
           cells[name].push_back(milliseconds(warm));
-          // The body costs a warm call nothing.
+          // A warm call spends no time on the body.
           points[name].push_back(
               {static_cast<double>(scene.cloth.primitives() + m.out.size()), warm});
           if (m.slow) stopped.insert(name);
@@ -385,7 +383,7 @@ Table scaling_table(const Options& options) {
   return table;
 }
 
-/// A figure of /proc/self/status in bytes, if this system has it.
+/// A value of /proc/self/status in bytes, if the system provides it.
 std::optional<double> status(const std::string& key) {
   std::ifstream in("/proc/self/status");
   for (std::string line; std::getline(in, line);)
@@ -393,7 +391,7 @@ std::optional<double> status(const std::string& key) {
   return std::nullopt;
 }
 
-Scene memory_scene(const Options& options) {
+Scene memory_scene(const BenchOptions& options) {
   Scene scene = make_scene(options.peak_scene, options.sizes.at(0));
   if (options.in_proportion)
     for (Surface* s : {&scene.cloth, &scene.body})
@@ -401,13 +399,12 @@ Scene memory_scene(const Options& options) {
   return scene;
 }
 
-/// Run in a process of its own: prints bytes kept, pairs, by how much the peak rose, and
-/// primitives.
-int print_peak(const Options& options) {
+/// Runs in a separate process; prints bytes kept, pairs, increase of the peak, and primitives.
+int print_peak(const BenchOptions& options) {
   Scene scene = memory_scene(options);
   const BroadPhaseRegistry all = methods_of_this_build().broad_phases;
   move(scene, scene.speed * (options.in_proportion ? 0.2 : 1.0), 1);
-  std::ofstream("/proc/self/clear_refs") << 5;  // The peak is measured from here on.
+  std::ofstream("/proc/self/clear_refs") << 5;  // Reset the peak.
   const double before = status("VmRSS").value_or(0.0);
   const auto detector = all.at(options.peak_of)();
   CandidatePairs out;
@@ -422,7 +419,7 @@ struct Peak {
   double kept, pairs, peak, primitives, warm;
 };
 
-/// Asks a new process of this program.
+/// Measures in a new process of this program.
 std::optional<Peak> peak_of(const std::string& detector, const std::string& kind, int size,
                             bool in_proportion) {
   const std::string self = std::filesystem::read_symlink("/proc/self/exe").string();
@@ -438,7 +435,7 @@ std::optional<Peak> peak_of(const std::string& detector, const std::string& kind
   return whole ? std::optional(p) : std::nullopt;
 }
 
-Table memory_table(const Options& options) {
+Table memory_table(const BenchOptions& options) {
   Table table({"scene", "detector", "pairs", "kept MB", "kept B/primitive", "peak MB",
                "peak B/(primitive + pair)", "warm ms"});
   std::vector<int> sizes = options.sizes;
@@ -463,8 +460,8 @@ Table memory_table(const Options& options) {
   return table;
 }
 
-/// Seconds a frame of every detector while the cloth flows.
-Table frame_table(const Options& options) {
+/// Seconds per frame of every detector while the cloth moves.
+Table frame_table(const BenchOptions& options) {
   Table table({"scene", "detector", "threads", "m/s", "mean ms", "median ms", "worst ms"});
   for (const int size : options.sizes)
     for (const std::string& kind : options.scenes)
@@ -477,7 +474,7 @@ Table frame_table(const Options& options) {
             if (why_not(make()->traits(), scene).empty()) all[name].detector = make();
           for (int frame = 0; frame < options.frames; ++frame) {
             scene.cloth.x_t0 = scene.cloth.x_t1;
-            // To and fro, or a steady flow would draw the cloth together.
+            // The flow alternates, because a steady flow would contract the cloth.
             move(scene, speed * std::cos(2.0 * std::numbers::pi * frame / kFramesOfASwing), 5);
             for (auto& [name, m] : all) m.warm.push_back(detect(*m.detector, scene, m.out));
           }
@@ -492,7 +489,7 @@ Table frame_table(const Options& options) {
   return table;
 }
 
-Table table_of(const std::string& name, const Options& options) {
+Table table_of(const std::string& name, const BenchOptions& options) {
   if (name == "detectors") return detector_table(options);
   if (name == "libraries") return library_table(options);
   if (name == "spikes") return spike_table(options);
@@ -501,40 +498,35 @@ Table table_of(const std::string& name, const Options& options) {
   return frame_table(options);
 }
 
-void read_options(CLI::App& app, Options& options) {
-  app.add_option("table", options.tables,
-                 "which tables: detectors, libraries, spikes, scaling, memory, frames")
-      ->check(CLI::IsMember({"detectors", "libraries", "spikes", "scaling", "memory", "frames"}));
-  app.add_option("--detectors", options.detectors, "only these")->delimiter(',');
-  app.add_option("--scene", options.scenes, "only these: drape, crumple")
-      ->check(CLI::IsMember({"drape", "crumple"}))
-      ->delimiter(',');
-  app.add_option("--size", options.sizes, "vertices a side")
-      ->check(CLI::Range(2, 3000))
-      ->delimiter(',');
-  app.add_option("--threads", options.threads, "threads")->delimiter(',');
-  app.add_option("--repeats", options.repeats, "turns of which the median is printed")
-      ->check(CLI::Range(1, 1000));
-  app.add_option("--smaller", options.smaller,
-                 "the table of spikes: how many times smaller the mesh beside is, powers of ten")
-      ->check(CLI::Range(10.0, 1e9))
-      ->delimiter(',');
-  app.add_option("--frames", options.frames, "frames of the table of frames")
-      ->check(CLI::Range(1, 100000));
-  app.add_option("--limit", options.limit,
-                 "seconds: a detector whose warm calls would take longer is asked once");
-  app.add_option("--largest-brute", options.largest_brute,
-                 "largest size that brute force is run on");
-  app.add_option("--csv", options.csv, "also write the tables to this file");
-  app.add_flag("--least", options.least, "print the least time instead of the median");
-  app.add_flag("--markdown", options.markdown, "print the tables as Markdown");
-  app.add_flag("--large", options.large, "memory also at 2.5 million triangles");
-  app.add_option("--peak-of", options.peak_of, "for the program itself")->group("");
-  app.add_option("--peak-scene", options.peak_scene, "for the program itself")->group("");
-  app.add_flag("--in-proportion", options.in_proportion, "for the program itself")->group("");
+void read_options(const Command& app, BenchOptions& options) {
+  app.option("table", options.tables,
+             "which tables: detectors, libraries, spikes, scaling, memory, frames")
+      .one_of({"detectors", "libraries", "spikes", "scaling", "memory", "frames"});
+  app.option("--detectors", options.detectors, "only these").comma_separated();
+  app.option("--scene", options.scenes, "only these: drape, crumple")
+      .one_of({"drape", "crumple"})
+      .comma_separated();
+  app.option("--size", options.sizes, "vertices a side").range(2, 3000).comma_separated();
+  app.option("--threads", options.threads, "threads").comma_separated();
+  app.option("--repeats", options.repeats, "turns of which the median is printed").range(1, 1000);
+  app.option("--smaller", options.smaller,
+             "the table of spikes: how many times smaller the mesh beside is, powers of ten")
+      .range(10.0, 1e9)
+      .comma_separated();
+  app.option("--frames", options.frames, "frames of the table of frames").range(1, 100000);
+  app.option("--limit", options.limit,
+             "seconds: a detector whose warm calls would take longer is asked once");
+  app.option("--largest-brute", options.largest_brute, "largest size that brute force is run on");
+  app.option("--csv", options.csv, "also write the tables to this file");
+  app.flag("--least", options.least, "print the least time instead of the median");
+  app.flag("--markdown", options.markdown, "print the tables as Markdown");
+  app.flag("--large", options.large, "memory also at 2.5 million triangles");
+  app.option("--peak-of", options.peak_of, "for the program itself").hidden();
+  app.option("--peak-scene", options.peak_scene, "for the program itself").hidden();
+  app.flag("--in-proportion", options.in_proportion, "for the program itself").hidden();
 }
 
-int run(const Options& options) {
+int run(const BenchOptions& options) {
   if (!options.peak_of.empty()) return print_peak(options);
   std::ofstream csv;
   if (!options.csv.empty()) {
@@ -553,10 +545,10 @@ int run(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Times, pairs and memory of the broad phases");
-  Options options;
+  CommandLine app("Times, pairs and memory of the broad phases");
+  BenchOptions options;
   read_options(app, options);
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = app.parse(argc, argv)) return *code;
   try {
     return run(options);
   } catch (const std::exception& error) {

@@ -13,8 +13,8 @@ namespace {
 
 constexpr double kBodyRadius = 0.3;  // m
 constexpr int kBodySides = 116;      // 2·116·115 = 26,680 faces
-// At 200 a side these give about the pairs of the scenes for which the targets of speed were set:
-// 96 thousand and 243 thousand, 633 thousand and 1.80 million.
+// At a resolution of 200 a side, these constants give about as many pairs as the scenes of the
+// speed targets: 96 thousand and 243 thousand, 633 thousand and 1.80 million.
 constexpr double kDrapeGap = 0.0085;    // m
 constexpr double kDrapeSpeed = 0.5;     // m/s
 constexpr double kCrumpleBox = 0.38;    // m
@@ -35,7 +35,7 @@ Surface sheet(int n) {
   return s;
 }
 
-/// A bumpy ball in polar coordinates.
+/// A bumpy sphere in polar coordinates.
 Vec3 on_body(double polar, double azimuth, double above) {
   const double r =
       kBodyRadius * (1.0 + 0.06 * std::sin(3.0 * azimuth) * std::pow(std::sin(polar), 3.0)) + above;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// The scenes on which broad phases are measured, of any size:
-//   drape N    an N x N cloth of 1 m wrapped on a closed body of 26,680 faces, moved by a step of
+// Benchmark scenes for broad phases, at any size:
+//   drape N    an N x N cloth of 1 m around a closed body of 26,680 faces, moved by a step of
 //              1/60 s
-//   crumple N  an N x N sheet of 1 m folded into a small box, against itself
-// both inflated by 1 mm.
+//   crumple N  an N x N sheet of 1 m folded into a small box; self-collision
+// Both surfaces have a thickness of 1 mm.
 #pragma once
 
 #include <selvedge/core/collision_types.h>
@@ -24,12 +24,12 @@ struct Surface {
   std::vector<Triangle> triangles;
   std::uint64_t static_id = 0;
   double thickness = kThickness;
-  std::size_t tiny_from = std::numeric_limits<std::size_t>::max();  ///< of the small part
+  std::size_t tiny_from = std::numeric_limits<std::size_t>::max();  ///< start of the small part
 
   SurfaceView view() const { return {x_t0, x_t1, edges, triangles, thickness, static_id}; }
   std::size_t primitives() const { return x_t0.size() + edges.size() + triangles.size(); }
 
-  /// The other surface as a part of this one.
+  /// Appends the other surface to this one.
   void append(Surface other) {
     const auto first = static_cast<std::int32_t>(x_t0.size());
     tiny_from = x_t0.size();
@@ -47,19 +47,20 @@ struct Scene {
   Surface cloth, body;
   double speed = 0.0;
   bool self = false;
-  Vec3 origin = Vec3::Zero();  ///< of the flow
+  Vec3 origin = Vec3::Zero();  ///< origin of the flow
   double tiny = 1.0;           ///< size and speed of the small part over those of the rest
 
   std::size_t primitives() const { return cloth.primitives() + body.primitives(); }
 };
 
-/// "drape" or "crumple"; std::invalid_argument for another one.
+/// Accepts "drape" or "crumple"; throws std::invalid_argument for other names.
 Scene make_scene(const std::string& kind, int size);
 
-/// The same surface `scale` times as large, beside it.
+/// A copy of the surface, scaled by `scale` and placed beside it.
 Surface tiny_copy(Surface s, double scale);
 
-/// End positions from start positions: a smooth flow and a little noise, the same on every mesh.
+/// Computes end positions from start positions: a smooth flow plus slight noise, identical on every
+/// mesh.
 void move(Scene& scene, double speed, unsigned seed);
 
 }  // namespace selvedge::bench

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
-// Asks ccd_exact any number of adversarial queries and compares verdict and time with the judge, an
-// independent oracle in integers. Each query is asked twice: alone, and in a batch of all families.
-// Prints counts by family; status 1 if anything is wrong. Times are those of the processor, not of
-// the clock on the wall.
+// Compares verdict and time of ccd_exact with the judge, an independent oracle in integer
+// arithmetic, on any number of adversarial queries. ccd_exact answers each query twice: alone, and
+// in a batch of all families. The program prints counts by family and exits with 1 on any error.
+// Times are processor times.
 //
-// With --digest the judge is not asked: prints one number for each vector width, made of the times
-// and contacts of the queries, by which builds and vector paths are compared.
+// With --digest it does not run the judge. It prints one number for each vector width, a digest of
+// times and contacts, for comparing builds and vector paths.
 #include <fmt/format.h>
+#include <selvedge/apps/command_line.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/narrowphase/ccd_exact.h>
 #include <selvedge/tests/ccd_queries.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <bit>
 #include <chrono>
@@ -240,7 +240,8 @@ std::vector<Family> chosen(const std::vector<std::string>& names) {
   if (out.size() != names.size()) {
     std::string known;
     for (const Family& family : families()) known += fmt::format(" {}", family.name);
-    throw CLI::ValidationError("--families", "every name must be one of:" + known);
+    fmt::print(stderr, "--families: every name must be one of:{}\n", known);
+    std::exit(2);
   }
   return out;
 }
@@ -248,21 +249,19 @@ std::vector<Family> chosen(const std::vector<std::string>& names) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Compares ccd_exact with the judge on adversarial queries"};
+  CommandLine app("Compares ccd_exact with the judge on adversarial queries");
   std::size_t queries = 200000;
   std::uint64_t seed = 1;
   int threads = 0;
   std::vector<std::string> names;
-  app.add_option("--queries", queries, "At least so many, rounded up to whole tasks")
-      ->capture_default_str();
-  app.add_option("--seed", seed)->capture_default_str();
-  app.add_option("--families", names, "Names of families (default: all)");
-  app.add_option("--threads", threads, "0: as many as the machine has")->capture_default_str();
+  app.option("--queries", queries, "At least so many, rounded up to whole tasks").show_default();
+  app.option("--seed", seed).show_default();
+  app.option("--families", names, "Names of families (default: all)");
+  app.option("--threads", threads, "0: as many as the machine has").show_default();
   bool digest_only = false;
-  app.add_flag("--digest", digest_only, "Print a digest for each vector width instead");
-  std::vector<Family> families;
-  app.callback([&] { families = chosen(names); });
-  CLI11_PARSE(app, argc, argv);
+  app.flag("--digest", digest_only, "Print a digest for each vector width instead");
+  if (const auto code = app.parse(argc, argv)) return *code;
+  const std::vector<Family> families = chosen(names);
 
   const ThreadLimit limit(threads);
   const std::size_t per_task = kPerFamily * families.size();

@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: MIT
 //
-// Spring-force evaluations a second on one thread, for grids from the size of a cache to far beyond
-// it: what a Hooke spring costs, and whether memory or arithmetic bounds it. And what a step costs:
-// explicit (symplectic Euler, one thread) with hinges and on Provot's net of springs alone, and
-// linearly implicit to a residual of 1e-3 on two threads. --bending: what bending by hinges and by
-// the shape operator costs on meshes of triangles.
+// Spring-force evaluations per second on one thread, for grids from cache size to far beyond it.
+// They show the cost of a Hooke spring, and whether memory or arithmetic limits it. Also the cost
+// of a step: explicit (symplectic Euler, one thread) with hinges and with Provot's springs only,
+// and linearly implicit to a residual of 1e-3 on two threads. --bending: cost of bending by hinges
+// and by the shape operator on triangle meshes.
 //   bench_core [--repeats 9] [--steps | --bending]
 #include <fmt/format.h>
+#include <selvedge/apps/command_line.h>
+#include <selvedge/core/clock.h>
 #include <selvedge/core/force.h>
 #include <selvedge/core/integrator.h>
 #include <selvedge/core/parallel.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -21,13 +22,10 @@
 
 namespace {
 
+using selvedge::seconds_since;
 using selvedge::Vec3;
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-/// Least seconds of one call.
+/// Shortest time of one call, s.
 template <class Call>
 double least_seconds(int repeats, int calls, const Call& call) {
   double least = 1e300;
@@ -39,7 +37,7 @@ double least_seconds(int repeats, int calls, const Call& call) {
   return least;
 }
 
-/// Bytes of springs and particles that one evaluation of all forces walks through.
+/// Bytes of springs and particles that one evaluation of all forces reads and writes.
 double bytes_walked(const selvedge::ClothMesh& cloth) {
   return static_cast<double>(cloth.springs.size() * sizeof(selvedge::Spring) +
                              cloth.mass.size() * 3 * sizeof(Vec3));
@@ -52,7 +50,7 @@ void measure(int cells, int repeats) {
   std::vector<Vec3> x = cloth.surface.vertices, v(n, Vec3(0.1, 0.2, 0.3)), f(n, Vec3::Zero());
   for (std::size_t i = 0; i < n; ++i) x[i].z() = 0.05 * std::sin(20.0 * x[i].x());
   const auto forces = selvedge::make_internal_forces(cloth);
-  constexpr double evaluations = 2e6;  // a repeat: long against the clock's grain
+  constexpr double evaluations = 2e6;  // per repeat; long compared with the clock resolution
   const auto springs = static_cast<double>(cloth.springs.size());
   const int calls = std::max(1, static_cast<int>(evaluations / springs));
   const double hooke = least_seconds(repeats, calls, [&] {
@@ -66,16 +64,15 @@ void measure(int cells, int repeats) {
              1e-6 * static_cast<double>(cloth.hinges.size()) / bending);
 }
 
-/// A cloth that hangs by a side and swings, advanced by one method.
+/// A cloth that hangs by one side and swings, advanced by one method.
 class Swing {
  public:
   Swing(const std::string& method, const selvedge::ClothMesh& cloth, double h) : h_(h) {
     const std::size_t n = cloth.mass.size();
     auto forces = selvedge::make_internal_forces(cloth);
     forces.push_back(selvedge::make_gravity({0.0, 0.0, -9.81}));
-    selvedge::IntegratorConfig config;
-    config.solve.tolerance = 1e-3;
-    integrator_ = selvedge::integrators().at(method)(std::move(forces), n, config);
+    const selvedge::ImplicitConfig solve{.tolerance = 1e-3};
+    integrator_ = selvedge::integrators().at(method)(std::move(forces), n, solve);
     p_ = {cloth.surface.vertices, std::vector<Vec3>(n, Vec3::Zero()), cloth.mass, {}};
     for (std::size_t i = 0; i < n; ++i)
       p_.inv_mass.push_back(p_.x[i].y() > 0.4999 ? 0.0 : 1.0 / p_.mass[i]);
@@ -95,7 +92,7 @@ class Swing {
     solve();
     go_on();
   }
-  /// Forgets what a solve has found.
+  /// Discards the warm start of the solver.
   void forget() { mean_ = p_.v; }
 
  private:
@@ -117,24 +114,24 @@ double seconds_of(const Call& call) {
   return seconds_since(start);
 }
 
-/// Least seconds of one explicit step.
+/// Shortest time of one explicit step, s.
 double explicit_seconds(const selvedge::ClothMesh& cloth, int repeats) {
   Swing swing("symplectic_euler", cloth, 1e-6);
   swing.step();
   return least_seconds(repeats, 1, [&] { swing.step(); });
 }
 
-/// What a linearly implicit step to a relative residual of 1e-3 is made of, s.
+/// Cost of the parts of a linearly implicit step to a relative residual of 1e-3, s.
 struct ImplicitCost {
-  double least = 0.0, median = 0.0;  // of a step
+  double least = 0.0, median = 0.0;  // whole step
   double least_system = 0.0;
-  double system = 0.0;     // of forces, Jacobian and preconditioner, before the first iteration
-  double iteration = 0.0;  // of the conjugate gradients, each with a cycle of the multigrid
-  int iterations = 0;      // of the last step
+  double system = 0.0;     // forces, Jacobian and preconditioner, before the first iteration
+  double iteration = 0.0;  // one conjugate-gradient iteration with its multigrid cycle
+  int iterations = 0;      // in the last step
 };
 
 ImplicitCost implicit_cost(const selvedge::ClothMesh& cloth, int repeats) {
-  constexpr double any_answer = 1e12;  // tolerance so loose that no iteration is made
+  constexpr double any_answer = 1e12;  // a tolerance so loose that the solver makes no iteration
   Swing swing("implicit_euler", cloth, 1.0 / 120.0);
   for (int i = 0; i < 2; ++i) swing.step();
   std::vector<double> steps, systems, iterations;
@@ -162,7 +159,7 @@ ImplicitCost implicit_cost(const selvedge::ClothMesh& cloth, int repeats) {
   return cost;
 }
 
-/// Bytes a second that a + s·b streams through `threads` threads, far beyond the caches.
+/// Memory bandwidth, bytes per second: a + s·b on `threads` threads, far beyond the caches.
 double streamed_bytes_a_second(int repeats) {
   constexpr std::size_t n = 16u << 20, grain = 1u << 16;
   std::vector<double> a(n, 1.0), b(n, 2.0), c(n, 3.0);
@@ -174,7 +171,7 @@ double streamed_bytes_a_second(int repeats) {
   return 3.0 * sizeof(double) * n / seconds;
 }
 
-/// Bytes of the matrix that an iteration walks through: once in double, twice in single precision.
+/// Bytes of the matrix that an iteration reads: once in double, twice in single precision.
 double matrix_bytes(const selvedge::ClothMesh& cloth) {
   std::vector<selvedge::Edge> links;
   for (const auto& force : selvedge::make_internal_forces(cloth)) force->add_links(links);
@@ -230,8 +227,8 @@ void measure_steps(const std::vector<int>& cells, int repeats) {
   for (const int c : cells) print_implicit(c, often(c));
 }
 
-/// A sheet of 1 m of squares, their diagonals one way, alternating or at random; "moved": at
-/// random, inner vertices moved by up to a fifth of a cell.
+/// A 1 m sheet of squares. The diagonals have one direction, alternate, or are random. "moved":
+/// random diagonals, and inner vertices displaced by up to a fifth of a cell.
 selvedge::TriangleMesh triangles_of(int cells, const std::string& diagonals) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> off(-0.2 / cells, 0.2 / cells);
@@ -254,7 +251,7 @@ selvedge::TriangleMesh triangles_of(int cells, const std::string& diagonals) {
   return mesh;
 }
 
-/// Least seconds of the force, the energy and the Jacobian of all hinges.
+/// Shortest times of the force, the energy and the Jacobian of all hinges, s.
 std::array<double, 3> bending_seconds(const selvedge::ClothMesh& cloth, int repeats) {
   const std::size_t n = cloth.mass.size();
   std::vector<Vec3> x = cloth.surface.vertices, v(n, Vec3(0.1, 0.2, 0.3)), f(n, Vec3::Zero());
@@ -272,7 +269,7 @@ std::array<double, 3> bending_seconds(const selvedge::ClothMesh& cloth, int repe
           least_seconds(repeats, 5, [&] { bending.add_jacobian(state, 0.01, matrix); })};
 }
 
-/// One thread; the least of all repeats.
+/// One thread; the minimum over all repeats.
 void measure_bending(int cells, int repeats) {
   const selvedge::ThreadLimit one(1);
   fmt::print("{:>12} {:>15} {:>9} {:>12} {:>10} {:>11} {:>11} {:>12} {:>12} {:>12} {:>6}\n",
@@ -303,19 +300,16 @@ void measure_bending(int cells, int repeats) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Spring forces a second, one thread"};
+  selvedge::CommandLine app("Spring forces a second, one thread");
   int repeats = 9;
-  app.add_option("--repeats", repeats, "Timings of which the least is taken")
-      ->check(CLI::Range(1, 1000));
+  app.option("--repeats", repeats, "Timings of which the least is taken").range(1, 1000);
   bool steps_only = false;
-  app.add_flag("--steps", steps_only, "Only what steps cost");
+  app.flag("--steps", steps_only, "Only what steps cost");
   std::vector<int> cells{99, 316, 999};
-  app.add_option("--cells", cells, "Cells a side of the cloths that are stepped")
-      ->check(CLI::Range(1, 3000));
+  app.option("--cells", cells, "Cells a side of the cloths that are stepped").range(1, 3000);
   bool bending_only = false;
-  app.add_flag("--bending", bending_only,
-               "Only what bending of triangles costs, at the first size");
-  CLI11_PARSE(app, argc, argv);
+  app.flag("--bending", bending_only, "Only what bending of triangles costs, at the first size");
+  if (const auto code = app.parse(argc, argv)) return *code;
   if (bending_only) {
     measure_bending(cells.front(), repeats);
     return 0;

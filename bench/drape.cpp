@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: MIT
-// Where the time of a drape goes. Runs 120 frames of one scene with 50, 100 and 200 particles a
-// side (or those named), each in a process of its own so that its peak memory is its own, from
-// scene file to written frames, and prints a table in Markdown, or JSON. The last frame of each is
-// judged by the exact predicates of `check`, outside the measured time.
-#include <selvedge/apps/judge.h>
+// Time by phase of a drape. The program runs 120 frames of one scene with 50, 100 and 200 particles
+// a side (or the given sizes), from scene file to written frames, and prints a table in Markdown or
+// JSON. Each size runs in a separate process, so that its peak memory is measured alone. The exact
+// predicates of `check` judge each last frame, outside the measured time.
+#include <selvedge/apps/command_line.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/core/parallel.h>
-#include <selvedge/scene/run.h>
+#include <selvedge/judge/judge.h>
+#include <selvedge/run/run.h>
 
 #include <fmt/core.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
@@ -41,21 +41,16 @@ struct Options {
 
 Options parse(int argc, char** argv) {
   Options options;
-  CLI::App app("Seconds by phase, memory and quality of a drape at several resolutions");
-  app.add_option("sizes", options.sizes, "Particles a side of the first piece of cloth")
-      ->check(CLI::Range(2, 5000));
-  app.add_option("--scene", options.scene, "Scene file whose first piece is a grid")
-      ->check(CLI::ExistingFile);
-  app.add_option("--out", options.out, "Folder for the results");
-  app.add_option("--set", options.set, "Scene value to change, as path=value");
-  app.add_option("--threads", options.threads, "Threads at most; 0: as many as the machine has")
-      ->check(CLI::NonNegativeNumber);
-  app.add_flag("--json", options.as_json, "Print JSON instead of the table");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    std::exit(app.exit(error) == 0 ? 0 : 2);
-  }
+  selvedge::CommandLine app(
+      "Seconds by phase, memory and quality of a drape at several resolutions");
+  app.option("sizes", options.sizes, "Particles a side of the first piece of cloth").range(2, 5000);
+  app.option("--scene", options.scene, "Scene file whose first piece is a grid").existing_file();
+  app.option("--out", options.out, "Folder for the results");
+  app.option("--set", options.set, "Scene value to change, as path=value");
+  app.option("--threads", options.threads, "Threads at most; 0: as many as the machine has")
+      .non_negative();
+  app.flag("--json", options.as_json, "Print JSON instead of the table");
+  if (const auto code = app.parse(argc, argv)) std::exit(*code);
   return options;
 }
 
@@ -74,7 +69,7 @@ std::vector<selvedge::Override> overrides_of(const Options& options, int size) {
 
 fs::path folder_of(const Options& options, int size) { return options.out / std::to_string(size); }
 
-/// What the child process does: exit code 0, or 1 after a sentence.
+/// Runs in the child process; exits with 0, or with 1 after a message.
 int run_one(const Options& options, int size) try {
   const selvedge::ThreadLimit limit(options.threads);
   selvedge::RunConfig config;
@@ -95,7 +90,7 @@ double seconds(const timeval& time) {
   return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
 }
 
-/// Runs one size in a child process; its result.json and what the system says of the process.
+/// Runs one size in a child process; returns its result.json and the system's resource usage.
 json measure(const Options& options, int size) {
   fs::remove_all(folder_of(options, size));
   std::fflush(nullptr);
@@ -115,7 +110,7 @@ json measure(const Options& options, int size) {
   return result;
 }
 
-/// The highest numbered file of a stem in the folder of frames, or an empty path.
+/// The file with the highest number for a stem in the folder of frames, or an empty path.
 fs::path last_frame(const fs::path& frames, const std::string& stem) {
   fs::path last;
   if (!fs::exists(frames)) return last;
@@ -201,7 +196,7 @@ int main(int argc, char** argv) try {
   const Options options = parse(argc, argv);
   std::vector<json> results;
   for (const int size : options.sizes) results.push_back(measure(options, size));
-  // Only now: a process with threads cannot be forked.
+  // Start threads only now: a process with threads cannot be forked safely.
   for (json& result : results) add_verdict(options, result);
   if (options.as_json) {
     const int threads = options.threads > 0 ? options.threads : selvedge::thread_count();

@@ -1,19 +1,22 @@
 // SPDX-License-Identifier: MIT
-// What the minimal enclosure saves, and when: a leg and a mannequin of 26,000 faces each, and cloth
+// Savings of the minimal enclosure. The bodies are a leg and a mannequin of 26,000 faces each, and
+// the cloth is one of
 //   sleeve  around one leg, close enough to touch it in folds
 //   skirt   around both legs (or the leg), touching at the waist only
-//   beside  a curtain half a body's height away
-//   far     the same, ten metres away
-// For each number of loops: how tight the enclosure is, how many questions it answers at once,
-// tests of boxes with and without it, and times against the tree and the grid. Body and cloth move
-// in every call; `static` is the time of a call whose body does not. Least of interleaved repeats.
+//   beside  a curtain at a distance of half a body's height
+//   far     the same curtain at a distance of ten metres
+// The table shows for each number of loops how tight the enclosure is, how many queries it answers
+// at once, box tests with and without it, and times relative to the tree and the grid. Body and
+// cloth move in every call; `static` is the time of a call with a static body. Times are the
+// minimum of interleaved repeats.
 #include <fmt/format.h>
-#include <selvedge/bodies/mannequin.h>
+#include <selvedge/apps/command_line.h>
 #include <selvedge/broadphase/minimal_enclosure.h>
+#include <selvedge/core/clock.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/triangle_mesh.h>
+#include <selvedge/tools/mannequin.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -62,7 +65,7 @@ Surface rings(int rows, int columns, const std::function<Vec3(double, double)>& 
 }
 
 double leg_radius(double z) { return 0.04 + 0.06 * z + 0.01 * std::sin(9.0 * z); }
-/// The middle of a leg at the height z.
+/// Centre of a leg at the height z.
 double leg_middle(double z) { return 0.05 * std::sin(2.0 * z); }
 
 Surface leg() {
@@ -78,7 +81,7 @@ Surface figure(int faces) {
   return s;
 }
 
-/// A cloth ring of about n x n vertices whose radius goes from r0 to r1, in folds.
+/// A cloth ring of about n x n vertices with folds; its radius changes from r0 to r1.
 Surface cloth_ring(int n, const Vec3& base, double height, double r0, double r1) {
   return rings(n, n, [&](double u, double angle) {
     const double r = (r0 + (r1 - r0) * u) * (1.0 + 0.04 * std::sin(11.0 * angle + 20.0 * u));
@@ -107,14 +110,14 @@ std::vector<Scene> scenes(int n, int faces) {
 double ms_of(BroadPhase& detector, const Scene& scene, CandidatePairs& out) {
   const auto begin = std::chrono::steady_clock::now();
   detector.find_pairs(scene.cloth.view(), scene.body.view(), out);
-  return 1e3 * std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return 1e3 * seconds_since(begin);
 }
 
-/// One detector, kept for moving bodies, and another for a static one.
+/// One detector for moving bodies and another one for a static body.
 struct Contender {
   std::string name;
   std::unique_ptr<BroadPhase> moving, still;
-  const MinimalEnclosure* enclosure = nullptr;  ///< `moving`, if that is one
+  const MinimalEnclosure* enclosure = nullptr;  ///< `moving`, if it is a minimal enclosure
   double cold = 0.0, warm = std::numeric_limits<double>::infinity(), kept = warm;
   BroadPhaseCost cost{};
 };
@@ -199,18 +202,17 @@ void print_limbs(const Surface& body, int loops) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"what the minimal enclosure saves"};
+  CommandLine app("what the minimal enclosure saves");
   int cells = 120, faces = 26000, repeats = 7, threads = 1;
   bool limbs = false;
   std::string only;
-  app.add_option("--cells", cells, "vertices of the cloth along a side")
-      ->check(CLI::Range(8, 2000));
-  app.add_option("--repeats", repeats, "calls of each")->check(CLI::Range(2, 1000));
-  app.add_option("--threads", threads, "0: as many as there are");
-  app.add_option("--faces", faces, "of the mannequin")->check(CLI::Range(5000, 30000));
-  app.add_option("--scene", only, "measure this one only, as \"leg sleeve\"");
-  app.add_flag("--limbs", limbs, "list the limbs of the mannequin instead");
-  CLI11_PARSE(app, argc, argv);
+  app.option("--cells", cells, "vertices of the cloth along a side").range(8, 2000);
+  app.option("--repeats", repeats, "calls of each").range(2, 1000);
+  app.option("--threads", threads, "0: as many as there are");
+  app.option("--faces", faces, "of the mannequin").range(5000, 30000);
+  app.option("--scene", only, "measure this one only, as \"leg sleeve\"");
+  app.flag("--limbs", limbs, "list the limbs of the mannequin instead");
+  if (const auto code = app.parse(argc, argv)) return *code;
   const ThreadLimit limit(threads);
   if (limbs) {
     print_limbs(figure(faces), 16);

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
-// Every fail-safe, first alone on single steps: how much of the step it lets pass, rounds, time,
-// what is left of sliding and of energy; then in whole scenes. Prints two tables in Markdown.
-#include <selvedge/apps/judge.h>
+// Compares all fail-safes: first alone on single steps (share of the step kept, rounds, time,
+// remaining sliding and energy), then in whole scenes. Prints two tables in Markdown.
+#include <selvedge/apps/command_line.h>
+#include <selvedge/core/clock.h>
 #include <selvedge/core/parallel.h>
-#include <selvedge/scene/simulation.h>
+#include <selvedge/judge/judge.h>
+#include <selvedge/simulation/simulation.h>
 #include <selvedge/tests/fail_safe_trial.h>
 
 #include <fmt/core.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -25,13 +26,13 @@ struct Case {
   std::string name;
   Scene scene;
   int frames = 0;
-  double slide = 0.0;  // m/s along x that Coulomb leaves at the end; 0: not asked
+  double slide = 0.0;  // m/s along x at the end by Coulomb's law; 0: not measured
 };
 
-struct Options {
+struct BenchOptions {
   std::vector<std::string> only, fail_safes;
   bool judged = true, steps = true, scenes = true;
-  double seconds = 60.0;  // for one run
+  double seconds = 60.0;  // limit for one run
 };
 
 constexpr double kFallSpeed = 10.0, kSlideSpeed = 5.0, kFriction = 0.3, kGravity = 9.81;
@@ -43,7 +44,7 @@ Scene stack(int sheets, int cells, double slide) {
   for (int k = 0; k < sheets; ++k) {
     ClothSpec sheet;
     sheet.name = "sheet" + std::to_string(k);
-    sheet.shape = ClothGrid{ClothPattern::rectangular, {0.2, 0.2, cells, cells}, {}};
+    sheet.shape = ClothGrid{"rectangular", {0.2, 0.2, cells, cells}, {}};
     sheet.placement.translation = Vec3(0.003 * k, 0.002 * k, 0.01 + 0.003 * k);
     sheet.placement.rotation = Eigen::AngleAxisd(0.2 * k, Vec3::UnitZ());
     sheet.velocity = Vec3(slide, 0.0, -kFallSpeed);
@@ -57,8 +58,9 @@ Scene stack(int sheets, int cells, double slide) {
   return scene;
 }
 
-// What Coulomb leaves of the sideways speed once the fall has been stopped by the floor, a frame
-// before `frames`: the impulse that stops the fall takes mu times itself, and so does weight.
+// Remaining sideways speed by Coulomb's law after the floor has stopped the fall, one frame before
+// `frames`. The impulse that stops the fall and the weight each cause friction of mu times their
+// size.
 double coulomb_slide(int frames, double fps) {
   return kSlideSpeed - kFriction * (kFallSpeed + kGravity * frames / fps);
 }
@@ -86,7 +88,7 @@ struct Row {
   RunResult result;
   std::string stopped;
   double wall = 0.0, sliding = 0.0;
-  std::size_t wrong = 0;  // crossings and collisions that the judge found
+  std::size_t wrong = 0;  // crossings and collisions found by the judge
 };
 
 TriangleMesh mesh(std::span<const Vec3> x, std::span<const Triangle> triangles) {
@@ -120,14 +122,13 @@ class Judged {
   TriangleMesh last_, body_;
 };
 
-Row run(Scene scene, int frames, const std::string& fail_safe, const Options& options) {
+Row run(Scene scene, int frames, const std::string& fail_safe, const BenchOptions& options) {
   scene.contact.fail_safe = fail_safe;
   Simulation simulation(scene, build_scene(scene));
   Judged judged(simulation);
   Row row;
-  double aside = 0.0;  // s, for the judge
+  double aside = 0.0;  // s, of the judge
   const auto clock = [] { return std::chrono::steady_clock::now(); };
-  const auto since = [&](auto t) { return std::chrono::duration<double>(clock() - t).count(); };
   const auto start = clock();
   try {
     for (int frame = 1; frame <= frames; ++frame) {
@@ -135,9 +136,9 @@ Row run(Scene scene, int frames, const std::string& fail_safe, const Options& op
         if (!options.judged) return;
         const auto t = clock();
         row.wrong += judged.wrong();
-        aside += since(t);
+        aside += seconds_since(t);
       });
-      if (since(start) - aside > options.seconds) {
+      if (seconds_since(start) - aside > options.seconds) {
         row.stopped = fmt::format("time, frame {} of {}", frame, frames);
         break;
       }
@@ -145,7 +146,7 @@ Row run(Scene scene, int frames, const std::string& fail_safe, const Options& op
   } catch (const SimulationFailed& failed) {
     row.stopped = failed.what();
   }
-  row.wall = since(start) - aside;
+  row.wall = seconds_since(start) - aside;
   row.result = simulation.result();
   row.sliding = mean_x(simulation.state().v);
   return row;
@@ -177,7 +178,8 @@ struct StepCase {
   std::vector<Stage> stages;
 };
 
-// Down and sideways by as much as a sheet at 12 m/s moves in a step; in a swarm everything meets.
+// The displacement of a sheet that moves down and sideways at 12 m/s for one step; in a swarm all
+// triangles meet.
 std::vector<StepCase> step_cases() {
   constexpr unsigned kSwarms = 20;
   const Vec3 oblique(0.1, 0.0, -0.1);
@@ -202,7 +204,7 @@ struct StepSum {
   double share = 0.0, rounds = 0.0, seconds = 0.0, energy = 0.0, momentum = 0.0, spin = 0.0;
   double sideways = 0.0, coulomb = 0.0;
   std::int64_t still = 0,
-               hit = 0;  // particles that collide, and those that then do not move at all
+               hit = 0;  // particles that collide, and those of them that end without motion
 };
 
 void one_step(const Stage& stage, FailSafe& fail_safe, StepSum& sum) {
@@ -212,7 +214,7 @@ void one_step(const Stage& stage, FailSafe& fail_safe, StepSum& sum) {
     trial.aim(share);
     const auto start = std::chrono::steady_clock::now();
     rounds = trial.resolve(fail_safe);
-    sum.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    sum.seconds += seconds_since(start);
     if (rounds < 0) continue;
     sum.rounds += rounds;
     break;
@@ -227,7 +229,8 @@ void one_step(const Stage& stage, FailSafe& fail_safe, StepSum& sum) {
   sum.energy += energy / trial.energy();
   sum.momentum = std::max(sum.momentum, (momentum - trial.momentum()).norm() / momentum.norm());
   sum.spin = std::max(sum.spin, (spin - trial.angular_momentum()).norm() / spin.norm());
-  // The plate takes of the fall what is missing, and mu times that of what slides.
+  // The plate removes the missing part of the fall, and friction removes mu times that from the
+  // sliding.
   sum.sideways += mean.x() / wish.x();
   sum.coulomb += 1.0 - stage.friction * (mean.z() - wish.z()) / wish.x();
   std::set<std::int32_t> particles;
@@ -236,7 +239,7 @@ void one_step(const Stage& stage, FailSafe& fail_safe, StepSum& sum) {
     if (trial.inv_mass[i] > 0.0) ++sum.hit, sum.still += end[i] == trial.x_t0[i] ? 1 : 0;
 }
 
-void print_steps(const Options& options) {
+void print_steps(const BenchOptions& options) {
   const auto all = fail_safes();
   fmt::print(
       "| one step | fail-safe | of the step | rounds | ms | energy left | momentum lost | spin "
@@ -262,25 +265,19 @@ void print_steps(const Options& options) {
   fmt::print("\n");
 }
 
-Options parse(int argc, char** argv, const std::vector<Case>& all) {
-  Options options;
-  CLI::App app("Every fail-safe on scenes that need one");
-  app.add_option("--case", options.only, "Only cases whose name contains this");
-  app.add_option("--fail-safe", options.fail_safes, "Only these");
-  app.add_option("--seconds", options.seconds, "Most seconds of one run");
-  app.add_flag("!--unjudged", options.judged, "Leave out the independent judge");
-  app.add_flag("!--no-steps", options.steps, "Leave out the single steps");
-  app.add_flag("!--no-scenes", options.scenes, "Leave out the whole scenes");
-  app.footer([&] {
-    std::string text = "Cases:";
-    for (const Case& c : all) text += "\n  " + c.name;
-    return text;
-  });
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    std::exit(app.exit(error) == 0 ? 0 : 2);
-  }
+BenchOptions parse(int argc, char** argv, const std::vector<Case>& all) {
+  BenchOptions options;
+  CommandLine app("Every fail-safe on scenes that need one");
+  app.option("--case", options.only, "Only cases whose name contains this");
+  app.option("--fail-safe", options.fail_safes, "Only these");
+  app.option("--seconds", options.seconds, "Most seconds of one run");
+  app.flag("!--unjudged", options.judged, "Leave out the independent judge");
+  app.flag("!--no-steps", options.steps, "Leave out the single steps");
+  app.flag("!--no-scenes", options.scenes, "Leave out the whole scenes");
+  std::string names = "Cases:";
+  for (const Case& c : all) names += "\n  " + c.name;
+  app.footer(names);
+  if (const auto code = app.parse(argc, argv)) std::exit(*code);
   return options;
 }
 
@@ -288,7 +285,7 @@ Options parse(int argc, char** argv, const std::vector<Case>& all) {
 
 int main(int argc, char** argv) try {
   const std::vector<Case> all = cases();
-  Options options = parse(argc, argv, all);
+  BenchOptions options = parse(argc, argv, all);
   if (options.fail_safes.empty())
     for (const auto& [name, make] : fail_safes()) options.fail_safes.push_back(name);
   if (options.steps) print_steps(options);

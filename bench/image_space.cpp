@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Image space on a mannequin: ms to draw it and to answer particles or find pairs, and the error,
-// by resolution. Medians.
-#include <selvedge/bodies/mannequin.h>
+// Image space on a mannequin, by resolution: ms to draw it and to answer particle queries or find
+// pairs, and the error. Times are medians.
 #include <selvedge/broadphase/image_space.h>
+#include <selvedge/core/clock.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/triangle_mesh.h>
 #include <selvedge/tests/owned_surface.h>
+#include <selvedge/tools/mannequin.h>
 
 #include <algorithm>
 #include <chrono>
@@ -25,7 +26,7 @@ Surface body_of(int faces) {
   return {mesh.vertices, mesh.vertices, unique_edges(mesh.triangles), mesh.triangles, 0.0, 1};
 }
 
-/// The body's own triangles, 2 mm further out, that move inwards by 3 mm: cloth that fits.
+/// The body's own triangles, offset outwards by 2 mm and moving inwards by 3 mm: tight cloth.
 Surface cloth_on(const Surface& body) {
   Surface s = body;
   s.static_id = 0;
@@ -44,8 +45,7 @@ double median_ms(int repeats, F work) {
   for (int i = 0; i < repeats; ++i) {
     const auto begin = std::chrono::steady_clock::now();
     work();
-    ms.push_back(1e3 *
-                 std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+    ms.push_back(1e3 * seconds_since(begin));
   }
   std::sort(ms.begin(), ms.end());
   return ms[ms.size() / 2];
@@ -75,7 +75,7 @@ void print_maps(Surface body, int resolution) {
     body.x_t1[0][0] += 1e-9;
     maps.update(body.view());
   });
-  // Middles of triangles lie on the surface; those that face the axis and are on its outside.
+  // Triangle centres lie on the surface; only triangles on the outside that face the axis count.
   std::mt19937 random(1);
   std::vector<Vec3> points, normals;
   while (points.size() < particles) {

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
 //
-// The strain limiters on one swinging cloth of 2,500 particles, all brought to the same strain:
-// time, sweeps, strain, momentum and energy (survey section 4.6, claims on its Fig. 21, 22 and
-// Table VI).
+// Compares the strain limiters on one swinging cloth of 2,500 particles, all limited to the same
+// strain: time, sweeps, strain, momentum and energy (survey section 4.6, claims on its Fig. 21, 22
+// and Table VI).
 //   bench_limiters [--frames 30] [--cells 49] [--repeats 3] [--markdown]
-#include <selvedge/core/force_sum.h>
-#include <selvedge/scene/simulation.h>
+#include <selvedge/apps/command_line.h>
+#include <selvedge/core/clock.h>
+#include <selvedge/core/force.h>
+#include <selvedge/simulation/simulation.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "table.h"
@@ -18,7 +18,7 @@ namespace {
 
 using namespace selvedge;
 
-/// Hung by two corners from a level start, so soft that it stretches far beyond its limit of 10 %.
+/// A level cloth held by two corners, soft enough to stretch far beyond its limit of 10 %.
 Scene swing(int cells) {
   Scene scene;
   scene.name = "swing";
@@ -29,7 +29,7 @@ Scene swing(int cells) {
   scene.materials["default"] = soft;
   ClothSpec cloth;
   cloth.name = "cloth";
-  cloth.shape = ClothGrid{ClothPattern::rectangular, {1.0, 1.0, cells, cells}};
+  cloth.shape = ClothGrid{"rectangular", {1.0, 1.0, cells, cells}};
   scene.cloths.push_back(cloth);
   const int row = cells + 1;
   scene.handles.push_back({"corners", "cloth", {row * cells, row * cells + cells}, {}, -1.0});
@@ -38,19 +38,20 @@ Scene swing(int cells) {
 }
 
 struct Outcome {
-  double seconds = 1e300;  // least of the repeats, of the phase "strain"
-  double whole = 1e300;    // of all
+  double seconds = 1e300;  // minimum over the repeats, of the phase "strain"
+  double whole = 1e300;    // the same for all phases
   RunResult result;
   std::vector<Vec3> x;
-  double energy = 0.0;  // J, kinetic, elastic and of weight, at the end
+  double energy = 0.0;  // J; kinetic, elastic and potential energy at the end
 };
 
 double energy_of(const Scene& scene, const BuiltScene& built, const Simulation& simulation) {
   const std::size_t n = built.cloth.mass.size();
   auto parts = make_internal_forces(built.cloth);
   parts.push_back(make_gravity(scene.gravity));
-  if (const StrainLimiterEntry entry = strain_limiters().at(scene.solver.limiter); entry.make_force)
-    parts.push_back(entry.make_force(built.cloth.springs, built.cloth.strain_limit, n));
+  StrainLimit limit =
+      strain_limiters().at(scene.solver.limiter)(built.cloth.springs, built.cloth.strain_limit, n);
+  if (limit.force) parts.push_back(std::move(limit.force));
   const ForceSum forces(std::move(parts), n);
   const SimulationState& state = simulation.state();
   double sum = forces.energy({state.x, state.v, built.cloth.mass, state.time});
@@ -63,11 +64,11 @@ void run(const std::string& limiter, int cells, int frames, Outcome& outcome) {
   scene.solver.limiter = limiter;
   scene.solver.strain_limiter = limiter != "none";
   Simulation simulation(scene, build_scene(scene));
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   for (int frame = 1; frame <= frames; ++frame) simulation.advance_to_frame(frame, {});
-  const std::chrono::duration<double> all = std::chrono::steady_clock::now() - start;
+  const double seconds = watch.seconds();
   outcome.result = simulation.result();
-  outcome.whole = std::min(outcome.whole, all.count());
+  outcome.whole = std::min(outcome.whole, seconds);
   const auto strain = outcome.result.phase_s.find("strain");
   if (strain != outcome.result.phase_s.end())
     outcome.seconds = std::min(outcome.seconds, strain->second);
@@ -93,15 +94,14 @@ std::string number(const char* format, double value) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Strain limiters on one swinging cloth"};
+  CommandLine app("Strain limiters on one swinging cloth");
   int frames = 30, cells = 49, repeats = 3;
   bool markdown = false;
-  app.add_option("--frames", frames, "Frames of 1/60 s")->check(CLI::Range(1, 100000));
-  app.add_option("--cells", cells, "Cells along a side")->check(CLI::Range(1, 1000));
-  app.add_option("--repeats", repeats, "Runs, interleaved; times are least")
-      ->check(CLI::Range(1, 100));
-  app.add_flag("--markdown", markdown, "Print the table in Markdown");
-  CLI11_PARSE(app, argc, argv);
+  app.option("--frames", frames, "Frames of 1/60 s").range(1, 100000);
+  app.option("--cells", cells, "Cells along a side").range(1, 1000);
+  app.option("--repeats", repeats, "Runs, interleaved; times are least").range(1, 100);
+  app.flag("--markdown", markdown, "Print the table in Markdown");
+  if (const auto code = app.parse(argc, argv)) return *code;
   std::map<std::string, Outcome> outcomes;
   for (int r = 0; r < repeats; ++r)
     for (const auto& [name, entry] : strain_limiters()) run(name, cells, frames, outcomes[name]);

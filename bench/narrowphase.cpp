@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
-// Nanoseconds a query of the narrow phases on query files, which `selvedge run --record` makes of
-// any scene: one line for each folder directly below a given one (else the folder itself), kind
-// and method. Means over warm batches on one thread, the median of the repeats; methods take turns.
-// What counts is the time that this thread works. The slowest single query is the largest of all
-// queries' least times, so that a hiccup of the machine does not count.
+// Nanoseconds per query of the narrow phases on query files, which `selvedge run --record` writes
+// for any scene. Prints one line for each kind and method, and for each folder directly below the
+// given one (or the given folder itself). Times are means over warm batches on one thread and the
+// median of the repeats; methods take turns. The clock is the processor time of the thread. The
+// slowest single query is the largest of all queries' minimum times, which excludes interruptions.
 #include <fmt/format.h>
+#include <selvedge/apps/command_line.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/narrowphase/ccd_exact.h>
 #include <selvedge/narrowphase/query_file.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <ctime>
 #include <filesystem>
@@ -51,7 +51,7 @@ Methods make_methods(const std::vector<std::string>& wanted) {
   return methods;
 }
 
-/// Seconds that this thread has worked.
+/// Processor time of this thread, s.
 double now() {
   timespec t{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
@@ -59,7 +59,7 @@ double now() {
   return static_cast<double>(t.tv_sec) + kNano * static_cast<double>(t.tv_nsec);
 }
 
-/// Seconds of `rounds` calls.
+/// Time of `rounds` calls, s.
 double time_calls(const NarrowPhase& method, std::span<const Query> queries, std::span<double> toi,
                   int rounds) {
   const double begin = now();
@@ -67,7 +67,7 @@ double time_calls(const NarrowPhase& method, std::span<const Query> queries, std
   return now() - begin;
 }
 
-/// Seconds a query, once the caches are warm, in a batch of some milliseconds.
+/// Seconds per query with warm caches, in a batch of some milliseconds.
 double time_batch(const NarrowPhase& method, std::span<const Query> queries,
                   std::span<double> toi) {
   constexpr double kBatch = 3e-3;  // s
@@ -108,18 +108,15 @@ void measure(const std::string& family, const std::vector<Query>& queries, const
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Nanoseconds a query of the narrow phases");
+  CommandLine app("Nanoseconds a query of the narrow phases");
   std::vector<std::string> folders, wanted;
   int repeats = 15;
-  app.add_option("folder", folders, "folders of query files")
-      ->required()
-      ->check(CLI::ExistingDirectory);
-  app.add_option("--narrow-phase", wanted,
-                 "methods, separated by commas; ccd_exact/2, /4 and /8 set its vector width")
-      ->delimiter(',');
-  app.add_option("--repeats", repeats, "batches of which the median is printed")
-      ->check(CLI::Range(1, 1000));
-  CLI11_PARSE(app, argc, argv);
+  app.option("folder", folders, "folders of query files").required().existing_folder();
+  app.option("--narrow-phase", wanted,
+             "methods, separated by commas; ccd_exact/2, /4 and /8 set its vector width")
+      .comma_separated();
+  app.option("--repeats", repeats, "batches of which the median is printed").range(1, 1000);
+  if (const auto code = app.parse(argc, argv)) return *code;
   const ThreadLimit limit(1);
   const Methods methods = make_methods(wanted);
   fmt::print("{:<34} {:<20} {:>8} {:>12} {:>12}\n", "family  kind", "narrow_phase", "queries",

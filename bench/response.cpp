@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// Every response on scenes with closed forms: time, residual penetration, errors of friction,
-// momentum and energy; and the survey's claims on responses, with 95 % intervals. Prints Markdown.
+// Compares the responses on scenes with closed forms: time, residual penetration, and errors of
+// friction, momentum and energy. Also measures the survey's claims on responses, with 95 %
+// intervals. Prints Markdown.
+#include <selvedge/apps/command_line.h>
 #include <selvedge/core/parallel.h>
 
 #include "response_claims.h"
@@ -9,7 +11,6 @@
 
 #include <fmt/core.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <map>
 #include <stdexcept>
@@ -21,7 +22,7 @@ namespace {
 using namespace selvedge;
 using namespace selvedge::bench;
 
-struct Options {
+struct BenchOptions {
   std::vector<std::string> responses;
   std::string scene;
   int cells = 16;
@@ -31,28 +32,21 @@ struct Options {
   int threads = 1;
 };
 
-Options parse(int argc, char** argv) {
-  Options options;
-  CLI::App app("Responses: a table of response and scene, and the survey's claims");
-  app.add_option("--response", options.responses, "Only these");
-  app.add_option("--scene", options.scene, "Only scenes whose name contains this");
-  app.add_option("--cells", options.cells, "Cells a side of the small sheets")
-      ->check(CLI::Range(2, 200));
-  app.add_option("--drape-cells", options.drape_cells, "Cells a side on ball and table")
-      ->check(CLI::Range(2, 200));
-  app.add_option("--claim-cells", options.claims.cells, "Cells a side of the timed pairs")
-      ->check(CLI::Range(2, 200));
-  app.add_option("--repeats", options.claims.repeats, "Timed pairs of each scene")
-      ->check(CLI::Range(2, 1000));
-  app.add_option("--seed", options.claims.seed, "Of the samples and the bootstrap");
-  app.add_option("--threads", options.threads, "0: all")->check(CLI::Range(0, 1024));
-  app.add_flag("!--no-table", options.table, "Leave out the table");
-  app.add_flag("!--no-claims", options.claim, "Leave out the claims");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    std::exit(app.exit(error) == 0 ? 0 : 2);
-  }
+BenchOptions parse(int argc, char** argv) {
+  BenchOptions options;
+  CommandLine app("Responses: a table of response and scene, and the survey's claims");
+  app.option("--response", options.responses, "Only these");
+  app.option("--scene", options.scene, "Only scenes whose name contains this");
+  app.option("--cells", options.cells, "Cells a side of the small sheets").range(2, 200);
+  app.option("--drape-cells", options.drape_cells, "Cells a side on ball and table").range(2, 200);
+  app.option("--claim-cells", options.claims.cells, "Cells a side of the timed pairs")
+      .range(2, 200);
+  app.option("--repeats", options.claims.repeats, "Timed pairs of each scene").range(2, 1000);
+  app.option("--seed", options.claims.seed, "Of the samples and the bootstrap");
+  app.option("--threads", options.threads, "0: all").range(0, 1024);
+  app.flag("!--no-table", options.table, "Leave out the table");
+  app.flag("!--no-claims", options.claim, "Leave out the claims");
+  if (const auto code = app.parse(argc, argv)) std::exit(*code);
   const ResponseRegistry known = responses();
   for (const std::string& name : options.responses)
     if (!known.contains(name)) throw std::invalid_argument("there is no response " + name);
@@ -61,7 +55,7 @@ Options parse(int argc, char** argv) {
   return options;
 }
 
-/// Per cent of the steps' time in what answers contacts after the solve.
+/// Percentage of the steps' time spent on contacts after the solve.
 double share_of_response(const std::map<std::string, double>& phases) {
   double sum = 0.0;
   for (const auto& [name, seconds] : phases) sum += seconds;
@@ -88,7 +82,7 @@ void print_row(const ResponseCase& c, const std::string& response, const Respons
   std::fflush(stdout);
 }
 
-void print_table(const Options& options) {
+void print_table(const BenchOptions& options) {
   fmt::print(
       "| scene | response | s | response % | halvings | steps with fail-safe | gap lacking, mm | "
       "error | momentum error | gained, mJ | given, mJ | RMS speed at the end, mm/s | states |\n"
@@ -109,7 +103,7 @@ void print_table(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) try {
-  const Options options = parse(argc, argv);
+  const BenchOptions options = parse(argc, argv);
   const ThreadLimit limit(options.threads);
   if (options.table) print_table(options);
   if (options.claim) print_claims(options.claims);

@@ -17,7 +17,8 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-// Resamples of a bootstrap: the ends of the interval are then steady to about a twentieth of it.
+// Number of bootstrap resamples. It determines the ends of the interval to about a twentieth of its
+// width.
 constexpr int kResamples = 2000;
 
 struct Interval {
@@ -54,7 +55,7 @@ std::string text(const Interval& i) {
 
 struct Rival {
   std::string name;
-  ResponseConfig config;
+  Options config;
 };
 
 double drape_points(const ResponseCase& c, const std::vector<Vec3>& x) {
@@ -80,7 +81,7 @@ void print_pairs(const ResponseCase& c, const Rival& a, const Rival& b,
   for (std::size_t i = 0; i < last_a.x.size(); ++i) apart += (last_a.x[i] - last_b.x[i]).norm();
   fmt::print(
       "| {} | {} | {:g} | {:.2f} | {:.2f} | {} | {:.2f} | {:.2f} | {:.1f} | {:.1f} | {:.1f} |\n",
-      c.name, last_a.x.size(), b.config.stiffness, last_a.seconds, last_b.seconds,
+      c.name, last_a.x.size(), b.config["stiffness"], last_a.seconds, last_b.seconds,
       text(bootstrap(ratios, options.seed)), lack(last_a), lack(last_b), drape_points(c, last_a.x),
       drape_points(c, last_b.x), 1e3 * apart / static_cast<double>(last_a.x.size()));
   std::fflush(stdout);
@@ -93,26 +94,26 @@ void print_c9(const ClaimOptions& options) {
       "lacking, mm | of penalty | shadow, % of flat | of penalty | mean distance, mm |\n"
       "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
   for (const double stiffness : {100.0, 1000.0, 10000.0}) {
-    ResponseConfig config;
-    config.stiffness = stiffness;
+    Options config;
+    config.set("stiffness", stiffness);
     for (const ResponseCase& c : {ball(options.cells), table(options.cells)})
       print_pairs(c, {"position_velocity", {}}, {"penalty", config}, options);
   }
 }
 
-// -- C10 and C29: one particle on a plane -------------------------------------------------------
+// C10 and C29: one particle on a plane
 
 struct Hit {
   double depth = 0.0, seconds = 0.0, rebound = 0.0;
   bool diverged = false;
 };
 
-/// A particle at v into a penalty contact, in explicit steps of h seconds.
+/// A particle hits a penalty contact at `speed`, in explicit steps of h seconds.
 Hit hit(double mass, double speed, const ResponseConfig& config, double h) {
   const auto response = make_penalty(config);
   const std::vector<Vec3> body_step{Vec3::Zero()};
   const std::vector<double> masses{mass}, inv_mass{1.0 / mass, 0.0};
-  // Deep enough for any impact; the plane is at the height of the rest gap.
+  // The rest gap is large enough for any impact; the plane is at the height of the rest gap.
   const double rest = 10.0 * speed * std::sqrt(mass / config.stiffness) + 10.0 * speed * h;
   std::vector<Vec3> x{Vec3(0, 0, rest), Vec3::Zero()}, v{Vec3(0, 0, -speed)};
   Hit hit;
@@ -190,7 +191,8 @@ void print_c29(const ClaimOptions& options) {
 
 // -- C28 ----------------------------------------------------------------------------------------
 
-/// Largest distance, m, between a drape on a ball and the same on a ball and cloth that move.
+/// Largest distance, m, between a drape on a ball at rest and the same drape on a ball, with ball
+/// and cloth in motion.
 double galilean_error(const std::string& response, const Vec3& drift, int cells) {
   std::vector<Vec3> ends[2];
   for (int k = 0; k < 2; ++k) {
@@ -204,7 +206,7 @@ double galilean_error(const std::string& response, const Vec3& drift, int cells)
       last.time = end;
       last.translation = end * drift;
       c.scene.bodies[0].motion = {start, last};
-      // A body that moves is placed in each step: it may differ from one that rests in the last
+      // A moving body is placed anew in each step, so it may differ from a body at rest in the last
       // bit.
     }
     ends[k] = run(c, response).x;
@@ -225,7 +227,7 @@ void print_c28(const ClaimOptions& options) {
       "largest distance between the two.\n\n| response | m |\n|---|--:|\n");
   for (const auto& [name, make] : responses())
     fmt::print("| {} | {:.2g} |\n", name, galilean_error(name, drift, options.cells / 2));
-  // As printed: the parts of the absolute velocity, and the body's velocity added to them.
+  // As printed: the components of the absolute velocity, with the body's velocity added to them.
   std::mt19937 random(options.seed + 2);
   std::normal_distribution<double> normal;
   std::vector<double> printed, mended;

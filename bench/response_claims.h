@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// What the survey says of responses, measured.
+// Measures the survey's claims on responses.
 #pragma once
 
 #include <cstdint>
@@ -8,12 +8,12 @@
 namespace selvedge::bench {
 
 struct ClaimOptions {
-  int cells = 24;          ///< a side of the timed drapes
+  int cells = 24;          ///< per side of the timed drapes
   int repeats = 7;         ///< timed pairs
   std::uint32_t seed = 1;  ///< of samples and bootstrap
 };
 
-/// C9, C10, C28 and C29, each with figures and, where they are ratios, their 95 % interval.
+/// Claims C9, C10, C28 and C29, each with figures; ratios have a 95 % interval.
 void print_claims(const ClaimOptions& options);
 
 }  // namespace selvedge::bench

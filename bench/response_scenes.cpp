@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kGravity = 9.81, kThickness = 0.002, pi = std::numbers::pi;
 
-// Just outside the rest gap, so that nothing starts too near.
+// Just outside the rest gap, so that no contact starts too close.
 constexpr double kAbove = 1.01 * kThickness;
 
 Scene scene_of(double friction) {
@@ -20,14 +20,14 @@ Scene scene_of(double friction) {
   scene.name = "response";
   scene.materials["default"] = Material{};
   scene.materials["default"].friction = friction;
-  scene.contact.thickness = kThickness;
+  scene.contact.rest_gap = kThickness;
   return scene;
 }
 
 void add_sheet(Scene& scene, double size, int cells, const Vec3& where) {
   ClothSpec sheet;
   sheet.name = "sheet" + std::to_string(scene.cloths.size());
-  sheet.shape = ClothGrid{ClothPattern::rectangular, {size, size, cells, cells}, {}};
+  sheet.shape = ClothGrid{"rectangular", {size, size, cells, cells}, {}};
   sheet.placement.translation = where;
   scene.cloths.push_back(sheet);
 }
@@ -43,7 +43,7 @@ BodySpec& add_body(Scene& scene, const AnalyticShape& shape, const Vec3& where, 
   return scene.bodies.back();
 }
 
-// What a box is cut into does not depend on it, but it has to be one.
+// Resolution of boxes. It does not affect the result but must be set.
 constexpr int kBoxResolution = 3;
 
 double mean(const std::vector<Vec3>& values, int axis) {
@@ -52,7 +52,7 @@ double mean(const std::vector<Vec3>& values, int axis) {
   return sum / static_cast<double>(values.size());
 }
 
-// On a slope of 30 degrees, whose plane is the floor: gravity is what leans.
+// On a slope of 30 degrees. The floor is horizontal and gravity is tilted instead.
 ResponseCase incline(int cells, double friction) {
   ResponseCase c;
   c.scene = scene_of(friction);
@@ -110,7 +110,7 @@ ResponseCase incline_sticking(int cells) {
 ResponseCase capstan(double share) {
   constexpr double radius = 0.05, mu = 0.3, light = 0.05, density = 0.5;
   constexpr double hang = 0.2, width = 0.02;
-  const double hanging = density * width * hang;  // kg that hangs on each side with the load
+  const double hanging = density * width * hang;  // kg that hang on each side with the load
   const double heavy = share * std::exp(mu * pi) * (light + hanging) - hanging;
   constexpr int along = 40, across = 1;
   ResponseCase c;
@@ -120,13 +120,13 @@ ResponseCase capstan(double share) {
   c.scene.solver.tolerance = 1e-6;  // heavy loads on light cloth
   Material& m = c.scene.materials["default"];
   m.density = density;
-  m.spring_damping = 0.02;  // s; the loads swing on the strip, half damped
+  m.spring_damping = 0.02;  // s; damps the swinging of the loads on the strip
   m.stretch_stiffness = 2000.0;
   m.bending_stiffness = 1e-7;
   const double r = radius + kAbove, length = pi * r + 2.0 * hang;
   ClothSpec strip;
   strip.name = "strip";
-  ClothGrid grid{ClothPattern::rectangular, {length, width, along, across}, {}};
+  ClothGrid grid{"rectangular", {length, width, along, across}, {}};
   constexpr int samples = 24;
   grid.path.points.emplace_back(-r, 0, -hang);
   grid.path.points.emplace_back(-r, 0, -0.5 * hang);
@@ -148,7 +148,7 @@ ResponseCase capstan(double share) {
     c.added_mass[left.back()] = light / (across + 1);
     c.added_mass[right.back()] = heavy / (across + 1);
   }
-  c.warm_up = 12;  // the strip stretches first, and swings with it
+  c.warm_up = 12;  // the strip first stretches and swings
   c.frames = 24;
   const double seconds = (c.frames - c.warm_up) / c.scene.time.fps;
   c.error = [=](const SimulationState& from, const SimulationState& to) {
@@ -177,7 +177,7 @@ ResponseCase drop(int cells) {
   c.scene = scene_of(0.3);
   add_sheet(c.scene, 0.2, cells, Vec3(0, 0, height + kThickness));
   add_body(c.scene, Box{Vec3(1.0, 1.0, 0.1)}, Vec3(0, 0, -0.05), kBoxResolution, 0.3);
-  c.warm_up = 13;  // it hits at 0.2019 s, in the thirteenth frame
+  c.warm_up = 13;  // the impact is at 0.2019 s, in the thirteenth frame
   c.frames = 40;
   c.error = [](const SimulationState& from, const SimulationState&) {
     const double up = std::max(0.0, mean(from.v, 2));
@@ -186,9 +186,9 @@ ResponseCase drop(int cells) {
   return c;
 }
 
-ResponseRun run(ResponseCase c, const std::string& response, const ResponseConfig& config) {
+ResponseRun run(ResponseCase c, const std::string& response, const Options& options) {
   c.scene.contact.response = response;
-  c.scene.contact.response_config = config;
+  c.scene.contact.response_options = options;
   BuiltScene built = build_scene(c.scene);
   for (std::size_t i = 0; i < c.added_mass.size(); ++i) built.cloth.mass[i] += c.added_mass[i];
   Simulation simulation(c.scene, std::move(built));

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
-// Rest and friction of the default contact, in figures: how still a sheet, a stack and a drape lie,
-// what floor a stack presses on, and how well Coulomb's law holds on an incline, in a sliding stop
-// and around a capstan. Each row is one case; `--verbose` prints its course, a line per interval.
+// Rest and friction of the default contact: how still a sheet, a stack and a drape lie, how hard a
+// stack presses on the floor, and how well Coulomb's law holds on an incline, in a sliding stop and
+// around a capstan. Each row is one case; `--verbose` prints its course, a line per interval.
+#include <selvedge/apps/command_line.h>
+#include <selvedge/core/clock.h>
 #include <selvedge/core/parallel.h>
-#include <selvedge/scene/simulation.h>
+#include <selvedge/simulation/simulation.h>
 
 #include <fmt/core.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <functional>
@@ -24,9 +24,9 @@ using namespace selvedge;
 
 constexpr double kGravity = 9.81;  // m/s²
 
-struct Options {
+struct BenchOptions {
   std::vector<std::string> cases;
-  double seconds = 0.0;  // 0: the case's own
+  double seconds = 0.0;  // 0: the duration of the case
   int steps_per_frame = 2;
   int cells = 0;
   int threads = 0;
@@ -34,7 +34,7 @@ struct Options {
   bool verbose = false;
 };
 
-Scene empty_scene(const Options& options) {
+Scene empty_scene(const BenchOptions& options) {
   Scene scene;
   scene.name = "rest";
   scene.materials["default"] = Material{};
@@ -46,7 +46,7 @@ Scene empty_scene(const Options& options) {
 ClothSpec sheet(double size, int cells, const Vec3& where) {
   ClothSpec spec;
   spec.name = "sheet";
-  spec.shape = ClothGrid{ClothPattern::rectangular, {size, size, cells, cells}};
+  spec.shape = ClothGrid{"rectangular", {size, size, cells, cells}};
   spec.placement.translation = where;
   return spec;
 }
@@ -76,14 +76,14 @@ Vec3 centre(const SimulationState& state) {
   return sum / static_cast<double>(state.x.size());
 }
 
-/// What is seen of a run over an interval.
+/// Measurements of a run over an interval.
 struct Interval {
   double rms = 0.0, fastest = 0.0;               // m/s, over particles and steps
-  double force_least = 1e300, force_most = 0.0;  // N, upwards, of all that is not gravity
+  double force_least = 1e300, force_most = 0.0;  // N; upwards sum of all forces except gravity
   int steps = 0;
 };
 
-/// A simulation watched step by step.
+/// A simulation that is measured in every step.
 class Watched {
  public:
   Watched(const Scene& scene, BuiltScene built)
@@ -114,7 +114,7 @@ class Watched {
       squares += v.squaredNorm();
       seen.fastest = std::max(seen.fastest, v.norm());
     }
-    // m dv/dt = m g + F, with the velocities of the positions themselves.
+    // m dv/dt = m g + F, with velocities from differences of positions.
     const double h = now.time - before_.time;
     Vec3 p = Vec3::Zero();
     for (std::size_t i = 0; i < mass_.size(); ++i) p += mass_[i] * (now.x[i] - before_.x[i]) / h;
@@ -161,7 +161,7 @@ void print_interval(const Watched&, double time, const Interval& seen,
   std::fflush(stdout);
 }
 
-/// Runs to `seconds` and prints; what was seen of the last interval.
+/// Runs to `seconds` and prints; returns the measurements of the last interval.
 Interval watch(Watched& watched, double seconds, double interval, bool verbose, double fps = 60.0) {
   Interval seen;
   std::map<std::string, double> before;
@@ -192,14 +192,7 @@ void print_row(const std::string& name, Watched& watched, const Interval& seen, 
       counter("solver_iterations"), wall);
 }
 
-struct Stopwatch {
-  std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
-  double seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  }
-};
-
-void run_watched(const std::string& name, const Scene& scene, const Options& options,
+void run_watched(const std::string& name, const Scene& scene, const BenchOptions& options,
                  double seconds) {
   const Stopwatch clock;
   Watched watched(scene, build_scene(scene));
@@ -208,7 +201,7 @@ void run_watched(const std::string& name, const Scene& scene, const Options& opt
   print_row(name, watched, seen, clock.seconds());
 }
 
-void sheet_case(const Options& options) {
+void sheet_case(const BenchOptions& options) {
   Scene scene = empty_scene(options);
   const int cells = options.cells > 0 ? options.cells : 10;
   scene.cloths.push_back(sheet(0.2, cells, {0.013, 0.017, 0.004}));
@@ -218,9 +211,9 @@ void sheet_case(const Options& options) {
 
 constexpr int kSheets = 20;
 
-Scene stack_scene(const Options& options, bool turned) {
+Scene stack_scene(const BenchOptions& options, bool turned) {
   Scene scene = empty_scene(options);
-  scene.contact.thickness = 0.001;
+  scene.contact.rest_gap = 0.001;
   const int cells = options.cells > 0 ? options.cells : 8;
   for (int k = 0; k < kSheets; ++k) {
     ClothSpec spec = sheet(0.2, cells, {0.013, 0.017, 0.002 * (k + 1)});
@@ -235,15 +228,15 @@ Scene stack_scene(const Options& options, bool turned) {
   return scene;
 }
 
-void stack_report(const std::string& name, const Scene& scene, const Options& options) {
+void stack_report(const std::string& name, const Scene& scene, const BenchOptions& options) {
   const Stopwatch clock;
   Watched watched(scene, build_scene(scene));
   const double length = options.seconds > 0.0 ? options.seconds : 5.0;
   const Interval seen = watch(watched, length, length / 10.0, options.verbose);
   print_row(name, watched, seen, clock.seconds());
-  // The inner part of each sheet, away from corners that hang over: its layer's height.
+  // Use the inner part of each sheet, away from overhanging corners, as the height of its layer.
   const std::size_t per = watched.state().x.size() / scene.cloths.size();
-  const double thickness = scene.contact.thickness;
+  const double rest_gap = scene.contact.rest_gap;
   double worst = 0.0, below = 0.0;
   bool ordered = true;
   for (std::size_t k = 0; k < scene.cloths.size(); ++k) {
@@ -256,22 +249,22 @@ void stack_report(const std::string& name, const Scene& scene, const Options& op
     }
     mean /= count;
     ordered = ordered && mean > below;
-    worst = std::max(worst, thickness - (mean - below));
+    worst = std::max(worst, rest_gap - (mean - below));
     below = mean;
   }
-  fmt::print(
-      "  order {}, layers at most {:.3g} of a thickness too near , top at {:.4f} thicknesses\n",
-      ordered ? "kept" : "LOST", worst / scene.contact.thickness, below / scene.contact.thickness);
+  fmt::print("  order {}, layers at most {:.3g} of a rest gap too near, top at {:.4f} rest gaps\n",
+             ordered ? "kept" : "LOST", worst / scene.contact.rest_gap,
+             below / scene.contact.rest_gap);
 }
 
-void stack_case(const Options& options) {
+void stack_case(const BenchOptions& options) {
   stack_report("20 sheets, aligned", stack_scene(options, false), options);
 }
-void turned_case(const Options& options) {
+void turned_case(const BenchOptions& options) {
   stack_report("20 sheets, turned", stack_scene(options, true), options);
 }
 
-void ball_case(const Options& options) {
+void ball_case(const BenchOptions& options) {
   Scene scene = empty_scene(options);
   const int cells = options.cells > 0 ? options.cells : 30;
   scene.cloths.push_back(sheet(0.6, cells, {0.02, 0.01, 0.22}));
@@ -281,7 +274,7 @@ void ball_case(const Options& options) {
   run_watched("ball drape", scene, options, 8.0);
 }
 
-Scene incline_scene(const Options& options, double mu, double angle) {
+Scene incline_scene(const BenchOptions& options, double mu, double angle) {
   Scene scene = empty_scene(options);
   const Eigen::Quaterniond tilt(Eigen::AngleAxisd(-angle, Vec3::UnitY()));
   scene.cloths.push_back(sheet(0.2, 8, tilt * Vec3(0.031, 0.017, 0.002)));
@@ -292,7 +285,7 @@ Scene incline_scene(const Options& options, double mu, double angle) {
   return scene;
 }
 
-void incline_case(const Options& options) {
+void incline_case(const BenchOptions& options) {
   const double angle = std::numbers::pi / 6.0;
   {
     const Scene scene = incline_scene(options, 0.6, angle);
@@ -322,7 +315,7 @@ void incline_case(const Options& options) {
   }
 }
 
-void slide_case(const Options& options) {
+void slide_case(const BenchOptions& options) {
   Scene scene = incline_scene(options, 0.3, 0.0);
   scene.cloths[0].velocity = Vec3(1.0, 0.0, 0.0);
   Simulation simulation(scene, build_scene(scene));
@@ -340,9 +333,10 @@ struct Capstan {
   std::vector<std::int32_t> left, right;  // end particles
 };
 
-constexpr double kCapstanLoad = 0.02;  // kg, of the lighter end
+constexpr double kCapstanLoad = 0.02;  // kg; load at the lighter end
 
-Capstan capstan(const Options& options, double ratio, double mu, int resolution, double stretch) {
+Capstan capstan(const BenchOptions& options, double ratio, double mu, int resolution,
+                double stretch) {
   Capstan c;
   c.scene = empty_scene(options);
   Material& m = c.scene.materials["default"];
@@ -350,19 +344,19 @@ Capstan capstan(const Options& options, double ratio, double mu, int resolution,
   m.stretch_stiffness = stretch;
   m.shear_stiffness = 20.0;
   m.bending_stiffness = 1e-7;
-  c.scene.contact.thickness = 0.002;
+  c.scene.contact.rest_gap = 0.002;
   c.scene.contact.self = false;
   const double radius = 0.1;
   const int along = options.cells > 0 ? options.cells : 120, across = 4;
   const double length = std::numbers::pi * (radius + 0.002) + 1.0;
   ClothSpec spec = sheet(1.0, 1, Vec3::Zero());
-  spec.shape = ClothGrid{ClothPattern::rectangular, {length, 0.04, along, across}};
+  spec.shape = ClothGrid{"rectangular", {length, 0.04, along, across}};
   c.scene.cloths.push_back(spec);
   c.scene.bodies.push_back(body(Cylinder{radius, 0.3}, resolution));
   c.scene.bodies[0].friction = mu;
   c.scene.bodies[0].placement.rotation = Eigen::AngleAxisd(0.5 * std::numbers::pi, Vec3::UnitX());
   c.built = build_scene(c.scene);
-  // Laid around the cylinder: the half circle at radius + thickness, then straight down.
+  // Start around the cylinder: a half circle at radius + rest gap, then straight down.
   const double r = radius + 0.0021;
   for (Vec3& x : c.built.cloth.surface.vertices) {
     const double s = x.x(), half = 0.5 * std::numbers::pi * r;
@@ -385,8 +379,8 @@ double mean_height(const SimulationState& state, const std::vector<std::int32_t>
   return sum / static_cast<double>(of.size());
 }
 
-/// T2/T1 that the acceleration of sliding loads shows.
-void capstan_slide(const Options& options, double ratio, int resolution) {
+/// T2/T1 from the acceleration of sliding loads.
+void capstan_slide(const BenchOptions& options, double ratio, int resolution) {
   const double mu = 0.3;
   Capstan c = capstan(options, ratio, mu, resolution, 2000.0);
   std::vector<double> mass = c.built.cloth.mass;
@@ -422,7 +416,7 @@ void capstan_slide(const Options& options, double ratio, int resolution) {
       simulation.result().counters["solver_iterations"] / simulation.result().steps);
 }
 
-void capstan_onset(const Options& options, int resolution) {
+void capstan_onset(const BenchOptions& options, int resolution) {
   for (const double ratio : {2.2, 2.4, 2.49, 2.57, 2.65, 2.75, 3.0}) {
     Capstan c = capstan(options, ratio, 0.3, resolution, 2000.0);
     const std::vector<std::int32_t> right = c.right, left = c.left;
@@ -444,9 +438,9 @@ void capstan_onset(const Options& options, int resolution) {
   }
 }
 
-/// T2/T1 of a strip that a handle pulls slowly over the cylinder, from the strains of its straight
-/// parts beside it.
-void capstan_pull(const Options& options, int resolution) {
+/// T2/T1 of a strip that a handle pulls slowly over the cylinder, from the strains of the straight
+/// parts on both sides.
+void capstan_pull(const BenchOptions& options, int resolution) {
   constexpr double kMu = 0.3, kSpeed = 0.02;  // m/s
   Capstan c = capstan(options, 1.0, kMu, resolution, 2000.0);
   Keyframe end;
@@ -483,14 +477,14 @@ void capstan_pull(const Options& options, int resolution) {
       simulation.result().counters["solves"] / simulation.result().steps);
 }
 
-void capstan_case(const Options& options) {
+void capstan_case(const BenchOptions& options) {
   for (const int resolution : {64, 128, 256}) capstan_pull(options, resolution);
   capstan_onset(options, 128);
   if (options.verbose)
     for (const double ratio : {3.0, 4.0}) capstan_slide(options, ratio, 64);
 }
 
-void hour_case(const Options& options) {
+void hour_case(const BenchOptions& options) {
   Scene scene = empty_scene(options);
   scene.cloths.push_back(sheet(0.2, 6, {0.013, 0.017, 0.003}));
   scene.bodies.push_back(body(Plane{}));
@@ -517,8 +511,8 @@ void hour_case(const Options& options) {
       simulation.result().clean ? "yes" : "NO", clock.seconds());
 }
 
-const std::map<std::string, std::function<void(const Options&)>>& cases() {
-  static const std::map<std::string, std::function<void(const Options&)>> all = {
+const std::map<std::string, std::function<void(const BenchOptions&)>>& cases() {
+  static const std::map<std::string, std::function<void(const BenchOptions&)>> all = {
       {"sheet", sheet_case},     {"stack", stack_case},     {"turned", turned_case},
       {"ball", ball_case},       {"incline", incline_case}, {"slide", slide_case},
       {"capstan", capstan_case}, {"hour", hour_case}};
@@ -528,20 +522,18 @@ const std::map<std::string, std::function<void(const Options&)>>& cases() {
 }  // namespace
 
 int main(int argc, char** argv) try {
-  Options options;
-  CLI::App app("Rest and friction of the default contact");
+  BenchOptions options;
+  CommandLine app("Rest and friction of the default contact");
   std::vector<std::string> names;
   for (const auto& [name, run] : cases()) names.push_back(name);
-  app.add_option("cases", options.cases, "Which; all but `hour` if none is named")
-      ->check(CLI::IsMember(names));
-  app.add_option("--seconds", options.seconds, "Simulated time")->check(CLI::NonNegativeNumber);
-  app.add_option("--steps-per-frame", options.steps_per_frame, "Steps of a frame of 1/60 s")
-      ->check(CLI::PositiveNumber);
-  app.add_option("--tolerance", options.tolerance, "Of the linear solve");
-  app.add_option("--cells", options.cells, "Cells a side")->check(CLI::NonNegativeNumber);
-  app.add_option("--threads", options.threads, "Threads at most")->check(CLI::NonNegativeNumber);
-  app.add_flag("--verbose", options.verbose, "Print the course of each case");
-  CLI11_PARSE(app, argc, argv);
+  app.option("cases", options.cases, "Which; all but `hour` if none is named").one_of(names);
+  app.option("--seconds", options.seconds, "Simulated time").non_negative();
+  app.option("--steps-per-frame", options.steps_per_frame, "Steps of a frame of 1/60 s").positive();
+  app.option("--tolerance", options.tolerance, "Of the linear solve");
+  app.option("--cells", options.cells, "Cells a side").non_negative();
+  app.option("--threads", options.threads, "Threads at most").non_negative();
+  app.flag("--verbose", options.verbose, "Print the course of each case");
+  if (const auto code = app.parse(argc, argv)) return *code;
   const ThreadLimit limit(options.threads);
   if (options.cases.empty())
     for (const auto& name : names)

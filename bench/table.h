@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-/// Rows of text; the first is the head.
+/// Rows of text; the first row is the head.
 class Table {
  public:
   explicit Table(std::vector<std::string> head) { rows_.push_back(std::move(head)); }

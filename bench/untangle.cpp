@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
-// How well tangles of the start are undone: generated ones, each run until it is free and a few
-// frames on, every state and path judged by the exact predicates of `check`. Prints a line for
-// each and a summary; exit code 1 if one is not free, is too fast, or crosses anywhere else.
+// Tests the removal of tangles on generated scenes. Each scene runs until it is free of tangles and
+// for a few more frames, and the exact predicates of `check` judge every state and path. Prints a
+// line for each scene and a summary. Exits with 1 if a tangle remains, moves too fast, or if the
+// cloth crosses anywhere else.
 #include <fmt/core.h>
+#include <selvedge/apps/command_line.h>
+#include <selvedge/core/clock.h>
 #include <selvedge/tests/tangles.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -17,31 +19,23 @@ using namespace selvedge;
 
 constexpr double kTooFast = 10.0;  // m/s
 
-struct Options {
+struct BenchOptions {
   int count = 50;
   unsigned first_seed = 1;
   int frames = 240, after = 6;
   bool no_judge = false;
 };
 
-Options parse(int argc, char** argv) {
-  Options o;
-  CLI::App app("Generated tangles: how many end free, how soon, how fast");
-  app.add_option("--count", o.count, "Number of tangles")->check(CLI::Range(1, 100000));
-  app.add_option("--seed", o.first_seed, "Seed of the first; the others follow");
-  app.add_option("--frames", o.frames, "Frames after which a tangle counts as not undone");
-  app.add_option("--after", o.after, "Frames to go on once it is free");
-  app.add_flag("--no-judge", o.no_judge, "Leave out the judgement of states and paths");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    std::exit(app.exit(error) == 0 ? 0 : 2);
-  }
+BenchOptions parse(int argc, char** argv) {
+  BenchOptions o;
+  CommandLine app("Generated tangles: how many end free, how soon, how fast");
+  app.option("--count", o.count, "Number of tangles").range(1, 100000);
+  app.option("--seed", o.first_seed, "Seed of the first; the others follow");
+  app.option("--frames", o.frames, "Frames after which a tangle counts as not undone");
+  app.option("--after", o.after, "Frames to go on once it is free");
+  app.flag("--no-judge", o.no_judge, "Leave out the judgement of states and paths");
+  if (const auto code = app.parse(argc, argv)) std::exit(*code);
   return o;
-}
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 bool is_good(const TangleOutcome& o) {
@@ -52,7 +46,7 @@ bool is_good(const TangleOutcome& o) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const Options o = parse(argc, argv);
+  const BenchOptions o = parse(argc, argv);
   int good = 0, free = 0;
   double fastest = 0.0, apart = 0.0, longest = 0.0;
   std::size_t elsewhere = 0;

@@ -24,7 +24,8 @@ double distance_to_segment(const Vec2& p, const Vec2& a, const Vec2& b) {
   return (p - a - s * (b - a)).norm();
 }
 
-// |q_i| beyond the half sizes: outside the length of the positive part, inside the largest.
+// Signed box distance from q_i = |x_i| - half size: outside, the norm of the positive part; inside,
+// the largest component.
 template <class Vec>
 double distance_beyond(const Vec& q) {
   return q.cwiseMax(0.0).norm() + std::min(q.maxCoeff(), 0.0);
@@ -72,10 +73,10 @@ void require_positive(double value, const char* what) {
                                 " m, but must be positive and finite");
 }
 
-// How far a chord of one of `segments` lies inside a circle of radius 1.
+// Distance of a chord from its arc, at its midpoint, for `segments` segments of a unit circle.
 double sagitta(int segments) { return 1.0 - std::cos(pi / segments); }
 
-// Largest distance of a face's plane inside the sphere its corners lie on.
+// Largest distance between a face's plane and the sphere on which its corners lie.
 double largest_sagitta(const TriangleMesh& mesh, const Vec3& centre, double radius) {
   double largest = 0.0;
   for (const Triangle& t : mesh.triangles) {
@@ -101,7 +102,7 @@ std::int32_t append_ring(const Ring& ring, TriangleMesh& mesh) {
   return first;
 }
 
-// Triangles between two rings, always the shorter diagonal in angle. Decided in integers.
+// Triangles between two rings. Each step takes the diagonal with the smaller angle, in integers.
 void zip_rings(std::int32_t a, int na, std::int32_t b, int nb, TriangleMesh& mesh) {
   const int steps_a = na > 1 ? na : 0, steps_b = nb > 1 ? nb : 0;
   for (int i = 0, j = 0; i < steps_a || j < steps_b;) {
@@ -129,10 +130,10 @@ TriangleMesh revolve(const std::vector<Ring>& rings) {
   return mesh;
 }
 
-// Rings of a flat cap from its rim (left out) to its centre. Each has half as many segments as the
-// one around it, so that the cap has about three triangles per segment of the rim, none a sliver.
+// Rings of a flat cap from its rim (omitted) to its centre. Each ring has half as many segments as
+// the ring around it, so the cap has about three triangles per segment of the rim and no slivers.
 std::vector<Ring> cap_rings(const Ring& rim) {
-  constexpr int fan_segments = 8;  // few enough for a fan about the centre
+  constexpr int fan_segments = 8;  // few enough for a triangle fan about the centre
   std::vector<Ring> rings;
   Ring ring = rim;
   while (ring.n > fan_segments) {
@@ -149,9 +150,16 @@ void append_reversed(const std::vector<Ring>& tail, std::vector<Ring>& rings) {
   rings.insert(rings.end(), tail.rbegin(), tail.rend());
 }
 
-// Rows of a straight side, so that none of its triangles is longer than about four times its width.
-int side_rows(double length, double segment) {
-  return std::max(1, static_cast<int>(std::ceil(length / (4.0 * segment))));
+// The side of a cylinder, capsule or cone has at most about this many faces. A body that is so thin
+// that it would need more gets longer triangles instead. They do not move the surface, because the
+// side is straight along the axis.
+constexpr int kMaxSideFaces = 4'000'000;
+
+// Rows of a straight side with n segments of this length, so that none of its triangles is longer
+// than about four times its width.
+int side_rows(double length, double segment, int n) {
+  const double most = kMaxSideFaces / (2 * n);
+  return static_cast<int>(std::clamp(std::ceil(length / (4.0 * segment)), 1.0, most));
 }
 
 TriangleMesh tessellate_shape(const Plane& plane, int) {
@@ -193,7 +201,7 @@ TriangleMesh icosahedron() {
   return mesh;
 }
 
-// Every edge of `coarse` cut into `cuts` parts, every new vertex made once.
+// Splits every edge of `coarse` into `cuts` parts and creates every new vertex once.
 class Subdivision {
  public:
   Subdivision(const TriangleMesh& coarse, int cuts) : coarse_(coarse), cuts_(cuts) {
@@ -203,7 +211,7 @@ class Subdivision {
   TriangleMesh take() { return std::move(mesh_); }
 
  private:
-  // Vertex i/cuts of the way from a to c and j/cuts from a to b of a coarse triangle.
+  // Vertex at fraction i/cuts from a to c and j/cuts from a to b of a coarse triangle.
   std::int32_t vertex(const Triangle& t, int i, int j) {
     const int k = cuts_ - i - j;  // weights of t[0], t[1], t[2]: k, j, i
     if (k == cuts_) return t[0];
@@ -259,20 +267,23 @@ class Subdivision {
 TriangleMesh tessellate_shape(const Sphere& sphere, int resolution) {
   require_positive(sphere.radius, "the radius of a sphere");
   const TriangleMesh coarse = icosahedron();
-  // The middle faces of a projected icosahedron with c cuts have a circumradius near 0.764/c, and
-  // sin(π/resolution) is wanted: c near 0.243 resolution.
-  for (int cuts = std::max(1, resolution * 23 / 100);; ++cuts) {
-    TriangleMesh mesh = Subdivision(coarse, cuts).take();
+  // With c cuts, the middle faces of a projected icosahedron have a circumradius of about 0.764/c.
+  // The target is sin(π/resolution), so c is about 0.243 resolution.
+  // Neither this count nor that of the capsule depends on the radius, and both end far below their
+  // bounds for every resolution.
+  TriangleMesh mesh;
+  for (int cuts = std::max(1, resolution * 23 / 100); cuts <= resolution; ++cuts) {
+    mesh = Subdivision(coarse, cuts).take();
     for (Vec3& x : mesh.vertices) x.normalize();
-    if (largest_sagitta(mesh, Vec3::Zero(), 1.0) > sagitta(resolution)) continue;
-    for (Vec3& x : mesh.vertices) x *= sphere.radius;
-    return mesh;
+    if (largest_sagitta(mesh, Vec3::Zero(), 1.0) <= sagitta(resolution)) break;
   }
+  for (Vec3& x : mesh.vertices) x *= sphere.radius;
+  return mesh;
 }
 
 // Rings of the lower half sphere of radius 1 about the origin, pole first, equator (n) last.
 std::vector<Ring> hemisphere_rings(int n) {
-  // Rows as high as the equilateral triangles over the segments of the equator.
+  // Row height: that of equilateral triangles over the segments of the equator.
   const int rows = std::max(1, static_cast<int>(std::ceil(n / (2.0 * std::sqrt(3.0)))));
   std::vector<Ring> rings{{0.0, -1.0, 1}};
   for (int k = 1; k < rows; ++k) {
@@ -288,13 +299,15 @@ TriangleMesh tessellate_shape(const Capsule& capsule, int resolution) {
   require_positive(capsule.radius, "the radius of a capsule");
   require_positive(capsule.length, "the length of a capsule");
   const double r = capsule.radius, half = 0.5 * capsule.length;
-  int n = resolution + resolution / 10;  // near-equilateral triangles need 2/√3 as many at last
-  while (largest_sagitta(revolve(hemisphere_rings(n)), Vec3::Zero(), 1.0) > sagitta(resolution))
+  int n = resolution + resolution / 10;  // near-equilateral triangles need at most 2/√3 as many
+  const int most = 2 * resolution + 2;
+  while (n < most &&
+         largest_sagitta(revolve(hemisphere_rings(n)), Vec3::Zero(), 1.0) > sagitta(resolution))
     n += 1 + n / 100;
   const std::vector<Ring> unit = hemisphere_rings(n);
   std::vector<Ring> rings;
   for (const Ring& ring : unit) rings.push_back({r * ring.rho, r * ring.z - half, ring.n});
-  const int rows = side_rows(capsule.length, 2.0 * pi * r / n);
+  const int rows = side_rows(capsule.length, 2.0 * pi * r / n, n);
   for (int k = 1; k < rows; ++k) rings.push_back({r, capsule.length * k / rows - half, n});
   for (auto ring = unit.rbegin(); ring != unit.rend(); ++ring)
     rings.push_back({r * ring->rho, half - r * ring->z, ring->n});
@@ -307,7 +320,7 @@ TriangleMesh tessellate_shape(const Cylinder& cylinder, int resolution) {
   const double r = cylinder.radius, half = 0.5 * cylinder.height;
   std::vector<Ring> rings;
   append_reversed(cap_rings({r, -half, resolution}), rings);
-  const int rows = side_rows(cylinder.height, 2.0 * pi * r / resolution);
+  const int rows = side_rows(cylinder.height, 2.0 * pi * r / resolution, resolution);
   for (int k = 0; k <= rows; ++k)
     rings.push_back({r, cylinder.height * k / rows - half, resolution});
   for (const Ring& ring : cap_rings({r, half, resolution})) rings.push_back(ring);
@@ -315,18 +328,29 @@ TriangleMesh tessellate_shape(const Cylinder& cylinder, int resolution) {
 }
 
 // A chord lies ρ(1 - cos(π/n)) ≈ ρπ²/2n² inside the circle of radius ρ, so n ∝ √ρ keeps that
-// distance at what the base has.
+// distance at its value on the base.
+//
+// With s² the part of the slant that is left, a ring has n ≥ N s segments, N those of the base, and
+// is followed by the next one at a distance of 2·2πρ/n ≤ c s slants, c = 4πr/(N·slant). The side
+// then has about 2N/c faces. As long as n > 3, n ≤ ⁴⁄₃ N s: every ring makes s smaller by ⅜c or
+// more, so there are fewer than 3/c rings. A ring of three segments is the last one: towards the
+// tip of a thin cone smaller ones would only repeat the same triangles, without end.
 std::vector<Ring> slant_rings(const Cone& cone, int resolution) {
+  constexpr int smallest = 3;  // segments of a ring
   const double slant = std::hypot(cone.radius, cone.height);
+  const double c = 4.0 * pi * (cone.radius / slant) / resolution;
+  const double least_c = 2.0 * resolution / kMaxSideFaces;
+  const double stretch = c < least_c ? least_c / c : 1.0;  // of the distances, in too thin a cone
+  const int most = 1 + static_cast<int>(std::ceil(3.0 / std::max(c, least_c)));
   std::vector<Ring> rings;
-  double left = 1.0;  // part of the slant still above
+  double left = 1.0;  // fraction of the slant that remains above
   Ring ring{cone.radius, -0.5 * cone.height, resolution};
-  while (true) {
-    const double step = 2.0 * (2.0 * pi * ring.rho / ring.n) / slant;
+  for (int k = 0; k < most && ring.n > smallest; ++k) {
+    const double step = 2.0 * (2.0 * pi * ring.rho / ring.n) / slant * stretch;
     left -= step;
-    if (left < 0.5 * step) break;
+    if (!(left >= 0.5 * step)) break;
     const int n = static_cast<int>(std::ceil(resolution * std::sqrt(left)));
-    ring = {cone.radius * left, cone.height * (0.5 - left), std::max(3, n)};
+    ring = {cone.radius * left, cone.height * (0.5 - left), std::max(smallest, n)};
     rings.push_back(ring);
   }
   rings.push_back({0.0, 0.5 * cone.height, 1});
@@ -344,7 +368,7 @@ TriangleMesh tessellate_shape(const Cone& cone, int resolution) {
   return revolve(rings);
 }
 
-// Segments around the tube: as far inside its circle as those of the outer rim inside theirs.
+// Segments around the tube such that their chord distance equals that of the outer rim.
 int tube_segments(const Torus& torus, int resolution) {
   const double part = torus.tube / (torus.radius + torus.tube);
   return std::max(6, static_cast<int>(std::ceil(resolution * std::sqrt(part))));
@@ -370,8 +394,9 @@ TriangleMesh tessellate_shape(const Torus& torus, int resolution) {
   return mesh;
 }
 
-// A sphere of over a million faces; keeps a typing error from filling the memory.
-constexpr int max_resolution = 1000;
+// More than a million faces for a sphere; a larger value is a typing error that would fill the
+// memory.
+constexpr int kMaxResolution = 1000;
 
 }  // namespace
 
@@ -380,9 +405,9 @@ double signed_distance(const AnalyticShape& shape, const Vec3& x) {
 }
 
 TriangleMesh tessellate(const AnalyticShape& shape, int resolution) {
-  if (resolution < 3 || resolution > max_resolution)
+  if (resolution < 3 || resolution > kMaxResolution)
     throw std::invalid_argument("the resolution of a body is " + std::to_string(resolution) +
-                                ", but must lie between 3 and " + std::to_string(max_resolution));
+                                ", but must lie between 3 and " + std::to_string(kMaxResolution));
   return std::visit([&](const auto& s) { return tessellate_shape(s, resolution); }, shape);
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// selvedge-assimp FILE MEMORY SECONDS: reads a mesh file by assimp and writes it to standard
-// output, in a process of its own because assimp may crash, abort or hang on a damaged file.
-// Output: the byte 'M', counts of vertices and triangles (uint64), x y z (double), indices (int32),
-// all in the machine's own byte order; or the byte 'E' and a message.
+// selvedge-assimp FILE MEMORY SECONDS reads a mesh file with assimp and writes it to standard
+// output. It is a separate process because assimp may crash, abort or hang on a damaged file.
+// Output in native byte order: the byte 'M', the numbers of vertices and triangles (uint64), x y z
+// (double) and indices (int32); or the byte 'E' and a message.
 #include <sys/prctl.h>
 #include <sys/resource.h>
 
@@ -19,14 +19,14 @@
 
 namespace {
 
-constexpr int max_node_depth = 1000;  // far beyond any scene; a damaged one may be endless
+constexpr int kMaxNodeDepth = 1000;  // far beyond any real scene; a damaged file may be endless
 
 struct Soup {
   std::vector<std::array<double, 3>> vertices;
   std::vector<std::array<std::int32_t, 3>> triangles;
 };
 
-// Row-major affine map in double: assimp's own matrices are float.
+// Row-major affine map in double precision; assimp's own matrices are float.
 using Affine = std::array<double, 12>;
 
 Affine to_affine(const aiMatrix4x4& m) {
@@ -55,8 +55,8 @@ std::array<double, 3> apply(const Affine& m, const aiVector3D& p) {
   return q;
 }
 
-// Indices are handed on as they are: the reader of the output judges them. Points and lines, which
-// have fewer than three, are no surface.
+// Passes the indices on unchecked; the reader of the output checks them. Points and lines, with
+// fewer than three indices, are skipped.
 void append_mesh(const aiMesh& mesh, const Affine& map, Soup& soup) {
   const auto first = static_cast<std::uint32_t>(soup.vertices.size());
   const bool mirrored = determinant(map) < 0.0;
@@ -77,7 +77,7 @@ void append_mesh(const aiMesh& mesh, const Affine& map, Soup& soup) {
 
 void append_node(const aiScene& scene, const aiNode& node, const Affine& parent, int depth,
                  Soup& soup) {
-  if (depth > max_node_depth) return;
+  if (depth > kMaxNodeDepth) return;
   const Affine map = compose(parent, to_affine(node.mTransformation));
   for (unsigned i = 0; i < node.mNumMeshes; ++i)
     if (node.mMeshes[i] < scene.mNumMeshes) append_mesh(*scene.mMeshes[node.mMeshes[i]], map, soup);
@@ -133,7 +133,7 @@ int main(int argc, char** argv) {
                               aiComponent_NORMALS | aiComponent_TEXCOORDS | aiComponent_COLORS |
                                   aiComponent_TANGENTS_AND_BITANGENTS | aiComponent_ANIMATIONS |
                                   aiComponent_TEXTURES | aiComponent_LIGHTS | aiComponent_CAMERAS);
-  // Vertices are not joined here: assimp joins a good vertex with one that is not a number.
+  // No vertex joining here: assimp joins valid vertices with NaN vertices.
   const aiScene* scene = importer.ReadFile(
       argv[1], aiProcess_RemoveComponent | aiProcess_Triangulate | aiProcess_ValidateDataStructure);
   if (!scene || !scene->mRootNode) return finish_with_error(importer.GetErrorString());

@@ -27,7 +27,7 @@ class StaticBody final : public Body {
   TriangleMesh mesh_;
 };
 
-// A quaternion and its negative are the same rotation.
+// A quaternion and its negative describe the same rotation.
 bool same_pose(const Keyframe& a, const Keyframe& b) {
   return a.translation == b.translation && (a.rotation.coeffs() == b.rotation.coeffs() ||
                                             a.rotation.coeffs() == -b.rotation.coeffs());
@@ -101,7 +101,7 @@ class SequenceBody final : public Body {
 
   std::vector<Triangle> triangles_;
   std::vector<std::vector<Vec3>> frames_;
-  std::vector<bool> moves_;  // frame k to k + 1
+  std::vector<bool> moves_;  // per k: whether frame k differs from frame k + 1
   double fps_, start_;
 };
 
@@ -113,7 +113,8 @@ void check_keys(const std::vector<Keyframe>& keys) {
     const double norm = keys[k].rotation.norm();
     if (!std::isfinite(keys[k].time) || !keys[k].translation.allFinite() || !std::isfinite(norm))
       throw std::invalid_argument(key_name(k) + " has a number that is not finite");
-    if (!(norm > 0.0)) throw std::invalid_argument(key_name(k) + " has the rotation 0");
+    if (!(norm > 0.0))
+      throw std::invalid_argument(key_name(k) + " has a rotation quaternion of length 0");
     if (k > 0 && !(keys[k - 1].time < keys[k].time))
       throw std::invalid_argument(key_name(k) + " at " + std::to_string(keys[k].time) +
                                   " s is not later than the one before it; sort them by time");
@@ -128,7 +129,7 @@ void check_frames(const std::vector<TriangleMesh>& frames) {
         frames[k].triangles != frames[0].triangles)
       throw std::invalid_argument("frame " + std::to_string(k) +
                                   " of the mesh sequence has other vertices or triangles than "
-                                  "frame 0; every frame must be the same mesh, moved");
+                                  "frame 0; every frame must be the same mesh with moved vertices");
   }
 }
 
@@ -151,7 +152,7 @@ std::unique_ptr<Body> make_sequence_body(std::vector<TriangleMesh> frames, doubl
   check_frames(frames);
   if (!(fps > 0.0) || !std::isfinite(fps))
     throw std::invalid_argument("a mesh sequence at " + std::to_string(fps) +
-                                " frames per second cannot play; give a positive number");
+                                " frames per second cannot be played; give a positive number");
   if (!std::isfinite(start))
     throw std::invalid_argument("the start of a mesh sequence is not finite");
   return std::make_unique<SequenceBody>(std::move(frames), fps, start);
@@ -163,7 +164,7 @@ Keyframe pose_at(std::span<const Keyframe> keys, double time) {
                                       [](double t, const Keyframe& k) { return t < k.time; });
   if (after == keys.begin()) return keys.front();
   const Keyframe& a = *(after - 1);
-  // Interpolating between equal poses would round, and is_static promises equal positions.
+  // Interpolating between equal poses would round, but is_static promises identical positions.
   if (after == keys.end() || same_pose(a, *after)) return a;
   const Keyframe& b = *after;
   const double s = (time - a.time) / (b.time - a.time);

@@ -13,40 +13,44 @@
 
 namespace selvedge {
 
-/// What cloth falls on: a triangle surface whose vertices are given at every time. Analytic shapes
-/// are bodies through their tessellation, so that one guarantee covers all; between two times of
-/// a step every vertex moves on a straight line.
+/// An obstacle for the cloth: a triangle surface whose vertices are known at every time. Analytic
+/// shapes become bodies by tessellation, so all bodies have the same guarantee. During a step every
+/// vertex moves on a straight line.
 class Body {
  public:
   virtual ~Body() = default;
 
   virtual const std::vector<Triangle>& triangles() const = 0;
   virtual std::size_t vertex_count() const = 0;
-  /// Positions at `time` seconds into x (n). Times outside the animation hold its ends.
+  /// Writes the n positions (m) at `time` (s) into x. Outside the animation the first or last frame
+  /// holds.
   virtual void positions(double time, std::span<Vec3> x) const = 0;
-  /// True if the body has the same positions at every time in [t0, t1].
+  /// True if the positions are the same at every time in [t0, t1].
   virtual bool is_static(double t0, double t1) const = 0;
-  /// The pose that takes the same points to the positions at `time`, of a body that moves rigidly;
-  /// nothing for others.
+  /// Pose of a rigidly moving body: it maps fixed points to the positions at `time`. Empty for
+  /// other bodies.
   virtual std::optional<Pose> pose(double) const { return std::nullopt; }
 };
 
-/// A pose at a time; between keys translation is linear and rotation spherical-linear.
+/// The pose of a rigid body at one time. Between keyframes the translation is interpolated linearly
+/// and the rotation spherically.
 struct Keyframe {
   double time = 0.0;                                             ///< s
   Vec3 translation = Vec3::Zero();                               ///< m
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();  ///< about the body's own origin
 };
 
-/// The pose at `time`: linear in translation, spherical-linear in rotation, the ends held; the
-/// identity if there are no keys.
+/// The pose at `time`, interpolated between keyframes and constant beyond the first and last one.
+/// The identity if there are no keyframes.
 Keyframe pose_at(std::span<const Keyframe> keys, double time);
 
-/// A mesh that does not move.
+/// A body that does not move.
 std::unique_ptr<Body> make_static_body(TriangleMesh mesh);
-/// A mesh moved rigidly by keyframes, sorted by time (throws std::invalid_argument if not).
+/// A mesh that moves rigidly along keyframes. Throws std::invalid_argument unless the keyframes are
+/// finite and sorted by time.
 std::unique_ptr<Body> make_keyframed_body(TriangleMesh mesh, std::vector<Keyframe> keys);
-/// A sequence of meshes with the same triangles, frame k at time start + k/fps; linear between.
+/// A sequence of meshes with the same triangles: frame k is shown at time start + k/fps, with
+/// linear interpolation between frames. Throws std::invalid_argument if the frames do not match.
 std::unique_ptr<Body> make_sequence_body(std::vector<TriangleMesh> frames, double fps,
                                          double start);
 

@@ -17,20 +17,20 @@ namespace selvedge {
 namespace {
 
 #ifdef SELVEDGE_USE_ASSIMP
-constexpr bool has_assimp = true;
+constexpr bool kHasAssimp = true;
 #else
-constexpr bool has_assimp = false;
+constexpr bool kHasAssimp = false;
 #define SELVEDGE_ASSIMP_PROGRAM ""
 #endif
 
-constexpr double max_timeout = 1e6;  // s; more than eleven days is a mistake
-constexpr const char* own_formats_remedy = "save the mesh as OBJ, PLY or OFF";
+constexpr double kMaxTimeout = 1e6;  // s; more than eleven days is a mistake
+constexpr const char* kOwnFormatsRemedy = "save the mesh as OBJ, PLY or OFF";
 
 void check_config(const LoadConfig& config) {
   if (!(config.unit > 0.0) || !std::isfinite(config.unit))
     throw std::invalid_argument("the unit of a mesh is " + std::to_string(config.unit) +
                                 " m, but must be positive and finite");
-  if (!(config.timeout > 0.0) || config.timeout > max_timeout)
+  if (!(config.timeout > 0.0) || config.timeout > kMaxTimeout)
     throw std::invalid_argument("the time allowed for reading a mesh is " +
                                 std::to_string(config.timeout) +
                                 " s, but must lie between 0 and 1000000 s");
@@ -43,8 +43,8 @@ bool is_program(const std::filesystem::path& path) {
   return std::filesystem::is_regular_file(path, error);
 }
 
-// The variable SELVEDGE_ASSIMP, else beside the running program, else where it was built, else
-// PATH.
+// Path of selvedge-assimp: the variable SELVEDGE_ASSIMP, else the folder of the running program,
+// else the build folder, else PATH.
 std::string assimp_program() {
   if (const char* chosen = std::getenv("SELVEDGE_ASSIMP"); chosen && *chosen) return chosen;
   std::error_code error;
@@ -55,7 +55,7 @@ std::string assimp_program() {
   return "selvedge-assimp";
 }
 
-// Its message as a part of one sentence.
+// The program's message as part of a sentence.
 std::string message_of(const std::string& output) {
   std::string message;
   for (const char c : output.substr(1, 300))
@@ -77,21 +77,21 @@ std::string fault_of(const detail::ChildResult& result, const LoadConfig& config
     case End::not_started:
       return "selvedge-assimp, which reads this format, cannot be started (" +
              std::generic_category().message(result.code) +
-             "); set SELVEDGE_ASSIMP to its path or " + own_formats_remedy;
+             "); set SELVEDGE_ASSIMP to its path or " + kOwnFormatsRemedy;
     case End::timed_out:
       return "assimp did not finish reading within " + seconds_text(config.timeout) +
-             "; the file may be damaged, " + own_formats_remedy;
+             "; the file may be damaged, " + kOwnFormatsRemedy;
     case End::too_much_output:
       return "the mesh needs more memory than the limit of " +
              std::to_string(config.memory_limit >> 20) + " MiB; raise the limit or reduce the mesh";
     case End::signalled:
-      return "assimp broke down (signal " + std::to_string(result.code) +
+      return "assimp crashed (signal " + std::to_string(result.code) +
              ") while reading; the file is damaged or too large, export it again";
     case End::exited:
       break;
   }
   if (!result.output.empty() && result.output[0] == 'E')
-    return "assimp cannot read it: " + message_of(result.output) + "; " + own_formats_remedy;
+    return "assimp cannot read it: " + message_of(result.output) + "; " + kOwnFormatsRemedy;
   return "assimp gave no mesh (exit status " + std::to_string(result.code) +
          "); the file is damaged, export it again";
 }
@@ -103,7 +103,7 @@ void take(const char*& at, std::size_t n, std::vector<T>& values) {
   at += n * sizeof(T);
 }
 
-// False if the bytes are not a whole mesh as assimp_program.cpp writes it.
+// Returns false unless the bytes are a complete mesh in the format of assimp_program.cpp.
 bool decode(const std::string& bytes, TriangleMesh& mesh) {
   constexpr std::size_t header = 1 + 2 * sizeof(std::uint64_t);
   if (bytes.size() < header || bytes[0] != 'M') return false;
@@ -121,10 +121,10 @@ bool decode(const std::string& bytes, TriangleMesh& mesh) {
 TriangleMesh read_by_assimp(const std::filesystem::path& file, const LoadConfig& config) {
   const std::string name = file.string();
   detail::checked_size(file);
-  if (!has_assimp)
+  if (!kHasAssimp)
     throw std::invalid_argument(name +
                                 ": this build has no assimp and reads OBJ, PLY and OFF only; " +
-                                own_formats_remedy + ", or build with SELVEDGE_ASSIMP=ON");
+                                kOwnFormatsRemedy + ", or build with SELVEDGE_ASSIMP=ON");
   const auto cpu_seconds = static_cast<long>(std::ceil(config.timeout));
   const detail::ChildResult result =
       detail::run_child({assimp_program(), std::filesystem::absolute(file).string(),
@@ -139,7 +139,7 @@ TriangleMesh read_by_assimp(const std::filesystem::path& file, const LoadConfig&
 
 // ---------------------------------------------------------------- all formats
 
-// Turns the file's up axis to +z, without mirroring, and its unit to metres.
+// Rotates the file's up axis to +z, without mirroring, and scales its unit to metres.
 Vec3 to_world(const Vec3& x, const LoadConfig& config) {
   switch (config.up) {
     case UpAxis::x:
@@ -152,7 +152,7 @@ Vec3 to_world(const Vec3& x, const LoadConfig& config) {
   return config.unit * x;
 }
 
-// For each vertex the first one at exactly its position.
+// For each vertex, the first vertex at exactly its position.
 std::vector<std::int32_t> first_at_position(const std::vector<Vec3>& x) {
   std::vector<std::int32_t> order(x.size()), first(x.size());
   std::iota(order.begin(), order.end(), 0);
@@ -182,7 +182,7 @@ void drop_unused(TriangleMesh& mesh) {
     for (std::int32_t& v : t) v = place[v];
 }
 
-// Triangles whose corners fall together are no surface any more, and go.
+// Welds vertices; removes triangles whose corners coincide.
 void weld(TriangleMesh& mesh) {
   const std::vector<std::int32_t> first = first_at_position(mesh.vertices);
   for (Triangle& t : mesh.triangles)

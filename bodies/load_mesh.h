@@ -8,23 +8,26 @@
 
 namespace selvedge {
 
+/// Axis of the file that points up.
 enum class UpAxis { x, y, z };
 
+/// How a body mesh is read.
 struct LoadConfig {
   double unit = 1.0;      ///< metres per file unit, > 0
-  UpAxis up = UpAxis::z;  ///< which axis of the file points up; turned to +z
-  bool weld = true;       ///< merge vertices at exactly equal positions, drop unused ones
-  double timeout = 30.0;  ///< s, for formats that need assimp
-  std::size_t memory_limit = std::size_t{4} << 30;  ///< bytes, for the same
+  UpAxis up = UpAxis::z;  ///< axis of the file that points up; it is rotated to +z
+  bool weld = true;       ///< merge vertices at identical positions and drop unused ones
+  double timeout = 30.0;  ///< s, time limit for formats that need assimp
+  std::size_t memory_limit = std::size_t{4}
+                             << 30;  ///< bytes, memory limit for formats that need assimp
 };
 
-/// Reads a body mesh: OBJ, PLY and OFF with our own exact reader, every other format (STL, glTF, …)
-/// through assimp in a child process, so that a hang, an abort or a crash of it becomes an error
-/// sentence. Throws std::invalid_argument (bad file) naming file, fault and remedy.
+/// Reads a body mesh. OBJ, PLY and OFF use the exact built-in readers; other formats (STL, glTF, …)
+/// are read by assimp in a child process, so a hang, abort or crash of assimp becomes an error
+/// message. Throws std::invalid_argument naming the file, the fault and a remedy.
 TriangleMesh load_mesh(const std::filesystem::path& file, const LoadConfig& config = {});
 
-/// The same for a mesh that was read or made elsewhere: turned, scaled, checked, welded. `name`
-/// stands in the sentence of a refusal.
+/// Rotates, scales, checks and welds a mesh that was read or made elsewhere. `name` starts the
+/// message of a thrown std::invalid_argument.
 TriangleMesh prepare_mesh(TriangleMesh mesh, const LoadConfig& config, const std::string& name);
 
 }  // namespace selvedge

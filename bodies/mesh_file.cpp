@@ -18,17 +18,17 @@ namespace detail {
 
 namespace {
 
-// A mesh of 2^28 double vertices, more than anybody drapes on; keeps a sparse file of terabytes
+// 2^28 vertices in double precision, more than any use case; prevents a sparse file of terabytes
 // from filling the memory.
-constexpr std::uintmax_t max_file_size = std::uintmax_t{8} << 30;
-constexpr std::size_t max_quoted_length = 40;
+constexpr std::uintmax_t kMaxFileSize = std::uintmax_t{8} << 30;
+constexpr std::size_t kMaxQuotedLength = 40;
 
 std::string_view without_sign(std::string_view word) {
   const bool plus = word.size() > 1 && word[0] == '+' && word[1] != '-';
   return plus ? word.substr(1) : word;
 }
 
-// std::from_chars reports numbers too large and too small alike; this tells them apart. Rare.
+// std::from_chars reports overflow and underflow alike; this distinguishes them. Rarely called.
 bool parse_extreme(std::string_view word, double& value) {
   std::istringstream stream{std::string(word)};
   stream.imbue(std::locale::classic());
@@ -53,7 +53,7 @@ std::uintmax_t checked_size(const std::filesystem::path& file) {
   const std::uintmax_t size = std::filesystem::file_size(file, error);
   if (error) throw std::invalid_argument(name + ": cannot be opened: " + error.message());
   if (size == 0) throw std::invalid_argument(name + ": is empty; export the mesh again");
-  if (size > max_file_size)
+  if (size > kMaxFileSize)
     throw std::invalid_argument(name + ": is larger than 8 GiB; reduce the mesh first");
   return size;
 }
@@ -129,7 +129,8 @@ double LineReader::take_double(std::string_view& words, const char* what) const 
            "; the file is damaged or cut short, export the mesh again");
   double value = 0.0;
   if (!parse_double(word, value))
-    refuse(in_quotes(word) + " stands where " + what + " should be, and is no number");
+    refuse(std::string("expected ") + what + ", found " + in_quotes(word) +
+           ", which is not a number");
   if (!std::isfinite(value))
     refuse(std::string(what) + " is " + in_quotes(word) + ", which is not finite");
   return value;
@@ -142,7 +143,8 @@ std::int64_t LineReader::take_integer(std::string_view& words, const char* what)
            "; the file is damaged or cut short, export the mesh again");
   std::int64_t value = 0;
   if (!parse_integer(word, value))
-    refuse(in_quotes(word) + " stands where " + what + " should be, and is no integer");
+    refuse(std::string("expected ") + what + ", found " + in_quotes(word) +
+           ", which is not an integer");
   return value;
 }
 
@@ -162,9 +164,9 @@ bool parse_integer(std::string_view word, std::int64_t& value) {
 
 std::string in_quotes(std::string_view word) {
   std::string text = "'";
-  for (const char c : word.substr(0, max_quoted_length))
+  for (const char c : word.substr(0, kMaxQuotedLength))
     text += std::isprint(static_cast<unsigned char>(c)) ? c : '?';
-  return text + (word.size() > max_quoted_length ? "...'" : "'");
+  return text + (word.size() > kMaxQuotedLength ? "...'" : "'");
 }
 
 std::string count_of(std::size_t n, const char* thing) {
@@ -197,11 +199,11 @@ TriangleMesh read_known(const MeshSource& source, const std::string& extension) 
 TriangleMesh read_mesh(const std::filesystem::path& file) {
   const std::string extension = detail::lower_extension(file);
   if (!detail::is_own_format(extension)) {
-    detail::checked_size(file);  // a missing file or a folder is the better thing to hear about
+    detail::checked_size(file);  // for a missing file or a folder, that error is more helpful
     throw std::invalid_argument(file.string() + ": " +
                                 (extension.empty()
                                      ? "has no extension"
-                                     : "the extension '" + extension + "' is unknown here") +
+                                     : "the extension '" + extension + "' is not supported") +
                                 "; give an .obj, .ply or .off file");
   }
   const detail::MeshSource source = detail::read_source(file);

@@ -11,27 +11,27 @@
 namespace selvedge {
 
 /// Reads OBJ, PLY (ASCII, binary little and big endian) or OFF exactly: doubles, file order,
-/// polygons fanned into triangles, nothing merged or dropped. Throws std::invalid_argument with one
-/// sentence: file, line or byte, fault, remedy. Never crashes or hangs on damaged input; never
-/// allocates more than the file's size warrants.
+/// polygons split into triangle fans, nothing merged or dropped. Throws std::invalid_argument with
+/// one sentence: file, line or byte, fault, remedy. On damaged input it never crashes or hangs, and
+/// it never allocates more memory than the file size justifies.
 TriangleMesh read_mesh(const std::filesystem::path& file);
 
-/// Extra vertex data of a PLY file that our own frames carry.
+/// A per-vertex property of a PLY file, as in the frames that the program writes.
 struct NamedValues {
   std::string name;            ///< PLY property name
   std::vector<double> values;  ///< one per vertex
   bool as_byte = false;        ///< stored as uchar: whole numbers from 0 to 255
 };
 
-/// Binary little-endian PLY, double precision: read_mesh gives back the same bits. Written to a
-/// temporary file beside it and renamed, so that a reader never sees half a file. Throws
-/// std::runtime_error with file and cause (full disk, no permission).
+/// Writes binary little-endian PLY in double precision; read_mesh returns the same bits. The file
+/// is written under a temporary name and then renamed, so a reader never sees an incomplete file.
+/// Throws std::runtime_error naming the file and the cause (full disk, no permission).
 void write_ply(const std::filesystem::path& file, std::span<const Vec3> x,
                std::span<const Triangle> triangles, std::span<const NamedValues> extra = {});
-/// Same, and reads the extra vertex properties back (double and uchar ones, in file order).
+/// Reads a PLY file and its extra vertex properties (double and uchar, in file order).
 TriangleMesh read_ply(const std::filesystem::path& file, std::vector<NamedValues>& extra);
 
-/// OBJ with 17 significant digits.
+/// Writes OBJ with 17 significant digits. Errors as in write_ply.
 void write_obj(const std::filesystem::path& file, std::span<const Vec3> x,
                std::span<const Triangle> triangles);
 

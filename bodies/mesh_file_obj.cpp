@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Wavefront OBJ: of all its statements only v and f shape the surface; the others are passed over.
+// Wavefront OBJ. Only the statements v and f define the surface; all others are skipped.
 #include <selvedge/bodies/detail/mesh_source.h>
 
 #include <algorithm>
@@ -12,7 +12,7 @@ namespace selvedge::detail {
 
 namespace {
 
-constexpr std::int64_t max_vertices = std::numeric_limits<std::int32_t>::max();
+constexpr std::int64_t kMaxVertices = std::numeric_limits<std::int32_t>::max();
 
 bool is_keyword(std::string_view word) {
   return std::all_of(word.begin(), word.end(), [](char c) {
@@ -31,7 +31,7 @@ class ObjReader {
   }
 
  private:
-  // Joins lines that end in a backslash.
+  // Joins lines that end with a backslash.
   bool next_statement() {
     if (!lines_.next()) return false;
     words_ = lines_.text();
@@ -58,7 +58,7 @@ class ObjReader {
       read_face();
     else if (!is_keyword(keyword))
       lines_.refuse(in_quotes(keyword) +
-                    " is no OBJ statement; the file is damaged or no OBJ file");
+                    " is not an OBJ statement; the file is damaged or not an OBJ file");
   }
 
   void read_vertex() {
@@ -66,7 +66,7 @@ class ObjReader {
     x[0] = lines_.take_double(words_, "the x coordinate");
     x[1] = lines_.take_double(words_, "the y coordinate");
     x[2] = lines_.take_double(words_, "the z coordinate");
-    if (static_cast<std::int64_t>(mesh_.vertices.size()) >= max_vertices)
+    if (static_cast<std::int64_t>(mesh_.vertices.size()) >= kMaxVertices)
       lines_.refuse("more than 2147483647 vertices cannot be indexed; reduce the mesh first");
     mesh_.vertices.push_back(x);
   }
@@ -82,13 +82,13 @@ class ObjReader {
     append_fan(polygon_, mesh_.triangles);
   }
 
-  // A corner is v, v/vt, v//vn or v/vt/vn; indices from 1, or from the end if negative.
+  // A corner is v, v/vt, v//vn or v/vt/vn. Indices start at 1; negative ones count from the end.
   std::int32_t vertex_of(std::string_view corner) {
     const std::size_t slash = std::min(corner.find('/'), corner.size());
     std::int64_t index = 0;
     if (!parse_integer(corner.substr(0, slash), index) || !is_attribute(corner.substr(slash)))
       lines_.refuse(in_quotes(corner) +
-                    " is no face corner; v, v/vt, v//vn or v/vt/vn was expected");
+                    " is not a face corner; expected v, v/vt, v//vn or v/vt/vn");
     return checked_index(index);
   }
 
@@ -111,7 +111,7 @@ class ObjReader {
       lines_.refuse("a face names vertex " + std::to_string(index) + " counted from the end, but " +
                     "only " + count_of(mesh_.vertices.size(), "vertex line") + " stand before it");
     if (index < 0) return static_cast<std::int32_t>(n + index);
-    if (index > max_vertices) refuse_index(lines_.line(), index);
+    if (index > kMaxVertices) refuse_index(lines_.line(), index);
     if (index > n && index > forward_index_) {
       forward_index_ = index;
       forward_line_ = lines_.line();
@@ -119,7 +119,7 @@ class ObjReader {
     return static_cast<std::int32_t>(index - 1);
   }
 
-  // A face may stand before its vertices, so the largest such index is judged at the end.
+  // A face may precede its vertices, so the largest such index is checked at the end.
   void check_forward_reference() const {
     if (forward_index_ > static_cast<std::int64_t>(mesh_.vertices.size()))
       refuse_index(forward_line_, forward_index_);

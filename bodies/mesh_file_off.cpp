@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Geomview OFF in text form, with or without normals, colours and texture coordinates, which stand
-// behind the coordinates of a vertex and are passed over.
+// Geomview OFF in text form. Normals, colours and texture coordinates after the coordinates of a
+// vertex are skipped.
 #include <selvedge/bodies/detail/mesh_source.h>
 
 #include <limits>
@@ -11,9 +11,9 @@ namespace selvedge::detail {
 namespace {
 
 // "0 0 0" and its line end.
-constexpr std::size_t min_vertex_bytes = 6;
+constexpr std::size_t kMinVertexBytes = 6;
 // "3 0 1 2" and its line end.
-constexpr std::size_t min_face_bytes = 8;
+constexpr std::size_t kMinFaceBytes = 8;
 
 class OffReader {
  public:
@@ -37,7 +37,7 @@ class OffReader {
     words_ = lines_.text();
   }
 
-  // [ST][C][N][4][n]OFF [BINARY]; the keyword itself may be missing.
+  // [ST][C][N][4][n]OFF [BINARY]; the keyword itself is optional.
   void read_keyword() {
     next_line("its header");
     std::string_view rest = words_;
@@ -48,14 +48,15 @@ class OffReader {
     words_ = rest;
     std::string_view ahead = rest;
     const std::string_view second = LineReader::take_word(ahead);
-    if (second == "BINARY") lines_.refuse("binary OFF is not read; save the mesh as text or PLY");
+    if (second == "BINARY")
+      lines_.refuse("binary OFF is not supported; save the mesh as text or PLY");
     if (second.empty()) next_line("its counts");
   }
 
   void check_keyword(std::string_view keyword) const {
     std::string_view prefix = keyword;
     if (!prefix.ends_with("OFF"))
-      lines_.refuse(in_quotes(keyword) + " stands where OFF should be; this is no OFF file");
+      lines_.refuse("expected OFF, found " + in_quotes(keyword) + "; this is not an OFF file");
     prefix.remove_suffix(3);
     for (const std::string_view part : {"ST", "C", "N"})
       if (prefix.starts_with(part)) prefix.remove_prefix(part.size());
@@ -67,19 +68,19 @@ class OffReader {
   void read_counts() {
     vertices_ = lines_.take_integer(words_, "the number of vertices");
     faces_ = lines_.take_integer(words_, "the number of faces");
-    check_count(vertices_, min_vertex_bytes, "vertices");
-    check_count(faces_, min_face_bytes, "faces");
+    check_count(vertices_, kMinVertexBytes, "vertices");
+    check_count(faces_, kMinFaceBytes, "faces");
     mesh_.vertices.reserve(static_cast<std::size_t>(vertices_));
     mesh_.triangles.reserve(static_cast<std::size_t>(faces_));
   }
 
   void check_count(std::int64_t count, std::size_t bytes, const char* what) const {
     if (count < 0 || count > std::numeric_limits<std::int32_t>::max())
-      lines_.refuse("the header counts " + std::to_string(count) + " " + what +
-                    ", which cannot be");
-    // The last line may have no end.
+      lines_.refuse("the header gives " + std::to_string(count) + " " + what +
+                    ", which is impossible");
+    // The last line may lack a line end.
     if (static_cast<std::size_t>(count) > (lines_.bytes_left() + 1) / bytes)
-      lines_.refuse("the header counts " + std::to_string(count) + " " + what +
+      lines_.refuse("the header gives " + std::to_string(count) + " " + what +
                     ", more than the file can hold; it is damaged or cut short, export it again");
   }
 
@@ -92,7 +93,7 @@ class OffReader {
     mesh_.vertices.push_back(x);
   }
 
-  // Colours may stand behind the corners.
+  // Colours may follow the corners.
   void read_face(std::int64_t face) {
     next_line("its last face");
     const std::int64_t corners = lines_.take_integer(words_, "the number of corners");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// PLY after its own header: any elements and properties in any order, of which the coordinates, the
-// faces' vertex list and, on request, further double values of the vertices are kept.
+// PLY as declared by its header: any elements and properties in any order. The reader keeps the
+// coordinates, the vertex list of the faces and, on request, further double values of the vertices.
 #include <selvedge/bodies/detail/mesh_source.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ struct ScalarName {
   Scalar type;
 };
 
-constexpr ScalarName scalar_names[] = {
+constexpr ScalarName kScalarNames[] = {
     {"char", Scalar::int8},      {"int8", Scalar::int8},       {"uchar", Scalar::uint8},
     {"uint8", Scalar::uint8},    {"short", Scalar::int16},     {"int16", Scalar::int16},
     {"ushort", Scalar::uint16},  {"uint16", Scalar::uint16},   {"int", Scalar::int32},
@@ -80,7 +80,7 @@ class HeaderReader {
   Header read() {
     next();
     if (LineReader::take_word(words_) != "ply")
-      lines_.refuse("the file does not begin with 'ply'; it is no PLY file");
+      lines_.refuse("the file does not begin with 'ply'; it is not a PLY file");
     while (!done_) {
       next();
       read_statement(LineReader::take_word(words_));
@@ -106,7 +106,8 @@ class HeaderReader {
     else if (keyword == "end_header")
       done_ = true;
     else if (!keyword.empty() && keyword != "comment" && keyword != "obj_info")
-      lines_.refuse(in_quotes(keyword) + " is no statement of a PLY header; the file is damaged");
+      lines_.refuse(in_quotes(keyword) +
+                    " is not a statement of a PLY header; the file is damaged");
   }
 
   void read_format() {
@@ -119,7 +120,7 @@ class HeaderReader {
       header_.encoding = Encoding::big_endian;
     else
       lines_.refuse("the format " + in_quotes(name) +
-                    " is unknown; ascii, binary_little_endian or binary_big_endian was expected");
+                    " is unknown; expected ascii, binary_little_endian or binary_big_endian");
     has_format_ = true;
   }
 
@@ -129,7 +130,7 @@ class HeaderReader {
     element.count = lines_.take_integer(words_, "the number of elements");
     if (element.count < 0 || element.count > std::numeric_limits<std::int32_t>::max())
       lines_.refuse("the element " + in_quotes(element.name) + " has the count " +
-                    std::to_string(element.count) + ", which cannot be");
+                    std::to_string(element.count) + ", which is impossible");
     for (const Element& other : header_.elements)
       if (other.name == element.name)
         lines_.refuse("the element " + in_quotes(element.name) + " is declared twice");
@@ -137,12 +138,13 @@ class HeaderReader {
   }
 
   void read_property() {
-    if (header_.elements.empty()) lines_.refuse("a property stands before any element");
+    if (header_.elements.empty()) lines_.refuse("a property precedes the first element");
     Property property;
     std::string_view type = LineReader::take_word(words_);
     if (type == "list") {
       property.count_type = scalar(LineReader::take_word(words_));
-      if (!is_integer(*property.count_type)) lines_.refuse("a list counts in floating point");
+      if (!is_integer(*property.count_type))
+        lines_.refuse("the length of a list is a floating-point number");
       type = LineReader::take_word(words_);
     }
     property.type = scalar(type);
@@ -155,7 +157,7 @@ class HeaderReader {
   }
 
   Scalar scalar(std::string_view name) const {
-    for (const ScalarName& known : scalar_names)
+    for (const ScalarName& known : kScalarNames)
       if (known.name == name) return known.type;
     lines_.refuse("the type " + in_quotes(name) + " is unknown in PLY");
   }
@@ -167,7 +169,7 @@ class HeaderReader {
   bool has_format_ = false, done_ = false;
 };
 
-// The rows of an ASCII body: one element a line.
+// Rows of an ASCII body: one element per line.
 class AsciiBody {
  public:
   AsciiBody(const MeshSource& source, const LineReader& header) : source_(source), lines_(header) {}
@@ -175,7 +177,9 @@ class AsciiBody {
   static std::size_t min_bytes(const Property& property) {
     return property.role == Role::corners ? 8 : 2;  // "3 0 1 2 " and "0 "
   }
-  std::size_t bytes_left() const { return lines_.bytes_left() + 1; }  // last line without end
+  std::size_t bytes_left() const {
+    return lines_.bytes_left() + 1;
+  }  // the last line may lack its end
 
   void begin_row(const Element& element, std::int64_t row) {
     if (!lines_.next_filled(0))
@@ -193,7 +197,7 @@ class AsciiBody {
     const std::string_view word = LineReader::take_word(words_);
     double value = 0.0;
     if (word.empty()) lines_.refuse("fewer values than the header declares; the file is damaged");
-    if (!parse_double(word, value)) lines_.refuse(in_quotes(word) + " is no number");
+    if (!parse_double(word, value)) lines_.refuse(in_quotes(word) + " is not a number");
     return value;
   }
   std::int64_t take_index(Scalar) { return lines_.take_integer(words_, "an index or count"); }
@@ -252,7 +256,7 @@ class BinaryBody {
   }
   std::int64_t take_index(Scalar type) { return integer(advance(size_of(type), 1), type); }
   void skip(Scalar type, std::int64_t n) { advance(size_of(type), n); }
-  // Writers end the file with a line end or padding at most; anything else means wrong counts.
+  // Writers add at most a line end or padding at the end; anything else means wrong counts.
   void finish() {
     for (; at_ < end_; ++at_)
       if (*at_ != '\n' && *at_ != '\r' && *at_ != ' ' && *at_ != '\0')
@@ -343,13 +347,14 @@ class PlyReader {
       }
     }
     if (coordinates != 3)
-      refuse(source_, "the vertices lack one of the properties x, y, z; export the mesh again");
+      refuse(source_, "the vertices must have the properties x, y and z; export the mesh again");
   }
 
   void assign_face_roles(Element& face) {
     for (Property& p : face.properties)
       if (p.count_type && (p.name == "vertex_indices" || p.name == "vertex_index")) {
-        if (!is_integer(p.type)) refuse(source_, "the faces name vertices in floating point");
+        if (!is_integer(p.type))
+          refuse(source_, "the vertex indices of the faces are floating-point numbers");
         p.role = Role::corners;
         return;
       }
@@ -372,7 +377,7 @@ class PlyReader {
     for (const Property& p : e.properties) bytes += Body::min_bytes(p);
     if (e.count > 0 &&
         (bytes == 0 || static_cast<std::size_t>(e.count) > body.bytes_left() / bytes))
-      refuse(source_, "the header counts " + std::to_string(e.count) + " of element '" + e.name +
+      refuse(source_, "the header gives " + std::to_string(e.count) + " of element '" + e.name +
                           "', more than the file can hold; it is damaged or cut short, export "
                           "the mesh again");
   }

@@ -15,11 +15,11 @@ namespace selvedge {
 
 namespace {
 
-constexpr int exact_digits = 17;  // 17 significant decimal digits identify every double
+constexpr int kExactDigits = 17;  // 17 significant decimal digits identify every double
 
-/// A device or a pipe holds no mesh that could be read again.
+/// Refuses devices and pipes, from which the mesh could not be read back.
 void refuse_special(const std::filesystem::path& file) {
-  std::error_code ignored;  // what cannot be asked for cannot be opened either
+  std::error_code ignored;  // if the status cannot be queried, opening the file fails too
   const auto status = std::filesystem::status(file, ignored);
   if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status) &&
       !std::filesystem::is_directory(status))
@@ -65,7 +65,7 @@ void check_extra(std::span<const NamedValues> extra, std::size_t vertices) {
         std::any_of(extra[i].values.begin(), extra[i].values.end(),
                     [](double v) { return !(v >= 0.0 && v <= highest) || v != std::floor(v); }))
       throw std::invalid_argument("write_ply: property '" + extra[i].name +
-                                  "' has values that are no bytes");
+                                  "' has values that are not integers from 0 to 255");
     for (std::size_t j = 0; j < i; ++j)
       if (extra[j].name == extra[i].name)
         throw std::invalid_argument("write_ply: property '" + extra[i].name + "' is given twice");
@@ -86,7 +86,7 @@ std::string ply_header(std::size_t vertices, std::size_t triangles,
 void append_number(std::string& text, double value) {
   char digits[40];
   const auto [end, error] = std::to_chars(digits, digits + sizeof digits, value,
-                                          std::chars_format::general, exact_digits);
+                                          std::chars_format::general, kExactDigits);
   text.append(digits, end);
 }
 
@@ -126,7 +126,7 @@ void write_obj(const std::filesystem::path& file, std::span<const Vec3> x,
       for (int k = 0; k < 3; ++k) append_number(line += ' ', p[k]);
       out.write(line += '\n');
     }
-    for (const Triangle& t : triangles)  // OBJ counts from 1; 2^31 needs 64 bits
+    for (const Triangle& t : triangles)  // OBJ indices start at 1; 2^31 needs 64 bits
       out.write("f " + std::to_string(std::int64_t{t[0]} + 1) + ' ' +
                 std::to_string(std::int64_t{t[1]} + 1) + ' ' +
                 std::to_string(std::int64_t{t[2]} + 1) + '\n');

@@ -12,9 +12,9 @@ namespace selvedge {
 
 namespace {
 
-constexpr std::size_t queries_per_task = 256;
-constexpr std::int32_t leaf_size = 4;
-constexpr int max_tree_depth = 64;  // the tree halves at every level
+constexpr std::size_t kQueriesPerTask = 256;
+constexpr std::int32_t kLeafSize = 4;
+constexpr int kMaxTreeDepth = 64;  // every level halves the number of boxes
 
 struct Bounds {
   Vec3 lower = Vec3::Zero(), upper = Vec3::Zero();
@@ -29,7 +29,8 @@ struct Bounds {
   }
 };
 
-// Boxes halved at the median of their longest extent; node k has the children left and left + 1.
+// A box tree split at the median of the longest extent; the children of node k are left and left +
+// 1.
 class BoxTree {
  public:
   explicit BoxTree(const std::vector<Bounds>& boxes) : boxes_(boxes), order_(boxes.size()) {
@@ -42,7 +43,7 @@ class BoxTree {
   /// Calls visit(j) for every box j that overlaps `box`.
   template <class Visit>
   void for_each_overlap(const Bounds& box, Visit&& visit) const {
-    std::int32_t stack[2 * max_tree_depth];
+    std::int32_t stack[2 * kMaxTreeDepth];
     int depth = 0;
     stack[depth++] = 0;
     while (depth > 0) {
@@ -64,7 +65,9 @@ class BoxTree {
     std::int32_t begin = 0, end = 0, left = -1;  // left < 0: a leaf
   };
 
-  Vec3 centre(std::int32_t i) const { return boxes_[i].lower + boxes_[i].upper; }  // twice
+  Vec3 centre(std::int32_t i) const {
+    return boxes_[i].lower + boxes_[i].upper;
+  }  // twice the centre
 
   int longest_axis(const Node& node) const {
     Vec3 lower = centre(order_[node.begin]), upper = lower;
@@ -79,7 +82,7 @@ class BoxTree {
 
   void split(std::size_t k) {
     const Node node = nodes_[k];
-    if (node.end - node.begin <= leaf_size) return;
+    if (node.end - node.begin <= kLeafSize) return;
     const int axis = longest_axis(node);
     const std::int32_t middle = node.begin + (node.end - node.begin) / 2;
     std::nth_element(order_.begin() + node.begin, order_.begin() + middle,
@@ -104,7 +107,7 @@ class BoxTree {
   std::vector<Node> nodes_;
 };
 
-// One triangle's run along an edge.
+// One triangle's traversal of an edge.
 struct EdgeRun {
   Edge edge;  // lower index first
   std::int32_t triangle;
@@ -115,7 +118,7 @@ bool lexicographic(const Vec3& a, const Vec3& b) {
   return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
 }
 
-// Disjoint sets of triangles.
+// Union-find over the triangles.
 class Parts {
  public:
   explicit Parts(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0); }
@@ -123,7 +126,7 @@ class Parts {
     while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
     return i;
   }
-  // The lower root stays, so that the result depends on the sets alone.
+  // The lower root stays, so the result depends only on the sets.
   void join(std::int32_t a, std::int32_t b) {
     a = root(a), b = root(b);
     parent_[std::max(a, b)] = std::min(a, b);
@@ -221,7 +224,7 @@ class MeshInspection {
     runs.reserve(3 * mesh_.triangles.size());
     for (std::size_t k = 0; k < mesh_.triangles.size(); ++k) {
       const Triangle& t = mesh_.triangles[k];
-      if (has_repeated_index(t)) continue;  // no surface; counted as a face without area
+      if (has_repeated_index(t)) continue;  // not a surface; counted as a face without area
       for (int i = 0; i < 3; ++i) {
         const std::int32_t a = t[i], b = t[(i + 1) % 3];
         runs.push_back({{std::min(a, b), std::max(a, b)}, static_cast<std::int32_t>(k), a < b});
@@ -252,7 +255,7 @@ class MeshInspection {
     }
   }
 
-  // Six times the volume of the tetrahedron over triangle k with its tip at the centre.
+  // Six times the signed volume of the tetrahedron of triangle k and the centre.
   double volume_of(std::size_t k) const {
     const Vec3 centre = 0.5 * (report_.lower + report_.upper);
     const detail::Corners c = corners(k);
@@ -280,8 +283,8 @@ class MeshInspection {
     std::size_t apart = 0, neighbours = 0;
   };
 
-  // Common corners by position, so that in a mesh whose triangles own their corners not every pair
-  // of neighbours counts. Common corners go first in both.
+  // Common corners are found by position, so that in a mesh whose triangles own their corners not
+  // every neighbour counts as a crossing. Common corners come first in both triangles.
   void judge_pair(std::size_t a, std::size_t b, Crossings& found) const {
     Triangle ta = mesh_.triangles[a], tb = mesh_.triangles[b];
     int common = 0;
@@ -307,11 +310,11 @@ class MeshInspection {
       boxes[k] = {c[0].cwiseMin(c[1]).cwiseMin(c[2]), c[0].cwiseMax(c[1]).cwiseMax(c[2])};
     }
     const BoxTree tree(boxes);
-    std::vector<Crossings> found((n + queries_per_task - 1) / queries_per_task);
-    parallel_for(n, queries_per_task, [&](std::size_t begin, std::size_t end) {
+    std::vector<Crossings> found((n + kQueriesPerTask - 1) / kQueriesPerTask);
+    parallel_for(n, kQueriesPerTask, [&](std::size_t begin, std::size_t end) {
       for (std::size_t a = begin; a < end; ++a)
         tree.for_each_overlap(boxes[a], [&](std::int32_t b) {
-          if (static_cast<std::size_t>(b) > a) judge_pair(a, b, found[a / queries_per_task]);
+          if (static_cast<std::size_t>(b) > a) judge_pair(a, b, found[a / kQueriesPerTask]);
         });
     });
     for (const Crossings& part : found) {
@@ -324,7 +327,7 @@ class MeshInspection {
   MeshReport report_;
   std::vector<std::int32_t> place_;
   Parts parts_;
-  std::vector<bool> open_;  // triangles with an edge that keeps their part from having an inside
+  std::vector<bool> open_;  // triangles with an edge that leaves their component without an inside
 };
 
 void add_sentence(std::size_t n, const char* one, const char* many,
@@ -339,19 +342,20 @@ MeshReport report_mesh(const TriangleMesh& mesh) { return MeshInspection(mesh).r
 
 std::vector<std::string> MeshReport::sentences() const {
   std::vector<std::string> s;
-  if (triangles == 0) s.push_back("The mesh has no faces.");
+  if (triangles == 0) s.emplace_back("The mesh has no faces.");
   add_sentence(boundary_edges, "edge has only one face: the surface is open",
                "edges have only one face: the surface is open", s);
   add_sentence(non_manifold_edges, "edge has more than two faces: the surface branches",
                "edges have more than two faces: the surface branches", s);
-  add_sentence(inconsistent_edges, "edge lies between faces that are turned against each other",
-               "edges lie between faces that are turned against each other", s);
-  add_sentence(duplicate_faces, "face repeats another one", "faces repeat another one", s);
+  add_sentence(inconsistent_edges, "edge lies between faces of opposite orientation",
+               "edges lie between faces of opposite orientation", s);
+  add_sentence(duplicate_faces, "face duplicates another one", "faces duplicate another one", s);
   add_sentence(zero_area_faces, "face has no area", "faces have no area", s);
-  add_sentence(duplicate_vertices, "vertex lies where another one is",
-               "vertices lie where another one is", s);
+  add_sentence(duplicate_vertices, "vertex coincides with another one",
+               "vertices coincide with another one", s);
   add_sentence(unused_vertices, "vertex belongs to no face", "vertices belong to no face", s);
-  add_sentence(inward_components, "closed part is inside out", "closed parts are inside out", s);
+  add_sentence(inward_components, "closed component is inside out",
+               "closed components are inside out", s);
   add_sentence(self_intersections, "pair of faces crosses", "pairs of faces cross", s);
   add_sentence(folded_neighbours, "pair of neighbouring faces overlaps",
                "pairs of neighbouring faces overlap", s);

@@ -19,7 +19,8 @@ class PatternReader {
       std::string_view words = lines_.text();
       const std::string_view keyword = LineReader::take_word(words);
       if (words.ends_with('\\'))
-        lines_.refuse("a line that goes on in the next one is not read here; join the two");
+        lines_.refuse(
+            "a line continued on the next line is not supported here; join the two lines");
       if (keyword == "vt") read_place(words);
       if (keyword == "f") read_face(words);
     }
@@ -45,16 +46,17 @@ class PatternReader {
     line_of_.resize(pattern_.triangles.size(), lines_.line());
   }
 
-  /// The number behind the first slash of v/vt or v/vt/vn.
+  /// The number after the first slash of v/vt or v/vt/vn.
   std::int32_t place_of(std::string_view corner) const {
     const std::size_t slash = corner.find('/');
     std::int64_t index = 0;
     const std::string_view rest =
         slash == std::string_view::npos ? std::string_view{} : corner.substr(slash + 1);
     if (!detail::parse_integer(rest.substr(0, rest.find('/')), index) || index == 0)
-      lines_.refuse(detail::in_quotes(corner) +
-                    " has no texture coordinate, which is its place in the flat pattern; export "
-                    "the mesh with them");
+      lines_.refuse(
+          detail::in_quotes(corner) +
+          " has no texture coordinate, which gives its position in the flat pattern; export "
+          "the mesh with them");
     const auto n = static_cast<std::int64_t>(pattern_.vertices.size());
     if (index < -n) lines_.refuse("a face counts back beyond the first texture coordinate");
     constexpr std::int64_t most = 2147483647;
@@ -77,7 +79,7 @@ class PatternReader {
   double unit_;
   TriangleMesh pattern_;
   std::vector<std::int32_t> polygon_;
-  std::vector<std::size_t> line_of_;  // of each triangle
+  std::vector<std::size_t> line_of_;  // per triangle
 };
 
 }  // namespace
@@ -85,7 +87,9 @@ class PatternReader {
 TriangleMesh read_pattern(const std::filesystem::path& file, double unit) {
   const detail::MeshSource source = detail::read_source(file);
   if (detail::lower_extension(file) != ".obj")
-    detail::refuse(source, "only OBJ files have the texture coordinates that are the pattern");
+    detail::refuse(
+        source,
+        "is not an OBJ file; the pattern is read from the texture coordinates of an OBJ file");
   return PatternReader(source, unit).read();
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A. Zomorodian, H. Edelsbrunner, "Fast software for box intersections", 2002 [Zomorodian2002], as
-// CGAL has it.
+// implemented in CGAL.
 #include <selvedge/broadphase/adapter_cgal.h>
 #include <selvedge/broadphase/detail/box_library.h>
 #include <selvedge/broadphase/detail/cgal_tree.h>
@@ -13,12 +13,12 @@
 namespace selvedge {
 namespace {
 
-/// Below so many boxes the recursion sweeps. Measured on sheets of 20,000 to 320,000 triangles:
-/// CGAL's own default of 10 takes two to three times as long.
+/// Below this number of boxes the recursion sweeps instead. Measured on sheets of 20,000 to 320,000
+/// triangles: CGAL's default of 10 takes two to three times as long.
 constexpr std::ptrdiff_t kCutoff = 1000;
 
-/// What CGAL needs to know of a box. The id orders boxes that are equal, so it has to be unique
-/// over both lists of a call.
+/// The interface that CGAL needs of a box. The id orders equal boxes, so it must be unique over
+/// both lists of a call.
 struct Box {
   using NT = float;
   using ID = std::uint32_t;
@@ -75,7 +75,7 @@ class CgalLibrary final : public detail::BoxLibrary {
   }
 
  private:
-  /// The library re-orders the boxes it is given.
+  /// The library reorders the boxes that it receives, so it gets a copy.
   static void copy(std::span<const detail::UnitBox> boxes, std::uint32_t first_id,
                    std::vector<Box>& out) {
     out.resize(boxes.size());
@@ -97,12 +97,12 @@ class CgalLibrary final : public detail::BoxLibrary {
 }  // namespace
 
 void register_cgal(BroadPhaseRegistry& registry) {
-  registry["cgal_box_intersection"] = [] {
+  registry.add("cgal_box_intersection", {}, [](const Options&) {
     return detail::make_box_broad_phase(std::make_unique<CgalLibrary>());
-  };
-  registry["cgal_aabb_tree"] = [] {
+  });
+  registry.add("cgal_aabb_tree", {}, [](const Options&) {
     return detail::make_box_broad_phase(detail::make_cgal_tree());
-  };
+  });
 }
 
 }  // namespace selvedge

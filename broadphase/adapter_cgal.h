@@ -7,15 +7,14 @@ namespace selvedge {
 
 /// Adds two detectors over the swept triangles, which report the same pairs as brute force:
 /// - `cgal_box_intersection`: CGAL's box_intersection_d, by streamed segment trees. It keeps
-/// nothing
-///   between calls.
-/// - `cgal_aabb_tree`: CGAL's AABB_tree of one surface, asked for each box of the other (of two
-/// that
-///   move, that of the one with fewer triangles). The tree of a surface that stands still is kept;
-///   there is no refit. It is made during the search, so that its time counts as the query's.
+///   nothing between calls.
+/// - `cgal_aabb_tree`: CGAL's AABB_tree of one surface, queried with each box of the other. If both
+///   surfaces move, the tree is that of the surface with fewer triangles. The tree of a static
+///   surface is kept; there is no refit. The tree is built during the search, so its time counts as
+///   query time.
 ///
-/// This part of CGAL is under the GPL, version 3 or later: a program that links this adapter is
-/// bound by it. No other part of selvedge is.
+/// This part of CGAL is under the GPL, version 3 or later, and so is a program that links this
+/// adapter. No other part of selvedge is.
 void register_cgal(BroadPhaseRegistry& registry);
 
 }  // namespace selvedge

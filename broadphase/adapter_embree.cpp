@@ -2,8 +2,8 @@
 // I. Wald, S. Woop, C. Benthin, G. Johnson, M. Ernst, "Embree: a kernel framework for efficient CPU
 // ray tracing", 2014 [Wald2014].
 //
-// rtcCollide serves user geometry only: on triangle geometry the library ends the program. It is
-// given boxes, never a time step, because the boxes are those of the whole step.
+// rtcCollide supports only user geometry: with triangle geometry the library aborts the program. It
+// receives boxes without time steps, because the boxes cover the whole step.
 #include <selvedge/broadphase/adapter_embree.h>
 #include <selvedge/broadphase/detail/box_library.h>
 
@@ -32,7 +32,7 @@ void add_pairs(void* out, RTCCollision* collisions, unsigned int count) {
   for (unsigned int i = 0; i < count; ++i) pairs.add(collisions[i].primID0, collisions[i].primID1);
 }
 
-/// With itself the library reports (i, j) and (j, i).
+/// For a surface against itself the library reports both (i, j) and (j, i).
 void add_ordered_pairs(void* out, RTCCollision* collisions, unsigned int count) {
   auto& pairs = *static_cast<detail::UnitPairs*>(out);
   for (unsigned int i = 0; i < count; ++i)
@@ -44,7 +44,7 @@ class EmbreeLibrary final : public detail::BoxLibrary {
  public:
   EmbreeLibrary() : device_(rtcNewDevice(nullptr)) {
     if (!device_)
-      throw std::runtime_error("Embree refuses to start: error " +
+      throw std::runtime_error("Embree cannot start: error " +
                                std::to_string(rtcGetDeviceError(nullptr)));
     rtcSetDeviceMemoryMonitorFunction(
         device_,
@@ -67,8 +67,8 @@ class EmbreeLibrary final : public detail::BoxLibrary {
     s.boxes = boxes;
     s.scene = rtcNewScene(device_);
     s.geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_USER);
-    // Low quality and its refit were measured too: a sixth less in all, but on boxes that coincide
-    // its builder ends the program by an assertion.
+    // Low quality with refitting was measured too: a sixth less time in total, but its builder
+    // aborts the program with an assertion on coincident boxes.
     rtcSetSceneBuildQuality(s.scene, RTC_BUILD_QUALITY_MEDIUM);
     rtcSetGeometryUserPrimitiveCount(s.geometry, static_cast<unsigned int>(boxes.size()));
     rtcSetGeometryUserData(s.geometry, &s.boxes);
@@ -77,7 +77,7 @@ class EmbreeLibrary final : public detail::BoxLibrary {
     commit(s);
   }
 
-  /// Builds in place: at this quality the library's refit costs as much as a build.
+  /// Rebuilds in place: at this quality the library's refit costs as much as a build.
   bool refit(int slot, std::span<const detail::UnitBox> boxes) override {
     Scene& s = scenes_[slot];
     s.boxes = boxes;
@@ -137,9 +137,9 @@ class EmbreeLibrary final : public detail::BoxLibrary {
 }  // namespace
 
 void register_embree(BroadPhaseRegistry& registry) {
-  registry["embree_collide"] = [] {
+  registry.add("embree_collide", {}, [](const Options&) {
     return detail::make_box_broad_phase(std::make_unique<EmbreeLibrary>());
-  };
+  });
 }
 
 }  // namespace selvedge

@@ -5,8 +5,8 @@
 
 namespace selvedge {
 
-/// Adds `embree_collide`: rtcCollide of Embree over the swept triangles, given to it as user
-/// geometry. Reports the same pairs as brute force.
+/// Adds `embree_collide`: rtcCollide of Embree over the boxes of the swept triangles, passed as
+/// user geometry. Reports the same pairs as brute force.
 void register_embree(BroadPhaseRegistry& registry);
 
 }  // namespace selvedge

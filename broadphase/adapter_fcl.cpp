@@ -16,12 +16,12 @@ namespace {
 using Manager = fcl::DynamicAABBTreeCollisionManager<double>;
 using Node = Manager::DynamicAABBNode;
 
-/// update() keeps the shape of the tree. Past this growth of its inner boxes' areas (in sum,
-/// since the last build) a build is cheaper than the queries in a loose tree.
-constexpr double kRebuildLooseness = 1.3;
+/// update() keeps the shape of the tree. Once the total area of the inner boxes has grown by this
+/// factor since the last build, a build is cheaper than queries in the degraded tree.
+constexpr double kRebuildQualityLoss = 1.3;
 
-/// An object that is nothing but its box. The library asks an object for a shape too, which is
-/// never looked at: one sphere serves all.
+/// An object that consists only of its box. The library also requires a shape but never uses it, so
+/// all objects share one sphere.
 class Box final : public fcl::CollisionObject<double> {
  public:
   Box(const std::shared_ptr<fcl::CollisionGeometry<double>>& shape, std::uint32_t index)
@@ -65,7 +65,7 @@ struct Tree {
   double built_area = 0.0;
 };
 
-/// True ends the search.
+/// Returning true would end the search.
 bool add_pair(fcl::CollisionObject<double>* a, fcl::CollisionObject<double>* b, void* out) {
   auto& pairs = *static_cast<detail::UnitPairs*>(out);
   pairs.add(static_cast<const Box*>(a)->index(), static_cast<const Box*>(b)->index());
@@ -92,7 +92,7 @@ class FclLibrary final : public detail::BoxLibrary {
     Tree& tree = trees_[slot];
     set(tree, boxes);
     tree.manager.update();
-    return inner_area(tree.manager.getTree().getRoot()) <= kRebuildLooseness * tree.built_area;
+    return inner_area(tree.manager.getTree().getRoot()) <= kRebuildQualityLoss * tree.built_area;
   }
 
   void find(int slot_a, int slot_b, detail::UnitPairs& out) override {
@@ -103,7 +103,7 @@ class FclLibrary final : public detail::BoxLibrary {
   }
 
   std::size_t bytes() const override {
-    // Objects, two nodes for each, and an entry in the manager's table.
+    // An object, two nodes for it, and an entry in the manager's table.
     constexpr std::size_t per_box =
         sizeof(Box) + 2 * sizeof(Node) + 4 * sizeof(void*) + sizeof(std::unique_ptr<Box>);
     std::size_t sum = 0;
@@ -129,9 +129,9 @@ class FclLibrary final : public detail::BoxLibrary {
 }  // namespace
 
 void register_fcl(BroadPhaseRegistry& registry) {
-  registry["fcl_dynamic_aabb_tree"] = [] {
+  registry.add("fcl_dynamic_aabb_tree", {}, [](const Options&) {
     return detail::make_box_broad_phase(std::make_unique<FclLibrary>());
-  };
+  });
 }
 
 }  // namespace selvedge

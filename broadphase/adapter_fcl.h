@@ -7,7 +7,7 @@ namespace selvedge {
 
 /// Adds `fcl_dynamic_aabb_tree`: the dynamic AABB tree of the Flexible Collision Library over the
 /// swept triangles, updated while the motion is coherent. Reports the same pairs as brute force.
-/// The library works on one thread.
+/// Single-threaded.
 void register_fcl(BroadPhaseRegistry& registry);
 
 }  // namespace selvedge

@@ -1,34 +1,49 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/broad_phase.h>
-#include <selvedge/broadphase/minimal_enclosure.h>
-#include <selvedge/broadphase/verlet_list.h>
 
 namespace selvedge {
 
 BudgetExceeded::BudgetExceeded(std::size_t found, std::size_t limit, const PairBudget& budget)
-    : std::runtime_error("broad phase: at least " + std::to_string(found) +
-                         " pairs, but the budget of " + std::to_string(budget.pairs) +
-                         " pairs and " + std::to_string(budget.bytes) + " bytes has room for " +
-                         std::to_string(limit) +
-                         "; raise it by set_budget, or take the pairs in pieces by stream_pairs"),
+    : std::runtime_error(
+          "broad phase: at least " + std::to_string(found) + " pairs, but the budget of " +
+          std::to_string(budget.pairs) + " pairs and " + std::to_string(budget.bytes) +
+          " bytes allows " + std::to_string(limit) +
+          "; raise it with set_budget, or get the pairs in pieces with stream_pairs"),
       found_(found),
       limit_(limit) {}
 
+std::string promise_of(const BroadPhaseTraits& traits) {
+  std::string text = traits.guarantee == Guarantee::conservative ? "conservative: misses nothing"
+                                                                 : "approximate: may miss";
+  if (!traits.self) text += "; no self-collision";
+  if (!traits.deforming) text += "; static bodies only";
+  if (traits.closed_body_only) text += "; closed bodies only";
+  return text;
+}
+
+// Each detector registers itself in its own file. A new one adds its name to both lists.
+void register_brute_force(BroadPhaseRegistry& registry);
+void register_bvh(BroadPhaseRegistry& registry);
+void register_curvature_cone(BroadPhaseRegistry& registry);
+void register_hash_grid(BroadPhaseRegistry& registry);
+void register_minimal_enclosure(BroadPhaseRegistry& registry);
+void register_sweep_and_prune(BroadPhaseRegistry& registry);
+void register_uniform_grid(BroadPhaseRegistry& registry);
+void register_verlet_list(BroadPhaseRegistry& registry);
+void register_voxel(BroadPhaseRegistry& registry);
+
 BroadPhaseRegistry broad_phases() {
-  return {{"brute_force", [] { return make_brute_force(); }},
-          {"bvh_aabb", [] { return make_bvh_aabb(); }},
-          {"bvh_kdop6", [] { return make_bvh_kdop(6); }},
-          {"bvh_kdop14", [] { return make_bvh_kdop(14); }},
-          {"bvh_kdop18", [] { return make_bvh_kdop(18); }},
-          {"bvh_kdop26", [] { return make_bvh_kdop(26); }},
-          {"bvh_obb", [] { return make_bvh_obb(); }},
-          {"curvature_cone", [] { return make_curvature_cone(); }},
-          {"hash_grid", [] { return make_hash_grid(); }},
-          {"minimal_enclosure", [] { return make_minimal_enclosure(); }},
-          {"sweep_and_prune", [] { return make_sweep_and_prune(); }},
-          {"uniform_grid", [] { return make_uniform_grid(); }},
-          {"verlet_bvh", [] { return make_verlet_list(make_bvh_aabb()); }},
-          {"voxel", [] { return make_voxel(); }}};
+  BroadPhaseRegistry registry;
+  for (const auto add : {register_brute_force, register_bvh, register_curvature_cone,
+                         register_hash_grid, register_minimal_enclosure, register_sweep_and_prune,
+                         register_uniform_grid, register_verlet_list, register_voxel})
+    add(registry);
+  registry.add_absent("cgal_aabb_tree", "CGAL");
+  registry.add_absent("cgal_box_intersection", "CGAL");
+  registry.add_absent("embree_collide", "Embree 3");
+  registry.add_absent("fcl_dynamic_aabb_tree", "FCL");
+  registry.add_absent("image_space", "OSMesa");
+  return registry;
 }
 
 }  // namespace selvedge

@@ -2,12 +2,11 @@
 #pragma once
 
 #include <selvedge/core/collision_types.h>
+#include <selvedge/core/registry.h>
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <limits>
-#include <map>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -15,72 +14,79 @@
 
 namespace selvedge {
 
-/// Which pairs a conservative detector reports, measured by those whose swept boxes overlap.
+/// Set of pairs that a conservative detector reports, relative to the pairs whose swept boxes
+/// overlap.
 enum class PairSet : std::uint8_t {
-  boxes,           ///< exactly those
-  contains_boxes,  ///< those and some more
-  culled,  ///< perhaps not all of those, but every pair that comes nearer than the sum of the
-           ///< two thicknesses (in a straight line) during the step
+  boxes,           ///< exactly the pairs whose boxes overlap
+  contains_boxes,  ///< all pairs whose boxes overlap, and some others
+  culled,  ///< at least every pair that comes nearer than the sum of the two thicknesses (on
+           ///< straight paths) during the step; may omit other pairs whose boxes overlap
 };
 
-/// What a detector can serve; the registry carries it.
+/// Capabilities of a detector. The registry reports them.
 struct BroadPhaseTraits {
-  Guarantee guarantee = Guarantee::conservative;
-  PairSet pairs = PairSet::boxes;
-  bool self = true;       ///< serves find_self_pairs
-  bool deforming = true;  ///< serves surfaces that change shape
-  bool closed_body_only = false;
-  bool rigid = false;    ///< makes use of a rigid motion: keeps what it has made of such a body
-  std::string source{};  ///< author, title, year
+  Guarantee guarantee = Guarantee::conservative;  ///< approximate: may miss pairs
+  PairSet pairs = PairSet::boxes;                 ///< pairs that a conservative detector reports
+  bool self = true;                               ///< supports find_self_pairs
+  bool deforming = true;                          ///< supports surfaces that change shape
+  bool closed_body_only = false;                  ///< the second surface must be a closed body
+  bool all_pairs = false;  ///< tests every primitive against every other: quadratic cost
+  bool rigid = false;      ///< exploits a rigid motion: keeps the structure of a body that moves
+                           ///< rigidly
+  std::string source{};    ///< author, title, year
 };
 
-/// What the last call of a detector cost.
+/// Cost of the last call of a detector.
 struct BroadPhaseCost {
-  double build_s = 0.0;   ///< s, making trees anew
-  double refit_s = 0.0;   ///< s, fitting kept trees to new positions
+  double build_s = 0.0;   ///< s, building trees
+  double refit_s = 0.0;   ///< s, refitting kept trees to new positions
   double query_s = 0.0;   ///< s, finding and sorting the pairs
   std::size_t bytes = 0;  ///< memory kept between calls
 };
 
-/// What one call may find and take.
+/// Limits of one call.
 struct PairBudget {
-  /// Pairs of the three lists together. So many can be counted by any index.
+  /// Maximum number of pairs in the three lists together. The default fits any 32-bit index.
   std::size_t pairs = static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max());
-  /// Memory of all that grows with the pairs, scratch included: by default 4 GiB less one byte,
-  /// which is about 10^8 pairs. What grows with the primitives is not in it.
+  /// Maximum memory, in bytes, of everything that grows with the pairs, scratch included. The
+  /// default, 4 GiB less one byte, holds about 10^8 pairs. Memory that grows with the primitives
+  /// does not count.
   std::size_t bytes = std::size_t{0xffffffffu};
 };
 
-/// Thrown by a call that would go over its budget: instead of the allocation, and if and only if
-/// the set of pairs is too large, whatever the number of threads. The list is left empty and the
-/// detector can be used on.
+/// Thrown before a call would exceed its budget. Whether it is thrown depends only on the set of
+/// pairs, not on the number of threads. The result list is empty afterwards, and the detector can
+/// still be used.
 class BudgetExceeded : public std::runtime_error {
  public:
   BudgetExceeded(std::size_t found, std::size_t limit, const PairBudget& budget);
   std::size_t found() const { return found_; }  ///< pairs counted so far; there may be more
-  std::size_t limit() const { return limit_; }  ///< pairs that the budget has room for
+  std::size_t limit() const { return limit_; }  ///< pairs that the budget allows
 
  private:
   std::size_t found_, limit_;
 };
 
-/// Finds the pairs of primitives that could touch during the step: for a conservative one, every
-/// pair whose swept boxes, each inflated by its surface's thickness, overlap (or a provably
-/// sufficient part of them, see PairSet). Rejects surfaces with coordinates that are not finite by
-/// std::invalid_argument naming the vertex, and ends in BudgetExceeded when there are too many
+/// Finds the candidate pairs of a step: pairs of primitives that could touch. A conservative
+/// detector reports every pair whose swept boxes overlap, each inflated by its surface's thickness,
+/// or a provably sufficient subset (see PairSet). The find functions throw std::invalid_argument
+/// that names the vertex if a coordinate is not finite, and BudgetExceeded if there are too many
 /// pairs.
 class BroadPhase {
  public:
   virtual ~BroadPhase() = default;
 
-  /// Holds for the calls from now on. See stream.h for sets of any size in pieces.
+  /// Sets the budget of all later calls. See stream.h for pair sets of any size, delivered in
+  /// pieces.
   void set_budget(const PairBudget& budget) { budget_ = budget; }
+  /// The budget of later calls.
   const PairBudget& budget() const { return budget_; }
 
-  /// Pairs between two different surfaces. Clears `out` first.
+  /// Clears `out` and writes the pairs between two different surfaces to it.
   virtual void find_pairs(const SurfaceView& a, const SurfaceView& b, CandidatePairs& out) = 0;
-  /// Pairs of one surface with itself. Clears `out` first.
+  /// Clears `out` and writes the pairs of one surface with itself to it.
   virtual void find_self_pairs(const SurfaceView& a, CandidatePairs& out) = 0;
+  /// Capabilities of the detector, the same at all times.
   virtual BroadPhaseTraits traits() const = 0;
   /// Cost of the last call; all zero for a detector that does not measure.
   virtual BroadPhaseCost last_cost() const { return {}; }
@@ -89,107 +95,119 @@ class BroadPhase {
   PairBudget budget_;
 };
 
-/// Every box against every box, in double precision: the oracle of the others. Reports exactly the
-/// pairs whose swept boxes, inflated by the thickness and closed, overlap.
+/// Tests every box against every other in double precision: the reference for the other detectors.
+/// Reports exactly the pairs whose closed swept boxes, inflated by the thickness, overlap.
 std::unique_ptr<BroadPhase> make_brute_force();
 
+/// Options of the detectors based on a bounding volume tree.
 struct BvhConfig {
-  /// A kept tree is built anew when its boxes overlap this much more than just after its build
-  /// (see VolumeTree::looseness). Lower: better trees, more builds. > 1. Over 150 frames in which a
-  /// flat sheet of 120 x 120 crumples or wraps a ball, values from 1.2 to never cost about the
-  /// same, within the noise of that machine: refitted trees of cloth stay good, and the bound is
-  /// for surfaces that are torn or mixed.
-  double rebuild_looseness = 1.5;
-  /// Use vectors of eight floats where the processor has them; off: four. Same pairs either way.
+  /// A kept tree is rebuilt when its quality loss exceeds this value: the overlap of its boxes
+  /// relative to that just after its build (see VolumeTree::quality_loss). Lower: better trees,
+  /// more builds. > 1. Over 150 frames in which a flat sheet of 120 x 120 crumples or wraps a ball,
+  /// all values from 1.2 to infinity cost about the same, within the noise of the machine. Refitted
+  /// trees of cloth stay good; the limit is for surfaces that are torn or whose parts mix.
+  double rebuild_quality_loss = 1.5;
+  /// Use vectors of eight floats if the processor supports them; off: four. The pairs are the same.
   bool wide_vectors = true;
-  /// Children of a node, 2 to 8. Fewer: more levels and more memory, boxes that fit better; nodes
-  /// are stored and tested eight children at a time whatever it is.
+  /// Children per node, 2 to 8. Fewer: tighter boxes, but more levels and more memory. Nodes are
+  /// always stored and tested eight children at a time.
   int arity = 8;
-  /// Triangles of a leaf, 1 to 24. Fewer: fewer primitives tested in vain, more nodes and memory.
-  /// Of 2 to 24, 16 and more were quickest in building, fitting and asking alike, on a draped sheet
-  /// and on a crumpled one of 200 x 200: from 8 to 16, asking takes a fifth less.
+  /// Triangles per leaf, 1 to 24. Fewer: fewer unnecessary primitive tests, but more nodes and
+  /// memory. Of 2 to 24, values from 16 on were the fastest in building, refitting and querying
+  /// alike, on a draped and on a crumpled sheet of 200 x 200; from 8 to 16, query time drops by a
+  /// fifth.
   int leaf_size = 16;
 };
 
-/// A tree of axis-aligned boxes over the swept triangles, kept between calls: a surface whose
-/// triangles were seen before is refitted, one whose nonzero static_id was seen before costs
-/// nothing. Reports the same pairs as brute force, bit for bit.
+/// A tree of axis-aligned boxes over the swept triangles, kept between calls. A surface with known
+/// triangles is refitted; one with a known nonzero static_id costs nothing. Reports the same pairs
+/// as brute force, bit for bit.
 ///
-/// The leaves of a mesh are groups of triangles that hang together, found by its topology when it
-/// is first seen; building makes the nodes above them. Triangles that mostly share no edges (a
-/// soup) get leaves by their positions with each build, which then takes some five times as long.
+/// The leaves are groups of connected triangles, found from the topology when a mesh is first seen;
+/// each build only makes the nodes above them. Triangles that mostly share no edges (a soup) get
+/// new leaves from their positions in each build, which then takes about five times as long.
 ///
 /// All trees: against a surface with a rigid motion, boxes are taken in the body's own frame, where
-/// its tree needs no refit. The pairs are then those whose boxes overlap there: others than in the
-/// world, and none less that comes nearer than the sum of the thicknesses.
+/// its tree needs no refit. The reported pairs are those whose boxes overlap in that frame. They
+/// differ from those in the world frame, but include every pair that comes nearer than the sum of
+/// the thicknesses.
 std::unique_ptr<BroadPhase> make_bvh_aabb(const BvhConfig& config = {});
 
-/// The tree of boxes, without the pairs inside subtrees that provably keep apart over the step:
-/// pieces of surface with swept normals in a cone and a contour that keeps apart [Volino1994],
-/// [Tang2009]. Reports every pair that comes nearer than the sum of the thicknesses.
+/// The tree of boxes, without the pairs inside subtrees that provably do not touch themselves
+/// during the step: pieces of surface whose swept normals lie in a cone and whose contour does not
+/// approach itself [Volino1994], [Tang2009]. Reports every pair that comes nearer than the sum of
+/// the thicknesses.
 std::unique_ptr<BroadPhase> make_curvature_cone(const BvhConfig& config = {});
 
-/// The tree of boxes with discrete orientation polytopes of k = 6, 14, 18 or 26 sides in their
-/// place [Klosowski1998, Mezger2003]: the box pairs less those that a plane across one of the k / 2
-/// directions keeps apart by more than the thicknesses during the whole step. k = 6 is bvh_aabb.
+/// The tree with discrete orientation polytopes of k = 6, 14, 18 or 26 sides instead of boxes
+/// [Klosowski1998, Mezger2003]. Reports the pairs whose boxes overlap, except those that a plane
+/// perpendicular to one of the k / 2 directions separates by more than the thicknesses during the
+/// whole step. k = 6 is bvh_aabb. Throws std::invalid_argument for another k.
 std::unique_ptr<BroadPhase> make_bvh_kdop(int k, const BvhConfig& config = {});
 
-/// The tree of boxes with oriented boxes around nodes and leaves [Gottschalk1996] beside the
-/// axis-aligned ones: the box pairs less those of leaves that a separating axis keeps apart by more
-/// than the thicknesses during the whole step. Which pairs are left out depends on the tree, so on
-/// earlier calls; never on the number of threads.
+/// The tree of boxes with additional oriented boxes around nodes and leaves [Gottschalk1996].
+/// Reports the pairs whose boxes overlap, except those of leaves that a separating axis keeps apart
+/// by more than the thicknesses during the whole step. Which pairs are omitted depends on the tree
+/// and hence on earlier calls, but never on the number of threads.
 std::unique_ptr<BroadPhase> make_bvh_obb(const BvhConfig& config = {});
 
+/// Options of `uniform_grid` and `hash_grid`.
 struct CellGridConfig {
-  /// Size of the primitives that belong to the finest cells but for finer ones, over the typical
-  /// extent of an edge's box. Smaller: fewer boxes to compare, more cells to look into. > 0
+  /// Size of the primitives in the grid of level 0, relative to the typical extent of an edge's
+  /// box; smaller and larger primitives go to other levels. Smaller: fewer box tests, more cells to
+  /// visit. > 0
   double cell = 1.0;
 };
 
-/// Cells of the size of a typical edge in a table that repeats in space, so that memory is bounded
-/// by the number of primitives. Larger primitives are kept in coarser grids, each four times the
-/// last. Reports the same pairs as brute force, bit for bit.
+/// Cells of the size of a typical edge, in a table that repeats in space, so that the number of
+/// primitives bounds the memory. Larger primitives are kept in coarser grids, each four times as
+/// coarse as the previous one. Reports the same pairs as brute force, bit for bit.
 std::unique_ptr<BroadPhase> make_uniform_grid(const CellGridConfig& config = {});
 
 /// The same cells in a hash table [Teschner2003].
 std::unique_ptr<BroadPhase> make_hash_grid(const CellGridConfig& config = {});
 
+/// Options of `sweep_and_prune`.
 struct SweepAndPruneConfig {
-  /// Side of the columns that are swept each for itself, over the typical extent of an edge's box.
-  /// Smaller: fewer boxes to compare, more that are in several columns. 0: one axis alone, as in
-  /// the papers.
+  /// Side of the columns that are swept separately, relative to the typical extent of an edge's
+  /// box. Smaller: fewer box tests, more boxes in several columns. 0: a single sweep along one
+  /// axis, as in the papers.
   double column = 4.0;
 };
 
-/// Boxes sorted along an axis [Baraff1992], anew in each call, in columns. Reports the same pairs
-/// as brute force, bit for bit.
+/// Sorts boxes along an axis [Baraff1992], in columns, from scratch in each call. Reports the same
+/// pairs as brute force, bit for bit.
 std::unique_ptr<BroadPhase> make_sweep_and_prune(const SweepAndPruneConfig& config = {});
 
+/// Options of `voxel`.
 struct VoxelConfig {
-  /// Side of a voxel over the typical extent of an edge's box; 0: 1.7, the optimum of the model in
-  /// voxel.cpp. Smaller: shorter lists, in more voxels. >= 0
+  /// Side of a voxel relative to the typical extent of an edge's box, >= 0; 0: 1.7, the optimum of
+  /// the model in voxel.cpp. Smaller: shorter lists, in more voxels.
   double voxel = 0.0;
 };
 
-/// Equal cubes that list the primitives reaching into them [ZhangYuen2000]. Reports the same pairs
-/// as brute force, bit for bit, whatever the size.
+/// Equal cubes, each with a list of the primitives that reach into it [ZhangYuen2000]. Reports the
+/// same pairs as brute force, bit for bit, for any size.
 std::unique_ptr<BroadPhase> make_voxel(const VoxelConfig& config = {});
 
-/// One size of voxel and what a call with it took.
+/// One voxel size and the cost of a call with it.
 struct VoxelTrial {
-  double voxel = 0.0;     ///< as in VoxelConfig
-  double seconds = 0.0;   ///< build and query
+  double voxel = 0.0;     ///< side, as in VoxelConfig
+  double seconds = 0.0;   ///< s, build and query
   std::size_t bytes = 0;  ///< memory kept
 };
 
-/// Measures voxels of sizes from 0.5 to 8 on these surfaces (b null: a with itself); the fastest
-/// comes first.
+/// Measures voxel sizes from 0.5 to 8 on these surfaces (b null: a with itself) and returns them,
+/// fastest first.
 std::vector<VoxelTrial> search_voxel(const SurfaceView& a, const SurfaceView* b = nullptr);
 
-/// Names and factories of the detectors that this build has.
-using BroadPhaseRegistry = std::map<std::string, std::function<std::unique_ptr<BroadPhase>()>>;
+/// The guarantee of a detector with these traits, and what it does not support, as one sentence.
+std::string promise_of(const BroadPhaseTraits& traits);
 
-/// The detectors that need no optional library.
+/// The detectors by name.
+using BroadPhaseRegistry = Registry<std::unique_ptr<BroadPhase>, BroadPhaseTraits>;
+
+/// The detectors that need no optional library; the names of the others are noted as absent.
 BroadPhaseRegistry broad_phases();
 
 }  // namespace selvedge

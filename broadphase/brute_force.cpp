@@ -3,6 +3,7 @@
 #include <selvedge/broadphase/detail/pair_tally.h>
 #include <selvedge/broadphase/detail/surface_check.h>
 #include <selvedge/broadphase/detail/swept_box.h>
+#include <selvedge/core/clock.h>
 #include <selvedge/core/parallel.h>
 
 #include <chrono>
@@ -10,11 +11,11 @@
 namespace selvedge {
 namespace {
 
-using detail::SweptBox;
+using detail::DoubleBox;
 
 /// The boxes of all primitives of one surface.
 struct PrimitiveBoxes {
-  std::vector<SweptBox> points, edges, triangles;
+  std::vector<DoubleBox> points, edges, triangles;
 
   explicit PrimitiveBoxes(const SurfaceView& s)
       : points(s.x_t0.size()), edges(s.edges.size()), triangles(s.triangles.size()) {
@@ -25,17 +26,18 @@ struct PrimitiveBoxes {
       triangles[i] = detail::swept_box(s, s.triangles[i]);
   }
   std::size_t bytes() const {
-    return (points.size() + edges.size() + triangles.size()) * sizeof(SweptBox);
+    return (points.size() + edges.size() + triangles.size()) * sizeof(DoubleBox);
   }
 };
 
-/// A pair takes 8 bytes in the result and, in a part that grows by doubling, 16 and 8 on the move.
+/// A pair takes 8 bytes in the result and, in a part that grows by doubling, 16 bytes, plus 8 while
+/// it is copied.
 constexpr std::size_t kBytesPerPair = 32;
 
-/// Appends Pair{i, j} in order for all i, j whose boxes overlap, `first_of(i)` <= j, and that
-/// `keep` lets through.
+/// Appends Pair{i, j}, in order, for all i, j whose boxes overlap, with `first_of(i)` <= j, and for
+/// which `keep` returns true.
 template <class Pair, class FirstOf, class Keep>
-void all_against_all(const std::vector<SweptBox>& a, const std::vector<SweptBox>& b,
+void all_against_all(const std::vector<DoubleBox>& a, const std::vector<DoubleBox>& b,
                      FirstOf first_of, Keep keep, std::vector<Pair>& out,
                      detail::PairTally& tally) {
   constexpr std::size_t grain = 256;
@@ -55,8 +57,8 @@ void all_against_all(const std::vector<SweptBox>& a, const std::vector<SweptBox>
   for (const std::vector<Pair>& part : found) out.insert(out.end(), part.begin(), part.end());
 }
 
-constexpr auto from_zero = [](std::size_t) { return std::size_t{0}; };
-constexpr auto keep_all = [](const auto&) { return true; };
+constexpr auto kFromZero = [](std::size_t) { return std::size_t{0}; };
+constexpr auto kKeepAll = [](const auto&) { return true; };
 
 class BruteForce final : public BroadPhase {
  public:
@@ -67,11 +69,11 @@ class BruteForce final : public BroadPhase {
     const auto begin = std::chrono::steady_clock::now();
     const PrimitiveBoxes boxes_a(a), boxes_b(b);
     within_budget(out, [&](detail::PairTally& tally) {
-      all_against_all(boxes_a.points, boxes_b.triangles, from_zero, keep_all, out.point_triangle,
+      all_against_all(boxes_a.points, boxes_b.triangles, kFromZero, kKeepAll, out.point_triangle,
                       tally);
-      all_against_all(boxes_b.points, boxes_a.triangles, from_zero, keep_all, out.triangle_point,
+      all_against_all(boxes_b.points, boxes_a.triangles, kFromZero, kKeepAll, out.triangle_point,
                       tally);
-      all_against_all(boxes_a.edges, boxes_b.edges, from_zero, keep_all, out.edge_edge, tally);
+      all_against_all(boxes_a.edges, boxes_b.edges, kFromZero, kKeepAll, out.edge_edge, tally);
     });
     note_cost(begin, boxes_a.bytes() + boxes_b.bytes());
   }
@@ -89,14 +91,14 @@ class BruteForce final : public BroadPhase {
     };
     const auto after = [](std::size_t i) { return i + 1; };
     within_budget(out, [&](detail::PairTally& tally) {
-      all_against_all(boxes.points, boxes.triangles, from_zero, apart, out.point_triangle, tally);
+      all_against_all(boxes.points, boxes.triangles, kFromZero, apart, out.point_triangle, tally);
       all_against_all(boxes.edges, boxes.edges, after, edges_apart, out.edge_edge, tally);
     });
     note_cost(begin, boxes.bytes());
   }
 
   BroadPhaseTraits traits() const override {
-    return {.source = "every swept box against every other; the oracle"};
+    return {.all_pairs = true, .source = "every swept box against every other; the reference"};
   }
   BroadPhaseCost last_cost() const override { return cost_; }
 
@@ -117,8 +119,7 @@ class BruteForce final : public BroadPhase {
     }
   }
   void note_cost(std::chrono::steady_clock::time_point begin, std::size_t bytes) {
-    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-    cost_ = {.query_s = took.count(), .bytes = bytes};
+    cost_ = {.query_s = seconds_since(begin), .bytes = bytes};
   }
 
   BroadPhaseCost cost_;
@@ -127,5 +128,9 @@ class BruteForce final : public BroadPhase {
 }  // namespace
 
 std::unique_ptr<BroadPhase> make_brute_force() { return std::make_unique<BruteForce>(); }
+
+void register_brute_force(BroadPhaseRegistry& registry) {
+  registry.add("brute_force", {}, [](const Options&) { return make_brute_force(); });
+}
 
 }  // namespace selvedge

@@ -5,10 +5,10 @@
 #include <selvedge/broadphase/detail/extent.h>
 #include <selvedge/broadphase/detail/surface_check.h>
 #include <selvedge/broadphase/detail/traverse.h>
+#include <selvedge/core/clock.h>
 #include <selvedge/core/parallel.h>
 
 #include <algorithm>
-#include <chrono>
 #include <iterator>
 #include <optional>
 #include <stdexcept>
@@ -20,31 +20,21 @@ using detail::BoundingVolume;
 using detail::TreePair;
 using detail::TreePlace;
 
-/// The traversal is cut into about this many parts, whatever the number of threads.
+/// The traversal is divided into about this many parts, whatever the number of threads.
 constexpr std::size_t kParts = 128;
-/// Surfaces whose trees are kept: those of a call and some older ones. A surface that meets rigid
-/// bodies has one for each of them, and one for the world.
+/// Number of surfaces whose trees are kept: those of the current call and some older ones. A
+/// surface that meets rigid bodies has one tree for each body and one for the world.
 constexpr std::size_t kKeptTrees = 6;
 
-class Stopwatch {
- public:
-  double seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
-};
-
-/// What a tree is kept for. A tree of the same surface in another frame has another shape.
+/// Purpose of a kept tree. A tree of the same surface in another frame has another shape.
 struct Role {
-  std::uint64_t frame = 0;  ///< id of the rigid body in whose frame it is; 0: the world
-  bool is_body = false;     ///< of that very body
+  std::uint64_t frame = 0;  ///< id of the rigid body that defines the frame; 0: the world
+  bool is_body = false;     ///< the surface is that body
 
   bool operator==(const Role&) const = default;
 };
 
-/// A tree and what it was last fitted to.
+/// A tree and the input of its last fit.
 template <BoundingVolume V>
 struct KeptTree {
   detail::VolumeTree<V> tree;
@@ -52,9 +42,9 @@ struct KeptTree {
   std::uint64_t static_id = 0;
   double thickness = -1.0;  ///< of the last fit; < 0: positions have changed since
   Vec3 origin = Vec3::Zero();
-  std::uint64_t maps = 0;  ///< version of the maps that took the place of the origin; 0: none
-  detail::Extent extent;   ///< of x_t0, or of a rigid body's rest positions
-  const Triangle* triangles = nullptr;  ///< where they were, to find the likely tree first
+  std::uint64_t maps = 0;               ///< version of the maps that replace the origin; 0: none
+  detail::Extent extent;                ///< of x_t0, or of a rigid body's rest positions
+  const Triangle* triangles = nullptr;  ///< address at the last call, to find the likely tree first
   std::uint64_t last_use = 0;           ///< 0: never
   bool fitted = false;
 
@@ -152,8 +142,8 @@ class Bvh final : public BroadPhase {
     return s.static_id == 0 && s.rigid && s.rigid->id != 0 && !s.x_t0.empty();
   }
 
-  /// Both trees in the frame of the rigid `body`, whose own is fitted only once; nothing if the
-  /// body turns too far.
+  /// Both trees in the frame of the rigid `body`, whose own tree is fitted only once; empty if the
+  /// body rotates too far.
   std::optional<TwoTrees> fit_in_frame(const SurfaceView& body, const char* body_name,
                                        const SurfaceView& other, const char* other_name) {
     const Role role{body.rigid->id, true};
@@ -182,7 +172,7 @@ class Bvh final : public BroadPhase {
     kept.role = role;
     kept.static_id = 0;
     kept.tree.set_topology(body);
-    // The frame of any thickness and size maps the body alike.
+    // The frames for all thicknesses and sizes map the body in the same way.
     kept.extent = detail::rest_extent(body);
     kept.triangles = body.triangles.data();
     kept.last_use = ++uses_;
@@ -190,8 +180,8 @@ class Bvh final : public BroadPhase {
     return kept;
   }
 
-  /// The kept tree that serves `surface` in that role with the least work, its topology set and its
-  /// positions checked. `taken` serves the other surface of this call.
+  /// Chooses the kept tree that serves `surface` in that role with the least work, sets its
+  /// topology and checks its positions. `taken` serves the other surface of this call.
   Kept& choose_tree(const SurfaceView& surface, const Role& role, const Kept* taken,
                     const char* name) {
     const Stopwatch watch;
@@ -207,7 +197,7 @@ class Bvh final : public BroadPhase {
         chosen->role = role;
         chosen->tree.set_topology(surface);
       }
-      // A different static surface deserves a tree of its own shape.
+      // A different static surface gets a tree of its own shape.
       if (surface.static_id != chosen->static_id) chosen->fitted &= surface.static_id == 0;
       chosen->static_id = surface.static_id;
       chosen->thickness = -1.0;
@@ -240,14 +230,15 @@ class Bvh final : public BroadPhase {
   }
 
   void place_origin(const detail::Extent& extent, double other_size) {
-    // Float boxes are taken about an origin near the first surface. At sixteen times the size of
-    // the surface they still resolve 2^-20 of it, so that few pairs need the look in double.
+    // Float boxes are relative to an origin near the first surface. At a distance of sixteen times
+    // the size of the surface they still resolve 2^-20 of it, so few pairs need the test in double.
     constexpr double kFarFromOrigin = 16.0;
-    // A first surface that is much smaller than the second (a single point, say) may move this part
-    // of the second's size before the origin follows; else every call would fit the second again.
+    // A first surface that is much smaller than the second (a single point, say) may move by this
+    // fraction of the second's size before the origin follows; otherwise every call would refit the
+    // second.
     constexpr double kSmallPart = 1e-3;
     const double size = std::max(extent.size, kSmallPart * other_size);
-    // Written so that an infinite difference moves the origin too.
+    // The comparison is written so that an infinite difference moves the origin too.
     if (!((extent.center - origin_).cwiseAbs().maxCoeff() <= kFarFromOrigin * size))
       origin_ = extent.center;
   }
@@ -256,10 +247,11 @@ class Bvh final : public BroadPhase {
     return {.origin = origin_, .maps = maps_in_use_ ? maps_.data() : nullptr};
   }
 
-  /// Maps instead of the origin, where floats about it do not resolve a part of the surfaces (which
-  /// is much smaller than the whole): else all pairs of that part would be looked at in double.
+  /// Uses maps instead of the origin if floats relative to the origin do not resolve a part of the
+  /// surfaces that is much smaller than the whole. Otherwise all pairs of that part would be tested
+  /// in double.
   void choose_maps(const SurfaceView& a, const SurfaceView* b) {
-    std::vector<detail::SweptBox> sample = detail::sample_boxes(a);
+    std::vector<detail::DoubleBox> sample = detail::sample_boxes(a);
     if (b) std::ranges::copy(detail::sample_boxes(*b), std::back_inserter(sample));
     const auto unresolved = [&](const auto& map) { return detail::count_unresolved(sample, map); };
     const auto mapped = [&](int k, double s) { return maps_[k](s); };
@@ -282,7 +274,7 @@ class Bvh final : public BroadPhase {
       kept.tree.refit(surface, place, scratch_);
       cost_.refit_s += watch.seconds();
     }
-    if (!kept.fitted || kept.tree.looseness() > config_.rebuild_looseness) {
+    if (!kept.fitted || kept.tree.quality_loss() > config_.rebuild_quality_loss) {
       const Stopwatch build_watch;
       kept.tree.build(surface, place, scratch_);
       cost_.build_s += build_watch.seconds();
@@ -293,7 +285,7 @@ class Bvh final : public BroadPhase {
     kept.maps = maps;
   }
 
-  /// What the cull lets the traversal skip; null if there is no cull.
+  /// The subtrees that the cull lets the traversal skip; null if there is no cull.
   const detail::SelfSkip* mark_self(const Tree& tree, const SurfaceView& surface) {
     if constexpr (std::is_same_v<Tree, detail::BoundingVolumeTree>) {
       if (!cull_ || tree.empty()) return nullptr;
@@ -306,7 +298,7 @@ class Bvh final : public BroadPhase {
     }
   }
 
-  /// Fills parts_; clears `out` if they are too much.
+  /// Fills parts_; clears `out` if they exceed the budget.
   void find(const Input& input, CandidatePairs& out) {
     detail::PairTally tally(budget(), detail::PairBuffer::kBytesPerPair);
     parts_.resize(kParts);
@@ -320,7 +312,7 @@ class Bvh final : public BroadPhase {
     }
   }
 
-  /// The parts depend on the trees alone.
+  /// The division into parts depends only on the trees.
   void fill_parts(const Input& input) {
     stacks_.resize(kParts);
     if (input.tree_a.empty() || input.tree_b.empty()) return;
@@ -369,9 +361,9 @@ void check(const BvhConfig& config) {
                                   std::to_string(least) + " to " + std::to_string(most) + ", not " +
                                   std::to_string(value));
   };
-  if (!(config.rebuild_looseness > 1.0))
-    throw std::invalid_argument("bvh: rebuild_looseness must be greater than 1, not " +
-                                std::to_string(config.rebuild_looseness));
+  if (!(config.rebuild_quality_loss > 1.0))
+    throw std::invalid_argument("bvh: rebuild_quality_loss must be greater than 1, not " +
+                                std::to_string(config.rebuild_quality_loss));
   in_range("arity", config.arity, 2, detail::kLanes);
   in_range("leaf_size", config.leaf_size, 1, detail::kMostLeafItems);
 }
@@ -430,6 +422,54 @@ std::unique_ptr<BroadPhase> make_bvh_obb(const BvhConfig& config) {
 std::unique_ptr<BroadPhase> detail::make_bvh_aabb(const BvhConfig& config,
                                                   std::unique_ptr<SelfCull> cull) {
   return make<AabbVolume>(config, PairSet::culled, kAabbSource, std::move(cull));
+}
+
+std::vector<Option> detail::bvh_options() {
+  const BvhConfig initial;
+  return {{.name = "rebuild_quality_loss",
+           .initial = initial.rebuild_quality_loss,
+           .unit = "1",
+           .least = 1.0,
+           .most = 1e9,
+           .above_least = true,
+           .meaning = "a kept tree is rebuilt beyond this quality loss; lower: better trees, more "
+                      "builds"},
+          {.name = "wide_vectors",
+           .initial = initial.wide_vectors ? 1.0 : 0.0,
+           .kind = OptionKind::boolean,
+           .meaning = "vectors of eight floats where the processor supports them"},
+          {.name = "arity",
+           .initial = static_cast<double>(initial.arity),
+           .unit = "1",
+           .least = 2.0,
+           .most = detail::kLanes,
+           .kind = OptionKind::whole,
+           .meaning = "children per node; fewer: tighter boxes, more levels"},
+          {.name = "leaf_size",
+           .initial = static_cast<double>(initial.leaf_size),
+           .unit = "1",
+           .least = 1.0,
+           .most = detail::kMostLeafItems,
+           .kind = OptionKind::whole,
+           .meaning = "triangles per leaf; fewer: fewer primitive tests, more nodes"}};
+}
+
+BvhConfig detail::read_bvh_options(const Options& options) {
+  return {.rebuild_quality_loss = options["rebuild_quality_loss"],
+          .wide_vectors = options.flag("wide_vectors"),
+          .arity = options.whole("arity"),
+          .leaf_size = options.whole("leaf_size")};
+}
+
+void register_bvh(BroadPhaseRegistry& registry) {
+  const std::vector<Option> options = detail::bvh_options();
+  registry.add("bvh_aabb", options,
+               [](const Options& o) { return make_bvh_aabb(detail::read_bvh_options(o)); });
+  registry.add("bvh_obb", options,
+               [](const Options& o) { return make_bvh_obb(detail::read_bvh_options(o)); });
+  for (const int k : {6, 14, 18, 26})
+    registry.add("bvh_kdop" + std::to_string(k), options,
+                 [k](const Options& o) { return make_bvh_kdop(k, detail::read_bvh_options(o)); });
 }
 
 }  // namespace selvedge

@@ -14,7 +14,7 @@
 namespace selvedge {
 namespace {
 
-/// One question to all detectors, and what brute force says.
+/// One call for all detectors, with the answer of brute force.
 struct Call {
   SurfaceView a, b;
   bool self;
@@ -22,7 +22,7 @@ struct Call {
   std::string name;
   std::uint64_t seed;
   int step;
-  bool with_all_threads;  ///< also ask with each number of threads
+  bool with_all_threads;  ///< repeat the call with each number of threads
   CandidatePairs boxes = {}, touching = {};
 
   void ask(BroadPhase& detector, CandidatePairs& out) const {
@@ -58,7 +58,7 @@ std::vector<Pair> difference(const std::vector<Pair>& a, const std::vector<Pair>
   return out;
 }
 
-/// Those of `a` that are not in `b`; both are sets.
+/// The pairs of `a` that are not in `b`; both are sets.
 CandidatePairs difference(const CandidatePairs& a, const CandidatePairs& b) {
   return {difference(a.point_triangle, b.point_triangle),
           difference(a.triangle_point, b.triangle_point), difference(a.edge_edge, b.edge_edge)};
@@ -70,7 +70,7 @@ bool is_sorted(const CandidatePairs& p) {
          std::is_sorted(p.edge_edge.begin(), p.edge_edge.end());
 }
 
-/// About `most` pairs, evenly from all lists.
+/// About `most` pairs, evenly chosen from all lists.
 CandidatePairs sample(const CandidatePairs& from, std::size_t most) {
   const std::size_t stride = from.size() / most + 1;
   const auto thin = [stride](const auto& all, auto& out) {
@@ -119,7 +119,7 @@ CandidatePairs malformed_pairs(const Call& call, const CandidatePairs& pairs) {
   return out;
 }
 
-/// A detector under examination.
+/// A detector under test.
 class Examinee {
  public:
   using Make = std::function<std::unique_ptr<BroadPhase>()>;
@@ -164,7 +164,7 @@ class Examinee {
     return (t.deforming || call.b_keeps_shape) && (!t.closed_body_only || call.b_is_closed);
   }
 
-  /// Notes `count` faults of one kind, the first in words.
+  /// Records `count` faults of one kind; the first with a description.
   template <class Count>
   void note(Count& counter, std::size_t count, const char* kind, const Call& call,
             const std::string& detail) {
@@ -174,7 +174,7 @@ class Examinee {
           {call.seed, call.step, std::string(kind) + ": " + call.name + "; " + detail});
   }
 
-  /// False if there is no answer to judge.
+  /// Returns false if there is no answer to judge.
   bool ask(BroadPhase& detector, const Call& call, CandidatePairs& out) {
     try {
       call.ask(detector, out);
@@ -196,7 +196,7 @@ class Examinee {
     if (!served_) ++report_.scenes;
     served_ = true;
     report_.pairs += out.size();
-    if (same(out, call.boxes)) {  // Most answers: nothing to look for.
+    if (same(out, call.boxes)) {  // The usual case: nothing to analyse.
       report_.boxes += out.size();
       report_.boxes_found += out.size();
       report_.touching += call.touching.size();
@@ -225,12 +225,13 @@ class Examinee {
     const CandidatePairs& lost = report_.traits.pairs == PairSet::culled ? no_touching : no_boxes;
     note(report_.lost, lost.size(), "lost", call,
          std::to_string(lost.size()) + " of them, first " + first_pair(lost));
-    std::size_t in_faults = 0;  // `beyond` has them already.
+    std::size_t in_faults = 0;  // These are already counted in `beyond`.
     if (report_.traits.pairs == PairSet::boxes)
       note(in_faults, beyond.size(), "boxes that do not overlap", call, first_pair(beyond));
   }
 
-  /// These detectors have seen the same calls, so that they may not differ even in what they cull.
+  /// These detectors have received the same calls, so they must agree even in the pairs that they
+  /// cull.
   void compare_threads(const Call& call) {
     bool has_first = false;
     for (std::size_t i = 0; i < config_.threads.size(); ++i) {
@@ -243,7 +244,8 @@ class Examinee {
     }
   }
 
-  /// Does a call with this budget end as it must? Then the detector must be as good as before.
+  /// Checks that a call with this budget ends correctly, and that the detector still works
+  /// afterwards.
   void expect_over_budget(const Call& call, const PairBudget& budget, const CandidatePairs& right) {
     detector_->set_budget(budget);
     CandidatePairs out = right;
@@ -263,7 +265,7 @@ class Examinee {
       note(report_.budget_faults, !same(again, right), "other pairs after a budget", call, "");
   }
 
-  /// Must refuse `call` with `word` in the sentence, then answer `good` as before.
+  /// The detector must reject `call` with `word` in the message, and then answer `good` as before.
   void expect_refusal(const Call& call, const std::string& word, const Call& good,
                       const CandidatePairs& right) {
     std::string fault = "not refused";
@@ -303,7 +305,7 @@ void Examinee::check_budgets(const Call& call) {
   detector_->set_budget({});
 }
 
-/// A surface in arrays of its own, to be spoilt.
+/// A surface in its own arrays, which the test may corrupt.
 struct Copy {
   std::vector<Vec3> x_t0, x_t1;
   std::vector<Edge> edges;
@@ -345,7 +347,7 @@ void Examinee::check_bad_input(const Call& good) {
   refuse("a thickness that is no number", "thickness", [&](Copy& s) { s.thickness = nan; });
 }
 
-/// All questions about the present step of a scene.
+/// All calls for the current step of a scene.
 std::vector<Call> calls_of(const ConformanceScene& scene, std::uint64_t seed, int step,
                            bool with_all_threads) {
   const Call both{scene.a(),
@@ -405,7 +407,7 @@ class Examination {
   void run_scene(std::size_t number) {
     const std::uint64_t seed = config_.first_seed + number;
     ConformanceScene scene(seed);
-    // Small scenes are not worth a second thread to most detectors.
+    // Most detectors do not start a second thread for small scenes.
     const bool threads = scene.is_large() || number % config_.scenes_per_thread_check == 0;
     for (Examinee& e : examinees_) e.begin_scene(number);
     for (int step = 0; step < scene.step_count(); ++step) {
@@ -427,8 +429,8 @@ class Examination {
     call.touching = as_sets(std::move(call.touching));
   }
 
-  /// Budgets and bad input, on the first scene that everybody serves: two closed bodies, one
-  /// static.
+  /// Tests budgets and invalid input on the first scene that every detector supports: two closed
+  /// bodies, one static.
   void check_borders() {
     for (std::uint64_t seed = 0;; ++seed) {
       const ConformanceScene scene(seed);
@@ -482,7 +484,9 @@ std::map<std::string, ConformanceReport> check_conformance(const BroadPhaseRegis
 
 ConformanceReport check_conformance(const std::function<std::unique_ptr<BroadPhase>()>& make,
                                     const ConformanceConfig& config) {
-  return check_conformance(BroadPhaseRegistry{{"detector", make}}, config).at("detector");
+  BroadPhaseRegistry registry;
+  registry.add("detector", {}, [make](const Options&) { return make(); });
+  return check_conformance(registry, config).at("detector");
 }
 
 }  // namespace selvedge

@@ -11,8 +11,8 @@
 namespace selvedge {
 namespace {
 
-/// Numbers from bits alone, since what std::uniform_real_distribution makes of an engine differs
-/// between libraries.
+/// Random numbers computed from raw bits, because std::uniform_real_distribution differs between
+/// libraries.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : engine_(seed) {}
@@ -21,7 +21,7 @@ class Random {
     constexpr double unit = 0x1p-53;
     return lo + (hi - lo) * (static_cast<double>(engine_() >> 11) * unit);
   }
-  /// Of [lo, hi], both included.
+  /// A number in [lo, hi], both included.
   int integer(int lo, int hi) {
     return lo + static_cast<int>(engine_() % static_cast<std::uint64_t>(hi - lo + 1));
   }
@@ -42,7 +42,7 @@ struct Surface {
   double thickness = 0.0;
   std::uint64_t static_id = 0;
   std::string kind = {};
-  double size = 1.0;  ///< metres, about
+  double size = 1.0;  ///< metres, approximate
   bool closed = false;
   bool beyond_float = false;
 
@@ -82,8 +82,8 @@ Surface sheet(int nx, int ny) {
   return s;
 }
 
-/// Triangles of vertices that are neighbours by index; vertices may belong to none, and triangles
-/// may lie one on the other. With a small `reach` neighbours by index are neighbours in space.
+/// Triangles whose vertices are near each other by index. Vertices may belong to no triangle, and
+/// triangles may coincide. With a small `reach`, neighbours by index are neighbours in space.
 Surface soup(Random& random, int vertices, int triangles, double reach) {
   Surface s{.kind = "soup"};
   for (int i = 0; i < vertices; ++i)
@@ -107,7 +107,7 @@ void crumple(Surface& s, Random& random, double box, double noise) {
   s.x_t1 = s.x_t0;
 }
 
-/// A bumpy ball of `rings` bands and as many sectors, triangles outwards.
+/// A bumpy ball of `rings` bands and as many sectors, triangles oriented outwards.
 Surface ball(Random& random, int rings) {
   Surface s{.kind = "closed body"};
   const int sectors = std::max(rings, 3);
@@ -137,7 +137,7 @@ Surface ball(Random& random, int rings) {
   return s;
 }
 
-/// A sheet of which a few vertices move far; each box then covers a good part of the scene.
+/// A sheet of which a few vertices move far, so that their boxes cover a large part of the scene.
 Surface spiked_sheet(Random& random) {
   Surface s = sheet(10, 10);
   jiggle(s, random, 0.01);
@@ -164,7 +164,7 @@ Surface integers(Random& random) {
   return s;
 }
 
-/// Points and edges that belong to no triangle.
+/// Points and edges without a triangle.
 Surface loose(Random& random) {
   Surface s = soup(random, 60, 30, 0.3);
   for (int i = 0; i < 20; ++i) {
@@ -178,7 +178,7 @@ Surface loose(Random& random) {
   return s;
 }
 
-/// Sizes over many orders of magnitude, in every third seed up to where floats end.
+/// Sizes over many orders of magnitude; in every third seed up to the limits of float.
 Surface all_sizes(Random& random) {
   Surface s = soup(random, 50, 50, 1.0);
   s.beyond_float = random.one_in(3);
@@ -204,7 +204,7 @@ Surface one_triangle(Random& random) {
   return s;
 }
 
-/// Every vertex moves by up to `motion`, and is as far off the fold.
+/// Each vertex moves by up to `motion` and lies up to as far from the fold.
 Surface crumpled_sheet(Random& random, int n, double box, double motion) {
   Surface s = sheet(n, n);
   crumple(s, random, box, motion);
@@ -237,7 +237,7 @@ Surface make_surface(Random& random, std::uint64_t kind) {
       return one_point();
     case 6:
       return integers(random);
-    case 7:  // All in one plane, with all that touches touching exactly.
+    case 7:  // All in one plane; contacts touch exactly.
       return sheet(random.integer(2, 10), random.integer(2, 10));
     case 8:
       return loose(random);
@@ -254,7 +254,7 @@ Surface make_surface(Random& random, std::uint64_t kind) {
   }
 }
 
-/// The same surface with its vertices in another order: as many of everything, other triangles.
+/// The same surface with its vertices in another order: the same counts, other triangles.
 void relabel(Surface& s, Random& random) {
   std::vector<std::int32_t> other(s.x_t0.size());
   for (std::size_t i = 0; i < other.size(); ++i) other[i] = static_cast<std::int32_t>(i);
@@ -320,10 +320,10 @@ struct ConformanceScene::State {
     }
   }
 
-  /// b may not move any more; its id is new to every detector.
+  /// From here on b must not move; its id is new to every detector.
   void keep_static(Surface& s) {
     s.x_t1 = s.x_t0;
-    // A scene has at most three per step.
+    // A scene uses at most three ids per step.
     s.static_id = 32 * seed + ++ids;
   }
 
@@ -336,7 +336,7 @@ struct ConformanceScene::State {
   void change(Surface& s) {
     s.static_id = 0;
     switch (random.integer(0, 8)) {
-      case 0:  // On from where it is, as a simulation does.
+      case 0:  // Continues from its current position, as in a simulation.
       case 1:
         s.x_t0 = s.x_t1;
         jiggle(s, random, 0.02 * s.size);
@@ -382,7 +382,7 @@ struct ConformanceScene::State {
     if (b_keeps_shape) return;
     const std::string of_a = "a: " + changed;
     changed.clear();
-    // Half of the time what is static stays so; the promise does not cover its thickness.
+    // Half of the time a static surface stays static; static_id does not cover the thickness.
     if (b.static_id == 0 || random.one_in(2))
       change(b);
     else if (random.one_in(3))

@@ -13,10 +13,11 @@
 // detection on smoothly discretized surface animations using geometrical shape regularity, 1994,
 // over the whole step as in M. Tang, S. Curtis, S.-E. Yoon, D. Manocha, ICCD: interactive
 // continuous collision detection between deformable models using connectivity-based culling, 2009.
-// [survey] (after Provot 1997) asks for the normals alone: a ramp that winds twice about an axis
-// has all its normals in a narrow cone and collides with itself, hence the contour test.
+// [survey] (after Provot 1997) tests only the normals. That is not sufficient: a ramp that winds
+// twice about an axis has all its normals in a narrow cone and collides with itself. Hence the
+// contour test.
 //
-// Let a patch be a connected surface of triangles that turn the same way, with one contour that
+// Let a patch be a connected surface of triangles with consistent orientation and one contour that
 // visits no vertex twice, and project it along a direction. If at a time t
 //   (1) every projected triangle has positive area,
 //   (2) the projected contour does not cross itself,
@@ -25,18 +26,18 @@
 //   (3) every altitude of every projected triangle exceeds d, and
 //   (4) in the plane no vertex of the contour comes within d of an edge of it that does not end
 //       there,
-// then primitives without a common vertex are farther apart than d. For in the plane the distance
-// of two primitives of a triangulation that are disjoint is that of a vertex v and an edge e or
+// then primitives without a common vertex are farther apart than d. Proof: in the plane, the
+// distance of two disjoint primitives of a triangulation is that of a vertex v and an edge e or a
 // triangle. Walk from v straight to the nearest point of the other. Before the walk leaves the
-// triangles around v it has gone an altitude, more than d (3). If it leaves the patch earlier, it
-// does so from v itself (a contour edge that it reaches opposite to v is an altitude away), so v is
-// on the contour, and it comes back in through a contour edge that does not end in v (edges are
-// straight), more than d away (4). Distances in space are not less than in the plane.
+// triangles around v it has covered an altitude, more than d (3). If it leaves the patch earlier,
+// it leaves from v itself (a contour edge opposite to v is an altitude away), so v is on the
+// contour, and it re-enters through a contour edge that does not end in v (edges are straight),
+// more than d away (4). Distances in space are not less than in the plane.
 //
 // (1) and (3) are one condition on polynomials of degree 2 in t in Bernstein form: twice the area
-// exceeds d times the longest side. (2) and (4) hold during the step if each two contour edges
+// exceeds d times the longest side. (2) and (4) hold during the step if any two contour edges
 // without a common vertex are separated by more than d along some direction at both ends of the
-// step, and the outer ends of two neighbouring edges from the other edge likewise.
+// step, and likewise the outer end of each of two neighbouring edges from the other edge.
 
 namespace selvedge {
 namespace {
@@ -46,15 +47,15 @@ using Vec2 = Eigen::Vector2d;
 
 constexpr double kRoundoff = 0x1p-53;
 /// Rounding of a projected coordinate in units of u times the largest coordinate difference: for
-/// each of three terms a difference, a product and two sums, and reserve.
+/// each of three terms a difference, a product and two sums, plus a reserve.
 constexpr double kProjectionError = 16.0;
-/// The two directions of a projection are units and perpendicular but for some roundings, by which
-/// the plane may stretch distances.
+/// The two directions of a projection are orthonormal except for some roundings, by which the plane
+/// may stretch distances.
 constexpr double kStretch = 1.0 + 16.0 * kRoundoff;
-/// Subtrees that one task tests.
+/// Number of subtrees that one task tests.
 constexpr std::size_t kGrain = 16;
 
-/// The vertices of a patch about its first one, projected along `along`.
+/// The vertices of a patch relative to its first one, projected along `along`.
 class Projection {
  public:
   Projection(const SurfaceView& surface, std::int32_t reference, const Vec3& along)
@@ -68,7 +69,7 @@ class Projection {
 
   Vec2 at_t0(std::int32_t v) const { return project(surface_.x_t0[v]); }
   Vec2 at_t1(std::int32_t v) const { return project(surface_.x_t1[v]); }
-  /// Largest coordinate difference that a projection of v is made of.
+  /// Largest coordinate difference in the projection of v.
   double reach(std::int32_t v) const {
     return std::max((surface_.x_t0[v] - origin_).lpNorm<Eigen::Infinity>(),
                     (surface_.x_t1[v] - origin_).lpNorm<Eigen::Infinity>());
@@ -98,7 +99,7 @@ struct Mover {
   }
 };
 
-/// The shortest way from the segment (a, b) to the segment (c, d), which do not cross.
+/// The shortest vector from the segment (a, b) to the segment (c, d), which do not cross.
 Vec2 shortest_way(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& d) {
   Vec2 best = c - a;
   const auto try_point = [&](const Vec2& p, const Vec2& q, const Vec2& r, double sign) {
@@ -115,8 +116,8 @@ Vec2 shortest_way(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& d) {
   return best;
 }
 
-/// Whether the two are more than `distance` apart along one direction during the whole step; a
-/// direction is guessed. `error` bounds the rounding of the coordinates.
+/// Whether the two are more than `distance` apart along one direction during the whole step; tests
+/// one guessed direction. `error` bounds the rounding of the coordinates.
 bool are_apart(const Mover& p, const Mover& q, double distance, double error) {
   const Vec2 way = shortest_way(0.5 * (p.a0 + p.a1), 0.5 * (p.b0 + p.b1), 0.5 * (q.a0 + q.a1),
                                 0.5 * (q.b0 + q.b1));
@@ -125,7 +126,7 @@ bool are_apart(const Mover& p, const Mover& q, double distance, double error) {
   const Vec2 u = way / length;
   const double start = std::min(q.a0.dot(u), q.b0.dot(u)) - std::max(p.a0.dot(u), p.b0.dot(u));
   const double end = std::min(q.a1.dot(u), q.b1.dot(u)) - std::max(p.a1.dot(u), p.b1.dot(u));
-  // Two coordinates on each side and their sums.
+  // Covers two coordinates on each side and their sums.
   constexpr double kReserve = 8.0;
   return std::min(start, end) > distance + kReserve * error;
 }
@@ -164,8 +165,7 @@ class CurvatureCone final : public detail::SelfCull {
   }
 
  private:
-  /// Sums of the area normals at half time up to each place, so that the sum below any node is a
-  /// difference.
+  /// Prefix sums of the area normals at half time, so that the sum below any node is a difference.
   void sum_normals(const SurfaceView& surface) {
     const auto order = patches_.order();
     normals_.resize(order.size() + 1);
@@ -180,7 +180,7 @@ class CurvatureCone final : public detail::SelfCull {
     }
   }
 
-  /// Marks what passed; the children of the rest are to be tested.
+  /// Marks the subtrees that passed; the children of the others are tested next.
   void descend(const detail::BoundingVolumeTree& tree, detail::SelfSkip& skip) {
     children_.clear();
     for (std::size_t i = 0; i < tested_.size(); ++i) {
@@ -200,7 +200,7 @@ class CurvatureCone final : public detail::SelfCull {
   bool cannot_meet_itself(const SurfaceView& surface, const Patches::Patch& patch) const {
     if (!patch.is_disc_like) return false;
     const Vec3 along = normals_[patch.end] - normals_[patch.begin];
-    // Also false for what overflows.
+    // Also rejects values that overflow.
     if (!(along.squaredNorm() > 0.0 && std::isfinite(along.squaredNorm()))) return false;
     const std::int32_t reference = patches_.contour(patch).front();
     const Projection projection(surface, reference, along);
@@ -221,7 +221,7 @@ class CurvatureCone final : public detail::SelfCull {
         x[k] = projection.at_t0(t[k]), y[k] = projection.at_t1(t[k]);
         largest = std::max(largest, projection.reach(t[k]));
       }
-      // Grows along the way: it covers the triangles so far, in the end all of them.
+      // The error grows during the loop: it covers the triangles so far, at the end all of them.
       error = kProjectionError * kRoundoff * largest;
       if (!altitudes_exceed(x, y, distance, error)) return false;
     }
@@ -235,7 +235,7 @@ class CurvatureCone final : public detail::SelfCull {
         std::min({cross(a0, b0), cross(a1, b1), 0.5 * (cross(a0, b1) + cross(a1, b0))});
     const double side = std::max(
         {a0.norm(), b0.norm(), (x[2] - x[1]).norm(), a1.norm(), b1.norm(), (y[2] - y[1]).norm()});
-    // Each factor of an area is off by 2 errors and at most a side; the products round as well.
+    // Each factor of an area is off by 2 errors and is at most a side; the products round as well.
     constexpr double kReserve = 16.0;
     return area > (distance + kReserve * (error + kRoundoff * side)) * (side + 2.0 * error);
   }
@@ -256,7 +256,7 @@ class CurvatureCone final : public detail::SelfCull {
            others_keep_apart(edges, distance, error);
   }
 
-  /// The outer ends of two neighbouring edges from the other edge.
+  /// The outer end of each of two neighbouring edges against the other edge.
   static bool neighbours_keep_apart(const std::vector<Mover>& edges, double distance,
                                     double error) {
     const std::size_t n = edges.size();
@@ -303,6 +303,11 @@ class CurvatureCone final : public detail::SelfCull {
 
 std::unique_ptr<BroadPhase> make_curvature_cone(const BvhConfig& config) {
   return detail::make_bvh_aabb(config, std::make_unique<CurvatureCone>());
+}
+
+void register_curvature_cone(BroadPhaseRegistry& registry) {
+  registry.add("curvature_cone", detail::bvh_options(),
+               [](const Options& o) { return make_curvature_cone(detail::read_bvh_options(o)); });
 }
 
 }  // namespace selvedge

@@ -20,15 +20,16 @@ namespace selvedge {
 namespace {
 
 constexpr std::size_t kGrain = 2048;  // particles per range: about 100 µs of work
-/// Four texels whose depths differ by more sides of a texel than this do not show one piece of the
-/// surface (or one steeper than 83 degrees): between them the nearest is taken.
+/// If the depths of four texels differ by more than this number of texel sides, they do not show
+/// one piece of the surface (or show one steeper than 83 degrees); the nearest texel is used
+/// instead of interpolation.
 constexpr double kSteepest = 8.0;
-/// Squares of coordinates must not overflow a float; nothing that is drawn is nearly so large.
+/// Squares of coordinates must not overflow a float; no drawn surface is nearly that large.
 constexpr double kFar = 1e15;
 
 std::string text(const Edge& e) { return std::to_string(e[0]) + " to " + std::to_string(e[1]); }
 
-/// The first edge, by its vertices, that is not run through as often in each direction.
+/// The first edge, by its vertices, that is not used equally often in both directions.
 std::optional<Edge> open_edge(std::span<const Triangle> triangles) {
   std::vector<Edge> forward, backward;
   for (const Triangle& t : triangles)
@@ -55,7 +56,7 @@ Vec3 shortest_axis(std::span<const Vec3> x) {
   return Vec3::Unit(shortest);
 }
 
-/// Upright pictures: up is z as far as the axis lets it be.
+/// Upright pictures: up is as close to z as the axis allows.
 detail::MapAxes axes_along(const Vec3& axis) {
   detail::MapAxes axes;
   axes.toward = axis.stableNormalized();
@@ -81,13 +82,13 @@ void take(const detail::Layer& layer, double half_depth, DepthNormalLayer& out) 
   }
 }
 
-/// A texel and its share of an interpolated value.
+/// A texel and its weight in an interpolated value.
 struct Sample {
   std::size_t texel;
   double weight;
 };
 
-/// What one side shows at one place.
+/// The surface of one side at one place.
 struct Seen {
   double depth = 0.0;
   Vec3 normal = Vec3::Zero(), displacement = Vec3::Zero();
@@ -97,7 +98,7 @@ struct Seen {
 
 struct DepthNormalMaps::State {
   DepthNormalConfig config;
-  std::optional<detail::OffscreenRenderer> renderer;  // made when there is something to draw
+  std::optional<detail::OffscreenRenderer> renderer;  // created when there is something to draw
   detail::DrawnCopy drawn;
   detail::MapFrame frame;
   DepthNormalLayer front, back;
@@ -124,8 +125,8 @@ void DepthNormalMaps::State::check(const SurfaceView& body) const {
   if (config.allow_open || drawn.same_triangles(body)) return;
   if (const auto edge = open_edge(body.triangles))
     throw std::invalid_argument("depth maps: the edge from vertex " + text(*edge) +
-                                " of the body has no triangle on its other side, so that nothing "
-                                "is inside; close the body, or set allow_open");
+                                " of the body has no triangle on its other side, so the body has "
+                                "no inside; close it, or set allow_open");
 }
 
 void DepthNormalMaps::State::draw(const SurfaceView& body) {
@@ -143,7 +144,7 @@ void DepthNormalMaps::State::draw(const SurfaceView& body) {
   ++renders;
 }
 
-/// The covered texels about a place and their weights; their number is 0, 1 or 4.
+/// Writes the covered texels around a place and their weights; returns their number, 0, 1 or 4.
 int DepthNormalMaps::State::samples(const DepthNormalLayer& side, double u, double v,
                                     std::array<Sample, 4>& out) const {
   if (!(u >= 0.0 && v >= 0.0 && u < frame.width && v < frame.height)) return 0;
@@ -232,7 +233,7 @@ void DepthNormalMaps::answer(std::span<const Vec3> points,
     throw std::invalid_argument("depth maps: room for " + std::to_string(answers.size()) +
                                 " answers to " + std::to_string(points.size()) + " points");
   if (state_->renders == 0)
-    throw std::invalid_argument("depth maps: no body was drawn yet; call update first");
+    throw std::invalid_argument("depth maps: no body has been drawn yet; call update first");
   for (std::size_t i = 0; i < points.size(); ++i)
     if (!points[i].allFinite())
       throw std::invalid_argument("depth maps: point " + std::to_string(i) + " is not finite");

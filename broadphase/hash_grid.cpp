@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
-// A grid of unbounded space whose cells share a table by a hash: M. Teschner, B. Heidelberger,
-// M. Müller, D. Pomeranets, M. Gross, Optimized spatial hashing for collision detection of
-// deformable objects, 2003 [Teschner2003]. Conservative: reports what brute force reports.
+// A grid of unbounded space whose cells share a table by a hash: M. Teschner, B. Heidelberger, M.
+// Müller, D. Pomeranets, M. Gross, Optimized spatial hashing for collision detection of deformable
+// objects, 2003 [Teschner2003]. Conservative: reports the same pairs as brute force.
 //
-// Deviations from the paper. It hashes points and looks up the boxes of tetrahedra; here the point
-// of a primitive is the lower corner of its swept box, and the boxes that are looked up are widened
-// by the largest extent, so that every primitive is stored once. Primitives of less than a half or
-// more than two cells live in finer and coarser grids (see GridLevel), which bounds the time
-// whatever one vertex does. The table has a power of two slots, not a prime, taken from the upper
-// bits of a multiple of the hash, and a few bits of the cell tell the cells of a slot apart.
+// Deviations from the paper. The paper hashes points and looks up the boxes of tetrahedra. Here the
+// point of a primitive is the lower corner of its swept box, and the queried boxes are widened by
+// the largest extent, so that every primitive is stored once. Primitives of less than half a cell
+// or more than two cells are kept in finer and coarser grids (see GridLevel), which bounds the time
+// however far one vertex moves. The number of slots is a power of two instead of a prime. The slot
+// comes from the upper bits of a multiple of the hash, and a few bits of the cell distinguish the
+// cells of a slot.
 #include <selvedge/broadphase/broad_phase.h>
 #include <selvedge/broadphase/detail/grid_engine.h>
 
@@ -31,7 +32,7 @@ class HashedTable {
 
   std::uint32_t slot(const Cell& c) const { return slot(c[0], rest(c)); }
 
-  /// Tells cells apart whose differences are below 2^10, further than any look-up reaches.
+  /// Distinguishes cells whose differences are below 2^10, farther than any search reaches.
   std::uint32_t tag(const Cell& c) const {
     const auto low = [&](int k, int bits) {
       return static_cast<std::uint32_t>(c[k]) & ((1u << bits) - 1);
@@ -72,6 +73,11 @@ std::unique_ptr<BroadPhase> make_hash_grid(const CellGridConfig& config) {
                                  "spatial hashing for collision detection of deformable objects, "
                                  "2003"},
       detail::GridEngine<HashedTable>(detail::checked_cell(config.cell, "hash_grid")));
+}
+
+void register_hash_grid(BroadPhaseRegistry& registry) {
+  registry.add("hash_grid", {detail::cell_option()},
+               [](const Options& o) { return make_hash_grid({.cell = o["cell"]}); });
 }
 
 }  // namespace selvedge

@@ -12,10 +12,10 @@ struct LevelBox {
   Vec3 lo, hi;
 };
 
-/// The boxes of the tree that bvh_aabb builds for this surface, to look at: level 0 is the root,
-/// each next level is the last one with every node replaced by its children. Each level thus holds
-/// all primitives. The last one is made of leaves alone. Throws std::invalid_argument as bvh_aabb
-/// does; of an empty surface there are no levels.
+/// The boxes of the tree that bvh_aabb builds for this surface, for visualisation. Level 0 is the
+/// root; each further level replaces every node of the previous one by its children, so each level
+/// contains all primitives. The last level consists of leaves only. Throws std::invalid_argument as
+/// bvh_aabb does; an empty surface has no levels.
 std::vector<std::vector<LevelBox>> hierarchy_levels(const SurfaceView& surface);
 
 }  // namespace selvedge

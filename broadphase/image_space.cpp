@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Pairs from index buffers. The maps of [Vassilev2001] answer particles; that a texel holds a
-// triangle's index instead, and yields pairs for a narrow phase, is not in the paper.
+// Pairs from index buffers. The maps of [Vassilev2001] answer particle queries. Storing triangle
+// indices in the texels, which yields pairs for a narrow phase, is our addition.
 #include <selvedge/broadphase/detail/box_pairs.h>
 #include <selvedge/broadphase/detail/drawn_copy.h>
 #include <selvedge/broadphase/detail/index_tiles.h>
 #include <selvedge/broadphase/detail/offscreen.h>
 #include <selvedge/broadphase/image_space.h>
+#include <selvedge/core/clock.h>
 #include <selvedge/core/parallel.h>
 
 #include <algorithm>
@@ -18,20 +19,21 @@
 namespace selvedge {
 namespace {
 
+using detail::DoubleBox;
 using detail::FoundPairs;
 using detail::SurfaceBoxes;
-using detail::SweptBox;
 
-/// So many triangles at most are tried with everything instead of being drawn: a few spikes must
-/// neither make the texels coarse nor the windows wide for all others.
+/// Up to this many triangles are tested against everything instead of being drawn: a few spikes
+/// should make neither the texels coarse nor the windows wide for all others.
 constexpr std::size_t kMostUnruly = 32;
-/// And only those this many times larger, motion included, than the largest of the others.
+/// Only triangles this many times larger, motion included, than the largest of the others.
 constexpr double kUnruly = 4.0;
 
-/// Primitives per range at least: so many that clearing a mark per triangle costs little beside.
+/// Minimum number of primitives per range, so that clearing a mark per triangle costs little in
+/// comparison.
 constexpr std::size_t kLeastGrain = 1024;
 
-double extent(const SweptBox& box) {
+double extent(const DoubleBox& box) {
   return std::max({box.hi[0] - box.lo[0], box.hi[1] - box.lo[1], box.hi[2] - box.lo[2]});
 }
 
@@ -73,7 +75,7 @@ struct TriangleEdges {
 };
 
 /// Indices of the triangles that are not drawn, ascending.
-std::vector<std::int32_t> unruly_triangles(const std::vector<SweptBox>& boxes, double thickness) {
+std::vector<std::int32_t> unruly_triangles(const std::vector<DoubleBox>& boxes, double thickness) {
   std::vector<std::pair<double, std::int32_t>> by_size(boxes.size());
   for (std::size_t t = 0; t < boxes.size(); ++t)
     by_size[t] = {extent(boxes[t]) - 2.0 * thickness, static_cast<std::int32_t>(t)};
@@ -91,7 +93,7 @@ std::vector<std::int32_t> unruly_triangles(const std::vector<SweptBox>& boxes, d
   return unruly;
 }
 
-/// A surface seen from its six sides.
+/// A surface viewed from its six sides.
 class SixSides {
  public:
   void draw(const SurfaceView& s, std::span<const std::int32_t> unruly, int resolution,
@@ -115,10 +117,10 @@ class SixSides {
     count_unseen();
   }
 
-  /// Calls f for every triangle that may show up within `reach` of the box, or returns false if
-  /// that is as much work as all triangles.
+  /// Calls f for every triangle that may be visible within `reach` of the box; returns false if
+  /// that is as much work as testing all triangles.
   template <class F>
-  bool visit(const SweptBox& box, double thickness, F f) const {
+  bool visit(const DoubleBox& box, double thickness, F f) const {
     if (drawn_.empty()) return true;
     std::array<detail::TileWindow, 3> windows;
     std::size_t count = 0;
@@ -148,7 +150,7 @@ class SixSides {
   static int right(int k) { return (k + 1) % 3; }
   static int up(int k) { return (k + 2) % 3; }
 
-  /// Positions at the middle of the step, and how far from there the drawn triangles move.
+  /// Computes positions at the middle of the step, and how far from there the drawn triangles move.
   void take_positions(const SurfaceView& s, std::span<const std::int32_t> unruly) {
     x_.resize(s.x_t0.size());
     for (std::size_t i = 0; i < x_.size(); ++i) x_[i] = 0.5 * s.x_t0[i] + 0.5 * s.x_t1[i];
@@ -168,7 +170,7 @@ class SixSides {
     unseen_ = 0;
   }
 
-  /// From where to where each triangle reaches along axis k, at the middle of the step.
+  /// The extent of each triangle along axis k, at the middle of the step.
   std::vector<detail::Interval> depths_along(int k) const {
     std::vector<detail::Interval> depths(all_.size());
     for (std::size_t t = 0; t < all_.size(); ++t) {
@@ -178,7 +180,7 @@ class SixSides {
     return depths;
   }
 
-  detail::TileWindow window(int k, const SweptBox& box, double thickness) const {
+  detail::TileWindow window(int k, const DoubleBox& box, double thickness) const {
     const detail::MapFrame& f = frames_[k];
     const auto texel = [&](double x, int axis, double half_width) {
       return (x - f.center[axis]) / f.texel + half_width;
@@ -208,14 +210,10 @@ class SixSides {
 
 using Clock = std::chrono::steady_clock;
 
-double seconds_since(Clock::time_point begin) {
-  return std::chrono::duration<double>(Clock::now() - begin).count();
-}
-
 }  // namespace
 
 struct ImageSpace::State {
-  /// The surface whose primitives ask, and the one that is drawn.
+  /// The querying surface, and the surface that is drawn.
   struct Asking {
     detail::BoxesKey key;
     SurfaceBoxes boxes;
@@ -234,7 +232,7 @@ struct ImageSpace::State {
 
   int resolution = 0;
   double thickness = 0.0;                             ///< m, of the drawn surface
-  std::optional<detail::OffscreenRenderer> renderer;  // made when there is something to draw
+  std::optional<detail::OffscreenRenderer> renderer;  // created when there is something to draw
   Asking asking;
   Drawn drawn;
   std::vector<FoundPairs> parts{detail::kBoxPairParts};
@@ -247,10 +245,10 @@ struct ImageSpace::State {
   void draw(const SurfaceView& s, const char* name);
   void find(const SurfaceView& drawn_view, bool first_is_drawn);
   template <class Expand>
-  void search(const std::vector<SweptBox>& queries, const std::vector<SweptBox>& targets,
+  void search(const std::vector<DoubleBox>& queries, const std::vector<DoubleBox>& targets,
               PairBuffer FoundPairs::*list, bool target_first, Expand expand);
   template <class F>
-  void visit_triangles(const SweptBox& box, F f) const;
+  void visit_triangles(const DoubleBox& box, F f) const;
   std::size_t bytes() const;
 };
 
@@ -292,7 +290,7 @@ void ImageSpace::State::draw(const SurfaceView& s, const char* name) {
 
 /// Calls f for each triangle of the drawn surface that might meet the box, some more than once.
 template <class F>
-void ImageSpace::State::visit_triangles(const SweptBox& box, F f) const {
+void ImageSpace::State::visit_triangles(const DoubleBox& box, F f) const {
   if (drawn.sides.visit(box, thickness, f)) {
     for (const std::int32_t t : drawn.unruly) f(t);
     return;
@@ -301,20 +299,21 @@ void ImageSpace::State::visit_triangles(const SweptBox& box, F f) const {
   for (std::int32_t t = 0; t < n; ++t) f(t);
 }
 
-/// Every box of `queries` against those of `targets` that belong to the triangles it sees:
+/// Tests every box of `queries` against those of `targets` that belong to the triangles it finds:
 /// expand(triangle, g) calls g(target).
 template <class Expand>
-void ImageSpace::State::search(const std::vector<SweptBox>& queries,
-                               const std::vector<SweptBox>& targets, PairBuffer FoundPairs::*list,
+void ImageSpace::State::search(const std::vector<DoubleBox>& queries,
+                               const std::vector<DoubleBox>& targets, PairBuffer FoundPairs::*list,
                                bool target_first, Expand expand) {
   detail::PairParts out(parts, list, nullptr);
   const std::size_t grain = std::max(kLeastGrain, queries.size() / detail::kBoxPairParts + 1);
   parallel_for(queries.size(), grain, [&](std::size_t begin, std::size_t end) {
     std::vector<std::int32_t> hits;
-    // The last query that met each triangle, which shows in several tiles and pictures.
+    // The last query that found each triangle, because a triangle appears in several tiles and
+    // pictures.
     std::vector<std::int32_t> met(drawn.boxes.triangles.size(), -1);
     for (std::size_t i = begin; i < end; ++i) {
-      const SweptBox& box = queries[i];
+      const DoubleBox& box = queries[i];
       const auto query = static_cast<std::int32_t>(i);
       hits.clear();
       const auto keep = [&](std::int32_t target) {
@@ -335,7 +334,7 @@ void ImageSpace::State::search(const std::vector<SweptBox>& queries,
 
 void ImageSpace::State::find(const SurfaceView& drawn_view, bool first_is_drawn) {
   const SurfaceBoxes &q = asking.boxes, &d = drawn.boxes;
-  // Points of the asking surface meet triangles of the drawn one, and the other way round.
+  // Points of the querying surface against triangles of the drawn one, and vice versa.
   PairBuffer FoundPairs::*asking_points =
       first_is_drawn ? &FoundPairs::triangle_point : &FoundPairs::point_triangle;
   PairBuffer FoundPairs::*drawn_points =
@@ -393,7 +392,7 @@ void ImageSpace::find_pairs(const SurfaceView& a, const SurfaceView& b, Candidat
 void ImageSpace::find_self_pairs(const SurfaceView&, CandidatePairs& out) {
   out.clear();
   throw std::invalid_argument(
-      "image_space: does not serve a surface with itself, whose folds hide one another; use "
+      "image_space: does not support a surface with itself, whose folds hide each other; use "
       "bvh_aabb");
 }
 
@@ -415,7 +414,19 @@ std::size_t ImageSpace::renders() const { return state_->renders; }
 std::size_t ImageSpace::unseen() const { return state_->drawn.sides.unseen(); }
 
 void register_image_space(BroadPhaseRegistry& registry) {
-  registry["image_space"] = [] { return std::make_unique<ImageSpace>(); };
+  registry.add(
+      "image_space",
+      {{.name = "resolution",
+        .initial = static_cast<double>(ImageSpaceConfig{}.resolution),
+        .unit = "texels",
+        .least = 16.0,
+        .most = 4096.0,
+        .kind = OptionKind::whole,
+        .meaning = "texels along the longer side of each picture; more: fewer missed "
+                   "triangles, slower drawing"}},
+      [](const Options& o) {
+        return std::make_unique<ImageSpace>(ImageSpaceConfig{.resolution = o.whole("resolution")});
+      });
 }
 
 }  // namespace selvedge

@@ -1,26 +1,27 @@
 // SPDX-License-Identifier: MIT
 // Minimal enclosure, after F. Ji, R. Li, Y. Qiu, Three-dimensional garment simulation based on a
-// mass-spring system, 2006 [Ji2006], as told in [MozafaryPayvandy2016]: a body part is a group of l
-// closed loops; each loop is enclosed by a column, each two neighbouring columns are joined by a
-// truncated cone, and fabric is tested against these 2l - 1 primitives.
+// mass-spring system, 2006 [Ji2006], as described in [MozafaryPayvandy2016]: a body part is a group
+// of l closed loops; a column encloses each loop, a truncated cone joins neighbouring columns, and
+// fabric is tested against these 2l - 1 primitives.
 //
 // Conservative: reports exactly the pairs whose swept and inflated boxes overlap, as brute force
-// does. For each box of the body is, whole, inside the column or cone of its slab (its corners are,
-// and these are convex, see Frustum), so that a box of the fabric that meets it meets that column
-// or cone; one that meets none is dropped, and one that meets some goes on to the boxes of these
-// slabs.
+// does. Each box of the body lies completely inside the column or cone of its slab, because its
+// corners do and columns and cones are convex (see Frustum). A box of the fabric that overlaps it
+// therefore meets that column or cone. A box that meets none is dropped; any other is tested
+// against the boxes of the slabs that it meets.
 //
-// Deviations. The paper's loops are horizontal rings of a body made for it; here any mesh, closed
-// or not, is cut into limbs, each limb across its own longest extent into 2l - 1 equal slabs,
-// columns and cones in turn, whose radii are not those of the loops but whatever all boxes of the
-// slab need. A cone that would be larger than a column around the same slab is one. The survey's
-// "2l - 1 body triangles" are primitives, and what is inside is tested against the mesh itself: a
-// column is not the body. The paper's fabric-fabric cases (neighbours, parts that cannot meet) are
-// not here.
+// Deviations. The paper's loops are horizontal rings of a specially prepared body. Here any mesh,
+// closed or not, is cut into limbs, and each limb across its own longest extent into 2l - 1 equal
+// slabs, alternating columns and cones. Their radii are not those of the loops but those that the
+// boxes of the slab need. A cone that would be larger than a column around the same slab becomes a
+// column. The survey's "2l - 1 body triangles" are primitives, and boxes inside them are tested
+// against the mesh itself, because a column is not the body. The paper's fabric-fabric cases
+// (neighbours, parts that cannot meet) are not implemented.
 #include <selvedge/broadphase/detail/body_enclosure.h>
 #include <selvedge/broadphase/detail/collect_pairs.h>
 #include <selvedge/broadphase/detail/surface_check.h>
 #include <selvedge/broadphase/minimal_enclosure.h>
+#include <selvedge/core/clock.h>
 #include <selvedge/core/parallel.h>
 
 #include <chrono>
@@ -34,12 +35,12 @@ namespace {
 
 using detail::BodyEnclosure;
 using detail::CenteredBox;
-using detail::SweptBox;
+using detail::DoubleBox;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// The questions are cut into so many parts, whatever the number of threads.
+/// The queries are divided into this many parts, whatever the number of threads.
 constexpr std::size_t kParts = 128;
-/// Bodies whose enclosures are kept.
+/// Number of bodies whose enclosures are kept.
 constexpr std::size_t kKeptBodies = 4;
 constexpr int kMostLoops = 4096;
 
@@ -63,7 +64,7 @@ void check(const SurfaceView& surface, const char* name) {
   detail::check_finite(surface, name);
 }
 
-/// What one part of the questions looked at.
+/// Counts of one part of the queries.
 struct Looked {
   std::size_t dropped = 0, enclosure_tests = 0, box_tests = 0;
 };
@@ -73,7 +74,7 @@ struct KeptBody {
   detail::BoxesKey key;
   detail::SurfaceBoxes boxes;
   BodyEnclosure enclosure;
-  const Triangle* triangles = nullptr;  ///< where they were, to find the likely body first
+  const Triangle* triangles = nullptr;  ///< address at the last call, to find the likely body first
   std::uint64_t static_id = 0, last_use = 0;
   bool cut = false;
 
@@ -83,8 +84,8 @@ struct KeptBody {
 /// Boxes of the fabric against one kind of boxes of the body.
 class Question {
  public:
-  Question(const std::vector<SweptBox>& asked, const BodyEnclosure& body,
-           const detail::SlabBoxes& kind, const std::vector<SweptBox>& boxes)
+  Question(const std::vector<DoubleBox>& asked, const BodyEnclosure& body,
+           const detail::SlabBoxes& kind, const std::vector<DoubleBox>& boxes)
       : asked_(asked), body_(body), kind_(kind), boxes_(boxes), scan_(detail::scan_boxes()) {
     for (std::size_t s = 0; s + 1 < kind.slab_group_begin.size(); ++s)
       most_groups_ =
@@ -107,7 +108,7 @@ class Question {
 
  private:
   template <class Visit>
-  void each_slab_met(const SweptBox& box, Looked& looked, Visit visit) const {
+  void each_slab_met(const DoubleBox& box, Looked& looked, Visit visit) const {
     if (!overlap(box, body_.box())) return;
     for (const detail::Limb& limb : body_.limbs()) {
       if (!overlap(box, limb.box)) continue;
@@ -143,10 +144,10 @@ class Question {
     }
   }
 
-  const std::vector<SweptBox>& asked_;
+  const std::vector<DoubleBox>& asked_;
   const BodyEnclosure& body_;
   const detail::SlabBoxes& kind_;
-  const std::vector<SweptBox>& boxes_;
+  const std::vector<DoubleBox>& boxes_;
   detail::ScanBoxes scan_;
   std::uint32_t most_groups_ = 0;
 };
@@ -183,8 +184,8 @@ class Detector final : public MinimalEnclosure {
   void find_self_pairs(const SurfaceView&, CandidatePairs& out) override {
     out.clear();
     throw std::invalid_argument(
-        "minimal_enclosure: finds pairs between two surfaces only; take another broad phase for "
-        "those of one with itself");
+        "minimal_enclosure: supports only pairs between two surfaces; use another broad phase for "
+        "a surface with itself");
   }
 
   BroadPhaseTraits traits() const override {
@@ -210,9 +211,6 @@ class Detector final : public MinimalEnclosure {
 
  private:
   using Clock = std::chrono::steady_clock;
-  static double seconds_since(Clock::time_point begin) {
-    return std::chrono::duration<double>(Clock::now() - begin).count();
-  }
 
   void fit_fabric(const SurfaceView& a) {
     const auto begin = Clock::now();
@@ -232,14 +230,14 @@ class Detector final : public MinimalEnclosure {
     const auto begin = Clock::now();
     body.key.forget();
     check(b, "second surface");
-    // Another static body deserves a cut of its own.
+    // Another static body gets a cut of its own.
     const bool keeps =
         body.has_topology_of(b) && (b.static_id == 0 || b.static_id == body.static_id);
-    body.cut = false;  // Until it is done.
+    body.cut = false;  // Until the cut is complete.
     body.boxes.fit(b);
     if (keeps) body.enclosure.refit(body.boxes);
     if (keeps) cost_.refit_s += seconds_since(begin);
-    if (!keeps || body.enclosure.looseness() > config_.recut_volume) {
+    if (!keeps || body.enclosure.volume_ratio() > config_.recut_volume) {
       const auto cut_begin = keeps ? Clock::now() : begin;
       body.enclosure.cut(b, body.boxes, config_);
       cost_.build_s += seconds_since(cut_begin);
@@ -318,7 +316,8 @@ class Detector final : public MinimalEnclosure {
   BroadPhaseCost cost_;
 };
 
-/// Where x is about a cone: along its axis, and how far outside the wall across it.
+/// Position of x relative to a cone: along its axis, and its distance outside the wall,
+/// perpendicular to the axis.
 struct AboutCone {
   double along, height, outside, slope;
 
@@ -356,7 +355,8 @@ bool TruncatedCone::contains(const Vec3& x) const {
 
 double TruncatedCone::distance(const Vec3& x) const {
   const AboutCone about(*this, x);
-  // The gradient of `outside` has the length √(1 + slope²): to the plane along the wall.
+  // The gradient of `outside` has the length √(1 + slope²); this gives the distance to the plane
+  // along the wall.
   const double wall = about.outside / std::sqrt(1.0 + about.slope * about.slope);
   return std::max({0.0, -about.along, about.along - about.height, wall});
 }
@@ -429,6 +429,35 @@ Enclosure make_enclosure(const SurfaceView& surface, const MinimalEnclosureConfi
 
 std::unique_ptr<MinimalEnclosure> make_minimal_enclosure(const MinimalEnclosureConfig& config) {
   return std::make_unique<Detector>(config);
+}
+
+void register_minimal_enclosure(BroadPhaseRegistry& registry) {
+  const MinimalEnclosureConfig initial;
+  registry.add("minimal_enclosure",
+               {{.name = "loops",
+                 .initial = static_cast<double>(initial.loops),
+                 .unit = "1",
+                 .least = 1.0,
+                 .most = kMostLoops,
+                 .kind = OptionKind::whole,
+                 .meaning = "loops per limb; more: a tighter enclosure, more primitives to test"},
+                {.name = "find_limbs",
+                 .initial = initial.find_limbs ? 1.0 : 0.0,
+                 .kind = OptionKind::boolean,
+                 .meaning = "cuts the body into limbs first; false: the body is one limb"},
+                {.name = "recut_volume",
+                 .initial = initial.recut_volume,
+                 .unit = "1",
+                 .least = 1.0,
+                 .most = 1e9,
+                 .above_least = true,
+                 .meaning = "a moving body is cut again when the volume exceeds this multiple of "
+                            "that after the last cut"}},
+               [](const Options& o) {
+                 return make_minimal_enclosure({.loops = o.whole("loops"),
+                                                .find_limbs = o.flag("find_limbs"),
+                                                .recut_volume = o["recut_volume"]});
+               });
 }
 
 }  // namespace selvedge

@@ -15,10 +15,10 @@ struct Range {
   std::size_t middle() const { return begin + size() / 2; }
 };
 
-/// Some edges or triangles of a surface, with the vertices that they name and no others.
+/// Some edges or triangles of a surface, with only the vertices that they use.
 class Piece {
  public:
-  /// The points of a range need no copies.
+  /// A range of points needs no copies.
   static SurfaceView of_points(const SurfaceView& s, Range range) {
     return {.x_t0 = s.x_t0.subspan(range.begin, range.size()),
             .x_t1 = s.x_t1.subspan(range.begin, range.size()),
@@ -58,7 +58,7 @@ class Piece {
   std::vector<Triangle> triangles_;
 };
 
-/// Sets the detector's budget for as long as it lives.
+/// Sets the detector's budget for the lifetime of the object.
 class BudgetOfPieces {
  public:
   BudgetOfPieces(BroadPhase& detector, const PairBudget& piece)
@@ -74,7 +74,7 @@ class BudgetOfPieces {
   PairBudget before_;
 };
 
-constexpr auto keep_all = [](const auto&) { return true; };
+constexpr auto kKeepAll = [](const auto&) { return true; };
 
 class Streamer {
  public:
@@ -83,10 +83,10 @@ class Streamer {
   void pairs(const SurfaceView& a, const SurfaceView& b) {
     if (fits([&] { detector_.find_pairs(a, b, found_); }, may_be_cut())) return deliver(found_);
     points_triangles(a, {0, a.x_t0.size()}, b, {0, b.triangles.size()},
-                     &CandidatePairs::point_triangle, keep_all);
+                     &CandidatePairs::point_triangle, kKeepAll);
     points_triangles(b, {0, b.x_t0.size()}, a, {0, a.triangles.size()},
-                     &CandidatePairs::triangle_point, keep_all);
-    edges_edges(a, {0, a.edges.size()}, b, {0, b.edges.size()}, keep_all);
+                     &CandidatePairs::triangle_point, kKeepAll);
+    edges_edges(a, {0, a.edges.size()}, b, {0, b.edges.size()}, kKeepAll);
   }
 
   void self_pairs(const SurfaceView& a) {
@@ -102,7 +102,8 @@ class Streamer {
   const StreamedPairs& done() const { return done_; }
 
  private:
-  /// Does the search keep within the budget? What cannot be cut must, and throws.
+  /// Whether the search stays within the budget. A search that cannot be divided further throws
+  /// instead.
   template <class Find>
   bool fits(Find find, bool can_be_cut) {
     ++done_.calls;
@@ -168,14 +169,14 @@ class Streamer {
       halve(of_b, [&](Range half) { edges_edges(a, of_a, b, half, keep); });
   }
 
-  /// The edges of a range with one another: each half with itself, and one with the other.
+  /// The edges of a range with one another: each half with itself, and one half with the other.
   void own_edges(const SurfaceView& a, Range edges) {
     if (edges.size() < 2) return;
     const auto find = [&] {
       Piece piece;
       detector_.find_self_pairs(piece.of_edges(a, edges), found_);
     };
-    if (fits(find, edges.size() > 2)) return deliver_edges(edges, edges, keep_all);
+    if (fits(find, edges.size() > 2)) return deliver_edges(edges, edges, kKeepAll);
     halve(edges, [&](Range half) { own_edges(a, half); });
     edges_edges(a, {edges.begin, edges.middle()}, a, {edges.middle(), edges.end},
                 [&](const EdgeEdgePair& p) {

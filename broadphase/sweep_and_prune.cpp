@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: MIT
 // Sweep and prune: boxes are sorted by their lower ends along the axis on which they vary most, and
 // each is compared with those that begin before it ends: D. Baraff, Dynamic simulation of
-// non-penetrating rigid bodies, 1992 [Baraff1992]; J. D. Cohen, M. C. Lin, D. Manocha,
-// M. K. Ponamgi, I-COLLIDE, 1995 [Cohen1995]. Conservative: reports what brute force reports.
+// non-penetrating rigid bodies, 1992 [Baraff1992]; J. D. Cohen, M. C. Lin, D. Manocha, M. K.
+// Ponamgi, I-COLLIDE, 1995 [Cohen1995]. Conservative: reports the same pairs as brute force.
 //
-// Deviations. Nothing is carried over from step to step: [Cohen1995] repairs the order of the last
-// step by insertion, which costs one swap per pair of ends that pass each other, and cloth has too
-// many of these; a radix sort costs the same always. One axis alone compares all boxes of a slice,
-// O(n^(5/3)) for a crumpled sheet; so space is cut into columns along that axis, as in
-// G. Capannini, T. Larsson, Adaptive collision culling for massive simulations by a parallel and
+// Deviations. No state is kept from step to step. [Cohen1995] repairs the order of the last step by
+// insertion, which costs one swap per pair of ends that pass each other; cloth has too many of
+// these, and a radix sort has a constant cost. Sweeping along a single axis compares all boxes of a
+// slice, O(n^(5/3)) for a crumpled sheet. Space is therefore cut into columns along that axis, as
+// in G. Capannini, T. Larsson, Adaptive collision culling for massive simulations by a parallel and
 // context-aware sweep and prune algorithm, 2018 [Capannini2018] (there by recursion, here evenly),
-// and each column is swept for itself. A pair that shares several columns is reported in the one
-// that holds the larger of its lower corners. Boxes over more than 64 columns are compared with
-// all others instead. What stays quadratic: boxes that crowd one column and overlap along the axis
-// (a mesh thousands of times smaller than the typical edge).
+// and each column is swept separately. A pair that shares several columns is reported in the one
+// that holds the larger of its lower corners. Boxes that cover more than 64 columns are compared
+// with all others instead. One case remains quadratic: boxes that crowd one column and overlap
+// along the axis (a mesh thousands of times smaller than the typical edge).
 #include <selvedge/broadphase/broad_phase.h>
 #include <selvedge/broadphase/detail/box_pairs.h>
 #include <selvedge/broadphase/detail/grid_engine.h>
@@ -27,29 +27,29 @@
 namespace selvedge {
 namespace {
 
+using detail::DoubleBox;
 using detail::kBoxPairParts;
 using detail::PackedBox;
 using detail::PackedQuery;
 using detail::PairParts;
 using detail::SurfaceBoxes;
-using detail::SweptBox;
 
 constexpr std::size_t kGrain = 4096;       // boxes per range: tens of µs of work
 constexpr std::int32_t kMostColumns = 64;  // of one box
-/// About so many points would share a column if they filled all of them.
+/// Approximate number of points per column if they filled all columns.
 constexpr double kPointsPerColumn = 16.0;
-/// Boxes that are compared before it is asked whether the next ones begin too late.
+/// Number of boxes compared between two tests whether the next boxes begin too late.
 constexpr std::uint32_t kChunk = 16;
-/// Structures are made anew when the columns' side has changed by more than this factor.
+/// Structures are rebuilt when the side of the columns has changed by more than this factor.
 constexpr double kSimilar = 1.25;
 
-/// Floats in their order as unsigned numbers.
+/// Maps floats to unsigned integers in the same order.
 std::uint32_t ordered_bits(float x) {
   const auto bits = std::bit_cast<std::uint32_t>(x + 0.0f);  // -0 becomes 0
   return bits & 0x80000000u ? ~bits : bits | 0x80000000u;
 }
 
-/// Sorts by the upper half of each number; stable. `scratch` is as long.
+/// Sorts by the upper half of each number; stable. `scratch` has the same length.
 void radix_sort(std::vector<std::uint64_t>& keys, std::vector<std::uint64_t>& scratch) {
   constexpr int digit_bits = 11, digits = 3;
   constexpr std::size_t values = std::size_t{1} << digit_bits;
@@ -67,14 +67,14 @@ void radix_sort(std::vector<std::uint64_t>& keys, std::vector<std::uint64_t>& sc
   }
 }
 
-/// The columns: `count` by `count` squares about the origin of the floats, the outermost without
-/// end. Their sides are along axes [1] and [2], their length along axis [0].
+/// The columns: `count` by `count` squares around the origin of the floats; the outermost are
+/// unbounded. Their sides are along axes [1] and [2], their length along axis [0].
 struct Columns {
   std::array<int, 3> axis{0, 1, 2};
   double side = 0.0;
   std::int32_t count = 1;
 
-  /// Which column along axis[k], of a float coordinate; monotone.
+  /// Index of the column along axis[k] that contains a float coordinate; monotone.
   std::int32_t at(float x) const {
     const double scaled = std::floor(static_cast<double>(x) / side) + count / 2;
     return static_cast<std::int32_t>(std::clamp(scaled, 0.0, count - 1.0));
@@ -90,11 +90,11 @@ struct Reach {
 class SweepEngine {
  public:
   struct Structure {
-    const std::vector<SweptBox>* boxes = nullptr;
-    std::vector<PackedBox> all;        ///< by index
-    std::vector<PackedBox> sorted;     ///< by column, then by lower end; the tag says where the box
-                                       ///< began in an earlier column, a bit for each axis
-    std::vector<PackedBox> wide;       ///< those in no column
+    const std::vector<DoubleBox>* boxes = nullptr;
+    std::vector<PackedBox> all;     ///< by index
+    std::vector<PackedBox> sorted;  ///< by column, then by lower end; the tag says, with a bit for
+                                    ///< each axis, whether the box began in an earlier column
+    std::vector<PackedBox> wide;    ///< boxes that are in no column
     std::vector<std::uint32_t> begin;  ///< of each column in `sorted`, and the end
 
     std::size_t bytes() const {
@@ -107,7 +107,7 @@ class SweepEngine {
       : column_(config.column), scan_(detail::scan_boxes()) {}
 
   bool prepare(const SurfaceBoxes& a, const SurfaceBoxes* b) {
-    std::vector<const std::vector<SweptBox>*> lists{&a.points};
+    std::vector<const std::vector<DoubleBox>*> lists{&a.points};
     if (b) lists.push_back(&b->points);
     const Vec3 middle = detail::middle_of(lists);
     Columns made;
@@ -118,7 +118,7 @@ class SweepEngine {
     if (column_ > 0.0)
       made.count = static_cast<std::int32_t>(std::sqrt(points / kPointsPerColumn)) + 1;
     else
-      made.side = 1.0;  // One column without end.
+      made.side = 1.0;  // One unbounded column.
     if (made.axis == columns_.axis && made.count == columns_.count &&
         made.side < kSimilar * columns_.side && columns_.side < kSimilar * made.side &&
         map_.is_near(map, made.side))
@@ -128,7 +128,7 @@ class SweepEngine {
     return false;
   }
 
-  void build(const std::vector<SweptBox>& boxes, Structure& out) {
+  void build(const std::vector<DoubleBox>& boxes, Structure& out) {
     out.boxes = &boxes;
     const auto n = static_cast<std::uint32_t>(boxes.size());
     out.all.resize(n);
@@ -151,7 +151,9 @@ class SweepEngine {
     compare_wide(a, b,
                  [&](std::size_t part, std::int32_t i, std::int32_t j) { out.add(part, i, j); });
     compare_wide(b, a, [&](std::size_t part, std::int32_t j, std::int32_t i) {
-      if (!a.all[i].tag) out.add(part, i, j);  // The wide ones of `a` have met all of `b`.
+      if (!a.all[i].tag)
+        out.add(part, i, j);  // The wide boxes of `a` have already been tested
+                              // against all of `b`.
     });
   }
 
@@ -175,20 +177,20 @@ class SweepEngine {
   }
 
  private:
-  /// The axis of largest variance first. Of distances from the middle, each at most a thousand
-  /// times the median one, so that one far vertex does not choose the axis.
-  static std::array<int, 3> axes_by_variance(const std::vector<const std::vector<SweptBox>*>& lists,
-                                             const Vec3& middle) {
+  /// The axes by variance, largest first. Uses distances from the middle, each limited to a
+  /// thousand times the median distance, so that one far vertex does not determine the axis.
+  static std::array<int, 3> axes_by_variance(
+      const std::vector<const std::vector<DoubleBox>*>& lists, const Vec3& middle) {
     constexpr std::size_t most = 1024;
     Vec3 spread = Vec3::Zero();
     std::vector<double> sample;
     for (int k = 0; k < 3; ++k) {
       sample.clear();
-      for (const std::vector<SweptBox>* list : lists)
+      for (const std::vector<DoubleBox>* list : lists)
         for (std::size_t i = 0; i < list->size(); i += list->size() / most + 1)
           sample.push_back(std::abs((*list)[i].lo[k] - middle[k]));
       if (sample.empty()) continue;
-      // The median distance stands for the deviation: equal for equal shapes, and robust.
+      // The median distance replaces the standard deviation: equal for equal shapes, and robust.
       const auto place = sample.begin() + static_cast<std::ptrdiff_t>(sample.size() / 2);
       std::nth_element(sample.begin(), place, sample.end());
       spread[k] = *place;
@@ -217,7 +219,7 @@ class SweepEngine {
                   static_cast<std::uint32_t>(y > reach.min[1]) << 1);
   }
 
-  /// Puts the boxes, in the order of keys_, into their columns. In `all` the tag marks wide ones.
+  /// Puts the boxes, in the order of keys_, into their columns. In `all` the tag marks wide boxes.
   void fill_columns(Structure& out) {
     const std::size_t columns = static_cast<std::size_t>(columns_.count) * columns_.count;
     out.begin.assign(columns + 1, 0);
@@ -245,7 +247,7 @@ class SweepEngine {
     out.begin[0] = 0;
   }
 
-  /// Calls work(column, from, to, hits, part) for stretches of the sorted boxes, in parts.
+  /// Calls work(column, from, to, hits, part) for ranges of the sorted boxes, in parts.
   template <class Work>
   void for_columns(const Structure& s, Work work) {
     const std::size_t n = s.sorted.size(), grain = n / kBoxPairParts + 1;
@@ -265,7 +267,7 @@ class SweepEngine {
     });
   }
 
-  /// Each box of `a` with those of `b` that begin within it (if `equal`: or where it does).
+  /// Each box of `a` against those of `b` that begin within it (if `equal`: or at the same place).
   template <class Add>
   void sweep(const Structure& a, const Structure& b, bool equal, Add add) {
     const int k = columns_.axis[0];
@@ -288,7 +290,7 @@ class SweepEngine {
     });
   }
 
-  /// One box of `a` with those of `b` from `place` on that begin before it ends.
+  /// One box of `a` against those of `b` from `place` on that begin before it ends.
   template <class Found>
   void sweep_from(const Structure& a, const PackedBox& box, const Structure& b, std::uint32_t place,
                   std::uint32_t end, std::uint32_t* hits, Found found) const {
@@ -345,6 +347,19 @@ std::unique_ptr<BroadPhase> make_sweep_and_prune(const SweepAndPruneConfig& conf
                                  "simulation of non-penetrating rigid bodies, 1992; J. D. Cohen, "
                                  "M. C. Lin, D. Manocha, M. K. Ponamgi, I-COLLIDE, 1995"},
       SweepEngine(config));
+}
+
+void register_sweep_and_prune(BroadPhaseRegistry& registry) {
+  registry.add("sweep_and_prune",
+               {{.name = "column",
+                 .initial = SweepAndPruneConfig{}.column,
+                 .unit = "1",
+                 .least = 0.0,
+                 .most = 1e6,
+                 .meaning = "side of a column relative to the typical extent of an edge's box; "
+                            "smaller: fewer box tests, more boxes in several columns; 0: one "
+                            "sweep"}},
+               [](const Options& o) { return make_sweep_and_prune({.column = o["column"]}); });
 }
 
 }  // namespace selvedge

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
-// The uniform grid of the survey [MozafaryPayvandy2016], after Shou et al. 2013: cells whose side
-// is the typical edge, which hold the triangles; what moves through a cell is tested against what
-// is in it. Conservative: reports what brute force reports.
+// The uniform grid of the survey [MozafaryPayvandy2016], after Shou et al. 2013: the side of a cell
+// is the typical edge length, cells hold the triangles, and a primitive that moves through a cell
+// is tested against its contents. Conservative: reports the same pairs as brute force.
 //
-// Deviations from the survey. The side is the median, not the mean, of the swept edges, of both
-// surfaces, since a few vertices that move far would change the mean. A primitive is stored in the
-// cell of its lower corner only and looked up in the cells around (see GridLevel): no pair is met
-// twice. Primitives of less than a half or more than two cells live in finer and coarser grids. The
-// table repeats in space, at most four slots a primitive, where the survey's covers the body's box:
-// memory and time stay bounded whatever one vertex does.
+// Deviations from the survey. The side is the median instead of the mean of the swept edges of both
+// surfaces, because a few vertices that move far would change the mean. A primitive is stored only
+// in the cell of its lower corner, and queries also search the cells around (see GridLevel), so no
+// pair is found twice. Primitives of less than half a cell or more than two cells are kept in finer
+// and coarser grids. The table repeats in space, with at most four slots per primitive; the
+// survey's table covers the body's box. Memory and time thus stay bounded however far one vertex
+// moves.
 #include <selvedge/broadphase/broad_phase.h>
 #include <selvedge/broadphase/detail/grid_engine.h>
 
@@ -17,9 +18,9 @@ namespace {
 
 using detail::Cell;
 
-/// A table of cells that repeats along each axis, after a power of two cells. A row along x lies
-/// together. Cells that share a slot are at least eight cells apart, more than a look-up reaches,
-/// so that the comparison of coordinates tells them apart.
+/// A table of cells that repeats along each axis after a power of two cells. A row along x is
+/// contiguous. Cells that share a slot are at least eight cells apart, farther than a search
+/// reaches, so that comparing coordinates distinguishes them.
 class RepeatingTable {
  public:
   static constexpr double kStretch = 1.5;  // the fastest of 0.75, 1, 1.5 and 2 on two scenes
@@ -75,6 +76,11 @@ std::unique_ptr<BroadPhase> make_uniform_grid(const CellGridConfig& config) {
       BroadPhaseTraits{.source = "cells of the size of a typical edge, coarser ones for larger "
                                  "primitives; Shou et al. 2013"},
       detail::GridEngine<RepeatingTable>(detail::checked_cell(config.cell, "uniform_grid")));
+}
+
+void register_uniform_grid(BroadPhaseRegistry& registry) {
+  registry.add("uniform_grid", {detail::cell_option()},
+               [](const Options& o) { return make_uniform_grid({.cell = o["cell"]}); });
 }
 
 }  // namespace selvedge

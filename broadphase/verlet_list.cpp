@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/detail/box_pairs.h>
+#include <selvedge/broadphase/detail/bvh.h>
 #include <selvedge/broadphase/detail/pair_tally.h>
 #include <selvedge/broadphase/detail/surface_check.h>
 #include <selvedge/broadphase/detail/swept_box.h>
 #include <selvedge/broadphase/verlet_list.h>
+#include <selvedge/core/clock.h>
 #include <selvedge/core/parallel.h>
 
 #include <algorithm>
@@ -17,20 +19,16 @@
 namespace selvedge {
 namespace {
 
-using detail::SweptBox;
+using detail::DoubleBox;
 
 constexpr std::size_t kVertexGrain = 8192;
 constexpr std::size_t kPairGrain = 16384;  // about 50 µs of work
-/// Lists that are kept, each for one surface or one pair of surfaces.
+/// Number of lists that are kept, each for one surface or one pair of surfaces.
 constexpr std::size_t kKeptLists = 4;
-/// So many calls without a list, then it is asked again whether one would pay.
+/// Number of calls without a list before the list is reconsidered.
 constexpr int kPlainCalls = 16;
-/// 48 bytes of the inner search, 8 in the list, 8 in the result.
+/// 48 bytes in the inner search, 8 in the list, 8 in the result.
 constexpr std::size_t kBytesPerPair = 64;
-
-double seconds_since(std::chrono::steady_clock::time_point begin) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-}
 
 template <class T>
 bool same_bytes(std::span<const T> a, const std::vector<T>& b) {
@@ -56,7 +54,7 @@ class ListedSurface {
            same_bytes(s.triangles, triangles_);
   }
 
-  /// Notes the boxes with which the pairs are sought: those of `s`, whose thickness has the margin.
+  /// Records the boxes of a search for pairs: those of `s`, whose thickness includes the margin.
   void note_search(const SurfaceView& s, double margin) {
     edges_.assign(s.edges.begin(), s.edges.end());
     triangles_.assign(s.triangles.begin(), s.triangles.end());
@@ -71,14 +69,14 @@ class ListedSurface {
     searched_thickness_ = s.thickness;
   }
 
-  /// How far a vertex box sticks out of its box of the search, at most; none does if it is <= 0.
-  /// The sign is exact, since a difference of doubles is negative if and only if the first is less.
+  /// How far a vertex box extends beyond its box of the search, at most; <= 0 if none does. The
+  /// sign is exact, because a difference of doubles is negative if and only if the first is less.
   double overshoot(const SurfaceView& s) const {
     if (s.static_id != 0 && s.static_id == searched_id_) return s.thickness - searched_thickness_;
     return parallel_max(searched_.size(), [&](std::size_t begin, std::size_t end) {
       double most = -std::numeric_limits<double>::infinity();
       for (std::size_t v = begin; v < end; ++v) {
-        const SweptBox box = detail::swept_box(s, static_cast<std::int32_t>(v));
+        const DoubleBox box = detail::swept_box(s, static_cast<std::int32_t>(v));
         for (int k = 0; k < 3; ++k)
           most = std::max({most, searched_[v].lo[k] - box.lo[k], box.hi[k] - searched_[v].hi[k]});
       }
@@ -86,7 +84,8 @@ class ListedSurface {
     });
   }
 
-  /// Metres that the fastest vertex has moved since the search, in one coordinate and of one side.
+  /// Distance that the fastest vertex has moved since the search, in one coordinate and on one
+  /// side, metres.
   double drift(double overshoot) const { return std::max(0.0, overshoot + margin_); }
 
   const detail::SurfaceBoxes& fit_boxes(const SurfaceView& s) {
@@ -102,14 +101,14 @@ class ListedSurface {
     return s.static_id != 0 && s.static_id == searched_id_;
   }
   std::size_t bytes() const {
-    return searched_.capacity() * sizeof(SweptBox) + edges_.capacity() * sizeof(Edge) +
+    return searched_.capacity() * sizeof(DoubleBox) + edges_.capacity() * sizeof(Edge) +
            triangles_.capacity() * sizeof(Triangle) + boxes_.bytes();
   }
 
  private:
   std::vector<Edge> edges_;
   std::vector<Triangle> triangles_;
-  std::vector<SweptBox> searched_;  ///< per vertex, inflated by thickness and margin
+  std::vector<DoubleBox> searched_;  ///< per vertex, inflated by thickness and margin
   double margin_ = 0.0, searched_thickness_ = 0.0, fitted_thickness_ = 0.0;
   std::uint64_t searched_id_ = 0, fitted_id_ = 0;
   detail::SurfaceBoxes boxes_;
@@ -119,16 +118,16 @@ class ListedSurface {
 /// call.
 class MarginChoice {
  public:
-  /// 0: every call is a search of its own.
+  /// 0: every call searches without a list.
   double steps() const { return kSteps[level_]; }
 
-  /// Tells what a call of the present life took.
+  /// Records the time of a call with the current list.
   void note_call(double seconds) {
     sum_ += seconds;
     ++calls_;
   }
 
-  /// The list must be made anew: with which margin?
+  /// Chooses the margin of a new list.
   void choose() {
     if (calls_ > 0) {
       const double mean = sum_ / calls_;
@@ -142,15 +141,15 @@ class MarginChoice {
  private:
   static constexpr int kLevels = 7;
   static constexpr std::array<double, kLevels> kSteps = {0.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0};
-  static constexpr int kLivesRemembered = 48;  // then the scene may be another one
-  // A larger margin is tried only after one that was no worse than this: what is found with it
-  // grows with its cube.
+  static constexpr int kLivesRemembered = 48;  // after that the scene may have changed
+  // A larger margin is attempted only if the previous one was at most this much worse: the number
+  // of pairs found grows with its cube.
   static constexpr double kWorthTrying = 1.1;
   static constexpr double kUnknown = -1.0;
 
   bool known(int level) const { return cost_[level] >= 0.0; }
 
-  /// The best so far, unless the next larger one has not been tried and may be better.
+  /// The best level so far, or the next larger one if it is untested and may be better.
   int next() const {
     if (!known(0)) return 0;
     if (!known(1)) return 1;
@@ -176,10 +175,10 @@ class MarginChoice {
 struct KeptList {
   ListedSurface a, b;  ///< b unused with a surface against itself
   bool self = false;
-  bool has_pairs = false;  ///< else only the boxes are there, to measure the motion
+  bool has_pairs = false;  ///< false: only the boxes are kept, to measure the motion
   CandidatePairs pairs;
   MarginChoice choice;
-  double speed = 0.0;  ///< metres a call, of the fastest vertex of the last life
+  double speed = 0.0;  ///< metres per call, of the fastest vertex during the previous list
   int age = 0;         ///< calls since the search
   std::uint64_t last_use = 0;
 
@@ -195,8 +194,8 @@ struct KeptList {
   }
 };
 
-/// Writes those of `pairs` that `overlaps` into `out`, in order; threads over ranges that are then
-/// pushed together.
+/// Writes the `pairs` for which `overlaps` is true to `out`, in order. Threads work on ranges,
+/// which are then joined.
 template <class Pair, class Overlaps>
 void filter(const std::vector<Pair>& pairs, Overlaps overlaps, std::vector<Pair>& out) {
   out.resize(pairs.size());
@@ -230,7 +229,7 @@ class VerletList final : public BroadPhase {
           "verlet list: the inner detector must report every pair whose boxes overlap");
     if (std::isnan(config.margin) || std::isinf(config.margin))
       throw std::invalid_argument(
-          "verlet list: the margin must be finite; a negative one leaves the choice to the list");
+          "verlet list: the margin must be finite; a negative one is chosen automatically");
   }
 
   void find_pairs(const SurfaceView& a, const SurfaceView& b, CandidatePairs& out) override {
@@ -260,8 +259,8 @@ class VerletList final : public BroadPhase {
  private:
   using Clock = std::chrono::steady_clock;
 
-  /// Without the promise to move rigidly: in the frame of a body other boxes overlap, and which
-  /// pairs a list has would depend on when it was made.
+  /// Removes the rigid motion. In the frame of a body other boxes overlap, and the pairs of a list
+  /// would depend on when it was made.
   static SurfaceView in_the_world(SurfaceView s) {
     s.rigid = nullptr;
     return s;
@@ -290,7 +289,7 @@ class VerletList final : public BroadPhase {
     return nullptr;
   }
 
-  /// Does every vertex lie in its box of the search? Checks the positions as well.
+  /// Whether every vertex lies in its box of the search. Also checks the positions.
   bool is_alive(KeptList& list, const SurfaceView& a, const SurfaceView& b) {
     if (!list.a.is_static(a)) detail::check_finite(a, list.self ? "surface" : "first surface");
     if (!list.self && !list.b.is_static(b)) detail::check_finite(b, "second surface");
@@ -302,7 +301,7 @@ class VerletList final : public BroadPhase {
     return list.age < kPlainCalls;
   }
 
-  /// Seeks the pairs with a margin, or only notes where the surfaces are.
+  /// Searches the pairs with a margin, or only records the positions of the surfaces.
   KeptList& renew(KeptList* known, const SurfaceView& a, const SurfaceView& b, bool self) {
     KeptList& list = known ? *known : *oldest();
     if (!known) {
@@ -313,7 +312,7 @@ class VerletList final : public BroadPhase {
     list.choice.choose();
     const double margin = config_.margin >= 0.0 ? config_.margin : list.choice.steps() * list.speed;
     list.has_pairs = config_.margin >= 0.0 || list.choice.steps() > 0.0;
-    list.last_use = 0;  // Should the search throw, there is no list.
+    list.last_use = 0;  // If the search throws, there is no list.
     list.age = 0;
     SurfaceView wide_a = a, wide_b = b;
     const double margin_a = a.static_id == 0 ? margin : 0.0;
@@ -334,7 +333,7 @@ class VerletList final : public BroadPhase {
 
   std::size_t limit() const { return detail::PairTally(budget(), kBytesPerPair).limit(); }
 
-  /// False if the margin brings more pairs than the budget has room for: then none is used.
+  /// Returns false if the margin gives more pairs than the budget allows: then no margin is used.
   bool search_wide(const SurfaceView& a, const SurfaceView& b, bool self, CandidatePairs& out) {
     try {
       search(a, b, self, out);
@@ -345,7 +344,8 @@ class VerletList final : public BroadPhase {
   }
 
   void search(const SurfaceView& a, const SurfaceView& b, bool self, CandidatePairs& out) {
-    // The same limit with and without a list, so that the margin does not decide who throws.
+    // The same limit with and without a list, so that the margin does not determine whether a call
+    // throws.
     inner_->set_budget({.pairs = limit(), .bytes = std::numeric_limits<std::size_t>::max()});
     const auto begin = Clock::now();
     if (self)
@@ -398,6 +398,20 @@ class VerletList final : public BroadPhase {
 std::unique_ptr<BroadPhase> make_verlet_list(std::unique_ptr<BroadPhase> inner,
                                              const VerletListConfig& config) {
   return std::make_unique<VerletList>(std::move(inner), config);
+}
+
+void register_verlet_list(BroadPhaseRegistry& registry) {
+  std::vector<Option> options = detail::bvh_options();
+  options.push_back({.name = "margin",
+                     .initial = VerletListConfig{}.margin,
+                     .unit = "m",
+                     .least = -1.0,
+                     .most = 1e3,
+                     .meaning = "larger: fewer searches, each with more pairs to filter; negative: "
+                                "chosen by measured cost"});
+  registry.add("verlet_bvh", std::move(options), [](const Options& o) {
+    return make_verlet_list(make_bvh_aabb(detail::read_bvh_options(o)), {.margin = o["margin"]});
+  });
 }
 
 }  // namespace selvedge

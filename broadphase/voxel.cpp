@@ -1,47 +1,48 @@
 // SPDX-License-Identifier: MIT
 // Voxels: space is cut into equal cubes, each of which lists all primitives whose boxes reach into
-// it; a primitive is compared with the lists of the voxels that it reaches: D. Zhang,
-// M. M. F. Yuen, Collision detection for clothed human animation, 2000 [ZhangYuen2000], as told by
-// the survey [MozafaryPayvandy2016]. Conservative: reports what brute force reports.
+// it; a primitive is compared with the lists of the voxels that it reaches: D. Zhang, M. M. F.
+// Yuen, Collision detection for clothed human animation, 2000 [ZhangYuen2000], as described in the
+// survey [MozafaryPayvandy2016]. Conservative: reports the same pairs as brute force.
 //
-// The size of a voxel changes the cost only, not the accuracy as the survey says. Its rule, small
-// enough for short lists and not so small that a primitive reaches into many voxels, has this form:
-// a primitive of extent e reaches into (e/v + 1)³ voxels of side v, and each list of a sheet, of L
-// layers, holds about 3·L·(v/e + 1)² edges; the time
+// The size of a voxel affects only the cost; the survey says that it affects the accuracy. The
+// survey's rule is to choose voxels small enough for short lists, but not so small that a primitive
+// reaches into many voxels. It has this form: a primitive of extent e reaches into (e/v + 1)³
+// voxels of side v, and each list of a sheet of L layers holds about 3·L·(v/e + 1)² edges; the time
 //   T(v) = (e/v + 1)³ · (c_voxel + 3·L·(v/e + 1)²·c_box)
-// is least between 1.5 and 2 e where finding a voxel costs five comparisons of boxes (L from 1 to
-// 4), and grows as (e/v)³ below and (v/e)² above. search_voxel measures it on given surfaces:
-// sheets of 6,400 vertices have a flat optimum from 1.4 to 4 typical extents, twice the time at 0.5
-// and 1.4 times at 8: large voxels cost less than the model says.
+// is least between 1.5 and 2 e if finding a voxel costs five comparisons of boxes (L from 1 to 4),
+// and grows as (e/v)³ below and (v/e)² above. search_voxel measures it on given surfaces: sheets of
+// 6,400 vertices have a flat optimum from 1.4 to 4 typical extents, twice the time at 0.5 and 1.4
+// times at 8: large voxels cost less than the model predicts.
 //
-// Deviations from the paper. The voxels are not an array over the body's box but slots of a hash
-// table. A pair that shares several voxels is reported in the one that holds the larger of its
+// Deviations from the paper. The voxels are slots of a hash table instead of an array over the
+// body's box. A pair that shares several voxels is reported in the one that holds the larger of its
 // lower corners. A primitive that reaches into more than 512 voxels, or 16 along an axis, is in no
-// list: it is compared with all others. Each list has at most 512 entries a primitive, so that
-// memory is bounded whatever one vertex does, and a primitive that moves far costs one comparison
-// with each other one. Where many primitives are smaller than a sixteenth of a voxel (a mesh many
-// times smaller beside the other), the voxels are cubes of coordinates that are mapped by their
-// quantiles. What stays quadratic: many primitives dozens of times larger than the typical edge.
+// list and is compared with all others. The lists together have at most 512 entries per primitive,
+// so that memory is bounded however far one vertex moves; a primitive that moves far costs one
+// comparison with each other primitive. If many primitives are smaller than a sixteenth of a voxel
+// (a mesh many times smaller than the other), the voxels are cubes of coordinates mapped by their
+// quantiles. One case remains quadratic: many primitives dozens of times larger than the typical
+// edge.
 #include <selvedge/broadphase/broad_phase.h>
 #include <selvedge/broadphase/detail/box_pairs.h>
 #include <selvedge/broadphase/detail/grid_engine.h>
 #include <selvedge/broadphase/detail/packed_boxes.h>
+#include <selvedge/core/clock.h>
 #include <selvedge/core/parallel.h>
 
 #include <bit>
-#include <chrono>
 #include <stdexcept>
 
 namespace selvedge {
 namespace {
 
 using detail::Cell;
+using detail::DoubleBox;
 using detail::kBoxPairParts;
 using detail::PackedBox;
 using detail::PackedQuery;
 using detail::PairParts;
 using detail::SurfaceBoxes;
-using detail::SweptBox;
 
 constexpr std::size_t kGrain = 4096;       // boxes per range: tens of µs of work
 constexpr std::int64_t kMostVoxels = 512;  // of one box
@@ -50,9 +51,9 @@ constexpr float kMostCells = 1 << 30;      // voxels further out count as the la
 constexpr double kFinest = 1.0 / 16.0;     // voxels: a voxel holds hundreds of smaller boxes
 constexpr double kBestVoxel = 1.7;         // typical extents, see above
 
-/// What tells the entries of a slot apart. Two boxes that share a voxel reach into voxels less than
-/// 2·kMostAlong apart, so that nine bits of each coordinate are enough; the lowest three bits say
-/// along which axes the box began before this voxel.
+/// Distinguishes the entries of a slot. Two boxes that share a voxel reach into voxels less than
+/// 2·kMostAlong apart, so nine bits of each coordinate are enough; the lowest three bits say along
+/// which axes the box began before this voxel.
 std::uint32_t tag_of(const Cell& voxel, const Cell& first) {
   std::uint32_t tag = 0;
   for (int k = 0; k < 3; ++k)
@@ -60,15 +61,15 @@ std::uint32_t tag_of(const Cell& voxel, const Cell& first) {
            (static_cast<std::uint32_t>(voxel[k]) & 0x1ffu) << (3 + 9 * k);
   return tag;
 }
-/// True if two entries are of one voxel, and it holds the larger of their lower corners.
+/// True if two entries are of one voxel, and it contains the larger of their lower corners.
 bool meet_here(std::uint32_t a, std::uint32_t b) { return (a ^ b) < 8u && (a & b & 7u) == 0; }
 
 class VoxelEngine {
  public:
   struct Structure {
-    const std::vector<SweptBox>* boxes = nullptr;
-    std::vector<PackedBox> all;        ///< by index; the tag marks those in no list
-    std::vector<PackedBox> wide;       ///< those
+    const std::vector<DoubleBox>* boxes = nullptr;
+    std::vector<PackedBox> all;        ///< by index; the tag marks boxes that are in no list
+    std::vector<PackedBox> wide;       ///< boxes that are in no list
     std::vector<PackedBox> entries;    ///< the lists, by slot
     std::vector<std::uint32_t> begin;  ///< of each slot in `entries`, and the end
     int bits = 1;                      ///< of a slot's number
@@ -88,7 +89,7 @@ class VoxelEngine {
     return false;
   }
 
-  void build(const std::vector<SweptBox>& boxes, Structure& out) {
+  void build(const std::vector<DoubleBox>& boxes, Structure& out) {
     out.boxes = &boxes;
     out.all.resize(boxes.size());
     out.listed = false;
@@ -103,13 +104,15 @@ class VoxelEngine {
       if (box.tag) out.wide.push_back(box);
   }
 
-  /// Only the second list is put into voxels: the body's triangles, say.
+  /// Only the second list is put into voxels, for example the body's triangles.
   void find_pairs(Structure& a, Structure& b, PairParts& out) {
     look_up(a, b, [&](std::size_t part, std::int32_t i, std::int32_t j) { out.add(part, i, j); });
     compare_wide(a, b,
                  [&](std::size_t part, std::int32_t i, std::int32_t j) { out.add(part, i, j); });
     compare_wide(b, a, [&](std::size_t part, std::int32_t j, std::int32_t i) {
-      if (!a.all[i].tag) out.add(part, i, j);  // The wide ones of `a` have met all of `b`.
+      if (!a.all[i].tag)
+        out.add(part, i, j);  // The wide boxes of `a` have already been tested
+                              // against all of `b`.
     });
   }
 
@@ -165,14 +168,14 @@ class VoxelEngine {
   }
 
   static std::size_t slot_of(const Cell& v, int bits) {
-    // [Teschner2003] section 4.1, and the upper bits of a multiple by 2^32 over the golden ratio.
+    // [Teschner2003] section 4.1, then the upper bits of a multiple by 2^32 over the golden ratio.
     const std::uint32_t hash = static_cast<std::uint32_t>(v[0]) * 73856093u ^
                                static_cast<std::uint32_t>(v[1]) * 19349663u ^
                                static_cast<std::uint32_t>(v[2]) * 83492791u;
     return hash * 2654435769u >> (32 - bits);
   }
 
-  /// Makes the lists by a counting sort.
+  /// Builds the lists by a counting sort.
   void list(Structure& s) const {
     if (s.listed) return;
     s.bits = std::clamp(static_cast<int>(std::bit_width(2 * s.all.size())), 1, 31);
@@ -187,8 +190,8 @@ class VoxelEngine {
       sum += count;
       if (sum > std::numeric_limits<std::uint32_t>::max())
         throw std::length_error(
-            "voxel: more than 2^32 entries in the voxels' lists; larger voxels "
-            "need fewer");
+            "voxel: more than 2^32 entries in the lists of the voxels; use larger "
+            "voxels");
     }
     s.entries.resize(sum);
     for (const PackedBox& box : s.all)
@@ -263,17 +266,17 @@ class VoxelEngine {
   std::vector<std::vector<std::uint32_t>> hits_;
 };
 
-/// Seconds of the second of two calls: what a later step would cost.
+/// Time of the second of two calls, s: the cost of a later step.
 double seconds_of(BroadPhase& detector, const SurfaceView& a, const SurfaceView* b) {
   CandidatePairs out;
   double seconds = 0.0;
   for (int call = 0; call < 2; ++call) {
-    const auto begin = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     if (b)
       detector.find_pairs(a, *b, out);
     else
       detector.find_self_pairs(a, out);
-    seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    seconds = watch.seconds();
   }
   return seconds;
 }
@@ -283,8 +286,9 @@ double seconds_of(BroadPhase& detector, const SurfaceView& a, const SurfaceView*
 std::unique_ptr<BroadPhase> make_voxel(const VoxelConfig& config) {
   if (config.voxel != 0.0) detail::checked_cell(config.voxel, "voxel");
   return std::make_unique<detail::BoxPairDetector<VoxelEngine>>(
-      BroadPhaseTraits{.source = "cubes that list what reaches into them; D. Zhang, M. M. F. Yuen, "
-                                 "Collision detection for clothed human animation, 2000"},
+      BroadPhaseTraits{.source =
+                           "cubes with lists of the primitives in them; D. Zhang, M. M. F. Yuen, "
+                           "Collision detection for clothed human animation, 2000"},
       VoxelEngine(config.voxel > 0.0 ? config.voxel : kBestVoxel));
 }
 
@@ -297,6 +301,19 @@ std::vector<VoxelTrial> search_voxel(const SurfaceView& a, const SurfaceView* b)
   std::stable_sort(trials.begin(), trials.end(),
                    [](const VoxelTrial& x, const VoxelTrial& y) { return x.seconds < y.seconds; });
   return trials;
+}
+
+void register_voxel(BroadPhaseRegistry& registry) {
+  registry.add("voxel",
+               {{.name = "voxel",
+                 .initial = VoxelConfig{}.voxel,
+                 .unit = "1",
+                 .least = 0.0,
+                 .most = 1e6,
+                 .meaning = "side of a voxel relative to the typical extent of an edge's box; "
+                            "smaller: shorter lists in more voxels; 0: 1.7, the optimum of the "
+                            "cost model"}},
+               [](const Options& o) { return make_voxel({.voxel = o["voxel"]}); });
 }
 
 }  // namespace selvedge

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT
-# Finds OSMesa, Mesa's renderer into memory, by pkg-config: it brings no CMake file of its own. Makes OSMesa::OSMesa.
+# Finds OSMesa, Mesa's off-screen renderer, by pkg-config, because it ships no CMake file. Defines OSMesa::OSMesa.
 find_package(PkgConfig QUIET)
 if(PkgConfig_FOUND)
   pkg_check_modules(OSMESA QUIET IMPORTED_TARGET osmesa)
 endif()
+set(OSMesa_VERSION ${OSMESA_VERSION})
 include(FindPackageHandleStandardArgs)
 find_package_handle_standard_args(OSMesa REQUIRED_VARS OSMESA_LINK_LIBRARIES
                                   REASON_FAILURE_MESSAGE "pkg-config knows no osmesa")

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 # Installs the public headers, one export component per module, the program and the package config, so that
-# find_package(selvedge COMPONENTS core broadphase) asks its user only for what core and broadphase need.
+# find_package(selvedge COMPONENTS core broadphase) requires only the packages that core and broadphase need.
 if(NOT SELVEDGE_INSTALL)
   return()
 endif()
@@ -8,7 +8,7 @@ include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 set(SELVEDGE_CONFIG_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/selvedge)
 
-# Imported target, or what stands before its "::" -> what find_dependency has to be given.
+# Maps an imported target, or the part before its "::", to the arguments of find_dependency.
 set(selvedge_package_of_Eigen3 "Eigen3 3.4 NO_MODULE")
 set(selvedge_package_of_TBB "TBB")
 set(selvedge_package_of_assimp "assimp")
@@ -18,8 +18,10 @@ set(selvedge_package_of_fcl "fcl")
 set(selvedge_package_of_ccd "ccd")
 set(selvedge_package_of_embree "embree 3")
 set(selvedge_package_of_OSMesa "OSMesa")
+set(selvedge_package_of_PNG "PNG")
+set(selvedge_package_of_Pagmo "pagmo")
 
-# Writes into `out` what the config file has to know of a module: the modules and packages it links.
+# Writes the requirements of a module for the config file into `out`: the modules and packages it links.
 function(selvedge_requirements module out)
   get_target_property(libraries selvedge_${module} LINK_LIBRARIES)
   set(needs)
@@ -42,6 +44,20 @@ endfunction()
 
 get_property(SELVEDGE_MODULES GLOBAL PROPERTY SELVEDGE_MODULES)
 set(SELVEDGE_REQUIREMENTS)
+# Headers that a module installs whose name differs from its folder's.
+foreach(module IN LISTS SELVEDGE_MODULES)
+  get_target_property(folder selvedge_${module} SOURCE_DIR)
+  cmake_path(GET folder FILENAME folder_name)
+  get_target_property(headers selvedge_${module} SELVEDGE_HEADERS)
+  if(headers)
+    list(APPEND SELVEDGE_NAMED_HEADERS_${folder_name} ${headers})
+  endif()
+endforeach()
+# Headers of modules that are not built are not installed.
+list(APPEND SELVEDGE_NAMED_HEADERS_lab measure_pictures.h)
+foreach(folder_name broadphase narrowphase)
+  list(APPEND SELVEDGE_NAMED_HEADERS_${folder_name} adapter_cgal.h adapter_embree.h adapter_fcl.h adapter_libccd.h image_space.h)
+endforeach()
 foreach(module IN LISTS SELVEDGE_MODULES)
   install(TARGETS selvedge_${module} EXPORT selvedge_${module} ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
           LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
@@ -49,15 +65,13 @@ foreach(module IN LISTS SELVEDGE_MODULES)
           DESTINATION ${SELVEDGE_CONFIG_DIR})
   get_target_property(folder selvedge_${module} SOURCE_DIR)
   cmake_path(GET folder FILENAME folder_name)
-  # An adapter lies in the folder of its module and has only the headers it names.
   get_target_property(headers selvedge_${module} SELVEDGE_HEADERS)
-  if(headers)
-    list(TRANSFORM headers PREPEND ${folder}/)
-    install(FILES ${headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/selvedge/${folder_name})
-  else()
-    install(DIRECTORY ${folder}/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/selvedge/${folder_name}
-            FILES_MATCHING PATTERN "*.h" PATTERN "adapter_*" EXCLUDE PATTERN "image_space.h" EXCLUDE PATTERN "detail" EXCLUDE)
+  if(NOT headers)
+    file(GLOB headers RELATIVE ${folder} ${folder}/*.h)
+    list(REMOVE_ITEM headers ${SELVEDGE_NAMED_HEADERS_${folder_name}})
   endif()
+  list(TRANSFORM headers PREPEND ${folder}/)
+  install(FILES ${headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/selvedge/${folder_name})
   selvedge_requirements(${module} text)
   string(APPEND SELVEDGE_REQUIREMENTS "${text}")
 endforeach()

@@ -10,57 +10,59 @@
 
 namespace selvedge {
 
-/// A cell of a grid that is split in four again and again: level 0 has cells_x × cells_y cells,
-/// level l 2^l times as many along each side.
+/// A cell of a quadtree grid. Level 0 has cells_x × cells_y cells; level l has 2^l times as many
+/// along each side.
 struct GridCell {
   std::int32_t level = 0, i = 0, j = 0;
   auto operator<=>(const GridCell&) const = default;
 };
 
-/// A rectangular grid of cells that are split where they need to be [VillardBorouchaki2005; survey
-/// 2.5] or everywhere [ZhangYuen2001; survey 2.2]. Vertices keep their indices: those of level 0
-/// come first, row by row as in make_rectangular, then those of each split in its order.
+/// A rectangular grid whose cells are split in four, adaptively [VillardBorouchaki2005; survey 2.5]
+/// or uniformly [ZhangYuen2001; survey 2.2]. Vertices keep their indices: the vertices of level 0
+/// come first, row by row as in make_rectangular; each split appends its new vertices.
 ///
-/// Neighbouring cells differ by one level at most. A node in the middle of a coarser cell's side is
-/// a corner of the surface on both sides of it, so that cloth has no gap and no edge lies upon
-/// another, and it is tied to the ends of the side (force_tie.cpp). New nodes are put onto the
-/// surface that was there, so that a split moves no point of it: what did not touch does not.
+/// Neighbouring cells differ by at most one level. A hanging node (a node in the middle of the side
+/// of a coarser cell) is a vertex of the triangles on both sides, so the surface has no cracks and
+/// no overlapping edges. A tie (force_tie.cpp) couples it to the two ends of that side. A split
+/// places new nodes on the existing surface and moves no point of it, so it cannot cause a
+/// collision.
 class AdaptiveGrid {
  public:
-  /// At most so many levels beyond level 0.
-  static constexpr std::int32_t max_levels = 6;
+  /// Largest number of levels beyond level 0.
+  static constexpr std::int32_t kMaxLevels = 6;
 
-  /// Throws std::invalid_argument for sizes, materials and numbers of levels out of range, and laws
-  /// that need rows of particles.
+  /// Throws std::invalid_argument if a size, a material constant or `levels` is out of range, or if
+  /// the material uses a law that needs rows of particles.
   AdaptiveGrid(const GridConfig& grid, const Material& material, std::int32_t levels);
 
   std::int32_t vertex_count() const { return static_cast<std::int32_t>(parents_.size()); }
-  /// The cells that are not split, in the order of their places.
+  /// The cells that are not split, sorted by level and position.
   const std::set<GridCell>& leaves() const { return leaves_; }
 
-  /// Springs, hinges, ties, masses and the flat rest shape of the present cells. The springs have
-  /// the constants C_ij of make_rectangular for any cells.
+  /// Springs, hinges, ties, masses and the flat rest shape of the current cells. The spring
+  /// constants are chosen such that the continuum constants C_ij equal those of make_rectangular
+  /// for any cells.
   ClothMesh cloth() const;
 
-  /// Leaves of a level below the last whose normal and that of a neighbour differ by more than
-  /// `angle` rad in the state x, sorted.
+  /// Leaves that can still be split (below level `levels`) and whose normal differs from a
+  /// neighbour's by more than `angle` (rad) in the state x. Sorted.
   std::vector<GridCell> curved(std::span<const Vec3> x, double angle) const;
-  /// All leaves of a level below the last.
+  /// All leaves that can still be split.
   std::vector<GridCell> divisible() const;
 
-  /// Splits cells, and neighbours that would be two levels coarser. Those that are no leaves are
-  /// left alone.
+  /// Splits these cells, and those neighbours that would otherwise be two levels coarser. Cells
+  /// that are not leaves are ignored.
   void split(std::span<const GridCell> cells) { split(cells, {}); }
-  /// The same for a cloth in motion: appends positions, m, and velocities, m/s, of the new nodes.
-  /// Mass and momentum are kept to rounding; kinetic energy and angular momentum are not exactly,
-  /// as masses go from corners to the middle.
+  /// Splits the cells of a cloth in motion: appends the positions (m) and velocities (m/s) of the
+  /// new nodes. Mass and momentum are conserved to rounding; kinetic energy and angular momentum
+  /// are not, because mass moves from the corners of a cell to its centre.
   void split(std::span<const GridCell> cells, std::vector<Vec3>& x, std::vector<Vec3>& v);
 
-  /// The two vertices in whose middle vertex i was made; (-1, -1) on level 0.
+  /// The two vertices between which vertex i was inserted; (-1, -1) for vertices of level 0.
   const Edge& parents(std::int32_t i) const { return parents_[i]; }
 
  private:
-  using Place = std::array<std::int32_t, 2>;  // on the lattice of the last level
+  using Place = std::array<std::int32_t, 2>;  // position on the lattice of the last level
   struct Motion {
     std::vector<Vec3>*x = nullptr, *v = nullptr;
   };
@@ -75,7 +77,7 @@ class AdaptiveGrid {
 
   std::int32_t width(const GridCell& cell) const { return 1 << (levels_ - cell.level); }
   Place low(const GridCell& cell) const { return {cell.i * width(cell), cell.j * width(cell)}; }
-  std::int32_t node(std::int32_t i, std::int32_t j) const;  // -1: none
+  std::int32_t node(std::int32_t i, std::int32_t j) const;  // -1 if there is no such node
   Corners corners(const GridCell& cell) const;
   std::int32_t middle(std::int32_t a, std::int32_t b) const;
   bool rises(const GridCell& cell) const;

@@ -13,18 +13,18 @@
 namespace selvedge {
 namespace {
 
-constexpr std::size_t buffer_size = std::size_t{1} << 16;  // bytes per write call
-constexpr mode_t readable_by_all = 0666;                   // less the process's umask
+constexpr std::size_t kBufferSize = std::size_t{1} << 16;  // bytes per write call
+constexpr mode_t kReadableByAll = 0666;                    // masked by the process's umask
 
 }  // namespace
 
 AtomicFile::AtomicFile(std::filesystem::path file) : file_(std::move(file)), partial_(file_) {
-  buffer_.reserve(buffer_size);
-  std::error_code ignored;  // what cannot be asked for cannot be opened either
+  buffer_.reserve(kBufferSize);
+  std::error_code ignored;  // if the status cannot be queried, opening the file fails too
   const auto status = std::filesystem::status(file_, ignored);
   if (!std::filesystem::exists(status) || std::filesystem::is_regular_file(status))
     partial_ += ".partial" + std::to_string(::getpid());
-  descriptor_ = ::open(partial_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, readable_by_all);
+  descriptor_ = ::open(partial_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, kReadableByAll);
   if (descriptor_ < 0) fail("cannot open");
 }
 
@@ -35,8 +35,8 @@ AtomicFile::~AtomicFile() {
 
 void AtomicFile::write(const void* bytes, std::size_t count) {
   const auto* begin = static_cast<const std::byte*>(bytes);
-  if (buffer_.size() + count > buffer_size) flush();
-  if (count >= buffer_size)
+  if (buffer_.size() + count > kBufferSize) flush();
+  if (count >= kBufferSize)
     write_through(begin, count);
   else
     buffer_.insert(buffer_.end(), begin, begin + count);

@@ -8,11 +8,12 @@
 
 namespace selvedge {
 
-/// A file that appears under its name only when it is complete: bytes go to a file beside it whose
-/// name ends in .partial and the number of the process, so that two processes that write one file
-/// do not mix; commit() renames. Without commit() the destructor removes what was written. A target
-/// that exists and is no regular file (a pipe, a device) is written directly. Every failure throws
-/// std::system_error whose message names the file and whose code is the cause.
+/// Writes a file that appears under its final name only once it is complete. Bytes go to a
+/// temporary file in the same folder, whose name ends in `.partial` and the process id, so two
+/// processes that write the same file do not interfere. commit() renames it; without commit() the
+/// destructor deletes it. An existing target that is not a regular file (a pipe, a device) is
+/// written directly. Every failure throws std::system_error, whose message names the file and whose
+/// code is the cause.
 class AtomicFile {
  public:
   explicit AtomicFile(std::filesystem::path file);

@@ -10,7 +10,7 @@
 namespace selvedge {
 namespace {
 
-constexpr std::size_t row_grain = 1024;
+constexpr std::size_t kRowGrain = 1024;
 
 }  // namespace
 
@@ -46,7 +46,7 @@ BlockMatrix::BlockMatrix(std::size_t n, std::vector<Edge> links) : row_begin_(n 
 }
 
 void BlockMatrix::set_zero() {
-  parallel_for(values_.size(), 16 * row_grain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(values_.size(), 16 * kRowGrain, [&](std::size_t begin, std::size_t end) {
     std::fill(values_.begin() + begin, values_.begin() + end, Mat3::Zero());
   });
 }
@@ -63,7 +63,7 @@ std::int32_t BlockMatrix::slot(std::int32_t i, std::int32_t j) const {
 
 void BlockMatrix::multiply(std::span<const Vec3> x, std::span<Vec3> y) const {
   SELVEDGE_ASSERT(x.size() == size() && y.size() == size());
-  parallel_for(size(), row_grain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(size(), kRowGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       double s0 = 0.0, s1 = 0.0, s2 = 0.0;
       for (std::int32_t k = row_begin_[i]; k < row_begin_[i + 1]; ++k) {

@@ -3,9 +3,18 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <string>
 
-/// Cheap invariant, on unless NDEBUG. Says file, line and condition, then aborts.
-/// SELVEDGE_VALIDATE is the same for expensive ones, on with the CMake option SELVEDGE_VALIDATION.
+namespace selvedge {
+
+/// Throws std::invalid_argument "<name> must be <rule>, not <value>" unless `good`.
+void require(bool good, const std::string& name, double value, const char* rule);
+
+}  // namespace selvedge
+
+/// Checks a cheap invariant unless NDEBUG is defined. On failure it prints file, line and condition
+/// and aborts. SELVEDGE_VALIDATE does the same for expensive invariants; the CMake option
+/// SELVEDGE_VALIDATION turns it on.
 #define SELVEDGE_CHECK_OR_ABORT(condition)                                                 \
   ((condition) ? static_cast<void>(0)                                                      \
                : (std::fprintf(stderr, "%s:%d: selvedge invariant broken: %s\n", __FILE__, \

@@ -15,11 +15,11 @@ namespace selvedge {
 namespace detail {
 namespace {
 
-/// One triangle's side, undirected key first.
+/// A side of a triangle, with its undirected edge as the sort key.
 struct Side {
   Edge key;
   std::int32_t triangle, opposite;
-  bool forward;  // the triangle runs from key[0] to key[1]
+  bool forward;  // the triangle traverses the side from key[0] to key[1]
 };
 
 std::vector<Side> sorted_sides(std::span<const Triangle> triangles) {
@@ -39,13 +39,6 @@ std::vector<Side> sorted_sides(std::span<const Triangle> triangles) {
 }
 
 }  // namespace
-
-void require(bool good, const std::string& name, double value, const char* rule) {
-  if (good) return;
-  std::ostringstream text;
-  text << name << " must be " << rule << ", not " << value;
-  throw std::invalid_argument(text.str());
-}
 
 void validate_material(const Material& m) {
   const auto positive = [](const char* name, double value) {
@@ -72,8 +65,7 @@ void validate_material(const Material& m) {
   not_negative("shear_friction", m.shear_friction);
   not_negative("bending_friction", m.bending_friction);
   if (m.shear_friction > 0.0 && m.shear_law != ShearLaw::twisting)
-    throw std::invalid_argument(
-        "shear_friction needs corners that turn; take shear_law \"twisting\"");
+    throw std::invalid_argument("shear_friction needs shear_law \"twisting\"");
   require(m.kawabata_lt > 0.5 && m.kawabata_lt <= 1.0, "kawabata_lt", m.kawabata_lt,
           "above 0.5 and at most 1");
 }
@@ -85,7 +77,7 @@ void validate_grid(const GridConfig& grid) {
           "positive and finite");
   require(grid.cells_x >= 1, "cells_x", grid.cells_x, "at least 1");
   require(grid.cells_y >= 1, "cells_y", grid.cells_y, "at least 1");
-  // A vertex has about 13 blocks in a matrix, which are numbered by 32-bit integers.
+  // A vertex has about 13 matrix blocks, which are numbered by 32-bit integers.
   constexpr double most_vertices = std::numeric_limits<std::int32_t>::max() / 16;
   const double vertices = (grid.cells_x + 2.0) * (grid.cells_y + 1.0);
   require(vertices <= most_vertices, "cells_x * cells_y", vertices, "below 134 million");
@@ -112,9 +104,10 @@ std::vector<InteriorEdge> interior_edges(std::span<const Triangle> triangles) {
 
 double hinge_stiffness(const std::array<std::int32_t, 4>& v, std::span<const Vec3> rest,
                        double bending_stiffness) {
-  // Unfold the hinge: edge from (0,0) to (l,0), opposite vertices at (s1,-h1) and (s2,h2). A plate
-  // bent to w = ½ κ (n·x)² with n = (c,s) has, to first order in κ, by the gradient of θ at rest,
-  // θ = ½ κ (P c² + 2 Q c s + R s²) with the sums P, Q, R below over the four vertices.
+  // Unfold the hinge: the edge from (0,0) to (l,0), the opposite vertices at (s1,-h1) and (s2,h2).
+  // If the plate is bent to w = ½ κ (n·x)² with n = (c,s), the gradient of θ at rest gives, to
+  // first order in κ, θ = ½ κ (P c² + 2 Q c s + R s²), with the sums P, Q, R below over the four
+  // vertices.
   const Vec3 edge = rest[v[3]] - rest[v[2]];
   const double l = edge.norm();
   const Vec3 e = edge / l;
@@ -137,15 +130,15 @@ bool in_a_level(std::span<const Vec3> rest) {
 
 namespace {
 
-/// Stiffnesses of the sides of a triangle, summed over its edges.
+/// Spring stiffnesses of the sides of a triangle, summed over its edges.
 class EdgeSprings {
  public:
   EdgeSprings(const ClothMesh& cloth, std::span<const Vec3> rest, const Material& material)
       : cloth_(cloth), rest_(rest), stiffness_(cloth.edges.size(), 0.0) {
     const double warp = material.stretch_stiffness, weft = stretch_along_weft(material);
     const bool fitted = warp != weft && in_a_level(rest);
-    // Strips of these moduli, with C12 = C33 as it is with springs. What is free is then taken from
-    // the softer yarn, so that triangles can follow; isotropic it is Van Gelder's.
+    // Strips have these moduli, with C12 = C33 as in any spring net. The free constant follows the
+    // softer yarn, so that triangles can fit it; in the isotropic case it is Van Gelder's.
     const double between = 3.0 / 8.0 * std::min(warp, weft);
     const auto [c11, c22] = stretch_constants(warp, weft, between);
     const ContinuumConstants c{c11, c22, between, between, 0.0, 0.0};
@@ -160,8 +153,8 @@ class EdgeSprings {
   const std::vector<double>& stiffness() const { return stiffness_; }
 
  private:
-  // [VanGelder1998]: k = E h Σ A / l². The sheet is isotropic with Poisson's ratio 1/3 where the
-  // triangles are equilateral, and its shear stiffness follows: 3/8 of the stretch stiffness.
+  // [VanGelder1998]: k = E h Σ A / l². For equilateral triangles the sheet is isotropic with
+  // Poisson's ratio 1/3, and its shear stiffness is 3/8 of the stretch stiffness.
   void add_van_gelder(const Triangle& t, double stretch) {
     const double area = 0.5 * (rest_[t[1]] - rest_[t[0]]).cross(rest_[t[2]] - rest_[t[0]]).norm();
     Vec3 k;
@@ -187,8 +180,8 @@ class EdgeSprings {
 
 void add_edge_springs(ClothMesh& cloth, std::span<const Vec3> rest, const Material& material) {
   const EdgeSprings springs(cloth, rest, material);
-  // A fit may leave an edge without a spring; the strain limit and the damping need one, and it may
-  // have a thousandth of the cloth's.
+  // The fit may leave an edge without a spring. Strain limit and damping need one, so each edge
+  // gets at least a thousandth of the cloth's stiffness.
   constexpr double least = 1e-3;
   for (std::size_t e = 0; e < cloth.edges.size(); ++e) {
     const auto [a, b] = cloth.edges[e];
@@ -230,84 +223,23 @@ void set_stretch_law(ClothMesh& cloth, const Material& m) {
 void require_hinges(const Material& m, const char* mesh) {
   if (m.bending_law == BendingLaw::buckling || m.bending_law == BendingLaw::twisting)
     throw std::invalid_argument(
-        std::string("bending_law needs rows of particles, which ") + mesh +
-        " has not; take \"hinge\" or \"shape_operator\", or a grid of cells");
+        std::string("bending_law needs rows of particles; ") + mesh +
+        " has none; use \"hinge\" or \"shape_operator\", or a grid of cells");
   if (m.bending_friction > 0.0 && m.bending_law != BendingLaw::shape_operator)
-    throw std::invalid_argument(std::string("bending_friction needs rows of particles, which ") +
-                                mesh + " has not; take bending_law \"shape_operator\"");
+    throw std::invalid_argument(std::string("bending_friction needs rows of particles; ") + mesh +
+                                " has none; use bending_law \"shape_operator\"");
   if (m.shear_law != ShearLaw::springs)
     throw std::invalid_argument(std::string("shear_law \"twisting\" needs warp and weft at right "
-                                            "angles, which ") +
-                                mesh + " has not; take \"springs\", or the rectangular pattern");
+                                            "angles; ") +
+                                mesh + " has none; use \"springs\", or the rectangular pattern");
+}
+
+std::vector<char> coupled_hinges(const ClothMesh& cloth) {
+  std::vector<char> coupled(cloth.hinges.size(), 0);
+  for (const HingeCouple& c : cloth.couples) coupled[c.a] = coupled[c.b] = 1;
+  return coupled;
 }
 
 }  // namespace detail
-
-namespace {
-
-/// Joins the laws of the springs; called before the springs themselves are.
-void append_curves(ClothMesh& all, const ClothMesh& piece) {
-  if (all.curve_of_spring.empty() && piece.curve_of_spring.empty()) return;
-  all.curve_of_spring.resize(all.springs.size(), -1);
-  for (std::size_t s = 0; s < piece.springs.size(); ++s) {
-    const std::int32_t curve = piece.curve_of_spring.empty() ? -1 : piece.curve_of_spring[s];
-    if (curve < 0) {
-      all.curve_of_spring.push_back(-1);
-      continue;
-    }
-    const auto known = std::find(all.curves.begin(), all.curves.end(), piece.curves[curve]);
-    all.curve_of_spring.push_back(static_cast<std::int32_t>(known - all.curves.begin()));
-    if (known == all.curves.end()) all.curves.push_back(piece.curves[curve]);
-  }
-}
-
-}  // namespace
-
-std::int32_t append(ClothMesh& all, const ClothMesh& piece) {
-  const auto first = static_cast<std::int32_t>(all.surface.vertices.size());
-  const auto add = [](auto& to, const auto& from) {
-    to.insert(to.end(), from.begin(), from.end());
-  };
-  add(all.surface.vertices, piece.surface.vertices);
-  add(all.mass, piece.mass);
-  add(all.strain_limit, piece.strain_limit);
-  append_curves(all, piece);
-  for (const Triangle& t : piece.surface.triangles)
-    all.surface.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
-  for (const Edge& e : piece.edges) all.edges.push_back({e[0] + first, e[1] + first});
-  for (Spring s : piece.springs) {
-    s.a += first;
-    s.b += first;
-    all.springs.push_back(s);
-  }
-  const auto first_hinge = static_cast<std::int32_t>(all.hinges.size());
-  for (const HingeCouple& c : piece.couples)
-    all.couples.push_back({c.a + first_hinge, c.b + first_hinge, c.stiffness});
-  for (CurvatureFriction friction : piece.curvature_frictions) {
-    for (CurvatureFriction::Term& term : friction.terms) term.hinge += first_hinge;
-    all.curvature_frictions.push_back(std::move(friction));
-  }
-  for (Hinge h : piece.hinges) {
-    for (std::int32_t& v : h.v) v += first;
-    all.hinges.push_back(h);
-  }
-  for (BucklingLink link : piece.links) {
-    link.a += first;
-    link.b += first;
-    all.links.push_back(link);
-  }
-  const auto add_shifted = [&](auto& to, const auto& from) {
-    for (auto element : from) {
-      for (std::int32_t& v : element.v) v += first;
-      to.push_back(element);
-    }
-  };
-  add_shifted(all.twists, piece.twists);
-  add_shifted(all.hinge_frictions, piece.hinge_frictions);
-  add_shifted(all.corner_frictions, piece.corner_frictions);
-  add_shifted(all.hanging, piece.hanging);
-  add_shifted(all.layers, piece.layers);
-  return first;
-}
 
 }  // namespace selvedge

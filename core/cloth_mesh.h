@@ -4,139 +4,267 @@
 #include <selvedge/core/material.h>
 #include <selvedge/core/triangle_mesh.h>
 
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <tuple>
 #include <vector>
 
 namespace selvedge {
+
+/// Changes every index of `v` to the new index of that vertex. False if one of them is left out.
+template <std::size_t N>
+bool remap_vertices(std::array<std::int32_t, N>& v, const auto& to) {
+  bool all = true;
+  for (std::int32_t& i : v) all = to.vertex(i) && all;
+  return all;
+}
+
+// Every element has a member `remap`, which changes its indices to new ones. `to` has the functions
+// `vertex(i)`, for the index of a vertex, and `element<T>(i)`, for the index of an element of type
+// T. Both change i and return false if there is no new index; so does `remap` if the element does
+// not survive. See `add_elements`.
 
 /// A spring between two particles.
 struct Spring {
   std::int32_t a, b;
   double rest_length;    ///< m, > 0
   double stiffness;      ///< N/m, force per length change, > 0
-  double damping = 0.0;  ///< s, damping force per stiffness and rate of length, >= 0
+  double damping = 0.0;  ///< s, damping force per stiffness and rate of length change, >= 0
+
+  bool remap(const auto& to) { return to.vertex(a) && to.vertex(b); }
 };
 
-/// Two triangles that share an edge: the edge v[2]-v[3], the opposite vertices v[0] and v[1]. They
-/// need not be triangles of the surface.
+/// Two triangles that share the edge v[2]-v[3]; v[0] and v[1] are the opposite vertices. The
+/// triangles need not belong to the surface.
 struct Hinge {
   std::array<std::int32_t, 4> v;
-  double rest_angle;     ///< rad, 0 where the rest shape is flat
+  double rest_angle;     ///< rad, 0 if the rest shape is flat
   double stiffness;      ///< N·m, energy ½·stiffness·(angle - rest_angle)²
   double damping = 0.0;  ///< s, damping moment per stiffness and rate of angle, >= 0
-  bool sine = false;     ///< moment 2 stiffness (sin θ/2 - sin θ0/2) instead [Bridson2003]
+  bool sine = false;  ///< use the moment 2 stiffness (sin θ/2 - sin θ0/2) instead [Bridson2003]
+
+  bool remap(const auto& to) { return remap_vertices(v, to); }
 };
 
-/// Two hinges of a plate, by index: energy stiffness·(angle_a - rest_a)·(angle_b - rest_b) on top
-/// of their own. N·m, of either sign.
+/// Couples two hinges of a plate, given by index. Adds to their own energies the energy
+/// stiffness·(angle_a - rest_a)·(angle_b - rest_b), N·m, of either sign.
 struct HingeCouple {
   std::int32_t a, b;
   double stiffness;
+
+  bool remap(const auto& to) {
+    return to.template element<Hinge>(a) && to.template element<Hinge>(b);
+  }
 };
 
-/// A link between two particles two cells apart that buckles when it is compressed and is slack
-/// when it is stretched [ChoiKo2002, type 2].
+/// A link between two particles two cells apart. It buckles under compression and is slack under
+/// tension [ChoiKo2002, type 2].
 struct BucklingLink {
   std::int32_t a, b;
   double rest_length;    ///< m, > 0
-  double rigidity;       ///< N·m², bending stiffness of the strip it stands for, > 0
-  double onset;          ///< N/m, stiffness before it buckles, above 4π² rigidity/rest_length³
-  double damping = 0.0;  ///< s, damping force per stiffness and rate of length, >= 0
+  double rigidity;       ///< N·m², bending stiffness of the strip that the link represents, > 0
+  double onset;          ///< N/m, stiffness before buckling, above 4π² rigidity/rest_length³
+  double damping = 0.0;  ///< s, damping force per stiffness and rate of length change, >= 0
+
+  bool remap(const auto& to) { return to.vertex(a) && to.vertex(b); }
 };
 
-/// A torsional spring at particle v[1] between its links to v[0] and v[2]: `rest_angle` is how much
-/// the way v[0] -> v[1] -> v[2] turns, 0 where it is straight, π/2 between warp and weft.
+/// A torsional spring at particle v[1] between its links to v[0] and v[2]. `rest_angle` is the
+/// turning angle of the path v[0] -> v[1] -> v[2]: 0 if it is straight, π/2 between warp and weft.
 struct TwistSpring {
   std::array<std::int32_t, 3> v;
   double rest_angle;     ///< rad, in [0, π)
   double stiffness;      ///< N·m per rad
   double damping = 0.0;  ///< s, damping moment per stiffness and rate of angle, >= 0
+
+  bool remap(const auto& to) { return remap_vertices(v, to); }
 };
 
-/// Hysteresis at a hinge: a moment against its turning that grows to `moment` over `yield`.
+/// Hysteresis of a hinge: a moment that opposes rotation and grows to `moment` over the angle
+/// `yield`.
 struct HingeFriction {
   std::array<std::int32_t, 4> v;  ///< as in Hinge
-  double rest_angle;              ///< rad, where it sticks at first
+  double rest_angle;              ///< rad, angle at which the friction sticks initially
   double moment;                  ///< N·m, >= 0
   double yield;                   ///< rad, > 0
+
+  bool remap(const auto& to) { return remap_vertices(v, to); }
 };
-/// Hysteresis of the curvature of a triangle of a plate, which is linear in the angles of hinges: a
-/// moment against its change that grows to `moment` over `yield`.
+
+/// Hysteresis of the curvature of one triangle of a plate: a moment that opposes a change of
+/// curvature and grows to `moment` over the curvature change `yield`. The curvature is linear in
+/// the angles of hinges.
 struct CurvatureFriction {
   struct Term {
-    std::int32_t hinge;  ///< by index
-    Vec3 curvature;      ///< 1/m per radian beyond its rest_angle: (11, 22, √2 12)
+    std::int32_t hinge;  ///< index of the hinge
+    Vec3 curvature;      ///< 1/m per radian of angle beyond the rest angle: (11, 22, √2 12)
   };
   std::vector<Term> terms;
   double moment;  ///< N·m², work per change of curvature: HB times the area, >= 0
   double yield;   ///< 1/m, > 0
+
+  /// Drops the terms of hinges that are left out. False if no term remains.
+  bool remap(const auto& to) {
+    if (terms.empty()) return true;
+    auto end = terms.begin();
+    for (Term& term : terms)
+      if (to.template element<Hinge>(term.hinge)) *end++ = term;
+    terms.erase(end, terms.end());
+    return !terms.empty();
+  }
 };
-/// That of HingeFriction at the corner of a twisting spring.
+
+/// Hysteresis of a torsional spring; the fields mean the same as in HingeFriction.
 struct CornerFriction {
   std::array<std::int32_t, 3> v;  ///< as in TwistSpring
   double rest_angle, moment, yield;
+
+  bool remap(const auto& to) { return remap_vertices(v, to); }
 };
 
-/// A particle v[0] tied to the weighted mean of N others: a spring of no length to
+/// Ties particle v[0] to the weighted mean of N others by a spring of zero rest length to
 /// Σ weight[k]·x(v[k+1]).
 template <int N>
 struct Tie {
   std::array<std::int32_t, N + 1> v;
-  std::array<double, N> weight;  ///< sum 1
+  std::array<double, N> weight;  ///< the weights sum to 1
   double stiffness;              ///< N/m, > 0
   double damping = 0.0;          ///< s, damping force per stiffness and rate of distance, >= 0
+
+  bool remap(const auto& to) { return remap_vertices(v, to); }
 };
 
-/// What springs do that do not follow Hooke.
+/// Parameters of a spring law other than Hooke's.
 struct SpringCurve {
   StretchLaw law = StretchLaw::hooke;
-  double strain = 0.0;      ///< biphasic: where it stiffens; kawabata: EMT/100
+  double strain = 0.0;      ///< biphasic: strain at which the spring stiffens; kawabata: EMT/100
   double shape = 0.0;       ///< biphasic: growth of the stiffness per strain; kawabata: LT
-  double resilience = 1.0;  ///< kawabata: RT/100, share of the work that comes back, in (0, 1]
+  double resilience = 1.0;  ///< kawabata: RT/100, recovered fraction of the work, in (0, 1]
   bool operator==(const SpringCurve&) const = default;
+
+  /// A cloth has each curve once, however many pieces it is made of.
+  static constexpr bool kUnique = true;
+  bool remap(const auto&) { return true; }
 };
 
-/// A piece of cloth at rest: the surface that collides and the springs and hinges that hold it.
-/// Several pieces are joined into one by `append`.
-struct ClothMesh {
-  TriangleMesh surface;     ///< initial shape
-  std::vector<Edge> edges;  ///< unique_edges(surface.triangles)
-  std::vector<Spring> springs;
-  std::vector<Hinge> hinges;
-  std::vector<HingeCouple> couples;  ///< of hinges, where these alone are no plate
-  std::vector<double> mass;          ///< kg per vertex
-  std::vector<double> strain_limit;  ///< per spring, largest (L-L0)/L0
-  std::vector<BucklingLink> links;
-  std::vector<TwistSpring> twists;
-  std::vector<HingeFriction> hinge_frictions;
-  std::vector<CurvatureFriction> curvature_frictions;
-  std::vector<CornerFriction> corner_frictions;
-  std::vector<Tie<2>> hanging;      ///< nodes in the middle of an edge of a coarser cell
-  std::vector<Tie<4>> layers;       ///< particles of a dense layer, tied to a sparse one
-  std::vector<SpringCurve> curves;  ///< laws of springs other than Hooke's, each once
-  std::vector<std::int32_t>
-      curve_of_spring;  ///< per spring an index into `curves`, -1: Hooke; empty: all Hooke
+/// Largest strain of a spring, (L-L0)/L0.
+struct StrainLimitOfSpring {
+  using Element = Spring;
+  using Value = double;
+  static constexpr Value kDefault = std::numeric_limits<double>::max();
+  static void remap(Value&, const auto&) {}
+};
+/// Index of the curve that a spring follows; -1 for Hooke's law.
+struct CurveOfSpring {
+  using Element = Spring;
+  using Value = std::int32_t;
+  static constexpr Value kDefault = -1;
+  static void remap(Value& curve, const auto& to) {
+    if (curve >= 0) to.template element<SpringCurve>(curve);
+  }
 };
 
-/// A rectangle in the xy-plane, centred at the origin, cells_x × cells_y cells, vertex (i,j) at
+/// The elements of one kind.
+template <class Element>
+using ElementSet = std::vector<Element>;
+
+/// One value for each element of another set, in the same order. If empty, every element has the
+/// default.
+template <class Kind>
+struct ElementColumn : std::vector<typename Kind::Value> {
+  using std::vector<typename Kind::Value>::vector;
+  using std::vector<typename Kind::Value>::operator=;
+};
+
+/// The element sets of a cloth. To add a kind of element, add a set here and in `tie_sets` below;
+/// append, cut and sewing then carry it. A set may refer to sets before it only.
+struct ClothElements {
+  ElementSet<Spring> springs;
+  ElementColumn<StrainLimitOfSpring> strain_limit;
+  ElementSet<SpringCurve> curves;  ///< distinct spring laws other than Hooke's
+  ElementColumn<CurveOfSpring> curve_of_spring;
+  ElementSet<Hinge> hinges;
+  ElementSet<HingeCouple> couples;  ///< empty if the hinges alone model the plate
+  ElementSet<BucklingLink> links;
+  ElementSet<TwistSpring> twists;
+  ElementSet<HingeFriction> hinge_frictions;
+  ElementSet<CurvatureFriction> curvature_frictions;
+  ElementSet<CornerFriction> corner_frictions;
+  ElementSet<Tie<2>> hanging;  ///< hanging nodes in the middle of an edge of a coarser cell
+  ElementSet<Tie<4>> layers;   ///< ties from the particles of a dense layer to a sparse one
+};
+
+namespace detail {
+// The compiler refuses this function if it does not name every member of ClothElements.
+template <class Elements>
+auto tie_sets(Elements& elements) {
+  auto& [springs, strain_limit, curves, curve_of_spring, hinges, couples, links, twists,
+         hinge_frictions, curvature_frictions, corner_frictions, hanging, layers] = elements;
+  return std::tie(springs, strain_limit, curves, curve_of_spring, hinges, couples, links, twists,
+                  hinge_frictions, curvature_frictions, corner_frictions, hanging, layers);
+}
+}  // namespace detail
+
+/// References to all element sets, as a tuple.
+inline auto element_sets(ClothElements& elements) { return detail::tie_sets(elements); }
+inline auto element_sets(const ClothElements& elements) { return detail::tie_sets(elements); }
+
+/// Calls `visit(set)` for each element set in order. `Elements` is a (const) ClothMesh.
+template <class Elements>
+void for_each_element_set(Elements& elements, auto&& visit) {
+  std::apply([&](auto&... set) { (visit(set), ...); }, element_sets(elements));
+}
+
+/// A piece of cloth at rest: the surface that collides, masses, and the elements (springs, hinges,
+/// …) that hold it together.
+struct ClothMesh : ClothElements {
+  TriangleMesh surface;      ///< initial shape
+  std::vector<Edge> edges;   ///< unique_edges(surface.triangles)
+  std::vector<double> mass;  ///< kg per vertex
+};
+
+/// Appends the elements of `from` to those of `to`. Vertex i of `from` is vertex `vertices[i]` of
+/// `to`; several may be the same. -1 leaves a vertex out, and with it the elements that have it or
+/// refer to such an element. The order of the elements stays. Throws std::invalid_argument unless
+/// there is one index for each vertex of `from`.
+void add_elements(ClothMesh& to, const ClothMesh& from, std::span<const std::int32_t> vertices);
+
+/// Appends `piece` to `all` and returns the index of its first vertex.
+std::int32_t append(ClothMesh& all, const ClothMesh& piece);
+
+/// The part of `cloth` with the triangles `inside`, which are triangles of `cloth`, and their
+/// vertices, whose order stays. A spring along a new border keeps half its stiffness. A spring that
+/// is not a side of a triangle stays if both its ends do. Particles get the mass of their remaining
+/// triangles.
+ClothMesh cut(const ClothMesh& cloth, std::span<const Triangle> inside);
+
+/// The springs that follow `curves[curve]`; -1: those that follow Hooke's law.
+std::vector<Spring> springs_of_curve(const ClothMesh& cloth, std::int32_t curve);
+
+/// A rectangle in the xy-plane, centred at the origin, of cells_x × cells_y cells. Vertex (i,j) has
 /// index j·(cells_x+1)+i.
 struct GridConfig {
   double size_x = 1.0, size_y = 1.0;        ///< m, > 0
   std::int32_t cells_x = 50, cells_y = 50;  ///< >= 1
 };
 
-/// Rectangular mesh [Provot1995]: structural and both shear springs; bending by hinges.
-/// Throws std::invalid_argument naming the bad field and its value.
+/// Rectangular mesh [Provot1995] with structural springs, both diagonals of each cell as shear
+/// springs, and hinges for bending. Throws std::invalid_argument naming the bad field and its
+/// value.
 ClothMesh make_rectangular(const GridConfig& grid, const Material& material);
-/// Near-equilateral triangles: edges are springs [VanGelder1998]; bending by hinges.
+/// Mesh of nearly equilateral triangles whose edges are springs [VanGelder1998]; hinges resist
+/// bending.
 ClothMesh make_triangular(const GridConfig& grid, const Material& material);
-/// One diagonal spring per cell [Huang2014; survey 2.7]; all alike, or alternating like a
-/// chessboard.
+/// Rectangular mesh with one diagonal spring per cell [Huang2014; survey 2.7]. The diagonals run in
+/// the same direction or, if `alternating`, alternate like the fields of a chessboard.
 ClothMesh make_simplified(const GridConfig& grid, const Material& material, bool alternating);
 /// Structural and shear springs that resist tension only, and links that buckle [ChoiKo2002].
 ClothMesh make_responsive(const GridConfig& grid, const Material& material);
 
-/// A disc in the xy-plane, centred at the origin: `rings` concentric rings of `spokes` particles
-/// around one in the middle; particle k of ring j at index 1 + (j-1)·spokes + k.
+/// A disc in the xy-plane, centred at the origin: a central particle and `rings` concentric rings
+/// of `spokes` particles. Particle k of ring j has index 1 + (j-1)·spokes + k, j from 1.
 struct DiscConfig {
   double radius = 0.15;      ///< m, > 0
   std::int32_t rings = 15;   ///< >= 1
@@ -144,36 +272,41 @@ struct DiscConfig {
 };
 /// Arc mesh [RusinkoSwan2012; survey 2.10]: ring, radial and diagonal springs.
 ClothMesh make_arc(const DiscConfig& disc, const Material& material);
+/// An arc mesh with rings of these radii in m, ascending, numbered as in make_arc.
+ClothMesh make_rings(const std::vector<double>& radii, std::int32_t spokes,
+                     const Material& material);
 
-/// The grid meshes of the survey as their authors have them, each spring with its own constant.
+/// The grid meshes of the survey as their authors define them, each spring with its own constant.
 enum class SpringNet { rectangular, simplified, alternating, responsive };
-/// Constants of the springs of a net, N/m, >= 0; those of 0 are left out.
+/// Spring constants of a net, N/m, >= 0. Springs with constant 0 are omitted.
 struct NetConstants {
   double structural = 0.0, shear = 0.0;
-  double flexion = 0.0;     ///< over two cells, along rows and columns
-  bool half_border = true;  ///< springs along the border stand for half a cell
+  double flexion = 0.0;     ///< springs across two cells, along rows and columns
+  bool half_border = true;  ///< springs on the border represent half a cell
 };
-/// Hooke springs only, no hinges. Of `material` it takes density, damping and strain limit.
+/// A net of Hooke springs without hinges. Only density, damping and strain limit are taken from
+/// `material`.
 ClothMesh make_spring_net(SpringNet net, const GridConfig& grid, const NetConstants& constants,
                           const Material& material);
 
-/// Two layers of one cloth.
+/// The two layers of a bilayered cloth.
 struct LayerConfig {
-  std::int32_t ratio = 4;  ///< cells of the dense layer per cell of the sparse one and side, >= 2
-  double share = 0.2;      ///< of mass and stiffness that the dense layer has, in (0, 1)
-  /// N/m³, force per area and distance of the layers, > 0: the smaller, the longer the wrinkles,
-  /// 2π (share·B/hold)^¼, and the farther the weight pulls the layers apart.
+  std::int32_t ratio = 4;  ///< cells of the dense layer per cell side of the sparse layer, >= 2
+  double share = 0.2;      ///< fraction of mass and stiffness in the dense layer, in (0, 1)
+  /// N/m³, force per area and distance between the layers, > 0. A smaller value gives longer
+  /// wrinkles, 2π (share·B/hold)^¼, and lets the weight pull the layers farther apart.
   double hold = 2000.0;
 };
-/// Bilayered mesh [KangCho2002; survey 2.4]: a sparse rectangular net, which is most of the cloth,
-/// and a dense one, which is seen, collides and wrinkles, tied to the bilinear surface of the
-/// first. `grid` is the dense layer, its vertices come first, then those of the sparse one, which
-/// belong to no triangle. Together they have the mass and the continuum constants of the fabric.
+/// Bilayered mesh [KangCho2002; survey 2.4]: a sparse rectangular net carries most of the mass and
+/// stiffness; a dense net is visible, collides and wrinkles, and is tied to the bilinear surface of
+/// the sparse one. `grid` describes the dense layer, whose vertices come first; the vertices of the
+/// sparse layer follow and belong to no triangle. Together the layers have the mass and the
+/// continuum constants of the fabric.
 ClothMesh make_bilayered(const GridConfig& grid, const LayerConfig& layers,
                          const Material& material);
 
-/// Any triangle mesh; `rest` (same topology) gives the rest lengths and angles, `surface` the
-/// start. Non-manifold edges get no hinge.
+/// Cloth from any triangle mesh. `rest` (same topology) gives the rest lengths and angles,
+/// `surface` the initial positions. Non-manifold edges get no hinge.
 ClothMesh make_from_mesh(const TriangleMesh& surface, const TriangleMesh& rest,
                          const Material& material);
 
@@ -183,28 +316,39 @@ struct PlateConstants {
   double poisson = 1.0 / 3.0;  ///< in (-1, 1)
   double thickness = 5e-4;     ///< m, > 0; bending by D = stretch·thickness²/(12 (1-poisson²))
 };
-/// Plate theory [WangDevarajan2008; survey 3.1]: springs on the edges of a flat mesh fitted
-/// to a plate, and what they cannot fit.
+/// Plate model [WangDevarajan2008; survey 3.1]: springs on the edges of a flat mesh, fitted to a
+/// plate, and the residual of the fit.
 struct PlateMesh {
   ClothMesh cloth;
   double residual = 0.0;  ///< area-weighted rms of |C_net - C|/|C| of the triangles
-  double worst = 0.0;     ///< the largest of them
+  double worst = 0.0;     ///< largest residual of a triangle
 };
-/// `rest` lies in a plane of constant z. Of `material` it takes density, damping and strain limit.
+/// `rest` lies in a plane of constant z. Only density, damping and strain limit are taken from
+/// `material`.
 PlateMesh make_plate(const TriangleMesh& rest, const PlateConstants& plate,
                      const Material& material);
 
-/// K and C of [survey eq. 3].
+/// The constants K and C of [survey eq. 3].
 struct SupportConstants {
-  double stiffness = 50.0;  ///< N/m, > 0; also that of make_volume_force
-  double share = 0.5;       ///< of it that the support springs have, in (0, 1)
+  double stiffness = 50.0;  ///< N/m, > 0; also the stiffness of make_volume_force
+  double share = 0.5;       ///< fraction of `stiffness` that the support springs take, in (0, 1)
 };
-/// A closed surface with a spring from every vertex to a particle in the middle, the last one,
-/// which belongs to no triangle [survey 2.9].
+/// A closed surface with a support spring from every vertex to a central particle [survey 2.9]. The
+/// central particle is the last one and belongs to no triangle.
 ClothMesh make_supported(const TriangleMesh& closed, const SupportConstants& support,
                          const Material& material);
 
-/// Adds `piece` to `all`; returns the index of its first vertex.
-std::int32_t append(ClothMesh& all, const ClothMesh& piece);
+/// Cloth of a garment: `surface` is the sewn shape and `pattern` the flat pieces, in m. Triangle i
+/// of the pattern is triangle i of the surface. Springs and hinges are those of the flat pieces.
+/// Along a seam each side has its own springs, and the seam folds without resistance. Throws
+/// std::invalid_argument if surface and pattern do not match.
+ClothMesh make_from_pattern(const TriangleMesh& surface, const TriangleMesh& pattern,
+                            const Material& material);
+
+/// A disc of woven cloth with its yarns along x and y, `cells` cells across: the cells of a
+/// rectangular mesh whose triangles lie in the disc, with the rim vertices moved onto the circle.
+/// `radius` in m. Throws std::invalid_argument under the conditions of make_rectangular and for
+/// fewer than 8 cells.
+ClothMesh make_woven_disc(double radius, std::int32_t cells, const Material& material);
 
 }  // namespace selvedge

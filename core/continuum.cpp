@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // A spring of stiffness k, length L and direction (c,s) stretches by L (c² εx + s² εy + c s γ)
-// under a uniform strain, so that C += k L²/A (c², s², cs)(c², s², cs)ᵀ. A torsional spring between
-// links of directions u and w turns by the difference of their turns: a link turns by -c s εx + c s
-// εy + ½ (c² - s²) γ (less the rotation, which is common to both).
+// under a uniform strain, so it adds k L²/A (c², s², cs)(c², s², cs)ᵀ to C. A link rotates by -c s
+// εx + c s εy + ½ (c² - s²) γ (without the common rotation). The angle of a torsional spring
+// between links of directions u and w changes by the difference of the rotations of its links.
 #include <selvedge/core/continuum.h>
 #include <selvedge/core/detail/topology.h>
 
@@ -38,7 +38,7 @@ double norm(const ContinuumConstants& c) {
 
 ContinuumConstants continuum_constants(const ClothMesh& cloth, std::span<const Vec3> rest,
                                        double area) {
-  detail::require(std::isfinite(area) && area > 0.0, "area", area, "positive and finite");
+  require(std::isfinite(area) && area > 0.0, "area", area, "positive and finite");
   Mat3 sum = Mat3::Zero();
   for (const Spring& s : cloth.springs) {
     const Vec3 u = unit(rest, s.a, s.b);

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: MIT
 //
-// Critical step [Provot1995; survey eq. 11, printed upside down]. K_c = π² m/h² is the stiffness
-// that explicit steps of h are said to bear. One mass on one spring bears 4 m/h² by symplectic
-// Euler or Verlet, and a net of springs far less, because a particle has many: 0.395 m/h² where
-// Provot's three kinds of springs are alike. What a cloth bears is h = 2/sqrt(λ_max(M⁻¹K)), found
+// Critical step [Provot1995; survey eq. 11, printed upside down]. K_c = π² m/h² is usually quoted
+// as the largest stiffness for which explicit steps of h are stable. One mass on one spring is
+// stable up to 4 m/h² with symplectic Euler or Verlet. A net of springs is stable only up to a much
+// smaller stiffness, because each particle has many springs: 0.395 m/h² if Provot's three kinds of
+// springs have the same constant. The critical step of a cloth is h = 2/sqrt(λ_max(M⁻¹K)), found
 // here by power iteration on differences of the forces. Chittaro's policy (L. Chittaro, D.
-// Corvaglia, "3D virtual clothing", 2003; survey 4): a coarse mesh is left as it is, a fine one
-// gets larger constants and the shorter step they need. The survey says neither how coarse nor how
-// much larger: here, as much as a hanging strip needs to stay within its limit under its own
-// weight.
+// Corvaglia, "3D virtual clothing", 2003; survey 4) leaves a coarse mesh unchanged and gives a fine
+// one larger constants and the shorter step that they need. The survey says neither how coarse nor
+// how much larger. Here the factor is the one that keeps a strip hanging under its own weight
+// within its limit.
 #include <selvedge/core/detail/force_checks.h>
+#include <selvedge/core/detail/register_limiter.h>
 #include <selvedge/core/strain_limiter.h>
 
 #include <algorithm>
@@ -23,11 +25,11 @@ namespace {
 constexpr int kIterations = 300;
 constexpr double kSettled = 1e-6;  // relative change of the frequency between two iterations
 
-// Differences of forces are taken over this share of the size of the cloth: the root of what
-// rounding leaves of a length.
+// Relative displacement, in units of the size of the cloth, for force differences: the square root
+// of the relative rounding error.
 constexpr double kDifference = 1e-8;
 
-/// A displacement that has a share of every mode, the same in every run.
+/// A displacement that excites every mode, the same in every run.
 Vec3 scattered(std::size_t i) {
   const auto k = static_cast<double>(i);
   return {std::sin(1.7 * k * k), std::cos(2.3 * k), std::sin(0.9 * k + 1.0)};
@@ -100,6 +102,21 @@ StiffnessPolicy chittaro_policy(double weight, double stretch_stiffness, double 
   policy.stiffness = std::max(1.0, policy.strain / limit);
   policy.step = 1.0 / std::sqrt(policy.stiffness);
   return policy;
+}
+
+void register_step_policies(StrainLimiterRegistry& registry) {
+  detail::register_policy(
+      registry, "critical_step",
+      {.promise = "limits nothing; reports the stable explicit step and stiffness",
+       .source = "Provot 1995; survey eq. 11 corrected",
+       .bounds_strain = false,
+       .kind = LimiterKind::critical_step});
+  detail::register_policy(
+      registry, "chittaro",
+      {.promise = "larger constants and shorter steps if the weight of the cloth requires them",
+       .source = "Chittaro, Corvaglia, 3D virtual clothing, 2003; survey 4",
+       .bounds_strain = false,
+       .kind = LimiterKind::stiffens});
 }
 
 }  // namespace selvedge

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/detail/topology.h>
 #include <selvedge/core/fabric.h>
-#include <selvedge/core/kawabata.h>
 #include <selvedge/core/measure.h>
 
 #include <cmath>
@@ -10,14 +9,14 @@
 namespace selvedge {
 namespace {
 
-constexpr double gravity = 9.81;  // m/s², that of scenes by default
+constexpr double kGravity = 9.81;  // m/s², the default of scenes
 
 void require_positive(const char* name, double value) {
-  detail::require(std::isfinite(value) && value > 0.0, name, value, "positive and finite");
+  require(std::isfinite(value) && value > 0.0, name, value, "positive and finite");
 }
 
 void require_not_negative(const char* name, double value) {
-  detail::require(std::isfinite(value) && value >= 0.0, name, value, "at least 0 and finite");
+  require(std::isfinite(value) && value >= 0.0, name, value, "at least 0 and finite");
 }
 
 void validate(const FabricConstants& c) {
@@ -36,8 +35,8 @@ void validate(const FabricConstants& c) {
     require_not_negative("bending along weft in N*m", c.bending->weft);
   }
   if (c.drape_coefficient)
-    detail::require(*c.drape_coefficient > 0.0 && *c.drape_coefficient <= 100.0,
-                    "drape coefficient in %", *c.drape_coefficient, "above 0 and at most 100");
+    require(*c.drape_coefficient > 0.0 && *c.drape_coefficient <= 100.0, "drape coefficient in %",
+            *c.drape_coefficient, "above 0 and at most 100");
 }
 
 }  // namespace
@@ -63,7 +62,7 @@ Material material_of(const FabricConstants& c) {
 std::vector<std::string> notes_on(const FabricConstants& c) {
   std::vector<std::string> notes;
   const auto missing = [&](bool there, const char* what) {
-    if (!there) notes.push_back(std::string(what) + " was not measured; the default is taken");
+    if (!there) notes.push_back(std::string(what) + " was not measured; the default is used");
   };
   missing(c.density.has_value(), "density");
   missing(c.stretch.has_value(), "stretch");
@@ -75,16 +74,16 @@ std::vector<std::string> notes_on(const FabricConstants& c) {
 double bending_length(double rigidity, double density) {
   require_not_negative("rigidity in N*m", rigidity);
   require_positive("density in kg/m2", density);
-  return std::cbrt(rigidity / (density * gravity));
+  return std::cbrt(rigidity / (density * kGravity));
 }
 
 double rigidity_of_length(double bending_length, double density) {
   require_positive("bending length in m", bending_length);
   require_positive("density in kg/m2", density);
-  return density * gravity * bending_length * bending_length * bending_length;
+  return density * kGravity * bending_length * bending_length * bending_length;
 }
 
-// Γ = w L³/B = 8.004 at a chord of 41.5°: c = L/2 to 2 in ten thousand.
+// At 41.5°, w L³/B = 8.004, so c = L/2 with an error of 2 in ten thousand.
 FabricConstants constants_of(const CantileverTest& test) {
   require_positive("overhang along warp in m", test.overhang_warp);
   require_positive("overhang along weft in m", test.overhang_weft);
@@ -99,13 +98,13 @@ namespace {
 
 double fast_stretch(double e20, double e100) {
   constexpr double loads = 100.0 - 20.0;  // gf/cm
-  return loads * newton_per_metre_of_gf_per_cm / (0.01 * (e100 - e20));
+  return loads * kNewtonPerMetreOfGfPerCm / (0.01 * (e100 - e20));
 }
 
 void require_ascending(const char* yarn, double e5, double e20, double e100) {
   if (!(e5 >= 0.0 && e20 >= e5 && e100 > e20))
     throw std::invalid_argument(std::string("the extensions E5, E20, E100 along ") + yarn +
-                                " must not fall with the load, and are " + std::to_string(e5) +
+                                " must not decrease with the load, but are " + std::to_string(e5) +
                                 ", " + std::to_string(e20) + ", " + std::to_string(e100) + " %");
 }
 
@@ -130,8 +129,8 @@ FabricConstants constants_of(const FastSheet& sheet) {
 
 double longest_bending_length(double drape_coefficient) {
   constexpr double least = 1e-3, most = 1.0;  // m
-  detail::require(drape_coefficient > 0.0 && drape_coefficient < 100.0, "drape coefficient in %",
-                  drape_coefficient, "between 0 and 100");
+  require(drape_coefficient > 0.0 && drape_coefficient < 100.0, "drape coefficient in %",
+          drape_coefficient, "between 0 and 100");
   double low = least, high = most;
   constexpr int halvings = 60;
   for (int i = 0; i < halvings; ++i) {
@@ -147,7 +146,7 @@ double linearity(const TensionCurve& curve) {
   double work = 0.0;
   for (std::size_t i = 1; i < curve.strain.size(); ++i) {
     if (!(curve.strain[i] > curve.strain[i - 1]) || !(curve.force[i] >= curve.force[i - 1]))
-      throw std::invalid_argument("the tension curve falls at its point " + std::to_string(i) +
+      throw std::invalid_argument("the tension curve decreases at its point " + std::to_string(i) +
                                   ", strain " + std::to_string(curve.strain[i]) +
                                   "; it must rise from each point to the next");
     work += 0.5 * (curve.force[i] + curve.force[i - 1]) * (curve.strain[i] - curve.strain[i - 1]);
@@ -161,7 +160,7 @@ double linearity(const TensionCurve& curve) {
 void set_tension(const TensionCurve& curve, Material& material) {
   const double lt = linearity(curve), secant = curve.force.back() / curve.strain.back();
   material.stretch_law = StretchLaw::hooke;
-  material.stretch_weft.reset();  // one curve was measured, and both have it
+  material.stretch_weft.reset();  // the single measured curve applies to both directions
   material.stretch_stiffness = secant;
   if (!(lt > 0.5 && lt <= 1.0)) return;
   material.stretch_law = StretchLaw::kawabata;

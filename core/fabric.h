@@ -10,68 +10,99 @@
 
 namespace selvedge {
 
-/// A constant along warp and weft.
+/// A constant with one value along the warp and one along the weft.
 struct WarpWeft {
   double warp = 0.0, weft = 0.0;
 
   double mean() const { return 0.5 * (warp + weft); }
 };
 
-/// What a laboratory has measured of a fabric, in SI units; nothing where it has not.
+/// Measured constants of a fabric in SI units. Constants that were not measured are empty.
 struct FabricConstants {
   std::optional<double> density;             ///< kg/m²
   std::optional<double> thickness;           ///< m
   std::optional<WarpWeft> stretch;           ///< N/m, force per width and strain
   std::optional<double> shear;               ///< N/m, force per width and radian
   std::optional<WarpWeft> bending;           ///< N·m, rigidity per width
-  std::optional<double> shear_hysteresis;    ///< N/m, 2HG, the whole width of the loop
-  std::optional<double> bending_hysteresis;  ///< N, 2HB, the whole width of the loop
+  std::optional<double> shear_hysteresis;    ///< N/m, 2HG, full width of the loop
+  std::optional<double> bending_hysteresis;  ///< N, 2HB, full width of the loop
   std::optional<double> friction;            ///< Coulomb coefficient, cloth on cloth
   std::optional<double> drape_coefficient;   ///< percent, 18 cm support, 30 cm specimen
 };
 
-/// The fabric as cloth, defaults where nothing was measured. Hysteresis of shear brings twisting
-/// springs with it. Throws std::invalid_argument naming a bad value and unit.
+/// Material with these constants and defaults for those not measured. Shear hysteresis selects
+/// twisting springs. Throws std::invalid_argument naming the bad value and its unit.
 Material material_of(const FabricConstants& constants);
-/// What `material_of` had to take for granted or to leave out, a sentence each.
+/// The assumptions and omissions of `material_of`, one sentence each.
 std::vector<std::string> notes_on(const FabricConstants& constants);
 
-/// Bending length c = (B/w)^⅓ in m of rigidity B in N·m and density in kg/m² [Peirce1930].
+/// Bending length c = (B/w)^⅓ in m, from the rigidity B in N·m and the density in kg/m²
+/// [Peirce1930].
 double bending_length(double rigidity, double density);
-/// B = w c³ in N·m.
+/// Bending rigidity B = w c³ in N·m.
 double rigidity_of_length(double bending_length, double density);
 
-/// A strip pushed over an edge until its tip is 41.5° below it (ASTM D1388): the bending length is
-/// half the overhang.
+/// Cantilever test (ASTM D1388): a strip is pushed over an edge until its tip is 41.5° below the
+/// edge. The bending length is half the overhang.
 struct CantileverTest {
   double overhang_warp = 0.0, overhang_weft = 0.0;  ///< m, > 0
   double density = 0.0;                             ///< kg/m², > 0
 };
+/// Bending rigidity and density. Throws std::invalid_argument naming the bad value and its unit.
 FabricConstants constants_of(const CantileverTest& test);
 
-/// A FAST sheet, in its own units [DeBoos1994].
+/// A FAST sheet in the units of its laboratory report [DeBoos1994].
 struct FastSheet {
   double weight = 0.0;                ///< W, g/m²
   double c_warp = 0.0, c_weft = 0.0;  ///< bending lengths C1, C2, mm (FAST-2)
   WarpWeft e5, e20, e100;             ///< extension, %, at 5, 20 and 100 gf/cm (FAST-3)
   double eb5 = 0.0;                   ///< extension on the bias at 5 gf/cm, %
 };
-/// Stretch is the secant from 20 to 100 gf/cm, shear 123/EB5 N/m, bending by the bending lengths.
+/// Stretch is the secant between 20 and 100 gf/cm, shear is 123/EB5 N/m, and bending comes from the
+/// bending lengths.
 FabricConstants constants_of(const FastSheet& sheet);
 
-/// The bending length, m, at which free radial strips would have this drape coefficient (%, 18 cm
-/// support, 30 cm specimen). As shear and hoop stress only add to it, that of the fabric is at most
-/// this. In (0, 100).
+/// Upper bound of a fabric's bending length (m) from its drape coefficient (%, in (0, 100); 18 cm
+/// support, 30 cm specimen): the bending length at which free radial strips have this coefficient.
+/// Shear and hoop stress raise the coefficient, so the fabric's own bending length is not larger.
 double longest_bending_length(double drape_coefficient);
 
-/// A measured tension curve, strain [1] and force per width [N/m], both ascending from (0, 0).
+/// A measured tension curve: strain [1] and force per width [N/m], both ascending from (0, 0).
 struct TensionCurve {
   std::vector<double> strain, force;
 };
-/// LT of the curve: the work under it over that of a straight line to its end.
+/// LT of the curve: the work under it divided by the work under a straight line to its end point.
 double linearity(const TensionCurve& curve);
-/// Gives `material` the curve: Kawabata's where LT allows it, else the secant. Throws
-/// std::invalid_argument naming the point where the curve falls.
+/// Sets the stretch law of `material`: Kawabata's curve if LT allows it, else the secant. Throws
+/// std::invalid_argument naming the point where the curve decreases.
 void set_tension(const TensionCurve& curve, Material& material);
+
+/// Results of a KES-F test in the units of the instrument, as means of warp and weft.
+struct KesSheet {
+  double weight = 20.0;              ///< W, mg/cm²
+  double lt = 0.7;                   ///< LT, linearity of tension, in (0.5, 1]
+  double emt = 5.0;                  ///< EMT, % at 500 gf/cm
+  double rt = 100.0;                 ///< RT, %, recovered part of the work of tension, in (0, 100]
+  double shear = 0.7;                ///< G, gf/(cm·deg)
+  double shear_hysteresis = 1.0;     ///< 2HG, gf/cm
+  double bending = 0.1;              ///< B, gf·cm²/cm
+  double bending_hysteresis = 0.04;  ///< 2HB, gf·cm/cm
+};
+
+/// Factor from gf/cm to N/m: newtons per gram-force divided by metres per centimetre.
+inline constexpr double kNewtonPerMetreOfGfPerCm = 0.980665;
+/// Factor from gf·cm²/cm to N·m (rigidity per width).
+inline constexpr double kNewtonMetreOfGfCm2PerCm = 9.80665e-5;
+/// Factor from gf·cm/cm to N (moment per width).
+inline constexpr double kNewtonOfGfCmPerCm = 9.80665e-3;
+/// Factor from mg/cm² to kg/m².
+inline constexpr double kKgPerM2OfMgPerCm2 = 0.01;
+/// Load at the end of the KES-F1 tension test, gf/cm.
+inline constexpr double kKesEndOfTension = 500.0;
+
+/// Material with these constants in SI units: Kawabata's tension curve, twisting springs for shear,
+/// hinges for bending, and hysteresis of both. Throws std::invalid_argument naming the bad field,
+/// its value and its unit.
+Material material_of(const KesSheet& sheet);
 
 }  // namespace selvedge

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// Air drag linear in the velocity. The survey prints eq. 9 with a minus that pushes cloth upwind;
-// here a triangle feels C A [n·(wind - v)] n, along the wind, zero where it moves with it.
-#include <selvedge/core/coloring.h>
+// Air drag that is linear in the velocity. The survey prints eq. 9 with a minus sign that pushes
+// cloth upwind. Here a triangle feels C A [n·(wind - v)] n: along the wind, and zero if it moves
+// with the wind.
+#include <selvedge/core/detail/coloring.h>
 #include <selvedge/core/detail/force_checks.h>
 #include <selvedge/core/force.h>
 
@@ -17,7 +18,7 @@ struct AirElement {
   double area;
 };
 
-/// Slots of the 9 blocks (i, j) of a triangle, row by row.
+/// Slots of the 9 blocks (i, j) of a triangle, row-major.
 using TriangleSlots = std::array<std::int32_t, 9>;
 
 Vec3 unit_normal(const Triangle& t, std::span<const Vec3> x) {
@@ -46,7 +47,7 @@ class AirForce final : public Force {
         corners.push_back(v);
       }
     }
-    if (config.normal_drag <= 0.0) return;  // no triangle feels anything: keep none
+    if (config.normal_drag <= 0.0) return;  // no triangle feels a force, so none is stored
     Coloring coloring = color_elements(corners, 3, particles);
     for (const std::int32_t k : coloring.order) triangles_.push_back({triangles[k], rest_areas[k]});
     color_begin_ = std::move(coloring.color_begin);
@@ -117,5 +118,13 @@ std::unique_ptr<Force> make_air_force(const AirConfig& config, std::span<const T
                                       std::span<const double> rest_areas, std::size_t particles) {
   return std::make_unique<AirForce>(config, triangles, rest_areas, particles);
 }
+
+namespace detail {
+
+ForceLaw air_law() {
+  return {.name = "air", .promise = "", .source = "drag of triangles and particles, wind"};
+}
+
+}  // namespace detail
 
 }  // namespace selvedge

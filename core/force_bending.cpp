@@ -2,13 +2,14 @@
 //
 // R. Bridson, S. Marino, R. Fedkiw, "Simulation of clothing with folds and wrinkles", SCA 2003.
 // Their bending mode u1..u4 is the gradient of the angle θ between the normals. Deviation: the
-// paper's force is k |E|²/(|N1|+|N2|) (sin(θ/2) - sin(θ0/2)) u; here it is linear in θ, the
-// negative gradient of ½ k (θ-θ0)², so that there is an energy, sharp folds stay stiff, and the
-// mesh decides k from the plate rigidity (see topology_*).
-#include <selvedge/core/coloring.h>
+// paper's force is k |E|²/(|N1|+|N2|) (sin(θ/2) - sin(θ0/2)) u. Here it is linear in θ, the
+// negative gradient of ½ k (θ-θ0)². So it has an energy, sharp folds stay stiff, and the mesh
+// determines k from the plate rigidity (see topology_*).
+#include <selvedge/core/detail/coloring.h>
 #include <selvedge/core/detail/dihedral.h>
 #include <selvedge/core/detail/force_checks.h>
 #include <selvedge/core/detail/lane_forces.h>
+#include <selvedge/core/detail/topology.h>
 #include <selvedge/core/force.h>
 
 #include <algorithm>
@@ -18,9 +19,9 @@
 namespace selvedge {
 namespace {
 
-constexpr std::size_t energy_grain = 256;  // groups
+constexpr std::size_t kEnergyGrain = 256;  // groups
 
-/// Slots of the 16 blocks (i, j) of a hinge, row by row.
+/// Slots of the 16 blocks (i, j) of a hinge, row-major.
 using HingeSlots = std::array<std::int32_t, 16>;
 
 void validate_hinge(const Hinge& hinge, std::size_t i, std::size_t particles) {
@@ -64,9 +65,9 @@ class BendingForce final : public Force {
   double energy(const ForceState& state) const override {
     const detail::LaneForce force = detail::lane_force(lanes_, numbers_, state, {});
     const detail::LaneKernel& kernel = detail::lane_kernel();
-    return parallel_sum(lanes_.groups.size(), energy_grain,
+    return parallel_sum(lanes_.groups.size(), kEnergyGrain,
                         [&](std::size_t first, std::size_t last) {
-                          std::array<double, detail::group_lanes> turn;
+                          std::array<double, detail::kGroupLanes> turn;
                           double sum = 0.0;
                           for (std::size_t g = first; g < last; ++g) {
                             const detail::LaneGroup& group = lanes_.groups[g];
@@ -119,7 +120,7 @@ class BendingForce final : public Force {
  private:
   std::vector<Hinge> hinges_;
   detail::LaneGroups lanes_;
-  std::vector<double> numbers_;  // of lanes_
+  std::vector<double> numbers_;  // data of lanes_
   std::vector<HingeSlots> slots_;
   std::vector<std::size_t> color_begin_;
 };
@@ -129,5 +130,23 @@ class BendingForce final : public Force {
 std::unique_ptr<Force> make_bending_force(std::span<const Hinge> hinges, std::size_t particles) {
   return std::make_unique<BendingForce>(hinges, particles);
 }
+
+namespace detail {
+
+ForceLaw bending_law() {
+  return {.name = "bending",
+          .promise = "minus the gradient of its energy",
+          .source = "Bridson, Marino, Fedkiw, Simulation of clothing with folds and wrinkles, 2003",
+          .energy = "bending",
+          .add = [](const ClothMesh& cloth, ForceList& forces) {
+            const std::vector<char> coupled = coupled_hinges(cloth);
+            std::vector<Hinge> hinges;
+            for (std::size_t i = 0; i < cloth.hinges.size(); ++i)
+              if (!coupled[i] && !cloth.hinges[i].sine) hinges.push_back(cloth.hinges[i]);
+            if (!hinges.empty()) forces.push_back(make_bending_force(hinges, cloth.mass.size()));
+          }};
+}
+
+}  // namespace detail
 
 }  // namespace selvedge

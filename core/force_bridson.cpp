@@ -3,13 +3,15 @@
 // R. Bridson, S. Marino, R. Fedkiw, "Simulation of clothing with folds and wrinkles", SCA 2003, as
 // printed: force k |E|²/(|N1|+|N2|) (sin(θ/2) - sin(θ0/2)) u and damping -k_d |E| dθ/dt u, with
 // dθ/dt = Σ u_i·v_i ("curvature and change rate of the angle", survey 3.1.3; Liu et al. 2012). θ is
-// 0 where flat; some texts count from π. Deviation: the factor of the shape is that of the rest
-// shape, inside `stiffness` (half of it, as 2 sin(θ/2) has slope 1), so that there is an energy,
-//   E = k [4 (1 - cos(θ/2)) - 2 θ sin(θ0/2)] less its value at θ0,
-// and k_d |E| is damping·stiffness. A sharp fold is soft: at θ = π it has no stiffness left;
-// force_bending is the default for that reason.
+// 0 for coplanar triangles; some texts count from π. Deviation: the geometric factor is that of the
+// rest shape and part of `stiffness` (half of it, because 2 sin(θ/2) has slope 1). The force
+// therefore has the energy
+//   E = k [4 (1 - cos(θ/2)) - 2 θ sin(θ0/2)], minus its value at θ0,
+// and k_d |E| is damping·stiffness. Sharp folds are soft: at θ = π the stiffness vanishes. For that
+// reason force_bending is the default.
 #include <selvedge/core/detail/dihedral.h>
 #include <selvedge/core/detail/element_force.h>
+#include <selvedge/core/force.h>
 
 namespace selvedge {
 namespace {
@@ -58,5 +60,22 @@ class SineHinges {
 std::unique_ptr<Force> make_bridson_force(std::span<const Hinge> hinges, std::size_t particles) {
   return std::make_unique<detail::ElementForce<SineHinges>>(SineHinges(hinges), particles);
 }
+
+namespace detail {
+
+ForceLaw bridson_law() {
+  return {.name = "bridson",
+          .promise = "as printed: by the sine of half the angle, damped by its rate",
+          .source = "Bridson, Marino, Fedkiw, Simulation of clothing with folds and wrinkles, 2003",
+          .energy = "bending",
+          .add = [](const ClothMesh& cloth, ForceList& forces) {
+            std::vector<Hinge> hinges;
+            for (const Hinge& hinge : cloth.hinges)
+              if (hinge.sine) hinges.push_back(hinge);
+            if (!hinges.empty()) forces.push_back(make_bridson_force(hinges, cloth.mass.size()));
+          }};
+}
+
+}  // namespace detail
 
 }  // namespace selvedge

@@ -1,25 +1,28 @@
 // SPDX-License-Identifier: MIT
 //
 // Buckling links after K.-J. Choi, H.-S. Ko, "Stable but responsive cloth", SIGGRAPH 2002, which
-// the survey gives to Asmaa and Elsayed 2011 (linearised). A link of length L and bending stiffness
-// k whose ends come nearer stays as long as it is and bends to an arc of curvature κ:
+// the survey attributes to Asmaa and Elsayed 2011 (linearised). When the ends of a link of length L
+// and bending stiffness k approach each other, the link keeps its length and bends into an arc of
+// curvature κ:
 //   r = L sinc(κL/2),  E = ½ k κ² L,  dE/dr = k κ² (cos(κL/2) - sinc(κL/2))⁻¹ < 0.
-// [survey eq. 5] prints "k_b k_2" for k_b κ², "sin c" for sinc(u) = sin(u)/u, and leaves open that
-// x_ij is the vector and |x_ij| the distance r. The force is therefore the exact gradient of E.
+// [survey eq. 5] prints "k_b k_2" for k_b κ² and "sin c" for sinc(u) = sin(u)/u, and does not say
+// that x_ij is the vector and |x_ij| the distance r. The force here is the exact gradient of E.
 //
-// At r = L it jumps to -12 k/L² (Euler's load is π² k/L²: 21.6 % less, as the arc is not the
-// buckled shape). The paper bridges the jump by c_b (r - L) where that is the weaker of the two, so
-// the force is continuous; the energy here is that of this force. Under tension a link is slack.
+// At r = L the force jumps to -12 k/L² (Euler's load is π² k/L², 21.6 % less, because the arc is
+// not the buckled shape). The paper bridges the jump by c_b (r - L) where that force is the weaker
+// one, so the force is continuous; the energy here belongs to that force. Under tension a link is
+// slack.
 #include <selvedge/core/detail/element_force.h>
+#include <selvedge/core/force.h>
 
 #include <numbers>
 
 namespace selvedge {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+constexpr double kPi = std::numbers::pi;
 
-/// sinc and cos(u) - sinc(u) without loss of digits near 0.
+/// sinc(u) and cos(u) - sinc(u) without cancellation near 0.
 struct Arc {
   double sinc, difference;
 };
@@ -35,22 +38,22 @@ Arc arc(double u) {
   return {sinc, std::cos(u) - sinc};
 }
 
-/// The u in [0, π] with 1 - sinc(u) = gap, by Newton's method from the series; safe, as
-/// 1 - sinc is increasing there.
+/// The u in [0, π] with 1 - sinc(u) = gap, by Newton's method started from the series and
+/// safeguarded by bisection (1 - sinc is increasing there).
 double inverse_sinc(double gap) {
   if (gap <= 0.0) return 0.0;
-  double low = 0.0, high = pi;
+  double low = 0.0, high = kPi;
   double u = std::min(high, std::sqrt(6.0 * gap) * (1.0 + 0.15 * gap));
   constexpr int most = 60;
   for (int i = 0; i < most; ++i) {
     const Arc a = arc(u);
     constexpr double small = 0.03;
     const double u2 = u * u;
-    const double lack =
+    const double error =
         (u < small ? u2 / 6.0 * (1.0 - u2 / 20.0 * (1.0 - u2 / 42.0)) : 1.0 - a.sinc) - gap;
-    (lack > 0.0 ? high : low) = u;
+    (error > 0.0 ? high : low) = u;
     // d(1 - sinc)/du = -(cos u - sinc u)/u
-    double next = a.difference < 0.0 ? u + lack * u / a.difference : 0.5 * (low + high);
+    double next = a.difference < 0.0 ? u + error * u / a.difference : 0.5 * (low + high);
     if (!(next >= low && next <= high)) next = 0.5 * (low + high);
     const double moved = std::abs(next - u);
     u = next;
@@ -60,7 +63,7 @@ double inverse_sinc(double gap) {
   return u;
 }
 
-/// The bent link at length r = L - gap·L.
+/// Tension and energy of the bent link at length r = L - gap·L.
 detail::Tension bent(const BucklingLink& link, double gap) {
   const double u = inverse_sinc(gap);
   const double length = link.rest_length, k = link.rigidity, kappa = 2.0 * u / length;
@@ -86,7 +89,7 @@ detail::Tension bent(const BucklingLink& link, double gap) {
   return t;
 }
 
-/// A link and where its linear onset meets the bent branch.
+/// A link and the point where its linear onset meets the bent branch.
 struct Link {
   BucklingLink link;
   double onset_gap;     // (L - r)/L
@@ -94,7 +97,8 @@ struct Link {
 };
 
 Link with_onset(const BucklingLink& link) {
-  // The onset is weaker at 0 and stronger at full compression: one crossing, by bisection.
+  // The onset is weaker at 0 and stronger at full compression, so bisection finds the only
+  // crossing.
   double low = 0.0, high = 1.0;
   constexpr int halvings = 100;
   for (int i = 0; i < halvings; ++i) {
@@ -117,10 +121,10 @@ class BucklingLinks {
       detail::require_number_of("rest_length", name, i, l.rest_length, false);
       detail::require_number_of("rigidity", name, i, l.rigidity, false);
       detail::require_number_of("damping", name, i, l.damping);
-      // The bent branch ends at κ = 2π/L with 4π² k/L²: below that there may be no crossing.
+      // The bent branch ends at κ = 2π/L with 4π² k/L²; a smaller onset might not cross it.
       const double length = l.rest_length;
       detail::require_number_of("onset above 4 pi^2 rigidity/rest_length^3", name, i,
-                                l.onset - 4.0 * pi * pi * l.rigidity / (length * length * length),
+                                l.onset - 4.0 * kPi * kPi * l.rigidity / (length * length * length),
                                 false);
       links_.push_back(with_onset(l));
     }
@@ -162,5 +166,20 @@ std::unique_ptr<Force> make_buckling_force(std::span<const BucklingLink> links,
                                            std::size_t particles) {
   return std::make_unique<detail::ElementForce<BucklingLinks>>(BucklingLinks(links), particles);
 }
+
+namespace detail {
+
+ForceLaw buckling_law() {
+  return {.name = "buckling",
+          .promise = "minus the gradient of its energy; survey eq. 5 mended",
+          .source = "Choi, Ko, Stable but responsive cloth, 2002",
+          .energy = "buckling",
+          .add = [](const ClothMesh& cloth, ForceList& forces) {
+            if (!cloth.links.empty())
+              forces.push_back(make_buckling_force(cloth.links, cloth.mass.size()));
+          }};
+}
+
+}  // namespace detail
 
 }  // namespace selvedge

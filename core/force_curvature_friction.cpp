@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: MIT
 //
-// The loop of bending, M = B κ ± HB (S. Kawabata), of triangle meshes: the part ±, as the sliders
-// of force_friction.cpp have it at hinges of grids. Here it acts on the curvature tensor K of a
-// triangle as detail/shape_operator.cpp has it, which is exact for constant curvature on any mesh:
-// bent to a cylinder of any direction, |K| = κ. The tensor sticks to a value S that changes only
-// when a step is accepted; within a step the moment is the gradient of
-//   E = ½ (M/y) |K - S|² for |K - S| <= y, M (|K - S| - y/2) beyond,  M = HB·area,
-// which accepting never increases, so that energy is only lost.
+// The hysteresis loop of bending, M = B κ ± HB (S. Kawabata), for triangle meshes: the term ±HB,
+// modelled by sliders as in force_friction.cpp for the hinges of grids. Here it acts on the
+// curvature tensor K of a triangle as defined in detail/shape_operator.cpp, which is exact for
+// constant curvature on any mesh: for a cylinder of any direction |K| = κ. The tensor sticks to a
+// value S that changes only when a step is accepted. Within a step the moment is the gradient of
+//   E = ½ (M/y) |K - S|² for |K - S| <= y, M (|K - S| - y/2) beyond,  M = HB·area.
+// Accepting a step never increases E, so energy can only be lost.
 //
-// Jacobian: a tensor of a triangle joins the vertices of its neighbours' neighbours. As in
-// force_shape_operator.cpp hinges are coupled to themselves alone, by what bounds their couples.
-#include <selvedge/core/coloring.h>
+// Jacobian: the tensor of a triangle depends on the vertices of its neighbours' neighbours. As in
+// force_shape_operator.cpp, couplings between hinges are replaced by diagonal terms that bound
+// them.
+#include <selvedge/core/detail/coloring.h>
 #include <selvedge/core/detail/force_checks.h>
 #include <selvedge/core/detail/lane_forces.h>
 #include <selvedge/core/force.h>
@@ -23,15 +24,15 @@
 namespace selvedge {
 namespace {
 
-using detail::group_lanes;
+using detail::kGroupLanes;
 
-constexpr std::size_t grain = 128, friction_grain = 512;  // groups; frictions
-constexpr const char* name = "curvature friction";
+constexpr std::size_t kGrain = 128, kFrictionGrain = 512;  // groups; frictions
+constexpr const char* kName = "curvature friction";
 
-/// What one friction does in a state.
+/// State of one friction element.
 struct Slide {
-  Vec3 off;     // K - S, 1/m
-  double size;  // of it
+  Vec3 off;     // distance to S
+  double size;  // norm of `off`
   double rate;  // moment per curvature, N·m³
 };
 
@@ -73,7 +74,7 @@ class CurvatureFrictionForce final : public Force {
 
   double energy(const ForceState& state) const override {
     measure(state);
-    return parallel_sum(size(), friction_grain, [&](std::size_t begin, std::size_t end) {
+    return parallel_sum(size(), kFrictionGrain, [&](std::size_t begin, std::size_t end) {
       double sum = 0.0;
       for (std::size_t t = begin; t < end; ++t) {
         const double off = slide_of(t).size, y = yield_[t];
@@ -116,10 +117,10 @@ class CurvatureFrictionForce final : public Force {
     for (std::size_t e = 0; e < hinges_.size(); ++e) {
       const std::size_t p = place_of_[e];
       const double* at =
-          gradient_.data() + detail::lane_gradient * (p / group_lanes) + 3 * (p % group_lanes);
-      const Eigen::Map<const Vec3> g0(at), g1(at + 3 * group_lanes), g3(at + 6 * group_lanes);
+          gradient_.data() + detail::kLaneGradient * (p / kGroupLanes) + 3 * (p % kGroupLanes);
+      const Eigen::Map<const Vec3> g0(at), g1(at + 3 * kGroupLanes), g3(at + 6 * kGroupLanes);
       const std::array<double, 4> norm{g0.norm(), g1.norm(), (g0 + g1 + g3).norm(), g3.norm()};
-      // The second derivative of the angle is at most about twice the products of the gradients.
+      // The second derivative of the angle is at most about twice the product of the gradients.
       const double row =
           (stiffness_at(p) + 2.0 * std::abs(moment_[p])) * (norm[0] + norm[1] + norm[2] + norm[3]);
       for (int k = 0; k < 4; ++k) stiffness[hinges_[e].v[k]] += row * norm[k];
@@ -139,7 +140,7 @@ class CurvatureFrictionForce final : public Force {
   }
 
   std::span<const double> restore_memory(std::span<const double> memory) override {
-    detail::require_memory(name, memory.size(), 3 * size());
+    detail::require_memory(kName, memory.size(), 3 * size());
     for (std::size_t t = 0; t < size(); ++t) slip_[t] = Eigen::Map<const Vec3>(&memory[3 * t]);
     return memory.subspan(3 * size());
   }
@@ -154,11 +155,11 @@ class CurvatureFrictionForce final : public Force {
       detail::require_number_of("size of rest_angle", "hinge", i, std::abs(hinges[i].rest_angle));
     }
     for (std::size_t i = 0; i < frictions.size(); ++i) {
-      detail::require_number_of("moment", name, i, frictions[i].moment);
-      detail::require_number_of("yield", name, i, frictions[i].yield, false);
+      detail::require_number_of("moment", kName, i, frictions[i].moment);
+      detail::require_number_of("yield", kName, i, frictions[i].yield, false);
       for (const auto& term : frictions[i].terms) {
-        detail::require_particle(name, i, term.hinge, hinges.size());
-        detail::require_number_of("size of curvature", name, i, term.curvature.norm());
+        detail::require_particle(kName, i, term.hinge, hinges.size());
+        detail::require_number_of("size of curvature", kName, i, term.curvature.norm());
       }
     }
   }
@@ -181,12 +182,12 @@ class CurvatureFrictionForce final : public Force {
     for (std::size_t g = 0; g < lanes_.groups.size(); ++g)
       for (std::int16_t l = 0; l < lanes_.groups[g].count; ++l) {
         place[number[coloring.order[place_of_.size()]]] =
-            static_cast<std::int32_t>(group_lanes * g + l);
-        place_of_.push_back(group_lanes * g + l);
+            static_cast<std::int32_t>(kGroupLanes * g + l);
+        place_of_.push_back(kGroupLanes * g + l);
       }
-    turn_.assign(group_lanes * lanes_.groups.size(), 0.0);
+    turn_.assign(kGroupLanes * lanes_.groups.size(), 0.0);
     moment_ = turn_;
-    gradient_.resize(detail::lane_gradient * lanes_.groups.size() + detail::lane_gradient_more);
+    gradient_.resize(detail::kLaneGradient * lanes_.groups.size() + detail::kLaneGradientMore);
   }
 
   void set_terms_of_places() {
@@ -209,7 +210,7 @@ class CurvatureFrictionForce final : public Force {
 
   void measure(const ForceState& state) const {
     const detail::LaneForce force = detail::lane_force(lanes_, numbers_, state, {});
-    parallel_for(lanes_.groups.size(), grain, [&](std::size_t first, std::size_t last) {
+    parallel_for(lanes_.groups.size(), kGrain, [&](std::size_t first, std::size_t last) {
       detail::lane_kernel().bends(force, plate(), first, last);
     });
   }
@@ -222,15 +223,15 @@ class CurvatureFrictionForce final : public Force {
     return {off, size, moment_of_[t] / std::max(size, yield_[t])};
   }
 
-  /// moment_ of all hinges: what the tensors' moments are to each.
+  /// Sets moment_ of all hinges from the moments of the tensors.
   void set_moments() const {
-    parallel_for(size(), friction_grain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(size(), kFrictionGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t t = begin; t < end; ++t) {
         const Slide s = slide_of(t);
         tensor_[t] = s.rate * s.off;
       }
     });
-    parallel_for(turn_.size(), group_lanes * grain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(turn_.size(), kGroupLanes * kGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t p = begin; p < end; ++p) {
         moment_[p] = 0.0;
         for (std::uint32_t k = terms_begin_[p]; k < terms_begin_[p + 1]; ++k)
@@ -240,13 +241,13 @@ class CurvatureFrictionForce final : public Force {
   }
 
   double& stiffness_at(std::size_t p) const {
-    return numbers_[group_lanes * (3 * (p / group_lanes) + 1) + p % group_lanes];
+    return numbers_[kGroupLanes * (3 * (p / kGroupLanes) + 1) + p % kGroupLanes];
   }
 
-  /// The stiffness of all hinges, which bounds that of the tensors. A tensor that slips gives way
-  /// along its moment (`slipping`), and is held across it.
+  /// Sets the stiffness of all hinges, an upper bound of that of the tensors. A slipping tensor has
+  /// no stiffness along its moment (if `slipping`), but keeps it across.
   void set_bounds(bool slipping) const {
-    parallel_for(size(), friction_grain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(size(), kFrictionGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t t = begin; t < end; ++t) {
         const Slide s = slide_of(t);
         Mat3 slope = s.rate * Mat3::Identity();
@@ -260,7 +261,7 @@ class CurvatureFrictionForce final : public Force {
         }
       }
     });
-    parallel_for(turn_.size(), group_lanes * grain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(turn_.size(), kGroupLanes * kGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t p = begin; p < end; ++p) {
         stiffness_at(p) = 0.0;
         for (std::uint32_t k = terms_begin_[p]; k < terms_begin_[p + 1]; ++k)
@@ -270,18 +271,19 @@ class CurvatureFrictionForce final : public Force {
   }
 
   std::vector<Hinge> hinges_;
-  std::vector<std::size_t> place_of_;  // of hinges: group_lanes·group + lane
+  std::vector<std::size_t> place_of_;  // per hinge: kGroupLanes·group + lane
   detail::LaneGroups lanes_;
   std::vector<std::size_t> color_begin_;
   std::vector<std::array<std::int32_t, 16>> slots_;
-  std::vector<double> moment_of_, yield_;  // of frictions
-  std::vector<std::uint32_t> begin_;       // of their terms
-  std::vector<std::int32_t> place_;        // of a term: that of its hinge
-  std::vector<Vec3> curvature_;            // of a term
+  std::vector<double> moment_of_, yield_;  // per friction
+  std::vector<std::uint32_t> begin_;       // start of the terms of each friction
+  std::vector<std::int32_t> place_;        // per term: position of its hinge
+  std::vector<Vec3> curvature_;            // per term
   std::vector<std::uint32_t> friction_of_;
-  std::vector<std::uint32_t> terms_begin_, terms_;  // of a place
-  std::vector<Vec3> slip_;                          // of frictions: what they stick to, 1/m
-  mutable std::vector<double> numbers_, turn_, moment_, gradient_, bound_;  // of one evaluation
+  std::vector<std::uint32_t> terms_begin_, terms_;  // terms of each position
+  std::vector<Vec3> slip_;                          // 1/m, per friction: the value S it sticks to
+  mutable std::vector<double> numbers_, turn_, moment_, gradient_,
+      bound_;  // scratch of one evaluation
   mutable std::vector<Vec3> tensor_;
 };
 

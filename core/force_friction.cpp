@@ -1,21 +1,23 @@
 // SPDX-License-Identifier: MIT
 //
-// Hysteresis of bending and shear as the KES-F instruments measure it: M = B κ ± HB, F = G φ ± HG
-// (S. Kawabata; survey 3.1.2, Zhong and Wang 1998, Ji et al. 2006, Zhang et al. 2012, who fit the
-// curves and leave out how the branch changes). This force is the part ± of it: a slider behind a
-// spring at every hinge or corner. It sticks to an angle, holds against a turn with a moment that
-// grows to `moment` over `yield`, and is dragged along beyond that. The angle it sticks to changes
+// Hysteresis of bending and shear as measured by KES-F instruments: M = B κ ± HB, F = G φ ± HG (S.
+// Kawabata; survey 3.1.2, Zhong and Wang 1998, Ji et al. 2006, Zhang et al. 2012, who fit the
+// curves but do not say how the branch changes). This force is the term ±: a slider in series with
+// a spring at every hinge or corner. It sticks to an angle and opposes rotation with a moment that
+// grows to `moment` over `yield`; beyond that it is dragged along. The angle at which it sticks
+// changes
 // only when a step is accepted (`accept`); within a step the force is the gradient of
 //   E = ½ (M/y) e² for |e| <= y, M (|e| - y/2) beyond,  e = θ - slip.
-// Unloaded, cloth keeps the curvature HB/B. 2HG5, the hysteresis at 5°, is not used: the loop is as
-// wide everywhere.
+// Unloaded cloth keeps the curvature HB/B. 2HG5, the hysteresis at 5°, is not used: the loop has
+// the same width everywhere.
 #include <selvedge/core/detail/dihedral.h>
 #include <selvedge/core/detail/element_force.h>
+#include <selvedge/core/force.h>
 
 namespace selvedge {
 namespace {
 
-/// Angle and gradient of a hinge, or of the corner of a twisting spring.
+/// Angle and gradient of a hinge or of the corner of a twisting spring.
 template <int N>
 struct Angle {
   double value = 0.0;
@@ -35,7 +37,7 @@ Angle<3> angle_of(std::span<const Vec3> x, const std::array<std::int32_t, 3>& v)
   if (lp <= 0.0 || lq <= 0.0) return a;
   const Vec3 u = p / lp, w = q / lq, n = u.cross(w);
   const double sine = n.norm();
-  // Straight or folded flat the corner has no plane to turn in.
+  // If the corner is straight or folded flat, the plane of rotation is undefined.
   constexpr double straight = 1e-12;
   a.value = std::atan2(sine, u.dot(w));
   a.valid = sine > straight;
@@ -76,8 +78,8 @@ class Sliders {
     s.moment = friction.moment * std::clamp(off / y, -1.0, 1.0);
     s.slope = size <= y ? friction.moment / y : 0.0;
     s.gradient = angle.gradient;
-    // Slipping it has no slope, but its moment times the second derivative of the angle, which is
-    // at most about twice the products of the gradients.
+    // While it slips, the slope is zero, and only the moment times the second derivative of the
+    // angle remains. That derivative is at most about twice the product of the gradients.
     s.bound = 2.0 * std::abs(s.moment);
     for (int k = 0; k < arity; ++k) s.weight[k] = s.gradient[k].norm();
     s.plane.setZero();
@@ -105,7 +107,7 @@ class Sliders {
  private:
   struct Slider {
     Friction friction;
-    double slip;  // rad, the angle it sticks to
+    double slip;  // rad, the angle at which it sticks
   };
   std::vector<Slider> sliders_;
 };
@@ -134,5 +136,24 @@ std::unique_ptr<Force> make_corner_friction(std::span<const CornerFriction> fric
   return std::make_unique<FrictionForce<CornerFriction>>(Sliders<CornerFriction>(frictions),
                                                          particles);
 }
+
+namespace detail {
+
+ForceLaw hysteresis_law() {
+  return {.name = "hysteresis",
+          .promise = "minus the gradient of its energy within a step; has a memory",
+          .source = "Kawabata, KES-F; Zhong, Wang, 1998; Ji et al., 2006; Zhang et al., 2012",
+          .add = [](const ClothMesh& cloth, ForceList& forces) {
+            if (!cloth.hinge_frictions.empty())
+              forces.push_back(make_hinge_friction(cloth.hinge_frictions, cloth.mass.size()));
+            if (!cloth.curvature_frictions.empty())
+              forces.push_back(make_curvature_friction(cloth.hinges, cloth.curvature_frictions,
+                                                       cloth.mass.size()));
+            if (!cloth.corner_frictions.empty())
+              forces.push_back(make_corner_friction(cloth.corner_frictions, cloth.mass.size()));
+          }};
+}
+
+}  // namespace detail
 
 }  // namespace selvedge

@@ -7,7 +7,7 @@
 namespace selvedge {
 namespace {
 
-constexpr std::size_t particle_grain = 4096;
+constexpr std::size_t kParticleGrain = 4096;
 
 class Gravity final : public Force {
  public:
@@ -16,13 +16,13 @@ class Gravity final : public Force {
   }
 
   void add_force(const ForceState& state, std::span<Vec3> f) const override {
-    parallel_for(f.size(), particle_grain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(f.size(), kParticleGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) f[i] += state.mass[i] * acceleration_;
     });
   }
 
   double energy(const ForceState& state) const override {
-    return parallel_sum(state.x.size(), particle_grain, [&](std::size_t begin, std::size_t end) {
+    return parallel_sum(state.x.size(), kParticleGrain, [&](std::size_t begin, std::size_t end) {
       double sum = 0.0;
       for (std::size_t i = begin; i < end; ++i)
         sum -= state.mass[i] * acceleration_.dot(state.x[i]);
@@ -45,5 +45,11 @@ class Gravity final : public Force {
 std::unique_ptr<Force> make_gravity(const Vec3& acceleration) {
   return std::make_unique<Gravity>(acceleration);
 }
+
+namespace detail {
+
+ForceLaw gravity_law() { return {.name = "gravity", .promise = "", .source = ""}; }
+
+}  // namespace detail
 
 }  // namespace selvedge

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/coloring.h>
+#include <selvedge/core/detail/coloring.h>
 #include <selvedge/core/detail/force_checks.h>
 #include <selvedge/core/detail/lane_forces.h>
 #include <selvedge/core/force.h>
@@ -10,16 +10,16 @@
 namespace selvedge {
 namespace {
 
-constexpr std::size_t energy_grain = 4096;
+constexpr std::size_t kEnergyGrain = 4096;
 
 struct SpringSlots {
   std::int32_t aa, bb, ab, ba;
 };
 
-/// The line of a spring: its length and direction from a to b.
+/// Length and direction of a spring from a to b.
 struct Line {
   double length;
-  Vec3 direction;  // zero where the ends coincide: no direction, so no force
+  Vec3 direction;  // zero if the ends coincide; the spring then exerts no force
 };
 
 Line line_of(const Spring& s, std::span<const Vec3> x) {
@@ -63,7 +63,7 @@ class HookeForce final : public Force {
   }
 
   double energy(const ForceState& state) const override {
-    return parallel_sum(springs_.size(), energy_grain, [&](std::size_t begin, std::size_t end) {
+    return parallel_sum(springs_.size(), kEnergyGrain, [&](std::size_t begin, std::size_t end) {
       double sum = 0.0;
       for (std::size_t i = begin; i < end; ++i) {
         const Spring& s = springs_[i];
@@ -93,8 +93,8 @@ class HookeForce final : public Force {
         const Spring& s = springs_[i];
         const Line line = line_of(s, state.x);
         if (line.length <= 0.0) continue;
-        // -∂f/∂x = k [d dᵀ + (1 - L0/L)(I - d dᵀ)]. The second part is indefinite under
-        // compression and is dropped there [ChoiKo2002].
+        // -∂f/∂x = k [d dᵀ + (1 - L0/L)(I - d dᵀ)]. The second part is indefinite under compression
+        // and is then dropped [ChoiKo2002].
         const double across =
             h * h * s.stiffness * std::max(0.0, 1.0 - s.rest_length / line.length);
         const double along = h * s.stiffness * (h + s.damping) - across;
@@ -114,7 +114,8 @@ class HookeForce final : public Force {
                            std::span<double> damping) const override {
     for (const Spring& s : springs_) {
       const double length = line_of(s, state.x).length;
-      // The block's norm is k along the spring and k |1 - L0/L| across; it stands twice in a row.
+      // The norm of the block is k along the spring and k |1 - L0/L| across it; it occurs twice in
+      // a row.
       const double across = length > 0.0 ? std::abs(1.0 - s.rest_length / length) : 1.0;
       const double norm = 2.0 * s.stiffness * std::max(1.0, across);
       stiffness[s.a] += norm;
@@ -127,7 +128,7 @@ class HookeForce final : public Force {
  private:
   std::vector<Spring> springs_;
   detail::LaneGroups lanes_;
-  std::vector<double> numbers_;  // of lanes_
+  std::vector<double> numbers_;  // data of lanes_
   std::vector<SpringSlots> slots_;
   std::vector<std::size_t> color_begin_;
 };
@@ -137,5 +138,24 @@ class HookeForce final : public Force {
 std::unique_ptr<Force> make_hooke_force(std::span<const Spring> springs, std::size_t particles) {
   return std::make_unique<HookeForce>(springs, particles);
 }
+
+namespace detail {
+
+ForceLaw hooke_law() {
+  return {.name = "hooke",
+          .promise = "minus the gradient of its energy",
+          .source = "stretch and shear springs, Hooke's law",
+          .energy = "stretch_and_shear",
+          .add = [](const ClothMesh& cloth, ForceList& forces) {
+            const std::vector<Spring> springs = springs_of_curve(cloth, -1);
+            if (!springs.empty()) forces.push_back(make_hooke_force(springs, cloth.mass.size()));
+            for (std::size_t c = 0; c < cloth.curves.size(); ++c)
+              if (cloth.curves[c].law == StretchLaw::hooke)
+                forces.push_back(make_hooke_force(
+                    springs_of_curve(cloth, static_cast<std::int32_t>(c)), cloth.mass.size()));
+          }};
+}
+
+}  // namespace detail
 
 }  // namespace selvedge

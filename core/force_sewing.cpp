@@ -1,22 +1,23 @@
 // SPDX-License-Identifier: MIT
 //
 // Sewing force after Y. Zhong, B. Xu, "Three-dimensional garment dressing simulation", Textile
-// Research Journal 2009, which pulls the particles i and j of a seam together [survey eq. 10]:
-// ε X_ij - C_air V_i + ΔA_a farther apart than δ, c X_ij/|X_ij| nearer. As printed X_ij is once a
-// vector and once its length; the second branch is 0/0 when the seam is closed and pushes the
-// particles to and fro before; C_air V_i slows a garment that moves as a whole; ΔA_a is an
-// acceleration among forces, and the survey does not say which. Here
+// Research Journal 2009. It pulls the particles i and j of a seam together [survey eq. 10]: ε X_ij
+// - C_air V_i + ΔA_a beyond δ, c X_ij/|X_ij| within δ. The printed equation has these faults: X_ij
+// is once a vector and once its length; the second branch is 0/0 when the seam is closed and makes
+// the particles oscillate before; C_air V_i slows a garment that moves as a whole; ΔA_a is an
+// acceleration among forces, and the survey does not define it. Here
 //   F_i = T(d) X_ij/d + damping·(V_j - V_i along X_ij),  F_j = -F_i,  d = |X_ij|,
-// T = ε d beyond δ and c = ε δ within (so that T is continuous), falling to 0 linearly on the last
-// `closing_share` of δ: there is an energy and a closed seam rests. ΔA_a is left out. Particles
-// that have met are to be merged by who owns the mesh.
+// with T = ε d beyond δ and c = ε δ within (T is continuous), decreasing linearly to 0 over the
+// last `kClosingShare` of δ. So the force has an energy, and a closed seam is at rest. ΔA_a is
+// omitted. The owner of the mesh is expected to merge particles that have met.
 #include <selvedge/core/detail/element_force.h>
+#include <selvedge/core/force.h>
 
 namespace selvedge {
 namespace {
 
-/// Share of δ on which the pull falls to 0; small, so that seams close to a hundredth of δ.
-constexpr double closing_share = 0.01;
+/// Fraction of δ over which the pull decreases to 0; small, so seams close to a hundredth of δ.
+constexpr double kClosingShare = 0.01;
 
 class Seams {
  public:
@@ -41,7 +42,7 @@ class Seams {
 
  private:
   detail::Tension tension(double d) const {
-    const double far = config_.tolerance, near = closing_share * far, c = config_.pull * far;
+    const double far = config_.tolerance, near = kClosingShare * far, c = config_.pull * far;
     if (d <= near) return {0.5 * c * d * d / near, c * d / near, c / near};
     if (d <= far) return {c * (d - 0.5 * near), c, 0.0};
     return {c * (far - 0.5 * near) + 0.5 * config_.pull * (d * d - far * far), config_.pull * d,
@@ -58,5 +59,15 @@ std::unique_ptr<Force> make_sewing_force(std::span<const Edge> seams, const Sewi
                                          std::size_t particles) {
   return std::make_unique<detail::ElementForce<Seams>>(Seams(seams, config), particles);
 }
+
+namespace detail {
+
+ForceLaw sewing_law() {
+  return {.name = "sewing",
+          .promise = "minus the gradient of its energy; survey eq. 10 mended",
+          .source = "Zhong, Xu, Three-dimensional garment dressing simulation, 2009"};
+}
+
+}  // namespace detail
 
 }  // namespace selvedge

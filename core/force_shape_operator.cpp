@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: MIT
 //
-// Bending of triangle meshes as a plate: ½ (θ-θ0)ᵀ W (θ-θ0) of the angles of all hinges, with the
-// constant W of detail/shape_operator.cpp, which has the papers. The force of a hinge is that of
-// [Bridson2003] with the moment W (θ-θ0 + damping·dθ/dt) instead of its own angle's.
+// Bending of triangle meshes as a plate: energy ½ (θ-θ0)ᵀ W (θ-θ0) of the angles of all hinges,
+// with the constant matrix W of detail/shape_operator.cpp, which cites the papers. The force of a
+// hinge is that of [Bridson2003] with the moment W (θ-θ0 + damping·dθ/dt).
 //
-// Jacobian: ∇θ W ∇θᵀ, without the curvature of θ itself, which is indefinite. Couples between
-// hinges of two triangles would join vertices three rings apart. In the Jacobian they are replaced
-// by what bounds them, |W_ef| on the diagonals of e and f: its blocks are those of the vertices of
-// a triangle and its neighbours, and it is never softer than the force, so that steps stay stable.
-// On grids without distortion these couples are small or none.
-#include <selvedge/core/coloring.h>
+// Jacobian: ∇θ W ∇θᵀ, without the indefinite second derivative of θ. Couplings between hinges of
+// two triangles would connect vertices three rings apart. The Jacobian replaces them by an upper
+// bound: |W_ef| on the diagonals of e and f. Its blocks then connect only the vertices of a
+// triangle and its neighbours, and it is never softer than the force, so steps stay stable. On
+// undistorted grids these couplings are small or zero.
+#include <selvedge/core/detail/coloring.h>
 #include <selvedge/core/detail/force_checks.h>
 #include <selvedge/core/detail/lane_forces.h>
+#include <selvedge/core/detail/topology.h>
 #include <selvedge/core/force.h>
 
 #include <algorithm>
@@ -23,15 +24,15 @@
 namespace selvedge {
 namespace {
 
-using detail::group_lanes;
+using detail::kGroupLanes;
 using detail::LanePatch;
 
-constexpr std::size_t grain = 128;  // groups
-constexpr int patch_vertices = 6;   // at most: a triangle's and one beyond each hinge
+constexpr std::size_t kGrain = 128;  // groups
+constexpr int kPatchVertices = 6;    // at most: three of a triangle and one beyond each hinge
 
-/// The vertices of a patch in the order of LanePatch::corner, the last one repeated where there are
+/// The vertices of a patch in the order of LanePatch::corner; the last one is repeated if there are
 /// fewer.
-using PatchVertices = std::array<std::int32_t, patch_vertices>;
+using PatchVertices = std::array<std::int32_t, kPatchVertices>;
 
 void validate(std::span<const Hinge> hinges, std::span<const HingeCouple> couples,
               std::size_t particles) {
@@ -75,9 +76,9 @@ class ShapeOperatorForce final : public Force {
     for (HingeCouple& c : own) c = {number[c.a], number[c.b], c.stiffness};
     set_rows(own);
     set_patches(own, particles);
-    turn_.resize(group_lanes * lanes_.groups.size());
+    turn_.resize(kGroupLanes * lanes_.groups.size());
     moment_.resize(turn_.size());
-    gradient_.resize(detail::lane_gradient * lanes_.groups.size() + detail::lane_gradient_more);
+    gradient_.resize(detail::kLaneGradient * lanes_.groups.size() + detail::kLaneGradientMore);
   }
 
   void add_force(const ForceState& state, std::span<Vec3> f) const override {
@@ -94,29 +95,29 @@ class ShapeOperatorForce final : public Force {
   double energy(const ForceState& state) const override {
     const detail::LaneKernel& kernel = detail::lane_kernel();
     const detail::LaneForce force = detail::lane_force(lanes_, numbers_, state, {});
-    parallel_for(lanes_.groups.size(), grain, [&](std::size_t first, std::size_t last) {
-      kernel.turns(force, turn_.data() + group_lanes * first, first, last);
+    parallel_for(lanes_.groups.size(), kGrain, [&](std::size_t first, std::size_t last) {
+      kernel.turns(force, turn_.data() + kGroupLanes * first, first, last);
     });
-    return parallel_sum(lanes_.groups.size(), grain, [&](std::size_t first, std::size_t last) {
+    return parallel_sum(lanes_.groups.size(), kGrain, [&](std::size_t first, std::size_t last) {
       kernel.moments(force, plate(), first, last);
       double sum = 0.0;
       for (std::size_t g = first; g < last; ++g)
         for (std::int16_t l = 0; l < lanes_.groups[g].count; ++l)
-          sum += 0.5 * turn_[group_lanes * g + l] * moment_[group_lanes * g + l];
+          sum += 0.5 * turn_[kGroupLanes * g + l] * moment_[kGroupLanes * g + l];
       return sum;
     });
   }
 
   void add_links(std::vector<Edge>& links) const override {
     for (std::size_t p = 0; p < patches_.size(); ++p)
-      for (int i = 0; i < patch_vertices; ++i)
+      for (int i = 0; i < kPatchVertices; ++i)
         for (int j = 0; j < i; ++j)
           if (vertices_[p][i] != vertices_[p][j])
             links.push_back({vertices_[p][i], vertices_[p][j]});
   }
 
   void bind(const BlockMatrix& matrix) override {
-    constexpr int n = patch_vertices;
+    constexpr int n = kPatchVertices;
     slots_.assign(patches_.size(), {});
     for (std::size_t p = 0; p < patches_.size(); ++p)
       for (int i = 0; i < n; ++i)
@@ -136,7 +137,7 @@ class ShapeOperatorForce final : public Force {
                            std::span<double> damping) const override {
     measure(state);
     std::vector<std::array<double, 4>> norm(hinges_.size());
-    std::vector<double> all(turn_.size(), 0.0);  // by place
+    std::vector<double> all(turn_.size(), 0.0);  // indexed by position
     for (std::size_t e = 0; e < hinges_.size(); ++e) {
       norm[e] = gradient_norms(place_[e]);
       for (const double n : norm[e]) all[place_[e]] += n;
@@ -155,33 +156,33 @@ class ShapeOperatorForce final : public Force {
   void set_places() {
     for (std::size_t g = 0; g < lanes_.groups.size(); ++g)
       for (std::int16_t l = 0; l < lanes_.groups[g].count; ++l)
-        place_.push_back(static_cast<std::int32_t>(group_lanes * g + l));
+        place_.push_back(static_cast<std::int32_t>(kGroupLanes * g + l));
   }
 
-  /// The couples of W by groups: as many rows of `group_lanes` as the hinge has that has the most.
-  /// What fills them up is 0 and names the hinge itself.
+  /// The couplings of W by groups: as many rows of `kGroupLanes` as the largest hinge of a group
+  /// needs. Unused entries are 0 and refer to the hinge itself.
   void set_rows(const std::vector<HingeCouple>& couples) {
-    std::vector<std::vector<std::pair<std::int32_t, double>>> of(group_lanes *
+    std::vector<std::vector<std::pair<std::int32_t, double>>> of(kGroupLanes *
                                                                  lanes_.groups.size());
     for (const HingeCouple& c : couples) {
       of[place_[c.a]].emplace_back(place_[c.b], c.stiffness);
       of[place_[c.b]].emplace_back(place_[c.a], c.stiffness);
     }
     row_begin_.push_back(0);
-    for (std::size_t first = 0; first < of.size(); first += group_lanes) {
+    for (std::size_t first = 0; first < of.size(); first += kGroupLanes) {
       std::size_t most = 0;
-      for (std::size_t l = 0; l < group_lanes; ++l) most = std::max(most, of[first + l].size());
+      for (std::size_t l = 0; l < kGroupLanes; ++l) most = std::max(most, of[first + l].size());
       for (std::size_t r = 0; r < most; ++r)
-        for (std::size_t l = first; l < first + group_lanes; ++l) {
+        for (std::size_t l = first; l < first + kGroupLanes; ++l) {
           const bool has = r < of[l].size();
           column_.push_back(has ? of[l][r].first : static_cast<std::int32_t>(l));
           couple_.push_back(has ? of[l][r].second : 0.0);
         }
-      row_begin_.push_back(static_cast<std::uint32_t>(column_.size() / group_lanes));
+      row_begin_.push_back(static_cast<std::uint32_t>(column_.size() / kGroupLanes));
     }
   }
 
-  /// The vertices that two hinges share; those of one triangle share it.
+  /// The vertices that two hinges share; hinges of one triangle share its vertices.
   std::vector<std::int32_t> shared(std::int32_t a, std::int32_t b) const {
     std::vector<std::int32_t> common;
     for (const std::int32_t v : hinges_[a].v)
@@ -191,7 +192,7 @@ class ShapeOperatorForce final : public Force {
     return common;
   }
 
-  /// A patch while it is made: its hinges are numbers, not places.
+  /// A patch under construction: its hinges are indices, not positions.
   struct Draft {
     std::vector<std::int32_t> triangle;
     LanePatch patch;
@@ -255,7 +256,7 @@ class ShapeOperatorForce final : public Force {
     for (Draft& draft : drafts) vertices.push_back(finish(draft));
     std::vector<std::int32_t> corners;
     for (const PatchVertices& v : vertices) corners.insert(corners.end(), v.begin(), v.end());
-    Coloring coloring = color_elements(corners, patch_vertices, particles);
+    Coloring coloring = color_elements(corners, kPatchVertices, particles);
     for (const std::int32_t i : coloring.order) {
       patches_.push_back(drafts[i].patch);
       vertices_.push_back(vertices[i]);
@@ -263,7 +264,7 @@ class ShapeOperatorForce final : public Force {
     patch_begin_ = std::move(coloring.color_begin);
   }
 
-  /// Sets the corners of the patch's hinges and names these by place.
+  /// Sets the corners of the patch's hinges and replaces their indices by positions.
   PatchVertices finish(Draft& draft) const {
     LanePatch& patch = draft.patch;
     PatchVertices vertices;
@@ -282,47 +283,47 @@ class ShapeOperatorForce final : public Force {
     return vertices;
   }
 
-  /// Views what is here, the scratch of one evaluation among it.
+  /// A view of the members, including the scratch arrays of one evaluation.
   detail::LanePlate plate() const {
     return {row_begin_.data(), column_.data(), couple_.data(),  patches_.data(),
             turn_.data(),      moment_.data(), gradient_.data()};
   }
 
-  /// Turns, damping among them, and gradients of all hinges.
+  /// Computes the angle changes, including damping, and the gradients of all hinges.
   void measure(const ForceState& state) const {
     const detail::LaneForce force = detail::lane_force(lanes_, numbers_, state, {});
-    parallel_for(lanes_.groups.size(), grain, [&](std::size_t first, std::size_t last) {
+    parallel_for(lanes_.groups.size(), kGrain, [&](std::size_t first, std::size_t last) {
       detail::lane_kernel().bends(force, plate(), first, last);
     });
   }
 
-  /// Of the gradient of a hinge at its four corners, 1/m.
+  /// Norms of the gradient of a hinge at its four corners, 1/m.
   std::array<double, 4> gradient_norms(std::int32_t place) const {
-    const std::size_t group = place / group_lanes, lane = place % group_lanes;
-    const double* at = gradient_.data() + detail::lane_gradient * group + 3 * lane;
-    const Eigen::Map<const Vec3> g0(at), g1(at + 3 * group_lanes), g3(at + 6 * group_lanes);
+    const std::size_t group = place / kGroupLanes, lane = place % kGroupLanes;
+    const double* at = gradient_.data() + detail::kLaneGradient * group + 3 * lane;
+    const Eigen::Map<const Vec3> g0(at), g1(at + 3 * kGroupLanes), g3(at + 6 * kGroupLanes);
     return {g0.norm(), g1.norm(), (g0 + g1 + g3).norm(), g3.norm()};
   }
 
   /// Σ |W_ab| number_b.
   double sum_of_row(std::int32_t place, double own, const std::vector<double>& number) const {
-    const std::size_t group = place / group_lanes, lane = place % group_lanes;
+    const std::size_t group = place / kGroupLanes, lane = place % kGroupLanes;
     double sum = own * number[place];
     for (std::size_t r = row_begin_[group]; r < row_begin_[group + 1]; ++r)
-      sum += std::abs(couple_[group_lanes * r + lane]) * number[column_[group_lanes * r + lane]];
+      sum += std::abs(couple_[kGroupLanes * r + lane]) * number[column_[kGroupLanes * r + lane]];
     return sum;
   }
 
   std::vector<Hinge> hinges_;
   detail::LaneGroups lanes_;
-  std::vector<double> numbers_;      // of lanes_
-  std::vector<std::int32_t> place_;  // of hinges, group_lanes·group + lane
+  std::vector<double> numbers_;      // data of lanes_
+  std::vector<std::int32_t> place_;  // per hinge: kGroupLanes·group + lane
   std::vector<std::uint32_t> row_begin_;
   std::vector<std::int32_t> column_;
   std::vector<double> couple_;
   std::vector<LanePatch> patches_;
   std::vector<PatchVertices> vertices_;
-  std::vector<std::array<std::int32_t, patch_vertices * patch_vertices>> slots_;
+  std::vector<std::array<std::int32_t, kPatchVertices * kPatchVertices>> slots_;
   std::vector<std::size_t> color_begin_, patch_begin_;
   mutable std::vector<double> turn_, moment_, gradient_;  ///< scratch of one evaluation
 };
@@ -334,5 +335,32 @@ std::unique_ptr<Force> make_shape_operator_force(std::span<const Hinge> hinges,
                                                  std::size_t particles) {
   return std::make_unique<ShapeOperatorForce>(hinges, couples, particles);
 }
+
+namespace detail {
+
+ForceLaw shape_operator_law() {
+  return {.name = "shape_operator",
+          .promise = "a plate on any mesh; minus the gradient of its energy",
+          .source =
+              "Onate, Zarate, Rotation-free triangular plate and shell elements, 2000; Gingold et "
+              "al., 2004",
+          .energy = "bending",
+          .add = [](const ClothMesh& cloth, ForceList& forces) {
+            if (cloth.couples.empty()) return;
+            const std::vector<char> coupled = coupled_hinges(cloth);
+            std::vector<std::int32_t> number(cloth.hinges.size(), -1);
+            std::vector<Hinge> hinges;
+            for (std::size_t i = 0; i < cloth.hinges.size(); ++i) {
+              if (!coupled[i]) continue;
+              number[i] = static_cast<std::int32_t>(hinges.size());
+              hinges.push_back(cloth.hinges[i]);
+            }
+            std::vector<HingeCouple> couples = cloth.couples;
+            for (HingeCouple& c : couples) c = {number[c.a], number[c.b], c.stiffness};
+            forces.push_back(make_shape_operator_force(hinges, couples, cloth.mass.size()));
+          }};
+}
+
+}  // namespace detail
 
 }  // namespace selvedge

@@ -1,26 +1,30 @@
 // SPDX-License-Identifier: MIT
 //
-// Springs that do not follow Hooke, of stiffness k at rest, ε = (L - L0)/L0:
-// - tension_only: k (L - L0) when stretched, nothing when compressed [ChoiKo2002, type 1];
-// - biphasic (Y. Chen et al. 1998, survey section 4): k up to the strain ε*, above it
-//   k (1 + β (ε - ε*)). The survey lets the stiffness multiply the whole elongation, so that the
-//   force is k ΔL (1 + β (ε - ε*)): continuous, with a kink in the slope (k β ε*) at ε*;
-// - kawabata: the tension curve of KES-F1 by its linearity LT and extension EMT. A cubic
+// Springs that do not follow Hooke's law, with stiffness k at rest and strain ε = (L - L0)/L0:
+// - tension_only: k (L - L0) under tension, 0 under compression [ChoiKo2002, type 1];
+// - biphasic (Y. Chen et al. 1998, survey section 4): k up to the strain ε*, and above it
+//   k (1 + β (ε - ε*)). In the survey the stiffness multiplies the whole elongation, so the force
+//   k ΔL (1 + β (ε - ε*)) is continuous, and its slope jumps by k β ε* at ε*;
+// - kawabata: the tension curve of KES-F1 from its linearity LT and extension EMT. A cubic
 //   f = F (α s + (1-α) s³), s = ε/EMT, has LT = ∫f ds/(½F) = (1 + α)/2, so α = 2 LT - 1, and its
-//   slope at rest is F α/EMT; the spring takes its slope at rest from its stiffness. Beyond EMT it
-//   goes on straight with the slope it has there; under compression with the slope at rest.
-// With a resilience R = RT/100 below 1 the tension test has a loop: from the largest strain ε_m
-// since the spring was last slack the force comes back along
-//   f_u(ε) = f(ε) (W(ε)/W(ε_m))^(1/R - 1),  W(ε) = ∫ f from 0 to ε,
-// whose work from ε_m to 0 is R W(ε_m) for any f: RT is the same for a loop of any height. It meets
-// f at ε_m, rises everywhere, and is 0 with slope 0 where the spring is slack. Below ε_m the spring
-// goes to and fro on f_u and loses nothing; beyond it follows f and ε_m goes along. ε_m changes
-// only when a step is accepted: the energy, R W(ε_m) (W(ε)/W(ε_m))^(1/R) below ε_m, then falls by
-// (1 - R) of what was done beyond the old ε_m, so that energy is only lost. Kawabata gives RT, not
-// the course of the unloading curve; this one needs no constant more.
+//   slope at rest is F α/EMT; the spring's stiffness gives the slope at rest. Beyond EMT the curve
+//   continues straight with its slope at EMT; under compression with its slope at rest.
+//
+// With a resilience R = RT/100 below 1 the tension test has a loop. From the largest strain ε_m
+// since the spring was last slack, the force returns along
+//   f_u(ε) = f(ε) (W(ε)/W(ε_m))^(1/R - 1),  W(ε) = ∫ f from 0 to ε.
+// Its work from ε_m to 0 is R W(ε_m) for any f, so RT is the same for a loop of any height. f_u
+// meets f at ε_m, increases everywhere, and is 0 with slope 0 where the spring is slack. Below ε_m
+// the spring follows f_u in both directions without loss; beyond ε_m it follows f and ε_m
+// increases. ε_m changes only when a step is accepted. The energy, R W(ε_m) (W(ε)/W(ε_m))^(1/R)
+// below ε_m, then decreases by (1 - R) times the work done beyond the old ε_m, so energy can only
+// be lost. Kawabata gives RT but not the shape of the unloading curve; this one needs no further
+// constant.
+//
 // Zhong and Wang 1998, Ji et al. 2006 and Zhang et al. 2012 fit polynomials to the measured curves;
-// LT and EMT are what laboratories report. (The rows of the survey's table III are shifted by one.)
+// laboratories report LT and EMT. (The rows of the survey's table III are shifted by one.)
 #include <selvedge/core/detail/element_force.h>
+#include <selvedge/core/force.h>
 
 #include <algorithm>
 #include <cmath>
@@ -101,11 +105,11 @@ class CurveSprings {
   std::vector<Spring> springs_;
 };
 
-/// A spring is slack again at this share of its largest stretch, as lengths are rounded. On the
-/// loading curve the work that is left there is the square of it of the loop's: below rounding.
+/// A spring counts as slack at this fraction of its largest elongation, because lengths are
+/// rounded. On the loading curve the remaining work is the square of this fraction: below rounding.
 constexpr double kSlack = 1e-8;
 
-/// Springs of `Law` that come back on another curve.
+/// Springs of `Law` that unload along another curve.
 template <class Law>
 class ResilientSprings {
  public:
@@ -136,7 +140,7 @@ class ResilientSprings {
       if (length >= longest_[e])
         return Tension{load.energy - (1.0 - resilience_) * top.energy, load.force, load.slope};
       const double more = 1.0 / resilience_ - 1.0, share = std::pow(load.energy / top.energy, more);
-      // f²/W is finite where the spring becomes slack: 2 k.
+      // The limit of f²/W where the spring becomes slack is finite: 2 k.
       const double steeper = more * load.force * (load.force / load.energy);
       return Tension{resilience_ * load.energy * share, load.force * share,
                      share * (load.slope + steeper)};
@@ -166,7 +170,7 @@ class ResilientSprings {
   CurveSprings<Law> springs_;
   Law law_;
   double resilience_;
-  std::vector<double> longest_;  // m, since it was last slack
+  std::vector<double> longest_;  // m, largest length since the spring was last slack
 };
 
 template <class Law>
@@ -209,7 +213,7 @@ std::unique_ptr<Force> make_curve_force(std::span<const Spring> springs, const S
       return make(springs, Biphasic{curve.strain, curve.shape}, particles);
     case StretchLaw::kawabata:
       detail::require_number("kawabata_strain", curve.strain, false);
-      // Below 1/2 the cubic has a falling part.
+      // Below 1/2 the cubic has a decreasing part.
       detail::require_number("kawabata_lt above 0.5", curve.shape - 0.5, false);
       detail::require_number("1 less kawabata_lt", 1.0 - curve.shape);
       detail::require_number("kawabata_rt", curve.resilience, false);
@@ -218,5 +222,50 @@ std::unique_ptr<Force> make_curve_force(std::span<const Spring> springs, const S
   }
   throw std::invalid_argument("a spring curve has no law");
 }
+
+namespace {
+
+void add_curves(const ClothMesh& cloth, StretchLaw law, ForceList& forces) {
+  for (std::size_t c = 0; c < cloth.curves.size(); ++c)
+    if (cloth.curves[c].law == law)
+      forces.push_back(make_curve_force(springs_of_curve(cloth, static_cast<std::int32_t>(c)),
+                                        cloth.curves[c], cloth.mass.size()));
+}
+
+}  // namespace
+
+namespace detail {
+
+ForceLaw tension_only_law() {
+  return {.name = "tension_only",
+          .promise = "minus the gradient of its energy",
+          .source = "Choi, Ko, Stable but responsive cloth, 2002",
+          .energy = "stretch_and_shear",
+          .add = [](const ClothMesh& cloth, ForceList& forces) {
+            add_curves(cloth, StretchLaw::tension_only, forces);
+          }};
+}
+
+ForceLaw biphasic_law() {
+  return {.name = "biphasic",
+          .promise = "minus the gradient of its energy",
+          .source = "Chen, Zhu, Kaufman, Physically based animation, 1998",
+          .energy = "stretch_and_shear",
+          .add = [](const ClothMesh& cloth, ForceList& forces) {
+            add_curves(cloth, StretchLaw::biphasic, forces);
+          }};
+}
+
+ForceLaw kawabata_law() {
+  return {.name = "kawabata",
+          .promise = "tension curve of KES-F1 by LT and EMT; minus the gradient of its energy",
+          .source = "Zhong, Wang, 1998; Ji et al., 2006; Zhang et al., 2012",
+          .energy = "stretch_and_shear",
+          .add = [](const ClothMesh& cloth, ForceList& forces) {
+            add_curves(cloth, StretchLaw::kawabata, forces);
+          }};
+}
+
+}  // namespace detail
 
 }  // namespace selvedge

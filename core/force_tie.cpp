@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: MIT
 //
-// A particle tied to a weighted mean of others: the hanging nodes of adaptive meshes
-// [VillardBorouchaki2005; survey 2.5], x_mid = (a + b)/2, and the dense layer of bilayered ones
-// [KangCho2002; survey 2.4], which follows the sparse one. Villard and Borouchaki set x_mid; here
-// it is a spring of no length,
+// Ties a particle to a weighted mean of others: the hanging nodes of adaptive meshes
+// [VillardBorouchaki2005; survey 2.5], x_mid = (a + b)/2, and the dense layer of bilayered meshes
+// [KangCho2002; survey 2.4], which follows the sparse layer. Villard and Borouchaki set the
+// position x_mid. Here a spring of zero rest length holds it,
 //   E = ½ k |d|²,  d = x - Σ w_k x_k,  Σ w_k = 1,
-// because whoever sets a position may set it into a body. The tied particle stays a particle like
-// any other, contacts move it, and the tie gives by force/k. The forces -k d, w_k k d have no sum
-// and no moment (Σ x_i × f_i = -d × k d = 0), and damping acts along d alone, so that neither has
-// it.
+// because setting a position could move it into a body. The tied particle remains an ordinary
+// particle that contacts can move; the tie yields by force/k. The forces -k d and w_k k d have zero
+// sum and zero moment (Σ x_i × f_i = -d × k d = 0). Damping acts along d only, so the same holds
+// for it.
 #include <selvedge/core/detail/element_force.h>
+#include <selvedge/core/force.h>
 
 namespace selvedge {
 namespace {
@@ -39,11 +40,11 @@ class Ties {
 
   detail::ElementSample<arity> sample(std::size_t e, std::span<const Vec3> x) const {
     const Tie<N>& tie = ties_[e];
-    // From differences to the tied particle: no digits are lost far from the origin.
+    // Computed from differences to the tied particle, so no digits are lost far from the origin.
     Vec3 d = Vec3::Zero();
     for (int k = 0; k < N; ++k) d += tie.weight[k] * (x[tie.v[0]] - x[tie.v[k + 1]]);
     const double length = d.norm();
-    // Where it is not off its place any direction will do: the stiffness is the same in all.
+    // At zero distance any direction will do: the stiffness is isotropic.
     const Vec3 u = length > 0.0 ? Vec3(d / length) : Vec3::UnitX();
     detail::ElementSample<arity> s;
     s.valid = true;
@@ -71,5 +72,21 @@ std::unique_ptr<Force> make_tie_force(std::span<const Tie<2>> ties, std::size_t 
 std::unique_ptr<Force> make_tie_force(std::span<const Tie<4>> ties, std::size_t particles) {
   return std::make_unique<detail::ElementForce<Ties<4>>>(Ties<4>(ties), particles);
 }
+
+namespace detail {
+
+ForceLaw tie_law() {
+  return {.name = "tie",
+          .promise = "minus the gradient of its energy; hanging nodes and dense layers",
+          .source = "Villard, Borouchaki, 2005; Kang, Cho, 2002",
+          .add = [](const ClothMesh& cloth, ForceList& forces) {
+            if (!cloth.hanging.empty())
+              forces.push_back(make_tie_force(cloth.hanging, cloth.mass.size()));
+            if (!cloth.layers.empty())
+              forces.push_back(make_tie_force(cloth.layers, cloth.mass.size()));
+          }};
+}
+
+}  // namespace detail
 
 }  // namespace selvedge

@@ -2,16 +2,19 @@
 //
 // Twisting springs after X. Dai, Y. Li, X. Zhang, "Simulation anisotropic woven fabric deformation
 // with a new particle model", Textile Research Journal 2003: a torsional spring at a particle
-// between two links, perpendicular ones for shear and collinear ones for bending, M = k (φ - φ0).
-// Each end feels M/l across its link, the centre the opposite of both: no net force, no net moment.
+// between two links (perpendicular ones for shear, collinear ones for bending), M = k (φ - φ0).
+// Each end feels M/l perpendicular to its link, and the centre the opposite of both: net force and
+// net moment are zero.
 //
-// The same element is the beam of Villard and Borouchaki 2005 with its end couple: EI/l is k,
-// and F = M/l = EI α/l² on the end [survey eq. 4]. (Under a force at the end it would be 2EI α/l².
-// The text calls α/l² a displacement: that is α·l, and the stiffness EI/l³.)
+// The same element is the beam of Villard and Borouchaki 2005 with its end couple: k = EI/l, and
+// the end feels F = M/l = EI α/l² [survey eq. 4]. (Under a force at the end it would be 2EI α/l².
+// The text calls α/l² a displacement, but the displacement is α·l and the stiffness EI/l³.)
 //
-// E = ½ k (φ - φ0)². The gradient of φ is undefined on a straight line, where for φ0 = 0 that of E
-// is 0; its second derivative is k D ᵀ(I - u uᵀ) D there, D the difference of the two directions.
+// E = ½ k (φ - φ0)². On a straight line the gradient of φ is undefined, but for φ0 = 0 the gradient
+// of E is 0 there and its second derivative is k Dᵀ(I - u uᵀ) D, where D is the difference of the
+// two directions.
 #include <selvedge/core/detail/element_force.h>
+#include <selvedge/core/force.h>
 
 #include <Eigen/Geometry>
 #include <numbers>
@@ -52,15 +55,15 @@ class TwistSprings {
     s.energy = 0.5 * spring.stiffness * deviation * deviation;
     s.damping = spring.damping * spring.stiffness;
     s.weight = {1.0 / lp, -(1.0 / lp + 1.0 / lq), 1.0 / lq};
-    // Below this the normal of the plane of both links is rounding noise.
+    // Below this value the normal of the plane of both links is rounding error.
     constexpr double straight = 1e-12;
     if (sine <= straight) {
-      // Folded flat there is no direction either way; straight, the moment is k (0 - φ0).
+      // Folded flat, the direction is undefined in any case; straight, the moment is k (0 - φ0).
       set_straight(spring, u, cosine > 0.0, s);
       return s;
     }
     const Vec3 normal = n / sine;
-    // u turns by δ towards its side normal×u: the angle grows when u turns back and w forward.
+    // u rotates by δ towards its side normal×u: the angle grows when u rotates back and w forward.
     const Vec3 across_u = normal.cross(u) / lp, across_w = normal.cross(w) / lq;
     s.gradient = {across_u, Vec3(-across_u - across_w), across_w};
     s.moment = spring.stiffness * deviation;
@@ -80,14 +83,14 @@ class TwistSprings {
     s.plane = Mat3::Identity() - u * u.transpose();
   }
 
-  // Out of the plane of the links, with δu and δw their turns,
-  //   φ = φ + [½ cos φ (δu² + δw²) - δu δw]/sin φ = φ + [½ cos φ (δu-δw)² - (1-cos φ) δu δw]/sin φ.
-  // The first part is kept where it is positive; on a straight line it is all there is.
+  // Out of the plane of the links, with the rotations δu and δw,
+  //   φ + [½ cos φ (δu² + δw²) - δu δw]/sin φ = φ + [½ cos φ (δu-δw)² - (1-cos φ) δu δw]/sin φ.
+  // The first part is kept if it is positive; on a straight line it is the only one.
   static void set_across(const TwistSpring& spring, double deviation, double sine, double cosine,
                          const Vec3& normal, detail::ElementSample<3>& s) {
     const double tension = spring.stiffness * deviation;
     s.across = std::max(0.0, tension * cosine / sine);
-    // The curvature of φ within the plane adds at most 1/l² each.
+    // The in-plane second derivative of φ adds at most 1/l² for each link.
     s.bound = std::abs(tension) * (1.0 + (std::abs(cosine) + 1.0 - cosine) / sine);
     s.plane = normal * normal.transpose();
   }
@@ -101,5 +104,20 @@ std::unique_ptr<Force> make_twist_force(std::span<const TwistSpring> springs,
                                         std::size_t particles) {
   return std::make_unique<detail::ElementForce<TwistSprings>>(TwistSprings(springs), particles);
 }
+
+namespace detail {
+
+ForceLaw twisting_law() {
+  return {.name = "twisting",
+          .promise = "minus the gradient of its energy; also the beam, survey eq. 4 mended",
+          .source = "Dai, Li, Zhang, 2003; Villard, Borouchaki, 2005",
+          .energy = "twisting",
+          .add = [](const ClothMesh& cloth, ForceList& forces) {
+            if (!cloth.twists.empty())
+              forces.push_back(make_twist_force(cloth.twists, cloth.mass.size()));
+          }};
+}
+
+}  // namespace detail
 
 }  // namespace selvedge

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
 //
 // Virtual springs after Z. Yuan et al., "Real-time simulation of tissue cutting with CUDA based on
-// GPGPU", 2010 (survey section 2.8): a spring of no length from every particle to its place in the
-// rest shape. As in the survey ("return to their original position") the place is fixed in space,
-// so that the cloth cannot be moved or turned freely. With `follow` the rest shape goes along: g_i
-// = R (q_i - q̄) + x̄ with the rotation R that makes Σ k_i |x_i - g_i|² least (shape matching). As R
-// and x̄ are at a minimum, the gradient of that energy is k_i (x_i - g_i): no net force, no moment.
+// GPGPU", 2010 (survey section 2.8): a spring of zero rest length from every particle to its
+// position in the rest shape. As in the survey ("return to their original position") the target is
+// fixed in space, so the cloth cannot move or rotate freely. With `follow` the rest shape moves
+// along: g_i = R (q_i - q̄) + x̄ with the rotation R that minimises Σ k_i |x_i - g_i|² (shape
+// matching). R and x̄ are minimisers, so the gradient of that energy is k_i (x_i - g_i): no net
+// force and no net moment.
 //
-// The Jacobian of the fixed springs is exact. That of the following ones couples all particles; it
-// is left out, and an implicit step treats them explicitly: stable below 2 sqrt(m/k).
+// The Jacobian of the fixed springs is exact. That of the following springs couples all particles
+// and is omitted; an implicit step treats them explicitly, which is stable below 2 sqrt(m/k).
 #include <selvedge/core/detail/force_checks.h>
 #include <selvedge/core/force.h>
 
@@ -66,12 +67,12 @@ class VirtualSprings final : public Force {
 
   void add_stiffness_bound(const ForceState&, std::span<double> stiffness,
                            std::span<double>) const override {
-    // Following only takes from the energy, so that this bounds the eigenvalues of both.
+    // Following can only lower the energy, so this bounds the eigenvalues in both cases.
     for (std::size_t i = 0; i < stiffness_.size(); ++i) stiffness[i] += stiffness_[i];
   }
 
  private:
-  /// g = rotation (q - q0) + (centre + origin). Places are taken from `origin`, a particle, so that
+  /// g = rotation (q - q0) + (centre + origin). Positions are relative to the particle `origin`, so
   /// no digits are lost far from the origin of space.
   struct Pose {
     Mat3 rotation = Mat3::Identity();
@@ -83,8 +84,8 @@ class VirtualSprings final : public Force {
     Vec3 shift = Vec3::Zero(), turn = Vec3::Zero();
   };
 
-  /// What rounding leaves of the sum and the moment of the ways to the places, as a small motion:
-  /// near the rest shape the forces themselves are not much larger.
+  /// The rounding error of the sum and moment of the forces, expressed as a small rigid motion.
+  /// Near the rest shape the forces themselves are not much larger.
   Twist left_over(const Pose& pose, std::span<const Vec3> x) const {
     Twist left;
     for (std::size_t i = 0; i < rest_.size(); ++i)
@@ -96,7 +97,7 @@ class VirtualSprings final : public Force {
       moment += stiffness_[i] * arm.cross(pose.from(x[i], rest_[i]) - left.shift);
       inertia += stiffness_[i] * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
     }
-    // On a line, or collapsed, there is no turn about some axis, and no moment.
+    // If the particles are collinear or coincide, some axis has no rotation and no moment.
     left.turn = inertia.completeOrthogonalDecomposition().solve(moment);
     return left;
   }
@@ -133,5 +134,15 @@ std::unique_ptr<Force> make_virtual_springs(std::span<const Vec3> rest,
                                             std::span<const double> stiffness, bool follow) {
   return std::make_unique<VirtualSprings>(rest, stiffness, follow);
 }
+
+namespace detail {
+
+ForceLaw virtual_springs_law() {
+  return {.name = "virtual_springs",
+          .promise = "minus the gradient of its energy; fixed in space or following",
+          .source = "Yuan et al., Real-time simulation of tissue cutting with CUDA, 2010"};
+}
+
+}  // namespace detail
 
 }  // namespace selvedge

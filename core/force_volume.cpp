@@ -1,20 +1,22 @@
 // SPDX-License-Identifier: MIT
 //
 // Surface and volume difference after L. Zhengdong, S. Shuyuan, "A mass-spring model for real time
-// cloth deformation", 2011; T. Vassilev, B. Spanlang 2014 (survey sections 2.9, 3.1.1). [survey
-// eq. 3] F(P_i) = -K (Δl_tot + C Δl_i) u_i: Δl_tot the difference of the volume per area, ΔV/A, C a
-// number in (0,1) (the text says "the body center and a coefficient"), Δl_i the change of the
-// support spring from the centre to P_i, u_i its direction. Printed without a reaction, so that a
-// body would move itself; here the centre, a particle, takes it: Σf = 0, and as all f_i point to
-// it, no moment. V = Σ x_a·(x_b × x_c)/6 over the triangles, seen from the centre.
+// cloth deformation", 2011; T. Vassilev, B. Spanlang 2014 (survey sections 2.9, 3.1.1). [survey eq.
+// 3] F(P_i) = -K (Δl_tot + C Δl_i) u_i, where Δl_tot is the volume difference per area, ΔV/A, C a
+// number in (0,1) (the text says "the body center and a coefficient"), Δl_i the length change of
+// the support spring from the centre to P_i, and u_i its direction. The equation has no reaction,
+// so a body would move itself. Here the centre, a particle, takes the reaction: Σf = 0, and the
+// moment is zero because all f_i point to the centre. V = Σ x_a·(x_b × x_c)/6 over the triangles,
+// relative to the centre.
 //
-// The part C Δl_i is a Hooke spring of stiffness K C (make_supported puts it into the mesh); the
-// part of the volume is this force. It is not the gradient of an energy, as it points along u_i and
-// not along the normals: it has none here. Its Jacobian, -K/A u_i ⊗ ∂V/∂x_j, couples all particles
-// and is not symmetric. Implicit steps get in its place that of a spring K a/A along each u_i, a
-// the present area: what the body breathing as a whole feels, where u_i are the normals, and an
-// upper bound for any other motion. So a step of any length is stable, and damps other motions more
-// than it should. The turn of u_i, -K ΔV/A (I - u uᵀ)/l, is kept where the body is too large.
+// The term C Δl_i is a Hooke spring of stiffness K C (make_supported adds it to the mesh); this
+// force is the volume term. It points along u_i instead of along the normals, so it is not the
+// gradient of an energy and has none here. Its Jacobian, -K/A u_i ⊗ ∂V/∂x_j, couples all particles
+// and is not symmetric. Implicit steps replace it by that of a spring of stiffness K a/A along each
+// u_i, where a is the current area. This is exact for a uniform expansion if the u_i are the
+// normals, and an upper bound for any other motion. So a step of any length is stable, and other
+// motions are overdamped. The rotation term of u_i, -K ΔV/A (I - u uᵀ)/l, is kept if the body is
+// too large.
 #include <selvedge/core/detail/force_checks.h>
 #include <selvedge/core/force.h>
 
@@ -42,7 +44,8 @@ double surface_area(std::span<const Vec3> x, std::span<const Triangle> triangles
   return sum;
 }
 
-/// Every side has its opposite: closed and evenly oriented, or there is no volume.
+/// Throws unless every side has an opposite one: a volume needs a closed, consistently oriented
+/// surface.
 void require_closed(std::span<const Triangle> triangles) {
   std::map<Edge, int> balance;
   for (const Triangle& t : triangles)
@@ -160,5 +163,15 @@ std::unique_ptr<Force> make_volume_force(double stiffness, std::int32_t centre,
                                          std::span<const Vec3> rest) {
   return std::make_unique<VolumeForce>(stiffness, centre, triangles, rest);
 }
+
+namespace detail {
+
+ForceLaw volume_law() {
+  return {.name = "volume",
+          .promise = "no sum, no moment; not a gradient; survey eq. 3 mended",
+          .source = "Zhengdong, Shuyuan, 2011; Vassilev, Spanlang, 2014"};
+}
+
+}  // namespace detail
 
 }  // namespace selvedge

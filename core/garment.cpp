@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// Garments by their flat pattern, as ARCSim's files have them: material space in the texture
-// coordinates. The pieces are made as cloth in the plane and sewn by making one particle of all the
-// places that a corner of the surface has in the pattern.
-#include <selvedge/core/garment.h>
+// Garments from their flat pattern, as in ARCSim's files: the texture coordinates are the material
+// space. The pieces become cloth in the plane. Sewing merges all pattern positions of a surface
+// corner into one particle.
+#include <selvedge/core/cloth_mesh.h>
 
 #include <algorithm>
 #include <stdexcept>
@@ -29,7 +29,7 @@ std::vector<std::int32_t> corner_of_place(const TriangleMesh& surface,
   return corner;
 }
 
-/// Without places that no triangle uses, which would have no mass.
+/// Drops positions that no triangle uses; they would have no mass.
 TriangleMesh used_part(const TriangleMesh& pattern) {
   std::vector<std::int32_t> number(pattern.vertices.size(), -1);
   TriangleMesh used;
@@ -70,22 +70,17 @@ ClothMesh make_from_pattern(const TriangleMesh& surface, const TriangleMesh& pat
   require_no_fold(pattern);
   const TriangleMesh flat = used_part(pattern);
   const std::vector<std::int32_t> corner = corner_of_place(surface, flat);
-  ClothMesh cloth = make_from_mesh(flat, flat, material);
-  std::vector<double> mass(surface.vertices.size(), 0.0);
-  for (std::size_t i = 0; i < corner.size(); ++i) mass[corner[i]] += cloth.mass[i];
-  for (std::size_t i = 0; i < mass.size(); ++i)
-    if (!(mass[i] > 0.0))
-      throw std::invalid_argument("garment: vertex " + std::to_string(i) +
-                                  " belongs to no triangle and would have no mass; remove it");
-  cloth.mass = std::move(mass);
-  for (Spring& s : cloth.springs) {
-    s.a = corner[s.a];
-    s.b = corner[s.b];
-  }
-  for (Hinge& h : cloth.hinges)
-    for (std::int32_t& v : h.v) v = corner[v];
+  const ClothMesh pieces = make_from_mesh(flat, flat, material);
+  ClothMesh cloth;
   cloth.surface = surface;
   cloth.edges = unique_edges(surface.triangles);
+  cloth.mass.assign(surface.vertices.size(), 0.0);
+  for (std::size_t i = 0; i < corner.size(); ++i) cloth.mass[corner[i]] += pieces.mass[i];
+  for (std::size_t i = 0; i < cloth.mass.size(); ++i)
+    if (!(cloth.mass[i] > 0.0))
+      throw std::invalid_argument("garment: vertex " + std::to_string(i) +
+                                  " belongs to no triangle and would have no mass; remove it");
+  add_elements(cloth, pieces, corner);
   return cloth;
 }
 

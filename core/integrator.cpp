@@ -42,40 +42,30 @@ void Integrator::restore_memory(std::span<const double> memory) {
                                 " are too many; it belongs to another scene");
 }
 
+// Each integrator registers itself in its own file. A new one adds its name to both lists.
+void register_bdf2(IntegratorRegistry& registry);
+void register_forward_euler(IntegratorRegistry& registry);
+void register_imex(IntegratorRegistry& registry);
+void register_implicit_desbrun(IntegratorRegistry& registry);
+void register_implicit_euler(IntegratorRegistry& registry);
+void register_implicit_exact(IntegratorRegistry& registry);
+void register_implicit_kang(IntegratorRegistry& registry);
+void register_implicit_newton(IntegratorRegistry& registry);
+void register_midpoint(IntegratorRegistry& registry);
+void register_rkf45(IntegratorRegistry& registry);
+void register_runge_kutta_4(IntegratorRegistry& registry);
+void register_symplectic_euler(IntegratorRegistry& registry);
+void register_verlet(IntegratorRegistry& registry);
+
 IntegratorRegistry integrators() {
-  using Forces = std::vector<std::unique_ptr<Force>>;
-  using Config = IntegratorConfig;
-  const auto plain = [](auto make) {
-    return [make](Forces f, std::size_t n, const Config&) { return make(std::move(f), n); };
-  };
-  return {
-      {"forward_euler", plain(make_forward_euler)},
-      {"symplectic_euler", plain(make_symplectic_euler)},
-      {"midpoint", plain(make_midpoint)},
-      {"runge_kutta_4", plain(make_runge_kutta_4)},
-      {"rkf45", make_rkf45},
-      {"verlet", plain(make_verlet)},
-      {"damped_verlet", make_damped_verlet},
-      {"imex", make_imex},
-      {"implicit_euler", make_implicit_euler},
-      {"implicit_exact", make_implicit_exact},
-      {"implicit_newton", make_implicit_newton},
-      {"bdf2", make_bdf2},
-      {"implicit_desbrun",
-       [](Forces f, std::size_t n, const Config&) {
-         return make_implicit_desbrun(std::move(f), n, true);
-       }},
-      {"implicit_desbrun_uncorrected",
-       [](Forces f, std::size_t n, const Config&) {
-         return make_implicit_desbrun(std::move(f), n, false);
-       }},
-      {"implicit_kang", [](Forces f, std::size_t n,
-                           const Config&) { return make_implicit_kang(std::move(f), n, true); }},
-      {"implicit_kang_as_printed",
-       [](Forces f, std::size_t n, const Config&) {
-         return make_implicit_kang(std::move(f), n, false);
-       }},
-  };
+  IntegratorRegistry registry;
+  for (const auto add :
+       {register_bdf2, register_forward_euler, register_imex, register_implicit_desbrun,
+        register_implicit_euler, register_implicit_exact, register_implicit_kang,
+        register_implicit_newton, register_midpoint, register_rkf45, register_runge_kutta_4,
+        register_symplectic_euler, register_verlet})
+    add(registry);
+  return registry;
 }
 
 }  // namespace selvedge

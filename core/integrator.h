@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/core/force_sum.h>
+#include <selvedge/core/force.h>
+#include <selvedge/core/registry.h>
 
-#include <functional>
-#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -13,52 +12,56 @@
 
 namespace selvedge {
 
-/// A quadratic coupling of at most four particles that enters the implicit solve beside the
-/// forces: A(i,j) += weight_i·weight_j·matrix, b(i) += weight_i·rhs for the particles >= 0. This is
-/// how contacts and friction become forces of the step; matrix is symmetric positive semidefinite.
+/// A quadratic coupling of at most four particles, added to the implicit system: A(i,j) +=
+/// weight_i·weight_j·matrix and b(i) += weight_i·rhs for particles >= 0. Contacts and friction
+/// enter the step in this way. `matrix` is symmetric positive semidefinite.
 struct ImplicitTerm {
-  std::array<std::int32_t, 4> particle;  ///< -1: not a particle (a body vertex)
+  std::array<std::int32_t, 4> particle;  ///< -1: not a particle (a vertex of a body)
   std::array<double, 4> weight;
   Mat3 matrix;  ///< kg
   Vec3 rhs;     ///< kg·m/s
 };
 
+/// Outcome of a linear or nonlinear solve.
 struct SolveReport {
   int iterations = 0;
-  double residual = 0.0;  ///< relative, in the preconditioner's norm
+  double residual = 0.0;  ///< relative, in the norm of the preconditioner
   bool converged = true;
 };
 
+/// Settings of the conjugate gradient solver.
 struct ImplicitConfig {
-  double tolerance = 1e-4;  ///< relative residual at which the conjugate gradients stop
+  double tolerance = 1e-4;  ///< relative residual at which the iteration stops
   int max_iterations = 2000;
 };
 
-/// What an integrator can be told. Each heeds what its family needs.
+/// Settings of the integrators. Each field names its reader; the registry offers each integrator
+/// its own options alone.
 struct IntegratorConfig {
-  ImplicitConfig solve;  ///< of those that solve a system
-  /// `rkf45`: error of position that one inner step may make, m, > 0; of velocity it may be
-  /// `error_rate` times as large, 1/s. Less takes more inner steps.
-  double error = 1e-6;
+  ImplicitConfig solve{};  ///< for integrators that solve a linear system
+  /// `rkf45`: allowed position error of one inner step, m, > 0; the allowed velocity error is
+  /// `error_rate` (1/s) times as large. A smaller value takes more inner steps.
+  double error = 1e-5;
   double error_rate = 100.0;
-  int max_inner_steps = 100000;  ///< of one step of `rkf45`; what needs more is refused
+  /// `rkf45`: maximum number of inner steps in one step; a step that needs more is rejected.
+  int max_inner_steps = 100000;
   double drag = 0.5;    ///< 1/s, γ of `damped_verlet`, >= 0: velocities decay as exp(-γ t)
   int max_newton = 20;  ///< iterations of `implicit_newton` in one solve, >= 1
 };
 
-/// What an integrator says of itself.
+/// Properties of an integrator.
 struct IntegratorTraits {
-  std::string_view promise;  ///< what holds whatever the cloth is
+  std::string_view promise;  ///< guarantee for any cloth
   std::string_view source;   ///< author, title, year
-  int order = 1;             ///< of convergence of a smooth motion without contact
-  bool any_step = false;     ///< stable at any step
-  bool is_implicit = false;  ///< solves a system that takes contacts as `ImplicitTerm`s
-  /// The velocity at the end is the mean velocity of the step, so that contacts which change the
-  /// one change the other.
+  int order = 1;             ///< order of convergence for smooth motion without contacts
+  bool any_step = false;     ///< stable for any step length
+  bool is_implicit = false;  ///< solves a system that includes contacts as `ImplicitTerm`s
+  /// The end velocity equals the mean velocity of the step, so contacts that change one change the
+  /// other.
   bool ends_with_mean = false;
 };
 
-/// Where a step starts.
+/// State at the start of a step.
 struct StepStart {
   const Particles& particles;
   double time;           ///< s
@@ -66,41 +69,44 @@ struct StepStart {
   bool touched = false;  ///< contacts will act on the step
 };
 
-/// Where it ends, n particles each.
+/// State at the end of a step, n particles each.
 struct StepEnd {
-  /// (x⁺ - x)/h, m/s. In: what held particles do, which is kept, and a guess of the others.
+  /// (x⁺ - x)/h, m/s. On input: the prescribed motion of held particles, which is kept, and an
+  /// initial guess for the others.
   std::span<Vec3> mean;
-  std::span<Vec3> v;  ///< at the end, m/s; not written where traits().ends_with_mean
+  std::span<Vec3> v;  ///< velocity at the end, m/s; not written if traits().ends_with_mean
 };
 
-/// One method of advancing the cloth by a step of h. Explicit ones have the end of the step after
-/// `begin`; implicit ones assemble there and have it after every `solve`. What contacts change of
-/// the end is up to the caller. A memory of former steps changes in `accept` alone, so that a step
-/// may be tried again, and shorter.
+/// A method that advances the cloth by one step of length h. Explicit methods compute the end of
+/// the step in `begin`; implicit methods assemble their system there and compute the end in every
+/// `solve`. The caller applies the effect of contacts to the end. Only `accept` changes the memory
+/// of former steps, so a rejected step can be attempted again with a shorter length.
 class Integrator {
  public:
   Integrator(std::vector<std::unique_ptr<Force>> forces, std::size_t particles);
   virtual ~Integrator();
 
   virtual IntegratorTraits traits() const = 0;
-  /// The longest step, s, at most `wanted`, up to which a mode x'' = -omega² x - rate x' does not
-  /// grow; 0 where it grows in any. `wanted` where traits().any_step.
+  /// The longest stable step, s, at most `wanted`: up to it a mode x'' = -omega² x - rate x' does
+  /// not grow. 0 if the mode grows at every step length; `wanted` if traits().any_step.
   virtual double stable_step(const ModeBound& mode, double wanted) const;
-  /// The same of a cloth, by Gershgorin's bounds.
+  /// The longest stable step for a cloth, by Gershgorin's bounds.
   double stable_step(const Particles& particles, double time, double wanted);
 
+  /// Starts a step. Explicit methods write `end`.
   virtual void begin(const StepStart& start, StepEnd end) = 0;
-  /// The end with these contacts. A solve whose answer only shows which terms the next one needs
-  /// may have a tolerance `looser` times as large, >= 1. A particle whose forces are not finite
-  /// gets a velocity that is not a number, and the residual is none either. Explicit methods leave
-  /// the end as it is.
+  /// Computes the end of the step with these contact terms. A solve that only finds out which terms
+  /// the next solve needs may use a tolerance `looser` times as large, >= 1. A particle with
+  /// non-finite forces gets NaN velocities, and the reported residual is NaN. Explicit methods
+  /// leave `end` unchanged.
   virtual SolveReport solve(std::span<const ImplicitTerm> terms, StepEnd end, double looser);
-  /// The step from the last `begin` was accepted and ended in `state`.
+  /// Tells integrator and forces that the step from the last `begin` was accepted and ended in
+  /// `state`.
   void accept(const ForceState& state);
 
-  /// Appends what integrator and forces remember; nothing where none does.
+  /// Appends the memory of integrator and forces; appends nothing if they have none.
   void save_memory(std::vector<double>& memory) const;
-  /// The same read back. Throws std::invalid_argument where it does not fit.
+  /// Restores that memory. Throws std::invalid_argument if its size does not match.
   void restore_memory(std::span<const double> memory);
 
   const ForceSum& forces() const { return forces_; }
@@ -108,21 +114,21 @@ class Integrator {
  protected:
   virtual void remember() {}
   virtual void save_history(std::vector<double>& memory) const;
-  /// Returns what is left of it.
+  /// Returns the unread rest of `memory`.
   virtual std::span<const double> restore_history(std::span<const double> memory);
 
   ForceSum forces_;
 };
 
-/// Names and factories.
+/// The integrators by name. Arguments: the forces, the number of particles, and the settings of the
+/// linear solve, which explicit integrators ignore.
 using IntegratorRegistry =
-    std::map<std::string, std::function<std::unique_ptr<Integrator>(
-                              std::vector<std::unique_ptr<Force>> forces, std::size_t particles,
-                              const IntegratorConfig& config)>>;
+    Registry<std::unique_ptr<Integrator>, IntegratorTraits, std::vector<std::unique_ptr<Force>>,
+             std::size_t, const ImplicitConfig&>;
 IntegratorRegistry integrators();
 
-// Members; each file names its paper. `corrected`: rigid motion is given back what the constant or
-// truncated system takes from it.
+// Members of the family; each file cites its paper. `corrected`: restores the rigid motion that the
+// constant or truncated system removes.
 std::unique_ptr<Integrator> make_forward_euler(std::vector<std::unique_ptr<Force>>, std::size_t);
 std::unique_ptr<Integrator> make_symplectic_euler(std::vector<std::unique_ptr<Force>>, std::size_t);
 std::unique_ptr<Integrator> make_midpoint(std::vector<std::unique_ptr<Force>>, std::size_t);

@@ -1,18 +1,20 @@
 // SPDX-License-Identifier: MIT
 //
-// Second backward difference of K.-J. Choi and H.-S. Ko, "Stable but responsive cloth", 2002
+// Second-order backward difference of K.-J. Choi and H.-S. Ko, "Stable but responsive cloth", 2002
 // [ChoiKo2002; survey eq. 37-38, whose second derivative is printed ∂P for ∂v]:
 //   (3 v⁺ - 4 v + v⁻)/2 = h M⁻¹ F(x⁺, v⁺),  (3 x⁺ - 4 x + x⁻)/2 = h v⁺,
-// one linearisation at x. Written for the mean velocity u = (x⁺ - x)/h, so that contacts act on
-// positions as they do in implicit Euler: with d = (x - x⁻)/h it is v⁺ = (3 u - d)/2 and
+// with one linearisation at x. It is written for the mean velocity u = (x⁺ - x)/h, so contacts act
+// on positions as in implicit Euler. With d = (x - x⁻)/h, v⁺ = (3 u - d)/2 and
 //   (9/4 M - 3/2 h ∂F/∂v - h² ∂F/∂x) u = M (¾ d + 2 v - ½ v⁻) + h F(x, -½ d),
-// that is 9/4 (M + J(2h/3)).
-// The former step is remembered relative to the velocity v, so that what changes v (a fail-safe, a
-// strain limit) shifts all of it: an impulse is no acceleration that goes on. A step of another
-// length, one with contacts and the one after it are implicit Euler's: two steps of before and
-// after an impact together would throw the cloth back. Guarantee: second order as long as no part
-// of the Jacobian is dropped (no spring compressed, no link buckling), else first; stable at any
-// step; loses much less energy than implicit Euler.
+// that is, 9/4 (M + J(2h/3)).
+//
+// The former step is stored relative to the velocity v, so a change of v (by a fail-safe or a
+// strain limiter) shifts it as a whole; an impulse does not become a lasting acceleration. Implicit
+// Euler replaces a step whose length differs from the former one, a step with contacts, and the
+// step after it: two steps from before and after an impact combined would throw the cloth back.
+// Guarantee: second order while no part of the Jacobian is dropped (no compressed spring, no
+// buckling link), otherwise first order; stable for any step length; loses much less energy than
+// implicit Euler.
 #include <selvedge/core/detail/force_checks.h>
 #include <selvedge/core/detail/implicit_system.h>
 #include <selvedge/core/integrator.h>
@@ -23,7 +25,7 @@
 namespace selvedge {
 namespace {
 
-// Steps are of the same length up to what adding them up rounds.
+// Step lengths are equal if they differ only by the rounding of sums.
 constexpr double kSameStep = 1e-9;
 
 class Bdf2 final : public Integrator {
@@ -60,8 +62,8 @@ class Bdf2 final : public Integrator {
   std::vector<Vec3> next_lead_, next_lag_;
   std::vector<Vec3> momentum_, half_;  // ¾ d + 2 v - ½ v⁻, and -½ d
   const Particles* start_ = nullptr;
-  double h_ = 0.0, next_h_ = 0.0;  // s, of the last step; 0: none to go on from
-  bool two_steps_ = false;         // the present step is one of BDF2
+  double h_ = 0.0, next_h_ = 0.0;  // s, length of the last step; 0: no former step
+  bool two_steps_ = false;         // the current step is a BDF2 step
 };
 
 void Bdf2::begin(const StepStart& start, StepEnd) {
@@ -118,6 +120,14 @@ std::span<const double> Bdf2::restore_history(std::span<const double> memory) {
 std::unique_ptr<Integrator> make_bdf2(std::vector<std::unique_ptr<Force>> forces,
                                       std::size_t particles, const IntegratorConfig& config) {
   return std::make_unique<Bdf2>(std::move(forces), particles, config.solve);
+}
+
+void register_bdf2(IntegratorRegistry& registry) {
+  registry.add("bdf2", {},
+               [](const Options&, std::vector<std::unique_ptr<Force>> forces, std::size_t particles,
+                  const ImplicitConfig& solve) {
+                 return make_bdf2(std::move(forces), particles, {.solve = solve});
+               });
 }
 
 }  // namespace selvedge

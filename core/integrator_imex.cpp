@@ -2,10 +2,10 @@
 //
 // Explicit elastic forces, implicit damping [Bridson2003; survey table VII, row 4]:
 //   v½ = v + ½h a(x, v½),  x⁺ = x + h v½,  v⁺ = v½ + ½h a(x⁺, v⁺),
-// where a is linear in its velocities, so that each half is a linear system, (M + ½h D) v. The end
-// of the first half is where contacts come in.
-// Guarantee: second order undamped, first order in the damping; stable below hω = 2 whatever the
-// damping, where explicit damping would ask for ever shorter steps.
+// where a is linear in its velocities. Each half is therefore a linear system, (M + ½h D) v.
+// Contacts act on the end of the first half. Guarantee: second order without damping, first order
+// in the damping; stable below hω = 2 for any damping, whereas explicit damping would need ever
+// shorter steps.
 #include <selvedge/core/detail/implicit_system.h>
 #include <selvedge/core/detail/stability.h>
 #include <selvedge/core/integrator.h>
@@ -56,7 +56,7 @@ class Imex final : public Integrator {
                       momentum,
                       detail::damping_tau(tau),
                       1.0,
-                      detail::damping_gain});
+                      detail::kDampingGain});
     system_.solve({}, v, system_.config().tolerance);
   }
 
@@ -69,6 +69,14 @@ class Imex final : public Integrator {
 std::unique_ptr<Integrator> make_imex(std::vector<std::unique_ptr<Force>> forces,
                                       std::size_t particles, const IntegratorConfig& config) {
   return std::make_unique<Imex>(std::move(forces), particles, config.solve);
+}
+
+void register_imex(IntegratorRegistry& registry) {
+  registry.add("imex", {},
+               [](const Options&, std::vector<std::unique_ptr<Force>> forces, std::size_t particles,
+                  const ImplicitConfig& solve) {
+                 return make_imex(std::move(forces), particles, {.solve = solve});
+               });
 }
 
 }  // namespace selvedge

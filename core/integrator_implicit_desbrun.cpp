@@ -1,18 +1,20 @@
 // SPDX-License-Identifier: MIT
 //
 // M. Desbrun, P. Schröder, A. Barr, "Interactive animation of structured deformable objects",
-// Graphics Interface 1999 [Desbrun1999; survey eq. 35]: implicit Euler whose matrix is constant,
-// (M - h² H) Δv = h (F + h H v), H_ij = K_ij, H_ii = -Σ_j K_ij (the survey's third line, H_ii = 0,
-// is for links that are not there), as if springs had no rest length. It is factored once, and
-// again only when the length of the step or what is held changes; here by a sparse Cholesky
-// factorisation instead of the inverse. Links have constants of their own (link_constants.h), which
-// take the damping in as h (h + d) K. What the matrix takes for stretching although it is turning
-// brakes the rotation of the cloth. The paper gives the torque back, F_i^corr = (x_G - x_i) × δT h,
-// whose units do not fit; here the angular momentum that is missing is given back by a rigid
-// rotation, to pieces that nothing holds (where something does, its torque is not known).
-// `uncorrected` leaves that out. Guarantee: no growth for any step, as long as no link gets stiffer
-// than where it was when the matrix was made; keeps momentum, and corrected angular momentum, to
-// rounding. Contacts come after it, as after an explicit method.
+// Graphics Interface 1999 [Desbrun1999; survey eq. 35]: implicit Euler with a constant matrix, (M -
+// h² H) Δv = h (F + h H v), H_ij = K_ij, H_ii = -Σ_j K_ij (the survey's third line, H_ii = 0, is
+// for pairs without a link), as if springs had zero rest length. The matrix is factored once, and
+// again only when the step length or the set of held particles changes. This implementation uses a
+// sparse Cholesky factorisation instead of the inverse. Each link has its own constants
+// (link_constants.h), which include the damping as h (h + d) K.
+//
+// The constant matrix resists rotation as if it were stretch, so it slows the rotation of the
+// cloth. The paper restores the torque, F_i^corr = (x_G - x_i) × δT h, whose units do not match.
+// Here a rigid rotation restores the missing angular momentum of pieces that nothing holds (if
+// something holds a piece, its torque is unknown). `uncorrected` omits that. Guarantee: no growth
+// for any step length while no link becomes stiffer than when the matrix was made; conserves
+// momentum and, if corrected, angular momentum to rounding. Contacts act after the step, as with an
+// explicit method.
 #include <selvedge/core/detail/link_constants.h>
 #include <selvedge/core/integrator.h>
 
@@ -61,8 +63,8 @@ class ImplicitDesbrun final : public Integrator {
   detail::LinkConstants links_;
   detail::RigidCorrection rigid_;
   std::vector<Vec3> f_, rhs_;  // N; kg·m/s
-  std::vector<char> free_;     // when it was factored
-  double factored_h_ = 0.0;    // s; 0: not yet
+  std::vector<char> free_;     // particles that were free at the factorisation
+  double factored_h_ = 0.0;    // s; 0: not factored yet
   Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> matrix_;
   Eigen::MatrixXd right_, sorted_;  // n x 3
 };
@@ -85,7 +87,7 @@ void ImplicitDesbrun::factor(const Particles& p, double h) {
   for (std::size_t l = 0; l < links.size(); ++l) {
     const auto [i, j] = links[l];
     const double w = h * h * links_.stiffness()[l] + h * links_.damping()[l];
-    // The row of a held particle says that it is where it is.
+    // The row of a held particle fixes its velocity.
     if (free_[i]) entries.emplace_back(i, i, w);
     if (free_[j]) entries.emplace_back(j, j, w);
     if (!free_[i] || !free_[j]) continue;
@@ -134,6 +136,15 @@ void ImplicitDesbrun::begin(const StepStart& start, StepEnd end) {
 std::unique_ptr<Integrator> make_implicit_desbrun(std::vector<std::unique_ptr<Force>> forces,
                                                   std::size_t particles, bool corrected) {
   return std::make_unique<ImplicitDesbrun>(std::move(forces), particles, corrected);
+}
+
+void register_implicit_desbrun(IntegratorRegistry& registry) {
+  for (const bool corrected : {true, false})
+    registry.add(corrected ? "implicit_desbrun" : "implicit_desbrun_uncorrected", {},
+                 [corrected](const Options&, std::vector<std::unique_ptr<Force>> forces,
+                             std::size_t particles, const ImplicitConfig&) {
+                   return make_implicit_desbrun(std::move(forces), particles, corrected);
+                 });
 }
 
 }  // namespace selvedge

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
 // D. Baraff, A. Witkin, "Large steps in cloth simulation", SIGGRAPH 1998, solved for v⁺ instead of
-// Δv: because forces are linear in v, F(x, v⁺) ≈ F(x, 0) + h ∂F/∂x v⁺ + ∂F/∂v v⁺ has no further
-// approximation in the damping.
-// Survey eq. 38 drops x and v and puts H where M⁻¹ belongs; mended. Its text says that implicit
-// methods need small steps and are more accurate than explicit Euler: they allow large ones, and
-// both are of first order.
-// Guarantee: no growth for any step, as far as the dropped indefinite part of ∂F/∂x allows
-// (compressed springs buckle, which is true growth).
+// Δv: forces are linear in v, so F(x, v⁺) ≈ F(x, 0) + h ∂F/∂x v⁺ + ∂F/∂v v⁺ is exact in the
+// damping. Survey eq. 38 omits x and v and prints H for M⁻¹; corrected. Its text says that implicit
+// methods need small steps and are more accurate than explicit Euler; in fact they allow large
+// steps, and both are of first order. Guarantee: no growth for any step length, as far as the
+// dropped indefinite part of ∂F/∂x allows (compressed springs buckle, which is physical growth).
 #include <selvedge/core/detail/implicit_system.h>
 #include <selvedge/core/integrator.h>
 
@@ -48,6 +46,14 @@ std::unique_ptr<Integrator> make_implicit_euler(std::vector<std::unique_ptr<Forc
                                                 std::size_t particles,
                                                 const IntegratorConfig& config) {
   return std::make_unique<LinearlyImplicit>(std::move(forces), particles, config.solve);
+}
+
+void register_implicit_euler(IntegratorRegistry& registry) {
+  registry.add("implicit_euler", {},
+               [](const Options&, std::vector<std::unique_ptr<Force>> forces, std::size_t particles,
+                  const ImplicitConfig& solve) {
+                 return make_implicit_euler(std::move(forces), particles, {.solve = solve});
+               });
 }
 
 }  // namespace selvedge

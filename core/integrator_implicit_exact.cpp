@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 //
-// Implicit Euler of survey eq. 30-34 with the system solved as it is:
+// Implicit Euler of survey eq. 30-34 without simplification of the system:
 //   (I - h² M⁻¹ H) Δv = h M⁻¹ (F + h H v),  x⁺ = x + h (v + Δv),
-// H_ij = ∂F_i/∂x_j as 3x3 blocks (eq. 32 misprints them), its indefinite part under compression
-// dropped. Written for v⁺: (M - h² H) v⁺ = M v + h F(x, v). There is no ∂F/∂v: damping acts with
-// the velocities of the start. Guarantee: first order. Elastic forces bear any step; damping c of a
-// mode bears those with h c < 2 + ½ (hω)². Springs with F = -k (ΔL + d·rate) are stable for any h
-// above 2 d and below a bound that the stiffest of them sets, and grow between the two:
+// H_ij = ∂F_i/∂x_j as 3×3 blocks (eq. 32 misprints them), without the part that is indefinite under
+// compression. Written for v⁺: (M - h² H) v⁺ = M v + h F(x, v). There is no ∂F/∂v: damping uses the
+// velocities at the start. Guarantee: first order. Elastic forces are stable for any step length; a
+// mode with damping c is stable for h c < 2 + ½ (hω)². Springs with F = -k (ΔL + d·rate) are stable
+// for h above 2 d and for h below a bound set by the stiffest of them, and grow in between.
 // implicit_euler has no such gap.
 #include <selvedge/core/detail/implicit_system.h>
 #include <selvedge/core/integrator.h>
@@ -24,23 +24,23 @@ class ImplicitExact final : public Integrator {
       : Integrator(std::move(forces), particles), system_(forces_.members(), particles, config) {}
 
   IntegratorTraits traits() const override {
-    return {"elastic forces bear any step, damping is explicit and checked",
-            "survey eq. 30-34 mended",
+    return {"elastic forces are stable at any step; damping is explicit and checked",
+            "survey eq. 30-34 corrected",
             1,
             false,
             true,
             true};
   }
 
-  // A mode, (1+θ) μ² - (2-δ) μ + (1-δ) = 0 with θ = h²ω² and δ = hc, leaves the unit circle at
-  // μ = -1, where 4 + θ = 2δ.
+  // The amplification polynomial of a mode, (1+θ) μ² - (2-δ) μ + (1-δ) with θ = h²ω² and δ = hc,
+  // has a root on the unit circle at μ = -1, where 4 + θ = 2δ.
   double stable_step(const ModeBound& mode, double wanted) const override {
     const double square = 0.5 * mode.omega * mode.omega;
     // ½ω² h² - c h + 2 = 0
     const double under = mode.rate * mode.rate - 8.0 * square;
     if (under <= 0.0 || mode.rate <= 0.0) return wanted;
     if (square <= 0.0) return std::min(wanted, 2.0 / mode.rate);
-    // Slower modes have the ratio c/ω² of this one: beyond twice that none of them grows.
+    // Lower modes have the same ratio c/ω²: beyond twice that ratio none of them grows.
     if (wanted >= mode.rate / square) return wanted;
     return std::min(wanted, 4.0 / (mode.rate + std::sqrt(under)));
   }
@@ -53,7 +53,7 @@ class ImplicitExact final : public Integrator {
                       p.v,
                       detail::elastic_tau(start.h),
                       1.0,
-                      detail::elastic_gain});
+                      detail::kElasticGain});
   }
   SolveReport solve(std::span<const ImplicitTerm> terms, StepEnd end, double looser) override {
     return system_.solve(terms, end.mean, looser * system_.config().tolerance);
@@ -69,6 +69,14 @@ std::unique_ptr<Integrator> make_implicit_exact(std::vector<std::unique_ptr<Forc
                                                 std::size_t particles,
                                                 const IntegratorConfig& config) {
   return std::make_unique<ImplicitExact>(std::move(forces), particles, config.solve);
+}
+
+void register_implicit_exact(IntegratorRegistry& registry) {
+  registry.add("implicit_exact", {},
+               [](const Options&, std::vector<std::unique_ptr<Force>> forces, std::size_t particles,
+                  const ImplicitConfig& solve) {
+                 return make_implicit_exact(std::move(forces), particles, {.solve = solve});
+               });
 }
 
 }  // namespace selvedge

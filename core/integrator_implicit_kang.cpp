@@ -2,17 +2,20 @@
 //
 // Y.-M. Kang, J.-H. Choi, H.-G. Cho, D.-H. Lee, C.-J. Park, "Real-time animation technique for
 // flexible and thin objects", WSCG 2000 [Kang2000; survey eq. 36]: the constant system of Desbrun
-// without solving it. With H_ij = K, H_ii = -n_i K (the survey prints + on the diagonal, which
-// would make it indefinite) and F̃ = F + h K Σ_j (v_j - v_i),
+// flexible and thin objects", WSCG 2000 [Kang2000; survey eq. 36]: the constant system of Desbrun,
+// approximated instead of solved. With H_ij = K, H_ii = -n_i K (the survey prints + on the
+// diagonal, which would make it indefinite) and F̃ = F + h K Σ_j (v_j - v_i),
 //   (m + h² K n_i) Δv_i = h F̃_i + h² K Σ_j Δv_j,   Δv_j ≈ h F̃_j/(m + h² K n_j):
-// two sweeps of Jacobi, O(n). Links have constants of their own (link_constants.h), which take the
-// damping in as h (h + d) K.
-// Sweeps this few spread nothing: where h² K n is far above m, they leave of gravity the share
-// m/(h² K n), and the whole falls as in honey. `as_printed` does; the corrected method gives pieces
-// that nothing holds the momentum and angular momentum that their forces give. Held cloth has no
-// such remedy and moves too slowly. The original was not at hand. Guarantee: no growth for any step
-// (the sweeps are always too small, never too large); one force evaluation and two passes over the
-// links; as accurate as implicit Euler only where h² K n/m is below 1.
+// two Jacobi sweeps, O(n). Each link has its own constants (link_constants.h), which include the
+// damping as h (h + d) K.
+//
+// So few sweeps do not spread information. If h² K n is far above m, only the fraction m/(h² K n)
+// of gravity remains, and the whole cloth falls as if in honey. `as_printed` behaves this way; the
+// corrected method restores the momentum and angular momentum that the forces give to pieces that
+// nothing holds. Held cloth has no such correction and moves too slowly. The original paper was not
+// available. Guarantee: no growth for any step length (the sweeps always underestimate); one force
+// evaluation and two passes over the links; as accurate as implicit Euler only if h² K n/m is below
+// 1.
 #include <selvedge/core/detail/link_constants.h>
 #include <selvedge/core/integrator.h>
 
@@ -38,7 +41,7 @@ class ImplicitKang final : public Integrator {
     return {corrected_ ? "stable at any step, O(n); stiff cloth moves too slowly, free pieces fall "
                          "and turn as they should"
                        : "stable at any step, O(n); stiff cloth moves and falls too slowly",
-            "Kang, Choi, Cho, Lee, Park, WSCG 2000; survey eq. 36 mended",
+            "Kang, Choi, Cho, Lee, Park, WSCG 2000; survey eq. 36 corrected",
             1,
             true,
             false,
@@ -66,7 +69,7 @@ void ImplicitKang::begin(const StepStart& start, StepEnd end) {
   const auto is_free = [&](std::size_t i) { return p.inv_mass[i] > 0.0; };
   links_.fix({p.x, p.v, p.mass, start.time});
   forces_.evaluate({p.x, p.v, p.mass, start.time}, f_);
-  // Held particles change their velocity to what is prescribed.
+  // Held particles change their velocity to the prescribed one.
   for (std::size_t i = 0; i < p.size(); ++i) {
     diagonal_[i] = p.mass[i];
     rhs_[i] = h * f_[i];
@@ -96,6 +99,15 @@ void ImplicitKang::begin(const StepStart& start, StepEnd end) {
 std::unique_ptr<Integrator> make_implicit_kang(std::vector<std::unique_ptr<Force>> forces,
                                                std::size_t particles, bool corrected) {
   return std::make_unique<ImplicitKang>(std::move(forces), particles, corrected);
+}
+
+void register_implicit_kang(IntegratorRegistry& registry) {
+  for (const bool corrected : {true, false})
+    registry.add(corrected ? "implicit_kang" : "implicit_kang_as_printed", {},
+                 [corrected](const Options&, std::vector<std::unique_ptr<Force>> forces,
+                             std::size_t particles, const ImplicitConfig&) {
+                   return make_implicit_kang(std::move(forces), particles, corrected);
+                 });
 }
 
 }  // namespace selvedge

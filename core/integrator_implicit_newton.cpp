@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
-// Implicit Euler, M (v⁺ - v) = h F(x + h v⁺, v⁺), iterated to convergence by Newton's method on v⁺,
-// which the linearly implicit method [BaraffWitkin1998] makes one iteration of. The Jacobian is
-// that of the forces without its indefinite part, so that every system is positive definite; where
-// springs are compressed it converges linearly instead of quadratically. A step that does not
-// lessen the residual is halved. Guarantee: first order, stable at any step; says in its report
-// whether it converged.
+// Implicit Euler, M (v⁺ - v) = h F(x + h v⁺, v⁺), iterated to convergence by Newton's method on v⁺.
+// The linearly implicit method [BaraffWitkin1998] is one such iteration. The Jacobian of the forces
+// is used without its indefinite part, so every system is positive definite; with compressed
+// springs the convergence is linear instead of quadratic. A Newton step that does not reduce the
+// residual is halved. Guarantee: first order, stable for any step length; the report says whether
+// it converged.
 #include <selvedge/core/detail/force_checks.h>
 #include <selvedge/core/detail/implicit_system.h>
 #include <selvedge/core/integrator.h>
@@ -16,7 +16,8 @@
 namespace selvedge {
 namespace {
 
-// Halvings of one Newton step; a direction that does not descend after these is taken as it is.
+// Maximum number of halvings of a Newton step. After these a direction that does not descend is
+// accepted as it is.
 constexpr int kHalvings = 6;
 
 class ImplicitNewton final : public Integrator {
@@ -32,7 +33,7 @@ class ImplicitNewton final : public Integrator {
   }
 
   IntegratorTraits traits() const override {
-    return {"stable at any step; the non-linear equations are solved, and it says how well",
+    return {"stable at any step; solves the nonlinear equations and reports the residual",
             "backward Euler with Newton's method; survey eq. 30",
             1,
             true,
@@ -51,7 +52,7 @@ class ImplicitNewton final : public Integrator {
   SolveReport solve(std::span<const ImplicitTerm> terms, StepEnd end, double looser) override;
 
  private:
-  // Assembles at u; returns how far u is from a solution, relative.
+  // Assembles at u; returns the relative residual at u.
   double linearise(std::span<const ImplicitTerm> terms, std::span<const Vec3> u);
 
   detail::ImplicitSystem system_;
@@ -59,17 +60,17 @@ class ImplicitNewton final : public Integrator {
   std::vector<Vec3> x_, before_;
   const Particles* start_ = nullptr;
   double time_ = 0.0, h_ = 0.0;
-  double kept_ = -1.0;  // misfit of keeping the old velocities; < 0: not known yet
+  double kept_ = -1.0;  // residual norm of keeping the old velocities; < 0: not computed yet
 };
 
 double ImplicitNewton::linearise(std::span<const ImplicitTerm> terms, std::span<const Vec3> u) {
   for (std::size_t i = 0; i < u.size(); ++i) x_[i] = start_->x[i] + h_ * u[i];
   system_.assemble({{x_, u, start_->mass, time_ + h_}, h_, start_->v, h_});
   system_.add_jacobian_times(u);
-  const double misfit = system_.misfit(terms, u);
-  if (kept_ < 0.0) kept_ = misfit;
-  const double scale = std::max(kept_, system_.misfit_scale());
-  return scale > 0.0 ? misfit / scale : 0.0;
+  const double residual = system_.residual_norm(terms, u);
+  if (kept_ < 0.0) kept_ = residual;
+  const double scale = std::max(kept_, system_.residual_scale());
+  return scale > 0.0 ? residual / scale : 0.0;
 }
 
 SolveReport ImplicitNewton::solve(std::span<const ImplicitTerm> terms, StepEnd end, double looser) {
@@ -99,6 +100,22 @@ std::unique_ptr<Integrator> make_implicit_newton(std::vector<std::unique_ptr<For
                                                  std::size_t particles,
                                                  const IntegratorConfig& config) {
   return std::make_unique<ImplicitNewton>(std::move(forces), particles, config);
+}
+
+void register_implicit_newton(IntegratorRegistry& registry) {
+  registry.add("implicit_newton",
+               {{.name = "max_newton",
+                 .initial = static_cast<double>(IntegratorConfig{}.max_newton),
+                 .unit = "1",
+                 .least = 1.0,
+                 .most = 1000.0,
+                 .kind = OptionKind::whole,
+                 .meaning = "iterations in one solve"}},
+               [](const Options& o, std::vector<std::unique_ptr<Force>> forces,
+                  std::size_t particles, const ImplicitConfig& solve) {
+                 return make_implicit_newton(std::move(forces), particles,
+                                             {.solve = solve, .max_newton = o.whole("max_newton")});
+               });
 }
 
 }  // namespace selvedge

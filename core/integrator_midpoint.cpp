@@ -3,8 +3,8 @@
 // Midpoint rule (Runge-Kutta of second order, Runge 1895):
 //   x½ = x + ½h v,  v½ = v + ½h a(x, v, t),  v⁺ = v + h a(x½, v½, t + ½h),  x⁺ = x + h v½.
 // Survey eq. 15 prints V(t) + h/2 without the a, moves positions with V(t+h) instead of v½ and
-// takes the force at the start; mended. Guarantee: second order. Undamped it grows by (hω)⁴/8 a
-// step, however short.
+// evaluates the force at the start; corrected. Guarantee: second order. Without damping it grows by
+// (hω)⁴/8 per step for any step length.
 #include <selvedge/core/detail/runge_kutta.h>
 
 namespace selvedge {
@@ -16,7 +16,13 @@ std::unique_ptr<Integrator> make_midpoint(std::vector<std::unique_ptr<Force>> fo
   return std::make_unique<detail::RungeKutta>(
       std::move(forces), particles, midpoint,
       IntegratorTraits{"second order; grows slowly in every step unless damped",
-                       "Runge 1895; survey eq. 15 mended", 2});
+                       "Runge 1895; survey eq. 15 corrected", 2});
+}
+
+void register_midpoint(IntegratorRegistry& registry) {
+  registry.add("midpoint", {},
+               [](const Options&, std::vector<std::unique_ptr<Force>> forces, std::size_t particles,
+                  const ImplicitConfig&) { return make_midpoint(std::move(forces), particles); });
 }
 
 }  // namespace selvedge

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
 //
 // E. Fehlberg, "Low-order classical Runge-Kutta formulas with stepsize control", NASA TR R-315,
-// 1969: six stages, of which a method of fifth order, which goes on, and one of fourth, whose
-// difference is the error of a step. Survey eq. 21-27 misprint two coefficients, which the sums of
-// the rows show: 7297/2197 for 7296/2197 (eq. 25), and -11/40 of the last row is missing (eq. 27).
-// With these the method falls to first order. The survey has neither an error estimate nor a
-// controller; this one is the usual
+// 1969: six stages that give a fifth-order method, which advances the solution, and a fourth-order
+// one; their difference estimates the error of a step. Survey eq. 21-27 misprint two coefficients,
+// as the row sums show: 7297/2197 for 7296/2197 (eq. 25), and -11/40 of the last row is missing
+// (eq. 27). With the misprints the method is only of first order. The survey has neither an error
+// estimate nor a step size controller; this one is the usual
 //   h ← h · min(5, max(1/5, 0.9 (tolerance/error)^(1/5))).
-// A step of the scene is made of as many inner steps as the tolerance asks for; the length of the
-// last one is remembered. One that would need more than `max_inner_steps` ends in a velocity that
-// is not a number, and so is refused. Guarantee: the estimated error of each inner step is within
-// the tolerance. The fifth-order weights alone are not stable undamped at any step below hω = 2.05
-// (growth 9e-4 (hω)⁶): the tolerance keeps that growth as small as any other error.
+// A step of the scene consists of as many inner steps as the tolerance requires; the length of the
+// last one is remembered. A step that would need more than `max_inner_steps` returns NaN velocities
+// and is rejected. Guarantee: the estimated error of each inner step is within the tolerance.
+// Without damping the fifth-order weights alone are unstable at every step below hω = 2.05 (growth
+// 9e-4 (hω)⁶); the tolerance keeps that growth as small as any other error.
 #include <selvedge/core/detail/force_checks.h>
 #include <selvedge/core/detail/runge_kutta.h>
 #include <selvedge/core/parallel.h>
@@ -40,7 +40,7 @@ constexpr std::array<double, 6> kError = {1.0 / 360,       0.0,      -128.0 / 42
 
 constexpr double kSafety = 0.9, kLeast = 0.2, kMost = 5.0;
 
-// The last inner step takes what is left, if that is at most this many times its length.
+// The last inner step covers the remaining time if that is at most this many times its length.
 constexpr double kStretch = 1.0 + 1e-9;
 
 class Fehlberg final : public Integrator {
@@ -59,14 +59,14 @@ class Fehlberg final : public Integrator {
   }
 
   IntegratorTraits traits() const override {
-    return {"the error of each inner step is within its tolerance; divides the step itself",
-            "Fehlberg, NASA TR R-315, 1969; survey eq. 21-27 mended; Wang et al. 2009", 5, true};
+    return {"keeps the error of each inner step within its tolerance by choosing the inner steps",
+            "Fehlberg, NASA TR R-315, 1969; survey eq. 21-27 corrected; Wang et al. 2009", 5, true};
   }
 
   void begin(const StepStart& start, StepEnd end) override;
 
  private:
-  // Whether the error is within the tolerance, and the factor for the next inner step.
+  // True if the error is within the tolerance; sets the factor for the next inner step.
   bool within(const Particles& p, double h, double& factor);
   double largest_error(const Particles& p, double h) const;
   void advance(const Particles& p, double h);
@@ -81,7 +81,7 @@ class Fehlberg final : public Integrator {
   IntegratorConfig config_;
   detail::RungeKuttaStages stages_;
   std::vector<Vec3> x_, v_, dx_, dv_;
-  double h_ = 0.0, next_h_ = 0.0;  // s, of the last inner step that was not cut; 0: none yet
+  double h_ = 0.0, next_h_ = 0.0;  // s, length of the last inner step that was not cut; 0: none yet
 };
 
 double Fehlberg::largest_error(const Particles& p, double h) const {
@@ -90,7 +90,7 @@ double Fehlberg::largest_error(const Particles& p, double h) const {
     if (p.inv_mass[i] <= 0.0) continue;
     const double x = h * dx_[i].norm() / config_.error;
     const double v = h * dv_[i].norm() / (config_.error * config_.error_rate);
-    // Not max: a NaN has to stay one.
+    // Not std::max: a NaN must stay a NaN.
     if (!(x <= worst)) worst = x;
     if (!(v <= worst)) worst = v;
   }
@@ -118,14 +118,14 @@ void Fehlberg::begin(const StepStart& start, StepEnd end) {
   std::copy(p.x.begin(), p.x.end(), x_.begin());
   for (std::size_t i = 0; i < p.size(); ++i) v_[i] = p.inv_mass[i] > 0.0 ? p.v[i] : end.mean[i];
   double done = 0.0, h = h_ > 0.0 ? h_ : start.h;
-  int tries = 0;
-  while (done < start.h && tries < config_.max_inner_steps) {
+  int attempts = 0;
+  while (done < start.h && attempts < config_.max_inner_steps) {
     const double left = start.h - done;
     const bool last = left <= h * kStretch;
     const double step = last ? left : h;
     stages_.evaluate(forces_, p, x_, v_, start.time + done, step);
     double factor = 1.0;
-    ++tries;
+    ++attempts;
     if (within(p, step, factor)) {
       advance(p, step);
       done = last ? start.h : done + step;
@@ -149,6 +149,40 @@ void Fehlberg::begin(const StepStart& start, StepEnd end) {
 std::unique_ptr<Integrator> make_rkf45(std::vector<std::unique_ptr<Force>> forces,
                                        std::size_t particles, const IntegratorConfig& config) {
   return std::make_unique<Fehlberg>(std::move(forces), particles, config);
+}
+
+void register_rkf45(IntegratorRegistry& registry) {
+  const IntegratorConfig initial;
+  registry.add("rkf45",
+               {{.name = "error",
+                 .initial = initial.error,
+                 .unit = "m",
+                 .least = 0.0,
+                 .most = 1.0,
+                 .above_least = true,
+                 .meaning = "allowed error of position in an inner step; smaller: more inner "
+                            "steps"},
+                {.name = "error_rate",
+                 .initial = initial.error_rate,
+                 .unit = "1/s",
+                 .least = 0.0,
+                 .most = 1e12,
+                 .above_least = true,
+                 .meaning = "allowed error of velocity over that of position"},
+                {.name = "max_inner_steps",
+                 .initial = static_cast<double>(initial.max_inner_steps),
+                 .unit = "1",
+                 .least = 1.0,
+                 .most = 1e9,
+                 .kind = OptionKind::whole,
+                 .meaning = "inner steps in one step; a step that needs more is rejected"}},
+               [](const Options& o, std::vector<std::unique_ptr<Force>> forces,
+                  std::size_t particles, const ImplicitConfig&) {
+                 return make_rkf45(std::move(forces), particles,
+                                   {.error = o["error"],
+                                    .error_rate = o["error_rate"],
+                                    .max_inner_steps = o.whole("max_inner_steps")});
+               });
 }
 
 }  // namespace selvedge

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
 // The classical Runge-Kutta method of fourth order (Kutta 1901) on y = (x, v), k = (v, a).
-// Survey eq. 16-20 print the derivative of the velocity as if it were a function V(t, P), leave out
-// 1/m and call the average of the stages the acceleration at t+h; mended.
-// Guarantee: fourth order; stable up to hω = 2√2 undamped (the often quoted 2.785 is the limit on
-// the negative real axis, of damping alone).
+// Survey eq. 16-20 print the derivative of the velocity as a function V(t, P), omit 1/m and call
+// the average of the stages the acceleration at t+h; corrected. Guarantee: fourth order; stable up
+// to hω = 2√2 without damping (the often quoted 2.785 is the limit on the negative real axis, for
+// pure damping).
 #include <selvedge/core/detail/runge_kutta.h>
 
 namespace selvedge {
@@ -18,7 +18,14 @@ std::unique_ptr<Integrator> make_runge_kutta_4(std::vector<std::unique_ptr<Force
   return std::make_unique<detail::RungeKutta>(
       std::move(forces), particles, kutta,
       IntegratorTraits{"fourth order; stable below h omega = 2.83, which is checked",
-                       "Kutta 1901; survey eq. 16-20 mended", 4});
+                       "Kutta 1901; survey eq. 16-20 corrected", 4});
+}
+
+void register_runge_kutta_4(IntegratorRegistry& registry) {
+  registry.add(
+      "runge_kutta_4", {},
+      [](const Options&, std::vector<std::unique_ptr<Force>> forces, std::size_t particles,
+         const ImplicitConfig&) { return make_runge_kutta_4(std::move(forces), particles); });
 }
 
 }  // namespace selvedge

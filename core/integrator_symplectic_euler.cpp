@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Symplectic (semi-implicit) Euler, which survey eq. 14 prints under the name of explicit Euler:
-// v⁺ = v + h a(x, v), x⁺ = x + h v⁺; its a(t+h) is a(t).
-// Guarantee: first order, bounded energy; stable below hω = 2 undamped, and with damping c below
-// h = 4/(c + sqrt(c² + 4ω²)).
+// Symplectic (semi-implicit) Euler, which survey eq. 14 prints under the name of explicit Euler: v⁺
+// = v + h a(x, v), x⁺ = x + h v⁺; its a(t+h) must be a(t). Guarantee: first order, bounded energy;
+// stable below hω = 2 without damping, and with damping c below h = 4/(c + sqrt(c² + 4ω²)).
 #include <selvedge/core/integrator.h>
 
 #include <algorithm>
@@ -13,8 +12,8 @@
 namespace selvedge {
 namespace {
 
-// A mode x'' = -ω² x - c x' has the amplification polynomial μ² - (2 - hc - h²ω²) μ + 1 - hc. Its
-// roots leave the unit circle where h²ω² + 2hc = 4, that is at h = 4/(c + sqrt(c² + 4ω²)).
+// A mode x'' = -ω² x - c x' has the amplification polynomial μ² - (2 - hc - h²ω²) μ + 1 - hc. A
+// root leaves the unit circle where h²ω² + 2hc = 4, that is, at h = 4/(c + sqrt(c² + 4ω²)).
 double longest_step(const ModeBound& mode) {
   const double denominator = mode.rate + std::hypot(mode.rate, 2.0 * mode.omega);
   return denominator > 0.0 ? 4.0 / denominator : std::numeric_limits<double>::infinity();
@@ -52,6 +51,13 @@ class Symplectic final : public Integrator {
 std::unique_ptr<Integrator> make_symplectic_euler(std::vector<std::unique_ptr<Force>> forces,
                                                   std::size_t particles) {
   return std::make_unique<Symplectic>(std::move(forces), particles);
+}
+
+void register_symplectic_euler(IntegratorRegistry& registry) {
+  registry.add(
+      "symplectic_euler", {},
+      [](const Options&, std::vector<std::unique_ptr<Force>> forces, std::size_t particles,
+         const ImplicitConfig&) { return make_symplectic_euler(std::move(forces), particles); });
 }
 
 }  // namespace selvedge

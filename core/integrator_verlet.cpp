@@ -2,18 +2,20 @@
 //
 // L. Verlet, "Computer experiments on classical fluids", 1967 [Verlet1967]: x⁺ = 2x - x⁻ + h² a
 // [survey eq. 28], and damped Verlet, x⁺ = x + D (x - x⁻) + h² a [survey eq. 29, which its text
-// calls 30]. The survey takes D = 0.99 in any step, so that half the step damps twice as much; here
-// D = exp(-γ h). It starts, as the survey does not say, with x⁻ = x - h v + ½ h² a.
+// calls 30]. The survey uses D = 0.99 for every step length, so halving the step doubles the
+// damping; here D = exp(-γ h). The method starts with x⁻ = x - h v + ½ h² a; the survey does not
+// say how.
 //
-// What is remembered is not x⁻ but how the mean velocity of the last step, (x - x⁻)/h, differed
-// from its velocity at the end: contacts that change the one then change the other. When the length
-// of a step changes from h⁻ to h, the method starts anew from v = (x - x⁻)/h⁻ + ½ h⁻ a, that is (x⁺
-// - x)/h = (x - x⁻)/h⁻ + ½ (h⁻ + h) a. The velocity at the end is that in the middle of the step
-// and half a step of the acceleration at the start: of second order, and no force is evaluated for
-// it. Forces that depend on velocity take that in the middle of the last step.
+// Instead of x⁻ the method stores the difference between the mean velocity of the last step, (x -
+// x⁻)/h, and its end velocity, so contacts that change one also change the other. When the step
+// length changes from h⁻ to h, the method restarts from v = (x - x⁻)/h⁻ + ½ h⁻ a, that is, (x⁺ -
+// x)/h = (x - x⁻)/h⁻ + ½ (h⁻ + h) a. The end velocity is the velocity in the middle of the step
+// plus half a step of the acceleration at the start: second order, without another force
+// evaluation. Velocity-dependent forces use the velocity in the middle of the last step.
 //
-// Guarantee: second order, first with damping; bounded energy; stable below hω = 2 undamped, with
-// damping c as symplectic Euler, whose positions these are. [survey claim: as cheap as Euler]
+// Guarantee: second order, first order with damping; bounded energy; stable below hω = 2 without
+// damping, and with damping c like symplectic Euler, whose positions it shares. [survey claim: as
+// cheap as Euler]
 #include <selvedge/core/detail/force_checks.h>
 #include <selvedge/core/detail/stability.h>
 #include <selvedge/core/integrator.h>
@@ -63,9 +65,10 @@ class Verlet final : public Integrator {
 
   IntegratorTraits traits_;
   double drag_;
-  std::vector<Vec3> lead_, next_lead_;  // m/s, mean velocity of the last step minus that at its end
+  std::vector<Vec3> lead_,
+      next_lead_;  // m/s, mean velocity of the last step minus its end velocity
   std::vector<Vec3> middle_, a_;
-  double h_ = 0.0, next_h_ = 0.0;  // s, of the last step; 0: there was none
+  double h_ = 0.0, next_h_ = 0.0;  // s, length of the last step; 0: there was none
 };
 
 void Verlet::begin(const StepStart& start, StepEnd end) {
@@ -78,7 +81,7 @@ void Verlet::begin(const StepStart& start, StepEnd end) {
     next_lead_[i].setZero();
     if (p.inv_mass[i] <= 0.0) continue;
     end.mean[i] = keep * middle_[i] + between * a_[i];
-    // With drag the velocity goes on to decay.
+    // With drag, the velocity continues to decay.
     end.v[i] = end.mean[i] + (0.5 * h) * (a_[i] - drag_ * end.mean[i]);
     next_lead_[i] = end.mean[i] - end.v[i];
   }
@@ -115,7 +118,24 @@ std::unique_ptr<Integrator> make_damped_verlet(std::vector<std::unique_ptr<Force
   return std::make_unique<Verlet>(
       std::move(forces), particles, config.drag,
       IntegratorTraits{"as verlet; every velocity decays as exp(-drag t), whatever the step",
-                       "survey eq. 29 mended: D = exp(-gamma h) instead of 0.99", 2});
+                       "survey eq. 29 corrected: D = exp(-gamma h) instead of 0.99", 2});
+}
+
+void register_verlet(IntegratorRegistry& registry) {
+  registry.add("verlet", {},
+               [](const Options&, std::vector<std::unique_ptr<Force>> forces, std::size_t particles,
+                  const ImplicitConfig&) { return make_verlet(std::move(forces), particles); });
+  registry.add("damped_verlet",
+               {{.name = "drag",
+                 .initial = IntegratorConfig{}.drag,
+                 .unit = "1/s",
+                 .least = 0.0,
+                 .most = 1e6,
+                 .meaning = "rate at which velocities decay"}},
+               [](const Options& o, std::vector<std::unique_ptr<Force>> forces,
+                  std::size_t particles, const ImplicitConfig&) {
+                 return make_damped_verlet(std::move(forces), particles, {.drag = o["drag"]});
+               });
 }
 
 }  // namespace selvedge

@@ -5,55 +5,61 @@
 
 namespace selvedge {
 
-/// How a spring answers its stretch.
+/// Force law of a spring under stretch.
 enum class StretchLaw {
   hooke,         ///< k (L-L0)
-  tension_only,  ///< k (L-L0), nothing under compression [ChoiKo2002, type 1]
-  biphasic,      ///< stiffer above a strain [survey 4, Chen 1998]
-  kawabata,      ///< curve of a tension test, LT, WT (KES-F1)
+  tension_only,  ///< k (L-L0) under tension, 0 under compression [ChoiKo2002, type 1]
+  biphasic,      ///< stiffer above a given strain [survey 4, Chen 1998]
+  kawabata,      ///< tension curve with LT and WT (KES-F1)
 };
 
-/// How the right angle between warp and weft is kept.
+/// How the cloth resists shear between warp and weft.
 enum class ShearLaw {
-  springs,   ///< diagonals of the cells
-  twisting,  ///< moments between the links at a particle [survey 3.1, Dai 2003]; grids only
+  springs,  ///< diagonal springs of the cells
+  /// Torsional springs between the links at a particle [survey 3.1, Dai 2003]; grids only.
+  twisting,
 };
 
-/// How the sheet resists bending. All from the same plate rigidity B.
+/// How the cloth resists bending. All laws use the same plate rigidity B.
 enum class BendingLaw {
-  hinge,    ///< ½ k θ² between two triangles, each by itself; any mesh, exact on grids of cells
-  bridson,  ///< sin(θ/2) between two triangles, damping by rate [Bridson2003 as printed]; any mesh
-  buckling,  ///< links over two cells that buckle [ChoiKo2002; survey eq. 5]; grids only
-  twisting,  ///< moments between collinear links [survey 3.1, Dai 2003; eq. 4 mended]; grids only
-  /// The curvature of triangles by the turning of their edges [OnateZarate2000], exact on any mesh;
-  /// on grids of cells that is what `hinge` has.
+  /// ½ k θ² for each pair of neighbouring triangles; any mesh, exact on grids of cells.
+  hinge,
+  /// sin(θ/2) of neighbouring triangles, rate damping [Bridson2003 as printed]; any mesh.
+  bridson,
+  /// Links across two cells that buckle [ChoiKo2002; survey eq. 5]; grids only.
+  buckling,
+  /// Torsional springs between collinear links [survey 3.1, Dai 2003; eq. 4 corrected]; grids only.
+  twisting,
+  /// Curvature of each triangle from the rotation of its edges [OnateZarate2000]; exact on any
+  /// mesh, equal to `hinge` on grids of cells.
   shape_operator,
 };
 
-/// What the cloth is made of, as fabric constants, independent of the mesh.
+/// Fabric constants of a cloth, independent of the mesh.
 struct Material {
   double density = 0.2;              ///< kg/m², > 0
   double stretch_stiffness = 500.0;  ///< N/m (force per width per strain along warp and weft), > 0
   double shear_stiffness = 100.0;    ///< N/m (force per width per shear angle), >= 0
   double bending_stiffness = 1e-5;   ///< N·m (plate rigidity B), >= 0
-  double spring_damping =
-      0.01;  ///< s: damping force of a spring per its stiffness and rate of length, >= 0
-  double bending_damping = 0.01;  ///< s: the same for hinges, >= 0
-  double strain_limit = 0.1;      ///< largest stretch (L-L0)/L0 of a spring, > 0
-  double friction = 0.3;          ///< Coulomb coefficient, cloth on cloth, >= 0
+  /// s: damping force of a spring per stiffness and rate of length change, >= 0.
+  double spring_damping = 0.01;
+  /// s: damping moment of a hinge per stiffness and rate of angle, >= 0.
+  double bending_damping = 0.01;
+  double strain_limit = 0.1;  ///< largest stretch (L-L0)/L0 of a spring, > 0
+  double friction = 0.3;      ///< Coulomb coefficient, cloth on cloth, >= 0
   StretchLaw stretch_law = StretchLaw::hooke;
   ShearLaw shear_law = ShearLaw::springs;
   BendingLaw bending_law = BendingLaw::shape_operator;
-  double biphasic_strain = 0.02;  ///< strain at which a biphasic spring becomes stiffer, >= 0
-  double biphasic_growth = 10.0;  ///< growth of its stiffness per strain beyond that, >= 0
+  double biphasic_strain = 0.02;  ///< strain above which a biphasic spring is stiffer, >= 0
+  double biphasic_growth = 10.0;  ///< growth of the stiffness per strain beyond that, >= 0
   double kawabata_lt = 0.7;       ///< linearity of the tension curve, in (0.5, 1]
   double kawabata_strain = 0.05;  ///< EMT/100, strain at the end of the tension test, > 0
-  double kawabata_rt = 1.0;     ///< RT/100, share of the work of tension that comes back, in (0, 1]
-  double shear_friction = 0.0;  ///< N/m, HG: half the width of the shear loop; twisting only
-  double bending_friction =
-      0.0;  ///< N, HB: moment per width, half the bending loop; grids and shape_operator
-  /// N/m and N·m along weft where that is another constant than along warp, which stretch_stiffness
-  /// and bending_stiffness then are. Meshes without warp and weft have the mean. > 0, >= 0.
+  double kawabata_rt = 1.0;       ///< RT/100, recovered fraction of the work of tension, in (0, 1]
+  double shear_friction = 0.0;  ///< N/m, HG: half the width of the shear loop; only with `twisting`
+  /// N, HB: moment per width, half the width of the bending loop; grids and shape_operator only.
+  double bending_friction = 0.0;
+  /// N/m (> 0) and N·m (>= 0) along the weft, if it differs from the warp; stretch_stiffness and
+  /// bending_stiffness then apply to the warp. Meshes without warp and weft use the mean.
   std::optional<double> stretch_weft{}, bending_weft{};
 };
 

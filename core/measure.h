@@ -8,9 +8,9 @@
 
 namespace selvedge {
 
-/// Area of the union of the triangles seen along z, m²: the shadow that Cusick's lamp casts. A
-/// sweep over the lines between which the outline of the shadow is straight, so that nothing is
-/// sampled: exact to rounding. Throws std::invalid_argument for a broken index or coordinate.
+/// Area of the union of the triangles projected along z, m²: the shadow in Cusick's drape tester.
+/// Exact to rounding, by a sweep over the lines between which the outline of the shadow is
+/// straight; nothing is sampled. Throws std::invalid_argument for an invalid index or coordinate.
 double projected_area(std::span<const Vec3> x, std::span<const Triangle> triangles);
 
 /// Area of a surface, m².
@@ -18,58 +18,61 @@ double surface_area(std::span<const Vec3> x, std::span<const Triangle> triangles
 
 /// Cusick's drape coefficient in percent, 100 (shadow - support)/(specimen - support), areas in m²:
 /// 100 for a stiff disc, 0 for one that hangs straight down [Cusick1968]. Throws
-/// std::invalid_argument unless the specimen is larger than the support and the support positive.
+/// std::invalid_argument unless 0 < support < specimen.
 double drape_coefficient(double shadow, double specimen, double support);
 
-/// The longest loop of edges that belong to one triangle only, in order; empty for a closed
-/// surface.
+/// Vertices of the longest loop of boundary edges, in order; empty for a closed surface.
 std::vector<std::int32_t> rim_of(std::span<const Vec3> x, std::span<const Triangle> triangles);
 
-/// The rim of a drape seen from above.
+/// The rim of a drape as seen from above.
 struct RimProfile {
-  std::vector<double> radius;  ///< m, at equal angles from +x on; the outermost where it overhangs
-  std::vector<double> height;  ///< m, there
-  std::vector<double> amplitude;  ///< m, of cos n·angle in the radius, n from 0 (the mean)
-  int folds = 0;                  ///< the n >= 2 of the largest amplitude; 0 for a round rim
-  int maxima = 0;  ///< of the radius that stand out by more than a tenth of its range
+  /// m, at equal angles starting at +x; the outermost radius if the rim overhangs.
+  std::vector<double> radius;
+  std::vector<double> height;  ///< m, at the same angles
+  /// m, amplitude of cos n·angle in the radius, for n from 0 (the mean).
+  std::vector<double> amplitude;
+  int folds = 0;  ///< the n >= 2 with the largest amplitude; 0 for a round rim
+  /// Number of maxima of the radius with a prominence of more than a tenth of its range.
+  int maxima = 0;
 };
 
-/// How a rim is sampled.
+/// Sampling of a rim.
 struct RimConfig {
-  Vec3 centre = Vec3::Zero();  ///< m, only x and y count
-  int samples = 720;           ///< angles, >= 8
+  Vec3 centre = Vec3::Zero();  ///< m; only x and y are used
+  int samples = 720;           ///< number of angles, >= 8
 };
 
-/// The rim's radius over the angle about the centre and its spectrum (a discrete Fourier transform,
-/// direct). Throws std::invalid_argument for a surface without a rim and a centre outside of it.
+/// Radius of the rim as a function of the angle about the centre, and its spectrum (discrete
+/// Fourier transform). Throws std::invalid_argument if the surface has no rim or the centre lies
+/// outside it.
 RimProfile rim_profile(std::span<const Vec3> x, std::span<const Triangle> triangles,
                        const RimConfig& config);
 
-/// Strain of each triangle: its deformation gradient's principal stretches less 1.
+/// Strain of a triangle: the principal stretches of its deformation gradient minus 1.
 struct TriangleStrain {
   double larger = 0.0, smaller = 0.0;  ///< principal strains, larger >= smaller >= -1
-  double area = 0.0;                   ///< m², at rest
+  double area = 0.0;                   ///< m², of the rest shape
 };
-/// `x` against `rest`, whose triangle i is that of `triangles` and may have vertices of its own.
-/// Zero for a triangle without area at rest.
+/// Strains of the triangles from `rest` to `x`. Triangle i of `rest` corresponds to triangle i of
+/// `triangles` but may have its own vertices. Zero for a triangle without area at rest.
 std::vector<TriangleStrain> triangle_strains(std::span<const Vec3> x,
                                              std::span<const Triangle> triangles,
                                              const TriangleMesh& rest);
 
-/// What many strains come to.
+/// Statistics of many strains.
 struct StrainSummary {
   double max = 0.0, min = 0.0;  ///< the largest and smallest strain
-  double rms = 0.0;             ///< root of the mean square
+  double rms = 0.0;             ///< root mean square
   double mean = 0.0;
 };
-/// Of the two principal strains, weighted by area.
+/// Statistics of both principal strains, weighted by area.
 StrainSummary summary_of(std::span<const TriangleStrain> strains);
-/// Of the springs, (L-L0)/L0, each alike.
+/// Statistics of the spring strains (L-L0)/L0, equally weighted.
 StrainSummary spring_strains(std::span<const Spring> springs, std::span<const Vec3> x);
 
-/// Lower bound (heuristic: free radial strips, no hoop stress) of the drape coefficient of an 18 cm
-/// support and a 30 cm specimen, in percent, for a cloth of bending length `c`, m: the shadow of a
-/// disc whose overhang of 6 cm hangs as the strip elastica of the heavy cantilever.
+/// Heuristic lower bound of the drape coefficient, in percent, of an 18 cm support and a 30 cm
+/// specimen. `bending_length` in m. Model: free radial strips without hoop stress; the overhang of
+/// 6 cm hangs like the elastica of a heavy cantilever strip.
 double strip_drape_coefficient(double bending_length);
 
 }  // namespace selvedge

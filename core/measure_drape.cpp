@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
 // G. E. Cusick, "The measurement of fabric drape", Journal of the Textile Institute 59 (1968): the
-// share of the free ring of a disc that its shadow still covers. The width of the shadow along a
-// line y = const is linear in y between the corners of its outline, which lie at ends and crossings
-// of contour edges: edges of one triangle, or between triangles that face up and down. So the
-// midpoint rule over the slabs between these heights gives the area exactly.
+// fraction of the overhanging ring of a disc that its shadow covers. Along a line y = const the
+// width of the shadow is linear in y between the corners of its outline. These corners are ends and
+// crossings of contour edges, that is, edges of one triangle or between triangles that face up and
+// down. The midpoint rule over the slabs between these heights is therefore exact.
 #include <selvedge/core/detail/topology.h>
 #include <selvedge/core/measure.h>
 
@@ -29,7 +29,7 @@ void require_mesh(std::span<const Vec3> x, std::span<const Triangle> triangles) 
   validate(TriangleMesh{{x.begin(), x.end()}, {triangles.begin(), triangles.end()}}, "measure");
 }
 
-/// Facing of the triangles of an edge, as far as it matters for the outline.
+/// Facing of the triangles at an edge, as far as the outline needs it.
 struct EdgeFaces {
   int triangles = 0;
   bool up = false, down = false;
@@ -44,8 +44,8 @@ std::map<Edge, EdgeFaces> faces_of_edges(std::span<const Vec3> x,
       const std::int32_t a = t[k], b = t[(k + 1) % 3];
       EdgeFaces& f = faces[{std::min(a, b), std::max(a, b)}];
       ++f.triangles;
-      // A triangle seen edge-on faces both ways: its edges then count as contours, which costs time
-      // only.
+      // A triangle seen edge-on faces both ways, so its edges count as contours. That only costs
+      // time.
       f.up = f.up || area >= 0.0;
       f.down = f.down || area <= 0.0;
     }
@@ -69,7 +69,7 @@ std::vector<Segment> contour_edges(std::span<const Vec3> x, std::span<const Tria
   return contours;
 }
 
-/// Height at which two segments cross, added to `heights` if they do.
+/// Adds the height at which two segments cross to `heights`, if they cross.
 void add_crossing(const Segment& a, const Segment& b, std::vector<double>& heights) {
   const Vec3 u = a.high - a.low, v = b.high - b.low, w = b.low - a.low;
   const double parallel = cross(u, v);
@@ -94,7 +94,7 @@ std::vector<double> event_heights(std::vector<Segment> contours) {
   return heights;
 }
 
-/// The part of the line at height y that a triangle covers.
+/// The interval of the line at height y that a triangle covers.
 struct Interval {
   double begin, end;
 };
@@ -123,7 +123,7 @@ double union_length(std::vector<Interval>& intervals) {
   return length;
 }
 
-/// A triangle and the heights between which it lies.
+/// A triangle and its range of heights.
 struct Span {
   double low, high;
   Triangle t;
@@ -169,25 +169,25 @@ double projected_area(std::span<const Vec3> x, std::span<const Triangle> triangl
 }
 
 double drape_coefficient(double shadow, double specimen, double support) {
-  detail::require(std::isfinite(support) && support > 0.0, "support area in m2", support,
-                  "positive");
-  detail::require(std::isfinite(specimen) && specimen > support, "specimen area in m2", specimen,
-                  "larger than the support's");
-  detail::require(std::isfinite(shadow) && shadow >= 0.0, "shadow area in m2", shadow,
-                  "at least 0");
+  require(std::isfinite(support) && support > 0.0, "support area in m2", support, "positive");
+  require(std::isfinite(specimen) && specimen > support, "specimen area in m2", specimen,
+          "larger than the support's");
+  require(std::isfinite(shadow) && shadow >= 0.0, "shadow area in m2", shadow, "at least 0");
   return 100.0 * (shadow - support) / (specimen - support);
 }
 
 namespace {
 
-/// Horizontal reach of a strip of length `length` that is clamped horizontally and hangs by its
-/// weight: B θ'' = w s cos θ from the free end, θ'(free) = 0, shot for θ(clamp) = 0. `c` = (B/w)^⅓.
+/// Horizontal reach of a strip of length `length` that is clamped horizontally and bends under its
+/// own weight: B θ'' = w s cos θ with θ'(free end) = 0. Shooting from the free end solves θ(clamp)
+/// = 0. `c` = (B/w)^⅓.
 double cantilever_reach(double c, double length) {
   constexpr int steps = 400;
   constexpr int halvings = 60;
   const double h = length / steps, k = 1.0 / (c * c * c);
   double reach = 0.0;
-  // θ is the angle below horizontal, s counts from the free end; θ decreases towards the clamp.
+  // θ is the angle below the horizontal, s the distance from the free end; θ decreases towards the
+  // clamp.
   const auto clamp_angle = [&](double tip) {
     double angle = tip, rate = 0.0;
     reach = 0.0;
@@ -201,8 +201,9 @@ double cantilever_reach(double c, double length) {
     }
     return angle;
   };
-  // What the tip lacks of the vertical. Soft strips lack little, and lacking more they would wind
-  // up beyond the clamp and meet it again: the first sign change from the vertical on is the strip.
+  // Deviation of the tip from the vertical. Soft strips deviate little. For a larger deviation the
+  // solution would wind past the clamp angle and reach it again, so the first sign change, starting
+  // at the vertical, is the solution.
   constexpr double least = 1e-14, factor = 1.5;
   constexpr double vertical = 0.5 * std::numbers::pi;
   double low = least, high = least;
@@ -221,8 +222,8 @@ double cantilever_reach(double c, double length) {
 }  // namespace
 
 double strip_drape_coefficient(double bending_length) {
-  detail::require(std::isfinite(bending_length) && bending_length > 0.0, "bending length in m",
-                  bending_length, "positive");
+  require(std::isfinite(bending_length) && bending_length > 0.0, "bending length in m",
+          bending_length, "positive");
   constexpr double support = 0.09, overhang = 0.06;  // m, 18 cm disc, 30 cm specimen
   constexpr double specimen = support + overhang;
   const double rim = support + cantilever_reach(bending_length, overhang);

@@ -12,7 +12,7 @@
 namespace selvedge {
 namespace {
 
-/// From each vertex of the boundary to the next, along the direction of the triangles.
+/// From each boundary vertex to the next one, in the direction of the triangles.
 std::multimap<std::int32_t, std::int32_t> boundary_steps(std::span<const Triangle> triangles) {
   std::map<Edge, int> uses;
   for (const Triangle& t : triangles)
@@ -36,7 +36,7 @@ double length_of(std::span<const Vec3> x, const std::vector<std::int32_t>& loop)
   return length;
 }
 
-/// One sample of the rim, or none of it in this direction.
+/// A sample of the rim; empty if the rim has no point in this direction.
 struct RimPoint {
   double radius = -1.0, height = 0.0;
 };
@@ -63,7 +63,7 @@ std::vector<double> spectrum_of(const std::vector<double>& values) {
   for (int order = 0; order <= n / 2; ++order) {
     double cosine = 0.0, sine = 0.0;
     for (int k = 0; k < n; ++k) {
-      // The product is taken modulo n so that the angle keeps its digits.
+      // The product is reduced modulo n so that the angle keeps its precision.
       const double angle = 2.0 * std::numbers::pi * ((std::int64_t{order} * k) % n) / n;
       cosine += values[k] * std::cos(angle);
       sine += values[k] * std::sin(angle);
@@ -101,13 +101,14 @@ int count_maxima(const std::vector<double>& r, double prominence) {
   return count;
 }
 
-constexpr double round_rim = 1e-9;  // relative amplitude below which a rim has no folds
+constexpr double kRoundRim =
+    1e-9;  // relative amplitude below which the rim is round and has no folds
 
 int strongest_order(const std::vector<double>& amplitude) {
-  constexpr std::size_t first = 2;  // 1 is a rim beside the centre
+  constexpr std::size_t first = 2;  // order 1 is an off-centre rim
   if (amplitude.size() <= first) return 0;
   const auto peak = std::max_element(amplitude.begin() + first, amplitude.end());
-  return *peak > round_rim * amplitude[0] ? static_cast<int>(peak - amplitude.begin()) : 0;
+  return *peak > kRoundRim * amplitude[0] ? static_cast<int>(peak - amplitude.begin()) : 0;
 }
 
 }  // namespace
@@ -135,7 +136,7 @@ std::vector<std::int32_t> rim_of(std::span<const Vec3> x, std::span<const Triang
 RimProfile rim_profile(std::span<const Vec3> x, std::span<const Triangle> triangles,
                        const RimConfig& config) {
   constexpr int fewest = 8;
-  detail::require(config.samples >= fewest, "rim samples", config.samples, "at least 8");
+  require(config.samples >= fewest, "rim samples", config.samples, "at least 8");
   const std::vector<std::int32_t> rim = rim_of(x, triangles);
   if (rim.empty()) throw std::invalid_argument("measure: the surface is closed and has no rim");
   RimProfile profile;
@@ -145,7 +146,7 @@ RimProfile rim_profile(std::span<const Vec3> x, std::span<const Triangle> triang
     const RimPoint p = outermost(x, rim, centre, 2.0 * std::numbers::pi * k / config.samples);
     if (p.radius < 0.0)
       throw std::invalid_argument(
-          "measure: the rim does not go around the centre; name the point it drapes about");
+          "measure: the rim does not go around the centre; choose a centre inside the rim");
     profile.radius.push_back(p.radius);
     profile.height.push_back(p.height);
   }

@@ -10,7 +10,7 @@
 namespace selvedge {
 namespace {
 
-/// Edges of a triangle in its own plane: columns (x1 - x0), (x2 - x0).
+/// Edges of a triangle in its own plane, as columns (x1 - x0), (x2 - x0).
 Eigen::Matrix2d flat_edges(const Vec3& u, const Vec3& v) {
   const double length = u.norm();
   Eigen::Matrix2d m;
@@ -35,7 +35,7 @@ TriangleStrain strain_of(const Triangle& t, std::span<const Vec3> x, const Trian
   return strain;
 }
 
-/// Sums up weighted values.
+/// Accumulates statistics of weighted values.
 class Summary {
  public:
   void add(double value, double weight) {

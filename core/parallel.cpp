@@ -22,9 +22,10 @@ std::size_t range_count(std::size_t n, std::size_t grain) {
 }
 
 #if defined(SELVEDGE_USE_TBB) && defined(__SANITIZE_THREAD__)
-/// oneTBB as distributed is not made for ThreadSanitizer, which then does not see that a piece of
-/// work begins after it is handed out, and is done before the caller goes on. These atomics show it
-/// that, and order nothing between one piece and another, so that races between pieces are seen.
+/// Makes the ordering of tasks visible to ThreadSanitizer, which cannot see it in the distributed
+/// oneTBB: a task starts after it is submitted and ends before the caller continues. These atomics
+/// express exactly that and do not order tasks among each other, so races between tasks are still
+/// detected.
 class Handover {
  public:
   void hand_out() { out_.store(1, std::memory_order_release); }
@@ -44,7 +45,7 @@ struct Handover {
 };
 #endif
 
-// Sums of parallel_sum that are kept without taking memory, 4 KiB of them.
+// Largest number of partial sums of parallel_sum that need no heap memory: 4 KiB.
 constexpr std::size_t kFewRanges = 512;
 
 }  // namespace
@@ -74,8 +75,8 @@ double parallel_sum(std::size_t n, std::size_t grain,
                     FunctionRef<double(std::size_t, std::size_t)> body) {
   grain = std::max<std::size_t>(grain, 1);
   const std::size_t ranges = range_count(n, grain);
-  // A solver calls this several times in each iteration: no memory is taken for a million
-  // particles.
+  // A solver calls this several times per iteration; up to a million particles it does not
+  // allocate.
   std::array<double, kFewRanges> few;
   std::vector<double> many(ranges > few.size() ? ranges : 0);
   const std::span<double> partial = many.empty() ? std::span(few).first(ranges) : std::span(many);

@@ -8,7 +8,8 @@
 
 namespace selvedge {
 
-/// A non-owning reference to a callable: no allocation, valid as long as the callable lives.
+/// A non-owning reference to a callable. It does not allocate and is valid while the callable
+/// lives.
 template <class Signature>
 class FunctionRef;
 
@@ -31,23 +32,23 @@ class FunctionRef<R(Args...)> {
   R (*call_)(void*, Args...);
 };
 
-/// Calls body(begin, end) on disjoint ranges that cover [0, n). The ranges depend on n and grain
-/// alone, never on the number of threads, so that code which sums per range is deterministic.
+/// Calls body(begin, end) on disjoint ranges that cover [0, n). The ranges depend only on n and
+/// grain, not on the number of threads, so code that sums per range is deterministic.
 void parallel_for(std::size_t n, std::size_t grain,
                   FunctionRef<void(std::size_t begin, std::size_t end)> body);
 
-/// Sum of body(begin, end) over fixed ranges of `grain`, added in range order: the same bits for
-/// any number of threads.
+/// Sum of body(begin, end) over fixed ranges of size `grain`, added in range order: bit-identical
+/// for any number of threads.
 double parallel_sum(std::size_t n, std::size_t grain,
                     FunctionRef<double(std::size_t begin, std::size_t end)> body);
 
-/// Runs all given tasks, possibly at the same time, and returns when the last one is done.
+/// Runs both tasks, possibly in parallel, and returns when both are done.
 void parallel_invoke(FunctionRef<void()> a, FunctionRef<void()> b);
 
-/// Number of threads the library would use now.
+/// Number of threads the library uses at present.
 int thread_count();
 
-/// While alive, at most `threads` threads work (0: as many as the machine has).
+/// Limits the number of worker threads to `threads` during its lifetime (0: number of processors).
 class ThreadLimit {
  public:
   explicit ThreadLimit(int threads);

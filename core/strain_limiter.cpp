@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
-// Position correction after [Provot1995]: a spring longer than its limit is shortened to it.
-// Deviations: both ends move in inverse proportion to their mass, so that momentum is kept, and
-// sweeps go on until the worst excess is below the tolerance.
+// Position correction after [Provot1995]: a spring longer than its limit is shortened to the limit.
+// Deviations: both ends move in inverse proportion to their masses, which conserves momentum, and
+// sweeps continue until the worst excess is below the tolerance.
 #include <selvedge/core/check.h>
-#include <selvedge/core/coloring.h>
+#include <selvedge/core/detail/coloring.h>
+#include <selvedge/core/detail/register_limiter.h>
 #include <selvedge/core/strain_limiter.h>
 
 #include <algorithm>
@@ -14,7 +15,7 @@
 namespace selvedge {
 namespace {
 
-constexpr std::size_t spring_grain = 4096;
+constexpr std::size_t kSpringGrain = 4096;
 
 double strain_of(const Spring& s, std::span<const Vec3> x) {
   return (x[s.b] - x[s.a]).norm() / s.rest_length - 1.0;
@@ -54,10 +55,10 @@ StrainLimiter::StrainLimiter(std::span<const Spring> springs, std::span<const do
 }
 
 StrainReport StrainLimiter::measure(std::span<const Vec3> x) const {
-  const std::size_t ranges = (springs_.size() + spring_grain - 1) / spring_grain;
+  const std::size_t ranges = (springs_.size() + kSpringGrain - 1) / kSpringGrain;
   std::vector<StrainReport> partial(ranges);
-  parallel_for(springs_.size(), spring_grain, [&](std::size_t begin, std::size_t end) {
-    StrainReport& worst = partial[begin / spring_grain];
+  parallel_for(springs_.size(), kSpringGrain, [&](std::size_t begin, std::size_t end) {
+    StrainReport& worst = partial[begin / kSpringGrain];
     for (std::size_t i = begin; i < end; ++i) {
       const double strain = strain_of(springs_[i], x);
       worst.max_strain = std::max(worst.max_strain, strain);
@@ -96,6 +97,13 @@ StrainReport StrainLimiter::apply(std::span<const double> inv_mass, double toler
   }
   report.sweeps = sweeps;
   return report;
+}
+
+void register_no_limiter(StrainLimiterRegistry& registry) {
+  detail::register_policy(registry, "none",
+                          {.promise = "no limit: springs stretch by their law alone",
+                           .source = "",
+                           .kind = LimiterKind::none});
 }
 
 }  // namespace selvedge

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
 //
 // Ordered position correction [Kang2000; survey 4.2]: the excess of all springs is sorted into
-// buckets over its range, O(n), and the worst are corrected first; the paper leaves open how often
-// that is done. Here sweeps, each with a new order, go on as in the other limiters, so that they
-// can be compared by what they need for the same strain. With priority per node [survey 4.5]: the
-// first, worst spring that moves a particle moves it in full, each further one by half as much as
-// the one before, so that good corrections are not undone by lesser ones. The ends no longer share
-// a correction by their masses: momentum is not kept. Guarantee: as the position limiter's; the
-// order is the same for any number of threads (the sweeps are serial).
+// buckets over its range, O(n), and the worst springs are corrected first; the paper does not say
+// how often. Here each sweep has a new order, and sweeps continue as in the other limiters, so
+// their costs for the same strain can be compared. With priority per node [survey 4.5], the first
+// (worst) spring that moves a particle in a sweep moves it in full, and each further one by half as
+// much as the one before, so that small corrections do not undo large ones. The ends then no longer
+// share a correction by mass: momentum is not conserved. Guarantee: as for the position limiter;
+// the order is the same for any number of threads (the sweeps are serial).
+#include <selvedge/core/detail/register_limiter.h>
 #include <selvedge/core/detail/spring_sweeps.h>
 
 #include <algorithm>
@@ -19,7 +20,7 @@ namespace {
 
 constexpr int kBuckets = 64;
 
-// Of what a particle moves for each spring that has moved it in this sweep.
+// Factor on the motion of a particle for each spring that has moved it in this sweep.
 constexpr double kLess = 0.5;
 
 class OrderedLimiter final : public StrainLimitMethod {
@@ -54,12 +55,12 @@ class OrderedLimiter final : public StrainLimitMethod {
 
   StrainLimiter limiter_;
   OrderedConfig config_;
-  std::vector<double> excess_;       // of the strain over its limit
+  std::vector<double> excess_;       // strain above the limit
   std::vector<std::int32_t> order_;  // springs over their limit, worst bucket first
-  std::vector<double> share_;        // that a particle moves of what it is asked to
+  std::vector<double> share_;        // fraction of a correction that the particle follows
 };
 
-/// Returns how many springs are over their limit.
+/// Returns the number of springs over their limit.
 std::size_t OrderedLimiter::sort(std::span<const Vec3> x, double worst) {
   std::array<std::size_t, kBuckets + 1> begin{};
   const auto bucket = [&](double excess) {  // 0: the worst
@@ -116,6 +117,19 @@ std::unique_ptr<StrainLimitMethod> make_ordered_limiter(std::span<const Spring> 
                                                         std::size_t particles,
                                                         const OrderedConfig& config) {
   return std::make_unique<OrderedLimiter>(springs, limits, particles, config);
+}
+
+void register_ordered_limiters(StrainLimiterRegistry& registry) {
+  const auto add = [&](const char* name, const OrderedConfig& config) {
+    detail::register_method(
+        registry, name,
+        [config](std::span<const Spring> s, std::span<const double> l, std::size_t n) {
+          return make_ordered_limiter(s, l, n, config);
+        });
+  };
+  add("ordered_position", {.priority = false, .with_velocity = false});
+  add("ordered_position_velocity", {.priority = false, .with_velocity = true});
+  add("priority_position_velocity", {.priority = true, .with_velocity = true});
 }
 
 }  // namespace selvedge

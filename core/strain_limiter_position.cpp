@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
 //
 // X. Provot, "Deformation constraints in a mass-spring model to describe rigid cloth behavior",
-// 1995 [Provot1995; survey 4.1]: the position correction of strain_limiter.h, by itself and with
-// the removal of the velocity that goes on stretching springs at their limit [survey 4.4].
-// `with_velocity` false is the paper's method: positions are corrected and velocities left as they
-// are, so that the same stretch comes back in the next step; the energy of the springs changes
-// without anyone doing work. The survey calls that "another advantage"; it is the opposite.
-// Otherwise the velocity is what the corrected path says. Guarantee: no spring is over its limit by
-// more than the tolerance, or the residual says so; momentum of the free particles is kept.
+// 1995 [Provot1995; survey 4.1]: the position correction of strain_limiter.h, alone or combined
+// with the removal of the velocity that stretches springs at their limit [survey 4.4].
+// `with_velocity` false is the paper's method: it corrects positions and leaves velocities
+// unchanged. The same stretch then returns in the next step, and the energy of the springs changes
+// without work being done. The survey calls that "another advantage"; it is the opposite. Otherwise
+// the velocity follows from the corrected path. Guarantee: no spring exceeds its limit by more than
+// the tolerance, or the report gives the residual; the momentum of the free particles is conserved.
+#include <selvedge/core/detail/register_limiter.h>
 #include <selvedge/core/detail/spring_sweeps.h>
 
 namespace selvedge {
@@ -20,8 +21,8 @@ class PositionLimiter : public StrainLimitMethod {
       : limiter_(springs, limits, particles), with_velocity_(with_velocity) {}
 
   LimiterTraits traits() const override {
-    return {with_velocity_ ? "bounds the strain and says the residual; keeps momentum"
-                           : "as printed: positions alone, velocities go on stretching",
+    return {with_velocity_ ? "bounds the strain and reports the residual; keeps momentum"
+                           : "as printed: corrects positions only; velocities continue to stretch",
             "Provot, Deformation constraints in a mass-spring model, 1995; survey 4.1", true, true,
             !with_velocity_};
   }
@@ -44,7 +45,7 @@ class PositionVelocityLimiter final : public PositionLimiter {
       : PositionLimiter(springs, limits, particles, true) {}
 
   LimiterTraits traits() const override {
-    return {"bounds the strain; springs at their limit do not go on stretching; keeps momentum",
+    return {"bounds the strain; springs at their limit stop stretching; keeps momentum",
             "Provot 1995 with Bridson, Fedkiw, Anderson 2002; survey 4.4"};
   }
   void limit_velocities(const LimitStep& step, std::span<const Vec3> x,
@@ -69,6 +70,16 @@ std::unique_ptr<StrainLimitMethod> make_position_velocity_limiter(std::span<cons
                                                                   std::span<const double> limits,
                                                                   std::size_t particles) {
   return std::make_unique<PositionVelocityLimiter>(springs, limits, particles);
+}
+
+void register_position_limiters(StrainLimiterRegistry& registry) {
+  for (const bool with_velocity : {true, false})
+    detail::register_method(
+        registry, with_velocity ? "position" : "position_as_printed",
+        [with_velocity](std::span<const Spring> s, std::span<const double> l, std::size_t n) {
+          return make_position_limiter(s, l, n, with_velocity);
+        });
+  detail::register_method(registry, "position_velocity", make_position_velocity_limiter);
 }
 
 }  // namespace selvedge

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: MIT
 //
-// Springs that get stiffer near their limit, as what is added to Hooke's law on the same springs,
-// stiffness K, rest length L0, allowed length l = (1 + τ) L0:
-// - bayraktar [survey eq. 12]: K' = K L/L0 where L >= l jumps by the factor l/L0 there; continuous
-// as
-//   K' = K L/l. Either grows but linearly, so that it cannot bound the strain.
+// Springs that stiffen near their limit, as a force in addition to Hooke's law on the same springs.
+// K: stiffness, L0: rest length, l = (1 + τ) L0: allowed length.
+// - bayraktar [survey eq. 12]: K' = K L/L0 for L >= l, which jumps by the factor l/L0 there. The
+//   continuous version is K' = K L/l. Both grow only linearly and cannot bound the strain.
 // - tangent: survey eq. 13 (Zhibin et al.) prints F = (L0/5π) atan(5π ΔL/L0), without K. As a force
-// it
-//   softens: it saturates at 0.1 K L0, where it ought to have become stiff. It is a map of
-//   elongations to elongations below the limit; its inverse, F = K (L0/5π) tan(5π ΔL/L0), has the
-//   slope K at rest and diverges at 10 %, and for any τ: F = K (2 τ L0/π) tan(π ΔL/(2 τ L0)). From
-//   0.9 τ on it goes straight with the slope it has there, 41 K: a step may lead beyond the limit,
-//   and explicit steps have to bear that slope.
-// Guarantee: minus the gradient of an energy; the laws as printed stand beside the mended ones.
+//   it softens: it saturates at 0.1 K L0 instead of becoming stiff. It maps elongations to
+//   elongations below the limit. Its inverse, F = K (L0/5π) tan(5π ΔL/L0), has the slope K at rest
+//   and diverges at 10 %; for any τ, F = K (2 τ L0/π) tan(π ΔL/(2 τ L0)). Beyond 0.9 τ the force
+//   continues straight with its slope there, 41 K: a step may exceed the limit, and explicit steps
+//   must be stable for that slope.
+//
+// Guarantee: minus the gradient of an energy; the laws as printed are available beside the
+// corrected ones.
 #include <selvedge/core/detail/element_force.h>
 #include <selvedge/core/strain_limiter.h>
 
@@ -24,12 +24,12 @@ namespace {
 
 using detail::Tension;
 
-constexpr double pi = std::numbers::pi;
+constexpr double kPi = std::numbers::pi;
 
-// Share of the limit up to which the tangent is followed.
+// Fraction of the limit up to which the tangent is used.
 constexpr double kFollowed = 0.9;
 
-/// K' ΔL - K ΔL with K' = K L/reference beyond l.
+/// K' ΔL - K ΔL with K' = K L/reference for L beyond l.
 Tension grow_by_length(double k, double l0, double l, double reference, double length) {
   if (length < l) return {};
   const double d = length - l0;
@@ -41,9 +41,9 @@ Tension grow_by_length(double k, double l0, double l, double reference, double l
   return {integral(length) - integral(l), k * extra * d, k * (extra + d / reference)};
 }
 
-/// The tangent law less K ΔL, and the arc tangent less K ΔL.
+/// The tangent law minus K ΔL, and the arc tangent minus K ΔL.
 Tension tangent(double k, double l0, double limit, double length) {
-  const double d = length - l0, scale = 2.0 * limit * l0 / pi;
+  const double d = length - l0, scale = 2.0 * limit * l0 / kPi;
   if (d <= 0.0) return {};
   const double most = kFollowed * limit * l0, followed = std::min(d, most);
   const double t = std::tan(followed / scale), slope = k * (1.0 + t * t);
@@ -54,7 +54,7 @@ Tension tangent(double k, double l0, double limit, double length) {
 }
 
 Tension arc_tangent(double k, double l0, double limit, double length) {
-  const double d = length - l0, scale = 2.0 * limit * l0 / pi, q = d / scale;
+  const double d = length - l0, scale = 2.0 * limit * l0 / kPi, q = d / scale;
   if (d <= 0.0) return {};
   const double energy = k * scale * scale * (q * std::atan(q) - 0.5 * std::log1p(q * q));
   return {energy - 0.5 * k * d * d, k * scale * std::atan(q) - k * d, k / (1.0 + q * q) - k};
@@ -119,6 +119,28 @@ std::unique_ptr<Force> make_stiffening_force(std::span<const Spring> springs,
                                              StiffeningLaw law) {
   return std::make_unique<detail::ElementForce<StiffeningSprings>>(
       StiffeningSprings(springs, limits, law), particles);
+}
+
+void register_stiffening_forces(StrainLimiterRegistry& registry) {
+  const auto add = [&](const char* name, StiffeningLaw law, const char* promise,
+                       const char* source) {
+    const LimiterTraits traits{
+        .promise = promise, .source = source, .bounds_strain = false, .kind = LimiterKind::force};
+    const auto make = [law](const Options&, std::span<const Spring> s, std::span<const double> l,
+                            std::size_t n) {
+      return StrainLimit{.method = nullptr, .force = make_stiffening_force(s, l, n, law)};
+    };
+    registry.add(name, {{}, make, [traits] { return traits; }});
+  };
+  add("bayraktar", StiffeningLaw::bayraktar, "stiffer beyond the limit, continuous; bounds nothing",
+      "Bayraktar et al. 2007; survey eq. 12 corrected");
+  add("bayraktar_as_printed", StiffeningLaw::bayraktar_printed,
+      "stiffer beyond the limit, where the force jumps; bounds nothing",
+      "Bayraktar et al. 2007; survey eq. 12");
+  add("zhibin", StiffeningLaw::tangent, "41 times as stiff near the limit; slope of Hooke at rest",
+      "Zhibin et al.; survey eq. 13 inverted");
+  add("zhibin_as_printed", StiffeningLaw::tangent_printed,
+      "softens: its force is at most 10 % of K L0", "Zhibin et al.; survey eq. 13");
 }
 
 }  // namespace selvedge

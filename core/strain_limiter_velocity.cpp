@@ -1,19 +1,21 @@
 // SPDX-License-Identifier: MIT
 //
 // Velocity correction [survey 4.3]: springs that would end the step over their limit lose velocity
-// along themselves, and the path ends where the velocities then lead.
+// along themselves, and the resulting velocities determine the end of the step.
 // - T. Vassilev, B. Spanlang, Y. Chrysanthou, "Fast cloth animation on walking avatars", 2001
-//   [Vassilev2001], as the survey prints it: both ends lose all of their velocity along the spring
-//   if it is stretching. That takes the momentum of the pair along the spring with it, whoever
-//   moves: two particles that fly along their spring together stop as soon as it stretches. It
-//   hinders the cloth as a whole, and is not invariant under a moving frame.
+//   [Vassilev2001], as the survey prints it: both ends of a stretching spring lose all of their
+//   velocity along the spring. This removes the momentum of the pair along the spring: two
+//   particles that fly along their spring together stop as soon as it stretches. The method slows
+//   the cloth as a whole and is not Galilean invariant.
 // - R. Bridson, R. Fedkiw, J. Anderson, "Robust treatment of collisions, contact and friction for
-//   cloth animation", 2002 [Bridson2002]: the ends lose relative velocity alone, in inverse
-//   proportion to their mass, and no more than what leads over the limit. Momentum is kept.
-// Guarantee: neither shortens a spring that is over its limit at the start of the step; the report
-// says what is left.
+//   cloth animation", 2002 [Bridson2002]: the ends lose only relative velocity, in inverse
+//   proportion to their masses, and only the part that leads over the limit. Momentum is conserved.
+//
+// Guarantee: neither method shortens a spring that is over its limit at the start of the step; the
+// report gives the remaining excess.
 #include <selvedge/core/check.h>
-#include <selvedge/core/coloring.h>
+#include <selvedge/core/detail/coloring.h>
+#include <selvedge/core/detail/register_limiter.h>
 #include <selvedge/core/detail/spring_sweeps.h>
 
 #include <algorithm>
@@ -22,8 +24,8 @@
 namespace selvedge {
 namespace {
 
-// A sweep that changes no spring's rate of strain by more than this share of the tolerance over the
-// step has converged.
+// A sweep has converged if it changes the strain of every spring over the step by no more than this
+// fraction of the tolerance.
 constexpr double kSettled = 0.5;
 
 class VelocityLimiter final : public StrainLimitMethod {
@@ -49,11 +51,11 @@ class VelocityLimiter final : public StrainLimitMethod {
 
   StrainLimiter limiter_;
   bool as_printed_;
-  std::vector<Vec3> u_;  // mean velocities of the step
+  std::vector<Vec3> u_;  // m/s, mean velocities of the step
   std::vector<double> change_;
 };
 
-/// Corrects one spring; how much strain the step is spared.
+/// Corrects one spring; returns by how much it reduced the strain at the end of the step.
 double VelocityLimiter::correct(const LimitStep& step, std::size_t s) {
   const Spring& spring = limiter_.springs()[s];
   const double wa = step.inv_mass[spring.a], wb = step.inv_mass[spring.b];
@@ -80,12 +82,12 @@ double VelocityLimiter::correct(const LimitStep& step, std::size_t s) {
 }
 
 double VelocityLimiter::sweep(const LimitStep& step) {
-  change_.assign(limiter_.springs().size() / color_chunk + 1, 0.0);
+  change_.assign(limiter_.springs().size() / kColorChunk + 1, 0.0);
   for_each_color(limiter_.color_begin(), [&](std::size_t begin, std::size_t end) {
-    // Chunks of one colour begin color_chunk apart, so that no two of them share a slot.
+    // Chunks of one colour start kColorChunk apart, so no two of them share a slot.
     double worst = 0.0;
     for (std::size_t s = begin; s < end; ++s) worst = std::max(worst, correct(step, s));
-    double& slot = change_[begin / color_chunk];
+    double& slot = change_[begin / kColorChunk];
     slot = std::max(slot, worst);
   });
   return change_.empty() ? 0.0 : *std::max_element(change_.begin(), change_.end());
@@ -119,7 +121,7 @@ namespace detail {
 
 void stop_stretching(const StrainLimiter& limiter, const LimitStep& step, std::span<const Vec3> x,
                      std::span<Vec3> v) {
-  // A few sweeps: what is left is taken in the next step.
+  // A few sweeps suffice: the next step handles the rest.
   constexpr int kSweeps = 10;
   for (int k = 0; k < kSweeps; ++k)
     for_each_color(limiter.color_begin(), [&](std::size_t begin, std::size_t end) {
@@ -140,5 +142,14 @@ void stop_stretching(const StrainLimiter& limiter, const LimitStep& step, std::s
 }
 
 }  // namespace detail
+
+void register_velocity_limiters(StrainLimiterRegistry& registry) {
+  for (const bool as_printed : {false, true})
+    detail::register_method(
+        registry, as_printed ? "velocity_as_printed" : "velocity",
+        [as_printed](std::span<const Spring> s, std::span<const double> l, std::size_t n) {
+          return make_velocity_limiter(s, l, n, as_printed);
+        });
+}
 
 }  // namespace selvedge

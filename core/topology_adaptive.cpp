@@ -2,23 +2,24 @@
 //
 // Adaptive mesh after J. Villard, H. Borouchaki, "Adaptive meshing for cloth animation",
 // Engineering with Computers 2005 (survey section 2.5): a quad is split in four where the angle
-// between the normals of neighbours is above a threshold, and a node in the middle of a side that
-// the neighbour does not share moves with it, x_mid = (x_a + x_b)/2. Split everywhere it is the
-// multi-level mesh of D. Zhang, M. Yuen, "Cloth simulation using multilevel meshes", Computers &
-// Graphics 2001 (survey section 2.2).
+// between the normals of neighbours exceeds a threshold. A node in the middle of a side that the
+// neighbour does not share moves with that side, x_mid = (x_a + x_b)/2. A uniformly split mesh is
+// the multi-level mesh of D. Zhang, M. Yuen, "Cloth simulation using multilevel meshes", Computers
+// & Graphics 2001 (survey section 2.2).
 //
-// What a cell stands for depends on its proportions and not on its size: each of its sides half the
-// structural constant, each diagonal its own. A side of two halves has two springs in series, twice
-// as stiff each. So C_ij are those of the rectangular mesh whatever is split, and with x_mid in the
-// middle a uniform strain is in equilibrium everywhere: the corner forces of a square under uniform
-// stress are determined by central symmetry and the virial alone, hence are those of an even
-// traction on its sides, half to each end. The tie gives, so that next to a change of level the
-// strain is off by about structural/tie stiffness of itself.
+// The spring constants of a cell depend on its proportions, not on its size: it adds half the
+// structural constant to each side and the full constant to each diagonal. A side of two halves has
+// two springs in series, each twice as stiff. So the C_ij are those of the rectangular mesh for any
+// splitting. With x_mid in the middle a uniform strain is in equilibrium everywhere: central
+// symmetry and the virial alone determine the corner forces of a square under uniform stress, so
+// these equal an even traction on its sides, half to each end. The tie yields, so the strain next
+// to a change of level has a relative error of about structural/tie stiffness.
 //
-// Hinges: between cells of the same size those of make_rectangular. Between a cell of height g and
-// two of height h an edge of length l stands for the area l (g + h)/2 and turns by κ (g + h)/2: its
-// stiffness is 2 B l/(g + h), half at each end. Coarsening is not done.
+// Hinges between cells of the same size are those of make_rectangular. Between a cell of height g
+// and two of height h, an edge of length l represents the area l (g + h)/2 and rotates by κ (g +
+// h)/2: its stiffness is 2 B l/(g + h), half at each end. Cells are never merged.
 #include <selvedge/core/adaptive_grid.h>
+#include <selvedge/core/cloth_pattern.h>
 #include <selvedge/core/detail/grid_mesh.h>
 #include <selvedge/core/detail/topology.h>
 
@@ -31,8 +32,8 @@
 namespace selvedge {
 namespace {
 
-/// How much stiffer a tie is than the structural springs: the error of the strain beside a change
-/// of level is a hundredth of the strain. Explicit steps are ten times shorter for it.
+/// Stiffness of a tie relative to the structural springs. The strain next to a change of level has
+/// a relative error of one hundredth, and explicit steps are ten times shorter.
 constexpr double kTieFactor = 100.0;
 
 detail::CellConstants constants_of(const GridConfig& grid, const Material& m) {
@@ -48,11 +49,10 @@ detail::CellConstants constants_of(const GridConfig& grid, const Material& m) {
 
 GridConfig finest(GridConfig grid, std::int32_t levels) {
   detail::validate_grid(grid);
-  detail::require(levels >= 0 && levels <= AdaptiveGrid::max_levels, "levels", levels,
-                  "between 0 and 6");
-  constexpr std::int32_t most_cells = 1 << 24;  // so that those of the last level are an int32_t
-  detail::require(std::max(grid.cells_x, grid.cells_y) < most_cells, "cells to split",
-                  std::max(grid.cells_x, grid.cells_y), "below 2^24");
+  require(levels >= 0 && levels <= AdaptiveGrid::kMaxLevels, "levels", levels, "between 0 and 6");
+  constexpr std::int32_t most_cells = 1 << 24;  // the indices of the last level must fit an int32_t
+  require(std::max(grid.cells_x, grid.cells_y) < most_cells, "cells to split",
+          std::max(grid.cells_x, grid.cells_y), "below 2^24");
   grid.cells_x <<= levels;
   grid.cells_y <<= levels;
   return grid;
@@ -87,22 +87,22 @@ AdaptiveGrid::Corners AdaptiveGrid::corners(const GridCell& cell) const {
   return {node(i, j), node(i + w, j), node(i, j + w), node(i + w, j + w)};
 }
 
-/// The node half way between two, or -1.
+/// The node halfway between two nodes, or -1.
 std::int32_t AdaptiveGrid::middle(std::int32_t a, std::int32_t b) const {
   const Place p = places_[a], q = places_[b];
   if ((p[0] + q[0]) % 2 != 0 || (p[1] + q[1]) % 2 != 0) return -1;
   return node((p[0] + q[0]) / 2, (p[1] + q[1]) / 2);
 }
 
-/// The diagonal of a cell goes the way of the cell of level 0 that it is part of: its parts then
-/// lie on the triangles of the whole.
+/// The diagonal of a cell has the direction of its cell of level 0, so that the triangles of its
+/// parts lie on the triangles of the whole cell.
 bool AdaptiveGrid::rises(const GridCell& cell) const {
   return ((cell.i >> cell.level) + (cell.j >> cell.level)) % 2 == 0;
 }
 
 bool AdaptiveGrid::is_leaf(const GridCell& cell) const { return leaves_.contains(cell); }
 
-/// The leaf that is, or holds, a cell; false outside the grid and where the cell is split.
+/// The leaf that equals or contains a cell. False outside the grid and where the cell is split.
 bool AdaptiveGrid::leaf_at(std::int32_t level, std::int32_t i, std::int32_t j,
                            GridCell& leaf) const {
   if (i < 0 || j < 0) return false;
@@ -129,9 +129,9 @@ std::int32_t AdaptiveGrid::add_middle(std::int32_t a, std::int32_t b, const Moti
   return m;
 }
 
-// The centre lies on the diagonal of the surface. Its velocity is what keeps the momentum of the
-// cell, a quarter of its mass times the sum over its corners: the mean of the corners, less half of
-// what the middles of the sides are faster than theirs (those that were there before may be).
+// The centre lies on the diagonal of the surface. Its velocity conserves the momentum of the cell,
+// a quarter of its mass times the sum over its corners: the mean of the corners, minus half of the
+// excess velocity of the side midpoints over their ends (midpoints that existed before may differ).
 void AdaptiveGrid::add_centre(const GridCell& cell, const Motion& motion) {
   const Corners c = corners(cell);
   const bool up = rises(cell);
@@ -204,7 +204,7 @@ std::vector<GridCell> AdaptiveGrid::curved(std::span<const Vec3> x, double angle
   return cells;
 }
 
-// -- the cloth of the present cells ---------------------------------------------------------------
+// ----------------------------------------------------------------- the cloth of the current cells
 
 ClothMesh AdaptiveGrid::cloth() const {
   ClothMesh cloth;
@@ -246,7 +246,7 @@ void AdaptiveGrid::add_surface(ClothMesh& cloth) const {
   cloth.edges = unique_edges(triangles);
 }
 
-// A vertex owns a quarter of each cell whose corner it is.
+// A vertex gets a quarter of the mass of each cell of which it is a corner.
 void AdaptiveGrid::add_masses(ClothMesh& cloth) const {
   cloth.mass.assign(parents_.size(), 0.0);
   const double area = (grid_.size_x / grid_.cells_x) * (grid_.size_y / grid_.cells_y);
@@ -312,12 +312,12 @@ void AdaptiveGrid::add_side_hinge(const std::array<std::int32_t, 4>& v, double s
       {v, 0.0, stiffness, material_.bending_damping, material_.bending_law == BendingLaw::bridson});
 }
 
-// The hinges between a leaf and what is above it (beyond its side of larger y) or to the right of
-// it. The side of the coarser of both is one hinge at each end.
+// The hinges between a leaf and its neighbour above (beyond its side of larger y) or to its right.
+// The side of the coarser of the two has one hinge at each end.
 void AdaptiveGrid::add_side_hinges(const GridCell& leaf, bool above, ClothMesh& cloth) const {
   const std::int32_t w = width(leaf);
   const auto [i, j] = low(leaf);
-  // Nodes by how far they are along the side, and across it.
+  // Nodes by their distance along the side and across it.
   const auto at = [&](std::int32_t along, std::int32_t across) {
     return above ? node(i + along, j + w + across) : node(i + w + across, j + along);
   };
@@ -328,7 +328,8 @@ void AdaptiveGrid::add_side_hinges(const GridCell& leaf, bool above, ClothMesh& 
     beyond = w / 2;
     if (beyond == 0 || at(0, beyond) < 0) return;
   } else if (other.level < leaf.level) {
-    // One of two smaller cells at the side of a larger one: the first of both adds the hinges.
+    // One of two smaller cells at the side of a larger one: only the first of the two adds the
+    // hinges.
     if ((above ? leaf.i : leaf.j) % 2 != 0) return;
     length = beyond = 2 * w;
   }
@@ -337,12 +338,18 @@ void AdaptiveGrid::add_side_hinges(const GridCell& leaf, bool above, ClothMesh& 
   const double rigidity = above ? bending_along_weft(material_) : material_.bending_stiffness;
   const double stiffness = rigidity * ratio * 2.0 * length / (w + beyond);
   const std::int32_t a = at(0, 0), b = at(length, 0);
+  // Metres, of the edge and across it; a hinge stands for half of their product.
+  const double finest = std::ldexp(1.0, -levels_);
+  const double edge = finest * length * (above ? k.a : k.b);
+  const double span = finest * 0.5 * (w + beyond) * (above ? k.b : k.a);
   for (const std::int32_t end : {0, length}) {
     const std::int32_t far = at(end, beyond), near = at(end, -w);
-    if (above)
-      add_side_hinge({far, near, a, b}, 0.5 * stiffness, cloth);
-    else
-      add_side_hinge({near, far, a, b}, 0.5 * stiffness, cloth);
+    const std::array<std::int32_t, 4> v =
+        above ? std::array{far, near, a, b} : std::array{near, far, a, b};
+    add_side_hinge(v, 0.5 * stiffness, cloth);
+    if (material_.bending_friction > 0.0)
+      cloth.hinge_frictions.push_back(
+          {v, 0.0, 0.5 * material_.bending_friction * edge, detail::kYieldCurvature * span});
   }
 }
 
@@ -362,5 +369,21 @@ void AdaptiveGrid::add_ties(ClothMesh& cloth) const {
     tie(c.v10, c.v11);
   }
 }
+
+namespace detail {
+
+ClothPattern refine_curved_pattern() {
+  return {.name = "refine curved",
+          .promise = "cells split where they bend; tied hanging nodes, no gap",
+          .source = "Villard, Borouchaki, Adaptive meshing for cloth animation, 2005"};
+}
+
+ClothPattern refine_settled_pattern() {
+  return {.name = "refine settled",
+          .promise = "cells split everywhere at rest; mass and momentum kept",
+          .source = "Zhang, Yuen, Cloth simulation using multilevel meshes, 2001"};
+}
+
+}  // namespace detail
 
 }  // namespace selvedge

@@ -1,21 +1,22 @@
 // SPDX-License-Identifier: MIT
 //
 // Arc mesh after J. Rusinko, H. Swan, "Agent-based fabric modeling using differential equations",
-// CODEE Journal 2012 (survey section 2.10): n equally spaced particles on each
-// of concentric rings around one in the centre. R rings: 1 + nR particles, nR ring springs, nR
-// radial ones and 2n(R-1) diagonals (the survey does not say whether the paper has any; without
-// them the mesh has no shear stiffness). n is the same on each ring, so that the inner cells are
-// slender and the innermost ring (side 2π r/n) sets the explicit step.
+// CODEE Journal 2012 (survey section 2.10): n equally spaced particles on each of R concentric
+// rings around one in the centre. It has 1 + nR particles, nR ring springs, nR radial springs and
+// 2n(R-1) diagonals (the survey does not say whether the paper has diagonals; without them the mesh
+// has no shear stiffness). n is the same on each ring, so the inner cells are slender and the
+// innermost ring (side 2π r/n) limits the explicit step.
 //
-// Fabric: a cell of a (radial) by b (along the mean arc) gets the constants of a rectangular cell,
-// half of those of its sides to each of the springs there. Where a cell is so slender that its
-// diagonals alone would be stiffer than the cloth, its shear stiffness is lowered until they leave
-// `least_share` of the stretch. The triangles at the centre are Van Gelder's. So warp and weft are
-// radial and ring-wise: the material is polar, unlike any woven one, and has the mean of both.
-// continuum_constants tells what comes of it. Bending is that of x and y (see shape_operator).
+// Fabric: a cell of a (radial) by b (along the mean arc) gets the constants of a rectangular cell;
+// each side spring gets half of its constant from each adjacent cell. If a cell is so slender that
+// its diagonals alone would be stiffer than the cloth, its shear stiffness is reduced until
+// `kLeastShare` of the stretch stiffness remains. The triangles at the centre are Van Gelder's.
+// Warp and weft are thus radial and circumferential: the material is polar, unlike a woven one, and
+// uses the mean of both. continuum_constants gives the resulting constants. Bending follows x and y
+// (see shape_operator).
 #include <selvedge/core/cloth_mesh.h>
+#include <selvedge/core/cloth_pattern.h>
 #include <selvedge/core/detail/grid_mesh.h>
-#include <selvedge/core/detail/rings.h>
 #include <selvedge/core/detail/topology.h>
 
 #include <Eigen/Geometry>
@@ -23,21 +24,22 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <sstream>
 #include <stdexcept>
 
 namespace selvedge {
 namespace {
 
-constexpr double least_share = 0.1;
+constexpr double kLeastShare = 0.1;
 
 void validate_disc(const DiscConfig& disc) {
-  detail::require(std::isfinite(disc.radius) && disc.radius > 0.0, "radius", disc.radius,
-                  "positive and finite");
-  detail::require(disc.rings >= 1, "rings", disc.rings, "at least 1");
-  detail::require(disc.spokes >= 3, "spokes", disc.spokes, "at least 3");
+  require(std::isfinite(disc.radius) && disc.radius > 0.0, "radius", disc.radius,
+          "positive and finite");
+  require(disc.rings >= 1, "rings", disc.rings, "at least 1");
+  require(disc.spokes >= 3, "spokes", disc.spokes, "at least 3");
   constexpr double most_vertices = 1.3e8;  // as in grids: blocks are numbered by 32-bit integers
-  detail::require(double(disc.rings) * disc.spokes < most_vertices, "rings * spokes",
-                  double(disc.rings) * disc.spokes, "below 130 million");
+  require(double(disc.rings) * disc.spokes < most_vertices, "rings * spokes",
+          double(disc.rings) * disc.spokes, "below 130 million");
 }
 
 class ArcMesh {
@@ -112,8 +114,8 @@ class ArcMesh {
     const double c11 =
         detail::stretch_constants(stretch_, stretch_, material_.shear_stiffness).warp;
     const double g = std::min(material_.shear_stiffness,
-                              (1.0 - least_share) * c11 / std::max(square, 1.0 / square));
-    // Half of a spring's stiffness from either side: the border, with one side, has half.
+                              (1.0 - kLeastShare) * c11 / std::max(square, 1.0 / square));
+    // A spring gets half of its stiffness from each side; a border spring has one side only.
     const double radial = 0.5 * (c11 - g * square) / ratio;
     const double ring = 0.5 * (c11 - g / square) * ratio;
     add_stiffness(v00, v10, radial);
@@ -152,8 +154,8 @@ class ArcMesh {
 
 }  // namespace
 
-ClothMesh detail::make_rings(const std::vector<double>& radii, std::int32_t spokes,
-                             const Material& material) {
+ClothMesh make_rings(const std::vector<double>& radii, std::int32_t spokes,
+                     const Material& material) {
   detail::validate_material(material);
   detail::require_hinges(material, "the arc mesh");
   return ArcMesh(radii, spokes, material).build();
@@ -163,7 +165,26 @@ ClothMesh make_arc(const DiscConfig& disc, const Material& material) {
   validate_disc(disc);
   std::vector<double> radii;
   for (std::int32_t j = 1; j <= disc.rings; ++j) radii.push_back(disc.radius * j / disc.rings);
-  return detail::make_rings(radii, disc.spokes, material);
+  return make_rings(radii, disc.spokes, material);
 }
+
+namespace detail {
+
+ClothPattern arc_pattern() {
+  return {.name = "arc",
+          .promise = "a disc of rings and spokes: polar, not woven",
+          .source = "Rusinko, Swan, Agent-based fabric modeling using differential equations, 2012",
+          .make = [](const GridConfig& grid, const Material& material, const PatternOptions&) {
+            if (grid.size_x != grid.size_y) {
+              std::ostringstream text;
+              text << "pattern \"arc\" is a disc: both sizes must be its diameter, not "
+                   << grid.size_x << " and " << grid.size_y;
+              throw std::invalid_argument(text.str());
+            }
+            return make_arc({0.5 * grid.size_x, grid.cells_y, grid.cells_x}, material);
+          }};
+}
+
+}  // namespace detail
 
 }  // namespace selvedge

@@ -2,15 +2,16 @@
 //
 // Bilayered mesh after Y.-M. Kang, H.-G. Cho, "Bilayered approximate integration for rapid and
 // plausible animation of virtual cloth with realistic wrinkles", Computer Animation 2002 (survey
-// section 2.4). There a sparse mesh has internal and external forces, and a dense one, which is
-// drawn, internal forces alone: each step it is put onto the interpolated sparse one and relaxed.
-// Deviations: the dense layer is not put but tied (force_tie.cpp), because its particles are what
-// collides, and what contacts push them by reaches the sparse layer through the ties; and mass and
-// stiffness are shared between the layers, `share` to the dense one, so that both together are the
-// fabric: total mass, C_ij and B where the layers move as one. So the dense layer has weight too,
-// its own. Its wrinkles are those of a sheet of rigidity share·B on a foundation of stiffness
-// `hold`: detail that looks like wrinkles, not the wrinkles of the fabric.
+// section 2.4). In the paper a sparse mesh has internal and external forces, and a dense mesh,
+// which is drawn, only internal forces: each step places it on the interpolated sparse mesh and
+// relaxes it. Deviations: the dense layer is tied (force_tie.cpp) instead of placed, because its
+// particles collide and the ties pass contact forces on to the sparse layer. Mass and stiffness are
+// divided between the layers, the fraction `share` to the dense one, so that together they have the
+// fabric's total mass, C_ij and, when they move as one, B. The dense layer therefore has its own
+// weight. Its wrinkles are those of a sheet of rigidity share·B on a foundation of stiffness
+// `hold`: they look like wrinkles but are not the wrinkles of the fabric.
 #include <selvedge/core/cloth_mesh.h>
+#include <selvedge/core/cloth_pattern.h>
 #include <selvedge/core/detail/topology.h>
 
 #include <algorithm>
@@ -21,11 +22,10 @@ namespace selvedge {
 namespace {
 
 void validate_layers(const GridConfig& grid, const LayerConfig& layers) {
-  detail::require(layers.share > 0.0 && layers.share < 1.0, "share", layers.share,
-                  "between 0 and 1");
-  detail::require(std::isfinite(layers.hold) && layers.hold > 0.0, "hold", layers.hold,
-                  "positive and finite");
-  detail::require(layers.ratio >= 2, "ratio", layers.ratio, "at least 2");
+  require(layers.share > 0.0 && layers.share < 1.0, "share", layers.share, "between 0 and 1");
+  require(std::isfinite(layers.hold) && layers.hold > 0.0, "hold", layers.hold,
+          "positive and finite");
+  require(layers.ratio >= 2, "ratio", layers.ratio, "at least 2");
   for (const std::int32_t cells : {grid.cells_x, grid.cells_y})
     if (cells % layers.ratio != 0)
       throw std::invalid_argument("cells of a bilayered mesh must be multiples of the ratio " +
@@ -44,8 +44,8 @@ Material part_of(Material m, double share) {
   return m;
 }
 
-/// The four corners of the sparse cell in which node k of a dense row or column lies, along one
-/// direction: the lower line and the weight of the upper one.
+/// The four corners of the sparse cell that contains node k of a dense row or column, in one
+/// direction: index of the lower line and weight of the upper one.
 struct Place {
   std::int32_t line;
   double weight;
@@ -67,7 +67,7 @@ ClothMesh make_bilayered(const GridConfig& grid, const LayerConfig& layers,
   coarse.cells_y /= layers.ratio;
   ClothMesh cloth = make_rectangular(grid, part_of(material, layers.share));
   ClothMesh sparse = make_rectangular(coarse, part_of(material, 1.0 - layers.share));
-  // The sparse layer has no surface, and lies where the dense one does to the bit.
+  // The sparse layer has no surface; at the start it coincides with the dense layer bit for bit.
   sparse.surface.triangles.clear();
   sparse.edges.clear();
   const std::int32_t up = grid.cells_x + 1, up_sparse = coarse.cells_x + 1;
@@ -92,5 +92,20 @@ ClothMesh make_bilayered(const GridConfig& grid, const LayerConfig& layers,
     }
   return cloth;
 }
+
+namespace detail {
+
+ClothPattern bilayered_pattern() {
+  return {
+      .name = "bilayered",
+      .promise = "a dense layer that collides, tied to a sparse one that carries",
+      .source = "Kang, Cho, Bilayered approximate integration, 2002",
+      .two_layers = true,
+      .make = [](const GridConfig& grid, const Material& material, const PatternOptions& options) {
+        return make_bilayered(grid, options.layers, material);
+      }};
+}
+
+}  // namespace detail
 
 }  // namespace selvedge

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Any triangle mesh as cloth: edges are springs after [VanGelder1998], interior edges hinges.
+// Cloth from any triangle mesh: edges become springs [VanGelder1998], interior edges hinges.
 #include <selvedge/core/cloth_mesh.h>
+#include <selvedge/core/cloth_pattern.h>
 #include <selvedge/core/detail/topology.h>
 
 #include <Eigen/Geometry>
@@ -30,7 +31,7 @@ void validate_rest_shape(const TriangleMesh& rest) {
     const auto& [a, b, c] = rest.triangles[k];
     const Vec3 ab = rest.vertices[b] - rest.vertices[a], ac = rest.vertices[c] - rest.vertices[a];
     const double longest = std::max({ab.squaredNorm(), ac.squaredNorm(), (ac - ab).squaredNorm()});
-    // Thinner than this, height over longest side, an angle is rounding noise of the coordinates.
+    // Below this ratio of height to longest side, an angle is rounding error of the coordinates.
     constexpr double thinnest = 1e-9;
     if (!(ab.cross(ac).norm() > thinnest * longest))
       throw std::invalid_argument("cloth: triangle " + std::to_string(k) +
@@ -66,5 +67,15 @@ ClothMesh make_from_mesh(const TriangleMesh& surface, const TriangleMesh& rest,
   detail::set_stretch_law(cloth, material);
   return cloth;
 }
+
+namespace detail {
+
+ClothPattern mesh_pattern() {
+  return {.name = "mesh",
+          .promise = "any triangle mesh, file order and double precision kept",
+          .source = ""};
+}
+
+}  // namespace detail
 
 }  // namespace selvedge

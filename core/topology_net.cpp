@@ -7,9 +7,9 @@
 // 14 502, 12 101 and 19 110; the survey's order of run times "triangular < simplified <
 // rectangular" does not follow from counts, as the triangular mesh has 7301 edges and 7105 links.
 //
-// Square cells: C11 = C22 = ks + kd + 4 kb, C12 = C33 = kd with two diagonals, C12 = C33 =
-// C13 = C23 = kd/2 with one. Hooke springs over two cells have no stiffness at zero curvature
-// (energy ∝ κ⁴) and add 4 kb to the stretch: these meshes cannot converge to a plate.
+// Square cells: C11 = C22 = ks + kd + 4 kb, C12 = C33 = kd with two diagonals, C12 = C33 = C13 =
+// C23 = kd/2 with one. Hooke springs across two cells have no stiffness at zero curvature (energy ∝
+// κ⁴) and add 4 kb to the stretch stiffness, so these meshes cannot converge to a plate.
 #include <selvedge/core/cloth_mesh.h>
 #include <selvedge/core/detail/grid_mesh.h>
 #include <selvedge/core/detail/topology.h>
@@ -21,7 +21,7 @@ namespace {
 
 void validate_constants(const NetConstants& c) {
   const auto number = [](const char* name, double value) {
-    detail::require(std::isfinite(value) && value >= 0.0, name, value, "at least 0 and finite");
+    require(std::isfinite(value) && value >= 0.0, name, value, "at least 0 and finite");
   };
   number("structural", c.structural);
   number("shear", c.shear);

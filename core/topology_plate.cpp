@@ -2,15 +2,16 @@
 //
 // Springs from plate theory after X. Wang, V. Devarajan, "Improved 2D mass-spring-damper model with
 // unstructured triangular meshes", The Visual Computer 2008 (survey 3.1; the rows of its table III
-// are shifted by one). Every triangle gets, by
-// least squares over the tensor of its plane, the three non-negative stiffnesses nearest to the
-// plate's constants; an edge has the sum of its two triangles. Bending: hinges of the plate
-// rigidity D = E h³/(12 (1 - ν²)). Deviation: the survey lets springs fit any E and ν. They cannot:
-// a net has C12 = C33, ν = 1/3 where it is isotropic; what is left over is returned. Equilateral
-// triangles and ν = 1/3 leave nothing, with k = √3/2 E h on inner edges.
+// are shifted by one). Each triangle gets the three non-negative stiffnesses that are nearest to
+// the plate's constants, by least squares over the in-plane tensor; an edge has the sum of its two
+// triangles. Bending: hinges of the plate rigidity D = E h³/(12 (1 - ν²)). Deviation: in the
+// survey, springs fit any E and ν. That is impossible: a net has C12 = C33, so an isotropic net has
+// ν = 1/3; the residual is returned. Equilateral triangles with ν = 1/3 have no residual, with k =
+// √3/2 E h on inner edges.
 #include <selvedge/core/cloth_mesh.h>
 #include <selvedge/core/continuum.h>
 #include <selvedge/core/detail/topology.h>
+#include <selvedge/core/force.h>
 
 #include <algorithm>
 #include <cmath>
@@ -21,11 +22,11 @@ namespace {
 
 void validate_plate(const PlateConstants& plate) {
   const auto positive = [](const char* name, double value) {
-    detail::require(std::isfinite(value) && value > 0.0, name, value, "positive and finite");
+    require(std::isfinite(value) && value > 0.0, name, value, "positive and finite");
   };
   positive("stretch", plate.stretch);
   positive("thickness", plate.thickness);
-  detail::require(std::abs(plate.poisson) < 1.0, "poisson", plate.poisson, "between -1 and 1");
+  require(std::abs(plate.poisson) < 1.0, "poisson", plate.poisson, "between -1 and 1");
 }
 
 void validate_flat(const TriangleMesh& rest) {
@@ -71,5 +72,17 @@ PlateMesh make_plate(const TriangleMesh& rest, const PlateConstants& plate,
   if (!out.cloth.curve_of_spring.empty()) out.cloth.curve_of_spring.assign(springs.size(), 0);
   return out;
 }
+
+namespace detail {
+
+ForceLaw plate_law() {
+  return {
+      .name = "plate",
+      .promise = "springs fitted to a plate; reports the residual of the fit",
+      .source =
+          "Wang, Devarajan, Improved 2D mass-spring-damper model with unstructured meshes, 2008"};
+}
+
+}  // namespace detail
 
 }  // namespace selvedge

@@ -1,19 +1,22 @@
 // SPDX-License-Identifier: MIT
 //
 // Rectangular spring mesh after X. Provot, "Deformation constraints in a mass-spring model to
-// describe rigid cloth behavior", Graphics Interface 1995. Deviations: bending is by hinges (a
-// Hooke spring over two cells has no stiffness at zero curvature and adds to the stretch), and the
-// stiffnesses come from fabric constants. make_spring_net has the mesh as the paper has it.
+// describe rigid cloth behavior", Graphics Interface 1995. Deviations: hinges resist bending (a
+// Hooke spring across two cells has no stiffness at zero curvature and adds to the stretch
+// stiffness), and the stiffnesses come from fabric constants. make_spring_net builds the mesh of
+// the paper.
 //
 // Cells a × b, structural springs kx (length a) and ky (length b), diagonals kd (length l) in every
 // cell. The energy of a uniform strain per area gives
 //   C11 = kx a/b + G a²/b²,  C22 = ky b/a + G b²/a²,  C12 = C33 = G = 2 kd a b/l²,
-// that is C11 = ks + kd, C12 = C33 = kd for square cells. The stretch stiffness K is what a strip
-// test with free sides measures, C11 - C12²/C22 = K along warp and C22 - C12²/C11 = K' along weft,
+// that is, C11 = ks + kd and C12 = C33 = kd for square cells. The stretch stiffness K is the result
+// of a strip test with free sides, C11 - C12²/C22 = K along the warp and C22 - C12²/C11 = K' along
+// the weft,
 //   C11 = (K + sqrt(K² + 4 G² K/K'))/2,  C22 = C11 K'/K.
-// What remains is the coupling every spring net has, C12 = C33: a strip stretched by ε narrows by
-// ε G/C11. With shear by twisting springs there are no diagonals, C11 = K, C22 = K' and C12 = 0.
+// The coupling of every spring net remains, C12 = C33: a strip stretched by ε narrows by ε G/C11.
+// With shear by twisting springs there are no diagonals, C11 = K, C22 = K' and C12 = 0.
 #include <selvedge/core/cloth_mesh.h>
+#include <selvedge/core/cloth_pattern.h>
 #include <selvedge/core/detail/grid_bending.h>
 #include <selvedge/core/detail/grid_mesh.h>
 #include <selvedge/core/detail/topology.h>
@@ -46,5 +49,19 @@ ClothMesh make_rectangular(const GridConfig& grid, const Material& material) {
   detail::set_stretch_law(cloth, material);
   return cloth;
 }
+
+namespace detail {
+
+ClothPattern rectangular_pattern() {
+  return {.name = "rectangular",
+          .promise = "",
+          .source = "Provot, Deformation constraints in a mass-spring model, 1995",
+          .splits = true,
+          .make = [](const GridConfig& grid, const Material& material, const PatternOptions&) {
+            return make_rectangular(grid, material);
+          }};
+}
+
+}  // namespace detail
 
 }  // namespace selvedge

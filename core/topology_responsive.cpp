@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: MIT
 //
 // K.-J. Choi, H.-S. Ko, "Stable but responsive cloth", SIGGRAPH 2002 (survey section 2.3, which
-// calls it a mesh only; what is new in it are the two kinds of links). Type 1 joins neighbours,
-// structural and diagonal, and resists tension only; type 2 joins every other particle along the
-// rows, columns and both diagonals, and buckles (make_buckling_force). 50 × 50 particles: 9702 of
-// type 1 and 9408 of type 2, 19 110 springs, 31.8 % more than the rectangular mesh; fewer where
-// material constants make some of them vanish.
+// presents it only as a mesh; its novelty is the two kinds of links). Type 1 joins structural and
+// diagonal neighbours and resists tension only. Type 2 joins every other particle along rows,
+// columns and both diagonals, and buckles (make_buckling_force). 50 × 50 particles: 9702 of type 1
+// and 9408 of type 2, 19 110 springs, 31.8 % more than the rectangular mesh; fewer if material
+// constants make some of them vanish.
 //
-// Fabric: type 1 as in the rectangular mesh, so that under tension C11 = C22, C12 = C33 = G; type 2
-// from the plate rigidity B as in add_grid_bending. Under compression the sheet has no other
-// stiffness than that of the type 2 links. Deviation: the paper takes the same constant for every
-// type 2 link; here the four directions are weighed so that B is the same in each.
+// Fabric: type 1 as in the rectangular mesh, so that under tension C11 = C22 and C12 = C33 = G;
+// type 2 from the plate rigidity B as in add_grid_bending. Under compression only the type 2 links
+// have stiffness. Deviation: the paper uses one constant for all type 2 links; here the four
+// directions are weighted so that B is the same in each.
 #include <selvedge/core/cloth_mesh.h>
+#include <selvedge/core/cloth_pattern.h>
 
 namespace selvedge {
 
@@ -21,5 +22,18 @@ ClothMesh make_responsive(const GridConfig& grid, const Material& material) {
   if (m.stretch_law == StretchLaw::hooke) m.stretch_law = StretchLaw::tension_only;
   return make_rectangular(grid, m);
 }
+
+namespace detail {
+
+ClothPattern responsive_pattern() {
+  return {.name = "responsive",
+          .promise = "resists tension only; links over two cells buckle",
+          .source = "Choi, Ko, Stable but responsive cloth, 2002",
+          .make = [](const GridConfig& grid, const Material& material, const PatternOptions&) {
+            return make_responsive(grid, material);
+          }};
+}
+
+}  // namespace detail
 
 }  // namespace selvedge

@@ -5,17 +5,18 @@
 // section 2.7). 50 × 50 particles: 4900 structural and 2401 shear springs, with the flexion springs
 // of the papers 12 101 (make_spring_net), 16.6 % fewer than the rectangular mesh.
 //
-// The survey calls the effect of the missing diagonal negligible. At equal constants it is not:
-// with all diagonals alike C12 = C33 = G = kd a b/l² (half of what two diagonals of kd give) and
-// there is a coupling of stretch and shear, C13 = G a/b, C23 = G b/a, that the rectangular mesh has
-// not: hung freely the cloth swings to one side. `alternating` puts the other diagonal into every
-// second cell; every particle is then still a centre of symmetry, so that the mesh deforms affinely
-// under uniform strain, and C13 = C23 = 0.
+// The survey calls the effect of the missing diagonal negligible. At equal constants it is not. If
+// all diagonals are alike, C12 = C33 = G = kd a b/l² (half the value of two diagonals of kd), and
+// stretch and shear are coupled, C13 = G a/b, C23 = G b/a, unlike in the rectangular mesh: freely
+// hanging cloth swings to one side. `alternating` uses the other diagonal in every second cell.
+// Every particle is then a centre of symmetry, so the mesh deforms affinely under uniform strain,
+// and C13 = C23 = 0.
 //
 // Fabric: kd = G l²/(a b). With alternating diagonals the other constants are those of the
-// rectangular mesh. With equal ones the free modulus of a strip that may shear, 1/(C⁻¹)11, is
-// kx a/b exactly, so kx = K b/a and ky = K a/b.
+// rectangular mesh. With equal diagonals the modulus of a strip that may shear freely, 1/(C⁻¹)11,
+// is exactly kx a/b, so kx = K b/a and ky = K a/b.
 #include <selvedge/core/cloth_mesh.h>
+#include <selvedge/core/cloth_pattern.h>
 #include <selvedge/core/detail/grid_bending.h>
 #include <selvedge/core/detail/grid_mesh.h>
 #include <selvedge/core/detail/topology.h>
@@ -43,7 +44,7 @@ ClothMesh make_simplified(const GridConfig& grid, const Material& material, bool
   detail::validate_material(material);
   if (material.shear_law == ShearLaw::twisting)
     throw std::invalid_argument(
-        "shear_law \"twisting\" does without diagonals, of which the simplified mesh has one; take "
+        "shear_law \"twisting\" needs a mesh without diagonals; the simplified mesh has one, use "
         "the rectangular pattern");
   const detail::CellConstants constants = cell_constants(grid, material, alternating);
   detail::validate_cells(constants, material);
@@ -54,5 +55,27 @@ ClothMesh make_simplified(const GridConfig& grid, const Material& material, bool
   detail::set_stretch_law(cloth, material);
   return cloth;
 }
+
+namespace detail {
+
+ClothPattern simplified_pattern() {
+  return {.name = "simplified",
+          .promise = "one diagonal: couples stretch and shear",
+          .source = "Huang et al., Cloth simulation based on simplified mass-spring model, 2014",
+          .make = [](const GridConfig& grid, const Material& material, const PatternOptions&) {
+            return make_simplified(grid, material, false);
+          }};
+}
+
+ClothPattern checkerboard_pattern() {
+  return {.name = "checkerboard",
+          .promise = "one diagonal, the other one in every second cell: no coupling",
+          .source = "Huang et al., 2014, mended",
+          .make = [](const GridConfig& grid, const Material& material, const PatternOptions&) {
+            return make_simplified(grid, material, true);
+          }};
+}
+
+}  // namespace detail
 
 }  // namespace selvedge

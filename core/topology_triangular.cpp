@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
-// Rows of triangles, every other row shifted by half a cell, with straight borders. They are
-// equilateral where size_y/cells_y is sqrt(3)/2 of size_x/cells_x. Stiffness of the edges after
-// A. Van Gelder, "Approximate simulation of elastic membranes by triangulated spring meshes",
-// Journal of Graphics Tools 1998.
+// Rows of triangles with straight borders; every other row is shifted by half a cell. The triangles
+// are equilateral if size_y/cells_y is sqrt(3)/2 of size_x/cells_x. Edge stiffnesses after A. Van
+// Gelder, "Approximate simulation of elastic membranes by triangulated spring meshes", Journal of
+// Graphics Tools 1998.
 #include <selvedge/core/cloth_mesh.h>
+#include <selvedge/core/cloth_pattern.h>
 #include <selvedge/core/detail/topology.h>
 
 #include <algorithm>
@@ -12,7 +13,7 @@
 namespace selvedge {
 namespace {
 
-/// Vertices of row j: cells + 1 on the grid, or cells + 2 where the row is shifted.
+/// Number of vertices in row j: cells + 1 on the grid, cells + 2 if the row is shifted.
 std::int32_t row_size(const GridConfig& grid, std::int32_t j) { return grid.cells_x + 1 + j % 2; }
 
 void add_row(const GridConfig& grid, std::int32_t j, std::vector<Vec3>& vertices) {
@@ -54,5 +55,19 @@ ClothMesh make_triangular(const GridConfig& grid, const Material& material) {
   }
   return make_from_mesh(mesh, mesh, material);
 }
+
+namespace detail {
+
+ClothPattern triangular_pattern() {
+  return {.name = "triangular",
+          .promise = "",
+          .source = "Van Gelder, Approximate simulation of elastic membranes, 1998",
+          .fits_plate = true,
+          .make = [](const GridConfig& grid, const Material& material, const PatternOptions&) {
+            return make_triangular(grid, material);
+          }};
+}
+
+}  // namespace detail
 
 }  // namespace selvedge

@@ -7,7 +7,7 @@
 
 namespace selvedge {
 
-/// A point, direction or velocity; metres and seconds throughout the library.
+/// A point, direction or velocity. All lengths are in metres and all times in seconds.
 using Vec3 = Eigen::Vector3d;
 using Mat3 = Eigen::Matrix3d;
 

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 //
 // Y. Chen, N. Thalmann, B. Allen, "Physical simulation of wet clothing for virtual humans", The
-// Visual Computer 2012. The mass of the particles follows the water (survey section 3.2.6); how
-// momentum goes with it the survey does not say. Here water has the velocity of the vertex that it
-// leaves. On a square grid the cotangents are the five-point star: the mode of wave number k decays
-// as D k² (1 - (k d)²/12 + …), the explicit step is stable to d²/(4D).
+// Visual Computer 2012. The mass of the particles follows the water (survey section 3.2.6). The
+// survey does not say how momentum is transported; here water carries the velocity of the vertex it
+// leaves. On a square grid the cotangents give the five-point stencil: the mode of wave number k
+// decays as D k² (1 - (k d)²/12 + …), and the explicit step is stable up to d²/(4D).
 #include <selvedge/core/detail/force_checks.h>
 #include <selvedge/core/detail/topology.h>
+#include <selvedge/core/force.h>
 #include <selvedge/core/wetting.h>
 
 #include <Eigen/Geometry>
@@ -17,7 +18,7 @@
 namespace selvedge {
 namespace {
 
-/// Cotangents of the angles of a triangle; zero where it has no area.
+/// Cotangents of the angles of a triangle; zero if it has no area.
 Vec3 cotangents(std::span<const Vec3> x, const Triangle& t) {
   Vec3 c = Vec3::Zero();
   for (int k = 0; k < 3; ++k) {
@@ -28,7 +29,7 @@ Vec3 cotangents(std::span<const Vec3> x, const Triangle& t) {
   return c;
 }
 
-/// Half the sum of the cotangents of the angles opposite to each edge; edges as in unique_edges.
+/// Half the sum of the cotangents of the angles opposite each edge; edges as in unique_edges.
 std::vector<double> cotangent_weights(const TriangleMesh& mesh, const std::vector<Edge>& edges) {
   std::vector<double> weight(edges.size(), 0.0);
   for (const Triangle& t : mesh.triangles) {
@@ -42,8 +43,8 @@ std::vector<double> cotangent_weights(const TriangleMesh& mesh, const std::vecto
   return weight;
 }
 
-/// The part of the surface nearest to each vertex, or in obtuse triangles a half and two quarters;
-/// together the whole area.
+/// The area nearest to each vertex; in obtuse triangles a half and two quarters of the area. The
+/// areas sum to the total area.
 std::vector<double> nearest_areas(const TriangleMesh& mesh) {
   const std::vector<Vec3>& x = mesh.vertices;
   std::vector<double> area(x.size(), 0.0);
@@ -89,10 +90,10 @@ Wetting::Wetting(const WettingConfig& config, const TriangleMesh& rest,
   const std::vector<Edge> edges = unique_edges(rest.triangles);
   const std::vector<double> weight = cotangent_weights(rest, edges);
   std::vector<double> rows(dry_.size(), 0.0);
-  constexpr double rounding = 1e-12;  // of the cotangent of a right angle
+  constexpr double rounding = 1e-12;  // rounding error of the cotangent of a right angle
   for (std::size_t e = 0; e < edges.size(); ++e) {
     const double conductance = config.diffusivity * weight[e];
-    // Between obtuse angles water would flow uphill: such an edge is closed.
+    // Between obtuse angles water would flow uphill, so no water flows along such an edge.
     if (conductance <= rounding * config.diffusivity) continue;
     channels_.push_back({edges[e], conductance});
     for (const std::int32_t v : edges[e]) rows[v] += std::abs(conductance);
@@ -116,13 +117,13 @@ double Wetting::advance(double seconds, std::span<Vec3> v) {
   if (v.size() != water_.size())
     throw std::invalid_argument("wetting: " + std::to_string(v.size()) + " velocities for " +
                                 std::to_string(water_.size()) + " vertices");
-  // Half of the longest stable step: no vertex then gives away more than it has.
+  // Half of the longest stable step: a vertex then never gives away more water than it has.
   constexpr double share = 0.5;
   const bool spreads = !channels_.empty() && seconds > 0.0;
   const double steps = spreads ? std::ceil(seconds / (share * stable_step_)) : 0.0;
   constexpr double most_steps = 1e7;
-  detail::require(steps <= most_steps, "seconds", seconds,
-                  "so short that at most ten million stable steps of diffusion fit into it");
+  require(steps <= most_steps, "seconds", seconds,
+          "so short that at most ten million stable steps of diffusion fit into it");
   double dripped = drip();
   for (double k = 0.0; k < steps; k += 1.0) {
     spread(seconds / steps, v);
@@ -162,5 +163,15 @@ double Wetting::drip() {
   }
   return dripped;
 }
+
+namespace detail {
+
+ForceLaw water_law() {
+  return {.name = "water",
+          .promise = "no water, mass or momentum is lost until it drips",
+          .source = "Chen, Magnenat Thalmann, Allen, Physical simulation of wet clothing, 2012"};
+}
+
+}  // namespace detail
 
 }  // namespace selvedge

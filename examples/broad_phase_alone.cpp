@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The broad phase without the cloth: plain arrays of a moving surface in, candidate pairs out.
-// Two square sheets of 7,200 triangles pass each other; brute force finds the same pairs.
+// Uses the broad phase without the cloth: arrays of a moving surface in, candidate pairs out. Two
+// square sheets of 7,200 triangles pass each other; brute force finds the same pairs.
 #include <selvedge/broadphase/broad_phase.h>
 #include <selvedge/core/triangle_mesh.h>
 
@@ -25,7 +25,7 @@ std::vector<selvedge::Triangle> grid_triangles(int cells) {
   return triangles;
 }
 
-/// A wavy sheet of 1 m at the height z.
+/// A wavy 1 m sheet at the height z.
 std::vector<selvedge::Vec3> sheet(int cells, double z) {
   std::vector<selvedge::Vec3> x;
   for (int j = 0; j <= cells; ++j) {

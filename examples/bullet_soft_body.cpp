@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Bullet's soft bodies find the pairs of nodes and faces that may touch by two dynamic trees of
-// boxes (btDbvt). Here a cloth that Bullet simulates, hung by one corner, has its own pairs found
-// in each step by such trees and by our broad phase, over the same boxes: those that each node and
-// each face sweeps during the step, inflated by the margin. Both must find the same pairs; ours
-// finds those of two edges as well, which Bullet does not look for, in the time that is printed.
+// boxes (btDbvt). In this example Bullet simulates a cloth that hangs by one corner. In each step
+// such trees and our broad phase find the self-collision candidates of the cloth. Both use the same
+// boxes: the swept boxes of nodes and faces, inflated by the margin. Both must find the same pairs.
+// Our broad phase also finds edge-edge pairs, which Bullet does not search for, in the printed
+// time.
 #include <BulletSoftBody/btSoftBodyHelpers.h>
 #include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
 #include <BulletSoftBody/btSoftRigidDynamicsWorld.h>
@@ -21,9 +22,9 @@ using Pairs = std::vector<selvedge::PointTrianglePair>;
 namespace {
 
 constexpr int kSide = 90, kSteps = 40;
-constexpr double kMargin = 0.004;  // m, of the cloth of 2 m
+constexpr double kMargin = 0.004;  // m, for a cloth of 2 m
 
-/// A btDbvt over boxes that move: leaves are kept and updated, as Bullet's soft bodies do.
+/// A btDbvt over moving boxes. Leaves are kept and updated, as in Bullet's soft bodies.
 struct DynamicTree {
   btDbvt tree;
   std::vector<btDbvtNode*> leaves;
@@ -50,25 +51,25 @@ struct Collect : btDbvt::ICollide {
 
 selvedge::Vec3 vec3(const btVector3& x) { return {x.x(), x.y(), x.z()}; }
 
-/// Around the given nodes at both ends of the step.
+/// Box of the given nodes at both ends of the step.
 template <std::size_t n>
 btDbvtVolume swept(const btSoftBody& cloth, const std::array<std::int32_t, n>& nodes) {
   btVector3 lo = cloth.m_nodes[nodes[0]].m_x, hi = lo;
   for (const std::int32_t v : nodes)
     for (const btVector3& x : {cloth.m_nodes[v].m_q, cloth.m_nodes[v].m_x})
       lo.setMin(x), hi.setMax(x);
-  // Single precision: a little more than the margin, so that rounding loses nothing.
+  // Single precision: inflate by slightly more than the margin to allow for rounding.
   const btVector3 margin = btVector3(1, 1, 1) * btScalar(kMargin * (1 + 1e-3));
   return btDbvtVolume::FromMM(lo - margin, hi + margin);
 }
 
-/// Bullet's way, on the nodes and faces of one cloth.
+/// The search of Bullet, on the nodes and faces of one cloth.
 Pairs find_by_bullet(const btSoftBody& cloth, const std::vector<selvedge::Triangle>& faces,
                      DynamicTree& nodes, DynamicTree& face_tree) {
   for (std::int32_t v = 0; v < cloth.m_nodes.size(); ++v)
     nodes.set(v, swept(cloth, std::array<std::int32_t, 1>{v}));
   for (std::size_t f = 0; f < faces.size(); ++f) face_tree.set(f, swept(cloth, faces[f]));
-  // Bullet improves its trees a little in every step.
+  // Bullet rebalances its trees a little in every step.
   nodes.tree.optimizeIncremental(1);
   face_tree.tree.optimizeIncremental(1);
   Collect collect(faces);
@@ -109,7 +110,7 @@ int main() {
 
   DynamicTree nodes, face_tree;
   const auto broad_phase = selvedge::make_bvh_aabb();
-  const selvedge::ThreadLimit one_thread(1);  // as Bullet has
+  const selvedge::ThreadLimit one_thread(1);  // Bullet uses one thread as well
   selvedge::CandidatePairs ours;
   double bullet_ms = 0.0, our_ms = 0.0;
   std::size_t found = 0, missing = 0, more = 0;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// A scene that must fail: the cloth lies across the ball at the start. No step could mend that
-// without passing through, so it is refused with the count, the first pair and a remedy.
-#include <selvedge/scene/run.h>
+// A scene that must fail: the cloth crosses the ball at the start. No step could undo the crossing
+// without a pass-through. The program rejects the scene with the count, the first pair and a
+// remedy.
+#include <selvedge/run/run.h>
 
 #include <cstdio>
 #include <stdexcept>

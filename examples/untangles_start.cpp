@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
-// A scene that starts crossed and is asked to undo it: the sheet lies through the ball. Prints how
-// many pairs of triangles crossed, when the last one was free, and what may be trusted at the end.
-#include <selvedge/scene/run.h>
+// A scene that starts with crossings and requests untangling: the sheet passes through the ball.
+// Prints how many pairs of triangles crossed, when the last one was free, and which guarantees hold
+// at the end.
+#include <selvedge/run/run.h>
 
 #include <cstdio>
 
 int main() {
   selvedge::Scene scene;
   scene.materials["default"] = {};
-  scene.cloths.emplace_back().shape =
-      selvedge::ClothGrid{selvedge::ClothPattern::rectangular, {0.6, 0.6, 24, 24}};
+  scene.cloths.emplace_back().shape = selvedge::ClothGrid{"rectangular", {0.6, 0.6, 24, 24}};
   scene.cloths[0].placement.translation = selvedge::Vec3(0.01, 0.02, 0.12);
   scene.bodies.emplace_back().shape = selvedge::BodyShape{selvedge::Sphere{.radius = 0.2}, 32};
   scene.contact.untangle_start = true;

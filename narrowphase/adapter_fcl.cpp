@@ -20,13 +20,13 @@ struct FclRule {
     const auto [x, y, motion] = narrowphase_detail::to_unit_size(query);
     double toi = kNoCollision;
     Vec3 place;
-    // Without Newton's method the library misses a fifth of the hits.
+    // Without Newton's method the library misses a fifth of the collisions.
     const bool hit = query.kind == ContactKind::edge_edge
                          ? Intersect::intersect_EE(x[0], x[1], x[2], x[3], y[0], y[1], y[2], y[3],
                                                    &toi, &place, true)
                          : Intersect::intersect_VF(x[1], x[2], x[3], x[0], y[1], y[2], y[3], y[0],
                                                    &toi, &place, true);
-    // Written so that a time which is not a number counts as the start.
+    // The comparison is written so that a NaN time counts as the start of the step.
     return !hit ? kNoCollision : toi > 0.0 ? std::min(toi, 1.0) : 0.0;
   }
 
@@ -43,10 +43,8 @@ struct FclRule {
 }  // namespace
 
 void register_fcl(NarrowPhaseRegistry& registry) {
-  registry["fcl_vertex_face_edge_edge"] = [](const NarrowPhaseConfig& config) {
-    narrowphase_detail::refuse_min_separation(config, "fcl_vertex_face_edge_edge");
-    return narrowphase_detail::per_query(FclRule{});
-  };
+  registry.add("fcl_vertex_face_edge_edge", {},
+               [](const Options&) { return narrowphase_detail::per_query(FclRule{}); });
 }
 
 }  // namespace selvedge

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // E. Gilbert, D. Johnson, S. Keerthi, "A fast procedure for computing the distance between complex
 // objects in three-dimensional space", 1988 [Gilbert1988]; G. Snethen, "XenoCollide: Complex
-// collision made simple", 2008 [Snethen2008]; both as libccd has them.
+// collision made simple", 2008 [Snethen2008]; both as implemented in libccd.
 #include <selvedge/narrowphase/adapter_libccd.h>
 #include <selvedge/narrowphase/detail/contact_geometry.h>
 #include <selvedge/narrowphase/detail/method_config.h>
@@ -18,31 +18,32 @@ namespace {
 
 using narrowphase_detail::UnitSizePaths;
 
-/// At a thousandth of a primitive's size few pairs are false alarms, after ten halvings of a step
-/// as long as the primitive.
+/// At a thousandth of a primitive's size, few pairs are false alarms, and a step as long as the
+/// primitive needs ten halvings.
 constexpr double kDefaultTolerance = 0x1p-10;
-/// The library is asked about hulls at most so much longer than the primitives; on longer ones the
-/// primitives would be as small as its absolute tolerances find hits too small.
+/// The library tests hulls that are at most this many times longer than the primitives. On longer
+/// hulls the primitives would be too small for the library's absolute tolerances.
 constexpr double kLongestHull = 16.0;
-/// Intervals looked at for one query; past it the query counts as a hit, an alarm rather than a
-/// miss. A query that needs more grazes all along its way.
+/// Maximum number of intervals per query; a query that exceeds it counts as a collision: a false
+/// alarm rather than a miss. Only a query that grazes along its whole path needs more.
 constexpr int kMostIntervals = 4096;
-/// A search ends after a few dozen rounds or runs in circles: then the hulls count as overlapping.
+/// A search normally ends after a few dozen iterations; one that does not is cycling, and its hulls
+/// count as overlapping.
 constexpr unsigned long kMostIterations = 200;
-/// Portals are refined to this part of the primitives' size, well below the thickness that the
-/// hulls have at the default tolerance.
+/// Portals are refined to this fraction of the primitives' size, well below the thickness of the
+/// hulls at the default tolerance.
 constexpr double kPortalTolerance = 1e-8;
 
-/// The hull of what the vertices of one primitive sweep: at most three vertices at two times.
+/// The hull that the vertices of one primitive sweep: at most three vertices at two times.
 struct Hull {
   std::array<Vec3, 6> points;
   int count = 0;
-  mutable unsigned long asked = 0;  ///< for support points
+  mutable unsigned long asked = 0;  ///< number of support points requested
 };
 
 void support(const void* object, const ccd_vec3_t* direction, ccd_vec3_t* out) {
   const Hull& hull = *static_cast<const Hull*>(object);
-  // The portal search has no limit of its own; its loops end at what is not a number.
+  // The portal search has no iteration limit of its own; its loops end when they see a NaN.
   if (++hull.asked > kMostIterations) {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
     ccdVec3Set(out, nan, nan, nan);
@@ -96,7 +97,7 @@ class LibccdRule {
     CCD_INIT(&ccd_);
     ccd_.support1 = ccd_.support2 = support;
     ccd_.center1 = ccd_.center2 = center;
-    ccd_.max_iterations = 2 * kMostIterations;  // The hulls end it earlier.
+    ccd_.max_iterations = 2 * kMostIterations;  // The hulls end the search earlier.
     ccd_.mpr_tolerance = kPortalTolerance;
   }
 
@@ -145,19 +146,21 @@ class LibccdRule {
   ccd_t ccd_;
 };
 
-auto factory(const char* name, Search search) {
-  return [name, search](const NarrowPhaseConfig& config) {
-    narrowphase_detail::refuse_min_separation(config, name);
-    return narrowphase_detail::per_query(
-        LibccdRule(search, narrowphase_detail::tolerance_or(config, kDefaultTolerance, name)));
-  };
+void add(NarrowPhaseRegistry& registry, const char* name, Search search) {
+  const Option tolerance = narrowphase_detail::tolerance_option(
+      kDefaultTolerance, "1",
+      "fraction of the primitives' size that an interval's motion may have; smaller: fewer false "
+      "alarms, more intervals");
+  registry.add(name, {tolerance}, [search](const Options& o) {
+    return narrowphase_detail::per_query(LibccdRule(search, o["tolerance"]));
+  });
 }
 
 }  // namespace
 
 void register_libccd(NarrowPhaseRegistry& registry) {
-  registry["libccd_gjk"] = factory("libccd_gjk", Search::gjk);
-  registry["libccd_mpr"] = factory("libccd_mpr", Search::mpr);
+  add(registry, "libccd_gjk", Search::gjk);
+  add(registry, "libccd_mpr", Search::mpr);
 }
 
 }  // namespace selvedge

@@ -10,31 +10,32 @@
 #include <string>
 
 // [Li2021] M. Li, D. M. Kaufman, C. Jiang, "Codimensional incremental potential contact", 2021,
-// section 5, algorithm 1 (additive CCD). Points of the two primitives approach each other by no
-// more than l_p in a step, the sum of the longest displacements of either, after the mean
-// displacement is taken off. While they are D apart they do not meet for D / l_p. The method adds
-// such times, each times 1 - s, until the gap is below the part s of the first one: so it stops
-// short of contact, and the time is earlier than the true one by what the gap of s D(0) takes.
+// section 5, algorithm 1 (additive CCD). Points of the two primitives approach each other by at
+// most l_p in a step: the sum of the longest displacements of the two primitives after the mean
+// displacement is subtracted. While they are D apart they cannot meet for a time of D / l_p. The
+// method adds such times, each multiplied by 1 - s, until the gap is below the fraction s of the
+// initial one. It thus stops before contact; the time is early by the time that closing a gap of s
+// D(0) takes.
 //
-// Safe roundings: D is the lower bound of separating_direction(), l_p is computed upward, and a
-// time is added only if the exact sum of it and the part s that is not used exceeds the rounding.
+// Safe rounding: D is the lower bound of separating_direction(), l_p is rounded upward, and a time
+// is added only if the unused fraction s of it exceeds the rounding of the sum.
 //
-// False alarms: all primitives that come nearer than s D(0) without touching, all that are within
-// about 2^-47 of the query's size at t = 0, and all that are still approaching after max_steps.
-// Cost: one distance a step, and steps proportional to l_p / (s D(0)): a pair that starts close
-// and slides far takes the whole budget.
+// False alarms: primitives that come nearer than s D(0) without touching, primitives that are
+// within about 2^-47 of the query's size at t = 0, and primitives that are still approaching after
+// max_steps. Cost: one distance per step; the number of steps is proportional to l_p / (s D(0)). A
+// pair that starts close and slides far uses the whole budget of steps.
 //
-// Deviations: the last gap is measured at the time that is returned (the paper returns the time
-// before the last step); the budget.
+// Deviations: the last gap is measured at the returned time (the paper returns the time before the
+// last step); the number of steps is limited.
 
 namespace selvedge {
 namespace {
 
 using narrowphase_detail::RelativeQuery;
 
-/// Reserve of the bound of l_p: the displacements are off by at most 2 units for the input and one
-/// rounding of 2 each, with the mean off by as much and two more, in three coordinates, for both
-/// primitives: 2 sqrt(3) (4 + 6) < 35; then norms and sum.
+/// Error reserve in the bound of l_p: each displacement is off by at most 2 units for the input and
+/// one rounding of 2, and the mean by as much and two more, in three coordinates, for both
+/// primitives: 2 sqrt(3) (4 + 6) < 35; the rest covers the norms and the sum.
 constexpr double kSpeedError = 64.0 * narrowphase_detail::kRoundoff;
 constexpr double kUp = 1.0 + 16.0 * narrowphase_detail::kRoundoff;
 
@@ -54,12 +55,12 @@ class AdditiveRule {
             .source =
                 "M. Li, D. M. Kaufman, C. Jiang, Codimensional incremental potential contact, 2021",
             .limits =
-                "False alarms where the distance falls below `tolerance` times the first one, and "
-                "where the steps run out."};
+                "False alarms where the distance falls below `tolerance` times the initial one, "
+                "and where the steps run out."};
   }
 
  private:
-  /// Bound of the speed at which two points of the primitives approach each other.
+  /// Upper bound of the speed at which two points of the primitives approach each other.
   static double speed(const RelativeQuery& q) {
     std::array<Vec3, 4> p;
     Vec3 mean = Vec3::Zero();
@@ -81,7 +82,7 @@ class AdditiveRule {
   }
 
   double advance(const RelativeQuery& q, double separation) const {
-    /// The sum t + step is off by at most u; the unused part s of the step must exceed that.
+    /// The sum t + step is off by at most u; the unused fraction s of the step must exceed that.
     constexpr double kRounding = 2.0 * narrowphase_detail::kRoundoff;
     const double s = config_.gap, l_p = speed(q);
     const double first = gap(q, 0.0, separation);
@@ -102,9 +103,9 @@ class AdditiveRule {
 void validate(const CcdAdditiveConfig& config) {
   narrowphase_detail::require_separation(config.min_separation, "ccd_additive");
   if (!(config.gap > 0.0 && config.gap < 1.0))
-    throw std::invalid_argument("ccd_additive: the gap (tolerance) is " +
-                                std::to_string(config.gap) +
-                                "; it is a part of the first distance and must lie in (0, 1)");
+    throw std::invalid_argument(
+        "ccd_additive: the gap (tolerance) is " + std::to_string(config.gap) +
+        "; it is a fraction of the initial distance and must lie in (0, 1)");
   if (config.max_steps < 1)
     throw std::invalid_argument("ccd_additive: max_steps is " + std::to_string(config.max_steps) +
                                 "; it must be 1 or more");
@@ -122,6 +123,32 @@ std::unique_ptr<NarrowPhase> make_ccd_additive(const NarrowPhaseConfig& config) 
   own.gap = narrowphase_detail::tolerance_or(config, own.gap, "ccd_additive");
   own.min_separation = config.min_separation;
   return make_ccd_additive(own);
+}
+
+void register_ccd_additive(NarrowPhaseRegistry& registry) {
+  const CcdAdditiveConfig initial;
+  registry.add("ccd_additive",
+               {{.name = "tolerance",
+                 .initial = initial.gap,
+                 .unit = "1",
+                 .least = 0.0,
+                 .most = 1.0,
+                 .above_least = true,
+                 .meaning = "fraction of the initial distance at which the method stops; below 1; "
+                            "smaller: fewer false alarms, more steps"},
+                narrowphase_detail::min_separation_option(),
+                {.name = "max_steps",
+                 .initial = static_cast<double>(initial.max_steps),
+                 .unit = "1",
+                 .least = 1.0,
+                 .most = 1e9,
+                 .kind = OptionKind::whole,
+                 .meaning = "steps per query before it counts as a collision"}},
+               [](const Options& o) {
+                 return make_ccd_additive(CcdAdditiveConfig{.gap = o["tolerance"],
+                                                            .min_separation = o["min_separation"],
+                                                            .max_steps = o.whole("max_steps")});
+               });
 }
 
 }  // namespace selvedge

@@ -6,23 +6,25 @@
 #include <selvedge/narrowphase/detail/per_query.h>
 
 // Continuous collision of straight vertex paths after X. Provot, "Collision and self-collision
-// handling in cloth model dedicated to design garments", 1997: the vertices must be coplanar, a
-// cubic in t; at each of its roots in [0, 1], in ascending order, the primitives must meet. In
-// plain doubles, without error bounds or tolerances: the naive solver as the baseline.
+// handling in cloth model dedicated to design garments", 1997: colliding vertices must be coplanar,
+// which gives a cubic in t; at each of its roots in [0, 1], in ascending order, the method tests
+// whether the primitives meet. Uses plain doubles without error bounds or tolerances: the naive
+// solver, as the baseline.
 //
-// Misses: touchings that rounding turns into near misses (at the ends of the step, at double roots,
-// at the border of a primitive), primitives that meet inside the step while all vertices stay
-// coplanar (only t = 0 and t = 1 are looked at), parallel edges, triangles without area and edges
-// without length. False alarms: near misses within rounding, next to degenerate primitives more.
+// Misses: touching contacts that rounding turns into near misses (at the ends of the step, at
+// double roots, at the boundary of a primitive); primitives that meet inside the step while all
+// vertices stay coplanar (only t = 0 and t = 1 are tested); parallel edges; triangles without area
+// and edges without length. False alarms: near misses within rounding, and more of them near
+// degenerate primitives.
 
 namespace selvedge {
 namespace {
 
 using narrowphase_detail::MovingDifferences;
 
-/// Sums of the coefficients' moduli between these bounds have squares (the discriminant) that
-/// neither over- nor underflow, and come from differences of which the same holds for products of
-/// four (the inside test), unless these differ from each other by more than 2^100.
+/// If the sum of the coefficients' moduli lies between these bounds, their squares (in the
+/// discriminant) neither over- nor underflow. The same holds for the products of four differences
+/// in the inside test, unless the differences vary in size by more than 2^100.
 constexpr double kLeastSum = 0x1p-400, kLargestSum = 0x1p400;
 
 class CubicRule {
@@ -42,8 +44,8 @@ class CubicRule {
                 "X. Provot, Collision and self-collision handling in cloth model dedicated to "
                 "design garments, 1997; in plain doubles without tolerances",
             .limits =
-                "Misses touchings and near-degenerate cases within rounding, and contact that "
-                "begins inside the step while all vertices stay in one plane."};
+                "Misses touching contacts and near-degenerate cases within rounding, and contacts "
+                "that begin inside the step while all vertices stay in one plane."};
   }
 
  private:
@@ -62,6 +64,10 @@ class CubicRule {
 std::unique_ptr<NarrowPhase> make_ccd_cubic(const NarrowPhaseConfig& config) {
   narrowphase_detail::refuse_min_separation(config, "ccd_cubic");
   return narrowphase_detail::per_query(CubicRule());
+}
+
+void register_ccd_cubic(NarrowPhaseRegistry& registry) {
+  registry.add("ccd_cubic", {}, [](const Options&) { return make_ccd_cubic(); });
 }
 
 }  // namespace selvedge

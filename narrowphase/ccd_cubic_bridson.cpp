@@ -6,16 +6,16 @@
 #include <selvedge/narrowphase/detail/per_query.h>
 
 // [Bridson2002] R. Bridson, R. Fedkiw, J. Anderson, "Robust treatment of collisions, contact and
-// friction for cloth animation", 2002: at each root of the coplanarity cubic in ascending order,
-// and at the end of the step, the primitives collide if they are nearer than a tolerance.
+// friction for cloth animation", 2002: the primitives collide if they are nearer than a tolerance
+// at a root of the coplanarity cubic, in ascending order, or at the end of the step.
 //
-// Deviations: nearness is the distance of the closest points, exact also for degenerate triangles
-// and parallel edges, where the paper clamps barycentric coordinates. Ends of the step and
+// Deviations: the distance is that of the closest points, which is exact also for degenerate
+// triangles and parallel edges; the paper clamps barycentric coordinates. Ends of the step and
 // stationary points at which the cubic is zero within rounding count as roots.
 //
-// Misses: contact that begins and ends inside the step while all vertices stay coplanar, and roots
-// that rounding moves by more than the tolerance. False alarms: primitives apart by up to the
-// tolerance at a root or at the end of the step.
+// Misses: contacts that begin and end inside the step while all vertices stay coplanar, and roots
+// that rounding moves by more than the tolerance. False alarms: primitives that are apart by up to
+// the tolerance at a root or at the end of the step.
 
 namespace selvedge {
 namespace {
@@ -23,7 +23,7 @@ namespace {
 using narrowphase_detail::Differences;
 using narrowphase_detail::MovingDifferences;
 
-/// Metres: the paper's 10 nm.
+/// Metres: the 10 nm of the paper.
 constexpr double kOwnTolerance = 1e-8;
 
 class BridsonRule {
@@ -47,8 +47,8 @@ class BridsonRule {
                 "R. Bridson, R. Fedkiw, J. Anderson, Robust treatment of collisions, contact and "
                 "friction for cloth animation, 2002",
             .limits =
-                "Misses contact that begins and ends inside the step while all vertices stay in "
-                "one plane, and reports primitives that come within the tolerance."};
+                "Misses contacts that begin and end inside the step while all vertices stay in one "
+                "plane, and reports primitives that come within the tolerance."};
   }
 
  private:
@@ -62,6 +62,16 @@ std::unique_ptr<NarrowPhase> make_ccd_cubic_bridson(const NarrowPhaseConfig& con
   narrowphase_detail::refuse_min_separation(config, kName);
   return narrowphase_detail::per_query(
       BridsonRule(narrowphase_detail::tolerance_or(config, kOwnTolerance, kName)));
+}
+
+void register_ccd_cubic_bridson(NarrowPhaseRegistry& registry) {
+  registry.add(
+      "ccd_cubic_bridson",
+      {narrowphase_detail::tolerance_option(
+          kOwnTolerance, "m",
+          "distance at a root or at the end of the step that counts as a collision; larger: fewer "
+          "misses, more false alarms")},
+      [](const Options& o) { return make_ccd_cubic_bridson({.tolerance = o["tolerance"]}); });
 }
 
 }  // namespace selvedge

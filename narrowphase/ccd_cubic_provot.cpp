@@ -6,24 +6,24 @@
 #include <selvedge/narrowphase/detail/per_query.h>
 
 // [Provot1997] X. Provot, "Collision and self-collision handling in cloth model dedicated to design
-// garments", 1997, with the tolerance that implementations give its inside test: at a root of the
-// coplanarity cubic the primitives count as meeting if the barycentric coordinates (edges: the
+// garments", 1997, with the tolerance that implementations usually add to its inside test: at a
+// root of the coplanarity cubic the primitives collide if the barycentric coordinates (edges: the
 // parameters) lie in [-tolerance, 1 + tolerance].
 //
 // Deviations: ends of the step and stationary points at which the cubic is zero within rounding
-// count as roots, so that touchings at t = 0, t = 1 and double roots are seen. Erratum of the
-// survey's form, eq. (41): its second line is V_ij = V_j - V_i.
+// count as roots, so that touching contacts at t = 0, t = 1 and double roots are found. Erratum in
+// the survey's form, eq. (41): its second line should read V_ij = V_j - V_i.
 //
-// Misses: contact that begins inside the step while all vertices stay coplanar, parallel edges,
-// triangles without area, edges without length. False alarms: the primitives may be apart by the
-// tolerance times their size.
+// Misses: contacts that begin inside the step while all vertices stay coplanar, parallel edges,
+// triangles without area, edges without length. False alarms: primitives that are apart by up to
+// the tolerance times their size.
 
 namespace selvedge {
 namespace {
 
 using narrowphase_detail::MovingDifferences;
 
-/// Dimensionless. A thousandth of a millimetre on a mesh of metres, and above the rounding error of
+/// Dimensionless. One micrometre on a mesh of metre-sized triangles; above the rounding error of
 /// the barycentric coordinates down to angles of 1e-5 in the triangle (between the edges).
 constexpr double kOwnTolerance = 1e-6;
 
@@ -47,8 +47,8 @@ class ProvotRule {
                 "X. Provot, Collision and self-collision handling in cloth model dedicated to "
                 "design garments, 1997; with a tolerance on the barycentric coordinates",
             .limits =
-                "Misses contact of parallel edges and degenerate triangles, and contact that "
-                "begins inside the step while all vertices stay in one plane."};
+                "Misses contacts of parallel edges and degenerate triangles, and contacts that "
+                "begin inside the step while all vertices stay in one plane."};
   }
 
  private:
@@ -62,6 +62,16 @@ std::unique_ptr<NarrowPhase> make_ccd_cubic_provot(const NarrowPhaseConfig& conf
   narrowphase_detail::refuse_min_separation(config, kName);
   return narrowphase_detail::per_query(
       ProvotRule(narrowphase_detail::tolerance_or(config, kOwnTolerance, kName)));
+}
+
+void register_ccd_cubic_provot(NarrowPhaseRegistry& registry) {
+  registry.add(
+      "ccd_cubic_provot",
+      {narrowphase_detail::tolerance_option(
+          kOwnTolerance, "1",
+          "tolerance on the barycentric coordinates of the inside test; larger: fewer misses, more "
+          "false alarms")},
+      [](const Options& o) { return make_ccd_cubic_provot({.tolerance = o["tolerance"]}); });
 }
 
 }  // namespace selvedge

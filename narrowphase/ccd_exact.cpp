@@ -3,6 +3,7 @@
 #include <selvedge/narrowphase/detail/ccd_filter.h>
 #include <selvedge/narrowphase/detail/contact_geometry.h>
 #include <selvedge/narrowphase/detail/exact_query.h>
+#include <selvedge/narrowphase/detail/method_config.h>
 #include <selvedge/narrowphase/detail/root_isolation.h>
 
 #include <algorithm>
@@ -11,9 +12,10 @@
 #include <utility>
 
 // Continuous collision of straight vertex paths after Provot, "Collision and self-collision
-// handling in cloth model dedicated to design garments", 1997: the vertices must be coplanar, a
-// cubic in t. Every verdict is exact: stages A, B (filter) and C (isolate) in doubles with forward
-// error bounds, D and E (collides_exactly) in integers. Each file proves its stages.
+// handling in cloth model dedicated to design garments", 1997: colliding vertices must be coplanar,
+// which gives a cubic in t. Every result is exact: stages A, B (filter) and C (isolate) use doubles
+// with forward error bounds, stages D and E (collides_exactly) use integers. Each file proves its
+// stages.
 
 namespace selvedge {
 namespace {
@@ -22,18 +24,18 @@ using narrowphase_detail::FilterKernel;
 using narrowphase_detail::kFilterBlock;
 using narrowphase_detail::QueryBlock;
 
-/// Queries that run through the filter together.
+/// Number of queries that run through the filter together.
 constexpr std::size_t kBatch = 256;
 
 /// Stages C, D and E.
 bool settle(const Query& query, double& toi, CcdExactStages& stages) {
-  using narrowphase_detail::Verdict;
+  using narrowphase_detail::ContactDecision;
   narrowphase_detail::IsolatedRoot root;
-  const Verdict verdict = narrowphase_detail::isolate_contact(query, root);
+  const ContactDecision decision = narrowphase_detail::isolate_contact(query, root);
   toi = root.floor;
-  if (verdict != Verdict::open) {
+  if (decision != ContactDecision::open) {
     ++stages.isolated;
-    return verdict == Verdict::yes;
+    return decision == ContactDecision::yes;
   }
   ++stages.exact;
   if (root.sign_lo != 0 && narrowphase_detail::touches_exactly(query, root)) return true;
@@ -50,13 +52,13 @@ class OpenQueries {
     }
   }
 
-  /// Lets go of the queries that `decides(block)`, a mask, marks. Returns how many.
+  /// Removes the queries that `decides(block)`, a mask, marks. Returns their number.
   template <class Decides>
   std::size_t sift(Decides decides) {
     std::size_t kept = 0;
     for (std::size_t at = 0; at < count_; at += kFilterBlock) {
       const std::size_t n = std::min<std::size_t>(kFilterBlock, count_ - at);
-      // The last block repeats its last query.
+      // The last block is padded with copies of its last query.
       QueryBlock block;
       for (std::size_t j = 0; j < kFilterBlock; ++j)
         block[j] = &queries_[index_[at + std::min(j, n - 1)]];
@@ -77,7 +79,7 @@ class OpenQueries {
   std::size_t count_ = 0;
 };
 
-/// All stages on at most kBatch queries; those of the other kinds are left alone.
+/// Runs all stages on at most kBatch queries of one kind; ignores those of other kinds.
 void decide(const FilterKernel& kernel, std::span<const Query> queries, bool edges,
             std::span<double> toi, CcdExactStages& stages) {
   OpenQueries open(queries, edges);
@@ -142,6 +144,13 @@ void find_times_counting_stages(std::span<const Query> queries, std::span<double
 
 std::unique_ptr<NarrowPhase> make_ccd_exact(const CcdExactConfig& config) {
   return std::make_unique<CcdExact>(config);
+}
+
+void register_ccd_exact(NarrowPhaseRegistry& registry) {
+  registry.add("ccd_exact", {narrowphase_detail::min_separation_option()}, [](const Options& o) {
+    const double distance = o["min_separation"];
+    return distance == 0.0 ? make_ccd_exact() : make_ccd_separation(distance);
+  });
 }
 
 }  // namespace selvedge

@@ -10,30 +10,31 @@
 #include <string>
 #include <vector>
 
-// Roots of the vector function F(t, u, v), the difference of two points of the primitives at the
+// Finds roots of the vector function F(t, u, v), the difference of two points of the primitives at
 // time t, by subdivision of the parameter box: [Snyder1992], for collisions [Redon2002], with
-// inclusion boxes spanned by the corners and a bound of all roundings [Wang2021].
+// inclusion boxes spanned by the corners and a bound of all rounding errors [Wang2021].
 //
 //   point-triangle  F = (1-u-v) x1(t) + u x2(t) + v x3(t) - x0(t),  u, v >= 0, u + v <= 1
 //   edge-edge       F = (1-u) x0(t) + u x1(t) - (1-v) x2(t) - v x3(t)
 //
-// F is linear in each parameter alone, so its values on a box of parameters lie in the hull of its
-// values at the eight corners, and so in their bounding box. A box of parameters whose bounding
-// box, widened by the rounding error, does not contain 0 has no contact and is dropped. What is
-// left is halved along the parameter that moves F most, until its bounding box is narrower than
-// the tolerance: then it counts as contact. Hence nothing is missed, the time is the beginning of
-// a box that is not proven free, and every earlier time is: it is not later than the true one.
+// F is linear in each single parameter, so its values on a box of parameters lie in the hull of its
+// values at the eight corners, and so in their bounding box. If this bounding box, widened by the
+// rounding error, does not contain 0, the parameter box has no contact and is dropped. Otherwise
+// the parameter box is halved along the parameter that moves F most, until its bounding box is
+// narrower than the tolerance; then it counts as a contact. Hence nothing is missed. The reported
+// time is the start of a box that is not proven free, and all earlier times are proven free, so it
+// is not later than the true time.
 //
-// Rounding error of a corner, per coordinate in units of u, vertices in the form of RelativeQuery
-// with coordinates of at most 1. Parameters are multiples of 2^-kDeepest in [0, 1], so that they,
-// 1 - t, 1 - u - v and 1 - v are exact. A vertex at t is off by 1 (input), 1 (two products whose
-// factors have the sum 1) and 1 (sum): 3. The weights of a corner have the absolute sum 3 at most
-// (u = v = 1 of point-triangle: -1, 1, 1): 3 * 3 from the vertices, 3 from the products, 2 + 3
-// from the sums: 17. With reserve for terms in u^2 and underflow: kCornerError.
+// Rounding error of a corner, per coordinate in units of u, for vertices in the form of
+// RelativeQuery with coordinates of at most 1. Parameters are multiples of 2^-kDeepest in [0, 1],
+// so that they, 1 - t, 1 - u - v and 1 - v are exact. A vertex at t is off by 1 (input), 1 (two
+// products whose factors have the sum 1) and 1 (sum): 3. The weights of a corner have the absolute
+// sum 3 at most (u = v = 1 of point-triangle: -1, 1, 1): 3 * 3 from the vertices, 3 from the
+// products, 2 + 3 from the sums: 17. With a reserve for terms in u^2 and underflow: kCornerError.
 //
-// Deviations from [Wang2021]: the bound follows from coordinates relative to the first vertex
-// instead of the largest coordinate of the world; boxes are kept by time unless the configuration
-// asks for breadth first; the tolerance is relative to the query's size; a budget counts boxes.
+// Deviations from [Wang2021]: the bound uses coordinates relative to the first vertex instead of
+// the largest world coordinate; boxes are ordered by time unless the configuration asks for breadth
+// first; the tolerance is relative to the query's size; the budget counts boxes.
 
 namespace selvedge {
 namespace {
@@ -41,9 +42,10 @@ namespace {
 using narrowphase_detail::RelativeQuery;
 
 constexpr double kCornerError = 20.0 * narrowphase_detail::kRoundoff;
-/// The smallest tolerance. F moves by at most 2 along a parameter; once that times the width is
-/// below a fifth of the tolerance for each parameter the box is narrower than it (time counts three
-/// times at weights of sum 3). So no width falls below 2^-40 / (5 * 2) / 2 > 2^-kDeepest.
+/// The smallest tolerance. F moves by at most 2 along a parameter. Once this times the width is
+/// below a fifth of the tolerance for each parameter, the box is narrower than the tolerance (time
+/// counts three times, with weights of sum 3). So no width falls below 2^-40 / (5 * 2) / 2 >
+/// 2^-kDeepest.
 constexpr double kLeastTolerance = 0x1p-40;
 constexpr int kDeepest = 45;
 constexpr double kLeastWidth = 0x1p-45;
@@ -56,7 +58,7 @@ struct Box {
   double time() const { return lo[0]; }
 };
 
-/// Orders a heap whose top is the box to be looked at next.
+/// Orders a heap whose top is the next box to be examined.
 struct Later {
   CcdInclusionConfig::Order order;
   bool operator()(const Box& a, const Box& b) const {
@@ -94,7 +96,7 @@ class Subdivision {
   }
 
  private:
-  /// Keeps the box if it may hold a contact earlier than the one that is known.
+  /// Keeps the box if it may hold a contact earlier than the known one.
   void push(const Box& box) {
     if (box.time() >= found_ || (!query_.edges && box.lo[1] + box.lo[2] > 1.0)) return;
     const double width = contact_width(box);
@@ -114,7 +116,8 @@ class Subdivision {
       const double moved = speed_[i] * box.width[i];
       if (moved > most && box.width[i] > kLeastWidth) most = moved, along = i;
     }
-    // By the choice of kDeepest the box was narrow before; should it not be, it is a contact.
+    // By the choice of kDeepest the box was narrow before this point; if not, it counts as a
+    // contact.
     if (along < 0) {
       found_ = box.time();
       return;
@@ -127,7 +130,7 @@ class Subdivision {
     push(half);
   }
 
-  /// Largest side of the bounding box of F's corners, or -1 if it is further from 0 than reach_.
+  /// Largest side of the bounding box of F's corners, or -1 if that is farther from 0 than reach_.
   double contact_width(const Box& box) const {
     Vec3 lo = Vec3::Constant(kNoCollision), hi = -lo;
     for (const double t : {box.lo[0], box.lo[0] + box.width[0]}) {
@@ -145,7 +148,7 @@ class Subdivision {
     return (hi - lo).maxCoeff();
   }
 
-  /// No time before this can be a contact: every parameter box that was dropped has none.
+  /// Contacts can only be at or after this time: every parameter box that was dropped has none.
   double earliest_left() const {
     double earliest = found_;
     for (const Box& box : heap_) earliest = std::min(earliest, box.time());
@@ -155,7 +158,7 @@ class Subdivision {
   const RelativeQuery& query_;
   const CcdInclusionConfig& config_;
   double reach_;
-  std::array<double, 3> speed_{0.0, 0.0, 0.0};  ///< how far F moves along each parameter
+  std::array<double, 3> speed_{0.0, 0.0, 0.0};  ///< distance that F moves along each parameter
   std::vector<Box> heap_;
   Later later_{config_.order};
   double found_ = kNoCollision;
@@ -191,8 +194,9 @@ class InclusionRule {
 void validate(const CcdInclusionConfig& config) {
   narrowphase_detail::require_separation(config.min_separation, "ccd_inclusion");
   if (!(config.tolerance >= kLeastTolerance && config.tolerance <= 1.0))
-    throw std::invalid_argument("ccd_inclusion: tolerance is " + std::to_string(config.tolerance) +
-                                "; it is a part of the query's size and must lie in [2^-40, 1]");
+    throw std::invalid_argument(
+        "ccd_inclusion: tolerance is " + std::to_string(config.tolerance) +
+        "; it is a fraction of the query's size and must lie in [2^-40, 1]");
   if (config.max_boxes < 1)
     throw std::invalid_argument("ccd_inclusion: max_boxes is " + std::to_string(config.max_boxes) +
                                 "; it must be 1 or more");
@@ -210,6 +214,38 @@ std::unique_ptr<NarrowPhase> make_ccd_inclusion(const NarrowPhaseConfig& config)
   own.tolerance = narrowphase_detail::tolerance_or(config, own.tolerance, "ccd_inclusion");
   own.min_separation = config.min_separation;
   return make_ccd_inclusion(own);
+}
+
+void register_ccd_inclusion(NarrowPhaseRegistry& registry) {
+  const CcdInclusionConfig initial;
+  registry.add("ccd_inclusion",
+               {{.name = "tolerance",
+                 .initial = initial.tolerance,
+                 .unit = "1",
+                 .least = kLeastTolerance,
+                 .most = 1.0,
+                 .meaning = "fraction of the query's size at which a parameter box counts as a "
+                            "contact; smaller: fewer false alarms, more boxes"},
+                narrowphase_detail::min_separation_option(),
+                {.name = "max_boxes",
+                 .initial = static_cast<double>(initial.max_boxes),
+                 .unit = "1",
+                 .least = 1.0,
+                 .most = 1e9,
+                 .kind = OptionKind::whole,
+                 .meaning = "boxes halved per query before it counts as a collision"},
+                {.name = "breadth_first",
+                 .initial = initial.order == CcdInclusionConfig::Order::breadth_first ? 1.0 : 0.0,
+                 .kind = OptionKind::boolean,
+                 .meaning = "halves the largest box next; false: the earliest in time"}},
+               [](const Options& o) {
+                 return make_ccd_inclusion(CcdInclusionConfig{
+                     .tolerance = o["tolerance"],
+                     .min_separation = o["min_separation"],
+                     .max_boxes = o.whole("max_boxes"),
+                     .order = o.flag("breadth_first") ? CcdInclusionConfig::Order::breadth_first
+                                                      : CcdInclusionConfig::Order::time_first});
+               });
 }
 
 }  // namespace selvedge

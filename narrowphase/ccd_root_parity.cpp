@@ -12,7 +12,7 @@
 
 // [Brochu2012] T. Brochu, E. Edwards, R. Bridson, "Efficient geometrically exact continuous
 // collision detection", 2012. F maps the parameters (two on the primitives, and time) to the
-// difference of the two points; a contact is F = 0. Of a smooth map the number of roots inside a
+// difference of the two points; a contact is F = 0. For a smooth map the number of roots inside a
 // domain is, modulo 2, the number of crossings of a ray from 0 with the image of the domain's
 // boundary. That image consists of
 //   point-triangle  two triangles (t = 0 and t = 1) and three bilinear patches (edge x time),
@@ -21,24 +21,24 @@
 // An odd number is a collision; so is 0 on the image of the boundary.
 //
 // A patch through x00, x01, x10, x11 lies in their tetrahedron and splits it in two: the
-// barycentric coordinates of 0 obey b00 b11 > b01 b10 on the side of the diagonal x00 x11, and
-// equality is the patch. The ray's crossings with the patch have the parity of its crossings with
-// the two triangles of the tetrahedron on the side where 0 is not. (Deviation: the paper's implicit
-// function of the patch is a product of four plane distances less another; b is the same up to a
-// positive factor.)
+// barycentric coordinates of 0 satisfy b00 b11 > b01 b10 on the side of the diagonal x00 x11, and
+// equality on the patch. The ray's crossings with the patch have the parity of its crossings with
+// the two triangles of the tetrahedron on the side that does not contain 0. (Deviation: the paper's
+// implicit function of the patch is a difference of two products of plane distances; b is the same
+// up to a positive factor.)
 //
-// Exact here: every sign (degrees 3 and 6 in differences of coordinates) is that of a filtered
-// double or, where its error bound does not tell, of an expansion. The ray's direction is one of a
-// fixed list; if it meets an edge or vertex the next is taken.
+// Exactness: every sign (degrees 3 and 6 in differences of coordinates) comes from a filtered
+// double or, where its error bound does not decide, from an expansion. The ray's direction is taken
+// from a fixed list; if it meets an edge or vertex, the next one is used.
 //
-// Misses by construction, in exact arithmetic too: contact an even number of times in the step,
-// away from its ends and the primitives' boundaries: a point that passes a triangle and returns, or
-// touches the plane and turns (a double root), edges that cross twice. Nothing tells from parity
-// when the contact is: the time of a hit is 0.
+// Misses by construction, even in exact arithmetic: an even number of contacts in the step, away
+// from its ends and the primitives' boundaries: a point that passes a triangle and returns, or
+// touches the plane and turns back (a double root); edges that cross twice. Parity does not give
+// the time of the contact: the time of a collision is 0.
 //
-// False alarms where the question is degenerate: 0 in the plane of a flat patch counts as hit if it
-// is in the hull of the patch's corners (in-plane motion); coordinates whose magnitudes differ by
-// more than 2^106 are not decided but reported, as expansions of them would underflow.
+// False alarms in degenerate queries: 0 in the plane of a flat patch counts as a collision if it is
+// in the hull of the patch's corners (in-plane motion). Queries whose coordinates differ in size by
+// more than 2^106 are reported undecided as collisions, because expansions of them would underflow.
 
 namespace selvedge {
 namespace {
@@ -49,11 +49,11 @@ constexpr double kRoundoff = narrowphase_detail::kRoundoff;
 
 /// Error of a determinant of three differences in units of u * the product of their largest
 /// coordinates: 6 products, each with 3 roundings of differences, 1 of the cross product's
-/// products, 1 of its difference, 1 of the dot product's products and 2 of its sums: 6 * 8, and
+/// products, 1 of its difference, 1 of the dot product's products and 2 of its sums: 6 * 8, and a
 /// reserve.
 constexpr double kDeterminantError = 64.0 * kRoundoff;
-/// Scaled to at most 1, coordinates above this have no bit below 2^-159; products of six
-/// differences have none below 2^-954 and expansions of them are exact.
+/// Scaled to at most 1, coordinates above this have no bit below 2^-159. Products of six
+/// differences then have none below 2^-954, and expansions of them are exact.
 constexpr double kLeastCoordinate = 0x1p-106;
 
 /// head - tail, exactly and rounded.
@@ -94,14 +94,14 @@ struct Determinant {
   }
 };
 
-/// Sign of p q - r s for determinants that are exactly >= 0 or exactly <= 0, all four.
+/// Sign of p q - r s, where each of the four determinants has a sign that is known exactly.
 int sign_of_products(const Determinant& p, const Determinant& q, const Determinant& r,
                      const Determinant& s) {
   const auto bound = [](const Determinant& x, const Determinant& y) {
     return std::abs(x.rounded) * y.error + std::abs(y.rounded) * x.error + x.error * y.error;
   };
   const double pq = p.rounded * q.rounded, rs = r.rounded * s.rounded;
-  // Twice: for the roundings of the products, their difference and the bound itself.
+  // Factor 2 for the roundings of the products, their difference and the bound itself.
   const double error =
       2.0 * (bound(p, q) + bound(r, s)) + 4.0 * kRoundoff * (std::abs(pq) + std::abs(rs));
   if (pq - rs > error) return 1;
@@ -115,12 +115,12 @@ int sign_of_dot(const Difference& a, const Difference& b) {
   return sum.sign();
 }
 
-/// What a ray from 0 meets of a face.
+/// What a ray from 0 meets on a face.
 enum class Crossing : std::uint8_t {
   even,
   odd,
   touching,   ///< 0 itself is on the face
-  ambiguous,  ///< an edge or vertex: ask with another ray
+  ambiguous,  ///< the ray meets an edge or vertex: use another ray
 };
 
 Crossing operator^(Crossing a, Crossing b) {
@@ -140,12 +140,12 @@ class Ray {
  public:
   explicit Ray(const Vec3& direction) : d_(direction, Vec3::Zero()) {}
 
-  /// Crossing with a triangle that 0 is not on.
+  /// Crossing with a triangle that does not contain 0.
   Crossing triangle(const Difference& a, const Difference& b, const Difference& c) const {
     const Signs side = sides(a, b, c);
     if (side.mixed()) return Crossing::even;
     if (side.any_zero()) return Crossing::ambiguous;
-    // The line meets the triangle; the ray does if 0 lies on the side that it comes from.
+    // The line meets the triangle; the ray meets it if 0 lies on the side where the ray comes from.
     return Determinant(a, b, c).sign() == side.most ? Crossing::odd : Crossing::even;
   }
 
@@ -179,18 +179,18 @@ class Ray {
     return side;
   }
 
-  /// Crossing with a triangle in one plane with 0: it touches or not.
+  /// Crossing with a triangle whose plane contains 0: it touches 0 or does not.
   Crossing planar(const Difference& a, const Difference& b, const Difference& c) const {
     const Signs side = sides(a, b, c);
     if (side.mixed()) return Crossing::even;
     if (!side.zero()) return Crossing::touching;
-    // Either the corners are on one line through 0, or the ray is in their plane.
+    // Either the corners lie on one line through 0, or the ray lies in their plane.
     if (ray_is_in_plane(a, b, c)) return Crossing::ambiguous;
     const bool around = sign_of_dot(a, b) <= 0 || sign_of_dot(b, c) <= 0 || sign_of_dot(c, a) <= 0;
     return around ? Crossing::touching : Crossing::even;
   }
 
-  /// Whether two of the vectors span a plane that holds the ray.
+  /// Whether two of the vectors span a plane that contains the ray.
   bool ray_is_in_plane(const Difference& a, const Difference& b, const Difference& c) const {
     const std::array<std::array<const Difference*, 2>, 3> pairs{{{&a, &b}, {&b, &c}, {&c, &a}}};
     return std::any_of(pairs.begin(), pairs.end(), [&](const auto& p) {
@@ -206,7 +206,7 @@ class Ray {
     return true;
   }
 
-  /// A patch in one plane with 0: it counts as touching in the hull of its corners, which four
+  /// A patch whose plane contains 0 counts as touching in the hull of its corners, which four
   /// triangles cover.
   Crossing flat(const Difference& a, const Difference& b, const Difference& c,
                 const Difference& d) const {
@@ -231,8 +231,8 @@ class Boundary {
     }
   }
 
-  /// Whether all corners lie on one side of 0 along an axis: then so does the whole image. The
-  /// sign of a rounded difference is that of the exact one.
+  /// Whether all corners lie on one side of 0 along an axis: then the whole image does. The sign of
+  /// a rounded difference is that of the exact one.
   bool misses_origin() const {
     Vec3 lo = corners_[0].rounded, hi = lo;
     for (int i = 1; i < count_; ++i) {
@@ -275,8 +275,8 @@ class Boundary {
   std::array<Difference, 8> corners_;
 };
 
-/// The query divided by a power of two that brings its largest coordinate to [1/2, 1), unless
-/// coordinates are too small beside it (or would be rounded).
+/// The query divided by a power of two that brings its largest coordinate to [1/2, 1); nothing if
+/// other coordinates are too small beside it, or would be rounded.
 std::optional<Query> scaled_exactly(const Query& query) {
   double largest = 0.0, least = kNoCollision;
   for (const auto* x : {&query.x_t0, &query.x_t1}) {
@@ -298,7 +298,7 @@ std::optional<Query> scaled_exactly(const Query& query) {
   return q;
 }
 
-/// Directions without pattern; short, so that expansions stay so.
+/// Arbitrary directions with few bits, which keep the expansions short.
 const std::array<Vec3, 8> kDirections{{{0.7265625, 0.4453125, -0.5234375},
                                        {-0.3671875, 0.8515625, 0.3828125},
                                        {0.1484375, -0.6328125, 0.7578125},
@@ -341,6 +341,10 @@ class RootParityRule {
 std::unique_ptr<NarrowPhase> make_ccd_root_parity(const NarrowPhaseConfig& config) {
   narrowphase_detail::refuse_min_separation(config, "ccd_root_parity");
   return narrowphase_detail::per_query(RootParityRule());
+}
+
+void register_ccd_root_parity(NarrowPhaseRegistry& registry) {
+  registry.add("ccd_root_parity", {}, [](const Options&) { return make_ccd_root_parity(); });
 }
 
 }  // namespace selvedge

@@ -9,27 +9,27 @@
 #include <cmath>
 #include <utility>
 
-// First time at which two primitives are no further apart than d: conservative advancement, after
+// First time at which two primitives are no farther apart than d: conservative advancement after
 // Mirtich, "Impulse-based dynamic simulation of rigid body systems", 1996, with directions in place
 // of distances [Mirtich1996].
 //
 // If n . w_ij >= d |n| for the differences w_ij of all pairs of vertices, the primitives are at
-// least d apart: both are hulls of their vertices. Between two times t0 and t1 the w_ij are linear
-// in t. So one vector n that holds at t0 and at t1 holds in between ("straight"), and so does a
-// vector n(t) that turns with the primitives ("turning"): with Bernstein coefficients N0, N1, N2
-// of n, the products are cubics with the coefficients
+// least d apart, because both are hulls of their vertices. Between two times t0 and t1 the w_ij are
+// linear in t. So a vector n that satisfies this at t0 and at t1 satisfies it in between
+// ("straight"). A vector n(t) that turns with the primitives ("turning") can satisfy it too: with
+// Bernstein coefficients N0, N1, N2 of n, the products are cubics with the coefficients
 //   N0.w(t0),  (N0.w(t1) + 2 N1.w(t0)) / 3,  (2 N1.w(t1) + N2.w(t0)) / 3,  N2.w(t1),
 // and |n(t)| <= |N0| (1-s)^2 + 2 |N1| s (1-s) + |N2| s^2. If each coefficient is at least d times
-// that bound's, so is the cubic on all of [t0, t1]. All verdicts are these comparisons with an
-// error bound (kGapError); how n was found plays no part in the proof.
+// that of this bound, so is the cubic on all of [t0, t1]. Every decision is such a comparison with
+// an error bound (kGapError); how n was found does not affect the proof.
 //
-// Straight steps alone creep where primitives turn around a place of near contact: about L/d of
-// them. Two vectors that turn are tried. The common normal of the features' lines or plane is a
-// quadratic in t itself and the products with it are the coplanarity cubic, for a few steps at any
-// d. Where contact is near at a boundary, n(t) through the directions at the ends and the middle of
-// the interval is off by the third power of its length, which leaves about the cube root of L/d.
-// Measured where primitives turn about a place at 1.3 d all step long: over the inside 18 steps in
-// the mean at L/d = 1e4 and 32 at 1e8, beside a boundary 28 and 390.
+// Straight steps alone are slow where primitives turn around a place of near contact: about L/d
+// steps. Two kinds of turning vectors help. The common normal of the features' lines or plane is
+// itself a quadratic in t, and the products with it are the coplanarity cubic; it needs a few steps
+// at any d. Where contact is near a boundary, n(t) through the directions at the ends and the
+// middle of the interval is off by the third power of its length, which leaves about the cube root
+// of L/d. Measured for primitives that turn around a place at 1.3 d during the whole step: over the
+// inside, 18 steps on average at L/d = 1e4 and 32 at 1e8; beside a boundary, 28 and 390.
 
 namespace selvedge {
 namespace {
@@ -38,18 +38,19 @@ using narrowphase_detail::kGapError;
 using narrowphase_detail::RelativeQuery;
 using narrowphase_detail::VertexDifferences;
 
-/// It stops where the bound of the distance is below d (1 + kEarlyPart) + kEarlyFloor. The bound is
-/// short of the distance by at most a part of 2^-12 (and a few kGapError): then the distance is
-/// below d (1 + 2^-6) + 2^-40 L, as L is at least 1/2 here.
+/// The method stops when the lower bound of the distance is below d (1 + kEarlyPart) + kEarlyFloor.
+/// The bound is below the distance by at most a fraction of 2^-12 (and a few kGapError), so the
+/// distance is below d (1 + 2^-6) + 2^-40 L, because L is at least 1/2 here.
 constexpr double kEarlyPart = 0x1p-6 - 0x1p-11, kEarlyFloor = 0x1p-42;
-/// After each kPatience steps both are doubled. No query of the tests comes near.
+/// Both are doubled after each kPatience steps. No query of the tests comes near this number.
 constexpr int kPatience = 4096;
-/// Straight steps before turning is tried: it costs two directions, and most queries need none.
+/// Straight steps before a turning step is attempted: it costs two directions, and most queries
+/// need none.
 constexpr int kStraightFirst = 3;
-/// Turning normals are scaled to about 1 by no more than the inverse of this, and what is shorter
-/// then proves nothing: products of the rest do not underflow.
+/// Turning normals are scaled to about 1 by at most the inverse of this value. A shorter normal
+/// proves nothing; products of the others do not underflow.
 constexpr double kLeastNormal = 0x1p-200;
-/// A reserve for the roundings of the products of d and |n|: 8 at most.
+/// Reserve for the roundings of the products of d and |n|: at most 8.
 constexpr double kProductReserve = 1.0 + 16.0 * narrowphase_detail::kRoundoff;
 
 class Advancement {
@@ -72,7 +73,7 @@ class Advancement {
         if (here.t >= 1.0) return kNoCollision;
         continue;
       }
-      // stop() is further from d than all roundings: there is always a step.
+      // stop() is farther from d than all roundings, so there is always a step.
       if (straight <= here.t) return here.t;
       if (steps < kStraightFirst) length = 2.0 * (straight - here.t);
       here = frame(straight);
@@ -81,7 +82,7 @@ class Advancement {
   }
 
  private:
-  /// The primitives at a time, and a direction that keeps them apart.
+  /// The primitives at one time, and a direction that separates them.
   struct Frame {
     double t;
     VertexDifferences w;
@@ -89,7 +90,7 @@ class Advancement {
     double distance;
   };
 
-  /// The straight proof with the axes, which needs no direction to be found.
+  /// The straight proof with the axes, for which no direction has to be computed.
   bool apart_on_an_axis() const {
     const VertexDifferences start = narrowphase_detail::vertex_differences(
         query_.edges, narrowphase_detail::places(query_, 0.0));
@@ -112,24 +113,26 @@ class Advancement {
     return {t, w, found.n, found.distance};
   }
 
-  /// Whether n keeps the primitives apart at t, and hence since the frame that it is from.
+  /// Whether n separates the primitives at t, and hence at all times since the frame that provided
+  /// it.
   bool holds(const Vec3& n, double t) const {
     const auto w =
         narrowphase_detail::vertex_differences(query_.edges, narrowphase_detail::places(query_, t));
     return narrowphase_detail::least_along(n, w) >= apart_ * n.norm();
   }
 
-  /// A time until which the frame's direction keeps the primitives apart: where the first of the
-  /// products falls to d, and a little earlier if the roundings there forbid the proof.
+  /// A time until which the frame's direction separates the primitives: the time at which the first
+  /// of the products falls to d, or slightly earlier if rounding there prevents the proof.
   double straight_until(const Frame& from) const {
-    // Where the first of the lines falls to this, two error bounds are left for the proof.
+    // At the time when the first of the lines falls to this value, two error bounds remain for the
+    // proof.
     const double aim = apart_ + 2.0 * kGapError;
     double part = 1.0;
     for (int i = 0; i < 4; ++i) {
       const double a = from.n.dot(from.w[i]), b = from.n.dot(end_[i]);
       if (b < aim) part = std::min(part, (a - aim) / (a - b));
     }
-    // Each attempt halves the step; below the resolution of t it is over.
+    // Each attempt halves the step, and stops below the resolution of t.
     for (part = std::min(part, 1.0); part > narrowphase_detail::kRoundoff; part *= 0.5) {
       const double t = std::min(1.0, from.t + part * (1.0 - from.t));
       if (t > from.t && holds(from.n, t)) return t;
@@ -137,7 +140,7 @@ class Advancement {
     return from.t;
   }
 
-  /// Moves `here` by `length` with a turning direction, if that is further than `straight` and
+  /// Advances `here` by `length` with a turning direction if that is farther than `straight` and
   /// proven; adapts the length.
   bool turn(Frame& here, double straight, double& length) const {
     const double t = std::min(1.0, here.t + length);
@@ -157,7 +160,7 @@ class Advancement {
   using Turning = std::array<Vec3, 3>;
 
   /// X x Y for the edges X, Y or two sides of the triangle, which are linear in t, pointing to the
-  /// first primitive; of size about 1, so that underflow plays no part.
+  /// first primitive; scaled to about 1 to avoid underflow.
   Turning turning_normal(const Frame& a, const Frame& b) const {
     const auto sides = [&](const VertexDifferences& w) {
       return std::pair<Vec3, Vec3>(query_.edges ? w[2] - w[0] : w[0] - w[1],
@@ -185,13 +188,13 @@ class Advancement {
   }
 
   const RelativeQuery& query_;
-  double apart_;  ///< d and the error bound
+  double apart_;  ///< d plus the error bound
   double separation_;
   VertexDifferences end_;
 };
 
-/// From the second primitive's closest point to the first's at the time of the contact; a contact
-/// within a distance that is all rounding error keeps its normal.
+/// Sets the normal to the direction from the second primitive's closest point to the first's at the
+/// time of the contact. A contact whose distance is all rounding error keeps its normal.
 void turn_to_closest_points(const SurfaceView& a, const SurfaceView& b, Contact& contact) {
   const bool swapped = contact.kind == ContactKind::triangle_point;
   const Query query = narrowphase_detail::query_of(
@@ -213,7 +216,7 @@ class CcdSeparation final : public NarrowPhase {
     }
   }
 
-  /// The primitives are apart at the time of the contact, so their closest points tell the normal.
+  /// The primitives are apart at the time of the contact, so their closest points give the normal.
   void find_contacts(const SurfaceView& a, const SurfaceView& b, const CandidatePairs& pairs,
                      std::vector<Contact>& out) const override {
     NarrowPhase::find_contacts(a, b, pairs, out);

@@ -4,18 +4,19 @@
 #include <selvedge/narrowphase/detail/moving_differences.h>
 #include <selvedge/narrowphase/detail/per_query.h>
 
-// [ZhongXu2009] Y. Zhong, B. Xu, "Three-dimensional garment dressing simulation", 2009, as told in
-// [survey] section 6.1.2. The edge P is taken to move with the velocity V_G of its centroid and
-// sweeps a plane; the edge Q pierces that plane in Q_3, and from there the ray along -V_G meets P
+// [ZhongXu2009] Y. Zhong, B. Xu, "Three-dimensional garment dressing simulation", 2009, as
+// described in [survey] section 6.1.2. The edge P moves with the velocity V_G of its centroid and
+// sweeps a plane. The edge Q pierces that plane in Q_3, and from there the ray along -V_G meets P
 // in P_3. The edges collide if Q_3 and P_3 are nearer than the tolerance zeta.
 //
-// Deviations: V_G is the velocity of P's centroid relative to that of Q, where the survey has it
-// absolute, which depends on who watches. zeta is the way that V_G makes in the step unless it is
-// told (`tolerance`, metres). The time is the distance over the speed, at most 1.
+// Deviations: V_G is the velocity of P's centroid relative to that of Q; the survey uses the
+// absolute velocity, which depends on the frame of reference. zeta is the distance that V_G covers
+// in the step unless `tolerance` (metres) is given. The time is the distance over the speed, at
+// most 1.
 //
-// Approximate: exact but for rounding while both edges keep their direction and length; turning
-// edges are missed, and reported where they are no longer. Edges at rest relative to each other and
-// edges parallel to the swept plane are missed. Knows no point-triangle pairs.
+// Approximate: exact except for rounding while both edges keep their direction and length. Edges
+// that turn are missed, or reported at places that they have left. Edges at rest relative to each
+// other and edges parallel to the swept plane are missed. Point-triangle pairs are not supported.
 
 namespace selvedge {
 namespace {
@@ -24,7 +25,7 @@ using narrowphase_detail::MovingDifferences;
 
 class CentroidVelocityRule {
  public:
-  /// A negative reach stands for the way of one step.
+  /// A negative reach means the distance moved in one step.
   explicit CentroidVelocityRule(double reach) : reach_(reach) {}
 
   double time(const Query& query) const {
@@ -47,8 +48,8 @@ class CentroidVelocityRule {
   NarrowPhaseTraits traits() const {
     return {.source = "Y. Zhong, B. Xu, Three-dimensional garment dressing simulation, 2009",
             .limits =
-                "Answers edge pairs only and takes both edges as moving without turning: misses "
-                "and false alarms where they turn, stretch, or lie in the plane of the motion."};
+                "Handles only edge pairs and assumes that edges do not rotate: misses and false "
+                "alarms where they rotate, stretch, or lie in the plane of the motion."};
   }
 
  private:
@@ -62,6 +63,19 @@ std::unique_ptr<NarrowPhase> make_centroid_velocity(const NarrowPhaseConfig& con
   narrowphase_detail::refuse_min_separation(config, kName);
   return narrowphase_detail::per_query(
       CentroidVelocityRule(narrowphase_detail::tolerance_or(config, -1.0, kName)));
+}
+
+void register_centroid_velocity(NarrowPhaseRegistry& registry) {
+  registry.add(
+      "centroid_velocity",
+      {{.name = "tolerance",
+        .initial = -1.0,
+        .unit = "m",
+        .least = -1.0,
+        .most = 1e6,
+        .meaning = "how far along the motion an edge is searched; negative: the distance moved in "
+                   "the step"}},
+      [](const Options& o) { return make_centroid_velocity({.tolerance = o["tolerance"]}); });
 }
 
 }  // namespace selvedge

@@ -16,16 +16,17 @@ namespace {
 /// Unit roundoff of double.
 constexpr double kRoundoff = 0x1p-53;
 /// Edges whose directions differ by less than this angle (radian) count as parallel: the cross
-/// product of two directions carries a rounding error of about 4 units, and below four times that
-/// the place where their lines come nearest is noise.
+/// product of two directions has a rounding error of about 4 units, and below four times that, the
+/// closest point of their lines is noise.
 constexpr double kParallelAngle = 16.0 * kRoundoff;
-/// Square of the sine of the angle between two directions from which on a common perpendicular is
-/// accurate to 2^-43 of the lengths and a foot inside both primitives needs no second opinion.
+/// Square of the sine of the angle between two directions. Above it, a common perpendicular is
+/// accurate to 2^-43 of the lengths, and a foot point inside both primitives needs no further
+/// check.
 constexpr double kWellConditioned = 0x1p-20;
-/// A distance below this multiple of the largest coordinate is rounding error of the coordinates'
-/// differences and gives no direction: 3 differences of 1 unit, summed, times a reserve of 4.
+/// A distance below this multiple of the largest coordinate is rounding error of the differences
+/// and gives no direction: 3 differences of 1 unit, summed, times a reserve of 4.
 constexpr double kNoDirection = 12.0 * kRoundoff;
-/// Pairs that one task handles.
+/// Number of pairs per task.
 constexpr std::size_t kGrain = 4096;
 
 /// Parameter in [0, 1] of the point of the segment origin + s d that is nearest to the point p,
@@ -66,9 +67,9 @@ bool middle_of_overlap(const Vec3& ab0, const Vec3& ab1, const Vec3& u, const Ve
 
 }  // namespace
 
-/// The nearest point lies inside the triangle or on one of its edges: the nearest of these four
-/// candidates. Each is a point of the triangle, so that even where a sliver's normal is all
-/// rounding error the result is never better than the truth and the edges keep it near.
+/// The closest point lies inside the triangle or on one of its edges: takes the best of these four
+/// candidates. Each is a point of the triangle, so even where a sliver's normal is all rounding
+/// error the result is never below the true distance, and the edges keep it close.
 ClosestPoints point_triangle_closest(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 ap = p - a, ab = b - a, ac = c - a;
   const Vec3 n = ab.cross(ac);
@@ -96,8 +97,8 @@ ClosestPoints point_triangle_closest(const Vec3& p, const Vec3& a, const Vec3& b
   return make({1.0, -rest, -best.u, -best.v}, best.separation);
 }
 
-/// The nearest of five candidates: where the lines come nearest, if that lies on both edges, and
-/// the four ends against the other edge.
+/// Takes the best of five candidates: the closest points of the two lines, if they lie on both
+/// edges, and the four end points against the other edge.
 ClosestPoints edge_edge_closest(const Vec3& a0, const Vec3& a1, const Vec3& b0, const Vec3& b1) {
   const Vec3 u = a1 - a0, v = b1 - b0, ab0 = b0 - a0;
   const double uu = u.squaredNorm(), vv = v.squaredNorm();
@@ -163,7 +164,8 @@ Vec3 common_normal(ContactKind kind, const std::array<Vec3, 4>& x) {
   const double scale = std::max(u.cwiseAbs().maxCoeff(), v.cwiseAbs().maxCoeff());
   if (!(scale > 0.0)) return Vec3::UnitZ();
   u /= scale, v /= scale;
-  // Directions of size 1 each, by powers of two: where one is far shorter, products underflow.
+  // Scales both directions to size 1 by powers of two: if one were far shorter, products would
+  // underflow.
   const Vec3 du = of_size_one(u), dv = of_size_one(v), n = du.cross(dv);
   if (n.norm() > kParallelAngle * du.norm() * dv.norm()) return n.normalized();
   const Vec3 longest = u.squaredNorm() >= v.squaredNorm() ? u : v;
@@ -208,8 +210,9 @@ Vec3 at(const Query& q, int k, double t) { return q.x_t0[k] + t * (q.x_t1[k] - q
 }  // namespace
 
 void fill_contact(const Query& query, double toi, Contact& contact) {
-  /// Part of the way at t = 0 that must lie along the common normal for it to be the direction of
-  /// approach: below, the normal is across by more than 89.99994 degrees.
+  /// Fraction of the vector between the contact points at t = 0 that must lie along the common
+  /// normal for it to count as the direction of approach. Below it, the angle to the normal exceeds
+  /// 89.99994 degrees.
   constexpr double kAcross = 1e-6;
   int exponent = 0;
   const Query q = scaled_query(query, exponent);
@@ -257,7 +260,7 @@ namespace {
 
 using narrowphase_detail::PairVertices;
 
-/// Boxes of the two primitives' vertices, or of their displacements.
+/// Bounding boxes of the two primitives' vertices, or of their displacements.
 struct BoxPair {
   Vec3 lo_a, hi_a, lo_b, hi_b;
 
@@ -268,18 +271,18 @@ struct BoxPair {
     lo = lo.cwiseMin(x[1]);
     hi = hi.cwiseMax(x[1]);
   }
-  /// Square of the distance between the boxes.
+  /// Squared distance between the boxes.
   double gap() const {
     return (lo_b - hi_a).cwiseMax(lo_a - hi_b).cwiseMax(Vec3::Zero()).squaredNorm();
   }
-  /// Largest difference of a vector of one box and one of the other.
+  /// Largest length of the difference of two vectors, one from each box.
   double spread() const {
     return (hi_a - lo_b).cwiseAbs().cwiseMax((hi_b - lo_a).cwiseAbs()).norm();
   }
 };
 
-/// Whether a lower bound of what is left of the distance after the step exceeds `reach`: the
-/// distance of the boxes at t = 0 minus the largest relative displacement.
+/// Whether a lower bound of the distance that is left after the step exceeds `reach`: the distance
+/// of the boxes at t = 0 minus the largest relative displacement.
 bool far_apart(const Query& q, double reach) {
   // Reserve for the roundings of both sides, each below 8 units.
   constexpr double kReserve = 1.0 + 32.0 * kRoundoff;
@@ -297,7 +300,7 @@ bool proximity_of(const Query& q, const PairVertices& pair, double reach, Contac
   const ClosestPoints near = narrowphase_detail::closest_points(q.kind, q.x_t0);
   const Vec3 move = narrowphase_detail::weighted_difference(near.weight, q.x_t1) -
                     narrowphase_detail::weighted_difference(near.weight, q.x_t0);
-  // No direction brings them nearer than the whole displacement does.
+  // No direction brings them closer than the whole displacement does.
   if (near.distance > (reach + move.norm()) * (1.0 + 32.0 * kRoundoff)) return false;
   double largest = 0.0;
   for (const Vec3& v : q.x_t0) largest = std::max(largest, v.cwiseAbs().maxCoeff());
@@ -335,8 +338,8 @@ void find_proximities(const SurfaceView& a, const SurfaceView& b, const Candidat
   for (const std::vector<Contact>& part : found) out.insert(out.end(), part.begin(), part.end());
 }
 
-/// Differences round by one unit, their products and sums with a unit vector that is itself off by
-/// two by fewer than eight of the largest.
+/// Differences round by one unit; products and sums of them with a unit vector that is itself off
+/// by two units, by fewer than eight units of the largest.
 double slab_width(ContactKind kind, const std::array<Vec3, 4>& x, const Vec3& normal) {
   constexpr double kReserve = 16.0 * kRoundoff;
   double low = std::numeric_limits<double>::infinity(), high = -low, largest = 0.0;

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/parallel.h>
-#include <selvedge/narrowphase/ccd_exact.h>
-#include <selvedge/narrowphase/ccd_methods.h>
 #include <selvedge/narrowphase/detail/contact_geometry.h>
 #include <selvedge/narrowphase/narrow_phase.h>
 
@@ -13,10 +11,10 @@ namespace {
 
 using narrowphase_detail::PairVertices;
 
-/// Pairs that one task handles, and queries that are gathered for one call.
+/// Number of pairs per task, and of queries per call.
 constexpr std::size_t kGrain = 2048, kBatch = 256;
 
-/// Contacts of the pairs [begin, end), appended to `out`.
+/// Appends the contacts of the pairs [begin, end) to `out`.
 void find_contacts_of(const NarrowPhase& method, const SurfaceView& a, const SurfaceView& b,
                       const CandidatePairs& pairs, std::size_t begin, std::size_t end,
                       std::vector<Contact>& out) {
@@ -62,20 +60,35 @@ bool NarrowPhase::collides(const Query& query, double& toi) const {
   return true;
 }
 
+std::string promise_of(const NarrowPhaseTraits& traits) {
+  return std::string(traits.misses_nothing ? "misses nothing" : "may miss") +
+         (traits.no_false_alarm ? ", no false alarm" : ", may raise false alarms") +
+         (traits.gives_time ? "" : ", gives no time") +
+         (traits.limits.empty() ? "" : "; " + traits.limits);
+}
+
+// Each method registers itself in its own file. A new one adds its name to both lists.
+void register_ccd_additive(NarrowPhaseRegistry& registry);
+void register_ccd_cubic(NarrowPhaseRegistry& registry);
+void register_ccd_cubic_bridson(NarrowPhaseRegistry& registry);
+void register_ccd_cubic_provot(NarrowPhaseRegistry& registry);
+void register_ccd_exact(NarrowPhaseRegistry& registry);
+void register_ccd_inclusion(NarrowPhaseRegistry& registry);
+void register_ccd_root_parity(NarrowPhaseRegistry& registry);
+void register_centroid_velocity(NarrowPhaseRegistry& registry);
+void register_plane_crossing(NarrowPhaseRegistry& registry);
+void register_proximity(NarrowPhaseRegistry& registry);
+
 NarrowPhaseRegistry narrow_phases() {
   NarrowPhaseRegistry registry;
-  registry["ccd_additive"] = [](const NarrowPhaseConfig& c) { return make_ccd_additive(c); };
-  registry["ccd_cubic"] = make_ccd_cubic;
-  registry["ccd_cubic_bridson"] = make_ccd_cubic_bridson;
-  registry["ccd_cubic_provot"] = make_ccd_cubic_provot;
-  registry["ccd_exact"] = [](const NarrowPhaseConfig& c) {
-    return c.min_separation == 0.0 ? make_ccd_exact() : make_ccd_separation(c.min_separation);
-  };
-  registry["ccd_inclusion"] = [](const NarrowPhaseConfig& c) { return make_ccd_inclusion(c); };
-  registry["ccd_root_parity"] = make_ccd_root_parity;
-  registry["centroid_velocity"] = make_centroid_velocity;
-  registry["plane_crossing"] = make_plane_crossing;
-  registry["proximity"] = make_proximity;
+  for (const auto add : {register_ccd_additive, register_ccd_cubic, register_ccd_cubic_bridson,
+                         register_ccd_cubic_provot, register_ccd_exact, register_ccd_inclusion,
+                         register_ccd_root_parity, register_centroid_velocity,
+                         register_plane_crossing, register_proximity})
+    add(registry);
+  registry.add_absent("fcl_vertex_face_edge_edge", "FCL");
+  registry.add_absent("libccd_gjk", "libccd");
+  registry.add_absent("libccd_mpr", "libccd");
   return registry;
 }
 

@@ -2,10 +2,9 @@
 #pragma once
 
 #include <selvedge/core/collision_types.h>
+#include <selvedge/core/registry.h>
 
-#include <functional>
 #include <limits>
-#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -13,60 +12,68 @@
 
 namespace selvedge {
 
-/// What a method promises; the registry carries it.
+/// Properties of a method. The registry reports them.
 struct NarrowPhaseTraits {
-  bool misses_nothing = false;  ///< no false negative, on any input of finite doubles
-  bool no_false_alarm = false;
-  /// Tells when: its toi is an estimate of the true one, not only 0 for "somewhere in the step".
+  bool misses_nothing = false;  ///< no false negative, for any finite doubles
+  bool no_false_alarm = false;  ///< no false positive, for any finite doubles
+  /// True: toi is an estimate of the true time. False: toi is 0, "somewhere in the step".
   bool gives_time = true;
   std::string source{};  ///< author, title, year
-  std::string limits{};  ///< one sentence: what it does not answer, or where it fails; may be empty
+  std::string limits{};  ///< one sentence: pairs that it does not handle, or where it fails; may be
+                         ///< empty
 };
 
-/// The straight paths of four vertices over t in [0,1], in the order of Contact::vertex.
+/// The straight paths of four vertices over t in [0,1], metres, in the order of Contact::vertex.
 struct Query {
   ContactKind kind;  ///< point_triangle or edge_edge
   std::array<Vec3, 4> x_t0, x_t1;
 };
 
-/// The toi of a query without collision.
+/// The toi of a query without a collision.
 inline constexpr double kNoCollision = std::numeric_limits<double>::infinity();
 
-/// Decides which candidate pairs collide during the step: whether the closed point and closed
-/// triangle (or two closed edges) share a point at some t in [0,1] while every vertex moves on
-/// the straight line x_t0 -> x_t1. Touching counts; degenerate primitives are legal.
+/// Decides which candidate pairs collide during a step: whether a closed point and a closed
+/// triangle (or two closed edges) share a point at some t in [0,1] while every vertex moves on the
+/// straight line x_t0 -> x_t1. Touching counts as a collision; degenerate primitives are allowed.
 ///
-/// Coordinates that are not finite are refused by std::invalid_argument, which names the vertex.
+/// Both find functions throw std::invalid_argument that names the vertex if a coordinate is not
+/// finite.
 class NarrowPhase {
  public:
   virtual ~NarrowPhase() = default;
 
-  /// The first time of contact of each query, or kNoCollision; toi is as long as queries. Works on
-  /// the calling thread.
+  /// Writes the first time of contact of each query, in [0,1], or kNoCollision, to `toi`, which
+  /// must have the length of `queries`. Runs on the calling thread.
   virtual void find_times(std::span<const Query> queries, std::span<double> toi) const = 0;
-  /// Contacts among `pairs`, in the order of the pair lists; clears `out` first. For self pairs
-  /// pass the same view twice. Threads over batches of find_times.
+  /// Clears `out` and writes the contacts among `pairs` to it, in the order of the pair lists. For
+  /// self pairs pass the same view twice. Runs batches of find_times on all threads.
   virtual void find_contacts(const SurfaceView& a, const SurfaceView& b,
                              const CandidatePairs& pairs, std::vector<Contact>& out) const;
+  /// Properties of the method, the same at all times.
   virtual NarrowPhaseTraits traits() const = 0;
 
-  /// One query. True if the primitives collide; then toi is set.
+  /// Decides one query. If the primitives collide, sets toi and returns true.
   bool collides(const Query& query, double& toi) const;
 };
 
-/// What a method may be told; each header says what it makes of it.
+/// Options of the methods. Each method's header documents how it uses them.
 struct NarrowPhaseConfig {
-  /// Tolerance of a method that has one, in the unit its header gives; negative: its own default.
+  /// Tolerance of a method that has one, in the unit that its header gives. Negative: the method's
+  /// default.
   double tolerance = -1.0;
-  /// Metres, >= 0: primitives nearer than this count as colliding. Methods that cannot do this
-  /// refuse it by std::invalid_argument.
+  /// Metres, >= 0: primitives that are at most this far apart count as colliding. Methods without
+  /// this option throw std::invalid_argument for a value other than 0.
   double min_separation = 0.0;
 };
 
-using NarrowPhaseRegistry =
-    std::map<std::string, std::function<std::unique_ptr<NarrowPhase>(const NarrowPhaseConfig&)>>;
+/// The guarantee of a method with these traits, and its limits, as one sentence.
+std::string promise_of(const NarrowPhaseTraits& traits);
 
-/// The methods that need no optional library; the default is "ccd_exact".
+/// The methods by name.
+using NarrowPhaseRegistry = Registry<std::unique_ptr<NarrowPhase>, NarrowPhaseTraits>;
+
+/// The methods that need no optional library; the names of the others are noted as absent. The
+/// default is "ccd_exact".
 NarrowPhaseRegistry narrow_phases();
 
 }  // namespace selvedge

@@ -10,11 +10,11 @@
 #include <string>
 
 // A straight path against analytic bodies. Convex bodies are intersections of slabs, discs and a
-// cone, each of which the path is in during one span of time; a capsule is the union of two balls
-// and a cylinder. The torus is a quartic in t.
+// cone, and the path is inside each of these during one interval of time. A capsule is the union of
+// two balls and a cylinder. The torus gives a quartic in t.
 //
-// The path is first clipped to a ball about the body, so that what follows works on numbers of the
-// body's size however far the particle comes from.
+// The path is first clipped to a ball around the body, so that all numbers have the size of the
+// body, no matter how far away the particle starts.
 
 namespace selvedge {
 namespace {
@@ -25,7 +25,7 @@ constexpr double kInf = std::numeric_limits<double>::infinity();
 /// Unit roundoff of double.
 constexpr double kRoundoff = 0x1p-53;
 /// A path that passes a curved face at a distance below this multiple of the radius (cone: of the
-/// size) touches it: the nearest place on the path carries about 8 units.
+/// size) touches it: the closest point of the path has an error of about 8 units.
 constexpr double kTouching = 16.0 * kRoundoff;
 
 // ---------------------------------------------------------------- spans of time
@@ -36,7 +36,7 @@ struct Path {
   Vec3 at(double t) const { return t == 1.0 ? end : Vec3(start + t * d); }
 };
 
-/// Times during which the path is in a set; empty where in > out.
+/// Interval of time during which the path is in a set; empty if in > out.
 struct Span {
   double in = -kInf, out = kInf;
 };
@@ -59,8 +59,8 @@ Span slab(double x, double d, double half) {
   return {std::min(a, b), std::max(a, b)};
 }
 
-/// |x + t d| <= radius, in two or three dimensions. From the place where the path comes nearest to
-/// the centre half a chord to each side: nothing cancels but what is a grazing.
+/// x + t d| <= radius, in two or three dimensions. Uses half a chord to each side of the point of
+/// the path closest to the centre: cancellation only occurs for grazing paths.
 template <class Vec>
 Span ball(const Vec& x, const Vec& d, double radius) {
   const double dd = d.squaredNorm();
@@ -72,8 +72,8 @@ Span ball(const Vec& x, const Vec& d, double radius) {
   return {middle - half, middle + half};
 }
 
-/// a t^2 + 2 b t + c <= 0, which for a < 0 holds on two rays: of these the one with t -> +infinity
-/// if `later`.
+/// a t^2 + 2 b t + c <= 0. For a < 0 this holds on two rays; returns the one with t -> +infinity if
+/// `later`.
 Span quadratic(double a, double b, double c, bool later) {
   if (a == 0.0 && b == 0.0) return c <= 0.0 ? Span{} : kNever;
   const double discriminant = b * b - a * c;
@@ -86,10 +86,10 @@ Span quadratic(double a, double b, double c, bool later) {
   return later ? Span{hi, kInf} : Span{-kInf, lo};
 }
 
-/// rho^2 <= w^2 on the path rho + t d, w + t dw: a double cone. A path steeper than the slant is in
-/// it on two rays, of which the one with w -> +infinity is returned. Where the vertex of the
-/// parabola rho^2 - w^2 is near, its value there is computed from rho and w, so that nothing
-/// cancels but what is a grazing; `size` is that of the body.
+/// rho^2 <= w^2 on the path rho + t d, w + t dw: a double cone. A path steeper than the slant is
+/// inside on two rays; returns the one with w -> +infinity. Near the vertex of the parabola rho^2 -
+/// w^2, its value is computed from rho and w, so that cancellation only occurs for grazing paths;
+/// `size` is that of the body.
 Span double_cone(const Vec2& rho, const Vec2& d, double w, double dw, double size) {
   const double a = (d.norm() - std::abs(dw)) * (d.norm() + std::abs(dw));
   const double b = rho.dot(d) - w * dw, middle = -b / a;
@@ -104,15 +104,15 @@ Span double_cone(const Vec2& rho, const Vec2& d, double w, double dw, double siz
 
 // ---------------------------------------------------------------- the torus
 
-/// Coefficients in Bernstein's basis on an interval of time.
+/// Coefficients in Bernstein form on an interval of time.
 using Quartic = std::array<double, 5>;
 
-/// An interval of 2^-kDeepest of the clipped path that may hold a root is taken for one: the path
-/// is little longer than twice the body's size, which leaves half of kParticleAccuracy.
+/// An interval of 2^-kDeepest of the clipped path that may contain a root counts as a root: the
+/// path is little longer than twice the body's size, which leaves half of kParticleAccuracy.
 constexpr int kDeepest = 46;
 /// Bound of the rounding errors of the coefficients, relative to the fourth power of the clipped
-/// path's distance from the centre (not less than R): g^2 and 4 R^2 h are at most four times that,
-/// with at most 16 roundings each on the way into a coefficient.
+/// path's distance from the centre (at least R): g^2 and 4 R^2 h are at most four times that, with
+/// at most 16 roundings each.
 constexpr double kQuarticError = (4.0 + 4.0) * 16.0 * kRoundoff;
 
 /// (|x|^2 + R^2 - r^2)^2 - 4 R^2 (x_1^2 + x_2^2), not positive inside, on the path from a to b.
@@ -127,7 +127,7 @@ Quartic torus_quartic(const Torus& torus, const Vec3& a, const Vec3& b) {
           g1 * g2 - 2.0 * rr * (h1 + h2), g2 * g2 - 4.0 * rr * h2};
 }
 
-/// De Casteljau's halving: c becomes the left half, the right half is returned.
+/// De Casteljau's subdivision: c becomes the left half; returns the right half.
 Quartic halve(Quartic& c) {
   Quartic right;
   Quartic row = c;
@@ -184,7 +184,7 @@ double entry(const Capsule& c, const Path& p) {
                    first_time(ball(Vec3(p.start + end), p.d, c.radius))});
 }
 
-/// rho <= (R/H) times the depth below the tip, of which the slab leaves the lower half.
+/// rho <= (R/H) times the depth below the tip; the slab leaves its lower half.
 double entry(const Cone& cone, const Path& p) {
   const double k = cone.radius / cone.height;
   const double w = k * (0.5 * cone.height - p.start.z()), dw = -k * p.d.z();
@@ -198,7 +198,8 @@ double entry(const Torus& torus, const Path& p) {
   return first_root(torus_quartic(torus, p.start, p.end), 0.0, 0, slack);
 }
 
-/// The ball to which a path is clipped, relative to the body, so that what touches is not lost.
+/// Relative enlargement of the ball to which a path is clipped, so that touching contacts are not
+/// lost.
 constexpr double kRoomAround = 1.0 + 0x1p-10;
 
 /// First time in [0, 1] of a path that starts outside.
@@ -211,15 +212,15 @@ double first_contact(const Shape& shape, const Path& path) {
   return s == kInf ? kInf : step.in + s * (step.out - step.in);
 }
 
-/// z falls from above 0 to z_1 <= 0 or does not: decided without rounding by its end. Rounding is
-/// monotonic, so that d_z <= -z_0 then and t <= 1.
+/// z falls from above 0 to z_1 <= 0 or does not: the end decides without rounding. Rounding is
+/// monotonic, so d_z <= -z_0 and t <= 1 then.
 double first_contact(const Plane&, const Path& path) {
   return path.end.z() <= 0.0 ? -path.start.z() / path.d.z() : kInf;
 }
 
 // ---------------------------------------------------------------- normals
 
-/// x / |x| for x of any size, or `otherwise` in the origin.
+/// x / |x| for x of any size, or `otherwise` at the origin.
 template <class Vec>
 Vec direction(const Vec& x, const Vec& otherwise) {
   const double largest = x.cwiseAbs().maxCoeff();
@@ -234,7 +235,7 @@ Vec3 radial(const Vec3& x) {
 
 double sign_of(double x) { return x < 0.0 ? -1.0 : 1.0; }
 
-/// Gradient of the distance to a box by what is left of |x_i| beyond the half sizes.
+/// Gradient of the distance to a box, from the parts of |x_i| beyond the half sizes.
 template <class Vec>
 Vec box_gradient(const Vec& beyond) {
   int axis = 0;
@@ -263,7 +264,7 @@ Vec3 normal_of(const Cylinder& c, const Vec3& x) {
   return n.x() * radial(x) + n.y() * sign_of(x.z()) * Vec3::UnitZ();
 }
 
-/// Nearest place of the segment (a, b) to p, with the face's normal n where that is not an end.
+/// Closest point of the segment (a, b) to p, with the face's normal n unless it is an end point.
 struct Face {
   double distance;
   Vec2 normal;
@@ -327,7 +328,8 @@ void require_finite(const Vec3& x, const char* when) {
 /// Sizes and coordinates between these bounds have fourth powers that are normal doubles.
 constexpr double kLeast = 0x1p-240, kLargest = 0x1p240;
 
-/// Power of two that brings the largest size or coordinate to about 1 where one is out of bounds.
+/// Exponent of the power of two that brings the largest size or coordinate to about 1, if one is
+/// out of bounds.
 int out_of_bounds_exponent(const std::array<double, 3>& s, const Vec3& a, const Vec3& b) {
   const auto [least, most] = std::minmax_element(s.begin(), s.end());
   const double largest = std::max(*most, a.cwiseAbs().cwiseMax(b.cwiseAbs()).maxCoeff());
@@ -370,7 +372,7 @@ ParticleContact particle_body_contact(const AnalyticShape& shape, const Vec3& x_
     return x;
   };
   AnalyticShape near_1 = shape;
-  // Twice half the exponent: 2^-e itself may be no normal double.
+  // Applies half the exponent twice: 2^-e itself may not be a normal double.
   for (const int part : {-(e / 2), -(e - e / 2)})
     std::visit([&](auto& s) { scale(s, std::ldexp(1.0, part)); }, near_1);
   ParticleContact c = contact_in_bounds(near_1, scaled(x_t0, -e), scaled(x_t1, -e));

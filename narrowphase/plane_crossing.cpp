@@ -5,17 +5,17 @@
 #include <selvedge/narrowphase/detail/per_query.h>
 
 // [ChenZhuKaufman1998] Y. Chen, Q. Zhu, A. Kaufman, "Physically based animation", 1998, as
-// told in [survey] eq. (39): a particle has crossed a plane when
-// E(P) = a P_x + b P_y + c P_z + d has changed its sign between two time steps.
+// described in [survey] eq. (39): a particle has crossed a plane when E(P) = a P_x + b P_y + c P_z
+// + d has changed its sign between two time steps.
 //
 // Corrected: the crossing lies in [t_{i-1}, t_i] (printed the other way round), E = 0 counts, and a
 // particle that comes from below crosses too. Completed: E is the distance to the triangle's plane,
-// each at its own end of the step; the time is where E, taken as linear, is zero,
-// t = E_0 / (E_0 - E_1); there the foot of the particle must lie in the triangle.
+// each at its own end of the step. The time is where E, interpolated linearly, is zero, t = E_0 /
+// (E_0 - E_1); at that time the foot of the particle must lie in the triangle.
 //
-// Exact but for rounding while the triangle does not turn or change its shape. Otherwise
-// approximate: E is a cubic over the length of the normal; two crossings leave the sign as it was
-// and are missed, and the triangle is asked at the wrong time. Knows no edge pairs.
+// Exact except for rounding while the triangle does not turn or change its shape. Otherwise
+// approximate: E is a cubic over the length of the normal; two crossings leave the sign unchanged
+// and are missed, and the triangle is tested at the wrong time. Does not handle edge pairs.
 
 namespace selvedge {
 namespace {
@@ -42,16 +42,17 @@ class PlaneCrossingRule {
     if (!changes) return kNoCollision;
     const double t = e0 == 0.0 ? 0.0 : e0 / (e0 - e1);
     if (narrowphase_detail::meet(query.kind, d.at(t), tolerance_)) return t;
-    // In the plane at both ends: it may have slid into the triangle.
+    // The particle is in the plane at both ends: it may have slid into the triangle.
     const bool slid = e0 == 0.0 && e1 == 0.0;
     return slid && narrowphase_detail::meet(query.kind, d.at(1.0), tolerance_) ? 1.0 : kNoCollision;
   }
 
   NarrowPhaseTraits traits() const {
-    return {.source = "Y. Chen, Q. Zhu, A. Kaufman, Physically based animation, 1998",
-            .limits =
-                "Answers no edge pairs, misses an even number of crossings, and errs where the "
-                "triangle turns or changes its shape during the step."};
+    return {
+        .source = "Y. Chen, Q. Zhu, A. Kaufman, Physically based animation, 1998",
+        .limits =
+            "Handles no edge pairs, misses an even number of crossings, and is inaccurate where "
+            "the triangle rotates or changes its shape during the step."};
   }
 
  private:
@@ -65,6 +66,15 @@ std::unique_ptr<NarrowPhase> make_plane_crossing(const NarrowPhaseConfig& config
   narrowphase_detail::refuse_min_separation(config, kName);
   return narrowphase_detail::per_query(
       PlaneCrossingRule(narrowphase_detail::tolerance_or(config, 0.0, kName)));
+}
+
+void register_plane_crossing(NarrowPhaseRegistry& registry) {
+  registry.add("plane_crossing",
+               {narrowphase_detail::tolerance_option(
+                   0.0, "1",
+                   "tolerance on the barycentric coordinates of the inside test; larger: fewer "
+                   "misses, more false alarms")},
+               [](const Options& o) { return make_plane_crossing({.tolerance = o["tolerance"]}); });
 }
 
 }  // namespace selvedge

@@ -5,12 +5,12 @@
 #include <selvedge/narrowphase/detail/per_query.h>
 
 // Discrete detection: the primitives count as colliding if they are nearer than a thickness at the
-// start or at the end of the step, the test that [Bridson2002] section 6 puts in front of its
-// continuous one. Blind to what happens between.
+// start or at the end of the step. [Bridson2002] section 6 uses this test before its continuous
+// one. Ignores everything in between.
 //
-// Near at the start: toi is 0. Near at the end only: toi is the time before which they cannot have
-// been near: no two of their points approach faster than the fastest pair of vertices does, so the
-// distance falls by at most that way per step.
+// If they are near at the start, toi is 0. If they are near only at the end, toi is a time before
+// which they cannot have been near: no two of their points approach faster than the fastest pair of
+// vertices, so the distance decreases by at most that speed.
 
 namespace selvedge {
 namespace {
@@ -18,7 +18,7 @@ namespace {
 using narrowphase_detail::Differences;
 using narrowphase_detail::MovingDifferences;
 
-/// Metres: the paper's thickness of cloth.
+/// Metres: the cloth thickness of the paper.
 constexpr double kOwnTolerance = 1e-3;
 
 /// The largest displacement of a vertex of one primitive relative to one of the other.
@@ -51,8 +51,9 @@ class ProximityRule {
                 "R. Bridson, R. Fedkiw, J. Anderson, Robust treatment of collisions, contact and "
                 "friction for cloth animation, 2002; its proximity test at both ends of the step",
             .limits =
-                "Sees the two ends of the step only: misses what passes through between, and "
-                "reports what comes within the tolerance without touching."};
+                "Tests only the two ends of the step: misses primitives that pass through each "
+                "other in between, and reports primitives that are within the tolerance without "
+                "touching."};
   }
 
  private:
@@ -67,6 +68,22 @@ std::unique_ptr<NarrowPhase> make_proximity(const NarrowPhaseConfig& config) {
   const double own = config.min_separation > 0.0 ? config.min_separation : kOwnTolerance;
   const double tolerance = narrowphase_detail::tolerance_or(config, own, kName);
   return narrowphase_detail::per_query(ProximityRule(std::max(tolerance, config.min_separation)));
+}
+
+void register_proximity(NarrowPhaseRegistry& registry) {
+  registry.add(
+      "proximity",
+      {{.name = "tolerance",
+        .initial = NarrowPhaseConfig{}.tolerance,
+        .unit = "m",
+        .least = -1.0,
+        .most = 1e6,
+        .meaning = "distance at the start or the end of the step that counts as a "
+                   "collision; negative: min_separation, or 1e-3 without it"},
+       narrowphase_detail::min_separation_option()},
+      [](const Options& o) {
+        return make_proximity({.tolerance = o["tolerance"], .min_separation = o["min_separation"]});
+      });
 }
 
 }  // namespace selvedge

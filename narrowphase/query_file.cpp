@@ -22,7 +22,7 @@ using narrowphase_detail::RationalFault;
 
 constexpr std::size_t kRows = 8, kColumns = 7, kTimeColumns = 4;
 constexpr std::size_t kMaxQuoted = 40;
-/// A row of parts as long as they may be, and some more.
+/// A row whose parts have their maximum length, with some reserve.
 constexpr std::size_t kMaxLine = 7 * narrowphase_detail::kMaxDigits;
 constexpr std::size_t kChunk = std::size_t{1} << 18;
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
@@ -48,7 +48,7 @@ class Lines {
  public:
   explicit Lines(const fs::path& file) : name_(file.string()), stream_(open(file)) {}
 
-  /// Goes to the next line; false at the end of the file.
+  /// Moves to the next line; returns false at the end of the file.
   bool next() {
     std::size_t end = buffer_.find('\n', at_);
     while (end == std::string::npos && more()) end = buffer_.find('\n', searched_);
@@ -83,7 +83,7 @@ class Lines {
     return stream;
   }
 
-  /// Reads on behind what is not used yet; false at the end of the file.
+  /// Reads more after the unused part; returns false at the end of the file.
   bool more() {
     buffer_.erase(0, at_);
     at_ = 0;
@@ -99,14 +99,14 @@ class Lines {
   void clean() {
     if (number_ == 1 && text_.starts_with(kByteOrderMark)) {
       text_.remove_prefix(kByteOrderMark.size());
-      remarks_.push_back(name_ + ": line 1: begins with a byte-order mark, which is left out");
+      remarks_.push_back(name_ + ": line 1: begins with a byte-order mark, which is ignored");
     }
     if (!text_.ends_with('\r')) return;
     text_.remove_suffix(1);
     if (windows_) return;
     windows_ = true;
     remarks_.push_back(name_ + ": line " + std::to_string(number_) +
-                       ": ends as in Windows (CR LF), which is read as a line end");
+                       ": has a Windows line end (CR LF), which is accepted");
   }
 
   std::string name_;
@@ -118,7 +118,7 @@ class Lines {
   std::vector<std::string> remarks_;
 };
 
-/// Cuts a line at its commas.
+/// Splits a line at its commas.
 template <std::size_t N>
 void split(const Lines& lines, const char* columns, std::array<std::string_view, N>& parts) {
   std::string_view rest = lines.text();
@@ -176,14 +176,14 @@ class QueryReader {
   }
 
  private:
-  /// Goes to the next row; only the end of the file may have empty lines.
+  /// Moves to the next row; empty lines are allowed only at the end of the file.
   bool next_row() {
     if (!lines_.next()) return false;
     if (!trimmed(lines_.text()).empty()) return true;
     const std::size_t empty = lines_.number();
     while (lines_.next())
       if (!trimmed(lines_.text()).empty())
-        lines_.refuse(empty, "is empty, though rows follow; take it out");
+        lines_.refuse(empty, "is empty, but rows follow; remove it");
     return false;
   }
 
@@ -233,7 +233,7 @@ double time_of(const Lines& lines, const char* name, std::string_view text) {
 TimeEnclosure enclosure_of(const Lines& lines, bool truth, std::string_view lo,
                            std::string_view hi) {
   if (!truth) {
-    if (!lo.empty() || !hi.empty()) lines.refuse("has a time, though truth is 0; leave it empty");
+    if (!lo.empty() || !hi.empty()) lines.refuse("has a time, but truth is 0; leave it empty");
     return {};
   }
   const TimeEnclosure toi{time_of(lines, "toi_lo", lo), time_of(lines, "toi_hi", hi)};
@@ -290,7 +290,7 @@ bool says(const std::string& text, std::initializer_list<const char*> words) {
                      [&](const char* word) { return text.find(word) != std::string::npos; });
 }
 
-/// Folders may be called ee after their owner; a file is so for a reason.
+/// Folders may be called "ee" for other reasons; a file with that name is meant so.
 std::optional<ContactKind> kind_in(const std::string& name, bool folder) {
   const std::string text = plain("." + name + ".");
   const bool point_triangle =
@@ -309,7 +309,7 @@ const char* query_kind_name(ContactKind kind) {
 
 std::optional<ContactKind> query_kind_of(const fs::path& file) {
   if (const auto kind = kind_in(file.stem().string(), false)) return kind;
-  std::error_code ignored;  // a folder that has no absolute path has no name that tells more
+  std::error_code ignored;  // a folder without an absolute path has no informative name
   for (fs::path folder = fs::absolute(file, ignored).parent_path(); folder.has_relative_path();
        folder = folder.parent_path())
     if (const auto kind = kind_in(folder.filename().string(), true)) return kind;
@@ -329,8 +329,8 @@ QuerySet read_queries(const fs::path& file, std::optional<ContactKind> kind) {
     if (!kind)
       throw std::invalid_argument(
           file.string() +
-          ": neither its name nor a folder's says what the queries are; say point_triangle or "
-          "edge_edge, or put the file into a folder vertex-face or edge-edge");
+          ": neither the file name nor a folder name gives the kind of the queries; pass "
+          "point_triangle or edge_edge, or put the file into a folder vertex-face or edge-edge");
   }
   if (kind == ContactKind::triangle_point) kind = ContactKind::point_triangle;
   QuerySet set = QueryReader(file, kind.value_or(ContactKind::point_triangle)).read();
@@ -371,7 +371,7 @@ void append_row(const Vec3& x, bool truth, std::string& text) {
   text += truth ? "1\n" : "0\n";
 }
 
-/// As many digits as give back the same double.
+/// The fewest digits that give back the same double.
 std::string shortest(double value) {
   constexpr std::size_t kLongest = 32;
   char digits[kLongest];

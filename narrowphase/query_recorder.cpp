@@ -23,11 +23,11 @@ fs::path file_of(const fs::path& prefix, ContactKind kind) {
   const fs::path folder = stem.parent_path();
   if (!stem.has_filename() || (!folder.empty() && !fs::is_directory(folder, error)))
     throw std::invalid_argument(prefix.string() +
-                                ": there is no such folder to record queries in; make it first");
+                                ": there is no such folder to record queries in; create it first");
   return stem += "." + ending;
 }
 
-/// ccd_exact gives the largest double not later than the true time.
+/// ccd_exact returns the largest double not later than the true time.
 TimeEnclosure enclosure_of(double toi) {
   if (toi == kNoCollision) return {};
   return {toi, std::min(1.0, std::nextafter(toi, 2.0))};
@@ -91,7 +91,7 @@ std::vector<RecordedQueries> QueryRecorder::write() {
   for (Sample& sample : samples_) {
     if (sample.queries.empty()) {
       sample.writer.reset();
-      std::error_code ignored;  // what is not there need not go
+      std::error_code ignored;  // a missing file need not be removed
       fs::remove(sample.file, ignored);
       fs::remove(toi_file_of(sample.file), ignored);
       continue;

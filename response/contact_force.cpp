@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/parallel.h>
-#include <selvedge/response/contact_force.h>
+#include <selvedge/response/detail/contact_force.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,26 +11,31 @@ namespace {
 
 constexpr std::size_t kGrain = 1024;
 
-// How far cloth may come inside a rest gap because its contact was left out of the solve.
+// How far cloth may intrude into a rest gap, as a share of it, because its contact was left out of
+// the solve.
 constexpr double kIntrusion = 0.05;
 
-// Updates after the loads have settled in which friction may ask for another solve. It settles in
-// two or three; what then goes on is neighbours that push each other to and fro across the limit,
-// by little. In an impact of many layers it takes twice as many, and is seen.
+// Number of updates, after the loads have settled, in which friction may ask for another solve.
+// Friction settles in two or three. After that, only neighbours that push each other back and forth
+// across the friction limit still change, and only slightly. In an impact of many layers friction
+// takes twice as many updates, and stopping early would be visible.
 constexpr int kFrictionUpdates = 3, kFrictionUpdatesInImpact = 8;
 
-// A step is an impact if its contacts would on average come nearer than they should by more than
-// this share of their rest gaps. Gravity alone makes it a third for 2 mm at 1/120 s.
+// A step is an impact if its contacts would, on average, violate their rest gaps by more than this
+// share of them. Gravity alone causes a third of a 2 mm rest gap at 1/120 s.
 constexpr double kImpact = 1.0;
 
-// Shear load over μλ above which a sticking contact lets go; covers the error of the linear solve.
+// A sticking contact starts to slide when its shear load exceeds μλ by this factor, which covers
+// the error of the linear solve.
 constexpr double kStickSlack = 1.01;
 
-// A contact within this share of its rest gap touches: more than a resting one yields, less than
-// can be seen when one that should part is held for a solve.
+// A contact within this share of its rest gap counts as touching. The value exceeds the yield of a
+// resting contact, and is too small to be visible when a contact that should part is held for one
+// solve.
 constexpr double kTouch = 0.02;
 
-// How well the least energy along the way from solve to solve is found: what is left of its slope.
+// The line search for the least energy stops when the slope has dropped to this share of its
+// initial value.
 constexpr double kLineTolerance = 0.05;
 constexpr int kLineIterations = 20;
 
@@ -106,20 +111,20 @@ void ContactForce::add(std::span<const ContactPoint> contacts) {
 }
 
 ResponseTraits ContactForce::traits() const {
-  return {"Coulomb friction; the contacts carry and stick as the solved step says",
+  return {"Coulomb friction; the solve of the step decides which contacts carry load and stick",
           "Wriggers, Computational contact mechanics, 2006", true, false, false};
 }
 
-// A contact carries at first if it touches or comes near at the speed it has. At rest it carries
-// what its penetration says; else the guess of its load is what it takes to stop the predicted
-// approach. A wrong guess costs a solve.
+// Initial guess of the load. A contact carries load at first if it touches, or comes near at its
+// current speed. At rest its load follows from its penetration; otherwise the guess is the load
+// that stops the predicted approach. A wrong guess costs one solve.
 double ContactForce::first_load(const Entry& e) const {
   const ContactPoint& c = e.point;
   const Vec3 u = motion_of(e, v_start_);
   const double coasting = c.gap + c.normal.dot(u);
   if (coasting >= e.target + kTouch * c.rest_gap) return 0.0;
   const double h = motion_.h;
-  // λ that satisfies λ = k (lack - h² λ/m).
+  // λ that satisfies λ = k (violation - h² λ/m).
   const double yielding = config_.normal_ratio / (1.0 + config_.normal_ratio);
   const double stopping =
       yielding * e.m_eff / (h * h) *
@@ -152,7 +157,8 @@ std::span<const ImplicitTerm> ContactForce::terms() {
   return terms_;
 }
 
-// By how much the contact's force will differ from what the last solve used, N.
+// Updates the load and friction of the contact; returns by how much its force will differ from the
+// one in the last solve, N.
 double ContactForce::update(Entry& e, std::span<const Vec3> v) const {
   const ContactPoint& c = e.point;
   const Vec3 u = motion_of(e, v);
@@ -160,11 +166,12 @@ double ContactForce::update(Entry& e, std::span<const Vec3> v) const {
   e.friction_change = 0.0;
   const double push = e.stiffness * (e.target - c.gap - c.normal.dot(u));
   e.load = std::max(0.0, push);
-  // A contact that was left out shows where the cloth goes freely: its true load stops that motion,
-  // the penalty of it is far more.
+  // A contact that was left out of the solve shows where the cloth would go freely. Its true load
+  // stops that motion; its penalty would be far larger.
   if (!carried) e.load /= 1.0 + config_.normal_ratio;
   double change = std::abs(e.load - c.normal.dot(e.applied) / motion_.h);
-  // One that should have carried and let the cloth in visibly asks for a solve whatever its load.
+  // A contact that should have carried load and visibly let the cloth in asks for a solve, whatever
+  // its load.
   if (!carried && push > kIntrusion * c.rest_gap * e.stiffness)
     change = std::numeric_limits<double>::infinity();
   if (c.friction <= 0.0 || (!carried && e.load <= 0.0)) return change;
@@ -172,7 +179,7 @@ double ContactForce::update(Entry& e, std::span<const Vec3> v) const {
   return change;
 }
 
-// The friction that a solve with slip `s` has used.
+// The friction that a solve with slip `s` used.
 Vec3 ContactForce::friction_used(const Entry& e, const Vec3& s) const {
   return -e.push * e.along - e.viscosity * (s - e.along.dot(s) * e.along);
 }
@@ -195,7 +202,7 @@ double ContactForce::update_friction(Entry& e, const Vec3& s, bool carried) cons
   return (due - tangential(e.applied, e.point.normal) / motion_.h).norm();
 }
 
-// Friction of the next solve from the slip of the last one.
+// Sets the friction of the next solve from the slip of the last one.
 void ContactForce::set_friction(Entry& e, Slip slip, const Vec3& s) const {
   const double limit = e.point.friction * e.load, speed = s.norm();
   e.slip = slip;
@@ -221,44 +228,46 @@ void ContactForce::note_solved(std::span<const Vec3> v) {
   }
 }
 
-void ContactForce::find_ways(std::span<const Vec3> v) {
-  ways_.clear();
+void ContactForce::find_line_contacts(std::span<const Vec3> v) {
+  line_contacts_.clear();
   for (const Entry& e : entries_) {
     const ContactPoint& c = e.point;
-    Way way{&e, Vec3::Zero(), 0.0, 0.0, Vec3::Zero(), Vec3::Zero()};
+    LineContact contact{&e, Vec3::Zero(), 0.0, 0.0, Vec3::Zero(), Vec3::Zero()};
     for (int k = 0; k < 4; ++k)
       if (const auto i = static_cast<std::size_t>(c.vertex[k]); i < motion_.particles)
-        way.turn += c.weight[k] * (v[i] - v_last_[i]);
+        contact.velocity_change += c.weight[k] * (v[i] - v_last_[i]);
     const Vec3 u = motion_of(e, v_last_);
-    way.lack = e.target - c.gap - c.normal.dot(u);
-    way.closes = -motion_.h * c.normal.dot(way.turn);
-    way.slip = tangential(u, c.normal) / motion_.h;
-    way.slips = tangential(way.turn, c.normal);
-    ways_.push_back(way);
+    contact.violation = e.target - c.gap - c.normal.dot(u);
+    contact.violation_change = -motion_.h * c.normal.dot(contact.velocity_change);
+    contact.slip = tangential(u, c.normal) / motion_.h;
+    contact.slip_change = tangential(contact.velocity_change, c.normal);
+    line_contacts_.push_back(contact);
   }
 }
 
-// Derivative of the energy, over the share of the way. The cloth's own part needs no matrix: where
-// a solve ended, its gradient is what the contacts of that solve gave, and it is linear between.
+// Derivative of the energy with respect to the share of the path. The cloth's own part needs no
+// matrix: at the end of a solve, its gradient equals the contact forces of that solve, and it is
+// linear in between.
 double ContactForce::slope(double share) const {
   const double h = motion_.h;
-  return parallel_sum(ways_.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  return parallel_sum(line_contacts_.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     double sum = 0.0;
     for (std::size_t i = begin; i < end; ++i) {
-      const Way& w = ways_[i];
+      const LineContact& w = line_contacts_[i];
       const Entry& e = *w.entry;
-      sum += ((1.0 - share) * e.applied + share * e.solved).dot(w.turn);
-      sum += e.stiffness * std::max(0.0, w.lack + share * w.closes) * w.closes;
-      const Vec3 slip = w.slip + share * w.slips;
+      sum += ((1.0 - share) * e.applied + share * e.solved).dot(w.velocity_change);
+      sum += e.stiffness * std::max(0.0, w.violation + share * w.violation_change) *
+             w.violation_change;
+      const Vec3 slip = w.slip + share * w.slip_change;
       if (const double speed = slip.norm(); speed > 0.0 && e.limit > 0.0)
-        sum += h * std::min(e.stick, e.limit / speed) * slip.dot(w.slips);
+        sum += h * std::min(e.stick, e.limit / speed) * slip.dot(w.slip_change);
     }
     return sum;
   });
 }
 
-// The share of the way at which the energy is least, by regula falsi on its slope, which only grows
-// (Illinois method).
+// The share of the path at which the energy is least. Finds the root of the slope, which increases
+// monotonically, by regula falsi (Illinois method).
 double ContactForce::least_energy() const {
   double low = 0.0, high = 1.0, at_low = slope(low), at_high = slope(high);
   const double enough = kLineTolerance * std::abs(at_low);
@@ -280,14 +289,15 @@ double ContactForce::least_energy() const {
   return low;
 }
 
-// Newton steps on contacts that push or do not can run in circles, each contact of a stack letting
-// go when its neighbours carry. The energy of the step, convex but for the change of μλ from solve
-// to solve, falls along each of them, and least where it is least along the way.
+// Newton steps on contacts that switch between pushing and not pushing can cycle: each contact of a
+// stack lets go when its neighbours carry the load. The energy of the step is convex, apart from
+// the change of μλ from solve to solve. It decreases along each Newton step, so the minimum along
+// the step makes progress.
 void ContactForce::pull_back(std::span<Vec3> v) {
   note_solved(v);
   double share = 1.0;
   if (!v_last_.empty()) {
-    find_ways(v);
+    find_line_contacts(v);
     share = least_energy();
   }
   if (share < 1.0)
@@ -343,6 +353,11 @@ void ContactForce::finish(std::span<Vec3> v) const {
       if (const auto i = static_cast<std::size_t>(c.vertex[k]); i < motion_.particles)
         v[i] -= c.weight[k] * motion_.inv_mass[i] * e.m_eff * speed * c.normal;
   }
+}
+
+void register_contact_force(ResponseRegistry& registry) {
+  registry.add("contact_force", {},
+               [](const Options&) { return std::make_unique<ContactForce>(); });
 }
 
 }  // namespace selvedge

@@ -3,12 +3,19 @@
 
 namespace selvedge {
 
+// Each fail-safe registers itself in its own file. A new one adds its name to both lists.
+void register_displacement_bound(FailSafeRegistry& registry);
+void register_impulse_zones(FailSafeRegistry& registry);
+void register_layered(FailSafeRegistry& registry);
+void register_projection_zones(FailSafeRegistry& registry);
+void register_separating_planes(FailSafeRegistry& registry);
+
 FailSafeRegistry fail_safes() {
-  return {{"impulse_zones", [] { return make_impulse_zones(); }},
-          {"projection_zones", [] { return make_projection_zones(); }},
-          {"displacement_bound", [] { return make_displacement_bound(); }},
-          {"separating_planes", [] { return make_separating_planes(); }},
-          {"layered", [] { return make_layered(); }}};
+  FailSafeRegistry registry;
+  for (const auto add : {register_displacement_bound, register_impulse_zones, register_layered,
+                         register_projection_zones, register_separating_planes})
+    add(registry);
+  return registry;
 }
 
 }  // namespace selvedge

@@ -4,7 +4,6 @@
 #include <selvedge/response/clearances.h>
 #include <selvedge/response/response.h>
 
-#include <functional>
 #include <map>
 #include <memory>
 #include <span>
@@ -12,37 +11,41 @@
 
 namespace selvedge {
 
-/// Ends a step without collisions, or says that it cannot. After begin, `resolve` is called with
-/// the pairs that collide on the present paths, earliest first, until there are none. Body vertices
-/// and held particles are never moved.
+/// Makes the paths of a step free of collisions, or reports that it cannot. After `begin`, the
+/// caller detects the collisions of the current paths and passes them to `resolve`, earliest first,
+/// until none are left. A fail-safe never moves body vertices or held particles.
 class FailSafe {
  public:
   virtual ~FailSafe() = default;
 
-  /// Both must stay alive until the next begin.
+  /// Starts a step. Both arguments must stay alive until the next begin.
   virtual void begin(const ResponseStep& step, Clearances& clearances) = 0;
-  /// One round: changes where the particles end, m. False: this step has to be shorter, and
-  /// `trouble` says why.
+  /// One round: changes the end positions `x_t1` of the particles, metres. Returns false if the
+  /// step must be shortened; `trouble` then gives the reason.
   virtual bool resolve(std::span<const ContactPoint> hits, std::span<Vec3> x_t1) = 0;
+  /// Why the last `resolve` returned false, as one sentence.
   virtual const std::string& trouble() const = 0;
-  /// What it has done since it was made; names that begin with max_ are maxima, the others sums.
+  /// Counts since construction. Names that begin with max_ are maxima, the others sums.
   virtual const std::map<std::string, double>& counters() const = 0;
+  /// Properties of the fail-safe, the same at all times.
   virtual ResponseTraits traits() const = 0;
 };
 
-/// Names and factories of the fail-safes.
-using FailSafeRegistry = std::map<std::string, std::function<std::unique_ptr<FailSafe>()>>;
+/// The fail-safes by name.
+using FailSafeRegistry = Registry<std::unique_ptr<FailSafe>, ResponseTraits>;
+/// All fail-safes; the default is "layered".
 FailSafeRegistry fail_safes();
 
 /// Passes of inelastic impulses (impulse.h), then rigid impact zones (impact_zone.h).
 std::unique_ptr<FailSafe> make_impulse_zones();
 /// Inelastic projection (inelastic_projection.h), then rigid impact zones.
 std::unique_ptr<FailSafe> make_projection_zones();
-/// A ball for each particle, by its distance from all it could meet.
+/// Limits the displacement of each particle to a ball, whose radius follows from the distances to
+/// everything it could meet.
 std::unique_ptr<FailSafe> make_displacement_bound();
-/// A plane between the two primitives of each pair (separating_planes.h).
+/// Keeps the two primitives of each pair on opposite sides of a plane (separating_planes.h).
 std::unique_ptr<FailSafe> make_separating_planes();
-/// Inelastic projection, then planes. The default.
+/// Inelastic projection, then separating planes. The default.
 std::unique_ptr<FailSafe> make_layered();
 
 }  // namespace selvedge

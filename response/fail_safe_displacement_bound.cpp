@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/response/detail/reference_motion.h>
 #include <selvedge/response/fail_safe.h>
-#include <selvedge/response/reference_motion.h>
 
 #include <algorithm>
 #include <array>
@@ -8,32 +8,33 @@
 namespace selvedge {
 namespace {
 
-// Share of a distance beyond kEndGap rest gaps that the two sides of a pair may use up together,
-// and of what is below. [Chen2025, section 3.5] has 0.9 for all of it (0.45 for each side): pressed
-// together step after step, a gap then loses a decimal in each and ends in the last bit.
+// The two sides of a pair may together use up kShare of the part of their distance that exceeds
+// kEndGap rest gaps, and kNearShare of the rest. [Chen2025, section 3.5] uses 0.9 for all of the
+// distance (0.45 for each side): a gap that is pressed together step after step then loses a
+// decimal digit in each and ends at the last bit.
 constexpr double kShare = 0.9;
 constexpr double kEndGap = 0.1;
 constexpr double kNearShare = 0.1;
 
-// Distance that the two sides of a pair may use up together, m; below that of the pair.
+// Distance that the two sides of a pair may use up together, m; less than the distance of the pair.
 double usable(const ContactPoint& pair) {
   const double near = std::min(pair.gap, kEndGap * pair.rest_gap);
   return kShare * (pair.gap - near) + kNearShare * near;
 }
 
-// Every particle keeps within a ball about where a motion shared by all would bring it
+// Keeps every particle within a ball around the position to which a shared motion would move it
 // [Chen2025, section 3.5, eq. 21].
 //
-// Let a pair have distance g at x_t0, and let each vertex x of its first side end within a of
-// x + s, each of its second side within b of x + s, with one s for both. Then at every time
-// t in [0,1] every point of the first side is within t·a of where it was, shifted by t·s, and of
-// the second within t·b. So their distance is at least g - t(a + b) > 0 if a + b < g. One round
-// suffices, for pairs that are not asked about cannot meet (clearances.h).
+// Let a pair have distance g at x_t0. Let each vertex x of its first side end within a of x + s,
+// and each vertex of its second side within b of x + s, with the same s for both. Then at every
+// time t in [0,1] every point of the first side is within t·a of its initial position shifted by
+// t·s, and every point of the second within t·b. So their distance is at least g - t(a + b) > 0 if
+// a + b < g. One round suffices, because pairs that are not listed cannot meet (clearances.h).
 //
-// Free sides share what is usable of g in halves; a side that an anchor needs more of gets that,
-// and the other what is left. Deviations from the paper: its radius covers a contact query of fixed
-// size, ours every pair that can meet; anchors have displacements of their own; all is counted from
-// the shared motion s, so that cloth in free fall is not held back.
+// Two free sides share the usable part of g equally. A side whose anchors need more gets more, and
+// the other side the rest. Deviations from the paper: its radius covers a contact query of fixed
+// size, ours every pair that can meet; anchors have displacements of their own; all displacements
+// are measured relative to the shared motion s, so that cloth in free fall is not held back.
 class DisplacementBound final : public FailSafe {
  public:
   void begin(const ResponseStep& step, Clearances& clearances) override {
@@ -44,12 +45,13 @@ class DisplacementBound final : public FailSafe {
 
   bool resolve(std::span<const ContactPoint> hits, std::span<Vec3> x_t1) override {
     if (round_++ > 0) {
-      trouble_ = "pairs collide that bounds on all displacements should part";
+      trouble_ = "bounds on all displacements could not resolve all collisions";
       return false;
     }
     counters_["bound_rounds"] += 1;
     Vec3 shift = shared_shift(hits, step_, x_t1);
-    // Anchors that none of the hits meets may be near all the same: then all is counted from them.
+    // Anchors that none of the hits touches may still be near. Then all displacements are measured
+    // relative to them.
     if (!share_out(shift, x_t1)) {
       shift = shared_shift(crowded_, step_, x_t1);
       if (!share_out(shift, x_t1)) trouble_ = jam(crowded_[0], x_t1);
@@ -62,13 +64,14 @@ class DisplacementBound final : public FailSafe {
   const std::map<std::string, double>& counters() const override { return counters_; }
   ResponseTraits traits() const override {
     return {
-        "ends by construction in one round, or bodies move by more than the distance and the "
-        "step is halved; gains no energy; holds up all that is near",
+        "ends by construction in one round, or the step is halved because bodies move farther than "
+        "the distance; gains no energy; slows all cloth that is near something",
         "Chen, Hsu, Liu, Macklin, Yang, Yuksel, Offset geometric contact, 2025"};
   }
 
  private:
-  // The bounds of all particles. False: some pairs have no room for their anchors.
+  // Computes the bounds of all particles. Returns false if some pairs leave no room for their
+  // anchors.
   bool share_out(const Vec3& shift, std::span<const Vec3> x_t1) {
     clearances_->all(shift, pairs_);
     bound_.assign(step_.motion.particles, -1.0);
@@ -79,7 +82,7 @@ class DisplacementBound final : public FailSafe {
     return crowded_.empty();
   }
 
-  // Shares a pair's distance. False: its anchors need all of it.
+  // Divides a pair's distance between its sides. Returns false if its anchors need all of it.
   bool limit(const ContactPoint& pair, const Vec3& shift, std::span<const Vec3> x_t1) {
     const ContactMotion& motion = step_.motion;
     const int first = first_count(pair);
@@ -94,7 +97,8 @@ class DisplacementBound final : public FailSafe {
         need[side] = std::max(need[side], (x_t1[i] - motion.x_t0[i] - shift).norm());
     }
     if (!is_free[0] && !is_free[1]) return true;
-    // Anchors go where they go: what they need beyond `usable` may cost all of the distance.
+    // The motion of anchors is prescribed: the part that they need beyond `usable` may use up all
+    // of the distance.
     const double whole = std::max(usable(pair), std::min(kShare * pair.gap, need[0] + need[1]));
     const double spare = whole - need[0] - need[1];
     std::array<double, 2> part = need;
@@ -128,7 +132,8 @@ class DisplacementBound final : public FailSafe {
       x_t1[i] = end;
       counters_["bounded_particles"] += 1;
     }
-    // Where nothing is held or a body, all may move on together: momentum is kept.
+    // Without held particles and bodies, all particles may move by a common displacement, which
+    // keeps momentum.
     if (std::any_of(motion.inv_mass.begin(), motion.inv_mass.end(),
                     [](double w) { return w <= 0.0; }))
       return;
@@ -145,7 +150,7 @@ class DisplacementBound final : public FailSafe {
   ResponseStep step_;
   Clearances* clearances_ = nullptr;
   std::vector<ContactPoint> pairs_, crowded_;
-  std::vector<double> bound_;  // m, of each particle; negative: none
+  std::vector<double> bound_;  // m, for each particle; negative: not bounded
   int round_ = 0;
   std::string trouble_;
   std::map<std::string, double> counters_;
@@ -155,6 +160,10 @@ class DisplacementBound final : public FailSafe {
 
 std::unique_ptr<FailSafe> make_displacement_bound() {
   return std::make_unique<DisplacementBound>();
+}
+
+void register_displacement_bound(FailSafeRegistry& registry) {
+  registry.add("displacement_bound", {}, [](const Options&) { return make_displacement_bound(); });
 }
 
 }  // namespace selvedge

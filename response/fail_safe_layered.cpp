@@ -1,32 +1,33 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/response/detail/inelastic_projection.h>
+#include <selvedge/response/detail/separating_planes.h>
 #include <selvedge/response/fail_safe.h>
-#include <selvedge/response/inelastic_projection.h>
-#include <selvedge/response/separating_planes.h>
 
 #include <algorithm>
 
 namespace selvedge {
 namespace {
 
-// Rounds of projection; each costs a look for collisions.
+// Maximum number of projection rounds; each costs a collision search.
 constexpr int kProjectionRounds = 8;
 
-// Projection makes headway while a round leaves at most this share of the collisions before it.
-// What it leaves else are corners where one linear constraint for each collision does not say
+// Projection makes progress while a round leaves at most this share of the previous collisions. The
+// collisions that remain otherwise are at corners, where one linear constraint per collision is not
 // enough.
 constexpr double kHeadway = 0.5;
 
-// So few collisions may stay as many: a round for them costs little.
+// A collision count this small may stagnate: another round costs little.
 constexpr std::size_t kFew = 16;
 
-// Rounds of planes for the pairs that collide, before all that could get one.
+// Rounds that add planes only for the pairs that collide; the round after adds one for every pair
+// that could.
 constexpr int kPlaneRounds = 40;
 
-// Inelastic projection with friction while it makes headway, then planes, which end by
-// construction. The planes start from where the step would have ended without the projection: what
-// that has left half done is crumpled, and collides in directions that have nothing to do with the
-// motion. The layers before are the response's own: repulsion and contact forces. There is no rigid
-// zone: nothing stands still because something else does.
+// Inelastic projection with friction while it makes progress, then separating planes, which
+// terminate by construction. The planes start from the end positions before the projection: an
+// unfinished projection leaves the cloth crumpled, with collisions in directions unrelated to the
+// motion. The layers before this one, repulsion and contact forces, belong to the response. There
+// are no rigid zones, so no particle stops only because a neighbour does.
 class Layered final : public FailSafe {
  public:
   void begin(const ResponseStep& step, Clearances& clearances) override {
@@ -39,8 +40,8 @@ class Layered final : public FailSafe {
     if (round_ == 0) {
       projection_.begin(step_, x_t1);
       planes_.begin(step_, x_t1);
-      wish_.assign(x_t1.begin(),
-                   x_t1.begin() + static_cast<std::ptrdiff_t>(step_.motion.particles));
+      desired_.assign(x_t1.begin(),
+                      x_t1.begin() + static_cast<std::ptrdiff_t>(step_.motion.particles));
       plane_round_ = -1;
     }
     if (plane_round_ >= 0) return cut(hits, x_t1);
@@ -49,7 +50,7 @@ class Layered final : public FailSafe {
         hits.size() <=
             std::max(kFew, static_cast<std::size_t>(kHeadway * static_cast<double>(last_)));
     if (round_++ >= kProjectionRounds || !headway) {
-      std::copy(wish_.begin(), wish_.end(), x_t1.begin());
+      std::copy(desired_.begin(), desired_.end(), x_t1.begin());
       plane_round_ = 0;
       counters_["planes_after_projection"] += 1;
       return true;
@@ -65,8 +66,8 @@ class Layered final : public FailSafe {
   const std::map<std::string, double>& counters() const override { return counters_; }
   ResponseTraits traits() const override {
     return {
-        "ends by construction where bodies do not turn; keeps linear momentum, gains no energy, "
-        "leaves sliding to Coulomb",
+        "ends by construction where bodies do not rotate; keeps linear momentum, gains no energy, "
+        "Coulomb friction",
         "Harmon, Vouga, Tamstorf, Grinspun, Robust treatment of simultaneous collisions, 2008; "
         "then separating planes"};
   }
@@ -75,7 +76,7 @@ class Layered final : public FailSafe {
   bool cut(std::span<const ContactPoint> hits, std::span<Vec3> x_t1) {
     const int round = plane_round_++;
     if (round > kPlaneRounds) {
-      trouble_ = "neither projection nor planes part what collides";
+      trouble_ = "projection and separating planes could not resolve all collisions";
       return false;
     }
     counters_["plane_rounds"] += 1;
@@ -98,8 +99,8 @@ class Layered final : public FailSafe {
   InelasticProjection projection_;
   SeparatingPlanes planes_;
   std::vector<ContactPoint> pairs_;
-  std::vector<Vec3> wish_;  // where all would end
-  std::size_t last_ = 0;    // collisions of the round before
+  std::vector<Vec3> desired_;  // end positions before the fail-safe
+  std::size_t last_ = 0;       // number of collisions in the previous round
   int round_ = 0, plane_round_ = -1;
   std::string trouble_;
   std::map<std::string, double> counters_;
@@ -108,5 +109,9 @@ class Layered final : public FailSafe {
 }  // namespace
 
 std::unique_ptr<FailSafe> make_layered() { return std::make_unique<Layered>(); }
+
+void register_layered(FailSafeRegistry& registry) {
+  registry.add("layered", {}, [](const Options&) { return make_layered(); });
+}
 
 }  // namespace selvedge

@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/response/detail/separating_planes.h>
 #include <selvedge/response/fail_safe.h>
-#include <selvedge/response/separating_planes.h>
 
 namespace selvedge {
 namespace {
 
-// Rounds that give planes to those pairs that collide. Most steps settle in three.
+// Maximum number of rounds that add planes only for the pairs that collide. Most steps settle in
+// three.
 constexpr int kPlaneRounds = 40;
 
-// Planes (separating_planes.h) for the pairs that collide, and at last for all that could.
+// Separating planes (separating_planes.h) for the pairs that collide and, in the last round, for
+// all pairs that could.
 class PlanesAlone final : public FailSafe {
  public:
   void begin(const ResponseStep& step, Clearances& clearances) override {
@@ -28,7 +30,7 @@ class PlanesAlone final : public FailSafe {
       planes_.fix_reference(shift);
       counters_["all_pairs_bounded"] += 1;
     } else {
-      trouble_ = "planes between the pairs do not part what collides";
+      trouble_ = "separating planes could not resolve all collisions";
       return false;
     }
     ++round_;
@@ -42,8 +44,8 @@ class PlanesAlone final : public FailSafe {
   const std::map<std::string, double>& counters() const override { return counters_; }
   ResponseTraits traits() const override {
     return {
-        "ends by construction where bodies do not turn; keeps linear momentum, gains no energy, "
-        "leaves sliding free",
+        "ends by construction where bodies do not rotate; keeps linear momentum, gains no energy, "
+        "allows sliding",
         "separating axes of convex sets, one plane for each pair; ours"};
   }
 
@@ -60,5 +62,9 @@ class PlanesAlone final : public FailSafe {
 }  // namespace
 
 std::unique_ptr<FailSafe> make_separating_planes() { return std::make_unique<PlanesAlone>(); }
+
+void register_separating_planes(FailSafeRegistry& registry) {
+  registry.add("separating_planes", {}, [](const Options&) { return make_separating_planes(); });
+}
 
 }  // namespace selvedge

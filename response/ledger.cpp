@@ -7,7 +7,7 @@
 namespace selvedge {
 namespace {
 
-// The two momenta and how much of them was moved about, for relative errors.
+// Linear and angular momentum, and how much of each was exchanged, as the scale of relative errors.
 struct Momentum {
   Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
   double linear_size = 0.0, angular_size = 0.0;
@@ -21,7 +21,8 @@ struct Momentum {
   }
 };
 
-// By the change of velocities, with the momenta themselves as the scale: positions round to that.
+// From the change of velocities. The scale is the momenta themselves, because positions are rounded
+// relative to them.
 Momentum measured(const LedgerStep& step, double& kinetic) {
   Momentum change;
   kinetic = 0.0;
@@ -78,12 +79,12 @@ Ledger measure(const LedgerStep& step) {
   Ledger ledger;
   Momentum free = measured(step, ledger.energy_kinetic), anchors;
   const bool changed = free.linear != Vec3::Zero() || ledger.energy_kinetic != 0.0;
-  // What finish changes after a solve is handed to anchors without a word; so is all that a stage
-  // does that does not say.
-  const bool told = !step.impulses.empty() && !step.solved;
+  // Changes that `finish` makes after a solve reach anchors unreported, as does everything from a
+  // stage that does not report its impulses.
+  const bool reported = !step.impulses.empty() && !step.solved;
   const bool anchored =
       std::any_of(inv_mass.begin(), inv_mass.end(), [](double w) { return w <= 0.0; });
-  if (!told && anchored) {
+  if (!reported && anchored) {
     anchors.linear = -free.linear;
     anchors.angular = -free.angular;
   }
@@ -100,7 +101,7 @@ Ledger measure(const LedgerStep& step) {
     ledger.energy_friction += c.work_friction;
     work += c.work_normal + c.work_friction;
   }
-  if (!told) {
+  if (!reported) {
     ledger.energy_normal += ledger.energy_kinetic;
     work += ledger.energy_kinetic;
   }

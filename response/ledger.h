@@ -9,43 +9,44 @@
 
 namespace selvedge {
 
-/// What one stage (the response, the fail-safe) gave and took in a step, or in all steps so far.
-/// Anchors are what it must not move: body vertices and held particles.
+/// Momentum and energy that one stage (the response, the fail-safe) exchanged in a step, or in all
+/// steps so far. Anchors are the vertices that it must not move: body vertices and held particles.
 struct Ledger {
-  int steps = 0;                       ///< in which it did anything
-  Vec3 to_particles = Vec3::Zero();    ///< N·s, to the free particles
-  Vec3 to_anchors = Vec3::Zero();      ///< N·s
-  Vec3 turn_particles = Vec3::Zero();  ///< N·m·s about the origin, by the positions at t = 0
+  int steps = 0;                       ///< steps in which the stage acted
+  Vec3 to_particles = Vec3::Zero();    ///< N·s, given to the free particles
+  Vec3 to_anchors = Vec3::Zero();      ///< N·s, given to the anchors
+  Vec3 turn_particles = Vec3::Zero();  ///< N·m·s about the origin, with the positions at t = 0
   Vec3 turn_anchors = Vec3::Zero();    ///< N·m·s
-  double momentum_error = 0.0;         ///< worst step: |given + handed| over the momenta moved
-  double angular_error = 0.0;          ///< the same of angular momentum; friction and impulses
-                                       ///< across a gap have a lever
-  double energy_normal = 0.0;          ///< J; negative: taken
-  double energy_friction = 0.0;        ///< J
-  double energy_gained = 0.0;          ///< J, sum over the steps that gave more than they took
-  double energy_kinetic = 0.0;         ///< J, change of the free particles' kinetic energy
+  double momentum_error = 0.0;         ///< worst step: |to particles + to anchors|, relative to the
+                                       ///< momenta exchanged
+  double angular_error = 0.0;    ///< the same for angular momentum; friction and impulses across a
+                                 ///< gap act with a lever arm
+  double energy_normal = 0.0;    ///< J; negative: dissipated
+  double energy_friction = 0.0;  ///< J
+  double energy_gained = 0.0;    ///< J, sum over the steps in which energy increased
+  double energy_kinetic = 0.0;   ///< J, change of the free particles' kinetic energy
 
-  /// Adds a step.
+  /// Adds the figures of a step.
   void add(const Ledger& step);
-  /// By name and unit; names that begin with max_ are maxima, the others sums.
+  /// The figures by name and unit. Names that begin with max_ are maxima, the others sums.
   std::map<std::string, double> figures() const;
 };
 
-/// What a stage did in one step, from what is known: the motion, what the contacts say they gave
-/// (empty: they do not say), and the velocities of the particles before and after.
+/// Input of `measure`: the motion of one step, the impulses that the stage reports (empty: it
+/// reports none), and the velocities of the particles before and after.
 struct LedgerStep {
   ContactMotion motion;
   std::span<const double> mass;
   std::span<const ContactImpulse> impulses;
   std::span<const Vec3> v_before, v_after;
-  /// The impulses acted inside the solve: `v_before` has them already, and v_after - v_before is
-  /// what the stage changed besides.
+  /// The impulses acted inside the solve: `v_before` already contains them, and v_after - v_before
+  /// is the additional change that the stage made.
   bool solved = false;
 };
 
-/// Momentum that nobody accounts for is what the anchors took, if there are any; else it is an
-/// error. Energy of contacts that do not say is that of the free particles, as if anchors stood
-/// still.
+/// Computes the exchange of momentum and energy in one step. Unaccounted momentum is attributed to
+/// the anchors if there are any; otherwise it is an error. If the stage reports no impulses, its
+/// energy is the change of the free particles' energy, as if anchors stood still.
 Ledger measure(const LedgerStep& step);
 
 }  // namespace selvedge

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/response/contact_force.h>
 #include <selvedge/response/response.h>
 
 #include <cmath>
@@ -25,15 +24,15 @@ void validate(const ResponseConfig& config) {
   const auto not_negative = [](double value) { return std::isfinite(value) && value >= 0.0; };
   const auto share = [](double value) { return value >= 0.0 && value <= 1.0; };
   require(not_negative(config.stiffness), "contact.stiffness", config.stiffness,
-          "a stiffness is a number of N/m from 0 on");
+          "a stiffness in N/m must be finite and not negative");
   require(not_negative(config.damping), "contact.damping", config.damping,
-          "a damping is a number of N·s/m from 0 on");
+          "a damping in N·s/m must be finite and not negative");
   require(share(config.restitution), "contact.restitution", config.restitution,
-          "it is the share of the normal speed that an impact gives back, from 0 to 1");
+          "the ratio of normal speeds after and before an impact must be from 0 to 1");
   require(share(config.retention), "contact.retention", config.retention,
-          "it is the share of the tangential velocity that a contact keeps, from 0 to 1");
+          "the share of the tangential velocity that a contact keeps must be from 0 to 1");
   require(std::isfinite(config.slip_speed) && config.slip_speed > 0.0, "contact.slip_speed",
-          config.slip_speed, "it is a speed in m/s above 0");
+          config.slip_speed, "a speed in m/s must be finite and above 0");
 }
 
 double Response::stable_step() const { return std::numeric_limits<double>::infinity(); }
@@ -43,16 +42,22 @@ double Response::stable_step(double inv_mass) const {
   return std::numeric_limits<double>::infinity();
 }
 
+// Each response registers itself in its own file. A new one adds its name to both lists.
+void register_contact_force(ResponseRegistry& registry);
+void register_impulse(ResponseRegistry& registry);
+void register_inverse_dynamics(ResponseRegistry& registry);
+void register_penalty(ResponseRegistry& registry);
+void register_position_correction(ResponseRegistry& registry);
+void register_position_velocity(ResponseRegistry& registry);
+void register_reflection(ResponseRegistry& registry);
+
 ResponseRegistry responses() {
-  return {
-      {"contact_force", [](const ResponseConfig&) { return std::make_unique<ContactForce>(); }},
-      {"impulse", make_impulse},
-      {"inverse_dynamics", make_inverse_dynamics},
-      {"penalty", make_penalty},
-      {"position_correction", make_position_correction},
-      {"position_velocity", make_position_velocity},
-      {"reflection", make_reflection},
-  };
+  ResponseRegistry registry;
+  for (const auto add :
+       {register_contact_force, register_impulse, register_inverse_dynamics, register_penalty,
+        register_position_correction, register_position_velocity, register_reflection})
+    add(registry);
+  return registry;
 }
 
 }  // namespace selvedge

@@ -2,12 +2,11 @@
 #pragma once
 
 #include <selvedge/core/integrator.h>
+#include <selvedge/core/registry.h>
 #include <selvedge/response/contact_point.h>
 
 #include <array>
 #include <cstdint>
-#include <functional>
-#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -15,112 +14,128 @@
 
 namespace selvedge {
 
-/// What a scene can set of the responses. Each names the fields that it heeds; `check` refuses the
-/// rest where it would be ignored in silence.
+/// Options of the responses. Each field names the responses that use it; the registry offers each
+/// response its own options alone.
 struct ResponseConfig {
-  /// `penalty`: N/m per contact. More leaves less penetration, v sqrt(m/K) of an impact at v, and
-  /// asks for shorter explicit steps, 2 sqrt(m/K).
+  /// `penalty`: stiffness of a contact, N/m. An impact at speed v penetrates by v sqrt(m/K): higher
+  /// values reduce penetration but require shorter explicit steps, 2 sqrt(m/K).
   double stiffness = 1000.0;
-  /// `penalty`: N·s/m per contact, against the approach. More leaves less rebound.
+  /// `penalty`: damping of the approach, N·s/m per contact. Higher values reduce rebound.
   double damping = 0.1;
-  /// `impulse`, `reflection`, `position_velocity`: normal speed after an impact over that before
-  /// it, in [0, 1].
+  /// `impulse`, `reflection`, `position_velocity`: ratio of the normal speed after an impact to
+  /// that before it, in [0, 1].
   double restitution = 0.0;
   /// `reflection`, `position_velocity`: share of the tangential relative velocity that a contact
-  /// keeps in a step, in [0, 1]; 1 is frictionless. It depends on the step and is not Coulomb's.
+  /// keeps per step, in [0, 1]; 1 is frictionless. The effect depends on the step length and is not
+  /// Coulomb friction.
   double retention = 0.9;
-  /// `penalty`: slip below which friction is a viscosity, m/s. Less sticks better and asks for
-  /// shorter explicit steps.
+  /// `penalty`: slip speed below which friction acts as a viscosity, m/s. Lower values stick better
+  /// but require shorter explicit steps.
   double slip_speed = 1e-4;
-  /// `inverse_dynamics`: the whole relative velocity is taken, as printed, not its normal part.
+  /// `inverse_dynamics`: removes the whole relative velocity, as in the paper, instead of its
+  /// normal part only.
   bool sticking = false;
 };
 
-/// Throws std::invalid_argument with the number that is out of its range.
+/// Throws std::invalid_argument that names the first field out of range and its value.
 void validate(const ResponseConfig& config);
 
-/// What a response knows of one step. Views: they must stay alive until the next begin.
+/// Input of a response for one step. The views must stay alive until the next `begin`.
 struct ResponseStep {
-  ContactMotion motion;
+  ContactMotion motion;                     ///< positions, inverse masses and length of the step
   std::span<const double> mass;             ///< kg, of the particles
-  std::span<const Vec3> body_displacement;  ///< x_t1 - x_t0 of the body vertices, m
-  std::span<const Vec3> v;                  ///< of the particles at the start, m/s
-  std::span<const Vec3> v_predicted;        ///< a guess of those at the end, m/s
-  bool implicit = true;  ///< a solve heeds `terms`; otherwise `correct` has to do everything
+  std::span<const Vec3> body_displacement;  ///< m, x_t1 - x_t0 of the body vertices
+  std::span<const Vec3> v;                  ///< m/s, of the particles at the start of the step
+  std::span<const Vec3> v_predicted;  ///< m/s, estimate of the particles' velocities at the end
+  bool implicit = true;  ///< true: an implicit solve uses `terms`; false: `correct` must do all the
+                         ///< work
 };
 
-/// What one contact gave in a step: weight·impulse to each of its vertices, whose weights sum to 0.
+/// The impulse of one contact in a step. Vertex k receives weight[k]·impulse; the weights sum to 0.
 struct ContactImpulse {
-  std::array<std::int32_t, 4> vertex;  ///< in the index space of ContactPoint
+  std::array<std::int32_t, 4> vertex;  ///< indices as in ContactPoint
   std::array<double, 4> weight;
   Vec3 impulse;                ///< N·s
-  double work_normal = 0.0;    ///< J, in the frame of the second primitive; negative: taken
+  double work_normal = 0.0;    ///< J, in the frame of the second primitive; negative: dissipated
   double work_friction = 0.0;  ///< J
 };
 
-/// What a response or a fail-safe says of itself.
+/// Properties of a response or a fail-safe.
 struct ResponseTraits {
-  std::string promise;           ///< what holds whatever the scene is
+  std::string promise;           ///< property that holds for every scene
   std::string source;            ///< author, title, year
-  bool keeps_momentum = false;   ///< linear momentum of free particles to rounding, and says to
-                                 ///< whom it went (`impulses`)
-  bool passive = false;          ///< never gives energy, beyond rounding
-  bool has_restitution = false;  ///< heeds ResponseConfig::restitution
-  bool stores_energy = false;    ///< its contacts are springs, which give back what they took
+  bool keeps_momentum = false;   ///< keeps the linear momentum of free particles to rounding, and
+                                 ///< reports in `impulses` where it went
+  bool passive = false;          ///< never adds energy, beyond rounding
+  bool has_restitution = false;  ///< uses ResponseConfig::restitution
+  bool stores_energy = false;  ///< its contacts are springs, which return the energy they absorbed
 };
 
-/// Answers contacts. A response may act as a force inside the solve (`terms`, `update`), on the end
-/// of the step after it (`correct`), on the velocities with which the cloth goes on (`finish`), or
-/// on several of them; what it does not do, it inherits. Body vertices and held particles are never
-/// moved. Calls of a step: begin, then add, then terms, solve and update as often as `update` asks
-/// or collisions found on the way are added, then correct, and finish once the step is accepted.
+/// Responds to contacts. A response may act as a force inside the solve (`terms`, `update`), on the
+/// end positions after the solve (`correct`), on the velocities with which the cloth continues
+/// (`finish`), or on several of these; the defaults do nothing. A response never moves body
+/// vertices or held particles.
+///
+/// Order of the calls in a step: `begin` and `add`; then `terms`, solve and `update`, repeated
+/// while `update` returns true or new collisions are added; then `correct`; then `finish` once the
+/// step is accepted.
 class Response {
  public:
   virtual ~Response() = default;
 
+  /// Starts a step and discards the contacts of the previous one.
   virtual void begin(const ResponseStep& step) = 0;
-  /// Contacts of the step: pairs that are near at its start, and later those that collide on the
-  /// way.
+  /// Adds contacts of the step: first the pairs that are near at its start, later the pairs that
+  /// collide during it.
   virtual void add(std::span<const ContactPoint> contacts) = 0;
-  /// What enters the implicit solve.
+  /// Terms that the response adds to the implicit solve.
   virtual std::span<const ImplicitTerm> terms() { return {}; }
-  /// Takes the solved velocities, m/s, and may pull them back towards those of the solve before;
-  /// true if another solve is due because the forces that follow from them differ.
+  /// Takes the solved velocities, m/s, and may pull them back towards those of the previous solve.
+  /// Returns true if the contact forces changed and another solve is needed.
   virtual bool update(std::span<Vec3> v) {
     static_cast<void>(v);
     return false;
   }
-  /// Changes where the particles end, m. May be called again from the same ends, once more contacts
-  /// have been added.
+  /// Changes the end positions of the particles, m. May be called again with the same initial end
+  /// positions after more contacts have been added.
   virtual void correct(std::span<Vec3> x_t1) { static_cast<void>(x_t1); }
-  /// Changes the velocities of an accepted step, m/s; they come as displacement over time.
+  /// Changes the velocities of an accepted step, m/s. On entry they are displacement over time.
   virtual void finish(std::span<Vec3> v) const { static_cast<void>(v); }
 
-  /// Appends what the contacts gave in the last solve, whose velocities `v` are, or in the last
-  /// correct. Without the changes of finish.
+  /// Appends the impulses of the contacts in the last solve, which gave the velocities `v` (m/s),
+  /// or in the last `correct`. Changes made by `finish` are not included.
   virtual void impulses(std::span<const Vec3> v, std::vector<ContactImpulse>& out) const {
     static_cast<void>(v);
     static_cast<void>(out);
   }
-  /// Longest explicit step, s, that bears the contacts that have been added.
+  /// Longest stable explicit step, s, with the contacts added so far.
   virtual double stable_step() const;
-  /// Longest explicit step, s, that bears a single contact of a particle of that inverse mass.
+  /// Longest stable explicit step, s, with a single contact of a particle of inverse mass
+  /// `inv_mass`, 1/kg.
   virtual double stable_step(double inv_mass) const;
+  /// Properties of the response, the same at all times.
   virtual ResponseTraits traits() const = 0;
 };
 
-/// Names and factories of the responses.
-using ResponseRegistry =
-    std::map<std::string, std::function<std::unique_ptr<Response>(const ResponseConfig&)>>;
+/// The responses by name.
+using ResponseRegistry = Registry<std::unique_ptr<Response>, ResponseTraits>;
+/// All responses.
 ResponseRegistry responses();
 
-// Members; each file names its paper. All of them but `contact_force` (contact_force.h), which
-// stands in the registry too.
+// Factories of all responses except `contact_force` (contact_force.h). Each source file cites its
+// paper and states its guarantee.
+
+/// Penalty forces with damping and regularised Coulomb friction.
 std::unique_ptr<Response> make_penalty(const ResponseConfig& config = {});
+/// Forces that give two primitives in contact a common normal velocity [Provot1995].
 std::unique_ptr<Response> make_inverse_dynamics(const ResponseConfig& config = {});
+/// Reflects the normal part of the relative velocity and damps the tangential part.
 std::unique_ptr<Response> make_reflection(const ResponseConfig& config = {});
+/// Moves particles that end below the surface offset onto it, with Coulomb friction.
 std::unique_ptr<Response> make_position_correction(const ResponseConfig& config = {});
+/// Position correction and reflected velocity together.
 std::unique_ptr<Response> make_position_velocity(const ResponseConfig& config = {});
+/// Impulses with restitution and Coulomb friction [Bridson2002].
 std::unique_ptr<Response> make_impulse(const ResponseConfig& config = {});
 
 }  // namespace selvedge

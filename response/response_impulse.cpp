@@ -3,16 +3,17 @@
 // R. Bridson, R. Fedkiw, J. Anderson, "Robust treatment of collisions, contact and friction for
 // cloth animation", SIGGRAPH 2002; survey eq. 52 to 55. With barycentric weights w on four vertices
 //   v_n < 0:  I = -m_eff (1 + e) v_n n,  v_i += w_i I / m_i,  1/m_eff = Σ w_i² / m_i;
-//   friction: |ΔI_t| <= μ I_n, against the slip, and no more than stops it: static and dynamic.
-// Mended: the survey's eq. 52 lacks the sign of the impulse, and its eq. 55, F = μ V_N, is a
-// velocity and never sticks. Done otherwise than by Bridson: impulses are swept until they agree,
-// and may be taken back (contact_sweeps.h), so that friction on a slope is exact; the position at
-// the end is that after an impact at its own time within the step, so that heights after a bounce
-// do not depend on where the step began.
+//   friction: |ΔI_t| <= μ I_n, against the slip, at most as much as stops it: static and dynamic.
+// Corrected: the survey's eq. 52 omits the sign of the impulse, and its eq. 55, F = μ V_N, is a
+// velocity and never sticks. Deviations from Bridson: impulses are swept until they are consistent
+// and may be taken back (contact_sweeps.h), so that friction on a slope is exact. The end position
+// is the one after an impact at its own time within the step, so that the height of a bounce does
+// not depend on where the step began.
 //
-// Guarantee: momentum of free particles and anchors is kept to rounding; for e = 0 no energy is
-// given; a gap that has been lost grows back without velocity.
-#include <selvedge/response/contact_sweeps.h>
+// Guarantee: the momentum of free particles and anchors is kept to rounding. For e = 0 no energy is
+// added. A violated gap grows back without adding velocity.
+#include <selvedge/response/detail/contact_sweeps.h>
+#include <selvedge/response/detail/response_options.h>
 
 namespace selvedge {
 namespace {
@@ -38,7 +39,7 @@ class ImpulseResponse final : public Response {
     answer_.impulses(out);
   }
   ResponseTraits traits() const override {
-    return {"restitution as set; Coulomb friction, static and dynamic; momentum is kept",
+    return {"configurable restitution; static and dynamic Coulomb friction; momentum is kept",
             "Bridson, Fedkiw, Anderson, Robust treatment of collisions, contact and friction for "
             "cloth animation, 2002",
             true, true, true};
@@ -53,6 +54,11 @@ class ImpulseResponse final : public Response {
 
 std::unique_ptr<Response> make_impulse(const ResponseConfig& config) {
   return std::make_unique<ImpulseResponse>(config);
+}
+
+void register_impulse(ResponseRegistry& registry) {
+  registry.add("impulse", {detail::restitution_option()},
+               [](const Options& o) { return make_impulse({.restitution = o["restitution"]}); });
 }
 
 }  // namespace selvedge

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: MIT
 //
 // X. Provot, "Deformation constraints in a mass-spring model to describe rigid cloth behavior",
-// Graphics Interface 1995, as told by the survey, eq. 44 to 47: the force that gives two bodies in
-// contact their common velocity,
+// Graphics Interface 1995, as described in the survey, eq. 44 to 47: the force that gives two
+// bodies in contact their common velocity,
 //   V⁺ = (m1 V1 + m2 V2 + (F1 + F2) h) / (m1 + m2),
 //   F_c1 = m_eff ((V2 - V1)/h + F2/m2 - F1/m1),  F_c2 = -F_c1,  1/m_eff = 1/m1 + 1/m2.
-// Mended: the survey's eq. 47 adds -F_i to each side, so that F_c1 + F_c2 = -(F1 + F2), which
-// breaks Newton's third law and cancels gravity; its "i stands for 0 and 1" is 1 and 2. V + h F/m
-// is the velocity of the step without contacts, so that the force is the one that takes the
-// difference of those: here of its normal part, and with `sticking` of all of it. A contact that
-// has yet a way to go keeps what closes that within the step. Of several contacts of one particle
-// each sees what the others did (contact_sweeps.h): forces that are all computed from one state are
-// too much together.
+// Corrected: the survey's eq. 47 adds -F_i to each side, so that F_c1 + F_c2 = -(F1 + F2), which
+// breaks Newton's third law and cancels gravity; its "i stands for 0 and 1" should read 1 and 2. V
+// + h F/m is the velocity of the step without contacts, so the force removes the difference of
+// these velocities: here their normal part, with `sticking` all of it. A contact with some distance
+// left keeps the speed that closes this distance within the step. If a particle has several
+// contacts, each sees the effect of the others (contact_sweeps.h): forces that are all computed
+// from one state would be too large together.
 //
-// Guarantee: equal and opposite; momentum is kept, no energy is given. No friction. A gap that has
-// been lost stays lost.
-#include <selvedge/response/contact_sweeps.h>
+// Guarantee: the forces are equal and opposite; momentum is kept and no energy is added. There is
+// no friction. A violated gap is not restored.
+#include <selvedge/response/detail/contact_sweeps.h>
 
 #include <limits>
 
@@ -41,7 +41,7 @@ class InverseDynamics final : public Response {
     answer_.impulses(out);
   }
   ResponseTraits traits() const override {
-    return {"forces are equal and opposite and take the approach; no friction unless sticking",
+    return {"equal and opposite forces remove the approach; no friction unless sticking",
             "Provot, Deformation constraints in a mass-spring model to describe rigid cloth "
             "behavior, 1995",
             true, true, false};
@@ -56,6 +56,17 @@ class InverseDynamics final : public Response {
 
 std::unique_ptr<Response> make_inverse_dynamics(const ResponseConfig& config) {
   return std::make_unique<InverseDynamics>(config);
+}
+
+void register_inverse_dynamics(ResponseRegistry& registry) {
+  registry.add(
+      "inverse_dynamics",
+      {{.name = "sticking",
+        .initial = ResponseConfig{}.sticking ? 1.0 : 0.0,
+        .kind = OptionKind::boolean,
+        .meaning = "removes the whole relative velocity, as in the paper, instead of its "
+                   "normal part"}},
+      [](const Options& o) { return make_inverse_dynamics({.sticking = o.flag("sticking")}); });
 }
 
 }  // namespace selvedge

@@ -2,21 +2,23 @@
 //
 // Penalty forces [survey eq. 42 and 43]: a gap that is δ below the rest gap is pushed apart by
 //   F_n = max(0, K δ + D δ') n,  δ >= 0.
-// Mended: the survey leaves out the clamp, without which the damper pulls on what parts, and its
-// sign convention. Friction is Coulomb's, regularised: |F_t| = μ F_n min(|slip|/slip_speed, 1), so
-// that what should stick creeps, at slip_speed at most.
-// Implicit: with the gap and slip of the end of the step, δ⁺ = rest - gap - n·Σ w h v⁺, as a term
-// of the solve with its Jacobian h² K + h D; which contacts push is found by solving again.
-// Explicit: with those of the start; the step has to be below 2/sqrt(K/m), less with damping, and
-// friction does no more than stop the slip within the step.
+// Corrected: the survey omits the clamp, without which the damper pulls on separating surfaces, and
+// its sign convention. Friction is regularised Coulomb friction: |F_t| = μ F_n
+// min(|slip|/slip_speed, 1), so that a contact that should stick creeps, at slip_speed at most.
+// Implicit step: gap and slip are taken at the end of the step, δ⁺ = rest - gap - n·Σ w h v⁺, as a
+// term of the solve with its Jacobian h² K + h D. Repeated solves find which contacts push.
+// Explicit step: gap and slip are taken at the start. The step must be below 2/sqrt(K/m), or less
+// with damping, and friction at most stops the slip within the step.
 //
-// An undamped impact of mass m at v goes v sqrt(m/K) deep and lasts π sqrt(m/K); damped, with ζ =
-// D/(2 sqrt(K m)) and the clamp, it gives back exp(-ζ (π - 2 asin ζ)/sqrt(1 - ζ²)) of v, slightly
-// more than the exp(-π ζ/sqrt(1 - ζ²)) of a damper that pulls [SchwagerPoeschel2007].
+// An undamped impact of mass m at speed v penetrates v sqrt(m/K) and lasts π sqrt(m/K). With
+// damping ζ = D/(2 sqrt(K m)) and the clamp, its rebound speed is exp(-ζ (π - 2 asin ζ)/sqrt(1 -
+// ζ²)) of v, slightly more than the exp(-π ζ/sqrt(1 - ζ²)) of a damper that pulls
+// [SchwagerPoeschel2007].
 //
-// Guarantee: momentum is kept. Implicit: it gives back no more energy than it has stored; explicit:
-// but for the part O(h sqrt(K/m)) that symplectic Euler lends and takes back. It does not promise
-// that nothing passes: deep is where the fail-safe stands.
+// Guarantee: momentum is kept. In an implicit step it returns no more energy than it has stored; in
+// an explicit step the same holds except for the part O(h sqrt(K/m)) by which the energy of
+// symplectic Euler oscillates. It does not guarantee that nothing passes through: deep penetrations
+// are left to the fail-safe.
 #include <selvedge/response/response.h>
 
 #include <algorithm>
@@ -26,7 +28,7 @@
 namespace selvedge {
 namespace {
 
-// Share of the whole load by which the forces may still change when no further solve is asked for.
+// No further solve is requested once the forces change by at most this share of the total load.
 constexpr double kLoadTolerance = 0.01;
 
 class Penalty final : public Response {
@@ -43,9 +45,9 @@ class Penalty final : public Response {
   double stable_step(double inv_mass) const override;
   ResponseTraits traits() const override {
     return {
-        "forces by depth: what they let in is v sqrt(m/K); regularised Coulomb friction; "
-        "momentum is kept",
-        "survey of Mozafary and Payvandy, 2016, eq. 42 and 43, mended",
+        "penalty forces: an impact at speed v penetrates by v sqrt(m/K); regularised Coulomb "
+        "friction; momentum is kept",
+        "survey of Mozafary and Payvandy, 2016, eq. 42 and 43, corrected",
         true,
         false,
         false,
@@ -56,12 +58,12 @@ class Penalty final : public Response {
   struct Entry {
     ContactPoint point;
     Vec3 body_motion = Vec3::Zero();  // Σ weight·displacement of the body vertices, m
-    double force = 0.0;               // N, of the next solve or of the explicit step
-    double viscosity = 0.0;           // kg/s, of friction that may stop the slip
+    double force = 0.0;               // N, in the next solve or in the explicit step
+    double viscosity = 0.0;           // kg/s, of friction that can stop the slip within the step
     Vec3 drag = Vec3::Zero();         // N, friction that cannot
     bool pushes = false;
-    Vec3 impulse = Vec3::Zero();     // N·s, explicit
-    Vec3 unanswered = Vec3::Zero();  // m, relative motion of an explicit step without contacts
+    Vec3 impulse = Vec3::Zero();     // N·s, in an explicit step
+    Vec3 unanswered = Vec3::Zero();  // m, relative motion in an explicit step without contacts
   };
 
   Vec3 motion_of(const Entry& e, std::span<const Vec3> v) const;
@@ -69,7 +71,7 @@ class Penalty final : public Response {
   double start_depth(const Entry& e) const { return e.point.rest_gap - e.point.gap; }
   void set_friction(Entry& e, const Vec3& slip) const;
   void push_explicitly(Entry& e, std::span<const Vec3> x_t1);
-  ContactImpulse told(const Entry& e, const Vec3& impulse, const Vec3& end) const;
+  ContactImpulse reported(const Entry& e, const Vec3& impulse, const Vec3& end) const;
 
   ResponseConfig config_;
   ResponseStep step_;
@@ -83,7 +85,7 @@ Vec3 slip_of(const ContactPoint& c, const Vec3& motion) {
   return motion - c.normal.dot(motion) * c.normal;
 }
 
-// Σ |weight_i| of free vertices: what a Gershgorin row of one contact sums.
+// Σ |weight_i| over free vertices: the contribution of one contact to a Gershgorin row.
 double free_weight(const ContactPoint& c, std::span<const double> inv_mass) {
   double sum = 0.0;
   for (int k = 0; k < 4; ++k)
@@ -91,8 +93,8 @@ double free_weight(const ContactPoint& c, std::span<const double> inv_mass) {
   return sum;
 }
 
-// A mode x'' = -ω² x - c x' with the damping taken at the start of the step: 4/(c + sqrt(c² +
-// 4ω²)).
+// Stability limit, s, of a mode x'' = -ω² x - c x' whose damping is evaluated at the start of the
+// step: 4/(c + sqrt(c² + 4ω²)).
 double bound(double omega_squared, double rate) {
   const double denominator = rate + std::sqrt(rate * rate + 4.0 * omega_squared);
   return denominator > 0.0 ? 4.0 / denominator : std::numeric_limits<double>::infinity();
@@ -129,7 +131,8 @@ void Penalty::add(std::span<const ContactPoint> contacts) {
     for (int k = 0; k < 4; ++k)
       if (const auto i = static_cast<std::size_t>(c.vertex[k]); i >= step_.motion.particles)
         e.body_motion += c.weight[k] * step_.body_displacement[i - step_.motion.particles];
-    // A first guess: it pushes with what the gap of now gives, if the cloth as it flies ends in it.
+    // Initial guess: the contact pushes with the force of the current gap if the cloth, moving
+    // freely, ends inside it.
     double depth = 0.0;
     const double force = end_force(e, motion_of(e, step_.v_predicted), depth);
     e.pushes = depth > 0.0 && force > 0.0;
@@ -166,8 +169,9 @@ std::span<const ImplicitTerm> Penalty::terms() {
   return terms_;
 }
 
-// Friction of the next solve from the slip of the last one. A viscosity where it could stop the
-// slip within the step; a given force where it cannot, which no lag of the speed changes.
+// Sets the friction of the next solve from the slip of the last one: a viscosity where it could
+// stop the slip within the step, otherwise a prescribed force, which does not depend on a lagged
+// speed.
 void Penalty::set_friction(Entry& e, const Vec3& slip) const {
   const double speed = slip.norm(), limit = e.point.friction * e.force;
   const double m_eff = 1.0 / compliance(e.point, step_.motion.inv_mass);
@@ -195,7 +199,8 @@ bool Penalty::update(std::span<Vec3> v) {
   return change > kLoadTolerance * load;
 }
 
-// Forces of the start of the step; of its end without contacts the slip alone.
+// Uses the forces at the start of the step. Only the slip is taken from the end of the step without
+// contacts.
 void Penalty::push_explicitly(Entry& e, std::span<const Vec3> x_t1) {
   const ContactPoint& c = e.point;
   const double h = step_.motion.h, depth = start_depth(e);
@@ -232,9 +237,10 @@ void Penalty::correct(std::span<Vec3> x_t1) {
   }
 }
 
-// Work and what the contact has stored meanwhile. The work of a force is what the integrator makes
-// of it: at the velocity of the end in an implicit step, at the mean one in an explicit step.
-ContactImpulse Penalty::told(const Entry& e, const Vec3& impulse, const Vec3& end) const {
+// Work of the contact and the energy that it stored meanwhile. The work of a force depends on the
+// integrator: it uses the velocity at the end of an implicit step and the mean velocity of an
+// explicit step.
+ContactImpulse Penalty::reported(const Entry& e, const Vec3& impulse, const Vec3& end) const {
   const Vec3& n = e.point.normal;
   const double parting = n.dot(end), normal = n.dot(impulse);
   const Vec3 u = (step_.implicit ? end : Vec3(0.5 * (e.unanswered + end))) / step_.motion.h;
@@ -251,11 +257,11 @@ void Penalty::impulses(std::span<const Vec3> v, std::vector<ContactImpulse>& out
     for (int k = 0; k < 4; ++k)
       if (terms_[t].particle[k] >= 0) sum += terms_[t].weight[k] * v[terms_[t].particle[k]];
     const Entry& e = entries_[term_entry_[t]];
-    out.push_back(told(e, terms_[t].rhs - terms_[t].matrix * sum, motion_of(e, v)));
+    out.push_back(reported(e, terms_[t].rhs - terms_[t].matrix * sum, motion_of(e, v)));
   }
   if (step_.implicit) return;
   for (const Entry& e : entries_)
-    if (e.force > 0.0) out.push_back(told(e, e.impulse, motion_of(e, v)));
+    if (e.force > 0.0) out.push_back(reported(e, e.impulse, motion_of(e, v)));
 }
 
 double Penalty::stable_step() const {
@@ -281,6 +287,37 @@ double Penalty::stable_step(double inv_mass) const {
 
 std::unique_ptr<Response> make_penalty(const ResponseConfig& config) {
   return std::make_unique<Penalty>(config);
+}
+
+void register_penalty(ResponseRegistry& registry) {
+  const ResponseConfig initial;
+  registry.add(
+      "penalty",
+      {{.name = "stiffness",
+        .initial = initial.stiffness,
+        .unit = "N/m",
+        .least = 0.0,
+        .most = 1e12,
+        .meaning = "force by depth of a contact; higher: less penetration, shorter "
+                   "explicit steps"},
+       {.name = "damping",
+        .initial = initial.damping,
+        .unit = "N·s/m",
+        .least = 0.0,
+        .most = 1e9,
+        .meaning = "force by speed of approach of a contact; higher: less rebound"},
+       {.name = "slip_speed",
+        .initial = initial.slip_speed,
+        .unit = "m/s",
+        .least = 0.0,
+        .most = 10.0,
+        .above_least = true,
+        .meaning = "slip below which friction is a viscosity; lower: less creep, shorter "
+                   "explicit steps"}},
+      [](const Options& o) {
+        return make_penalty(
+            {.stiffness = o["stiffness"], .damping = o["damping"], .slip_speed = o["slip_speed"]});
+      });
 }
 
 }  // namespace selvedge

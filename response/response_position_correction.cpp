@@ -3,15 +3,15 @@
 // Position correction, survey eq. 50 and 51: a particle that ends at a distance d below the surface
 // offset ξ is moved onto it,
 //   x' = x + (ξ - d) n - min(μ (ξ - d)/|Δx_t|, 1) Δx_t,  Δx = x - x(t), Δx_t = Δx - n (Δx·n).
-// Mended: eq. 50 as printed offsets by a unit normal, one metre; eq. 51 mixes the distance d with a
-// vector and lacks the old position; its constant C_fric is replaced by Coulomb's bound. Pairs
-// share the correction by their masses, and corrections are swept until they agree
-// (contact_sweeps.h). The velocity is that of the corrected path [as in Verlet1967]: to leave it as
-// it was, as the survey's text may be read, lets the velocity of resting cloth grow by g h in every
-// step. What made up for a gap that was too small at the start gives no velocity.
+// Corrected: eq. 50 as printed offsets by a unit normal, one metre; eq. 51 mixes the distance d
+// with a vector and omits the old position; its constant C_fric is replaced by Coulomb's bound.
+// Pairs share the correction by their masses, and corrections are swept until they are consistent
+// (contact_sweeps.h). The velocity is that of the corrected path [as in Verlet1967]. Leaving the
+// velocity unchanged, as the survey's text may be read, lets the velocity of resting cloth grow by
+// g h in every step. A correction of a gap that was too small at the start adds no velocity.
 //
-// Guarantee: momentum is kept, no energy is given.
-#include <selvedge/response/contact_sweeps.h>
+// Guarantee: momentum is kept and no energy is added.
+#include <selvedge/response/detail/contact_sweeps.h>
 
 #include <algorithm>
 
@@ -38,9 +38,9 @@ class PositionCorrection final : public Response {
   }
   ResponseTraits traits() const override {
     return {
-        "particles end on the surface offset, without velocity from a gap made up for; Coulomb "
-        "friction; momentum is kept",
-        "survey of Mozafary and Payvandy, 2016, eq. 50 and 51, mended", true, true, false};
+        "particles end on the surface offset; correcting a gap adds no velocity; Coulomb friction; "
+        "momentum is kept",
+        "survey of Mozafary and Payvandy, 2016, eq. 50 and 51, corrected", true, true, false};
   }
 
  private:
@@ -51,6 +51,11 @@ class PositionCorrection final : public Response {
 
 std::unique_ptr<Response> make_position_correction(const ResponseConfig& config) {
   return std::make_unique<PositionCorrection>(config);
+}
+
+void register_position_correction(ResponseRegistry& registry) {
+  registry.add("position_correction", {},
+               [](const Options&) { return make_position_correction(); });
 }
 
 }  // namespace selvedge

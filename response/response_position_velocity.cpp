@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 //
-// Position and velocity, survey section 6.3: the position is corrected as by `position_correction`
-// (eq. 50 and 51, Coulomb friction on the path), the velocity reflected as by `reflection` (eq. 49,
-// restitution and a retained share of the tangential part). Errata as there.
+// Position and velocity, survey section 6.3: corrects the position as `position_correction` does
+// (eq. 50 and 51, Coulomb friction on the path) and reflects the velocity as `reflection` does (eq.
+// 49, restitution and a retained share of the tangential part). The errata of those two files
+// apply.
 //
-// Guarantee: momentum is kept; no energy is given for a restitution of 0.
-#include <selvedge/response/contact_sweeps.h>
+// Guarantee: momentum is kept; no energy is added for a restitution of 0.
+#include <selvedge/response/detail/contact_sweeps.h>
+#include <selvedge/response/detail/response_options.h>
 
 namespace selvedge {
 namespace {
@@ -32,8 +34,8 @@ class PositionVelocity final : public Response {
   }
   ResponseTraits traits() const override {
     return {
-        "particles end on the surface offset; restitution as set; a share of the tangential "
-        "velocity is lost in a step; momentum is kept",
+        "particles end on the surface offset; configurable restitution; each step of contact "
+        "removes a share of the tangential velocity; momentum is kept",
         "survey of Mozafary and Payvandy, 2016, section 6.3; Vassilev, Spanlang, Chrysanthou, "
         "Fast cloth animation on walking avatars, 2001",
         true, true, true};
@@ -48,6 +50,14 @@ class PositionVelocity final : public Response {
 
 std::unique_ptr<Response> make_position_velocity(const ResponseConfig& config) {
   return std::make_unique<PositionVelocity>(config);
+}
+
+void register_position_velocity(ResponseRegistry& registry) {
+  registry.add("position_velocity", {detail::restitution_option(), detail::retention_option()},
+               [](const Options& o) {
+                 return make_position_velocity(
+                     {.restitution = o["restitution"], .retention = o["retention"]});
+               });
 }
 
 }  // namespace selvedge

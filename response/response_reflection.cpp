@@ -3,15 +3,15 @@
 // T. Vassilev, B. Spanlang, Y. Chrysanthou, "Fast cloth animation on walking avatars", Computer
 // Graphics Forum 20(3), 2001; survey eq. 48 and 49. With the velocity relative to the body,
 //   v_r = V - V_body,  v_r·n < 0:  V' = C_fric v_rt - C_refl v_rn + V_body.
-// Mended: the survey's eq. 49 reflects the parts of the absolute velocity and adds the body's to
-// them, which counts it twice: the same scene on a train behaves differently. C_fric is a share
-// that is kept (`retention`), once in every step of contact, and not Coulomb's coefficient, which
-// is not heeded. C_refl is the restitution. A pair of free primitives changes its relative velocity
-// in the same way by impulses that sum to zero.
+// Corrected: the survey's eq. 49 reflects the parts of the absolute velocity and adds the body's
+// velocity, which counts it twice: the same scene in a moving frame behaves differently. C_fric is
+// the share that is retained (`retention`) in every step of contact; Coulomb's coefficient is not
+// used. C_refl is the restitution. Two free primitives change their relative velocity in the same
+// way, by impulses that sum to zero.
 //
-// Guarantee: momentum is kept; no energy is given for C_refl = 0. A gap that has been lost stays
-// lost.
-#include <selvedge/response/contact_sweeps.h>
+// Guarantee: momentum is kept; no energy is added for C_refl = 0. A violated gap is not restored.
+#include <selvedge/response/detail/contact_sweeps.h>
+#include <selvedge/response/detail/response_options.h>
 
 namespace selvedge {
 namespace {
@@ -36,8 +36,8 @@ class Reflection final : public Response {
   }
   ResponseTraits traits() const override {
     return {
-        "restitution as set; a share of the tangential velocity is lost in a step, whatever "
-        "the load; momentum is kept",
+        "configurable restitution; each step of contact removes a share of the tangential "
+        "velocity, whatever the load; momentum is kept",
         "Vassilev, Spanlang, Chrysanthou, Fast cloth animation on walking avatars, 2001", true,
         true, true};
   }
@@ -51,6 +51,14 @@ class Reflection final : public Response {
 
 std::unique_ptr<Response> make_reflection(const ResponseConfig& config) {
   return std::make_unique<Reflection>(config);
+}
+
+void register_reflection(ResponseRegistry& registry) {
+  registry.add(
+      "reflection", {detail::restitution_option(), detail::retention_option()},
+      [](const Options& o) {
+        return make_reflection({.restitution = o["restitution"], .retention = o["retention"]});
+      });
 }
 
 }  // namespace selvedge

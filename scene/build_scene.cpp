@@ -3,10 +3,10 @@
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/bodies/mesh_report.h>
 #include <selvedge/bodies/pattern_file.h>
-#include <selvedge/core/garment.h>
+#include <selvedge/core/cloth_mesh.h>
+#include <selvedge/scene/build.h>
 #include <selvedge/scene/check_scene.h>
 #include <selvedge/scene/contact_pairs.h>
-#include <selvedge/scene/detail/build_pieces.h>
 #include <selvedge/scene/detail/make_piece.h>
 #include <selvedge/scene/scene.h>
 
@@ -44,8 +44,8 @@ TriangleMesh load_body(const std::filesystem::path& file, const LoadConfig& conf
   return mesh;
 }
 
-/// A mesh turned into a body: keyframes turn it about its own origin, which is where its
-/// transformation puts it.
+/// Makes a body from a mesh. Keyframes rotate it about its own origin, which its transformation
+/// places.
 std::unique_ptr<Body> make_rigid_body(TriangleMesh mesh, const BodySpec& spec) {
   scale(mesh, spec.placement.scale);
   rotate(mesh.vertices, spec.placement.rotation);
@@ -90,23 +90,21 @@ std::unique_ptr<Body> make_body(const BodySpec& spec, const std::string& place,
   return make_rigid_body(std::move(mesh), spec);
 }
 
-// Neighbours along an edge that is shorter than the thickness are always nearer than they may come.
-// Such pairs then keep a part of the distance at which they start, and the cloth cannot fold as
-// sharply as its mesh would let it.
-void warn_of_thickness(const ClothMesh& piece, double thickness, const std::string& place,
-                       std::vector<std::string>& warnings) {
+// The ends of an edge that is shorter than the rest gap are always nearer than the gap. Contacts
+// between such neighbours keep a part of their starting distance, so the cloth cannot fold as
+// sharply as its mesh allows.
+void warn_of_rest_gap(const ClothMesh& piece, double rest_gap, const std::string& place,
+                      std::vector<std::string>& warnings) {
   double shortest = std::numeric_limits<double>::infinity();
   for (const Edge& e : piece.edges)
     shortest =
         std::min(shortest, (piece.surface.vertices[e[0]] - piece.surface.vertices[e[1]]).norm());
-  if (shortest >= thickness) return;
+  if (shortest >= rest_gap) return;
   warnings.push_back(fmt::format(
-      "{}: contact.thickness (or that of contact.pairs) is {:g} m, but the shortest edge is {:g} "
-      "m, so that parts of the same "
-      "fold count as too near each other and the cloth becomes stiffer than it is; take a "
-      "thickness "
-      "of at most {:g} m or larger cells",
-      place, thickness, shortest, shortest));
+      "{}: contact.rest_gap (or that of contact.pairs) is {:g} m, but the shortest edge is {:g} m. "
+      "Contacts between neighbouring particles make the cloth stiffer; use a rest gap of at most "
+      "{:g} m or larger cells",
+      place, rest_gap, shortest, shortest));
 }
 
 void append(TriangleMesh& all, const TriangleMesh& mesh) {
@@ -138,16 +136,16 @@ void add_volume(const ClothSpec& spec, const ClothMesh& piece, std::int32_t begi
 }
 
 void add_cloth(const Scene& scene, const ContactPairs& pairs, std::size_t index,
-               const detail::PieceMaker& make, BuiltScene& built) {
+               const PieceMaker& make, BuiltScene& built) {
   const ClothSpec& spec = scene.cloths[index];
   const Material& material = scene.materials.at(spec.material);
   const std::string place = at("geometry", index, spec.name);
   try {
     const auto [piece, rest] = make(index);
     const auto number = static_cast<std::int32_t>(index);
-    for (const std::string& sentence : detail::misfits(spec, material))
+    for (const std::string& sentence : detail::plate_warnings(spec, material))
       built.warnings.push_back(place + ": " + sentence);
-    warn_of_thickness(piece, pairs.thickness(number, number), place, built.warnings);
+    warn_of_rest_gap(piece, pairs.rest_gap(number, number), place, built.warnings);
     const std::int32_t begin = append(built.cloth, piece);
     built.piece_begin.push_back(begin);
     append(built.rest, rest);
@@ -186,7 +184,7 @@ void add_body(const Scene& scene, std::size_t index, BuiltScene& built) {
 
 }  // namespace
 
-BuiltScene detail::build_scene(const Scene& scene, const PieceMaker& make) {
+BuiltScene build_scene(const Scene& scene, const PieceMaker& make) {
   check_numbers(scene);
   const ContactPairs pairs(scene);
   BuiltScene built;
@@ -198,8 +196,8 @@ BuiltScene detail::build_scene(const Scene& scene, const PieceMaker& make) {
 }
 
 BuiltScene build_scene(const Scene& scene) {
-  return detail::build_scene(scene, [&](std::size_t i) {
-    return detail::make_piece(scene.cloths[i], scene.materials.at(scene.cloths[i].material));
+  return build_scene(scene, [&](std::size_t i) {
+    return make_piece(scene.cloths[i], scene.materials.at(scene.cloths[i].material));
   });
 }
 

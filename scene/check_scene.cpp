@@ -58,12 +58,12 @@ void check_numbers(const Scene& scene) {
   require_not_negative(scene.air.normal_drag, "air.normal_drag");
   require_not_negative(scene.air.viscous_drag, "air.viscous_drag");
   check_time(scene.time);
-  require_positive(scene.contact.thickness, "contact.thickness");
+  require_positive(scene.contact.rest_gap, "contact.rest_gap");
   for (std::size_t i = 0; i < scene.contact.pairs.size(); ++i) {
     const PairSpec& pair = scene.contact.pairs[i];
     const std::string name = fmt::format("contact.pairs[{}]", i);
     if (pair.friction) require_not_negative(*pair.friction, name + ".friction");
-    if (pair.thickness) require_positive(*pair.thickness, name + ".thickness");
+    if (pair.rest_gap) require_positive(*pair.rest_gap, name + ".rest_gap");
   }
   require_positive(scene.solver.tolerance, "solver.tolerance");
   require(scene.solver.max_iterations >= 1, "solver.max_iterations", scene.solver.max_iterations,

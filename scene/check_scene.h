@@ -5,9 +5,9 @@
 
 namespace selvedge {
 
-/// Refuses numbers that a scene file could not hold: not finite, or outside their range. For scenes
-/// made in code, which no parser has seen. Throws std::invalid_argument with the field and its
-/// value.
+/// Checks the numbers of a scene made in code; the parser checks those of scene files. Throws
+/// std::invalid_argument with the field and its value for a number that is not finite or out of
+/// range.
 void check_numbers(const Scene& scene);
 
 }  // namespace selvedge

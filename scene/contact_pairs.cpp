@@ -9,7 +9,7 @@
 namespace selvedge {
 namespace {
 
-// The surfaces that a name means: a piece, all pieces of a material, or a body.
+// The surfaces of a name: a piece, all pieces of a material, or a body.
 struct Named {
   std::vector<std::size_t> surfaces;  // pieces first, then bodies
   int meanings = 0;
@@ -46,7 +46,7 @@ std::string fault_of_name(const std::string& name, const Scene& scene) {
   for (const auto& [material, numbers] : scene.materials) known.push_back(material);
   for (const BodySpec& body : scene.bodies) known.push_back(body.name);
   return fmt::format("there is no piece, material or obstacle \"{}\"; nearest is \"{}\"", name,
-                     detail::nearest(name, known));
+                     nearest_word(name, known));
 }
 
 }  // namespace
@@ -56,16 +56,16 @@ PairFault fault_of(const PairSpec& pair, const Scene& scene) {
   if (!a.empty()) return {"a", a};
   if (!b.empty()) return {"b", b};
   if (surfaces_of(pair.a, scene).body && surfaces_of(pair.b, scene).body)
-    return {"b", fmt::format("\"{}\" and \"{}\" are two obstacles, which do not meet; name a piece "
-                             "of cloth or a material",
+    return {"b", fmt::format("\"{}\" and \"{}\" are two obstacles, which do not collide with each "
+                             "other; name a piece of cloth or a material",
                              pair.a, pair.b)};
-  if (!pair.friction && !pair.thickness)
-    return {"", "says nothing about its pair; give it \"friction\" or \"thickness\""};
+  if (!pair.friction && !pair.rest_gap)
+    return {"", "has no value for its pair; give it \"friction\" or \"rest_gap\""};
   return {};
 }
 
 ContactPairs::ContactPairs(const Scene& scene)
-    : surfaces_(scene.cloths.size() + scene.bodies.size()), largest_(scene.contact.thickness) {
+    : surfaces_(scene.cloths.size() + scene.bodies.size()), largest_(scene.contact.rest_gap) {
   const std::size_t pieces = scene.cloths.size();
   const auto fabric = [&](std::size_t p) {
     return scene.materials.at(scene.cloths[p].material).friction;
@@ -74,7 +74,7 @@ ContactPairs::ContactPairs(const Scene& scene)
     for (std::size_t s = 0; s < surfaces_; ++s)
       table_.push_back(
           {s < pieces ? std::max(fabric(p), fabric(s)) : scene.bodies[s - pieces].friction,
-           scene.contact.thickness});
+           scene.contact.rest_gap});
   for (std::size_t i = 0; i < scene.contact.pairs.size(); ++i) {
     const PairSpec& pair = scene.contact.pairs[i];
     if (const PairFault fault = fault_of(pair, scene); !fault.sentence.empty())
@@ -83,7 +83,7 @@ ContactPairs::ContactPairs(const Scene& scene)
       if (piece >= pieces) return;
       Entry& entry = table_[piece * surfaces_ + surface];
       entry.friction = pair.friction.value_or(entry.friction);
-      entry.thickness = pair.thickness.value_or(entry.thickness);
+      entry.rest_gap = pair.rest_gap.value_or(entry.rest_gap);
     };
     const Named b = surfaces_of(pair.b, scene);
     for (const std::size_t one : surfaces_of(pair.a, scene).surfaces)
@@ -92,7 +92,7 @@ ContactPairs::ContactPairs(const Scene& scene)
         set(other, one);
       }
   }
-  for (const Entry& entry : table_) largest_ = std::max(largest_, entry.thickness);
+  for (const Entry& entry : table_) largest_ = std::max(largest_, entry.rest_gap);
 }
 
 }  // namespace selvedge

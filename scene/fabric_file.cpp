@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <selvedge/core/kawabata.h>
+#include <selvedge/core/fabric.h>
 #include <selvedge/scene/detail/fabric_texts.h>
 #include <selvedge/scene/detail/scene_json.h>
 #include <selvedge/scene/fabric_file.h>
@@ -27,18 +27,18 @@ constexpr double ounce_per_square_yard = 0.028349523125 / (0.9144 * 0.9144);
 
 const Units densities = {{"kg/m2", 1.0},
                          {"g/m2", 1e-3},
-                         {"mg/cm2", kg_per_m2_of_mg_per_cm2},
+                         {"mg/cm2", kKgPerM2OfMgPerCm2},
                          {"oz/yd2", ounce_per_square_yard}};
 const Units lengths = {{"m", 1.0}, {"cm", 1e-2}, {"mm", 1e-3}};
 const Units forces_per_width = {
-    {"N/m", 1.0}, {"N/cm", 100.0}, {"gf/cm", newton_per_metre_of_gf_per_cm}, {"g/s2", 1e-3}};
+    {"N/m", 1.0}, {"N/cm", 100.0}, {"gf/cm", kNewtonPerMetreOfGfPerCm}, {"g/s2", 1e-3}};
 const Units shears = {{"N/m", 1.0},
                       {"g/s2", 1e-3},
-                      {"gf/(cm*deg)", newton_per_metre_of_gf_per_cm* per_degree},
+                      {"gf/(cm*deg)", kNewtonPerMetreOfGfPerCm* per_degree},
                       {"N/(m*deg)", per_degree}};
 const Units rigidities = {
-    {"N*m", 1.0}, {"uN*m", 1e-6}, {"gf*cm2/cm", newton_metre_of_gf_cm2_per_cm}, {"g*mm2/s2", 1e-9}};
-const Units moments_per_width = {{"N", 1.0}, {"gf*cm/cm", newton_of_gf_cm_per_cm}};
+    {"N*m", 1.0}, {"uN*m", 1e-6}, {"gf*cm2/cm", kNewtonMetreOfGfCm2PerCm}, {"g*mm2/s2", 1e-9}};
+const Units moments_per_width = {{"N", 1.0}, {"gf*cm/cm", kNewtonOfGfCmPerCm}};
 const Units percents = {{"%", 1.0}, {"1", 100.0}};
 const Units ratios = {{"1", 1.0}, {"%", 0.01}};
 
@@ -55,7 +55,7 @@ double factor_of(const Json& j, const char* key, const Units& units, const std::
   const auto unit = j[key].get<std::string>();
   const auto found = units.find(unit);
   if (found == units.end())
-    refuse(place, fmt::format("\"{}\" is no unit of this quantity; give one of {}", unit, list));
+    refuse(place, fmt::format("\"{}\" is not a unit of this quantity; give one of {}", unit, list));
   return found->second;
 }
 
@@ -64,8 +64,7 @@ double number_in(const Json& j, const std::string& key, const std::string& place
     refuse(place, fmt::format("has no number \"{}\"", key));
   const auto value = j[key].get<double>();
   if (!(value >= 0.0) || !std::isfinite(value))
-    refuse(place, fmt::format("\"{}\" is {:g}, but nothing that is measured here is negative", key,
-                              value));
+    refuse(place, fmt::format("\"{}\" must not be negative, but is {:g}", key, value));
   return value;
 }
 
@@ -73,7 +72,7 @@ void refuse_unknown(const Json& j, const std::set<std::string>& known, const std
   for (const auto& [key, value] : j.items())
     if (!known.contains(key))
       refuse(place, fmt::format("the key \"{}\" is not known; nearest is \"{}\"", key,
-                                detail::nearest(key, {known.begin(), known.end()})));
+                                nearest_word(key, {known.begin(), known.end()})));
 }
 
 /// One fabric of a file.
@@ -82,11 +81,12 @@ class FabricReader {
   FabricReader(const Json& j, std::string place) : j_(j), place_(std::move(place)) {}
 
   Fabric read(Fabric fabric) {
-    if (!j_.is_object()) refuse(place_, "is no object");
+    if (!j_.is_object()) refuse(place_, "is not a JSON object");
     fabric.kind = text("kind", "constants");
     fabric.description = text("description", "");
     fabric.source = text("source", fabric.source);
-    if (fabric.source.empty()) refuse(place_, "has no \"source\"; say who measured it, and where");
+    if (fabric.source.empty())
+      refuse(place_, "has no \"source\"; name the publication or laboratory");
     try {
       convert(fabric);
     } catch (const std::invalid_argument& error) {
@@ -160,9 +160,9 @@ class FabricReader {
     return pair(key, units);
   }
 
-  /// Of what the cloth has one of. Shear stress is symmetric, so that a sheet has one modulus of
-  /// shear in its plane, C33, and one loop of it: those printed for warp and weft are two readings
-  /// of the same, and of energies ½ G φ² the mean is that of the readings. HB, too, is one.
+  /// A constant of the whole cloth, the mean of the readings for warp and weft. Shear stress is
+  /// symmetric, so a sheet has one in-plane shear modulus C33 and one shear loop; warp and weft are
+  /// two readings of them, and the energy ½ G φ² is linear in G. HB is one constant, too.
   std::optional<double> maybe_mean(const std::string& key, const Units& units) const {
     const auto both = maybe_pair(key, units);
     if (!both) return std::nullopt;
@@ -213,7 +213,8 @@ class FabricReader {
       refuse(place, fmt::format("has no list \"{}\"", key));
     std::vector<double> values;
     for (const Json& element : j[key]) {
-      if (!element.is_number()) refuse(place, fmt::format("\"{}\" holds what is no number", key));
+      if (!element.is_number())
+        refuse(place, fmt::format("\"{}\" has an element that is not a number", key));
       values.push_back(factor * element.get<double>());
     }
     return values;
@@ -222,7 +223,7 @@ class FabricReader {
   void read_kes(Fabric& fabric) const {
     allow({"W", "LT", "WT", "RT", "EMT", "G", "2HG", "2HG5", "B", "2HB", "T"});
     KesSheet sheet;
-    sheet.weight = value("W", densities) / kg_per_m2_of_mg_per_cm2;
+    sheet.weight = value("W", densities) / kKgPerM2OfMgPerCm2;
     const WarpWeft extension = pair("EMT", percents);
     sheet.emt = extension.mean();
     sheet.lt = kes_linearity(sheet.emt);
@@ -234,15 +235,15 @@ class FabricReader {
     }
     sheet.shear = pair("G", shears).mean() / shears.at("gf/(cm*deg)");
     sheet.shear_hysteresis =
-        maybe_mean("2HG", forces_per_width).value_or(0.0) / newton_per_metre_of_gf_per_cm;
-    sheet.bending = pair("B", rigidities).mean() / newton_metre_of_gf_cm2_per_cm;
+        maybe_mean("2HG", forces_per_width).value_or(0.0) / kNewtonPerMetreOfGfPerCm;
+    sheet.bending = pair("B", rigidities).mean() / kNewtonMetreOfGfCm2PerCm;
     sheet.bending_hysteresis =
-        maybe_mean("2HB", moments_per_width).value_or(0.0) / newton_of_gf_cm_per_cm;
+        maybe_mean("2HB", moments_per_width).value_or(0.0) / kNewtonOfGfCmPerCm;
     const Material m = material_of(sheet);
     FabricConstants c;
     c.density = m.density;
     c.thickness = maybe("T", lengths);
-    // One curve, whose slope at rest is that of each yarn's own extension.
+    // One curve; its slope at rest follows from the extension of each yarn.
     c.stretch = WarpWeft{m.stretch_stiffness * sheet.emt / extension.warp,
                          m.stretch_stiffness * sheet.emt / extension.weft};
     c.shear = m.shear_stiffness;
@@ -262,15 +263,15 @@ class FabricReader {
 
   /// LT, or what follows from WT (gf·cm/cm²): WT = LT · 500 gf/cm · EMT/2.
   double kes_linearity(double emt) const {
-    const Units works = {{"gf*cm/cm2", 1.0}, {"N/m", 1.0 / newton_per_metre_of_gf_per_cm}};
-    const double triangle = 0.5 * kes_end_of_tension * 0.01 * emt;
+    const Units works = {{"gf*cm/cm2", 1.0}, {"N/m", 1.0 / kNewtonPerMetreOfGfPerCm}};
+    const double triangle = 0.5 * kKesEndOfTension * 0.01 * emt;
     const auto lt = maybe_mean("LT", {{"1", 1.0}});
     const auto wt = maybe_mean("WT", works);
     if (!lt && !wt) refuse(place_, "has neither \"LT\" nor \"WT\"; give the tension test");
     if (!lt) return *wt / triangle;
     constexpr double agreement = 0.1;
     if (wt && std::abs(*wt / triangle - *lt) > agreement * *lt)
-      refuse(place_, fmt::format("WT and EMT say LT = {:.3f}, but LT is {:.3f}; check their units",
+      refuse(place_, fmt::format("WT and EMT give LT = {:.3f}, but LT is {:.3f}; check their units",
                                  *wt / triangle, *lt));
     return *lt;
   }
@@ -305,8 +306,8 @@ class FabricReader {
     c.bending = WarpWeft{rigidity, rigidity};
     finish(fabric, c);
     fabric.notes.push_back(
-        "bending is the most that the drape coefficient allows (strips without shear); `selvedge "
-        "identify` finds what fits");
+        "bending is the largest value that the drape coefficient allows (strips without shear); "
+        "`selvedge identify` fits it");
   }
 
   const Json& j_;
@@ -314,7 +315,7 @@ class FabricReader {
 };
 
 std::vector<Fabric> fabrics_of(const Json& root, const std::string& file, const std::string& set) {
-  if (!root.is_object()) refuse(file, "holds no JSON object");
+  if (!root.is_object()) refuse(file, "is not a JSON object");
   std::vector<Fabric> fabrics;
   if (!root.contains("fabrics")) {
     fabrics.push_back(FabricReader(root, file).read({set, "", "", "", {}, {}, {}}));
@@ -325,7 +326,7 @@ std::vector<Fabric> fabrics_of(const Json& root, const std::string& file, const 
   for (const auto& [name, j] : root["fabrics"].items())
     fabrics.push_back(
         FabricReader(j, file + ", " + name).read({set + "/" + name, "", source, "", {}, {}, {}}));
-  if (fabrics.empty()) refuse(file, "holds no fabric");
+  if (fabrics.empty()) refuse(file, "has no fabric");
   return fabrics;
 }
 
@@ -360,7 +361,7 @@ Fabric find_fabric(const std::string& name, const std::filesystem::path& folder)
   if (!std::filesystem::is_regular_file(file, error))
     throw std::invalid_argument(
         fmt::format("there is no fabric \"{}\" and no file {}; nearest is \"{}\"", name,
-                    file.string(), detail::nearest(name, known)));
+                    file.string(), nearest_word(name, known)));
   std::vector<Fabric> fabrics = read_fabrics(file);
   if (wanted.empty() && fabrics.size() == 1) return std::move(fabrics.front());
   for (Fabric& fabric : fabrics)

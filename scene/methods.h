@@ -8,8 +8,12 @@
 #include <selvedge/response/fail_safe.h>
 #include <selvedge/response/response.h>
 
+#include <array>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
 
 namespace selvedge {
 
@@ -23,17 +27,41 @@ struct Methods {
   StrainLimiterRegistry strain_limiters = selvedge::strain_limiters();
 };
 
-/// The method of that name; throws std::invalid_argument with the names there are. `key` is where
-/// the scene names it.
-template <class Registry, class... Config>
-auto make_method(const Registry& registry, const std::string& name, const char* key,
-                 const Config&... config) {
-  const auto found = registry.find(name);
-  if (found != registry.end()) return found->second(config...);
-  std::string known;
-  for (const auto& entry : registry) known += (known.empty() ? "" : ", ") + entry.first;
-  throw std::invalid_argument(std::string(key) + ": there is no \"" + name +
-                              "\" in this build; it has " + known);
+/// Keys of scene files that name a method, one for each family.
+inline constexpr std::array<const char*, 6> kMethodKeys{
+    "contact.broad_phase", "contact.narrow_phase", "contact.response",
+    "contact.fail_safe",   "solver.integrator",    "solver.strain_limiter"};
+
+/// Calls visit(key, registry) for each family, in the order of kMethodKeys.
+template <class Visit>
+void for_each_family(const Methods& methods, Visit visit) {
+  visit(kMethodKeys[0], methods.broad_phases);
+  visit(kMethodKeys[1], methods.narrow_phases);
+  visit(kMethodKeys[2], methods.responses);
+  visit(kMethodKeys[3], methods.fail_safes);
+  visit(kMethodKeys[4], methods.integrators);
+  visit(kMethodKeys[5], methods.strain_limiters);
+}
+
+/// One method as lists show it.
+struct ListedMethod {
+  std::string key;  ///< one of kMethodKeys
+  std::string name, promise, source;
+  std::string library{};  ///< optional library that the method comes from; empty: selvedge itself
+  bool available = true;  ///< false: this build lacks the library
+  std::vector<Option> options{};
+};
+/// All methods by family and name; in each family the absent ones follow.
+std::vector<ListedMethod> list_methods(const Methods& methods);
+
+/// The method of that name with these options and arguments. Throws std::invalid_argument that
+/// begins with `key`, the place where the scene names it, for an unknown name or option.
+template <class Product, class Traits, class... Args>
+Product make_method(const Registry<Product, Traits, Args...>& registry, const std::string& name,
+                    const char* key, const Options& options, std::type_identity_t<Args>... args) {
+  if (const std::string fault = registry.fault(name); !fault.empty())
+    throw std::invalid_argument(std::string(key) + ": " + fault);
+  return registry.at(name)(options, std::forward<Args>(args)...);
 }
 
 }  // namespace selvedge

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/scene/contact_pairs.h>
+#include <selvedge/scene/detail/old_keys.h>
 #include <selvedge/scene/detail/read_extras.h>
 #include <selvedge/scene/detail/read_geometry.h>
 #include <selvedge/scene/detail/scene_json.h>
 #include <selvedge/scene/detail/select_vertices.h>
 #include <selvedge/scene/scene.h>
+#include <selvedge/scene/scene_keys.h>
 
 #include <algorithm>
 #include <cmath>
@@ -31,8 +33,8 @@ Vec3 read_vec3(const Json& j) {
 
 std::string in_quotes(const std::string& word) { return "\"" + word + "\""; }
 
-/// Reads a document that the schema has checked and completed, so that every key with a default is
-/// there and has its type and range; what is left are the references and the files.
+/// Reads a document that the schema has checked and completed: every key with a default is present,
+/// with the right type and range. The reader checks references and files.
 class SceneReader {
  public:
   SceneReader(LocatedJson& document, const Methods& methods)
@@ -65,7 +67,7 @@ class SceneReader {
  private:
   // -- names ------------------------------------------------------------------------------------
 
-  /// The name of an element, made up from its place if it has none, and unique in its list.
+  /// The name of an element, unique in its list; made from the index if the element has none.
   std::string read_name(Json& element, const std::string& stem, std::size_t index,
                         std::set<std::string>& taken) {
     const std::string path = join(stem, index);
@@ -83,7 +85,7 @@ class SceneReader {
     if (std::find(known.begin(), known.end(), word) != known.end()) return;
     const std::vector<std::string> words(known.begin(), known.end());
     const std::string hint =
-        words.empty() ? "none is defined" : "nearest is " + in_quotes(detail::nearest(word, words));
+        words.empty() ? "none is defined" : "nearest is " + in_quotes(nearest_word(word, words));
     fail(document_, path, fmt::format("there is no {} {}; {}", kind, in_quotes(word), hint));
   }
 
@@ -93,18 +95,49 @@ class SceneReader {
     return words.at(j.get<std::string>());
   }
 
+  /// A method by its name, or an object with its name ("type") and its options. Returns the name.
   template <class Registry>
-  std::string read_method(const Json& j, const Registry& registry, const std::string& path) const {
-    const auto name = j.get<std::string>();
-    std::vector<std::string> known;
-    for (const auto& [key, factory] : registry) known.push_back(key);
-    require_known(name, known, path, "method");
+  std::string read_method(const Json& j, const Registry& registry, const std::string& path,
+                          Options& options) const {
+    const bool named = j.is_string();
+    const auto name = (named ? j : j["type"]).template get<std::string>();
+    if (const std::string fault = registry.fault(name); !fault.empty())
+      fail(document_, named ? path : join(path, "type"), fault);
+    if (named) return name;
+    for (const auto& [key, value] : j.items())
+      if (key != "type") read_option(value, registry.at(name), join(path, key), key, options);
     return name;
+  }
+
+  /// One option of the method `entry`.
+  template <class Entry>
+  void read_option(const Json& j, const Entry& entry, const std::string& path,
+                   const std::string& key, Options& options) const {
+    const double value = j.is_boolean() ? (j.template get<bool>() ? 1.0 : 0.0) : j.get<double>();
+    if (const std::string fault = option_fault(entry.options(), key, value); !fault.empty())
+      fail(document_, path, entry.name() + " " + fault);
+    const auto option = std::find_if(entry.options().begin(), entry.options().end(),
+                                     [&](const Option& o) { return o.name == key; });
+    if (j.is_boolean() != (option->kind == OptionKind::boolean))
+      fail(document_, path, j.is_boolean() ? "must be a number" : "must be true or false");
+    options.set(key, value);
+  }
+
+  /// Options that stand beside the method's name, as in older scene files.
+  template <class Entry>
+  void read_flat_options(const Json& section, const std::string& stem, const Entry& entry,
+                         std::initializer_list<const char*> keys, Options& options) const {
+    for (const std::string key : keys) {
+      if (!section.contains(key)) continue;
+      if (options.contains(key))
+        fail(document_, join(stem, key), "is given twice; keep the one beside \"type\"");
+      read_option(section[key], entry, join(stem, key), key, options);
+    }
   }
 
   // -- files ------------------------------------------------------------------------------------
 
-  /// Absolute path of a file that exists; the document keeps the absolute one.
+  /// Absolute path of a file that exists; also stored in the document.
   std::filesystem::path read_file(Json& j, const std::string& path) {
     const auto file = absolute(j.get<std::string>());
     std::error_code error;
@@ -258,14 +291,7 @@ class SceneReader {
 
   static ClothGrid read_cloth_grid(const Json& j) {
     ClothGrid shape;
-    shape.pattern =
-        word_of<ClothPattern>(j["pattern"], {{"rectangular", ClothPattern::rectangular},
-                                             {"triangular", ClothPattern::triangular},
-                                             {"simplified", ClothPattern::simplified},
-                                             {"checkerboard", ClothPattern::checkerboard},
-                                             {"responsive", ClothPattern::responsive},
-                                             {"bilayered", ClothPattern::bilayered},
-                                             {"arc", ClothPattern::arc}});
+    shape.pattern = j["pattern"].get<std::string>();
     shape.grid.size_x = j["size"][0].get<double>();
     shape.grid.size_y = j["size"][1].get<double>();
     shape.grid.cells_x = j["cells"][0].get<std::int32_t>();
@@ -340,7 +366,8 @@ class SceneReader {
     return j["geometry"].get<std::string>();
   }
 
-  /// A handle is relative to the start; anything else would tear the cloth in the first step.
+  /// The motion of a handle is relative to its start. A first keyframe that moves it would tear the
+  /// cloth in the first step.
   void check_starts_at_rest(const HandleSpec& handle, const std::string& path) const {
     if (handle.motion.empty()) return;
     const Keyframe& first = handle.motion.front();
@@ -467,24 +494,23 @@ class SceneReader {
 
   void read_contact() {
     const Json& j = root_["contact"];
-    scene_.contact.thickness = j["thickness"].get<double>();
+    scene_.contact.rest_gap = j["rest_gap"].get<double>();
     scene_.contact.self = j["self"].get<bool>();
     scene_.contact.untangle_start = j["start"] == "untangle";
     scene_.contact.carry_tangled = j["still_tangled"] == "carry";
-    scene_.contact.broad_phase =
-        read_method(j["broad_phase"], methods_.broad_phases, "contact.broad_phase");
-    scene_.contact.narrow_phase =
-        read_method(j["narrow_phase"], methods_.narrow_phases, "contact.narrow_phase");
-    scene_.contact.response = read_method(j["response"], methods_.responses, "contact.response");
-    ResponseConfig& config = scene_.contact.response_config;
-    config.stiffness = j["stiffness"].get<double>();
-    config.damping = j["damping"].get<double>();
-    config.restitution = j["restitution"].get<double>();
-    config.retention = j["retention"].get<double>();
-    config.slip_speed = j["slip_speed"].get<double>();
-    config.sticking = j["sticking"].get<bool>();
-    scene_.contact.fail_safe =
-        read_method(j["fail_safe"], methods_.fail_safes, "contact.fail_safe");
+    ContactSpec& contact = scene_.contact;
+    contact.broad_phase = read_method(j["broad_phase"], methods_.broad_phases,
+                                      "contact.broad_phase", contact.broad_phase_options);
+    contact.narrow_phase = read_method(j["narrow_phase"], methods_.narrow_phases,
+                                       "contact.narrow_phase", contact.narrow_phase_options);
+    contact.response = read_method(j["response"], methods_.responses, "contact.response",
+                                   contact.response_options);
+    read_flat_options(
+        j, "contact", methods_.responses.at(contact.response),
+        {"stiffness", "damping", "restitution", "retention", "slip_speed", "sticking"},
+        contact.response_options);
+    contact.fail_safe = read_method(j["fail_safe"], methods_.fail_safes, "contact.fail_safe",
+                                    contact.fail_safe_options);
     read_pairs(j["pairs"]);
   }
 
@@ -493,7 +519,7 @@ class SceneReader {
       const Json& j = list[i];
       PairSpec pair{j["a"].get<std::string>(), j["b"].get<std::string>(), {}, {}};
       if (j.contains("friction")) pair.friction = j["friction"].get<double>();
-      if (j.contains("thickness")) pair.thickness = j["thickness"].get<double>();
+      if (j.contains("rest_gap")) pair.rest_gap = j["rest_gap"].get<double>();
       const std::string path = join("contact.pairs", i);
       if (const PairFault fault = fault_of(pair, scene_); !fault.sentence.empty())
         fail(document_, fault.key.empty() ? path : join(path, fault.key), fault.sentence);
@@ -503,29 +529,33 @@ class SceneReader {
 
   void read_solver() {
     const Json& j = root_["solver"];
-    scene_.solver.integrator =
-        read_method(j["integrator"], methods_.integrators, "solver.integrator");
+    SolverSpec& solver = scene_.solver;
+    solver.integrator = read_method(j["integrator"], methods_.integrators, "solver.integrator",
+                                    solver.integrator_options);
+    read_flat_options(j, "solver", methods_.integrators.at(solver.integrator),
+                      {"error", "drag", "max_newton"}, solver.integrator_options);
     read_strain_limiter(j["strain_limiter"]);
-    scene_.solver.refuse_unstable_step = j["unstable_step"] == "refuse";
-    scene_.solver.error = j["error"].get<double>();
-    scene_.solver.drag = j["drag"].get<double>();
-    scene_.solver.max_newton = j["max_newton"].get<int>();
+    solver.refuse_unstable_step = j["unstable_step"] == "refuse";
     scene_.solver.tolerance = j["tolerance"].get<double>();
     scene_.solver.max_iterations = j["max_iterations"].get<int>();
   }
 
-  /// A name, or as in older scenes whether there is one.
+  /// A method as in read_method, or as in older scenes whether there is one.
   void read_strain_limiter(const Json& j) {
     SolverSpec& solver = scene_.solver;
-    if (j.is_string())
-      solver.limiter = read_method(j, methods_.strain_limiters, "solver.strain_limiter");
-    else if (!j.get<bool>())
-      solver.limiter = "none";
-    solver.strain_limiter = solver.limiter != "none";
+    if (j.is_boolean()) {
+      if (!j.get<bool>()) solver.limiter = "none";
+    } else {
+      solver.limiter =
+          read_method(j, methods_.strain_limiters, "solver.strain_limiter", solver.limiter_options);
+    }
+    solver.strain_limiter =
+        methods_.strain_limiters.at(solver.limiter).traits().kind != LimiterKind::none;
   }
 
   void read_output() {
     const Json& j = root_["output"];
+    j["formats"].get_to(scene_.output.formats);
     scene_.output.vtk = j["vtk"].get<bool>();
     scene_.output.pc2 = j["pc2"].get<bool>();
     scene_.output.picture_every = j["picture_every"].get<int>();
@@ -563,10 +593,21 @@ class SceneReader {
 
 }  // namespace
 
+std::vector<std::string> OutputSpec::all_formats() const {
+  std::vector<std::string> all = formats;
+  if (vtk) all.emplace_back("vtk");
+  if (pc2) all.emplace_back("pc2");
+  std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  return all;
+}
+
 Scene read_scene(const std::filesystem::path& file, const std::vector<Override>& overrides,
                  const Methods& methods) {
   LocatedJson document = detail::parse_json_file(file);
-  for (const Override& set : overrides) detail::apply(document, set);
+  detail::rename_old_keys(document);
+  for (const Override& set : overrides) detail::apply(document, {present_key(set.path), set.value});
+  detail::rename_old_keys(document);
   detail::expand_fabrics(document);
   detail::check_and_complete(document, Json::parse(detail::scene_schema_text()));
   return SceneReader(document, methods).read();

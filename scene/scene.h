@@ -6,6 +6,7 @@
 #include <selvedge/bodies/load_mesh.h>
 #include <selvedge/core/adaptive_grid.h>
 #include <selvedge/core/cloth_mesh.h>
+#include <selvedge/core/cloth_pattern.h>
 #include <selvedge/core/force.h>
 #include <selvedge/core/wetting.h>
 #include <selvedge/scene/methods.h>
@@ -26,16 +27,6 @@ struct Placement {
   double scale = 1.0;  ///< > 0
 };
 
-enum class ClothPattern {
-  rectangular,
-  triangular,
-  simplified,
-  checkerboard,
-  responsive,
-  bilayered,  ///< cells are those of the dense layer
-  arc         ///< a disc of diameter size_x = size_y; cells_x particles on each of cells_y rings
-};
-
 /// A curve along which a grid lies at the start, folded or knotted; its rest shape stays flat.
 struct StripPath {
   std::vector<Vec3> points;   ///< m, the curve runs smoothly through them; empty: flat
@@ -48,19 +39,22 @@ struct PlateSpec {
   double poisson = 1.0 / 3.0;  ///< in (-1, 1)
 };
 
-/// When the cells of a rectangular grid are split in four ("refine"), looked at before every frame.
+/// Condition under which cells of a rectangular grid are split into four ("refine"). Checked before
+/// every frame.
 struct RefineSpec {
   enum class When {
     never,
-    settled,  ///< all of them, once nothing is faster than `speed` or the energy is below `energy`
-    curved    ///< those that meet a neighbour at more than `angle`
+    settled,  ///< all cells, once no particle is faster than `speed` or the energy is below
+              ///< `energy`
+    curved    ///< cells that form an angle above `angle` with a neighbour
   };
   When when = When::never;
-  std::int32_t levels = 1;  ///< at most so many times, in [1, AdaptiveGrid::max_levels]
-  double speed = 0.05;      ///< m/s
-  double energy = 0.0;      ///< J, kinetic
-  double after = 0.2;       ///< s, of settled: not sooner after the start or the last split
-  double angle = 0.35;      ///< rad
+  std::int32_t levels =
+      1;                ///< largest number of splits of a cell, in [1, AdaptiveGrid::kMaxLevels]
+  double speed = 0.05;  ///< m/s
+  double energy = 0.0;  ///< J, kinetic
+  double after = 0.2;   ///< s, of settled: shortest time after the start or the last split
+  double angle = 0.35;  ///< rad
 };
 
 /// Cells of one piece that were split at one time.
@@ -70,17 +64,17 @@ struct SplitEvent {
   std::vector<GridCell> cells;
 };
 
-/// Springs of every particle to its place ("virtual_springs") [survey 2.8].
+/// Springs from every particle to its position in the rest shape ("virtual_springs") [survey 2.8].
 struct VirtualSpec {
   double stiffness = 0.0;  ///< N/m³, force per area and distance, >= 0; 0: none
-  bool follow = false;     ///< the places go along with the cloth; else they stay where it starts
+  bool follow = false;     ///< the rest shape moves with the cloth; otherwise it stays at the start
 };
 
 struct ClothGrid {
-  ClothPattern pattern = ClothPattern::rectangular;
+  std::string pattern = "rectangular";  ///< a name of cloth_patterns()
   GridConfig grid;
   StripPath path{};
-  LayerConfig layers{};  ///< of the bilayered pattern
+  PatternOptions pattern_options{};
   std::optional<PlateSpec> plate{};
   RefineSpec refine{};
 };
@@ -88,12 +82,12 @@ struct ClothGrid {
 struct ClothFile {
   std::filesystem::path file;  ///< any triangle mesh: initial shape, and rest shape unless given
   std::filesystem::path rest_file;  ///< empty: the file itself
-  /// Metres per unit of the texture coordinates, which then are the flat pattern at rest; 0: they
-  /// are not.
+  /// Metres per unit of the texture coordinates, which then define the flat rest shape; 0: they are
+  /// ignored.
   double texture_unit = 0.0;
   TriangleMesh mesh;  ///< where `file` is empty: the mesh itself
   std::optional<PlateSpec> plate{};
-  std::optional<SupportConstants> support{};  ///< a closed surface held up from within
+  std::optional<SupportConstants> support{};  ///< a closed surface supported from inside
 };
 
 /// One piece of cloth ("geometry" in the scene file).
@@ -106,15 +100,15 @@ struct ClothSpec {
   VirtualSpec virtual_springs{};
 };
 
-/// Particles that are held, and how they move ("handles").
+/// Held particles and their prescribed motion ("handles").
 struct HandleSpec {
   std::string name;
   std::string geometry;  ///< name of the piece
   std::vector<std::int32_t>
       vertices;                  ///< of the piece; corners and boxes are resolved by the parser
   std::vector<Keyframe> motion;  ///< relative to the start; empty: held still
-  double release = -1.0;         ///< s; negative: never let go
-  /// It turns about the mean of so many of its first vertices; 0: of all.
+  double release = -1.0;         ///< s, time of release; negative: never
+  /// Number of its first vertices whose mean is the centre of rotation; 0: all vertices.
   std::size_t pivots = 0;
 };
 
@@ -126,8 +120,7 @@ struct WeightSpec {
   double mass = 0.0;                   ///< kg, to each of them, >= 0
 };
 
-/// Two rows of particles that are sewn together, the first of one to the first of the other
-/// ("seams").
+/// Two rows of particles that are sewn together pair by pair, in their order ("seams").
 struct SeamSpec {
   std::string name;
   std::array<std::string, 2> geometry;                ///< names of the pieces
@@ -164,7 +157,7 @@ struct BodyShape {
   int resolution = 64;
 };
 
-/// What cloth falls on ("obstacles").
+/// A body that cloth collides with ("obstacles").
 struct BodySpec {
   std::string name;
   std::variant<BodyShape, BodyFile, BodySequence> shape;
@@ -177,41 +170,44 @@ struct TimeSpec {
   int frames = 120;         ///< frames after the start frame, >= 1
   double fps = 60.0;        ///< frames per second, > 0
   int steps_per_frame = 2;  ///< >= 1
-  int max_halvings = 8;     ///< a step that cannot be made clean is halved this often
+  int max_halvings = 8;     ///< largest number of halvings of a step that collides
 };
 
-/// Friction and thickness of one pair of surfaces ("contact.pairs"); what is left out stays as it
-/// is. Of several entries that match a pair the last one counts, for either field by itself.
+/// Friction and rest gap of one pair of surfaces ("contact.pairs"). A field without a value changes
+/// nothing. If several entries match a pair, the last one counts, for each field separately.
 struct PairSpec {
   std::string a, b;  ///< names of pieces, materials or bodies, in any order; not two bodies
-  std::optional<double> friction;   ///< Coulomb coefficient, >= 0
-  std::optional<double> thickness;  ///< m, rest distance, > 0
+  std::optional<double> friction;  ///< Coulomb coefficient, >= 0
+  std::optional<double> rest_gap;  ///< m, distance that contacts keep at rest, > 0
 };
 
 struct ContactSpec {
-  double thickness = 0.002;     ///< m, rest distance between two surfaces, > 0
-  std::vector<PairSpec> pairs;  ///< pairs with a friction or thickness of their own
+  double rest_gap = 0.002;      ///< m, distance that contacts keep between two surfaces, > 0
+  std::vector<PairSpec> pairs;  ///< pairs with a friction or rest gap of their own
   bool self = true;             ///< cloth against itself and other pieces
   bool untangle_start = false;  ///< cloth that crosses at the start is untangled, not refused
-  bool carry_tangled =
-      false;  ///< one that cannot be untangled goes on, flagged; else the run stops
+  /// Cloth that cannot be untangled continues with flagged vertices; otherwise the run stops.
+  bool carry_tangled = false;
+  // Methods and their options; options that are left out have their defaults.
   std::string broad_phase = "bvh_aabb";
+  Options broad_phase_options{};
   std::string narrow_phase = "ccd_exact";
+  Options narrow_phase_options{};
   std::string response = "contact_force";
-  ResponseConfig response_config;  // the keys beside
+  Options response_options{};
   std::string fail_safe = "layered";
+  Options fail_safe_options{};
 };
 
 struct SolverSpec {
   std::string integrator = "implicit_euler";
+  Options integrator_options{};
   bool strain_limiter = true;        ///< false: `limiter` is none
   std::string limiter = "position";  ///< how springs are kept within their strain limits
-  double tolerance = 1e-3;           ///< relative residual of the linear solve
+  Options limiter_options{};
+  double tolerance = 1e-3;  ///< relative residual of the linear solve
   int max_iterations = 2000;
-  bool refuse_unstable_step = false;  ///< a step beyond stability ends the run; else it is divided
-  double error = 1e-5;                ///< m, of position in an inner step of rkf45, > 0
-  double drag = 0.5;                  ///< 1/s, of damped_verlet, >= 0
-  int max_newton = 20;                ///< iterations of implicit_newton in one solve, >= 1
+  bool refuse_unstable_step = false;  ///< an unstable step ends the run; otherwise it is divided
 };
 
 struct CameraSpec {
@@ -221,32 +217,37 @@ struct CameraSpec {
 };
 
 struct OutputSpec {
-  bool vtk = false;       ///< .vtp + .pvd
-  bool pc2 = false;       ///< base .ply + .pc2
-  int picture_every = 0;  ///< render every n-th frame; 0: the last one only
+  /// Formats of the frames beside PLY, by name (run/frame_writer.h).
+  std::vector<std::string> formats;
+  bool vtk = false;       ///< the same as "vtk" in `formats`
+  bool pc2 = false;       ///< the same as "pc2" in `formats`
+  int picture_every = 0;  ///< renders every n-th frame; 0: only the last one
   CameraSpec camera;
+
+  /// All formats that the fields above ask for, each once.
+  std::vector<std::string> all_formats() const;
 };
 
 struct PlanSpec {
-  bool proofs = true;  ///< leave out what provably does nothing (the same bits); off: to compare
+  bool proofs = true;  ///< omit work that provably changes nothing; false: for comparisons
 };
 
-/// A motion of the scene that is known in closed form ("closed_form"), for errors of `compare`.
+/// A motion that is known in closed form ("closed_form"); `compare` computes errors from it.
 enum class ClosedForm {
   none,
-  free_fall,  ///< every particle flies as a point in vacuum: x = x0 + v0 t + g t²/2
-  incline     ///< the cloth slides down a flat body at a constant acceleration, or sticks
+  free_fall,  ///< every particle moves as in vacuum: x = x0 + v0 t + g t²/2
+  incline     ///< the cloth slides down a flat body with constant acceleration, or sticks
 };
 struct ClosedFormSpec {
   ClosedForm motion = ClosedForm::none;
-  std::string body;  ///< incline: which; its slope and friction are those of the motion
+  std::string body;  ///< incline: the body whose slope and friction determine the motion
 };
 
 /// A scene file, checked and complete: every name resolved, every number in range.
 struct Scene {
   std::string name;
   std::filesystem::path file;
-  std::string json;  ///< the file as read: overrides and defaults in, comments out, paths absolute
+  std::string json;  ///< as read: with overrides and defaults, without comments, paths absolute
   std::vector<ClothSpec> cloths;
   std::map<std::string, Material> materials;
   std::vector<HandleSpec> handles;
@@ -274,35 +275,5 @@ struct Override {
 /// unknown key names the nearest known one.
 Scene read_scene(const std::filesystem::path& file, const std::vector<Override>& overrides = {},
                  const Methods& methods = {});
-
-/// Virtual springs of one piece.
-struct BuiltVirtualSprings {
-  std::int32_t begin = 0;         ///< first vertex of the piece
-  std::vector<double> stiffness;  ///< N/m, of each of its vertices
-  bool follow = false;
-};
-/// The volume of one closed piece.
-struct BuiltVolume {
-  double stiffness = 0.0;           ///< N/m
-  std::int32_t centre = 0;          ///< vertex
-  std::vector<Triangle> triangles;  ///< of the piece
-};
-
-/// The pieces of the scene as simulated: all cloth joined, meshes loaded and placed.
-struct BuiltScene {
-  ClothMesh cloth;
-  /// At rest: triangle i is that of cloth.surface; each piece in its own place, grids and patterns
-  /// flat in the xy-plane. Vertices are those of the cloth but in garments.
-  TriangleMesh rest;
-  std::vector<Vec3> velocity;                 ///< at the start, per cloth vertex
-  std::vector<std::int32_t> piece_begin;      ///< first vertex of each piece, plus the total
-  std::vector<std::unique_ptr<Body>> bodies;  ///< in the order of Scene::bodies
-  std::vector<std::string> warnings;          ///< e.g. a body that is not closed
-  std::vector<BuiltVirtualSprings> virtual_springs;
-  std::vector<BuiltVolume> volumes;
-};
-/// Throws std::invalid_argument for numbers out of range and meshes that cannot be used, naming
-/// place, fault and remedy.
-BuiltScene build_scene(const Scene& scene);
 
 }  // namespace selvedge

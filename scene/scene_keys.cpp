@@ -12,7 +12,7 @@ namespace {
 
 using detail::Json;
 
-/// Collects paths and words; alternatives of one key are joined.
+/// Collects paths and values; merges the alternatives of one key.
 class KeyCollector {
  public:
   explicit KeyCollector(const Json& schema) : schema_(schema) {}
@@ -29,7 +29,9 @@ class KeyCollector {
         visit(property, front + name);
       }
     if (schema.contains("items")) visit(schema["items"], front + "*");
-    if (schema.contains("additionalProperties") && schema["additionalProperties"].is_object())
+    // Beside named properties they are options of methods that a program registers itself.
+    if (!schema.contains("properties") && schema.contains("additionalProperties") &&
+        schema["additionalProperties"].is_object())
       visit(schema["additionalProperties"], front + "*");
   }
 
@@ -73,15 +75,18 @@ std::vector<SceneKey> scene_keys() {
   return keys;
 }
 
+std::string present_key(const std::string& path) {
+  const std::string old = ".thickness";
+  const bool of_pair = path.starts_with("contact.pairs.") || path.starts_with("contact.pairs[");
+  if (!path.ends_with(old) || !(path == "contact" + old || of_pair)) return path;
+  return path.substr(0, path.size() - old.size()) + ".rest_gap";
+}
+
 bool is_instance_of(const std::string& path, const std::string& key) {
   const auto a = parts_of(path), b = parts_of(key);
   return std::equal(
       a.begin(), a.end(), b.begin(), b.end(),
       [](const auto& part, const auto& pattern) { return pattern == "*" || part == pattern; });
-}
-
-std::string nearest_word(const std::string& word, const std::vector<std::string>& known) {
-  return detail::nearest(word, known);
 }
 
 }  // namespace selvedge

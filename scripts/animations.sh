@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# Short animations of extreme scenes for the documentation: runs each, draws its frames and writes
-# docs/images/NAME.gif, small and in few colours. Installs nothing.
+# animations.sh: makes short animations of extreme scenes for the documentation. It runs each scene, draws its frames and
+# writes a small docs/images/NAME.gif with few colours. It installs nothing.
 #
 #   scripts/animations.sh [--program FILE] [--work FOLDER] [NAME...]
 #
-# NAME: twist, ring, stack, knot, pinch; left out: all. A run that is already in the folder is only
+# NAME: twist, ring, stack, knot, pinch (default: all). If the folder already holds a run, the script only redraws it.
 # drawn again.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -33,7 +33,7 @@ done
 readonly most_bytes=250000 size=240x180 colours=32 pictures_a_second=10
 
 declare -A scene=([twist]=s07_twist [ring]=s06_ring_5cm [stack]=s05_stack [knot]=knot [pinch]=pinch_and_go)
-# How many pictures a film may have: those of much grey and little motion compress best.
+# Number of pictures per film. Scenes with large grey areas and little motion compress best.
 declare -A pictures=([twist]=40 [ring]=36 [stack]=30 [knot]=36 [pinch]=30)
 
 film() {

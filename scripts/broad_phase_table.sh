@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# broad_phase_table.sh [--quick | --only NAME]: measures every broad phase that this machine can build and writes the tables of
-# docs/broad_phase.md between their markers, with the machine, the date and the command. --quick: small scenes and few
-# repeats, to see that it works; its tables go to the standard output alone. --only: one of detectors, libraries, spikes,
-# scaling, memory and frames.
+# broad_phase_table.sh [--quick | --only NAME]: measures every broad phase that this machine can build. It writes each
+# table to docs/tables/broad_phase_NAME.csv, and a short form into docs/broad_phase.md between the markers of that name,
+# with the machine, the date and the command. --quick: small scenes and few repeats as a quick check; prints the tables
+# and writes no file of docs/. --only: one of detectors, libraries, spikes, scaling, memory and frames.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -29,18 +29,15 @@ page=docs/broad_phase.md
 tables=$(mktemp -d)
 trap 'rm -rf "$tables"' EXIT
 
-# table NAME ARGUMENTS...: the table with what it was measured by.
+# table NAME ARGUMENTS...: measures the table NAME.csv and records the command and the machine.
 table() {
   local name=$1
   shift
   echo "Measuring: $name" >&2
-  {
-    echo
-    "$bench" "$@" --markdown
-    echo "\`bench_broadphase $*\` on $(nproc) cores of $(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1)," \
-         "$(date -u +%Y-%m-%d), load $(cut -d' ' -f1 /proc/loadavg)."
-    echo
-  } >"$tables/$name"
+  "$bench" "$@" --csv "$tables/$name.raw" >/dev/null
+  sed '/^$/d' "$tables/$name.raw" >"$tables/$name.csv"
+  echo "\`bench_broadphase $*\` on $(nproc) cores of $(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1)," \
+    "$(date -u +%Y-%m-%d), load $(cut -d' ' -f1 /proc/loadavg)." >"$tables/$name.how"
 }
 
 if $quick; then
@@ -50,7 +47,7 @@ if $quick; then
   table scaling scaling --size 20,40 --repeats 1
   table memory memory --size 30
   table frames frames --size 30 --frames 5
-  cat "$tables"/*
+  cat "$tables"/*.csv
   exit 0
 fi
 for name in "${names[@]}"; do
@@ -68,6 +65,59 @@ for name in "${names[@]}"; do
   esac
 done
 
+# columns FILE.csv NUMBERS...: prints these columns as a Markdown table.
+columns() {
+  local file=$1
+  shift
+  awk -F, -v list="$*" '
+    BEGIN { count = split(list, column, " ") }
+    {
+      row = rule = "|"
+      for (i = 1; i <= count; ++i) {
+        row = row " " $column[i] " |"
+        rule = rule (i < 3 ? " --- |" : " ---: |")
+      }
+      print row
+      if (NR == 1) print rule
+    }' "$file"
+}
+
+# Columns of detectors.csv: 1 scene, 2 detector, 3 threads, 8 warm ms, 11 share of the box pairs, 12 MB.
+short_detectors() {
+  echo "| detector | drape, ms | pairs, % | MB | crumple, ms | pairs, % | MB |"
+  echo "| --- | ---: | ---: | ---: | ---: | ---: | ---: |"
+  awk -F, '
+    $3 != 1 || $1 !~ / 200$/ { next }
+    $1 ~ /^drape/ { drape[$2] = sprintf("%.1f | %.0f | %.0f", $8, 100 * $11, $12) }
+    $1 ~ /^crumple/ { crumple[$2] = NF < 12 ? "- | - | -" : sprintf("%.1f | %.0f | %.0f", $8, 100 * $11, $12) }
+    END { for (name in drape) print "| `" name "` | " drape[name] " | " crumple[name] " |" }' "$tables/detectors.csv" |
+    sort -t'|' -k3,3n
+}
+
+# Columns of frames.csv: 1 scene, 2 detector, 4 speed, 5 mean ms, 7 worst ms.
+short_frames() {
+  echo "| scene | speed, m/s | bvh_aabb mean, ms | worst, ms | verlet_bvh mean, ms | worst, ms |"
+  echo "| --- | ---: | ---: | ---: | ---: | ---: |"
+  awk -F, '
+    $2 == "bvh_aabb" { tree = $5 " | " $7 }
+    $2 == "verlet_bvh" { print "| " $1 " | " $4 " | " tree " | " $5 " | " $7 " |" }' "$tables/frames.csv"
+}
+
+short() {
+  case "$1" in
+    detectors) short_detectors ;;
+    frames) short_frames ;;
+    libraries)
+      columns "$tables/libraries.csv" 1 2 3 5 6 8 9 10 |
+        sed "1s/.*/| scene | call | threads | bvh_aabb, ms | best library | its ms | ratio of minima | of medians |/"
+      ;;
+    scaling) columns "$tables/scaling.csv" 1 2 4 5 6 7 8 ;;
+    memory) columns "$tables/memory.csv" 1 2 3 4 5 6 7 ;;
+    spikes) ;;  # the page has no short form of this table
+  esac
+}
+
+mkdir -p docs/tables
 for name in "${names[@]}"; do
   begin="<!-- table: $name -->"
   end="<!-- end of table: $name -->"
@@ -75,10 +125,20 @@ for name in "${names[@]}"; do
     echo "broad_phase_table.sh: $page has no markers '$begin' and '$end'" >&2
     exit 1
   fi
-  awk -v begin="$begin" -v end="$end" -v file="$tables/$name" '
+  cp "$tables/$name.csv" "docs/tables/broad_phase_$name.csv"
+  short "$name" >"$tables/$name.short"
+  {
+    echo
+    cat "$tables/$name.short"
+    if [ -s "$tables/$name.short" ]; then echo; fi
+    echo "All rows: [docs/tables/broad_phase_$name.csv](tables/broad_phase_$name.csv), by"
+    cat "$tables/$name.how"
+    echo
+  } >"$tables/$name.md"
+  awk -v begin="$begin" -v end="$end" -v file="$tables/$name.md" '
     $0 == end { inside = 0 }
     !inside { print }
     $0 == begin { inside = 1; while ((getline line < file) > 0) print line }' "$page" >"$tables/page"
   cp "$tables/page" "$page"
 done
-echo "Written: $page"
+echo "Written: $page and docs/tables/broad_phase_*.csv"

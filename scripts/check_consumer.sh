@@ -1,9 +1,11 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# check_consumer.sh [BUILD_DIR]: builds tests/consumer, somebody else's program, in the two ways others use selvedge,
-# and, in the first way, compiles every installed header alone.
-#   find_package      from an installation of BUILD_DIR (build/release) in a fresh prefix
-#   add_subdirectory  with nothing but Eigen and oneTBB switched on
+# check_consumer.sh [BUILD_DIR]: builds tests/consumer, an example of a user's project, in each way that users can use
+# selvedge:
+#   find_package      from an installation of BUILD_DIR (build/release) in a fresh prefix. The detectors may look only
+#                     for Eigen and oneTBB; scene and simulation must not look for CLI11, PNG or GMP. Every installed
+#                     target is also linked alone, and every installed header compiled alone.
+#   add_subdirectory  the detectors, with Eigen and oneTBB only; scene and simulation are only configured
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 root=$PWD
@@ -12,20 +14,48 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 generator=()
 if command -v ninja >/dev/null; then generator=(-G Ninja); fi
-consume() {
+without() { printf -- '-DCMAKE_DISABLE_FIND_PACKAGE_%s=ON\n' "$@"; }
+
+configure() {
   local way=$1
   shift
   scripts/quietly.sh cmake -S tests/consumer -B "$work/$way" "${generator[@]}" -DCMAKE_BUILD_TYPE=Release "$@"
-  scripts/quietly.sh cmake --build "$work/$way" --parallel
-  "$work/$way/consumer" | sed "s/^/$way: /"
 }
 
-scripts/quietly.sh cmake --install "$build" --prefix "$work/prefix"
-# Only these packages may be looked for: a consumer of the detectors has neither JSON nor assimp.
-consume find_package -DCMAKE_PREFIX_PATH="$work/prefix" -DSELVEDGE_FROM=package \
-  -DCMAKE_DISABLE_FIND_PACKAGE_nlohmann_json=ON -DCMAKE_DISABLE_FIND_PACKAGE_fmt=ON -DCMAKE_DISABLE_FIND_PACKAGE_assimp=ON
-consume add_subdirectory -DSELVEDGE_FROM="$root" \
-  -DCMAKE_DISABLE_FIND_PACKAGE_nlohmann_json=ON -DCMAKE_DISABLE_FIND_PACKAGE_fmt=ON -DCMAKE_DISABLE_FIND_PACKAGE_assimp=ON
+# consume WAY OPTIONS...: configures, builds and runs every program.
+consume() {
+  local way=$1 count=0
+  configure "$@"
+  scripts/quietly.sh cmake --build "$work/$way" --parallel
+  if [ -x "$work/$way/consumer" ]; then "$work/$way/consumer" | sed "s/^/$way: /"; fi
+  for program in "$work/$way"/alone_*; do
+    [ -x "$program" ] && [ -f "$program" ] || continue
+    (cd "$work/$way" && "$program") || { echo "$way: $(basename "$program") failed" >&2; exit 1; }
+    count=$((count + 1))
+  done
+  [ "$count" -gt 0 ] || { echo "$way: no target was linked alone" >&2; exit 1; }
+  echo "$way: $count targets, each linked alone"
+}
+
+# shellcheck disable=SC2046
+{
+  scripts/quietly.sh cmake --install "$build" --prefix "$work/prefix"
+  package=(-DCMAKE_PREFIX_PATH="$work/prefix" -DSELVEDGE_FROM=package)
+  detectors=($(without nlohmann_json fmt assimp PNG CLI11 pagmo))
+  simulation=($(without PNG CLI11 pagmo assimp))
+}
+consume detectors "${package[@]}" "${detectors[@]}"
+consume simulation "${package[@]}" "${simulation[@]}" "-DCONSUMER_COMPONENTS=scene;simulation"
+for program in "$work"/simulation/alone_*; do
+  if [ -f "$program" ] && ldd "$program" | grep -E 'libgmp|libpng'; then
+    echo "$(basename "$program") loads libraries that stepping cloth does not need" >&2
+    exit 1
+  fi
+done
+consume everything "${package[@]}" -DCONSUMER_COMPONENTS=all -DCONSUMER_HEADERS=ON
+consume add_subdirectory -DSELVEDGE_FROM="$root" "${detectors[@]}"
+configure subdirectory_simulation -DSELVEDGE_FROM="$root" "${simulation[@]}" -DSELVEDGE_SIMULATION=ON \
+  "-DCONSUMER_COMPONENTS=scene;simulation"
 
 "$work/prefix/bin/selvedge" list >/dev/null
 echo "$(find "$work/prefix/include" -name '*.h' | wc -l) installed headers, each compiles alone"

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# check_format.sh [--fix]: names every source that clang-format (14, Debian 12's) would change, or changes them.
+# check_format.sh [--fix]: lists every source that clang-format (14, as in Debian 12) would change. --fix: changes them.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 folders=(core bodies broadphase narrowphase response scene apps tests bench examples)

@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# compare_pages.sh [PROGRAM [FOLDER [PAGE...]]]: the pages that compare what can be chosen, each by one command:
+# compare_pages.sh [PROGRAM [FOLDER [PAGE...]]]: makes the pages that compare alternative methods, each by one command:
 #   detectors    every broad phase on five scenes (five pages): time, recall
-#   integrators  every integrator at six steps
-#   responses    every response on a ball at three steps
-#   limiters     every strain limiter on a flag at three steps
-# Killed and started again it goes on. A minute or two on two cores. With chromium, each page is drawn as a picture.
+#   integrators  every integrator at six step lengths
+#   responses    every response on a ball at three step lengths
+#   limiters     every strain limiter on a flag at three step lengths
+# An interrupted run continues when started again. It takes a minute or two on two cores. If chromium is present, the
+# script also saves each page as a picture.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -18,7 +19,7 @@ repeats=${REPEATS:-3}
 mkdir -p "$folder"
 failed=0
 
-# What a page says where a method is missing or too slow is in its table; exit code 1 is a broken promise.
+# The table of a page names missing and slow methods. Exit code 1 means that a method broke a promise.
 page() {
   local name=$1 scene=$2 begin status=0
   shift 2

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# docs.sh: makes the documentation site, which works offline, in build/docs/html: the pages of docs/, the list of all
-# methods as the program prints it, and the interface from the headers. Installs what is missing.
+# docs.sh: builds the documentation site in build/docs/html, which works offline. It contains the pages of docs/, the
+# list of all methods as the program prints it, and the API from the headers. The script installs missing packages.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 scripts/install_dependencies.sh docs
@@ -14,7 +14,7 @@ fi
 out=build/docs
 rm -rf "$out"
 mkdir -p "$out/pages/_static/katex"
-cp -r docs/*.md docs/images "$out/pages"
+cp -r docs/*.md docs/images docs/tables "$out/pages"
 cp docs/site/conf.py docs/site/index.md "$out/pages"
 cp docs/site/formulas.js docs/site/wide.css "$out/pages/_static"
 cp -rL /usr/share/javascript/katex/. "$out/pages/_static/katex"
@@ -22,7 +22,7 @@ cp README.md "$out/pages/getting_started.md"
 cp CHANGELOG.md "$out/pages/changelog.md"
 "$program" list --json >"$out/methods.json"
 /usr/bin/python3 docs/site/make_pages.py . "$out/pages" "$out/methods.json"
-# Every page of docs/ that the index does not name is about methods.
+# Every page of docs/ that the index does not name describes methods.
 pages=
 for page in docs/*.md; do
   name=$(basename "$page" .md)

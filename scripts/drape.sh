@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# drape.sh [SCENE.json]: installs what is missing, builds the program, drapes the cloth of the scene
-# (data/scenes/cloth_on_sphere.json), judges the result and says where the pictures are.
-# Ends with 0 only if nothing passed through anything.
+# drape.sh [SCENE.json]: installs missing packages, builds the program, drapes the cloth of the scene
+# (data/scenes/cloth_on_sphere.json), checks the result and prints where the pictures are. Exits with 0 only if no
+# surface passed through another.
 set -euo pipefail
 
 if [ $# -gt 1 ] || [[ "${1:-}" == -* ]]; then
@@ -17,11 +17,14 @@ if [ ! -f "$scene" ]; then
 fi
 cd "$root"
 started=$SECONDS
-scripts/install_dependencies.sh lean
-# Debian's test meshes are not ours to pass on; the scenes that drape over them say so by their path.
+packages=lean
+# assimp reads bodies in these formats; the program does not need it otherwise.
+if grep -qiE '\.(stl|dae|fbx|gltf|glb|3ds|blend|x3d|lwo)"' "$scene"; then packages=meshes; fi
+scripts/install_dependencies.sh "$packages"
+# We may not redistribute Debian's test meshes. Scenes that use them refer to data/fetched/.
 if grep -q '"\.\./fetched/' "$scene"; then scripts/quietly.sh scripts/fetch_bodies.sh; fi
 
-# build/release is also the folder of scripts/test.sh: what one has built the other need not build again.
+# scripts/test.sh also builds in build/release, so each script reuses the build of the other.
 build=build/release
 configure=(cmake -S . -B "$build" -DCMAKE_BUILD_TYPE=Release)
 if [ ! -f "$build/CMakeCache.txt" ] && command -v ninja >/dev/null; then configure+=(-G Ninja); fi
@@ -33,7 +36,7 @@ echo "Built after $((SECONDS - started)) s"
 
 name=$(basename "$scene" .json)
 out=out/$name
-# A fresh result: frames of an earlier, longer run must not be taken for frames of this one.
+# Remove the old result, so that frames of an earlier, longer run do not mix with frames of this one.
 rm -rf "$out"
 "$selvedge" run "$scene" --out "$out"
 
@@ -41,11 +44,11 @@ cloth=$(find "$out/frames" -name 'cloth_*.ply' | sort | tail -n 1)
 bodies=$(find "$out/frames" -name 'bodies_*.ply' | sort | tail -n 1)
 check=("$selvedge" check "$cloth" --json)
 if [ -n "$bodies" ]; then check+=(--against "$bodies"); fi
-# 1 says that it found something, which the summary tells.
+# Exit code 1 means that the check found a fault; the summary reports it.
 "${check[@]}" >"$out/check.json" || [ $? -eq 1 ]
 "$selvedge" render "$out" >/dev/null
 
-# One number or word of a JSON file with one value per name: enough for result.json and check.json.
+# Reads one number or word of a JSON file with one value per name. That is enough for result.json and check.json.
 value() { grep -o "\"$2\" *: *[^,}]*" "$1" | head -n 1 | sed 's/^[^:]*: *//; s/[" ]//g'; }
 clean=$(value "$out/result.json" clean)
 steps=$(value "$out/result.json" steps)

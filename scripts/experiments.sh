@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # experiments.sh [PROGRAM [FOLDER [NAME...]]]: runs the experiments of the survey's section 7 (tables X to XVIII,
-# data/experiments) and prints the table of docs/experiments.md: preset, runs, clean, seconds, strain, picture.
+# data/experiments) and prints a table, of which docs/experiments.md shows a part: whether each scene runs and is clean,
+# steps, seconds, largest stretch, final speed and picture.
 #   PROGRAM  the program (default: build/release/apps/selvedge)
-#   FOLDER   where results and pictures go (default: out/experiments)
-#   NAME     presets, without .json (default: all whose header names a table)
-# Ends with 1 if one did not run or was not clean.
+#   FOLDER   the folder of results and pictures (default: out/experiments)
+#   NAME     scenes, without .json (default: all scenes whose header names a table)
+# Exits with 1 if a scene did not run or was not clean.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -25,7 +26,7 @@ value() { sed -n "s/^  *\"$2\": \(.*[^,]\),*\$/\1/p" "$1" | head -n 1; }
 
 mkdir -p "$folder"
 failed=0
-printf '%-22s %-6s %-5s %9s %7s %9s %10s  %s\n' preset runs clean 'steps' 's' stretch% speed picture
+printf '%-22s %-6s %-5s %9s %7s %9s %10s  %s\n' scene runs clean 'steps' 's' stretch% speed picture
 for name in "${names[@]}"; do
   out=$folder/$name
   rm -rf "$out"

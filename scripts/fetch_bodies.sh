@@ -1,8 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# Brings the test meshes of Debian's package libcgal-demo (homer, armadillo, bear, bunny, man, ...)
-# into data/fetched/. They are not ours to pass on, so they are fetched and never committed.
-# Usage: scripts/fetch_bodies.sh    (Debian 12; does nothing where the meshes are already there)
+# fetch_bodies.sh: downloads the test meshes of Debian's package libcgal-demo (homer, armadillo, bear, bunny, man, ...)
+# into data/fetched/. We may not redistribute them, so they are never committed. Requires Debian 12; does nothing if the
+# meshes are already present.
 set -eu
 
 fail() {
@@ -31,9 +31,9 @@ done
 
 work=$(mktemp -d) || fail "no temporary folder could be made"
 trap 'rm -rf "$work"' EXIT INT TERM
-chmod 755 "$work"    # apt's own user downloads into it
+chmod 755 "$work"    # apt's own user downloads into this folder
 
-archive_of() {       # the meshes of an installed package, where the image kept its documentation
+archive_of() {       # the meshes of an installed package, if the image kept its documentation
   installed=/usr/share/doc/libcgal-dev/data.tar.gz
   if [ -s "$installed" ]; then
     echo "$installed"
@@ -41,7 +41,7 @@ archive_of() {       # the meshes of an installed package, where the image kept 
   fi
   cd "$work"
   apt-get download -qq -o APT::Sandbox::User=root libcgal-demo >"$work/log" 2>&1 ||
-    { apt-get update -qq >"$work/log" 2>&1 &&
+    { "$root/scripts/apt_get.sh" update -qq >"$work/log" 2>&1 &&
       apt-get download -qq -o APT::Sandbox::User=root libcgal-demo >>"$work/log" 2>&1; } ||
     { cat "$work/log" >&2
       fail "libcgal-demo could not be downloaded; check the network and the apt sources"; }
@@ -58,7 +58,7 @@ tar -xzf "$archive" -C "$work/meshes" || fail "$archive is damaged or the disk i
 for mesh in $wanted; do
   found=$(find "$work/meshes" -type f -name "$mesh" | sort | head -n 1)
   [ -n "$found" ] || fail "libcgal-demo holds no $mesh; this release of it is laid out differently"
-  # Copied under another name first: an interrupted run leaves no half mesh behind.
+  # Copy under a temporary name first, so that an interrupted run leaves no partial mesh.
   cp "$found" "$target/.$mesh.part" && mv "$target/.$mesh.part" "$target/$mesh" ||
     fail "$target/$mesh cannot be written"
 done

@@ -1,24 +1,28 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# install_dependencies.sh [lean|test|docs]: installs by apt what is missing, and nothing that is there.
-#   lean  what the program needs to be built (the default)
-#   test  that, and what the tests, the benchmarks and the format check need, with the libraries that the adapters
-#         are made for
-#   docs  what scripts/docs.sh makes the site with
-# Without root it says what to install and ends with 1. On a system without dpkg it says what is needed and ends with 0.
+# install_dependencies.sh [lean|meshes|test|docs]: installs the missing packages of a set by apt. Waits while another
+# program holds the lock of apt.
+#   lean    packages to build the program (the default); pictures need libpng, the exact check needs GMP
+#   meshes  lean, and assimp, which reads bodies in formats other than OBJ, PLY and OFF
+#   test    meshes, and packages for the tests, the benchmarks, the format check and the adapters
+#   docs    packages for scripts/docs.sh
+# Without root it prints the packages to install and exits with 1. On a system without dpkg it prints the requirements and
+# exits with 0.
 set -euo pipefail
 
-lean=(g++ cmake ninja-build libeigen3-dev libassimp-dev libtbb-dev nlohmann-json3-dev libcli11-dev libfmt-dev
+lean=(g++ cmake ninja-build libeigen3-dev libtbb-dev nlohmann-json3-dev libcli11-dev libfmt-dev
       libpng-dev libgmp-dev)
+meshes=(libassimp-dev)
 test=(libgtest-dev clang-format libfcl-dev libccd-dev libcgal-dev libembree-dev libosmesa6-dev libbullet-dev
       libpagmo-dev)
 docs=(doxygen python3-sphinx python3-myst-parser python3-breathe furo libjs-katex)
 
 case "${1:-lean}" in
   lean) wanted=("${lean[@]}") ;;
-  test) wanted=("${lean[@]}" "${test[@]}") ;;
+  meshes) wanted=("${lean[@]}" "${meshes[@]}") ;;
+  test) wanted=("${lean[@]}" "${meshes[@]}" "${test[@]}") ;;
   docs) wanted=("${docs[@]}") ;;
-  *) echo "install_dependencies.sh: unknown set '$1': say lean, test or docs" >&2; exit 2 ;;
+  *) echo "install_dependencies.sh: unknown set '$1': say lean, meshes, test or docs" >&2; exit 2 ;;
 esac
 
 if ! command -v dpkg-query >/dev/null; then
@@ -42,7 +46,6 @@ if [ "$(id -u)" -ne 0 ]; then
 fi
 
 echo "Installing ${missing[*]}"
-export DEBIAN_FRONTEND=noninteractive
-quietly=$(dirname "${BASH_SOURCE[0]}")/quietly.sh
-"$quietly" apt-get update -q
-"$quietly" apt-get install -qy --no-install-recommends "${missing[@]}"
+apt_get=$(dirname "${BASH_SOURCE[0]}")/apt_get.sh
+"$apt_get" update -q
+"$apt_get" install -qy --no-install-recommends "${missing[@]}"

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# judge_scenes.sh [SCENE.json | NAME]... [--set PATH=VALUE]...: runs every scene of data/scenes, or those named, with
-# --every-step, lets `selvedge check` judge every accepted state and every path between two, and prints a table:
-# frames, seconds, whether the run calls itself clean, what the judge found, largest stretch, last speed.
-# A scene whose body was not fetched is left out and named. Ends with 0 only if every scene that ran is clean by both.
-# Builds the program first, unless SELVEDGE_PROGRAM names one. The results stay in out/judged but for steps/, which are
-# large: KEEP_STEPS=1 keeps them.
+# judge_scenes.sh [SCENE.json | NAME]... [--set PATH=VALUE]...: runs the given scenes, or every scene of data/scenes,
+# with --every-step. `selvedge check` then judges every accepted state and every path between two. The script prints a
+# table: frames, seconds, whether the run calls itself clean, the verdict of the judge, largest stretch, final speed. It
+# skips scenes whose body was not fetched and lists them. Exits with 0 only if every scene that ran is clean according
+# to both. Builds the program first, unless SELVEDGE_PROGRAM names one. The results stay in out/judged, except for the
+# large folders steps/; KEEP_STEPS=1 keeps these, too.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -59,7 +59,7 @@ if [ -z "$selvedge" ]; then
   selvedge=$build/apps/selvedge
 fi
 
-# One number or word of a JSON file with one value per name: enough for result.json and check.json.
+# Reads one number or word of a JSON file with one value per name. That is enough for result.json and check.json.
 value() {
   local text
   text=$({ grep -o "\"$2\" *: *[^,}]*" "$1" || true; } | head -n 1 | sed 's/^[^:]*: *//; s/[" ]//g')
@@ -96,7 +96,7 @@ for scene in "${scenes[@]}"; do
     notes+=("$name: run ended with $code: $(tail -n 1 "$log")")
   fi
   if [ "$code" -eq 2 ]; then continue; fi
-  # A run that failed on its way left states that can be judged all the same.
+  # The judge can also check the states of a run that failed before its end.
   check_code=0
   "$selvedge" check "$out" --json >"$log.check" 2>>"$log" || check_code=$?
   if [ "$check_code" -ne 0 ]; then

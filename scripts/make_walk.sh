@@ -1,9 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # make_walk.sh [FOLDER] [--faces N] [--seconds S]: writes a walking mannequin as a mesh sequence, a poncho and the scene
-# walking_mannequin.json into FOLDER (out/walk), and says how to run and judge it. Nothing of it is kept in the project: a
-# walk of 3 s takes 25 MB.
-# Builds the program first, unless SELVEDGE_WALK names one.
+# walking_mannequin.json into FOLDER (out/walk), and prints how to run and check the scene. The repository does not
+# contain these files, because a walk of 3 s takes 25 MB. Builds the program first, unless SELVEDGE_WALK names one.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)

@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# mesh_table.sh [--quick | --only NAME]: hangs and drapes one fabric on every mesh at three refinements (data/meshes) and
-# writes the tables of docs/meshes.md between their markers. SELVEDGE names the program (default: build/release/apps/selvedge).
-# --quick: two small refinements, tables to the standard output alone. --only: hang or drape. One core, minutes.
+# mesh_table.sh [--quick | --only NAME]: hangs and drapes one fabric on every mesh at three refinements (data/meshes)
+# and writes docs/tables/mesh_hang.csv and docs/tables/mesh_drape.csv. SELVEDGE names the program (default:
+# build/release/apps/selvedge). --quick: runs two coarse refinements and prints the tables. --only: hang or drape. Uses
+# one core and takes minutes.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -32,8 +33,8 @@ PROGRAM, RESULTS = os.environ["PROGRAM"], os.environ["RESULTS"]
 QUICK = sys.argv[1] == "--quick"
 CELLS = [6, 9] if QUICK else [9, 18, 36]
 PATTERNS = ["rectangular", "simplified", "checkerboard", "triangular", "responsive"]
-LATTICE = 9         # the shapes are compared at the corners of 9 x 9 cells, which every grid of squares has
-BALANCE_SPEED = 0.001  # m/s: below it everywhere the cloth has come to balance
+LATTICE = 9         # shapes are compared at the corners of 9 x 9 cells, which every grid of squares has
+BALANCE_SPEED = 0.001  # m/s: the cloth is at balance when no particle is faster
 HANG_SECONDS = 8   # of data/meshes/hang.json
 VERTEX_DOUBLES = 6  # of a vertex in a frame: position and velocity; then one byte of flags
 
@@ -56,7 +57,7 @@ def frame(path):
 
 
 def lattice(rest, points, triangles):
-    """Where the same points of the cloth are on every mesh: linear in the triangle that holds each at rest."""
+    """Positions of the same points of the cloth on every mesh: linear in the triangle that holds each at rest."""
     low = [min(p[k] for p in rest) for k in (0, 1)]
     high = [max(p[k] for p in rest) for k in (0, 1)]
     where = {}
@@ -125,19 +126,12 @@ def run(scene, pattern, cells, *sets):
 
 
 def table(name, head, rows):
-    lines = ["| " + " | ".join(head) + " |", "| " + " | ".join(["---"] * len(head)) + " |"]
-    lines += ["| " + " | ".join(row) + " |" for row in rows]
-    lines += ["", f"`scripts/mesh_table.sh` on one core, {datetime.datetime.now(datetime.timezone.utc):%Y-%m-%d}."]
-    text = "\n".join(lines) + "\n"
-    if QUICK:
-        print(f"{name}\n\n{text}")
-        return
-    page = open("docs/meshes.md").read()
-    begin, end = f"<!-- table: {name} -->\n", f"<!-- end of table: {name} -->"
-    if begin not in page or end not in page:
-        sys.exit(f"mesh_table.sh: docs/meshes.md has no markers '{begin.strip()}' and '{end}'")
-    page = page[:page.index(begin) + len(begin)] + "\n" + text + "\n" + page[page.index(end):]
-    open("docs/meshes.md", "w").write(page)
+    day = f"{datetime.datetime.now(datetime.timezone.utc):%Y-%m-%d}"
+    file = sys.stdout if QUICK else open(f"docs/tables/mesh_{name}.csv", "w", newline="")
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow([*head, "measured"])
+    writer.writerows([*row, day] for row in rows)
+    file.flush()
 
 
 def mm(metres):
@@ -145,12 +139,13 @@ def mm(metres):
 
 
 def seconds_of_balance(r, seconds):
-    return "–" if r["balance"] is None else f"{seconds * r['balance'] / r['frames']:.1f}"
+    return "" if r["balance"] is None else f"{seconds * r['balance'] / r['frames']:.1f}"
 
 
-HANG_HEAD = ["mesh", "cells", "lowest point [mm]", "RMS to the finest rectangular [mm]", "to its own finest [mm]",
-             "to its mirror image [mm]", "springs a node", "balance after [s]", "solver iterations a step",
-             "processor time a step [ms]", "clean"]
+HANG_HEAD = ["mesh", "cells", "lowest_mm", "rms_to_finest_rectangular_mm", "rms_to_own_finest_mm", "rms_to_mirror_image_mm",
+             "springs_per_node", "balance_s", "solver_iterations_per_step", "cpu_ms_per_step", "clean"]
+DRAPE_HEAD = ["mesh", "cells", "drape_coefficient_percent", "change_from_coarser", "difference_to_finest_rectangular", "folds",
+              "rms_to_finest_rectangular_mm", "rms_to_mirror_image_mm", "final_speed_mm_s", "cpu_ms_per_step", "clean"]
 
 
 def hang_rows(patterns, cells, *sets):
@@ -168,7 +163,7 @@ def hang_rows(patterns, cells, *sets):
 
 def draping(cells):
     runs = {(p, c): run("drape", p, (c, c)) for p in PATTERNS for c in cells}
-    for c in cells:  # as many particles as the squares have, about; on the rings they are denser at the middle
+    for c in cells:  # about as many particles as the squares have; the rings are denser in the middle
         runs["arc", c] = run("drape", "arc", (3 * c, c // 2 + c // 3))
     best = runs["rectangular", cells[-1]]
     rows = []
@@ -182,9 +177,7 @@ def draping(cells):
                      "" if disc else mm(distance(r["shape"]["end"], best["shape"]["end"])),
                      "" if disc else mm(asymmetry(r["shape"])), f"{1e3 * r['speed']:.2f}", f"{r['cpu_ms']:.2f}",
                      "yes" if r["clean"] else "no"])
-    table("drape", ["mesh", "cells", "drape coefficient [%]", "change from the coarser", "less the finest rectangular", "folds",
-                    "RMS to the finest rectangular [mm]", "to its mirror image [mm]", "fastest at the end [mm/s]",
-                    "processor time a step [ms]", "clean"], rows)
+    table("drape", DRAPE_HEAD, rows)
 
 
 for name in sys.argv[2].split():

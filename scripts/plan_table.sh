@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# plan_table.sh [--print] [FRAMES]: measures what `selvedge plan` saves on every scene of data/scenes, data/extreme and
-# data/experiments, over its first FRAMES frames (default 10), and writes the table of docs/plan.md between its markers;
-# --print: to the standard output alone. SELVEDGE names the program (default: build/release/apps/selvedge). One core, minutes.
-# Fails if a scene ends in other bits without proofs than with them.
+# plan_table.sh [--print] [FRAMES]: measures how much time `selvedge plan` saves on every scene of data/scenes,
+# data/extreme and data/experiments, over its first FRAMES frames (default 10), and writes docs/tables/plan.csv.
+# --print: prints the table instead. SELVEDGE names the program (default: build/release/apps/selvedge). Takes minutes on
+# one core. Fails if a scene ends with different bits without proofs than with them.
 set -euo pipefail
 
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -13,28 +13,30 @@ if [ "${1:-}" = --print ]; then
   shift
 fi
 PRINT=$print FRAMES=${1:-10} PROGRAM=${SELVEDGE:-build/release/apps/selvedge} python3 - <<'PYTHON'
-import datetime, glob, json, os, subprocess, sys
+import csv, glob, json, os, subprocess, sys
 
 FRAMES, PROGRAM = os.environ["FRAMES"], os.environ["PROGRAM"]
 REPEATS = "3"
-PARTS = ["self_collision", "body_collision", ("crossings_self", "crossings_body"), "strain_limit"]
-BEGIN, END = "<!-- table: saved -->\n", "<!-- end of table: saved -->"
-
-
-def left_out(parts, names):
-    """'20 of 20' of the parts of that name that the scene has; nothing if it has none."""
-    names = names if isinstance(names, tuple) else (names,)
-    there = [parts[n] for n in names if n in parts and parts[n]["asked"] > 0]
-    return f'{sum(p["left_out"] for p in there)} of {sum(p["asked"] for p in there)}' if there else ""
+PARTS = {"self": ["self_collision"], "bodies": ["body_collision"],
+         "frame_checks": ["crossings_self", "crossings_body"], "strain_limit": ["strain_limit"]}
+COLUMNS = ["scene", "outcome", "steps", "speedup_median", "speedup_q1", "speedup_q3",
+           *(f"{part}_{count}" for part in PARTS for count in ("left_out", "asked")), "proving_percent"]
 
 
 def row(name, m):
-    gain = "{:.2f} ({:.2f} to {:.2f})".format(*m["gain"])
-    cells = [left_out(m["parts"], part) for part in PARTS]
-    return "| " + " | ".join([f"`{name}`", str(m["steps"]), gain, *cells, f'{100 * m["proving_share"]:.1f} %']) + " |"
+    cells = {"scene": name, "outcome": "measured", "steps": m["steps"],
+             "proving_percent": f'{100 * m["proving_share"]:.1f}'}
+    for column, value in zip(("speedup_median", "speedup_q1", "speedup_q3"), m["gain"]):
+        cells[column] = f"{value:.2f}"
+    for part, names in PARTS.items():
+        there = [m["parts"][n] for n in names if n in m["parts"] and m["parts"][n]["asked"] > 0]
+        if there:  # a part that the scene lacks stays empty
+            cells[f"{part}_left_out"] = sum(p["left_out"] for p in there)
+            cells[f"{part}_asked"] = sum(p["asked"] for p in there)
+    return cells
 
 
-rows, without, broken = [], [], []
+rows, unmeasured, broken = [], [], []
 for folder in ("scenes", "extreme", "experiments"):
     for file in sorted(glob.glob(f"data/{folder}/*.json")):
         name = os.path.splitext(os.path.basename(file))[0]
@@ -47,21 +49,13 @@ for folder in ("scenes", "extreme", "experiments"):
         if done.returncode == 0:
             rows.append(row(name, json.loads(done.stdout)["measured"]))
         else:
-            without.append(f"`{name}` ({'refused' if done.returncode == 2 else 'stops'})")
+            unmeasured.append({"scene": name, "outcome": "refused" if done.returncode == 2 else "stops"})
         print(name, file=sys.stderr)
 
-text = "\n".join([
-    "| scene | steps | times as fast (quartiles) | cloth with itself | with bodies | check of frames | strain limit | proving |",
-    "| --- | ---: | --- | ---: | ---: | ---: | ---: | ---: |", *rows, "",
-    f"`scripts/plan_table.sh {FRAMES}`, {datetime.date.today()}: the first {FRAMES} frames, one thread, {REPEATS} repeats in turns; the"
-    " columns in the middle say how often a part was left out. Not in it: " + ", ".join(without) + ".", ""])
-if os.environ["PRINT"]:
-    print(text)
-else:
-    with open("docs/plan.md") as file:
-        page = file.read()
-    before, rest = page.split(BEGIN)
-    with open("docs/plan.md", "w") as file:
-        file.write(before + BEGIN + text + END + rest.split(END)[1])
+out = sys.stdout if os.environ["PRINT"] else open("docs/tables/plan.csv", "w", newline="")
+writer = csv.DictWriter(out, COLUMNS, restval="", lineterminator="\n")
+writer.writeheader()
+writer.writerows(rows + unmeasured)
+out.close()
 sys.exit(f"plan_table.sh: other bits without proofs: {', '.join(broken)}" if broken else 0)
 PYTHON

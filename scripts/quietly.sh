@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# quietly.sh COMMAND...: runs the command without a word; if it fails, shows the end of what it said.
+# quietly.sh COMMAND...: runs the command silently; if it fails, prints the end of its output.
 set -euo pipefail
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT

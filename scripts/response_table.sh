@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # response_table.sh [OPTION OF bench_response]...: measures every response on scenes with closed forms, and the survey's
-# claims on them, and writes the tables into docs/response.md, between its markers. Builds the program first, unless
-# SELVEDGE_BENCH names its folder.
+# claims on responses. Writes docs/tables/response.csv, a table for each claim (response_c9.csv and so on), and a short
+# table into docs/response.md, between its markers. Prints the sentences that are not part of a table. Builds the
+# program first, unless SELVEDGE_BENCH names its folder.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -14,26 +15,56 @@ if [ -z "$bench" ]; then
   bench=$root/build/release/bench
 fi
 
+tables=$root/docs/tables
 page=$root/docs/response.md
-table=$(mktemp)
-trap 'rm -f "$table" "$table.page"' EXIT
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
 processor=$(sed -n 's/^model name[[:space:]]*: //p' /proc/cpuinfo 2>/dev/null | head -n 1)
 
-{
-  echo
-  echo "Measured $(date +%Y-%m-%d) on ${processor:-an unnamed processor}, one thread, seconds of processor time, by" \
-    "\`bench_response${*:+ $*}\`."
-  echo
-  "$bench/bench_response" "$@"
-  echo
-} >"$table"
+# The table before the first heading becomes response.csv; a heading such as "### C9: ..." starts response_c9.csv.
+"$bench/bench_response" "$@" | tee "$work/all.md" | awk -v work="$work" '
+  BEGIN { name = "response" }
+  /^### C[0-9]+:/ { name = "response_" tolower(substr($2, 1, length($2) - 1)); next }
+  /^\|/ { print >(work "/" name ".table") }'
+mkdir -p "$tables"
+for table in "$work"/*.table; do
+  name=$(basename "$table" .table)
+  "$root/scripts/table_to_csv.sh" <"$table" >"$tables/$name.csv"
+done
+grep -v '^|' "$work/all.md" || true
 
-awk -v table="$table" '
-  /<!-- end of tables -->/ { inside = 0 }
-  !inside { print }
-  /<!-- tables by scripts\/response_table.sh -->/ {
-    inside = 1
-    while ((getline line < table) > 0) print line
-  }' "$page" >"$table.page"
-cat "$table.page" >"$page"
-echo "written: $page"
+# Cells of a row: 2 scene, 3 response, 4 seconds, 9 error, 13 RMS speed at the end.
+if [ -f "$work/response.table" ]; then
+  {
+    echo
+    echo "| response | slope slides, error | slope holds, mm/s | capstan holds, mm/s | ball, s | capstan, s | stack, s |" \
+      "stack moves, mm/s |"
+    echo "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |"
+    awk -F' *[|] *' '
+      $2 == "incline, slides" { name[++n] = $3; slides[$3] = $9 }
+      $2 == "incline, sticks" { sub(/ mm\/s/, "", $9); holds[$3] = $9 }
+      $2 == "capstan, holds" { sub(/ mm\/s/, "", $9); capstan[$3] = $9; capstan_s[$3] = $4 }
+      $2 == "ball" { ball_s[$3] = $4 }
+      $2 ~ /^stack/ { stack_s[$3] = $4; moves[$3] = $13 }
+      END {
+        for (i = 1; i <= n; ++i) {
+          r = name[i]
+          print "| `" r "` | " slides[r] " | " holds[r] " | " capstan[r] " | " ball_s[r] " | " capstan_s[r] " | " \
+            stack_s[r] " | " moves[r] " |"
+        }
+      }' "$work/response.table"
+    echo
+    echo "All columns and scenes: [docs/tables/response.csv](tables/response.csv), by \`bench_response${*:+ $*}\`. Measured" \
+      "$(date +%Y-%m-%d) on ${processor:-an unnamed processor}, one thread, seconds of processor time."
+    echo
+  } >"$work/short.md"
+  awk -v table="$work/short.md" '
+    /<!-- end of table -->/ { inside = 0 }
+    !inside { print }
+    /<!-- table by scripts\/response_table.sh -->/ {
+      inside = 1
+      while ((getline line < table) > 0) print line
+    }' "$page" >"$work/page.md"
+  cat "$work/page.md" >"$page"
+fi
+echo "written: $tables/response*.csv and $page"

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# size_table.sh [BUILD_DIR]: of a finished build, what a program with the lean parts alone (core, broad phase, narrow phase; Eigen and nothing
-# else) weighs, and what each optional library would add: our adapter in BUILD_DIR (build/release), and the shared
-# libraries that it brings, without those every C++ program has.
+# size_table.sh [BUILD_DIR]: prints the size of a program with the lean parts of a finished build (core, broad phase,
+# narrow phase; dependent on Eigen only), and the size that each optional library would add: our adapter in BUILD_DIR
+# (build/release) and its shared libraries, excluding those that every C++ program uses.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 build=${1:-build/release}
@@ -13,7 +13,7 @@ trap 'rm -rf "$work"' EXIT
 
 everywhere='linux-vdso|ld-linux|libc\.so|libm\.so|libstdc\+\+|libgcc_s'
 
-# Bytes of the shared libraries that a file needs, without those.
+# Bytes of the shared libraries that a file needs, excluding those that every C++ program uses.
 shared_bytes() {
   { ldd "$1" | grep -Ev "$everywhere" | awk '$2 == "=>" && $3 ~ /^\// {print $3}' || true; } |
     sort -u | xargs -r stat -L -c %s | awk '{sum += $1} END {print sum + 0}'
@@ -23,12 +23,12 @@ shared_names() {
 }
 kilobytes() { awk -v bytes="$1" 'BEGIN {printf "%.0f", bytes / 1000}'; }
 
-# tests/consumer/shards.cpp, linked with the detectors of BUILD_DIR. Only core/parallel.cpp knows of threads: compiled
-# without them it takes the place of the archive's, so that the lean program needs no build of its own.
+# Links tests/consumer/shards.cpp with the detectors of BUILD_DIR. Only core/parallel.cpp uses threads. Compiled without
+# threads, it replaces the archive's version, so the lean program needs no separate build.
 program() {
   local name=$1 label=$2 threads=$3
   local flags=(-std=c++20 -O3 -DNDEBUG -ffp-contract=off -I "$build/include" -isystem "$eigen")
-  local objects=() libraries=("$build"/{broadphase/libselvedge_broadphase,narrowphase/libselvedge_narrowphase,bodies/libselvedge_bodies,core/libselvedge_core}.a)
+  local objects=() libraries=("$build"/{broadphase/libselvedge_broadphase,narrowphase/libselvedge_narrowphase,bodies/libselvedge_bodies,core/libselvedge_base}.a)
   "$compiler" "${flags[@]}" -c tests/consumer/shards.cpp -o "$work/shards.o"
   objects=("$work/shards.o")
   if [ "$threads" = no ]; then
@@ -43,9 +43,9 @@ program() {
   echo "| $label | $(kilobytes "$(stat -c %s "$work/$name")") | $(kilobytes "$(shared_bytes "$work/$name")") | $(shared_names "$work/$name") |"
 }
 
-echo "| | ours, kB | shared libraries, kB | how many |"
+echo "| program or library | our code, kB | shared libraries, kB | libraries |"
 echo "| --- | ---: | ---: | ---: |"
-program lean "a program with detectors alone, no threads: Eigen only" no
+program lean "detectors alone, no threads: Eigen only" no
 program threads "the same with threads (oneTBB)" yes
 
 adapter() {

@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# survey_claims.sh [--list] [C4 C9 ...]: measures what docs/survey_claims.md says of the survey's claims, all of them or
-# those named, and prints the tables. Claims that share a measurement share its run. Builds the programs first, unless
-# SELVEDGE_BUILD names a folder that has them. SELVEDGE_TURNS: repeats of what is timed in turns (default 7).
+# survey_claims.sh [--list] [C4 C9 ...]: measures the given claims of the survey, or all of them, and prints the
+# figures. docs/survey_claims.md discusses them and docs/tables/survey_claims.csv records them. Claims that share a
+# measurement share its run. Builds the programs first, unless SELVEDGE_BUILD names a folder that has them.
+# SELVEDGE_TURNS: repeats of interleaved timings (default 7). --list prints the measurement of each claim.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -10,7 +11,7 @@ cd "$root"
 build=${SELVEDGE_BUILD:-build/release}
 turns=${SELVEDGE_TURNS:-7}
 
-# part CLAIM: the measurement that decides it; the same name for claims that share one.
+# part CLAIM: prints the measurement that decides the claim; claims that share a measurement have the same one.
 part() {
   case "$1" in
     C1) echo balance ;;
@@ -38,7 +39,7 @@ part() {
 
 say() { printf '\n## %s\n' "$*"; }
 
-# Runs a command and prints it first, without the folders of this machine.
+# Prints a command without the folders of this machine, then runs it.
 measure() {
   local shown="$*"
   shown=${shown//$build\/apps\//}
@@ -54,8 +55,8 @@ compare() {
   measure "$build/apps/selvedge" compare "$@" --judge 0 --no-pictures --out "$out/$name"
 }
 
-# quartiles OF: reads "scene detector value" lines and prints median and quartiles of each scene and detector, and, of six
-# values or more, the interval of the median: ranks that the sign test leaves at 95 %.
+# quartiles OF: reads "scene detector value" lines and prints median and quartiles of each scene and detector. For six
+# values or more it also prints the 95 % interval of the median by the ranks of the sign test.
 quartiles() {
   sort -k1,1 -k2,2 -k3,3g | awk -v of="$1" '
     function at(share,   place, low) {
@@ -73,7 +74,7 @@ quartiles() {
     END { show() }'
 }
 
-# Frame after which the kinetic energy stays below that of 1 mm/s everywhere.
+# Frame after which the kinetic energy stays below that of a cloth moving at 1 mm/s everywhere.
 frames_to_balance() {
   awk -F, 'NR == 1 { for (i = 1; i <= NF; ++i) if ($i == "kinetic_J") k = i }
            NR > 1 && $k > 1e-7 { last = NR - 1 }
@@ -102,12 +103,12 @@ balance() {
 
 meshes() {
   say "C2, C3, C25: meshes"
-  echo "(some minutes; the table is written into docs/meshes.md)"
+  echo "(some minutes; writes docs/tables/mesh_hang.csv)"
   SELVEDGE=$build/apps/selvedge measure scripts/mesh_table.sh --only hang
-  sed -n '/<!-- table: hang -->/,/<!-- end of table: hang -->/p' docs/meshes.md
+  cat docs/tables/mesh_hang.csv
 }
 
-# over_rounds NAME: time of every cell of a compare over that of its first, round by round.
+# over_rounds NAME: time of every cell of a comparison over that of its first cell, round by round.
 over_rounds() {
   local run cell
   for run in "$out/$1"/cells/[0-9]*/run_*.json; do
@@ -159,7 +160,7 @@ responses() {
   measure "$build/bench/bench_response" --no-table --claim-cells 20
 }
 
-# detector_rows ARGUMENTS...: the table of bench_broadphase, turn after turn, as lines into $out/rows.
+# detector_rows ARGUMENTS...: writes the table of bench_broadphase, turn after turn, as lines into $out/rows.
 # Columns: scene, detector, threads, cold, build, refit, query, warm, ...
 detector_rows() {
   local turn
@@ -169,7 +170,7 @@ detector_rows() {
   done | awk -F' *[|] *' 'NF > 12 && $2 ~ /^(drape|crumple) / { print }' >"$out/rows"
 }
 
-# over BASE WHICH: warm time of the detectors that WHICH matches over that of BASE in the same turn.
+# over BASE WHICH: warm time of the detectors that match WHICH over that of BASE in the same turn.
 over() {
   awk -F' *[|] *' -v base="$1" -v which="$2" '
     $3 == base { time = $9 }
@@ -234,7 +235,7 @@ refinement() {
   measure "$build/apps/selvedge" drape petrak_2025/M{1,2,3,4,5,6} --cells 32 --levels 2 --seeds 1
 }
 
-# The seconds of a run, as its result says.
+# The seconds of a run according to its result.
 seconds_of() { sed -n 's/^ *"wall_s": *\([0-9.e+-]*\),*$/\1/p' "$1/result.json"; }
 
 adaptive() {
@@ -321,7 +322,7 @@ out=$(mktemp -d)
 trap 'rm -rf "$out"' EXIT
 failed=0
 for name in "${parts[@]}"; do
-  # One that fails is said and does not keep the others from running.
+  # Report a failed measurement and continue with the others.
   set +e
   (
     set -e

@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# survey_figures.sh: figures 11, 12, 22 and 27 of the survey redrawn from this library, as docs/images/survey_figures.svg.
-# Figure 12 is taken from the table of docs/meshes.md (scripts/mesh_table.sh); the others are measured here, in minutes.
-# SELVEDGE names the program (default: build/release/apps/selvedge).
+# survey_figures.sh: redraws figures 11, 12, 22 and 27 of the survey with this library, as
+# docs/images/survey_figures.svg. Figure 12 reads docs/tables/mesh_hang.csv (scripts/mesh_table.sh); the script measures
+# the others, which takes minutes. SELVEDGE names the program (default: build/release/apps/selvedge).
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 WORK=$work PROGRAM=${SELVEDGE:-build/release/apps/selvedge} python3 - <<'PYTHON'
-import csv, json, math, os, re, subprocess
+import csv, json, math, os, subprocess
 
 WORK, PROGRAM = os.environ["WORK"], os.environ["PROGRAM"]
 PATTERNS = ["triangular", "simplified", "rectangular", "responsive"]  # in the survey's order
@@ -29,10 +29,9 @@ def seconds_to_balance(pattern):
 
 
 def distances():
-    with open("docs/meshes.md") as page:
-        table = page.read().split("<!-- table: hang -->")[1].split("<!-- end of table: hang -->")[0]
-    rows = re.findall(r"^\| (\w+) \| 36 \| [^|]* \| ([0-9.]+) \|", table, re.M)
-    return [(name, float(rms)) for name, rms in rows if name != "rectangular"]
+    with open("docs/tables/mesh_hang.csv") as table:
+        rows = [row for row in csv.DictReader(table) if row["cells"] == "36" and row["mesh"] != "rectangular"]
+    return [(row["mesh"], float(row["rms_to_finest_rectangular_mm"])) for row in rows]
 
 
 def limiters():

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# test.sh [CMAKE OPTIONS]: installs what is missing, builds everything and runs every test: the unit, physics and
-# program tests (CTest), the format of the sources, and the consumers of the library. Says how many tests ran.
-# Tests that read data from outside the repository are skipped, and counted as skipped, where it is not there.
+# test.sh [CMAKE OPTIONS]: installs missing packages, builds everything and runs every test: the unit, physics and
+# program tests (CTest), the format check of the sources, and the consumers of the library. Prints how many tests ran.
+# Tests that need data from outside the repository are skipped, and counted as skipped, if the data is absent.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 started=$SECONDS
@@ -12,7 +12,7 @@ build=build/release
 configure=(cmake --preset release)
 if [ ! -f "$build/CMakeCache.txt" ] && command -v ninja >/dev/null; then configure+=(-G Ninja); fi
 
-echo "Build (several minutes the first time)"
+echo "Building everything (the first time half an hour on two cores)"
 scripts/quietly.sh "${configure[@]}" "$@"
 scripts/quietly.sh cmake --build "$build" --parallel
 echo "Built after $((SECONDS - started)) s"

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // The adapters to optional libraries, as far as this build has them.
 #include <gtest/gtest.h>
-#include <selvedge/apps/methods.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/triangle_mesh.h>
 #include <selvedge/narrowphase/ccd_exact.h>
+#include <selvedge/scene/all_methods.h>
 
 #include <cmath>
 #include <iostream>
@@ -107,15 +107,12 @@ std::string message_of(BroadPhase& detector, const Surface& a) {
 }
 
 template <class Registry>
-std::vector<std::string> built(const Registry& registry, const std::string& family) {
+std::vector<std::string> built(const Registry& registry) {
   std::vector<std::string> names;
-  for (const AdapterMethod& adapter : adapter_methods()) {
-    if (adapter.family != family || adapter.name == "image_space") continue;  // has its own tests
-    if (registry.contains(adapter.name))
-      names.push_back(adapter.name);
-    else
-      std::cout << adapter.name << " is not in this build\n";
-  }
+  for (const auto& [name, entry] : registry)
+    if (!entry.library().empty() && name != "image_space") names.push_back(name);  // has own tests
+  for (const auto& [name, library] : registry.absent())
+    std::cout << name << " is not in this build, which lacks " << library << "\n";
   return names;
 }
 
@@ -128,7 +125,7 @@ class BroadPhaseAdapters : public testing::Test {
   std::unique_ptr<BroadPhase> make(const std::string& name) const { return registry_.at(name)(); }
 
   const BroadPhaseRegistry registry_ = methods_of_this_build().broad_phases;
-  const std::vector<std::string> names_ = built(registry_, "broad_phase");
+  const std::vector<std::string> names_ = built(registry_);
   std::unique_ptr<BroadPhase> brute_ = make_brute_force();
 };
 
@@ -291,13 +288,12 @@ class NarrowPhaseAdapters : public testing::Test {
   void SetUp() override {
     if (names_.empty()) GTEST_SKIP() << "no library for a narrow phase was found";
   }
-  std::unique_ptr<NarrowPhase> make(const std::string& name,
-                                    const NarrowPhaseConfig& config = {}) const {
-    return registry_.at(name)(config);
+  std::unique_ptr<NarrowPhase> make(const std::string& name, const Options& options = {}) const {
+    return registry_.at(name)(options);
   }
 
   const NarrowPhaseRegistry registry_ = methods_of_this_build().narrow_phases;
-  const std::vector<std::string> names_ = built(registry_, "narrow_phase");
+  const std::vector<std::string> names_ = built(registry_);
 };
 
 }  // namespace
@@ -398,7 +394,7 @@ TEST_F(NarrowPhaseAdapters, RefuseWhatIsNotFiniteAndWhatTheyCannotDo) {
     query.x_t1[2].y() = std::nan("");
     double toi = 0.0;
     EXPECT_THROW(make(name)->collides(query, toi), std::invalid_argument) << name;
-    EXPECT_THROW(make(name, {.min_separation = 0.01}), std::invalid_argument) << name;
+    EXPECT_THROW(make(name, {{"min_separation", 0.01}}), std::invalid_argument) << name;
     EXPECT_FALSE(make(name)->traits().misses_nothing) << name;
     EXPECT_FALSE(make(name)->traits().limits.empty()) << name;
   }

@@ -88,6 +88,35 @@ TEST(AdaptiveGrid, UnsplitAndSplitEverywhereItIsTheRectangularMesh) {
   }
 }
 
+TEST(AdaptiveGrid, HasTheBendingFrictionOfTheRectangularMesh) {
+  Material material;
+  material.bending_friction = 1e-3;
+  const auto total = [](const ClothMesh& cloth) {
+    double moment = 0.0;
+    for (const HingeFriction& f : cloth.hinge_frictions) moment += f.moment;
+    return moment;
+  };
+  const auto mean_yield = [](double moment, const ClothMesh& cloth) {
+    double work = 0.0;
+    for (const HingeFriction& f : cloth.hinge_frictions) work += f.moment * f.yield;
+    return work / moment;
+  };
+  GridConfig grid = kGrid;
+  const ClothMesh coarse = make_rectangular(grid, material);
+  const ClothMesh unsplit = AdaptiveGrid(grid, material, 1).cloth();
+  EXPECT_EQ(unsplit.hinge_frictions.size(), coarse.hinge_frictions.size());
+  EXPECT_NEAR(total(unsplit), total(coarse), 1e-12);
+  EXPECT_NEAR(mean_yield(total(unsplit), unsplit), mean_yield(total(coarse), coarse), 1e-12);
+  AdaptiveGrid adaptive(grid, material, 1);
+  adaptive.split(adaptive.divisible());
+  grid.cells_x *= 2;
+  grid.cells_y *= 2;
+  const ClothMesh fine = make_rectangular(grid, material), split = adaptive.cloth();
+  EXPECT_EQ(split.hinge_frictions.size(), fine.hinge_frictions.size());
+  EXPECT_NEAR(total(split), total(fine), 1e-12);
+  EXPECT_NEAR(mean_yield(total(split), split), mean_yield(total(fine), fine), 1e-12);
+}
+
 TEST(AdaptiveGrid, HasTheConstantsAndTheMassOfTheFabricWhateverIsSplit) {
   const ClothMesh whole = make_rectangular(kGrid, Material{});
   const double area = kGrid.size_x * kGrid.size_y;

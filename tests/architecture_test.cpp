@@ -19,22 +19,45 @@ namespace {
 namespace fs = std::filesystem;
 using Sentences = std::vector<std::string>;
 
-const std::set<std::string> kLibraries = {"core",        "bodies",   "broadphase",
-                                          "narrowphase", "response", "scene"};
+const std::set<std::string> kLibraries = {
+    "core",  "bodies",     "broadphase", "narrowphase", "detection", "response", "judge",
+    "scene", "simulation", "render",     "run",         "compare",   "lab"};
 
-/// Which modules a module may include beside itself.
+const std::set<std::string> kEverything = [] {
+  std::set<std::string> all = kLibraries;
+  all.insert({"tools", "tests"});
+  return all;
+}();
+
+std::set<std::string> with(std::set<std::string> names, const std::string& name) {
+  names.insert(name);
+  return names;
+}
+
+/// Which modules a module may include beside itself. All of them may include core.
 const std::map<std::string, std::set<std::string>> kArrows = {
     {"core", {}},
     {"bodies", {"core"}},
     {"broadphase", {"core"}},
     {"response", {"core"}},
     {"narrowphase", {"core", "bodies"}},
+    {"detection", {"core", "broadphase", "narrowphase"}},
+    {"judge", {"core"}},
+    {"render", {"core"}},
     {"scene", {"core", "bodies", "broadphase", "narrowphase", "response"}},
+    {"simulation",
+     {"core", "bodies", "broadphase", "narrowphase", "detection", "response", "scene"}},
+    {"run",
+     {"core", "bodies", "broadphase", "narrowphase", "response", "scene", "simulation", "render"}},
+    {"lab", {"core", "scene", "simulation", "render"}},
+    {"compare",
+     {"core", "bodies", "broadphase", "narrowphase", "detection", "response", "scene", "simulation",
+      "run", "render", "judge"}},
+    {"tools", {"core", "bodies"}},
     {"apps", kLibraries},
     {"examples", kLibraries},
-    {"bench",
-     {"core", "bodies", "broadphase", "narrowphase", "response", "scene", "apps", "tests"}},
-    {"tests", {"core", "bodies", "broadphase", "narrowphase", "response", "scene", "apps"}},
+    {"bench", with(kEverything, "apps")},  // apps/command_line.h alone
+    {"tests", kEverything},
 };
 
 fs::path root() { return SELVEDGE_SOURCE_DIR; }
@@ -106,6 +129,10 @@ Sentences forbidden_arrows(const std::string& file, const std::string& text) {
       faults.push_back(file + " includes \"" + include.name + "\": write <selvedge/module/file.h>");
     } else if (ours && to != from && !kArrows.at(from).contains(to)) {
       faults.push_back(file + " includes <" + include.name + ">: " + from + " may not name " + to);
+    } else if (ours && to == "apps" && from != "apps" &&
+               include.name != "selvedge/apps/command_line.h") {
+      faults.push_back(file + " includes <" + include.name +
+                       ">: only apps/command_line.h is shared");
     } else if (ours && is_private_elsewhere(from, include)) {
       faults.push_back(file + " includes <" + include.name + ">, which is private to " + to);
     }
@@ -150,13 +177,17 @@ bool is_path_character(char c) {
 Sentences missing_files(const std::string& document, const std::string& text,
                         const fs::path& folder) {
   Sentences faults;
-  for (const std::string start : {"scripts/", "data/scenes/", "data/schema", "docs/", "examples/",
-                                  "tests/", ".ci/", "bench/"}) {
+  for (const std::string start :
+       {"scripts/",   "data/scenes/", "data/schema", "docs/",       "examples/",   "tests/",
+        ".ci/",       "bench/",       "core/",       "bodies/",     "broadphase/", "narrowphase/",
+        "detection/", "response/",    "scene/",      "simulation/", "run/",        "judge/",
+        "render/",    "compare/",     "lab/",        "tools/",      "apps/"}) {
     for (std::size_t at = text.find(start); at != std::string::npos;
          at = text.find(start, at + 1)) {
       if (at > 0 && is_path_character(text[at - 1])) continue;  // the end of a longer path
       std::size_t end = at;
       while (end < text.size() && is_path_character(text[end])) ++end;
+      if (end < text.size() && text[end] == '*') continue;  // stands for several files
       std::string name = text.substr(at, end - at);
       while (name.back() == '.') name.pop_back();
       if (!fs::exists(folder / name))
@@ -173,6 +204,21 @@ std::string code_block(const std::string& text, const std::string& marker) {
   const std::size_t open = text.find("```", at);
   const std::size_t begin = text.find('\n', open) + 1;
   return text.substr(begin, text.find("```", begin) - begin);
+}
+
+/// The rooms of docs/architecture.md with the rooms that each may include.
+std::map<std::string, std::set<std::string>> arrows_of(const std::string& page) {
+  static const std::regex row(R"(\| `(\w+)` \|[^|]*\|([^|]*)\|[^|]*\|)"), name("`(\\w+)`");
+  std::map<std::string, std::set<std::string>> arrows;
+  for (const std::string& line : lines_of(page)) {
+    std::smatch cells;
+    if (!std::regex_match(line, cells, row)) continue;
+    std::set<std::string>& to = arrows[cells[1].str()];
+    const std::string list = cells[2].str();
+    for (std::sregex_iterator at(list.begin(), list.end(), name), end; at != end; ++at)
+      to.insert((*at)[1].str());
+  }
+  return arrows;
 }
 
 /// Keys such as [Provot1995] or [Provot1995, section 4] that a text cites.
@@ -272,10 +318,28 @@ TEST(Architecture, DocumentsNameOnlyFilesThatAreThere) {
   EXPECT_TRUE(faults.empty()) << joined(faults);
 }
 
-TEST(Architecture, TheSampleOfTheReadmeIsTheExampleThatIsCompiledAndRun) {
-  const std::string sample = code_block(read(root() / "README.md"), "examples/drape_on_sphere.cpp");
+TEST(Architecture, ThePageOnTheRoomsHasTheirArrows) {
+  std::map<std::string, std::set<std::string>> should;
+  for (const std::string& library : kLibraries) should[library] = kArrows.at(library);
+  EXPECT_EQ(arrows_of(read(root() / "docs/architecture.md")), should);
+}
+
+TEST(Architecture, TheSampleOfTheLibraryPageIsTheExampleThatIsCompiledAndRun) {
+  const std::string sample =
+      code_block(read(root() / "docs/library.md"), "This is [examples/drape_on_sphere.cpp]");
   ASSERT_FALSE(sample.empty());
   EXPECT_EQ(sample, without_licence(read(root() / "examples/drape_on_sphere.cpp")));
+}
+
+TEST(Architecture, TheSamplesOfTheReadmeAreExamplesThatAreCompiledAndRun) {
+  const std::string readme = read(root() / "README.md");
+  for (const char* name : {"find_collisions", "step_in_memory"}) {
+    const std::string file = std::string("examples/") + name + ".cpp";
+    const std::string sample = code_block(readme, "This is [" + file + "]");
+    ASSERT_FALSE(sample.empty()) << file;
+    EXPECT_EQ(sample, without_licence(read(root() / file))) << file;
+  }
+  EXPECT_LE(lines_of(readme).size(), 130u);
 }
 
 TEST(Architecture, EverySourceThatCitesAPaperFindsItInTheBibliography) {
@@ -298,15 +362,21 @@ TEST(ArchitectureRules, FindAForbiddenArrow) {
   EXPECT_EQ(forbidden_arrows("core/force.cpp", sample).size(), 1u);
   EXPECT_EQ(forbidden_arrows("broadphase/bvh.cpp", "#  include <selvedge/bodies/body.h>").size(),
             1u);
-  EXPECT_EQ(forbidden_arrows("scene/run.cpp", "#include <selvedge/apps/render.h>").size(), 1u);
+  EXPECT_EQ(forbidden_arrows("run/run.cpp", "#include <selvedge/compare/page.h>").size(), 1u);
+  EXPECT_EQ(forbidden_arrows("simulation/step.cpp", "#include <selvedge/run/run.h>").size(), 1u);
+  EXPECT_EQ(forbidden_arrows("judge/judge.cpp", "#include <selvedge/broadphase/bvh.h>").size(), 1u);
+  EXPECT_EQ(forbidden_arrows("run/run.cpp", "#include <selvedge/apps/command_line.h>").size(), 1u);
+  EXPECT_EQ(forbidden_arrows("bench/rest.cpp", "#include <selvedge/apps/command_line.h>").size(),
+            0u);
+  EXPECT_EQ(forbidden_arrows("bench/rest.cpp", "#include <selvedge/apps/overrides.h>").size(), 1u);
   EXPECT_EQ(forbidden_arrows("tests/scene_test.cpp", sample).size(), 0u);
-  EXPECT_EQ(forbidden_arrows("scene/run.cpp", sample).size(), 0u);
+  EXPECT_EQ(forbidden_arrows("run/run.cpp", sample).size(), 0u);
   EXPECT_EQ(forbidden_arrows("narrowphase/a.cpp", "#include <selvedge/bodies/body.h>").size(), 0u);
 }
 
 TEST(ArchitectureRules, FindAWayAroundTheArrows) {
   EXPECT_EQ(forbidden_arrows("core/force.cpp", "#include \"../scene/scene.h\"").size(), 1u);
-  EXPECT_EQ(forbidden_arrows("scene/run.cpp", "#include <selvedge/core/detail/x.h>").size(), 1u);
+  EXPECT_EQ(forbidden_arrows("run/run.cpp", "#include <selvedge/core/detail/x.h>").size(), 1u);
   EXPECT_EQ(forbidden_arrows("core/run.cpp", "#include <selvedge/core/detail/x.h>").size(), 0u);
   EXPECT_EQ(forbidden_arrows("core/run.cpp", "#include \"types.h\"").size(), 1u);
   EXPECT_EQ(forbidden_arrows("apps/main.cpp", "#include \"command_run.h\"").size(), 0u);
@@ -327,6 +397,12 @@ TEST(ArchitectureRules, FindAMissingLicence) {
   EXPECT_EQ(missing_licence("a.sh", "#!/usr/bin/env bash\nset -e\n").size(), 1u);
   EXPECT_EQ(missing_licence("a.sh", "#!/usr/bin/env bash\n# SPDX-License-Identifier: MIT\n").size(),
             0u);
+}
+
+TEST(ArchitectureRules, ReadTheArrowsOfATable) {
+  const auto arrows =
+      arrows_of("| room | content |\n| `a` | x `y` | `b`, `c` | `a` |\n| `d` | | | `d` |\n");
+  EXPECT_EQ(arrows, (std::map<std::string, std::set<std::string>>{{"a", {"b", "c"}}, {"d", {}}}));
 }
 
 TEST(ArchitectureRules, FindAFileThatADocumentInvents) {

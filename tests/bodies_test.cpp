@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/bodies/analytic_body.h>
 #include <selvedge/bodies/body.h>
-#include <selvedge/bodies/mannequin.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/bodies/mesh_report.h>
 #include <selvedge/core/parallel.h>
+#include <selvedge/tools/mannequin.h>
 
 #include <gtest/gtest.h>
 
@@ -71,6 +71,34 @@ TEST(AnalyticBody, TessellationsAreClosedOutwardAndClean) {
       EXPECT_TRUE(report.sentences().empty())
           << s.name << " at " << resolution << ": " << report.sentences()[0];
       EXPECT_EQ(report.components, 1u) << s.name;
+    }
+}
+
+// Radius over height (or tube over radius) from a thread to a disc. The rings of a thin cone once
+// shrank without end, and the side of a long cylinder had as many rows as fit into the memory.
+TEST(AnalyticBody, ExtremeRatiosGiveABoundedClosedMesh) {
+  constexpr std::size_t most_faces = 4'200'000;  // of the side, with caps and tip
+  for (const double ratio : {1e-12, 1e-3, 0.01, 0.1, 0.15, 0.17, 1e3, 1e12})
+    for (const AnalyticShape& shape :
+         {AnalyticShape{Cone{0.3 * ratio, 0.3}}, AnalyticShape{Cylinder{0.3 * ratio, 0.3}},
+          AnalyticShape{Capsule{0.3 * ratio, 0.3}},
+          AnalyticShape{Torus{0.3, 0.3 * std::min(ratio, 0.99)}}})
+      for (const int resolution : {3, 48}) {
+        const TriangleMesh mesh = tessellate(shape, resolution);
+        const auto faces = mesh.triangles.size();
+        EXPECT_LE(faces, most_faces) << shape.index() << ", ratio " << ratio;
+        const std::size_t holes = std::holds_alternative<Torus>(shape) ? 1 : 0;
+        EXPECT_EQ(faces + 4, 2 * mesh.vertices.size() + 4 * holes)  // Euler, of a closed surface
+            << shape.index() << ", ratio " << ratio;
+      }
+}
+
+TEST(AnalyticBody, AThinConeEndsInASmallestRing) {
+  for (const double ratio : {0.01, 1.0 / 30.0, 0.1, 0.14})
+    for (const int resolution : {3, 8, 24, 64}) {
+      const MeshReport report = report_mesh(tessellate(Cone{0.3 * ratio, 0.3}, resolution));
+      EXPECT_TRUE(report.sentences().empty())
+          << ratio << " at " << resolution << ": " << report.sentences()[0];
     }
 }
 
@@ -248,7 +276,7 @@ TEST(MovingBody, ImpossibleMotionsAreRefused) {
       fault([] {
         make_keyframed_body(tetrahedron(), {{0.0, Vec3::Zero(), Eigen::Quaterniond(0, 0, 0, 0)}});
       }),
-      "rotation 0");
+      "rotation quaternion of length 0");
   EXPECT_SAYS(fault([] { make_sequence_body({}, 10.0, 0.0); }), "at least one frame");
   EXPECT_SAYS(fault([] { make_sequence_body({tetrahedron()}, 0.0, 0.0); }), "frames per second");
   TriangleMesh other = tetrahedron();

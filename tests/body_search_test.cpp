@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <selvedge/core/triangle_mesh.h>
 #include <selvedge/narrowphase/ccd_exact.h>
-#include <selvedge/scene/body_search.h>
+#include <selvedge/simulation/detail/body_search.h>
 
 #include <cmath>
 #include <numbers>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// What the tests of the detectors share: random numbers, what a detector finds, and whether two
-// found the same.
+// Shared parts of the detector tests: random numbers, the pairs of a detector, and the comparison
+// of two results.
 #pragma once
 
 #include <gtest/gtest.h>

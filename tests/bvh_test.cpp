@@ -469,6 +469,6 @@ TEST(Bvh, RefusesShapesThatItCannotMake) {
   EXPECT_THROW(make_bvh_aabb({.arity = 9}), std::invalid_argument);
   EXPECT_THROW(make_bvh_obb({.leaf_size = 0}), std::invalid_argument);
   EXPECT_THROW(make_bvh_kdop(14, {.leaf_size = 25}), std::invalid_argument);
-  EXPECT_THROW(make_bvh_kdop(14, {.rebuild_looseness = 1.0}), std::invalid_argument);
+  EXPECT_THROW(make_bvh_kdop(14, {.rebuild_quality_loss = 1.0}), std::invalid_argument);
   EXPECT_THROW(make_bvh_kdop(8), std::invalid_argument);
 }

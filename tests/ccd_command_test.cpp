@@ -171,7 +171,8 @@ TEST_F(CcdCommand, WhoCannotKeepAMinimumSeparationIsLeftOutAndSaidSo) {
   const Outcome all = run("ccd " + separation);
   EXPECT_EQ(all.code, 0) << all.err;
   EXPECT_NE(Json::parse(all.out, nullptr, false)["skipped"].size(), 0u);
-  EXPECT_REFUSED(run("ccd --narrow-phase ccd_cubic " + separation), "selvedge: ccd_cubic: cannot");
+  EXPECT_REFUSED(run("ccd --narrow-phase ccd_cubic " + separation),
+                 "selvedge: ccd_cubic: has no option");
   EXPECT_EQ(run("ccd --narrow-phase ccd_exact near_vf.csv --min-separation nan").code, 2);
 }
 

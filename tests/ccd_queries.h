@@ -10,10 +10,10 @@
 #include <string_view>
 #include <vector>
 
-// Adversarial queries for the exact narrow phase, and the judge's opinion of them. A family is
-// built so that some of its queries touch by the skin of their teeth and others miss by as little:
-// at the ends of the step and of the primitives, at roots of high multiplicity, in degenerate
-// shapes and motions, at times that are no doubles or almost one, and at any scale and place.
+// Adversarial queries for the exact narrow phase, with verdicts of the judge. In each family some
+// queries barely touch and others barely miss. The families cover the ends of the step and of the
+// primitives, roots of high multiplicity, degenerate shapes and motions, times that are exactly or
+// almost doubles, and any scale and position.
 namespace selvedge::ccd_queries {
 
 using Random = std::mt19937_64;
@@ -33,17 +33,17 @@ struct Family {
   Query (*make)(Random& r, ContactKind kind);
 };
 
-/// All families. The first kBasicFamilies are made of small integers but for some roundings; of
-/// these, the first kIntegerFamilies of nothing else unless nudged.
+/// All families. The first kBasicFamilies consist of small integers except for some roundings. The
+/// first kIntegerFamilies of these consist of integers only, unless nudged.
 std::span<const Family> families();
 inline constexpr int kIntegerFamilies = 9, kBasicFamilies = 16;
-inline constexpr int kNudgedFamily = 5;  ///< the one among the integer families
+inline constexpr int kNudgedFamily = 5;  ///< the nudged one among the integer families
 
 inline ContactKind kind_of_index(std::size_t i) {
   return i % 2 == 0 ? ContactKind::point_triangle : ContactKind::edge_edge;
 }
 
-/// A unit triangle at rest, and a point that falls on its inside from one height to another.
+/// A unit triangle at rest, and a point that falls onto its interior from one height to another.
 Query falling_point(double from, double to);
 
 struct Truth {
@@ -51,12 +51,12 @@ struct Truth {
   double toi_lo = kNoCollision, toi_hi = kNoCollision;
 };
 
-/// What the judge, which shares no code with the narrow phase, says: verdict and enclosure of the
-/// first time of contact.
+/// Verdict of the judge, which shares no code with the narrow phase, and enclosure of the first
+/// time of contact.
 Truth truth_of(const Query& q);
 
-/// Queries as two surfaces, every third point against a triangle as a triangle against a point, and
-/// the pairs in their order.
+/// Stores the queries as two surfaces, every third point-triangle query with the roles of the
+/// surfaces exchanged, and their pairs in order.
 struct Scene {
   struct Surface {
     std::vector<Vec3> x_t0, x_t1;
@@ -66,14 +66,15 @@ struct Scene {
   };
   Surface a, b;
   CandidatePairs pairs;
-  /// Which query the pairs of the three lists are.
+  /// Query index of each pair in the three lists.
   std::vector<std::size_t> point_triangle, triangle_point, edge_edge;
 };
 Scene scene_of(std::span<const Query> queries);
 
-/// Kind and hexadecimal coordinates, one vertex a line, for the eye and for a test.
+/// Kind and hexadecimal coordinates, one vertex per line, to read or to paste into a test.
 std::string hex_text(const Query& q);
-/// The eight lines of the query file: numerator and denominator of each coordinate, and the truth.
+/// The eight lines of the query file: numerator and denominator of each coordinate, and the
+/// verdict.
 std::string file_rows(const Query& q, bool touches);
 
 }  // namespace selvedge::ccd_queries

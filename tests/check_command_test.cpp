@@ -415,7 +415,7 @@ TEST_F(CheckResult, AFolderGoesAlone) {
 
 TEST_F(CheckResult, RenderRefusesDamagedFramesAndSaysWhichFrameIsNotThere) {
   ASSERT_EQ(run_small("r").code, 0);
-  EXPECT_REFUSED(run("render r --frames 9"), "there is none; the frames are 0 to 3");
+  EXPECT_REFUSED(run("render r --frames 9"), "selects no frame; the frames are 0 to 3");
   const std::string whole = frame("r", 3);
   for (const std::size_t size : {std::size_t{0}, std::size_t{40}, whole.size() - 5}) {
     write("r/frames/cloth_00003.ply", whole.substr(0, size));
@@ -424,7 +424,7 @@ TEST_F(CheckResult, RenderRefusesDamagedFramesAndSaysWhichFrameIsNotThere) {
   }
   write("r/frames/cloth_00003.ply", whole);
   write("r/scene.json", "{");
-  EXPECT_REFUSED(run("render r"), "scene.json: is no JSON");
+  EXPECT_REFUSED(run("render r"), "scene.json: is not JSON");
 }
 
 TEST_F(CheckResult, RenderOnAFullDiskEndsWithOneAndKeepsTheFrames) {

@@ -28,6 +28,16 @@ class InterruptedProgram : public Program {
  protected:
   /// Starts a run of many frames, waits for `frames` of them, sends `signal` and waits for the end.
   int interrupt(const std::string& out, int frames, int signal) const {
+    const pid_t child = start(out);
+    int status = 0;
+    if (!wait_for_frame(child, out, frames, status)) return status;
+    kill(child, signal);
+    waitpid(child, &status, 0);
+    return status;
+  }
+
+  /// Starts a run of many frames.
+  pid_t start(const std::string& out) const {
     const fs::path scene = folder_ / "small.json", target = folder_ / out;
     std::vector<std::string> words = {program, "run",  scene.string(), "--no-picture",
                                       "--out", target, "--set",        "time.frames=90000"};
@@ -41,15 +51,18 @@ class InterruptedProgram : public Program {
     pid_t child = 0;
     EXPECT_EQ(posix_spawn(&child, program.c_str(), &actions, nullptr, argv.data(), environ), 0);
     posix_spawn_file_actions_destroy(&actions);
-    const fs::path awaited = target / "frames" / ("cloth_0000" + std::to_string(frames) + ".ply");
-    int status = 0;
+    return child;
+  }
+
+  /// False if the run ended before that frame, with `status`.
+  bool wait_for_frame(pid_t child, const std::string& out, int frame, int& status) const {
+    const fs::path awaited =
+        folder_ / out / "frames" / ("cloth_0000" + std::to_string(frame) + ".ply");
     for (int wait = 0; wait < 6000 && !fs::exists(awaited); ++wait) {
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
-      if (waitpid(child, &status, WNOHANG) == child) return status;
+      if (waitpid(child, &status, WNOHANG) == child) return false;
     }
-    kill(child, signal);
-    waitpid(child, &status, 0);
-    return status;
+    return true;
   }
 };
 
@@ -138,6 +151,24 @@ TEST_F(Program, SeriesForOtherProgramsAreWrittenOnRequest) {
     EXPECT_TRUE(exists(name)) << name;
 }
 
+TEST_F(Program, AResumedRunCompletesASeriesThatItDidNotHaveBefore) {
+  const std::string formats = "--set 'output.formats=[\"vtk\",\"obj\"]'";
+  ASSERT_EQ(run_small("whole", formats).code, 0);
+  ASSERT_EQ(run_small("parts", "--set time.frames=1").code, 0);
+  ASSERT_EQ(run_small("parts", formats + " --resume").code, 0);
+  for (const char* name :
+       {"cloth.pvd", "bodies.pvd", "frames/cloth_00000.vtp", "frames/cloth_00003.vtp",
+        "frames/bodies_00000.vtp", "frames/cloth_00001.obj", "frames/bodies_00000.obj"})
+    EXPECT_EQ(content(folder_ / "whole" / name), content(folder_ / "parts" / name)) << name;
+  EXPECT_EQ(count("whole/frames", ""), count("parts/frames", ""));
+  EXPECT_TRUE(exists("whole/cloth.pvd"));
+}
+
+TEST_F(Program, AnUnknownFormatIsRefusedBeforeTheRun) {
+  EXPECT_REFUSED(run_small("r", "--set 'output.formats=[\"ob\"]'"), "nearest is \"obj\"");
+  EXPECT_FALSE(exists("r"));
+}
+
 TEST_F(Program, AShorterRunReplacesALongerOneOfTheSameScene) {
   ASSERT_EQ(run_small("r", "--set time.frames=5 --every-step").code, 0);
   ASSERT_EQ(run_small("r", "--set time.frames=2").code, 0);
@@ -152,6 +183,33 @@ TEST_F(Program, TheSceneInTheResultRunsToTheSameBits) {
   fs::copy(folder_ / "a/scene.json", folder_ / "elsewhere/copy.json");
   ASSERT_EQ(run("run elsewhere/copy.json --no-picture --out b").code, 0);
   EXPECT_EQ(result("a")["state_hash"], result("b")["state_hash"]);
+}
+
+// -- a wrong command line -------------------------------------------------------------------------
+
+TEST_F(Program, WithoutACommandItSaysWhichToType) {
+  EXPECT_REFUSED(run(""), "give a command, such as `selvedge run`");
+}
+
+TEST_F(Program, AnUnknownCommandIsRefusedAndTheNearestNamed) {
+  EXPECT_REFUSED(run("chekc r"), "did you mean `selvedge check`?");
+  EXPECT_REFUSED(run("zzzzzzz"), "there is no command \"zzzzzzz\"; `selvedge --help`");
+}
+
+TEST_F(Program, AWrongOptionNamesTheCommandWhoseHelpExplainsIt) {
+  EXPECT_REFUSED(run("run small.json --colour red"), "`selvedge run --help`");
+  EXPECT_REFUSED(run("run small.json --budget -1"), "-1 must be a number above 0");
+  EXPECT_REFUSED(run("run small.json --threads 5000"), "not in range 0 to 1024");
+}
+
+TEST_F(Program, EveryCommandDescribesItsOptions) {
+  for (const char* command :
+       {"run", "check", "detect", "ccd", "compare", "advise", "plan", "stability", "render",
+        "measure", "fabric", "drape", "identify", "replay", "list"}) {
+    const Outcome o = run(std::string(command) + " --help");
+    EXPECT_EQ(o.code, 0) << command;
+    EXPECT_SAYS(o.out, std::string("Usage: selvedge ") + command);
+  }
 }
 
 // -- stopping and going on ------------------------------------------------------------------------
@@ -196,6 +254,29 @@ TEST_F(InterruptedProgram, AKilledRunGoesOnToTheSameBits) {
   EXPECT_EQ(result("r")["state_hash"], result("whole")["state_hash"]);
 }
 
+TEST_F(InterruptedProgram, ASecondRunIntoTheFolderOfARunIsRefusedAndTheFirstGoesOn) {
+  const pid_t first = start("r");
+  int status = 0;
+  ASSERT_TRUE(wait_for_frame(first, "r", 2, status)) << status;
+  const std::string number = std::to_string(first);
+  EXPECT_REFUSED(run_small("r"), "another run (process " + number + ") is at work in this folder");
+  EXPECT_REFUSED(run_small("r", "--resume"), "is at work in this folder");
+  EXPECT_TRUE(fs::exists(folder_ / "r/frames/cloth_00002.ply")) << "removed by the second run";
+  EXPECT_EQ(waitpid(first, &status, WNOHANG), 0) << "the first run ended";
+  kill(first, SIGKILL);
+  waitpid(first, &status, 0);
+  EXPECT_TRUE(exists("r/lock")) << "a killed run removes nothing";
+  EXPECT_EQ(run_small("r", "--resume --set time.frames=9").code, 0);
+  EXPECT_EQ(run_small("r").code, 0);
+  EXPECT_FALSE(exists("r/lock"));
+}
+
+TEST_F(InterruptedProgram, ARunKilledBeforeItWroteAnythingLeavesItsFolderUsable) {
+  fs::create_directories(folder_ / "r");
+  write("r/lock", "1\n");
+  EXPECT_EQ(run_small("r").code, 0);
+}
+
 TEST_F(Program, AKillBetweenTheTwoCheckpointFilesLosesNothing) {
   ASSERT_EQ(run_small("r").code, 0);
   const std::string early = content(folder_ / "r/checkpoint.json");
@@ -209,8 +290,7 @@ TEST_F(Program, AKillBetweenTheTwoCheckpointFilesLosesNothing) {
 TEST_F(Program, ResumingWhatIsNotThereOrDiffersIsRefused) {
   EXPECT_REFUSED(run_small("none", "--resume"), "there is no checkpoint");
   ASSERT_EQ(run_small("r").code, 0);
-  EXPECT_REFUSED(run_small("r", "--resume --set contact.thickness=0.001"),
-                 "differs from the scene");
+  EXPECT_REFUSED(run_small("r", "--resume --set contact.rest_gap=0.001"), "differs from the scene");
   std::ofstream(folder_ / "r/checkpoint.json") << "{\"frame\": 2}";
   EXPECT_REFUSED(run_small("r", "--resume"), "is damaged");
 }
@@ -221,7 +301,7 @@ TEST_F(Program, ResumingWhatIsNotThereOrDiffersIsRefused) {
 TEST_F(Program, AFolderWithOtherThingsIsRefusedAndLeftAlone) {
   fs::create_directory(folder_ / "mine");
   write("mine/letter.txt", "dear");
-  EXPECT_REFUSED(run_small("mine"), "holds files but no run of selvedge");
+  EXPECT_REFUSED(run_small("mine"), "holds files but no selvedge run");
   EXPECT_EQ(count("mine", ""), 1u);
   ASSERT_EQ(run_small("r").code, 0);
   EXPECT_REFUSED(run_small("r", "--set name=other"), "holds results of the scene \"small\"");
@@ -230,7 +310,7 @@ TEST_F(Program, AFolderWithOtherThingsIsRefusedAndLeftAlone) {
 
 TEST_F(Program, AFolderThatCannotBeMadeIsRefused) {
   write("file", "");
-  EXPECT_REFUSED(run_small("file"), "is a file and not a folder");
+  EXPECT_REFUSED(run_small("file"), "is a file, not a folder");
   EXPECT_REFUSED(run_small("file/r"), "cannot be");
   const std::string too_long(300, 'x');  // for a name: root cannot make it either
   EXPECT_REFUSED(run_small(too_long), "the result folder cannot be made");
@@ -293,10 +373,10 @@ TEST_F(Program, WrongScenesAreRefusedBeforeAnythingIsWritten) {
                  "materials.default.density: must be greater than 0");
   EXPECT_REFUSED(run_small("r", "--set materials.default.stretch_stiffness=-500"),
                  "must be greater than 0");
-  EXPECT_REFUSED(run_small("r", "--set contact.thickness=0"),
-                 "contact.thickness: must be greater than 0");
+  EXPECT_REFUSED(run_small("r", "--set contact.rest_gap=0"),
+                 "contact.rest_gap: must be greater than 0");
   EXPECT_REFUSED(run_small("r", "--set gravity=[0,0,nan]"), "gravity");
-  EXPECT_REFUSED(run_small("r", "--set contakt.thickness=1"), "nearest is \"contact\"");
+  EXPECT_REFUSED(run_small("r", "--set contakt.rest_gap=1"), "nearest is \"contact\"");
   EXPECT_REFUSED(run_small("r", "--set 'handles=[{\"select\":{\"vertices\":[100]}}]'"),
                  "there is no vertex 100");
   EXPECT_REFUSED(run_small("r", "--set nonsense"), "must be path=value");
@@ -327,6 +407,59 @@ TEST_F(Program, ClothThatCrossesABodyAtTheStartIsRefusedWithCountPairAndRemedy) 
   EXPECT_REFUSED(o, "cross");
   EXPECT_NE(o.err.find_first_of("0123456789"), std::string::npos) << o.err;
   EXPECT_FALSE(exists("r/frames/cloth_00000.ply"));
+}
+
+// A cube of the given side around the origin, and how to turn or open it.
+std::string cube(double side, bool reversed, bool open, const std::string& name = "box") {
+  const int faces[12][3] = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+                            {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+  std::string vertices, triangles;
+  const auto number = [&](int corner, int bit) {
+    return std::to_string((corner & bit) != 0 ? 0.5 * side : -0.5 * side);
+  };
+  for (int c = 0; c < 8; ++c)
+    vertices +=
+        (c == 0 ? "[" : ",[") + number(c, 1) + "," + number(c, 2) + "," + number(c, 4) + "]";
+  for (int f = open ? 1 : 0; f < 12; ++f) {
+    const int *t = faces[f], b = reversed ? 2 : 1, c = reversed ? 1 : 2;
+    triangles += (triangles.empty() ? "[" : ",[") + std::to_string(t[0]) + "," +
+                 std::to_string(t[b]) + "," + std::to_string(t[c]) + "]";
+  }
+  return "{\"name\": \"" + name + R"(", "mesh": {"vertices": [)" + vertices +
+         R"(], "triangles": [)" + triangles + "]}";
+}
+
+// `run` and `check` have the same notion of inside, whichever way a closed body is turned.
+TEST_F(Program, ClothInsideAClosedBodyIsRefusedAndInsideAnOpenOneOrARoomItIsClean) {
+  const std::string up = R"(, "motion": [{"time": 0}, {"time": 1, "translation": [0, 0, 0.1]}]})";
+  const struct {
+    const char* name;
+    std::string bodies;
+    bool refused;
+  } cases[] = {
+      {"closed", cube(1, false, false) + "}", true},
+      {"reversed", cube(1, true, false) + "}", true},
+      {"moving", cube(1, false, false) + up, true},
+      {"open", cube(1, false, true) + "}", false},
+      {"room", cube(1, true, false) + "}," + cube(1.2, false, false, "shell") + "}", false},
+      {"sphere", R"({"name": "box", "shape": {"type": "sphere", "radius": 0.4}})", true}};
+  for (const auto& c : cases) {
+    SCOPED_TRACE(c.name);
+    write("in.json", R"({"gravity": [0, 0, 0], "geometry": [{"name": "flag", "size": [0.2, 0.2],
+      "cells": [4, 4]}], "time": {"frames": 1}, "obstacles": [)" +
+                         c.bodies + "]}");
+    const std::string out = std::string("r_") + c.name;
+    const Outcome o = run("run in.json --no-picture --out " + out);
+    if (c.refused) {
+      EXPECT_EQ(o.code, 2) << o.out;
+      EXPECT_SAYS(o.err, "vertex 0 of cloth \"flag\"");
+      EXPECT_SAYS(o.err, "inside a closed body, body \"box\"");
+      EXPECT_FALSE(exists(out));
+      continue;
+    }
+    EXPECT_EQ(o.code, 0) << o.err;
+    EXPECT_EQ(run("check " + out).code, 0) << "run says that it is clean";
+  }
 }
 
 TEST_F(Program, ClothThatCrossesItselfAtTheStartIsRefused) {
@@ -360,6 +493,21 @@ TEST_F(Program, WrongCommandLinesAreRefused) {
   }
   EXPECT_EQ(run("--help").code, 0);
   EXPECT_SAYS(run("run --help").out, "--resume");
+}
+
+TEST_F(Program, VersionNamesTheLicenceAndTheLibraries) {
+  const Outcome o = run("--version");
+  EXPECT_EQ(o.code, 0);
+  EXPECT_SAYS(o.out, "\n  Eigen 3.");
+  EXPECT_SAYS(o.out, "(MPL-2.0)");
+  // Only CGAL takes the program from MIT to the GPL.
+  const bool has_cgal = o.out.find("\n  CGAL ") != std::string::npos;
+  EXPECT_SAYS(o.out, has_cgal ? "\nlicence: GPL-3.0-or-later" : "\nlicence: MIT\n");
+  const Json methods = Json::parse(run("list --json").out, nullptr, false)["methods"];
+  for (const Json& method : methods)
+    if (method["name"] == "cgal_box_intersection") {
+      EXPECT_EQ(method["available"].get<bool>(), has_cgal);
+    }
 }
 
 TEST_F(Program, ListNamesEveryMethodWithItsGuarantee) {

@@ -3,15 +3,19 @@
 // Meshes of the survey: counts, the continuum constants they really have, and that the same fabric
 // is the same cloth on each of them.
 #include <selvedge/core/cloth_mesh.h>
+#include <selvedge/core/cloth_pattern.h>
 #include <selvedge/core/continuum.h>
 #include <selvedge/core/force.h>
-#include <selvedge/core/multi_level.h>
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <set>
+#include <string_view>
 
 #include "crumple.h"
 #include "rolled_mesh.h"
@@ -177,7 +181,7 @@ TEST(ClothMeshes, LinesOfParticlesRefuseSlenderCellsWithARemedy) {
   Material material;
   material.bending_law = BendingLaw::twisting;
   const std::string text = refusal([&] { make_rectangular({1.0, 1.0, 10, 18}, material); });
-  EXPECT_NE(text.find("take \"hinge\""), std::string::npos) << text;
+  EXPECT_NE(text.find("use \"hinge\""), std::string::npos) << text;
 }
 
 TEST(ClothMeshes, LawsThatNeedRowsAreRefusedOnTrianglesWithARemedy) {
@@ -279,74 +283,177 @@ TEST(Plate, BadPlatesAreRefused) {
   EXPECT_NE(refusal([&] { make_plate(mesh, {}, Material{}); }).find("vertex 3"), std::string::npos);
 }
 
-LevelState moving(int nx, int ny) {
-  const ClothMesh cloth = make_rectangular({0.8, 0.6, nx, ny}, Material{});
-  LevelState state{{0.8, 0.6, nx, ny}, cloth.surface.vertices, {}};
-  for (Vec3& p : state.x) {
-    const Vec3 q = p;
-    p.z() = 0.1 * std::sin(5.0 * q.x() + 3.0 * q.y());
-    state.v.emplace_back(std::cos(4.0 * q.y()), q.x() * q.y(), -1.0 + q.x());
+/// Gives each element that it visits other vertices, and the first element of any set it refers to.
+struct Numberer {
+  std::int32_t* next;
+  std::int32_t vertices;
+
+  bool vertex(std::int32_t& i) const {
+    i = (*next)++ % vertices;
+    return true;
   }
-  return state;
-}
-
-Vec3 momentum(const LevelState& state) {
-  const ClothMesh cloth = make_rectangular(state.grid, Material{});
-  Vec3 sum = Vec3::Zero();
-  for (std::size_t i = 0; i < cloth.mass.size(); ++i) sum += cloth.mass[i] * state.v[i];
-  return sum;
-}
-
-Vec3 first_moment(const LevelState& state) {
-  const ClothMesh cloth = make_rectangular(state.grid, Material{});
-  Vec3 sum = Vec3::Zero();
-  for (std::size_t i = 0; i < cloth.mass.size(); ++i) sum += cloth.mass[i] * state.x[i];
-  return sum;
-}
-
-TEST(MultiLevel, RefiningKeepsMassMomentumCentreAndConstants) {
-  LevelState state = moving(6, 5);
-  const Vec3 p = momentum(state), moment = first_moment(state);
-  for (int level = 0; level < 3; ++level) {
-    state = refine(state);
-    const ClothMesh fine = make_rectangular(state.grid, Material{});
-    ASSERT_EQ(state.x.size(), fine.mass.size());
-    EXPECT_NEAR(sum(fine.mass), 0.2 * 0.48, 1e-14);
-    EXPECT_LT((momentum(state) - p).norm(), 1e-14);
-    EXPECT_LT((first_moment(state) - moment).norm(), 1e-14);
-    const ContinuumConstants c = continuum_constants(fine, fine.surface.vertices, 0.48);
-    EXPECT_NEAR(strip_modulus(c), 500.0, 1e-8);
-    EXPECT_NEAR(c.c33, 100.0, 1e-9);
+  template <class Element>
+  bool element(std::int32_t& i) const {
+    i = 0;
+    return true;
   }
+};
+
+/// Lists the indices of an element.
+struct Recorder {
+  std::vector<std::int32_t>*vertices, *elements;
+
+  bool vertex(std::int32_t& i) const {
+    vertices->push_back(i);
+    return true;
+  }
+  template <class Element>
+  bool element(std::int32_t& i) const {
+    elements->push_back(i);
+    return true;
+  }
+};
+
+template <class Element>
+void fill(std::vector<Element>& set, const Numberer& number) {
+  Element element{};
+  if constexpr (requires { element.terms.emplace_back(); }) element.terms.emplace_back();
+  element.remap(number);
+  set.push_back(element);
+}
+template <class Kind>
+void fill(ElementColumn<Kind>& column, const Numberer&) {
+  column.push_back(0);
 }
 
-TEST(MultiLevel, TheFineSurfacePassesThroughTheCoarseVertices) {
-  const LevelState coarse = moving(4, 3), fine = refine(coarse);
-  EXPECT_EQ(fine.grid.cells_x, 8);
-  EXPECT_EQ(fine.grid.cells_y, 6);
-  for (int j = 0; j <= 3; ++j)
-    for (int i = 0; i <= 4; ++i) {
-      EXPECT_EQ(fine.x[2 * j * 9 + 2 * i], coarse.x[j * 5 + i]);
-      EXPECT_EQ(fine.v[2 * j * 9 + 2 * i], coarse.v[j * 5 + i]);
-    }
-  EXPECT_LT((fine.x[1] - 0.5 * (coarse.x[0] + coarse.x[1])).norm(), 1e-15);
+/// A sheet with one element in every set, whatever sets there are.
+ClothMesh with_every_element() {
+  ClothMesh cloth;
+  cloth.surface = make_rectangular({1.0, 1.0, 2, 2}, Material{}).surface;
+  cloth.edges = unique_edges(cloth.surface.triangles);
+  const auto n = static_cast<std::int32_t>(cloth.surface.vertices.size());
+  cloth.mass.assign(n, 0.1);
+  std::int32_t next = 0;
+  for_each_element_set(cloth, [&](auto& set) { fill(set, {&next, n}); });
+  return cloth;
 }
 
-TEST(MultiLevel, AFlatClothAtRestStaysAtRest) {
-  const ClothMesh cloth = make_rectangular({0.8, 0.6, 4, 3}, Material{});
-  const LevelState fine =
-      refine({{0.8, 0.6, 4, 3}, cloth.surface.vertices, Vectors(cloth.mass.size(), Vec3::Zero())});
-  const ClothMesh mesh = make_rectangular(fine.grid, Material{});
-  for (const auto& force : make_internal_forces(mesh))
-    EXPECT_LT(force->energy({fine.x, fine.v, mesh.mass, 0.0}), 1e-25);
-  EXPECT_TRUE(has_settled(fine, 1e-9));
-  EXPECT_FALSE(has_settled(moving(4, 3), 0.5));
+std::vector<std::int32_t> sizes(const ClothMesh& cloth) {
+  std::vector<std::int32_t> all;
+  for_each_element_set(cloth, [&](const auto& set) { all.push_back(int(set.size())); });
+  return all;
 }
 
-TEST(MultiLevel, StatesThatDoNotFitTheirGridAreRefused) {
-  LevelState state = moving(4, 3);
-  state.v.pop_back();
-  EXPECT_NE(refusal([&] { refine(state); }).find("19 velocities for 20"), std::string::npos);
+template <class Element>
+void record(const std::vector<Element>& set, std::size_t i, const Recorder& recorder) {
+  if (i >= set.size()) return;
+  Element element = set[i];
+  element.remap(recorder);
+}
+template <class Kind>
+void record(const ElementColumn<Kind>&, std::size_t, const Recorder&) {}
+
+/// Indices of element i of every set: of vertices and of other elements.
+std::array<std::vector<std::int32_t>, 2> indices(const ClothMesh& cloth, std::size_t i) {
+  std::array<std::vector<std::int32_t>, 2> all;
+  for_each_element_set(cloth, [&](const auto& set) { record(set, i, {&all[0], &all[1]}); });
+  return all;
+}
+
+TEST(ElementSets, AppendCarriesEverySet) {
+  const ClothMesh piece = with_every_element();
+  for (const std::int32_t size : sizes(piece)) ASSERT_EQ(size, 1);
+  ClothMesh all;
+  for (int k = 0; k < 2; ++k) append(all, piece);
+  EXPECT_EQ(all.curves.size(), 1u);  // a cloth has each curve once
+  all.curves.push_back({});
+  for (const std::int32_t size : sizes(all)) EXPECT_EQ(size, 2);
+  EXPECT_EQ(all.curve_of_spring[1], 0);
+  const auto first = indices(piece, 0), second = indices(all, 1);
+  ASSERT_EQ(first[0].size(), second[0].size());
+  const auto n = static_cast<std::int32_t>(piece.surface.vertices.size());
+  for (std::size_t i = 0; i < first[0].size(); ++i) EXPECT_EQ(second[0][i], first[0][i] + n);
+  for (const std::int32_t i : second[1]) EXPECT_EQ(i, 1);
+  EXPECT_EQ(indices(all, 0), first);
+}
+
+TEST(ElementSets, CutCarriesEverySet) {
+  const ClothMesh piece = with_every_element();
+  const ClothMesh all = cut(piece, piece.surface.triangles);
+  EXPECT_EQ(sizes(all), sizes(piece));
+  EXPECT_EQ(indices(all, 0), indices(piece, 0));
+  EXPECT_EQ(all.mass, piece.mass);
+}
+
+TEST(ElementSets, RenumberedElementsNameTheNewVertices) {
+  const ClothMesh piece = with_every_element();
+  const auto n = static_cast<std::int32_t>(piece.surface.vertices.size());
+  std::vector<std::int32_t> reversed;
+  for (std::int32_t i = n; i-- > 0;) reversed.push_back(i);
+  ClothMesh other;
+  add_elements(other, piece, reversed);
+  EXPECT_EQ(sizes(other), sizes(piece));
+  const auto before = indices(piece, 0), after = indices(other, 0);
+  ASSERT_EQ(before[0].size(), after[0].size());
+  for (std::size_t i = 0; i < before[0].size(); ++i)
+    EXPECT_EQ(after[0][i], n - 1 - before[0][i]) << i;
+  EXPECT_EQ(after[1], before[1]);
+}
+
+TEST(ElementSets, ElementsOfAVertexThatIsLeftOutAreLeftOut) {
+  const ClothMesh piece = with_every_element();
+  const std::vector<std::int32_t> none(piece.surface.vertices.size(), -1);
+  ClothMesh other;
+  add_elements(other, piece, none);
+  other.curves.clear();  // they name no vertex
+  for (const std::int32_t size : sizes(other)) EXPECT_EQ(size, 0);
+  EXPECT_NE(refusal([&] {
+              add_elements(other, piece, std::span(none).first(3));
+            }).find("3 indices for a cloth of 9 vertices"),
+            std::string::npos);
+}
+
+TEST(Cut, HalvesTheSpringsOfTheNewBorderAndKeepsTheMassInside) {
+  const ClothMesh sheet = make_rectangular({1.0, 1.0, 4, 4}, Material{});
+  std::vector<Triangle> left;
+  for (const Triangle& t : sheet.surface.triangles)
+    if (std::all_of(t.begin(), t.end(),
+                    [&](auto v) { return sheet.surface.vertices[v].x() < 1e-9; }))
+      left.push_back(t);
+  const ClothMesh half = cut(sheet, left);
+  const ClothMesh whole = make_rectangular({0.5, 1.0, 2, 4}, Material{});
+  ASSERT_EQ(half.springs.size(), whole.springs.size());
+  EXPECT_NEAR(sum(half.mass), 0.5 * sum(sheet.mass), 1e-12);
+  double stiffness = 0.0, expected = 0.0;
+  for (const Spring& s : half.springs) stiffness += s.stiffness;
+  for (const Spring& s : whole.springs) expected += s.stiffness;
+  EXPECT_NEAR(stiffness, expected, 1e-9 * expected);
+}
+
+TEST(ClothPatterns, EachFillsARectangleWithCloth) {
+  int made = 0;
+  for (const ClothPattern& pattern : cloth_patterns()) {
+    EXPECT_FALSE(pattern.name.empty());
+    if (pattern.make == nullptr) continue;
+    const ClothMesh cloth = pattern.make({1.0, 1.0, 8, 8}, Material{}, {});
+    EXPECT_GT(sum(cloth.mass), 0.1) << pattern.name;
+    EXPECT_LT(sum(cloth.mass), 0.201) << pattern.name;
+    EXPECT_FALSE(make_internal_forces(cloth).empty()) << pattern.name;
+    EXPECT_EQ(cloth_pattern(pattern.name).make, pattern.make);
+    ++made;
+  }
+  EXPECT_GE(made, 7);
+  EXPECT_NE(refusal([] { cloth_pattern("hexagonal"); }).find("rectangular, triangular"),
+            std::string::npos);
+}
+
+TEST(ForceLaws, HaveNamesOfTheirOwn) {
+  std::set<std::string_view> names;
+  for (const ForceLaw& law : force_laws()) {
+    EXPECT_TRUE(names.insert(law.name).second) << law.name;
+    EXPECT_FALSE(!law.energy.empty() && law.add == nullptr) << law.name;
+  }
+  EXPECT_TRUE(names.contains("hooke"));
 }
 
 TEST(Append, KeepsTheLawOfEachPiece) {

@@ -2,9 +2,10 @@
 // Compares of small scenes: what is read of --vary, errors and times, and what becomes of cells and
 // folders that go wrong.
 #include <gtest/gtest.h>
-#include <selvedge/apps/compare_page.h>
-#include <selvedge/apps/compare_plan.h>
 #include <selvedge/bodies/mesh_file.h>
+#include <selvedge/compare/compare_page.h>
+#include <selvedge/compare/compare_plan.h>
+#include <selvedge/core/folder_lock.h>
 #include <sys/file.h>
 
 #include <chrono>
@@ -44,7 +45,7 @@ TEST(CompareAxes, ListsKeepTheirOrderAndEachValueOnce) {
 }
 
 TEST(CompareAxes, RangesHaveEqualStepsOrEqualRatios) {
-  EXPECT_EQ(values_of("thickness=1..3:3"), (std::vector<std::string>{"1", "2", "3"}));
+  EXPECT_EQ(values_of("rest_gap=1..3:3"), (std::vector<std::string>{"1", "2", "3"}));
   EXPECT_EQ(values_of("dt=0.001..0.1:3 log"), (std::vector<std::string>{"0.001", "0.01", "0.1"}));
 }
 
@@ -57,10 +58,23 @@ TEST(CompareAxes, AllMeansWhateverThisBuildHas) {
 
 TEST(CompareAxes, AnUnknownNameIsRefusedWithTheNearestOne) {
   EXPECT_SAYS(refusal([] { values_of("broad_fase"); }), "nearest is \"broad_phase\"");
-  EXPECT_SAYS(refusal([] { values_of("contact.thicknes=1"); }), "nearest is \"contact.thickness\"");
+  EXPECT_SAYS(refusal([] { values_of("contact.rest_gab=1"); }), "nearest is \"contact.rest_gap\"");
   EXPECT_SAYS(refusal([] { values_of("thickness"); }), "has no list of all values");
   EXPECT_SAYS(refusal([] { values_of("dt=1..2"); }), "a range is lo..hi:n");
   EXPECT_SAYS(refusal([] { values_of("dt=1,,2"); }), "an empty value");
+}
+
+TEST(CompareAxes, TheOldNameOfTheRestGapVariesIt) {
+  for (const char* name : {"thickness", "contact.thickness", "rest_gap", "contact.rest_gap"}) {
+    const auto axes = read_axes({std::string(name) + "=0.001,0.002"}, Methods{});
+    const std::vector<Override> overrides = cell_overrides(axes, {"0.002"}, Scene{});
+    ASSERT_EQ(overrides.size(), 1u) << name;
+    EXPECT_EQ(overrides[0].path, "contact.rest_gap") << name;
+  }
+  EXPECT_SAYS(refusal([] {
+                read_axes({"thickness=1", "contact.rest_gap=1"}, Methods{});
+              }),
+              "is varied twice");
 }
 
 TEST(CompareAxes, OneAtATimeVariesOneAndKeepsTheFirstOfTheOthers) {
@@ -207,7 +221,8 @@ class CompareCells : public Program {
 
 TEST_F(CompareCells, AMethodThatMissesAgainstItsPromiseIsAFailure) {
   Methods methods;
-  methods.broad_phases["blind"] = [] { return std::make_unique<BlindDetector>(); };
+  methods.broad_phases.add("blind", {},
+                           [](const Options&) { return std::make_unique<BlindDetector>(); });
   std::string scene = kBall;
   scene.insert(scene.rfind('}'), R"(, "contact": {"broad_phase": "blind"})");
   write("cell/scene.json", scene);
@@ -279,7 +294,7 @@ TEST_F(CompareCells, ACellThatCannotStartIsSaidBeforeAndMarkedAndTheOthersGoOn) 
       "ball.json --vary geometry.0.transformation.translation=[0,0,0.303],[0,0,0.2] --repeats 1 "
       "--no-reference --no-pictures --out c");
   EXPECT_EQ(outcome.code, 0) << outcome.err;
-  EXPECT_SAYS(outcome.err, "cannot run, and is marked: geometry.0.transformation.translation");
+  EXPECT_SAYS(outcome.err, "cannot run and is marked: geometry.0.transformation.translation");
   const Json rows = table("c")["rows"];
   EXPECT_EQ(rows[0]["status"], "ok");
   EXPECT_EQ(rows[1]["status"], "refused");
@@ -339,8 +354,8 @@ TEST_F(CompareCells, AnotherCompareDoesNotMixWithTheOneInAFolder) {
 }
 
 TEST_F(CompareCells, TwoComparesInOneFolderExcludeEachOther) {
-  const FolderLock lock(folder_ / "c");
-  EXPECT_REFUSED(compare(std::string(kSmall) + "c"), "another compare is at work here");
+  const FolderLock lock(folder_ / "c", "compare");
+  EXPECT_REFUSED(compare(std::string(kSmall) + "c"), "is at work in this folder");
 }
 
 TEST_F(CompareCells, AFullDiskIsSaidAndNothingIsLost) {

@@ -2,12 +2,12 @@
 // Every registered detector through the conformance kit, and the kit through detectors that are
 // broken on purpose.
 #include <gtest/gtest.h>
-#include <selvedge/apps/methods.h>
 #include <selvedge/broadphase/conformance.h>
 #include <selvedge/broadphase/stream.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/narrowphase/distance.h>
 #include <selvedge/narrowphase/narrow_phase.h>
+#include <selvedge/scene/all_methods.h>
 
 #include <algorithm>
 #include <iostream>
@@ -254,7 +254,7 @@ void expect_conformance(const BroadPhaseRegistry& detectors, std::size_t scenes)
 }
 
 bool is_approximate(const BroadPhaseRegistry::value_type& entry) {
-  return entry.second()->traits().guarantee == Guarantee::approximate;
+  return entry.second.traits().guarantee == Guarantee::approximate;
 }
 
 }  // namespace
@@ -262,7 +262,7 @@ bool is_approximate(const BroadPhaseRegistry::value_type& entry) {
 TEST(Conformance, EveryDetectorIsRightOnAThousandScenes) {
   BroadPhaseRegistry detectors = broad_phases();
   detectors.erase("brute_force");  // The kit asks it anyway.
-  std::erase_if(detectors, is_approximate);
+  detectors.erase_if(is_approximate);
   expect_conformance(detectors, kScenes);
 }
 
@@ -270,9 +270,8 @@ TEST(Conformance, EveryDetectorIsRightOnAThousandScenes) {
 TEST(Conformance, AdaptersAreRightAndApproximateDetectorsTellTheirRecall) {
   BroadPhaseRegistry detectors = methods_of_this_build().broad_phases;
   const BroadPhaseRegistry ours = broad_phases();
-  std::erase_if(detectors, [&](const auto& entry) {
-    return ours.contains(entry.first) && !is_approximate(entry);
-  });
+  detectors.erase_if(
+      [&](const auto& entry) { return ours.contains(entry.first) && !is_approximate(entry); });
   expect_conformance(detectors, kScenes / 20);
 }
 

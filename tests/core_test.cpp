@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/coloring.h>
+#include <selvedge/core/detail/coloring.h>
 #include <selvedge/core/detail/dihedral.h>
 
 #include <gtest/gtest.h>
@@ -256,12 +256,12 @@ TEST(Colorings, NoTwoChunksOfAColorShareAParticle) {
   EXPECT_EQ(std::set<std::int32_t>(coloring.order.begin(), coloring.order.end()).size(),
             cloth.hinges.size());
   EXPECT_EQ(coloring.order.size(), cloth.hinges.size());
-  EXPECT_GT(cloth.hinges.size(), 5 * color_chunk);
+  EXPECT_GT(cloth.hinges.size(), 5 * kColorChunk);
   for (std::size_t c = 0; c + 1 < coloring.color_begin.size(); ++c) {
     std::vector<std::size_t> owner(cloth.mass.size(), SIZE_MAX);
     for (std::size_t i = coloring.color_begin[c]; i < coloring.color_begin[c + 1]; ++i)
       for (int k = 0; k < 4; ++k) {
-        const std::size_t chunk = (i - coloring.color_begin[c]) / color_chunk;
+        const std::size_t chunk = (i - coloring.color_begin[c]) / kColorChunk;
         std::size_t& of = owner[corners[4 * coloring.order[i] + k]];
         EXPECT_TRUE(of == SIZE_MAX || of == chunk);
         of = chunk;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Counts every call of operator new of the program it is in: for programs of one source only.
+// Counts every call of operator new in a program. Include it only in programs of one source file.
 #pragma once
 
 #include <atomic>

@@ -51,7 +51,7 @@ inline ClothMesh with_damping(ClothMesh cloth, double damping) {
   return cloth;
 }
 
-/// Springs and hinges of one, two and three times `damping` by turns.
+/// Springs and hinges; their damping is one, two and three times `damping` in turn.
 inline std::vector<NamedForce> internal_forces(const Crumple& c, double damping) {
   ClothMesh cloth = c.cloth;
   for (std::size_t i = 0; i < cloth.springs.size(); ++i)

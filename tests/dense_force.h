@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Forces on random states, and their Jacobians as dense matrices.
+// Forces in random states, and their Jacobians as dense matrices.
 #pragma once
 
 #include <selvedge/core/block_matrix.h>

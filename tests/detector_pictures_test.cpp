@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
-#include <selvedge/apps/detector_pictures.h>
 #include <selvedge/broadphase/hierarchy_levels.h>
+#include <selvedge/compare/detector_pictures.h>
 #include <selvedge/core/triangle_mesh.h>
 
 #include <algorithm>

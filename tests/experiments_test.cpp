@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/scene/run.h>
+#include <selvedge/run/run.h>
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 #include <selvedge/narrowphase/distance.h>
-#include <selvedge/response/separating_planes.h>
+#include <selvedge/response/detail/separating_planes.h>
 
 namespace selvedge {
 namespace {

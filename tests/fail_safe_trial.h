@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
-// One step of generated motion for fail-safes alone: triangles that fly at each other, free, held
-// and of bodies, and sheets that fall on a plate. The detection and the exact narrow phase of the
-// simulation judge what comes out.
+// Single steps of generated motion for tests of the fail-safes alone: triangles that fly at each
+// other (free, held and of bodies), and sheets that fall on a plate. The detection and the exact
+// narrow phase of the simulation verify the results.
 #pragma once
 
 #include <selvedge/response/fail_safe.h>
-#include <selvedge/scene/detection.h>
+#include <selvedge/scene/build.h>
+#include <selvedge/simulation/detail/detection.h>
 
 #include <Eigen/Geometry>
 #include <memory>
@@ -20,7 +21,7 @@ inline constexpr double kStep = 1.0 / 120.0;
 inline constexpr double kThickness = 0.01;
 inline constexpr int kHalvings = 8;
 
-/// Cloth and bodies over one step, in the joint index space.
+/// Cloth and bodies over one step, in a joint index space.
 struct Stage {
   TriangleMesh cloth, body;
   std::vector<double> mass;
@@ -31,7 +32,7 @@ struct Stage {
   std::size_t n() const { return cloth.vertices.size(); }
 };
 
-/// A stage with its detection, in the order that the simulation keeps.
+/// A stage with its detection; calls follow the order of the simulation.
 class Trial {
  public:
   explicit Trial(const Stage& stage)
@@ -44,7 +45,7 @@ class Trial {
     aim(1.0);
   }
 
-  /// The motion, shortened.
+  /// Sets the end positions to the given share of the motion.
   void aim(double share) {
     x_t1 = x_t0;
     for (std::size_t i = 0; i < x_t1.size(); ++i) x_t1[i] += share * stage_.move[i];
@@ -60,7 +61,7 @@ class Trial {
     detection_->find_collisions(hits);
   }
 
-  /// Rounds until nothing collides; -1: the step has to be shorter.
+  /// Number of rounds until no collision remains; -1 if the step must be shorter.
   int resolve(FailSafe& fail_safe) {
     int rounds = 0;
     fail_safe.begin(step(), *detection_);
@@ -71,7 +72,8 @@ class Trial {
     return rounds;
   }
 
-  /// As the simulation does: halved until it is clean. The share of the motion that was left.
+  /// Halves the motion until it is free of collisions, as the simulation does. Returns the
+  /// remaining share.
   double resolve_halved(FailSafe& fail_safe) {
     double share = 1.0;
     for (int k = 0; k <= kHalvings; ++k, share *= 0.5) {
@@ -108,7 +110,7 @@ class Trial {
     Scene scene;
     scene.materials["default"] = Material{};
     scene.materials["default"].friction = stage.friction;
-    scene.contact.thickness = kThickness;
+    scene.contact.rest_gap = kThickness;
     scene.cloths.emplace_back();
     if (!stage.body.vertices.empty()) {
       scene.bodies.emplace_back();
@@ -142,7 +144,7 @@ class Trial {
   std::unique_ptr<Detection> detection_;
 };
 
-/// Triangles in the cells of a cube, none touching another, that fly through each other.
+/// Disjoint triangles in the cells of a cube that fly through each other.
 inline Stage swarm(unsigned seed, double speed) {
   constexpr int kSide = 3;
   std::mt19937 random(seed);
@@ -165,7 +167,8 @@ inline Stage swarm(unsigned seed, double speed) {
   return stage;
 }
 
-/// The same, with the last triangles made a body and some particles held, which all move or not.
+/// The same swarm with the last triangles as a body and some held particles. Held particles and
+/// body move if `moving` is true.
 inline Stage swarm_with_anchors(unsigned seed, double speed, bool moving) {
   const Stage all = swarm(seed, speed);
   constexpr std::size_t kFree = 54;
@@ -210,7 +213,7 @@ inline Stage falling_sheets(int sheets, int cells, const Vec3& move) {
   return stage;
 }
 
-/// Of the first n vertices, m.
+/// Mean displacement of the first n vertices, m.
 inline Vec3 mean_move(const Trial& trial, std::size_t n) {
   Vec3 sum = Vec3::Zero();
   for (std::size_t i = 0; i < n; ++i) sum += trial.x_t1[i] - trial.x_t0[i];

@@ -3,8 +3,8 @@
 // The internal forces beside Hooke and the hinge: whole meshes of them, closed forms. What holds
 // for each of them in any state is in internal_force_test.
 #include <selvedge/core/detail/dihedral.h>
+#include <selvedge/core/fabric.h>
 #include <selvedge/core/integrator.h>
-#include <selvedge/core/kawabata.h>
 
 #include <gtest/gtest.h>
 

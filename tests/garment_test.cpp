@@ -2,9 +2,9 @@
 //
 // Flat patterns as rest shapes, seams, and cloth that becomes wet.
 #include <selvedge/bodies/pattern_file.h>
-#include <selvedge/core/garment.h>
+#include <selvedge/core/cloth_mesh.h>
 #include <selvedge/core/measure.h>
-#include <selvedge/scene/run.h>
+#include <selvedge/run/run.h>
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -138,7 +138,7 @@ TEST_F(Folder, SeamsCloseToTheThicknessOfTheCloth) {
   const auto& x = simulation.state().x;
   for (int j = 0; j <= 6; ++j) {
     const double gap = (x[7 * j + 6] - x[49 + 7 * j]).norm();
-    EXPECT_LT(gap, 1.5 * scene.contact.thickness) << j;
+    EXPECT_LT(gap, 1.5 * scene.contact.rest_gap) << j;
   }
   EXPECT_TRUE(simulation.result().clean);
 }

@@ -134,9 +134,9 @@ std::map<std::string, std::unique_ptr<BroadPhase>> detectors(const std::vector<d
 
 /// The plainest engine: it shows what the frame asks for, and counts the structures it makes.
 struct AllPairsEngine {
-  using SweptBox = detail::SweptBox;
+  using DoubleBox = detail::DoubleBox;
   struct Structure {
-    const std::vector<SweptBox>* boxes = nullptr;
+    const std::vector<DoubleBox>* boxes = nullptr;
     std::size_t bytes() const { return 0; }
   };
 
@@ -144,7 +144,7 @@ struct AllPairsEngine {
   bool keeps = true;
 
   bool prepare(const detail::SurfaceBoxes&, const detail::SurfaceBoxes*) { return keeps; }
-  void build(const std::vector<SweptBox>& boxes, Structure& out) {
+  void build(const std::vector<DoubleBox>& boxes, Structure& out) {
     ++*builds;
     out.boxes = &boxes;
   }
@@ -157,7 +157,7 @@ struct AllPairsEngine {
   std::size_t bytes() const { return 0; }
 
   /// Backwards and spread over the parts: the frame must sort.
-  static void find(const std::vector<SweptBox>& a, const std::vector<SweptBox>& b, bool self,
+  static void find(const std::vector<DoubleBox>& a, const std::vector<DoubleBox>& b, bool self,
                    detail::PairParts& out) {
     for (std::size_t i = a.size(); i-- > 0;)
       for (std::size_t j = b.size(); j-- > 0;)

@@ -2,7 +2,7 @@
 #pragma once
 
 // Queries that are hard to decide, by category and seed, and distances in long double as an oracle
-// that shares nothing with the methods.
+// that shares no code with the methods.
 
 #include <selvedge/narrowphase/narrow_phase.h>
 
@@ -62,8 +62,8 @@ inline Query reals(Random& r, ContactKind kind) {
   return q;
 }
 
-/// Moves the first primitive so that the primitives share a point, exactly: weights are eighths
-/// and the coordinates multiples of 64.
+/// Moves the first primitive so that the primitives share a point exactly: weights are eighths and
+/// coordinates are multiples of 64.
 inline void make_touch(Random& r, ContactKind kind, std::array<Vec3, 4>& x) {
   for (Vec3& v : x) v *= 64.0;
   const int a = integer(r, 0, 8);
@@ -89,7 +89,7 @@ inline void flatten(Random& r, Query& q) {
     for (Vec3& v : *x) v.z() = a * v.x() + b * v.y();
 }
 
-/// Zero length, zero area, or a triangle that is a segment.
+/// Zero length, zero area, or a triangle that degenerates to a segment.
 inline void degenerate(Random& r, Query& q) {
   const int how = integer(r, 0, 2);
   for (auto* x : {&q.x_t0, &q.x_t1}) {
@@ -100,7 +100,7 @@ inline void degenerate(Random& r, Query& q) {
   }
 }
 
-/// Edges that stay parallel to one another; for a point and a triangle two parallel sides.
+/// Edges that stay parallel to each other; for a point and a triangle, two parallel sides.
 inline void parallel(Query& q) {
   for (auto* x : {&q.x_t0, &q.x_t1}) (*x)[3] = (*x)[2] + ((*x)[1] - (*x)[0]);
 }
@@ -154,14 +154,14 @@ inline Query hard(Random& r, int category, ContactKind kind) {
     case 9:  // small and far from the origin
       for_each_coordinate(q, [&](double c) { return c * real(r, 0.001, 0.002) + 1e6; });
       return q;
-    case 10:  // at rest, or moved as one
+    case 10:  // at rest, or in common translation
       for (int k = 0, far = integer(r, 0, 1); k < 4; ++k)
         q.x_t1[k] = q.x_t0[k] + far * Vec3(3, 1, 2);
       return q;
     case 11:
       parallel(q);
       return q;
-    case 12:  // nearly in one plane
+    case 12:  // nearly coplanar
       flatten(r, q);
       nudge(r, q);
       return q;
@@ -170,7 +170,7 @@ inline Query hard(Random& r, int category, ContactKind kind) {
   }
 }
 
-/// The same at another scale, from 1e-100 to 1e100, and a power of two so that truth stays.
+/// Rescales a query by a power of two from 1e-100 to 1e100, which preserves the verdict.
 inline Query rescaled(Random& r, Query q) {
   const double factor = std::ldexp(1.0, integer(r, -332, 332));
   for_each_coordinate(q, [&](double c) { return c * factor; });
@@ -196,7 +196,7 @@ inline Real square_to_segment(const Place& p, const Place& a, const Place& b) {
   return (p - a - s * d).squaredNorm();
 }
 
-/// Where the interior's candidate is outside it is not taken; each candidate is a distance between
+/// Skips the candidate of the interior if it lies outside. Every candidate is a distance between
 /// points of the primitives.
 inline Real point_triangle_square(const Places& x) {
   Real best = square_to_segment(x[0], x[1], x[2]);
@@ -231,7 +231,8 @@ inline Real distance_at(const Query& q, Real t) {
   return std::sqrt(edges ? edge_edge_square(x) : point_triangle_square(x));
 }
 
-/// The smallest distance found in [0, end]: samples, and golden sections about the least of them.
+/// The smallest distance found in [0, end], by sampling and golden-section search around the
+/// minimum.
 inline Real least_distance(const Query& q, Real end) {
   constexpr int kSamples = 48;
   Real least = std::numeric_limits<Real>::infinity();

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Hyper-dual numbers after J. Fike, J. Alonso, "The development of hyper-dual numbers for exact
-// second-derivative calculations", AIAA 2011: a function of them carries its first and second
-// derivatives to rounding, without the differences of finite differences.
+// second-derivative calculations", AIAA 2011. A function of hyper-dual numbers carries its first
+// and second derivatives, exact to rounding and without finite differences.
 #pragma once
 
 #include <Eigen/Core>
@@ -29,7 +29,7 @@ inline HyperDual operator*(const HyperDual& p, const HyperDual& q) {
   return {p.value * q.value, p.value * q.da + p.da * q.value, p.value * q.db + p.db * q.value,
           p.value * q.dab + p.da * q.db + p.db * q.da + p.dab * q.value};
 }
-/// f(p), with the derivatives of f at p.value.
+/// f(p), given f and its derivatives at p.value.
 inline HyperDual chain(const HyperDual& p, double f, double f1, double f2) {
   return {f, f1 * p.da, f1 * p.db, f1 * p.dab + f2 * p.da * p.db};
 }
@@ -50,7 +50,7 @@ inline HyperDual cos(const HyperDual& p) {
   return chain(p, c, -std::sin(p.value), -c);
 }
 inline HyperDual atan2(const HyperDual& y, const HyperDual& x) {
-  // The angle, from its value and the derivative of the turn from there.
+  // The angle, from its value and the derivative of the rotation at that value.
   const double angle = std::atan2(y.value, x.value), c = std::cos(angle), s = std::sin(angle);
   const HyperDual along = HyperDual(c) * x + HyperDual(s) * y;
   const HyperDual t = (HyperDual(c) * y - HyperDual(s) * x) / along;  // small: atan t = t - t³/3

@@ -4,7 +4,7 @@
 // of the work done on it is the area of the loop that the material names.
 #include <selvedge/core/force.h>
 #include <selvedge/core/integrator.h>
-#include <selvedge/scene/scene.h>
+#include <selvedge/scene/build.h>
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/apps/identify.h>
 #include <selvedge/core/parallel.h>
+#include <selvedge/lab/identify.h>
 
 #include <gtest/gtest.h>
 

@@ -2,11 +2,11 @@
 // Image space against closed forms (maps) and against brute force (pairs), each with the error that
 // its header states.
 #include <gtest/gtest.h>
-#include <selvedge/bodies/mannequin.h>
 #include <selvedge/broadphase/conformance.h>
 #include <selvedge/broadphase/image_space.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/triangle_mesh.h>
+#include <selvedge/tools/mannequin.h>
 
 #include <Eigen/Geometry>
 
@@ -341,7 +341,7 @@ TEST(DepthNormalMaps, BadInputIsRefusedInOneSentence) {
   body.x_t1[5] = Vec3(0, 0, 1e200);
   EXPECT_NE(refusal([&] { maps.update(body.view()); }).find("vertex 5"), std::string::npos);
   const Surface open = sheet(3, 1.0, Vec3::Zero());
-  EXPECT_NE(refusal([&] { maps.update(open.view()); }).find("close the body"), std::string::npos);
+  EXPECT_NE(refusal([&] { maps.update(open.view()); }).find("close it"), std::string::npos);
   body.x_t1 = body.x_t0;
   maps.update(body.view());
   EXPECT_NE(refusal([&] { maps.answer(bad_point, room); }).find("point 0"), std::string::npos);

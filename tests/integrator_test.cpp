@@ -36,7 +36,13 @@ IntegratorConfig exact_config() {
 
 std::unique_ptr<Integrator> make(const std::string& name, Forces forces, std::size_t n,
                                  const IntegratorConfig& config = exact_config()) {
-  return integrators().at(name)(std::move(forces), n, config);
+  const IntegratorRegistry registry = integrators();
+  const Options given{{"error", config.error},
+                      {"drag", config.drag},
+                      {"max_newton", static_cast<double>(config.max_newton)},
+                      {"max_inner_steps", static_cast<double>(config.max_inner_steps)}};
+  const auto& entry = registry.at(name);
+  return entry(known_options(entry.options(), given), std::move(forces), n, config.solve);
 }
 
 /// A step without contact; held particles stand still.
@@ -178,7 +184,7 @@ TEST(OscillatorOrder, OfRungeKuttaAndBdf2StaysWithDamping) {
 /// Fixed steps of the fifth-order formula: the tolerance lets every step through.
 TEST(OscillatorOrder, OfRkf45IsFive) {
   IntegratorConfig loose = exact_config();
-  loose.error = 1e3;
+  loose.error = 1.0;
   const auto error = [&](int steps) {
     Oscillator o("rkf45", 0.0, loose);
     const double t = 0.6 * Oscillator::period;

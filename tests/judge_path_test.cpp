@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/apps/judge.h>
-#include <selvedge/apps/judge_ccd.h>
+#include <selvedge/judge/judge.h>
+#include <selvedge/judge/judge_ccd.h>
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// Shapes that the judge is asked about.
+// Shapes for tests of the judge.
 
 #include <selvedge/core/triangle_mesh.h>
 
@@ -24,7 +24,7 @@ inline TriangleMesh cube(const Vec3& low, const Vec3& high) {
   return mesh;
 }
 
-// A square sheet of cells × cells pairs of triangles in the unit square, height as given.
+// A square sheet of cells × cells pairs of triangles in the unit square, with the given height.
 template <class Height>
 inline TriangleMesh sheet(int cells, const Height& height) {
   TriangleMesh mesh;

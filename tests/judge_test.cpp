@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/apps/detail/exact_predicates.h>
-#include <selvedge/apps/judge.h>
-#include <selvedge/apps/judge_ccd.h>
+#include <selvedge/judge/detail/exact_predicates.h>
+#include <selvedge/judge/judge.h>
+#include <selvedge/judge/judge_ccd.h>
 
 #include <gmpxx.h>
 #include <gtest/gtest.h>

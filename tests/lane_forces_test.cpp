@@ -15,7 +15,7 @@
 namespace {
 
 using namespace selvedge;
-using detail::group_lanes;
+using detail::kGroupLanes;
 using detail::LaneGroups;
 using detail::LaneKernel;
 using Vectors = std::vector<Vec3>;
@@ -201,16 +201,16 @@ struct Plate {
     lanes = detail::make_lane_groups(corners, 4, coloring);
     for (const std::int32_t e : coloring.order) hinges.push_back(c.mesh.hinges[e]);
     numbers = detail::lane_numbers<3>(lanes, hinges, [](const Hinge& h) { return numbers_of(h); });
-    const std::size_t places = group_lanes * lanes.groups.size();
+    const std::size_t places = kGroupLanes * lanes.groups.size();
     std::mt19937 random(5);
     std::uniform_int_distribution<std::int32_t> any(0, static_cast<std::int32_t>(places) - 1);
     std::uniform_real_distribution<double> stiffness(-1e-5, 1e-5);
     for (std::size_t g = 0; g < lanes.groups.size(); ++g) {
-      for (std::size_t k = 0; k < group_lanes * (g % 4); ++k) {
+      for (std::size_t k = 0; k < kGroupLanes * (g % 4); ++k) {
         column.push_back(any(random));
         couple.push_back(stiffness(random));
       }
-      row_begin.push_back(static_cast<std::uint32_t>(column.size() / group_lanes));
+      row_begin.push_back(static_cast<std::uint32_t>(column.size() / kGroupLanes));
     }
     for (int n = 1; n <= 3; ++n) {
       detail::LanePatch patch;
@@ -227,7 +227,7 @@ struct Plate {
     }
     turn.resize(places);
     moment.resize(places);
-    gradient.resize(detail::lane_gradient * lanes.groups.size() + detail::lane_gradient_more);
+    gradient.resize(detail::kLaneGradient * lanes.groups.size() + detail::kLaneGradientMore);
   }
 
   detail::LanePlate view() {
@@ -285,13 +285,13 @@ TEST(LaneForces, OfCoupledHingesAreTheProductOfTheMatrixAndTheirTurns) {
     for (std::size_t g = 0; g < plate.lanes.groups.size(); ++g)
       for (std::int16_t l = 0; l < plate.lanes.groups[g].count; ++l) {
         const Hinge& h = plate.hinges[plate.lanes.groups[g].element + l];
-        double moment = h.stiffness * plate.turn[group_lanes * g + l];
+        double moment = h.stiffness * plate.turn[kGroupLanes * g + l];
         for (std::size_t r = plate.row_begin[g]; r < plate.row_begin[g + 1]; ++r)
           moment +=
-              plate.couple[group_lanes * r + l] * plate.turn[plate.column[group_lanes * r + l]];
+              plate.couple[kGroupLanes * r + l] * plate.turn[plate.column[kGroupLanes * r + l]];
         const detail::Dihedral d = detail::dihedral(c.x, h.v);
         for (int k = 0; k < 4; ++k) each[h.v[k]] -= moment * d.gradient[k];
-        EXPECT_NEAR(turn[group_lanes * g + l], std::remainder(d.angle - h.rest_angle, 2.0 * kPi),
+        EXPECT_NEAR(turn[kGroupLanes * g + l], std::remainder(d.angle - h.rest_angle, 2.0 * kPi),
                     1e-14);
       }
     EXPECT_LT(largest_difference(f, each), 1e-12 * largest(each));
@@ -324,27 +324,27 @@ TEST(LaneForces, KnowAnglesAsAtan2DoesInEveryQuadrant) {
   constexpr double tolerance = 4.5e-16;  // a rounding at π and one of a sum
   for (const LaneKernel& kernel : detail::lane_kernels())
     for (int round = 0; round < 20000; ++round) {
-      std::array<double, group_lanes> y, x, theta;
-      for (std::size_t l = 0; l < group_lanes; ++l) {
+      std::array<double, kGroupLanes> y, x, theta;
+      for (std::size_t l = 0; l < kGroupLanes; ++l) {
         const double angle = any(random), radius = std::pow(10.0, power(random));
         y[l] = radius * std::sin(angle);
         x[l] = radius * std::cos(angle);
       }
       kernel.angle(y.data(), x.data(), theta.data());
-      for (std::size_t l = 0; l < group_lanes; ++l)
+      for (std::size_t l = 0; l < kGroupLanes; ++l)
         ASSERT_NEAR(theta[l], std::atan2(y[l], x[l]), tolerance) << y[l] << " " << x[l];
     }
 }
 
 TEST(LaneForces, KnowTheAnglesOfTheAxes) {
-  const std::array<double, group_lanes> y{0, 1, 0, -1, 1, -1, 0, 1e-300},
+  const std::array<double, kGroupLanes> y{0, 1, 0, -1, 1, -1, 0, 1e-300},
       x{1, 0, -1, 0, 1, -1, 0, 1};
-  const std::array<double, group_lanes> expected{0,          0.5 * kPi,   kPi, -0.5 * kPi,
+  const std::array<double, kGroupLanes> expected{0,          0.5 * kPi,   kPi, -0.5 * kPi,
                                                  0.25 * kPi, -0.75 * kPi, 0,   1e-300};
   for (const LaneKernel& kernel : detail::lane_kernels()) {
-    std::array<double, group_lanes> theta;
+    std::array<double, kGroupLanes> theta;
     kernel.angle(y.data(), x.data(), theta.data());
-    for (std::size_t l = 0; l < group_lanes; ++l) EXPECT_DOUBLE_EQ(theta[l], expected[l]) << l;
+    for (std::size_t l = 0; l < kGroupLanes; ++l) EXPECT_DOUBLE_EQ(theta[l], expected[l]) << l;
   }
 }
 
@@ -361,7 +361,7 @@ TEST(LaneGroups, HoldEveryElementOnceAndRunsAreRuns) {
     runs += group.run;
     for (std::int32_t l = 0; l < group.count; ++l)
       for (std::size_t k = 0; k < 4; ++k) {
-        const std::size_t place = group.particles + (group.run ? k : k * group_lanes + l);
+        const std::size_t place = group.particles + (group.run ? k : k * kGroupLanes + l);
         EXPECT_EQ(lanes.particles[place] + (group.run ? l : 0),
                   corners[4 * coloring.order[at + l] + k]);
       }

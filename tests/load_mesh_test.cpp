@@ -146,7 +146,7 @@ TEST_F(LoadMesh, AReaderThatHangsCrashesOrTalksNonsenseGivesASentence) {
   EXPECT_SAYS(sentence("exec 1>&-; sleep 60"), "did not finish reading within 0.4 s");
   const std::chrono::duration<double> waited = std::chrono::steady_clock::now() - start;
   EXPECT_LT(waited.count(), 5.0);
-  EXPECT_SAYS(sentence("kill -SEGV $$"), "broke down (signal 11)");
+  EXPECT_SAYS(sentence("kill -SEGV $$"), "crashed (signal 11)");
   EXPECT_SAYS(sentence("yes"), "more memory than the limit of 1 MiB");
   EXPECT_SAYS(sentence("printf M12345"), "gave no mesh");
   EXPECT_SAYS(sentence("printf 'Ebad\\nfile.'; exit 1"), "assimp cannot read it: bad file; ");

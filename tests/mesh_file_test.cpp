@@ -189,10 +189,10 @@ TEST_F(MeshFileFaults, WhatIsNoMeshFileIsSaidInOneSentence) {
   EXPECT_SAYS(fault_of(path("folder.ply")), "is a folder");
   for (const char* name : {"e.obj", "e.ply", "e.off"})
     EXPECT_SAYS(fault_of(write(name, "")), "is empty");
-  EXPECT_SAYS(fault_of(write("a.txt", "hello")), "extension '.txt' is unknown");
-  EXPECT_SAYS(fault_of(write("a.off", "hello\n")), "no OFF file");
-  EXPECT_SAYS(fault_of(write("a.ply", "hello\n")), "no PLY file");
-  EXPECT_SAYS(fault_of(write("a.obj", "%PDF-1.4\n")), "no OBJ statement");
+  EXPECT_SAYS(fault_of(write("a.txt", "hello")), "extension '.txt' is not supported");
+  EXPECT_SAYS(fault_of(write("a.off", "hello\n")), "not an OFF file");
+  EXPECT_SAYS(fault_of(write("a.ply", "hello\n")), "not a PLY file");
+  EXPECT_SAYS(fault_of(write("a.obj", "%PDF-1.4\n")), "not an OBJ statement");
   EXPECT_SAYS(fault_of(write("b.obj", "v 0 0 0\n")), "has no faces");
   EXPECT_SAYS(fault_of(write("c.obj", "# nothing\n")), "has no vertices");
 }
@@ -206,7 +206,7 @@ TEST_F(MeshFileFaults, ABadIndexIsNamedWithItsLine) {
   EXPECT_SAYS(fault_of(write("b.obj", points + "f 0 1 2\n")), "indices begin at 1");
   EXPECT_SAYS(fault_of(write("c.obj", points + "f 1 2 -4\n")), "line 4: a face names vertex -4");
   EXPECT_SAYS(fault_of(write("d.obj", points + "f 1 2 99999999999\n")), "vertex 99999999999");
-  EXPECT_SAYS(fault_of(write("e.obj", points + "f 1 2 3x\n")), "is no face corner");
+  EXPECT_SAYS(fault_of(write("e.obj", points + "f 1 2 3x\n")), "is not a face corner");
   EXPECT_SAYS(fault_of(write("f.obj", points + "f 1 2\n")), "2 corners");
   std::string text = ply_text();
   text.replace(text.find("3 1 2 3"), 7, "3 1 2 4");
@@ -230,7 +230,7 @@ TEST_F(MeshFileFaults, ACoordinateThatIsNotFiniteIsNamedWithItsLine) {
 }
 
 TEST_F(MeshFileFaults, WordsThatAreNoNumbersAreQuoted) {
-  EXPECT_SAYS(fault_of(write("a.obj", "v 0 zero 0\n")), "'zero' stands where the y coordinate");
+  EXPECT_SAYS(fault_of(write("a.obj", "v 0 zero 0\n")), "expected the y coordinate, found 'zero'");
   EXPECT_SAYS(fault_of(write("a.obj", "v 0 1,5 0\n")), "'1,5'");
   EXPECT_SAYS(fault_of(write("a.obj", "v 0 0\n")), "ends before the z coordinate");
   EXPECT_SAYS(fault_of(write("a.off", "OFF\nmany 4 0\n")), "'many'");
@@ -248,8 +248,8 @@ TEST_F(MeshFileFaults, CountsThatTheFileCannotHoldTakeNoMemory) {
                                       "vertex_indices\nend_header\n0 0 0\n")),
           "more than the file");
   }
-  EXPECT_SAYS(fault_of(write("c.off", "OFF\n99999999999999 1 0\n")), "cannot be");
-  EXPECT_SAYS(fault_of(write("d.off", "OFF\n-4 1 0\n")), "cannot be");
+  EXPECT_SAYS(fault_of(write("c.off", "OFF\n99999999999999 1 0\n")), "impossible");
+  EXPECT_SAYS(fault_of(write("d.off", "OFF\n-4 1 0\n")), "impossible");
   EXPECT_SAYS(fault_of(write("e.ply",
                              "ply\nformat ascii 1.0\nelement empty 2147483647\nelement "
                              "vertex 1\nproperty float x\nproperty float y\nproperty float "
@@ -283,15 +283,14 @@ TEST_F(MeshFileFaults, DamagedPlyHeadersAreRefused) {
   EXPECT_SAYS(fault_of(write("a.ply", changed("ascii", "asci"))), "format 'asci' is unknown");
   EXPECT_SAYS(fault_of(write("a.ply", changed("format ascii 1.0\n", ""))), "names no format");
   EXPECT_SAYS(fault_of(write("a.ply", changed("float y", "quad y"))), "type 'quad' is unknown");
-  EXPECT_SAYS(fault_of(write("a.ply", changed("float y", "float w"))),
-              "lack one of the properties");
+  EXPECT_SAYS(fault_of(write("a.ply", changed("float y", "float w"))), "must have the properties");
   EXPECT_SAYS(fault_of(write("a.ply", changed("float y", "float x"))), "declared twice");
-  EXPECT_SAYS(fault_of(write("a.ply", changed("uchar int", "float int"))), "floating point");
-  EXPECT_SAYS(fault_of(write("a.ply", changed("uchar int", "uchar float"))), "floating point");
+  EXPECT_SAYS(fault_of(write("a.ply", changed("uchar int", "float int"))), "floating-point");
+  EXPECT_SAYS(fault_of(write("a.ply", changed("uchar int", "uchar float"))), "floating-point");
   EXPECT_SAYS(fault_of(write("a.ply", changed("vertex_indices", "corners"))), "vertex_indices");
   EXPECT_SAYS(fault_of(write("a.ply", changed("element face", "element fase"))), "element 'face'");
   EXPECT_SAYS(fault_of(write("a.ply", changed("end_header\n", ""))),
-              "no statement of a PLY header");
+              "not a statement of a PLY header");
   EXPECT_SAYS(fault_of(write("a.ply", changed("3 0 2 1", "3 0 2  "))),
               "line 15: the line ends before");
   EXPECT_SAYS(fault_of(write("a.ply", changed("3 0 2 1", "3 0 2 1 9"))), "more values");

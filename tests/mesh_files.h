@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// Files in a folder of the test's own, and one mesh in three formats.
+// Files in a folder of the test, and one mesh in three formats.
 
 #include <selvedge/bodies/mesh_file.h>
 
@@ -47,7 +47,7 @@ class Files : public testing::Test {
   fs::path folder_;
 };
 
-// The sentence that `read` throws; empty if it throws none.
+// The message that `read` throws; empty if it throws nothing.
 template <class Read>
 inline std::string fault(Read&& read) {
   try {

@@ -2,12 +2,12 @@
 // The minimal enclosure: everything of a body is inside it, and what is dropped outside of it loses
 // no pair of boxes that brute force finds, nor any that collides.
 #include <gtest/gtest.h>
-#include <selvedge/bodies/mannequin.h>
 #include <selvedge/broadphase/conformance.h>
 #include <selvedge/broadphase/minimal_enclosure.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/triangle_mesh.h>
 #include <selvedge/narrowphase/narrow_phase.h>
+#include <selvedge/tools/mannequin.h>
 
 #include <Eigen/Geometry>
 #include <cmath>

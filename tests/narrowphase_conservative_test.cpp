@@ -179,21 +179,24 @@ TEST(Config, IsRefusedWithASentenceWhereItMakesNoSense) {
   for (const double d : {-1.0, nan, static_cast<double>(kNoCollision)}) {
     EXPECT_THROW(make_ccd_separation(d), std::invalid_argument);
     for (const char* name : {"ccd_exact", "ccd_inclusion", "ccd_additive", "ccd_root_parity"})
-      EXPECT_THROW(registry.at(name)({.min_separation = d}), std::invalid_argument) << name;
+      EXPECT_THROW(registry.at(name)(Options{{"min_separation", d}}), std::invalid_argument)
+          << name;
   }
-  EXPECT_THROW(registry.at("ccd_root_parity")({.min_separation = 1e-3}), std::invalid_argument);
-  EXPECT_THROW(registry.at("ccd_inclusion")({.tolerance = 2.0}), std::invalid_argument);
-  EXPECT_THROW(registry.at("ccd_inclusion")({.tolerance = 1e-15}), std::invalid_argument);
+  EXPECT_THROW(registry.at("ccd_root_parity")(Options{{"min_separation", 1e-3}}),
+               std::invalid_argument);
+  EXPECT_THROW(registry.at("ccd_inclusion")(Options{{"tolerance", 2.0}}), std::invalid_argument);
+  EXPECT_THROW(registry.at("ccd_inclusion")(Options{{"tolerance", 1e-15}}), std::invalid_argument);
   EXPECT_THROW(make_ccd_inclusion(CcdInclusionConfig{.max_boxes = 0}), std::invalid_argument);
-  EXPECT_THROW(registry.at("ccd_additive")({.tolerance = 1.0}), std::invalid_argument);
+  EXPECT_THROW(registry.at("ccd_additive")(Options{{"tolerance", 1.0}}), std::invalid_argument);
   EXPECT_THROW(make_ccd_additive(CcdAdditiveConfig{.max_steps = 0}), std::invalid_argument);
 }
 
 TEST(Config, NonFiniteVerticesAreRefusedByName) {
   Random r(1);
   for (const char* name : {"ccd_exact", "ccd_inclusion", "ccd_additive", "ccd_root_parity"}) {
-    const double d = std::string(name) == "ccd_root_parity" ? 0.0 : 0.01;
-    const auto method = narrow_phases().at(name)({.min_separation = d});
+    const auto registry = narrow_phases();
+    const auto& entry = registry.at(name);
+    const auto method = entry(known_options(entry.options(), {{"min_separation", 0.01}}));
     Query q = reals(r, ContactKind::edge_edge);
     q.x_t1[2].y() = std::numeric_limits<double>::infinity();
     EXPECT_THROW(time_of(*method, q), std::invalid_argument) << name;

@@ -13,6 +13,7 @@
 #include <cmath>
 #include <iostream>
 #include <limits>
+#include <map>
 #include <random>
 #include <stdexcept>
 #include <string>
@@ -40,8 +41,8 @@ double exact_time(const Query& q) {
 constexpr std::array kNames = {"ccd_cubic",      "ccd_cubic_provot",  "ccd_cubic_bridson",
                                "plane_crossing", "centroid_velocity", "proximity"};
 
-Method make(const std::string& name, const NarrowPhaseConfig& config = {}) {
-  return narrow_phases().at(name)(config);
+Method make(const std::string& name, const Options& options = {}) {
+  return narrow_phases().at(name)(options);
 }
 
 bool answers(const std::string& name, ContactKind kind) {
@@ -108,15 +109,15 @@ TEST(Methods, SayWhoseTheyAreAndWhereTheyFail) {
 TEST(Methods, RefuseWhatTheyCannotDo) {
   for (const std::string name : kNames) {
     if (name != "ccd_cubic") {
-      EXPECT_THROW(make(name, {.tolerance = kNan}), std::invalid_argument) << name;
+      EXPECT_THROW(make(name, {{"tolerance", kNan}}), std::invalid_argument) << name;
     }
-    EXPECT_THROW(make(name, {.min_separation = kNan}), std::invalid_argument) << name;
-    EXPECT_THROW(make(name, {.min_separation = -1.0}), std::invalid_argument) << name;
+    EXPECT_THROW(make(name, {{"min_separation", kNan}}), std::invalid_argument) << name;
+    EXPECT_THROW(make(name, {{"min_separation", -1.0}}), std::invalid_argument) << name;
     Query q = falling(ContactKind::edge_edge, 0.5);
     q.x_t1[2].y() = kNan;
     EXPECT_THROW(time_of(*make(name), q), std::invalid_argument) << name;
     if (name != "proximity") {
-      EXPECT_THROW(make(name, {.min_separation = 0.1}), std::invalid_argument) << name;
+      EXPECT_THROW(make(name, {{"min_separation", 0.1}}), std::invalid_argument) << name;
     }
   }
 }
@@ -131,8 +132,8 @@ TEST(Methods, ProvotsToleranceWidensTheInsideTest) {
     const Query q = falling(kind, 0.5, Vec3(aside, 0, 0));
     EXPECT_EQ(time_of(*make("ccd_cubic"), q), kNoCollision);
     EXPECT_EQ(time_of(*make("ccd_cubic_provot"), q), kNoCollision);
-    EXPECT_EQ(time_of(*make("ccd_cubic_provot", {.tolerance = 1e-3}), q), 0.5);
-    EXPECT_EQ(time_of(*make("ccd_cubic_provot", {.tolerance = 2e-5}), q), kNoCollision);
+    EXPECT_EQ(time_of(*make("ccd_cubic_provot", {{"tolerance", 1e-3}}), q), 0.5);
+    EXPECT_EQ(time_of(*make("ccd_cubic_provot", {{"tolerance", 2e-5}}), q), kNoCollision);
   }
 }
 
@@ -141,12 +142,12 @@ TEST(Methods, BridsonsToleranceIsADistance) {
     const double aside = kind == ContactKind::edge_edge ? 1.0 + 1e-4 : -0.25 - 1e-4;
     const Query beside = falling(kind, 0.5, Vec3(aside, 0, 0));
     EXPECT_EQ(time_of(*make("ccd_cubic_bridson"), beside), kNoCollision);
-    EXPECT_EQ(time_of(*make("ccd_cubic_bridson", {.tolerance = 1.1e-4}), beside), 0.5);
-    EXPECT_EQ(time_of(*make("ccd_cubic_bridson", {.tolerance = 0.9e-4}), beside), kNoCollision);
+    EXPECT_EQ(time_of(*make("ccd_cubic_bridson", {{"tolerance", 1.1e-4}}), beside), 0.5);
+    EXPECT_EQ(time_of(*make("ccd_cubic_bridson", {{"tolerance", 0.9e-4}}), beside), kNoCollision);
     // It stops short of the plane by 1e-3: seen at the end of the step.
     const Query above = falling(kind, 1.0 + 1e-3);
     EXPECT_EQ(time_of(*make("ccd_cubic_bridson"), above), kNoCollision);
-    EXPECT_EQ(time_of(*make("ccd_cubic_bridson", {.tolerance = 2e-3}), above), 1.0);
+    EXPECT_EQ(time_of(*make("ccd_cubic_bridson", {{"tolerance", 2e-3}}), above), 1.0);
   }
 }
 
@@ -156,30 +157,30 @@ TEST(Methods, ProximityLooksAtBothEndsAndNotBetween) {
     EXPECT_EQ(time_of(*make("proximity"), falling(kind, 0.5e-3)), 0.0);
     const Query near_end = falling(kind, 1.0 + 0.5e-3);
     EXPECT_NEAR(time_of(*make("proximity"), near_end), 1.0 - 0.5e-3, 1e-12);
-    EXPECT_EQ(time_of(*make("proximity", {.tolerance = 1e-4}), near_end), kNoCollision);
-    EXPECT_NEAR(time_of(*make("proximity", {.min_separation = 0.1}), near_end), 0.9005, 1e-12);
+    EXPECT_EQ(time_of(*make("proximity", {{"tolerance", 1e-4}}), near_end), kNoCollision);
+    EXPECT_NEAR(time_of(*make("proximity", {{"min_separation", 0.1}}), near_end), 0.9005, 1e-12);
   }
 }
 
 TEST(Methods, TheReachOfTheCentroidsMotionIsADistance) {
   const Query q = falling(ContactKind::edge_edge, 0.5);
-  EXPECT_EQ(time_of(*make("centroid_velocity", {.tolerance = 0.4}), q), kNoCollision);
-  EXPECT_EQ(time_of(*make("centroid_velocity", {.tolerance = 0.6}), q), 0.5);
+  EXPECT_EQ(time_of(*make("centroid_velocity", {{"tolerance", 0.4}}), q), kNoCollision);
+  EXPECT_EQ(time_of(*make("centroid_velocity", {{"tolerance", 0.6}}), q), 0.5);
   const Query later = falling(ContactKind::edge_edge, 1.5);
-  EXPECT_EQ(time_of(*make("centroid_velocity", {.tolerance = 2.0}), later), 1.0);
+  EXPECT_EQ(time_of(*make("centroid_velocity", {{"tolerance", 2.0}}), later), 1.0);
 }
 
 TEST(Methods, ThePlanesToleranceWidensTheTriangle) {
   const Query q = falling(ContactKind::point_triangle, 0.5, Vec3(-0.25 - 1e-4, 0, 0));
   EXPECT_EQ(time_of(*make("plane_crossing"), q), kNoCollision);
-  EXPECT_EQ(time_of(*make("plane_crossing", {.tolerance = 1e-3}), q), 0.5);
+  EXPECT_EQ(time_of(*make("plane_crossing", {{"tolerance", 1e-3}}), q), 0.5);
 }
 
 /// No point of the primitives may be nearer than the tolerance before proximity's time.
 TEST(Methods, TheTimeOfAProximityIsNeverLate) {
   Random r(11);
   const double reach = 0.2;
-  const Method method = make("proximity", {.tolerance = reach});
+  const Method method = make("proximity", {{"tolerance", reach}});
   int later_than_0 = 0;
   for (int i = 0; i < 4000; ++i) {
     Query q;
@@ -388,9 +389,16 @@ void degenerate(Random& r, Query& q) {
 }
 
 TEST(Methods, ReturnATimeOrNoCollisionWhateverTheInput) {
+  const std::map<std::string, Method (*)(const NarrowPhaseConfig&)> factories{
+      {"ccd_cubic", make_ccd_cubic},
+      {"ccd_cubic_provot", make_ccd_cubic_provot},
+      {"ccd_cubic_bridson", make_ccd_cubic_bridson},
+      {"plane_crossing", make_plane_crossing},
+      {"centroid_velocity", make_centroid_velocity},
+      {"proximity", make_proximity}};
   for (const std::string name : kNames) {
     for (const double tolerance : {-1.0, 0.0, 1e-3, 1e300}) {
-      const Method method = make(name, {.tolerance = tolerance});
+      const Method method = factories.at(name)({.tolerance = tolerance});
       Random r(5);
       for (int i = 0; i < 4000; ++i) {
         Query q = i % 3 == 0 ? grid(r, kKinds[i % 2]) : uniform(r, kKinds[i % 2]);

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 #include <selvedge/core/atomic_file.h>
-#include <selvedge/scene/output.h>
+#include <selvedge/run/detail/result_json.h>
+#include <selvedge/run/frame_writer.h>
+#include <selvedge/run/result_folder.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -16,6 +19,7 @@
 #include <regex>
 #include <string>
 #include <system_error>
+#include <vector>
 
 namespace selvedge {
 namespace {
@@ -106,6 +110,111 @@ TEST_F(Output, ResultHasTheFieldsOthersReadWithTheirValues) {
   EXPECT_EQ(json.at("state_hash"), "00ff");
   EXPECT_EQ(json.at("stopped"), "interrupted");
   EXPECT_EQ(json.at("counters").at("zones"), 4.0);
+}
+
+/// A result whose fields all differ from their defaults and from each other.
+RunResult filled_result() {
+  RunResult r = example_result();
+  r.clean_elsewhere = false;
+  r.tangle = {.start_pairs = 11,
+              .pairs = 12,
+              .elsewhere = 13,
+              .until_s = 0.5,
+              .max_speed = 0.75,
+              .given_up = true};
+  r.flags = {.end = {1, 2, 3, 4}, .worst = {5, 6, 7, 8}};
+  r.counters["max_gap_lack_m"] = 1e-5;
+  r.ledger = {{"response", {{"steps", 4.0}, {"max_momentum_error", 1e-12}}}};
+  r.plan = {{"bodies", {.asked = 9, .left_out = 8, .saved_s = 0.125}}};
+  r.measures = {{"folds", 6.0}};
+  return r;
+}
+
+TEST_F(Output, EveryFieldOfAResultReadsBackFromItsText) {
+  RunResult result = filled_result();
+  result.max_stretch = std::numeric_limits<double>::infinity();
+  const std::string text = result_text(result);
+  EXPECT_EQ(result_text(result_from_text(text)), text);
+  EXPECT_NE(result_text(RunResult()), text);
+  EXPECT_EQ(result_from_text(text).max_stretch, result.max_stretch);
+}
+
+TEST_F(Output, TheFieldsOfAResultKeepTheirOrder) {
+  std::vector<std::string> names;
+  const auto json = nlohmann::ordered_json::parse(result_text(RunResult()));
+  for (const auto& [name, value] : json.items()) names.push_back(name);
+  EXPECT_EQ(names, (std::vector<std::string>{"clean",
+                                             "clean_elsewhere",
+                                             "frames",
+                                             "steps",
+                                             "halvings",
+                                             "retried_steps",
+                                             "wall_s",
+                                             "phase_s",
+                                             "worst_self_intersections",
+                                             "worst_body_intersections",
+                                             "max_penetration_m",
+                                             "max_stretch",
+                                             "strain_residual",
+                                             "final_max_speed",
+                                             "peak_bytes",
+                                             "tangle",
+                                             "flags",
+                                             "state_hash",
+                                             "stopped",
+                                             "counters",
+                                             "ledger",
+                                             "plan",
+                                             "measures"}));
+}
+
+TEST_F(Output, ATextThatIsNotAResultIsRefused) {
+  EXPECT_THROW(result_from_text("{\"clean\": true"), std::invalid_argument);
+  EXPECT_THROW(result_from_text("{\"clean\": true}"), std::invalid_argument);
+  std::string text = result_text(filled_result());
+  text.replace(text.find("121"), 3, "\"x\"");
+  EXPECT_THROW(result_from_text(text), std::invalid_argument);
+}
+
+TEST_F(Output, ACheckpointKeepsExactlyTheFieldsThatAResumedRunJoins) {
+  const RunResult before = filled_result();
+  RunResult kept, joined;
+  kept = detail::result_from_checkpoint(detail::checkpoint_json(before));
+  EXPECT_EQ(kept.frames, 0);
+  EXPECT_TRUE(kept.plan.empty());
+  EXPECT_EQ(kept.tangle.pairs, 0);
+  EXPECT_EQ(kept.tangle.max_speed, 0.75);
+  carry_on(before, joined);
+  joined.clean = true;
+  joined.plan.clear();
+  EXPECT_EQ(result_text(kept), result_text(joined));
+}
+
+TEST_F(Output, ResultsOfTwoPartsAreJoinedByTheRuleOfEachField) {
+  RunResult r = filled_result();
+  r.clean = true;
+  r.clean_elsewhere = true;
+  r.max_stretch = 0.01;
+  r.tangle.until_s = 0.0;
+  r.counters = {{"zones", 1.0}, {"max_gap_lack_m", 1e-6}};
+  r.flags.worst = {9, 0, 0, 0};
+  carry_on(filled_result(), r);
+  EXPECT_FALSE(r.clean_elsewhere);
+  EXPECT_FALSE(r.clean) << "an earlier part had an intersection";
+  EXPECT_EQ(r.steps, 480);
+  EXPECT_EQ(r.halvings, 6);
+  EXPECT_EQ(r.wall_s, 2.0 / 3.0);
+  EXPECT_EQ(r.max_stretch, 0.0625);
+  EXPECT_EQ(r.phase_s.at("solve"), 0.5);
+  EXPECT_EQ(r.tangle.until_s, 0.5);
+  EXPECT_EQ(r.tangle.pairs, 12);
+  EXPECT_EQ(r.counters.at("zones"), 5.0);
+  EXPECT_EQ(r.counters.at("max_gap_lack_m"), 1e-5);
+  EXPECT_EQ(r.ledger.at("response").at("steps"), 8.0);
+  EXPECT_EQ(r.ledger.at("response").at("max_momentum_error"), 1e-12);
+  EXPECT_EQ(r.plan.at("bodies").left_out, 16);
+  EXPECT_EQ(r.flags.worst, (std::array<int, kVertexFlags>{9, 6, 7, 8}));
+  EXPECT_EQ(r.state_hash, "00ff");
 }
 
 TEST_F(Output, ANumberThatIsNotFiniteIsNamedAndNeverNull) {

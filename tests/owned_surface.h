@@ -16,7 +16,7 @@ struct OwnedSurface {
   std::vector<Triangle> triangles;
   double thickness = 0.0;
   std::uint64_t static_id = 0;
-  RigidMotion rigid{};  ///< counts if its id is not 0
+  RigidMotion rigid{};  ///< in use if its id is not 0
 
   SurfaceView view() const {
     return {x_t0, x_t1, edges, triangles, thickness, static_id, rigid.id ? &rigid : nullptr};
@@ -28,7 +28,7 @@ struct OwnedSurface {
   }
 };
 
-/// A flat sheet of nx × ny cells, `size` long each way, at rest.
+/// A flat sheet of nx × ny cells at rest, with sides of length `size`.
 inline OwnedSurface flat_sheet(int nx, int ny, double size) {
   OwnedSurface s;
   for (int j = 0; j <= ny; ++j)

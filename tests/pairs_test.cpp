@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Friction and thickness of single pairs of surfaces (contact.pairs).
+// Friction and rest gap of single pairs of surfaces (contact.pairs).
 #include <gtest/gtest.h>
 #include <selvedge/scene/contact_pairs.h>
-#include <selvedge/scene/simulation.h>
+#include <selvedge/simulation/simulation.h>
 
 #include <cmath>
 #include <numbers>
@@ -31,7 +31,7 @@ Scene incline(double angle) {
 void add_sheet(Scene& scene, const std::string& name, const Vec3& where) {
   ClothSpec spec;
   spec.name = name;
-  spec.shape = ClothGrid{ClothPattern::rectangular, {0.2, 0.2, kCells, kCells}};
+  spec.shape = ClothGrid{"rectangular", {0.2, 0.2, kCells, kCells}};
   spec.placement.rotation = scene.bodies[0].placement.rotation;
   spec.placement.translation = spec.placement.rotation * where;
   scene.cloths.push_back(spec);
@@ -66,11 +66,11 @@ TEST(Pairs, SaySomethingOnlyAboutThemselves) {
   EXPECT_EQ(pairs.friction(kA, kC), 0.9);
   EXPECT_EQ(pairs.friction(kC, kA), 0.9);
   EXPECT_EQ(pairs.friction(kB, kC), 0.1);
-  EXPECT_EQ(pairs.thickness(kA, kPlane), scene.contact.thickness);
-  EXPECT_EQ(pairs.thickness(kC, kPlane), 0.005);
-  EXPECT_EQ(pairs.thickness(kB, kB), 0.001);
-  EXPECT_EQ(pairs.thickness(kB, kC), scene.contact.thickness);
-  EXPECT_EQ(pairs.largest_thickness(), 0.005);
+  EXPECT_EQ(pairs.rest_gap(kA, kPlane), scene.contact.rest_gap);
+  EXPECT_EQ(pairs.rest_gap(kC, kPlane), 0.005);
+  EXPECT_EQ(pairs.rest_gap(kB, kB), 0.001);
+  EXPECT_EQ(pairs.rest_gap(kB, kC), scene.contact.rest_gap);
+  EXPECT_EQ(pairs.largest_rest_gap(), 0.005);
 }
 
 TEST(Pairs, TheLastOneThatMatchesCountsForEitherFieldByItself) {
@@ -80,7 +80,7 @@ TEST(Pairs, TheLastOneThatMatchesCountsForEitherFieldByItself) {
       {"default", "plane", 0.2, 0.005}, {"plane", "a", 0.5, {}}, {"a", "plane", {}, 0.004}};
   const ContactPairs pairs(scene);
   EXPECT_EQ(pairs.friction(0, 1), 0.5);
-  EXPECT_EQ(pairs.thickness(0, 1), 0.004);
+  EXPECT_EQ(pairs.rest_gap(0, 1), 0.004);
 }
 
 TEST(Pairs, AnUnknownNameIsRefusedInASceneMadeByHand) {
@@ -124,7 +124,7 @@ TEST(Pairs, ASheetSlidesOnASheetToWhichItStuckByDefault) {
   EXPECT_GT(way_of_a_sheet_on_a_sheet({{"upper", "lower", 0.1, {}}}), 0.05);
 }
 
-TEST(Pairs, EachSheetRestsAtTheThicknessOfItsPair) {
+TEST(Pairs, EachSheetRestsAtTheRestGapOfItsPair) {
   Scene scene = incline(0.0);
   add_sheet(scene, "thin", {0.03, 0.02, 0.01});
   add_sheet(scene, "thick", {0.03, 0.52, 0.01});

@@ -3,8 +3,8 @@
 // and the same counts, so that what was left out would have done nothing; what is refused is
 // refused by both in the same words.
 #include <gtest/gtest.h>
-#include <selvedge/scene/refinement.h>
-#include <selvedge/scene/simulation.h>
+#include <selvedge/simulation/refinement.h>
+#include <selvedge/simulation/simulation.h>
 
 #include <algorithm>
 #include <cctype>

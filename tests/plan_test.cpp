@@ -4,10 +4,10 @@
 #include <gtest/gtest.h>
 #include <selvedge/narrowphase/ccd_exact.h>
 #include <selvedge/narrowphase/distance.h>
-#include <selvedge/scene/idle_proofs.h>
-#include <selvedge/scene/plan.h>
-#include <selvedge/scene/simulation.h>
-#include <selvedge/scene/strain_reach.h>
+#include <selvedge/simulation/detail/idle_proofs.h>
+#include <selvedge/simulation/detail/strain_reach.h>
+#include <selvedge/simulation/plan.h>
+#include <selvedge/simulation/simulation.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -154,6 +154,55 @@ TEST(SheetProof, ManyShortStepsThatCloseARollAreNotProvedToTheEnd) {
   EXPECT_EQ(again, yes) << "what is known from before is never more than what is proved anew";
 }
 
+TEST(SheetProof, AStateBesideAProvedOneIsNotTakenForProvedWhereItFolds) {
+  const TriangleMesh mesh = sheet(6);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> any(-1.0, 1.0);
+  int yes = 0, folds = 0;
+  for (int k = 0; k < 300; ++k) {
+    SheetProof proof(mesh.vertices, mesh.triangles);
+    const double distance = 0.01 * proof.nearest(), rough = (k % 60 + 1) / 100.0 / 6.0;
+    ASSERT_TRUE(proof.keeps_apart(mesh.vertices, mesh.vertices, distance));
+    const auto x = bent(
+        mesh, [&](const Vec3& p) { return Vec3(p + rough * Vec3(any(random), any(random), 0.0)); });
+    const bool folded = nearness(mesh, mesh.vertices, x).collide;
+    folds += folded;
+    if (!proof.keeps_apart(mesh.vertices, x, distance)) continue;
+    ++yes;
+    EXPECT_FALSE(folded) << k;
+  }
+  EXPECT_GT(yes, 10);
+  EXPECT_GT(folds, 10);
+}
+
+TEST(SheetProof, AStepThatTurnsASheetKeepsTheDistanceAlongTheDirectionsOfItsStart) {
+  const TriangleMesh mesh = sheet(6);
+  const auto edges = unique_edges(mesh.triangles);
+  int yes = 0;
+  for (int k = 0; k <= 30; ++k) {
+    const Eigen::AngleAxisd turn(0.05 * k, Vec3::UnitY());
+    const auto x = bent(mesh, [&](const Vec3& p) { return Vec3(turn * p); });
+    const SurfaceView view{mesh.vertices, x, edges, mesh.triangles, 10.0};
+    CandidatePairs pairs;
+    make_brute_force()->find_self_pairs(view, pairs);
+    std::vector<Contact> contacts;
+    find_proximities(view, view, pairs, 10.0, contacts);
+    double least = 1e300;
+    for (const Contact& c : contacts) {
+      Vec3 apart = Vec3::Zero();
+      for (int i = 0; i < 4; ++i) apart += c.weight[i] * x[c.vertex[i]];
+      least = std::min(least, c.normal.dot(apart));
+    }
+    for (const double share : {0.01, 0.3, 0.6}) {
+      SheetProof proof(mesh.vertices, mesh.triangles);
+      if (!proof.keeps_apart(mesh.vertices, x, share * proof.nearest())) continue;
+      ++yes;
+      EXPECT_GE(least, share * proof.nearest()) << k;
+    }
+  }
+  EXPECT_GT(yes, 10);
+}
+
 TEST(SheetProof, AFoldThatClosesOntoItselfIsNeverProved) {
   const TriangleMesh mesh = sheet(12);
   SheetProof proof(mesh.vertices, mesh.triangles);
@@ -266,7 +315,7 @@ TEST(Plan, AFoldThatClosesIsTheSameWithProofsAndWithout) {
 
 TEST(Plan, NothingIsProvedWhereTheNarrowPhaseMayRaiseFalseAlarms) {
   for (const auto& [name, make] : narrow_phases()) {
-    const NarrowPhaseTraits traits = make(NarrowPhaseConfig{})->traits();
+    const NarrowPhaseTraits traits = make.traits();
     Scene scene = scene_file("flag.json", {{"geometry.0.cells", "[6,6]"}, {"time.frames", "1"}});
     scene.contact.narrow_phase = name;
     const RunResult result = run(scene, true);
@@ -279,13 +328,13 @@ TEST(Plan, NothingIsProvedWhereTheNarrowPhaseMayRaiseFalseAlarms) {
 TEST(Plan, SaysWhatIsNeverBuilt) {
   Scene scene = scene_file("flag.json", {});
   scene.air = {};
-  std::map<std::string, PlanItem::Verdict> verdict;
+  std::map<std::string, PlanItem::Status> status;
   for (const PlanItem& item : plan_scene(scene, build_scene(scene), Methods{}))
-    verdict[item.part] = item.verdict;
-  EXPECT_EQ(verdict.at("wind and drag"), PlanItem::Verdict::never);
-  EXPECT_EQ(verdict.at("bodies"), PlanItem::Verdict::never);
-  EXPECT_EQ(verdict.at("gravity"), PlanItem::Verdict::runs);
-  EXPECT_EQ(verdict.at("cloth with itself"), PlanItem::Verdict::when_needed);
+    status[item.part] = item.status;
+  EXPECT_EQ(status.at("wind and drag"), PlanItem::Status::never);
+  EXPECT_EQ(status.at("bodies"), PlanItem::Status::never);
+  EXPECT_EQ(status.at("gravity"), PlanItem::Status::runs);
+  EXPECT_EQ(status.at("cloth with itself"), PlanItem::Status::when_needed);
 }
 
 TEST(Plan, AFoldThatIsPutThroughItselfIsSeenInTheCheckOfItsFrame) {
@@ -346,6 +395,22 @@ TEST(StrainReach, ASheetThatIsCarriedIsProvedAndOneThatIsPulledIsNot) {
   EXPECT_TRUE(reach.keeps_limits(carried));
   const auto pulled = bent(sheet.mesh, [](const Vec3& p) { return Vec3(1.11 * p); });
   EXPECT_FALSE(reach.keeps_limits(pulled));
+}
+
+TEST(StrainReach, AShortSpringThatIsPulledAlongItsLengthIsTheWorstCase) {
+  // The bound is reached where the ends of the shortest spring move apart along it.
+  const Spring spring{.a = 0, .b = 1, .rest_length = 1.0, .stiffness = 1.0};
+  const StrainLimiter limiter(std::span(&spring, 1), std::vector<double>{0.1}, 2);
+  for (const double strain : {0.02, 0.06, 0.09, 0.099, 0.101, 0.12, 0.15, 0.25})
+    for (const Vec3& way : {Vec3(1, 0, 0), Vec3(1, 1, 1), Vec3(2, -1, 0.5)}) {
+      const Vec3 u = way.normalized();
+      const std::vector<Vec3> rest = {-0.5 * u, 0.5 * u};
+      std::vector<Vec3> x = rest;
+      for (Vec3& p : x) p *= 1.0 + strain;
+      StrainReach reach(true, limiter);
+      reach.measure(limiter, rest);
+      EXPECT_EQ(reach.keeps_limits(x), strain < 0.1) << strain;
+    }
 }
 
 TEST(StrainReach, WhatItSaysIsTrueOfRandomMotions) {

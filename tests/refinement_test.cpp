@@ -4,9 +4,9 @@
 #include <gtest/gtest.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/core/parallel.h>
-#include <selvedge/scene/output.h>
-#include <selvedge/scene/refinement.h>
-#include <selvedge/scene/run.h>
+#include <selvedge/run/result_folder.h>
+#include <selvedge/run/run.h>
+#include <selvedge/simulation/refinement.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -43,7 +43,7 @@ class Refinements : public testing::Test {
   }
 
   std::size_t vertices_of_frame(int frame) const {
-    return read_mesh(numbered(config_.out / "frames", "cloth", frame, frame_file_digits, ".ply"))
+    return read_mesh(numbered(config_.out / "frames", "cloth", frame, kFrameFileDigits, ".ply"))
         .vertices.size();
   }
 
@@ -83,7 +83,7 @@ TEST_F(Refinements, SettledClothIsSplitEverywhereLevelAfterLevel) {
   EXPECT_EQ(vertices_of_frame(10), 17u * 17u);
   EXPECT_EQ(vertices_of_frame(16), 33u * 33u);
   EXPECT_EQ(result.steps, 2 * 16 + 2);  // an exchange of the mesh is a state of its own
-  EXPECT_TRUE(fs::exists(numbered(config_.out / "steps", "cloth", 34, step_file_digits, ".ply")));
+  EXPECT_TRUE(fs::exists(numbered(config_.out / "steps", "cloth", 34, kStepFileDigits, ".ply")));
 }
 
 TEST_F(Refinements, AResumedRunGoesOnToTheSameBits) {
@@ -214,7 +214,7 @@ double height(const fs::path& file) {
 TEST_F(SurveyMeshes, ABodyWithSupportStandsAndOneWithoutCollapses) {
   const auto run = [&](const std::string& keys) {
     EXPECT_TRUE(run_scene(scene(on_floor(keys)), config_).clean);
-    return height(numbered(config_.out / "frames", "cloth", 60, frame_file_digits, ".ply"));
+    return height(numbered(config_.out / "frames", "cloth", 60, kFrameFileDigits, ".ply"));
   };
   const double supported = run(R"("support": {"stiffness": 300})");
   const double empty = run(R"("name": "empty")");
@@ -229,7 +229,7 @@ TEST_F(SurveyMeshes, VirtualSpringsHoldClothWhereItStartsUnlessTheyFollow) {
                              R"(}], "time": {"frames": 30, "fps": 60}})";
     run_scene(scene(json), config_);
     const TriangleMesh mesh =
-        read_mesh(numbered(config_.out / "frames", "cloth", 30, frame_file_digits, ".ply"));
+        read_mesh(numbered(config_.out / "frames", "cloth", 30, kFrameFileDigits, ".ply"));
     return -mesh.vertices[24].z();
   };
   const double free = sunk(""), half_g_t2 = 0.5 * 9.81 * 0.25;

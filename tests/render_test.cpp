@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 #include <png.h>
-#include <selvedge/apps/animation.h>
-#include <selvedge/apps/detail/raster.h>
-#include <selvedge/apps/render.h>
-#include <selvedge/apps/result_pictures.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/core/parallel.h>
-#include <selvedge/scene/output.h>
+#include <selvedge/render/animation.h>
+#include <selvedge/render/detail/raster.h>
+#include <selvedge/render/render.h>
+#include <selvedge/run/result_folder.h>
+#include <selvedge/run/result_pictures.h>
 
 #include <Eigen/Geometry>
 #include <array>

@@ -2,10 +2,10 @@
 // Runs that stop, what they leave, and what `selvedge replay` makes of it.
 #include <gtest/gtest.h>
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/scene/explain_step.h>
-#include <selvedge/scene/replay.h>
-#include <selvedge/scene/run.h>
-#include <selvedge/scene/run_difference.h>
+#include <selvedge/run/replay.h>
+#include <selvedge/run/result_folder.h>
+#include <selvedge/run/run.h>
+#include <selvedge/simulation/explain_step.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -226,7 +226,7 @@ TEST_F(Replay, DamagedBundlesAreRefusedWithASentence) {
   EXPECT_REFUSED(run("replay p"), "failure.json: is missing or damaged");
   write("p/failure/failure.json", json);
   spoil("p/failure/failure.json", "\"what\": \"not clean\"", "\"what\": \"tired\"");
-  EXPECT_REFUSED(run("replay p"), "\"tired\" is no cause");
+  EXPECT_REFUSED(run("replay p"), "\"tired\" is not a cause");
   write("p/failure/failure.json", json);
   spoil("p/failure/failure.json", "\"time\"", "\"tim\"");
   EXPECT_REFUSED(run("replay p"), "is damaged");
@@ -354,9 +354,8 @@ TEST_F(Replay, APositionThatIsNotFiniteStopsTheRunByNameAndIsKept) {
   scene.cloths[0].name = "kite";
   scene.contact.response = "bad";
   RunConfig config;
-  config.methods.responses["bad"] = [](const ResponseConfig&) {
-    return std::make_unique<BadResponse>();
-  };
+  config.methods.responses.add("bad", {},
+                               [](const Options&) { return std::make_unique<BadResponse>(); });
   config.out = folder_ / "n";
   try {
     run_scene(scene, config);
@@ -413,7 +412,7 @@ TEST_F(Replay, OneVertexThatDiffersInOneStepIsNamed) {
   write_ply(file, mesh.vertices, mesh.triangles, values);
   const Outcome o = run("replay a b");
   EXPECT_EQ(o.code, 1);
-  EXPECT_SAYS(o.out, "they part at step 4, first at vertex 17 of cloth \"cloth\"");
+  EXPECT_SAYS(o.out, "they differ from step 4 on, first at vertex 17 of cloth \"cloth\"");
   const RunDifference d = find_difference(folder_ / "a", folder_ / "b");
   EXPECT_EQ(d.vertex, 17);
   EXPECT_EQ(d.vertices, 1);

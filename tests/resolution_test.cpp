@@ -87,7 +87,7 @@ TEST(QuantileMap, GivesASmallPartTheRangeThatItsShareDeserves) {
 
 TEST(Resolution, OfASmallPartTheMapsHaveItAndFloatsAboutAnOriginHaveNot) {
   const Surface s = with_a_small_part(40, 1e7, 3);
-  const std::vector<detail::SweptBox> sample = detail::sample_boxes(s.view());
+  const std::vector<detail::DoubleBox> sample = detail::sample_boxes(s.view());
   const auto shifted = [](int k, double x) { return x - (k == 0 ? -1.0 : 0.5); };
   EXPECT_GE(detail::count_unresolved(sample, shifted), static_cast<int>(sample.size()) / 2 - 1);
   constexpr std::array<std::array<int, 3>, 3> axes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};

@@ -2,9 +2,9 @@
 //
 // Every response in whole scenes, by either integrator.
 #include <gtest/gtest.h>
-#include <selvedge/scene/detail/energy_balance.h>
-#include <selvedge/scene/detail/scene_forces.h>
-#include <selvedge/scene/simulation.h>
+#include <selvedge/scene/build.h>
+#include <selvedge/simulation/detail/energy_balance.h>
+#include <selvedge/simulation/simulation.h>
 
 #include <algorithm>
 #include <cmath>
@@ -19,7 +19,7 @@ Scene sheet_over(const AnalyticShape& shape, int cells, double height) {
   scene.materials["default"] = Material{};
   ClothSpec sheet;
   sheet.name = "cloth";
-  sheet.shape = ClothGrid{ClothPattern::rectangular, {0.3, 0.3, cells, cells}, {}};
+  sheet.shape = ClothGrid{"rectangular", {0.3, 0.3, cells, cells}, {}};
   sheet.placement.translation = Vec3(0.011, 0.007, height);
   scene.cloths.push_back(sheet);
   BodySpec body;
@@ -135,8 +135,9 @@ TEST(Refusal, NamesTheNumberThatAResponseOrIntegratorCannotServe) {
   const Scene good = sheet_over(Sphere{0.1}, 5, 0.104);
   EXPECT_EQ(refusal(good), "");
   Scene scene = good;
-  scene.contact.response_config.restitution = 0.5;
-  EXPECT_TRUE(contains(refusal(scene), "contact.restitution is 0.5")) << refusal(scene);
+  scene.contact.response_options.set("restitution", 0.5);
+  EXPECT_TRUE(contains(refusal(scene), "contact_force: has no option \"restitution\""))
+      << refusal(scene);
   scene.contact.response = "impulse";
   EXPECT_EQ(refusal(scene), "");
   scene = good;
@@ -147,10 +148,10 @@ TEST(Refusal, NamesTheNumberThatAResponseOrIntegratorCannotServe) {
   EXPECT_TRUE(contains(refusal(scene), "-0.75")) << refusal(scene);
   scene = good;
   scene.contact.response = "penalty";
-  scene.contact.response_config.stiffness = 1e9;
+  scene.contact.response_options.set("stiffness", 1e9);
   EXPECT_EQ(refusal(scene), "") << "implicit steps bear it";
   scene.solver.integrator = "symplectic_euler";
-  EXPECT_TRUE(contains(refusal(scene), "contact.stiffness is 1e+09 N/m")) << refusal(scene);
+  EXPECT_TRUE(contains(refusal(scene), "stiffness 1e+09 N/m")) << refusal(scene);
   EXPECT_TRUE(contains(refusal(scene), "explicit steps below")) << refusal(scene);
 }
 
@@ -162,7 +163,7 @@ TEST(Penalty, AnExplicitStepThatItsStiffnessDoesNotBearIsDivided) {
   scene.materials["default"].shear_stiffness = 5.0;
   std::vector<int> steps;
   for (const double stiffness : {100.0, 10000.0}) {
-    scene.contact.response_config.stiffness = stiffness;
+    scene.contact.response_options.set("stiffness", stiffness);
     const RunResult result = run(scene, 2);
     EXPECT_TRUE(result.clean);
     steps.push_back(result.steps);
@@ -261,7 +262,7 @@ TEST(EnergyBalance, WhatMayNotBeTriedAgainIsTold) {
 struct WeighedTry {
   Scene scene = sheet_over(Sphere{0.1}, 4, 0.104);
   BuiltScene built = build_scene(scene);
-  ForceSum forces{detail::make_forces(scene, built), built.cloth.mass.size()};
+  ForceSum forces{make_forces(scene, built), built.cloth.mass.size()};
   detail::EnergyBalance balance{scene, built, {}};
   std::vector<Vec3> x_t0 = built.cloth.surface.vertices, x_t1, v_t0, v_t1;
   std::vector<double> inv_mass;

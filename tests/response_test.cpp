@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
-#include <selvedge/response/contact_force.h>
-#include <selvedge/response/impact_zone.h>
-#include <selvedge/response/impulse.h>
+#include <selvedge/response/detail/contact_force.h>
+#include <selvedge/response/detail/impact_zone.h>
+#include <selvedge/response/detail/impulse.h>
 
 #include <Eigen/Dense>
 #include <random>
@@ -103,7 +103,7 @@ TEST(ImpactZone, OfFreeParticlesThatTurnsTooFarAsksForAShorterStep) {
   zones.begin(scene.motion());
   zones.merge({&scene.contact, 1});
   EXPECT_FALSE(zones.apply(scene.mass, scene.x_t1));
-  EXPECT_NE(zones.trouble().find("turns too far"), std::string::npos);
+  EXPECT_NE(zones.trouble().find("rotates too far"), std::string::npos);
 }
 
 TEST(ImpactZone, StaysBitForBitAtAStaticBody) {

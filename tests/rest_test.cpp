@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Rest and friction of the default contact; bench/rest prints the same figures for longer runs.
 #include <gtest/gtest.h>
-#include <selvedge/scene/simulation.h>
+#include <selvedge/simulation/simulation.h>
 
 #include <algorithm>
 #include <cmath>
@@ -26,7 +26,7 @@ Scene scene_on(const AnalyticShape& shape) {
 ClothSpec sheet(int cells, const Vec3& where) {
   ClothSpec spec;
   spec.name = "sheet";
-  spec.shape = ClothGrid{ClothPattern::rectangular, {0.2, 0.2, cells, cells}};
+  spec.shape = ClothGrid{"rectangular", {0.2, 0.2, cells, cells}};
   spec.placement.translation = where;
   return spec;
 }
@@ -59,7 +59,7 @@ TEST(Rest, ASheetOnAPlaneDoesNotJitter) {
 // guessed anew never comes to rest.
 TEST(Rest, AStackComesToRestInOrderAndPressesWithItsWeight) {
   Scene scene = scene_on(Plane{});
-  scene.contact.thickness = 0.001;
+  scene.contact.rest_gap = 0.001;
   constexpr int kSheets = 8, kCells = 4;
   for (int k = 0; k < kSheets; ++k) {
     ClothSpec spec = sheet(kCells, {0.013 + 0.004 * std::sin(5.0 * k), 0.017, 0.002 * (k + 1)});
@@ -81,7 +81,7 @@ TEST(Rest, AStackComesToRestInOrderAndPressesWithItsWeight) {
   double below = 0.0;
   for (int k = 0; k < kSheets; ++k) {
     const double z = simulation.state().x[k * (kCells + 1) * (kCells + 1) + kMiddle].z();
-    EXPECT_GT(z - below, 0.9 * scene.contact.thickness) << "sheet " << k;
+    EXPECT_GT(z - below, 0.9 * scene.contact.rest_gap) << "sheet " << k;
     below = z;
   }
 }
@@ -117,7 +117,7 @@ double way_of_the_heavier_load(double ratio) {
   constexpr double kRadius = 0.1021, kHalf = 0.5 * std::numbers::pi * kRadius;
   ClothSpec strip;
   strip.name = "strip";
-  strip.shape = ClothGrid{ClothPattern::rectangular, {2.0 * kHalf + 0.3, 0.02, kAlong, kAcross}};
+  strip.shape = ClothGrid{"rectangular", {2.0 * kHalf + 0.3, 0.02, kAlong, kAcross}};
   scene.cloths.push_back(strip);
   BuiltScene built = build_scene(scene);
   for (Vec3& x : built.cloth.surface.vertices) {

@@ -13,8 +13,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-/// How tests run the program selvedge: a folder for each test, a small scene in it, and what the
-/// program printed. Compiled into tests that define SELVEDGE_PROGRAM.
+/// Runs the program selvedge in tests: each test has a folder with a small scene, and the output of
+/// the program is captured. Included only by tests that define SELVEDGE_PROGRAM.
 namespace selvedge::testing {
 
 namespace fs = std::filesystem;
@@ -27,7 +27,7 @@ inline std::string content(const fs::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// How a run of the program ended and what it said.
+/// Exit code and output of a run of the program.
 struct Outcome {
   int code = -1;
   std::string out, err;
@@ -36,7 +36,7 @@ struct Outcome {
 #define EXPECT_SAYS(text, part) \
   EXPECT_NE((text).find(part), std::string::npos) << "it says: " << (text)
 
-/// Wrong input: exit code 2 and one sentence on one line.
+/// Expects the result of wrong input: exit code 2 and one message on one line.
 #define EXPECT_REFUSED(outcome, part)                                      \
   do {                                                                     \
     const ::selvedge::testing::Outcome refused = outcome;                  \
@@ -48,7 +48,7 @@ struct Outcome {
     EXPECT_EQ(refused.out, "");                                            \
   } while (false)
 
-/// Each test has a folder, in which the program runs, and a small scene in it.
+/// Each test has its own folder, in which the program runs, with a small scene.
 class Program : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -67,7 +67,7 @@ class Program : public ::testing::Test {
     std::ofstream(folder_ / name, std::ios::binary) << text;
   }
 
-  /// Runs `selvedge arguments` through the shell, after `before` (such as a limit).
+  /// Runs `selvedge arguments` through the shell, after the command `before` (such as a limit).
   Outcome run(const std::string& arguments, const std::string& before = "") const {
     const std::string command = "cd '" + folder_.string() + "' && " + before + " '" + program +
                                 "' " + arguments + " >stdout.txt 2>stderr.txt";
@@ -76,7 +76,7 @@ class Program : public ::testing::Test {
             content(folder_ / "stderr.txt")};
   }
 
-  /// The same for the small scene without pictures, into the folder `out`.
+  /// The same for the small scene without pictures; writes into the folder `out`.
   Outcome run_small(const std::string& out, const std::string& more = "",
                     const std::string& before = "") const {
     return run("run small.json --no-picture --out " + out + " " + more, before);

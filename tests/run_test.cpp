@@ -1,12 +1,18 @@
 // SPDX-License-Identifier: MIT
 // Runs of scenes that are made in code, as the sample of the README makes them.
 #include <gtest/gtest.h>
-#include <selvedge/scene/run.h>
+#include <selvedge/core/folder_lock.h>
+#include <selvedge/run/result_folder.h>
+#include <selvedge/run/run.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <memory>
+#include <set>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace selvedge {
 namespace {
@@ -44,10 +50,99 @@ TEST_F(RunOfASceneMadeInCode, LeavesTheFolderOfAnotherSceneAlone) {
   EXPECT_THROW(run_scene(scene_, config_), std::invalid_argument);
 }
 
+TEST_F(RunOfASceneMadeInCode, IsRefusedInAFolderInUseAndLeavesItAsItIs) {
+  run_scene(scene_, config_);
+  {
+    const FolderLock lock(config_.out, "run");
+    EXPECT_EQ(lock.warning(), "");
+    EXPECT_THROW(run_scene(scene_, config_), std::invalid_argument);
+    EXPECT_TRUE(fs::exists(config_.out / "result.json"));
+    EXPECT_TRUE(fs::exists(config_.out / FolderLock::kFile)) << "removed by the refused run";
+  }
+  EXPECT_FALSE(fs::exists(config_.out / FolderLock::kFile));
+  EXPECT_NO_THROW(run_scene(scene_, config_));
+}
+
 TEST_F(RunOfASceneMadeInCode, IsNotResumedBecauseItCannotBeCompared) {
   run_scene(scene_, config_);
   config_.resume = true;
   EXPECT_THROW(run_scene(scene_, config_), std::invalid_argument);
+}
+
+// -- formats of frames ----------------------------------------------------------------------------
+
+TEST_F(RunOfASceneMadeInCode, WritesObjFramesThatReadBackExactly) {
+  scene_.output.formats = {"obj"};
+  run_scene(scene_, config_);
+  for (const int frame : {0, 3}) {
+    const auto mesh = [&](const char* extension) {
+      return read_mesh(
+          numbered(config_.out / "frames", "cloth", frame, kFrameFileDigits, extension));
+    };
+    EXPECT_EQ(mesh(".obj").vertices, mesh(".ply").vertices);
+    EXPECT_EQ(mesh(".obj").triangles, mesh(".ply").triangles);
+  }
+  EXPECT_TRUE(fs::exists(config_.out / "frames/bodies_00000.obj"));
+  EXPECT_FALSE(fs::exists(config_.out / "frames/bodies_00001.obj")) << "the body is at rest";
+}
+
+TEST_F(RunOfASceneMadeInCode, RemovesTheFilesOfAllFormatsOfAnEarlierRun) {
+  scene_.output.formats = {"obj", "vtk", "pc2"};
+  run_scene(scene_, config_);
+  EXPECT_TRUE(fs::exists(config_.out / "cloth.pc2"));
+  scene_.output.formats.clear();
+  scene_.time.frames = 1;
+  run_scene(scene_, config_);
+  std::set<std::string> left;
+  for (const char* folder : {".", "frames"})
+    for (const auto& entry : fs::directory_iterator(config_.out / folder))
+      if (entry.is_regular_file()) left.insert(entry.path().filename());
+  EXPECT_EQ(left, (std::set<std::string>{"bodies_00000.ply", "checkpoint.json", "checkpoint.ply",
+                                         "cloth_00000.ply", "cloth_00001.ply", "result.json",
+                                         "scene.json"}));
+}
+
+TEST_F(RunOfASceneMadeInCode, RefusesAnUnknownFormatAndNamesTheNearest) {
+  scene_.output.formats = {"vtx"};
+  try {
+    run_scene(scene_, config_);
+    FAIL() << "it ran";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find("\"vtx\"; nearest is \"vtk\""), std::string::npos)
+        << error.what();
+  }
+  EXPECT_FALSE(fs::exists(config_.out));
+}
+
+TEST_F(RunOfASceneMadeInCode, WritesAFormatOfTheCaller) {
+  struct Heights final : FrameWriter {
+    explicit Heights(std::vector<double>& lowest) : lowest_(lowest) {}
+    void write(const Frame& frame) override {
+      EXPECT_EQ(frame.number, static_cast<int>(lowest_.size()));
+      EXPECT_EQ(frame.time, frame.number / 60.0);
+      EXPECT_EQ(frame.bodies.empty(), frame.number > 0);
+      lowest_.push_back(frame.x[0].z());
+      for (const Vec3& p : frame.x) lowest_.back() = std::min(lowest_.back(), p.z());
+    }
+    std::vector<double>& lowest_;
+  };
+  std::vector<double> lowest;
+  config_.formats["heights"].make = [&](const fs::path&) {
+    return std::make_unique<Heights>(lowest);
+  };
+  scene_.output.formats = {"heights"};
+  scene_.time.fps = 60.0;
+  run_scene(scene_, config_);
+  ASSERT_EQ(lowest.size(), 4u);
+  EXPECT_LT(lowest[3], lowest[0]);
+}
+
+TEST(FrameFormats, EachHasAPromiseAndASource) {
+  for (const auto& [name, format] : frame_formats()) {
+    EXPECT_FALSE(format.promise.empty()) << name;
+    EXPECT_FALSE(format.source.empty()) << name;
+    EXPECT_TRUE(format.make) << name;
+  }
 }
 
 }  // namespace

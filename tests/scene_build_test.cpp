@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/scene/build.h>
+
 #include "scene_file.h"
 
 #include <cmath>
@@ -89,7 +91,7 @@ TEST_F(SceneFile, ALawThatAPatternCannotServeIsRefusedWithItsPlace) {
     return "";
   };
   EXPECT_SAYS(refusal(R"("pattern": "triangular")", R"("bending_law": "twisting")"), "geometry[0]");
-  EXPECT_SAYS(refusal(R"("pattern": "arc")", R"("bending_law": "buckling")"), "take \"hinge\"");
+  EXPECT_SAYS(refusal(R"("pattern": "arc")", R"("bending_law": "buckling")"), "use \"hinge\"");
   EXPECT_SAYS(refusal(R"("pattern": "simplified")", R"("shear_law": "twisting")"), "rectangular");
   EXPECT_SAYS(refusal(R"("pattern": "arc", "size": [1, 2])", ""), "diameter");
 }
@@ -155,21 +157,21 @@ TEST_F(SceneFile, DoubledVerticesOfClothAreRefusedBecauseTheyWouldCollide) {
   }
 }
 
-TEST_F(SceneFile, AThicknessAboveAnEdgeIsExplained) {
+TEST_F(SceneFile, ARestGapAboveAnEdgeIsExplained) {
   const BuiltScene fine =
       build_scene(read(R"({"geometry": [{"size": [0.1, 0.1], "cells": [40, 40]}]})"));
   EXPECT_TRUE(fine.warnings.empty());
   const BuiltScene coarse = build_scene(read(
-      R"({"geometry": [{"size": [0.1, 0.1], "cells": [40, 40]}], "contact": {"thickness": 0.005}})"));
+      R"({"geometry": [{"size": [0.1, 0.1], "cells": [40, 40]}], "contact": {"rest_gap": 0.005}})"));
   ASSERT_EQ(coarse.warnings.size(), 1u);
   EXPECT_SAYS(coarse.warnings[0], "geometry[0]");
-  EXPECT_SAYS(coarse.warnings[0], "contact.thickness");
+  EXPECT_SAYS(coarse.warnings[0], "contact.rest_gap");
   EXPECT_SAYS(coarse.warnings[0], "0.0025");
 }
 
-TEST_F(SceneFile, AThicknessOfAPairAboveAnEdgeIsExplained) {
+TEST_F(SceneFile, ARestGapOfAPairAboveAnEdgeIsExplained) {
   const char* const text = R"({"geometry": [{"name": "a", "size": [0.1, 0.1], "cells": [40, 40]}],
-    "contact": {"pairs": [{"a": "a", "b": "default", "thickness": 0.005}]}})";
+    "contact": {"pairs": [{"a": "a", "b": "default", "rest_gap": 0.005}]}})";
   const BuiltScene coarse = build_scene(read(text));
   ASSERT_EQ(coarse.warnings.size(), 1u);
   EXPECT_SAYS(coarse.warnings[0], "contact.pairs) is 0.005 m");
@@ -190,12 +192,12 @@ TEST_F(SceneFile, AFaultyPairIsRefusedInOneSentence) {
   says(R"({"a": "defualt", "b": "ball", "friction": 1})", "nearest is \"default\"");
   says(R"({"a": "ball", "b": "box", "friction": 1})", "two obstacles");
   says(R"({"a": "shirt", "b": "both", "friction": 1})", "names more than one");
-  says(R"({"a": "shirt", "b": "ball"})", "give it \"friction\" or \"thickness\"");
+  says(R"({"a": "shirt", "b": "ball"})", "give it \"friction\" or \"rest_gap\"");
   says(R"({"a": "shirt", "friction": 1})", "needs the key \"b\"");
   says(R"({"a": "shirt", "b": "ball", "friction": -0.1})", "contact.pairs[0].friction");
-  says(R"({"a": "shirt", "b": "ball", "thickness": 0})", "contact.pairs[0].thickness");
-  says(R"({"a": "shirt", "b": "ball", "thickness": -1})", "contact.pairs[0].thickness");
-  says(R"({"a": "shirt", "b": "ball", "thicknes": 1})", "nearest is \"thickness\"");
+  says(R"({"a": "shirt", "b": "ball", "rest_gap": 0})", "contact.pairs[0].rest_gap");
+  says(R"({"a": "shirt", "b": "ball", "rest_gap": -1})", "contact.pairs[0].rest_gap");
+  says(R"({"a": "shirt", "b": "ball", "rest_gab": 1})", "nearest is \"rest_gap\"");
 }
 
 TEST_F(SceneFile, AMovingObstacleTurnsAboutItsOwnOrigin) {

@@ -44,8 +44,8 @@ TEST_F(SceneFile, ADuplicateKeyIsRefusedWithBothLines) {
 TEST_F(SceneFile, AnUnknownKeyNamesTheNearestKnownOne) {
   EXPECT_SAYS(fault(R"({"geometry": [{}], "obstacels": []})"), "nearest is \"obstacles\"");
   EXPECT_SAYS(fault(R"({"geometry": [{"cell": [1, 1]}]})"), "nearest is \"cells\"");
-  EXPECT_SAYS(fault(R"({"geometry": [{}], "contact": {"thikness": 1}})"),
-              "nearest is \"thickness\"");
+  EXPECT_SAYS(fault(R"({"geometry": [{}], "contact": {"rest_gab": 1}})"),
+              "nearest is \"rest_gap\"");
   EXPECT_SAYS(fault(R"({"geometry": [{}], "time": {"frmaes": 1}})"), "time.frmaes");
   EXPECT_SAYS(fault(R"({"geometry": [{}], "materials": {"x": {"desnity": 1}}})"),
               "materials.x.desnity: unknown key; nearest is \"density\"");
@@ -54,13 +54,43 @@ TEST_F(SceneFile, AnUnknownKeyNamesTheNearestKnownOne) {
       "nearest is \"radius\"");
 }
 
+TEST_F(SceneFile, TheOldNameOfTheRestGapIsStillRead) {
+  const char* const text = R"({"geometry": [{"name": "shirt"}], "contact": {"thickness": 0.003,
+    "pairs": [{"a": "shirt", "b": "shirt", "thickness": 0.004}]}})";
+  const Scene scene = read(text);
+  EXPECT_EQ(scene.contact.rest_gap, 0.003);
+  EXPECT_EQ(scene.contact.pairs.at(0).rest_gap, 0.004);
+  EXPECT_EQ(scene.json.find("thickness"), std::string::npos);
+  const Scene set = read_scene(write("old.json", text), {{"contact.thickness", "0.005"},
+                                                         {"contact.pairs[0].thickness", "0.006"}});
+  EXPECT_EQ(set.contact.rest_gap, 0.005);
+  EXPECT_EQ(set.contact.pairs.at(0).rest_gap, 0.006);
+}
+
+TEST_F(SceneFile, TheRestGapUnderBothNamesIsRefused) {
+  EXPECT_SAYS(
+      fault("{\"geometry\": [{}], \"contact\": {\"rest_gap\": 0.001,\n\"thickness\": 0.001}}"),
+      "line 2, contact.thickness: is the old name of \"rest_gap\", which is there, too; keep "
+      "\"rest_gap\"");
+  EXPECT_SAYS(fault(R"({"geometry": [{"name": "a"}], "contact": {"pairs":
+    [{"a": "a", "b": "a", "thickness": 0.001, "rest_gap": 0.002}]}})"),
+              "contact.pairs[0].thickness: is the old name");
+}
+
+TEST_F(SceneFile, AnOldKeyInAnObjectOfTheWrongKindIsStillAFault) {
+  EXPECT_SAYS(fault(R"({"geometry": [{}], "contact": ["thickness"]})"), "contact: must be");
+  EXPECT_SAYS(fault(R"({"geometry": [{}], "contact": {"pairs": {"thickness": 1}}})"),
+              "contact.pairs: must be a list");
+  EXPECT_SAYS(fault(R"({"geometry": [{}], "time": {"thickness": 1}})"), "time.thickness: unknown");
+}
+
 TEST_F(SceneFile, AKeyOfAnotherKindOfPieceIsSaidNotToGoWithIt) {
   write("quad.obj", quad);
   EXPECT_SAYS(fault(R"({"geometry": [{"mesh": "quad.obj", "cells": [1, 1]}]})"),
-              "geometry[0].cells: does not go with the other keys");
+              "geometry[0].cells: cannot be combined with the other keys");
   EXPECT_SAYS(
       fault(R"({"geometry": [{}], "obstacles": [{"shape": {"type": "sphere", "tube": 1}}]})"),
-      "does not go with");
+      "cannot be combined with");
   EXPECT_SAYS(fault(R"({"geometry": [{}], "obstacles": [{}]})"), "needs one of the keys");
   EXPECT_SAYS(fault(R"({"geometry": [{}], "obstacles": [{"shape": {"type": "spehre"}}]})"),
               "nearest is \"sphere\"");
@@ -95,7 +125,7 @@ TEST_F(SceneFile, EachBadNumberIsRefused) {
         std::pair{"stretch_law", "rubber"}, std::pair{"shear_law", "none"}})
     refused(std::string("materials.default.") + key, value);
   for (const char* value : {"0", "-0.001", "true", "null", "[]", "\"thick\"", "nan"})
-    refused("contact.thickness", value);
+    refused("contact.rest_gap", value);
   for (const char* value :
        {"0", "-5", "1.5", "1e10", "-9223372036854775808", "18446744073709551615", "x"})
     refused("time.frames", value);
@@ -181,7 +211,7 @@ TEST_F(SceneFile, APinThatDoesNotExistIsRefused) {
   EXPECT_SAYS(with(R"({"box": [[1, 0, 0], [0, 1, 1]]})"), "must be the lowest");
   EXPECT_SAYS(with(R"({"corners": ["x2y0"]})"), "unknown value");
   EXPECT_SAYS(with(R"({})"), "needs one of the keys");
-  EXPECT_SAYS(with(R"({"edge": "x0", "vertices": [1]})"), "does not go with");
+  EXPECT_SAYS(with(R"({"edge": "x0", "vertices": [1]})"), "cannot be combined with");
 }
 
 TEST_F(SceneFile, AVertexHeldTwiceIsRefused) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// A folder for scene files, and a file with every key of the schema: shared by the tests that read
+// A folder for scene files, and a file with every key of the schema; shared by the tests that read
 // and build scenes.
 #pragma once
 
@@ -22,7 +22,7 @@ using Json = nlohmann::json;
 
 inline const fs::path source_dir = SELVEDGE_SOURCE_DIR;
 
-/// A folder of its own for each test, gone afterwards.
+/// A separate folder for each test, removed afterwards.
 class SceneFile : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -43,7 +43,7 @@ class SceneFile : public ::testing::Test {
     return read_scene(write("scene.json", text), set);
   }
 
-  /// The sentence with which the text is refused; "" if it is not.
+  /// The message that rejects the text; "" if it is accepted.
   std::string fault(const std::string& text, const std::vector<Override>& set = {}) const {
     return fault_of_file(write("scene.json", text), set);
   }
@@ -69,7 +69,7 @@ inline constexpr const char* garment =
     "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 2 0\nvt 2 2\nvt 0 2\nvt 5 0\nvt 7 2\nvt 5 2\n"
     "f 1/1 2/2 3/3\nf 1/5 3/6 4/7\n";
 
-/// Every key of the schema at least once, nothing at its default.
+/// Every key of the schema at least once, each with a value other than its default.
 inline constexpr const char* everything = R"({
   // comments are welcome /* of both */
   "$schema": "scene.schema.json",
@@ -133,17 +133,17 @@ inline constexpr const char* everything = R"({
   ],
   "air": {"wind": [1, 0, 0], "normal_drag": 0.5, "viscous_drag": 0.25},
   "time": {"frames": 30, "fps": 25, "steps_per_frame": 3, "max_halvings": 4},
-  "contact": {"thickness": 0.003, "self": false, "broad_phase": "brute_force", "narrow_phase": "ccd_exact",
-              "response": "impulse", "stiffness": 50, "damping": 0.5, "restitution": 0.25,
-              "retention": 0.75, "slip_speed": 0.002, "sticking": true, "fail_safe": "impulse_zones",
+  "contact": {"rest_gap": 0.003, "self": false, "broad_phase": {"type": "hash_grid", "cell": 0.5},
+              "narrow_phase": {"type": "ccd_exact"}, "response": "impulse", "restitution": 0.25,
+              "fail_safe": {"type": "impulse_zones"},
               "start": "untangle", "still_tangled": "carry",
-              "pairs": [{"a": "plane", "b": "silk", "friction": 0.6, "thickness": 0.004},
+              "pairs": [{"a": "plane", "b": "silk", "friction": 0.6, "rest_gap": 0.004},
                         {"a": "strip", "b": "strip", "friction": 0}]},
-  "solver": {"integrator": "symplectic_euler", "strain_limiter": false, "tolerance": 1e-5, "max_iterations": 50,
-             "unstable_step": "refuse", "error": 1e-7, "drag": 0.25, "max_newton": 7},
+  "solver": {"integrator": {"type": "damped_verlet", "drag": 0.25}, "strain_limiter": false, "tolerance": 1e-5, "max_iterations": 50,
+             "unstable_step": "refuse"},
   "plan": {"proofs": false},
   "closed_form": {"motion": "incline", "body": "plane"},
-  "output": {"vtk": true, "pc2": true, "picture_every": 10,
+  "output": {"formats": ["obj", "vtk"], "vtk": true, "pc2": true, "picture_every": 10,
     "camera": {"eye": [1, 1, 1], "target": [0, 0, 1], "field_of_view": 40, "width": 320, "height": 240}}
 })";
 

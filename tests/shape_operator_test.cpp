@@ -4,7 +4,6 @@
 #include <selvedge/core/detail/shape_operator.h>
 #include <selvedge/core/detail/topology.h>
 #include <selvedge/core/force.h>
-#include <selvedge/core/force_sum.h>
 #include <selvedge/core/integrator.h>
 
 #include <gtest/gtest.h>

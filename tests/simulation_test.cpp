@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
-#include <selvedge/apps/judge.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/core/parallel.h>
-#include <selvedge/scene/simulation.h>
+#include <selvedge/judge/judge.h>
+#include <selvedge/simulation/simulation.h>
 #include <unistd.h>
 
 #include <cmath>
@@ -23,7 +23,7 @@ Scene empty_scene() {
 ClothSpec cloth(double size, int cells, const Vec3& where) {
   ClothSpec spec;
   spec.name = "cloth";
-  spec.shape = ClothGrid{ClothPattern::rectangular, {size, size, cells, cells}};
+  spec.shape = ClothGrid{"rectangular", {size, size, cells, cells}};
   spec.placement.translation = where;
   return spec;
 }
@@ -156,7 +156,7 @@ TEST(Simulation, SheetsFallOnEachOtherCleanly) {
 TEST(Simulation, ACrumplingStripStaysClean) {
   Scene scene = empty_scene();
   ClothSpec strip = cloth(0.3, 12, {0, 0, 0.16});
-  strip.shape = ClothGrid{ClothPattern::triangular, {0.05, 0.3, 3, 16}};
+  strip.shape = ClothGrid{"triangular", {0.05, 0.3, 3, 16}};
   strip.placement.rotation =
       Eigen::AngleAxisd(1.5, Vec3::UnitX()) * Eigen::AngleAxisd(0.1, Vec3::UnitZ());
   strip.velocity = Vec3(0, 0, -3.0);

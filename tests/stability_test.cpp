@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The largest stable steps that `stability` finds, against what theory says of them.
 #include <gtest/gtest.h>
-#include <selvedge/apps/stability.h>
+#include <selvedge/compare/stability.h>
 
 #include <cmath>
 
@@ -166,7 +166,7 @@ TEST_F(StabilityCases, OptionsOfTheOtherKindOfRunAreRefused) {
   EXPECT_REFUSED(run(kCases + "--steps 20"), "--steps: ");
   EXPECT_REFUSED(run("stability " + data + "scenes/flag.json --cases s03"), "--cases: ");
   EXPECT_REFUSED(run(kCases + "--cases s99"), "there is no such case");
-  EXPECT_REFUSED(run("stability " + data + "scenes"), "is no folder of extreme cases");
+  EXPECT_REFUSED(run("stability " + data + "scenes"), "is not a folder of extreme cases");
 }
 
 }  // namespace

@@ -37,8 +37,8 @@ struct Pulled {
   }
   LimitStep step(int sweeps = 2000) const { return {x_t0, inv_mass, h, 1e-3, sweeps}; }
   std::unique_ptr<StrainLimitMethod> make(const std::string& name) const {
-    return strain_limiters().at(name).make(
-        cloth.springs, std::vector<double>(cloth.springs.size(), limit), x_t0.size());
+    const std::vector<double> limits(cloth.springs.size(), limit);
+    return strain_limiters().at(name)(cloth.springs, limits, x_t0.size()).method;
   }
   StrainReport measure(std::span<const Vec3> x) const {
     return StrainLimiter(cloth.springs, std::vector<double>(cloth.springs.size(), limit), x.size())
@@ -54,7 +54,7 @@ struct Pulled {
 TEST(StrainLimitMethods, BoundTheStrainWhereTheySaySo) {
   int bounding = 0;
   for (const auto& [name, entry] : strain_limiters()) {
-    if (!entry.make) continue;
+    if (entry.traits().kind != LimiterKind::method) continue;
     const Pulled net(3, true);
     const auto method = net.make(name);
     Vectors x = net.x_t1;
@@ -70,7 +70,7 @@ TEST(StrainLimitMethods, BoundTheStrainWhereTheySaySo) {
 
 TEST(StrainLimitMethods, KeepMomentumWhereTheySaySoAndLoseItOtherwise) {
   for (const auto& [name, entry] : strain_limiters()) {
-    if (!entry.make) continue;
+    if (entry.traits().kind != LimiterKind::method) continue;
     const Pulled net(5);
     const auto method = net.make(name);
     Vectors x = net.x_t1;
@@ -92,7 +92,7 @@ TEST(StrainLimitMethods, KeepMomentumWhereTheySaySoAndLoseItOtherwise) {
 
 TEST(StrainLimitMethods, LeaveASlackNetAsItIs) {
   for (const auto& [name, entry] : strain_limiters()) {
-    if (!entry.make) continue;
+    if (entry.traits().kind != LimiterKind::method) continue;
     const Pulled net(7);
     Vectors x = net.cloth.surface.vertices;
     for (Vec3& p : x) p *= 0.97;
@@ -278,12 +278,9 @@ TEST(StrainLimitMethods, RefuseLimitsThatDoNotFit) {
   const std::vector<Spring> spring{{0, 1, 1.0, 1.0}};
   const std::vector<double> none;
   for (const auto& [name, entry] : strain_limiters()) {
-    if (entry.make) {
-      EXPECT_THROW(entry.make(spring, none, 2), std::invalid_argument) << name;
-    }
-    if (entry.make_force) {
-      EXPECT_THROW(entry.make_force(spring, none, 2), std::invalid_argument) << name;
-    }
+    const LimiterKind kind = entry.traits().kind;
+    if (kind != LimiterKind::method && kind != LimiterKind::force) continue;
+    EXPECT_THROW(entry(spring, none, 2), std::invalid_argument) << name;
   }
 }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "tangles.h"
 
-#include <selvedge/apps/judge.h>
+#include <selvedge/judge/judge.h>
+#include <selvedge/scene/build.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>

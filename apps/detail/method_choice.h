@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <selvedge/narrowphase/narrow_phase.h>
+
 #include <algorithm>
-#include <cmath>
-#include <cstdlib>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 namespace selvedge {
 
-/// What `--broad-phase a,b` or `--narrow-phase all` asks for.
+/// The methods that `--broad-phase a,b` or `--narrow-phase all` selects.
 struct MethodChoice {
   std::vector<std::string> names;
-  /// Everything this build has; what does not serve the case is left out and said.
+  /// True for all methods of this build; methods that do not support the case are skipped with a
+  /// note.
   bool all = false;
 };
 
@@ -23,15 +24,10 @@ MethodChoice choose_methods(const std::vector<std::string>& asked, const Registr
                             const std::string& option) {
   MethodChoice choice;
   choice.all = std::find(asked.begin(), asked.end(), "all") != asked.end();
-  std::string known;
-  for (const auto& entry : registry) {
-    known += (known.empty() ? "" : ", ") + entry.first;
-    if (choice.all) choice.names.push_back(entry.first);
-  }
+  if (choice.all) choice.names = registry.names();
   for (const std::string& name : asked) {
-    if (name != "all" && !registry.contains(name))
-      throw std::invalid_argument(option + ": there is no \"" + name + "\" in this build; it has " +
-                                  known);
+    if (const std::string fault = registry.fault(name); name != "all" && !fault.empty())
+      throw std::invalid_argument(option + ": " + fault);
     if (std::find(choice.names.begin(), choice.names.end(), name) == choice.names.end() &&
         name != "all")
       choice.names.push_back(name);
@@ -39,19 +35,21 @@ MethodChoice choose_methods(const std::vector<std::string>& asked, const Registr
   return choice;
 }
 
-/// What a method says against its use, without its own name in front.
+/// The narrow-phase options of the command line. If all methods are selected, a tolerance applies
+/// only to methods that have one.
+inline Options narrow_options(const std::vector<Option>& known, const NarrowPhaseConfig& config,
+                              bool all) {
+  Options options;
+  if (config.tolerance >= 0.0) options.set("tolerance", config.tolerance);
+  if (all) options = known_options(known, options);
+  if (config.min_separation != 0.0) options.set("min_separation", config.min_separation);
+  return options;
+}
+
+/// The message of a method without the method's name as prefix.
 inline std::string without_name(const std::string& name, const std::string& sentence) {
   const std::string front = name + ": ";
   return sentence.starts_with(front) ? sentence.substr(front.size()) : sentence;
-}
-
-/// Refuses what is no number of at least 0 (the checks of the command-line library would print the
-/// largest double).
-inline std::string refuse_negative(const std::string& text) {
-  char* end = nullptr;
-  const double value = std::strtod(text.c_str(), &end);
-  const bool good = !text.empty() && *end == 0 && value >= 0.0 && std::isfinite(value);
-  return good ? std::string() : text + " must be a number of at least 0";
 }
 
 }  // namespace selvedge

@@ -5,11 +5,10 @@
 
 namespace selvedge {
 
-/// One line on a terminal that says how far the work is and how long it will still take; nothing in
-/// a pipe or file.
+/// One line on a terminal that shows progress and remaining time. Prints nothing to a pipe or file.
 class ProgressBar {
  public:
-  /// "frame" or whatever is counted, and how many there will be.
+  /// Takes the unit of progress, such as "frame", and the number of units.
   ProgressBar(std::string unit, int total);
   ~ProgressBar() { clear(); }
   ProgressBar(const ProgressBar&) = delete;

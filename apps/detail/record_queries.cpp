@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 #include <selvedge/apps/detail/record_queries.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
 #include <stdexcept>
@@ -13,16 +12,15 @@
 
 namespace selvedge {
 
-void add_record_options(CLI::App& command, QueryRecorderConfig& config) {
-  command.add_option(
-      "--record", config.prefix,
-      "Write the queries that the narrow phase is asked, with their true answers, to "
-      "PREFIX.point_triangle.csv and PREFIX.edge_edge.csv, or into this folder");
+void add_record_options(const Command& command, QueryRecorderConfig& config) {
+  command.option("--record", config.prefix,
+                 "Write the queries of the narrow phase and their exact answers to "
+                 "PREFIX.point_triangle.csv and PREFIX.edge_edge.csv, or into this folder");
   command
-      .add_option("--record-limit", config.limit,
-                  "At most so many queries of each kind (default 100000; 0: all): every second, "
-                  "fourth, ... one of those asked")
-      ->check(CLI::Range(std::size_t{0}, std::size_t{1'000'000'000}));
+      .option("--record-limit", config.limit,
+              "Largest number of queries of each kind (default 100000; 0: all); beyond "
+              "it, keeps every second, fourth, ... query")
+      .range(std::size_t{0}, std::size_t{1'000'000'000});
 }
 
 RecordedRun::RecordedRun(const QueryRecorderConfig& config) {
@@ -37,10 +35,11 @@ RecordedRun::RecordedRun(const QueryRecorderConfig& config) {
 RecordedRun::RecordedRun(const QueryRecorderConfig& config, Methods& methods)
     : RecordedRun(config) {
   if (!recorder_) return;
-  for (auto& entry : methods.narrow_phases)
-    entry.second = [make = entry.second, this](const NarrowPhaseConfig& c) {
-      return make_recording(make(c), *recorder_);
-    };
+  for (const std::string& name : methods.narrow_phases.names())
+    methods.narrow_phases.add(
+        name, methods.narrow_phases.at(name).wrapped([this](std::unique_ptr<NarrowPhase> method) {
+          return make_recording(std::move(method), *recorder_);
+        }));
 }
 
 RecordedRun::~RecordedRun() {

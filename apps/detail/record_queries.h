@@ -1,33 +1,32 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <selvedge/apps/command_line.h>
+
 #include <selvedge/narrowphase/query_recorder.h>
 #include <selvedge/scene/methods.h>
 
 #include <optional>
 
-namespace CLI {
-class App;
-}
-
 namespace selvedge {
 
-/// --record and --record-limit.
-void add_record_options(CLI::App& command, QueryRecorderConfig& config);
+/// The options --record and --record-limit.
+void add_record_options(const Command& command, QueryRecorderConfig& config);
 
-/// A recording, or none if `config` names no file. Also a run that fails keeps what was recorded.
+/// A recording; does nothing if `config` names no file. A run that fails keeps its recorded
+/// queries.
 class RecordedRun {
  public:
   explicit RecordedRun(const QueryRecorderConfig& config);
-  /// Every narrow phase that `methods` makes from now on is recorded.
+  /// Records every narrow phase that `methods` creates after this call.
   RecordedRun(const QueryRecorderConfig& config, Methods& methods);
   ~RecordedRun();
   RecordedRun(const RecordedRun&) = delete;
   RecordedRun& operator=(const RecordedRun&) = delete;
 
-  /// None where nothing is recorded.
+  /// Null if nothing is recorded.
   QueryRecorder* recorder() { return recorder_ ? &*recorder_ : nullptr; }
-  /// Writes the files and says so on the error stream.
+  /// Writes the files and reports them on the error stream.
   void write();
 
  private:

@@ -21,8 +21,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::size_t read_size = std::size_t{1} << 16;  // bytes, what a pipe holds
-constexpr auto wait_step = std::chrono::milliseconds(1);
+constexpr std::size_t kReadSize = std::size_t{1} << 16;  // bytes, the capacity of a pipe
+constexpr auto kWaitStep = std::chrono::milliseconds(1);
 
 class Descriptor {
  public:
@@ -40,7 +40,7 @@ class Descriptor {
   int value_;
 };
 
-// How the child sees its surroundings: output into the pipe, nothing to read, errors nowhere.
+// Environment of the child: output into the pipe, empty input, errors discarded.
 class SpawnSettings {
  public:
   explicit SpawnSettings(int output) {
@@ -49,7 +49,7 @@ class SpawnSettings {
     posix_spawn_file_actions_adddup2(&actions_, output, STDOUT_FILENO);
     posix_spawn_file_actions_addopen(&actions_, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
     posix_spawnattr_init(&attributes_);
-    // A group of its own, so that it is killed together with whatever it started.
+    // Its own process group, so that it is killed together with its children.
     posix_spawnattr_setflags(&attributes_, POSIX_SPAWN_SETPGROUP);
     posix_spawnattr_setpgroup(&attributes_, 0);
   }
@@ -76,9 +76,9 @@ int milliseconds_until(Clock::time_point deadline) {
   return static_cast<int>(std::clamp<std::int64_t>(left.count() + 1, 0, 60'000));
 }
 
-// Reads until the child closes its end. Sets result.end if it has to be killed.
+// Reads until the child closes its end. Sets result.end if the child has to be killed.
 bool read_output(int pipe, Clock::time_point deadline, std::size_t limit, ChildResult& result) {
-  std::string buffer(read_size, '\0');
+  std::string buffer(kReadSize, '\0');
   while (true) {
     if (Clock::now() >= deadline) return result.end = ChildResult::End::timed_out, false;
     pollfd state{pipe, POLLIN, 0};
@@ -106,10 +106,10 @@ bool wait_for_end(pid_t child, Clock::time_point deadline, ChildResult& result) 
     int status = 0;
     const pid_t ended = ::waitpid(child, &status, WNOHANG);
     if (ended == child) return take_status(status, result), true;
-    // A program that ignores SIGCHLD never learns the status; the output must speak for itself.
+    // A program that ignores SIGCHLD cannot learn the exit status; the output then decides.
     if (ended < 0 && errno == ECHILD) return result.end = ChildResult::End::exited, true;
     if (Clock::now() >= deadline) return result.end = ChildResult::End::timed_out, false;
-    std::this_thread::sleep_for(wait_step);
+    std::this_thread::sleep_for(kWaitStep);
   }
 }
 

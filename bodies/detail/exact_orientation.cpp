@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Floating-point filter and, when it cannot tell, exact arithmetic on expansions: sums of doubles
-// that do not overlap. [Shewchuk1997] Adaptive Precision Floating-Point Arithmetic and Fast Robust
-// Geometric Predicates. Deviation: one filter stage, then everything at once, instead of four.
+// Floating-point filter followed, if its result is uncertain, by exact arithmetic on expansions
+// (sums of non-overlapping doubles). [Shewchuk1997] Adaptive Precision Floating-Point Arithmetic
+// and Fast Robust Geometric Predicates. Deviation: one filter stage and then full precision,
+// instead of four stages.
 #include <selvedge/bodies/detail/exact_orientation.h>
 
 #include <cmath>
@@ -12,21 +13,21 @@ namespace selvedge::detail {
 
 namespace {
 
-constexpr double rounding = std::numeric_limits<double>::epsilon() / 2.0;  // 2⁻⁵³
+constexpr double kRounding = std::numeric_limits<double>::epsilon() / 2.0;  // 2⁻⁵³
 // [Shewchuk1997] error bounds A of section 4.3 and 4.2, relative to the sum of absolute products.
-constexpr double orient3d_bound = (7.0 + 56.0 * rounding) * rounding;
-constexpr double orient2d_bound = (3.0 + 16.0 * rounding) * rounding;
+constexpr double kOrient3dBound = (7.0 + 56.0 * kRounding) * kRounding;
+constexpr double kOrient2dBound = (3.0 + 16.0 * kRounding) * kRounding;
 
 int sign(double value) { return (value > 0.0) - (value < 0.0); }
 
-// A sum of at most N doubles, smallest first, none overlapping another: its sign is that of the
-// last one that is not 0.
+// A sum of at most N doubles, smallest first, none overlapping another. Its sign is that of the
+// last nonzero component.
 template <std::size_t N>
 struct Expansion {
   double part[N];
   std::size_t size = 0;
 
-  // Grow-Expansion, [Shewchuk1997] figure 6, without zeros.
+  // Grow-Expansion, [Shewchuk1997] figure 6, without zero components.
   void add(double b) {
     double q = b;
     std::size_t kept = 0;
@@ -112,8 +113,8 @@ int orientation(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
   const double permanent = (std::abs(vw_yz) + std::abs(vw_zy)) * std::abs(u.x()) +
                            (std::abs(vw_zx) + std::abs(vw_xz)) * std::abs(u.y()) +
                            (std::abs(vw_xy) + std::abs(vw_yx)) * std::abs(u.z());
-  if (std::abs(determinant) > orient3d_bound * permanent) return sign(determinant);
-  if (permanent == 0.0) return 0;  // every product is 0: common on flat faces
+  if (std::abs(determinant) > kOrient3dBound * permanent) return sign(determinant);
+  if (permanent == 0.0) return 0;  // every product is 0, which is common on flat faces
   return exact_orientation(a, b, c, d);
 }
 
@@ -121,7 +122,7 @@ int orientation(const Vec3& a, const Vec3& b, const Vec3& c, int axis) {
   const int i = (axis + 1) % 3, j = (axis + 2) % 3;
   const double left = (a[i] - c[i]) * (b[j] - c[j]), right = (a[j] - c[j]) * (b[i] - c[i]);
   const double determinant = left - right;
-  if (std::abs(determinant) > orient2d_bound * (std::abs(left) + std::abs(right)))
+  if (std::abs(determinant) > kOrient2dBound * (std::abs(left) + std::abs(right)))
     return sign(determinant);
   return exact_orientation(a, b, c, i, j);
 }

@@ -8,8 +8,8 @@ namespace selvedge::detail {
 
 namespace {
 
-// An axis along which the triangle projects to one with area, -1 if there is none. Coplanar figures
-// keep all their incidences in that projection.
+// An axis along which the triangle projects to one with area, or -1 if there is none. The
+// projection preserves all incidences of coplanar figures.
 int projection_axis(const Corners& t) {
   for (int axis = 0; axis < 3; ++axis)
     if (orientation(t[0], t[1], t[2], axis) != 0) return axis;
@@ -23,7 +23,7 @@ bool on_both_sides(int a, int b, int c) {
   return std::min({a, b, c}) < 0 && std::max({a, b, c}) > 0;
 }
 
-// p on segment ab, all three known to lie on one line of the projection.
+// True if p is on segment ab; the three points must be collinear in the projection.
 bool within_box(const Vec3& p, const Vec3& a, const Vec3& b, int axis) {
   for (const int k : {(axis + 1) % 3, (axis + 2) % 3})
     if (p[k] < std::min(a[k], b[k]) || p[k] > std::max(a[k], b[k])) return false;
@@ -43,7 +43,7 @@ bool contains(const Corners& t, const Vec3& p, int axis) {
                         orientation(t[2], t[0], p, axis));
 }
 
-// Segment and triangle in one plane.
+// Segment and triangle in a common plane.
 bool coplanar_meet(const Vec3& p, const Vec3& q, const Corners& t, int axis) {
   if (contains(t, p, axis)) return true;
   for (int k = 0; k < 3; ++k)
@@ -51,7 +51,8 @@ bool coplanar_meet(const Vec3& p, const Vec3& q, const Corners& t, int axis) {
   return false;
 }
 
-// Segment pq against triangle t with area; side_p, side_q: sides of its ends on the plane of t.
+// Segment pq against triangle t, which has area. side_p, side_q: sides of its ends relative to the
+// plane of t.
 bool segment_meets(const Vec3& p, const Vec3& q, int side_p, int side_q, const Corners& t,
                    int axis) {
   if (side_p * side_q > 0) return false;
@@ -60,7 +61,7 @@ bool segment_meets(const Vec3& p, const Vec3& q, int side_p, int side_q, const C
                         orientation(p, q, t[2], t[0]));
 }
 
-// Some edge of a meets b.
+// True if an edge of a meets b.
 bool edges_meet(const Corners& a, const std::array<int, 3>& side, const Corners& b, int axis) {
   for (int k = 0; k < 3; ++k) {
     const int next = (k + 1) % 3;
@@ -89,8 +90,9 @@ bool triangles_meet(const Corners& a, const Corners& b) {
          (axis_a >= 0 && edges_meet(b, side_b, a, axis_a));
 }
 
-// Beyond the common corner they meet if and only if the edge opposite to it in one meets the other:
-// their common segment starts at the corner and ends where the first triangle ends.
+// Beyond the common corner they meet if and only if the edge opposite the corner in one triangle
+// meets the other one: their common segment starts at the corner and ends where the first triangle
+// ends.
 bool wedges_meet(const Corners& a, const Corners& b) {
   const std::array<int, 3> side_a = sides(a, b);
   if (side_a[1] * side_a[2] > 0) return false;

@@ -9,20 +9,20 @@ namespace selvedge::detail {
 
 using Corners = std::array<Vec3, 3>;
 
-/// True if the corners lie on one line. Exact.
+/// True if the corners are collinear. Exact.
 bool has_no_area(const Corners& t);
 
-/// True if the closed triangles have a common point, touching included. Decided by exact signs: no
-/// false answer within the range that exact_orientation.h names. A triangle without area counts as
-/// its longest edge; two of them never meet.
+/// True if the closed triangles have a common point; touching counts. Decided by exact signs, hence
+/// correct within the range stated in exact_orientation.h. A triangle without area counts as its
+/// longest edge; two such triangles never meet.
 bool triangles_meet(const Corners& a, const Corners& b);
 
-/// Two triangles with the common corner a[0] = b[0]: true if they meet anywhere else; false if
-/// one has no area. Exact.
+/// For triangles with the common corner a[0] = b[0]: true if they meet anywhere else. False if one
+/// has no area. Exact.
 bool wedges_meet(const Corners& a, const Corners& b);
 
-/// Two triangles with the common corners a[0] = b[0], a[1] = b[1]: true if they overlap, that is
-/// lie in one plane on the same side of their edge. Exact.
+/// For triangles with the common corners a[0] = b[0] and a[1] = b[1]: true if they overlap, that
+/// is, lie in one plane on the same side of their common edge. Exact.
 bool leaves_overlap(const Corners& a, const Corners& b);
 
 }  // namespace selvedge::detail

@@ -14,25 +14,27 @@ namespace selvedge::detail {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// Cones that lean or widen more are columns: they would be long walls around little.
+/// A cone that leans or widens more than this becomes a column: its wall would be long and enclose
+/// little.
 constexpr double kMostSlope = 4.0;
 constexpr std::size_t kGrain = 1024;  // boxes per range: tens of µs of work
 
-/// The first vertex of each primitive decides on its limb.
+/// The first vertex of each primitive decides its limb.
 std::int32_t first_vertex(const SurfaceView& surface, int kind, std::size_t i) {
   return kind == 0   ? static_cast<std::int32_t>(i)
          : kind == 1 ? surface.edges[i][0]
                      : surface.triangles[i][0];
 }
 
-/// The triangles of each vertex: of v those of [begin[v], begin[v + 1]).
+/// The triangles around each vertex: those of v are [begin[v], begin[v + 1]).
 struct TrianglesOfVertices {
   std::vector<std::uint32_t> begin;
   std::vector<std::int32_t> triangles;
 
   explicit TrianglesOfVertices(const SurfaceView& surface)
       : begin(surface.x_t0.size() + 2, 0), triangles(3 * surface.triangles.size()) {
-    // begin[v + 2] counts, then begin[v + 1] is where the next one goes, then begin[v] is right.
+    // begin[v + 2] first counts; then begin[v + 1] is the next free position; finally begin[v] is
+    // the start.
     for (const Triangle& t : surface.triangles)
       for (const std::int32_t v : t) ++begin[v + 2];
     for (std::size_t v = 2; v < begin.size(); ++v) begin[v] += begin[v - 1];
@@ -45,7 +47,7 @@ struct TrianglesOfVertices {
   }
 };
 
-/// A triangle that has each point, -1 where there is none.
+/// For each point a triangle that contains it, -1 if there is none.
 std::vector<std::int32_t> point_owners(const SurfaceView& surface, const TrianglesOfVertices& of) {
   std::vector<std::int32_t> owner(surface.x_t0.size(), -1);
   for (std::size_t v = 0; v < owner.size(); ++v) {
@@ -55,12 +57,12 @@ std::vector<std::int32_t> point_owners(const SurfaceView& surface, const Triangl
   return owner;
 }
 
-/// A triangle that has both ends of each edge, -1 where there is none.
+/// For each edge a triangle that contains both ends, -1 if there is none.
 std::vector<std::int32_t> edge_owners(const SurfaceView& surface, const TrianglesOfVertices& of) {
   std::vector<std::int32_t> owner(surface.edges.size(), -1);
   for (std::size_t i = 0; i < owner.size(); ++i) {
     auto [v, other] = surface.edges[i];
-    // The hub of a fan has many triangles.
+    // The hub of a fan has many triangles, so search around the other vertex.
     if (of.of(other).size() < of.of(v).size()) std::swap(v, other);
     for (const std::int32_t t : of.of(v))
       if (contains(surface.triangles[t], other)) {
@@ -71,14 +73,15 @@ std::vector<std::int32_t> edge_owners(const SurfaceView& surface, const Triangle
   return owner;
 }
 
-/// Which of `slabs` equal parts of [lo, hi] s is in; any if it is no number.
+/// Index of the part of [lo, hi], divided into `slabs` equal parts, that contains s; any index if s
+/// is NaN.
 std::uint32_t slab_at(double s, double lo, double hi, std::uint32_t slabs) {
   const double at = (s - lo) / (hi - lo) * slabs;
   if (!(at > 0.0)) return 0;
   return at < slabs ? static_cast<std::uint32_t>(at) : slabs - 1;
 }
 
-/// Grows with the angle of (x, y) over one turn, from 0 to 4, without trigonometry.
+/// Increases with the angle of (x, y) over one turn, from 0 to 4, without trigonometry.
 double turn_of(double x, double y) {
   const double sum = std::abs(x) + std::abs(y);
   if (!(sum > 0.0) || !std::isfinite(sum)) return 0.0;
@@ -86,17 +89,17 @@ double turn_of(double x, double y) {
   return x < 0.0 ? 2.0 - part : y < 0.0 ? 4.0 + part : part;
 }
 
-Vec3 middle_of_box(const SweptBox& box, const Vec3& origin) {
+Vec3 middle_of_box(const DoubleBox& box, const Vec3& origin) {
   return CenteredBox(box, origin).middle;
 }
 
-/// Two directions across an axis.
+/// Two directions perpendicular to an axis.
 struct Across {
   Vec3 x, y;
   explicit Across(const Vec3& axis) : x(axis.unitOrthogonal()), y(axis.cross(x)) {}
 };
 
-/// A frustum that has everything inside.
+/// A frustum that contains everything.
 Frustum boundless() {
   Frustum f;
   f.axis = f.lean = Vec3::Zero();
@@ -105,15 +108,15 @@ Frustum boundless() {
   return f;
 }
 
-/// A box that overlaps none.
-SweptBox nothing_box() {
-  SweptBox box;
+/// A box that overlaps no other.
+DoubleBox nothing_box() {
+  DoubleBox box;
   box.lo.fill(kInfinity);
   box.hi.fill(-kInfinity);
   return box;
 }
 
-/// One that has nothing inside.
+/// A frustum that contains nothing.
 Frustum nothing(const Vec3& axis) {
   Frustum f;
   f.axis = f.lean = axis;
@@ -180,7 +183,7 @@ void BodyEnclosure::refit(const SurfaceBoxes& boxes) {
   fit({&boxes.points, &boxes.edges, &boxes.triangles});
 }
 
-/// Finds the limbs, their origins and axes, and gives each its slabs.
+/// Finds the limbs, their origins and axes, and assigns slabs to each.
 void BodyEnclosure::lay_out_limbs(const SurfaceView& surface) {
   Limbs found = config_.find_limbs ? find_limbs(surface, config_.axis) : one_limb(surface);
   limb_of_vertex_ = std::move(found.of_vertex);
@@ -201,8 +204,8 @@ void BodyEnclosure::lay_out_limbs(const SurfaceView& surface) {
   frusta_.assign(limb_of_slab_.size(), {});
 }
 
-/// Puts every triangle into the slab of the middle of its box, every edge and point into that of a
-/// triangle that has it, and those of a slab into groups.
+/// Puts every triangle into the slab of its box's middle, every edge and point into the slab of a
+/// triangle that contains it, and the boxes of a slab into groups.
 void BodyEnclosure::sort_boxes(const SurfaceView& surface, const Lists& lists) {
   range_.assign(limbs_.size(), {kInfinity, -kInfinity});
   for (std::size_t v = 0; v < lists[0]->size(); ++v) {
@@ -226,9 +229,9 @@ void BodyEnclosure::sort_boxes(const SurfaceView& surface, const Lists& lists) {
   }
 }
 
-/// The slab that the middle of each box lies in.
+/// The slab that contains the middle of each box.
 std::vector<std::uint32_t> BodyEnclosure::slabs_of(const SurfaceView& surface,
-                                                   const std::vector<SweptBox>& boxes,
+                                                   const std::vector<DoubleBox>& boxes,
                                                    int kind) const {
   std::vector<std::uint32_t> slab_of(boxes.size());
   for (std::size_t i = 0; i < boxes.size(); ++i) {
@@ -240,7 +243,7 @@ std::vector<std::uint32_t> BodyEnclosure::slabs_of(const SurfaceView& surface,
   return slab_of;
 }
 
-void BodyEnclosure::sort_kind(const std::vector<SweptBox>& boxes,
+void BodyEnclosure::sort_kind(const std::vector<DoubleBox>& boxes,
                               const std::vector<std::uint32_t>& slab_of, SlabBoxes& out) const {
   out.slab_begin.assign(limb_of_slab_.size() + 1, 0);
   for (const std::uint32_t slab : slab_of) ++out.slab_begin[slab + 1];
@@ -267,9 +270,9 @@ void BodyEnclosure::note_loose(const std::vector<std::int32_t>& owner, int kind)
   }
 }
 
-/// Orders the boxes of a slab by bands along the axis and by the angle in each, so that kGroup in a
-/// row make a patch about as high as it is wide.
-void BodyEnclosure::group_slab(const std::vector<SweptBox>& boxes, std::uint32_t slab,
+/// Orders the boxes of a slab by bands along the axis and by angle within each band, so that kGroup
+/// consecutive boxes form a patch about as high as it is wide.
+void BodyEnclosure::group_slab(const std::vector<DoubleBox>& boxes, std::uint32_t slab,
                                SlabBoxes& out) const {
   const Limb& limb = limb_of(slab);
   const Across across(limb.axis);
@@ -326,7 +329,7 @@ void BodyEnclosure::fit(const Lists& lists) {
     for (auto s = static_cast<std::uint32_t>(begin); s < end; ++s)
       frusta_[s] = column_around(lists, s);
   });
-  // Cones look at the columns beside them, which stay as they are.
+  // Cones depend on the neighbouring columns, which do not change here.
   parallel_for(slabs, 1, [&](std::size_t begin, std::size_t end) {
     for (auto s = static_cast<std::uint32_t>(begin); s < end; ++s)
       if ((s - limb_of(s).first_slab) % 2 == 1) tilt_cone(lists, s, frusta_[s]);
@@ -335,14 +338,14 @@ void BodyEnclosure::fit(const Lists& lists) {
   pack(lists);
 }
 
-/// The limb's box, origin and axis where it is now.
+/// Updates the limb's box, origin and axis to the current positions.
 void BodyEnclosure::place_limb(const Lists& lists, Limb& limb) const {
   bool first = true;
-  each_box(lists, limb.first_slab, limb.first_slab + limb.slabs, [&](const SweptBox& box) {
+  each_box(lists, limb.first_slab, limb.first_slab + limb.slabs, [&](const DoubleBox& box) {
     limb.box = first ? box : united(limb.box, box);
     first = false;
   });
-  if (first) {  // All of it goes with triangles of other limbs.
+  if (first) {  // All of it belongs to triangles of other limbs.
     limb.box = nothing_box();
     return;
   }
@@ -351,9 +354,9 @@ void BodyEnclosure::place_limb(const Lists& lists, Limb& limb) const {
   if (config_.axis.isZero()) turn_axis(*lists[0], limb);
 }
 
-/// The axis goes from the middle of the points of the lower half to that of the upper half. It thus
+/// The axis points from the middle of the points of the lower half to that of the upper half, so it
 /// turns with the limb.
-void BodyEnclosure::turn_axis(const std::vector<SweptBox>& points, Limb& limb) const {
+void BodyEnclosure::turn_axis(const std::vector<DoubleBox>& points, Limb& limb) const {
   const SlabBoxes& kind = kinds_[0];
   const auto mean = [&](std::uint32_t begin, std::uint32_t end) {
     Vec3 sum = Vec3::Zero();
@@ -371,7 +374,7 @@ void BodyEnclosure::turn_axis(const std::vector<SweptBox>& points, Limb& limb) c
   if (axis.allFinite()) limb.axis = axis;
 }
 
-/// The column around the boxes of a slab: its middle is that of their extents across the axis.
+/// The column around the boxes of a slab, centred on their extents perpendicular to the axis.
 Frustum BodyEnclosure::column_around(const Lists& lists, std::uint32_t slab) const {
   const Limb& limb = limb_of(slab);
   if (is_empty(slab)) return nothing(limb.axis);
@@ -379,7 +382,7 @@ Frustum BodyEnclosure::column_around(const Lists& lists, std::uint32_t slab) con
   const Across across(limb.axis);
   const std::array<Vec3, 3> directions{limb.axis, across.x, across.y};
   Vec3 lo = Vec3::Constant(kInfinity), hi = -lo;
-  each_box(lists, slab, slab + 1, [&](const SweptBox& box) {
+  each_box(lists, slab, slab + 1, [&](const DoubleBox& box) {
     const CenteredBox centered(box, limb.origin);
     for (int k = 0; k < 3; ++k) {
       const double at = directions[k].dot(centered.middle), reach = centered.reach(directions[k]);
@@ -396,7 +399,8 @@ Frustum BodyEnclosure::column_around(const Lists& lists, std::uint32_t slab) con
   return f;
 }
 
-/// Makes the column of a slab the cone that goes on from the columns beside it, if that is less.
+/// Replaces the column of a slab by the cone that continues the neighbouring columns, if that is
+/// smaller.
 void BodyEnclosure::tilt_cone(const Lists& lists, std::uint32_t slab, Frustum& f) const {
   if (is_empty(slab) || is_empty(slab - 1) || is_empty(slab + 1)) return;
   const Frustum &below = frusta_[slab - 1], &above = frusta_[slab + 1];
@@ -404,7 +408,7 @@ void BodyEnclosure::tilt_cone(const Lists& lists, std::uint32_t slab, Frustum& f
   const Vec3 drift = (above.center - below.center) / run;
   Frustum cone = f;
   cone.growth = (above.radius - below.radius) / run;
-  // Written so that what is no number keeps the column.
+  // The comparison is written so that a NaN keeps the column.
   if (!(drift.norm() <= kMostSlope && std::abs(cone.growth) <= kMostSlope)) return;
   cone.lean = f.axis + drift;
   cone.center = below.center - from * drift;
@@ -416,7 +420,7 @@ void BodyEnclosure::fit_radius(const Lists& lists, std::uint32_t slab, Frustum& 
   const Limb& limb = limb_of(slab);
   const double slope = f.slope();
   f.radius = -kInfinity;
-  each_box(lists, slab, slab + 1, [&](const SweptBox& box) {
+  each_box(lists, slab, slab + 1, [&](const DoubleBox& box) {
     f.radius = f.needed_radius(CenteredBox(box, limb.origin), slope, f.radius);
   });
   f.widen(limb.far);
@@ -436,7 +440,7 @@ void BodyEnclosure::pack(const Lists& lists) {
   map_ = FloatMap(middle_of(std::span(lists.data(), 1)));
   for (std::size_t k = 0; k < kinds_.size(); ++k) {
     SlabBoxes& kind = kinds_[k];
-    const std::vector<SweptBox>& boxes = *lists[k];
+    const std::vector<DoubleBox>& boxes = *lists[k];
     kind.packed.resize(kind.order.size());
     parallel_for(kind.order.size(), kGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i)
@@ -446,7 +450,7 @@ void BodyEnclosure::pack(const Lists& lists) {
       for (auto s = static_cast<std::uint32_t>(begin); s < end; ++s)
         for (std::uint32_t g = kind.slab_group_begin[s]; g < kind.slab_group_begin[s + 1]; ++g) {
           const std::int32_t from = kind.groups[g].id;
-          SweptBox box = boxes[kind.order[from]];
+          DoubleBox box = boxes[kind.order[from]];
           for (std::uint32_t i = from + 1; i < kind.group_end(g, s); ++i)
             box = united(box, boxes[kind.order[i]]);
           kind.groups[g] = map_.pack(box, from);
@@ -462,7 +466,7 @@ double BodyEnclosure::volume() const {
   return sum;
 }
 
-double BodyEnclosure::looseness() const {
+double BodyEnclosure::volume_ratio() const {
   const double now = volume();
   if (!std::isfinite(now) || !std::isfinite(cut_volume_)) return kInfinity;
   return cut_volume_ > 0.0 ? now / cut_volume_ : now > 0.0 ? kInfinity : 1.0;
@@ -489,7 +493,7 @@ Enclosure BodyEnclosure::enclosure() const {
     for (std::uint32_t i = 0; i < limb.slabs; ++i) {
       Frustum f = frusta_[limb.first_slab + i];
       if (f.lo > f.hi) f.lo = f.hi = f.radius = 0.0;
-      // Places far from zero round more than those about the limb's origin.
+      // Coordinates far from zero have larger rounding errors than those near the limb's origin.
       f.widen(limb.far + limb.origin.lpNorm<1>());
       const Vec3 base = limb.origin + f.center + f.lo * f.lean;
       const Vec3 top = limb.origin + f.center + f.hi * f.lean;

@@ -10,14 +10,14 @@
 namespace selvedge::detail {
 namespace {
 
-// One stretched triangle makes the areas of its ancestors meaningless; beyond this ratio a node
-// counts as merely bad.
+// One stretched triangle makes the areas of its ancestors meaningless, so the ratio of a node is
+// limited to this value.
 constexpr double kMaxRatio = 4.0;
-constexpr std::size_t kVertexGrain = 8192;  // vertices or items that one thread boxes
-constexpr std::size_t kLeafGrain = 256;     // leaves that one thread lays out or fits
-// Leaves by topology serve if they are at most so many times as many as full ones would be.
+constexpr std::size_t kVertexGrain = 8192;  // vertices or items per task of boxing
+constexpr std::size_t kLeafGrain = 256;     // leaves per task of layout or fitting
+// Leaves by topology are used if they are at most this many times as many as full leaves would be.
 constexpr std::size_t kMostClusters = 2;
-constexpr std::size_t kOrientGrain = 16;  // nodes that one thread finds oriented boxes for
+constexpr std::size_t kOrientGrain = 16;  // nodes per task of finding oriented boxes
 
 std::int32_t blocks_for(std::int32_t lanes) { return (lanes + kLanes - 1) / kLanes; }
 
@@ -43,8 +43,8 @@ void VolumeTree<V>::set_topology(const SurfaceView& surface) {
   primitives_.forget_sides();
 }
 
-/// Makes leaves of triangles that hang together, if these fill leaves well: a soup of triangles has
-/// none, and its leaves are found anew with each build.
+/// Makes leaves of connected triangles if these fill the leaves well. A soup of triangles has none,
+/// and its leaves are found anew in each build.
 template <BoundingVolume V>
 bool VolumeTree<V>::lay_out_clusters() {
   OwnedPrimitives& p = primitives_;
@@ -77,8 +77,8 @@ void VolumeTree<V>::build(const SurfaceView& surface, const TreePlace& place, Sc
     build_over_items(scratch);
   fit_nodes();
   if constexpr (V::oriented) orient(surface, place, scratch);
-  built_ratio_ = measure_looseness();
-  looseness_ = 1.0;
+  built_ratio_ = measure_overlap();
+  quality_loss_ = 1.0;
   ++version_;
 }
 
@@ -114,7 +114,7 @@ template <BoundingVolume V>
 void VolumeTree<V>::refit(const SurfaceView& surface, const TreePlace& place, Scratch& scratch) {
   box_vertices(surface, place, scratch);
   fit(surface, place, scratch);
-  looseness_ = measure_looseness() / built_ratio_;
+  quality_loss_ = measure_overlap() / built_ratio_;
 }
 
 template <BoundingVolume V>
@@ -124,7 +124,7 @@ void VolumeTree<V>::fit(const SurfaceView& surface, const TreePlace& place, Scra
   if constexpr (V::oriented) orient(surface, place, scratch);
 }
 
-/// The map m of FloatDop, on every vertex.
+/// Applies the map m of FloatDop to every vertex.
 template <BoundingVolume V>
 void VolumeTree<V>::box_vertices(const SurfaceView& surface, const TreePlace& place,
                                  Scratch& scratch) const {
@@ -138,7 +138,7 @@ void VolumeTree<V>::box_vertices(const SurfaceView& surface, const TreePlace& pl
             swept_dop<kAxes>(detail::path_of(surface, static_cast<std::int32_t>(v))), place.maps);
       return;
     }
-    if (!place.frame) {  // Known here, so that the loop is free of it.
+    if (!place.frame) {  // The test is outside the loop for speed.
       for (std::size_t v = begin; v < end; ++v)
         if constexpr (kAxes == 3)
           boxes[v] = float_box(surface, static_cast<std::int32_t>(v), origin);
@@ -191,7 +191,7 @@ void VolumeTree<V>::take_nodes(const TreeSkeleton& skeleton) {
   });
 }
 
-/// Reserves the blocks of every leaf and writes the indices, which stay until the next build.
+/// Reserves the blocks of every leaf and writes the indices, which stay valid until the next build.
 template <BoundingVolume V>
 void VolumeTree<V>::lay_out_leaves(std::span<const std::int32_t> items,
                                    std::span<const Range> ranges) {
@@ -310,7 +310,7 @@ void VolumeTree<V>::fill_leaf(const Leaf& leaf, std::span<const std::int32_t> it
   }
 }
 
-/// Which vertices each leaf spans.
+/// Collects the vertices of each leaf.
 template <BoundingVolume V>
 void VolumeTree<V>::list_leaf_vertices() {
   leaf_vertices_begin_.assign(1, 0);
@@ -335,7 +335,7 @@ void VolumeTree<V>::list_leaf_vertices() {
   }
 }
 
-/// Fits the blocks of a leaf, `count` lanes in all, by box(block, lane); each box is also shown to
+/// Fits the blocks of a leaf, `count` lanes in all, by box(block, lane), and passes each box to
 /// `visit`.
 template <class Block, class Box, class Visit>
 void fit_blocks(Block* block, int count, Box box, Visit visit) {
@@ -388,7 +388,7 @@ void VolumeTree<V>::fit_nodes() {
   fit_nodes(0, subtree_begin_[0]);
 }
 
-/// The children of these nodes that are not among them must have been fitted.
+/// Children of these nodes that are not among them must already be fitted.
 template <BoundingVolume V>
 void VolumeTree<V>::fit_nodes(std::size_t begin, std::size_t end) {
   for (std::size_t n = end; n-- > begin;) {
@@ -463,7 +463,7 @@ void VolumeTree<V>::orient(const SurfaceView& surface, const TreePlace& place, S
 }
 
 template <BoundingVolume V>
-double VolumeTree<V>::measure_looseness() const {
+double VolumeTree<V>::measure_overlap() const {
   const double sum =
       parallel_sum(nodes_.size(), kLeafGrain, [&](std::size_t begin, std::size_t end) {
         double part = 0.0;
@@ -473,7 +473,7 @@ double VolumeTree<V>::measure_looseness() const {
   return nodes_.empty() ? 1.0 : std::max(sum / static_cast<double>(nodes_.size()), 1e-3);
 }
 
-/// Children that overlap add up to more than their union.
+/// Overlapping children have a larger total area than their union.
 template <BoundingVolume V>
 double VolumeTree<V>::overlap_ratio(const Node& node) {
   double children = 0.0;

@@ -9,8 +9,8 @@
 
 namespace selvedge::detail {
 
-/// What a tree bounds its primitives and subtrees with: slabs along `axes` directions, and an
-/// oriented box around each subtree if `oriented`.
+/// The volumes of a tree: slabs along `axes` directions, and an oriented box around each subtree if
+/// `oriented`.
 template <class V>
 concept BoundingVolume = requires {
   { V::axes } -> std::convertible_to<int>;
@@ -21,13 +21,14 @@ struct AabbVolume {
   static constexpr int axes = 3;
   static constexpr bool oriented = false;
 };
-/// k slabs' sides: 14, 18 or 26.
+/// Slabs with k sides: 14, 18 or 26.
 template <int k>
 struct KDopVolume {
   static constexpr int axes = k / 2;
   static constexpr bool oriented = false;
 };
-/// Oriented boxes around nodes and leaves, asked where the axis-aligned ones overlap.
+/// Axis-aligned boxes, and oriented boxes around nodes and leaves, which are tested where the
+/// axis-aligned ones overlap.
 struct ObbVolume {
   static constexpr int axes = 3;
   static constexpr bool oriented = true;
@@ -39,7 +40,7 @@ template <BoundingVolume V>
 struct alignas(32) VolumeNode {
   DopBlock<V::axes> boxes;
   [[no_unique_address]] std::conditional_t<V::oriented, ObbBlock, NoOrientation> obbs;
-  FloatDop<V::axes> box;  ///< around all of them
+  FloatDop<V::axes> box;  ///< around all children
   [[no_unique_address]] std::conditional_t<V::oriented, FloatObb, NoOrientation> obb;
   std::int32_t child[kLanes];  ///< kNoChild from the first unused lane on
 };
@@ -60,18 +61,18 @@ struct alignas(32) DopTriangleBlock {
   std::int32_t id[kLanes], v0[kLanes], v1[kLanes], v2[kLanes];
 };
 
-/// What a leaf holds: its triangles, and the edges and points that they own.
+/// Contents of a leaf: its triangles, and the edges and points that they own.
 template <BoundingVolume V>
 struct VolumeLeaf {
   FloatDop<V::axes> box;
   [[no_unique_address]] std::conditional_t<V::oriented, FloatObb, NoOrientation> obb;
-  std::uint32_t point_block, edge_block, triangle_block;    ///< the first of each
-  std::uint8_t point_blocks, edge_blocks, triangle_blocks;  ///< how many
-  std::uint8_t points, edges, triangles;                    ///< how many lanes in all of them
-  bool loose;  ///< some edge or point is in none of the triangles
+  std::uint32_t point_block, edge_block, triangle_block;  ///< index of the first block of each kind
+  std::uint8_t point_blocks, edge_blocks, triangle_blocks;  ///< number of blocks
+  std::uint8_t points, edges, triangles;                    ///< number of used lanes in all blocks
+  bool loose;  ///< some edge or point belongs to none of the triangles
 };
 
-/// Room that trees need only while they are built or fitted; one serves many, one after another.
+/// Scratch memory for building or fitting; one object serves many trees in turn.
 template <int axes>
 struct TreeScratch {
   std::vector<FloatDop<axes>> vertex_boxes;
@@ -100,19 +101,19 @@ class VolumeTree {
 
   explicit VolumeTree(const TreeShape& shape = {}) : shape_(shape) {}
 
-  /// True if the surface has the very triangles and edges that this tree was made for.
+  /// True if the surface has exactly the triangles and edges for which this tree was made.
   bool has_topology_of(const SurfaceView& surface) const { return primitives_.equal(surface); }
-  /// Takes over a new topology; the tree must be built next. Indices must have been checked.
+  /// Sets a new topology, whose indices must have been checked; call build next.
   void set_topology(const SurfaceView& surface);
 
-  /// Makes the tree for these positions.
+  /// Builds the tree for these positions.
   void build(const SurfaceView& surface, const TreePlace& place, Scratch& scratch);
-  /// Keeps the tree and fits its volumes to these positions.
+  /// Keeps the structure of the tree and fits its volumes to these positions.
   void refit(const SurfaceView& surface, const TreePlace& place, Scratch& scratch);
-  /// How much boxes overlap, relative to the last build (1): the mean over the nodes of the areas
-  /// of the children over the area of the node, each at most 4 so that a few far stretched
-  /// triangles count little.
-  double looseness() const { return looseness_; }
+  /// Tree quality loss: how much boxes overlap, relative to the last build (1). The measure is the
+  /// mean over the nodes of the children's areas divided by the node's area, each ratio limited to
+  /// 4 so that a few stretched triangles have little influence.
+  double quality_loss() const { return quality_loss_; }
 
   bool empty() const { return leaves_.empty(); }
   /// Index of the root node, or the complement of the index of the only leaf.
@@ -133,9 +134,9 @@ class VolumeTree {
   std::size_t triangle_count() const { return primitives_.triangles.size(); }
   std::size_t node_count() const { return nodes_.size(); }
   std::size_t leaf_count() const { return leaves_.size(); }
-  /// Changes whenever nodes and leaves are made anew; a refit keeps it. Never 0 for a built tree.
+  /// Changes whenever nodes and leaves are rebuilt; a refit keeps it. Never 0 for a built tree.
   std::uint64_t version() const { return version_; }
-  /// Memory held.
+  /// Memory in bytes.
   std::size_t bytes() const;
 
  private:
@@ -159,11 +160,11 @@ class VolumeTree {
   void fit_nodes();
   void fit_nodes(std::size_t begin, std::size_t end);
   void orient(const SurfaceView& surface, const TreePlace& place, Scratch& scratch);
-  double measure_looseness() const;
+  double measure_overlap() const;
   static double overlap_ratio(const Node& node);
 
   TreeShape shape_;
-  bool clustered_ = false;  // leaves are laid out by the topology
+  bool clustered_ = false;  // leaves follow the topology
   OwnedPrimitives primitives_;
   std::vector<Node> nodes_;                       // a child comes after its parent
   std::vector<std::size_t> subtree_begin_ = {0};  // as in TreeSkeleton
@@ -174,7 +175,7 @@ class VolumeTree {
   std::vector<std::uint32_t> leaf_vertices_begin_;  // of oriented trees only
   std::vector<std::int32_t> leaf_vertices_;
   double built_ratio_ = 1.0;
-  double looseness_ = 1.0;
+  double quality_loss_ = 1.0;
   std::uint64_t version_ = 0;
 };
 

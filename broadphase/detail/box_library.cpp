@@ -2,6 +2,7 @@
 #include <selvedge/broadphase/detail/box_library.h>
 #include <selvedge/broadphase/detail/surface_check.h>
 #include <selvedge/broadphase/detail/swept_box.h>
+#include <selvedge/core/clock.h>
 #include <selvedge/core/parallel.h>
 
 #include <algorithm>
@@ -15,20 +16,17 @@
 namespace selvedge::detail {
 namespace {
 
-// A million kilometres; its cube is far from the largest float.
+// A million kilometres; its cube is far below the largest float.
 constexpr double kFar = 1e12;
-/// As in bvh_aabb: at sixteen times the size of the first surface float still resolves 2^-20 of it.
+/// As in bvh_aabb: at a distance of sixteen times the size of the first surface, float still
+/// resolves 2^-20 of it.
 constexpr double kFarFromOrigin = 16.0;
-/// A first surface much smaller than the second moves this part of the second's size before the
-/// origin follows.
+/// A first surface much smaller than the second may move by this fraction of the second's size
+/// before the origin follows.
 constexpr double kSmallPart = 1e-3;
 constexpr std::size_t kGrain = 4096;  // boxes per range: tens of microseconds
 
 using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point begin) {
-  return std::chrono::duration<double>(Clock::now() - begin).count();
-}
 
 template <class T>
 bool same_bytes(std::span<const T> a, const std::vector<T>& b) {
@@ -46,7 +44,7 @@ std::size_t bytes_of(const std::vector<T>& v) {
   return v.capacity() * sizeof(T);
 }
 
-/// What the units own, one after another.
+/// The primitives that each unit owns, unit by unit.
 struct Owned {
   std::vector<std::uint32_t> begin;  ///< per unit, and the end
   std::vector<std::int32_t> id;
@@ -66,7 +64,7 @@ struct Owned {
   }
 };
 
-/// A box in float, by the map of UnitBox, and what stands beside it.
+/// A box in float, by the map of UnitBox, with a tag.
 struct alignas(16) TaggedBox {
   std::array<float, 3> lo;
   std::int32_t tag;
@@ -78,7 +76,7 @@ enum class Overlap { none, perhaps, certain };
 
 #ifdef __SSE2__
 Overlap overlap(const TaggedBox& a, const TaggedBox& b) {
-  constexpr int xyz = 7;  // the tags' lane does not count
+  constexpr int xyz = 7;  // ignores the lane of the tags
   const __m128 a_lo = _mm_load_ps(a.lo.data()), a_hi = _mm_load_ps(a.hi.data());
   const __m128 b_lo = _mm_load_ps(b.lo.data()), b_hi = _mm_load_ps(b.hi.data());
   const __m128 strict = _mm_and_ps(_mm_cmplt_ps(a_lo, b_hi), _mm_cmplt_ps(b_lo, a_hi));
@@ -97,8 +95,8 @@ Overlap overlap(const TaggedBox& a, const TaggedBox& b) {
 }
 #endif
 
-/// A unit in memory: its own box, tagged with how many points and edges it owns, then their boxes,
-/// tagged with their indices.
+/// A unit in memory: its own box, tagged with the numbers of points and edges that it owns, then
+/// their boxes, tagged with their indices.
 class Unit {
  public:
   explicit Unit(const TaggedBox* first) : first_(first) {}
@@ -114,8 +112,8 @@ class Unit {
   const TaggedBox* first_;
 };
 
-/// One surface cut into units: its triangles with the edges and vertices they own, and then the
-/// edges and vertices that no triangle contains, each a unit.
+/// One surface divided into units: its triangles with the edges and vertices they own, then the
+/// edges and vertices that no triangle contains, each a unit of its own.
 class UnitSurface {
  public:
   bool has_topology_of(const SurfaceView& s) const {
@@ -168,9 +166,9 @@ class UnitSurface {
   }
 
  private:
-  /// An edge belongs to the first triangle that contains both its ends. One from a vertex to itself
-  /// is a unit: in a triangle it would meet the opposite edge, and a unit is not paired with
-  /// itself.
+  /// An edge belongs to the first triangle that contains both its ends. An edge from a vertex to
+  /// itself is a unit of its own: inside a triangle it would have to be paired with the opposite
+  /// edge, and a unit is not paired with itself.
   void own_edges(std::vector<std::int32_t>& owner) {
     Owned around;  // the triangles' corners, by vertex
     std::vector<std::int32_t> corners;
@@ -189,7 +187,7 @@ class UnitSurface {
     }
   }
 
-  static TaggedBox to_float(const SweptBox& box, const Vec3& origin) {
+  static TaggedBox to_float(const DoubleBox& box, const Vec3& origin) {
     TaggedBox out{};
     for (int k = 0; k < 3; ++k) {
       out.lo[k] = static_cast<float>(std::clamp(box.lo[k] - origin[k], -kFar, kFar));
@@ -248,7 +246,7 @@ struct Side {
   const SurfaceView& view;
 };
 
-/// The pairs of primitives of a pair of units. Where boxes in float only touch, those in double
+/// Expands pairs of units to pairs of primitives. If boxes only touch in float, those in double
 /// decide (see UnitBox).
 class Expansion {
  public:
@@ -265,12 +263,12 @@ class Expansion {
   }
 
  private:
-  /// Units are fetched so many pairs early: neighbours in space lie far apart in memory.
+  /// Number of pairs by which units are prefetched: neighbours in space lie far apart in memory.
   static constexpr std::size_t kAhead = 8;
 
   static void prefetch([[maybe_unused]] const Unit& unit) {
 #ifdef __SSE2__
-    // A unit fills two cache lines at most, as a rule.
+    // A unit usually fills at most two cache lines.
     _mm_prefetch(reinterpret_cast<const char*>(&unit.box()), _MM_HINT_T0);
     _mm_prefetch(reinterpret_cast<const char*>(&unit.box() + 2), _MM_HINT_T0);
 #endif
@@ -325,14 +323,14 @@ class Expansion {
   bool self_;
 };
 
-/// A surface and what its slot of the library was last fitted to.
+/// A surface and the input of the last fit of its slot in the library.
 struct KeptSurface {
   UnitSurface units;
   std::uint64_t static_id = 0, last_use = 0;  ///< last_use 0: never
   double thickness = -1.0;
   Vec3 origin = Vec3::Zero();
   Bounds bounds;       ///< of x_t0
-  bool built = false;  ///< the slot has a structure for as many boxes
+  bool built = false;  ///< the slot has a structure for this number of boxes
 
   bool is_static_copy_of(const SurfaceView& s) const {
     return built && s.static_id != 0 && s.static_id == static_id &&
@@ -401,8 +399,8 @@ class BoxBroadPhase final : public BroadPhase {
   }
 
  private:
-  /// The slot that serves the surface with the least work, its topology set and its positions
-  /// checked. `taken` serves the other surface of this call.
+  /// Chooses the slot that serves the surface with the least work, sets its topology and checks its
+  /// positions. `taken` serves the other surface of this call.
   int choose(const SurfaceView& surface, int taken, const char* name) {
     const auto begin = Clock::now();
     int slot = find_kept(surface, taken);
@@ -444,7 +442,7 @@ class BoxBroadPhase final : public BroadPhase {
     if ((bounds.lo.array() > bounds.hi.array()).any()) return;
     const Vec3 center = 0.5 * bounds.lo + 0.5 * bounds.hi;
     const double size = std::max(size_of(bounds), kSmallPart * other_size);
-    // Written so that an infinite difference moves the origin too.
+    // The comparison is written so that an infinite difference moves the origin too.
     if (!((center - origin_).cwiseAbs().maxCoeff() <= kFarFromOrigin * size)) origin_ = center;
   }
 
@@ -454,7 +452,7 @@ class BoxBroadPhase final : public BroadPhase {
     const auto begin = Clock::now();
     kept.units.set_positions(surface, origin_);
     const bool stays = surface.static_id != 0;
-    // A surface that is promised to stay deserves a structure made for it.
+    // A static surface gets a structure built for it.
     const bool fitted =
         kept.built && !stays && kept.units.units() > 0 && library_->refit(slot, kept.units.boxes());
     if (!fitted && kept.units.units() > 0) library_->build(slot, kept.units.boxes(), stays);
@@ -464,7 +462,7 @@ class BoxBroadPhase final : public BroadPhase {
     kept.origin = origin_;
   }
 
-  /// Fills parts_ with what `search(UnitPairs&)` finds; clears `out` if it is too much.
+  /// Fills parts_ with the results of `search(UnitPairs&)`; clears `out` if they exceed the budget.
   template <class Search>
   void find(const Expansion& expansion, CandidatePairs& out, Search search) {
     PairTally tally(budget(), PairBuffer::kBytesPerPair);

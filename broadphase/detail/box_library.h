@@ -17,25 +17,25 @@
 
 namespace selvedge::detail {
 
-/// A closed box as a library of boxes is given it.
+/// A closed box in the form that a box library receives.
 ///
 /// Why float loses nothing: every coordinate d of a double box, lower or upper, of both surfaces
 /// goes through the same map m(d) = clamp(float(d - origin)), whose roundings are monotone. So
-/// lo(a) <= hi(b) in double implies m(lo(a)) <= m(hi(b)). And m(lo(a)) < m(hi(b)) implies
-/// lo(a) < hi(b), so that only pairs equal in some coordinate must be looked at again in double.
-/// The clamp keeps products of three sizes finite in float.
+/// lo(a) <= hi(b) in double implies m(lo(a)) <= m(hi(b)). And m(lo(a)) < m(hi(b)) implies lo(a) <
+/// hi(b), so only pairs that are equal in some coordinate must be tested again in double. The clamp
+/// keeps products of three sizes finite in float.
 struct UnitBox {
   std::array<float, 3> lo, hi;
 };
 
-/// Takes the pairs of boxes that a library finds, in any order and from any number of threads, and
-/// hands them on a few thousand at a time, so that their number takes no memory.
+/// Receives the pairs of boxes that a library finds, in any order and from any number of threads,
+/// and forwards them a few thousand at a time, so that storing them takes little memory.
 class UnitPairs {
  public:
-  /// Makes pairs of primitives out of pairs of boxes, each first << 32 | second.
+  /// Expands pairs of boxes, each first << 32 | second, to pairs of primitives.
   using Expand = FunctionRef<void(std::span<const std::uint64_t> pairs, FoundPairs& out)>;
 
-  /// Must outlive `expand` and `tally`.
+  /// `expand` and `tally` must outlive this object.
   UnitPairs(Expand expand, PairTally& tally, std::vector<FoundPairs>& parts);
   UnitPairs(const UnitPairs&) = delete;
   UnitPairs& operator=(const UnitPairs&) = delete;
@@ -46,14 +46,14 @@ class UnitPairs {
     if (++list.count == kMost) flush(list);
   }
   /// True once there are more pairs than the budget allows: the library may stop. No exception
-  /// passes through it.
+  /// propagates through the library.
   bool stopped() const { return stopped_.load(std::memory_order_relaxed); }
-  /// Call last, when all threads are done; throws BudgetExceeded. Afterwards the pairs lie in the
-  /// parts.
+  /// Call last, when all threads have finished. Throws BudgetExceeded. Afterwards the parts contain
+  /// the pairs.
   void finish();
 
  private:
-  static constexpr std::size_t kMost = 4096;  // 32 KiB a thread: a first-level cache
+  static constexpr std::size_t kMost = 4096;  // 32 KiB per thread: a first-level cache
   struct List {
     std::array<std::uint64_t, kMost> pairs;
     std::size_t count = 0;
@@ -75,41 +75,44 @@ class UnitPairs {
   Expand expand_;
   PairTally& tally_;
   std::vector<FoundPairs>& parts_;
-  const std::uint64_t run_;  ///< unique in the program, so that a thread knows a new run by it
+  const std::uint64_t run_;  ///< unique in the program, so that a thread recognises a new run
   std::mutex mutex_;
   std::deque<List> lists_;
   std::atomic<bool> stopped_{false};
   std::optional<BudgetExceeded> failure_;
 };
 
-/// How many surfaces a library keeps its structures of: those of a call and two older ones.
+/// Number of surfaces whose structures a library keeps: those of the current call and two older
+/// ones.
 inline constexpr int kBoxSlots = 4;
 
-/// What a library has to do to become a broad phase. It keeps one structure for each slot.
+/// Interface that a library implements to become a broad phase. It keeps one structure per slot.
 class BoxLibrary {
  public:
   virtual ~BoxLibrary() = default;
 
-  /// Makes the structure of a slot anew. The boxes stay where they are, and unchanged, until the
-  /// next build or refit of that slot. `stays` says that the boxes are promised not to move.
+  /// Builds the structure of a slot from scratch. The boxes stay in place, unchanged, until the
+  /// next build or refit of that slot. `stays`: the surface is static, so the boxes will not
+  /// change.
   virtual void build(int slot, std::span<const UnitBox> boxes, bool stays) = 0;
-  /// Fits the structure to new boxes, as many as before; false if it has to be built anew.
+  /// Fits the structure to new boxes, the same number as before. Returns false if it must be
+  /// rebuilt.
   virtual bool refit(int slot, std::span<const UnitBox> boxes) = 0;
-  /// Every pair of overlapping boxes (i of a, j of b); more pairs do no harm, repeated ones do.
+  /// Reports every pair of overlapping boxes (i of a, j of b). Additional pairs are harmless,
+  /// repeated ones are not.
   virtual void find(int slot_a, int slot_b, UnitPairs& out) = 0;
-  /// Every pair of overlapping boxes of one slot, once, i and j in either order and different.
+  /// Reports every pair of different overlapping boxes of one slot once, i and j in either order.
   virtual void find_self(int slot, UnitPairs& out) = 0;
-  /// Memory that is kept, as far as the library tells.
+  /// Memory kept, in bytes, as far as the library reports it.
   virtual std::size_t bytes() const = 0;
   virtual BroadPhaseTraits traits() const = 0;
 };
 
-/// A broad phase out of a library that finds overlapping boxes. The library is given one box per
-/// triangle; every vertex and every edge belongs to one triangle [Curtis2008], so that the pairs of
-/// boxes are expanded to each pair of primitives once, and tested in double: the result is that of
-/// brute force, bit for bit. Surfaces are kept as the tree of bvh_aabb keeps them: one whose
-/// triangles were seen before is refitted, one whose nonzero static_id was seen before costs
-/// nothing.
+/// Makes a broad phase from a library that finds overlapping boxes. The library receives one box
+/// per triangle. Every vertex and every edge belongs to one triangle [Curtis2008], so the pairs of
+/// boxes expand to each pair of primitives once, which is then tested in double: the result is that
+/// of brute force, bit for bit. Surfaces are kept as in bvh_aabb: one with known triangles is
+/// refitted, one with a known nonzero static_id costs nothing.
 std::unique_ptr<BroadPhase> make_box_broad_phase(std::unique_ptr<BoxLibrary> library);
 
 }  // namespace selvedge::detail

@@ -7,14 +7,14 @@ namespace {
 
 constexpr std::size_t kGrain = 4096;  // boxes per range: tens of µs of work
 
-/// The boxes of edges or triangles from those of their vertices (see swept_box).
+/// The boxes of edges or triangles, from those of their vertices (see swept_box).
 template <class Primitive>
-void unite(std::span<const Primitive> primitives, const std::vector<SweptBox>& points,
-           std::vector<SweptBox>& out) {
+void unite(std::span<const Primitive> primitives, const std::vector<DoubleBox>& points,
+           std::vector<DoubleBox>& out) {
   out.resize(primitives.size());
   parallel_for(primitives.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      SweptBox box = points[primitives[i][0]];
+      DoubleBox box = points[primitives[i][0]];
       for (std::size_t corner = 1; corner < primitives[i].size(); ++corner)
         box = united(box, points[primitives[i][corner]]);
       out[i] = box;

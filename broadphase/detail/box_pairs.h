@@ -5,6 +5,7 @@
 #include <selvedge/broadphase/detail/collect_pairs.h>
 #include <selvedge/broadphase/detail/surface_check.h>
 #include <selvedge/broadphase/detail/swept_box.h>
+#include <selvedge/core/clock.h>
 
 #include <array>
 #include <chrono>
@@ -15,35 +16,35 @@
 
 namespace selvedge::detail {
 
-/// The frame of the detectors that are engines over lists of boxes: it checks the surfaces, makes
-/// the swept and inflated boxes of their points, edges and triangles, has the engine find
+/// The common frame of the detectors whose engines work on lists of boxes. It checks the surfaces,
+/// computes the swept and inflated boxes of their points, edges and triangles, lets the engine find
 ///   points of a × triangles of b, points of b × triangles of a, edges of a × edges of b, or
-///   points × triangles and edges × edges of one surface, less those that share a vertex,
-/// and hands out what it found, sorted. An engine that reports the pairs of boxes that overlap in
-/// double, each once, thus makes a detector that equals brute force.
+///   points × triangles and edges × edges of one surface, without those that share a vertex,
+/// and returns the sorted result. An engine that reports each pair of boxes that overlap in double
+/// once thus makes a detector that equals brute force.
 
-/// An engine's work may be cut into at most so many parts, which threads fill at the same time.
+/// Maximum number of parts of an engine's work, which threads fill at the same time.
 inline constexpr std::size_t kBoxPairParts = 128;
 
 /// The boxes of all primitives of one surface.
 struct SurfaceBoxes {
-  std::vector<SweptBox> points, edges, triangles;
+  std::vector<DoubleBox> points, edges, triangles;
 
   void fit(const SurfaceView& surface);
   std::size_t bytes() const {
-    return (points.capacity() + edges.capacity() + triangles.capacity()) * sizeof(SweptBox);
+    return (points.capacity() + edges.capacity() + triangles.capacity()) * sizeof(DoubleBox);
   }
 };
 
-/// Where an engine puts the pairs that it finds, in any order, each once.
+/// Receives the pairs that an engine finds, in any order, each once.
 class PairParts {
  public:
-  /// `self`: the surface whose pairs with a vertex in common are left out, or null.
+  /// `self`: the surface whose pairs with a common vertex are omitted, or null.
   PairParts(std::vector<FoundPairs>& parts, PairBuffer FoundPairs::*list, const SurfaceView* self)
       : parts_(parts), list_(list), self_(self), edges_(list == &FoundPairs::edge_edge) {}
 
-  /// Adds the pair of the first list's box i and the second list's box j (in a list with itself: in
-  /// any order) to part `part`, which no other thread may use now.
+  /// Adds the pair of the first list's box i and the second list's box j (for a list with itself,
+  /// in either order) to part `part`, which no other thread may use at that time.
   void add(std::size_t part, std::int32_t i, std::int32_t j) {
     if (self_ && has_common_vertex(i, j)) return;
     if (self_ && edges_ && j < i) std::swap(i, j);
@@ -66,17 +67,17 @@ class PairParts {
   bool edges_;
 };
 
-/// What finds the pairs of boxes that overlap. A Structure is what it makes of one list of boxes
-/// and keeps as long as the list; the list outlives it.
+/// An engine finds the pairs of boxes that overlap. A Structure is built from one list of boxes and
+/// kept as long as the list, which outlives it.
 ///   prepare(a, b): called first with the boxes of both surfaces (b null for one with itself), to
-///     choose a cell size or an axis; false if structures made before no longer fit;
-///   build(boxes, structure): makes the structure, in place of what it held;
+///     choose a cell size or an axis; returns false if earlier structures no longer fit;
+///   build(boxes, structure): builds the structure, replacing its previous contents;
 ///   find_pairs(a, b, out): every pair of a box of a and one of b that overlap;
 ///   find_self_pairs(a, out): every pair of two different boxes of a that overlap, once;
-///   bytes(): memory held, of the structure and of the engine itself.
+///   bytes(): memory of the structure, and of the engine itself.
 template <class E>
 concept BoxPairEngine = requires(E& engine, typename E::Structure& structure,
-                                 const SurfaceBoxes& surface, const std::vector<SweptBox>& boxes,
+                                 const SurfaceBoxes& surface, const std::vector<DoubleBox>& boxes,
                                  PairParts& out) {
   { engine.prepare(surface, &surface) } -> std::same_as<bool>;
   engine.build(boxes, structure);
@@ -86,10 +87,10 @@ concept BoxPairEngine = requires(E& engine, typename E::Structure& structure,
   { engine.bytes() } -> std::convertible_to<std::size_t>;
 };
 
-/// Which numbers a kept list of boxes was made from.
+/// Identifies the input from which a kept list of boxes was made.
 class BoxesKey {
  public:
-  /// True if `surface` promises the very boxes that the last one had.
+  /// True if `surface` is static and guarantees the same boxes as in the last call.
   bool is_same_static(const SurfaceView& surface) const;
   void set(const SurfaceView& surface);
   void forget() { static_id_ = 0; }
@@ -157,7 +158,7 @@ class BoxPairDetector final : public BroadPhase {
   using Clock = std::chrono::steady_clock;
   using Structure = typename Engine::Structure;
 
-  /// What is kept of one surface.
+  /// Data kept for one surface.
   struct Kept {
     BoxesKey key;
     SurfaceBoxes boxes;
@@ -168,7 +169,7 @@ class BoxPairDetector final : public BroadPhase {
     }
   };
 
-  /// Makes the boxes; false if those of the last call still hold.
+  /// Computes the boxes; returns false if those of the last call are still valid.
   bool fit(Kept& kept, const SurfaceView& surface, const char* name) {
     check_shape(surface, name);
     if (kept.key.is_same_static(surface)) return false;
@@ -187,7 +188,7 @@ class BoxPairDetector final : public BroadPhase {
     kept.key.set(surface);
   }
 
-  /// Empties the parts and fills them, within the budget.
+  /// Clears the parts and fills them within the budget.
   template <class Fill>
   void find(Fill fill) {
     PairTally tally(budget(), PairBuffer::kBytesPerPair);
@@ -205,7 +206,7 @@ class BoxPairDetector final : public BroadPhase {
 
   void note_cost(Clock::time_point begin, Clock::time_point built) {
     cost_.build_s = std::chrono::duration<double>(built - begin).count();
-    cost_.query_s = std::chrono::duration<double>(Clock::now() - built).count();
+    cost_.query_s = seconds_since(built);
     cost_.bytes = engine_.bytes() + collector_.bytes();
     for (const Kept& kept : kept_) cost_.bytes += kept.bytes();
     for (const FoundPairs& part : parts_) cost_.bytes += part.bytes();

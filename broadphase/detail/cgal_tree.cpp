@@ -2,8 +2,8 @@
 // P. Alliez, S. Tayeb, C. Wormser, "3D fast intersection and distance computation", in CGAL user
 // and reference manual [Alliez2022].
 //
-// The tree holds boxes, not triangles: a swept triangle is no triangle. It asks for one box at a
-// time, so that of two surfaces one has a tree and the other asks. It has no refit.
+// The tree holds boxes, because a swept triangle is not a triangle. It is queried with one box at a
+// time, so of two surfaces one has a tree and the other provides the queries. It has no refit.
 #include <selvedge/broadphase/detail/cgal_tree.h>
 #include <selvedge/core/parallel.h>
 
@@ -14,7 +14,7 @@
 namespace selvedge::detail {
 namespace {
 
-constexpr std::size_t kQueryGrain = 1024;  // boxes that one thread asks for
+constexpr std::size_t kQueryGrain = 1024;  // boxes per task of queries
 
 using Kernel = CGAL::Simple_cartesian<double>;  // floats are exact in it
 
@@ -22,14 +22,14 @@ CGAL::Bbox_3 bbox_of(const UnitBox& box) {
   return {box.lo[0], box.lo[1], box.lo[2], box.hi[0], box.hi[1], box.hi[2]};
 }
 
-/// What the tree holds of a box.
+/// A box as stored in the tree.
 struct BoxPrimitive {
   using Id = std::uint32_t;
   using Point = Kernel::Point_3;
   using Datum = Point;
 
   Id index = 0;
-  Point middle;  ///< doubled, by which boxes are split
+  Point middle;  ///< doubled; boxes are split by it
   CGAL::Bbox_3 box;
 
   BoxPrimitive(Id i, const UnitBox& b)
@@ -41,7 +41,7 @@ struct BoxPrimitive {
   Point reference_point() const { return middle; }
 };
 
-/// The library's own, but that a primitive's box is not that of its datum.
+/// The library's traits, except that the bounding box of a primitive is not that of its datum.
 struct Traits : CGAL::AABB_traits<Kernel, BoxPrimitive> {
   using Base = CGAL::AABB_traits<Kernel, BoxPrimitive>;
   using Bounding_box = CGAL::Bbox_3;
@@ -59,7 +59,7 @@ struct Traits : CGAL::AABB_traits<Kernel, BoxPrimitive> {
 
 using Tree = CGAL::AABB_tree<Traits>;
 
-/// What the tree's search does for one box.
+/// Visitor of the tree's search for one box.
 struct Visit {
   UnitPairs& out;
   std::uint32_t index;
@@ -81,8 +81,8 @@ struct Visit {
 
 class CgalTree final : public BoxLibrary {
  public:
-  /// The tree itself is made when the first box is asked for, as the library does by habit: which
-  /// of two surfaces needs one is not known before.
+  /// The tree itself is built at the first query, as is the library's default: which of two
+  /// surfaces needs one is not known before.
   void build(int slot, std::span<const UnitBox> boxes, bool stays) override {
     slots_[slot].boxes = boxes;
     slots_[slot].stays = stays;
@@ -125,7 +125,7 @@ class CgalTree final : public BoxLibrary {
     bool is_made = false;
   };
 
-  /// A tree that is there or will be kept costs least, then one of fewer boxes.
+  /// Prefers a tree that exists or will be kept, then the tree with fewer boxes.
   static bool prefers(const Slot& a, const Slot& b) {
     if (a.is_made != b.is_made) return a.is_made;
     if (a.stays != b.stays) return a.stays;

@@ -15,16 +15,16 @@
 namespace selvedge::detail {
 namespace {
 
-// A bucket is a range of first indices. More would not fit the cache lines that are written at the
-// same time.
+// A bucket is a range of first indices. A larger number of buckets would exceed the cache lines
+// that can be written at the same time.
 constexpr std::size_t kBuckets = 128;
-// So many are still better than short keys that do not fit 32 bits.
+// Up to this number, more buckets are still faster than keys that exceed 32 bits.
 constexpr std::size_t kMostBuckets = 1024;
-constexpr std::size_t kBucketGrain = 4;  // buckets that one thread sorts with the same scratch
-constexpr std::size_t kFewPairs = 1024;  // below, plain sorting is quicker
+constexpr std::size_t kBucketGrain = 4;  // buckets that one task sorts with the same scratch
+constexpr std::size_t kFewPairs = 1024;  // below this number plain sorting is faster
 constexpr int kDigitBits = 9;            // 512 counters of four bytes: half of a first-level cache
 constexpr std::size_t kDigitValues = std::size_t{1} << kDigitBits;
-constexpr std::uint32_t kVeryLongRow = 1024;  // from here on sorting by digits is quicker
+constexpr std::uint32_t kVeryLongRow = 1024;  // from this length on, sorting by digits is faster
 
 std::uint32_t first_of(std::uint64_t key) { return static_cast<std::uint32_t>(key >> 32); }
 
@@ -33,7 +33,7 @@ Pair pair_of(std::uint64_t key) {
   return {static_cast<std::int32_t>(key >> 32), static_cast<std::int32_t>(key & 0xffffffffu)};
 }
 
-/// How a pair of one bucket becomes a short key: (first - base) << second_bits | second.
+/// Encodes a pair of one bucket as a short key: (first - base) << second_bits | second.
 struct ShortKeys {
   int shift, second_bits;
 
@@ -75,20 +75,20 @@ void sort_by_digits(std::span<std::uint32_t> row, int bits, std::uint32_t* scrat
   if (from != row.data()) std::copy(from, from + row.size(), row.data());
 }
 
-/// Room for sorting one bucket after another.
+/// Scratch memory for sorting buckets in turn.
 struct BucketScratch {
   std::vector<std::uint32_t> begin, second, digits;
 };
 
-/// Sorts one bucket: its keys go to their rows, then each row is sorted.
+/// Sorts one bucket: distributes its keys to their rows, then sorts each row.
 template <class Key, class Pair>
 void sort_bucket(std::span<const Key> keys, const ShortKeys& short_keys, std::int32_t base,
                  SortRows<Pair> sort_rows, BucketScratch& scratch, Pair* out) {
   const std::size_t rows = short_keys.rows();
   std::vector<std::uint32_t>& begin = scratch.begin;
   begin.assign(rows + 2, 0);
-  // begin[r + 2] counts row r, then begin[r + 1] is where its next number goes, then begin[r] is
-  // where it begins.
+  // begin[r + 2] first counts row r; then begin[r + 1] is its next free position; finally begin[r]
+  // is its start.
   for (const Key key : keys) ++begin[short_keys.row(key) + 2];
   for (std::size_t r = 2; r < rows + 2; ++r) begin[r] += begin[r - 1];
   if (scratch.second.size() < keys.size() + kRowSlack)
@@ -142,7 +142,7 @@ void PairCollector::sort_by_buckets(const std::vector<FoundPairs>& parts,
                                     std::vector<Pair>& out) {
   const ShortKeys keys(firsts, seconds);
   const std::size_t buckets = (firsts >> keys.shift) + 1;
-  // start[part·buckets + bucket], first how many, then where they go.
+  // start[part·buckets + bucket]: first the number of pairs, then their position.
   std::vector<std::size_t> start(parts.size() * buckets, 0);
   parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) {

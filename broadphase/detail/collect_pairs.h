@@ -12,18 +12,18 @@ namespace selvedge::detail {
 /// Pairs in the order in which they are found, each as first << 32 | second.
 class PairBuffer {
  public:
-  /// What a pair takes at most from its finding to its place in the result: 16 bytes here (a buffer
-  /// doubles), 8 more while it moves to a larger buffer or is put in its bucket, 16 while its
-  /// bucket is sorted, and 8 in the result.
+  /// Maximum memory of a pair from its discovery to the result: 16 bytes here (a buffer doubles), 8
+  /// more while it moves to a larger buffer or into its bucket, 16 while its bucket is sorted, and
+  /// 8 in the result.
   static constexpr std::size_t kBytesPerPair = 48;
 
   void clear() { start(nullptr); }
-  /// Clears; from now on `tally` hears of what is found before the buffer grows.
+  /// Clears the buffer. From now on it reports the pairs to `tally` before it grows.
   void start(PairTally* tally) {
     size_ = counted_ = 0;
     tally_ = tally;
   }
-  /// Tells the tally what it has not yet heard of, and forgets it. Throws BudgetExceeded.
+  /// Reports the remaining pairs to the tally and releases it. Throws BudgetExceeded.
   void finish() {
     count();
     tally_ = nullptr;
@@ -32,7 +32,7 @@ class PairBuffer {
   const std::uint64_t* data() const { return keys_.data(); }
   std::size_t bytes() const { return keys_.capacity() * sizeof(std::uint64_t); }
 
-  /// Room for `n` more; write there, then call advance_to with the end of what was written.
+  /// Space for `n` more pairs; write there, then call advance_to with the end of the written part.
   std::uint64_t* room(std::size_t n) {
     if (size_ + n > keys_.size()) grow(n);
     return keys_.data() + size_;
@@ -56,7 +56,7 @@ class PairBuffer {
   PairTally* tally_ = nullptr;
 };
 
-/// What one part of a traversal finds.
+/// The pairs that one part of a traversal finds.
 struct FoundPairs {
   PairBuffer point_triangle, triangle_point, edge_edge;
 
@@ -71,12 +71,12 @@ struct FoundPairs {
   }
 };
 
-/// Gathers the lists of all parts into one sorted list. Sorting is by buckets of the first index,
-/// then by rows of one first index within each bucket: threaded, the same list whatever the parts
-/// were. No pair may be found twice.
+/// Gathers the lists of all parts into one sorted list. Sorts by buckets of the first index, then
+/// by rows of one first index within each bucket. Uses all threads; the result does not depend on
+/// the division into parts. No pair may occur twice.
 class PairCollector {
  public:
-  /// `firsts` and `seconds` bound the first and second indices from above.
+  /// `firsts` and `seconds` are upper bounds of the first and second indices.
   void collect(const std::vector<FoundPairs>& parts, PairBuffer FoundPairs::*list,
                std::size_t firsts, std::size_t seconds, std::vector<PointTrianglePair>& out);
   void collect(const std::vector<FoundPairs>& parts, PairBuffer FoundPairs::*list,

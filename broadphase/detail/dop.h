@@ -18,9 +18,9 @@ namespace selvedge::detail {
 /// Number of volumes that are tested together.
 inline constexpr int kLanes = 8;
 
-/// Discrete orientation polytopes [Klosowski1998]: the slabs of a body along fixed directions, the
-/// coordinate axes (k = 6: an axis-aligned box) and, beside them, the diagonals of the cube's
-/// corners (k = 14), of its edges (k = 18) or both (k = 26).
+/// Discrete orientation polytopes [Klosowski1998]: the slabs of a body along fixed directions.
+/// These are the coordinate axes (k = 6: an axis-aligned box) and additionally the diagonals of the
+/// cube's corners (k = 14), of its edges (k = 18) or both (k = 26).
 template <int axes>
 constexpr auto dop_directions() {
   static_assert(axes == 3 || axes == 7 || axes == 9 || axes == 13);
@@ -52,14 +52,15 @@ bool overlap(const SweptDop<axes>& a, const SweptDop<axes>& b) {
   return all;
 }
 
-/// The slabs of all that lies within `path.reach` of the segment y_t0 y_t1.
+/// The slabs of all points within `path.reach` of the segment y_t0 y_t1.
 ///
-/// Along a coordinate axis exactly the box of swept_box.h, whose rounding is part of the pair set's
-/// definition. Along d = (d0, d1, d2) with two or three entries ±1, a point within r of the segment
-/// has a product with d between the least and the greatest of the ends' less and plus |d|·r; the
-/// computed product of an end y is off by at most 2u(1 + u)·|y|₁, the computed |d|·r by 2u·|d|·r
-/// and the last difference by u of its size, u = 2⁻⁵³, in all less than 8u(|y|₁ + |d|·r). That much
-/// is added outwards, so that the computed slab contains the true one.
+/// Along a coordinate axis this is exactly the box of swept_box.h, whose rounding is part of the
+/// definition of the pair set. Along d = (d0, d1, d2) with two or three entries ±1, the product of
+/// d with a point within r of the segment lies between the smallest product of the ends minus |d|·r
+/// and the largest plus |d|·r. The computed product of an end y is off by at most 2u(1 + u)·|y|₁,
+/// the computed |d|·r by 2u·|d|·r, and the last difference by u of its size, u = 2⁻⁵³, in total
+/// less than 8u(|y|₁ + |d|·r). This is added outwards, so that the computed slab contains the true
+/// one.
 template <int axes>
 SweptDop<axes> swept_dop(const VertexPath& path) {
   constexpr auto directions = dop_directions<axes>();
@@ -104,19 +105,19 @@ SweptDop<axes> swept_dop(const SurfaceView& surface, const std::array<std::int32
 ///
 /// Why float loses nothing: along each direction d every number s of a double polytope, lower or
 /// upper, goes through the same map m(s) = clamp(float(s - d·origin)), whose roundings are monotone
-/// whatever the subtrahend, or clamp(float(q(s))) with a monotone QuantileMap q. So lo(a) <= hi(b)
-/// in double implies m(lo(a)) <= m(hi(b)): no pair is lost. And m(lo(a)) < m(hi(b)) implies lo(a) <
+/// for any subtrahend, or clamp(float(q(s))) with a monotone QuantileMap q. So lo(a) <= hi(b) in
+/// double implies m(lo(a)) <= m(hi(b)): no pair is lost. And m(lo(a)) < m(hi(b)) implies lo(a) <
 /// hi(b): a pair whose float polytopes overlap strictly is certain, and only a pair that is equal
-/// in some slab must be looked at again in double.
+/// in some slab must be tested again in double.
 template <int axes>
 struct alignas(16) FloatDop {
   static constexpr int kNumbers = (axes + 4) / 4 * 4;
   std::array<float, kNumbers> lo, hi;
 };
-/// The last number of a box is free.
+/// The last number of a box is unused.
 using FloatBox = FloatDop<3>;
 
-/// Eight polytopes, by direction. Lanes that are not used are NaN, so that they overlap nothing.
+/// Eight polytopes, by direction. Unused lanes are NaN, so that they overlap nothing.
 template <int axes>
 struct alignas(32) DopBlock {
   float lo[axes][kLanes];
@@ -163,7 +164,7 @@ FloatDop<axes> to_float(const SweptDop<axes>& dop,
   return out;
 }
 
-/// `maps` holds one for each direction.
+/// `maps` contains one map per direction.
 template <int axes>
 FloatDop<axes> to_float(const SweptDop<axes>& dop, const QuantileMap* maps) {
   FloatDop<axes> out{};
@@ -174,8 +175,8 @@ FloatDop<axes> to_float(const SweptDop<axes>& dop, const QuantileMap* maps) {
   return out;
 }
 
-/// The same as to_float(swept_dop<3>(path_of(surface, v)), origin): the same operations, two
-/// coordinates at a time where there is SSE2.
+/// The same as to_float(swept_dop<3>(path_of(surface, v)), origin): the same operations, on two
+/// coordinates at a time with SSE2.
 inline FloatBox float_box(const SurfaceView& surface, std::int32_t v,
                           const std::array<double, 3>& origin) {
 #ifdef __SSE2__
@@ -219,7 +220,7 @@ void grow(FloatDop<axes>& dop, const FloatDop<axes>& other) {
 #endif
 }
 
-/// Half the surface of the polytope's box.
+/// Half the surface area of the polytope's axis-aligned box.
 template <int axes>
 float half_area(const FloatDop<axes>& dop) {
   const float x = dop.hi[0] - dop.lo[0], y = dop.hi[1] - dop.lo[1], z = dop.hi[2] - dop.lo[2];

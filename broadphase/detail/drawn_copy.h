@@ -9,7 +9,7 @@
 
 namespace selvedge::detail {
 
-/// What was last drawn, to tell whether it has changed.
+/// A copy of the last drawn input, to detect changes.
 class DrawnCopy {
  public:
   bool is(const SurfaceView& s) const {

@@ -10,40 +10,39 @@
 
 namespace selvedge::detail {
 
-/// A box about an origin: its middle and half its extents.
+/// A box relative to an origin: its middle and half extents.
 struct CenteredBox {
   Vec3 middle, half;
 
-  /// The corners are moved first: their roundings are then relative to the distance from the
-  /// origin, however far from zero all of this is.
-  CenteredBox(const SweptBox& box, const Vec3& origin) {
+  /// Subtracts the origin from the corners first: rounding is then relative to the distance from
+  /// the origin, however far from zero the box is.
+  CenteredBox(const DoubleBox& box, const Vec3& origin) {
     for (int k = 0; k < 3; ++k) {
       const double lo = box.lo[k] - origin[k], hi = box.hi[k] - origin[k];
       middle[k] = 0.5 * lo + 0.5 * hi;
       half[k] = 0.5 * hi - 0.5 * lo;
     }
   }
-  /// Σ |component|, no less than the distance of any of its points from the origin.
+  /// Σ |component|, an upper bound of the distance of its points from the origin.
   double far() const { return middle.lpNorm<1>() + half.lpNorm<1>(); }
-  /// How far it extends on either side of its middle along d.
+  /// Extent on either side of the middle along d.
   double reach(const Vec3& d) const { return half.dot(d.cwiseAbs()); }
 };
 
 /// A column or a truncated cone of a limb. With y = x - origin and s = axis·y it is
-///   lo <= s <= hi,  f(y) = |y - center - s·lean| - (radius + s·growth) <= 0:
-/// for a column lean = axis and growth = 0. f is a norm of an affine function less an affine
-/// function, hence convex, so that
-///  - a box is inside if its eight corners are;
-///  - for any |n| <= 1, g(y) = n·(y - center - s·lean) - radius - s·growth <= f(y), and g is
-///  affine:
-///    a box over which the least g is above 0 has no point in common with any set inside.
-/// Both hold for the numbers as they are stored: that `axis` is a unit vector, and that `center` is
-/// across it, matters to the shape but not to the truth.
+///   lo <= s <= hi,  f(y) = |y - center - s·lean| - (radius + s·growth) <= 0.
+/// For a column, lean = axis and growth = 0. f is a norm of an affine function minus an affine
+/// function, hence convex. Therefore:
+/// - a box is inside if its eight corners are;
+/// - for any |n| <= 1, g(y) = n·(y - center - s·lean) - radius - s·growth <= f(y), and g is affine:
+///   a box on which the minimum of g is above 0 has no point in common with any set inside.
+/// Both hold for the numbers as stored. Whether `axis` is exactly a unit vector and `center`
+/// exactly perpendicular to it affects the shape but not the proof.
 struct Frustum {
-  /// Relative size of the margins. The longest of the sums below has some thirty roundings of 2^-53
-  /// of its largest term; this is 2^8 times that many, and far below what would be seen.
+  /// Relative size of the margins. The longest of the sums below has about thirty roundings of
+  /// 2^-53 of its largest term; this is 2^8 times that, and far too small to affect the result.
   static constexpr double kRounding = 0x1p-40;
-  /// What reaches further is never apart, and a limb that does has columns without bounds: squares
+  /// A box that reaches farther is never apart, and a limb that does has unbounded columns. Squares
   /// of smaller numbers cannot overflow.
   static constexpr double kMostFar = 1e100;
 
@@ -51,7 +50,7 @@ struct Frustum {
   double radius = 0.0, growth = 0.0;
   double lo = 0.0, hi = 0.0;
 
-  /// Bounds how much f changes over the distance 1.
+  /// Bound of the change of f per unit of distance.
   double steepness() const {
     return 1.0 + axis.lpNorm<1>() * (lean.lpNorm<1>() + std::abs(growth));
   }
@@ -61,15 +60,15 @@ struct Frustum {
     return std::max(0.0, hi - lo) * (a * a + a * b + b * b) * (std::numbers::pi / 3.0);
   }
 
-  /// f + radius: the radius that y needs.
+  /// f + radius: the radius required to contain y.
   double needed_radius(const Vec3& y) const {
     const double s = axis.dot(y);
     return (y - center - s * lean).norm() - s * growth;
   }
-  /// The most that needed_radius changes over the distance 1, for a unit axis: across the axis by
-  /// no more than 1, and along it by the lean and the growth.
+  /// Maximum change of needed_radius per unit of distance, for a unit axis: at most 1 perpendicular
+  /// to the axis, and the lean and the growth along it.
   double slope() const { return 1.0 + (lean - axis).norm() + std::abs(growth); }
-  /// The radius that all of the box needs, if that is more than `least`; else that, or something
+  /// The radius required to contain the whole box, if that exceeds `least`; otherwise `least` or
   /// less. `steepest`: slope().
   double needed_radius(const CenteredBox& box, double steepest, double least) const {
     if (needed_radius(box.middle) + steepest * box.half.norm() <= least) return least;
@@ -81,7 +80,7 @@ struct Frustum {
     }
     return most;
   }
-  /// Lets in what a rounding of coordinates up to `far` from the origin could leave out.
+  /// Enlarges the frustum by the possible rounding of coordinates up to `far` from the origin.
   void widen(double far) {
     const double size = far + center.lpNorm<1>() + std::abs(radius);
     radius += kRounding * steepness() * size;
@@ -89,8 +88,7 @@ struct Frustum {
     hi += kRounding * size;
   }
 
-  /// True only if the box has no point in common with what is inside. Numbers that are none make it
-  /// false.
+  /// True only if the box has no point in common with the contents. NaN gives false.
   bool is_apart(const CenteredBox& box) const {
     const double s = axis.dot(box.middle), reach = box.reach(axis);
     const double far = box.far(), margin = kRounding * far;
@@ -98,7 +96,7 @@ struct Frustum {
     if (s - reach > hi + margin || s + reach < lo - margin) return true;
     const Vec3 across = box.middle - center - s * lean;
     const double distance = across.norm();
-    // Any n will do; this one, from the middle line to the box, tells most.
+    // Any n is valid; this one, from the middle line to the box, gives the best bound.
     const Vec3 n = across / std::max(distance, std::numeric_limits<double>::min());
     const Vec3 gradient = n - axis * (n.dot(lean) + growth);
     const double least = distance - radius - s * growth - box.reach(gradient);

@@ -6,19 +6,19 @@
 namespace selvedge::detail {
 namespace {
 
-/// How far apart boxes are that fill their common box evenly, along its longest side.
-double typical_spacing(const std::vector<SweptBox>& boxes, const FloatMap& map) {
+/// Spacing of boxes that fill their common box evenly, along its longest side.
+double typical_spacing(const std::vector<DoubleBox>& boxes, const FloatMap& map) {
   double span = 0.0;
   for (int k = 0; k < 3 && !boxes.empty(); ++k) {
     const auto [lo, hi] = std::minmax_element(
         boxes.begin(), boxes.end(),
-        [k](const SweptBox& a, const SweptBox& b) { return a.lo[k] < b.lo[k]; });
+        [k](const DoubleBox& a, const DoubleBox& b) { return a.lo[k] < b.lo[k]; });
     span = std::max(span, map(k, hi->lo[k]) - map(k, lo->lo[k]));
   }
   return span > 0.0 ? span / std::sqrt(static_cast<double>(boxes.size())) : 1.0;
 }
 
-/// Within the range of normal floats.
+/// Clamps to the range of normal floats.
 double bounded(double extent) {
   return std::clamp<double>(extent, std::numeric_limits<float>::min(),
                             std::numeric_limits<float>::max());
@@ -31,6 +31,18 @@ double checked_cell(double cell, const std::string& detector) {
     throw std::invalid_argument(detector + ": cell must be finite and greater than 0, not " +
                                 std::to_string(cell));
   return cell;
+}
+
+Option cell_option() {
+  return {.name = "cell",
+          .initial = CellGridConfig{}.cell,
+          .unit = "1",
+          .least = 0.0,
+          .most = 1e6,
+          .above_least = true,
+          .meaning =
+              "size of the primitives in the finest grid relative to the typical extent of "
+              "an edge's box; smaller: fewer box tests, more cells to visit"};
 }
 
 int level_of(float extent, double cell) {
@@ -47,7 +59,7 @@ double typical_extent(const SurfaceBoxes& a, const SurfaceBoxes* b, const FloatM
   for (const auto list : {&SurfaceBoxes::edges, &SurfaceBoxes::triangles, &SurfaceBoxes::points}) {
     for (const SurfaceBoxes* surface : {&a, b}) {
       if (!surface) continue;
-      const std::vector<SweptBox>& boxes = surface->*list;
+      const std::vector<DoubleBox>& boxes = surface->*list;
       const std::size_t step = boxes.size() / most + 1;
       for (std::size_t i = 0; i < boxes.size(); i += step) {
         double extent = 0.0;
@@ -68,9 +80,9 @@ double typical_extent(const SurfaceBoxes& a, const SurfaceBoxes* b, const FloatM
 bool place_cells(const SurfaceBoxes& a, const SurfaceBoxes* b, double relative_cell, double finest,
                  FloatMap& map, double& cell) {
   constexpr double similar = 1.25, near = 4096.0;  // near: in cells
-  std::vector<const std::vector<SweptBox>*> lists{&a.points};
+  std::vector<const std::vector<DoubleBox>*> lists{&a.points};
   if (b) lists.push_back(&b->points);
-  std::vector<SweptBox> sample;
+  std::vector<DoubleBox> sample;
   for (const SurfaceBoxes* surface : {&a, b})
     if (surface)
       add_sample(surface->triangles.empty() ? surface->edges : surface->triangles, sample);

@@ -14,42 +14,46 @@ namespace selvedge::detail {
 
 using Cell = std::array<std::int32_t, 3>;
 
-/// Levels of cells: level l holds the boxes whose largest extent is from a half to two lengths
-/// cell·4^l; its cells have a side of kStretch such lengths, one at least. So no box, however
-/// large, spreads over more than three cells along an axis, and each size of mesh meets cells of
-/// its own.
+/// Levels of cells: level l holds the boxes whose largest extent is from half to twice the length
+/// cell·4^l; the side of its cells is kStretch such lengths, at least one. So no box, however
+/// large, spreads over more than three cells along an axis, and each mesh size meets cells of its
+/// own size.
 inline constexpr int kLevelBits = 2;
-/// A level with so few boxes is looked through without cells.
+/// A level with at most this many boxes is searched without cells.
 inline constexpr std::uint32_t kFewBoxes = 32;
-/// Slots per box, at most; unless the cells fit into fewer.
+/// Maximum number of slots per box, unless the cells fit into fewer.
 inline constexpr std::size_t kSlotsPerBox = 4;
-/// Cells further out count as the last one; their boxes are still told apart by their coordinates.
+/// Cells farther out count as the last one; coordinate tests still distinguish their boxes.
 inline constexpr float kMostCells = 1 << 30;
 
-/// Levels that there may be. A box of less than 2^-20 cells (a point, mostly) goes to level 0:
-/// cells as fine as that would tell nothing apart that those do not.
+/// Range of levels. A box smaller than 2^-20 cells (usually a point) goes to level 0: finer cells
+/// would not separate more boxes.
 inline constexpr int kLowestLevel = -10, kHighestLevel = 1023;
 
-/// Level of a box of this extent where the cells of level 0 have the side `cell`.
+/// Level of a box of this extent if the cells of level 0 have the side `cell`.
 int level_of(float extent, double cell);
 
-/// The typical largest extent under the map of the boxes of edges (of triangles or points if there
-/// are none): the median of a sample, which a few spikes cannot move. 1 if all are points.
+/// The typical largest extent, under the map, of the boxes of edges (of triangles or points if
+/// there are none): the median of a sample, on which a few spikes have no influence. 1 if all are
+/// points.
 double typical_extent(const SurfaceBoxes& a, const SurfaceBoxes* b, const FloatMap& map);
 
-/// Floats for the boxes of both surfaces, and cells of `relative_cell` typical extents under them:
-/// about an origin amid the boxes, or by quantiles where many boxes would be smaller there than
-/// `finest` cells or than floats tell apart. True if `map` and `cell` are left as they were because
-/// they still serve: cells as fine, within a fourth, and floats not much coarser.
+/// Chooses floats for the boxes of both surfaces, and cells of `relative_cell` typical extents:
+/// relative to an origin amid the boxes, or by quantiles if many boxes would be smaller than
+/// `finest` cells or below the resolution of floats. Returns true if `map` and `cell` are unchanged
+/// because they still serve: cells as fine, within a fourth, and floats not much coarser.
 bool place_cells(const SurfaceBoxes& a, const SurfaceBoxes* b, double relative_cell, double finest,
                  FloatMap& map, double& cell);
 
-/// `cell` if it is a finite number greater than 0; throws std::invalid_argument.
+/// Returns `cell` if it is finite and greater than 0; otherwise throws std::invalid_argument.
 double checked_cell(double cell, const std::string& detector);
 
-/// Boxes of one level: which of the packed ones, and the cells that they are sorted into, each box
-/// into the cell of its lower corner only. A look-up widens the query by `reach` instead, so that
-/// no box is met twice.
+/// The option of CellGridConfig.
+Option cell_option();
+
+/// Boxes of one level: a range of the packed boxes, and the cells into which they are sorted, each
+/// by its lower corner only. A search widens the query by `reach` instead, so that no box is found
+/// twice.
 template <class Slots>
 struct GridLevel {
   int level = 0;
@@ -57,9 +61,9 @@ struct GridLevel {
   float inverse_cell = 1.0f;
   float reach = 0.0f;  ///< largest extent
   bool sorted = false;
-  Cell min{}, max{};  ///< the cells of lower corners
+  Cell min{}, max{};  ///< range of cells of the lower corners
   Slots slots;
-  std::vector<std::uint32_t> begin;  ///< of each slot, in the packed boxes, and the end
+  std::vector<std::uint32_t> begin;  ///< start of each slot in the packed boxes, and the end
 
   std::int32_t cell(float x) const {
     const float scaled = std::clamp(x * inverse_cell, -kMostCells, kMostCells);
@@ -71,23 +75,23 @@ struct GridLevel {
   }
 };
 
-/// Finds pairs of boxes by levels of grids. `Slots` says which slot of a table a cell uses:
-///   kStretch: see kLevelBits; kTagged: whether tags count;
-///   fit(min, max, slots): takes over the range of cells; returns how many slots there are;
+/// Finds pairs of boxes by levels of grids. `Slots` maps cells to slots of a table:
+///   kStretch: see kLevelBits; kTagged: whether tags are used;
+///   fit(min, max, slots): sets the range of cells; returns the number of slots;
 ///   slot(cell): its slot;
-///   each_run(min, max, visit): calls visit(first, last, tag) for runs of slots that hold the cells
-///     of a row, min to max along x: no slot twice, and the slot of max in the last run, at its
-///     end;
-///   tag(cell): what tells boxes of this cell from those of other cells near it in the same slot.
+///   each_run(min, max, visit): calls visit(first, last, tag) for runs of slots that contain the
+///     cells of a row, min to max along x: no slot twice, and the slot of max at the end of the
+///     last run;
+///   tag(cell): distinguishes boxes of this cell from those of other nearby cells in the same slot.
 template <class Slots>
 class GridEngine {
  public:
   using Level = GridLevel<Slots>;
 
   struct Structure {
-    const std::vector<SweptBox>* boxes = nullptr;
+    const std::vector<DoubleBox>* boxes = nullptr;
     std::vector<PackedBox> packed;  ///< by level, the smallest first
-    std::vector<Level> levels;      ///< those with boxes
+    std::vector<Level> levels;      ///< the levels that contain boxes
 
     std::size_t bytes() const {
       std::size_t sum = packed.capacity() * sizeof(PackedBox);
@@ -96,14 +100,14 @@ class GridEngine {
     }
   };
 
-  /// Cells of level 0 have the side `cell`, in typical extents.
+  /// `cell`: side of the cells of level 0 in typical extents.
   explicit GridEngine(double cell) : relative_cell_(cell), scan_(scan_boxes()) {}
 
   bool prepare(const SurfaceBoxes& a, const SurfaceBoxes* b) {
     return place_cells(a, b, relative_cell_, kFinest, map_, cell_);
   }
 
-  void build(const std::vector<SweptBox>& boxes, Structure& out) {
+  void build(const std::vector<DoubleBox>& boxes, Structure& out) {
     out.boxes = &boxes;
     out.packed.resize(boxes.size());
     levels_of_.resize(boxes.size());
@@ -146,7 +150,8 @@ class GridEngine {
 
  private:
   static constexpr std::size_t kGrain = 4096;
-  static constexpr double kFinest = 0x1p-16;  // cells: well above those that kLowestLevel ends at
+  static constexpr double kFinest = 0x1p-16;  // cells: well above the size at which kLowestLevel
+                                              // ends
 
   /// Two opposite cells.
   struct Window {
@@ -174,7 +179,7 @@ class GridEngine {
     for (int level = lowest; level <= highest; ++level) {
       std::uint32_t& count = counts_[level - kLowestLevel];
       waiting += std::exchange(count, first + waiting);
-      // A few boxes join those of the next level that has any.
+      // A few boxes join those of the next level that contains any.
       if (waiting == 0 || (waiting < kFewBoxes && level < highest)) continue;
       if (out.levels.size() == used) out.levels.emplace_back();
       Level& made = out.levels[used++];
@@ -193,7 +198,7 @@ class GridEngine {
       out.packed[counts_[levels_of_[i] - kLowestLevel]++] = packed_[i];
   }
 
-  /// How many boxes are of this level or lower ones.
+  /// Number of boxes of this level or lower ones.
   static std::uint32_t end_of_levels(const Structure& s, int level) {
     std::uint32_t end = 0;
     for (const Level& l : s.levels)
@@ -201,7 +206,7 @@ class GridEngine {
     return end;
   }
 
-  /// Sorts the boxes of a level by slots; nothing if that was done, or they are few.
+  /// Sorts the boxes of a level by slots, unless this is done already or they are few.
   void sort(Structure& s, Level& level) {
     if (level.sorted || level.count <= kFewBoxes) return;
     PackedBox* boxes = s.packed.data() + level.first;
@@ -278,8 +283,8 @@ class GridEngine {
     });
   }
 
-  /// The boxes of a level with each other: each looks back only, to cells before its own in the
-  /// order z, y, x, and in its own to the boxes before it.
+  /// The boxes of a level with each other. Each searches only backwards: the cells before its own
+  /// in the order z, y, x, and the boxes before it in its own cell.
   template <class Add>
   void look_up_within(Structure& s, Level& level, Add add) {
     sort(s, level);
@@ -314,7 +319,7 @@ class GridEngine {
         });
   }
 
-  /// The cells in which a box that overlaps this one may have its lower corner.
+  /// The cells that may contain the lower corner of a box that overlaps this one.
   static Window window_of(const Level& level, const PackedBox& box) {
     Window w;
     for (int k = 0; k < 3; ++k) {

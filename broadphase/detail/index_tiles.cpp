@@ -7,7 +7,7 @@
 namespace selvedge::detail {
 namespace {
 
-/// Appends what the texels of one tile show, one after another.
+/// Appends the triangles that the texels of one tile show, row by row.
 void append_tile(const MapFrame& frame, const Layer& layer, int tile_x, int tile_y,
                  std::vector<std::int32_t>& out) {
   const int x_end = std::min(frame.width, (tile_x + 1) * IndexTiles::kSide);
@@ -21,7 +21,7 @@ void append_tile(const MapFrame& frame, const Layer& layer, int tile_x, int tile
     }
 }
 
-/// The first tile that reaches `texel`, between 0 and `tiles`; a NaN counts as 0.
+/// The first tile that reaches `texel`, between 0 and `tiles`; NaN counts as 0.
 int tile_of(double texel, int tiles) {
   if (!(texel > 0.0)) return 0;
   return static_cast<int>(std::min(texel / IndexTiles::kSide, static_cast<double>(tiles)));
@@ -63,7 +63,7 @@ std::size_t IndexTiles::count(const TileWindow& w) const {
   if (w.x_begin >= w.x_end) return 0;
   std::size_t total = 0;
   for (int y = w.y_begin; y < w.y_end; ++y) {
-    // The tiles of a row lie one after another.
+    // The tiles of a row are contiguous.
     total += begin_[at(w.x_end, y)] - begin_[at(w.x_begin, y)];
   }
   return total;

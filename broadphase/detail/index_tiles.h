@@ -10,32 +10,32 @@
 
 namespace selvedge::detail {
 
-/// Which tiles of a picture a window meets, ends excluded. Empty while begin >= end.
+/// The tiles of a picture that a window meets, ends excluded. Empty if begin >= end.
 struct TileWindow {
   int x_begin = 0, x_end = 0, y_begin = 0, y_end = 0;
 };
 
-/// From where to where something reaches, m.
+/// A range of depths, m.
 struct Interval {
   double lo, hi;
 };
 
-/// The triangles that an index buffer shows, gathered by tiles of kSide x kSide texels, each of a
-/// tile once. A window then costs its different triangles and not its texels, and a tile whose
-/// triangles all lie elsewhere in depth costs one comparison.
+/// The triangles in an index buffer, gathered by tiles of kSide x kSide texels, each tile listing a
+/// triangle once. The cost of a window depends on its different triangles, not on its texels, and a
+/// tile whose triangles all lie at other depths costs one comparison.
 class IndexTiles {
  public:
   static constexpr int kSide = 8;
 
-  /// `depths`: of each triangle, in any frame.
+  /// `depths`: the range of depths of each triangle, in any frame.
   void gather(const MapFrame& frame, const Layer& layer, std::span<const Interval> depths);
 
   /// The tiles within a texel of the box from (u_lo, v_lo) to (u_hi, v_hi), in texels. A triangle
-  /// is drawn where it covers a texel's middle, which may lie up to a texel beside what it touches.
+  /// is drawn where it covers the middle of a texel, up to one texel away from its edges.
   TileWindow window(double u_lo, double u_hi, double v_lo, double v_hi) const;
-  /// For how many triangles `visit` would call f, were they at every depth.
+  /// Number of calls of f that `visit` would make if it ignored depths.
   std::size_t count(const TileWindow& w) const;
-  /// Calls f(triangle) for those in the window, for some more than once, but not for tiles whose
+  /// Calls f(triangle) for the triangles in the window, some more than once, but skips tiles whose
   /// triangles lie outside `depth`.
   template <class F>
   void visit(const TileWindow& w, const Interval& depth, F f) const {
@@ -56,8 +56,9 @@ class IndexTiles {
   }
 
   int columns_ = 0, rows_ = 0;
-  std::vector<std::uint32_t> begin_;  ///< of each tile, and the end
-  std::vector<Interval> depths_;      ///< of all triangles of each tile; lo > hi if there are none
+  std::vector<std::uint32_t> begin_;  ///< start of each tile, and the end
+  std::vector<Interval> depths_;  ///< range over all triangles of each tile; lo > hi if there are
+                                  ///< none
   std::vector<std::int32_t> triangles_;
 };
 

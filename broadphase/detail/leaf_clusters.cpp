@@ -6,12 +6,12 @@
 namespace selvedge::detail {
 namespace {
 
-/// Rounds after the last doubling, in which what was left over finds a place.
+/// Additional rounds after the last doubling, in which remaining groups are merged.
 constexpr int kMoreRounds = 3;
 
 using Side = std::array<std::int32_t, 2>;
 
-/// Groups in the making. Each round merges pairs of them.
+/// Groups under construction. Each round merges pairs of them.
 class Matching {
  public:
   Matching(std::span<const Side> sides, std::size_t triangles, int most)
@@ -23,7 +23,7 @@ class Matching {
     keep_open_sides();
   }
 
-  /// Returns how many pairs were merged.
+  /// Merges one round; returns the number of merged pairs.
   std::size_t merge() {
     list_neighbours();
     const std::size_t n = size_.size();
@@ -49,7 +49,7 @@ class Matching {
  private:
   static constexpr std::int32_t kNone = -1;
 
-  /// Drops the sides inside a group and between groups that do not fit together.
+  /// Drops the sides inside a group and between groups that together are too large.
   void keep_open_sides() {
     std::erase_if(sides_,
                   [&](const Side& s) { return s[0] == s[1] || size_[s[0]] + size_[s[1]] > most_; });
@@ -69,7 +69,7 @@ class Matching {
     }
   }
 
-  /// The one with the most common sides; among equals the first.
+  /// The unmatched neighbour with the most common sides; among equals the first.
   std::int32_t heaviest_free_neighbour(std::int32_t group) {
     std::int32_t best = kNone;
     for (std::uint32_t k = begin_[group]; k < begin_[group + 1]; ++k) {

@@ -11,24 +11,25 @@
 namespace selvedge::detail {
 namespace {
 
-/// Slabs of one cut, at most; and at least so many edges high, else a ring of edges would fall
-/// into pieces.
+/// Maximum number of slabs of one cut. A slab is also at least a few edges high, otherwise a ring
+/// of edges would fall into pieces.
 constexpr int kMostSlabs = 48;
 constexpr double kEdgesPerSlab = 3.0;
-/// A limb is cut again at most so often: trunk with arms -> arms -> hands.
+/// Maximum depth of repeated cuts of a limb: trunk with arms -> arms -> hands.
 constexpr int kMostCuts = 3;
-/// No limb has fewer vertices than this, nor than this part of what it is cut from; it joins its
-/// neighbour.
+/// A limb has at least this many vertices, and at least a fixed fraction of the part that it is cut
+/// from; a smaller one joins its neighbour.
 constexpr std::size_t kLeastVertices = 48;
 constexpr std::size_t kLeastPart = 32;
-/// A piece with less than this part of the vertices of a mean slab is a bump, not a branch.
+/// A piece with less than 1/kBumpPart of the vertices of a mean slab is a bump, not a branch.
 constexpr std::size_t kBumpPart = 16;
-/// Neighbours that differ by more in thickness are shoulder and arm, or head and neck.
+/// Neighbours whose thicknesses differ by more than this factor are separate limbs, such as
+/// shoulder and arm, or head and neck.
 constexpr double kStep = 2.0;
 
 using Link = std::pair<std::int32_t, std::int32_t>;
 
-/// Sets that grow together; the lowest member names a set.
+/// Disjoint sets with union; the lowest member identifies a set.
 class DisjointSets {
  public:
   explicit DisjointSets(std::size_t n) : parent_(n) {
@@ -38,7 +39,7 @@ class DisjointSets {
     while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
     return i;
   }
-  /// Makes i a set of its own; all of its set must be so made.
+  /// Makes i a set of its own; call it for all members of a set.
   void reset(std::int32_t i) { parent_[i] = i; }
   void unite(std::int32_t i, std::int32_t j) {
     i = find(i);
@@ -50,8 +51,8 @@ class DisjointSets {
   std::vector<std::int32_t> parent_;
 };
 
-/// Positions of a part of the vertices, moved and scaled into a cube of side 2, so that squares
-/// neither overflow nor vanish.
+/// Positions of some of the vertices, moved and scaled into a cube of side 2, so that squares
+/// neither overflow nor underflow.
 struct Scaled {
   Vec3 middle = Vec3::Zero();
   double size = 0.0;
@@ -73,7 +74,7 @@ struct Scaled {
 /// A connected piece of a slab.
 struct Piece {
   std::size_t vertices = 0;
-  Vec3 sum = Vec3::Zero();  ///< of scaled positions less their part along the axis
+  Vec3 sum = Vec3::Zero();  ///< of scaled positions without their component along the axis
   double squares = 0.0;
 
   void add(const Vec3& across) {
@@ -148,7 +149,7 @@ class LimbSearch {
     return group[label_[v]];
   }
 
-  /// Gives each vertex its slab; false if there would be one only.
+  /// Assigns a slab to each vertex; returns false if there would be only one.
   bool lay_slabs(const Part& part) {
     const std::span<const Vec3> x = surface_.x_t0;
     scaled_ = Scaled(x, part.vertices);
@@ -173,13 +174,14 @@ class LimbSearch {
     return true;
   }
 
-  /// Numbers the connected pieces of slabs, label_ of each vertex, and measures them.
+  /// Numbers the connected pieces of slabs (label_ of each vertex) and measures them.
   void label_pieces(const Part& part) {
     for (const std::int32_t v : part.vertices) connected_.reset(v);
     for (const Edge& e : part.edges)
       if (slab_[e[0]] == slab_[e[1]]) connected_.unite(e[0], e[1]);
     pieces_.clear();
-    for (const std::int32_t v : part.vertices) {  // In ascending order: the name comes first.
+    for (const std::int32_t v : part.vertices) {  // In ascending order: the lowest member comes
+                                                  // first.
       const std::int32_t name = connected_.find(v);
       if (name == v) {
         label_[v] = static_cast<std::int32_t>(pieces_.size());
@@ -192,7 +194,7 @@ class LimbSearch {
     }
   }
 
-  /// Pieces with an edge between them, the one in the lower slab first.
+  /// Pairs of pieces that an edge connects, the one in the lower slab first.
   std::vector<Link> linked_pieces(const Part& part) const {
     std::vector<Link> links;
     for (const Edge& e : part.edges) {
@@ -204,7 +206,7 @@ class LimbSearch {
     return links;
   }
 
-  /// The group of each piece; rest_ is that of the unconnected small ones, or -1.
+  /// The group of each piece; rest_ is the group of the unconnected small pieces, or -1.
   std::vector<std::int32_t> group_pieces(const Part& part, const std::vector<Link>& links) {
     DisjointSets sets(pieces_.size());
     const std::size_t bump = part.vertices.size() / (static_cast<std::size_t>(slabs_) * kBumpPart);
@@ -232,7 +234,8 @@ class LimbSearch {
     }
   }
 
-  /// Joins groups of at most `small` vertices to the largest linked one, until none is left.
+  /// Joins groups of at most `small` vertices to the largest group linked to them, until none is
+  /// left.
   void join_small(const std::vector<Link>& links, std::size_t small, DisjointSets& sets) const {
     for (bool joined = true; joined;) {
       joined = false;
@@ -280,7 +283,7 @@ class LimbSearch {
   const SurfaceView& surface_;
   Vec3 axis_;
   Limbs limbs_;
-  // Of the present cut, for its vertices only.
+  // Of the current cut, for its vertices only.
   DisjointSets connected_;
   std::vector<std::int32_t> label_;
   std::vector<int> slab_;

@@ -9,20 +9,20 @@
 
 namespace selvedge::detail {
 
-/// Which limb each vertex belongs to, 0 to count - 1, each with a vertex at least.
+/// The limb of each vertex, 0 to count - 1; each limb has at least one vertex.
 struct Limbs {
   std::vector<std::int32_t> of_vertex;
   std::int32_t count = 0;
 };
 
-/// Cuts a surface, as it is at the start of the step, into parts that are each long and without
-/// branches, as far as they can be found: slabs across `axis` (zero: across the longest extent)
-/// fall into connected pieces, and pieces of neighbouring slabs belong to one limb where each has
-/// but the other on that side and neither is much thicker than the other. Each limb found is cut
-/// again, across its own longest extent. What is unconnected and small is one limb together.
+/// Cuts a surface, at the start of the step, into parts that are long and unbranched as far as
+/// possible. Slabs across `axis` (zero: across the longest extent) fall into connected pieces.
+/// Pieces of neighbouring slabs belong to one limb if each is the other's only neighbour on that
+/// side and their thicknesses are similar. Each limb is cut again across its own longest extent.
+/// Small unconnected pieces together form one limb.
 ///
-/// Any answer is right for a conservative use: the cut is only more or less tight. Vertices must be
-/// finite and indices in range.
+/// Every result is valid for conservative use: it affects only how tight the enclosure is. Vertices
+/// must be finite and indices in range.
 Limbs find_limbs(const SurfaceView& surface, const Vec3& axis);
 
 /// The whole surface as one limb.

@@ -6,13 +6,13 @@
 namespace selvedge::detail {
 namespace {
 
-/// Covers, with much to spare, that axes rounded to float are orthonormal to 2⁻²¹ only: coordinates
-/// found by products with the axes are those of c + Σ aᵢ·uᵢ up to 3·2⁻²¹·Σ|aᵢ|.
+/// Covers, with a large reserve, that axes rounded to float are orthonormal only to 2⁻²¹:
+/// coordinates computed by products with the axes are those of c + Σ aᵢ·uᵢ up to 3·2⁻²¹·Σ|aᵢ|.
 constexpr double kAxisRounding = 0x1p-18;
 /// Covers the rounding of differences and products in double: fewer than 32 roundings.
 constexpr double kDoubleRounding = 0x1p-47;
 
-/// The least float that is not less.
+/// The smallest float that is not less than `value`.
 float rounded_up(double value) {
   const auto nearest = static_cast<float>(value);
   return static_cast<double>(nearest) >= value
@@ -26,7 +26,7 @@ Mat3 principal_axes(const Moments& moments, const Vec3& mean) {
   const Eigen::SelfAdjointEigenSolver<Mat3> solver(covariance);
   const Mat3 axes = solver.eigenvectors().transpose();
   const bool orthonormal = (axes * axes.transpose() - Mat3::Identity()).cwiseAbs().maxCoeff() <
-                           0x1p-30;  // else the solver has failed; any axes do
+                           0x1p-30;  // otherwise the solver has failed; any axes are valid
   return orthonormal ? axes : Mat3::Identity();
 }
 
@@ -41,7 +41,7 @@ ObbFit::ObbFit(const Moments& moments, const Vec3& origin) : origin_(origin) {
 FloatObb ObbFit::result() const {
   const Vec3 center = middle_ - origin_ + to_axes_.transpose() * (0.5 * (lo_ + hi_));
   const Eigen::Vector3f rounded = center.cast<float>();
-  // What the halves must reach is measured from the rounded centre.
+  // The half extents are measured from the rounded centre.
   const Vec3 shift = to_axes_ * (rounded.cast<double>() + origin_ - middle_);
   const Vec3 half = (hi_ - shift).cwiseMax(shift - lo_).cwiseMax(0.0) + Vec3::Constant(reach_);
   const double margin = kAxisRounding * half.sum() +

@@ -5,14 +5,14 @@
 
 namespace selvedge::detail {
 
-/// An oriented box [Gottschalk1996] in float, about the origin of the tree: all c + Σ aᵢ·uᵢ with
-/// |aᵢ| <= halfᵢ, for the axes uᵢ as they stand, which are orthonormal to 2⁻²¹. One that is not
+/// An oriented box [Gottschalk1996] in float, relative to the origin of the tree: all c + Σ aᵢ·uᵢ
+/// with |aᵢ| <= halfᵢ, for the axes uᵢ as stored, which are orthonormal to 2⁻²¹. A box that is not
 /// finite overlaps everything.
 struct FloatObb {
   float center[3], half[3], axis[3][3];
 };
 
-/// Eight oriented boxes. Those of unused lanes are not asked for.
+/// Eight oriented boxes. Unused lanes must not be read.
 struct alignas(32) ObbBlock {
   float center[3][kLanes], half[3][kLanes], axis[3][3][kLanes];
 };
@@ -25,8 +25,8 @@ inline void set_lane(ObbBlock& block, int lane, const FloatObb& obb) {
   }
 }
 
-/// Sums over points from which the principal axes follow. Points are taken about `about`, so that
-/// little cancels.
+/// Sums over points that determine the principal axes. Points are taken relative to `about` to
+/// limit cancellation.
 struct Moments {
   double count = 0.0;
   Vec3 sum = Vec3::Zero();
@@ -44,14 +44,15 @@ struct Moments {
   }
 };
 
-/// Widens an oriented box with given axes around the points that are added.
+/// Enlarges an oriented box with given axes to contain the points that are added.
 class ObbFit {
  public:
-  /// Axes along the eigenvectors of the covariance [Gottschalk1996], of the vertices instead of the
-  /// convex hull's faces, which would have to be found anew in each step. `origin` is the tree's.
+  /// Takes the eigenvectors of the covariance as axes [Gottschalk1996]: of the vertices instead of
+  /// the convex hull's faces, which would have to be recomputed in each step. `origin` is the
+  /// tree's.
   ObbFit(const Moments& moments, const Vec3& origin);
 
-  /// All that lies within path.reach of the segment.
+  /// Adds all points within path.reach of the segment.
   void add(const VertexPath& path) {
     reach_ = std::max(reach_, path.reach);
     for (const Vec3* y : {&path.y_t0, &path.y_t1}) {
@@ -65,7 +66,7 @@ class ObbFit {
 
  private:
   Vec3 origin_, middle_;
-  Mat3 to_axes_;  ///< rows are the axes, floats
+  Mat3 to_axes_;  ///< rows are the axes, rounded to float
   double reach_ = 0.0;
   Vec3 lo_ = Vec3::Constant(std::numeric_limits<double>::infinity());
   Vec3 hi_ = Vec3::Constant(-std::numeric_limits<double>::infinity());

@@ -15,7 +15,8 @@
 #include <stdexcept>
 
 #if defined(__SANITIZE_ADDRESS__)
-// Mesa keeps about 2.4 kB until the process ends. Weak: whoever links this may say otherwise.
+// Mesa keeps about 2.4 kB until the process ends. Weak, so that a program that links this can
+// define its own.
 extern "C" __attribute__((weak)) const char* __lsan_default_suppressions() {
   return "leak:libOSMesa\n";
 }
@@ -24,7 +25,7 @@ extern "C" __attribute__((weak)) const char* __lsan_default_suppressions() {
 namespace selvedge::detail {
 namespace {
 
-/// Floats per vertex in the buffer: place in the picture, normal, motion.
+/// Floats per vertex in the buffer: position in the picture, normal, motion.
 constexpr int kFloats = 9;
 
 constexpr const char* kVertexShader = R"(#version 330 core
@@ -93,11 +94,11 @@ GLuint linked(const char* vertex_source, const char* fragment_source) {
   return program;
 }
 
-/// The driver of this name ends the program at its first call; it is told apart before that.
+/// A driver of this name ends the program at its first call, so it is rejected before.
 void refuse_other_drivers() {
   const char* driver = std::getenv("GALLIUM_DRIVER");
   if (driver && *driver != '\0' && std::strcmp(driver, "llvmpipe") != 0)
-    fail("GALLIUM_DRIVER is " + std::string(driver) + "; only llvmpipe serves, unset it");
+    fail("GALLIUM_DRIVER is " + std::string(driver) + "; only llvmpipe is supported, unset it");
 }
 
 }  // namespace
@@ -129,7 +130,7 @@ MapFrame frame_around(std::span<const Vec3> x, std::span<const Triangle> triangl
   frame.center = to_frame.transpose() * (0.5 * lo + 0.5 * hi);
   if (!frame.half.allFinite() || !frame.center.allFinite())
     throw std::invalid_argument(name + ": vertices lie too far apart for a picture");
-  // A texel is left free on each side, so that what lies on the border is in the picture.
+  // One texel is left free on each side, so that points on the border are in the picture.
   const double side = 2.0 * std::max(frame.half[0], frame.half[1]);
   if (side > 0.0) frame.texel = side / (resolution - 2);
   const auto texels = [&](double half) {
@@ -142,7 +143,7 @@ MapFrame frame_around(std::span<const Vec3> x, std::span<const Triangle> triangl
 
 struct OffscreenRenderer::Context {
   OSMesaContext mesa = nullptr;
-  std::uint32_t pixel = 0;  ///< OSMesa wants a picture of its own; nothing is drawn there
+  std::uint32_t pixel = 0;  ///< required by OSMesa; nothing is drawn there
   GLuint program = 0, index_program = 0, vertex_array = 0, vertices = 0, elements = 0;
   GLuint framebuffer = 0, depth = 0;
   std::array<GLuint, 3> colours{};  ///< index, normal and depth, motion
@@ -150,12 +151,12 @@ struct OffscreenRenderer::Context {
   bool coloured = false;
   std::vector<float> upload;
 
-  /// Makes the context this thread's as long as it lives.
+  /// Makes the context current on this thread for the lifetime of the object.
   class Current {
    public:
     explicit Current(Context& context) {
       if (OSMesaMakeCurrent(context.mesa, &context.pixel, GL_UNSIGNED_BYTE, 1, 1) != GL_TRUE)
-        fail("OSMesa does not give this thread its context");
+        fail("OSMesa cannot make its context current on this thread");
     }
     ~Current() { OSMesaMakeCurrent(nullptr, nullptr, 0, 0, 0); }
     Current(const Current&) = delete;
@@ -174,16 +175,17 @@ struct OffscreenRenderer::Context {
                           3,
                           0};
     mesa = OSMesaCreateContextAttribs(wanted, nullptr);
-    if (!mesa) fail("OSMesa gives no context of OpenGL 3.3; is its driver llvmpipe there?");
+    if (!mesa)
+      fail("OSMesa cannot create an OpenGL 3.3 context; is its driver llvmpipe installed?");
     try {
       set_up();
-    } catch (...) {  // the destructor of what was not made does not run
+    } catch (...) {  // the destructor of a partly constructed object does not run
       OSMesaDestroyContext(mesa);
       throw;
     }
   }
   ~Context() {
-    // Takes with it all that was made in it.
+    // Also frees all objects created in the context.
     OSMesaDestroyContext(mesa);
   }
   Context(const Context&) = delete;
@@ -193,8 +195,8 @@ struct OffscreenRenderer::Context {
     const Current current(*this);
     const auto* renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
     if (!renderer || !std::strstr(renderer, "llvmpipe"))
-      fail(std::string("OSMesa draws by ") + (renderer ? renderer : "nothing") +
-           "; only llvmpipe serves");
+      fail(std::string("OSMesa draws with ") + (renderer ? renderer : "an unknown renderer") +
+           "; only llvmpipe is supported");
     program = linked(kVertexShader, kFragmentShader);
     index_program = linked(kIndexVertexShader, kIndexFragmentShader);
     glGenVertexArrays(1, &vertex_array);
@@ -210,7 +212,7 @@ struct OffscreenRenderer::Context {
     check_errors("starts");
   }
 
-  /// Makes the pictures of this size; what was there is lost.
+  /// Allocates pictures of this size and discards the previous ones.
   void resize(int new_width, int new_height, bool with_colours) {
     if (width == new_width && height == new_height && coloured == with_colours) return;
     width = height = 0;
@@ -227,7 +229,7 @@ struct OffscreenRenderer::Context {
     glDrawBuffers(with_colours ? 3 : 1, targets);
     if (const GLenum status = glCheckFramebufferStatus(GL_FRAMEBUFFER);
         status != GL_FRAMEBUFFER_COMPLETE)
-      fail("OpenGL has no picture of " + std::to_string(new_width) + " x " +
+      fail("OpenGL cannot create a picture of " + std::to_string(new_width) + " x " +
            std::to_string(new_height) + " texels (framebuffer status " + std::to_string(status) +
            "); lower the resolution");
     width = new_width;
@@ -263,7 +265,7 @@ struct OffscreenRenderer::Context {
     }
   }
 
-  /// The outermost layer: of greatest depth along `toward` if `is_front`, else of least.
+  /// The outermost layer: of greatest depth along `toward` if `is_front`, otherwise of least.
   void draw_layer(std::size_t triangles, bool is_front) {
     const GLint nothing = -1;
     const std::array<GLfloat, 4> black{};

@@ -8,7 +8,7 @@
 namespace selvedge::detail {
 namespace {
 
-constexpr std::size_t kEdgeGrain = 8192;  // edges that one thread finds the sides of
+constexpr std::size_t kEdgeGrain = 8192;  // edges per task of finding their sides
 
 template <class T>
 std::size_t bytes_of(const std::vector<T>& v) {
@@ -42,8 +42,8 @@ void group_by_owner(const std::vector<std::int32_t>& owner, std::size_t owners,
 }  // namespace
 
 void OwnedPrimitives::VertexTriangles::set(std::span<const Triangle> triangles, std::size_t n) {
-  // begin[v + 2] counts those at v, then begin[v + 1] is where its next goes, then begin[v] where
-  // they begin.
+  // begin[v + 2] first counts the sides at v; then begin[v + 1] is the next free position; finally
+  // begin[v] is the start.
   begin.assign(n + 2, 0);
   triangle.resize(3 * triangles.size());
   for (const Triangle& t : triangles)
@@ -88,12 +88,13 @@ bool OwnedPrimitives::equal(const SurfaceView& surface) const {
          same_bytes(surface.triangles, triangles);
 }
 
-/// What lies inside one group belongs to it. Of the groups at an edge or a point, the owner is the
-/// one that owns least so far: leaves then hold about the same number of edges and points.
+/// An edge or point inside one group belongs to it. Of several groups at an edge or point, the one
+/// that owns least so far becomes the owner, so that leaves hold similar numbers of edges and
+/// points.
 void OwnedPrimitives::find_owners(std::span<const std::int32_t> group, int most_edges) {
   const std::size_t count = triangles.size();
   const auto group_of = [&](std::int32_t t) { return group.empty() ? t : group[t]; };
-  std::vector<std::int32_t> load(count, 0);  // of each group, owned so far
+  std::vector<std::int32_t> load(count, 0);  // number owned so far by each group
 
   std::vector<std::int32_t> owner(edges.size(), -1);
   const auto own_edge = [&](std::size_t e, std::int32_t t) {

@@ -8,12 +8,12 @@
 
 namespace selvedge::detail {
 
-/// A triangle owns at most so many edges; with unique edges it has three, and a list that repeats
-/// edges keeps the rest as items of their own.
+/// Maximum number of edges that a triangle owns. With unique edges it owns at most three; of a list
+/// that repeats edges, the others become separate items.
 inline constexpr int kMostOwned = 8;
 
-/// Which triangle every vertex and every edge of a surface belongs to, its owner [Curtis2008], so
-/// that a traversal by triangles meets each pair of primitives once. The items of a tree are the
+/// Assigns every vertex and every edge of a surface to one triangle, its owner [Curtis2008], so
+/// that a traversal by triangles finds each pair of primitives once. The items of a tree are the
 /// triangles, then the edges, then the points without a triangle.
 struct OwnedPrimitives {
   std::size_t vertex_count = 0;
@@ -24,15 +24,15 @@ struct OwnedPrimitives {
   std::vector<std::int32_t> owned_edges, owned_points;
 
   void set(const SurfaceView& surface);
-  /// Gives edges and points owners. Triangles of one `group` (0, 1, ... for each triangle) will
-  /// share a leaf: owners are chosen so that groups own about the same, at most `most_edges` each.
-  /// Empty: each triangle is a group.
+  /// Assigns owners to edges and points. Triangles of one `group` (0, 1, ... for each triangle)
+  /// will share a leaf; owners are chosen so that groups own similar numbers, at most `most_edges`
+  /// each. Empty: each triangle is a group.
   void find_owners(std::span<const std::int32_t> group, int most_edges);
-  /// The first two triangles at each edge, -1 where there is none; until forget_sides.
+  /// The first two triangles at each edge, -1 if there is none; valid until forget_sides.
   std::span<const std::array<std::int32_t, 2>> sides() const { return sides_; }
-  /// Frees what only find_owners and sides need.
+  /// Frees the data that only find_owners and sides need.
   void forget_sides();
-  /// True if the surface has the very triangles and edges that this was made for.
+  /// True if the surface has exactly the triangles and edges for which this was made.
   bool equal(const SurfaceView& surface) const;
   std::size_t item_count() const {
     return triangles.size() + loose_edges.size() + loose_points.size();

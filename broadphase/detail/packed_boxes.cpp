@@ -15,8 +15,8 @@ namespace {
 
 constexpr unsigned kUsedLanes = 0x77;  // without 3 and 7
 
-// Compiled for AVX2 by attribute: a compiler flag would also reach the standard library's inline
-// functions, of which the linker keeps one copy for the whole program.
+// Compiled for AVX2 by an attribute. A compiler flag would also affect the standard library's
+// inline functions, of which the linker keeps one copy for the whole program.
 __attribute__((target("avx2"))) std::uint32_t* scan_avx2(const PackedBox* boxes, std::uint32_t n,
                                                          const PackedQuery& query,
                                                          std::uint32_t* out) {
@@ -77,13 +77,14 @@ ScanBoxes scan_boxes() {
   return scan_narrow;
 }
 
-Vec3 middle_of(std::span<const std::vector<SweptBox>* const> lists) {
-  constexpr std::size_t most = 255;  // of each list: a median that a tenth of the boxes cannot move
+Vec3 middle_of(std::span<const std::vector<DoubleBox>* const> lists) {
+  constexpr std::size_t most = 255;  // of each list: up to a tenth of the boxes does not move the
+                                     // median
   Vec3 middle = Vec3::Zero();
   std::vector<double> sample;
   for (int k = 0; k < 3; ++k) {
     sample.clear();
-    for (const std::vector<SweptBox>* list : lists) {
+    for (const std::vector<DoubleBox>* list : lists) {
       const std::size_t step = list->size() / most + 1;
       for (std::size_t i = 0; i < list->size(); i += step) sample.push_back((*list)[i].lo[k]);
     }

@@ -8,19 +8,19 @@
 
 namespace selvedge::detail {
 
-/// Counts the pairs that the parts of a search find together, against the budget of the call.
+/// Counts the pairs that all parts of a search find, against the budget of the call.
 class PairTally {
  public:
-  /// `bytes_per_pair`: what the detector needs for one pair when it needs most, scratch and the
-  /// room that growing lists hold in advance included.
+  /// `bytes_per_pair`: the detector's peak memory per pair, including scratch and the capacity that
+  /// growing lists reserve.
   PairTally(const PairBudget& budget, std::size_t bytes_per_pair)
       : budget_(budget), limit_(std::min(budget.pairs, budget.bytes / bytes_per_pair)) {}
   PairTally(const PairTally&) = delete;
   PairTally& operator=(const PairTally&) = delete;
 
   std::size_t limit() const { return limit_; }
-  /// Adds what was found since the last time; throws BudgetExceeded if that is too much. May be
-  /// called by any thread. Call it before a list grows and once at its end.
+  /// Adds the pairs found since the last call; throws BudgetExceeded if there are too many.
+  /// Thread-safe. Call it before a list grows and once at its end.
   void add(std::size_t found) {
     const std::size_t total = count_.fetch_add(found, std::memory_order_relaxed) + found;
     if (total > limit_) throw BudgetExceeded(total, limit_, budget_);

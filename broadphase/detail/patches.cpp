@@ -11,7 +11,7 @@ constexpr std::int32_t kBorder = -1;
 
 int lanes_of(int items, int block) { return std::min(kLanes, items - block * kLanes); }
 
-/// Whether every point of the leaf is a corner and every edge a side of one of its triangles.
+/// Whether every point of the leaf is a corner, and every edge a side, of one of its triangles.
 bool owns_only_parts(const BoundingVolumeTree& tree, const TreeLeaf& leaf) {
   const auto some_triangle = [&](auto holds) {
     for (int b = 0; b < leaf.triangle_blocks; ++b)
@@ -66,7 +66,7 @@ void Patches::find_neighbours(std::span<const Triangle> triangles) {
     std::int32_t lo, hi;
     std::int32_t place;
     std::int8_t corner;
-    bool upwards;  ///< runs from the lower to the higher vertex
+    bool upwards;  ///< goes from the lower to the higher vertex
   };
   std::vector<Side> sides;
   sides.reserve(3 * order_.size());
@@ -120,7 +120,7 @@ bool Patches::is_connected(const Patch& patch) {
   return count == patch.end - patch.begin;
 }
 
-/// Fills in the contour, or finds that the patch is not disc-like.
+/// Traces the contour, or finds that the patch is not disc-like.
 void Patches::trace(Patch& patch, std::span<const Triangle> triangles) {
   const bool sound = patch.is_disc_like &&
                      std::find(faulty_.begin() + patch.begin, faulty_.begin() + patch.end, 1) ==

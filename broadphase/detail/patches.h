@@ -9,19 +9,19 @@
 
 namespace selvedge::detail {
 
-/// The triangles below each node and leaf of a tree as pieces of surface, and the contour of each
-/// piece. Depends on the topology and the shape of the tree alone.
+/// The triangles below each node and leaf of a tree as pieces of surface, with the contour of each
+/// piece. Depends only on the topology and the shape of the tree.
 class Patches {
  public:
-  /// The i-th triangle, in an order in which those below any node are consecutive.
+  /// The triangles in an order in which those below any node are contiguous.
   std::span<const std::int32_t> order() const { return order_; }
 
   struct Patch {
     std::uint32_t begin = 0, end = 0;                  ///< in order()
     std::uint32_t contour_begin = 0, contour_end = 0;  ///< vertices of the contour, in its sense
-    /// True if the triangles are connected by edges, turn the same way, lie two on each inner edge,
-    /// have one contour that visits no vertex twice, and if no primitive below the node belongs to
-    /// no triangle.
+    /// True if the triangles are connected by edges and consistently oriented, two meet at each
+    /// inner edge, one contour visits no vertex twice, and every primitive below the node belongs
+    /// to a triangle.
     bool is_disc_like = false;
   };
   const Patch& of_node(std::int32_t node) const { return nodes_[node]; }
@@ -45,10 +45,11 @@ class Patches {
 
   std::vector<std::int32_t> order_;  ///< triangle at each place
   std::vector<std::int32_t> place_;  ///< of each triangle
-  /// For each side of the triangle at each place: the place of the triangle beyond it, -1 where
-  /// there is none, or none that can be told.
+  /// For each side of the triangle at each place: the place of the triangle across it; -1 if there
+  /// is none or it is ambiguous.
   std::vector<std::array<std::int32_t, 3>> beyond_;
-  std::vector<std::uint8_t> faulty_;  ///< by place: more than two meet, or two turn differently
+  std::vector<std::uint8_t> faulty_;  ///< by place: more than two triangles meet, or two are
+                                      ///< inconsistently oriented
   std::vector<Patch> nodes_, leaves_;
   std::vector<std::int32_t> contours_;
   std::vector<std::int32_t> next_;     ///< scratch, by vertex: the next one along a contour, or -1

@@ -10,7 +10,8 @@ constexpr std::size_t kVertexSamples = 2048;
 constexpr std::size_t kBoxSamples = 128;
 constexpr double kFar = 1e12;  // see to_float of dop.h
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kSteps = 0x1p-45;  // narrower pieces than that share of their place are left out
+constexpr double kSteps = 0x1p-45;  // pieces narrower than this fraction of their position are
+                                    // omitted
 
 void add_samples(std::span<const Vec3> x, const std::array<int, 3>& d,
                  std::vector<double>& samples) {
@@ -23,7 +24,7 @@ void add_samples(std::span<const Vec3> x, const std::array<int, 3>& d,
 
 QuantileMap::QuantileMap(std::vector<double> samples) {
   std::sort(samples.begin(), samples.end());
-  // What lies between pieces; the first piece lies before all samples, the last beyond them.
+  // Boundaries between pieces; the first piece lies before all samples, the last after them.
   std::vector<double> bounds;
   constexpr std::size_t inner = kPieces - 2;
   for (std::size_t i = 0; i <= inner && !samples.empty(); ++i) {
@@ -58,11 +59,11 @@ std::vector<QuantileMap> quantile_maps(std::span<const std::array<int, 3>> direc
   return maps;
 }
 
-std::vector<QuantileMap> quantile_maps(std::span<const std::vector<SweptBox>* const> lists) {
+std::vector<QuantileMap> quantile_maps(std::span<const std::vector<DoubleBox>* const> lists) {
   std::vector<QuantileMap> maps;
   for (int k = 0; k < 3; ++k) {
     std::vector<double> samples;
-    for (const std::vector<SweptBox>* list : lists) {
+    for (const std::vector<DoubleBox>* list : lists) {
       const std::size_t stride = list->size() / kVertexSamples + 1;
       for (std::size_t i = 0; i < list->size(); i += stride) samples.push_back((*list)[i].lo[k]);
     }
@@ -71,8 +72,8 @@ std::vector<QuantileMap> quantile_maps(std::span<const std::vector<SweptBox>* co
   return maps;
 }
 
-std::vector<SweptBox> sample_boxes(const SurfaceView& surface) {
-  std::vector<SweptBox> sample;
+std::vector<DoubleBox> sample_boxes(const SurfaceView& surface) {
+  std::vector<DoubleBox> sample;
   const auto take = [&](const auto& primitives) {
     const std::size_t stride = primitives.size() / kBoxSamples + 1;
     for (std::size_t i = 0; i < primitives.size(); i += stride)
@@ -85,7 +86,7 @@ std::vector<SweptBox> sample_boxes(const SurfaceView& surface) {
   return sample;
 }
 
-void add_sample(std::span<const SweptBox> list, std::vector<SweptBox>& sample) {
+void add_sample(std::span<const DoubleBox> list, std::vector<DoubleBox>& sample) {
   const std::size_t stride = list.size() / kBoxSamples + 1;
   for (std::size_t i = 0; i < list.size(); i += stride) sample.push_back(list[i]);
 }

@@ -10,13 +10,14 @@
 
 namespace selvedge::detail {
 
-/// A monotone, piecewise linear map whose pieces hold about as many sampled numbers each. Where
-/// floats about one origin cannot tell the small part of a surface from a point, floats of mapped
-/// numbers can: a part with half of the vertices gets half of the range, however small it is. As
-/// the map is monotone, no overlap of intervals is lost by it (see FloatDop).
+/// A monotone, piecewise linear map whose pieces contain about the same number of samples each. If
+/// floats relative to one origin cannot distinguish the small part of a surface from a point,
+/// floats of mapped numbers can: a part with half of the vertices gets half of the range, however
+/// small it is. The map is monotone, so no overlap of intervals is lost (see FloatDop).
 class QuantileMap {
  public:
-  /// Any number of finite samples, in any order; with fewer than two different ones it only shifts.
+  /// Takes any number of finite samples in any order; with fewer than two different ones the map
+  /// only shifts.
   explicit QuantileMap(std::vector<double> samples = {});
 
   double operator()(double s) const {
@@ -24,7 +25,7 @@ class QuantileMap {
     for (std::size_t half = kPieces / 2; half > 0; half /= 2)
       if (pieces_[i + half].anchor <= s) i += half;
     const Piece& p = pieces_[i];
-    // A rounded difference, product and sum are monotone each; the bounds keep pieces in order.
+    // A rounded difference, product and sum are each monotone; the bounds keep pieces in order.
     return std::clamp(p.base + (s - p.anchor) * p.slope, p.low, p.high);
   }
 
@@ -36,19 +37,19 @@ class QuantileMap {
   std::array<Piece, kPieces> pieces_;
 };
 
-/// The boxes of a few triangles (edges, if there are none), evenly taken.
-std::vector<SweptBox> sample_boxes(const SurfaceView& surface);
-/// `list` in the same way, put behind those of `sample`.
-void add_sample(std::span<const SweptBox> list, std::vector<SweptBox>& sample);
+/// The boxes of a few triangles (edges, if there are none), evenly chosen.
+std::vector<DoubleBox> sample_boxes(const SurfaceView& surface);
+/// Appends a few boxes of `list`, chosen in the same way, to `sample`.
+void add_sample(std::span<const DoubleBox> list, std::vector<DoubleBox>& sample);
 
-/// How many of the boxes have extents of no more than `finest` under the map (axis, coordinate), or
-/// of so few steps of a float that they can hardly be told from points.
+/// Number of boxes whose extents under the map (axis, coordinate) are at most `finest`, or so few
+/// steps of a float that they can hardly be distinguished from points.
 template <class Map>
-int count_unresolved(std::span<const SweptBox> sample, const Map& map, double finest = 0.0) {
-  // Sixteen steps of a float: rounding makes boxes an eighth larger.
+int count_unresolved(std::span<const DoubleBox> sample, const Map& map, double finest = 0.0) {
+  // Sixteen steps of a float: rounding enlarges boxes by an eighth.
   constexpr double kFewSteps = 0x1p-19;
   int count = 0;
-  for (const SweptBox& box : sample) {
+  for (const DoubleBox& box : sample) {
     double extent = 0.0, mapped = 0.0, far = 0.0;
     for (int k = 0; k < 3; ++k) {
       const double lo = map(k, box.lo[k]), hi = map(k, box.hi[k]);
@@ -60,13 +61,14 @@ int count_unresolved(std::span<const SweptBox> sample, const Map& map, double fi
   }
   return count;
 }
-/// So many of the sample are worth another map. Fewer, all in one place, cost little.
+/// This many unresolved boxes of the sample justify another map. Fewer, all in one place, cost
+/// little.
 inline constexpr int kWorthAnotherMap = 2;
 
-/// A map for each of the `directions`, by a sample of the vertices of one surface or two.
+/// A map for each of the `directions`, from a sample of the vertices of one or two surfaces.
 std::vector<QuantileMap> quantile_maps(std::span<const std::array<int, 3>> directions,
                                        std::span<const Vec3> a, std::span<const Vec3> b);
-/// The same along the axes, by the lower corners of boxes.
-std::vector<QuantileMap> quantile_maps(std::span<const std::vector<SweptBox>* const> lists);
+/// The same along the axes, from the lower corners of boxes.
+std::vector<QuantileMap> quantile_maps(std::span<const std::vector<DoubleBox>* const> lists);
 
 }  // namespace selvedge::detail

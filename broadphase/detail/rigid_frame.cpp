@@ -9,11 +9,11 @@
 namespace selvedge::detail {
 namespace {
 
-/// Rotations must be orthonormal to this.
+/// Rotations must be orthonormal to this tolerance.
 constexpr double kOrthonormal = 0x1p-40;
-/// Covers, with more than a thousandfold to spare, what rounding and rotations that are orthonormal
-/// to kOrthonormal only can shift a point by, relative to the numbers that it is made from: each of
-/// the body's world positions and of its rest positions goes through one pose, its inverse and
+/// Bounds, with a reserve of more than a factor of a thousand, how far rounding, and rotations that
+/// are orthonormal only to kOrthonormal, can shift a point, relative to the numbers from which it
+/// is computed: each of the body's world and rest positions goes through one pose, its inverse and
 /// fewer than 16 roundings.
 constexpr double kRounding = 0x1p-30;
 

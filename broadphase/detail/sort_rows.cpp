@@ -61,14 +61,14 @@ template SortRows<EdgeEdgePair> sort_rows_narrow();
 namespace {
 namespace wide {
 
-/// The row lies in `vectors` vectors of eight.
+/// For a row that fits into `vectors` vectors of eight.
 template <int vectors, class Pair>
 inline void rank_row(std::int32_t first, const std::uint32_t* row, std::uint32_t n, Pair* out) {
   __m256i lanes[vectors];
   const __m256i size = _mm256_set1_epi32(static_cast<int>(n));
   __m256i place = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
   for (int v = 0; v < vectors; ++v) {
-    // What lies behind the row becomes greater than all.
+    // Entries after the row become greater than all others.
     const __m256i behind = _mm256_xor_si256(_mm256_cmpgt_epi32(size, place), _mm256_set1_epi32(-1));
     const __m256i all = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(row) + v);
     lanes[v] = _mm256_or_si256(_mm256_andnot_si256(behind, all), _mm256_srli_epi32(behind, 1));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The traversal with vectors of eight floats. The functions of this file alone are compiled for
-// AVX2, by pragma: a compiler flag would also reach the standard library's inline functions, of
-// which the linker keeps one copy for the whole program.
+// The traversal with vectors of eight floats. A pragma compiles only the functions of this file for
+// AVX2. A compiler flag would also affect the standard library's inline functions, of which the
+// linker keeps one copy for the whole program.
 #include <selvedge/broadphase/detail/traverse.h>
 
 #include <array>
@@ -58,9 +58,9 @@ inline unsigned overlap_mask(const DopBlock<axes>& block, const Query<axes>& q) 
   return static_cast<unsigned>(_mm256_movemask_ps(all));
 }
 
-/// By how much each box reaches into the query, at most: negative if they are apart, 0 if they just
-/// touch, NaN in unused lanes. The sign of a difference of floats is that of the comparison, also
-/// where it underflows to 0, which merely asks for a look in double.
+/// Upper bound of the penetration of each box into the query: negative if they are apart, 0 if they
+/// just touch, NaN in unused lanes. The sign of a difference of floats is that of the comparison;
+/// an underflow to 0 merely causes a test in double.
 template <int axes>
 inline Hits test(const DopBlock<axes>& block, const Query<axes>& q) {
   const auto depth = [&](int k) {
@@ -81,12 +81,12 @@ inline unsigned equal_mask(const std::int32_t* ids, std::int32_t id) {
   return static_cast<unsigned>(_mm256_movemask_ps(_mm256_castsi256_ps(equal)));
 }
 
-/// For each mask of lanes, where the eight places of two unpacked vectors get their lanes from.
+/// For each mask of lanes, the source lanes of the eight positions of two unpacked vectors.
 struct PackTable {
   alignas(64) std::uint8_t lane[256][kLanes] = {};
 
   constexpr PackTable() {
-    // Unpacking the low and the high halves puts these places in order.
+    // Unpacking the low and the high halves puts these positions in order.
     constexpr int place[kLanes] = {0, 1, 4, 5, 2, 3, 6, 7};
     for (unsigned mask = 0; mask < 256; ++mask)
       for (unsigned i = 0, next = 0; i < kLanes; ++i)
@@ -95,7 +95,8 @@ struct PackTable {
 };
 constexpr PackTable kPack;
 
-/// Writes the keys firsts << 32 | seconds of the lanes in `hits`, and rubbish up to eight keys.
+/// Writes the keys firsts << 32 | seconds of the lanes in `hits`; up to eight keys may be
+/// overwritten with arbitrary values.
 inline std::uint64_t* pack(__m256i firsts, __m256i seconds, unsigned hits, std::uint64_t* out) {
   const __m256i lanes =
       _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(kPack.lane[hits])));

@@ -11,24 +11,25 @@ using Range = TreeSkeleton::Range;
 using Node = TreeSkeleton::Node;
 
 constexpr int kBins = 16;
-// For few items fewer bins find the same cut in less time.
+// With few items, fewer bins find the same cut in less time.
 constexpr int kFewBins = 8;
 constexpr std::int32_t kFewItems = 64;
-// A split that leaves less than this part of the items on one side is lopsided; a path down the
-// tree may have kLopsidedSplits of them (to peel off far outliers), then it splits at the median,
-// so that building takes O(n (log n + kLopsidedSplits)) whatever the input.
+// A split that leaves less than 1/kLopsidedPart of the items on one side is lopsided. A path down
+// the tree may have kLopsidedSplits of them (to separate far outliers); then it splits at the
+// median, so that building takes O(n (log n + kLopsidedSplits)) for any input.
 constexpr std::int32_t kLopsidedPart = 16;
 constexpr int kLopsidedSplits = 12;
-constexpr std::int32_t kSubtreeLeaves = 256;  // built by one thread, at least
-constexpr std::size_t kItemGrain = 4096;      // items of a range that one thread looks through
+constexpr std::int32_t kSubtreeLeaves = 256;  // minimum number of leaves that one task builds
+constexpr std::size_t kItemGrain = 4096;      // items per task
 
 constexpr FloatBox kEmptyBox = empty_dop<3>();
 
-/// Nodes and leaves of a part of the tree; leaf indices and child nodes count from its own start.
+/// Nodes and leaves of a part of the tree; leaf indices and child nodes are relative to its own
+/// start.
 struct Subtree {
   std::vector<Node> nodes;
   std::vector<Range> leaves;
-  std::int32_t parent = 0;  ///< the node and lane above its root
+  std::int32_t parent = 0;  ///< node and lane above its root
   int lane = 0;
 };
 
@@ -38,10 +39,10 @@ struct Builder {
     Range range;
     FloatBox box = kEmptyBox;
     FloatBox centroids = kEmptyBox;  ///< doubled: lower plus upper corners
-    int lopsided = 0;                ///< lopsided splits above it
+    int lopsided = 0;                ///< number of lopsided splits above it
     std::int32_t size() const { return range.end - range.begin; }
   };
-  /// A part that is left for another thread, and where its root is to be entered.
+  /// A part that is left for another thread, and the place where its root is entered.
   struct Deferred {
     Part part;
     std::int32_t node;
@@ -64,7 +65,7 @@ struct Builder {
   };
   using Bins = std::array<Bin, kBins>;
 
-  /// Which bin of `part` an item falls into.
+  /// Maps an item of `part` to its bin.
   struct Binning {
     int axis;
     float lo, scale;
@@ -83,7 +84,7 @@ struct Builder {
   static FloatBox centroid_box(const FloatBox& item) {
     FloatBox box;
 #ifdef __SSE2__
-    // The index in the fourth lane must not be added as if it were a number: it would be denormal.
+    // The index in the fourth lane must not be added as a float: it would be denormal.
     const __m128 three = _mm_castsi128_ps(_mm_set_epi32(0, -1, -1, -1));
     const __m128 lo = _mm_and_ps(three, _mm_load_ps(item.lo.data()));
     const __m128 sum = _mm_add_ps(lo, _mm_load_ps(item.hi.data()));
@@ -140,7 +141,7 @@ struct Builder {
   }
 
   Bins fill_bins_alone(Range range, const Binning& bin_of) const {
-    // Two sets in turn, so that a bin's last store is not waited for.
+    // Two alternating sets, so that the next item does not wait for a bin's last store.
     std::array<Bins, 2> sets;
     for (std::int32_t i = range.begin; i < range.end; ++i)
       sets[i & 1][bin_of(items[i])].add(items[i]);
@@ -159,7 +160,7 @@ struct Builder {
     int last_left;  ///< the last bin that goes left, or -1
   };
 
-  /// The cut with the least Σ area·leaves, among equals the most balanced.
+  /// The cut with the least Σ area·leaves; among equals the most balanced.
   Split best_split(const Bins& bins, int last) const {
     Bins from_right;
     Bin side;
@@ -186,7 +187,7 @@ struct Builder {
     return best;
   }
 
-  /// Brings the items of the first bins to the front, keeping their order.
+  /// Moves the items of the first bins to the front, keeping their order.
   void partition(Range range, const Binning& bin_of, int last_left, std::int32_t left_count) {
     if (chunks_of(range) <= 1)
       partition_alone(range, bin_of, last_left);
@@ -194,7 +195,7 @@ struct Builder {
       partition_by_chunks(range, bin_of, last_left, left_count);
   }
 
-  /// Without branches.
+  /// Branch-free version for one thread.
   void partition_alone(Range range, const Binning& bin_of, int last_left) {
     FloatBox* left = items.data() + range.begin;
     FloatBox* right = scratch.data() + range.begin;
@@ -229,7 +230,7 @@ struct Builder {
     });
   }
 
-  /// Splits at the median centroid; ties go by index, so the result is always the same.
+  /// Splits at the median centroid; ties are ordered by index, so the result is deterministic.
   std::array<Part, 2> split_median(const Part& part) {
     const int axis = longest_axis(part.centroids);
     const Range range = part.range;
@@ -247,7 +248,7 @@ struct Builder {
   std::array<Part, 2> split(const Part& part) {
     const int axis = longest_axis(part.centroids);
     const float length = part.centroids.hi[axis] - part.centroids.lo[axis];
-    // Below this length the reciprocal would overflow; such items are as good as in one point.
+    // Below this length the reciprocal would overflow; such items practically coincide.
     constexpr float kShortest = 1e-30f;
     if (!(length > kShortest)) return split_median(part);
     const int bins = part.size() < kFewItems ? kFewBins : kBins;
@@ -263,7 +264,7 @@ struct Builder {
             Part{{middle, part.range.end}, best.right.box, best.right.centroids, lopsided}};
   }
 
-  /// Splits the part with the largest area until there are `arity` or only leaves are left.
+  /// Splits the part with the largest area until there are `arity` parts or only leaves are left.
   int split_manifold(const Part& part, std::array<Part, kLanes>& parts) {
     int count = 1;
     parts[0] = part;
@@ -283,8 +284,8 @@ struct Builder {
     return count;
   }
 
-  /// Builds below `part`, which has more items than a leaf holds; leaves parts of at most
-  /// `defer_below` items to the caller when `deferred` is given.
+  /// Builds below `part`, which has more items than a leaf holds. If `deferred` is given, leaves
+  /// parts of at most `defer_below` items to the caller.
   void build(const Part& part, Subtree& out, std::vector<Deferred>* deferred,
              std::int32_t defer_below) {
     const auto node = static_cast<std::int32_t>(out.nodes.size());
@@ -306,7 +307,7 @@ struct Builder {
   }
 };
 
-/// Puts the parts of the tree one behind the other.
+/// Concatenates the parts of the tree.
 void join(Subtree& top, const std::vector<Subtree>& below, TreeSkeleton& out) {
   std::size_t node = top.nodes.size(), leaf = top.leaves.size();
   out.subtree_begin.assign(1, node);

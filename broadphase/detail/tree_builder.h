@@ -11,8 +11,8 @@ namespace selvedge::detail {
 /// References to a child of a node: a node by its index, a leaf by the complement of its index.
 inline constexpr std::int32_t kNoChild = std::numeric_limits<std::int32_t>::min();
 
-/// A leaf holds at most so many items: of its owned edges, kMostOwned each, eight bits can count
-/// the lanes.
+/// Maximum number of items of a leaf: eight bits can then count the lanes of its owned edges,
+/// kMostOwned each.
 inline constexpr int kMostLeafItems = 24;
 
 struct TreeShape {
@@ -20,7 +20,7 @@ struct TreeShape {
   int leaf_size = kLanes;  ///< items of a leaf, 1 to kMostLeafItems
 };
 
-/// An item to be put into a tree is its box; the fourth number of `lo` holds the bits of its index.
+/// An item of a tree is its box; the fourth number of `lo` holds the bits of its index.
 inline std::int32_t item_index(const FloatBox& item) {
   return std::bit_cast<std::int32_t>(item.lo[3]);
 }
@@ -42,9 +42,9 @@ struct TreeSkeleton {
   std::size_t bytes() const;
 };
 
-/// Makes a tree over `items`, which are put in the order of the leaves, by binned surface-area
-/// splits [Wald2007] with bins on the longest axis of the centroids only. The same tree for any
-/// number of threads.
+/// Builds a tree over `items`, which it reorders to the order of the leaves, by binned surface-area
+/// splits [Wald2007] with bins only on the longest axis of the centroids. The tree does not depend
+/// on the number of threads.
 void build_tree(const TreeShape& shape, std::vector<FloatBox>& items,
                 std::vector<FloatBox>& scratch, TreeSkeleton& out);
 

@@ -7,15 +7,16 @@
 namespace selvedge::detail {
 namespace {
 
-constexpr std::size_t row_grain = 1024, coarse_grain = 128;
-// Share of a child's weight that goes to its neighbours' aggregates: a damped Jacobi step of 2/3 on
-// the graph's Laplacian.
-constexpr double smoothing = 2.0 / 3.0;
+constexpr std::size_t kRowGrain = 1024, kCoarseGrain = 128;
+// Fraction of a child's weight that goes to the aggregates of its neighbours: a damped Jacobi step
+// of 2/3 on the graph Laplacian.
+constexpr double kSmoothing = 2.0 / 3.0;
 
 bool held(std::span<const char> free, std::int32_t i) { return !free.empty() && !free[i]; }
 
-/// Greedy aggregates: a node whose neighbours are all free takes them; left-over nodes join the
-/// aggregate of their last neighbour that has one. Returns the aggregate of each node.
+/// Greedy aggregation: a node whose neighbours are all unassigned forms an aggregate with them;
+/// each remaining node joins the aggregate of its last neighbour that has one. Returns the
+/// aggregate of each node.
 std::vector<std::int32_t> aggregate(std::span<const std::int32_t> begin,
                                     std::span<const std::int32_t> column, std::int32_t& count) {
   const std::size_t n = begin.size() - 1;
@@ -94,9 +95,9 @@ Prolongation make_prolongation(std::span<const std::int32_t> begin,
       weight[parent] += w;
     };
     const std::int32_t degree = begin[i + 1] - begin[i] - 1;
-    add(root[i], degree > 0 ? 1.0 - smoothing : 1.0);
+    add(root[i], degree > 0 ? 1.0 - kSmoothing : 1.0);
     for (std::int32_t k = begin[i]; k < begin[i + 1]; ++k)
-      if (static_cast<std::size_t>(column[k]) != i) add(root[column[k]], smoothing / degree);
+      if (static_cast<std::size_t>(column[k]) != i) add(root[column[k]], kSmoothing / degree);
     row.number(0);
     for (const std::int32_t parent : row.columns()) {
       p.parent.push_back(parent);
@@ -112,7 +113,7 @@ Prolongation make_prolongation(std::span<const std::int32_t> begin,
 
 void prolong_add(const Prolongation& p, std::span<const Vec3> coarse, std::span<const char> free,
                  std::span<Vec3> x) {
-  parallel_for(x.size(), row_grain, [&](std::size_t first, std::size_t last) {
+  parallel_for(x.size(), kRowGrain, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
       if (held(free, static_cast<std::int32_t>(i))) continue;
       Vec3 sum = Vec3::Zero();
@@ -124,7 +125,7 @@ void prolong_add(const Prolongation& p, std::span<const Vec3> coarse, std::span<
 }
 
 void restrict_to(const Prolongation& p, std::span<const Vec3> r, std::span<Vec3> coarse) {
-  parallel_for(coarse.size(), coarse_grain, [&](std::size_t first, std::size_t last) {
+  parallel_for(coarse.size(), kCoarseGrain, [&](std::size_t first, std::size_t last) {
     for (std::size_t a = first; a < last; ++a) {
       Vec3 sum = Vec3::Zero();
       for (std::int32_t c = p.child_begin[a]; c < p.child_begin[a + 1]; ++c)
@@ -190,7 +191,7 @@ void GalerkinProduct::multiply_right(std::span<const std::int32_t> begin,
                                      std::span<const std::int32_t> column,
                                      std::span<const Mat3> value, const Prolongation& p,
                                      std::span<const char> free) {
-  parallel_for(begin.size() - 1, row_grain, [&](std::size_t first, std::size_t last) {
+  parallel_for(begin.size() - 1, kRowGrain, [&](std::size_t first, std::size_t last) {
     std::size_t slot = half_slot_begin_[first];
     for (std::size_t i = first; i < last; ++i) {
       for (std::int32_t q = half_begin_[i]; q < half_begin_[i + 1]; ++q) half_[q].setZero();
@@ -206,7 +207,7 @@ void GalerkinProduct::multiply_right(std::span<const std::int32_t> begin,
 
 void GalerkinProduct::multiply_left(const Prolongation& p, std::span<const char> free,
                                     BlockRows& coarse) const {
-  parallel_for(p.parents(), coarse_grain, [&](std::size_t first, std::size_t last) {
+  parallel_for(p.parents(), kCoarseGrain, [&](std::size_t first, std::size_t last) {
     std::size_t slot = coarse_slot_begin_[first];
     for (std::size_t a = first; a < last; ++a) {
       for (std::int32_t q = coarse.begin[a]; q < coarse.begin[a + 1]; ++q)

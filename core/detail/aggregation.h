@@ -8,18 +8,18 @@
 
 namespace selvedge::detail {
 
-/// Block rows with a fixed pattern, columns ascending.
+/// A matrix of 3×3 block rows with a fixed pattern, columns ascending.
 struct BlockRows {
   std::vector<std::int32_t> begin, column, diagonal;
   std::vector<Mat3> value;
   std::size_t size() const { return begin.empty() ? 0 : begin.size() - 1; }
 };
 
-/// Scalar weights of the parents of each child, at least one; and the children of each parent.
+/// Scalar weights of the parents of each child (at least one), and the children of each parent.
 struct Prolongation {
   std::vector<std::int32_t> begin, parent;
   std::vector<double> weight;
-  std::vector<std::int32_t> child_begin, child, child_entry;  // entry: place in `weight`
+  std::vector<std::int32_t> child_begin, child, child_entry;  // entry: index into `weight`
   std::size_t parents() const { return child_begin.size() - 1; }
 };
 
@@ -27,17 +27,17 @@ struct Prolongation {
 Prolongation make_prolongation(std::span<const std::int32_t> begin,
                                std::span<const std::int32_t> column);
 
-/// x += P coarse, not at held children (`free` empty: none is held).
+/// x += P coarse, except at held children. An empty `free` means that none is held.
 void prolong_add(const Prolongation& p, std::span<const Vec3> coarse, std::span<const char> free,
                  std::span<Vec3> x);
 /// coarse = Pᵀ r; r is zero at held children.
 void restrict_to(const Prolongation& p, std::span<const Vec3> r, std::span<Vec3> coarse);
 
-/// The Galerkin product Pᵀ A P with all patterns found beforehand: first A P by fine rows, then Pᵀ
-/// times that by coarse rows. Every sum runs in a fixed order.
+/// The Galerkin product Pᵀ A P with precomputed patterns: first A P by fine rows, then Pᵀ (A P) by
+/// coarse rows. Every sum has a fixed order.
 class GalerkinProduct {
  public:
-  /// Finds the patterns; `coarse` gets its own.
+  /// Computes the patterns and sets the pattern of `coarse`.
   void set_pattern(std::span<const std::int32_t> begin, std::span<const std::int32_t> column,
                    const Prolongation& p, BlockRows& coarse);
   /// coarse = Pᵀ A P, without the rows and columns of held children.
@@ -54,7 +54,7 @@ class GalerkinProduct {
 
   std::vector<std::int32_t> half_begin_, half_column_;  // pattern of A P
   std::vector<Mat3> half_;                              // A P
-  std::vector<std::int32_t> half_slot_, coarse_slot_;   // where each product goes
+  std::vector<std::int32_t> half_slot_, coarse_slot_;   // target of each product
   std::vector<std::size_t> half_slot_begin_, coarse_slot_begin_;
 };
 

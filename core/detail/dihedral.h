@@ -10,12 +10,12 @@
 
 namespace selvedge::detail {
 
-/// The angle between the normals of two triangles that share an edge, 0 where flat, in (-π, π],
-/// and its gradient with respect to the four vertices: 0 and 1 opposite, 2-3 the edge.
+/// The angle between the normals of two triangles that share an edge, 0 if they are coplanar, in
+/// (-π, π], and its gradient with respect to the four vertices: 0 and 1 are opposite the edge 2-3.
 struct Dihedral {
   double angle = 0.0;
   std::array<Vec3, 4> gradient;
-  bool valid = false;  ///< false where a triangle has no area: there is no angle then
+  bool valid = false;  ///< false if a triangle has no area, so the angle is undefined
 };
 
 inline Dihedral dihedral(const Vec3& x1, const Vec3& x2, const Vec3& x3, const Vec3& x4) {
@@ -23,8 +23,8 @@ inline Dihedral dihedral(const Vec3& x1, const Vec3& x2, const Vec3& x3, const V
   const Vec3 e = x4 - x3;
   const Vec3 n1 = (x1 - x3).cross(x1 - x4), n2 = (x2 - x4).cross(x2 - x3);
   const double length = e.norm(), n1_squared = n1.squaredNorm(), n2_squared = n2.squaredNorm();
-  // A triangle flatter than this ratio of height to edge has a normal of rounding noise only:
-  // the cross product of two vectors of length |e| carries an error of about 1e-16 |e|².
+  // Below this ratio of height to edge a normal consists of rounding error: the cross product of
+  // two vectors of length |e| has an error of about 1e-16 |e|².
   constexpr double flattest = 1e-12;
   const double smallest = flattest * flattest * length * length * length * length;
   d.valid = n1_squared > smallest && n2_squared > smallest && length > 0.0;
@@ -36,8 +36,9 @@ inline Dihedral dihedral(const Vec3& x1, const Vec3& x2, const Vec3& x3, const V
   d.gradient[0] = length * a;
   d.gradient[1] = length * b;
   d.gradient[3] = -((x1 - x3).dot(e) / length) * a - ((x2 - x3).dot(e) / length) * b;
-  // u3 is (x1 - x4)·e/|e| a + (x2 - x4)·e/|e| b, which is minus the sum of the others: computed by
-  // itself, an edge much shorter than its triangles would leave their sum of rounding errors.
+  // u3 = (x1 - x4)·e/|e| a + (x2 - x4)·e/|e| b equals minus the sum of the others. Computed
+  // separately, the sum of all four would be a rounding error that is large for an edge much
+  // shorter than its triangles.
   d.gradient[2] = -(d.gradient[0] + d.gradient[1] + d.gradient[3]);
   return d;
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/core/coloring.h>
+#include <selvedge/core/detail/coloring.h>
 #include <selvedge/core/detail/force_checks.h>
 #include <selvedge/core/force.h>
 
@@ -13,25 +13,27 @@
 
 namespace selvedge::detail {
 
-/// What an element of N particles does in one state. Its energy depends on one measure q(x), a
-/// length or an angle: f = -(moment + damping·dq/dt) ∂q/∂x. Where q is curved, the second
-/// derivative of the energy has a part across ∂q/∂x; of it `across`·(w wᵀ ⊗ plane) is kept, which
-/// is positive semidefinite.
+/// Energy derivatives of one element of N particles in one state. The energy depends on a single
+/// measure q(x), a length or an angle: f = -(moment + damping·dq/dt) ∂q/∂x. If q is not linear in
+/// x, the second derivative of the energy also has a part across ∂q/∂x. Its positive semidefinite
+/// part `across`·(w wᵀ ⊗ plane) is kept.
 template <int N>
 struct ElementSample {
-  bool valid = false;  ///< false: no shape, no force (two ends at the same place)
+  /// false if the element is degenerate (two ends coincide) and exerts no force.
+  bool valid = false;
   double energy = 0.0;
   double moment = 0.0;   ///< dE/dq
   double slope = 0.0;    ///< d²E/dq²
   double damping = 0.0;  ///< moment per dq/dt, >= 0
   std::array<Vec3, N> gradient;
   double across = 0.0;  ///< >= 0
-  double bound = 0.0;   ///< of the norm of what is left out of `across`, and itself
+  /// Bound of the norm of the whole part across ∂q/∂x, including its dropped part.
+  double bound = 0.0;
   std::array<double, N> weight;
   Mat3 plane;
 };
 
-/// An element kind: particles and the sample of one element.
+/// An element kind: the particles and the sample of each element.
 template <class Kind>
 concept ElementKind = requires(const Kind& kind, std::size_t e, std::span<const Vec3> x) {
   { Kind::arity } -> std::convertible_to<int>;
@@ -40,7 +42,7 @@ concept ElementKind = requires(const Kind& kind, std::size_t e, std::span<const 
   { kind.sample(e, x) } -> std::same_as<ElementSample<Kind::arity>>;
 };
 
-/// A force made of elements of one kind. `Kind::reorder(order)` sorts its elements by colour.
+/// A force made of elements of one kind. `Kind::reorder(order)` sorts the elements by colour.
 template <ElementKind Kind>
 class ElementForce : public Force {
  public:
@@ -145,7 +147,7 @@ class ElementForce : public Force {
   std::vector<std::size_t> color_begin_;
 };
 
-/// The elements in another order.
+/// Reorders the elements.
 template <class Element>
 void reorder(std::vector<Element>& elements, std::span<const std::int32_t> order) {
   std::vector<Element> sorted;
@@ -154,9 +156,9 @@ void reorder(std::vector<Element>& elements, std::span<const std::int32_t> order
   elements = std::move(sorted);
 }
 
-/// Tension and its potential at one length of a link.
+/// Energy, tension and slope at one length of a link.
 struct Tension {
-  double energy, force, slope;  // J, N (positive: pulls), N/m
+  double energy, force, slope;  // J, N (positive: pulls the ends together), N/m
 };
 
 /// The sample of a link between a and b that pulls with `tension(length)`.

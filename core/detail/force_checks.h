@@ -27,7 +27,7 @@ inline void require_number(const char* what, double value, bool zero_allowed = t
   throw std::invalid_argument(text.str());
 }
 
-/// The same for the `quantity` of one of many elements, which the message names by its index.
+/// As require_number, for the `quantity` of element number `element`; the message gives its index.
 inline void require_number_of(const char* quantity, const char* what, std::size_t element,
                               double value, bool zero_allowed = true) {
   if (std::isfinite(value) && (value > 0.0 || (zero_allowed && value == 0.0))) return;
@@ -36,7 +36,7 @@ inline void require_number_of(const char* quantity, const char* what, std::size_
   require_number(name.str().c_str(), value, zero_allowed);
 }
 
-/// Throws std::invalid_argument unless a memory of `there` numbers holds the `needed` ones.
+/// Throws std::invalid_argument if a memory of `there` numbers is shorter than `needed`.
 inline void require_memory(const char* what, std::size_t there, std::size_t needed) {
   if (there >= needed) return;
   std::ostringstream text;

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
 // Bending of a grid by lines of three particles p-t, p, p+t along the four directions t: rows,
-// columns and both diagonals. A line along t bent to curvature κ across n feels κ (n·t̂)². With the
-// shares A, C of rows and columns and D of each diagonal, the energy per area is
+// columns and both diagonals. If the cloth is bent to curvature κ along n, a line along t has the
+// curvature κ (n·t̂)². With the fractions A and C of the rigidity for rows and columns and D for
+// each diagonal, the energy per area is
 //   ½ κ² [A c⁴ + C s⁴ + D (2 a⁴c⁴ + 12 a²b² c²s² + 2 b⁴s⁴)/l⁴],  n = (c,s),  l² = a² + b²,
-// which is ½ κ² (√B c² + √B' s²)², the plate's [Peirce1930], for
+// which equals that of the plate, ½ κ² (√B c² + √B' s²)² [Peirce1930], for
 //   D = √(BB') l⁴/(6 a²b²),  A = B - √(BB') a²/(3 b²),  C = B' - √(BB') b²/(3 a²).
 #include <selvedge/core/detail/grid_bending.h>
 #include <selvedge/core/detail/grid_mesh.h>
@@ -19,18 +20,18 @@
 namespace selvedge::detail {
 namespace {
 
-/// The loop of shear has its full width at half a degree.
-constexpr double yield_shear = 0.0087;  // rad
+/// Shear angle at which the shear loop reaches its full width: half a degree.
+constexpr double kYieldShear = 0.0087;  // rad
 
-/// Three particles in a line: how far apart two of them are, and the rigidity that the line has of
-/// the plate's, times the area it stands for.
+/// Three particles in a line: the spacing of neighbours, and the line's part of the plate rigidity
+/// times the area that the line represents.
 struct Line {
   std::int32_t before, centre, after;
   double spacing;        // m
   double rigidity_area;  // N·m·m²
 };
 
-/// Shares of the plate rigidity of rows, columns and each diagonal, N·m.
+/// Parts of the plate rigidity for rows, columns and each diagonal, N·m.
 struct LineShares {
   double row, column, diagonal;
 };
@@ -42,10 +43,11 @@ LineShares line_shares(const CellConstants& c, const Material& m) {
                           between * l2 * l2 / (6.0 * a2 * b2)};
   if (shares.row > 0.0 && shares.column > 0.0) return shares;
   std::ostringstream text;
-  text << "bending_law: lines of particles need cells whose sides differ by less than 1.73 to 1 "
-          "where warp and weft bend alike, not "
+  text << "bending_law: buckling links and twisting springs need cells whose sides differ by less "
+          "than "
+          "1.73 to 1 if warp and weft bend alike, not "
        << c.a << " m by " << c.b << " m of " << warp << " and " << weft
-       << " N*m; change cells_x or cells_y, or take \"hinge\"";
+       << " N*m; change cells_x or cells_y, or use \"hinge\"";
   throw std::invalid_argument(text.str());
 }
 
@@ -59,7 +61,7 @@ void for_each_line(const GridConfig& grid, const Material& material,
     for (std::int32_t i = 0; i <= nx; ++i) {
       const std::int32_t p = j * up + i;
       const bool inner_x = i > 0 && i<nx, inner_y = j> 0 && j < ny;
-      // A line along the border stands for half a cell.
+      // A line on the border represents half a cell.
       if (inner_x) add({p - 1, p, p + 1, c.a, share.row * area * (inner_y ? 1.0 : 0.5)});
       if (inner_y) add({p - up, p, p + up, c.b, share.column * area * (inner_x ? 1.0 : 0.5)});
       if (!inner_x || !inner_y) continue;
@@ -69,22 +71,20 @@ void for_each_line(const GridConfig& grid, const Material& material,
 }
 
 // A link over two cells bends to an arc of length 2d and stores ½ k κ² 2d: k = (share·area)/(2d).
-// Before it buckles it is as stiff as a strip of the cloth of its width.
+// Before it buckles it is as stiff as a strip of cloth of its width.
 void add_links(ClothMesh& cloth, const GridConfig& grid, const Material& m) {
   for_each_line(grid, m, [&](const Line& line) {
     const double length = 2.0 * line.spacing;
     const double rigidity = line.rigidity_area / length;
-    // The onset must be steeper than any later slope, with room; see make_buckling_force.
-    constexpr double steeper = 2.0 * 4.0 * std::numbers::pi * std::numbers::pi;
-    const double steepest = steeper * rigidity / (length * length * length);
     const double width = line.rigidity_area / (m.bending_stiffness * line.spacing);
-    const double onset = std::max(steepest, m.stretch_stiffness * width / length);
+    const double onset =
+        std::max(least_onset(rigidity, length), m.stretch_stiffness * width / length);
     cloth.links.push_back({line.before, line.after, length, rigidity, onset, m.bending_damping});
   });
 }
 
-// A torsional spring at a particle turns by κ d and stores ½ k κ² d²: k = (share·area)/d². This is
-// also the beam of [survey eq. 4] mended: under an end couple M = EI α/l, with EI = B·width.
+// A torsional spring at a particle rotates by κ d and stores ½ k κ² d²: k = (share·area)/d². This
+// is also the beam of [survey eq. 4] corrected: under an end couple M = EI α/l, with EI = B·width.
 void add_bend_twists(ClothMesh& cloth, const GridConfig& grid, const Material& m) {
   for_each_line(grid, m, [&](const Line& line) {
     cloth.twists.push_back({{line.before, line.centre, line.after},
@@ -97,13 +97,13 @@ void add_bend_twists(ClothMesh& cloth, const GridConfig& grid, const Material& m
 void refuse_bending_friction(const Material& m) {
   if (m.bending_friction > 0.0)
     throw std::invalid_argument(
-        "bending_friction needs hinges; take bending_law \"hinge\", \"shape_operator\" or "
+        "bending_friction needs hinges; use bending_law \"hinge\", \"shape_operator\" or "
         "\"bridson\"");
 }
 
-// Bent to curvature κ across n = (c,s), rows have the curvature κ c² and columns κ s²: frictions HB
-// along both work HB κ (c² + s²) = HB κ in every direction, and the twist needs none. A hinge of
-// rows a × b with span d (θ = κ d) stands for half of a cell: moment HB a b/(2 d).
+// If the cloth is bent to curvature κ along n = (c,s), rows have the curvature κ c² and columns κ
+// s². Frictions HB along both do the work HB κ (c² + s²) = HB κ in every direction, so twist needs
+// none. A hinge of rows a × b with span d (θ = κ d) represents half a cell: moment HB a b/(2 d).
 void add_bending_friction(ClothMesh& cloth, const GridConfig& grid, const Material& m) {
   if (m.bending_friction <= 0.0) return;
   const CellConstants c = cell_sides(grid);
@@ -113,11 +113,18 @@ void add_bending_friction(ClothMesh& cloth, const GridConfig& grid, const Materi
     const double span = along == 1 ? c.b : c.a;
     cloth.hinge_frictions.push_back({hinge.v, hinge.rest_angle,
                                      m.bending_friction * c.a * c.b / (2.0 * span),
-                                     yield_curvature * span});
+                                     kYieldCurvature * span});
   }
 }
 
 }  // namespace
+
+double least_onset(double rigidity, double length) {
+  // The onset must be steeper than any later slope, with a safety factor; see
+  // make_buckling_force.
+  constexpr double kSteeper = 2.0 * 4.0 * std::numbers::pi * std::numbers::pi;
+  return kSteeper * rigidity / (length * length * length);
+}
 
 void add_grid_bending(ClothMesh& cloth, const GridConfig& grid, const Material& material) {
   if (material.bending_stiffness <= 0.0) return;
@@ -141,7 +148,7 @@ void add_grid_bending(ClothMesh& cloth, const GridConfig& grid, const Material& 
 void add_grid_twist(ClothMesh& cloth, const GridConfig& grid, const Material& material) {
   if (material.shear_stiffness <= 0.0) return;
   const CellConstants c = cell_sides(grid);
-  // Sheared by γ each of the four corners of a cell turns by γ: 4 · ½ k γ² = ½ G γ² a b.
+  // Under a shear γ each of the four corners of a cell rotates by γ: 4 · ½ k γ² = ½ G γ² a b.
   const double stiffness = 0.25 * material.shear_stiffness * c.a * c.b;
   const std::int32_t up = grid.cells_x + 1;
   const auto add = [&](std::int32_t x_end, std::int32_t corner, std::int32_t y_end) {
@@ -161,7 +168,7 @@ void add_grid_twist(ClothMesh& cloth, const GridConfig& grid, const Material& ma
   const double moment = 0.25 * material.shear_friction * c.a * c.b;
   for (const TwistSpring& twist : cloth.twists)
     if (twist.rest_angle > 0.0)
-      cloth.corner_frictions.push_back({twist.v, twist.rest_angle, moment, yield_shear});
+      cloth.corner_frictions.push_back({twist.v, twist.rest_angle, moment, kYieldShear});
 }
 
 }  // namespace selvedge::detail

@@ -29,13 +29,13 @@ class GridNet {
  private:
   std::int32_t index(std::int32_t i, std::int32_t j) const { return vertex(grid_, i, j); }
 
-  /// Whether the diagonal of the surface in this cell starts at its lower left corner.
+  /// True if the diagonal of the surface in this cell starts at its lower left corner.
   bool rises(std::int32_t i, std::int32_t j) const {
     return diagonals_ == Diagonals::same || (i + j) % 2 == 0;
   }
 
   void add_vertices() {
-    // A vertex owns a quarter of each cell around it.
+    // A vertex gets a quarter of each cell around it.
     const double quarter = 0.25 * material_.density * constants_.a * constants_.b;
     for (std::int32_t j = 0; j <= grid_.cells_y; ++j)
       for (std::int32_t i = 0; i <= grid_.cells_x; ++i) {
@@ -101,11 +101,11 @@ struct HingeConstants {
   double x, y, diagonal;
 };
 
-// Bent to curvature κ across n = (c,s), an edge along x turns by κ s² b, along y by κ c² a, and a
-// diagonal by κ c s l. With these stiffnesses the energy per area is
-// ½ B κ² (s⁴ + c⁴ + 2 s²c²) = ½ B κ² in every direction: that of a plate with Poisson's ratio 0.
-// Where warp and weft differ it is ½ κ² (√B_warp c² + √B_weft s²)² [Peirce1930]; edges along x, the
-// warp, turn where the weft bends.
+// If the cloth is bent to curvature κ along n = (c,s), an edge along x rotates by κ s² b, an edge
+// along y by κ c² a, and a diagonal by κ c s l. With these stiffnesses the energy per area is ½ B
+// κ² (s⁴ + c⁴ + 2 s²c²) = ½ B κ² in every direction, like a plate with Poisson's ratio 0. If warp
+// and weft differ it is ½ κ² (√B_warp c² + √B_weft s²)² [Peirce1930]. An edge along x, the warp,
+// rotates when the weft bends.
 HingeConstants hinge_constants(const GridConfig& grid, const Material& m) {
   const CellConstants c = cell_sides(grid);
   const double l_squared = c.a * c.a + c.b * c.b, ratio = c.a / c.b;
@@ -142,12 +142,12 @@ ClothMesh make_grid_net(const GridConfig& grid, const Material& material, const 
   return GridNet(grid, material, c, diagonals).build();
 }
 
-// The hinges of one triangulation would feel the curvature along x in every other vertex only
-// (the opposite vertices of an edge lie at one of its ends), and a bent cloth would relax by a
-// zigzag to two thirds of its stiffness. So an edge has two hinges, one for each of its ends,
-// with half the stiffness each: the second differences of every row and column, as in the
-// finite-difference plate. A border row thereby stands for half a cell. The twist of a cell,
-// w00 + w11 - w10 - w01, is the same along either diagonal.
+// With the hinges of one triangulation, only every other vertex would resist curvature along x (the
+// opposite vertices of an edge lie at one of its ends), and bent cloth would relax in a zigzag to
+// two thirds of its stiffness. So an edge has two hinges of half the stiffness, one at each end.
+// They are the second differences of every row and column, as in a finite-difference plate, and a
+// border row represents half a cell. The twist of a cell, w00 + w11 - w10 - w01, is the same along
+// both diagonals.
 void add_grid_hinges(ClothMesh& cloth, const GridConfig& grid, const Material& material) {
   if (material.bending_stiffness <= 0.0) return;
   const HingeConstants k = hinge_constants(grid, material);

@@ -11,14 +11,14 @@
 namespace selvedge::detail {
 namespace {
 
-constexpr std::size_t particle_grain = 2048;
+constexpr std::size_t kParticleGrain = 2048;
 
-// Share of the single forces below which their sum is rounding: 1e-16 of lengths, of which strain
-// is the hundredth part.
-constexpr double rounding_share = 1e-12;
+// Fraction of the single forces below which their sum is rounding error: 1e-16 of a length, and the
+// strain is about a hundredth of a length.
+constexpr double kRoundingShare = 1e-12;
 
 double dot(std::span<const Vec3> a, std::span<const Vec3> b) {
-  return parallel_sum(a.size(), particle_grain, [&](std::size_t begin, std::size_t end) {
+  return parallel_sum(a.size(), kParticleGrain, [&](std::size_t begin, std::size_t end) {
     double sum = 0.0;
     for (std::size_t i = begin; i < end; ++i) sum += a[i].dot(b[i]);
     return sum;
@@ -57,7 +57,7 @@ void ImplicitSystem::add_forces(const ForceState& state, double h) {
   for (std::size_t k = 0; k < forces_.size(); ++k) {
     std::fill(f.begin(), f.end(), Vec3::Zero());
     forces_[k]->add_force(state, f);
-    parallel_for(f.size(), particle_grain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(f.size(), kParticleGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         b_[i] += h * f[i];
         if (!free_[i]) continue;
@@ -96,7 +96,7 @@ void ImplicitSystem::add_jacobian_times(std::span<const Vec3> v) {
   for (std::size_t i = 0; i < b_.size(); ++i) b_[i] += ap_[i] - (share_ * mass_[i]) * v[i];
 }
 
-double ImplicitSystem::misfit(std::span<const ImplicitTerm> terms, std::span<const Vec3> v) {
+double ImplicitSystem::residual_norm(std::span<const ImplicitTerm> terms, std::span<const Vec3> v) {
   terms_.reset(terms, b_.size());
   residual(v, r_);
   double sum = 0.0;
@@ -104,13 +104,13 @@ double ImplicitSystem::misfit(std::span<const ImplicitTerm> terms, std::span<con
   return std::sqrt(sum);
 }
 
-double ImplicitSystem::misfit_scale() const {
+double ImplicitSystem::residual_scale() const {
   double from_outside = 0.0, all = 0.0;
   for (std::size_t i = 0; i < applied_.size(); ++i) {
     from_outside += applied_[i].squaredNorm() / mass_[i];
     all += magnitude_[i].squaredNorm() / mass_[i];
   }
-  return std::sqrt(std::max(from_outside, rounding_share * rounding_share * all));
+  return std::sqrt(std::max(from_outside, kRoundingShare * kRoundingShare * all));
 }
 
 SolveReport ImplicitSystem::solve(std::span<const ImplicitTerm> terms, std::span<Vec3> v,
@@ -134,20 +134,20 @@ void ImplicitSystem::residual(std::span<const Vec3> v, std::span<Vec3> out) {
     if (!free_[i]) out[i].setZero();
 }
 
-/// Starts from v, or at the first solve of a step from the old velocities if these leave less: with
-/// its residual in r, the preconditioned one in z and their product.
+/// Starts from v or, in the first solve of a step, from the old velocities if their residual is
+/// smaller. Leaves the residual in r_, the preconditioned residual in z_ and their product in rz.
 ///
-/// `scale_`, what the residual is measured against, squared, is that of the first solve: the
-/// residual of keeping the old velocities (it does not grow with the speed of the whole, as the
-/// right-hand side would), or what the forces from outside would do alone. Not the sizes of all
-/// forces: in taut cloth these are far larger than what moves it. They count with the share of them
-/// that rounding leaves.
+/// `scale_`, the square of the reference for the residual, belongs to the first solve of the step.
+/// It is the largest of three: the residual of the old velocities (unlike the right-hand side it
+/// does not grow with the speed of the whole cloth), the impulse of the external forces alone, and
+/// the rounding error of all forces. The magnitude of all forces would be too large: in taut cloth
+/// it far exceeds the forces that move the cloth.
 void ImplicitSystem::start(Preconditioner& by, std::span<Vec3> v, double& rz) {
   residual(v, r_);
   rz = squared(by, r_, z_);
   if (scaled_by_ == &by) return;
   scaled_by_ = &by;
-  const double rounded = rounding_share * rounding_share * squared(by, magnitude_, p_);
+  const double rounded = kRoundingShare * kRoundingShare * squared(by, magnitude_, p_);
   const double from_outside = squared(by, applied_, p_);
   double kept = rz;
   if (!keeps_velocities(v)) {
@@ -164,7 +164,7 @@ void ImplicitSystem::start(Preconditioner& by, std::span<Vec3> v, double& rz) {
   }
 }
 
-/// Whether the free particles have their old velocities in v.
+/// True if the free particles have their old velocities in v.
 bool ImplicitSystem::keeps_velocities(std::span<const Vec3> v) const {
   for (std::size_t i = 0; i < v.size(); ++i)
     if (free_[i] && v[i] != v_old_[i]) return false;
@@ -179,7 +179,7 @@ double ImplicitSystem::squared(Preconditioner& by, std::span<const Vec3> x,
 }
 
 double ImplicitSystem::dot_free(std::span<const Vec3> x, std::span<const Vec3> y) const {
-  return parallel_sum(x.size(), particle_grain, [&](std::size_t begin, std::size_t end) {
+  return parallel_sum(x.size(), kParticleGrain, [&](std::size_t begin, std::size_t end) {
     double sum = 0.0;
     for (std::size_t i = begin; i < end; ++i)
       if (free_[i]) sum += x[i].dot(y[i]);
@@ -191,11 +191,11 @@ SolveReport ImplicitSystem::solve(std::span<Vec3> v, double tolerance) {
   SolveReport report = iterate(*preconditioner_, v, tolerance);
   if (report.converged) return report;
   if (std::isnan(report.residual)) {
-    lose_what_is_not_finite(v);
+    mark_non_finite(v);
     return report;
   }
-  // The cycle is positive definite only as far as its eigenvalue estimates hold. Where they fail,
-  // the diagonal takes over from where it stopped.
+  // The cycle is positive definite only if its eigenvalue estimates hold. If they do not, block
+  // Jacobi continues where it stopped.
   if (!fallback_) fallback_ = make_block_jacobi();
   fallback_->set_matrix(a_, free_);
   const int before = report.iterations;
@@ -204,10 +204,11 @@ SolveReport ImplicitSystem::solve(std::span<Vec3> v, double tolerance) {
   return report;
 }
 
-/// Contacts let a residual hide; with them each piece of cloth has to keep its momentum too.
+/// Contacts can hide a residual, so with contacts each piece of cloth must also conserve its
+/// momentum.
 bool ImplicitSystem::is_enough(double rz, double target, std::span<const Vec3> v) {
   if (rz > target) return false;
-  return terms_.empty() || rz <= rounding_share * target ||
+  return terms_.empty() || rz <= kRoundingShare * target ||
          pieces_.kept({r_, v, v_old_, mass_, applied_, free_});
 }
 
@@ -221,9 +222,9 @@ SolveReport ImplicitSystem::iterate(Preconditioner& by, std::span<Vec3> v, doubl
   while (report.iterations < config_.max_iterations && !is_enough(rz, target, v)) {
     multiply(p_, ap_);
     const double pap = dot_free(p_, ap_);
-    if (!(pap > 0.0)) break;  // not a number, or not positive definite
+    if (!(pap > 0.0)) break;  // NaN, or not positive definite
     const double alpha = rz / pap;
-    parallel_for(r_.size(), particle_grain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(r_.size(), kParticleGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         if (!free_[i]) continue;
         v[i] += alpha * p_[i];
@@ -234,7 +235,7 @@ SolveReport ImplicitSystem::iterate(Preconditioner& by, std::span<Vec3> v, doubl
     const double next = dot(r_, z_);
     const double beta = next / rz;
     rz = next;
-    parallel_for(r_.size(), particle_grain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(r_.size(), kParticleGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) p_[i] = z_[i] + beta * p_[i];
     });
     ++report.iterations;
@@ -246,8 +247,9 @@ SolveReport ImplicitSystem::iterate(Preconditioner& by, std::span<Vec3> v, doubl
   return report;
 }
 
-/// Forces that are not finite have no solution; whoever asked must not take the guess for one.
-void ImplicitSystem::lose_what_is_not_finite(std::span<Vec3> v) const {
+/// With non-finite forces there is no solution: sets NaN so that the guess is not taken for a
+/// solution.
+void ImplicitSystem::mark_non_finite(std::span<Vec3> v) const {
   for (std::size_t i = 0; i < v.size(); ++i)
     if (free_[i] && !r_[i].allFinite()) v[i].setConstant(std::numeric_limits<double>::quiet_NaN());
 }

@@ -12,10 +12,10 @@
 
 namespace selvedge::detail {
 
-/// The linear system of one step: (share·M + gain·J) v = M·momentum + h F(at), where
-/// J = -τ ∂F/∂v - τ² ∂F/∂x of the forces at the same state.
+/// The linear system of one step: (share·M + gain·J) v = M·momentum + h F(at), with J = -τ ∂F/∂v -
+/// τ² ∂F/∂x of the forces at the same state.
 struct SystemAt {
-  ForceState at;                   ///< where forces and their Jacobians are taken
+  ForceState at;                   ///< state at which forces and Jacobians are evaluated
   double h;                        ///< s
   std::span<const Vec3> momentum;  ///< m/s
   double tau;                      ///< s
@@ -23,29 +23,30 @@ struct SystemAt {
   double gain = 1.0;               ///< > 0
 };
 
-/// With `tau` and `gain` from these, J is its damping part h D or its elastic part h² K alone, each
-/// but for a 1e-6 of the other: what is left of positive semidefinite parts is so too.
-inline constexpr double part_ratio = 1e6;
-inline double damping_tau(double h) { return h / part_ratio; }
-inline constexpr double damping_gain = part_ratio;
-inline double elastic_tau(double h) { return h * part_ratio; }
-inline constexpr double elastic_gain = 1.0 / (part_ratio * part_ratio);
+/// With these values of `tau` and `gain`, J is the damping part h D or the elastic part h² K, plus
+/// 1e-6 of the other one. The part that stays is positive semidefinite if the whole is.
+inline constexpr double kPartRatio = 1e6;
+inline double damping_tau(double h) { return h / kPartRatio; }
+inline constexpr double kDampingGain = kPartRatio;
+inline double elastic_tau(double h) { return h * kPartRatio; }
+inline constexpr double kElasticGain = 1.0 / (kPartRatio * kPartRatio);
 
-/// Assembles that system and solves it with contacts by preconditioned conjugate gradients.
+/// Assembles this system and solves it, including contacts, by preconditioned conjugate gradients.
 class ImplicitSystem {
  public:
   ImplicitSystem(std::span<const std::unique_ptr<Force>> forces, std::size_t particles,
                  const ImplicitConfig& config);
 
-  /// A step begins: which particles are free, and the velocities that are kept if nothing acts.
+  /// Starts a step: stores which particles are free, and the velocities they keep without forces.
   void hold(const Particles& particles);
   void assemble(const SystemAt& system);
-  /// b += gain·J v, of the system assembled last: shifts the velocity at which it was linearised.
+  /// b += gain·J v, for the system assembled last. Shifts the velocity of linearisation.
   void add_jacobian_times(std::span<const Vec3> v);
-  /// |b - (A + T) v| of the free particles, each by the root of its mass; and the same of what the
-  /// forces from outside would do alone, or of the share of all forces that rounding leaves.
-  double misfit(std::span<const ImplicitTerm> terms, std::span<const Vec3> v);
-  double misfit_scale() const;
+  /// Norm of b - (A + T) v over the free particles, each divided by the square root of its mass.
+  double residual_norm(std::span<const ImplicitTerm> terms, std::span<const Vec3> v);
+  /// The scale for residual_norm: the same norm of the impulse of external forces, or of the
+  /// rounding error of all forces if that is larger.
+  double residual_scale() const;
   /// As Integrator::solve, to this tolerance.
   SolveReport solve(std::span<const ImplicitTerm> terms, std::span<Vec3> v, double tolerance);
 
@@ -57,7 +58,7 @@ class ImplicitSystem {
   void add_forces(const ForceState& state, double h);
   SolveReport solve(std::span<Vec3> v, double tolerance);
   void residual(std::span<const Vec3> v, std::span<Vec3> out);
-  void lose_what_is_not_finite(std::span<Vec3> v) const;
+  void mark_non_finite(std::span<Vec3> v) const;
   SolveReport iterate(Preconditioner& by, std::span<Vec3> v, double tolerance);
   void start(Preconditioner& by, std::span<Vec3> v, double& rz);
   bool keeps_velocities(std::span<const Vec3> v) const;
@@ -71,17 +72,18 @@ class ImplicitSystem {
   BlockMatrix a_;
   PieceMomentum pieces_;
   std::vector<Vec3> b_;          // right-hand side
-  std::vector<Vec3> applied_;    // h Σ |F_k| of the forces from outside, per coordinate
-  std::vector<Vec3> magnitude_;  // the same of all forces: what is rounded
-  std::vector<char> outside_;    // of each force: it couples no particles
+  std::vector<Vec3> applied_;    // h Σ |F_k| of external forces, per coordinate
+  std::vector<Vec3> magnitude_;  // the same for all forces; determines the rounding error
+  std::vector<char> outside_;    // per force: 1 if it couples no particles (an external force)
   std::vector<Vec3> v_old_, zeros_;
   std::vector<double> mass_;
   double share_ = 1.0;
   std::vector<char> free_;  // 0: held
   TermOperator terms_;
   std::unique_ptr<Preconditioner> preconditioner_ = make_multilevel();
-  std::unique_ptr<Preconditioner> fallback_;   // made when first needed
-  const Preconditioner* scaled_by_ = nullptr;  // whose norm `scale_` is in; null: not yet
+  std::unique_ptr<Preconditioner> fallback_;  // created on first use
+  // The preconditioner in whose norm `scale_` is given; null if not set yet.
+  const Preconditioner* scaled_by_ = nullptr;
   double scale_ = 0.0;
   std::vector<Vec3> r_, z_, p_, ap_, r_old_, z_old_;  // scratch of the conjugate gradients
 };

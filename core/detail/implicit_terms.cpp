@@ -8,7 +8,7 @@
 namespace selvedge::detail {
 namespace {
 
-constexpr std::size_t term_grain = 1024;
+constexpr std::size_t kTermGrain = 1024;
 
 }  // namespace
 
@@ -30,7 +30,7 @@ void TermOperator::reset(std::span<const ImplicitTerm> terms, std::size_t partic
     if (count_[p] == 0) continue;
     touched_.push_back(static_cast<std::int32_t>(p));
     row_begin_.push_back(row_begin_.back() + count_[p]);
-    count_[p] = row_begin_[row_begin_.size() - 2];  // from now on: where the next one goes
+    count_[p] = row_begin_[row_begin_.size() - 2];  // from here on: where the next entry goes
   }
   incidence_.resize(row_begin_.back());
   for (std::size_t t = 0; t < terms.size(); ++t)
@@ -40,7 +40,7 @@ void TermOperator::reset(std::span<const ImplicitTerm> terms, std::size_t partic
 }
 
 void TermOperator::add_multiply(std::span<const Vec3> x, std::span<Vec3> y) {
-  parallel_for(terms_.size(), term_grain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(terms_.size(), kTermGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       Vec3 sum = Vec3::Zero();
       for (int k = 0; k < 4; ++k)
@@ -48,7 +48,7 @@ void TermOperator::add_multiply(std::span<const Vec3> x, std::span<Vec3> y) {
       moment_[t] = terms_[t].matrix * sum;
     }
   });
-  parallel_for(touched_.size(), term_grain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(touched_.size(), kTermGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t r = begin; r < end; ++r) {
       Vec3 sum = Vec3::Zero();
       for (std::int32_t i = row_begin_[r]; i < row_begin_[r + 1]; ++i)
@@ -63,7 +63,7 @@ void TermOperator::add_diagonal(std::span<Mat3> diagonal) const {
   for (const ImplicitTerm& t : terms_)
     for (int k = 0; k < 4; ++k)
       if (t.particle[k] >= 0)
-        // A particle that a term names twice couples with itself.
+        // A particle that occurs twice in a term is coupled with itself.
         for (int l = 0; l < 4; ++l)
           if (t.particle[l] == t.particle[k])
             diagonal[t.particle[k]] += (t.weight[k] * t.weight[l]) * t.matrix;

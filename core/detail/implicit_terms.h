@@ -8,12 +8,13 @@
 
 namespace selvedge::detail {
 
-/// The sum of all terms as an operator, T = Σ_t Σ_kl w_k w_l M_t at (particle_k, particle_l), never
-/// assembled: a sweep over the terms, then one over the particles that gather from theirs in term
-/// order, so that the result does not depend on threads.
+/// The sum of all terms as an unassembled operator, T = Σ_t Σ_kl w_k w_l M_t at (particle_k,
+/// particle_l). One pass goes over the terms, a second one over the particles, which gather their
+/// terms in order, so the result does not depend on the number of threads.
 class TermOperator {
  public:
-  /// Views `terms`, which must outlive the use. Throws std::invalid_argument for a particle >= n.
+  /// Keeps a view of `terms`, which must outlive its use. Throws std::invalid_argument for a
+  /// particle >= n.
   void reset(std::span<const ImplicitTerm> terms, std::size_t particles);
   bool empty() const { return terms_.empty(); }
 
@@ -29,8 +30,8 @@ class TermOperator {
     std::int32_t term, corner;
   };
   std::span<const ImplicitTerm> terms_;
-  std::vector<std::int32_t> touched_;    // particles that have a term
-  std::vector<std::int32_t> row_begin_;  // of each touched particle in incidence_
+  std::vector<std::int32_t> touched_;    // particles that occur in a term
+  std::vector<std::int32_t> row_begin_;  // start of each touched particle in incidence_
   std::vector<Incidence> incidence_;
   std::vector<Vec3> moment_;         // M_t Σ_l w_l x_l
   std::vector<std::int32_t> count_;  // scratch per particle

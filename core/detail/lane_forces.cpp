@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The forces with vectors of two doubles, which every x86-64 has, and which kernel there is.
+// The forces with vectors of two doubles, which every x86-64 supports, and the list of kernels.
 #include <selvedge/core/detail/lane_forces.h>
 
 #include <cmath>

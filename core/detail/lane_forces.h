@@ -11,24 +11,24 @@
 
 namespace selvedge::detail {
 
-/// What a kernel walks through. Vectors are given as 3 doubles each.
+/// Input and output of a kernel. Vectors are stored as 3 doubles each.
 struct LaneForce {
   const LaneGroup* groups;
   const std::int32_t* particles;
   const double* numbers;  ///< see lane_numbers
   const double* x;        ///< m
   const double* v;        ///< m/s
-  double* f;              ///< N, added to
+  double* f;              ///< N; forces are added
 };
 
-/// Where a Jacobian goes: 3×3 blocks of 9 doubles, column by column.
+/// Target of a Jacobian: 3×3 blocks of 9 doubles, column-major.
 struct LaneBlocks {
   const std::int32_t* slots;  ///< arity² of each element, row by row
   double* values;
   double h;  ///< s
 };
 
-/// The same of `state`, f += its forces. Views all of them.
+/// LaneForce for `state` and the forces f. All members are views.
 inline LaneForce lane_force(const LaneGroups& lanes, std::span<const double> numbers,
                             const ForceState& state, std::span<Vec3> f) {
   static_assert(sizeof(Vec3) == 3 * sizeof(double));
@@ -37,7 +37,7 @@ inline LaneForce lane_force(const LaneGroups& lanes, std::span<const double> num
           first(state.x),      first(state.v),         first(f)};
 }
 
-/// Where the Jacobian of elements goes whose slots these are. Views both.
+/// LaneBlocks for elements with these slots. Both arguments are viewed.
 template <std::size_t count>
 LaneBlocks lane_blocks(const std::vector<std::array<std::int32_t, count>>& slots, BlockMatrix& a,
                        double h) {
@@ -46,67 +46,67 @@ LaneBlocks lane_blocks(const std::vector<std::array<std::int32_t, count>>& slots
   return {slots[0].data(), a.values()[0].data(), h};
 }
 
-/// f += the forces of the groups [first, last).
+/// f += forces of the groups [first, last).
 using AddLanes = void (*)(const LaneForce& force, std::size_t first, std::size_t last);
 
-/// blocks += -h ∂f/∂v - h² ∂f/∂x of the groups [first, last), their indefinite part left out.
+/// blocks += -h ∂f/∂v - h² ∂f/∂x of the groups [first, last), without the indefinite part.
 using AddBlocks = void (*)(const LaneForce& force, const LaneBlocks& blocks, std::size_t first,
                            std::size_t last);
 
-/// The hinges of a triangle, with what a Jacobian has of the couples between them. A hinge's
-/// corners are the triangle's three vertices and one beyond.
+/// The hinges of a triangle and the couplings between them that enter the Jacobian. The corners of
+/// a hinge are the three vertices of the triangle and one vertex beyond.
 struct LanePatch {
   std::int32_t hinges = 0;                             ///< 1 to 3
-  std::array<std::int32_t, 3> hinge{};                 ///< their places: 8·group + lane
-  std::array<std::array<std::int8_t, 4>, 3> corner{};  ///< each one's corners in that order
+  std::array<std::int32_t, 3> hinge{};                 ///< their positions: 8·group + lane
+  std::array<std::array<std::int8_t, 4>, 3> corner{};  ///< corners of each hinge in the order above
   std::array<std::array<double, 3>, 3> couple{};       ///< N·m, symmetric
   double damping = 0.0;                                ///< s
 };
 
-/// Hinges whose moments are a constant matrix W times their turns. Arrays per hinge are laid out
-/// lane by lane, that of lane l of group g at [group_lanes·g + l].
+/// Hinges whose moments are a constant matrix W times their angle changes. Per-hinge arrays are
+/// stored lane by lane: lane l of group g is at [kGroupLanes·g + l].
 struct LanePlate {
-  const std::uint32_t* row_begin;  ///< per group and one more: rows of `group_lanes` couples
-  const std::int32_t* column;      ///< of a couple: the place of the other hinge
-  const double* couple;            ///< N·m; 0 where there is none
+  const std::uint32_t* row_begin;  ///< per group, plus one: rows of `kGroupLanes` couplings
+  const std::int32_t* column;      ///< of a coupling: position of the other hinge
+  const double* couple;            ///< N·m; 0 if there is no coupling
   const LanePatch* patches;
-  double* turn;      ///< rad, of `bends`
-  double* moment;    ///< N·m, of `moments`
-  double* gradient;  ///< 1/m, of `bends`; see lane_plate_kernel.inc
+  double* turn;      ///< rad, written by `bends`
+  double* moment;    ///< N·m, written by `moments`
+  double* gradient;  ///< 1/m, written by `bends`; see lane_plate_kernel.inc
 };
 
-/// Doubles of LanePlate::gradient per group, and how many it has more than its groups need.
-inline constexpr std::size_t lane_gradient = 9 * group_lanes, lane_gradient_more = 1;
+/// Doubles of LanePlate::gradient per group, and the padding after the last group.
+inline constexpr std::size_t kLaneGradient = 9 * kGroupLanes, kLaneGradientMore = 1;
 
 /// A pass over the groups [first, last) of such hinges.
 using PlateLanes = void (*)(const LaneForce& force, const LanePlate& plate, std::size_t first,
                             std::size_t last);
 
-/// The forces that are evaluated most often, for one width of vectors.
+/// The most frequently evaluated forces, for one vector width.
 struct LaneKernel {
-  int width = 0;             ///< doubles in a vector; 0: this machine has none such
+  int width = 0;             ///< doubles per vector; 0: not supported by this machine
   AddLanes hooke = nullptr;  ///< numbers: rest length, stiffness, damping
   AddBlocks hinge_blocks = nullptr;
   AddLanes hinges = nullptr;  ///< numbers: rest angle in [-π, π], stiffness, damping
-  /// θ[l] = atan2(y[l], x[l]) of `group_lanes` numbers, to 4e-16 absolute.
+  /// θ[l] = atan2(y[l], x[l]) for `kGroupLanes` numbers, with an absolute error of 4e-16.
   void (*angle)(const double* y, const double* x, double* theta) = nullptr;
-  /// turn[group_lanes·(g - first) + l] = θ - θ0 of hinges, 0 where a triangle has no area.
+  /// turn[kGroupLanes·(g - first) + l] = θ - θ0 of the hinges; 0 if a triangle has no area.
   void (*turns)(const LaneForce& force, double* turn, std::size_t first,
                 std::size_t last) = nullptr;
   /// plate.turn = θ - θ0 + damping·dθ/dt and plate.gradient = ∂θ/∂x.
   PlateLanes bends = nullptr;
-  PlateLanes moments = nullptr;         ///< plate.moment = W turn, stiffness its diagonal
+  PlateLanes moments = nullptr;  ///< plate.moment = W turn; the diagonal of W is the stiffness
   PlateLanes turning_forces = nullptr;  ///< f -= moment·gradient
-  /// blocks += h (h + damping) ∂θ W ∂θᵀ of the patches [first, last), 36 slots each: those of the
-  /// triangle's vertices, then of the one beyond each hinge.
+  /// blocks += h (h + damping) ∂θ W ∂θᵀ of the patches [first, last), with 36 slots each: first the
+  /// vertices of the triangle, then the vertex beyond each hinge.
   void (*patch_blocks)(const LanePlate& plate, const LaneBlocks& blocks, std::size_t first,
                        std::size_t last) = nullptr;
 };
 
-/// Those that this machine has, narrowest first. All give the same bits: the same operations in the
-/// same order, each rounded as IEEE 754 has it.
+/// The kernels that this machine supports, narrowest first. All are bit-identical: they perform the
+/// same IEEE 754 operations in the same order.
 std::span<const LaneKernel> lane_kernels();
-/// The widest of them.
+/// The widest of these kernels.
 const LaneKernel& lane_kernel();
 
 LaneKernel lane_kernel_avx2();

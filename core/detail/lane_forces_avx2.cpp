@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The forces with vectors of four doubles. The functions of this file alone are compiled for
-// AVX2, by pragma: a compiler flag would also reach the standard library's inline functions, of
-// which the linker keeps one copy for the whole program.
+// The forces with vectors of four doubles. A pragma compiles only the functions of this file for
+// AVX2: a compiler flag would also affect inline functions of the standard library, of which the
+// linker keeps one copy for the whole program.
 #include <selvedge/core/detail/lane_forces.h>
 
 #if defined(__x86_64__) && defined(__GNUC__)

@@ -6,7 +6,7 @@
 namespace selvedge::detail {
 namespace {
 
-/// Groups the elements of one chunk after the other.
+/// Groups the elements of one chunk after another.
 class Grouping {
  public:
   Grouping(std::span<const std::int32_t> particle_of, std::size_t arity)
@@ -19,16 +19,16 @@ class Grouping {
     std::size_t i = 0;
     while (i < chunk.size()) {
       if (is_run(chunk.subspan(i))) {
-        add_run(chunk.subspan(i, group_lanes));
-        i += group_lanes;
+        add_run(chunk.subspan(i, kGroupLanes));
+        i += kGroupLanes;
       } else {
         rest_.push_back(chunk[i++]);
       }
     }
-    // Back in the order in which they came, which walks memory better than that of their shapes.
+    // Restored to the original order, which accesses memory better than the order by shape.
     std::sort(rest_.begin(), rest_.end());
-    for (std::size_t r = 0; r < rest_.size(); r += group_lanes)
-      add_mixed(std::span(rest_).subspan(r, std::min(group_lanes, rest_.size() - r)));
+    for (std::size_t r = 0; r < rest_.size(); r += kGroupLanes)
+      add_mixed(std::span(rest_).subspan(r, std::min(kGroupLanes, rest_.size() - r)));
     std::copy(sorted_.begin(), sorted_.end(), chunk.begin());
   }
 
@@ -36,10 +36,10 @@ class Grouping {
 
  private:
   std::int32_t corner(std::int32_t e, std::size_t k) const { return particle_of_[e * arity_ + k]; }
-  /// Where corner k stands, seen from the first.
+  /// Particle of corner k relative to that of corner 0.
   std::int32_t offset(std::int32_t e, std::size_t k) const { return corner(e, k) - corner(e, 0); }
 
-  /// Elements of one shape stand together, those side by side one after the other.
+  /// Sorts elements of one shape together, and adjacent elements one after another.
   bool before(std::int32_t e, std::int32_t d) const {
     for (std::size_t k = 1; k < arity_; ++k)
       if (offset(e, k) != offset(d, k)) return offset(e, k) < offset(d, k);
@@ -47,8 +47,8 @@ class Grouping {
   }
 
   bool is_run(std::span<const std::int32_t> from) const {
-    if (from.size() < group_lanes) return false;
-    for (std::size_t l = 1; l < group_lanes; ++l)
+    if (from.size() < kGroupLanes) return false;
+    for (std::size_t l = 1; l < kGroupLanes; ++l)
       for (std::size_t k = 0; k < arity_; ++k)
         if (corner(from[l], k) != corner(from[0], k) + static_cast<std::int32_t>(l)) return false;
     return true;
@@ -61,7 +61,7 @@ class Grouping {
   }
 
   void add_run(std::span<const std::int32_t> elements) {
-    begin_group(group_lanes, true);
+    begin_group(kGroupLanes, true);
     for (std::size_t k = 0; k < arity_; ++k) result_.particles.push_back(corner(elements[0], k));
     sorted_.insert(sorted_.end(), elements.begin(), elements.end());
   }
@@ -69,7 +69,7 @@ class Grouping {
   void add_mixed(std::span<const std::int32_t> elements) {
     begin_group(elements.size(), false);
     for (std::size_t k = 0; k < arity_; ++k)
-      for (std::size_t l = 0; l < group_lanes; ++l)
+      for (std::size_t l = 0; l < kGroupLanes; ++l)
         result_.particles.push_back(corner(elements[std::min(l, elements.size() - 1)], k));
     sorted_.insert(sorted_.end(), elements.begin(), elements.end());
   }
@@ -88,8 +88,8 @@ LaneGroups make_lane_groups(std::span<const std::int32_t> particle_of, std::size
   Grouping grouping(particle_of, arity);
   const std::span<std::int32_t> order = coloring.order;
   for (std::size_t c = 0; c + 1 < coloring.color_begin.size(); ++c)
-    for (std::size_t b = coloring.color_begin[c]; b < coloring.color_begin[c + 1]; b += color_chunk)
-      grouping.add_chunk(order.subspan(b, std::min(color_chunk, coloring.color_begin[c + 1] - b)));
+    for (std::size_t b = coloring.color_begin[c]; b < coloring.color_begin[c + 1]; b += kColorChunk)
+      grouping.add_chunk(order.subspan(b, std::min(kColorChunk, coloring.color_begin[c + 1] - b)));
   return grouping.take();
 }
 

@@ -9,12 +9,12 @@
 namespace selvedge::detail {
 namespace {
 
-// Share of the largest moment of inertia below which a piece has none about an axis: particles in a
-// line, or a single one.
+// Fraction of the largest moment of inertia below which a piece has no inertia about an axis
+// (particles in a line, or a single particle).
 constexpr double kNoInertia = 1e-12;
 
-// s: J(τ)/τ² = K + D/τ at a long τ and J(τ)/τ = D + τ K at a short one, with springs damped for
-// milliseconds (D = 1e-3 s K), have a millionth of the other part.
+// s: J(τ)/τ² = K + D/τ for a long τ and J(τ)/τ = D + τ K for a short one. With springs damped for
+// milliseconds (D = 1e-3 s K), each contains about a millionth of the other part.
 constexpr double kLong = 1e3, kShort = 1e-9;
 
 }  // namespace
@@ -113,7 +113,7 @@ void RigidCorrection::apply(const Particles& p, std::span<const Vec3> f, double 
     piece.spin += arm.cross(h * f[i] - p.mass[i] * (v[i] - p.v[i]));
     piece.inertia += p.mass[i] * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
   }
-  for (Piece& piece : pieces_) {  // from now on: the velocities that are missing
+  for (Piece& piece : pieces_) {  // from here on: the missing velocities
     piece.momentum = linear ? Vec3(piece.momentum / piece.mass) : Vec3::Zero();
     const Eigen::SelfAdjointEigenSolver<Mat3> axes(piece.inertia);
     const double least = kNoInertia * axes.eigenvalues()[2];

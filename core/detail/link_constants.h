@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/core/force_sum.h>
+#include <selvedge/core/force.h>
 
 #include <Eigen/Core>
 
@@ -10,15 +10,16 @@
 
 namespace selvedge::detail {
 
-/// One number for each link between two particles instead of its 3x3 Jacobian, fixed once: the
-/// trace of the block, which bounds it whatever direction the link turns to. The survey gives all
-/// links of a Hooke net the same K; links between triangles get theirs the same way, those that
-/// would push apart are left out.
+/// Replaces the 3×3 Jacobian of each link between two particles by one number, fixed once: the
+/// trace of the block, which bounds it for any direction of the link. The survey gives all links of
+/// a Hooke net the same K; links between triangles are treated in the same way. Links that would
+/// push apart are omitted.
 class LinkConstants {
  public:
   LinkConstants(const ForceSum& forces, std::size_t particles);
 
-  /// Takes them from the Jacobian at `state`, unless that has been done or restored.
+  /// Computes the constants from the Jacobian at `state` unless they are already computed or
+  /// restored.
   void fix(const ForceState& state);
   bool fixed() const { return !stiffness_.empty() || links_.empty(); }
 
@@ -29,7 +30,7 @@ class LinkConstants {
   /// out_i += Σ_j w_ij (v_i - v_j), w = elastic·stiffness + damped·damping.
   void add_laplacian(double elastic, double damped, std::span<const Vec3> v,
                      std::span<Vec3> out) const;
-  /// Pieces that links hold together: which one each particle belongs to, and how many there are.
+  /// Connected components of the links: the component of each particle, and their number.
   std::span<const std::int32_t> piece_of() const { return piece_of_; }
   std::int32_t pieces() const { return pieces_; }
 
@@ -47,12 +48,12 @@ class LinkConstants {
   std::int32_t pieces_ = 0;
 };
 
-/// Gives the pieces of cloth that nothing holds the momentum and angular momentum that the forces
-/// give them in a step, by a rigid motion of each.
+/// Restores the momentum and angular momentum that the forces give to each free piece of cloth in a
+/// step, by adding a rigid motion to the piece.
 class RigidCorrection {
  public:
   explicit RigidCorrection(const LinkConstants& links);
-  /// `f`: forces on all particles at the start, N; v: at the end, changed.
+  /// `f`: forces on all particles at the start, N; `v`: end velocities, m/s, changed.
   void apply(const Particles& particles, std::span<const Vec3> f, double h, bool linear,
              std::span<Vec3> v);
 
@@ -60,7 +61,7 @@ class RigidCorrection {
   struct Piece {
     bool free;
     double mass;
-    Vec3 centre, momentum, spin;  // spin: angular momentum that is missing
+    Vec3 centre, momentum, spin;  // spin: missing angular momentum
     Mat3 inertia;
   };
   const LinkConstants& links_;

@@ -7,11 +7,11 @@
 namespace selvedge::detail {
 namespace {
 
-// Share of the momentum moved in a step that a piece may miss: friction of sheets that land on each
-// other is then Coulomb's to some 5 %.
+// Fraction of the momentum exchanged in a step that a piece may lose. Friction between sheets that
+// land on each other then follows Coulomb's law to about 5 %.
 constexpr double kOfMoved = 0.02;
-// Share of what outer forces give in a step that it may miss: with less, drapes would pay for what
-// is seen in impacts alone.
+// The same for the momentum from external forces. A smaller value would slow every drape for an
+// error that is visible only in impacts.
 constexpr double kOfOutside = 1.0;
 
 }  // namespace
@@ -26,7 +26,7 @@ PieceMomentum::PieceMomentum(std::span<const Edge> links, std::size_t n) : piece
     const std::int32_t a = root(link[0]), b = root(link[1]);
     piece_[std::max(a, b)] = std::min(a, b);
   }
-  // A root comes before all others of its piece.
+  // A root precedes all other particles of its piece.
   std::int32_t pieces = 0;
   for (std::size_t i = 0; i < n; ++i) {
     const auto self = static_cast<std::int32_t>(i);

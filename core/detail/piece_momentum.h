@@ -8,25 +8,27 @@
 
 namespace selvedge::detail {
 
-/// Whether a solve has left the momentum of any piece of cloth wrong. Conjugate gradients measure
-/// what is left in the norm of their preconditioner, in which a force that would shift a whole
-/// piece counts next to nothing if stiff contacts couple the piece to others: four sheets that land
-/// on each other lose or keep metres a second so. The sum over each piece shows it.
+/// Checks whether a solve has conserved the momentum of each piece of cloth. The conjugate
+/// gradients measure the residual in the norm of their preconditioner. If stiff contacts couple a
+/// piece to others, a force that shifts the whole piece has almost no weight in this norm: four
+/// sheets that land on each other could gain or lose metres per second. The residual summed over
+/// each piece reveals it.
 class PieceMomentum {
  public:
   PieceMomentum() = default;
-  /// Pieces are what `links` connect of n particles.
+  /// Pieces are the connected components of `links` among n particles.
   PieceMomentum(std::span<const Edge> links, std::size_t n);
 
-  /// A solve as it stands: what is left of its equations, kg·m/s per particle, zero at held ones.
+  /// State of a solve: the residual of its equations in kg·m/s per particle, zero at held
+  /// particles.
   struct Solve {
     std::span<const Vec3> residual, v, v_old;  ///< kg·m/s, m/s, m/s
     std::span<const double> mass;              ///< kg
-    std::span<const Vec3> outside;             ///< kg·m/s in each coordinate, of outer forces
-    std::span<const char> free;                ///< 0: held
+    std::span<const Vec3> outside;  ///< kg·m/s per coordinate, impulse of external forces
+    std::span<const char> free;     ///< 0: held
   };
-  /// True if what is left over all of each piece is a small share of the momentum that the step
-  /// moves about in it, or of what outer forces give it.
+  /// True if the residual summed over each piece is a small fraction of the momentum exchanged
+  /// within it in the step, or of the momentum from external forces.
   bool kept(const Solve& solve);
 
  private:

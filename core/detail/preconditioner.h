@@ -13,17 +13,17 @@ namespace selvedge::detail {
 class Preconditioner {
  public:
   virtual ~Preconditioner() = default;
-  /// A has new values. `free[i]` is 0 for a held particle.
+  /// Call when A has new values. `free[i]` is 0 for a held particle.
   virtual void set_matrix(const BlockMatrix& a, std::span<const char> free) = 0;
-  /// T has new values.
+  /// Call when T has new values.
   virtual void set_terms(TermOperator& terms) = 0;
-  /// z = P r; r is zero at held particles, and so is z.
+  /// z = P r. r must be zero at held particles; z is zero there too.
   virtual void apply(std::span<const Vec3> r, std::span<Vec3> z) = 0;
 };
 
-/// Inverse of the diagonal blocks.
+/// Block Jacobi: the inverse of the diagonal blocks.
 std::unique_ptr<Preconditioner> make_block_jacobi();
-/// One V-cycle over aggregates of particles, aggregates of those, and so on.
+/// One multigrid V-cycle over a hierarchy of aggregates of particles.
 std::unique_ptr<Preconditioner> make_multilevel();
 
 }  // namespace selvedge::detail

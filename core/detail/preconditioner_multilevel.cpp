@@ -2,9 +2,9 @@
 //
 // Multigrid by aggregation of the coupling graph: P. Vaněk, J. Mandel, M. Brezina, "Algebraic
 // multigrid by smoothed aggregation for second and fourth order elliptic problems", Computing 1996.
-// Deviation: the piecewise constant prolongation is smoothed with the Laplacian of the graph, not
-// with the matrix, so that its weights are scalars, the same for x, y and z, and depend on nothing
-// that moves: they and all patterns are found once, and a new matrix only costs the products.
+// Deviation: the piecewise constant prolongation is smoothed with the graph Laplacian instead of
+// the matrix. Its weights are scalars, equal for x, y and z, and do not depend on the positions.
+// Weights and patterns are computed once; a new matrix only costs the products.
 #include <selvedge/core/detail/aggregation.h>
 #include <selvedge/core/detail/preconditioner.h>
 #include <selvedge/core/parallel.h>
@@ -18,30 +18,31 @@
 namespace selvedge::detail {
 namespace {
 
-constexpr std::size_t row_grain = 1024;
-// A dense factor of 3·96 unknowns costs some 8 Mflop, less than another level.
-constexpr std::size_t coarsest_size = 96;
-// A level that keeps more than this share of its parents is not worth its cost.
-constexpr double least_coarsening = 0.75;
+constexpr std::size_t kRowGrain = 1024;
+// Factoring 3·96 dense unknowns costs about 8 Mflop, less than another level.
+constexpr std::size_t kCoarsestSize = 96;
+// A level that is larger than this fraction of its parent level is not worth its cost.
+constexpr double kLeastCoarsening = 0.75;
 // The smoother x += ω/λ D⁻¹ r keeps the cycle positive definite for ω/λ < 2/λmax(D⁻¹A). Power
-// iterations approach λmax from below, within some 20 % after ten: ω = 1.5 leaves a third.
-constexpr double smoother_step = 1.5;
-constexpr int power_iterations = 10;
+// iterations approach λmax from below, to about 20 % after ten; ω = 1.5 leaves a margin of a third.
+constexpr double kSmootherStep = 1.5;
+constexpr int kPowerIterations = 10;
 
-/// Four lanes of single precision, of which a vector fills three.
+/// Four lanes of single precision; a 3-vector uses three of them.
 using Lanes = Eigen::Array4f;
 
-/// A matrix in single precision for the smoother, which needs no more, at half the memory traffic.
+/// A matrix in single precision, which suffices for the smoother and halves the memory traffic.
 class SmootherMatrix {
  public:
   void resize(std::size_t rows, std::size_t blocks) {
     x_.resize(rows);
-    // The last column of a block is loaded with the float behind it, also from the last block.
+    // The last column of a block is loaded together with the next float, so the last block needs
+    // one more.
     value_.assign(9 * blocks + 1, 0.0f);
   }
 
   void set(std::span<const Mat3> values) {
-    parallel_for(values.size(), 16 * row_grain, [&](std::size_t first, std::size_t last) {
+    parallel_for(values.size(), 16 * kRowGrain, [&](std::size_t first, std::size_t last) {
       for (std::size_t k = first; k < last; ++k)
         Eigen::Map<Eigen::Matrix3f>(value_.data() + 9 * k) = values[k].cast<float>();
     });
@@ -49,13 +50,13 @@ class SmootherMatrix {
 
   /// y = A x with the pattern of `a`.
   void multiply(const BlockMatrix& a, std::span<const Vec3> x, std::span<Vec3> y) {
-    parallel_for(x.size(), row_grain, [&](std::size_t first, std::size_t last) {
+    parallel_for(x.size(), kRowGrain, [&](std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i)
         x_[i] = Lanes(static_cast<float>(x[i].x()), static_cast<float>(x[i].y()),
                       static_cast<float>(x[i].z()), 0.0f);
     });
     const auto begin = a.row_begin(), column = a.columns();
-    parallel_for(y.size(), row_grain, [&](std::size_t first, std::size_t last) {
+    parallel_for(y.size(), kRowGrain, [&](std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i) {
         Lanes sum = Lanes::Zero();
         for (std::int32_t k = begin[i]; k < begin[i + 1]; ++k) {
@@ -76,7 +77,7 @@ class SmootherMatrix {
 
 /// y = A x.
 void multiply(const BlockRows& a, std::span<const Vec3> x, std::span<Vec3> y) {
-  parallel_for(y.size(), row_grain / 8, [&](std::size_t first, std::size_t last) {
+  parallel_for(y.size(), kRowGrain / 8, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
       Vec3 sum = Vec3::Zero();
       for (std::int32_t k = a.begin[i]; k < a.begin[i + 1]; ++k)
@@ -93,13 +94,13 @@ struct Smoother {
 
   /// x = S b.
   void start(std::span<const Vec3> b, std::span<Vec3> x) const {
-    parallel_for(x.size(), row_grain, [&](std::size_t first, std::size_t last) {
+    parallel_for(x.size(), kRowGrain, [&](std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i) x[i].noalias() = step[i] * b[i];
     });
   }
   /// x += S (b - ax).
   void correct(std::span<const Vec3> b, std::span<const Vec3> ax, std::span<Vec3> x) const {
-    parallel_for(x.size(), row_grain, [&](std::size_t first, std::size_t last) {
+    parallel_for(x.size(), kRowGrain, [&](std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i) x[i] += step[i] * (b[i] - ax[i]);
     });
   }
@@ -107,17 +108,17 @@ struct Smoother {
 
 /// r = b - r, and 0 at held particles.
 void subtract_from(std::span<const Vec3> b, std::span<const char> free, std::span<Vec3> r) {
-  parallel_for(r.size(), row_grain, [&](std::size_t first, std::size_t last) {
+  parallel_for(r.size(), kRowGrain, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i)
       r[i] = free.empty() || free[i] ? Vec3(b[i] - r[i]) : Vec3::Zero();
   });
 }
 
-/// Largest eigenvalue of D⁻¹A, from below, by power iterations from a fixed start.
+/// Lower estimate of the largest eigenvalue of D⁻¹A, by power iterations from a fixed start.
 template <class Multiply>
 double largest_eigenvalue(std::span<const Mat3> inverse, Multiply&& multiply, std::span<Vec3> x,
                           std::span<Vec3> y) {
-  // A linear congruential generator: some start without symmetries.
+  // A linear congruential generator gives a start without symmetries.
   std::uint32_t state = 12345;
   for (Vec3& v : x)
     for (int k = 0; k < 3; ++k) {
@@ -125,14 +126,14 @@ double largest_eigenvalue(std::span<const Mat3> inverse, Multiply&& multiply, st
       v[k] = state / 4294967296.0 - 0.5;
     }
   double ratio = 0.0;
-  for (int it = 0; it < power_iterations; ++it) {
+  for (int it = 0; it < kPowerIterations; ++it) {
     multiply(x, y);
-    const double before = parallel_sum(x.size(), row_grain, [&](std::size_t b, std::size_t e) {
+    const double before = parallel_sum(x.size(), kRowGrain, [&](std::size_t b, std::size_t e) {
       double sum = 0.0;
       for (std::size_t i = b; i < e; ++i) sum += x[i].squaredNorm();
       return sum;
     });
-    const double after = parallel_sum(x.size(), row_grain, [&](std::size_t b, std::size_t e) {
+    const double after = parallel_sum(x.size(), kRowGrain, [&](std::size_t b, std::size_t e) {
       double sum = 0.0;
       for (std::size_t i = b; i < e; ++i) {
         x[i].noalias() = inverse[i] * y[i];
@@ -142,14 +143,14 @@ double largest_eigenvalue(std::span<const Mat3> inverse, Multiply&& multiply, st
     });
     ratio = before > 0.0 ? std::sqrt(after / before) : 0.0;
   }
-  // At least the mean eigenvalue, which is 1: guards matrices that are all zero or not a number.
+  // At least the mean eigenvalue, 1. This also handles matrices that are zero or NaN.
   return ratio > 1.0 ? ratio : 1.0;
 }
 
-/// A level below the particles.
+/// A level coarser than the particles.
 struct Level {
   BlockRows a;
-  Prolongation p;  // to the next level, unless this is the last
+  Prolongation p;  // to the next level; unused in the last level
   Smoother smoother;
   std::vector<Vec3> x, b;
 };
@@ -195,7 +196,7 @@ class Multilevel final : public Preconditioner {
     p_ = make_prolongation(a.row_begin(), a.columns());
     levels_.emplace_back();
     products_.emplace_back().set_pattern(a.row_begin(), a.columns(), p_, levels_[0].a);
-    while (levels_.back().a.size() > coarsest_size && add_level()) {
+    while (levels_.back().a.size() > kCoarsestSize && add_level()) {
     }
     for (Level& level : levels_)
       for (auto* v : {&level.x, &level.b, &level.smoother.scratch}) v->resize(level.a.size());
@@ -204,7 +205,7 @@ class Multilevel final : public Preconditioner {
   bool add_level() {
     Level& level = levels_.back();
     Prolongation p = make_prolongation(level.a.begin, level.a.column);
-    if (p.parents() > least_coarsening * level.a.size()) return false;
+    if (p.parents() > kLeastCoarsening * level.a.size()) return false;
     level.p = std::move(p);
     Level next;
     products_.emplace_back().set_pattern(level.a.begin, level.a.column, level.p, next.a);
@@ -215,7 +216,7 @@ class Multilevel final : public Preconditioner {
   /// λ of the matrix without terms.
   void estimate_fine() {
     const std::size_t n = a_->size();
-    parallel_for(n, row_grain, [&](std::size_t first, std::size_t last) {
+    parallel_for(n, kRowGrain, [&](std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i)
         inverse_[i] = free_[i] ? Mat3(a_->diagonal(i).inverse()) : Mat3::Zero();
     });
@@ -226,13 +227,13 @@ class Multilevel final : public Preconditioner {
         power_, smoother_.scratch);
   }
 
-  /// S = ω (λ D + Σ_t n_t D_t)⁻¹: a term of n_t particles is at most n_t times its own diagonal
-  /// blocks, so that this bounds the matrix with terms whatever their size.
+  /// S = ω (λ D + Σ_t n_t D_t)⁻¹: a term with n_t particles is at most n_t times its own diagonal
+  /// blocks, so this bounds the matrix with terms of any size.
   void set_fine_smoother() {
     const std::size_t n = a_->size();
     if (terms_->empty()) {
       for (std::size_t i = 0; i < n; ++i)
-        smoother_.step[i] = (smoother_step / lambda_) * inverse_[i];
+        smoother_.step[i] = (kSmootherStep / lambda_) * inverse_[i];
       return;
     }
     std::vector<Mat3>& d = diagonal_;
@@ -244,15 +245,15 @@ class Multilevel final : public Preconditioner {
         if (t.particle[k] >= 0)
           d[t.particle[k]] += (static_cast<double>(count) * t.weight[k] * t.weight[k]) * t.matrix;
     }
-    parallel_for(n, row_grain, [&](std::size_t first, std::size_t last) {
+    parallel_for(n, kRowGrain, [&](std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i)
         smoother_.step[i] = free_[i]
-                                ? Mat3(smoother_step * (lambda_ * a_->diagonal(i) + d[i]).inverse())
+                                ? Mat3(kSmootherStep * (lambda_ * a_->diagonal(i) + d[i]).inverse())
                                 : Mat3::Zero();
     });
   }
 
-  /// Weights of a term's particles carried over to their parents.
+  /// Adds a term, with the weights of its particles transferred to their parents.
   void add_term(const ImplicitTerm& t) {
     parents_.clear();
     for (int k = 0; k < 4; ++k) {
@@ -279,7 +280,8 @@ class Multilevel final : public Preconditioner {
     if (found != last && *found == j)
       a.value[found - a.column.begin()] += weight * matrix;
     else
-      // No block for this pair: the pair's absolute value on the diagonal bounds it from above.
+      // The pattern has no block for this pair; its absolute value on the diagonal is an upper
+      // bound.
       a.value[a.diagonal[i]] += std::abs(weight) * matrix;
   }
 
@@ -298,14 +300,15 @@ class Multilevel final : public Preconditioner {
     const double lambda = largest_eigenvalue(
         step, [&](auto from, auto to) { multiply(level.a, from, to); }, level.x,
         level.smoother.scratch);
-    for (Mat3& s : step) s *= smoother_step / lambda;
+    for (Mat3& s : step) s *= kSmootherStep / lambda;
     if (l + 1 < levels_.size())
       products_[l + 1].compute(level.a.begin, level.a.column, level.a.value, level.p, {},
                                levels_[l + 1].a);
   }
 
-  /// Whether the last level is small enough to be factored; loose particles do not aggregate.
-  bool dense() const { return levels_.back().a.size() <= 2 * coarsest_size; }
+  /// True if the last level is small enough for a factorisation; isolated particles do not
+  /// aggregate.
+  bool dense() const { return levels_.back().a.size() <= 2 * kCoarsestSize; }
 
   void factor(const BlockRows& a) {
     const auto n = static_cast<Eigen::Index>(3 * a.size());

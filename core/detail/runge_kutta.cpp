@@ -7,7 +7,7 @@
 namespace selvedge::detail {
 namespace {
 
-constexpr std::size_t particle_grain = 4096;
+constexpr std::size_t kParticleGrain = 4096;
 
 }  // namespace
 
@@ -24,7 +24,7 @@ void RungeKuttaStages::evaluate(const ForceSum& forces, const Particles& particl
                                 double h) {
   for (int s = 0; s < tableau_.stages; ++s) {
     const auto& a = tableau_.a[s];
-    parallel_for(x.size(), particle_grain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(x.size(), kParticleGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         Vec3 dx = Vec3::Zero(), dv = Vec3::Zero();
         for (int j = 0; j < s; ++j) {
@@ -42,7 +42,7 @@ void RungeKuttaStages::evaluate(const ForceSum& forces, const Particles& particl
 
 void RungeKuttaStages::combine(std::span<const double> weights, std::span<Vec3> dx,
                                std::span<Vec3> dv) const {
-  parallel_for(dx.size(), particle_grain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(dx.size(), kParticleGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       dx[i].setZero();
       dv[i].setZero();
@@ -56,7 +56,7 @@ void RungeKuttaStages::combine(std::span<const double> weights, std::span<Vec3> 
 
 Eigen::Matrix2d amplification_of(const Tableau& t, double theta, double delta) {
   const Eigen::Matrix2d z = mode_matrix(theta, delta);
-  std::array<Eigen::Matrix2d, most_stages> k;
+  std::array<Eigen::Matrix2d, kMostStages> k;
   Eigen::Matrix2d end = Eigen::Matrix2d::Identity();
   for (int s = 0; s < t.stages; ++s) {
     Eigen::Matrix2d y = Eigen::Matrix2d::Identity();

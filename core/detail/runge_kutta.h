@@ -9,14 +9,15 @@
 
 namespace selvedge::detail {
 
-inline constexpr int most_stages = 6;
+/// Largest number of stages of a tableau.
+inline constexpr int kMostStages = 6;
 
-/// An explicit Runge-Kutta method: stage i stands at t + c_i h and y + h Σ_j a_ij k_j, the step
-/// ends at y + h Σ_i b_i k_i.
+/// An explicit Runge-Kutta method. Stage i is evaluated at t + c_i h and y + h Σ_j a_ij k_j; the
+/// step ends at y + h Σ_i b_i k_i.
 struct Tableau {
   int stages;
-  std::array<std::array<double, most_stages>, most_stages> a;
-  std::array<double, most_stages> b, c;
+  std::array<std::array<double, kMostStages>, kMostStages> a;
+  std::array<double, kMostStages> b, c;
 };
 
 /// The stages of a step as arrays over the particles, y = (x, v) and k = (v, a).
@@ -24,23 +25,23 @@ class RungeKuttaStages {
  public:
   RungeKuttaStages(const Tableau& tableau, std::size_t particles);
 
-  /// Evaluates all stages from (x, v). Held particles move on with the v they have.
+  /// Evaluates all stages from (x, v). Held particles keep their velocity.
   void evaluate(const ForceSum& forces, const Particles& particles, std::span<const Vec3> x,
                 std::span<const Vec3> v, double time, double h);
-  /// dx = Σ w_i k_i of positions, dv of velocities, per second.
+  /// dx = Σ w_i k_i of the positions, dv of the velocities, both per second.
   void combine(std::span<const double> weights, std::span<Vec3> dx, std::span<Vec3> dv) const;
   const Tableau& tableau() const { return tableau_; }
 
  private:
   Tableau tableau_;
-  std::array<std::vector<Vec3>, most_stages> kx_, kv_;
+  std::array<std::vector<Vec3>, kMostStages> kx_, kv_;
   std::vector<Vec3> x_;
 };
 
-/// What a method with these coefficients makes of (x, h x') of a mode.
+/// Amplification matrix of a method with these coefficients, acting on (x, h x') of a mode.
 Eigen::Matrix2d amplification_of(const Tableau& tableau, double theta, double delta);
 
-/// A Runge-Kutta method of one fixed step.
+/// A Runge-Kutta method with a fixed step.
 class RungeKutta final : public Integrator {
  public:
   RungeKutta(std::vector<std::unique_ptr<Force>> forces, std::size_t particles,

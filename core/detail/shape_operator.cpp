@@ -1,24 +1,25 @@
 // SPDX-License-Identifier: MIT
 //
-// Curvature of triangles by the turning of their edges, after E. Oñate, F. Zárate, "Rotation-free
-// triangular plate and shell elements", International Journal for Numerical Methods in Engineering
-// 2000 (their basic shell triangle, BST); as shape operator of a triangle: Y. Gingold et al., "A
-// discrete model for inelastic deformation of thin shells", 2004. The mean curvature tensor over a
-// triangle is an integral along its border of the slope g across each edge,
+// Curvature of triangles from the rotation of their edges, after E. Oñate, F. Zárate,
+// "Rotation-free triangular plate and shell elements", International Journal for Numerical Methods
+// in Engineering 2000 (their basic shell triangle, BST); as the shape operator of a triangle: Y.
+// Gingold et al., "A discrete model for inelastic deformation of thin shells", 2004. The mean
+// curvature tensor of a triangle is an integral along its border of the slope g across each edge,
 //   K = (1/A) Σ_e l_e n_e ⊗ n_e (g_e - g),  g: slope of the triangle itself along n_e,
-// and the energy is A/2 K:C:K. As both neighbours have the same g_e, the sum of A K over the mesh
-// depends on its border alone, so that a constant moment is in equilibrium on any mesh.
+// and the energy is A/2 K:C:K. Both neighbours share g_e, so the sum of A K over the mesh depends
+// only on its border, and a constant moment is in equilibrium on any mesh.
 //
-// Deviation: BST takes the mean of both triangles' slopes as g_e. That is exact on some regular
-// meshes alone: on alternating diagonals a plate bent at 45° would store 3/2 of its energy. For a
-// surface of constant curvature K the slopes of the triangles are off that in the middle of the
-// edge by (edge along t, opposite vertices at heights h1, h2 and at o1, o2 along t from the middle)
+// Deviation: BST uses the mean of both triangles' slopes as g_e. That is exact only on some regular
+// meshes: with alternating diagonals, a plate bent at 45° would store 3/2 of its energy. For a
+// surface of constant curvature K the slopes of the triangles differ from that at the edge midpoint
+// by (edge along t, opposite vertices at heights h1, h2 and at o1, o2 along t from the midpoint)
 //   K_tt (o² - l²/4)/(2h) + K_tn o + K_nn h/2,
-// the last two with the sign of the side. Weighed by the other's height, the part of K_nn is gone;
-// the rest is taken off, with K fitted to the angles of the five edges of both triangles:
+// where the last two terms have the sign of the side. Weighting each slope by the other height
+// cancels the K_nn term. The other terms are subtracted, with K fitted to the angles of the five
+// edges of both triangles:
 //   g_e = (h2 g1 + h1 g2)/(h1 + h2) - (K_tt, K_tn part).
-// So K is exact for any constant curvature, and linear in the angles of the hinges: the energy is
-// ½ θᵀ W θ, W constant, with couples between the hinges of a triangle and of its neighbours.
+// So K is exact for any constant curvature and linear in the angles of the hinges. The energy is ½
+// θᵀ W θ with a constant W that couples the hinges of a triangle and of its neighbours.
 #include <selvedge/core/detail/dihedral.h>
 #include <selvedge/core/detail/shape_operator.h>
 #include <selvedge/core/detail/topology.h>
@@ -33,27 +34,28 @@ namespace selvedge::detail {
 namespace {
 
 using Vec2 = Eigen::Vector2d;
-/// A symmetric tensor of the plane as (11, 22, √2 12): the product of two is their contraction.
+/// A symmetric 2D tensor as (11, 22, √2 12): the dot product of two is their contraction.
 using Tensor = Eigen::Vector3d;
-/// Hinges and what each contributes per radian.
+/// Hinges and their contributions per radian.
 template <class Value>
 using Terms = std::vector<std::pair<std::int32_t, Value>>;
 
-/// Relative to the trace, what is added to the normal equations of the fit: six vertices on a conic
-/// leave a curvature undetermined, which then is small instead of unbounded. Costs an error of
-/// a thousandth of the correction elsewhere.
+/// Added to the normal equations of the fit, relative to the trace. Six vertices on a conic leave
+/// one curvature undetermined; the ridge makes it small instead of unbounded. Elsewhere it changes
+/// the correction by a thousandth.
 constexpr double kRidge = 1e-3;
-/// The correction of an edge's slope is at most so many times the smaller height: about 1 on good
-/// triangles. Slivers are not corrected in full, or they would be stiffer than any neighbour.
+/// Upper bound of the correction of an edge's slope, in units of the smaller height; about 1 on
+/// good triangles. Slivers are not corrected in full, because they would become stiffer than any
+/// neighbour.
 constexpr double kLargestCorrection = 4.0;
-/// Couples weaker than this, relative to their hinges, are rounding.
+/// Couplings weaker than this, relative to their hinges, are rounding error.
 constexpr double kRounding = 1e-9;
 
 Tensor tensor(const Vec2& a, const Vec2& b) {
   return {a.x() * b.x(), a.y() * b.y(), (a.x() * b.y() + a.y() * b.x()) / std::sqrt(2.0)};
 }
 
-/// A hinge unfolded into a plane: the edge from (0,0) to (length,0), v[0] at (s1, h1), v[1] at
+/// A hinge unfolded into the plane: the edge from (0,0) to (length,0), v[0] at (s1, h1), v[1] at
 /// (s2, -h2).
 struct Unfolded {
   double length, s1, s2, h1, h2;
@@ -66,12 +68,13 @@ Unfolded unfold(const std::array<std::int32_t, 4>& v, std::span<const Vec3> rest
   return {length, to_1.dot(e), to_2.dot(e), to_1.cross(e).norm(), to_2.cross(e).norm()};
 }
 
-/// A side of a triangle in the plane of this triangle.
+/// A side of a triangle in the plane of that triangle.
 struct Side {
   std::int32_t hinge = -1;  ///< -1: free
-  double sign = 1.0;        ///< whether the hinge's angle bends the triangle's front in or out
+  /// +1 or -1: the direction in which the hinge's angle bends the triangle's front.
+  double sign = 1.0;
   double length = 0.0;
-  Vec2 along, across;  ///< units: v[2] -> v[3] of the hinge, and towards its v[0]
+  Vec2 along, across;  ///< unit vectors: v[2] -> v[3] of the hinge, and towards its v[0]
 };
 
 struct Facet {
@@ -87,8 +90,8 @@ class ShapeOperator {
     const double mean = 0.5 * (material.bending_stiffness + bending_along_weft(material));
     const double warp = level ? material.bending_stiffness : mean;
     const double weft = level ? bending_along_weft(material) : mean;
-    // Peirce 1930: √B = √B_warp c² + √B_weft s² in between, with which there is one constant more
-    // than was measured, that of twist.
+    // [Peirce1930] √B = √B_warp c² + √B_weft s² in between. This fixes the twist rigidity, which
+    // was not measured.
     rigidity_ = Tensor(warp, weft, std::sqrt(warp * weft)).asDiagonal();
     level_ = level;
   }
@@ -146,7 +149,7 @@ class ShapeOperator {
     return facets_[edge.triangle[which]].sides[k];
   }
 
-  /// How a hinge turns per curvature: ½ (P K_tt + 2 Q K_tn + R K_nn).
+  /// Rotation of a hinge per curvature: ½ (P K_tt + 2 Q K_tn + R K_nn).
   Tensor turn_of(std::int32_t hinge, const Vec2& along, const Vec2& across) const {
     const auto& [l, s1, s2, h1, h2] = shapes_[hinge];
     const double p = -s1 * (l - s1) / h1 - s2 * (l - s2) / h2, q = s1 - s2, r = h1 + h2;
@@ -154,8 +157,8 @@ class ShapeOperator {
                   r * tensor(across, across));
   }
 
-  /// What is taken off the slope of edge `e`, in the plane and on the front of its first triangle,
-  /// per angle of the five hinges.
+  /// The correction of the slope of edge `e` per angle of the five hinges, in the plane and on the
+  /// front of its first triangle.
   Terms<double> correction(std::size_t e) {
     const InteriorEdge& edge = edges_[e];
     const Side one = side_of(edge, 0), two = side_of(edge, 1);
@@ -204,20 +207,20 @@ class ShapeOperator {
     if (material_.bending_friction > 0.0) add_friction(facet, curvature);
   }
 
-  /// Friction against K, of HB per area in every direction; none across a free side.
+  /// Friction against K, HB per area in every direction; free sides have none.
   void add_friction(const Facet& facet, const Terms<Tensor>& curvature) {
     const Mat3 held = with_free_sides(facet, Mat3::Identity());
     std::map<std::int32_t, Tensor> sums;
     for (const auto& [hinge, k] : curvature)
       sums.try_emplace(hinge, Tensor::Zero()).first->second += held * k;
-    CurvatureFriction friction{{}, material_.bending_friction * facet.area, yield_curvature};
+    CurvatureFriction friction{{}, material_.bending_friction * facet.area, kYieldCurvature};
     for (const auto& [hinge, k] : sums)
       if (k.norm() * std::sqrt(facet.area) > kRounding)
         friction.terms.push_back({first_ + hinge, k});
     if (!friction.terms.empty()) cloth_.curvature_frictions.push_back(std::move(friction));
   }
 
-  /// K of a triangle per angle of hinges, some named several times.
+  /// K of a triangle per angle of its hinges; a hinge may occur several times.
   Terms<Tensor> curvature_of(const Facet& facet) {
     Terms<Tensor> curvature;
     for (const Side& side : facet.sides) {
@@ -235,7 +238,7 @@ class ShapeOperator {
     return curvature;
   }
 
-  /// C with what the free sides make of it: they turn until no moment acts across them.
+  /// C reduced by the free sides, which rotate until no moment acts across them.
   static Mat3 with_free_sides(const Facet& facet, Mat3 c) {
     const double smallest = kRounding * c.trace();
     for (const Side& side : facet.sides) {
@@ -278,7 +281,8 @@ class ShapeOperator {
   std::vector<InteriorEdge> edges_;
   std::vector<Unfolded> shapes_;
   std::vector<Terms<double>> corrections_;
-  std::vector<HingeCouple> entries_;  ///< hinges counted from 0; a == b: of one hinge
+  /// Couplings, with hinges counted from 0; a == b: a hinge itself.
+  std::vector<HingeCouple> entries_;
 };
 
 }  // namespace

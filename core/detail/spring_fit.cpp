@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The springs on the sides of a triangle that are nearest to a sheet's constants: see
-// topology_plate.cpp, and for warp and weft add_edge_springs.
+// The spring stiffnesses on the sides of a triangle that are nearest to a sheet's constants; used
+// by topology_plate.cpp and, for warp and weft, by add_edge_springs.
 #include <selvedge/core/detail/topology.h>
 
 #include <Eigen/Dense>
@@ -12,7 +12,7 @@ namespace {
 
 using Vec6 = Eigen::Matrix<double, 6, 1>;
 
-/// C11, C22, C12, C33, C13, C23, each times the root of how often it stands in the tensor.
+/// C11, C22, C12, C33, C13, C23, each times the square root of its multiplicity in the tensor.
 Vec6 weighed(const ContinuumConstants& c) {
   const double two = std::sqrt(2.0);
   Vec6 v;
@@ -20,7 +20,8 @@ Vec6 weighed(const ContinuumConstants& c) {
   return v;
 }
 
-/// The x >= 0 with the least |m x - y|: of the eight sets of positive ones, the best that is.
+/// The x >= 0 that minimises |m x - y|: the best solution over the eight sets of positive
+/// components.
 Vec3 least_squares(const Eigen::Matrix<double, 6, 3>& m, const Vec6& y) {
   Vec3 best = Vec3::Zero();
   double least = y.squaredNorm();

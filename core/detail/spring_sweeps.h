@@ -7,8 +7,8 @@
 
 namespace selvedge::detail {
 
-/// Removes the relative velocity, m/s, that goes on stretching springs which stand at their limit
-/// or beyond at `x`, in sweeps, each spring's momentum kept.
+/// Removes the relative velocity (m/s) that stretches springs at or beyond their limit at `x`.
+/// Works in sweeps and conserves the momentum of each spring.
 void stop_stretching(const StrainLimiter& limiter, const LimitStep& step, std::span<const Vec3> x,
                      std::span<Vec3> v);
 

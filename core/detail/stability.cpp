@@ -8,13 +8,13 @@
 namespace selvedge::detail {
 namespace {
 
-// Growth per step that is rounding. What grows less takes more than 1e11 steps to become e times
-// as large.
+// Growth per step that counts as rounding. A mode with less growth needs more than 1e11 steps to
+// grow by a factor of e.
 constexpr double kGrowth = 1e-11;
 
-// Steps times frequency between which the end of stability is looked for; methods end at 4 or
-// below, and where they end below the shortest one, they are stable nowhere that is of use. Factor
-// from one to the next: windows of stability beyond a window of growth are none for a bound.
+// Range of step times frequency in which the end of stability is searched, and the factor between
+// two samples. Stability ends at 4 or below; a method that is unstable below kShortest is useless.
+// Windows of stability beyond a window of growth do not count.
 constexpr double kShortest = 5e-3, kLongest = 64.0, kFactor = 1.04;
 
 constexpr int kBisections = 40;

@@ -26,7 +26,7 @@ breathe_default_project = "selvedge"
 suppress_warnings = ["cpp", "duplicate_declaration", "myst.header"]
 primary_domain = "cpp"
 
-_PAGES = re.compile(r"^[\w./-]+\.(?:md|png|gif|webp|jpg|html)(?:#[\w-]+)?$")
+_PAGES = re.compile(r"^[\w./-]+\.(?:md|png|gif|webp|jpg|html|csv)(?:#[\w-]+)?$")
 
 
 def point_inside(app, docname, source):

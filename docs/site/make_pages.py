@@ -10,7 +10,11 @@ MODULES = {
     "broadphase": "Which pairs of points, edges and triangles may meet during a step.",
     "narrowphase": "Whether they do, and when.",
     "response": "What is done about it, and what ends a step cleanly whatever happens.",
-    "scene": "All of it together: scenes, runs, checkpoints, failures.",
+    "detection": "Collisions, crossings and contacts of plain arrays, one call each.",
+    "scene": "Scenes: from a file or made in code, checked and built.",
+    "simulation": "Steps of a scene in memory: contacts, crossings, untangling, refinement, plan.",
+    "run": "Scenes into result folders: frames, checkpoint, result, replay, failure bundle.",
+    "judge": "The independent exact check of states and motions.",
 }
 
 FAMILIES = {
@@ -68,8 +72,8 @@ def head_of(source):
 
 
 def heads_page(tree, module):
-    lines = [f"# Heads of {module}", "",
-             "Paper, equation, deviations and guarantee, as they stand at the head of each file that implements a method.", ""]
+    lines = [f"# Implementation notes: {module}", "",
+             "Paper, equation, deviations and guarantee of each method, from the comment at the head of its file.", ""]
     for source in sorted((tree / module).glob("*.cpp")):
         head = head_of(source)
         if head.count("\n") < 2:
@@ -80,9 +84,9 @@ def heads_page(tree, module):
 
 def main():
     tree, site, listing = (pathlib.Path(p) for p in sys.argv[1:])
-    (site / "methods.md").write_text(methods_page(json.loads(listing.read_text())["methods"]))
+    (site / "all_methods.md").write_text(methods_page(json.loads(listing.read_text())["methods"]))
     (site / "api").mkdir(exist_ok=True)
-    index = ["# The library", "", "Public headers by module; an arrow of the README says who may use whom.", "",
+    index = ["# Headers", "", "Public headers by module. The page \"The library\" shows which module uses which.", "",
              "```{toctree}", ":maxdepth: 1", ""]
     (site / "heads").mkdir(exist_ok=True)
     for module, says in MODULES.items():

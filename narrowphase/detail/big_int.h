@@ -6,8 +6,8 @@
 
 namespace selvedge::narrowphase_detail {
 
-/// Signed integer of any size for the exact stage. Numbers of up to kInline * 64 bits (all that
-/// coordinates of ordinary scenes lead to) live in the object; larger ones on the heap.
+/// Signed integer of any size for the exact stage. Numbers of up to kInline * 64 bits, enough for
+/// the coordinates of ordinary scenes, live in the object; larger ones on the heap.
 class BigInt {
  public:
   BigInt() = default;
@@ -18,12 +18,12 @@ class BigInt {
   BigInt& operator=(BigInt&& other) noexcept;
   ~BigInt() { release(); }
 
-  /// The double times 2^-exponent; the caller knows that this is an integer.
+  /// The double times 2^-exponent; the caller guarantees that this is an integer.
   static BigInt from_double(double value, int exponent);
 
   int sign() const { return size_ == 0 ? 0 : (negative_ ? -1 : 1); }
   bool is_zero() const { return size_ == 0; }
-  /// Position after the highest set bit of the magnitude, 0 for 0.
+  /// Position after the highest set bit of the magnitude; 0 for 0.
   int bit_length() const;
   /// Number of trailing zero bits of the magnitude; 0 for 0.
   int trailing_zeros() const;
@@ -35,7 +35,7 @@ class BigInt {
   BigInt operator+(const BigInt& b) const { return add(*this, b, b.negative_); }
   BigInt operator-(const BigInt& b) const { return add(*this, b, !b.negative_); }
   BigInt operator*(const BigInt& b) const;
-  /// *this += a * b, or -= where `negate`; a and b are other objects.
+  /// *this += a * b, or -= if `negate`; a and b must be other objects.
   void add_product(const BigInt& a, const BigInt& b, bool negate = false);
   BigInt operator<<(int bits) const;
   /// Shift of the magnitude, rounding towards zero.
@@ -52,7 +52,7 @@ class BigInt {
   std::uint64_t* limbs() { return capacity_ > kInline ? heap_ : inline_; }
   /// *this += sign * (limbs of length n).
   void accumulate(const std::uint64_t* other, std::uint32_t n, bool negative);
-  /// Makes room for n limbs without keeping the old ones.
+  /// Makes room for n limbs; discards the old ones.
   void reserve(std::uint32_t n);
   void release() {
     if (capacity_ > kInline) delete[] heap_;

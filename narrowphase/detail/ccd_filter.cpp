@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The filter with vectors of two doubles: SSE2 on x86-64, whatever the compiler makes of them
-// elsewhere.
+// The filter with vectors of two doubles: SSE2 on x86-64; elsewhere the compiler chooses the
+// instructions.
 #include <selvedge/narrowphase/detail/ccd_filter.h>
 #include <selvedge/narrowphase/detail/error_bounds.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The filter with vectors of four doubles. The functions of this file alone are compiled for AVX2,
-// by pragma: a compiler flag would also reach the standard library's inline functions, of which
-// the linker keeps one copy for the whole program.
+// The filter with vectors of four doubles. A pragma compiles only the functions of this file for
+// AVX2. A compiler flag would also affect the standard library's inline functions, of which the
+// linker keeps one copy for the whole program.
 #include <selvedge/narrowphase/detail/ccd_filter.h>
 #include <selvedge/narrowphase/detail/error_bounds.h>
 

@@ -6,37 +6,38 @@
 
 namespace selvedge::narrowphase_detail {
 
-/// Closest points of the two primitives whose vertices stand in the order of Contact::vertex.
+/// Closest points of the two primitives; the vertices are in the order of Contact::vertex.
 ClosestPoints closest_points(ContactKind kind, const std::array<Vec3, 4>& x);
 
 /// Unit vector perpendicular to both primitives: the triangle's normal or the cross product of the
-/// edges; for degenerate or parallel ones any unit vector perpendicular to the longest edge.
+/// edges; for degenerate or parallel primitives, any unit vector perpendicular to the longest edge.
 Vec3 common_normal(ContactKind kind, const std::array<Vec3, 4>& x);
 
-/// Largest distance between two of the vertices, as the largest coordinate difference.
+/// Largest difference of a coordinate between two of the vertices.
 double extent(const std::array<Vec3, 4>& x);
 
-/// sum of weight[k] x[k]; the weights have the sum 0, so that differences keep their digits.
+/// Sum of weight[k] x[k]. The weights have the sum 0, so the result is computed from differences,
+/// which keep their digits.
 Vec3 weighted_difference(const std::array<double, 4>& weight, const std::array<Vec3, 4>& x);
 
 /// The query moved to its first vertex and scaled by 2^-exponent to size about 1, so that products
 /// of its coordinates neither over- nor underflow.
 Query scaled_query(const Query& query, int& exponent);
 
-/// Fills weight, normal, gap and toi of a contact found at `toi`; vertex and kind are left alone.
+/// Fills weight, normal, gap and toi of a contact found at `toi`; leaves vertex and kind unchanged.
 ///
-/// The normal is common_normal at toi. Where that lies across the approach (in-plane contact,
-/// parallel edges: the way from contact point to contact point at t = 0 has next to no part along
-/// it) it is the direction between the closest points at t = 0, and where those coincide the common
-/// normal again. Its sign: away from the second primitive at t = 0, or, if the contact points
-/// coincide there, against the relative motion.
+/// The normal is common_normal at toi. If that is across the approach (in-plane contact, parallel
+/// edges: the vector between the contact points at t = 0 has almost no component along it), it is
+/// the direction between the closest points at t = 0, and if those coincide, the common normal
+/// again. It points away from the second primitive at t = 0 or, if the contact points coincide
+/// there, against the relative motion.
 void fill_contact(const Query& query, double toi, Contact& contact);
 
 /// The vertices of a candidate pair.
 struct PairVertices {
   ContactKind kind;
   std::array<std::int32_t, 4> vertex;
-  /// Where the vertices lie: 0 for the view a, 1 for b.
+  /// Which view holds the vertices of the first and the second primitive: 0 for a, 1 for b.
   int first, second;
 };
 
@@ -60,7 +61,7 @@ inline PairVertices pair_at(const SurfaceView& a, const SurfaceView& b, const Ca
   return {ContactKind::edge_edge, {ea[0], ea[1], eb[0], eb[1]}, 0, 1};
 }
 
-/// How many of the four vertices belong to the first primitive.
+/// Number of vertices that belong to the first primitive.
 inline int first_count(ContactKind kind) { return kind == ContactKind::edge_edge ? 2 : 1; }
 
 inline Query query_of(const SurfaceView& a, const SurfaceView& b, const PairVertices& pair) {
@@ -75,7 +76,7 @@ inline Query query_of(const SurfaceView& a, const SurfaceView& b, const PairVert
   return q;
 }
 
-/// Throws std::invalid_argument naming the first vertex that is not finite.
+/// Throws std::invalid_argument that names the first vertex with a coordinate that is not finite.
 void require_finite(const SurfaceView& view, const char* name);
 void require_finite(const Query& query);
 

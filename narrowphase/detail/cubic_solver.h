@@ -13,10 +13,9 @@
 
 namespace selvedge::narrowphase_detail {
 
-/// Newton's method stops when t moves by less: the distance of doubles below 1, times 4.
+/// Newton's method stops when t moves by less than this: four times the spacing of doubles below 1.
 constexpr double kTimeResolution = 0x1p-51;
-/// Bisection alone takes 51 steps to kTimeResolution; the rest is for steps of Newton's method that
-/// are given up.
+/// Bisection alone takes 51 steps to kTimeResolution; the rest allows for rejected Newton steps.
 constexpr int kMostRootSteps = 80;
 
 inline double cubic_value(const std::array<double, 4>& c, double t) {
@@ -28,8 +27,8 @@ inline double cubic_slope(const std::array<double, 4>& c, double t) {
 }
 
 /// The root in [lo, hi], where the cubic is monotonic and has the values f_lo and f_hi of opposite
-/// signs. Starts where the secant crosses zero; a step of Newton's method that leaves the bracket,
-/// or is longer than half the one before, is replaced by a bisection.
+/// signs. Starts at the zero of the secant. A Newton step that leaves the bracket, or is longer
+/// than half the previous one, is replaced by a bisection.
 inline double root_between(const std::array<double, 4>& c, double lo, double hi, double f_lo,
                            double f_hi) {
   double t = std::clamp(lo + (hi - lo) * (f_lo / (f_lo - f_hi)), lo, hi);
@@ -47,8 +46,8 @@ inline double root_between(const std::array<double, 4>& c, double lo, double hi,
   return t;
 }
 
-/// Stationary points in (0, 1), ascending; how many. t = q / (3 c3) and c1 / q, without
-/// cancellation; one that divides by zero is no number in (0, 1).
+/// Writes the stationary points in (0, 1), ascending, and returns their number. Uses t = q / (3 c3)
+/// and c1 / q, which avoids cancellation; a division by zero gives no number in (0, 1).
 inline int stationary_points(const std::array<double, 4>& c, std::array<double, 2>& t) {
   const double discriminant = c[2] * c[2] - 3.0 * c[3] * c[1];
   if (!(discriminant > 0.0)) return 0;
@@ -66,7 +65,7 @@ inline void estimate_roots(const std::array<double, 4>& c, double touching,
                            CubicRootEstimates& roots) {
   constexpr double kThird = 1.0 / 3.0;
   roots.count = 0;
-  // In Bernstein's basis a cubic lies between its least and its largest coefficient.
+  // In Bernstein form, a cubic lies between its smallest and its largest coefficient.
   const double b0 = c[0], b1 = c[0] + kThird * c[1];
   const double b2 = c[0] + kThird * (2.0 * c[1] + c[2]), b3 = cubic_value(c, 1.0);
   if (std::min(std::min(b0, b1), std::min(b2, b3)) > touching ||

@@ -6,29 +6,29 @@ namespace selvedge::narrowphase_detail {
 /// Unit roundoff u of double.
 inline constexpr double kRoundoff = 0x1p-53;
 
-/// Stages B and C work on queries whose largest differences lie in this range: then products of
-/// three of them neither overflow nor lose more to underflow (2^-1074 against at least 2^-800 * u)
-/// than the reserve in the bounds covers.
+/// Stages B and C handle queries whose largest differences lie in this range. Products of three of
+/// them then neither overflow nor lose more to underflow (2^-1074 against at least 2^-800 * u) than
+/// the reserve in the bounds covers.
 inline constexpr double kSmallest = 0x1p-260, kLargest = 0x1p260;
 
-/// Bound of |computed - exact| of the coefficients of the coplanarity cubic, in units of
-/// u * max|X| * max|Y| * max|Z| (coordinates of the computed differences). Each coefficient is a
-/// sum of at most 18 products of three differences. On the way of a product into the sum lie 3
-/// roundings of differences, 2 of products and at most 5 of sums: 18 * 10 = 180, and the rest is
-/// reserve for terms of order u^2, for computing the bound itself and for underflow.
+/// Bound of |computed - exact| of the coefficients of the coplanarity cubic, in units of u * max|X|
+/// * max|Y| * max|Z| (coordinates of the computed differences). Each coefficient is a sum of at
+/// most 18 products of three differences. Each product undergoes 3 roundings of differences, 2 of
+/// products and at most 5 of sums: 18 * 10 = 180. The rest is a reserve for terms of order u^2, for
+/// computing the bound itself and for underflow.
 inline constexpr double kCubicError = 192.0;
 
 /// Bound of the error of the Bernstein coefficients f(0), c1/3, c2/3, f(1) in the unit of
-/// kCubicError: 6 terms with 8 roundings each for the outer ones, a third of 180 and one rounding
-/// of at most 6 for the inner ones, and reserve.
+/// kCubicError: 6 terms with 8 roundings each for the outer ones; a third of 180 and one rounding
+/// of at most 6 for the inner ones; and a reserve.
 inline constexpr double kBernsteinError = 96.0;
 
 /// Bound of the error of n_i or a constraint on a box, in units of u times the products of the
-/// largest differences that are in it: |X||Y| for n, |Z||Y| for h, |X||Z| for g, their sum for a
-/// sum of these. A product of two differences takes 3 roundings and is at most 1; a coefficient of
-/// a cross product, the mean of 4 products and at most 2, takes 2 more: 10. Summing three of them
-/// takes 2 roundings: 4 more for each. The value on a box is a mean of three such coefficients with
-/// at most 8 roundings: 16. In all 30, and reserve.
+/// largest differences in it: |X||Y| for n, |Z||Y| for h, |X||Z| for g, their sum for a sum of
+/// these. A product of two differences takes 3 roundings and is at most 1; a coefficient of a cross
+/// product, the mean of 4 products and at most 2, takes 2 more: 10. Summing three of them takes 2
+/// roundings: 4 more for each. The value on a box is a mean of three such coefficients with at most
+/// 8 roundings: 16. The total is 30, plus a reserve.
 inline constexpr double kConstraintError = 48.0;
 
 /// Bound of the error of the cubic in double-double, in units of the product of the largest
@@ -40,12 +40,12 @@ inline constexpr double kSharpCubicError = 0x1p-94;
 /// A root is narrowed to this part of its distance from the double below it.
 inline constexpr double kLocated = 0x1p-20;
 
-/// Bound of the error of n_i or a constraint at a time in double-double, in the units of
-/// kConstraintError but for u: a coordinate takes 4 operations, a product of two of them, at most
-/// 1, 9 and their difference 10, two sums 2 more: 2 * 12 * 7 < 2^8 units of 2^-106.
+/// Bound of the error of n_i or a constraint at one time in double-double, in the units of
+/// kConstraintError without u: a coordinate takes 4 operations, a product of two of them, at most
+/// 1, takes 9, their difference 10, and two sums 2 more: 2 * 12 * 7 < 2^8 units of 2^-106.
 inline constexpr double kSharpConstraintError = 0x1p-98;
-/// And of its change with time, in the same units: X and Y each change by at most 2 a unit of time,
-/// two products of them by 8.
+/// Bound of the change of n_i or a constraint per unit of time, in the same units: X and Y each
+/// change by at most 2, two products of them by 8.
 inline constexpr double kConstraintSlope = 8.0;
 
 }  // namespace selvedge::narrowphase_detail

@@ -76,10 +76,10 @@ bool is_zero(const PolyVec<Int>& a) {
   return a[0].is_zero() && a[1].is_zero() && a[2].is_zero();
 }
 
-/// The coarsest grid of a power of two that holds all coordinates.
+/// The coarsest power-of-two grid that represents all coordinates exactly.
 struct Grid {
   int exponent = std::numeric_limits<int>::max();
-  int bits = 0;  ///< of the largest coordinate on it
+  int bits = 0;  ///< number of bits of the largest coordinate on it
 };
 
 Grid grid_of(const Query& query) {
@@ -96,7 +96,7 @@ Grid grid_of(const Query& query) {
   return grid;
 }
 
-/// The paths of the vertices as numbers of the grid.
+/// The paths of the vertices as integers on the grid.
 template <class Int>
 std::array<PolyVec<Int>, 4> integer_paths(const Query& query, int exponent) {
   std::array<PolyVec<Int>, 4> paths;
@@ -146,7 +146,8 @@ class ExactQuery {
       return false;
     }
     const std::array<Polynomial<Int>, 4>& tests = constraints(component);
-    // Most roots lie clearly outside one constraint: ask all cheaply before any one thoroughly.
+    // Most roots clearly violate one constraint, so the cheap test runs on all of them before the
+    // thorough one.
     for (const Polynomial<Int>& p : tests)
       if (root.sign_if_clear(p) * sign < 0) return false;
     for (const Polynomial<Int>& p : tests)
@@ -168,10 +169,10 @@ class ExactQuery {
   }
 
   /// f = 0 at all times. Between two neighbouring roots of all polynomials that decide, no sign
-  /// changes, and the set of contact times is closed: so it begins at 0 or at one of the roots.
-  /// If n is not identically zero these are the roots of one component i of n that is not (it
-  /// covers the times where n = 0 and those where component i cannot speak for n) and of the
-  /// constraints made with component i; otherwise those of the segment tests.
+  /// changes, and the set of contact times is closed; so it begins at 0 or at one of the roots. If
+  /// n is not identically zero, these are the roots of one component i of n that is not identically
+  /// zero (they include the times where n = 0, and those where component i vanishes alone) and of
+  /// the constraints made with component i; otherwise those of the segment tests.
   bool first_coplanar_contact(double& toi) {
     toi = 0.0;
     Root<Int> start = Root<Int>::rational(Int(), Int(1));
@@ -257,12 +258,10 @@ class ExactQuery {
   std::vector<SegmentTest> segment_tests_;
 };
 
-/// Coordinates of more bits are given to BigInt at once: with them roots seldom end within
-/// SmallInt.
+/// Coordinates with more bits use BigInt at once, because their roots seldom fit into SmallInt.
 constexpr int kSmallBits = 64;
 
-/// decide(ExactQuery) with integers of a fixed width, and with ones of any width where those do not
-/// fit.
+/// Calls decide(ExactQuery) with integers of a fixed width, or of any width where those do not fit.
 template <class Decide>
 bool with_integers_that_fit(const Query& query, Decide decide) {
   const Grid grid = grid_of(query);
@@ -270,7 +269,7 @@ bool with_integers_that_fit(const Query& query, Decide decide) {
     try {
       ExactQuery<SmallInt> exact(query, grid.exponent);
       return decide(exact);
-    } catch (const DoesNotFit&) {  // rare: a root that took many bits
+    } catch (const DoesNotFit&) {  // rare: a root that needs many bits
     }
   }
   ExactQuery<BigInt> exact(query, grid.exponent);

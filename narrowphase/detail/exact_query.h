@@ -7,17 +7,17 @@
 
 namespace selvedge::narrowphase_detail {
 
-/// Decides a query of finite doubles in integer arithmetic: no rounding anywhere. If the primitives
+/// Decides a query of finite doubles in integer arithmetic, without rounding. If the primitives
 /// collide, toi is the largest double not later than the true time of impact.
 bool collides_exactly(const Query& query, double& toi);
 
-/// Whether the primitives touch at a root of the coplanarity cubic that another stage has found.
+/// Whether the primitives touch at a root of the coplanarity cubic found by another stage.
 bool touches_exactly(const Query& query, const IsolatedRoot& root);
 
 /// Exponent of the lowest set bit of x, which is finite and not zero.
 int lowest_bit(double x);
 
-/// The coplanarity cubic of the four vertices, times a power of two; possibly identically zero.
+/// The coplanarity cubic of the four vertices, times a power of two; may be identically zero.
 Polynomial<BigInt> coplanarity_cubic(const Query& query);
 
 }  // namespace selvedge::narrowphase_detail

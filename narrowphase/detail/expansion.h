@@ -5,8 +5,8 @@
 
 namespace selvedge::narrowphase_detail {
 
-/// A number as an exact sum of doubles that do not overlap, smallest first, none zero. Sums and
-/// products are exact as long as no term over- or underflows; the caller sees to that. After
+/// A number as an exact sum of non-overlapping doubles, smallest first, none zero. Sums and
+/// products are exact as long as no term over- or underflows, which the caller must ensure. After
 /// J. R. Shewchuk, "Adaptive precision floating-point arithmetic and fast robust geometric
 /// predicates", 1997 [Shewchuk1997].
 class Expansion {
@@ -22,7 +22,7 @@ class Expansion {
   friend Expansion operator*(const Expansion& a, const Expansion& b);
 
  private:
-  /// [Shewchuk1997] theorem 10, without the zeros.
+  /// [Shewchuk1997] theorem 10, without zeros.
   void add(double x);
 
   std::vector<double> terms_;

@@ -9,11 +9,11 @@
 
 namespace selvedge::narrowphase_detail {
 
-/// Thrown where a number outgrows a FixedInt: the computation must be repeated with larger ones.
+/// Thrown when a number does not fit into a FixedInt: repeat the computation with a wider type.
 struct DoesNotFit {};
 
-/// Signed integer of kLimbs * 64 bits in two's complement, with the operations of BigInt. Nothing
-/// is ever lost: an operation whose result does not fit throws DoesNotFit.
+/// Signed integer of kLimbs * 64 bits in two's complement, with the operations of BigInt. No
+/// operation loses bits: one whose result does not fit throws DoesNotFit.
 template <int kLimbs>
 class FixedInt {
  public:
@@ -23,7 +23,7 @@ class FixedInt {
     limb_[0] = static_cast<Limb>(value);
   }
 
-  /// The double times 2^-exponent; the caller knows that this is an integer.
+  /// The double times 2^-exponent; the caller guarantees that this is an integer.
   static FixedInt from_double(double value, int exponent) {
     if (value == 0.0) return FixedInt();
     constexpr int kMantissaBits = 53;
@@ -42,7 +42,7 @@ class FixedInt {
   }
   bool is_odd() const { return (limb_[0] & 1U) != 0; }
 
-  /// Position after the highest set bit of the magnitude, 0 for 0.
+  /// Position after the highest set bit of the magnitude; 0 for 0.
   int bit_length() const {
     const FixedInt m = magnitude();
     for (int i = kLimbs; i-- > 0;)
@@ -80,7 +80,7 @@ class FixedInt {
       r.limb_[i] = static_cast<Limb>(s);
       carry = static_cast<Limb>(s >> 64);
     }
-    // Overflow: both of one sign, the result of the other.
+    // Overflow: both operands have one sign and the result the other.
     check(((top() ^ r.top()) & (b.top() ^ r.top())) >> 63 == 0);
     return r;
   }
@@ -100,7 +100,7 @@ class FixedInt {
     if (na == 1 && nb == 1) return from_wide(wide(limb_[0]) * wide(b.limb_[0]));
     return product(b, na, nb);
   }
-  /// *this += a * b, or -= where `negate`.
+  /// *this += a * b, or -= if `negate`.
   void add_product(const FixedInt& a, const FixedInt& b, bool negate = false) {
     const FixedInt p = a * b;
     *this = negate ? *this - p : *this + p;
@@ -151,7 +151,7 @@ class FixedInt {
   bool is_negative() const { return static_cast<std::int64_t>(top()) < 0; }
   FixedInt magnitude() const { return is_negative() ? -*this : *this; }
 
-  /// The lowest so many limbs, their sign extended, are the number.
+  /// Number of low limbs that, sign-extended, represent the number.
   int used() const {
     const Limb filler = is_negative() ? ~Limb{0} : Limb{0};
     int n = kLimbs;
@@ -159,8 +159,8 @@ class FixedInt {
     return n;
   }
 
-  /// By schoolbook on the limbs as they stand; a negative factor of n limbs stands for itself plus
-  /// 2^(64 n), so that the other one, shifted by n limbs, is taken away.
+  /// Schoolbook multiplication of the limbs as stored. A negative factor of n limbs is stored as
+  /// itself plus 2^(64 n), so the other factor, shifted by n limbs, is subtracted.
   FixedInt product(const FixedInt& b, int na, int nb) const {
     Limb p[2 * kLimbs];
     for (int j = 0; j < nb; ++j) p[j] = 0;
@@ -195,7 +195,7 @@ class FixedInt {
   std::array<Limb, kLimbs> limb_;
 };
 
-/// Wide enough for all that queries of single-precision coordinates of one size lead to.
+/// Wide enough for queries whose single-precision coordinates have similar magnitudes.
 using SmallInt = FixedInt<6>;
 
 }  // namespace selvedge::narrowphase_detail

@@ -11,14 +11,13 @@
 
 namespace selvedge::narrowphase_detail {
 
-/// What is left of four vertices when their common place is taken away.
-/// Point p and triangle (a, b, c): x = b - a, y = c - a, z = p - a.
-/// Edges (a0, a1) and (b0, b1): x = a1 - a0, y = b1 - b0, z = b0 - a0.
-/// The vertices are coplanar where (x cross y) . z = 0.
+/// Difference vectors of four vertices, from which their common translation cancels. Point p and
+/// triangle (a, b, c): x = b - a, y = c - a, z = p - a. Edges (a0, a1) and (b0, b1): x = a1 - a0, y
+/// = b1 - b0, z = b0 - a0. The vertices are coplanar where (x cross y) . z = 0.
 struct Differences {
   Vec3 x, y, z;
 
-  /// The vertices in the order of Contact::vertex, with a or a0 in the origin.
+  /// The vertices in the order of Contact::vertex, with a or a0 at the origin.
   std::array<Vec3, 4> vertices(ContactKind kind) const {
     if (kind == ContactKind::edge_edge) return {Vec3::Zero(), x, z, z + y};
     return {z, Vec3::Zero(), x, y};
@@ -69,8 +68,8 @@ inline double coplanarity_error(const MovingDifferences& d) {
 }
 
 /// Whether the coplanar primitives meet, with barycentric coordinates (edges: parameters) in
-/// [-tolerance, 1 + tolerance]. Solves z = v x + w y, or s x - r y = z, with n = x cross y:
-/// v nn = s nn = n . (z cross y), w nn = -r nn = n . (x cross z). Slivers of no area and parallel
+/// [-tolerance, 1 + tolerance]. Solves z = v x + w y, or s x - r y = z, with n = x cross y: v nn =
+/// s nn = n . (z cross y), w nn = -r nn = n . (x cross z). Triangles without area and parallel
 /// edges, nn = 0, do not meet.
 inline bool meet(ContactKind kind, const Differences& d, double tolerance) {
   const Vec3 n = d.x.cross(d.y);
@@ -81,8 +80,9 @@ inline bool meet(ContactKind kind, const Differences& d, double tolerance) {
   return w >= -slack && v + w <= nn + slack;
 }
 
-/// Whether the primitives are at most `reach` apart. Boxes first; their distance along an axis,
-/// from one rounding each, is never greater than the distance by more than that rounding.
+/// Whether the primitives are at most `reach` apart. Compares their boxes first: the distance of
+/// the boxes along an axis, with one rounding each, exceeds the true distance by at most that
+/// rounding.
 inline bool nearer(ContactKind kind, const Differences& d, double reach) {
   const std::array<Vec3, 4> v = d.vertices(kind);
   const bool edges = kind == ContactKind::edge_edge;
@@ -93,7 +93,7 @@ inline bool nearer(ContactKind kind, const Differences& d, double reach) {
   return closest_points(kind, v).distance <= reach;
 }
 
-/// Differences within these bounds: products of six of them are normal doubles, or 0.
+/// If differences are within these bounds, products of six of them are normal doubles or 0.
 constexpr double kLeastExtent = 0x1p-160, kLargestExtent = 0x1p160;
 
 /// The largest difference during the step.
@@ -101,7 +101,7 @@ inline double extent(const MovingDifferences& d) {
   return std::max(d.start.largest(), d.at(1.0).largest());
 }
 
-/// The query's differences, scaled by 2^-exponent to size about 1 where they are out of range.
+/// The query's differences, scaled by 2^-exponent to size about 1 if they are out of range.
 inline MovingDifferences differences_in_range(const Query& query, int& exponent) {
   exponent = 0;
   const MovingDifferences d(query);

@@ -10,14 +10,15 @@
 
 namespace selvedge::narrowphase_detail {
 
-/// A rule decides one query of finite coordinates: its time of contact, or kNoCollision.
+/// A rule decides one query with finite coordinates: it returns the time of contact, or
+/// kNoCollision.
 template <class Rule>
 concept QueryRule = requires(const Rule& rule, const Query& query) {
   { rule.time(query) } -> std::same_as<double>;
   { rule.traits() } -> std::same_as<NarrowPhaseTraits>;
 };
 
-/// A narrow phase made of a rule.
+/// A narrow phase that applies a rule to each query.
 template <QueryRule Rule>
 class PerQuery final : public NarrowPhase {
  public:

@@ -12,11 +12,11 @@
 namespace selvedge::narrowphase_detail {
 namespace {
 
-/// Bits that one look at the root in doubles adds to a box: few enough against the rounding of
-/// doubles that the guess is nearly always confirmed.
+/// Number of bits by which one guess of the root in doubles shrinks a box: few enough, relative to
+/// the rounding of doubles, that exact signs nearly always confirm the guess.
 constexpr int kGuessedBits = 40;
 
-/// The coefficients times one power of two, the largest about 1.
+/// The coefficients times one power of two; the largest is about 1.
 template <class Int>
 void to_doubles(const Polynomial<Int>& p, std::array<double, Polynomial<Int>::kMaxDegree + 1>& c) {
   int top = 0;
@@ -38,11 +38,11 @@ Int magnitude(const Int& a) {
   return a.sign() < 0 ? -a : a;
 }
 
-/// p on the box, in the same form, times a power of two.
+/// p restricted to the box, in the same form, times a power of two.
 template <class Int>
 Polynomial<Int> restrict_to(const Polynomial<Int>& p, const Box<Int>& box) {
   if (box.m == 0) return p;
-  // With s the place in the box: 1 - t ~ a (1-s) + b s, t ~ c (1-s) + d s.
+  // With s the position in the box: 1 - t ~ a (1-s) + b s, t ~ c (1-s) + d s.
   const Int one = power_of_two<Int>(box.m), c = box.k, d = box.end(), a = one - c, b = one - d;
   Polynomial<Int> result, power;
   result.c[0] = p.c[p.degree];
@@ -80,8 +80,8 @@ int first_sign(const Polynomial<Int>& p) {
   return 0;
 }
 
-/// The extremum of a cubic or quadratic with two sign changes, computed in doubles as a place in
-/// the box; any number serves.
+/// The extremum of a cubic or quadratic with two sign changes, computed in doubles as a position in
+/// the box. Accuracy does not matter.
 template <class Int>
 double guess_extremum(const Polynomial<Int>& local) {
   std::array<double, Polynomial<Int>::kMaxDegree + 1> c{};
@@ -104,14 +104,14 @@ double guess_extremum(const Polynomial<Int>& local) {
   return lo;
 }
 
-/// The box times 2^bits cells: its part from cell `from` to cell `to`.
+/// The part of the box, divided into 2^bits cells, from cell `from` to cell `to`.
 template <class Int>
 Box<Int> part_of(const Box<Int>& box, int bits, std::int64_t from, std::int64_t to) {
   return {(box.k << bits) + box.width * Int(from), box.width * Int(to - from), box.m + bits};
 }
 
-/// Two roots that lie close together are separated by a point near the extremum between them, if
-/// the exact sign there confirms it.
+/// Separates two close roots by a point near the extremum between them, if the exact sign there
+/// confirms it.
 template <class Int>
 bool separate_pair(const Polynomial<Int>& p, const Box<Int>& box, const Polynomial<Int>& local,
                    std::vector<Root<Int>>& roots) {
@@ -127,7 +127,8 @@ bool separate_pair(const Polynomial<Int>& p, const Box<Int>& box, const Polynomi
   return true;
 }
 
-/// Where the second derivative of a cubic vanishes, as a place in the box; any number serves.
+/// The zero of the second derivative of a cubic, as a position in the box. Accuracy does not
+/// matter.
 template <class Int>
 double guess_inflection(const Polynomial<Int>& local) {
   std::array<double, Polynomial<Int>::kMaxDegree + 1> c{};
@@ -138,9 +139,9 @@ double guess_inflection(const Polynomial<Int>& local) {
   return place > 0.0 && place < 1.0 ? place : 0.0;
 }
 
-/// Shrinks a box with several sign changes to two neighbouring ones of 2^kGuessedBits cells if all
-/// changes are there. Then no root is elsewhere in the box, because the parts of a box have
-/// together at most the changes of the whole.
+/// Shrinks a box with several sign changes to two neighbouring cells of 2^kGuessedBits if all
+/// changes are in them. The box then has no root elsewhere, because the parts of a box together
+/// have at most as many changes as the whole.
 template <class Int>
 bool zoom(const Polynomial<Int>& p, const Polynomial<Int>& local, Box<Int>& box) {
   const int changes = sign_changes(local);
@@ -154,14 +155,14 @@ bool zoom(const Polynomial<Int>& p, const Polynomial<Int>& local, Box<Int>& box)
   return true;
 }
 
-/// Roots of a square-free p strictly inside a box, in ascending order. Ends by the two-circle
+/// Roots of a square-free p strictly inside a box, in ascending order. Terminates by the two-circle
 /// theorem of Obreshkoff: small boxes have at most one sign change. Roots of very different size
 /// take thousands of halvings, hence no recursion.
 template <class Int>
 void bisect_box(const Polynomial<Int>& p, const Box<Int>& whole, std::vector<Root<Int>>& roots) {
   struct Part {
     Box<Int> box;
-    bool is_start = false;  ///< of the box alone, a root
+    bool is_start = false;  ///< only the start of the box, which is a root
   };
   std::vector<Part> open{{whole}};
   while (!open.empty()) {
@@ -268,7 +269,7 @@ int sign_at_double(const Polynomial<Int>& p, double t) {
   return sign_at(p, k, m);
 }
 
-/// The largest double not above k / 2^m, and whether it is that number.
+/// The largest double not above k / 2^m, and whether it equals that number.
 template <class Int>
 double floor_of_dyadic(const Int& k, int m, bool& exact) {
   exact = k.is_zero();
@@ -388,8 +389,8 @@ void Root<Int>::bisect() {
   }
 }
 
-/// The root in doubles, as a place in the box: no accuracy is promised and none is needed, because
-/// every use checks exact signs around it.
+/// The root in doubles, as a position in the box. Accuracy does not matter, because exact signs
+/// confirm every use.
 template <class Int>
 double Root<Int>::guess() const {
   const Polynomial<Int> local = restrict_to(p_, box_);
@@ -403,7 +404,8 @@ double Root<Int>::guess() const {
     }
     return v;
   };
-  // Illinois variant of the false position [Dowell, Jarratt 1971]: bracketed and superlinear.
+  // Illinois variant of the false position method [Dowell, Jarratt 1971]: bracketed and
+  // superlinear.
   double lo = 0.0, hi = 1.0, f_lo = c[0], f_hi = c[local.degree];
   if (f_lo == 0.0 || f_hi == 0.0 || (f_lo < 0.0) == (f_hi < 0.0)) return 0.5;
   constexpr int kSteps = 60;
@@ -424,7 +426,7 @@ double Root<Int>::guess() const {
 }
 
 /// Shrinks the box by 2^-kGuessedBits around the root computed in doubles if exact signs confirm
-/// it, else halves it.
+/// it; otherwise halves it.
 template <class Int>
 void Root<Int>::narrow() {
   const auto step = static_cast<std::int64_t>(std::ldexp(guess(), kGuessedBits));
@@ -458,9 +460,9 @@ int Root<Int>::sign_if_clear(const Polynomial<Int>& q) const {
   return strict_sign(restrict_to(q, box_));
 }
 
-/// Whether q is zero at the root a of p, the only one in the box. With r = p mod q, at most linear:
-/// if r is zero, all roots of q are roots of p, and q(a) = 0 iff q has a root in the box. Otherwise
-/// a common root is one of r, so that it is rational: then the root becomes a rational one.
+/// Whether q is zero at the root a of p, the only one in the box. Let r = p mod q, which is at most
+/// linear. If r is zero, all roots of q are roots of p, and q(a) = 0 iff q has a root in the box.
+/// Otherwise a common root is a root of r and hence rational: the root then becomes a rational one.
 template <class Int>
 bool Root<Int>::vanishes(Polynomial<Int> q) {
   const Polynomial<Int> local = restrict_to(q, box_);
@@ -477,7 +479,7 @@ bool Root<Int>::vanishes(Polynomial<Int> q) {
   return true;
 }
 
-/// Ends: where q does not vanish its sign becomes clear on a box small enough.
+/// Terminates: if q does not vanish, its sign becomes clear on a small enough box.
 template <class Int>
 int Root<Int>::sign(const Polynomial<Int>& q) {
   if (q.is_zero()) return 0;
@@ -518,7 +520,8 @@ double Root<Int>::floor_in_box(bool& exact) const {
   const double start = lo;
   double hi = floor_of_dyadic(box_.end(), box_.m, end_is_double);
   if (!end_is_double) hi = std::nextafter(hi, 2.0);
-  // Invariant: lo < root < hi. Signs are taken strictly inside the box, where they tell the side.
+  // Invariant: lo < root < hi. Signs are evaluated strictly inside the box, where they show on
+  // which side the root is.
   const auto inside = [&](double x) { return x > lo && x < hi; };
   const auto split = [&](double x) {
     const int s = sign_at_double(p_, x);

@@ -13,12 +13,13 @@ namespace selvedge::narrowphase_detail {
 ///
 /// p(t) = sum over i of c[i] (1 - t)^(degree - i) t^i with integer c: the Bernstein form with the
 /// binomials multiplied in. It is also the polynomial sum of c[i] u^i in u = t / (1 - t), which
-/// maps [0, 1] onto [0, infinity] in order, so that products are plain convolutions, the values at
-/// t = 0 and t = 1 are the outer coefficients, and Descartes' rule of signs counts roots in (0, 1).
+/// maps [0, 1] onto [0, infinity] in order. Products are therefore plain convolutions, the values
+/// at t = 0 and t = 1 are the outer coefficients, and Descartes' rule of signs counts roots in (0,
+/// 1).
 template <class Int>
 struct Polynomial {
   static constexpr int kMaxDegree = 4;
-  int degree = 0;  ///< formal; outer coefficients may be zero
+  int degree = 0;  ///< formal degree; outer coefficients may be zero
   std::array<Int, kMaxDegree + 1> c;
 
   bool is_zero() const;
@@ -30,7 +31,7 @@ template <class Int>
 Polynomial<Int> operator-(const Polynomial<Int>& a, const Polynomial<Int>& b);  ///< of equal degree
 template <class Int>
 Polynomial<Int> operator*(const Polynomial<Int>& a, const Polynomial<Int>& b);
-/// r += a * b, or -= where `negate`; r is of the product's degree.
+/// r += a * b, or -= if `negate`; r has the degree of the product.
 template <class Int>
 void add_product(Polynomial<Int>& r, const Polynomial<Int>& a, const Polynomial<Int>& b,
                  bool negate = false);
@@ -47,21 +48,21 @@ struct Box {
   Int end() const { return k + width; }
 };
 
-/// The t in [0, 1] where one polynomial is zero: either a rational number or an algebraic one,
-/// known as the only root of a polynomial strictly between two dyadic numbers.
+/// A t in [0, 1] where a polynomial is zero: either a rational number, or an algebraic number known
+/// as the only root of a polynomial strictly between two dyadic numbers.
 template <class Int>
 class Root {
  public:
-  /// t = num / (num + den), both not negative and not both zero.
+  /// t = num / (num + den); both are nonnegative and not both zero.
   static Root rational(Int num, Int den);
-  /// The only root of p in the open box, a simple one; left of it p has the sign `sign_lo`.
+  /// The only root of p in the open box, a simple one; to its left p has the sign `sign_lo`.
   static Root isolated(Polynomial<Int> p, Box<Int> box, int sign_lo);
   /// The same between the double `floor` and the next one.
   static Root between_doubles(Polynomial<Int> p, double floor, int sign_lo);
 
   /// Exact sign of q at the root, for q of degree at most 2 (or any degree at a rational root).
   int sign(const Polynomial<Int>& q);
-  /// Sign of q at the root where a cheap test shows that it is not zero, else 0.
+  /// Sign of q at the root if a cheap test shows that it is not zero, otherwise 0.
   int sign_if_clear(const Polynomial<Int>& q) const;
   /// The largest double not above the root. `exact` tells whether it equals the root.
   double floor(bool& exact) const;

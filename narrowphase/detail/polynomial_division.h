@@ -18,7 +18,7 @@ void drop_leading_zeros(Polynomial<Int>& p) {
   while (p.degree > 0 && p.c[p.degree].is_zero()) --p.degree;
 }
 
-/// Divides by the power of two that all coefficients share.
+/// Divides by the largest power of two common to all coefficients.
 template <class Int>
 void drop_content(Polynomial<Int>& p) {
   int shift = std::numeric_limits<int>::max();
@@ -73,7 +73,7 @@ Polynomial<Int> derivative(const Polynomial<Int>& p) {
   return d;
 }
 
-/// Sign changes in a sequence, zeros left out.
+/// Counts sign changes in a sequence, ignoring zeros.
 class SignChanges {
  public:
   void add(int sign) {

@@ -20,7 +20,7 @@ constexpr int kMantissaBits = std::numeric_limits<double>::digits;  // 53
 constexpr int kMaxExponent = std::numeric_limits<double>::max_exponent;
 constexpr int kLowestBit = std::numeric_limits<double>::min_exponent - kMantissaBits;  // -1074
 
-/// Decimal digits that always fit in a limb.
+/// Number of decimal digits that always fit into a limb.
 constexpr std::size_t kLimbDigits = 19;
 
 /// limbs = limbs * factor + addend.
@@ -54,7 +54,7 @@ void make_odd(Magnitude& m) {
   if (m.odd.back() == 0) m.odd.pop_back();
 }
 
-/// A part of a rational number as it stands in the text.
+/// A part of a rational number as written in the text.
 struct Part {
   bool negative = false;
   std::string_view digits;
@@ -87,7 +87,7 @@ Magnitude magnitude_of(std::string_view digits) {
   return m;
 }
 
-/// value = q * 2^exponent for an odd q, or refused.
+/// Computes value = q * 2^exponent for an odd q; returns false if that is not a double.
 bool compose(Limb q, std::int64_t exponent, double& value) {
   const int bits = std::bit_width(q);
   if (bits > kMantissaBits || exponent < kLowestBit || exponent + bits > kMaxExponent) return false;
@@ -95,17 +95,16 @@ bool compose(Limb q, std::int64_t exponent, double& value) {
   return true;
 }
 
-/// The inverse of an odd number modulo 2^64 by Newton's iteration: x d = 1 mod 2^k doubles k. An
-/// odd number is its own inverse modulo 8.
+/// The inverse of an odd number modulo 2^64 by Newton's iteration: a step doubles the number k of
+/// bits in x d = 1 mod 2^k. An odd number is its own inverse modulo 8.
 Limb inverse(Limb d) {
   Limb x = d;
   for (int correct = 3; correct < 64; correct *= 2) x *= 2 - d * x;
   return x;
 }
 
-/// If num / den is a double, then its odd part q = num.odd / den.odd is an integer below 2^53, and
-/// equals num.odd times the inverse of den.odd modulo 2^64. The product den.odd * q, in full, tells
-/// whether it is so.
+/// If num / den is a double, its odd part q = num.odd / den.odd is an integer below 2^53 and equals
+/// num.odd times the inverse of den.odd modulo 2^64. The full product den.odd * q verifies this.
 bool divide(const Magnitude& num, const Magnitude& den, double& value) {
   const Limb q = num.odd.front() * inverse(den.odd.front());
   if (std::bit_width(q) > kMantissaBits) return false;
@@ -114,7 +113,7 @@ bool divide(const Magnitude& num, const Magnitude& den, double& value) {
   return product == num.odd && compose(q, num.twos - den.twos, value);
 }
 
-/// The same where both parts fit in a limb.
+/// The same if both parts fit into a limb.
 bool divide_short(Limb num, Limb den, double& value) {
   const int num_twos = std::countr_zero(num), den_twos = std::countr_zero(den);
   num >>= num_twos;
@@ -156,7 +155,7 @@ void append_power_of_two(int exponent, std::string& text) {
   }
 }
 
-/// 2^0 to 2^1074 in decimal: what stands below the fraction line of a double.
+/// 2^0 to 2^1074 in decimal: the possible denominators of a double.
 const std::string& power_of_two(int exponent) {
   static const std::vector<std::string> powers = [] {
     std::vector<std::string> all(-kLowestBit + 1);

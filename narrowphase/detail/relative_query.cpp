@@ -8,7 +8,8 @@
 namespace selvedge::narrowphase_detail {
 namespace {
 
-/// Coordinates above this are divided by kSmaller first, so that their differences are finite.
+/// Coordinates above this value are divided by kSmaller first, so that their differences are
+/// finite.
 constexpr double kHuge = 0x1p1000;
 constexpr int kSmallerExponent = 4;
 constexpr double kSmaller = 0x1p-4;
@@ -19,7 +20,7 @@ double largest(const std::array<Vec3, 4>& x) {
   return m.maxCoeff();
 }
 
-/// Two factors whose product is 2^-exponent: one alone would overflow for subnormal coordinates.
+/// Two factors whose product is 2^-exponent: a single one would overflow for subnormal coordinates.
 void scale(RelativeQuery& q, int exponent) {
   const int half = -exponent / 2;
   const double first = std::ldexp(1.0, half), second = std::ldexp(1.0, -exponent - half);

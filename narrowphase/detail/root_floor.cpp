@@ -8,14 +8,15 @@ namespace selvedge::narrowphase_detail {
 namespace {
 
 constexpr int kMostSteps = 80;
-/// Newton's method may crawl towards a nearly multiple root.
+/// Newton's method may converge slowly near a multiple root, so every eighth step bisects.
 constexpr int kBisectEvery = 8;
 
 }  // namespace
 
 bool floor_of_root(const SharpQuery& f, double lo, double hi, int sign_lo, double& root) {
-  // Newton's method kept strictly inside the bracket [lo, hi], whose ends have certain signs. Near
-  // the root a step leads to the end at hand, and the neighbour of that end closes the bracket.
+  // Newton's method kept strictly inside the bracket [lo, hi], at whose ends the signs are certain.
+  // Near the root, a step leads to one end, and the neighbouring double of that end closes the
+  // bracket.
   double t = f.rough_root(lo, hi, sign_lo);
   for (int step = 1; std::nextafter(lo, hi) < hi; ++step) {
     if (step > kMostSteps) return false;

@@ -14,7 +14,7 @@ namespace selvedge::narrowphase_detail {
 namespace {
 
 /// Boxes narrower than 2^-kDeepest, or more boxes than allowed, leave the query open. The first
-/// pass gives up early: what it does not settle soon needs the sharper cubic.
+/// pass has a low limit: queries that it does not decide soon need the more accurate cubic.
 constexpr int kDeepest = 30;
 constexpr int kFirstPassBoxes = 24, kMostBoxes = 160;
 
@@ -40,7 +40,7 @@ Quadratic operator-(const Quadratic& a, const Quadratic& b) {
   return {a.b0 - b.b0, a.b1 - b.b1, a.b2 - b.b2};
 }
 
-/// Must not be negative, times the sign of n_i. `size` is the unit of its error.
+/// A quadratic that, times the sign of n_i, must not be negative. `size` is the unit of its error.
 struct Constraint {
   Quadratic q;
   double size;
@@ -63,13 +63,13 @@ Quadratic cross_component(const Motion& a, const Motion& b, int i) {
   return {c(a.d0, b.d0), 0.5 * (c(a.d0, b.d1) + c(a.d1, b.d0)), c(a.d1, b.d1)};
 }
 
-/// Stage C. The coplanarity cubic in Bernstein form is halved into boxes, earliest first. A box
-/// is dropped if all coefficients have one strict sign (no root), or if a component n_i of n and
-/// one constraint have strict signs on it that contradict (no root in it is a contact; see
-/// exact_query.cpp). Where the cubic is monotonic and changes sign it has one root, which is
-/// narrowed to neighbouring doubles; if n_i and all constraints have strict signs there that agree,
-/// it is the first contact, and if two contradict, it is none. What stays open down to the finest
-/// box leaves the query open.
+/// Stage C. Halves the coplanarity cubic in Bernstein form into boxes, earliest first. A box is
+/// dropped if all coefficients have one strict sign (no root), or if a component n_i of n and one
+/// constraint have strict contradicting signs on it (no root in it is a contact; see
+/// exact_query.cpp). If the cubic is monotonic on a box and changes sign, it has one root, which is
+/// narrowed to neighbouring doubles. If n_i and all constraints have strict agreeing signs there,
+/// it is the first contact; if two contradict, it is not a contact. If the finest box is still
+/// undecided, the query stays open.
 class RootIsolation {
  public:
   explicit RootIsolation(const Query& query)
@@ -84,24 +84,25 @@ class RootIsolation {
   }
 
   double largest_difference() const { return std::max({X_.largest(), Y_.largest(), Z_.largest()}); }
-  /// See kSmallest: what a factor lacks another one may make up for.
+  /// See kSmallest: a small factor may be compensated by a large one.
   bool is_in_range() const {
     const double a = X_.largest(), b = Y_.largest(), c = Z_.largest();
     return std::min({a * b, b * c, c * a}) > kSmallest * kSmallest &&
            std::max({a, b, c}) < kLargest;
   }
 
-  Verdict run(IsolatedRoot& root) {
+  ContactDecision run(IsolatedRoot& root) {
     const double a = X_.largest(), b = Y_.largest(), c = Z_.largest();
     size_n_ = a * b, size_h_ = c * b, size_g_ = a * c;
-    Verdict verdict = pass(bernstein(), kBernsteinError * kRoundoff * (a * b * c), kFirstPassBoxes);
-    if (verdict == Verdict::open) {
+    ContactDecision decision =
+        pass(bernstein(), kBernsteinError * kRoundoff * (a * b * c), kFirstPassBoxes);
+    if (decision == ContactDecision::open) {
       const SharpQuery& f = sharp();
       use_sharp_signs_ = true;
-      verdict = pass(f.bernstein(), f.error(), kMostBoxes);
+      decision = pass(f.bernstein(), f.error(), kMostBoxes);
     }
     root = root_;
-    return verdict;
+    return decision;
   }
 
  private:
@@ -119,7 +120,7 @@ class RootIsolation {
     return *sharp_;
   }
 
-  Verdict pass(const Coefficients& f, double error, int boxes) {
+  ContactDecision pass(const Coefficients& f, double error, int boxes) {
     boxes_left_ = boxes;
     root_ = {};
     error_f_ = error;
@@ -128,28 +129,28 @@ class RootIsolation {
     return visit(f, 0, 0);
   }
 
-  Verdict visit(const Coefficients& f, std::int64_t k, int m) {
-    // Coefficients may be rounded twice at the start. Each halving takes 3 sums on the way of a
+  ContactDecision visit(const Coefficients& f, std::int64_t k, int m) {
+    // The initial coefficients may be rounded twice. Each halving adds at most 3 sums to a
     // coefficient, each off by at most u times the largest coefficient.
     const double error = error_f_ + (4.0 * m + 2.0) * kRoundoff * largest_f_;
     const double width = std::ldexp(1.0, -m), lo = static_cast<double>(k) * width, hi = lo + width;
-    if (has_one_sign(f, lo, hi, error)) return Verdict::no;
-    if (--boxes_left_ < 0) return Verdict::open;
-    const Verdict inside = contact_everywhere(lo, hi);
-    if (inside == Verdict::no) return Verdict::no;
+    if (has_one_sign(f, lo, hi, error)) return ContactDecision::no;
+    if (--boxes_left_ < 0) return ContactDecision::open;
+    const ContactDecision inside = contact_everywhere(lo, hi);
+    if (inside == ContactDecision::no) return ContactDecision::no;
     const double p = f[1] - f[0], q = f[2] - f[1], r = f[3] - f[2], least = 3.0 * error;
     const bool monotonic = std::min({p, q, r}) > least || std::max({p, q, r}) < -least;
     const int sign_lo = monotonic ? sign_at(lo, f[0], error) : 0;
     if (sign_lo != 0 && sign_at(hi, f[3], error) == -sign_lo) return decide_root(lo, hi, sign_lo);
-    if (m >= kDeepest) return Verdict::open;
+    if (m >= kDeepest) return ContactDecision::open;
     const double a = 0.5 * (f[0] + f[1]), b = 0.5 * (f[1] + f[2]), c = 0.5 * (f[2] + f[3]);
     const double ab = 0.5 * (a + b), bc = 0.5 * (b + c), middle = 0.5 * (ab + bc);
-    const Verdict left = visit({f[0], a, ab, middle}, 2 * k, m + 1);
-    if (left != Verdict::no) return left;
+    const ContactDecision left = visit({f[0], a, ab, middle}, 2 * k, m + 1);
+    if (left != ContactDecision::no) return left;
     return visit({middle, bc, c, f[3]}, 2 * k + 1, m + 1);
   }
 
-  /// Certain sign of f at the time t where it is about v, or 0.
+  /// Certain sign of f at time t, where its value is about v; 0 if it is not certain.
   int sign_at(double t, double v, double error) {
     if (v > error) return 1;
     if (v < -error) return -1;
@@ -163,17 +164,18 @@ class RootIsolation {
     return false;
   }
 
-  /// The only root of f strictly between lo and hi.
-  Verdict decide_root(double lo, double hi, int sign_lo) {
-    if (!floor_of_root(sharp(), lo, hi, sign_lo, root_.floor)) return Verdict::open;
+  /// Decides the only root of f strictly between lo and hi.
+  ContactDecision decide_root(double lo, double hi, int sign_lo) {
+    if (!floor_of_root(sharp(), lo, hi, sign_lo, root_.floor)) return ContactDecision::open;
     root_.sign_lo = sign_lo;
-    const Verdict verdict = contact_everywhere(root_.floor, std::nextafter(root_.floor, 2.0));
+    const ContactDecision decision =
+        contact_everywhere(root_.floor, std::nextafter(root_.floor, 2.0));
     SharpTime time;
-    if (verdict != Verdict::open || !sharp().locate(root_.floor, time)) return verdict;
+    if (decision != ContactDecision::open || !sharp().locate(root_.floor, time)) return decision;
     return contact_at(time);
   }
 
-  Verdict contact_at(const SharpTime& time) {
+  ContactDecision contact_at(const SharpTime& time) {
     const int i = largest_component(time.value.hi);
     const auto [X, Y, Z] = sharp().at(time.value);
     const DoubleDouble n = component(X, Y, i), h = component(Z, Y, i);
@@ -184,14 +186,14 @@ class RootIsolation {
       return v.hi > error * size ? 1 : (v.hi < -error * size ? -1 : 0);
     };
     const int sign = sign_of(n, size_n_);
-    if (sign == 0) return Verdict::open;
-    Verdict verdict = Verdict::yes;
+    if (sign == 0) return ContactDecision::open;
+    ContactDecision decision = ContactDecision::yes;
     for (int k = 0; k < (edges_ ? 4 : 3); ++k) {
       const int s = sign * sign_of(tests[k], size_n_ + size_h_ + size_g_);
-      if (s < 0) return Verdict::no;
-      if (s == 0) verdict = Verdict::open;
+      if (s < 0) return ContactDecision::no;
+      if (s == 0) decision = ContactDecision::open;
     }
-    return verdict;
+    return decision;
   }
 
   /// Of n at t.
@@ -205,18 +207,18 @@ class RootIsolation {
     return largest;
   }
 
-  /// Whether coplanar vertices at any time of the box mean contact: never, always, or it depends.
-  Verdict contact_everywhere(double lo, double hi) {
+  /// Whether coplanar vertices mean contact at every time of the box, at none, or at some.
+  ContactDecision contact_everywhere(double lo, double hi) {
     const int i = largest_component(0.5 * (lo + hi));
     const int sign = n_[i].strict_sign(lo, hi, kConstraintError * kRoundoff * size_n_);
-    if (sign == 0) return Verdict::open;
-    Verdict verdict = Verdict::yes;
+    if (sign == 0) return ContactDecision::open;
+    ContactDecision decision = ContactDecision::yes;
     for (const Constraint& c : constraints(i)) {
       const int s = sign * c.q.strict_sign(lo, hi, kConstraintError * kRoundoff * c.size);
-      if (s < 0) return Verdict::no;
-      if (s == 0) verdict = Verdict::open;
+      if (s < 0) return ContactDecision::no;
+      if (s == 0) decision = ContactDecision::open;
     }
-    return verdict;
+    return decision;
   }
 
   std::span<const Constraint> constraints(int i) {
@@ -242,7 +244,7 @@ class RootIsolation {
   int constrained_ = -1;
   std::array<Constraint, 4> constraints_;
 
-  // Of the pass.
+  // Values of the current pass.
   double largest_f_ = 0.0, error_f_ = 0.0;
   int boxes_left_ = 0;
   bool use_sharp_signs_ = false;
@@ -250,8 +252,8 @@ class RootIsolation {
   IsolatedRoot root_;
 };
 
-/// Nothing is lost but what underflows where the largest difference is about 1, which the reserve
-/// of the bounds covers, and times stay what they are.
+/// Loses only bits that underflow while the largest difference is about 1, which the reserve of the
+/// bounds covers. Times do not change.
 Query times_power_of_two(const Query& query, int exponent) {
   Query scaled = query;
   for (auto* x : {&scaled.x_t0, &scaled.x_t1})
@@ -262,14 +264,14 @@ Query times_power_of_two(const Query& query, int exponent) {
 
 }  // namespace
 
-Verdict isolate_contact(const Query& query, IsolatedRoot& root) {
+ContactDecision isolate_contact(const Query& query, IsolatedRoot& root) {
   RootIsolation isolation(query);
   if (isolation.is_in_range()) return isolation.run(root);
   const double size = isolation.largest_difference();
-  if (!(size > 0.0 && std::isfinite(size))) return Verdict::open;
+  if (!(size > 0.0 && std::isfinite(size))) return ContactDecision::open;
   const Query scaled = times_power_of_two(query, -std::ilogb(size));
   RootIsolation scaled_isolation(scaled);
-  return scaled_isolation.is_in_range() ? scaled_isolation.run(root) : Verdict::open;
+  return scaled_isolation.is_in_range() ? scaled_isolation.run(root) : ContactDecision::open;
 }
 
 }  // namespace selvedge::narrowphase_detail

@@ -15,8 +15,8 @@ Vec3 unit(Vec3 v) {
   return v / v.norm();
 }
 
-/// The part of v across the unit vector e. Twice: what the first subtraction leaves along e is a
-/// rounding error of v, which may be larger than the part across.
+/// The part of v perpendicular to the unit vector e. Subtracts twice: the component along e that
+/// the first subtraction leaves is a rounding error of v, which may exceed the perpendicular part.
 Vec3 across(Vec3 v, const Vec3& e) {
   v -= v.dot(e) * e;
   return v - v.dot(e) * e;
@@ -33,8 +33,8 @@ class Candidates {
     if (gap > best_.distance && n.squaredNorm() > 0.5) best_ = {n, gap};
   }
 
-  /// The normal of the plane parallel to both edges or of the triangle, made perpendicular to the
-  /// longer of its edges: along that one a tilt would cost most.
+  /// The normal of the plane parallel to both edges, or of the triangle, made perpendicular to the
+  /// longer of its edges, along which a tilt would cost most.
   void offer_normals() {
     const Vec3 a = edges_ ? x_[1] - x_[0] : x_[2] - x_[1];
     const Vec3 b = x_[3] - x_[edges_ ? 2 : 1];
@@ -44,11 +44,11 @@ class Candidates {
     offer(-n);
   }
 
-  /// The way from the edge (tail, head) to the vertex, across the edge.
+  /// The direction from the edge (tail, head) to the vertex, perpendicular to the edge.
   void offer_vertex_edge(int vertex, int tail, int head, double sign) {
     const Vec3 e = unit(x_[head] - x_[tail]);
     const Vec3 from_tail = x_[vertex] - x_[tail], from_head = x_[vertex] - x_[head];
-    // The nearer end leaves the smaller rounding error.
+    // The nearer end gives the smaller rounding error.
     const bool near_tail = from_tail.squaredNorm() <= from_head.squaredNorm();
     offer(sign * unit(across(near_tail ? from_tail : from_head, e)));
   }
@@ -86,7 +86,7 @@ VertexDifferences vertex_differences(bool edges, const std::array<Vec3, 4>& x) {
 
 SeparatingDirection separating_direction(bool edges, const std::array<Vec3, 4>& x,
                                          const VertexDifferences& w) {
-  /// A direction that loses less than this part of the distance needs no rival.
+  /// A direction that loses less than this fraction of the distance needs no alternative.
   constexpr double kGood = 1.0 - 0x1p-12;
   const ClosestPoints near = edges ? edge_edge_closest(x[0], x[1], x[2], x[3])
                                    : point_triangle_closest(x[0], x[1], x[2], x[3]);

@@ -8,7 +8,7 @@
 
 namespace selvedge::narrowphase_detail {
 
-/// A time known up to half_width.
+/// A time known to within half_width.
 struct SharpTime {
   DoubleDouble value;
   double half_width;
@@ -26,19 +26,19 @@ class SharpQuery {
  public:
   explicit SharpQuery(const Query& query);
 
-  /// Sign of the cubic at t in [0, 1], 0 where rounding could have turned it.
+  /// Sign of the cubic at t in [0, 1]; 0 if rounding could have changed it.
   int sign(double t) const { return sign_of(value({t, 0.0})); }
-  /// One step of Newton's method from t, and the sign at t as above.
+  /// One Newton step from t, and the sign at t as above.
   double newton(double t, int& sign) const;
   /// A root of the cubic between lo and hi, where it has the sign `sign_lo` at lo and the other at
-  /// hi, computed in doubles: a guess without promise.
+  /// hi, computed in doubles: an estimate without guarantee.
   double rough_root(double lo, double hi, int sign_lo) const;
-  /// The root between `floor` and the next double, narrowed and confirmed by certain signs on both
-  /// sides; false where that fails.
+  /// The root between `floor` and the next double, narrowed, and confirmed by certain signs on both
+  /// sides; returns false if that fails.
   bool locate(double floor, SharpTime& time) const;
   SharpMotion at(const DoubleDouble& t) const;
-  /// The Bernstein coefficients f(0), c[1]/3, c[2]/3, f(1), each the nearest double but for
-  /// `error()` and a rounding or two of itself.
+  /// The Bernstein coefficients f(0), c[1]/3, c[2]/3, f(1), each the nearest double up to `error()`
+  /// and one or two roundings.
   std::array<double, 4> bernstein() const;
   /// Bound of the error of a value of the cubic.
   double error() const { return error_; }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <selvedge/response/detail/impact_zone.h>
 #include <selvedge/response/fail_safe.h>
-#include <selvedge/response/impact_zone.h>
 
 #include <map>
 #include <string>
@@ -10,8 +10,8 @@
 
 namespace selvedge::detail {
 
-/// A fail-safe of two layers: some passes that move particles one contact at a time, then rigid
-/// impact zones for what still collides.
+/// A fail-safe of two layers: a few passes that correct the motion contact by contact, then rigid
+/// impact zones for the collisions that remain.
 class ZonesAfter : public FailSafe {
  public:
   void begin(const ResponseStep& step, Clearances&) final {
@@ -27,8 +27,8 @@ class ZonesAfter : public FailSafe {
       return true;
     }
     if (round == passes_) zones_.begin(step_.motion);
-    if (round >= passes_ + ImpactZones::rounds) {
-      trouble_ = name_ + " and rigid zones do not part what collides";
+    if (round >= passes_ + ImpactZones::kRounds) {
+      trouble_ = name_ + " and rigid impact zones could not resolve all collisions";
       return false;
     }
     if (zones_.grow(hits, step_.mass, x_t1, counters_)) return true;
@@ -40,12 +40,12 @@ class ZonesAfter : public FailSafe {
   const std::map<std::string, double>& counters() const final { return counters_; }
 
  protected:
-  /// `name` says in a sentence what the passes are, `counter` is how they are counted.
+  /// `name` describes the passes in messages; `counter` is the name of their counter.
   ZonesAfter(int passes, std::string name, std::string counter)
       : passes_(passes), name_(std::move(name)), counter_(std::move(counter)) {}
 
  private:
-  /// Moves particles in `x_t1` for these hits; `first` in the first pass of a step.
+  /// Moves particles in `x_t1` for these hits. `first`: this is the first pass of the step.
   virtual void pass(const ResponseStep& step, bool first, std::span<const ContactPoint> hits,
                     std::span<Vec3> x_t1) = 0;
 

@@ -25,7 +25,8 @@ const ClothSpec& piece_of(LocatedJson& document, Json& j, const std::string& pat
     known.push_back(cloth.name);
   }
   fail(document, join(path, "geometry"),
-       fmt::format("there is no geometry \"{}\"; nearest is \"{}\"", name, nearest(name, known)));
+       fmt::format("there is no geometry \"{}\"; nearest is \"{}\"", name,
+                   nearest_word(name, known)));
 }
 
 std::vector<std::int32_t> selected(const LocatedJson& document, const Json& select,
@@ -34,7 +35,7 @@ std::vector<std::int32_t> selected(const LocatedJson& document, const Json& sele
   return select_vertices(document, select, cloth, scene.materials.at(cloth.material), path);
 }
 
-/// In the order of a list of vertices, else ascending.
+/// The selected vertices: a list keeps its order, other selections ascend.
 std::vector<std::int32_t> row_of(const LocatedJson& document, const Json& select,
                                  const ClothSpec& cloth, const Scene& scene,
                                  const std::string& path) {
@@ -42,7 +43,8 @@ std::vector<std::int32_t> row_of(const LocatedJson& document, const Json& select
   if (!select.contains("vertices")) return row;
   const auto listed = select["vertices"].get<std::vector<std::int32_t>>();
   if (listed.size() != row.size())
-    fail(document, join(path, "vertices"), "names a vertex twice, which cannot be sewn twice");
+    fail(document, join(path, "vertices"),
+         "names a vertex twice, but a vertex can be sewn only once");
   return listed;
 }
 
@@ -130,7 +132,7 @@ void expand_fabrics(LocatedJson& document) {
       const Fabric fabric = named.is_object() ? parse_fabric(named.dump(), path)
                                               : find_fabric(named.get<std::string>(), folder);
       const Json constants = Json::parse(material_json(fabric.material));
-      // A constant beside the fabric is that of both yarns, unless weft is given, too.
+      // A constant beside the fabric counts for both yarns, unless the weft has one of its own.
       const auto given = [&](const std::string& key) {
         return (key == "stretch_weft" && material.contains("stretch_stiffness")) ||
                (key == "bending_weft" && material.contains("bending_stiffness")) ||

@@ -5,13 +5,13 @@
 
 namespace selvedge::detail {
 
-/// Puts the constants of each material's "fabric" where the material does not give its own, and
-/// notes where they come from instead of the name. Before the document is completed. Throws
-/// std::invalid_argument by `fail` for a fabric that is not there or not fit to be used.
+/// Replaces "fabric" of each material by the fabric's constants, except those that the material
+/// gives itself, and by "fabric_source". Call it before the document is completed. Throws
+/// std::invalid_argument through `fail` for a fabric that does not exist or cannot be used.
 void expand_fabrics(LocatedJson& document);
 
-/// The seams and the water of a document that is complete, whose pieces and materials `scene`
-/// has. Throw std::invalid_argument by `fail`.
+/// Read the seams and the water of a complete document into `scene`, which has its pieces and
+/// materials already. Throw std::invalid_argument through `fail`.
 void read_seams(LocatedJson& document, Scene& scene);
 void read_water(LocatedJson& document, Scene& scene);
 

@@ -29,7 +29,8 @@ void read_grid_options(const Json& geometry, ClothGrid& grid) {
   if (geometry.contains("refine")) grid.refine = read_refine(geometry["refine"]);
   if (!geometry.contains("layers")) return;
   const Json& j = geometry["layers"];
-  grid.layers = {j["ratio"].get<std::int32_t>(), j["share"].get<double>(), j["hold"].get<double>()};
+  grid.pattern_options.layers = {j["ratio"].get<std::int32_t>(), j["share"].get<double>(),
+                                 j["hold"].get<double>()};
 }
 
 void read_mesh_options(const Json& geometry, ClothFile& mesh) {

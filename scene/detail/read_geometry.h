@@ -5,11 +5,11 @@
 
 namespace selvedge::detail {
 
-/// What a grid or a mesh may have beside its shape, from a document that is checked and completed:
-/// "layers", "plate", "refine" of a grid; "plate", "support" of a mesh.
+/// Read the options beside the shape from a checked and completed document: "layers", "plate" and
+/// "refine" of a grid; "plate" and "support" of a mesh.
 void read_grid_options(const Json& geometry, ClothGrid& grid);
 void read_mesh_options(const Json& geometry, ClothFile& mesh);
-/// "virtual_springs" of either.
+/// Reads "virtual_springs" of a grid or a mesh.
 VirtualSpec read_virtual_springs(const Json& geometry);
 
 }  // namespace selvedge::detail

@@ -17,12 +17,12 @@ namespace selvedge::detail {
 
 namespace {
 
-/// A scene is written by hand or by a small program; more than this is another kind of file.
+/// Bytes. Scenes are written by hand or by small programs, so a larger file is something else.
 constexpr std::uintmax_t largest_file = std::uintmax_t{64} << 20;
 /// Scenes need 8 levels; the bound keeps recursion and paths short.
 constexpr std::size_t deepest_level = 64;
 
-/// Reads characters and counts lines, so that every value knows where it stands.
+/// Counts lines while the parser reads characters, so that every value has a place.
 struct LineCount {
   std::size_t now = 1, before_last = 1;  ///< before_last: without the last character read
 };
@@ -62,7 +62,7 @@ class Builder : public nlohmann::json_sax<Json> {
 
   bool null() override { return add(nullptr, lines_.now) != nullptr; }
   bool boolean(bool value) override { return add(value, lines_.now) != nullptr; }
-  // The parser sees that a number ends by reading one character more.
+  // The parser reads one character beyond a number to find its end.
   bool number_integer(std::int64_t value) override {
     return add(value, lines_.before_last) != nullptr;
   }
@@ -155,14 +155,15 @@ std::string read_text(const std::filesystem::path& file) {
   std::string text(std::istreambuf_iterator<char>(in), {});
   if (in.bad()) throw std::invalid_argument(file.string() + ": cannot be read");
   if (text.size() > largest_file)
-    throw std::invalid_argument(file.string() + ": larger than 64 MiB; this is no scene file");
+    throw std::invalid_argument(file.string() +
+                                ": is larger than 64 MiB and cannot be a scene file");
   if (std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isspace(c); }))
     throw std::invalid_argument(file.string() +
                                 ": the file is empty; a scene needs at least {\"geometry\": [{}]}");
   return text;
 }
 
-/// "a.0.b" and "a[0].b" alike into a, 0, b.
+/// Splits "a.0.b" and "a[0].b" alike into a, 0, b.
 std::vector<std::string> split_path(const std::string& path) {
   std::vector<std::string> parts(1);
   for (const char c : path) {
@@ -198,13 +199,17 @@ std::size_t find_element(const LocatedJson& document, const Override& set, const
   return index;
 }
 
+bool names_method(const std::string& path) {
+  return std::find(kMethodKeys.begin(), kMethodKeys.end(), path) != kMethodKeys.end();
+}
+
 std::string quoted_list(const std::vector<std::string>& words) {
   std::string list;
   for (const std::string& word : words) list += (list.empty() ? "\"" : ", \"") + word + "\"";
   return list;
 }
 
-/// What the user wrote, short enough for a sentence.
+/// The user's value, shortened to fit a sentence.
 std::string shown(const Json& value) {
   constexpr std::size_t longest = 60;
   std::string text = value.dump(-1, ' ', false, Json::error_handler_t::replace);
@@ -230,7 +235,7 @@ bool has_type(const Json& value, const std::string& type) {
          (value.is_number_float() && value.get<double>() == std::floor(value.get<double>()));
 }
 
-/// Walks document and schema together.
+/// Traverses document and schema together.
 class Checker {
  public:
   Checker(LocatedJson& document, const Json& schema) : document_(document), schema_(schema) {}
@@ -279,7 +284,7 @@ class Checker {
       if (std::find(known.begin(), known.end(), text) == known.end())
         fail(document_, path,
              fmt::format("unknown value {}; nearest is \"{}\", known are {}", shown(value),
-                         nearest(text, known), quoted_list(known)));
+                         nearest_word(text, known), quoted_list(known)));
     }
     if (text.size() < schema.value("minLength", std::size_t{0}))
       fail(document_, path, "must not be empty");
@@ -331,19 +336,19 @@ class Checker {
         const Json& schema = resolve(other);
         if (schema.contains("properties") && schema["properties"].contains(key))
           fail(document_, path,
-               fmt::format("does not go with the other keys here; known are {}",
+               fmt::format("cannot be combined with the other keys here; known are {}",
                            quoted_list(known)));
       }
-    std::vector<std::string> free;  // a key that is there already cannot be the one meant
+    std::vector<std::string> free;  // a key that is present cannot be the intended one
     for (const std::string& name : known)
       if (!value.contains(name)) free.push_back(name);
     fail(document_, path,
          fmt::format("unknown key; nearest is \"{}\", known are {}",
-                     nearest(key, free.empty() ? known : free), quoted_list(known)));
+                     nearest_word(key, free.empty() ? known : free), quoted_list(known)));
   }
 
-  /// Chooses the alternative that the value means: by JSON type, by a constant such as "type", or
-  /// by the key that only that alternative requires.
+  /// Chooses the alternative of a value: by JSON type, by a constant such as "type", or by the key
+  /// that only this alternative requires.
   void check_one_of(Json& value, const Json& alternatives, const std::string& path) {
     std::vector<const Json*> fitting;
     std::string types;
@@ -374,7 +379,7 @@ class Checker {
     if (fitting.size() == 1) return *fitting.front();
     std::string there;
     for (const auto& [key, member] : value.items()) {
-      const std::string near = nearest(key, keys);
+      const std::string near = nearest_word(key, keys);
       if (!near.empty() && near[0] == key[0])
         there = fmt::format("; is \"{}\" meant for \"{}\"?", key, near);
     }
@@ -398,30 +403,12 @@ class Checker {
     const std::string word = value["type"].is_string() ? value["type"].get<std::string>() : "";
     fail(document_, join(path, "type"),
          fmt::format("unknown value {}; nearest is \"{}\", known are {}", shown(value["type"]),
-                     nearest(word, known), quoted_list(known)));
+                     nearest_word(word, known), quoted_list(known)));
   }
 
   LocatedJson& document_;
   const Json& schema_;
 };
-
-char lower(char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); }
-
-/// Damerau, A technique for computer detection and correction of spelling errors, 1964: insertions,
-/// deletions, substitutions and swaps of neighbours (each part of a word edited at most once).
-std::size_t edit_distance(const std::string& a, const std::string& b) {
-  std::vector<std::vector<std::size_t>> d(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
-  for (std::size_t i = 0; i <= a.size(); ++i) d[i][0] = i;
-  for (std::size_t j = 0; j <= b.size(); ++j) d[0][j] = j;
-  for (std::size_t i = 1; i <= a.size(); ++i)
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t change = lower(a[i - 1]) == lower(b[j - 1]) ? 0 : 1;
-      d[i][j] = std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, d[i - 1][j - 1] + change});
-      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
-        d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
-    }
-  return d[a.size()][b.size()];
-}
 
 }  // namespace
 
@@ -462,6 +449,8 @@ void apply(LocatedJson& document, const Override& set) {
   std::string path;
   for (const std::string& part : split_path(set.path)) {
     if (part.empty()) fail_override(document, set, "the path has an empty part");
+    // The name of a method makes room for its options.
+    if (place->is_string() && names_method(path)) *place = Json{{"type", *place}};
     if (place->is_array()) {
       const std::size_t index = find_element(document, set, *place, part);
       path = join(path, index);
@@ -485,21 +474,6 @@ void apply(LocatedJson& document, const Override& set) {
 
 void check_and_complete(LocatedJson& document, const Json& schema) {
   Checker(document, schema).check(document.root, schema, "");
-}
-
-std::string nearest(const std::string& word, const std::vector<std::string>& known) {
-  constexpr std::size_t longest_word = 100;  // the distance of longer ones is of no use to anybody
-  const std::string start = word.substr(0, longest_word);
-  std::string best;
-  std::size_t smallest = std::numeric_limits<std::size_t>::max();
-  for (const std::string& candidate : known) {
-    const std::size_t distance = edit_distance(start, candidate);
-    if (distance < smallest) {
-      smallest = distance;
-      best = candidate;
-    }
-  }
-  return best;
 }
 
 }  // namespace selvedge::detail

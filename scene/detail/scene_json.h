@@ -13,7 +13,7 @@ namespace selvedge::detail {
 
 using Json = nlohmann::json;
 
-/// A JSON file and where each of its values stands.
+/// A JSON file and the place of each of its values.
 struct LocatedJson {
   std::filesystem::path file;
   Json root;
@@ -21,8 +21,8 @@ struct LocatedJson {
   std::map<std::string, std::string> origin;
 };
 
-/// Throws std::invalid_argument: file, place of the value at `path` (or of what encloses it),
-/// fault.
+/// Throws std::invalid_argument with the file, the place of the value at `path` (or of the value
+/// that encloses it) and the fault.
 [[noreturn]] void fail(const LocatedJson& document, const std::string& path,
                        const std::string& fault);
 
@@ -34,18 +34,14 @@ std::string join(const std::string& path, std::size_t index);
 /// more than 64 levels.
 LocatedJson parse_json_file(const std::filesystem::path& file);
 
-/// Puts the value of one `--set` in place: JSON if it is JSON, else a string.
+/// Applies one `--set`: a value that is not JSON is taken as a string.
 void apply(LocatedJson& document, const Override& override_value);
 
-/// Checks the document against the subset of JSON schema that scene.schema.json uses, and completes
-/// it: what is left out gets its default.
+/// Checks the document against the subset of JSON schema that scene.schema.json uses, and adds the
+/// defaults of missing keys.
 void check_and_complete(LocatedJson& document, const Json& schema);
 
 /// data/scenes/scene.schema.json as compiled in.
 const char* scene_schema_text();
-
-/// The known word with the smallest edit distance to `word`, the first of several; "" if none
-/// known.
-std::string nearest(const std::string& word, const std::vector<std::string>& known);
 
 }  // namespace selvedge::detail

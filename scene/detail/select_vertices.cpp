@@ -27,7 +27,7 @@ class Selection {
     if (j.contains("corners")) found = select_corners(j["corners"], join(path, "corners"));
     if (j.contains("edge")) found = select_edge(j["edge"], join(path, "edge"));
     if (const auto* grid = std::get_if<ClothGrid>(&cloth_.shape);
-        grid != nullptr && grid->pattern == ClothPattern::bilayered)
+        grid != nullptr && cloth_pattern(grid->pattern).two_layers)
       add_other_layer(found);
     std::sort(found.begin(), found.end());
     found.erase(std::unique(found.begin(), found.end()), found.end());
@@ -35,8 +35,8 @@ class Selection {
   }
 
  private:
-  /// A place of a bilayered grid that is held or weighted is so in both layers, which lie there to
-  /// the bit.
+  /// Adds the vertices of the other layer of a bilayered grid, which coincide to the bit, so that
+  /// both layers are held or weighted.
   void add_other_layer(std::vector<std::int32_t>& found) const {
     const std::vector<Vec3> x = start_positions(true);
     const std::size_t chosen = found.size();
@@ -45,7 +45,7 @@ class Selection {
         if (x[i] == x[found[k]]) found.push_back(static_cast<std::int32_t>(i));
   }
 
-  /// Where the vertices of a piece are at the start; with no placement, in the piece's own plane.
+  /// Positions at the start; without placement, in the plane of the piece.
   std::vector<Vec3> start_positions(bool placed) const {
     ClothSpec piece = cloth_;
     if (!placed) {
@@ -123,8 +123,8 @@ class Selection {
     const double size = axis == 0 ? grid.size_x : grid.size_y;
     const std::int32_t cells = axis == 0 ? grid.cells_x : grid.cells_y;
     const double side = word[1] == '0' ? -size / 2 : size / 2;
-    // Rows are a cell apart; those of a triangular pattern begin half a cell in or out, and a third
-    // of a cell tells the outermost vertices from these.
+    // Rows are one cell apart. Those of a triangular pattern begin half a cell further in or out,
+    // so a third of a cell separates the outermost vertices from the next.
     const double reach = size / cells / 3.0;
     const std::vector<Vec3> x = start_positions(false);
     std::vector<std::int32_t> found;

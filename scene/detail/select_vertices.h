@@ -9,10 +9,10 @@
 
 namespace selvedge::detail {
 
-/// The vertices of a piece that a "select" object means, ascending, each once: `vertices`, a `box`,
-/// `corners` or an `edge` of a grid. `path` is the place of the object in the document. Throws
-/// std::invalid_argument by `fail` for a vertex that is not there, a box that holds nothing, or a
-/// corner of a piece that is no grid.
+/// The vertices of a piece that a "select" object selects by `vertices`, a `box`, or `corners` or
+/// an `edge` of a grid; ascending, each once. `path` is the place of the object in the document.
+/// Throws std::invalid_argument through `fail` for a vertex that does not exist, an empty box, or a
+/// corner of a piece that is not a grid.
 std::vector<std::int32_t> select_vertices(const LocatedJson& document, const Json& select,
                                           const ClothSpec& cloth, const Material& material,
                                           const std::string& path);

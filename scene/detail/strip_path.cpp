@@ -14,10 +14,10 @@ namespace {
 // Chords instead of arcs shorten a turn of 90 degrees by (π/2/samples)²/24, relative: 2e-6.
 constexpr int samples_per_segment = 256;
 
-// Most that the curve's length may differ from the grid's: what a start is stretched by.
+// Largest relative difference between the lengths of curve and grid; the start is stretched by it.
 constexpr double length_tolerance = 0.01;
 
-// Sine of the angle between side and curve below which the side gives no direction across.
+// Smallest sine of the angle between side and curve that gives a direction across.
 constexpr double least_sine = 1e-3;
 
 struct Sample {

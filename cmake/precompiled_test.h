@@ -1,0 +1,7 @@
+// SPDX-License-Identifier: MIT
+// Headers of the tests, compiled once.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include "precompiled.h"

@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/compare/ablation.h>
+#include <selvedge/core/clock.h>
+#include <selvedge/simulation/refinement.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <stdexcept>
+#include <utility>
+
+namespace selvedge {
+namespace {
+
+/// Uniform in [-1, 1), the same on every machine.
+double draw(std::mt19937_64& random) { return 0x1p-63 * static_cast<double>(random()) - 1.0; }
+
+void blow(BuiltScene& built, std::uint32_t seed) {
+  std::mt19937_64 random(seed);
+  for (Vec3& v : built.velocity) {
+    const double x = draw(random), y = draw(random), z = draw(random);
+    v += kSeedSpeed * Vec3(x, y, z);
+  }
+}
+
+double rms_strain(const ClothEnds& cloth) {
+  double squares = 0.0;
+  const std::vector<Edge> edges = unique_edges(cloth.triangles);
+  for (const Edge& e : edges) {
+    const double before = (cloth.start[e[1]] - cloth.start[e[0]]).norm();
+    const double strain = (cloth.end[e[1]] - cloth.end[e[0]]).norm() / before - 1.0;
+    squares += strain * strain;
+  }
+  return edges.empty() ? 0.0 : std::sqrt(squares / static_cast<double>(edges.size()));
+}
+
+Vec3 unit_normal(const Triangle& t, const std::vector<Vec3>& x) {
+  return (x[t[1]] - x[t[0]]).cross(x[t[2]] - x[t[0]]).normalized();
+}
+
+/// Mean angle between triangles that share an edge, rad. The triangles must be consistently
+/// oriented.
+double mean_angle(const ClothEnds& cloth) {
+  std::map<Edge, std::int32_t> first;
+  double sum = 0.0, count = 0.0;
+  for (std::size_t i = 0; i < cloth.triangles.size(); ++i)
+    for (int k = 0; k < 3; ++k) {
+      const std::int32_t a = cloth.triangles[i][k], b = cloth.triangles[i][(k + 1) % 3];
+      const auto [other, is_new] =
+          first.try_emplace({std::min(a, b), std::max(a, b)}, static_cast<std::int32_t>(i));
+      if (is_new) continue;
+      const Vec3 m = unit_normal(cloth.triangles[i], cloth.end);
+      const Vec3 n = unit_normal(cloth.triangles[other->second], cloth.end);
+      sum += std::atan2(m.cross(n).norm(), m.dot(n));
+      count += 1.0;
+    }
+  return count == 0.0 ? 0.0 : sum / count;
+}
+
+using Measures = std::map<std::string, double>;
+
+/// The measure whose interval reaches farthest from zero.
+void judge_shapes(const std::vector<Measures>& whole, const std::vector<Measures>& without,
+                  double tolerance, AblationRow& row) {
+  const auto reach = [](const Equivalence& e) { return std::max(-e.low, e.high); };
+  for (const auto& [name, value] : whole.front()) {
+    std::vector<double> differences;
+    for (std::size_t s = 0; s < without.size(); ++s)
+      differences.push_back(without[s].at(name) - whole[s].at(name));
+    const Equivalence e = test_equivalence(differences, tolerance);
+    const auto rank = [](const Equivalence& of) {  // a proven difference ranks worst
+      return of.verdict == EquivalenceVerdict::different ? 1 : 0;
+    };
+    if (row.worst.empty() ||
+        std::pair(rank(e), reach(e)) > std::pair(rank(row.equivalence), reach(row.equivalence))) {
+      row.worst = name;
+      row.equivalence = e;
+    }
+  }
+}
+
+double mean_distance(const std::vector<ClothEnds>& a, const std::vector<ClothEnds>& b,
+                     std::size_t shift) {
+  double sum = 0.0;
+  const std::size_t count = std::min(a.size(), b.size());
+  for (std::size_t s = 0; s < count; ++s) sum += distance(a[s], b[(s + shift) % count]);
+  return count == 0 ? 0.0 : sum / static_cast<double>(count);
+}
+
+/// The runs of all seeds of one scene.
+struct Ensemble {
+  std::vector<ClothEnds> cloths;
+  std::vector<Measures> measures;
+  std::vector<double> seconds;
+
+  void add(TimedRun run) {
+    measures.push_back(shape_measures(run.cloth));
+    cloths.push_back(std::move(run.cloth));
+    seconds.push_back(run.seconds);
+  }
+};
+
+AblationRow judge(const std::string& part, const Ensemble& whole, const Ensemble& without,
+                  const AblationConfig& config) {
+  AblationRow row;
+  row.part = part;
+  if (without.cloths.empty()) return row;
+  judge_shapes(whole.measures, without.measures, config.tolerance, row);
+  row.distance = mean_distance(without.cloths, whole.cloths, 0);
+  row.spread = mean_distance(whole.cloths, whole.cloths, 1);
+  std::vector<double> ratios;
+  for (std::size_t s = 0; s < without.seconds.size(); ++s)
+    ratios.push_back(without.seconds[s] / whole.seconds[s]);
+  row.time_ratio = quartiles(ratios);
+  return row;
+}
+
+}  // namespace
+
+TimedRun run_timed(const Scene& scene, const Methods& methods, std::uint32_t seed) {
+  BuiltScene built = build_scene(scene);
+  if (seed > 0) blow(built, seed);
+  RefiningSimulation simulation(scene, std::move(built), methods);
+  TimedRun run;
+  const auto begin = std::chrono::steady_clock::now();
+  try {
+    for (int frame = 1; frame <= scene.time.frames; ++frame) {
+      simulation.refine();
+      simulation.now().advance_to_frame(frame, {});
+    }
+  } catch (const SimulationFailed& error) {
+    run.fault = error.what();
+  }
+  run.seconds = seconds_since(begin);
+  run.result = simulation.result();
+  const auto triangles = simulation.now().cloth_triangles();
+  run.cloth = {
+      simulation.start(), simulation.now().state().x, {triangles.begin(), triangles.end()}};
+  return run;
+}
+
+std::map<std::string, double> shape_measures(const ClothEnds& cloth) {
+  const double extent = cloth.extent();
+  Vec3 low = cloth.end.front(), high = low, mean = Vec3::Zero();
+  for (const Vec3& x : cloth.end) {
+    low = low.cwiseMin(x);
+    high = high.cwiseMax(x);
+    mean += x / static_cast<double>(cloth.end.size());
+  }
+  Measures m;
+  constexpr std::array<const char*, 3> axes = {"x", "y", "z"};
+  for (int k = 0; k < 3; ++k) {
+    m[std::string("mean ") + axes[k]] = mean[k] / extent;
+    m[std::string("width along ") + axes[k]] = (high - low)[k] / extent;
+  }
+  m["rms strain"] = rms_strain(cloth);
+  m["mean angle"] = mean_angle(cloth) / std::numbers::pi;
+  return m;
+}
+
+bool AblationRow::saves_time() const {
+  return 1.0 - time_ratio.median > 2.0 * (time_ratio.high - time_ratio.low);
+}
+
+std::string AblationRow::verdict() const {
+  if (could_go()) return saves_time() ? "could go" : "could go, and saves nothing that shows";
+  if (!clean || equivalence.verdict == EquivalenceVerdict::different) return "needed";
+  return "not decided";
+}
+
+std::vector<AblationRow> ablate(const std::filesystem::path& scene,
+                                const std::vector<Override>& overrides, const Methods& methods,
+                                const AblationConfig& config) {
+  const Scene as_it_is = read_scene(scene, overrides, methods);
+  const std::vector<OptionalPart> parts = optional_parts(as_it_is);
+  Ensemble whole;
+  std::vector<Ensemble> ensembles(parts.size());
+  std::vector<std::string> faults(parts.size());
+  for (int s = 1; s <= config.seeds;
+       ++s) {  // interleaved, so that a disturbance affects all variants
+    const auto seed = static_cast<std::uint32_t>(s);
+    TimedRun run = run_timed(as_it_is, methods, seed);
+    if (!run.fault.empty())
+      throw std::runtime_error("the scene as it is does not come to its end: " + run.fault);
+    whole.add(std::move(run));
+    for (std::size_t p = 0; p < parts.size(); ++p) {
+      if (!faults[p].empty()) continue;
+      auto without = overrides;
+      without.insert(without.end(), parts[p].overrides.begin(), parts[p].overrides.end());
+      TimedRun other = run_timed(read_scene(scene, without, methods), methods, seed);
+      faults[p] = other.fault;
+      if (other.fault.empty() && !other.result.clean) faults[p] = "cloth passes through something";
+      if (faults[p].empty()) ensembles[p].add(std::move(other));
+    }
+  }
+  std::vector<AblationRow> rows;
+  for (std::size_t p = 0; p < parts.size(); ++p) {
+    rows.push_back(judge(parts[p].part, whole, ensembles[p], config));
+    rows.back().clean = faults[p].empty();
+    rows.back().why = faults[p];
+  }
+  return rows;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/compare/compare_error.h>
+#include <selvedge/compare/compare_table.h>
+#include <selvedge/compare/equivalence.h>
+#include <selvedge/scene/methods.h>
+#include <selvedge/simulation/plan.h>
+#include <selvedge/simulation/simulation.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace selvedge {
+
+/// Result of one run of a scene in this process. The time covers the steps and the check of every
+/// frame, which every run makes. It excludes reading, building and writing.
+struct TimedRun {
+  double seconds = 0.0;
+  RunResult result;
+  ClothEnds cloth;
+  std::string fault;  ///< why the run stopped early; empty if it finished
+};
+/// Seed 0 keeps the scene unchanged. Any other seed gives every particle a random velocity of up to
+/// kSeedSpeed in each coordinate, so that chaotic motion takes another course.
+TimedRun run_timed(const Scene& scene, const Methods& methods, std::uint32_t seed = 0);
+
+/// Largest initial speed per coordinate, m/s: a thousandth of the speeds that the cloth reaches.
+inline constexpr double kSeedSpeed = 1e-3;
+
+/// Measures that an optional part must not change, however the cloth folds: mean position and
+/// extents of the cloth over its extent at the start, root mean square strain of its edges, and the
+/// mean angle between neighbouring triangles over π. The map holds them by name; all are
+/// dimensionless.
+std::map<std::string, double> shape_measures(const ClothEnds& cloth);
+
+/// Comparison of the scene without one part with the complete scene, over all seeds.
+struct AblationRow {
+  std::string part;
+  bool clean = true;  ///< every run finished without a crossing
+  std::string why;    ///< the first fault, if `clean` is false
+  /// The measure whose interval reaches farthest. The part may be removed only if all measures are
+  /// equivalent; this rule needs no correction for the number of measures [Berger1982].
+  std::string worst;
+  Equivalence equivalence;
+  double distance = 0.0;  ///< between end positions, same seed; mean over seeds, over the extent
+  double spread = 0.0;    ///< the same between neighbouring seeds with all parts on
+  Quartiles time_ratio;   ///< time without the part over time with it, same seed
+
+  /// True if the runs are clean and the measures are proved equivalent within the tolerance.
+  bool could_go() const { return clean && equivalence.verdict == EquivalenceVerdict::equivalent; }
+  /// True if the time saved exceeds twice the noise of the ratio.
+  bool saves_time() const;
+  /// One of "needed", "could go", "could go, and saves nothing that shows", "not decided".
+  std::string verdict() const;
+};
+
+struct AblationConfig {
+  int seeds = 5;            ///< runs of each variant; fewer than 2 decide nothing
+  double tolerance = 0.01;  ///< for every measure
+};
+
+/// Runs the complete scene and the scene without each of its optional parts, seed by seed. Throws
+/// std::runtime_error if the complete scene does not finish.
+std::vector<AblationRow> ablate(const std::filesystem::path& scene,
+                                const std::vector<Override>& overrides, const Methods& methods,
+                                const AblationConfig& config);
+
+}  // namespace selvedge

@@ -1,0 +1,339 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/bodies/mesh_file.h>
+#include <selvedge/compare/compare_axes.h>
+#include <selvedge/compare/compare_cell.h>
+#include <selvedge/compare/compare_detectors.h>
+#include <selvedge/core/atomic_file.h>
+#include <selvedge/core/clock.h>
+#include <selvedge/core/parallel.h>
+#include <selvedge/core/peak_memory.h>
+#include <selvedge/run/result_folder.h>
+#include <selvedge/simulation/refinement.h>
+
+#include <algorithm>
+#include <fstream>
+#include <limits>
+#include <new>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+
+namespace selvedge {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+/// Below this number of box tests, brute force takes some milliseconds and provides the reference.
+constexpr double kFewTests = 2e6;
+
+/// Springs stretched to ten times their length no longer represent cloth. An unstable explicit
+/// method exceeds this limit some steps before its numbers overflow.
+constexpr double kUnstableStretch = 10.0;
+
+/// The motion on which detectors are judged continues for this many steps without any response, so
+/// that collisions occur.
+constexpr double kFlightSteps = 4.0;
+
+const std::map<RunStatus, const char*>& words() {
+  static const std::map<RunStatus, const char*> all = {
+      {RunStatus::ok, "ok"},         {RunStatus::unstable, "unstable"},
+      {RunStatus::failed, "failed"}, {RunStatus::refused, "refused"},
+      {RunStatus::budget, "budget"}, {RunStatus::crashed, "crashed"}};
+  return all;
+}
+
+/// The complete state at the end of a frame.
+struct Sample {
+  std::vector<Vec3> x, v, bodies;
+  std::vector<Triangle> triangles;
+};
+
+// -- detectors ------------------------------------------------------------------------------------
+
+void judge_case(const Scene& scene, const Methods& methods, const DetectionCase& c,
+                PairJudgement& judgement) {
+  const ReferencePairs reference = reference_pairs(c, kFewTests, scene.contact.broad_phase);
+  judgement.colliding += reference.colliding.size();
+  const auto fail = [&](const std::string& method, const std::string& what) {
+    if (judgement.failure.empty()) judgement.failure = method + " " + what;
+  };
+  const auto& broad = methods.broad_phases.at(scene.contact.broad_phase);
+  const auto make_broad = [&] { return broad(scene.contact.broad_phase_options); };
+  if (why_not(broad.traits(), c).empty()) {
+    DetectorTrial trial(make_broad, c, reference);
+    trial.measure();
+    const DetectorScore score = trial.score();
+    judgement.broad_missed += score.missed;
+    if (!score.failure.empty()) fail(scene.contact.broad_phase, score.failure);
+  }
+  const auto narrow =
+      methods.narrow_phases.at(scene.contact.narrow_phase)(scene.contact.narrow_phase_options);
+  const ContactScore contacts = score_contacts(*narrow, c, reference, 1);
+  judgement.narrow_missed += contacts.missed;
+  judgement.narrow_false += contacts.false_alarms;
+  if (narrow->traits().misses_nothing && contacts.missed > 0)
+    fail(scene.contact.narrow_phase,
+         "is to miss nothing, and missed " + std::to_string(contacts.missed));
+  if (narrow->traits().no_false_alarm && contacts.false_alarms > 0)
+    fail(scene.contact.narrow_phase,
+         "is to raise no false alarm, and raised " + std::to_string(contacts.false_alarms));
+}
+
+/// Judges the detectors that the scene names on the motion that continues from the sample for `tau`
+/// seconds without any response.
+void judge_motion(const Scene& scene, const Methods& methods, const Simulation& simulation,
+                  const Sample& sample, double tau, PairJudgement& judgement) {
+  std::vector<Vec3> flown;
+  flown.reserve(sample.x.size());
+  for (std::size_t i = 0; i < sample.x.size(); ++i)
+    flown.push_back(sample.x[i] + tau * (sample.v[i] + tau * scene.gravity));
+  const std::vector<Triangle>& cloth_triangles = sample.triangles;
+  const auto body_triangles = simulation.body_triangles();
+  const std::vector<Edge> cloth_edges = unique_edges(cloth_triangles);
+  const std::vector<Edge> body_edges = unique_edges(body_triangles);
+  const double half = 0.5 * scene.contact.rest_gap;
+  const SurfaceView cloth{sample.x, flown, cloth_edges, cloth_triangles, half};
+  const std::vector<Vec3>& at = sample.bodies;
+  ++judgement.motions;
+  if (scene.contact.self) judge_case(scene, methods, {cloth, cloth, true}, judgement);
+  if (!at.empty())
+    judge_case(scene, methods, {cloth, {at, at, body_edges, body_triangles, half}, false},
+               judgement);
+  const auto missed = static_cast<double>(judgement.broad_missed + judgement.narrow_missed);
+  const auto all = static_cast<double>(judgement.colliding);
+  judgement.recall = all == 0.0 ? 1.0 : std::max(0.0, (all - missed) / all);
+}
+
+// -- one run --------------------------------------------------------------------------------------
+
+class CellRunner {
+ public:
+  CellRunner(fs::path folder, int repeat, const CellLimits& limits, const Methods& methods)
+      : folder_(std::move(folder)), repeat_(repeat), limits_(limits), methods_(methods) {}
+
+  CellRun execute() {
+    try {
+      beside("reading", [&] { scene_ = read_scene(folder_ / "scene.json", {}, methods_); });
+      run_.dt = nominal_step(scene_);
+      beside("warming_up", [&] { warm_up(); });
+      simulate();
+    } catch (const std::invalid_argument& error) {
+      end(RunStatus::refused, error.what());
+    } catch (const SimulationFailed& error) {
+      const bool unstable =
+          error.kind == FailureKind::not_finite || error.kind == FailureKind::unstable_step;
+      end(unstable ? RunStatus::unstable : RunStatus::failed, error.what());
+    } catch (const std::system_error&) {  // a failed write is not the fault of the cell
+      throw;
+    } catch (const std::bad_alloc&) {
+      end(RunStatus::failed, "out of memory");
+    } catch (const std::runtime_error& error) {  // such as too many pairs
+      end(RunStatus::failed, error.what());
+    }
+    if (simulation_) beside("writing", [&] { note_end(); });
+    beside("judging", [&] {  // after all timed work
+      for (const Sample& sample : samples_) judge(sample);
+    });
+    return run_;
+  }
+
+ private:
+  template <class Work>
+  void beside(const char* what, const Work& work) {
+    const Stopwatch watch;
+    work();
+    run_.beside_s[what] += watch.seconds();
+  }
+
+  void end(RunStatus status, const std::string& why) {
+    run_.status = status;
+    run_.why = why;
+  }
+
+  /// Runs one step of a temporary simulation to warm pages, caches and threads.
+  void warm_up() {
+    Simulation other(scene_, build_scene(scene_), methods_);
+    try {
+      other.step_towards(1);
+    } catch (const SimulationFailed&) {  // the real run will report it
+    }
+  }
+
+  void simulate() {
+    const Stopwatch watch;
+    simulation_.emplace(scene_, build_scene(scene_), methods_);
+    run_.build_s = watch.seconds();
+    start_bodies_ = simulation_->now().body_positions();
+    for (int frame = 1; frame <= scene_.time.frames && run_.status == RunStatus::ok; ++frame) {
+      advance(frame);
+      if (run_.status != RunStatus::ok) return;
+      beside("checking", [&] { simulation_->now().verify_frame(); });
+      if (is_judged(frame)) sample();
+    }
+  }
+
+  void sample() {
+    const Simulation& now = simulation_->now();
+    const auto triangles = now.cloth_triangles();
+    samples_.push_back(
+        {now.state().x, now.state().v, now.body_positions(), {triangles.begin(), triangles.end()}});
+  }
+
+  void judge(const Sample& sample) {
+    try {
+      judge_motion(scene_, methods_, simulation_->now(), sample, kFlightSteps * run_.dt,
+                   run_.pairs);
+    } catch (const std::exception& error) {  // a detector failed; the run itself remains valid
+      if (run_.pairs.failure.empty()) run_.pairs.failure = error.what();
+    }
+  }
+
+  void advance(int frame) {
+    const Stopwatch watch;
+    try {
+      simulation_->refine();
+      while (run_.status == RunStatus::ok && simulation_->now().step_towards(frame))
+        if (run_.run_s + watch.seconds() > limits_.budget_s)
+          end(RunStatus::budget, "took longer than granted");
+    } catch (...) {
+      run_.run_s += watch.seconds();
+      throw;
+    }
+    run_.run_s += watch.seconds();
+    const double stretch = simulation_->result().max_stretch;
+    if (!(stretch < kUnstableStretch))
+      end(RunStatus::unstable, "springs were stretched to more than eleven times their length");
+  }
+
+  bool is_judged(int frame) const {
+    if (repeat_ != 0 || limits_.judged_motions <= 0) return false;
+    const int every = std::max(1, scene_.time.frames / limits_.judged_motions);
+    return frame % every == 0;
+  }
+
+  void note_end() {
+    run_.result = simulation_->result();
+    run_.end_s = simulation_->now().state().time;
+    run_.particles = simulation_->now().state().x.size();
+    run_.peak_bytes = peak_bytes();
+    if (repeat_ != 0) return;
+    // Cells may have been split, so the start frame uses the surface of the end.
+    write_frame(0, simulation_->start(), start_bodies_);
+    const Simulation& now = simulation_->now();
+    write_frame(kEndFrame, now.state().x, now.body_positions());
+  }
+
+  void write_frame(int frame, const std::vector<Vec3>& x, const std::vector<Vec3>& bodies) const {
+    const fs::path frames = folder_ / "frames";
+    fs::create_directories(frames);
+    const auto file = [&](const char* stem) {
+      return numbered(frames, stem, frame, kFrameFileDigits, ".ply");
+    };
+    write_ply(file("cloth"), x, simulation_->now().cloth_triangles());
+    if (!bodies.empty()) write_ply(file("bodies"), bodies, simulation_->now().body_triangles());
+  }
+
+  fs::path folder_;
+  int repeat_;
+  const CellLimits& limits_;
+  const Methods& methods_;
+  Scene scene_;
+  std::optional<RefiningSimulation> simulation_;
+  std::vector<Vec3> start_bodies_;
+  std::vector<Sample> samples_;
+  CellRun run_;
+};
+
+// -- its file -------------------------------------------------------------------------------------
+
+fs::path run_file(const fs::path& folder, int repeat) {
+  return folder / ("run_" + std::to_string(repeat) + ".json");
+}
+
+Json to_json(const CellRun& run) {
+  const PairJudgement& p = run.pairs;
+  return {{"status", status_word(run.status)},
+          {"why", run.why},
+          {"build_s", run.build_s},
+          {"run_s", run.run_s},
+          {"beside_s", run.beside_s},
+          {"end_s", run.end_s},
+          {"dt", run.dt},
+          {"particles", run.particles},
+          {"peak_bytes", run.peak_bytes},
+          {"result", Json::parse(result_text(run.result))},
+          {"pairs",
+           {{"motions", p.motions},
+            {"colliding", p.colliding},
+            {"broad_missed", p.broad_missed},
+            {"narrow_missed", p.narrow_missed},
+            {"narrow_false", p.narrow_false},
+            {"recall", p.recall},
+            {"failure", p.failure}}}};
+}
+
+/// JSON cannot represent non-finite numbers; they were written as null.
+double real(const Json& j) {
+  return j.is_number() ? j.get<double>() : std::numeric_limits<double>::infinity();
+}
+
+CellRun from_json(const Json& j) {
+  CellRun run;
+  run.status = status_of(j.at("status").get<std::string>());
+  run.why = j.at("why").get<std::string>();
+  run.build_s = real(j.at("build_s"));
+  run.run_s = real(j.at("run_s"));
+  run.beside_s = j.at("beside_s").get<std::map<std::string, double>>();
+  run.end_s = real(j.at("end_s"));
+  run.dt = real(j.at("dt"));
+  run.particles = j.at("particles").get<std::size_t>();
+  run.peak_bytes = j.at("peak_bytes").get<std::size_t>();
+  run.result = result_from_text(j.at("result").dump());
+  const Json& pairs = j.at("pairs");
+  run.pairs = {
+      pairs.at("motions").get<std::size_t>(),      pairs.at("colliding").get<std::size_t>(),
+      pairs.at("broad_missed").get<std::size_t>(), pairs.at("narrow_missed").get<std::size_t>(),
+      pairs.at("narrow_false").get<std::size_t>(), pairs.at("recall").get<double>(),
+      pairs.at("failure").get<std::string>()};
+  return run;
+}
+
+}  // namespace
+
+const char* status_word(RunStatus status) { return words().at(status); }
+
+RunStatus status_of(const std::string& word) {
+  for (const auto& [status, known] : words())
+    if (word == known) return status;
+  throw std::invalid_argument("there is no status \"" + word + "\" of a run");
+}
+
+void note_run(const fs::path& folder, int repeat, const CellRun& run) {
+  AtomicFile file(run_file(folder, repeat));
+  file.write(to_json(run).dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+  file.commit();
+}
+
+std::optional<CellRun> read_cell_run(const fs::path& folder, int repeat) {
+  std::ifstream in(run_file(folder, repeat));
+  const Json j = Json::parse(in, nullptr, false);
+  if (!j.is_object()) return std::nullopt;
+  try {
+    return from_json(j);
+  } catch (const std::exception&) {  // from another version; the run is repeated
+    return std::nullopt;
+  }
+}
+
+CellRun run_cell(const fs::path& folder, int repeat, const CellLimits& limits,
+                 const Methods& methods) {
+  const ThreadLimit threads(limits.threads);
+  CellRun run = CellRunner(folder, repeat, limits, methods).execute();
+  note_run(folder, repeat, run);
+  return run;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/broadphase/broad_phase.h>
+#include <selvedge/narrowphase/narrow_phase.h>
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace selvedge {
+
+/// One step of two surfaces, or of one surface against itself; in that case b is the same view as
+/// a.
+struct DetectionCase {
+  SurfaceView a, b;
+  bool self = false;
+};
+
+/// The reference pairs that detectors are compared with.
+struct ReferencePairs {
+  std::string boxes_from;    ///< the detector that found `boxes`
+  CandidatePairs boxes;      ///< pairs whose swept boxes overlap
+  CandidatePairs colliding;  ///< the subset that collides, by ccd_exact
+};
+
+/// Number of box tests that brute force would make.
+double brute_force_tests(const DetectionCase& c);
+/// This many box tests take about a second.
+inline constexpr double kMomentTests = 2e8;
+/// Uses brute force for at most `most_tests` box tests. Beyond that it uses the tree that reports
+/// the same pairs, or sweep and prune if that tree is the detector to be judged.
+ReferencePairs reference_pairs(const DetectionCase& c, double most_tests = kMomentTests,
+                               const std::string& judged = {});
+
+/// The reason why a detector does not support this case; empty if it does.
+std::string why_not(const BroadPhaseTraits& traits, const DetectionCase& c);
+
+/// Result and cost of a detector. Times are medians.
+struct DetectorScore {
+  /// ms; first call of a new detector, split into building its structures and finding the pairs.
+  /// For a detector that does not report the split, the query is the whole call.
+  double build_ms = 0.0, query_ms = 0.0;
+  /// ms; update of the structures in a second call. That call asks for the reversed motion, which
+  /// has the same boxes and collisions but is unknown to the detector.
+  double refit_ms = 0.0;
+  double wall_ms = 0.0;  ///< ms; first call
+  std::size_t point_triangle = 0, triangle_point = 0, edge_edge = 0;
+  std::size_t missed = 0;  ///< colliding pairs that either call did not report
+  double recall = 1.0;     ///< share of the colliding pairs that it reported; 1 if none collide
+  std::size_t boxes_missed = 0, beyond_boxes = 0;  ///< relative to the pairs of overlapping boxes
+  /// Increase of peak memory over the value before the first call, pairs included, as reported by
+  /// the operating system. Where the system does not report it, this is the memory that the
+  /// detector says it keeps.
+  std::size_t peak_bytes = 0;
+  std::string failure{};  ///< the broken promise; empty if the detector kept it
+};
+
+/// Measures one detector repeatedly, so that the repeats of several detectors can be interleaved.
+/// The case and the reference must outlive it.
+class DetectorTrial {
+ public:
+  using Factory = std::function<std::unique_ptr<BroadPhase>()>;
+  DetectorTrial(Factory make, const DetectionCase& c, const ReferencePairs& reference);
+
+  /// Creates a new detector and calls it twice. The first time also judges the pairs.
+  void measure();
+  /// True if more repeats would take too long.
+  bool slow() const;
+  DetectorScore score() const;
+
+ private:
+  void judge(const CandidatePairs& first, const CandidatePairs& second);
+
+  Factory make_;
+  const DetectionCase* case_;
+  const ReferencePairs* reference_;
+  DetectorScore score_;
+  std::vector<double> build_ms_, refit_ms_, query_ms_, wall_ms_;
+};
+
+/// Result of a narrow phase on the pairs of overlapping boxes.
+struct ContactScore {
+  std::size_t contacts = 0;
+  std::optional<double> first_toi;  ///< empty without contacts or times
+  double ms = 0.0;                  ///< median
+  std::size_t missed = 0, false_alarms = 0;
+};
+
+ContactScore score_contacts(const NarrowPhase& method, const DetectionCase& c,
+                            const ReferencePairs& reference, int repeats);
+
+}  // namespace selvedge

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/compare/extreme_run.h>
+#include <selvedge/core/clock.h>
+#include <selvedge/scene/build.h>
+
+#include <selvedge/bodies/mesh_file.h>
+#include <selvedge/judge/judge.h>
+#include <selvedge/run/result_folder.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <stdexcept>
+
+namespace selvedge {
+namespace {
+
+/// Stops a run that takes too long.
+class TooLong : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+bool all_finite(std::span<const Vec3> x) {
+  return std::all_of(x.begin(), x.end(), [](const Vec3& p) { return p.allFinite(); });
+}
+
+/// Input of the energy computation; potential energy is relative to z = 0 along gravity.
+double energy_of(const ExtremeRun& run, std::span<const Vec3> x, std::span<const Vec3> v) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < x.size(); ++i)
+    sum += run.cloth.mass[i] * (0.5 * v[i].squaredNorm() - run.scene.gravity.dot(x[i]));
+  for (const Spring& s : run.cloth.springs) {
+    const double longer = (x[s.b] - x[s.a]).norm() - s.rest_length;
+    sum += 0.5 * s.stiffness * longer * longer;
+  }
+  return sum;
+}
+
+double height_energy(const ExtremeRun& run, std::span<const Vec3> x) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < x.size(); ++i) sum -= run.cloth.mass[i] * run.scene.gravity.dot(x[i]);
+  return sum;
+}
+
+bool is_closed_system(const Scene& scene) {
+  const auto moves = [](const auto& thing) { return !thing.motion.empty(); };
+  const bool driven = std::any_of(scene.bodies.begin(), scene.bodies.end(), [&](const auto& b) {
+    return moves(b) || std::holds_alternative<BodySequence>(b.shape);
+  });
+  return !driven && std::none_of(scene.handles.begin(), scene.handles.end(), moves) &&
+         scene.air.wind.isZero(0.0);
+}
+
+/// Follows a simulation, keeps its frames and judges them.
+class Watch {
+ public:
+  Watch(ExtremeRun& run, const ExtremeConfig& config, Simulation& simulation)
+      : run_(run), config_(config), simulation_(simulation) {
+    triangles_.assign(simulation.cloth_triangles().begin(), simulation.cloth_triangles().end());
+    body_triangles_.assign(simulation.body_triangles().begin(), simulation.body_triangles().end());
+    last_ = mesh();
+    last_body_ = body();
+    start_energy_ = energy_of(run_, simulation.state().x, simulation.state().v);
+    most_energy_ = start_energy_;
+    least_height_ = height_energy(run_, simulation.state().x);
+  }
+
+  void step() {
+    const SimulationState& state = simulation_.state();
+    run_.finite = run_.finite && all_finite(state.x) && all_finite(state.v);
+    if (!run_.finite) throw std::runtime_error("a position or velocity is not finite");
+    for (const Vec3& v : state.v) run_.worst_speed = std::max(run_.worst_speed, v.norm());
+    most_energy_ = std::max(most_energy_, energy_of(run_, state.x, state.v));
+    least_height_ = std::min(least_height_, height_energy(run_, state.x));
+    if (config_.judge_paths) judge_step();
+    if (watch_.seconds() > config_.wall_limit)
+      throw TooLong("not done after " + std::to_string(config_.wall_limit) + " s");
+  }
+
+  void frame() {
+    run_.times.push_back(simulation_.state().time);
+    run_.frames.push_back(simulation_.state().x);
+    run_.bodies.push_back(simulation_.body_positions());
+    const Verdict verdict = judge(mesh(), body(), {});
+    run_.intersections =
+        std::max(run_.intersections,
+                 verdict.self_intersections + verdict.body_intersections + verdict.inside_vertices);
+    if (!config_.out.empty()) write_frame();
+  }
+
+  void finish() {
+    const SimulationState& state = simulation_.state();
+    run_.x = state.x;
+    run_.v = state.v;
+    run_.time = state.time;
+    run_.result = simulation_.result();
+    double sum = 0.0;
+    for (const Vec3& v : state.v) sum += v.squaredNorm();
+    run_.rms_speed = std::sqrt(sum / static_cast<double>(state.v.size()));
+    const double start = start_energy_ - least_height_;
+    run_.energy_ratio = is_closed_system(run_.scene) && start > 0.0
+                            ? (most_energy_ - least_height_) / start
+                            : std::numeric_limits<double>::quiet_NaN();
+  }
+
+ private:
+  TriangleMesh mesh() const { return {simulation_.state().x, triangles_}; }
+  TriangleMesh body() const { return {simulation_.body_positions(), body_triangles_}; }
+
+  void judge_step() {
+    TriangleMesh now = mesh(), now_body = body();
+    const PathVerdict path = judge_path(last_, now.vertices, last_body_, now_body.vertices);
+    run_.path_collisions += path.self_collisions + path.body_collisions;
+    last_ = std::move(now);
+    last_body_ = std::move(now_body);
+  }
+
+  void write_frame() const {
+    const int number = static_cast<int>(run_.frames.size()) - 1;
+    const auto folder = config_.out / "frames";
+    std::filesystem::create_directories(folder);
+    constexpr int digits = 5;
+    write_ply(numbered(folder, "cloth", number, digits, ".ply"), simulation_.state().x, triangles_);
+    if (!body_triangles_.empty() && (number == 0 || simulation_.bodies_move()))
+      write_ply(numbered(folder, "bodies", number, digits, ".ply"), simulation_.body_positions(),
+                body_triangles_);
+  }
+
+  ExtremeRun& run_;
+  const ExtremeConfig& config_;
+  Simulation& simulation_;
+  std::vector<Triangle> triangles_, body_triangles_;
+  TriangleMesh last_, last_body_;
+  double start_energy_ = 0.0, most_energy_ = 0.0, least_height_ = 0.0;
+  Stopwatch watch_;
+};
+
+void simulate(ExtremeRun& run, const ExtremeConfig& config) {
+  BuiltScene built = build_scene(run.scene);
+  run.cloth = built.cloth;
+  run.piece_begin = built.piece_begin;
+  run.warnings = built.warnings;
+  Simulation simulation(run.scene, std::move(built));
+  Watch watch(run, config, simulation);
+  watch.frame();
+  try {
+    for (int frame = 1; frame <= run.scene.time.frames; ++frame) {
+      simulation.advance_to_frame(frame, [&](double) { watch.step(); });
+      watch.frame();
+    }
+  } catch (const TooLong&) {
+    throw;
+  } catch (const std::runtime_error& error) {
+    run.stopped = error.what();
+  }
+  watch.finish();
+}
+
+}  // namespace
+
+std::span<const Vec3> ExtremeRun::piece(std::size_t frame, std::size_t piece) const {
+  const auto first = static_cast<std::size_t>(piece_begin[piece]);
+  return std::span(frames.at(frame))
+      .subspan(first, static_cast<std::size_t>(piece_begin[piece + 1]) - first);
+}
+
+ExtremeRun run_extreme(const Scene& scene, const ExtremeConfig& config) {
+  ExtremeRun run;
+  run.scene = scene;
+  if (!config.response.empty()) run.scene.contact.response = config.response;
+  try {
+    simulate(run, config);
+  } catch (const std::invalid_argument& error) {
+    run.refused = error.what();
+  } catch (const TooLong& error) {
+    run.finite = false;
+    run.stopped = error.what();
+  }
+  return run;
+}
+
+ExtremeRun run_extreme(const std::filesystem::path& file, const ExtremeConfig& config) {
+  try {
+    const Scene scene = read_scene(file, config.overrides);
+    ExtremeRun run = run_extreme(scene, config);
+    if (!config.out.empty()) {
+      std::filesystem::create_directories(config.out);
+      std::filesystem::remove(config.out / "scene.json");
+      std::ofstream(config.out / "scene.json") << scene.json;
+    }
+    return run;
+  } catch (const std::invalid_argument& error) {
+    ExtremeRun run;
+    run.refused = error.what();
+    return run;
+  }
+}
+
+}  // namespace selvedge

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/core/collision_types.h>
+
+#include <array>
+#include <compare>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+// Detection on plain arrays: each function is one call, arrays in, a list out. A program that
+// detects in every step of a simulation is faster with a BroadPhase and a NarrowPhase of its own,
+// which keep their trees between calls.
+//
+// Every function throws std::invalid_argument that names the index and the value if the arrays of a
+// surface have different lengths, a coordinate is not finite, or a triangle has an index outside
+// [0, n). The surface is called `a` or `b` there, or `surface` if there is only one. Degenerate
+// triangles are allowed. A vertex of no triangle is ignored. Pairs of one surface that share a
+// vertex are omitted. Results are the same for any number of threads.
+
+namespace selvedge {
+
+/// One surface in one state. This is a view: its creator keeps the arrays alive.
+struct SurfaceState {
+  std::span<const Vec3> x;              ///< (n,3), metres
+  std::span<const Triangle> triangles;  ///< (k,3), vertex indices
+};
+
+/// One surface during one step, t in [0,1]. Vertex i moves on the straight line x_t0[i] -> x_t1[i].
+/// This is a view: its creator keeps the arrays alive.
+struct MovingSurface {
+  std::span<const Vec3> x_t0, x_t1;     ///< (n,3) each, metres
+  std::span<const Triangle> triangles;  ///< (k,3), vertex indices
+};
+
+/// Options of find_collisions.
+struct DetectionConfig {
+  /// A detector of broad_phases(). Every conservative one leads to the same collisions; they differ
+  /// in time.
+  std::string broad_phase = "bvh_aabb";
+  /// A method of narrow_phases(). ccd_exact neither misses a collision nor reports a false one.
+  std::string narrow_phase = "ccd_exact";
+  /// Metres, >= 0. Primitives that are at most this far apart count as colliding; ccd_exact may
+  /// then report distances up to 1/64 larger. Other methods refuse a value that they do not
+  /// support.
+  double min_separation = 0.0;
+};
+
+/// One primitive of each side, and the points on them that are in contact. For one surface, both
+/// sides are that surface.
+struct PrimitivePair {
+  ContactKind kind;
+  std::int32_t primitive_a;  ///< vertex, triangle or edge of the first side, as `kind` says
+  std::int32_t primitive_b;  ///< the same of the second side; edges: index in unique_edges
+  /// Vertex indices in the order that ContactKind gives. The first primitive is the point, or the
+  /// edge of side a.
+  std::array<std::int32_t, 4> vertex;
+  /// Signed barycentric weights of `vertex`, sum 0, as in Contact: (1, -u, -v, -w) or
+  /// (1-s, s, -(1-t), -t).
+  std::array<double, 4> weight;
+  Vec3 normal;  ///< unit, from the second primitive towards the first
+};
+
+/// Two primitives that share a point during the step.
+struct Collision : PrimitivePair {
+  double toi;  ///< time of impact in [0,1]; with ccd_exact the largest double not later than it
+};
+
+/// Two primitives that are near each other in a state.
+struct Proximity : PrimitivePair {
+  double gap;  ///< distance, metres
+};
+
+/// A triangle of each side that have a common point.
+struct TrianglePair {
+  std::int32_t triangle_a, triangle_b;
+  auto operator<=>(const TrianglePair&) const = default;
+};
+
+/// Finds the collisions of one surface with itself during a step: x_t0 and x_t1 (n,3) in metres,
+/// triangles (k,3). Sorted by time of impact, then by kind and indices; primitive_a < primitive_b
+/// for edges. Also throws std::invalid_argument for an unknown method, for a broad phase that
+/// cannot search one surface, and for a min_separation that is negative or not supported.
+std::vector<Collision> find_collisions(std::span<const Vec3> x_t0, std::span<const Vec3> x_t1,
+                                       std::span<const Triangle> triangles,
+                                       const DetectionConfig& config = {});
+
+/// Finds the collisions between two surfaces during a step, not those within one of them. Sorted
+/// and errors as above.
+std::vector<Collision> find_collisions(const MovingSurface& a, const MovingSurface& b,
+                                       const DetectionConfig& config = {});
+
+/// Finds the pairs of triangles of one surface that cross: x (n,3) in metres, triangles (k,3). Two
+/// triangles cross if they have a common point and no common vertex index; touching counts. Decided
+/// exactly. Sorted; triangle_a < triangle_b.
+std::vector<TrianglePair> find_crossings(std::span<const Vec3> x,
+                                         std::span<const Triangle> triangles);
+
+/// Finds the pairs of a triangle of `a` and a triangle of `b` that have a common point. Decided
+/// exactly. Sorted.
+std::vector<TrianglePair> find_crossings(const SurfaceState& a, const SurfaceState& b);
+
+/// Finds the pairs of a point and a triangle, or of two edges, of one surface that are nearer than
+/// `distance` metres, with their closest points: x (n,3) in metres, triangles (k,3). Sorted by gap,
+/// then by kind and indices. Gaps are rounded. Also throws std::invalid_argument unless `distance`
+/// is positive and finite.
+std::vector<Proximity> find_contacts(std::span<const Vec3> x, std::span<const Triangle> triangles,
+                                     double distance);
+
+/// The same between two surfaces.
+std::vector<Proximity> find_contacts(const SurfaceState& a, const SurfaceState& b, double distance);
+
+}  // namespace selvedge

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/core/triangle_mesh.h>
+
+#include <cstddef>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace selvedge {
+
+/// Result of `judge`, which `selvedge check` prints. All counts are exact for every finite
+/// coordinate: a proven floating-point filter decides the easy cases, integers of arbitrary length
+/// the rest. A degenerate triangle counts as the point or segment that its corners span. The judge
+/// shares no code with broadphase, narrowphase or response.
+struct Verdict {
+  std::size_t vertices = 0, triangles = 0;
+  /// Pairs of mesh triangles that share no vertex (by index) and have a common point. Touching
+  /// counts, and so does coplanar overlap. Pairs that share a vertex are not tested.
+  std::size_t self_intersections = 0;
+  std::size_t body_intersections = 0;  ///< pairs of a mesh triangle and a body triangle
+  /// Mesh vertices strictly inside the closed parts of the body. A vertex is inside if the winding
+  /// numbers of the consistently oriented parts about it do not sum to 0, or if it lies inside a
+  /// closed part that is not consistently oriented.
+  std::size_t inside_vertices = 0;
+  /// Largest distance of these vertices to the surface of the closed parts. This distance and the
+  /// strains are rounded; all other numbers are exact.
+  double max_penetration_m = 0.0;
+  double max_stretch = 0.0, max_compression = 0.0;  ///< strain of edges relative to the rest mesh
+  std::vector<std::pair<std::int32_t, std::int32_t>> first_self,
+      first_body;  ///< up to 10 pairs each
+  /// Connected parts of the body. Triangles connect through edges; vertices at equal positions
+  /// count as one. Open parts (with a border) have no inside.
+  std::size_t closed_parts = 0, open_parts = 0;
+};
+
+/// `body` and `rest` may be empty. Throws std::invalid_argument if a coordinate is not finite, if
+/// an index is out of range, or if the rest mesh has an edge of length 0 or differs from the mesh
+/// in its triangles or its number of vertices.
+Verdict judge(const TriangleMesh& mesh, const TriangleMesh& body, const TriangleMesh& rest);
+
+/// Result of `judge_path`: pairs of primitives that collide while every vertex moves on a straight
+/// line from one state to the other. Integers decide exactly. Primitives are the triangles, their
+/// edges and the vertices that they use. Pairs of the mesh that share a vertex (by index) are not
+/// tested. If neither state has an intersection and the path has no collision, the whole motion is
+/// free of intersections.
+struct PathVerdict {
+  std::size_t pairs = 0;  ///< primitive pairs with overlapping swept boxes
+  std::size_t self_collisions = 0, body_collisions = 0;
+};
+
+/// The body may be empty. Throws std::invalid_argument in the same cases as `judge`, or if the two
+/// states of a surface have different numbers of vertices.
+PathVerdict judge_path(const TriangleMesh& mesh_t0, std::span<const Vec3> mesh_t1,
+                       const TriangleMesh& body_t0, std::span<const Vec3> body_t1);
+
+}  // namespace selvedge

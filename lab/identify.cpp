@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: MIT
+//
+// J. Louchet, X. Provot, D. Crochemore, "Evolutionary identification of cloth animation models",
+// 1995, and D. Mongus et al., "A hybrid evolutionary algorithm for tuning a cloth-simulation
+// model", Applied Soft Computing 12 (2012): identification of the constants of a mass-spring cloth
+// from its drape.
+#include <selvedge/lab/identify.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace selvedge {
+namespace {
+
+const std::vector<IdentifiedConstant>& known_constants() {
+  // Values beyond these bounds describe paper or foam, not cloth.
+  static const std::vector<IdentifiedConstant> known = {
+      {"bending", &Material::bending_stiffness, 1e-7, 1e-3},
+      {"shear", &Material::shear_stiffness, 5.0, 500.0},
+      {"stretch", &Material::stretch_stiffness, 50.0, 5000.0}};
+  return known;
+}
+
+constexpr std::size_t orders = 13;  // of the rim that are compared; a drape has fewer folds
+
+}  // namespace
+
+std::vector<IdentifiedConstant> identified_constants(const std::vector<std::string>& names) {
+  std::vector<IdentifiedConstant> chosen;
+  for (const std::string& name : names) {
+    const auto& known = known_constants();
+    const auto found = std::find_if(known.begin(), known.end(),
+                                    [&](const IdentifiedConstant& c) { return c.name == name; });
+    if (found == known.end())
+      throw std::invalid_argument("identify: there is no constant \"" + name +
+                                  "\" to look for; name bending, shear or stretch");
+    chosen.push_back(*found);
+  }
+  if (chosen.empty())
+    throw std::invalid_argument("identify: name at least one constant to look for");
+  return chosen;
+}
+
+Material DrapeSearch::at(const std::vector<double>& logs) const {
+  Material material = base;
+  const double stretch = stretch_along_weft(base) / base.stretch_stiffness;
+  const double bending =
+      base.bending_stiffness > 0.0 ? bending_along_weft(base) / base.bending_stiffness : 1.0;
+  for (std::size_t k = 0; k < constants.size(); ++k)
+    material.*(constants[k].field) = std::pow(10.0, logs[k]);
+  // The search varies the constant along warp. The constant along weft keeps its ratio to it.
+  if (base.stretch_weft) material.stretch_weft = stretch * material.stretch_stiffness;
+  if (base.bending_weft) material.bending_weft = bending * material.bending_stiffness;
+  return material;
+}
+
+double DrapeSearch::misfit(const std::vector<double>& logs) const {
+  const DrapeOutcome outcome = drape(at(logs), trial);
+  const double points = std::abs(outcome.coefficient - target.coefficient);
+  if (target.spectrum.empty()) return points;
+  double square = 0.0;
+  for (std::size_t n = 0; n < std::min(orders, target.spectrum.size()); ++n) {
+    const double lack = outcome.rim.amplitude[n] - target.spectrum[n];
+    square += lack * lack;
+  }
+  return points + 100.0 * std::sqrt(square) / trial.specimen;
+}
+
+namespace {
+
+/// The simplex of the search, with the best point first.
+class Simplex {
+ public:
+  Simplex(const DrapeSearch& search, const NelderMeadConfig& config, int& evaluations)
+      : search_(search), config_(config), evaluations_(evaluations) {}
+
+  Candidate run(std::vector<double> start) {
+    begin(std::move(start));
+    while (left() > 0 && size() > config_.smallest) step();
+    return points_.front();
+  }
+
+ private:
+  using Point = std::vector<double>;
+
+  int left() const { return config_.evaluations - evaluations_; }
+
+  Candidate evaluate(Point logs) {
+    for (std::size_t k = 0; k < logs.size(); ++k)
+      logs[k] = std::clamp(logs[k], std::log10(search_.constants[k].lowest),
+                           std::log10(search_.constants[k].highest));
+    ++evaluations_;
+    const double misfit = search_.misfit(logs);
+    return {std::move(logs), misfit};
+  }
+
+  void begin(Point start) {
+    points_.push_back(evaluate(start));
+    for (std::size_t k = 0; k < start.size(); ++k) {
+      Point corner = start;
+      corner[k] += config_.size;
+      points_.push_back(evaluate(std::move(corner)));
+    }
+    sort();
+  }
+
+  void sort() {
+    std::stable_sort(points_.begin(), points_.end(),
+                     [](const Candidate& a, const Candidate& b) { return a.misfit < b.misfit; });
+  }
+
+  double size() const {
+    double largest = 0.0;
+    for (const Candidate& point : points_)
+      for (std::size_t k = 0; k < point.logs.size(); ++k)
+        largest = std::max(largest, std::abs(point.logs[k] - points_.front().logs[k]));
+    return largest;
+  }
+
+  /// Reflection of the worst point in the mean of the others. The result lies beyond the mean by
+  /// `along` times the worst point's distance from it, or before it if `along` is negative.
+  Point moved(double along) const {
+    Point middle(points_.front().logs.size(), 0.0);
+    const std::size_t others = points_.size() - 1;
+    for (std::size_t i = 0; i < others; ++i)
+      for (std::size_t k = 0; k < middle.size(); ++k) middle[k] += points_[i].logs[k] / others;
+    for (std::size_t k = 0; k < middle.size(); ++k)
+      middle[k] += along * (middle[k] - points_.back().logs[k]);
+    return middle;
+  }
+
+  void step() {
+    const Candidate reflected = evaluate(moved(1.0));
+    if (reflected.misfit < points_.front().misfit) {
+      Candidate expanded = evaluate(moved(2.0));
+      points_.back() = expanded.misfit < reflected.misfit ? expanded : reflected;
+    } else if (reflected.misfit < points_[points_.size() - 2].misfit) {
+      points_.back() = reflected;
+    } else {
+      contract(reflected);
+    }
+    sort();
+  }
+
+  void contract(const Candidate& reflected) {
+    const bool outside = reflected.misfit < points_.back().misfit;
+    Candidate inner = evaluate(moved(outside ? 0.5 : -0.5));
+    if (inner.misfit < std::min(reflected.misfit, points_.back().misfit)) {
+      points_.back() = std::move(inner);
+      return;
+    }
+    for (std::size_t i = 1; i < points_.size(); ++i) {  // shrink towards the best
+      Point halfway = points_[i].logs;
+      for (std::size_t k = 0; k < halfway.size(); ++k)
+        halfway[k] = 0.5 * (halfway[k] + points_.front().logs[k]);
+      points_[i] = evaluate(std::move(halfway));
+    }
+  }
+
+  const DrapeSearch& search_;
+  const NelderMeadConfig& config_;
+  int& evaluations_;
+  std::vector<Candidate> points_;
+};
+
+}  // namespace
+
+Candidate nelder_mead(const DrapeSearch& search, std::vector<double> start,
+                      const NelderMeadConfig& config, int& evaluations) {
+  if (start.size() != search.constants.size())
+    throw std::invalid_argument("nelder_mead: the start needs a coordinate for each constant");
+  evaluations = 0;
+  return Simplex(search, config, evaluations).run(std::move(start));
+}
+
+}  // namespace selvedge

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/response/response.h>
+
+#include <span>
+#include <vector>
+
+namespace selvedge {
+
+/// Options of ContactForce.
+struct ContactForceConfig {
+  /// Normal stiffness divided by m_eff/h², dimensionless. A contact that carries q times the weight
+  /// of its own particles yields by q·g·h²/normal_ratio: 2.3 µm·q at h = 1/120 s. Higher values
+  /// make the linear system stiffer; from 1000 on, stacks need many more solves to find which
+  /// contacts carry load.
+  double normal_ratio = 300.0;
+  /// Viscosity of a sticking contact divided by m_eff/h, dimensionless. The contact creeps at
+  /// (load/m_eff)·h/stick_ratio: 1e-8 m/s under its own weight at h = 1/120 s. Where a single
+  /// particle touches a body, the preconditioner absorbs the poor conditioning.
+  double stick_ratio = 1e7;
+  /// The same for contacts that couple several particles, where poor conditioning costs solver
+  /// iterations.
+  double coupled_stick_ratio = 1e4;
+  /// A gap below the rest gap recovers by at most this share of the rest gap per step, so that
+  /// cloth that starts too close is not ejected.
+  double recovery = 0.2;
+  /// A contact whose slip over a step is below this share of the rest gap is first treated as
+  /// sticking: 3e-4 m/s for 2 mm at 1/120 s.
+  double stick_slip = 1.25e-3;
+  /// No further solve is requested once the contact forces change by at most this share of the
+  /// total load, and friction by at most this share of the sum of all μλ. Higher values are faster,
+  /// but single contacts may pull, or friction may be wrong, by that much in a step.
+  double load_tolerance = 0.1;
+};
+
+/// Contact and Coulomb friction as forces inside the implicit step [after the active-set view of
+/// penalty contact, Wriggers 2006, ch. 5]. Each contact pushes with λ = k (rest - gap⁺)₊ along its
+/// normal, where gap⁺ is the linearised gap at the end of the step. Its friction against the slip s
+/// is f(s) = min(c|s|, μλ) s/|s|, with c so large that the creep is invisible. Semismooth Newton
+/// iterations solve both: after each solve, `update` finds which contacts carry load and which
+/// stick, and the caller solves again until nothing changes. No state is kept from step to step:
+/// the load of a contact at the end of the last step follows from its gap and velocity.
+class ContactForce final : public Response {
+ public:
+  explicit ContactForce(const ContactForceConfig& config = {}) : config_(config) {}
+
+  void begin(const ResponseStep& step) override;
+  void add(std::span<const ContactPoint> contacts) override;
+  std::span<const ImplicitTerm> terms() override;
+  /// Takes the solved velocities, m/s, and pulls them back to the point of least energy on the line
+  /// from the velocities of the previous solve. Returns true if the contact forces at these
+  /// velocities differ enough from those of the solve to require another solve.
+  bool update(std::span<Vec3> v) override;
+
+  /// Explicit steps only, which have no solve: answers contacts by impulses (make_impulse, without
+  /// restitution).
+  void correct(std::span<Vec3> x_t1) override;
+  /// Removes from the end-of-step velocities the part that comes from opening gaps that were too
+  /// small, so that cloth is moved out of a violation without being accelerated. Keeps the linear
+  /// momentum of free particles.
+  void finish(std::span<Vec3> v) const override;
+  void impulses(std::span<const Vec3> v, std::vector<ContactImpulse>& out) const override;
+  ResponseTraits traits() const override;
+
+ private:
+  /// How friction enters the next solve.
+  enum class Slip : std::uint8_t {
+    stick,  ///< viscosity c
+    slide,  ///< friction is the force μλ against the slip, and viscosity μλ/|s| across it (Newton)
+  };
+  struct Entry {
+    ContactPoint point;
+    Vec3 body_motion;        // Σ weight·displacement of the body vertices, m
+    double target = 0.0;     // target gap at the end of the step, m
+    double stiffness = 0.0;  // N/m
+    double stick = 0.0;      // c, kg/s
+    double m_eff = 0.0;      // kg, effective inertia of the contact against an impulse
+    double load = 0.0;       // N, last estimate of λ
+    Slip slip = Slip::stick;
+    Vec3 along = Vec3::Zero();     // unit direction of the slip of a sliding contact
+    double push = 0.0;             // N, friction as a prescribed force against `along`
+    double viscosity = 0.0;        // kg/s, of friction: in all directions, or across `along`
+    double friction_change = 0.0;  // N, change that the last update asked for
+    double limit = 0.0;            // N, the μλ for which friction was set
+    Vec3 applied = Vec3::Zero();   // N·s, impulse that holds the cloth at the current velocities
+    Vec3 solved = Vec3::Zero();    // N·s, impulse in the last solve
+  };
+  /// One contact on the line from the velocities of one solve to those of the next.
+  struct LineContact {
+    const Entry* entry;
+    Vec3 velocity_change;                // change of the relative velocity over the whole line, m/s
+    double violation, violation_change;  // m, gap violation at the start (target - gap) and its
+                                         // change over the line
+    Vec3 slip, slip_change;              // m/s, at the start, and its change over the line
+  };
+
+  Vec3 motion_of(const Entry& e, std::span<const Vec3> v) const;
+  double stick_speed(const ContactPoint& c) const;
+  bool coupled(const ContactPoint& c) const;
+  double first_load(const Entry& e) const;
+  void set_friction(Entry& e, Slip slip, const Vec3& s) const;
+  Vec3 friction_used(const Entry& e, const Vec3& s) const;
+  double update(Entry& e, std::span<const Vec3> v) const;
+  double update_friction(Entry& e, const Vec3& s, bool carried) const;
+  void note_solved(std::span<const Vec3> v);
+  void find_line_contacts(std::span<const Vec3> v);
+  double slope(double share) const;
+  double least_energy() const;
+  void pull_back(std::span<Vec3> v);
+
+  ContactForceConfig config_;
+  ContactMotion motion_;
+  std::vector<Vec3> body_displacement_, v_start_, v_predicted_;
+  std::vector<Entry> entries_;
+  std::vector<ImplicitTerm> terms_;
+  std::vector<std::size_t> term_entry_;  // entry of each term
+  std::unique_ptr<Response> explicit_;   // answers explicit steps; created when first needed
+  int friction_updates_ = 0;             // updates of this step that only friction asked for
+  double room_ = 0.0, approach_ = 0.0;  // kg·m: Σ m_eff·rest gap, Σ m_eff·predicted gap violation
+  std::vector<Vec3> v_last_;  // velocities after the last update; empty: no update in this step yet
+  std::vector<LineContact> line_contacts_;
+};
+
+}  // namespace selvedge

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/response/response.h>
+
+namespace selvedge::detail {
+
+/// The option `restitution` of the responses that have it.
+inline Option restitution_option() {
+  return {.name = "restitution",
+          .initial = ResponseConfig{}.restitution,
+          .unit = "1",
+          .least = 0.0,
+          .most = 1.0,
+          .meaning = "normal speed after an impact over that before it"};
+}
+
+/// The option `retention` of the responses that have it.
+inline Option retention_option() {
+  return {.name = "retention",
+          .initial = ResponseConfig{}.retention,
+          .unit = "1",
+          .least = 0.0,
+          .most = 1.0,
+          .meaning =
+              "share of the tangential velocity that a contact keeps in a step; 1: no "
+              "friction"};
+}
+
+}  // namespace selvedge::detail

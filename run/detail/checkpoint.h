@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/bodies/mesh_file.h>
+#include <selvedge/simulation/simulation.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace selvedge::detail {
+
+using Json = nlohmann::json;
+
+/// The point from which a run can be resumed.
+struct Checkpoint {
+  int frame = 0;  ///< last one written
+  SimulationState state;
+  RunResult result;  ///< of the run so far; only the fields that a checkpoint keeps
+};
+
+/// Writes checkpoint.ply and checkpoint.json into the result folder `out`.
+void write_checkpoint(const std::filesystem::path& out, int frame, const Simulation& simulation,
+                      const RunResult& result);
+/// Throws std::invalid_argument with file, fault and remedy if there is no checkpoint or it is
+/// damaged.
+Checkpoint read_checkpoint(const std::filesystem::path& out);
+
+/// Per-vertex values of a frame file: those of state_values, and flag.
+std::vector<NamedValues> frame_values(const Simulation& simulation);
+/// Per-vertex values of a state file: velocities vx, vy, vz (m/s), and water (kg) if there is any.
+std::vector<NamedValues> state_values(const SimulationState& state);
+/// Velocities from the values of a file. Throws std::invalid_argument that names `file` if they are
+/// missing.
+std::vector<Vec3> velocities(const std::vector<NamedValues>& values,
+                             const std::filesystem::path& file);
+
+/// Positions, velocities and water of a frame or checkpoint file; nullopt if the file is missing,
+/// damaged or holds a state with another hash.
+std::optional<SimulationState> read_state(const std::filesystem::path& file,
+                                          const std::string& hash);
+
+/// Writes the parts of a state that no PLY file holds into a JSON object: time, step, control,
+/// tangles, memory and splits.
+void write_state_fields(const SimulationState& state, Json& json);
+/// Reads them. Only time and step are required, because older checkpoints have only these. Throws
+/// Json::exception for a wrong type and std::invalid_argument for damaged memory.
+void read_state_fields(const Json& json, SimulationState& state);
+
+/// Memory of integrator and forces: 16 hexadecimal digits for the bits of each number.
+std::string memory_text(std::span<const double> memory);
+/// Throws std::invalid_argument for any other text.
+std::vector<double> memory_from(const std::string& text);
+
+}  // namespace selvedge::detail

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/run/frame_writer.h>
+#include <selvedge/simulation/simulation.h>
+
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+namespace selvedge::detail {
+
+/// Writes the states of a run into its result folder, in all formats of its scene.
+class FrameOutput {
+ public:
+  /// Throws std::invalid_argument for a format that is not among `formats`, or that needs one mesh
+  /// if `mesh_changes`. Writes nothing yet.
+  FrameOutput(const Scene& scene, const FrameFormats& formats, std::filesystem::path out,
+              bool mesh_changes);
+
+  void write_frame(const Simulation& simulation, int number);
+  /// Writes a state of steps/.
+  void write_step(const Simulation& simulation, int number);
+  /// Gives the PLY frames 0 to `last` of the folder to the writers of all other formats, so that
+  /// the series of a resumed run are complete even in a format that the run did not have before.
+  void resume(const Simulation& simulation, int last);
+
+ private:
+  Frame frame_of(const Simulation& simulation, int number) const;
+
+  std::filesystem::path out_;
+  double fps_;
+  std::unique_ptr<FrameWriter> ply_, steps_;
+  std::vector<std::unique_ptr<FrameWriter>> others_;
+};
+
+}  // namespace selvedge::detail

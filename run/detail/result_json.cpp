@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/core/atomic_file.h>
+#include <selvedge/run/detail/result_json.h>
+#include <selvedge/run/result_folder.h>
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <type_traits>
+
+namespace selvedge {
+namespace detail {
+namespace {
+
+using Json = nlohmann::json;
+
+bool is_kept(FieldRule rule) {
+  return rule.merge != Merge::last && rule.merge != Merge::sum_since_resume;
+}
+
+/// Turns values into JSON: all fields, or only those of a checkpoint.
+template <class J>
+class Writer {
+ public:
+  explicit Writer(bool kept_only) : kept_only_(kept_only) {}
+
+  template <class T>
+  requires std::is_integral_v<T> J json(T value)
+  const { return value; }
+
+  J json(const std::string& text) const { return text; }
+
+  /// JSON has no such numbers, and null would hide that something went wrong.
+  J json(double value) const {
+    if (std::isfinite(value)) return value;
+    if (std::isnan(value)) return "nan";
+    return value > 0.0 ? "inf" : "-inf";
+  }
+
+  J json(const FlagCounts& flags) const {
+    if (kept_only_) return flags.worst;
+    J object = J::object();
+    for (int bit = 0; bit < kVertexFlags; ++bit)
+      object[flag_name(bit)] = {{"end", flags.end[bit]}, {"worst", flags.worst[bit]}};
+    return object;
+  }
+
+  template <class T>
+  J json(const std::map<std::string, T>& values) const {
+    J object = J::object();
+    for (const auto& [name, value] : values) object[name] = json(value);
+    return object;
+  }
+
+  template <HasFields T>
+  J json(const T& record) const {
+    J object = J::object();
+    Fields<T>::visit([&](const char* name, auto member, FieldRule rule) {
+      if (!kept_only_ || is_kept(rule)) object[name] = json(record.*member);
+    });
+    return object;
+  }
+
+ private:
+  bool kept_only_;
+};
+
+/// Reads values from the JSON of a Writer with the same `kept_only`.
+class Reader {
+ public:
+  explicit Reader(bool kept_only) : kept_only_(kept_only) {}
+
+  template <class T>
+  requires std::is_integral_v<T> || std::is_same_v<T, std::string>
+  void read(const Json& j, T& value) const { j.get_to(value); }
+
+  void read(const Json& j, double& value) const {
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    if (j == "nan")
+      value = std::numeric_limits<double>::quiet_NaN();
+    else if (j == "inf" || j == "-inf")
+      value = j == "inf" ? kInfinity : -kInfinity;
+    else
+      j.get_to(value);
+  }
+
+  void read(const Json& j, FlagCounts& flags) const {
+    if (kept_only_) {
+      j.get_to(flags.worst);
+      return;
+    }
+    for (int bit = 0; bit < kVertexFlags; ++bit) {
+      const Json& counts = j.at(flag_name(bit));
+      counts.at("end").get_to(flags.end[bit]);
+      counts.at("worst").get_to(flags.worst[bit]);
+    }
+  }
+
+  template <class T>
+  void read(const Json& j, std::map<std::string, T>& values) const {
+    values.clear();
+    for (const auto& [name, value] : j.get_ref<const Json::object_t&>()) read(value, values[name]);
+  }
+
+  template <HasFields T>
+  void read(const Json& j, T& record) const {
+    Fields<T>::visit([&](const char* name, auto member, FieldRule rule) {
+      if (!kept_only_ || is_kept(rule)) read(j.at(name), record.*member);
+    });
+  }
+
+ private:
+  bool kept_only_;
+};
+
+RunResult read(const Json& j, bool kept_only) {
+  RunResult r;
+  Reader(kept_only).read(j, r);
+  return r;
+}
+
+}  // namespace
+
+nlohmann::ordered_json result_json(const RunResult& r) {
+  return Writer<nlohmann::ordered_json>(false).json(r);
+}
+Json checkpoint_json(const RunResult& r) { return Writer<Json>(true).json(r); }
+
+RunResult result_from(const Json& j) { return read(j, false); }
+RunResult result_from_checkpoint(const Json& j) { return read(j, true); }
+
+}  // namespace detail
+
+std::string result_text(const RunResult& result) {
+  return detail::result_json(result).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) +
+         "\n";
+}
+
+RunResult result_from_text(const std::string& text) {
+  try {
+    return detail::result_from(nlohmann::json::parse(text));
+  } catch (const nlohmann::json::exception& error) {
+    throw std::invalid_argument(std::string("not the result of a run: ") + error.what());
+  }
+}
+
+void write_result(const std::filesystem::path& file, const RunResult& result) {
+  AtomicFile out(file);
+  out.write(result_text(result));
+  out.commit();
+}
+
+}  // namespace selvedge

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+#include <selvedge/core/atomic_file.h>
+#include <selvedge/core/folder_lock.h>
+#include <selvedge/run/detail/run_folder.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+#include <system_error>
+#include <vector>
+
+namespace selvedge::detail {
+
+namespace fs = std::filesystem;
+
+std::optional<Json> read_json(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) return std::nullopt;
+  Json json = Json::parse(in, nullptr, /*allow_exceptions=*/false);
+  if (json.is_discarded() || !json.is_object()) return std::nullopt;
+  return json;
+}
+
+namespace {
+
+/// The number in the name of a file that a run writes, such as cloth_00042.ply; nullopt for others.
+std::optional<std::int64_t> number_of(const fs::path& file, const std::vector<std::string>& stems,
+                                      const std::vector<std::string>& extensions) {
+  std::string name = file.filename().string();
+  if (name.ends_with(".partial")) name.erase(name.size() - std::string(".partial").size());
+  const auto extension = fs::path(name).extension().string();
+  if (std::find(extensions.begin(), extensions.end(), extension) == extensions.end()) return {};
+  name.erase(name.size() - extension.size());
+  for (const std::string& stem : stems) {
+    if (!name.starts_with(stem + "_")) continue;
+    const char *begin = name.data() + stem.size() + 1, *end = name.data() + name.size();
+    std::int64_t number = 0;
+    const auto parsed = std::from_chars(begin, end, number);
+    if (parsed.ec == std::errc{} && parsed.ptr == end && begin != end && *begin != '-')
+      return number;
+  }
+  return {};
+}
+
+/// Removes the numbered files of a run with numbers above `last`, and nothing else.
+void remove_numbered(const fs::path& folder, const std::vector<std::string>& stems,
+                     const std::vector<std::string>& extensions, std::int64_t last) {
+  std::error_code error;
+  std::vector<fs::path> doomed;
+  for (const auto& entry : fs::directory_iterator(folder, error))
+    if (const auto number = number_of(entry.path(), stems, extensions); number && *number > last)
+      doomed.push_back(entry.path());
+  for (const auto& file : doomed)
+    if (!fs::remove(file, error) && error)
+      throw std::invalid_argument(fmt::format("{}: a file of an earlier run cannot be removed: {}",
+                                              file.string(), error.message()));
+}
+
+}  // namespace
+
+void remove_beyond(const fs::path& out, const FrameFormats& formats, std::int64_t frame,
+                   std::int64_t step) {
+  std::vector<std::string> extensions;
+  for (const auto& [name, format] : formats)
+    if (!format.extension.empty()) extensions.push_back(format.extension);
+  remove_numbered(out / "frames", {"cloth", "bodies"}, extensions, frame);
+  remove_numbered(out / "steps", {"cloth", "bodies"}, {".ply"}, step);
+  remove_numbered(out / "pictures", {"frame"}, {".png"}, frame);
+}
+
+void remove_former_run(const fs::path& out, const FrameFormats& formats) {
+  remove_beyond(out, formats, -1, -1);
+  std::vector<std::string> files = {"result.json", "checkpoint.ply", "checkpoint.json"};
+  for (const auto& [name, format] : formats)
+    files.insert(files.end(), format.files.begin(), format.files.end());
+  std::error_code ignored;  // a file that cannot be removed fails with its name when it is written
+  for (const std::string& name : files)
+    if (fs::is_regular_file(out / name, ignored)) fs::remove(out / name, ignored);
+}
+
+void check_folder(const Scene& scene, const fs::path& folder) {
+  const std::string out = folder.string();
+  if (out.empty())
+    throw std::invalid_argument("the result folder has no name; give one with --out");
+  std::error_code error;
+  const auto status = fs::status(folder, error);
+  if (!fs::exists(status)) return;
+  if (!fs::is_directory(status))
+    throw std::invalid_argument(out + ": is a file, not a folder; name another result folder");
+  fs::directory_iterator entry(folder, error);
+  if (error) throw std::invalid_argument(out + ": cannot be read: " + error.message());
+  const auto is_lock = [](const fs::directory_entry& e) {
+    return e.path().filename() == FolderLock::kFile;
+  };
+  if (std::all_of(begin(entry), end(entry), is_lock)) return;
+  const auto former = read_json(folder / "scene.json");
+  if (!former)
+    throw std::invalid_argument(
+        out + ": holds files but no selvedge run; name an empty or a new result folder");
+  const std::string name = former->value("name", std::string());
+  if (name != scene.name)
+    throw std::invalid_argument(fmt::format(
+        "{}: holds results of the scene \"{}\", this one is \"{}\"; name another result folder or "
+        "empty this one",
+        out, name, scene.name));
+}
+
+void make_folder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error)
+    throw std::invalid_argument(
+        fmt::format("{}: the result folder cannot be made: {}", folder.string(), error.message()));
+  if (access(folder.c_str(), W_OK | X_OK) != 0)
+    throw std::invalid_argument(folder.string() +
+                                ": the result folder cannot be written; check its permissions");
+}
+
+void write_text(const fs::path& file, const std::string& text) {
+  AtomicFile out(file);
+  out.write(text);
+  out.commit();
+}
+
+void write_scene(const fs::path& out, const Scene& scene) {
+  const std::string text = scene.json.empty() ? Json{{"name", scene.name}}.dump(2) : scene.json;
+  write_text(out / "scene.json", text + "\n");
+}
+
+namespace {
+
+/// The scene without its length and its output, which may differ in a resumed run.
+Json resumable_part(Json scene) {
+  if (scene.contains("time")) scene["time"].erase("frames");
+  for (const char* key : {"output", "description", "$schema"}) scene.erase(key);
+  return scene;
+}
+
+}  // namespace
+
+void check_same_scene(const fs::path& out, const Scene& scene) {
+  if (scene.json.empty())
+    throw std::invalid_argument(
+        out.string() +
+        ": a scene made in code cannot be compared with the scene that was run; only a scene read "
+        "from a file can be resumed");
+  const auto former = read_json(out / "scene.json");
+  if (!former || resumable_part(*former) != resumable_part(Json::parse(scene.json)))
+    throw std::invalid_argument(
+        fmt::format("{}: differs from the scene that is to be resumed; only time.frames and output "
+                    "may change",
+                    (out / "scene.json").string()));
+}
+
+}  // namespace selvedge::detail

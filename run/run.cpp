@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+#include <selvedge/core/clock.h>
+#include <selvedge/core/folder_lock.h>
+#include <selvedge/core/peak_memory.h>
+#include <selvedge/run/detail/checkpoint.h>
+#include <selvedge/run/detail/failure_bundle.h>
+#include <selvedge/run/detail/frame_output.h>
+#include <selvedge/run/detail/run_folder.h>
+#include <selvedge/run/detail/run_limits.h>
+#include <selvedge/run/result_folder.h>
+#include <selvedge/run/run.h>
+#include <selvedge/simulation/measures.h>
+#include <selvedge/simulation/refinement.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <system_error>
+#include <utility>
+
+namespace selvedge {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+class Run {
+ public:
+  Run(const Scene& scene, const RunConfig& config) : scene_(scene), config_(config) {}
+
+  RunResult execute() {
+    prepare();
+    if (config_.resume)
+      resume();
+    else
+      start();
+    try {
+      advance();
+    } catch (const SimulationFailed& failure) {
+      stop(failure);
+      if (failure.kind != FailureKind::out_of_budget) throw;
+    } catch (const std::exception& error) {
+      write_stopped_result(error.what());
+      throw;
+    }
+    return finish();
+  }
+
+ private:
+  // -- the start ----------------------------------------------------------------------------------
+
+  /// Refuses what cannot run before it changes anything in the folder.
+  void prepare() {
+    detail::check_folder(scene_, config_.out);
+    if (folder_exists()) lock_folder();  // before the build, which may take long
+    BuiltScene built = build_scene(scene_);
+    if (config_.warning)
+      for (const std::string& sentence : built.warnings) config_.warning(sentence);
+    refinement_.emplace(scene_, built);
+    output_.emplace(scene_, config_.formats, config_.out, refinement_->active());
+    simulation_ = std::make_unique<Simulation>(scene_, std::move(built), config_.methods);
+  }
+
+  bool folder_exists() const {
+    std::error_code ignored;  // if the name cannot be looked up, lock_folder reports the fault
+    return fs::exists(config_.out, ignored);
+  }
+
+  /// Keeps other runs out of the folder from now on.
+  void lock_folder() {
+    if (lock_) return;
+    detail::make_folder(config_.out);
+    lock_.emplace(config_.out, "run");
+    detail::check_folder(scene_, config_.out);  // again: another run may have used it meanwhile
+    if (config_.warning && !lock_->warning().empty()) config_.warning(lock_->warning());
+  }
+
+  void make_folders() const {
+    detail::make_folder(config_.out / "frames");
+    if (config_.every_step) detail::make_folder(config_.out / "steps");
+  }
+
+  void start() {
+    lock_folder();
+    detail::write_scene(config_.out, scene_);  // first, since it marks the folder as a result
+    make_folders();
+    detail::remove_former_run(config_.out, config_.formats);
+    detail::remove_failure_bundle(bundle());
+  }
+
+  void resume() {
+    if (folder_exists()) lock_folder();
+    detail::Checkpoint checkpoint = detail::read_checkpoint(config_.out);
+    detail::check_same_scene(config_.out, scene_);
+    make_folders();
+    frame_ = checkpoint.frame;
+    before_ = std::move(checkpoint.result);
+    if (!checkpoint.state.splits.empty()) {
+      refinement_->split(checkpoint.state.splits);
+      simulation_ =
+          std::make_unique<Simulation>(refinement_->scene(), refinement_->build(), config_.methods);
+    }
+    simulation_->restore(std::move(checkpoint.state));
+    detail::write_scene(config_.out, scene_);
+    detail::remove_beyond(config_.out, config_.formats, frame_, simulation_->state().step);
+    resumed_ = true;
+  }
+
+  // -- frames and steps ---------------------------------------------------------------------------
+
+  void advance() {
+    limits_.emplace(scene_, config_, simulation_->state().step);
+    if (resumed_) {
+      output_->resume(*simulation_, frame_);
+    } else {
+      write_step();
+      write_frame();
+    }
+    while (frame_ < scene_.time.frames && !stop_requested()) {
+      refine();
+      while (!simulation_->reached(frame_ + 1)) make_step();
+      simulation_->verify_frame();
+      ++frame_;
+      write_frame();
+    }
+    if (frame_ < scene_.time.frames)
+      stopped_ = fmt::format("stopped on request after frame {} of {}", frame_, scene_.time.frames);
+  }
+
+  bool stop_requested() const { return config_.stop != nullptr && config_.stop->load(); }
+
+  /// Splits the cells that are due at a frame, unless a state with the new cells would cross
+  /// something. The exchange of the surface counts as a step, so every state of steps/ has one
+  /// surface.
+  void refine() {
+    const SimulationState& state = simulation_->state();
+    // A run out of budget resumes within a frame, where this was decided before.
+    const double steps = state.time * scene_.time.fps * scene_.time.steps_per_frame;
+    const bool at_frame = state.control.h == 0.0 &&
+                          std::llround(steps) == std::int64_t{frame_} * scene_.time.steps_per_frame;
+    if (!refinement_->active() || !at_frame) return;
+    auto next = split_due(*refinement_, *simulation_, config_.methods);
+    if (!next) return;
+    if (!next->simulation->result().clean) {
+      before_.counters["refinements_postponed"] += 1;
+      return;
+    }
+    RunResult r = simulation_->result();
+    carry_on(before_, r);
+    before_ = std::move(r);
+    before_.counters["refinements"] += 1;
+    refinement_.emplace(std::move(next->refinement));
+    simulation_ = std::move(next->simulation);
+    write_step();
+  }
+
+  void make_step() {
+    limits_->before_step(*simulation_, clock_.seconds());
+    simulation_->step_towards(frame_ + 1);
+    write_step();
+    limits_->after_step(*simulation_);
+  }
+
+  void write_step() {
+    if (!config_.every_step) return;
+    const Stopwatch watch;
+    output_->write_step(*simulation_, static_cast<int>(simulation_->state().step));
+    output_s_ += watch.seconds();
+  }
+
+  void write_frame() {
+    const Stopwatch watch;
+    output_->write_frame(*simulation_, frame_);
+    write_checkpoint();
+    output_s_ += watch.seconds();
+    written_ = frame_ + 1;
+    if (config_.progress) config_.progress(frame_, clock_.seconds());
+  }
+
+  void write_checkpoint() {
+    detail::write_checkpoint(config_.out, frame_, *simulation_, result());
+    // A resumed run has now passed the step at which it had stopped.
+    if (resumed_ && stopped_.empty()) detail::remove_failure_bundle(bundle());
+  }
+
+  // -- the end ------------------------------------------------------------------------------------
+
+  fs::path bundle() const { return config_.out / "failure"; }
+
+  /// So far, including the parts of the run before a resume.
+  RunResult result() const {
+    RunResult r = simulation_->result();
+    r.wall_s = clock_.seconds();
+    r.phase_s["output"] += output_s_;
+    r.peak_bytes = peak_bytes();
+    carry_on(before_, r);
+    r.steps = static_cast<int>(simulation_->state().step);
+    r.frames = written_;
+    r.state_hash = state_hash(simulation_->state());
+    r.stopped = stopped_;
+    return r;
+  }
+
+  RunResult finish() {
+    if (resumed_ && written_ == 0) written_ = frame_ + 1;  // it was already complete
+    RunResult r = result();
+    const SimulationState& state = simulation_->state();
+    r.measures = final_measures(scene_, simulation_->built(),
+                                {state.x, state.v, simulation_->mass(), state.time});
+    write_result(config_.out / "result.json", r);
+    return r;
+  }
+
+  /// Leaves result, checkpoint and failure bundle. A file that cannot be written must not hide the
+  /// cause of the stop.
+  void stop(const SimulationFailed& failure) {
+    write_stopped_result(failure.what());
+    try {
+      if (failure.kind == FailureKind::out_of_budget) write_checkpoint();
+      detail::write_failure_bundle(bundle(), scene_, *simulation_, failure);
+    } catch (const std::exception& error) {
+      if (config_.warning)
+        config_.warning(std::string("the failure could not be recorded: ") + error.what());
+    }
+  }
+
+  /// The frames are written; the result says how many there are and why there are no more.
+  void write_stopped_result(const std::string& why) {
+    stopped_ = why;
+    if (resumed_) written_ = std::max(written_, frame_ + 1);
+    try {
+      write_result(config_.out / "result.json", result());
+    } catch (const std::runtime_error&) {  // such as a full disk; the caller reports `why`
+    }
+  }
+
+  const Scene& scene_;
+  const RunConfig& config_;
+  Stopwatch clock_;
+  std::optional<FolderLock> lock_;
+  std::optional<Refinement> refinement_;
+  std::unique_ptr<Simulation> simulation_;
+  std::optional<detail::FrameOutput> output_;
+  std::optional<detail::RunLimits> limits_;
+  RunResult before_;  // of the parts of this run before it was resumed or refined
+  int frame_ = 0;     // last complete one
+  int written_ = 0;   // number of frames in the folder
+  double output_s_ = 0.0;
+  bool resumed_ = false;
+  std::string stopped_;
+};
+
+}  // namespace
+
+RunResult run_scene(const Scene& scene, const RunConfig& config) {
+  return Run(scene, config).execute();
+}
+
+}  // namespace selvedge

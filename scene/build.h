@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/bodies/body.h>
+#include <selvedge/core/force.h>
+#include <selvedge/core/parallel.h>
+#include <selvedge/scene/scene.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace selvedge {
+
+/// Virtual springs of one piece.
+struct BuiltVirtualSprings {
+  std::int32_t begin = 0;         ///< first vertex of the piece
+  std::vector<double> stiffness;  ///< N/m, of each of its vertices
+  bool follow = false;
+};
+/// The volume of one closed piece.
+struct BuiltVolume {
+  double stiffness = 0.0;           ///< N/m
+  std::int32_t centre = 0;          ///< vertex
+  std::vector<Triangle> triangles;  ///< of the piece
+};
+
+/// The parts of a scene as they are simulated: all pieces joined, meshes loaded and placed.
+struct BuiltScene {
+  ClothMesh cloth;
+  /// The rest shape: triangle i corresponds to triangle i of cloth.surface. Grids and patterns lie
+  /// flat in the xy-plane. The vertices are those of the cloth, except in garments.
+  TriangleMesh rest;
+  std::vector<Vec3> velocity;                 ///< at the start, per cloth vertex
+  std::vector<std::int32_t> piece_begin;      ///< first vertex of each piece, plus the total
+  std::vector<std::unique_ptr<Body>> bodies;  ///< in the order of Scene::bodies
+  std::vector<std::string> warnings;  ///< one sentence each, e.g. about a body that is not closed
+  std::vector<BuiltVirtualSprings> virtual_springs;
+  std::vector<BuiltVolume> volumes;
+};
+/// Builds the parts of a scene. Throws std::invalid_argument with place, fault and remedy for a
+/// number out of range or a mesh that cannot be used.
+BuiltScene build_scene(const Scene& scene);
+
+/// One piece of cloth: its start and its rest shape.
+struct Piece {
+  ClothMesh cloth;
+  TriangleMesh rest;  ///< scaled, neither rotated nor translated
+};
+/// Makes or loads one piece, scales it together with its rest shape, rotates and translates it.
+/// Throws std::invalid_argument if the mesh or the pattern cannot be made.
+Piece make_piece(const ClothSpec& cloth, const Material& material);
+
+/// The grid of a piece with "refine", before any split and without placement. Throws
+/// std::invalid_argument for a pattern that cannot be refined.
+AdaptiveGrid make_adaptive_grid(const ClothSpec& cloth, const Material& material);
+
+/// Makes piece number `piece` of a scene at its start position.
+using PieceMaker = FunctionRef<Piece(std::size_t piece)>;
+
+/// build_scene with pieces from `make` instead of the scene's own.
+BuiltScene build_scene(const Scene& scene, const PieceMaker& make);
+
+/// All forces on the cloth of a scene except contact forces.
+std::vector<std::unique_ptr<Force>> make_forces(const Scene& scene, const BuiltScene& built);
+
+/// Only the sewing forces of a scene.
+std::vector<std::unique_ptr<Force>> make_seams(const Scene& scene, const BuiltScene& built);
+
+}  // namespace selvedge

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+#include <selvedge/bodies/mesh_file.h>
+#include <selvedge/bodies/pattern_file.h>
+#include <selvedge/core/cloth_mesh.h>
+#include <selvedge/core/continuum.h>
+#include <selvedge/scene/detail/make_piece.h>
+#include <selvedge/scene/detail/strip_path.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+#include <utility>
+
+namespace selvedge {
+namespace detail {
+
+void scale(TriangleMesh& mesh, double factor) {
+  if (factor == 1.0) return;  // keep the file's bits
+  for (Vec3& x : mesh.vertices) x *= factor;
+}
+
+void rotate(std::vector<Vec3>& points, const Eigen::Quaterniond& rotation) {
+  if (rotation.coeffs() == Eigen::Quaterniond::Identity().coeffs()) return;
+  const Mat3 matrix = rotation.toRotationMatrix();
+  for (Vec3& x : points) x = matrix * x;
+}
+
+void translate(std::vector<Vec3>& points, const Vec3& translation) {
+  for (Vec3& x : points) x += translation;
+}
+
+}  // namespace detail
+
+namespace {
+
+// -- grids ----------------------------------------------------------------------------------------
+
+// The thickness h of a plate follows from its stretch stiffness E h and its bending rigidity B:
+// h² = 12 (1-ν²) B/(E h).
+PlateConstants plate_of(const PlateSpec& plate, const Material& m) {
+  if (!(m.bending_stiffness > 0.0))
+    throw std::invalid_argument("the material of a plate must have a positive bending_stiffness");
+  const double squared =
+      12.0 * (1.0 - plate.poisson * plate.poisson) * m.bending_stiffness / m.stretch_stiffness;
+  return {m.stretch_stiffness, plate.poisson, std::sqrt(std::max(squared, 0.0))};
+}
+
+ClothMesh make_pattern(const ClothGrid& grid, const GridConfig& config, const Material& material) {
+  const ClothPattern pattern = cloth_pattern(grid.pattern);
+  if (grid.plate && !pattern.fits_plate)
+    throw std::invalid_argument("a plate is fitted to triangles; take pattern \"triangular\"");
+  ClothMesh cloth = pattern.make(config, material, grid.pattern_options);
+  if (!grid.plate) return cloth;
+  return make_plate(cloth.surface, plate_of(*grid.plate, material), material).cloth;
+}
+
+GridConfig scaled(const ClothGrid& grid, double factor) {
+  GridConfig config = grid.grid;
+  config.size_x *= factor;
+  config.size_y *= factor;
+  return config;
+}
+
+Piece make_grid(const ClothSpec& spec, const ClothGrid& grid, const Material& material) {
+  const double factor = spec.placement.scale;
+  const GridConfig config = scaled(grid, factor);
+  Piece piece{grid.refine.when == RefineSpec::When::never
+                  ? make_pattern(grid, config, material)
+                  : make_adaptive_grid(spec, material).cloth(),
+              {}};
+  ClothMesh& cloth = piece.cloth;
+  piece.rest = cloth.surface;
+  if (grid.path.points.empty()) return piece;
+  StripPath path = grid.path;
+  for (Vec3& point : path.points) point *= factor;
+  cloth.surface.vertices = detail::lay_along(path, config.size_x, cloth.surface.vertices);
+  return piece;
+}
+
+// -- meshes ---------------------------------------------------------------------------------------
+
+// Coincident vertices touch from the first step on, and no contact can separate them.
+void refuse_doubled(const TriangleMesh& mesh, const std::string& name) {
+  const std::vector<Vec3>& x = mesh.vertices;
+  std::vector<std::size_t> order(x.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    if (x[a] == x[b]) return a < b;
+    return std::lexicographical_compare(x[a].begin(), x[a].end(), x[b].begin(), x[b].end());
+  });
+  for (std::size_t i = 1; i < order.size(); ++i)
+    if (x[order[i]] == x[order[i - 1]])
+      throw std::invalid_argument(fmt::format(
+          "{}: vertices {} and {} are at the same place, so the cloth would collide with itself; "
+          "weld them",
+          name, order[i - 1], order[i]));
+}
+
+TriangleMesh load_surface(const ClothFile& cloth, const std::string& name, double factor) {
+  TriangleMesh surface = cloth.file.empty() ? cloth.mesh : read_mesh(cloth.file);
+  validate(surface, name);
+  if (surface.triangles.empty())
+    throw std::invalid_argument(name + ": has no triangles; cloth is a surface");
+  refuse_doubled(surface, name);
+  detail::scale(surface, factor);
+  return surface;
+}
+
+TriangleMesh load_rest(const ClothFile& cloth, const std::string& name, const TriangleMesh& surface,
+                       double factor) {
+  if (cloth.rest_file.empty()) return surface;
+  TriangleMesh rest = read_mesh(cloth.rest_file);
+  validate(rest, cloth.rest_file.string());
+  if (rest.vertices.size() != surface.vertices.size() || rest.triangles != surface.triangles)
+    throw std::invalid_argument(fmt::format(
+        "{}: the rest mesh must have the same vertices and triangles as {}, in the same order",
+        cloth.rest_file.string(), name));
+  detail::scale(rest, factor);
+  return rest;
+}
+
+Piece load_cloth(const ClothFile& cloth, double factor, const Material& material) {
+  const std::string name = cloth.file.empty() ? detail::inline_mesh : cloth.file.string();
+  const TriangleMesh surface = load_surface(cloth, name, factor);
+  const bool has_rest = !cloth.rest_file.empty() || cloth.texture_unit > 0.0;
+  if (cloth.support && (cloth.plate || has_rest))
+    throw std::invalid_argument(
+        "\"support\" keeps the shape of the mesh; it cannot be combined with \"plate\" or a rest "
+        "shape");
+  if (cloth.support) {
+    ClothMesh body = make_supported(surface, *cloth.support, material);
+    return {body, body.surface};
+  }
+  if (cloth.texture_unit > 0.0) {
+    if (cloth.plate)
+      throw std::invalid_argument("\"plate\" cannot be combined with \"rest\": \"texture\"");
+    TriangleMesh pattern = read_pattern(cloth.file, factor * cloth.texture_unit);
+    return {make_from_pattern(surface, pattern, material), std::move(pattern)};
+  }
+  TriangleMesh rest = load_rest(cloth, name, surface, factor);
+  if (!cloth.plate) return {make_from_mesh(surface, rest, material), std::move(rest)};
+  ClothMesh plate = make_plate(rest, plate_of(*cloth.plate, material), material).cloth;
+  plate.surface.vertices = surface.vertices;
+  return {std::move(plate), std::move(rest)};
+}
+
+const PlateSpec* plate_in(const ClothSpec& cloth) {
+  const auto* grid = std::get_if<ClothGrid>(&cloth.shape);
+  const auto& plate = grid != nullptr ? grid->plate : std::get<ClothFile>(cloth.shape).plate;
+  return plate ? &*plate : nullptr;
+}
+
+}  // namespace
+
+AdaptiveGrid make_adaptive_grid(const ClothSpec& cloth, const Material& material) {
+  const auto& grid = std::get<ClothGrid>(cloth.shape);
+  if (!cloth_pattern(grid.pattern).splits)
+    throw std::invalid_argument(
+        "\"refine\" splits the cells of a grid; take pattern \"rectangular\"");
+  return {scaled(grid, cloth.placement.scale), material, grid.refine.levels};
+}
+
+Piece make_piece(const ClothSpec& cloth, const Material& material) {
+  const Placement& placement = cloth.placement;
+  const auto* grid = std::get_if<ClothGrid>(&cloth.shape);
+  Piece piece = grid != nullptr
+                    ? make_grid(cloth, *grid, material)
+                    : load_cloth(std::get<ClothFile>(cloth.shape), placement.scale, material);
+  detail::rotate(piece.cloth.surface.vertices, placement.rotation);
+  detail::translate(piece.cloth.surface.vertices, placement.translation);
+  return piece;
+}
+
+std::vector<std::string> detail::plate_warnings(const ClothSpec& cloth, const Material& material) {
+  const PlateSpec* plate = plate_in(cloth);
+  if (plate == nullptr) return {};
+  constexpr double rounding = 1e-9;
+  const double residual =
+      cauchy_residual(plate_constants(material.stretch_stiffness, plate->poisson));
+  if (residual <= rounding) return {};
+  return {fmt::format(
+      "springs reproduce only a Poisson's ratio of 1/3; with {:g} the best fit deviates "
+      "from the plate by {:.1f} % of its constants",
+      plate->poisson, 100.0 * residual)};
+}
+
+}  // namespace selvedge

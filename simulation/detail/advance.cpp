@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: MIT
+//
+// From one accepted state to the next: the length of a step, its attempts, its acceptance.
+#include <fmt/format.h>
+#include <selvedge/simulation/detail/simulation_parts.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace selvedge {
+namespace {
+
+// A step that covers this share of the remaining time goes to its end.
+constexpr double kAllThatIsLeft = 1.0 - 1e-9;
+
+// Halvings that a gain of energy leaves for steps with collisions. Fewer of them gain nothing: with
+// sixteenths of a step, cloth that hangs on impulses still diverges, and takes longer.
+constexpr int kLeftForClean = 2;
+
+// Share of the stable step that is used.
+constexpr double kExplicitSafety = 0.9;
+
+}  // namespace
+
+// The longest step that is stable from the present state, s, at most h; 0: no step is stable.
+double Simulation::Parts::longest_step(double h) {
+  if (methods.traits.any_step) return h;
+  input.particles.x = state.x;
+  input.particles.v = state.v;
+  input.t0 = state.time;
+  input.t1 = state.time + h;
+  input.h = h;
+  detail::hold_particles(scene, built, state, input, attempt);
+  return kExplicitSafety *
+         methods.integrator->stable_step(input.particles, state.time, h / kExplicitSafety);
+}
+
+// An unstable start is the input's fault.
+void Simulation::Parts::refuse_unstable_start() {
+  if (n() == 0) return;
+  const double h = nominal_step(), stable = longest_step(h);
+  const std::string& name = scene.solver.integrator;
+  if (!(stable > 0.0))
+    throw std::invalid_argument(
+        "solver.integrator: \"" + name +
+        "\" grows in every step of this cloth, however short; give its springs damping "
+        "(materials: spring_damping), or take verlet or implicit_euler");
+  if (scene.solver.refuse_unstable_step && stable < h * kAllThatIsLeft)
+    throw std::invalid_argument(
+        fmt::format("solver.integrator: \"{}\" bears steps of {:.3g} s here, the scene has {:.3g} "
+                    "s; set time.steps_per_frame to {} or solver.unstable_step to \"substep\"",
+                    name, stable, h,
+                    static_cast<long long>(std::ceil(scene.time.steps_per_frame * h / stable))));
+}
+
+// The length of a step, at most h, that is stable for the integrator and the contacts, s.
+double Simulation::Parts::stable_step(double h, double target) {
+  double stable = longest_step(h);
+  if (!(stable >= h) && scene.solver.refuse_unstable_step)
+    throw SimulationFailed(
+        FailureKind::unstable_step,
+        fmt::format("unstable step at {} s: {} bears {:.3g} s, the step has {:.3g} "
+                    "s; solver.unstable_step is \"refuse\"",
+                    state.time, scene.solver.integrator, stable, h));
+  if (!methods.traits.is_implicit)
+    stable = std::min(
+        stable, kExplicitSafety *
+                    methods.response->stable_step(detail::contact_inv_mass(input.particles.mass)));
+  if (stable >= h) return h;
+  const double left = target - state.time;
+  return std::min(h, left / std::ceil(left / stable));
+}
+
+detail::StepOutcome Simulation::Parts::attempt_step(double h, double t1) {
+  input.t0 = state.time;
+  input.t1 = t1;
+  input.h = h;
+  detail::begin_step(scene, built, state, input, attempt);
+  detail::StepOutcome outcome = detail::attempt_step(methods, input, attempt);
+  attempt.counts.add_to(result.counters);
+  return outcome;
+}
+
+// Makes one accepted step towards the end of the nominal step. It is halved until an attempt is
+// accepted.
+void Simulation::Parts::make_step(StepControl control) {
+  // Targets are computed from whole numbers, so that steps do not drift and a resumed run meets
+  // them.
+  const double target = static_cast<double>(control.done + 1) * nominal_step();
+  attempts.lengths.clear();
+  attempts.accepted = false;
+  balance.begin();
+  for (;; control.h *= 0.5, ++result.halvings) {
+    control.h = stable_step(control.h, target);
+    const bool to_target = control.h >= (target - state.time) * kAllThatIsLeft;
+    const double t1 = to_target ? target : state.time + control.h;
+    const double h = t1 - state.time;
+    attempts.lengths.push_back(h);
+    if (!(h > 0.0))
+      throw SimulationFailed(FailureKind::stalled, "a step of " + std::to_string(control.h) +
+                                                       " s is too short to advance the time of " +
+                                                       std::to_string(state.time) + " s");
+    if (const detail::StepOutcome outcome = attempt_step(h, t1); !outcome.accepted) {
+      note_rejection(outcome);
+      if (++control.halvings > scene.time.max_halvings) give_up();
+      continue;
+    }
+    if (gains_energy() && control.halvings + kLeftForClean < scene.time.max_halvings &&
+        balance.wants_shorter()) {
+      ++control.halvings;
+      continue;
+    }
+    accept();
+    if (control.halvings > 0) {
+      --control.halvings;
+      control.h = std::min(2.0 * control.h, nominal_step());
+    }
+    state.control = state.time < target ? control : StepControl{};
+    return;
+  }
+}
+
+// Whether the attempt ends with energy that no force supplied.
+bool Simulation::Parts::gains_energy() {
+  if (!methods.traits.is_implicit || !methods.traits.any_step || methods.untangling()) return false;
+  const auto scope = clock.measure("balance");
+  attempt.v_end.resize(n());
+  detail::end_velocities(methods.traits, input, attempt, attempt.v_end);
+  methods.response->finish(attempt.v_end);
+  if (!balance.weigh(methods.integrator->forces(),
+                     {input.x_t0, attempt.x_t1, input.particles.v, attempt.v_end, input.inv_mass,
+                      input.particles.mass, input.t0, input.h}))
+    return false;
+  if (attempt.answered_in_solve && balance.gain() > balance.bound()) {
+    std::vector<ContactImpulse> impulses;
+    methods.response->impulses(attempt.v_mean, impulses);
+    double work = 0.0;
+    for (const ContactImpulse& c : impulses) work += c.work_normal + c.work_friction;
+    balance.stored(std::max(0.0, work));
+  }
+  return balance.gain() > balance.bound();
+}
+
+// Keeps the parts of a rejected attempt that the next one overwrites.
+void Simulation::Parts::note_rejection(const detail::StepOutcome& outcome) {
+  FailedTry& failed = attempts.failed;
+  failed.h = input.h;
+  failed.not_finite = outcome.not_finite;
+  failed.trouble = outcome.not_finite >= 0
+                       ? methods.names.vertex(outcome.not_finite) + " has no finite position"
+                       : outcome.cause;
+  failed.pairs = attempt.collisions;
+  failed.x_t0 = input.x_t0;
+  failed.x_t1 = attempt.collisions.empty() ? attempt.x_t1 : attempt.x_tested;
+}
+
+void Simulation::Parts::give_up() {
+  result.clean = false;
+  const FailedTry& failed = attempts.failed;
+  std::string cause = "no clean step at " + std::to_string(state.time) + " s after " +
+                      std::to_string(scene.time.max_halvings) + " halvings: " + failed.trouble;
+  if (!failed.pairs.empty())
+    cause += "; of " + std::to_string(failed.pairs.size()) +
+             " pairs that still collide the first is " + methods.names.pair(failed.pairs[0]);
+  throw SimulationFailed(failed.not_finite >= 0 ? FailureKind::not_finite : FailureKind::not_clean,
+                         cause);
+}
+
+StepControl Simulation::Parts::control() const {
+  if (state.control.h > 0.0) return state.control;
+  return {std::llround(state.time / nominal_step()), nominal_step(), 0};
+}
+
+// The attempt becomes the state.
+void Simulation::Parts::accept() {
+  if constexpr (detail::kValidatesSteps)
+    detail::validate_accepted(methods.validator, methods.detection.searched(), methods.names,
+                              state.step);
+  std::vector<double>& mass = input.particles.mass;
+  ledger.accept(detail::response_step(methods, input), *methods.response, attempt);
+  balance.accept();
+  detail::end_velocities(methods.traits, input, attempt, state.v);
+  std::copy_n(attempt.x_t1.begin(), n(), state.x.begin());
+  methods.strain.finish(detail::limit_step(input), mass, state.x, state.v);
+  methods.response->finish(state.v);
+  note_bodies(attempt.x_t1);
+  if (water) water->advance(state.time, input.h, state, mass);
+  state.time = input.t1;
+  ++state.step;
+  ++result.steps;
+  methods.integrator->accept({state.x, state.v, mass, state.time});
+  note_memory();
+  note_strain();
+  attempts.accepted = true;
+  if (methods.untangling()) continue_untangling();
+}
+
+std::vector<StepContact> step_contacts(const Response& response,
+                                       const detail::StepAttempt& attempt) {
+  using Key = std::pair<std::array<std::int32_t, 4>, std::array<double, 4>>;
+  std::vector<StepContact> contacts;
+  std::map<Key, std::size_t> index;
+  for (const auto* list : {&attempt.contacts, &attempt.met})
+    for (const ContactPoint& c : *list)
+      if (index.emplace(Key{c.vertex, c.weight}, contacts.size()).second)
+        contacts.push_back({c, c.normal.dot(relative(c, attempt.x_t1)), Vec3::Zero()});
+  std::vector<ContactImpulse> impulses;
+  response.impulses(attempt.v_mean, impulses);
+  for (const ContactImpulse& impulse : impulses)
+    if (const auto at = index.find({impulse.vertex, impulse.weight}); at != index.end())
+      contacts[at->second].impulse += impulse.impulse;
+  return contacts;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/core/parallel.h>
+#include <selvedge/simulation/detail/candidates.h>
+
+#include <algorithm>
+#include <numbers>
+
+namespace selvedge {
+namespace {
+
+constexpr const char* kBroadPhaseKey = "contact.broad_phase";
+
+std::unique_ptr<BroadPhase> make_broad_phase(const Scene& scene, const Methods& methods) {
+  return make_method(methods.broad_phases, scene.contact.broad_phase, kBroadPhaseKey,
+                     scene.contact.broad_phase_options);
+}
+
+}  // namespace
+
+Candidates::Candidates(const SearchContext& context, const Scene& scene, const BuiltScene& built,
+                       const Methods& methods)
+    : context_(context),
+      margin_(context.rest_gap),
+      broad_self_(make_broad_phase(scene, methods)),
+      body_search_(built.bodies, built.cloth.surface.triangles.size(),
+                   [&] { return make_broad_phase(scene, methods); }) {
+  const BroadPhaseTraits traits = broad_self_->traits();
+  has_all_pairs_ = traits.guarantee == Guarantee::conservative && !traits.closed_body_only;
+  if (!traits.self) broad_self_ = make_bvh_aabb();
+  loose_.assign(context.motion.particles(), 1);
+  for (const Triangle& t : context.motion.cloth_triangles())
+    for (const std::int32_t i : t) loose_[i] = 0;
+  if (std::find(loose_.begin(), loose_.end(), 1) == loose_.end()) loose_.clear();
+}
+
+void Candidates::set_motion(const std::optional<StepTimes>& times) {
+  const SceneMotion& motion = context_.motion;
+  body_search_.set_motion(motion.bodies_t0(), motion.bodies_t1(), motion.bodies_move(), times);
+}
+
+// Particles may end up to the margin from the searched end in each coordinate. Boxes are inflated
+// by that; a detector that culls by distance must be given the diagonal.
+double Candidates::inflation(const BroadPhase& broad) const {
+  return broad.traits().pairs == PairSet::culled ? std::numbers::sqrt3 * margin_ : margin_;
+}
+
+void Candidates::prove_idle() {
+  const auto scope = context_.clock.measure("plan");
+  const SceneMotion& motion = context_.motion;
+  bodies_idle_ =
+      context_.plan.bodies_are_idle(motion.cloth_t0(), motion.cloth_t1(), motion.bodies_t0(),
+                                    motion.bodies_t1(), motion.bodies_move());
+  self_idle_ = !context_.self || context_.plan.self_is_idle(motion.cloth_t0(), motion.cloth_t1());
+}
+
+void Candidates::search_bodies() {
+  body_pairs_.clear();
+  if (bodies_idle_) return;
+  const auto scope = context_.clock.measure("broad_phase");
+  const PhaseClock::Scope busy(context_.plan.busy_bodies());
+  // Every cloth box grows by the margin on each side; two cloth particles may both use theirs.
+  body_search_.find_pairs(context_.motion.cloth(0.0), margin_, 0.5 * context_.rest_gap,
+                          body_pairs_);
+  drop_loose(body_pairs_);
+  drop_excluded(body_pairs_, false);
+}
+
+void Candidates::search_self() {
+  self_pairs_.clear();
+  if (self_idle_) return;
+  const auto scope = context_.clock.measure("broad_phase");
+  const PhaseClock::Scope busy(context_.plan.busy_self());
+  broad_self_->find_self_pairs(drifting_view(), self_pairs_);
+  drop_loose(self_pairs_);
+  drop_excluded(self_pairs_, true);
+}
+
+void Candidates::find() {
+  prove_idle();
+  search_bodies();
+  search_self();
+  note_covered();
+}
+
+void Candidates::note_covered() {
+  const auto ends = context_.motion.cloth_t1();
+  covered_.assign(ends.begin(), ends.end());
+}
+
+// Particles of no triangle (the centre of a supported body, a sparse layer) are not part of a
+// surface. Only some broad phases leave them out.
+void Candidates::drop_loose(CandidatePairs& pairs) const {
+  if (loose_.empty()) return;
+  std::erase_if(pairs.point_triangle,
+                [&](const PointTrianglePair& pair) { return loose_[pair.point] != 0; });
+}
+
+void Candidates::drop_excluded(CandidatePairs& pairs, bool self) const {
+  if (excluded_ == nullptr || excluded_->empty()) return;
+  if (self)
+    excluded_->drop_from_self(pairs);
+  else
+    excluded_->drop_from_body(pairs);
+}
+
+// The cloth without the displacement that all its particles share. Whether two of them meet does
+// not depend on that displacement, and without it the boxes of a fast sheet do not all overlap. The
+// subtraction rounds by parts of the position in 10^16, which the margin covers.
+SurfaceView Candidates::drifting_view() {
+  const auto x_t0 = context_.motion.cloth_t0(), x_t1 = context_.motion.cloth_t1();
+  const std::size_t particles = x_t0.size();
+  Vec3 drift = Vec3::Zero();
+  for (std::size_t i = 0; i < particles; ++i) drift += x_t1[i] - x_t0[i];
+  drift /= static_cast<double>(std::max<std::size_t>(particles, 1));
+  drifting_.resize(particles);
+  for (std::size_t i = 0; i < particles; ++i) drifting_[i] = x_t1[i] - drift;
+  SurfaceView view = context_.motion.cloth(inflation(*broad_self_));
+  view.x_t1 = drifting_;
+  return view;
+}
+
+bool Candidates::cover() const {
+  if (self_idle_ && context_.motion.body_vertices() == 0) return true;  // see prove_again
+  constexpr std::size_t kGrain = 8192;
+  const auto x_t1 = context_.motion.cloth_t1();
+  const double outside = parallel_sum(x_t1.size(), kGrain, [&](std::size_t b, std::size_t e) {
+    double count = 0.0;
+    for (std::size_t i = b; i < e; ++i)
+      if (!((x_t1[i] - covered_[i]).lpNorm<Eigen::Infinity>() <= margin_)) count += 1.0;
+    return count;
+  });
+  return outside == 0.0;
+}
+
+void Candidates::prove_again() {
+  if (!context_.self || !self_idle_) return;
+  {
+    const auto scope = context_.clock.measure("plan");
+    self_idle_ =
+        context_.plan.self_stays_idle(context_.motion.cloth_t0(), context_.motion.cloth_t1());
+  }
+  if (self_idle_) return;
+  search_bodies();
+  search_self();
+  note_covered();
+}
+
+}  // namespace selvedge

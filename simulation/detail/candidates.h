@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/scene/methods.h>
+#include <selvedge/simulation/detail/body_search.h>
+#include <selvedge/simulation/detail/excluded_pairs.h>
+#include <selvedge/simulation/detail/search_context.h>
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace selvedge {
+
+/// The broad phase of a scene: candidate pairs of a motion, with a margin. They stay valid while
+/// every particle ends within the margin, per coordinate, of the end that they were searched for.
+class Candidates {
+ public:
+  Candidates(const SearchContext& context, const Scene& scene, const BuiltScene& built,
+             const Methods& methods);
+
+  /// Call after the motion of the context has changed. `times`: the bodies are where their motion
+  /// has them at these times; none: nothing is known about their positions.
+  void set_motion(const std::optional<StepTimes>& times);
+  /// Searches for the candidates of the present motion.
+  void find();
+  /// Whether the candidates cover the present ends; if not, `find` is due.
+  bool cover() const;
+  /// Repeats for the present ends the proof that the cloth does not meet itself, if `find` relied
+  /// on it; searches for candidates if it fails.
+  void prove_again();
+
+  /// Null: a proof shows that no contact and no collision exists, and no search was made. Indices
+  /// of each surface count from 0.
+  const CandidatePairs* with_bodies() const { return bodies_idle_ ? nullptr : &body_pairs_; }
+  const CandidatePairs* with_self() const { return self_idle_ ? nullptr : &self_pairs_; }
+
+  /// Pairs that candidates leave out from now on; null: no pairs. Must outlive its use.
+  void set_excluded(const ExcludedPairs* excluded) { excluded_ = excluded; }
+  const ExcludedPairs* excluded() const { return excluded_; }
+  void drop_excluded(CandidatePairs& pairs, bool self) const;
+
+  /// The scene's broad phase never misses a pair, whatever the bodies are.
+  bool has_all_pairs() const { return has_all_pairs_; }
+
+ private:
+  double inflation(const BroadPhase& broad) const;
+  SurfaceView drifting_view();
+  void drop_loose(CandidatePairs& pairs) const;
+  void prove_idle();
+  void search_bodies();
+  void search_self();
+  void note_covered();
+
+  const SearchContext& context_;
+  double margin_;
+  std::unique_ptr<BroadPhase> broad_self_;  // the default if the scene's serves bodies only
+  bool has_all_pairs_ = true;
+  BodySearch body_search_;
+  std::vector<char> loose_;     // 1: a particle of no triangle; empty: there are none
+  std::vector<Vec3> covered_;   // cloth ends that the candidates were searched for
+  std::vector<Vec3> drifting_;  // cloth ends without the displacement that all particles share
+  CandidatePairs body_pairs_, self_pairs_;
+  bool bodies_idle_ = false, self_idle_ = false;  // proved, so that those pairs were not searched
+  const ExcludedPairs* excluded_ = nullptr;
+};
+
+}  // namespace selvedge

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: MIT
+//
+// Checks of accepted states: crossings, tangles, strain, flags; and the result so far.
+#include <selvedge/simulation/detail/simulation_parts.h>
+#include <selvedge/simulation/detail/vertex_flags.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace selvedge {
+namespace {
+
+double max_norm(std::span<const Vec3> v) {
+  double largest = 0.0;
+  for (const Vec3& u : v) largest = std::max(largest, u.squaredNorm());
+  return std::sqrt(largest);
+}
+
+}  // namespace
+
+// The detection sees the state as a motion that stands still.
+void Simulation::Parts::look_at_state() {
+  std::copy(state.x.begin(), state.x.end(), input.x_t0.begin());
+  detail::place_bodies(built, state.time, input.x_t0);
+  const bool move = std::any_of(built.bodies.begin(), built.bodies.end(), [&](const auto& body) {
+    return !body->is_static(state.time, state.time);
+  });
+  methods.detection.set_motion(input.x_t0, input.x_t0, move, StepTimes{state.time, state.time});
+}
+
+Crossings Simulation::Parts::crossings_now() {
+  look_at_state();
+  const auto scope = clock.measure("verify");
+  return methods.detection.find_crossings();
+}
+
+void Simulation::Parts::verify_frame() {
+  count_flags(flags(), result.flags);
+  if (methods.untangling()) return;  // the untangler has just counted the crossings
+  const Crossings found = crossings_now();
+  result.worst_self_intersections =
+      std::max(result.worst_self_intersections, static_cast<int>(found.self.size()));
+  result.worst_body_intersections =
+      std::max(result.worst_body_intersections, static_cast<int>(found.body.size()));
+  result.clean = result.clean && found.self.empty() && found.body.empty();
+}
+
+void Simulation::Parts::note_bodies(const std::vector<Vec3>& x) {
+  body_x.assign(x.begin() + static_cast<std::ptrdiff_t>(n()), x.end());
+}
+
+void Simulation::Parts::note_memory() {
+  state.memory.clear();
+  methods.integrator->save_memory(state.memory);
+}
+
+void Simulation::Parts::note_strain() {
+  const auto now = methods.strain.measure(state.x, result.max_stretch, clock);
+  if (!now) return;
+  result.max_stretch = std::max(result.max_stretch, now->max_strain);
+  result.strain_residual =
+      std::max(result.strain_residual, std::max(0.0, now->residual - detail::kStrainTolerance));
+}
+
+std::vector<std::uint8_t> Simulation::Parts::flags() const {
+  return vertex_flags({built.cloth, state.x, attempt.contacts, state.tangles.list,
+                       methods.untangler && methods.untangler->report().given_up,
+                       detail::kStrainTolerance});
+}
+
+std::string Simulation::Parts::enclosed_sentence(const Enclosed& found, const char* when) const {
+  return methods.names.vertex(found.vertex) +
+         " and all the cloth that is connected to it lie inside a " + "closed body, " +
+         methods.names.owner(found.body_vertex) + ", " + when;
+}
+
+void Simulation::Parts::continue_untangling() {
+  Untangler& untangler = *methods.untangler;
+  untangler.finish(state.v);
+  look_at_state();
+  const auto scope = clock.measure("untangle");
+  untangler.update(input.x_t0, methods.detection.find_edge_crossings(), state.time);
+  state.tangles = untangler.tangles();
+  // Cloth with no vertex outside a closed body may have been untangled into it.
+  if (!untangler.active())
+    if (const auto found = find_enclosed(methods.detection.joint_surface(), input.x_t0, {})) {
+      result.clean = false;
+      throw SimulationFailed(FailureKind::not_clean,
+                             enclosed_sentence(*found, "after it was untangled"));
+    }
+  if (!untangler.report().given_up || scene.contact.carry_tangled) return;
+  throw SimulationFailed(FailureKind::not_clean,
+                         "no way was found to untangle the cloth: " + crossings_now().sentence());
+}
+
+RunResult Simulation::Parts::present_result() const {
+  RunResult r = result;
+  for (const auto& [name, value] : methods.fail_safe->counters()) r.counters[name] = value;
+  r.ledger = ledger.figures();
+  r.ledger["balance"] = balance.figures();
+  if (methods.strain.acts()) r.ledger["strain_limiter"] = methods.strain.figures();
+  r.plan = methods.detection.plan_figures();
+  if (const IdleCount& count = methods.strain.idle_count(); count.asked > 0)
+    r.plan["strain_limit"] = {count.asked, count.idle, count.saved_s()};
+  if (water) r.counters["dripped_kg"] += water->dripped();
+  r.phase_s = clock.seconds();
+  if (methods.untangler) {
+    r.tangle = methods.untangler->report();
+    r.clean = r.clean && r.tangle.elsewhere == 0;
+  }
+  r.clean_elsewhere = r.clean;
+  r.clean = r.clean && !methods.untangling();
+  r.final_max_speed = max_norm(state.v);
+  r.state_hash = selvedge::state_hash(state);
+  return r;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/simulation/detail/contacts.h>
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+namespace selvedge {
+
+/// The narrow phase of a scene: decides which candidates collide during the step.
+class Collisions {
+ public:
+  explicit Collisions(std::unique_ptr<NarrowPhase> narrow) : narrow_(std::move(narrow)) {}
+
+  /// The candidates that collide, earliest first; of equal times those with bodies first.
+  void find(const SearchContext& context, const Candidates& candidates, const Contacts& contacts,
+            std::vector<ContactPoint>& out);
+
+  NarrowPhaseTraits traits() const { return narrow_->traits(); }
+
+ private:
+  std::unique_ptr<NarrowPhase> narrow_;
+  std::vector<Contact> found_;
+  std::vector<std::pair<double, ContactPoint>> timed_;  // time of impact in [0, 1]
+};
+
+}  // namespace selvedge

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/core/types.h>
+#include <selvedge/response/contact_point.h>
+
+#include <array>
+#include <span>
+#include <vector>
+
+namespace selvedge {
+
+/// Removes false contacts with neighbouring faces. A point that rests on a face also has a closest
+/// point on each neighbouring face, at the common edge. As a contact it would be a wall across a
+/// flat surface that stops sliding cloth. True contacts are local minima of the distance over the
+/// whole surface: with the closest point q on a vertex or an edge, no neighbouring vertex x may lie
+/// towards the other primitive, d·(x - q) <= 0.
+class ContactFilter {
+ public:
+  ContactFilter() = default;
+  /// `triangles` of all surfaces in the joint index space of ContactPoint, `n` vertices.
+  ContactFilter(std::size_t n, std::span<const Triangle> triangles);
+
+  /// Point and triangle (vertex 0 and vertices 1 to 3): whether the closest point of the triangle
+  /// is a local minimum over its surface.
+  bool is_true_point_contact(const ContactPoint& c, std::span<const Vec3> x) const;
+  /// Two edges: the same for the closest points of both, up to a slope.
+  bool is_true_edge_contact(const ContactPoint& c, std::span<const Vec3> x) const;
+
+ private:
+  bool rises(std::span<const std::int32_t> feature, const Vec3& q, const Vec3& towards,
+             double slope, std::span<const Vec3> x) const;
+
+  std::vector<std::size_t> begin_;  // per vertex, into around_
+  std::vector<std::array<std::int32_t, 2>>
+      around_;  // the other two vertices of a triangle, both ways
+};
+
+}  // namespace selvedge

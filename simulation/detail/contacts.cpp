@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/narrowphase/distance.h>
+#include <selvedge/simulation/detail/contacts.h>
+
+#include <algorithm>
+
+namespace selvedge {
+
+// The linearised gap of a pair farther apart would stop cloth that in truth passes beside the other
+// primitive.
+const double kProximityReach = 4.0;
+
+// More than 1, because its neighbours may pull cloth just outside its rest gap inwards within the
+// step.
+const double kPointReach = 1.5;
+
+namespace {
+
+// Two contacts of one point whose normals differ by less than this cosine are one contact seen
+// through two neighbouring triangles.
+constexpr double kSameNormal = 0.95;
+
+// Barycentric share below which the closest point is an end of an edge: the point-triangle pair of
+// that end finds the contact as well.
+constexpr double kEdgeEnd = 1e-6;
+
+// Where points of the cloth rest on faces, edges and body vertices have nothing to add. They keep
+// this share of the rest gap and become contacts only at about that distance, so that one contact
+// carries and the others wait for parts that come between the points (a rim, a spike, a fold).
+constexpr double kSecondaryShare = 0.5;
+constexpr double kSecondaryReach = 1.1;
+
+// Layers of one piece that start nearer than the rest gap keep this share of their distance at the
+// start.
+constexpr double kStartShare = 0.9;
+
+std::vector<Triangle> joint_triangles(const SceneMotion& motion) {
+  std::vector<Triangle> all = motion.cloth_triangles();
+  const auto n = static_cast<std::int32_t>(motion.particles());
+  for (const Triangle& t : motion.body_triangles()) all.push_back({t[0] + n, t[1] + n, t[2] + n});
+  return all;
+}
+
+std::vector<std::int32_t> surface_of_vertices(const Scene& scene, const BuiltScene& built,
+                                              const SceneMotion& motion) {
+  std::vector<std::int32_t> surface(motion.particles(), 0);
+  for (std::size_t p = 0; p + 1 < built.piece_begin.size(); ++p)
+    for (std::int32_t i = built.piece_begin[p]; i < built.piece_begin[p + 1]; ++i)
+      surface[i] = static_cast<std::int32_t>(p);
+  for (std::size_t b = 0; b < built.bodies.size(); ++b)
+    surface.resize(motion.particles() + static_cast<std::size_t>(motion.body_begin()[b + 1]),
+                   static_cast<std::int32_t>(scene.cloths.size() + b));
+  return surface;
+}
+
+}  // namespace
+
+Contacts::Contacts(const Scene& scene, const BuiltScene& built, const SceneMotion& motion)
+    : motion_(motion),
+      pairs_(scene),
+      filter_(motion.particles() + motion.body_vertices(), joint_triangles(motion)),
+      rest_(built.cloth.surface.vertices),
+      surface_(surface_of_vertices(scene, built, motion)) {}
+
+double Contacts::largest_rest_gap() const { return pairs_.largest_rest_gap(); }
+
+ContactPoint Contacts::joint(const Contact& contact, bool self) const {
+  ContactPoint c;
+  c.kind = contact.kind;
+  const auto n = static_cast<std::int32_t>(motion_.particles());
+  for (int k = 0; k < 4; ++k) {
+    bool body = !self;
+    if (contact.kind == ContactKind::point_triangle) body = body && k > 0;
+    if (contact.kind == ContactKind::triangle_point) body = body && k == 0;
+    if (contact.kind == ContactKind::edge_edge) body = body && k > 1;
+    c.vertex[k] = contact.vertex[k] + (body ? n : 0);
+  }
+  c.weight = contact.weight;
+  c.normal = contact.normal;
+  c.gap = c.normal.dot(relative(c, motion_.x_t0()));
+  c.rest_gap = rest_gap(c, self);
+  if (contact.kind != ContactKind::point_triangle) c.rest_gap *= kSecondaryShare;
+  const auto [piece, other] = surfaces(c);
+  c.friction = pairs_.friction(piece, other);
+  return c;
+}
+
+// The piece and the other surface, as ContactPairs counts them. The first and the last vertex of a
+// contact are on its two sides, whatever its kind; pieces come before bodies.
+std::pair<std::int32_t, std::int32_t> Contacts::surfaces(const ContactPoint& c) const {
+  return std::minmax({surface_[c.vertex[0]], surface_[c.vertex[3]]});
+}
+
+double Contacts::pair_rest_gap(const ContactPoint& c) const {
+  const auto [piece, other] = surfaces(c);
+  return pairs_.rest_gap(piece, other);
+}
+
+// Particles of one piece that start nearer than the rest gap are neighbours in the cloth.
+double Contacts::rest_gap(const ContactPoint& c, bool self) const {
+  const auto [piece, other] = surfaces(c);
+  const double wanted = pairs_.rest_gap(piece, other);
+  if (!self || piece != other) return wanted;
+  return std::min(wanted, kStartShare * relative(c, rest_).norm());
+}
+
+// Whether a pair, `c` in the joint index space, is near enough to become a contact.
+bool Contacts::is_near(const Contact& contact, const ContactPoint& c) const {
+  if (contact.gap > kProximityReach * pair_rest_gap(c)) return false;
+  return !(contact.kind == ContactKind::point_triangle
+               ? std::min(c.gap, c.normal.dot(relative(c, motion_.x_t1()))) >=
+                     kPointReach * c.rest_gap
+               : c.gap >= kSecondaryReach * c.rest_gap);
+}
+
+// Of the contacts of one point, the nearest of each direction.
+void Contacts::append_group(std::vector<ContactPoint>& out) {
+  std::stable_sort(group_.begin(), group_.end(),
+                   [](const auto& a, const auto& b) { return a.gap < b.gap; });
+  const std::size_t first = out.size();
+  for (const ContactPoint& c : group_) {
+    const auto same = [&](const ContactPoint& d) { return d.normal.dot(c.normal) > kSameNormal; };
+    if (std::none_of(out.begin() + static_cast<std::ptrdiff_t>(first), out.end(), same))
+      out.push_back(c);
+  }
+  group_.clear();
+}
+
+void Contacts::append_proximities(bool self, std::vector<ContactPoint>& out) {
+  const auto x_t0 = motion_.x_t0();
+  ContactKind kind = ContactKind::edge_edge;
+  std::int32_t point = -1;
+  for (const Contact& contact : found_) {
+    if (contact.gap > kProximityReach * largest_rest_gap()) continue;
+    const ContactPoint c = joint(contact, self);
+    if (!is_near(contact, c)) continue;
+    if (contact.kind == ContactKind::edge_edge) {
+      const double s = c.weight[1], t = -c.weight[3];
+      if (s <= kEdgeEnd || s >= 1.0 - kEdgeEnd || t <= kEdgeEnd || t >= 1.0 - kEdgeEnd) continue;
+      if (!filter_.is_true_edge_contact(c, x_t0)) continue;
+      append_group(out);
+      out.push_back(c);
+      continue;
+    }
+    if (!filter_.is_true_point_contact(c, x_t0)) continue;
+    if (contact.kind != kind || contact.vertex[0] != point) append_group(out);
+    kind = contact.kind;
+    point = contact.vertex[0];
+    group_.push_back(c);
+  }
+  append_group(out);
+}
+
+void Contacts::find_proximities(const SearchContext& context, const Candidates& candidates,
+                                std::vector<ContactPoint>& out) {
+  const auto scope = context.clock.measure("narrow_phase");
+  out.clear();
+  const double rest_gap = context.rest_gap;
+  const SurfaceView cloth = motion_.cloth(0.5 * rest_gap), body = motion_.bodies(0.5 * rest_gap);
+  if (const CandidatePairs* pairs = candidates.with_bodies()) {
+    const PhaseClock::Scope busy(context.plan.busy_bodies());
+    selvedge::find_proximities(cloth, body, *pairs, kPointReach * rest_gap, found_);
+    append_proximities(false, out);
+  }
+  if (const CandidatePairs* pairs = candidates.with_self()) {
+    const PhaseClock::Scope busy(context.plan.busy_self());
+    selvedge::find_proximities(cloth, cloth, *pairs, kPointReach * rest_gap, found_);
+    append_proximities(true, out);
+  }
+}
+
+}  // namespace selvedge

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/scene/contact_pairs.h>
+#include <selvedge/simulation/detail/candidates.h>
+#include <selvedge/simulation/detail/contact_filter.h>
+
+#include <utility>
+#include <vector>
+
+namespace selvedge {
+
+/// A pair farther apart than this many rest gaps at the start of a step is left to the collision
+/// test.
+extern const double kProximityReach;
+/// A point becomes a contact from this many rest gaps on.
+extern const double kPointReach;
+
+/// Makes the contacts of a scene: gives pairs of the narrow phase their rest gap and friction, and
+/// thins out the pairs that are near, so that one contact carries each touch.
+class Contacts {
+ public:
+  Contacts(const Scene& scene, const BuiltScene& built, const SceneMotion& motion);
+
+  /// Pairs that are nearer at t = 0 than the distance that they have to keep, or would be at the
+  /// end.
+  void find_proximities(const SearchContext& context, const Candidates& candidates,
+                        std::vector<ContactPoint>& out);
+
+  /// The same pair in the joint index space, with its gap at t = 0. `self`: both primitives are of
+  /// the cloth.
+  ContactPoint joint(const Contact& contact, bool self) const;
+  /// The rest gap of the two surfaces of a contact, m.
+  double pair_rest_gap(const ContactPoint& c) const;
+  /// The largest rest gap of all surfaces, m.
+  double largest_rest_gap() const;
+
+ private:
+  std::pair<std::int32_t, std::int32_t> surfaces(const ContactPoint& c) const;
+  double rest_gap(const ContactPoint& c, bool self) const;
+  bool is_near(const Contact& contact, const ContactPoint& c) const;
+  void append_proximities(bool self, std::vector<ContactPoint>& out);
+  void append_group(std::vector<ContactPoint>& out);
+
+  const SceneMotion& motion_;
+  ContactPairs pairs_;
+  ContactFilter filter_;
+  std::vector<Vec3> rest_;             // cloth at the start
+  std::vector<std::int32_t> surface_;  // of each joint vertex, as ContactPairs counts
+  std::vector<Contact> found_;
+  std::vector<ContactPoint> group_;  // contacts of one point, before they are thinned out
+};
+
+}  // namespace selvedge

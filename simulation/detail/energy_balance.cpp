@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/scene/build.h>
+#include <selvedge/simulation/detail/energy_balance.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace selvedge::detail {
+namespace {
+
+// Share of the kinetic energy that a step may gain without another attempt. A hundredth of the
+// energy is a two hundredth of the speed, which is invisible.
+constexpr double kGain = 0.01;
+
+// Halving stops if it leaves more than this share of the gain: two steps of half the length gain no
+// less together, as under a strain limiter that lifts hanging cloth.
+constexpr double kHelps = 0.5;
+
+// Anchors move as one if their displacements differ by less than this share: rounding.
+constexpr double kSameWay = 1e-9;
+
+double kinetic(const BalanceStep& step, std::span<const Vec3> v, const Vec3& frame) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < v.size(); ++i)
+    if (step.inv_mass[i] > 0.0) sum += 0.5 * step.mass[i] * (v[i] - frame).squaredNorm();
+  return sum;
+}
+
+double total(std::span<const double> mass) {
+  double sum = 0.0;
+  for (const double m : mass) sum += m;
+  return sum;
+}
+
+}  // namespace
+
+EnergyBalance::EnergyBalance(const Scene& scene, const BuiltScene& built,
+                             const ResponseTraits& response)
+    : gravity_(scene.gravity), slow_(scene.contact.rest_gap * scene.time.fps) {
+  const auto follows = [](const BuiltVirtualSprings& s) { return s.follow; };
+  const auto& springs = built.virtual_springs;
+  closed_ = !response.stores_energy && scene.air.wind.isZero(0.0) && !scene.water &&
+            built.volumes.empty() && std::none_of(springs.begin(), springs.end(), follows);
+  rooted_ = !springs.empty();
+}
+
+void EnergyBalance::begin() {
+  last_gain_ = -1.0;
+  start_.reset();
+  weighed_ = false;
+}
+
+// The displacement of all anchors in the step; without anchors, that of the centre of mass.
+bool EnergyBalance::common_shift(const BalanceStep& step, Vec3& shift) const {
+  bool anchored = rooted_;
+  shift.setZero();
+  for (std::size_t i = 0; i < step.x_t0.size(); ++i) {
+    if (step.inv_mass[i] > 0.0) continue;
+    const Vec3 way = step.x_t1[i] - step.x_t0[i];
+    if (!anchored) shift = way;
+    anchored = true;
+    if ((way - shift).norm() > kSameWay * shift.norm()) return false;
+  }
+  if (anchored) return true;
+  for (std::size_t i = 0; i < step.mass.size(); ++i) shift += step.h * step.mass[i] * step.v_t0[i];
+  shift /= total(step.mass);
+  return true;
+}
+
+bool EnergyBalance::weigh(const ForceSum& forces, const BalanceStep& step) {
+  Vec3 shift;
+  const std::size_t n = step.mass.size();
+  weighed_ = closed_ && n > 0 && common_shift(step, shift);
+  if (!weighed_) return false;
+  const Vec3 frame = shift / step.h;
+  const double mass = total(step.mass);
+  if (!start_) start_ = forces.energy({step.x_t0.first(n), step.v_t0, step.mass, step.time});
+  const double end = forces.energy({step.x_t1.first(n), step.v_t1, step.mass, step.time + step.h});
+  const double before = kinetic(step, step.v_t0, frame), after = kinetic(step, step.v_t1, frame);
+  // In the frame that moves by `shift`, the cloth is lower by as much.
+  gain_ = after - before + end - *start_ + mass * gravity_.dot(shift);
+  // Cloth at rest is not tested to its last digits: less than a rest gap per frame is slow.
+  bound_ = kGain * (std::max(before, after) + 0.5 * mass * slow_ * slow_);
+  return true;
+}
+
+bool EnergyBalance::wants_shorter() {
+  if (!weighed_ || gain_ <= bound_) return false;
+  if (last_gain_ >= 0.0 && gain_ > kHelps * last_gain_) return false;
+  last_gain_ = gain_;
+  ++retries_;
+  return true;
+}
+
+void EnergyBalance::accept() {
+  if (!weighed_) return;
+  ++steps_;
+  if (gain_ <= bound_) return;
+  ++gained_steps_;
+  gained_ += gain_;
+  max_gain_ = std::max(max_gain_, gain_);
+}
+
+std::map<std::string, double> EnergyBalance::figures() const {
+  return {{"steps", steps_},
+          {"gained_steps", gained_steps_},
+          {"retries", retries_},
+          {"energy_gained_J", gained_},
+          {"max_gain_J", max_gain_}};
+}
+
+}  // namespace selvedge::detail

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/simulation/detail/enclosed.h>
+#include <selvedge/simulation/detail/energy_balance.h>
+#include <selvedge/simulation/detail/phase_clock.h>
+#include <selvedge/simulation/detail/step.h>
+#include <selvedge/simulation/detail/step_ledger.h>
+#include <selvedge/simulation/detail/water.h>
+#include <selvedge/simulation/simulation.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace selvedge {
+
+/// The parts of a simulation. start.cpp has its start, advance.cpp its steps, check_state.cpp the
+/// checks of its states.
+struct Simulation::Parts {
+  /// The attempts of the last step.
+  struct Attempts {
+    std::vector<double> lengths;  // s
+    FailedTry failed;             // the last rejected one, of any step
+    bool accepted = false;        // `attempt` below is the accepted one
+  };
+
+  Scene scene;
+  BuiltScene built;
+  PhaseClock clock;
+  detail::StepMethods methods;
+  SimulationState state;
+  std::vector<Vec3> body_x;  // m, of the body vertices at the state's time
+  detail::StepInput input;
+  detail::StepAttempt attempt;
+  Attempts attempts;
+  detail::StepLedger ledger;
+  detail::EnergyBalance balance;
+  std::optional<detail::Water> water;
+  RunResult result;
+
+  Parts(const Scene& s, BuiltScene b, const Methods& m);
+
+  std::size_t n() const { return state.x.size(); }
+  double nominal_step() const { return 1.0 / (scene.time.fps * scene.time.steps_per_frame); }
+
+  // -- start.cpp ----------------------------------------------------------------------------------
+  void refuse_bad_start();
+  void refuse_unstable_start();
+  void refuse_enclosed_start(std::span<const EdgeCrossing> crossings);
+  void start_untangling();
+  void restore(SimulationState saved);
+
+  // -- advance.cpp --------------------------------------------------------------------------------
+  StepControl control() const;
+  double longest_step(double h);
+  double stable_step(double h, double target);
+  void make_step(StepControl control);
+  detail::StepOutcome attempt_step(double h, double t1);
+  bool gains_energy();
+  void note_rejection(const detail::StepOutcome& outcome);
+  [[noreturn]] void give_up();
+  void accept();
+
+  // -- check_state.cpp ----------------------------------------------------------------------------
+  void look_at_state();
+  Crossings crossings_now();
+  void verify_frame();
+  void note_bodies(const std::vector<Vec3>& x);
+  void note_strain();
+  void note_memory();
+  std::vector<std::uint8_t> flags() const;
+  std::string enclosed_sentence(const Enclosed& found, const char* when) const;
+  void continue_untangling();
+  RunResult present_result() const;
+};
+
+/// The contacts of an accepted attempt with their impulses; `response` is as it was left.
+std::vector<StepContact> step_contacts(const Response& response,
+                                       const detail::StepAttempt& attempt);
+
+}  // namespace selvedge

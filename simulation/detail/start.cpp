@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT
+//
+// How a simulation starts: its methods, its first state, and the starts that it refuses.
+#include <selvedge/scene/build.h>
+#include <selvedge/simulation/detail/handles.h>
+#include <selvedge/simulation/detail/simulation_parts.h>
+
+#include <stdexcept>
+#include <utility>
+
+namespace selvedge {
+namespace {
+
+std::unique_ptr<Integrator> make_integrator(const Scene& scene, const BuiltScene& built,
+                                            const Methods& methods) {
+  return make_method(methods.integrators, scene.solver.integrator, "solver.integrator",
+                     scene.solver.integrator_options, make_forces(scene, built),
+                     built.cloth.surface.vertices.size(),
+                     {scene.solver.tolerance, scene.solver.max_iterations});
+}
+
+void note_critical_step(const Scene& scene, const BuiltScene& built, double h, RunResult& result) {
+  const std::size_t n = built.cloth.surface.vertices.size();
+  ForceSum forces(make_forces(scene, built), n);
+  Particles particles{built.cloth.surface.vertices, built.velocity, built.cloth.mass, {}};
+  for (const double m : particles.mass) particles.inv_mass.push_back(1.0 / m);
+  const CriticalStep step = critical_step(forces, particles, h);
+  result.counters["max_critical_step_s"] = step.longest_step;
+  result.counters["max_critical_stiffness_factor"] = step.stiffening;
+  result.counters["max_provot_stiffness_N_per_m"] = step.provot_stiffness;
+}
+
+}  // namespace
+
+namespace detail {
+
+StepMethods::StepMethods(const Scene& s, const BuiltScene& built, const Methods& methods,
+                         PhaseClock& phases)
+    : scene(s),
+      detection(scene, built, methods, phases),
+      strain(scene, built, methods.strain_limiters),
+      integrator(make_integrator(scene, built, methods)),
+      traits(integrator->traits()),
+      response(make_method(methods.responses, scene.contact.response, "contact.response",
+                           scene.contact.response_options)),
+      fail_safe(make_method(methods.fail_safes, scene.contact.fail_safe, "contact.fail_safe",
+                            scene.contact.fail_safe_options)),
+      names(scene, built),
+      validator(scene.contact.broad_phase),
+      clock(phases) {}
+
+}  // namespace detail
+
+Simulation::Parts::Parts(const Scene& s, BuiltScene b, const Methods& m)
+    : scene(s),
+      built(detail::with_policy(scene, std::move(b), m.strain_limiters)),
+      methods(scene, built, m, clock),
+      balance(scene, built, methods.response->traits()) {
+  detail::refuse_bad_handles(scene, built);
+  if (!methods.traits.is_implicit)
+    detail::refuse_unfit_response(scene, m.responses, *methods.response, built.cloth.mass);
+  state.x = built.cloth.surface.vertices;
+  state.v = built.velocity;
+  note_memory();
+  const std::size_t joint = n() + methods.detection.body_vertices();
+  input.particles = {state.x, state.v, built.cloth.mass, std::vector<double>(n(), 0.0)};
+  input.inv_mass.assign(joint, 0.0);
+  input.x_t0.resize(joint);
+  input.body_step.resize(methods.detection.body_vertices());
+  attempt.x_t1.resize(joint);
+  attempt.v_free.resize(n());
+  attempt.x_free.resize(n());
+  if (scene.water) water.emplace(scene, built);
+  detail::place_bodies(built, state.time, input.x_t0);
+  note_bodies(input.x_t0);
+  refuse_bad_start();
+  if (detail::limiter_kind(scene, m.strain_limiters) == LimiterKind::critical_step)
+    note_critical_step(scene, built, nominal_step(), result);
+  note_strain();
+}
+
+void Simulation::Parts::refuse_bad_start() {
+  const Crossings found = crossings_now();
+  if (scene.contact.untangle_start) {
+    start_untangling();
+  } else {
+    refuse_crossings(found, scene.contact.self);
+    refuse_enclosed_start({});
+  }
+  refuse_unstable_start();
+}
+
+// Cloth that starts outside of every closed body stays outside, because it would have to pass
+// through the surface.
+void Simulation::Parts::refuse_enclosed_start(std::span<const EdgeCrossing> crossings) {
+  const auto scope = clock.measure("verify");
+  if (const auto found = find_enclosed(methods.detection.joint_surface(), input.x_t0, crossings))
+    throw std::invalid_argument(enclosed_sentence(*found, "at the start") +
+                                "; move the cloth out of it or, if the body is a room, give its "
+                                "walls a thickness or leave a face of it out");
+}
+
+void Simulation::Parts::start_untangling() {
+  const std::vector<EdgeCrossing> crossings = methods.detection.find_edge_crossings();
+  methods.untangler =
+      std::make_unique<Untangler>(methods.detection.joint_surface(), UntangleConfig{});
+  refuse_enclosed_start(crossings);
+  methods.untangler->start(input.x_t0, crossings);
+  methods.detection.set_excluded(&methods.untangler->excluded());
+  state.tangles = methods.untangler->tangles();
+}
+
+void Simulation::Parts::restore(SimulationState saved) {
+  if (saved.x.size() != n() || saved.v.size() != n())
+    throw std::invalid_argument("the saved state has " + std::to_string(saved.x.size()) +
+                                " particles, but the scene has " + std::to_string(n()) +
+                                "; resume with the scene that was run");
+  methods.integrator->restore_memory(saved.memory);
+  state = std::move(saved);
+  if (water) water->restore(state, input.particles.mass);
+  attempts.accepted = false;
+  detail::place_bodies(built, state.time, input.x_t0);
+  note_bodies(input.x_t0);
+  if (!methods.untangler) return;
+  look_at_state();
+  methods.untangler->resume(state.tangles, input.x_t0, methods.detection.find_edge_crossings());
+}
+
+}  // namespace selvedge

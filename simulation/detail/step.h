@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: MIT
+//
+// A step as a value: attempt_step takes its input and gives its outcome.
+#pragma once
+
+#include <selvedge/core/integrator.h>
+#include <selvedge/response/ledger.h>
+#include <selvedge/simulation/detail/detection.h>
+#include <selvedge/simulation/detail/strain_stage.h>
+#include <selvedge/simulation/detail/untangle.h>
+#include <selvedge/simulation/detail/validate_step.h>
+#include <selvedge/simulation/explain_step.h>
+#include <selvedge/simulation/state.h>
+
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace selvedge::detail {
+
+/// The methods of a scene that compute a step.
+struct StepMethods {
+  StepMethods(const Scene& scene, const BuiltScene& built, const Methods& methods,
+              PhaseClock& clock);
+
+  const Scene& scene;
+  Detection detection;
+  StrainStage strain;
+  std::unique_ptr<Integrator> integrator;
+  IntegratorTraits traits;  ///< of the integrator
+  std::unique_ptr<Response> response;
+  std::unique_ptr<FailSafe> fail_safe;
+  std::unique_ptr<Untangler> untangler;  ///< null: the scene does not untangle its start
+  VertexNames names;
+  StepValidator validator;  ///< used in validation builds
+  PhaseClock& clock;
+  const StepTrace* trace = nullptr;
+
+  bool untangling() const { return untangler && untangler->active(); }
+};
+
+/// Input of a step. Joint arrays hold cloth particles first, then the vertices of all bodies.
+struct StepInput {
+  std::int64_t step = 0;               ///< accepted steps so far
+  double t0 = 0.0, t1 = 0.0, h = 0.0;  ///< s
+  Particles particles;                 ///< at t0
+  std::vector<Vec3> x_t0;              ///< m, joint
+  std::vector<double> inv_mass;        ///< 1/kg, joint; 0 for held particles and body vertices
+  std::vector<Vec3> body_step;         ///< m, displacement of the body vertices
+  std::vector<Vec3> v_coasting;        ///< m/s, of particles under their weight alone
+  bool bodies_move = false;
+
+  std::size_t n() const { return particles.x.size(); }
+};
+
+/// Counts of one attempt.
+struct StepCounts {
+  std::size_t contacts = 0;  ///< near at the start
+  int candidate_rebuilds = 0;
+  int solves = 0, solver_iterations = 0, solves_not_converged = 0;
+  int strain_sweeps = -1;          ///< -1: the scene limits no strain
+  double max_gap_violation = 0.0;  ///< m, of a contact at the start
+
+  /// Adds the counts to those of a run, by the names that result.json has.
+  void add_to(std::map<std::string, double>& counters) const;
+};
+
+/// All that an attempt computes. Reused from one attempt to the next, so that no step allocates.
+struct StepAttempt {
+  std::vector<Vec3> x_t1;         ///< m, joint, ends of the paths
+  std::vector<Vec3> v_mean;       ///< m/s, of the particles, as the last solve left them
+  std::vector<Vec3> x_free;       ///< m, ends without contacts and limits, unless v_mean gives them
+  std::vector<Vec3> v_free;       ///< m/s, velocities there
+  std::vector<Vec3> x_corrected;  ///< m, of the particles, as the response left them
+  std::vector<ContactPoint> contacts;    ///< near at the start
+  std::vector<ContactPoint> met;         ///< found to collide and answered as further contacts
+  std::vector<ContactPoint> collisions;  ///< on the present paths, earliest first
+  std::vector<Vec3> x_tested;      ///< m, joint, ends of the paths that the fail-safe saw last
+  std::vector<Vec3> v_end;         ///< m/s, at the end, as the energy balance weighs them
+  bool answered_in_solve = false;  ///< the last solve had terms of the response
+  Ledger fail_safe;                ///< what the fail-safe exchanged
+  StepCounts counts;
+};
+
+/// Outcome of an attempt. A rejected attempt has to be repeated with a shorter step.
+struct StepOutcome {
+  bool accepted = true;
+  std::string cause;             ///< of the rejection; empty if a particle has no finite position
+  std::int32_t not_finite = -1;  ///< first particle without a finite position; -1: all are finite
+};
+
+/// Fills the input of a step of `state` to the time t1, and starts the attempt with all bodies and
+/// held particles at their prescribed ends and all other particles where they would coast.
+void begin_step(const Scene& scene, const BuiltScene& built, const SimulationState& state,
+                StepInput& input, StepAttempt& attempt);
+/// The part of begin_step that sets masses and the prescribed ends of held particles.
+void hold_particles(const Scene& scene, const BuiltScene& built, const SimulationState& state,
+                    StepInput& input, StepAttempt& attempt);
+/// Writes the positions of all bodies at a time to the end of the joint array x, m.
+void place_bodies(const BuiltScene& built, double time, std::vector<Vec3>& x);
+
+/// Computes a step: forces and contacts, strain limits, collisions, fail-safe. Starts from the
+/// attempt that begin_step left. An accepted attempt has no collision on its paths, as far as the
+/// narrow phase of the scene can tell.
+StepOutcome attempt_step(StepMethods& methods, const StepInput& input, StepAttempt& attempt);
+
+/// Velocities of the particles at the end of an attempt, m/s. The displacement by contacts and
+/// limits is added to the velocity that the integrator has there: free flight keeps its order, and
+/// any contact that stops a particle also stops its velocity.
+void end_velocities(const IntegratorTraits& traits, const StepInput& input,
+                    const StepAttempt& attempt, std::span<Vec3> v);
+
+/// The step as responses and limiters see it; views of `input`.
+ResponseStep response_step(const StepMethods& methods, const StepInput& input);
+LimitStep limit_step(const StepInput& input);
+
+}  // namespace selvedge::detail

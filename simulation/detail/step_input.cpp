@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: MIT
+//
+// The ends of a step's data: from the state to its input, and from the attempt to velocities.
+#include <selvedge/simulation/detail/handles.h>
+#include <selvedge/simulation/detail/step.h>
+
+#include <algorithm>
+
+namespace selvedge::detail {
+namespace {
+
+bool any_moves(const BuiltScene& built, double t0, double t1) {
+  return std::any_of(built.bodies.begin(), built.bodies.end(),
+                     [&](const auto& body) { return !body->is_static(t0, t1); });
+}
+
+}  // namespace
+
+void place_bodies(const BuiltScene& built, double time, std::vector<Vec3>& x) {
+  std::size_t first = built.cloth.surface.vertices.size();
+  for (const auto& body : built.bodies) {
+    body->positions(time, std::span(x).subspan(first, body->vertex_count()));
+    first += body->vertex_count();
+  }
+}
+
+void hold_particles(const Scene& scene, const BuiltScene& built, const SimulationState& state,
+                    StepInput& in, StepAttempt& a) {
+  Particles& particles = in.particles;
+  for (std::size_t i = 0; i < in.n(); ++i) particles.inv_mass[i] = 1.0 / particles.mass[i];
+  in.v_coasting = state.v;
+  visit_held(scene, built, in.t0, in.t1, [&](std::int32_t i, const Vec3& end) {
+    particles.inv_mass[i] = 0.0;
+    in.v_coasting[i] = (end - state.x[i]) / in.h;
+    a.x_t1[i] = end;
+  });
+  std::copy(particles.inv_mass.begin(), particles.inv_mass.end(), in.inv_mass.begin());
+}
+
+void begin_step(const Scene& scene, const BuiltScene& built, const SimulationState& state,
+                StepInput& in, StepAttempt& a) {
+  in.step = state.step;
+  in.particles.x = state.x;
+  in.particles.v = state.v;
+  in.bodies_move = any_moves(built, in.t0, in.t1);
+  std::copy(state.x.begin(), state.x.end(), in.x_t0.begin());
+  place_bodies(built, in.t0, in.x_t0);
+  place_bodies(built, in.t1, a.x_t1);
+  for (std::size_t j = 0; j < in.body_step.size(); ++j)
+    in.body_step[j] = a.x_t1[in.n() + j] - in.x_t0[in.n() + j];
+  hold_particles(scene, built, state, in, a);
+  for (std::size_t i = 0; i < in.n(); ++i)
+    if (in.inv_mass[i] > 0.0) in.v_coasting[i] += in.h * scene.gravity;
+  a.v_mean = in.v_coasting;
+  for (std::size_t i = 0; i < in.n(); ++i)
+    if (in.inv_mass[i] > 0.0) a.x_t1[i] = in.x_t0[i] + in.h * a.v_mean[i];
+  a.met.clear();
+  a.collisions.clear();
+  a.answered_in_solve = false;
+  a.fail_safe = {};
+  a.counts = {};
+}
+
+void end_velocities(const IntegratorTraits& traits, const StepInput& in, const StepAttempt& a,
+                    std::span<Vec3> v) {
+  for (std::size_t i = 0; i < in.n(); ++i) {
+    const bool mean = traits.ends_with_mean || !(in.inv_mass[i] > 0.0);
+    v[i] = mean ? Vec3((a.x_t1[i] - in.x_t0[i]) / in.h)
+                : Vec3(a.v_free[i] + (a.x_t1[i] - a.x_free[i]) / in.h);
+  }
+}
+
+ResponseStep response_step(const StepMethods& m, const StepInput& in) {
+  return {{in.x_t0, in.inv_mass, in.n(), in.h},
+          in.particles.mass,
+          in.body_step,
+          in.particles.v,
+          in.v_coasting,
+          m.traits.is_implicit};
+}
+
+LimitStep limit_step(const StepInput& in) {
+  return {std::span(in.x_t0).first(in.n()), std::span(in.inv_mass).first(in.n()), in.h};
+}
+
+void StepCounts::add_to(std::map<std::string, double>& counters) const {
+  counters["contacts"] += static_cast<double>(contacts);
+  double& violation = counters["max_gap_lack_m"];
+  violation = std::max(violation, max_gap_violation);
+  if (candidate_rebuilds > 0) counters["candidate_rebuilds"] += candidate_rebuilds;
+  if (solves > 0) {
+    counters["solves"] += solves;
+    counters["solver_iterations"] += solver_iterations;
+    counters["solves_not_converged"] += solves_not_converged;
+  }
+  if (strain_sweeps >= 0) counters["strain_sweeps"] += strain_sweeps;
+}
+
+}  // namespace selvedge::detail

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+#include <selvedge/simulation/detail/step_ledger.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace selvedge::detail {
+namespace {
+
+// Contacts that one particle is assumed to have before they are known: with a body on one side and
+// cloth on the other.
+constexpr double kContactsOfAParticle = 2.0;
+
+}  // namespace
+
+Ledger exchanged_by_ends(const ResponseStep& step, std::span<const Vec3> before,
+                         std::span<const Vec3> after) {
+  const std::size_t n = step.motion.particles;
+  std::vector<Vec3> v_before(n), v_after(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    v_before[i] = (before[i] - step.motion.x_t0[i]) / step.motion.h;
+    v_after[i] = (after[i] - step.motion.x_t0[i]) / step.motion.h;
+  }
+  return measure({step.motion, step.mass, {}, v_before, v_after});
+}
+
+void StepLedger::accept(const ResponseStep& step, const Response& response,
+                        const StepAttempt& attempt) {
+  const std::size_t n = step.motion.particles;
+  v_after_.resize(n);
+  for (std::size_t i = 0; i < n; ++i)
+    v_after_[i] = (attempt.x_corrected[i] - step.motion.x_t0[i]) / step.motion.h;
+  const std::vector<Vec3>& v_solved = attempt.v_mean;
+  const bool in_solve = attempt.answered_in_solve;
+  v_before_.assign(v_solved.begin(), v_solved.end());
+  if (in_solve) v_before_ = v_after_;
+  response.finish(v_after_);
+  impulses_.clear();
+  response.impulses(step.implicit ? v_solved : v_after_, impulses_);
+  if (!impulses_.empty() || in_solve)
+    response_.add(measure({step.motion, step.mass, impulses_, v_before_, v_after_, in_solve}));
+  fail_safe_.add(attempt.fail_safe);
+}
+
+std::map<std::string, std::map<std::string, double>> StepLedger::figures() const {
+  return {{"response", response_.figures()}, {"fail_safe", fail_safe_.figures()}};
+}
+
+double contact_inv_mass(std::span<const double> mass) {
+  if (mass.empty()) return 0.0;
+  return kContactsOfAParticle / *std::min_element(mass.begin(), mass.end());
+}
+
+void refuse_unfit_response(const Scene& scene, const ResponseRegistry& responses,
+                           const Response& response, std::span<const double> mass) {
+  if (mass.empty()) return;
+  const double stable = response.stable_step(contact_inv_mass(mass));
+  const double nominal = 1.0 / (scene.time.fps * scene.time.steps_per_frame);
+  const double shortest = std::ldexp(nominal, -scene.time.max_halvings);
+  if (stable >= shortest) return;
+  const std::vector<Option>& options = responses.at(scene.contact.response).options();
+  const Options values =
+      complete_options("contact.response", options, scene.contact.response_options);
+  throw std::invalid_argument(fmt::format(
+      "contact.response \"{}\" ({}) is stable for particles of {:.3g} kg in explicit steps below "
+      "{:.3g} s; a step of {:.3g} s may be halved {} times, to {:.3g} s: soften the contacts, "
+      "raise "
+      "time.steps_per_frame or take implicit_euler",
+      scene.contact.response, options_text(options, values),
+      *std::min_element(mass.begin(), mass.end()), stable, nominal, scene.time.max_halvings,
+      shortest));
+}
+
+}  // namespace selvedge::detail

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/response/ledger.h>
+#include <selvedge/scene/scene.h>
+#include <selvedge/simulation/detail/step.h>
+
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace selvedge::detail {
+
+/// Sums the ledgers of a run's response and fail-safe over its accepted steps.
+class StepLedger {
+ public:
+  /// Adds an accepted attempt.
+  void accept(const ResponseStep& step, const Response& response, const StepAttempt& attempt);
+
+  /// By stage ("response", "fail_safe"), the figures of its ledger.
+  std::map<std::string, std::map<std::string, double>> figures() const;
+
+ private:
+  Ledger response_, fail_safe_;
+  std::vector<Vec3> v_before_, v_after_;
+  std::vector<ContactImpulse> impulses_;
+};
+
+/// What a stage exchanged that moved the ends of the particles from `before` to `after`, m.
+Ledger exchanged_by_ends(const ResponseStep& step, std::span<const Vec3> before,
+                         std::span<const Vec3> after);
+
+/// Throws std::invalid_argument where explicit steps of the scene, halved as often as it allows,
+/// are too long for its response. `mass`: kg, of the particles.
+void refuse_unfit_response(const Scene& scene, const ResponseRegistry& responses,
+                           const Response& response, std::span<const double> mass);
+
+/// Inverse mass, 1/kg, for the step bound of contacts: the lightest particle in two contacts.
+double contact_inv_mass(std::span<const double> mass);
+
+}  // namespace selvedge::detail

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/scene/build.h>
+#include <selvedge/simulation/detail/strain_stage.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+namespace selvedge::detail {
+namespace {
+
+constexpr int kStrainSweeps = 200;
+
+std::size_t count(const BuiltScene& built) { return built.cloth.surface.vertices.size(); }
+
+/// Weight of piece p per width, N/m, if it hangs by one end of its longest extent.
+double hanging_weight(const Scene& scene, const BuiltScene& built, std::size_t p) {
+  const auto begin = static_cast<std::size_t>(built.piece_begin[p]);
+  const auto end = static_cast<std::size_t>(built.piece_begin[p + 1]);
+  Vec3 low = built.cloth.surface.vertices[begin], high = low;
+  for (std::size_t i = begin; i < end; ++i) {
+    low = low.cwiseMin(built.cloth.surface.vertices[i]);
+    high = high.cwiseMax(built.cloth.surface.vertices[i]);
+  }
+  const Material& material = scene.materials.at(scene.cloths[p].material);
+  return material.density * scene.gravity.norm() * (high - low).maxCoeff();
+}
+
+}  // namespace
+
+std::vector<double> limiter_targets(const std::vector<double>& limits) {
+  std::vector<double> targets = limits;
+  for (double& limit : targets) limit = std::max(limit - kStrainTolerance, 0.5 * limit);
+  return targets;
+}
+
+LimiterKind limiter_kind(const Scene& scene, const StrainLimiterRegistry& limiters) {
+  if (!scene.solver.strain_limiter) return LimiterKind::none;
+  if (const std::string fault = limiters.fault(scene.solver.limiter); !fault.empty())
+    throw std::invalid_argument("solver.strain_limiter: " + fault);
+  return limiters.at(scene.solver.limiter).traits().kind;
+}
+
+StrainStage::StrainStage(const Scene& scene, const BuiltScene& built,
+                         const StrainLimiterRegistry& limiters)
+    : measures_(built.cloth.springs, limiter_targets(built.cloth.strain_limit), count(built)),
+      reach_(scene.plan.proofs, measures_),
+      before_(count(built)),
+      shift_(count(built), Vec3::Zero()) {
+  if (limiter_kind(scene, limiters) != LimiterKind::method) return;
+  method_ = make_method(limiters, scene.solver.limiter, "solver.strain_limiter",
+                        scene.solver.limiter_options, built.cloth.springs,
+                        limiter_targets(built.cloth.strain_limit), count(built))
+                .method;
+  traits_ = method_->traits();
+}
+
+void StrainStage::begin() {
+  if (std::exchange(moved_, false)) std::fill(shift_.begin(), shift_.end(), Vec3::Zero());
+}
+
+int StrainStage::limit(const LimitStep& step, std::span<Vec3> x_t1, PhaseClock& clock) {
+  {
+    const auto scope = clock.measure("plan");
+    if (reach_.keeps_limits(x_t1)) return 0;
+  }
+  const auto scope = clock.measure("strain");
+  const PhaseClock::Scope busy(reach_.busy());
+  std::copy(x_t1.begin(), x_t1.end(), before_.begin());
+  LimitStep own = step;
+  own.tolerance = kStrainTolerance;
+  own.max_sweeps = kStrainSweeps;
+  const StrainReport report = method_->limit_ends(own, x_t1);
+  if (report.sweeps == 0) return 0;
+  moved_ = true;
+  for (std::size_t i = 0; i < shift_.size(); ++i) shift_[i] += x_t1[i] - before_[i];
+  return report.sweeps;
+}
+
+bool StrainStage::is_tolerated(std::span<const Vec3> x) {
+  constexpr double kAny = std::numeric_limits<double>::infinity();
+  return reach_.keeps_below(x, kAny, kStrainTolerance) ||
+         measures_.measure(x).residual <= kStrainTolerance;
+}
+
+std::optional<StrainReport> StrainStage::measure(std::span<const Vec3> x, double max_strain,
+                                                 PhaseClock& clock) {
+  {
+    const auto scope = clock.measure("plan");
+    if (reach_.keeps_below(x, max_strain, kStrainTolerance)) return std::nullopt;
+  }
+  return reach_.measure(measures_, x);
+}
+
+void StrainStage::finish(const LimitStep& step, std::span<const double> mass,
+                         std::span<const Vec3> x, std::span<Vec3> v) {
+  if (!acts() || !moved_) return;
+  // From here on `before_` holds the velocities without the limiter.
+  for (std::size_t i = 0; i < shift_.size(); ++i) before_[i] = v[i] - shift_[i] / step.h;
+  if (traits_.keeps_velocity) std::copy(before_.begin(), before_.end(), v.begin());
+  LimitStep own = step;
+  own.tolerance = kStrainTolerance;
+  method_->limit_velocities(own, x, v);
+  Vec3 given = Vec3::Zero();
+  double moved = 0.0, energy = 0.0;
+  for (std::size_t i = 0; i < shift_.size(); ++i) {
+    if (step.inv_mass[i] <= 0.0) continue;
+    const Vec3 change = mass[i] * (v[i] - before_[i]);
+    given += change;
+    moved += change.norm();
+    energy += 0.5 * mass[i] * (v[i].squaredNorm() - before_[i].squaredNorm());
+  }
+  ++steps_;
+  momentum_ += given;
+  if (moved > 0.0) momentum_error_ = std::max(momentum_error_, given.norm() / moved);
+  energy_ += energy;
+}
+
+std::map<std::string, double> StrainStage::figures() const {
+  return {{"steps", steps_},
+          {"momentum_x", momentum_.x()},
+          {"momentum_y", momentum_.y()},
+          {"momentum_z", momentum_.z()},
+          {"max_momentum_error", momentum_error_},
+          {"energy_kinetic_J", energy_}};
+}
+
+BuiltScene with_policy(Scene& scene, BuiltScene built, const StrainLimiterRegistry& limiters) {
+  if (limiter_kind(scene, limiters) != LimiterKind::stiffens) return built;
+  StiffnessPolicy policy;
+  for (std::size_t p = 0; p < scene.cloths.size(); ++p) {
+    const Material& material = scene.materials.at(scene.cloths[p].material);
+    const double softer = std::min(material.stretch_stiffness, stretch_along_weft(material));
+    const StiffnessPolicy own =
+        chittaro_policy(hanging_weight(scene, built, p), softer, material.strain_limit);
+    if (own.stiffness > policy.stiffness) policy = own;
+  }
+  for (Spring& spring : built.cloth.springs) spring.stiffness *= policy.stiffness;
+  scene.time.steps_per_frame =
+      static_cast<int>(std::ceil(scene.time.steps_per_frame / policy.step));
+  return built;
+}
+
+}  // namespace selvedge::detail

@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+#include <selvedge/simulation/detail/idle_proofs.h>
+#include <selvedge/simulation/plan.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace selvedge {
+namespace {
+
+using Status = PlanItem::Status;
+
+/// Bounding box of a body at one time.
+SweptBox body_box(const Body& body, double time) {
+  std::vector<Vec3> x(body.vertex_count());
+  body.positions(time, x);
+  return swept_box(x, x);
+}
+
+double gap(const SweptBox& a, const SweptBox& b) {
+  const Vec3 apart = (a.low - b.high).cwiseMax(b.low - a.high).cwiseMax(0.0);
+  return apart.norm();
+}
+
+class ScenePlan {
+ public:
+  ScenePlan(const Scene& scene, const BuiltScene& built, const Methods& methods)
+      : scene_(scene), built_(built), methods_(methods) {}
+
+  std::vector<PlanItem> make() {
+    add_forces();
+    add_limits();
+    add_self();
+    add_bodies();
+    add_contact();
+    add_output();
+    return std::move(items_);
+  }
+
+ private:
+  void add(const std::string& part, Status status, const std::string& why) {
+    items_.push_back({part, status, why});
+  }
+
+  void add_forces() {
+    const ClothMesh& cloth = built_.cloth;
+    add("springs", Status::runs, fmt::format("{} springs", cloth.springs.size()));
+    const std::size_t bends = cloth.hinges.size() + cloth.links.size() + cloth.twists.size();
+    add("bending", bends > 0 ? Status::runs : Status::never,
+        bends > 0 ? fmt::format("{} hinges, links and twists", bends)
+                  : "no stiffness against bending: no hinges are made");
+    const bool gravity = !scene_.gravity.isZero(0.0);
+    add("gravity", gravity ? Status::runs : Status::never,
+        gravity ? fmt::format("{:.4g} m/s²", scene_.gravity.norm()) : "it is zero");
+    const bool air = scene_.air.normal_drag > 0.0 || scene_.air.viscous_drag > 0.0;
+    add("wind and drag", air ? Status::runs : Status::never,
+        air ? "a drag coefficient is above 0; triangle normals are computed for it"
+            : "both drag coefficients are 0: wind has no hold, no normals are computed");
+  }
+
+  void add_limits() {
+    if (!scene_.solver.strain_limiter)
+      add("strain limit", Status::never, "solver.strain_limiter is off");
+    else if (!scene_.plan.proofs)
+      add("strain limit", Status::runs, "nothing is proved: plan.proofs is off");
+    else
+      add("strain limit", Status::when_needed,
+          "left out while particles moved too little against each other, since springs were "
+          "measured, to reach it");
+    add("handles", scene_.handles.empty() ? Status::never : Status::runs,
+        scene_.handles.empty() ? "nothing is held"
+                               : fmt::format("{} handles", scene_.handles.size()));
+  }
+
+  bool exact() const {
+    const auto traits =
+        methods_.narrow_phases.at(scene_.contact.narrow_phase)(scene_.contact.narrow_phase_options)
+            ->traits();
+    return traits.misses_nothing && traits.no_false_alarm;
+  }
+
+  /// Reason why the simulation makes no proofs; empty if it makes them.
+  std::string unproved() const {
+    if (!scene_.plan.proofs) return "plan.proofs is off";
+    if (!exact())
+      return scene_.contact.narrow_phase + " may raise false alarms, which belong to its result";
+    return {};
+  }
+
+  void add_self() {
+    const char* part = "cloth with itself";
+    if (!scene_.contact.self) return add(part, Status::never, "contact.self is off");
+    if (const std::string why = unproved(); !why.empty())
+      return add(part, Status::runs, "nothing is proved: " + why);
+    for (std::size_t p = 0; p + 1 < built_.piece_begin.size(); ++p)
+      if (const std::string why = unsuited(p); !why.empty())
+        return add(part, Status::runs,
+                   fmt::format("nothing is proved: piece {} {}", scene_.cloths[p].name, why));
+    add(part, Status::when_needed,
+        "left out of every step in which each piece is a height field with room between its points"
+        " (and pieces keep apart)");
+  }
+
+  std::string unsuited(std::size_t piece) const {
+    const std::int32_t begin = built_.piece_begin[piece], end = built_.piece_begin[piece + 1];
+    std::vector<Triangle> triangles;
+    for (const Triangle& t : built_.cloth.surface.triangles)
+      if (t[0] >= begin && t[0] < end)
+        triangles.push_back({t[0] - begin, t[1] - begin, t[2] - begin});
+    const SheetProof proof(std::span(built_.cloth.surface.vertices).subspan(begin, end - begin),
+                           triangles);
+    if (!proof.applies()) return "is not flat and convex at its start";
+    const double needed = 1.5 * scene_.contact.rest_gap;
+    if (proof.nearest() <= needed)
+      return fmt::format("has primitives {:.3g} m apart, too near for a rest gap of {:.3g} m",
+                         proof.nearest(), scene_.contact.rest_gap);
+    return {};
+  }
+
+  void add_bodies() {
+    if (built_.bodies.empty()) return add("bodies", Status::never, "there are none");
+    const auto& x = built_.cloth.surface.vertices;
+    const SweptBox cloth = swept_box(x, x);
+    const double end = scene_.time.frames / scene_.time.fps;
+    for (std::size_t b = 0; b < built_.bodies.size(); ++b) {
+      const Body& body = *built_.bodies[b];
+      const bool still = body.is_static(0.0, end);
+      const double apart = gap(cloth, body_box(body, 0.0));
+      const std::string proof =
+          unproved().empty()
+              ? fmt::format("left out while its swept box keeps apart ({:.3g} m at the start{})",
+                            apart, still ? first_reach(apart, end) : "")
+              : "nothing is proved: " + unproved();
+      add("body " + scene_.bodies[b].name, unproved().empty() ? Status::when_needed : Status::runs,
+          proof);
+      add("tree of " + scene_.bodies[b].name, still ? Status::never : Status::runs,
+          still ? "it never moves: its tree is made once and never fitted again"
+                : "it moves; a rigid one keeps its tree in its own frame, another is refitted");
+    }
+  }
+
+  /// Time at which cloth in free fall could reach the body. This is no proof, since springs and air
+  /// also drive cloth; every step makes its own proof.
+  std::string first_reach(double apart, double end) const {
+    const double g = scene_.gravity.norm();
+    double v = 0.0;
+    for (const Vec3& u : built_.velocity) v = std::max(v, u.norm());
+    if (g == 0.0 && v == 0.0) return ", free flight never covers";
+    // apart = v t + ½ g t²
+    const double t = 2.0 * apart / (v + std::sqrt(v * v + 2.0 * g * apart));
+    return fmt::format(", free flight takes {:.2g} s of {:.3g} s", t, end);
+  }
+
+  void add_contact() {
+    const bool possible = scene_.contact.self || !built_.bodies.empty();
+    add("response and friction", possible ? Status::when_needed : Status::never,
+        possible ? "without contacts there are no terms of theirs in the solve"
+                 : "there is nothing to touch");
+    add("fail-safe", possible ? Status::when_needed : Status::never,
+        possible ? "called only with collisions that the response left"
+                 : "there is nothing to touch");
+    add("new candidates in a step", Status::when_needed,
+        "candidates serve as long as particles end within the margin of the predicted motion");
+    add("check of every frame", scene_.plan.proofs ? Status::when_needed : Status::runs,
+        scene_.plan.proofs
+            ? "its two searches are left out where the same proofs hold of the frame itself"
+            : "nothing is proved: plan.proofs is off");
+    add("untangling", scene_.contact.untangle_start ? Status::when_needed : Status::never,
+        scene_.contact.untangle_start ? "contact.start asks for it"
+                                      : "contact.start refuses tangles");
+  }
+
+  void add_output() {
+    const std::vector<std::string> formats = scene_.output.all_formats();
+    std::string names;
+    for (const std::string& name : formats) names += (names.empty() ? "" : ", ") + name;
+    add("other output formats", formats.empty() ? Status::never : Status::runs,
+        formats.empty() ? "output names none" : "output names " + names);
+  }
+
+  const Scene& scene_;
+  const BuiltScene& built_;
+  const Methods& methods_;
+  std::vector<PlanItem> items_;
+};
+
+}  // namespace
+
+std::vector<PlanItem> plan_scene(const Scene& scene, const BuiltScene& built,
+                                 const Methods& methods) {
+  return ScenePlan(scene, built, methods).make();
+}
+
+std::vector<OptionalPart> optional_parts(const Scene& scene) {
+  std::vector<OptionalPart> parts;
+  if (scene.contact.self) parts.push_back({"self_collision", {{"contact.self", "false"}}});
+  if (scene.solver.strain_limiter)
+    parts.push_back({"strain_limit", {{"solver.strain_limiter", "false"}}});
+  if (scene.air.normal_drag > 0.0 || scene.air.viscous_drag > 0.0)
+    parts.push_back({"air", {{"air.normal_drag", "0"}, {"air.viscous_drag", "0"}}});
+  OptionalPart bending{"bending", {}};
+  for (const auto& [name, material] : scene.materials) {
+    if (material.bending_stiffness > 0.0)
+      bending.overrides.push_back({"materials." + name + ".bending_stiffness", "0"});
+    if (material.bending_weft.value_or(0.0) > 0.0)
+      bending.overrides.push_back({"materials." + name + ".bending_weft", "0"});
+  }
+  if (!bending.overrides.empty()) parts.push_back(std::move(bending));
+  return parts;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+#include <selvedge/scene/build.h>
+#include <selvedge/simulation/refinement.h>
+
+#include <algorithm>
+#include <set>
+#include <stdexcept>
+
+namespace selvedge {
+namespace {
+
+const RefineSpec* refine_of(const ClothSpec& cloth) {
+  const auto* grid = std::get_if<ClothGrid>(&cloth.shape);
+  return grid != nullptr && grid->refine.when != RefineSpec::When::never ? &grid->refine : nullptr;
+}
+
+void refuse_what_needs_one_mesh(const Scene& scene, const std::string& piece) {
+  const char* fault = nullptr;
+  if (scene.water) fault = "\"water\" wets the vertices that there are; leave one of them out";
+  if (scene.contact.untangle_start)
+    fault = "contact.start \"untangle\" counts on its triangles; untangle it in a run of its own";
+  if (fault != nullptr)
+    throw std::invalid_argument(
+        fmt::format("cloth \"{}\": \"refine\" changes the mesh, but {}", piece, fault));
+}
+
+double kinetic_energy(const std::vector<double>& mass, std::span<const Vec3> v) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < mass.size(); ++i) sum += 0.5 * mass[i] * v[i].squaredNorm();
+  return sum;
+}
+
+}  // namespace
+
+Refinement::Refinement(const Scene& scene, const BuiltScene& built) : scene_(scene) {
+  for (std::size_t p = 0; p < scene.cloths.size(); ++p) {
+    const auto first = built.piece_begin[p], end = built.piece_begin[p + 1];
+    sizes_.push_back(static_cast<std::size_t>(end - first));
+    const ClothSpec& cloth = scene.cloths[p];
+    const RefineSpec* spec = refine_of(cloth);
+    if (spec == nullptr) continue;
+    refuse_what_needs_one_mesh(scene, cloth.name);
+    const std::vector<Vec3>& x = built.cloth.surface.vertices;
+    AdaptiveGrid grid = make_adaptive_grid(cloth, scene.materials.at(cloth.material));
+    std::vector<double> mass = grid.cloth().mass;
+    pieces_.push_back(
+        {p, *spec, std::move(grid), {x.begin() + first, x.begin() + end}, std::move(mass), 0.0});
+  }
+}
+
+std::size_t Refinement::begin(std::size_t number) const {
+  std::size_t first = 0;
+  for (std::size_t p = 0; p < number; ++p) first += sizes_[p];
+  return first;
+}
+
+Refinement::Piece& Refinement::piece(std::int32_t number) {
+  for (Piece& p : pieces_)
+    if (static_cast<std::int32_t>(p.number) == number) return p;
+  throw std::invalid_argument(
+      fmt::format("piece {} of the scene is not one that is refined", number));
+}
+
+std::vector<GridCell> Refinement::due(const Piece& piece, std::span<const Vec3> x,
+                                      std::span<const Vec3> v, double time) const {
+  const RefineSpec& spec = piece.spec;
+  if (spec.when == RefineSpec::When::curved) return piece.grid.curved(x, spec.angle);
+  if (time < piece.last + spec.after) return {};
+  const bool slow =
+      std::all_of(v.begin(), v.end(), [&](const Vec3& u) { return u.norm() <= spec.speed; });
+  if (!slow && kinetic_energy(piece.mass, v) >= spec.energy) return {};
+  return piece.grid.divisible();
+}
+
+std::vector<SplitEvent> Refinement::due(const SimulationState& state) const {
+  std::vector<SplitEvent> events;
+  for (const Piece& p : pieces_) {
+    const std::size_t first = begin(p.number), n = sizes_[p.number];
+    std::vector<GridCell> cells = due(p, std::span(state.x).subspan(first, n),
+                                      std::span(state.v).subspan(first, n), state.time);
+    if (!cells.empty())
+      events.push_back({static_cast<std::int32_t>(p.number), state.time, std::move(cells)});
+  }
+  return events;
+}
+
+void Refinement::split(const SplitEvent& event, std::vector<Vec3>& x, std::vector<Vec3>& v) {
+  Piece& p = piece(event.piece);
+  const std::int32_t before = p.grid.vertex_count();
+  p.grid.split(event.cells, x, v);
+  for (std::int32_t i = before; i < p.grid.vertex_count(); ++i) {
+    const auto [a, b] = p.grid.parents(i);
+    p.start.push_back(0.5 * (p.start[a] + p.start[b]));
+  }
+  p.mass = p.grid.cloth().mass;
+  p.last = event.time;
+  sizes_[p.number] = p.start.size();
+}
+
+void Refinement::split(const std::vector<SplitEvent>& events) {
+  for (const SplitEvent& event : events) {
+    std::vector<Vec3> x = piece(event.piece).start, v(x.size(), Vec3::Zero());
+    split(event, x, v);
+  }
+}
+
+void Refinement::split(const std::vector<SplitEvent>& events, SimulationState& state) {
+  for (const SplitEvent& event : events) {
+    const auto first = static_cast<std::ptrdiff_t>(begin(static_cast<std::size_t>(event.piece)));
+    const auto end = first + static_cast<std::ptrdiff_t>(sizes_[event.piece]);
+    const auto of_piece = [&](const std::vector<Vec3>& all) {
+      return std::vector<Vec3>(all.begin() + first, all.begin() + end);
+    };
+    std::vector<Vec3> x = of_piece(state.x), v = of_piece(state.v);
+    split(event, x, v);
+    state.x.insert(state.x.begin() + end, x.begin() + (end - first), x.end());
+    state.v.insert(state.v.begin() + end, v.begin() + (end - first), v.end());
+    state.splits.push_back(event);
+  }
+}
+
+Scene Refinement::scene() const {
+  Scene scene = scene_;
+  for (HandleSpec& handle : scene.handles)
+    for (const Piece& p : pieces_) {
+      if (scene.cloths[p.number].name != handle.geometry) continue;
+      handle.pivots = handle.vertices.size();
+      std::set<std::int32_t> held(handle.vertices.begin(), handle.vertices.end());
+      for (std::int32_t i = 0; i < p.grid.vertex_count(); ++i) {
+        const auto [a, b] = p.grid.parents(i);
+        if (!held.contains(a) || !held.contains(b)) continue;
+        held.insert(i);
+        handle.vertices.push_back(i);
+      }
+    }
+  return scene;
+}
+
+BuiltScene Refinement::build() const {
+  return build_scene(scene_, [&](std::size_t number) -> selvedge::Piece {
+    for (const Piece& p : pieces_) {
+      if (p.number != number) continue;
+      selvedge::Piece piece{p.grid.cloth(), {}};
+      piece.rest = piece.cloth.surface;
+      piece.cloth.surface.vertices = p.start;
+      return piece;
+    }
+    const ClothSpec& cloth = scene_.cloths[number];
+    return make_piece(cloth, scene_.materials.at(cloth.material));
+  });
+}
+
+std::optional<RefinedSimulation> split_due(const Refinement& refinement,
+                                           const Simulation& simulation, const Methods& methods) {
+  if (!refinement.active()) return std::nullopt;
+  const std::vector<SplitEvent> events = refinement.due(simulation.state());
+  if (events.empty()) return std::nullopt;
+  RefinedSimulation next{refinement, nullptr};
+  SimulationState split = simulation.state();
+  next.refinement.split(events, split);
+  ++split.step;
+  next.simulation =
+      std::make_unique<Simulation>(next.refinement.scene(), next.refinement.build(), methods);
+  split.memory = next.simulation->state().memory;  // integrators of several steps start anew
+  next.simulation->restore(std::move(split));
+  next.simulation->verify_frame();
+  return next;
+}
+
+RefiningSimulation::RefiningSimulation(const Scene& scene, BuiltScene built, const Methods& methods)
+    : methods_(methods), start_(built.cloth.surface.vertices) {
+  refinement_.emplace(scene, built);
+  simulation_ = std::make_unique<Simulation>(scene, std::move(built), methods);
+}
+
+void RefiningSimulation::refine() {
+  auto next = split_due(*refinement_, *simulation_, methods_);
+  if (!next) return;
+  if (!next->simulation->result().clean) {
+    before_.counters["refinements_postponed"] += 1;
+    return;
+  }
+  before_ = result();
+  before_.counters["refinements"] += 1;
+  refinement_.emplace(std::move(next->refinement));
+  simulation_ = std::move(next->simulation);
+  was_split_ = true;
+}
+
+std::vector<Vec3> RefiningSimulation::start() const {
+  return was_split_ ? refinement_->build().cloth.surface.vertices : start_;
+}
+
+RunResult RefiningSimulation::result() const {
+  RunResult r = simulation_->result();
+  const int steps = static_cast<int>(simulation_->state().step);
+  carry_on(before_, r);
+  r.steps = steps;
+  return r;
+}
+
+}  // namespace selvedge

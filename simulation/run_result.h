@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/simulation/state.h>
+#include <selvedge/simulation/vertices.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <string>
+
+namespace selvedge {
+
+/// How often a part was proved to do nothing and left out (simulation/plan.h).
+struct PlanFigures {
+  std::int64_t asked = 0, left_out = 0;
+  double saved_s = 0.0;  ///< s, estimated from the mean time of the other times; 0 without any
+};
+
+/// Outcome of a run. result.json has these names (run/result_folder.h). A new field needs its
+/// declaration here and its line in Fields<RunResult> below, and nothing else: result.json,
+/// checkpoints, resumed runs and the tables of `selvedge compare` visit the fields.
+struct RunResult {
+  /// No accepted state and no straight path between two of them has an intersection. A run that
+  /// started tangled: none from tangle.until_s on, and before it none outside of the tangles.
+  bool clean = true;
+  bool clean_elsewhere = true;  ///< no intersection outside of the tangles of the start
+  int frames = 0;               ///< written, the start frame included
+  int steps = 0;                ///< accepted
+  int halvings = 0, retried_steps = 0;
+  double wall_s = 0.0;
+  /// s: forces, solve, strain, broad_phase, narrow_phase, response, output
+  std::map<std::string, double> phase_s;
+  int worst_self_intersections = 0, worst_body_intersections = 0;
+  double max_penetration_m = 0.0;
+  double max_stretch = 0.0;      ///< largest (L-L0)/L0 of any edge spring in any accepted state
+  double strain_residual = 0.0;  ///< largest excess over the strain limit in any accepted state
+  double final_max_speed = 0.0;  ///< m/s
+  std::size_t peak_bytes = 0;
+  TangleReport tangle;
+  FlagCounts flags;        ///< vertices without all guarantees
+  std::string state_hash;  ///< of all positions and velocities at the end
+  std::string stopped;     ///< why the run ended early; "" if it did not
+  /// For example solver iterations, contacts, zones; max_gap_lack_m is the largest gap violation.
+  std::map<std::string, double> counters;
+  /// Momentum and energy that the stages "response" and "fail_safe" added and removed (meanings:
+  /// response/ledger.h): steps, max_momentum_error, max_angular_error, energy_normal_J,
+  /// energy_friction_J, energy_gained_J, energy_kinetic_J, and by _x, _y, _z to_particles and
+  /// to_anchors (N·s), turn_particles and turn_anchors (N·m·s).
+  std::map<std::string, std::map<std::string, double>> ledger;
+  std::map<std::string, PlanFigures> plan;  ///< by part, since the run was started or resumed
+  /// Of the last state (simulation/measures.h): strain_max, strain_rms, spring_strain_*,
+  /// energy_*_J, and over an upright cylinder drape_coefficient (%), folds.
+  std::map<std::string, double> measures;
+};
+
+/// How the field of a resumed run is joined with that of its earlier part. A checkpoint keeps every
+/// field except `last` and `sum_since_resume`.
+enum class Merge {
+  last,              ///< the value of the later part
+  sum,               ///< maps: entry by entry
+  sum_since_resume,  ///< sum within one process
+  max,
+  both,       ///< true if true in both parts
+  first_set,  ///< the value of the later part unless it is 0
+  by_name,    ///< map: max for entries named "max_..." and "worst_...", sum for the others
+  each        ///< a struct with Fields: each field by its own rule
+};
+
+struct FieldRule {
+  Merge merge = Merge::last;
+  bool column = false;  ///< a column in the tables of `selvedge compare`
+};
+
+constexpr FieldRule column(Merge merge) { return {.merge = merge, .column = true}; }
+
+/// Fields<T>::visit(visitor) calls visitor(name, pointer to member, FieldRule) for every field of
+/// T, in the order of result.json.
+template <class T>
+struct Fields;
+
+template <class T>
+concept HasFields = requires {
+  sizeof(Fields<T>);
+};
+
+template <>
+struct Fields<PlanFigures> {
+  template <class Visitor>
+  static void visit(Visitor&& visitor) {
+    using P = PlanFigures;
+    visitor("asked", &P::asked, FieldRule{Merge::sum});
+    visitor("left_out", &P::left_out, FieldRule{Merge::sum});
+    visitor("saved_s", &P::saved_s, FieldRule{Merge::sum});
+  }
+};
+
+template <>
+struct Fields<TangleReport> {
+  template <class Visitor>
+  static void visit(Visitor&& visitor) {
+    using T = TangleReport;
+    visitor("start_pairs", &T::start_pairs, FieldRule{Merge::max});
+    visitor("pairs", &T::pairs, FieldRule{Merge::last});
+    visitor("elsewhere", &T::elsewhere, FieldRule{Merge::max});
+    visitor("until_s", &T::until_s, FieldRule{Merge::first_set});
+    visitor("max_speed", &T::max_speed, FieldRule{Merge::max});
+    visitor("given_up", &T::given_up, FieldRule{Merge::last});
+  }
+};
+
+template <>
+struct Fields<RunResult> {
+  template <class Visitor>
+  static void visit(Visitor&& visitor) {
+    using R = RunResult;
+    visitor("clean", &R::clean, column(Merge::last));
+    visitor("clean_elsewhere", &R::clean_elsewhere, FieldRule{Merge::both});
+    visitor("frames", &R::frames, FieldRule{Merge::last});
+    visitor("steps", &R::steps, column(Merge::last));
+    visitor("halvings", &R::halvings, column(Merge::sum));
+    visitor("retried_steps", &R::retried_steps, FieldRule{Merge::sum});
+    visitor("wall_s", &R::wall_s, FieldRule{Merge::sum});
+    visitor("phase_s", &R::phase_s, FieldRule{Merge::sum});
+    visitor("worst_self_intersections", &R::worst_self_intersections, FieldRule{Merge::max});
+    visitor("worst_body_intersections", &R::worst_body_intersections, FieldRule{Merge::max});
+    visitor("max_penetration_m", &R::max_penetration_m, FieldRule{Merge::max});
+    visitor("max_stretch", &R::max_stretch, column(Merge::max));
+    visitor("strain_residual", &R::strain_residual, column(Merge::max));
+    visitor("final_max_speed", &R::final_max_speed, column(Merge::last));
+    visitor("peak_bytes", &R::peak_bytes, FieldRule{Merge::max});
+    visitor("tangle", &R::tangle, FieldRule{Merge::each});
+    visitor("flags", &R::flags, FieldRule{Merge::max});  // only the largest count of one frame
+    visitor("state_hash", &R::state_hash, column(Merge::last));
+    visitor("stopped", &R::stopped, FieldRule{Merge::last});
+    visitor("counters", &R::counters, FieldRule{Merge::by_name});
+    visitor("ledger", &R::ledger, FieldRule{Merge::by_name});
+    visitor("plan", &R::plan, FieldRule{Merge::sum_since_resume});
+    visitor("measures", &R::measures, FieldRule{Merge::last});
+  }
+};
+
+/// Joins `r` with the result `before` of an earlier part of the same run.
+void carry_on(const RunResult& before, RunResult& r);
+
+}  // namespace selvedge

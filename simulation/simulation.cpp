@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/simulation/detail/simulation_parts.h>
+#include <selvedge/simulation/measures.h>
+#include <selvedge/simulation/simulation.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace selvedge {
+
+Simulation::Simulation(const Scene& scene, const Methods& methods)
+    : Simulation(scene, build_scene(scene), methods) {}
+Simulation::Simulation(const Scene& scene, BuiltScene built, const Methods& methods)
+    : parts_(std::make_unique<Parts>(scene, std::move(built), methods)) {}
+Simulation::~Simulation() = default;
+
+void Simulation::step() { parts_->make_step(parts_->control()); }
+
+bool Simulation::step_towards(int frame) {
+  if (reached(frame)) return false;
+  step();
+  return true;
+}
+
+void Simulation::advance_to_frame(int frame, const std::function<void(double)>& accepted) {
+  while (step_towards(frame))
+    if (accepted) accepted(parts_->state.time);
+  verify_frame();
+}
+
+bool Simulation::reached(int frame) const {
+  return parts_->control().done >= std::int64_t{frame} * parts_->scene.time.steps_per_frame;
+}
+
+void Simulation::verify_frame() { parts_->verify_frame(); }
+
+double Simulation::time() const { return parts_->state.time; }
+std::span<const Vec3> Simulation::positions() const { return parts_->state.x; }
+std::span<const Vec3> Simulation::velocities() const { return parts_->state.v; }
+
+std::vector<StepContact> Simulation::contacts() const {
+  if (!parts_->attempts.accepted) return {};
+  return step_contacts(*parts_->methods.response, parts_->attempt);
+}
+
+std::map<std::string, double> Simulation::energies() const {
+  const SimulationState& state = parts_->state;
+  return selvedge::energies(parts_->scene, parts_->built, {state.x, state.v, mass(), state.time});
+}
+
+const SimulationState& Simulation::state() const { return parts_->state; }
+void Simulation::restore(SimulationState state) { parts_->restore(std::move(state)); }
+
+const std::vector<double>& Simulation::tried() const { return parts_->attempts.lengths; }
+const FailedTry& Simulation::failed_try() const { return parts_->attempts.failed; }
+const VertexNames& Simulation::names() const { return parts_->methods.names; }
+void Simulation::set_trace(const StepTrace* trace) { parts_->methods.trace = trace; }
+std::vector<std::uint8_t> Simulation::flags() const { return parts_->flags(); }
+
+const BuiltScene& Simulation::built() const { return parts_->built; }
+const std::vector<double>& Simulation::mass() const { return parts_->input.particles.mass; }
+std::span<const Triangle> Simulation::cloth_triangles() const {
+  return parts_->built.cloth.surface.triangles;
+}
+std::span<const Triangle> Simulation::body_triangles() const {
+  return parts_->methods.detection.body_triangles();
+}
+const std::vector<Vec3>& Simulation::body_positions() const { return parts_->body_x; }
+bool Simulation::bodies_move() const {
+  const double end = parts_->scene.time.frames / parts_->scene.time.fps;
+  const auto& bodies = parts_->built.bodies;
+  return std::any_of(bodies.begin(), bodies.end(),
+                     [&](const auto& body) { return !body->is_static(0.0, end); });
+}
+
+RunResult Simulation::result() const { return parts_->present_result(); }
+
+}  // namespace selvedge

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/response/contact_point.h>
+#include <selvedge/scene/build.h>
+#include <selvedge/scene/methods.h>
+#include <selvedge/simulation/run_result.h>
+#include <selvedge/simulation/state.h>
+#include <selvedge/simulation/vertices.h>
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace selvedge {
+
+struct StepTrace;  // explain_step.h
+
+/// Why a run stopped before its end.
+enum class FailureKind : std::uint8_t {
+  not_clean,      ///< no step, however short, is free of collisions
+  not_finite,     ///< a particle has no finite position
+  stalled,        ///< step after step is accepted only near the smallest length
+  out_of_budget,  ///< the granted time or the granted steps are used up
+  unstable_step,  ///< the scene refuses to divide a step that is unstable for its integrator
+};
+
+/// "not clean", "not finite", "stalled", "out of budget", "unstable step".
+const char* failure_name(FailureKind kind);
+/// Throws std::invalid_argument for another name.
+FailureKind failure_kind(const std::string& name);
+
+/// Whether a step that was accepted after `halvings` of at most `max_halvings` is at most twice as
+/// long as the smallest one allowed. Always false if fewer than 4 halvings are allowed, because the
+/// smallest step is not yet small then.
+bool is_near_smallest(int halvings, int max_halvings);
+
+/// The last rejected attempt of a step.
+struct FailedTry {
+  double h = 0.0;                   ///< s, its length; 0: no attempt was rejected
+  std::string trouble;              ///< the cause
+  std::vector<ContactPoint> pairs;  ///< that collide on the paths x_t0 -> x_t1, earliest first
+  std::int32_t not_finite = -1;  ///< first particle without a finite position; -1: all are finite
+  std::vector<Vec3> x_t0, x_t1;  ///< m, cloth particles, then body vertices
+};
+
+/// The run cannot continue: it diverged, or a step cannot be made clean. The message names the
+/// particle or the pair.
+class SimulationFailed : public std::runtime_error {
+ public:
+  SimulationFailed(FailureKind of_kind, const std::string& cause)
+      : std::runtime_error(cause), kind(of_kind) {}
+  FailureKind kind;
+};
+
+/// A contact of an accepted step.
+struct StepContact {
+  ContactPoint point;  ///< pair, weights, normal, rest gap; `point.gap`: at the start of the step
+  double gap = 0.0;    ///< m, at the end of the step, along the normal
+  /// N·s, on the first primitive; the second receives the opposite. Of the response alone: zero for
+  /// a response that moves particles without impulses, and without the fail-safe's share.
+  Vec3 impulse = Vec3::Zero();
+};
+
+/// The cloth of a scene in time, in memory: nothing is read from or written to files. Pieces with
+/// "refine" keep the cells that they start with; RefiningSimulation splits them.
+class Simulation {
+ public:
+  /// Builds the scene. Throws std::invalid_argument for a scene that cannot be built (build_scene),
+  /// and if the cloth crosses a body or itself at the start (count, first pair, remedy) and the
+  /// scene does not untangle it.
+  explicit Simulation(const Scene& scene, const Methods& methods = {});
+  /// The same for a scene that was built before.
+  Simulation(const Scene& scene, BuiltScene built, const Methods& methods = {});
+  ~Simulation();
+
+  /// Makes one accepted step: a nominal step of 1 / (fps · steps_per_frame) s, or the next part of
+  /// one that had to be halved. Throws SimulationFailed and keeps the last good state.
+  void step();
+  /// Makes one accepted step towards frame `frame`; returns false, without a step, if its time is
+  /// reached. Throws SimulationFailed and keeps the last good state.
+  bool step_towards(int frame);
+  /// Advances to the time of frame `frame` (frame / fps) and verifies the frame. Calls `accepted`,
+  /// which may be empty, with the time of the state after every accepted step. Throws
+  /// SimulationFailed and keeps the last good state.
+  void advance_to_frame(int frame, const std::function<void(double time)>& accepted = {});
+
+  /// Whether the time of frame `frame` is reached.
+  bool reached(int frame) const;
+  /// Searches the present state for crossings and adds them to the result.
+  void verify_frame();
+
+  double time() const;                       ///< s
+  std::span<const Vec3> positions() const;   ///< m, of the cloth vertices
+  std::span<const Vec3> velocities() const;  ///< m/s, of the cloth vertices
+  /// The contacts of the last accepted step. Empty before the first step, after `restore`, and
+  /// after a step that failed.
+  std::vector<StepContact> contacts() const;
+  /// The energies of the state in joules, by the names of selvedge::energies (measures.h).
+  std::map<std::string, double> energies() const;
+
+  const SimulationState& state() const;
+  /// Continues from `state` (of the same scene); throws std::invalid_argument if its size does not
+  /// fit.
+  void restore(SimulationState state);
+
+  /// Lengths of the attempts of the last step, s, the accepted one included.
+  const std::vector<double>& tried() const;
+  /// The last rejected attempt, of any step so far.
+  const FailedTry& failed_try() const;
+  const VertexNames& names() const;
+  /// Reports every attempt to `trace` from now on; `trace` must outlive them. Null: no report.
+  void set_trace(const StepTrace* trace);
+
+  /// Guarantees that do not hold at each cloth vertex in the present state, as bits of VertexFlag.
+  std::vector<std::uint8_t> flags() const;
+
+  const BuiltScene& built() const;
+  const std::vector<double>& mass() const;  ///< kg per cloth vertex, water included
+  std::span<const Triangle> cloth_triangles() const;
+  std::span<const Triangle> body_triangles() const;  ///< of all bodies, joined in scene order
+  const std::vector<Vec3>& body_positions() const;   ///< m, at the state's time
+  bool bodies_move() const;                          ///< at any time before the last frame
+
+  /// Clean, steps, halvings, strain, speed, phase times and counters so far. The caller fills
+  /// frames, wall_s, peak_bytes and stopped.
+  RunResult result() const;
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace selvedge

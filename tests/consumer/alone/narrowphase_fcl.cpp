@@ -1,0 +1,8 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/narrowphase/adapter_fcl.h>
+
+int main() {
+  selvedge::NarrowPhaseRegistry methods;
+  selvedge::register_fcl(methods);
+  return methods.empty() ? 1 : 0;
+}

@@ -1,0 +1,8 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/narrowphase/adapter_libccd.h>
+
+int main() {
+  selvedge::NarrowPhaseRegistry methods;
+  selvedge::register_libccd(methods);
+  return methods.empty() ? 1 : 0;
+}

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: MIT
+// A scene made in code, stepped and read without a file.
+#include <gtest/gtest.h>
+#include <selvedge/run/run.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+
+namespace selvedge {
+namespace {
+
+/// A cloth over a ball, on a floor.
+Scene ball_scene() {
+  Scene scene;
+  scene.name = "memory";
+  scene.materials["default"] = {.density = 0.15, .bending_stiffness = 2e-5};
+  ClothSpec& cloth = scene.cloths.emplace_back();
+  cloth.name = "cloth";
+  cloth.shape = ClothGrid{.grid = {.size_x = 0.5, .size_y = 0.5, .cells_x = 10, .cells_y = 10}};
+  cloth.placement.translation = {0.01, 0.02, 0.21};
+  BodySpec& ball = scene.bodies.emplace_back();
+  ball.name = "ball";
+  ball.shape = BodyShape{Sphere{.radius = 0.2}, 24};
+  scene.time.frames = 20;
+  return scene;
+}
+
+/// A scene whose contacts carry a flat cloth: its weight is known.
+Scene table_scene() {
+  Scene scene = ball_scene();
+  scene.bodies[0].shape = BodyShape{Box{Vec3(1.0, 1.0, 0.1)}, 3};
+  scene.cloths[0].placement.translation = {0.01, 0.02, 0.05 + 1.1 * scene.contact.rest_gap};
+  return scene;
+}
+
+TEST(SimulationInMemory, StepsASceneMadeInCodeToTheBitsOfRunScene) {
+  const Scene scene = ball_scene();
+  const auto folder = std::filesystem::temp_directory_path() /
+                      ("selvedge_memory_test_" + std::to_string(::getpid()));
+  RunConfig config;
+  config.out = folder;
+  const RunResult of_run = run_scene(scene, config);
+  std::filesystem::remove_all(folder);
+
+  Simulation simulation(scene);
+  const int steps = scene.time.frames * scene.time.steps_per_frame;
+  for (int step = 0; step < steps; ++step) simulation.step();
+  EXPECT_EQ(of_run.steps, steps);  // no step was halved, so that both made the same ones
+  EXPECT_TRUE(simulation.reached(scene.time.frames));
+  EXPECT_EQ(state_hash(simulation.state()), of_run.state_hash);
+  EXPECT_DOUBLE_EQ(simulation.time(), scene.time.frames / scene.time.fps);
+}
+
+TEST(SimulationInMemory, StepContinuesBeyondTheLastFrameOfTheScene) {
+  Scene scene = ball_scene();
+  scene.time.frames = 1;
+  Simulation simulation(scene);
+  simulation.advance_to_frame(1);
+  const double time = simulation.time();
+  simulation.step();
+  EXPECT_NEAR(simulation.time() - time, 1.0 / (scene.time.fps * scene.time.steps_per_frame), 1e-12);
+}
+
+TEST(SimulationInMemory, PositionsAndVelocitiesAreThoseOfTheState) {
+  Simulation simulation(ball_scene());
+  simulation.step();
+  EXPECT_EQ(simulation.positions().data(), simulation.state().x.data());
+  EXPECT_EQ(simulation.velocities().data(), simulation.state().v.data());
+  EXPECT_EQ(simulation.positions().size(), 11u * 11u);
+  EXPECT_EQ(simulation.time(), simulation.state().time);
+}
+
+TEST(SimulationInMemory, ContactsOfClothAtRestCarryItsWeight) {
+  const Scene scene = table_scene();
+  Simulation simulation(scene);
+  EXPECT_TRUE(simulation.contacts().empty());
+  const auto momentum = [&] {  // N·s, upwards
+    double sum = 0.0;
+    for (std::size_t i = 0; i < simulation.mass().size(); ++i)
+      sum += simulation.mass()[i] * simulation.velocities()[i].z();
+    return sum;
+  };
+  simulation.advance_to_frame(20);
+  const double before = momentum();
+  simulation.step();
+  double weight = 0.0, impulse = 0.0;
+  for (const double m : simulation.mass()) weight += 9.81 * m;
+  for (const StepContact& c : simulation.contacts()) {
+    // The first primitive of some pairs is the table's.
+    const bool cloth_first = simulation.names().is_cloth(c.point.vertex[0]);
+    impulse += (cloth_first ? 1.0 : -1.0) * c.impulse.z();
+    EXPECT_NEAR(std::abs(c.point.normal.z()), 1.0, 1e-6);
+    const Vec3 apart = relative(c.point, [&] {
+      std::vector<Vec3> x(simulation.positions().begin(), simulation.positions().end());
+      x.insert(x.end(), simulation.body_positions().begin(), simulation.body_positions().end());
+      return x;
+    }());
+    EXPECT_NEAR(c.gap, c.point.normal.dot(apart), 1e-15);
+  }
+  const double of_weight = weight * simulation.tried().back();
+  EXPECT_NEAR(impulse, momentum() - before + of_weight, 0.02 * of_weight);
+}
+
+TEST(SimulationInMemory, ContactsAreEmptyAfterARestore) {
+  Simulation simulation(table_scene());
+  simulation.advance_to_frame(2);
+  ASSERT_FALSE(simulation.contacts().empty());
+  simulation.restore(simulation.state());
+  EXPECT_TRUE(simulation.contacts().empty());
+}
+
+TEST(SimulationInMemory, EnergiesOfFreeFallMoveFromGravityToMotion) {
+  Scene scene = ball_scene();
+  scene.bodies.clear();
+  Simulation simulation(scene);
+  const auto before = simulation.energies();
+  EXPECT_EQ(before.at("kinetic"), 0.0);
+  for (int step = 0; step < 12; ++step) simulation.step();
+  const auto after = simulation.energies();
+  double mass = 0.0;
+  for (const double m : simulation.mass()) mass += m;
+  double speed = 0.0;
+  for (const Vec3& v : simulation.velocities()) speed = std::max(speed, v.norm());
+  EXPECT_NEAR(speed, 9.81 * simulation.time(), 1e-6);
+  EXPECT_NEAR(after.at("kinetic"), 0.5 * mass * speed * speed, 1e-6 * after.at("kinetic"));
+  EXPECT_LT(after.at("gravity"), before.at("gravity"));
+}
+
+TEST(SimulationInMemory, ASceneThatStartsCrossedIsRefusedByTheConstructor) {
+  Scene scene = ball_scene();
+  scene.cloths[0].placement.translation.z() = 0.1;
+  EXPECT_THROW(Simulation{scene}, std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace selvedge

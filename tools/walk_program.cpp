@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT
+// selvedge-walk FOLDER [--faces N] [--seconds S] writes walk_0000.ply ..., the frames of a
+// mannequin that stands for half a second and then walks, and poncho.ply, a cloth for it. Used by
+// scripts/make_walk.sh.
+#include <selvedge/bodies/mesh_file.h>
+#include <selvedge/tools/walking_mannequin.h>
+
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+
+namespace {
+
+using selvedge::Triangle;
+using selvedge::TriangleMesh;
+using selvedge::Vec3;
+
+constexpr double kFps = 30.0;
+constexpr double kStanding = 0.5;  // s, time for the cloth to settle on the shoulders
+
+struct Arguments {
+  std::filesystem::path folder;
+  int faces = 10000;
+  double seconds = 3.0;
+};
+
+template <class Number>
+void read_number(const char* text, Number& number) {
+  const char* end = text + std::strlen(text);
+  const auto [stop, error] = std::from_chars(text, end, number);
+  if (error != std::errc() || stop != end)
+    throw std::invalid_argument(std::string(text) + " is not a number");
+}
+
+bool parse_arguments(int argc, char** argv, Arguments& arguments) {
+  if (argc < 2 || argv[1][0] == '-' || argc % 2 != 0) return false;
+  arguments.folder = argv[1];
+  for (int i = 2; i < argc; i += 2) {
+    const std::string key = argv[i];
+    if (key == "--faces")
+      read_number(argv[i + 1], arguments.faces);
+    else if (key == "--seconds")
+      read_number(argv[i + 1], arguments.seconds);
+    else
+      return false;
+  }
+  if (!(arguments.seconds > 0.0 && arguments.seconds <= 600.0))
+    throw std::invalid_argument("--seconds must lie between 0 and 600");
+  return true;
+}
+
+void write_walk(const Arguments& arguments) {
+  selvedge::MannequinConfig config;
+  config.faces = arguments.faces;
+  const selvedge::BendingMannequin figure(config);
+  const int frames = static_cast<int>(std::lround(arguments.seconds * kFps));
+  for (int k = 0; k <= frames; ++k) {
+    const selvedge::WalkPose walk = selvedge::walk_at(k / kFps - kStanding);
+    std::vector<Vec3> x = figure.bent(walk.left, walk.right);
+    for (Vec3& p : x) p.y() -= walk.way;
+    char name[32];
+    std::snprintf(name, sizeof name, "walk_%04d.ply", k);
+    selvedge::write_ply(arguments.folder / name, x, figure.triangles());
+  }
+  std::printf("%d frames of %zu faces\n", frames + 1, figure.triangles().size());
+}
+
+/// A square with a round hole in the middle.
+TriangleMesh make_poncho(double side, int cells, double hole) {
+  TriangleMesh grid;
+  const double cell = side / cells;
+  for (int j = 0; j <= cells; ++j)
+    for (int i = 0; i <= cells; ++i)
+      grid.vertices.emplace_back(i * cell - side / 2.0, j * cell - side / 2.0, 0.0);
+  const auto radius = [&](std::int32_t v) { return grid.vertices[v].norm(); };
+  const auto stays = [&](const Triangle& t) {
+    return radius(t[0]) > hole - 0.5 * cell && radius(t[1]) > hole - 0.5 * cell &&
+           radius(t[2]) > hole - 0.5 * cell;
+  };
+  for (int j = 0; j < cells; ++j)
+    for (int i = 0; i < cells; ++i) {
+      const std::int32_t a = j * (cells + 1) + i, b = a + 1, c = a + cells + 1, d = c + 1;
+      // Alternating diagonals, so that no direction is preferred.
+      const bool flip = (i + j) % 2 == 1;
+      for (const Triangle& t : {flip ? Triangle{a, b, c} : Triangle{a, b, d},
+                                flip ? Triangle{b, d, c} : Triangle{a, d, c}})
+        if (stays(t)) grid.triangles.push_back(t);
+    }
+  for (Vec3& p : grid.vertices)  // a round rim
+    if (p.norm() > 0.0 && p.norm() < hole + 0.5 * cell) p *= (hole + 0.5 * cell) / p.norm();
+  TriangleMesh used;
+  std::vector<std::int32_t> place(grid.vertices.size(), -1);
+  for (Triangle& t : grid.triangles)
+    for (std::int32_t& v : t) {
+      if (place[v] < 0) {
+        place[v] = static_cast<std::int32_t>(used.vertices.size());
+        used.vertices.push_back(grid.vertices[v]);
+      }
+      v = place[v];
+    }
+  used.triangles = grid.triangles;
+  return used;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  Arguments arguments;
+  if (!parse_arguments(argc, argv, arguments)) {
+    std::fprintf(stderr, "usage: selvedge-walk FOLDER [--faces N] [--seconds S]\n");
+    return 2;
+  }
+  std::filesystem::create_directories(arguments.folder);
+  write_walk(arguments);
+  const TriangleMesh poncho = make_poncho(1.1, 64, 0.135);
+  selvedge::write_ply(arguments.folder / "poncho.ply", poncho.vertices, poncho.triangles);
+  return 0;
+} catch (const std::invalid_argument& fault) {
+  std::fprintf(stderr, "selvedge-walk: %s\n", fault.what());
+  return 2;
+} catch (const std::exception& fault) {
+  std::fprintf(stderr, "selvedge-walk: %s\n", fault.what());
+  return 1;
+}

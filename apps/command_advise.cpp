@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include <selvedge/scene/all_methods.h>
+#include <selvedge/scene/methods.h>
 
 namespace {
 

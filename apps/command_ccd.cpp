@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 #include <selvedge/apps/detail/method_choice.h>
-#include <selvedge/compare/score_queries.h>
+#include <selvedge/compare/compare_detectors.h>
 
 #include <algorithm>
 #include <array>
@@ -18,7 +18,7 @@
 #include <utility>
 #include <vector>
 
-#include <selvedge/scene/all_methods.h>
+#include <selvedge/scene/methods.h>
 
 namespace {
 

@@ -4,13 +4,12 @@
 #include <fmt/format.h>
 #include <selvedge/apps/detail/counted.h>
 #include <selvedge/apps/detail/progress_bar.h>
-#include <selvedge/bodies/load_mesh.h>
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/core/clock.h>
 #include <selvedge/core/parallel.h>
+#include <selvedge/core/resources.h>
 #include <selvedge/judge/judge.h>
 #include <selvedge/run/result_folder.h>
-#include <selvedge/simulation/vertices.h>
+#include <selvedge/simulation/run_result.h>
 
 #include <algorithm>
 #include <cctype>

@@ -4,12 +4,10 @@
 #include <fmt/format.h>
 #include <selvedge/apps/detail/method_choice.h>
 #include <selvedge/apps/detail/progress_bar.h>
-#include <selvedge/compare/compare_page.h>
 #include <selvedge/compare/compare_plan.h>
-#include <selvedge/compare/compare_workflow.h>
-#include <selvedge/core/atomic_file.h>
-#include <selvedge/core/clock.h>
-#include <selvedge/core/folder_lock.h>
+#include <selvedge/compare/compare_table.h>
+#include <selvedge/core/files.h>
+#include <selvedge/core/resources.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -23,7 +21,7 @@
 #include <string>
 #include <vector>
 
-#include <selvedge/scene/all_methods.h>
+#include <selvedge/scene/methods.h>
 #include "overrides.h"
 
 namespace {

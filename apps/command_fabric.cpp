@@ -2,7 +2,6 @@
 #include "command_fabric.h"
 
 #include <fmt/format.h>
-#include <selvedge/core/continuum.h>
 #include <selvedge/core/measure.h>
 #include <selvedge/scene/fabric_file.h>
 

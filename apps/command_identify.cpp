@@ -2,9 +2,9 @@
 #include "command_identify.h"
 
 #include <fmt/format.h>
-#include <selvedge/core/atomic_file.h>
-#include <selvedge/core/clock.h>
+#include <selvedge/core/files.h>
 #include <selvedge/core/parallel.h>
+#include <selvedge/core/resources.h>
 #include <selvedge/scene/fabric_file.h>
 
 #include <cmath>

@@ -15,7 +15,7 @@
 #include <selvedge/core/cloth_pattern.h>
 #include <selvedge/core/force.h>
 #include <selvedge/run/frame_writer.h>
-#include <selvedge/scene/all_methods.h>
+#include <selvedge/scene/methods.h>
 
 namespace {
 

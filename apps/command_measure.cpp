@@ -3,10 +3,10 @@
 
 #include <fmt/format.h>
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/core/atomic_file.h>
+#include <selvedge/core/files.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/run/result_pictures.h>
-#include <selvedge/simulation/measures.h>
+#include <selvedge/simulation/run_result.h>
 
 #include <algorithm>
 #include <cmath>
@@ -19,7 +19,7 @@
 #include <vector>
 
 #include <selvedge/lab/measure_pictures.h>
-#include <selvedge/scene/all_methods.h>
+#include <selvedge/scene/methods.h>
 
 namespace {
 

@@ -5,7 +5,7 @@
 #include <selvedge/apps/detail/counted.h>
 #include <selvedge/compare/ablation.h>
 #include <selvedge/compare/compare_table.h>
-#include <selvedge/core/atomic_file.h>
+#include <selvedge/core/files.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/simulation/plan.h>
 #include <selvedge/simulation/simulation.h>
@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include <selvedge/scene/all_methods.h>
+#include <selvedge/scene/methods.h>
 #include "overrides.h"
 
 namespace {

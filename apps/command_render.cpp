@@ -2,7 +2,7 @@
 #include "command_render.h"
 
 #include <fmt/format.h>
-#include <selvedge/render/animation.h>
+#include <selvedge/render/render.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/run/result_pictures.h>
 

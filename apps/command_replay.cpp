@@ -16,7 +16,7 @@
 #include <string>
 #include <system_error>
 
-#include <selvedge/scene/all_methods.h>
+#include <selvedge/scene/methods.h>
 
 namespace {
 

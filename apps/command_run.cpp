@@ -24,7 +24,7 @@
 #include <string>
 #include <vector>
 
-#include <selvedge/scene/all_methods.h>
+#include <selvedge/scene/methods.h>
 #include "overrides.h"
 
 namespace {

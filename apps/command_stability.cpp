@@ -3,9 +3,9 @@
 
 #include <fmt/format.h>
 #include <selvedge/apps/detail/method_choice.h>
-#include <selvedge/compare/compare_axes.h>
+#include <selvedge/compare/compare_plan.h>
 #include <selvedge/compare/stability.h>
-#include <selvedge/core/atomic_file.h>
+#include <selvedge/core/files.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/strain_limiter.h>
 
@@ -18,7 +18,7 @@
 #include <string>
 #include <vector>
 
-#include <selvedge/scene/all_methods.h>
+#include <selvedge/scene/methods.h>
 #include "command_stability_cases.h"
 #include "overrides.h"
 

@@ -6,8 +6,8 @@
 #include <fmt/core.h>
 #include <poll.h>
 #include <selvedge/compare/extreme_cases.h>
-#include <selvedge/core/clock.h>
 #include <selvedge/core/parallel.h>
+#include <selvedge/core/resources.h>
 #include <sys/wait.h>
 #include <unistd.h>
 

@@ -24,9 +24,9 @@
 
 #include <fmt/format.h>
 #include <selvedge/apps/command_line.h>
-#include <selvedge/core/clock.h>
 #include <selvedge/core/parallel.h>
-#include <selvedge/scene/all_methods.h>
+#include <selvedge/core/resources.h>
+#include <selvedge/scene/methods.h>
 
 #include <algorithm>
 #include <chrono>

@@ -7,7 +7,7 @@
 #pragma once
 
 #include <selvedge/core/collision_types.h>
-#include <selvedge/core/triangle_mesh.h>
+#include <selvedge/core/types.h>
 
 #include <limits>
 #include <string>

@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 #include <selvedge/apps/command_line.h>
 #include <selvedge/core/parallel.h>
-#include <selvedge/narrowphase/ccd_exact.h>
+#include <selvedge/narrowphase/ccd_methods.h>
 #include <selvedge/tests/ccd_queries.h>
 
 #include <algorithm>

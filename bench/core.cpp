@@ -8,10 +8,10 @@
 //   bench_core [--repeats 9] [--steps | --bending]
 #include <fmt/format.h>
 #include <selvedge/apps/command_line.h>
-#include <selvedge/core/clock.h>
 #include <selvedge/core/force.h>
 #include <selvedge/core/integrator.h>
 #include <selvedge/core/parallel.h>
+#include <selvedge/core/resources.h>
 
 #include <algorithm>
 #include <array>

@@ -12,9 +12,9 @@
 #include <fmt/format.h>
 #include <selvedge/apps/command_line.h>
 #include <selvedge/broadphase/minimal_enclosure.h>
-#include <selvedge/core/clock.h>
 #include <selvedge/core/parallel.h>
-#include <selvedge/core/triangle_mesh.h>
+#include <selvedge/core/resources.h>
+#include <selvedge/core/types.h>
 #include <selvedge/tools/mannequin.h>
 
 #include <algorithm>

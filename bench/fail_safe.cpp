@@ -2,8 +2,8 @@
 // Compares all fail-safes: first alone on single steps (share of the step kept, rounds, time,
 // remaining sliding and energy), then in whole scenes. Prints two tables in Markdown.
 #include <selvedge/apps/command_line.h>
-#include <selvedge/core/clock.h>
 #include <selvedge/core/parallel.h>
+#include <selvedge/core/resources.h>
 #include <selvedge/judge/judge.h>
 #include <selvedge/simulation/simulation.h>
 #include <selvedge/tests/fail_safe_trial.h>

@@ -2,9 +2,9 @@
 // Image space on a mannequin, by resolution: ms to draw it and to answer particle queries or find
 // pairs, and the error. Times are medians.
 #include <selvedge/broadphase/image_space.h>
-#include <selvedge/core/clock.h>
 #include <selvedge/core/parallel.h>
-#include <selvedge/core/triangle_mesh.h>
+#include <selvedge/core/resources.h>
+#include <selvedge/core/types.h>
 #include <selvedge/tests/owned_surface.h>
 #include <selvedge/tools/mannequin.h>
 

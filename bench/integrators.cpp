@@ -6,9 +6,9 @@
 // bisection on an undamped and a damped oscillator (survey section 5.5, claims on its Fig. 27 and
 // Table VII).
 //   bench_integrators [--markdown]
-#include <selvedge/core/clock.h>
 #include <selvedge/core/integrator.h>
 #include <selvedge/core/parallel.h>
+#include <selvedge/core/resources.h>
 
 #include <selvedge/apps/command_line.h>
 

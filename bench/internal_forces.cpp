@@ -5,7 +5,7 @@
 // finite.
 #include <fmt/format.h>
 #include <selvedge/apps/command_line.h>
-#include <selvedge/core/clock.h>
+#include <selvedge/core/resources.h>
 #include <selvedge/tests/force_cases.h>
 
 #include <algorithm>

@@ -5,8 +5,8 @@
 // and Table VI).
 //   bench_limiters [--frames 30] [--cells 49] [--repeats 3] [--markdown]
 #include <selvedge/apps/command_line.h>
-#include <selvedge/core/clock.h>
 #include <selvedge/core/force.h>
+#include <selvedge/core/resources.h>
 #include <selvedge/simulation/simulation.h>
 
 #include <algorithm>

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <selvedge/apps/command_line.h>
 #include <selvedge/core/parallel.h>
-#include <selvedge/narrowphase/ccd_exact.h>
+#include <selvedge/narrowphase/ccd_methods.h>
 #include <selvedge/narrowphase/query_file.h>
 
 #include <algorithm>

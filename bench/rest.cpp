@@ -3,8 +3,8 @@
 // stack presses on the floor, and how well Coulomb's law holds on an incline, in a sliding stop and
 // around a capstan. Each row is one case; `--verbose` prints its course, a line per interval.
 #include <selvedge/apps/command_line.h>
-#include <selvedge/core/clock.h>
 #include <selvedge/core/parallel.h>
+#include <selvedge/core/resources.h>
 #include <selvedge/simulation/simulation.h>
 
 #include <fmt/core.h>

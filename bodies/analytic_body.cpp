@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/bodies/analytic_body.h>
+#include <selvedge/bodies/body.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>

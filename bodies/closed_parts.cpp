@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/bodies/closed_parts.h>
 #include <selvedge/bodies/detail/exact_orientation.h>
+#include <selvedge/bodies/mesh_report.h>
 
 #include <algorithm>
 #include <limits>

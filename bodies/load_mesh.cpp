@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/bodies/detail/child_process.h>
 #include <selvedge/bodies/detail/mesh_source.h>
-#include <selvedge/bodies/load_mesh.h>
+#include <selvedge/bodies/mesh_file.h>
 
 #include <algorithm>
 #include <cctype>

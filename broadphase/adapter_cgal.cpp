@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A. Zomorodian, H. Edelsbrunner, "Fast software for box intersections", 2002 [Zomorodian2002], as
 // implemented in CGAL.
-#include <selvedge/broadphase/adapter_cgal.h>
+#include <selvedge/broadphase/adapters.h>
 #include <selvedge/broadphase/detail/box_library.h>
 #include <selvedge/broadphase/detail/cgal_tree.h>
 #include <selvedge/core/parallel.h>

@@ -4,7 +4,7 @@
 //
 // rtcCollide supports only user geometry: with triangle geometry the library aborts the program. It
 // receives boxes without time steps, because the boxes cover the whole step.
-#include <selvedge/broadphase/adapter_embree.h>
+#include <selvedge/broadphase/adapters.h>
 #include <selvedge/broadphase/detail/box_library.h>
 
 #include <embree3/rtcore.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The dynamic AABB tree of J. Pan, S. Chitta, D. Manocha, "FCL: A general purpose library for
 // collision and proximity queries", 2012 [Pan2012].
-#include <selvedge/broadphase/adapter_fcl.h>
+#include <selvedge/broadphase/adapters.h>
 #include <selvedge/broadphase/detail/box_library.h>
 
 #include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <selvedge/core/collision_types.h>
+#include <selvedge/core/parallel.h>
 #include <selvedge/core/registry.h>
 
 #include <cstddef>
@@ -209,5 +210,81 @@ using BroadPhaseRegistry = Registry<std::unique_ptr<BroadPhase>, BroadPhaseTrait
 
 /// The detectors that need no optional library; the names of the others are noted as absent.
 BroadPhaseRegistry broad_phases();
+
+/// A box of a hierarchy, m.
+struct LevelBox {
+  Vec3 lo, hi;
+};
+
+/// The boxes of the tree that bvh_aabb builds for this surface, for visualisation. Level 0 is the
+/// root; each further level replaces every node of the previous one by its children, so each level
+/// contains all primitives. The last level consists of leaves only. Throws std::invalid_argument as
+/// bvh_aabb does; an empty surface has no levels.
+std::vector<std::vector<LevelBox>> hierarchy_levels(const SurfaceView& surface);
+
+/// Receives one piece of a set of pairs; the list is valid only during the call.
+using PairSink = FunctionRef<void(const CandidatePairs& piece)>;
+
+/// Totals of a stream.
+struct StreamedPairs {
+  std::uint64_t pairs = 0;   ///< in all pieces; may exceed any index type
+  std::uint64_t pieces = 0;  ///< calls of the sink
+  std::uint64_t calls = 0;  ///< calls of the detector, including those that ended in BudgetExceeded
+};
+
+/// Delivers the pairs of two surfaces in pieces that each stay within the budget `piece`, each pair
+/// once, with the indices of `a` and `b`. For pair sets that exceed the memory or any index type.
+///
+/// Works with any detector. It first tries the whole surfaces. If that exceeds the budget, it
+/// separates points against triangles from edges against edges, and halves the longer index range
+/// until the detector stays within the budget. Each piece is sorted; the order of the pieces
+/// depends only on the budget and the surfaces. The union is the set that find_pairs would give,
+/// with one exception: a detector whose PairSet is `culled` sees only a part of the surface in each
+/// piece, and may keep pairs that it would otherwise have culled, though only pairs whose boxes
+/// overlap. Kept trees do not help pieces, so a set in k pieces costs more than k sets that fit.
+///
+/// Throws the exceptions of the detector, and BudgetExceeded if a single pair does not fit, or if
+/// the set is too large for a detector that supports only closed bodies, because a part of a body
+/// is not closed. Restores the detector's own budget afterwards.
+StreamedPairs stream_pairs(BroadPhase& detector, const SurfaceView& a, const SurfaceView& b,
+                           const PairBudget& piece, PairSink sink);
+/// The same for the pairs of one surface with itself.
+StreamedPairs stream_self_pairs(BroadPhase& detector, const SurfaceView& a, const PairBudget& piece,
+                                PairSink sink);
+
+/// Options of make_verlet_list.
+struct VerletListConfig {
+  /// Metres, >= 0. Larger: fewer searches, but each finds more pairs that every call then filters.
+  /// Negative: chosen by measured cost; may be zero.
+  double margin = -1.0;
+};
+
+/// Neighbour lists that are kept for several steps, after L. Verlet, Computer "experiments" on
+/// classical fluids I: thermodynamical properties of Lennard-Jones molecules, 1967 [Verlet1967],
+/// around any other detector. The inner detector searches once with the thickness increased by a
+/// margin, and the pairs are kept; each call reports the kept pairs whose boxes overlap now. A new
+/// search starts when a surface has left the boxes of the last search.
+///
+/// Reports exactly the pairs whose swept and inflated boxes overlap in the world frame, like brute
+/// force; rigid motions are not exploited. Proof: the search records for every vertex v its box
+/// S(v) = [min(x_t0, x_t1) - T, max(x_t0, x_t1) + T], where T is the thickness plus the margin,
+/// rounded. A kept list is used only if for every vertex the box B(v) of this call, with this
+/// call's thickness, lies in S(v), compared number by number without a tolerance. The box of an
+/// edge or triangle is the union of its vertices' boxes, also in rounded arithmetic (see
+/// swept_box.h), so it lies in the box of the search. Two boxes that overlap now therefore
+/// overlapped in the search, and their pair is in the list. The list is then filtered by the boxes
+/// of this call. Verlet's own criterion, twice the largest displacement below the margin, is the
+/// special case of points. Here each surface, coordinate and side uses the whole margin, motion
+/// along the sweep of the search costs nothing, and a surface with a static_id needs no margin.
+///
+/// The margin is a multiple of the distance that the fastest vertex moves per step. The mean times
+/// of calls with neighbouring multiples, and without a list, are measured while the simulation
+/// runs, and the best is used. These times affect only the speed, never the pairs. If no margin is
+/// worthwhile, each call searches anew, and margins are attempted again every few hundred calls.
+///
+/// Throws std::invalid_argument unless `inner` is conservative and reports all pairs of overlapping
+/// boxes (PairSet `boxes` or `contains_boxes`).
+std::unique_ptr<BroadPhase> make_verlet_list(std::unique_ptr<BroadPhase> inner,
+                                             const VerletListConfig& config = {});
 
 }  // namespace selvedge

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/conformance.h>
-#include <selvedge/core/triangle_mesh.h>
+#include <selvedge/core/types.h>
 
 #include <algorithm>
 #include <array>

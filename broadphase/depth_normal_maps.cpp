@@ -4,7 +4,7 @@
 #include <selvedge/broadphase/detail/surface_check.h>
 #include <selvedge/broadphase/image_space.h>
 #include <selvedge/core/parallel.h>
-#include <selvedge/core/triangle_mesh.h>
+#include <selvedge/core/types.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>

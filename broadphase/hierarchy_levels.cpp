@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/broadphase/broad_phase.h>
 #include <selvedge/broadphase/detail/bounding_volume_tree.h>
 #include <selvedge/broadphase/detail/surface_check.h>
-#include <selvedge/broadphase/hierarchy_levels.h>
 
 #include <algorithm>
 

@@ -6,8 +6,8 @@
 #include <selvedge/broadphase/detail/index_tiles.h>
 #include <selvedge/broadphase/detail/offscreen.h>
 #include <selvedge/broadphase/image_space.h>
-#include <selvedge/core/clock.h>
 #include <selvedge/core/parallel.h>
+#include <selvedge/core/resources.h>
 
 #include <algorithm>
 #include <chrono>

@@ -21,8 +21,8 @@
 #include <selvedge/broadphase/detail/collect_pairs.h>
 #include <selvedge/broadphase/detail/surface_check.h>
 #include <selvedge/broadphase/minimal_enclosure.h>
-#include <selvedge/core/clock.h>
 #include <selvedge/core/parallel.h>
+#include <selvedge/core/resources.h>
 
 #include <chrono>
 #include <cmath>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/broadphase/broad_phase.h>
 #include <selvedge/broadphase/detail/swept_box.h>
-#include <selvedge/broadphase/stream.h>
 
 #include <algorithm>
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/broadphase/broad_phase.h>
 #include <selvedge/broadphase/detail/box_pairs.h>
 #include <selvedge/broadphase/detail/bvh.h>
 #include <selvedge/broadphase/detail/pair_tally.h>
 #include <selvedge/broadphase/detail/surface_check.h>
 #include <selvedge/broadphase/detail/swept_box.h>
-#include <selvedge/broadphase/verlet_list.h>
-#include <selvedge/core/clock.h>
 #include <selvedge/core/parallel.h>
+#include <selvedge/core/resources.h>
 
 #include <algorithm>
 #include <array>

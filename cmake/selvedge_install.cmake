@@ -55,9 +55,7 @@ foreach(module IN LISTS SELVEDGE_MODULES)
 endforeach()
 # Headers of modules that are not built are not installed.
 list(APPEND SELVEDGE_NAMED_HEADERS_lab measure_pictures.h)
-foreach(folder_name broadphase narrowphase)
-  list(APPEND SELVEDGE_NAMED_HEADERS_${folder_name} adapter_cgal.h adapter_embree.h adapter_fcl.h adapter_libccd.h image_space.h)
-endforeach()
+list(APPEND SELVEDGE_NAMED_HEADERS_broadphase image_space.h)
 foreach(module IN LISTS SELVEDGE_MODULES)
   install(TARGETS selvedge_${module} EXPORT selvedge_${module} ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
           LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/compare/ablation.h>
-#include <selvedge/core/clock.h>
+#include <selvedge/core/resources.h>
 #include <selvedge/simulation/refinement.h>
 
 #include <Eigen/Geometry>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <selvedge/compare/compare_axes.h>
-#include <selvedge/scene/scene_keys.h>
+#include <selvedge/compare/compare_plan.h>
+#include <selvedge/scene/scene.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/compare/compare_axes.h>
-#include <selvedge/compare/compare_cell.h>
 #include <selvedge/compare/compare_detectors.h>
-#include <selvedge/core/atomic_file.h>
-#include <selvedge/core/clock.h>
+#include <selvedge/compare/compare_plan.h>
+#include <selvedge/core/files.h>
 #include <selvedge/core/parallel.h>
-#include <selvedge/core/peak_memory.h>
+#include <selvedge/core/resources.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/simulation/refinement.h>
 

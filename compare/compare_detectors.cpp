@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/compare/compare_detectors.h>
-#include <selvedge/core/clock.h>
 #include <selvedge/core/parallel.h>
-#include <selvedge/core/peak_memory.h>
-#include <selvedge/narrowphase/ccd_exact.h>
+#include <selvedge/core/resources.h>
+#include <selvedge/narrowphase/ccd_methods.h>
 
 #include <algorithm>
 #include <array>

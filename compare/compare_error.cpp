@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/compare/compare_error.h>
+#include <selvedge/compare/detail/compare_error.h>
 #include <selvedge/narrowphase/distance.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/scene/build.h>

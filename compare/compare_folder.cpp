@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <selvedge/compare/compare_folder.h>
-#include <selvedge/core/atomic_file.h>
-#include <selvedge/core/clock.h>
-#include <selvedge/core/folder_lock.h>
+#include <selvedge/compare/compare_plan.h>
+#include <selvedge/core/files.h>
+#include <selvedge/core/resources.h>
 #include <sys/wait.h>
 #include <unistd.h>
 

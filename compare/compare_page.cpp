@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/compare/compare_page.h>
+#include <selvedge/compare/compare_table.h>
 #include <selvedge/run/result_pictures.h>
 
 #include <array>

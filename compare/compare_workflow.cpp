@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/compare/compare_workflow.h>
-#include <selvedge/core/atomic_file.h>
+#include <selvedge/compare/compare_plan.h>
+#include <selvedge/core/files.h>
 
 #include <string>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/broadphase/hierarchy_levels.h>
+#include <selvedge/broadphase/broad_phase.h>
 #include <selvedge/compare/detector_pictures.h>
 #if SELVEDGE_HAS_BROADPHASE_OSMESA
 #include <selvedge/broadphase/image_space.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/compare/equivalence.h>
+#include <selvedge/compare/ablation.h>
 
 #include <algorithm>
 #include <array>

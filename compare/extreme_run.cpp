@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/compare/extreme_run.h>
-#include <selvedge/core/clock.h>
+#include <selvedge/compare/extreme_cases.h>
+#include <selvedge/core/resources.h>
 #include <selvedge/scene/build.h>
 
 #include <selvedge/bodies/mesh_file.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/compare/score_queries.h>
-#include <selvedge/core/clock.h>
-#include <selvedge/narrowphase/ccd_exact.h>
+#include <selvedge/compare/compare_detectors.h>
+#include <selvedge/core/resources.h>
+#include <selvedge/narrowphase/ccd_methods.h>
 
 #include <algorithm>
 #include <chrono>

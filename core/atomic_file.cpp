@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/atomic_file.h>
+#include <selvedge/core/files.h>
 
 #include <fcntl.h>
 #include <sys/stat.h>

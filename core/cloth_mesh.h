@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/core/material.h>
-#include <selvedge/core/triangle_mesh.h>
+#include <selvedge/core/fabric.h>
+#include <selvedge/core/types.h>
 
 #include <array>
 #include <cstdint>

@@ -4,8 +4,8 @@
 // under a uniform strain, so it adds k L²/A (c², s², cs)(c², s², cs)ᵀ to C. A link rotates by -c s
 // εx + c s εy + ½ (c² - s²) γ (without the common rotation). The angle of a torsional spring
 // between links of directions u and w changes by the difference of the rotations of its links.
-#include <selvedge/core/continuum.h>
 #include <selvedge/core/detail/topology.h>
+#include <selvedge/core/measure.h>
 
 #include <Eigen/Dense>
 #include <cmath>

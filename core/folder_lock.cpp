@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/folder_lock.h>
+#include <selvedge/core/files.h>
 
 #include <fcntl.h>
 #include <sys/file.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/peak_memory.h>
+#include <selvedge/core/resources.h>
 #include <sys/resource.h>
 
 #include <fstream>

@@ -18,7 +18,6 @@
 // Hinges between cells of the same size are those of make_rectangular. Between a cell of height g
 // and two of height h, an edge of length l represents the area l (g + h)/2 and rotates by κ (g +
 // h)/2: its stiffness is 2 B l/(g + h), half at each end. Cells are never merged.
-#include <selvedge/core/adaptive_grid.h>
 #include <selvedge/core/cloth_pattern.h>
 #include <selvedge/core/detail/grid_mesh.h>
 #include <selvedge/core/detail/topology.h>

@@ -9,9 +9,9 @@
 // ν = 1/3; the residual is returned. Equilateral triangles with ν = 1/3 have no residual, with k =
 // √3/2 E h on inner edges.
 #include <selvedge/core/cloth_mesh.h>
-#include <selvedge/core/continuum.h>
 #include <selvedge/core/detail/topology.h>
 #include <selvedge/core/force.h>
+#include <selvedge/core/measure.h>
 
 #include <algorithm>
 #include <cmath>

@@ -4,6 +4,9 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
 
 namespace selvedge {
 
@@ -15,5 +18,24 @@ using Mat3 = Eigen::Matrix3d;
 using Edge = std::array<std::int32_t, 2>;
 /// Three vertex indices of one surface, counter-clockwise seen from the front.
 using Triangle = std::array<std::int32_t, 3>;
+
+/// Vertices (n,3) in metres and triangles (k,3), counter-clockwise from outside.
+struct TriangleMesh {
+  std::vector<Vec3> vertices;
+  std::vector<Triangle> triangles;
+};
+
+/// The edges of the triangles without repetition, lower index first, sorted.
+std::vector<Edge> unique_edges(std::span<const Triangle> triangles);
+
+/// Area-weighted unit normal of each vertex; zero if the vertex has no triangle with area.
+std::vector<Vec3> vertex_normals(std::span<const Vec3> x, std::span<const Triangle> triangles);
+
+/// A third of the area of the triangles at each vertex, m².
+std::vector<double> vertex_areas(std::span<const Vec3> x, std::span<const Triangle> triangles);
+
+/// Throws std::invalid_argument naming the first vertex that is not finite, or the first triangle
+/// that has an index outside [0, n) or a repeated index. `name` starts the message.
+void validate(const TriangleMesh& mesh, const std::string& name);
 
 }  // namespace selvedge

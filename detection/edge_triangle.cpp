@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/detection/edge_triangle.h>
-#include <selvedge/narrowphase/ccd_exact.h>
+#include <selvedge/detection/find.h>
+#include <selvedge/narrowphase/ccd_methods.h>
 
 #include <algorithm>
 #include <array>

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/broad_phase.h>
 #include <selvedge/core/registry.h>
-#include <selvedge/core/triangle_mesh.h>
-#include <selvedge/detection/edge_triangle.h>
+#include <selvedge/core/types.h>
 #include <selvedge/detection/find.h>
 #include <selvedge/narrowphase/distance.h>
 #include <selvedge/narrowphase/narrow_phase.h>

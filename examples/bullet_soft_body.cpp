@@ -11,7 +11,7 @@
 #include <btBulletDynamicsCommon.h>
 #include <selvedge/broadphase/broad_phase.h>
 #include <selvedge/core/parallel.h>
-#include <selvedge/core/triangle_mesh.h>
+#include <selvedge/core/types.h>
 
 #include <algorithm>
 #include <chrono>

@@ -2,7 +2,7 @@
 #include <selvedge/judge/detail/dyadic.h>
 #include <selvedge/judge/detail/exact_predicates.h>
 #include <selvedge/judge/detail/integer_polynomial.h>
-#include <selvedge/judge/judge_ccd.h>
+#include <selvedge/judge/judge.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -2,7 +2,6 @@
 #include <selvedge/judge/detail/box_tree.h>
 #include <selvedge/judge/detail/check_surface.h>
 #include <selvedge/judge/judge.h>
-#include <selvedge/judge/judge_ccd.h>
 
 #include <algorithm>
 #include <stdexcept>

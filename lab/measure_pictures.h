@@ -3,7 +3,7 @@
 
 #include <selvedge/core/measure.h>
 #include <selvedge/render/render.h>
-#include <selvedge/simulation/measures.h>
+#include <selvedge/simulation/run_result.h>
 
 namespace selvedge {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The tests of J. Pan, S. Chitta, D. Manocha, "FCL: A general purpose library for collision and
 // proximity queries", 2012 [Pan2012]; the cubic is that of [Provot1997].
-#include <selvedge/narrowphase/adapter_fcl.h>
+#include <selvedge/narrowphase/adapters.h>
 #include <selvedge/narrowphase/detail/method_config.h>
 #include <selvedge/narrowphase/detail/per_query.h>
 #include <selvedge/narrowphase/detail/unit_size.h>

@@ -2,7 +2,7 @@
 // E. Gilbert, D. Johnson, S. Keerthi, "A fast procedure for computing the distance between complex
 // objects in three-dimensional space", 1988 [Gilbert1988]; G. Snethen, "XenoCollide: Complex
 // collision made simple", 2008 [Snethen2008]; both as implemented in libccd.
-#include <selvedge/narrowphase/adapter_libccd.h>
+#include <selvedge/narrowphase/adapters.h>
 #include <selvedge/narrowphase/detail/contact_geometry.h>
 #include <selvedge/narrowphase/detail/method_config.h>
 #include <selvedge/narrowphase/detail/per_query.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/narrowphase/ccd_exact.h>
+#include <selvedge/narrowphase/ccd_methods.h>
 #include <selvedge/narrowphase/detail/contact_geometry.h>
 #include <selvedge/narrowphase/detail/relative_query.h>
 #include <selvedge/narrowphase/detail/separating_direction.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/bodies/analytic_body.h>
+#include <selvedge/bodies/body.h>
 #include <selvedge/narrowphase/narrow_phase.h>
 
 namespace selvedge {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/atomic_file.h>
+#include <selvedge/core/files.h>
 #include <selvedge/narrowphase/detail/rational.h>
 #include <selvedge/narrowphase/query_file.h>
 

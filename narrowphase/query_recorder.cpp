@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/narrowphase/ccd_exact.h>
+#include <selvedge/narrowphase/ccd_methods.h>
 #include <selvedge/narrowphase/detail/contact_geometry.h>
-#include <selvedge/narrowphase/query_recorder.h>
+#include <selvedge/narrowphase/query_file.h>
 
 #include <algorithm>
 #include <cmath>

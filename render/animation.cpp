@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/render/animation.h>
+#include <selvedge/render/render.h>
 
 #include <fcntl.h>
 #include <spawn.h>

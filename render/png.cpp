@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <png.h>
-#include <selvedge/core/atomic_file.h>
+#include <selvedge/core/files.h>
 #include <selvedge/render/render.h>
 
 #include <stdexcept>

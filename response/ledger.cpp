@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/response/ledger.h>
+#include <selvedge/response/response.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>

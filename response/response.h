@@ -1,18 +1,60 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <selvedge/core/collision_types.h>
 #include <selvedge/core/integrator.h>
 #include <selvedge/core/registry.h>
-#include <selvedge/response/contact_point.h>
+#include <selvedge/core/types.h>
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace selvedge {
+
+/// A contact in the index space of the response: cloth particles first, [0, particles), then body
+/// vertices. Σ weight·x is the vector from the point on the second primitive to the point on the
+/// first; its product with `normal` is the gap. The weights sum to 0.
+struct ContactPoint {
+  std::array<std::int32_t, 4> vertex;
+  std::array<double, 4> weight;
+  Vec3 normal;
+  double gap = 0.0;       ///< m, at t = 0, signed distance along `normal`
+  double rest_gap = 0.0;  ///< m, distance that the contact keeps at rest
+  double friction = 0.0;  ///< Coulomb coefficient
+  /// point_triangle and triangle_point: vertex 0 is the point; edge_edge: 0 and 1 are one edge.
+  ContactKind kind = ContactKind::point_triangle;
+};
+
+/// The motion that a response works on. Body vertices follow the particles in the arrays and have
+/// inv_mass 0.
+struct ContactMotion {
+  std::span<const Vec3> x_t0;
+  std::span<const double> inv_mass;  ///< 1/kg, 0 for held particles and body vertices
+  std::size_t particles = 0;         ///< number of cloth particles
+  double h = 0.0;                    ///< s, length of the step
+};
+
+/// Σ weight·x over the four vertices.
+inline Vec3 relative(const ContactPoint& c, std::span<const Vec3> x) {
+  return c.weight[0] * x[c.vertex[0]] + c.weight[1] * x[c.vertex[1]] +
+         c.weight[2] * x[c.vertex[2]] + c.weight[3] * x[c.vertex[3]];
+}
+
+/// Number of vertices that belong to the first primitive.
+inline int first_count(const ContactPoint& c) { return c.kind == ContactKind::edge_edge ? 2 : 1; }
+
+/// Compliance of a contact, 1/kg: Σ weight²/mass. An impulse along the contact changes its relative
+/// velocity by this factor.
+inline double compliance(const ContactPoint& c, std::span<const double> inv_mass) {
+  double sum = 0.0;
+  for (int k = 0; k < 4; ++k) sum += c.weight[k] * c.weight[k] * inv_mass[c.vertex[k]];
+  return sum;
+}
 
 /// Options of the responses. Each field names the responses that use it; the registry offers each
 /// response its own options alone.
@@ -137,5 +179,45 @@ std::unique_ptr<Response> make_position_correction(const ResponseConfig& config 
 std::unique_ptr<Response> make_position_velocity(const ResponseConfig& config = {});
 /// Impulses with restitution and Coulomb friction [Bridson2002].
 std::unique_ptr<Response> make_impulse(const ResponseConfig& config = {});
+
+/// Momentum and energy that one stage (the response, the fail-safe) exchanged in a step, or in all
+/// steps so far. Anchors are the vertices that it must not move: body vertices and held particles.
+struct Ledger {
+  int steps = 0;                       ///< steps in which the stage acted
+  Vec3 to_particles = Vec3::Zero();    ///< N·s, given to the free particles
+  Vec3 to_anchors = Vec3::Zero();      ///< N·s, given to the anchors
+  Vec3 turn_particles = Vec3::Zero();  ///< N·m·s about the origin, with the positions at t = 0
+  Vec3 turn_anchors = Vec3::Zero();    ///< N·m·s
+  double momentum_error = 0.0;         ///< worst step: |to particles + to anchors|, relative to the
+                                       ///< momenta exchanged
+  double angular_error = 0.0;    ///< the same for angular momentum; friction and impulses across a
+                                 ///< gap act with a lever arm
+  double energy_normal = 0.0;    ///< J; negative: dissipated
+  double energy_friction = 0.0;  ///< J
+  double energy_gained = 0.0;    ///< J, sum over the steps in which energy increased
+  double energy_kinetic = 0.0;   ///< J, change of the free particles' kinetic energy
+
+  /// Adds the figures of a step.
+  void add(const Ledger& step);
+  /// The figures by name and unit. Names that begin with max_ are maxima, the others sums.
+  std::map<std::string, double> figures() const;
+};
+
+/// Input of `measure`: the motion of one step, the impulses that the stage reports (empty: it
+/// reports none), and the velocities of the particles before and after.
+struct LedgerStep {
+  ContactMotion motion;
+  std::span<const double> mass;
+  std::span<const ContactImpulse> impulses;
+  std::span<const Vec3> v_before, v_after;
+  /// The impulses acted inside the solve: `v_before` already contains them, and v_after - v_before
+  /// is the additional change that the stage made.
+  bool solved = false;
+};
+
+/// Computes the exchange of momentum and energy in one step. Unaccounted momentum is attributed to
+/// the anchors if there are any; otherwise it is an error. If the stage reports no impulses, its
+/// energy is the change of the free particles' energy, as if anchors stood still.
+Ledger measure(const LedgerStep& step);
 
 }  // namespace selvedge

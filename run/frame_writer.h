@@ -2,7 +2,7 @@
 #pragma once
 
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/core/triangle_mesh.h>
+#include <selvedge/core/types.h>
 
 #include <filesystem>
 #include <functional>

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <selvedge/core/clock.h>
-#include <selvedge/core/folder_lock.h>
-#include <selvedge/core/peak_memory.h>
+#include <selvedge/core/files.h>
+#include <selvedge/core/resources.h>
 #include <selvedge/run/detail/checkpoint.h>
 #include <selvedge/run/detail/failure_bundle.h>
 #include <selvedge/run/detail/frame_output.h>
@@ -10,8 +9,8 @@
 #include <selvedge/run/detail/run_limits.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/run/run.h>
-#include <selvedge/simulation/measures.h>
 #include <selvedge/simulation/refinement.h>
+#include <selvedge/simulation/run_result.h>
 
 #include <algorithm>
 #include <cmath>

@@ -2,11 +2,9 @@
 #include <fmt/format.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/bodies/mesh_report.h>
-#include <selvedge/bodies/pattern_file.h>
 #include <selvedge/core/cloth_mesh.h>
 #include <selvedge/scene/build.h>
-#include <selvedge/scene/check_scene.h>
-#include <selvedge/scene/contact_pairs.h>
+#include <selvedge/scene/detail/check_scene.h>
 #include <selvedge/scene/detail/make_piece.h>
 #include <selvedge/scene/scene.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <selvedge/scene/check_scene.h>
+#include <selvedge/scene/detail/check_scene.h>
 
 #include <cmath>
 #include <stdexcept>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <selvedge/scene/contact_pairs.h>
+#include <selvedge/scene/build.h>
 #include <selvedge/scene/detail/scene_json.h>
 
 #include <algorithm>

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/bodies/pattern_file.h>
 #include <selvedge/core/cloth_mesh.h>
-#include <selvedge/core/continuum.h>
+#include <selvedge/core/measure.h>
 #include <selvedge/scene/detail/make_piece.h>
 #include <selvedge/scene/detail/strip_path.h>
 

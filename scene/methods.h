@@ -27,6 +27,10 @@ struct Methods {
   StrainLimiterRegistry strain_limiters = selvedge::strain_limiters();
 };
 
+/// Everything that this build has: the library's own methods and those of the adapters that it was
+/// built with. Link selvedge::all_methods.
+Methods methods_of_this_build();
+
 /// Keys of scene files that name a method, one for each family.
 inline constexpr std::array<const char*, 6> kMethodKeys{
     "contact.broad_phase", "contact.narrow_phase", "contact.response",

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <selvedge/scene/contact_pairs.h>
+#include <selvedge/scene/build.h>
 #include <selvedge/scene/detail/old_keys.h>
 #include <selvedge/scene/detail/read_extras.h>
 #include <selvedge/scene/detail/read_geometry.h>
 #include <selvedge/scene/detail/scene_json.h>
 #include <selvedge/scene/detail/select_vertices.h>
 #include <selvedge/scene/scene.h>
-#include <selvedge/scene/scene_keys.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/scene/detail/scene_json.h>
-#include <selvedge/scene/scene_keys.h>
+#include <selvedge/scene/scene.h>
 
 #include <algorithm>
 #include <map>

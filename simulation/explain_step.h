@@ -5,7 +5,7 @@
 #pragma once
 
 #include <selvedge/core/integrator.h>
-#include <selvedge/response/contact_point.h>
+#include <selvedge/response/response.h>
 #include <selvedge/scene/scene.h>
 
 #include <array>

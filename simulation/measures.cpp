@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/scene/build.h>
-#include <selvedge/simulation/measures.h>
+#include <selvedge/simulation/run_result.h>
 
 #include <Eigen/Geometry>
 #include <cmath>

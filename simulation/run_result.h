@@ -1,15 +1,32 @@
 // SPDX-License-Identifier: MIT
+//
+// Names and flags of vertices, for reports.
 #pragma once
 
-#include <selvedge/simulation/state.h>
-#include <selvedge/simulation/vertices.h>
+#include <selvedge/core/measure.h>
+#include <selvedge/response/response.h>
+#include <selvedge/scene/build.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 namespace selvedge {
+
+/// The tangles that a run started with; all 0 for a run that started clean.
+struct TangleReport {
+  int start_pairs = 0;     ///< triangle pairs that crossed at the start
+  int pairs = 0;           ///< of them, that cross now
+  int elsewhere = 0;       ///< most pairs that crossed at one time outside of the tangles
+  double until_s = 0.0;    ///< time from which no tangle is left; -1: one is left
+  double max_speed = 0.0;  ///< m/s, fastest particle in any accepted state until then
+  bool given_up = false;   ///< a tangle could not be resolved
+};
 
 /// How often a part was proved to do nothing and left out (simulation/plan.h).
 struct PlanFigures {
@@ -49,7 +66,7 @@ struct RunResult {
   /// to_anchors (N·s), turn_particles and turn_anchors (N·m·s).
   std::map<std::string, std::map<std::string, double>> ledger;
   std::map<std::string, PlanFigures> plan;  ///< by part, since the run was started or resumed
-  /// Of the last state (simulation/measures.h): strain_max, strain_rms, spring_strain_*,
+  /// Of the last state (simulation/run_result.h): strain_max, strain_rms, spring_strain_*,
   /// energy_*_J, and over an upright cylinder drape_coefficient (%), folds.
   std::map<std::string, double> measures;
 };
@@ -142,5 +159,82 @@ struct Fields<RunResult> {
 
 /// Joins `r` with the result `before` of an earlier part of the same run.
 void carry_on(const RunResult& before, RunResult& r);
+
+/// Names the vertices of the joint index space of ContactPoint (cloth particles first, then the
+/// vertices of all bodies) by piece or body and by their index there.
+class VertexNames {
+ public:
+  VertexNames() = default;
+  VertexNames(const Scene& scene, const BuiltScene& built);
+
+  bool is_cloth(std::int32_t vertex) const { return vertex < owner_begin_[pieces_]; }
+  /// Index of the owner: pieces of cloth first, then bodies.
+  std::size_t owner_index(std::int32_t vertex) const;
+  /// `cloth "skirt"`, `body "table"`; an owner without a name goes by its index: `cloth 0`.
+  const std::string& owner_name(std::size_t owner) const { return owner_[owner]; }
+  const std::string& owner(std::int32_t vertex) const { return owner_[owner_index(vertex)]; }
+  /// The first vertex of an owner.
+  std::int32_t first(std::size_t owner) const { return owner_begin_[owner]; }
+  std::size_t owners() const { return owner_.size(); }
+  std::size_t pieces() const { return pieces_; }
+  /// The index of a vertex within its owner, as in the files of that mesh.
+  std::int32_t local(std::int32_t vertex) const;
+  /// `vertex 24 of cloth "skirt"`.
+  std::string vertex(std::int32_t vertex) const;
+  /// `vertex 24 of cloth "skirt" and triangle (3, 7, 9) of body "table"`.
+  std::string pair(const ContactPoint& contact) const;
+
+ private:
+  std::string primitive(const std::int32_t* vertices, int count) const;
+
+  std::vector<std::string> owner_;
+  std::vector<std::int32_t> owner_begin_;  // first vertex of each owner, plus the total
+  std::size_t pieces_ = 0;
+};
+
+/// Guarantees that do not hold at a vertex, as bits of its flag. 0: all of docs/guarantees.md hold.
+enum VertexFlag : std::uint8_t {
+  kFlagTangled = 1,     ///< in a tangle of the start: may cross the other side of that tangle
+  kFlagPinched = 2,     ///< squeezed by bodies from two sides: nearer to both than its rest gap
+  kFlagOverStrain = 4,  ///< at a spring that exceeds its strain limit
+  kFlagGivenUp = 8,     ///< in a tangle that could not be undone; set together with kFlagTangled
+};
+inline constexpr int kVertexFlags = 4;
+/// "tangled", "pinched", "over_strain", "given_up": bit 0 to 3.
+const char* flag_name(int bit);
+
+/// Number of vertices with each flag, by bit.
+struct FlagCounts {
+  std::array<int, kVertexFlags> end{}, worst{};  ///< in the last frame; the most in one frame
+};
+/// Adds the flags of another frame to `counts`.
+void count_flags(std::span<const std::uint8_t> flags, FlagCounts& counts);
+
+/// The support of a cloth in Cusick's drape test.
+struct DrapeSupport {
+  Vec3 centre = Vec3::Zero();  ///< m, seen from above
+  double radius = 0.09;        ///< m, > 0
+};
+/// The first body that is an upright cylinder at rest; nullopt if there is none.
+std::optional<DrapeSupport> drape_support(const Scene& scene);
+
+/// Results of Cusick's drape test.
+struct DrapeMeasures {
+  double shadow = 0.0, specimen = 0.0, support = 0.0;  ///< areas, m²
+  double drape_coefficient = 0.0;                      ///< %
+  RimProfile rim;
+};
+/// nullopt if the cloth's rim does not go around the support or is smaller than it.
+std::optional<DrapeMeasures> measure_drape(const BuiltScene& built, std::span<const Vec3> x,
+                                           const DrapeSupport& support);
+
+/// Energies of a state in joules: "kinetic", "gravity" (0 at the origin), "stretch_and_shear" and,
+/// if the cloth has them, "bending", "buckling", "twisting", "seams".
+std::map<std::string, double> energies(const Scene& scene, const BuiltScene& built,
+                                       const ForceState& state);
+
+/// Measures of the last state of a run, by their names in result.json: strains, energies, drape.
+std::map<std::string, double> final_measures(const Scene& scene, const BuiltScene& built,
+                                             const ForceState& state);
 
 }  // namespace selvedge

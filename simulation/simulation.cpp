@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/simulation/detail/simulation_parts.h>
-#include <selvedge/simulation/measures.h>
+#include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/simulation/state.h>
+#include <selvedge/simulation/simulation.h>
 
 #include <cstdint>
 #include <cstdio>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <selvedge/simulation/vertices.h>
+#include <selvedge/simulation/run_result.h>
 
 #include <algorithm>
 

@@ -2,9 +2,9 @@
 // The adapters to optional libraries, as far as this build has them.
 #include <gtest/gtest.h>
 #include <selvedge/core/parallel.h>
-#include <selvedge/core/triangle_mesh.h>
-#include <selvedge/narrowphase/ccd_exact.h>
-#include <selvedge/scene/all_methods.h>
+#include <selvedge/core/types.h>
+#include <selvedge/narrowphase/ccd_methods.h>
+#include <selvedge/scene/methods.h>
 
 #include <cmath>
 #include <iostream>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
 // Meshes that are split where they bend, or everywhere, and meshes of two layers.
-#include <selvedge/core/adaptive_grid.h>
-#include <selvedge/core/continuum.h>
+#include <selvedge/core/cloth_pattern.h>
 #include <selvedge/core/force.h>
 #include <selvedge/core/integrator.h>
+#include <selvedge/core/measure.h>
 
 #include <gtest/gtest.h>
 

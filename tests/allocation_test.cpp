@@ -2,7 +2,7 @@
 // The filtered path of ccd_exact takes no memory. A program of its own, because it counts every
 // call of operator new.
 #include <gtest/gtest.h>
-#include <selvedge/narrowphase/ccd_exact.h>
+#include <selvedge/narrowphase/ccd_methods.h>
 
 #include <random>
 

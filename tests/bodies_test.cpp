@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/bodies/analytic_body.h>
 #include <selvedge/bodies/body.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/bodies/mesh_report.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The bodies of a scene in groups against all of them as one surface.
 #include <gtest/gtest.h>
-#include <selvedge/core/triangle_mesh.h>
-#include <selvedge/narrowphase/ccd_exact.h>
+#include <selvedge/core/types.h>
+#include <selvedge/narrowphase/ccd_methods.h>
 #include <selvedge/simulation/detail/body_search.h>
 
 #include <cmath>

@@ -3,7 +3,7 @@
 #include <selvedge/broadphase/broad_phase.h>
 #include <selvedge/broadphase/conformance.h>
 #include <selvedge/core/parallel.h>
-#include <selvedge/core/triangle_mesh.h>
+#include <selvedge/core/types.h>
 
 #include <cmath>
 #include <limits>

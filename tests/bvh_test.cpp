@@ -6,7 +6,7 @@
 #include <selvedge/broadphase/detail/leaf_clusters.h>
 #include <selvedge/broadphase/detail/sort_rows.h>
 #include <selvedge/core/parallel.h>
-#include <selvedge/core/triangle_mesh.h>
+#include <selvedge/core/types.h>
 #include <selvedge/narrowphase/distance.h>
 
 #include <Eigen/Geometry>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
-#include <selvedge/narrowphase/ccd_exact.h>
+#include <selvedge/narrowphase/ccd_methods.h>
 #include <selvedge/narrowphase/query_file.h>
 
 #include <cmath>

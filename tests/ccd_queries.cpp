@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "ccd_queries.h"
 
-#include <selvedge/judge/judge_ccd.h>
+#include <selvedge/judge/judge.h>
 #include <selvedge/narrowphase/detail/rational.h>
 
 #include <algorithm>

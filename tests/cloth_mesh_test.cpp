@@ -4,8 +4,8 @@
 // is the same cloth on each of them.
 #include <selvedge/core/cloth_mesh.h>
 #include <selvedge/core/cloth_pattern.h>
-#include <selvedge/core/continuum.h>
 #include <selvedge/core/force.h>
+#include <selvedge/core/measure.h>
 
 #include <gtest/gtest.h>
 

@@ -3,9 +3,9 @@
 // folders that go wrong.
 #include <gtest/gtest.h>
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/compare/compare_page.h>
 #include <selvedge/compare/compare_plan.h>
-#include <selvedge/core/folder_lock.h>
+#include <selvedge/compare/compare_table.h>
+#include <selvedge/core/files.h>
 #include <sys/file.h>
 
 #include <chrono>

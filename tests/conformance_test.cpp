@@ -2,12 +2,12 @@
 // Every registered detector through the conformance kit, and the kit through detectors that are
 // broken on purpose.
 #include <gtest/gtest.h>
+#include <selvedge/broadphase/broad_phase.h>
 #include <selvedge/broadphase/conformance.h>
-#include <selvedge/broadphase/stream.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/narrowphase/distance.h>
 #include <selvedge/narrowphase/narrow_phase.h>
-#include <selvedge/scene/all_methods.h>
+#include <selvedge/scene/methods.h>
 
 #include <algorithm>
 #include <iostream>

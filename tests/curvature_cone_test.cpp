@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 #include <selvedge/broadphase/broad_phase.h>
 #include <selvedge/core/parallel.h>
-#include <selvedge/core/triangle_mesh.h>
-#include <selvedge/narrowphase/ccd_exact.h>
+#include <selvedge/core/types.h>
+#include <selvedge/narrowphase/ccd_methods.h>
 #include <selvedge/narrowphase/distance.h>
 
 #include <algorithm>

@@ -3,11 +3,10 @@
 // Detection on plain arrays against brute force over all pairs of primitives, decided by the judge.
 #include <gtest/gtest.h>
 #include <selvedge/broadphase/broad_phase.h>
-#include <selvedge/core/triangle_mesh.h>
-#include <selvedge/detection/edge_triangle.h>
+#include <selvedge/core/types.h>
 #include <selvedge/detection/find.h>
 #include <selvedge/judge/detail/exact_predicates.h>
-#include <selvedge/judge/judge_ccd.h>
+#include <selvedge/judge/judge.h>
 #include <selvedge/narrowphase/distance.h>
 
 #include <algorithm>

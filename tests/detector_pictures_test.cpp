@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
-#include <selvedge/broadphase/hierarchy_levels.h>
+#include <selvedge/broadphase/broad_phase.h>
 #include <selvedge/compare/detector_pictures.h>
-#include <selvedge/core/triangle_mesh.h>
+#include <selvedge/core/types.h>
 
 #include <algorithm>
 #include <filesystem>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/continuum.h>
 #include <selvedge/core/force.h>
+#include <selvedge/core/measure.h>
 #include <selvedge/lab/fabric_drape.h>
 #include <selvedge/scene/fabric_file.h>
 

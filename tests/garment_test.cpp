@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Flat patterns as rest shapes, seams, and cloth that becomes wet.
-#include <selvedge/bodies/pattern_file.h>
+#include <selvedge/bodies/mesh_file.h>
 #include <selvedge/core/cloth_mesh.h>
 #include <selvedge/core/measure.h>
 #include <selvedge/run/run.h>

@@ -5,7 +5,7 @@
 #include <selvedge/broadphase/conformance.h>
 #include <selvedge/broadphase/image_space.h>
 #include <selvedge/core/parallel.h>
-#include <selvedge/core/triangle_mesh.h>
+#include <selvedge/core/types.h>
 #include <selvedge/tools/mannequin.h>
 
 #include <Eigen/Geometry>

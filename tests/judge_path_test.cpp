@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/judge/judge.h>
-#include <selvedge/judge/judge_ccd.h>
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 
 // Shapes for tests of the judge.
 
-#include <selvedge/core/triangle_mesh.h>
+#include <selvedge/core/types.h>
 
 #include <array>
 #include <cstdint>

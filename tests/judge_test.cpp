@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/judge/detail/exact_predicates.h>
 #include <selvedge/judge/judge.h>
-#include <selvedge/judge/judge_ccd.h>
 
 #include <gmpxx.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/bodies/load_mesh.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/bodies/mesh_report.h>
 

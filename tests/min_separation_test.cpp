@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Minimum separation against distances sampled in long double.
 #include <gtest/gtest.h>
-#include <selvedge/narrowphase/ccd_exact.h>
 #include <selvedge/narrowphase/ccd_methods.h>
 
 #include <Eigen/Geometry>

@@ -5,7 +5,7 @@
 #include <selvedge/broadphase/conformance.h>
 #include <selvedge/broadphase/minimal_enclosure.h>
 #include <selvedge/core/parallel.h>
-#include <selvedge/core/triangle_mesh.h>
+#include <selvedge/core/types.h>
 #include <selvedge/narrowphase/narrow_phase.h>
 #include <selvedge/tools/mannequin.h>
 

@@ -2,7 +2,6 @@
 // The conservative methods (inclusion, additive) against the exact one; root parity against the
 // count of contacts.
 #include <gtest/gtest.h>
-#include <selvedge/narrowphase/ccd_exact.h>
 #include <selvedge/narrowphase/ccd_methods.h>
 #include <selvedge/narrowphase/cubic.h>
 

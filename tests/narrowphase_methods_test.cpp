@@ -2,7 +2,6 @@
 // The published methods beside ccd_exact: known answers, what their tolerances do, how far they
 // agree with ccd_exact, and that nothing makes them return anything but a time or no collision.
 #include <gtest/gtest.h>
-#include <selvedge/narrowphase/ccd_exact.h>
 #include <selvedge/narrowphase/ccd_methods.h>
 #include <selvedge/narrowphase/cubic.h>
 #include <selvedge/narrowphase/distance.h>

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 #include <selvedge/core/parallel.h>
-#include <selvedge/narrowphase/ccd_exact.h>
+#include <selvedge/narrowphase/ccd_methods.h>
 #include <selvedge/narrowphase/cubic.h>
 #include <selvedge/narrowphase/distance.h>
 #include <selvedge/narrowphase/narrow_phase.h>

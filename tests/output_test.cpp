@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
-#include <selvedge/core/atomic_file.h>
+#include <selvedge/core/files.h>
 #include <selvedge/run/detail/result_json.h>
 #include <selvedge/run/frame_writer.h>
 #include <selvedge/run/result_folder.h>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <selvedge/broadphase/broad_phase.h>
-#include <selvedge/core/triangle_mesh.h>
+#include <selvedge/core/types.h>
 
 #include <cstdint>
 #include <vector>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Friction and rest gap of single pairs of surfaces (contact.pairs).
 #include <gtest/gtest.h>
-#include <selvedge/scene/contact_pairs.h>
+#include <selvedge/scene/build.h>
 #include <selvedge/simulation/simulation.h>
 
 #include <cmath>

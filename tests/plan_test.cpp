@@ -2,7 +2,7 @@
 // What a step leaves out because it is proved to do nothing: in shadow, the part is on and must
 // have done nothing; with it and without it, states are the same to the bit.
 #include <gtest/gtest.h>
-#include <selvedge/narrowphase/ccd_exact.h>
+#include <selvedge/narrowphase/ccd_methods.h>
 #include <selvedge/narrowphase/distance.h>
 #include <selvedge/simulation/detail/idle_proofs.h>
 #include <selvedge/simulation/detail/strain_reach.h>

@@ -2,10 +2,10 @@
 // Every detector on steps of two real simulations, which lie beside the project where they are
 // lent: none that says it misses nothing may miss a pair that the exact narrow phase finds.
 #include <gtest/gtest.h>
-#include <selvedge/bodies/load_mesh.h>
-#include <selvedge/core/triangle_mesh.h>
-#include <selvedge/narrowphase/ccd_exact.h>
-#include <selvedge/scene/all_methods.h>
+#include <selvedge/bodies/mesh_file.h>
+#include <selvedge/core/types.h>
+#include <selvedge/narrowphase/ccd_methods.h>
+#include <selvedge/scene/methods.h>
 
 #include <algorithm>
 #include <filesystem>

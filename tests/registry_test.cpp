@@ -3,14 +3,13 @@
 // The registries: what they refuse and how they say it, that every option reaches its method and
 // scene files, and that a method made by name is the one that its make function makes.
 #include <gtest/gtest.h>
+#include <selvedge/broadphase/broad_phase.h>
 #include <selvedge/broadphase/minimal_enclosure.h>
-#include <selvedge/broadphase/verlet_list.h>
-#include <selvedge/compare/compare_axes.h>
+#include <selvedge/compare/compare_plan.h>
 #include <selvedge/core/registry.h>
-#include <selvedge/narrowphase/ccd_exact.h>
 #include <selvedge/narrowphase/ccd_methods.h>
-#include <selvedge/scene/all_methods.h>
-#include <selvedge/scene/scene_keys.h>
+#include <selvedge/scene/methods.h>
+#include <selvedge/scene/scene.h>
 
 #include <functional>
 #include <random>

@@ -3,7 +3,6 @@
 #include <png.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/core/parallel.h>
-#include <selvedge/render/animation.h>
 #include <selvedge/render/detail/raster.h>
 #include <selvedge/render/render.h>
 #include <selvedge/run/result_folder.h>

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <selvedge/broadphase/broad_phase.h>
 #include <selvedge/broadphase/detail/resolution.h>
-#include <selvedge/core/triangle_mesh.h>
+#include <selvedge/core/types.h>
 
 #include <algorithm>
 #include <array>

@@ -3,7 +3,6 @@
 // Closed forms of contact that the responses must meet, each of them as far as it claims: particles
 // on a plane and against each other, without any cloth between.
 #include <gtest/gtest.h>
-#include <selvedge/response/ledger.h>
 #include <selvedge/response/response.h>
 
 #include <Eigen/Geometry>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Runs of scenes that are made in code, as the sample of the README makes them.
 #include <gtest/gtest.h>
-#include <selvedge/core/folder_lock.h>
+#include <selvedge/core/files.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/run/run.h>
 #include <unistd.h>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // Statics of strips and patches: what a pull, a shear and the weight make of a sheet.
-#include <selvedge/core/continuum.h>
 #include <selvedge/core/force.h>
 #include <selvedge/core/integrator.h>
+#include <selvedge/core/measure.h>
 
 #include <gtest/gtest.h>
 

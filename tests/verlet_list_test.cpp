@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
+#include <selvedge/broadphase/broad_phase.h>
 #include <selvedge/broadphase/conformance.h>
-#include <selvedge/broadphase/verlet_list.h>
-#include <selvedge/core/triangle_mesh.h>
+#include <selvedge/core/types.h>
 
 #include <cmath>
 #include <limits>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 #include <selvedge/bodies/mesh_report.h>
-#include <selvedge/tools/walking_mannequin.h>
+#include <selvedge/tools/mannequin.h>
 
 #include <algorithm>
 #include <cmath>

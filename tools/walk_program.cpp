@@ -3,7 +3,7 @@
 // mannequin that stands for half a second and then walks, and poncho.ply, a cloth for it. Used by
 // scripts/make_walk.sh.
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/tools/walking_mannequin.h>
+#include <selvedge/tools/mannequin.h>
 
 #include <charconv>
 #include <cmath>

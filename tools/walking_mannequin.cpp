@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/tools/detail/mannequin_bones.h>
-#include <selvedge/tools/walking_mannequin.h>
+#include <selvedge/tools/mannequin.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -3,7 +3,7 @@
 
 #include <selvedge/apps/command_line.h>
 
-#include <selvedge/narrowphase/query_recorder.h>
+#include <selvedge/narrowphase/query_file.h>
 #include <selvedge/scene/methods.h>
 
 #include <optional>

@@ -2,8 +2,8 @@
 #include <selvedge/broadphase/detail/box_library.h>
 #include <selvedge/broadphase/detail/surface_check.h>
 #include <selvedge/broadphase/detail/swept_box.h>
-#include <selvedge/core/clock.h>
 #include <selvedge/core/parallel.h>
+#include <selvedge/core/resources.h>
 
 #include <algorithm>
 #include <chrono>

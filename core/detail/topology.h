@@ -2,7 +2,7 @@
 #pragma once
 
 #include <selvedge/core/check.h>
-#include <selvedge/core/continuum.h>
+#include <selvedge/core/measure.h>
 
 #include <span>
 #include <string>

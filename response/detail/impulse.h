@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/response/contact_point.h>
+#include <selvedge/response/response.h>
 
 #include <span>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/response/clearances.h>
 #include <selvedge/response/detail/reference_motion.h>
+#include <selvedge/response/fail_safe.h>
 #include <selvedge/response/response.h>
 
 #include <optional>

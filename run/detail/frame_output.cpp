@@ -3,7 +3,7 @@
 #include <selvedge/run/detail/checkpoint.h>
 #include <selvedge/run/detail/frame_output.h>
 #include <selvedge/run/result_folder.h>
-#include <selvedge/scene/scene_keys.h>
+#include <selvedge/scene/scene.h>
 
 #include <stdexcept>
 #include <utility>

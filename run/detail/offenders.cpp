@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/broadphase/broad_phase.h>
-#include <selvedge/narrowphase/query_recorder.h>
+#include <selvedge/narrowphase/query_file.h>
 #include <selvedge/run/detail/offenders.h>
 #include <selvedge/run/detail/run_folder.h>
 

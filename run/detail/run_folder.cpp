@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <selvedge/core/atomic_file.h>
-#include <selvedge/core/folder_lock.h>
+#include <selvedge/core/files.h>
 #include <selvedge/run/detail/run_folder.h>
 #include <unistd.h>
 

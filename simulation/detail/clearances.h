@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/response/clearances.h>
+#include <selvedge/response/fail_safe.h>
 #include <selvedge/simulation/detail/contacts.h>
 
 #include <vector>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <selvedge/core/types.h>
-#include <selvedge/response/contact_point.h>
+#include <selvedge/response/response.h>
 
 #include <array>
 #include <span>

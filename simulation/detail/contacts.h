@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/scene/contact_pairs.h>
+#include <selvedge/scene/build.h>
 #include <selvedge/simulation/detail/candidates.h>
 #include <selvedge/simulation/detail/contact_filter.h>
 

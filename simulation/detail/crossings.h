@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/detection/edge_triangle.h>
+#include <selvedge/detection/find.h>
 #include <selvedge/simulation/detail/search_context.h>
 
 #include <string>

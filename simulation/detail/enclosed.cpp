@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/bodies/closed_parts.h>
+#include <selvedge/bodies/mesh_report.h>
 #include <selvedge/simulation/detail/enclosed.h>
 
 #include <utility>

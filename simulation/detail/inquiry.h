@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/narrowphase/ccd_exact.h>
+#include <selvedge/narrowphase/ccd_methods.h>
 #include <selvedge/simulation/explain_step.h>
 #include <selvedge/simulation/simulation.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/core/clock.h>
+#include <selvedge/core/resources.h>
 
 #include <map>
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/triangle_mesh.h>
+#include <selvedge/core/types.h>
 #include <selvedge/simulation/detail/scene_motion.h>
 
 namespace selvedge {

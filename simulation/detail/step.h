@@ -4,13 +4,13 @@
 #pragma once
 
 #include <selvedge/core/integrator.h>
-#include <selvedge/response/ledger.h>
+#include <selvedge/response/response.h>
 #include <selvedge/simulation/detail/detection.h>
 #include <selvedge/simulation/detail/strain_stage.h>
 #include <selvedge/simulation/detail/untangle.h>
 #include <selvedge/simulation/detail/validate_step.h>
 #include <selvedge/simulation/explain_step.h>
-#include <selvedge/simulation/state.h>
+#include <selvedge/simulation/simulation.h>
 
 #include <map>
 #include <memory>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/response/ledger.h>
+#include <selvedge/response/response.h>
 #include <selvedge/scene/scene.h>
 #include <selvedge/simulation/detail/step.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/narrowphase/ccd_exact.h>
+#include <selvedge/narrowphase/ccd_methods.h>
 #include <selvedge/simulation/detail/validate_step.h>
 
 #include <algorithm>

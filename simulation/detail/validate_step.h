@@ -3,7 +3,7 @@
 
 #include <selvedge/narrowphase/narrow_phase.h>
 #include <selvedge/simulation/detail/detection.h>
-#include <selvedge/simulation/vertices.h>
+#include <selvedge/simulation/run_result.h>
 
 #include <memory>
 #include <string>

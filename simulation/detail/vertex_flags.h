@@ -2,9 +2,9 @@
 #pragma once
 
 #include <selvedge/core/cloth_mesh.h>
-#include <selvedge/response/contact_point.h>
-#include <selvedge/simulation/state.h>
-#include <selvedge/simulation/vertices.h>
+#include <selvedge/response/response.h>
+#include <selvedge/simulation/run_result.h>
+#include <selvedge/simulation/simulation.h>
 
 #include <cstdint>
 #include <span>

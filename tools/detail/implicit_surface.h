@@ -2,7 +2,7 @@
 #pragma once
 
 #include <selvedge/core/parallel.h>
-#include <selvedge/core/triangle_mesh.h>
+#include <selvedge/core/types.h>
 
 namespace selvedge::detail {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/broadphase/adapter_embree.h>
+#include <selvedge/broadphase/adapters.h>
 
 int main() {
   selvedge::BroadPhaseRegistry methods;

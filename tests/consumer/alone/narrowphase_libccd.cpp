@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/narrowphase/adapter_libccd.h>
+#include <selvedge/narrowphase/adapters.h>
 
 int main() {
   selvedge::NarrowPhaseRegistry methods;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/compare/compare_folder.h>
-#include <selvedge/core/triangle_mesh.h>
+#include <selvedge/compare/compare_plan.h>
+#include <selvedge/core/types.h>
 
 #include <filesystem>
 #include <optional>
@@ -10,16 +10,6 @@
 #include <vector>
 
 namespace selvedge {
-
-/// The cloth of one run at its start and at its end.
-struct ClothEnds {
-  std::vector<Vec3> start, end;  ///< m
-  std::vector<Triangle> triangles;
-  double extent() const;  ///< m; diagonal of the bounding box at the start
-};
-
-/// Empty if the run wrote no end frame.
-std::optional<ClothEnds> read_ends(const std::filesystem::path& cell);
 
 /// Root mean square distance between the end positions, over the extent of `b`. If the triangles
 /// are the same, vertices correspond by index. Otherwise vertices of `a` are located on the start

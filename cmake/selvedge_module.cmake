@@ -42,16 +42,25 @@ function(selvedge_target_defaults target)
                          "$<$<BOOL:${SELVEDGE_WERROR}>:-Werror;-Wno-error=restrict;-Wno-error=array-bounds;-Wno-error=stringop-overflow>")
 endfunction()
 
+# selvedge_optimize_less(TARGET): for code that reads and writes JSON and text. It compiles in two thirds of the time
+# with -O1, and no part of it takes time when a scene runs.
+function(selvedge_optimize_less target)
+  target_compile_options(${target} PRIVATE $<$<AND:$<CXX_COMPILER_ID:GNU,Clang>,$<CONFIG:Release,RelWithDebInfo>>:-O1>)
+endfunction()
+
 # selvedge_precompile(TARGET [HEADER LIBRARIES...]) lets the target use cmake/HEADER.h (default: precompiled) as a
 # precompiled header. A target that links only LIBRARIES compiles it once for all libraries and once for all programs,
 # because a compiler rejects a precompiled header that was made with other options or definitions.
 function(selvedge_precompile target)
-  if(NOT SELVEDGE_PCH)
-    return()
-  endif()
   set(header precompiled)
   if(ARGC GREATER 1)
     list(POP_FRONT ARGN header)
+  endif()
+  if(header STREQUAL "precompiled_json")
+    selvedge_optimize_less(${target})
+  endif()
+  if(NOT SELVEDGE_PCH)
+    return()
   endif()
   get_target_property(type ${target} TYPE)
   set(maker selvedge_${header}_of_${type})
@@ -66,6 +75,9 @@ function(selvedge_precompile target)
       add_library(${maker} STATIC EXCLUDE_FROM_ALL ${source})
     endif()
     selvedge_target_defaults(${maker})
+    if(header STREQUAL "precompiled_json")
+      selvedge_optimize_less(${maker})
+    endif()
     target_link_libraries(${maker} PRIVATE Eigen3::Eigen ${ARGN})
     target_compile_definitions(${maker} PRIVATE $<$<BOOL:${SELVEDGE_VALIDATION}>:SELVEDGE_VALIDATION=1>)
     target_precompile_headers(${maker} PRIVATE ${PROJECT_SOURCE_DIR}/cmake/${header}.h)

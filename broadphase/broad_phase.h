@@ -77,7 +77,7 @@ class BroadPhase {
  public:
   virtual ~BroadPhase() = default;
 
-  /// Sets the budget of all later calls. See stream.h for pair sets of any size, delivered in
+  /// Sets the budget of all later calls. See stream_pairs for pair sets of any size, delivered in
   /// pieces.
   void set_budget(const PairBudget& budget) { budget_ = budget; }
   /// The budget of later calls.

@@ -29,7 +29,7 @@ double usable(const ContactPoint& pair) {
 // and each vertex of its second side within b of x + s, with the same s for both. Then at every
 // time t in [0,1] every point of the first side is within t·a of its initial position shifted by
 // t·s, and every point of the second within t·b. So their distance is at least g - t(a + b) > 0 if
-// a + b < g. One round suffices, because pairs that are not listed cannot meet (clearances.h).
+// a + b < g. One round suffices, because pairs that are not listed cannot meet (fail_safe.h).
 //
 // Two free sides share the usable part of g equally. A side whose anchors need more gets more, and
 // the other side the rest. Deviations from the paper: its radius covers a contact query of fixed

@@ -11,7 +11,7 @@ namespace selvedge {
 
 /// The pieces of a scene whose cells are split as it runs ("refine").
 ///
-/// A split moves no point of the surface (adaptive_grid.h), so a clean state stays clean. Only
+/// A split moves no point of the surface (core/cloth_pattern.h), so a clean state stays clean. Only
 /// hanging nodes may have left the side that they split; therefore the new state is checked, and a
 /// split that leads to a crossing is postponed.
 class Refinement {

@@ -80,7 +80,7 @@ struct RunResult {
   /// For example solver iterations, contacts, zones; max_gap_lack_m is the largest gap violation.
   std::map<std::string, double> counters;
   /// Momentum and energy that the stages "response" and "fail_safe" added and removed (meanings:
-  /// response/ledger.h): steps, max_momentum_error, max_angular_error, energy_normal_J,
+  /// response/response.h): steps, max_momentum_error, max_angular_error, energy_normal_J,
   /// energy_friction_J, energy_gained_J, energy_kinetic_J, and by _x, _y, _z to_particles and
   /// to_anchors (N·s), turn_particles and turn_anchors (N·m·s).
   std::map<std::string, std::map<std::string, double>> ledger;

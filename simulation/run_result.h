@@ -18,6 +18,24 @@
 
 namespace selvedge {
 
+/// Guarantees that do not hold at a vertex, as bits of its flag. 0: all of docs/guarantees.md hold.
+enum VertexFlag : std::uint8_t {
+  kFlagTangled = 1,     ///< in a tangle of the start: may cross the other side of that tangle
+  kFlagPinched = 2,     ///< squeezed by bodies from two sides: nearer to both than its rest gap
+  kFlagOverStrain = 4,  ///< at a spring that exceeds its strain limit
+  kFlagGivenUp = 8,     ///< in a tangle that could not be undone; set together with kFlagTangled
+};
+inline constexpr int kVertexFlags = 4;
+/// "tangled", "pinched", "over_strain", "given_up": bit 0 to 3.
+const char* flag_name(int bit);
+
+/// Number of vertices with each flag, by bit.
+struct FlagCounts {
+  std::array<int, kVertexFlags> end{}, worst{};  ///< in the last frame; the most in one frame
+};
+/// Adds the flags of another frame to `counts`.
+void count_flags(std::span<const std::uint8_t> flags, FlagCounts& counts);
+
 /// The tangles that a run started with; all 0 for a run that started clean.
 struct TangleReport {
   int start_pairs = 0;     ///< triangle pairs that crossed at the start
@@ -191,24 +209,6 @@ class VertexNames {
   std::vector<std::int32_t> owner_begin_;  // first vertex of each owner, plus the total
   std::size_t pieces_ = 0;
 };
-
-/// Guarantees that do not hold at a vertex, as bits of its flag. 0: all of docs/guarantees.md hold.
-enum VertexFlag : std::uint8_t {
-  kFlagTangled = 1,     ///< in a tangle of the start: may cross the other side of that tangle
-  kFlagPinched = 2,     ///< squeezed by bodies from two sides: nearer to both than its rest gap
-  kFlagOverStrain = 4,  ///< at a spring that exceeds its strain limit
-  kFlagGivenUp = 8,     ///< in a tangle that could not be undone; set together with kFlagTangled
-};
-inline constexpr int kVertexFlags = 4;
-/// "tangled", "pinched", "over_strain", "given_up": bit 0 to 3.
-const char* flag_name(int bit);
-
-/// Number of vertices with each flag, by bit.
-struct FlagCounts {
-  std::array<int, kVertexFlags> end{}, worst{};  ///< in the last frame; the most in one frame
-};
-/// Adds the flags of another frame to `counts`.
-void count_flags(std::span<const std::uint8_t> flags, FlagCounts& counts);
 
 /// The support of a cloth in Cusick's drape test.
 struct DrapeSupport {

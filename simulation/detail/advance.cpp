@@ -144,12 +144,12 @@ bool Simulation::Parts::gains_energy() {
 
 // Keeps the parts of a rejected attempt that the next one overwrites.
 void Simulation::Parts::note_rejection(const detail::StepOutcome& outcome) {
-  FailedTry& failed = attempts.failed;
+  RejectedAttempt& failed = attempts.failed;
   failed.h = input.h;
   failed.not_finite = outcome.not_finite;
-  failed.trouble = outcome.not_finite >= 0
-                       ? methods.names.vertex(outcome.not_finite) + " has no finite position"
-                       : outcome.cause;
+  failed.cause = outcome.not_finite >= 0
+                     ? methods.names.vertex(outcome.not_finite) + " has no finite position"
+                     : outcome.cause;
   failed.pairs = attempt.collisions;
   failed.x_t0 = input.x_t0;
   failed.x_t1 = attempt.collisions.empty() ? attempt.x_t1 : attempt.x_tested;
@@ -157,9 +157,9 @@ void Simulation::Parts::note_rejection(const detail::StepOutcome& outcome) {
 
 void Simulation::Parts::give_up() {
   result.clean = false;
-  const FailedTry& failed = attempts.failed;
+  const RejectedAttempt& failed = attempts.failed;
   std::string cause = "no clean step at " + std::to_string(state.time) + " s after " +
-                      std::to_string(scene.time.max_halvings) + " halvings: " + failed.trouble;
+                      std::to_string(scene.time.max_halvings) + " halvings: " + failed.cause;
   if (!failed.pairs.empty())
     cause += "; of " + std::to_string(failed.pairs.size()) +
              " pairs that still collide the first is " + methods.names.pair(failed.pairs[0]);
@@ -189,6 +189,7 @@ void Simulation::Parts::accept() {
   state.time = input.t1;
   ++state.step;
   ++result.steps;
+  if (attempts.lengths.size() > 1) ++result.retried_steps;
   methods.integrator->accept({state.x, state.v, mass, state.time});
   note_memory();
   note_strain();

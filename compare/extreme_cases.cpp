@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/compare/extreme_cases.h>
+#include <selvedge/compare/detail/extreme_cases.h>
 
 #include <fmt/format.h>
 
@@ -64,10 +64,7 @@ void Trial::collect(const ExtremeRun& run) {
 }
 
 CaseResult Trial::answer(Answer answer, const std::string& note) const {
-  CaseResult result = measures_;
-  result.answer = answer;
-  result.note = note;
-  return result;
+  return {answer, note, measures_};
 }
 
 CaseResult Trial::settle(const ExtremeRun& run, bool right, const std::string& number) const {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Extreme cases of contact: surfaces that the cloth must not pass, and where it must end up.
-#include <selvedge/compare/extreme_cases.h>
+#include <selvedge/compare/detail/extreme_cases.h>
 
 #include <fmt/format.h>
 #include <selvedge/core/force.h>

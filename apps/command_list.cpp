@@ -50,7 +50,7 @@ void add_members(const char* family, const Members& members, std::vector<Method>
 
 std::vector<Method> all_methods() {
   std::vector<Method> methods;
-  for (const selvedge::ListedMethod& m : list_methods(methods_of_this_build()))
+  for (const selvedge::ListedMethod& m : selvedge::list_methods(selvedge::methods_of_this_build()))
     methods.push_back({family_of(m.key), m.name, m.promise, m.source, m.available, m.options});
   methods.push_back({"strain_limiter", "biphasic (materials: stretch_law)",
                      "stiffer above a strain, continuous; a law of the springs",

@@ -48,7 +48,7 @@ void Simulation::Parts::refuse_unstable_start() {
         "(materials: spring_damping), or take verlet or implicit_euler");
   if (scene.solver.refuse_unstable_step && stable < h * kAllThatIsLeft)
     throw std::invalid_argument(
-        fmt::format("solver.integrator: \"{}\" bears steps of {:.3g} s here, the scene has {:.3g} "
+        fmt::format("solver.integrator: \"{}\" is stable up to {:.3g} s here, the scene has {:.3g} "
                     "s; set time.steps_per_frame to {} or solver.unstable_step to \"substep\"",
                     name, stable, h,
                     static_cast<long long>(std::ceil(scene.time.steps_per_frame * h / stable))));
@@ -60,7 +60,7 @@ double Simulation::Parts::stable_step(double h, double target) {
   if (!(stable >= h) && scene.solver.refuse_unstable_step)
     throw SimulationFailed(
         FailureKind::unstable_step,
-        fmt::format("unstable step at {} s: {} bears {:.3g} s, the step has {:.3g} "
+        fmt::format("unstable step at {} s: {} is stable up to {:.3g} s, the step has {:.3g} "
                     "s; solver.unstable_step is \"refuse\"",
                     state.time, scene.solver.integrator, stable, h));
   if (!methods.traits.is_implicit)

@@ -63,7 +63,7 @@ bool clearly_quicker(const CompareRow& a, const CompareRow& b) {
 
 void print_advice(const CompareTable& table, const std::vector<const CompareRow*>& rows) {
   const CompareRow& best = *rows[0];
-  fmt::print("{}: {:.4g} s a run", best.label, best.run_s.median);
+  fmt::print("{}: {:.4g} s per run", best.label, best.run_s.median);
   if (best.error) fmt::print(", error {:.2e} of the cloth's extent", reliable_error(table, best));
   fmt::print("\n{}\n", best.command);
   if (rows.size() < 2) return;

@@ -98,11 +98,12 @@ int report(const CompareOptions& o, const fs::path& out, const ComparePlan& plan
   write_whole(out / "compare.html", compare_page(out, table, page));
   fmt::print("{}", o.json ? to_json_text(table) : to_text(table));
   if (!o.json)
-    fmt::print("{0}/compare.html, compare.csv and compare.json have all of it\n", out.string());
+    fmt::print("{0}/compare.html, compare.csv and compare.json contain all results\n",
+               out.string());
   return table.failed() ? 1 : 0;
 }
 
-/// The share of the time that is not spent in runs: if it is large, use longer runs.
+/// Prints the share of the time that is not spent in runs. If it is large, use longer runs.
 void print_own_share(const TimeOfRuns& time, double all_s) {
   if (time.runs == 0) return;
   std::string parts;
@@ -111,8 +112,8 @@ void print_own_share(const TimeOfRuns& time, double all_s) {
     parts += fmt::format("{} {:.2f} s, ", what, seconds);
     rest_s -= seconds;
   }
-  fmt::print("{} runs took {:.2f} s, compare itself {:.1f} % more: {}the rest {:.2f} s\n",
-             time.runs, time.run_s, 100.0 * (all_s / time.run_s - 1.0), parts, rest_s);
+  fmt::print("{} runs took {:.2f} s; overhead of compare {:.1f} %: {}rest {:.2f} s\n", time.runs,
+             time.run_s, 100.0 * (all_s / time.run_s - 1.0), parts, rest_s);
 }
 
 int run_all(const CompareOptions& o, const fs::path& out, const ComparePlan& plan,

@@ -4,8 +4,6 @@
 #include <selvedge/lab/fabric_drape.h>
 #include <selvedge/scene/fabric_file.h>
 
-#include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -31,96 +29,45 @@ struct DrapeOptions {
 struct DrapeRow {
   std::string name;
   std::optional<double> measured;
-  double strips = 0.0;
-  std::vector<double> coefficient;  ///< one per seed
-  std::vector<int> folds;
-  std::vector<double> refined;  ///< the first seed's, by mesh
-  std::vector<int> refined_folds;
-  int unsettled = 0;
-
-  double mean() const {
-    double sum = 0.0;
-    for (const double c : coefficient) sum += c;
-    return sum / static_cast<double>(coefficient.size());
-  }
-  double spread() const {
-    const auto [low, high] = std::minmax_element(coefficient.begin(), coefficient.end());
-    return *high - *low;
-  }
-  /// The limit of the mean for finer meshes: all seeds get the correction of the first one.
-  std::optional<MeshLimit> limit() const {
-    if (refined.size() < 2) return {};
-    MeshLimit limit = mesh_limit(refined);
-    limit.value += mean() - refined.front();
-    return limit;
-  }
-  /// The limit if known, else the mean.
-  double value() const {
-    const auto known = limit();
-    return known ? known->value : mean();
-  }
+  DrapeStatistics computed;
 };
 
 DrapeRow compute(const Fabric& fabric, const DrapeOptions& o) {
-  DrapeTrial trial;
-  trial.specimen = 0.5 * o.diameter;
-  trial.cells = o.cells;
-  trial.polar = !o.woven;
-  DrapeRow row;
-  row.name = fabric.name;
-  row.measured = fabric.constants.drape_coefficient;
-  const Material& m = fabric.material;
-  row.strips = strip_drape_coefficient(
-      bending_length(0.5 * (m.bending_stiffness + bending_along_weft(m)), m.density));
-  std::vector<std::vector<DrapeOutcome>> outcomes(o.seeds);
-  parallel_for(o.seeds, 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t s = begin; s < end; ++s) {
-      DrapeTrial own = trial;
-      own.seed = static_cast<std::uint32_t>(s + 1);
-      if (s == 0 && trial.polar)
-        outcomes[s] = drape_refined(fabric.material, own, o.levels);
-      else
-        outcomes[s].push_back(drape(fabric.material, own));
-    }
-  });
-  for (const auto& meshes : outcomes) {
-    row.coefficient.push_back(meshes.front().coefficient);
-    row.folds.push_back(meshes.front().rim.folds);
-    for (const DrapeOutcome& outcome : meshes) row.unsettled += outcome.settled ? 0 : 1;
-  }
-  for (const DrapeOutcome& outcome : outcomes.front()) {
-    row.refined.push_back(outcome.coefficient);
-    row.refined_folds.push_back(outcome.rim.folds);
-  }
-  return row;
+  DrapeSeries series{.trial = {}, .seeds = o.seeds, .levels = o.levels};
+  series.trial.specimen = 0.5 * o.diameter;
+  series.trial.cells = o.cells;
+  series.trial.polar = !o.woven;
+  return {fabric.name, fabric.constants.drape_coefficient, drape_series(fabric.material, series)};
 }
 
-std::string joined(const std::vector<int>& numbers) {
+std::string joined(const std::vector<std::int32_t>& numbers) {
   return fmt::format("{}", fmt::join(numbers, " "));
 }
 
 void print_row(const DrapeRow& row) {
-  const auto limit = row.limit();
-  fmt::print(
-      "{:<32}{:>9}{:>10.1f}{:>8.1f}{:>8}{:>7}{:>8}{:>8.1f}{:>9}  {}{}\n", row.name,
-      row.measured ? fmt::format("{:.1f}", *row.measured) : "-", row.mean(), row.spread(),
-      limit ? fmt::format("{:.1f}", limit->value) : "-",
-      limit ? fmt::format("{:.1f}", limit->uncertainty) : "-",
-      row.measured ? fmt::format("{:+.1f}", row.value() - *row.measured) : "-", row.strips,
-      row.unsettled, joined(row.folds),
-      limit ? " (finer: " + joined({row.refined_folds.begin() + 1, row.refined_folds.end()}) + ")"
-            : "");
+  const DrapeStatistics& c = row.computed;
+  const auto limit = c.limit();
+  fmt::print("{:<32}{:>9}{:>10.1f}{:>8.1f}{:>8}{:>7}{:>8}{:>8.1f}{:>9}  {}{}\n", row.name,
+             row.measured ? fmt::format("{:.1f}", *row.measured) : "-", c.mean(), c.spread(),
+             limit ? fmt::format("{:.1f}", limit->value) : "-",
+             limit ? fmt::format("{:.1f}", limit->uncertainty) : "-",
+             row.measured ? fmt::format("{:+.1f}", c.value() - *row.measured) : "-", c.strips,
+             c.unsettled, joined(c.folds),
+             limit
+                 ? " (finer: " + joined({c.refined_folds.begin() + 1, c.refined_folds.end()}) + ")"
+                 : "");
   std::fflush(stdout);
 }
 
 Json to_json(const DrapeRow& row) {
-  Json json = {{"name", row.name},          {"computed", row.coefficient}, {"mean", row.mean()},
-               {"spread", row.spread()},    {"folds", row.folds},          {"strips", row.strips},
-               {"unsettled", row.unsettled}};
+  const DrapeStatistics& c = row.computed;
+  Json json = {{"name", row.name},        {"computed", c.coefficient}, {"mean", c.mean()},
+               {"spread", c.spread()},    {"folds", c.folds},          {"strips", c.strips},
+               {"unsettled", c.unsettled}};
   if (row.measured) json["measured"] = *row.measured;
-  if (const auto limit = row.limit()) {
-    json["refined"] = row.refined;
-    json["refined_folds"] = row.refined_folds;
+  if (const auto limit = c.limit()) {
+    json["refined"] = c.refined;
+    json["refined_folds"] = c.refined_folds;
     json["limit"] = limit->value;
     json["limit_uncertainty"] = limit->uncertainty;
     json["order"] = limit->order;
@@ -140,7 +87,7 @@ void run_command(const DrapeOptions& o) {
         "drape coefficient, %; {} cm on 18 cm, held on the support, {} mesh, {} cells, {} "
         "seeds\n{:<32}{:>9}{:>10}{:>8}{:>8}{:>7}{:>8}{:>8}{:>9}  {}\n",
         100.0 * o.diameter, o.woven ? "woven" : "polar", o.cells, o.seeds, "fabric", "measured",
-        "computed", "spread", "limit", "+-", "off", "strips", "restless", "folds");
+        "computed", "spread", "limit", "+-", "error", "strips", "unsettled", "folds");
   Json rows = Json::array();
   for (const Fabric& fabric : fabrics) {
     const DrapeRow row = compute(fabric, o);

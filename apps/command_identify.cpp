@@ -83,7 +83,7 @@ void keep(const std::string& file, const Json& settings, const GeneticState& sta
   Json islands = Json::array();
   for (const auto& island : state.islands) {
     Json list = Json::array();
-    for (const Candidate& c : island) list.push_back({{"logs", c.logs}, {"misfit", c.misfit}});
+    for (const Candidate& c : island) list.push_back({{"logs", c.logs}, {"residual", c.residual}});
     islands.push_back(list);
   }
   AtomicFile out(file);
@@ -105,8 +105,8 @@ GeneticState kept_state(const std::string& file, const Json& settings) {
     for (const Json& island : json.at("islands")) {
       auto& candidates = state.islands.emplace_back();
       for (const Json& c : island)
-        candidates.push_back(
-            {c.at("logs").get<std::vector<double>>(), c.at("misfit").get<double>()});
+        candidates.push_back({c.at("logs").get<std::vector<double>>(),
+                              c.at(c.contains("residual") ? "residual" : "misfit").get<double>()});
     }
   } catch (const Json::exception&) {
     throw std::invalid_argument(file + ": is not the state of a search; run without --resume");
@@ -135,9 +135,9 @@ Found run_genetic(const DrapeSearch& search, const IdentifyOptions& o) {
   const int before = state.generation;
   const Candidate best = genetic(search, o.genetic, state, [&](const GeneticState& s) {
     keep(o.state, settings, s);
-    double least = s.islands[0][0].misfit;
+    double least = s.islands[0][0].residual;
     for (const auto& island : s.islands)
-      for (const Candidate& c : island) least = std::min(least, c.misfit);
+      for (const Candidate& c : island) least = std::min(least, c.residual);
     fmt::print(stderr, "generation {} of {}: residual {:.4f}\n", s.generation,
                o.genetic.generations, least);
   });
@@ -168,7 +168,7 @@ Json to_json(const DrapeSearch& search, const IdentifyOptions& o, const Found& f
     if (known > 0.0) j["ratio"] = value / known;
   }
   return {{"method", found.method},
-          {"misfit", found.best.misfit},
+          {"residual", found.best.residual},
           {"target", search.target.coefficient},
           {"evaluations", found.evaluations},
           {"seconds", found.seconds},
@@ -177,7 +177,7 @@ Json to_json(const DrapeSearch& search, const IdentifyOptions& o, const Found& f
 
 void print_report(const Json& j) {
   fmt::print("{}: residual {:.4f} for a drape coefficient of {:.2f} %, {} drapes in {:.1f} s\n",
-             j["method"].get<std::string>(), j["misfit"].get<double>(), j["target"].get<double>(),
+             j["method"].get<std::string>(), j["residual"].get<double>(), j["target"].get<double>(),
              j["evaluations"].get<int>(), j["seconds"].get<double>());
   for (const auto& [name, c] : j["constants"].items()) {
     std::string beside;

@@ -150,13 +150,13 @@ int replay_bundle(const ReplayOptions& options) {
   const std::string hash = state_hash(bundle.state);
   if (options.json) {
     Json json = {{"bundle", bundle.folder.string()},
-                 {"recorded", {{"what", failure_name(bundle.kind)}, {"cause", bundle.cause}}},
+                 {"recorded", {{"kind", failure_name(bundle.kind)}, {"cause", bundle.cause}}},
                  {"time", bundle.state.time},
                  {"step", bundle.state.step},
                  {"state_hash", hash},
-                 {"tried_s", replay.tried},
+                 {"attempts_s", replay.attempts},
                  {"passes", !replay.failure},
-                 {"what", replay.failure ? failure_name(*replay.failure) : ""},
+                 {"kind", replay.failure ? failure_name(*replay.failure) : ""},
                  {"cause", replay.cause},
                  {"as_recorded", replay.as_recorded}};
     if (explanation) json["explanation"] = explanation_json(*explanation, simulation.names());
@@ -165,8 +165,8 @@ int replay_bundle(const ReplayOptions& options) {
     fmt::print("recorded  {}\n", bundle.cause);
     fmt::print("state     after step {}, at {} s, hash {}, restored exactly\n", bundle.state.step,
                bundle.state.time, hash);
-    fmt::print("attempts  {}, from {} s to {} s\n", replay.tried.size(), replay.tried.front(),
-               replay.tried.back());
+    fmt::print("attempts  {}, from {} s to {} s\n", replay.attempts.size(), replay.attempts.front(),
+               replay.attempts.back());
     if (replay.failure && !replay.as_recorded) fmt::print("now       {}\n", replay.cause);
     fmt::print("outcome   {}\n", outcome(replay, bundle));
     if (explanation) print_explanation(*explanation);

@@ -12,14 +12,14 @@ struct CaseOptions {
   std::vector<std::string> cases, responses;  ///< empty: all, and the default
   std::filesystem::path out;                  ///< for frames; empty: none
   int threads = 0;                            ///< 0: no limit
-  double limit = 120.0;                       ///< s a case
+  double limit = 120.0;                       ///< s per case
   bool json = false, list = false;
 };
 
-/// Those that `selvedge stability` has for a folder alone.
+/// The options of `selvedge stability` that apply only to a folder.
 void add_case_options(const selvedge::Command& group, CaseOptions& options);
 
 /// Runs the extreme cases of a folder, a row each: correct, refused with the reason, degraded with
 /// the flag, or FAILED. Returns the exit code: 1 if one failed or, with the default response, ended
-/// otherwise than it should.
+/// otherwise than expected.
 int run_cases(const CaseOptions& options);

@@ -117,8 +117,8 @@ struct Measured {
 using Measurement = std::map<std::string, Measured>;
 
 std::string why_not(const BroadPhaseTraits& traits, const Scene& scene) {
-  if (scene.self && !traits.self) return "does not serve self-collision";
-  if (scene.self && (traits.closed_body_only || !traits.deforming)) return "serves bodies only";
+  if (scene.self && !traits.self) return "no self-collision";
+  if (scene.self && (traits.closed_body_only || !traits.deforming)) return "bodies only";
   return "";
 }
 
@@ -248,11 +248,12 @@ std::vector<std::string> library_row(const Measurement& all, Times times, bool l
 }
 
 Table library_table(const BenchOptions& options) {
-  Table table({"scene", "call", "threads", "bvh_aabb least ms", "median ms", "best library",
-               "its least ms", "its median ms", "ratio of leasts", "median ratio"});
+  Table table({"scene", "call", "threads", "bvh_aabb minimum ms", "median ms", "best library",
+               "its minimum ms", "its median ms", "ratio of minima", "ratio of medians"});
   BroadPhaseRegistry all = methods_of_this_build().broad_phases;
   BroadPhaseRegistry some = libraries(all);
-  if (some.empty()) throw std::runtime_error("this build has no library to compare with");
+  if (some.empty())
+    throw std::runtime_error("this build contains none of the libraries to compare with");
   some.add(kReference, all.at(kReference));
   for (const int size : options.sizes)
     for (const std::string& kind : options.scenes)
@@ -273,7 +274,7 @@ Table library_table(const BenchOptions& options) {
 }
 
 /// A modification of a scene.
-struct Mischief {
+struct Perturbation {
   std::string name;
   std::function<void(Scene&)> act;
 };
@@ -285,8 +286,8 @@ void spike(Scene& scene, double length) {
 }
 
 /// Adds a copy of the mesh, `times` smaller, beside the scene's.
-Mischief beside_a_small_one(double times) {
-  return {fmt::format("1e{:.0f} times smaller beside", std::log10(times)), [times](Scene& s) {
+Perturbation with_small_copy(double times) {
+  return {fmt::format("copy 1e{:.0f} times smaller", std::log10(times)), [times](Scene& s) {
             s.tiny = 1.0 / times;
             s.cloth.append(tiny_copy(s.cloth, s.tiny));
             // Use the thickness of the small mesh; with the full one, all its primitives would
@@ -295,41 +296,42 @@ Mischief beside_a_small_one(double times) {
           }};
 }
 
-std::vector<Mischief> mischiefs(const BenchOptions& options) {
-  std::vector<Mischief> all = {{"plain", [](Scene&) {}},
-                               {"spike 1 m", [](Scene& s) { spike(s, 1.0); }},
-                               {"spike 10 m", [](Scene& s) { spike(s, 10.0); }},
-                               {"spike 1 km", [](Scene& s) { spike(s, 1000.0); }},
-                               {"1e6 m away", [](Scene& s) {
-                                  s.origin = Vec3(1e6, 1e6, 1e6);
-                                  for (Surface* surface : {&s.cloth, &s.body})
-                                    for (auto* xs : {&surface->x_t0, &surface->x_t1})
-                                      for (Vec3& x : *xs) x += s.origin;
-                                }}};
-  for (const double times : options.smaller) all.push_back(beside_a_small_one(times));
+std::vector<Perturbation> perturbations(const BenchOptions& options) {
+  std::vector<Perturbation> all = {{"plain", [](Scene&) {}},
+                                   {"spike 1 m", [](Scene& s) { spike(s, 1.0); }},
+                                   {"spike 10 m", [](Scene& s) { spike(s, 10.0); }},
+                                   {"spike 1 km", [](Scene& s) { spike(s, 1000.0); }},
+                                   {"1e6 m away", [](Scene& s) {
+                                      s.origin = Vec3(1e6, 1e6, 1e6);
+                                      for (Surface* surface : {&s.cloth, &s.body})
+                                        for (auto* xs : {&surface->x_t0, &surface->x_t1})
+                                          for (Vec3& x : *xs) x += s.origin;
+                                    }}};
+  for (const double times : options.smaller) all.push_back(with_small_copy(times));
   return all;
 }
 
 Table spike_table(const BenchOptions& options) {
-  Table table(
-      {"scene", "detector", "threads", "mischief", "warm ms", "over plain", "pairs", "pairs/us"});
+  Table table({"scene", "detector", "threads", "perturbation", "warm ms", "ratio to plain", "pairs",
+               "pairs/us"});
   for (const int size : options.sizes)
     for (const std::string& kind : options.scenes)
       for (const int threads : options.threads) {
         const ThreadLimit limit(threads);
         std::map<std::string, double> plain;
-        for (const Mischief& mischief : mischiefs(options)) {
+        for (const Perturbation& perturbation : perturbations(options)) {
           Scene scene = make_scene(kind, size);
-          mischief.act(scene);
+          perturbation.act(scene);
           for (const auto& [name, m] : measure(scene, detectors(options, size), options)) {
             if (!m.why_not.empty()) {
-              table.add({scene.name, name, std::to_string(threads), mischief.name, m.why_not});
+              table.add({scene.name, name, std::to_string(threads), perturbation.name, m.why_not});
               continue;
             }
             const double warm = m.warm_s(options.least);
             plain.try_emplace(name, warm);
-            table.add({scene.name, name, std::to_string(threads), mischief.name, milliseconds(warm),
-                       fmt::format("{:.2f}", warm / plain[name]), std::to_string(m.out.size()),
+            table.add({scene.name, name, std::to_string(threads), perturbation.name,
+                       milliseconds(warm), fmt::format("{:.2f}", warm / plain[name]),
+                       std::to_string(m.out.size()),
                        fmt::format("{:.1f}", 1e-6 * static_cast<double>(m.out.size()) / warm)});
           }
         }
@@ -448,7 +450,7 @@ Table memory_table(const BenchOptions& options) {
         const std::optional<Peak> p = peak_of(name, kind, size, in_proportion);
         const std::string scene = fmt::format("{} {}", kind, size);
         if (!p) {
-          table.add({scene, name, "no answer"});
+          table.add({scene, name, "failed"});
           continue;
         }
         table.add(
@@ -500,30 +502,31 @@ Table table_of(const std::string& name, const BenchOptions& options) {
 
 void read_options(const Command& app, BenchOptions& options) {
   app.option("table", options.tables,
-             "which tables: detectors, libraries, spikes, scaling, memory, frames")
+             "tables: detectors, libraries, spikes, scaling, memory, frames")
       .one_of({"detectors", "libraries", "spikes", "scaling", "memory", "frames"});
-  app.option("--detectors", options.detectors, "only these").comma_separated();
-  app.option("--scene", options.scenes, "only these: drape, crumple")
+  app.option("--detectors", options.detectors, "names of detectors (default: all)")
+      .comma_separated();
+  app.option("--scene", options.scenes, "scenes: drape, crumple (default: both)")
       .one_of({"drape", "crumple"})
       .comma_separated();
-  app.option("--size", options.sizes, "vertices a side").range(2, 3000).comma_separated();
+  app.option("--size", options.sizes, "vertices per side").range(2, 3000).comma_separated();
   app.option("--threads", options.threads, "threads").comma_separated();
-  app.option("--repeats", options.repeats, "turns of which the median is printed").range(1, 1000);
+  app.option("--repeats", options.repeats, "repeats; the median is printed").range(1, 1000);
   app.option("--smaller", options.smaller,
-             "the table of spikes: how many times smaller the mesh beside is, powers of ten")
+             "table spikes: size ratios of the added copy, powers of ten")
       .range(10.0, 1e9)
       .comma_separated();
-  app.option("--frames", options.frames, "frames of the table of frames").range(1, 100000);
+  app.option("--frames", options.frames, "table frames: number of frames").range(1, 100000);
   app.option("--limit", options.limit,
-             "seconds: a detector whose warm calls would take longer is asked once");
-  app.option("--largest-brute", options.largest_brute, "largest size that brute force is run on");
+             "s; a detector whose warm calls take longer is measured once");
+  app.option("--largest-brute", options.largest_brute, "largest size for brute_force");
   app.option("--csv", options.csv, "also write the tables to this file");
-  app.flag("--least", options.least, "print the least time instead of the median");
+  app.flag("--least", options.least, "print the minimum instead of the median");
   app.flag("--markdown", options.markdown, "print the tables as Markdown");
-  app.flag("--large", options.large, "memory also at 2.5 million triangles");
-  app.option("--peak-of", options.peak_of, "for the program itself").hidden();
-  app.option("--peak-scene", options.peak_scene, "for the program itself").hidden();
-  app.flag("--in-proportion", options.in_proportion, "for the program itself").hidden();
+  app.flag("--large", options.large, "table memory: also 2.5 million triangles");
+  app.option("--peak-of", options.peak_of, "internal").hidden();
+  app.option("--peak-scene", options.peak_scene, "internal").hidden();
+  app.flag("--in-proportion", options.in_proportion, "internal").hidden();
 }
 
 int run(const BenchOptions& options) {

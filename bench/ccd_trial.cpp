@@ -227,7 +227,7 @@ Tally print_table(std::span<const Family> families, const Report& report) {
 }
 
 void print_wrong(const Wrong& w) {
-  fmt::print("\n{}: truth {} at [{:a}, {:a}], ccd_exact says {:a}\n{}\nAs in a query file:\n{}",
+  fmt::print("\n{}: truth {} at [{:a}, {:a}], ccd_exact gives {:a}\n{}\nAs in a query file:\n{}",
              w.family, w.truth.touches ? "touches" : "apart", w.truth.toi_lo, w.truth.toi_hi, w.toi,
              hex_text(w.query), file_rows(w.query, w.truth.touches));
 }
@@ -254,10 +254,11 @@ int main(int argc, char** argv) {
   std::uint64_t seed = 1;
   int threads = 0;
   std::vector<std::string> names;
-  app.option("--queries", queries, "At least so many, rounded up to whole tasks").show_default();
+  app.option("--queries", queries, "Minimum number of queries; rounded up to whole tasks")
+      .show_default();
   app.option("--seed", seed).show_default();
   app.option("--families", names, "Names of families (default: all)");
-  app.option("--threads", threads, "0: as many as the machine has").show_default();
+  app.option("--threads", threads, "0: all processors").show_default();
   bool digest_only = false;
   app.flag("--digest", digest_only, "Print a digest for each vector width instead");
   if (const auto code = app.parse(argc, argv)) return *code;
@@ -275,7 +276,7 @@ int main(int argc, char** argv) {
   fmt::print("\nThe slowest query of ccd_exact, {:.0f} us: {}\n", 1e6 * report.slowest_seconds,
              hex_text(report.slowest));
   fmt::print(
-      "\nseed {}, {} queries in {:.1f} s: {:.0f} a second; {} wrong verdicts, {} wrong times\n",
+      "\nseed {}, {} queries in {:.1f} s: {:.0f} per second; {} wrong verdicts, {} wrong times\n",
       seed, all.queries, seconds, static_cast<double>(all.queries) / seconds, all.wrong_verdicts,
       all.wrong_times);
   return all.wrong_verdicts + all.wrong_times > 0 ? 1 : 0;

@@ -221,9 +221,9 @@ void measure_steps(const std::vector<int>& cells, int repeats) {
   const selvedge::ThreadLimit two(2);
   fmt::print("\nLinearly implicit to a residual of 1e-3, two threads; memory streams {:.1f} GB/s\n",
              1e-9 * streamed_bytes_a_second(3));
-  fmt::print("{:>9} {:>10} {:>10} {:>5} {:>12} {:>12} {:>12} {:>12} {:>8}\n", "particles",
-             "least ms", "median ms", "iter.", "ns/particle", "system ns/p.", "iter. ns/p.",
-             "10 it. ns/p.", "GB/s");
+  fmt::print("{:>9} {:>10} {:>10} {:>5} {:>12} {:>12} {:>12} {:>12} {:>8}\n", "particles", "min ms",
+             "median ms", "iter.", "ns/particle", "system ns/p.", "iter. ns/p.", "10 it. ns/p.",
+             "GB/s");
   for (const int c : cells) print_implicit(c, often(c));
 }
 
@@ -300,15 +300,15 @@ void measure_bending(int cells, int repeats) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  selvedge::CommandLine app("Spring forces a second, one thread");
+  selvedge::CommandLine app("Spring forces per second, one thread");
   int repeats = 9;
-  app.option("--repeats", repeats, "Timings of which the least is taken").range(1, 1000);
+  app.option("--repeats", repeats, "Repeats; the minimum is taken").range(1, 1000);
   bool steps_only = false;
-  app.flag("--steps", steps_only, "Only what steps cost");
+  app.flag("--steps", steps_only, "Measure only steps");
   std::vector<int> cells{99, 316, 999};
-  app.option("--cells", cells, "Cells a side of the cloths that are stepped").range(1, 3000);
+  app.option("--cells", cells, "Cells per side of the cloth for steps").range(1, 3000);
   bool bending_only = false;
-  app.flag("--bending", bending_only, "Only what bending of triangles costs, at the first size");
+  app.flag("--bending", bending_only, "Measure only bending of triangles, at the first size");
   if (const auto code = app.parse(argc, argv)) return *code;
   if (bending_only) {
     measure_bending(cells.front(), repeats);

@@ -43,12 +43,12 @@ Options parse(int argc, char** argv) {
   Options options;
   selvedge::CommandLine app(
       "Seconds by phase, memory and quality of a drape at several resolutions");
-  app.option("sizes", options.sizes, "Particles a side of the first piece of cloth").range(2, 5000);
+  app.option("sizes", options.sizes, "Particles per side of the first piece of cloth")
+      .range(2, 5000);
   app.option("--scene", options.scene, "Scene file whose first piece is a grid").existing_file();
   app.option("--out", options.out, "Folder for the results");
   app.option("--set", options.set, "Scene value to change, as path=value");
-  app.option("--threads", options.threads, "Threads at most; 0: as many as the machine has")
-      .non_negative();
+  app.option("--threads", options.threads, "Maximum number of threads; 0: all").non_negative();
   app.flag("--json", options.as_json, "Print JSON instead of the table");
   if (const auto code = app.parse(argc, argv)) std::exit(*code);
   return options;
@@ -77,7 +77,7 @@ int run_one(const Options& options, int size) try {
   run_scene(selvedge::read_scene(options.scene, overrides_of(options, size)), config);
   return 0;
 } catch (const std::exception& error) {
-  fmt::print(stderr, "bench_drape: {} particles a side: {}\n", size, error.what());
+  fmt::print(stderr, "bench_drape: {} particles per side: {}\n", size, error.what());
   return 1;
 }
 

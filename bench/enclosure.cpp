@@ -202,14 +202,14 @@ void print_limbs(const Surface& body, int loops) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CommandLine app("what the minimal enclosure saves");
+  CommandLine app("Minimal enclosure: tests saved and times");
   int cells = 120, faces = 26000, repeats = 7, threads = 1;
   bool limbs = false;
   std::string only;
   app.option("--cells", cells, "vertices of the cloth along a side").range(8, 2000);
-  app.option("--repeats", repeats, "calls of each").range(2, 1000);
-  app.option("--threads", threads, "0: as many as there are");
-  app.option("--faces", faces, "of the mannequin").range(5000, 30000);
+  app.option("--repeats", repeats, "calls of each detector").range(2, 1000);
+  app.option("--threads", threads, "threads; 0: all");
+  app.option("--faces", faces, "faces of the mannequin").range(5000, 30000);
   app.option("--scene", only, "measure this one only, as \"leg sleeve\"");
   app.flag("--limbs", limbs, "list the limbs of the mannequin instead");
   if (const auto code = app.parse(argc, argv)) return *code;
@@ -220,7 +220,7 @@ int main(int argc, char** argv) {
   }
   fmt::print(
       "ms: cold first call, warm all moved, static body at rest; vol m3; gap mm; dropped %; "
-      "tests for each vertex, edge or face asked about\n");
+      "prim, box: tests per vertex, edge or face\n");
   fmt::print(
       "{:14} {:12} {:>8} {:>8} {:>8} {:>8} {:>5} {:>5} {:>7} {:>6} {:>7} {:>6} {:>8} {:>9}\n",
       "scene", "detector", "pairs", "cold", "warm", "static", "limbs", "prims", "vol", "gap",

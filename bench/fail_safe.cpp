@@ -244,7 +244,7 @@ void print_steps(const BenchOptions& options) {
   fmt::print(
       "| one step | fail-safe | of the step | rounds | ms | energy left | momentum lost | spin "
       "lost | "
-      "stand still | sideways left | after Coulomb |\n"
+      "at rest | sideways left | by Coulomb |\n"
       "|---|---|---|---|---|---|---|---|---|---|---|\n");
   for (const StepCase& c : step_cases())
     for (const std::string& name : options.fail_safes) {
@@ -267,13 +267,13 @@ void print_steps(const BenchOptions& options) {
 
 BenchOptions parse(int argc, char** argv, const std::vector<Case>& all) {
   BenchOptions options;
-  CommandLine app("Every fail-safe on scenes that need one");
+  CommandLine app("All fail-safes on scenes that need one");
   app.option("--case", options.only, "Only cases whose name contains this");
-  app.option("--fail-safe", options.fail_safes, "Only these");
-  app.option("--seconds", options.seconds, "Most seconds of one run");
-  app.flag("!--unjudged", options.judged, "Leave out the independent judge");
-  app.flag("!--no-steps", options.steps, "Leave out the single steps");
-  app.flag("!--no-scenes", options.scenes, "Leave out the whole scenes");
+  app.option("--fail-safe", options.fail_safes, "Names of fail-safes (default: all)");
+  app.option("--seconds", options.seconds, "Time limit of one run, s");
+  app.flag("!--unjudged", options.judged, "Omit the exact check");
+  app.flag("!--no-steps", options.steps, "Omit the single steps");
+  app.flag("!--no-scenes", options.scenes, "Omit the scenes");
   std::string names = "Cases:";
   for (const Case& c : all) names += "\n  " + c.name;
   app.footer(names);

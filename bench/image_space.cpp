@@ -138,7 +138,7 @@ int main() {
   std::printf(
       "depth and normal maps; 10000 particles on the body, on sides within 60 degrees of "
       "the axis\n%10s %8s %8s %10s %12s %12s %9s %9s\n",
-      "resolution", "texel mm", "draw ms", "answer ms", "depth mm 50%", "depth mm 99%", "deg 50%",
+      "resolution", "texel mm", "draw ms", "query ms", "depth mm 50%", "depth mm 99%", "deg 50%",
       "deg 99%");
   for (const int resolution : {256, 512, 1024, 2048}) print_maps(body, resolution);
   CandidatePairs all;
@@ -148,7 +148,7 @@ int main() {
   std::printf(
       "\npairs with as fine a cloth that fits: %zu; bvh_aabb, body kept: %.1f ms\n"
       "%10s %10s %10s %10s %10s %8s\n",
-      all.size(), tree_ms, "resolution", "first ms", "redraw ms", "query ms", "recall", "unseen");
+      all.size(), tree_ms, "resolution", "first ms", "redraw ms", "query ms", "recall", "missed");
   for (const int resolution : {128, 256, 512, 1024, 2048})
     print_pairs(cloth, body, all, resolution);
 }

@@ -73,7 +73,7 @@ std::string limit(const std::string& name, double zeta) {
   constexpr double omega = 100.0, forever = std::numeric_limits<double>::infinity();
   const auto method = integrators().at(name)({}, 0, {});
   const double h = method->stable_step(ModeBound{omega, 2.0 * zeta * omega}, forever);
-  if (name == "rkf45") return "its own";
+  if (name == "rkf45") return "adaptive";
   return std::isinf(h) ? "any" : fmt::format("{:.3f}", omega * h);
 }
 
@@ -94,7 +94,7 @@ int main(int argc, char** argv) {
   const std::vector<int> steps{15, 60, 250, 1000, 4000};
   std::vector<std::string> head{"integrator", "order"};
   for (const int n : steps) head.push_back(fmt::format("mm at {:.3g} ms", 1e3 * kTime / n));
-  head.insert(head.end(), {"us a step", "limit, undamped", "zeta 0.1"});
+  head.insert(head.end(), {"us/step", "limit, undamped", "zeta 0.1"});
   Table table(head);
   for (const auto& [name, factory] : integrators()) {
     std::vector<std::string> row{name, std::to_string(factory({}, 0, {})->traits().order)};

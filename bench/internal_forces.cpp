@@ -18,7 +18,7 @@ int main(int argc, char** argv) {
   int states = 1000000;
   unsigned seed = 1;
   app.option("--states", states, "states per force").positive();
-  app.option("--seed", seed, "of the generator");
+  app.option("--seed", seed, "seed of the generator");
   if (const auto code = app.parse(argc, argv)) return *code;
   constexpr double allowed = 1e-12;
   bool good = true;

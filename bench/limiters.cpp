@@ -99,14 +99,14 @@ int main(int argc, char** argv) {
   bool markdown = false;
   app.option("--frames", frames, "Frames of 1/60 s").range(1, 100000);
   app.option("--cells", cells, "Cells along a side").range(1, 1000);
-  app.option("--repeats", repeats, "Runs, interleaved; times are least").range(1, 100);
+  app.option("--repeats", repeats, "Runs, interleaved; times are minima").range(1, 100);
   app.flag("--markdown", markdown, "Print the table in Markdown");
   if (const auto code = app.parse(argc, argv)) return *code;
   std::map<std::string, Outcome> outcomes;
   for (int r = 0; r < repeats; ++r)
     for (const auto& [name, entry] : strain_limiters()) run(name, cells, frames, outcomes[name]);
-  Table table({"limiter", "max strain %", "residual %", "sweeps", "strain s", "all s",
-               "momentum error", "energy given J", "energy at end J", "off position mm"});
+  Table table({"limiter", "max strain %", "residual %", "sweeps", "strain s", "total s",
+               "momentum error", "energy given J", "energy at end J", "distance to position mm"});
   const Outcome& position = outcomes.at("position");
   for (const auto& [name, o] : outcomes) {
     const auto sweeps = o.result.counters.find("strain_sweeps");

@@ -108,19 +108,19 @@ void measure(const std::string& family, const std::vector<Query>& queries, const
 }  // namespace
 
 int main(int argc, char** argv) {
-  CommandLine app("Nanoseconds a query of the narrow phases");
+  CommandLine app("Nanoseconds per query of the narrow phases");
   std::vector<std::string> folders, wanted;
   int repeats = 15;
   app.option("folder", folders, "folders of query files").required().existing_folder();
   app.option("--narrow-phase", wanted,
              "methods, separated by commas; ccd_exact/2, /4 and /8 set its vector width")
       .comma_separated();
-  app.option("--repeats", repeats, "batches of which the median is printed").range(1, 1000);
+  app.option("--repeats", repeats, "batches; the median is printed").range(1, 1000);
   if (const auto code = app.parse(argc, argv)) return *code;
   const ThreadLimit limit(1);
   const Methods methods = make_methods(wanted);
   fmt::print("{:<34} {:<20} {:>8} {:>12} {:>12}\n", "family  kind", "narrow_phase", "queries",
-             "ns a query", "slowest ns");
+             "ns/query", "slowest ns");
   for (const auto& [family, queries] : read_families(folders))
     measure(family, queries, methods, repeats);
 }

@@ -35,17 +35,18 @@ struct BenchOptions {
 BenchOptions parse(int argc, char** argv) {
   BenchOptions options;
   CommandLine app("Responses: a table of response and scene, and the survey's claims");
-  app.option("--response", options.responses, "Only these");
+  app.option("--response", options.responses, "Names of responses (default: all)");
   app.option("--scene", options.scene, "Only scenes whose name contains this");
-  app.option("--cells", options.cells, "Cells a side of the small sheets").range(2, 200);
-  app.option("--drape-cells", options.drape_cells, "Cells a side on ball and table").range(2, 200);
-  app.option("--claim-cells", options.claims.cells, "Cells a side of the timed pairs")
+  app.option("--cells", options.cells, "Cells per side of the small sheets").range(2, 200);
+  app.option("--drape-cells", options.drape_cells, "Cells per side on ball and table")
+      .range(2, 200);
+  app.option("--claim-cells", options.claims.cells, "Cells per side of the timed pairs")
       .range(2, 200);
   app.option("--repeats", options.claims.repeats, "Timed pairs of each scene").range(2, 1000);
-  app.option("--seed", options.claims.seed, "Of the samples and the bootstrap");
-  app.option("--threads", options.threads, "0: all").range(0, 1024);
-  app.flag("!--no-table", options.table, "Leave out the table");
-  app.flag("!--no-claims", options.claim, "Leave out the claims");
+  app.option("--seed", options.claims.seed, "Seed of the samples and the bootstrap");
+  app.option("--threads", options.threads, "Threads; 0: all").range(0, 1024);
+  app.flag("!--no-table", options.table, "Omit the table");
+  app.flag("!--no-claims", options.claim, "Omit the claims");
   if (const auto code = app.parse(argc, argv)) std::exit(*code);
   const ResponseRegistry known = responses();
   for (const std::string& name : options.responses)
@@ -72,7 +73,7 @@ void print_row(const ResponseCase& c, const std::string& response, const Respons
       "| {} | {} | {:.2f} | {:.1f} | {} | {:.0f} | {:.3f} | {} | {:.1e} | {:.3g} | {:.3g} | {:.2f} "
       "| {} |\n",
       c.name, response, run.seconds, share_of_response(run.result.phase_s), run.result.halvings,
-      count("fail_safe_steps"), 1e3 * count("max_gap_lack_m"),
+      count("fail_safe_steps"), 1e3 * count("max_gap_violation_m"),
       c.unit.empty() ? "" : fmt::format("{:.3g} {}", run.error, c.unit),
       ledger.at("max_momentum_error"), 1e3 * ledger.at("energy_gained_J"),
       1e3 * (ledger.at("energy_normal_J") + ledger.at("energy_friction_J")), 1e3 * run.rms_speed,
@@ -84,7 +85,7 @@ void print_row(const ResponseCase& c, const std::string& response, const Respons
 
 void print_table(const BenchOptions& options) {
   fmt::print(
-      "| scene | response | s | response % | halvings | steps with fail-safe | gap lacking, mm | "
+      "| scene | response | s | response % | halvings | steps with fail-safe | gap violation, mm | "
       "error | momentum error | gained, mJ | given, mJ | RMS speed at the end, mm/s | states |\n"
       "|---|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|---|\n");
   const std::vector<ResponseCase> cases = {ball(options.drape_cells),

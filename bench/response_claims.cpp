@@ -75,7 +75,7 @@ void print_pairs(const ResponseCase& c, const Rival& a, const Rival& b,
     ratios.push_back(last_a.seconds / last_b.seconds);
   }
   const auto lack = [](const ResponseRun& r) {
-    return 1e3 * r.result.counters.at("max_gap_lack_m");
+    return 1e3 * r.result.counters.at("max_gap_violation_m");
   };
   double apart = 0.0;
   for (std::size_t i = 0; i < last_a.x.size(); ++i) apart += (last_a.x[i] - last_b.x[i]).norm();
@@ -89,9 +89,9 @@ void print_pairs(const ResponseCase& c, const Rival& a, const Rival& b,
 
 void print_c9(const ClaimOptions& options) {
   fmt::print(
-      "\n### C9: position and velocity is 13 % dearer than penalty, and looks the same\n\n"
+      "\n### C9: position_velocity costs 13 % more than penalty and looks the same\n\n"
       "| scene | particles | K, N/m | position_velocity, s | penalty, s | ratio [95 %] | gap "
-      "lacking, mm | of penalty | shadow, % of flat | of penalty | mean distance, mm |\n"
+      "violation, mm | of penalty | shadow, % of flat | of penalty | mean distance, mm |\n"
       "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
   for (const double stiffness : {100.0, 1000.0, 10000.0}) {
     Options config;
@@ -140,8 +140,8 @@ void print_c10(const ClaimOptions& options) {
   std::mt19937 random(options.seed);
   std::uniform_real_distribution<double> exponent(-1.0, 1.0);
   fmt::print(
-      "\n### C10: a small K lets in, a large one throws apart\n\n"
-      "20 impacts a row, of masses about 0.1 g and speeds about 1 m/s; steps of 0.01 sqrt(m/K), "
+      "\n### C10: a small K lets cloth penetrate, a large K separates it too strongly\n\n"
+      "20 impacts per row, of masses about 0.1 g and speeds about 1 m/s; steps of 0.01 sqrt(m/K), "
       "but "
       "for the last columns, in steps of 1/120 s. Depth and time over v sqrt(m/K) and π "
       "sqrt(m/K).\n\n"
@@ -171,8 +171,9 @@ void print_c29(const ClaimOptions& options) {
   std::mt19937 random(options.seed + 1);
   std::uniform_real_distribution<double> exponent(-1.0, 1.0);
   fmt::print(
-      "\n### C29: penalty is fully elastic, a damper mends it\n\n"
-      "| ζ | rebound [95 %] | that cannot pull, exp(-ζ(π - 2 asin ζ)/sqrt(1 - ζ²)) | that pulls, "
+      "\n### C29: penalty is fully elastic; a damper corrects this\n\n"
+      "| ζ | rebound [95 %] | damper that cannot pull, exp(-ζ(π - 2 asin ζ)/sqrt(1 - ζ²)) | damper "
+      "that pulls, "
       "exp(-πζ/sqrt(1 - ζ²)) |\n|--:|--:|--:|--:|\n");
   for (const double zeta : {0.0, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8}) {
     std::vector<double> rebound;
@@ -245,7 +246,7 @@ void print_c28(const ClaimOptions& options) {
   }
   fmt::print(
       "\nOne particle, 200 random velocities: |error| over the body's speed is {} for eq. 49 as "
-      "printed and {} mended.\n",
+      "printed and {} corrected.\n",
       text(bootstrap(printed, options.seed)), text(bootstrap(mended, options.seed)));
 }
 

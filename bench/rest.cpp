@@ -154,7 +154,7 @@ void print_interval(const Watched&, double time, const Interval& seen,
   };
   fmt::print(
       "  {:7.2f} s  rms {:9.2e}  max {:9.2e} m/s  force/weight {:.5f}..{:.5f}  contacts {:.0f} "
-      "solves {:.2f} iterations {:.1f} hits {:.3f}\n",
+      "solves {:.2f} iterations {:.1f} collisions {:.3f}\n",
       time, seen.rms, seen.fastest, seen.force_least / weight, seen.force_most / weight,
       per_step("contacts"), per_step("solves"), per_step("solver_iterations"),
       per_step("impulse_passes"));
@@ -252,9 +252,9 @@ void stack_report(const std::string& name, const Scene& scene, const BenchOption
     worst = std::max(worst, rest_gap - (mean - below));
     below = mean;
   }
-  fmt::print("  order {}, layers at most {:.3g} of a rest gap too near, top at {:.4f} rest gaps\n",
-             ordered ? "kept" : "LOST", worst / scene.contact.rest_gap,
-             below / scene.contact.rest_gap);
+  fmt::print(
+      "  order {}, largest gap violation of layers {:.3g} rest gaps, top at {:.4f} rest gaps\n",
+      ordered ? "kept" : "LOST", worst / scene.contact.rest_gap, below / scene.contact.rest_gap);
 }
 
 void stack_case(const BenchOptions& options) {
@@ -526,13 +526,13 @@ int main(int argc, char** argv) try {
   CommandLine app("Rest and friction of the default contact");
   std::vector<std::string> names;
   for (const auto& [name, run] : cases()) names.push_back(name);
-  app.option("cases", options.cases, "Which; all but `hour` if none is named").one_of(names);
-  app.option("--seconds", options.seconds, "Simulated time").non_negative();
+  app.option("cases", options.cases, "Names of cases (default: all except `hour`)").one_of(names);
+  app.option("--seconds", options.seconds, "Simulated time, s").non_negative();
   app.option("--steps-per-frame", options.steps_per_frame, "Steps of a frame of 1/60 s").positive();
-  app.option("--tolerance", options.tolerance, "Of the linear solve");
-  app.option("--cells", options.cells, "Cells a side").non_negative();
-  app.option("--threads", options.threads, "Threads at most").non_negative();
-  app.flag("--verbose", options.verbose, "Print the course of each case");
+  app.option("--tolerance", options.tolerance, "Tolerance of the linear solve");
+  app.option("--cells", options.cells, "Cells per side").non_negative();
+  app.option("--threads", options.threads, "Maximum number of threads").non_negative();
+  app.flag("--verbose", options.verbose, "Print each frame of a case");
   if (const auto code = app.parse(argc, argv)) return *code;
   const ThreadLimit limit(options.threads);
   if (options.cases.empty())

@@ -28,12 +28,12 @@ struct BenchOptions {
 
 BenchOptions parse(int argc, char** argv) {
   BenchOptions o;
-  CommandLine app("Generated tangles: how many end free, how soon, how fast");
+  CommandLine app("Untangling of generated scenes: number resolved, time, speed");
   app.option("--count", o.count, "Number of tangles").range(1, 100000);
-  app.option("--seed", o.first_seed, "Seed of the first; the others follow");
-  app.option("--frames", o.frames, "Frames after which a tangle counts as not undone");
-  app.option("--after", o.after, "Frames to go on once it is free");
-  app.flag("--no-judge", o.no_judge, "Leave out the judgement of states and paths");
+  app.option("--seed", o.first_seed, "Seed of the first; the others count up");
+  app.option("--frames", o.frames, "Frames after which a tangle counts as unresolved");
+  app.option("--after", o.after, "Frames to continue after the tangle is resolved");
+  app.flag("--no-judge", o.no_judge, "Omit the exact check of states and paths");
   if (const auto code = app.parse(argc, argv)) std::exit(*code);
   return o;
 }
@@ -73,7 +73,7 @@ int main(int argc, char** argv) {
     std::fflush(stdout);
   }
   fmt::print(
-      "{} of {} end free, {} without a fault; at most {:.2f} m/s, {:.2f} m/s against the mean of "
+      "{} of {} resolved, {} without a fault; at most {:.2f} m/s, {:.2f} m/s against the mean of "
       "the cloth, {:.3f} s; {} crossings "
       "elsewhere\n",
       free, o.count, good, fastest, apart, longest, elsewhere);

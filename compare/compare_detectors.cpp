@@ -117,17 +117,17 @@ struct Counter {
 };
 
 template <class T>
-std::size_t lacking(const std::vector<T>& wanted, const std::vector<T>& there) {
+std::size_t count_missing(const std::vector<T>& wanted, const std::vector<T>& there) {
   std::size_t count = 0;
   std::set_difference(wanted.begin(), wanted.end(), there.begin(), there.end(), Counter{&count});
   return count;
 }
 
 /// Number of `wanted` pairs that are missing in `there`; all lists are sorted.
-std::size_t lacking(const CandidatePairs& wanted, const CandidatePairs& there) {
-  return lacking(wanted.point_triangle, there.point_triangle) +
-         lacking(wanted.triangle_point, there.triangle_point) +
-         lacking(wanted.edge_edge, there.edge_edge);
+std::size_t count_missing(const CandidatePairs& wanted, const CandidatePairs& there) {
+  return count_missing(wanted.point_triangle, there.point_triangle) +
+         count_missing(wanted.triangle_point, there.triangle_point) +
+         count_missing(wanted.edge_edge, there.edge_edge);
 }
 
 std::string failure_of(const BroadPhaseTraits& traits, const DetectorScore& s) {
@@ -224,12 +224,12 @@ void DetectorTrial::judge(const CandidatePairs& first, const CandidatePairs& sec
   s.triangle_point = first.triangle_point.size();
   s.point_triangle = first.point_triangle.size() + s.triangle_point;
   s.edge_edge = first.edge_edge.size();
-  s.missed =
-      std::max(lacking(reference_->colliding, first), lacking(reference_->colliding, second));
+  s.missed = std::max(count_missing(reference_->colliding, first),
+                      count_missing(reference_->colliding, second));
   const std::size_t all = reference_->colliding.size();
   s.recall = all == 0 ? 1.0 : static_cast<double>(all - s.missed) / static_cast<double>(all);
-  s.boxes_missed = lacking(reference_->boxes, first);
-  s.beyond_boxes = lacking(first, reference_->boxes);
+  s.boxes_missed = count_missing(reference_->boxes, first);
+  s.beyond_boxes = count_missing(first, reference_->boxes);
 }
 
 bool DetectorTrial::slow() const {
@@ -297,8 +297,8 @@ ContactScore score_contacts(const NarrowPhase& method, const DetectionCase& c,
     for (const Contact& contact : contacts)
       score.first_toi = std::min(score.first_toi.value_or(contact.toi), contact.toi);
   const std::vector<ContactKey> found = keys_of(contacts), truth = keys_of(c, reference.colliding);
-  score.missed = lacking(truth, found);
-  score.false_alarms = lacking(found, truth);
+  score.missed = count_missing(truth, found);
+  score.false_alarms = count_missing(found, truth);
   return score;
 }
 

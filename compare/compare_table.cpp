@@ -315,7 +315,7 @@ std::string to_text(const CompareTable& table) {
   for (const CompareRow& row : table.rows) width = std::max(width, row.label.size() + 2);
   std::string text =
       fmt::format("{:<{}}{:<10}{:>10}{:>11}{:>11}{:>22}{:>8}{:>8}\n", "cell", width, "status",
-                  "error", "deviation", "ms a step", "ratio (quartiles)", "recall", "steps");
+                  "error", "deviation", "ms/step", "ratio (quartiles)", "recall", "steps");
   for (const CompareRow& row : table.rows) {
     constexpr double milli = 1e3;
     const bool ok = row.status == RunStatus::ok;

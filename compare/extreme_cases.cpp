@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/compare/extreme_cases.h>
+#include <selvedge/compare/detail/extreme_cases.h>
 
 #include <fmt/format.h>
 
@@ -64,10 +64,7 @@ void Trial::collect(const ExtremeRun& run) {
 }
 
 CaseResult Trial::answer(Answer answer, const std::string& note) const {
-  CaseResult result = measures_;
-  result.answer = answer;
-  result.note = note;
-  return result;
+  return {answer, note, measures_};
 }
 
 CaseResult Trial::settle(const ExtremeRun& run, bool right, const std::string& number) const {
@@ -75,18 +72,19 @@ CaseResult Trial::settle(const ExtremeRun& run, bool right, const std::string& n
   if (!run.refused.empty()) return answer(Answer::refused, run.refused);
   const std::size_t crossings = run.intersections + run.path_collisions;
   if (crossings > 0 && run.result.clean && run.stopped.empty())
-    return answer(Answer::failed, fmt::format("calls itself clean, but {} crossings", crossings));
+    return answer(Answer::failed,
+                  fmt::format("reported as clean, but has {} crossings", crossings));
   if (crossings > 0)
-    return answer(Answer::degraded, fmt::format("not clean, and says so: {} crossings", crossings));
+    return answer(Answer::degraded, fmt::format("reported as not clean: {} crossings", crossings));
   if (!run.stopped.empty()) return answer(Answer::refused, run.stopped);
   if (!right) return answer(Answer::failed, number);
   std::string flags;
   if (run.result.strain_residual > 0.0)
     flags = fmt::format("; {:.3g} % above the strain limit", 100.0 * run.result.strain_residual);
   if (const double gained = run.result.ledger.at("balance").at("energy_gained_J"); gained > 0.0)
-    flags += fmt::format("; {:.3g} J from nowhere", gained);
+    flags += fmt::format("; {:.3g} J gained without a source", gained);
   if (flags.empty()) return answer(Answer::correct, number);
-  return answer(Answer::degraded, number + flags + ", and says so");
+  return answer(Answer::degraded, number + flags + ", reported");
 }
 
 std::vector<ExtremeCase> extreme_cases() {

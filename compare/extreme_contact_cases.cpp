@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Extreme cases of contact: surfaces that the cloth must not pass, and where it must end up.
-#include <selvedge/compare/extreme_cases.h>
+#include <selvedge/compare/detail/extreme_cases.h>
 
 #include <fmt/format.h>
 #include <selvedge/core/force.h>
@@ -218,7 +218,7 @@ CaseResult twist(Trial& trial) {
   const double turns = linking_number(run.frames.back(), grid.cells_x, grid.cells_y);
   return trial.settle(
       run, std::abs(turns - 2.0) < 0.02,
-      fmt::format("its sides wind around each other {:.4f} times, should 2", turns));
+      fmt::format("its sides wind around each other {:.4f} times, expected 2", turns));
 }
 
 // S8, S9: needle, cone, fin
@@ -293,7 +293,7 @@ CaseResult resting(Trial& trial) {
   const ExtremeRun run = trial.run("s18_resting");
   return trial.settle(
       run, run.rms_speed < 1e-4,
-      fmt::format("rms speed {:.1e} m/s after 5 s, wanted below 1e-4", run.rms_speed));
+      fmt::format("rms speed {:.1e} m/s after 5 s, expected below 1e-4", run.rms_speed));
 }
 
 /// Distance slid along the slope of 30 degrees, m.
@@ -307,25 +307,25 @@ CaseResult frictionless(Trial& trial) {
   const ExtremeRun run =
       trial.run("s19_incline", {{"obstacles.slope.friction", "0"}, {"time.frames", "48"}});
   const double n = run.result.steps, h = run.time / n;
-  const double should =
+  const double expected =
       9.81 * 0.5 * h * h * n * (n + 1.0) / 2.0;  // sum over the steps of Euler's method
-  return trial.settle(run, std::abs(slid(run) / should - 1.0) < 0.01,
-                      fmt::format("slides {:.5f} m, should {:.5f}", slid(run), should));
+  return trial.settle(run, std::abs(slid(run) / expected - 1.0) < 0.01,
+                      fmt::format("slides {:.5f} m, expected {:.5f}", slid(run), expected));
 }
 
 CaseResult glued(Trial& trial) {
   const ExtremeRun run = trial.run("s19_incline", {{"obstacles.slope.friction", "1e6"}});
   return trial.settle(run, std::abs(slid(run)) < 1e-6,
-                      fmt::format("creeps {:.1e} m in 1 s, wanted below 1e-6", slid(run)));
+                      fmt::format("creeps {:.1e} m in 1 s, expected below 1e-6", slid(run)));
 }
 
 CaseResult sliding(Trial& trial) {
   const ExtremeRun run = trial.run("s19_incline", {{"time.frames", "48"}});
   const double angle = std::numbers::pi / 6.0;
   const double a = 9.81 * (std::sin(angle) - 0.3 * std::cos(angle));
-  const double n = run.result.steps, h = run.time / n, should = a * h * h * n * (n + 1.0) / 2.0;
-  return trial.settle(run, std::abs(slid(run) / should - 1.0) < 0.01,
-                      fmt::format("slides {:.5f} m, should {:.5f}", slid(run), should));
+  const double n = run.result.steps, h = run.time / n, expected = a * h * h * n * (n + 1.0) / 2.0;
+  return trial.settle(run, std::abs(slid(run) / expected - 1.0) < 0.01,
+                      fmt::format("slides {:.5f} m, expected {:.5f}", slid(run), expected));
 }
 
 // S20: bodies with faults
@@ -346,7 +346,7 @@ CaseResult cleaned_body(Trial& trial) {
   if (run.x.empty()) return trial.settle(run, false, "");
   const double over = height_over(run.x, run.cloth.surface.triangles, 0.0, 0.0) - 0.1;
   return trial.settle(run, std::abs(over - 0.002) < 0.001,
-                      fmt::format("{:.3g} mm over the lid, should be 2", 1e3 * over));
+                      fmt::format("{:.3g} mm over the lid, expected 2", 1e3 * over));
 }
 
 // S23: no solution keeps the limit

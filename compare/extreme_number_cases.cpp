@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Extreme cases of numbers: stiffness, scale, time, and rejected input.
-#include <selvedge/compare/extreme_cases.h>
+#include <selvedge/compare/detail/extreme_cases.h>
 
 #include <fmt/format.h>
 #include <selvedge/core/integrator.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/compare/extreme_cases.h>
+#include <selvedge/compare/detail/extreme_cases.h>
 #include <selvedge/core/resources.h>
 #include <selvedge/scene/build.h>
 

@@ -1,9 +1,16 @@
 // SPDX-License-Identifier: MIT
+//
+// Stability: largest stable steps of the integrators, and whole scenes at the limits.
 #pragma once
 
 #include <selvedge/core/integrator.h>
 #include <selvedge/scene/scene.h>
 
+#include <filesystem>
+#include <functional>
+#include <limits>
+#include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -82,5 +89,64 @@ StabilityMap map_stability(const std::string& integrator, const Scene& scene,
 
 /// Draws the maps into one SVG picture.
 std::string draw_maps(const std::vector<StabilityMap>& maps);
+
+// -- extreme cases --------------------------------------------------------------------------------
+
+/// Outcome of an extreme case. A NaN in the output, a hang, an unreported passage of cloth through
+/// a surface, or a wrong number counts as `failed`.
+enum class Answer {
+  correct,   ///< the note gives the number that shows it
+  refused,   ///< the note gives the reason
+  degraded,  ///< the run finished and reports the limits that it could not keep
+  failed
+};
+/// "correct", "refused", "degraded", "FAILED".
+const char* to_string(Answer answer);
+
+/// The worst numbers of all runs of a case.
+struct ExtremeMeasures {
+  double max_stretch = 0.0;
+  std::size_t crossings = 0;  ///< intersections in the worst frame, and collisions on paths
+  double worst_speed = 0.0;   ///< m/s
+  /// Largest mechanical energy over that at the start; NaN where it is unknown.
+  double energy_ratio = std::numeric_limits<double>::quiet_NaN();
+  /// J; total kinetic energy that a stage of the step added, by its ledger, in the run with the
+  /// largest value. Negative values mean energy removed.
+  std::map<std::string, double> given;
+};
+
+struct ExtremeResult {
+  std::string name;      ///< of the case
+  std::string response;  ///< name of the response
+  Answer answer = Answer::failed;
+  std::optional<Answer> expected;           ///< only for the default response
+  std::string note;                         ///< the number, the reason or the flag
+  std::optional<ExtremeMeasures> measures;  ///< nullopt: the process ended without a result
+  double wall_s = 0.0;                      ///< s
+
+  bool is_as_expected() const { return !expected || *expected == answer; }
+};
+
+struct ExtremeCasesConfig {
+  std::filesystem::path folder;    ///< of the scenes: data/extreme
+  std::vector<std::string> cases;  ///< names of cases, or how they begin; empty: all
+  std::string response;            ///< "": the default response
+  std::filesystem::path out;       ///< each run writes its frames into a subfolder; "": no output
+  int threads = 0;                 ///< 0: no limit
+  double wall_limit = 120.0;       ///< s; a case that takes longer has failed
+};
+
+/// The cases whose names begin with one of `beginnings`, by name; all if it is empty. Throws
+/// std::invalid_argument for a beginning without a case.
+std::vector<std::string> extreme_case_names(const std::vector<std::string>& beginnings = {});
+
+/// Runs the extreme cases: scenes of data/extreme with an expected answer. The exact check, which
+/// shares no code with the simulator, examines every frame and every path between two accepted
+/// states. Each case runs in a copy of this process (fork), so that a crash or a hang is a result;
+/// call it from a process with one thread. Calls `report`, which may be empty, after each case.
+/// Throws std::invalid_argument if the folder is not that of the extreme cases, and for a beginning
+/// without a case.
+std::vector<ExtremeResult> run_extreme_cases(
+    const ExtremeCasesConfig& config, const std::function<void(const ExtremeResult&)>& report = {});
 
 }  // namespace selvedge

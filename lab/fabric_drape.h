@@ -4,6 +4,7 @@
 #include <selvedge/core/measure.h>
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -65,5 +66,33 @@ struct MeshLimit {
 /// only the last three are used. If these do not converge, the uncertainty is the largest distance
 /// between two of them. Throws std::invalid_argument for fewer than two values.
 MeshLimit mesh_limit(std::span<const double> values);
+
+/// Drape tests of one fabric that differ in their seed.
+struct DrapeSeries {
+  DrapeTrial trial;        ///< its seed is replaced by 1, 2, ...
+  std::int32_t seeds = 5;  ///< >= 1
+  /// Meshes of the first seed, each with twice the cells of the one before; 1: no refinement. Polar
+  /// meshes only; others are not refined.
+  std::int32_t levels = 2;
+};
+
+struct DrapeStatistics {
+  std::vector<double> coefficient;          ///< %, of each seed
+  std::vector<std::int32_t> folds;          ///< of each seed
+  std::vector<double> refined;              ///< %, of the first seed on each of its meshes
+  std::vector<std::int32_t> refined_folds;  ///< of the first seed on each of its meshes
+  std::int32_t unsettled = 0;               ///< tests that did not come to rest
+  double strips = 0.0;                      ///< %, strip_drape_coefficient of the fabric
+
+  double mean() const;    ///< % of the seeds
+  double spread() const;  ///< %, largest minus smallest of the seeds
+  /// Limit of the mean for finer meshes: every seed gets the correction of the first one. nullopt
+  /// without refinement.
+  std::optional<MeshLimit> limit() const;
+  double value() const;  ///< %, the limit if it is known, else the mean
+};
+/// Runs the tests, in parallel over the seeds. Deterministic for any number of threads. Throws
+/// std::invalid_argument if a number is out of range.
+DrapeStatistics drape_series(const Material& material, const DrapeSeries& series);
 
 }  // namespace selvedge

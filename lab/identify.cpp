@@ -55,14 +55,14 @@ Material DrapeSearch::at(const std::vector<double>& logs) const {
   return material;
 }
 
-double DrapeSearch::misfit(const std::vector<double>& logs) const {
+double DrapeSearch::residual(const std::vector<double>& logs) const {
   const DrapeOutcome outcome = drape(at(logs), trial);
   const double points = std::abs(outcome.coefficient - target.coefficient);
   if (target.spectrum.empty()) return points;
   double square = 0.0;
   for (std::size_t n = 0; n < std::min(orders, target.spectrum.size()); ++n) {
-    const double lack = outcome.rim.amplitude[n] - target.spectrum[n];
-    square += lack * lack;
+    const double difference = outcome.rim.amplitude[n] - target.spectrum[n];
+    square += difference * difference;
   }
   return points + 100.0 * std::sqrt(square) / trial.specimen;
 }
@@ -91,8 +91,8 @@ class Simplex {
       logs[k] = std::clamp(logs[k], std::log10(search_.constants[k].lowest),
                            std::log10(search_.constants[k].highest));
     ++evaluations_;
-    const double misfit = search_.misfit(logs);
-    return {std::move(logs), misfit};
+    const double residual = search_.residual(logs);
+    return {std::move(logs), residual};
   }
 
   void begin(Point start) {
@@ -106,8 +106,9 @@ class Simplex {
   }
 
   void sort() {
-    std::stable_sort(points_.begin(), points_.end(),
-                     [](const Candidate& a, const Candidate& b) { return a.misfit < b.misfit; });
+    std::stable_sort(points_.begin(), points_.end(), [](const Candidate& a, const Candidate& b) {
+      return a.residual < b.residual;
+    });
   }
 
   double size() const {
@@ -132,10 +133,10 @@ class Simplex {
 
   void step() {
     const Candidate reflected = evaluate(moved(1.0));
-    if (reflected.misfit < points_.front().misfit) {
+    if (reflected.residual < points_.front().residual) {
       Candidate expanded = evaluate(moved(2.0));
-      points_.back() = expanded.misfit < reflected.misfit ? expanded : reflected;
-    } else if (reflected.misfit < points_[points_.size() - 2].misfit) {
+      points_.back() = expanded.residual < reflected.residual ? expanded : reflected;
+    } else if (reflected.residual < points_[points_.size() - 2].residual) {
       points_.back() = reflected;
     } else {
       contract(reflected);
@@ -144,9 +145,9 @@ class Simplex {
   }
 
   void contract(const Candidate& reflected) {
-    const bool outside = reflected.misfit < points_.back().misfit;
+    const bool outside = reflected.residual < points_.back().residual;
     Candidate inner = evaluate(moved(outside ? 0.5 : -0.5));
-    if (inner.misfit < std::min(reflected.misfit, points_.back().misfit)) {
+    if (inner.residual < std::min(reflected.residual, points_.back().residual)) {
       points_.back() = std::move(inner);
       return;
     }

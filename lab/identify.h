@@ -38,13 +38,13 @@ struct DrapeSearch {
   Material at(const std::vector<double>& logs) const;
   /// Residual: |DC - DC*| in percentage points. If the target has a spectrum, the distance between
   /// the amplitudes, in percent of the specimen's radius, is added [Mongus2012].
-  double misfit(const std::vector<double>& logs) const;
+  double residual(const std::vector<double>& logs) const;
 };
 
 /// A point of the search and its residual.
 struct Candidate {
   std::vector<double> logs;
-  double misfit = 0.0;
+  double residual = 0.0;
 };
 
 struct NelderMeadConfig {

@@ -23,7 +23,7 @@ struct DrapeProblem {
   const DrapeSearch* search = nullptr;
 
   pagmo::vector_double fitness(const pagmo::vector_double& logs) const {
-    return {search->misfit(logs)};
+    return {search->residual(logs)};
   }
   std::pair<pagmo::vector_double, pagmo::vector_double> get_bounds() const {
     std::pair<pagmo::vector_double, pagmo::vector_double> bounds;
@@ -58,7 +58,7 @@ std::vector<Candidate> next_generation(const DrapeSearch& search, const GeneticC
     return candidates_of(pagmo::population{
         problem, static_cast<pagmo::population::size_type>(config.population), seed});
   pagmo::population population{problem, 0, seed};
-  for (const Candidate& c : former) population.push_back(c.logs, {c.misfit});
+  for (const Candidate& c : former) population.push_back(c.logs, {c.residual});
   constexpr double crossover = 0.9, spread = 5.0, mutation = 0.3, mutation_spread = 5.0;
   constexpr unsigned tournament = 2;
   const pagmo::algorithm algorithm{pagmo::sga{1u, crossover, spread, mutation, mutation_spread,
@@ -66,7 +66,7 @@ std::vector<Candidate> next_generation(const DrapeSearch& search, const GeneticC
   return candidates_of(algorithm.evolve(population));
 }
 
-bool better(const Candidate& a, const Candidate& b) { return a.misfit < b.misfit; }
+bool better(const Candidate& a, const Candidate& b) { return a.residual < b.residual; }
 
 /// The best of each island replaces the worst of the next one.
 void migrate(std::vector<std::vector<Candidate>>& islands) {

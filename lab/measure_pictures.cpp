@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/lab/measure_pictures.h>
+#include <selvedge/lab/measure_result.h>
 
 #include <algorithm>
 #include <array>

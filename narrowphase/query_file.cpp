@@ -199,11 +199,11 @@ class QueryReader {
                           std::to_string(set_.queries.size() - 1) + ", which begins in line " +
                           std::to_string(first) + "; rows must come in eights");
       last_row_ = lines_.number();
-      const bool told = read_row((row < 4 ? query.x_t0 : query.x_t1)[row % 4]);
-      if (row > 0 && told != truth)
-        lines_.refuse("truth is " + std::to_string(told) + ", but line " + std::to_string(first) +
+      const bool stated = read_row((row < 4 ? query.x_t0 : query.x_t1)[row % 4]);
+      if (row > 0 && stated != truth)
+        lines_.refuse("truth is " + std::to_string(stated) + ", but line " + std::to_string(first) +
                       " of the same query says " + std::to_string(truth));
-      truth = told;
+      truth = stated;
     }
     set_.truth.push_back(truth ? 1 : 0);
   }

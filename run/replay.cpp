@@ -21,7 +21,7 @@ void check_bodies(const Simulation& simulation, const FailureBundle& bundle) {
 }
 
 bool is_stalled(const Simulation& simulation, const Scene& scene, const FailureBundle& bundle) {
-  const int attempts = static_cast<int>(simulation.tried().size());
+  const int attempts = static_cast<int>(simulation.attempt_lengths().size());
   return bundle.kind == FailureKind::stalled &&
          is_near_smallest(bundle.state.control.halvings + attempts - 1, scene.time.max_halvings);
 }
@@ -42,10 +42,10 @@ StepReplay replay_step(Simulation& simulation, const Scene& scene, const Failure
     replay.failure = failed.kind;
     replay.cause = failed.what();
   }
-  replay.tried = simulation.tried();
+  replay.attempts = simulation.attempt_lengths();
   replay.state_hash = state_hash(simulation.state());
-  replay.as_recorded =
-      replay.failure == bundle.kind && replay.cause == bundle.cause && replay.tried == bundle.tried;
+  replay.as_recorded = replay.failure == bundle.kind && replay.cause == bundle.cause &&
+                       replay.attempts == bundle.attempts;
   return replay;
 }
 

@@ -31,10 +31,10 @@ struct FailureBundle {
   std::filesystem::path folder;
   bool scene_from_file = true;  ///< false: made in code, and scene.json holds only its name
   FailureKind kind = FailureKind::not_clean;
-  std::string cause;          ///< one line
-  SimulationState state;      ///< the last good one
-  std::string bodies_hash;    ///< of the body vertices at its time, as state_hash
-  std::vector<double> tried;  ///< s, step lengths of the attempts
+  std::string cause;             ///< one line
+  SimulationState state;         ///< the last good one
+  std::string bodies_hash;       ///< of the body vertices at its time, as state_hash
+  std::vector<double> attempts;  ///< s, step lengths of the attempts
 };
 
 /// Throws std::invalid_argument with file, fault and remedy if there is no bundle or it is damaged.
@@ -44,7 +44,7 @@ FailureBundle read_failure_bundle(const std::filesystem::path& folder);
 struct StepReplay {
   std::optional<FailureKind> failure;  ///< nullopt: the step passes now
   std::string cause;                   ///< "" if it passes
-  std::vector<double> tried;           ///< s, step lengths of the attempts, the accepted one too
+  std::vector<double> attempts;        ///< s, step lengths of the attempts, the accepted one too
   std::string state_hash;              ///< of the state afterwards
   bool as_recorded = false;            ///< same failure, same cause, exactly the same attempts
 };

@@ -93,7 +93,7 @@ class Run {
   void resume() {
     if (folder_exists()) lock_folder();
     detail::Checkpoint checkpoint = detail::read_checkpoint(config_.out);
-    detail::check_same_scene(config_.out, scene_);
+    detail::check_same_scene(config_.out, scene_, config_.methods);
     make_folders();
     frame_ = checkpoint.frame;
     before_ = std::move(checkpoint.result);

@@ -2,8 +2,10 @@
 #include <fmt/format.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/scene/detail/old_keys.h>
+#include <selvedge/scene/detail/read_bodies.h>
 #include <selvedge/scene/detail/read_extras.h>
 #include <selvedge/scene/detail/read_geometry.h>
+#include <selvedge/scene/detail/read_values.h>
 #include <selvedge/scene/detail/scene_json.h>
 #include <selvedge/scene/detail/select_vertices.h>
 #include <selvedge/scene/scene.h>
@@ -11,7 +13,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <numbers>
 #include <optional>
 #include <set>
 #include <stdexcept>
@@ -22,15 +23,14 @@ namespace selvedge {
 namespace {
 
 using detail::fail;
+using detail::in_quotes;
 using detail::join;
 using detail::Json;
 using detail::LocatedJson;
-
-Vec3 read_vec3(const Json& j) {
-  return {j[0].get<double>(), j[1].get<double>(), j[2].get<double>()};
-}
-
-std::string in_quotes(const std::string& word) { return "\"" + word + "\""; }
+using detail::read_name;
+using detail::read_placement;
+using detail::read_vec3;
+using detail::require_known;
 
 /// Reads a document that the schema has checked and completed: every key with a default is present,
 /// with the right type and range. The reader checks references and files.
@@ -46,12 +46,12 @@ class SceneReader {
     scene_.gravity = read_vec3(root_["gravity"]);
     read_materials();
     read_geometry();
-    read_motions();
+    detail::check_motions(document_);
     read_handles();
     read_weights();
     detail::read_seams(document_, scene_);
     detail::read_water(document_, scene_);
-    read_obstacles();
+    detail::read_bodies(document_, scene_);
     read_air();
     read_time();
     read_contact();
@@ -65,28 +65,6 @@ class SceneReader {
 
  private:
   // -- names ------------------------------------------------------------------------------------
-
-  /// The name of an element, unique in its list; made from the index if the element has none.
-  std::string read_name(Json& element, const std::string& stem, std::size_t index,
-                        std::set<std::string>& taken) {
-    const std::string path = join(stem, index);
-    if (!element.contains("name")) element["name"] = fmt::format("{}_{}", stem, index);
-    auto name = element["name"].get<std::string>();
-    if (!taken.insert(name).second)
-      fail(document_, join(path, "name"),
-           in_quotes(name) + " is taken; give each element its own name");
-    return name;
-  }
-
-  template <class Known>
-  void require_known(const std::string& word, const Known& known, const std::string& path,
-                     const std::string& kind) const {
-    if (std::find(known.begin(), known.end(), word) != known.end()) return;
-    const std::vector<std::string> words(known.begin(), known.end());
-    const std::string hint =
-        words.empty() ? "none is defined" : "nearest is " + in_quotes(nearest_word(word, words));
-    fail(document_, path, fmt::format("there is no {} {}; {}", kind, in_quotes(word), hint));
-  }
 
   /// The value of a word that the schema allows.
   template <class Enum>
@@ -122,88 +100,25 @@ class SceneReader {
     options.set(key, value);
   }
 
-  /// Options that stand beside the method's name, as in older scene files.
+  /// Options that stand beside the method's name, as in older scene files. Version 0.1 completed
+  /// the scene.json of a result with the options of all methods; those of other methods had no
+  /// effect and are dropped.
   template <class Entry>
-  void read_flat_options(const Json& section, const std::string& stem, const Entry& entry,
+  void read_flat_options(Json& section, const std::string& stem, const Entry& entry,
                          std::initializer_list<const char*> keys, Options& options) const {
+    const bool completed = std::all_of(keys.begin(), keys.end(),
+                                       [&](const char* key) { return section.contains(key); });
     for (const std::string key : keys) {
       if (!section.contains(key)) continue;
+      if (completed && std::none_of(entry.options().begin(), entry.options().end(),
+                                    [&](const auto& option) { return option.name == key; })) {
+        section.erase(key);
+        continue;
+      }
       if (options.contains(key))
         fail(document_, join(stem, key), "is given twice; keep the one beside \"type\"");
       read_option(section[key], entry, join(stem, key), key, options);
     }
-  }
-
-  // -- files ------------------------------------------------------------------------------------
-
-  /// Absolute path of a file that exists; also stored in the document.
-  std::filesystem::path read_file(Json& j, const std::string& path) {
-    const auto file = absolute(j.get<std::string>());
-    std::error_code error;
-    if (!std::filesystem::exists(file, error)) {
-      const bool fetched = file.parent_path().filename() == "fetched";
-      fail(document_, path,
-           fmt::format("there is no file {}; {}", file.string(),
-                       fetched ? "fetch it with scripts/fetch_bodies.sh"
-                               : "paths are relative to the scene file"));
-    }
-    if (std::filesystem::is_directory(file, error))
-      fail(document_, path, file.string() + " is a folder; name a mesh file in it");
-    j = file.string();
-    return file;
-  }
-
-  std::filesystem::path absolute(const std::string& name) const {
-    const auto folder = std::filesystem::absolute(document_.file).parent_path();
-    return (folder / name).lexically_normal();
-  }
-
-  // -- placement and motion -----------------------------------------------------------------------
-
-  Eigen::Quaterniond read_axis_angle(const Json& j, const std::string& path) const {
-    const Vec3 axis = read_vec3(j["axis"]);
-    if (axis.norm() == 0.0) fail(document_, join(path, "axis"), "must not be the zero vector");
-    const double angle = j["angle_deg"].get<double>() * std::numbers::pi / 180.0;
-    return Eigen::Quaterniond(Eigen::AngleAxisd(angle, axis.normalized()));
-  }
-
-  Eigen::Quaterniond read_rotation(const Json& j, const std::string& path) const {
-    if (j.is_object()) return read_axis_angle(j, path);
-    Eigen::Quaterniond all = Eigen::Quaterniond::Identity();
-    for (std::size_t i = 0; i < j.size(); ++i) all = read_axis_angle(j[i], join(path, i)) * all;
-    return all.normalized();
-  }
-
-  Placement read_placement(const Json& j, const std::string& path) const {
-    return {read_vec3(j["translation"]), read_rotation(j["rotation"], join(path, "rotation")),
-            j["scale"].get<double>()};
-  }
-
-  std::vector<Keyframe> read_keyframes(const Json& j, const std::string& path) const {
-    std::vector<Keyframe> keys;
-    for (std::size_t i = 0; i < j.size(); ++i) {
-      const std::string place = join(path, i);
-      keys.push_back({j[i]["time"].get<double>(), read_vec3(j[i]["translation"]),
-                      read_rotation(j[i]["rotation"], join(place, "rotation"))});
-      if (i > 0 && keys[i].time <= keys[i - 1].time)
-        fail(document_, join(place, "time"),
-             fmt::format("must be later than the one before ({} s), is {}", keys[i - 1].time,
-                         keys[i].time));
-    }
-    return keys;
-  }
-
-  void read_motions() {
-    for (const auto& [name, keys] : root_["motions"].items())
-      motions_[name] = read_keyframes(keys, join("motions", name));
-  }
-
-  std::vector<Keyframe> read_motion(const Json& j, const std::string& path) const {
-    if (!j.is_string()) return read_keyframes(j, path);
-    std::vector<std::string> known;
-    for (const auto& [name, keys] : motions_) known.push_back(name);
-    require_known(j.get<std::string>(), known, path, "motion");
-    return motions_.at(j.get<std::string>());
   }
 
   // -- cloth --------------------------------------------------------------------------------------
@@ -256,18 +171,19 @@ class SceneReader {
       const std::string path = join("geometry", i);
       Json& j = list[i];
       ClothSpec cloth;
-      cloth.name = read_name(j, "geometry", i, taken);
+      cloth.name = read_name(document_, j, "geometry", i, taken);
       if (j.contains("mesh"))
         cloth.shape = read_cloth_file(j, path);
       else
         cloth.shape = read_cloth_grid(j);
-      cloth.placement = read_placement(j["transformation"], join(path, "transformation"));
+      cloth.placement =
+          read_placement(document_, j["transformation"], join(path, "transformation"));
       cloth.velocity = read_vec3(j["velocity"]);
       cloth.material = j["material"].get<std::string>();
       cloth.virtual_springs = detail::read_virtual_springs(j);
       std::vector<std::string> known;
       for (const auto& [name, material] : scene_.materials) known.push_back(name);
-      require_known(cloth.material, known, join(path, "material"), "material");
+      require_known(document_, cloth.material, known, join(path, "material"), "material");
       scene_.cloths.push_back(std::move(cloth));
     }
   }
@@ -275,10 +191,11 @@ class SceneReader {
   ClothFile read_cloth_file(Json& j, const std::string& path) {
     ClothFile shape;
     if (j["mesh"].is_string())
-      shape.file = read_file(j["mesh"], join(path, "mesh"));
+      shape.file = detail::read_file(document_, j["mesh"], join(path, "mesh"));
     else
-      shape.mesh = read_inline_mesh(j["mesh"]);
-    if (j["rest_mesh"] != "") shape.rest_file = read_file(j["rest_mesh"], join(path, "rest_mesh"));
+      shape.mesh = detail::read_inline_mesh(j["mesh"]);
+    if (j["rest_mesh"] != "")
+      shape.rest_file = detail::read_file(document_, j["rest_mesh"], join(path, "rest_mesh"));
     detail::read_mesh_options(j, shape);
     if (j["rest"] != "texture") return shape;
     if (shape.file.empty() || !shape.rest_file.empty())
@@ -302,15 +219,6 @@ class SceneReader {
     return shape;
   }
 
-  static TriangleMesh read_inline_mesh(const Json& j) {
-    TriangleMesh mesh;
-    for (const Json& x : j["vertices"]) mesh.vertices.push_back(read_vec3(x));
-    for (const Json& t : j["triangles"])
-      mesh.triangles.push_back(
-          {t[0].get<std::int32_t>(), t[1].get<std::int32_t>(), t[2].get<std::int32_t>()});
-    return mesh;
-  }
-
   // -- handles ------------------------------------------------------------------------------------
 
   void read_handles() {
@@ -320,10 +228,10 @@ class SceneReader {
       const std::string path = join("handles", i);
       Json& j = list[i];
       HandleSpec handle;
-      handle.name = read_name(j, "handles", i, taken);
+      handle.name = read_name(document_, j, "handles", i, taken);
       handle.geometry = read_geometry_name(j, path);
       handle.vertices = select(j["select"], handle.geometry, join(path, "select"));
-      handle.motion = read_motion(j["motion"], join(path, "motion"));
+      handle.motion = detail::read_motion(document_, j["motion"], join(path, "motion"));
       check_starts_at_rest(handle, join(path, "motion"));
       if (j.contains("release")) handle.release = j["release"].get<double>();
       refuse_shared_vertices(handle, path);
@@ -337,7 +245,7 @@ class SceneReader {
     for (std::size_t i = 0; i < list.size(); ++i) {
       const std::string path = join("weights", i);
       WeightSpec weight;
-      weight.name = read_name(list[i], "weights", i, taken);
+      weight.name = read_name(document_, list[i], "weights", i, taken);
       weight.geometry = read_geometry_name(list[i], path);
       weight.vertices = select(list[i]["select"], weight.geometry, join(path, "select"));
       weight.mass = list[i]["mass"].get<double>();
@@ -361,7 +269,8 @@ class SceneReader {
     }
     std::vector<std::string> known;
     for (const ClothSpec& cloth : scene_.cloths) known.push_back(cloth.name);
-    require_known(j["geometry"].get<std::string>(), known, join(path, "geometry"), "geometry");
+    require_known(document_, j["geometry"].get<std::string>(), known, join(path, "geometry"),
+                  "geometry");
     return j["geometry"].get<std::string>();
   }
 
@@ -386,94 +295,6 @@ class SceneReader {
     }
   }
 
-  // -- obstacles ----------------------------------------------------------------------------------
-
-  void read_obstacles() {
-    std::set<std::string> taken;
-    Json& list = root_["obstacles"];
-    for (std::size_t i = 0; i < list.size(); ++i) {
-      const std::string path = join("obstacles", i);
-      Json& j = list[i];
-      BodySpec body;
-      body.name = read_name(j, "obstacles", i, taken);
-      if (j.contains("shape")) body.shape = read_shape(j["shape"], join(path, "shape"));
-      if (j.contains("mesh") && j["mesh"].is_string())
-        body.shape = BodyFile{read_file(j["mesh"], join(path, "mesh")), read_load(j), {}};
-      if (j.contains("mesh") && j["mesh"].is_object())
-        body.shape = BodyFile{{}, read_load(j), read_inline_mesh(j["mesh"])};
-      if (j.contains("sequence"))
-        body.shape = read_sequence(j, join(path, "sequence"));
-      else
-        body.motion = read_motion(j["motion"], join(path, "motion"));
-      body.placement = read_placement(j["transformation"], join(path, "transformation"));
-      body.friction = j["friction"].get<double>();
-      scene_.bodies.push_back(std::move(body));
-    }
-  }
-
-  static LoadConfig read_load(const Json& j) {
-    LoadConfig load;
-    load.unit = j["unit"].get<double>();
-    load.up = j["up"] == "x" ? UpAxis::x : j["up"] == "y" ? UpAxis::y : UpAxis::z;
-    // Frames of a sequence are never welded: each could be welded differently.
-    load.weld = j.value("weld", false);
-    return load;
-  }
-
-  BodyShape read_shape(const Json& j, const std::string& path) const {
-    const auto type = j["type"].get<std::string>();
-    const auto number = [&](const char* key) { return j[key].get<double>(); };
-    BodyShape shape;
-    shape.resolution = j.value("resolution", shape.resolution);
-    if (type == "plane") shape.shape = Plane{number("size")};
-    if (type == "box") shape.shape = Box{read_vec3(j["size"])};
-    if (type == "sphere") shape.shape = Sphere{number("radius")};
-    if (type == "capsule") shape.shape = Capsule{number("radius"), number("length")};
-    if (type == "cylinder") shape.shape = Cylinder{number("radius"), number("height")};
-    if (type == "cone") shape.shape = Cone{number("radius"), number("height")};
-    if (type == "torus") {
-      if (number("tube") >= number("radius"))
-        fail(document_, join(path, "tube"), "must be less than radius, or the ring has no hole");
-      shape.shape = Torus{number("radius"), number("tube")};
-    }
-    return shape;
-  }
-
-  BodySequence read_sequence(Json& j, const std::string& path) {
-    Json& sequence = j["sequence"];
-    BodySequence shape;
-    shape.load = read_load(j);
-    shape.fps = sequence["fps"].get<double>();
-    shape.start = sequence["start"].get<double>();
-    Json& files = sequence["files"];
-    const std::string place = join(path, "files");
-    if (files.is_string()) files = expand(files.get<std::string>(), sequence["first"], place);
-    for (std::size_t i = 0; i < files.size(); ++i)
-      shape.files.push_back(read_file(files[i], join(place, i)));
-    return shape;
-  }
-
-  /// "walk_####.obj" into the files that exist from number `first` on.
-  Json expand(const std::string& pattern, std::int64_t first, const std::string& path) const {
-    const auto begin = pattern.find('#');
-    if (begin == std::string::npos)
-      fail(document_, path, "needs a list of files, or a name with # for each digit of a number");
-    const auto end = std::min(pattern.find_first_not_of('#', begin), pattern.size());
-    Json files = Json::array();
-    const auto name = [&](std::int64_t number) {
-      return fmt::format("{}{:0{}}{}", pattern.substr(0, begin), number, end - begin,
-                         pattern.substr(end));
-    };
-    std::error_code error;
-    while (std::filesystem::exists(absolute(name(first)), error)) files.push_back(name(first++));
-    constexpr std::size_t fewest = 2;
-    if (files.size() < fewest)
-      fail(document_, path,
-           fmt::format("a sequence needs at least 2 files; there is no file {}",
-                       absolute(name(first)).string()));
-    return files;
-  }
-
   // -- numbers ------------------------------------------------------------------------------------
 
   void read_air() {
@@ -492,7 +313,7 @@ class SceneReader {
   }
 
   void read_contact() {
-    const Json& j = root_["contact"];
+    Json& j = root_["contact"];
     scene_.contact.rest_gap = j["rest_gap"].get<double>();
     scene_.contact.self = j["self"].get<bool>();
     scene_.contact.untangle_start = j["start"] == "untangle";
@@ -527,7 +348,7 @@ class SceneReader {
   }
 
   void read_solver() {
-    const Json& j = root_["solver"];
+    Json& j = root_["solver"];
     SolverSpec& solver = scene_.solver;
     solver.integrator = read_method(j["integrator"], methods_.integrators, "solver.integrator",
                                     solver.integrator_options);
@@ -579,14 +400,13 @@ class SceneReader {
     scene_.closed_form.body = j["body"].get<std::string>();
     std::vector<std::string> known;
     for (const BodySpec& body : scene_.bodies) known.push_back(body.name);
-    require_known(scene_.closed_form.body, known, "closed_form.body", "obstacle");
+    require_known(document_, scene_.closed_form.body, known, "closed_form.body", "obstacle");
   }
 
   LocatedJson& document_;
   const Methods& methods_;
   Json& root_;
   Scene scene_;
-  std::map<std::string, std::vector<Keyframe>> motions_;
   std::map<std::pair<std::string, std::int32_t>, std::string> held_;  // vertex to handle
 };
 

@@ -3,7 +3,8 @@
 # check_format.sh [--fix]: lists every source that clang-format (14, as in Debian 12) would change. --fix: changes them.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
-folders=(core bodies broadphase narrowphase response scene apps tests bench examples)
+folders=(core bodies broadphase narrowphase detection response scene simulation run judge render compare lab apps tests
+  bench examples tools)
 sources() {
   find "${folders[@]}" \( -name '*.h' -o -name '*.cpp' -o -name '*.inc' \) ! -name '*_generated.cpp' -print0 | sort -z
 }
@@ -14,7 +15,7 @@ fi
 faulty=$(sources | xargs -0 clang-format --dry-run 2>&1 | sed -n 's/^\([^:]*\):[0-9]*:[0-9]*: warning.*/\1/p' | sort -u)
 if [ -n "$faulty" ]; then
   printf '%s\n' "$faulty" >&2
-  echo "check_format.sh: $(wc -l <<<"$faulty") sources are not formatted; scripts/check_format.sh --fix mends them" >&2
+  echo "check_format.sh: $(wc -l <<<"$faulty") sources are not formatted; scripts/check_format.sh --fix formats them" >&2
   exit 1
 fi
 echo "$(sources | tr -cd '\0' | wc -c) sources are formatted"

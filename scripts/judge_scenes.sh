@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 # judge_scenes.sh [SCENE.json | NAME]... [--set PATH=VALUE]...: runs the given scenes, or every scene of data/scenes,
 # with --every-step. `selvedge check` then judges every accepted state and every path between two. The script prints a
-# table: frames, seconds, whether the run calls itself clean, the verdict of the judge, largest stretch, final speed. It
+# table: frames, seconds, whether the run reports itself as clean, the verdict of the judge, largest stretch, final speed. It
 # skips scenes whose body was not fetched and lists them. Exits with 0 only if every scene that ran is clean according
 # to both. Builds the program first, unless SELVEDGE_PROGRAM names one. The results stay in out/judged, except for the
 # large folders steps/; KEEP_STEPS=1 keeps these, too.

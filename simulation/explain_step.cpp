@@ -22,22 +22,23 @@ Explanation Inquiry::explain() {
 }
 
 PairExplanation Inquiry::explain_pair(const ContactPoint& c) const {
-  PairExplanation told;
-  told.pair = c;
-  told.name = names_.pair(c);
+  PairExplanation explanation;
+  explanation.pair = c;
+  explanation.name = names_.pair(c);
   const std::vector<Vec3>* before = nullptr;
   std::map<std::string, int> met;
   for (const RecordedStage& s : attempt_.stages) {
     const int which = ++met[s.name];
     std::string name = which == 1 ? s.name : fmt::format("{} {}", s.name, which);
     if (s.times > 1) name += fmt::format(" ({} times)", s.times);
-    told.stages.push_back(pair_stage(c, name, s.x_t1, before));
+    explanation.stages.push_back(pair_stage(c, name, s.x_t1, before));
     before = &s.x_t1;
   }
-  told.stages.push_back(pair_stage(c, "last paths tested", failed_.x_t1, before));
-  for (auto stage = told.stages.rbegin(); stage != told.stages.rend() && stage->collides; ++stage)
-    told.brought_by = stage->stage;
-  return told;
+  explanation.stages.push_back(pair_stage(c, "last paths tested", failed_.x_t1, before));
+  for (auto stage = explanation.stages.rbegin();
+       stage != explanation.stages.rend() && stage->collides; ++stage)
+    explanation.brought_by = stage->stage;
+  return explanation;
 }
 
 PairStage Inquiry::pair_stage(const ContactPoint& c, const std::string& name,

@@ -50,27 +50,27 @@ class ScenePlan {
     const std::size_t bends = cloth.hinges.size() + cloth.links.size() + cloth.twists.size();
     add("bending", bends > 0 ? Status::runs : Status::never,
         bends > 0 ? fmt::format("{} hinges, links and twists", bends)
-                  : "no stiffness against bending: no hinges are made");
+                  : "no bending stiffness: no hinges are built");
     const bool gravity = !scene_.gravity.isZero(0.0);
     add("gravity", gravity ? Status::runs : Status::never,
-        gravity ? fmt::format("{:.4g} m/s²", scene_.gravity.norm()) : "it is zero");
+        gravity ? fmt::format("{:.4g} m/s²", scene_.gravity.norm()) : "gravity is zero");
     const bool air = scene_.air.normal_drag > 0.0 || scene_.air.viscous_drag > 0.0;
     add("wind and drag", air ? Status::runs : Status::never,
         air ? "a drag coefficient is above 0; triangle normals are computed for it"
-            : "both drag coefficients are 0: wind has no hold, no normals are computed");
+            : "both drag coefficients are 0: wind exerts no force, and no normals are computed");
   }
 
   void add_limits() {
     if (!scene_.solver.strain_limiter)
       add("strain limit", Status::never, "solver.strain_limiter is off");
     else if (!scene_.plan.proofs)
-      add("strain limit", Status::runs, "nothing is proved: plan.proofs is off");
+      add("strain limit", Status::runs, "no proofs: plan.proofs is off");
     else
       add("strain limit", Status::when_needed,
-          "left out while particles moved too little against each other, since springs were "
-          "measured, to reach it");
+          "left out while the particles have moved too little relative to each other, since the "
+          "last measurement of the springs, to reach it");
     add("handles", scene_.handles.empty() ? Status::never : Status::runs,
-        scene_.handles.empty() ? "nothing is held"
+        scene_.handles.empty() ? "no vertex is held"
                                : fmt::format("{} handles", scene_.handles.size()));
   }
 
@@ -93,14 +93,14 @@ class ScenePlan {
     const char* part = "cloth with itself";
     if (!scene_.contact.self) return add(part, Status::never, "contact.self is off");
     if (const std::string why = unproved(); !why.empty())
-      return add(part, Status::runs, "nothing is proved: " + why);
+      return add(part, Status::runs, "no proofs: " + why);
     for (std::size_t p = 0; p + 1 < built_.piece_begin.size(); ++p)
       if (const std::string why = unsuited(p); !why.empty())
         return add(part, Status::runs,
-                   fmt::format("nothing is proved: piece {} {}", scene_.cloths[p].name, why));
+                   fmt::format("no proofs: piece {} {}", scene_.cloths[p].name, why));
     add(part, Status::when_needed,
-        "left out of every step in which each piece is a height field with room between its points"
-        " (and pieces keep apart)");
+        "left out of every step in which each piece is a height field whose points keep their "
+        "distance, and pieces do not meet");
   }
 
   std::string unsuited(std::size_t piece) const {
@@ -128,16 +128,17 @@ class ScenePlan {
       const Body& body = *built_.bodies[b];
       const bool still = body.is_static(0.0, end);
       const double apart = gap(cloth, body_box(body, 0.0));
-      const std::string proof =
-          unproved().empty()
-              ? fmt::format("left out while its swept box keeps apart ({:.3g} m at the start{})",
-                            apart, still ? first_reach(apart, end) : "")
-              : "nothing is proved: " + unproved();
+      const std::string proof = unproved().empty()
+                                    ? fmt::format(
+                                          "left out while its swept box does not meet the cloth's "
+                                          "({:.3g} m apart at the start{})",
+                                          apart, still ? first_reach(apart, end) : "")
+                                    : "no proofs: " + unproved();
       add("body " + scene_.bodies[b].name, unproved().empty() ? Status::when_needed : Status::runs,
           proof);
       add("tree of " + scene_.bodies[b].name, still ? Status::never : Status::runs,
-          still ? "it never moves: its tree is made once and never fitted again"
-                : "it moves; a rigid one keeps its tree in its own frame, another is refitted");
+          still ? "it never moves: its tree is built once and never refitted"
+                : "it moves: a rigid body keeps its tree in its own frame, others are refitted");
     }
   }
 
@@ -147,7 +148,7 @@ class ScenePlan {
     const double g = scene_.gravity.norm();
     double v = 0.0;
     for (const Vec3& u : built_.velocity) v = std::max(v, u.norm());
-    if (g == 0.0 && v == 0.0) return ", free flight never covers";
+    if (g == 0.0 && v == 0.0) return ", free flight never reaches it";
     // apart = v t + ½ g t²
     const double t = 2.0 * apart / (v + std::sqrt(v * v + 2.0 * g * apart));
     return fmt::format(", free flight takes {:.2g} s of {:.3g} s", t, end);
@@ -156,20 +157,19 @@ class ScenePlan {
   void add_contact() {
     const bool possible = scene_.contact.self || !built_.bodies.empty();
     add("response and friction", possible ? Status::when_needed : Status::never,
-        possible ? "without contacts there are no terms of theirs in the solve"
-                 : "there is nothing to touch");
+        possible ? "without contacts the solve has no contact terms"
+                 : "there is nothing that the cloth could touch");
     add("fail-safe", possible ? Status::when_needed : Status::never,
-        possible ? "called only with collisions that the response left"
-                 : "there is nothing to touch");
+        possible ? "runs only if pairs still collide after the response"
+                 : "there is nothing that the cloth could touch");
     add("new candidates in a step", Status::when_needed,
-        "candidates serve as long as particles end within the margin of the predicted motion");
+        "candidates stay valid while particles end within the margin of the predicted motion");
     add("check of every frame", scene_.plan.proofs ? Status::when_needed : Status::runs,
-        scene_.plan.proofs
-            ? "its two searches are left out where the same proofs hold of the frame itself"
-            : "nothing is proved: plan.proofs is off");
+        scene_.plan.proofs ? "its two searches are left out if the same proofs hold for the frame"
+                           : "no proofs: plan.proofs is off");
     add("untangling", scene_.contact.untangle_start ? Status::when_needed : Status::never,
-        scene_.contact.untangle_start ? "contact.start asks for it"
-                                      : "contact.start refuses tangles");
+        scene_.contact.untangle_start ? "contact.start is \"untangle\""
+                                      : "contact.start is \"refuse\"");
   }
 
   void add_output() {
@@ -177,7 +177,7 @@ class ScenePlan {
     std::string names;
     for (const std::string& name : formats) names += (names.empty() ? "" : ", ") + name;
     add("other output formats", formats.empty() ? Status::never : Status::runs,
-        formats.empty() ? "output names none" : "output names " + names);
+        formats.empty() ? "output.formats is empty" : "output: " + names);
   }
 
   const Scene& scene_;

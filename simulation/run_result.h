@@ -63,7 +63,8 @@ struct RunResult {
   bool clean_elsewhere = true;  ///< no intersection outside of the tangles of the start
   int frames = 0;               ///< written, the start frame included
   int steps = 0;                ///< accepted
-  int halvings = 0, retried_steps = 0;
+  int halvings = 0;             ///< of all attempts
+  int retried_steps = 0;        ///< accepted steps that needed more than one attempt
   double wall_s = 0.0;
   /// s: forces, solve, strain, broad_phase, narrow_phase, response, output
   std::map<std::string, double> phase_s;
@@ -77,7 +78,8 @@ struct RunResult {
   FlagCounts flags;        ///< vertices without all guarantees
   std::string state_hash;  ///< of all positions and velocities at the end
   std::string stopped;     ///< why the run ended early; "" if it did not
-  /// For example solver iterations, contacts, zones; max_gap_lack_m is the largest gap violation.
+  /// For example solver iterations, contacts, zones; max_gap_violation_m, the largest gap
+  /// violation.
   std::map<std::string, double> counters;
   /// Momentum and energy that the stages "response" and "fail_safe" added and removed (meanings:
   /// response/response.h): steps, max_momentum_error, max_angular_error, energy_normal_J,

@@ -51,8 +51,8 @@ std::map<std::string, double> Simulation::energies() const {
 const SimulationState& Simulation::state() const { return parts_->state; }
 void Simulation::restore(SimulationState state) { parts_->restore(std::move(state)); }
 
-const std::vector<double>& Simulation::tried() const { return parts_->attempts.lengths; }
-const FailedTry& Simulation::failed_try() const { return parts_->attempts.failed; }
+const std::vector<double>& Simulation::attempt_lengths() const { return parts_->attempts.lengths; }
+const RejectedAttempt& Simulation::rejected_attempt() const { return parts_->attempts.failed; }
 const VertexNames& Simulation::names() const { return parts_->methods.names; }
 void Simulation::set_trace(const StepTrace* trace) { parts_->methods.trace = trace; }
 std::vector<std::uint8_t> Simulation::flags() const { return parts_->flags(); }

@@ -82,9 +82,9 @@ FailureKind failure_kind(const std::string& name);
 bool is_near_smallest(int halvings, int max_halvings);
 
 /// The last rejected attempt of a step.
-struct FailedTry {
+struct RejectedAttempt {
   double h = 0.0;                   ///< s, its length; 0: no attempt was rejected
-  std::string trouble;              ///< the cause
+  std::string cause;                ///< why it was rejected
   std::vector<ContactPoint> pairs;  ///< that collide on the paths x_t0 -> x_t1, earliest first
   std::int32_t not_finite = -1;  ///< first particle without a finite position; -1: all are finite
   std::vector<Vec3> x_t0, x_t1;  ///< m, cloth particles, then body vertices
@@ -139,8 +139,9 @@ class Simulation {
   double time() const;                       ///< s
   std::span<const Vec3> positions() const;   ///< m, of the cloth vertices
   std::span<const Vec3> velocities() const;  ///< m/s, of the cloth vertices
-  /// The contacts of the last accepted step. Empty before the first step, after `restore`, and
-  /// after a step that failed.
+  /// The contacts of the last accepted step. Their impulses are those of the response; what a
+  /// fail-safe adds is not included. Empty before the first step, after `restore`, and after a step
+  /// that failed.
   std::vector<StepContact> contacts() const;
   /// The energies of the state in joules, by the names of selvedge::energies (measures.h).
   std::map<std::string, double> energies() const;
@@ -151,9 +152,9 @@ class Simulation {
   void restore(SimulationState state);
 
   /// Lengths of the attempts of the last step, s, the accepted one included.
-  const std::vector<double>& tried() const;
+  const std::vector<double>& attempt_lengths() const;
   /// The last rejected attempt, of any step so far.
-  const FailedTry& failed_try() const;
+  const RejectedAttempt& rejected_attempt() const;
   const VertexNames& names() const;
   /// Reports every attempt to `trace` from now on; `trace` must outlive them. Null: no report.
   void set_trace(const StepTrace* trace);

@@ -49,7 +49,7 @@ const std::map<std::string, std::set<std::string>> kArrows = {
      {"core", "bodies", "broadphase", "narrowphase", "detection", "response", "scene"}},
     {"run",
      {"core", "bodies", "broadphase", "narrowphase", "response", "scene", "simulation", "render"}},
-    {"lab", {"core", "scene", "simulation", "render"}},
+    {"lab", {"core", "bodies", "scene", "simulation", "run", "render"}},
     {"compare",
      {"core", "bodies", "broadphase", "narrowphase", "detection", "response", "scene", "simulation",
       "run", "render", "judge"}},

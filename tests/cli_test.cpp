@@ -295,6 +295,58 @@ TEST_F(Program, ResumingWhatIsNotThereOrDiffersIsRefused) {
   EXPECT_REFUSED(run_small("r", "--resume"), "is damaged");
 }
 
+/// Rewrites a result folder as version 0.1 would have left it: other keys, and a scene that is
+/// completed with the options of all methods.
+void age_result(const fs::path& folder, double stiffness) {
+  Json scene = Json::parse(content(folder / "scene.json"));
+  Json& contact = scene["contact"];
+  contact["thickness"] = contact["rest_gap"];
+  contact.erase("rest_gap");
+  contact.update({{"stiffness", stiffness},
+                  {"damping", 0.1},
+                  {"restitution", 0.0},
+                  {"retention", 0.9},
+                  {"slip_speed", 1e-4},
+                  {"sticking", false}});
+  scene["solver"].update({{"error", 1e-5}, {"drag", 0.5}, {"max_newton", 20}});
+  std::ofstream(folder / "scene.json") << scene;
+  Json checkpoint = Json::parse(content(folder / "checkpoint.json"));
+  Json& counters = checkpoint["result"]["counters"];
+  counters["max_gap_lack_m"] = counters.at("max_gap_violation_m");
+  counters.erase("max_gap_violation_m");
+  std::ofstream(folder / "checkpoint.json") << checkpoint;
+}
+
+TEST_F(Program, AResultOfTheFirstVersionIsResumedAndMeasured) {
+  for (const std::string response : {"contact_force", "penalty"}) {
+    const std::string part = "part_" + response, whole = "whole_" + response,
+                      set = "--set contact.response=" + response + " --set time.frames=";
+    ASSERT_EQ(run_small(part, set + "2").code, 0);
+    age_result(folder_ / part, 1000.0);
+    EXPECT_EQ(run("measure " + part + " --no-picture").code, 0);
+    const Outcome resumed = run_small(part, set + "4 --resume");
+    ASSERT_EQ(resumed.code, 0) << resumed.err;
+    ASSERT_EQ(run_small(whole, set + "4").code, 0);
+    EXPECT_EQ(result(part)["state_hash"], result(whole)["state_hash"]);
+    EXPECT_EQ(result(part)["counters"]["max_gap_violation_m"],
+              result(whole)["counters"]["max_gap_violation_m"]);
+  }
+}
+
+TEST_F(Program, AResultOfTheFirstVersionWithAnotherValueOfAnOptionInUseIsRefused) {
+  ASSERT_EQ(run_small("r", "--set contact.response=penalty").code, 0);
+  age_result(folder_ / "r", 2000.0);
+  EXPECT_REFUSED(run_small("r", "--set contact.response=penalty --resume"),
+                 "differs from the scene");
+}
+
+TEST_F(Program, ASceneIsResumedHoweverItsFileGivesTheOptions) {
+  ASSERT_EQ(run_small("r", "--set time.frames=2").code, 0);
+  EXPECT_EQ(run_small("r", "--set solver.strain_limiter=true --resume").code, 0);
+  EXPECT_REFUSED(run_small("r", "--set solver.strain_limiter=false --resume"),
+                 "differs from the scene");
+}
+
 // -- the result folder
 // ------------------------------------------------------------------------------
 

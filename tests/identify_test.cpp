@@ -23,9 +23,9 @@ DrapeSearch small_search() {
 
 TEST(Identification, TheMisfitIsNoughtAtTheConstantsOfTheTargetAndNowhereElse) {
   const DrapeSearch search = small_search();
-  EXPECT_EQ(search.misfit({std::log10(2e-5)}), 0.0);
-  EXPECT_GT(search.misfit({std::log10(4e-5)}), 1.0);
-  EXPECT_GT(search.misfit({std::log10(1e-5)}), 0.5);
+  EXPECT_EQ(search.residual({std::log10(2e-5)}), 0.0);
+  EXPECT_GT(search.residual({std::log10(4e-5)}), 1.0);
+  EXPECT_GT(search.residual({std::log10(1e-5)}), 0.5);
 }
 
 TEST(Identification, NelderMeadFindsTheBendingOfASyntheticDrape) {
@@ -58,8 +58,8 @@ TEST(Identification, TheGeneticAlgorithmIsTheSameOnAnyThreadsAndWhenResumed) {
   const ThreadLimit limit(1);
   alone = genetic(search, config, after_two, {});
   EXPECT_EQ(alone.logs, whole.logs);
-  EXPECT_EQ(alone.misfit, whole.misfit);
-  EXPECT_LT(whole.misfit, 20.0);
+  EXPECT_EQ(alone.residual, whole.residual);
+  EXPECT_LT(whole.residual, 20.0);
 }
 
 }  // namespace

@@ -307,19 +307,19 @@ TEST(DepthNormalMaps, TheSameBodyGivesTheSameBytesForAnyNumberOfThreads) {
   for (int i = 0; i < 5000; ++i)
     points.push_back(Vec3(0.7 * std::sin(i), 0.7 * std::sin(2.3 * i), 0.2 * std::sin(3.1 * i)));
   std::vector<std::vector<float>> depths;
-  std::vector<std::vector<double>> told;
+  std::vector<std::vector<double>> reported;
   for (const int threads : {1, 2, 8}) {
     const ThreadLimit limit(threads);
     DepthNormalMaps maps({.resolution = 300, .axis = Vec3(1, 1, 1)});
     maps.update(body.view());
     depths.push_back(maps.front().depth);
-    std::vector<double>& mine = told.emplace_back();
+    std::vector<double>& mine = reported.emplace_back();
     for (const ParticleAnswer& a : answers(maps, points)) mine.push_back(a.depth);
   }
   EXPECT_EQ(depths[0], depths[1]);
   EXPECT_EQ(depths[0], depths[2]);
-  EXPECT_EQ(told[0], told[1]);
-  EXPECT_EQ(told[0], told[2]);
+  EXPECT_EQ(reported[0], reported[1]);
+  EXPECT_EQ(reported[0], reported[2]);
 }
 
 TEST(DepthNormalMaps, BadInputIsRefusedInOneSentence) {

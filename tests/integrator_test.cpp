@@ -506,7 +506,7 @@ TEST(Newton, SolvesTheNonLinearEquationThatOneStepOnlyLinearises) {
   // A pendulum on a stiff spring in one large step: M (v⁺ - v) = h F(x⁺).
   const double m = 0.1, h = 0.1, k = 1e4;
   const std::vector<Spring> spring{{0, 1, 1.0, k, 0.0}};
-  const auto misfit = [&](const char* name) {
+  const auto residual = [&](const char* name) {
     Forces forces;
     forces.push_back(make_hooke_force(spring, 2));
     forces.push_back(make_gravity({0, 0, -9.81}));
@@ -523,8 +523,8 @@ TEST(Newton, SolvesTheNonLinearEquationThatOneStepOnlyLinearises) {
     method->forces().evaluate({p.x, p.v, p.mass, h}, f);
     return (m * (p.v[1] - v) - h * f[1]).norm() / (h * m * 9.81);
   };
-  EXPECT_LT(misfit("implicit_newton"), 1e-8);
-  EXPECT_GT(misfit("implicit_euler"), 1.0);
+  EXPECT_LT(residual("implicit_newton"), 1e-8);
+  EXPECT_GT(residual("implicit_euler"), 1.0);
 }
 
 TEST(Newton, SaysWhenItHasNotConverged) {

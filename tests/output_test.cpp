@@ -123,7 +123,7 @@ RunResult filled_result() {
               .max_speed = 0.75,
               .given_up = true};
   r.flags = {.end = {1, 2, 3, 4}, .worst = {5, 6, 7, 8}};
-  r.counters["max_gap_lack_m"] = 1e-5;
+  r.counters["max_gap_violation_m"] = 1e-5;
   r.ledger = {{"response", {{"steps", 4.0}, {"max_momentum_error", 1e-12}}}};
   r.plan = {{"bodies", {.asked = 9, .left_out = 8, .saved_s = 0.125}}};
   r.measures = {{"folds", 6.0}};
@@ -137,6 +137,13 @@ TEST_F(Output, EveryFieldOfAResultReadsBackFromItsText) {
   EXPECT_EQ(result_text(result_from_text(text)), text);
   EXPECT_NE(result_text(RunResult()), text);
   EXPECT_EQ(result_from_text(text).max_stretch, result.max_stretch);
+}
+
+TEST_F(Output, ACounterOfAnOlderVersionGetsItsPresentName) {
+  std::string text = result_text(filled_result());
+  const std::string now = "max_gap_violation_m";
+  text.replace(text.find(now), now.size(), "max_gap_lack_m");
+  EXPECT_EQ(result_from_text(text).counters, filled_result().counters);
 }
 
 TEST_F(Output, TheFieldsOfAResultKeepTheirOrder) {
@@ -196,7 +203,7 @@ TEST_F(Output, ResultsOfTwoPartsAreJoinedByTheRuleOfEachField) {
   r.clean_elsewhere = true;
   r.max_stretch = 0.01;
   r.tangle.until_s = 0.0;
-  r.counters = {{"zones", 1.0}, {"max_gap_lack_m", 1e-6}};
+  r.counters = {{"zones", 1.0}, {"max_gap_violation_m", 1e-6}};
   r.flags.worst = {9, 0, 0, 0};
   carry_on(filled_result(), r);
   EXPECT_FALSE(r.clean_elsewhere);
@@ -209,7 +216,7 @@ TEST_F(Output, ResultsOfTwoPartsAreJoinedByTheRuleOfEachField) {
   EXPECT_EQ(r.tangle.until_s, 0.5);
   EXPECT_EQ(r.tangle.pairs, 12);
   EXPECT_EQ(r.counters.at("zones"), 5.0);
-  EXPECT_EQ(r.counters.at("max_gap_lack_m"), 1e-5);
+  EXPECT_EQ(r.counters.at("max_gap_violation_m"), 1e-5);
   EXPECT_EQ(r.ledger.at("response").at("steps"), 8.0);
   EXPECT_EQ(r.ledger.at("response").at("max_momentum_error"), 1e-12);
   EXPECT_EQ(r.plan.at("bodies").left_out, 16);

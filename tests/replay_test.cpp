@@ -103,18 +103,33 @@ TEST_F(Replay, TheCauseIsOneLineThatNamesTimeHalvingsAndThePair) {
   EXPECT_EQ(cause, result("p")["stopped"].get<std::string>() + "\n");
 }
 
-TEST_F(Replay, TheStepFailsAgainWithTheSameCauseAndTriesOnAnyNumberOfThreads) {
+TEST_F(Replay, TheStepFailsAgainWithTheSameCauseAndAttemptsOnAnyNumberOfThreads) {
   pinch("p");
   EXPECT_EQ(run("replay p").code, 1) << "the result folder finds its bundle";
   for (const char* more : {"--threads 1", "--threads 2", "--explain"}) {
     const Json again = replayed("p/failure", more);
     EXPECT_EQ(again["as_recorded"], true) << more << again;
     EXPECT_EQ(again["passes"], false);
-    EXPECT_EQ(again["what"], "not clean");
+    EXPECT_EQ(again["kind"], "not clean");
     EXPECT_EQ(again["cause"], result("p")["stopped"]);
     EXPECT_EQ(again["state_hash"], result("p")["state_hash"]);
-    EXPECT_EQ(again["tried_s"], failure("p")["tried_s"]);
+    EXPECT_EQ(again["attempts_s"], failure("p")["attempts_s"]);
   }
+}
+
+TEST_F(Replay, ABundleOfTheFirstFormatIsRepeated) {
+  pinch("p");
+  Json old = failure("p");
+  const Json attempts = old["attempts_s"];
+  old["format"] = 1;
+  old["what"] = old["kind"];
+  old["tried_s"] = attempts;
+  old.erase("kind");
+  old.erase("attempts_s");
+  write("p/failure/failure.json", old.dump());
+  const Json again = replayed("p/failure");
+  EXPECT_EQ(again["as_recorded"], true) << again;
+  EXPECT_EQ(again["attempts_s"], attempts);
 }
 
 TEST_F(Replay, TheDefaultFailSafeLeavesABundleThatFailsAgainAndNamesTheSqueeze) {
@@ -261,7 +276,7 @@ TEST_F(Replay, ARunOverItsBudgetStopsAfterAStepAndResumesToTheSameBits) {
   for (; o.code == 1 && stops < 10; ++stops) {
     EXPECT_SAYS(result("part")["stopped"].get<std::string>(), "out of budget at ");
     EXPECT_EQ(result("part")["steps"], stops + 1) << "a step is always made";
-    EXPECT_EQ(failure("part")["what"], "out of budget");
+    EXPECT_EQ(failure("part")["kind"], "out of budget");
     const Json again = replayed("part");
     EXPECT_EQ(again["passes"], true) << "nothing is the matter with the step";
     o = run_small("part", "--resume --budget 1e-6");
@@ -277,7 +292,7 @@ TEST_F(Replay, ARunStoppedBetweenHalvedStepsGoesOnToTheSameFailure) {
   ASSERT_EQ(pinch("whole").code, 1);
   const int steps = result("whole")["steps"];
   ASSERT_EQ(pinch("part", "--max-steps " + std::to_string(steps - 3)).code, 1);
-  EXPECT_EQ(failure("part")["what"], "out of budget");
+  EXPECT_EQ(failure("part")["kind"], "out of budget");
   for (int i = 0; i < 3; ++i) ASSERT_EQ(pinch("part", "--max-steps 1 --resume").code, 1);
   EXPECT_GT(failure("part")["control"]["halvings"], 0) << "not between halved steps";
   ASSERT_EQ(pinch("part", "--resume").code, 1);
@@ -311,7 +326,7 @@ TEST_F(Replay, ARunThatCreepsIsStalledAndItsReplayCreepsAgain) {
   EXPECT_EQ(o.code, 1);
   EXPECT_SAYS(o.err, "stalled at 0.19");
   EXPECT_SAYS(o.err, "the last 1 steps was accepted only after 3 or more halvings");
-  EXPECT_EQ(failure("p")["what"], "stalled");
+  EXPECT_EQ(failure("p")["kind"], "stalled");
   EXPECT_EQ(run("replay p").code, 1);
   const Json again = replayed("p", "--explain");
   EXPECT_EQ(again["as_recorded"], true) << again;

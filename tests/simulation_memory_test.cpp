@@ -98,7 +98,7 @@ TEST(SimulationInMemory, ContactsOfClothAtRestCarryItsWeight) {
     }());
     EXPECT_NEAR(c.gap, c.point.normal.dot(apart), 1e-15);
   }
-  const double of_weight = weight * simulation.tried().back();
+  const double of_weight = weight * simulation.attempt_lengths().back();
   EXPECT_NEAR(impulse, momentum() - before + of_weight, 0.02 * of_weight);
 }
 

@@ -157,7 +157,7 @@ TEST_F(StabilityCases, ARowEachWithItsAnswerAndEnergyLedger) {
 TEST_F(StabilityCases, OneThatTakesTooLongIsARowAndNotTheEnd) {
   const Outcome outcome = run(kCases + "--cases knot,s17_empty --limit 0.05");
   EXPECT_EQ(outcome.code, 1);
-  EXPECT_SAYS(outcome.out, "FAILED, should be degraded | not done after 0.05 s");
+  EXPECT_SAYS(outcome.out, "FAILED, expected degraded | not done after 0.05 s");
   EXPECT_SAYS(outcome.out, "1 refused, 1 FAILED");
 }
 
@@ -165,7 +165,7 @@ TEST_F(StabilityCases, OptionsOfTheOtherKindOfRunAreRefused) {
   const std::string data = std::string(SELVEDGE_SOURCE_DIR) + "/data/";
   EXPECT_REFUSED(run(kCases + "--steps 20"), "--steps: ");
   EXPECT_REFUSED(run("stability " + data + "scenes/flag.json --cases s03"), "--cases: ");
-  EXPECT_REFUSED(run(kCases + "--cases s99"), "there is no such case");
+  EXPECT_REFUSED(run(kCases + "--cases s99"), "there is no extreme case \"s99\"");
   EXPECT_REFUSED(run("stability " + data + "scenes"), "is not a folder of extreme cases");
 }
 

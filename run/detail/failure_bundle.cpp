@@ -18,7 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kFormat = 1;
+// Format 1 has "what" for "kind" and "tried_s" for "attempts_s".
+constexpr int kFormat = 2;
 
 // The meshes of the scene are copied into the bundle unless they are larger than this together;
 // then scene.json keeps their absolute paths.
@@ -102,7 +103,7 @@ const char* kind_name(ContactKind kind) {
   return kind == ContactKind::edge_edge ? "edge_edge" : "point_triangle";
 }
 
-Json listed_pairs(const FailedTry& failed, const VertexNames& names) {
+Json listed_pairs(const RejectedAttempt& failed, const VertexNames& names) {
   Json list = Json::array();
   for (const ContactPoint& c : failed.pairs) {
     if (list.size() == kListedPairs) break;
@@ -118,15 +119,15 @@ Json listed_pairs(const FailedTry& failed, const VertexNames& names) {
 Json failure_json(const Scene& scene, const Simulation& simulation,
                   const SimulationFailed& failure) {
   const SimulationState& state = simulation.state();
-  const FailedTry& failed = simulation.failed_try();
+  const RejectedAttempt& failed = simulation.rejected_attempt();
   Json json = {{"format", kFormat},
-               {"what", failure_name(failure.kind)},
+               {"kind", failure_name(failure.kind)},
                {"cause", failure.what()},
                {"scene_from_file", !scene.json.empty()},
                {"state_hash", state_hash(state)},
                {"bodies_hash", bodies_hash(simulation)},
                {"particles", state.x.size()},
-               {"tried_s", simulation.tried()},
+               {"attempts_s", simulation.attempt_lengths()},
                {"colliding_pairs", failed.pairs.size()},
                {"pairs", listed_pairs(failed, simulation.names())}};
   write_state_fields(state, json);
@@ -141,15 +142,16 @@ Json failure_json(const Scene& scene, const Simulation& simulation,
 }
 
 FailureBundle bundle_from(const Json& json, const fs::path& folder) {
-  if (json.at("format").get<int>() != kFormat)
+  const int format = json.at("format").get<int>();
+  if (format < 1 || format > kFormat)
     refuse(folder / "failure.json", "has a format that this program does not read");
   FailureBundle bundle;
   bundle.folder = folder;
   bundle.scene_from_file = json.at("scene_from_file").get<bool>();
-  bundle.kind = failure_kind(json.at("what").get<std::string>());
+  bundle.kind = failure_kind(json.at(format == 1 ? "what" : "kind").get<std::string>());
   bundle.cause = json.at("cause").get<std::string>();
   bundle.bodies_hash = json.at("bodies_hash").get<std::string>();
-  bundle.tried = json.at("tried_s").get<std::vector<double>>();
+  bundle.attempts = json.at(format == 1 ? "tried_s" : "attempts_s").get<std::vector<double>>();
   const auto hash = json.at("state_hash").get<std::string>();
   auto state = read_state(folder / "state.ply", hash);
   if (!state)

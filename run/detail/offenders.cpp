@@ -20,7 +20,7 @@ constexpr std::size_t kNeighbours = 500;
 using Primitive = std::vector<std::int32_t>;  // one to three vertices
 
 /// The two primitives of each pair, or the particle whose position is not finite.
-std::vector<Primitive> offending_primitives(const FailedTry& failed) {
+std::vector<Primitive> offending_primitives(const RejectedAttempt& failed) {
   std::vector<Primitive> primitives;
   for (const ContactPoint& c : failed.pairs) {
     const auto middle = c.vertex.begin() + (c.kind == ContactKind::edge_edge ? 2 : 1);
@@ -89,7 +89,7 @@ void write_meshes(const fs::path& folder, const char* stem, const std::vector<Tr
     for (const std::int32_t v : primitive)
       if (std::binary_search(vertices.begin(), vertices.end(), v))
         values[2].values[compact(v)] = 1.0;
-  const FailedTry& failed = simulation.failed_try();
+  const RejectedAttempt& failed = simulation.rejected_attempt();
   int number = 0;
   for (const auto* x : {&failed.x_t0, &failed.x_t1}) {
     std::vector<Vec3> points;
@@ -99,7 +99,7 @@ void write_meshes(const fs::path& folder, const char* stem, const std::vector<Tr
   }
 }
 
-Query query_of(const ContactPoint& c, const FailedTry& failed) {
+Query query_of(const ContactPoint& c, const RejectedAttempt& failed) {
   Query query;
   query.kind = c.kind == ContactKind::edge_edge ? c.kind : ContactKind::point_triangle;
   for (int k = 0; k < 4; ++k) {
@@ -120,7 +120,7 @@ void thin(std::vector<Pair>& pairs, const Wanted& wanted) {
 class Neighbourhood {
  public:
   Neighbourhood(const Simulation& simulation, const std::vector<Primitive>& primitives)
-      : failed_(simulation.failed_try()),
+      : failed_(simulation.rejected_attempt()),
         particles_(simulation.state().x.size()),
         cloth_(make_side(simulation.cloth_triangles(), 0, particles_)),
         body_(make_side(simulation.body_triangles(), particles_, failed_.x_t0.size())),
@@ -175,7 +175,7 @@ class Neighbourhood {
     recorder.add(a.view, b.view, pairs);
   }
 
-  const FailedTry& failed_;
+  const RejectedAttempt& failed_;
   std::size_t particles_;
   Surface cloth_, body_;
   std::vector<bool> offends_;
@@ -184,7 +184,7 @@ class Neighbourhood {
 }  // namespace
 
 void write_offenders(const fs::path& folder, const Simulation& simulation) {
-  const FailedTry& failed = simulation.failed_try();
+  const RejectedAttempt& failed = simulation.rejected_attempt();
   const std::vector<Primitive> primitives = offending_primitives(failed);
   if (primitives.empty()) return;
   const std::size_t vertices = failed.x_t0.size();

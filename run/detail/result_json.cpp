@@ -113,9 +113,18 @@ class Reader {
   bool kept_only_;
 };
 
+/// Gives counters of older files their present names.
+void rename_old_counters(std::map<std::string, double>& counters) {
+  if (auto old = counters.extract("max_gap_lack_m")) {
+    old.key() = "max_gap_violation_m";
+    counters.insert(std::move(old));
+  }
+}
+
 RunResult read(const Json& j, bool kept_only) {
   RunResult r;
   Reader(kept_only).read(j, r);
+  rename_old_counters(r.counters);
   return r;
 }
 

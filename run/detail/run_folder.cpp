@@ -132,23 +132,56 @@ void write_scene(const fs::path& out, const Scene& scene) {
 
 namespace {
 
-/// The scene without its length and its output, which may differ in a resumed run.
-Json resumable_part(Json scene) {
-  if (scene.contains("time")) scene["time"].erase("frames");
-  for (const char* key : {"output", "description", "$schema"}) scene.erase(key);
-  return scene;
+/// A method with the values of all its options.
+template <class Registry, class Options>
+Json method_json(const Registry& registry, const std::string& name, const Options& given) {
+  Json json = {{"type", name}};
+  for (const auto& [key, value] : complete_options(name, registry.at(name).options(), given))
+    json[key] = value;
+  return json;
+}
+
+/// The scene without its length and its output, which may differ in a resumed run. Methods have all
+/// their options, however the file gives them.
+Json resumable_part(const Scene& scene, const Methods& methods) {
+  Json json = Json::parse(scene.json);
+  json["time"].erase("frames");
+  for (const char* key : {"output", "description", "$schema"}) json.erase(key);
+  Json &contact = json["contact"], &solver = json["solver"];
+  for (const char* key :
+       {"stiffness", "damping", "restitution", "retention", "slip_speed", "sticking"})
+    contact.erase(key);
+  for (const char* key : {"error", "drag", "max_newton"}) solver.erase(key);
+  const ContactSpec& c = scene.contact;
+  contact["broad_phase"] = method_json(methods.broad_phases, c.broad_phase, c.broad_phase_options);
+  contact["narrow_phase"] =
+      method_json(methods.narrow_phases, c.narrow_phase, c.narrow_phase_options);
+  contact["response"] = method_json(methods.responses, c.response, c.response_options);
+  contact["fail_safe"] = method_json(methods.fail_safes, c.fail_safe, c.fail_safe_options);
+  const SolverSpec& s = scene.solver;
+  solver["integrator"] = method_json(methods.integrators, s.integrator, s.integrator_options);
+  solver["strain_limiter"] = method_json(methods.strain_limiters, s.limiter, s.limiter_options);
+  return json;
+}
+
+/// Whether the scene of the result folder moves as `scene`. Also reads the files of older versions.
+bool is_resumable(const fs::path& file, const Scene& scene, const Methods& methods) {
+  try {
+    return resumable_part(read_scene(file, {}, methods), methods) == resumable_part(scene, methods);
+  } catch (const std::invalid_argument&) {  // no scene that this program could have run
+    return false;
+  }
 }
 
 }  // namespace
 
-void check_same_scene(const fs::path& out, const Scene& scene) {
+void check_same_scene(const fs::path& out, const Scene& scene, const Methods& methods) {
   if (scene.json.empty())
     throw std::invalid_argument(
         out.string() +
         ": a scene made in code cannot be compared with the scene that was run; only a scene read "
         "from a file can be resumed");
-  const auto former = read_json(out / "scene.json");
-  if (!former || resumable_part(*former) != resumable_part(Json::parse(scene.json)))
+  if (!is_resumable(out / "scene.json", scene, methods))
     throw std::invalid_argument(
         fmt::format("{}: differs from the scene that is to be resumed; only time.frames and output "
                     "may change",

@@ -36,7 +36,7 @@ void make_folder(const std::filesystem::path& folder);
 /// file holds its name.
 void write_scene(const std::filesystem::path& out, const Scene& scene);
 /// Throws std::invalid_argument unless scene.json agrees with `scene` in everything but time.frames
-/// and output.
-void check_same_scene(const std::filesystem::path& out, const Scene& scene);
+/// and output. Accepts the keys of older versions.
+void check_same_scene(const std::filesystem::path& out, const Scene& scene, const Methods& methods);
 
 }  // namespace selvedge::detail

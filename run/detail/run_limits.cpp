@@ -15,7 +15,7 @@ void RunLimits::before_step(const Simulation& simulation, double wall_s) {
 }
 
 void RunLimits::after_step(Simulation& simulation) {
-  const int attempts = static_cast<int>(simulation.tried().size());
+  const int attempts = static_cast<int>(simulation.attempt_lengths().size());
   const bool small = is_near_smallest(halvings_ + attempts - 1, scene_.time.max_halvings);
   small_steps_ = small ? small_steps_ + 1 : 0;
   if (small && small_steps_ == config_.stall_steps) stall(simulation);
@@ -34,12 +34,12 @@ void RunLimits::check_budget(const SimulationState& state, double wall_s) const 
 
 void RunLimits::stall(Simulation& simulation) {
   simulation.restore(std::move(before_stall_));
-  const FailedTry& failed = simulation.failed_try();
+  const RejectedAttempt& failed = simulation.rejected_attempt();
   std::string cause = fmt::format(
       "stalled at {} s: each of the last {} steps was accepted only after {} or more halvings, the "
       "last one with {} s; before that: {}",
       simulation.state().time, config_.stall_steps, scene_.time.max_halvings - 1,
-      simulation.tried().back(), failed.trouble);
+      simulation.attempt_lengths().back(), failed.cause);
   if (!failed.pairs.empty()) cause += ", first " + simulation.names().pair(failed.pairs[0]);
   throw SimulationFailed(FailureKind::stalled, cause);
 }

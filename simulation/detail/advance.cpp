@@ -48,7 +48,7 @@ void Simulation::Parts::refuse_unstable_start() {
         "(materials: spring_damping), or take verlet or implicit_euler");
   if (scene.solver.refuse_unstable_step && stable < h * kAllThatIsLeft)
     throw std::invalid_argument(
-        fmt::format("solver.integrator: \"{}\" bears steps of {:.3g} s here, the scene has {:.3g} "
+        fmt::format("solver.integrator: \"{}\" is stable up to {:.3g} s here, the scene has {:.3g} "
                     "s; set time.steps_per_frame to {} or solver.unstable_step to \"substep\"",
                     name, stable, h,
                     static_cast<long long>(std::ceil(scene.time.steps_per_frame * h / stable))));
@@ -60,7 +60,7 @@ double Simulation::Parts::stable_step(double h, double target) {
   if (!(stable >= h) && scene.solver.refuse_unstable_step)
     throw SimulationFailed(
         FailureKind::unstable_step,
-        fmt::format("unstable step at {} s: {} bears {:.3g} s, the step has {:.3g} "
+        fmt::format("unstable step at {} s: {} is stable up to {:.3g} s, the step has {:.3g} "
                     "s; solver.unstable_step is \"refuse\"",
                     state.time, scene.solver.integrator, stable, h));
   if (!methods.traits.is_implicit)
@@ -144,12 +144,12 @@ bool Simulation::Parts::gains_energy() {
 
 // Keeps the parts of a rejected attempt that the next one overwrites.
 void Simulation::Parts::note_rejection(const detail::StepOutcome& outcome) {
-  FailedTry& failed = attempts.failed;
+  RejectedAttempt& failed = attempts.failed;
   failed.h = input.h;
   failed.not_finite = outcome.not_finite;
-  failed.trouble = outcome.not_finite >= 0
-                       ? methods.names.vertex(outcome.not_finite) + " has no finite position"
-                       : outcome.cause;
+  failed.cause = outcome.not_finite >= 0
+                     ? methods.names.vertex(outcome.not_finite) + " has no finite position"
+                     : outcome.cause;
   failed.pairs = attempt.collisions;
   failed.x_t0 = input.x_t0;
   failed.x_t1 = attempt.collisions.empty() ? attempt.x_t1 : attempt.x_tested;
@@ -157,9 +157,9 @@ void Simulation::Parts::note_rejection(const detail::StepOutcome& outcome) {
 
 void Simulation::Parts::give_up() {
   result.clean = false;
-  const FailedTry& failed = attempts.failed;
+  const RejectedAttempt& failed = attempts.failed;
   std::string cause = "no clean step at " + std::to_string(state.time) + " s after " +
-                      std::to_string(scene.time.max_halvings) + " halvings: " + failed.trouble;
+                      std::to_string(scene.time.max_halvings) + " halvings: " + failed.cause;
   if (!failed.pairs.empty())
     cause += "; of " + std::to_string(failed.pairs.size()) +
              " pairs that still collide the first is " + methods.names.pair(failed.pairs[0]);
@@ -189,6 +189,7 @@ void Simulation::Parts::accept() {
   state.time = input.t1;
   ++state.step;
   ++result.steps;
+  if (attempts.lengths.size() > 1) ++result.retried_steps;
   methods.integrator->accept({state.x, state.v, mass, state.time});
   note_memory();
   note_strain();

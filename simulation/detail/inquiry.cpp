@@ -34,7 +34,7 @@ Inquiry::Inquiry(const Scene& scene, const Simulation& simulation, const Recorde
     : scene_(scene),
       simulation_(simulation),
       names_(simulation.names()),
-      failed_(simulation.failed_try()),
+      failed_(simulation.rejected_attempt()),
       attempt_(attempt),
       particles_(simulation.state().x.size()),
       loads_(attempt.loads()) {

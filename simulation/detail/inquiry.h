@@ -87,7 +87,7 @@ class Inquiry {
   const Scene& scene_;
   const Simulation& simulation_;
   const VertexNames& names_;
-  const FailedTry& failed_;
+  const RejectedAttempt& failed_;
   const RecordedAttempt& attempt_;
   std::size_t particles_;
   std::vector<ContactLoad> loads_;

@@ -41,7 +41,7 @@ void Inquiry::find_culprits(std::vector<Culprit>& culprits) const {
                    [](const Culprit& a, const Culprit& b) { return a.motion > b.motion; });
   if (culprits.empty() && !failed_.pairs.empty()) culprits.push_back(meeting(failed_.pairs[0]));
   if (culprits.empty())
-    culprits.push_back({"meet", "no pair collided in the last attempt: " + failed_.trouble, {}});
+    culprits.push_back({"meet", "no pair collided in the last attempt: " + failed_.cause, {}});
 }
 
 std::map<std::pair<std::size_t, std::size_t>, std::vector<Jaws>> Inquiry::closing_jaws(
@@ -103,10 +103,10 @@ void Inquiry::add_pushes(const std::vector<Front>& found, std::vector<Culprit>& 
   }
   for (const auto& [body, front] : hardest) {
     const std::string name = names_.owner_name(body);
-    const bool told = std::any_of(culprits.begin(), culprits.end(), [&](const Culprit& c) {
+    const bool named = std::any_of(culprits.begin(), culprits.end(), [&](const Culprit& c) {
       return std::find(c.names.begin(), c.names.end(), name) != c.names.end();
     });
-    if (front == nullptr || told) continue;
+    if (front == nullptr || named) continue;
     culprits.push_back({"push",
                         fmt::format("{} pushes {}: it moves by {} towards {} in this attempt of {}",
                                     name, names_.owner(front->vertex), length(front->push),
@@ -120,12 +120,12 @@ void Inquiry::add_pushes(const std::vector<Front>& found, std::vector<Culprit>& 
 }
 
 void Inquiry::add_carriers(std::vector<Culprit>& culprits) const {
-  std::set<std::string> told;
+  std::set<std::string> named;
   for (const ContactPoint& c : failed_.pairs)
     for (int k = 0; k < 4; ++k) {
       const std::int32_t v = c.vertex[k];
       const double distance = moved(v).norm();
-      if (!is_held(v) || distance <= threshold() || !told.insert(handle_name(v)).second) continue;
+      if (!is_held(v) || distance <= threshold() || !named.insert(handle_name(v)).second) continue;
       const std::int32_t other = c.vertex[k < first_count(c) ? 3 : 0];
       culprits.push_back(
           {"carry",
@@ -173,13 +173,13 @@ void Inquiry::add_pulls(std::vector<Culprit>& culprits) const {
 Culprit Inquiry::meeting(const ContactPoint& c) const {
   const double approach =
       -c.normal.dot(relative(c, failed_.x_t1) - relative(c, failed_.x_t0)) / attempt_.h;
-  const PairExplanation told = explain_pair(c);
+  const PairExplanation explained = explain_pair(c);
   const std::int32_t second = c.vertex[first_count(c)];
   return {"meet",
           fmt::format("{} runs into {}: at {} they near each other at {:.3g} m/s, {}",
                       names_.owner(c.vertex[0]), names_.owner(second), names_.pair(c), approach,
-                      told.brought_by.empty() ? "and no stage of the step parted them"
-                                              : "brought there by: " + told.brought_by),
+                      explained.brought_by.empty() ? "and no stage of the step parted them"
+                                                   : "brought there by: " + explained.brought_by),
           {names_.owner(c.vertex[0]), names_.owner(second)},
           c.vertex[0],
           approach * attempt_.h,

@@ -21,7 +21,7 @@ struct Simulation::Parts {
   /// The attempts of the last step.
   struct Attempts {
     std::vector<double> lengths;  // s
-    FailedTry failed;             // the last rejected one, of any step
+    RejectedAttempt failed;       // the last rejected one, of any step
     bool accepted = false;        // `attempt` below is the accepted one
   };
 

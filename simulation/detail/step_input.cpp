@@ -85,7 +85,7 @@ LimitStep limit_step(const StepInput& in) {
 
 void StepCounts::add_to(std::map<std::string, double>& counters) const {
   counters["contacts"] += static_cast<double>(contacts);
-  double& violation = counters["max_gap_lack_m"];
+  double& violation = counters["max_gap_violation_m"];
   violation = std::max(violation, max_gap_violation);
   if (candidate_rebuilds > 0) counters["candidate_rebuilds"] += candidate_rebuilds;
   if (solves > 0) {

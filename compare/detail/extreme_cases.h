@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <selvedge/compare/stability.h>
 #include <selvedge/simulation/simulation.h>
 
 #include <filesystem>
@@ -52,26 +53,11 @@ ExtremeRun run_extreme(const std::filesystem::path& file, const ExtremeConfig& c
 /// The same for a scene made in code.
 ExtremeRun run_extreme(const Scene& scene, const ExtremeConfig& config);
 
-/// Outcome of a run of an extreme scene. A NaN in the output, a hang, an unreported passage of
-/// cloth through a surface, or a wrong number counts as `failed`.
-enum class Answer {
-  correct,   ///< the note gives the number that shows it
-  refused,   ///< the note gives the reason
-  degraded,  ///< the run finished and reports the limits that it could not keep
-  failed
-};
-const char* to_string(Answer answer);
-
+/// Outcome of a case in this process.
 struct CaseResult {
   Answer answer = Answer::failed;
-  std::string note;           ///< the number, the reason or the flag
-  double max_stretch = 0.0;   ///< this and the next two: the worst over all runs of the case
-  std::size_t crossings = 0;  ///< intersections in the worst frame, and collisions on paths
-  double worst_speed = 0.0;   ///< m/s
-  double energy_ratio = std::numeric_limits<double>::quiet_NaN();
-  /// J; total kinetic energy that a stage of the step added, by its ledger, in the run with the
-  /// largest value. Negative values mean energy removed.
-  std::map<std::string, double> given;
+  std::string note;  ///< the number, the reason or the flag
+  std::optional<ExtremeMeasures> measures;
 };
 
 struct TrialConfig {
@@ -103,7 +89,7 @@ class Trial {
   std::filesystem::path file(const std::string& name) const;
 
   TrialConfig config_;
-  CaseResult measures_;
+  ExtremeMeasures measures_;
 };
 
 struct ExtremeCase {

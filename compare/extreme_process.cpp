@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: MIT
+//
+// Each extreme case runs in a process of its own, which sends its result through a pipe.
+#include <selvedge/compare/detail/extreme_cases.h>
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <selvedge/core/parallel.h>
+#include <selvedge/core/resources.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+namespace selvedge {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr Answer kAnswers[] = {Answer::correct, Answer::refused, Answer::degraded, Answer::failed};
+
+Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+double number_of(const Json& j) {
+  return j.is_number() ? j.get<double>() : std::numeric_limits<double>::quiet_NaN();
+}
+
+Json to_json(const ExtremeMeasures& measures) {
+  Json given = Json::object();
+  for (const auto& [stage, energy] : measures.given) given[stage] = number(energy);
+  return {{"max_stretch", number(measures.max_stretch)},
+          {"crossings", measures.crossings},
+          {"worst_speed", number(measures.worst_speed)},
+          {"energy_ratio", number(measures.energy_ratio)},
+          {"given", std::move(given)}};
+}
+
+Json to_json(const CaseResult& r) {
+  Json json = {{"answer", r.answer}, {"note", r.note}};
+  if (r.measures) json["measures"] = to_json(*r.measures);
+  return json;
+}
+
+ExtremeMeasures measures_from(const Json& j) {
+  ExtremeMeasures measures;
+  measures.max_stretch = number_of(j.at("max_stretch"));
+  measures.crossings = j.at("crossings").get<std::size_t>();
+  measures.worst_speed = number_of(j.at("worst_speed"));
+  measures.energy_ratio = number_of(j.at("energy_ratio"));
+  for (const auto& [stage, energy] : j.at("given").items())
+    measures.given[stage] = number_of(energy);
+  return measures;
+}
+
+CaseResult run_here(const ExtremeCase& one, const ExtremeCasesConfig& config) {
+  // No limit differs from a limit of all processors: a case may ask for more threads.
+  std::optional<ThreadLimit> limit;
+  if (config.threads > 0) limit.emplace(config.threads);
+  try {
+    Trial trial({.data = config.folder, .response = config.response, .out = config.out});
+    return one.run(trial);
+  } catch (const std::exception& error) {
+    return {Answer::failed, error.what(), {}};
+  }
+}
+
+/// In the child: runs the case and writes its result into the pipe.
+[[noreturn]] void run_child(const ExtremeCase& one, const ExtremeCasesConfig& config, int pipe) {
+  const std::string text =
+      to_json(run_here(one, config)).dump(-1, ' ', false, Json::error_handler_t::replace);
+  for (std::size_t done = 0; done < text.size();) {
+    const ssize_t more = write(pipe, text.data() + done, text.size() - done);
+    if (more <= 0) break;
+    done += static_cast<std::size_t>(more);
+  }
+  _exit(0);
+}
+
+/// Reads until the child closes the pipe; false if it takes longer than `limit` seconds.
+bool read_all(int pipe, double limit, std::string& text) {
+  using Clock = std::chrono::steady_clock;
+  const auto end = Clock::now() + std::chrono::duration<double>(limit);
+  char buffer[4096];
+  while (true) {
+    const std::chrono::duration<double, std::milli> left = end - Clock::now();
+    if (left.count() <= 0.0) return false;
+    pollfd wait{pipe, POLLIN, 0};
+    const int ready = poll(&wait, 1, static_cast<int>(left.count()) + 1);
+    if (ready < 0 && errno == EINTR) continue;
+    if (ready <= 0) return false;
+    const ssize_t more = read(pipe, buffer, sizeof(buffer));
+    if (more <= 0) return more == 0;
+    text.append(buffer, static_cast<std::size_t>(more));
+  }
+}
+
+/// The result of the child, or the reason why it sent none.
+void read_result(const std::string& text, int status, ExtremeResult& result) {
+  const Json json = Json::parse(text, nullptr, false);
+  if (json.is_discarded()) {
+    result.note = fmt::format("crashed (status {})", status);
+    return;
+  }
+  result.answer = kAnswers[json.at("answer").get<std::size_t>()];
+  result.note = json.at("note").get<std::string>();
+  if (json.contains("measures")) result.measures = measures_from(json["measures"]);
+}
+
+ExtremeResult run_apart(const ExtremeCase& one, const ExtremeCasesConfig& config) {
+  const Stopwatch watch;
+  int ends[2];
+  if (pipe(ends) != 0) throw std::runtime_error("cannot create a pipe");
+  const pid_t child = fork();
+  if (child < 0) throw std::runtime_error("cannot create a process");
+  if (child == 0) {
+    close(ends[0]);
+    run_child(one, config, ends[1]);
+  }
+  close(ends[1]);
+  std::string text;
+  const bool in_time = read_all(ends[0], config.wall_limit, text);
+  close(ends[0]);
+  if (!in_time) kill(child, SIGKILL);
+  int status = 0;
+  waitpid(child, &status, 0);
+  ExtremeResult result;
+  result.name = one.name;
+  result.response = config.response.empty() ? ContactSpec{}.response : config.response;
+  if (config.response.empty()) result.expected = one.best;
+  if (in_time)
+    read_result(text, status, result);
+  else
+    result.note = fmt::format("not done after {:g} s", config.wall_limit);
+  result.wall_s = watch.seconds();
+  return result;
+}
+
+bool begins_with_one(const std::string& name, const std::vector<std::string>& beginnings) {
+  return std::any_of(beginnings.begin(), beginnings.end(),
+                     [&](const std::string& begin) { return name.starts_with(begin); });
+}
+
+std::vector<std::string> names_of(const std::vector<ExtremeCase>& cases) {
+  std::vector<std::string> names;
+  for (const ExtremeCase& one : cases) names.push_back(one.name);
+  return names;
+}
+
+std::vector<ExtremeCase> chosen_cases(const std::vector<std::string>& beginnings) {
+  std::vector<ExtremeCase> cases = extreme_cases();
+  for (const std::string& begin : beginnings)
+    if (std::none_of(cases.begin(), cases.end(),
+                     [&](const ExtremeCase& c) { return c.name.starts_with(begin); }))
+      throw std::invalid_argument(fmt::format("there is no extreme case \"{}\"; nearest is \"{}\"",
+                                              begin, nearest_word(begin, names_of(cases))));
+  if (!beginnings.empty())
+    std::erase_if(cases,
+                  [&](const ExtremeCase& c) { return !begins_with_one(c.name, beginnings); });
+  return cases;
+}
+
+}  // namespace
+
+std::vector<std::string> extreme_case_names(const std::vector<std::string>& beginnings) {
+  return names_of(chosen_cases(beginnings));
+}
+
+std::vector<ExtremeResult> run_extreme_cases(
+    const ExtremeCasesConfig& config, const std::function<void(const ExtremeResult&)>& report) {
+  // The expected answers belong to these scenes alone.
+  if (!std::filesystem::exists(config.folder / "s01_stiffness.json"))
+    throw std::invalid_argument(config.folder.string() +
+                                ": is not a folder of extreme cases, such as data/extreme of the "
+                                "sources or share/selvedge/extreme of an installation");
+  std::vector<ExtremeResult> results;
+  for (const ExtremeCase& one : chosen_cases(config.cases)) {
+    results.push_back(run_apart(one, config));
+    if (report) report(results.back());
+  }
+  return results;
+}
+
+}  // namespace selvedge

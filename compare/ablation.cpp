@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/compare/ablation.h>
+#include <selvedge/compare/detail/compare_error.h>
 #include <selvedge/core/resources.h>
 #include <selvedge/simulation/refinement.h>
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <selvedge/compare/compare_table.h>
-#include <selvedge/compare/detail/compare_error.h>
 #include <selvedge/scene/methods.h>
 #include <selvedge/simulation/plan.h>
 #include <selvedge/simulation/simulation.h>

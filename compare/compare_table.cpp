@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/compare/compare_table.h>
+#include <selvedge/compare/detail/compare_error.h>
 
 #include <algorithm>
 #include <array>

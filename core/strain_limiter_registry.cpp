@@ -5,18 +5,18 @@ namespace selvedge {
 
 void detail::register_method(StrainLimiterRegistry& registry, const std::string& name,
                              const MakeLimitMethod& make) {
-  const auto product = [make](const Options&, std::span<const Spring> springs,
+  const auto product = [make](const MethodOptions&, std::span<const Spring> springs,
                               std::span<const double> limits, std::size_t particles) {
     return StrainLimit{.method = make(springs, limits, particles), .force = nullptr};
   };
-  registry.add(name, {{}, product, [make] { return make({}, {}, 0)->traits(); }});
+  registry.add(name, {}, product, make({}, {}, 0)->traits());
 }
 
 void detail::register_policy(StrainLimiterRegistry& registry, const std::string& name,
                              const LimiterTraits& traits) {
-  const auto nothing = [](const Options&, std::span<const Spring>, std::span<const double>,
+  const auto nothing = [](const MethodOptions&, std::span<const Spring>, std::span<const double>,
                           std::size_t) { return StrainLimit{}; };
-  registry.add(name, {{}, nothing, [traits] { return traits; }});
+  registry.add(name, {}, nothing, traits);
 }
 
 // The limiters register themselves in their own files. A new one adds its name to both lists.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Names and flags of vertices, for reports.
+// The result of a run: flags of vertices, counts, times and measures; and the names of vertices in
+// reports.
 #pragma once
 
 #include <selvedge/core/measure.h>
@@ -17,6 +18,24 @@
 #include <vector>
 
 namespace selvedge {
+
+/// Guarantees that do not hold at a vertex, as bits of its flag. 0: all of docs/guarantees.md hold.
+enum VertexFlag : std::uint8_t {
+  kFlagTangled = 1,     ///< in a tangle of the start: may cross the other side of that tangle
+  kFlagPinched = 2,     ///< squeezed by bodies from two sides: nearer to both than its rest gap
+  kFlagOverStrain = 4,  ///< at a spring that exceeds its strain limit
+  kFlagGivenUp = 8,     ///< in a tangle that could not be undone; set together with kFlagTangled
+};
+inline constexpr int kVertexFlags = 4;
+/// "tangled", "pinched", "over_strain", "given_up": bit 0 to 3.
+const char* flag_name(int bit);
+
+/// Number of vertices with each flag, by bit.
+struct FlagCounts {
+  std::array<int, kVertexFlags> end{}, worst{};  ///< in the last frame; the most in one frame
+};
+/// Adds the flags of another frame to `counts`.
+void count_flags(std::span<const std::uint8_t> flags, FlagCounts& counts);
 
 /// The tangles that a run started with; all 0 for a run that started clean.
 struct TangleReport {
@@ -192,24 +211,6 @@ class VertexNames {
   std::size_t pieces_ = 0;
 };
 
-/// Guarantees that do not hold at a vertex, as bits of its flag. 0: all of docs/guarantees.md hold.
-enum VertexFlag : std::uint8_t {
-  kFlagTangled = 1,     ///< in a tangle of the start: may cross the other side of that tangle
-  kFlagPinched = 2,     ///< squeezed by bodies from two sides: nearer to both than its rest gap
-  kFlagOverStrain = 4,  ///< at a spring that exceeds its strain limit
-  kFlagGivenUp = 8,     ///< in a tangle that could not be undone; set together with kFlagTangled
-};
-inline constexpr int kVertexFlags = 4;
-/// "tangled", "pinched", "over_strain", "given_up": bit 0 to 3.
-const char* flag_name(int bit);
-
-/// Number of vertices with each flag, by bit.
-struct FlagCounts {
-  std::array<int, kVertexFlags> end{}, worst{};  ///< in the last frame; the most in one frame
-};
-/// Adds the flags of another frame to `counts`.
-void count_flags(std::span<const std::uint8_t> flags, FlagCounts& counts);
-
 /// The support of a cloth in Cusick's drape test.
 struct DrapeSupport {
   Vec3 centre = Vec3::Zero();  ///< m, seen from above
@@ -229,12 +230,15 @@ std::optional<DrapeMeasures> measure_drape(const BuiltScene& built, std::span<co
                                            const DrapeSupport& support);
 
 /// Energies of a state in joules: "kinetic", "gravity" (0 at the origin), "stretch_and_shear" and,
-/// if the cloth has them, "bending", "buckling", "twisting", "seams".
+/// if the cloth has them, "bending", "buckling", "twisting", "seams" and the energies of other
+/// laws.
 std::map<std::string, double> energies(const Scene& scene, const BuiltScene& built,
-                                       const ForceState& state);
+                                       const ForceState& state,
+                                       const ForceLawRegistry& laws = force_laws());
 
 /// Measures of the last state of a run, by their names in result.json: strains, energies, drape.
 std::map<std::string, double> final_measures(const Scene& scene, const BuiltScene& built,
-                                             const ForceState& state);
+                                             const ForceState& state,
+                                             const ForceLawRegistry& laws = force_laws());
 
 }  // namespace selvedge

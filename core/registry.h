@@ -193,7 +193,8 @@ class Registry {
   }
   /// Notes a method that another key of a scene selects, for messages and lists.
   void add_keyed(const std::string& name, const std::string& key, Traits traits) {
-    if (!entries_.contains(name)) keyed_.insert_or_assign(name, {key, std::move(traits)});
+    if (!entries_.contains(name))
+      keyed_.insert_or_assign(name, KeyedMethod<Traits>{key, std::move(traits)});
   }
 
   /// The method of that name. Throws std::invalid_argument with the sentence of `fault`.

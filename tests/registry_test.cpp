@@ -347,6 +347,7 @@ TEST(Methods, ALimiterIsAMethodAForceOrAPolicyAndTellsWhich) {
     const StrainLimit limit = entry(cloth.springs, cloth.strain_limit, cloth.mass.size());
     EXPECT_EQ(limit.method != nullptr, kind == LimiterKind::method) << name;
     EXPECT_EQ(limit.force != nullptr, kind == LimiterKind::force) << name;
+    EXPECT_EQ(entry.options().size(), kind == LimiterKind::method ? 1u : 0u) << name;
     ++kinds[kind];
   }
   EXPECT_EQ(kinds[LimiterKind::none], 1);

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -12,61 +11,47 @@
 #include <string_view>
 #include <vector>
 
-#include <selvedge/core/cloth_pattern.h>
-#include <selvedge/core/force.h>
 #include <selvedge/run/frame_writer.h>
 #include <selvedge/scene/methods.h>
 
 namespace {
 
-struct Method {
-  std::string family, name, guarantee, source;
-  bool available = true;
-  std::vector<selvedge::Option> options{};
-};
+using selvedge::ListedMethod;
 
 constexpr bool has_assimp = SELVEDGE_HAS_ASSIMP;
 
-std::vector<Method> bodies() {
+std::vector<ListedMethod> bodies() {
+  const auto body = [](const char* name, const char* promise, const char* source,
+                       bool available = true) {
+    return ListedMethod{.family = "body",
+                        .key = "obstacles",
+                        .name = name,
+                        .promise = promise,
+                        .source = source,
+                        .available = available};
+  };
   return {
-      {"body", "plane, box, sphere, capsule, cylinder, cone, torus", "vertices on the true shape",
-       ""},
-      {"body", "OBJ, PLY, OFF", "read exactly, by a reader of our own", ""},
-      {"body", "STL, glTF and other formats", "single precision, in a child process",
-       "Open Asset Import Library (assimp)", has_assimp},
-      {"body", "keyframes", "static, moved rigidly, or a sequence of meshes", ""},
+      body("plane, box, sphere, capsule, cylinder, cone, torus", "vertices on the true shape", ""),
+      body("OBJ, PLY, OFF", "read exactly, by a reader of our own", ""),
+      body("STL, glTF and other formats", "single precision, in a child process",
+           "Open Asset Import Library (assimp)", has_assimp),
+      body("keyframes", "static, moved rigidly, or a sequence of meshes", ""),
   };
 }
 
-/// "contact.broad_phase" is of the family "broad_phase".
-std::string family_of(const std::string& key) { return key.substr(key.find('.') + 1); }
-
-template <class Members>
-void add_members(const char* family, const Members& members, std::vector<Method>& methods) {
-  for (const auto& member : members)
-    methods.push_back({family, std::string(member.name), std::string(member.promise),
-                       std::string(member.source)});
-}
-
-std::vector<Method> all_methods() {
-  std::vector<Method> methods;
-  for (const selvedge::ListedMethod& m : selvedge::list_methods(selvedge::methods_of_this_build()))
-    methods.push_back({family_of(m.key), m.name, m.promise, m.source, m.available, m.options});
-  methods.push_back({"strain_limiter", "biphasic (materials: stretch_law)",
-                     "stiffer above a strain, continuous; a law of the springs",
-                     "Chen, Zhu, Kaufman, Physically based animation, 1998"});
-  const auto by_family = [](const Method& a, const Method& b) { return a.family < b.family; };
-  std::stable_sort(methods.begin(), methods.end(), by_family);
-  add_members("pattern", selvedge::cloth_patterns(), methods);
-  add_members("force", selvedge::force_laws(), methods);
-  for (const auto& [name, format] : selvedge::frame_formats())
-    methods.push_back({"output_format", name, format.promise, format.source});
-  for (Method& method : bodies()) methods.push_back(std::move(method));
+std::vector<ListedMethod> all_methods() {
+  using namespace selvedge;
+  std::vector<ListedMethod> methods = list_methods(methods_of_this_build());
+  const auto append = [&](const std::vector<ListedMethod>& family) {
+    methods.insert(methods.end(), family.begin(), family.end());
+  };
+  append(list_family("output_format", "output.formats", frame_formats()));
+  append(bodies());
   return methods;
 }
 
 /// "from 1 to 24", "at least 0", "above 0".
-std::string range_text(const selvedge::Option& option) {
+std::string range_text(const selvedge::MethodOption& option) {
   const bool low = std::isfinite(option.least), high = std::isfinite(option.most);
   if (option.kind == selvedge::OptionKind::boolean) return "true or false";
   if (option.above_least && low)
@@ -78,29 +63,34 @@ std::string range_text(const selvedge::Option& option) {
 }
 
 /// The default with its unit.
-std::string default_text(const selvedge::Option& option) {
+std::string default_text(const selvedge::MethodOption& option) {
   return selvedge::options_text({option}, {{option.name, option.initial}});
 }
 
-const char* type_of(const selvedge::Option& option) {
+const char* type_of(const selvedge::MethodOption& option) {
   if (option.kind == selvedge::OptionKind::boolean) return "boolean";
   return option.kind == selvedge::OptionKind::whole ? "integer" : "number";
 }
 
-void print_table(const std::vector<Method>& methods) {
+void print_table(const std::vector<ListedMethod>& methods) {
   std::string_view family;
-  for (const Method& method : methods) {
-    if (method.family != family) fmt::print("{}{}\n", family.empty() ? "" : "\n", method.family);
+  for (const ListedMethod& method : methods) {
+    if (method.family != family) {
+      const std::string key = method.key.empty() ? "" : fmt::format(" ({})", method.key);
+      fmt::print("{}{}{}\n", family.empty() ? "" : "\n", method.family, key);
+    }
     family = method.family;
-    fmt::print("  {}{}\n", method.name, method.available ? "" : "  (not in this build)");
-    if (!method.guarantee.empty()) fmt::print("      {}\n", method.guarantee);
+    fmt::print("  {}{}{}\n", method.name,
+               method.keyed ? fmt::format("  (key {})", method.key) : std::string(),
+               method.available ? "" : "  (not in this build)");
+    if (!method.promise.empty()) fmt::print("      {}\n", method.promise);
     if (!method.source.empty()) fmt::print("      {}\n", method.source);
-    for (const selvedge::Option& option : method.options)
+    for (const selvedge::MethodOption& option : method.options)
       fmt::print("      {} ({}): {}\n", default_text(option), range_text(option), option.meaning);
   }
 }
 
-nlohmann::json json_of(const selvedge::Option& option) {
+nlohmann::json json_of(const selvedge::MethodOption& option) {
   const auto number = [](double value) {
     return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
   };
@@ -117,14 +107,15 @@ nlohmann::json json_of(const selvedge::Option& option) {
           {"meaning", option.meaning}};
 }
 
-void print_json(const std::vector<Method>& methods) {
+void print_json(const std::vector<ListedMethod>& methods) {
   auto list = nlohmann::json::array();
-  for (const Method& method : methods) {
+  for (const ListedMethod& method : methods) {
     auto options = nlohmann::json::array();
-    for (const selvedge::Option& option : method.options) options.push_back(json_of(option));
+    for (const selvedge::MethodOption& option : method.options) options.push_back(json_of(option));
     list.push_back({{"family", method.family},
                     {"name", method.name},
-                    {"guarantee", method.guarantee},
+                    {"key", method.key},
+                    {"guarantee", method.promise},
                     {"source", method.source},
                     {"available", method.available},
                     {"options", options}});

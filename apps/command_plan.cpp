@@ -185,7 +185,7 @@ int run_command(const PlanOptions& o) {
     throw std::invalid_argument("--accept needs --write FILE for the scene without these parts");
   const Scene scene = read_scene(o.scene, read_overrides(o.set), methods);
   const ThreadLimit limit(o.threads);
-  const auto items = plan_scene(scene, build_scene(scene), methods);
+  const auto items = plan_scene(scene, build_scene(scene, methods), methods);
   Json all = {{"scene", scene.name}, {"plan", plan_json(items)}};
   if (!o.json) print_plan(items);
   if (o.measure > 0) {

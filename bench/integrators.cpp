@@ -40,7 +40,7 @@ Run swing(const std::string& name, int steps) {
   forces.push_back(make_gravity({0.0, 0.0, -9.81}));
   const IntegratorRegistry registry = integrators();
   const auto& entry = registry.at(name);
-  const Options options = known_options(
+  const MethodOptions options = known_options(
       entry.options(), {{"drag", 0.0}, {"error", 1e-3 / (static_cast<double>(steps) * steps)}});
   const auto method =
       entry(options, std::move(forces), n, {.tolerance = 1e-8, .max_iterations = 2000});

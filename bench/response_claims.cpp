@@ -55,7 +55,7 @@ std::string text(const Interval& i) {
 
 struct Rival {
   std::string name;
-  Options config;
+  MethodOptions config;
 };
 
 double drape_points(const ResponseCase& c, const std::vector<Vec3>& x) {
@@ -94,7 +94,7 @@ void print_c9(const ClaimOptions& options) {
       "violation, mm | of penalty | shadow, % of flat | of penalty | mean distance, mm |\n"
       "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
   for (const double stiffness : {100.0, 1000.0, 10000.0}) {
-    Options config;
+    MethodOptions config;
     config.set("stiffness", stiffness);
     for (const ResponseCase& c : {ball(options.cells), table(options.cells)})
       print_pairs(c, {"position_velocity", {}}, {"penalty", config}, options);

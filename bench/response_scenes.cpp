@@ -186,7 +186,7 @@ ResponseCase drop(int cells) {
   return c;
 }
 
-ResponseRun run(ResponseCase c, const std::string& response, const Options& options) {
+ResponseRun run(ResponseCase c, const std::string& response, const MethodOptions& options) {
   c.scene.contact.response = response;
   c.scene.contact.response_options = options;
   BuiltScene built = build_scene(c.scene);

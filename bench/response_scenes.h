@@ -50,7 +50,7 @@ ResponseCase stack(int sheets, int cells);
 /// A sheet falls flat from 20 cm; rebound over that height, per cent.
 ResponseCase drop(int cells);
 
-ResponseRun run(ResponseCase c, const std::string& response, const Options& options = {});
+ResponseRun run(ResponseCase c, const std::string& response, const MethodOptions& options = {});
 
 /// Area of the drape as seen from above, m².
 double projected_area(const std::vector<Vec3>& x, std::span<const Triangle> triangles);

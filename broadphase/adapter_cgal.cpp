@@ -97,10 +97,10 @@ class CgalLibrary final : public detail::BoxLibrary {
 }  // namespace
 
 void register_cgal(BroadPhaseRegistry& registry) {
-  registry.add("cgal_box_intersection", {}, [](const Options&) {
+  registry.add("cgal_box_intersection", {}, [](const MethodOptions&) {
     return detail::make_box_broad_phase(std::make_unique<CgalLibrary>());
   });
-  registry.add("cgal_aabb_tree", {}, [](const Options&) {
+  registry.add("cgal_aabb_tree", {}, [](const MethodOptions&) {
     return detail::make_box_broad_phase(detail::make_cgal_tree());
   });
 }

@@ -137,7 +137,7 @@ class EmbreeLibrary final : public detail::BoxLibrary {
 }  // namespace
 
 void register_embree(BroadPhaseRegistry& registry) {
-  registry.add("embree_collide", {}, [](const Options&) {
+  registry.add("embree_collide", {}, [](const MethodOptions&) {
     return detail::make_box_broad_phase(std::make_unique<EmbreeLibrary>());
   });
 }

@@ -129,7 +129,7 @@ class FclLibrary final : public detail::BoxLibrary {
 }  // namespace
 
 void register_fcl(BroadPhaseRegistry& registry) {
-  registry.add("fcl_dynamic_aabb_tree", {}, [](const Options&) {
+  registry.add("fcl_dynamic_aabb_tree", {}, [](const MethodOptions&) {
     return detail::make_box_broad_phase(std::make_unique<FclLibrary>());
   });
 }

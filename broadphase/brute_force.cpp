@@ -130,7 +130,7 @@ class BruteForce final : public BroadPhase {
 std::unique_ptr<BroadPhase> make_brute_force() { return std::make_unique<BruteForce>(); }
 
 void register_brute_force(BroadPhaseRegistry& registry) {
-  registry.add("brute_force", {}, [](const Options&) { return make_brute_force(); });
+  registry.add("brute_force", {}, [](const MethodOptions&) { return make_brute_force(); });
 }
 
 }  // namespace selvedge

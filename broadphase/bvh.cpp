@@ -424,7 +424,7 @@ std::unique_ptr<BroadPhase> detail::make_bvh_aabb(const BvhConfig& config,
   return make<AabbVolume>(config, PairSet::culled, kAabbSource, std::move(cull));
 }
 
-std::vector<Option> detail::bvh_options() {
+std::vector<MethodOption> detail::bvh_options() {
   const BvhConfig initial;
   return {{.name = "rebuild_quality_loss",
            .initial = initial.rebuild_quality_loss,
@@ -454,7 +454,7 @@ std::vector<Option> detail::bvh_options() {
            .meaning = "triangles per leaf; fewer: fewer primitive tests, more nodes"}};
 }
 
-BvhConfig detail::read_bvh_options(const Options& options) {
+BvhConfig detail::read_bvh_options(const MethodOptions& options) {
   return {.rebuild_quality_loss = options["rebuild_quality_loss"],
           .wide_vectors = options.flag("wide_vectors"),
           .arity = options.whole("arity"),
@@ -462,14 +462,15 @@ BvhConfig detail::read_bvh_options(const Options& options) {
 }
 
 void register_bvh(BroadPhaseRegistry& registry) {
-  const std::vector<Option> options = detail::bvh_options();
+  const std::vector<MethodOption> options = detail::bvh_options();
   registry.add("bvh_aabb", options,
-               [](const Options& o) { return make_bvh_aabb(detail::read_bvh_options(o)); });
+               [](const MethodOptions& o) { return make_bvh_aabb(detail::read_bvh_options(o)); });
   registry.add("bvh_obb", options,
-               [](const Options& o) { return make_bvh_obb(detail::read_bvh_options(o)); });
+               [](const MethodOptions& o) { return make_bvh_obb(detail::read_bvh_options(o)); });
   for (const int k : {6, 14, 18, 26})
-    registry.add("bvh_kdop" + std::to_string(k), options,
-                 [k](const Options& o) { return make_bvh_kdop(k, detail::read_bvh_options(o)); });
+    registry.add("bvh_kdop" + std::to_string(k), options, [k](const MethodOptions& o) {
+      return make_bvh_kdop(k, detail::read_bvh_options(o));
+    });
 }
 
 }  // namespace selvedge

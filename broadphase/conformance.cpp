@@ -485,7 +485,7 @@ std::map<std::string, ConformanceReport> check_conformance(const BroadPhaseRegis
 ConformanceReport check_conformance(const std::function<std::unique_ptr<BroadPhase>()>& make,
                                     const ConformanceConfig& config) {
   BroadPhaseRegistry registry;
-  registry.add("detector", {}, [make](const Options&) { return make(); });
+  registry.add("detector", {}, [make](const MethodOptions&) { return make(); });
   return check_conformance(registry, config).at("detector");
 }
 

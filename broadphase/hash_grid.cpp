@@ -77,7 +77,7 @@ std::unique_ptr<BroadPhase> make_hash_grid(const CellGridConfig& config) {
 
 void register_hash_grid(BroadPhaseRegistry& registry) {
   registry.add("hash_grid", {detail::cell_option()},
-               [](const Options& o) { return make_hash_grid({.cell = o["cell"]}); });
+               [](const MethodOptions& o) { return make_hash_grid({.cell = o["cell"]}); });
 }
 
 }  // namespace selvedge

@@ -424,7 +424,7 @@ void register_image_space(BroadPhaseRegistry& registry) {
         .kind = OptionKind::whole,
         .meaning = "texels along the longer side of each picture; more: fewer missed "
                    "triangles, slower drawing"}},
-      [](const Options& o) {
+      [](const MethodOptions& o) {
         return std::make_unique<ImageSpace>(ImageSpaceConfig{.resolution = o.whole("resolution")});
       });
 }

@@ -453,7 +453,7 @@ void register_minimal_enclosure(BroadPhaseRegistry& registry) {
                  .above_least = true,
                  .meaning = "a moving body is cut again when the volume exceeds this multiple of "
                             "that after the last cut"}},
-               [](const Options& o) {
+               [](const MethodOptions& o) {
                  return make_minimal_enclosure({.loops = o.whole("loops"),
                                                 .find_limbs = o.flag("find_limbs"),
                                                 .recut_volume = o["recut_volume"]});

@@ -80,7 +80,7 @@ std::unique_ptr<BroadPhase> make_uniform_grid(const CellGridConfig& config) {
 
 void register_uniform_grid(BroadPhaseRegistry& registry) {
   registry.add("uniform_grid", {detail::cell_option()},
-               [](const Options& o) { return make_uniform_grid({.cell = o["cell"]}); });
+               [](const MethodOptions& o) { return make_uniform_grid({.cell = o["cell"]}); });
 }
 
 }  // namespace selvedge

@@ -313,7 +313,7 @@ void register_voxel(BroadPhaseRegistry& registry) {
                  .meaning = "side of a voxel relative to the typical extent of an edge's box; "
                             "smaller: shorter lists in more voxels; 0: 1.7, the optimum of the "
                             "cost model"}},
-               [](const Options& o) { return make_voxel({.voxel = o["voxel"]}); });
+               [](const MethodOptions& o) { return make_voxel({.voxel = o["voxel"]}); });
 }
 
 }  // namespace selvedge

@@ -8,11 +8,13 @@
 #include <cstdlib>
 #include <optional>
 #include <stdexcept>
+#include <string_view>
 #include <utility>
 
 namespace selvedge {
 namespace {
 
+constexpr std::string_view kAnyGeometry = "geometry.*.";
 constexpr std::size_t kMostCells = 10'000;
 constexpr double kMostStepsPerFrame = 1000.0;  // the most that a scene file may request
 
@@ -50,29 +52,38 @@ std::string key_of(const std::string& name) {
   return present_key(name);
 }
 
+/// "contact.response" and "stiffness" of "contact.response.stiffness".
+std::pair<std::string, std::string> split_last(const std::string& key) {
+  const auto dot = key.rfind('.');
+  if (dot == std::string::npos) return {"", key};
+  return {key.substr(0, dot), key.substr(dot + 1)};
+}
+
 /// Calls visit(registry, option) if `key` is an option of a family of methods: for example
-/// "contact.response" and "stiffness".
+/// "stiffness" of "contact.response.stiffness".
 template <class Visit>
 void visit_option(const std::string& key, const Methods& methods, Visit visit) {
+  const auto [method_key, option] = split_last(key);
   for_each_family(methods, [&](const std::string& family, const auto& registry) {
-    if (key.starts_with(family + ".")) visit(registry, key.substr(family.size() + 1));
+    if (is_instance_of(method_key, family)) visit(registry, option);
   });
 }
 
 bool is_option(const std::string& key) {
+  const std::string method_key = split_last(key).first;
   return std::any_of(kMethodKeys.begin(), kMethodKeys.end(),
-                     [&](const std::string& family) { return key.starts_with(family + "."); });
+                     [&](const std::string& family) { return is_instance_of(method_key, family); });
 }
 
 /// Every value that `key` may have; empty if the values are not enumerable.
 std::vector<std::string> all_values(const std::string& key, const Methods& methods) {
   std::vector<std::string> values;
   for_each_family(methods, [&](const std::string& family, const auto& registry) {
-    if (key == family) values = registry.names();
+    if (is_instance_of(key, family)) values = registry.names();
   });
   visit_option(key, methods, [&](const auto& registry, const std::string& name) {
     for (const auto& [method, entry] : registry)
-      for (const Option& option : entry.options())
+      for (const MethodOption& option : entry.options())
         if (option.name == name && option.kind == OptionKind::boolean) values = {"false", "true"};
   });
   if (!values.empty()) return values;
@@ -86,7 +97,7 @@ void require_option(const std::string& key, const std::string& text, const Metho
   visit_option(key, methods, [&](const auto& registry, const std::string& name) {
     std::vector<std::string> known;
     for (const auto& [method, entry] : registry)
-      for (const Option& option : entry.options()) known.push_back(option.name);
+      for (const MethodOption& option : entry.options()) known.push_back(option.name);
     if (std::find(known.begin(), known.end(), name) == known.end())
       refuse(text, fmt::format("no method has the option \"{}\"; nearest is \"{}\"", name,
                                nearest_word(name, known)));
@@ -283,10 +294,11 @@ std::vector<Override> cell_overrides(const std::vector<CompareAxis>& axes,
       const auto threads = number(values[a]);
       if (!threads || *threads < 0.0 || *threads != std::floor(*threads))
         throw std::invalid_argument("--vary threads: " + values[a] + ": must be a whole number");
-    } else if (name == "pattern") {
+    } else if (const std::string key = key_of(name); key.starts_with(kAnyGeometry)) {
       for (std::size_t i = 0; i < base.cloths.size(); ++i)
         if (std::holds_alternative<ClothGrid>(base.cloths[i].shape))
-          overrides.push_back({fmt::format("geometry.{}.pattern", i), values[a]});
+          overrides.push_back(
+              {fmt::format("geometry.{}.{}", i, key.substr(kAnyGeometry.size())), values[a]});
     } else {
       overrides.push_back({key_of(name), values[a]});
     }

@@ -153,7 +153,7 @@ class CellRunner {
 
   /// Runs one step of a temporary simulation to warm pages, caches and threads.
   void warm_up() {
-    Simulation other(scene_, build_scene(scene_), methods_);
+    Simulation other(scene_, build_scene(scene_, methods_), methods_);
     try {
       other.step_towards(1);
     } catch (const SimulationFailed&) {  // the real run will report it
@@ -162,7 +162,7 @@ class CellRunner {
 
   void simulate() {
     const Stopwatch watch;
-    simulation_.emplace(scene_, build_scene(scene_), methods_);
+    simulation_.emplace(scene_, build_scene(scene_, methods_), methods_);
     run_.build_s = watch.seconds();
     start_bodies_ = simulation_->now().body_positions();
     for (int frame = 1; frame <= scene_.time.frames && run_.status == RunStatus::ok; ++frame) {

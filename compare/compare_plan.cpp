@@ -82,7 +82,7 @@ class Planner {
   /// The reason why a scene cannot start; empty if it can.
   std::string why_impossible(const Scene& scene) const {
     try {
-      const RefiningSimulation simulation(scene, build_scene(scene), methods_);
+      const RefiningSimulation simulation(scene, build_scene(scene, methods_), methods_);
       return {};
     } catch (const std::invalid_argument& error) {
       return error.what();

@@ -1,43 +1,26 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/cloth_pattern.h>
 
-#include <stdexcept>
-#include <string>
-
 namespace selvedge {
 
-namespace detail {
-// Each pattern stands in its own .cpp. To add one, declare it here and put it into the list below.
-ClothPattern rectangular_pattern();
-ClothPattern triangular_pattern();
-ClothPattern simplified_pattern();
-ClothPattern checkerboard_pattern();
-ClothPattern responsive_pattern();
-ClothPattern arc_pattern();
-ClothPattern bilayered_pattern();
-ClothPattern refine_curved_pattern();
-ClothPattern refine_settled_pattern();
-ClothPattern support_pattern();
-ClothPattern mesh_pattern();
-}  // namespace detail
+// The patterns register themselves in their own files. A new one adds its name to both lists.
+void register_rectangular(ClothPatternRegistry& registry);
+void register_triangular(ClothPatternRegistry& registry);
+void register_simplified(ClothPatternRegistry& registry);
+void register_responsive(ClothPatternRegistry& registry);
+void register_arc(ClothPatternRegistry& registry);
+void register_bilayered(ClothPatternRegistry& registry);
+void register_refined(ClothPatternRegistry& registry);
+void register_support(ClothPatternRegistry& registry);
+void register_mesh(ClothPatternRegistry& registry);
 
-std::vector<ClothPattern> cloth_patterns() {
-  using namespace detail;
-  return {rectangular_pattern(),  triangular_pattern(),    simplified_pattern(),
-          checkerboard_pattern(), responsive_pattern(),    arc_pattern(),
-          bilayered_pattern(),    refine_curved_pattern(), refine_settled_pattern(),
-          support_pattern(),      mesh_pattern()};
-}
-
-ClothPattern cloth_pattern(std::string_view name) {
-  std::string known;
-  for (const ClothPattern& pattern : cloth_patterns()) {
-    if (pattern.make == nullptr) continue;
-    if (pattern.name == name) return pattern;
-    known += (known.empty() ? "" : ", ") + std::string(pattern.name);
-  }
-  throw std::invalid_argument("pattern: there is no \"" + std::string(name) + "\"; there are " +
-                              known);
+ClothPatternRegistry cloth_patterns() {
+  ClothPatternRegistry registry;
+  for (const auto add :
+       {register_rectangular, register_triangular, register_simplified, register_responsive,
+        register_arc, register_bilayered, register_refined, register_support, register_mesh})
+    add(registry);
+  return registry;
 }
 
 }  // namespace selvedge

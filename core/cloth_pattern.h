@@ -2,6 +2,7 @@
 #pragma once
 
 #include <selvedge/core/cloth_mesh.h>
+#include <selvedge/core/registry.h>
 
 #include <map>
 #include <set>
@@ -11,29 +12,21 @@
 
 namespace selvedge {
 
-/// Options of single patterns.
-struct PatternOptions {
-  LayerConfig layers{};  ///< of "bilayered"
-};
-
-/// A way to make cloth out of springs: its names, and how it fills a rectangle.
-struct ClothPattern {
-  std::string_view name;
+/// Properties of a pattern.
+struct ClothPatternTraits {
   std::string_view promise;  ///< properties of the mesh
   std::string_view source;   ///< author, title, year
   bool splits = false;       ///< AdaptiveGrid can split its cells
   bool fits_plate = false;   ///< its triangles can be fitted to a plate (make_plate)
   bool two_layers = false;   ///< a second layer follows the vertices of the surface
-  /// Cloth that fills the rectangle. Null if the cloth is made out of a mesh or by splitting cells.
-  /// Throws std::invalid_argument if a number is out of range.
-  ClothMesh (*make)(const GridConfig&, const Material&, const PatternOptions&) = nullptr;
 };
 
-/// All patterns.
-std::vector<ClothPattern> cloth_patterns();
-/// The pattern of that name that fills a rectangle. Throws std::invalid_argument with the names
-/// that there are.
-ClothPattern cloth_pattern(std::string_view name);
+/// The patterns by name. Each fills a rectangle with cloth out of springs, and throws
+/// std::invalid_argument if a number is out of range. Cloth that is made out of a mesh or by
+/// splitting cells has keys of its own in scenes (add_keyed).
+using ClothPatternRegistry =
+    Registry<ClothMesh, ClothPatternTraits, const GridConfig&, const Material&>;
+ClothPatternRegistry cloth_patterns();
 
 /// A cell of a quadtree grid. Level 0 has cells_x × cells_y cells; level l has 2^l times as many
 /// along each side.

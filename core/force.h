@@ -3,6 +3,7 @@
 
 #include <selvedge/core/block_matrix.h>
 #include <selvedge/core/cloth_mesh.h>
+#include <selvedge/core/registry.h>
 
 #include <memory>
 #include <span>
@@ -133,22 +134,21 @@ std::unique_ptr<Force> make_air_force(const AirConfig& config, std::span<const T
 
 using ForceList = std::vector<std::unique_ptr<Force>>;
 
-/// A kind of force: its names and how a cloth's elements make it.
-struct ForceLaw {
-  std::string_view name;
+/// Properties of a force law.
+struct ForceLawTraits {
   std::string_view promise;  ///< properties of the force
   std::string_view source;   ///< author, title, year
   /// The part of the energy in the results to which the force adds; empty if to none.
   std::string_view energy{};
-  /// Appends the forces of the cloth's elements that follow this law. Null if a scene makes the
-  /// force from keys of its own, as gravity or seams.
-  void (*add)(const ClothMesh& cloth, ForceList& forces) = nullptr;
 };
-
-/// All force laws, in the order in which internal forces add up.
-std::vector<ForceLaw> force_laws();
-/// All internal forces of `cloth`, one for each kind of element it contains.
-ForceList make_internal_forces(const ClothMesh& cloth);
+/// The force laws by name. Each makes the forces of the elements of a cloth that follow it; no
+/// forces if there are no such elements. Forces that a scene makes from keys of its own, such as
+/// gravity, are noted by add_keyed.
+using ForceLawRegistry = Registry<ForceList, ForceLawTraits, const ClothMesh&>;
+ForceLawRegistry force_laws();
+/// All internal forces of `cloth`, in the order in which the laws were added. They add up in this
+/// order.
+ForceList make_internal_forces(const ClothMesh& cloth, const ForceLawRegistry& laws = force_laws());
 
 /// Upper bounds of the modes of the forces on a cloth, x'' = -omega² x - rate x'.
 struct ModeBound {

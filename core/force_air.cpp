@@ -119,12 +119,10 @@ std::unique_ptr<Force> make_air_force(const AirConfig& config, std::span<const T
   return std::make_unique<AirForce>(config, triangles, rest_areas, particles);
 }
 
-namespace detail {
-
-ForceLaw air_law() {
-  return {.name = "air", .promise = "", .source = "drag of triangles and particles, wind"};
+void register_air(ForceLawRegistry& registry) {
+  registry.add_keyed("air", "air",
+                     {.promise = "drag of triangles and particles by the air and its wind",
+                      .source = "survey eq. 7, 9; sign of 9 corrected"});
 }
-
-}  // namespace detail
 
 }  // namespace selvedge

@@ -131,22 +131,21 @@ std::unique_ptr<Force> make_bending_force(std::span<const Hinge> hinges, std::si
   return std::make_unique<BendingForce>(hinges, particles);
 }
 
-namespace detail {
-
-ForceLaw bending_law() {
-  return {.name = "bending",
-          .promise = "minus the gradient of its energy",
-          .source = "Bridson, Marino, Fedkiw, Simulation of clothing with folds and wrinkles, 2003",
-          .energy = "bending",
-          .add = [](const ClothMesh& cloth, ForceList& forces) {
-            const std::vector<char> coupled = coupled_hinges(cloth);
-            std::vector<Hinge> hinges;
-            for (std::size_t i = 0; i < cloth.hinges.size(); ++i)
-              if (!coupled[i] && !cloth.hinges[i].sine) hinges.push_back(cloth.hinges[i]);
-            if (!hinges.empty()) forces.push_back(make_bending_force(hinges, cloth.mass.size()));
-          }};
+void register_bending(ForceLawRegistry& registry) {
+  registry.add(
+      "bending", {},
+      [](const MethodOptions&, const ClothMesh& cloth) {
+        ForceList forces;
+        const std::vector<char> coupled = detail::coupled_hinges(cloth);
+        std::vector<Hinge> hinges;
+        for (std::size_t i = 0; i < cloth.hinges.size(); ++i)
+          if (!coupled[i] && !cloth.hinges[i].sine) hinges.push_back(cloth.hinges[i]);
+        if (!hinges.empty()) forces.push_back(make_bending_force(hinges, cloth.mass.size()));
+        return forces;
+      },
+      {.promise = "minus the gradient of its energy",
+       .source = "Bridson, Marino, Fedkiw, Simulation of clothing with folds and wrinkles, 2003",
+       .energy = "bending"});
 }
-
-}  // namespace detail
 
 }  // namespace selvedge

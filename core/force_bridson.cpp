@@ -61,21 +61,20 @@ std::unique_ptr<Force> make_bridson_force(std::span<const Hinge> hinges, std::si
   return std::make_unique<detail::ElementForce<SineHinges>>(SineHinges(hinges), particles);
 }
 
-namespace detail {
-
-ForceLaw bridson_law() {
-  return {.name = "bridson",
-          .promise = "as printed: by the sine of half the angle, damped by its rate",
-          .source = "Bridson, Marino, Fedkiw, Simulation of clothing with folds and wrinkles, 2003",
-          .energy = "bending",
-          .add = [](const ClothMesh& cloth, ForceList& forces) {
-            std::vector<Hinge> hinges;
-            for (const Hinge& hinge : cloth.hinges)
-              if (hinge.sine) hinges.push_back(hinge);
-            if (!hinges.empty()) forces.push_back(make_bridson_force(hinges, cloth.mass.size()));
-          }};
+void register_bridson(ForceLawRegistry& registry) {
+  registry.add(
+      "bridson", {},
+      [](const MethodOptions&, const ClothMesh& cloth) {
+        ForceList forces;
+        std::vector<Hinge> hinges;
+        for (const Hinge& hinge : cloth.hinges)
+          if (hinge.sine) hinges.push_back(hinge);
+        if (!hinges.empty()) forces.push_back(make_bridson_force(hinges, cloth.mass.size()));
+        return forces;
+      },
+      {.promise = "as printed: by the sine of half the angle, damped by its rate",
+       .source = "Bridson, Marino, Fedkiw, Simulation of clothing with folds and wrinkles, 2003",
+       .energy = "bending"});
 }
-
-}  // namespace detail
 
 }  // namespace selvedge

@@ -167,19 +167,17 @@ std::unique_ptr<Force> make_buckling_force(std::span<const BucklingLink> links,
   return std::make_unique<detail::ElementForce<BucklingLinks>>(BucklingLinks(links), particles);
 }
 
-namespace detail {
-
-ForceLaw buckling_law() {
-  return {.name = "buckling",
-          .promise = "minus the gradient of its energy; survey eq. 5 mended",
-          .source = "Choi, Ko, Stable but responsive cloth, 2002",
-          .energy = "buckling",
-          .add = [](const ClothMesh& cloth, ForceList& forces) {
-            if (!cloth.links.empty())
-              forces.push_back(make_buckling_force(cloth.links, cloth.mass.size()));
-          }};
+void register_buckling(ForceLawRegistry& registry) {
+  registry.add("buckling", {},
+               [](const MethodOptions&, const ClothMesh& cloth) {
+                 ForceList forces;
+                 if (!cloth.links.empty())
+                   forces.push_back(make_buckling_force(cloth.links, cloth.mass.size()));
+                 return forces;
+               },
+               {.promise = "minus the gradient of its energy; survey eq. 5 mended",
+                .source = "Choi, Ko, Stable but responsive cloth, 2002",
+                .energy = "buckling"});
 }
-
-}  // namespace detail
 
 }  // namespace selvedge

@@ -137,23 +137,22 @@ std::unique_ptr<Force> make_corner_friction(std::span<const CornerFriction> fric
                                                          particles);
 }
 
-namespace detail {
-
-ForceLaw hysteresis_law() {
-  return {.name = "hysteresis",
-          .promise = "minus the gradient of its energy within a step; has a memory",
-          .source = "Kawabata, KES-F; Zhong, Wang, 1998; Ji et al., 2006; Zhang et al., 2012",
-          .add = [](const ClothMesh& cloth, ForceList& forces) {
-            if (!cloth.hinge_frictions.empty())
-              forces.push_back(make_hinge_friction(cloth.hinge_frictions, cloth.mass.size()));
-            if (!cloth.curvature_frictions.empty())
-              forces.push_back(make_curvature_friction(cloth.hinges, cloth.curvature_frictions,
-                                                       cloth.mass.size()));
-            if (!cloth.corner_frictions.empty())
-              forces.push_back(make_corner_friction(cloth.corner_frictions, cloth.mass.size()));
-          }};
+void register_hysteresis(ForceLawRegistry& registry) {
+  registry.add(
+      "hysteresis", {},
+      [](const MethodOptions&, const ClothMesh& cloth) {
+        ForceList forces;
+        if (!cloth.hinge_frictions.empty())
+          forces.push_back(make_hinge_friction(cloth.hinge_frictions, cloth.mass.size()));
+        if (!cloth.curvature_frictions.empty())
+          forces.push_back(
+              make_curvature_friction(cloth.hinges, cloth.curvature_frictions, cloth.mass.size()));
+        if (!cloth.corner_frictions.empty())
+          forces.push_back(make_corner_friction(cloth.corner_frictions, cloth.mass.size()));
+        return forces;
+      },
+      {.promise = "minus the gradient of its energy within a step; has a memory",
+       .source = "Kawabata, KES-F; Zhong, Wang, 1998; Ji et al., 2006; Zhang et al., 2012"});
 }
-
-}  // namespace detail
 
 }  // namespace selvedge

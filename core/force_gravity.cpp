@@ -46,10 +46,9 @@ std::unique_ptr<Force> make_gravity(const Vec3& acceleration) {
   return std::make_unique<Gravity>(acceleration);
 }
 
-namespace detail {
-
-ForceLaw gravity_law() { return {.name = "gravity", .promise = "", .source = ""}; }
-
-}  // namespace detail
+void register_gravity(ForceLawRegistry& registry) {
+  registry.add_keyed("gravity", "gravity",
+                     {.promise = "m g on every particle", .source = "survey eq. 6"});
+}
 
 }  // namespace selvedge

@@ -139,23 +139,22 @@ std::unique_ptr<Force> make_hooke_force(std::span<const Spring> springs, std::si
   return std::make_unique<HookeForce>(springs, particles);
 }
 
-namespace detail {
-
-ForceLaw hooke_law() {
-  return {.name = "hooke",
-          .promise = "minus the gradient of its energy",
-          .source = "stretch and shear springs, Hooke's law",
-          .energy = "stretch_and_shear",
-          .add = [](const ClothMesh& cloth, ForceList& forces) {
-            const std::vector<Spring> springs = springs_of_curve(cloth, -1);
-            if (!springs.empty()) forces.push_back(make_hooke_force(springs, cloth.mass.size()));
-            for (std::size_t c = 0; c < cloth.curves.size(); ++c)
-              if (cloth.curves[c].law == StretchLaw::hooke)
-                forces.push_back(make_hooke_force(
-                    springs_of_curve(cloth, static_cast<std::int32_t>(c)), cloth.mass.size()));
-          }};
+void register_hooke(ForceLawRegistry& registry) {
+  registry.add("hooke", {},
+               [](const MethodOptions&, const ClothMesh& cloth) {
+                 ForceList forces;
+                 const std::vector<Spring> springs = springs_of_curve(cloth, -1);
+                 if (!springs.empty())
+                   forces.push_back(make_hooke_force(springs, cloth.mass.size()));
+                 for (std::size_t c = 0; c < cloth.curves.size(); ++c)
+                   if (cloth.curves[c].law == StretchLaw::hooke)
+                     forces.push_back(make_hooke_force(
+                         springs_of_curve(cloth, static_cast<std::int32_t>(c)), cloth.mass.size()));
+                 return forces;
+               },
+               {.promise = "minus the gradient of its energy",
+                .source = "stretch and shear springs, Hooke's law",
+                .energy = "stretch_and_shear"});
 }
-
-}  // namespace detail
 
 }  // namespace selvedge

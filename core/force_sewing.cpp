@@ -60,14 +60,10 @@ std::unique_ptr<Force> make_sewing_force(std::span<const Edge> seams, const Sewi
   return std::make_unique<detail::ElementForce<Seams>>(Seams(seams, config), particles);
 }
 
-namespace detail {
-
-ForceLaw sewing_law() {
-  return {.name = "sewing",
-          .promise = "minus the gradient of its energy; survey eq. 10 mended",
-          .source = "Zhong, Xu, Three-dimensional garment dressing simulation, 2009"};
+void register_sewing(ForceLawRegistry& registry) {
+  registry.add_keyed("sewing", "seams",
+                     {.promise = "minus the gradient of its energy; survey eq. 10 mended",
+                      .source = "Zhong, Xu, Three-dimensional garment dressing simulation, 2009"});
 }
-
-}  // namespace detail
 
 }  // namespace selvedge

@@ -336,31 +336,30 @@ std::unique_ptr<Force> make_shape_operator_force(std::span<const Hinge> hinges,
   return std::make_unique<ShapeOperatorForce>(hinges, couples, particles);
 }
 
-namespace detail {
-
-ForceLaw shape_operator_law() {
-  return {.name = "shape_operator",
-          .promise = "a plate on any mesh; minus the gradient of its energy",
-          .source =
-              "Onate, Zarate, Rotation-free triangular plate and shell elements, 2000; Gingold et "
-              "al., 2004",
-          .energy = "bending",
-          .add = [](const ClothMesh& cloth, ForceList& forces) {
-            if (cloth.couples.empty()) return;
-            const std::vector<char> coupled = coupled_hinges(cloth);
-            std::vector<std::int32_t> number(cloth.hinges.size(), -1);
-            std::vector<Hinge> hinges;
-            for (std::size_t i = 0; i < cloth.hinges.size(); ++i) {
-              if (!coupled[i]) continue;
-              number[i] = static_cast<std::int32_t>(hinges.size());
-              hinges.push_back(cloth.hinges[i]);
-            }
-            std::vector<HingeCouple> couples = cloth.couples;
-            for (HingeCouple& c : couples) c = {number[c.a], number[c.b], c.stiffness};
-            forces.push_back(make_shape_operator_force(hinges, couples, cloth.mass.size()));
-          }};
+void register_shape_operator(ForceLawRegistry& registry) {
+  registry.add(
+      "shape_operator", {},
+      [](const MethodOptions&, const ClothMesh& cloth) {
+        ForceList forces;
+        if (cloth.couples.empty()) return forces;
+        const std::vector<char> coupled = detail::coupled_hinges(cloth);
+        std::vector<std::int32_t> number(cloth.hinges.size(), -1);
+        std::vector<Hinge> hinges;
+        for (std::size_t i = 0; i < cloth.hinges.size(); ++i) {
+          if (!coupled[i]) continue;
+          number[i] = static_cast<std::int32_t>(hinges.size());
+          hinges.push_back(cloth.hinges[i]);
+        }
+        std::vector<HingeCouple> couples = cloth.couples;
+        for (HingeCouple& c : couples) c = {number[c.a], number[c.b], c.stiffness};
+        forces.push_back(make_shape_operator_force(hinges, couples, cloth.mass.size()));
+        return forces;
+      },
+      {.promise = "a plate on any mesh; minus the gradient of its energy",
+       .source =
+           "Onate, Zarate, Rotation-free triangular plate and shell elements, 2000; Gingold et "
+           "al., 2004",
+       .energy = "bending"});
 }
-
-}  // namespace detail
 
 }  // namespace selvedge

@@ -225,47 +225,31 @@ std::unique_ptr<Force> make_curve_force(std::span<const Spring> springs, const S
 
 namespace {
 
-void add_curves(const ClothMesh& cloth, StretchLaw law, ForceList& forces) {
+ForceList forces_of_law(const ClothMesh& cloth, StretchLaw law) {
+  ForceList forces;
   for (std::size_t c = 0; c < cloth.curves.size(); ++c)
     if (cloth.curves[c].law == law)
       forces.push_back(make_curve_force(springs_of_curve(cloth, static_cast<std::int32_t>(c)),
                                         cloth.curves[c], cloth.mass.size()));
+  return forces;
 }
 
 }  // namespace
 
-namespace detail {
-
-ForceLaw tension_only_law() {
-  return {.name = "tension_only",
-          .promise = "minus the gradient of its energy",
-          .source = "Choi, Ko, Stable but responsive cloth, 2002",
-          .energy = "stretch_and_shear",
-          .add = [](const ClothMesh& cloth, ForceList& forces) {
-            add_curves(cloth, StretchLaw::tension_only, forces);
-          }};
+void register_spring_curves(ForceLawRegistry& registry) {
+  const auto add = [&](const char* name, StretchLaw law, const char* promise, const char* source) {
+    registry.add(
+        name, {},
+        [law](const MethodOptions&, const ClothMesh& cloth) { return forces_of_law(cloth, law); },
+        {.promise = promise, .source = source, .energy = "stretch_and_shear"});
+  };
+  add("tension_only", StretchLaw::tension_only, "minus the gradient of its energy",
+      "Choi, Ko, Stable but responsive cloth, 2002");
+  add("biphasic", StretchLaw::biphasic, "minus the gradient of its energy",
+      "Chen, Zhu, Kaufman, Physically based animation, 1998");
+  add("kawabata", StretchLaw::kawabata,
+      "tension curve of KES-F1 by LT and EMT; minus the gradient of its energy",
+      "Zhong, Wang, 1998; Ji et al., 2006; Zhang et al., 2012");
 }
-
-ForceLaw biphasic_law() {
-  return {.name = "biphasic",
-          .promise = "minus the gradient of its energy",
-          .source = "Chen, Zhu, Kaufman, Physically based animation, 1998",
-          .energy = "stretch_and_shear",
-          .add = [](const ClothMesh& cloth, ForceList& forces) {
-            add_curves(cloth, StretchLaw::biphasic, forces);
-          }};
-}
-
-ForceLaw kawabata_law() {
-  return {.name = "kawabata",
-          .promise = "tension curve of KES-F1 by LT and EMT; minus the gradient of its energy",
-          .source = "Zhong, Wang, 1998; Ji et al., 2006; Zhang et al., 2012",
-          .energy = "stretch_and_shear",
-          .add = [](const ClothMesh& cloth, ForceList& forces) {
-            add_curves(cloth, StretchLaw::kawabata, forces);
-          }};
-}
-
-}  // namespace detail
 
 }  // namespace selvedge

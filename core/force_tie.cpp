@@ -73,20 +73,18 @@ std::unique_ptr<Force> make_tie_force(std::span<const Tie<4>> ties, std::size_t 
   return std::make_unique<detail::ElementForce<Ties<4>>>(Ties<4>(ties), particles);
 }
 
-namespace detail {
-
-ForceLaw tie_law() {
-  return {.name = "tie",
-          .promise = "minus the gradient of its energy; hanging nodes and dense layers",
-          .source = "Villard, Borouchaki, 2005; Kang, Cho, 2002",
-          .add = [](const ClothMesh& cloth, ForceList& forces) {
-            if (!cloth.hanging.empty())
-              forces.push_back(make_tie_force(cloth.hanging, cloth.mass.size()));
-            if (!cloth.layers.empty())
-              forces.push_back(make_tie_force(cloth.layers, cloth.mass.size()));
-          }};
+void register_tie(ForceLawRegistry& registry) {
+  registry.add("tie", {},
+               [](const MethodOptions&, const ClothMesh& cloth) {
+                 ForceList forces;
+                 if (!cloth.hanging.empty())
+                   forces.push_back(make_tie_force(cloth.hanging, cloth.mass.size()));
+                 if (!cloth.layers.empty())
+                   forces.push_back(make_tie_force(cloth.layers, cloth.mass.size()));
+                 return forces;
+               },
+               {.promise = "minus the gradient of its energy; hanging nodes and dense layers",
+                .source = "Villard, Borouchaki, 2005; Kang, Cho, 2002"});
 }
-
-}  // namespace detail
 
 }  // namespace selvedge

@@ -105,19 +105,17 @@ std::unique_ptr<Force> make_twist_force(std::span<const TwistSpring> springs,
   return std::make_unique<detail::ElementForce<TwistSprings>>(TwistSprings(springs), particles);
 }
 
-namespace detail {
-
-ForceLaw twisting_law() {
-  return {.name = "twisting",
-          .promise = "minus the gradient of its energy; also the beam, survey eq. 4 mended",
-          .source = "Dai, Li, Zhang, 2003; Villard, Borouchaki, 2005",
-          .energy = "twisting",
-          .add = [](const ClothMesh& cloth, ForceList& forces) {
-            if (!cloth.twists.empty())
-              forces.push_back(make_twist_force(cloth.twists, cloth.mass.size()));
-          }};
+void register_twisting(ForceLawRegistry& registry) {
+  registry.add("twisting", {},
+               [](const MethodOptions&, const ClothMesh& cloth) {
+                 ForceList forces;
+                 if (!cloth.twists.empty())
+                   forces.push_back(make_twist_force(cloth.twists, cloth.mass.size()));
+                 return forces;
+               },
+               {.promise = "minus the gradient of its energy; also the beam, survey eq. 4 mended",
+                .source = "Dai, Li, Zhang, 2003; Villard, Borouchaki, 2005",
+                .energy = "twisting"});
 }
-
-}  // namespace detail
 
 }  // namespace selvedge

@@ -135,14 +135,11 @@ std::unique_ptr<Force> make_virtual_springs(std::span<const Vec3> rest,
   return std::make_unique<VirtualSprings>(rest, stiffness, follow);
 }
 
-namespace detail {
-
-ForceLaw virtual_springs_law() {
-  return {.name = "virtual_springs",
-          .promise = "minus the gradient of its energy; fixed in space or following",
-          .source = "Yuan et al., Real-time simulation of tissue cutting with CUDA, 2010"};
+void register_virtual_springs(ForceLawRegistry& registry) {
+  registry.add_keyed(
+      "virtual_springs", "geometry.*.virtual_springs",
+      {.promise = "minus the gradient of its energy; fixed in space or following",
+       .source = "Yuan et al., Real-time simulation of tissue cutting with CUDA, 2010"});
 }
-
-}  // namespace detail
 
 }  // namespace selvedge

@@ -164,14 +164,10 @@ std::unique_ptr<Force> make_volume_force(double stiffness, std::int32_t centre,
   return std::make_unique<VolumeForce>(stiffness, centre, triangles, rest);
 }
 
-namespace detail {
-
-ForceLaw volume_law() {
-  return {.name = "volume",
-          .promise = "no sum, no moment; not a gradient; survey eq. 3 mended",
-          .source = "Zhengdong, Shuyuan, 2011; Vassilev, Spanlang, 2014"};
+void register_volume(ForceLawRegistry& registry) {
+  registry.add_keyed("volume", "geometry.*.support",
+                     {.promise = "no sum, no moment; not a gradient; survey eq. 3 mended",
+                      .source = "Zhengdong, Shuyuan, 2011; Vassilev, Spanlang, 2014"});
 }
-
-}  // namespace detail
 
 }  // namespace selvedge

@@ -124,8 +124,8 @@ std::unique_ptr<Integrator> make_bdf2(std::vector<std::unique_ptr<Force>> forces
 
 void register_bdf2(IntegratorRegistry& registry) {
   registry.add("bdf2", {},
-               [](const Options&, std::vector<std::unique_ptr<Force>> forces, std::size_t particles,
-                  const ImplicitConfig& solve) {
+               [](const MethodOptions&, std::vector<std::unique_ptr<Force>> forces,
+                  std::size_t particles, const ImplicitConfig& solve) {
                  return make_bdf2(std::move(forces), particles, {.solve = solve});
                });
 }

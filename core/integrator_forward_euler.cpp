@@ -21,7 +21,7 @@ std::unique_ptr<Integrator> make_forward_euler(std::vector<std::unique_ptr<Force
 void register_forward_euler(IntegratorRegistry& registry) {
   registry.add(
       "forward_euler", {},
-      [](const Options&, std::vector<std::unique_ptr<Force>> forces, std::size_t particles,
+      [](const MethodOptions&, std::vector<std::unique_ptr<Force>> forces, std::size_t particles,
          const ImplicitConfig&) { return make_forward_euler(std::move(forces), particles); });
 }
 

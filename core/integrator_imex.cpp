@@ -73,8 +73,8 @@ std::unique_ptr<Integrator> make_imex(std::vector<std::unique_ptr<Force>> forces
 
 void register_imex(IntegratorRegistry& registry) {
   registry.add("imex", {},
-               [](const Options&, std::vector<std::unique_ptr<Force>> forces, std::size_t particles,
-                  const ImplicitConfig& solve) {
+               [](const MethodOptions&, std::vector<std::unique_ptr<Force>> forces,
+                  std::size_t particles, const ImplicitConfig& solve) {
                  return make_imex(std::move(forces), particles, {.solve = solve});
                });
 }

@@ -141,7 +141,7 @@ std::unique_ptr<Integrator> make_implicit_desbrun(std::vector<std::unique_ptr<Fo
 void register_implicit_desbrun(IntegratorRegistry& registry) {
   for (const bool corrected : {true, false})
     registry.add(corrected ? "implicit_desbrun" : "implicit_desbrun_uncorrected", {},
-                 [corrected](const Options&, std::vector<std::unique_ptr<Force>> forces,
+                 [corrected](const MethodOptions&, std::vector<std::unique_ptr<Force>> forces,
                              std::size_t particles, const ImplicitConfig&) {
                    return make_implicit_desbrun(std::move(forces), particles, corrected);
                  });

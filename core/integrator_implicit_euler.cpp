@@ -50,8 +50,8 @@ std::unique_ptr<Integrator> make_implicit_euler(std::vector<std::unique_ptr<Forc
 
 void register_implicit_euler(IntegratorRegistry& registry) {
   registry.add("implicit_euler", {},
-               [](const Options&, std::vector<std::unique_ptr<Force>> forces, std::size_t particles,
-                  const ImplicitConfig& solve) {
+               [](const MethodOptions&, std::vector<std::unique_ptr<Force>> forces,
+                  std::size_t particles, const ImplicitConfig& solve) {
                  return make_implicit_euler(std::move(forces), particles, {.solve = solve});
                });
 }

@@ -73,8 +73,8 @@ std::unique_ptr<Integrator> make_implicit_exact(std::vector<std::unique_ptr<Forc
 
 void register_implicit_exact(IntegratorRegistry& registry) {
   registry.add("implicit_exact", {},
-               [](const Options&, std::vector<std::unique_ptr<Force>> forces, std::size_t particles,
-                  const ImplicitConfig& solve) {
+               [](const MethodOptions&, std::vector<std::unique_ptr<Force>> forces,
+                  std::size_t particles, const ImplicitConfig& solve) {
                  return make_implicit_exact(std::move(forces), particles, {.solve = solve});
                });
 }

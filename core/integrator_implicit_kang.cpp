@@ -104,7 +104,7 @@ std::unique_ptr<Integrator> make_implicit_kang(std::vector<std::unique_ptr<Force
 void register_implicit_kang(IntegratorRegistry& registry) {
   for (const bool corrected : {true, false})
     registry.add(corrected ? "implicit_kang" : "implicit_kang_as_printed", {},
-                 [corrected](const Options&, std::vector<std::unique_ptr<Force>> forces,
+                 [corrected](const MethodOptions&, std::vector<std::unique_ptr<Force>> forces,
                              std::size_t particles, const ImplicitConfig&) {
                    return make_implicit_kang(std::move(forces), particles, corrected);
                  });

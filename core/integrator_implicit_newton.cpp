@@ -111,7 +111,7 @@ void register_implicit_newton(IntegratorRegistry& registry) {
                  .most = 1000.0,
                  .kind = OptionKind::whole,
                  .meaning = "iterations in one solve"}},
-               [](const Options& o, std::vector<std::unique_ptr<Force>> forces,
+               [](const MethodOptions& o, std::vector<std::unique_ptr<Force>> forces,
                   std::size_t particles, const ImplicitConfig& solve) {
                  return make_implicit_newton(std::move(forces), particles,
                                              {.solve = solve, .max_newton = o.whole("max_newton")});

@@ -20,9 +20,10 @@ std::unique_ptr<Integrator> make_midpoint(std::vector<std::unique_ptr<Force>> fo
 }
 
 void register_midpoint(IntegratorRegistry& registry) {
-  registry.add("midpoint", {},
-               [](const Options&, std::vector<std::unique_ptr<Force>> forces, std::size_t particles,
-                  const ImplicitConfig&) { return make_midpoint(std::move(forces), particles); });
+  registry.add(
+      "midpoint", {},
+      [](const MethodOptions&, std::vector<std::unique_ptr<Force>> forces, std::size_t particles,
+         const ImplicitConfig&) { return make_midpoint(std::move(forces), particles); });
 }
 
 }  // namespace selvedge

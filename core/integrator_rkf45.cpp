@@ -176,7 +176,7 @@ void register_rkf45(IntegratorRegistry& registry) {
                  .most = 1e9,
                  .kind = OptionKind::whole,
                  .meaning = "inner steps in one step; a step that needs more is rejected"}},
-               [](const Options& o, std::vector<std::unique_ptr<Force>> forces,
+               [](const MethodOptions& o, std::vector<std::unique_ptr<Force>> forces,
                   std::size_t particles, const ImplicitConfig&) {
                  return make_rkf45(std::move(forces), particles,
                                    {.error = o["error"],

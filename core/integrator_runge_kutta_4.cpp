@@ -24,7 +24,7 @@ std::unique_ptr<Integrator> make_runge_kutta_4(std::vector<std::unique_ptr<Force
 void register_runge_kutta_4(IntegratorRegistry& registry) {
   registry.add(
       "runge_kutta_4", {},
-      [](const Options&, std::vector<std::unique_ptr<Force>> forces, std::size_t particles,
+      [](const MethodOptions&, std::vector<std::unique_ptr<Force>> forces, std::size_t particles,
          const ImplicitConfig&) { return make_runge_kutta_4(std::move(forces), particles); });
 }
 

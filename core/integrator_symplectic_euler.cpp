@@ -56,7 +56,7 @@ std::unique_ptr<Integrator> make_symplectic_euler(std::vector<std::unique_ptr<Fo
 void register_symplectic_euler(IntegratorRegistry& registry) {
   registry.add(
       "symplectic_euler", {},
-      [](const Options&, std::vector<std::unique_ptr<Force>> forces, std::size_t particles,
+      [](const MethodOptions&, std::vector<std::unique_ptr<Force>> forces, std::size_t particles,
          const ImplicitConfig&) { return make_symplectic_euler(std::move(forces), particles); });
 }
 

@@ -122,9 +122,10 @@ std::unique_ptr<Integrator> make_damped_verlet(std::vector<std::unique_ptr<Force
 }
 
 void register_verlet(IntegratorRegistry& registry) {
-  registry.add("verlet", {},
-               [](const Options&, std::vector<std::unique_ptr<Force>> forces, std::size_t particles,
-                  const ImplicitConfig&) { return make_verlet(std::move(forces), particles); });
+  registry.add(
+      "verlet", {},
+      [](const MethodOptions&, std::vector<std::unique_ptr<Force>> forces, std::size_t particles,
+         const ImplicitConfig&) { return make_verlet(std::move(forces), particles); });
   registry.add("damped_verlet",
                {{.name = "drag",
                  .initial = IntegratorConfig{}.drag,
@@ -132,7 +133,7 @@ void register_verlet(IntegratorRegistry& registry) {
                  .least = 0.0,
                  .most = 1e6,
                  .meaning = "rate at which velocities decay"}},
-               [](const Options& o, std::vector<std::unique_ptr<Force>> forces,
+               [](const MethodOptions& o, std::vector<std::unique_ptr<Force>> forces,
                   std::size_t particles, const ImplicitConfig&) {
                  return make_damped_verlet(std::move(forces), particles, {.drag = o["drag"]});
                });

@@ -1,57 +1,44 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/force.h>
 
+#include <utility>
+
 namespace selvedge {
 
-namespace detail {
-// Each law stands in its own .cpp. To add one, declare it here and put it into the list below.
-ForceLaw hooke_law();
-ForceLaw tension_only_law();
-ForceLaw biphasic_law();
-ForceLaw kawabata_law();
-ForceLaw shape_operator_law();
-ForceLaw bending_law();
-ForceLaw bridson_law();
-ForceLaw buckling_law();
-ForceLaw twisting_law();
-ForceLaw hysteresis_law();
-ForceLaw tie_law();
-ForceLaw plate_law();
-ForceLaw volume_law();
-ForceLaw virtual_springs_law();
-ForceLaw sewing_law();
-ForceLaw water_law();
-ForceLaw gravity_law();
-ForceLaw air_law();
-}  // namespace detail
+// The laws register themselves in their own files. A new one adds its name to both lists. The order
+// of the second list is the order in which internal forces add up.
+void register_hooke(ForceLawRegistry& registry);
+void register_spring_curves(ForceLawRegistry& registry);
+void register_shape_operator(ForceLawRegistry& registry);
+void register_bending(ForceLawRegistry& registry);
+void register_bridson(ForceLawRegistry& registry);
+void register_buckling(ForceLawRegistry& registry);
+void register_twisting(ForceLawRegistry& registry);
+void register_hysteresis(ForceLawRegistry& registry);
+void register_tie(ForceLawRegistry& registry);
+void register_plate(ForceLawRegistry& registry);
+void register_volume(ForceLawRegistry& registry);
+void register_virtual_springs(ForceLawRegistry& registry);
+void register_sewing(ForceLawRegistry& registry);
+void register_water(ForceLawRegistry& registry);
+void register_gravity(ForceLawRegistry& registry);
+void register_air(ForceLawRegistry& registry);
 
-/// In the order in which internal forces add up.
-std::vector<ForceLaw> force_laws() {
-  using namespace detail;
-  return {hooke_law(),
-          tension_only_law(),
-          biphasic_law(),
-          kawabata_law(),
-          shape_operator_law(),
-          bending_law(),
-          bridson_law(),
-          buckling_law(),
-          twisting_law(),
-          hysteresis_law(),
-          tie_law(),
-          plate_law(),
-          volume_law(),
-          virtual_springs_law(),
-          sewing_law(),
-          water_law(),
-          gravity_law(),
-          air_law()};
+ForceLawRegistry force_laws() {
+  ForceLawRegistry registry;
+  for (const auto add :
+       {register_hooke, register_spring_curves, register_shape_operator, register_bending,
+        register_bridson, register_buckling, register_twisting, register_hysteresis, register_tie,
+        register_plate, register_volume, register_virtual_springs, register_sewing, register_water,
+        register_gravity, register_air})
+    add(registry);
+  return registry;
 }
 
-ForceList make_internal_forces(const ClothMesh& cloth) {
+ForceList make_internal_forces(const ClothMesh& cloth, const ForceLawRegistry& laws) {
   ForceList forces;
-  for (const ForceLaw& law : force_laws())
-    if (law.add != nullptr) law.add(cloth, forces);
+  for (const auto* law : laws.in_order())
+    for (auto& force : (*law)(cloth)) forces.push_back(std::move(force));
   return forces;
 }
 

@@ -39,23 +39,23 @@ std::string text(double value) {
   return buffer;
 }
 
-const Option* find_option(const std::vector<Option>& options, const std::string& name) {
-  const auto found =
-      std::find_if(options.begin(), options.end(), [&](const Option& o) { return o.name == name; });
+const MethodOption* find_option(const std::vector<MethodOption>& options, const std::string& name) {
+  const auto found = std::find_if(options.begin(), options.end(),
+                                  [&](const MethodOption& o) { return o.name == name; });
   return found == options.end() ? nullptr : &*found;
 }
 
-std::string unknown_option(const std::vector<Option>& options, const std::string& name) {
+std::string unknown_option(const std::vector<MethodOption>& options, const std::string& name) {
   if (options.empty()) return "has no option \"" + name + "\" and no other option";
   std::vector<std::string> known;
-  for (const Option& option : options) known.push_back(option.name);
+  for (const MethodOption& option : options) known.push_back(option.name);
   return "has no option \"" + name + "\"; nearest is \"" + nearest_word(name, known) +
          "\", known are " + quoted(known);
 }
 
 }  // namespace
 
-double Options::operator[](const std::string& name) const {
+double MethodOptions::operator[](const std::string& name) const {
   const auto found = values_.find(name);
   if (found == values_.end())
     throw std::logic_error("option \"" + name + "\" is read but not registered");
@@ -77,9 +77,9 @@ std::string nearest_word(const std::string& word, const std::vector<std::string>
   return best;
 }
 
-std::string option_fault(const std::vector<Option>& options, const std::string& name,
+std::string option_fault(const std::vector<MethodOption>& options, const std::string& name,
                          double value) {
-  const Option* option = find_option(options, name);
+  const MethodOption* option = find_option(options, name);
   if (option == nullptr) return unknown_option(options, name);
   const std::string must = "needs \"" + name + "\" to be ";
   const std::string is = ", is " + text(value);
@@ -95,27 +95,27 @@ std::string option_fault(const std::vector<Option>& options, const std::string& 
   return {};
 }
 
-Options complete_options(const std::string& method, const std::vector<Option>& options,
-                         const Options& given) {
+MethodOptions complete_options(const std::string& method, const std::vector<MethodOption>& options,
+                               const MethodOptions& given) {
   for (const auto& [name, value] : given)
     if (const std::string fault = option_fault(options, name, value); !fault.empty())
       throw std::invalid_argument(method + ": " + fault);
-  Options all;
-  for (const Option& option : options)
+  MethodOptions all;
+  for (const MethodOption& option : options)
     all.set(option.name, given.contains(option.name) ? given[option.name] : option.initial);
   return all;
 }
 
-Options known_options(const std::vector<Option>& options, const Options& given) {
-  Options known;
+MethodOptions known_options(const std::vector<MethodOption>& options, const MethodOptions& given) {
+  MethodOptions known;
   for (const auto& [name, value] : given)
     if (find_option(options, name) != nullptr) known.set(name, value);
   return known;
 }
 
-std::string options_text(const std::vector<Option>& options, const Options& values) {
+std::string options_text(const std::vector<MethodOption>& options, const MethodOptions& values) {
   std::string list;
-  for (const Option& option : options) {
+  for (const MethodOption& option : options) {
     if (!values.contains(option.name)) continue;
     const double value = values[option.name];
     const std::string shown = option.kind != OptionKind::boolean ? text(value)

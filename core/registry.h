@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <concepts>
 #include <cstdint>
 #include <functional>
@@ -22,7 +23,7 @@ namespace selvedge {
 enum class OptionKind : std::uint8_t { number, whole, boolean };
 
 /// One option of a method.
-struct Option {
+struct MethodOption {
   std::string name;      ///< as in scene files, in snake_case
   double initial = 0.0;  ///< default, in `unit`; 1 for true
   std::string unit{};    ///< "m", "1/s"; "1": dimensionless; empty: true or false
@@ -34,12 +35,12 @@ struct Option {
 };
 
 /// Values of options by name. Whole numbers and true (1) or false (0) are stored as doubles.
-class Options {
+class MethodOptions {
  public:
   using Values = std::map<std::string, double>;
 
-  Options() = default;
-  Options(std::initializer_list<Values::value_type> values) : values_(values) {}
+  MethodOptions() = default;
+  MethodOptions(std::initializer_list<Values::value_type> values) : values_(values) {}
 
   void set(const std::string& name, double value) { values_[name] = value; }
   bool contains(const std::string& name) const { return values_.contains(name); }
@@ -52,7 +53,7 @@ class Options {
 
   Values::const_iterator begin() const { return values_.begin(); }
   Values::const_iterator end() const { return values_.end(); }
-  bool operator==(const Options&) const = default;
+  bool operator==(const MethodOptions&) const = default;
 
  private:
   Values values_;
@@ -63,18 +64,19 @@ std::string nearest_word(const std::string& word, const std::vector<std::string>
 
 /// Why the options do not accept this value, as the predicate of a sentence: an unknown name (with
 /// the nearest known one), or a value of the wrong kind or out of range. Empty if they accept it.
-std::string option_fault(const std::vector<Option>& options, const std::string& name, double value);
+std::string option_fault(const std::vector<MethodOption>& options, const std::string& name,
+                         double value);
 
 /// The given values, and the defaults of the options that are not given. Throws
 /// std::invalid_argument that begins with `method` for a value that the options do not accept.
-Options complete_options(const std::string& method, const std::vector<Option>& options,
-                         const Options& given);
+MethodOptions complete_options(const std::string& method, const std::vector<MethodOption>& options,
+                               const MethodOptions& given);
 
 /// The given values that the options include, for methods that are compared under shared settings.
-Options known_options(const std::vector<Option>& options, const Options& given);
+MethodOptions known_options(const std::vector<MethodOption>& options, const MethodOptions& given);
 
 /// The values with their units: "stiffness 1000 N/m, damping 0.1 N·s/m".
-std::string options_text(const std::vector<Option>& options, const Options& values);
+std::string options_text(const std::vector<MethodOption>& options, const MethodOptions& values);
 
 /// Why a registry with these names has no method `name`, as one sentence with the nearest name and
 /// all names. `absent` maps methods that this build omits to the library that they need.
@@ -92,22 +94,25 @@ template <class Product, class Traits, class... Args>
 class RegistryEntry {
  public:
   /// Receives the values of all options.
-  using Make = std::function<Product(const Options&, Args...)>;
+  using Make = std::function<Product(const MethodOptions&, Args...)>;
 
   /// Takes the traits from a product made with the defaults and value-initialised arguments, each
   /// time they are needed.
-  RegistryEntry(std::vector<Option> options, Make make) requires requires(const Product& product) {
+  RegistryEntry(std::vector<MethodOption> options, Make make) requires
+      requires(const Product& product) {
     { product->traits() } -> std::convertible_to<Traits>;
   } : options_(std::move(options)), make_(std::move(make)) {
     traits_ = [o = options_, m = make_]() -> Traits {
       return m(complete_options("", o, {}), std::remove_cvref_t<Args>{}...)->traits();
     };
   }
-  RegistryEntry(std::vector<Option> options, Make make, std::function<Traits()> traits)
-      : options_(std::move(options)), make_(std::move(make)), traits_(std::move(traits)) {}
+  RegistryEntry(std::vector<MethodOption> options, Make make, Traits traits)
+      : options_(std::move(options)),
+        make_(std::move(make)),
+        traits_([t = std::move(traits)] { return t; }) {}
 
   const std::string& name() const { return name_; }
-  const std::vector<Option>& options() const { return options_; }
+  const std::vector<MethodOption>& options() const { return options_; }
   /// Optional library that the method comes from; empty: selvedge itself.
   const std::string& library() const { return library_; }
   /// Traits with the default options.
@@ -121,14 +126,15 @@ class RegistryEntry {
   }
   /// The method with these options. Throws std::invalid_argument for an option that the method does
   /// not have (with the nearest one that it has) and for a value out of range.
-  Product operator()(const Options& given, Args... args) const {
+  Product operator()(const MethodOptions& given, Args... args) const {
     return make_(complete_options(name_, options_, given), std::forward<Args>(args)...);
   }
 
   /// The same method, whose products pass through `change`.
   RegistryEntry wrapped(std::function<Product(Product)> change) const {
     RegistryEntry entry = *this;
-    entry.make_ = [make = make_, change = std::move(change)](const Options& options, Args... args) {
+    entry.make_ = [make = make_, change = std::move(change)](const MethodOptions& options,
+                                                             Args... args) {
       return change(make(options, std::forward<Args>(args)...));
     };
     return entry;
@@ -139,9 +145,17 @@ class RegistryEntry {
   friend class Registry;
 
   std::string name_, library_;
-  std::vector<Option> options_;
+  std::size_t order_ = 0;  // among the methods of the registry
+  std::vector<MethodOption> options_;
   Make make_;
   std::function<Traits()> traits_;
+};
+
+/// A method that a scene selects by another key than the names of its family.
+template <class Traits>
+struct KeyedMethod {
+  std::string key;  ///< as in SceneKey, for example "materials.*.stretch_law"
+  Traits traits;
 };
 
 /// The methods of one family by name.
@@ -155,19 +169,32 @@ class Registry {
   /// Adds a method, or replaces the one of that name.
   void add(const std::string& name, Entry entry) {
     entry.name_ = name;
+    const auto former = entries_.find(name);
+    entry.order_ = former != entries_.end() ? former->second.order_ : added_++;
+    keyed_.erase(name);
     if (const auto absent = absent_.find(name); absent != absent_.end()) {
       entry.library_ = absent->second;
       absent_.erase(absent);
     }
     entries_.insert_or_assign(name, std::move(entry));
   }
-  void add(const std::string& name, std::vector<Option> options, typename Entry::Make make) {
+  void add(const std::string& name, std::vector<MethodOption> options, typename Entry::Make make) {
     add(name, Entry(std::move(options), std::move(make)));
+  }
+  /// The same for products without the member `traits`.
+  void add(const std::string& name, std::vector<MethodOption> options, typename Entry::Make make,
+           Traits traits) {
+    add(name, Entry(std::move(options), std::move(make), std::move(traits)));
   }
   /// Notes a method that needs an optional library, for messages and lists; `add` makes it
   /// available.
   void add_absent(const std::string& name, const std::string& library) {
     if (!entries_.contains(name)) absent_[name] = library;
+  }
+  /// Notes a method that another key of a scene selects, for messages and lists.
+  void add_keyed(const std::string& name, const std::string& key, Traits traits) {
+    if (!entries_.contains(name))
+      keyed_.insert_or_assign(name, KeyedMethod<Traits>{key, std::move(traits)});
   }
 
   /// The method of that name. Throws std::invalid_argument with the sentence of `fault`.
@@ -178,13 +205,26 @@ class Registry {
   }
   /// Why there is no such method, as one sentence with the nearest name; empty if there is one.
   std::string fault(const std::string& name) const {
+    if (const auto other = keyed_.find(name); other != keyed_.end())
+      return "\"" + name + "\" is selected by the key \"" + other->second.key + "\", not by name";
     return entries_.contains(name) ? std::string() : unknown_name(name, names(), absent_);
   }
+  /// All names, sorted. Iteration has the same order.
   std::vector<std::string> names() const {
     std::vector<std::string> names;
     for (const auto& entry : entries_) names.push_back(entry.first);
     return names;
   }
+  /// The methods in the order in which they were added. One that was replaced keeps its place.
+  std::vector<const Entry*> in_order() const {
+    std::vector<const Entry*> all;
+    for (const auto& [name, entry] : entries_) all.push_back(&entry);
+    std::sort(all.begin(), all.end(),
+              [](const Entry* a, const Entry* b) { return a->order_ < b->order_; });
+    return all;
+  }
+  /// Methods that other keys of a scene select.
+  const std::map<std::string, KeyedMethod<Traits>>& keyed() const { return keyed_; }
   /// Methods that need a library which this build does not have, and the name of that library.
   const std::map<std::string, std::string>& absent() const { return absent_; }
 
@@ -205,7 +245,9 @@ class Registry {
 
  private:
   Entries entries_;
+  std::size_t added_ = 0;  // so far
   std::map<std::string, std::string> absent_;
+  std::map<std::string, KeyedMethod<Traits>> keyed_;
 };
 
 }  // namespace selvedge

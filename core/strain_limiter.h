@@ -96,6 +96,7 @@ class StrainLimitMethod {
 struct StrainLimit {
   std::unique_ptr<StrainLimitMethod> method;
   std::unique_ptr<Force> force;
+  int max_sweeps = LimitStep{}.max_sweeps;  ///< of a method, for LimitStep
 };
 /// The limiters by name. Arguments: the springs, their limits and the number of particles.
 using StrainLimiterRegistry = Registry<StrainLimit, LimiterTraits, std::span<const Spring>,

@@ -5,18 +5,29 @@ namespace selvedge {
 
 void detail::register_method(StrainLimiterRegistry& registry, const std::string& name,
                              const MakeLimitMethod& make) {
-  const auto product = [make](const Options&, std::span<const Spring> springs,
+  const auto product = [make](const MethodOptions& o, std::span<const Spring> springs,
                               std::span<const double> limits, std::size_t particles) {
-    return StrainLimit{.method = make(springs, limits, particles), .force = nullptr};
+    return StrainLimit{.method = make(springs, limits, particles),
+                       .force = nullptr,
+                       .max_sweeps = o.whole("max_sweeps")};
   };
-  registry.add(name, {{}, product, [make] { return make({}, {}, 0)->traits(); }});
+  const MethodOption max_sweeps{.name = "max_sweeps",
+                                .initial = static_cast<double>(LimitStep{}.max_sweeps),
+                                .unit = "1",
+                                .least = 1.0,
+                                .most = 1e6,
+                                .kind = OptionKind::whole,
+                                .meaning =
+                                    "sweeps over the springs in one step; more leave a "
+                                    "smaller residual and cost more"};
+  registry.add(name, {max_sweeps}, product, make({}, {}, 0)->traits());
 }
 
 void detail::register_policy(StrainLimiterRegistry& registry, const std::string& name,
                              const LimiterTraits& traits) {
-  const auto nothing = [](const Options&, std::span<const Spring>, std::span<const double>,
+  const auto nothing = [](const MethodOptions&, std::span<const Spring>, std::span<const double>,
                           std::size_t) { return StrainLimit{}; };
-  registry.add(name, {{}, nothing, [traits] { return traits; }});
+  registry.add(name, {}, nothing, traits);
 }
 
 // The limiters register themselves in their own files. A new one adds its name to both lists.

@@ -126,11 +126,11 @@ void register_stiffening_forces(StrainLimiterRegistry& registry) {
                        const char* source) {
     const LimiterTraits traits{
         .promise = promise, .source = source, .bounds_strain = false, .kind = LimiterKind::force};
-    const auto make = [law](const Options&, std::span<const Spring> s, std::span<const double> l,
-                            std::size_t n) {
+    const auto make = [law](const MethodOptions&, std::span<const Spring> s,
+                            std::span<const double> l, std::size_t n) {
       return StrainLimit{.method = nullptr, .force = make_stiffening_force(s, l, n, law)};
     };
-    registry.add(name, {{}, make, [traits] { return traits; }});
+    registry.add(name, {}, make, traits);
   };
   add("bayraktar", StiffeningLaw::bayraktar, "stiffer beyond the limit, continuous; bounds nothing",
       "Bayraktar et al. 2007; survey eq. 12 corrected");
@@ -141,6 +141,11 @@ void register_stiffening_forces(StrainLimiterRegistry& registry) {
       "Zhibin et al.; survey eq. 13 inverted");
   add("zhibin_as_printed", StiffeningLaw::tangent_printed,
       "softens: its force is at most 10 % of K L0", "Zhibin et al.; survey eq. 13");
+  registry.add_keyed("biphasic", "materials.*.stretch_law",
+                     {.promise = "stiffer above a strain, continuous; a law of the springs",
+                      .source = "Chen, Zhu, Kaufman, Physically based animation, 1998",
+                      .bounds_strain = false,
+                      .kind = LimiterKind::force});
 }
 
 }  // namespace selvedge

@@ -369,20 +369,13 @@ void AdaptiveGrid::add_ties(ClothMesh& cloth) const {
   }
 }
 
-namespace detail {
-
-ClothPattern refine_curved_pattern() {
-  return {.name = "refine curved",
-          .promise = "cells split where they bend; tied hanging nodes, no gap",
-          .source = "Villard, Borouchaki, Adaptive meshing for cloth animation, 2005"};
+void register_refined(ClothPatternRegistry& registry) {
+  registry.add_keyed("refine curved", "geometry.*.refine",
+                     {.promise = "cells split where they bend; tied hanging nodes, no gap",
+                      .source = "Villard, Borouchaki, Adaptive meshing for cloth animation, 2005"});
+  registry.add_keyed("refine settled", "geometry.*.refine",
+                     {.promise = "cells split everywhere at rest; mass and momentum kept",
+                      .source = "Zhang, Yuen, Cloth simulation using multilevel meshes, 2001"});
 }
-
-ClothPattern refine_settled_pattern() {
-  return {.name = "refine settled",
-          .promise = "cells split everywhere at rest; mass and momentum kept",
-          .source = "Zhang, Yuen, Cloth simulation using multilevel meshes, 2001"};
-}
-
-}  // namespace detail
 
 }  // namespace selvedge

@@ -168,23 +168,20 @@ ClothMesh make_arc(const DiscConfig& disc, const Material& material) {
   return make_rings(radii, disc.spokes, material);
 }
 
-namespace detail {
-
-ClothPattern arc_pattern() {
-  return {.name = "arc",
-          .promise = "a disc of rings and spokes: polar, not woven",
-          .source = "Rusinko, Swan, Agent-based fabric modeling using differential equations, 2012",
-          .make = [](const GridConfig& grid, const Material& material, const PatternOptions&) {
-            if (grid.size_x != grid.size_y) {
-              std::ostringstream text;
-              text << "pattern \"arc\" is a disc: both sizes must be its diameter, not "
-                   << grid.size_x << " and " << grid.size_y;
-              throw std::invalid_argument(text.str());
-            }
-            return make_arc({0.5 * grid.size_x, grid.cells_y, grid.cells_x}, material);
-          }};
+void register_arc(ClothPatternRegistry& registry) {
+  registry.add(
+      "arc", {},
+      [](const MethodOptions&, const GridConfig& grid, const Material& material) {
+        if (grid.size_x != grid.size_y) {
+          std::ostringstream text;
+          text << "pattern \"arc\" is a disc: both sizes must be its diameter, not " << grid.size_x
+               << " and " << grid.size_y;
+          throw std::invalid_argument(text.str());
+        }
+        return make_arc({0.5 * grid.size_x, grid.cells_y, grid.cells_x}, material);
+      },
+      {.promise = "a disc of rings and spokes: polar, not woven",
+       .source = "Rusinko, Swan, Agent-based fabric modeling using differential equations, 2012"});
 }
-
-}  // namespace detail
 
 }  // namespace selvedge

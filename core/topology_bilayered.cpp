@@ -93,19 +93,38 @@ ClothMesh make_bilayered(const GridConfig& grid, const LayerConfig& layers,
   return cloth;
 }
 
-namespace detail {
-
-ClothPattern bilayered_pattern() {
-  return {
-      .name = "bilayered",
-      .promise = "a dense layer that collides, tied to a sparse one that carries",
-      .source = "Kang, Cho, Bilayered approximate integration, 2002",
-      .two_layers = true,
-      .make = [](const GridConfig& grid, const Material& material, const PatternOptions& options) {
-        return make_bilayered(grid, options.layers, material);
-      }};
+void register_bilayered(ClothPatternRegistry& registry) {
+  const LayerConfig layers{};
+  registry.add("bilayered",
+               {{.name = "ratio",
+                 .initial = static_cast<double>(layers.ratio),
+                 .unit = "1",
+                 .least = 2.0,
+                 .most = 100.0,
+                 .kind = OptionKind::whole,
+                 .meaning = "cells of the dense layer per cell side of the sparse one; more make "
+                            "finer wrinkles on a coarser support"},
+                {.name = "share",
+                 .initial = layers.share,
+                 .unit = "1",
+                 .least = 0.0,
+                 .most = 0.99,
+                 .above_least = true,
+                 .meaning = "fraction of mass and stiffness in the dense layer"},
+                {.name = "hold",
+                 .initial = layers.hold,
+                 .unit = "N/m³",
+                 .least = 0.0,
+                 .most = 1e9,
+                 .above_least = true,
+                 .meaning = "force per area and distance between the layers; less makes longer "
+                            "wrinkles and lets the weight pull the layers farther apart"}},
+               [](const MethodOptions& o, const GridConfig& grid, const Material& material) {
+                 return make_bilayered(grid, {o.whole("ratio"), o["share"], o["hold"]}, material);
+               },
+               {.promise = "a dense layer that collides, tied to a sparse one that carries",
+                .source = "Kang, Cho, Bilayered approximate integration, 2002",
+                .two_layers = true});
 }
-
-}  // namespace detail
 
 }  // namespace selvedge

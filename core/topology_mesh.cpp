@@ -68,14 +68,10 @@ ClothMesh make_from_mesh(const TriangleMesh& surface, const TriangleMesh& rest,
   return cloth;
 }
 
-namespace detail {
-
-ClothPattern mesh_pattern() {
-  return {.name = "mesh",
-          .promise = "any triangle mesh, file order and double precision kept",
-          .source = ""};
+void register_mesh(ClothPatternRegistry& registry) {
+  registry.add_keyed("mesh", "geometry.*.mesh",
+                     {.promise = "any triangle mesh, file order and double precision kept",
+                      .source = "Van Gelder, Approximate simulation of elastic membranes, 1998"});
 }
-
-}  // namespace detail
 
 }  // namespace selvedge

@@ -73,16 +73,12 @@ PlateMesh make_plate(const TriangleMesh& rest, const PlateConstants& plate,
   return out;
 }
 
-namespace detail {
-
-ForceLaw plate_law() {
-  return {
-      .name = "plate",
-      .promise = "springs fitted to a plate; reports the residual of the fit",
-      .source =
-          "Wang, Devarajan, Improved 2D mass-spring-damper model with unstructured meshes, 2008"};
+void register_plate(ForceLawRegistry& registry) {
+  registry.add_keyed(
+      "plate", "geometry.*.plate",
+      {.promise = "springs fitted to a plate; reports the residual of the fit",
+       .source =
+           "Wang, Devarajan, Improved 2D mass-spring-damper model with unstructured meshes, 2008"});
 }
-
-}  // namespace detail
 
 }  // namespace selvedge

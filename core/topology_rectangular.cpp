@@ -50,18 +50,14 @@ ClothMesh make_rectangular(const GridConfig& grid, const Material& material) {
   return cloth;
 }
 
-namespace detail {
-
-ClothPattern rectangular_pattern() {
-  return {.name = "rectangular",
-          .promise = "",
-          .source = "Provot, Deformation constraints in a mass-spring model, 1995",
-          .splits = true,
-          .make = [](const GridConfig& grid, const Material& material, const PatternOptions&) {
-            return make_rectangular(grid, material);
-          }};
+void register_rectangular(ClothPatternRegistry& registry) {
+  registry.add("rectangular", {},
+               [](const MethodOptions&, const GridConfig& grid, const Material& material) {
+                 return make_rectangular(grid, material);
+               },
+               {.promise = "warp, weft and both diagonals are springs; hinges bend",
+                .source = "Provot, Deformation constraints in a mass-spring model, 1995",
+                .splits = true});
 }
-
-}  // namespace detail
 
 }  // namespace selvedge

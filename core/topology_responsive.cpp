@@ -23,17 +23,13 @@ ClothMesh make_responsive(const GridConfig& grid, const Material& material) {
   return make_rectangular(grid, m);
 }
 
-namespace detail {
-
-ClothPattern responsive_pattern() {
-  return {.name = "responsive",
-          .promise = "resists tension only; links over two cells buckle",
-          .source = "Choi, Ko, Stable but responsive cloth, 2002",
-          .make = [](const GridConfig& grid, const Material& material, const PatternOptions&) {
-            return make_responsive(grid, material);
-          }};
+void register_responsive(ClothPatternRegistry& registry) {
+  registry.add("responsive", {},
+               [](const MethodOptions&, const GridConfig& grid, const Material& material) {
+                 return make_responsive(grid, material);
+               },
+               {.promise = "resists tension only; links over two cells buckle",
+                .source = "Choi, Ko, Stable but responsive cloth, 2002"});
 }
-
-}  // namespace detail
 
 }  // namespace selvedge

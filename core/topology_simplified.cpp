@@ -56,26 +56,20 @@ ClothMesh make_simplified(const GridConfig& grid, const Material& material, bool
   return cloth;
 }
 
-namespace detail {
-
-ClothPattern simplified_pattern() {
-  return {.name = "simplified",
-          .promise = "one diagonal: couples stretch and shear",
-          .source = "Huang et al., Cloth simulation based on simplified mass-spring model, 2014",
-          .make = [](const GridConfig& grid, const Material& material, const PatternOptions&) {
-            return make_simplified(grid, material, false);
-          }};
+void register_simplified(ClothPatternRegistry& registry) {
+  registry.add(
+      "simplified", {},
+      [](const MethodOptions&, const GridConfig& grid, const Material& material) {
+        return make_simplified(grid, material, false);
+      },
+      {.promise = "one diagonal: couples stretch and shear",
+       .source = "Huang et al., Cloth simulation based on simplified mass-spring model, 2014"});
+  registry.add("checkerboard", {},
+               [](const MethodOptions&, const GridConfig& grid, const Material& material) {
+                 return make_simplified(grid, material, true);
+               },
+               {.promise = "one diagonal, the other one in every second cell: no coupling",
+                .source = "Huang et al., 2014, mended"});
 }
-
-ClothPattern checkerboard_pattern() {
-  return {.name = "checkerboard",
-          .promise = "one diagonal, the other one in every second cell: no coupling",
-          .source = "Huang et al., 2014, mended",
-          .make = [](const GridConfig& grid, const Material& material, const PatternOptions&) {
-            return make_simplified(grid, material, true);
-          }};
-}
-
-}  // namespace detail
 
 }  // namespace selvedge

@@ -41,15 +41,11 @@ ClothMesh make_supported(const TriangleMesh& closed, const SupportConstants& sup
   return cloth;
 }
 
-namespace detail {
-
-ClothPattern support_pattern() {
-  return {
-      .name = "support",
-      .promise = "a closed surface and its middle; survey eq. 3 mended",
-      .source = "Zhengdong, Shuyuan, A mass-spring model for real time cloth deformation, 2011"};
+void register_support(ClothPatternRegistry& registry) {
+  registry.add_keyed(
+      "support", "geometry.*.support",
+      {.promise = "a closed surface and its middle; survey eq. 3 mended",
+       .source = "Zhengdong, Shuyuan, A mass-spring model for real time cloth deformation, 2011"});
 }
-
-}  // namespace detail
 
 }  // namespace selvedge

@@ -56,18 +56,14 @@ ClothMesh make_triangular(const GridConfig& grid, const Material& material) {
   return make_from_mesh(mesh, mesh, material);
 }
 
-namespace detail {
-
-ClothPattern triangular_pattern() {
-  return {.name = "triangular",
-          .promise = "",
-          .source = "Van Gelder, Approximate simulation of elastic membranes, 1998",
-          .fits_plate = true,
-          .make = [](const GridConfig& grid, const Material& material, const PatternOptions&) {
-            return make_triangular(grid, material);
-          }};
+void register_triangular(ClothPatternRegistry& registry) {
+  registry.add("triangular", {},
+               [](const MethodOptions&, const GridConfig& grid, const Material& material) {
+                 return make_triangular(grid, material);
+               },
+               {.promise = "the edges of nearly equilateral triangles are springs; hinges bend",
+                .source = "Van Gelder, Approximate simulation of elastic membranes, 1998",
+                .fits_plate = true});
 }
-
-}  // namespace detail
 
 }  // namespace selvedge

@@ -164,14 +164,11 @@ double Wetting::drip() {
   return dripped;
 }
 
-namespace detail {
-
-ForceLaw water_law() {
-  return {.name = "water",
-          .promise = "no water, mass or momentum is lost until it drips",
-          .source = "Chen, Magnenat Thalmann, Allen, Physical simulation of wet clothing, 2012"};
+void register_water(ForceLawRegistry& registry) {
+  registry.add_keyed(
+      "water", "water",
+      {.promise = "no water, mass or momentum is lost until it drips",
+       .source = "Chen, Magnenat Thalmann, Allen, Physical simulation of wet clothing, 2012"});
 }
-
-}  // namespace detail
 
 }  // namespace selvedge

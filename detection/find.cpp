@@ -156,7 +156,7 @@ auto indices(const PrimitivePair& pair) {
 // The method `name` of a registry; faults begin with the field of DetectionConfig.
 template <class Registry>
 auto make_named(const Registry& registry, const std::string& name, const char* field,
-                const Options& options = {}) {
+                const MethodOptions& options = {}) {
   if (const std::string fault = registry.fault(name); !fault.empty())
     throw std::invalid_argument(std::string(field) + ": " + fault);
   return registry.at(name)(options);
@@ -168,7 +168,7 @@ std::vector<Collision> collisions(const PreparedSurface& a, const PreparedSurfac
     throw std::invalid_argument("min_separation is " + std::to_string(config.min_separation) +
                                 " m; it must be finite and not negative");
   const auto broad = make_named(broad_phases(), config.broad_phase, "broad_phase");
-  Options options;
+  MethodOptions options;
   if (config.min_separation > 0.0) options.set("min_separation", config.min_separation);
   const auto narrow = make_named(narrow_phases(), config.narrow_phase, "narrow_phase", options);
   if (&a == &b && !broad->traits().self)

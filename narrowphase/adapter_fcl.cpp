@@ -44,7 +44,7 @@ struct FclRule {
 
 void register_fcl(NarrowPhaseRegistry& registry) {
   registry.add("fcl_vertex_face_edge_edge", {},
-               [](const Options&) { return narrowphase_detail::per_query(FclRule{}); });
+               [](const MethodOptions&) { return narrowphase_detail::per_query(FclRule{}); });
 }
 
 }  // namespace selvedge

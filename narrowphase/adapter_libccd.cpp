@@ -147,11 +147,11 @@ class LibccdRule {
 };
 
 void add(NarrowPhaseRegistry& registry, const char* name, Search search) {
-  const Option tolerance = narrowphase_detail::tolerance_option(
+  const MethodOption tolerance = narrowphase_detail::tolerance_option(
       kDefaultTolerance, "1",
       "fraction of the primitives' size that an interval's motion may have; smaller: fewer false "
       "alarms, more intervals");
-  registry.add(name, {tolerance}, [search](const Options& o) {
+  registry.add(name, {tolerance}, [search](const MethodOptions& o) {
     return narrowphase_detail::per_query(LibccdRule(search, o["tolerance"]));
   });
 }

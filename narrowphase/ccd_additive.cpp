@@ -144,7 +144,7 @@ void register_ccd_additive(NarrowPhaseRegistry& registry) {
                  .most = 1e9,
                  .kind = OptionKind::whole,
                  .meaning = "steps per query before it counts as a collision"}},
-               [](const Options& o) {
+               [](const MethodOptions& o) {
                  return make_ccd_additive(CcdAdditiveConfig{.gap = o["tolerance"],
                                                             .min_separation = o["min_separation"],
                                                             .max_steps = o.whole("max_steps")});

@@ -67,7 +67,7 @@ std::unique_ptr<NarrowPhase> make_ccd_cubic(const NarrowPhaseConfig& config) {
 }
 
 void register_ccd_cubic(NarrowPhaseRegistry& registry) {
-  registry.add("ccd_cubic", {}, [](const Options&) { return make_ccd_cubic(); });
+  registry.add("ccd_cubic", {}, [](const MethodOptions&) { return make_ccd_cubic(); });
 }
 
 }  // namespace selvedge

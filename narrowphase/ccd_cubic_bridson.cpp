@@ -71,7 +71,7 @@ void register_ccd_cubic_bridson(NarrowPhaseRegistry& registry) {
           kOwnTolerance, "m",
           "distance at a root or at the end of the step that counts as a collision; larger: fewer "
           "misses, more false alarms")},
-      [](const Options& o) { return make_ccd_cubic_bridson({.tolerance = o["tolerance"]}); });
+      [](const MethodOptions& o) { return make_ccd_cubic_bridson({.tolerance = o["tolerance"]}); });
 }
 
 }  // namespace selvedge

@@ -71,7 +71,7 @@ void register_ccd_cubic_provot(NarrowPhaseRegistry& registry) {
           kOwnTolerance, "1",
           "tolerance on the barycentric coordinates of the inside test; larger: fewer misses, more "
           "false alarms")},
-      [](const Options& o) { return make_ccd_cubic_provot({.tolerance = o["tolerance"]}); });
+      [](const MethodOptions& o) { return make_ccd_cubic_provot({.tolerance = o["tolerance"]}); });
 }
 
 }  // namespace selvedge

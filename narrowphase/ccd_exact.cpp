@@ -147,10 +147,11 @@ std::unique_ptr<NarrowPhase> make_ccd_exact(const CcdExactConfig& config) {
 }
 
 void register_ccd_exact(NarrowPhaseRegistry& registry) {
-  registry.add("ccd_exact", {narrowphase_detail::min_separation_option()}, [](const Options& o) {
-    const double distance = o["min_separation"];
-    return distance == 0.0 ? make_ccd_exact() : make_ccd_separation(distance);
-  });
+  registry.add("ccd_exact", {narrowphase_detail::min_separation_option()},
+               [](const MethodOptions& o) {
+                 const double distance = o["min_separation"];
+                 return distance == 0.0 ? make_ccd_exact() : make_ccd_separation(distance);
+               });
 }
 
 }  // namespace selvedge

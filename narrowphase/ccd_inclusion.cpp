@@ -238,7 +238,7 @@ void register_ccd_inclusion(NarrowPhaseRegistry& registry) {
                  .initial = initial.order == CcdInclusionConfig::Order::breadth_first ? 1.0 : 0.0,
                  .kind = OptionKind::boolean,
                  .meaning = "halves the largest box next; false: the earliest in time"}},
-               [](const Options& o) {
+               [](const MethodOptions& o) {
                  return make_ccd_inclusion(CcdInclusionConfig{
                      .tolerance = o["tolerance"],
                      .min_separation = o["min_separation"],

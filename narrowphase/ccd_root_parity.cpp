@@ -344,7 +344,7 @@ std::unique_ptr<NarrowPhase> make_ccd_root_parity(const NarrowPhaseConfig& confi
 }
 
 void register_ccd_root_parity(NarrowPhaseRegistry& registry) {
-  registry.add("ccd_root_parity", {}, [](const Options&) { return make_ccd_root_parity(); });
+  registry.add("ccd_root_parity", {}, [](const MethodOptions&) { return make_ccd_root_parity(); });
 }
 
 }  // namespace selvedge

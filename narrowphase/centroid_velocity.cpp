@@ -75,7 +75,7 @@ void register_centroid_velocity(NarrowPhaseRegistry& registry) {
         .most = 1e6,
         .meaning = "how far along the motion an edge is searched; negative: the distance moved in "
                    "the step"}},
-      [](const Options& o) { return make_centroid_velocity({.tolerance = o["tolerance"]}); });
+      [](const MethodOptions& o) { return make_centroid_velocity({.tolerance = o["tolerance"]}); });
 }
 
 }  // namespace selvedge

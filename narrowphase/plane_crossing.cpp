@@ -69,12 +69,13 @@ std::unique_ptr<NarrowPhase> make_plane_crossing(const NarrowPhaseConfig& config
 }
 
 void register_plane_crossing(NarrowPhaseRegistry& registry) {
-  registry.add("plane_crossing",
-               {narrowphase_detail::tolerance_option(
-                   0.0, "1",
-                   "tolerance on the barycentric coordinates of the inside test; larger: fewer "
-                   "misses, more false alarms")},
-               [](const Options& o) { return make_plane_crossing({.tolerance = o["tolerance"]}); });
+  registry.add(
+      "plane_crossing",
+      {narrowphase_detail::tolerance_option(
+          0.0, "1",
+          "tolerance on the barycentric coordinates of the inside test; larger: fewer "
+          "misses, more false alarms")},
+      [](const MethodOptions& o) { return make_plane_crossing({.tolerance = o["tolerance"]}); });
 }
 
 }  // namespace selvedge

@@ -81,7 +81,7 @@ void register_proximity(NarrowPhaseRegistry& registry) {
         .meaning = "distance at the start or the end of the step that counts as a "
                    "collision; negative: min_separation, or 1e-3 without it"},
        narrowphase_detail::min_separation_option()},
-      [](const Options& o) {
+      [](const MethodOptions& o) {
         return make_proximity({.tolerance = o["tolerance"], .min_separation = o["min_separation"]});
       });
 }

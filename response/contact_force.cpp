@@ -357,7 +357,7 @@ void ContactForce::finish(std::span<Vec3> v) const {
 
 void register_contact_force(ResponseRegistry& registry) {
   registry.add("contact_force", {},
-               [](const Options&) { return std::make_unique<ContactForce>(); });
+               [](const MethodOptions&) { return std::make_unique<ContactForce>(); });
 }
 
 }  // namespace selvedge

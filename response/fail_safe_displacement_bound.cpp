@@ -163,7 +163,8 @@ std::unique_ptr<FailSafe> make_displacement_bound() {
 }
 
 void register_displacement_bound(FailSafeRegistry& registry) {
-  registry.add("displacement_bound", {}, [](const Options&) { return make_displacement_bound(); });
+  registry.add("displacement_bound", {},
+               [](const MethodOptions&) { return make_displacement_bound(); });
 }
 
 }  // namespace selvedge

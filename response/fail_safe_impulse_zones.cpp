@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/response/detail/fail_safe_options.h>
 #include <selvedge/response/detail/impulse.h>
 #include <selvedge/response/detail/zones_after.h>
 
 namespace selvedge {
 namespace {
 
-// Number of impulse passes before rigid zones take over.
-constexpr int kImpulsePasses = 8;
-
 class ImpulseZones final : public detail::ZonesAfter {
  public:
-  ImpulseZones() : ZonesAfter(kImpulsePasses, "impulses", "impulse_passes") {}
+  explicit ImpulseZones(int passes) : ZonesAfter(passes, "impulses", "impulse_passes") {}
 
   ResponseTraits traits() const override {
     return {"the step ends without collisions, or is halved",
@@ -29,10 +27,17 @@ class ImpulseZones final : public detail::ZonesAfter {
 
 }  // namespace
 
-std::unique_ptr<FailSafe> make_impulse_zones() { return std::make_unique<ImpulseZones>(); }
+std::unique_ptr<FailSafe> make_impulse_zones(const FailSafeRounds& rounds) {
+  return std::make_unique<ImpulseZones>(rounds.impulse_passes);
+}
 
 void register_impulse_zones(FailSafeRegistry& registry) {
-  registry.add("impulse_zones", {}, [](const Options&) { return make_impulse_zones(); });
+  registry.add("impulse_zones",
+               {detail::rounds_option("impulse_passes", FailSafeRounds{}.impulse_passes,
+                                      "passes of impulses before rigid zones; 0: zones alone")},
+               [](const MethodOptions& o) {
+                 return make_impulse_zones({.impulse_passes = o.whole("impulse_passes")});
+               });
 }
 
 }  // namespace selvedge

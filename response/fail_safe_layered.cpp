@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/response/detail/fail_safe_options.h>
 #include <selvedge/response/detail/inelastic_projection.h>
 #include <selvedge/response/detail/separating_planes.h>
 #include <selvedge/response/fail_safe.h>
@@ -8,9 +9,6 @@
 namespace selvedge {
 namespace {
 
-// Maximum number of projection rounds; each costs a collision search.
-constexpr int kProjectionRounds = 8;
-
 // Projection makes progress while a round leaves at most this share of the previous collisions. The
 // collisions that remain otherwise are at corners, where one linear constraint per collision is not
 // enough.
@@ -19,10 +17,6 @@ constexpr double kHeadway = 0.5;
 // A collision count this small may stagnate: another round costs little.
 constexpr std::size_t kFew = 16;
 
-// Rounds that add planes only for the pairs that collide; the round after adds one for every pair
-// that could.
-constexpr int kPlaneRounds = 40;
-
 // Inelastic projection with friction while it makes progress, then separating planes, which
 // terminate by construction. The planes start from the end positions before the projection: an
 // unfinished projection leaves the cloth crumpled, with collisions in directions unrelated to the
@@ -30,6 +24,8 @@ constexpr int kPlaneRounds = 40;
 // are no rigid zones, so no particle stops only because a neighbour does.
 class Layered final : public FailSafe {
  public:
+  explicit Layered(const FailSafeRounds& rounds) : rounds_(rounds) {}
+
   void begin(const ResponseStep& step, Clearances& clearances) override {
     step_ = step;
     clearances_ = &clearances;
@@ -49,7 +45,7 @@ class Layered final : public FailSafe {
         round_ == 0 ||
         hits.size() <=
             std::max(kFew, static_cast<std::size_t>(kHeadway * static_cast<double>(last_)));
-    if (round_++ >= kProjectionRounds || !headway) {
+    if (round_++ >= rounds_.projection_rounds || !headway) {
       std::copy(desired_.begin(), desired_.end(), x_t1.begin());
       plane_round_ = 0;
       counters_["planes_after_projection"] += 1;
@@ -75,12 +71,12 @@ class Layered final : public FailSafe {
  private:
   bool cut(std::span<const ContactPoint> hits, std::span<Vec3> x_t1) {
     const int round = plane_round_++;
-    if (round > kPlaneRounds) {
+    if (round > rounds_.plane_rounds) {
       trouble_ = "projection and separating planes could not resolve all collisions";
       return false;
     }
     counters_["plane_rounds"] += 1;
-    if (round < kPlaneRounds) {
+    if (round < rounds_.plane_rounds) {
       clearances_->at_start(hits, pairs_);
     } else {
       const Vec3 shift = shared_shift(hits, step_, x_t1);
@@ -94,6 +90,7 @@ class Layered final : public FailSafe {
     return false;
   }
 
+  const FailSafeRounds rounds_;
   ResponseStep step_;
   Clearances* clearances_ = nullptr;
   InelasticProjection projection_;
@@ -108,10 +105,20 @@ class Layered final : public FailSafe {
 
 }  // namespace
 
-std::unique_ptr<FailSafe> make_layered() { return std::make_unique<Layered>(); }
+std::unique_ptr<FailSafe> make_layered(const FailSafeRounds& rounds) {
+  return std::make_unique<Layered>(rounds);
+}
 
 void register_layered(FailSafeRegistry& registry) {
-  registry.add("layered", {}, [](const Options&) { return make_layered(); });
+  registry.add("layered",
+               {detail::rounds_option("projection_rounds", kLayeredRounds.projection_rounds,
+                                      "rounds of projection before separating planes; each costs a "
+                                      "collision search"),
+                detail::plane_rounds_option()},
+               [](const MethodOptions& o) {
+                 return make_layered({.projection_rounds = o.whole("projection_rounds"),
+                                      .plane_rounds = o.whole("plane_rounds")});
+               });
 }
 
 }  // namespace selvedge

@@ -1,20 +1,17 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/response/detail/fail_safe_options.h>
 #include <selvedge/response/detail/inelastic_projection.h>
 #include <selvedge/response/detail/zones_after.h>
 
 namespace selvedge {
 namespace {
 
-// Maximum number of projection rounds before rigid zones take over. A round resolves the known
-// collisions and reveals new ones; a stack of twelve sheets at 10 m/s settles in about this many.
-constexpr int kProjectionRounds = 20;
-
 // Inelastic projection (inelastic_projection.h), then rigid impact zones (impact_zone.h) for the
 // collisions that remain. Both keep the linear and angular momentum of free particles and never
 // gain energy.
 class ProjectionZones final : public detail::ZonesAfter {
  public:
-  ProjectionZones() : ZonesAfter(kProjectionRounds, "projection", "projection_rounds") {}
+  explicit ProjectionZones(int rounds) : ZonesAfter(rounds, "projection", "projection_rounds") {}
 
   ResponseTraits traits() const override {
     return {
@@ -38,10 +35,17 @@ class ProjectionZones final : public detail::ZonesAfter {
 
 }  // namespace
 
-std::unique_ptr<FailSafe> make_projection_zones() { return std::make_unique<ProjectionZones>(); }
+std::unique_ptr<FailSafe> make_projection_zones(const FailSafeRounds& rounds) {
+  return std::make_unique<ProjectionZones>(rounds.projection_rounds);
+}
 
 void register_projection_zones(FailSafeRegistry& registry) {
-  registry.add("projection_zones", {}, [](const Options&) { return make_projection_zones(); });
+  registry.add("projection_zones",
+               {detail::rounds_option("projection_rounds", FailSafeRounds{}.projection_rounds,
+                                      "rounds of projection before rigid zones; 0: zones alone")},
+               [](const MethodOptions& o) {
+                 return make_projection_zones({.projection_rounds = o.whole("projection_rounds")});
+               });
 }
 
 }  // namespace selvedge

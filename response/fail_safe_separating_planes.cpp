@@ -1,18 +1,17 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/response/detail/fail_safe_options.h>
 #include <selvedge/response/detail/separating_planes.h>
 #include <selvedge/response/fail_safe.h>
 
 namespace selvedge {
 namespace {
 
-// Maximum number of rounds that add planes only for the pairs that collide. Most steps settle in
-// three.
-constexpr int kPlaneRounds = 40;
-
 // Separating planes (separating_planes.h) for the pairs that collide and, in the last round, for
 // all pairs that could.
 class PlanesAlone final : public FailSafe {
  public:
+  explicit PlanesAlone(int rounds) : rounds_(rounds) {}
+
   void begin(const ResponseStep& step, Clearances& clearances) override {
     step_ = step;
     clearances_ = &clearances;
@@ -22,9 +21,9 @@ class PlanesAlone final : public FailSafe {
   bool resolve(std::span<const ContactPoint> hits, std::span<Vec3> x_t1) override {
     if (round_ == 0) planes_.begin(step_, x_t1);
     counters_["plane_rounds"] += 1;
-    if (round_ < kPlaneRounds) {
+    if (round_ < rounds_) {
       clearances_->at_start(hits, pairs_);
-    } else if (round_ == kPlaneRounds) {
+    } else if (round_ == rounds_) {
       const Vec3 shift = shared_shift(hits, step_, x_t1);
       clearances_->all(shift, pairs_);
       planes_.fix_reference(shift);
@@ -50,6 +49,7 @@ class PlanesAlone final : public FailSafe {
   }
 
  private:
+  const int rounds_;
   ResponseStep step_;
   Clearances* clearances_ = nullptr;
   SeparatingPlanes planes_;
@@ -61,10 +61,14 @@ class PlanesAlone final : public FailSafe {
 
 }  // namespace
 
-std::unique_ptr<FailSafe> make_separating_planes() { return std::make_unique<PlanesAlone>(); }
+std::unique_ptr<FailSafe> make_separating_planes(const FailSafeRounds& rounds) {
+  return std::make_unique<PlanesAlone>(rounds.plane_rounds);
+}
 
 void register_separating_planes(FailSafeRegistry& registry) {
-  registry.add("separating_planes", {}, [](const Options&) { return make_separating_planes(); });
+  registry.add("separating_planes", {detail::plane_rounds_option()}, [](const MethodOptions& o) {
+    return make_separating_planes({.plane_rounds = o.whole("plane_rounds")});
+  });
 }
 
 }  // namespace selvedge

@@ -57,8 +57,9 @@ std::unique_ptr<Response> make_impulse(const ResponseConfig& config) {
 }
 
 void register_impulse(ResponseRegistry& registry) {
-  registry.add("impulse", {detail::restitution_option()},
-               [](const Options& o) { return make_impulse({.restitution = o["restitution"]}); });
+  registry.add("impulse", {detail::restitution_option()}, [](const MethodOptions& o) {
+    return make_impulse({.restitution = o["restitution"]});
+  });
 }
 
 }  // namespace selvedge

@@ -59,14 +59,15 @@ std::unique_ptr<Response> make_inverse_dynamics(const ResponseConfig& config) {
 }
 
 void register_inverse_dynamics(ResponseRegistry& registry) {
-  registry.add(
-      "inverse_dynamics",
-      {{.name = "sticking",
-        .initial = ResponseConfig{}.sticking ? 1.0 : 0.0,
-        .kind = OptionKind::boolean,
-        .meaning = "removes the whole relative velocity, as in the paper, instead of its "
-                   "normal part"}},
-      [](const Options& o) { return make_inverse_dynamics({.sticking = o.flag("sticking")}); });
+  registry.add("inverse_dynamics",
+               {{.name = "sticking",
+                 .initial = ResponseConfig{}.sticking ? 1.0 : 0.0,
+                 .kind = OptionKind::boolean,
+                 .meaning = "removes the whole relative velocity, as in the paper, instead of its "
+                            "normal part"}},
+               [](const MethodOptions& o) {
+                 return make_inverse_dynamics({.sticking = o.flag("sticking")});
+               });
 }
 
 }  // namespace selvedge

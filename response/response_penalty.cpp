@@ -314,7 +314,7 @@ void register_penalty(ResponseRegistry& registry) {
         .above_least = true,
         .meaning = "slip below which friction is a viscosity; lower: less creep, shorter "
                    "explicit steps"}},
-      [](const Options& o) {
+      [](const MethodOptions& o) {
         return make_penalty(
             {.stiffness = o["stiffness"], .damping = o["damping"], .slip_speed = o["slip_speed"]});
       });

@@ -55,7 +55,7 @@ std::unique_ptr<Response> make_position_correction(const ResponseConfig& config)
 
 void register_position_correction(ResponseRegistry& registry) {
   registry.add("position_correction", {},
-               [](const Options&) { return make_position_correction(); });
+               [](const MethodOptions&) { return make_position_correction(); });
 }
 
 }  // namespace selvedge

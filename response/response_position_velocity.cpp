@@ -54,7 +54,7 @@ std::unique_ptr<Response> make_position_velocity(const ResponseConfig& config) {
 
 void register_position_velocity(ResponseRegistry& registry) {
   registry.add("position_velocity", {detail::restitution_option(), detail::retention_option()},
-               [](const Options& o) {
+               [](const MethodOptions& o) {
                  return make_position_velocity(
                      {.restitution = o["restitution"], .retention = o["retention"]});
                });

@@ -56,7 +56,7 @@ std::unique_ptr<Response> make_reflection(const ResponseConfig& config) {
 void register_reflection(ResponseRegistry& registry) {
   registry.add(
       "reflection", {detail::restitution_option(), detail::retention_option()},
-      [](const Options& o) {
+      [](const MethodOptions& o) {
         return make_reflection({.restitution = o["restitution"], .retention = o["retention"]});
       });
 }

@@ -3,19 +3,16 @@
 
 namespace selvedge {
 
-// Each is defined in frame_writer_NAME.cpp. To add a format, write that file and two lines here.
-FrameFormat obj_format();
-FrameFormat pc2_format();
-FrameFormat ply_format();
-FrameFormat vtk_format();
+// The formats register themselves in their own files. A new one adds its name to both lists.
+void register_obj(FrameFormatRegistry& registry);
+void register_pc2(FrameFormatRegistry& registry);
+void register_ply(FrameFormatRegistry& registry);
+void register_vtk(FrameFormatRegistry& registry);
 
-FrameFormats frame_formats() {
-  return {
-      {"obj", obj_format()},
-      {"pc2", pc2_format()},
-      {"ply", ply_format()},
-      {"vtk", vtk_format()},
-  };
+FrameFormatRegistry frame_formats() {
+  FrameFormatRegistry registry;
+  for (const auto add : {register_obj, register_pc2, register_ply, register_vtk}) add(registry);
+  return registry;
 }
 
 }  // namespace selvedge

@@ -2,11 +2,10 @@
 #pragma once
 
 #include <selvedge/bodies/mesh_file.h>
+#include <selvedge/core/registry.h>
 #include <selvedge/core/types.h>
 
 #include <filesystem>
-#include <functional>
-#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -41,22 +40,22 @@ class FrameWriter {
   virtual void update_series() {}
 };
 
-/// An output format of `output.formats`.
-struct FrameFormat {
-  std::string promise = {};  ///< content of the files, in one line
-  std::string source = {};   ///< the specification, or the program that reads them
+/// Properties of an output format.
+struct FrameFormatTraits {
+  std::string promise;  ///< content of the files, in one line
+  std::string source;   ///< the specification, or the program that reads them
   /// Of files frames/cloth_00000 and frames/bodies_00000; "": it writes none.
-  std::string extension = {};
-  std::vector<std::string> files = {};  ///< other files, relative to the result folder
-  bool one_mesh = false;  ///< every frame has the same vertices, so `refine` is refused
-  /// Makes a writer into a result folder whose subfolder frames/ exists. Writes nothing yet.
-  std::function<std::unique_ptr<FrameWriter>(const std::filesystem::path& out)> make = {};
+  std::string extension{};
+  std::vector<std::string> files{};  ///< other files, relative to the result folder
+  bool one_mesh = false;             ///< every frame has the same vertices, so `refine` is refused
 };
 
-/// Formats by name. A program may add its own (RunConfig::formats).
-using FrameFormats = std::map<std::string, FrameFormat>;
+/// Formats by name. Each makes a writer into a result folder whose subfolder frames/ exists, and
+/// writes nothing yet. A program may add its own (RunConfig::formats).
+using FrameFormatRegistry =
+    Registry<std::unique_ptr<FrameWriter>, FrameFormatTraits, const std::filesystem::path&>;
 /// The formats of this library.
-FrameFormats frame_formats();
+FrameFormatRegistry frame_formats();
 
 // -- single files ---------------------------------------------------------------------------------
 

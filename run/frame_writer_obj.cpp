@@ -29,11 +29,15 @@ class ObjFrames final : public FrameWriter {
 
 }  // namespace
 
-FrameFormat obj_format() {
-  return {.promise = "one text file per frame with 17 significant digits, which read back exactly",
-          .source = "Wavefront OBJ, Advanced Visualizer manual, appendix B1",
-          .extension = ".obj",
-          .make = [](const fs::path& out) { return std::make_unique<ObjFrames>(out / "frames"); }};
+void register_obj(FrameFormatRegistry& registry) {
+  registry.add(
+      "obj", {},
+      [](const MethodOptions&, const fs::path& out) {
+        return std::make_unique<ObjFrames>(out / "frames");
+      },
+      {.promise = "one text file per frame with 17 significant digits, which read back exactly",
+       .source = "Wavefront OBJ, Advanced Visualizer manual, appendix B1",
+       .extension = ".obj"});
 }
 
 }  // namespace selvedge

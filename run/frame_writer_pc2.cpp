@@ -159,13 +159,15 @@ class Pc2Frames final : public FrameWriter {
 
 }  // namespace
 
-FrameFormat pc2_format() {
-  return {
-      .promise = "one point cache of all frames in float beside a base mesh, for Blender",
-      .source = "POINTCACHE2, as Blender's mesh-cache modifier reads it",
-      .files = {"cloth.pc2", "cloth_base.ply"},
-      .one_mesh = true,
-      .make = [](const std::filesystem::path& out) { return std::make_unique<Pc2Frames>(out); }};
+void register_pc2(FrameFormatRegistry& registry) {
+  registry.add("pc2", {},
+               [](const MethodOptions&, const std::filesystem::path& out) {
+                 return std::make_unique<Pc2Frames>(out);
+               },
+               {.promise = "one point cache of all frames in float beside a base mesh, for Blender",
+                .source = "POINTCACHE2, as Blender's mesh-cache modifier reads it",
+                .files = {"cloth.pc2", "cloth_base.ply"},
+                .one_mesh = true});
 }
 
 }  // namespace selvedge

@@ -34,15 +34,16 @@ std::unique_ptr<FrameWriter> make_ply_writer(const fs::path& folder, int digits)
   return std::make_unique<PlyFrames>(folder, digits);
 }
 
-FrameFormat ply_format() {
-  return {.promise =
-              "doubles, velocity and flag per vertex; always written, since runs resume and "
-              "are checked from it",
-          .source = "PLY - Polygon File Format, Greg Turk, 1994; binary little-endian",
-          .extension = ".ply",
-          .make = [](const fs::path& out) {
-            return make_ply_writer(out / "frames", kFrameFileDigits);
-          }};
+void register_ply(FrameFormatRegistry& registry) {
+  registry.add(
+      "ply", {},
+      [](const MethodOptions&, const fs::path& out) {
+        return make_ply_writer(out / "frames", kFrameFileDigits);
+      },
+      {.promise = "doubles, velocity and flag per vertex; always written, since runs resume and "
+                  "are checked from it",
+       .source = "PLY - Polygon File Format, Greg Turk, 1994; binary little-endian",
+       .extension = ".ply"});
 }
 
 }  // namespace selvedge

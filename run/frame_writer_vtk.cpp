@@ -166,12 +166,14 @@ class VtkFrames final : public FrameWriter {
 
 }  // namespace
 
-FrameFormat vtk_format() {
-  return {.promise = "a .vtp file per frame with velocities, and .pvd series, for ParaView",
-          .source = "VTK XML PolyData file format, docs.vtk.org",
-          .extension = ".vtp",
-          .files = {"cloth.pvd", "bodies.pvd"},
-          .make = [](const fs::path& out) { return std::make_unique<VtkFrames>(out); }};
+void register_vtk(FrameFormatRegistry& registry) {
+  registry.add(
+      "vtk", {},
+      [](const MethodOptions&, const fs::path& out) { return std::make_unique<VtkFrames>(out); },
+      {.promise = "a .vtp file per frame with velocities, and .pvd series, for ParaView",
+       .source = "VTK XML PolyData file format, docs.vtk.org",
+       .extension = ".vtp",
+       .files = {"cloth.pvd", "bodies.pvd"}});
 }
 
 }  // namespace selvedge

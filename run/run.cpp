@@ -55,10 +55,10 @@ class Run {
   void prepare() {
     detail::check_folder(scene_, config_.out);
     if (folder_exists()) lock_folder();  // before the build, which may take long
-    BuiltScene built = build_scene(scene_);
+    BuiltScene built = build_scene(scene_, config_.methods);
     if (config_.warning)
       for (const std::string& sentence : built.warnings) config_.warning(sentence);
-    refinement_.emplace(scene_, built);
+    refinement_.emplace(scene_, built, config_.methods.patterns);
     output_.emplace(scene_, config_.formats, config_.out, refinement_->active());
     simulation_ = std::make_unique<Simulation>(scene_, std::move(built), config_.methods);
   }
@@ -208,7 +208,8 @@ class Run {
     RunResult r = result();
     const SimulationState& state = simulation_->state();
     r.measures = final_measures(scene_, simulation_->built(),
-                                {state.x, state.v, simulation_->mass(), state.time});
+                                {state.x, state.v, simulation_->mass(), state.time},
+                                config_.methods.force_laws);
     write_result(config_.out / "result.json", r);
     return r;
   }

@@ -13,11 +13,11 @@
 namespace selvedge {
 
 struct RunConfig {
-  std::filesystem::path out;               ///< result folder, made if missing
-  Methods methods;                         ///< methods that the scene may name
-  FrameFormats formats = frame_formats();  ///< formats that `output` of the scene may name
-  bool resume = false;                     ///< continue from the checkpoint in the folder
-  bool every_step = false;                 ///< also write every accepted state to steps/
+  std::filesystem::path out;                      ///< result folder, made if missing
+  Methods methods;                                ///< methods that the scene may name
+  FrameFormatRegistry formats = frame_formats();  ///< formats that `output` of the scene may name
+  bool resume = false;                            ///< continue from the checkpoint in the folder
+  bool every_step = false;                        ///< also write every accepted state to steps/
   /// Wall seconds after which the run stops at the end of the current step.
   double budget_s = std::numeric_limits<double>::infinity();
   int max_steps = 0;  ///< largest number of accepted steps in this call; 0: unlimited

@@ -82,7 +82,7 @@ struct BuiltScene {
 };
 /// Builds the parts of a scene. Throws std::invalid_argument with place, fault and remedy for a
 /// number out of range or a mesh that cannot be used.
-BuiltScene build_scene(const Scene& scene);
+BuiltScene build_scene(const Scene& scene, const Methods& methods = {});
 
 /// One piece of cloth: its start and its rest shape.
 struct Piece {
@@ -91,11 +91,13 @@ struct Piece {
 };
 /// Makes or loads one piece, scales it together with its rest shape, rotates and translates it.
 /// Throws std::invalid_argument if the mesh or the pattern cannot be made.
-Piece make_piece(const ClothSpec& cloth, const Material& material);
+Piece make_piece(const ClothSpec& cloth, const Material& material,
+                 const ClothPatternRegistry& patterns = cloth_patterns());
 
 /// The grid of a piece with "refine", before any split and without placement. Throws
 /// std::invalid_argument for a pattern that cannot be refined.
-AdaptiveGrid make_adaptive_grid(const ClothSpec& cloth, const Material& material);
+AdaptiveGrid make_adaptive_grid(const ClothSpec& cloth, const Material& material,
+                                const ClothPatternRegistry& patterns = cloth_patterns());
 
 /// Makes piece number `piece` of a scene at its start position.
 using PieceMaker = FunctionRef<Piece(std::size_t piece)>;
@@ -103,8 +105,10 @@ using PieceMaker = FunctionRef<Piece(std::size_t piece)>;
 /// build_scene with pieces from `make` instead of the scene's own.
 BuiltScene build_scene(const Scene& scene, const PieceMaker& make);
 
-/// All forces on the cloth of a scene except contact forces.
-std::vector<std::unique_ptr<Force>> make_forces(const Scene& scene, const BuiltScene& built);
+/// All forces on the cloth of a scene except contact forces. Takes the force laws and the limiter
+/// from `methods`.
+std::vector<std::unique_ptr<Force>> make_forces(const Scene& scene, const BuiltScene& built,
+                                                const Methods& methods = {});
 
 /// Only the sewing forces of a scene.
 std::vector<std::unique_ptr<Force>> make_seams(const Scene& scene, const BuiltScene& built);

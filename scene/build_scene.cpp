@@ -193,9 +193,10 @@ BuiltScene build_scene(const Scene& scene, const PieceMaker& make) {
   return built;
 }
 
-BuiltScene build_scene(const Scene& scene) {
+BuiltScene build_scene(const Scene& scene, const Methods& methods) {
   return build_scene(scene, [&](std::size_t i) {
-    return make_piece(scene.cloths[i], scene.materials.at(scene.cloths[i].material));
+    const ClothSpec& cloth = scene.cloths[i];
+    return make_piece(cloth, scene.materials.at(cloth.material), methods.patterns);
   });
 }
 

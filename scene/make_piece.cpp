@@ -46,11 +46,12 @@ PlateConstants plate_of(const PlateSpec& plate, const Material& m) {
   return {m.stretch_stiffness, plate.poisson, std::sqrt(std::max(squared, 0.0))};
 }
 
-ClothMesh make_pattern(const ClothGrid& grid, const GridConfig& config, const Material& material) {
-  const ClothPattern pattern = cloth_pattern(grid.pattern);
-  if (grid.plate && !pattern.fits_plate)
+ClothMesh make_pattern(const ClothGrid& grid, const GridConfig& config, const Material& material,
+                       const ClothPatternRegistry& patterns) {
+  ClothMesh cloth =
+      make_method(patterns, grid.pattern, "pattern", grid.pattern_options, config, material);
+  if (grid.plate && !patterns.at(grid.pattern).traits().fits_plate)
     throw std::invalid_argument("a plate is fitted to triangles; take pattern \"triangular\"");
-  ClothMesh cloth = pattern.make(config, material, grid.pattern_options);
   if (!grid.plate) return cloth;
   return make_plate(cloth.surface, plate_of(*grid.plate, material), material).cloth;
 }
@@ -62,12 +63,13 @@ GridConfig scaled(const ClothGrid& grid, double factor) {
   return config;
 }
 
-Piece make_grid(const ClothSpec& spec, const ClothGrid& grid, const Material& material) {
+Piece make_grid(const ClothSpec& spec, const ClothGrid& grid, const Material& material,
+                const ClothPatternRegistry& patterns) {
   const double factor = spec.placement.scale;
   const GridConfig config = scaled(grid, factor);
   Piece piece{grid.refine.when == RefineSpec::When::never
-                  ? make_pattern(grid, config, material)
-                  : make_adaptive_grid(spec, material).cloth(),
+                  ? make_pattern(grid, config, material, patterns)
+                  : make_adaptive_grid(spec, material, patterns).cloth(),
               {}};
   ClothMesh& cloth = piece.cloth;
   piece.rest = cloth.surface;
@@ -153,19 +155,21 @@ const PlateSpec* plate_in(const ClothSpec& cloth) {
 
 }  // namespace
 
-AdaptiveGrid make_adaptive_grid(const ClothSpec& cloth, const Material& material) {
+AdaptiveGrid make_adaptive_grid(const ClothSpec& cloth, const Material& material,
+                                const ClothPatternRegistry& patterns) {
   const auto& grid = std::get<ClothGrid>(cloth.shape);
-  if (!cloth_pattern(grid.pattern).splits)
+  if (!patterns.at(grid.pattern).traits().splits)
     throw std::invalid_argument(
         "\"refine\" splits the cells of a grid; take pattern \"rectangular\"");
   return {scaled(grid, cloth.placement.scale), material, grid.refine.levels};
 }
 
-Piece make_piece(const ClothSpec& cloth, const Material& material) {
+Piece make_piece(const ClothSpec& cloth, const Material& material,
+                 const ClothPatternRegistry& patterns) {
   const Placement& placement = cloth.placement;
   const auto* grid = std::get_if<ClothGrid>(&cloth.shape);
   Piece piece = grid != nullptr
-                    ? make_grid(cloth, *grid, material)
+                    ? make_grid(cloth, *grid, material, patterns)
                     : load_cloth(std::get<ClothFile>(cloth.shape), placement.scale, material);
   detail::rotate(piece.cloth.surface.vertices, placement.rotation);
   detail::translate(piece.cloth.surface.vertices, placement.translation);

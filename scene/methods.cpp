@@ -1,26 +1,19 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/scene/methods.h>
 
+#include <utility>
+
 namespace selvedge {
 
 std::vector<ListedMethod> list_methods(const Methods& methods) {
   std::vector<ListedMethod> list;
-  for_each_family(methods, [&](const char* key, const auto& registry) {
-    for (const auto& [name, entry] : registry)
-      list.push_back({.key = key,
-                      .name = name,
-                      .promise = entry.promise(),
-                      .source = entry.source(),
-                      .library = entry.library(),
-                      .options = entry.options()});
-    for (const auto& [name, library] : registry.absent())
-      list.push_back({.key = key,
-                      .name = name,
-                      .promise = "needs " + library,
-                      .source = "",
-                      .library = library,
-                      .available = false});
+  const auto append = [&](std::vector<ListedMethod> family) {
+    for (ListedMethod& method : family) list.push_back(std::move(method));
+  };
+  for_each_family(methods, [&](const std::string& key, const auto& registry) {
+    append(list_family(key.substr(key.rfind('.') + 1), key, registry));
   });
+  append(list_family("force", "", methods.force_laws));
   return list;
 }
 

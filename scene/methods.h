@@ -2,6 +2,8 @@
 #pragma once
 
 #include <selvedge/broadphase/broad_phase.h>
+#include <selvedge/core/cloth_pattern.h>
+#include <selvedge/core/force.h>
 #include <selvedge/core/integrator.h>
 #include <selvedge/core/strain_limiter.h>
 #include <selvedge/narrowphase/narrow_phase.h>
@@ -25,16 +27,20 @@ struct Methods {
   FailSafeRegistry fail_safes = selvedge::fail_safes();
   IntegratorRegistry integrators = selvedge::integrators();
   StrainLimiterRegistry strain_limiters = selvedge::strain_limiters();
+  ClothPatternRegistry patterns = cloth_patterns();
+  /// The laws of the internal forces. A scene does not name them: they act on the elements that its
+  /// cloth has.
+  ForceLawRegistry force_laws = selvedge::force_laws();
 };
 
 /// Everything that this build has: the library's own methods and those of the adapters that it was
 /// built with. Link selvedge::all_methods.
 Methods methods_of_this_build();
 
-/// Keys of scene files that name a method, one for each family.
-inline constexpr std::array<const char*, 6> kMethodKeys{
-    "contact.broad_phase", "contact.narrow_phase", "contact.response",
-    "contact.fail_safe",   "solver.integrator",    "solver.strain_limiter"};
+/// Keys of scene files that name a method, one for each family; a star as in SceneKey.
+inline constexpr std::array<const char*, 7> kMethodKeys{
+    "contact.broad_phase", "contact.narrow_phase",  "contact.response",  "contact.fail_safe",
+    "solver.integrator",   "solver.strain_limiter", "geometry.*.pattern"};
 
 /// Calls visit(key, registry) for each family, in the order of kMethodKeys.
 template <class Visit>
@@ -45,24 +51,60 @@ void for_each_family(const Methods& methods, Visit visit) {
   visit(kMethodKeys[3], methods.fail_safes);
   visit(kMethodKeys[4], methods.integrators);
   visit(kMethodKeys[5], methods.strain_limiters);
+  visit(kMethodKeys[6], methods.patterns);
 }
 
 /// One method as lists show it.
 struct ListedMethod {
-  std::string key;  ///< one of kMethodKeys
+  std::string family;  ///< "broad_phase"
+  /// Key of scene files that selects the method: one of kMethodKeys, or a key of its own; empty if
+  /// no key does.
+  std::string key;
   std::string name, promise, source;
   std::string library{};  ///< optional library that the method comes from; empty: selvedge itself
   bool available = true;  ///< false: this build lacks the library
-  std::vector<Option> options{};
+  bool keyed = false;     ///< `key` is a key of its own, not that of the family
+  std::vector<MethodOption> options{};
 };
-/// All methods by family and name; in each family the absent ones follow.
+/// The methods of one family by name; then those with keys of their own, then the absent ones.
+template <class Product, class Traits, class... Args>
+std::vector<ListedMethod> list_family(const std::string& family, const std::string& key,
+                                      const Registry<Product, Traits, Args...>& registry) {
+  std::vector<ListedMethod> list;
+  for (const auto& [name, entry] : registry)
+    list.push_back({.family = family,
+                    .key = key,
+                    .name = name,
+                    .promise = entry.promise(),
+                    .source = entry.source(),
+                    .library = entry.library(),
+                    .options = entry.options()});
+  for (const auto& [name, method] : registry.keyed())
+    list.push_back({.family = family,
+                    .key = method.key,
+                    .name = name,
+                    .promise = promise_of(method.traits),
+                    .source = std::string(method.traits.source),
+                    .keyed = true});
+  for (const auto& [name, library] : registry.absent())
+    list.push_back({.family = family,
+                    .key = key,
+                    .name = name,
+                    .promise = "needs " + library,
+                    .source = "",
+                    .library = library,
+                    .available = false});
+  return list;
+}
+/// All methods, family by family.
 std::vector<ListedMethod> list_methods(const Methods& methods);
 
 /// The method of that name with these options and arguments. Throws std::invalid_argument that
 /// begins with `key`, the place where the scene names it, for an unknown name or option.
 template <class Product, class Traits, class... Args>
 Product make_method(const Registry<Product, Traits, Args...>& registry, const std::string& name,
-                    const char* key, const Options& options, std::type_identity_t<Args>... args) {
+                    const char* key, const MethodOptions& options,
+                    std::type_identity_t<Args>... args) {
   if (const std::string fault = registry.fault(name); !fault.empty())
     throw std::invalid_argument(std::string(key) + ": " + fault);
   return registry.at(name)(options, std::forward<Args>(args)...);

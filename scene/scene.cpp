@@ -49,8 +49,8 @@ class SceneReader {
     detail::check_motions(document_);
     read_handles();
     read_weights();
-    detail::read_seams(document_, scene_);
-    detail::read_water(document_, scene_);
+    detail::read_seams(document_, methods_.patterns, scene_);
+    detail::read_water(document_, methods_.patterns, scene_);
     detail::read_bodies(document_, scene_);
     read_air();
     read_time();
@@ -75,7 +75,7 @@ class SceneReader {
   /// A method by its name, or an object with its name ("type") and its options. Returns the name.
   template <class Registry>
   std::string read_method(const Json& j, const Registry& registry, const std::string& path,
-                          Options& options) const {
+                          MethodOptions& options) const {
     const bool named = j.is_string();
     const auto name = (named ? j : j["type"]).template get<std::string>();
     if (const std::string fault = registry.fault(name); !fault.empty())
@@ -89,12 +89,12 @@ class SceneReader {
   /// One option of the method `entry`.
   template <class Entry>
   void read_option(const Json& j, const Entry& entry, const std::string& path,
-                   const std::string& key, Options& options) const {
-    const double value = j.is_boolean() ? (j.template get<bool>() ? 1.0 : 0.0) : j.get<double>();
+                   const std::string& key, MethodOptions& options) const {
+    const double value = detail::option_value(j);
     if (const std::string fault = option_fault(entry.options(), key, value); !fault.empty())
       fail(document_, path, entry.name() + " " + fault);
     const auto option = std::find_if(entry.options().begin(), entry.options().end(),
-                                     [&](const Option& o) { return o.name == key; });
+                                     [&](const MethodOption& o) { return o.name == key; });
     if (j.is_boolean() != (option->kind == OptionKind::boolean))
       fail(document_, path, j.is_boolean() ? "must be a number" : "must be true or false");
     options.set(key, value);
@@ -105,7 +105,7 @@ class SceneReader {
   /// effect and are dropped.
   template <class Entry>
   void read_flat_options(Json& section, const std::string& stem, const Entry& entry,
-                         std::initializer_list<const char*> keys, Options& options) const {
+                         std::initializer_list<const char*> keys, MethodOptions& options) const {
     const bool completed = std::all_of(keys.begin(), keys.end(),
                                        [&](const char* key) { return section.contains(key); });
     for (const std::string key : keys) {
@@ -175,7 +175,7 @@ class SceneReader {
       if (j.contains("mesh"))
         cloth.shape = read_cloth_file(j, path);
       else
-        cloth.shape = read_cloth_grid(j);
+        cloth.shape = read_cloth_grid(j, path);
       cloth.placement =
           read_placement(document_, j["transformation"], join(path, "transformation"));
       cloth.velocity = read_vec3(j["velocity"]);
@@ -205,9 +205,10 @@ class SceneReader {
     return shape;
   }
 
-  static ClothGrid read_cloth_grid(const Json& j) {
+  ClothGrid read_cloth_grid(const Json& j, const std::string& path) const {
     ClothGrid shape;
-    shape.pattern = j["pattern"].get<std::string>();
+    shape.pattern =
+        read_method(j["pattern"], methods_.patterns, join(path, "pattern"), shape.pattern_options);
     shape.grid.size_x = j["size"][0].get<double>();
     shape.grid.size_y = j["size"][1].get<double>();
     shape.grid.cells_x = j["cells"][0].get<std::int32_t>();
@@ -258,7 +259,7 @@ class SceneReader {
     const auto cloth = std::find_if(scene_.cloths.begin(), scene_.cloths.end(),
                                     [&](const ClothSpec& c) { return c.name == geometry; });
     return detail::select_vertices(document_, j, *cloth, scene_.materials.at(cloth->material),
-                                   path);
+                                   methods_.patterns, path);
   }
 
   std::string read_geometry_name(Json& j, const std::string& path) const {
@@ -375,7 +376,7 @@ class SceneReader {
 
   void read_output() {
     const Json& j = root_["output"];
-    j["formats"].get_to(scene_.output.formats);
+    detail::read_formats(j["formats"], scene_.output);
     scene_.output.vtk = j["vtk"].get<bool>();
     scene_.output.pc2 = j["pc2"].get<bool>();
     scene_.output.picture_every = j["picture_every"].get<int>();

@@ -69,10 +69,10 @@ struct VirtualSpec {
 };
 
 struct ClothGrid {
-  std::string pattern = "rectangular";  ///< a name of cloth_patterns()
+  std::string pattern = "rectangular";  ///< a name of Methods::patterns
   GridConfig grid;
   StripPath path{};
-  PatternOptions pattern_options{};
+  MethodOptions pattern_options{};  ///< options that are left out have their defaults
   std::optional<PlateSpec> plate{};
   RefineSpec refine{};
 };
@@ -188,21 +188,21 @@ struct ContactSpec {
   bool carry_tangled = false;
   // Methods and their options; options that are left out have their defaults.
   std::string broad_phase = "bvh_aabb";
-  Options broad_phase_options{};
+  MethodOptions broad_phase_options{};
   std::string narrow_phase = "ccd_exact";
-  Options narrow_phase_options{};
+  MethodOptions narrow_phase_options{};
   std::string response = "contact_force";
-  Options response_options{};
+  MethodOptions response_options{};
   std::string fail_safe = "layered";
-  Options fail_safe_options{};
+  MethodOptions fail_safe_options{};
 };
 
 struct SolverSpec {
   std::string integrator = "implicit_euler";
-  Options integrator_options{};
+  MethodOptions integrator_options{};
   bool strain_limiter = true;        ///< false: `limiter` is none
   std::string limiter = "position";  ///< how springs are kept within their strain limits
-  Options limiter_options{};
+  MethodOptions limiter_options{};
   double tolerance = 1e-3;  ///< relative residual of the linear solve
   int max_iterations = 2000;
   bool refuse_unstable_step = false;  ///< an unstable step ends the run; otherwise it is divided
@@ -217,8 +217,9 @@ struct CameraSpec {
 struct OutputSpec {
   /// Formats of the frames beside PLY, by name (run/frame_writer.h).
   std::vector<std::string> formats;
-  bool vtk = false;       ///< the same as "vtk" in `formats`
-  bool pc2 = false;       ///< the same as "pc2" in `formats`
+  std::map<std::string, MethodOptions> format_options;  ///< of `formats`, by name
+  bool vtk = false;                                     ///< the same as "vtk" in `formats`
+  bool pc2 = false;                                     ///< the same as "pc2" in `formats`
   int picture_every = 0;  ///< renders every n-th frame; 0: only the last one
   CameraSpec camera;
 
@@ -283,8 +284,8 @@ struct SceneKey {
 /// All keys, sorted by path.
 std::vector<SceneKey> scene_keys();
 
-/// The path with the present name of a renamed key: "contact.thickness" gives "contact.rest_gap".
-/// Other paths are returned unchanged.
+/// The path with the present name of a renamed key: "contact.thickness" gives "contact.rest_gap",
+/// "geometry.0.layers.ratio" gives "geometry.0.pattern.ratio". Other paths are returned unchanged.
 std::string present_key(const std::string& path);
 
 /// True if `path`, written as for --set with indices or names, is an instance of `key`.

@@ -54,12 +54,13 @@ std::vector<std::unique_ptr<Force>> make_seams(const Scene& scene, const BuiltSc
   return forces;
 }
 
-std::vector<std::unique_ptr<Force>> make_forces(const Scene& scene, const BuiltScene& built) {
+std::vector<std::unique_ptr<Force>> make_forces(const Scene& scene, const BuiltScene& built,
+                                                const Methods& methods) {
   const ClothMesh& cloth = built.cloth;
   const std::size_t n = cloth.surface.vertices.size();
-  std::vector<std::unique_ptr<Force>> forces = make_internal_forces(cloth);
+  std::vector<std::unique_ptr<Force>> forces = make_internal_forces(cloth, methods.force_laws);
   if (scene.solver.strain_limiter) {
-    const StrainLimiterRegistry limiters = strain_limiters();
+    const StrainLimiterRegistry& limiters = methods.strain_limiters;
     const auto limiter = limiters.find(scene.solver.limiter);
     if (limiter != limiters.end() && limiter->second.traits().kind == LimiterKind::force)
       forces.push_back(

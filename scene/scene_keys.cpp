@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <map>
 #include <set>
-#include <sstream>
 
 namespace selvedge {
 namespace {
@@ -56,13 +55,6 @@ class KeyCollector {
   std::map<std::string, std::set<std::string>> keys_;
 };
 
-std::vector<std::string> parts_of(const std::string& path) {
-  std::vector<std::string> parts;
-  std::istringstream in(path);
-  for (std::string part; std::getline(in, part, '.');) parts.push_back(part);
-  return parts;
-}
-
 }  // namespace
 
 std::vector<SceneKey> scene_keys() {
@@ -76,6 +68,10 @@ std::vector<SceneKey> scene_keys() {
 }
 
 std::string present_key(const std::string& path) {
+  const std::string layers = ".layers.";
+  if (const auto at = path.find(layers);
+      at != std::string::npos && is_instance_of(path.substr(0, at), "geometry.*"))
+    return path.substr(0, at) + ".pattern." + path.substr(at + layers.size());
   const std::string old = ".thickness";
   const bool of_pair = path.starts_with("contact.pairs.") || path.starts_with("contact.pairs[");
   if (!path.ends_with(old) || !(path == "contact" + old || of_pair)) return path;
@@ -83,7 +79,7 @@ std::string present_key(const std::string& path) {
 }
 
 bool is_instance_of(const std::string& path, const std::string& key) {
-  const auto a = parts_of(path), b = parts_of(key);
+  const auto a = detail::split_path(path), b = detail::split_path(key);
   return std::equal(
       a.begin(), a.end(), b.begin(), b.end(),
       [](const auto& part, const auto& pattern) { return pattern == "*" || part == pattern; });

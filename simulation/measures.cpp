@@ -41,18 +41,17 @@ std::optional<DrapeMeasures> measure_drape(const BuiltScene& built, std::span<co
 }
 
 std::map<std::string, double> energies(const Scene& scene, const BuiltScene& built,
-                                       const ForceState& state) {
+                                       const ForceState& state, const ForceLawRegistry& laws) {
   std::map<std::string, double> joules = {
       {"kinetic", 0.0}, {"gravity", 0.0}, {"stretch_and_shear", 0.0}};
   for (std::size_t i = 0; i < state.x.size(); ++i) {
     joules["kinetic"] += 0.5 * state.mass[i] * state.v[i].squaredNorm();
     joules["gravity"] -= state.mass[i] * scene.gravity.dot(state.x[i]);
   }
-  for (const ForceLaw& law : force_laws()) {
-    if (law.energy.empty()) continue;
-    ForceList forces;
-    law.add(built.cloth, forces);
-    for (const auto& force : forces) joules[std::string(law.energy)] += force->energy(state);
+  for (const auto* law : laws.in_order()) {
+    const std::string part(law->traits().energy);
+    if (part.empty()) continue;
+    for (const auto& force : (*law)(built.cloth)) joules[part] += force->energy(state);
   }
   if (!scene.seams.empty())
     for (const auto& force : make_seams(scene, built)) joules["seams"] += force->energy(state);
@@ -60,7 +59,8 @@ std::map<std::string, double> energies(const Scene& scene, const BuiltScene& bui
 }
 
 std::map<std::string, double> final_measures(const Scene& scene, const BuiltScene& built,
-                                             const ForceState& state) {
+                                             const ForceState& state,
+                                             const ForceLawRegistry& laws) {
   std::map<std::string, double> all;
   const StrainSummary sheet =
       summary_of(triangle_strains(state.x, built.cloth.surface.triangles, built.rest));
@@ -69,7 +69,7 @@ std::map<std::string, double> final_measures(const Scene& scene, const BuiltScen
          {"strain_rms", sheet.rms},           {"spring_strain_max", springs.max},
          {"spring_strain_min", springs.min},  {"spring_strain_rms", springs.rms},
          {"spring_strain_mean", springs.mean}};
-  for (const auto& [part, joules] : energies(scene, built, state))
+  for (const auto& [part, joules] : energies(scene, built, state, laws))
     all["energy_" + part + "_J"] = joules;
   const auto support = drape_support(scene);
   if (!support || scene.cloths.size() != 1) return all;

@@ -33,7 +33,8 @@ double kinetic_energy(const std::vector<double>& mass, std::span<const Vec3> v) 
 
 }  // namespace
 
-Refinement::Refinement(const Scene& scene, const BuiltScene& built) : scene_(scene) {
+Refinement::Refinement(const Scene& scene, const BuiltScene& built, ClothPatternRegistry patterns)
+    : scene_(scene), patterns_(std::move(patterns)) {
   for (std::size_t p = 0; p < scene.cloths.size(); ++p) {
     const auto first = built.piece_begin[p], end = built.piece_begin[p + 1];
     sizes_.push_back(static_cast<std::size_t>(end - first));
@@ -42,7 +43,7 @@ Refinement::Refinement(const Scene& scene, const BuiltScene& built) : scene_(sce
     if (spec == nullptr) continue;
     refuse_what_needs_one_mesh(scene, cloth.name);
     const std::vector<Vec3>& x = built.cloth.surface.vertices;
-    AdaptiveGrid grid = make_adaptive_grid(cloth, scene.materials.at(cloth.material));
+    AdaptiveGrid grid = make_adaptive_grid(cloth, scene.materials.at(cloth.material), patterns_);
     std::vector<double> mass = grid.cloth().mass;
     pieces_.push_back(
         {p, *spec, std::move(grid), {x.begin() + first, x.begin() + end}, std::move(mass), 0.0});
@@ -147,7 +148,7 @@ BuiltScene Refinement::build() const {
       return piece;
     }
     const ClothSpec& cloth = scene_.cloths[number];
-    return make_piece(cloth, scene_.materials.at(cloth.material));
+    return make_piece(cloth, scene_.materials.at(cloth.material), patterns_);
   });
 }
 
@@ -170,7 +171,7 @@ std::optional<RefinedSimulation> split_due(const Refinement& refinement,
 
 RefiningSimulation::RefiningSimulation(const Scene& scene, BuiltScene built, const Methods& methods)
     : methods_(methods), start_(built.cloth.surface.vertices) {
-  refinement_.emplace(scene, built);
+  refinement_.emplace(scene, built, methods.patterns);
   simulation_ = std::make_unique<Simulation>(scene, std::move(built), methods);
 }
 

@@ -18,7 +18,8 @@ class Refinement {
  public:
   /// `built`: the scene as it starts. Throws std::invalid_argument if another part of the scene
   /// needs a mesh that does not change.
-  Refinement(const Scene& scene, const BuiltScene& built);
+  Refinement(const Scene& scene, const BuiltScene& built,
+             ClothPatternRegistry patterns = cloth_patterns());
 
   bool active() const { return !pieces_.empty(); }
   /// The splits that are due in `state`, which has the present cells.
@@ -49,6 +50,7 @@ class Refinement {
   std::size_t begin(std::size_t number) const;
 
   const Scene& scene_;
+  ClothPatternRegistry patterns_;
   std::vector<Piece> pieces_;
   std::vector<std::size_t> sizes_;  // vertices of each piece of the scene
 };

@@ -232,12 +232,15 @@ std::optional<DrapeMeasures> measure_drape(const BuiltScene& built, std::span<co
                                            const DrapeSupport& support);
 
 /// Energies of a state in joules: "kinetic", "gravity" (0 at the origin), "stretch_and_shear" and,
-/// if the cloth has them, "bending", "buckling", "twisting", "seams".
+/// if the cloth has them, "bending", "buckling", "twisting", "seams" and the energies of other
+/// laws.
 std::map<std::string, double> energies(const Scene& scene, const BuiltScene& built,
-                                       const ForceState& state);
+                                       const ForceState& state,
+                                       const ForceLawRegistry& laws = force_laws());
 
 /// Measures of the last state of a run, by their names in result.json: strains, energies, drape.
 std::map<std::string, double> final_measures(const Scene& scene, const BuiltScene& built,
-                                             const ForceState& state);
+                                             const ForceState& state,
+                                             const ForceLawRegistry& laws = force_laws());
 
 }  // namespace selvedge

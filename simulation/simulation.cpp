@@ -9,7 +9,7 @@
 namespace selvedge {
 
 Simulation::Simulation(const Scene& scene, const Methods& methods)
-    : Simulation(scene, build_scene(scene), methods) {}
+    : Simulation(scene, build_scene(scene, methods), methods) {}
 Simulation::Simulation(const Scene& scene, BuiltScene built, const Methods& methods)
     : parts_(std::make_unique<Parts>(scene, std::move(built), methods)) {}
 Simulation::~Simulation() = default;
@@ -45,7 +45,8 @@ std::vector<StepContact> Simulation::contacts() const {
 
 std::map<std::string, double> Simulation::energies() const {
   const SimulationState& state = parts_->state;
-  return selvedge::energies(parts_->scene, parts_->built, {state.x, state.v, mass(), state.time});
+  return selvedge::energies(parts_->scene, parts_->built, {state.x, state.v, mass(), state.time},
+                            parts_->force_laws);
 }
 
 const SimulationState& Simulation::state() const { return parts_->state; }

@@ -288,7 +288,8 @@ class NarrowPhaseAdapters : public testing::Test {
   void SetUp() override {
     if (names_.empty()) GTEST_SKIP() << "no library for a narrow phase was found";
   }
-  std::unique_ptr<NarrowPhase> make(const std::string& name, const Options& options = {}) const {
+  std::unique_ptr<NarrowPhase> make(const std::string& name,
+                                    const MethodOptions& options = {}) const {
     return registry_.at(name)(options);
   }
 

@@ -83,6 +83,7 @@ Methods methods_with_additions() {
   adding::register_sampled(methods.narrow_phases);
   adding::register_stop(methods.responses);
   adding::register_dragged_euler(methods.integrators);
+  adding::register_threads(methods.patterns);
   return methods;
 }
 
@@ -158,9 +159,9 @@ TEST(Adding, TheIntegratorSlowsAFall) {
 
 TEST(Adding, TheForceIsMinusTheGradientOfItsEnergy) {
   ClothMesh cloth = make_rectangular({.cells_x = 1, .cells_y = 1}, Material{});
-  ForceList forces;
-  const ForceLaw law = adding::weight_spring_law();
-  law.add(cloth, forces);
+  ForceLawRegistry laws;
+  adding::register_weight_spring(laws);
+  ForceList forces = make_internal_forces(cloth, laws);
   ASSERT_EQ(forces.size(), 1u);
   std::vector<Vec3> x = cloth.surface.vertices, v(x.size(), Vec3::Zero()), f(v);
   for (std::size_t i = 0; i < x.size(); ++i) x[i].z() = 0.1 * (1.0 + static_cast<double>(i));
@@ -178,10 +179,23 @@ TEST(Adding, TheForceIsMinusTheGradientOfItsEnergy) {
   }
 }
 
+TEST(Adding, TheForceActsInASceneAndItsEnergyIsListed) {
+  Scene scene = small_scene();
+  scene.bodies.clear();
+  const double free = end_of(scene, {})[0].z();
+  Methods methods;
+  adding::register_weight_spring(methods.force_laws);
+  EXPECT_LT(end_of(scene, methods)[0].z(), free - 1e-4);
+  Simulation simulation(scene, methods);
+  const double height = scene.cloths[0].placement.translation.z();  // ½ m ω² z²
+  EXPECT_NEAR(simulation.energies().at("weight_spring"), 0.5 * 0.2 * 0.16 * 4.0 * height * height,
+              1e-12);
+  EXPECT_FALSE(Simulation(scene).energies().contains("weight_spring"));
+}
+
 TEST(Adding, ThePatternHasTheMassOfItsClothAndNoDiagonals) {
-  const ClothPattern pattern = adding::mesh_of_threads_pattern();
-  const ClothMesh cloth = pattern.make({.size_x = 0.4, .size_y = 0.2, .cells_x = 4, .cells_y = 2},
-                                       {.density = 0.5}, {});
+  const ClothMesh cloth = methods_with_additions().patterns.at("threads")(
+      {.size_x = 0.4, .size_y = 0.2, .cells_x = 4, .cells_y = 2}, {.density = 0.5});
   double mass = 0.0;
   for (const double m : cloth.mass) mass += m;
   EXPECT_NEAR(mass, 0.5 * 0.4 * 0.2, 1e-15);
@@ -190,16 +204,34 @@ TEST(Adding, ThePatternHasTheMassOfItsClothAndNoDiagonals) {
   EXPECT_FALSE(make_internal_forces(cloth).empty());
 }
 
+TEST(Adding, ASceneNamesThePatternAndItsOptions) {
+  Scene scene = small_scene();
+  auto& grid = std::get<ClothGrid>(scene.cloths[0].shape);
+  grid.pattern = "threads";
+  grid.pattern_options = {{"weft", 0.5}};
+  const Methods methods = methods_with_additions();
+  const ClothMesh cloth = build_scene(scene, methods).cloth;
+  EXPECT_EQ(cloth.springs.size(), 2u * 6u * 7u);
+  EXPECT_EQ(cloth.springs[1].stiffness, 0.5 * cloth.springs[0].stiffness);
+  EXPECT_THROW(build_scene(scene), std::invalid_argument);
+  grid.pattern_options = {{"weft", 0.0}};
+  EXPECT_THROW(build_scene(scene, methods), std::invalid_argument);
+}
+
 TEST(Adding, ARunWritesTheFormatThatItsSceneNames) {
   Scene scene = small_scene();
-  scene.output.formats = {"xyz"};
+  scene.output.formats = {"points"};
+  scene.output.format_options["points"] = {{"digits", 3.0}};
   RunConfig config;
   config.out = fs::path(::testing::TempDir()) / ("selvedge_adding_" + std::to_string(getpid()));
-  config.formats["xyz"] = adding::points_format();
+  adding::register_points(config.formats);
   EXPECT_TRUE(run_scene(scene, config).clean);
   std::ifstream in(config.out / "frames/cloth_00000.xyz");
   std::size_t lines = 0;
-  for (std::string line; std::getline(in, line);) ++lines;
+  for (std::string line; std::getline(in, line);)
+    if (++lines == 1) {
+      EXPECT_EQ(line, "-0.2 -0.2 0.105");
+    }
   EXPECT_EQ(lines, 49u);
   fs::remove_all(config.out);
 }

@@ -222,7 +222,7 @@ class CompareCells : public Program {
 TEST_F(CompareCells, AMethodThatMissesAgainstItsPromiseIsAFailure) {
   Methods methods;
   methods.broad_phases.add("blind", {},
-                           [](const Options&) { return std::make_unique<BlindDetector>(); });
+                           [](const MethodOptions&) { return std::make_unique<BlindDetector>(); });
   std::string scene = kBall;
   scene.insert(scene.rfind('}'), R"(, "contact": {"broad_phase": "blind"})");
   write("cell/scene.json", scene);

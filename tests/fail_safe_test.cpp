@@ -100,6 +100,31 @@ TEST(FailSafe, AStackThatRigidZonesFreezeOnAPlateSlidesOnWithTheDefault) {
   EXPECT_EQ(still(*fail_safes().at(ContactSpec{}.fail_safe)()), 0);
 }
 
+TEST(FailSafe, RoundsAreOptionsAndFewerOfThemEndCleanAsWell) {
+  const auto all = fail_safes();
+  const std::pair<std::string, std::string> first_layers[] = {
+      {"impulse_zones", "impulse_passes"},
+      {"projection_zones", "projection_rounds"},
+      {"layered", "projection_rounds"}};
+  for (const auto& [name, option] : first_layers)
+    for (unsigned seed = 1; seed <= kSeeds; ++seed)
+      for (const double most : {0.0, 1.0}) {
+        SCOPED_TRACE(name + ", seed " + std::to_string(seed));
+        Trial trial(swarm(seed, 1.0));
+        const auto fail_safe = all.at(name)({{option, most}});
+        EXPECT_GT(trial.resolve_halved(*fail_safe), 0.0) << fail_safe->trouble();
+        EXPECT_EQ(fail_safe->counters().contains(option), most > 0.0);
+      }
+  for (const std::string name : {"separating_planes", "layered"}) {
+    Trial trial(swarm(1, 1.0));
+    MethodOptions options{{"plane_rounds", 0.0}};
+    if (name == "layered") options.set("projection_rounds", 0.0);
+    const auto fail_safe = all.at(name)(options);
+    EXPECT_GT(trial.resolve(*fail_safe), 0) << fail_safe->trouble();
+    EXPECT_EQ(fail_safe->counters().at("all_pairs_bounded"), 1.0);
+  }
+}
+
 TEST(FailSafe, BoundsOnAllDisplacementsEndInOneRound) {
   for (unsigned seed = 1; seed <= kSeeds; ++seed) {
     Trial free(swarm(seed, 1.0));

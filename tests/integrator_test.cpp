@@ -37,10 +37,10 @@ IntegratorConfig exact_config() {
 std::unique_ptr<Integrator> make(const std::string& name, Forces forces, std::size_t n,
                                  const IntegratorConfig& config = exact_config()) {
   const IntegratorRegistry registry = integrators();
-  const Options given{{"error", config.error},
-                      {"drag", config.drag},
-                      {"max_newton", static_cast<double>(config.max_newton)},
-                      {"max_inner_steps", static_cast<double>(config.max_inner_steps)}};
+  const MethodOptions given{{"error", config.error},
+                            {"drag", config.drag},
+                            {"max_newton", static_cast<double>(config.max_newton)},
+                            {"max_inner_steps", static_cast<double>(config.max_inner_steps)}};
   const auto& entry = registry.at(name);
   return entry(known_options(entry.options(), given), std::move(forces), n, config.solve);
 }

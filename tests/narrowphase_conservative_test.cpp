@@ -178,15 +178,18 @@ TEST(Config, IsRefusedWithASentenceWhereItMakesNoSense) {
   for (const double d : {-1.0, nan, static_cast<double>(kNoCollision)}) {
     EXPECT_THROW(make_ccd_separation(d), std::invalid_argument);
     for (const char* name : {"ccd_exact", "ccd_inclusion", "ccd_additive", "ccd_root_parity"})
-      EXPECT_THROW(registry.at(name)(Options{{"min_separation", d}}), std::invalid_argument)
+      EXPECT_THROW(registry.at(name)(MethodOptions{{"min_separation", d}}), std::invalid_argument)
           << name;
   }
-  EXPECT_THROW(registry.at("ccd_root_parity")(Options{{"min_separation", 1e-3}}),
+  EXPECT_THROW(registry.at("ccd_root_parity")(MethodOptions{{"min_separation", 1e-3}}),
                std::invalid_argument);
-  EXPECT_THROW(registry.at("ccd_inclusion")(Options{{"tolerance", 2.0}}), std::invalid_argument);
-  EXPECT_THROW(registry.at("ccd_inclusion")(Options{{"tolerance", 1e-15}}), std::invalid_argument);
+  EXPECT_THROW(registry.at("ccd_inclusion")(MethodOptions{{"tolerance", 2.0}}),
+               std::invalid_argument);
+  EXPECT_THROW(registry.at("ccd_inclusion")(MethodOptions{{"tolerance", 1e-15}}),
+               std::invalid_argument);
   EXPECT_THROW(make_ccd_inclusion(CcdInclusionConfig{.max_boxes = 0}), std::invalid_argument);
-  EXPECT_THROW(registry.at("ccd_additive")(Options{{"tolerance", 1.0}}), std::invalid_argument);
+  EXPECT_THROW(registry.at("ccd_additive")(MethodOptions{{"tolerance", 1.0}}),
+               std::invalid_argument);
   EXPECT_THROW(make_ccd_additive(CcdAdditiveConfig{.max_steps = 0}), std::invalid_argument);
 }
 

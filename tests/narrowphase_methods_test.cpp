@@ -40,7 +40,7 @@ double exact_time(const Query& q) {
 constexpr std::array kNames = {"ccd_cubic",      "ccd_cubic_provot",  "ccd_cubic_bridson",
                                "plane_crossing", "centroid_velocity", "proximity"};
 
-Method make(const std::string& name, const Options& options = {}) {
+Method make(const std::string& name, const MethodOptions& options = {}) {
   return narrow_phases().at(name)(options);
 }
 

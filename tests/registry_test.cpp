@@ -38,12 +38,12 @@ Shapes shapes() {
       {{.name = "side", .initial = 2.0, .unit = "m", .least = 0.0, .above_least = true},
        {.name = "count", .initial = 1.0, .unit = "1", .most = 9.0, .kind = OptionKind::whole},
        {.name = "hollow", .kind = OptionKind::boolean}},
-      [](const Options& o, double scale) {
+      [](const MethodOptions& o, double scale) {
         auto shape = std::make_unique<Shape>();
         shape->area = o.flag("hollow") ? 0.0 : scale * o.whole("count") * o["side"] * o["side"];
         return shape;
       });
-  registry.add("point", {}, [](const Options&, double) { return std::make_unique<Shape>(); });
+  registry.add("point", {}, [](const MethodOptions&, double) { return std::make_unique<Shape>(); });
   registry.add_absent("spline", "libspline");
   return registry;
 }
@@ -105,11 +105,47 @@ TEST(Registry, RefusesAValueOutOfRangeOrOfAnotherKind) {
 TEST(Registry, AnAbsentMethodBecomesAvailableWhenItIsAdded) {
   Shapes registry = shapes();
   EXPECT_EQ(registry.absent().at("spline"), "libspline");
-  registry.add("spline", {}, [](const Options&, double) { return std::make_unique<Shape>(); });
+  registry.add("spline", {},
+               [](const MethodOptions&, double) { return std::make_unique<Shape>(); });
   EXPECT_TRUE(registry.absent().empty());
   EXPECT_EQ(registry.at("spline").library(), "libspline");
   registry.add_absent("square", "nothing");
   EXPECT_TRUE(registry.absent().empty());
+}
+
+TEST(Registry, KeepsTheOrderInWhichMethodsWereAdded) {
+  Shapes registry = shapes();
+  const auto order = [&] {
+    std::vector<std::string> names;
+    for (const auto* entry : registry.in_order()) names.push_back(entry->name());
+    return names;
+  };
+  const auto none = [](const MethodOptions&, double) { return std::make_unique<Shape>(); };
+  registry.add("circle", {}, none);
+  EXPECT_EQ(order(), (std::vector<std::string>{"square", "point", "circle"}));
+  registry.add("square", {}, none);
+  EXPECT_EQ(order(), (std::vector<std::string>{"square", "point", "circle"}));
+  registry.erase("point");
+  registry.add("point", {}, none);
+  EXPECT_EQ(order(), (std::vector<std::string>{"square", "circle", "point"}));
+}
+
+TEST(Registry, NamesTheKeyOfAMethodThatHasItsOwn) {
+  Shapes registry = shapes();
+  registry.add_keyed("disc", "round.shape", {.promise = "has a rim", .source = "Archimedes"});
+  EXPECT_FALSE(registry.contains("disc"));
+  EXPECT_EQ(refusal([&] { registry.at("disc"); }),
+            "\"disc\" is selected by the key \"round.shape\", not by name");
+  const auto listed = list_family("shape", "shapes", registry);
+  ASSERT_EQ(listed.size(), 4u);
+  EXPECT_EQ(listed[2].name, "disc");
+  EXPECT_EQ(listed[2].key, "round.shape");
+  EXPECT_TRUE(listed[2].keyed);
+  EXPECT_EQ(listed[3].name, "spline");
+  EXPECT_FALSE(listed[3].available);
+  registry.add("disc", {}, [](const MethodOptions&, double) { return std::make_unique<Shape>(); });
+  EXPECT_EQ(registry.at("disc")(1.0)->area, 0.0);
+  EXPECT_TRUE(registry.keyed().empty());
 }
 
 // -- the families ---------------------------------------------------------------------------------
@@ -121,7 +157,7 @@ TEST(Methods, EachHasAPromiseASourceAndDescribedOptions) {
     if (method.available && method.name != "none") {
       EXPECT_FALSE(method.source.empty()) << method.key << " " << method.name;
     }
-    for (const Option& option : method.options) {
+    for (const MethodOption& option : method.options) {
       const std::string place = method.name + "." + option.name;
       EXPECT_EQ(option_fault(method.options, option.name, option.initial), "") << place;
       EXPECT_EQ(option.unit.empty(), option.kind == OptionKind::boolean) << place;
@@ -194,7 +230,7 @@ TEST(Methods, ADetectorMadeByNameReportsThePairsOfItsMakeFunction) {
 TEST(Methods, AnOptionOfADetectorReachesIt) {
   const BroadPhaseRegistry registry = broad_phases();
   const Soup a(1), b(2);
-  const auto bytes = [&](const std::string& name, const Options& options) {
+  const auto bytes = [&](const std::string& name, const MethodOptions& options) {
     CandidatePairs pairs;
     const auto detector = registry.at(name)(options);
     detector->find_pairs(a.view(), b.view(), pairs);
@@ -311,6 +347,7 @@ TEST(Methods, ALimiterIsAMethodAForceOrAPolicyAndTellsWhich) {
     const StrainLimit limit = entry(cloth.springs, cloth.strain_limit, cloth.mass.size());
     EXPECT_EQ(limit.method != nullptr, kind == LimiterKind::method) << name;
     EXPECT_EQ(limit.force != nullptr, kind == LimiterKind::force) << name;
+    EXPECT_EQ(entry.options().size(), kind == LimiterKind::method ? 1u : 0u) << name;
     ++kinds[kind];
   }
   EXPECT_EQ(kinds[LimiterKind::none], 1);
@@ -322,22 +359,24 @@ TEST(Methods, ALimiterIsAMethodAForceOrAPolicyAndTellsWhich) {
 
 // -- scene files ----------------------------------------------------------------------------------
 
-std::string value_text(const Option& option) {
+std::string value_text(const MethodOption& option) {
   if (option.kind == OptionKind::boolean) return option.initial != 0.0 ? "true" : "false";
   char text[32];
   std::snprintf(text, sizeof text, "%.17g", option.initial);
   return text;
 }
 
-const Options& options_of(const Scene& scene, const std::string& key) {
+const MethodOptions& options_of(const Scene& scene, const std::string& key) {
   if (key == kMethodKeys[0]) return scene.contact.broad_phase_options;
   if (key == kMethodKeys[1]) return scene.contact.narrow_phase_options;
   if (key == kMethodKeys[2]) return scene.contact.response_options;
   if (key == kMethodKeys[3]) return scene.contact.fail_safe_options;
-  return key == kMethodKeys[4] ? scene.solver.integrator_options : scene.solver.limiter_options;
+  if (key == kMethodKeys[4]) return scene.solver.integrator_options;
+  if (key == kMethodKeys[5]) return scene.solver.limiter_options;
+  return std::get<ClothGrid>(scene.cloths[0].shape).pattern_options;
 }
 
-class MethodOptions : public SceneFile {
+class OptionsOfMethods : public SceneFile {
  protected:
   void SetUp() override {
     SceneFile::SetUp();
@@ -352,19 +391,24 @@ class MethodOptions : public SceneFile {
   const Methods methods_ = methods_of_this_build();
 };
 
-TEST_F(MethodOptions, EachIsReadFromASceneAndIsInTheSchemaWithItsRange) {
+TEST_F(OptionsOfMethods, EachIsReadFromASceneAndIsInTheSchemaWithItsRange) {
   std::set<std::string> keys;
   for (const SceneKey& key : scene_keys()) keys.insert(key.path);
   for (const ListedMethod& method : list_methods(methods_))
-    for (const Option& option : method.options) {
+    for (const MethodOption& option : method.options) {
       const std::string path = method.key + "." + option.name;
       EXPECT_TRUE(keys.contains(path)) << path << " is not in data/scenes/scene.schema.json";
-      const Scene scene = read_with({{method.key, method.name}, {path, value_text(option)}});
-      EXPECT_EQ(options_of(scene, method.key), (Options{{option.name, option.initial}})) << path;
+      const auto of_piece = [](std::string key) {
+        return key.starts_with("geometry.*") ? key.replace(9, 1, "0") : key;
+      };
+      const Scene scene =
+          read_with({{of_piece(method.key), method.name}, {of_piece(path), value_text(option)}});
+      EXPECT_EQ(options_of(scene, method.key), (MethodOptions{{option.name, option.initial}}))
+          << path;
     }
 }
 
-TEST_F(MethodOptions, ThatTheMethodDoesNotHaveAreRefusedInEitherForm) {
+TEST_F(OptionsOfMethods, ThatTheMethodDoesNotHaveAreRefusedInEitherForm) {
   EXPECT_SAYS(fault_of({{"contact.broad_phase", R"({"type": "voxel", "cell": 1})"}}),
               "contact.broad_phase.cell: voxel has no option \"cell\"; nearest is \"voxel\"");
   EXPECT_SAYS(
@@ -381,30 +425,73 @@ TEST_F(MethodOptions, ThatTheMethodDoesNotHaveAreRefusedInEitherForm) {
               "contact.stiffness: is given twice");
 }
 
-TEST_F(MethodOptions, BesideTheNameMeanTheSameAsInItsObject) {
+TEST_F(OptionsOfMethods, BesideTheNameMeanTheSameAsInItsObject) {
   const Scene flat = read_with({{"contact.response", "penalty"}, {"contact.stiffness", "12.5"}});
   const Scene inside =
       read_with({{"contact.response", R"({"type": "penalty", "stiffness": 12.5})"}});
-  EXPECT_EQ(flat.contact.response_options, (Options{{"stiffness", 12.5}}));
+  EXPECT_EQ(flat.contact.response_options, (MethodOptions{{"stiffness", 12.5}}));
   EXPECT_EQ(flat.contact.response_options, inside.contact.response_options);
   const Scene of_default = read_with({{"contact.broad_phase.leaf_size", "4"}});
   EXPECT_EQ(of_default.contact.broad_phase, "bvh_aabb");
-  EXPECT_EQ(of_default.contact.broad_phase_options, (Options{{"leaf_size", 4.0}}));
+  EXPECT_EQ(of_default.contact.broad_phase_options, (MethodOptions{{"leaf_size", 4.0}}));
 }
 
-TEST_F(MethodOptions, OfASceneAsWrittenReadTheSame) {
+TEST_F(OptionsOfMethods, OfASceneAsWrittenReadTheSame) {
   const Scene scene = read_with({{"contact.broad_phase", "voxel"},
                                  {"contact.broad_phase.voxel", "2.5"},
                                  {"solver.integrator", "rkf45"},
                                  {"solver.error", "1e-4"}});
   write("again.json", scene.json);
   const Scene again = read_scene(folder_ / "again.json", {}, methods_);
-  EXPECT_EQ(again.contact.broad_phase_options, (Options{{"voxel", 2.5}}));
-  EXPECT_EQ(again.solver.integrator_options, (Options{{"error", 1e-4}}));
+  EXPECT_EQ(again.contact.broad_phase_options, (MethodOptions{{"voxel", 2.5}}));
+  EXPECT_EQ(again.solver.integrator_options, (MethodOptions{{"error", 1e-4}}));
   EXPECT_EQ(again.json, scene.json);
 }
 
-TEST_F(MethodOptions, AreAxesOfACompareWhateverTheirOrder) {
+TEST_F(OptionsOfMethods, OfAPatternMayStandUnderLayersAsInOlderScenes) {
+  const auto options = [](const Scene& scene) {
+    const auto& grid = std::get<ClothGrid>(scene.cloths[0].shape);
+    EXPECT_EQ(grid.pattern, "bilayered");
+    return grid.pattern_options;
+  };
+  const MethodOptions given{{"ratio", 2.0}, {"hold", 900.0}};
+  const std::vector<Override> old{{"geometry.0.pattern", "bilayered"},
+                                  {"geometry.0.layers", R"({"ratio": 2, "hold": 900})"}};
+  EXPECT_EQ(options(read_with(old)), given);
+  EXPECT_EQ(options(read_with({{"geometry[0].pattern", "bilayered"},
+                               {"geometry[0].layers.ratio", "2"},
+                               {"geometry.0.layers.hold", "900"}})),
+            given);
+  write("old.json", R"({"geometry": [{"pattern": "bilayered",
+      "layers": {"ratio": 2,
+                 "share": 2}}]})");
+  EXPECT_SAYS(refusal([&] { read_scene(folder_ / "old.json"); }),
+              "line 3, geometry[0].pattern.share: must be at most 0.99, is 2");
+  EXPECT_SAYS(fault_of({{"geometry.0.layers", R"({"ratio": 2})"}}),
+              "geometry[0].pattern.ratio: rectangular has no option \"ratio\"");
+  write("both.json", R"({"geometry": [{"pattern": {"type": "bilayered", "ratio": 2},
+                                       "layers": {"ratio": 3}}]})");
+  EXPECT_SAYS(refusal([&] { read_scene(folder_ / "both.json"); }),
+              "geometry[0].layers.ratio: is the old place of an option");
+  EXPECT_SAYS(fault_of({{"geometry.0.pattern", "refine curved"}}),
+              "\"refine curved\" is selected by the key \"geometry.*.refine\", not by name");
+}
+
+TEST_F(OptionsOfMethods, OfAPatternAreAxesOfACompareForEveryGrid) {
+  const auto axes = read_axes({"pattern.ratio=2,4", "pattern=bilayered"}, methods_);
+  const Scene base = read_with({});
+  const Scene cell = read_with(cell_overrides(axes, {"4", "bilayered"}, base));
+  const auto& grid = std::get<ClothGrid>(cell.cloths[0].shape);
+  EXPECT_EQ(grid.pattern, "bilayered");
+  EXPECT_EQ(grid.pattern_options, (MethodOptions{{"ratio", 4.0}}));
+  const auto one = read_axes({"geometry.0.pattern=all"}, methods_);
+  EXPECT_EQ(one[0].values, methods_.patterns.names());
+  EXPECT_EQ(read_axes({"geometry.0.layers.ratio=2,4"}, methods_)[0].values.size(), 2u);
+  EXPECT_SAYS(refusal([&] { read_axes({"pattern.ratoi=1"}, methods_); }),
+              "no method has the option \"ratoi\"; nearest is \"ratio\"");
+}
+
+TEST_F(OptionsOfMethods, AreAxesOfACompareWhateverTheirOrder) {
   const auto axes =
       read_axes({"broad_phase.cell=0.5,1,2", "broad_phase=hash_grid,uniform_grid"}, methods_);
   ASSERT_EQ(axes.size(), 2u);
@@ -412,7 +499,7 @@ TEST_F(MethodOptions, AreAxesOfACompareWhateverTheirOrder) {
   const Scene base = read_with({});
   const Scene cell = read_with(cell_overrides(axes, {"0.5", "uniform_grid"}, base));
   EXPECT_EQ(cell.contact.broad_phase, "uniform_grid");
-  EXPECT_EQ(cell.contact.broad_phase_options, (Options{{"cell", 0.5}}));
+  EXPECT_EQ(cell.contact.broad_phase_options, (MethodOptions{{"cell", 0.5}}));
   EXPECT_EQ(read_axes({"broad_phase.find_limbs"}, methods_)[0].values,
             (std::vector<std::string>{"false", "true"}));
   EXPECT_SAYS(refusal([&] { read_axes({"broad_phase.cel=1"}, methods_); }),

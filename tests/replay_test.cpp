@@ -369,8 +369,8 @@ TEST_F(Replay, APositionThatIsNotFiniteStopsTheRunByNameAndIsKept) {
   scene.cloths[0].name = "kite";
   scene.contact.response = "bad";
   RunConfig config;
-  config.methods.responses.add("bad", {},
-                               [](const Options&) { return std::make_unique<BadResponse>(); });
+  config.methods.responses.add(
+      "bad", {}, [](const MethodOptions&) { return std::make_unique<BadResponse>(); });
   config.out = folder_ / "n";
   try {
     run_scene(scene, config);

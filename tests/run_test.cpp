@@ -108,7 +108,9 @@ TEST_F(RunOfASceneMadeInCode, RefusesAnUnknownFormatAndNamesTheNearest) {
     run_scene(scene_, config_);
     FAIL() << "it ran";
   } catch (const std::invalid_argument& error) {
-    EXPECT_NE(std::string(error.what()).find("\"vtx\"; nearest is \"vtk\""), std::string::npos)
+    EXPECT_NE(std::string(error.what())
+                  .find("output.formats: there is no \"vtx\" in this build; nearest is \"vtk\""),
+              std::string::npos)
         << error.what();
   }
   EXPECT_FALSE(fs::exists(config_.out));
@@ -127,9 +129,10 @@ TEST_F(RunOfASceneMadeInCode, WritesAFormatOfTheCaller) {
     std::vector<double>& lowest_;
   };
   std::vector<double> lowest;
-  config_.formats["heights"].make = [&](const fs::path&) {
-    return std::make_unique<Heights>(lowest);
-  };
+  config_.formats.add(
+      "heights", {},
+      [&](const MethodOptions&, const fs::path&) { return std::make_unique<Heights>(lowest); },
+      {.promise = "", .source = ""});
   scene_.output.formats = {"heights"};
   scene_.time.fps = 60.0;
   run_scene(scene_, config_);
@@ -137,11 +140,21 @@ TEST_F(RunOfASceneMadeInCode, WritesAFormatOfTheCaller) {
   EXPECT_LT(lowest[3], lowest[0]);
 }
 
+TEST_F(RunOfASceneMadeInCode, RefusesAnOptionThatTheFormatDoesNotHave) {
+  scene_.output.formats = {"vtk"};
+  scene_.output.format_options["vtk"] = {{"digits", 3.0}};
+  try {
+    run_scene(scene_, config_);
+    FAIL() << "it ran";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_STREQ(error.what(), "vtk: has no option \"digits\" and no other option");
+  }
+}
+
 TEST(FrameFormats, EachHasAPromiseAndASource) {
   for (const auto& [name, format] : frame_formats()) {
-    EXPECT_FALSE(format.promise.empty()) << name;
-    EXPECT_FALSE(format.source.empty()) << name;
-    EXPECT_TRUE(format.make) << name;
+    EXPECT_FALSE(format.promise().empty()) << name;
+    EXPECT_FALSE(format.source().empty()) << name;
   }
 }
 

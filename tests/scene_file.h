@@ -89,7 +89,7 @@ inline constexpr const char* everything = R"({
     {"name": "garment", "mesh": "garment.obj", "rest": "texture", "texture_unit": 0.5,
      "transformation": {"translation": [0, 0, 40]}},
     {"name": "plate", "pattern": "triangular", "plate": {"poisson": 0.25}, "virtual_springs": {"stiffness": 7, "follow": true}},
-    {"name": "layers", "pattern": "bilayered", "layers": {"ratio": 5, "share": 0.3, "hold": 900}},
+    {"name": "layers", "pattern": {"type": "bilayered", "ratio": 5, "share": 0.3, "hold": 900}},
     {"name": "refined", "refine": {"when": "settled", "levels": 3, "speed": 0.2, "energy": 0.01, "after": 0.7, "angle_deg": 30}},
     {"name": "body", "mesh": {"vertices": [[0, 0, 40], [1, 0, 40], [0, 1, 40], [0, 0, 41]],
      "triangles": [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]}, "support": {"stiffness": 60, "share": 0.4},
@@ -143,7 +143,7 @@ inline constexpr const char* everything = R"({
              "unstable_step": "refuse"},
   "plan": {"proofs": false},
   "closed_form": {"motion": "incline", "body": "plane"},
-  "output": {"formats": ["obj", "vtk"], "vtk": true, "pc2": true, "picture_every": 10,
+  "output": {"formats": ["obj", {"type": "vtk", "binary": true, "digits": 9}], "vtk": true, "pc2": true, "picture_every": 10,
     "camera": {"eye": [1, 1, 1], "target": [0, 0, 1], "field_of_view": 40, "width": 320, "height": 240}}
 })";
 

@@ -47,6 +47,7 @@ TEST_F(SceneFile, TheShortestSceneHasTheDefaultsOfTheHeader) {
   EXPECT_EQ(is.output.vtk, should.output.vtk);
   EXPECT_EQ(is.output.pc2, should.output.pc2);
   EXPECT_EQ(is.output.formats, should.output.formats);
+  EXPECT_EQ(is.output.format_options, should.output.format_options);
   EXPECT_EQ(is.output.picture_every, should.output.picture_every);
   const CameraSpec &camera = is.output.camera, &camera_default = should.output.camera;
   EXPECT_EQ(camera.eye, camera_default.eye);
@@ -124,15 +125,15 @@ TEST_F(EverythingFile, EveryNumberGoesToItsField) {
   EXPECT_EQ(s.contact.rest_gap, 0.003);
   EXPECT_FALSE(s.contact.self);
   EXPECT_EQ(s.contact.response, "impulse");
-  EXPECT_EQ(s.contact.response_options, (Options{{"restitution", 0.25}}));
+  EXPECT_EQ(s.contact.response_options, (MethodOptions{{"restitution", 0.25}}));
   EXPECT_TRUE(s.contact.untangle_start);
   EXPECT_TRUE(s.contact.carry_tangled);
   EXPECT_EQ(s.contact.broad_phase, "hash_grid");
-  EXPECT_EQ(s.contact.broad_phase_options, (Options{{"cell", 0.5}}));
+  EXPECT_EQ(s.contact.broad_phase_options, (MethodOptions{{"cell", 0.5}}));
   EXPECT_EQ(s.contact.narrow_phase, "ccd_exact");
   EXPECT_EQ(s.contact.fail_safe, "impulse_zones");
   EXPECT_EQ(s.solver.integrator, "damped_verlet");
-  EXPECT_EQ(s.solver.integrator_options, (Options{{"drag", 0.25}}));
+  EXPECT_EQ(s.solver.integrator_options, (MethodOptions{{"drag", 0.25}}));
   EXPECT_FALSE(s.solver.strain_limiter);
   EXPECT_EQ(s.solver.limiter, "none");
   EXPECT_TRUE(s.solver.refuse_unstable_step);
@@ -142,6 +143,8 @@ TEST_F(EverythingFile, EveryNumberGoesToItsField) {
   EXPECT_EQ(s.solver.tolerance, 1e-5);
   EXPECT_EQ(s.solver.max_iterations, 50);
   EXPECT_EQ(s.output.formats, (std::vector<std::string>{"obj", "vtk"}));
+  EXPECT_EQ(s.output.format_options.size(), 1u);
+  EXPECT_EQ(s.output.format_options.at("vtk"), (MethodOptions{{"binary", 1.0}, {"digits", 9.0}}));
   EXPECT_EQ(s.output.all_formats(), (std::vector<std::string>{"obj", "pc2", "vtk"}));
   EXPECT_TRUE(s.output.vtk);
   EXPECT_TRUE(s.output.pc2);
@@ -181,8 +184,10 @@ TEST_F(EverythingFile, EveryPieceOfClothAndItsMaterialIsRead) {
   EXPECT_EQ(std::get<ClothGrid>(s.cloths[5].shape).plate->poisson, 0.25);
   EXPECT_EQ(s.cloths[5].virtual_springs.stiffness, 7.0);
   EXPECT_TRUE(s.cloths[5].virtual_springs.follow);
-  const LayerConfig& layers = std::get<ClothGrid>(s.cloths[6].shape).pattern_options.layers;
-  EXPECT_EQ(std::tuple(layers.ratio, layers.share, layers.hold), std::tuple(5, 0.3, 900.0));
+  const ClothGrid& layered = std::get<ClothGrid>(s.cloths[6].shape);
+  EXPECT_EQ(layered.pattern, "bilayered");
+  EXPECT_EQ(layered.pattern_options,
+            (MethodOptions{{"ratio", 5.0}, {"share", 0.3}, {"hold", 900.0}}));
   const RefineSpec& refine = std::get<ClothGrid>(s.cloths[7].shape).refine;
   EXPECT_EQ(std::tuple(refine.when, refine.levels, refine.speed, refine.energy, refine.after),
             std::tuple(RefineSpec::When::settled, 3, 0.2, 0.01, 0.7));
@@ -407,20 +412,6 @@ TEST(Schema, HasNoKeyThatTheTestOfAllFieldsLeavesOut) {
     EXPECT_TRUE(used.contains(property) || is_option(path))
         << path << " is in the schema but nothing tests it";
   EXPECT_GT(used.size(), 90u);
-}
-
-TEST(Schema, NamesEveryPatternThatFillsARectangle) {
-  const Schema schema;
-  std::set<std::string> allowed, made;
-  schema.walk(schema.root(), {}, "",
-              [&](const std::string& path, const Json& property, const auto&) {
-                if (path.ends_with(".pattern"))
-                  for (const Json& name : property.at("enum"))
-                    allowed.insert(name.get<std::string>());
-              });
-  for (const ClothPattern& pattern : cloth_patterns())
-    if (pattern.make != nullptr) made.insert(std::string(pattern.name));
-  EXPECT_EQ(allowed, made);
 }
 
 TEST(Schema, DescribesEveryKeyWithUnitRangeAndDefault) {

@@ -37,9 +37,9 @@ MethodChoice choose_methods(const std::vector<std::string>& asked, const Registr
 
 /// The narrow-phase options of the command line. If all methods are selected, a tolerance applies
 /// only to methods that have one.
-inline Options narrow_options(const std::vector<Option>& known, const NarrowPhaseConfig& config,
-                              bool all) {
-  Options options;
+inline MethodOptions narrow_options(const std::vector<MethodOption>& known,
+                                    const NarrowPhaseConfig& config, bool all) {
+  MethodOptions options;
   if (config.tolerance >= 0.0) options.set("tolerance", config.tolerance);
   if (all) options = known_options(known, options);
   if (config.min_separation != 0.0) options.set("min_separation", config.min_separation);

@@ -25,7 +25,7 @@ class SelfCull {
 std::unique_ptr<BroadPhase> make_bvh_aabb(const BvhConfig& config, std::unique_ptr<SelfCull> cull);
 
 /// The options of BvhConfig, which all trees share, and the way back.
-std::vector<Option> bvh_options();
-BvhConfig read_bvh_options(const Options& options);
+std::vector<MethodOption> bvh_options();
+BvhConfig read_bvh_options(const MethodOptions& options);
 
 }  // namespace selvedge::detail

@@ -33,7 +33,7 @@ double checked_cell(double cell, const std::string& detector) {
   return cell;
 }
 
-Option cell_option() {
+MethodOption cell_option() {
   return {.name = "cell",
           .initial = CellGridConfig{}.cell,
           .unit = "1",

@@ -49,7 +49,7 @@ bool place_cells(const SurfaceBoxes& a, const SurfaceBoxes* b, double relative_c
 double checked_cell(double cell, const std::string& detector);
 
 /// The option of CellGridConfig.
-Option cell_option();
+MethodOption cell_option();
 
 /// Boxes of one level: a range of the packed boxes, and the cells into which they are sorted, each
 /// by its lower corner only. A search widens the query by `reach` instead, so that no box is found

@@ -13,7 +13,7 @@ namespace selvedge::detail {
 using MakeLimitMethod = std::function<std::unique_ptr<StrainLimitMethod>(
     std::span<const Spring>, std::span<const double>, std::size_t)>;
 
-/// Registers a limiter without options that changes the ends of steps.
+/// Registers a limiter that changes the ends of steps, with the option `max_sweeps`.
 void register_method(StrainLimiterRegistry& registry, const std::string& name,
                      const MakeLimitMethod& make);
 /// Registers a name without a method or a force of its own.

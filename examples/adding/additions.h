@@ -2,8 +2,6 @@
 // The additions of docs/adding.md, one per file of this folder.
 #pragma once
 
-#include <selvedge/core/cloth_pattern.h>
-#include <selvedge/core/force.h>
 #include <selvedge/run/frame_writer.h>
 #include <selvedge/scene/methods.h>
 
@@ -13,8 +11,8 @@ void register_one_axis(selvedge::BroadPhaseRegistry& registry);
 void register_sampled(selvedge::NarrowPhaseRegistry& registry);
 void register_stop(selvedge::ResponseRegistry& registry);
 void register_dragged_euler(selvedge::IntegratorRegistry& registry);
-selvedge::ForceLaw weight_spring_law();
-selvedge::ClothPattern mesh_of_threads_pattern();
-selvedge::FrameFormat points_format();
+void register_weight_spring(selvedge::ForceLawRegistry& registry);
+void register_threads(selvedge::ClothPatternRegistry& registry);
+void register_points(selvedge::FrameFormatRegistry& registry);
 
 }  // namespace adding

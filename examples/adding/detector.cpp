@@ -84,7 +84,7 @@ void register_one_axis(BroadPhaseRegistry& registry) {
                  .most = 2.0,
                  .kind = OptionKind::whole,
                  .meaning = "axis of the extents, 0 to 2; best the thin direction of the scene"}},
-               [](const Options& o) { return std::make_unique<OneAxis>(o.whole("axis")); });
+               [](const MethodOptions& o) { return std::make_unique<OneAxis>(o.whole("axis")); });
 }
 
 }  // namespace adding

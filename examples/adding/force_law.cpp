@@ -7,10 +7,10 @@ namespace {
 
 using namespace selvedge;
 
-constexpr double kOmega = 2.0;  // 1/s
-
 class WeightSpring final : public Force {
  public:
+  explicit WeightSpring(double omega) : omega_(omega) {}
+
   void add_force(const ForceState& state, std::span<Vec3> f) const override {
     for (std::size_t i = 0; i < f.size(); ++i) f[i].z() -= stiffness(state, i) * state.x[i].z();
   }
@@ -33,21 +33,30 @@ class WeightSpring final : public Force {
   }
 
  private:
-  static double stiffness(const ForceState& state, std::size_t i) {
-    return kOmega * kOmega * state.mass[i];  // N/m
+  double stiffness(const ForceState& state, std::size_t i) const {
+    return omega_ * omega_ * state.mass[i];  // N/m
   }
+
+  double omega_;
 };
 
 }  // namespace
 
-ForceLaw weight_spring_law() {
-  return {.name = "weight_spring",
-          .promise = "minus the gradient of its energy",
-          .source = "docs/adding.md",
-          .energy = "weight_spring",
-          .add = [](const ClothMesh&, ForceList& forces) {
-            forces.push_back(std::make_unique<WeightSpring>());
-          }};
+void register_weight_spring(ForceLawRegistry& registry) {
+  registry.add("weight_spring",
+               {{.name = "omega",
+                 .initial = 2.0,
+                 .unit = "1/s",
+                 .least = 0.0,
+                 .meaning = "frequency of a free particle; more pulls harder"}},
+               [](const MethodOptions& o, const ClothMesh&) {
+                 ForceList forces;
+                 forces.push_back(std::make_unique<WeightSpring>(o["omega"]));
+                 return forces;
+               },
+               {.promise = "minus the gradient of its energy",
+                .source = "docs/adding.md",
+                .energy = "weight_spring"});
 }
 
 }  // namespace adding

@@ -49,7 +49,7 @@ void register_dragged_euler(IntegratorRegistry& registry) {
                  .unit = "1/s",
                  .least = 0.0,
                  .meaning = "rate at which velocities decay; more comes to rest sooner"}},
-               [](const Options& o, ForceList forces, std::size_t particles,
+               [](const MethodOptions& o, ForceList forces, std::size_t particles,
                   const ImplicitConfig&) -> std::unique_ptr<Integrator> {
                  return std::make_unique<DraggedEuler>(std::move(forces), particles, o["drag"]);
                });

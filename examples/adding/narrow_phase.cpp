@@ -57,7 +57,7 @@ void register_sampled(NarrowPhaseRegistry& registry) {
                  .unit = "m",
                  .least = 0.0,
                  .meaning = "distance that counts as a collision"}},
-               [](const Options& o) {
+               [](const MethodOptions& o) {
                  return std::make_unique<Sampled>(o.whole("samples"), o["tolerance"]);
                });
 }

@@ -7,7 +7,7 @@ namespace {
 
 using namespace selvedge;
 
-ClothMesh make_threads(const GridConfig& grid, const Material& material, const PatternOptions&) {
+ClothMesh make_threads(const GridConfig& grid, const Material& material, double weft) {
   ClothMesh cloth;
   const std::int32_t columns = grid.cells_x + 1, rows = grid.cells_y + 1;
   const double dx = grid.size_x / grid.cells_x, dy = grid.size_y / grid.cells_y;
@@ -24,29 +24,36 @@ ClothMesh make_threads(const GridConfig& grid, const Material& material, const P
   for (const double area : vertex_areas(cloth.surface.vertices, cloth.surface.triangles))
     cloth.mass.push_back(material.density * area);
 
-  // A thread has the stiffness of the strip of cloth that it stands for.
-  const auto add = [&](std::int32_t a, std::int32_t b, double length, double width) {
-    cloth.springs.push_back(
-        {a, b, length, material.stretch_stiffness * width / length, material.spring_damping});
+  // A warp thread has the stiffness of the strip of cloth that it stands for.
+  const double warp = material.stretch_stiffness;  // N/m
+  const auto add = [&](std::int32_t a, std::int32_t b, double length, double stiffness) {
+    cloth.springs.push_back({a, b, length, stiffness / length, material.spring_damping});
     cloth.strain_limit.push_back(material.strain_limit);
   };
   for (std::int32_t j = 0; j < rows; ++j)
     for (std::int32_t i = 0; i < columns; ++i) {
       const std::int32_t v = j * columns + i;
       const bool border_x = i == 0 || i + 1 == columns, border_y = j == 0 || j + 1 == rows;
-      if (i + 1 < columns) add(v, v + 1, dx, border_y ? dy / 2 : dy);
-      if (j + 1 < rows) add(v, v + columns, dy, border_x ? dx / 2 : dx);
+      if (i + 1 < columns) add(v, v + 1, dx, warp * (border_y ? dy / 2 : dy));
+      if (j + 1 < rows) add(v, v + columns, dy, weft * warp * (border_x ? dx / 2 : dx));
     }
   return cloth;
 }
 
 }  // namespace
 
-ClothPattern mesh_of_threads_pattern() {
-  return {.name = "threads",
-          .promise = "resists stretch along warp and weft only",
-          .source = "docs/adding.md",
-          .make = make_threads};
+void register_threads(ClothPatternRegistry& registry) {
+  registry.add("threads",
+               {{.name = "weft",
+                 .initial = 1.0,
+                 .unit = "1",
+                 .least = 0.0,
+                 .above_least = true,
+                 .meaning = "stiffness of a weft thread relative to a warp thread"}},
+               [](const MethodOptions& o, const GridConfig& grid, const Material& material) {
+                 return make_threads(grid, material, o["weft"]);
+               },
+               {.promise = "resists stretch along warp and weft only", .source = "docs/adding.md"});
 }
 
 }  // namespace adding

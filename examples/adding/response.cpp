@@ -39,7 +39,7 @@ class Stop final : public Response {
 }  // namespace
 
 void register_stop(ResponseRegistry& registry) {
-  registry.add("stop", {}, [](const Options&) { return std::make_unique<Stop>(); });
+  registry.add("stop", {}, [](const MethodOptions&) { return std::make_unique<Stop>(); });
 }
 
 }  // namespace adding

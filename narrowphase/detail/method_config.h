@@ -35,7 +35,7 @@ inline void refuse_min_separation(const NarrowPhaseConfig& config, const char* m
 }
 
 /// The option `tolerance` of a method, with its default, its unit and its meaning.
-inline Option tolerance_option(double initial, const char* unit, const char* meaning) {
+inline MethodOption tolerance_option(double initial, const char* unit, const char* meaning) {
   return {.name = "tolerance",
           .initial = initial,
           .unit = unit,
@@ -45,7 +45,7 @@ inline Option tolerance_option(double initial, const char* unit, const char* mea
 }
 
 /// The option `min_separation` of the methods that have it.
-inline Option min_separation_option() {
+inline MethodOption min_separation_option() {
   return {.name = "min_separation",
           .initial = 0.0,
           .unit = "m",

@@ -6,7 +6,7 @@
 namespace selvedge::detail {
 
 /// The option `restitution` of the responses that have it.
-inline Option restitution_option() {
+inline MethodOption restitution_option() {
   return {.name = "restitution",
           .initial = ResponseConfig{}.restitution,
           .unit = "1",
@@ -16,7 +16,7 @@ inline Option restitution_option() {
 }
 
 /// The option `retention` of the responses that have it.
-inline Option retention_option() {
+inline MethodOption retention_option() {
   return {.name = "retention",
           .initial = ResponseConfig{}.retention,
           .unit = "1",

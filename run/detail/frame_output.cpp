@@ -14,14 +14,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-const FrameFormat& format_named(const std::string& name, const FrameFormats& formats) {
-  if (const auto found = formats.find(name); found != formats.end()) return found->second;
-  std::vector<std::string> known;
-  for (const auto& [word, format] : formats) known.push_back(word);
-  throw std::invalid_argument(
-      fmt::format("output.formats: there is no format \"{}\"; nearest is "
-                  "\"{}\"",
-                  name, nearest_word(name, known)));
+MethodOptions options_of(const OutputSpec& output, const std::string& name) {
+  const auto found = output.format_options.find(name);
+  return found == output.format_options.end() ? MethodOptions{} : found->second;
 }
 
 /// Bodies at rest are written once, with state 0.
@@ -31,20 +26,21 @@ bool bodies_due(const Simulation& simulation, int number) {
 
 }  // namespace
 
-FrameOutput::FrameOutput(const Scene& scene, const FrameFormats& formats, fs::path out,
+FrameOutput::FrameOutput(const Scene& scene, const FrameFormatRegistry& formats, fs::path out,
                          bool mesh_changes)
     : out_(std::move(out)),
       fps_(scene.time.fps),
       ply_(make_ply_writer(out_ / "frames", kFrameFileDigits)),
       steps_(make_ply_writer(out_ / "steps", kStepFileDigits)) {
   for (const std::string& name : scene.output.all_formats()) {
-    const FrameFormat& format = format_named(name, formats);
-    if (mesh_changes && format.one_mesh)
+    auto writer =
+        make_method(formats, name, "output.formats", options_of(scene.output, name), out_);
+    if (mesh_changes && formats.at(name).traits().one_mesh)
       throw std::invalid_argument(
           fmt::format("output: \"refine\" changes the mesh, but a {} file holds one mesh; take "
                       "another format, such as vtk",
                       name));
-    if (name != "ply") others_.push_back(format.make(out_));
+    if (name != "ply") others_.push_back(std::move(writer));
   }
 }
 

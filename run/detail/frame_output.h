@@ -13,9 +13,9 @@ namespace selvedge::detail {
 /// Writes the states of a run into its result folder, in all formats of its scene.
 class FrameOutput {
  public:
-  /// Throws std::invalid_argument for a format that is not among `formats`, or that needs one mesh
-  /// if `mesh_changes`. Writes nothing yet.
-  FrameOutput(const Scene& scene, const FrameFormats& formats, std::filesystem::path out,
+  /// Throws std::invalid_argument for a format that is not among `formats`, for an option that it
+  /// does not have, and for one that needs one mesh if `mesh_changes`. Writes nothing yet.
+  FrameOutput(const Scene& scene, const FrameFormatRegistry& formats, std::filesystem::path out,
               bool mesh_changes);
 
   void write_frame(const Simulation& simulation, int number);

@@ -61,21 +61,22 @@ void remove_numbered(const fs::path& folder, const std::vector<std::string>& ste
 
 }  // namespace
 
-void remove_beyond(const fs::path& out, const FrameFormats& formats, std::int64_t frame,
+void remove_beyond(const fs::path& out, const FrameFormatRegistry& formats, std::int64_t frame,
                    std::int64_t step) {
   std::vector<std::string> extensions;
   for (const auto& [name, format] : formats)
-    if (!format.extension.empty()) extensions.push_back(format.extension);
+    if (const std::string extension = format.traits().extension; !extension.empty())
+      extensions.push_back(extension);
   remove_numbered(out / "frames", {"cloth", "bodies"}, extensions, frame);
   remove_numbered(out / "steps", {"cloth", "bodies"}, {".ply"}, step);
   remove_numbered(out / "pictures", {"frame"}, {".png"}, frame);
 }
 
-void remove_former_run(const fs::path& out, const FrameFormats& formats) {
+void remove_former_run(const fs::path& out, const FrameFormatRegistry& formats) {
   remove_beyond(out, formats, -1, -1);
   std::vector<std::string> files = {"result.json", "checkpoint.ply", "checkpoint.json"};
   for (const auto& [name, format] : formats)
-    files.insert(files.end(), format.files.begin(), format.files.end());
+    for (const std::string& file : format.traits().files) files.push_back(file);
   std::error_code ignored;  // a file that cannot be removed fails with its name when it is written
   for (const std::string& name : files)
     if (fs::is_regular_file(out / name, ignored)) fs::remove(out / name, ignored);
@@ -134,7 +135,7 @@ namespace {
 
 /// A method with the values of all its options.
 template <class Registry, class Options>
-Json method_json(const Registry& registry, const std::string& name, const Options& given) {
+Json method_json(const Registry& registry, const std::string& name, const MethodOptions& given) {
   Json json = {{"type", name}};
   for (const auto& [key, value] : complete_options(name, registry.at(name).options(), given))
     json[key] = value;

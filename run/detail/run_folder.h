@@ -21,10 +21,10 @@ void write_text(const std::filesystem::path& file, const std::string& text);
 
 /// Removes frames, steps and pictures with numbers above `frame` and `step`, in the formats given,
 /// and nothing else. Throws std::invalid_argument for a file that cannot be removed.
-void remove_beyond(const std::filesystem::path& out, const FrameFormats& formats,
+void remove_beyond(const std::filesystem::path& out, const FrameFormatRegistry& formats,
                    std::int64_t frame, std::int64_t step);
 /// Removes every file that a run writes, and nothing else.
-void remove_former_run(const std::filesystem::path& out, const FrameFormats& formats);
+void remove_former_run(const std::filesystem::path& out, const FrameFormatRegistry& formats);
 
 /// Throws std::invalid_argument with folder, fault and remedy for a folder that holds anything but
 /// a run of this scene.

@@ -29,21 +29,27 @@ const ClothSpec& piece_of(LocatedJson& document, Json& j, const std::string& pat
                    nearest_word(name, known)));
 }
 
-std::vector<std::int32_t> selected(const LocatedJson& document, const Json& select,
-                                   const ClothSpec& cloth, const Scene& scene,
-                                   const std::string& path) {
-  return select_vertices(document, select, cloth, scene.materials.at(cloth.material), path);
-}
+/// The pieces of a scene, as selections need them.
+struct Pieces {
+  const LocatedJson& document;
+  const Scene& scene;
+  const ClothPatternRegistry& patterns;
+
+  std::vector<std::int32_t> selected(const Json& select, const ClothSpec& cloth,
+                                     const std::string& path) const {
+    return select_vertices(document, select, cloth, scene.materials.at(cloth.material), patterns,
+                           path);
+  }
+};
 
 /// The selected vertices: a list keeps its order, other selections ascend.
-std::vector<std::int32_t> row_of(const LocatedJson& document, const Json& select,
-                                 const ClothSpec& cloth, const Scene& scene,
+std::vector<std::int32_t> row_of(const Pieces& pieces, const Json& select, const ClothSpec& cloth,
                                  const std::string& path) {
-  std::vector<std::int32_t> row = selected(document, select, cloth, scene, path);
+  std::vector<std::int32_t> row = pieces.selected(select, cloth, path);
   if (!select.contains("vertices")) return row;
   const auto listed = select["vertices"].get<std::vector<std::int32_t>>();
   if (listed.size() != row.size())
-    fail(document, join(path, "vertices"),
+    fail(pieces.document, join(path, "vertices"),
          "names a vertex twice, but a vertex can be sewn only once");
   return listed;
 }
@@ -73,7 +79,8 @@ void refuse_bad_pairs(const LocatedJson& document, const SeamSpec& seam, const s
 
 }  // namespace
 
-void read_seams(LocatedJson& document, Scene& scene) {
+void read_seams(LocatedJson& document, const ClothPatternRegistry& patterns, Scene& scene) {
+  const Pieces pieces{document, scene, patterns};
   std::set<std::string> taken;
   Json& list = document.root["seams"];
   for (std::size_t i = 0; i < list.size(); ++i) {
@@ -86,8 +93,7 @@ void read_seams(LocatedJson& document, Scene& scene) {
       const std::string side = join(path, sides[k]);
       const ClothSpec& cloth = piece_of(document, j[sides[k]], side, scene);
       seam.geometry[k] = cloth.name;
-      seam.vertices[k] =
-          row_of(document, j[sides[k]]["select"], cloth, scene, join(side, "select"));
+      seam.vertices[k] = row_of(pieces, j[sides[k]]["select"], cloth, join(side, "select"));
     }
     if (j["reverse"].get<bool>()) std::reverse(seam.vertices[1].begin(), seam.vertices[1].end());
     seam.sewing = {j["pull"].get<double>(), j["tolerance"].get<double>(),
@@ -97,8 +103,9 @@ void read_seams(LocatedJson& document, Scene& scene) {
   }
 }
 
-void read_water(LocatedJson& document, Scene& scene) {
+void read_water(LocatedJson& document, const ClothPatternRegistry& patterns, Scene& scene) {
   if (!document.root.contains("water")) return;
+  const Pieces pieces{document, scene, patterns};
   Json& j = document.root["water"];
   WaterSpec& water = scene.water.emplace();
   water.wetting = {j["diffusivity"].get<double>(), j["saturation"].get<double>()};
@@ -108,13 +115,23 @@ void read_water(LocatedJson& document, Scene& scene) {
     const ClothSpec& cloth = piece_of(document, list[i], path, scene);
     WaterSource source;
     source.geometry = cloth.name;
-    source.vertices = selected(document, list[i]["select"], cloth, scene, join(path, "select"));
+    source.vertices = pieces.selected(list[i]["select"], cloth, join(path, "select"));
     source.rate = list[i]["rate"].get<double>();
     source.begin = list[i]["begin"].get<double>();
     source.end = list[i]["end"].get<double>();
     const Json& v = list[i]["velocity"];
     source.velocity = Vec3(v[0].get<double>(), v[1].get<double>(), v[2].get<double>());
     water.sources.push_back(std::move(source));
+  }
+}
+
+void read_formats(const Json& formats, OutputSpec& output) {
+  for (const Json& format : formats) {
+    output.formats.push_back((format.is_string() ? format : format["type"]).get<std::string>());
+    if (format.is_string()) continue;
+    MethodOptions& options = output.format_options[output.formats.back()];
+    for (const auto& [key, value] : format.items())
+      if (key != "type") options.set(key, option_value(value));
   }
 }
 

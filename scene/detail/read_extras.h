@@ -11,8 +11,12 @@ namespace selvedge::detail {
 void expand_fabrics(LocatedJson& document);
 
 /// Read the seams and the water of a complete document into `scene`, which has its pieces and
-/// materials already. Throw std::invalid_argument through `fail`.
-void read_seams(LocatedJson& document, Scene& scene);
-void read_water(LocatedJson& document, Scene& scene);
+/// materials already; `patterns` make the pieces. Throw std::invalid_argument through `fail`.
+void read_seams(LocatedJson& document, const ClothPatternRegistry& patterns, Scene& scene);
+void read_water(LocatedJson& document, const ClothPatternRegistry& patterns, Scene& scene);
+
+/// Reads "output.formats": names, or objects with a name ("type") and options. The formats
+/// themselves check both when a run starts.
+void read_formats(const Json& formats, OutputSpec& output);
 
 }  // namespace selvedge::detail

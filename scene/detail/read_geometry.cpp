@@ -27,10 +27,6 @@ RefineSpec read_refine(const Json& j) {
 void read_grid_options(const Json& geometry, ClothGrid& grid) {
   grid.plate = read_plate(geometry);
   if (geometry.contains("refine")) grid.refine = read_refine(geometry["refine"]);
-  if (!geometry.contains("layers")) return;
-  const Json& j = geometry["layers"];
-  grid.pattern_options.layers = {j["ratio"].get<std::int32_t>(), j["share"].get<double>(),
-                                 j["hold"].get<double>()};
 }
 
 void read_mesh_options(const Json& geometry, ClothFile& mesh) {

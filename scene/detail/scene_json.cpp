@@ -163,19 +163,6 @@ std::string read_text(const std::filesystem::path& file) {
   return text;
 }
 
-/// Splits "a.0.b" and "a[0].b" alike into a, 0, b.
-std::vector<std::string> split_path(const std::string& path) {
-  std::vector<std::string> parts(1);
-  for (const char c : path) {
-    if (c == ']') continue;
-    if (c == '.' || c == '[')
-      parts.emplace_back();
-    else
-      parts.back() += c;
-  }
-  return parts;
-}
-
 [[noreturn]] void fail_override(const LocatedJson& document, const Override& set,
                                 const std::string& fault) {
   throw std::invalid_argument(
@@ -200,7 +187,8 @@ std::size_t find_element(const LocatedJson& document, const Override& set, const
 }
 
 bool names_method(const std::string& path) {
-  return std::find(kMethodKeys.begin(), kMethodKeys.end(), path) != kMethodKeys.end();
+  return std::any_of(kMethodKeys.begin(), kMethodKeys.end(),
+                     [&](const char* key) { return is_instance_of(path, key); });
 }
 
 std::string quoted_list(const std::vector<std::string>& words) {
@@ -430,6 +418,22 @@ std::string join(const std::string& path, const std::string& key) {
 
 std::string join(const std::string& path, std::size_t index) {
   return fmt::format("{}[{}]", path, index);
+}
+
+std::vector<std::string> split_path(const std::string& path) {
+  std::vector<std::string> parts(1);
+  for (const char c : path) {
+    if (c == ']') continue;
+    if (c == '.' || c == '[')
+      parts.emplace_back();
+    else
+      parts.back() += c;
+  }
+  return parts;
+}
+
+double option_value(const Json& j) {
+  return j.is_boolean() ? (j.get<bool>() ? 1.0 : 0.0) : j.get<double>();
 }
 
 LocatedJson parse_json_file(const std::filesystem::path& file) {

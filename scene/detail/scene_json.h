@@ -30,6 +30,12 @@ struct LocatedJson {
 std::string join(const std::string& path, const std::string& key);
 std::string join(const std::string& path, std::size_t index);
 
+/// Splits "a.0.b" and "a[0].b" alike into a, 0, b.
+std::vector<std::string> split_path(const std::string& path);
+
+/// The value of an option of a method: a number, or 1 for true and 0 for false.
+double option_value(const Json& j);
+
 /// Reads JSON with // and /* */ comments. Refuses duplicate keys, numbers beyond a double, and
 /// more than 64 levels.
 LocatedJson parse_json_file(const std::filesystem::path& file);

@@ -17,8 +17,9 @@ std::string in_quotes(const std::string& word) { return "\"" + word + "\""; }
 /// Selects from one piece.
 class Selection {
  public:
-  Selection(const LocatedJson& document, const ClothSpec& cloth, const Material& material)
-      : document_(document), cloth_(cloth), material_(material) {}
+  Selection(const LocatedJson& document, const ClothSpec& cloth, const Material& material,
+            const ClothPatternRegistry& patterns)
+      : document_(document), cloth_(cloth), material_(material), patterns_(patterns) {}
 
   std::vector<std::int32_t> select(const Json& j, const std::string& path) const {
     std::vector<std::int32_t> found;
@@ -27,7 +28,7 @@ class Selection {
     if (j.contains("corners")) found = select_corners(j["corners"], join(path, "corners"));
     if (j.contains("edge")) found = select_edge(j["edge"], join(path, "edge"));
     if (const auto* grid = std::get_if<ClothGrid>(&cloth_.shape);
-        grid != nullptr && cloth_pattern(grid->pattern).two_layers)
+        grid != nullptr && patterns_.at(grid->pattern).traits().two_layers)
       add_other_layer(found);
     std::sort(found.begin(), found.end());
     found.erase(std::unique(found.begin(), found.end()), found.end());
@@ -52,7 +53,7 @@ class Selection {
       piece.placement = Placement{};
       std::get<ClothGrid>(piece.shape).path = StripPath{};
     }
-    return make_piece(piece, material_).cloth.surface.vertices;
+    return make_piece(piece, material_, patterns_).cloth.surface.vertices;
   }
 
   std::vector<std::int32_t> select_vertices(const Json& j, const std::string& path) const {
@@ -137,14 +138,16 @@ class Selection {
   const LocatedJson& document_;
   const ClothSpec& cloth_;
   const Material& material_;
+  const ClothPatternRegistry& patterns_;
 };
 
 }  // namespace
 
 std::vector<std::int32_t> select_vertices(const LocatedJson& document, const Json& select,
                                           const ClothSpec& cloth, const Material& material,
+                                          const ClothPatternRegistry& patterns,
                                           const std::string& path) {
-  return Selection(document, cloth, material).select(select, path);
+  return Selection(document, cloth, material, patterns).select(select, path);
 }
 
 }  // namespace selvedge::detail

@@ -29,6 +29,7 @@ struct Simulation::Parts {
   BuiltScene built;
   PhaseClock clock;
   detail::StepMethods methods;
+  ForceLawRegistry force_laws;
   SimulationState state;
   std::vector<Vec3> body_x;  // m, of the body vertices at the state's time
   detail::StepInput input;

@@ -14,14 +14,15 @@ namespace {
 std::unique_ptr<Integrator> make_integrator(const Scene& scene, const BuiltScene& built,
                                             const Methods& methods) {
   return make_method(methods.integrators, scene.solver.integrator, "solver.integrator",
-                     scene.solver.integrator_options, make_forces(scene, built),
+                     scene.solver.integrator_options, make_forces(scene, built, methods),
                      built.cloth.surface.vertices.size(),
                      {scene.solver.tolerance, scene.solver.max_iterations});
 }
 
-void note_critical_step(const Scene& scene, const BuiltScene& built, double h, RunResult& result) {
+void note_critical_step(const Scene& scene, const BuiltScene& built, const Methods& methods,
+                        double h, RunResult& result) {
   const std::size_t n = built.cloth.surface.vertices.size();
-  ForceSum forces(make_forces(scene, built), n);
+  ForceSum forces(make_forces(scene, built, methods), n);
   Particles particles{built.cloth.surface.vertices, built.velocity, built.cloth.mass, {}};
   for (const double m : particles.mass) particles.inv_mass.push_back(1.0 / m);
   const CriticalStep step = critical_step(forces, particles, h);
@@ -55,6 +56,7 @@ Simulation::Parts::Parts(const Scene& s, BuiltScene b, const Methods& m)
     : scene(s),
       built(detail::with_policy(scene, std::move(b), m.strain_limiters)),
       methods(scene, built, m, clock),
+      force_laws(m.force_laws),
       balance(scene, built, methods.response->traits()) {
   detail::refuse_bad_handles(scene, built);
   if (!methods.traits.is_implicit)
@@ -75,7 +77,7 @@ Simulation::Parts::Parts(const Scene& s, BuiltScene b, const Methods& m)
   note_bodies(input.x_t0);
   refuse_bad_start();
   if (detail::limiter_kind(scene, m.strain_limiters) == LimiterKind::critical_step)
-    note_critical_step(scene, built, nominal_step(), result);
+    note_critical_step(scene, built, m, nominal_step(), result);
   note_strain();
 }
 

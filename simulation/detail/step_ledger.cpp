@@ -60,8 +60,8 @@ void refuse_unfit_response(const Scene& scene, const ResponseRegistry& responses
   const double nominal = 1.0 / (scene.time.fps * scene.time.steps_per_frame);
   const double shortest = std::ldexp(nominal, -scene.time.max_halvings);
   if (stable >= shortest) return;
-  const std::vector<Option>& options = responses.at(scene.contact.response).options();
-  const Options values =
+  const std::vector<MethodOption>& options = responses.at(scene.contact.response).options();
+  const MethodOptions values =
       complete_options("contact.response", options, scene.contact.response_options);
   throw std::invalid_argument(fmt::format(
       "contact.response \"{}\" ({}) is stable for particles of {:.3g} kg in explicit steps below "

@@ -11,8 +11,6 @@
 namespace selvedge::detail {
 namespace {
 
-constexpr int kStrainSweeps = 200;
-
 std::size_t count(const BuiltScene& built) { return built.cloth.surface.vertices.size(); }
 
 /// Weight of piece p per width, N/m, if it hangs by one end of its longest extent.
@@ -50,10 +48,11 @@ StrainStage::StrainStage(const Scene& scene, const BuiltScene& built,
       before_(count(built)),
       shift_(count(built), Vec3::Zero()) {
   if (limiter_kind(scene, limiters) != LimiterKind::method) return;
-  method_ = make_method(limiters, scene.solver.limiter, "solver.strain_limiter",
-                        scene.solver.limiter_options, built.cloth.springs,
-                        limiter_targets(built.cloth.strain_limit), count(built))
-                .method;
+  StrainLimit limit = make_method(limiters, scene.solver.limiter, "solver.strain_limiter",
+                                  scene.solver.limiter_options, built.cloth.springs,
+                                  limiter_targets(built.cloth.strain_limit), count(built));
+  method_ = std::move(limit.method);
+  max_sweeps_ = limit.max_sweeps;
   traits_ = method_->traits();
 }
 
@@ -71,7 +70,7 @@ int StrainStage::limit(const LimitStep& step, std::span<Vec3> x_t1, PhaseClock& 
   std::copy(x_t1.begin(), x_t1.end(), before_.begin());
   LimitStep own = step;
   own.tolerance = kStrainTolerance;
-  own.max_sweeps = kStrainSweeps;
+  own.max_sweeps = max_sweeps_;
   const StrainReport report = method_->limit_ends(own, x_t1);
   if (report.sweeps == 0) return 0;
   moved_ = true;
@@ -102,6 +101,7 @@ void StrainStage::finish(const LimitStep& step, std::span<const double> mass,
   if (traits_.keeps_velocity) std::copy(before_.begin(), before_.end(), v.begin());
   LimitStep own = step;
   own.tolerance = kStrainTolerance;
+  own.max_sweeps = max_sweeps_;
   method_->limit_velocities(own, x, v);
   Vec3 given = Vec3::Zero();
   double moved = 0.0, energy = 0.0;

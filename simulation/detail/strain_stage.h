@@ -58,6 +58,7 @@ class StrainStage {
   StrainLimiter measures_;
   StrainReach reach_;
   std::unique_ptr<StrainLimitMethod> method_;
+  int max_sweeps_ = 0;
   LimiterTraits traits_;
   std::vector<Vec3> before_, shift_;  // m, displacement since begin
   bool moved_ = false;

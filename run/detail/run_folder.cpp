@@ -134,7 +134,7 @@ void write_scene(const fs::path& out, const Scene& scene) {
 namespace {
 
 /// A method with the values of all its options.
-template <class Registry, class Options>
+template <class Registry>
 Json method_json(const Registry& registry, const std::string& name, const MethodOptions& given) {
   Json json = {{"type", name}};
   for (const auto& [key, value] : complete_options(name, registry.at(name).options(), given))

@@ -345,6 +345,15 @@ TEST_F(Program, ASceneIsResumedHoweverItsFileGivesTheOptions) {
   EXPECT_EQ(run_small("r", "--set solver.strain_limiter=true --resume").code, 0);
   EXPECT_REFUSED(run_small("r", "--set solver.strain_limiter=false --resume"),
                  "differs from the scene");
+  const std::string two_layers = "--set 'geometry.0.cells=[8,8]' --set ";
+  ASSERT_EQ(run_small("layers", two_layers + "geometry.0.pattern=bilayered").code, 0);
+  const auto resume = [&](const std::string& ratio) {
+    return run_small(
+        "layers", two_layers + "'geometry.0.pattern={\"type\": \"bilayered\", \"ratio\": " + ratio +
+                      "}' --resume");
+  };
+  EXPECT_EQ(resume("4").code, 0);
+  EXPECT_REFUSED(resume("2"), "differs from the scene");
 }
 
 // -- the result folder

@@ -162,6 +162,10 @@ Json resumable_part(const Scene& scene, const Methods& methods) {
   const SolverSpec& s = scene.solver;
   solver["integrator"] = method_json(methods.integrators, s.integrator, s.integrator_options);
   solver["strain_limiter"] = method_json(methods.strain_limiters, s.limiter, s.limiter_options);
+  for (std::size_t i = 0; i < scene.cloths.size(); ++i)
+    if (const auto* grid = std::get_if<ClothGrid>(&scene.cloths[i].shape))
+      json["geometry"][i]["pattern"] =
+          method_json(methods.patterns, grid->pattern, grid->pattern_options);
   return json;
 }
 

@@ -5,6 +5,7 @@
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/compare/compare_plan.h>
 #include <selvedge/compare/compare_table.h>
+#include <selvedge/compare/detail/compare_error.h>
 #include <selvedge/core/files.h>
 #include <sys/file.h>
 

@@ -240,7 +240,7 @@ TEST_F(Replay, DamagedBundlesAreRefusedWithASentence) {
   write("p/failure/failure.json", json.substr(0, json.size() / 2));
   EXPECT_REFUSED(run("replay p"), "failure.json: is missing or damaged");
   write("p/failure/failure.json", json);
-  spoil("p/failure/failure.json", "\"what\": \"not clean\"", "\"what\": \"tired\"");
+  spoil("p/failure/failure.json", "\"kind\": \"not clean\"", "\"kind\": \"tired\"");
   EXPECT_REFUSED(run("replay p"), "\"tired\" is not a cause");
   write("p/failure/failure.json", json);
   spoil("p/failure/failure.json", "\"time\"", "\"tim\"");

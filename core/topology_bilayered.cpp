@@ -102,8 +102,7 @@ void register_bilayered(ClothPatternRegistry& registry) {
                  .least = 2.0,
                  .most = 100.0,
                  .kind = OptionKind::whole,
-                 .meaning = "cells of the dense layer per cell side of the sparse one; more make "
-                            "finer wrinkles on a coarser support"},
+                 .meaning = "cells of the dense layer per cell of the sparse one along each side"},
                 {.name = "share",
                  .initial = layers.share,
                  .unit = "1",

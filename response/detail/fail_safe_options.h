@@ -21,9 +21,10 @@ inline MethodOption rounds_option(const std::string& name, int initial,
 
 /// The option `plane_rounds` of the fail-safes that have it.
 inline MethodOption plane_rounds_option() {
-  return rounds_option("plane_rounds", FailSafeRounds{}.plane_rounds,
-                       "rounds that add planes only for pairs that collide; fewer let fewer pairs "
-                       "slide freely but end sooner");
+  return rounds_option(
+      "plane_rounds", FailSafeRounds{}.plane_rounds,
+      "rounds that add planes only for pairs that collide; the next one adds planes "
+      "for all pairs");
 }
 
 }  // namespace selvedge::detail

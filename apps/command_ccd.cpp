@@ -150,13 +150,13 @@ struct Row {
 };
 
 /// A method that does not serve some queries, or none.
-struct Skipped {
+struct SkippedMethod {
   std::string method, file, why;
 };
 
-struct Results {
+struct MethodResults {
   std::vector<Row> rows;
-  std::vector<Skipped> skipped;
+  std::vector<SkippedMethod> skipped;
 };
 
 template <class T>
@@ -185,10 +185,10 @@ Json to_json(const Row& row) {
           {"slowest", number(s.slowest)}};
 }
 
-void print_json(const Results& results) {
+void print_json(const MethodResults& results) {
   Json rows = Json::array(), skipped = Json::array();
   for (const Row& row : results.rows) rows.push_back(to_json(row));
-  for (const Skipped& s : results.skipped)
+  for (const SkippedMethod& s : results.skipped)
     skipped.push_back({{"narrow_phase", s.method}, {"file", s.file}, {"why", s.why}});
   fmt::print("{}\n", Json{{"results", rows}, {"skipped", skipped}}.dump(2));
 }
@@ -230,7 +230,7 @@ std::string heading(const NamedQueries& queries, const QueryScore& score) {
 }
 
 /// One table for each set of queries.
-void print_tables(const Results& results, bool markdown) {
+void print_tables(const MethodResults& results, bool markdown) {
   const NamedQueries* last = nullptr;
   for (const Row& row : results.rows) {
     if (row.queries != last) {
@@ -243,7 +243,7 @@ void print_tables(const Results& results, bool markdown) {
     last = row.queries;
     print_cells(cells_of(row), markdown, false);
   }
-  for (const Skipped& s : results.skipped)
+  for (const SkippedMethod& s : results.skipped)
     fmt::print(stderr, "note: {} left out{}: {}\n", s.method,
                s.file.empty() ? "" : " for " + s.file, s.why);
 }
@@ -251,7 +251,7 @@ void print_tables(const Results& results, bool markdown) {
 /// The method, or null if it refuses the configuration and the user asked for all methods.
 std::unique_ptr<NarrowPhase> make(const std::string& name, const MethodChoice& choice,
                                   const NarrowPhaseRegistry& registry,
-                                  const NarrowPhaseConfig& config, Results& results) {
+                                  const NarrowPhaseConfig& config, MethodResults& results) {
   try {
     return registry.at(name)(narrow_options(registry.at(name).options(), config, choice.all));
   } catch (const std::invalid_argument& error) {
@@ -262,9 +262,9 @@ std::unique_ptr<NarrowPhase> make(const std::string& name, const MethodChoice& c
   }
 }
 
-Results score_all(const std::vector<NamedQueries>& all, const MethodChoice& choice,
-                  const NarrowPhaseRegistry& registry, const CcdOptions& o) {
-  Results results;
+MethodResults score_all(const std::vector<NamedQueries>& all, const MethodChoice& choice,
+                        const NarrowPhaseRegistry& registry, const CcdOptions& o) {
+  MethodResults results;
   std::vector<std::pair<std::string, std::unique_ptr<NarrowPhase>>> methods;
   for (const std::string& name : choice.names)
     if (auto method = make(name, choice, registry, o.config, results))
@@ -285,7 +285,7 @@ void run_command(const CcdOptions& o) {
   const NarrowPhaseRegistry registry = methods_of_this_build().narrow_phases;
   const MethodChoice choice = choose_methods(o.narrow_phase, registry, "--narrow-phase");
   const std::vector<NamedQueries> all = read_all(o);
-  const Results results = score_all(all, choice, registry, o);
+  const MethodResults results = score_all(all, choice, registry, o);
   if (o.json)
     print_json(results);
   else

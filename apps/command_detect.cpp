@@ -73,15 +73,15 @@ MovingSurface read_surface(const std::string& f0, const std::string& f1) {
 
 // -- results --------------------------------------------------------------------------------------
 
-struct Skipped {
+struct SkippedDetector {
   std::string name, why;
 };
 
-struct Results {
+struct DetectorResults {
   ReferencePairs reference;
   std::vector<std::pair<std::string, DetectorScore>> detectors;
   std::vector<std::pair<std::string, ContactScore>> contacts;
-  std::vector<Skipped> skipped;
+  std::vector<SkippedDetector> skipped;
 
   bool failed() const {
     return std::any_of(detectors.begin(), detectors.end(),
@@ -91,8 +91,8 @@ struct Results {
 
 /// A refusal of a method is an error only if the user named it; with "all" it is a note.
 template <class Work>
-bool serves(const std::string& name, const MethodChoice& choice, std::vector<Skipped>& skipped,
-            const Work& work) {
+bool serves(const std::string& name, const MethodChoice& choice,
+            std::vector<SkippedDetector>& skipped, const Work& work) {
   try {
     work();
     return true;
@@ -118,7 +118,7 @@ void require_service(const BroadPhase& detector, const DetectionCase& c,
 }
 
 void compare_detectors(const DetectionCase& c, const MethodChoice& choice,
-                       const BroadPhaseRegistry& registry, int repeats, Results& results) {
+                       const BroadPhaseRegistry& registry, int repeats, DetectorResults& results) {
   std::vector<std::pair<std::string, DetectorTrial>> trials;
   for (const std::string& name : choice.names)
     serves(name, choice, results.skipped, [&] {
@@ -136,7 +136,7 @@ void compare_detectors(const DetectionCase& c, const MethodChoice& choice,
 
 void compare_narrow_phases(const DetectionCase& c, const MethodChoice& choice,
                            const NarrowPhaseRegistry& registry, const DetectOptions& o,
-                           Results& results) {
+                           DetectorResults& results) {
   for (const std::string& name : choice.names)
     serves(name, choice, results.skipped, [&] {
       const auto method =
@@ -172,11 +172,11 @@ Json to_json(const std::string& name, const ContactScore& s) {
           {"false_alarms", s.false_alarms}};
 }
 
-void print_json(const Results& r) {
+void print_json(const DetectorResults& r) {
   Json detectors = Json::array(), contacts = Json::array(), skipped = Json::array();
   for (const auto& [name, score] : r.detectors) detectors.push_back(to_json(name, score));
   for (const auto& [name, score] : r.contacts) contacts.push_back(to_json(name, score));
-  for (const Skipped& s : r.skipped) skipped.push_back({{"name", s.name}, {"why", s.why}});
+  for (const SkippedDetector& s : r.skipped) skipped.push_back({{"name", s.name}, {"why", s.why}});
   const CandidatePairs& boxes = r.reference.boxes;
   const Json reference = {
       {"boxes_from", r.reference.boxes_from},
@@ -191,7 +191,7 @@ void print_json(const Results& r) {
                          .dump(2));
 }
 
-void print_detectors(const Results& r) {
+void print_detectors(const DetectorResults& r) {
   constexpr double megabyte = 1e6;
   fmt::print("{:<24}{:>11}{:>11}{:>11}{:>13}{:>13}{:>9}{:>9}{:>10}\n", "", "build ms", "refit ms",
              "query ms", "point-tri", "edge-edge", "missed", "recall", "peak MB");
@@ -203,7 +203,7 @@ void print_detectors(const Results& r) {
     if (!s.failure.empty()) fmt::print("FAILURE: {} {}\n", name, s.failure);
 }
 
-void print_table(const DetectionCase& c, const Results& r) {
+void print_table(const DetectionCase& c, const DetectorResults& r) {
   fmt::print("{} and {} triangles{}, {} threads\n", c.a.triangles.size(), c.b.triangles.size(),
              c.self ? " of one surface against itself" : "", thread_count());
   const CandidatePairs& boxes = r.reference.boxes;
@@ -239,7 +239,7 @@ int run_command(const DetectOptions& o) {
   DetectionCase c{a.view(o.thickness, 1), {}, o.b0.empty()};
   c.b = c.self ? c.a : b.view(o.thickness, 2);
   RecordedRun recording(o.record);
-  Results results;
+  DetectorResults results;
   results.reference = reference_pairs(c);
   if (QueryRecorder* recorder = recording.recorder())
     recorder->add(c.a, c.b, results.reference.boxes);
@@ -247,7 +247,7 @@ int run_command(const DetectOptions& o) {
   compare_detectors(c, broad, methods.broad_phases, o.repeats, results);
   compare_narrow_phases(c, narrow, methods.narrow_phases, o, results);
   if (!o.pictures.empty()) draw_pictures(c, o.pictures);
-  for (const Skipped& s : results.skipped)
+  for (const SkippedDetector& s : results.skipped)
     fmt::print(stderr, "note: {} left out: {}\n", s.name, s.why);
   if (o.json)
     print_json(results);

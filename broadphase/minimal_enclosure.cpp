@@ -39,7 +39,7 @@ using detail::DoubleBox;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// The queries are divided into this many parts, whatever the number of threads.
-constexpr std::size_t kParts = 128;
+constexpr std::size_t kEnclosureParts = 128;
 /// Number of bodies whose enclosures are kept.
 constexpr std::size_t kKeptBodies = 4;
 constexpr int kMostLoops = 4096;
@@ -263,8 +263,8 @@ class Detector final : public MinimalEnclosure {
 
   void find(const KeptBody& body) {
     detail::PairTally tally(budget(), detail::PairBuffer::kBytesPerPair);
-    parts_.resize(kParts);
-    looked_.assign(kParts, {});
+    parts_.resize(kEnclosureParts);
+    looked_.assign(kEnclosureParts, {});
     for (detail::FoundPairs& part : parts_) part.start(&tally);
     const BodyEnclosure& enclosure = body.enclosure;
     ask({fabric_.points, enclosure, enclosure.triangles(), body.boxes.triangles},
@@ -280,7 +280,7 @@ class Detector final : public MinimalEnclosure {
   /// `turned`: the body's index comes first.
   void ask(const Question& question, std::size_t n, detail::PairBuffer detail::FoundPairs::*list,
            bool turned) {
-    const std::size_t grain = std::max<std::size_t>(1, (n + kParts - 1) / kParts);
+    const std::size_t grain = std::max<std::size_t>(1, (n + kEnclosureParts - 1) / kEnclosureParts);
     parallel_for(n, grain, [&](std::size_t begin, std::size_t end) {
       const std::size_t part = begin / grain;
       detail::PairBuffer& buffer = parts_[part].*list;

@@ -74,7 +74,7 @@ class BudgetOfPieces {
   PairBudget before_;
 };
 
-constexpr auto kKeepAll = [](const auto&) { return true; };
+constexpr auto kDeliverAll = [](const auto&) { return true; };
 
 class Streamer {
  public:
@@ -83,10 +83,10 @@ class Streamer {
   void pairs(const SurfaceView& a, const SurfaceView& b) {
     if (fits([&] { detector_.find_pairs(a, b, found_); }, may_be_cut())) return deliver(found_);
     points_triangles(a, {0, a.x_t0.size()}, b, {0, b.triangles.size()},
-                     &CandidatePairs::point_triangle, kKeepAll);
+                     &CandidatePairs::point_triangle, kDeliverAll);
     points_triangles(b, {0, b.x_t0.size()}, a, {0, a.triangles.size()},
-                     &CandidatePairs::triangle_point, kKeepAll);
-    edges_edges(a, {0, a.edges.size()}, b, {0, b.edges.size()}, kKeepAll);
+                     &CandidatePairs::triangle_point, kDeliverAll);
+    edges_edges(a, {0, a.edges.size()}, b, {0, b.edges.size()}, kDeliverAll);
   }
 
   void self_pairs(const SurfaceView& a) {
@@ -176,7 +176,7 @@ class Streamer {
       Piece piece;
       detector_.find_self_pairs(piece.of_edges(a, edges), found_);
     };
-    if (fits(find, edges.size() > 2)) return deliver_edges(edges, edges, kKeepAll);
+    if (fits(find, edges.size() > 2)) return deliver_edges(edges, edges, kDeliverAll);
     halve(edges, [&](Range half) { own_edges(a, half); });
     edges_edges(a, {edges.begin, edges.middle()}, a, {edges.middle(), edges.end},
                 [&](const EdgeEdgePair& p) {

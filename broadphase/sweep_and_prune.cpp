@@ -34,7 +34,6 @@ using detail::PackedQuery;
 using detail::PairParts;
 using detail::SurfaceBoxes;
 
-constexpr std::size_t kGrain = 4096;       // boxes per range: tens of µs of work
 constexpr std::int32_t kMostColumns = 64;  // of one box
 /// Approximate number of points per column if they filled all columns.
 constexpr double kPointsPerColumn = 16.0;
@@ -133,7 +132,7 @@ class SweepEngine {
     const auto n = static_cast<std::uint32_t>(boxes.size());
     out.all.resize(n);
     keys_.resize(n);
-    parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(n, detail::kBoxGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         out.all[i] = map_.pack(boxes[i], static_cast<std::int32_t>(i));
         keys_[i] = std::uint64_t{ordered_bits(out.all[i].lo[columns_.axis[0]])} << 32 | i;

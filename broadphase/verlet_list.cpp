@@ -28,7 +28,7 @@ constexpr std::size_t kKeptLists = 4;
 /// Number of calls without a list before the list is reconsidered.
 constexpr int kPlainCalls = 16;
 /// 48 bytes in the inner search, 8 in the list, 8 in the result.
-constexpr std::size_t kBytesPerPair = 64;
+constexpr std::size_t kBytesPerKeptPair = 64;
 
 template <class T>
 bool same_bytes(std::span<const T> a, const std::vector<T>& b) {
@@ -331,7 +331,7 @@ class VerletList final : public BroadPhase {
         [](const KeptList& a, const KeptList& b) { return a.last_use < b.last_use; });
   }
 
-  std::size_t limit() const { return detail::PairTally(budget(), kBytesPerPair).limit(); }
+  std::size_t limit() const { return detail::PairTally(budget(), kBytesPerKeptPair).limit(); }
 
   /// Returns false if the margin gives more pairs than the budget allows: then no margin is used.
   bool search_wide(const SurfaceView& a, const SurfaceView& b, bool self, CandidatePairs& out) {

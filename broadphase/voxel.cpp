@@ -44,7 +44,6 @@ using detail::PackedQuery;
 using detail::PairParts;
 using detail::SurfaceBoxes;
 
-constexpr std::size_t kGrain = 4096;       // boxes per range: tens of µs of work
 constexpr std::int64_t kMostVoxels = 512;  // of one box
 constexpr std::int32_t kMostAlong = 16;    // of one box along one axis
 constexpr float kMostCells = 1 << 30;      // voxels further out count as the last one
@@ -93,7 +92,7 @@ class VoxelEngine {
     out.boxes = &boxes;
     out.all.resize(boxes.size());
     out.listed = false;
-    parallel_for(boxes.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(boxes.size(), detail::kBoxGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         out.all[i] = map_.pack(boxes[i], static_cast<std::int32_t>(i));
         out.all[i].tag = is_wide(out.all[i]);

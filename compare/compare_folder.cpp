@@ -30,7 +30,7 @@ namespace selvedge {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 /// Factor and seconds that extend the time budget for work other than steps: building, warming up,
 /// judging detectors, and so on.
@@ -50,8 +50,8 @@ void write_whole(const fs::path& file, const std::string& text) {
 
 constexpr const char* kReferenceWords[] = {"none", "closed_form", "converged"};
 
-Json to_json(const ComparePlan& plan) {
-  Json axes = Json::array(), cells = Json::array();
+OrderedJson to_json(const ComparePlan& plan) {
+  OrderedJson axes = OrderedJson::array(), cells = OrderedJson::array();
   for (const CompareAxis& axis : plan.axes)
     axes.push_back({{"name", axis.name}, {"values", axis.values}, {"numeric", axis.numeric}});
   for (const CompareCell& cell : plan.cells)
@@ -74,16 +74,16 @@ Json to_json(const ComparePlan& plan) {
           {"build", plan.build}};
 }
 
-ComparePlan from_json(const Json& j) {
+ComparePlan plan_from_json(const OrderedJson& j) {
   ComparePlan plan;
   plan.name = j.at("name").get<std::string>();
   plan.command = j.at("command").get<std::string>();
   plan.scene = j.at("scene").get<std::string>();
-  for (const Json& a : j.at("axes"))
+  for (const OrderedJson& a : j.at("axes"))
     plan.axes.push_back({a.at("name").get<std::string>(),
                          a.at("values").get<std::vector<std::string>>(),
                          a.at("numeric").get<bool>()});
-  for (const Json& c : j.at("cells"))
+  for (const OrderedJson& c : j.at("cells"))
     plan.cells.push_back({c.at("id").get<std::string>(),
                           c.at("values").get<std::vector<std::string>>(),
                           c.at("set").get<std::vector<std::string>>(), c.at("threads").get<int>(),
@@ -101,8 +101,8 @@ ComparePlan from_json(const Json& j) {
 }
 
 /// The fields that all runs of a comparison must share.
-Json what_decides(const ComparePlan& plan) {
-  Json j = to_json(plan);
+OrderedJson what_decides(const ComparePlan& plan) {
+  OrderedJson j = to_json(plan);
   j.erase("command");
   j.erase("repeats");
   return j;
@@ -249,18 +249,18 @@ void write_plan(const fs::path& out, const ComparePlan& plan,
       write_whole(cell_folder(out, id) / "scene.json", scene + "\n");
   }
   write_whole(out / "plan.json",
-              to_json(plan).dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+              to_json(plan).dump(1, ' ', false, OrderedJson::error_handler_t::replace) + "\n");
 }
 
 ComparePlan read_plan(const fs::path& out) {
   const fs::path file = out / "plan.json";
-  const Json j = Json::parse(content(file), nullptr, false);
+  const OrderedJson j = OrderedJson::parse(content(file), nullptr, false);
   if (!j.is_object())
     throw std::invalid_argument(
         fmt::format("{}: {}; make one with `selvedge compare`", file.string(),
                     fs::exists(file) ? "is damaged" : "there is no compare in this folder"));
   try {
-    return from_json(j);
+    return plan_from_json(j);
   } catch (const std::exception& error) {
     throw std::invalid_argument(fmt::format("{}: is damaged ({})", file.string(), error.what()));
   }

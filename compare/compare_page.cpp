@@ -16,7 +16,7 @@ namespace selvedge {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 constexpr int kPictureWidth = 200, kPictureHeight = 150;
 constexpr double kRoom = 0.04;  // margin around the cloth in a picture, over its size
@@ -98,9 +98,9 @@ std::string html_escaped(const std::string& text) {
 }  // namespace
 
 std::string compare_page(const fs::path& out, const CompareTable& table, const PageConfig& config) {
-  Json data = Json::parse(to_json_text(table));
+  OrderedJson data = OrderedJson::parse(to_json_text(table));
   int pictures = 0;
-  for (Json& row : data["rows"]) {
+  for (OrderedJson& row : data["rows"]) {
     if (!config.pictures || pictures >= config.most_pictures || row["status"] != "ok") continue;
     const std::string picture = picture_of(cell_folder(out, row["id"].get<std::string>()));
     if (picture.empty()) continue;
@@ -111,7 +111,7 @@ std::string compare_page(const fs::path& out, const CompareTable& table, const P
   for (int times = 0; times < 2; ++times)  // once for the window title, once for the headline
     replace(page, "%TITLE%", html_escaped(table.plan.name));
   replace(page, "%DATA%",
-          safe_in_script(data.dump(-1, ' ', false, Json::error_handler_t::replace)));
+          safe_in_script(data.dump(-1, ' ', false, OrderedJson::error_handler_t::replace)));
   return page;
 }
 

@@ -18,7 +18,7 @@ namespace selvedge {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 std::string joined(const std::vector<std::string>& words, const char* between) {
   std::string text;
@@ -195,32 +195,34 @@ std::string quoted(const std::string& text) {
   return quoted + "\"";
 }
 
-Json optional_json(const std::optional<double>& value) {
-  return value ? Json(*value) : Json(nullptr);
+OrderedJson optional_json(const std::optional<double>& value) {
+  return value ? OrderedJson(*value) : OrderedJson(nullptr);
 }
 
-Json row_json(const CompareRow& row) {
+OrderedJson row_json(const CompareRow& row) {
   const PairJudgement& p = row.run.pairs;
-  const auto range = [](const Quartiles& q) { return Json::array({q.median, q.low, q.high}); };
-  Json json = {{"id", row.id},
-               {"label", row.label},
-               {"values", row.values},
-               {"command", row.command},
-               {"status", status_word(row.status)},
-               {"why", row.why},
-               {"failure", row.failure},
-               {"error", optional_json(row.error)},
-               {"counts", row.counts},
-               {"deviation", optional_json(row.deviation)},
-               {"pareto", row.pareto},
-               {"repeats", row.repeats},
-               {"run_s", range(row.run_s)},
-               {"ratio", range(row.ratio)},
-               {"build_s", row.run.build_s},
-               {"end_s", row.run.end_s},
-               {"dt", row.run.dt},
-               {"particles", row.run.particles},
-               {"peak_bytes", row.run.peak_bytes}};
+  const auto range = [](const Quartiles& q) {
+    return OrderedJson::array({q.median, q.low, q.high});
+  };
+  OrderedJson json = {{"id", row.id},
+                      {"label", row.label},
+                      {"values", row.values},
+                      {"command", row.command},
+                      {"status", status_word(row.status)},
+                      {"why", row.why},
+                      {"failure", row.failure},
+                      {"error", optional_json(row.error)},
+                      {"counts", row.counts},
+                      {"deviation", optional_json(row.deviation)},
+                      {"pareto", row.pareto},
+                      {"repeats", row.repeats},
+                      {"run_s", range(row.run_s)},
+                      {"ratio", range(row.ratio)},
+                      {"build_s", row.run.build_s},
+                      {"end_s", row.run.end_s},
+                      {"dt", row.run.dt},
+                      {"particles", row.run.particles},
+                      {"peak_bytes", row.run.peak_bytes}};
   visit_columns(row.run.result, [&](const char* name, const auto& value) { json[name] = value; });
   json["phase_s"] = row.phase_s;
   json["counters"] = row.run.result.counters;
@@ -293,21 +295,21 @@ std::string to_csv(const CompareTable& table) {
 }
 
 std::string to_json_text(const CompareTable& table) {
-  Json axes = Json::array(), rows = Json::array();
+  OrderedJson axes = OrderedJson::array(), rows = OrderedJson::array();
   for (const CompareAxis& axis : table.plan.axes)
     axes.push_back({{"name", axis.name}, {"values", axis.values}, {"numeric", axis.numeric}});
   for (const CompareRow& row : table.rows) rows.push_back(row_json(row));
-  const Json all = {{"name", table.plan.name},
-                    {"scene", table.plan.scene.string()},
-                    {"command", table.plan.command},
-                    {"machine", table.machine},
-                    {"threads", table.plan.limits.threads},
-                    {"reference", table.reference},
-                    {"uncertainty", table.uncertainty},
-                    {"converges", table.converges},
-                    {"axes", axes},
-                    {"rows", rows}};
-  return all.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+  const OrderedJson all = {{"name", table.plan.name},
+                           {"scene", table.plan.scene.string()},
+                           {"command", table.plan.command},
+                           {"machine", table.machine},
+                           {"threads", table.plan.limits.threads},
+                           {"reference", table.reference},
+                           {"uncertainty", table.uncertainty},
+                           {"converges", table.converges},
+                           {"axes", axes},
+                           {"rows", rows}};
+  return all.dump(1, ' ', false, OrderedJson::error_handler_t::replace) + "\n";
 }
 
 std::string to_text(const CompareTable& table) {

@@ -22,11 +22,11 @@ using Rgb = std::array<std::uint8_t, 3>;
 constexpr Rgb kNothing = {20, 22, 26};
 constexpr int kMapResolution = 1024;
 
+#if SELVEDGE_HAS_BROADPHASE_OSMESA
+
 std::uint8_t byte_of(double unit) {
   return static_cast<std::uint8_t>(std::lround(255.0 * std::clamp(unit, 0.0, 1.0)));
 }
-
-#if SELVEDGE_HAS_BROADPHASE_OSMESA
 
 /// A picture whose texel i, in rows from the bottom, has the colour of(i). Seen from behind, left
 /// and right are exchanged.

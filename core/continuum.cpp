@@ -4,10 +4,11 @@
 // under a uniform strain, so it adds k L²/A (c², s², cs)(c², s², cs)ᵀ to C. A link rotates by -c s
 // εx + c s εy + ½ (c² - s²) γ (without the common rotation). The angle of a torsional spring
 // between links of directions u and w changes by the difference of the rotations of its links.
+#include <selvedge/core/detail/small_matrix.h>
 #include <selvedge/core/detail/topology.h>
 #include <selvedge/core/measure.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <cmath>
 
 namespace selvedge {
@@ -27,6 +28,11 @@ Mat3 matrix(const ContinuumConstants& c) {
   Mat3 m;
   m << c.c11, c.c12, c.c13, c.c12, c.c22, c.c23, c.c13, c.c23, c.c33;
   return m;
+}
+
+/// The strain (εx, εy, γ) under a unit stress along x.
+Vec3 strain_of_pull(const ContinuumConstants& c) {
+  return detail::least_squares(matrix(c), Vec3::UnitX());
 }
 
 double norm(const ContinuumConstants& c) {
@@ -54,12 +60,12 @@ ContinuumConstants continuum_constants(const ClothMesh& cloth, std::span<const V
 }
 
 double strip_modulus(const ContinuumConstants& c) {
-  return 1.0 / matrix(c).completeOrthogonalDecomposition().pseudoInverse()(0, 0);
+  return 1.0 / strain_of_pull(c).x();
 }
 
 double strip_poisson(const ContinuumConstants& c) {
-  const Mat3 inverse = matrix(c).completeOrthogonalDecomposition().pseudoInverse();
-  return -inverse(0, 1) / inverse(0, 0);
+  const Vec3 strain = strain_of_pull(c);
+  return -strain.y() / strain.x();
 }
 
 ContinuumConstants plate_constants(double stretch, double poisson) {

@@ -20,8 +20,6 @@
 namespace selvedge {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 /// sinc(u) and cos(u) - sinc(u) without cancellation near 0.
 struct Arc {
   double sinc, difference;
@@ -42,7 +40,7 @@ Arc arc(double u) {
 /// safeguarded by bisection (1 - sinc is increasing there).
 double inverse_sinc(double gap) {
   if (gap <= 0.0) return 0.0;
-  double low = 0.0, high = kPi;
+  double low = 0.0, high = std::numbers::pi;
   double u = std::min(high, std::sqrt(6.0 * gap) * (1.0 + 0.15 * gap));
   constexpr int most = 60;
   for (int i = 0; i < most; ++i) {
@@ -124,7 +122,8 @@ class BucklingLinks {
       // The bent branch ends at κ = 2π/L with 4π² k/L²; a smaller onset might not cross it.
       const double length = l.rest_length;
       detail::require_number_of("onset above 4 pi^2 rigidity/rest_length^3", name, i,
-                                l.onset - 4.0 * kPi * kPi * l.rigidity / (length * length * length),
+                                l.onset - 4.0 * std::numbers::pi * std::numbers::pi * l.rigidity /
+                                              (length * length * length),
                                 false);
       links_.push_back(with_onset(l));
     }

@@ -10,7 +10,7 @@
 namespace selvedge {
 namespace {
 
-constexpr std::size_t kEnergyGrain = 4096;
+constexpr std::size_t kHookeGrain = 4096;
 
 struct SpringSlots {
   std::int32_t aa, bb, ab, ba;
@@ -63,7 +63,7 @@ class HookeForce final : public Force {
   }
 
   double energy(const ForceState& state) const override {
-    return parallel_sum(springs_.size(), kEnergyGrain, [&](std::size_t begin, std::size_t end) {
+    return parallel_sum(springs_.size(), kHookeGrain, [&](std::size_t begin, std::size_t end) {
       double sum = 0.0;
       for (std::size_t i = begin; i < end; ++i) {
         const Spring& s = springs_[i];

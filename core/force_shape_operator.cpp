@@ -27,8 +27,8 @@ namespace {
 using detail::kGroupLanes;
 using detail::LanePatch;
 
-constexpr std::size_t kGrain = 128;  // groups
-constexpr int kPatchVertices = 6;    // at most: three of a triangle and one beyond each hinge
+constexpr std::size_t kHingeGrain = 128;  // groups
+constexpr int kPatchVertices = 6;         // at most: three of a triangle and one beyond each hinge
 
 /// The vertices of a patch in the order of LanePatch::corner; the last one is repeated if there are
 /// fewer.
@@ -95,17 +95,18 @@ class ShapeOperatorForce final : public Force {
   double energy(const ForceState& state) const override {
     const detail::LaneKernel& kernel = detail::lane_kernel();
     const detail::LaneForce force = detail::lane_force(lanes_, numbers_, state, {});
-    parallel_for(lanes_.groups.size(), kGrain, [&](std::size_t first, std::size_t last) {
+    parallel_for(lanes_.groups.size(), kHingeGrain, [&](std::size_t first, std::size_t last) {
       kernel.turns(force, turn_.data() + kGroupLanes * first, first, last);
     });
-    return parallel_sum(lanes_.groups.size(), kGrain, [&](std::size_t first, std::size_t last) {
-      kernel.moments(force, plate(), first, last);
-      double sum = 0.0;
-      for (std::size_t g = first; g < last; ++g)
-        for (std::int16_t l = 0; l < lanes_.groups[g].count; ++l)
-          sum += 0.5 * turn_[kGroupLanes * g + l] * moment_[kGroupLanes * g + l];
-      return sum;
-    });
+    return parallel_sum(
+        lanes_.groups.size(), kHingeGrain, [&](std::size_t first, std::size_t last) {
+          kernel.moments(force, plate(), first, last);
+          double sum = 0.0;
+          for (std::size_t g = first; g < last; ++g)
+            for (std::int16_t l = 0; l < lanes_.groups[g].count; ++l)
+              sum += 0.5 * turn_[kGroupLanes * g + l] * moment_[kGroupLanes * g + l];
+          return sum;
+        });
   }
 
   void add_links(std::vector<Edge>& links) const override {
@@ -292,7 +293,7 @@ class ShapeOperatorForce final : public Force {
   /// Computes the angle changes, including damping, and the gradients of all hinges.
   void measure(const ForceState& state) const {
     const detail::LaneForce force = detail::lane_force(lanes_, numbers_, state, {});
-    parallel_for(lanes_.groups.size(), kGrain, [&](std::size_t first, std::size_t last) {
+    parallel_for(lanes_.groups.size(), kHingeGrain, [&](std::size_t first, std::size_t last) {
       detail::lane_kernel().bends(force, plate(), first, last);
     });
   }

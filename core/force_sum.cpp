@@ -8,7 +8,7 @@
 namespace selvedge {
 namespace {
 
-constexpr std::size_t kParticleGrain = 4096;
+constexpr std::size_t kAddGrain = 4096;
 
 }  // namespace
 
@@ -23,7 +23,7 @@ void ForceSum::evaluate(const ForceState& state, std::span<Vec3> f) const {
 void ForceSum::accelerate(const ForceState& state, std::span<const double> inv_mass,
                           std::span<Vec3> a) const {
   evaluate(state, a);
-  parallel_for(a.size(), kParticleGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(a.size(), kAddGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (inv_mass[i] > 0.0)
         a[i] *= inv_mass[i];

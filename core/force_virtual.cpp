@@ -11,11 +11,10 @@
 // The Jacobian of the fixed springs is exact. That of the following springs couples all particles
 // and is omitted; an implicit step treats them explicitly, which is stable below 2 sqrt(m/k).
 #include <selvedge/core/detail/force_checks.h>
+#include <selvedge/core/detail/small_matrix.h>
 #include <selvedge/core/force.h>
 
 #include <Eigen/Geometry>
-#include <Eigen/QR>
-#include <Eigen/SVD>
 
 namespace selvedge {
 namespace {
@@ -98,7 +97,7 @@ class VirtualSprings final : public Force {
       inertia += stiffness_[i] * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
     }
     // If the particles are collinear or coincide, some axis has no rotation and no moment.
-    left.turn = inertia.completeOrthogonalDecomposition().solve(moment);
+    left.turn = detail::least_squares(inertia, moment);
     return left;
   }
 
@@ -113,10 +112,7 @@ class VirtualSprings final : public Force {
     for (std::size_t i = 0; i < rest_.size(); ++i)
       moments += stiffness_[i] * ((x[i] - pose.origin) - pose.centre) *
                  (rest_[i] - rest_centre_).transpose();
-    const Eigen::JacobiSVD<Mat3> svd(moments, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    Mat3 sign = Mat3::Identity();  // a rotation, not a reflection
-    sign(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0;
-    pose.rotation = svd.matrixU() * sign * svd.matrixV().transpose();
+    pose.rotation = detail::nearest_rotation(moments);
     return pose;
   }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/measure.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>

@@ -24,8 +24,6 @@ namespace {
 
 using detail::Tension;
 
-constexpr double kPi = std::numbers::pi;
-
 // Fraction of the limit up to which the tangent is used.
 constexpr double kFollowed = 0.9;
 
@@ -43,7 +41,7 @@ Tension grow_by_length(double k, double l0, double l, double reference, double l
 
 /// The tangent law minus K ΔL, and the arc tangent minus K ΔL.
 Tension tangent(double k, double l0, double limit, double length) {
-  const double d = length - l0, scale = 2.0 * limit * l0 / kPi;
+  const double d = length - l0, scale = 2.0 * limit * l0 / std::numbers::pi;
   if (d <= 0.0) return {};
   const double most = kFollowed * limit * l0, followed = std::min(d, most);
   const double t = std::tan(followed / scale), slope = k * (1.0 + t * t);
@@ -54,7 +52,7 @@ Tension tangent(double k, double l0, double limit, double length) {
 }
 
 Tension arc_tangent(double k, double l0, double limit, double length) {
-  const double d = length - l0, scale = 2.0 * limit * l0 / kPi, q = d / scale;
+  const double d = length - l0, scale = 2.0 * limit * l0 / std::numbers::pi, q = d / scale;
   if (d <= 0.0) return {};
   const double energy = k * scale * scale * (q * std::atan(q) - 0.5 * std::log1p(q * q));
   return {energy - 0.5 * k * d * d, k * scale * std::atan(q) - k * d, k / (1.0 + q * q) - k};

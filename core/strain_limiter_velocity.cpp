@@ -26,7 +26,7 @@ namespace {
 
 // A sweep has converged if it changes the strain of every spring over the step by no more than this
 // fraction of the tolerance.
-constexpr double kSettled = 0.5;
+constexpr double kWithinTolerance = 0.5;
 
 class VelocityLimiter final : public StrainLimitMethod {
  public:
@@ -100,7 +100,7 @@ StrainReport VelocityLimiter::limit_ends(const LimitStep& step, std::span<Vec3> 
   int sweeps = 0;
   while (sweeps < step.max_sweeps) {
     ++sweeps;
-    if (sweep(step) <= kSettled * step.tolerance) break;
+    if (sweep(step) <= kWithinTolerance * step.tolerance) break;
   }
   for (std::size_t i = 0; i < x_t1.size(); ++i)
     if (step.inv_mass[i] > 0.0) x_t1[i] = step.x_t0[i] + step.h * u_[i];

@@ -25,7 +25,7 @@ using narrowphase_detail::MovingDifferences;
 
 /// Dimensionless. One micrometre on a mesh of metre-sized triangles; above the rounding error of
 /// the barycentric coordinates down to angles of 1e-5 in the triangle (between the edges).
-constexpr double kOwnTolerance = 1e-6;
+constexpr double kBarycentricTolerance = 1e-6;
 
 class ProvotRule {
  public:
@@ -61,14 +61,14 @@ std::unique_ptr<NarrowPhase> make_ccd_cubic_provot(const NarrowPhaseConfig& conf
   constexpr const char* kName = "ccd_cubic_provot";
   narrowphase_detail::refuse_min_separation(config, kName);
   return narrowphase_detail::per_query(
-      ProvotRule(narrowphase_detail::tolerance_or(config, kOwnTolerance, kName)));
+      ProvotRule(narrowphase_detail::tolerance_or(config, kBarycentricTolerance, kName)));
 }
 
 void register_ccd_cubic_provot(NarrowPhaseRegistry& registry) {
   registry.add(
       "ccd_cubic_provot",
       {narrowphase_detail::tolerance_option(
-          kOwnTolerance, "1",
+          kBarycentricTolerance, "1",
           "tolerance on the barycentric coordinates of the inside test; larger: fewer misses, more "
           "false alarms")},
       [](const MethodOptions& o) { return make_ccd_cubic_provot({.tolerance = o["tolerance"]}); });

@@ -51,7 +51,7 @@ constexpr int kDeepest = 45;
 constexpr double kLeastWidth = 0x1p-45;
 
 /// The parameters from lo to lo + width: t, u, v.
-struct Box {
+struct ParameterBox {
   std::array<double, 3> lo{0.0, 0.0, 0.0}, width{1.0, 1.0, 1.0};
   int halvings = 0;
 
@@ -61,7 +61,7 @@ struct Box {
 /// Orders a heap whose top is the next box to be examined.
 struct Later {
   CcdInclusionConfig::Order order;
-  bool operator()(const Box& a, const Box& b) const {
+  bool operator()(const ParameterBox& a, const ParameterBox& b) const {
     if (order == CcdInclusionConfig::Order::breadth_first)
       return a.halvings != b.halvings ? a.halvings > b.halvings : a.time() > b.time();
     return a.time() != b.time() ? a.time() > b.time() : a.halvings < b.halvings;
@@ -88,7 +88,7 @@ class Subdivision {
     for (int seen = 0; !heap_.empty(); ++seen) {
       if (seen == config_.max_boxes) return earliest_left();
       std::pop_heap(heap_.begin(), heap_.end(), later_);
-      const Box box = heap_.back();
+      const ParameterBox box = heap_.back();
       heap_.pop_back();
       if (box.time() < found_) halve(box);
     }
@@ -97,7 +97,7 @@ class Subdivision {
 
  private:
   /// Keeps the box if it may hold a contact earlier than the known one.
-  void push(const Box& box) {
+  void push(const ParameterBox& box) {
     if (box.time() >= found_ || (!query_.edges && box.lo[1] + box.lo[2] > 1.0)) return;
     const double width = contact_width(box);
     if (width < 0.0) return;
@@ -109,7 +109,7 @@ class Subdivision {
     std::push_heap(heap_.begin(), heap_.end(), later_);
   }
 
-  void halve(const Box& box) {
+  void halve(const ParameterBox& box) {
     int along = -1;
     double most = -1.0;
     for (int i = 0; i < 3; ++i) {
@@ -122,7 +122,7 @@ class Subdivision {
       found_ = box.time();
       return;
     }
-    Box half = box;
+    ParameterBox half = box;
     ++half.halvings;
     half.width[along] *= 0.5;
     push(half);
@@ -131,7 +131,7 @@ class Subdivision {
   }
 
   /// Largest side of the bounding box of F's corners, or -1 if that is farther from 0 than reach_.
-  double contact_width(const Box& box) const {
+  double contact_width(const ParameterBox& box) const {
     Vec3 lo = Vec3::Constant(kNoCollision), hi = -lo;
     for (const double t : {box.lo[0], box.lo[0] + box.width[0]}) {
       const auto x = narrowphase_detail::places(query_, t);
@@ -151,7 +151,7 @@ class Subdivision {
   /// Contacts can only be at or after this time: every parameter box that was dropped has none.
   double earliest_left() const {
     double earliest = found_;
-    for (const Box& box : heap_) earliest = std::min(earliest, box.time());
+    for (const ParameterBox& box : heap_) earliest = std::min(earliest, box.time());
     return earliest;
   }
 
@@ -159,7 +159,7 @@ class Subdivision {
   const CcdInclusionConfig& config_;
   double reach_;
   std::array<double, 3> speed_{0.0, 0.0, 0.0};  ///< distance that F moves along each parameter
-  std::vector<Box> heap_;
+  std::vector<ParameterBox> heap_;
   Later later_{config_.order};
   double found_ = kNoCollision;
 };

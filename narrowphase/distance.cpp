@@ -14,18 +14,18 @@ namespace selvedge {
 namespace {
 
 /// Unit roundoff of double.
-constexpr double kRoundoff = 0x1p-53;
+constexpr double kHalfUlp = 0x1p-53;
 /// Edges whose directions differ by less than this angle (radian) count as parallel: the cross
 /// product of two directions has a rounding error of about 4 units, and below four times that, the
 /// closest point of their lines is noise.
-constexpr double kParallelAngle = 16.0 * kRoundoff;
+constexpr double kParallelAngle = 16.0 * kHalfUlp;
 /// Square of the sine of the angle between two directions. Above it, a common perpendicular is
 /// accurate to 2^-43 of the lengths, and a foot point inside both primitives needs no further
 /// check.
 constexpr double kWellConditioned = 0x1p-20;
 /// A distance below this multiple of the largest coordinate is rounding error of the differences
 /// and gives no direction: 3 differences of 1 unit, summed, times a reserve of 4.
-constexpr double kNoDirection = 12.0 * kRoundoff;
+constexpr double kNoDirection = 12.0 * kHalfUlp;
 /// Number of pairs per task.
 constexpr std::size_t kGrain = 4096;
 
@@ -285,7 +285,7 @@ struct BoxPair {
 /// of the boxes at t = 0 minus the largest relative displacement.
 bool far_apart(const Query& q, double reach) {
   // Reserve for the roundings of both sides, each below 8 units.
-  constexpr double kReserve = 1.0 + 32.0 * kRoundoff;
+  constexpr double kReserve = 1.0 + 32.0 * kHalfUlp;
   const bool edges = q.kind == ContactKind::edge_edge;
   const double gap = BoxPair(q.x_t0, edges).gap();
   if (gap <= reach * reach) return false;
@@ -301,7 +301,7 @@ bool proximity_of(const Query& q, const PairVertices& pair, double reach, Contac
   const Vec3 move = narrowphase_detail::weighted_difference(near.weight, q.x_t1) -
                     narrowphase_detail::weighted_difference(near.weight, q.x_t0);
   // No direction brings them closer than the whole displacement does.
-  if (near.distance > (reach + move.norm()) * (1.0 + 32.0 * kRoundoff)) return false;
+  if (near.distance > (reach + move.norm()) * (1.0 + 32.0 * kHalfUlp)) return false;
   double largest = 0.0;
   for (const Vec3& v : q.x_t0) largest = std::max(largest, v.cwiseAbs().maxCoeff());
   Vec3 n;
@@ -341,7 +341,7 @@ void find_proximities(const SurfaceView& a, const SurfaceView& b, const Candidat
 /// Differences round by one unit; products and sums of them with a unit vector that is itself off
 /// by two units, by fewer than eight units of the largest.
 double slab_width(ContactKind kind, const std::array<Vec3, 4>& x, const Vec3& normal) {
-  constexpr double kReserve = 16.0 * kRoundoff;
+  constexpr double kReserve = 16.0 * kHalfUlp;
   double low = std::numeric_limits<double>::infinity(), high = -low, largest = 0.0;
   for (int k = 0; k < 4; ++k) {
     const Vec3 d = x[k] - x[0];

@@ -12,16 +12,16 @@ namespace {
 using narrowphase_detail::PairVertices;
 
 /// Number of pairs per task, and of queries per call.
-constexpr std::size_t kGrain = 2048, kBatch = 256;
+constexpr std::size_t kPairGrain = 2048, kQueryBatch = 256;
 
 /// Appends the contacts of the pairs [begin, end) to `out`.
 void find_contacts_of(const NarrowPhase& method, const SurfaceView& a, const SurfaceView& b,
                       const CandidatePairs& pairs, std::size_t begin, std::size_t end,
                       std::vector<Contact>& out) {
-  std::array<Query, kBatch> queries;
-  std::array<double, kBatch> toi;
-  for (std::size_t i = begin; i < end; i += kBatch) {
-    const std::size_t n = std::min(kBatch, end - i);
+  std::array<Query, kQueryBatch> queries;
+  std::array<double, kQueryBatch> toi;
+  for (std::size_t i = begin; i < end; i += kQueryBatch) {
+    const std::size_t n = std::min(kQueryBatch, end - i);
     for (std::size_t j = 0; j < n; ++j)
       queries[j] =
           narrowphase_detail::query_of(a, b, narrowphase_detail::pair_at(a, b, pairs, i + j));
@@ -44,9 +44,9 @@ void NarrowPhase::find_contacts(const SurfaceView& a, const SurfaceView& b,
   narrowphase_detail::require_finite(a, "a");
   if (&a != &b) narrowphase_detail::require_finite(b, "b");
   const std::size_t n = pairs.size();
-  std::vector<std::vector<Contact>> found((n + kGrain - 1) / kGrain);
-  parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
-    find_contacts_of(*this, a, b, pairs, begin, end, found[begin / kGrain]);
+  std::vector<std::vector<Contact>> found((n + kPairGrain - 1) / kPairGrain);
+  parallel_for(n, kPairGrain, [&](std::size_t begin, std::size_t end) {
+    find_contacts_of(*this, a, b, pairs, begin, end, found[begin / kPairGrain]);
   });
   out.clear();
   for (const std::vector<Contact>& part : found) out.insert(out.end(), part.begin(), part.end());

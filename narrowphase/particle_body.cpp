@@ -23,10 +23,10 @@ using Vec2 = Eigen::Vector2d;
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
 /// Unit roundoff of double.
-constexpr double kRoundoff = 0x1p-53;
+constexpr double kUnitRoundoff = 0x1p-53;
 /// A path that passes a curved face at a distance below this multiple of the radius (cone: of the
 /// size) touches it: the closest point of the path has an error of about 8 units.
-constexpr double kTouching = 16.0 * kRoundoff;
+constexpr double kTouching = 16.0 * kUnitRoundoff;
 
 // ---------------------------------------------------------------- spans of time
 
@@ -107,13 +107,13 @@ Span double_cone(const Vec2& rho, const Vec2& d, double w, double dw, double siz
 /// Coefficients in Bernstein form on an interval of time.
 using Quartic = std::array<double, 5>;
 
-/// An interval of 2^-kDeepest of the clipped path that may contain a root counts as a root: the
-/// path is little longer than twice the body's size, which leaves half of kParticleAccuracy.
-constexpr int kDeepest = 46;
+/// An interval of 2^-kDeepestInterval of the clipped path that may contain a root counts as a root:
+/// the path is little longer than twice the body's size, which leaves half of kParticleAccuracy.
+constexpr int kDeepestInterval = 46;
 /// Bound of the rounding errors of the coefficients, relative to the fourth power of the clipped
 /// path's distance from the centre (at least R): g^2 and 4 R^2 h are at most four times that, with
 /// at most 16 roundings each.
-constexpr double kQuarticError = (4.0 + 4.0) * 16.0 * kRoundoff;
+constexpr double kQuarticError = (4.0 + 4.0) * 16.0 * kUnitRoundoff;
 
 /// (|x|^2 + R^2 - r^2)^2 - 4 R^2 (x_1^2 + x_2^2), not positive inside, on the path from a to b.
 Quartic torus_quartic(const Torus& torus, const Vec3& a, const Vec3& b) {
@@ -142,7 +142,7 @@ Quartic halve(Quartic& c) {
 /// polynomial lies between its Bernstein coefficients.
 double first_root(Quartic c, double lo, int depth, double slack) {
   if (*std::min_element(c.begin(), c.end()) > slack) return kInf;
-  if (c[0] <= slack || depth == kDeepest) return lo;
+  if (c[0] <= slack || depth == kDeepestInterval) return lo;
   const Quartic right = halve(c);
   const double left = first_root(c, lo, depth + 1, slack);
   if (left != kInf) return left;

@@ -19,7 +19,7 @@ using narrowphase_detail::Differences;
 using narrowphase_detail::MovingDifferences;
 
 /// Metres: the cloth thickness of the paper.
-constexpr double kOwnTolerance = 1e-3;
+constexpr double kPaperThickness = 1e-3;
 
 /// The largest displacement of a vertex of one primitive relative to one of the other.
 double largest_approach(ContactKind kind, const Differences& rate) {
@@ -65,7 +65,7 @@ class ProximityRule {
 std::unique_ptr<NarrowPhase> make_proximity(const NarrowPhaseConfig& config) {
   constexpr const char* kName = "proximity";
   narrowphase_detail::require_min_separation(config, kName);
-  const double own = config.min_separation > 0.0 ? config.min_separation : kOwnTolerance;
+  const double own = config.min_separation > 0.0 ? config.min_separation : kPaperThickness;
   const double tolerance = narrowphase_detail::tolerance_or(config, own, kName);
   return narrowphase_detail::per_query(ProximityRule(std::max(tolerance, config.min_separation)));
 }

@@ -17,7 +17,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// A cone that leans or widens more than this becomes a column: its wall would be long and enclose
 /// little.
 constexpr double kMostSlope = 4.0;
-constexpr std::size_t kGrain = 1024;  // boxes per range: tens of µs of work
+constexpr std::size_t kEnclosedGrain = 1024;  // boxes per range: tens of µs of work
 
 /// The first vertex of each primitive decides its limb.
 std::int32_t first_vertex(const SurfaceView& surface, int kind, std::size_t i) {
@@ -442,7 +442,7 @@ void BodyEnclosure::pack(const Lists& lists) {
     SlabBoxes& kind = kinds_[k];
     const std::vector<DoubleBox>& boxes = *lists[k];
     kind.packed.resize(kind.order.size());
-    parallel_for(kind.order.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(kind.order.size(), kEnclosedGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i)
         kind.packed[i] = map_.pack(boxes[kind.order[i]], kind.order[i]);
     });

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/detail/bounding_volume_tree.h>
+#include <selvedge/broadphase/detail/bytes.h>
 #include <selvedge/broadphase/detail/leaf_clusters.h>
 #include <selvedge/core/parallel.h>
 
@@ -20,11 +21,6 @@ constexpr std::size_t kMostClusters = 2;
 constexpr std::size_t kOrientGrain = 16;  // nodes per task of finding oriented boxes
 
 std::int32_t blocks_for(std::int32_t lanes) { return (lanes + kLanes - 1) / kLanes; }
-
-template <class T>
-std::size_t bytes_of(const std::vector<T>& v) {
-  return v.capacity() * sizeof(T);
-}
 
 template <int axes>
 FloatBox box_of(const FloatDop<axes>& dop) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/detail/box_library.h>
+#include <selvedge/broadphase/detail/bytes.h>
 #include <selvedge/broadphase/detail/surface_check.h>
 #include <selvedge/broadphase/detail/swept_box.h>
 #include <selvedge/core/parallel.h>
@@ -24,24 +25,12 @@ constexpr double kFarFromOrigin = 16.0;
 /// A first surface much smaller than the second may move by this fraction of the second's size
 /// before the origin follows.
 constexpr double kSmallPart = 1e-3;
-constexpr std::size_t kGrain = 4096;  // boxes per range: tens of microseconds
 
 using Clock = std::chrono::steady_clock;
-
-template <class T>
-bool same_bytes(std::span<const T> a, const std::vector<T>& b) {
-  return a.size() == b.size() &&
-         (a.empty() || std::memcmp(a.data(), b.data(), a.size_bytes()) == 0);
-}
 
 std::uint64_t next_run() {
   static std::atomic<std::uint64_t> runs{0};
   return ++runs;
-}
-
-template <class T>
-std::size_t bytes_of(const std::vector<T>& v) {
-  return v.capacity() * sizeof(T);
 }
 
 /// The primitives that each unit owns, unit by unit.
@@ -143,11 +132,11 @@ class UnitSurface {
     vertex_boxes_.resize(vertex_count_);
     records_.resize(units_ + vertex_count_ + edges_.size());
     boxes_.resize(units_);
-    parallel_for(vertex_count_, kGrain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(vertex_count_, kBoxGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t v = begin; v < end; ++v)
         vertex_boxes_[v] = to_float(swept_box(s, static_cast<std::int32_t>(v)), origin);
     });
-    parallel_for(units_, kGrain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(units_, kBoxGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t u = begin; u < end; ++u) box_unit(u);
     });
   }
@@ -241,7 +230,7 @@ void put(PairBuffer& buffer, std::int32_t first, std::int32_t second) {
 }
 
 /// One surface of a search.
-struct Side {
+struct UnitSide {
   const UnitSurface& units;
   const SurfaceView& view;
 };
@@ -250,7 +239,7 @@ struct Side {
 /// decide (see UnitBox).
 class Expansion {
  public:
-  Expansion(const Side& a, const Side& b, bool self) : a_(a), b_(b), self_(self) {}
+  Expansion(const UnitSide& a, const UnitSide& b, bool self) : a_(a), b_(b), self_(self) {}
 
   void expand(std::span<const std::uint64_t> pairs, FoundPairs& out) const {
     for (std::size_t k = 0; k < pairs.size(); ++k) {
@@ -291,7 +280,7 @@ class Expansion {
             detail::overlap(swept_box(p, primitive), swept_box(q, other)));
   }
 
-  void points_triangle(const Side& p, const Unit& unit, const Side& t, const Unit& triangle,
+  void points_triangle(const UnitSide& p, const Unit& unit, const UnitSide& t, const Unit& triangle,
                        std::size_t index, PairBuffer& out) const {
     for (const TaggedBox& point : unit.points()) {
       const Overlap found = overlap(point, triangle.box());
@@ -319,7 +308,7 @@ class Expansion {
     }
   }
 
-  Side a_, b_;
+  UnitSide a_, b_;
   bool self_;
 };
 

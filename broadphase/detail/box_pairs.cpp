@@ -5,14 +5,12 @@
 namespace selvedge::detail {
 namespace {
 
-constexpr std::size_t kGrain = 4096;  // boxes per range: tens of µs of work
-
 /// The boxes of edges or triangles, from those of their vertices (see swept_box).
 template <class Primitive>
 void unite(std::span<const Primitive> primitives, const std::vector<DoubleBox>& points,
            std::vector<DoubleBox>& out) {
   out.resize(primitives.size());
-  parallel_for(primitives.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(primitives.size(), kBoxGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       DoubleBox box = points[primitives[i][0]];
       for (std::size_t corner = 1; corner < primitives[i].size(); ++corner)
@@ -30,7 +28,7 @@ std::array<std::size_t, 3> counts_of(const SurfaceView& s) {
 
 void SurfaceBoxes::fit(const SurfaceView& surface) {
   points.resize(surface.x_t0.size());
-  parallel_for(points.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(points.size(), kBoxGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
       points[i] = swept_box(surface, static_cast<std::int32_t>(i));
   });

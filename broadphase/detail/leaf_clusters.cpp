@@ -9,15 +9,15 @@ namespace {
 /// Additional rounds after the last doubling, in which remaining groups are merged.
 constexpr int kMoreRounds = 3;
 
-using Side = std::array<std::int32_t, 2>;
+using SharedSide = std::array<std::int32_t, 2>;
 
 /// Groups under construction. Each round merges pairs of them.
 class Matching {
  public:
-  Matching(std::span<const Side> sides, std::size_t triangles, int most)
+  Matching(std::span<const SharedSide> sides, std::size_t triangles, int most)
       : most_(most), size_(triangles, 1), group_(triangles) {
     sides_.reserve(sides.size());
-    for (const Side& s : sides)
+    for (const SharedSide& s : sides)
       if (s[1] >= 0) sides_.push_back(s);
     for (std::size_t t = 0; t < triangles; ++t) group_[t] = static_cast<std::int32_t>(t);
     keep_open_sides();
@@ -51,19 +51,20 @@ class Matching {
 
   /// Drops the sides inside a group and between groups that together are too large.
   void keep_open_sides() {
-    std::erase_if(sides_,
-                  [&](const Side& s) { return s[0] == s[1] || size_[s[0]] + size_[s[1]] > most_; });
+    std::erase_if(sides_, [&](const SharedSide& s) {
+      return s[0] == s[1] || size_[s[0]] + size_[s[1]] > most_;
+    });
   }
 
   void list_neighbours() {
     begin_.assign(size_.size() + 2, 0);
-    for (const Side& s : sides_) {
+    for (const SharedSide& s : sides_) {
       ++begin_[s[0] + 2];
       ++begin_[s[1] + 2];
     }
     for (std::size_t g = 2; g < begin_.size(); ++g) begin_[g] += begin_[g - 1];
     neighbour_.resize(2 * sides_.size());
-    for (const Side& s : sides_) {
+    for (const SharedSide& s : sides_) {
       neighbour_[begin_[s[0] + 1]++] = s[1];
       neighbour_[begin_[s[1] + 1]++] = s[0];
     }
@@ -98,12 +99,12 @@ class Matching {
     }
     size_.resize(static_cast<std::size_t>(next));
     for (std::int32_t& g : group_) g = name[g];
-    for (Side& s : sides_) s = {name[s[0]], name[s[1]]};
+    for (SharedSide& s : sides_) s = {name[s[0]], name[s[1]]};
     keep_open_sides();
   }
 
   int most_;
-  std::vector<Side> sides_;
+  std::vector<SharedSide> sides_;
   std::vector<std::int32_t> size_, group_, partner_, weight_, neighbour_;
   std::vector<std::uint32_t> begin_;
 };

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/broadphase/detail/bytes.h>
 #include <selvedge/broadphase/detail/owned_primitives.h>
 #include <selvedge/core/parallel.h>
 
@@ -9,17 +10,6 @@ namespace selvedge::detail {
 namespace {
 
 constexpr std::size_t kEdgeGrain = 8192;  // edges per task of finding their sides
-
-template <class T>
-std::size_t bytes_of(const std::vector<T>& v) {
-  return v.capacity() * sizeof(T);
-}
-
-template <class T>
-bool same_bytes(std::span<const T> a, const std::vector<T>& b) {
-  return a.size() == b.size() &&
-         (a.empty() || std::memcmp(a.data(), b.data(), a.size_bytes()) == 0);
-}
 
 /// Groups 0..owner.size()-1 by owner; those with owner -1 go to `loose`.
 void group_by_owner(const std::vector<std::int32_t>& owner, std::size_t owners,

@@ -8,10 +8,9 @@ namespace {
 
 constexpr std::size_t kVertexSamples = 2048;
 constexpr std::size_t kBoxSamples = 128;
-constexpr double kFar = 1e12;  // see to_float of dop.h
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kSteps = 0x1p-45;  // pieces narrower than this fraction of their position are
-                                    // omitted
+constexpr double kOutermost = 1e12;  // see to_float of dop.h
+constexpr double kSteps = 0x1p-45;   // pieces narrower than this fraction of their position are
+                                     // omitted
 
 void add_samples(std::span<const Vec3> x, const std::array<int, 3>& d,
                  std::vector<double>& samples) {
@@ -37,14 +36,14 @@ QuantileMap::QuantileMap(std::vector<double> samples) {
   const double outer = width > 0.0 ? static_cast<double>(n) / width : 1.0;
   // Zero lies in the middle, where floats are finest.
   const double first = -0.5 * static_cast<double>(n);
-  pieces_.fill({kInfinity, 0.0, 0.0, 0.0, 0.0});
-  pieces_[0] = {bounds.front(), outer, first, -kFar, first};
+  pieces_.fill({std::numeric_limits<double>::infinity(), 0.0, 0.0, 0.0, 0.0});
+  pieces_[0] = {bounds.front(), outer, first, -kOutermost, first};
   for (std::size_t i = 0; i < n; ++i) {
     const double base = first + static_cast<double>(i);
     pieces_[i + 1] = {bounds[i], 1.0 / (bounds[i + 1] - bounds[i]), base, base, base + 1.0};
   }
   const double last = first + static_cast<double>(n);
-  pieces_[n + 1] = {bounds.back(), outer, last, last, kFar};
+  pieces_[n + 1] = {bounds.back(), outer, last, last, kOutermost};
 }
 
 std::vector<QuantileMap> quantile_maps(std::span<const std::array<int, 3>> directions,

@@ -11,18 +11,18 @@
 namespace selvedge::detail {
 namespace {
 
-constexpr std::size_t kGrain = 8192;  // vertices per range: about 20 µs of work
+constexpr std::size_t kCheckGrain = 8192;  // vertices per range: about 20 µs of work
 
 template <class Primitive>
 void check_primitives(std::span<const Primitive> primitives, std::size_t n, const std::string& name,
                       const char* kind) {
-  std::vector<std::uint8_t> bad(primitives.size() / kGrain + 1, 0);
-  parallel_for(primitives.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  std::vector<std::uint8_t> bad(primitives.size() / kCheckGrain + 1, 0);
+  parallel_for(primitives.size(), kCheckGrain, [&](std::size_t begin, std::size_t end) {
     bool wrong = false;
     for (std::size_t i = begin; i < end; ++i)
       for (const std::int32_t v : primitives[i])
         wrong |= static_cast<std::size_t>(static_cast<std::uint32_t>(v)) >= n;
-    bad[begin / kGrain] = wrong;
+    bad[begin / kCheckGrain] = wrong;
   });
   if (std::find(bad.begin(), bad.end(), 1) == bad.end()) return;
   for (std::size_t i = 0; i < primitives.size(); ++i)
@@ -81,8 +81,8 @@ Bounds check_finite(const SurfaceView& surface, const std::string& name) {
     Bounds bounds{Vec3::Constant(infinity), Vec3::Constant(-infinity)};
     Vec3 residue = Vec3::Zero();
   };
-  std::vector<Part> parts(n / kGrain + 1);
-  parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
+  std::vector<Part> parts(n / kCheckGrain + 1);
+  parallel_for(n, kCheckGrain, [&](std::size_t begin, std::size_t end) {
     Part part;
     for (std::size_t i = begin; i < end; ++i) {
       const Vec3 &x0 = surface.x_t0[i], &x1 = surface.x_t1[i];
@@ -91,7 +91,7 @@ Bounds check_finite(const SurfaceView& surface, const std::string& name) {
       part.bounds.lo = part.bounds.lo.cwiseMin(x0);
       part.bounds.hi = part.bounds.hi.cwiseMax(x0);
     }
-    parts[begin / kGrain] = part;
+    parts[begin / kCheckGrain] = part;
   });
   Bounds all{Vec3::Constant(infinity), Vec3::Constant(-infinity)};
   for (const Part& part : parts) {

@@ -7,6 +7,9 @@
 
 namespace selvedge::detail {
 
+/// Boxes per task: tens of µs of work.
+inline constexpr std::size_t kBoxGrain = 4096;
+
 /// A closed axis-aligned box in double precision, metres.
 struct DoubleBox {
   std::array<double, 3> lo, hi;

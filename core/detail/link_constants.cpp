@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/detail/force_checks.h>
 #include <selvedge/core/detail/link_constants.h>
+#include <selvedge/core/detail/small_matrix.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <numeric>
 
@@ -115,12 +116,11 @@ void RigidCorrection::apply(const Particles& p, std::span<const Vec3> f, double 
   }
   for (Piece& piece : pieces_) {  // from here on: the missing velocities
     piece.momentum = linear ? Vec3(piece.momentum / piece.mass) : Vec3::Zero();
-    const Eigen::SelfAdjointEigenSolver<Mat3> axes(piece.inertia);
-    const double least = kNoInertia * axes.eigenvalues()[2];
-    Vec3 turn = axes.eigenvectors().transpose() * piece.spin;
-    for (int k = 0; k < 3; ++k)
-      turn[k] = axes.eigenvalues()[k] > least ? turn[k] / axes.eigenvalues()[k] : 0.0;
-    piece.spin = axes.eigenvectors() * turn;
+    const SymmetricEigen axes = symmetric_eigen(piece.inertia);
+    const double least = kNoInertia * axes.values[2];
+    Vec3 turn = axes.vectors.transpose() * piece.spin;
+    for (int k = 0; k < 3; ++k) turn[k] = axes.values[k] > least ? turn[k] / axes.values[k] : 0.0;
+    piece.spin = axes.vectors * turn;
   }
   for (std::size_t i = 0; i < p.size(); ++i) {
     const Piece& piece = pieces_[piece_of[i]];

@@ -8,7 +8,7 @@
 namespace selvedge::detail {
 namespace {
 
-constexpr std::size_t kParticleGrain = 2048;
+constexpr std::size_t kBlockGrain = 2048;
 
 class BlockJacobi final : public Preconditioner {
  public:
@@ -27,7 +27,7 @@ class BlockJacobi final : public Preconditioner {
   }
 
   void apply(std::span<const Vec3> r, std::span<Vec3> z) override {
-    parallel_for(r.size(), kParticleGrain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(r.size(), kBlockGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) z[i].noalias() = inverse_[i] * r[i];
     });
   }

@@ -18,7 +18,7 @@
 namespace selvedge::detail {
 namespace {
 
-constexpr std::size_t kRowGrain = 1024;
+constexpr std::size_t kLevelGrain = 1024;
 // Factoring 3·96 dense unknowns costs about 8 Mflop, less than another level.
 constexpr std::size_t kCoarsestSize = 96;
 // A level that is larger than this fraction of its parent level is not worth its cost.
@@ -42,7 +42,7 @@ class SmootherMatrix {
   }
 
   void set(std::span<const Mat3> values) {
-    parallel_for(values.size(), 16 * kRowGrain, [&](std::size_t first, std::size_t last) {
+    parallel_for(values.size(), 16 * kLevelGrain, [&](std::size_t first, std::size_t last) {
       for (std::size_t k = first; k < last; ++k)
         Eigen::Map<Eigen::Matrix3f>(value_.data() + 9 * k) = values[k].cast<float>();
     });
@@ -50,13 +50,13 @@ class SmootherMatrix {
 
   /// y = A x with the pattern of `a`.
   void multiply(const BlockMatrix& a, std::span<const Vec3> x, std::span<Vec3> y) {
-    parallel_for(x.size(), kRowGrain, [&](std::size_t first, std::size_t last) {
+    parallel_for(x.size(), kLevelGrain, [&](std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i)
         x_[i] = Lanes(static_cast<float>(x[i].x()), static_cast<float>(x[i].y()),
                       static_cast<float>(x[i].z()), 0.0f);
     });
     const auto begin = a.row_begin(), column = a.columns();
-    parallel_for(y.size(), kRowGrain, [&](std::size_t first, std::size_t last) {
+    parallel_for(y.size(), kLevelGrain, [&](std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i) {
         Lanes sum = Lanes::Zero();
         for (std::int32_t k = begin[i]; k < begin[i + 1]; ++k) {
@@ -77,7 +77,7 @@ class SmootherMatrix {
 
 /// y = A x.
 void multiply(const BlockRows& a, std::span<const Vec3> x, std::span<Vec3> y) {
-  parallel_for(y.size(), kRowGrain / 8, [&](std::size_t first, std::size_t last) {
+  parallel_for(y.size(), kLevelGrain / 8, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
       Vec3 sum = Vec3::Zero();
       for (std::int32_t k = a.begin[i]; k < a.begin[i + 1]; ++k)
@@ -94,13 +94,13 @@ struct Smoother {
 
   /// x = S b.
   void start(std::span<const Vec3> b, std::span<Vec3> x) const {
-    parallel_for(x.size(), kRowGrain, [&](std::size_t first, std::size_t last) {
+    parallel_for(x.size(), kLevelGrain, [&](std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i) x[i].noalias() = step[i] * b[i];
     });
   }
   /// x += S (b - ax).
   void correct(std::span<const Vec3> b, std::span<const Vec3> ax, std::span<Vec3> x) const {
-    parallel_for(x.size(), kRowGrain, [&](std::size_t first, std::size_t last) {
+    parallel_for(x.size(), kLevelGrain, [&](std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i) x[i] += step[i] * (b[i] - ax[i]);
     });
   }
@@ -108,7 +108,7 @@ struct Smoother {
 
 /// r = b - r, and 0 at held particles.
 void subtract_from(std::span<const Vec3> b, std::span<const char> free, std::span<Vec3> r) {
-  parallel_for(r.size(), kRowGrain, [&](std::size_t first, std::size_t last) {
+  parallel_for(r.size(), kLevelGrain, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i)
       r[i] = free.empty() || free[i] ? Vec3(b[i] - r[i]) : Vec3::Zero();
   });
@@ -128,12 +128,12 @@ double largest_eigenvalue(std::span<const Mat3> inverse, Multiply&& multiply, st
   double ratio = 0.0;
   for (int it = 0; it < kPowerIterations; ++it) {
     multiply(x, y);
-    const double before = parallel_sum(x.size(), kRowGrain, [&](std::size_t b, std::size_t e) {
+    const double before = parallel_sum(x.size(), kLevelGrain, [&](std::size_t b, std::size_t e) {
       double sum = 0.0;
       for (std::size_t i = b; i < e; ++i) sum += x[i].squaredNorm();
       return sum;
     });
-    const double after = parallel_sum(x.size(), kRowGrain, [&](std::size_t b, std::size_t e) {
+    const double after = parallel_sum(x.size(), kLevelGrain, [&](std::size_t b, std::size_t e) {
       double sum = 0.0;
       for (std::size_t i = b; i < e; ++i) {
         x[i].noalias() = inverse[i] * y[i];
@@ -216,7 +216,7 @@ class Multilevel final : public Preconditioner {
   /// λ of the matrix without terms.
   void estimate_fine() {
     const std::size_t n = a_->size();
-    parallel_for(n, kRowGrain, [&](std::size_t first, std::size_t last) {
+    parallel_for(n, kLevelGrain, [&](std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i)
         inverse_[i] = free_[i] ? Mat3(a_->diagonal(i).inverse()) : Mat3::Zero();
     });
@@ -245,7 +245,7 @@ class Multilevel final : public Preconditioner {
         if (t.particle[k] >= 0)
           d[t.particle[k]] += (static_cast<double>(count) * t.weight[k] * t.weight[k]) * t.matrix;
     }
-    parallel_for(n, kRowGrain, [&](std::size_t first, std::size_t last) {
+    parallel_for(n, kLevelGrain, [&](std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i)
         smoother_.step[i] = free_[i]
                                 ? Mat3(kSmootherStep * (lambda_ * a_->diagonal(i) + d[i]).inverse())

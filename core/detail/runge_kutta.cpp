@@ -7,7 +7,7 @@
 namespace selvedge::detail {
 namespace {
 
-constexpr std::size_t kParticleGrain = 4096;
+constexpr std::size_t kStageGrain = 4096;
 
 }  // namespace
 
@@ -24,7 +24,7 @@ void RungeKuttaStages::evaluate(const ForceSum& forces, const Particles& particl
                                 double h) {
   for (int s = 0; s < tableau_.stages; ++s) {
     const auto& a = tableau_.a[s];
-    parallel_for(x.size(), kParticleGrain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(x.size(), kStageGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         Vec3 dx = Vec3::Zero(), dv = Vec3::Zero();
         for (int j = 0; j < s; ++j) {
@@ -42,7 +42,7 @@ void RungeKuttaStages::evaluate(const ForceSum& forces, const Particles& particl
 
 void RungeKuttaStages::combine(std::span<const double> weights, std::span<Vec3> dx,
                                std::span<Vec3> dv) const {
-  parallel_for(dx.size(), kParticleGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(dx.size(), kStageGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       dx[i].setZero();
       dv[i].setZero();

@@ -24,7 +24,8 @@
 #include <selvedge/core/detail/shape_operator.h>
 #include <selvedge/core/detail/topology.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -69,7 +70,7 @@ Unfolded unfold(const std::array<std::int32_t, 4>& v, std::span<const Vec3> rest
 }
 
 /// A side of a triangle in the plane of that triangle.
-struct Side {
+struct FacetSide {
   std::int32_t hinge = -1;  ///< -1: free
   /// +1 or -1: the direction in which the hinge's angle bends the triangle's front.
   double sign = 1.0;
@@ -79,7 +80,7 @@ struct Side {
 
 struct Facet {
   double area = 0.0;
-  std::array<Side, 3> sides;
+  std::array<FacetSide, 3> sides;
 };
 
 class ShapeOperator {
@@ -115,7 +116,7 @@ class ShapeOperator {
     f.area = 0.5 * normal.norm();
     for (int k = 0; k < 3; ++k) {
       const Vec3 d = rest_[t[(k + 1) % 3]] - rest_[t[k]];
-      Side& side = f.sides[k];
+      FacetSide& side = f.sides[k];
       side.length = d.norm();
       side.along = Vec2(d.dot(u), d.dot(w)) / side.length;
       side.across = Vec2(-side.along.y(), side.along.x());  // into the triangle
@@ -131,7 +132,7 @@ class ShapeOperator {
     shapes_.push_back(unfold(edge.v, rest_));
     cloth_.hinges.push_back({edge.v, d.angle, 0.0, material_.bending_damping, false});
     for (const int which : {0, 1}) {
-      Side& side = side_of(edge, which);
+      FacetSide& side = side_of(edge, which);
       side.hinge = number;
       const Triangle& t = cloth_.surface.triangles[edge.triangle[which]];
       const auto k = std::find(t.begin(), t.end(), edge.v[2]) - t.begin();
@@ -142,7 +143,7 @@ class ShapeOperator {
     }
   }
 
-  Side& side_of(const InteriorEdge& edge, int which) {
+  FacetSide& side_of(const InteriorEdge& edge, int which) {
     const Triangle& t = cloth_.surface.triangles[edge.triangle[which]];
     int k = 0;
     while (t[k] == edge.v[which] || t[(k + 1) % 3] == edge.v[which]) ++k;
@@ -161,19 +162,19 @@ class ShapeOperator {
   /// front of its first triangle.
   Terms<double> correction(std::size_t e) {
     const InteriorEdge& edge = edges_[e];
-    const Side one = side_of(edge, 0), two = side_of(edge, 1);
+    const FacetSide one = side_of(edge, 0), two = side_of(edge, 1);
     Eigen::Matrix2d turn = one.along * two.along.transpose() + one.across * two.across.transpose();
     Eigen::Matrix<double, 6, 3> rows = Eigen::Matrix<double, 6, 3>::Zero();
     Terms<double> scales;
-    const auto add = [&](const Side& side, const Eigen::Matrix2d& q, double sign) {
+    const auto add = [&](const FacetSide& side, const Eigen::Matrix2d& q, double sign) {
       if (side.hinge < 0) return;
       rows.row(static_cast<Eigen::Index>(scales.size())) =
           turn_of(side.hinge, q * side.along, q * side.across) / side.length;
       scales.emplace_back(side.hinge, sign * side.sign / side.length);
     };
-    for (const Side& side : facets_[edge.triangle[0]].sides)
+    for (const FacetSide& side : facets_[edge.triangle[0]].sides)
       add(side, Eigen::Matrix2d::Identity(), 1.0);
-    for (const Side& side : facets_[edge.triangle[1]].sides)
+    for (const FacetSide& side : facets_[edge.triangle[1]].sides)
       if (side.hinge != one.hinge) add(side, turn, one.sign * two.sign);
     Mat3 normal = rows.transpose() * rows;
     normal.diagonal().array() += kRidge * normal.trace();
@@ -186,7 +187,7 @@ class ShapeOperator {
     return terms;
   }
 
-  static Tensor slope_error(const Unfolded& u, const Side& side) {
+  static Tensor slope_error(const Unfolded& u, const FacetSide& side) {
     const double o1 = u.s1 - 0.5 * u.length, o2 = u.s2 - 0.5 * u.length;
     const double quarter = 0.25 * u.length * u.length, sum = u.h1 + u.h2;
     const double tt =
@@ -223,7 +224,7 @@ class ShapeOperator {
   /// K of a triangle per angle of its hinges; a hinge may occur several times.
   Terms<Tensor> curvature_of(const Facet& facet) {
     Terms<Tensor> curvature;
-    for (const Side& side : facet.sides) {
+    for (const FacetSide& side : facet.sides) {
       if (side.hinge < 0) continue;
       const auto e = static_cast<std::size_t>(side.hinge);
       const Tensor unit = side.length / facet.area * tensor(side.across, side.across);
@@ -241,7 +242,7 @@ class ShapeOperator {
   /// C reduced by the free sides, which rotate until no moment acts across them.
   static Mat3 with_free_sides(const Facet& facet, Mat3 c) {
     const double smallest = kRounding * c.trace();
-    for (const Side& side : facet.sides) {
+    for (const FacetSide& side : facet.sides) {
       if (side.hinge >= 0) continue;
       const Tensor n = tensor(side.across, side.across), moment = c * n;
       const double own = n.dot(moment);

@@ -2,9 +2,10 @@
 //
 // The spring stiffnesses on the sides of a triangle that are nearest to a sheet's constants; used
 // by topology_plate.cpp and, for warp and weft, by add_edge_springs.
+#include <selvedge/core/detail/small_matrix.h>
 #include <selvedge/core/detail/topology.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <cmath>
 
 namespace selvedge::detail {
@@ -22,7 +23,7 @@ Vec6 weighed(const ContinuumConstants& c) {
 
 /// The x >= 0 that minimises |m x - y|: the best solution over the eight sets of positive
 /// components.
-Vec3 least_squares(const Eigen::Matrix<double, 6, 3>& m, const Vec6& y) {
+Vec3 positive_least_squares(const Eigen::Matrix<double, 6, 3>& m, const Vec6& y) {
   Vec3 best = Vec3::Zero();
   double least = y.squaredNorm();
   constexpr unsigned sets = 8;
@@ -30,7 +31,7 @@ Vec3 least_squares(const Eigen::Matrix<double, 6, 3>& m, const Vec6& y) {
     Eigen::Matrix<double, 6, 3> part = m;
     for (int k = 0; k < 3; ++k)
       if (!(set >> k & 1U)) part.col(k).setZero();
-    const Vec3 x = part.completeOrthogonalDecomposition().solve(y);
+    const Vec3 x = least_squares(part, y);
     const double left = (part * x - y).squaredNorm();
     if (x.minCoeff() < 0.0 || left >= least) continue;
     least = left;
@@ -54,7 +55,7 @@ SpringFit fit_springs(std::span<const Vec3> x, const Triangle& t, const Continuu
                         scale * xx * xy, scale * yy * xy});
   }
   const Vec6 y = weighed(c);
-  out.stiffness = least_squares(m, y);
+  out.stiffness = positive_least_squares(m, y);
   out.residual = (m * out.stiffness - y).norm() / y.norm();
   return out;
 }

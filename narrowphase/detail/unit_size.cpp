@@ -31,7 +31,7 @@ void scale_down(double size, Points& x_t0, Points& x_t1) {
       for (double& coordinate : v) coordinate = std::ldexp(coordinate, -exponent);
 }
 
-double largest(const Points& x) {
+double largest_coordinate(const Points& x) {
   double most = 0.0;
   for (const Vec3& v : x) most = std::max(most, v.cwiseAbs().maxCoeff());
   return most;
@@ -42,14 +42,15 @@ double largest(const Points& x) {
 UnitSizePaths to_unit_size(const Query& query) {
   UnitSizePaths paths{query.x_t0, query.x_t1};
   // First to coordinates of about one, so that no difference overflows.
-  scale_down(std::max(largest(paths.y_t0), largest(paths.y_t1)), paths.y_t0, paths.y_t1);
+  scale_down(std::max(largest_coordinate(paths.y_t0), largest_coordinate(paths.y_t1)), paths.y_t0,
+             paths.y_t1);
   for (Points* y : {&paths.y_t0, &paths.y_t1}) {
     const Vec3 last = (*y)[3];
     for (Vec3& v : *y) v -= last;
   }
   const int first = first_count(query.kind);
   double size = std::max(primitives_size(paths.y_t0, first), primitives_size(paths.y_t1, first));
-  if (size == 0.0) size = std::max(largest(paths.y_t0), largest(paths.y_t1));
+  if (size == 0.0) size = std::max(largest_coordinate(paths.y_t0), largest_coordinate(paths.y_t1));
   scale_down(size, paths.y_t0, paths.y_t1);
   for (int k = 0; k < 4; ++k)
     paths.motion = std::max(paths.motion, (paths.y_t1[k] - paths.y_t0[k]).cwiseAbs().maxCoeff());

@@ -14,7 +14,7 @@ namespace {
 constexpr double kLeastMobility = 1e-6;
 
 // Moments of inertia below this share of the largest correspond to no rotation.
-constexpr double kInertiaCut = 1e-10;
+constexpr double kLeastInertia = 1e-10;
 
 Mat3 inverse_inertia(std::span<const std::int32_t> particles, std::span<const double> mass,
                      std::span<const Vec3> x, const Vec3& centre) {
@@ -26,7 +26,7 @@ Mat3 inverse_inertia(std::span<const std::int32_t> particles, std::span<const do
   const Eigen::SelfAdjointEigenSolver<Mat3> eigen(inertia);
   Mat3 inverse = Mat3::Zero();
   for (int k = 0; k < 3; ++k)
-    if (eigen.eigenvalues()[k] > kInertiaCut * eigen.eigenvalues()[2])
+    if (eigen.eigenvalues()[k] > kLeastInertia * eigen.eigenvalues()[2])
       inverse += eigen.eigenvectors().col(k) * eigen.eigenvectors().col(k).transpose() /
                  eigen.eigenvalues()[k];
   return inverse;

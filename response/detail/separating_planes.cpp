@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/response/detail/separating_planes.h>
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <algorithm>
 #include <limits>
 
@@ -11,7 +11,7 @@ namespace {
 // Distance that the two sides keep from each other at the end, as a share of the rest gap: it
 // leaves room for the next step and is too small to be visible. Sides that start closer keep their
 // distance.
-constexpr double kEndGap = 0.1;
+constexpr double kPlaneGap = 0.1;
 
 // Share of that distance that the projections may leave unresolved on each side. A pair that is
 // pressed together in every step loses at most twice this share of its gap per step.
@@ -101,7 +101,7 @@ bool SeparatingPlanes::cut(const ContactPoint& pair, std::span<const Vec3> x_t1)
     mass[above ? 0 : 1] += step_.mass[i];
     end[above ? 0 : 1] = above ? std::min(end[0], there) : std::max(end[1], there);
   }
-  const double keep = std::min(kEndGap * pair.rest_gap, high - low);
+  const double keep = std::min(kPlaneGap * pair.rest_gap, high - low);
   const bool room = high > low && pair.gap > 0.0;
   // The sides meet where their common momentum would bring both.
   const double wanted = mass[0] <= 0.0 ? kNowhere

@@ -59,9 +59,7 @@ ContinuumConstants continuum_constants(const ClothMesh& cloth, std::span<const V
   return {sum(0, 0), sum(1, 1), sum(0, 1), sum(2, 2), sum(0, 2), sum(1, 2)};
 }
 
-double strip_modulus(const ContinuumConstants& c) {
-  return 1.0 / strain_of_pull(c).x();
-}
+double strip_modulus(const ContinuumConstants& c) { return 1.0 / strain_of_pull(c).x(); }
 
 double strip_poisson(const ContinuumConstants& c) {
   const Vec3 strain = strain_of_pull(c);

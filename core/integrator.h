@@ -27,6 +27,7 @@ struct SolveReport {
   int iterations = 0;
   double residual = 0.0;  ///< relative, in the norm of the preconditioner
   bool converged = true;
+  std::size_t bytes = 0;  ///< that the solver read and wrote, in vectors and matrices
 };
 
 /// Settings of the conjugate gradient solver.

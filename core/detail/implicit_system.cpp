@@ -17,6 +17,14 @@ constexpr std::size_t kParticleGrain = 2048;
 // strain is about a hundredth of a length.
 constexpr double kRoundingShare = 1e-12;
 
+// The square of the residual falls by at most this factor before single precision is corrected, and
+// must fall by this factor at least, or double precision takes over.
+constexpr double kMostReduction = 1e-8, kLeastReduction = 0.25;
+// How much further it falls where a piece of cloth has not kept its momentum.
+constexpr double kMomentumReduction = 0.1;
+// Square of the error by rounding that is accepted, as a share of the goal.
+constexpr double kDrift = 1e-4;
+
 double dot(std::span<const Vec3> a, std::span<const Vec3> b) {
   return parallel_sum(a.size(), kParticleGrain, [&](std::size_t begin, std::size_t end) {
     double sum = 0.0;
@@ -38,7 +46,10 @@ ImplicitSystem::ImplicitSystem(std::span<const std::unique_ptr<Force>> forces, s
       zeros_(n, Vec3::Zero()),
       mass_(n),
       free_(n, 1) {
-  for (auto* vector : {&r_, &z_, &p_, &ap_, &r_old_, &z_old_}) vector->resize(n);
+  for (auto* vector : {&r_, &z_, &p_, &ap_, &r_old_}) vector->resize(n);
+  for (auto* vector :
+       {&lanes_.r, &lanes_.z, &other_.r, &other_.z, &direction_, &image_, &correction_})
+    vector->resize(n);
   std::vector<Edge> links;
   for (const auto& force : forces) {
     const std::size_t before = links.size();
@@ -87,8 +98,9 @@ void ImplicitSystem::assemble(const SystemAt& system) {
   if (system.gain != 1.0)
     for (Mat3& block : a_.values()) block *= system.gain;
   add_forces(system.at, system.h);
-  preconditioner_->set_matrix(a_, free_);
-  scaled_by_ = nullptr;
+  multilevel_.set_matrix(a_, free_);
+  scaled_in_ = Norm::none;
+  av_of_.clear();
 }
 
 void ImplicitSystem::add_jacobian_times(std::span<const Vec3> v) {
@@ -117,7 +129,21 @@ SolveReport ImplicitSystem::solve(std::span<const ImplicitTerm> terms, std::span
                                   double tolerance) {
   SELVEDGE_ASSERT(v.size() == b_.size());
   terms_.reset(terms, b_.size());
-  return solve(v, tolerance);
+  bytes_ = 0;
+  SolveReport report = refine(v, tolerance);
+  report.bytes = bytes_;
+  if (report.converged) return report;
+  if (std::isnan(report.residual)) {
+    mark_non_finite(v);
+    return report;
+  }
+  // The cycle is positive definite only if its eigenvalue estimates hold and single precision
+  // suffices. If not, block Jacobi continues where it stopped.
+  const int before = report.iterations;
+  report = iterate(v, tolerance);
+  report.iterations += before;
+  report.bytes = bytes_;
+  return report;
 }
 
 void ImplicitSystem::multiply(std::span<const Vec3> x, std::span<Vec3> y) {
@@ -127,7 +153,15 @@ void ImplicitSystem::multiply(std::span<const Vec3> x, std::span<Vec3> y) {
 
 /// out = b − (A + T) v on the free particles, 0 on the held ones.
 void ImplicitSystem::residual(std::span<const Vec3> v, std::span<Vec3> out) {
-  multiply(v, ap_);
+  if (!std::equal(av_of_.begin(), av_of_.end(), v.begin(), v.end())) {
+    av_.resize(v.size());
+    a_.multiply(v, av_);
+    bytes_ +=
+        a_.values().size() * (sizeof(Mat3) + sizeof(std::int32_t)) + 2 * v.size() * sizeof(Vec3);
+    av_of_.assign(v.begin(), v.end());
+  }
+  ap_ = av_;
+  if (!terms_.empty()) terms_.add_multiply(v, ap_);
   for (std::size_t i = 0; i < b_.size(); ++i) out[i] = b_[i] - ap_[i];
   terms_.add_rhs(out);
   for (std::size_t i = 0; i < b_.size(); ++i)
@@ -135,33 +169,69 @@ void ImplicitSystem::residual(std::span<const Vec3> v, std::span<Vec3> out) {
 }
 
 /// Starts from v or, in the first solve of a step, from the old velocities if their residual is
-/// smaller. Leaves the residual in r_, the preconditioned residual in z_ and their product in rz.
+/// smaller. Leaves the residual in r_ and lanes_.
 ///
 /// `scale_`, the square of the reference for the residual, belongs to the first solve of the step.
 /// It is the largest of three: the residual of the old velocities (unlike the right-hand side it
 /// does not grow with the speed of the whole cloth), the impulse of the external forces alone, and
 /// the rounding error of all forces. The magnitude of all forces would be too large: in taut cloth
 /// it far exceeds the forces that move the cloth.
-void ImplicitSystem::start(Preconditioner& by, std::span<Vec3> v, double& rz) {
-  residual(v, r_);
-  rz = squared(by, r_, z_);
-  if (scaled_by_ == &by) return;
-  scaled_by_ = &by;
-  const double rounded = kRoundingShare * kRoundingShare * squared(by, magnitude_, p_);
-  const double from_outside = squared(by, applied_, p_);
-  double kept = rz;
-  if (!keeps_velocities(v)) {
-    for (std::size_t i = 0; i < p_.size(); ++i) p_[i] = free_[i] ? v_old_[i] : v[i];
-    residual(p_, r_old_);
-    kept = squared(by, r_old_, z_old_);
+void ImplicitSystem::start(std::span<Vec3> v) {
+  if (scaled_in_ == Norm::multilevel) {
+    residual(v, r_);
+    return load(r_, lanes_);
   }
+  scaled_in_ = Norm::multilevel;
+  const double rounded = kRoundingShare * kRoundingShare * squared(magnitude_, other_);
+  const double from_outside = squared(applied_, other_);
+  const bool keeps = keeps_velocities(v);
+  if (!keeps) {
+    set_old_velocities(v, p_);
+    residual(p_, r_old_);
+    load(r_old_, other_);
+  }
+  residual(v, r_);
+  load(r_, lanes_);
+  const double kept = keeps ? lanes_.rz : other_.rz;
   scale_ = std::max({rounded, from_outside, kept});
-  if (kept < rz) {
+  if (kept < lanes_.rz) {
     std::copy(p_.begin(), p_.end(), v.begin());
     std::swap(r_, r_old_);
-    std::swap(z_, z_old_);
-    rz = kept;
+    std::swap(lanes_, other_);
   }
+}
+
+/// Sets `out` for x, which is zero at held particles.
+void ImplicitSystem::load(std::span<const Vec3> x, LaneResidual& out) {
+  const double squares = dot(x, x);
+  out.rz = 0.0;
+  out.unit = 0.0;
+  if (!(squares > 0.0) || !std::isfinite(squares)) {  // nothing to do, or nothing that can be done
+    out.rz = squares;
+    out.r.set_zero();
+    out.z.set_zero();
+    return;
+  }
+  // Entries near 1 stay away from the limits of single precision.
+  out.unit = std::exp2(std::round(0.5 * std::log2(squares / static_cast<double>(x.size()))));
+  const double by = 1.0 / out.unit;
+  parallel_for(x.size(), kParticleGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) out.r.set(i, by * x[i]);
+  });
+  multilevel_.apply(out.r, out.z);
+  bytes_ += multilevel_.cycle_bytes() + x.size() * sizeof(Vec3);
+  out.rz = out.unit * out.unit * dot(out.r, out.z);
+}
+
+/// x·Px.
+double ImplicitSystem::squared(std::span<const Vec3> x, LaneResidual& scratch) {
+  load(x, scratch);
+  return scratch.rz;
+}
+
+/// The old velocities at free particles, v at the others.
+void ImplicitSystem::set_old_velocities(std::span<const Vec3> v, std::span<Vec3> out) const {
+  for (std::size_t i = 0; i < out.size(); ++i) out[i] = free_[i] ? v_old_[i] : v[i];
 }
 
 /// True if the free particles have their old velocities in v.
@@ -169,13 +239,6 @@ bool ImplicitSystem::keeps_velocities(std::span<const Vec3> v) const {
   for (std::size_t i = 0; i < v.size(); ++i)
     if (free_[i] && v[i] != v_old_[i]) return false;
   return true;
-}
-
-/// x·Px, with Px in `scratch`.
-double ImplicitSystem::squared(Preconditioner& by, std::span<const Vec3> x,
-                               std::span<Vec3> scratch) {
-  by.apply(x, scratch);
-  return dot(x, scratch);
 }
 
 double ImplicitSystem::dot_free(std::span<const Vec3> x, std::span<const Vec3> y) const {
@@ -187,23 +250,6 @@ double ImplicitSystem::dot_free(std::span<const Vec3> x, std::span<const Vec3> y
   });
 }
 
-SolveReport ImplicitSystem::solve(std::span<Vec3> v, double tolerance) {
-  SolveReport report = iterate(*preconditioner_, v, tolerance);
-  if (report.converged) return report;
-  if (std::isnan(report.residual)) {
-    mark_non_finite(v);
-    return report;
-  }
-  // The cycle is positive definite only if its eigenvalue estimates hold. If they do not, block
-  // Jacobi continues where it stopped.
-  if (!fallback_) fallback_ = make_block_jacobi();
-  fallback_->set_matrix(a_, free_);
-  const int before = report.iterations;
-  report = iterate(*fallback_, v, tolerance);
-  report.iterations += before;
-  return report;
-}
-
 /// Contacts can hide a residual, so with contacts each piece of cloth must also conserve its
 /// momentum.
 bool ImplicitSystem::is_enough(double rz, double target, std::span<const Vec3> v) {
@@ -212,10 +258,90 @@ bool ImplicitSystem::is_enough(double rz, double target, std::span<const Vec3> v
          pieces_.kept({r_, v, v_old_, mass_, applied_, free_});
 }
 
-SolveReport ImplicitSystem::iterate(Preconditioner& by, std::span<Vec3> v, double tolerance) {
-  by.set_terms(terms_);
-  double rz = 0.0;
-  start(by, v, rz);
+SolveReport ImplicitSystem::refine(std::span<Vec3> v, double tolerance) {
+  multilevel_.set_terms(terms_.terms());
+  start(v);
+  const double target = tolerance * tolerance * scale_;
+  SolveReport report;
+  while (report.iterations < config_.max_iterations && !is_enough(lanes_.rz, target, v)) {
+    const double before = lanes_.rz;
+    const double goal =
+        before > target ? std::max(target, kMostReduction * before) : kMomentumReduction * before;
+    report.iterations += descend(goal, config_.max_iterations - report.iterations);
+    if (!take_correction(v, goal) || !(lanes_.rz < kLeastReduction * before)) break;
+  }
+  report_residual(lanes_.rz, target, report);
+  return report;
+}
+
+/// Conjugate gradients in single precision from lanes_ until r·z is at most `goal`. Leaves the sum
+/// of the steps in correction_; returns the number of iterations.
+int ImplicitSystem::descend(double goal, int most) {
+  const double square = lanes_.unit * lanes_.unit;
+  LaneVector &r = lanes_.r, &z = lanes_.z, &p = direction_, &ap = image_;
+  correction_.set_zero();
+  p = z;
+  double rz = lanes_.rz / square;
+  int iterations = 0;
+  while (iterations < most && rz * square > goal) {
+    const double pap = multilevel_.multiply(p, ap);
+    if (!(pap > 0.0)) break;  // NaN, or not positive definite
+    const auto alpha = static_cast<float>(rz / pap);
+    add_scaled(alpha, p, correction_);
+    add_scaled(-alpha, ap, r);
+    multilevel_.apply(r, z);
+    const double next = dot(r, z);
+    scale_and_add(static_cast<float>(next / rz), z, p);
+    rz = next;
+    ++iterations;
+  }
+  // Besides matrix and cycle, an iteration reads and writes 11 vectors.
+  bytes_ += static_cast<std::size_t>(iterations) *
+            (multilevel_.multiply_bytes() + multilevel_.cycle_bytes() + 11 * r.bytes());
+  lanes_.rz = rz * square;
+  return iterations;
+}
+
+/// Adds the correction to v. Where the residual in double precision differs from the one that the
+/// iteration has updated by more than rounding that does not matter, it replaces it. Returns false
+/// if it is not finite.
+bool ImplicitSystem::take_correction(std::span<Vec3> v, double goal) {
+  const double unit = lanes_.unit;
+  for (std::size_t i = 0; i < v.size(); ++i)
+    if (free_[i]) v[i] += unit * correction_[i];
+  residual(v, r_);
+  // A⁻¹ is at most (share·M)⁻¹, so this bounds the difference in the norm of the preconditioner.
+  const double drift = parallel_sum(v.size(), kParticleGrain, [&](std::size_t b, std::size_t e) {
+    double sum = 0.0;
+    for (std::size_t i = b; i < e; ++i)
+      if (free_[i]) sum += (r_[i] - unit * lanes_.r[i]).squaredNorm() / (share_ * mass_[i]);
+    return sum;
+  });
+  if (!(drift <= kDrift * goal)) load(r_, lanes_);
+  return std::isfinite(drift);
+}
+
+/// As start(), in the norm of block Jacobi. Leaves the residual in r_, the preconditioned residual
+/// in z_; returns their product.
+double ImplicitSystem::start_in_double(std::span<Vec3> v) {
+  const auto square = [&](std::span<const Vec3> x) {
+    block_jacobi_.apply(x, z_);
+    return dot(x, z_);
+  };
+  if (scaled_in_ != Norm::block_jacobi) {
+    scaled_in_ = Norm::block_jacobi;
+    set_old_velocities(v, p_);
+    residual(p_, r_old_);
+    scale_ = std::max(
+        {kRoundingShare * kRoundingShare * square(magnitude_), square(applied_), square(r_old_)});
+  }
+  residual(v, r_);
+  return square(r_);
+}
+
+SolveReport ImplicitSystem::iterate(std::span<Vec3> v, double tolerance) {
+  block_jacobi_.set(a_, terms_, free_);
+  double rz = start_in_double(v);
   const double target = tolerance * tolerance * scale_;
   SolveReport report;
   std::copy(z_.begin(), z_.end(), p_.begin());
@@ -231,7 +357,7 @@ SolveReport ImplicitSystem::iterate(Preconditioner& by, std::span<Vec3> v, doubl
         r_[i] -= alpha * ap_[i];
       }
     });
-    by.apply(r_, z_);
+    block_jacobi_.apply(r_, z_);
     const double next = dot(r_, z_);
     const double beta = next / rz;
     rz = next;
@@ -240,11 +366,15 @@ SolveReport ImplicitSystem::iterate(Preconditioner& by, std::span<Vec3> v, doubl
     });
     ++report.iterations;
   }
+  report_residual(rz, target, report);
+  return report;
+}
+
+void ImplicitSystem::report_residual(double rz, double target, SolveReport& report) const {
   report.residual = scale_ > 0.0 ? std::sqrt(std::abs(rz) / scale_) : 0.0;
   if (!std::isfinite(rz) || !std::isfinite(scale_))
     report.residual = std::numeric_limits<double>::quiet_NaN();
   report.converged = rz >= 0.0 && rz <= target && !std::isnan(report.residual);
-  return report;
 }
 
 /// With non-finite forces there is no solution: sets NaN so that the guess is not taken for a

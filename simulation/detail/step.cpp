@@ -83,6 +83,7 @@ double solve(StepMethods& m, const StepInput& in, StepAttempt& a,
       {a.v_mean, a.v_free}, a.answered_in_solve ? looser : 1.0);
   ++a.counts.solves;
   a.counts.solver_iterations += report.iterations;
+  a.counts.solver_bytes += report.bytes;
   a.counts.solves_not_converged += report.converged ? 0 : 1;
   return report.residual;
 }

@@ -60,6 +60,7 @@ struct StepCounts {
   std::size_t contacts = 0;  ///< near at the start
   int candidate_rebuilds = 0;
   int solves = 0, solver_iterations = 0, solves_not_converged = 0;
+  std::size_t solver_bytes = 0;    ///< moved by the solver
   int strain_sweeps = -1;          ///< -1: the scene limits no strain
   double max_gap_violation = 0.0;  ///< m, of a contact at the start
 

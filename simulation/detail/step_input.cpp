@@ -91,6 +91,7 @@ void StepCounts::add_to(std::map<std::string, double>& counters) const {
   if (solves > 0) {
     counters["solves"] += solves;
     counters["solver_iterations"] += solver_iterations;
+    counters["solver_bytes"] += static_cast<double>(solver_bytes);
     counters["solves_not_converged"] += solves_not_converged;
   }
   if (strain_sweeps >= 0) counters["strain_sweeps"] += strain_sweeps;

@@ -1,0 +1,484 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/core/detail/multilevel.h>
+#include <selvedge/core/parallel.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+namespace selvedge::detail {
+namespace {
+
+// Groups of rows, rows and coarse rows per task.
+constexpr std::size_t kGroupGrain = 64, kRowGrain = 512, kCoarseRowGrain = 64;
+// Factoring 3·96 dense unknowns costs about 8 Mflop, less than another level.
+constexpr std::size_t kCoarsestSize = 96;
+// A level that is larger than this fraction of its parent level is not worth its cost.
+constexpr double kLeastCoarsening = 0.75;
+// The smoother x += ω/λ D⁻¹ r keeps the cycle positive definite for ω/λ < 2/λmax(D⁻¹A). Power
+// iterations approach λmax from below, to about 20 % after ten; ω = 1.5 leaves a margin of a third.
+constexpr double kSmootherStep = 1.5;
+constexpr int kPowerIterations = 10;
+
+void set_start(LaneVector& x) {
+  // A linear congruential generator gives a start without symmetries.
+  std::uint32_t state = 12345;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    Vec3 v;
+    for (int k = 0; k < 3; ++k) {
+      state = state * 1664525u + 1013904223u;
+      v[k] = state / 4294967296.0 - 0.5;
+    }
+    x.set(i, v);
+  }
+}
+
+void add_weighted(float weight, const Point4& p, Point4& sum) {
+  for (int k = 0; k < 4; ++k) sum.at[k] += weight * p.at[k];
+}
+
+/// b = Pᵀ r.
+void restrict_points(const Prolongation& p, std::span<const float> weight,
+                     std::span<const Point4> r, LaneVector& b) {
+  float* to = b.data();
+  const std::size_t stride = b.stride();
+  parallel_for(b.size(), kCoarseRowGrain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t a = first; a < last; ++a) {
+      Point4 sum{};
+      for (std::int32_t c = p.child_begin[a]; c < p.child_begin[a + 1]; ++c)
+        add_weighted(weight[c], r[p.child[c]], sum);
+      for (int k = 0; k < 3; ++k) to[k * stride + a] = sum.at[k];
+    }
+  });
+}
+
+/// x += P coarse.
+void prolong_points(const Prolongation& p, std::span<const float> weight,
+                    std::span<const Point4> coarse, LaneVector& x) {
+  float* to = x.data();
+  const std::size_t stride = x.stride();
+  parallel_for(x.size(), kRowGrain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      Point4 sum{};
+      for (std::int32_t e = p.begin[i]; e < p.begin[i + 1]; ++e)
+        add_weighted(weight[e], coarse[p.parent[e]], sum);
+      for (int k = 0; k < 3; ++k) to[k * stride + i] += sum.at[k];
+    }
+  });
+}
+
+void copy_points(const LaneVector& x, std::span<Point4> points) {
+  const float* from = x.data();
+  for (std::size_t i = 0; i < points.size(); ++i)
+    points[i] = {{from[i], from[x.stride() + i], from[2 * x.stride() + i], 0.0f}};
+}
+
+}  // namespace
+
+struct Multilevel::Factor {
+  Eigen::MatrixXd full;
+  Eigen::VectorXd x;
+  Eigen::LLT<Eigen::MatrixXd> factor;
+};
+
+Multilevel::Multilevel() : factor_(std::make_unique<Factor>()) {}
+Multilevel::~Multilevel() = default;
+
+void Multilevel::set_matrix(const BlockMatrix& a, std::span<const char> free) {
+  free_ = free;
+  if (levels_.empty()) build(a);
+  levels_[0].value = a.values();
+  set_weights();
+  for (std::size_t l = 0; l < levels_.size(); ++l) {
+    Level& level = levels_[l];
+    if (l > 0) {
+      Level& finer = levels_[l - 1];
+      finer.product.compute(finer.begin, finer.column, finer.value, finer.p,
+                            l == 1 ? free : std::span<const char>{}, level.own);
+      for (const std::int32_t d : level.diagonal)
+        if (!(level.own.value[d].trace() > 0.0)) level.own.value[d].setIdentity();  // all held
+    }
+    set_values(level);
+    if (!is_last(level) || !dense()) set_smoother(level);
+  }
+}
+
+void Multilevel::build(const BlockMatrix& a) {
+  levels_.emplace_back();
+  levels_[0].begin = a.row_begin();
+  levels_[0].column = a.columns();
+  set_pattern(levels_[0]);
+  extra_.resize(a.size());
+  while ((levels_.size() == 1 || levels_.back().size() > kCoarsestSize) && add_level()) {
+  }
+  for (Level& level : levels_) {  // views into levels that no longer move
+    if (&level == &levels_[0]) continue;
+    level.begin = level.own.begin;
+    level.column = level.own.column;
+    level.value = level.own.value;
+  }
+}
+
+bool Multilevel::add_level() {
+  Level& last = levels_.back();
+  Prolongation p = make_prolongation(last.begin, last.column);
+  if (levels_.size() > 1 &&
+      static_cast<double>(p.parents()) > kLeastCoarsening * static_cast<double>(last.size()))
+    return false;
+  last.weight.assign(p.weight.begin(), p.weight.end());
+  for (const std::int32_t entry : p.child_entry)
+    last.restriction.push_back(static_cast<float>(p.weight[entry]));
+  Level next;
+  last.product.set_pattern(last.begin, last.column, p, next.own);
+  last.p = std::move(p);
+  levels_.push_back(std::move(next));
+  Level& level = levels_.back();
+  level.begin = level.own.begin;
+  level.column = level.own.column;
+  set_pattern(level);
+  return true;
+}
+
+void Multilevel::set_pattern(Level& level) {
+  const std::size_t n = level.size();
+  level.matrix.set_pattern(level.begin, level.column);
+  for (std::size_t i = 0; i < n; ++i) {
+    std::size_t block = 0;
+    has_block(level, static_cast<std::int32_t>(i), static_cast<std::int32_t>(i), block);
+    level.diagonal.push_back(static_cast<std::int32_t>(block));
+  }
+  for (LaneVector* v : {&level.b, &level.x, &level.y}) v->resize(n);
+  for (auto* step : {&level.base_step, &level.step})
+    step->assign(kStepNumbers * level.x.groups(), 0.0f);
+  level.points.resize(kRowLanes * level.x.groups());
+  level.bound.assign(n, Mat3::Zero());
+}
+
+/// Held particles take no part in the coarser levels.
+void Multilevel::set_weights() {
+  Level& level = levels_[0];
+  const Prolongation& p = level.p;
+  for (std::size_t i = 0; i < level.size(); ++i)
+    for (std::int32_t e = p.begin[i]; e < p.begin[i + 1]; ++e)
+      level.weight[e] = free_[i] ? static_cast<float>(p.weight[e]) : 0.0f;
+  for (std::size_t c = 0; c < p.child_entry.size(); ++c)
+    level.restriction[c] = level.weight[p.child_entry[c]];
+}
+
+void Multilevel::set_values(Level& level) {
+  level.touched.clear();
+  level.changed.clear();
+  parallel_for(level.size(), kRowGrain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i)
+      for (std::int32_t k = level.begin[i]; k < level.begin[i + 1]; ++k) {
+        const auto row = static_cast<std::int32_t>(i);
+        if (is_held(level, row) || is_held(level, level.column[k]))
+          level.matrix.set(k, level.column[k] == row ? Mat3(Mat3::Identity()) : Mat3(Mat3::Zero()));
+        else
+          level.matrix.set(k, level.value[k]);
+      }
+  });
+}
+
+/// λ and S = ω/λ D⁻¹ of the matrix without terms.
+void Multilevel::set_smoother(Level& level) {
+  const auto set_inverse = [&](double factor) {
+    parallel_for(level.size(), kRowGrain, [&](std::size_t first, std::size_t last) {
+      for (std::size_t i = first; i < last; ++i)
+        set_step(level.base_step, i,
+                 is_held(level, static_cast<std::int32_t>(i))
+                     ? Mat3(factor * Mat3::Identity())
+                     : Mat3(factor * level.value[level.diagonal[i]].inverse()));
+    });
+  };
+  set_inverse(1.0);
+  level.lambda = largest_eigenvalue(level);
+  const auto factor = static_cast<float>(kSmootherStep / level.lambda);
+  for (float& s : level.base_step) s *= factor;
+  level.step = level.base_step;
+}
+
+/// Lower estimate of the largest eigenvalue of D⁻¹A, by power iterations from a fixed start.
+double Multilevel::largest_eigenvalue(Level& level) const {
+  const LaneMatrixKernel& kernel = lane_matrix_kernel();
+  const LaneRows rows = level.matrix.rows(level.base_step);
+  LaneVector &x = level.x, &y = level.y;
+  set_start(x);
+  double ratio = 0.0, before = dot(x, x);
+  for (int it = 0; it < kPowerIterations; ++it) {
+    parallel_for(x.groups(), kGroupGrain, [&](std::size_t first, std::size_t last) {
+      kernel.multiply(rows, x.data(), nullptr, y.data(), first, last);
+    });
+    parallel_for(x.groups(), kGroupGrain, [&](std::size_t first, std::size_t last) {
+      kernel.start(rows, y.data(), x.data(), first, last);
+    });
+    const double after = dot(x, x);
+    ratio = before > 0.0 ? std::sqrt(after / before) : 0.0;
+    before = after;
+  }
+  // At least the mean eigenvalue, 1. This also handles matrices that are zero or NaN.
+  return ratio > 1.0 ? ratio : 1.0;
+}
+
+void Multilevel::set_terms(std::span<const ImplicitTerm> terms) {
+  for (Level& level : levels_) {
+    if (&level == &levels_[0])
+      set_fine_rows(terms, level.terms);
+    else
+      set_coarse_rows((&level - 1)->terms, (&level - 1)->p, level.terms);
+    if (is_last(level) && dense())
+      factor_last(terms);
+    else
+      set_level_terms(level, terms);
+  }
+  set_loose(terms);
+}
+
+void Multilevel::LevelTerms::clear() {
+  begin.clear();
+  rows.clear();
+}
+
+void Multilevel::LevelTerms::add(std::int32_t row, double weight) {
+  const auto first = rows.begin() + static_cast<std::ptrdiff_t>(begin.back());
+  const auto same = std::find_if(first, rows.end(), [&](const auto& q) { return q.first == row; });
+  if (same == rows.end())
+    rows.emplace_back(row, weight);
+  else
+    same->second += weight;
+}
+
+void Multilevel::LevelTerms::sort() {
+  std::sort(rows.begin() + static_cast<std::ptrdiff_t>(begin.back()), rows.end());
+}
+
+void Multilevel::set_fine_rows(std::span<const ImplicitTerm> terms, LevelTerms& out) const {
+  out.clear();
+  for (const ImplicitTerm& t : terms) {
+    out.begin_term();
+    for (int k = 0; k < 4; ++k)
+      if (t.particle[k] >= 0 && free_[t.particle[k]]) out.add(t.particle[k], t.weight[k]);
+    out.sort();
+  }
+  out.begin_term();
+}
+
+/// The terms on the next coarser level: every row passes its weight to its parents.
+void Multilevel::set_coarse_rows(const LevelTerms& fine, const Prolongation& p, LevelTerms& out) {
+  out.clear();
+  for (std::size_t t = 0; t + 1 < fine.begin.size(); ++t) {
+    out.begin_term();
+    for (const auto& [row, weight] : fine.of(t))
+      for (std::int32_t e = p.begin[row]; e < p.begin[row + 1]; ++e)
+        out.add(p.parent[e], weight * p.weight[e]);
+    out.sort();
+  }
+  out.begin_term();
+}
+
+void Multilevel::clear_terms(Level& level) {
+  for (const std::size_t k : level.changed) level.matrix.set(k, level.value[k]);
+  for (const std::int32_t i : level.touched) {
+    level.bound[i].setZero();
+    const std::size_t at = i / kRowLanes * kStepNumbers + i % kRowLanes;
+    for (std::size_t e = at; e < at + kStepNumbers; e += kRowLanes)
+      level.step[e] = level.base_step[e];
+  }
+  level.changed.clear();
+  level.touched.clear();
+}
+
+/// Adds the terms to the matrix and the smoother of a level. The smoother is
+/// S = ω (λ D + Σ_t B_t)⁻¹, where B_t = |w_i| Σ_j |w_j| M at row i bounds term t by Gershgorin's
+/// theorem.
+void Multilevel::set_level_terms(Level& level, std::span<const ImplicitTerm> terms) {
+  clear_terms(level);
+  if (&level == &levels_[0]) loose_.term.clear();
+  for (std::size_t t = 0; t < terms.size(); ++t) add_term(level, t, terms[t].matrix);
+  std::sort(level.touched.begin(), level.touched.end());
+  level.touched.erase(std::unique(level.touched.begin(), level.touched.end()), level.touched.end());
+  parallel_for(level.touched.size(), kRowGrain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t k = first; k < last; ++k) {
+      const std::int32_t i = level.touched[k];
+      const Mat3& d = level.value[level.diagonal[i]];
+      set_step(level.step, i, kSmootherStep * (level.lambda * d + level.bound[i]).inverse());
+    }
+  });
+}
+
+void Multilevel::add_term(Level& level, std::size_t t, const Mat3& matrix) {
+  const auto rows = level.terms.of(t);
+  double sum = 0.0;
+  for (const auto& [i, w] : rows) sum += std::abs(w);
+  for (const auto& [i, w] : rows) {
+    level.bound[i] += (std::abs(w) * sum) * matrix;
+    level.touched.push_back(i);
+  }
+  std::size_t block = 0;
+  const auto all_in_pattern = [&] {
+    for (const auto& [i, wi] : rows)
+      for (const auto& [j, wj] : rows)
+        if (!has_block(level, i, j, block)) return false;
+    return true;
+  };
+  if (&level == &levels_[0] && !all_in_pattern()) {
+    loose_.term.push_back(static_cast<std::uint32_t>(t));
+    return;
+  }
+  for (const auto& [i, wi] : rows)
+    for (const auto& [j, wj] : rows) {
+      const bool found = has_block(level, i, j, block);
+      // Where the pattern of a coarse level has no block for a pair, its absolute value on the
+      // diagonal is an upper bound.
+      if (!found) block = static_cast<std::size_t>(level.diagonal[i]);
+      level.matrix.add(block, (found ? wi * wj : std::abs(wi * wj)) * matrix);
+      level.changed.push_back(block);
+    }
+}
+
+bool Multilevel::has_block(const Level& level, std::int32_t i, std::int32_t j, std::size_t& block) {
+  const auto row = level.column.subspan(level.begin[i], level.begin[i + 1] - level.begin[i]);
+  const auto found = std::lower_bound(row.begin(), row.end(), j);
+  if (found == row.end() || *found != j) return false;
+  block = static_cast<std::size_t>(level.begin[i] + (found - row.begin()));
+  return true;
+}
+
+void Multilevel::set_loose(std::span<const ImplicitTerm> terms) {
+  for (const LooseTerms::Entry& e : loose_.entries) extra_.set(e.row, Vec3::Zero());
+  loose_.entries.clear();
+  loose_.matrix.resize(loose_.term.size());
+  loose_.moment.resize(loose_.term.size());
+  for (std::uint32_t q = 0; q < loose_.term.size(); ++q) {
+    const Mat3& matrix = terms[loose_.term[q]].matrix;
+    for (int e = 0; e < 9; ++e) loose_.matrix[q][e] = static_cast<float>(matrix.data()[e]);
+    for (const auto& [i, w] : levels_[0].terms.of(loose_.term[q]))
+      loose_.entries.push_back({i, q, static_cast<float>(w)});
+  }
+  std::sort(loose_.entries.begin(), loose_.entries.end(), [](const auto& a, const auto& b) {
+    return std::tie(a.row, a.term) < std::tie(b.row, b.term);
+  });
+  loose_.row_begin.clear();
+  for (std::uint32_t e = 0; e < loose_.entries.size(); ++e)
+    if (e == 0 || loose_.entries[e].row != loose_.entries[e - 1].row) loose_.row_begin.push_back(e);
+  loose_.row_begin.push_back(static_cast<std::uint32_t>(loose_.entries.size()));
+}
+
+const float* Multilevel::extra(const Level& level, const LaneVector& x) {
+  if (&level != &levels_[0] || loose_.empty()) return nullptr;
+  const std::size_t stride = x.stride();
+  const float* from = x.data();
+  parallel_for(loose_.term.size(), kRowGrain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t q = first; q < last; ++q) {
+      float sum[3] = {};
+      for (const auto& [i, w] : level.terms.of(loose_.term[q]))
+        for (int k = 0; k < 3; ++k) sum[k] += static_cast<float>(w) * from[k * stride + i];
+      const std::array<float, 9>& m = loose_.matrix[q];
+      for (int k = 0; k < 3; ++k)
+        loose_.moment[q].at[k] = m[k] * sum[0] + m[3 + k] * sum[1] + m[6 + k] * sum[2];
+    }
+  });
+  float* to = extra_.data();
+  parallel_for(loose_.row_begin.size() - 1, kRowGrain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t r = first; r < last; ++r) {
+      Point4 sum{};
+      for (std::uint32_t e = loose_.row_begin[r]; e < loose_.row_begin[r + 1]; ++e)
+        add_weighted(loose_.entries[e].weight, loose_.moment[loose_.entries[e].term], sum);
+      const std::int32_t i = loose_.entries[loose_.row_begin[r]].row;
+      for (int k = 0; k < 3; ++k) to[k * stride + i] = sum.at[k];
+    }
+  });
+  return to;
+}
+
+double Multilevel::multiply(const LaneVector& x, LaneVector& y) {
+  const Level& level = levels_[0];
+  const LaneRows rows = level.matrix.rows(level.step);
+  const float* more = extra(level, x);
+  return parallel_sum(x.groups(), kGroupGrain, [&](std::size_t first, std::size_t last) {
+    return lane_matrix_kernel().multiply(rows, x.data(), more, y.data(), first, last);
+  });
+}
+
+void Multilevel::apply(const LaneVector& r, LaneVector& z) { cycle(0, r, z); }
+
+void Multilevel::cycle(std::size_t l, const LaneVector& b, LaneVector& z) {
+  Level& level = levels_[l];
+  if (is_last(level) && dense()) return solve_last();
+  const LaneMatrixKernel& kernel = lane_matrix_kernel();
+  const LaneRows rows = level.matrix.rows(level.step);
+  const auto by_groups = [&](auto&& body) { parallel_for(b.groups(), kGroupGrain, body); };
+  LaneVector& x = is_last(level) ? z : level.x;
+  by_groups([&](std::size_t first, std::size_t last) {
+    kernel.start(rows, b.data(), x.data(), first, last);
+  });
+  if (is_last(level)) return;
+  const float* more = extra(level, x);
+  by_groups([&](std::size_t first, std::size_t last) {
+    kernel.residual(rows, b.data(), x.data(), more, level.points.data(), first, last);
+  });
+  Level& coarse = levels_[l + 1];
+  restrict_points(level.p, level.restriction, level.points, coarse.b);
+  cycle(l + 1, coarse.b, coarse.y);
+  copy_points(coarse.y, coarse.points);
+  prolong_points(level.p, level.weight, coarse.points, x);
+  more = extra(level, x);
+  by_groups([&](std::size_t first, std::size_t last) {
+    kernel.relax(rows, b.data(), x.data(), more, z.data(), first, last);
+  });
+}
+
+bool Multilevel::dense() const { return levels_.back().size() <= 2 * kCoarsestSize; }
+
+void Multilevel::factor_last(std::span<const ImplicitTerm> terms) {
+  const Level& level = levels_.back();
+  const auto n = static_cast<Eigen::Index>(3 * level.size());
+  factor_->full.setZero(n, n);
+  const auto block = [&](std::size_t i, std::int32_t j) {
+    return factor_->full.block<3, 3>(static_cast<Eigen::Index>(3 * i), 3 * j);
+  };
+  for (std::size_t i = 0; i < level.size(); ++i)
+    for (std::int32_t k = level.begin[i]; k < level.begin[i + 1]; ++k)
+      block(i, level.column[k]) = level.value[k];
+  for (std::size_t t = 0; t < terms.size(); ++t)
+    for (const auto& [i, wi] : level.terms.of(t))
+      for (const auto& [j, wj] : level.terms.of(t)) block(i, j) += (wi * wj) * terms[t].matrix;
+  factor_->factor.compute(factor_->full);
+}
+
+void Multilevel::solve_last() {
+  Level& level = levels_.back();
+  Eigen::VectorXd& x = factor_->x;
+  x.resize(static_cast<Eigen::Index>(3 * level.size()));
+  for (std::size_t i = 0; i < level.size(); ++i)
+    x.segment<3>(static_cast<Eigen::Index>(3 * i)) = level.b[i];
+  factor_->factor.solveInPlace(x);
+  for (std::size_t i = 0; i < level.size(); ++i)
+    level.y.set(i, x.segment<3>(static_cast<Eigen::Index>(3 * i)));
+}
+
+std::size_t Multilevel::multiply_bytes() const {
+  const Level& level = levels_[0];
+  return level.matrix.bytes() + 2 * level.x.bytes();
+}
+
+std::size_t Multilevel::cycle_bytes() const {
+  std::size_t sum = 0;
+  for (const Level& level : levels_) {
+    const std::size_t vector = level.x.bytes();
+    if (is_last(level)) {
+      sum += dense() ? sizeof(double) * static_cast<std::size_t>(factor_->full.size()) : 2 * vector;
+      continue;
+    }
+    // Start: S, b, x. Residual: A, b, x, points. Prolongation: weights, points, x twice.
+    // Relaxation: A, S, b, x, y. Restriction: weights, points.
+    sum += 2 * level.matrix.bytes() + 2 * sizeof(float) * level.step.size() + 9 * vector +
+           2 * sizeof(Point4) * level.points.size() +
+           2 * (sizeof(float) + sizeof(std::int32_t)) * level.p.parent.size();
+  }
+  return sum;
+}
+
+}  // namespace selvedge::detail

@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: MIT
+// The matrix of a solve in single precision against the same matrix in double precision, and the
+// multigrid cycle as a preconditioner: symmetric, positive, exact where one level suffices.
+#include <gtest/gtest.h>
+#include <selvedge/core/block_matrix.h>
+#include <selvedge/core/detail/implicit_terms.h>
+#include <selvedge/core/detail/lane_matrix.h>
+#include <selvedge/core/detail/multilevel.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <numeric>
+#include <random>
+#include <vector>
+
+namespace {
+
+using namespace selvedge;
+using namespace selvedge::detail;
+using Vectors = std::vector<Vec3>;
+
+/// Springs of a grid of `side` particles a side, its particles numbered row by row or shuffled.
+BlockMatrix grid_matrix(std::int32_t side, bool shuffled, double stiffness) {
+  std::mt19937 random(3);
+  const std::size_t n = static_cast<std::size_t>(side) * side;
+  std::vector<std::int32_t> to(n);
+  std::iota(to.begin(), to.end(), 0);
+  if (shuffled) std::shuffle(to.begin(), to.end(), random);
+  std::vector<Edge> links;
+  for (std::int32_t y = 0; y < side; ++y)
+    for (std::int32_t x = 0; x < side; ++x)
+      for (const auto& [dx, dy] : {std::pair{1, 0}, {0, 1}, {1, 1}, {-1, 1}, {2, 0}, {0, 2}})
+        if (x + dx >= 0 && x + dx < side && y + dy < side)
+          links.push_back({to[y * side + x], to[(y + dy) * side + x + dx]});
+  BlockMatrix a(n, links);
+  a.set_zero();
+  std::uniform_real_distribution<double> some(-1.0, 1.0);
+  for (std::size_t i = 0; i < n; ++i) a.diagonal(i) = (1.0 + 0.2 * some(random)) * Mat3::Identity();
+  for (const auto& [i, j] : links) {
+    const Vec3 d = Vec3::NullaryExpr([&] { return some(random); }).normalized();
+    const Mat3 block = stiffness * (0.1 * Mat3::Identity() + d * d.transpose());
+    a.diagonal(i) += block;
+    a.diagonal(j) += block;
+    a.values()[a.slot(i, j)] -= block;
+    a.values()[a.slot(j, i)] -= block;
+  }
+  return a;
+}
+
+Vectors some_vectors(std::size_t n, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> some(-1.0, 1.0);
+  Vectors x(n);
+  for (Vec3& v : x) v = Vec3::NullaryExpr([&] { return some(random); });
+  return x;
+}
+
+LaneVector lanes_of(const Vectors& x) {
+  LaneVector out;
+  out.resize(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i) out.set(i, x[i]);
+  return out;
+}
+
+double dot_of(const LaneVector& a, const LaneVector& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i].dot(b[i]);
+  return sum;
+}
+
+void expect_near(const LaneVector& a, const Vectors& b, double tolerance) {
+  for (std::size_t i = 0; i < b.size(); ++i)
+    for (int k = 0; k < 3; ++k) ASSERT_NEAR(a[i][k], b[i][k], tolerance) << i;
+}
+
+/// Contacts: with a body, along an edge of the grid, and between distant particles.
+std::vector<ImplicitTerm> some_terms(std::int32_t side) {
+  const Vec3 normal = Vec3(1, 2, 3).normalized();
+  const Mat3 matrix = 50.0 * normal * normal.transpose();
+  const std::int32_t last = side * side - 1;
+  std::vector<ImplicitTerm> terms;
+  for (const auto& [particle, weight] :
+       {std::pair<std::array<std::int32_t, 4>, std::array<double, 4>>{{-1, 5, -1, -1},
+                                                                      {-1, 1, 0, 0}},
+        {{3, 4, -1, -1}, {0.4, 0.6, -0.5, -0.5}},
+        {{2, last, last - 1, 1}, {1, -0.2, -0.3, -0.5}},
+        {{2, last, last - 2, 0}, {1, -0.2, -0.3, -0.5}}}) {
+    ImplicitTerm term;
+    for (int k = 0; k < 4; ++k) {
+      term.particle[k] = particle[k];
+      term.weight[k] = weight[k];
+    }
+    term.matrix = matrix;
+    term.rhs = Vec3::Zero();
+    terms.push_back(term);
+  }
+  return terms;
+}
+
+struct Case {
+  std::int32_t side;
+  bool shuffled;
+};
+
+class LaneMatrixOf : public testing::TestWithParam<Case> {};
+
+TEST_P(LaneMatrixOf, MultipliesAsDoublePrecisionDoes) {
+  const auto [side, shuffled] = GetParam();
+  const BlockMatrix a = grid_matrix(side, shuffled, 40.0);
+  Multilevel multilevel;
+  std::vector<char> free(a.size(), 1);
+  free[1] = 0;
+  multilevel.set_matrix(a, free);
+  const std::vector<ImplicitTerm> terms = some_terms(side);
+  Vectors x = some_vectors(a.size(), 5);
+  x[1].setZero();
+  for (const std::span<const ImplicitTerm> of : {std::span(terms), std::span(terms).first(0)}) {
+    multilevel.set_terms(of);
+    TermOperator reference;
+    reference.reset(of, a.size());
+    Vectors expected(a.size());
+    a.multiply(x, expected);
+    if (!reference.empty()) reference.add_multiply(x, expected);
+    expected[1].setZero();
+    const LaneVector lanes = lanes_of(x);
+    LaneVector y = lanes;
+    const double product = multilevel.multiply(lanes, y);
+    expect_near(y, expected, 1e-3);
+    EXPECT_NEAR(product, dot_of(lanes, y), 1e-6 * std::abs(product));
+  }
+}
+
+TEST_P(LaneMatrixOf, PreconditionsSymmetricallyAndPositively) {
+  const auto [side, shuffled] = GetParam();
+  const BlockMatrix a = grid_matrix(side, shuffled, 1000.0);
+  Multilevel multilevel;
+  std::vector<char> free(a.size(), 1);
+  free[0] = 0;
+  multilevel.set_matrix(a, free);
+  const std::vector<ImplicitTerm> terms = some_terms(side);
+  multilevel.set_terms(terms);
+  for (unsigned seed = 1; seed < 6; ++seed) {
+    Vectors x = some_vectors(a.size(), seed), y = some_vectors(a.size(), seed + 10);
+    x[0].setZero();
+    y[0].setZero();
+    const LaneVector p = lanes_of(x), q = lanes_of(y);
+    LaneVector pp = p, pq = q;
+    multilevel.apply(p, pp);
+    multilevel.apply(q, pq);
+    EXPECT_GT(dot_of(p, pp), 0.0);
+    const double size = std::sqrt(dot_of(p, pp) * dot_of(q, pq));
+    EXPECT_NEAR(dot_of(p, pq), dot_of(pp, q), 1e-5 * size);
+    EXPECT_EQ(pp[0], Vec3::Zero());
+  }
+}
+
+TEST_P(LaneMatrixOf, IsTheSameAfterTermsHaveComeAndGone) {
+  const auto [side, shuffled] = GetParam();
+  const BlockMatrix a = grid_matrix(side, shuffled, 100.0);
+  const std::vector<char> free(a.size(), 1);
+  const std::vector<ImplicitTerm> terms = some_terms(side);
+  const LaneVector r = lanes_of(some_vectors(a.size(), 8));
+  LaneVector before = r, after = r;
+  Multilevel multilevel;
+  multilevel.set_matrix(a, free);
+  multilevel.set_terms({});
+  multilevel.apply(r, before);
+  multilevel.set_terms(terms);
+  multilevel.apply(r, after);
+  EXPECT_NE(before[5], after[5]);
+  multilevel.set_terms({});
+  multilevel.apply(r, after);
+  for (std::size_t i = 0; i < a.size(); ++i) ASSERT_EQ(before[i], after[i]) << i;
+}
+
+INSTANTIATE_TEST_SUITE_P(Grids, LaneMatrixOf,
+                         testing::Values(Case{5, false}, Case{16, false}, Case{37, false},
+                                         Case{37, true}));
+
+TEST(LaneMatrix, EveryWidthGivesTheSameBits) {
+  for (const bool shuffled : {false, true}) {
+    const BlockMatrix a = grid_matrix(19, shuffled, 30.0);
+    LaneMatrix matrix;
+    matrix.set_pattern(a.row_begin(), a.columns());
+    for (std::size_t k = 0; k < a.values().size(); ++k) matrix.set(k, a.values()[k]);
+    const LaneVector x = lanes_of(some_vectors(a.size(), 1)),
+                     b = lanes_of(some_vectors(a.size(), 2));
+    std::vector<float> step(kStepNumbers * x.groups());
+    for (std::size_t i = 0; i < a.size(); ++i) set_step(step, i, a.diagonal(i));
+    const LaneRows rows = matrix.rows(step);
+    struct Results {
+      LaneVector product, relaxed, started, added, scaled;
+      std::vector<Point4> residual;
+      double dot, xy;
+    };
+    std::vector<Results> all;
+    for (const LaneMatrixKernel& kernel : lane_matrix_kernels()) {
+      Results out{x, x, x, x, x, std::vector<Point4>(8 * x.groups()), 0.0, 0.0};
+      const std::size_t groups = x.groups();
+      out.xy = kernel.multiply(rows, x.data(), b.data(), out.product.data(), 0, groups);
+      kernel.relax(rows, b.data(), x.data(), nullptr, out.relaxed.data(), 0, groups);
+      kernel.start(rows, b.data(), out.started.data(), 0, groups);
+      kernel.residual(rows, b.data(), x.data(), nullptr, out.residual.data(), 0, groups);
+      out.dot = kernel.dot(x.data(), b.data(), 0, 3 * groups);
+      kernel.add(0.3f, b.data(), out.added.data(), 0, 3 * groups);
+      kernel.add_to_scaled(0.3f, b.data(), out.scaled.data(), 0, 3 * groups);
+      all.push_back(std::move(out));
+    }
+    for (const Results& r : all) {
+      EXPECT_EQ(r.dot, all[0].dot);
+      EXPECT_EQ(r.xy, all[0].xy);
+      for (std::size_t i = 0; i < a.size(); ++i) {
+        ASSERT_EQ(r.product[i], all[0].product[i]);
+        ASSERT_EQ(r.relaxed[i], all[0].relaxed[i]);
+        ASSERT_EQ(r.started[i], all[0].started[i]);
+        ASSERT_EQ(r.added[i], all[0].added[i]);
+        ASSERT_EQ(r.scaled[i], all[0].scaled[i]);
+        for (int k = 0; k < 3; ++k) ASSERT_EQ(r.residual[i].at[k], all[0].residual[i].at[k]);
+      }
+    }
+  }
+}
+
+TEST(LaneMatrix, GridsNeedNoGather) {
+  const BlockMatrix grid = grid_matrix(40, false, 1.0), shuffled = grid_matrix(40, true, 1.0);
+  LaneMatrix a, b;
+  a.set_pattern(grid.row_begin(), grid.columns());
+  b.set_pattern(shuffled.row_begin(), shuffled.columns());
+  EXPECT_LT(static_cast<double>(a.bytes()),
+            1.15 * 36.0 * static_cast<double>(grid.values().size()));
+  EXPECT_GT(b.bytes(), a.bytes());
+}
+
+TEST(Multilevel, ConjugateGradientsReachTheSolutionInFewIterations) {
+  const BlockMatrix a = grid_matrix(40, false, 1e4);
+  const std::vector<char> free(a.size(), 1);
+  Multilevel multilevel;
+  multilevel.set_matrix(a, free);
+  multilevel.set_terms({});
+  LaneVector r = lanes_of(some_vectors(a.size(), 4)), z = r, p = r, ap = r;
+  multilevel.apply(r, z);
+  p = z;
+  double rz = dot(r, z);
+  const double first = rz;
+  int iterations = 0;
+  for (; iterations < 40 && rz > 1e-8 * first; ++iterations) {
+    const double pap = multilevel.multiply(p, ap);
+    add_scaled(static_cast<float>(-rz / pap), ap, r);
+    multilevel.apply(r, z);
+    const double next = dot(r, z);
+    scale_and_add(static_cast<float>(next / rz), z, p);
+    rz = next;
+  }
+  EXPECT_LE(iterations, 25);
+}
+
+}  // namespace

@@ -25,10 +25,6 @@ constexpr int kFrictionUpdates = 3, kFrictionUpdatesInImpact = 8;
 // share of them. Gravity alone causes a third of a 2 mm rest gap at 1/120 s.
 constexpr double kImpact = 1.0;
 
-// A sticking contact starts to slide when its shear load exceeds μλ by this factor, which covers
-// the error of the linear solve.
-constexpr double kStickSlack = 1.01;
-
 // A contact within this share of its rest gap counts as touching. The value exceeds the yield of a
 // resting contact, and is too small to be visible when a contact that should part is held for one
 // solve.
@@ -40,6 +36,12 @@ constexpr double kLineTolerance = 0.05;
 constexpr int kLineIterations = 20;
 
 Vec3 tangential(const Vec3& u, const Vec3& normal) { return u - normal.dot(u) * normal; }
+
+/// f, shortened to at most `limit`.
+Vec3 within(const Vec3& f, double limit) {
+  const double size = f.norm();
+  return size <= limit ? f : Vec3(limit / size * f);
+}
 
 }  // namespace
 
@@ -67,13 +69,6 @@ double ContactForce::stick_speed(const ContactPoint& c) const {
   return config_.stick_slip * c.rest_gap / motion_.h;
 }
 
-bool ContactForce::coupled(const ContactPoint& c) const {
-  int free = 0;
-  for (int k = 0; k < 4; ++k)
-    if (motion_.inv_mass[c.vertex[k]] > 0.0 && c.weight[k] != 0.0) ++free;
-  return free > 1;
-}
-
 // Relative displacement of the two contact points over the step, m.
 Vec3 ContactForce::motion_of(const Entry& e, std::span<const Vec3> v) const {
   Vec3 u = e.body_motion;
@@ -99,13 +94,12 @@ void ContactForce::add(std::span<const ContactPoint> contacts) {
         e.body_motion += c.weight[k] * body_displacement_[i - motion_.particles];
     e.target = std::min(c.rest_gap, std::max(c.gap, 0.0) + config_.recovery * c.rest_gap);
     e.stiffness = config_.normal_ratio * m_eff / (h * h);
-    e.stick = (coupled(c) ? config_.coupled_stick_ratio : config_.stick_ratio) * m_eff / h;
+    e.stick = config_.stick_ratio * m_eff / h;
     e.m_eff = m_eff;
     e.load = first_load(e);
     room_ += m_eff * c.rest_gap;
     approach_ += m_eff * std::max(0.0, e.target - c.gap - c.normal.dot(motion_of(e, v_predicted_)));
-    const Vec3 slip = tangential(motion_of(e, v_start_), c.normal) / h;
-    set_friction(e, slip.norm() <= stick_speed(c) ? Slip::stick : Slip::slide, slip);
+    start_friction(e);
     entries_.push_back(e);
   }
 }
@@ -151,7 +145,7 @@ std::span<const ImplicitTerm> ContactForce::terms() {
     const double push = e.stiffness * (e.target - c.gap - c.normal.dot(e.body_motion));
     const Mat3 across = Mat3::Identity() - nn - e.along * e.along.transpose();
     term.matrix = h * h * e.stiffness * nn + h * e.viscosity * across;
-    term.rhs = h * push * c.normal - e.viscosity * (across * e.body_motion) - h * e.push * e.along;
+    term.rhs = h * push * c.normal - e.viscosity * (across * e.body_motion) + h * e.offset;
     terms_.push_back(term);
   }
   return terms_;
@@ -179,42 +173,51 @@ double ContactForce::update(Entry& e, std::span<const Vec3> v) const {
   return change;
 }
 
-// The friction that a solve with slip `s` used.
-Vec3 ContactForce::friction_used(const Entry& e, const Vec3& s) const {
-  return -e.push * e.along - e.viscosity * (s - e.along.dot(s) * e.along);
+// The first guess of the friction. A contact that slides goes on sliding; one that rests gets the
+// friction that stops the slip which the other forces would cause.
+void ContactForce::start_friction(Entry& e) const {
+  const ContactPoint& c = e.point;
+  const double h = motion_.h;
+  e.limit = c.friction * e.load;
+  if (c.friction <= 0.0) return;
+  const Vec3 slip = tangential(motion_of(e, v_start_), c.normal) / h;
+  const bool rests = slip.norm() <= stick_speed(c);
+  const Vec3 stopping = -e.m_eff / (h * h) * tangential(motion_of(e, v_predicted_), c.normal);
+  e.friction = within(rests ? stopping : Vec3(-e.stick * slip), e.limit);
+  linearise_friction(e, rests ? Vec3(Vec3::Zero()) : slip);
+}
+
+// Sets the friction of the next solve: its law at the slip `s` and the derivative there.
+void ContactForce::linearise_friction(Entry& e, const Vec3& s) const {
+  const Vec3 trial = e.friction - e.stick * s;
+  const double size = trial.norm();
+  e.along.setZero();
+  if (size <= e.limit || size == 0.0) {
+    e.viscosity = e.stick;
+    e.offset = e.friction;
+    return;
+  }
+  e.along = trial / size;
+  const Vec3 across = e.friction - e.along.dot(e.friction) * e.along;
+  e.viscosity = e.stick * e.limit / size;
+  e.offset = e.limit * e.along + (e.limit / size) * across;
 }
 
 double ContactForce::update_friction(Entry& e, const Vec3& s, bool carried) const {
-  const double limit = e.point.friction * e.load, speed = s.norm();
-  const Vec3 used = carried ? friction_used(e, s) : Vec3::Zero();
-  const Vec3 due = speed > 0.0 ? Vec3(-std::min(e.stick, limit / speed) * s) : Vec3::Zero();
-  Slip next = e.slip;
+  e.limit = e.point.friction * e.load;
   if (!carried) {
-    next = speed <= stick_speed(e.point) ? Slip::stick : Slip::slide;
-  } else if (limit >= kStickSlack * e.stick * speed) {
-    next = Slip::stick;
-  } else if (e.slip == Slip::slide && e.along.dot(s) <= 0.0) {
-    next = Slip::stick;
-  } else if (e.slip == Slip::stick && used.norm() > kStickSlack * limit) {
-    next = Slip::slide;
+    const bool rests = s.norm() <= stick_speed(e.point);
+    e.friction = rests ? Vec3(Vec3::Zero()) : within(-e.stick * s, e.limit);
+    linearise_friction(e, s);
+    return e.friction.norm();
   }
-  set_friction(e, next, s);
-  return (due - tangential(e.applied, e.point.normal) / motion_.h).norm();
-}
-
-// Sets the friction of the next solve from the slip of the last one.
-void ContactForce::set_friction(Entry& e, Slip slip, const Vec3& s) const {
-  const double limit = e.point.friction * e.load, speed = s.norm();
-  e.slip = slip;
-  e.limit = limit;
-  e.along.setZero();
-  e.push = 0.0;
-  e.viscosity = 0.0;
-  if (e.point.friction <= 0.0) return;
-  e.viscosity = slip == Slip::stick ? e.stick : std::min(e.stick, limit / speed);
-  if (slip != Slip::slide) return;
-  e.along = s / speed;
-  e.push = limit;
+  const Vec3 trial = e.friction - e.stick * s;
+  const Vec3 due = within(trial, e.limit);
+  const Vec3 applied = tangential(e.applied, e.point.normal) / motion_.h;
+  const double change = std::max((due - applied).norm(), (due - e.friction).norm());
+  e.friction = due;
+  linearise_friction(e, trial.norm() <= e.limit ? Vec3(Vec3::Zero()) : s);
+  return change;
 }
 
 void ContactForce::note_solved(std::span<const Vec3> v) {
@@ -259,8 +262,7 @@ double ContactForce::slope(double share) const {
       sum += e.stiffness * std::max(0.0, w.violation + share * w.violation_change) *
              w.violation_change;
       const Vec3 slip = w.slip + share * w.slip_change;
-      if (const double speed = slip.norm(); speed > 0.0 && e.limit > 0.0)
-        sum += h * std::min(e.stick, e.limit / speed) * slip.dot(w.slip_change);
+      if (e.limit > 0.0) sum -= h * within(e.friction - e.stick * slip, e.limit).dot(w.slip_change);
     }
     return sum;
   });

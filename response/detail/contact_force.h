@@ -15,13 +15,9 @@ struct ContactForceConfig {
   /// make the linear system stiffer; from 1000 on, stacks need many more solves to find which
   /// contacts carry load.
   double normal_ratio = 300.0;
-  /// Viscosity of a sticking contact divided by m_eff/h, dimensionless. The contact creeps at
-  /// (load/m_eff)·h/stick_ratio: 1e-8 m/s under its own weight at h = 1/120 s. Where a single
-  /// particle touches a body, the preconditioner absorbs the poor conditioning.
-  double stick_ratio = 1e7;
-  /// The same for contacts that couple several particles, where poor conditioning costs solver
-  /// iterations.
-  double coupled_stick_ratio = 1e4;
+  /// Viscosity c of friction divided by m_eff/h, dimensionless. Higher values find the friction of
+  /// sticking contacts in fewer solves, each of which takes more iterations.
+  double stick_ratio = 100.0;
   /// A gap below the rest gap recovers by at most this share of the rest gap per step, so that
   /// cloth that starts too close is not ejected.
   double recovery = 0.2;
@@ -36,11 +32,13 @@ struct ContactForceConfig {
 
 /// Contact and Coulomb friction as forces inside the implicit step [after the active-set view of
 /// penalty contact, Wriggers 2006, ch. 5]. Each contact pushes with λ = k (rest - gap⁺)₊ along its
-/// normal, where gap⁺ is the linearised gap at the end of the step. Its friction against the slip s
-/// is f(s) = min(c|s|, μλ) s/|s|, with c so large that the creep is invisible. Semismooth Newton
-/// iterations solve both: after each solve, `update` finds which contacts carry load and which
-/// stick, and the caller solves again until nothing changes. No state is kept from step to step:
-/// the load of a contact at the end of the last step follows from its gap and velocity.
+/// normal, where gap⁺ is the linearised gap at the end of the step. Friction is an augmented
+/// Lagrangian [P. Alart, A. Curnier, Comput. Methods Appl. Mech. Eng. 92, 1991]: against the slip s
+/// it is f(s) = f₀ - c s, shortened to μλ, where f₀ is the friction after the solve before, so that
+/// a contact sticks without creep at a moderate c. Semismooth Newton iterations solve both: after
+/// each solve, `update` finds which contacts carry load and what friction is due, and the caller
+/// solves again until nothing changes. No state is kept from step to step: the load of a contact at
+/// the end of the last step follows from its gap and velocity.
 class ContactForce final : public Response {
  public:
   explicit ContactForce(const ContactForceConfig& config = {}) : config_(config) {}
@@ -64,22 +62,17 @@ class ContactForce final : public Response {
   ResponseTraits traits() const override;
 
  private:
-  /// How friction enters the next solve.
-  enum class Slip : std::uint8_t {
-    stick,  ///< viscosity c
-    slide,  ///< friction is the force μλ against the slip, and viscosity μλ/|s| across it (Newton)
-  };
   struct Entry {
     ContactPoint point;
-    Vec3 body_motion;        // Σ weight·displacement of the body vertices, m
-    double target = 0.0;     // target gap at the end of the step, m
-    double stiffness = 0.0;  // N/m
-    double stick = 0.0;      // c, kg/s
-    double m_eff = 0.0;      // kg, effective inertia of the contact against an impulse
-    double load = 0.0;       // N, last estimate of λ
-    Slip slip = Slip::stick;
-    Vec3 along = Vec3::Zero();     // unit direction of the slip of a sliding contact
-    double push = 0.0;             // N, friction as a prescribed force against `along`
+    Vec3 body_motion;              // Σ weight·displacement of the body vertices, m
+    double target = 0.0;           // target gap at the end of the step, m
+    double stiffness = 0.0;        // N/m
+    double stick = 0.0;            // c, kg/s
+    double m_eff = 0.0;            // kg, effective inertia of the contact against an impulse
+    double load = 0.0;             // N, last estimate of λ
+    Vec3 friction = Vec3::Zero();  // N, f₀
+    Vec3 along = Vec3::Zero();     // unit direction of the friction of a sliding contact
+    Vec3 offset = Vec3::Zero();    // N, friction of the next solve at no slip
     double viscosity = 0.0;        // kg/s, of friction: in all directions, or across `along`
     double friction_change = 0.0;  // N, change that the last update asked for
     double limit = 0.0;            // N, the μλ for which friction was set
@@ -97,10 +90,9 @@ class ContactForce final : public Response {
 
   Vec3 motion_of(const Entry& e, std::span<const Vec3> v) const;
   double stick_speed(const ContactPoint& c) const;
-  bool coupled(const ContactPoint& c) const;
   double first_load(const Entry& e) const;
-  void set_friction(Entry& e, Slip slip, const Vec3& s) const;
-  Vec3 friction_used(const Entry& e, const Vec3& s) const;
+  void start_friction(Entry& e) const;
+  void linearise_friction(Entry& e, const Vec3& s) const;
   double update(Entry& e, std::span<const Vec3> v) const;
   double update_friction(Entry& e, const Vec3& s, bool carried) const;
   void note_solved(std::span<const Vec3> v);

@@ -2,15 +2,13 @@
 #include "command_identify.h"
 
 #include <fmt/format.h>
-#include <selvedge/core/files.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/resources.h>
 #include <selvedge/scene/fabric_file.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
-#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -39,6 +37,7 @@ DrapeSearch search_of(const IdentifyOptions& o) {
   DrapeSearch search;
   search.constants = identified_constants(o.constants);
   search.trial.cells = o.cells;
+  search.fabric = o.fabric;
   if (!o.fabric.empty()) {
     const Fabric fabric = find_fabric(o.fabric, ".");
     search.base = fabric.material;
@@ -46,19 +45,7 @@ DrapeSearch search_of(const IdentifyOptions& o) {
       search.target.coefficient = *fabric.constants.drape_coefficient;
   }
   if (o.target > 0.0) search.target.coefficient = o.target;
-  if (!o.synthetic.empty()) {
-    if (o.synthetic.size() != search.constants.size())
-      throw std::invalid_argument("identify: --synthetic needs a value for each of --constants");
-    std::vector<double> logs;
-    for (const double value : o.synthetic) {
-      if (!(value > 0.0)) throw std::invalid_argument("identify: --synthetic values are positive");
-      logs.push_back(std::log10(value));
-    }
-    DrapeTrial trial = search.trial;
-    trial.seed = o.target_seed;
-    const DrapeOutcome known = drape(search.at(logs), trial);
-    search.target = {known.coefficient, known.rim.amplitude};
-  }
+  if (!o.synthetic.empty()) search.aim_at(o.synthetic, o.target_seed);
   if (!(search.target.coefficient > 0.0))
     throw std::invalid_argument(
         "identify: nothing to fit; give a fabric with a drape coefficient, --target or "
@@ -66,111 +53,51 @@ DrapeSearch search_of(const IdentifyOptions& o) {
   return search;
 }
 
-/// The settings that must be equal when a search continues.
-Json settings_of(const DrapeSearch& search, const IdentifyOptions& o) {
-  return {{"constants", o.constants},
-          {"cells", o.cells},
-          {"target", search.target.coefficient},
-          {"synthetic", o.synthetic},
-          {"fabric", o.fabric},
-          {"islands", o.genetic.islands},
-          {"population", o.genetic.population},
-          {"seed", o.genetic.seed}};
-}
-
-void keep(const std::string& file, const Json& settings, const GeneticState& state) {
-  if (file.empty()) return;
-  Json islands = Json::array();
-  for (const auto& island : state.islands) {
-    Json list = Json::array();
-    for (const Candidate& c : island) list.push_back({{"logs", c.logs}, {"residual", c.residual}});
-    islands.push_back(list);
-  }
-  AtomicFile out(file);
-  out.write(
-      Json{{"settings", settings}, {"generation", state.generation}, {"islands", islands}}.dump(1) +
-      "\n");
-  out.commit();
-}
-
-GeneticState kept_state(const std::string& file, const Json& settings) {
-  std::ifstream in(file, std::ios::binary);
-  const Json json = Json::parse(in, nullptr, /*allow_exceptions=*/false);
-  GeneticState state;
-  try {
-    if (!in || json.is_discarded()) throw std::invalid_argument("");
-    if (json.at("settings") != settings)
-      throw std::invalid_argument(file + ": belongs to another search; name another --state");
-    json.at("generation").get_to(state.generation);
-    for (const Json& island : json.at("islands")) {
-      auto& candidates = state.islands.emplace_back();
-      for (const Json& c : island)
-        candidates.push_back({c.at("logs").get<std::vector<double>>(),
-                              c.at(c.contains("residual") ? "residual" : "misfit").get<double>()});
-    }
-  } catch (const Json::exception&) {
-    throw std::invalid_argument(file + ": is not the state of a search; run without --resume");
-  } catch (const std::invalid_argument& error) {
-    if (std::string(error.what()).empty())
-      throw std::invalid_argument(file + ": cannot be read; run without --resume");
-    throw;
-  }
-  return state;
-}
-
 /// The result of one search and its cost.
 struct Found {
   std::string method;
-  Candidate best;
-  int evaluations = 0;
+  SearchResult result;
   double seconds = 0.0;
 };
 
+void print_generation(const GeneticState& state, int generations) {
+  double least = state.islands[0][0].residual;
+  for (const auto& island : state.islands)
+    for (const Candidate& c : island) least = std::min(least, c.residual);
+  fmt::print(stderr, "generation {} of {}: residual {:.4f}\n", state.generation, generations,
+             least);
+}
+
 Found run_genetic(const DrapeSearch& search, const IdentifyOptions& o) {
-  const Json settings = settings_of(search, o);
-  if (o.resume && o.state.empty())
-    throw std::invalid_argument("identify: --resume needs --state FILE");
-  GeneticState state;
-  if (o.resume) state = kept_state(o.state, settings);
-  const int before = state.generation;
-  const Candidate best = genetic(search, o.genetic, state, [&](const GeneticState& s) {
-    keep(o.state, settings, s);
-    double least = s.islands[0][0].residual;
-    for (const auto& island : s.islands)
-      for (const Candidate& c : island) least = std::min(least, c.residual);
-    fmt::print(stderr, "generation {} of {}: residual {:.4f}\n", s.generation,
-               o.genetic.generations, least);
-  });
-  return {"genetic", best,
-          (o.genetic.generations - before) * o.genetic.islands * o.genetic.population, 0.0};
+  return {"genetic",
+          resumable_genetic(search, o.genetic, {o.state, o.resume}, [&](const GeneticState& s) {
+            print_generation(s, o.genetic.generations);
+          })};
 }
 
 Found run_local(const DrapeSearch& search, const IdentifyOptions& o) {
-  Found found{"nelder_mead", {}, 0, 0.0};
-  std::vector<double> middle;
-  for (const IdentifiedConstant& c : search.constants)
-    middle.push_back(0.5 * (std::log10(c.lowest) + std::log10(c.highest)));
+  Found found{"nelder_mead", {}};
   NelderMeadConfig config;
   config.evaluations = o.evaluations;
-  found.best = nelder_mead(search, middle, config, found.evaluations);
+  found.result.best = nelder_mead(search, search.middle(), config, found.result.evaluations);
   return found;
 }
 
-Json to_json(const DrapeSearch& search, const IdentifyOptions& o, const Found& found) {
+Json to_json(const DrapeSearch& search, const Found& found) {
   Json constants = Json::object();
   for (std::size_t k = 0; k < search.constants.size(); ++k) {
-    const double value = std::pow(10.0, found.best.logs[k]);
+    const double value = std::pow(10.0, found.result.best.logs[k]);
     Json& j = constants[search.constants[k].name] = {{"found", value}};
-    const double known = !o.synthetic.empty() ? o.synthetic[k]
-                         : !o.fabric.empty()  ? search.base.*(search.constants[k].field)
-                                              : 0.0;
-    if (known > 0.0) j[o.synthetic.empty() ? "measured" : "known"] = known;
+    const double known = !search.synthetic.empty() ? search.synthetic[k]
+                         : !search.fabric.empty()  ? search.base.*(search.constants[k].field)
+                                                   : 0.0;
+    if (known > 0.0) j[search.synthetic.empty() ? "measured" : "known"] = known;
     if (known > 0.0) j["ratio"] = value / known;
   }
   return {{"method", found.method},
-          {"residual", found.best.residual},
+          {"residual", found.result.best.residual},
           {"target", search.target.coefficient},
-          {"evaluations", found.evaluations},
+          {"evaluations", found.result.evaluations},
           {"seconds", found.seconds},
           {"constants", constants}};
 }
@@ -198,7 +125,7 @@ void run_command(const IdentifyOptions& o) {
     const Stopwatch watch;
     Found found = std::string(method) == "genetic" ? run_genetic(search, o) : run_local(search, o);
     found.seconds = watch.seconds();
-    results.push_back(to_json(search, o, found));
+    results.push_back(to_json(search, found));
     if (!o.json) print_report(results.back());
   }
   if (o.json) fmt::print("{}\n", Json{{"results", results}}.dump(2));

@@ -75,10 +75,8 @@ const char* type_of(const selvedge::MethodOption& option) {
 void print_table(const std::vector<ListedMethod>& methods) {
   std::string_view family;
   for (const ListedMethod& method : methods) {
-    if (method.family != family) {
-      const std::string key = method.key.empty() ? "" : fmt::format(" ({})", method.key);
-      fmt::print("{}{}{}\n", family.empty() ? "" : "\n", method.family, key);
-    }
+    if (method.family != family)
+      fmt::print("{}{} ({})\n", family.empty() ? "" : "\n", method.family, method.key);
     family = method.family;
     fmt::print("  {}{}{}\n", method.name,
                method.keyed ? fmt::format("  (key {})", method.key) : std::string(),

@@ -75,6 +75,13 @@ bool is_option(const std::string& key) {
                      [&](const std::string& family) { return is_instance_of(method_key, family); });
 }
 
+/// "weight_spring" and "omega" of "force_laws.weight_spring.omega"; nullopt for other keys.
+std::optional<std::pair<std::string, std::string>> law_option(const std::string& key) {
+  if (!is_instance_of(key, std::string(kForceLawKey) + ".*.*")) return std::nullopt;
+  const auto [law_key, option] = split_last(key);
+  return std::pair(split_last(law_key).second, option);
+}
+
 /// Every value that `key` may have; empty if the values are not enumerable.
 std::vector<std::string> all_values(const std::string& key, const Methods& methods) {
   std::vector<std::string> values;
@@ -86,6 +93,10 @@ std::vector<std::string> all_values(const std::string& key, const Methods& metho
       for (const MethodOption& option : entry.options())
         if (option.name == name && option.kind == OptionKind::boolean) values = {"false", "true"};
   });
+  if (const auto law = law_option(key))
+    for (const MethodOption& option : methods.force_laws.at(law->first).options())
+      if (option.name == law->second && option.kind == OptionKind::boolean)
+        values = {"false", "true"};
   if (!values.empty()) return values;
   for (const SceneKey& known : scene_keys())
     if (is_instance_of(key, known.path) && !known.words.empty()) return known.words;
@@ -104,8 +115,20 @@ void require_option(const std::string& key, const std::string& text, const Metho
   });
 }
 
+/// Rejects a force law that does not exist, and an option that the law does not have.
+void require_law_option(const std::string& name, const std::string& option, const std::string& text,
+                        const Methods& methods) {
+  if (const std::string fault = methods.force_laws.fault(name); !fault.empty()) refuse(text, fault);
+  const auto& options = methods.force_laws.at(name).options();
+  if (std::none_of(options.begin(), options.end(),
+                   [&](const MethodOption& o) { return o.name == option; }))
+    refuse(text, name + " " + option_fault(options, option, 0.0));
+}
+
 void require_known(const std::string& name, const std::string& text, const Methods& methods) {
   if (is_option(key_of(name))) return require_option(key_of(name), text, methods);
+  if (const auto law = law_option(name))
+    return require_law_option(law->first, law->second, text, methods);
   std::vector<std::string> known;
   for (const auto& entry : short_axes()) {
     if (entry.first == name) return;

@@ -5,8 +5,10 @@
 #include <selvedge/core/cloth_mesh.h>
 #include <selvedge/core/registry.h>
 
+#include <map>
 #include <memory>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -146,9 +148,17 @@ struct ForceLawTraits {
 /// gravity, are noted by add_keyed.
 using ForceLawRegistry = Registry<ForceList, ForceLawTraits, const ClothMesh&>;
 ForceLawRegistry force_laws();
+
+/// Options of force laws by the name of the law. Options that are left out have their defaults.
+using ForceLawOptions = std::map<std::string, MethodOptions>;
+/// The forces of one law on `cloth`, with those of `options` that are for this law.
+ForceList make_forces_of(const ForceLawRegistry::Entry& law, const ClothMesh& cloth,
+                         const ForceLawOptions& options);
 /// All internal forces of `cloth`, in the order in which the laws were added. They add up in this
-/// order.
-ForceList make_internal_forces(const ClothMesh& cloth, const ForceLawRegistry& laws = force_laws());
+/// order. Throws std::invalid_argument if `options` name a law that `laws` does not have, or an
+/// option that the law does not have.
+ForceList make_internal_forces(const ClothMesh& cloth, const ForceLawRegistry& laws = force_laws(),
+                               const ForceLawOptions& options = {});
 
 /// Upper bounds of the modes of the forces on a cloth, x'' = -omega² x - rate x'.
 struct ModeBound {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/force.h>
 
+#include <stdexcept>
 #include <utility>
 
 namespace selvedge {
@@ -35,10 +36,20 @@ ForceLawRegistry force_laws() {
   return registry;
 }
 
-ForceList make_internal_forces(const ClothMesh& cloth, const ForceLawRegistry& laws) {
+ForceList make_forces_of(const ForceLawRegistry::Entry& law, const ClothMesh& cloth,
+                         const ForceLawOptions& options) {
+  const auto given = options.find(law.name());
+  return given == options.end() ? law(cloth) : law(given->second, cloth);
+}
+
+ForceList make_internal_forces(const ClothMesh& cloth, const ForceLawRegistry& laws,
+                               const ForceLawOptions& options) {
+  for (const auto& [name, values] : options)
+    if (const std::string fault = laws.fault(name); !fault.empty())
+      throw std::invalid_argument("force_laws: " + fault);
   ForceList forces;
   for (const auto* law : laws.in_order())
-    for (auto& force : (*law)(cloth)) forces.push_back(std::move(force));
+    for (auto& force : make_forces_of(*law, cloth, options)) forces.push_back(std::move(force));
   return forces;
 }
 

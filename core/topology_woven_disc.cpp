@@ -31,8 +31,32 @@ double turn(std::span<const Vec3> x, const std::array<std::int32_t, 3>& v) {
   return std::atan2(in.cross(out).norm(), in.dot(out));
 }
 
+/// How the two triangles of a hinge change when its vertices move from `before` to `now`.
+struct HingeChange {
+  double stiffness;  ///< factor that keeps the bending energy per area
+  double area;       ///< factor of the area
+  double angle;      ///< factor of the angle under a curvature of the cloth
+};
+
+double doubled_hinge_area(std::span<const Vec3> x, const std::array<std::int32_t, 4>& v) {
+  const Vec3 edge = x[v[3]] - x[v[2]];
+  return edge.cross(x[v[0]] - x[v[2]]).norm() + edge.cross(x[v[1]] - x[v[2]]).norm();
+}
+
+HingeChange hinge_change(std::span<const Vec3> before, std::span<const Vec3> now,
+                         const std::array<std::int32_t, 4>& v) {
+  HingeChange change{};
+  change.stiffness = detail::hinge_stiffness(v, now, 1.0) / detail::hinge_stiffness(v, before, 1.0);
+  change.area = doubled_hinge_area(now, v) / doubled_hinge_area(before, v);
+  change.angle = std::sqrt(change.area / change.stiffness);
+  return change;
+}
+
 /// Moves the border vertices onto the circle and sets the rest shape of all elements to the result.
+/// The circle flattens some triangles, and a hinge at a flat triangle turns far under a small
+/// curvature, so hinges get the stiffness and the friction of their new shape.
 void push_rim_out(ClothMesh& disc, double radius, const Material& material) {
+  const std::vector<Vec3> before = disc.surface.vertices;
   std::vector<char> moved(disc.surface.vertices.size(), 0);
   for (const Edge& edge : border_edges(disc.surface.triangles))
     for (const std::int32_t v : edge) {
@@ -46,10 +70,20 @@ void push_rim_out(ClothMesh& disc, double radius, const Material& material) {
     link.rest_length = (x[link.b] - x[link.a]).norm();
     link.onset = std::max(link.onset, detail::least_onset(link.rigidity, link.rest_length));
   }
+  const auto has_moved = [&](const auto& element) {
+    return std::any_of(element.v.begin(), element.v.end(), [&](auto v) { return moved[v] != 0; });
+  };
+  for (Hinge& hinge : disc.hinges)
+    if (has_moved(hinge)) hinge.stiffness *= hinge_change(before, x, hinge.v).stiffness;
+  for (HingeFriction& friction : disc.hinge_frictions) {
+    if (!has_moved(friction)) continue;
+    const HingeChange change = hinge_change(before, x, friction.v);
+    friction.moment *= change.area / change.angle;  // the same work per area and curvature
+    friction.yield *= change.angle;
+  }
   const auto turn_where_moved = [&](auto& elements) {
     for (auto& element : elements)
-      if (std::any_of(element.v.begin(), element.v.end(), [&](auto v) { return moved[v] != 0; }))
-        element.rest_angle = turn(x, element.v);
+      if (has_moved(element)) element.rest_angle = turn(x, element.v);
   };
   turn_where_moved(disc.twists);
   turn_where_moved(disc.corner_frictions);
@@ -57,24 +91,51 @@ void push_rim_out(ClothMesh& disc, double radius, const Material& material) {
   for (double& m : disc.mass) m *= material.density;
 }
 
+/// The cells of a square grid whose centres lie in the disc.
+class DiscCells {
+ public:
+  DiscCells(double radius, std::int32_t cells) : radius_(radius), cells_(cells) {}
+
+  /// True if the cell of a triangle lies in the disc. The triangle has three corners of the cell.
+  bool contains(const Triangle& t) const {
+    std::int32_t column = cells_, row = cells_;
+    for (const std::int32_t v : t) {
+      column = std::min(column, v % (cells_ + 1));
+      row = std::min(row, v / (cells_ + 1));
+    }
+    const double size = 2.0 * radius_ / cells_;
+    const Vec3 centre = size * Vec3(column + 0.5, row + 0.5, 0.0) - Vec3(radius_, radius_, 0.0);
+    return centre.norm() < radius_;
+  }
+
+  /// Leaves out the elements on four vertices whose triangles are not both in the disc, by the
+  /// vertex -1. A corner of the ragged rim has the four vertices of such an element without having
+  /// its cells, and on the circle one of its triangles would lie folded onto the other.
+  void leave_out_across_rim(auto& elements) const {
+    for (auto& element : elements)
+      if (!contains({element.v[0], element.v[2], element.v[3]}) ||
+          !contains({element.v[1], element.v[2], element.v[3]}))
+        element.v[0] = -1;
+  }
+
+ private:
+  double radius_;
+  std::int32_t cells_;
+};
+
 }  // namespace
 
 ClothMesh make_woven_disc(double radius, std::int32_t cells, const Material& material) {
   constexpr std::int32_t kFewest = 8;
   require(cells >= kFewest, "cells across the disc", cells, "at least 8");
-  const ClothMesh grid = make_rectangular({2.0 * radius, 2.0 * radius, cells, cells}, material);
+  ClothMesh grid = make_rectangular({2.0 * radius, 2.0 * radius, cells, cells}, material);
   // A cell is either entirely in the disc or not at all, and its diagonals with it.
-  const double size = 2.0 * radius / cells;
+  const DiscCells disc_cells(radius, cells);
   std::vector<Triangle> inside;
-  for (const Triangle& t : grid.surface.triangles) {
-    const Vec3 middle =
-        (grid.surface.vertices[t[0]] + grid.surface.vertices[t[1]] + grid.surface.vertices[t[2]]) /
-        3.0;
-    const Vec3 corner(std::floor((middle.x() + radius) / size),
-                      std::floor((middle.y() + radius) / size), 0.0);
-    const Vec3 centre = size * (corner + Vec3(0.5, 0.5, 0.0)) - Vec3(radius, radius, 0.0);
-    if (centre.norm() < radius) inside.push_back(t);
-  }
+  for (const Triangle& t : grid.surface.triangles)
+    if (disc_cells.contains(t)) inside.push_back(t);
+  disc_cells.leave_out_across_rim(grid.hinges);
+  disc_cells.leave_out_across_rim(grid.hinge_frictions);
   ClothMesh disc = cut(grid, inside);
   push_rim_out(disc, radius, material);
   return disc;

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 namespace selvedge {
 namespace {
@@ -53,6 +54,29 @@ Material DrapeSearch::at(const std::vector<double>& logs) const {
   if (base.stretch_weft) material.stretch_weft = stretch * material.stretch_stiffness;
   if (base.bending_weft) material.bending_weft = bending * material.bending_stiffness;
   return material;
+}
+
+std::vector<double> DrapeSearch::middle() const {
+  std::vector<double> logs;
+  for (const IdentifiedConstant& c : constants)
+    logs.push_back(0.5 * (std::log10(c.lowest) + std::log10(c.highest)));
+  return logs;
+}
+
+void DrapeSearch::aim_at(std::vector<double> values, std::uint32_t seed) {
+  if (values.size() != constants.size())
+    throw std::invalid_argument("identify: a synthetic target needs a value for each constant");
+  std::vector<double> logs;
+  for (const double value : values) {
+    if (!(value > 0.0))
+      throw std::invalid_argument("identify: the values of a synthetic target must be positive");
+    logs.push_back(std::log10(value));
+  }
+  DrapeTrial known = trial;
+  known.seed = seed;
+  const DrapeOutcome outcome = drape(at(logs), known);
+  target = {outcome.coefficient, outcome.rim.amplitude};
+  synthetic = std::move(values);
 }
 
 double DrapeSearch::residual(const std::vector<double>& logs) const {

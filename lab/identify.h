@@ -4,6 +4,7 @@
 #include <selvedge/lab/fabric_drape.h>
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
@@ -33,7 +34,15 @@ struct DrapeSearch {
   DrapeTrial trial;
   DrapeTarget target;
   std::vector<IdentifiedConstant> constants;
+  std::string fabric{};             ///< name of the fabric that supplies `base`; empty: none
+  std::vector<double> synthetic{};  ///< SI, `constants` of a computed target; empty: measured
 
+  /// Makes the drape of these values of `constants` (SI) the target, to test whether a search finds
+  /// them again. `seed` selects the folds of that drape. Throws std::invalid_argument unless there
+  /// is one positive value for each constant.
+  void aim_at(std::vector<double> values, std::uint32_t seed);
+  /// The point in the middle of the bounds, where a local search starts.
+  std::vector<double> middle() const;
   /// Material at a point of the search space, whose coordinates are decimal logarithms.
   Material at(const std::vector<double>& logs) const;
   /// Residual: |DC - DC*| in percentage points. If the target has a spectrum, the distance between
@@ -78,5 +87,30 @@ bool has_genetic();
 /// `islands` is below 1.
 Candidate genetic(const DrapeSearch& search, const GeneticConfig& config, GeneticState state,
                   const std::function<void(const GeneticState&)>& kept);
+
+/// Writes the state and the settings of its search to a file, which is complete or absent.
+void write_state(const std::filesystem::path& file, const DrapeSearch& search,
+                 const GeneticConfig& config, const GeneticState& state);
+/// Reads a state that write_state wrote for the same search; the number of generations may differ.
+/// Throws std::invalid_argument, with the file, if it cannot be read or belongs to another search.
+GeneticState read_state(const std::filesystem::path& file, const DrapeSearch& search,
+                        const GeneticConfig& config);
+
+/// File that keeps the state of a genetic search after every generation.
+struct GeneticFile {
+  std::filesystem::path file;  ///< empty: keeps nothing
+  bool resume = false;         ///< continue from the state in the file
+};
+/// Result of a search and its cost.
+struct SearchResult {
+  Candidate best;
+  int evaluations = 0;  ///< drapes computed, without those of the search that was resumed
+};
+/// A genetic search with its state in a file. Calls `kept`, if given, after every generation.
+/// Throws std::invalid_argument under the conditions of `genetic` and `read_state`, and if it has
+/// no file to resume from.
+SearchResult resumable_genetic(const DrapeSearch& search, const GeneticConfig& config,
+                               const GeneticFile& keep,
+                               const std::function<void(const GeneticState&)>& kept);
 
 }  // namespace selvedge

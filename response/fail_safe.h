@@ -37,10 +37,10 @@ class FailSafe {
   /// Starts a step. Both arguments must stay alive until the next begin.
   virtual void begin(const ResponseStep& step, Clearances& clearances) = 0;
   /// One round: changes the end positions `x_t1` of the particles, metres. Returns false if the
-  /// step must be shortened; `trouble` then gives the reason.
+  /// step must be shortened; `failure_reason` then gives the reason.
   virtual bool resolve(std::span<const ContactPoint> hits, std::span<Vec3> x_t1) = 0;
   /// Why the last `resolve` returned false, as one sentence.
-  virtual const std::string& trouble() const = 0;
+  virtual const std::string& failure_reason() const = 0;
   /// Counts since construction. Names that begin with max_ are maxima, the others sums.
   virtual const std::map<std::string, double>& counters() const = 0;
   /// Properties of the fail-safe, the same at all times.

@@ -45,7 +45,7 @@ class DisplacementBound final : public FailSafe {
 
   bool resolve(std::span<const ContactPoint> hits, std::span<Vec3> x_t1) override {
     if (round_++ > 0) {
-      trouble_ = "bounds on all displacements could not resolve all collisions";
+      failure_reason_ = "bounds on all displacements could not resolve all collisions";
       return false;
     }
     counters_["bound_rounds"] += 1;
@@ -54,13 +54,13 @@ class DisplacementBound final : public FailSafe {
     // relative to them.
     if (!share_out(shift, x_t1)) {
       shift = shared_shift(crowded_, step_, x_t1);
-      if (!share_out(shift, x_t1)) trouble_ = jam(crowded_[0], x_t1);
+      if (!share_out(shift, x_t1)) failure_reason_ = jam(crowded_[0], x_t1);
     }
     clip(shift, x_t1);
-    return trouble_.empty();
+    return failure_reason_.empty();
   }
 
-  const std::string& trouble() const override { return trouble_; }
+  const std::string& failure_reason() const override { return failure_reason_; }
   const std::map<std::string, double>& counters() const override { return counters_; }
   ResponseTraits traits() const override {
     return {
@@ -75,7 +75,7 @@ class DisplacementBound final : public FailSafe {
   bool share_out(const Vec3& shift, std::span<const Vec3> x_t1) {
     clearances_->all(shift, pairs_);
     bound_.assign(step_.motion.particles, -1.0);
-    trouble_.clear();
+    failure_reason_.clear();
     crowded_.clear();
     for (const ContactPoint& pair : pairs_)
       if (!limit(pair, shift, x_t1)) crowded_.push_back(pair);
@@ -152,7 +152,7 @@ class DisplacementBound final : public FailSafe {
   std::vector<ContactPoint> pairs_, crowded_;
   std::vector<double> bound_;  // m, for each particle; negative: not bounded
   int round_ = 0;
-  std::string trouble_;
+  std::string failure_reason_;
   std::map<std::string, double> counters_;
 };
 

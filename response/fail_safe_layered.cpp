@@ -58,7 +58,7 @@ class Layered final : public FailSafe {
     return true;
   }
 
-  const std::string& trouble() const override { return trouble_; }
+  const std::string& failure_reason() const override { return failure_reason_; }
   const std::map<std::string, double>& counters() const override { return counters_; }
   ResponseTraits traits() const override {
     return {
@@ -72,7 +72,7 @@ class Layered final : public FailSafe {
   bool cut(std::span<const ContactPoint> hits, std::span<Vec3> x_t1) {
     const int round = plane_round_++;
     if (round > rounds_.plane_rounds) {
-      trouble_ = "projection and separating planes could not resolve all collisions";
+      failure_reason_ = "projection and separating planes could not resolve all collisions";
       return false;
     }
     counters_["plane_rounds"] += 1;
@@ -86,7 +86,7 @@ class Layered final : public FailSafe {
     }
     planes_.add(pairs_);
     if (planes_.apply(x_t1)) return true;
-    trouble_ = planes_.trouble();
+    failure_reason_ = planes_.failure_reason();
     return false;
   }
 
@@ -99,7 +99,7 @@ class Layered final : public FailSafe {
   std::vector<Vec3> desired_;  // end positions before the fail-safe
   std::size_t last_ = 0;       // number of collisions in the previous round
   int round_ = 0, plane_round_ = -1;
-  std::string trouble_;
+  std::string failure_reason_;
   std::map<std::string, double> counters_;
 };
 

@@ -29,17 +29,17 @@ class PlanesAlone final : public FailSafe {
       planes_.fix_reference(shift);
       counters_["all_pairs_bounded"] += 1;
     } else {
-      trouble_ = "separating planes could not resolve all collisions";
+      failure_reason_ = "separating planes could not resolve all collisions";
       return false;
     }
     ++round_;
     planes_.add(pairs_);
     if (planes_.apply(x_t1)) return true;
-    trouble_ = planes_.trouble();
+    failure_reason_ = planes_.failure_reason();
     return false;
   }
 
-  const std::string& trouble() const override { return trouble_; }
+  const std::string& failure_reason() const override { return failure_reason_; }
   const std::map<std::string, double>& counters() const override { return counters_; }
   ResponseTraits traits() const override {
     return {
@@ -55,7 +55,7 @@ class PlanesAlone final : public FailSafe {
   SeparatingPlanes planes_;
   std::vector<ContactPoint> pairs_;
   int round_ = 0;
-  std::string trouble_;
+  std::string failure_reason_;
   std::map<std::string, double> counters_;
 };
 

@@ -13,7 +13,7 @@ std::vector<ListedMethod> list_methods(const Methods& methods) {
   for_each_family(methods, [&](const std::string& key, const auto& registry) {
     append(list_family(key.substr(key.rfind('.') + 1), key, registry));
   });
-  append(list_family("force", "", methods.force_laws));
+  append(list_family("force", kForceLawKey, methods.force_laws));
   return list;
 }
 

@@ -28,8 +28,8 @@ struct Methods {
   IntegratorRegistry integrators = selvedge::integrators();
   StrainLimiterRegistry strain_limiters = selvedge::strain_limiters();
   ClothPatternRegistry patterns = cloth_patterns();
-  /// The laws of the internal forces. A scene does not name them: they act on the elements that its
-  /// cloth has.
+  /// The laws of the internal forces. All of them act, on the elements that the cloth of a scene
+  /// has; the key kForceLawKey sets their options.
   ForceLawRegistry force_laws = selvedge::force_laws();
 };
 
@@ -41,6 +41,9 @@ Methods methods_of_this_build();
 inline constexpr std::array<const char*, 7> kMethodKeys{
     "contact.broad_phase", "contact.narrow_phase",  "contact.response",  "contact.fail_safe",
     "solver.integrator",   "solver.strain_limiter", "geometry.*.pattern"};
+
+/// Key of scene files that maps the names of force laws to their options.
+inline constexpr const char* kForceLawKey = "force_laws";
 
 /// Calls visit(key, registry) for each family, in the order of kMethodKeys.
 template <class Visit>
@@ -57,8 +60,8 @@ void for_each_family(const Methods& methods, Visit visit) {
 /// One method as lists show it.
 struct ListedMethod {
   std::string family;  ///< "broad_phase"
-  /// Key of scene files that selects the method: one of kMethodKeys, or a key of its own; empty if
-  /// no key does.
+  /// Key of scene files that selects the method: one of kMethodKeys, or a key of its own. For a
+  /// force law without a key of its own it is kForceLawKey, which sets options only.
   std::string key;
   std::string name, promise, source;
   std::string library{};  ///< optional library that the method comes from; empty: selvedge itself

@@ -45,6 +45,7 @@ class SceneReader {
     scene_.name = root_["name"].get<std::string>();
     scene_.gravity = read_vec3(root_["gravity"]);
     read_materials();
+    read_force_laws();
     read_geometry();
     detail::check_motions(document_);
     read_handles();
@@ -162,6 +163,18 @@ class SceneReader {
     m.kawabata_rt = j["kawabata_rt"].get<double>();
     m.shear_friction = j["shear_friction"].get<double>();
     m.bending_friction = j["bending_friction"].get<double>();
+  }
+
+  void read_force_laws() {
+    if (!root_.contains(kForceLawKey)) return;
+    for (const auto& [name, given] : root_[kForceLawKey].items()) {
+      const std::string path = join(kForceLawKey, name);
+      if (const std::string fault = methods_.force_laws.fault(name); !fault.empty())
+        fail(document_, path, fault);
+      for (const auto& [key, value] : given.items())
+        read_option(value, methods_.force_laws.at(name), join(path, key), key,
+                    scene_.force_laws[name]);
+    }
   }
 
   void read_geometry() {

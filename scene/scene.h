@@ -249,6 +249,7 @@ struct Scene {
   std::string json;  ///< as read: with overrides and defaults, without comments, paths absolute
   std::vector<ClothSpec> cloths;
   std::map<std::string, Material> materials;
+  ForceLawOptions force_laws;  ///< options of force laws by name; every law acts, named or not
   std::vector<HandleSpec> handles;
   std::vector<WeightSpec> weights;
   std::vector<SeamSpec> seams;

@@ -58,7 +58,8 @@ std::vector<std::unique_ptr<Force>> make_forces(const Scene& scene, const BuiltS
                                                 const Methods& methods) {
   const ClothMesh& cloth = built.cloth;
   const std::size_t n = cloth.surface.vertices.size();
-  std::vector<std::unique_ptr<Force>> forces = make_internal_forces(cloth, methods.force_laws);
+  std::vector<std::unique_ptr<Force>> forces =
+      make_internal_forces(cloth, methods.force_laws, scene.force_laws);
   if (scene.solver.strain_limiter) {
     const StrainLimiterRegistry& limiters = methods.strain_limiters;
     const auto limiter = limiters.find(scene.solver.limiter);

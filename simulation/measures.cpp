@@ -51,7 +51,8 @@ std::map<std::string, double> energies(const Scene& scene, const BuiltScene& bui
   for (const auto* law : laws.in_order()) {
     const std::string part(law->traits().energy);
     if (part.empty()) continue;
-    for (const auto& force : (*law)(built.cloth)) joules[part] += force->energy(state);
+    for (const auto& force : make_forces_of(*law, built.cloth, scene.force_laws))
+      joules[part] += force->energy(state);
   }
   if (!scene.seams.empty())
     for (const auto& force : make_seams(scene, built)) joules["seams"] += force->energy(state);

@@ -193,6 +193,22 @@ TEST(Adding, TheForceActsInASceneAndItsEnergyIsListed) {
   EXPECT_FALSE(Simulation(scene).energies().contains("weight_spring"));
 }
 
+TEST(Adding, ASceneSetsAnOptionOfTheForceLaw) {
+  Scene scene = small_scene();
+  scene.bodies.clear();
+  Methods methods;
+  adding::register_weight_spring(methods.force_laws);
+  const double weak = end_of(scene, methods)[0].z();
+  const double energy = Simulation(scene, methods).energies().at("weight_spring");
+  scene.force_laws["weight_spring"] = {{"omega", 4.0}};  // twice the default
+  EXPECT_LT(end_of(scene, methods)[0].z(), weak - 1e-4);
+  EXPECT_NEAR(Simulation(scene, methods).energies().at("weight_spring"), 4.0 * energy, 1e-12);
+  scene.force_laws["weight_spring"] = {{"omgea", 4.0}};
+  EXPECT_THROW(Simulation(scene, methods), std::invalid_argument);
+  scene.force_laws = {{"weight_sprnig", {{"omega", 4.0}}}};
+  EXPECT_THROW(Simulation(scene, methods), std::invalid_argument);
+}
+
 TEST(Adding, ThePatternHasTheMassOfItsClothAndNoDiagonals) {
   const ClothMesh cloth = methods_with_additions().patterns.at("threads")(
       {.size_x = 0.4, .size_y = 0.2, .cells_x = 4, .cells_y = 2}, {.density = 0.5});

@@ -288,7 +288,7 @@ double energy(const ClothMesh& cloth, const std::vector<Vec3>& x) {
   return sum;
 }
 
-/// Bending energy per area of a cloth rolled to a radius of 0.2 m.
+/// Bending energy per area of a cloth rolled along x to a radius of 0.2 m.
 double rolled_energy(const ClothMesh& cloth) {
   constexpr double radius = 0.2;
   const auto& flat = cloth.surface.vertices;
@@ -300,7 +300,7 @@ double rolled_energy(const ClothMesh& cloth) {
 
 TEST(WovenDisc, HasTheBendingEnergyOfTheSheetThatItIsCutFrom) {
   Material m;
-  for (const BendingLaw law : {BendingLaw::buckling, BendingLaw::twisting}) {
+  for (const BendingLaw law : {BendingLaw::hinge, BendingLaw::buckling, BendingLaw::twisting}) {
     m.bending_law = law;
     const ClothMesh disc = make_woven_disc(0.15, 40, m);
     const ClothMesh sheet = make_rectangular({0.3, 0.3, 40, 40}, m);
@@ -313,8 +313,9 @@ TEST(WovenDisc, HasTheBendingEnergyOfTheSheetThatItIsCutFrom) {
   }
 }
 
-TEST(WovenDisc, IsAtRestWithLinksAndTwists) {
-  for (const BendingLaw bending : {BendingLaw::buckling, BendingLaw::twisting})
+TEST(WovenDisc, IsAtRestWithAnyLaw) {
+  for (const BendingLaw bending :
+       {BendingLaw::hinge, BendingLaw::bridson, BendingLaw::buckling, BendingLaw::twisting})
     for (const ShearLaw shear : {ShearLaw::springs, ShearLaw::twisting}) {
       Material m;
       m.bending_law = bending;
@@ -329,6 +330,28 @@ TEST(WovenDisc, IsAtRestWithLinksAndTwists) {
       for (const Vec3& force : f) largest = std::max(largest, force.norm());
       EXPECT_LT(largest, 1e-9) << static_cast<int>(bending) << ", " << static_cast<int>(shear);
     }
+}
+
+/// Twice the signed area of a triangle in the xy-plane, m².
+double doubled_area(std::span<const Vec3> x, std::int32_t a, std::int32_t b, std::int32_t c) {
+  return (x[b] - x[a]).cross(x[c] - x[a]).z();
+}
+
+TEST(WovenDisc, HasNoFoldedHinge) {
+  Material m;
+  m.bending_friction = 1e-3;
+  for (const std::int32_t cells : {8, 13, 24, 40}) {
+    const ClothMesh disc = make_woven_disc(0.15, cells, m);
+    const auto& x = disc.surface.vertices;
+    const auto is_folded = [&](const auto& element) {
+      const auto& v = element.v;
+      return doubled_area(x, v[2], v[3], v[0]) * doubled_area(x, v[3], v[2], v[1]) <= 0.0;
+    };
+    const auto& frictions = disc.hinge_frictions;
+    ASSERT_FALSE(frictions.empty());
+    EXPECT_EQ(std::count_if(disc.hinges.begin(), disc.hinges.end(), is_folded), 0) << cells;
+    EXPECT_EQ(std::count_if(frictions.begin(), frictions.end(), is_folded), 0) << cells;
+  }
 }
 
 TEST(WovenDisc, TakesFrictionAlong) {

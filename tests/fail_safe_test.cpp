@@ -19,7 +19,7 @@ TEST(FailSafe, EachEndsEveryStepOfAFreeSwarmCleanWithItsMomentumAndNoMoreEnergy)
         Trial trial(swarm(seed, speed));
         const auto fail_safe = make();
         const double share = trial.resolve_halved(*fail_safe);
-        ASSERT_GT(share, 0.0) << fail_safe->trouble();
+        ASSERT_GT(share, 0.0) << fail_safe->failure_reason();
         std::vector<Vec3> end = trial.x_t1;
         trial.aim(share);
         const Vec3 linear = trial.momentum(), angular = trial.angular_momentum();
@@ -42,7 +42,7 @@ TEST(FailSafe, NoneMovesABodyOrAHeldParticleByOneBit) {
         ASSERT_FALSE(trial.hits.empty());
         const auto fail_safe = make();
         const double share = trial.resolve_halved(*fail_safe);
-        ASSERT_GT(share, 0.0) << fail_safe->trouble();
+        ASSERT_GT(share, 0.0) << fail_safe->failure_reason();
         const std::vector<Vec3> after = trial.x_t1;
         trial.aim(share);
         EXPECT_NE(after, trial.x_t1);
@@ -60,7 +60,7 @@ TEST(FailSafe, NoneGainsEnergyAtAStaticBody) {
       Trial trial(swarm_with_anchors(seed, 0.6, false));
       const auto fail_safe = make();
       const double share = trial.resolve_halved(*fail_safe);
-      ASSERT_GT(share, 0.0) << fail_safe->trouble();
+      ASSERT_GT(share, 0.0) << fail_safe->failure_reason();
       const double after = trial.energy();
       trial.aim(share);
       EXPECT_LE(after, trial.energy() * (1.0 + 1e-12));
@@ -112,7 +112,7 @@ TEST(FailSafe, RoundsAreOptionsAndFewerOfThemEndCleanAsWell) {
         SCOPED_TRACE(name + ", seed " + std::to_string(seed));
         Trial trial(swarm(seed, 1.0));
         const auto fail_safe = all.at(name)({{option, most}});
-        EXPECT_GT(trial.resolve_halved(*fail_safe), 0.0) << fail_safe->trouble();
+        EXPECT_GT(trial.resolve_halved(*fail_safe), 0.0) << fail_safe->failure_reason();
         EXPECT_EQ(fail_safe->counters().contains(option), most > 0.0);
       }
   for (const std::string name : {"separating_planes", "layered"}) {
@@ -120,7 +120,7 @@ TEST(FailSafe, RoundsAreOptionsAndFewerOfThemEndCleanAsWell) {
     MethodOptions options{{"plane_rounds", 0.0}};
     if (name == "layered") options.set("projection_rounds", 0.0);
     const auto fail_safe = all.at(name)(options);
-    EXPECT_GT(trial.resolve(*fail_safe), 0) << fail_safe->trouble();
+    EXPECT_GT(trial.resolve(*fail_safe), 0) << fail_safe->failure_reason();
     EXPECT_EQ(fail_safe->counters().at("all_pairs_bounded"), 1.0);
   }
 }
@@ -145,7 +145,7 @@ TEST(FailSafe, APlateFasterThanTheClothCarriesItInAWholeStep) {
     for (std::size_t k = stage.n(); k < stage.move.size(); ++k) stage.move[k] = Vec3(0, 0, 0.08);
     Trial trial(stage);
     const auto fail_safe = make();
-    EXPECT_GT(trial.resolve(*fail_safe), 0) << fail_safe->trouble();
+    EXPECT_GT(trial.resolve(*fail_safe), 0) << fail_safe->failure_reason();
     for (std::size_t i = 0; i < stage.n(); ++i) EXPECT_GT(trial.x_t1[i].z(), 0.08);
   }
 }
@@ -161,7 +161,7 @@ TEST(FailSafe, PlanesForAllPairsPartWhatPlanesForNoneWould) {
     trial.clearances().all(shift, pairs);
     planes.fix_reference(shift);
     planes.add(pairs);
-    ASSERT_TRUE(planes.apply(trial.x_t1)) << planes.trouble();
+    ASSERT_TRUE(planes.apply(trial.x_t1)) << planes.failure_reason();
     trial.find();
     EXPECT_TRUE(trial.hits.empty()) << "seed " << seed;
   }
@@ -199,10 +199,11 @@ TEST(FailSafe, ClothBetweenJawsThatCloseIsReportedJammedWithItsParticlesAndAncho
     Trial trial(stage);
     const auto fail_safe = make();
     EXPECT_EQ(trial.resolve(*fail_safe), -1);
-    EXPECT_NE(fail_safe->trouble().find("jammed: "), std::string::npos) << fail_safe->trouble();
-    EXPECT_NE(fail_safe->trouble().find(" between body vertex 0 and body vertex "),
+    EXPECT_NE(fail_safe->failure_reason().find("jammed: "), std::string::npos)
+        << fail_safe->failure_reason();
+    EXPECT_NE(fail_safe->failure_reason().find(" between body vertex 0 and body vertex "),
               std::string::npos)
-        << fail_safe->trouble();
+        << fail_safe->failure_reason();
   }
 }
 

@@ -4,7 +4,12 @@
 
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
 #include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <functional>
 #include <stdexcept>
 
 namespace selvedge {
@@ -16,12 +21,11 @@ DrapeSearch small_search() {
   search.constants = identified_constants({"bending"});
   search.trial.cells = 5;
   search.trial.most_steps = 40;
-  const DrapeOutcome known = drape(search.at({std::log10(2e-5)}), search.trial);
-  search.target = {known.coefficient, known.rim.amplitude};
+  search.aim_at({2e-5}, search.trial.seed);
   return search;
 }
 
-TEST(Identification, TheMisfitIsNoughtAtTheConstantsOfTheTargetAndNowhereElse) {
+TEST(Identification, TheResidualIsZeroAtTheConstantsOfTheTargetAndNowhereElse) {
   const DrapeSearch search = small_search();
   EXPECT_EQ(search.residual({std::log10(2e-5)}), 0.0);
   EXPECT_GT(search.residual({std::log10(4e-5)}), 1.0);
@@ -38,6 +42,111 @@ TEST(Identification, NelderMeadFindsTheBendingOfASyntheticDrape) {
 TEST(Identification, AnUnknownConstantIsRefused) {
   EXPECT_THROW(identified_constants({"colour"}), std::invalid_argument);
   EXPECT_THROW(identified_constants({}), std::invalid_argument);
+}
+
+TEST(Identification, ASyntheticTargetNeedsAPositiveValueForEachConstant) {
+  DrapeSearch search = small_search();
+  EXPECT_EQ(search.synthetic, std::vector<double>{2e-5});
+  EXPECT_THROW(search.aim_at({2e-5, 30.0}, 1), std::invalid_argument);
+  EXPECT_THROW(search.aim_at({0.0}, 1), std::invalid_argument);
+  EXPECT_EQ(search.synthetic, std::vector<double>{2e-5});
+}
+
+std::string refusal(const std::function<void()>& act) {
+  try {
+    act();
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "";
+}
+
+/// A state file of two islands with four candidates each, and its search.
+class StateOfASearch : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    state_.generation = 2;
+    state_.islands.assign(2, std::vector<Candidate>(4));
+    double value = 0.1;  // not representable, nor are its powers
+    for (auto& island : state_.islands)
+      for (Candidate& c : island) c = {{-5.0 - (value *= 0.7)}, value / 3.0};
+    write_state(file_, search_, config_, state_);
+  }
+  void TearDown() override { std::filesystem::remove(file_); }
+
+  std::string fault_of_reading(const DrapeSearch& search, const GeneticConfig& config) const {
+    return refusal([&] { read_state(file_, search, config); });
+  }
+  std::string text() const {
+    std::ifstream in(file_, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  void replace(const std::string& from, const std::string& to) const {
+    std::string all = text();
+    const auto at = all.find(from);
+    ASSERT_NE(at, std::string::npos) << from;
+    std::ofstream(file_, std::ios::binary) << all.replace(at, from.size(), to);
+  }
+
+  const DrapeSearch search_ = small_search();
+  const GeneticConfig config_{3, 2, 4, 1};
+  const std::filesystem::path file_ = std::filesystem::path(::testing::TempDir()) /
+                                      ("selvedge_search_" + std::to_string(getpid()) + ".json");
+  GeneticState state_;
+};
+
+TEST_F(StateOfASearch, ReadsBackToTheBit) {
+  const GeneticState read = read_state(file_, search_, config_);
+  EXPECT_EQ(read.generation, 2);
+  ASSERT_EQ(read.islands.size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i)
+    for (std::size_t k = 0; k < 4; ++k) {
+      EXPECT_EQ(read.islands[i][k].logs, state_.islands[i][k].logs);
+      EXPECT_EQ(read.islands[i][k].residual, state_.islands[i][k].residual);
+    }
+  replace("\"residual\"", "\"misfit\"");  // the key in files of version 0.1
+  EXPECT_EQ(read_state(file_, search_, config_).islands[0][0].residual,
+            state_.islands[0][0].residual);
+}
+
+TEST_F(StateOfASearch, OfAnotherSearchOrWithoutAllCandidatesIsRefused) {
+  EXPECT_EQ(fault_of_reading(search_, {99, 2, 4, 1}), "");  // more generations
+  EXPECT_NE(fault_of_reading(search_, {3, 2, 4, 2}).find("belongs to another search"),
+            std::string::npos);
+  DrapeSearch other = search_;
+  other.trial.cells = 6;
+  EXPECT_NE(fault_of_reading(other, config_).find("belongs to another search"), std::string::npos);
+  other = search_;
+  other.fabric = "silk";
+  EXPECT_NE(fault_of_reading(other, config_).find("belongs to another search"), std::string::npos);
+  replace("\"logs\": [", "\"logs\": [1.0, ");
+  EXPECT_NE(fault_of_reading(search_, config_).find("is not the state of a search"),
+            std::string::npos);
+  std::ofstream(file_) << "{";
+  EXPECT_NE(fault_of_reading(search_, config_).find("is not the state of a search"),
+            std::string::npos);
+  std::filesystem::remove(file_);
+  EXPECT_NE(fault_of_reading(search_, config_).find("cannot be read"), std::string::npos);
+}
+
+TEST_F(StateOfASearch, IsKeptAfterEveryGenerationAndResumesToTheSameBits) {
+  if (!has_genetic()) GTEST_SKIP() << "this build has no pagmo";
+  std::string after_two;
+  const SearchResult whole =
+      resumable_genetic(search_, config_, {file_, false}, [&](const GeneticState& s) {
+        EXPECT_EQ(read_state(file_, search_, config_).generation, s.generation);
+        if (s.generation == 2) after_two = text();
+      });
+  EXPECT_EQ(whole.evaluations, 3 * 2 * 4);
+  const std::string after_three = text();
+  std::ofstream(file_, std::ios::binary) << after_two;
+  const SearchResult rest = resumable_genetic(search_, config_, {file_, true}, {});
+  EXPECT_EQ(rest.evaluations, 2 * 4);
+  EXPECT_EQ(rest.best.logs, whole.best.logs);
+  EXPECT_EQ(rest.best.residual, whole.best.residual);
+  EXPECT_EQ(text(), after_three);
+  EXPECT_NE(after_two, after_three);
+  EXPECT_THROW(resumable_genetic(search_, config_, {{}, true}, {}), std::invalid_argument);
 }
 
 TEST(Identification, TheGeneticAlgorithmIsTheSameOnAnyThreadsAndWhenResumed) {

@@ -103,7 +103,7 @@ TEST(ImpactZone, OfFreeParticlesThatTurnsTooFarAsksForAShorterStep) {
   zones.begin(scene.motion());
   zones.merge({&scene.contact, 1});
   EXPECT_FALSE(zones.apply(scene.mass, scene.x_t1));
-  EXPECT_NE(zones.trouble().find("rotates too far"), std::string::npos);
+  EXPECT_NE(zones.failure_reason().find("rotates too far"), std::string::npos);
 }
 
 TEST(ImpactZone, StaysBitForBitAtAStaticBody) {
@@ -138,9 +138,9 @@ TEST(ImpactZone, SaysWhenItsBodiesDoNotMoveAsOne) {
   zones.begin(scene.motion());
   zones.merge({&scene.contact, 1});
   EXPECT_FALSE(zones.apply(scene.mass, scene.x_t1));
-  EXPECT_NE(zones.trouble().find("jammed: 1 particles (0) between held particle"),
+  EXPECT_NE(zones.failure_reason().find("jammed: 1 particles (0) between held particle"),
             std::string::npos)
-      << zones.trouble();
+      << zones.failure_reason();
 }
 
 TEST(ImpactZone, JoinsContactsThatShareAParticleInAnyOrder) {

@@ -76,6 +76,7 @@ inline constexpr const char* everything = R"({
   "name": "everything",
   "description": "all keys", /* so */
   "gravity": [1, 2, -3],
+  "force_laws": {"hooke": {}},
   "geometry": [
     {"name": "grid", "pattern": "triangular", "size": [0.5, 0.75], "cells": [4, 6],
      "transformation": {"translation": [1, 2, 3], "rotation": {"axis": [0, 0, 2], "angle_deg": 90}, "scale": 2},

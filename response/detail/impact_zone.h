@@ -30,7 +30,7 @@ class ImpactZones {
   void merge(std::span<const ContactPoint> contacts);
   /// Moves the particles of all zones; masses in kg, positions in m. Returns false if a free zone
   /// rotates by more than kMaxTurn, or a zone touches anchors that do not move as one rigid body.
-  /// Then the step must be shortened, and `trouble` names the zone.
+  /// Then the step must be shortened, and `failure_reason` names the zone.
   bool apply(std::span<const double> mass, std::span<Vec3> x_t1);
 
   /// One round of growing: merges the contacts, then returns the result of `apply`. Counts the
@@ -41,12 +41,12 @@ class ImpactZones {
   /// Number of particles that are in a zone.
   std::size_t members() const { return groups_.members(); }
   /// Why the last `apply` returned false.
-  const std::string& trouble() const { return trouble_; }
+  const std::string& failure_reason() const { return failure_reason_; }
 
  private:
   ContactMotion motion_;
   ContactGroups groups_;
-  std::string trouble_;
+  std::string failure_reason_;
 };
 
 }  // namespace selvedge

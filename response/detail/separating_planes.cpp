@@ -194,20 +194,20 @@ void SeparatingPlanes::write(std::span<Vec3> x_t1) {
 }
 
 bool SeparatingPlanes::apply(std::span<Vec3> x_t1) {
-  trouble_.clear();
+  failure_reason_.clear();
   make_references(x_t1);
   half_spaces_.clear();
   for (const ContactPoint& pair : pairs_) {
     const bool held = std::any_of(pair.vertex.begin(), pair.vertex.end(),
                                   [&](auto i) { return step_.motion.inv_mass[i] <= 0.0; });
-    if (cut(pair, x_t1) || !held || !trouble_.empty()) continue;
+    if (cut(pair, x_t1) || !held || !failure_reason_.empty()) continue;
     const std::int32_t g = groups_.group_of(pair);
     if (references_[g].residual > kRigidResidual || shift_)
-      trouble_ = jam_sentence(groups_.groups()[g], step_.motion, x_t1);
+      failure_reason_ = jam_sentence(groups_.groups()[g], step_.motion, x_t1);
   }
   clip();
   write(x_t1);
-  return trouble_.empty();
+  return failure_reason_.empty();
 }
 
 }  // namespace selvedge

@@ -45,14 +45,14 @@ class SeparatingPlanes {
   /// Sets one reference motion for all groups from now on: a translation, m.
   void fix_reference(const Vec3& shift) { shift_ = shift; }
   /// Writes the end positions of the particles of all pairs. Returns false if anchors leave a pair
-  /// no room. Then the step must be shortened, and `trouble` names the jammed group and its
+  /// no room. Then the step must be shortened, and `failure_reason` names the jammed group and its
   /// anchors.
   bool apply(std::span<Vec3> x_t1);
 
   /// The groups of all pairs so far.
   const ContactGroups& groups() const { return groups_; }
   /// Why the last `apply` returned false.
-  const std::string& trouble() const { return trouble_; }
+  const std::string& failure_reason() const { return failure_reason_; }
 
  private:
   struct HalfSpace {  // normal·δ >= bound, bound <= 0
@@ -81,7 +81,7 @@ class SeparatingPlanes {
   std::vector<Mat3> inverse_;  // of I + turn
   std::vector<HalfSpace> half_spaces_;
   std::vector<double> multiplier_;
-  std::string trouble_;
+  std::string failure_reason_;
 };
 
 }  // namespace selvedge

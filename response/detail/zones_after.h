@@ -28,15 +28,15 @@ class ZonesAfter : public FailSafe {
     }
     if (round == passes_) zones_.begin(step_.motion);
     if (round >= passes_ + ImpactZones::kRounds) {
-      trouble_ = name_ + " and rigid impact zones could not resolve all collisions";
+      failure_reason_ = name_ + " and rigid impact zones could not resolve all collisions";
       return false;
     }
     if (zones_.grow(hits, step_.mass, x_t1, counters_)) return true;
-    trouble_ = zones_.trouble();
+    failure_reason_ = zones_.failure_reason();
     return false;
   }
 
-  const std::string& trouble() const final { return trouble_; }
+  const std::string& failure_reason() const final { return failure_reason_; }
   const std::map<std::string, double>& counters() const final { return counters_; }
 
  protected:
@@ -54,7 +54,7 @@ class ZonesAfter : public FailSafe {
   ResponseStep step_;
   ImpactZones zones_;
   int round_ = 0;
-  std::string trouble_;
+  std::string failure_reason_;
   std::map<std::string, double> counters_;
 };
 

@@ -209,7 +209,7 @@ StepOutcome part_collisions(StepMethods& m, const StepInput& in, StepAttempt& a)
       resolved = m.fail_safe->resolve(a.collisions, a.x_t1);
     }
     trace_stage(m, "fail-safe", a);
-    if (!resolved) return {.accepted = false, .cause = m.fail_safe->trouble()};
+    if (!resolved) return {.accepted = false, .cause = m.fail_safe->failure_reason()};
     find_collisions(m, in, a);
   }
   a.fail_safe.add(exchanged_by_ends(step, before, ends));

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+//
+// The state of a genetic search in a file, from which the search continues.
+#include <selvedge/core/files.h>
+#include <selvedge/lab/identify.h>
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+namespace selvedge {
+namespace {
+
+using StateJson = nlohmann::ordered_json;
+
+/// The settings that must be equal when a search continues.
+StateJson settings_of(const DrapeSearch& search, const GeneticConfig& config) {
+  StateJson names = StateJson::array();
+  for (const IdentifiedConstant& constant : search.constants) names.push_back(constant.name);
+  return {{"constants", names},
+          {"cells", search.trial.cells},
+          {"target", search.target.coefficient},
+          {"synthetic", search.synthetic},
+          {"fabric", search.fabric},
+          {"islands", config.islands},
+          {"population", config.population},
+          {"seed", config.seed}};
+}
+
+Candidate candidate_of(const StateJson& j) {
+  const char* key = j.contains("residual") ? "residual" : "misfit";  // as in older files
+  return {j.at("logs").get<std::vector<double>>(), j.at(key).get<double>()};
+}
+
+/// True if every island has all its candidates, with one coordinate for each constant.
+bool is_complete(const GeneticState& state, const DrapeSearch& search,
+                 const GeneticConfig& config) {
+  return state.generation >= 1 && state.islands.size() == std::size_t(config.islands) &&
+         std::all_of(state.islands.begin(), state.islands.end(), [&](const auto& island) {
+           return island.size() == std::size_t(config.population) &&
+                  std::all_of(island.begin(), island.end(), [&](const Candidate& c) {
+                    return c.logs.size() == search.constants.size();
+                  });
+         });
+}
+
+}  // namespace
+
+void write_state(const std::filesystem::path& file, const DrapeSearch& search,
+                 const GeneticConfig& config, const GeneticState& state) {
+  StateJson islands = StateJson::array();
+  for (const auto& island : state.islands) {
+    StateJson list = StateJson::array();
+    for (const Candidate& c : island) list.push_back({{"logs", c.logs}, {"residual", c.residual}});
+    islands.push_back(list);
+  }
+  AtomicFile out(file);
+  out.write(StateJson{{"settings", settings_of(search, config)},
+                      {"generation", state.generation},
+                      {"islands", islands}}
+                .dump(1) +
+            "\n");
+  out.commit();
+}
+
+GeneticState read_state(const std::filesystem::path& file, const DrapeSearch& search,
+                        const GeneticConfig& config) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw std::invalid_argument(file.string() + ": cannot be read");
+  const auto refuse = [&]() -> GeneticState {
+    throw std::invalid_argument(file.string() + ": is not the state of a search");
+  };
+  const StateJson json = StateJson::parse(in, nullptr, /*allow_exceptions=*/false);
+  GeneticState state;
+  try {
+    if (json.at("settings") != settings_of(search, config))
+      throw std::invalid_argument(file.string() + ": belongs to another search; name another file");
+    json.at("generation").get_to(state.generation);
+    for (const StateJson& island : json.at("islands")) {
+      auto& candidates = state.islands.emplace_back();
+      for (const StateJson& c : island) candidates.push_back(candidate_of(c));
+    }
+  } catch (const StateJson::exception&) {
+    return refuse();
+  }
+  return is_complete(state, search, config) ? state : refuse();
+}
+
+SearchResult resumable_genetic(const DrapeSearch& search, const GeneticConfig& config,
+                               const GeneticFile& keep,
+                               const std::function<void(const GeneticState&)>& kept) {
+  if (keep.resume && keep.file.empty())
+    throw std::invalid_argument("identify: a search resumes from the file that keeps its state");
+  const GeneticState before = keep.resume ? read_state(keep.file, search, config) : GeneticState{};
+  SearchResult result;
+  result.best = genetic(search, config, before, [&](const GeneticState& state) {
+    if (!keep.file.empty()) write_state(keep.file, search, config, state);
+    if (kept) kept(state);
+  });
+  result.evaluations =
+      std::max(0, config.generations - before.generation) * config.islands * config.population;
+  return result;
+}
+
+}  // namespace selvedge

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/block_matrix.h>
 #include <selvedge/core/check.h>
+#include <selvedge/core/detail/lane_matrix.h>
 #include <selvedge/core/parallel.h>
 
 #include <algorithm>
@@ -63,18 +64,10 @@ std::int32_t BlockMatrix::slot(std::int32_t i, std::int32_t j) const {
 
 void BlockMatrix::multiply(std::span<const Vec3> x, std::span<Vec3> y) const {
   SELVEDGE_ASSERT(x.size() == size() && y.size() == size());
+  if (size() == 0) return;
   parallel_for(size(), kRowGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      double s0 = 0.0, s1 = 0.0, s2 = 0.0;
-      for (std::int32_t k = row_begin_[i]; k < row_begin_[i + 1]; ++k) {
-        const double* m = values_[k].data();  // column-major
-        const double* p = x[column_[k]].data();
-        s0 += m[0] * p[0] + m[3] * p[1] + m[6] * p[2];
-        s1 += m[1] * p[0] + m[4] * p[1] + m[7] * p[2];
-        s2 += m[2] * p[0] + m[5] * p[1] + m[8] * p[2];
-      }
-      y[i] = Vec3(s0, s1, s2);
-    }
+    detail::lane_matrix_kernel().multiply_blocks(
+        row_begin_.data(), column_.data(), values_[0].data(), x[0].data(), y[0].data(), begin, end);
   });
 }
 

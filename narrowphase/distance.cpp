@@ -281,13 +281,14 @@ struct BoxPair {
   }
 };
 
-/// Whether a lower bound of the distance that is left after the step exceeds `reach`: the distance
-/// of the boxes at t = 0 minus the largest relative displacement.
-bool far_apart(const Query& q, double reach) {
+/// Whether a lower bound of the distance at t = 0, that of the boxes, exceeds `reach_at_start`, or
+/// what is left of it after the largest relative displacement exceeds `reach`.
+bool far_apart(const Query& q, double reach, double reach_at_start) {
   // Reserve for the roundings of both sides, each below 8 units.
   constexpr double kReserve = 1.0 + 32.0 * kHalfUlp;
   const bool edges = q.kind == ContactKind::edge_edge;
   const double gap = BoxPair(q.x_t0, edges).gap();
+  if (gap > reach_at_start * reach_at_start * kReserve) return true;
   if (gap <= reach * reach) return false;
   const std::array<Vec3, 4> moved{q.x_t1[0] - q.x_t0[0], q.x_t1[1] - q.x_t0[1],
                                   q.x_t1[2] - q.x_t0[2], q.x_t1[3] - q.x_t0[3]};
@@ -295,9 +296,11 @@ bool far_apart(const Query& q, double reach) {
   return gap > bound * bound;
 }
 
-bool proximity_of(const Query& q, const PairVertices& pair, double reach, Contact& contact) {
-  if (far_apart(q, reach)) return false;
+bool proximity_of(const Query& q, const PairVertices& pair, double reach, double reach_at_start,
+                  Contact& contact) {
+  if (far_apart(q, reach, reach_at_start)) return false;
   const ClosestPoints near = narrowphase_detail::closest_points(q.kind, q.x_t0);
+  if (near.distance >= reach_at_start) return false;
   const Vec3 move = narrowphase_detail::weighted_difference(near.weight, q.x_t1) -
                     narrowphase_detail::weighted_difference(near.weight, q.x_t0);
   // No direction brings them closer than the whole displacement does.
@@ -320,7 +323,8 @@ bool proximity_of(const Query& q, const PairVertices& pair, double reach, Contac
 }  // namespace
 
 void find_proximities(const SurfaceView& a, const SurfaceView& b, const CandidatePairs& pairs,
-                      double reach, std::vector<Contact>& out) {
+                      double reach, std::vector<Contact>& out, double secondary_reach) {
+  constexpr double kAny = std::numeric_limits<double>::infinity();
   narrowphase_detail::require_finite(a, "a");
   if (&a != &b) narrowphase_detail::require_finite(b, "b");
   const std::size_t n = pairs.size();
@@ -330,7 +334,8 @@ void find_proximities(const SurfaceView& a, const SurfaceView& b, const Candidat
     Contact contact;
     for (std::size_t i = begin; i < end; ++i) {
       const PairVertices pair = narrowphase_detail::pair_at(a, b, pairs, i);
-      if (proximity_of(narrowphase_detail::query_of(a, b, pair), pair, reach, contact))
+      const double at_start = pair.kind == ContactKind::point_triangle ? kAny : secondary_reach;
+      if (proximity_of(narrowphase_detail::query_of(a, b, pair), pair, reach, at_start, contact))
         mine.push_back(contact);
     }
   });

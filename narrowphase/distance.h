@@ -3,6 +3,8 @@
 
 #include <selvedge/core/collision_types.h>
 
+#include <array>
+#include <limits>
 #include <vector>
 
 namespace selvedge {
@@ -46,8 +48,10 @@ void find_separations(const SurfaceView& a, const SurfaceView& b, const Candidat
 /// whose distance falls below it after subtracting the approach along the connecting line over the
 /// step. In pair order; toi is 0, gap the distance at t = 0, normal the direction between the
 /// closest points there (if the distance is too small to give one: the triangle normal or the cross
-/// product of the edges, towards the side at t = 0).
+/// product of the edges, towards the side at t = 0). Pairs of two edges, or of a triangle of `a`
+/// and a point of `b`, count only if they are nearer than `secondary_reach` metres at t = 0, too.
 void find_proximities(const SurfaceView& a, const SurfaceView& b, const CandidatePairs& pairs,
-                      double reach, std::vector<Contact>& out);
+                      double reach, std::vector<Contact>& out,
+                      double secondary_reach = std::numeric_limits<double>::infinity());
 
 }  // namespace selvedge

@@ -188,14 +188,16 @@ TEST(LaneMatrix, EveryWidthGivesTheSameBits) {
     std::vector<float> step(kStepNumbers * x.groups());
     for (std::size_t i = 0; i < a.size(); ++i) set_step(step, i, a.diagonal(i));
     const LaneRows rows = matrix.rows(step);
+    const Vectors p = some_vectors(a.size(), 3);
     struct Results {
       LaneVector product, relaxed, started, added, scaled;
       std::vector<Point4> residual;
       double dot, xy;
+      Vectors blocks;
     };
     std::vector<Results> all;
     for (const LaneMatrixKernel& kernel : lane_matrix_kernels()) {
-      Results out{x, x, x, x, x, std::vector<Point4>(8 * x.groups()), 0.0, 0.0};
+      Results out{x, x, x, x, x, std::vector<Point4>(8 * x.groups()), 0.0, 0.0, Vectors(a.size())};
       const std::size_t groups = x.groups();
       out.xy = kernel.multiply(rows, x.data(), b.data(), out.product.data(), 0, groups);
       kernel.relax(rows, b.data(), x.data(), nullptr, out.relaxed.data(), 0, groups);
@@ -204,6 +206,8 @@ TEST(LaneMatrix, EveryWidthGivesTheSameBits) {
       out.dot = kernel.dot(x.data(), b.data(), 0, 3 * groups);
       kernel.add(0.3f, b.data(), out.added.data(), 0, 3 * groups);
       kernel.add_to_scaled(0.3f, b.data(), out.scaled.data(), 0, 3 * groups);
+      kernel.multiply_blocks(a.row_begin().data(), a.columns().data(), a.values()[0].data(),
+                             p[0].data(), out.blocks[0].data(), 0, a.size());
       all.push_back(std::move(out));
     }
     for (const Results& r : all) {
@@ -215,9 +219,23 @@ TEST(LaneMatrix, EveryWidthGivesTheSameBits) {
         ASSERT_EQ(r.started[i], all[0].started[i]);
         ASSERT_EQ(r.added[i], all[0].added[i]);
         ASSERT_EQ(r.scaled[i], all[0].scaled[i]);
+        ASSERT_EQ(r.blocks[i], all[0].blocks[i]);
         for (int k = 0; k < 3; ++k) ASSERT_EQ(r.residual[i].at[k], all[0].residual[i].at[k]);
       }
     }
+  }
+}
+
+TEST(LaneMatrix, MultipliesBlocksInDoublePrecision) {
+  const BlockMatrix a = grid_matrix(9, true, 2.0);
+  const Vectors x = some_vectors(a.size(), 1);
+  Vectors y(a.size());
+  a.multiply(x, y);
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    Vec3 sum = Vec3::Zero();
+    for (std::int32_t k = a.row_begin()[i]; k < a.row_begin()[i + 1]; ++k)
+      sum += a.values()[k] * x[a.columns()[k]];
+    ASSERT_NEAR((y[i] - sum).norm(), 0.0, 1e-14);
   }
 }
 

@@ -11,7 +11,8 @@ namespace selvedge::detail {
 namespace {
 namespace lane_matrix_narrow {
 
-constexpr int kFloats = 4;
+#define SELVEDGE_MATRIX_FLOATS 4
+constexpr int kFloats = SELVEDGE_MATRIX_FLOATS;
 #include <selvedge/core/detail/lane_matrix_kernel.inc>
 
 }  // namespace lane_matrix_narrow

@@ -84,6 +84,10 @@ struct LaneMatrixKernel {
   /// y = x + factor·y over blocks of kRowLanes numbers.
   void (*add_to_scaled)(float factor, const float* x, float* y, std::size_t first,
                         std::size_t last) = nullptr;
+  /// y = A x in double precision by rows [first, last) of 3×3 blocks, column-major.
+  void (*multiply_blocks)(const std::int32_t* row_begin, const std::int32_t* column,
+                          const double* value, const double* x, double* y, std::size_t first,
+                          std::size_t last) = nullptr;
 };
 
 /// All kernels that this machine supports, narrowest first.

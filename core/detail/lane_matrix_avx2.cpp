@@ -17,7 +17,8 @@ namespace selvedge::detail {
 namespace {
 namespace lane_matrix_avx2 {
 
-constexpr int kFloats = 8;
+#define SELVEDGE_MATRIX_FLOATS 8
+constexpr int kFloats = SELVEDGE_MATRIX_FLOATS;
 #include <selvedge/core/detail/lane_matrix_kernel.inc>
 
 }  // namespace lane_matrix_avx2

@@ -30,6 +30,9 @@ constexpr double kEdgeEnd = 1e-6;
 constexpr double kSecondaryShare = 0.5;
 constexpr double kSecondaryReach = 1.1;
 
+// Covers the rounding of a distance and of a gap along its direction.
+constexpr double kRoundingReserve = 1.0 + 1e-9;
+
 // Layers of one piece that start nearer than the rest gap keep this share of their distance at the
 // start.
 constexpr double kStartShare = 0.9;
@@ -156,15 +159,16 @@ void Contacts::find_proximities(const SearchContext& context, const Candidates& 
   const auto scope = context.clock.measure("narrow_phase");
   out.clear();
   const double rest_gap = context.rest_gap;
+  const double secondary = kRoundingReserve * kSecondaryReach * kSecondaryShare * rest_gap;
   const SurfaceView cloth = motion_.cloth(0.5 * rest_gap), body = motion_.bodies(0.5 * rest_gap);
   if (const CandidatePairs* pairs = candidates.with_bodies()) {
     const PhaseClock::Scope busy(context.plan.busy_bodies());
-    selvedge::find_proximities(cloth, body, *pairs, kPointReach * rest_gap, found_);
+    selvedge::find_proximities(cloth, body, *pairs, kPointReach * rest_gap, found_, secondary);
     append_proximities(false, out);
   }
   if (const CandidatePairs* pairs = candidates.with_self()) {
     const PhaseClock::Scope busy(context.plan.busy_self());
-    selvedge::find_proximities(cloth, cloth, *pairs, kPointReach * rest_gap, found_);
+    selvedge::find_proximities(cloth, cloth, *pairs, kPointReach * rest_gap, found_, secondary);
     append_proximities(true, out);
   }
 }

@@ -14,8 +14,10 @@ namespace {
 // ends. The next step continues with the rest.
 constexpr int kMaxSolves = 48;
 
-// While contacts are open, the tolerance is this many times the scene's; a hundred misleads.
-constexpr double kLooser = 10.0;
+// While contacts are open, the tolerance is a multiple of the scene's. The first solve needs least
+// accuracy to find which contacts carry load. Factor of the first solve, its change from solve to
+// solve, and its least value.
+constexpr double kLoosest = 30.0, kTightening = 0.6, kLooser = 10.0;
 
 // Further solves because cloth would pass through something that was no contact before.
 constexpr int kMaxCollisionSolves = 3;
@@ -143,7 +145,7 @@ StepOutcome solve_implicit(StepMethods& m, const StepInput& in, StepAttempt& a) 
   begin_response(m, in, a);
   StepOutcome outcome;
   int collision_solves = 0;
-  double looser = kLooser;
+  double looser = kLoosest;
   for (int round = 0; round < kMaxSolves + kMaxCollisionSolves; ++round) {
     double residual = 0.0;
     // A response without terms does all of its work after the solve, so that one solve suffices.
@@ -153,7 +155,10 @@ StepOutcome solve_implicit(StepMethods& m, const StepInput& in, StepAttempt& a) 
       if (m.trace) move_by_velocity(in, a);
       trace_stage(m, collision_solves == 0 ? "solve" : "collision solve", a, terms);
     }
-    if (m.response->update(a.v_mean) && round + 1 < kMaxSolves) continue;
+    if (m.response->update(a.v_mean) && round + 1 < kMaxSolves) {
+      if (looser > 1.0) looser = std::max(kLooser, kTightening * looser);
+      continue;
+    }
     if (std::exchange(looser, 1.0) > 1.0 && residual > m.scene.solver.tolerance) continue;
     finish_ends(m, in, a, outcome);
     if (!outcome.accepted || a.collisions.empty() || ++collision_solves > kMaxCollisionSolves)

@@ -63,10 +63,12 @@ Options parse(int argc, char** argv) {
              "of 1 m and 0.2 kg/m² starts 2 cm above the highest point; friction 0.3. The mesh "
              "stays where it is and as large as it is, except for --unit and --up")
       .comma_separated()
+      .one_word()
       .excludes(scene);
   app.option("--garment", options.garments,
              "poncho, skirt or torso: about 1 m² of cloth on a triangle mesh, on the mannequin")
       .comma_separated()
+      .one_word()
       .excludes(scene);
   app.option("--unit", options.unit, "Metres per unit of the mesh file").positive();
   app.option("--up", options.up, "Axis of the mesh file that points up").one_of({"x", "y", "z"});
@@ -308,8 +310,8 @@ void print_times(const std::vector<json>& results) {
   Cells columns = {"wall s", "CPU s"};
   for (const std::string& name : phases) columns.push_back(name + " s");
   print_table(results, columns, [&](const json& result) {
-    Cells row = {fmt::format("{:.1f}", number(result, "wall_s")),
-                 fmt::format("{:.1f}", number(result, "cpu_s"))};
+    Cells row = {fmt::format("{:.2f}", number(result, "wall_s")),
+                 fmt::format("{:.2f}", number(result, "cpu_s"))};
     for (const std::string& name : phases)
       row.push_back(fmt::format("{:.2f}", phase(result, name)));
     return row;

@@ -143,10 +143,10 @@ Garment make_skirt(int side) {
 
 /// Outline of a panel of the torso, m: half of its width by height, and its top with the neckline.
 struct Panel {
-  static constexpr double hem = 0.92, shoulder = 1.56, neckline = 0.13, slope = 0.03;
+  static constexpr double hem = 0.92, shoulder = 1.56, neckline = 0.08, slope = 0.03;
   static constexpr double half_hem = 0.26, half_chest = 0.23, half_shoulder = 0.20;
   static constexpr double armhole = 0.55;  // s where it begins
-  static constexpr double neck = 0.42;     // half of the neckline by half of the shoulders
+  static constexpr double neck = 0.5;      // half of the neckline by half of the shoulders
 
   static double half_width(double s) {
     return s < armhole
@@ -156,7 +156,7 @@ struct Panel {
   static double top(double across) {  // -1 to 1
     const double out = std::abs(across) / neck;
     return out >= 1.0 ? shoulder - slope * (std::abs(across) - neck) / (1.0 - neck)
-                      : shoulder - neckline * (1.0 - out * out);
+                      : shoulder - 0.5 * neckline * (1.0 + std::cos(kPi * out));
   }
 };
 

@@ -3,7 +3,7 @@
 #include <selvedge/broadphase/broad_phase.h>
 #include <selvedge/broadphase/conformance.h>
 #include <selvedge/broadphase/detail/bvh.h>
-#include <selvedge/broadphase/detail/leaf_clusters.h>
+#include <selvedge/broadphase/detail/leaf_groups.h>
 #include <selvedge/broadphase/detail/sort_rows.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/types.h>
@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <random>
 #include <set>
 
@@ -388,35 +389,105 @@ TEST(Bvh, PolytopesLeaveOutExactlyThePairsThatTheyKeepApart) {
   expect_exactly_dop_pairs<13>(60);
 }
 
-TEST(LeafClusters, AreConnectedWellFilledAndHoldEachTriangleOnce) {
-  Surface s = crumpled(40, 0.3, 0.0, 5);
-  std::shuffle(s.triangles.begin(), s.triangles.end(), std::mt19937(3));
-  detail::OwnedPrimitives primitives;
-  primitives.set(s.view());
-  for (const int most : {1, 5, 16, 24}) {
-    const detail::LeafClusters clusters = detail::cluster_triangles(primitives, most);
-    std::set<std::int32_t> seen(clusters.triangles.begin(), clusters.triangles.end());
-    EXPECT_EQ(seen.size(), s.triangles.size());
-    EXPECT_EQ(clusters.triangles.size(), s.triangles.size());
-    // Seven tenths full on the average, although the triangles are in no order.
-    EXPECT_LE(7 * clusters.count() * static_cast<std::size_t>(most), 10 * s.triangles.size());
-    for (std::size_t c = 0; c < clusters.count(); ++c) {
-      const auto begin = clusters.triangles.begin() + clusters.begin[c];
-      std::set<std::int32_t> rest(begin, clusters.triangles.begin() + clusters.begin[c + 1]);
-      ASSERT_LE(rest.size(), static_cast<std::size_t>(most));
-      std::vector<std::int32_t> reached(1, *rest.begin());
-      rest.erase(rest.begin());
-      for (std::size_t i = 0; i < reached.size(); ++i)
-        for (const auto& [a, b] : primitives.sides()) {
-          const std::int32_t beyond = a == reached[i] ? b : b == reached[i] ? a : -1;
-          if (rest.erase(beyond) > 0) reached.push_back(beyond);
-        }
-      EXPECT_TRUE(rest.empty()) << "group " << c << " of at most " << most << " falls apart";
+/// The primitives of each group, by kind.
+struct Grouped {
+  std::vector<std::set<std::int32_t>> triangles, edges, points;
+  bool operator==(const Grouped&) const = default;
+};
+
+Grouped grouped(const Surface& s, int most) {
+  const detail::LeafGroups groups(s.view(), most);
+  Grouped out;
+  for (auto* kind : {&out.triangles, &out.edges, &out.points}) kind->resize(groups.count());
+  const auto add = [](auto& kind) {
+    return [&](std::int32_t id, std::int32_t g) { EXPECT_TRUE(kind.at(g).insert(id).second); };
+  };
+  for (std::size_t c = 0; c < groups.chunk_count(); ++c) {
+    groups.each_triangle(c, add(out.triangles));
+    groups.each_edge(c, add(out.edges));
+    groups.each_point(c, add(out.points));
+  }
+  EXPECT_TRUE(groups.loose_edges().empty());
+  EXPECT_TRUE(groups.loose_points().empty());
+  return out;
+}
+
+template <class Kind>
+std::size_t total(const Kind& kind) {
+  std::size_t sum = 0;
+  for (const auto& ids : kind) sum += ids.size();
+  return sum;
+}
+
+/// Each primitive is in one group, and each edge and point is part of a triangle of its group.
+void expect_sound(const Grouped& all, const Surface& s, int most) {
+  EXPECT_EQ(total(all.triangles), s.triangles.size());
+  EXPECT_EQ(total(all.edges), s.edges.size());
+  EXPECT_EQ(total(all.points), s.x_t0.size());
+  for (std::size_t g = 0; g < all.triangles.size(); ++g) {
+    EXPECT_FALSE(all.triangles[g].empty());
+    EXPECT_LE(all.triangles[g].size(), static_cast<std::size_t>(most));
+    const auto is_part = [&](auto... vertices) {
+      return std::ranges::any_of(all.triangles[g], [&](std::int32_t t) {
+        return (detail::contains(s.triangles[t], vertices) && ...);
+      });
+    };
+    for (const std::int32_t e : all.edges[g]) EXPECT_TRUE(is_part(s.edges[e][0], s.edges[e][1]));
+    for (const std::int32_t v : all.points[g]) EXPECT_TRUE(is_part(v));
+  }
+}
+
+/// Gives the vertices, triangles and edges other numbers.
+void shuffle_numbers(Surface& s, bool vertices, bool triangles, bool edges) {
+  std::mt19937 random(3);
+  std::vector<std::int32_t> name(s.x_t0.size());
+  std::iota(name.begin(), name.end(), 0);
+  if (vertices) std::shuffle(name.begin(), name.end(), random);
+  for (Triangle& t : s.triangles)
+    for (std::int32_t& v : t) v = name[v];
+  for (Edge& e : s.edges) e = {name[e[1]], name[e[0]]};
+  if (triangles) std::shuffle(s.triangles.begin(), s.triangles.end(), random);
+  if (edges)
+    std::shuffle(s.edges.begin(), s.edges.end(), random);
+  else
+    s.edges = unique_edges(s.triangles);
+}
+
+TEST(LeafGroups, HoldEachPrimitiveOnceWhateverTheOrderOfTheNumbers) {
+  for (const int mixture : {0, 1, 2, 3, 4, 7}) {
+    Surface s = crumpled(80, 0.3, 0.0, 5);
+    shuffle_numbers(s, mixture & 1, mixture & 2, mixture & 4);
+    for (const int most : {1, 5, 16, 24}) {
+      SCOPED_TRACE(testing::Message() << "mixture " << mixture << ", at most " << most);
+      const Grouped all = grouped(s, most);
+      expect_sound(all, s, most);
+      // Well filled on the average; less so if the vertices are in no order.
+      const double filled =
+          static_cast<double>(s.triangles.size()) /
+          static_cast<double>(all.triangles.size() * static_cast<std::size_t>(most));
+      EXPECT_GE(filled, mixture & 1 ? 0.5 : most == 5 ? 0.75 : 0.95);
+      for (const int threads : {1, 2, 8}) {
+        const ThreadLimit limit(threads);
+        EXPECT_EQ(grouped(s, most), all);
+      }
     }
   }
 }
 
-TEST(LeafClusters, ASurfaceOfPartsThatHangTogetherOrNotIsServedAlike) {
+TEST(LeafGroups, AVertexWithManyTrianglesHasSeveralGroups) {
+  for (const bool last : {false, true}) {
+    Surface s;
+    constexpr int kSides = 200;
+    const std::int32_t hub = last ? kSides : 0;
+    s.x_t0.resize(kSides + 1, Vec3::Zero());
+    for (int i = 0; i < kSides; ++i)
+      s.triangles.push_back({hub, i + !last, (i + 1) % kSides + !last});
+    s.close();
+    for (const int most : {1, 16}) expect_sound(grouped(s, most), s, most);
+  }
+}
+
+TEST(LeafGroups, ASurfaceOfPartsThatHangTogetherOrNotIsServedAlike) {
   // A mesh with a triangle soup, loose edges and points beside it, in three mixtures: leaves by the
   // topology, by the positions, and with too many edges for one owner.
   for (const int soup : {0, 5, 600}) {

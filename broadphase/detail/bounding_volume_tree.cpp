@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/detail/bounding_volume_tree.h>
 #include <selvedge/broadphase/detail/bytes.h>
-#include <selvedge/broadphase/detail/leaf_clusters.h>
 #include <selvedge/core/parallel.h>
 
 #include <algorithm>
@@ -17,10 +16,19 @@ constexpr double kMaxRatio = 4.0;
 constexpr std::size_t kVertexGrain = 8192;  // vertices or items per task of boxing
 constexpr std::size_t kLeafGrain = 256;     // leaves per task of layout or fitting
 // Leaves by topology are used if they are at most this many times as many as full leaves would be.
-constexpr std::size_t kMostClusters = 2;
+constexpr std::size_t kMostLeaves = 2;
 constexpr std::size_t kOrientGrain = 16;  // nodes per task of finding oriented boxes
 
-std::int32_t blocks_for(std::int32_t lanes) { return (lanes + kLanes - 1) / kLanes; }
+std::uint8_t blocks_for(int lanes) {
+  return static_cast<std::uint8_t>((lanes + kLanes - 1) / kLanes);
+}
+
+template <class Leaf>
+void set_block_counts(Leaf& leaf) {
+  leaf.point_blocks = blocks_for(leaf.points);
+  leaf.edge_blocks = blocks_for(leaf.edges);
+  leaf.triangle_blocks = blocks_for(leaf.triangles);
+}
 
 template <int axes>
 FloatBox box_of(const FloatDop<axes>& dop) {
@@ -34,41 +42,97 @@ void VolumeTree<V>::set_topology(const SurfaceView& surface) {
   primitives_.set(surface);
   nodes_.clear();
   leaves_.clear();
-  clustered_ = lay_out_clusters();
-  if (!clustered_) primitives_.find_owners({}, kMostOwned);
-  primitives_.forget_sides();
+  grouped_ = lay_out_groups(surface);
+  if (!grouped_) primitives_.find_owners();
 }
 
 /// Makes leaves of connected triangles if these fill the leaves well. A soup of triangles has none,
 /// and its leaves are found anew in each build.
 template <BoundingVolume V>
-bool VolumeTree<V>::lay_out_clusters() {
-  OwnedPrimitives& p = primitives_;
-  if (p.triangles.empty()) return false;
-  LeafClusters clusters = cluster_triangles(p, shape_.leaf_size);
+bool VolumeTree<V>::lay_out_groups(const SurfaceView& surface) {
+  if (surface.triangles.empty()) return false;
+  const LeafGroups groups(surface, shape_.leaf_size);
   const std::size_t most =
-      kMostClusters * p.triangles.size() / static_cast<std::size_t>(shape_.leaf_size) + 1;
-  if (clusters.count() > most) return false;
-  p.find_owners(clusters.group, kMostOwned * kMostLeafItems);
-  if (clusters.count() + p.item_count() - p.triangles.size() > most) return false;
-  // Edges and points without a triangle become leaves of their own.
-  for (auto i = static_cast<std::int32_t>(p.triangles.size());
-       i < static_cast<std::int32_t>(p.item_count()); ++i) {
-    clusters.triangles.push_back(i);
-    clusters.begin.push_back(i + 1);
-  }
-  std::vector<Range> ranges(clusters.count());
-  for (std::size_t l = 0; l < ranges.size(); ++l)
-    ranges[l] = {clusters.begin[l], clusters.begin[l + 1]};
-  lay_out_leaves(clusters.triangles, ranges);
+      kMostLeaves * surface.triangles.size() / static_cast<std::size_t>(shape_.leaf_size) + 1;
+  const std::size_t loose = groups.loose_edges().size() + groups.loose_points().size();
+  if (groups.count() + loose > most) return false;
+  primitives_.set_loose(groups.loose_edges(), groups.loose_points());
+  leaves_.resize(groups.count() + loose);
+  count_groups(groups);
+  place_blocks();
+  fill_groups(groups);
+  add_loose_leaves(groups);
+  if constexpr (V::oriented) list_leaf_vertices();
   return true;
+}
+
+template <BoundingVolume V>
+void VolumeTree<V>::count_groups(const LeafGroups& groups) {
+  parallel_for(groups.chunk_count(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t c = begin; c < end; ++c) {
+      for (std::int32_t g = groups.first_group(c); g < groups.end_group(c); ++g) leaves_[g] = {};
+      groups.each_triangle(c, [&](std::int32_t, std::int32_t g) { ++leaves_[g].triangles; });
+      groups.each_edge(c, [&](std::int32_t, std::int32_t g) { ++leaves_[g].edges; });
+      groups.each_point(c, [&](std::int32_t, std::int32_t g) { ++leaves_[g].points; });
+      for (std::int32_t g = groups.first_group(c); g < groups.end_group(c); ++g)
+        set_block_counts(leaves_[g]);
+    }
+  });
+  const std::size_t edges = groups.count() + groups.loose_edges().size();
+  for (std::size_t l = groups.count(); l < leaves_.size(); ++l) {
+    leaves_[l] = {};
+    leaves_[l].loose = true;
+    (l < edges ? leaves_[l].edges : leaves_[l].points) = 1;
+    set_block_counts(leaves_[l]);
+  }
+}
+
+/// Sorts the primitives of each chunk by leaf first, so that the blocks are written in order.
+template <BoundingVolume V>
+void VolumeTree<V>::fill_groups(const LeafGroups& groups) {
+  parallel_for(groups.chunk_count(), 1, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::int32_t> order;
+    std::vector<std::uint32_t> next;
+    for (std::size_t c = begin; c < end; ++c) {
+      const std::int32_t first = groups.first_group(c), last = groups.end_group(c);
+      const auto fill = [&](std::uint8_t Leaf::*count, auto each, auto set) {
+        next.clear();
+        std::uint32_t sum = 0;
+        for (std::int32_t g = first; g < last; ++g)
+          next.push_back(std::exchange(sum, sum + leaves_[g].*count));
+        order.resize(sum);
+        each([&](std::int32_t id, std::int32_t g) { order[next[g - first]++] = id; });
+        const std::int32_t* id = order.data();
+        for (std::int32_t g = first; g < last; ++g)
+          for (int lane = 0; lane < leaves_[g].*count; ++lane) set(leaves_[g], lane, *id++);
+      };
+      fill(
+          &Leaf::triangles, [&](auto visit) { groups.each_triangle(c, visit); },
+          [&](const Leaf& leaf, int lane, std::int32_t t) { set_triangle(leaf, lane, t); });
+      fill(
+          &Leaf::edges, [&](auto visit) { groups.each_edge(c, visit); },
+          [&](const Leaf& leaf, int lane, std::int32_t e) { set_edge(leaf, lane, e); });
+      fill(
+          &Leaf::points, [&](auto visit) { groups.each_point(c, visit); },
+          [&](const Leaf& leaf, int lane, std::int32_t v) { set_point(leaf, lane, v); });
+      for (std::int32_t g = first; g < last; ++g) clear_unused(leaves_[g]);
+    }
+  });
+}
+
+template <BoundingVolume V>
+void VolumeTree<V>::add_loose_leaves(const LeafGroups& groups) {
+  std::size_t l = groups.count();
+  for (const std::int32_t e : groups.loose_edges()) set_edge(leaves_[l++], 0, e);
+  for (const std::int32_t v : groups.loose_points()) set_point(leaves_[l++], 0, v);
+  for (l = groups.count(); l < leaves_.size(); ++l) clear_unused(leaves_[l]);
 }
 
 template <BoundingVolume V>
 void VolumeTree<V>::build(const SurfaceView& surface, const TreePlace& place, Scratch& scratch) {
   box_vertices(surface, place, scratch);
-  if (clustered_)
-    build_over_clusters(scratch);
+  if (grouped_)
+    build_over_leaves(scratch);
   else
     build_over_items(scratch);
   fit_nodes();
@@ -79,7 +143,7 @@ void VolumeTree<V>::build(const SurfaceView& surface, const TreePlace& place, Sc
 }
 
 template <BoundingVolume V>
-void VolumeTree<V>::build_over_clusters(Scratch& scratch) {
+void VolumeTree<V>::build_over_leaves(Scratch& scratch) {
   fit_leaves(scratch.vertex_boxes);
   scratch.items.resize(leaves_.size());
   for (std::size_t l = 0; l < leaves_.size(); ++l) {
@@ -201,10 +265,7 @@ void VolumeTree<V>::lay_out_leaves(std::span<const std::int32_t> items,
   });
   place_blocks();
   parallel_for(leaves_.size(), kLeafGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t l = begin; l < end; ++l) {
-      clear_leaf(leaves_[l]);
-      fill_leaf(leaves_[l], of(l));
-    }
+    for (std::size_t l = begin; l < end; ++l) fill_leaf(leaves_[l], of(l));
   });
   if constexpr (V::oriented) list_leaf_vertices();
 }
@@ -232,9 +293,7 @@ void VolumeTree<V>::count_leaf(Leaf& leaf, std::span<const std::int32_t> items) 
   leaf.points = static_cast<std::uint8_t>(n_points);
   leaf.edges = static_cast<std::uint8_t>(n_edges);
   leaf.triangles = static_cast<std::uint8_t>(n_triangles);
-  leaf.point_blocks = static_cast<std::uint8_t>(blocks_for(n_points));
-  leaf.edge_blocks = static_cast<std::uint8_t>(blocks_for(n_edges));
-  leaf.triangle_blocks = static_cast<std::uint8_t>(blocks_for(n_triangles));
+  set_block_counts(leaf);
 }
 
 template <BoundingVolume V>
@@ -245,27 +304,51 @@ void VolumeTree<V>::place_blocks() {
     leaf.edge_block = std::exchange(edge_blocks, edge_blocks + leaf.edge_blocks);
     leaf.triangle_block = std::exchange(triangle_blocks, triangle_blocks + leaf.triangle_blocks);
   }
-  points_.resize(point_blocks);
-  edges_.resize(edge_blocks);
-  triangles_.resize(triangle_blocks);
+  points_.reset(point_blocks);
+  edges_.reset(edge_blocks);
+  triangles_.reset(triangle_blocks);
 }
 
 template <BoundingVolume V>
-void VolumeTree<V>::clear_leaf(const Leaf& leaf) {
-  for (int b = 0; b < leaf.point_blocks; ++b) {
-    auto& block = points_[leaf.point_block + b];
+void VolumeTree<V>::set_point(const Leaf& leaf, int lane, std::int32_t v) {
+  points_[leaf.point_block + lane / kLanes].id[lane % kLanes] = v;
+}
+
+template <BoundingVolume V>
+void VolumeTree<V>::set_edge(const Leaf& leaf, int lane, std::int32_t e) {
+  auto& block = edges_[leaf.edge_block + lane / kLanes];
+  block.id[lane % kLanes] = e;
+  block.v0[lane % kLanes] = primitives_.edges[e][0];
+  block.v1[lane % kLanes] = primitives_.edges[e][1];
+}
+
+template <BoundingVolume V>
+void VolumeTree<V>::set_triangle(const Leaf& leaf, int lane, std::int32_t t) {
+  auto& block = triangles_[leaf.triangle_block + lane / kLanes];
+  block.id[lane % kLanes] = t;
+  block.v0[lane % kLanes] = primitives_.triangles[t][0];
+  block.v1[lane % kLanes] = primitives_.triangles[t][1];
+  block.v2[lane % kLanes] = primitives_.triangles[t][2];
+}
+
+/// Marks the lanes after the last primitive of each kind.
+template <BoundingVolume V>
+void VolumeTree<V>::clear_unused(const Leaf& leaf) {
+  const auto clear = [](auto& block, int used, auto... ids) {
     clear_lanes(block.boxes);
-    std::fill_n(block.id, kLanes, -1);
+    (std::fill(ids + used, ids + kLanes, -1), ...);
+  };
+  if (const int used = leaf.points % kLanes; used > 0) {
+    auto& block = points_[leaf.point_block + leaf.point_blocks - 1];
+    clear(block, used, block.id);
   }
-  for (int b = 0; b < leaf.edge_blocks; ++b) {
-    auto& block = edges_[leaf.edge_block + b];
-    clear_lanes(block.boxes);
-    for (std::int32_t* ids : {block.id, block.v0, block.v1}) std::fill_n(ids, kLanes, -1);
+  if (const int used = leaf.edges % kLanes; used > 0) {
+    auto& block = edges_[leaf.edge_block + leaf.edge_blocks - 1];
+    clear(block, used, block.id, block.v0, block.v1);
   }
-  for (int b = 0; b < leaf.triangle_blocks; ++b) {
-    auto& block = triangles_[leaf.triangle_block + b];
-    clear_lanes(block.boxes);
-    for (std::int32_t* ids : {block.id, block.v0, block.v1, block.v2}) std::fill_n(ids, kLanes, -1);
+  if (const int used = leaf.triangles % kLanes; used > 0) {
+    auto& block = triangles_[leaf.triangle_block + leaf.triangle_blocks - 1];
+    clear(block, used, block.id, block.v0, block.v1, block.v2);
   }
 }
 
@@ -275,35 +358,20 @@ void VolumeTree<V>::fill_leaf(const Leaf& leaf, std::span<const std::int32_t> it
   const auto triangles = static_cast<std::int32_t>(p.triangles.size());
   const auto edges = static_cast<std::int32_t>(p.loose_edges.size());
   int n_points = 0, n_edges = 0, n_triangles = 0;
-  const auto add_point = [&](std::int32_t v) {
-    points_[leaf.point_block + n_points / kLanes].id[n_points % kLanes] = v;
-    ++n_points;
-  };
-  const auto add_edge = [&](std::int32_t e) {
-    auto& block = edges_[leaf.edge_block + n_edges / kLanes];
-    const int lane = n_edges++ % kLanes;
-    block.id[lane] = e;
-    block.v0[lane] = p.edges[e][0];
-    block.v1[lane] = p.edges[e][1];
-  };
   for (const std::int32_t item : items) {
     if (item < triangles) {
-      auto& block = triangles_[leaf.triangle_block + n_triangles / kLanes];
-      const int lane = n_triangles++ % kLanes;
-      block.id[lane] = item;
-      block.v0[lane] = p.triangles[item][0];
-      block.v1[lane] = p.triangles[item][1];
-      block.v2[lane] = p.triangles[item][2];
+      set_triangle(leaf, n_triangles++, item);
       for (std::uint32_t k = p.owned_edges_begin[item]; k < p.owned_edges_begin[item + 1]; ++k)
-        add_edge(p.owned_edges[k]);
+        set_edge(leaf, n_edges++, p.owned_edges[k]);
       for (std::uint32_t k = p.owned_points_begin[item]; k < p.owned_points_begin[item + 1]; ++k)
-        add_point(p.owned_points[k]);
+        set_point(leaf, n_points++, p.owned_points[k]);
     } else if (item < triangles + edges) {
-      add_edge(p.loose_edges[item - triangles]);
+      set_edge(leaf, n_edges++, p.loose_edges[item - triangles]);
     } else {
-      add_point(p.loose_points[item - triangles - edges]);
+      set_point(leaf, n_points++, p.loose_points[item - triangles - edges]);
     }
   }
+  clear_unused(leaf);
 }
 
 /// Collects the vertices of each leaf.
@@ -482,8 +550,8 @@ double VolumeTree<V>::overlap_ratio(const Node& node) {
 template <BoundingVolume V>
 std::size_t VolumeTree<V>::bytes() const {
   return primitives_.bytes() + bytes_of(nodes_) + bytes_of(subtree_begin_) + bytes_of(leaves_) +
-         bytes_of(points_) + bytes_of(edges_) + bytes_of(triangles_) +
-         bytes_of(leaf_vertices_begin_) + bytes_of(leaf_vertices_);
+         points_.bytes() + edges_.bytes() + triangles_.bytes() + bytes_of(leaf_vertices_begin_) +
+         bytes_of(leaf_vertices_);
 }
 
 template class VolumeTree<AabbVolume>;

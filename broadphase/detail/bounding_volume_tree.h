@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <selvedge/broadphase/detail/leaf_groups.h>
 #include <selvedge/broadphase/detail/obb.h>
 #include <selvedge/broadphase/detail/owned_primitives.h>
 #include <selvedge/broadphase/detail/tree_builder.h>
@@ -143,8 +144,11 @@ class VolumeTree {
   using Range = TreeSkeleton::Range;
 
   void box_vertices(const SurfaceView& surface, const TreePlace& place, Scratch& scratch) const;
-  bool lay_out_clusters();
-  void build_over_clusters(Scratch& scratch);
+  bool lay_out_groups(const SurfaceView& surface);
+  void count_groups(const LeafGroups& groups);
+  void fill_groups(const LeafGroups& groups);
+  void add_loose_leaves(const LeafGroups& groups);
+  void build_over_leaves(Scratch& scratch);
   void build_over_items(Scratch& scratch);
   void box_items(Scratch& scratch) const;
   void take_nodes(const TreeSkeleton& skeleton);
@@ -152,7 +156,10 @@ class VolumeTree {
   void count_leaf(Leaf& leaf, std::span<const std::int32_t> items) const;
   void place_blocks();
   void fill_leaf(const Leaf& leaf, std::span<const std::int32_t> items);
-  void clear_leaf(const Leaf& leaf);
+  void set_point(const Leaf& leaf, int lane, std::int32_t v);
+  void set_edge(const Leaf& leaf, int lane, std::int32_t e);
+  void set_triangle(const Leaf& leaf, int lane, std::int32_t t);
+  void clear_unused(const Leaf& leaf);
   void list_leaf_vertices();
   void fit(const SurfaceView& surface, const TreePlace& place, Scratch& scratch);
   void fit_leaves(const std::vector<Dop>& vertex_boxes);
@@ -164,14 +171,14 @@ class VolumeTree {
   static double overlap_ratio(const Node& node);
 
   TreeShape shape_;
-  bool clustered_ = false;  // leaves follow the topology
+  bool grouped_ = false;  // leaves follow the topology
   OwnedPrimitives primitives_;
   std::vector<Node> nodes_;                       // a child comes after its parent
   std::vector<std::size_t> subtree_begin_ = {0};  // as in TreeSkeleton
   std::vector<Leaf> leaves_;
-  std::vector<DopPointBlock<kAxes>> points_;
-  std::vector<DopEdgeBlock<kAxes>> edges_;
-  std::vector<DopTriangleBlock<kAxes>> triangles_;
+  RawArray<DopPointBlock<kAxes>> points_;
+  RawArray<DopEdgeBlock<kAxes>> edges_;
+  RawArray<DopTriangleBlock<kAxes>> triangles_;
   std::vector<std::uint32_t> leaf_vertices_begin_;  // of oriented trees only
   std::vector<std::int32_t> leaf_vertices_;
   double built_ratio_ = 1.0;

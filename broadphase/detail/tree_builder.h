@@ -2,6 +2,7 @@
 #pragma once
 
 #include <selvedge/broadphase/detail/dop.h>
+#include <selvedge/broadphase/detail/leaf_groups.h>
 
 #include <bit>
 #include <vector>
@@ -10,10 +11,6 @@ namespace selvedge::detail {
 
 /// References to a child of a node: a node by its index, a leaf by the complement of its index.
 inline constexpr std::int32_t kNoChild = std::numeric_limits<std::int32_t>::min();
-
-/// Maximum number of items of a leaf: eight bits can then count the lanes of its owned edges,
-/// kMostOwned each.
-inline constexpr int kMostLeafItems = 24;
 
 struct TreeShape {
   int arity = kLanes;      ///< children of a node, 2 to 8

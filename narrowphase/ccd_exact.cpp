@@ -28,18 +28,14 @@ using narrowphase_detail::QueryBlock;
 constexpr std::size_t kBatch = 256;
 
 /// Stages C, D and E.
-bool settle(const Query& query, double& toi, CcdExactStages& stages) {
+bool settle(const FilterKernel& kernel, const Query& query, double& toi, CcdExactStages& stages) {
   using narrowphase_detail::ContactDecision;
-  narrowphase_detail::IsolatedRoot root;
-  const ContactDecision decision = narrowphase_detail::isolate_contact(query, root);
-  toi = root.floor;
-  if (decision != ContactDecision::open) {
-    ++stages.isolated;
-    return decision == ContactDecision::yes;
-  }
-  ++stages.exact;
-  if (root.sign_lo != 0 && narrowphase_detail::touches_exactly(query, root)) return true;
-  return narrowphase_detail::collides_exactly(query, toi);
+  bool is_exact = false;
+  const ContactDecision decision = narrowphase_detail::isolate_contact(query, toi, is_exact);
+  ++(is_exact || decision == ContactDecision::open ? stages.exact : stages.isolated);
+  return decision == ContactDecision::open
+             ? narrowphase_detail::collides_exactly(kernel, query, toi)
+             : decision == ContactDecision::yes;
 }
 
 /// The queries of one kind in a batch that no stage has decided yet.
@@ -101,7 +97,7 @@ void decide(const FilterKernel& kernel, std::span<const Query> queries, bool edg
         return decided;
       });
   for (const std::uint16_t i : open.indices())
-    if (double t = 0.0; settle(queries[i], t, stages)) toi[i] = t;
+    if (double t = 0.0; settle(kernel, queries[i], t, stages)) toi[i] = t;
 }
 
 class CcdExact final : public NarrowPhase {

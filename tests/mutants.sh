@@ -20,7 +20,7 @@ rm -rf "$WORK"
 mkdir -p "$WORK"
 
 exact=(ccd_exact distance narrow_phase detail/big_int detail/ccd_filter detail/ccd_filter_avx2 detail/ccd_filter_avx512
-       detail/exact_query detail/polynomial detail/root_floor detail/root_isolation detail/sharp_query)
+       detail/exact_query detail/in_plane detail/polynomial detail/root_floor detail/root_isolation detail/sharp_query)
 filters="detail/ccd_filter detail/ccd_filter_avx2 detail/ccd_filter_avx512"
 
 # compile OUT OPTIONS FILE: OUT.o of a source of the narrow phase.
@@ -145,6 +145,9 @@ try place_cubic_error $bounds "kPlaceCubicError = 128.0" "kPlaceCubicError = 0.0
 try cubic_value_error $bounds "kCubicValueError = 256.0" "kCubicValueError = 0.0" "$filters" \
   "close_roots_on_rim grazing" 4000
 
+try plane_axis detail/in_plane.cpp "double best = kConstraintError * kRoundoff;" "double best = -1.0;" \
+  "detail/in_plane" "in_turning_plane in_fixed_plane parallel_sides" 4000
+
 # Comparisons.
 try axes_touch detail/ccd_filter_kernel.inc "(hi0 < second_lo0) & (hi1 < second_lo1)" \
   "(hi0 <= second_lo0) & (hi1 <= second_lo1)" "$filters" "static_overlap in_a_point" 4000
@@ -158,6 +161,8 @@ try one_change $roots " & ((c1 > error) | (c2 < -error));" ";" "$filters" "verte
 try level_component $roots "excluded |= flat;" "" "$filters" "irrational_time_on_rim" 4000
 try root_at_a_double $roots " & (abs(root.lo) > off)" "" "$filters" "touch_between dyadic_time" 4000
 try root_floor_unsigned detail/root_floor.cpp "if (sign == 0) return false;" "" "detail/root_floor" \
+  "beside_a_double triple_root" 4000
+try beside_another_double detail/polynomial.cpp "if (beyond == sign) return std::nullopt;" "" "$polynomial" \
   "beside_a_double triple_root" 4000
 try inside_open detail/exact_query.cpp "if (root.sign(p) * sign < 0) return false" \
   "if (root.sign(p) * sign <= 0) return false" "$exact_query" "rational_time dyadic_time" 4000

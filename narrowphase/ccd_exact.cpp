@@ -28,18 +28,14 @@ using narrowphase_detail::QueryBlock;
 constexpr std::size_t kBatch = 256;
 
 /// Stages C, D and E.
-bool settle(const Query& query, double& toi, CcdExactStages& stages) {
+bool settle(const FilterKernel& kernel, const Query& query, double& toi, CcdExactStages& stages) {
   using narrowphase_detail::ContactDecision;
-  narrowphase_detail::IsolatedRoot root;
-  const ContactDecision decision = narrowphase_detail::isolate_contact(query, root);
-  toi = root.floor;
-  if (decision != ContactDecision::open) {
-    ++stages.isolated;
-    return decision == ContactDecision::yes;
-  }
-  ++stages.exact;
-  if (root.sign_lo != 0 && narrowphase_detail::touches_exactly(query, root)) return true;
-  return narrowphase_detail::collides_exactly(query, toi);
+  bool is_exact = false;
+  const ContactDecision decision = narrowphase_detail::isolate_contact(query, toi, is_exact);
+  ++(is_exact || decision == ContactDecision::open ? stages.exact : stages.isolated);
+  return decision == ContactDecision::open
+             ? narrowphase_detail::collides_exactly(kernel, query, toi)
+             : decision == ContactDecision::yes;
 }
 
 /// The queries of one kind in a batch that no stage has decided yet.
@@ -52,7 +48,7 @@ class OpenQueries {
     }
   }
 
-  /// Removes the queries that `decides(block)`, a mask, marks. Returns their number.
+  /// Removes the queries that `decides(block, indices)`, a mask, marks. Returns their number.
   template <class Decides>
   std::size_t sift(Decides decides) {
     std::size_t kept = 0;
@@ -62,7 +58,7 @@ class OpenQueries {
       QueryBlock block;
       for (std::size_t j = 0; j < kFilterBlock; ++j)
         block[j] = &queries_[index_[at + std::min(j, n - 1)]];
-      const std::uint32_t decided = decides(block);
+      const std::uint32_t decided = decides(block, std::span(index_).subspan(at, n));
       for (std::size_t j = 0; j < n; ++j) {
         index_[kept] = index_[at + j];
         kept += (decided >> j & 1U) == 0;
@@ -84,16 +80,24 @@ void decide(const FilterKernel& kernel, std::span<const Query> queries, bool edg
             std::span<double> toi, CcdExactStages& stages) {
   OpenQueries open(queries, edges);
   OpenQueries faulty = open;
-  faulty.sift(kernel.finite);
+  faulty.sift([&](const QueryBlock& block, auto) { return kernel.finite(block); });
   for (const std::uint16_t i : faulty.indices()) narrowphase_detail::require_finite(queries[i]);
   const auto run = [&](FilterKernel::Test test) {
-    return open.sift([&](const QueryBlock& block) { return test(block, edges); });
+    return open.sift([&](const QueryBlock& block, auto) { return test(block, edges); });
   };
   stages.separated += run(kernel.separated_on_axes);
   stages.separated += run(kernel.separated_on_diagonals);
   stages.never_coplanar += run(kernel.never_coplanar);
+  stages.isolated +=
+      open.sift([&](const QueryBlock& block, std::span<const std::uint16_t> indices) {
+        std::array<double, kFilterBlock> times;
+        const std::uint32_t decided = kernel.decided_at_simple_roots(block, edges, times);
+        for (std::size_t j = 0; j < indices.size(); ++j)
+          if ((decided >> j & 1U) != 0) toi[indices[j]] = times[j];
+        return decided;
+      });
   for (const std::uint16_t i : open.indices())
-    if (double t = 0.0; settle(queries[i], t, stages)) toi[i] = t;
+    if (double t = 0.0; settle(kernel, queries[i], t, stages)) toi[i] = t;
 }
 
 class CcdExact final : public NarrowPhase {

@@ -20,7 +20,7 @@ rm -rf "$WORK"
 mkdir -p "$WORK"
 
 exact=(ccd_exact distance narrow_phase detail/big_int detail/ccd_filter detail/ccd_filter_avx2 detail/ccd_filter_avx512
-       detail/exact_query detail/polynomial detail/root_floor detail/root_isolation detail/sharp_query)
+       detail/exact_query detail/in_plane detail/polynomial detail/root_floor detail/root_isolation detail/sharp_query)
 filters="detail/ccd_filter detail/ccd_filter_avx2 detail/ccd_filter_avx512"
 
 # compile OUT OPTIONS FILE: OUT.o of a source of the narrow phase.
@@ -120,17 +120,19 @@ polynomial="detail/polynomial"
 # locate() succeeds only where the cubic exceeds kSharpCubicError, 2^-94 of the product of the differences, half_width
 # beside the root. Its slope is below 36 of these units, so that half_width > 2^-100 and the slope's part > 2^-97.
 # Nor have queries been found (20,000 with three roots within 2^-26 to 2^-4) that need `least` in the test for a
-# monotonic cubic, or the signs that locate() asks for after floor_of_root has enclosed the root.
+# monotonic cubic, or the signs that locate() asks for after floor_of_root has enclosed the root; nor any that need
+# kSlopeError, the curvature or the bracket in the proof by Newton's method: a root near which the slope is that small
+# is too uncertain to pass the tests that follow.
 bounds=detail/error_bounds.h
 try cubic_error $bounds "kCubicError = 192.0" "kCubicError = 0.0" "$filters" \
   "moved_as_one_in_reals shared_vertex" 4000
 try bernstein_error $bounds "kBernsteinError = 96.0" "kBernsteinError = 0.0" "$isolation" \
   "moved_as_one_in_reals shared_vertex" 4000
-try constraint_error $bounds "kConstraintError = 48.0" "kConstraintError = 0.0" "$isolation" \
+try constraint_error $bounds "kConstraintError = 48.0" "kConstraintError = 0.0" "$filters $isolation" \
   "vertex_on_turning_edge vertex_on_vertex" 4000
-try sharp_cubic_error $bounds "kSharpCubicError = 0x1p-94" "kSharpCubicError = 0.0" "$sharp" \
+try sharp_cubic_error $bounds "kSharpCubicError = 0x1p-94" "kSharpCubicError = 0.0" "$filters $sharp" \
   "vertex_on_vertex vertex_on_turning_edge moved_as_one_in_reals" 4000
-try constraint_slope $bounds "kConstraintSlope = 8.0" "kConstraintSlope = 0.0" "$isolation" \
+try constraint_slope $bounds "kConstraintSlope = 8.0" "kConstraintSlope = 0.0" "$filters $isolation" \
   "close_roots_on_rim" 4000
 try halving_error detail/root_isolation.cpp "(4.0 * m + 2.0) * kRoundoff" "0.0 * kRoundoff" "$isolation" \
   "triple_root parallel_sides grazing" 4000
@@ -138,6 +140,13 @@ try smallest $bounds "kSmallest = 0x1p-260" "kSmallest = 0.0" "$filters $isolati
   "products_at_the_range" 4000
 try largest $bounds "kLargest = 0x1p260" "kLargest = 1e308" "$filters $isolation" \
   "products_at_the_range" 4000
+try place_cubic_error $bounds "kPlaceCubicError = 128.0" "kPlaceCubicError = 0.0" "$filters" \
+  "close_roots_on_rim" 4000
+try cubic_value_error $bounds "kCubicValueError = 256.0" "kCubicValueError = 0.0" "$filters" \
+  "close_roots_on_rim grazing" 4000
+
+try plane_axis detail/in_plane.cpp "double best = kConstraintError * kRoundoff;" "double best = -1.0;" \
+  "detail/in_plane" "in_turning_plane in_fixed_plane parallel_sides" 4000
 
 # Comparisons.
 try axes_touch detail/ccd_filter_kernel.inc "(hi0 < second_lo0) & (hi1 < second_lo1)" \
@@ -147,7 +156,13 @@ try axes_one_end detail/ccd_filter_kernel.inc "(hi0 < second_lo0) & (hi1 < secon
 try one_sign_open_ends detail/root_isolation.cpp \
   "return sign_at(lo, f[0], error) > 0 && sign_at(hi, f[3], error) > 0" "return f[0] >= 0.0 && f[3] >= 0.0" \
   "$isolation" "touch_at_start touch_at_end" 4000
+roots=detail/ccd_root_kernel.inc
+try one_change $roots " & ((c1 > error) | (c2 < -error));" ";" "$filters" "vertex_on_vertex rim_as_rounded" 4000
+try level_component $roots "excluded |= flat;" "" "$filters" "irrational_time_on_rim" 4000
+try root_at_a_double $roots " & (abs(root.lo) > off)" "" "$filters" "touch_between dyadic_time" 4000
 try root_floor_unsigned detail/root_floor.cpp "if (sign == 0) return false;" "" "detail/root_floor" \
+  "beside_a_double triple_root" 4000
+try beside_another_double detail/polynomial.cpp "if (beyond == sign) return std::nullopt;" "" "$polynomial" \
   "beside_a_double triple_root" 4000
 try inside_open detail/exact_query.cpp "if (root.sign(p) * sign < 0) return false" \
   "if (root.sign(p) * sign <= 0) return false" "$exact_query" "rational_time dyadic_time" 4000

@@ -17,13 +17,18 @@ namespace {
 #define SELVEDGE_FILTER_LANES 2
 constexpr int kLanes = SELVEDGE_FILTER_LANES;
 #include <selvedge/narrowphase/detail/ccd_filter_kernel.inc>
+#include <selvedge/narrowphase/detail/ccd_root_kernel.inc>
 
 }  // namespace
 }  // namespace narrow
 
 FilterKernel filter_kernel_narrow() {
-  return {narrow::kLanes, narrow::finite, narrow::separated_on_axes, narrow::separated_on_diagonals,
-          narrow::never_coplanar};
+  return {narrow::kLanes,
+          narrow::finite,
+          narrow::separated_on_axes,
+          narrow::separated_on_diagonals,
+          narrow::never_coplanar,
+          narrow::decided_at_simple_roots};
 }
 
 std::span<const FilterKernel> filter_kernels() {

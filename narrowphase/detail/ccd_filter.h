@@ -13,10 +13,11 @@ namespace selvedge::narrowphase_detail {
 inline constexpr int kFilterBlock = 8;
 using QueryBlock = std::array<const Query*, kFilterBlock>;
 
-/// The filter of stages A and B for one vector width. Each test returns a mask: bit j is set if the
-/// test proves that query j of the block has no collision. Either all queries of a block are edge
-/// pairs (`edges`) or none is. Every kernel performs the same operations in the same order, so the
-/// results are the same bits.
+/// Stages A, B and the vectors of stage C for one vector width. Each test returns a mask: bit j is
+/// set if the test proves that query j of the block has no collision, or in stage C if it decides
+/// the query and has written its time, or kNoCollision, to toi[j]. Either all queries of a block
+/// are edge pairs (`edges`) or none is. What is proven does not depend on rounding, so the results
+/// are the same bits for each width.
 struct FilterKernel {
   using Test = std::uint32_t (*)(const QueryBlock& block, bool edges);
   int width;                                         ///< doubles in a vector
@@ -24,6 +25,8 @@ struct FilterKernel {
   Test separated_on_axes;                            ///< stage A, along x, y and z
   Test separated_on_diagonals;                       ///< stage A, along x+-y, y+-z and z+-x
   Test never_coplanar;                               ///< stage B
+  std::uint32_t (*decided_at_simple_roots)(const QueryBlock& block, bool edges,
+                                           std::span<double, kFilterBlock> toi);  ///< stage C
 };
 
 /// The kernels that the compiler built and the processor supports, narrowest first; never empty.

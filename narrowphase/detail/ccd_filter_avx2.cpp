@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The filter with vectors of four doubles. A pragma compiles only the functions of this file for
-// AVX2. A compiler flag would also affect the standard library's inline functions, of which the
-// linker keeps one copy for the whole program.
+// AVX2 and FMA. A compiler flag would also affect the standard library's inline functions, of which
+// the linker keeps one copy for the whole program.
 #include <selvedge/narrowphase/detail/ccd_filter.h>
 #include <selvedge/narrowphase/detail/error_bounds.h>
 
@@ -10,10 +10,10 @@
 #include <immintrin.h>
 
 #ifdef __clang__
-#pragma clang attribute push(__attribute__((target("avx2"))), apply_to = function)
+#pragma clang attribute push(__attribute__((target("avx2,fma"))), apply_to = function)
 #else
 #pragma GCC push_options
-#pragma GCC target("avx2")
+#pragma GCC target("avx2,fma")
 #endif
 
 namespace selvedge::narrowphase_detail::avx2 {
@@ -22,6 +22,7 @@ namespace {
 #define SELVEDGE_FILTER_LANES 4
 constexpr int kLanes = SELVEDGE_FILTER_LANES;
 #include <selvedge/narrowphase/detail/ccd_filter_kernel.inc>
+#include <selvedge/narrowphase/detail/ccd_root_kernel.inc>
 
 }  // namespace
 }  // namespace selvedge::narrowphase_detail::avx2
@@ -35,9 +36,13 @@ constexpr int kLanes = SELVEDGE_FILTER_LANES;
 namespace selvedge::narrowphase_detail {
 
 FilterKernel filter_kernel_avx2() {
-  if (!__builtin_cpu_supports("avx2")) return {};
-  return {avx2::kLanes, avx2::finite, avx2::separated_on_axes, avx2::separated_on_diagonals,
-          avx2::never_coplanar};
+  if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma")) return {};
+  return {avx2::kLanes,
+          avx2::finite,
+          avx2::separated_on_axes,
+          avx2::separated_on_diagonals,
+          avx2::never_coplanar,
+          avx2::decided_at_simple_roots};
 }
 
 }  // namespace selvedge::narrowphase_detail

@@ -22,6 +22,7 @@ namespace {
 #define SELVEDGE_FILTER_LANES 8
 constexpr int kLanes = SELVEDGE_FILTER_LANES;
 #include <selvedge/narrowphase/detail/ccd_filter_kernel.inc>
+#include <selvedge/narrowphase/detail/ccd_root_kernel.inc>
 
 }  // namespace
 }  // namespace selvedge::narrowphase_detail::avx512
@@ -36,8 +37,12 @@ namespace selvedge::narrowphase_detail {
 
 FilterKernel filter_kernel_avx512() {
   if (!__builtin_cpu_supports("avx512f")) return {};
-  return {avx512::kLanes, avx512::finite, avx512::separated_on_axes, avx512::separated_on_diagonals,
-          avx512::never_coplanar};
+  return {avx512::kLanes,
+          avx512::finite,
+          avx512::separated_on_axes,
+          avx512::separated_on_diagonals,
+          avx512::never_coplanar,
+          avx512::decided_at_simple_roots};
 }
 
 }  // namespace selvedge::narrowphase_detail

@@ -18,6 +18,21 @@ inline constexpr double kSmallest = 0x1p-260, kLargest = 0x1p260;
 /// computing the bound itself and for underflow.
 inline constexpr double kCubicError = 192.0;
 
+/// Bound of the error of a value of the cubic computed from these coefficients, in the same unit:
+/// that of the coefficients, and at most 10 roundings in the value, in Bernstein form, on terms
+/// whose sum is at most 6.
+inline constexpr double kCubicValueError = 256.0;
+
+/// Bound of the error of the cubic's slope, in the same unit. Its Bernstein coefficients c1 - 3 c0,
+/// c2 - c1 and 3 c3 - c2 are at most 36. With the errors of c and one or two roundings of its own,
+/// each is off by at most 192 + 192 + 54. The value takes 6 roundings more.
+inline constexpr double kSlopeError = 1024.0;
+
+/// Bound of the error of n . Z from the differences at one time, in the same unit. A difference is
+/// off by at most 4, a component of n by 2 (4 + 4 + 1) + 2 = 20, its product with Z, at most 2, by
+/// 20 + 2 * 4 + 2; the sum of the three takes 2 roundings of at most 6.
+inline constexpr double kPlaceCubicError = 128.0;
+
 /// Bound of the error of the Bernstein coefficients f(0), c1/3, c2/3, f(1) in the unit of
 /// kCubicError: 6 terms with 8 roundings each for the outer ones; a third of 180 and one rounding
 /// of at most 6 for the inner ones; and a reserve.

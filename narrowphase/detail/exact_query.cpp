@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/narrowphase/detail/exact_query.h>
+#include <selvedge/narrowphase/detail/in_plane.h>
 
 #include <algorithm>
 #include <array>
@@ -114,7 +115,9 @@ template <class Int>
 class ExactQuery {
  public:
   ExactQuery(const Query& query, int exponent)
-      : edges_(query.kind == ContactKind::edge_edge), x_(integer_paths<Int>(query, exponent)) {
+      : query_(query),
+        edges_(query.kind == ContactKind::edge_edge),
+        x_(integer_paths<Int>(query, exponent)) {
     const int base = edges_ ? 0 : 1;
     X_ = x_[edges_ ? 1 : 2] - x_[base];
     Y_ = edges_ ? x_[3] - x_[2] : x_[3] - x_[1];
@@ -125,8 +128,8 @@ class ExactQuery {
 
   const Polynomial<Int>& cubic() const { return f_; }
 
-  bool first_contact(double& toi) {
-    return f_.is_zero() ? first_coplanar_contact(toi) : first_root_in_contact(toi);
+  bool first_contact(const FilterKernel& kernel, double& toi) {
+    return f_.is_zero() ? first_coplanar_contact(kernel, toi) : first_root_in_contact(toi);
   }
 
   /// Whether the primitives touch at a root of f.
@@ -173,10 +176,14 @@ class ExactQuery {
   /// n is not identically zero, these are the roots of one component i of n that is not identically
   /// zero (they include the times where n = 0, and those where component i vanishes alone) and of
   /// the constraints made with component i; otherwise those of the segment tests.
-  bool first_coplanar_contact(double& toi) {
+  ///
+  /// If stage C decides the contacts in the plane, none of these roots is needed.
+  bool first_coplanar_contact(const FilterKernel& kernel, double& toi) {
     toi = 0.0;
     Root<Int> start = Root<Int>::rational(Int(), Int(1));
     if (touches(start)) return true;
+    const ContactDecision in_plane = first_contact_in_plane(kernel, query_, toi);
+    if (in_plane != ContactDecision::open) return in_plane == ContactDecision::yes;
     std::vector<Root<Int>> roots;
     const auto add = [&](const Polynomial<Int>& p) {
       if (!p.is_zero()) isolate_roots(p, roots);
@@ -249,6 +256,7 @@ class ExactQuery {
     return segment_tests_;
   }
 
+  const Query& query_;
   bool edges_;
   std::array<PolyVec<Int>, 4> x_;
   PolyVec<Int> X_, Y_, Z_, n_;
@@ -263,7 +271,7 @@ constexpr int kSmallBits = 64;
 
 /// Calls decide(ExactQuery) with integers of a fixed width, or of any width where those do not fit.
 template <class Decide>
-bool with_integers_that_fit(const Query& query, Decide decide) {
+auto with_integers_that_fit(const Query& query, Decide decide) {
   const Grid grid = grid_of(query);
   if (grid.bits <= kSmallBits) {
     try {
@@ -278,15 +286,21 @@ bool with_integers_that_fit(const Query& query, Decide decide) {
 
 }  // namespace
 
-bool collides_exactly(const Query& query, double& toi) {
+bool collides_exactly(const FilterKernel& kernel, const Query& query, double& toi) {
   return with_integers_that_fit(
-      query, [&]<class Int>(ExactQuery<Int>& exact) { return exact.first_contact(toi); });
+      query, [&]<class Int>(ExactQuery<Int>& exact) { return exact.first_contact(kernel, toi); });
 }
 
-bool touches_exactly(const Query& query, const IsolatedRoot& root) {
+ContactDecision touches_exactly(const Query& query, IsolatedRoot& root) {
   return with_integers_that_fit(query, [&]<class Int>(ExactQuery<Int>& exact) {
-    Root<Int> isolated = Root<Int>::between_doubles(exact.cubic(), root.floor, root.sign_lo);
-    return exact.touches(isolated);
+    double floor = root.floor;
+    std::optional<Root<Int>> found =
+        root.is_beside ? Root<Int>::beside_double(exact.cubic(), floor, root.sign_lo)
+                       : Root<Int>::between_doubles(exact.cubic(), floor, root.sign_lo);
+    if (!found) return ContactDecision::open;
+    if (!exact.touches(*found)) return ContactDecision::no;
+    root.floor = floor;
+    return ContactDecision::yes;
   });
 }
 

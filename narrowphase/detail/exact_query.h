@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <selvedge/narrowphase/detail/ccd_filter.h>
 #include <selvedge/narrowphase/detail/polynomial.h>
 #include <selvedge/narrowphase/detail/root_isolation.h>
 #include <selvedge/narrowphase/narrow_phase.h>
@@ -9,10 +10,11 @@ namespace selvedge::narrowphase_detail {
 
 /// Decides a query of finite doubles in integer arithmetic, without rounding. If the primitives
 /// collide, toi is the largest double not later than the true time of impact.
-bool collides_exactly(const Query& query, double& toi);
+bool collides_exactly(const FilterKernel& kernel, const Query& query, double& toi);
 
-/// Whether the primitives touch at a root of the coplanarity cubic found by another stage.
-bool touches_exactly(const Query& query, const IsolatedRoot& root);
+/// Whether the primitives touch at a root of the coplanarity cubic found by stage C; if so,
+/// root.floor is then the largest double not above it. `open` if the root is not found again.
+ContactDecision touches_exactly(const Query& query, IsolatedRoot& root);
 
 /// Exponent of the lowest set bit of x, which is finite and not zero.
 int lowest_bit(double x);

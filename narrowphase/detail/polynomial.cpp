@@ -376,6 +376,26 @@ Root<Int> Root<Int>::between_doubles(Polynomial<Int> p, double floor, int sign_l
 }
 
 template <class Int>
+std::optional<Root<Int>> Root<Int>::beside_double(const Polynomial<Int>& p, double& floor,
+                                                  int sign_lo) {
+  const int sign = sign_at_double(p, floor);
+  if (sign == 0) return at_double(floor);
+  const double neighbour = std::nextafter(floor, sign == sign_lo ? 2.0 : 0.0);
+  const int beyond = sign_at_double(p, neighbour);
+  if (beyond == sign) return std::nullopt;
+  if (beyond == 0 || sign != sign_lo) floor = neighbour;
+  return beyond == 0 ? at_double(floor) : between_doubles(p, floor, sign_lo);
+}
+
+template <class Int>
+Root<Int> Root<Int>::at_double(double t) {
+  Int k;
+  int m = 0;
+  to_dyadic(t, k, m);
+  return rational(k, power_of_two<Int>(m) - k);
+}
+
+template <class Int>
 void Root<Int>::bisect() {
   Box<Int> right = part_of(box_, 1, 1, 2);
   const int s = sign_at(p_, right.k, right.m);

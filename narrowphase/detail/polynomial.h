@@ -5,6 +5,7 @@
 #include <selvedge/narrowphase/detail/fixed_int.h>
 
 #include <array>
+#include <optional>
 #include <vector>
 
 namespace selvedge::narrowphase_detail {
@@ -59,6 +60,10 @@ class Root {
   static Root isolated(Polynomial<Int> p, Box<Int> box, int sign_lo);
   /// The same between the double `floor` and the next one.
   static Root between_doubles(Polynomial<Int> p, double floor, int sign_lo);
+  /// The only root of p in a bracket that strictly contains `floor`, if it is `floor` or lies
+  /// between that double and a neighbour; no value otherwise. Then `floor` becomes the largest
+  /// double not above the root.
+  static std::optional<Root> beside_double(const Polynomial<Int>& p, double& floor, int sign_lo);
 
   /// Exact sign of q at the root, for q of degree at most 2 (or any degree at a rational root).
   int sign(const Polynomial<Int>& q);
@@ -69,6 +74,7 @@ class Root {
   int multiplicity = 1;
 
  private:
+  static Root at_double(double t);
   double floor_in_box(bool& exact) const;
   void bisect();
   void narrow();

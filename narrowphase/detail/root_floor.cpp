@@ -19,8 +19,9 @@ bool floor_of_root(const SharpQuery& f, double lo, double hi, int sign_lo, doubl
   // bracket.
   double t = f.rough_root(lo, hi, sign_lo);
   for (int step = 1; std::nextafter(lo, hi) < hi; ++step) {
-    if (step > kMostSteps) return false;
     t = std::clamp(t, std::nextafter(lo, hi), std::nextafter(hi, lo));
+    root = t;
+    if (step > kMostSteps) return false;
     int sign = 0;
     const double next = f.newton(t, sign);
     if (sign == 0) return false;

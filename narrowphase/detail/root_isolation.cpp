@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/narrowphase/detail/error_bounds.h>
+#include <selvedge/narrowphase/detail/exact_query.h>
+#include <selvedge/narrowphase/detail/quadratic.h>
 #include <selvedge/narrowphase/detail/root_floor.h>
 #include <selvedge/narrowphase/detail/root_isolation.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -18,38 +19,10 @@ namespace {
 constexpr int kDeepest = 30;
 constexpr int kFirstPassBoxes = 24, kMostBoxes = 160;
 
-/// b0 (1-t)^2 + 2 b1 t (1-t) + b2 t^2.
-struct Quadratic {
-  double b0, b1, b2;
-
-  /// The polar form: q(t, t) is the value at t, and q(lo, lo), q(lo, hi), q(hi, hi) are the
-  /// Bernstein coefficients on [lo, hi].
-  double polar(double s, double t) const {
-    return (1.0 - s) * (1.0 - t) * b0 + ((1.0 - s) * t + s * (1.0 - t)) * b1 + s * t * b2;
-  }
-  /// Sign on the whole box if it is strict there by more than `error`, else 0.
-  int strict_sign(double lo, double hi, double error) const {
-    const double p = polar(lo, lo), q = polar(lo, hi), r = polar(hi, hi);
-    if (std::min({p, q, r}) > error) return 1;
-    if (std::max({p, q, r}) < -error) return -1;
-    return 0;
-  }
-};
-
-Quadratic operator-(const Quadratic& a, const Quadratic& b) {
-  return {a.b0 - b.b0, a.b1 - b.b1, a.b2 - b.b2};
-}
-
 /// A quadratic that, times the sign of n_i, must not be negative. `size` is the unit of its error.
 struct Constraint {
   Quadratic q;
   double size;
-};
-
-/// A difference of two vertices at both ends.
-struct Motion {
-  Vec3 d0, d1;
-  double largest() const { return std::max(d0.cwiseAbs().maxCoeff(), d1.cwiseAbs().maxCoeff()); }
 };
 
 DoubleDouble component(const SharpVec& a, const SharpVec& b, int i) {
@@ -57,23 +30,18 @@ DoubleDouble component(const SharpVec& a, const SharpVec& b, int i) {
   return a[j] * b[k] - a[k] * b[j];
 }
 
-Quadratic cross_component(const Motion& a, const Motion& b, int i) {
-  const int j = (i + 1) % 3, k = (i + 2) % 3;
-  const auto c = [&](const Vec3& x, const Vec3& y) { return x[j] * y[k] - x[k] * y[j]; };
-  return {c(a.d0, b.d0), 0.5 * (c(a.d0, b.d1) + c(a.d1, b.d0)), c(a.d1, b.d1)};
-}
-
 /// Stage C. Halves the coplanarity cubic in Bernstein form into boxes, earliest first. A box is
 /// dropped if all coefficients have one strict sign (no root), or if a component n_i of n and one
 /// constraint have strict contradicting signs on it (no root in it is a contact; see
 /// exact_query.cpp). If the cubic is monotonic on a box and changes sign, it has one root, which is
 /// narrowed to neighbouring doubles. If n_i and all constraints have strict agreeing signs there,
-/// it is the first contact; if two contradict, it is not a contact. If the finest box is still
-/// undecided, the query stays open.
+/// it is the first contact; if two contradict, it is not a contact; otherwise integers decide. If
+/// the finest box is still undecided, the query stays open.
 class RootIsolation {
  public:
-  explicit RootIsolation(const Query& query)
-      : query_(query), edges_(query.kind == ContactKind::edge_edge) {
+  /// `query` may be `original` times a power of two.
+  RootIsolation(const Query& query, const Query& original)
+      : query_(query), original_(original), edges_(query.kind == ContactKind::edge_edge) {
     const auto difference = [&](int head, int tail) {
       return Motion{query.x_t0[head] - query.x_t0[tail], query.x_t1[head] - query.x_t1[tail]};
     };
@@ -91,17 +59,18 @@ class RootIsolation {
            std::max({a, b, c}) < kLargest;
   }
 
-  ContactDecision run(IsolatedRoot& root) {
+  ContactDecision run(double& toi, bool& is_exact) {
     const double a = X_.largest(), b = Y_.largest(), c = Z_.largest();
     size_n_ = a * b, size_h_ = c * b, size_g_ = a * c;
-    ContactDecision decision =
-        pass(bernstein(), kBernsteinError * kRoundoff * (a * b * c), kFirstPassBoxes);
-    if (decision == ContactDecision::open) {
-      const SharpQuery& f = sharp();
-      use_sharp_signs_ = true;
-      decision = pass(f.bernstein(), f.error(), kMostBoxes);
-    }
-    root = root_;
+    if (contact_everywhere(0.0, 1.0) == ContactDecision::no) return ContactDecision::no;
+    const Coefficients f = bernstein();
+    const double error = kBernsteinError * kRoundoff * (a * b * c);
+    ContactDecision decision = ContactDecision::open;
+    if (std::min(std::abs(f[0]), std::abs(f[3])) > error)
+      decision = pass(f, error, kFirstPassBoxes);
+    if (decision == ContactDecision::open) decision = sharp_pass();
+    toi = root_.floor;
+    is_exact = is_exact_;
     return decision;
   }
 
@@ -118,6 +87,22 @@ class RootIsolation {
   const SharpQuery& sharp() {
     if (!sharp_) sharp_.emplace(query_);
     return *sharp_;
+  }
+
+  ContactDecision sharp_pass() {
+    const SharpQuery& f = sharp();
+    const Coefficients b = f.bernstein();
+    const auto is_null = [&](double v) { return std::abs(v) <= f.error(); };
+    const auto may_touch = [&](double lo, double hi) {
+      return contact_everywhere(lo, hi) != ContactDecision::no;
+    };
+    // Halving would not end before the smallest boxes.
+    const double smallest = std::ldexp(1.0, -kDeepest);
+    if (std::all_of(b.begin(), b.end(), is_null) || (is_null(b[0]) && may_touch(0.0, smallest)) ||
+        (is_null(b[3]) && may_touch(1.0 - smallest, 1.0)))
+      return ContactDecision::open;
+    use_sharp_signs_ = true;
+    return pass(b, f.error(), kMostBoxes);
   }
 
   ContactDecision pass(const Coefficients& f, double error, int boxes) {
@@ -166,13 +151,18 @@ class RootIsolation {
 
   /// Decides the only root of f strictly between lo and hi.
   ContactDecision decide_root(double lo, double hi, int sign_lo) {
-    if (!floor_of_root(sharp(), lo, hi, sign_lo, root_.floor)) return ContactDecision::open;
     root_.sign_lo = sign_lo;
-    const ContactDecision decision =
-        contact_everywhere(root_.floor, std::nextafter(root_.floor, 2.0));
+    root_.is_beside = !floor_of_root(sharp(), lo, hi, sign_lo, root_.floor);
+    ContactDecision decision = ContactDecision::open;
     SharpTime time;
-    if (decision != ContactDecision::open || !sharp().locate(root_.floor, time)) return decision;
-    return contact_at(time);
+    if (!root_.is_beside) {
+      decision = contact_everywhere(root_.floor, std::nextafter(root_.floor, 2.0));
+      if (decision == ContactDecision::open && sharp().locate(root_.floor, time))
+        decision = contact_at(time);
+    }
+    if (decision != ContactDecision::open) return decision;
+    is_exact_ = true;
+    return touches_exactly(original_, root_);
   }
 
   ContactDecision contact_at(const SharpTime& time) {
@@ -236,7 +226,7 @@ class RootIsolation {
     return std::span(constraints_).first(edges_ ? 4 : 3);
   }
 
-  const Query& query_;
+  const Query &query_, &original_;
   bool edges_;
   Motion X_, Y_, Z_;
   std::array<Quadratic, 3> n_;
@@ -250,6 +240,7 @@ class RootIsolation {
   bool use_sharp_signs_ = false;
   std::optional<SharpQuery> sharp_;
   IsolatedRoot root_;
+  bool is_exact_ = false;
 };
 
 /// Loses only bits that underflow while the largest difference is about 1, which the reserve of the
@@ -264,14 +255,16 @@ Query times_power_of_two(const Query& query, int exponent) {
 
 }  // namespace
 
-ContactDecision isolate_contact(const Query& query, IsolatedRoot& root) {
-  RootIsolation isolation(query);
-  if (isolation.is_in_range()) return isolation.run(root);
+ContactDecision isolate_contact(const Query& query, double& toi, bool& is_exact) {
+  is_exact = false;
+  RootIsolation isolation(query, query);
+  if (isolation.is_in_range()) return isolation.run(toi, is_exact);
   const double size = isolation.largest_difference();
   if (!(size > 0.0 && std::isfinite(size))) return ContactDecision::open;
   const Query scaled = times_power_of_two(query, -std::ilogb(size));
-  RootIsolation scaled_isolation(scaled);
-  return scaled_isolation.is_in_range() ? scaled_isolation.run(root) : ContactDecision::open;
+  RootIsolation scaled_isolation(scaled, query);
+  return scaled_isolation.is_in_range() ? scaled_isolation.run(toi, is_exact)
+                                        : ContactDecision::open;
 }
 
 }  // namespace selvedge::narrowphase_detail

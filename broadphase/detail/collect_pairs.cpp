@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/detail/collect_pairs.h>
+#include <selvedge/broadphase/detail/raw_array.h>
 #include <selvedge/broadphase/detail/sort_rows.h>
 #include <selvedge/core/parallel.h>
 
@@ -21,10 +22,11 @@ constexpr std::size_t kBuckets = 128;
 // Up to this number, more buckets are still faster than keys that exceed 32 bits.
 constexpr std::size_t kMostBuckets = 1024;
 constexpr std::size_t kBucketGrain = 4;  // buckets that one task sorts with the same scratch
+// Keys are counted and distributed from this many places of a list in turn, each with counters of
+// its own. Consecutive keys mostly have the same first index; with common counters, each increment
+// would wait for the previous one.
+constexpr std::size_t kStreams = 2;
 constexpr std::size_t kFewPairs = 1024;  // below this number plain sorting is faster
-constexpr int kDigitBits = 9;            // 512 counters of four bytes: half of a first-level cache
-constexpr std::size_t kDigitValues = std::size_t{1} << kDigitBits;
-constexpr std::uint32_t kVeryLongRow = 1024;  // from this length on, sorting by digits is faster
 
 std::uint32_t first_of(std::uint64_t key) { return static_cast<std::uint32_t>(key >> 32); }
 
@@ -61,23 +63,20 @@ struct ShortKeys {
   }
 };
 
-/// Sorts by digits, lowest first. `scratch` has the size of the row.
-void sort_by_digits(std::span<std::uint32_t> row, int bits, std::uint32_t* scratch) {
-  std::uint32_t *from = row.data(), *to = scratch;
-  for (int shift = 0; shift < bits; shift += kDigitBits, std::swap(from, to)) {
-    const auto digit = [&](std::uint32_t value) { return value >> shift & (kDigitValues - 1); };
-    std::array<std::uint32_t, kDigitValues> next{};
-    for (std::size_t i = 0; i < row.size(); ++i) ++next[digit(from[i])];
-    std::uint32_t sum = 0;
-    for (std::uint32_t& place : next) sum += std::exchange(place, sum);
-    for (std::size_t i = 0; i < row.size(); ++i) to[next[digit(from[i])]++] = from[i];
-  }
-  if (from != row.data()) std::copy(from, from + row.size(), row.data());
+/// Calls visit(stream, i) for all i below n: stream s visits its part in order, and the streams
+/// take turns.
+template <class Visit>
+void each_in_streams(std::size_t n, Visit visit) {
+  const std::size_t part = n / kStreams;
+  for (std::size_t i = 0; i < part; ++i)
+    for (std::size_t s = 0; s < kStreams; ++s) visit(s, s * part + i);
+  for (std::size_t i = kStreams * part; i < n; ++i) visit(kStreams - 1, i);
 }
 
 /// Scratch memory for sorting buckets in turn.
 struct BucketScratch {
-  std::vector<std::uint32_t> begin, second, digits;
+  std::vector<std::uint32_t> begin, next, digits;
+  RawArray<std::uint32_t> second;
 };
 
 /// Sorts one bucket: distributes its keys to their rows, then sorts each row.
@@ -85,32 +84,30 @@ template <class Key, class Pair>
 void sort_bucket(std::span<const Key> keys, const ShortKeys& short_keys, std::int32_t base,
                  SortRows<Pair> sort_rows, BucketScratch& scratch, Pair* out) {
   const std::size_t rows = short_keys.rows();
-  std::vector<std::uint32_t>& begin = scratch.begin;
-  begin.assign(rows + 2, 0);
-  // begin[r + 2] first counts row r; then begin[r + 1] is its next free position; finally begin[r]
-  // is its start.
-  for (const Key key : keys) ++begin[short_keys.row(key) + 2];
-  for (std::size_t r = 2; r < rows + 2; ++r) begin[r] += begin[r - 1];
+  std::vector<std::uint32_t>&begin = scratch.begin, &next = scratch.next;
+  begin.resize(rows + 1);
+  // next[row · kStreams + stream]: first the number of keys, then their next free place.
+  next.assign(rows * kStreams, 0);
+  each_in_streams(keys.size(), [&](std::size_t stream, std::size_t i) {
+    ++next[short_keys.row(keys[i]) * kStreams + stream];
+  });
+  std::uint32_t sum = 0;
+  for (std::size_t r = 0; r < rows; ++r) {
+    begin[r] = sum;
+    for (std::size_t s = 0; s < kStreams; ++s) sum += std::exchange(next[r * kStreams + s], sum);
+  }
+  begin[rows] = sum;
   if (scratch.second.size() < keys.size() + kRowSlack)
-    scratch.second.resize(keys.size() + keys.size() / 2 + kRowSlack);
+    scratch.second.reset(keys.size() + keys.size() / 2 + kRowSlack);
   std::uint32_t* second = scratch.second.data();
-  for (const Key key : keys) second[begin[short_keys.row(key) + 1]++] = short_keys.second(key);
+  each_in_streams(keys.size(), [&](std::size_t stream, std::size_t i) {
+    second[next[short_keys.row(keys[i]) * kStreams + stream]++] = short_keys.second(keys[i]);
+  });
   for (std::size_t r = 0; r < rows; ++r) {
     const std::span<std::uint32_t> row(second + begin[r], begin[r + 1] - begin[r]);
-    if (row.size() >= kVeryLongRow) {
-      scratch.digits.resize(std::max(scratch.digits.size(), row.size()));
-      sort_by_digits(row, short_keys.second_bits, scratch.digits.data());
-    } else if (row.size() > kLongRow) {
-      std::sort(row.begin(), row.end());
-    }
+    if (row.size() > kLongRow) sort_long_row(row, short_keys.second_bits, scratch.digits);
   }
   sort_rows({begin.data(), rows, second, base}, out);
-}
-
-template <class Pair>
-SortRows<Pair> best_sort_rows() {
-  const SortRows<Pair> wide = sort_rows_wide<Pair>();
-  return wide ? wide : sort_rows_narrow<Pair>();
 }
 
 }  // namespace
@@ -142,13 +139,18 @@ void PairCollector::sort_by_buckets(const std::vector<FoundPairs>& parts,
                                     std::vector<Pair>& out) {
   const ShortKeys keys(firsts, seconds);
   const std::size_t buckets = (firsts >> keys.shift) + 1;
-  // start[part·buckets + bucket]: first the number of pairs, then their position.
-  std::vector<std::size_t> start(parts.size() * buckets, 0);
+  // start[(part · buckets + bucket) · kStreams + stream]: first the number of pairs, then their
+  // position.
+  const std::size_t counters = buckets * kStreams;
+  std::vector<std::size_t> start(parts.size() * counters, 0);
   parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) {
       const PairBuffer& found = parts[p].*list;
-      std::size_t* count = start.data() + p * buckets;
-      for (std::size_t i = 0; i < found.size(); ++i) ++count[keys.bucket(found.data()[i])];
+      const std::uint64_t* key = found.data();
+      std::size_t* count = start.data() + p * counters;
+      each_in_streams(found.size(), [&](std::size_t stream, std::size_t i) {
+        ++count[keys.bucket(key[i]) * kStreams + stream];
+      });
     }
   });
   std::vector<std::size_t> bucket_begin(buckets + 1, 0);
@@ -156,7 +158,8 @@ void PairCollector::sort_by_buckets(const std::vector<FoundPairs>& parts,
   for (std::size_t b = 0; b < buckets; ++b) {
     bucket_begin[b] = sum;
     for (std::size_t p = 0; p < parts.size(); ++p)
-      sum += std::exchange(start[p * buckets + b], sum);
+      for (std::size_t s = 0; s < kStreams; ++s)
+        sum += std::exchange(start[p * counters + b * kStreams + s], sum);
     if (sum - bucket_begin[b] > std::numeric_limits<std::uint32_t>::max())
       throw std::length_error("broad phase: more than 2^32 pairs of " +
                               std::to_string(keys.rows()) + " primitives");
@@ -166,11 +169,11 @@ void PairCollector::sort_by_buckets(const std::vector<FoundPairs>& parts,
   parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) {
       const PairBuffer& found = parts[p].*list;
-      std::size_t* next = start.data() + p * buckets;
-      for (std::size_t i = 0; i < found.size(); ++i) {
-        const std::uint64_t key = found.data()[i];
-        scratch[next[keys.bucket(key)]++] = keys.pack<Key>(key);
-      }
+      const std::uint64_t* key = found.data();
+      std::size_t* next = start.data() + p * counters;
+      each_in_streams(found.size(), [&](std::size_t stream, std::size_t i) {
+        scratch[next[keys.bucket(key[i]) * kStreams + stream]++] = keys.pack<Key>(key[i]);
+      });
     }
   });
   const SortRows<Pair> sort_rows = best_sort_rows<Pair>();

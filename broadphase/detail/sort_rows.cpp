@@ -1,12 +1,47 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/detail/sort_rows.h>
 
+#include <algorithm>
+#include <array>
+#include <utility>
+
 #if (defined(__x86_64__) || defined(_M_X64)) && (defined(__GNUC__) || defined(__clang__))
 #define SELVEDGE_SORT_ROWS_AVX2
 #include <immintrin.h>
 #endif
 
 namespace selvedge::detail {
+namespace {
+
+constexpr int kDigitBits = 9;  // 512 counters of four bytes: half of a first-level cache
+constexpr std::size_t kDigitValues = std::size_t{1} << kDigitBits;
+constexpr std::size_t kVeryLongRow = 512;  // from this length on, sorting by digits is faster
+
+/// Sorts by digits, lowest first. `scratch` has the size of the row.
+void sort_by_digits(std::span<std::uint32_t> row, int bits, std::uint32_t* scratch) {
+  std::uint32_t *from = row.data(), *to = scratch;
+  for (int shift = 0; shift < bits; shift += kDigitBits, std::swap(from, to)) {
+    const auto digit = [&](std::uint32_t value) { return value >> shift & (kDigitValues - 1); };
+    std::array<std::uint32_t, kDigitValues> next{};
+    for (std::size_t i = 0; i < row.size(); ++i) ++next[digit(from[i])];
+    std::uint32_t sum = 0;
+    for (std::uint32_t& place : next) sum += std::exchange(place, sum);
+    for (std::size_t i = 0; i < row.size(); ++i) to[next[digit(from[i])]++] = from[i];
+  }
+  if (from != row.data()) std::copy(from, from + row.size(), row.data());
+}
+
+}  // namespace
+
+void sort_long_row(std::span<std::uint32_t> row, int bits, std::vector<std::uint32_t>& scratch) {
+  if (row.size() < kVeryLongRow) {
+    std::sort(row.begin(), row.end());
+    return;
+  }
+  scratch.resize(std::max(scratch.size(), row.size()));
+  sort_by_digits(row, bits, scratch.data());
+}
+
 namespace {
 
 template <class Pair>
@@ -99,8 +134,12 @@ void sort_rows(const PairRows& rows, Pair* out) {
       rank_row<3>(first, row, n, out + begin);
     else if (n <= 40)
       rank_row<5>(first, row, n, out + begin);
-    else if (n <= kLongRow)
+    else if (n <= 64)
       rank_row<8>(first, row, n, out + begin);
+    else if (n <= 96)
+      rank_row<12>(first, row, n, out + begin);
+    else if (n <= kLongRow)
+      rank_row<16>(first, row, n, out + begin);
     else
       copy_row(first, row, n, out + begin);
   }

@@ -14,8 +14,8 @@ std::size_t bytes_of(const std::vector<T>& v) {
   return v.capacity() * sizeof(T);
 }
 
-template <class T>
-bool same_bytes(std::span<const T> a, const std::vector<T>& b) {
+template <class T, class List>
+bool same_bytes(std::span<const T> a, const List& b) {
   return a.size() == b.size() &&
          (a.empty() || std::memcmp(a.data(), b.data(), a.size_bytes()) == 0);
 }

@@ -50,8 +50,8 @@ struct VertexTriangles {
 
 void OwnedPrimitives::set(const SurfaceView& surface) {
   vertex_count = surface.x_t0.size();
-  triangles.assign(surface.triangles.begin(), surface.triangles.end());
-  edges.assign(surface.edges.begin(), surface.edges.end());
+  triangles.assign(surface.triangles);
+  edges.assign(surface.edges);
 }
 
 void OwnedPrimitives::set_loose(std::span<const std::int32_t> loose_edges_now,
@@ -95,7 +95,7 @@ void OwnedPrimitives::find_owners() {
 }
 
 std::size_t OwnedPrimitives::bytes() const {
-  return bytes_of(triangles) + bytes_of(edges) + bytes_of(loose_edges) + bytes_of(loose_points) +
+  return triangles.bytes() + edges.bytes() + bytes_of(loose_edges) + bytes_of(loose_points) +
          bytes_of(owned_edges_begin) + bytes_of(owned_points_begin) + bytes_of(owned_edges) +
          bytes_of(owned_points);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <selvedge/broadphase/detail/raw_array.h>
 #include <selvedge/core/collision_types.h>
 
 #include <span>
@@ -17,8 +18,8 @@ inline constexpr int kMostOwned = 8;
 /// triangles, then the edges, then the points without a triangle.
 struct OwnedPrimitives {
   std::size_t vertex_count = 0;
-  std::vector<Triangle> triangles;
-  std::vector<Edge> edges;
+  RawArray<Triangle> triangles;
+  RawArray<Edge> edges;
   std::vector<std::int32_t> loose_edges, loose_points;
   std::vector<std::uint32_t> owned_edges_begin, owned_points_begin;  ///< per triangle
   std::vector<std::int32_t> owned_edges, owned_points;

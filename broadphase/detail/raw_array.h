@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <selvedge/core/parallel.h>
+
 #include <algorithm>
 #include <cstddef>
 #include <memory>
@@ -24,6 +26,15 @@ class RawArray {
       capacity_ = n;
     }
     size_ = n;
+  }
+  /// Replaces the elements by copies, with all threads.
+  void assign(std::span<const T> from) {
+    constexpr std::size_t kGrain = 32768;  // elements per task
+    reset(from.size());
+    parallel_for(size_, kGrain, [&](std::size_t begin, std::size_t end) {
+      std::copy(from.begin() + static_cast<std::ptrdiff_t>(begin),
+                from.begin() + static_cast<std::ptrdiff_t>(end), data() + begin);
+    });
   }
   std::size_t size() const { return size_; }
   bool empty() const { return size_ == 0; }

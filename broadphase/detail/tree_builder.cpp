@@ -20,7 +20,7 @@ constexpr std::int32_t kFewItems = 64;
 constexpr std::int32_t kLopsidedPart = 16;
 constexpr int kLopsidedSplits = 12;
 constexpr std::int32_t kSubtreeLeaves = 256;  // minimum number of leaves that one task builds
-constexpr std::size_t kItemGrain = 4096;      // items per task
+constexpr std::size_t kItemGrain = 1024;      // items per task
 
 constexpr FloatBox kEmptyBox = empty_dop<3>();
 

@@ -155,7 +155,7 @@ try axes_one_end detail/ccd_filter_kernel.inc "(hi0 < second_lo0) & (hi1 < secon
   "(hi0 < second_lo0) & (hi0 < second_lo0)" "$filters" "vertex_on_vertex touch_at_end" 4000
 try one_sign_open_ends detail/root_isolation.cpp \
   "return sign_at(lo, f[0], error) > 0 && sign_at(hi, f[3], error) > 0" "return f[0] >= 0.0 && f[3] >= 0.0" \
-  "$isolation" "touch_at_start touch_at_end" 4000
+  "$isolation" "vertex_on_turning_edge vertex_on_vertex" 4000
 roots=detail/ccd_root_kernel.inc
 try one_change $roots " & ((c1 > error) | (c2 < -error));" ";" "$filters" "vertex_on_vertex rim_as_rounded" 4000
 try level_component $roots "excluded |= flat;" "" "$filters" "irrational_time_on_rim" 4000

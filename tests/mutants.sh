@@ -155,15 +155,17 @@ try axes_one_end detail/ccd_filter_kernel.inc "(hi0 < second_lo0) & (hi1 < secon
   "(hi0 < second_lo0) & (hi0 < second_lo0)" "$filters" "vertex_on_vertex touch_at_end" 4000
 try one_sign_open_ends detail/root_isolation.cpp \
   "return sign_at(lo, f[0], error) > 0 && sign_at(hi, f[3], error) > 0" "return f[0] >= 0.0 && f[3] >= 0.0" \
-  "$isolation" "touch_at_start touch_at_end" 4000
+  "$isolation" "vertex_on_turning_edge vertex_on_vertex" 4000
 roots=detail/ccd_root_kernel.inc
 try one_change $roots " & ((c1 > error) | (c2 < -error));" ";" "$filters" "vertex_on_vertex rim_as_rounded" 4000
 try level_component $roots "excluded |= flat;" "" "$filters" "irrational_time_on_rim" 4000
 try root_at_a_double $roots " & (abs(root.lo) > off)" "" "$filters" "touch_between dyadic_time" 4000
 try root_floor_unsigned detail/root_floor.cpp "if (sign == 0) return false;" "" "detail/root_floor" \
   "beside_a_double triple_root" 4000
-try beside_another_double detail/polynomial.cpp "if (beyond == sign) return std::nullopt;" "" "$polynomial" \
-  "beside_a_double triple_root" 4000
+try root_is_a_double detail/polynomial.cpp "if (sign == 0) return at_double(t);" "" "$polynomial" \
+  "dyadic_time touch_between" 4000
+try clear_in_doubles detail/polynomial.cpp "kError = 0x1p-46" "kError = 0.0" "$polynomial" \
+  "irrational_time_on_rim grazing" 4000
 try inside_open detail/exact_query.cpp "if (root.sign(p) * sign < 0) return false" \
   "if (root.sign(p) * sign <= 0) return false" "$exact_query" "rational_time dyadic_time" 4000
 try segment_open detail/exact_query.cpp "return root.sign(test.span) <= 0" "return root.sign(test.span) < 0" \

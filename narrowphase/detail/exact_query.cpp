@@ -271,7 +271,7 @@ constexpr int kSmallBits = 64;
 
 /// Calls decide(ExactQuery) with integers of a fixed width, or of any width where those do not fit.
 template <class Decide>
-auto with_integers_that_fit(const Query& query, Decide decide) {
+bool with_integers_that_fit(const Query& query, Decide decide) {
   const Grid grid = grid_of(query);
   if (grid.bits <= kSmallBits) {
     try {
@@ -291,16 +291,16 @@ bool collides_exactly(const FilterKernel& kernel, const Query& query, double& to
       query, [&]<class Int>(ExactQuery<Int>& exact) { return exact.first_contact(kernel, toi); });
 }
 
-ContactDecision touches_exactly(const Query& query, IsolatedRoot& root) {
+bool touches_exactly(const Query& query, IsolatedRoot& root) {
   return with_integers_that_fit(query, [&]<class Int>(ExactQuery<Int>& exact) {
-    double floor = root.floor;
-    std::optional<Root<Int>> found =
-        root.is_beside ? Root<Int>::beside_double(exact.cubic(), floor, root.sign_lo)
-                       : Root<Int>::between_doubles(exact.cubic(), floor, root.sign_lo);
-    if (!found) return ContactDecision::open;
-    if (!exact.touches(*found)) return ContactDecision::no;
-    root.floor = floor;
-    return ContactDecision::yes;
+    const auto& [lo, hi, floor, sign_lo] = root;
+    const bool is_narrow = floor == lo;
+    Root<Int> found = is_narrow ? Root<Int>::between_doubles(exact.cubic(), lo, hi, sign_lo)
+                                : Root<Int>::near_double(exact.cubic(), lo, floor, hi, sign_lo);
+    if (!exact.touches(found)) return false;
+    bool is_double = false;
+    if (!is_narrow) root.floor = found.floor(is_double);
+    return true;
   });
 }
 

@@ -13,8 +13,8 @@ namespace selvedge::narrowphase_detail {
 bool collides_exactly(const FilterKernel& kernel, const Query& query, double& toi);
 
 /// Whether the primitives touch at a root of the coplanarity cubic found by stage C; if so,
-/// root.floor is then the largest double not above it. `open` if the root is not found again.
-ContactDecision touches_exactly(const Query& query, IsolatedRoot& root);
+/// root.floor is then the largest double not above it.
+bool touches_exactly(const Query& query, IsolatedRoot& root);
 
 /// Exponent of the lowest set bit of x, which is finite and not zero.
 int lowest_bit(double x);

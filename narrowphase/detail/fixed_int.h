@@ -74,24 +74,16 @@ class FixedInt {
   }
   FixedInt operator+(const FixedInt& b) const {
     FixedInt r;
-    Limb carry = 0;
-    for (int i = 0; i < kLimbs; ++i) {
-      const DoubleLimb s = DoubleLimb{limb_[i]} + b.limb_[i] + carry;
-      r.limb_[i] = static_cast<Limb>(s);
-      carry = static_cast<Limb>(s >> 64);
-    }
+    bool carry = false;
+    for (int i = 0; i < kLimbs; ++i) r.limb_[i] = add_carry(limb_[i], b.limb_[i], carry);
     // Overflow: both operands have one sign and the result the other.
     check(((top() ^ r.top()) & (b.top() ^ r.top())) >> 63 == 0);
     return r;
   }
   FixedInt operator-(const FixedInt& b) const {
     FixedInt r;
-    Limb borrow = 0;
-    for (int i = 0; i < kLimbs; ++i) {
-      const DoubleLimb d = DoubleLimb{limb_[i]} - b.limb_[i] - borrow;
-      r.limb_[i] = static_cast<Limb>(d);
-      borrow = static_cast<Limb>(d >> 64) & 1U;
-    }
+    bool borrow = false;
+    for (int i = 0; i < kLimbs; ++i) r.limb_[i] = subtract_borrow(limb_[i], b.limb_[i], borrow);
     check(((top() ^ b.top()) & (top() ^ r.top())) >> 63 == 0);
     return r;
   }
@@ -102,7 +94,12 @@ class FixedInt {
   }
   /// *this += a * b, or -= if `negate`.
   void add_product(const FixedInt& a, const FixedInt& b, bool negate = false) {
-    const FixedInt p = a * b;
+    const int na = a.used(), nb = b.used();
+    if (na == 1 && nb == 1) {
+      const SignedDoubleLimb p = wide(a.limb_[0]) * wide(b.limb_[0]);
+      return add_wide(negate ? -p : p);
+    }
+    const FixedInt p = a.product(b, na, nb);
     *this = negate ? *this - p : *this + p;
   }
   FixedInt operator<<(int bits) const {
@@ -142,6 +139,27 @@ class FixedInt {
     return r;
   }
 
+  static Limb add_carry(Limb a, Limb b, bool& carry) {
+    Limb sum = 0, result = 0;
+    const bool first = __builtin_add_overflow(a, b, &sum);
+    carry = first | __builtin_add_overflow(sum, Limb{carry}, &result);
+    return result;
+  }
+  static Limb subtract_borrow(Limb a, Limb b, bool& borrow) {
+    Limb difference = 0, result = 0;
+    const bool first = __builtin_sub_overflow(a, b, &difference);
+    borrow = first | __builtin_sub_overflow(difference, Limb{borrow}, &result);
+    return result;
+  }
+  void add_wide(SignedDoubleLimb value) {
+    const Limb filler = static_cast<Limb>(value >> 127), before = top();
+    bool carry = false;
+    limb_[0] = add_carry(limb_[0], static_cast<Limb>(value), carry);
+    limb_[1] = add_carry(limb_[1], static_cast<Limb>(value >> 64), carry);
+    for (int i = 2; i < kLimbs; ++i) limb_[i] = add_carry(limb_[i], filler, carry);
+    check(((before ^ top()) & (filler ^ top())) >> 63 == 0);
+  }
+
   static void check(bool fits) {
     if (!fits) [[unlikely]]
       throw DoesNotFit();
@@ -162,8 +180,7 @@ class FixedInt {
   /// Schoolbook multiplication of the limbs as stored. A negative factor of n limbs is stored as
   /// itself plus 2^(64 n), so the other factor, shifted by n limbs, is subtracted.
   FixedInt product(const FixedInt& b, int na, int nb) const {
-    Limb p[2 * kLimbs];
-    for (int j = 0; j < nb; ++j) p[j] = 0;
+    Limb p[2 * kLimbs] = {};
     for (int i = 0; i < na; ++i) {
       Limb carry = 0;
       for (int j = 0; j < nb; ++j) {

@@ -364,27 +364,38 @@ Root<Int> Root<Int>::isolated(Polynomial<Int> p, Box<Int> box, int sign_lo) {
 }
 
 template <class Int>
-Root<Int> Root<Int>::between_doubles(Polynomial<Int> p, double floor, int sign_lo) {
-  Int lo, hi;
+Root<Int> Root<Int>::between_doubles(Polynomial<Int> p, double lo, double hi, int sign_lo) {
+  Int k_lo, k_hi;
   int m_lo = 0, m_hi = 0;
-  to_dyadic(floor, lo, m_lo);
-  to_dyadic(std::nextafter(floor, 2.0), hi, m_hi);
+  to_dyadic(lo, k_lo, m_lo);
+  to_dyadic(hi, k_hi, m_hi);
   const int m = std::max(m_lo, m_hi);
-  lo = lo << (m - m_lo);
-  hi = hi << (m - m_hi);
-  return isolated(std::move(p), {lo, hi - lo, m}, sign_lo);
+  k_lo = k_lo << (m - m_lo);
+  k_hi = k_hi << (m - m_hi);
+  return isolated(std::move(p), {k_lo, k_hi - k_lo, m}, sign_lo);
 }
 
 template <class Int>
-std::optional<Root<Int>> Root<Int>::beside_double(const Polynomial<Int>& p, double& floor,
-                                                  int sign_lo) {
-  const int sign = sign_at_double(p, floor);
-  if (sign == 0) return at_double(floor);
-  const double neighbour = std::nextafter(floor, sign == sign_lo ? 2.0 : 0.0);
-  const int beyond = sign_at_double(p, neighbour);
-  if (beyond == sign) return std::nullopt;
-  if (beyond == 0 || sign != sign_lo) floor = neighbour;
-  return beyond == 0 ? at_double(floor) : between_doubles(p, floor, sign_lo);
+Root<Int> Root<Int>::near_double(const Polynomial<Int>& p, double lo, double t, double hi,
+                                 int sign_lo) {
+  // Steps of 1, 32, 1024 ... doubles towards the root.
+  constexpr int kStepBits = 5, kLargestStep = 40;
+  const int sign = sign_at_double(p, t);
+  if (sign == 0) return at_double(t);
+  const std::int64_t way = sign == sign_lo ? 1 : -1;
+  double& near = way > 0 ? lo : hi;
+  double& far = way > 0 ? hi : lo;
+  near = t;
+  for (int bits = 0; bits <= kLargestStep; bits += kStepBits) {
+    const double x = ordered_double(
+        std::max<std::int64_t>(ordered_bits(t) + way * (std::int64_t{1} << bits), 0));
+    if (way > 0 ? x >= far : x <= far) break;
+    const int s = sign_at_double(p, x);
+    if (s == 0) return at_double(x);
+    (s == sign ? near : far) = x;
+    if (s != sign) break;
+  }
+  return between_doubles(p, lo, hi, sign_lo);
 }
 
 template <class Int>
@@ -476,8 +487,30 @@ int Root<Int>::sign_if_clear(const Polynomial<Int>& q) const {
     }
     return value.sign();
   }
-  if (const int s = strict_sign(q); s != 0) return s;
-  return strict_sign(restrict_to(q, box_));
+  const int s = strict_sign(q);
+  return s != 0 || q.degree != 2 ? s : sign_in_doubles(q);
+}
+
+/// The Bernstein coefficients of q on the box, from values of the polar form. With the largest
+/// coefficient of q as the unit, the others and the ends of the box are off by 2^-52, which changes
+/// a coefficient by less than 16 * 2^-52; its own roundings are fewer.
+template <class Int>
+int Root<Int>::sign_in_doubles(const Polynomial<Int>& q) const {
+  constexpr double kError = 0x1p-46;
+  std::array<double, Polynomial<Int>::kMaxDegree + 1> c{};
+  to_doubles(q, c);
+  const auto time = [&](const Int& k) {
+    int exponent = 0;
+    const double mantissa = k.mantissa(exponent);
+    return std::ldexp(mantissa, exponent - box_.m);
+  };
+  const double lo = time(box_.k), hi = time(box_.end());
+  const auto polar = [&](double s, double t) {
+    return (1.0 - s) * (1.0 - t) * c[0] + 0.5 * ((1.0 - s) * t + s * (1.0 - t)) * c[1] +
+           s * t * c[2];
+  };
+  const double a = polar(lo, lo), b = polar(lo, hi), d = polar(hi, hi);
+  return std::min({a, b, d}) > kError ? 1 : (std::max({a, b, d}) < -kError ? -1 : 0);
 }
 
 /// Whether q is zero at the root a of p, the only one in the box. Let r = p mod q, which is at most
@@ -485,11 +518,14 @@ int Root<Int>::sign_if_clear(const Polynomial<Int>& q) const {
 /// Otherwise a common root is a root of r and hence rational: the root then becomes a rational one.
 template <class Int>
 bool Root<Int>::vanishes(Polynomial<Int> q) {
-  const Polynomial<Int> local = restrict_to(q, box_);
+  const Polynomial<Int> whole = q;
   drop_leading_zeros(q);
   if (q.degree == 0) return false;
   const Polynomial<Int> r = remainder(p_, q);
-  if (r.is_zero()) return sign_changes(local) % 2 == 1;
+  if (r.is_zero()) {
+    const Polynomial<Int> local = restrict_to(whole, box_);
+    return sign_changes(local) % 2 == 1;
+  }
   if (r.degree == 0 || sign_at(r, box_.k, box_.m) * sign_at(r, box_.end(), box_.m) >= 0)
     return false;
   Root<Int> common = rational(magnitude(r.c[0]), magnitude(r.c[1]));
@@ -506,13 +542,33 @@ int Root<Int>::sign(const Polynomial<Int>& q) {
   bool known_nonzero = false;
   while (!rational_) {
     if (const int s = sign_if_clear(q); s != 0) return s;
-    if (box_.m >= kGuessedBits && !known_nonzero) {
+    if (known_nonzero) {
+      if (const int s = strict_sign(restrict_to(q, box_)); s != 0) return s;
+    } else if (box_.m >= kGuessedBits) {
       if (vanishes(q)) return 0;
       known_nonzero = true;
+      continue;
     }
     narrow();
   }
   return sign_if_clear(q);
+}
+
+/// The rational root, rounded a few times.
+template <class Int>
+double Root<Int>::quotient() const {
+  int exponent = 0, exponent_of_sum = 0;
+  const double mantissa = num_.mantissa(exponent);
+  const double mantissa_of_sum = (num_ + den_).mantissa(exponent_of_sum);
+  return std::ldexp(mantissa / mantissa_of_sum, exponent - exponent_of_sum);
+}
+
+template <class Int>
+bool Root<Int>::is_quotient(double t) const {
+  Int k;
+  int m = 0;
+  to_dyadic(t, k, m);
+  return (k * (num_ + den_) - (num_ << m)).is_zero();
 }
 
 template <class Int>
@@ -526,6 +582,7 @@ double Root<Int>::floor(bool& exact) const {
   exact = true;
   if (num_.is_zero()) return 0.0;
   if (den_.is_zero()) return 1.0;
+  if (const double t = quotient(); is_quotient(t)) return t;
   Polynomial<Int> line;
   line.degree = 1;
   line.c = {-num_, den_};

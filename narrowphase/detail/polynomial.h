@@ -5,7 +5,6 @@
 #include <selvedge/narrowphase/detail/fixed_int.h>
 
 #include <array>
-#include <optional>
 #include <vector>
 
 namespace selvedge::narrowphase_detail {
@@ -58,12 +57,10 @@ class Root {
   static Root rational(Int num, Int den);
   /// The only root of p in the open box, a simple one; to its left p has the sign `sign_lo`.
   static Root isolated(Polynomial<Int> p, Box<Int> box, int sign_lo);
-  /// The same between the double `floor` and the next one.
-  static Root between_doubles(Polynomial<Int> p, double floor, int sign_lo);
-  /// The only root of p in a bracket that strictly contains `floor`, if it is `floor` or lies
-  /// between that double and a neighbour; no value otherwise. Then `floor` becomes the largest
-  /// double not above the root.
-  static std::optional<Root> beside_double(const Polynomial<Int>& p, double& floor, int sign_lo);
+  /// The same between two doubles.
+  static Root between_doubles(Polynomial<Int> p, double lo, double hi, int sign_lo);
+  /// The same, near the double t between lo and hi: first searched for there.
+  static Root near_double(const Polynomial<Int>& p, double lo, double t, double hi, int sign_lo);
 
   /// Exact sign of q at the root, for q of degree at most 2 (or any degree at a rational root).
   int sign(const Polynomial<Int>& q);
@@ -75,10 +72,13 @@ class Root {
 
  private:
   static Root at_double(double t);
+  double quotient() const;
+  bool is_quotient(double t) const;
   double floor_in_box(bool& exact) const;
   void bisect();
   void narrow();
   double guess() const;
+  int sign_in_doubles(const Polynomial<Int>& q) const;
   bool vanishes(Polynomial<Int> q);
 
   bool rational_ = true;

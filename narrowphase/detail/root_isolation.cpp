@@ -151,18 +151,17 @@ class RootIsolation {
 
   /// Decides the only root of f strictly between lo and hi.
   ContactDecision decide_root(double lo, double hi, int sign_lo) {
-    root_.sign_lo = sign_lo;
-    root_.is_beside = !floor_of_root(sharp(), lo, hi, sign_lo, root_.floor);
     ContactDecision decision = ContactDecision::open;
     SharpTime time;
-    if (!root_.is_beside) {
-      decision = contact_everywhere(root_.floor, std::nextafter(root_.floor, 2.0));
+    root_ = {.lo = lo, .hi = hi, .floor = lo, .sign_lo = sign_lo};
+    if (floor_of_root(sharp(), root_)) {
+      decision = contact_everywhere(root_.lo, root_.hi);
       if (decision == ContactDecision::open && sharp().locate(root_.floor, time))
         decision = contact_at(time);
     }
     if (decision != ContactDecision::open) return decision;
     is_exact_ = true;
-    return touches_exactly(original_, root_);
+    return touches_exactly(original_, root_) ? ContactDecision::yes : ContactDecision::no;
   }
 
   ContactDecision contact_at(const SharpTime& time) {

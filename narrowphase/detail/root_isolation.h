@@ -9,13 +9,12 @@ namespace selvedge::narrowphase_detail {
 
 enum class ContactDecision : std::uint8_t { no, yes, open };
 
-/// A simple root of the coplanarity cubic strictly between `floor` and the next double. Below it
-/// the cubic has the sign `sign_lo`; `sign_lo` = 0 means that no such root is known. With
-/// `is_beside`, floating point cannot tell on which side of `floor` the root is, if on any.
+/// A simple root of the coplanarity cubic, the only one strictly between two doubles. Below it the
+/// cubic has the sign `sign_lo`. If these doubles are neighbours, floor = lo; otherwise floating
+/// point does not give the sign of the cubic at `floor`, which is between them.
 struct IsolatedRoot {
-  double floor = 0.0;
+  double lo = 0.0, hi = 1.0, floor = 0.0;
   int sign_lo = 0;
-  bool is_beside = false;
 };
 
 /// Stage C: floating point with error bounds, first in doubles, then with the cubic in

@@ -22,7 +22,7 @@ constexpr double kRoundingShare = 1e-12;
 constexpr double kMostReduction = 1e-8, kLeastReduction = 0.25;
 // How much further it falls where a piece of cloth has not kept its momentum.
 constexpr double kMomentumReduction = 0.1;
-// Square of the error by rounding that is accepted, as a share of the goal.
+// Square of the error by rounding that is accepted, as a share of that of the residual or target.
 constexpr double kDrift = 1e-4;
 
 double dot(std::span<const Vec3> a, std::span<const Vec3> b) {
@@ -268,7 +268,7 @@ SolveReport ImplicitSystem::refine(std::span<Vec3> v, double tolerance) {
     const double goal =
         before > target ? std::max(target, kMostReduction * before) : kMomentumReduction * before;
     report.iterations += descend(goal, config_.max_iterations - report.iterations);
-    if (!take_correction(v, goal) || !(lanes_.rz < kLeastReduction * before)) break;
+    if (!take_correction(v, target) || !(lanes_.rz < kLeastReduction * before)) break;
   }
   report_residual(lanes_.rz, target, report);
   return report;
@@ -305,7 +305,7 @@ int ImplicitSystem::descend(double goal, int most) {
 /// Adds the correction to v. Where the residual in double precision differs from the one that the
 /// iteration has updated by more than rounding that does not matter, it replaces it. Returns false
 /// if it is not finite.
-bool ImplicitSystem::take_correction(std::span<Vec3> v, double goal) {
+bool ImplicitSystem::take_correction(std::span<Vec3> v, double target) {
   const double unit = lanes_.unit;
   for (std::size_t i = 0; i < v.size(); ++i)
     if (free_[i]) v[i] += unit * correction_[i];
@@ -317,7 +317,7 @@ bool ImplicitSystem::take_correction(std::span<Vec3> v, double goal) {
       if (free_[i]) sum += (r_[i] - unit * lanes_.r[i]).squaredNorm() / (share_ * mass_[i]);
     return sum;
   });
-  if (!(drift <= kDrift * goal)) load(r_, lanes_);
+  if (!(drift <= kDrift * std::max(target, lanes_.rz))) load(r_, lanes_);
   return std::isfinite(drift);
 }
 

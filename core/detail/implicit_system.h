@@ -76,7 +76,7 @@ class ImplicitSystem {
   void load(std::span<const Vec3> x, LaneResidual& out);
   double squared(std::span<const Vec3> x, LaneResidual& scratch);
   int descend(double goal, int most);
-  bool take_correction(std::span<Vec3> v, double goal);
+  bool take_correction(std::span<Vec3> v, double target);
   SolveReport iterate(std::span<Vec3> v, double tolerance);
   double start_in_double(std::span<Vec3> v);
   void report_residual(double rz, double target, SolveReport& report) const;

@@ -168,6 +168,7 @@ void Multilevel::set_weights() {
 }
 
 void Multilevel::set_values(Level& level) {
+  for (const std::int32_t i : level.touched) level.bound[i].setZero();
   level.touched.clear();
   level.changed.clear();
   parallel_for(level.size(), kRowGrain, [&](std::size_t first, std::size_t last) {

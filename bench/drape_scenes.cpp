@@ -22,6 +22,8 @@ constexpr double kBallRadius = 0.25;   // m
 constexpr int kBallResolution = 64;    // segments
 constexpr double kHeightAbove = 0.02;  // m, of the sheet above the highest point of the body
 constexpr double kFriction = 0.3;
+/// Within it the pull of a seam is constant, m: more than the panels are apart.
+constexpr double kSeamReach = 0.3;
 constexpr double kDensity = 0.2;  // kg/m²
 
 json vector_of(const Vec3& x) { return {x.x(), x.y(), x.z()}; }
@@ -75,7 +77,8 @@ void add_garment(const fs::path& folder, const Garment& garment, int subdivision
   for (const GarmentSeam& seam : garment.seams) {
     scene["seams"].push_back({{"a", side_json(seam.piece_a, seam.a)},
                               {"b", side_json(seam.piece_b, seam.b)},
-                              {"pull", garment.pull}});
+                              {"tolerance", kSeamReach},
+                              {"pull", garment.pull / kSeamReach}});
   }
   if (!garment.held.empty()) scene["handles"].push_back({{"select", {{"vertices", garment.held}}}});
   scene["obstacles"].push_back(body_json(folder, mannequin_mesh(garment.arms_level), subdivisions));

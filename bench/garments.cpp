@@ -143,9 +143,9 @@ Garment make_skirt(int side) {
 
 /// Outline of a panel of the torso, m: half of its width by height, and its top with the neckline.
 struct Panel {
-  static constexpr double hem = 0.92, shoulder = 1.56, neckline = 0.08, slope = 0.03;
+  static constexpr double hem = 0.92, shoulder = 1.62, neckline = 0.08, slope = 0.03;
   static constexpr double half_hem = 0.26, half_chest = 0.23, half_shoulder = 0.20;
-  static constexpr double armhole = 0.55;  // s where it begins
+  static constexpr double armhole = 0.45;  // s where it begins
   static constexpr double neck = 0.5;      // half of the neckline by half of the shoulders
 
   static double half_width(double s) {
@@ -162,7 +162,7 @@ struct Panel {
 
 Garment make_torso(int side) {
   constexpr double front = -0.14, back = 0.155;  // m, y of the panels
-  constexpr double pull_per_length = 150.0;      // N/m of a metre of seam
+  constexpr double tension = 10.0;               // N per metre of seam
   const double area = 2.0 * (Panel::half_hem + Panel::half_chest) * (Panel::shoulder - Panel::hem);
   const double edge = edge_length(area, double(side) * side);
   const RowMesh rows = make_rows(rows_of(Panel::shoulder - Panel::hem, edge),
@@ -176,7 +176,7 @@ Garment make_torso(int side) {
     });
   };
   Garment torso{.pieces = {{"front", panel(front, 1.0), {}}, {"back", panel(back, -1.0), {}}},
-                .pull = pull_per_length * edge,
+                .pull = tension * edge,
                 .arms_level = true};
   std::vector<std::int32_t> first, last;  // of the rows below the armholes
   for (std::size_t j = 0; j < rows.rows.size() && rows.s(j) <= Panel::armhole; ++j) {

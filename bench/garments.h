@@ -29,7 +29,7 @@ struct GarmentSeam {
 struct Garment {
   std::vector<GarmentPiece> pieces;
   std::vector<GarmentSeam> seams{};
-  double pull = 0.0;                 ///< N/m, of each pair of a seam
+  double pull = 0.0;                 ///< N, of each pair of a seam at any distance
   std::vector<std::int32_t> held{};  ///< particles of the first piece that stay where they are
   bool arms_level = false;           ///< the mannequin stretches out its arms
 };

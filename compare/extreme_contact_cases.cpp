@@ -248,16 +248,22 @@ CaseResult fin(Trial& trial, const std::string& name) {
 // S10: fast body, and the same motion in the frame of the body
 
 CaseResult fast_sphere(Trial& trial) {
+  // An impact multiplies what the solver leaves open, so the frames are compared with a tolerance
+  // far below the usual one.
+  const Override fine{"solver.tolerance", "1e-7"};
   const ExtremeRun run = trial.run("s10_fast_sphere");
-  const ExtremeRun seen = trial.run(
-      "s10_fast_sphere", {{"obstacles.0.motion", "[]"}, {"geometry.0.velocity", "[-10, 0, 0]"}});
-  if (run.x.empty() || seen.x.empty()) return trial.settle(run.x.empty() ? run : seen, false, "");
+  const ExtremeRun at_rest = trial.run("s10_fast_sphere", {fine});
+  const ExtremeRun seen =
+      trial.run("s10_fast_sphere",
+                {fine, {"obstacles.0.motion", "[]"}, {"geometry.0.velocity", "[-10, 0, 0]"}});
+  for (const ExtremeRun* each : {&run, &at_rest, &seen})
+    if (each->x.empty()) return trial.settle(*each, false, "");
   double worst = 0.0;
-  for (std::size_t f = 0; f < std::min(run.frames.size(), seen.frames.size()); ++f)
-    for (std::size_t i = 0; i < run.x.size(); ++i)
-      worst = std::max(
-          worst,
-          (run.frames[f][i] - seen.frames[f][i] - Vec3(10.0 * run.times[f], 0.0, 0.0)).norm());
+  for (std::size_t f = 0; f < std::min(at_rest.frames.size(), seen.frames.size()); ++f)
+    for (std::size_t i = 0; i < at_rest.x.size(); ++i)
+      worst = std::max(worst, (at_rest.frames[f][i] - seen.frames[f][i] -
+                               Vec3(10.0 * at_rest.times[f], 0.0, 0.0))
+                                  .norm());
   return trial.settle(run, worst < 1e-6,
                       fmt::format("the same within {:.1e} m, seen from the ball", worst));
 }

@@ -82,6 +82,7 @@ void ContactForce::add(std::span<const ContactPoint> contacts) {
   if (explicit_) return explicit_->add(contacts);
   const double h = motion_.h;
   friction_updates_ = 0;
+  const std::size_t first = entries_.size();
   for (const ContactPoint& c : contacts) {
     const double compliance_c = compliance(c, motion_.inv_mass);
     if (compliance_c <= 0.0) continue;  // nothing here can move
@@ -94,15 +95,20 @@ void ContactForce::add(std::span<const ContactPoint> contacts) {
         e.body_motion += c.weight[k] * body_displacement_[i - motion_.particles];
     e.target = std::min(c.rest_gap, std::max(c.gap, 0.0) + config_.recovery * c.rest_gap);
     e.stiffness = config_.normal_ratio * m_eff / (h * h);
-    e.stick = config_.stick_ratio * m_eff / h;
     e.m_eff = m_eff;
     e.load = first_load(e);
     room_ += m_eff * c.rest_gap;
     approach_ += m_eff * std::max(0.0, e.target - c.gap - c.normal.dot(motion_of(e, v_predicted_)));
-    start_friction(e);
     entries_.push_back(e);
   }
+  const double ratio = is_impact() ? config_.impact_stick_ratio : config_.stick_ratio;
+  for (Entry& e : std::span(entries_).subspan(first)) {
+    e.stick = ratio * e.m_eff / h;
+    start_friction(e);
+  }
 }
+
+bool ContactForce::is_impact() const { return approach_ > kImpact * room_; }
 
 ResponseTraits ContactForce::traits() const {
   return {"Coulomb friction; the solve of the step decides which contacts carry load and stick",
@@ -323,7 +329,7 @@ bool ContactForce::update(std::span<Vec3> v) {
     friction += e.friction_change;
   }
   if (change > config_.load_tolerance * load) return true;
-  const int most = approach_ > kImpact * room_ ? kFrictionUpdatesInImpact : kFrictionUpdates;
+  const int most = is_impact() ? kFrictionUpdatesInImpact : kFrictionUpdates;
   return friction > config_.load_tolerance * limit && ++friction_updates_ <= most;
 }
 

@@ -3,6 +3,7 @@
 // multigrid cycle as a preconditioner: symmetric, positive, exact where one level suffices.
 #include <gtest/gtest.h>
 #include <selvedge/core/block_matrix.h>
+#include <selvedge/core/detail/aggregation.h>
 #include <selvedge/core/detail/implicit_terms.h>
 #include <selvedge/core/detail/lane_matrix.h>
 #include <selvedge/core/detail/multilevel.h>
@@ -224,6 +225,72 @@ TEST(LaneMatrix, EveryWidthGivesTheSameBits) {
       }
     }
   }
+}
+
+TEST(LaneMatrix, CarriesPointsBetweenLevelsAsScalarsDo) {
+  const BlockMatrix a = grid_matrix(21, true, 1.0);
+  const Prolongation p = make_prolongation(a.row_begin(), a.columns());
+  LaneParents parents;
+  parents.set_pattern(p.begin, p.parent);
+  for (std::size_t i = 0; i < a.size(); ++i)
+    for (std::int32_t e = p.begin[i]; e < p.begin[i + 1]; ++e)
+      parents.set_weight(i, e - p.begin[i], static_cast<float>(p.weight[e]));
+  std::vector<float> by_child;
+  for (const std::int32_t e : p.child_entry) by_child.push_back(static_cast<float>(p.weight[e]));
+  const Vectors coarse = some_vectors(p.parents(), 6), r = some_vectors(a.size(), 7);
+  const auto points = [](const Vectors& x) {
+    std::vector<Point4> out(x.size());
+    for (std::size_t i = 0; i < x.size(); ++i)
+      for (int k = 0; k < 3; ++k) out[i].at[k] = static_cast<float>(x[i][k]);
+    return out;
+  };
+  Vectors expected = some_vectors(a.size(), 8), restricted(p.parents(), Vec3::Zero());
+  const LaneVector start = lanes_of(expected);
+  for (std::size_t i = 0; i < a.size(); ++i)
+    for (std::int32_t e = p.begin[i]; e < p.begin[i + 1]; ++e) {
+      expected[i] += p.weight[e] * coarse[p.parent[e]];
+      restricted[p.parent[e]] += p.weight[e] * r[i];
+    }
+  for (const LaneMatrixKernel& kernel : lane_matrix_kernels()) {
+    LaneVector x = start, b;
+    b.resize(p.parents());
+    kernel.prolong(LaneParentRows(parents), points(coarse).data(), x.data(), x.stride(), 0,
+                   x.groups());
+    kernel.restrict_to(p.child_begin.data(), p.child.data(), by_child.data(), points(r).data(),
+                       b.data(), b.stride(), 0, b.size());
+    expect_near(x, expected, 1e-6);
+    expect_near(b, restricted, 1e-5);
+  }
+}
+
+TEST(LaneMatrix, TheCoarseMatrixIsTheProductOfTheLevels) {
+  const BlockMatrix a = grid_matrix(17, false, 5.0);
+  const Prolongation p = make_prolongation(a.row_begin(), a.columns());
+  std::vector<char> free(a.size(), 1);
+  free[3] = 0;
+  BlockRows coarse;
+  GalerkinProduct product;
+  product.set_pattern(a.row_begin(), a.columns(), p, coarse);
+  product.compute(a.row_begin(), a.columns(), a.values(), p, free, coarse);
+  const auto n = static_cast<Eigen::Index>(a.size()), m = static_cast<Eigen::Index>(p.parents());
+  Eigen::MatrixXd weight = Eigen::MatrixXd::Zero(n, m), expected(3 * m, 3 * m);
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (std::int32_t e = p.begin[i]; e < p.begin[i + 1]; ++e)
+      weight(i, p.parent[e]) = free[i] ? p.weight[e] : 0.0;
+  expected.setZero();
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (std::int32_t k = a.row_begin()[i]; k < a.row_begin()[i + 1]; ++k)
+      for (Eigen::Index c = 0; c < m; ++c)
+        for (Eigen::Index d = 0; d < m; ++d)
+          expected.block<3, 3>(3 * c, 3 * d) +=
+              weight(i, c) * weight(a.columns()[k], d) * a.values()[k];
+  for (Eigen::Index c = 0; c < m; ++c)
+    for (std::int32_t q = coarse.begin[c]; q < coarse.begin[c + 1]; ++q) {
+      const auto block = expected.block<3, 3>(3 * c, 3 * coarse.column[q]);
+      ASSERT_LT((coarse.value[q] - block).norm(), 1e-5 * expected.norm()) << c << ' ' << q;
+      expected.block<3, 3>(3 * c, 3 * coarse.column[q]).setZero();
+    }
+  EXPECT_LT(expected.norm(), 1e-12);
 }
 
 TEST(LaneMatrix, MultipliesBlocksInDoublePrecision) {

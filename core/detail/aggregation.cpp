@@ -54,6 +54,25 @@ void find_children(std::int32_t parents, Prolongation& p) {
     }
 }
 
+Block4 in_single_precision(const Mat3& block) {
+  Block4 out{};
+  for (int c = 0; c < 3; ++c)
+    for (int r = 0; r < 3; ++r) out.at[4 * c + r] = static_cast<float>(block(r, c));
+  return out;
+}
+
+Mat3 in_double_precision(const Block4& block) {
+  Mat3 out;
+  for (int c = 0; c < 3; ++c)
+    for (int r = 0; r < 3; ++r) out(r, c) = block.at[4 * c + r];
+  return out;
+}
+
+void add_weighted(double weight, const Block4& block, Block4& sum) {
+  const auto w = static_cast<float>(weight);
+  for (int e = 0; e < 12; ++e) sum.at[e] += w * block.at[e];
+}
+
 /// Collects the distinct columns of a row and numbers them in ascending order from `first`.
 class RowPattern {
  public:
@@ -111,30 +130,6 @@ Prolongation make_prolongation(std::span<const std::int32_t> begin,
   return p;
 }
 
-void prolong_add(const Prolongation& p, std::span<const Vec3> coarse, std::span<const char> free,
-                 std::span<Vec3> x) {
-  parallel_for(x.size(), kRowGrain, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) {
-      if (held(free, static_cast<std::int32_t>(i))) continue;
-      Vec3 sum = Vec3::Zero();
-      for (std::int32_t e = p.begin[i]; e < p.begin[i + 1]; ++e)
-        sum += p.weight[e] * coarse[p.parent[e]];
-      x[i] += sum;
-    }
-  });
-}
-
-void restrict_to(const Prolongation& p, std::span<const Vec3> r, std::span<Vec3> coarse) {
-  parallel_for(coarse.size(), kCoarseGrain, [&](std::size_t first, std::size_t last) {
-    for (std::size_t a = first; a < last; ++a) {
-      Vec3 sum = Vec3::Zero();
-      for (std::int32_t c = p.child_begin[a]; c < p.child_begin[a + 1]; ++c)
-        sum += p.weight[p.child_entry[c]] * r[p.child[c]];
-      coarse[a] = sum;
-    }
-  });
-}
-
 void GalerkinProduct::set_pattern(std::span<const std::int32_t> begin,
                                   std::span<const std::int32_t> column, const Prolongation& p,
                                   BlockRows& coarse) {
@@ -154,7 +149,7 @@ void GalerkinProduct::set_pattern(std::span<const std::int32_t> begin,
     half_begin_.push_back(static_cast<std::int32_t>(half_column_.size()));
     row.clear();
   }
-  half_.assign(half_column_.size(), Mat3::Zero());
+  half_.assign(half_column_.size(), Block4{});
   set_coarse_pattern(p, coarse);
 }
 
@@ -177,6 +172,7 @@ void GalerkinProduct::set_coarse_pattern(const Prolongation& p, BlockRows& coars
     row.clear();
   }
   coarse.value.assign(coarse.column.size(), Mat3::Zero());
+  sum_.assign(coarse.column.size(), Block4{});
 }
 
 void GalerkinProduct::compute(std::span<const std::int32_t> begin,
@@ -194,30 +190,32 @@ void GalerkinProduct::multiply_right(std::span<const std::int32_t> begin,
   parallel_for(begin.size() - 1, kRowGrain, [&](std::size_t first, std::size_t last) {
     std::size_t slot = half_slot_begin_[first];
     for (std::size_t i = first; i < last; ++i) {
-      for (std::int32_t q = half_begin_[i]; q < half_begin_[i + 1]; ++q) half_[q].setZero();
+      std::fill(half_.begin() + half_begin_[i], half_.begin() + half_begin_[i + 1], Block4{});
       for (std::int32_t k = begin[i]; k < begin[i + 1]; ++k) {
         const std::int32_t j = column[k];
         const bool skip = held(free, j);
+        const Block4 block = in_single_precision(value[k]);
         for (std::int32_t e = p.begin[j]; e < p.begin[j + 1]; ++e, ++slot)
-          if (!skip) half_[half_slot_[slot]] += p.weight[e] * value[k];
+          if (!skip) add_weighted(p.weight[e], block, half_[half_slot_[slot]]);
       }
     }
   });
 }
 
 void GalerkinProduct::multiply_left(const Prolongation& p, std::span<const char> free,
-                                    BlockRows& coarse) const {
+                                    BlockRows& coarse) {
   parallel_for(p.parents(), kCoarseGrain, [&](std::size_t first, std::size_t last) {
     std::size_t slot = coarse_slot_begin_[first];
     for (std::size_t a = first; a < last; ++a) {
-      for (std::int32_t q = coarse.begin[a]; q < coarse.begin[a + 1]; ++q)
-        coarse.value[q].setZero();
+      std::fill(sum_.begin() + coarse.begin[a], sum_.begin() + coarse.begin[a + 1], Block4{});
       for (std::int32_t c = p.child_begin[a]; c < p.child_begin[a + 1]; ++c) {
         const std::int32_t i = p.child[c];
         const double w = held(free, i) ? 0.0 : p.weight[p.child_entry[c]];
         for (std::int32_t q = half_begin_[i]; q < half_begin_[i + 1]; ++q, ++slot)
-          coarse.value[coarse_slot_[slot]] += w * half_[q];
+          add_weighted(w, half_[q], sum_[coarse_slot_[slot]]);
       }
+      for (std::int32_t q = coarse.begin[a]; q < coarse.begin[a + 1]; ++q)
+        coarse.value[q] = in_double_precision(sum_[q]);
     }
   });
 }

@@ -27,14 +27,13 @@ struct Prolongation {
 Prolongation make_prolongation(std::span<const std::int32_t> begin,
                                std::span<const std::int32_t> column);
 
-/// x += P coarse, except at held children. An empty `free` means that none is held.
-void prolong_add(const Prolongation& p, std::span<const Vec3> coarse, std::span<const char> free,
-                 std::span<Vec3> x);
-/// coarse = Pᵀ r; r is zero at held children.
-void restrict_to(const Prolongation& p, std::span<const Vec3> r, std::span<Vec3> coarse);
+/// A 3×3 block in single precision; its columns are padded to four numbers for vector units.
+struct alignas(16) Block4 {
+  float at[12];
+};
 
 /// The Galerkin product Pᵀ A P with precomputed patterns: first A P by fine rows, then Pᵀ (A P) by
-/// coarse rows. Every sum has a fixed order.
+/// coarse rows, in single precision. Every sum has a fixed order.
 class GalerkinProduct {
  public:
   /// Computes the patterns and sets the pattern of `coarse`.
@@ -50,10 +49,10 @@ class GalerkinProduct {
   void multiply_right(std::span<const std::int32_t> begin, std::span<const std::int32_t> column,
                       std::span<const Mat3> value, const Prolongation& p,
                       std::span<const char> free);
-  void multiply_left(const Prolongation& p, std::span<const char> free, BlockRows& coarse) const;
+  void multiply_left(const Prolongation& p, std::span<const char> free, BlockRows& coarse);
 
   std::vector<std::int32_t> half_begin_, half_column_;  // pattern of A P
-  std::vector<Mat3> half_;                              // A P
+  std::vector<Block4> half_, sum_;                      // A P, and the coarse blocks
   std::vector<std::int32_t> half_slot_, coarse_slot_;   // target of each product
   std::vector<std::size_t> half_slot_begin_, coarse_slot_begin_;
 };

@@ -24,6 +24,8 @@ constexpr double kMostReduction = 1e-8, kLeastReduction = 0.25;
 constexpr double kMomentumReduction = 0.1;
 // Square of the error by rounding that is accepted, as a share of that of the residual or target.
 constexpr double kDrift = 1e-4;
+// Rounding of a point on a line, as a share of its greatest coordinate.
+constexpr double kOnLine = 1e-15;
 
 double dot(std::span<const Vec3> a, std::span<const Vec3> b) {
   return parallel_sum(a.size(), kParticleGrain, [&](std::size_t begin, std::size_t end) {
@@ -100,7 +102,8 @@ void ImplicitSystem::assemble(const SystemAt& system) {
   add_forces(system.at, system.h);
   multilevel_.set_matrix(a_, free_);
   scaled_in_ = Norm::none;
-  av_of_.clear();
+  begin_.v.clear();
+  end_.v.clear();
 }
 
 void ImplicitSystem::add_jacobian_times(std::span<const Vec3> v) {
@@ -110,7 +113,7 @@ void ImplicitSystem::add_jacobian_times(std::span<const Vec3> v) {
 
 double ImplicitSystem::residual_norm(std::span<const ImplicitTerm> terms, std::span<const Vec3> v) {
   terms_.reset(terms, b_.size());
-  residual(v, r_);
+  residual(v, r_, Accuracy::exact);
   double sum = 0.0;
   for (std::size_t i = 0; i < r_.size(); ++i) sum += r_[i].squaredNorm() / mass_[i];
   return std::sqrt(sum);
@@ -152,20 +155,53 @@ void ImplicitSystem::multiply(std::span<const Vec3> x, std::span<Vec3> y) {
 }
 
 /// out = b − (A + T) v on the free particles, 0 on the held ones.
-void ImplicitSystem::residual(std::span<const Vec3> v, std::span<Vec3> out) {
-  if (!std::equal(av_of_.begin(), av_of_.end(), v.begin(), v.end())) {
-    av_.resize(v.size());
-    a_.multiply(v, av_);
-    bytes_ +=
-        a_.values().size() * (sizeof(Mat3) + sizeof(std::int32_t)) + 2 * v.size() * sizeof(Vec3);
-    av_of_.assign(v.begin(), v.end());
-  }
-  ap_ = av_;
+void ImplicitSystem::residual(std::span<const Vec3> v, std::span<Vec3> out, Accuracy accuracy) {
+  find_product(v, accuracy);
+  ap_ = end_.av;
   if (!terms_.empty()) terms_.add_multiply(v, ap_);
   for (std::size_t i = 0; i < b_.size(); ++i) out[i] = b_[i] - ap_[i];
   terms_.add_rhs(out);
   for (std::size_t i = 0; i < b_.size(); ++i)
     if (!free_[i]) out[i].setZero();
+}
+
+/// Sets end_ to v and A v. Without `exact`, the products that the last solve left serve where they
+/// can.
+void ImplicitSystem::find_product(std::span<const Vec3> v, Accuracy accuracy) {
+  const bool known = std::equal(end_.v.begin(), end_.v.end(), v.begin(), v.end());
+  if (known && (end_.exact || accuracy == Accuracy::any)) return;
+  if (accuracy == Accuracy::any && interpolate_product(v)) return;
+  end_.v.assign(v.begin(), v.end());
+  end_.av.resize(v.size());
+  end_.exact = true;
+  a_.multiply(v, end_.av);
+  bytes_ +=
+      a_.values().size() * (sizeof(Mat3) + sizeof(std::int32_t)) + 2 * v.size() * sizeof(Vec3);
+}
+
+/// A response may pull the velocities back on the line from where the last solve began to where it
+/// ended. There A v follows from the products at both ends. Returns false elsewhere.
+bool ImplicitSystem::interpolate_product(std::span<const Vec3> v) {
+  if (begin_.v.size() != v.size() || end_.v.size() != v.size()) return false;
+  double along = 0.0, length = 0.0, size = 0.0, off = 0.0;
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    const Vec3 way = end_.v[i] - begin_.v[i];
+    along += way.dot(v[i] - begin_.v[i]);
+    length += way.squaredNorm();
+    size = std::max({size, begin_.v[i].cwiseAbs().maxCoeff(), end_.v[i].cwiseAbs().maxCoeff()});
+  }
+  if (!(length > 0.0)) return false;
+  const double share = along / length;
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    const Vec3 on_line = begin_.v[i] + share * (end_.v[i] - begin_.v[i]);
+    off = std::max(off, (v[i] - on_line).cwiseAbs().maxCoeff());
+  }
+  if (!(off <= kOnLine * size)) return false;
+  end_.exact = end_.exact && begin_.exact;
+  for (std::size_t i = 0; i < v.size(); ++i)
+    end_.av[i] = begin_.av[i] + share * (end_.av[i] - begin_.av[i]);
+  end_.v.assign(v.begin(), v.end());
+  return true;
 }
 
 /// Starts from v or, in the first solve of a step, from the old velocities if their residual is
@@ -178,27 +214,40 @@ void ImplicitSystem::residual(std::span<const Vec3> v, std::span<Vec3> out) {
 /// it far exceeds the forces that move the cloth.
 void ImplicitSystem::start(std::span<Vec3> v) {
   if (scaled_in_ == Norm::multilevel) {
-    residual(v, r_);
+    residual(v, r_, Accuracy::any);
+    begin_ = end_;
     return load(r_, lanes_);
   }
   scaled_in_ = Norm::multilevel;
-  const double rounded = kRoundingShare * kRoundingShare * squared(magnitude_, other_);
   const double from_outside = squared(applied_, other_);
   const bool keeps = keeps_velocities(v);
   if (!keeps) {
     set_old_velocities(v, p_);
-    residual(p_, r_old_);
+    residual(p_, r_old_, Accuracy::exact);
+    begin_ = end_;
     load(r_old_, other_);
   }
-  residual(v, r_);
+  residual(v, r_, Accuracy::exact);
   load(r_, lanes_);
   const double kept = keeps ? lanes_.rz : other_.rz;
-  scale_ = std::max({rounded, from_outside, kept});
+  scale_ = std::max({rounding(std::max(from_outside, kept)), from_outside, kept});
   if (kept < lanes_.rz) {
     std::copy(p_.begin(), p_.end(), v.begin());
     std::swap(r_, r_old_);
     std::swap(lanes_, other_);
+  } else {
+    begin_ = end_;
   }
+}
+
+/// Square of the rounding error of all forces, or 0 if it is below `least`.
+double ImplicitSystem::rounding(double least) {
+  // x·Px is at most 2 x·A⁻¹x, and A⁻¹ at most (share·M)⁻¹.
+  double bound = 0.0;
+  for (std::size_t i = 0; i < magnitude_.size(); ++i)
+    bound += magnitude_[i].squaredNorm() / (share_ * mass_[i]);
+  constexpr double kShare = kRoundingShare * kRoundingShare;
+  return kShare * 2.0 * bound <= least ? 0.0 : kShare * squared(magnitude_, other_);
 }
 
 /// Sets `out` for x, which is zero at held particles.
@@ -262,13 +311,24 @@ SolveReport ImplicitSystem::refine(std::span<Vec3> v, double tolerance) {
   multilevel_.set_terms(terms_.terms());
   start(v);
   const double target = tolerance * tolerance * scale_;
+  // What meets the tolerance of the scene has a residual in double precision. A looser solve, which
+  // only finds the contacts, does without.
+  const double final_target =
+      std::min(tolerance * tolerance, config_.tolerance * config_.tolerance) * scale_;
   SolveReport report;
-  while (report.iterations < config_.max_iterations && !is_enough(lanes_.rz, target, v)) {
+  while (report.iterations < config_.max_iterations) {
+    if (is_enough(lanes_.rz, target, v)) {
+      if (end_.exact || lanes_.rz > final_target) break;
+      if (!verify(v, target)) break;
+      continue;
+    }
     const double before = lanes_.rz;
     const double goal =
         before > target ? std::max(target, kMostReduction * before) : kMomentumReduction * before;
     report.iterations += descend(goal, config_.max_iterations - report.iterations);
-    if (!take_correction(v, target) || !(lanes_.rz < kLeastReduction * before)) break;
+    if (!take_correction(v, target, target > final_target) ||
+        !(lanes_.rz < kLeastReduction * before))
+      break;
   }
   report_residual(lanes_.rz, target, report);
   return report;
@@ -302,14 +362,31 @@ int ImplicitSystem::descend(double goal, int most) {
   return iterations;
 }
 
-/// Adds the correction to v. Where the residual in double precision differs from the one that the
-/// iteration has updated by more than rounding that does not matter, it replaces it. Returns false
-/// if it is not finite.
-bool ImplicitSystem::take_correction(std::span<Vec3> v, double target) {
-  const double unit = lanes_.unit;
+/// Adds the correction to v. Returns false if the residual is not finite.
+bool ImplicitSystem::take_correction(std::span<Vec3> v, double target, bool loose) {
   for (std::size_t i = 0; i < v.size(); ++i)
-    if (free_[i]) v[i] += unit * correction_[i];
-  residual(v, r_);
+    if (free_[i]) v[i] += lanes_.unit * correction_[i];
+  if (!loose) return verify(v, target);
+  // A v is what the updated residual r says: A v = b - T v - r.
+  std::fill(ap_.begin(), ap_.end(), Vec3::Zero());
+  if (!terms_.empty()) terms_.add_multiply(v, ap_);
+  end_.v.assign(v.begin(), v.end());
+  end_.av = b_;
+  terms_.add_rhs(end_.av);
+  end_.exact = false;
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    r_[i] = lanes_.unit * lanes_.r[i];
+    end_.av[i] -= ap_[i] + r_[i];
+  }
+  return std::isfinite(lanes_.rz);
+}
+
+/// Computes the residual in double precision. Where it differs from the one that the iteration has
+/// updated by more than rounding that does not matter, it replaces that. Returns false if it is not
+/// finite.
+bool ImplicitSystem::verify(std::span<const Vec3> v, double target) {
+  residual(v, r_, Accuracy::exact);
+  const double unit = lanes_.unit;
   // A⁻¹ is at most (share·M)⁻¹, so this bounds the difference in the norm of the preconditioner.
   const double drift = parallel_sum(v.size(), kParticleGrain, [&](std::size_t b, std::size_t e) {
     double sum = 0.0;
@@ -331,11 +408,11 @@ double ImplicitSystem::start_in_double(std::span<Vec3> v) {
   if (scaled_in_ != Norm::block_jacobi) {
     scaled_in_ = Norm::block_jacobi;
     set_old_velocities(v, p_);
-    residual(p_, r_old_);
+    residual(p_, r_old_, Accuracy::exact);
     scale_ = std::max(
         {kRoundingShare * kRoundingShare * square(magnitude_), square(applied_), square(r_old_)});
   }
-  residual(v, r_);
+  residual(v, r_, Accuracy::exact);
   return square(r_);
 }
 

@@ -68,20 +68,31 @@ class ImplicitSystem {
     double unit = 0.0;  ///< of r
     double rz = 0.0;    ///< r·z, in units of the residual itself
   };
+  /// Whether a product may be the one that the iteration has updated in single precision.
+  enum class Accuracy { any, exact };
+  /// A v.
+  struct Product {
+    std::vector<Vec3> v, av;  // empty if A has changed
+    bool exact = false;
+  };
   /// The norm in which `scale_` is given.
   enum class Norm { none, multilevel, block_jacobi };
 
   SolveReport refine(std::span<Vec3> v, double tolerance);
   void start(std::span<Vec3> v);
+  double rounding(double least);
   void load(std::span<const Vec3> x, LaneResidual& out);
   double squared(std::span<const Vec3> x, LaneResidual& scratch);
   int descend(double goal, int most);
-  bool take_correction(std::span<Vec3> v, double target);
+  bool take_correction(std::span<Vec3> v, double target, bool loose);
+  bool verify(std::span<const Vec3> v, double target);
   SolveReport iterate(std::span<Vec3> v, double tolerance);
   double start_in_double(std::span<Vec3> v);
   void report_residual(double rz, double target, SolveReport& report) const;
 
-  void residual(std::span<const Vec3> v, std::span<Vec3> out);
+  void residual(std::span<const Vec3> v, std::span<Vec3> out, Accuracy accuracy);
+  void find_product(std::span<const Vec3> v, Accuracy accuracy);
+  bool interpolate_product(std::span<const Vec3> v);
   void mark_non_finite(std::span<Vec3> v) const;
   void set_old_velocities(std::span<const Vec3> v, std::span<Vec3> out) const;
   bool keeps_velocities(std::span<const Vec3> v) const;
@@ -106,8 +117,8 @@ class ImplicitSystem {
   BlockJacobi block_jacobi_;
   Norm scaled_in_ = Norm::none;
   double scale_ = 0.0;
-  std::size_t bytes_ = 0;         // moved in this solve
-  std::vector<Vec3> av_, av_of_;  // A v of the last residual, and its v; empty if A has changed
+  std::size_t bytes_ = 0;  // moved in this solve
+  Product begin_, end_;    // where the last solve began and ended
   LaneResidual lanes_, other_;
   LaneVector direction_, image_, correction_;  // p, (A + T) p, Σ α p
   std::vector<Vec3> r_, z_, p_, ap_, r_old_;   // scratch

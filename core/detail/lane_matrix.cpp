@@ -158,6 +158,31 @@ void LaneMatrix::add(std::size_t k, const Mat3& block) {
   for (int e = 0; e < 9; ++e) to[e * kRowLanes] += static_cast<float>(block.data()[e]);
 }
 
+void LaneParents::set_pattern(std::span<const std::int32_t> begin,
+                              std::span<const std::int32_t> parent) {
+  const std::size_t n = begin.size() - 1;
+  slot_begin_.assign(1, 0);
+  parent_.clear();
+  for (std::size_t first = 0; first < n; first += kRowLanes) {
+    const std::size_t last = std::min(first + kRowLanes, n);
+    std::int32_t most = 0;
+    for (std::size_t i = first; i < last; ++i) most = std::max(most, begin[i + 1] - begin[i]);
+    for (std::int32_t k = 0; k < most; ++k)
+      for (std::size_t i = first; i < first + kRowLanes; ++i)
+        parent_.push_back(i < last && k < begin[i + 1] - begin[i] ? parent[begin[i] + k] : 0);
+    slot_begin_.push_back(static_cast<std::uint32_t>(parent_.size() / kRowLanes));
+  }
+  weight_.assign(parent_.size(), 0.0f);
+}
+
+void LaneParents::set_weight(std::size_t i, std::size_t k, float weight) {
+  weight_[kRowLanes * (slot_begin_[i / kRowLanes] + k) + i % kRowLanes] = weight;
+}
+
+std::size_t LaneParents::bytes() const {
+  return (sizeof(float) + sizeof(std::int32_t)) * parent_.size();
+}
+
 LaneRows LaneMatrix::rows(std::span<const float> step) const {
   return {slot_begin_.data(), run_.data(), column_.data(), value_.data(), step.data(), padded_};
 }

@@ -60,6 +60,32 @@ struct LaneRows {
   std::size_t stride;          ///< of all vectors
 };
 
+/// The parents of the rows of a prolongation, kRowLanes rows side by side. Rows with fewer parents
+/// than others of their group have further ones of weight 0.
+class LaneParents {
+ public:
+  /// Row i has the parents [begin[i], begin[i+1]) of `parent`.
+  void set_pattern(std::span<const std::int32_t> begin, std::span<const std::int32_t> parent);
+  /// Sets the weight of parent k of row i.
+  void set_weight(std::size_t i, std::size_t k, float weight);
+  std::size_t bytes() const;
+
+ private:
+  friend struct LaneParentRows;
+  std::vector<std::uint32_t> slot_begin_;
+  std::vector<std::int32_t> parent_;
+  std::vector<float> weight_;
+};
+
+/// View of LaneParents for the kernels.
+struct LaneParentRows {
+  explicit LaneParentRows(const LaneParents& p)
+      : slot_begin(p.slot_begin_.data()), parent(p.parent_.data()), weight(p.weight_.data()) {}
+  const std::uint32_t* slot_begin;  ///< per group, plus one
+  const std::int32_t* parent;       ///< kRowLanes per slot
+  const float* weight;              ///< kRowLanes per slot
+};
+
 /// Operations on the groups of rows [first, last). Vectors are LaneVector data; `extra` is added to
 /// A x and may be null. Every vector width gives the same bits.
 struct LaneMatrixKernel {
@@ -76,6 +102,14 @@ struct LaneMatrixKernel {
   /// y = x + S (b - A x - extra).
   void (*relax)(const LaneRows& a, const float* b, const float* x, const float* extra, float* y,
                 std::size_t first, std::size_t last) = nullptr;
+  /// x += P coarse.
+  void (*prolong)(const LaneParentRows& p, const Point4* coarse, float* x, std::size_t stride,
+                  std::size_t first, std::size_t last) = nullptr;
+  /// b = Pᵀ r for the parents [first, last). Parent a has the children [begin[a], begin[a + 1]) of
+  /// `child`.
+  void (*restrict_to)(const std::int32_t* begin, const std::int32_t* child, const float* weight,
+                      const Point4* r, float* b, std::size_t stride, std::size_t first,
+                      std::size_t last) = nullptr;
   /// Sum of a·b over blocks of kRowLanes numbers.
   double (*dot)(const float* a, const float* b, std::size_t first, std::size_t last) = nullptr;
   /// y += factor·x over blocks of kRowLanes numbers.

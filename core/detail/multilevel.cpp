@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <tuple>
+#include <utility>
 
 namespace selvedge::detail {
 namespace {
@@ -35,40 +36,6 @@ void set_start(LaneVector& x) {
   }
 }
 
-void add_weighted(float weight, const Point4& p, Point4& sum) {
-  for (int k = 0; k < 4; ++k) sum.at[k] += weight * p.at[k];
-}
-
-/// b = Pᵀ r.
-void restrict_points(const Prolongation& p, std::span<const float> weight,
-                     std::span<const Point4> r, LaneVector& b) {
-  float* to = b.data();
-  const std::size_t stride = b.stride();
-  parallel_for(b.size(), kCoarseRowGrain, [&](std::size_t first, std::size_t last) {
-    for (std::size_t a = first; a < last; ++a) {
-      Point4 sum{};
-      for (std::int32_t c = p.child_begin[a]; c < p.child_begin[a + 1]; ++c)
-        add_weighted(weight[c], r[p.child[c]], sum);
-      for (int k = 0; k < 3; ++k) to[k * stride + a] = sum.at[k];
-    }
-  });
-}
-
-/// x += P coarse.
-void prolong_points(const Prolongation& p, std::span<const float> weight,
-                    std::span<const Point4> coarse, LaneVector& x) {
-  float* to = x.data();
-  const std::size_t stride = x.stride();
-  parallel_for(x.size(), kRowGrain, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) {
-      Point4 sum{};
-      for (std::int32_t e = p.begin[i]; e < p.begin[i + 1]; ++e)
-        add_weighted(weight[e], coarse[p.parent[e]], sum);
-      for (int k = 0; k < 3; ++k) to[k * stride + i] += sum.at[k];
-    }
-  });
-}
-
 void copy_points(const LaneVector& x, std::span<Point4> points) {
   const float* from = x.data();
   for (std::size_t i = 0; i < points.size(); ++i)
@@ -90,7 +57,7 @@ void Multilevel::set_matrix(const BlockMatrix& a, std::span<const char> free) {
   free_ = free;
   if (levels_.empty()) build(a);
   levels_[0].value = a.values();
-  set_weights();
+  if (levels_.size() > 1) set_weights(levels_[0]);
   for (std::size_t l = 0; l < levels_.size(); ++l) {
     Level& level = levels_[l];
     if (l > 0) {
@@ -127,12 +94,12 @@ bool Multilevel::add_level() {
   if (levels_.size() > 1 &&
       static_cast<double>(p.parents()) > kLeastCoarsening * static_cast<double>(last.size()))
     return false;
-  last.weight.assign(p.weight.begin(), p.weight.end());
-  for (const std::int32_t entry : p.child_entry)
-    last.restriction.push_back(static_cast<float>(p.weight[entry]));
+  last.parents.set_pattern(p.begin, p.parent);
+  last.restriction.resize(p.child_entry.size());
   Level next;
   last.product.set_pattern(last.begin, last.column, p, next.own);
   last.p = std::move(p);
+  set_weights(last);
   levels_.push_back(std::move(next));
   Level& level = levels_.back();
   level.begin = level.own.begin;
@@ -145,30 +112,36 @@ void Multilevel::set_pattern(Level& level) {
   const std::size_t n = level.size();
   level.matrix.set_pattern(level.begin, level.column);
   for (std::size_t i = 0; i < n; ++i) {
-    std::size_t block = 0;
-    has_block(level, static_cast<std::int32_t>(i), static_cast<std::int32_t>(i), block);
-    level.diagonal.push_back(static_cast<std::int32_t>(block));
+    const auto row = level.column.subspan(level.begin[i], level.begin[i + 1] - level.begin[i]);
+    const auto own = std::lower_bound(row.begin(), row.end(), static_cast<std::int32_t>(i));
+    level.diagonal.push_back(level.begin[i] + static_cast<std::int32_t>(own - row.begin()));
   }
   for (LaneVector* v : {&level.b, &level.x, &level.y}) v->resize(n);
   for (auto* step : {&level.base_step, &level.step})
     step->assign(kStepNumbers * level.x.groups(), 0.0f);
   level.points.resize(kRowLanes * level.x.groups());
   level.bound.assign(n, Mat3::Zero());
+  level.is_touched.assign(n, 0);
 }
 
 /// Held particles take no part in the coarser levels.
-void Multilevel::set_weights() {
-  Level& level = levels_[0];
+void Multilevel::set_weights(Level& level) {
   const Prolongation& p = level.p;
+  const auto weight = [&](std::size_t i, std::int32_t e) {
+    return is_held(level, static_cast<std::int32_t>(i)) ? 0.0f : static_cast<float>(p.weight[e]);
+  };
   for (std::size_t i = 0; i < level.size(); ++i)
     for (std::int32_t e = p.begin[i]; e < p.begin[i + 1]; ++e)
-      level.weight[e] = free_[i] ? static_cast<float>(p.weight[e]) : 0.0f;
+      level.parents.set_weight(i, static_cast<std::size_t>(e - p.begin[i]), weight(i, e));
   for (std::size_t c = 0; c < p.child_entry.size(); ++c)
-    level.restriction[c] = level.weight[p.child_entry[c]];
+    level.restriction[c] = weight(p.child[c], p.child_entry[c]);
 }
 
 void Multilevel::set_values(Level& level) {
-  for (const std::int32_t i : level.touched) level.bound[i].setZero();
+  for (const std::int32_t i : level.touched) {
+    level.bound[i].setZero();
+    level.is_touched[i] = 0;
+  }
   level.touched.clear();
   level.changed.clear();
   parallel_for(level.size(), kRowGrain, [&](std::size_t first, std::size_t last) {
@@ -283,6 +256,7 @@ void Multilevel::clear_terms(Level& level) {
   for (const std::size_t k : level.changed) level.matrix.set(k, level.value[k]);
   for (const std::int32_t i : level.touched) {
     level.bound[i].setZero();
+    level.is_touched[i] = 0;
     const std::size_t at = i / kRowLanes * kStepNumbers + i % kRowLanes;
     for (std::size_t e = at; e < at + kStepNumbers; e += kRowLanes)
       level.step[e] = level.base_step[e];
@@ -298,8 +272,6 @@ void Multilevel::set_level_terms(Level& level, std::span<const ImplicitTerm> ter
   clear_terms(level);
   if (&level == &levels_[0]) loose_.term.clear();
   for (std::size_t t = 0; t < terms.size(); ++t) add_term(level, t, terms[t].matrix);
-  std::sort(level.touched.begin(), level.touched.end());
-  level.touched.erase(std::unique(level.touched.begin(), level.touched.end()), level.touched.end());
   parallel_for(level.touched.size(), kRowGrain, [&](std::size_t first, std::size_t last) {
     for (std::size_t k = first; k < last; ++k) {
       const std::int32_t i = level.touched[k];
@@ -315,7 +287,7 @@ void Multilevel::add_term(Level& level, std::size_t t, const Mat3& matrix) {
   for (const auto& [i, w] : rows) sum += std::abs(w);
   for (const auto& [i, w] : rows) {
     level.bound[i] += (std::abs(w) * sum) * matrix;
-    level.touched.push_back(i);
+    if (std::exchange(level.is_touched[i], 1) == 0) level.touched.push_back(i);
   }
   std::size_t block = 0;
   const auto all_in_pattern = [&] {
@@ -340,6 +312,10 @@ void Multilevel::add_term(Level& level, std::size_t t, const Mat3& matrix) {
 }
 
 bool Multilevel::has_block(const Level& level, std::int32_t i, std::int32_t j, std::size_t& block) {
+  if (i == j) {
+    block = static_cast<std::size_t>(level.diagonal[i]);
+    return true;
+  }
   const auto row = level.column.subspan(level.begin[i], level.begin[i + 1] - level.begin[i]);
   const auto found = std::lower_bound(row.begin(), row.end(), j);
   if (found == row.end() || *found != j) return false;
@@ -386,7 +362,8 @@ const float* Multilevel::extra(const Level& level, const LaneVector& x) {
     for (std::size_t r = first; r < last; ++r) {
       Point4 sum{};
       for (std::uint32_t e = loose_.row_begin[r]; e < loose_.row_begin[r + 1]; ++e)
-        add_weighted(loose_.entries[e].weight, loose_.moment[loose_.entries[e].term], sum);
+        for (int k = 0; k < 3; ++k)
+          sum.at[k] += loose_.entries[e].weight * loose_.moment[loose_.entries[e].term].at[k];
       const std::int32_t i = loose_.entries[loose_.row_begin[r]].row;
       for (int k = 0; k < 3; ++k) to[k * stride + i] = sum.at[k];
     }
@@ -421,10 +398,16 @@ void Multilevel::cycle(std::size_t l, const LaneVector& b, LaneVector& z) {
     kernel.residual(rows, b.data(), x.data(), more, level.points.data(), first, last);
   });
   Level& coarse = levels_[l + 1];
-  restrict_points(level.p, level.restriction, level.points, coarse.b);
+  parallel_for(coarse.size(), kCoarseRowGrain, [&](std::size_t first, std::size_t last) {
+    kernel.restrict_to(level.p.child_begin.data(), level.p.child.data(), level.restriction.data(),
+                       level.points.data(), coarse.b.data(), coarse.b.stride(), first, last);
+  });
   cycle(l + 1, coarse.b, coarse.y);
   copy_points(coarse.y, coarse.points);
-  prolong_points(level.p, level.weight, coarse.points, x);
+  const LaneParentRows parents(level.parents);
+  by_groups([&](std::size_t first, std::size_t last) {
+    kernel.prolong(parents, coarse.points.data(), x.data(), x.stride(), first, last);
+  });
   more = extra(level, x);
   by_groups([&](std::size_t first, std::size_t last) {
     kernel.relax(rows, b.data(), x.data(), more, z.data(), first, last);
@@ -476,8 +459,8 @@ std::size_t Multilevel::cycle_bytes() const {
     // Start: S, b, x. Residual: A, b, x, points. Prolongation: weights, points, x twice.
     // Relaxation: A, S, b, x, y. Restriction: weights, points.
     sum += 2 * level.matrix.bytes() + 2 * sizeof(float) * level.step.size() + 9 * vector +
-           2 * sizeof(Point4) * level.points.size() +
-           2 * (sizeof(float) + sizeof(std::int32_t)) * level.p.parent.size();
+           2 * sizeof(Point4) * level.points.size() + level.parents.bytes() +
+           (sizeof(float) + sizeof(std::int32_t)) * level.p.parent.size();
   }
   return sum;
 }

@@ -62,14 +62,16 @@ class Multilevel {
     std::span<const std::int32_t> begin, column;
     std::span<const Mat3> value;
     std::vector<std::int32_t> diagonal;
-    Prolongation p;                          // to the next level
-    std::vector<float> weight, restriction;  // of p, by child and by parent
+    Prolongation p;                  // to the next level
+    LaneParents parents;             // of the rows, with the weights of p
+    std::vector<float> restriction;  // weights of p by parent
     GalerkinProduct product;
     LaneMatrix matrix;
     double lambda = 1.0;                 // largest eigenvalue of D⁻¹A
     std::vector<float> base_step, step;  // S without and with terms
     std::vector<Mat3> bound;             // of the diagonal of the terms; zero at other rows
     std::vector<std::int32_t> touched;   // rows with terms
+    std::vector<char> is_touched;        // per row
     std::vector<std::size_t> changed;    // blocks with terms
     LevelTerms terms;
     LaneVector b, x, y;
@@ -99,7 +101,7 @@ class Multilevel {
   bool is_held(const Level& level, std::int32_t row) const {
     return &level == &levels_.front() && !free_[row];
   }
-  void set_weights();
+  void set_weights(Level& level);
   void set_values(Level& level);
   void set_smoother(Level& level);
   double largest_eigenvalue(Level& level) const;

@@ -3,7 +3,9 @@
 #include <selvedge/narrowphase/detail/ccd_filter.h>
 #include <selvedge/narrowphase/detail/contact_geometry.h>
 #include <selvedge/narrowphase/detail/exact_query.h>
+#include <selvedge/narrowphase/detail/float_paths.h>
 #include <selvedge/narrowphase/detail/method_config.h>
+#include <selvedge/narrowphase/detail/pair_batches.h>
 #include <selvedge/narrowphase/detail/root_isolation.h>
 
 #include <algorithm>
@@ -75,13 +77,18 @@ class OpenQueries {
   std::size_t count_ = 0;
 };
 
-/// Runs all stages on at most kBatch queries of one kind; ignores those of other kinds.
+/// Throws if a coordinate of at most kBatch queries of one kind is not finite.
+void require_finite(const FilterKernel& kernel, std::span<const Query> queries, bool edges) {
+  OpenQueries faulty(queries, edges);
+  faulty.sift([&](const QueryBlock& block, auto) { return kernel.finite(block); });
+  for (const std::uint16_t i : faulty.indices()) narrowphase_detail::require_finite(queries[i]);
+}
+
+/// Runs all stages on at most kBatch queries of one kind with finite coordinates; ignores those of
+/// the other kind.
 void decide(const FilterKernel& kernel, std::span<const Query> queries, bool edges,
             std::span<double> toi, CcdExactStages& stages) {
   OpenQueries open(queries, edges);
-  OpenQueries faulty = open;
-  faulty.sift([&](const QueryBlock& block, auto) { return kernel.finite(block); });
-  for (const std::uint16_t i : faulty.indices()) narrowphase_detail::require_finite(queries[i]);
   const auto run = [&](FilterKernel::Test test) {
     return open.sift([&](const QueryBlock& block, auto) { return test(block, edges); });
   };
@@ -111,12 +118,23 @@ class CcdExact final : public NarrowPhase {
 
   void find_times(std::span<const Query> queries, std::span<double> toi,
                   CcdExactStages& stages) const {
-    std::fill(toi.begin(), toi.end(), kNoCollision);
-    for (std::size_t at = 0; at < queries.size(); at += kBatch) {
-      const std::size_t n = std::min(kBatch, queries.size() - at);
+    for (std::size_t at = 0; at < queries.size(); at += kBatch)
       for (const bool edges : {false, true})
-        decide(kernel_, queries.subspan(at, n), edges, toi.subspan(at, n), stages);
-    }
+        require_finite(kernel_, queries.subspan(at, std::min(kBatch, queries.size() - at)), edges);
+    find_times_of_finite(queries, toi, stages);
+  }
+
+  /// As the default, but tells most pairs apart in floats before their queries are made.
+  void find_contacts(const SurfaceView& a, const SurfaceView& b, const CandidatePairs& pairs,
+                     std::vector<Contact>& out) const override {
+    const narrowphase_detail::FloatPaths paths(a, b);
+    narrowphase_detail::find_contacts_among(
+        {a, b, pairs}, [&](const auto& pair) { return !paths.never_meet(pair); },
+        [&](std::span<const Query> queries, std::span<double> toi) {
+          CcdExactStages stages;
+          find_times_of_finite(queries, toi, stages);
+        },
+        out);
   }
 
   NarrowPhaseTraits traits() const override {
@@ -128,6 +146,16 @@ class CcdExact final : public NarrowPhase {
   }
 
  private:
+  void find_times_of_finite(std::span<const Query> queries, std::span<double> toi,
+                            CcdExactStages& stages) const {
+    std::fill(toi.begin(), toi.end(), kNoCollision);
+    for (std::size_t at = 0; at < queries.size(); at += kBatch) {
+      const std::size_t n = std::min(kBatch, queries.size() - at);
+      for (const bool edges : {false, true})
+        decide(kernel_, queries.subspan(at, n), edges, toi.subspan(at, n), stages);
+    }
+  }
+
   /// The widest kernel that is not wider than `width` doubles.
   static FilterKernel kernel_for(int width) {
     FilterKernel best = narrowphase_detail::filter_kernels().front();

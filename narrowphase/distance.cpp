@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/parallel.h>
 #include <selvedge/narrowphase/detail/contact_geometry.h>
+#include <selvedge/narrowphase/detail/float_paths.h>
 #include <selvedge/narrowphase/distance.h>
 
 #include <Eigen/Geometry>
@@ -260,45 +261,23 @@ namespace {
 
 using narrowphase_detail::PairVertices;
 
-/// Bounding boxes of the two primitives' vertices, or of their displacements.
-struct BoxPair {
-  Vec3 lo_a, hi_a, lo_b, hi_b;
-
-  BoxPair(const std::array<Vec3, 4>& x, bool edges)
-      : lo_a(x[0]), hi_a(x[0]), lo_b(x[2].cwiseMin(x[3])), hi_b(x[2].cwiseMax(x[3])) {
-    Vec3& lo = edges ? lo_a : lo_b;
-    Vec3& hi = edges ? hi_a : hi_b;
-    lo = lo.cwiseMin(x[1]);
-    hi = hi.cwiseMax(x[1]);
-  }
-  /// Squared distance between the boxes.
-  double gap() const {
-    return (lo_b - hi_a).cwiseMax(lo_a - hi_b).cwiseMax(Vec3::Zero()).squaredNorm();
-  }
-  /// Largest length of the difference of two vectors, one from each box.
-  double spread() const {
-    return (hi_a - lo_b).cwiseAbs().cwiseMax((hi_b - lo_a).cwiseAbs()).norm();
-  }
-};
-
-/// Whether a lower bound of the distance at t = 0, that of the boxes, exceeds `reach_at_start`, or
-/// what is left of it after the largest relative displacement exceeds `reach`.
-bool far_apart(const Query& q, double reach, double reach_at_start) {
-  // Reserve for the roundings of both sides, each below 8 units.
-  constexpr double kReserve = 1.0 + 32.0 * kHalfUlp;
-  const bool edges = q.kind == ContactKind::edge_edge;
-  const double gap = BoxPair(q.x_t0, edges).gap();
-  if (gap > reach_at_start * reach_at_start * kReserve) return true;
-  if (gap <= reach * reach) return false;
-  const std::array<Vec3, 4> moved{q.x_t1[0] - q.x_t0[0], q.x_t1[1] - q.x_t0[1],
-                                  q.x_t1[2] - q.x_t0[2], q.x_t1[3] - q.x_t0[3]};
-  const double bound = (reach + BoxPair(moved, edges).spread()) * kReserve;
-  return gap > bound * bound;
+/// Whether the lines of two edges, and so the edges, are more than `reach` apart: the distance of
+/// the lines is |n·w| / |n| with the normal n = u × v and w from one edge to the other. n rounds by
+/// less than 8 units of |u| |v|, n·w by less than 16 of |u| |v| |w|, and the distance that
+/// edge_edge_closest computes by less than 8 of |u| + |v| + |w|, times |n| <= |u| |v|.
+bool lines_apart(const std::array<Vec3, 4>& x, double reach) {
+  constexpr double kReserve = 1.0 + 32.0 * kHalfUlp, kOfProducts = 32.0 * kHalfUlp;
+  const Vec3 u = x[1] - x[0], v = x[3] - x[2], w = x[2] - x[0];
+  const Vec3 n = u.cross(v);
+  const double length_u = u.norm(), length_v = v.norm();
+  const double rounding =
+      kOfProducts * length_u * length_v * (length_u + length_v + w.norm() + reach);
+  return std::abs(n.dot(w)) > kReserve * (reach * n.norm() + rounding);
 }
 
 bool proximity_of(const Query& q, const PairVertices& pair, double reach, double reach_at_start,
                   Contact& contact) {
-  if (far_apart(q, reach, reach_at_start)) return false;
+  if (q.kind == ContactKind::edge_edge && lines_apart(q.x_t0, reach_at_start)) return false;
   const ClosestPoints near = narrowphase_detail::closest_points(q.kind, q.x_t0);
   if (near.distance >= reach_at_start) return false;
   const Vec3 move = narrowphase_detail::weighted_difference(near.weight, q.x_t1) -
@@ -325,8 +304,7 @@ bool proximity_of(const Query& q, const PairVertices& pair, double reach, double
 void find_proximities(const SurfaceView& a, const SurfaceView& b, const CandidatePairs& pairs,
                       double reach, std::vector<Contact>& out, double secondary_reach) {
   constexpr double kAny = std::numeric_limits<double>::infinity();
-  narrowphase_detail::require_finite(a, "a");
-  if (&a != &b) narrowphase_detail::require_finite(b, "b");
+  const narrowphase_detail::FloatPaths paths(a, b);
   const std::size_t n = pairs.size();
   std::vector<std::vector<Contact>> found((n + kGrain - 1) / kGrain);
   parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
@@ -335,7 +313,8 @@ void find_proximities(const SurfaceView& a, const SurfaceView& b, const Candidat
     for (std::size_t i = begin; i < end; ++i) {
       const PairVertices pair = narrowphase_detail::pair_at(a, b, pairs, i);
       const double at_start = pair.kind == ContactKind::point_triangle ? kAny : secondary_reach;
-      if (proximity_of(narrowphase_detail::query_of(a, b, pair), pair, reach, at_start, contact))
+      if (!paths.far_apart(pair, reach, at_start) &&
+          proximity_of(narrowphase_detail::query_of(a, b, pair), pair, reach, at_start, contact))
         mine.push_back(contact);
     }
   });

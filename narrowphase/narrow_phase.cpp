@@ -1,55 +1,16 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/parallel.h>
-#include <selvedge/narrowphase/detail/contact_geometry.h>
+#include <selvedge/narrowphase/detail/pair_batches.h>
 #include <selvedge/narrowphase/narrow_phase.h>
 
-#include <algorithm>
-#include <array>
-
 namespace selvedge {
-namespace {
-
-using narrowphase_detail::PairVertices;
-
-/// Number of pairs per task, and of queries per call.
-constexpr std::size_t kPairGrain = 2048, kQueryBatch = 256;
-
-/// Appends the contacts of the pairs [begin, end) to `out`.
-void find_contacts_of(const NarrowPhase& method, const SurfaceView& a, const SurfaceView& b,
-                      const CandidatePairs& pairs, std::size_t begin, std::size_t end,
-                      std::vector<Contact>& out) {
-  std::array<Query, kQueryBatch> queries;
-  std::array<double, kQueryBatch> toi;
-  for (std::size_t i = begin; i < end; i += kQueryBatch) {
-    const std::size_t n = std::min(kQueryBatch, end - i);
-    for (std::size_t j = 0; j < n; ++j)
-      queries[j] =
-          narrowphase_detail::query_of(a, b, narrowphase_detail::pair_at(a, b, pairs, i + j));
-    method.find_times(std::span(queries).first(n), std::span(toi).first(n));
-    for (std::size_t j = 0; j < n; ++j) {
-      if (toi[j] == kNoCollision) continue;
-      const PairVertices pair = narrowphase_detail::pair_at(a, b, pairs, i + j);
-      Contact& contact = out.emplace_back();
-      contact.kind = pair.kind;
-      contact.vertex = pair.vertex;
-      narrowphase_detail::fill_contact(queries[j], toi[j], contact);
-    }
-  }
-}
-
-}  // namespace
-
 void NarrowPhase::find_contacts(const SurfaceView& a, const SurfaceView& b,
                                 const CandidatePairs& pairs, std::vector<Contact>& out) const {
   narrowphase_detail::require_finite(a, "a");
   if (&a != &b) narrowphase_detail::require_finite(b, "b");
-  const std::size_t n = pairs.size();
-  std::vector<std::vector<Contact>> found((n + kPairGrain - 1) / kPairGrain);
-  parallel_for(n, kPairGrain, [&](std::size_t begin, std::size_t end) {
-    find_contacts_of(*this, a, b, pairs, begin, end, found[begin / kPairGrain]);
-  });
-  out.clear();
-  for (const std::vector<Contact>& part : found) out.insert(out.end(), part.begin(), part.end());
+  narrowphase_detail::find_contacts_among(
+      {a, b, pairs}, [](const auto&) { return true; },
+      [&](std::span<const Query> queries, std::span<double> toi) { find_times(queries, toi); },
+      out);
 }
 
 bool NarrowPhase::collides(const Query& query, double& toi) const {

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <selvedge/core/files.h>
 #include <selvedge/core/resources.h>
+#include <selvedge/run/detail/background_task.h>
 #include <selvedge/run/detail/checkpoint.h>
 #include <selvedge/run/detail/failure_bundle.h>
 #include <selvedge/run/detail/frame_output.h>
@@ -37,7 +38,7 @@ class Run {
     else
       start();
     try {
-      advance();
+      advance_and_settle();
     } catch (const SimulationFailed& failure) {
       stop(failure);
       if (failure.kind != FailureKind::out_of_budget) throw;
@@ -96,6 +97,7 @@ class Run {
     detail::check_same_scene(config_.out, scene_, config_.methods);
     make_folders();
     frame_ = checkpoint.frame;
+    written_ = frame_ + 1;
     before_ = std::move(checkpoint.result);
     if (!checkpoint.state.splits.empty()) {
       refinement_->split(checkpoint.state.splits);
@@ -109,6 +111,18 @@ class Run {
   }
 
   // -- frames and steps ---------------------------------------------------------------------------
+
+  /// Before an error leaves, the last frame is whole. If that frame cannot be written, this is the
+  /// earlier error, and it replaces the other one.
+  void advance_and_settle() {
+    try {
+      advance();
+    } catch (const std::exception&) {
+      settle_frame();
+      throw;
+    }
+    settle_frame();
+  }
 
   void advance() {
     limits_.emplace(scene_, config_, simulation_->state().step);
@@ -151,6 +165,7 @@ class Run {
     carry_on(before_, r);
     before_ = std::move(r);
     before_.counters["refinements"] += 1;
+    settle_frame();  // it refers to the triangles of the simulation that ends here
     refinement_.emplace(std::move(next->refinement));
     simulation_ = std::move(next->simulation);
     write_step();
@@ -159,6 +174,7 @@ class Run {
   void make_step() {
     limits_->before_step(*simulation_, clock_.seconds());
     simulation_->step_towards(frame_ + 1);
+    if (writing_.is_pending() && writing_.is_done()) settle_frame();
     write_step();
     limits_->after_step(*simulation_);
   }
@@ -170,19 +186,37 @@ class Run {
     output_s_ += watch.seconds();
   }
 
+  /// Copies the frame and the result so far. A task writes them while the next steps are computed,
+  /// one frame after the other and the checkpoint after its frame, so that at any moment the
+  /// checkpoint names a frame that is whole.
   void write_frame() {
+    settle_frame();
     const Stopwatch watch;
-    output_->write_frame(*simulation_, frame_);
-    write_checkpoint();
+    written_ = frame_;
+    writing_.start([this, copy = output_->copy_frame(*simulation_, frame_), r = result()] {
+      output_->write_frame(copy);
+      detail::write_checkpoint(config_.out, copy.number, copy, r);
+    });
     output_s_ += watch.seconds();
-    written_ = frame_ + 1;
-    if (config_.progress) config_.progress(frame_, clock_.seconds());
+    if (writing_.is_done()) settle_frame();
+  }
+
+  /// Waits for the frame that is being written; throws if it cannot be written. `written_` is its
+  /// number until then.
+  void settle_frame() {
+    if (!writing_.is_pending()) return;
+    const Stopwatch watch;
+    writing_.finish();
+    // A resumed run has now passed the step at which it had stopped.
+    if (resumed_) detail::remove_failure_bundle(bundle());
+    output_s_ += watch.seconds();
+    const int frame = written_++;
+    if (config_.progress) config_.progress(frame, clock_.seconds());
   }
 
   void write_checkpoint() {
-    detail::write_checkpoint(config_.out, frame_, *simulation_, result());
-    // A resumed run has now passed the step at which it had stopped.
-    if (resumed_ && stopped_.empty()) detail::remove_failure_bundle(bundle());
+    detail::write_checkpoint(config_.out, frame_, output_->copy_frame(*simulation_, frame_),
+                             result());
   }
 
   // -- the end ------------------------------------------------------------------------------------
@@ -195,16 +229,16 @@ class Run {
     r.wall_s = clock_.seconds();
     r.phase_s["output"] += output_s_;
     r.peak_bytes = peak_bytes();
+    std::string hash = std::move(r.state_hash);
     carry_on(before_, r);
+    r.state_hash = std::move(hash);
     r.steps = static_cast<int>(simulation_->state().step);
     r.frames = written_;
-    r.state_hash = state_hash(simulation_->state());
     r.stopped = stopped_;
     return r;
   }
 
   RunResult finish() {
-    if (resumed_ && written_ == 0) written_ = frame_ + 1;  // it was already complete
     RunResult r = result();
     const SimulationState& state = simulation_->state();
     r.measures = final_measures(scene_, simulation_->built(),
@@ -230,7 +264,6 @@ class Run {
   /// The frames are written; the result says how many there are and why there are no more.
   void write_stopped_result(const std::string& why) {
     stopped_ = why;
-    if (resumed_) written_ = std::max(written_, frame_ + 1);
     try {
       write_result(config_.out / "result.json", result());
     } catch (const std::runtime_error&) {  // such as a full disk; the caller reports `why`
@@ -251,6 +284,7 @@ class Run {
   double output_s_ = 0.0;
   bool resumed_ = false;
   std::string stopped_;
+  detail::BackgroundTask writing_;  // the last frame; last member, since it refers to the others
 };
 
 }  // namespace

@@ -26,15 +26,19 @@ struct RunConfig {
   int stall_steps = 512;
   /// When it becomes true, the run ends after the current frame. May be null.
   const std::atomic<bool>* stop = nullptr;
-  /// Called after every frame with its number and the seconds since the start of the run.
+  /// Called for every frame, once its files are whole, with its number and the seconds since the
+  /// start of the run; by then the next steps may have been made. Called by the thread of the run.
   std::function<void(int frame, double seconds)> progress;
   /// Called with one sentence per possible mistake, e.g. a body that is not closed.
   std::function<void(const std::string& sentence)> warning;
 };
 
 /// Runs a scene into a result folder (layout: result_folder.h). Every frame and the checkpoint are
-/// written when the frame is complete: a stopped or killed run loses at most the current frame, and
-/// a resumed run gives the same bits as an uninterrupted one.
+/// written when the frame is complete. With several threads, a thread of its own writes them while
+/// the next frame is computed. A stopped run loses at most the current frame, a killed run also the
+/// one that is being written, and a resumed run gives the same bits as an uninterrupted one.
+///
+/// Frame writers (RunConfig::formats) run in that thread, one frame after the other.
 ///
 /// Throws std::invalid_argument for a scene that cannot start, for an unknown format, for a folder
 /// that cannot be made, holds something else (results of another scene, other files) or is in use

@@ -133,7 +133,8 @@ class Simulation {
 
   /// Whether the time of frame `frame` is reached.
   bool reached(int frame) const;
-  /// Searches the present state for crossings and adds them to the result.
+  /// Searches the present state for crossings and adds them to the result. Makes no search where
+  /// the steps from a searched state have proved that there is none (docs/guarantees.md).
   void verify_frame();
 
   double time() const;                       ///< s

@@ -20,7 +20,7 @@ rm -rf "$WORK"
 mkdir -p "$WORK"
 
 exact=(ccd_exact distance narrow_phase detail/big_int detail/ccd_filter detail/ccd_filter_avx2 detail/ccd_filter_avx512
-       detail/exact_query detail/in_plane detail/polynomial detail/root_floor detail/root_isolation detail/sharp_query)
+       detail/exact_query detail/float_paths detail/in_plane detail/polynomial detail/root_floor detail/root_isolation detail/sharp_query)
 filters="detail/ccd_filter detail/ccd_filter_avx2 detail/ccd_filter_avx512"
 
 # compile OUT OPTIONS FILE: OUT.o of a source of the narrow phase.

@@ -8,7 +8,7 @@
 #   CXX, FLAGS      compiler and flags that the sources of the library need
 #   SOURCE          root of the sources
 #   INCLUDE         folder that holds selvedge/, a link to the sources
-#   COMPOSER, PLAN, VERLET_LIST    object files of these tests
+#   COMPOSER, NARROWPHASE, PLAN, VERLET_LIST    object files of these tests
 #   LIBRARIES       libraries of these tests
 #   WORK            folder for the results, made anew
 #   JOBS            mutants at a time (default: processors)
@@ -22,6 +22,7 @@ build() {
   local objects
   case $3 in
     composer) objects=$COMPOSER ;;
+    narrowphase) objects=$NARROWPHASE ;;
     plan) objects=$PLAN ;;
     verlet_list) objects=$VERLET_LIST ;;
   esac
@@ -84,6 +85,7 @@ proofs=$folder/idle_proofs.cpp
 plan=$folder/detection_plan.cpp
 reach=$folder/strain_reach.cpp
 verlet=broadphase/verlet_list.cpp
+floats=narrowphase/detail/float_paths.cpp
 
 boxes='*Composer.FindsWhat*/bvh_aabb'
 culled='*Composer.FindsWhat*/bvh_kdop18:*Composer.FindsWhat*/bvh_obb'
@@ -95,6 +97,7 @@ try unchanged unchanged_clearances "$clearances" composer "$contacts"
 try unchanged unchanged_detection "$detection" composer "$contacts"
 try unchanged unchanged_plan "$plan" composer "$contacts:Margins.*"
 try unchanged unchanged_proofs "$proofs" plan 'SheetProof.*'
+try unchanged unchanged_floats "$floats" narrowphase 'FindContacts.*:FindProximities.*'
 
 # Candidates, and how far they reach.
 try mutant inflation_boxes "$candidates" ": margin_;" ": 0.5 * margin_;" composer "$boxes"
@@ -132,6 +135,13 @@ try mutant wide_enough "$clearances" "kWideEnough = 0.05" "kWideEnough = 0.025" 
 try mutant point_slope "$filter" "kPointSlope = 1e-6" "kPointSlope = 0.5e-6" composer "ContactFilter.*"
 try mutant edge_slope "$filter" "kEdgeSlope = 0.1" "kEdgeSlope = 0.05" composer "ContactFilter.*"
 try mutant border "$filter" "kBorder = 1e-9" "kBorder = 0.5e-9" composer "ContactFilter.*"
+
+# Pairs that floats tell apart. Half of the slack is just enough, since the errors of four numbers and two sums can add
+# up to it, but sums of numbers near 1 lie on a grid of 2^-22: only an eighth is seen to miss one. The slacks of lengths
+# count two slacks where one eighth serves; without them pairs at the edge of the reach are lost.
+try mutant float_slack "$floats" "kSlack = 0x1p-20" "kSlack = 0x1p-23" narrowphase 'FindContacts.WhatFloats*'
+try mutant float_gap "$floats" "kOfGap = 2.0" "kOfGap = 0.0" narrowphase 'FindProximities.FloatsLose*'
+try mutant float_spread "$floats" "= gap_slack_ + kOfSpread * slack_" "= 0.0" narrowphase 'FindProximities.FloatsLose*'
 
 # Proofs that nothing has to be searched.
 try mutant plan_proximity "$detection" "proximity = kPointReach * thickness" "proximity = 0.5 * kPointReach * thickness" \

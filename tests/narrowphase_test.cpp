@@ -209,6 +209,29 @@ TEST(FindContacts, GivesTheSameBitsForAnyNumberOfThreads) {
   }
 }
 
+/// A point in a triangle of the plane x + y = c, at rest. All coordinates and sums are exact, but
+/// floats round the four points to different sides of the plane.
+TEST(FindContacts, WhatFloatsTellApartByRoundingAloneTouches) {
+  Random r(13);
+  for (int i = 0; i < 4000; ++i) {
+    const auto grid = [](double x) { return std::ldexp(std::round(std::ldexp(x, 48)), -48); };
+    const double c = grid(real(r, 2.02, 2.021));
+    const auto place = [&](double x, double z) { return Vec3(grid(x), c - grid(x), z); };
+    Surface a, b;
+    a.x_t0 = {place(real(r, 1.009, 1.011), 0.0)};
+    b.x_t0 = {place(1.001, real(r, -0.4, -0.3)), place(1.019, real(r, -0.4, -0.3)),
+              place(real(r, 1.005, 1.015), 0.4)};
+    a.x_t1 = a.x_t0, b.x_t1 = b.x_t0;
+    b.triangles = {{0, 1, 2}};
+    CandidatePairs pairs;
+    pairs.point_triangle = {{0, 0}};
+    std::vector<Contact> contacts;
+    make_ccd_exact()->find_contacts(a.view(), b.view(), pairs, contacts);
+    ASSERT_EQ(contacts.size(), one_by_one(a, b, pairs).size()) << i;
+    ASSERT_EQ(contacts.size(), 1u) << i;
+  }
+}
+
 TEST(FindContacts, DescribesWhereThePrimitivesMeet) {
   Random r(13);
   const Surface a = soup(r, 30, 0.4, 1.0), b = soup(r, 30, 0.4, 1.0);
@@ -465,6 +488,65 @@ TEST(FindProximities, FindsExactlyThePairsThatAreOrComeNear) {
   }
   EXPECT_EQ(next, contacts.size());
   EXPECT_GT(next, 100u);
+}
+
+/// A point above a triangle, and two crossing edges: `above` at the start and `below` that at the
+/// end. Gives the number of pairs found.
+std::size_t near_at(const Vec3& place, double above, double below, double reach, double secondary) {
+  Surface a, b;
+  a.x_t0 = {place, place - Vec3(0.1, 0, 0), place + Vec3(0.2, 0, 0)};
+  for (const Vec3& x : a.x_t0) a.x_t1.push_back(x - Vec3(0, 0, below));
+  a.edges = {{1, 2}};
+  const Vec3 low = place - Vec3(0, 0, above);
+  b.x_t0 = {low - Vec3(0.1, 0.1, 0), low + Vec3(0.3, -0.1, 0), low + Vec3(0, 0.4, 0),
+            low + Vec3(0, 0.2, 0), low - Vec3(0, 0.1, 0)};
+  b.x_t1 = b.x_t0;
+  b.triangles = {{0, 1, 2}};
+  b.edges = {{3, 4}};
+  CandidatePairs pairs;
+  pairs.point_triangle = {{0, 0}};
+  pairs.edge_edge = {{0, 0}};
+  std::vector<Contact> contacts;
+  find_proximities(a.view(), b.view(), pairs, reach, contacts, secondary);
+  return contacts.size();
+}
+
+TEST(FindProximities, FloatsLoseNoPairAtTheEdgeOfItsReach) {
+  Random r(25);
+  for (int i = 0; i < 1000; ++i) {
+    const Vec3 place(real(r, 1, 2), real(r, 1, 2), real(r, 1, 2));
+    const double reach = real(r, 1e-3, 2e-3), move = real(r, 5e-3, 6e-3), inside = 1e-12;
+    EXPECT_EQ(near_at(place, reach - inside, 0.0, reach, reach), 2u) << i;
+    EXPECT_EQ(near_at(place, reach + inside, 0.0, reach, reach), 0u) << i;
+    EXPECT_EQ(near_at(place, reach + move - inside, move, reach, reach), 1u)
+        << i << ": the point comes near, but edges count at the start only";
+    EXPECT_EQ(near_at(place, reach + move - inside, move, reach, kInf), 2u) << i;
+    EXPECT_EQ(near_at(place, reach + move + inside, move, reach, kInf), 0u) << i;
+  }
+}
+
+TEST(FindProximities, EdgesCountToTheLastBitAsTheirDistanceSays) {
+  Random r(26);
+  int inside = 0;
+  for (int i = 0; i < 2000; ++i) {
+    Surface a, b;
+    const auto direction = [&] { return Vec3(real(r, -1, 1), real(r, -1, 1), real(r, -1, 1)); };
+    const Vec3 u = direction(), v = direction(), n = u.cross(v).normalized();
+    a.x_t0 = {Vec3(-0.5 * u), u};
+    b.x_t0 = {1e-3 * n - v, 1e-3 * n + 0.3 * v};
+    a.x_t1 = a.x_t0, b.x_t1 = b.x_t0;
+    a.edges = b.edges = {{0, 1}};
+    CandidatePairs pairs;
+    pairs.edge_edge = {{0, 0}};
+    const double distance = edge_edge_closest(a.x_t0[0], a.x_t0[1], b.x_t0[0], b.x_t0[1]).distance;
+    for (const double reach : {1e-3, distance, std::nextafter(distance, 1.0)}) {
+      std::vector<Contact> contacts;
+      find_proximities(a.view(), b.view(), pairs, 1.0, contacts, reach);
+      EXPECT_EQ(contacts.size(), distance < reach ? 1u : 0u) << i;
+      inside += distance < reach ? 1 : 0;
+    }
+  }
+  EXPECT_GT(inside, 2000);
 }
 
 TEST(FindProximities, TouchingPairsGetTheNormalOfTheTriangleFromTheSideTheyComeFrom) {

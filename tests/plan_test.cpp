@@ -325,6 +325,23 @@ TEST(Plan, NothingIsProvedWhereTheNarrowPhaseMayRaiseFalseAlarms) {
   }
 }
 
+/// A sheet that lies on a sphere and folds: neither of the proofs by boxes and height fields holds.
+TEST(Plan, AFrameIsSearchedWhereItsStepsDoNotProveThatNothingCrosses) {
+  const auto searches = [](const char* narrow_phase, bool self) {
+    Scene scene = scene_file("cloth_on_sphere.json", {{"geometry.0.cells", "[8,8]"},
+                                                      {"obstacles.0.shape.resolution", "16"},
+                                                      {"time.frames", "30"}});
+    scene.contact.narrow_phase = narrow_phase;
+    scene.contact.self = self;
+    const PlanFigures body = run(scene, true).plan.at("crossings_body");
+    EXPECT_EQ(body.asked, 31) << "the start and every frame";
+    return body.asked - body.left_out;
+  };
+  EXPECT_LE(searches("ccd_exact", true), 2) << "the start and the last frame";
+  EXPECT_GT(searches("ccd_exact", false), 10);
+  EXPECT_GT(searches("ccd_cubic", true), 10);
+}
+
 TEST(Plan, SaysWhatIsNeverBuilt) {
   Scene scene = scene_file("flag.json", {});
   scene.air = {};

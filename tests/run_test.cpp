@@ -2,12 +2,16 @@
 // Runs of scenes that are made in code, as the sample of the README makes them.
 #include <gtest/gtest.h>
 #include <selvedge/core/files.h>
+#include <selvedge/core/parallel.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/run/run.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
 #include <memory>
 #include <set>
 #include <stdexcept>
@@ -138,6 +142,74 @@ TEST_F(RunOfASceneMadeInCode, WritesAFormatOfTheCaller) {
   run_scene(scene_, config_);
   ASSERT_EQ(lowest.size(), 4u);
   EXPECT_LT(lowest[3], lowest[0]);
+}
+
+std::string text_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// Fails at one frame.
+struct FullDisk final : FrameWriter {
+  explicit FullDisk(int frame) : frame_(frame) {}
+  void write(const Frame& frame) override {
+    if (frame.number == frame_) throw std::runtime_error("the disk is full");
+  }
+  int frame_;
+};
+
+TEST_F(RunOfASceneMadeInCode, EndsWithTheErrorOfAFrameThatCannotBeWritten) {
+  scene_.time.frames = 6;
+  for (const int threads : {1, 4})
+    for (const int frame : {0, 2, 6}) {
+      const ThreadLimit limit(threads);
+      RunConfig config = config_;
+      config.formats.add(
+          "full", {},
+          [&](const MethodOptions&, const fs::path&) { return std::make_unique<FullDisk>(frame); },
+          {.promise = "", .source = ""});
+      scene_.output.formats = {"full"};
+      std::vector<int> whole;
+      config.progress = [&](int number, double) { whole.push_back(number); };
+      try {
+        run_scene(scene_, config);
+        ADD_FAILURE() << "it ran";
+      } catch (const std::runtime_error& error) {
+        EXPECT_STREQ(error.what(), "the disk is full");
+      }
+      const RunResult result = result_from_text(text_of(config_.out / "result.json"));
+      EXPECT_EQ(result.stopped, "the disk is full");
+      EXPECT_EQ(result.frames, frame) << "frames that are whole";
+      EXPECT_EQ(whole.size(), static_cast<std::size_t>(frame));
+      EXPECT_EQ(fs::exists(config_.out / "checkpoint.json"), frame > 0);
+    }
+}
+
+TEST_F(RunOfASceneMadeInCode, ReportsEveryFrameInOrderOnceItsFilesAreWhole) {
+  std::vector<int> reported;
+  config_.progress = [&](int frame, double) {
+    reported.push_back(frame);
+    EXPECT_TRUE(
+        fs::exists(numbered(config_.out / "frames", "cloth", frame, kFrameFileDigits, ".ply")));
+    EXPECT_TRUE(fs::exists(config_.out / "checkpoint.json"));
+  };
+  run_scene(scene_, config_);
+  EXPECT_EQ(reported, (std::vector<int>{0, 1, 2, 3}));
+}
+
+TEST_F(RunOfASceneMadeInCode, WritesTheSameBytesWithATaskBesideItAndWithout) {
+  const auto bytes = [&](int threads) {
+    const ThreadLimit limit(threads);
+    run_scene(scene_, config_);
+    std::map<std::string, std::string> files;
+    for (const char* name : {"frames/cloth_00000.ply", "frames/cloth_00003.ply",
+                             "frames/bodies_00000.ply", "checkpoint.ply"}) {
+      files[name] = text_of(config_.out / name);
+      EXPECT_FALSE(files[name].empty()) << name;
+    }
+    return files;
+  };
+  EXPECT_EQ(bytes(1), bytes(3));
 }
 
 TEST_F(RunOfASceneMadeInCode, RefusesAnOptionThatTheFormatDoesNotHave) {

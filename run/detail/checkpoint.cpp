@@ -35,10 +35,9 @@ std::vector<NamedValues> state_values(const SimulationState& state) {
   return values;
 }
 
-std::vector<NamedValues> frame_values(const Simulation& simulation) {
-  std::vector<NamedValues> values = state_values(simulation.state());
-  const std::vector<std::uint8_t> flags = simulation.flags();
-  values.push_back({"flag", {flags.begin(), flags.end()}, true});
+std::vector<NamedValues> frame_values(const StateCopy& copy) {
+  std::vector<NamedValues> values = state_values(copy.state);
+  values.push_back({"flag", {copy.flags.begin(), copy.flags.end()}, true});
   return values;
 }
 
@@ -174,13 +173,12 @@ void read_state_fields(const Json& json, SimulationState& state) {
   if (json.contains("splits")) state.splits = splits_from(json["splits"]);
 }
 
-void write_checkpoint(const fs::path& out, int frame, const Simulation& simulation,
+void write_checkpoint(const fs::path& out, int frame, const StateCopy& copy,
                       const RunResult& result) {
-  const SimulationState& state = simulation.state();
-  write_ply(out / "checkpoint.ply", state.x, simulation.cloth_triangles(), state_values(state));
+  write_ply(out / "checkpoint.ply", copy.state.x, copy.triangles, state_values(copy.state));
   Json checkpoint = {
-      {"frame", frame}, {"state_hash", state_hash(state)}, {"result", checkpoint_json(result)}};
-  write_state_fields(state, checkpoint);
+      {"frame", frame}, {"state_hash", result.state_hash}, {"result", checkpoint_json(result)}};
+  write_state_fields(copy.state, checkpoint);
   write_text(out / "checkpoint.json", checkpoint.dump(2) + "\n");
 }
 

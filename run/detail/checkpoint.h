@@ -4,6 +4,7 @@
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/simulation/simulation.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -22,15 +23,27 @@ struct Checkpoint {
   RunResult result;  ///< of the run so far; only the fields that a checkpoint keeps
 };
 
-/// Writes checkpoint.ply and checkpoint.json into the result folder `out`.
-void write_checkpoint(const std::filesystem::path& out, int frame, const Simulation& simulation,
+/// A state of a run as its files hold it. It is a copy, so that a task can write it while the
+/// simulation goes on.
+struct StateCopy {
+  int number = 0;     ///< of the frame or step
+  double time = 0.0;  ///< s, as the frame writers get it
+  SimulationState state;
+  std::vector<std::uint8_t> flags;
+  std::vector<Vec3> bodies;                             ///< m; empty if the bodies are not due
+  std::span<const Triangle> triangles, body_triangles;  ///< of the simulation, which must live on
+};
+
+/// Writes checkpoint.ply and checkpoint.json into the result folder `out`. `result`: of the run up
+/// to that state, with its hash.
+void write_checkpoint(const std::filesystem::path& out, int frame, const StateCopy& copy,
                       const RunResult& result);
 /// Throws std::invalid_argument with file, fault and remedy if there is no checkpoint or it is
 /// damaged.
 Checkpoint read_checkpoint(const std::filesystem::path& out);
 
 /// Per-vertex values of a frame file: those of state_values, and flag.
-std::vector<NamedValues> frame_values(const Simulation& simulation);
+std::vector<NamedValues> frame_values(const StateCopy& copy);
 /// Per-vertex values of a state file: velocities vx, vy, vz (m/s), and water (kg) if there is any.
 std::vector<NamedValues> state_values(const SimulationState& state);
 /// Velocities from the values of a file. Throws std::invalid_argument that names `file` if they are

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <selvedge/run/detail/checkpoint.h>
 #include <selvedge/run/detail/frame_output.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/scene/scene.h>
@@ -17,6 +16,17 @@ namespace {
 MethodOptions options_of(const OutputSpec& output, const std::string& name) {
   const auto found = output.format_options.find(name);
   return found == output.format_options.end() ? MethodOptions{} : found->second;
+}
+
+Frame frame_of(const StateCopy& copy, const std::vector<NamedValues>& values) {
+  return {.number = copy.number,
+          .time = copy.time,
+          .x = copy.state.x,
+          .v = copy.state.v,
+          .triangles = copy.triangles,
+          .values = values,
+          .bodies = copy.bodies,
+          .body_triangles = copy.body_triangles};
 }
 
 /// Bodies at rest are written once, with state 0.
@@ -44,23 +54,20 @@ FrameOutput::FrameOutput(const Scene& scene, const FrameFormatRegistry& formats,
   }
 }
 
-Frame FrameOutput::frame_of(const Simulation& simulation, int number) const {
-  const SimulationState& state = simulation.state();
-  Frame frame;
-  frame.number = number;
-  frame.time = number / fps_;
-  frame.x = state.x;
-  frame.v = state.v;
-  frame.triangles = simulation.cloth_triangles();
-  if (bodies_due(simulation, number)) frame.bodies = simulation.body_positions();
-  frame.body_triangles = simulation.body_triangles();
-  return frame;
+StateCopy FrameOutput::copy_frame(const Simulation& simulation, int number) const {
+  return {
+      .number = number,
+      .time = number / fps_,
+      .state = simulation.state(),
+      .flags = simulation.flags(),
+      .bodies = bodies_due(simulation, number) ? simulation.body_positions() : std::vector<Vec3>(),
+      .triangles = simulation.cloth_triangles(),
+      .body_triangles = simulation.body_triangles()};
 }
 
-void FrameOutput::write_frame(const Simulation& simulation, int number) {
-  const std::vector<NamedValues> values = frame_values(simulation);
-  Frame frame = frame_of(simulation, number);
-  frame.values = values;
+void FrameOutput::write_frame(const StateCopy& copy) {
+  const std::vector<NamedValues> values = frame_values(copy);
+  const Frame frame = frame_of(copy, values);
   ply_->write(frame);
   for (const auto& writer : others_) {
     writer->write(frame);
@@ -69,11 +76,10 @@ void FrameOutput::write_frame(const Simulation& simulation, int number) {
 }
 
 void FrameOutput::write_step(const Simulation& simulation, int number) {
-  const std::vector<NamedValues> values = frame_values(simulation);
-  Frame frame = frame_of(simulation, number);
-  frame.time = simulation.state().time;
-  frame.values = values;
-  steps_->write(frame);
+  StateCopy copy = copy_frame(simulation, number);
+  copy.time = copy.state.time;
+  const std::vector<NamedValues> values = frame_values(copy);
+  steps_->write(frame_of(copy, values));
 }
 
 void FrameOutput::resume(const Simulation& simulation, int last) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <selvedge/run/detail/checkpoint.h>
 #include <selvedge/run/frame_writer.h>
 #include <selvedge/simulation/simulation.h>
 
@@ -18,16 +19,17 @@ class FrameOutput {
   FrameOutput(const Scene& scene, const FrameFormatRegistry& formats, std::filesystem::path out,
               bool mesh_changes);
 
-  void write_frame(const Simulation& simulation, int number);
-  /// Writes a state of steps/.
+  /// Copies the present state as frame `number`, with all that its files hold.
+  StateCopy copy_frame(const Simulation& simulation, int number) const;
+  /// Writes a frame. Another thread may call write_step meanwhile.
+  void write_frame(const StateCopy& copy);
+  /// Writes the present state to steps/.
   void write_step(const Simulation& simulation, int number);
   /// Gives the PLY frames 0 to `last` of the folder to the writers of all other formats, so that
   /// the series of a resumed run are complete even in a format that the run did not have before.
   void resume(const Simulation& simulation, int last);
 
  private:
-  Frame frame_of(const Simulation& simulation, int number) const;
-
   std::filesystem::path out_;
   double fps_;
   std::unique_ptr<FrameWriter> ply_, steps_;

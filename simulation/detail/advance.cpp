@@ -177,6 +177,7 @@ void Simulation::Parts::accept() {
   if constexpr (detail::kValidatesSteps)
     detail::validate_accepted(methods.validator, methods.detection.searched(), methods.names,
                               state.step);
+  carry_proof();
   std::vector<double>& mass = input.particles.mass;
   ledger.accept(detail::response_step(methods, input), *methods.response, attempt);
   balance.accept();

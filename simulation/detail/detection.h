@@ -61,7 +61,9 @@ class Detection final : public Clearances {
 
   /// Triangles that cross at t = 0, decided exactly.
   Crossings find_crossings() { return crossings_.find(); }
-  /// The same as edges that pass through triangles of the joint surface, sorted.
+  /// Counts a state whose crossings need no search, because they are proved to be none.
+  void note_uncrossed() { plan_.note_uncrossed(); }
+  /// The crossings as edges that pass through triangles of the joint surface, sorted.
   std::vector<EdgeCrossing> find_edge_crossings() { return crossings_.find_edges(); }
 
   void at_start(std::span<const ContactPoint> hits, std::vector<ContactPoint>& out) override {

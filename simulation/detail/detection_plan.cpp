@@ -123,6 +123,14 @@ bool DetectionPlan::bodies_are_uncrossed(std::span<const Vec3> x, std::span<cons
   return true;
 }
 
+void DetectionPlan::note_uncrossed() {
+  ++crossings_self_.asked;
+  ++crossings_self_.idle;
+  if (body_begin_.size() == 1) return;
+  ++crossings_bodies_.asked;
+  ++crossings_bodies_.idle;
+}
+
 std::map<std::string, IdleCount> DetectionPlan::counts() const {
   std::map<std::string, IdleCount> all;
   if (crossings_self_.asked > 0) all["crossings_self"] = crossings_self_;

@@ -45,6 +45,8 @@ class DetectionPlan {
   /// any narrow phase of the scene, as crossings are decided exactly.
   bool self_is_uncrossed(std::span<const Vec3> x);
   bool bodies_are_uncrossed(std::span<const Vec3> x, std::span<const Vec3> bodies);
+  /// Counts a state whose crossings need no search because its steps have proved that it has none.
+  void note_uncrossed();
 
   bool is_on() const { return on_; }
   /// Total seconds spent on each part when it was not idle; the caller adds to them.

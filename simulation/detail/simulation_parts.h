@@ -38,6 +38,8 @@ struct Simulation::Parts {
   detail::StepLedger ledger;
   detail::EnergyBalance balance;
   std::optional<detail::Water> water;
+  std::vector<Vec3>
+      uncrossed;  // m, joint: a state that is proved to have no crossing; may be empty
   RunResult result;
 
   Parts(const Scene& s, BuiltScene b, const Methods& m);
@@ -66,6 +68,9 @@ struct Simulation::Parts {
   // -- check_state.cpp ----------------------------------------------------------------------------
   void look_at_state();
   Crossings crossings_now();
+  bool steps_prove_uncrossed() const;
+  void carry_proof();
+  bool is_proved_uncrossed() const;
   void verify_frame();
   void note_bodies(const std::vector<Vec3>& x);
   void note_strain();

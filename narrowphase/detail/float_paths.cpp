@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/core/parallel.h>
+#include <selvedge/narrowphase/detail/float_paths.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace selvedge::narrowphase_detail {
+namespace {
+
+constexpr std::size_t kVertexGrain = 8192;
+
+/// The slack as a share of the largest coordinate; see FloatPaths.
+constexpr double kSlack = 0x1p-20;
+/// Metres: the least slack, and the largest coordinate for which anything is proved. In between, no
+/// square of a difference overflows, and those that underflow are far below the slack.
+constexpr double kLeastSlack = 1e-15, kLargest = 1e15;
+/// Slacks of the length of a vector whose components are off by one slack (the distance of two
+/// boxes) and by two (a relative displacement): more than sqrt(3) of each.
+constexpr double kOfGap = 2.0, kOfSpread = 4.0;
+
+/// Largest coordinate; NaN if one of them is not finite.
+double largest_of(std::span<const Vec3> x_t0, std::span<const Vec3> x_t1) {
+  Vec3 largest = Vec3::Zero(), faults = Vec3::Zero();
+  for (const auto x : {x_t0, x_t1})
+    for (const Vec3& p : x) {
+      largest = largest.cwiseMax(p.cwiseAbs());
+      faults += p - p;  // 0 for finite p and NaN otherwise
+    }
+  return largest.maxCoeff() + faults.sum();
+}
+
+}  // namespace
+
+FloatPaths::FloatPaths(const SurfaceView& a, const SurfaceView& b) {
+  double largest = largest_coordinate(a, "a");
+  if (&a != &b) largest = std::max(largest, largest_coordinate(b, "b"));
+  const bool proves = largest <= kLargest;
+  slack_ = proves ? static_cast<float>(std::max(kSlack * largest, kLeastSlack))
+                  : std::numeric_limits<float>::infinity();
+  gap_slack_ = kOfGap * slack_;
+  spread_slack_ = gap_slack_ + kOfSpread * slack_;
+  own_a_ = convert(a, proves);
+  if (&a != &b) own_b_ = convert(b, proves);
+  paths_ = {own_a_.data(), &a != &b ? own_b_.data() : own_a_.data()};
+}
+
+double FloatPaths::largest_coordinate(const SurfaceView& view, const char* name) {
+  const std::size_t n = view.x_t0.size();
+  std::vector<double> parts((n + kVertexGrain - 1) / kVertexGrain);
+  parallel_for(n, kVertexGrain, [&](std::size_t begin, std::size_t end) {
+    parts[begin / kVertexGrain] =
+        largest_of(view.x_t0.subspan(begin, end - begin), view.x_t1.subspan(begin, end - begin));
+  });
+  double largest = 0.0;
+  for (const double part : parts) {
+    if (std::isnan(part)) require_finite(view, name);
+    largest = std::max(largest, part);
+  }
+  return largest;
+}
+
+std::vector<FloatPaths::Path> FloatPaths::convert(const SurfaceView& view, bool proves) {
+  std::vector<Path> paths(view.x_t0.size(), Path{Array::Zero(), Array::Zero()});
+  if (!proves) return paths;  // they do not fit into floats
+  const auto to_float = [](const Vec3& x) {
+    return Array(static_cast<float>(x.x()), static_cast<float>(x.y()), static_cast<float>(x.z()),
+                 0.0F);
+  };
+  parallel_for(paths.size(), kVertexGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      paths[i] = {to_float(view.x_t0[i]), to_float(view.x_t1[i])};
+  });
+  return paths;
+}
+
+}  // namespace selvedge::narrowphase_detail

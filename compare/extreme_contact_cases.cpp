@@ -199,7 +199,9 @@ double linking_number(std::span<const Vec3> x, int cells_x, int cells_y) {
     const Vec3 sum = across[i].normalized() + across[i + 1].normalized();
     const Vec3 m = (sum - sum.dot(t) * t).normalized();
     if (i > 0) {
-      const Vec3 carried = Eigen::Quaterniond::FromTwoVectors(tangent, t) * before;
+      // Rodrigues' formula. Eigen's FromTwoVectors would compile a singular value decomposition.
+      const Vec3 axis_of_turn = tangent.cross(t), turned = axis_of_turn.cross(before);
+      const Vec3 carried = before + turned + axis_of_turn.cross(turned) / (1.0 + tangent.dot(t));
       turns += std::atan2(t.dot(carried.cross(m)), carried.dot(m)) / (2.0 * std::numbers::pi);
     }
     tangent = t;

@@ -284,8 +284,11 @@ std::vector<ContactPoint> near_but_missed(const Stage& stage, const SearchedMoti
 
 /// Axes of the world; a quarter between two of them; the diagonal of all three; any.
 std::vector<Mat3> frames() {
+  // Eigen's FromTwoVectors would compile a singular value decomposition.
   const auto to = [](const Vec3& normal) {
-    return Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), normal).toRotationMatrix();
+    const Vec3 axis = Vec3::UnitZ().cross(normal);
+    return Eigen::AngleAxisd(std::atan2(axis.norm(), normal.z()), axis.normalized())
+        .toRotationMatrix();
   };
   return {Mat3::Identity(), to(Vec3(0, 1, 1)), to(Vec3(1, 1, 1)), to(Vec3(1, -0.4, 0.7))};
 }

@@ -29,12 +29,13 @@ compile() {
   "$CXX" -std=c++20 -DNDEBUG -ffp-contract=off $FLAGS $2 -I"$INCLUDE" -c "$3" -o "$1.o"
 }
 
-# link OUT OBJECTS...: ccd_trial with these objects instead of the library's own.
+# link OUT OBJECTS...: ccd_trial with these objects instead of the library's own. The library's objects hold several
+# sources each. Of two definitions the linker takes the first, and position-independent code calls it everywhere.
 link() {
   local out=$1
   shift
   # shellcheck disable=SC2086
-  "$CXX" $FLAGS "$@" $OBJECTS -Wl,--start-group $LIBRARIES -Wl,--end-group -o "$out"
+  "$CXX" $FLAGS "$@" $OBJECTS -Wl,-z,muldefs -Wl,--start-group $LIBRARIES -Wl,--end-group -o "$out"
 }
 
 # ---- The same answers from every build and vector path

@@ -17,7 +17,9 @@ JOBS=${JOBS:-$(nproc)}
 rm -rf "$WORK"
 mkdir -p "$WORK"
 
-# build FOLDER SOURCE TEST: links the source, compiled apart, with the objects of a test.
+# build FOLDER SOURCE TEST: links the source, compiled apart, with the objects of a test. The library's objects hold
+# several sources each. Of two definitions the linker takes the first, and position-independent code calls it
+# everywhere.
 build() {
   local objects
   case $3 in
@@ -28,7 +30,7 @@ build() {
   esac
   # shellcheck disable=SC2086
   "$CXX" -std=c++20 -O1 -DNDEBUG -ffp-contract=off $FLAGS -I"$INCLUDE" -c "$2" -o "$1/source.o" &&
-    "$CXX" $FLAGS "$1/source.o" $objects -Wl,--start-group $LIBRARIES -Wl,--end-group -o "$1/trial"
+    "$CXX" $FLAGS "$1/source.o" $objects -Wl,-z,muldefs -Wl,--start-group $LIBRARIES -Wl,--end-group -o "$1/trial"
 }
 
 # run FOLDER FILTER: 0 if all tests of the filter pass. A mutant may not end.

@@ -4,9 +4,9 @@
 // on a plane and against each other, without any cloth between.
 #include <gtest/gtest.h>
 #include <selvedge/response/response.h>
+#include <selvedge/tests/dense_algebra.h>
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -127,7 +127,7 @@ class World {
                   t.weight[p] * t.weight[q] * t.matrix;
         }
       }
-      const Eigen::VectorXd solution = a.partialPivLu().solve(b);
+      const Eigen::VectorXd solution = testing::solve_dense(a, b);
       for (Eigen::Index i = 0; i < n; ++i) out[i] = solution.segment<3>(3 * i);
       if (!response_->update(out)) break;
     }

@@ -4,7 +4,7 @@
 #include <selvedge/response/detail/impact_zone.h>
 #include <selvedge/response/detail/impulse.h>
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <random>
 
 namespace selvedge {
@@ -208,7 +208,7 @@ class Block {
         a += t.matrix;
         b += t.rhs;
       }
-      end[0] = a.ldlt().solve(b);
+      end[0] = a.inverse() * b;
       if (!force.update(end)) break;
     }
     v_ = end[0];

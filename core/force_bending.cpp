@@ -19,10 +19,8 @@
 namespace selvedge {
 namespace {
 
-constexpr std::size_t kEnergyGrain = 256;  // groups
-
-/// Slots of the 16 blocks (i, j) of a hinge, row-major.
-using HingeSlots = std::array<std::int32_t, 16>;
+constexpr std::size_t kEnergyGrain = 256, kHingePartGrain = 128;  // groups
+constexpr std::size_t kHingeBlockGrain = 4096;                    // blocks of the Jacobian
 
 void validate_hinge(const Hinge& hinge, std::size_t i, std::size_t particles) {
   for (const std::int32_t v : hinge.v) detail::require_particle("hinge", i, v, particles);
@@ -86,19 +84,21 @@ class BendingForce final : public Force {
   }
 
   void bind(const BlockMatrix& matrix) override {
-    slots_.assign(hinges_.size(), HingeSlots{});
-    for (std::size_t e = 0; e < hinges_.size(); ++e)
-      for (int i = 0; i < 4; ++i)
-        for (int j = 0; j < 4; ++j)
-          slots_[e][4 * i + j] = matrix.slot(hinges_[e].v[i], hinges_[e].v[j]);
+    std::vector<std::int32_t> corners;
+    for (const Hinge& h : hinges_) corners.insert(corners.end(), h.v.begin(), h.v.end());
+    blocks_ = detail::blocks_of(corners, 4, matrix);
+    parts_.resize(detail::kHingeParts * hinges_.size());
   }
 
   void add_jacobian(const ForceState& state, double h, BlockMatrix& a) const override {
     const detail::LaneForce force = detail::lane_force(lanes_, numbers_, state, {});
-    const detail::LaneBlocks blocks = detail::lane_blocks(slots_, a, h);
-    for_each_color(color_begin_, [&](std::size_t begin, std::size_t end) {
-      detail::lane_kernel().hinge_blocks(force, blocks, detail::group_of(begin),
-                                         detail::group_of(end));
+    const detail::LaneKernel& kernel = detail::lane_kernel();
+    parallel_for(lanes_.groups.size(), kHingePartGrain, [&](std::size_t first, std::size_t last) {
+      kernel.hinge_parts(force, h, parts_.data(), first, last);
+    });
+    const detail::LaneJacobian jacobian = detail::lane_jacobian(blocks_, parts_, a);
+    parallel_for(blocks_.size(), kHingeBlockGrain, [&](std::size_t first, std::size_t last) {
+      kernel.hinge_blocks(jacobian, first, last);
     });
   }
 
@@ -121,8 +121,9 @@ class BendingForce final : public Force {
   std::vector<Hinge> hinges_;
   detail::LaneGroups lanes_;
   std::vector<double> numbers_;  // data of lanes_
-  std::vector<HingeSlots> slots_;
+  detail::BlockElements blocks_;
   std::vector<std::size_t> color_begin_;
+  mutable std::vector<double> parts_;  // scratch of one Jacobian
 };
 
 }  // namespace

@@ -26,7 +26,8 @@ namespace {
 
 using detail::kGroupLanes;
 
-constexpr std::size_t kGrain = 128, kFrictionGrain = 512;  // groups; frictions
+// Groups, frictions and blocks of the Jacobian per task.
+constexpr std::size_t kGrain = 128, kFrictionGrain = 512, kFrictionBlockGrain = 4096;
 constexpr const char* kName = "curvature friction";
 
 /// State of one friction element.
@@ -91,21 +92,24 @@ class CurvatureFrictionForce final : public Force {
   }
 
   void bind(const BlockMatrix& matrix) override {
-    slots_.assign(hinges_.size(), {});
-    for (std::size_t e = 0; e < hinges_.size(); ++e)
-      for (int i = 0; i < 4; ++i)
-        for (int j = 0; j < 4; ++j)
-          slots_[e][4 * i + j] = matrix.slot(hinges_[e].v[i], hinges_[e].v[j]);
+    std::vector<std::int32_t> corners;
+    for (const Hinge& hinge : hinges_)
+      corners.insert(corners.end(), hinge.v.begin(), hinge.v.end());
+    blocks_ = detail::blocks_of(corners, 4, matrix);
+    parts_.resize(detail::kHingeParts * hinges_.size());
   }
 
   void add_jacobian(const ForceState& state, double h, BlockMatrix& a) const override {
     measure(state);
     set_bounds(true);
     const detail::LaneForce force = detail::lane_force(lanes_, numbers_, state, {});
-    const detail::LaneBlocks blocks = detail::lane_blocks(slots_, a, h);
-    for_each_color(color_begin_, [&](std::size_t begin, std::size_t end) {
-      detail::lane_kernel().hinge_blocks(force, blocks, detail::group_of(begin),
-                                         detail::group_of(end));
+    const detail::LaneKernel& kernel = detail::lane_kernel();
+    parallel_for(lanes_.groups.size(), kGrain, [&](std::size_t first, std::size_t last) {
+      kernel.hinge_parts(force, h, parts_.data(), first, last);
+    });
+    const detail::LaneJacobian jacobian = detail::lane_jacobian(blocks_, parts_, a);
+    parallel_for(blocks_.size(), kFrictionBlockGrain, [&](std::size_t first, std::size_t last) {
+      kernel.hinge_blocks(jacobian, first, last);
     });
   }
 
@@ -274,7 +278,7 @@ class CurvatureFrictionForce final : public Force {
   std::vector<std::size_t> place_of_;  // per hinge: kGroupLanes·group + lane
   detail::LaneGroups lanes_;
   std::vector<std::size_t> color_begin_;
-  std::vector<std::array<std::int32_t, 16>> slots_;
+  detail::BlockElements blocks_;
   std::vector<double> moment_of_, yield_;  // per friction
   std::vector<std::uint32_t> begin_;       // start of the terms of each friction
   std::vector<std::int32_t> place_;        // per term: position of its hinge
@@ -282,8 +286,8 @@ class CurvatureFrictionForce final : public Force {
   std::vector<std::uint32_t> friction_of_;
   std::vector<std::uint32_t> terms_begin_, terms_;  // terms of each position
   std::vector<Vec3> slip_;                          // 1/m, per friction: the value S it sticks to
-  mutable std::vector<double> numbers_, turn_, moment_, gradient_,
-      bound_;  // scratch of one evaluation
+  mutable std::vector<double> numbers_, turn_, moment_, gradient_, bound_,
+      parts_;  // scratch of one evaluation
   mutable std::vector<Vec3> tensor_;
 };
 

@@ -11,22 +11,8 @@ namespace selvedge {
 namespace {
 
 constexpr std::size_t kHookeGrain = 4096;
-
-struct SpringSlots {
-  std::int32_t aa, bb, ab, ba;
-};
-
-/// Length and direction of a spring from a to b.
-struct Line {
-  double length;
-  Vec3 direction;  // zero if the ends coincide; the spring then exerts no force
-};
-
-Line line_of(const Spring& s, std::span<const Vec3> x) {
-  const Vec3 d = x[s.b] - x[s.a];
-  const double length = d.norm();
-  return {length, length > 0.0 ? Vec3(d / length) : Vec3::Zero()};
-}
+// Groups and blocks of the Jacobian per task.
+constexpr std::size_t kSpringPartGrain = 256, kSpringBlockGrain = 4096;
 
 class HookeForce final : public Force {
  public:
@@ -79,41 +65,28 @@ class HookeForce final : public Force {
   }
 
   void bind(const BlockMatrix& matrix) override {
-    slots_.clear();
-    slots_.reserve(springs_.size());
-    for (const Spring& s : springs_)
-      slots_.push_back({matrix.slot(s.a, s.a), matrix.slot(s.b, s.b), matrix.slot(s.a, s.b),
-                        matrix.slot(s.b, s.a)});
+    std::vector<std::int32_t> ends;
+    for (const Spring& s : springs_) ends.insert(ends.end(), {s.a, s.b});
+    blocks_ = detail::blocks_of(ends, 2, matrix);
+    parts_.resize(detail::kSpringParts * springs_.size());
   }
 
   void add_jacobian(const ForceState& state, double h, BlockMatrix& a) const override {
-    const std::span<Mat3> values = a.values();
-    for_each_color(color_begin_, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        const Spring& s = springs_[i];
-        const Line line = line_of(s, state.x);
-        if (line.length <= 0.0) continue;
-        // -∂f/∂x = k [d dᵀ + (1 - L0/L)(I - d dᵀ)]. The second part is indefinite under compression
-        // and is then dropped [ChoiKo2002].
-        const double across =
-            h * h * s.stiffness * std::max(0.0, 1.0 - s.rest_length / line.length);
-        const double along = h * s.stiffness * (h + s.damping) - across;
-        const Vec3& d = line.direction;
-        Mat3 block = (along * d) * d.transpose();
-        block.diagonal().array() += across;
-        const SpringSlots& slot = slots_[i];
-        values[slot.aa] += block;
-        values[slot.bb] += block;
-        values[slot.ab] -= block;
-        values[slot.ba] -= block;
-      }
+    const detail::LaneForce force = detail::lane_force(lanes_, numbers_, state, {});
+    const detail::LaneKernel& kernel = detail::lane_kernel();
+    parallel_for(lanes_.groups.size(), kSpringPartGrain, [&](std::size_t first, std::size_t last) {
+      kernel.spring_parts(force, h, parts_.data(), first, last);
+    });
+    const detail::LaneJacobian jacobian = detail::lane_jacobian(blocks_, parts_, a);
+    parallel_for(blocks_.size(), kSpringBlockGrain, [&](std::size_t first, std::size_t last) {
+      kernel.spring_blocks(jacobian, first, last);
     });
   }
 
   void add_stiffness_bound(const ForceState& state, std::span<double> stiffness,
                            std::span<double> damping) const override {
     for (const Spring& s : springs_) {
-      const double length = line_of(s, state.x).length;
+      const double length = (state.x[s.b] - state.x[s.a]).norm();
       // The norm of the block is k along the spring and k |1 - L0/L| across it; it occurs twice in
       // a row.
       const double across = length > 0.0 ? std::abs(1.0 - s.rest_length / length) : 1.0;
@@ -129,8 +102,9 @@ class HookeForce final : public Force {
   std::vector<Spring> springs_;
   detail::LaneGroups lanes_;
   std::vector<double> numbers_;  // data of lanes_
-  std::vector<SpringSlots> slots_;
+  detail::BlockElements blocks_;
   std::vector<std::size_t> color_begin_;
+  mutable std::vector<double> parts_;  // scratch of one Jacobian
 };
 
 }  // namespace

@@ -2,6 +2,7 @@
 // Springs and hinges side by side in vectors: whatever the width, the bits are the same, and the
 // forces are those of each element by itself.
 #include <gtest/gtest.h>
+#include <selvedge/core/detail/aggregation.h>
 #include <selvedge/core/detail/dihedral.h>
 #include <selvedge/core/detail/lane_forces.h>
 
@@ -11,6 +12,7 @@
 #include <numbers>
 #include <numeric>
 #include <random>
+#include <type_traits>
 
 namespace {
 
@@ -153,35 +155,96 @@ TEST(LaneForces, AreThoseOfEachElementByItself) {
   }
 }
 
-/// The Jacobian blocks of hinges by one kernel, h = 0.01 s.
-std::vector<Mat3> blocks(const LaneKernel& kernel, const Cloth& c) {
-  const auto corners = corners_of(c.mesh.hinges);
-  Coloring coloring = color_elements(corners, 4, c.x.size());
-  const LaneGroups lanes = detail::make_lane_groups(corners, 4, coloring);
-  std::vector<Hinge> sorted;
+/// The Jacobian of springs or hinges by one kernel, h = 0.01 s.
+template <class Element>
+std::vector<Mat3> blocks(const LaneKernel& kernel, const std::vector<Element>& elements,
+                         const Cloth& c) {
+  constexpr bool springs = std::is_same_v<Element, Spring>;
+  constexpr std::size_t arity = springs ? 2 : 4;
+  const auto corners = corners_of(elements);
+  Coloring coloring = color_elements(corners, arity, c.x.size());
+  const LaneGroups lanes = detail::make_lane_groups(corners, arity, coloring);
+  std::vector<Element> sorted;
+  for (const std::int32_t e : coloring.order) sorted.push_back(elements[e]);
   std::vector<Edge> links;
-  for (const std::int32_t e : coloring.order) sorted.push_back(c.mesh.hinges[e]);
-  for (const Hinge& h : sorted)
-    for (int i = 0; i < 4; ++i)
-      for (int j = 0; j < i; ++j) links.push_back({h.v[i], h.v[j]});
+  for (std::size_t e = 0; e < elements.size(); ++e)
+    for (std::size_t i = 0; i < arity; ++i)
+      for (std::size_t j = 0; j < i; ++j)
+        links.push_back({corners[arity * e + i], corners[arity * e + j]});
   BlockMatrix matrix(c.x.size(), links);
-  std::vector<std::array<std::int32_t, 16>> slots(sorted.size());
-  for (std::size_t e = 0; e < sorted.size(); ++e)
-    for (int k = 0; k < 16; ++k) slots[e][k] = matrix.slot(sorted[e].v[k / 4], sorted[e].v[k % 4]);
+  const detail::BlockElements by_block = detail::blocks_of(corners_of(sorted), arity, matrix);
   const auto numbers =
-      detail::lane_numbers<3>(lanes, sorted, [](const Hinge& h) { return numbers_of(h); });
-  kernel.hinge_blocks(detail::lane_force(lanes, numbers, {c.x, c.v, {}, 0.0}, {}),
-                      detail::lane_blocks(slots, matrix, 0.01), 0, lanes.groups.size());
+      detail::lane_numbers<3>(lanes, sorted, [](const Element& e) { return numbers_of(e); });
+  std::vector<double> parts((springs ? detail::kSpringParts : detail::kHingeParts) * sorted.size());
+  (springs ? kernel.spring_parts : kernel.hinge_parts)(
+      detail::lane_force(lanes, numbers, {c.x, c.v, {}, 0.0}, {}), 0.01, parts.data(), 0,
+      lanes.groups.size());
+  (springs ? kernel.spring_blocks : kernel.hinge_blocks)(
+      detail::lane_jacobian(by_block, parts, matrix), 0, by_block.size());
   return {matrix.values().begin(), matrix.values().end()};
 }
 
 TEST(LaneForces, HaveTheSameJacobianForEveryWidth) {
   for (const bool shuffled : {false, true}) {
     const Cloth c(shuffled);
-    const auto narrow = blocks(detail::lane_kernels().front(), c);
-    for (const LaneKernel& kernel : detail::lane_kernels())
-      EXPECT_EQ(blocks(kernel, c), narrow) << kernel.width;
+    const LaneKernel& narrow = detail::lane_kernels().front();
+    const auto springs = blocks(narrow, c.mesh.springs, c);
+    const auto hinges = blocks(narrow, c.mesh.hinges, c);
+    for (const LaneKernel& kernel : detail::lane_kernels()) {
+      EXPECT_EQ(blocks(kernel, c.mesh.springs, c), springs) << kernel.width;
+      EXPECT_EQ(blocks(kernel, c.mesh.hinges, c), hinges) << kernel.width;
+    }
   }
+}
+
+/// Pᵀ A P of a random matrix with some held particles, by one kernel.
+std::vector<Mat3> product(const LaneKernel& kernel, const BlockMatrix& a,
+                          std::span<const char> free) {
+  const detail::Prolongation p = detail::make_prolongation(a.row_begin(), a.columns());
+  detail::GalerkinProduct galerkin;
+  detail::BlockRows coarse;
+  galerkin.set_pattern(a.row_begin(), a.columns(), p, coarse);
+  galerkin.compute(a.values(), p, free, coarse, kernel);
+  return coarse.value;
+}
+
+TEST(LaneForces, HaveTheSameCoarseProductForEveryWidth) {
+  const Cloth c(true);
+  std::vector<Edge> links;
+  for (const Spring& s : c.mesh.springs) links.push_back({s.a, s.b});
+  BlockMatrix a(c.x.size(), links);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> any(-1.0, 1.0);
+  for (Mat3& block : a.values()) block = Mat3::NullaryExpr([&] { return any(random); });
+  std::vector<char> free(c.x.size(), 1);
+  for (std::size_t i = 0; i < free.size(); i += 7) free[i] = 0;
+  const auto narrow = product(detail::lane_kernels().front(), a, free);
+  for (const LaneKernel& kernel : detail::lane_kernels())
+    EXPECT_EQ(product(kernel, a, free), narrow) << kernel.width;
+
+  // Pᵀ A P by its definition.
+  const detail::Prolongation p = detail::make_prolongation(a.row_begin(), a.columns());
+  const auto parents = static_cast<Eigen::Index>(p.parents());
+  Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(3 * parents, 3 * parents), same = dense;
+  double largest = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    for (std::int32_t k = a.row_begin()[i]; k < a.row_begin()[i + 1]; ++k) {
+      const std::int32_t j = a.columns()[k];
+      if (!free[i] || !free[j]) continue;
+      for (std::int32_t e = p.begin[i]; e < p.begin[i + 1]; ++e)
+        for (std::int32_t f = p.begin[j]; f < p.begin[j + 1]; ++f)
+          dense.block<3, 3>(3 * p.parent[e], 3 * p.parent[f]) +=
+              p.weight[e] * p.weight[f] * a.values()[k];
+    }
+  detail::GalerkinProduct galerkin;
+  detail::BlockRows coarse;
+  galerkin.set_pattern(a.row_begin(), a.columns(), p, coarse);
+  for (std::size_t r = 0; r < coarse.size(); ++r)
+    for (std::int32_t k = coarse.begin[r]; k < coarse.begin[r + 1]; ++k) {
+      same.block<3, 3>(3 * static_cast<Eigen::Index>(r), 3 * coarse.column[k]) = narrow[k];
+      largest = std::max(largest, narrow[k].norm());
+    }
+  EXPECT_LT((dense - same).cwiseAbs().maxCoeff(), 1e-13 * largest);
 }
 
 /// Hinges whose moments are a matrix times their turns, each coupled with up to three others, and a

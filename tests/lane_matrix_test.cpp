@@ -271,7 +271,7 @@ TEST(LaneMatrix, TheCoarseMatrixIsTheProductOfTheLevels) {
   BlockRows coarse;
   GalerkinProduct product;
   product.set_pattern(a.row_begin(), a.columns(), p, coarse);
-  product.compute(a.row_begin(), a.columns(), a.values(), p, free, coarse);
+  product.compute(a.values(), p, free, coarse);
   const auto n = static_cast<Eigen::Index>(a.size()), m = static_cast<Eigen::Index>(p.parents());
   Eigen::MatrixXd weight = Eigen::MatrixXd::Zero(n, m), expected(3 * m, 3 * m);
   for (Eigen::Index i = 0; i < n; ++i)

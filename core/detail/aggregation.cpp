@@ -7,12 +7,10 @@
 namespace selvedge::detail {
 namespace {
 
-constexpr std::size_t kRowGrain = 1024, kCoarseGrain = 128;
+constexpr std::size_t kSumGrain = 1024;
 // Fraction of a child's weight that goes to the aggregates of its neighbours: a damped Jacobi step
 // of 2/3 on the graph Laplacian.
 constexpr double kSmoothing = 2.0 / 3.0;
-
-bool held(std::span<const char> free, std::int32_t i) { return !free.empty() && !free[i]; }
 
 /// Greedy aggregation: a node whose neighbours are all unassigned forms an aggregate with them;
 /// each remaining node joins the aggregate of its last neighbour that has one. Returns the
@@ -52,25 +50,6 @@ void find_children(std::int32_t parents, Prolongation& p) {
       p.child[at] = static_cast<std::int32_t>(i);
       p.child_entry[at] = k;
     }
-}
-
-Block4 in_single_precision(const Mat3& block) {
-  Block4 out{};
-  for (int c = 0; c < 3; ++c)
-    for (int r = 0; r < 3; ++r) out.at[4 * c + r] = static_cast<float>(block(r, c));
-  return out;
-}
-
-Mat3 in_double_precision(const Block4& block) {
-  Mat3 out;
-  for (int c = 0; c < 3; ++c)
-    for (int r = 0; r < 3; ++r) out(r, c) = block.at[4 * c + r];
-  return out;
-}
-
-void add_weighted(double weight, const Block4& block, Block4& sum) {
-  const auto w = static_cast<float>(weight);
-  for (int e = 0; e < 12; ++e) sum.at[e] += w * block.at[e];
 }
 
 /// Collects the distinct columns of a row and numbers them in ascending order from `first`.
@@ -130,94 +109,93 @@ Prolongation make_prolongation(std::span<const std::int32_t> begin,
   return p;
 }
 
+void GalerkinProduct::Sums::add(std::span<const Product> products, std::size_t last) {
+  const std::size_t first = size(), before = source.size();
+  begin.resize(last + 1, 0);
+  for (const Product& q : products) ++begin[static_cast<std::size_t>(q.target) + 1];
+  for (std::size_t b = first; b < last; ++b) begin[b + 1] += begin[b];
+  source.resize(before + products.size());
+  weight_of.resize(before + products.size());
+  for (const Product& q : products) {
+    const std::uint32_t at = begin[q.target]++;  // where the next product of this block goes
+    source[at] = q.source;
+    weight_of[at] = q.weight_of;
+  }
+  for (std::size_t b = last; b > first; --b) begin[b] = begin[b - 1];
+  begin[first] = static_cast<std::uint32_t>(before);
+}
+
 void GalerkinProduct::set_pattern(std::span<const std::int32_t> begin,
                                   std::span<const std::int32_t> column, const Prolongation& p,
                                   BlockRows& coarse) {
   RowPattern row(p.parents());
+  std::vector<Product> all;  // of one row
   half_begin_.assign(1, 0);
   for (std::size_t i = 0; i + 1 < begin.size(); ++i) {
     const auto products = [&](auto&& body) {
       for (std::int32_t k = begin[i]; k < begin[i + 1]; ++k)
-        for (std::int32_t e = p.begin[column[k]]; e < p.begin[column[k] + 1]; ++e)
-          body(p.parent[e]);
+        for (std::int32_t e = p.begin[column[k]]; e < p.begin[column[k] + 1]; ++e) body(k, e);
     };
-    products([&](std::int32_t b) { row.add(b); });
+    products([&](std::int32_t, std::int32_t e) { row.add(p.parent[e]); });
     row.number(half_begin_.back());
-    half_slot_begin_.push_back(half_slot_.size());
-    products([&](std::int32_t b) { half_slot_.push_back(row.place(b)); });
+    all.clear();
+    products([&](std::int32_t k, std::int32_t e) {
+      all.push_back(
+          {row.place(p.parent[e]), static_cast<std::uint32_t>(k), static_cast<std::uint32_t>(e)});
+    });
     half_column_.insert(half_column_.end(), row.columns().begin(), row.columns().end());
     half_begin_.push_back(static_cast<std::int32_t>(half_column_.size()));
+    half_sums_.add(all, half_column_.size());
     row.clear();
   }
-  half_.assign(half_column_.size(), Block4{});
+  half_.assign(half_column_.size(), Mat3::Zero());
   set_coarse_pattern(p, coarse);
 }
 
 void GalerkinProduct::set_coarse_pattern(const Prolongation& p, BlockRows& coarse) {
   RowPattern row(p.parents());
+  std::vector<Product> all;  // of one row
   coarse.begin.assign(1, 0);
   for (std::size_t a = 0; a < p.parents(); ++a) {
     const auto products = [&](auto&& body) {
       for (std::int32_t c = p.child_begin[a]; c < p.child_begin[a + 1]; ++c)
         for (std::int32_t q = half_begin_[p.child[c]]; q < half_begin_[p.child[c] + 1]; ++q)
-          body(half_column_[q]);
+          body(q, p.child_entry[c]);
     };
-    products([&](std::int32_t b) { row.add(b); });
+    products([&](std::int32_t q, std::int32_t) { row.add(half_column_[q]); });
     row.number(coarse.begin.back());
-    coarse_slot_begin_.push_back(coarse_slot_.size());
-    products([&](std::int32_t b) { coarse_slot_.push_back(row.place(b)); });
+    all.clear();
+    products([&](std::int32_t q, std::int32_t e) {
+      all.push_back({row.place(half_column_[q]), static_cast<std::uint32_t>(q),
+                     static_cast<std::uint32_t>(e)});
+    });
     coarse.diagonal.push_back(row.place(static_cast<std::int32_t>(a)));
     coarse.column.insert(coarse.column.end(), row.columns().begin(), row.columns().end());
     coarse.begin.push_back(static_cast<std::int32_t>(coarse.column.size()));
+    coarse_sums_.add(all, coarse.column.size());
     row.clear();
   }
   coarse.value.assign(coarse.column.size(), Mat3::Zero());
-  sum_.assign(coarse.column.size(), Block4{});
 }
 
-void GalerkinProduct::compute(std::span<const std::int32_t> begin,
-                              std::span<const std::int32_t> column, std::span<const Mat3> value,
-                              const Prolongation& p, std::span<const char> free,
-                              BlockRows& coarse) {
-  multiply_right(begin, column, value, p, free);
-  multiply_left(p, free, coarse);
+void GalerkinProduct::compute_sums(const Sums& sums, std::span<const double> weight,
+                                   std::span<const Mat3> from, std::span<Mat3> to,
+                                   const LaneKernel& kernel) {
+  if (from.empty()) return;
+  const LaneSums lanes{sums.begin.data(), sums.source.data(), sums.weight_of.data(),
+                       weight.data(),     from[0].data(),     to[0].data()};
+  parallel_for(sums.size(), kSumGrain,
+               [&](std::size_t first, std::size_t last) { kernel.sum_blocks(lanes, first, last); });
 }
 
-void GalerkinProduct::multiply_right(std::span<const std::int32_t> begin,
-                                     std::span<const std::int32_t> column,
-                                     std::span<const Mat3> value, const Prolongation& p,
-                                     std::span<const char> free) {
-  parallel_for(begin.size() - 1, kRowGrain, [&](std::size_t first, std::size_t last) {
-    std::size_t slot = half_slot_begin_[first];
-    for (std::size_t i = first; i < last; ++i) {
-      std::fill(half_.begin() + half_begin_[i], half_.begin() + half_begin_[i + 1], Block4{});
-      for (std::int32_t k = begin[i]; k < begin[i + 1]; ++k) {
-        const std::int32_t j = column[k];
-        const bool skip = held(free, j);
-        const Block4 block = in_single_precision(value[k]);
-        for (std::int32_t e = p.begin[j]; e < p.begin[j + 1]; ++e, ++slot)
-          if (!skip) add_weighted(p.weight[e], block, half_[half_slot_[slot]]);
-      }
-    }
-  });
-}
-
-void GalerkinProduct::multiply_left(const Prolongation& p, std::span<const char> free,
-                                    BlockRows& coarse) {
-  parallel_for(p.parents(), kCoarseGrain, [&](std::size_t first, std::size_t last) {
-    std::size_t slot = coarse_slot_begin_[first];
-    for (std::size_t a = first; a < last; ++a) {
-      std::fill(sum_.begin() + coarse.begin[a], sum_.begin() + coarse.begin[a + 1], Block4{});
-      for (std::int32_t c = p.child_begin[a]; c < p.child_begin[a + 1]; ++c) {
-        const std::int32_t i = p.child[c];
-        const double w = held(free, i) ? 0.0 : p.weight[p.child_entry[c]];
-        for (std::int32_t q = half_begin_[i]; q < half_begin_[i + 1]; ++q, ++slot)
-          add_weighted(w, half_[q], sum_[coarse_slot_[slot]]);
-      }
-      for (std::int32_t q = coarse.begin[a]; q < coarse.begin[a + 1]; ++q)
-        coarse.value[q] = in_double_precision(sum_[q]);
-    }
-  });
+void GalerkinProduct::compute(std::span<const Mat3> value, const Prolongation& p,
+                              std::span<const char> free, BlockRows& coarse,
+                              const LaneKernel& kernel) {
+  weight_ = p.weight;
+  for (std::size_t i = 0; i < free.size(); ++i)
+    if (!free[i]) std::fill(weight_.begin() + p.begin[i], weight_.begin() + p.begin[i + 1], 0.0);
+  compute_sums(half_sums_, weight_, value, half_, kernel);
+  compute_sums(coarse_sums_, weight_, half_, coarse.value, kernel);
 }
 
 }  // namespace selvedge::detail

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <selvedge/core/detail/lane_forces.h>
 #include <selvedge/core/types.h>
 
 #include <span>
@@ -27,34 +28,40 @@ struct Prolongation {
 Prolongation make_prolongation(std::span<const std::int32_t> begin,
                                std::span<const std::int32_t> column);
 
-/// A 3×3 block in single precision; its columns are padded to four numbers for vector units.
-struct alignas(16) Block4 {
-  float at[12];
-};
-
-/// The Galerkin product Pᵀ A P with precomputed patterns: first A P by fine rows, then Pᵀ (A P) by
-/// coarse rows, in single precision. Every sum has a fixed order.
+/// The Galerkin product Pᵀ A P with precomputed patterns: first A P, then Pᵀ (A P). Every sum has a
+/// fixed order.
 class GalerkinProduct {
  public:
   /// Computes the patterns and sets the pattern of `coarse`.
   void set_pattern(std::span<const std::int32_t> begin, std::span<const std::int32_t> column,
                    const Prolongation& p, BlockRows& coarse);
-  /// coarse = Pᵀ A P, without the rows and columns of held children.
-  void compute(std::span<const std::int32_t> begin, std::span<const std::int32_t> column,
-               std::span<const Mat3> value, const Prolongation& p, std::span<const char> free,
-               BlockRows& coarse);
+  /// coarse = Pᵀ A P, without the rows and columns of held children. An empty `free` means that
+  /// none is held.
+  void compute(std::span<const Mat3> value, const Prolongation& p, std::span<const char> free,
+               BlockRows& coarse, const LaneKernel& kernel = lane_kernel());
 
  private:
+  /// A product, and the block to which it is added.
+  struct Product {
+    std::int32_t target;
+    std::uint32_t source, weight_of;
+  };
+  /// The products of which each block is the sum: block `source` times weight `weight_of`.
+  struct Sums {
+    std::vector<std::uint32_t> begin{0}, source, weight_of;
+    std::size_t size() const { return begin.size() - 1; }
+    /// Appends the blocks up to `last` from their products, which keep their order.
+    void add(std::span<const Product> products, std::size_t last);
+  };
+  static void compute_sums(const Sums& sums, std::span<const double> weight,
+                           std::span<const Mat3> from, std::span<Mat3> to,
+                           const LaneKernel& kernel);
   void set_coarse_pattern(const Prolongation& p, BlockRows& coarse);
-  void multiply_right(std::span<const std::int32_t> begin, std::span<const std::int32_t> column,
-                      std::span<const Mat3> value, const Prolongation& p,
-                      std::span<const char> free);
-  void multiply_left(const Prolongation& p, std::span<const char> free, BlockRows& coarse);
 
   std::vector<std::int32_t> half_begin_, half_column_;  // pattern of A P
-  std::vector<Block4> half_, sum_;                      // A P, and the coarse blocks
-  std::vector<std::int32_t> half_slot_, coarse_slot_;   // target of each product
-  std::vector<std::size_t> half_slot_begin_, coarse_slot_begin_;
+  std::vector<Mat3> half_;                              // A P
+  Sums half_sums_, coarse_sums_;
+  std::vector<double> weight_;  // of P; 0 for held children
 };
 
 }  // namespace selvedge::detail

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <selvedge/core/detail/block_elements.h>
 #include <selvedge/core/detail/lane_groups.h>
 #include <selvedge/core/force.h>
 
@@ -49,9 +50,35 @@ LaneBlocks lane_blocks(const std::vector<std::array<std::int32_t, count>>& slots
 /// f += forces of the groups [first, last).
 using AddLanes = void (*)(const LaneForce& force, std::size_t first, std::size_t last);
 
-/// blocks += -h ∂f/∂v - h² ∂f/∂x of the groups [first, last), without the indefinite part.
-using AddBlocks = void (*)(const LaneForce& force, const LaneBlocks& blocks, std::size_t first,
-                           std::size_t last);
+/// Numbers per element from which its blocks of the Jacobian follow. A spring: its direction, then
+/// the factors of the block along and across it. A hinge: the gradients of its angle at the four
+/// corners, then the factor of their products.
+inline constexpr std::size_t kSpringParts = 5, kHingeParts = 13;
+
+/// Computes these numbers for the groups [first, last). `parts` begins with those of element 0; the
+/// blocks are -h ∂f/∂v - h² ∂f/∂x without the indefinite part.
+using ElementParts = void (*)(const LaneForce& force, double h, double* parts, std::size_t first,
+                              std::size_t last);
+
+/// A Jacobian: a view of BlockElements, of the numbers of the elements, and of the blocks, 9
+/// doubles each, column-major.
+struct LaneJacobian {
+  const std::uint32_t* begin;
+  const std::int32_t* slot;
+  const std::uint32_t* entry;
+  const double* parts;
+  double* values;
+};
+
+inline LaneJacobian lane_jacobian(const BlockElements& blocks, const std::vector<double>& parts,
+                                  BlockMatrix& a) {
+  static_assert(sizeof(Mat3) == 9 * sizeof(double));
+  return {blocks.begin.data(), blocks.slot.data(), blocks.entry.data(), parts.data(),
+          blocks.size() > 0 ? a.values()[0].data() : nullptr};
+}
+
+/// Adds the blocks of the elements, for the entries [first, last) of BlockElements::slot.
+using AddBlocks = void (*)(const LaneJacobian& jacobian, std::size_t first, std::size_t last);
 
 /// The hinges of a triangle and the couplings between them that enter the Jacobian. The corners of
 /// a hinge are the three vertices of the triangle and one vertex beyond.
@@ -82,12 +109,21 @@ inline constexpr std::size_t kLaneGradient = 9 * kGroupLanes, kLaneGradientMore 
 using PlateLanes = void (*)(const LaneForce& force, const LanePlate& plate, std::size_t first,
                             std::size_t last);
 
-/// The most frequently evaluated forces, for one vector width.
+/// Weighted sums of 3×3 blocks, 9 doubles each: to[b] is the sum of weight[weight_of[c]]
+/// from[source[c]] for begin[b] <= c < begin[b+1].
+struct LaneSums {
+  const std::uint32_t *begin, *source, *weight_of;
+  const double *weight, *from;
+  double* to;
+};
+
+/// The most frequently evaluated forces and the sums over their Jacobians, for one vector width.
 struct LaneKernel {
-  int width = 0;             ///< doubles per vector; 0: not supported by this machine
-  AddLanes hooke = nullptr;  ///< numbers: rest length, stiffness, damping
-  AddBlocks hinge_blocks = nullptr;
+  int width = 0;              ///< doubles per vector; 0: not supported by this machine
+  AddLanes hooke = nullptr;   ///< numbers: rest length, stiffness, damping
   AddLanes hinges = nullptr;  ///< numbers: rest angle in [-π, π], stiffness, damping
+  ElementParts spring_parts = nullptr, hinge_parts = nullptr;
+  AddBlocks spring_blocks = nullptr, hinge_blocks = nullptr;
   /// θ[l] = atan2(y[l], x[l]) for `kGroupLanes` numbers, with an absolute error of 4e-16.
   void (*angle)(const double* y, const double* x, double* theta) = nullptr;
   /// turn[kGroupLanes·(g - first) + l] = θ - θ0 of the hinges; 0 if a triangle has no area.
@@ -101,6 +137,8 @@ struct LaneKernel {
   /// vertices of the triangle, then the vertex beyond each hinge.
   void (*patch_blocks)(const LanePlate& plate, const LaneBlocks& blocks, std::size_t first,
                        std::size_t last) = nullptr;
+  /// For the blocks [first, last) of `to`.
+  void (*sum_blocks)(const LaneSums& sums, std::size_t first, std::size_t last) = nullptr;
 };
 
 /// The kernels that this machine supports, narrowest first. All are bit-identical: they perform the

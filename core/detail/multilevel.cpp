@@ -62,8 +62,8 @@ void Multilevel::set_matrix(const BlockMatrix& a, std::span<const char> free) {
     Level& level = levels_[l];
     if (l > 0) {
       Level& finer = levels_[l - 1];
-      finer.product.compute(finer.begin, finer.column, finer.value, finer.p,
-                            l == 1 ? free : std::span<const char>{}, level.own);
+      finer.product.compute(finer.value, finer.p, l == 1 ? free : std::span<const char>{},
+                            level.own);
       for (const std::int32_t d : level.diagonal)
         if (!(level.own.value[d].trace() > 0.0)) level.own.value[d].setIdentity();  // all held
     }

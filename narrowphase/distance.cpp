@@ -264,26 +264,30 @@ using narrowphase_detail::PairVertices;
 /// Whether the lines of two edges, and so the edges, are more than `reach` apart: the distance of
 /// the lines is |n·w| / |n| with the normal n = u × v and w from one edge to the other. n rounds by
 /// less than 8 units of |u| |v|, n·w by less than 16 of |u| |v| |w|, and the distance that
-/// edge_edge_closest computes by less than 8 of |u| + |v| + |w|, times |n| <= |u| |v|.
-bool lines_apart(const std::array<Vec3, 4>& x, double reach) {
+/// edge_edge_closest computes by less than 8 of |u| + |v| + |w|, times |n| <= |u| |v|. Proves
+/// nothing where squares could underflow.
+bool lines_apart(const SurfaceView& a, const SurfaceView& b, const PairVertices& pair,
+                 double reach) {
+  constexpr double kSmallestSquare = 1e-200;  // m⁴
   constexpr double kReserve = 1.0 + 32.0 * kHalfUlp, kOfProducts = 32.0 * kHalfUlp;
-  const Vec3 u = x[1] - x[0], v = x[3] - x[2], w = x[2] - x[0];
+  const Vec3 &a0 = a.x_t0[pair.vertex[0]], &b0 = b.x_t0[pair.vertex[2]];
+  const Vec3 u = a.x_t0[pair.vertex[1]] - a0, v = b.x_t0[pair.vertex[3]] - b0, w = b0 - a0;
   const Vec3 n = u.cross(v);
+  if (!(n.squaredNorm() > kSmallestSquare)) return false;
   const double length_u = u.norm(), length_v = v.norm();
   const double rounding =
       kOfProducts * length_u * length_v * (length_u + length_v + w.norm() + reach);
   return std::abs(n.dot(w)) > kReserve * (reach * n.norm() + rounding);
 }
 
-bool proximity_of(const Query& q, const PairVertices& pair, double reach, double reach_at_start,
-                  Contact& contact) {
-  if (q.kind == ContactKind::edge_edge && lines_apart(q.x_t0, reach_at_start)) return false;
+void append_proximity(const Query& q, const PairVertices& pair, double reach, double reach_at_start,
+                      std::vector<Contact>& out) {
   const ClosestPoints near = narrowphase_detail::closest_points(q.kind, q.x_t0);
-  if (near.distance >= reach_at_start) return false;
+  if (near.distance >= reach_at_start) return;
   const Vec3 move = narrowphase_detail::weighted_difference(near.weight, q.x_t1) -
                     narrowphase_detail::weighted_difference(near.weight, q.x_t0);
   // No direction brings them closer than the whole displacement does.
-  if (near.distance > (reach + move.norm()) * (1.0 + 32.0 * kHalfUlp)) return false;
+  if (near.distance > (reach + move.norm()) * (1.0 + 32.0 * kHalfUlp)) return;
   double largest = 0.0;
   for (const Vec3& v : q.x_t0) largest = std::max(largest, v.cwiseAbs().maxCoeff());
   Vec3 n;
@@ -294,9 +298,8 @@ bool proximity_of(const Query& q, const PairVertices& pair, double reach, double
     const double along = near.separation.dot(n);
     if (along < 0.0 || (along == 0.0 && move.dot(n) > 0.0)) n = -n;
   }
-  if (!(near.distance + std::min(0.0, move.dot(n)) < reach)) return false;
-  contact = {pair.kind, pair.vertex, near.weight, n, 0.0, near.distance};
-  return true;
+  if (!(near.distance + std::min(0.0, move.dot(n)) < reach)) return;
+  out.push_back({pair.kind, pair.vertex, near.weight, n, 0.0, near.distance});
 }
 
 }  // namespace
@@ -309,13 +312,13 @@ void find_proximities(const SurfaceView& a, const SurfaceView& b, const Candidat
   std::vector<std::vector<Contact>> found((n + kGrain - 1) / kGrain);
   parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
     std::vector<Contact>& mine = found[begin / kGrain];
-    Contact contact;
     for (std::size_t i = begin; i < end; ++i) {
       const PairVertices pair = narrowphase_detail::pair_at(a, b, pairs, i);
+      const bool edges = pair.kind == ContactKind::edge_edge;
       const double at_start = pair.kind == ContactKind::point_triangle ? kAny : secondary_reach;
-      if (!paths.far_apart(pair, reach, at_start) &&
-          proximity_of(narrowphase_detail::query_of(a, b, pair), pair, reach, at_start, contact))
-        mine.push_back(contact);
+      if (paths.far_apart(pair, reach, at_start) || (edges && lines_apart(a, b, pair, at_start)))
+        continue;
+      append_proximity(narrowphase_detail::query_of(a, b, pair), pair, reach, at_start, mine);
     }
   });
   out.clear();

@@ -525,6 +525,22 @@ TEST(FindProximities, FloatsLoseNoPairAtTheEdgeOfItsReach) {
   }
 }
 
+TEST(FindProximities, TinyAndHugePairsAreNear) {
+  for (const double scale : {1e-300, 1e-160, 1e-100, 1e-80, 1e-20, 1e20, 1e100}) {
+    Surface a, b;
+    a.x_t0 = {Vec3(-1, 0, 0.01) * scale, Vec3(2, 0, 0.01) * scale};
+    b.x_t0 = {Vec3(0, -1, 0) * scale, Vec3(0, 3, 0) * scale};
+    a.x_t1 = a.x_t0, b.x_t1 = b.x_t0;
+    a.edges = b.edges = {{0, 1}};
+    CandidatePairs pairs;
+    pairs.edge_edge = {{0, 0}};
+    std::vector<Contact> contacts;
+    find_proximities(a.view(), b.view(), pairs, std::max(1e-3, scale), contacts,
+                     std::max(1e-3, scale));
+    EXPECT_EQ(contacts.size(), 1u) << scale;
+  }
+}
+
 TEST(FindProximities, EdgesCountToTheLastBitAsTheirDistanceSays) {
   Random r(26);
   int inside = 0;

@@ -20,6 +20,8 @@ constexpr double kRoundingShare = 1e-12;
 // The square of the residual falls by at most this factor before single precision is corrected, and
 // must fall by this factor at least, or double precision takes over.
 constexpr double kMostReduction = 1e-8, kLeastReduction = 0.25;
+// By this factor it may fall in solves that only find contacts before double precision corrects it.
+constexpr double kLooseReduction = 1e-6;
 // How much further it falls where a piece of cloth has not kept its momentum.
 constexpr double kMomentumReduction = 0.1;
 // Square of the error by rounding that is accepted, as a share of that of the residual or target.
@@ -216,7 +218,9 @@ void ImplicitSystem::start(std::span<Vec3> v) {
   if (scaled_in_ == Norm::multilevel) {
     residual(v, r_, Accuracy::any);
     begin_ = end_;
-    return load(r_, lanes_);
+    load(r_, lanes_);
+    largest_ = end_.exact ? lanes_.rz : std::max(largest_, lanes_.rz);
+    return;
   }
   scaled_in_ = Norm::multilevel;
   const double from_outside = squared(applied_, other_);
@@ -238,6 +242,7 @@ void ImplicitSystem::start(std::span<Vec3> v) {
   } else {
     begin_ = end_;
   }
+  largest_ = lanes_.rz;
 }
 
 /// Square of the rounding error of all forces, or 0 if it is below `least`.
@@ -326,9 +331,8 @@ SolveReport ImplicitSystem::refine(std::span<Vec3> v, double tolerance) {
     const double goal =
         before > target ? std::max(target, kMostReduction * before) : kMomentumReduction * before;
     report.iterations += descend(goal, config_.max_iterations - report.iterations);
-    if (!take_correction(v, target, target > final_target) ||
-        !(lanes_.rz < kLeastReduction * before))
-      break;
+    const bool loose = target > final_target && lanes_.rz >= kLooseReduction * largest_;
+    if (!take_correction(v, target, loose) || !(lanes_.rz < kLeastReduction * before)) break;
   }
   report_residual(lanes_.rz, target, report);
   return report;
@@ -395,6 +399,7 @@ bool ImplicitSystem::verify(std::span<const Vec3> v, double target) {
     return sum;
   });
   if (!(drift <= kDrift * std::max(target, lanes_.rz))) load(r_, lanes_);
+  largest_ = lanes_.rz;
   return std::isfinite(drift);
 }
 

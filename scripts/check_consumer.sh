@@ -19,7 +19,9 @@ without() { printf -- '-DCMAKE_DISABLE_FIND_PACKAGE_%s=ON\n' "$@"; }
 configure() {
   local way=$1
   shift
-  scripts/quietly.sh cmake -S tests/consumer -B "$work/$way" "${generator[@]}" -DCMAKE_BUILD_TYPE=Release "$@"
+  # Nothing is measured here, so nothing is optimised.
+  scripts/quietly.sh cmake -S tests/consumer -B "$work/$way" "${generator[@]}" -DCMAKE_BUILD_TYPE=Release \
+    -DCMAKE_CXX_FLAGS_RELEASE=-O0 "$@"
 }
 
 # consume WAY OPTIONS...: configures, builds and runs every program.

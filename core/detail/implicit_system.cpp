@@ -20,7 +20,8 @@ constexpr double kRoundingShare = 1e-12;
 // The square of the residual falls by at most this factor before single precision is corrected, and
 // must fall by this factor at least, or double precision takes over.
 constexpr double kMostReduction = 1e-8, kLeastReduction = 0.25;
-// By this factor it may fall in solves that only find contacts before double precision corrects it.
+// In solves that only find contacts, it may fall by this factor before double precision corrects
+// it.
 constexpr double kLooseReduction = 1e-6;
 // How much further it falls where a piece of cloth has not kept its momentum.
 constexpr double kMomentumReduction = 0.1;
@@ -167,7 +168,7 @@ void ImplicitSystem::residual(std::span<const Vec3> v, std::span<Vec3> out, Accu
     if (!free_[i]) out[i].setZero();
 }
 
-/// Sets end_ to v and A v. Without `exact`, the products that the last solve left serve where they
+/// Sets end_ to v and A v. With Accuracy::any, it reuses the products of the last solve where it
 /// can.
 void ImplicitSystem::find_product(std::span<const Vec3> v, Accuracy accuracy) {
   const bool known = std::equal(end_.v.begin(), end_.v.end(), v.begin(), v.end());

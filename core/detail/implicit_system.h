@@ -117,7 +117,7 @@ class ImplicitSystem {
   BlockJacobi block_jacobi_;
   Norm scaled_in_ = Norm::none;
   double scale_ = 0.0;
-  double largest_ = 0.0;   // r·z since the last residual in double precision
+  double largest_ = 0.0;   // greatest r·z since the last residual in double precision
   std::size_t bytes_ = 0;  // moved in this solve
   Product begin_, end_;    // where the last solve began and ended
   LaneResidual lanes_, other_;

@@ -14,9 +14,9 @@ namespace selvedge::narrowphase_detail {
 
 /// The paths of the vertices of two surfaces in single precision, four numbers per register. A
 /// cheap test rules out most pairs before the test in double precision. Only what it proves is
-/// used, so results do not depend on it. Let M be the largest coordinate. A float differs from its double by
-/// at most M 2^-24, a difference or sum of two floats from the exact one by at most M 2^-22, and a
-/// difference of two such sums by at most M 2^-20: that is the slack.
+/// used, so results do not depend on it. Let M be the largest coordinate. A float differs from its
+/// double by at most M 2^-24, a difference or sum of two floats from the exact one by at most M
+/// 2^-22, and a difference of two such sums by at most M 2^-20: that is the slack.
 class FloatPaths {
  public:
   /// Throws as require_finite. `a` and `b` may be one object.

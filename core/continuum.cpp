@@ -4,7 +4,6 @@
 // under a uniform strain, so it adds k L²/A (c², s², cs)(c², s², cs)ᵀ to C. A link rotates by -c s
 // εx + c s εy + ½ (c² - s²) γ (without the common rotation). The angle of a torsional spring
 // between links of directions u and w changes by the difference of the rotations of its links.
-#include <selvedge/core/detail/small_matrix.h>
 #include <selvedge/core/detail/topology.h>
 #include <selvedge/core/measure.h>
 
@@ -30,9 +29,12 @@ Mat3 matrix(const ContinuumConstants& c) {
   return m;
 }
 
-/// The strain (εx, εy, γ) under a unit stress along x.
+// Strains whose stiffness is below this share of the largest are free.
+constexpr double kRankCut = 1e-14;
+
+/// The strain (εx, εy, γ) under a unit stress along x, the least if a strain is free.
 Vec3 strain_of_pull(const ContinuumConstants& c) {
-  return detail::least_squares(matrix(c), Vec3::UnitX());
+  return pseudo_inverse(matrix(c), kRankCut) * Vec3::UnitX();
 }
 
 double norm(const ContinuumConstants& c) {

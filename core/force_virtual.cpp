@@ -11,13 +11,16 @@
 // The Jacobian of the fixed springs is exact. That of the following springs couples all particles
 // and is omitted; an implicit step treats them explicitly, which is stable below 2 sqrt(m/k).
 #include <selvedge/core/detail/force_checks.h>
-#include <selvedge/core/detail/small_matrix.h>
 #include <selvedge/core/force.h>
 
 #include <Eigen/Geometry>
 
 namespace selvedge {
 namespace {
+
+// Moments of inertia below this share of the largest are rounding errors: no rotation about these
+// axes.
+constexpr double kLeastTurned = 1e-15;
 
 class VirtualSprings final : public Force {
  public:
@@ -97,7 +100,7 @@ class VirtualSprings final : public Force {
       inertia += stiffness_[i] * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
     }
     // If the particles are collinear or coincide, some axis has no rotation and no moment.
-    left.turn = detail::least_squares(inertia, moment);
+    left.turn = pseudo_inverse(inertia, kLeastTurned) * moment;
     return left;
   }
 
@@ -112,7 +115,7 @@ class VirtualSprings final : public Force {
     for (std::size_t i = 0; i < rest_.size(); ++i)
       moments += stiffness_[i] * ((x[i] - pose.origin) - pose.centre) *
                  (rest_[i] - rest_centre_).transpose();
-    pose.rotation = detail::nearest_rotation(moments);
+    pose.rotation = nearest_rotation(moments);
     return pose;
   }
 

@@ -38,4 +38,23 @@ std::vector<double> vertex_areas(std::span<const Vec3> x, std::span<const Triang
 /// that has an index outside [0, n) or a repeated index. `name` starts the message.
 void validate(const TriangleMesh& mesh, const std::string& name);
 
+// Decompositions of small matrices: one source instantiates Eigen's templates for them, which take
+// seconds to compile.
+
+/// Eigenvalues in increasing order, and unit eigenvectors as columns.
+struct SymmetricEigen {
+  Vec3 values;
+  Mat3 vectors;
+  bool converged;
+};
+SymmetricEigen symmetric_eigen(const Mat3& m);
+
+/// The rotation R with the largest trace of Rᵀ m: for m = Σ (x - x̄)(p - p̄)ᵀ the one that best takes
+/// the points p to x [Kabsch1976].
+Mat3 nearest_rotation(const Mat3& m);
+
+/// The pseudoinverse of a symmetric matrix without negative eigenvalues. Eigenvalues up to `cut`
+/// times the largest count as zero.
+Mat3 pseudo_inverse(const Mat3& m, double cut);
+
 }  // namespace selvedge

@@ -5,10 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <regex>
 #include <set>
 #include <sstream>
 #include <string>
@@ -69,12 +69,14 @@ std::string read(const fs::path& file) {
   return text.str();
 }
 
-std::vector<std::string> lines_of(const std::string& text) {
-  std::vector<std::string> lines;
+std::vector<std::string> split(const std::string& text, char mark) {
+  std::vector<std::string> parts;
   std::istringstream in(text);
-  for (std::string line; std::getline(in, line);) lines.push_back(line);
-  return lines;
+  for (std::string part; std::getline(in, part, mark);) parts.push_back(part);
+  return parts;
 }
+
+std::vector<std::string> lines_of(const std::string& text) { return split(text, '\n'); }
 
 bool starts_with(const std::string& text, const std::string& start) {
   return text.compare(0, start.size(), start) == 0;
@@ -208,25 +210,32 @@ std::string code_block(const std::string& text, const std::string& marker) {
 
 /// The rooms of docs/architecture.md with the rooms that each may include.
 std::map<std::string, std::set<std::string>> arrows_of(const std::string& page) {
-  static const std::regex row(R"(\| `(\w+)` \|[^|]*\|([^|]*)\|[^|]*\|)"), name("`(\\w+)`");
   std::map<std::string, std::set<std::string>> arrows;
   for (const std::string& line : lines_of(page)) {
-    std::smatch cells;
-    if (!std::regex_match(line, cells, row)) continue;
-    std::set<std::string>& to = arrows[cells[1].str()];
-    const std::string list = cells[2].str();
-    for (std::sregex_iterator at(list.begin(), list.end(), name), end; at != end; ++at)
-      to.insert((*at)[1].str());
+    const std::vector<std::string> cells = split(line, '|');
+    if (cells.size() != 5) continue;
+    const std::vector<std::string> room = split(cells[1], '`'), list = split(cells[3], '`');
+    if (room.size() != 3 || room[0] != " ") continue;
+    std::set<std::string>& to = arrows[room[1]];
+    for (std::size_t i = 1; i < list.size(); i += 2) to.insert(list[i]);
   }
   return arrows;
 }
 
 /// Keys such as [Provot1995] or [Provot1995, section 4] that a text cites.
 std::set<std::string> cited_keys(const std::string& text) {
-  static const std::regex citation(R"(\[([A-Z][A-Za-z]+(?:19|20)[0-9]{2})\b)");
+  const auto letter = [](char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0; };
+  const auto digit = [](char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; };
   std::set<std::string> keys;
-  for (std::sregex_iterator at(text.begin(), text.end(), citation), end; at != end; ++at) {
-    keys.insert((*at)[1].str());
+  for (auto open = std::find(text.begin(), text.end(), '['); open != text.end();
+       open = std::find(open + 1, text.end(), '[')) {
+    const auto year = std::find_if_not(open + 1, text.end(), letter);
+    const auto end = std::find_if_not(year, text.end(), digit);
+    if (year - open < 3 || end - year != 4 || (end != text.end() && letter(*end))) continue;
+    const std::string key(open + 1, end), century(year, year + 2);
+    if (std::isupper(static_cast<unsigned char>(key[0])) != 0 &&
+        (century == "19" || century == "20"))
+      keys.insert(key);
   }
   return keys;
 }

@@ -17,6 +17,31 @@ JOBS=${JOBS:-$(nproc)}
 rm -rf "$WORK"
 mkdir -p "$WORK"
 
+folder=simulation/detail
+detection=$folder/detection.cpp
+candidates=$folder/candidates.cpp
+near=$folder/contacts.cpp
+clearances=$folder/clearances.cpp
+search=$folder/body_search.cpp
+filter=$folder/contact_filter.cpp
+proofs=$folder/idle_proofs.cpp
+plan=$folder/detection_plan.cpp
+reach=$folder/strain_reach.cpp
+verlet=broadphase/verlet_list.cpp
+floats=narrowphase/detail/float_paths.cpp
+
+# compile OPTIONS... SOURCE -o OBJECT: as the library is compiled.
+compile() {
+  # shellcheck disable=SC2086
+  "$CXX" -std=c++20 -O1 -DNDEBUG -ffp-contract=off $FLAGS -I"$INCLUDE" "$@"
+}
+
+# The headers of all these sources, compiled once: they take two thirds of the time of a mutant.
+for file in $detection $candidates $near $clearances $search $filter $proofs $plan $reach $verlet $floats; do
+  grep '^#include' "$SOURCE/$file"
+done | sort -u >"$WORK/headers.h"
+compile -x c++-header "$WORK/headers.h" -o "$WORK/headers.h.gch" || exit 1
+
 # build FOLDER SOURCE TEST: links the source, compiled apart, with the objects of a test. The library's objects hold
 # several sources each. Of two definitions the linker takes the first, and position-independent code calls it
 # everywhere.
@@ -29,7 +54,7 @@ build() {
     verlet_list) objects=$VERLET_LIST ;;
   esac
   # shellcheck disable=SC2086
-  "$CXX" -std=c++20 -O1 -DNDEBUG -ffp-contract=off $FLAGS -I"$INCLUDE" -c "$2" -o "$1/source.o" &&
+  compile -include "$WORK/headers.h" -c "$2" -o "$1/source.o" &&
     "$CXX" $FLAGS "$1/source.o" $objects -Wl,-z,muldefs -Wl,--start-group $LIBRARIES -Wl,--end-group -o "$1/trial"
 }
 
@@ -75,19 +100,6 @@ try() {
   "$@" &
   running=$((running + 1))
 }
-
-folder=simulation/detail
-detection=$folder/detection.cpp
-candidates=$folder/candidates.cpp
-near=$folder/contacts.cpp
-clearances=$folder/clearances.cpp
-search=$folder/body_search.cpp
-filter=$folder/contact_filter.cpp
-proofs=$folder/idle_proofs.cpp
-plan=$folder/detection_plan.cpp
-reach=$folder/strain_reach.cpp
-verlet=broadphase/verlet_list.cpp
-floats=narrowphase/detail/float_paths.cpp
 
 boxes='*Composer.FindsWhat*/bvh_aabb'
 culled='*Composer.FindsWhat*/bvh_kdop18:*Composer.FindsWhat*/bvh_obb'

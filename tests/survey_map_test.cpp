@@ -10,7 +10,6 @@
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <regex>
 #include <set>
 #include <sstream>
 #include <string>
@@ -52,10 +51,11 @@ std::vector<std::vector<std::string>> rows_of(const std::string& page) {
 }
 
 std::vector<std::string> in_backticks(const std::string& cell) {
-  const std::regex quoted("`([^`]+)`");
   std::vector<std::string> found;
-  for (std::sregex_iterator m(cell.begin(), cell.end(), quoted), end; m != end; ++m)
-    found.push_back((*m)[1]);
+  std::istringstream in(cell);
+  std::string text;
+  for (bool quoted = false; std::getline(in, text, '`'); quoted = !quoted)
+    if (quoted) found.push_back(text);
   return found;
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/detail/limb_search.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -315,9 +314,9 @@ Vec3 longest_axis(const SurfaceView& surface, std::span<const std::int32_t> vert
     const Vec3 y = scaled(surface.x_t0[v]) - mean;
     spread += y * y.transpose();
   }
-  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(spread);
-  const Vec3 axis = eigen.eigenvectors().col(2);
-  return eigen.info() == Eigen::Success && axis.allFinite() ? axis : Vec3::UnitX();
+  const SymmetricEigen eigen = symmetric_eigen(spread);
+  const Vec3 axis = eigen.vectors.col(2);
+  return eigen.converged && axis.allFinite() ? axis : Vec3::UnitX();
 }
 
 }  // namespace selvedge::detail

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/detail/obb.h>
 
-#include <Eigen/Eigenvalues>
-
 namespace selvedge::detail {
 namespace {
 
@@ -23,8 +21,7 @@ float rounded_up(double value) {
 Mat3 principal_axes(const Moments& moments, const Vec3& mean) {
   const Mat3 covariance = moments.products / moments.count - mean * mean.transpose();
   if (!covariance.allFinite()) return Mat3::Identity();
-  const Eigen::SelfAdjointEigenSolver<Mat3> solver(covariance);
-  const Mat3 axes = solver.eigenvectors().transpose();
+  const Mat3 axes = symmetric_eigen(covariance).vectors.transpose();
   const bool orthonormal = (axes * axes.transpose() - Mat3::Identity()).cwiseAbs().maxCoeff() <
                            0x1p-30;  // otherwise the solver has failed; any axes are valid
   return orthonormal ? axes : Mat3::Identity();

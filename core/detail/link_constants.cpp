@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/detail/force_checks.h>
 #include <selvedge/core/detail/link_constants.h>
-#include <selvedge/core/detail/small_matrix.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>

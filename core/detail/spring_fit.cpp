@@ -2,7 +2,6 @@
 //
 // The spring stiffnesses on the sides of a triangle that are nearest to a sheet's constants; used
 // by topology_plate.cpp and, for warp and weft, by add_edge_springs.
-#include <selvedge/core/detail/small_matrix.h>
 #include <selvedge/core/detail/topology.h>
 
 #include <Eigen/Geometry>
@@ -21,6 +20,9 @@ Vec6 weighed(const ContinuumConstants& c) {
   return v;
 }
 
+// Eigenvalues of the normal equations below this share of the largest count as zero.
+constexpr double kLeastNormal = 1e-15;
+
 /// The x >= 0 that minimises |m x - y|: the best solution over the eight sets of positive
 /// components.
 Vec3 positive_least_squares(const Eigen::Matrix<double, 6, 3>& m, const Vec6& y) {
@@ -31,7 +33,9 @@ Vec3 positive_least_squares(const Eigen::Matrix<double, 6, 3>& m, const Vec6& y)
     Eigen::Matrix<double, 6, 3> part = m;
     for (int k = 0; k < 3; ++k)
       if (!(set >> k & 1U)) part.col(k).setZero();
-    const Vec3 x = least_squares(part, y);
+    const Mat3 inverse = pseudo_inverse(part.transpose() * part, kLeastNormal);
+    Vec3 x = inverse * (part.transpose() * y);
+    x += inverse * (part.transpose() * (y - part * x));  // normal equations square the condition
     const double left = (part * x - y).squaredNorm();
     if (x.minCoeff() < 0.0 || left >= least) continue;
     least = left;

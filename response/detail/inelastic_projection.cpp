@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/response/detail/inelastic_projection.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -23,13 +23,7 @@ Mat3 inverse_inertia(std::span<const std::int32_t> particles, std::span<const do
     const Vec3 r = x[i] - centre;
     inertia += mass[i] * (r.squaredNorm() * Mat3::Identity() - r * r.transpose());
   }
-  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(inertia);
-  Mat3 inverse = Mat3::Zero();
-  for (int k = 0; k < 3; ++k)
-    if (eigen.eigenvalues()[k] > kLeastInertia * eigen.eigenvalues()[2])
-      inverse += eigen.eigenvectors().col(k) * eigen.eigenvectors().col(k).transpose() /
-                 eigen.eigenvalues()[k];
-  return inverse;
+  return pseudo_inverse(inertia, kLeastInertia);
 }
 
 Mat3 frame_of(const Vec3& n) {

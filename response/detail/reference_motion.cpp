@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/response/detail/reference_motion.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cstdio>
 #include <limits>
@@ -48,13 +48,7 @@ ReferenceMotion momentum_motion(std::span<const std::int32_t> particles,
     inertia += mass[i] * (r.squaredNorm() * Mat3::Identity() - r * r.transpose());
     momentum += mass[i] * r.cross(x_t1[i] - x_t0[i] - motion.shift);
   }
-  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(inertia);
-  Vec3 spin = Vec3::Zero();
-  for (int k = 0; k < 3; ++k)
-    if (eigen.eigenvalues()[k] > kInertiaCut * eigen.eigenvalues()[2])
-      spin += eigen.eigenvectors().col(k) * eigen.eigenvectors().col(k).dot(momentum) /
-              eigen.eigenvalues()[k];
-  motion.turn = cross_matrix(spin);
+  motion.turn = cross_matrix(pseudo_inverse(inertia, kInertiaCut) * momentum);
   return motion;
 }
 
@@ -78,10 +72,7 @@ ReferenceMotion anchor_motion(std::span<const std::int32_t> anchors, std::span<c
   Mat3 covariance = Mat3::Zero();
   for (const std::int32_t i : anchors)
     covariance += (x_t1[i] - end) * (x_t0[i] - motion.centre).transpose();
-  const Eigen::JacobiSVD<Mat3> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Mat3 flip = Mat3::Identity();
-  if ((svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0) flip(2, 2) = -1.0;
-  motion.turn = svd.matrixU() * flip * svd.matrixV().transpose() - Mat3::Identity();
+  motion.turn = nearest_rotation(covariance) - Mat3::Identity();
   double error = 0.0, extent = 0.0;
   for (const std::int32_t i : anchors) {
     error = std::max(error, (x_t0[i] + motion.displacement(x_t0[i]) - x_t1[i]).norm());

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/detail/small_matrix.h>
+#include <selvedge/core/types.h>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
-#include <Eigen/QR>
 #include <Eigen/SVD>
 
-namespace selvedge::detail {
+namespace selvedge {
 
 SymmetricEigen symmetric_eigen(const Mat3& m) {
   const Eigen::SelfAdjointEigenSolver<Mat3> solver(m);
@@ -21,12 +20,13 @@ Mat3 nearest_rotation(const Mat3& m) {
   return svd.matrixU() * sign * svd.matrixV().transpose();
 }
 
-Vec3 least_squares(const Mat3& m, const Vec3& b) {
-  return m.completeOrthogonalDecomposition().solve(b);
+Mat3 pseudo_inverse(const Mat3& m, double cut) {
+  const SymmetricEigen eigen = symmetric_eigen(m);
+  Mat3 inverse = Mat3::Zero();
+  for (int k = 0; k < 3; ++k)
+    if (eigen.values[k] > cut * eigen.values[2])
+      inverse += eigen.vectors.col(k) * eigen.vectors.col(k).transpose() / eigen.values[k];
+  return inverse;
 }
 
-Vec3 least_squares(const Eigen::Matrix<double, 6, 3>& m, const Eigen::Matrix<double, 6, 1>& b) {
-  return m.completeOrthogonalDecomposition().solve(b);
-}
-
-}  // namespace selvedge::detail
+}  // namespace selvedge

@@ -145,6 +145,17 @@ void compare_narrow_phases(const DetectionCase& c, const MethodChoice& choice,
     });
 }
 
+Json to_json(const std::optional<ParticleScore>& s) {
+  if (!s) return nullptr;
+  return {{"reach_m", s->reach},
+          {"touching", s->touching},
+          {"missed", s->missed},
+          {"false_alarms", s->false_alarms},
+          {"max_depth_error_m", s->max_depth_error},
+          {"mean_depth_error_m", s->mean_depth_error},
+          {"max_normal_error_deg", s->max_normal_error}};
+}
+
 Json to_json(const std::string& name, const DetectorScore& s) {
   return {{"broad_phase", name},
           {"threads", thread_count()},
@@ -160,6 +171,7 @@ Json to_json(const std::string& name, const DetectorScore& s) {
           {"boxes_missed", s.boxes_missed},
           {"beyond_boxes", s.beyond_boxes},
           {"peak_bytes", s.peak_bytes},
+          {"particles", to_json(s.particles)},
           {"failure", s.failure}};
 }
 
@@ -199,6 +211,14 @@ void print_detectors(const DetectorResults& r) {
     fmt::print("{:<24}{:>11.3f}{:>11.3f}{:>11.3f}{:>13}{:>13}{:>9}{:>9.4f}{:>10.1f}\n", name,
                s.build_ms, s.refit_ms, s.query_ms, s.point_triangle, s.edge_edge, s.missed,
                s.recall, static_cast<double>(s.peak_bytes) / megabyte);
+  for (const auto& [name, s] : r.detectors)
+    if (const auto& p = s.particles)
+      fmt::print(
+          "{}: {} particles end inside or nearer than {:.3g} m; {} missed, {} false;\n"
+          "  distance off by {:.2e} m at most, {:.2e} m in the mean; normal by {:.1f} degrees at "
+          "most\n",
+          name, p->touching, p->reach, p->missed, p->false_alarms, p->max_depth_error,
+          p->mean_depth_error, p->max_normal_error);
   for (const auto& [name, s] : r.detectors)
     if (!s.failure.empty()) fmt::print("FAILURE: {} {}\n", name, s.failure);
 }
@@ -309,6 +329,8 @@ void add_command_detect(const Command& app) {
       "detector; refit: the update of its structures in a second call, for the reversed\n"
       "step, which has the same boxes. point-tri counts both directions. missed: colliding\n"
       "pairs (by ccd_exact) that are not among the candidates; recall: the share that is.\n"
+      "A detector that answers particles is also compared with exact distances at the end\n"
+      "of the step; --thickness sets the distance at which they touch.\n"
       "peak: largest memory above that before the first call, candidates included. Contacts\n"
       "are searched among the overlapping boxes; --record writes these pairs as queries.\n"
       "Exit code: 0 done, 1 a detector broke its guarantee (FAILURE), 2 bad input.");

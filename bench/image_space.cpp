@@ -106,7 +106,7 @@ void print_maps(Surface body, int resolution) {
 
 void print_pairs(const Surface& cloth, Surface body, const CandidatePairs& all, int resolution) {
   constexpr int repeats = 5;
-  ImageSpace detector({.resolution = resolution});
+  ImageSpacePairs detector({.resolution = resolution});
   CandidatePairs found;
   detector.find_pairs(cloth.view(), body.view(), found);
   const double first = detector.last_cost().build_s;

@@ -15,6 +15,7 @@ BudgetExceeded::BudgetExceeded(std::size_t found, std::size_t limit, const PairB
 std::string promise_of(const BroadPhaseTraits& traits) {
   std::string text = traits.guarantee == Guarantee::conservative ? "conservative: misses nothing"
                                                                  : "approximate: may miss";
+  if (traits.particles) text += "; contacts of particles, without pairs";
   if (!traits.self) text += "; no self-collision";
   if (!traits.deforming) text += "; static bodies only";
   if (traits.closed_body_only) text += "; closed bodies only";
@@ -40,9 +41,10 @@ BroadPhaseRegistry broad_phases() {
     add(registry);
   registry.add_absent("cgal_aabb_tree", "CGAL");
   registry.add_absent("cgal_box_intersection", "CGAL");
+  registry.add_absent("depth_normal_maps", "OSMesa");
   registry.add_absent("embree_collide", "Embree 3");
   registry.add_absent("fcl_dynamic_aabb_tree", "FCL");
-  registry.add_absent("image_space", "OSMesa");
+  registry.add_absent("image_space_pairs", "OSMesa");
   return registry;
 }
 

@@ -34,6 +34,7 @@ struct BroadPhaseTraits {
   bool all_pairs = false;  ///< tests every primitive against every other: quadratic cost
   bool rigid = false;      ///< exploits a rigid motion: keeps the structure of a body that moves
                            ///< rigidly
+  bool particles = false;  ///< answers particles by contacts of its own (find_particle_contacts)
   std::string source{};    ///< author, title, year
 };
 
@@ -68,6 +69,14 @@ class BudgetExceeded : public std::runtime_error {
   std::size_t found_, limit_;
 };
 
+/// The contact of a particle that a detector found without a narrow phase, at the end of the step.
+struct ParticleContact {
+  PointTrianglePair pair;      ///< particle of a, triangle of b
+  Vec3 weight = Vec3::Zero();  ///< of the triangle's corners, at the point of contact
+  Vec3 normal = Vec3::Zero();  ///< unit, out of b
+  double distance = 0.0;       ///< m, to the surface of b; negative: inside
+};
+
 /// Finds the candidate pairs of a step: pairs of primitives that could touch. A conservative
 /// detector reports every pair whose swept boxes overlap, each inflated by its surface's thickness,
 /// or a provably sufficient subset (see PairSet). The find functions throw std::invalid_argument
@@ -87,6 +96,16 @@ class BroadPhase {
   virtual void find_pairs(const SurfaceView& a, const SurfaceView& b, CandidatePairs& out) = 0;
   /// Clears `out` and writes the pairs of one surface with itself to it.
   virtual void find_self_pairs(const SurfaceView& a, CandidatePairs& out) = 0;
+  /// Clears `out` and writes the contacts of the particles of `a` that end inside the body `b`, or
+  /// nearer to it than `reach` metres, in the order of the particles. Only detectors with
+  /// traits().particles find any.
+  virtual void find_particle_contacts(const SurfaceView& a, const SurfaceView& b, double reach,
+                                      std::vector<ParticleContact>& out) {
+    static_cast<void>(a);
+    static_cast<void>(b);
+    static_cast<void>(reach);
+    out.clear();
+  }
   /// Capabilities of the detector, the same at all times.
   virtual BroadPhaseTraits traits() const = 0;
   /// Cost of the last call; all zero for a detector that does not measure.

@@ -92,6 +92,7 @@ struct Sample {
 struct Seen {
   double depth = 0.0;
   Vec3 normal = Vec3::Zero(), displacement = Vec3::Zero();
+  std::int32_t triangle = -1;
 };
 
 }  // namespace
@@ -108,6 +109,7 @@ struct DepthNormalMaps::State {
   void check(const SurfaceView& body) const;
   void draw(const SurfaceView& body);
   ParticleAnswer answer(const Vec3& point) const;
+  std::int32_t triangle_at(const DepthNormalLayer& side, double u, double v) const;
   int samples(const DepthNormalLayer& side, double u, double v, std::array<Sample, 4>& out) const;
   std::optional<Seen> look(const DepthNormalLayer& side, double u, double v) const;
 };
@@ -126,7 +128,7 @@ void DepthNormalMaps::State::check(const SurfaceView& body) const {
   if (const auto edge = open_edge(body.triangles))
     throw std::invalid_argument("depth maps: the edge from vertex " + text(*edge) +
                                 " of the body has no triangle on its other side, so the body has "
-                                "no inside; close it, or set allow_open");
+                                "no inside; close it");
 }
 
 void DepthNormalMaps::State::draw(const SurfaceView& body) {
@@ -142,6 +144,14 @@ void DepthNormalMaps::State::draw(const SurfaceView& body) {
   take(scratch_front, half_depth, front);
   take(scratch_back, half_depth, back);
   ++renders;
+}
+
+/// The triangle at the nearest texel; -1: none.
+std::int32_t DepthNormalMaps::State::triangle_at(const DepthNormalLayer& side, double u,
+                                                 double v) const {
+  if (!(u >= 0.0 && v >= 0.0 && u < frame.width && v < frame.height)) return -1;
+  const auto row = static_cast<std::size_t>(frame.width);
+  return side.triangle[static_cast<std::size_t>(v) * row + static_cast<std::size_t>(u)];
 }
 
 /// Writes the covered texels around a place and their weights; returns their number, 0, 1 or 4.
@@ -178,6 +188,7 @@ std::optional<Seen> DepthNormalMaps::State::look(const DepthNormalLayer& side, d
   const int count = samples(side, u, v, sample);
   if (count == 0) return std::nullopt;
   Seen seen;
+  seen.triangle = triangle_at(side, u, v);
   for (int k = 0; k < count; ++k) {
     const auto [texel, weight] = sample[static_cast<std::size_t>(k)];
     seen.depth += weight * side.depth[texel];
@@ -204,6 +215,7 @@ ParticleAnswer DepthNormalMaps::State::answer(const Vec3& point) const {
   a.normal = length > 0.0 ? Vec3(nearer.normal / length)
                           : Vec3(a.front ? frame.axes.toward : -frame.axes.toward);
   a.displacement = nearer.displacement;
+  a.triangle = nearer.triangle;
   return a;
 }
 
@@ -240,6 +252,12 @@ void DepthNormalMaps::answer(std::span<const Vec3> points,
   parallel_for(points.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) answers[i] = state_->answer(points[i]);
   });
+}
+
+std::array<std::int32_t, 2> DepthNormalMaps::triangles_at(const Vec3& point) const {
+  const Vec3 place = state_->frame.place(point);
+  return {state_->triangle_at(state_->front, place[0], place[1]),
+          state_->triangle_at(state_->back, place[0], place[1])};
 }
 
 const DepthNormalLayer& DepthNormalMaps::front() const { return state_->front; }

@@ -4,12 +4,15 @@
 // Graphics Forum 20(3), 2001 [Vassilev2001]: draws a body from its front and from its back, and
 // compares each particle with the depth at its place in the two pictures.
 //
-// Both classes draw off screen, on the processor, by OSMesa. Both are APPROXIMATE: they only detect
-// the part of a body that a picture shows. The comment of each class says what it misses.
+// DepthNormalMaps are these pictures and ParticleMaps is the detector that uses them.
+// ImageSpacePairs is ours: it yields pairs for a narrow phase from pictures of triangle indices.
+// All draw off screen, on the processor, by OSMesa. All are APPROXIMATE: they only detect the part
+// of a body that a picture shows. The comment of each class says what it misses.
 #pragma once
 
 #include <selvedge/broadphase/broad_phase.h>
 
+#include <array>
 #include <memory>
 #include <span>
 #include <vector>
@@ -45,6 +48,7 @@ struct ParticleAnswer {
   double depth = 0.0;    ///< m, depth along the axis below the nearer side; negative: outside
   Vec3 normal = Vec3::Zero();        ///< unit normal of the nearer side at this place
   Vec3 displacement = Vec3::Zero();  ///< m, displacement of the nearer side in this step
+  std::int32_t triangle = -1;        ///< of the body, that the nearer side shows here
 };
 
 /// Depth and normal maps of a body at the end of the step [Vassilev2001], which answer particle
@@ -82,6 +86,9 @@ class DepthNormalMaps {
   /// Answers each point, on all threads. The two spans must have the same length.
   void answer(std::span<const Vec3> points, std::span<ParticleAnswer> answers) const;
 
+  /// The triangles that front and back show at the place of a point; -1: none.
+  std::array<std::int32_t, 2> triangles_at(const Vec3& point) const;
+
   /// The two sides in the last drawn picture.
   const DepthNormalLayer& front() const;
   const DepthNormalLayer& back() const;
@@ -98,8 +105,59 @@ class DepthNormalMaps {
   std::unique_ptr<State> state_;
 };
 
-/// Options of ImageSpace.
-struct ImageSpaceConfig {
+/// Options of ParticleMaps.
+struct ParticleMapsConfig {
+  /// Texels along the longer side of each picture, 16 to 4096. Finer: errors shrink in proportion
+  /// to the texel side, drawing cost grows with the square of the resolution.
+  int resolution = 512;
+  /// Axes that the body is drawn along, 1 to 3, those along which its box is shortest first. 1:
+  /// front and back. 2: also from both sides. 3: also from above and below. More: fewer hidden
+  /// parts, and contacts beside the outline; costs one pair of pictures each.
+  int views = 1;
+};
+
+/// The detector of [Vassilev2001]: contacts of particles with a closed body from its depth and
+/// normal maps. The pictures are drawn with the body at the end of the step, again only after it
+/// has moved. The end of each particle is looked up in them. Its distance from the surface is the
+/// difference of the depths, survey section 6.1.3, times the cosine between normal and axis; the
+/// normal of the contact is that of the map. The contact's point of the body moves with the
+/// triangle that the map shows, which gives the response the velocity V_human of survey eq. 49.
+///
+/// The body is the intersection of what the views enclose, so the largest of their distances
+/// counts. A particle that lies outside the outline in one view is outside.
+///
+/// Error: where DepthNormalMaps states a bound m·sideways_error() of its depth, the distance is off
+/// by at most sideways_error() and by the curvature of the body over that depth. Misses what no
+/// picture shows, as DepthNormalMaps does, and everything that passes between particles or, within
+/// a step, through a thin part of the body.
+///
+/// find_pairs gives a narrow phase the pairs of a particle with the triangles that the pictures
+/// show at its start and its end, if their swept boxes overlap. Does not support a surface with
+/// itself.
+class ParticleMaps final : public BroadPhase {
+ public:
+  /// Throws std::invalid_argument for an option out of range.
+  explicit ParticleMaps(const ParticleMapsConfig& config = {});
+  ~ParticleMaps() override;
+
+  void find_pairs(const SurfaceView& a, const SurfaceView& b, CandidatePairs& out) override;
+  /// Throws std::invalid_argument, always.
+  void find_self_pairs(const SurfaceView& a, CandidatePairs& out) override;
+  void find_particle_contacts(const SurfaceView& a, const SurfaceView& b, double reach,
+                              std::vector<ParticleContact>& out) override;
+  BroadPhaseTraits traits() const override;
+  BroadPhaseCost last_cost() const override;
+
+  std::size_t renders() const;    ///< pairs of pictures drawn so far, of all views
+  double sideways_error() const;  ///< m, half the diagonal of the largest texel in use
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// Options of ImageSpacePairs.
+struct ImageSpacePairsConfig {
   /// Texels along the longer side of each picture, 16 to 4096. A triangle that covers no texel's
   /// middle is not seen, so choose texels smaller than the body's triangles. The tests measure the
   /// recall.
@@ -119,11 +177,11 @@ struct ImageSpaceConfig {
 /// much farther than the others are not drawn but tested against everything. A window that shows as
 /// many triangles as the whole surface is replaced by the whole surface, so that no primitive,
 /// however large, costs more than one test per triangle.
-class ImageSpace final : public BroadPhase {
+class ImageSpacePairs final : public BroadPhase {
  public:
   /// Throws std::invalid_argument for a resolution out of range.
-  explicit ImageSpace(const ImageSpaceConfig& config = {});
-  ~ImageSpace() override;
+  explicit ImageSpacePairs(const ImageSpacePairsConfig& config = {});
+  ~ImageSpacePairs() override;
 
   void find_pairs(const SurfaceView& a, const SurfaceView& b, CandidatePairs& out) override;
   /// Throws std::invalid_argument, always.
@@ -139,7 +197,7 @@ class ImageSpace final : public BroadPhase {
   std::unique_ptr<State> state_;
 };
 
-/// Adds `image_space`.
+/// Adds `depth_normal_maps` (ParticleMaps) and `image_space_pairs`.
 void register_image_space(BroadPhaseRegistry& registry);
 
 }  // namespace selvedge

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/bodies/mesh_report.h>
 #include <selvedge/compare/compare_detectors.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/resources.h>
 #include <selvedge/narrowphase/ccd_methods.h>
+#include <selvedge/narrowphase/distance.h>
 
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <iterator>
+#include <numbers>
 #include <tuple>
 #include <utility>
 
@@ -216,6 +220,8 @@ void DetectorTrial::measure() {
   if (judged) return;
   score_.peak_bytes = std::max(cost.bytes, peak.value_or(0));
   judge(first, second);
+  if (detector->traits().particles)
+    score_.particles = score_particles(*detector, case_->a, case_->b);
   score_.failure = failure_of(detector->traits(), score_);
 }
 
@@ -245,6 +251,71 @@ DetectorScore DetectorTrial::score() const {
   s.query_ms = median(query_ms_);
   s.wall_ms = median(wall_ms_);
   return s;
+}
+
+// -- particles ------------------------------------------------------------------------------------
+
+namespace {
+
+/// The nearest point of a body as a particle sees it.
+struct ExactDistance {
+  double distance = HUGE_VAL;  ///< m; negative: inside
+  Vec3 normal = Vec3::Zero();  ///< unit, away from the body; zero on its surface
+};
+
+ExactDistance exact_distance(const Vec3& x, const SurfaceView& body, const ClosedParts& parts) {
+  ExactDistance exact;
+  Vec3 separation = Vec3::Zero();
+  for (const Triangle& t : body.triangles) {
+    const ClosestPoints closest =
+        point_triangle_closest(x, body.x_t1[t[0]], body.x_t1[t[1]], body.x_t1[t[2]]);
+    if (closest.distance >= exact.distance) continue;
+    exact.distance = closest.distance;
+    separation = closest.separation;
+  }
+  const double side = parts.may_contain(x) && parts.part_around(x) >= 0 ? -1.0 : 1.0;
+  if (exact.distance > 0.0) exact.normal = side / exact.distance * separation;
+  exact.distance *= side;
+  return exact;
+}
+
+}  // namespace
+
+ParticleScore score_particles(BroadPhase& detector, const SurfaceView& a, const SurfaceView& b) {
+  constexpr double kDegrees = 180.0 / std::numbers::pi;
+  ParticleScore score;
+  score.reach = a.thickness + b.thickness;
+  std::vector<ParticleContact> contacts;
+  detector.find_particle_contacts(a, b, score.reach, contacts);
+  std::vector<const ParticleContact*> of(a.x_t1.size(), nullptr);
+  for (const ParticleContact& c : contacts) of[c.pair.point] = &c;
+
+  const ClosedParts parts({.vertices = {b.x_t1.begin(), b.x_t1.end()},
+                           .triangles = {b.triangles.begin(), b.triangles.end()}});
+  std::vector<ExactDistance> exact(a.x_t1.size());
+  constexpr std::size_t kFew = 8;
+  parallel_for(exact.size(), kFew, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) exact[i] = exact_distance(a.x_t1[i], b, parts);
+  });
+
+  std::size_t right = 0;
+  for (std::size_t i = 0; i < exact.size(); ++i) {
+    const bool touches = exact[i].distance < score.reach || exact[i].distance < 0.0;
+    score.touching += touches ? 1 : 0;
+    if (of[i] == nullptr || !touches) {
+      (touches ? score.missed : score.false_alarms) += touches || of[i] != nullptr ? 1 : 0;
+      continue;
+    }
+    ++right;
+    const double error = std::abs(of[i]->distance - exact[i].distance);
+    score.max_depth_error = std::max(score.max_depth_error, error);
+    score.mean_depth_error += error;
+    const double cosine = std::clamp(of[i]->normal.dot(exact[i].normal), -1.0, 1.0);
+    if (!exact[i].normal.isZero(0.0))
+      score.max_normal_error = std::max(score.max_normal_error, kDegrees * std::acos(cosine));
+  }
+  if (right > 0) score.mean_depth_error /= static_cast<double>(right);
+  return score;
 }
 
 // -- contacts -------------------------------------------------------------------------------------

@@ -40,6 +40,20 @@ ReferencePairs reference_pairs(const DetectionCase& c, double most_tests = kMome
 /// The reason why a detector does not support this case; empty if it does.
 std::string why_not(const BroadPhaseTraits& traits, const DetectionCase& c);
 
+/// Errors of a detector that answers particles, at the end of the step and against exact distances
+/// from the triangles.
+struct ParticleScore {
+  double reach = 0.0;            ///< m, the sum of the two thicknesses
+  std::size_t touching = 0;      ///< particles inside the body or nearer to it than the reach
+  std::size_t missed = 0;        ///< of them, without a contact
+  std::size_t false_alarms = 0;  ///< contacts of other particles
+  double max_depth_error = 0.0, mean_depth_error = 0.0;  ///< m, of the contacts that are right
+  double max_normal_error = 0.0;  ///< degrees from the direction to the nearest point, likewise
+};
+
+/// Compares the contacts that `detector` finds between a particle of a and the closed body b.
+ParticleScore score_particles(BroadPhase& detector, const SurfaceView& a, const SurfaceView& b);
+
 /// Result and cost of a detector. Times are medians.
 struct DetectorScore {
   /// ms; first call of a new detector, split into building its structures and finding the pairs.
@@ -57,7 +71,8 @@ struct DetectorScore {
   /// the operating system. Where the system does not report it, this is the memory that the
   /// detector says it keeps.
   std::size_t peak_bytes = 0;
-  std::string failure{};  ///< the broken promise; empty if the detector kept it
+  std::optional<ParticleScore> particles{};  ///< of a detector that answers particles
+  std::string failure{};                     ///< the broken promise; empty if the detector kept it
 };
 
 /// Measures one detector repeatedly, so that the repeats of several detectors can be interleaved.

@@ -12,13 +12,14 @@ void register_arc(ClothPatternRegistry& registry);
 void register_bilayered(ClothPatternRegistry& registry);
 void register_refined(ClothPatternRegistry& registry);
 void register_support(ClothPatternRegistry& registry);
+void register_nets(ClothPatternRegistry& registry);
 void register_mesh(ClothPatternRegistry& registry);
 
 ClothPatternRegistry cloth_patterns() {
   ClothPatternRegistry registry;
-  for (const auto add :
-       {register_rectangular, register_triangular, register_simplified, register_responsive,
-        register_arc, register_bilayered, register_refined, register_support, register_mesh})
+  for (const auto add : {register_rectangular, register_triangular, register_simplified,
+                         register_responsive, register_arc, register_bilayered, register_refined,
+                         register_support, register_nets, register_mesh})
     add(registry);
   return registry;
 }

@@ -179,8 +179,8 @@ over() {
 
 image_space() {
   say "C11: image space against a tree"
-  detector_rows --scene drape --size 100 --threads 1 --repeats 3 --markdown --detectors bvh_aabb,image_space
-  over bvh_aabb image_space
+  detector_rows --scene drape --size 100 --threads 1 --repeats 3 --markdown --detectors bvh_aabb,image_space_pairs
+  over bvh_aabb image_space_pairs
 }
 
 detectors() {

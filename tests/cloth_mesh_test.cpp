@@ -14,6 +14,10 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "crumple.h"
 #include "rolled_mesh.h"
@@ -59,6 +63,82 @@ TEST(SpringNets, ATriangulated50By50GridHas7301EdgesAnd7105Links) {
   const ClothMesh cloth = make_from_mesh(grid.surface, grid.surface, Material{});
   EXPECT_EQ(cloth.springs.size(), 7301u);
   EXPECT_EQ(cloth.hinges.size(), 7105u);
+}
+
+/// The kinds of springs of a printed net, found by the rest length in cells of a unit grid.
+struct NetCount {
+  std::size_t structural = 0, shear = 0, flexion = 0, long_diagonal = 0;
+  bool operator==(const NetCount&) const = default;
+};
+
+NetCount count_by_length(const ClothMesh& cloth) {
+  NetCount n;
+  for (const Spring& s : cloth.springs) {
+    const double squared = s.rest_length * s.rest_length;
+    const double kinds[] = {1.0, 2.0, 4.0, 8.0};
+    std::size_t* counts[] = {&n.structural, &n.shear, &n.flexion, &n.long_diagonal};
+    for (int k = 0; k < 4; ++k)
+      if (std::abs(squared - kinds[k]) < 1e-9) ++*counts[k];
+  }
+  return n;
+}
+
+void expect_equal_constants(const ClothMesh& cloth, double k) {
+  for (const Spring& s : cloth.springs) EXPECT_EQ(s.stiffness, k);
+  EXPECT_TRUE(cloth.hinges.empty());
+  EXPECT_TRUE(cloth.links.empty());
+  EXPECT_EQ(cloth.strain_limit.size(), cloth.springs.size());
+}
+
+// N × M particles: structural N(M-1) + M(N-1), shear 2(N-1)(M-1) or half of it, flexion
+// N(M-2) + M(N-2), and 2(N-2)(M-2) more along the diagonals of the responsive net.
+TEST(SpringNets, AreThePatternsOfScenesWithThePrintedSpringsOfEachKindAndEqualConstants) {
+  constexpr std::size_t n = 9, m = 6;
+  const GridConfig grid{n - 1.0, m - 1.0, n - 1, m - 1};
+  const std::size_t structural = n * (m - 1) + m * (n - 1), cells = (n - 1) * (m - 1),
+                    flexion = n * (m - 2) + m * (n - 2), diagonal = 2 * (n - 2) * (m - 2);
+  const std::vector<std::pair<std::string, NetCount>> nets = {
+      {"rectangular_net", {structural, 2 * cells, flexion, 0}},
+      {"simplified_net", {structural, cells, flexion, 0}},
+      {"responsive_net", {structural, 2 * cells, flexion, diagonal}}};
+  const ClothPatternRegistry patterns = cloth_patterns();
+  Material fabric;
+  fabric.stretch_stiffness = 777.0;  // ignored
+  for (const auto& [name, count] : nets) {
+    const ClothMesh cloth = patterns.at(name)(grid, fabric);
+    EXPECT_TRUE(count_by_length(cloth) == count) << name;
+    expect_equal_constants(cloth, 100.0);
+    const ClothMesh stiff =
+        patterns.at(name)({{"structural", 30.0}, {"shear", 30.0}, {"flexion", 30.0}}, grid, fabric);
+    expect_equal_constants(stiff, 30.0);
+  }
+}
+
+TEST(SpringNets, TheTriangularNetHasASpringOnEveryEdgeAndOneAcrossEveryInteriorEdge) {
+  // Equilateral triangles of side 1: edges have length 1 and springs across an edge √3; on the
+  // border some are cut in half.
+  const ClothPatternRegistry patterns = cloth_patterns();
+  const ClothMesh cloth =
+      patterns.at("triangular_net")({8.0, 6.0 * std::sqrt(3.0) / 2.0, 8, 6}, Material{});
+  std::size_t edges = cloth.edges.size();
+  // Each triangle has three edges; those with two triangles are counted twice.
+  const std::size_t interior = 3 * cloth.surface.triangles.size() - edges;
+  EXPECT_EQ(cloth.surface.vertices.size() + cloth.surface.triangles.size(), edges + 1);  // Euler
+  EXPECT_EQ(cloth.springs.size(), edges + interior);
+  expect_equal_constants(cloth, 100.0);
+  std::size_t across = 0;
+  for (const Spring& s : cloth.springs)
+    if (std::abs(s.rest_length - std::sqrt(3.0)) < 1e-9) ++across;
+  EXPECT_GT(across, interior / 2);
+  EXPECT_LT(across, interior + 1);
+}
+
+TEST(SpringNets, TakeNoLawThatTheyDoNotHave) {
+  const ClothPatternRegistry patterns = cloth_patterns();
+  Material kes;
+  kes.stretch_law = StretchLaw::kawabata;
+  for (const char* name : {"rectangular_net", "simplified_net", "responsive_net", "triangular_net"})
+    EXPECT_THROW(patterns.at(name)({1.0, 1.0, 4, 4}, kes), std::invalid_argument) << name;
 }
 
 TEST(SpringNets, ProvotsPatchHasTheConstantsOfItsClosedForm) {

@@ -17,6 +17,10 @@
 #include <numbers>
 #include <random>
 #include <set>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
 
 #include "owned_surface.h"
 
@@ -372,16 +376,178 @@ constexpr double kBestRecall = 0.999;
 /// seen, recall may fall by as much as the tiles gave beyond the windows.
 constexpr double kTileNoise = 1e-4;
 
+// ---- particles -----------------------------------------------------------------------------
+
+Surface particles(std::vector<Vec3> x) {
+  Surface s;
+  s.x_t0 = s.x_t1 = std::move(x);
+  return s;
+}
+
+std::vector<ParticleContact> contacts_of(BroadPhase& detector, const Surface& a, const Surface& b,
+                                         double reach) {
+  std::vector<ParticleContact> out;
+  detector.find_particle_contacts(a.view(), b.view(), reach, out);
+  return out;
+}
+
+/// Points at the given distances from the unit sphere about `center`, in all directions but those
+/// for which `skip` is true.
+template <class Skip>
+Surface points_about_sphere(const Vec3& center, double least, double most, Skip skip) {
+  std::mt19937 random(11);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> distance(least, most);
+  std::vector<Vec3> x;
+  while (x.size() < 3000) {
+    const Vec3 d = Vec3(normal(random), normal(random), normal(random)).normalized();
+    if (!skip(d)) x.push_back(center + (1.0 + distance(random)) * d);
+  }
+  return particles(std::move(x));
+}
+
+// The sphere's closed form: distance |p - c| - 1, normal (p - c)/|p - c|. Six pictures show every
+// place of it under less than 54.8 degrees.
+TEST(ParticleMaps, DistanceAndNormalOfASphereLieWithinTheStatedErrorInAllDirections) {
+  const Vec3 center(-1.0, 0.5, 2.0);
+  const Surface body = sphere(center);
+  constexpr double kDeep = 0.02, kReach = 0.02;
+  const Surface near =
+      points_about_sphere(center, -kDeep, 0.75 * kReach, [](const Vec3&) { return false; });
+  for (const int resolution : {128, 512}) {
+    ParticleMaps detector({.resolution = resolution, .views = 3});
+    const auto found = contacts_of(detector, near, body, kReach);
+    ASSERT_EQ(found.size(), near.x_t1.size()) << "a particle was missed";
+    // The depth along the axis, taken as distance by the cosine of the normal below, is off by
+    // δ² tan²/2 for a sphere of radius 1, where the tangent is at most √2.
+    const double error = detector.sideways_error();
+    const double bound = error + kDeep * kDeep + 2.0 * kDeep * error + 2.0 * facet_sag();
+    double worst = 0.0;
+    for (const ParticleContact& c : found) {
+      const Vec3 from_center = near.x_t1[c.pair.point] - center;
+      EXPECT_NEAR(c.distance, from_center.norm() - 1.0, bound);
+      worst = std::max(worst, std::abs(c.distance - (from_center.norm() - 1.0)));
+      EXPECT_GT(c.normal.dot(from_center.normalized()),
+                std::cos(4.0 * (error + kDeep) + 0.5 * kPi / kRings));
+      const Triangle& t = body.triangles[c.pair.triangle];
+      const Vec3 foot = c.weight[0] * body.x_t1[t[0]] + c.weight[1] * body.x_t1[t[1]] +
+                        c.weight[2] * body.x_t1[t[2]];
+      EXPECT_NEAR(c.weight.sum(), 1.0, 1e-12);
+      EXPECT_NEAR(c.normal.dot(near.x_t1[c.pair.point] - foot), c.distance, bound + 2.0 * error)
+          << "the contact's point lies on the body below the particle";
+    }
+    std::printf("resolution %4d: distance off by %.2e m, bound %.2e m\n", resolution, worst, bound);
+  }
+}
+
+TEST(ParticleMaps, SideViewsAnswerParticlesBesideTheOutlineOfTheFront) {
+  const Surface body = sphere(Vec3::Zero());
+  // Beside the equator, outside the outline along z; the box of a sphere is a cube, so the first
+  // view is along x and the second along y.
+  const Surface beside = particles({Vec3(0.0, 1.01, 0.0), Vec3(0.0, 0.0, 1.01), Vec3(1.01, 0, 0)});
+  for (const auto& [views, expected] :
+       {std::pair{1, std::vector{2}}, {2, std::vector{0, 2}}, {3, std::vector{0, 1, 2}}}) {
+    ParticleMaps detector({.resolution = 256, .views = views});
+    std::vector<int> found;
+    for (const ParticleContact& c : contacts_of(detector, beside, body, 0.02))
+      found.push_back(c.pair.point);
+    EXPECT_EQ(found, expected) << views << " views";
+  }
+}
+
+TEST(ParticleMaps, FrontAndBackHaveNormalsOutOfTheBodyOnTheirOwnSides) {
+  Surface body = sphere(Vec3::Zero());
+  for (auto* xs : {&body.x_t0, &body.x_t1})
+    for (Vec3& x : *xs) x[2] *= 0.5;  // now front and back are along z
+  const Surface poles = particles({Vec3(0, 0, 0.45), Vec3(0, 0, -0.45), Vec3(0, 0, 0.52)});
+  ParticleMaps detector({.resolution = 256});
+  const auto found = contacts_of(detector, poles, body, 0.05);
+  ASSERT_EQ(found.size(), 3u);
+  for (const auto& [k, side, distance] :
+       {std::tuple{0, 1.0, -0.05}, {1, -1.0, -0.05}, {2, 1.0, 0.02}}) {
+    EXPECT_NEAR(found[k].normal[2], side, 1e-3);
+    EXPECT_NEAR(found[k].distance, distance, 1e-3);
+  }
+}
+
+TEST(ParticleMaps, AHoleIsABodyInOneViewAndFreeInAnother) {
+  Surface ring = torus(120, 60);
+  const auto stretch = [&](double z) {
+    for (auto* xs : {&ring.x_t0, &ring.x_t1})
+      for (Vec3& x : *xs) x[2] *= z;
+  };
+  const Surface middle = particles({Vec3::Zero()});
+  stretch(5.0);  // longer along its axis than across it, so the first view is across
+  ParticleMaps across({.resolution = 256}), all({.resolution = 256, .views = 3});
+  EXPECT_EQ(contacts_of(across, middle, ring, 0.01).size(), 1u) << "the documented false contact";
+  EXPECT_EQ(contacts_of(all, middle, ring, 0.01).size(), 0u);
+}
+
+TEST(ParticleMaps, ABodyAtRestIsDrawnOnceAndAMovingOneOnceInEachStep) {
+  Surface body = sphere(Vec3::Zero(), 20, 40);
+  body.static_id = 5;
+  const Surface point = particles({Vec3(0.0, 0.0, 0.99)});
+  ParticleMaps detector({.resolution = 64, .views = 2});
+  CandidatePairs pairs;
+  for (int step = 0; step < 4; ++step) {
+    detector.find_pairs(point.view(), body.view(), pairs);
+    contacts_of(detector, point, body, 0.1);
+  }
+  EXPECT_EQ(detector.renders(), 2u) << "one drawing for each view";
+  body.static_id = 0;
+  for (int step = 1; step <= 3; ++step) {
+    for (Vec3& x : body.x_t1) x += Vec3(0.0, 0.01, 0.0);
+    detector.find_pairs(point.view(), body.view(), pairs);
+    contacts_of(detector, point, body, 0.1);
+    EXPECT_EQ(detector.renders(), 2u + 2u * static_cast<unsigned>(step));
+    body.x_t0 = body.x_t1;
+  }
+}
+
+TEST(ParticleMaps, PassesTheConformanceKitAsAnApproximateDetector) {
+  ConformanceConfig config;
+  config.scenes = 200;
+  const auto report = check_conformance(
+      [] {
+        return std::make_unique<ParticleMaps>(ParticleMapsConfig{128, 2});
+      },
+      config);
+  EXPECT_TRUE(report.passed()) << report.summary();
+  EXPECT_GT(report.calls, 20u);
+  EXPECT_EQ(report.beyond, 0u);
+  std::printf("%s\n", report.summary().c_str());
+}
+
+TEST(ParticleMaps, BadInputIsRefusedInOneSentence) {
+  EXPECT_NE(refusal([] { ParticleMaps({.resolution = 8}); }).find("8 texels"), std::string::npos);
+  EXPECT_NE(refusal([] { ParticleMaps({.views = 4}); }).find("4 views"), std::string::npos);
+  ParticleMaps detector({.resolution = 64});
+  CandidatePairs out;
+  const Surface open = sheet(4, 1.0, Vec3::Zero());
+  EXPECT_NE(refusal([&] { detector.find_self_pairs(open.view(), out); }).find("with itself"),
+            std::string::npos);
+  EXPECT_NE(refusal([&] { detector.find_pairs(open.view(), open.view(), out); }).find("close it"),
+            std::string::npos);
+}
+
+TEST(ImageSpaceNames, TheFormerNameIsRefusedWithTheNearestOne) {
+  BroadPhaseRegistry registry = broad_phases();
+  register_image_space(registry);
+  EXPECT_TRUE(registry.contains("depth_normal_maps"));
+  EXPECT_NE(registry.fault("image_space").find("\"image_space_pairs\""), std::string::npos)
+      << registry.fault("image_space");
+}
+
 // ---- pairs ---------------------------------------------------------------------------------
 
-TEST(ImageSpace, RecallGrowsWithTheResolutionUpToAlmostAllPairsOfAMannequin) {
+TEST(ImageSpacePairs, RecallGrowsWithTheResolutionUpToAlmostAllPairsOfAMannequin) {
   const Surface body = surface_of(make_mannequin());
   const Surface cloth = wrapped_on(body, 40, 0.004);
   const CandidatePairs all = pairs_of(*make_brute_force(), cloth, body);
   ASSERT_GT(all.size(), 10000u);
   double last = 0.0;
   for (const int resolution : {64, 128, 256, 512, 1024}) {
-    ImageSpace detector({.resolution = resolution});
+    ImageSpacePairs detector({.resolution = resolution});
     const double part = recall(pairs_of(detector, cloth, body), all);
     std::printf("resolution %4d: recall %.5f of %zu pairs, %zu of %zu triangles unseen\n",
                 resolution, part, all.size(), detector.unseen(), body.triangles.size());
@@ -391,16 +557,16 @@ TEST(ImageSpace, RecallGrowsWithTheResolutionUpToAlmostAllPairsOfAMannequin) {
   EXPECT_GE(last, kBestRecall);
 }
 
-TEST(ImageSpace, ATorusHidesNoTriangleFromItsSixSides) {
+TEST(ImageSpacePairs, ATorusHidesNoTriangleFromItsSixSides) {
   const Surface body = torus(60, 30);
   const Surface cloth = wrapped_on(body, 30, 0.01);
   const CandidatePairs all = pairs_of(*make_brute_force(), cloth, body);
-  ImageSpace detector({.resolution = 512});
+  ImageSpacePairs detector({.resolution = 512});
   EXPECT_GE(recall(pairs_of(detector, cloth, body), all), kBestRecall);
   EXPECT_EQ(detector.unseen(), 0u);
 }
 
-TEST(ImageSpace, WhatIsHiddenFromAllSidesIsMissed) {
+TEST(ImageSpacePairs, WhatIsHiddenFromAllSidesIsMissed) {
   Surface shells = sphere(Vec3::Zero(), 20, 40);  // one inside the other
   const std::size_t n = shells.x_t0.size(), m = shells.triangles.size();
   for (std::size_t i = 0; i < n; ++i) shells.x_t0.push_back(0.5 * shells.x_t0[i]);
@@ -411,17 +577,17 @@ TEST(ImageSpace, WhatIsHiddenFromAllSidesIsMissed) {
   }
   shells.x_t1 = shells.x_t0;
   shells.edges = unique_edges(shells.triangles);
-  ImageSpace detector({.resolution = 256});
+  ImageSpacePairs detector({.resolution = 256});
   const Surface about_inner = sheet(10, 0.2, Vec3(0.4, -0.1, 0.0));
   EXPECT_GT(pairs_of(*make_brute_force(), about_inner, shells).size(), 0u);
   EXPECT_EQ(pairs_of(detector, about_inner, shells).size(), 0u);
   EXPECT_GE(detector.unseen(), m);
 }
 
-TEST(ImageSpace, AStaticBodyIsDrawnOnceAndAMovingOneEachTime) {
+TEST(ImageSpacePairs, AStaticBodyIsDrawnOnceAndAMovingOneEachTime) {
   Surface body = torus(40, 20);
   Surface cloth = wrapped_on(body, 12, 0.01);
-  ImageSpace detector({.resolution = 128});
+  ImageSpacePairs detector({.resolution = 128});
   body.static_id = 4;
   const CandidatePairs first = pairs_of(detector, cloth, body);
   EXPECT_TRUE(same(first, pairs_of(detector, cloth, body)));
@@ -440,11 +606,11 @@ TEST(ImageSpace, AStaticBodyIsDrawnOnceAndAMovingOneEachTime) {
   EXPECT_EQ(detector.renders(), 4u);
 }
 
-TEST(ImageSpace, TheStaticOneOfTwoSurfacesIsDrawnWhereverItStands) {
+TEST(ImageSpacePairs, TheStaticOneOfTwoSurfacesIsDrawnWhereverItStands) {
   Surface body = torus(40, 20);
   const Surface cloth = wrapped_on(body, 12, 0.01);
   body.static_id = 4;
-  ImageSpace detector({.resolution = 256}), turned({.resolution = 256});
+  ImageSpacePairs detector({.resolution = 256}), turned({.resolution = 256});
   const CandidatePairs ab = pairs_of(detector, cloth, body), ba = pairs_of(turned, body, cloth);
   EXPECT_GT(ab.size(), 0u);
   EXPECT_GE(recall(ba, pairs_of(*make_brute_force(), body, cloth)), kBestRecall);
@@ -457,54 +623,55 @@ TEST(ImageSpace, TheStaticOneOfTwoSurfacesIsDrawnWhereverItStands) {
   }
 }
 
-TEST(ImageSpace, ASpikeCoarsensNothing) {
+TEST(ImageSpacePairs, ASpikeCoarsensNothing) {
   Surface body = torus(60, 30);
   Surface cloth = wrapped_on(body, 20, 0.01);
-  ImageSpace detector({.resolution = 256});
+  ImageSpacePairs detector({.resolution = 256});
   body.x_t1[100] += Vec3(1.0, -300.0, 1000.0);
   cloth.x_t1[50] += Vec3(-1.0, 300.0, 1000.0);
   EXPECT_GE(recall(pairs_of(detector, cloth, body), pairs_of(*make_brute_force(), cloth, body)),
             kBestRecall);
 }
 
-TEST(ImageSpace, FarFromTheOriginItSeesTheSame) {
+TEST(ImageSpacePairs, FarFromTheOriginItSeesTheSame) {
   Surface body = torus(60, 30);
   Surface cloth = wrapped_on(body, 20, 0.01);
   for (Surface* s : {&body, &cloth})
     for (auto* xs : {&s->x_t0, &s->x_t1})
       for (Vec3& x : *xs) x += Vec3(1e6, -1e6, 1e6);
-  ImageSpace detector({.resolution = 512});
+  ImageSpacePairs detector({.resolution = 512});
   EXPECT_GE(recall(pairs_of(detector, cloth, body), pairs_of(*make_brute_force(), cloth, body)),
             kBestRecall);
 }
 
-TEST(ImageSpace, TheSamePairsTwiceAndForAnyNumberOfThreads) {
+TEST(ImageSpacePairs, TheSamePairsTwiceAndForAnyNumberOfThreads) {
   const Surface body = torus(60, 30);
   const Surface cloth = wrapped_on(body, 30, 0.01);
-  ImageSpace once({.resolution = 100});
+  ImageSpacePairs once({.resolution = 100});
   const CandidatePairs pairs = pairs_of(once, cloth, body);
   for (const int threads : {1, 2, 8}) {
     const ThreadLimit limit(threads);
-    ImageSpace again({.resolution = 100});
+    ImageSpacePairs again({.resolution = 100});
     EXPECT_TRUE(same(pairs, pairs_of(again, cloth, body)));
   }
 }
 
-TEST(ImageSpace, PassesTheConformanceKitAsAnApproximateDetector) {
+TEST(ImageSpacePairs, PassesTheConformanceKitAsAnApproximateDetector) {
   ConformanceConfig config;
   config.scenes = 60;
-  const auto report =
-      check_conformance([] { return std::make_unique<ImageSpace>(ImageSpaceConfig{256}); }, config);
+  const auto report = check_conformance(
+      [] { return std::make_unique<ImageSpacePairs>(ImageSpacePairsConfig{256}); }, config);
   EXPECT_TRUE(report.passed()) << report.summary();
   EXPECT_GT(report.calls, 200u);
   std::printf("%s\n", report.summary().c_str());
 }
 
-TEST(ImageSpace, BadInputIsRefusedInOneSentence) {
-  EXPECT_NE(refusal([] { ImageSpace({.resolution = 8}); }).find("8 texels"), std::string::npos);
-  EXPECT_NE(refusal([] { ImageSpace({.resolution = 8192}); }).find("8192 texels"),
+TEST(ImageSpacePairs, BadInputIsRefusedInOneSentence) {
+  EXPECT_NE(refusal([] { ImageSpacePairs({.resolution = 8}); }).find("8 texels"),
             std::string::npos);
-  ImageSpace detector({.resolution = 64});
+  EXPECT_NE(refusal([] { ImageSpacePairs({.resolution = 8192}); }).find("8192 texels"),
+            std::string::npos);
+  ImageSpacePairs detector({.resolution = 64});
   CandidatePairs out;
   const Surface cloth = sheet(4, 1.0, Vec3::Zero());
   EXPECT_NE(refusal([&] { detector.find_self_pairs(cloth.view(), out); }).find("with itself"),

@@ -42,13 +42,18 @@ BodySearch::BodySearch(std::span<const std::unique_ptr<Body>> bodies, std::size_
   }
   joint_edges_ = unique_edges(joint);
   std::vector<std::size_t> resting, moving;
+  const BroadPhaseTraits traits = make()->traits();
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    if (traits.particles) {
+      add_group(make, {b}, false);
+      continue;
+    }
     if (never_moves(*bodies_[b])) {
       resting.push_back(b);
       continue;
     }
     // In the frame of a rigid body the tree of the cloth has to be fitted instead of the body's.
-    const bool pays = make()->traits().rigid && bodies_[b]->pose(0.0).has_value() &&
+    const bool pays = traits.rigid && bodies_[b]->pose(0.0).has_value() &&
                       bodies_[b]->triangles().size() > cloth_triangles;
     if (pays)
       add_group(make, {b}, true);
@@ -161,6 +166,17 @@ void BodySearch::find_pairs(const SurfaceView& cloth, double margin, double thic
     append_sorted(found_.point_triangle, out.point_triangle);
     append_sorted(found_.triangle_point, out.triangle_point);
     append_sorted(found_.edge_edge, out.edge_edge);
+  }
+}
+
+void BodySearch::find_particle_contacts(const SurfaceView& cloth, double reach,
+                                        std::vector<ParticleContact>& out) {
+  out.clear();
+  for (Group& group : groups_) {
+    gather(group);
+    group.detector->find_particle_contacts(cloth, view(group, 0.0), reach, found_contacts_);
+    for (ParticleContact& c : found_contacts_) c.pair.triangle = group.triangles[c.pair.triangle];
+    out.insert(out.end(), found_contacts_.begin(), found_contacts_.end());
   }
 }
 

@@ -18,11 +18,12 @@ struct StepTimes {
 };
 
 /// The broad phase of cloth against the bodies of a scene. It searches the bodies in groups, each
-/// with a detector of its own. All bodies that never move form one group, whose tree is built once.
-/// Each large body that moves rigidly is a group, searched in its own frame, so that its tree is
-/// built once as well. The other bodies form one group, whose tree is refitted in each step in
-/// which one of them moves. The boxes that overlap in the frame of a rigid body differ from those
-/// in the world, and so do the pairs; no pair that collides or comes near is lost.
+/// with a detector of its own. A detector that answers particles gets one body, because one body
+/// hides another in its pictures. For the others, all bodies that never move form one group, whose
+/// tree is built once. Each large body that moves rigidly is a group, searched in its own frame, so
+/// that its tree is built once as well. The other bodies form one group, whose tree is refitted in
+/// each step in which one of them moves. The boxes that overlap in the frame of a rigid body differ
+/// from those in the world, and so do the pairs; no pair that collides or comes near is lost.
 class BodySearch {
  public:
   using Make = std::function<std::unique_ptr<BroadPhase>()>;
@@ -41,6 +42,11 @@ class BodySearch {
   /// over all bodies (edges as unique_edges lists them). Particles may end up to `margin`, per
   /// coordinate, from their given ends; bodies have this `thickness`. Both in metres.
   void find_pairs(const SurfaceView& cloth, double margin, double thickness, CandidatePairs& out);
+
+  /// Contacts of the cloth's particles, from detectors with traits().particles; indices as above.
+  /// Sorted by body group, then by particle.
+  void find_particle_contacts(const SurfaceView& cloth, double reach,
+                              std::vector<ParticleContact>& out);
 
   /// Number of groups, and of those that are one rigidly moving body.
   std::size_t groups() const { return groups_.size(); }
@@ -74,6 +80,7 @@ class BodySearch {
   std::vector<Group> groups_;
   std::span<const Vec3> x_t0_, x_t1_;
   CandidatePairs found_;
+  std::vector<ParticleContact> found_contacts_;
 };
 
 }  // namespace selvedge

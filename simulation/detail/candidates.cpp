@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/parallel.h>
 #include <selvedge/simulation/detail/candidates.h>
+#include <selvedge/simulation/detail/contacts.h>
 
 #include <algorithm>
 #include <numbers>
@@ -26,6 +27,7 @@ Candidates::Candidates(const SearchContext& context, const Scene& scene, const B
                    [&] { return make_broad_phase(scene, methods); }) {
   const BroadPhaseTraits traits = broad_self_->traits();
   has_all_pairs_ = traits.guarantee == Guarantee::conservative && !traits.closed_body_only;
+  answers_particles_ = traits.particles;
   if (!traits.self) broad_self_ = make_bvh_aabb();
   loose_.assign(context.motion.particles(), 1);
   for (const Triangle& t : context.motion.cloth_triangles())
@@ -55,6 +57,7 @@ void Candidates::prove_idle() {
 
 void Candidates::search_bodies() {
   body_pairs_.clear();
+  particle_contacts_.clear();
   if (bodies_idle_) return;
   const auto scope = context_.clock.measure("broad_phase");
   const PhaseClock::Scope busy(context_.plan.busy_bodies());
@@ -63,6 +66,21 @@ void Candidates::search_bodies() {
                           body_pairs_);
   drop_loose(body_pairs_);
   drop_excluded(body_pairs_, false);
+  if (answers_particles_) search_particles();
+}
+
+// The pairs of the contacts pass the same filters as all other pairs.
+void Candidates::search_particles() {
+  body_search_.find_particle_contacts(context_.motion.cloth(0.0), kPointReach * context_.rest_gap,
+                                      particle_contacts_);
+  CandidatePairs kept;
+  for (const ParticleContact& c : particle_contacts_) kept.point_triangle.push_back(c.pair);
+  std::sort(kept.point_triangle.begin(), kept.point_triangle.end());
+  drop_loose(kept);
+  drop_excluded(kept, false);
+  std::erase_if(particle_contacts_, [&](const ParticleContact& c) {
+    return !std::binary_search(kept.point_triangle.begin(), kept.point_triangle.end(), c.pair);
+  });
 }
 
 void Candidates::search_self() {

@@ -35,6 +35,11 @@ class Candidates {
   const CandidatePairs* with_bodies() const { return bodies_idle_ ? nullptr : &body_pairs_; }
   const CandidatePairs* with_self() const { return self_idle_ ? nullptr : &self_pairs_; }
 
+  /// Contacts of particles with bodies that the broad phase found itself; null: it finds pairs.
+  const std::vector<ParticleContact>* particle_contacts() const {
+    return answers_particles_ ? &particle_contacts_ : nullptr;
+  }
+
   /// Pairs that candidates leave out from now on; null: no pairs. Must outlive its use.
   void set_excluded(const ExcludedPairs* excluded) { excluded_ = excluded; }
   const ExcludedPairs* excluded() const { return excluded_; }
@@ -49,6 +54,7 @@ class Candidates {
   void drop_loose(CandidatePairs& pairs) const;
   void prove_idle();
   void search_bodies();
+  void search_particles();
   void search_self();
   void note_covered();
 
@@ -56,11 +62,13 @@ class Candidates {
   double margin_;
   std::unique_ptr<BroadPhase> broad_self_;  // the default if the scene's serves bodies only
   bool has_all_pairs_ = true;
+  bool answers_particles_ = false;
   BodySearch body_search_;
   std::vector<char> loose_;     // 1: a particle of no triangle; empty: there are none
   std::vector<Vec3> covered_;   // cloth ends that the candidates were searched for
   std::vector<Vec3> drifting_;  // cloth ends without the displacement that all particles share
   CandidatePairs body_pairs_, self_pairs_;
+  std::vector<ParticleContact> particle_contacts_;
   bool bodies_idle_ = false, self_idle_ = false;  // proved, so that those pairs were not searched
   const ExcludedPairs* excluded_ = nullptr;
 };

@@ -154,6 +154,22 @@ void Contacts::append_proximities(bool self, std::vector<ContactPoint>& out) {
   append_group(out);
 }
 
+// A particle that starts deep inside a body is in a part of space that the detector cannot see,
+// such as a hole; accepted states are outside.
+void Contacts::append_particles(std::span<const ParticleContact> contacts,
+                                std::vector<ContactPoint>& out) {
+  for (const ParticleContact& found : contacts) {
+    const Triangle& t = motion_.body_triangles()[found.pair.triangle];
+    const ContactPoint c =
+        joint({.kind = ContactKind::point_triangle,
+               .vertex = {found.pair.point, t[0], t[1], t[2]},
+               .weight = {1.0, -found.weight[0], -found.weight[1], -found.weight[2]},
+               .normal = found.normal},
+              false);
+    if (c.gap >= -kProximityReach * pair_rest_gap(c)) out.push_back(c);
+  }
+}
+
 void Contacts::find_proximities(const SearchContext& context, const Candidates& candidates,
                                 std::vector<ContactPoint>& out) {
   const auto scope = context.clock.measure("narrow_phase");
@@ -161,7 +177,9 @@ void Contacts::find_proximities(const SearchContext& context, const Candidates& 
   const double rest_gap = context.rest_gap;
   const double secondary = kRoundingReserve * kSecondaryReach * kSecondaryShare * rest_gap;
   const SurfaceView cloth = motion_.cloth(0.5 * rest_gap), body = motion_.bodies(0.5 * rest_gap);
-  if (const CandidatePairs* pairs = candidates.with_bodies()) {
+  if (const auto* contacts = candidates.particle_contacts()) {
+    append_particles(*contacts, out);
+  } else if (const CandidatePairs* pairs = candidates.with_bodies()) {
     const PhaseClock::Scope busy(context.plan.busy_bodies());
     selvedge::find_proximities(cloth, body, *pairs, kPointReach * rest_gap, found_, secondary);
     append_proximities(false, out);

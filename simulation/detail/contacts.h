@@ -40,6 +40,7 @@ class Contacts {
   double rest_gap(const ContactPoint& c, bool self) const;
   bool is_near(const Contact& contact, const ContactPoint& c) const;
   void append_proximities(bool self, std::vector<ContactPoint>& out);
+  void append_particles(std::span<const ParticleContact> contacts, std::vector<ContactPoint>& out);
   void append_group(std::vector<ContactPoint>& out);
 
   const SceneMotion& motion_;

@@ -212,7 +212,7 @@ using Clock = std::chrono::steady_clock;
 
 }  // namespace
 
-struct ImageSpace::State {
+struct ImageSpacePairs::State {
   /// The querying surface, and the surface that is drawn.
   struct Asking {
     detail::BoxesKey key;
@@ -252,7 +252,7 @@ struct ImageSpace::State {
   std::size_t bytes() const;
 };
 
-void ImageSpace::State::fit_asking(const SurfaceView& s, const char* name) {
+void ImageSpacePairs::State::fit_asking(const SurfaceView& s, const char* name) {
   if (asking.key.is_same_static(s)) return;
   asking.key.forget();
   detail::check_indices(s, name);
@@ -261,7 +261,7 @@ void ImageSpace::State::fit_asking(const SurfaceView& s, const char* name) {
   asking.key.set(s);
 }
 
-void ImageSpace::State::fit_drawn(const SurfaceView& s, const char* name) {
+void ImageSpacePairs::State::fit_drawn(const SurfaceView& s, const char* name) {
   const bool same_boxes = drawn.key.is_same_static(s);
   if (!same_boxes) {
     drawn.key.forget();
@@ -280,7 +280,7 @@ void ImageSpace::State::fit_drawn(const SurfaceView& s, const char* name) {
   drawn.key.set(s);
 }
 
-void ImageSpace::State::draw(const SurfaceView& s, const char* name) {
+void ImageSpacePairs::State::draw(const SurfaceView& s, const char* name) {
   drawn.copy.forget();
   drawn.unruly = unruly_triangles(drawn.boxes.triangles, s.thickness);
   drawn.sides.draw(s, drawn.unruly, resolution, renderer, name);
@@ -290,7 +290,7 @@ void ImageSpace::State::draw(const SurfaceView& s, const char* name) {
 
 /// Calls f for each triangle of the drawn surface that might meet the box, some more than once.
 template <class F>
-void ImageSpace::State::visit_triangles(const DoubleBox& box, F f) const {
+void ImageSpacePairs::State::visit_triangles(const DoubleBox& box, F f) const {
   if (drawn.sides.visit(box, thickness, f)) {
     for (const std::int32_t t : drawn.unruly) f(t);
     return;
@@ -302,9 +302,10 @@ void ImageSpace::State::visit_triangles(const DoubleBox& box, F f) const {
 /// Tests every box of `queries` against those of `targets` that belong to the triangles it finds:
 /// expand(triangle, g) calls g(target).
 template <class Expand>
-void ImageSpace::State::search(const std::vector<DoubleBox>& queries,
-                               const std::vector<DoubleBox>& targets, PairBuffer FoundPairs::*list,
-                               bool target_first, Expand expand) {
+void ImageSpacePairs::State::search(const std::vector<DoubleBox>& queries,
+                                    const std::vector<DoubleBox>& targets,
+                                    PairBuffer FoundPairs::*list, bool target_first,
+                                    Expand expand) {
   detail::PairParts out(parts, list, nullptr);
   const std::size_t grain = std::max(kLeastGrain, queries.size() / detail::kBoxPairParts + 1);
   parallel_for(queries.size(), grain, [&](std::size_t begin, std::size_t end) {
@@ -332,7 +333,7 @@ void ImageSpace::State::search(const std::vector<DoubleBox>& queries,
   });
 }
 
-void ImageSpace::State::find(const SurfaceView& drawn_view, bool first_is_drawn) {
+void ImageSpacePairs::State::find(const SurfaceView& drawn_view, bool first_is_drawn) {
   const SurfaceBoxes &q = asking.boxes, &d = drawn.boxes;
   // Points of the querying surface against triangles of the drawn one, and vice versa.
   PairBuffer FoundPairs::*asking_points =
@@ -348,7 +349,7 @@ void ImageSpace::State::find(const SurfaceView& drawn_view, bool first_is_drawn)
   });
 }
 
-std::size_t ImageSpace::State::bytes() const {
+std::size_t ImageSpacePairs::State::bytes() const {
   std::size_t total = asking.boxes.bytes() + drawn.boxes.bytes() + drawn.copy.bytes() +
                       drawn.sides.bytes() + drawn.edges.bytes() + collector.bytes() +
                       drawn.edge_list.capacity() * sizeof(Edge);
@@ -356,12 +357,13 @@ std::size_t ImageSpace::State::bytes() const {
   return total;
 }
 
-ImageSpace::ImageSpace(const ImageSpaceConfig& config) : state_(std::make_unique<State>()) {
-  state_->resolution = detail::checked_resolution(config.resolution, "image_space");
+ImageSpacePairs::ImageSpacePairs(const ImageSpacePairsConfig& config)
+    : state_(std::make_unique<State>()) {
+  state_->resolution = detail::checked_resolution(config.resolution, "image_space_pairs");
 }
-ImageSpace::~ImageSpace() = default;
+ImageSpacePairs::~ImageSpacePairs() = default;
 
-void ImageSpace::find_pairs(const SurfaceView& a, const SurfaceView& b, CandidatePairs& out) {
+void ImageSpacePairs::find_pairs(const SurfaceView& a, const SurfaceView& b, CandidatePairs& out) {
   State& s = *state_;
   out.clear();
   s.cost = {};
@@ -389,14 +391,14 @@ void ImageSpace::find_pairs(const SurfaceView& a, const SurfaceView& b, Candidat
   s.cost.query_s = seconds_since(built);
 }
 
-void ImageSpace::find_self_pairs(const SurfaceView&, CandidatePairs& out) {
+void ImageSpacePairs::find_self_pairs(const SurfaceView&, CandidatePairs& out) {
   out.clear();
   throw std::invalid_argument(
-      "image_space: does not support a surface with itself, whose folds hide each other; use "
+      "image_space_pairs: does not support a surface with itself, whose folds hide each other; use "
       "bvh_aabb");
 }
 
-BroadPhaseTraits ImageSpace::traits() const {
+BroadPhaseTraits ImageSpacePairs::traits() const {
   return {.guarantee = Guarantee::approximate,
           .self = false,
           .source =
@@ -404,29 +406,32 @@ BroadPhaseTraits ImageSpace::traits() const {
               "Y. Chrysanthou, Fast cloth animation on walking avatars, 2001"};
 }
 
-BroadPhaseCost ImageSpace::last_cost() const {
+BroadPhaseCost ImageSpacePairs::last_cost() const {
   BroadPhaseCost cost = state_->cost;
   cost.bytes = state_->bytes();
   return cost;
 }
 
-std::size_t ImageSpace::renders() const { return state_->renders; }
-std::size_t ImageSpace::unseen() const { return state_->drawn.sides.unseen(); }
+std::size_t ImageSpacePairs::renders() const { return state_->renders; }
+std::size_t ImageSpacePairs::unseen() const { return state_->drawn.sides.unseen(); }
+
+void register_particle_maps(BroadPhaseRegistry& registry);
 
 void register_image_space(BroadPhaseRegistry& registry) {
-  registry.add(
-      "image_space",
-      {{.name = "resolution",
-        .initial = static_cast<double>(ImageSpaceConfig{}.resolution),
-        .unit = "texels",
-        .least = 16.0,
-        .most = 4096.0,
-        .kind = OptionKind::whole,
-        .meaning = "texels along the longer side of each picture; more: fewer missed "
-                   "triangles, slower drawing"}},
-      [](const MethodOptions& o) {
-        return std::make_unique<ImageSpace>(ImageSpaceConfig{.resolution = o.whole("resolution")});
-      });
+  register_particle_maps(registry);
+  registry.add("image_space_pairs",
+               {{.name = "resolution",
+                 .initial = static_cast<double>(ImageSpacePairsConfig{}.resolution),
+                 .unit = "texels",
+                 .least = 16.0,
+                 .most = 4096.0,
+                 .kind = OptionKind::whole,
+                 .meaning = "texels along the longer side of each picture; more: fewer missed "
+                            "triangles, slower drawing"}},
+               [](const MethodOptions& o) {
+                 return std::make_unique<ImageSpacePairs>(
+                     ImageSpacePairsConfig{.resolution = o.whole("resolution")});
+               });
 }
 
 }  // namespace selvedge

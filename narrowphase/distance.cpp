@@ -259,26 +259,8 @@ void require_finite(const Query& query) {
 
 namespace {
 
+using narrowphase_detail::kScreenBlock;
 using narrowphase_detail::PairVertices;
-
-/// Whether the lines of two edges, and so the edges, are more than `reach` apart: the distance of
-/// the lines is |n·w| / |n| with the normal n = u × v and w from one edge to the other. n rounds by
-/// less than 8 units of |u| |v|, n·w by less than 16 of |u| |v| |w|, and the distance that
-/// edge_edge_closest computes by less than 8 of |u| + |v| + |w|, times |n| <= |u| |v|. Proves
-/// nothing where squares could underflow.
-bool lines_apart(const SurfaceView& a, const SurfaceView& b, const PairVertices& pair,
-                 double reach) {
-  constexpr double kSmallestSquare = 1e-200;  // m⁴
-  constexpr double kReserve = 1.0 + 32.0 * kHalfUlp, kOfProducts = 32.0 * kHalfUlp;
-  const Vec3 &a0 = a.x_t0[pair.vertex[0]], &b0 = b.x_t0[pair.vertex[2]];
-  const Vec3 u = a.x_t0[pair.vertex[1]] - a0, v = b.x_t0[pair.vertex[3]] - b0, w = b0 - a0;
-  const Vec3 n = u.cross(v);
-  if (!(n.squaredNorm() > kSmallestSquare)) return false;
-  const double length_u = u.norm(), length_v = v.norm();
-  const double rounding =
-      kOfProducts * length_u * length_v * (length_u + length_v + w.norm() + reach);
-  return std::abs(n.dot(w)) > kReserve * (reach * n.norm() + rounding);
-}
 
 void append_proximity(const Query& q, const PairVertices& pair, double reach, double reach_at_start,
                       std::vector<Contact>& out) {
@@ -302,24 +284,75 @@ void append_proximity(const Query& q, const PairVertices& pair, double reach, do
   out.push_back({pair.kind, pair.vertex, near.weight, n, 0.0, near.distance});
 }
 
+/// The pairs of two surfaces, compared in blocks before their exact distances are computed.
+class ProximityScreen {
+ public:
+  ProximityScreen(const SurfaceView& a, const SurfaceView& b, const CandidatePairs& pairs,
+                  const ProximityReach& reach)
+      : a_(a),
+        b_(b),
+        pairs_(pairs),
+        reach_(reach),
+        paths_(a, b),
+        primary_(paths_.limits(reach.reach, reach.primary_at_start)),
+        secondary_(paths_.limits(reach.reach, reach.secondary_at_start)) {}
+
+  /// Appends the proximities among the pairs begin to end, and writes the rooms of these pairs.
+  void find(std::size_t begin, std::size_t end, float* rooms, std::vector<Contact>& out) const {
+    for (std::size_t i = begin, n = 0; i < end; i += n) n = find_block(i, end, rooms + i, out);
+  }
+
+ private:
+  /// Handles pairs of one kind from `begin` on, at most kScreenBlock; returns their number.
+  std::size_t find_block(std::size_t begin, std::size_t end, float* rooms,
+                         std::vector<Contact>& out) const {
+    std::array<PairVertices, kScreenBlock> pairs;
+    narrowphase_detail::PathBlock block;
+    std::size_t n = 0;
+    for (; n < pairs.size() && begin + n < end; ++n) {
+      pairs[n] = narrowphase_detail::pair_at(a_, b_, pairs_, begin + n);
+      if (pairs[n].kind != pairs[0].kind) break;
+    }
+    for (std::size_t j = 0; j < pairs.size(); ++j)  // padded with copies of the last pair
+      for (int k = 0; k < 4; ++k) block[k][j] = paths_.numbers(pairs[std::min(j, n - 1)], k);
+    const ContactKind kind = pairs[0].kind;
+    const bool primary = kind == ContactKind::point_triangle;
+    std::array<float, kScreenBlock> room;
+    const std::uint32_t far =
+        screen_(block, kind == ContactKind::edge_edge, primary ? primary_ : secondary_, room);
+    std::copy_n(room.begin(), n, rooms);
+    for (std::size_t j = 0; j < n; ++j)
+      if ((far >> j & 1U) == 0)
+        append_proximity(narrowphase_detail::query_of(a_, b_, pairs[j]), pairs[j], reach_.reach,
+                         primary ? reach_.primary_at_start : reach_.secondary_at_start, out);
+    return n;
+  }
+
+  const SurfaceView &a_, &b_;
+  const CandidatePairs& pairs_;
+  ProximityReach reach_;
+  narrowphase_detail::FloatPaths paths_;
+  narrowphase_detail::ScreenLimits primary_, secondary_;
+  narrowphase_detail::Screen screen_ = narrowphase_detail::best_screen();
+};
+
 }  // namespace
 
 void find_proximities(const SurfaceView& a, const SurfaceView& b, const CandidatePairs& pairs,
-                      double reach, std::vector<Contact>& out, double secondary_reach) {
-  constexpr double kAny = std::numeric_limits<double>::infinity();
-  const narrowphase_detail::FloatPaths paths(a, b);
+                      const ProximityReach& reach, std::vector<Contact>& out) {
+  std::vector<float> rooms;
+  find_proximities(a, b, pairs, reach, out, rooms);
+}
+
+void find_proximities(const SurfaceView& a, const SurfaceView& b, const CandidatePairs& pairs,
+                      const ProximityReach& reach, std::vector<Contact>& out,
+                      std::vector<float>& rooms) {
+  const ProximityScreen screen(a, b, pairs, reach);
   const std::size_t n = pairs.size();
+  rooms.resize(n);
   std::vector<std::vector<Contact>> found((n + kGrain - 1) / kGrain);
   parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
-    std::vector<Contact>& mine = found[begin / kGrain];
-    for (std::size_t i = begin; i < end; ++i) {
-      const PairVertices pair = narrowphase_detail::pair_at(a, b, pairs, i);
-      const bool edges = pair.kind == ContactKind::edge_edge;
-      const double at_start = pair.kind == ContactKind::point_triangle ? kAny : secondary_reach;
-      if (paths.far_apart(pair, reach, at_start) || (edges && lines_apart(a, b, pair, at_start)))
-        continue;
-      append_proximity(narrowphase_detail::query_of(a, b, pair), pair, reach, at_start, mine);
-    }
+    screen.find(begin, end, rooms.data(), found[begin / kGrain]);
   });
   out.clear();
   for (const std::vector<Contact>& part : found) out.insert(out.end(), part.begin(), part.end());

@@ -453,7 +453,7 @@ TEST(FindProximities, FindsExactlyThePairsThatAreOrComeNear) {
   const CandidatePairs pairs = all_pairs(a, b);
   constexpr double kReach = 0.1;
   std::vector<Contact> contacts;
-  find_proximities(a.view(), b.view(), pairs, kReach, contacts);
+  find_proximities(a.view(), b.view(), pairs, {.reach = kReach}, contacts);
   std::size_t next = 0;
   const auto expect = [&](ContactKind kind, const std::array<std::int32_t, 4>& vertex) {
     Contact c;
@@ -507,7 +507,8 @@ std::size_t near_at(const Vec3& place, double above, double below, double reach,
   pairs.point_triangle = {{0, 0}};
   pairs.edge_edge = {{0, 0}};
   std::vector<Contact> contacts;
-  find_proximities(a.view(), b.view(), pairs, reach, contacts, secondary);
+  find_proximities(a.view(), b.view(), pairs,
+                   {.reach = reach, .secondary_at_start = secondary}, contacts);
   return contacts.size();
 }
 
@@ -535,8 +536,9 @@ TEST(FindProximities, TinyAndHugePairsAreNear) {
     CandidatePairs pairs;
     pairs.edge_edge = {{0, 0}};
     std::vector<Contact> contacts;
-    find_proximities(a.view(), b.view(), pairs, std::max(1e-3, scale), contacts,
-                     std::max(1e-3, scale));
+    const double reach = std::max(1e-3, scale);
+    find_proximities(a.view(), b.view(), pairs, {.reach = reach, .secondary_at_start = reach},
+                     contacts);
     EXPECT_EQ(contacts.size(), 1u) << scale;
   }
 }
@@ -557,7 +559,8 @@ TEST(FindProximities, EdgesCountToTheLastBitAsTheirDistanceSays) {
     const double distance = edge_edge_closest(a.x_t0[0], a.x_t0[1], b.x_t0[0], b.x_t0[1]).distance;
     for (const double reach : {1e-3, distance, std::nextafter(distance, 1.0)}) {
       std::vector<Contact> contacts;
-      find_proximities(a.view(), b.view(), pairs, 1.0, contacts, reach);
+      find_proximities(a.view(), b.view(), pairs, {.reach = 1.0, .secondary_at_start = reach},
+                       contacts);
       EXPECT_EQ(contacts.size(), distance < reach ? 1u : 0u) << i;
       inside += distance < reach ? 1 : 0;
     }
@@ -574,7 +577,7 @@ TEST(FindProximities, TouchingPairsGetTheNormalOfTheTriangleFromTheSideTheyComeF
   CandidatePairs pairs;
   pairs.point_triangle = {{0, 0}};
   std::vector<Contact> contacts;
-  find_proximities(a.view(), b.view(), pairs, 0.01, contacts);
+  find_proximities(a.view(), b.view(), pairs, {.reach = 0.01}, contacts);
   ASSERT_EQ(contacts.size(), 1u);
   EXPECT_NEAR((contacts[0].normal - Vec3(0, 0, 1)).norm(), 0.0, 1e-15);
   EXPECT_EQ(contacts[0].gap, 0.0);

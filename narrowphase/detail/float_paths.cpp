@@ -39,11 +39,20 @@ FloatPaths::FloatPaths(const SurfaceView& a, const SurfaceView& b) {
   const bool proves = largest <= kFarthest;
   slack_ = proves ? static_cast<float>(std::max(kSlack * largest, kLeastSlack))
                   : std::numeric_limits<float>::infinity();
-  gap_slack_ = kOfGap * slack_;
-  spread_slack_ = gap_slack_ + kOfSpread * slack_;
   own_a_ = convert(a, proves);
   if (&a != &b) own_b_ = convert(b, proves);
   paths_ = {own_a_.data(), &a != &b ? own_b_.data() : own_a_.data()};
+}
+
+ScreenLimits FloatPaths::limits(double reach, double reach_at_start) const {
+  constexpr double kRoundedUp = 1.0 + 0x1p-22;  // whatever the conversion to float rounds
+  const double of_gap = kOfGap * slack_, of_spread = of_gap + kOfSpread * slack_;
+  const auto up = [](double x) { return static_cast<float>(kRoundedUp * x); };
+  return {.slack = slack_,
+          .at_start = up(reach_at_start + of_gap),
+          .with_motion = up(reach + of_spread),
+          .lines = up(reach_at_start),
+          .offset = slack_};
 }
 
 double FloatPaths::largest_coordinate(const SurfaceView& view, const char* name) {

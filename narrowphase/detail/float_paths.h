@@ -3,10 +3,10 @@
 
 #include <selvedge/core/collision_types.h>
 #include <selvedge/narrowphase/detail/contact_geometry.h>
+#include <selvedge/narrowphase/detail/pair_screen.h>
 
 #include <Eigen/Core>
 #include <array>
-#include <cmath>
 #include <span>
 #include <vector>
 
@@ -27,13 +27,15 @@ class FloatPaths {
   /// the same order at both ends. Differences are linear in t, so the order holds in between.
   bool never_meet(const PairVertices& pair) const;
 
-  /// Whether the distance at t = 0 is more than `reach_at_start`, or more than `reach` and the
-  /// largest relative displacement of two vertices together, both in metres.
-  bool far_apart(const PairVertices& pair, double reach, double reach_at_start) const;
+  /// The path of vertex k of a pair, as a screen takes it.
+  const float* numbers(const PairVertices& pair, int k) const { return path(pair, k).t0.data(); }
+  /// Limits of a screen: pairs are far if their distance at t = 0 is more than `reach_at_start`, or
+  /// more than `reach` and the largest relative displacement of two vertices together; in metres.
+  ScreenLimits limits(double reach, double reach_at_start) const;
 
  private:
   using Array = Eigen::Array4f;
-  struct Path {
+  struct alignas(32) Path {
     Array t0, t1;  ///< the last component is 0
   };
   struct Boxes;
@@ -48,8 +50,6 @@ class FloatPaths {
   std::vector<Path> own_a_, own_b_;
   std::array<const Path*, 2> paths_;  ///< of a and b
   float slack_ = 0.0F;                ///< m, of the difference of two coordinates
-  double gap_slack_ = 0.0;            ///< m, of the distance of two boxes
-  double spread_slack_ = 0.0;         ///< m, of that and a relative displacement together
 };
 
 /// Boxes of the two primitives of a pair.
@@ -86,24 +86,6 @@ inline bool FloatPaths::never_meet(const PairVertices& pair) const {
   return ordered([](const Array& x) { return x; }) ||
          ordered([&](const Array& x) { return Array(x + next(x)); }) ||
          ordered([&](const Array& x) { return Array(x - next(x)); });
-}
-
-inline bool FloatPaths::far_apart(const PairVertices& pair, double reach,
-                                  double reach_at_start) const {
-  constexpr double kRounding = 1.0 + 0x1p-20;  // of the lengths themselves
-  const bool edges = pair.kind == ContactKind::edge_edge;
-  const Path &p0 = path(pair, 0), &p1 = path(pair, 1), &p2 = path(pair, 2), &p3 = path(pair, 3);
-  const Boxes start(p0.t0, p1.t0, p2.t0, p3.t0, edges);
-  const double gap_squared =
-      double{start.above().max(start.below()).max(Array::Zero()).square().sum()};
-  const double at_start = kRounding * (reach_at_start + gap_slack_);
-  if (gap_squared > at_start * at_start) return true;
-  if (!(gap_squared > reach * reach)) return false;
-  const Boxes moved(p0.t1 - p0.t0, p1.t1 - p1.t0, p2.t1 - p2.t0, p3.t1 - p3.t0, edges);
-  const double spread = std::sqrt(
-      double{(moved.hi_b - moved.lo_a).abs().max((moved.hi_a - moved.lo_b).abs()).square().sum()});
-  const double bound = kRounding * (reach + spread + spread_slack_);
-  return gap_squared > bound * bound;
 }
 
 }  // namespace selvedge::narrowphase_detail

@@ -3,6 +3,7 @@
 
 #include <selvedge/scene/methods.h>
 #include <selvedge/simulation/detail/body_search.h>
+#include <selvedge/simulation/detail/certificates.h>
 #include <selvedge/simulation/detail/excluded_pairs.h>
 #include <selvedge/simulation/detail/search_context.h>
 
@@ -35,6 +36,9 @@ class Candidates {
   const CandidatePairs* with_bodies() const { return bodies_idle_ ? nullptr : &body_pairs_; }
   const CandidatePairs* with_self() const { return self_idle_ ? nullptr : &self_pairs_; }
 
+  /// Proofs that candidates do not collide.
+  Certificates& certificates() { return certificates_; }
+
   /// Pairs that candidates leave out from now on; null: no pairs. Must outlive its use.
   void set_excluded(const ExcludedPairs* excluded) { excluded_ = excluded; }
   const ExcludedPairs* excluded() const { return excluded_; }
@@ -61,6 +65,7 @@ class Candidates {
   std::vector<Vec3> covered_;   // cloth ends that the candidates were searched for
   std::vector<Vec3> drifting_;  // cloth ends without the displacement that all particles share
   CandidatePairs body_pairs_, self_pairs_;
+  Certificates certificates_;
   bool bodies_idle_ = false, self_idle_ = false;  // proved, so that those pairs were not searched
   const ExcludedPairs* excluded_ = nullptr;
 };

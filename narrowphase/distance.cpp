@@ -259,7 +259,6 @@ void require_finite(const Query& query) {
 
 namespace {
 
-using narrowphase_detail::kScreenBlock;
 using narrowphase_detail::PairVertices;
 
 void append_proximity(const Query& q, const PairVertices& pair, double reach, double reach_at_start,
@@ -284,58 +283,6 @@ void append_proximity(const Query& q, const PairVertices& pair, double reach, do
   out.push_back({pair.kind, pair.vertex, near.weight, n, 0.0, near.distance});
 }
 
-/// The pairs of two surfaces, compared in blocks before their exact distances are computed.
-class ProximityScreen {
- public:
-  ProximityScreen(const SurfaceView& a, const SurfaceView& b, const CandidatePairs& pairs,
-                  const ProximityReach& reach)
-      : a_(a),
-        b_(b),
-        pairs_(pairs),
-        reach_(reach),
-        paths_(a, b),
-        primary_(paths_.limits(reach.reach, reach.primary_at_start)),
-        secondary_(paths_.limits(reach.reach, reach.secondary_at_start)) {}
-
-  /// Appends the proximities among the pairs begin to end, and writes the rooms of these pairs.
-  void find(std::size_t begin, std::size_t end, float* rooms, std::vector<Contact>& out) const {
-    for (std::size_t i = begin, n = 0; i < end; i += n) n = find_block(i, end, rooms + i, out);
-  }
-
- private:
-  /// Handles pairs of one kind from `begin` on, at most kScreenBlock; returns their number.
-  std::size_t find_block(std::size_t begin, std::size_t end, float* rooms,
-                         std::vector<Contact>& out) const {
-    std::array<PairVertices, kScreenBlock> pairs;
-    narrowphase_detail::PathBlock block;
-    std::size_t n = 0;
-    for (; n < pairs.size() && begin + n < end; ++n) {
-      pairs[n] = narrowphase_detail::pair_at(a_, b_, pairs_, begin + n);
-      if (pairs[n].kind != pairs[0].kind) break;
-    }
-    for (std::size_t j = 0; j < pairs.size(); ++j)  // padded with copies of the last pair
-      for (int k = 0; k < 4; ++k) block[k][j] = paths_.numbers(pairs[std::min(j, n - 1)], k);
-    const ContactKind kind = pairs[0].kind;
-    const bool primary = kind == ContactKind::point_triangle;
-    std::array<float, kScreenBlock> room;
-    const std::uint32_t far =
-        screen_(block, kind == ContactKind::edge_edge, primary ? primary_ : secondary_, room);
-    std::copy_n(room.begin(), n, rooms);
-    for (std::size_t j = 0; j < n; ++j)
-      if ((far >> j & 1U) == 0)
-        append_proximity(narrowphase_detail::query_of(a_, b_, pairs[j]), pairs[j], reach_.reach,
-                         primary ? reach_.primary_at_start : reach_.secondary_at_start, out);
-    return n;
-  }
-
-  const SurfaceView &a_, &b_;
-  const CandidatePairs& pairs_;
-  ProximityReach reach_;
-  narrowphase_detail::FloatPaths paths_;
-  narrowphase_detail::ScreenLimits primary_, secondary_;
-  narrowphase_detail::Screen screen_ = narrowphase_detail::best_screen();
-};
-
 }  // namespace
 
 void find_proximities(const SurfaceView& a, const SurfaceView& b, const CandidatePairs& pairs,
@@ -347,12 +294,27 @@ void find_proximities(const SurfaceView& a, const SurfaceView& b, const Candidat
 void find_proximities(const SurfaceView& a, const SurfaceView& b, const CandidatePairs& pairs,
                       const ProximityReach& reach, std::vector<Contact>& out,
                       std::vector<float>& rooms) {
-  const ProximityScreen screen(a, b, pairs, reach);
+  const narrowphase_detail::SurfacePairs in{a, b, pairs};
+  const narrowphase_detail::FloatPaths paths(a, b);
   const std::size_t n = pairs.size();
   rooms.resize(n);
   std::vector<std::vector<Contact>> found((n + kGrain - 1) / kGrain);
   parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
-    screen.find(begin, end, rooms.data(), found[begin / kGrain]);
+    std::vector<Contact>& mine = found[begin / kGrain];
+    narrowphase_detail::PairBlock block;
+    std::array<float, narrowphase_detail::kScreenBlock> room;
+    for (std::size_t i = begin; i < end; i += block.size) {
+      paths.take_block(in, i, end, block);
+      const double at_start = block.pairs[0].kind == ContactKind::point_triangle
+                                  ? reach.primary_at_start
+                                  : reach.secondary_at_start;
+      const std::uint32_t far = paths.compare(block, paths.limits(reach.reach, at_start), room);
+      std::copy_n(room.begin(), block.size, rooms.begin() + static_cast<std::ptrdiff_t>(i));
+      for (std::size_t j = 0; j < block.size; ++j)
+        if ((far >> j & 1U) == 0)
+          append_proximity(narrowphase_detail::query_of(a, b, block.pairs[j]), block.pairs[j],
+                           reach.reach, at_start, mine);
+    }
   });
   out.clear();
   for (const std::vector<Contact>& part : found) out.insert(out.end(), part.begin(), part.end());

@@ -119,8 +119,7 @@ void ContactForce::start(Entry& e) const {
   e.target = std::min(c.rest_gap, std::max(c.gap, 0.0) + config_.recovery * c.rest_gap);
   e.stiffness = config_.normal_ratio * e.m_eff / (motion_.h * motion_.h);
   e.load = first_load(e);
-  e.approach =
-      e.m_eff * std::max(0.0, e.target - c.gap - c.normal.dot(motion_of(e, v_predicted_)));
+  e.approach = e.m_eff * std::max(0.0, e.target - c.gap - c.normal.dot(motion_of(e, v_predicted_)));
 }
 
 bool ContactForce::is_impact() const { return approach_ > kImpact * room_; }

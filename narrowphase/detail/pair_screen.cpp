@@ -18,10 +18,10 @@ constexpr int kLanes = SELVEDGE_SCREEN_LANES;
 }  // namespace
 }  // namespace narrow_screen
 
-Screen screen_narrow() { return narrow_screen::screen; }
+Screen screen_narrow() { return {narrow_screen::compare, narrow_screen::never_meet}; }
 
-Screen best_screen() {
-  static const Screen best = screen_avx2() != nullptr ? screen_avx2() : screen_narrow();
+const Screen& best_screen() {
+  static const Screen best = screen_avx2().compare != nullptr ? screen_avx2() : screen_narrow();
   return best;
 }
 

@@ -34,7 +34,8 @@ constexpr int kLanes = SELVEDGE_SCREEN_LANES;
 namespace selvedge::narrowphase_detail {
 
 Screen screen_avx2() {
-  return __builtin_cpu_supports("avx2") ? avx2_screen::screen : nullptr;
+  if (!__builtin_cpu_supports("avx2")) return {};
+  return {avx2_screen::compare, avx2_screen::never_meet};
 }
 
 }  // namespace selvedge::narrowphase_detail
@@ -43,7 +44,7 @@ Screen screen_avx2() {
 
 namespace selvedge::narrowphase_detail {
 
-Screen screen_avx2() { return nullptr; }
+Screen screen_avx2() { return {}; }
 
 }  // namespace selvedge::narrowphase_detail
 

@@ -46,8 +46,7 @@ void Certificates::measure(std::span<const Vec3> x_t1) {
   moved_.resize(x_t1.size());
   parallel_for(x_t1.size(), kVertexGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
-      moved_[i] =
-          static_cast<float>(kRoundedUp * (x_t1[i] - x_t1_[i]).lpNorm<Eigen::Infinity>());
+      moved_[i] = static_cast<float>(kRoundedUp * (x_t1[i] - x_t1_[i]).lpNorm<Eigen::Infinity>());
   });
   for (const float moved : moved_) most_ = std::max(most_, moved);
 }
@@ -55,7 +54,7 @@ void Certificates::measure(std::span<const Vec3> x_t1) {
 const CandidatePairs& Certificates::open(bool self, const SurfaceView& a, const SurfaceView& b,
                                          const CandidatePairs& all) {
   List& list = self ? self_ : bodies_;
-  if (list.rooms.size() != all.size()) return all;
+  if (list.rooms.empty() || list.rooms.size() != all.size()) return all;
   const float* of_a = moved_.data();
   const float* of_b = self ? of_a : of_a + a.x_t1.size();
   const auto of_triangle = [](const float* moved, const Triangle& t) {

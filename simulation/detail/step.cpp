@@ -160,8 +160,7 @@ StepOutcome solve_implicit(StepMethods& m, const StepInput& in, StepAttempt& a) 
   for (int round = 0; round < kMaxSolves + kMaxCollisionSolves; ++round) {
     double residual = 0.0;
     // A response without terms does all of its work after the solve, so that one solve suffices.
-    if (const auto terms = response_terms(m);
-        round == 0 || a.answered_in_solve || !terms.empty()) {
+    if (const auto terms = response_terms(m); round == 0 || a.answered_in_solve || !terms.empty()) {
       residual = solve(m, in, a, terms, looser);
       if (m.trace) move_by_velocity(in, a);
       trace_stage(m, collision_solves == 0 ? "solve" : "collision solve", a, terms);

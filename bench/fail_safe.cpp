@@ -164,7 +164,7 @@ void print(const Case& c, const std::string& name, Row& row) {
   const double rounds = count("impulse_passes") + count("projection_rounds") +
                         count("zone_rounds") + count("plane_rounds") + count("bound_rounds");
   fmt::print("| {} | {} | {} | {} | {:.0f} | {:.2f} | {:.2f} | {:.2f} | {} | {} |\n", c.name, name,
-             row.result.steps, row.result.halvings, rounds, row.wall, phase("response"),
+             row.result.steps, row.result.halvings, rounds, row.wall, phase("repair"),
              row.result.final_max_speed,
              c.slide > 0.0 ? fmt::format("{:.2f} of {:.2f}", row.sliding, c.slide) : "",
              row.wrong             ? fmt::format("**{} wrong**", row.wrong)

@@ -194,7 +194,7 @@ std::vector<Proximity> contacts_within(const PreparedSurface& a, const PreparedS
   const CandidatePairs pairs = candidates(*make_bvh_aabb(), a, b, distance);
   const SurfaceView view_a = a.view(), view_b = b.view();
   std::vector<Contact> contacts;
-  find_proximities(view_a, &a == &b ? view_a : view_b, pairs, distance, contacts);
+  find_proximities(view_a, &a == &b ? view_a : view_b, pairs, {.reach = distance}, contacts);
   auto out = with_primitives<Proximity>(
       a, b, pairs, contacts, [](const Contact& contact, Proximity& p) { p.gap = contact.gap; });
   std::sort(out.begin(), out.end(), [](const Proximity& p, const Proximity& q) {

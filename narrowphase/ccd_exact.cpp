@@ -128,8 +128,17 @@ class CcdExact final : public NarrowPhase {
   void find_contacts(const SurfaceView& a, const SurfaceView& b, const CandidatePairs& pairs,
                      std::vector<Contact>& out) const override {
     const narrowphase_detail::FloatPaths paths(a, b);
+    const narrowphase_detail::SurfacePairs in{a, b, pairs};
     narrowphase_detail::find_contacts_among(
-        {a, b, pairs}, [&](const auto& pair) { return !paths.never_meet(pair); },
+        in,
+        [&](std::size_t begin, std::size_t end, const auto& add) {
+          narrowphase_detail::PairBlock block;
+          paths.take_block(in, begin, end, block);
+          const std::uint32_t never = paths.never_meet(block);
+          for (std::size_t j = 0; j < block.size; ++j)
+            if ((never >> j & 1U) == 0) add(block.pairs[j]);
+          return block.size;
+        },
         [&](std::span<const Query> queries, std::span<double> toi) {
           CcdExactStages stages;
           find_times_of_finite(queries, toi, stages);

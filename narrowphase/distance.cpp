@@ -261,25 +261,6 @@ namespace {
 
 using narrowphase_detail::PairVertices;
 
-/// Whether the lines of two edges, and so the edges, are more than `reach` apart: the distance of
-/// the lines is |n·w| / |n| with the normal n = u × v and w from one edge to the other. n rounds by
-/// less than 8 units of |u| |v|, n·w by less than 16 of |u| |v| |w|, and the distance that
-/// edge_edge_closest computes by less than 8 of |u| + |v| + |w|, times |n| <= |u| |v|. Proves
-/// nothing where squares could underflow.
-bool lines_apart(const SurfaceView& a, const SurfaceView& b, const PairVertices& pair,
-                 double reach) {
-  constexpr double kSmallestSquare = 1e-200;  // m⁴
-  constexpr double kReserve = 1.0 + 32.0 * kHalfUlp, kOfProducts = 32.0 * kHalfUlp;
-  const Vec3 &a0 = a.x_t0[pair.vertex[0]], &b0 = b.x_t0[pair.vertex[2]];
-  const Vec3 u = a.x_t0[pair.vertex[1]] - a0, v = b.x_t0[pair.vertex[3]] - b0, w = b0 - a0;
-  const Vec3 n = u.cross(v);
-  if (!(n.squaredNorm() > kSmallestSquare)) return false;
-  const double length_u = u.norm(), length_v = v.norm();
-  const double rounding =
-      kOfProducts * length_u * length_v * (length_u + length_v + w.norm() + reach);
-  return std::abs(n.dot(w)) > kReserve * (reach * n.norm() + rounding);
-}
-
 void append_proximity(const Query& q, const PairVertices& pair, double reach, double reach_at_start,
                       std::vector<Contact>& out) {
   const ClosestPoints near = narrowphase_detail::closest_points(q.kind, q.x_t0);
@@ -305,20 +286,34 @@ void append_proximity(const Query& q, const PairVertices& pair, double reach, do
 }  // namespace
 
 void find_proximities(const SurfaceView& a, const SurfaceView& b, const CandidatePairs& pairs,
-                      double reach, std::vector<Contact>& out, double secondary_reach) {
-  constexpr double kAny = std::numeric_limits<double>::infinity();
+                      const ProximityReach& reach, std::vector<Contact>& out) {
+  std::vector<float> rooms;
+  find_proximities(a, b, pairs, reach, out, rooms);
+}
+
+void find_proximities(const SurfaceView& a, const SurfaceView& b, const CandidatePairs& pairs,
+                      const ProximityReach& reach, std::vector<Contact>& out,
+                      std::vector<float>& rooms) {
+  const narrowphase_detail::SurfacePairs in{a, b, pairs};
   const narrowphase_detail::FloatPaths paths(a, b);
   const std::size_t n = pairs.size();
+  rooms.resize(n);
   std::vector<std::vector<Contact>> found((n + kGrain - 1) / kGrain);
   parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
     std::vector<Contact>& mine = found[begin / kGrain];
-    for (std::size_t i = begin; i < end; ++i) {
-      const PairVertices pair = narrowphase_detail::pair_at(a, b, pairs, i);
-      const bool edges = pair.kind == ContactKind::edge_edge;
-      const double at_start = pair.kind == ContactKind::point_triangle ? kAny : secondary_reach;
-      if (paths.far_apart(pair, reach, at_start) || (edges && lines_apart(a, b, pair, at_start)))
-        continue;
-      append_proximity(narrowphase_detail::query_of(a, b, pair), pair, reach, at_start, mine);
+    narrowphase_detail::PairBlock block;
+    std::array<float, narrowphase_detail::kScreenBlock> room;
+    for (std::size_t i = begin; i < end; i += block.size) {
+      paths.take_block(in, i, end, block);
+      const double at_start = block.pairs[0].kind == ContactKind::point_triangle
+                                  ? reach.primary_at_start
+                                  : reach.secondary_at_start;
+      const std::uint32_t far = paths.compare(block, paths.limits(reach.reach, at_start), room);
+      std::copy_n(room.begin(), block.size, rooms.begin() + static_cast<std::ptrdiff_t>(i));
+      for (std::size_t j = 0; j < block.size; ++j)
+        if ((far >> j & 1U) == 0)
+          append_proximity(narrowphase_detail::query_of(a, b, block.pairs[j]), block.pairs[j],
+                           reach.reach, at_start, mine);
     }
   });
   out.clear();

@@ -44,14 +44,28 @@ double slab_width(ContactKind kind, const std::array<Vec3, 4>& x, const Vec3& no
 void find_separations(const SurfaceView& a, const SurfaceView& b, const CandidatePairs& pairs,
                       std::vector<Contact>& out);
 
-/// Writes to `out` the pairs whose primitives are nearer than `reach` metres at t = 0, and those
-/// whose distance falls below it after subtracting the approach along the connecting line over the
-/// step. In pair order; toi is 0, gap the distance at t = 0, normal the direction between the
-/// closest points there (if the distance is too small to give one: the triangle normal or the cross
-/// product of the edges, towards the side at t = 0). Pairs of two edges, or of a triangle of `a`
-/// and a point of `b`, count only if they are nearer than `secondary_reach` metres at t = 0, too.
+/// Distances of find_proximities, in metres.
+struct ProximityReach {
+  double reach = 0.0;  ///< a pair nearer than this at t = 0, or after its approach, counts
+  /// Only pairs that are nearer than this at t = 0 count: those of a point of `a` and a triangle of
+  /// `b`, and all others.
+  double primary_at_start = std::numeric_limits<double>::infinity();
+  double secondary_at_start = std::numeric_limits<double>::infinity();
+};
+
+/// Writes to `out` the pairs whose primitives are nearer than `reach` at t = 0, and those whose
+/// distance falls below it after subtracting the approach along the connecting line over the step.
+/// In pair order; toi is 0, gap the distance at t = 0, normal the direction between the closest
+/// points there (if the distance is too small to give one: the triangle normal or the cross product
+/// of the edges, towards the side at t = 0).
 void find_proximities(const SurfaceView& a, const SurfaceView& b, const CandidatePairs& pairs,
-                      double reach, std::vector<Contact>& out,
-                      double secondary_reach = std::numeric_limits<double>::infinity());
+                      const ProximityReach& reach, std::vector<Contact>& out);
+
+/// The same, and writes the room of every pair to `rooms`, m: the pair shares no point during the
+/// step while x_t0 stays and the ends change by less than this: the largest change of a coordinate
+/// of x_t1 in the one primitive, plus that in the other. Negative: unknown.
+void find_proximities(const SurfaceView& a, const SurfaceView& b, const CandidatePairs& pairs,
+                      const ProximityReach& reach, std::vector<Contact>& out,
+                      std::vector<float>& rooms);
 
 }  // namespace selvedge

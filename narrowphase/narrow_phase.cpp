@@ -7,8 +7,13 @@ void NarrowPhase::find_contacts(const SurfaceView& a, const SurfaceView& b,
                                 const CandidatePairs& pairs, std::vector<Contact>& out) const {
   narrowphase_detail::require_finite(a, "a");
   if (&a != &b) narrowphase_detail::require_finite(b, "b");
+  const narrowphase_detail::SurfacePairs in{a, b, pairs};
   narrowphase_detail::find_contacts_among(
-      {a, b, pairs}, [](const auto&) { return true; },
+      in,
+      [&](std::size_t begin, std::size_t, const auto& add) -> std::size_t {
+        add(narrowphase_detail::pair_at(a, b, pairs, begin));
+        return 1;
+      },
       [&](std::span<const Query> queries, std::span<double> toi) { find_times(queries, toi); },
       out);
 }

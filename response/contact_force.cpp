@@ -9,7 +9,9 @@
 namespace selvedge {
 namespace {
 
-constexpr std::size_t kGrain = 1024;
+// Contacts per range: of sums, and of work on each contact alone.
+constexpr std::size_t kGrain = 1024, kEach = 256;
+constexpr std::size_t kVertexGrain = 4096;
 
 // How far cloth may intrude into a rest gap, as a share of it, because its contact was left out of
 // the solve.
@@ -86,26 +88,38 @@ void ContactForce::add(std::span<const ContactPoint> contacts) {
   for (const ContactPoint& c : contacts) {
     const double compliance_c = compliance(c, motion_.inv_mass);
     if (compliance_c <= 0.0) continue;  // nothing here can move
-    const double m_eff = 1.0 / compliance_c;
-    Entry e;
+    Entry& e = entries_.emplace_back();
     e.point = c;
-    e.body_motion = Vec3::Zero();
-    for (int k = 0; k < 4; ++k)
-      if (const auto i = static_cast<std::size_t>(c.vertex[k]); i >= motion_.particles)
-        e.body_motion += c.weight[k] * body_displacement_[i - motion_.particles];
-    e.target = std::min(c.rest_gap, std::max(c.gap, 0.0) + config_.recovery * c.rest_gap);
-    e.stiffness = config_.normal_ratio * m_eff / (h * h);
-    e.m_eff = m_eff;
-    e.load = first_load(e);
-    room_ += m_eff * c.rest_gap;
-    approach_ += m_eff * std::max(0.0, e.target - c.gap - c.normal.dot(motion_of(e, v_predicted_)));
-    entries_.push_back(e);
+    e.m_eff = 1.0 / compliance_c;
+  }
+  const std::span<Entry> added = std::span(entries_).subspan(first);
+  parallel_for(added.size(), kEach, [&](std::size_t begin, std::size_t end) {
+    for (Entry& e : added.subspan(begin, end - begin)) start(e);
+  });
+  for (const Entry& e : added) {
+    room_ += e.m_eff * e.point.rest_gap;
+    approach_ += e.approach;
   }
   const double ratio = is_impact() ? config_.impact_stick_ratio : config_.stick_ratio;
-  for (Entry& e : std::span(entries_).subspan(first)) {
-    e.stick = ratio * e.m_eff / h;
-    start_friction(e);
-  }
+  parallel_for(added.size(), kEach, [&](std::size_t begin, std::size_t end) {
+    for (Entry& e : added.subspan(begin, end - begin)) {
+      e.stick = ratio * e.m_eff / h;
+      start_friction(e);
+    }
+  });
+}
+
+// What does not depend on the other contacts.
+void ContactForce::start(Entry& e) const {
+  const ContactPoint& c = e.point;
+  e.body_motion = Vec3::Zero();
+  for (int k = 0; k < 4; ++k)
+    if (const auto i = static_cast<std::size_t>(c.vertex[k]); i >= motion_.particles)
+      e.body_motion += c.weight[k] * body_displacement_[i - motion_.particles];
+  e.target = std::min(c.rest_gap, std::max(c.gap, 0.0) + config_.recovery * c.rest_gap);
+  e.stiffness = config_.normal_ratio * e.m_eff / (motion_.h * motion_.h);
+  e.load = first_load(e);
+  e.approach = e.m_eff * std::max(0.0, e.target - c.gap - c.normal.dot(motion_of(e, v_predicted_)));
 }
 
 bool ContactForce::is_impact() const { return approach_ > kImpact * room_; }
@@ -134,27 +148,31 @@ double ContactForce::first_load(const Entry& e) const {
 }
 
 std::span<const ImplicitTerm> ContactForce::terms() {
-  const double h = motion_.h;
-  terms_.clear();
   term_entry_.clear();
-  for (const Entry& e : entries_) {
-    if (e.load <= 0.0) continue;
-    term_entry_.push_back(static_cast<std::size_t>(&e - entries_.data()));
-    const ContactPoint& c = e.point;
-    const Mat3 nn = c.normal * c.normal.transpose();
-    ImplicitTerm term;
-    for (int k = 0; k < 4; ++k) {
-      const bool particle = static_cast<std::size_t>(c.vertex[k]) < motion_.particles;
-      term.particle[k] = particle ? c.vertex[k] : -1;
-      term.weight[k] = c.weight[k];
-    }
-    const double push = e.stiffness * (e.target - c.gap - c.normal.dot(e.body_motion));
-    const Mat3 across = Mat3::Identity() - nn - e.along * e.along.transpose();
-    term.matrix = h * h * e.stiffness * nn + h * e.viscosity * across;
-    term.rhs = h * push * c.normal - e.viscosity * (across * e.body_motion) + h * e.offset;
-    terms_.push_back(term);
-  }
+  for (std::size_t i = 0; i < entries_.size(); ++i)
+    if (entries_[i].load > 0.0) term_entry_.push_back(i);
+  terms_.resize(term_entry_.size());
+  parallel_for(terms_.size(), kEach, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) terms_[t] = term_of(entries_[term_entry_[t]]);
+  });
   return terms_;
+}
+
+ImplicitTerm ContactForce::term_of(const Entry& e) const {
+  const double h = motion_.h;
+  const ContactPoint& c = e.point;
+  const Mat3 nn = c.normal * c.normal.transpose();
+  ImplicitTerm term;
+  for (int k = 0; k < 4; ++k) {
+    const bool particle = static_cast<std::size_t>(c.vertex[k]) < motion_.particles;
+    term.particle[k] = particle ? c.vertex[k] : -1;
+    term.weight[k] = c.weight[k];
+  }
+  const double push = e.stiffness * (e.target - c.gap - c.normal.dot(e.body_motion));
+  const Mat3 across = Mat3::Identity() - nn - e.along * e.along.transpose();
+  term.matrix = h * h * e.stiffness * nn + h * e.viscosity * across;
+  term.rhs = h * push * c.normal - e.viscosity * (across * e.body_motion) + h * e.offset;
+  return term;
 }
 
 // Updates the load and friction of the contact; returns by how much its force will differ from the
@@ -226,32 +244,46 @@ double ContactForce::update_friction(Entry& e, const Vec3& s, bool carried) cons
   return change;
 }
 
+template <class Body>
+void ContactForce::for_each_entry(const Body& body) {
+  parallel_for(entries_.size(), kEach, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) body(entries_[i]);
+  });
+}
+
 void ContactForce::note_solved(std::span<const Vec3> v) {
-  for (Entry& e : entries_) e.solved.setZero();
-  for (std::size_t t = 0; t < terms_.size(); ++t) {
-    const ImplicitTerm& term = terms_[t];
-    Vec3 sum = Vec3::Zero();
-    for (int k = 0; k < 4; ++k)
-      if (term.particle[k] >= 0) sum += term.weight[k] * v[term.particle[k]];
-    entries_[term_entry_[t]].solved = term.rhs - term.matrix * sum;
-  }
+  for_each_entry([](Entry& e) { e.solved.setZero(); });
+  parallel_for(terms_.size(), kEach, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      const ImplicitTerm& term = terms_[t];
+      Vec3 sum = Vec3::Zero();
+      for (int k = 0; k < 4; ++k)
+        if (term.particle[k] >= 0) sum += term.weight[k] * v[term.particle[k]];
+      entries_[term_entry_[t]].solved = term.rhs - term.matrix * sum;
+    }
+  });
 }
 
 void ContactForce::find_line_contacts(std::span<const Vec3> v) {
-  line_contacts_.clear();
-  for (const Entry& e : entries_) {
-    const ContactPoint& c = e.point;
-    LineContact contact{&e, Vec3::Zero(), 0.0, 0.0, Vec3::Zero(), Vec3::Zero()};
-    for (int k = 0; k < 4; ++k)
-      if (const auto i = static_cast<std::size_t>(c.vertex[k]); i < motion_.particles)
-        contact.velocity_change += c.weight[k] * (v[i] - v_last_[i]);
-    const Vec3 u = motion_of(e, v_last_);
-    contact.violation = e.target - c.gap - c.normal.dot(u);
-    contact.violation_change = -motion_.h * c.normal.dot(contact.velocity_change);
-    contact.slip = tangential(u, c.normal) / motion_.h;
-    contact.slip_change = tangential(contact.velocity_change, c.normal);
-    line_contacts_.push_back(contact);
-  }
+  line_contacts_.resize(entries_.size());
+  parallel_for(entries_.size(), kEach, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) line_contacts_[i] = line_contact(entries_[i], v);
+  });
+}
+
+ContactForce::LineContact ContactForce::line_contact(const Entry& e,
+                                                     std::span<const Vec3> v) const {
+  const ContactPoint& c = e.point;
+  LineContact contact{&e, Vec3::Zero(), 0.0, 0.0, Vec3::Zero(), Vec3::Zero()};
+  for (int k = 0; k < 4; ++k)
+    if (const auto i = static_cast<std::size_t>(c.vertex[k]); i < motion_.particles)
+      contact.velocity_change += c.weight[k] * (v[i] - v_last_[i]);
+  const Vec3 u = motion_of(e, v_last_);
+  contact.violation = e.target - c.gap - c.normal.dot(u);
+  contact.violation_change = -motion_.h * c.normal.dot(contact.velocity_change);
+  contact.slip = tangential(u, c.normal) / motion_.h;
+  contact.slip_change = tangential(contact.velocity_change, c.normal);
+  return contact;
 }
 
 // Derivative of the energy with respect to the share of the path. The cloth's own part needs no
@@ -308,11 +340,16 @@ void ContactForce::pull_back(std::span<Vec3> v) {
     find_line_contacts(v);
     share = least_energy();
   }
-  if (share < 1.0)
-    for (std::size_t i = 0; i < v.size(); ++i) v[i] = v_last_[i] + share * (v[i] - v_last_[i]);
-  for (Entry& e : entries_)
+  for_each_entry([&](Entry& e) {
     e.applied = share < 1.0 ? Vec3((1.0 - share) * e.applied + share * e.solved) : e.solved;
-  v_last_.assign(v.begin(), v.end());
+  });
+  v_last_.resize(v.size());
+  parallel_for(v.size(), kVertexGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (share < 1.0) v[i] = v_last_[i] + share * (v[i] - v_last_[i]);
+      v_last_[i] = v[i];
+    }
+  });
 }
 
 bool ContactForce::update(std::span<Vec3> v) {

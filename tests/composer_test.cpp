@@ -320,6 +320,8 @@ void try_motion(Stage& stage, int step, Target target, bool exclude, Tally& tall
   SearchedMotion standing = stage.motion();
   standing.x_t1 = standing.x_t0;
   brute.find_pairs(standing, 0.25 * kMargin, predicted);
+  std::vector<ContactPoint> near;
+  stage.detection().find_proximities(near);  // gives certificates at the first end
   stage.go_to_the_edge();
   ASSERT_TRUE(stage.detection().candidates_cover());
   std::vector<ContactPoint> found;

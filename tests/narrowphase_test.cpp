@@ -5,6 +5,7 @@
 #include <selvedge/core/parallel.h>
 #include <selvedge/narrowphase/ccd_methods.h>
 #include <selvedge/narrowphase/cubic.h>
+#include <selvedge/narrowphase/detail/pair_screen.h>
 #include <selvedge/narrowphase/distance.h>
 #include <selvedge/narrowphase/narrow_phase.h>
 
@@ -453,7 +454,7 @@ TEST(FindProximities, FindsExactlyThePairsThatAreOrComeNear) {
   const CandidatePairs pairs = all_pairs(a, b);
   constexpr double kReach = 0.1;
   std::vector<Contact> contacts;
-  find_proximities(a.view(), b.view(), pairs, kReach, contacts);
+  find_proximities(a.view(), b.view(), pairs, {.reach = kReach}, contacts);
   std::size_t next = 0;
   const auto expect = [&](ContactKind kind, const std::array<std::int32_t, 4>& vertex) {
     Contact c;
@@ -507,7 +508,8 @@ std::size_t near_at(const Vec3& place, double above, double below, double reach,
   pairs.point_triangle = {{0, 0}};
   pairs.edge_edge = {{0, 0}};
   std::vector<Contact> contacts;
-  find_proximities(a.view(), b.view(), pairs, reach, contacts, secondary);
+  find_proximities(a.view(), b.view(), pairs, {.reach = reach, .secondary_at_start = secondary},
+                   contacts);
   return contacts.size();
 }
 
@@ -535,8 +537,9 @@ TEST(FindProximities, TinyAndHugePairsAreNear) {
     CandidatePairs pairs;
     pairs.edge_edge = {{0, 0}};
     std::vector<Contact> contacts;
-    find_proximities(a.view(), b.view(), pairs, std::max(1e-3, scale), contacts,
-                     std::max(1e-3, scale));
+    const double reach = std::max(1e-3, scale);
+    find_proximities(a.view(), b.view(), pairs, {.reach = reach, .secondary_at_start = reach},
+                     contacts);
     EXPECT_EQ(contacts.size(), 1u) << scale;
   }
 }
@@ -557,12 +560,83 @@ TEST(FindProximities, EdgesCountToTheLastBitAsTheirDistanceSays) {
     const double distance = edge_edge_closest(a.x_t0[0], a.x_t0[1], b.x_t0[0], b.x_t0[1]).distance;
     for (const double reach : {1e-3, distance, std::nextafter(distance, 1.0)}) {
       std::vector<Contact> contacts;
-      find_proximities(a.view(), b.view(), pairs, 1.0, contacts, reach);
+      find_proximities(a.view(), b.view(), pairs, {.reach = 1.0, .secondary_at_start = reach},
+                       contacts);
       EXPECT_EQ(contacts.size(), distance < reach ? 1u : 0u) << i;
       inside += distance < reach ? 1 : 0;
     }
   }
   EXPECT_GT(inside, 2000);
+}
+
+/// How many of 8 ends of a pair collide whose primitives go towards each other, each by half of
+/// `length` per coordinate.
+int colliding_ends(const Query& query, double length) {
+  int colliding = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3 way(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
+    Query q = query;
+    for (int k = 0; k < 4; ++k) {
+      const bool first = k < (q.kind == ContactKind::edge_edge ? 2 : 1);
+      q.x_t1[k] += (first ? 0.5 : -0.5) * length * way;
+    }
+    double toi = 0.0;
+    colliding += make_ccd_exact()->collides(q, toi);
+  }
+  return colliding;
+}
+
+TEST(FindProximities, NoPairCollidesWhileItsEndsChangeByLessThanItsRoom) {
+  Random r(27);
+  const Surface a = soup(r, 25, 0.3, 0.3), b = soup(r, 25, 0.3, 0.3);
+  const CandidatePairs pairs = all_pairs(a, b);
+  std::vector<Contact> all;
+  std::vector<float> rooms;
+  find_proximities(a.view(), b.view(), pairs, {.reach = 1e3}, all, rooms);
+  ASSERT_EQ(all.size(), pairs.size());
+  ASSERT_EQ(rooms.size(), pairs.size());
+  int with_room = 0, beyond = 0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (rooms[i] < 0.0F) continue;
+    ++with_room;
+    const Query q = query_of(a, b, all[i]);
+    EXPECT_EQ(colliding_ends(q, 0.999 * rooms[i]), 0) << i;
+    beyond += colliding_ends(q, 1.5 * rooms[i]);
+  }
+  EXPECT_GT(with_room, 1000);
+  EXPECT_GT(beyond, 100);
+}
+
+TEST(Screens, OfEveryWidthProveTheSame) {
+  using narrowphase_detail::kScreenBlock;
+  const narrowphase_detail::Screen narrow = narrowphase_detail::screen_narrow(),
+                                   wide = narrowphase_detail::screen_avx2();
+  if (wide.compare == nullptr) GTEST_SKIP() << "no AVX2";
+  const narrowphase_detail::ScreenLimits limits{
+      .slack = 1e-6F, .at_start = 0.4F, .with_motion = 0.2F, .lines = 0.2F, .offset = 1e-6F};
+  Random r(28);
+  std::uint32_t some = 0, all = 0xff;
+  for (int i = 0; i < 200; ++i) {
+    std::array<std::array<std::array<float, 8>, kScreenBlock>, 4> paths;
+    narrowphase_detail::PathBlock block;
+    for (std::size_t k = 0; k < 4; ++k)
+      for (std::size_t j = 0; j < kScreenBlock; ++j) {
+        for (float& x : paths[k][j]) x = static_cast<float>(real(r, -0.5, 0.5));
+        block[k][j] = paths[k][j].data();
+      }
+    for (const bool edges : {false, true}) {
+      std::array<float, kScreenBlock> room, wide_room;
+      const std::uint32_t far = narrow.compare(block, edges, limits, room);
+      EXPECT_EQ(wide.compare(block, edges, limits, wide_room), far);
+      EXPECT_EQ(wide_room, room);
+      EXPECT_EQ(wide.never_meet(block, edges, limits.slack),
+                narrow.never_meet(block, edges, limits.slack));
+      some |= far;
+      all &= far;
+    }
+  }
+  EXPECT_EQ(some, 0xffU);
+  EXPECT_EQ(all, 0U);
 }
 
 TEST(FindProximities, TouchingPairsGetTheNormalOfTheTriangleFromTheSideTheyComeFrom) {
@@ -574,7 +648,7 @@ TEST(FindProximities, TouchingPairsGetTheNormalOfTheTriangleFromTheSideTheyComeF
   CandidatePairs pairs;
   pairs.point_triangle = {{0, 0}};
   std::vector<Contact> contacts;
-  find_proximities(a.view(), b.view(), pairs, 0.01, contacts);
+  find_proximities(a.view(), b.view(), pairs, {.reach = 0.01}, contacts);
   ASSERT_EQ(contacts.size(), 1u);
   EXPECT_NEAR((contacts[0].normal - Vec3(0, 0, 1)).norm(), 0.0, 1e-15);
   EXPECT_EQ(contacts[0].gap, 0.0);

@@ -60,7 +60,7 @@ Nearness nearness(const TriangleMesh& mesh, const std::vector<Vec3>& x_t0,
   CandidatePairs pairs;
   make_brute_force()->find_self_pairs(view, pairs);
   std::vector<Contact> contacts;
-  find_proximities(view, view, pairs, 10.0, contacts);
+  find_proximities(view, view, pairs, {.reach = 10.0}, contacts);
   Nearness n;
   for (const Contact& c : contacts) n.least = std::min(n.least, c.gap);
   make_ccd_exact()->find_contacts(view, view, pairs, contacts);
@@ -186,7 +186,7 @@ TEST(SheetProof, AStepThatTurnsASheetKeepsTheDistanceAlongTheDirectionsOfItsStar
     CandidatePairs pairs;
     make_brute_force()->find_self_pairs(view, pairs);
     std::vector<Contact> contacts;
-    find_proximities(view, view, pairs, 10.0, contacts);
+    find_proximities(view, view, pairs, {.reach = 10.0}, contacts);
     double least = 1e300;
     for (const Contact& c : contacts) {
       Vec3 apart = Vec3::Zero();

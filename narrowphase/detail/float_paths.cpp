@@ -39,11 +39,36 @@ FloatPaths::FloatPaths(const SurfaceView& a, const SurfaceView& b) {
   const bool proves = largest <= kFarthest;
   slack_ = proves ? static_cast<float>(std::max(kSlack * largest, kLeastSlack))
                   : std::numeric_limits<float>::infinity();
-  gap_slack_ = kOfGap * slack_;
-  spread_slack_ = gap_slack_ + kOfSpread * slack_;
   own_a_ = convert(a, proves);
   if (&a != &b) own_b_ = convert(b, proves);
   paths_ = {own_a_.data(), &a != &b ? own_b_.data() : own_a_.data()};
+}
+
+void FloatPaths::take_block(const SurfacePairs& in, std::size_t begin, std::size_t end,
+                            PairBlock& block) const {
+  std::size_t n = 0;
+  for (; n < block.pairs.size() && begin + n < end; ++n) {
+    const PairVertices& pair = block.pairs[n] = pair_at(in.a, in.b, in.pairs, begin + n);
+    if (pair.kind != block.pairs[0].kind) break;
+    for (int k = 0; k < 4; ++k) {
+      const int side = k < first_count(pair.kind) ? pair.first : pair.second;
+      block.paths[k][n] = paths_[side][pair.vertex[k]].numbers.data();
+    }
+  }
+  block.size = n;
+  for (; n < block.pairs.size(); ++n)
+    for (auto& paths : block.paths) paths[n] = paths[block.size - 1];
+}
+
+ScreenLimits FloatPaths::limits(double reach, double reach_at_start) const {
+  constexpr double kRoundedUp = 1.0 + 0x1p-22;  // whatever the conversion to float rounds
+  const double of_gap = kOfGap * slack_, of_spread = of_gap + kOfSpread * slack_;
+  const auto up = [](double x) { return static_cast<float>(kRoundedUp * x); };
+  return {.slack = slack_,
+          .at_start = up(reach_at_start + of_gap),
+          .with_motion = up(reach + of_spread),
+          .lines = up(reach_at_start),
+          .offset = slack_};
 }
 
 double FloatPaths::largest_coordinate(const SurfaceView& view, const char* name) {
@@ -62,15 +87,14 @@ double FloatPaths::largest_coordinate(const SurfaceView& view, const char* name)
 }
 
 std::vector<FloatPaths::Path> FloatPaths::convert(const SurfaceView& view, bool proves) {
-  std::vector<Path> paths(view.x_t0.size(), Path{Array::Zero(), Array::Zero()});
+  std::vector<Path> paths(view.x_t0.size(), Path{});
   if (!proves) return paths;  // they do not fit into floats
-  const auto to_float = [](const Vec3& x) {
-    return Array(static_cast<float>(x.x()), static_cast<float>(x.y()), static_cast<float>(x.z()),
-                 0.0F);
-  };
   parallel_for(paths.size(), kVertexGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
-      paths[i] = {to_float(view.x_t0[i]), to_float(view.x_t1[i])};
+      for (std::size_t k = 0; k < 3; ++k) {
+        paths[i].numbers[k] = static_cast<float>(view.x_t0[i][static_cast<int>(k)]);
+        paths[i].numbers[4 + k] = static_cast<float>(view.x_t1[i][static_cast<int>(k)]);
+      }
   });
   return paths;
 }

@@ -3,107 +3,68 @@
 
 #include <selvedge/core/collision_types.h>
 #include <selvedge/narrowphase/detail/contact_geometry.h>
+#include <selvedge/narrowphase/detail/pair_screen.h>
 
-#include <Eigen/Core>
 #include <array>
-#include <cmath>
+#include <cstdint>
 #include <span>
 #include <vector>
 
 namespace selvedge::narrowphase_detail {
 
-/// The paths of the vertices of two surfaces in single precision, four numbers per register. A
-/// cheap test rules out most pairs before the test in double precision. Only what it proves is
-/// used, so results do not depend on it. Let M be the largest coordinate. A float differs from its
-/// double by at most M 2^-24, a difference or sum of two floats from the exact one by at most M
-/// 2^-22, and a difference of two such sums by at most M 2^-20: that is the slack.
+/// Candidate pairs of two surfaces. Views.
+struct SurfacePairs {
+  const SurfaceView &a, &b;
+  const CandidatePairs& pairs;
+};
+
+/// Consecutive pairs of one kind.
+struct PairBlock {
+  std::array<PairVertices, kScreenBlock> pairs;
+  PathBlock paths;  ///< padded with copies of the last pair
+  std::size_t size = 0;
+
+  bool edges() const { return pairs[0].kind == ContactKind::edge_edge; }
+};
+
+/// The paths of the vertices of two surfaces in single precision. A cheap test rules out most pairs
+/// before the test in double precision. Only what it proves is used, so results do not depend on
+/// it. Let M be the largest coordinate. A float differs from its double by at most M 2^-24, a
+/// difference or sum of two floats from the exact one by at most M 2^-22, and a difference of two
+/// such sums by at most M 2^-20: that is the slack.
 class FloatPaths {
  public:
   /// Throws as require_finite. `a` and `b` may be one object.
   FloatPaths(const SurfaceView& a, const SurfaceView& b);
 
-  /// Whether the primitives share no point during the step: along an axis, or along the sum or the
-  /// difference of two, all vertices of one lie below those of the other by more than the slack, in
-  /// the same order at both ends. Differences are linear in t, so the order holds in between.
-  bool never_meet(const PairVertices& pair) const;
-
-  /// Whether the distance at t = 0 is more than `reach_at_start`, or more than `reach` and the
-  /// largest relative displacement of two vertices together, both in metres.
-  bool far_apart(const PairVertices& pair, double reach, double reach_at_start) const;
+  /// Pairs of these surfaces from `begin` on, at least one, and none from `end` on.
+  void take_block(const SurfacePairs& in, std::size_t begin, std::size_t end,
+                  PairBlock& block) const;
+  /// A mask of the pairs that share no point during the step.
+  std::uint32_t never_meet(const PairBlock& block) const {
+    return screen_.never_meet(block.paths, block.edges(), slack_);
+  }
+  /// Limits of a screen: pairs are far if their distance at t = 0 is more than `reach_at_start`, or
+  /// more than `reach` and the largest relative displacement of two vertices together; in metres.
+  ScreenLimits limits(double reach, double reach_at_start) const;
+  /// A mask of the pairs that are far, and the room of each; see Screen::compare.
+  std::uint32_t compare(const PairBlock& block, const ScreenLimits& limits,
+                        std::span<float, kScreenBlock> room) const {
+    return screen_.compare(block.paths, block.edges(), limits, room);
+  }
 
  private:
-  using Array = Eigen::Array4f;
-  struct Path {
-    Array t0, t1;  ///< the last component is 0
+  struct alignas(32) Path {
+    std::array<float, 8> numbers{};  ///< x, y, z, 0 at t = 0, and the same at t = 1
   };
-  struct Boxes;
 
   static double largest_coordinate(const SurfaceView& view, const char* name);
   static std::vector<Path> convert(const SurfaceView& view, bool proves);
-  const Path& path(const PairVertices& pair, int k) const {
-    const int side = k < first_count(pair.kind) ? pair.first : pair.second;
-    return paths_[side][static_cast<std::size_t>(pair.vertex[k])];
-  }
 
+  const Screen& screen_ = best_screen();
   std::vector<Path> own_a_, own_b_;
   std::array<const Path*, 2> paths_;  ///< of a and b
   float slack_ = 0.0F;                ///< m, of the difference of two coordinates
-  double gap_slack_ = 0.0;            ///< m, of the distance of two boxes
-  double spread_slack_ = 0.0;         ///< m, of that and a relative displacement together
 };
-
-/// Boxes of the two primitives of a pair.
-struct FloatPaths::Boxes {
-  Array lo_a, hi_a, lo_b, hi_b;
-
-  Boxes(const Array& x0, const Array& x1, const Array& x2, const Array& x3, bool edges)
-      : lo_a(x0), hi_a(x0), lo_b(x2.min(x3)), hi_b(x2.max(x3)) {
-    if (edges) {
-      lo_a = lo_a.min(x1);
-      hi_a = hi_a.max(x1);
-    } else {
-      lo_b = lo_b.min(x1);
-      hi_b = hi_b.max(x1);
-    }
-  }
-  /// By axis: room between them if b lies above a, and if it lies below; negative if they overlap.
-  Array above() const { return lo_b - hi_a; }
-  Array below() const { return lo_a - hi_b; }
-};
-
-inline bool FloatPaths::never_meet(const PairVertices& pair) const {
-  const bool edges = pair.kind == ContactKind::edge_edge;
-  const Path &p0 = path(pair, 0), &p1 = path(pair, 1), &p2 = path(pair, 2), &p3 = path(pair, 3);
-  const auto ordered = [&](const auto& direction) {
-    const Boxes start(direction(p0.t0), direction(p1.t0), direction(p2.t0), direction(p3.t0),
-                      edges);
-    const Boxes end(direction(p0.t1), direction(p1.t1), direction(p2.t1), direction(p3.t1), edges);
-    const Array room = start.above().min(end.above()).max(start.below().min(end.below()));
-    return room.maxCoeff() > slack_;
-  };
-  // x, y, z; then their sums and differences in turn.
-  const auto next = [](const Array& x) { return Array(x[1], x[2], x[0], x[3]); };
-  return ordered([](const Array& x) { return x; }) ||
-         ordered([&](const Array& x) { return Array(x + next(x)); }) ||
-         ordered([&](const Array& x) { return Array(x - next(x)); });
-}
-
-inline bool FloatPaths::far_apart(const PairVertices& pair, double reach,
-                                  double reach_at_start) const {
-  constexpr double kRounding = 1.0 + 0x1p-20;  // of the lengths themselves
-  const bool edges = pair.kind == ContactKind::edge_edge;
-  const Path &p0 = path(pair, 0), &p1 = path(pair, 1), &p2 = path(pair, 2), &p3 = path(pair, 3);
-  const Boxes start(p0.t0, p1.t0, p2.t0, p3.t0, edges);
-  const double gap_squared =
-      double{start.above().max(start.below()).max(Array::Zero()).square().sum()};
-  const double at_start = kRounding * (reach_at_start + gap_slack_);
-  if (gap_squared > at_start * at_start) return true;
-  if (!(gap_squared > reach * reach)) return false;
-  const Boxes moved(p0.t1 - p0.t0, p1.t1 - p1.t0, p2.t1 - p2.t0, p3.t1 - p3.t0, edges);
-  const double spread = std::sqrt(
-      double{(moved.hi_b - moved.lo_a).abs().max((moved.hi_a - moved.lo_b).abs()).square().sum()});
-  const double bound = kRounding * (reach + spread + spread_slack_);
-  return gap_squared > bound * bound;
-}
 
 }  // namespace selvedge::narrowphase_detail

@@ -3,6 +3,7 @@
 
 #include <selvedge/core/parallel.h>
 #include <selvedge/narrowphase/detail/contact_geometry.h>
+#include <selvedge/narrowphase/detail/float_paths.h>
 #include <selvedge/narrowphase/narrow_phase.h>
 
 #include <algorithm>
@@ -15,16 +16,11 @@ namespace selvedge::narrowphase_detail {
 /// Number of pairs per task, and of queries per call.
 inline constexpr std::size_t kPairGrain = 2048, kQueryBatch = 256;
 
-/// Candidate pairs of two surfaces. Views.
-struct SurfacePairs {
-  const SurfaceView &a, &b;
-  const CandidatePairs& pairs;
-};
-
 /// Queries that wait for their times.
 class QueryBatch {
  public:
-  bool is_full() const { return size_ == kQueryBatch; }
+  /// Whether the pairs of another block may not fit.
+  bool is_full() const { return size_ + kScreenBlock > kQueryBatch; }
   void add(const SurfacePairs& in, const PairVertices& pair) {
     pairs_[size_] = pair;
     queries_[size_++] = query_of(in.a, in.b, pair);
@@ -51,19 +47,19 @@ class QueryBatch {
   std::size_t size_ = 0;
 };
 
-/// Writes to `out`, in pair order, the contacts of the pairs for which `keep(pair)` is true, by
-/// batches of find_times(queries, toi) on all threads.
-template <class Keep, class FindTimes>
-void find_contacts_among(const SurfacePairs& in, const Keep& keep, const FindTimes& find_times,
+/// Writes to `out`, in pair order, the contacts of the pairs that `take(begin, end, add)` passes to
+/// add(pair): it looks at pairs from `begin` on, passes at most kScreenBlock of them, and returns
+/// how many it has looked at. By batches of find_times(queries, toi) on all threads.
+template <class Take, class FindTimes>
+void find_contacts_among(const SurfacePairs& in, const Take& take, const FindTimes& find_times,
                          std::vector<Contact>& out) {
   const std::size_t n = in.pairs.size();
   std::vector<std::vector<Contact>> found((n + kPairGrain - 1) / kPairGrain);
   parallel_for(n, kPairGrain, [&](std::size_t begin, std::size_t end) {
     QueryBatch batch;
-    for (std::size_t i = begin; i < end; ++i) {
-      const PairVertices pair = pair_at(in.a, in.b, in.pairs, i);
-      if (keep(pair)) batch.add(in, pair);
-      if (batch.is_full() || i + 1 == end) batch.flush(find_times, found[begin / kPairGrain]);
+    for (std::size_t i = begin; i < end;) {
+      i += take(i, end, [&](const PairVertices& pair) { batch.add(in, pair); });
+      if (batch.is_full() || i == end) batch.flush(find_times, found[begin / kPairGrain]);
     }
   });
   out.clear();

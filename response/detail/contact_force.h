@@ -74,6 +74,7 @@ class ContactForce final : public Response {
     double stiffness = 0.0;        // N/m
     double stick = 0.0;            // c, kg/s
     double m_eff = 0.0;            // kg, effective inertia of the contact against an impulse
+    double approach = 0.0;         // kg·m, m_eff·predicted gap violation
     double load = 0.0;             // N, last estimate of λ
     Vec3 friction = Vec3::Zero();  // N, f₀
     Vec3 along = Vec3::Zero();     // unit direction of the friction of a sliding contact
@@ -96,13 +97,18 @@ class ContactForce final : public Response {
   Vec3 motion_of(const Entry& e, std::span<const Vec3> v) const;
   double stick_speed(const ContactPoint& c) const;
   double first_load(const Entry& e) const;
+  void start(Entry& e) const;
+  ImplicitTerm term_of(const Entry& e) const;
   bool is_impact() const;
   void start_friction(Entry& e) const;
   void linearise_friction(Entry& e, const Vec3& s) const;
   double update(Entry& e, std::span<const Vec3> v) const;
   double update_friction(Entry& e, const Vec3& s, bool carried) const;
+  template <class Body>
+  void for_each_entry(const Body& body);
   void note_solved(std::span<const Vec3> v);
   void find_line_contacts(std::span<const Vec3> v);
+  LineContact line_contact(const Entry& e, std::span<const Vec3> v) const;
   double slope(double share) const;
   double least_energy() const;
   void pull_back(std::span<Vec3> v);

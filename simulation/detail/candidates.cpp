@@ -36,6 +36,7 @@ Candidates::Candidates(const SearchContext& context, const Scene& scene, const B
 }
 
 void Candidates::set_motion(const std::optional<StepTimes>& times) {
+  certificates_.clear();
   const SceneMotion& motion = context_.motion;
   body_search_.set_motion(motion.bodies_t0(), motion.bodies_t1(), motion.bodies_move(), times);
 }
@@ -56,6 +57,7 @@ void Candidates::prove_idle() {
 }
 
 void Candidates::search_bodies() {
+  certificates_.clear();
   body_pairs_.clear();
   particle_contacts_.clear();
   if (bodies_idle_) return;

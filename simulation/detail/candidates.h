@@ -3,6 +3,7 @@
 
 #include <selvedge/scene/methods.h>
 #include <selvedge/simulation/detail/body_search.h>
+#include <selvedge/simulation/detail/certificates.h>
 #include <selvedge/simulation/detail/excluded_pairs.h>
 #include <selvedge/simulation/detail/search_context.h>
 
@@ -39,6 +40,8 @@ class Candidates {
   const std::vector<ParticleContact>* particle_contacts() const {
     return answers_particles_ ? &particle_contacts_ : nullptr;
   }
+  /// Proofs that candidates do not collide.
+  Certificates& certificates() { return certificates_; }
 
   /// Pairs that candidates leave out from now on; null: no pairs. Must outlive its use.
   void set_excluded(const ExcludedPairs* excluded) { excluded_ = excluded; }
@@ -69,6 +72,7 @@ class Candidates {
   std::vector<Vec3> drifting_;  // cloth ends without the displacement that all particles share
   CandidatePairs body_pairs_, self_pairs_;
   std::vector<ParticleContact> particle_contacts_;
+  Certificates certificates_;
   bool bodies_idle_ = false, self_idle_ = false;  // proved, so that those pairs were not searched
   const ExcludedPairs* excluded_ = nullptr;
 };

@@ -170,23 +170,28 @@ void Contacts::append_particles(std::span<const ParticleContact> contacts,
   }
 }
 
-void Contacts::find_proximities(const SearchContext& context, const Candidates& candidates,
+void Contacts::find_proximities(const SearchContext& context, Candidates& candidates,
                                 std::vector<ContactPoint>& out) {
-  const auto scope = context.clock.measure("narrow_phase");
+  const auto scope = context.clock.measure("proximity");
   out.clear();
+  Certificates& certificates = candidates.certificates();
+  certificates.begin(motion_.x_t1());
   const double rest_gap = context.rest_gap;
-  const double secondary = kRoundingReserve * kSecondaryReach * kSecondaryShare * rest_gap;
+  const ProximityReach reach{
+      .reach = kPointReach * rest_gap,
+      .primary_at_start = kRoundingReserve * kProximityReach * rest_gap,
+      .secondary_at_start = kRoundingReserve * kSecondaryReach * kSecondaryShare * rest_gap};
   const SurfaceView cloth = motion_.cloth(0.5 * rest_gap), body = motion_.bodies(0.5 * rest_gap);
   if (const auto* contacts = candidates.particle_contacts()) {
     append_particles(*contacts, out);
   } else if (const CandidatePairs* pairs = candidates.with_bodies()) {
     const PhaseClock::Scope busy(context.plan.busy_bodies());
-    selvedge::find_proximities(cloth, body, *pairs, kPointReach * rest_gap, found_, secondary);
+    selvedge::find_proximities(cloth, body, *pairs, reach, found_, certificates.rooms(false));
     append_proximities(false, out);
   }
   if (const CandidatePairs* pairs = candidates.with_self()) {
     const PhaseClock::Scope busy(context.plan.busy_self());
-    selvedge::find_proximities(cloth, cloth, *pairs, kPointReach * rest_gap, found_, secondary);
+    selvedge::find_proximities(cloth, cloth, *pairs, reach, found_, certificates.rooms(true));
     append_proximities(true, out);
   }
 }

@@ -24,7 +24,7 @@ class Contacts {
 
   /// Pairs that are nearer at t = 0 than the distance that they have to keep, or would be at the
   /// end.
-  void find_proximities(const SearchContext& context, const Candidates& candidates,
+  void find_proximities(const SearchContext& context, Candidates& candidates,
                         std::vector<ContactPoint>& out);
 
   /// The same pair in the joint index space, with its gap at t = 0. `self`: both primitives are of

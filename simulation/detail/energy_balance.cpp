@@ -67,6 +67,19 @@ bool EnergyBalance::common_shift(const BalanceStep& step, Vec3& shift) const {
   return true;
 }
 
+// A step that starts where the last one ended starts with its energy, unless forces have updated
+// their memory since.
+double EnergyBalance::start_energy(const ForceSum& forces, const BalanceStep& step) {
+  if (!remembers_) {
+    std::vector<double> memory;
+    forces.save_memory(memory);
+    remembers_ = !memory.empty();
+  }
+  const std::span<const Vec3> x = step.x_t0.first(step.mass.size());
+  if (!*remembers_ && std::ranges::equal(x, end_x_)) return end_;
+  return forces.energy({x, step.v_t0, step.mass, step.time});
+}
+
 bool EnergyBalance::weigh(const ForceSum& forces, const BalanceStep& step) {
   Vec3 shift;
   const std::size_t n = step.mass.size();
@@ -74,11 +87,13 @@ bool EnergyBalance::weigh(const ForceSum& forces, const BalanceStep& step) {
   if (!weighed_) return false;
   const Vec3 frame = shift / step.h;
   const double mass = total(step.mass);
-  if (!start_) start_ = forces.energy({step.x_t0.first(n), step.v_t0, step.mass, step.time});
-  const double end = forces.energy({step.x_t1.first(n), step.v_t1, step.mass, step.time + step.h});
+  if (!start_) start_ = start_energy(forces, step);
+  const std::span<const Vec3> x_end = step.x_t1.first(n);
+  end_ = forces.energy({x_end, step.v_t1, step.mass, step.time + step.h});
+  end_x_.assign(x_end.begin(), x_end.end());
   const double before = kinetic(step, step.v_t0, frame), after = kinetic(step, step.v_t1, frame);
   // In the frame that moves by `shift`, the cloth is lower by as much.
-  gain_ = after - before + end - *start_ + mass * gravity_.dot(shift);
+  gain_ = after - before + end_ - *start_ + mass * gravity_.dot(shift);
   // Cloth at rest is not tested to its last digits: less than a rest gap per frame is slow.
   bound_ = kGain * (std::max(before, after) + 0.5 * mass * slow_ * slow_);
   return true;

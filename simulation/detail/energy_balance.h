@@ -55,6 +55,7 @@ class EnergyBalance {
 
  private:
   bool common_shift(const BalanceStep& step, Vec3& shift) const;
+  double start_energy(const ForceSum& forces, const BalanceStep& step);
 
   bool closed_ = false;   // nothing from outside acts on the cloth
   bool rooted_ = false;   // springs to places in space
@@ -62,7 +63,10 @@ class EnergyBalance {
   double slow_ = 0.0;     // m/s
   bool weighed_ = false;  // the last attempt
   double gain_ = 0.0, bound_ = 0.0, last_gain_ = -1.0;
-  std::optional<double> start_;  // J, potential energy; not the last end, as forces have memory
+  std::optional<double> start_;    // J, potential energy at the start of the step
+  std::vector<Vec3> end_x_;        // m, particles at the end of the last weighed attempt
+  double end_ = 0.0;               // J, potential energy there
+  std::optional<bool> remembers_;  // forces have a memory, which a step changes
   int steps_ = 0, gained_steps_ = 0, retries_ = 0;
   double gained_ = 0.0, max_gain_ = 0.0;
 };

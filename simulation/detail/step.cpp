@@ -71,8 +71,19 @@ void begin_forces(StepMethods& m, const StepInput& in, StepAttempt& a) {
 }
 
 void begin_response(StepMethods& m, const StepInput& in, const StepAttempt& a) {
+  const auto scope = m.clock.measure("response");
   m.response->begin(response_step(m, in));
   m.response->add(a.contacts);
+}
+
+std::span<const ImplicitTerm> response_terms(StepMethods& m) {
+  const auto scope = m.clock.measure("response");
+  return m.response->terms();
+}
+
+bool update_response(StepMethods& m, StepAttempt& a) {
+  const auto scope = m.clock.measure("response");
+  return m.response->update(a.v_mean);
 }
 
 // One solve with these terms of the response; gives its residual.
@@ -149,13 +160,12 @@ StepOutcome solve_implicit(StepMethods& m, const StepInput& in, StepAttempt& a) 
   for (int round = 0; round < kMaxSolves + kMaxCollisionSolves; ++round) {
     double residual = 0.0;
     // A response without terms does all of its work after the solve, so that one solve suffices.
-    if (const auto terms = m.response->terms();
-        round == 0 || a.answered_in_solve || !terms.empty()) {
+    if (const auto terms = response_terms(m); round == 0 || a.answered_in_solve || !terms.empty()) {
       residual = solve(m, in, a, terms, looser);
       if (m.trace) move_by_velocity(in, a);
       trace_stage(m, collision_solves == 0 ? "solve" : "collision solve", a, terms);
     }
-    if (m.response->update(a.v_mean) && round + 1 < kMaxSolves) {
+    if (update_response(m, a) && round + 1 < kMaxSolves) {
       if (looser > 1.0) looser = std::max(kLooser, kTightening * looser);
       continue;
     }
@@ -210,7 +220,7 @@ StepOutcome part_collisions(StepMethods& m, const StepInput& in, StepAttempt& a)
     bool resolved = false;
     a.x_tested = a.x_t1;
     {
-      const auto scope = m.clock.measure("response");
+      const auto scope = m.clock.measure("repair");
       resolved = m.fail_safe->resolve(a.collisions, a.x_t1);
     }
     trace_stage(m, "fail-safe", a);

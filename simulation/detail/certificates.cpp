@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/core/parallel.h>
+#include <selvedge/simulation/detail/certificates.h>
+
+#include <algorithm>
+
+namespace selvedge {
+namespace {
+
+constexpr std::size_t kVertexGrain = 4096, kPairGrain = 8192;
+
+// Covers the rounding of a difference, of its conversion to float and of the sum of two.
+constexpr double kRoundedUp = 1.0 + 0x1p-20;
+
+/// Appends the pairs whose room does not exceed what their vertices moved, in order: all pairs
+/// whose room exceeds twice the most that any vertex moved are passed over without a look at them.
+template <class Pair, class Moved>
+void append_open(const std::vector<Pair>& pairs, std::span<const float> rooms, float most,
+                 const Moved& moved, std::vector<Pair>& out) {
+  const std::size_t n = pairs.size();
+  std::vector<std::vector<Pair>> parts((n + kPairGrain - 1) / kPairGrain);
+  parallel_for(n, kPairGrain, [&](std::size_t begin, std::size_t end) {
+    std::vector<Pair>& part = parts[begin / kPairGrain];
+    for (std::size_t i = begin; i < end; ++i)
+      if (!(rooms[i] > 2.0F * most) && !(rooms[i] > moved(pairs[i]))) part.push_back(pairs[i]);
+  });
+  out.clear();
+  for (const std::vector<Pair>& part : parts) out.insert(out.end(), part.begin(), part.end());
+}
+
+}  // namespace
+
+void Certificates::clear() {
+  bodies_.rooms.clear();
+  self_.rooms.clear();
+}
+
+void Certificates::begin(std::span<const Vec3> x_t1) {
+  clear();
+  x_t1_.assign(x_t1.begin(), x_t1.end());
+}
+
+void Certificates::measure(std::span<const Vec3> x_t1) {
+  most_ = 0.0F;
+  if (bodies_.rooms.empty() && self_.rooms.empty()) return;
+  moved_.resize(x_t1.size());
+  parallel_for(x_t1.size(), kVertexGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      moved_[i] = static_cast<float>(kRoundedUp * (x_t1[i] - x_t1_[i]).lpNorm<Eigen::Infinity>());
+  });
+  for (const float moved : moved_) most_ = std::max(most_, moved);
+}
+
+const CandidatePairs& Certificates::open(bool self, const SurfaceView& a, const SurfaceView& b,
+                                         const CandidatePairs& all) {
+  List& list = self ? self_ : bodies_;
+  if (list.rooms.empty() || list.rooms.size() != all.size()) return all;
+  const float* of_a = moved_.data();
+  const float* of_b = self ? of_a : of_a + a.x_t1.size();
+  const auto of_triangle = [](const float* moved, const Triangle& t) {
+    return std::max({moved[t[0]], moved[t[1]], moved[t[2]]});
+  };
+  const auto of_edge = [](const float* moved, const Edge& e) {
+    return std::max(moved[e[0]], moved[e[1]]);
+  };
+  const std::span<const float> rooms(list.rooms);
+  const std::size_t first = all.point_triangle.size(), second = all.triangle_point.size();
+  append_open(
+      all.point_triangle, rooms.first(first), most_,
+      [&](const auto& p) { return of_a[p.point] + of_triangle(of_b, b.triangles[p.triangle]); },
+      list.open.point_triangle);
+  append_open(
+      all.triangle_point, rooms.subspan(first, second), most_,
+      [&](const auto& p) { return of_b[p.point] + of_triangle(of_a, a.triangles[p.triangle]); },
+      list.open.triangle_point);
+  append_open(
+      all.edge_edge, rooms.subspan(first + second), most_,
+      [&](const auto& p) {
+        return of_edge(of_a, a.edges[p.edge_a]) + of_edge(of_b, b.edges[p.edge_b]);
+      },
+      list.open.edge_edge);
+  return list.open;
+}
+
+}  // namespace selvedge

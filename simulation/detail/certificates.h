@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/core/collision_types.h>
+
+#include <span>
+#include <vector>
+
+namespace selvedge {
+
+/// Proofs that candidates of a step do not collide, whatever end its particles reach within the
+/// room of the pair (see find_proximities). Only the other candidates are tested for collisions.
+/// Positions are in the joint index space of ContactPoint.
+class Certificates {
+ public:
+  /// Forgets all rooms: the candidates or the start have changed.
+  void clear();
+  /// The ends for which rooms are given next, m.
+  void begin(std::span<const Vec3> x_t1);
+  /// The room of each candidate of the cloth with itself (`self`), or with the bodies; m.
+  std::vector<float>& rooms(bool self) { return (self ? self_ : bodies_).rooms; }
+
+  /// Compares the present ends with those of the rooms. Call before `open`.
+  void measure(std::span<const Vec3> x_t1);
+  /// Those of the candidates `all` of the surfaces `a` and `b` that may collide at the ends that
+  /// were measured, in their order. Valid until the next call for the same surfaces.
+  const CandidatePairs& open(bool self, const SurfaceView& a, const SurfaceView& b,
+                             const CandidatePairs& all);
+
+ private:
+  struct List {
+    std::vector<float> rooms;
+    CandidatePairs open;
+  };
+
+  std::vector<Vec3> x_t1_;    // ends of the rooms
+  std::vector<float> moved_;  // m, largest change of a coordinate of each end since, rounded up
+  float most_ = 0.0F;         // of all vertices
+  List bodies_, self_;
+};
+
+}  // namespace selvedge

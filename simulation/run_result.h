@@ -66,7 +66,7 @@ struct RunResult {
   int halvings = 0;             ///< of all attempts
   int retried_steps = 0;        ///< accepted steps that needed more than one attempt
   double wall_s = 0.0;
-  /// s: forces, solve, strain, broad_phase, narrow_phase, response, output
+  /// s: forces, solve, strain, broad_phase, proximity, collision, response, repair, output, ...
   std::map<std::string, double> phase_s;
   int worst_self_intersections = 0, worst_body_intersections = 0;
   double max_penetration_m = 0.0;

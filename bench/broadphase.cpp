@@ -117,6 +117,7 @@ struct Measured {
 using Measurement = std::map<std::string, Measured>;
 
 std::string why_not(const BroadPhaseTraits& traits, const Scene& scene) {
+  if (traits.particles) return "answers particles";  // see bench_image_space
   if (scene.self && !traits.self) return "no self-collision";
   if (scene.self && (traits.closed_body_only || !traits.deforming)) return "bodies only";
   return "";

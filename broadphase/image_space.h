@@ -124,7 +124,8 @@ struct ParticleMapsConfig {
 /// triangle that the map shows, which gives the response the velocity V_human of survey eq. 49.
 ///
 /// The body is the intersection of what the views enclose, so the largest of their distances
-/// counts. A particle that lies outside the outline in one view is outside.
+/// counts. A particle that lies outside the outline in one view, or above the body by more than
+/// twice the reach along its axis, is outside.
 ///
 /// Error: where DepthNormalMaps states a bound m·sideways_error() of its depth, the distance is off
 /// by at most sideways_error() and by the curvature of the body over that depth. Misses what no

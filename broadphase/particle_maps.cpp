@@ -21,6 +21,11 @@
 namespace selvedge {
 namespace {
 
+/// A particle outside the body is answered by a view if its depth there is at most this multiple of
+/// the reach. Far from a steep place the product of depth and cosine is no distance. A normal
+/// within 60 degrees of the axis needs no more, and one of three views sees every place so.
+constexpr double kDeepest = 2.0;
+
 constexpr std::size_t kParticleGrain = 2048;  // particles per range: about 100 µs of work
 
 /// The axes of the world, that of the shortest side of the box first.
@@ -66,7 +71,8 @@ struct ParticleMaps::State {
 
   std::span<const int> views() const { return std::span(axes).first(config.views); }
   void draw(const SurfaceView& body);
-  ParticleContact answer(std::size_t particle, const Vec3& x, const SurfaceView& body) const;
+  ParticleContact answer(std::size_t particle, const SurfaceView& cloth, const SurfaceView& body,
+                         double reach) const;
 };
 
 void ParticleMaps::State::draw(const SurfaceView& body) {
@@ -81,14 +87,14 @@ void ParticleMaps::State::draw(const SurfaceView& body) {
 
 /// The contact of a particle; its distance is infinite if the particle is outside the body by more
 /// than a picture can tell.
-ParticleContact ParticleMaps::State::answer(std::size_t particle, const Vec3& x,
-                                            const SurfaceView& body) const {
+ParticleContact ParticleMaps::State::answer(std::size_t particle, const SurfaceView& cloth,
+                                            const SurfaceView& body, double reach) const {
   ParticleContact best{.pair = {static_cast<std::int32_t>(particle), -1}, .distance = -HUGE_VAL};
   int best_axis = -1;
-  double blur = HUGE_VAL;  // m, of the outlines that exclude x
+  double blur = HUGE_VAL;  // m, of the pictures that show the particle outside
   for (const int axis : views()) {
     const ParticleAnswer& one = seen[axis][particle];
-    if (!one.covered) {
+    if (!one.covered || -one.depth > kDeepest * reach) {
       blur = std::min(blur, maps[axis]->sideways_error());
       continue;
     }
@@ -103,6 +109,7 @@ ParticleContact ParticleMaps::State::answer(std::size_t particle, const Vec3& x,
   }
   const ParticleAnswer& chosen = seen[best_axis][particle];
   const Triangle& t = body.triangles[chosen.triangle];
+  const Vec3& x = cloth.x_t1[particle];
   best.pair.triangle = chosen.triangle;
   best.normal = chosen.normal;
   best.weight =
@@ -133,7 +140,7 @@ void ParticleMaps::find_particle_contacts(const SurfaceView& a, const SurfaceVie
   }
   s.answers.resize(a.x_t1.size());
   parallel_for(a.x_t1.size(), kParticleGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) s.answers[i] = s.answer(i, a.x_t1[i], b);
+    for (std::size_t i = begin; i < end; ++i) s.answers[i] = s.answer(i, a, b, reach);
   });
   std::copy_if(s.answers.begin(), s.answers.end(), std::back_inserter(out),
                [&](const ParticleContact& c) { return c.distance < reach; });

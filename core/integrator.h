@@ -4,6 +4,7 @@
 #include <selvedge/core/force.h>
 #include <selvedge/core/registry.h>
 
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -68,6 +69,8 @@ struct StepStart {
   double time;           ///< s
   double h;              ///< s
   bool touched = false;  ///< contacts will act on the step
+  /// The particles that they act on, in any order, some more than once; empty: any.
+  std::span<const std::int32_t> touched_particles{};
 };
 
 /// State at the end of a step, n particles each.
@@ -109,6 +112,9 @@ class Integrator {
   void save_memory(std::vector<double>& memory) const;
   /// Restores that memory. Throws std::invalid_argument if its size does not match.
   void restore_memory(std::span<const double> memory);
+
+  /// Counts of the accepted steps so far, by the names that result.json has.
+  virtual std::map<std::string, double> counters() const { return {}; }
 
   const ForceSum& forces() const { return forces_; }
 

@@ -12,9 +12,12 @@
 // strain limiter) shifts it as a whole; an impulse does not become a lasting acceleration. Implicit
 // Euler replaces a step whose length differs from the former one, a step with contacts, and the
 // step after it: two steps from before and after an impact combined would throw the cloth back.
-// Guarantee: second order while no part of the Jacobian is dropped (no compressed spring, no
-// buckling link), otherwise first order; stable for any step length; loses much less energy than
-// implicit Euler.
+// This is decided for each connected piece of cloth, since no spring couples it to the others; a
+// contact makes only the pieces that it touches take implicit Euler. The counters of result.json
+// say how often.
+// Guarantee: second order for pieces without contact while no part of the Jacobian is dropped (no
+// compressed spring, no buckling link, no damped spring that turns), otherwise first order; stable
+// for any step length; loses much less energy than implicit Euler.
 #include <selvedge/core/detail/force_checks.h>
 #include <selvedge/core/detail/implicit_system.h>
 #include <selvedge/core/integrator.h>
@@ -38,10 +41,15 @@ class Bdf2 final : public Integrator {
         next_lead_(n, Vec3::Zero()),
         next_lag_(n, Vec3::Zero()),
         momentum_(n),
-        half_(n) {}
+        half_(n),
+        plain_(n),
+        h_(system_.pieces().count(), 0.0),
+        next_h_(h_),
+        two_steps_(h_.size(), 0),
+        met_(h_.size(), 0) {}
 
   IntegratorTraits traits() const override {
-    return {"stable at any step, second order; implicit Euler where contacts act",
+    return {"stable at any step, second order; implicit Euler for pieces in contact",
             "Choi, Ko, Stable but responsive cloth, 2002", 2, true, true};
   }
 
@@ -53,7 +61,14 @@ class Bdf2 final : public Integrator {
     std::swap(lead_, next_lead_);
     std::swap(lag_, next_lag_);
     h_ = next_h_;
+    piece_steps_ += h_.size();
+    for (std::size_t k = 0; k < h_.size(); ++k) euler_steps_ += two_steps_[k] && !met_[k] ? 0 : 1;
   }
+  std::map<std::string, double> counters() const override {
+    return {{"bdf2_steps_of_pieces", static_cast<double>(piece_steps_)},
+            {"substituted_bdf2_by_implicit_euler", static_cast<double>(euler_steps_)}};
+  }
+  void choose_method(const StepStart& start);
   void save_history(std::vector<double>& memory) const override;
   std::span<const double> restore_history(std::span<const double> memory) override;
 
@@ -61,35 +76,65 @@ class Bdf2 final : public Integrator {
   std::vector<Vec3> lead_, lag_;  // m/s, d - v and v⁻ - v
   std::vector<Vec3> next_lead_, next_lag_;
   std::vector<Vec3> momentum_, half_;  // ¾ d + 2 v - ½ v⁻, and -½ d
+  std::vector<char> plain_;            // per particle: its piece takes implicit Euler
   const Particles* start_ = nullptr;
-  double h_ = 0.0, next_h_ = 0.0;  // s, length of the last step; 0: no former step
-  bool two_steps_ = false;         // the current step is a BDF2 step
+  // By piece:
+  std::vector<double> h_, next_h_;  // s, length of the last step; 0: no former step
+  std::vector<char> two_steps_;     // the current step is a BDF2 step
+  std::vector<char> met_;           // a contact was found during the step
+  std::size_t piece_steps_ = 0, euler_steps_ = 0;
 };
+
+void Bdf2::choose_method(const StepStart& start) {
+  const std::span<const std::int32_t> piece = system_.pieces().of_particles();
+  std::fill(met_.begin(), met_.end(), 0);
+  std::fill(next_h_.begin(), next_h_.end(), start.h);
+  if (start.touched && start.touched_particles.empty())
+    std::fill(next_h_.begin(), next_h_.end(), 0.0);
+  if (start.touched)
+    for (const std::int32_t i : start.touched_particles) next_h_[piece[i]] = 0.0;
+  for (std::size_t k = 0; k < h_.size(); ++k)
+    two_steps_[k] = next_h_[k] > 0.0 && std::abs(start.h - h_[k]) <= kSameStep * start.h;
+  for (std::size_t i = 0; i < plain_.size(); ++i) plain_[i] = two_steps_[piece[i]] ? 0 : 1;
+}
 
 void Bdf2::begin(const StepStart& start, StepEnd) {
   const Particles& p = start.particles;
   const double h = start.h;
   start_ = &p;
-  two_steps_ = !start.touched && std::abs(h - h_) <= kSameStep * h;
-  next_h_ = start.touched ? 0.0 : h;
+  choose_method(start);
   system_.hold(p);
-  if (!two_steps_) {
+  if (std::find(two_steps_.begin(), two_steps_.end(), 1) == two_steps_.end()) {
     system_.assemble({{p.x, system_.zeros(), p.mass, start.time}, h, p.v, h});
     return;
   }
   for (std::size_t i = 0; i < p.size(); ++i) {
-    half_[i] = -0.5 * (p.v[i] + lead_[i]);
-    momentum_[i] = 2.25 * p.v[i] + 0.75 * lead_[i] - 0.5 * lag_[i];
+    half_[i] = plain_[i] ? Vec3(Vec3::Zero()) : Vec3(-0.5 * (p.v[i] + lead_[i]));
+    momentum_[i] = plain_[i] ? p.v[i] : Vec3(2.25 * p.v[i] + 0.75 * lead_[i] - 0.5 * lag_[i]);
   }
+  const bool mixed = std::find(plain_.begin(), plain_.end(), 1) != plain_.end();
   constexpr double share = 9.0 / 4.0;
-  system_.assemble({{p.x, half_, p.mass, start.time}, h, momentum_, h / 1.5, share, share});
+  system_.assemble({{p.x, half_, p.mass, start.time},
+                    h,
+                    momentum_,
+                    h / 1.5,
+                    share,
+                    share,
+                    mixed ? std::span<const char>(plain_) : std::span<const char>()});
 }
 
 SolveReport Bdf2::solve(std::span<const ImplicitTerm> terms, StepEnd end, double looser) {
   const SolveReport report = system_.solve(terms, end.mean, looser * system_.config().tolerance);
-  const bool two = two_steps_ && terms.empty();
-  if (!terms.empty()) next_h_ = 0.0;
+  const std::span<const std::int32_t> piece = system_.pieces().of_particles();
+  std::fill(met_.begin(), met_.end(), 0);
+  for (const ImplicitTerm& term : terms)
+    for (const std::int32_t i : term.particle)
+      if (i >= 0) {
+        met_[piece[i]] = 1;
+        next_h_[piece[i]] = 0.0;
+      }
   for (std::size_t i = 0; i < end.mean.size(); ++i) {
+    const bool two = two_steps_[piece[i]] && !met_[piece[i]];
     end.v[i] = two ? Vec3(1.5 * end.mean[i] + half_[i]) : end.mean[i];
     next_lead_[i] = end.mean[i] - end.v[i];
     next_lag_[i] = start_->v[i] - end.v[i];
@@ -98,19 +143,19 @@ SolveReport Bdf2::solve(std::span<const ImplicitTerm> terms, StepEnd end, double
 }
 
 void Bdf2::save_history(std::vector<double>& memory) const {
-  memory.push_back(h_);
+  memory.insert(memory.end(), h_.begin(), h_.end());
   for (const auto* part : {&lead_, &lag_})
     for (const Vec3& u : *part) memory.insert(memory.end(), u.data(), u.data() + 3);
 }
 
 std::span<const double> Bdf2::restore_history(std::span<const double> memory) {
-  const std::size_t n = lead_.size(), size = 1 + 6 * n;
+  const std::size_t n = lead_.size(), pieces = h_.size(), size = pieces + 6 * n;
   detail::require_memory("bdf2", memory.size(), size);
-  h_ = memory[0];
+  std::copy_n(memory.begin(), pieces, h_.begin());
   for (std::size_t i = 0; i < n; ++i)
     for (int axis = 0; axis < 3; ++axis) {
-      lead_[i][axis] = memory[1 + 3 * i + static_cast<std::size_t>(axis)];
-      lag_[i][axis] = memory[1 + 3 * (n + i) + static_cast<std::size_t>(axis)];
+      lead_[i][axis] = memory[pieces + 3 * i + static_cast<std::size_t>(axis)];
+      lag_[i][axis] = memory[pieces + 3 * (n + i) + static_cast<std::size_t>(axis)];
     }
   return memory.subspan(size);
 }

@@ -12,6 +12,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace selvedge {
@@ -155,6 +156,8 @@ class Response {
   /// Longest stable explicit step, s, with a single contact of a particle of inverse mass
   /// `inv_mass`, 1/kg.
   virtual double stable_step(double inv_mass) const;
+  /// The response that answers the contacts of this step in its place; empty: it does so itself.
+  virtual std::string_view substitute() const { return {}; }
   /// Properties of the response, the same at all times.
   virtual ResponseTraits traits() const = 0;
 };

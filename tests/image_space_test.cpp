@@ -6,6 +6,8 @@
 #include <selvedge/broadphase/image_space.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/types.h>
+#include <selvedge/scene/methods.h>
+#include <selvedge/simulation/simulation.h>
 #include <selvedge/tools/mannequin.h>
 
 #include <Eigen/Geometry>
@@ -455,6 +457,14 @@ TEST(ParticleMaps, SideViewsAnswerParticlesBesideTheOutlineOfTheFront) {
   }
 }
 
+TEST(ParticleMaps, AParticleFarInFrontOfASteepPlaceHasNoContact) {
+  const Surface body = sphere(Vec3::Zero());
+  // Seen along x, near the outline: the depth of 1.5 times the cosine is below the reach.
+  const Surface far = particles({Vec3(1.5, 0.999, 0.0), Vec3(-1.5, 0.0, 0.999)});
+  ParticleMaps detector({.resolution = 256});
+  EXPECT_EQ(contacts_of(detector, far, body, 0.1).size(), 0u);
+}
+
 TEST(ParticleMaps, FrontAndBackHaveNormalsOutOfTheBodyOnTheirOwnSides) {
   Surface body = sphere(Vec3::Zero());
   for (auto* xs : {&body.x_t0, &body.x_t1})
@@ -527,6 +537,74 @@ TEST(ParticleMaps, BadInputIsRefusedInOneSentence) {
   EXPECT_NE(refusal([&] { detector.find_self_pairs(open.view(), out); }).find("with itself"),
             std::string::npos);
   EXPECT_NE(refusal([&] { detector.find_pairs(open.view(), open.view(), out); }).find("close it"),
+            std::string::npos);
+}
+
+/// A sheet that falls on a rough ball, answered by reflections (survey eq. 49).
+Scene sheet_on_ball(const std::string& broad_phase) {
+  Scene scene;
+  scene.name = "test";
+  scene.materials["default"] = Material{};
+  ClothSpec cloth;
+  cloth.name = "cloth";
+  cloth.shape = ClothGrid{"rectangular", {0.3, 0.3, 24, 24}, {}};
+  cloth.placement.translation = Vec3(0.011, 0.007, 0.104);
+  scene.cloths.push_back(cloth);
+  BodySpec body;
+  body.name = "ball";
+  body.shape = BodyShape{Sphere{0.1}, 16};
+  scene.bodies.push_back(body);
+  scene.contact.broad_phase = broad_phase;
+  scene.contact.response = "reflection";
+  scene.contact.rest_gap = 0.002;  // more than the ball rises above a cell of the cloth
+  return scene;
+}
+
+/// Mean angle, in degrees, between the normals of the contacts of particles with the ball and the
+/// directions from its middle; and the result.
+std::pair<double, RunResult> run_on_ball(const Scene& scene) {
+  Simulation simulation(scene, methods_of_this_build());
+  double sum = 0.0;
+  std::size_t count = 0;
+  for (int frame = 1; frame <= 10; ++frame) {
+    simulation.advance_to_frame(frame, {});
+    const std::span<const Vec3> x = simulation.positions();
+    for (const StepContact& c : simulation.contacts()) {
+      const bool with_ball = static_cast<std::size_t>(c.point.vertex[3]) >= x.size();
+      if (!with_ball || c.point.kind != ContactKind::point_triangle) continue;
+      const Vec3 out = x[c.point.vertex[0]].normalized();
+      sum += std::acos(std::min(1.0, out.dot(c.point.normal))) * 180.0 / kPi;
+      ++count;
+    }
+  }
+  EXPECT_GT(count, 20u) << scene.contact.broad_phase;
+  return {sum / static_cast<double>(count), simulation.result()};
+}
+
+// The map interpolates normals; a triangle of the ball has one. So the normals tell which of them
+// answered.
+TEST(ParticleMapsScene, ASceneRunsWithContactsWhoseNormalsAreThoseOfTheMap) {
+  Scene by_maps = sheet_on_ball("depth_normal_maps");
+  by_maps.contact.broad_phase_options = {{"views", 3.0}};
+  const auto [map_angle, result] = run_on_ball(by_maps);
+  const auto [facet_angle, other] = run_on_ball(sheet_on_ball("bvh_aabb"));
+  std::printf("normals off by %.2f degrees with maps, %.2f with triangles\n", map_angle,
+              facet_angle);
+  EXPECT_LT(map_angle, 0.6 * facet_angle);
+  EXPECT_TRUE(result.clean) << "by the search of every frame, which the detector has no part in";
+  EXPECT_GT(result.ledger.at("response").at("to_particles_z"), 0.0);
+  EXPECT_GT(result.counters.at("substituted_depth_normal_maps_by_bvh_aabb"), 0.0);
+  EXPECT_EQ(other.counters.count("substituted_bvh_aabb_by_bvh_aabb"), 0u);
+}
+
+TEST(ParticleMapsScene, AnOpenBodyIsRefused) {
+  Scene scene = sheet_on_ball("depth_normal_maps");
+  scene.bodies[0].shape = BodyShape{Plane{}, 4};
+  scene.bodies[0].placement.translation = Vec3(0.0, 0.0, 0.1);
+  EXPECT_NE(refusal([&] {
+              Simulation simulation(scene, methods_of_this_build());
+              simulation.advance_to_frame(1, {});
+            }).find("close it"),
             std::string::npos);
 }
 

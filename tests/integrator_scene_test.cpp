@@ -6,6 +6,7 @@
 #include <selvedge/simulation/simulation.h>
 
 #include <cmath>
+#include <cstdio>
 #include <limits>
 
 namespace selvedge {
@@ -128,6 +129,125 @@ TEST(IntegratorScene, FlightWithoutContactKeepsTheOrderOfTheMethod) {
                fine = distance(flight("bdf2", 24), exact);
   EXPECT_GT(std::log2(coarse / fine), 0.95);
   EXPECT_LT(fine, 0.3 * distance(flight("implicit_euler", 24), exact));
+}
+
+/// A sheet of threads that swings and stretches about its upper edge, its springs never compressed,
+/// and a second sheet that slides on a tilted table, if `slides` is true. Without damping, whose
+/// Jacobian leaves out that springs turn.
+Scene one_swings(const std::string& integrator, int steps, bool slides) {
+  Scene scene = empty_scene();
+  Material& soft = scene.materials["default"];
+  soft.stretch_stiffness = 4.0;
+  soft.shear_stiffness = 0.0;
+  soft.bending_stiffness = 0.0;
+  soft.spring_damping = soft.bending_damping = 0.0;
+  scene.contact.self = false;
+  scene.solver.strain_limiter = false;
+  scene.solver.integrator = integrator;
+  scene.solver.tolerance = 1e-12;
+  scene.time.steps_per_frame = steps;
+  constexpr int kCells = 4, kRow = kCells + 1;
+  ClothSpec swing;
+  swing.name = "swing";
+  swing.shape = ClothGrid{"rectangular", {0.4, 0.4, kCells, kCells}};
+  swing.placement.rotation = Eigen::AngleAxisd(0.6 * std::acos(0.0), Vec3::UnitX());
+  scene.cloths.push_back(swing);
+  std::vector<std::int32_t> top;
+  for (int i = 0; i < kRow; ++i) top.push_back(kRow * kCells + i);
+  scene.handles.push_back({"edge", "swing", top, {}, -1.0});
+  if (!slides) return scene;
+  const Eigen::Quaterniond tilt(Eigen::AngleAxisd(0.3, Vec3::UnitY()));
+  ClothSpec sheet;
+  sheet.name = "sheet";
+  sheet.shape = ClothGrid{"rectangular", {0.2, 0.2, 3, 3}};
+  sheet.placement.rotation = tilt;
+  sheet.placement.translation = Vec3(3.0, 0.0, 0.0) + tilt * Vec3(0.0, 0.0, 0.012);
+  scene.cloths.push_back(sheet);
+  BodySpec table;
+  table.name = "table";
+  table.shape = BodyShape{Box{Vec3(0.4, 0.4, 0.02)}, 4};
+  table.placement.rotation = tilt;
+  table.placement.translation = Vec3(3.0, 0.0, 0.0);
+  table.friction = 0.1;
+  scene.bodies.push_back(table);
+  return scene;
+}
+
+struct Swung {
+  std::vector<Vec3> swing, sheet;
+  RunResult result;
+};
+
+Swung swing(const std::string& integrator, int steps, bool slides) {
+  constexpr int kFrames = 8;
+  Simulation simulation = simulate(one_swings(integrator, steps, slides));
+  for (int frame = 1; frame <= kFrames; ++frame) simulation.advance_to_frame(frame, {});
+  EXPECT_EQ(simulation.result().steps, kFrames * steps) << integrator;
+  const std::vector<Vec3> x = simulation.state().x;
+  const auto middle = x.begin() + 25;
+  return {{x.begin(), middle}, {middle, x.end()}, simulation.result()};
+}
+
+TEST(IntegratorScene, Bdf2KeepsItsOrderWhereOnePieceIsInContactAndAnotherSwingsFree) {
+  const std::vector<Vec3> exact = swing("runge_kutta_4", 96, false).swing;
+  const Swung coarse = swing("bdf2", 16, true), fine = swing("bdf2", 32, true);
+  const double order = std::log2(distance(coarse.swing, exact) / distance(fine.swing, exact));
+  EXPECT_NEAR(order, 2.0, 0.2);
+  const std::vector<Vec3> rest = swing("bdf2", 256, true).sheet;
+  const double in_contact = distance(fine.sheet, rest);
+  std::printf("order of the piece that swings %.2f; of the one in contact %.2f, off by %.1e m\n",
+              order, std::log2(distance(coarse.sheet, rest) / in_contact), in_contact);
+
+  // One piece of two takes implicit Euler, and the other one in its first step, which has no step
+  // before it.
+  for (const Swung* run : {&coarse, &fine}) {
+    const auto& counters = run->result.counters;
+    const double steps = run->result.steps;
+    EXPECT_EQ(counters.at("bdf2_steps_of_pieces"), 2.0 * steps);
+    EXPECT_GT(counters.at("substituted_bdf2_by_implicit_euler"), 1.0);
+    EXPECT_LE(counters.at("substituted_bdf2_by_implicit_euler"), steps + 1.0);
+  }
+}
+
+TEST(IntegratorScene, APieceInContactTakesImplicitEulerAndTheOtherOneTheSameStepsAsAlone) {
+  const Swung together = swing("bdf2", 16, true), alone = swing("bdf2", 16, false);
+  EXPECT_LT(distance(together.swing, alone.swing), 1e-8);
+  EXPECT_EQ(alone.result.counters.at("substituted_bdf2_by_implicit_euler"), 1.0);
+  const Swung euler = swing("implicit_euler", 16, true);
+  EXPECT_GT(distance(together.swing, euler.swing), 1e-3);
+  EXPECT_EQ(euler.result.counters.count("substituted_bdf2_by_implicit_euler"), 0u);
+}
+
+TEST(SubstitutionsInAResult, NameTheResponseOfExplicitStepsThatTouch) {
+  const auto counters = [](const char* integrator, const char* response) {
+    Scene scene = one_swings(integrator, 16, true);
+    scene.contact.response = response;
+    Simulation simulation = simulate(scene);
+    simulation.advance_to_frame(4, {});
+    return simulation.result().counters;
+  };
+  const std::string name = "substituted_contact_force_by_impulse";
+  const auto explicit_steps = counters("symplectic_euler", "contact_force");
+  EXPECT_GT(explicit_steps.at(name), 0.0);
+  EXPECT_LE(explicit_steps.at(name), 64.0);
+  EXPECT_EQ(counters("symplectic_euler", "impulse").count(name), 0u);
+  EXPECT_EQ(counters("implicit_euler", "contact_force").count(name), 0u);
+}
+
+TEST(SubstitutionsInAResult, NameTheBroadPhaseOfSelfCollisions) {
+  const auto counters = [](const char* broad_phase, bool self) {
+    Scene scene = one_swings("implicit_euler", 4, true);
+    scene.contact.broad_phase = broad_phase;
+    scene.contact.self = self;
+    scene.plan.proofs = false;
+    Simulation simulation = simulate(scene);
+    simulation.advance_to_frame(2, {});
+    return simulation.result().counters;
+  };
+  const std::string name = "substituted_minimal_enclosure_by_bvh_aabb";
+  EXPECT_GE(counters("minimal_enclosure", true).at(name), 8.0) << "one search in each step";
+  EXPECT_EQ(counters("minimal_enclosure", false).count(name), 0u);
+  EXPECT_EQ(counters("voxel", true).count("substituted_voxel_by_bvh_aabb"), 0u);
 }
 
 TEST(IntegratorScene, RestoredItGoesOnToTheSameBitsWhateverIsRemembered) {

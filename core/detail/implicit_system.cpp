@@ -91,17 +91,31 @@ void ImplicitSystem::hold(const Particles& particles) {
   for (std::size_t i = 0; i < b_.size(); ++i) free_[i] = particles.inv_mass[i] > 0.0;
 }
 
+/// share·M + gain·J(tau).
+void ImplicitSystem::set_matrix(const SystemAt& system, double tau, double share, double gain) {
+  a_.set_zero();
+  for (std::size_t i = 0; i < b_.size(); ++i)
+    a_.diagonal(i).diagonal().setConstant(share / gain * mass_[i]);
+  for (const auto& force : forces_) force->add_jacobian(system.at, tau, a_);
+  if (gain != 1.0)
+    for (Mat3& block : a_.values()) block *= gain;
+}
+
 void ImplicitSystem::assemble(const SystemAt& system) {
   require_number("step", system.h, false);
   share_ = system.share;
-  a_.set_zero();
-  for (std::size_t i = 0; i < b_.size(); ++i) {
-    b_[i] = mass_[i] * system.momentum[i];
-    a_.diagonal(i).diagonal().setConstant(share_ / system.gain * mass_[i]);
+  for (std::size_t i = 0; i < b_.size(); ++i) b_[i] = mass_[i] * system.momentum[i];
+  set_matrix(system, system.tau, system.share, system.gain);
+  if (!system.plain.empty()) {
+    // No block connects two pieces, so the rows of one come from one matrix.
+    other_values_.assign(a_.values().begin(), a_.values().end());
+    set_matrix(system, system.h, 1.0, 1.0);
+    const std::span<const std::int32_t> row = a_.row_begin();
+    for (std::size_t i = 0; i < b_.size(); ++i)
+      if (!system.plain[i])
+        std::copy(other_values_.begin() + row[i], other_values_.begin() + row[i + 1],
+                  a_.values().begin() + row[i]);
   }
-  for (const auto& force : forces_) force->add_jacobian(system.at, system.tau, a_);
-  if (system.gain != 1.0)
-    for (Mat3& block : a_.values()) block *= system.gain;
   add_forces(system.at, system.h);
   multilevel_.set_matrix(a_, free_);
   scaled_in_ = Norm::none;

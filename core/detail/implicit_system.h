@@ -22,6 +22,9 @@ struct SystemAt {
   double tau;                      ///< s
   double share = 1.0;              ///< > 0
   double gain = 1.0;               ///< > 0
+  /// 1 for each particle of a piece whose equations have tau = h, share = 1 and gain = 1 instead.
+  /// Empty: none.
+  std::span<const char> plain{};
 };
 
 /// With these values of `tau` and `gain`, J is the damping part h D or the elastic part h² K, plus
@@ -56,11 +59,14 @@ class ImplicitSystem {
   /// As Integrator::solve, to this tolerance.
   SolveReport solve(std::span<const ImplicitTerm> terms, std::span<Vec3> v, double tolerance);
 
+  /// The pieces that springs connect.
+  const PieceMomentum& pieces() const { return pieces_; }
   std::span<const Vec3> zeros() const { return zeros_; }
   bool is_free(std::size_t i) const { return free_[i] != 0; }
   const ImplicitConfig& config() const { return config_; }
 
  private:
+  void set_matrix(const SystemAt& system, double tau, double share, double gain);
   void add_forces(const ForceState& state, double h);
   /// A residual in single precision, divided by a power of two.
   struct LaneResidual {
@@ -103,6 +109,7 @@ class ImplicitSystem {
   std::span<const std::unique_ptr<Force>> forces_;
   ImplicitConfig config_;
   BlockMatrix a_;
+  std::vector<Mat3> other_values_;  // of the pieces that are not plain, while a_ is assembled
   PieceMomentum pieces_;
   std::vector<Vec3> b_;          // right-hand side
   std::vector<Vec3> applied_;    // h Σ |F_k| of external forces, per coordinate

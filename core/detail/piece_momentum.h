@@ -19,6 +19,10 @@ class PieceMomentum {
   /// Pieces are the connected components of `links` among n particles.
   PieceMomentum(std::span<const Edge> links, std::size_t n);
 
+  /// The piece of each particle, and how many there are.
+  std::span<const std::int32_t> of_particles() const { return piece_; }
+  std::size_t count() const { return left_.size(); }
+
   /// State of a solve: the residual of its equations in kg·m/s per particle, zero at held
   /// particles.
   struct Solve {

@@ -64,6 +64,7 @@ class ContactForce final : public Response {
   /// momentum of free particles.
   void finish(std::span<Vec3> v) const override;
   void impulses(std::span<const Vec3> v, std::vector<ContactImpulse>& out) const override;
+  std::string_view substitute() const override { return explicit_ ? "impulse" : ""; }
   ResponseTraits traits() const override;
 
  private:

@@ -180,6 +180,7 @@ void Simulation::Parts::accept() {
   carry_proof();
   std::vector<double>& mass = input.particles.mass;
   ledger.accept(detail::response_step(methods, input), *methods.response, attempt);
+  count_substitutes();
   balance.accept();
   detail::end_velocities(methods.traits, input, attempt, state.v);
   std::copy_n(attempt.x_t1.begin(), n(), state.x.begin());
@@ -196,6 +197,13 @@ void Simulation::Parts::accept() {
   note_strain();
   attempts.accepted = true;
   if (methods.untangling()) continue_untangling();
+}
+
+// Methods that acted in place of those that the scene names.
+void Simulation::Parts::count_substitutes() {
+  const std::string_view other = methods.response->substitute();
+  if (!other.empty() && !(attempt.contacts.empty() && attempt.met.empty()))
+    ++result.counters[fmt::format("substituted_{}_by_{}", scene.contact.response, other)];
 }
 
 std::vector<StepContact> step_contacts(const Response& response,

@@ -28,7 +28,8 @@ Candidates::Candidates(const SearchContext& context, const Scene& scene, const B
   const BroadPhaseTraits traits = broad_self_->traits();
   has_all_pairs_ = traits.guarantee == Guarantee::conservative && !traits.closed_body_only;
   answers_particles_ = traits.particles;
-  if (!traits.self) broad_self_ = make_bvh_aabb();
+  substitutes_self_ = !traits.self;
+  if (substitutes_self_) broad_self_ = make_bvh_aabb();
   loose_.assign(context.motion.particles(), 1);
   for (const Triangle& t : context.motion.cloth_triangles())
     for (const std::int32_t i : t) loose_[i] = 0;
@@ -91,6 +92,7 @@ void Candidates::search_self() {
   const auto scope = context_.clock.measure("broad_phase");
   const PhaseClock::Scope busy(context_.plan.busy_self());
   broad_self_->find_self_pairs(drifting_view(), self_pairs_);
+  if (substitutes_self_) ++substituted_self_searches_;
   drop_loose(self_pairs_);
   drop_excluded(self_pairs_, true);
 }

@@ -48,6 +48,9 @@ class Candidates {
   const ExcludedPairs* excluded() const { return excluded_; }
   void drop_excluded(CandidatePairs& pairs, bool self) const;
 
+  /// Searches of the cloth with itself by another broad phase than the scene's.
+  std::int64_t substituted_self_searches() const { return substituted_self_searches_; }
+
   /// The scene's broad phase never misses a pair, whatever the bodies are.
   bool has_all_pairs() const { return has_all_pairs_; }
 
@@ -66,6 +69,8 @@ class Candidates {
   std::unique_ptr<BroadPhase> broad_self_;  // the default if the scene's serves bodies only
   bool has_all_pairs_ = true;
   bool answers_particles_ = false;
+  bool substitutes_self_ = false;
+  std::int64_t substituted_self_searches_ = 0;
   BodySearch body_search_;
   std::vector<char> loose_;     // 1: a particle of no triangle; empty: there are none
   std::vector<Vec3> covered_;   // cloth ends that the candidates were searched for

@@ -133,6 +133,10 @@ void Simulation::Parts::continue_untangling() {
 RunResult Simulation::Parts::present_result() const {
   RunResult r = result;
   for (const auto& [name, value] : methods.fail_safe->counters()) r.counters[name] = value;
+  for (const auto& [name, value] : methods.integrator->counters()) r.counters[name] = value;
+  if (const double count = static_cast<double>(methods.detection.substituted_self_searches());
+      count > 0.0)
+    r.counters["substituted_" + scene.contact.broad_phase + "_by_bvh_aabb"] = count;
   r.ledger = ledger.figures();
   r.ledger["balance"] = balance.figures();
   if (methods.strain.acts()) r.ledger["strain_limiter"] = methods.strain.figures();

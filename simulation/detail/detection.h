@@ -73,6 +73,10 @@ class Detection final : public Clearances {
     clearances_.all(shift, out);
   }
 
+  /// Searches of the cloth with itself by the default broad phase, because that of the scene does
+  /// not support them.
+  std::int64_t substituted_self_searches() const { return candidates_.substituted_self_searches(); }
+
   JointSurface joint_surface() const { return motion_.joint_surface(); }
   std::span<const Triangle> body_triangles() const { return motion_.body_triangles(); }
   /// First vertex of each body, plus the total; counts from 0.

@@ -64,6 +64,7 @@ struct Simulation::Parts {
   void note_rejection(const detail::StepOutcome& outcome);
   [[noreturn]] void give_up();
   void accept();
+  void count_substitutes();
 
   // -- check_state.cpp ----------------------------------------------------------------------------
   void look_at_state();

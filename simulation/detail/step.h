@@ -76,6 +76,7 @@ struct StepAttempt {
   std::vector<Vec3> v_free;       ///< m/s, velocities there
   std::vector<Vec3> x_corrected;  ///< m, of the particles, as the response left them
   std::vector<ContactPoint> contacts;    ///< near at the start
+  std::vector<std::int32_t> touched;     ///< the particles of these contacts
   std::vector<ContactPoint> met;         ///< found to collide and answered as further contacts
   std::vector<ContactPoint> collisions;  ///< on the present paths, earliest first
   std::vector<Vec3> x_tested;      ///< m, joint, ends of the paths that the fail-safe saw last

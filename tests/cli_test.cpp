@@ -106,8 +106,10 @@ TEST_F(Program, EveryPublishedSceneStarts) {
   for (const auto& entry : fs::directory_iterator(fs::path(SELVEDGE_SOURCE_DIR) / "data/scenes")) {
     const fs::path scene = entry.path();
     if (scene.extension() != ".json" || scene.filename() == "scene.schema.json") continue;
-    std::string coarse = " --set time.frames=1 --set geometry.0.cells=[12,12]";
-    if (content(scene).find("\"upper\"") != std::string::npos)
+    const std::string text = content(scene);
+    std::string coarse = " --set time.frames=1";
+    if (text.find("\"cells\"") != std::string::npos) coarse += " --set geometry.0.cells=[12,12]";
+    if (text.find("\"upper\"") != std::string::npos)
       coarse += " --set geometry.upper.cells=[12,12]";
     const Outcome o =
         run("run '" + scene.string() + "' --no-picture --out r_" + scene.stem().string() + coarse);

@@ -94,7 +94,11 @@ inline constexpr const char* everything = R"({
     {"name": "refined", "refine": {"when": "settled", "levels": 3, "speed": 0.2, "energy": 0.01, "after": 0.7, "angle_deg": 30}},
     {"name": "body", "mesh": {"vertices": [[0, 0, 40], [1, 0, 40], [0, 1, 40], [0, 0, 41]],
      "triangles": [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]}, "support": {"stiffness": 60, "share": 0.4},
-     "virtual_springs": {"stiffness": 3}}
+     "virtual_springs": {"stiffness": 3}},
+    {"name": "net", "pattern": {"type": "rectangular_net", "structural": 1, "shear": 2, "flexion": 3, "half_border": true}},
+    {"name": "simple_net", "pattern": {"type": "simplified_net", "structural": 4, "shear": 5, "flexion": 6, "half_border": true, "alternating": true}},
+    {"name": "long_net", "pattern": {"type": "responsive_net", "structural": 7, "shear": 8, "flexion": 9, "half_border": true}},
+    {"name": "triangle_net", "pattern": {"type": "triangular_net", "structural": 10, "flexion": 11}}
   ],
   "seams": [{"name": "side", "a": {"geometry": "grid", "select": {"edge": "x0"}},
              "b": {"geometry": "grid", "select": {"edge": "x1"}}, "reverse": true, "pull": 20,

@@ -158,7 +158,7 @@ TEST_F(EverythingFile, EveryNumberGoesToItsField) {
 
 TEST_F(EverythingFile, EveryPieceOfClothAndItsMaterialIsRead) {
   const Scene s = read_everything();
-  ASSERT_EQ(s.cloths.size(), 9u);
+  ASSERT_EQ(s.cloths.size(), 13u);
   const ClothSpec &grid = s.cloths[0], &file = s.cloths[1];
   EXPECT_EQ(grid.name, "grid");
   EXPECT_EQ(std::get<ClothGrid>(grid.shape).pattern, "triangular");
@@ -194,6 +194,16 @@ TEST_F(EverythingFile, EveryPieceOfClothAndItsMaterialIsRead) {
   EXPECT_NEAR(refine.angle, std::numbers::pi / 6.0, 1e-15);
   EXPECT_EQ(std::get<ClothFile>(s.cloths[8].shape).support->stiffness, 60.0);
   EXPECT_EQ(std::get<ClothFile>(s.cloths[8].shape).support->share, 0.4);
+  const auto& triangles = std::get<ClothGrid>(s.cloths[12].shape).pattern_options;
+  EXPECT_EQ(triangles, (MethodOptions{{"structural", 10.0}, {"flexion", 11.0}}));
+  for (int k = 0; k < 3; ++k) {
+    MethodOptions net = std::get<ClothGrid>(s.cloths[9 + k].shape).pattern_options;
+    EXPECT_EQ(net.erase("alternating"), k == 1 ? 1u : 0u);
+    EXPECT_EQ(net, (MethodOptions{{"structural", 1.0 + 3 * k},
+                                  {"shear", 2.0 + 3 * k},
+                                  {"flexion", 3.0 + 3 * k},
+                                  {"half_border", 1.0}}));
+  }
   ASSERT_EQ(s.weights.size(), 1u);
   EXPECT_EQ(s.weights[0].geometry, "inline");
   EXPECT_EQ(s.weights[0].vertices, (std::vector<std::int32_t>{1}));

@@ -191,21 +191,23 @@ TEST(LaneMatrix, EveryWidthGivesTheSameBits) {
     const LaneRows rows = matrix.rows(step);
     const Vectors p = some_vectors(a.size(), 3);
     struct Results {
-      LaneVector product, relaxed, started, added, scaled;
+      LaneVector product, relaxed, started, stepped, reduced, scaled;
       std::vector<Point4> residual;
-      double dot, xy;
+      double dot, xy, by;
       Vectors blocks;
     };
     std::vector<Results> all;
     for (const LaneMatrixKernel& kernel : lane_matrix_kernels()) {
-      Results out{x, x, x, x, x, std::vector<Point4>(8 * x.groups()), 0.0, 0.0, Vectors(a.size())};
+      Results out{
+          x, x, x, x, x, x, std::vector<Point4>(8 * x.groups()), 0.0, 0.0, 0.0, Vectors(a.size())};
       const std::size_t groups = x.groups();
       out.xy = kernel.multiply(rows, x.data(), b.data(), out.product.data(), 0, groups);
-      kernel.relax(rows, b.data(), x.data(), nullptr, out.relaxed.data(), 0, groups);
+      out.by = kernel.relax(rows, b.data(), x.data(), nullptr, out.relaxed.data(), 0, groups);
       kernel.start(rows, b.data(), out.started.data(), 0, groups);
       kernel.residual(rows, b.data(), x.data(), nullptr, out.residual.data(), 0, groups);
       out.dot = kernel.dot(x.data(), b.data(), 0, 3 * groups);
-      kernel.add(0.3f, b.data(), out.added.data(), 0, 3 * groups);
+      kernel.add_step(0.3f, {b.data(), out.product.data(), out.stepped.data(), out.reduced.data()},
+                      0, 3 * groups);
       kernel.add_to_scaled(0.3f, b.data(), out.scaled.data(), 0, 3 * groups);
       kernel.multiply_blocks(a.row_begin().data(), a.columns().data(), a.values()[0].data(),
                              p[0].data(), out.blocks[0].data(), 0, a.size());
@@ -214,11 +216,17 @@ TEST(LaneMatrix, EveryWidthGivesTheSameBits) {
     for (const Results& r : all) {
       EXPECT_EQ(r.dot, all[0].dot);
       EXPECT_EQ(r.xy, all[0].xy);
+      EXPECT_EQ(r.by, all[0].by);
+      EXPECT_NEAR(r.by, dot_of(b, r.relaxed), 1e-6 * std::abs(r.by));
       for (std::size_t i = 0; i < a.size(); ++i) {
         ASSERT_EQ(r.product[i], all[0].product[i]);
         ASSERT_EQ(r.relaxed[i], all[0].relaxed[i]);
         ASSERT_EQ(r.started[i], all[0].started[i]);
-        ASSERT_EQ(r.added[i], all[0].added[i]);
+        ASSERT_EQ(r.stepped[i], all[0].stepped[i]);
+        ASSERT_EQ(r.reduced[i], all[0].reduced[i]);
+        ASSERT_NEAR((r.stepped[i] - (x[i] + 0.3 * b[i])).norm(), 0.0, 1e-6);
+        ASSERT_NEAR((r.reduced[i] - (x[i] - 0.3 * r.product[i])).norm(), 0.0,
+                    1e-6 * (1.0 + r.product[i].norm()));
         ASSERT_EQ(r.scaled[i], all[0].scaled[i]);
         ASSERT_EQ(r.blocks[i], all[0].blocks[i]);
         for (int k = 0; k < 3; ++k) ASSERT_EQ(r.residual[i].at[k], all[0].residual[i].at[k]);
@@ -322,21 +330,24 @@ TEST(Multilevel, ConjugateGradientsReachTheSolutionInFewIterations) {
   Multilevel multilevel;
   multilevel.set_matrix(a, free);
   multilevel.set_terms({});
-  LaneVector r = lanes_of(some_vectors(a.size(), 4)), z = r, p = r, ap = r;
-  multilevel.apply(r, z);
-  p = z;
-  double rz = dot(r, z);
+  const Vectors solution = some_vectors(a.size(), 4);
+  Vectors b(a.size());
+  a.multiply(solution, b);
+  LaneVector r = lanes_of(b), z = r, ap = r, x = r;
+  x.set_zero();
+  double rz = multilevel.apply(r, z);
+  LaneVector p = z;
   const double first = rz;
   int iterations = 0;
   for (; iterations < 40 && rz > 1e-8 * first; ++iterations) {
     const double pap = multilevel.multiply(p, ap);
-    add_scaled(static_cast<float>(-rz / pap), ap, r);
-    multilevel.apply(r, z);
-    const double next = dot(r, z);
+    add_step(static_cast<float>(rz / pap), p, ap, x, r);
+    const double next = multilevel.apply(r, z);
     scale_and_add(static_cast<float>(next / rz), z, p);
     rz = next;
   }
   EXPECT_LE(iterations, 25);
+  expect_near(x, solution, 1e-2);
 }
 
 }  // namespace

@@ -38,6 +38,14 @@ double dot(std::span<const Vec3> a, std::span<const Vec3> b) {
   });
 }
 
+/// Calls body(i) for each i < n, in parallel.
+template <class Body>
+void for_particles(std::size_t n, const Body& body) {
+  parallel_for(n, kParticleGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) body(i);
+  });
+}
+
 }  // namespace
 
 ImplicitSystem::ImplicitSystem(std::span<const std::unique_ptr<Force>> forces, std::size_t n,
@@ -94,8 +102,9 @@ void ImplicitSystem::hold(const Particles& particles) {
 /// share·M + gain·J(tau).
 void ImplicitSystem::set_matrix(const SystemAt& system, double tau, double share, double gain) {
   a_.set_zero();
-  for (std::size_t i = 0; i < b_.size(); ++i)
+  for_particles(b_.size(), [&](std::size_t i) {
     a_.diagonal(i).diagonal().setConstant(share / gain * mass_[i]);
+  });
   for (const auto& force : forces_) force->add_jacobian(system.at, tau, a_);
   if (gain != 1.0)
     for (Mat3& block : a_.values()) block *= gain;
@@ -104,7 +113,7 @@ void ImplicitSystem::set_matrix(const SystemAt& system, double tau, double share
 void ImplicitSystem::assemble(const SystemAt& system) {
   require_number("step", system.h, false);
   share_ = system.share;
-  for (std::size_t i = 0; i < b_.size(); ++i) b_[i] = mass_[i] * system.momentum[i];
+  for_particles(b_.size(), [&](std::size_t i) { b_[i] = mass_[i] * system.momentum[i]; });
   set_matrix(system, system.tau, system.share, system.gain);
   if (!system.plain.empty()) {
     // No block connects two pieces, so the rows of one come from one matrix.
@@ -174,10 +183,8 @@ void ImplicitSystem::multiply(std::span<const Vec3> x, std::span<Vec3> y) {
 /// out = b − (A + T) v on the free particles, 0 on the held ones.
 void ImplicitSystem::residual(std::span<const Vec3> v, std::span<Vec3> out, Accuracy accuracy) {
   find_product(v, accuracy);
-  ap_ = end_.av;
-  if (!terms_.empty()) terms_.add_multiply(v, ap_);
-  for (std::size_t i = 0; i < b_.size(); ++i) out[i] = b_[i] - ap_[i];
-  terms_.add_rhs(out);
+  for_particles(b_.size(), [&](std::size_t i) { out[i] = b_[i] - end_.av[i]; });
+  terms_.add_residual(v, out);
   for (std::size_t i = 0; i < b_.size(); ++i)
     if (!free_[i]) out[i].setZero();
 }
@@ -238,19 +245,19 @@ void ImplicitSystem::start(std::span<Vec3> v) {
     return;
   }
   scaled_in_ = Norm::multilevel;
-  const double from_outside = squared(applied_, other_);
-  const bool keeps = keeps_velocities(v);
+  set_old_velocities(v, p_);
+  residual(p_, r_old_, Accuracy::exact);
+  begin_ = end_;
+  load(r_old_, other_);
+  const double kept = other_.rz;
+  scale_ = std::max(kept, squared_above(kept, applied_, 1.0));
+  scale_ = std::max(scale_, squared_above(scale_, magnitude_, kRoundingShare));
+  const bool keeps = std::equal(p_.begin(), p_.end(), v.begin());
   if (!keeps) {
-    set_old_velocities(v, p_);
-    residual(p_, r_old_, Accuracy::exact);
-    begin_ = end_;
-    load(r_old_, other_);
+    residual(v, r_, Accuracy::exact);
+    load(r_, lanes_);
   }
-  residual(v, r_, Accuracy::exact);
-  load(r_, lanes_);
-  const double kept = keeps ? lanes_.rz : other_.rz;
-  scale_ = std::max({rounding(std::max(from_outside, kept)), from_outside, kept});
-  if (kept < lanes_.rz) {
+  if (keeps || kept < lanes_.rz) {
     std::copy(p_.begin(), p_.end(), v.begin());
     std::swap(r_, r_old_);
     std::swap(lanes_, other_);
@@ -260,14 +267,14 @@ void ImplicitSystem::start(std::span<Vec3> v) {
   largest_ = lanes_.rz;
 }
 
-/// Square of the rounding error of all forces, or 0 if it is below `least`.
-double ImplicitSystem::rounding(double least) {
-  // x·Px is at most 2 x·A⁻¹x, and A⁻¹ at most (share·M)⁻¹.
+/// Square of share·x, or 0 if it is at most `least`. Uses lanes_.
+double ImplicitSystem::squared_above(double least, std::span<const Vec3> x, double share) {
+  // x·Px is at most 2 x·A⁻¹x, and A⁻¹ at most (share_·M)⁻¹.
   double bound = 0.0;
-  for (std::size_t i = 0; i < magnitude_.size(); ++i)
-    bound += magnitude_[i].squaredNorm() / (share_ * mass_[i]);
-  constexpr double kShare = kRoundingShare * kRoundingShare;
-  return kShare * 2.0 * bound <= least ? 0.0 : kShare * squared(magnitude_, other_);
+  for (std::size_t i = 0; i < x.size(); ++i) bound += x[i].squaredNorm() / (share_ * mass_[i]);
+  if (share * share * 2.0 * bound <= least) return 0.0;
+  load(x, lanes_);
+  return share * share * lanes_.rz;
 }
 
 /// Sets `out` for x, which is zero at held particles.
@@ -284,30 +291,14 @@ void ImplicitSystem::load(std::span<const Vec3> x, LaneResidual& out) {
   // Entries near 1 stay away from the limits of single precision.
   out.unit = std::exp2(std::round(0.5 * std::log2(squares / static_cast<double>(x.size()))));
   const double by = 1.0 / out.unit;
-  parallel_for(x.size(), kParticleGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) out.r.set(i, by * x[i]);
-  });
-  multilevel_.apply(out.r, out.z);
+  for_particles(x.size(), [&](std::size_t i) { out.r.set(i, by * x[i]); });
+  out.rz = out.unit * out.unit * multilevel_.apply(out.r, out.z);
   bytes_ += multilevel_.cycle_bytes() + x.size() * sizeof(Vec3);
-  out.rz = out.unit * out.unit * dot(out.r, out.z);
-}
-
-/// x·Px.
-double ImplicitSystem::squared(std::span<const Vec3> x, LaneResidual& scratch) {
-  load(x, scratch);
-  return scratch.rz;
 }
 
 /// The old velocities at free particles, v at the others.
 void ImplicitSystem::set_old_velocities(std::span<const Vec3> v, std::span<Vec3> out) const {
   for (std::size_t i = 0; i < out.size(); ++i) out[i] = free_[i] ? v_old_[i] : v[i];
-}
-
-/// True if the free particles have their old velocities in v.
-bool ImplicitSystem::keeps_velocities(std::span<const Vec3> v) const {
-  for (std::size_t i = 0; i < v.size(); ++i)
-    if (free_[i] && v[i] != v_old_[i]) return false;
-  return true;
 }
 
 double ImplicitSystem::dot_free(std::span<const Vec3> x, std::span<const Vec3> y) const {
@@ -366,38 +357,36 @@ int ImplicitSystem::descend(double goal, int most) {
     const double pap = multilevel_.multiply(p, ap);
     if (!(pap > 0.0)) break;  // NaN, or not positive definite
     const auto alpha = static_cast<float>(rz / pap);
-    add_scaled(alpha, p, correction_);
-    add_scaled(-alpha, ap, r);
-    multilevel_.apply(r, z);
-    const double next = dot(r, z);
+    add_step(alpha, p, ap, correction_, r);
+    const double next = multilevel_.apply(r, z);
     scale_and_add(static_cast<float>(next / rz), z, p);
     rz = next;
     ++iterations;
   }
-  // Besides matrix and cycle, an iteration reads and writes 11 vectors.
+  // Besides matrix and cycle, an iteration reads and writes 9 vectors.
   bytes_ += static_cast<std::size_t>(iterations) *
-            (multilevel_.multiply_bytes() + multilevel_.cycle_bytes() + 11 * r.bytes());
+            (multilevel_.multiply_bytes() + multilevel_.cycle_bytes() + 9 * r.bytes());
   lanes_.rz = rz * square;
   return iterations;
 }
 
 /// Adds the correction to v. Returns false if the residual is not finite.
 bool ImplicitSystem::take_correction(std::span<Vec3> v, double target, bool loose) {
-  for (std::size_t i = 0; i < v.size(); ++i)
+  for_particles(b_.size(), [&](std::size_t i) {
     if (free_[i]) v[i] += lanes_.unit * correction_[i];
+  });
   if (!loose) return verify(v, target);
-  // A v is what the updated residual r says: A v = b - T v - r.
-  std::fill(ap_.begin(), ap_.end(), Vec3::Zero());
-  if (!terms_.empty()) terms_.add_multiply(v, ap_);
-  end_.v.assign(v.begin(), v.end());
-  end_.av = b_;
-  terms_.add_rhs(end_.av);
-  end_.exact = false;
-  for (std::size_t i = 0; i < v.size(); ++i) {
-    r_[i] = lanes_.unit * lanes_.r[i];
-    end_.av[i] -= ap_[i] + r_[i];
-  }
+  for_particles(b_.size(), [&](std::size_t i) { r_[i] = lanes_.unit * lanes_.r[i]; });
+  set_product(v);
   return std::isfinite(lanes_.rz);
+}
+
+/// A v as the updated residual says: A v = b - T v - r.
+void ImplicitSystem::set_product(std::span<const Vec3> v) {
+  end_.v.assign(v.begin(), v.end());
+  end_.exact = false;
+  for_particles(b_.size(), [&](std::size_t i) { end_.av[i] = b_[i] - r_[i]; });
+  terms_.add_residual(v, end_.av);
 }
 
 /// Computes the residual in double precision. Where it differs from the one that the iteration has

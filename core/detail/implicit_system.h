@@ -86,11 +86,11 @@ class ImplicitSystem {
 
   SolveReport refine(std::span<Vec3> v, double tolerance);
   void start(std::span<Vec3> v);
-  double rounding(double least);
+  double squared_above(double least, std::span<const Vec3> x, double share);
   void load(std::span<const Vec3> x, LaneResidual& out);
-  double squared(std::span<const Vec3> x, LaneResidual& scratch);
   int descend(double goal, int most);
   bool take_correction(std::span<Vec3> v, double target, bool loose);
+  void set_product(std::span<const Vec3> v);
   bool verify(std::span<const Vec3> v, double target);
   SolveReport iterate(std::span<Vec3> v, double tolerance);
   double start_in_double(std::span<Vec3> v);
@@ -101,7 +101,6 @@ class ImplicitSystem {
   bool interpolate_product(std::span<const Vec3> v);
   void mark_non_finite(std::span<Vec3> v) const;
   void set_old_velocities(std::span<const Vec3> v, std::span<Vec3> out) const;
-  bool keeps_velocities(std::span<const Vec3> v) const;
   double dot_free(std::span<const Vec3> x, std::span<const Vec3> y) const;
   void multiply(std::span<const Vec3> x, std::span<Vec3> y);
   bool is_enough(double rz, double target, std::span<const Vec3> v);

@@ -39,15 +39,33 @@ void TermOperator::reset(std::span<const ImplicitTerm> terms, std::size_t partic
         incidence_[count_[terms[t].particle[k]]++] = {static_cast<std::int32_t>(t), k};
 }
 
-void TermOperator::add_multiply(std::span<const Vec3> x, std::span<Vec3> y) {
+/// Calls body(t, Σ_l w_l x_l) for each term t.
+template <class Body>
+void TermOperator::for_each_sum(std::span<const Vec3> x, const Body& body) const {
   parallel_for(terms_.size(), kTermGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       Vec3 sum = Vec3::Zero();
       for (int k = 0; k < 4; ++k)
         if (terms_[t].particle[k] >= 0) sum += terms_[t].weight[k] * x[terms_[t].particle[k]];
-      moment_[t] = terms_[t].matrix * sum;
+      body(t, sum);
     }
   });
+}
+
+void TermOperator::add_multiply(std::span<const Vec3> x, std::span<Vec3> y) {
+  for_each_sum(x, [&](std::size_t t, const Vec3& sum) { moment_[t] = terms_[t].matrix * sum; });
+  add_moments(y);
+}
+
+void TermOperator::add_residual(std::span<const Vec3> x, std::span<Vec3> y) {
+  for_each_sum(x, [&](std::size_t t, const Vec3& sum) {
+    moment_[t] = terms_[t].rhs - terms_[t].matrix * sum;
+  });
+  add_moments(y);
+}
+
+/// y += Σ_t w_t moment_t.
+void TermOperator::add_moments(std::span<Vec3> y) const {
   parallel_for(touched_.size(), kTermGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t r = begin; r < end; ++r) {
       Vec3 sum = Vec3::Zero();
@@ -67,12 +85,6 @@ void TermOperator::add_diagonal(std::span<Mat3> diagonal) const {
         for (int l = 0; l < 4; ++l)
           if (t.particle[l] == t.particle[k])
             diagonal[t.particle[k]] += (t.weight[k] * t.weight[l]) * t.matrix;
-}
-
-void TermOperator::add_rhs(std::span<Vec3> b) const {
-  for (const ImplicitTerm& t : terms_)
-    for (int k = 0; k < 4; ++k)
-      if (t.particle[k] >= 0) b[t.particle[k]] += t.weight[k] * t.rhs;
 }
 
 }  // namespace selvedge::detail

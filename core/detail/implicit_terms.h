@@ -22,10 +22,15 @@ class TermOperator {
   void add_multiply(std::span<const Vec3> x, std::span<Vec3> y);
   /// Diagonal blocks of T.
   void add_diagonal(std::span<Mat3> diagonal) const;
-  void add_rhs(std::span<Vec3> b) const;
+  /// y += rhs - T x.
+  void add_residual(std::span<const Vec3> x, std::span<Vec3> y);
   std::span<const ImplicitTerm> terms() const { return terms_; }
 
  private:
+  template <class Body>
+  void for_each_sum(std::span<const Vec3> x, const Body& body) const;
+  void add_moments(std::span<Vec3> y) const;
+
   struct Incidence {
     std::int32_t term, corner;
   };
@@ -33,7 +38,7 @@ class TermOperator {
   std::vector<std::int32_t> touched_;    // particles that occur in a term
   std::vector<std::int32_t> row_begin_;  // start of each touched particle in incidence_
   std::vector<Incidence> incidence_;
-  std::vector<Vec3> moment_;         // M_t Σ_l w_l x_l
+  std::vector<Vec3> moment_;         // M_t Σ_l w_l x_l, or the right-hand side less that
   std::vector<std::int32_t> count_;  // scratch per particle
 };
 

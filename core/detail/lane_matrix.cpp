@@ -56,9 +56,11 @@ double dot(const LaneVector& a, const LaneVector& b) {
   });
 }
 
-void add_scaled(float factor, const LaneVector& x, LaneVector& y) {
+void add_step(float factor, const LaneVector& p, const LaneVector& ap, LaneVector& x,
+              LaneVector& r) {
+  const LaneStep step{p.data(), ap.data(), x.data(), r.data()};
   parallel_for(3 * x.groups(), kNumberGrain, [&](std::size_t first, std::size_t last) {
-    lane_matrix_kernel().add(factor, x.data(), y.data(), first, last);
+    lane_matrix_kernel().add_step(factor, step, first, last);
   });
 }
 

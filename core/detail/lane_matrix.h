@@ -45,8 +45,9 @@ class LaneVector {
 };
 
 double dot(const LaneVector& a, const LaneVector& b);
-/// y += factor·x.
-void add_scaled(float factor, const LaneVector& x, LaneVector& y);
+/// x += factor·p and r -= factor·ap.
+void add_step(float factor, const LaneVector& p, const LaneVector& ap, LaneVector& x,
+              LaneVector& r);
 /// y = x + factor·y.
 void scale_and_add(float factor, const LaneVector& x, LaneVector& y);
 
@@ -86,6 +87,12 @@ struct LaneParentRows {
   const float* weight;              ///< kRowLanes per slot
 };
 
+/// A step of the conjugate gradients: the direction and its product, and what they change.
+struct LaneStep {
+  const float *p, *ap;
+  float *x, *r;
+};
+
 /// Operations on the groups of rows [first, last). Vectors are LaneVector data; `extra` is added to
 /// A x and may be null. Every vector width gives the same bits.
 struct LaneMatrixKernel {
@@ -99,9 +106,9 @@ struct LaneMatrixKernel {
   /// r = b - A x - extra.
   void (*residual)(const LaneRows& a, const float* b, const float* x, const float* extra, Point4* r,
                    std::size_t first, std::size_t last) = nullptr;
-  /// y = x + S (b - A x - extra).
-  void (*relax)(const LaneRows& a, const float* b, const float* x, const float* extra, float* y,
-                std::size_t first, std::size_t last) = nullptr;
+  /// y = x + S (b - A x - extra); returns b·y.
+  double (*relax)(const LaneRows& a, const float* b, const float* x, const float* extra, float* y,
+                  std::size_t first, std::size_t last) = nullptr;
   /// x += P coarse.
   void (*prolong)(const LaneParentRows& p, const Point4* coarse, float* x, std::size_t stride,
                   std::size_t first, std::size_t last) = nullptr;
@@ -112,9 +119,9 @@ struct LaneMatrixKernel {
                       std::size_t last) = nullptr;
   /// Sum of a·b over blocks of kRowLanes numbers.
   double (*dot)(const float* a, const float* b, std::size_t first, std::size_t last) = nullptr;
-  /// y += factor·x over blocks of kRowLanes numbers.
-  void (*add)(float factor, const float* x, float* y, std::size_t first,
-              std::size_t last) = nullptr;
+  /// x += factor·p and r -= factor·ap over blocks of kRowLanes numbers.
+  void (*add_step)(float factor, const LaneStep& step, std::size_t first,
+                   std::size_t last) = nullptr;
   /// y = x + factor·y over blocks of kRowLanes numbers.
   void (*add_to_scaled)(float factor, const float* x, float* y, std::size_t first,
                         std::size_t last) = nullptr;

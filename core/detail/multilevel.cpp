@@ -57,7 +57,10 @@ void Multilevel::set_matrix(const BlockMatrix& a, std::span<const char> free) {
   free_ = free;
   if (levels_.empty()) build(a);
   levels_[0].value = a.values();
-  if (levels_.size() > 1) set_weights(levels_[0]);
+  if (!std::equal(free.begin(), free.end(), weighted_.begin(), weighted_.end())) {
+    weighted_.assign(free.begin(), free.end());
+    if (levels_.size() > 1) set_weights(levels_[0]);
+  }
   for (std::size_t l = 0; l < levels_.size(); ++l) {
     Level& level = levels_[l];
     if (l > 0) {
@@ -122,6 +125,7 @@ void Multilevel::set_pattern(Level& level) {
   level.points.resize(kRowLanes * level.x.groups());
   level.bound.assign(n, Mat3::Zero());
   level.is_touched.assign(n, 0);
+  level.is_changed.assign(level.column.size(), 0);
 }
 
 /// Held particles take no part in the coarser levels.
@@ -142,6 +146,7 @@ void Multilevel::set_values(Level& level) {
     level.bound[i].setZero();
     level.is_touched[i] = 0;
   }
+  for (const std::size_t k : level.changed) level.is_changed[k] = 0;
   level.touched.clear();
   level.changed.clear();
   parallel_for(level.size(), kRowGrain, [&](std::size_t first, std::size_t last) {
@@ -197,16 +202,16 @@ double Multilevel::largest_eigenvalue(Level& level) const {
 }
 
 void Multilevel::set_terms(std::span<const ImplicitTerm> terms) {
-  for (Level& level : levels_) {
-    if (&level == &levels_[0])
-      set_fine_rows(terms, level.terms);
-    else
-      set_coarse_rows((&level - 1)->terms, (&level - 1)->p, level.terms);
-    if (is_last(level) && dense())
-      factor_last(terms);
-    else
-      set_level_terms(level, terms);
-  }
+  set_fine_rows(terms, levels_[0].terms);
+  for (std::size_t l = 1; l < levels_.size(); ++l)
+    set_coarse_rows(levels_[l - 1].terms, levels_[l - 1].p, levels_[l].terms);
+  parallel_for(levels_.size(), 1, [&](std::size_t first, std::size_t last) {
+    for (std::size_t l = first; l < last; ++l)
+      if (is_last(levels_[l]) && dense())
+        factor_last(terms);
+      else
+        set_level_terms(levels_[l], terms);
+  });
   set_loose(terms);
 }
 
@@ -253,7 +258,10 @@ void Multilevel::set_coarse_rows(const LevelTerms& fine, const Prolongation& p, 
 }
 
 void Multilevel::clear_terms(Level& level) {
-  for (const std::size_t k : level.changed) level.matrix.set(k, level.value[k]);
+  for (const std::size_t k : level.changed) {
+    level.matrix.set(k, level.value[k]);
+    level.is_changed[k] = 0;
+  }
   for (const std::int32_t i : level.touched) {
     level.bound[i].setZero();
     level.is_touched[i] = 0;
@@ -289,38 +297,32 @@ void Multilevel::add_term(Level& level, std::size_t t, const Mat3& matrix) {
     level.bound[i] += (std::abs(w) * sum) * matrix;
     if (std::exchange(level.is_touched[i], 1) == 0) level.touched.push_back(i);
   }
-  std::size_t block = 0;
-  const auto all_in_pattern = [&] {
-    for (const auto& [i, wi] : rows)
-      for (const auto& [j, wj] : rows)
-        if (!has_block(level, i, j, block)) return false;
-    return true;
-  };
-  if (&level == &levels_[0] && !all_in_pattern()) {
+  level.between.clear();
+  for (const auto& [i, wi] : rows)
+    for (const auto& [j, wj] : rows) level.between.push_back(find_block(level, i, j));
+  if (&level == &levels_[0] && std::count(level.between.begin(), level.between.end(), -1) > 0) {
     loose_.term.push_back(static_cast<std::uint32_t>(t));
     return;
   }
+  auto found = level.between.begin();
   for (const auto& [i, wi] : rows)
     for (const auto& [j, wj] : rows) {
-      const bool found = has_block(level, i, j, block);
       // Where the pattern of a coarse level has no block for a pair, its absolute value on the
       // diagonal is an upper bound.
-      if (!found) block = static_cast<std::size_t>(level.diagonal[i]);
-      level.matrix.add(block, (found ? wi * wj : std::abs(wi * wj)) * matrix);
-      level.changed.push_back(block);
+      const bool none = *found < 0;
+      const auto block = static_cast<std::size_t>(none ? level.diagonal[i] : *found);
+      level.matrix.add(block, (none ? std::abs(wi * wj) : wi * wj) * matrix);
+      if (std::exchange(level.is_changed[block], 1) == 0) level.changed.push_back(block);
+      ++found;
     }
 }
 
-bool Multilevel::has_block(const Level& level, std::int32_t i, std::int32_t j, std::size_t& block) {
-  if (i == j) {
-    block = static_cast<std::size_t>(level.diagonal[i]);
-    return true;
-  }
+/// The block of row i and column j, or -1.
+std::int64_t Multilevel::find_block(const Level& level, std::int32_t i, std::int32_t j) {
+  if (i == j) return level.diagonal[i];
   const auto row = level.column.subspan(level.begin[i], level.begin[i + 1] - level.begin[i]);
   const auto found = std::lower_bound(row.begin(), row.end(), j);
-  if (found == row.end() || *found != j) return false;
-  block = static_cast<std::size_t>(level.begin[i] + (found - row.begin()));
-  return true;
+  return found != row.end() && *found == j ? level.begin[i] + (found - row.begin()) : -1;
 }
 
 void Multilevel::set_loose(std::span<const ImplicitTerm> terms) {
@@ -380,11 +382,14 @@ double Multilevel::multiply(const LaneVector& x, LaneVector& y) {
   });
 }
 
-void Multilevel::apply(const LaneVector& r, LaneVector& z) { cycle(0, r, z); }
+double Multilevel::apply(const LaneVector& r, LaneVector& z) { return cycle(0, r, z); }
 
-void Multilevel::cycle(std::size_t l, const LaneVector& b, LaneVector& z) {
+double Multilevel::cycle(std::size_t l, const LaneVector& b, LaneVector& z) {
   Level& level = levels_[l];
-  if (is_last(level) && dense()) return solve_last();
+  if (is_last(level) && dense()) {
+    solve_last(b, z);
+    return dot(b, z);
+  }
   const LaneMatrixKernel& kernel = lane_matrix_kernel();
   const LaneRows rows = level.matrix.rows(level.step);
   const auto by_groups = [&](auto&& body) { parallel_for(b.groups(), kGroupGrain, body); };
@@ -392,7 +397,7 @@ void Multilevel::cycle(std::size_t l, const LaneVector& b, LaneVector& z) {
   by_groups([&](std::size_t first, std::size_t last) {
     kernel.start(rows, b.data(), x.data(), first, last);
   });
-  if (is_last(level)) return;
+  if (is_last(level)) return dot(b, z);
   const float* more = extra(level, x);
   by_groups([&](std::size_t first, std::size_t last) {
     kernel.residual(rows, b.data(), x.data(), more, level.points.data(), first, last);
@@ -409,8 +414,8 @@ void Multilevel::cycle(std::size_t l, const LaneVector& b, LaneVector& z) {
     kernel.prolong(parents, coarse.points.data(), x.data(), x.stride(), first, last);
   });
   more = extra(level, x);
-  by_groups([&](std::size_t first, std::size_t last) {
-    kernel.relax(rows, b.data(), x.data(), more, z.data(), first, last);
+  return parallel_sum(b.groups(), kGroupGrain, [&](std::size_t first, std::size_t last) {
+    return kernel.relax(rows, b.data(), x.data(), more, z.data(), first, last);
   });
 }
 
@@ -432,15 +437,13 @@ void Multilevel::factor_last(std::span<const ImplicitTerm> terms) {
   factor_->factor.compute(factor_->full);
 }
 
-void Multilevel::solve_last() {
-  Level& level = levels_.back();
+void Multilevel::solve_last(const LaneVector& b, LaneVector& z) {
   Eigen::VectorXd& x = factor_->x;
-  x.resize(static_cast<Eigen::Index>(3 * level.size()));
-  for (std::size_t i = 0; i < level.size(); ++i)
-    x.segment<3>(static_cast<Eigen::Index>(3 * i)) = level.b[i];
+  x.resize(static_cast<Eigen::Index>(3 * b.size()));
+  for (std::size_t i = 0; i < b.size(); ++i) x.segment<3>(static_cast<Eigen::Index>(3 * i)) = b[i];
   factor_->factor.solveInPlace(x);
-  for (std::size_t i = 0; i < level.size(); ++i)
-    level.y.set(i, x.segment<3>(static_cast<Eigen::Index>(3 * i)));
+  for (std::size_t i = 0; i < b.size(); ++i)
+    z.set(i, x.segment<3>(static_cast<Eigen::Index>(3 * i)));
 }
 
 std::size_t Multilevel::multiply_bytes() const {

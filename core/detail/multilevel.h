@@ -36,8 +36,8 @@ class Multilevel {
   void set_terms(std::span<const ImplicitTerm> terms);
   /// y = (A + T) x; returns x·y. x must be zero at held particles; y is zero there too.
   double multiply(const LaneVector& x, LaneVector& y);
-  /// z = P r. r must be zero at held particles; z is zero there too.
-  void apply(const LaneVector& r, LaneVector& z);
+  /// z = P r; returns r·z. r must be zero at held particles; z is zero there too.
+  double apply(const LaneVector& r, LaneVector& z);
   /// Bytes that one multiplication and one cycle read and write.
   std::size_t multiply_bytes() const;
   std::size_t cycle_bytes() const;
@@ -73,6 +73,8 @@ class Multilevel {
     std::vector<std::int32_t> touched;   // rows with terms
     std::vector<char> is_touched;        // per row
     std::vector<std::size_t> changed;    // blocks with terms
+    std::vector<char> is_changed;        // per block
+    std::vector<std::int64_t> between;   // scratch: blocks between the rows of a term, -1 for none
     LevelTerms terms;
     LaneVector b, x, y;
     std::vector<Point4> points;
@@ -110,18 +112,20 @@ class Multilevel {
   void clear_terms(Level& level);
   void set_level_terms(Level& level, std::span<const ImplicitTerm> terms);
   void add_term(Level& level, std::size_t t, const Mat3& matrix);
-  static bool has_block(const Level& level, std::int32_t i, std::int32_t j, std::size_t& block);
+  static std::int64_t find_block(const Level& level, std::int32_t i, std::int32_t j);
   void set_loose(std::span<const ImplicitTerm> terms);
   /// Data of T x for the loose terms, or null if there are none.
   const float* extra(const Level& level, const LaneVector& x);
   void factor_last(std::span<const ImplicitTerm> terms);
-  void cycle(std::size_t l, const LaneVector& b, LaneVector& z);
-  void solve_last();
+  /// As apply(), on level l.
+  double cycle(std::size_t l, const LaneVector& b, LaneVector& z);
+  void solve_last(const LaneVector& b, LaneVector& z);
   /// True if the last level is small enough for a factorisation; isolated particles do not
   /// aggregate.
   bool dense() const;
 
   std::span<const char> free_;
+  std::vector<char> weighted_;  // free_ as the weights of the first level know it
   std::vector<Level> levels_;
   LooseTerms loose_;
   LaneVector extra_;  // (loose terms) x

@@ -23,6 +23,7 @@ struct DrapeOptions {
   int seeds = 5, cells = 32, levels = 2, threads = 0;
   double diameter = 0.30;
   bool woven = false, json = false;
+  std::string stretch_law;  // empty: the fabric's
 };
 
 /// The results of one fabric.
@@ -37,7 +38,12 @@ DrapeRow compute(const Fabric& fabric, const DrapeOptions& o) {
   series.trial.specimen = 0.5 * o.diameter;
   series.trial.cells = o.cells;
   series.trial.polar = !o.woven;
-  return {fabric.name, fabric.constants.drape_coefficient, drape_series(fabric.material, series)};
+  Material material = fabric.material;
+  if (o.stretch_law == "hooke") material.stretch_law = StretchLaw::hooke;
+  if (o.stretch_law == "corotated") material.stretch_law = StretchLaw::corotated;
+  if (o.stretch_law == "st_venant_kirchhoff")
+    material.stretch_law = StretchLaw::st_venant_kirchhoff;
+  return {fabric.name, fabric.constants.drape_coefficient, drape_series(material, series)};
 }
 
 std::string joined(const std::vector<std::int32_t>& numbers) {
@@ -114,6 +120,10 @@ void add_command_drape(const Command& app) {
   command.flag("--woven", o->woven,
                "Use a woven disc instead of a polar mesh, --cells across it; converges "
                "slowly");
+  command
+      .option("--stretch-law", o->stretch_law,
+              "Springs (hooke) or finite elements instead of the fabric's own law")
+      .one_of({"hooke", "st_venant_kirchhoff", "corotated"});
   command
       .option("--levels", o->levels,
               "Meshes for the first seed, each with twice the cells of the one before, "

@@ -125,6 +125,11 @@ StabilitySubject::StabilitySubject(const Scene& scene, double stiffness, double 
     if (stiffness > 0.0) spring.stiffness *= stiffness / stiffest;
     if (damping >= 0.0) spring.damping = damping;
   }
+  for (MembraneTriangle& t : cloth.membranes) {
+    for (double* constant : {&t.c11, &t.c22, &t.c12, &t.c33})
+      if (stiffness > 0.0) *constant *= stiffness / stiffest;
+    if (damping >= 0.0) t.damping = damping;
+  }
   gravity = scene.gravity;
   for (const double mass : cloth.mass) inv_mass.push_back(1.0 / mass);
   for (const HandleSpec& handle : scene.handles)

@@ -66,6 +66,11 @@ void validate_material(const Material& m) {
   not_negative("bending_friction", m.bending_friction);
   if (m.shear_friction > 0.0 && m.shear_law != ShearLaw::twisting)
     throw std::invalid_argument("shear_friction needs shear_law \"twisting\"");
+  if (m.poisson && !is_membrane(m.stretch_law))
+    throw std::invalid_argument(
+        "poisson needs stretch_law \"st_venant_kirchhoff\" or \"corotated\": a net of springs has "
+        "C12 = C33 whatever it is");
+  if (m.poisson) require(std::abs(*m.poisson) < 1.0, "poisson", *m.poisson, "between -1 and 1");
   require(m.kawabata_lt > 0.5 && m.kawabata_lt <= 1.0, "kawabata_lt", m.kawabata_lt,
           "above 0.5 and at most 1");
 }
@@ -204,7 +209,34 @@ void add_hinges(ClothMesh& cloth, std::span<const Vec3> rest, const Material& ma
   }
 }
 
-void set_stretch_law(ClothMesh& cloth, const Material& m) {
+namespace {
+
+/// Places of the vertices of a triangle along warp and weft: x and y if the cloth is flat, else
+/// along and across its first side.
+std::array<std::array<double, 2>, 3> warp_and_weft(std::span<const Vec3> rest, const Triangle& t,
+                                                   bool flat) {
+  std::array<std::array<double, 2>, 3> place{};
+  const Vec3 a = rest[t[1]] - rest[t[0]], b = rest[t[2]] - rest[t[0]];
+  for (int k = 0; flat && k < 3; ++k) place[k] = {rest[t[k]].x(), rest[t[k]].y()};
+  if (flat) return place;
+  const double length = a.norm();
+  place[1] = {length, 0.0};
+  place[2] = {a.dot(b) / length, a.cross(b).norm() / length};
+  return place;
+}
+
+void add_membrane(ClothMesh& cloth, std::span<const Vec3> rest, const Material& m) {
+  const bool flat = in_a_level(rest);
+  const ContinuumConstants c = membrane_constants(m, flat);
+  for (const Triangle& t : cloth.surface.triangles)
+    cloth.membranes.push_back({t, warp_and_weft(rest, t, flat), c.c11, c.c22, c.c12, c.c33,
+                               m.spring_damping, m.stretch_law});
+}
+
+}  // namespace
+
+void set_stretch_law(ClothMesh& cloth, std::span<const Vec3> rest, const Material& m) {
+  if (is_membrane(m.stretch_law)) add_membrane(cloth, rest, m);
   SpringCurve curve{m.stretch_law};
   if (m.stretch_law == StretchLaw::hooke) return;
   if (m.stretch_law == StretchLaw::biphasic) {
@@ -220,8 +252,9 @@ void set_stretch_law(ClothMesh& cloth, const Material& m) {
   cloth.curve_of_spring.assign(cloth.springs.size(), 0);
 }
 
-void require_hinges(const Material& m, const char* mesh) {
-  if (m.bending_law == BendingLaw::buckling || m.bending_law == BendingLaw::twisting)
+void require_hinges(const Material& m, const char* mesh, bool beams) {
+  if (m.bending_law == BendingLaw::buckling || m.bending_law == BendingLaw::twisting ||
+      (m.bending_law == BendingLaw::beam && !beams))
     throw std::invalid_argument(
         std::string("bending_law needs rows of particles; ") + mesh +
         " has none; use \"hinge\" or \"shape_operator\", or a grid of cells");

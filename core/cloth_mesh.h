@@ -82,6 +82,17 @@ struct TwistSpring {
   bool remap(const auto& to) { return remap_vertices(v, to); }
 };
 
+/// Two beams in a row, v[0] -> v[1] and v[1] -> v[2], straight at rest. The displacement of the end
+/// of one from the straight continuation of the other bends both [VillardBorouchaki2005].
+struct Beam {
+  std::array<std::int32_t, 3> v;
+  std::array<double, 2> length;  ///< m, of the two beams at rest, > 0
+  double rigidity;               ///< N·m², EI of the strip that they represent, > 0
+  double damping = 0.0;  ///< s, damping force per stiffness and rate of the displacement, >= 0
+
+  bool remap(const auto& to) { return remap_vertices(v, to); }
+};
+
 /// Hysteresis of a hinge: a moment that opposes rotation and grows to `moment` over the angle
 /// `yield`.
 struct HingeFriction {
@@ -149,6 +160,17 @@ struct SpringCurve {
   bool remap(const auto&) { return true; }
 };
 
+/// A triangle of constant strain that carries stretch and shear, for the laws with is_membrane.
+struct MembraneTriangle {
+  std::array<std::int32_t, 3> v;
+  std::array<std::array<double, 2>, 3> rest;  ///< m, vertices along warp and weft
+  double c11, c22, c12, c33;                  ///< N/m, constants as in ContinuumConstants
+  double damping = 0.0;                       ///< s, damping stress per stiffness and strain rate
+  StretchLaw law = StretchLaw::corotated;
+
+  bool remap(const auto& to) { return remap_vertices(v, to); }
+};
+
 /// Largest strain of a spring, (L-L0)/L0.
 struct StrainLimitOfSpring {
   using Element = Spring;
@@ -194,6 +216,8 @@ struct ClothElements {
   ElementSet<CornerFriction> corner_frictions;
   ElementSet<Tie<2>> hanging;  ///< hanging nodes in the middle of an edge of a coarser cell
   ElementSet<Tie<4>> layers;   ///< ties from the particles of a dense layer to a sparse one
+  ElementSet<MembraneTriangle> membranes;  ///< finite elements; springs then only measure strain
+  ElementSet<Beam> beams;
 };
 
 namespace detail {
@@ -201,9 +225,11 @@ namespace detail {
 template <class Elements>
 auto tie_sets(Elements& elements) {
   auto& [springs, strain_limit, curves, curve_of_spring, hinges, couples, links, twists,
-         hinge_frictions, curvature_frictions, corner_frictions, hanging, layers] = elements;
+         hinge_frictions, curvature_frictions, corner_frictions, hanging, layers, membranes,
+         beams] = elements;
   return std::tie(springs, strain_limit, curves, curve_of_spring, hinges, couples, links, twists,
-                  hinge_frictions, curvature_frictions, corner_frictions, hanging, layers);
+                  hinge_frictions, curvature_frictions, corner_frictions, hanging, layers,
+                  membranes, beams);
 }
 }  // namespace detail
 

@@ -4,6 +4,7 @@
 // under a uniform strain, so it adds k L²/A (c², s², cs)(c², s², cs)ᵀ to C. A link rotates by -c s
 // εx + c s εy + ½ (c² - s²) γ (without the common rotation). The angle of a torsional spring
 // between links of directions u and w changes by the difference of the rotations of its links.
+#include <selvedge/core/detail/grid_mesh.h>
 #include <selvedge/core/detail/topology.h>
 #include <selvedge/core/measure.h>
 
@@ -66,6 +67,24 @@ double strip_modulus(const ContinuumConstants& c) { return 1.0 / strain_of_pull(
 double strip_poisson(const ContinuumConstants& c) {
   const Vec3 strain = strain_of_pull(c);
   return -strain.y() / strain.x();
+}
+
+ContinuumConstants membrane_constants(const Material& m, bool flat) {
+  const double warp = m.stretch_stiffness, weft = stretch_along_weft(m);
+  constexpr double of_spring_nets = 1.0 / 3.0;
+  if (!flat) return plate_constants(0.5 * (warp + weft), m.poisson.value_or(of_spring_nets));
+  const double shear = m.shear_law == ShearLaw::twisting ? 0.0 : m.shear_stiffness;
+  if (!m.poisson) {
+    const auto [c11, c22] = detail::stretch_constants(warp, weft, shear);
+    return {c11, c22, shear, shear, 0.0, 0.0};
+  }
+  const double narrowing = 1.0 - *m.poisson * *m.poisson;
+  return {warp / narrowing,
+          weft / narrowing,
+          *m.poisson * std::sqrt(warp * weft) / narrowing,
+          shear,
+          0.0,
+          0.0};
 }
 
 ContinuumConstants plate_constants(double stretch, double poisson) {

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <map>
 #include <numeric>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
@@ -83,7 +84,8 @@ std::vector<std::int32_t> used_vertices(std::size_t n, std::span<const Triangle>
 }
 
 /// The elements of `cloth` with the springs that are left if only the triangles `inside` are there.
-/// A spring that loses all its triangles gets the vertex -1, which leaves it out.
+/// A spring that loses all its triangles, and an element of a triangle that is lost, get the vertex
+/// -1, which leaves them out.
 ClothMesh thinned(const ClothMesh& cloth, std::span<const Triangle> inside) {
   const auto before = triangles_of_edges(cloth.surface.triangles);
   const auto now = triangles_of_edges(inside);
@@ -98,6 +100,10 @@ ClothMesh thinned(const ClothMesh& cloth, std::span<const Triangle> inside) {
     else
       spring.stiffness *= double(is->second) / was->second;
   }
+  std::set<Triangle> lost(cloth.surface.triangles.begin(), cloth.surface.triangles.end());
+  for (const Triangle& t : inside) lost.erase(t);
+  for (MembraneTriangle& triangle : thin.membranes)
+    if (lost.contains(triangle.v)) triangle.v[0] = -1;
   return thin;
 }
 

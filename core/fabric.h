@@ -10,11 +10,18 @@ namespace selvedge {
 
 /// Force law of a spring under stretch.
 enum class StretchLaw {
-  hooke,         ///< k (L-L0)
-  tension_only,  ///< k (L-L0) under tension, 0 under compression [ChoiKo2002, type 1]
-  biphasic,      ///< stiffer above a given strain [survey 4, Chen 1998]
-  kawabata,      ///< tension curve with LT and WT (KES-F1)
+  hooke,                ///< k (L-L0)
+  tension_only,         ///< k (L-L0) under tension, 0 under compression [ChoiKo2002, type 1]
+  biphasic,             ///< stiffer above a given strain [survey 4, Chen 1998]
+  kawabata,             ///< tension curve with LT and WT (KES-F1)
+  st_venant_kirchhoff,  ///< finite elements with Green's strain, on the triangles of any mesh
+  corotated,            ///< finite elements, linear in the frame of each triangle, likewise
 };
+
+/// True if the triangles carry stretch and shear. The springs then only measure strain.
+constexpr bool is_membrane(StretchLaw law) {
+  return law == StretchLaw::st_venant_kirchhoff || law == StretchLaw::corotated;
+}
 
 /// How the cloth resists shear between warp and weft.
 enum class ShearLaw {
@@ -36,6 +43,9 @@ enum class BendingLaw {
   /// Curvature of each triangle from the rotation of its edges [OnateZarate2000]; exact on any
   /// mesh, equal to `hinge` on grids of cells.
   shape_operator,
+  /// Beams along the rows and columns of particles, linear in the positions [VillardBorouchaki2005;
+  /// survey eq. 4 corrected], and hinges for twist; grids only, split cells included.
+  beam,
 };
 
 /// Fabric constants of a cloth, independent of the mesh.
@@ -64,6 +74,9 @@ struct Material {
   /// N/m (> 0) and N·m (>= 0) along the weft, if it differs from the warp; stretch_stiffness and
   /// bending_stiffness then apply to the warp. Meshes without warp and weft use the mean.
   std::optional<double> stretch_weft{}, bending_weft{};
+  /// Poisson's ratio of the membrane laws, C12/√(C11 C22), in (-1, 1). Without it C12 = C33, as in
+  /// any net of springs.
+  std::optional<double> poisson{};
 };
 
 inline double stretch_along_weft(const Material& m) {

@@ -77,15 +77,21 @@ std::unique_ptr<Force> make_shape_operator_force(std::span<const Hinge> hinges,
 /// with a loop has a memory.
 std::unique_ptr<Force> make_curve_force(std::span<const Spring> springs, const SpringCurve& curve,
                                         std::size_t particles);
+/// Stretch and shear of triangles as a sheet, by finite elements of constant strain. `law` is one
+/// with is_membrane; the law of the triangles is ignored.
+std::unique_ptr<Force> make_membrane_force(std::span<const MembraneTriangle> triangles,
+                                           StretchLaw law, std::size_t particles);
 /// Bending between two triangles after [Bridson2003] as printed: with sin(θ/2) instead of θ.
 std::unique_ptr<Force> make_bridson_force(std::span<const Hinge> hinges, std::size_t particles);
 /// Links that buckle into an arc [ChoiKo2002; survey eq. 5 corrected] and are slack under tension.
 std::unique_ptr<Force> make_buckling_force(std::span<const BucklingLink> links,
                                            std::size_t particles);
-/// Torsional springs between two links at a particle [Dai2003]. They also serve as the beams of
-/// [VillardBorouchaki2005; survey eq. 4 corrected].
+/// Torsional springs between two links at a particle [Dai2003].
 std::unique_ptr<Force> make_twist_force(std::span<const TwistSpring> springs,
                                         std::size_t particles);
+/// Beams along rows of particles [VillardBorouchaki2005; survey eq. 4 corrected]. Linear in the
+/// positions.
+std::unique_ptr<Force> make_beam_force(std::span<const Beam> beams, std::size_t particles);
 /// Hysteresis of bending and shear: the term ±HB of M = B κ ± HB. Has a memory; see Force::accept.
 std::unique_ptr<Force> make_hinge_friction(std::span<const HingeFriction> frictions,
                                            std::size_t particles);

@@ -219,6 +219,9 @@ std::unique_ptr<Force> make_curve_force(std::span<const Spring> springs, const S
       detail::require_number("kawabata_rt", curve.resilience, false);
       detail::require_number("1 less kawabata_rt", 1.0 - curve.resilience);
       return make_kawabata(springs, curve, particles);
+    case StretchLaw::st_venant_kirchhoff:
+    case StretchLaw::corotated:
+      throw std::invalid_argument("springs cannot follow a membrane law; use make_membrane_force");
   }
   throw std::invalid_argument("a spring curve has no law");
 }

@@ -6,10 +6,6 @@
 // Each end feels M/l perpendicular to its link, and the centre the opposite of both: net force and
 // net moment are zero.
 //
-// The same element is the beam of Villard and Borouchaki 2005 with its end couple: k = EI/l, and
-// the end feels F = M/l = EI α/l² [survey eq. 4]. (Under a force at the end it would be 2EI α/l².
-// The text calls α/l² a displacement, but the displacement is α·l and the stiffness EI/l³.)
-//
 // E = ½ k (φ - φ0)². On a straight line the gradient of φ is undefined, but for φ0 = 0 the gradient
 // of E is 0 there and its second derivative is k Dᵀ(I - u uᵀ) D, where D is the difference of the
 // two directions.
@@ -113,8 +109,8 @@ void register_twisting(ForceLawRegistry& registry) {
                    forces.push_back(make_twist_force(cloth.twists, cloth.mass.size()));
                  return forces;
                },
-               {.promise = "minus the gradient of its energy; also the beam, survey eq. 4 mended",
-                .source = "Dai, Li, Zhang, 2003; Villard, Borouchaki, 2005",
+               {.promise = "minus the gradient of its energy",
+                .source = "Dai, Li, Zhang, Simulation anisotropic woven fabric deformation, 2003",
                 .energy = "twisting"});
 }
 

@@ -10,11 +10,13 @@ namespace selvedge {
 // of the second list is the order in which internal forces add up.
 void register_hooke(ForceLawRegistry& registry);
 void register_spring_curves(ForceLawRegistry& registry);
+void register_membrane(ForceLawRegistry& registry);
 void register_shape_operator(ForceLawRegistry& registry);
 void register_bending(ForceLawRegistry& registry);
 void register_bridson(ForceLawRegistry& registry);
 void register_buckling(ForceLawRegistry& registry);
 void register_twisting(ForceLawRegistry& registry);
+void register_beam(ForceLawRegistry& registry);
 void register_hysteresis(ForceLawRegistry& registry);
 void register_tie(ForceLawRegistry& registry);
 void register_plate(ForceLawRegistry& registry);
@@ -28,10 +30,10 @@ void register_air(ForceLawRegistry& registry);
 ForceLawRegistry force_laws() {
   ForceLawRegistry registry;
   for (const auto add :
-       {register_hooke, register_spring_curves, register_shape_operator, register_bending,
-        register_bridson, register_buckling, register_twisting, register_hysteresis, register_tie,
-        register_plate, register_volume, register_virtual_springs, register_sewing, register_water,
-        register_gravity, register_air})
+       {register_hooke, register_spring_curves, register_membrane, register_shape_operator,
+        register_bending, register_bridson, register_buckling, register_twisting, register_beam,
+        register_hysteresis, register_tie, register_plate, register_volume,
+        register_virtual_springs, register_sewing, register_water, register_gravity, register_air})
     add(registry);
   return registry;
 }

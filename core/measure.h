@@ -90,6 +90,13 @@ struct ContinuumConstants {
 ContinuumConstants continuum_constants(const ClothMesh& cloth, std::span<const Vec3> rest,
                                        double area);
 
+/// The constants of a sheet that follows a membrane law. With a flat rest shape, free strips have
+/// the material's stretch along warp and weft; C33 is its shear stiffness, or 0 if torsional
+/// springs resist shear; C12 follows from `poisson` or equals C33. Warp and weft have no direction
+/// on a rest shape that is not flat: it is isotropic with the mean stretch, and with Poisson's
+/// ratio 1/3 unless the material gives one.
+ContinuumConstants membrane_constants(const Material& material, bool flat);
+
 /// Force per width and strain along the warp of a strip with free sides that may shear: 1/(C⁻¹)11,
 /// N/m.
 double strip_modulus(const ContinuumConstants& c);

@@ -17,7 +17,8 @@
 //
 // Hinges between cells of the same size are those of make_rectangular. Between a cell of height g
 // and two of height h, an edge of length l represents the area l (g + h)/2 and rotates by κ (g +
-// h)/2: its stiffness is 2 B l/(g + h), half at each end. Cells are never merged.
+// h)/2: its stiffness is 2 B l/(g + h), half at each end. With the law `beam`, two beams of lengths
+// g and h and of rigidity ½ B l stand at each end instead. Cells are never merged.
 #include <selvedge/core/cloth_pattern.h>
 #include <selvedge/core/detail/grid_mesh.h>
 #include <selvedge/core/detail/topology.h>
@@ -63,7 +64,7 @@ AdaptiveGrid::AdaptiveGrid(const GridConfig& grid, const Material& material, std
     : grid_(grid), material_(material), levels_(levels) {
   detail::validate_grid(finest(grid, levels));
   detail::validate_material(material);
-  detail::require_hinges(material, "a grid that is split");
+  detail::require_hinges(material, "a grid that is split", true);
   detail::validate_cells(constants_of(grid, material), material);
   const std::int32_t width = 1 << levels;
   for (std::int32_t j = 0; j <= grid.cells_y; ++j)
@@ -212,7 +213,7 @@ ClothMesh AdaptiveGrid::cloth() const {
   add_springs(cloth);
   add_hinges(cloth);
   add_ties(cloth);
-  detail::set_stretch_law(cloth, material_);
+  detail::set_stretch_law(cloth, cloth.surface.vertices, material_);
   return cloth;
 }
 
@@ -343,9 +344,16 @@ void AdaptiveGrid::add_side_hinges(const GridCell& leaf, bool above, ClothMesh& 
   const double span = finest * 0.5 * (w + beyond) * (above ? k.b : k.a);
   for (const std::int32_t end : {0, length}) {
     const std::int32_t far = at(end, beyond), near = at(end, -w);
+    if (material_.bending_law == BendingLaw::beam && rigidity > 0.0) {
+      const double unit = above ? finest * k.b : finest * k.a;
+      cloth.beams.push_back({{near, at(end, 0), far},
+                             {unit * w, unit * beyond},
+                             0.5 * rigidity * edge,
+                             material_.bending_damping});
+    }
     const std::array<std::int32_t, 4> v =
         above ? std::array{far, near, a, b} : std::array{near, far, a, b};
-    add_side_hinge(v, 0.5 * stiffness, cloth);
+    if (material_.bending_law != BendingLaw::beam) add_side_hinge(v, 0.5 * stiffness, cloth);
     if (material_.bending_friction > 0.0)
       cloth.hinge_frictions.push_back(
           {v, 0.0, 0.5 * material_.bending_friction * edge, detail::kYieldCurvature * span});

@@ -61,7 +61,7 @@ class ArcMesh {
     cloth_.mass = vertex_areas(cloth_.surface.vertices, cloth_.surface.triangles);
     for (double& m : cloth_.mass) m *= material_.density;
     detail::add_hinges(cloth_, cloth_.surface.vertices, material_);
-    detail::set_stretch_law(cloth_, material_);
+    detail::set_stretch_law(cloth_, cloth_.surface.vertices, material_);
     return std::move(cloth_);
   }
 

@@ -64,7 +64,7 @@ ClothMesh make_from_mesh(const TriangleMesh& surface, const TriangleMesh& rest,
   validate_masses(cloth.mass);
   detail::add_edge_springs(cloth, rest.vertices, material);
   detail::add_hinges(cloth, rest.vertices, material);
-  detail::set_stretch_law(cloth, material);
+  detail::set_stretch_law(cloth, rest.vertices, material);
   return cloth;
 }
 

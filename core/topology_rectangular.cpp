@@ -46,7 +46,7 @@ ClothMesh make_rectangular(const GridConfig& grid, const Material& material) {
   ClothMesh cloth = detail::make_grid_net(grid, material, constants, detail::Diagonals::both);
   detail::add_grid_bending(cloth, grid, material);
   if (material.shear_law == ShearLaw::twisting) detail::add_grid_twist(cloth, grid, material);
-  detail::set_stretch_law(cloth, material);
+  detail::set_stretch_law(cloth, cloth.surface.vertices, material);
   return cloth;
 }
 

@@ -14,11 +14,17 @@
 #include <selvedge/core/cloth_mesh.h>
 #include <selvedge/core/cloth_pattern.h>
 
+#include <stdexcept>
+
 namespace selvedge {
 
 ClothMesh make_responsive(const GridConfig& grid, const Material& material) {
   Material m = material;
   m.bending_law = BendingLaw::buckling;
+  if (is_membrane(m.stretch_law))
+    throw std::invalid_argument(
+        "the responsive mesh resists tension only, which no finite element does; use stretch_law "
+        "\"tension_only\", or the rectangular pattern");
   if (m.stretch_law == StretchLaw::hooke) m.stretch_law = StretchLaw::tension_only;
   return make_rectangular(grid, m);
 }

@@ -52,7 +52,7 @@ ClothMesh make_simplified(const GridConfig& grid, const Material& material, bool
       detail::make_grid_net(grid, material, constants,
                             alternating ? detail::Diagonals::alternating : detail::Diagonals::same);
   detail::add_grid_bending(cloth, grid, material);
-  detail::set_stretch_law(cloth, material);
+  detail::set_stretch_law(cloth, cloth.surface.vertices, material);
   return cloth;
 }
 

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <stdexcept>
 
 namespace selvedge {
 namespace {
@@ -65,6 +66,8 @@ void push_rim_out(ClothMesh& disc, double radius, const Material& material) {
     }
   const auto& x = disc.surface.vertices;
   for (Spring& s : disc.springs) s.rest_length = (x[s.b] - x[s.a]).norm();
+  for (MembraneTriangle& triangle : disc.membranes)
+    for (int k = 0; k < 3; ++k) triangle.rest[k] = {x[triangle.v[k]].x(), x[triangle.v[k]].y()};
   for (BucklingLink& link : disc.links) {
     if (moved[link.a] == 0 && moved[link.b] == 0) continue;
     link.rest_length = (x[link.b] - x[link.a]).norm();
@@ -128,6 +131,11 @@ class DiscCells {
 ClothMesh make_woven_disc(double radius, std::int32_t cells, const Material& material) {
   constexpr std::int32_t kFewest = 8;
   require(cells >= kFewest, "cells across the disc", cells, "at least 8");
+  if (material.bending_law == BendingLaw::beam)
+    throw std::invalid_argument(
+        "bending_law \"beam\" needs straight rows of particles, but the rim of a disc bends them; "
+        "use "
+        "\"hinge\"");
   ClothMesh grid = make_rectangular({2.0 * radius, 2.0 * radius, cells, cells}, material);
   // A cell is either entirely in the disc or not at all, and its diagonals with it.
   const DiscCells disc_cells(radius, cells);

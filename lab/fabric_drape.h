@@ -95,4 +95,37 @@ struct DrapeStatistics {
 /// std::invalid_argument if a number is out of range.
 DrapeStatistics drape_series(const Material& material, const DrapeSeries& series);
 
+/// Points of the catenary of `length` (m) between two points in gravity along -z, at these arc
+/// lengths (m) from `a`. A `length` up to the distance of the points gives the straight line, in
+/// proportion. Points above each other give a thread that hangs double. Throws
+/// std::invalid_argument unless `length` is positive and finite and every arc length lies in [0,
+/// length].
+std::vector<Vec3> catenary(const Vec3& a, const Vec3& b, double length,
+                           std::span<const double> arc);
+
+/// A vertex of the grid that is held at a place.
+struct HeldVertex {
+  std::int32_t vertex;  ///< row by row as in make_rectangular
+  Vec3 x;               ///< m
+};
+struct GeometricDrapeConfig {
+  double tolerance = 1e-6;  ///< relaxation ends when no vertex moves more, in cell sides, > 0
+  std::int32_t most_sweeps = 5000;  ///< >= 0; 0 leaves the catenaries as they are
+};
+/// A drape without forces [Weil1986].
+struct GeometricDrape {
+  TriangleMesh shape;       ///< m
+  std::int32_t curves = 0;  ///< catenaries that were traced
+  std::int32_t sweeps = 0;  ///< of the relaxation
+  double residual = 0.0;    ///< largest strain |L/L0 - 1| of sides and diagonals
+};
+/// Hangs a flat grid from held vertices by geometry alone: catenaries between the held vertices,
+/// further ones across the triangles between them, and a relaxation to the lengths of the flat
+/// cloth. The cloth has no weight and no stiffness; only its size matters. Cells outside the convex
+/// hull of the held vertices hang straight down before the relaxation. Throws std::invalid_argument
+/// for fewer than two held vertices, a vertex that is out of range or held twice, or two held
+/// vertices farther apart than the cloth between them is long.
+GeometricDrape drape_geometrically(const GridConfig& grid, std::span<const HeldVertex> held,
+                                   const GeometricDrapeConfig& config = {});
+
 }  // namespace selvedge

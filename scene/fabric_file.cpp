@@ -372,9 +372,11 @@ Fabric find_fabric(const std::string& name, const std::filesystem::path& folder)
 }
 
 std::string material_json(const Material& m) {
-  const char* const stretch[] = {"hooke", "tension_only", "biphasic", "kawabata"};
+  const char* const stretch[] = {"hooke",    "tension_only",        "biphasic",
+                                 "kawabata", "st_venant_kirchhoff", "corotated"};
   const char* const shear[] = {"springs", "twisting"};
-  const char* const bending[] = {"hinge", "bridson", "buckling", "twisting", "shape_operator"};
+  const char* const bending[] = {"hinge",    "bridson",        "buckling",
+                                 "twisting", "shape_operator", "beam"};
   Json json{{"density", m.density},
             {"stretch_stiffness", m.stretch_stiffness},
             {"shear_stiffness", m.shear_stiffness},
@@ -395,6 +397,7 @@ std::string material_json(const Material& m) {
             {"bending_friction", m.bending_friction}};
   if (m.stretch_weft) json["stretch_weft"] = *m.stretch_weft;
   if (m.bending_weft) json["bending_weft"] = *m.bending_weft;
+  if (m.poisson) json["poisson"] = *m.poisson;
   return json.dump(2);
 }
 

@@ -153,6 +153,19 @@ const PlateSpec* plate_in(const ClothSpec& cloth) {
   return plate ? &*plate : nullptr;
 }
 
+/// Refuses what is made of springs that the material does not give.
+void refuse_springs_of_their_own(const ClothSpec& cloth) {
+  const auto* file = std::get_if<ClothFile>(&cloth.shape);
+  if (plate_in(cloth) != nullptr)
+    throw std::invalid_argument(
+        "\"plate\" fits springs to a plate; finite elements are one, so leave it out and give the "
+        "material's \"poisson\"");
+  if (file != nullptr && file->support)
+    throw std::invalid_argument(
+        "\"support\" is made of springs; finite elements cannot replace them, use stretch_law "
+        "\"hooke\"");
+}
+
 }  // namespace
 
 AdaptiveGrid make_adaptive_grid(const ClothSpec& cloth, const Material& material,
@@ -166,6 +179,7 @@ AdaptiveGrid make_adaptive_grid(const ClothSpec& cloth, const Material& material
 
 Piece make_piece(const ClothSpec& cloth, const Material& material,
                  const ClothPatternRegistry& patterns) {
+  if (is_membrane(material.stretch_law)) refuse_springs_of_their_own(cloth);
   const Placement& placement = cloth.placement;
   const auto* grid = std::get_if<ClothGrid>(&cloth.shape);
   Piece piece = grid != nullptr

@@ -134,6 +134,7 @@ class SceneReader {
       m.bending_stiffness = j["bending_stiffness"].get<double>();
       if (j.contains("stretch_weft")) m.stretch_weft = j["stretch_weft"].get<double>();
       if (j.contains("bending_weft")) m.bending_weft = j["bending_weft"].get<double>();
+      if (j.contains("poisson")) m.poisson = j["poisson"].get<double>();
       m.spring_damping = j["spring_damping"].get<double>();
       m.bending_damping = j["bending_damping"].get<double>();
       m.strain_limit = j["strain_limit"].get<double>();
@@ -143,11 +144,13 @@ class SceneReader {
   }
 
   static void read_laws(const Json& j, Material& m) {
-    m.stretch_law =
-        word_of<StretchLaw>(j["stretch_law"], {{"hooke", StretchLaw::hooke},
-                                               {"tension_only", StretchLaw::tension_only},
-                                               {"biphasic", StretchLaw::biphasic},
-                                               {"kawabata", StretchLaw::kawabata}});
+    m.stretch_law = word_of<StretchLaw>(j["stretch_law"],
+                                        {{"hooke", StretchLaw::hooke},
+                                         {"tension_only", StretchLaw::tension_only},
+                                         {"biphasic", StretchLaw::biphasic},
+                                         {"kawabata", StretchLaw::kawabata},
+                                         {"st_venant_kirchhoff", StretchLaw::st_venant_kirchhoff},
+                                         {"corotated", StretchLaw::corotated}});
     m.shear_law = word_of<ShearLaw>(
         j["shear_law"], {{"springs", ShearLaw::springs}, {"twisting", ShearLaw::twisting}});
     m.bending_law =
@@ -155,7 +158,8 @@ class SceneReader {
                                                {"bridson", BendingLaw::bridson},
                                                {"buckling", BendingLaw::buckling},
                                                {"twisting", BendingLaw::twisting},
-                                               {"shape_operator", BendingLaw::shape_operator}});
+                                               {"shape_operator", BendingLaw::shape_operator},
+                                               {"beam", BendingLaw::beam}});
     m.biphasic_strain = j["biphasic_strain"].get<double>();
     m.biphasic_growth = j["biphasic_growth"].get<double>();
     m.kawabata_lt = j["kawabata_lt"].get<double>();

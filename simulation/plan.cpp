@@ -47,9 +47,14 @@ class ScenePlan {
   void add_forces() {
     const ClothMesh& cloth = built_.cloth;
     add("springs", Status::runs, fmt::format("{} springs", cloth.springs.size()));
-    const std::size_t bends = cloth.hinges.size() + cloth.links.size() + cloth.twists.size();
+    if (!cloth.membranes.empty())
+      add("finite elements", Status::runs,
+          fmt::format("{} triangles carry stretch and shear; springs only measure strain",
+                      cloth.membranes.size()));
+    const std::size_t bends =
+        cloth.hinges.size() + cloth.links.size() + cloth.twists.size() + cloth.beams.size();
     add("bending", bends > 0 ? Status::runs : Status::never,
-        bends > 0 ? fmt::format("{} hinges, links and twists", bends)
+        bends > 0 ? fmt::format("{} hinges, links, twists and beams", bends)
                   : "no bending stiffness: no hinges are built");
     const bool gravity = !scene_.gravity.isZero(0.0);
     add("gravity", gravity ? Status::runs : Status::never,

@@ -246,7 +246,7 @@ TEST(ClothMeshes, EveryBendingLawStoresThePlatesEnergyRolledInAnyDirection) {
   constexpr double r = 0.15;
   for (const auto& [law, rigidity, tolerance] :
        {std::tuple{BendingLaw::hinge, 1e-5, 0.005}, std::tuple{BendingLaw::bridson, 1e-5, 0.005},
-        std::tuple{BendingLaw::twisting, 1e-5, 0.005},
+        std::tuple{BendingLaw::twisting, 1e-5, 0.005}, std::tuple{BendingLaw::beam, 1e-5, 0.005},
         // A link is soft before it buckles; with so little rigidity that matters little.
         std::tuple{BendingLaw::buckling, 1e-8, 0.01}})
     for (const double angle : {0.0, 0.4, pi / 4, 1.2, pi / 2})
@@ -263,7 +263,7 @@ TEST(ClothMeshes, LinesOfParticlesRefuseSlenderCellsWithARemedy) {
 }
 
 TEST(ClothMeshes, LawsThatNeedRowsAreRefusedOnTrianglesWithARemedy) {
-  for (const BendingLaw law : {BendingLaw::buckling, BendingLaw::twisting}) {
+  for (const BendingLaw law : {BendingLaw::buckling, BendingLaw::twisting, BendingLaw::beam}) {
     Material material;
     material.bending_law = law;
     EXPECT_NE(refusal([&] { make_triangular({}, material); }).find("\"hinge\""), std::string::npos);
@@ -543,8 +543,9 @@ TEST(ForceLaws, ActInTheOrderInWhichTheyWereAdded) {
   std::vector<std::string> order;
   for (const auto* law : laws.in_order()) order.push_back(law->name());
   EXPECT_EQ(order, (std::vector<std::string>{"hooke", "tension_only", "biphasic", "kawabata",
-                                             "shape_operator", "bending", "bridson", "buckling",
-                                             "twisting", "hysteresis", "tie"}));
+                                             "st_venant_kirchhoff", "corotated", "shape_operator",
+                                             "bending", "bridson", "buckling", "twisting", "beam",
+                                             "hysteresis", "tie"}));
   EXPECT_EQ(laws.keyed().at("sewing").key, "seams");
   // Warp and weft buckle; a law that is replaced keeps its place.
   const ClothMesh cloth = make_responsive({1, 1, 4, 4}, Material{});

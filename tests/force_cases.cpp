@@ -311,6 +311,84 @@ void add_bodies(std::vector<ForceCase>& all) {
       {"volume", make_volume_force(50.0, 4, faces, tetrahedron), ones(5), tetrahedron, {}});
 }
 
+// -- finite elements ------------------------------------------------------------------------------
+
+// A triangle of a sheet that is stiffer along x.
+constexpr double c11 = 100.0, c22 = 60.0, c12 = 25.0, c33 = 18.0;
+const Vectors sheet_rest{{0, 0, 0}, {1, 0.1, 0}, {0.9, 1.1, 0}};
+const std::vector<Triangle> sheet_triangles{{0, 1, 2}};
+
+std::vector<MembraneTriangle> sheet() {
+  std::vector<MembraneTriangle> all;
+  for (const Triangle& t : sheet_triangles) {
+    MembraneTriangle m{t, {}, c11, c22, c12, c33, 0.02};
+    for (int k = 0; k < 3; ++k) m.rest[k] = {sheet_rest[t[k]].x(), sheet_rest[t[k]].y()};
+    all.push_back(m);
+  }
+  return all;
+}
+
+/// The energy of a sheet, by the strain of the metric (FᵀF)11, (FᵀF)22, (FᵀF)12.
+template <class Strain>
+HyperDual sheet_energy(Positions x, const Strain& strain) {
+  HyperDual sum = 0.0;
+  for (const auto& [a, b, c] : sheet_triangles) {
+    const Vec3 u = sheet_rest[b] - sheet_rest[a], v = sheet_rest[c] - sheet_rest[a];
+    const double twice = u.x() * v.y() - u.y() * v.x();
+    // F maps the sides of the rest shape to those of x.
+    const HyperVec p = x[b] - x[a], q = x[c] - x[a];
+    const HyperVec f1 = HyperDual(v.y() / twice) * p - HyperDual(u.y() / twice) * q;
+    const HyperVec f2 = HyperDual(u.x() / twice) * q - HyperDual(v.x() / twice) * p;
+    const auto [e1, e2, e3] = strain(dot(f1, f1), dot(f2, f2), dot(f1, f2));
+    sum =
+        sum + 0.25 * twice *
+                  (c11 * square(e1) + c22 * square(e2) + 2.0 * c12 * (e1 * e2) + c33 * square(e3));
+  }
+  return sum;
+}
+
+using Strains = std::array<HyperDual, 3>;
+
+HyperDual green(Positions x) {
+  return sheet_energy(x, [](const HyperDual& a, const HyperDual& b, const HyperDual& c) {
+    return Strains{0.5 * (a - 1.0), 0.5 * (b - 1.0), c};
+  });
+}
+
+/// The square root of a 2 × 2 matrix M is (M + √det M)/√(tr M + 2 √det M).
+HyperDual stretch(Positions x) {
+  return sheet_energy(x, [](const HyperDual& a, const HyperDual& b, const HyperDual& c) {
+    const HyperDual root = sqrt(a * b - c * c), trace = sqrt(a + b + 2.0 * root);
+    return Strains{(a + root) / trace - 1.0, (b + root) / trace - 1.0, 2.0 * (c / trace)};
+  });
+}
+
+void add_sheets(std::vector<ForceCase>& all) {
+  Vectors pulled = sheet_rest;  // under tension in every direction
+  for (Vec3& p : pulled)
+    p = Vec3(1.3 * p.x() + 0.05 * p.y(), 0.1 * p.x() + 1.25 * p.y(), 0.2 * p.y());
+  all.push_back({"st_venant_kirchhoff",
+                 make_membrane_force(sheet(), StretchLaw::st_venant_kirchhoff, 3), ones(3),
+                 sheet_rest, green, pulled});
+  all.push_back({"corotated", make_membrane_force(sheet(), StretchLaw::corotated, 3), ones(3),
+                 sheet_rest, stretch, pulled});
+}
+
+// -- beams ----------------------------------------------------------------------------------------
+
+/// ½ EI/h |w|² with the difference w of the two directions.
+void add_beam(std::vector<ForceCase>& all) {
+  const std::vector<Beam> beams{{{0, 1, 2}, {1.0, 0.5}, 2.0, 0.02}};
+  const Vectors rest{{-1.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.5, 0.0, 0.0}};
+  const Vectors bent{{-1.0, 0.1, 0.0}, {0.0, 0.0, 0.2}, {0.1, 0.6, 0.0}};
+  all.push_back({"beam", make_beam_force(beams, 3), ones(3), rest,
+                 [](Positions x) {
+                   const HyperVec w = 2.0 * (x[2] - x[1]) - (x[1] - x[0]);
+                   return 0.5 * (2.0 / 0.75) * dot(w, w);
+                 },
+                 bent});
+}
+
 double power(std::mt19937& random, double low, double high) {
   return std::pow(10.0, std::uniform_real_distribution<double>(low, high)(random));
 }
@@ -338,6 +416,8 @@ std::vector<ForceCase> internal_force_cases() {
   add_hinges(all);
   add_corners(all);
   add_bodies(all);
+  add_sheets(all);
+  add_beam(all);
   return all;
 }
 

@@ -79,6 +79,25 @@ TEST_F(SceneFile, EveryLawReachesTheMesh) {
   EXPECT_FALSE(made(R"("bending_law": "hinge")").hinges.at(0).sine);
   EXPECT_FALSE(made(R"("bending_law": "buckling")").links.empty());
   EXPECT_FALSE(made(R"("bending_law": "twisting")").twists.empty());
+  EXPECT_FALSE(made(R"("bending_law": "beam")").beams.empty());
+}
+
+TEST_F(SceneFile, FiniteElementsHaveTheConstantsOfTheScene) {
+  const auto made = [&](const std::string& law) {
+    const std::string laws = R"("stretch_law": ")" + law +
+                             R"(", "stretch_stiffness": 300, "poisson": 0.5, "shear_stiffness": 7)";
+    return build_scene(read(with_laws(R"("cells": [4, 4])", laws))).cloth.membranes;
+  };
+  for (const auto& [name, law] :
+       {std::pair{"corotated", StretchLaw::corotated},
+        std::pair{"st_venant_kirchhoff", StretchLaw::st_venant_kirchhoff}}) {
+    const auto membranes = made(name);
+    ASSERT_EQ(membranes.size(), 32u);
+    EXPECT_EQ(membranes[0].law, law);
+    EXPECT_NEAR(membranes[0].c11, 400.0, 1e-9);
+    EXPECT_NEAR(membranes[0].c12, 200.0, 1e-9);
+    EXPECT_EQ(membranes[0].c33, 7.0);
+  }
 }
 
 TEST_F(SceneFile, ALawThatAPatternCannotServeIsRefusedWithItsPlace) {
@@ -94,6 +113,11 @@ TEST_F(SceneFile, ALawThatAPatternCannotServeIsRefusedWithItsPlace) {
   EXPECT_SAYS(refusal(R"("pattern": "arc")", R"("bending_law": "buckling")"), "use \"hinge\"");
   EXPECT_SAYS(refusal(R"("pattern": "simplified")", R"("shear_law": "twisting")"), "rectangular");
   EXPECT_SAYS(refusal(R"("pattern": "arc", "size": [1, 2])", ""), "diameter");
+  EXPECT_SAYS(refusal(R"("pattern": "responsive")", R"("stretch_law": "corotated")"), "tension");
+  EXPECT_SAYS(refusal(R"("pattern": "rectangular")", R"("poisson": 0.2)"), "corotated");
+  EXPECT_SAYS(refusal(R"("pattern": {"type": "triangular"}, "plate": {"poisson": 0.3})",
+                      R"("stretch_law": "corotated")"),
+              "plate");
 }
 
 TEST_F(SceneFile, ScalingClothScalesItsRestShape) {

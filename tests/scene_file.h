@@ -110,7 +110,8 @@ inline constexpr const char* everything = R"({
     "friction": 0.2, "stretch_law": "kawabata", "shear_law": "springs", "bending_law": "bridson",
     "biphasic_strain": 0.03, "biphasic_growth": 7, "kawabata_lt": 0.6, "kawabata_strain": 0.04, "kawabata_rt": 0.6,
     "shear_friction": 0, "bending_friction": 0, "fabric": "petrak_2025/M1", "fabric_source": "a book",
-    "stretch_weft": 300, "bending_weft": 1e-5}},
+    "stretch_weft": 300, "bending_weft": 1e-5},
+    "sheet": {"stretch_law": "corotated", "poisson": 0.2}},
   "handles": [
     {"name": "a", "geometry": "grid", "select": {"corners": ["x0y0", "x1y0"]}, "motion": "lift", "release": 0.5},
     {"name": "b", "geometry": "file", "select": {"vertices": [2, 0, 2]}},

@@ -58,6 +58,50 @@ double pull(const SewingConfig& config, double d) {
   return force_at(*make_sewing_force(seam, config, 2), at({{0, 0, 0}, {d, 0, 0}}))[0].x();
 }
 
+/// The force at the end of two beams of length `l` with the rigidity EI that turn by `angle`.
+Vec3 end_force(double l, double rigidity, double angle) {
+  const std::vector<Beam> beams{{{0, 1, 2}, {l, l}, rigidity}};
+  const ForceStateOwner s{{{-l, 0, 0}, {0, 0, 0}, {l * std::cos(angle), l * std::sin(angle), 0}},
+                          Vectors(3, Vec3::Zero()),
+                          std::vector<double>(3, 1.0)};
+  return force_at(*make_beam_force(beams, 3), s)[2];
+}
+
+// Survey eq. 4, F = EI α/l², with the chord 2 sin(α/2) for the angle: α l is a displacement.
+TEST(Beam, ItsEndFeelsTheForceOfEquationFour) {
+  constexpr double l = 0.05, rigidity = 3e-6;
+  for (const double angle : {1e-4, 0.1, 1.0, 2.5}) {
+    const double chord = 2.0 * std::sin(0.5 * angle);
+    EXPECT_NEAR(end_force(l, rigidity, angle).norm(), rigidity * chord / (l * l),
+                1e-12 * rigidity / (l * l));
+  }
+  EXPECT_NEAR(end_force(l, rigidity, 1e-4).norm() / (rigidity * 1e-4 / (l * l)), 1.0, 1e-8);
+  EXPECT_NEAR(end_force(2.0 * l, rigidity, 0.1).norm() / end_force(l, rigidity, 0.1).norm(), 0.25,
+              1e-12);
+}
+
+TEST(Beam, IsLinearInThePositions) {
+  const std::vector<Beam> beams{{{0, 1, 2}, {0.1, 0.04}, 2e-6, 0.0}};
+  const auto force = make_beam_force(beams, 3);
+  const Vectors still(3, Vec3::Zero());
+  const ForceStateOwner a{random_vectors(3, 1.0, 1), still, {1.0, 1.0, 1.0}};
+  const ForceStateOwner b{random_vectors(3, 1.0, 2), still, {1.0, 1.0, 1.0}};
+  ForceStateOwner sum = a;
+  for (int i = 0; i < 3; ++i) sum.x[i] = 2.0 * a.x[i] - 3.0 * b.x[i];
+  const Vectors fa = force_at(*force, a), fb = force_at(*force, b), f = force_at(*force, sum);
+  for (int i = 0; i < 3; ++i)
+    EXPECT_LT((f[i] - 2.0 * fa[i] + 3.0 * fb[i]).norm(), 1e-12 * f[i].norm());
+}
+
+TEST(Beam, OfUnequalLengthsHasNoMoment) {
+  const std::vector<Beam> beams{{{0, 1, 2}, {0.1, 0.04}, 2e-6, 0.0}};
+  const ForceStateOwner s{random_vectors(3, 0.1, 4), Vectors(3, Vec3::Zero()), {1.0, 1.0, 1.0}};
+  const Vectors f = force_at(*make_beam_force(beams, 3), s);
+  Vec3 moment = Vec3::Zero();
+  for (int i = 0; i < 3; ++i) moment += s.x[i].cross(f[i]);
+  EXPECT_LT(moment.norm(), 1e-12 * s.x[0].norm() * f[0].norm());
+}
+
 TEST(Sewing, PullsInProportionFarAwayAndEvenlyNear) {
   const SewingConfig config{50.0, 0.004, 0.0};
   EXPECT_NEAR(pull(config, 0.2), 10.0, 1e-12);

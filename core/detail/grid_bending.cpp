@@ -83,8 +83,7 @@ void add_links(ClothMesh& cloth, const GridConfig& grid, const Material& m) {
   });
 }
 
-// A torsional spring at a particle rotates by κ d and stores ½ k κ² d²: k = (share·area)/d². This
-// is also the beam of [survey eq. 4] corrected: under an end couple M = EI α/l, with EI = B·width.
+// A torsional spring at a particle rotates by κ d and stores ½ k κ² d²: k = (share·area)/d².
 void add_bend_twists(ClothMesh& cloth, const GridConfig& grid, const Material& m) {
   for_each_line(grid, m, [&](const Line& line) {
     cloth.twists.push_back({{line.before, line.centre, line.after},
@@ -136,6 +135,9 @@ void add_grid_bending(ClothMesh& cloth, const GridConfig& grid, const Material& 
     case BendingLaw::bridson:
       add_grid_hinges(cloth, grid, material);
       return add_bending_friction(cloth, grid, material);
+    case BendingLaw::beam:
+      refuse_bending_friction(material);
+      return add_grid_hinges(cloth, grid, material);
     case BendingLaw::buckling:
       refuse_bending_friction(material);
       return add_links(cloth, grid, material);

@@ -35,7 +35,8 @@ ClothMesh make_grid_net(const GridConfig& grid, const Material& material, const 
                         Diagonals diagonals);
 
 /// Adds hinges that store ½ B κ² per area for every direction of bending, like a plate with
-/// Poisson's ratio 0: a pair for each inner edge of the grid and one for each cell.
+/// Poisson's ratio 0: a pair for each inner edge of the grid and one for each cell. With the law
+/// `beam`, beams take the places of the pairs.
 void add_grid_hinges(ClothMesh& cloth, const GridConfig& grid, const Material& material);
 
 }  // namespace selvedge::detail

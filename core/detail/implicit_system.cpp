@@ -112,7 +112,7 @@ void ImplicitSystem::set_matrix(const SystemAt& system, double tau, double share
 
 void ImplicitSystem::assemble(const SystemAt& system) {
   require_number("step", system.h, false);
-  share_ = system.share;
+  share_ = system.plain.empty() ? system.share : std::min(system.share, 1.0);  // of any particle
   for_particles(b_.size(), [&](std::size_t i) { b_[i] = mass_[i] * system.momentum[i]; });
   set_matrix(system, system.tau, system.share, system.gain);
   if (!system.plain.empty()) {

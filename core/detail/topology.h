@@ -48,11 +48,12 @@ bool in_a_level(std::span<const Vec3> rest);
 void add_edge_springs(ClothMesh& cloth, std::span<const Vec3> rest, const Material& material);
 void add_hinges(ClothMesh& cloth, std::span<const Vec3> rest, const Material& material);
 
-/// Applies the stretch law of the material to all springs of `cloth`.
-void set_stretch_law(ClothMesh& cloth, const Material& material);
+/// Applies the stretch law of the material: to all springs of `cloth` or, if it is a membrane law,
+/// to its triangles with the rest shape `rest`.
+void set_stretch_law(ClothMesh& cloth, std::span<const Vec3> rest, const Material& material);
 /// Throws std::invalid_argument if the material selects a law that only a grid of cells supports.
-/// `mesh` names the mesh in the message.
-void require_hinges(const Material& material, const char* mesh);
+/// `mesh` names the mesh in the message. `beams`: it supports the law `beam`.
+void require_hinges(const Material& material, const char* mesh, bool beams = false);
 /// 1 for each hinge of `cloth` that a couple names, 0 for the others.
 std::vector<char> coupled_hinges(const ClothMesh& cloth);
 

@@ -399,7 +399,6 @@ class Schema {
 bool is_option(const std::string& path) {
   for (const char* key : kMethodKeys)
     if (path.starts_with("." + std::string(key) + ".")) return true;
-  if (path.starts_with(".geometry[].pattern.")) return true;
   for (const char* flat :
        {".contact.stiffness", ".contact.damping", ".contact.retention", ".contact.slip_speed",
         ".contact.sticking", ".solver.error", ".solver.drag", ".solver.max_newton"})

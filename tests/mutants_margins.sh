@@ -28,6 +28,8 @@ proofs=$folder/idle_proofs.cpp
 plan=$folder/detection_plan.cpp
 reach=$folder/strain_reach.cpp
 verlet=broadphase/verlet_list.cpp
+certificates=$folder/certificates.cpp
+distance=narrowphase/distance.cpp
 floats=narrowphase/detail/float_paths.cpp
 
 # compile OPTIONS... SOURCE -o OBJECT: as the library is compiled.
@@ -37,7 +39,8 @@ compile() {
 }
 
 # The headers of all these sources, compiled once: they take two thirds of the time of a mutant.
-for file in $detection $candidates $near $clearances $search $filter $proofs $plan $reach $verlet $floats; do
+for file in $detection $candidates $near $clearances $search $filter $proofs $plan $reach $verlet $certificates $distance \
+  $floats; do
   grep '^#include' "$SOURCE/$file"
 done | sort -u >"$WORK/headers.h"
 compile -x c++-header "$WORK/headers.h" -o "$WORK/headers.h.gch" || exit 1
@@ -137,10 +140,7 @@ try mutant verlet_margin "$verlet" "search_wide(wide_a, wide_b, self, list.pairs
 # Contacts: from where on pairs take part.
 try mutant proximity_reach "$near" "kProximityReach = 4.0" "kProximityReach = 2.0" composer "$contacts"
 try mutant point_reach "$near" "kPointReach = 1.5" "kPointReach = 0.75" composer "$contacts"
-try mutant point_reach_bodies "$near" "body, *pairs, kPointReach * rest_gap" \
-  "body, *pairs, 0.5 * kPointReach * rest_gap" composer "$contacts"
-try mutant point_reach_self "$near" "cloth, *pairs, kPointReach * rest_gap" \
-  "cloth, *pairs, 0.5 * kPointReach * rest_gap" composer "$contacts"
+try mutant point_reach_used "$near" ".reach = kPointReach" ".reach = 0.5 * kPointReach" composer "$contacts"
 try mutant secondary_reach "$near" "kSecondaryReach = 1.1" "kSecondaryReach = 0.55" composer "$contacts"
 try mutant secondary_share "$near" "kSecondaryShare = 0.5" "kSecondaryShare = 0.25" composer "$contacts"
 try mutant start_share "$near" "kStartShare = 0.9" "kStartShare = 0.45" composer "$contacts"
@@ -155,7 +155,14 @@ try mutant border "$filter" "kBorder = 1e-9" "kBorder = 0.5e-9" composer "Contac
 # count two slacks where one eighth serves; without them pairs at the edge of the reach are lost.
 try mutant float_slack "$floats" "kSlack = 0x1p-20" "kSlack = 0x1p-23" narrowphase 'FindContacts.WhatFloats*'
 try mutant float_gap "$floats" "kOfGap = 2.0" "kOfGap = 0.0" narrowphase 'FindProximities.FloatsLose*'
-try mutant float_spread "$floats" "= gap_slack_ + kOfSpread * slack_" "= 0.0" narrowphase 'FindProximities.FloatsLose*'
+try mutant float_spread "$floats" "of_spread = of_gap + kOfSpread * slack_" \
+  "of_spread = 0.0" narrowphase 'FindProximities.FloatsLose*'
+
+# Rooms of pairs, and what their vertices moved since. Skipping rooms by the largest motion of all vertices is a shortcut.
+try mutant room "$distance" "std::copy_n(room.begin(), block.size, rooms.begin() + static_cast<std::ptrdiff_t>(i))" \
+  "for (int j = 0; j < block.size; ++j) rooms[i + j] = 1.1F * room[j]" narrowphase 'FindProximities.NoPair*'
+try mutant room_moved "$certificates" "> moved(pairs[i])" "> 0.5F * moved(pairs[i])" composer "$boxes"
+try mutant room_most "$certificates" "2.0F * most" "1.0F * most" composer "$boxes"
 
 # Proofs that nothing has to be searched.
 try mutant plan_proximity "$detection" "proximity = kPointReach * thickness" "proximity = 0.5 * kPointReach * thickness" \

@@ -222,7 +222,9 @@ TEST(FindContacts, WhatFloatsTellApartByRoundingAloneTouches) {
     a.x_t0 = {place(real(r, 1.009, 1.011), 0.0)};
     b.x_t0 = {place(1.001, real(r, -0.4, -0.3)), place(1.019, real(r, -0.4, -0.3)),
               place(real(r, 1.005, 1.015), 0.4)};
-    a.x_t1 = a.x_t0, b.x_t1 = b.x_t0;
+    b.x_t1 = b.x_t0;
+    // The ends are apart, so that the order at the start decides.
+    a.x_t1 = {a.x_t0[0] + (i % 2 == 0 ? 1e-3 : -1e-3) * Vec3(1, 1, 0)};
     b.triangles = {{0, 1, 2}};
     CandidatePairs pairs;
     pairs.point_triangle = {{0, 0}};

@@ -23,20 +23,23 @@ exact=(ccd_exact distance narrow_phase detail/big_int detail/ccd_filter detail/c
        detail/exact_query detail/float_paths detail/in_plane detail/polynomial detail/root_floor detail/root_isolation detail/sharp_query)
 filters="detail/ccd_filter detail/ccd_filter_avx2 detail/ccd_filter_avx512"
 
-# Most of the compile time of a mutant goes to the standard library and Eigen: they are compiled once.
-headers=$SOURCE/cmake/precompiled.h
-cp "$headers" "$WORK/precompiled.h"
-# shellcheck disable=SC2086
-"$CXX" -std=c++20 -DNDEBUG -ffp-contract=off $FLAGS -O1 -x c++-header "$headers" -o "$WORK/precompiled.h.gch" || exit 1
-
-# compile OUT OPTIONS FILE: OUT.o of a source of the narrow phase. Sources that select their instruction set before any
-# include cannot use precompiled headers; with another level than -O1 the compiler reads the header itself.
+# compile OUT OPTIONS FILE: OUT from a source of the narrow phase.
 compile() {
-  local before=(-include "$WORK/precompiled.h")
-  case $3 in *_avx*) before=() ;; esac
   # shellcheck disable=SC2086
-  "$CXX" -std=c++20 -DNDEBUG -ffp-contract=off $FLAGS $2 "${before[@]}" -I"$INCLUDE" -c "$3" -o "$1.o"
+  "$CXX" -std=c++20 -DNDEBUG -ffp-contract=off $FLAGS $2 -I"$INCLUDE" "$3" -o "$1"
 }
+
+# precompile LEVEL: writes headers_LEVEL.h. Most of the compile time of a mutant goes to the standard library, Eigen and
+# the vector instructions: they are compiled once for each level.
+precompile() {
+  local headers=$WORK/headers_$1.h
+  cp "$SOURCE/cmake/precompiled.h" "$headers"
+  printf '%s\n' '#if __x86_64__' '#include <immintrin.h>' '#endif' >>"$headers"
+  compile "$headers.gch" "-$1 -x c++-header" "$headers"
+}
+
+# compile_source OUT LEVEL OPTIONS FILE: the object OUT.
+compile_source() { compile "$1" "-$2 -include $WORK/headers_$2.h $3 -c" "$4"; }
 
 # link OUT OBJECTS...: ccd_trial with these objects instead of the library's own. The library's objects hold several
 # sources each. Of two definitions the linker takes the first, and position-independent code calls it everywhere.
@@ -52,8 +55,9 @@ link() {
 digest_of_level() {  # LEVEL
   local objects=() source
   mkdir -p "$WORK/$1"
+  precompile "$1" || return 1
   for source in "${exact[@]}"; do
-    compile "$WORK/$1/${source//\//_}" "-$1" "$SOURCE/narrowphase/$source.cpp" || return 1
+    compile_source "$WORK/$1/${source//\//_}.o" "$1" "" "$SOURCE/narrowphase/$source.cpp" || return 1
     objects+=("$WORK/$1/${source//\//_}.o")
   done
   link "$WORK/$1/trial" "${objects[@]}" && "$WORK/$1/trial" --digest --queries 20000 --seed 11 >"$WORK/$1/digest"
@@ -85,7 +89,7 @@ mutant() {
   for source in $sources; do
     local path=$SOURCE/narrowphase/$source.cpp
     [ "$source.cpp" != "$file" ] || path=$folder/selvedge/narrowphase/$file
-    compile "$folder/${source//\//_}" "-O1 -I$folder" "$path" || { echo "$name: does not compile"; return 1; }
+    compile_source "$folder/${source//\//_}.o" O1 "-I$folder" "$path" || { echo "$name: does not compile"; return 1; }
     objects+=("$folder/${source//\//_}.o")
   done
   link "$folder/trial" "${objects[@]}" || { echo "$name: does not link"; return 1; }
@@ -118,6 +122,7 @@ try() {
   running=$((running + 1))
 }
 
+precompile O1 || exit 1
 same_digests || { echo "The digests of builds and vector paths differ"; exit 1; }
 
 sharp="detail/sharp_query"

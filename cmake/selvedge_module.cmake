@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
-# selvedge_module(NAME SOURCES ... HEADERS ... DEPENDS ... PRIVATE ...) makes the library selvedge_NAME, alias
-# selvedge::NAME. A module with the name of its folder installs all headers of the folder; any other module installs
-# those in HEADERS. In the build tree, include/selvedge links to the source root, so that <selvedge/core/types.h> reads
+# selvedge_module(NAME [FOLDER [EXCEPT ...]] [SOURCES ...] HEADERS ... DEPENDS ... PRIVATE ...) makes the library
+# selvedge_NAME, alias selvedge::NAME. With FOLDER it takes all sources of its folder and of detail/, except those that
+# match EXCEPT. A module with the name of its folder installs all headers of the folder; any other module installs those
+# in HEADERS. In the build tree, include/selvedge links to the source root, so that <selvedge/core/types.h> reads
 # the same in-tree and installed.
 set(SELVEDGE_INCLUDE_DIR ${PROJECT_BINARY_DIR}/include)
 file(MAKE_DIRECTORY ${SELVEDGE_INCLUDE_DIR})
@@ -109,8 +110,17 @@ function(selvedge_alone)
 endfunction()
 
 function(selvedge_module name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;HEADERS;DEPENDS;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "FOLDER" "" "EXCEPT;SOURCES;HEADERS;DEPENDS;PRIVATE" ${ARGN})
   set(target selvedge_${name})
+  if(ARG_FOLDER)
+    set(here ${CMAKE_CURRENT_SOURCE_DIR})
+    file(GLOB sources CONFIGURE_DEPENDS RELATIVE ${here} *.cpp detail/*.cpp)
+    if(ARG_EXCEPT)
+      file(GLOB except CONFIGURE_DEPENDS RELATIVE ${here} ${ARG_EXCEPT})
+      list(REMOVE_ITEM sources ${except})
+    endif()
+    list(APPEND ARG_SOURCES ${sources})
+  endif()
   add_library(${target} STATIC ${ARG_SOURCES})
   add_library(selvedge::${name} ALIAS ${target})
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${name} SELVEDGE_HEADERS "${ARG_HEADERS}")

@@ -129,14 +129,34 @@ std::unique_ptr<Force> make_volume_force(double stiffness, std::int32_t centre,
 /// f = m·g. [survey eq. 6]
 std::unique_ptr<Force> make_gravity(const Vec3& acceleration);
 
-/// Parameters of air drag and wind.
-struct AirConfig {
-  Vec3 wind = Vec3::Zero();  ///< m/s, air velocity
-  /// N·s/m³ per area: f = C A [n·(wind - v)] n per triangle [survey eq. 9, sign corrected]
-  double normal_drag = 0.0;
-  double viscous_drag = 0.0;  ///< N·s/m³ per area: f = C A (wind - v) per vertex [survey eq. 7]
+/// Turbulence that the wind carries along.
+struct AirGusts {
+  double speed = 0.0;      ///< m/s, root mean square of each component; 0: none
+  double length = 1.0;     ///< m, length over which gusts are correlated along their velocity, > 0
+  std::uint64_t seed = 1;  ///< selects the gusts
 };
-/// Air drag and wind on the triangles of the surface.
+/// A round turbulent jet of air, as from a fan.
+struct AirJet {
+  Vec3 position = Vec3::Zero();    ///< m, centre of the nozzle
+  Vec3 direction = Vec3::UnitX();  ///< of any length but 0
+  double speed = 0.0;              ///< m/s, at the nozzle, in the middle
+  double diameter = 0.1;           ///< m, of the nozzle, > 0
+};
+/// Parameters of air drag and of the motion of the air, which is the sum of wind, gusts and jets.
+struct AirConfig {
+  Vec3 wind = Vec3::Zero();  ///< m/s, uniform velocity
+  /// N·s/m³ per area: f = C A [n·(u - v)] n per triangle, u: mean velocity of the air at its
+  /// corners [survey eq. 9, sign corrected]
+  double normal_drag = 0.0;
+  double viscous_drag = 0.0;  ///< N·s/m³ per area: f = C A (u - v) per vertex [survey eq. 7]
+  AirGusts gusts = {};
+  std::vector<AirJet> jets = {};
+
+  /// Whether the air moves anywhere.
+  bool moves() const { return !wind.isZero(0.0) || gusts.speed > 0.0 || !jets.empty(); }
+};
+/// Drag on the triangles of the surface by the air. The Jacobian leaves out how the velocity of the
+/// air changes in space. Throws std::invalid_argument if a parameter is out of its range.
 std::unique_ptr<Force> make_air_force(const AirConfig& config, std::span<const Triangle> triangles,
                                       std::span<const double> rest_areas, std::size_t particles);
 

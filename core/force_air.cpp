@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // Air drag that is linear in the velocity. The survey prints eq. 9 with a minus sign that pushes
-// cloth upwind. Here a triangle feels C A [n·(wind - v)] n: along the wind, and zero if it moves
-// with the wind.
+// cloth upwind. Here a triangle feels C A [n·(u - v)] n in air of the velocity u: along the wind,
+// and zero if it moves with the wind.
+#include <selvedge/core/detail/air_flow.h>
 #include <selvedge/core/detail/coloring.h>
 #include <selvedge/core/detail/force_checks.h>
 #include <selvedge/core/force.h>
@@ -12,6 +13,8 @@
 
 namespace selvedge {
 namespace {
+
+constexpr std::size_t kAirGrain = 512;
 
 struct AirElement {
   Triangle v;
@@ -27,14 +30,17 @@ Vec3 unit_normal(const Triangle& t, std::span<const Vec3> x) {
   return length > 0.0 ? Vec3(n / length) : Vec3::Zero();
 }
 
+Vec3 mean(std::span<const Vec3> of, const Triangle& t) {
+  return (of[t[0]] + of[t[1]] + of[t[2]]) / 3.0;
+}
+
 class AirForce final : public Force {
  public:
   AirForce(const AirConfig& config, std::span<const Triangle> triangles,
            std::span<const double> rest_areas, std::size_t particles)
-      : config_(config), vertex_area_(particles, 0.0) {
+      : config_(config), flow_(config), vertex_area_(particles, 0.0), air_(particles) {
     detail::require_number("normal_drag", config.normal_drag);
     detail::require_number("viscous_drag", config.viscous_drag);
-    if (!config.wind.allFinite()) throw std::invalid_argument("wind is not finite");
     if (rest_areas.size() != triangles.size())
       throw std::invalid_argument("air: " + std::to_string(rest_areas.size()) + " areas for " +
                                   std::to_string(triangles.size()) + " triangles");
@@ -54,14 +60,20 @@ class AirForce final : public Force {
   }
 
   void add_force(const ForceState& state, std::span<Vec3> f) const override {
-    for (std::size_t i = 0; i < f.size(); ++i)
-      f[i] += config_.viscous_drag * vertex_area_[i] * (config_.wind - state.v[i]);
+    const double c = config_.viscous_drag;
+    parallel_for(f.size(), kAirGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        air_[i] = flow_.velocity(state.x[i], state.time);
+        f[i] += c * vertex_area_[i] * (air_[i] - state.v[i]);
+      }
+    });
     for_each_color(color_begin_, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         const auto& [t, area] = triangles_[i];
         const Vec3 n = unit_normal(t, state.x);
-        const Vec3 v = (state.v[t[0]] + state.v[t[1]] + state.v[t[2]]) / 3.0;
-        const Vec3 third = (config_.normal_drag * area / 3.0 * n.dot(config_.wind - v)) * n;
+        const Vec3 u = flow_.is_uniform() ? config_.wind : mean(air_, t);
+        const Vec3 v = mean(state.v, t);
+        const Vec3 third = (config_.normal_drag * area / 3.0 * n.dot(u - v)) * n;
         for (const std::int32_t k : t) f[k] += third;
       }
     });
@@ -106,7 +118,9 @@ class AirForce final : public Force {
 
  private:
   AirConfig config_;
+  detail::AirFlow flow_;
   std::vector<double> vertex_area_;
+  mutable std::vector<Vec3> air_;  // scratch: velocity of the air at the particles
   std::vector<AirElement> triangles_;
   std::vector<TriangleSlots> slots_;
   std::vector<std::size_t> color_begin_;

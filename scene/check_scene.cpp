@@ -55,6 +55,17 @@ void check_time(const TimeSpec& time) {
 void check_numbers(const Scene& scene) {
   require_finite(scene.gravity, "gravity");
   require_finite(scene.air.wind, "air.wind");
+  require_not_negative(scene.air.gusts.speed, "air.gusts.speed");
+  require_positive(scene.air.gusts.length, "air.gusts.length");
+  for (std::size_t i = 0; i < scene.air.jets.size(); ++i) {
+    const AirJet& jet = scene.air.jets[i];
+    const std::string name = fmt::format("air.jets[{}]", i);
+    require_finite(jet.position, name + ".position");
+    require_finite(jet.direction, name + ".direction");
+    require_positive(jet.direction.norm(), "the length of " + name + ".direction");
+    require_not_negative(jet.speed, name + ".speed");
+    require_positive(jet.diameter, name + ".diameter");
+  }
   require_not_negative(scene.air.normal_drag, "air.normal_drag");
   require_not_negative(scene.air.viscous_drag, "air.viscous_drag");
   check_time(scene.time);

@@ -318,6 +318,16 @@ class SceneReader {
   void read_air() {
     const Json& j = root_["air"];
     scene_.air.wind = read_vec3(j["wind"]);
+    const Json& gusts = j["gusts"];
+    scene_.air.gusts = {gusts["speed"].get<double>(), gusts["length"].get<double>(),
+                        gusts["seed"].get<std::uint64_t>()};
+    for (const Json& jet : j["jets"]) {
+      scene_.air.jets.push_back({read_vec3(jet["position"]), read_vec3(jet["direction"]),
+                                 jet["speed"].get<double>(), jet["diameter"].get<double>()});
+      if (scene_.air.jets.back().direction.isZero(0.0))
+        fail(document_, fmt::format("air.jets.{}.direction", scene_.air.jets.size() - 1),
+             "has no length; give the direction in which the jet blows");
+    }
     scene_.air.normal_drag = j["normal_drag"].get<double>();
     scene_.air.viscous_drag = j["viscous_drag"].get<double>();
   }

@@ -137,7 +137,9 @@ inline constexpr const char* everything = R"({
     {"name": "inline", "mesh": {"vertices": [[0, 0, 0], [0, 0, 0], [1, 0, 0], [0, 1, 0]], "triangles": [[0, 2, 3], [1, 2, 3]]},
      "unit": 2}
   ],
-  "air": {"wind": [1, 0, 0], "normal_drag": 0.5, "viscous_drag": 0.25},
+  "air": {"wind": [1, 0, 0], "normal_drag": 0.5, "viscous_drag": 0.25,
+          "gusts": {"speed": 0.75, "length": 2, "seed": 7},
+          "jets": [{"position": [1, 2, 3], "direction": [0, 0, 2], "speed": 4, "diameter": 0.5}]},
   "time": {"frames": 30, "fps": 25, "steps_per_frame": 3, "max_halvings": 4},
   "contact": {"rest_gap": 0.003, "self": false, "broad_phase": {"type": "hash_grid", "cell": 0.5},
               "narrow_phase": {"type": "ccd_exact"}, "response": "impulse", "restitution": 0.25,

@@ -18,6 +18,9 @@ TEST_F(SceneFile, TheShortestSceneHasTheDefaultsOfTheHeader) {
   EXPECT_EQ(is.air.wind, should.air.wind);
   EXPECT_EQ(is.air.normal_drag, should.air.normal_drag);
   EXPECT_EQ(is.air.viscous_drag, should.air.viscous_drag);
+  EXPECT_EQ(is.air.gusts.speed, should.air.gusts.speed);
+  EXPECT_EQ(is.air.gusts.length, should.air.gusts.length);
+  EXPECT_EQ(is.air.gusts.seed, should.air.gusts.seed);
   EXPECT_EQ(is.time.frames, should.time.frames);
   EXPECT_EQ(is.time.fps, should.time.fps);
   EXPECT_EQ(is.time.steps_per_frame, should.time.steps_per_frame);
@@ -118,6 +121,14 @@ TEST_F(EverythingFile, EveryNumberGoesToItsField) {
   EXPECT_EQ(s.air.wind, Vec3(1, 0, 0));
   EXPECT_EQ(s.air.normal_drag, 0.5);
   EXPECT_EQ(s.air.viscous_drag, 0.25);
+  EXPECT_EQ(s.air.gusts.speed, 0.75);
+  EXPECT_EQ(s.air.gusts.length, 2.0);
+  EXPECT_EQ(s.air.gusts.seed, 7u);
+  ASSERT_EQ(s.air.jets.size(), 1u);
+  EXPECT_EQ(s.air.jets[0].position, Vec3(1, 2, 3));
+  EXPECT_EQ(s.air.jets[0].direction, Vec3(0, 0, 2));
+  EXPECT_EQ(s.air.jets[0].speed, 4.0);
+  EXPECT_EQ(s.air.jets[0].diameter, 0.5);
   EXPECT_EQ(s.time.frames, 30);
   EXPECT_EQ(s.time.fps, 25);
   EXPECT_EQ(s.time.steps_per_frame, 3);

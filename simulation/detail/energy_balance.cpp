@@ -39,7 +39,7 @@ EnergyBalance::EnergyBalance(const Scene& scene, const BuiltScene& built,
     : gravity_(scene.gravity), slow_(scene.contact.rest_gap * scene.time.fps) {
   const auto follows = [](const BuiltVirtualSprings& s) { return s.follow; };
   const auto& springs = built.virtual_springs;
-  closed_ = !response.stores_energy && scene.air.wind.isZero(0.0) && !scene.water &&
+  closed_ = !response.stores_energy && !scene.air.moves() && !scene.water &&
             built.volumes.empty() && std::none_of(springs.begin(), springs.end(), follows);
   rooted_ = !springs.empty();
 }

@@ -151,6 +151,11 @@ void add_result_columns(const CompareRow& row, RowText& f) {
   });
 }
 
+/// Simulated seconds per second of the run: 1 is real time.
+double simulated_per_second(const CompareRow& row) {
+  return row.run_s.median > 0.0 ? row.run.end_s / row.run_s.median : 0.0;
+}
+
 RowText fields(const CompareTable& table, const CompareRow& row,
                const std::set<std::string>& phases) {
   const bool ok = row.status == RunStatus::ok;
@@ -178,6 +183,7 @@ RowText fields(const CompareTable& table, const CompareRow& row,
   f.emplace_back("ratio_of_s", if_ok(figure(row.ratio.median)));
   f.emplace_back("ratio_q1_of_s", if_ok(figure(row.ratio.low)));
   f.emplace_back("ratio_q3_of_s", if_ok(figure(row.ratio.high)));
+  f.emplace_back("simulated_s_per_s", if_ok(figure(simulated_per_second(row))));
   f.emplace_back("build_s", figure(row.run.build_s));
   f.emplace_back("pareto_by_s", row.pareto ? "yes" : "");
   for (const std::string& phase : phases) {
@@ -315,18 +321,19 @@ std::string to_json_text(const CompareTable& table) {
 std::string to_text(const CompareTable& table) {
   std::size_t width = 8;
   for (const CompareRow& row : table.rows) width = std::max(width, row.label.size() + 2);
-  std::string text =
-      fmt::format("{:<{}}{:<10}{:>10}{:>11}{:>11}{:>22}{:>8}{:>8}\n", "cell", width, "status",
-                  "error", "deviation", "ms/step", "ratio (quartiles)", "recall", "steps");
+  std::string text = fmt::format("{:<{}}{:<10}{:>10}{:>11}{:>11}{:>11} {:>29}{:>8}{:>8}\n", "cell",
+                                 width, "status", "error", "deviation", "ms/step", "real time",
+                                 "ratio (quartiles)", "recall", "steps");
   for (const CompareRow& row : table.rows) {
     constexpr double milli = 1e3;
     const bool ok = row.status == RunStatus::ok;
     const double step_ms = milli * row.run_s.median / std::max(1, row.run.result.steps);
     text += fmt::format(
-        "{:<{}}{:<10}{:>10}{:>11}{:>11}{:>22}{:>8}{:>8}", row.label, width, status_word(row.status),
-        row.error ? fmt::format("{:.2e}", *row.error) : "-",
+        "{:<{}}{:<10}{:>10}{:>11}{:>11}{:>11} {:>29}{:>8}{:>8}", row.label, width,
+        status_word(row.status), row.error ? fmt::format("{:.2e}", *row.error) : "-",
         row.deviation ? fmt::format("{:.1e}", *row.deviation) : "-",
         ok ? fmt::format("{:.3f}", step_ms) : "-",
+        ok ? fmt::format("{:.3g} x", simulated_per_second(row)) : "-",
         ok ? fmt::format("{:.2f} ({:.2f}-{:.2f})", row.ratio.median, row.ratio.low, row.ratio.high)
            : "-",
         ok ? fmt::format("{:.4f}", row.run.pairs.recall) : "-", row.run.result.steps);

@@ -338,6 +338,7 @@ class SceneReader {
     scene_.time.fps = j["fps"].get<double>();
     scene_.time.steps_per_frame = j["steps_per_frame"].get<int>();
     scene_.time.max_halvings = j["max_halvings"].get<int>();
+    scene_.time.energy_guard = j["energy_guard"].get<bool>();
   }
 
   void read_contact() {

@@ -169,6 +169,8 @@ struct TimeSpec {
   double fps = 60.0;        ///< frames per second, > 0
   int steps_per_frame = 2;  ///< >= 1
   int max_halvings = 8;     ///< largest number of halvings of a step that collides
+  /// Halve implicit steps that gain energy without a source. Otherwise the gain is only counted.
+  bool energy_guard = true;
 };
 
 /// Friction and rest gap of one pair of surfaces ("contact.pairs"). A field without a value changes

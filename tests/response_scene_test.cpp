@@ -253,7 +253,13 @@ TEST(EnergyBalance, AStepThatGainsEnergyWithoutASourceIsRepeatedShorter) {
   }
 }
 
-TEST(EnergyBalance, AGainThatCannotBeRetriedIsReported) {
+TEST(EnergyBalance, AGainThatCannotOrMayNotBeRetriedIsReported) {
+  Scene unguarded = sheet_on_an_edge("impulse");
+  unguarded.time.energy_guard = false;
+  const Gains without = gains_on_an_edge(unguarded);
+  EXPECT_GT(without.worst, 0.1);
+  EXPECT_EQ(without.reported.at("retries"), 0.0);
+  EXPECT_GT(without.reported.at("gained_steps"), 0.0);
   Scene scene = sheet_on_an_edge("impulse");
   scene.time.max_halvings = 0;
   const Gains gains = gains_on_an_edge(scene);

@@ -25,6 +25,7 @@ TEST_F(SceneFile, TheShortestSceneHasTheDefaultsOfTheHeader) {
   EXPECT_EQ(is.time.fps, should.time.fps);
   EXPECT_EQ(is.time.steps_per_frame, should.time.steps_per_frame);
   EXPECT_EQ(is.time.max_halvings, should.time.max_halvings);
+  EXPECT_EQ(is.time.energy_guard, should.time.energy_guard);
   EXPECT_EQ(is.contact.rest_gap, should.contact.rest_gap);
   EXPECT_EQ(is.contact.self, should.contact.self);
   EXPECT_EQ(is.contact.untangle_start, should.contact.untangle_start);
@@ -133,6 +134,7 @@ TEST_F(EverythingFile, EveryNumberGoesToItsField) {
   EXPECT_EQ(s.time.fps, 25);
   EXPECT_EQ(s.time.steps_per_frame, 3);
   EXPECT_EQ(s.time.max_halvings, 4);
+  EXPECT_FALSE(s.time.energy_guard);
   EXPECT_EQ(s.contact.rest_gap, 0.003);
   EXPECT_FALSE(s.contact.self);
   EXPECT_EQ(s.contact.response, "impulse");

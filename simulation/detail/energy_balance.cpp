@@ -36,7 +36,9 @@ double total(std::span<const double> mass) {
 
 EnergyBalance::EnergyBalance(const Scene& scene, const BuiltScene& built,
                              const ResponseTraits& response)
-    : gravity_(scene.gravity), slow_(scene.contact.rest_gap * scene.time.fps) {
+    : gravity_(scene.gravity),
+      slow_(scene.contact.rest_gap * scene.time.fps),
+      guards_(scene.time.energy_guard) {
   const auto follows = [](const BuiltVirtualSprings& s) { return s.follow; };
   const auto& springs = built.virtual_springs;
   closed_ = !response.stores_energy && !scene.air.moves() && !scene.water &&
@@ -100,7 +102,7 @@ bool EnergyBalance::weigh(const ForceSum& forces, const BalanceStep& step) {
 }
 
 bool EnergyBalance::wants_shorter() {
-  if (!weighed_ || gain_ <= bound_) return false;
+  if (!guards_ || !weighed_ || gain_ <= bound_) return false;
   if (last_gain_ >= 0.0 && gain_ > kHelps * last_gain_) return false;
   last_gain_ = gain_;
   ++retries_;

@@ -61,6 +61,7 @@ class EnergyBalance {
   bool rooted_ = false;   // springs to places in space
   Vec3 gravity_;          // m/s²
   double slow_ = 0.0;     // m/s
+  bool guards_ = true;    // asks for shorter steps
   bool weighed_ = false;  // the last attempt
   double gain_ = 0.0, bound_ = 0.0, last_gain_ = -1.0;
   std::optional<double> start_;    // J, potential energy at the start of the step

@@ -158,6 +158,30 @@ TEST(ImplicitEuler, NeedsFewIterationsOnAFineGrid) {
   }
 }
 
+TEST(ImplicitEuler, ALooseSolveThatMeetsTheToleranceInItsLastIterationComputesItsResidual) {
+  const ClothMesh cloth = make_rectangular({1, 1, 40, 40}, Material{});
+  const std::size_t n = cloth.mass.size();
+  Particles p{cloth.surface.vertices, random_vectors(n, 1.0, 3), cloth.mass, {}};
+  for (const double m : cloth.mass) p.inv_mass.push_back(1.0 / m);
+  const auto solve = [&](int most, double looser) {
+    std::vector<std::unique_ptr<Force>> forces;
+    forces.push_back(make_hooke_force(cloth.springs, n));
+    forces.push_back(make_gravity({0, 0, -9.81}));
+    const auto integrator = make_implicit_euler(std::move(forces), n, {.solve = {0.05, most}});
+    integrator->begin({p, 0.0, 1.0 / 120.0}, {});
+    Vectors v = p.v;
+    return integrator->solve({}, {v, {}}, looser);
+  };
+  const int needed = solve(2000, 1.0).iterations;
+  ASSERT_GT(needed, 0);
+  const SolveReport strict = solve(needed, 1.0), loose = solve(needed, 1.0 + 1e-9);
+  EXPECT_TRUE(loose.converged);
+  EXPECT_EQ(loose.iterations, needed);
+  EXPECT_EQ(loose.residual, strict.residual);
+  // Both multiply by the matrix in double precision at the end, which these bytes show.
+  EXPECT_EQ(loose.bytes, strict.bytes);
+}
+
 /// Positions after a few steps of a hanging, blown, limited cloth.
 Vectors simulate(int threads) {
   const ThreadLimit limit(threads);

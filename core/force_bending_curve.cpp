@@ -42,8 +42,7 @@ struct BendingDeviation {
 
 class BendingCurves final : public Force {
  public:
-  BendingCurves(const ClothMesh& cloth) {
-    for (const SpringCurve& curve : cloth.curves) shapes_.push_back(curve.measured);
+  explicit BendingCurves(const ClothMesh& cloth) : shapes_(cloth.curves) {
     std::vector<std::int32_t> place(cloth.hinges.size(), -1);
     set_hinges(cloth, place);
     begin_.push_back(0);
@@ -131,9 +130,9 @@ class BendingCurves final : public Force {
   /// Takes the hinges that elements name, sorted by colour.
   void set_hinges(const ClothMesh& cloth, std::vector<std::int32_t>& place) {
     std::vector<std::int32_t> number, corners;
-    for (const CurvatureCurve& element : cloth.curvature_curves)
-      for (const auto& term : element.terms) {
-        detail::require_particle(kBendingName, 0, term.hinge, cloth.hinges.size());
+    for (std::size_t i = 0; i < cloth.curvature_curves.size(); ++i)
+      for (const auto& term : cloth.curvature_curves[i].terms) {
+        detail::require_particle(kBendingName, i, term.hinge, cloth.hinges.size());
         place[term.hinge] = 0;
       }
     for (std::size_t h = 0; h < place.size(); ++h) {
@@ -153,9 +152,9 @@ class BendingCurves final : public Force {
     detail::require_number_of("area", kBendingName, i, element.area, false);
     std::array<BendingDeviation, 2> law;
     for (const int k : {0, 1}) {
-      detail::require_particle(kBendingName, i, element.curve[k], shapes_.size());
+      detail::require_curve(kBendingName, i, element.curve[k], shapes_);
       detail::require_number_of("rigidity", kBendingName, i, element.rigidity[k]);
-      law[k] = {element.area * element.rigidity[k], &shapes_[element.curve[k]]};
+      law[k] = {element.area * element.rigidity[k], &shapes_[element.curve[k]].measured};
     }
     law_.push_back(law);
     for (const auto& term : element.terms)
@@ -222,7 +221,7 @@ class BendingCurves final : public Force {
     return stiffness;
   }
 
-  std::vector<MonotoneCurve> shapes_;
+  std::vector<SpringCurve> shapes_;
   std::vector<Hinge> hinges_;  // by colour
   std::vector<std::size_t> color_begin_;
   std::vector<std::array<BendingDeviation, 2>> law_;  // per element

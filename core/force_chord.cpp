@@ -66,6 +66,7 @@ class ChordLinks {
       detail::require_number_of("width", name, i, l.width, false);
       detail::require_number_of("rigidity", name, i, l.rigidity, false);
       detail::require_number_of("damping", name, i, l.damping);
+      if (l.curve >= 0) detail::require_curve(name, i, l.curve, curves);
       chords_.push_back({l, l.curve >= 0 ? curves[l.curve].measured : MonotoneCurve{}, 0.0, 0.0});
       set_onset(i);
     }

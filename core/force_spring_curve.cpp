@@ -338,6 +338,9 @@ std::unique_ptr<Force> make_curve_force(std::span<const Spring> springs, const S
 ForceList make_yarn_stretch(std::span<const YarnTriangle> triangles,
                             std::span<const SpringCurve> curves, std::size_t particles) {
   ForceList forces;
+  for (std::size_t i = 0; i < triangles.size(); ++i)
+    for (const std::int32_t curve : triangles[i].curve)
+      detail::require_curve("yarn triangle", i, curve, curves, false);
   for (std::size_t c = 0; c < curves.size(); ++c)
     for (const int direction : {0, 1}) {
       const auto curve = static_cast<std::int32_t>(c);

@@ -31,7 +31,10 @@ class YarnAngles {
       detail::require_number_of("damping", name, i, t.damping);
       if (t.shear <= 0.0) continue;
       MonotoneCurve curve;
-      if (t.shear_curve >= 0) curve = curves[t.shear_curve].measured;
+      if (t.shear_curve >= 0) {
+        detail::require_curve(name, i, t.shear_curve, curves);
+        curve = curves[t.shear_curve].measured;
+      }
       elements_.push_back({detail::frame_of(t, i), t.shear, t.damping, std::move(curve)});
     }
   }

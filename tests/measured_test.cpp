@@ -269,6 +269,48 @@ TEST(AngleShear, EqualsTheTwistingSpringsOfAGrid) {
   }
 }
 
+/// The work of one cycle of shear from -angle to angle and back, with sides that keep their length.
+double work_of_cycle(const ClothMesh& cloth, double angle) {
+  const auto forces = make_internal_forces(cloth);
+  const Vectors still(cloth.mass.size(), Vec3::Zero());
+  const auto sheared = [&](double phi) {
+    Vectors x = cloth.surface.vertices;
+    for (Vec3& p : x) p = Vec3(p.x() + std::sin(phi) * p.y(), std::cos(phi) * p.y(), 0.0);
+    return x;
+  };
+  const auto forces_at = [&](const Vectors& x) {
+    Vectors f(x.size(), Vec3::Zero());
+    for (const auto& force : forces) force->add_force({x, still, cloth.mass, 0.0}, f);
+    return f;
+  };
+  constexpr int steps = 400;
+  double work = 0.0;
+  Vectors x = sheared(angle);
+  for (const auto& force : forces) force->accept({x, still, cloth.mass, 0.0});
+  for (int k = 1; k <= 2 * steps; ++k) {
+    // The first cycle meets the loop, the second one is it.
+    const Vectors next = sheared(angle * std::cos(4.0 * pi * k / (2 * steps)));
+    const Vectors before = forces_at(x), after = forces_at(next);
+    for (std::size_t i = 0; k > steps && i < x.size(); ++i)
+      work -= 0.5 * (before[i] + after[i]).dot(next[i] - x[i]);
+    x = next;
+    for (const auto& force : forces) force->accept({x, still, cloth.mass, 0.0});
+  }
+  return work;
+}
+
+TEST(AngleShear, AGarmentLosesTheAreaOfTheShearLoop) {
+  Material m = measured(ShearLaw::angle);
+  m.shear_friction = 0.5;
+  const ClothMesh cloth = make_from_pattern(irregular(), irregular(), m);
+  constexpr double angle = 0.14, yield = 0.0087;  // half a degree
+  const double loop = 4.0 * m.shear_friction * (angle - yield) * area_of(cloth);
+  EXPECT_NEAR(work_of_cycle(cloth, angle) / loop, 1.0, 0.01);
+  m.shear_friction = 0.0;
+  EXPECT_NEAR(work_of_cycle(make_from_pattern(irregular(), irregular(), m), angle) / loop, 0.0,
+              1e-3);
+}
+
 TEST(AngleShear, AMeshWithoutWarpIsRefusedWithTheRemedy) {
   TriangleMesh bent = irregular();
   for (Vec3& x : bent.vertices) x.z() = x.x() * x.x();
@@ -320,6 +362,25 @@ TEST(MeasuredLaws, ForcesAreMinusTheGradientOfTheirEnergy) {
         }
     }
   }
+}
+
+TEST(MeasuredLaws, RefuseElementsWithoutTheirCurve) {
+  YarnTriangle t{{0, 1, 2}, {{{0.0, 0.0}, {1.0, 0.0}, {0.0, 1.0}}}, 10.0, 10.0, 5.0};
+  const std::vector<SpringCurve> hooke(1);
+  const auto stretch = [&] { make_yarn_stretch(std::vector{t}, hooke, 3); };
+  const auto shear = [&] { make_yarn_shear(std::vector{t}, hooke, 3); };
+  EXPECT_NO_THROW(stretch());
+  EXPECT_NO_THROW(shear());
+  t.shear_curve = 0;
+  EXPECT_HAS(refusal_of(shear), "yarn triangle 0 names curve 0, which has no points");
+  t.curve[1] = 1;
+  EXPECT_HAS(refusal_of(stretch), "names curve 1, which the cloth does not have");
+  t.rest[2] = {2.0, 0.0};
+  EXPECT_HAS(refusal_of([&] { make_yarn_friction(std::vector{t}, 3); }), "area");
+  const std::vector<ChordLink> links{{0, 1, 1.0, 1.0, 1.0, 100.0, 0.0, 0}};
+  EXPECT_HAS(refusal_of([&] { make_chord_force(links, hooke, 2); }), "chord 0 names curve 0");
+  const std::vector<ChordLink> soft{{0, 1, 1.0, 1.0, 1.0, 0.1}};
+  EXPECT_HAS(refusal_of([&] { make_chord_force(soft, {}, 2); }), "onset");
 }
 
 // -- bending --------------------------------------------------------------------------------------

@@ -351,6 +351,10 @@ void require_hinges(const Material& m, const char* mesh, bool beams) {
   if (!m.bending_curve.empty() && beams)
     throw std::invalid_argument(std::string("bending_curve is not served on ") + mesh +
                                 "; take a grid without \"refine\"");
+  if (m.shear_friction > 0.0 && beams)
+    throw std::invalid_argument(std::string("shear_friction is not served on ") + mesh +
+                                ", whose loops would begin anew at each split; take a grid without "
+                                "\"refine\"");
   if (m.shear_law == ShearLaw::twisting)
     throw std::invalid_argument(
         std::string("shear_law \"twisting\" needs warp and weft at right "

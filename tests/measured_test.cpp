@@ -649,6 +649,9 @@ TEST_F(MeasuredScene, RefusesWhatItCannotServeWithPlaceAndRemedy) {
                                 "tension_curve": {"strain": [0, 0.2, 0.1], "force": [0, 5, 6]}})"),
              "materials.m.tension_curve: a measured curve must rise");
   EXPECT_HAS(refusal(triangles_, R"({"bending_law": "chord"})"), "rows of particles");
+  const std::string split = grid_ + R"(, "refine": {"when": "curved"})";
+  EXPECT_HAS(refusal(split, R"({"shear_law": "angle", "shear_friction": 1})"), "refine");
+  EXPECT_EQ(refusal(split, R"({"shear_law": "angle"})"), "was accepted");
 }
 
 TEST_F(MeasuredScene, TheTestAt45DegreesGivesTheShearOfAFabric) {

@@ -143,6 +143,19 @@ void print_report(const Fabric& fabric, const FabricOptions& o) {
   if (m.stretch_law == StretchLaw::kawabata)
     fmt::print("  kawabata           LT {:.4g}, EMT {:.4g}, RT {:.4g}\n", m.kawabata_lt,
                m.kawabata_strain, m.kawabata_rt);
+  const auto print_curve = [](const char* key, const MonotoneCurve& curve) {
+    if (!curve.empty()) fmt::print("  {:<18} {} points\n", key, curve.x().size());
+  };
+  if (!m.tension_curve.empty()) {
+    const TensionFigures figures = figures_of(m.tension_curve);
+    fmt::print("  tension_curve      {} points, LT {:.4g}, EMT {:.4g}, WT {:.4g} N/m, RT {:.4g}\n",
+               m.tension_curve.x().size(), figures.linearity, figures.extension, figures.work,
+               m.kawabata_rt);
+  }
+  print_curve("tension_curve_weft", m.tension_weft);
+  print_curve("shear_curve", m.shear_curve);
+  print_curve("bending_curve", m.bending_curve);
+  print_curve("bending_curve_weft", m.bending_curve_weft);
   if (m.shear_friction > 0.0) fmt::print("  shear_friction     {:.6g} N/m\n", m.shear_friction);
   if (m.bending_friction > 0.0) fmt::print("  bending_friction   {:.6g} N\n", m.bending_friction);
   if (c > 0.0)

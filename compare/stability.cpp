@@ -130,6 +130,11 @@ StabilitySubject::StabilitySubject(const Scene& scene, double stiffness, double 
       if (stiffness > 0.0) *constant *= stiffness / stiffest;
     if (damping >= 0.0) t.damping = damping;
   }
+  for (YarnTriangle& t : cloth.yarns) {
+    for (double* constant : {&t.warp, &t.weft, &t.shear})
+      if (stiffness > 0.0) *constant *= stiffness / stiffest;
+    if (damping >= 0.0) t.damping = damping;
+  }
   gravity = scene.gravity;
   for (const double mass : cloth.mass) inv_mass.push_back(1.0 / mass);
   for (const HandleSpec& handle : scene.handles)

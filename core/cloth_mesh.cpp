@@ -40,6 +40,30 @@ std::vector<Side> sorted_sides(std::span<const Triangle> triangles) {
 
 }  // namespace
 
+/// Refuses curves without a law that follows them, and laws without curves.
+void validate_curves(const Material& m) {
+  const bool tension = !m.tension_curve.empty(), bending = !m.bending_curve.empty();
+  if (tension != (m.stretch_law == StretchLaw::measured))
+    throw std::invalid_argument(
+        tension ? "tension_curve needs stretch_law \"measured\""
+                : "stretch_law \"measured\" needs the points of a tension_curve");
+  if (!tension && !m.tension_weft.empty())
+    throw std::invalid_argument("tension_curve_weft needs a tension_curve of the warp");
+  if (!m.shear_curve.empty() && m.shear_law != ShearLaw::angle)
+    throw std::invalid_argument("shear_curve needs shear_law \"angle\"");
+  if (!bending && !m.bending_curve_weft.empty())
+    throw std::invalid_argument("bending_curve_weft needs a bending_curve of the warp");
+  if (bending && m.bending_law != BendingLaw::shape_operator &&
+      m.bending_law != BendingLaw::hinge && m.bending_law != BendingLaw::chord)
+    throw std::invalid_argument(
+        "bending_curve needs bending_law \"shape_operator\", or on grids of cells \"hinge\" or "
+        "\"chord\"");
+  if (m.shear_law == ShearLaw::angle && is_membrane(m.stretch_law))
+    throw std::invalid_argument(
+        "shear_law \"angle\" stretches warp and weft each by itself; finite elements carry shear "
+        "themselves, so leave shear_law out or take another stretch_law");
+}
+
 void validate_material(const Material& m) {
   const auto positive = [](const char* name, double value) {
     require(std::isfinite(value) && value > 0.0, name, value, "positive and finite");
@@ -64,8 +88,10 @@ void validate_material(const Material& m) {
           "above 0 and at most 1");
   not_negative("shear_friction", m.shear_friction);
   not_negative("bending_friction", m.bending_friction);
-  if (m.shear_friction > 0.0 && m.shear_law != ShearLaw::twisting)
-    throw std::invalid_argument("shear_friction needs shear_law \"twisting\"");
+  if (m.shear_friction > 0.0 && m.shear_law == ShearLaw::springs)
+    throw std::invalid_argument(
+        "shear_friction needs shear_law \"twisting\" on grids of cells, or \"angle\"");
+  validate_curves(m);
   if (m.poisson && !is_membrane(m.stretch_law))
     throw std::invalid_argument(
         "poisson needs stretch_law \"st_venant_kirchhoff\" or \"corotated\": a net of springs has "
@@ -233,12 +259,43 @@ void add_membrane(ClothMesh& cloth, std::span<const Vec3> rest, const Material& 
                                m.spring_damping, m.stretch_law});
 }
 
+/// The triangles follow `laws` along warp and weft.
+void add_yarns(ClothMesh& cloth, std::span<const Vec3> rest, const Material& m,
+               const std::array<std::int32_t, 2>& laws) {
+  if (!in_a_level(rest))
+    throw std::invalid_argument(
+        "shear_law \"angle\" needs the directions of warp and weft, which a rest shape that is not "
+        "flat does not have; give a flat \"rest_mesh\" or \"rest\": \"texture\", or take "
+        "shear_law \"springs\"");
+  for (const std::int32_t law : laws) cloth.curves[law].idle = true;
+  const std::int32_t shear_curve =
+      m.shear_curve.empty() ? -1 : detail::add_idle_curve(cloth, m.shear_curve);
+  for (const Triangle& t : cloth.surface.triangles)
+    cloth.yarns.push_back({t, warp_and_weft(rest, t, true), m.stretch_stiffness,
+                           stretch_along_weft(m), m.shear_stiffness, m.shear_friction,
+                           m.spring_damping, laws, shear_curve});
+}
+
+/// Springs along x follow the curve of the warp, along y that of the weft; diagonals are linear.
+void set_measured_springs(ClothMesh& cloth, std::span<const Vec3> rest,
+                          const std::array<std::int32_t, 2>& laws) {
+  constexpr double rounding = 1e-9;
+  cloth.curve_of_spring.clear();
+  for (const Spring& s : cloth.springs) {
+    const Vec3 d = (rest[s.b] - rest[s.a]).cwiseAbs();
+    cloth.curve_of_spring.push_back(d.y() <= rounding * d.x()   ? laws[0]
+                                    : d.x() <= rounding * d.y() ? laws[1]
+                                                                : -1);
+  }
+}
+
 }  // namespace
 
 void set_stretch_law(ClothMesh& cloth, std::span<const Vec3> rest, const Material& m) {
   if (is_membrane(m.stretch_law)) add_membrane(cloth, rest, m);
+  const bool on_triangles = m.shear_law == ShearLaw::angle;
   SpringCurve curve{m.stretch_law};
-  if (m.stretch_law == StretchLaw::hooke) return;
+  if (m.stretch_law == StretchLaw::hooke && !on_triangles) return;
   if (m.stretch_law == StretchLaw::biphasic) {
     curve.strain = m.biphasic_strain;
     curve.shape = m.biphasic_growth;
@@ -248,23 +305,65 @@ void set_stretch_law(ClothMesh& cloth, std::span<const Vec3> rest, const Materia
     curve.shape = m.kawabata_lt;
     curve.resilience = m.kawabata_rt;
   }
-  cloth.curves = {curve};
-  cloth.curve_of_spring.assign(cloth.springs.size(), 0);
+  if (m.stretch_law == StretchLaw::measured) {
+    curve.resilience = m.kawabata_rt;
+    curve.measured = m.tension_curve;
+  }
+  std::array<std::int32_t, 2> laws{};
+  laws.fill(static_cast<std::int32_t>(cloth.curves.size()));
+  cloth.curves.push_back(curve);
+  if (!m.tension_weft.empty()) {
+    ++laws[1];
+    curve.measured = m.tension_weft;
+    cloth.curves.push_back(curve);
+  }
+  cloth.curve_of_spring.assign(cloth.springs.size(), laws[0]);
+  if (on_triangles)
+    add_yarns(cloth, rest, m, laws);
+  else if (m.stretch_law == StretchLaw::measured)
+    set_measured_springs(cloth, rest, laws);
+}
+
+std::array<std::int32_t, 2> add_bending_shapes(ClothMesh& cloth, const Material& m) {
+  std::array<std::int32_t, 2> shapes{};
+  shapes.fill(add_idle_curve(cloth, m.bending_curve));
+  if (!m.bending_curve_weft.empty()) shapes[1] = add_idle_curve(cloth, m.bending_curve_weft);
+  return shapes;
+}
+
+std::int32_t add_idle_curve(ClothMesh& cloth, const MonotoneCurve& curve) {
+  cloth.curves.push_back({.law = StretchLaw::measured, .measured = curve, .idle = true});
+  return static_cast<std::int32_t>(cloth.curves.size()) - 1;
 }
 
 void require_hinges(const Material& m, const char* mesh, bool beams) {
   if (m.bending_law == BendingLaw::buckling || m.bending_law == BendingLaw::twisting ||
-      (m.bending_law == BendingLaw::beam && !beams))
+      m.bending_law == BendingLaw::chord || (m.bending_law == BendingLaw::beam && !beams))
     throw std::invalid_argument(
         std::string("bending_law needs rows of particles; ") + mesh +
         " has none; use \"hinge\" or \"shape_operator\", or a grid of cells");
   if (m.bending_friction > 0.0 && m.bending_law != BendingLaw::shape_operator)
     throw std::invalid_argument(std::string("bending_friction needs rows of particles; ") + mesh +
                                 " has none; use bending_law \"shape_operator\"");
-  if (m.shear_law != ShearLaw::springs)
-    throw std::invalid_argument(std::string("shear_law \"twisting\" needs warp and weft at right "
-                                            "angles; ") +
-                                mesh + " has none; use \"springs\", or the rectangular pattern");
+  if (!m.bending_curve.empty() && m.bending_law != BendingLaw::shape_operator)
+    throw std::invalid_argument(std::string("bending_curve needs rows of particles; ") + mesh +
+                                " has none; use bending_law \"shape_operator\"");
+  if (!m.bending_curve.empty() && beams)
+    throw std::invalid_argument(std::string("bending_curve is not served on ") + mesh +
+                                "; take a grid without \"refine\"");
+  if (m.shear_friction > 0.0 && beams)
+    throw std::invalid_argument(std::string("shear_friction is not served on ") + mesh +
+                                ", whose loops would begin anew at each split; take a grid without "
+                                "\"refine\"");
+  if (m.shear_law == ShearLaw::twisting)
+    throw std::invalid_argument(
+        std::string("shear_law \"twisting\" needs warp and weft at right "
+                    "angles; ") +
+        mesh + " has none; use \"angle\" or \"springs\", or the rectangular pattern");
+  if (m.stretch_law == StretchLaw::measured && m.shear_law != ShearLaw::angle && !beams)
+    throw std::invalid_argument(std::string("stretch_law \"measured\" needs springs along warp and "
+                                            "weft; ") +
+                                mesh + " has none; use shear_law \"angle\", or a grid of cells");
 }
 
 std::vector<char> coupled_hinges(const ClothMesh& cloth) {

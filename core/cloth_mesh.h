@@ -150,9 +150,11 @@ struct Tie {
 /// Parameters of a spring law other than Hooke's.
 struct SpringCurve {
   StretchLaw law = StretchLaw::hooke;
-  double strain = 0.0;      ///< biphasic: strain at which the spring stiffens; kawabata: EMT/100
-  double shape = 0.0;       ///< biphasic: growth of the stiffness per strain; kawabata: LT
-  double resilience = 1.0;  ///< kawabata: RT/100, recovered fraction of the work, in (0, 1]
+  double strain = 0.0;       ///< biphasic: strain at which the spring stiffens; kawabata: EMT/100
+  double shape = 0.0;        ///< biphasic: growth of the stiffness per strain; kawabata: LT
+  double resilience = 1.0;   ///< kawabata: RT/100, recovered fraction of the work, in (0, 1]
+  MonotoneCurve measured{};  ///< measured: gives the shape, the spring its stiffness at rest
+  bool idle = false;         ///< triangles follow the law, and the springs only measure strain
   bool operator==(const SpringCurve&) const = default;
 
   /// A cloth has each curve once, however many pieces it is made of.
@@ -169,6 +171,61 @@ struct MembraneTriangle {
   StretchLaw law = StretchLaw::corotated;
 
   bool remap(const auto& to) { return remap_vertices(v, to); }
+};
+
+/// A triangle of woven cloth. Its deformation gradient gives the lengths of warp and weft, which
+/// resist stretch each by itself, and the angle between them, which resists shear.
+struct YarnTriangle {
+  std::array<std::int32_t, 3> v;
+  std::array<std::array<double, 2>, 3> rest;  ///< m, vertices along warp and weft
+  double warp, weft;                          ///< N/m, stiffness of stretch at rest, > 0
+  double shear;                               ///< N/m per rad, stiffness of shear at rest, >= 0
+  double friction = 0.0;                      ///< N/m, HG: half the width of the shear loop, >= 0
+  double damping = 0.0;  ///< s, damping stress per stiffness and rate of strain or angle, >= 0
+  std::array<std::int32_t, 2> curve{0, 0};  ///< the laws of warp and weft, among the curves
+  std::int32_t shear_curve = -1;            ///< the curve of shear; -1: linear
+
+  bool remap(const auto& to) {
+    for (std::int32_t& c : curve) to.template element<SpringCurve>(c);
+    if (shear_curve >= 0) to.template element<SpringCurve>(shear_curve);
+    return remap_vertices(v, to);
+  }
+};
+
+/// Bending along warp and weft by measured curves, on one triangle of a plate or at one hinge of a
+/// grid: the energy area·Σ(Ψ(κ) - ½ Ψ''(0) κ²) over both, beside that of the plate, where Ψ' is
+/// M(κ).
+struct CurvatureCurve {
+  std::vector<CurvatureFriction::Term> terms;
+  double area;                              ///< m²
+  std::array<double, 2> rigidity;           ///< N·m, along warp and weft: Ψ''(0)
+  std::array<std::int32_t, 2> curve{0, 0};  ///< the shapes of M(κ), among the curves
+
+  bool remap(const auto& to) {
+    for (std::int32_t& c : curve) to.template element<SpringCurve>(c);
+    CurvatureFriction friction{terms, 0.0, 0.0};
+    const bool stays = friction.remap(to);
+    terms = std::move(friction.terms);
+    return stays;
+  }
+};
+
+/// A link between two particles two cells apart, which pushes with the force of a bending moment:
+/// the two cells turn by θ = κ d, their ends are r = 2d cos(θ/2) apart, and the moment M(κ) of the
+/// strip exerts M w/(d sin(θ/2)) along the chord [Zhang2012]. Slack under tension.
+struct ChordLink {
+  std::int32_t a, b;
+  double spacing;           ///< m, d: the length of a cell, > 0
+  double width;             ///< m, w: of the strip that the link represents, > 0
+  double rigidity;          ///< N·m, M'(0), > 0
+  double onset;             ///< N/m, stiffness before the strip bends; see make_chord_force
+  double damping = 0.0;     ///< s, damping force per stiffness and rate of length change, >= 0
+  std::int32_t curve = -1;  ///< the shape of M(κ), among the curves; -1: linear
+
+  bool remap(const auto& to) {
+    if (curve >= 0) to.template element<SpringCurve>(curve);
+    return to.vertex(a) && to.vertex(b);
+  }
 };
 
 /// Largest strain of a spring, (L-L0)/L0.
@@ -218,6 +275,9 @@ struct ClothElements {
   ElementSet<Tie<4>> layers;   ///< ties from the particles of a dense layer to a sparse one
   ElementSet<MembraneTriangle> membranes;  ///< finite elements; springs then only measure strain
   ElementSet<Beam> beams;
+  ElementSet<YarnTriangle> yarns;  ///< stretch and shear; springs then only measure strain
+  ElementSet<CurvatureCurve> curvature_curves;
+  ElementSet<ChordLink> chords;
 };
 
 namespace detail {
@@ -225,11 +285,11 @@ namespace detail {
 template <class Elements>
 auto tie_sets(Elements& elements) {
   auto& [springs, strain_limit, curves, curve_of_spring, hinges, couples, links, twists,
-         hinge_frictions, curvature_frictions, corner_frictions, hanging, layers, membranes,
-         beams] = elements;
+         hinge_frictions, curvature_frictions, corner_frictions, hanging, layers, membranes, beams,
+         yarns, curvature_curves, chords] = elements;
   return std::tie(springs, strain_limit, curves, curve_of_spring, hinges, couples, links, twists,
                   hinge_frictions, curvature_frictions, corner_frictions, hanging, layers,
-                  membranes, beams);
+                  membranes, beams, yarns, curvature_curves, chords);
 }
 }  // namespace detail
 

@@ -49,7 +49,13 @@ ContinuumConstants continuum_constants(const ClothMesh& cloth, std::span<const V
                                        double area) {
   require(std::isfinite(area) && area > 0.0, "area", area, "positive and finite");
   Mat3 sum = Mat3::Zero();
-  for (const Spring& s : cloth.springs) {
+  for (const YarnTriangle& t : cloth.yarns) {
+    const auto& [p, q, r] = t.rest;
+    const double doubled = (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
+    sum += 0.5 * std::abs(doubled) * Vec3(t.warp, t.weft, t.shear).asDiagonal();
+  }
+  const std::span<const Spring> springs = cloth.springs;
+  for (const Spring& s : cloth.yarns.empty() ? springs : springs.first(0)) {
     const Vec3 u = unit(rest, s.a, s.b);
     const Vec3 strain(u.x() * u.x(), u.y() * u.y(), u.x() * u.y());
     sum += (s.stiffness * s.rest_length * s.rest_length) * strain * strain.transpose();

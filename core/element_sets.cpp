@@ -104,6 +104,8 @@ ClothMesh thinned(const ClothMesh& cloth, std::span<const Triangle> inside) {
   for (const Triangle& t : inside) lost.erase(t);
   for (MembraneTriangle& triangle : thin.membranes)
     if (lost.contains(triangle.v)) triangle.v[0] = -1;
+  for (YarnTriangle& triangle : thin.yarns)
+    if (lost.contains(triangle.v)) triangle.v[0] = -1;
   return thin;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <string>
@@ -14,6 +15,7 @@ enum class StretchLaw {
   tension_only,         ///< k (L-L0) under tension, 0 under compression [ChoiKo2002, type 1]
   biphasic,             ///< stiffer above a given strain [survey 4, Chen 1998]
   kawabata,             ///< tension curve with LT and WT (KES-F1)
+  measured,             ///< measured tension curves of warp and weft
   st_venant_kirchhoff,  ///< finite elements with Green's strain, on the triangles of any mesh
   corotated,            ///< finite elements, linear in the frame of each triangle, likewise
 };
@@ -28,6 +30,10 @@ enum class ShearLaw {
   springs,  ///< diagonal springs of the cells
   /// Torsional springs between the links at a particle [survey 3.1, Dai 2003]; grids only.
   twisting,
+  /// The angle between warp and weft in each triangle, from its deformation gradient. The springs
+  /// then only measure strain: the triangles carry stretch along warp and weft as well. Any mesh
+  /// whose rest shape is flat.
+  angle,
 };
 
 /// How the cloth resists bending. All laws use the same plate rigidity B.
@@ -46,6 +52,34 @@ enum class BendingLaw {
   /// Beams along the rows and columns of particles, linear in the positions [VillardBorouchaki2005;
   /// survey eq. 4 corrected], and hinges for twist; grids only, split cells included.
   beam,
+  /// Links across two cells along rows and columns, whose force is that of the moment M(κ) at the
+  /// distance of their ends [Zhang2012]; grids only.
+  chord,
+};
+
+/// A measured curve y(x) from (0, 0), both rising: the monotone piecewise cubic of
+/// [FritschCarlson1980]. It passes through the points, and its slope is continuous and positive.
+/// Beyond the last point it continues straight with the last slope; y(-x) = -y(x).
+class MonotoneCurve {
+ public:
+  MonotoneCurve() = default;  ///< no curve
+  /// Throws std::invalid_argument naming the point at which `x` or `y` does not rise.
+  MonotoneCurve(std::vector<double> x, std::vector<double> y);
+
+  bool empty() const { return x_.empty(); }
+  double value(double x) const;
+  double slope(double x) const;
+  double work(double x) const;  ///< exact integral of the curve from 0 to x
+  double slope_at_rest() const { return slope_.front(); }
+  std::span<const double> x() const { return x_; }
+  std::span<const double> y() const { return y_; }
+
+  bool operator==(const MonotoneCurve&) const = default;
+
+ private:
+  std::size_t piece_of(double size) const;
+
+  std::vector<double> x_, y_, slope_, work_;
 };
 
 /// Fabric constants of a cloth, independent of the mesh.
@@ -68,7 +102,8 @@ struct Material {
   double kawabata_lt = 0.7;       ///< linearity of the tension curve, in (0.5, 1]
   double kawabata_strain = 0.05;  ///< EMT/100, strain at the end of the tension test, > 0
   double kawabata_rt = 1.0;       ///< RT/100, recovered fraction of the work of tension, in (0, 1]
-  double shear_friction = 0.0;  ///< N/m, HG: half the width of the shear loop; only with `twisting`
+  /// N/m, HG: half the width of the shear loop; only with `twisting` and `angle`.
+  double shear_friction = 0.0;
   /// N, HB: moment per width, half the width of the bending loop; grids and shape_operator only.
   double bending_friction = 0.0;
   /// N/m (> 0) and N·m (>= 0) along the weft, if it differs from the warp; stretch_stiffness and
@@ -77,7 +112,17 @@ struct Material {
   /// Poisson's ratio of the membrane laws, C12/√(C11 C22), in (-1, 1). Without it C12 = C33, as in
   /// any net of springs.
   std::optional<double> poisson{};
+  /// Measured curves; an empty one is not used. Each gives the shape of a law, whose slope at rest
+  /// is the stiffness above: set_curves makes both agree. The weft has the curve of the warp unless
+  /// it has its own.
+  MonotoneCurve tension_curve{}, tension_weft{};        ///< N/m over strain, with `measured`
+  MonotoneCurve shear_curve{};                          ///< N/m over rad, with `angle`
+  MonotoneCurve bending_curve{}, bending_curve_weft{};  ///< N over 1/m
 };
+
+/// Sets the stiffness along warp and weft, of shear and of bending to the slopes at rest of the
+/// curves that `material` has.
+void set_curves(Material& material);
 
 inline double stretch_along_weft(const Material& m) {
   return m.stretch_weft.value_or(m.stretch_stiffness);
@@ -152,6 +197,29 @@ double linearity(const TensionCurve& curve);
 /// Sets the stretch law of `material`: Kawabata's curve if LT allows it, else the secant. Throws
 /// std::invalid_argument naming the point where the curve decreases.
 void set_tension(const TensionCurve& curve, Material& material);
+
+/// The figures of a tension test (KES-F1) as read from its curve.
+struct TensionFigures {
+  double extension = 0.0;  ///< EMT/100, strain at the end
+  double work = 0.0;       ///< WT, N/m: work per area
+  double linearity = 0.0;  ///< LT: work divided by that under a straight line to the end
+};
+TensionFigures figures_of(const MonotoneCurve& pull);
+/// RT/100: the work that the curve of return gives back, divided by that of the pull. The points of
+/// `release` rise from the strain at which the force is 0 to the end of the pull. Throws
+/// std::invalid_argument if the curve of return does not end where the pull does, or lies above it.
+double resilience(const MonotoneCurve& pull, const TensionCurve& release);
+
+/// Shear from a tensile test at 45° to the warp [Ji2006]. In the small, the compliances add up to
+/// 4/E45 = 1/E1 + 1/E2 + 1/G. Beyond that the yarns, which bear half the load each, stretch by
+/// their share of the extension, and turn as in a trellis by the rest: with the strain ε of that
+/// rest,
+///   √2 cos(π/4 - φ/2) = 1 + ε,  τ = f sin(π/4 - φ/2)/√2.
+/// `bias` gives the force per width over the strain; `stretch`, the stiffness of the yarns in N/m.
+/// Throws std::invalid_argument if the yarns alone stretch farther than the cloth.
+MonotoneCurve shear_of_bias(const TensionCurve& bias, const WarpWeft& stretch);
+/// G in N/m from the modulus E45 in N/m.
+double shear_of_bias(double modulus, const WarpWeft& stretch);
 
 /// Results of a KES-F test in the units of the instrument, as means of warp and weft.
 struct KesSheet {

@@ -73,19 +73,33 @@ std::unique_ptr<Force> make_bending_force(std::span<const Hinge> hinges, std::si
 std::unique_ptr<Force> make_shape_operator_force(std::span<const Hinge> hinges,
                                                  std::span<const HingeCouple> couples,
                                                  std::size_t particles);
-/// Springs with a law other than Hooke's: tension only, biphasic, or a KES tension curve. A curve
-/// with a loop has a memory.
+/// Springs with a law other than Hooke's: tension only, biphasic, a KES tension curve or a measured
+/// one. A curve with a loop has a memory.
 std::unique_ptr<Force> make_curve_force(std::span<const Spring> springs, const SpringCurve& curve,
                                         std::size_t particles);
 /// Stretch and shear of triangles as a sheet, by finite elements of constant strain. `law` is one
 /// with is_membrane; the law of the triangles is ignored.
 std::unique_ptr<Force> make_membrane_force(std::span<const MembraneTriangle> triangles,
                                            StretchLaw law, std::size_t particles);
+/// Shear of woven triangles by the angle of warp and weft, and stretch along each of them; a force
+/// for each of the laws `curves` that they follow.
+std::unique_ptr<Force> make_yarn_shear(std::span<const YarnTriangle> triangles,
+                                       std::span<const SpringCurve> curves, std::size_t particles);
+std::vector<std::unique_ptr<Force>> make_yarn_stretch(std::span<const YarnTriangle> triangles,
+                                                      std::span<const SpringCurve> curves,
+                                                      std::size_t particles);
 /// Bending between two triangles after [Bridson2003] as printed: with sin(θ/2) instead of θ.
 std::unique_ptr<Force> make_bridson_force(std::span<const Hinge> hinges, std::size_t particles);
 /// Links that buckle into an arc [ChoiKo2002; survey eq. 5 corrected] and are slack under tension.
 std::unique_ptr<Force> make_buckling_force(std::span<const BucklingLink> links,
                                            std::size_t particles);
+/// Links that push with the force of the bending moment at the distance of their ends [Zhang2012],
+/// and are slack under tension. A straight strip bears 2Bw/d² before it bends; up to there a link
+/// has the stiffness `onset`.
+std::unique_ptr<Force> make_chord_force(std::span<const ChordLink> links,
+                                        std::span<const SpringCurve> curves, std::size_t particles);
+/// The deviation of measured bending curves from the plate, for the curvature_curves of `cloth`.
+std::unique_ptr<Force> make_bending_curves(const ClothMesh& cloth);
 /// Torsional springs between two links at a particle [Dai2003].
 std::unique_ptr<Force> make_twist_force(std::span<const TwistSpring> springs,
                                         std::size_t particles);
@@ -100,6 +114,8 @@ std::unique_ptr<Force> make_curvature_friction(std::span<const Hinge> hinges,
                                                std::size_t particles);
 std::unique_ptr<Force> make_corner_friction(std::span<const CornerFriction> frictions,
                                             std::size_t particles);
+std::unique_ptr<Force> make_yarn_friction(std::span<const YarnTriangle> triangles,
+                                          std::size_t particles);
 /// Ties particles to weighted means of others: hanging nodes [VillardBorouchaki2005] and dense
 /// layers [KangCho2002].
 std::unique_ptr<Force> make_tie_force(std::span<const Tie<2>> ties, std::size_t particles);

@@ -12,7 +12,11 @@
 // the same width everywhere.
 #include <selvedge/core/detail/dihedral.h>
 #include <selvedge/core/detail/element_force.h>
+#include <selvedge/core/detail/topology.h>
+#include <selvedge/core/detail/yarn_triangle.h>
 #include <selvedge/core/force.h>
+
+#include <numbers>
 
 namespace selvedge {
 namespace {
@@ -47,6 +51,23 @@ Angle<3> angle_of(std::span<const Vec3> x, const std::array<std::int32_t, 3>& v)
   return a;
 }
 
+/// Hysteresis of the angle of warp and weft in a triangle.
+struct YarnFriction {
+  detail::YarnFrame frame;
+  std::array<std::int32_t, 3> v;  // of the frame
+  double rest_angle, moment, yield;
+};
+
+template <class Friction>
+auto angle_of(std::span<const Vec3> x, const Friction& friction) {
+  if constexpr (std::is_same_v<Friction, YarnFriction>) {
+    const detail::YarnAngle angle = detail::angle_of(friction.frame, x);
+    return Angle<3>{angle.value, angle.gradient, angle.valid};
+  } else {
+    return angle_of(x, friction.v);
+  }
+}
+
 template <class Friction>
 class Sliders {
  public:
@@ -69,7 +90,7 @@ class Sliders {
   detail::ElementSample<arity> sample(std::size_t e, std::span<const Vec3> x) const {
     const auto& [friction, slip] = sliders_[e];
     detail::ElementSample<arity> s;
-    const Angle<arity> angle = angle_of(x, friction.v);
+    const Angle<arity> angle = angle_of(x, friction);
     s.valid = angle.valid;
     if (!s.valid) return s;
     const double off = angle.value - slip, size = std::abs(off), y = friction.yield;
@@ -88,7 +109,7 @@ class Sliders {
 
   void slide(std::span<const Vec3> x) {
     for (auto& [friction, slip] : sliders_) {
-      const Angle<arity> angle = angle_of(x, friction.v);
+      const Angle<arity> angle = angle_of(x, friction);
       if (!angle.valid) continue;
       slip = angle.value - std::clamp(angle.value - slip, -friction.yield, friction.yield);
     }
@@ -137,6 +158,19 @@ std::unique_ptr<Force> make_corner_friction(std::span<const CornerFriction> fric
                                                          particles);
 }
 
+std::unique_ptr<Force> make_yarn_friction(std::span<const YarnTriangle> triangles,
+                                          std::size_t particles) {
+  std::vector<YarnFriction> frictions;
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    const YarnTriangle& t = triangles[i];
+    const detail::YarnFrame frame = detail::frame_of(t, i);
+    if (t.friction > 0.0)
+      frictions.push_back(
+          {frame, t.v, 0.5 * std::numbers::pi, t.friction * frame.area, detail::kYieldShear});
+  }
+  return std::make_unique<FrictionForce<YarnFriction>>(Sliders<YarnFriction>(frictions), particles);
+}
+
 void register_hysteresis(ForceLawRegistry& registry) {
   registry.add(
       "hysteresis", {},
@@ -149,6 +183,9 @@ void register_hysteresis(ForceLawRegistry& registry) {
               make_curvature_friction(cloth.hinges, cloth.curvature_frictions, cloth.mass.size()));
         if (!cloth.corner_frictions.empty())
           forces.push_back(make_corner_friction(cloth.corner_frictions, cloth.mass.size()));
+        if (std::any_of(cloth.yarns.begin(), cloth.yarns.end(),
+                        [](const YarnTriangle& t) { return t.friction > 0.0; }))
+          forces.push_back(make_yarn_friction(cloth.yarns, cloth.mass.size()));
         return forces;
       },
       {.promise = "minus the gradient of its energy within a step; has a memory",

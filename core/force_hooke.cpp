@@ -121,7 +121,7 @@ void register_hooke(ForceLawRegistry& registry) {
                  if (!springs.empty())
                    forces.push_back(make_hooke_force(springs, cloth.mass.size()));
                  for (std::size_t c = 0; c < cloth.curves.size(); ++c)
-                   if (cloth.curves[c].law == StretchLaw::hooke)
+                   if (cloth.curves[c].law == StretchLaw::hooke && !cloth.curves[c].idle)
                      forces.push_back(make_hooke_force(
                          springs_of_curve(cloth, static_cast<std::int32_t>(c)), cloth.mass.size()));
                  return forces;

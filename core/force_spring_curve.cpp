@@ -21,9 +21,15 @@
 // be lost. Kawabata gives RT but not the shape of the unloading curve; this one needs no further
 // constant.
 //
-// Zhong and Wang 1998, Ji et al. 2006 and Zhang et al. 2012 fit polynomials to the measured curves;
-// laboratories report LT and EMT. (The rows of the survey's table III are shifted by one.)
+// - measured: the curve of the test itself as a monotone piecewise cubic (measured_curve.cpp), in
+//   place of the polynomials that Zhong and Wang 1998, Ji et al. 2006 and Zhang et al. 2012 fit,
+//   which may fall between the points. Under compression it continues with its slope at rest.
+// (The rows of the survey's table III are shifted by one.)
+//
+// A yarn of a triangle (force_yarn.cpp) follows the same laws, as a spring of rest length 1: its
+// length is that of a column of the deformation gradient.
 #include <selvedge/core/detail/element_force.h>
+#include <selvedge/core/detail/yarn_triangle.h>
 #include <selvedge/core/force.h>
 
 #include <algorithm>
@@ -34,6 +40,13 @@ namespace selvedge {
 namespace {
 
 using detail::Tension;
+
+struct Hooke {
+  Tension operator()(double k, double l0, double length) const {
+    const double d = length - l0;
+    return {0.5 * k * d * d, k * d, k};
+  }
+};
 
 struct TensionOnly {
   Tension operator()(double k, double l0, double length) const {
@@ -71,6 +84,17 @@ struct KawabataTension {
   }
 };
 
+struct MeasuredTension {
+  MonotoneCurve curve;
+  Tension operator()(double k, double l0, double length) const {
+    const double d = length - l0;
+    if (d <= 0.0) return {0.5 * k * d * d, k * d, k};
+    const double scale = k * l0 / curve.slope_at_rest(), strain = d / l0;
+    return {scale * l0 * curve.work(strain), scale * curve.value(strain),
+            scale / l0 * curve.slope(strain)};
+  }
+};
+
 template <class Law>
 class CurveSprings {
  public:
@@ -90,14 +114,23 @@ class CurveSprings {
   std::int32_t particle(std::size_t e, int k) const {
     return k == 0 ? springs_[e].a : springs_[e].b;
   }
-  const Spring& spring(std::size_t e) const { return springs_[e]; }
+  double rest_length(std::size_t e) const { return springs_[e].rest_length; }
+  double stiffness(std::size_t e) const { return springs_[e].stiffness; }
+  double length(std::size_t e, std::span<const Vec3> x) const {
+    return (x[springs_[e].b] - x[springs_[e].a]).norm();
+  }
   void reorder(std::span<const std::int32_t> order) { detail::reorder(springs_, order); }
 
   detail::ElementSample<2> sample(std::size_t e, std::span<const Vec3> x) const {
     const Spring& s = springs_[e];
-    return detail::sample_link(x[s.a], x[s.b], s.stiffness * s.damping, [&](double length) {
-      return law_(s.stiffness, s.rest_length, length);
-    });
+    return sample_with(e, x,
+                       [&](double length) { return law_(s.stiffness, s.rest_length, length); });
+  }
+  /// The sample with another law.
+  detail::ElementSample<2> sample_with(std::size_t e, std::span<const Vec3> x,
+                                       const auto& tension) const {
+    const Spring& s = springs_[e];
+    return detail::sample_link(x[s.a], x[s.b], s.stiffness * s.damping, tension);
   }
 
  private:
@@ -105,23 +138,88 @@ class CurveSprings {
   std::vector<Spring> springs_;
 };
 
+/// Yarns of one direction in triangles, as springs of rest length 1.
+template <class Law>
+class CurveYarns {
+ public:
+  static constexpr int arity = 3;
+  static constexpr const char* name = "yarn triangle";
+
+  /// The yarns along `direction` (0: warp, 1: weft) that follow `curve`.
+  CurveYarns(std::span<const YarnTriangle> triangles, std::int32_t curve, int direction, Law law)
+      : law_(std::move(law)) {
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+      const YarnTriangle& t = triangles[i];
+      if (t.curve[direction] != curve) continue;
+      const double stiffness = direction == 0 ? t.warp : t.weft;
+      detail::require_number_of(direction == 0 ? "warp" : "weft", name, i, stiffness, false);
+      detail::require_number_of("damping", name, i, t.damping);
+      const detail::YarnFrame f = detail::frame_of(t, i);
+      yarns_.push_back({t.v, direction == 0 ? f.warp : f.weft, stiffness * f.area, t.damping});
+    }
+  }
+
+  std::size_t size() const { return yarns_.size(); }
+  std::int32_t particle(std::size_t e, int k) const { return yarns_[e].v[k]; }
+  double rest_length(std::size_t) const { return 1.0; }
+  double stiffness(std::size_t e) const { return yarns_[e].stiffness; }
+  double length(std::size_t e, std::span<const Vec3> x) const {
+    return detail::column_of(yarns_[e].v, yarns_[e].weight, x).norm();
+  }
+  void reorder(std::span<const std::int32_t> order) { detail::reorder(yarns_, order); }
+
+  detail::ElementSample<3> sample(std::size_t e, std::span<const Vec3> x) const {
+    return sample_with(e, x, [&](double length) { return law_(yarns_[e].stiffness, 1.0, length); });
+  }
+  detail::ElementSample<3> sample_with(std::size_t e, std::span<const Vec3> x,
+                                       const auto& tension) const {
+    const Yarn& yarn = yarns_[e];
+    const Vec3 column = detail::column_of(yarn.v, yarn.weight, x);
+    const detail::ElementSample<2> link =
+        detail::sample_link(Vec3::Zero(), column, yarn.stiffness * yarn.damping, tension);
+    detail::ElementSample<3> s;
+    s.valid = link.valid;
+    s.energy = link.energy;
+    if (!s.valid) return s;
+    s.moment = link.moment;
+    s.slope = link.slope;
+    s.damping = link.damping;
+    for (int k = 0; k < 3; ++k) s.gradient[k] = yarn.weight[k] * link.gradient[1];
+    s.across = link.across;
+    s.bound = link.bound;
+    s.weight = yarn.weight;
+    s.plane = link.plane;
+    return s;
+  }
+
+ private:
+  struct Yarn {
+    std::array<std::int32_t, 3> v;
+    std::array<double, 3> weight;  // 1/m
+    double stiffness;              // N·m: per strain, with the area
+    double damping;                // s
+  };
+  Law law_;
+  std::vector<Yarn> yarns_;
+};
+
 /// A spring counts as slack at this fraction of its largest elongation, because lengths are
 /// rounded. On the loading curve the remaining work is the square of this fraction: below rounding.
 constexpr double kSlack = 1e-8;
 
-/// Springs of `Law` that unload along another curve.
-template <class Law>
-class ResilientSprings {
+/// Springs (or yarns) of `Law` that unload along another curve.
+template <class Springs, class Law>
+class Resilient {
  public:
-  static constexpr int arity = 2;
-  static constexpr const char* name = "spring";
+  static constexpr int arity = Springs::arity;
+  static constexpr const char* name = Springs::name;
 
-  ResilientSprings(CurveSprings<Law> springs, Law law, double resilience)
+  Resilient(Springs springs, Law law, double resilience)
       : springs_(std::move(springs)),
-        law_(law),
+        law_(std::move(law)),
         resilience_(resilience),
         longest_(springs_.size()) {
-    for (std::size_t e = 0; e < size(); ++e) longest_[e] = springs_.spring(e).rest_length;
+    for (std::size_t e = 0; e < size(); ++e) longest_[e] = springs_.rest_length(e);
   }
 
   std::size_t size() const { return springs_.size(); }
@@ -131,12 +229,12 @@ class ResilientSprings {
     detail::reorder(longest_, order);
   }
 
-  detail::ElementSample<2> sample(std::size_t e, std::span<const Vec3> x) const {
-    const Spring& s = springs_.spring(e);
-    return detail::sample_link(x[s.a], x[s.b], s.stiffness * s.damping, [&](double length) {
-      const Tension load = law_(s.stiffness, s.rest_length, length);
-      if (!(load.energy > 0.0) || length <= s.rest_length) return load;
-      const Tension top = law_(s.stiffness, s.rest_length, longest_[e]);
+  detail::ElementSample<arity> sample(std::size_t e, std::span<const Vec3> x) const {
+    const double stiffness = springs_.stiffness(e), rest_length = springs_.rest_length(e);
+    return springs_.sample_with(e, x, [&](double length) {
+      const Tension load = law_(stiffness, rest_length, length);
+      if (!(load.energy > 0.0) || length <= rest_length) return load;
+      const Tension top = law_(stiffness, rest_length, longest_[e]);
       if (length >= longest_[e])
         return Tension{load.energy - (1.0 - resilience_) * top.energy, load.force, load.slope};
       const double more = 1.0 / resilience_ - 1.0, share = std::pow(load.energy / top.energy, more);
@@ -149,10 +247,9 @@ class ResilientSprings {
 
   void stretch(std::span<const Vec3> x) {
     for (std::size_t e = 0; e < size(); ++e) {
-      const Spring& s = springs_.spring(e);
-      const double length = (x[s.b] - x[s.a]).norm();
-      const double slack = s.rest_length + kSlack * (longest_[e] - s.rest_length);
-      longest_[e] = length <= slack ? s.rest_length : std::max(longest_[e], length);
+      const double rest_length = springs_.rest_length(e), length = springs_.length(e, x);
+      const double slack = rest_length + kSlack * (longest_[e] - rest_length);
+      longest_[e] = length <= slack ? rest_length : std::max(longest_[e], length);
     }
   }
 
@@ -167,16 +264,16 @@ class ResilientSprings {
   }
 
  private:
-  CurveSprings<Law> springs_;
+  Springs springs_;
   Law law_;
   double resilience_;
   std::vector<double> longest_;  // m, largest length since the spring was last slack
 };
 
-template <class Law>
-class ResilientForce final : public detail::ElementForce<ResilientSprings<Law>> {
+template <class Springs, class Law>
+class ResilientForce final : public detail::ElementForce<Resilient<Springs, Law>> {
  public:
-  using detail::ElementForce<ResilientSprings<Law>>::ElementForce;
+  using detail::ElementForce<Resilient<Springs, Law>>::ElementForce;
   void accept(const ForceState& state) override { this->kind_.stretch(state.x); }
   void save_memory(std::vector<double>& memory) const override { this->kind_.save(memory); }
   std::span<const double> restore_memory(std::span<const double> memory) override {
@@ -184,41 +281,43 @@ class ResilientForce final : public detail::ElementForce<ResilientSprings<Law>> 
   }
 };
 
-template <class Law>
-std::unique_ptr<Force> make(std::span<const Spring> springs, Law law, std::size_t particles) {
-  return std::make_unique<detail::ElementForce<CurveSprings<Law>>>(CurveSprings<Law>(springs, law),
-                                                                   particles);
+/// The force of springs or yarns of one law, with a loop if the resilience is below 1.
+template <class Springs, class Law>
+std::unique_ptr<Force> make(Springs springs, const Law& law, double resilience,
+                            std::size_t particles) {
+  if (resilience >= 1.0)
+    return std::make_unique<detail::ElementForce<Springs>>(std::move(springs), particles);
+  return std::make_unique<ResilientForce<Springs, Law>>(
+      Resilient<Springs, Law>(std::move(springs), law, resilience), particles);
 }
 
-std::unique_ptr<Force> make_kawabata(std::span<const Spring> springs, const SpringCurve& curve,
-                                     std::size_t particles) {
-  const KawabataTension law{curve.shape, curve.strain};
-  if (curve.resilience >= 1.0) return make(springs, law, particles);
-  return std::make_unique<ResilientForce<KawabataTension>>(
-      ResilientSprings<KawabataTension>({springs, law}, law, curve.resilience), particles);
+void check_resilience(const SpringCurve& curve) {
+  detail::require_number("kawabata_rt", curve.resilience, false);
+  detail::require_number("1 less kawabata_rt", 1.0 - curve.resilience);
 }
 
-}  // namespace
-
-std::unique_ptr<Force> make_curve_force(std::span<const Spring> springs, const SpringCurve& curve,
-                                        std::size_t particles) {
+/// Calls visit(law, resilience) with the law of a curve.
+std::unique_ptr<Force> with_law(const SpringCurve& curve, const auto& visit) {
   switch (curve.law) {
     case StretchLaw::hooke:
-      return make_hooke_force(springs, particles);
+      return visit(Hooke{}, 1.0);
     case StretchLaw::tension_only:
-      return make(springs, TensionOnly{}, particles);
+      return visit(TensionOnly{}, 1.0);
     case StretchLaw::biphasic:
       detail::require_number("biphasic_strain", curve.strain);
       detail::require_number("biphasic_growth", curve.shape);
-      return make(springs, Biphasic{curve.strain, curve.shape}, particles);
+      return visit(Biphasic{curve.strain, curve.shape}, 1.0);
     case StretchLaw::kawabata:
       detail::require_number("kawabata_strain", curve.strain, false);
       // Below 1/2 the cubic has a decreasing part.
       detail::require_number("kawabata_lt above 0.5", curve.shape - 0.5, false);
       detail::require_number("1 less kawabata_lt", 1.0 - curve.shape);
-      detail::require_number("kawabata_rt", curve.resilience, false);
-      detail::require_number("1 less kawabata_rt", 1.0 - curve.resilience);
-      return make_kawabata(springs, curve, particles);
+      check_resilience(curve);
+      return visit(KawabataTension{curve.shape, curve.strain}, curve.resilience);
+    case StretchLaw::measured:
+      if (curve.measured.empty()) throw std::invalid_argument("a measured law has no curve");
+      check_resilience(curve);
+      return visit(MeasuredTension{curve.measured}, curve.resilience);
     case StretchLaw::st_venant_kirchhoff:
     case StretchLaw::corotated:
       throw std::invalid_argument("springs cannot follow a membrane law; use make_membrane_force");
@@ -226,12 +325,41 @@ std::unique_ptr<Force> make_curve_force(std::span<const Spring> springs, const S
   throw std::invalid_argument("a spring curve has no law");
 }
 
+}  // namespace
+
+std::unique_ptr<Force> make_curve_force(std::span<const Spring> springs, const SpringCurve& curve,
+                                        std::size_t particles) {
+  if (curve.law == StretchLaw::hooke) return make_hooke_force(springs, particles);
+  return with_law(curve, [&](const auto& law, double resilience) {
+    return make(CurveSprings(springs, law), law, resilience, particles);
+  });
+}
+
+ForceList make_yarn_stretch(std::span<const YarnTriangle> triangles,
+                            std::span<const SpringCurve> curves, std::size_t particles) {
+  ForceList forces;
+  for (std::size_t i = 0; i < triangles.size(); ++i)
+    for (const std::int32_t curve : triangles[i].curve)
+      detail::require_curve("yarn triangle", i, curve, curves, false);
+  for (std::size_t c = 0; c < curves.size(); ++c)
+    for (const int direction : {0, 1}) {
+      const auto curve = static_cast<std::int32_t>(c);
+      if (std::none_of(triangles.begin(), triangles.end(),
+                       [&](const YarnTriangle& t) { return t.curve[direction] == curve; }))
+        continue;
+      forces.push_back(with_law(curves[c], [&](const auto& law, double resilience) {
+        return make(CurveYarns(triangles, curve, direction, law), law, resilience, particles);
+      }));
+    }
+  return forces;
+}
+
 namespace {
 
 ForceList forces_of_law(const ClothMesh& cloth, StretchLaw law) {
   ForceList forces;
   for (std::size_t c = 0; c < cloth.curves.size(); ++c)
-    if (cloth.curves[c].law == law)
+    if (cloth.curves[c].law == law && !cloth.curves[c].idle)
       forces.push_back(make_curve_force(springs_of_curve(cloth, static_cast<std::int32_t>(c)),
                                         cloth.curves[c], cloth.mass.size()));
   return forces;
@@ -253,6 +381,9 @@ void register_spring_curves(ForceLawRegistry& registry) {
   add("kawabata", StretchLaw::kawabata,
       "tension curve of KES-F1 by LT and EMT; minus the gradient of its energy",
       "Zhong, Wang, 1998; Ji et al., 2006; Zhang et al., 2012");
+  add("measured", StretchLaw::measured,
+      "measured curves of warp and weft, monotone; minus the gradient of its energy",
+      "Fritsch, Carlson, Monotone piecewise cubic interpolation, 1980; Zhong, Wang, 1998");
 }
 
 }  // namespace selvedge

@@ -11,10 +11,13 @@ namespace selvedge {
 void register_hooke(ForceLawRegistry& registry);
 void register_spring_curves(ForceLawRegistry& registry);
 void register_membrane(ForceLawRegistry& registry);
+void register_yarns(ForceLawRegistry& registry);
 void register_shape_operator(ForceLawRegistry& registry);
 void register_bending(ForceLawRegistry& registry);
 void register_bridson(ForceLawRegistry& registry);
 void register_buckling(ForceLawRegistry& registry);
+void register_chord(ForceLawRegistry& registry);
+void register_bending_curves(ForceLawRegistry& registry);
 void register_twisting(ForceLawRegistry& registry);
 void register_beam(ForceLawRegistry& registry);
 void register_hysteresis(ForceLawRegistry& registry);
@@ -29,11 +32,27 @@ void register_air(ForceLawRegistry& registry);
 
 ForceLawRegistry force_laws() {
   ForceLawRegistry registry;
-  for (const auto add :
-       {register_hooke, register_spring_curves, register_membrane, register_shape_operator,
-        register_bending, register_bridson, register_buckling, register_twisting, register_beam,
-        register_hysteresis, register_tie, register_plate, register_volume,
-        register_virtual_springs, register_sewing, register_water, register_gravity, register_air})
+  for (const auto add : {register_hooke,
+                         register_spring_curves,
+                         register_membrane,
+                         register_yarns,
+                         register_shape_operator,
+                         register_bending,
+                         register_bridson,
+                         register_buckling,
+                         register_chord,
+                         register_bending_curves,
+                         register_twisting,
+                         register_beam,
+                         register_hysteresis,
+                         register_tie,
+                         register_plate,
+                         register_volume,
+                         register_virtual_springs,
+                         register_sewing,
+                         register_water,
+                         register_gravity,
+                         register_air})
     add(registry);
   return registry;
 }

@@ -27,8 +27,7 @@ namespace {
 detail::CellConstants cell_constants(const GridConfig& grid, const Material& m) {
   detail::CellConstants c = detail::cell_sides(grid);
   const double l_squared = c.a * c.a + c.b * c.b, ratio = c.a / c.b;
-  const bool twisting = m.shear_law == ShearLaw::twisting;
-  const double g = twisting ? 0.0 : m.shear_stiffness;
+  const double g = m.shear_law == ShearLaw::springs ? m.shear_stiffness : 0.0;
   const auto [c11, c22] = detail::stretch_constants(m.stretch_stiffness, stretch_along_weft(m), g);
   c.spring_x = (c11 - g * ratio * ratio) / ratio;
   c.spring_y = (c22 - g / (ratio * ratio)) * ratio;

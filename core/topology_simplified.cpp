@@ -29,7 +29,8 @@ namespace {
 detail::CellConstants cell_constants(const GridConfig& grid, const Material& m, bool alternating) {
   detail::CellConstants c = detail::cell_sides(grid);
   const double l_squared = c.a * c.a + c.b * c.b, ratio = c.a / c.b;
-  const double warp = m.stretch_stiffness, weft = stretch_along_weft(m), g = m.shear_stiffness;
+  const double warp = m.stretch_stiffness, weft = stretch_along_weft(m);
+  const double g = m.shear_law == ShearLaw::springs ? m.shear_stiffness : 0.0;
   const auto [c11, c22] = detail::stretch_constants(warp, weft, g);
   c.spring_x = alternating ? (c11 - g * ratio * ratio) / ratio : warp / ratio;
   c.spring_y = alternating ? (c22 - g / (ratio * ratio)) * ratio : weft * ratio;

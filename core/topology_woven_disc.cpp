@@ -68,6 +68,8 @@ void push_rim_out(ClothMesh& disc, double radius, const Material& material) {
   for (Spring& s : disc.springs) s.rest_length = (x[s.b] - x[s.a]).norm();
   for (MembraneTriangle& triangle : disc.membranes)
     for (int k = 0; k < 3; ++k) triangle.rest[k] = {x[triangle.v[k]].x(), x[triangle.v[k]].y()};
+  for (YarnTriangle& triangle : disc.yarns)
+    for (int k = 0; k < 3; ++k) triangle.rest[k] = {x[triangle.v[k]].x(), x[triangle.v[k]].y()};
   for (BucklingLink& link : disc.links) {
     if (moved[link.a] == 0 && moved[link.b] == 0) continue;
     link.rest_length = (x[link.b] - x[link.a]).norm();
@@ -131,6 +133,10 @@ class DiscCells {
 ClothMesh make_woven_disc(double radius, std::int32_t cells, const Material& material) {
   constexpr std::int32_t kFewest = 8;
   require(cells >= kFewest, "cells across the disc", cells, "at least 8");
+  if (material.bending_law == BendingLaw::chord || !material.bending_curve.empty())
+    throw std::invalid_argument(
+        "bending_law \"chord\" and bending_curve need whole cells, but the rim of a disc cuts "
+        "them; use a free mesh of triangles with \"shape_operator\", or a square cloth");
   if (material.bending_law == BendingLaw::beam)
     throw std::invalid_argument(
         "bending_law \"beam\" needs straight rows of particles, but the rim of a disc bends them; "

@@ -141,8 +141,10 @@ void add_cloth(const Scene& scene, const ContactPairs& pairs, std::size_t index,
   try {
     const auto [piece, rest] = make(index);
     const auto number = static_cast<std::int32_t>(index);
-    for (const std::string& sentence : detail::plate_warnings(spec, material))
-      built.warnings.push_back(place + ": " + sentence);
+    for (const auto& sentences :
+         {detail::plate_warnings(spec, material), detail::shear_warnings(spec, material)})
+      for (const std::string& sentence : sentences)
+        built.warnings.push_back(place + ": " + sentence);
     warn_of_rest_gap(piece, pairs.rest_gap(number, number), place, built.warnings);
     const std::int32_t begin = append(built.cloth, piece);
     built.piece_begin.push_back(begin);

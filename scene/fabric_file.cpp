@@ -6,13 +6,16 @@
 #include <selvedge/scene/fabric_file.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <iterator>
 #include <limits>
 #include <map>
 #include <numbers>
+#include <numeric>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 
 namespace selvedge {
@@ -40,6 +43,8 @@ const Units rigidities = {
     {"N*m", 1.0}, {"uN*m", 1e-6}, {"gf*cm2/cm", kNewtonMetreOfGfCm2PerCm}, {"g*mm2/s2", 1e-9}};
 const Units moments_per_width = {{"N", 1.0}, {"gf*cm/cm", kNewtonOfGfCmPerCm}};
 const Units percents = {{"%", 1.0}, {"1", 100.0}};
+const Units angles = {{"rad", 1.0}, {"deg", 1.0 / per_degree}};
+const Units curvatures = {{"1/m", 1.0}, {"1/cm", 100.0}, {"1/mm", 1000.0}};
 const Units ratios = {{"1", 1.0}, {"%", 0.01}};
 
 [[noreturn]] void refuse(const std::string& place, const std::string& fault) {
@@ -75,10 +80,35 @@ void refuse_unknown(const Json& j, const std::set<std::string>& known, const std
                                 nearest_word(key, {known.begin(), known.end()})));
 }
 
+/// The two columns of a CSV file. Lines that do not begin with a number are its head and remarks.
+std::array<std::vector<double>, 2> read_columns(const std::filesystem::path& file,
+                                                const std::string& place) {
+  std::ifstream in(file);
+  if (!in) refuse(place, fmt::format("{} cannot be opened", file.string()));
+  std::array<std::vector<double>, 2> columns;
+  std::size_t number = 0;
+  for (std::string line; std::getline(in, line);) {
+    ++number;
+    const std::size_t begin = line.find_first_not_of(" \t\r");
+    if (begin == std::string::npos || line.find_first_of("+-.0123456789", begin) != begin) continue;
+    std::replace_if(
+        line.begin(), line.end(), [](char c) { return c == ',' || c == ';'; }, ' ');
+    std::istringstream numbers(line);
+    double x = 0.0, y = 0.0;
+    std::string more;
+    if (!(numbers >> x >> y) || numbers >> more)
+      refuse(place, fmt::format("{}, line {}: must have two numbers", file.string(), number));
+    columns[0].push_back(x);
+    columns[1].push_back(y);
+  }
+  return columns;
+}
+
 /// One fabric of a file.
 class FabricReader {
  public:
-  FabricReader(const Json& j, std::string place) : j_(j), place_(std::move(place)) {}
+  FabricReader(const Json& j, std::string place, std::filesystem::path folder)
+      : j_(j), place_(std::move(place)), folder_(std::move(folder)) {}
 
   Fabric read(Fabric fabric) {
     if (!j_.is_object()) refuse(place_, "is not a JSON object");
@@ -107,8 +137,8 @@ class FabricReader {
   }
 
   void convert(Fabric& fabric) {
-    if (fabric.kind == "constants") return read_constants(fabric);
-    if (fabric.kind == "kes") return read_kes(fabric);
+    if (fabric.kind == "constants") return read_constants(fabric), read_measured(fabric);
+    if (fabric.kind == "kes") return read_kes(fabric), read_measured(fabric);
     if (fabric.kind == "fast") return read_fast(fabric);
     if (fabric.kind == "cantilever") return read_cantilever(fabric);
     if (fabric.kind == "drape") return read_drape(fabric);
@@ -179,7 +209,8 @@ class FabricReader {
 
   void read_constants(Fabric& fabric) const {
     allow({"density", "thickness", "stretch", "shear", "bending", "shear_hysteresis",
-           "bending_hysteresis", "tension_curve"});
+           "bending_hysteresis", "tension_curve", "measured_tension", "measured_shear",
+           "measured_bending", "bias_tension"});
     FabricConstants c;
     c.density = maybe("density", densities);
     c.thickness = maybe("thickness", lengths);
@@ -207,6 +238,101 @@ class FabricReader {
     std::erase_if(fabric.notes, [](const std::string& n) { return n.starts_with("stretch was"); });
   }
 
+  /// The names and units of a test's two readings.
+  struct Test {
+    const char* x;
+    const Units& x_units;
+    const char* y;
+    const Units& y_units;
+  };
+
+  /// The points of a test, in the sheet or in a CSV file beside it.
+  TensionCurve points(const Json& j, const Test& test, const std::string& place,
+                      std::initializer_list<const char*> more = {}) const {
+    const std::string x_unit = std::string(test.x) + "_unit",
+                      y_unit = std::string(test.y) + "_unit";
+    std::set<std::string> known{test.x, test.y, x_unit, y_unit, "file"};
+    known.insert(more.begin(), more.end());
+    if (!j.is_object())
+      refuse(place, fmt::format("must be an object with \"{}\", \"{}\" and their "
+                                "units, or with a \"file\"",
+                                test.x, test.y));
+    refuse_unknown(j, known, place);
+    const double x_factor = factor_of(j, x_unit.c_str(), test.x_units, place);
+    const double y_factor = factor_of(j, y_unit.c_str(), test.y_units, place);
+    if (!j.contains("file"))
+      return {list(j, test.x, x_factor, place), list(j, test.y, y_factor, place)};
+    if (j.contains(test.x) || j.contains(test.y) || !j["file"].is_string())
+      refuse(place, "needs the points or the name of a \"file\", not both");
+    auto [x, y] = read_columns(folder_ / j["file"].get<std::string>(), place);
+    for (double& value : x) value *= x_factor;
+    for (double& value : y) value *= y_factor;
+    return {std::move(x), std::move(y)};
+  }
+
+  MonotoneCurve curve(const Json& j, const Test& test, const std::string& place,
+                      std::initializer_list<const char*> more = {}) const {
+    const TensionCurve read = points(j, test, place, more);
+    try {
+      return {read.strain, read.force};
+    } catch (const std::invalid_argument& error) {
+      refuse(place, error.what());
+    }
+  }
+
+  /// Calls visit(j, place, along weft) for the curve of both yarns, or for that of each.
+  void for_each_yarn(const char* key, const auto& visit) const {
+    if (!j_.contains(key)) return;
+    const Json& j = j_[key];
+    if (!j.is_object() || !j.contains("warp")) return visit(j, at(key), false);
+    refuse_unknown(j, {"warp", "weft"}, at(key));
+    if (!j.contains("weft")) refuse(at(key), "has \"warp\", but no \"weft\"");
+    visit(j["warp"], at(key) + ".warp", false);
+    visit(j["weft"], at(key) + ".weft", true);
+  }
+
+  /// Curves of the tests themselves, in place of their figures.
+  void read_measured(Fabric& fabric) const {
+    const Test tension{"strain", ratios, "force", forces_per_width};
+    const Test shear{"angle", angles, "force", forces_per_width};
+    const Test bending{"curvature", curvatures, "moment", moments_per_width};
+    Material& m = fabric.material;
+    std::vector<double> returned;
+    for_each_yarn("measured_tension", [&](const Json& j, const std::string& place, bool weft) {
+      MonotoneCurve& pull = weft ? m.tension_weft : m.tension_curve;
+      pull = curve(j, tension, place, {"return"});
+      if (!j.contains("return")) return;
+      Json release = j["return"];
+      for (const char* unit : {"strain_unit", "force_unit"})
+        if (!release.contains(unit)) release[unit] = j[unit];
+      returned.push_back(resilience(pull, points(release, tension, place + ".return")));
+    });
+    if (!returned.empty())
+      m.kawabata_rt = std::accumulate(returned.begin(), returned.end(), 0.0) /
+                      static_cast<double>(returned.size());
+    for_each_yarn("measured_bending", [&](const Json& j, const std::string& place, bool weft) {
+      (weft ? m.bending_curve_weft : m.bending_curve) = curve(j, bending, place);
+    });
+    if (j_.contains("measured_shear"))
+      m.shear_curve = curve(j_["measured_shear"], shear, at("measured_shear"));
+    set_curves(m);
+    if (j_.contains("bias_tension")) {
+      if (!m.shear_curve.empty() || j_.contains("shear"))
+        refuse(at("bias_tension"), "gives the shear, which another key gives as well; keep one");
+      m.shear_curve = shear_of_bias(points(j_["bias_tension"], tension, at("bias_tension")),
+                                    {m.stretch_stiffness, stretch_along_weft(m)});
+      set_curves(m);
+    }
+    forget_note(fabric, "stretch was", !m.tension_curve.empty());
+    forget_note(fabric, "shear was", !m.shear_curve.empty());
+    forget_note(fabric, "bending was", !m.bending_curve.empty());
+  }
+
+  static void forget_note(Fabric& fabric, const char* beginning, bool known) {
+    if (known)
+      std::erase_if(fabric.notes, [&](const std::string& n) { return n.starts_with(beginning); });
+  }
+
   static std::vector<double> list(const Json& j, const char* key, double factor,
                                   const std::string& place) {
     if (!j.contains(key) || !j[key].is_array())
@@ -221,7 +347,8 @@ class FabricReader {
   }
 
   void read_kes(Fabric& fabric) const {
-    allow({"W", "LT", "WT", "RT", "EMT", "G", "2HG", "2HG5", "B", "2HB", "T"});
+    allow({"W", "LT", "WT", "RT", "EMT", "G", "2HG", "2HG5", "B", "2HB", "T", "measured_tension",
+           "measured_shear", "measured_bending", "bias_tension"});
     KesSheet sheet;
     sheet.weight = value("W", densities) / kKgPerM2OfMgPerCm2;
     const WarpWeft extension = pair("EMT", percents);
@@ -312,20 +439,22 @@ class FabricReader {
 
   const Json& j_;
   std::string place_;
+  std::filesystem::path folder_;
 };
 
-std::vector<Fabric> fabrics_of(const Json& root, const std::string& file, const std::string& set) {
+std::vector<Fabric> fabrics_of(const Json& root, const std::string& file, const std::string& set,
+                               const std::filesystem::path& folder) {
   if (!root.is_object()) refuse(file, "is not a JSON object");
   std::vector<Fabric> fabrics;
   if (!root.contains("fabrics")) {
-    fabrics.push_back(FabricReader(root, file).read({set, "", "", "", {}, {}, {}}));
+    fabrics.push_back(FabricReader(root, file, folder).read({set, "", "", "", {}, {}, {}}));
     return fabrics;
   }
   refuse_unknown(root, {"source", "description", "fabrics"}, file);
   const std::string source = root.value("source", "");
   for (const auto& [name, j] : root["fabrics"].items())
-    fabrics.push_back(
-        FabricReader(j, file + ", " + name).read({set + "/" + name, "", source, "", {}, {}, {}}));
+    fabrics.push_back(FabricReader(j, file + ", " + name, folder)
+                          .read({set + "/" + name, "", source, "", {}, {}, {}}));
   if (fabrics.empty()) refuse(file, "has no fabric");
   return fabrics;
 }
@@ -334,17 +463,20 @@ std::vector<Fabric> fabrics_of(const Json& root, const std::string& file, const 
 
 std::vector<Fabric> read_fabrics(const std::filesystem::path& file) {
   const std::string name = file.string();
-  return fabrics_of(detail::parse_json_file(file).root, name, file.stem().string());
+  return fabrics_of(detail::parse_json_file(file).root, name, file.stem().string(),
+                    file.parent_path());
 }
 
-Fabric parse_fabric(const std::string& json, const std::string& place) {
-  return FabricReader(Json::parse(json), place).read({place, "", "", "", {}, {}, {}});
+Fabric parse_fabric(const std::string& json, const std::string& place,
+                    const std::filesystem::path& folder) {
+  return FabricReader(Json::parse(json), place, folder).read({place, "", "", "", {}, {}, {}});
 }
 
 std::vector<Fabric> measured_fabrics() {
   std::vector<Fabric> all;
   for (const auto& [set, text] : detail::fabric_texts())
-    for (Fabric& fabric : fabrics_of(Json::parse(text), set, set)) all.push_back(std::move(fabric));
+    for (Fabric& fabric : fabrics_of(Json::parse(text), set, set, {}))
+      all.push_back(std::move(fabric));
   return all;
 }
 
@@ -372,11 +504,11 @@ Fabric find_fabric(const std::string& name, const std::filesystem::path& folder)
 }
 
 std::string material_json(const Material& m) {
-  const char* const stretch[] = {"hooke",    "tension_only",        "biphasic",
-                                 "kawabata", "st_venant_kirchhoff", "corotated"};
-  const char* const shear[] = {"springs", "twisting"};
-  const char* const bending[] = {"hinge",    "bridson",        "buckling",
-                                 "twisting", "shape_operator", "beam"};
+  const char* const stretch[] = {"hooke",    "tension_only",        "biphasic", "kawabata",
+                                 "measured", "st_venant_kirchhoff", "corotated"};
+  const char* const shear[] = {"springs", "twisting", "angle"};
+  const char* const bending[] = {"hinge",          "bridson", "buckling", "twisting",
+                                 "shape_operator", "beam",    "chord"};
   Json json{{"density", m.density},
             {"stretch_stiffness", m.stretch_stiffness},
             {"shear_stiffness", m.shear_stiffness},
@@ -398,6 +530,16 @@ std::string material_json(const Material& m) {
   if (m.stretch_weft) json["stretch_weft"] = *m.stretch_weft;
   if (m.bending_weft) json["bending_weft"] = *m.bending_weft;
   if (m.poisson) json["poisson"] = *m.poisson;
+  const auto add = [&](const char* key, const MonotoneCurve& curve, const char* x, const char* y) {
+    if (curve.empty()) return;
+    json[key][x] = std::vector<double>(curve.x().begin(), curve.x().end());
+    json[key][y] = std::vector<double>(curve.y().begin(), curve.y().end());
+  };
+  add("tension_curve", m.tension_curve, "strain", "force");
+  add("tension_curve_weft", m.tension_weft, "strain", "force");
+  add("shear_curve", m.shear_curve, "angle", "force");
+  add("bending_curve", m.bending_curve, "curvature", "moment");
+  add("bending_curve_weft", m.bending_curve_weft, "curvature", "moment");
   return json.dump(2);
 }
 

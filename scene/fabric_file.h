@@ -25,9 +25,10 @@ struct Fabric {
 /// missing or wrong unit, a negative modulus or a falling curve.
 std::vector<Fabric> read_fabrics(const std::filesystem::path& file);
 
-/// Reads one fabric from a JSON text with the keys of a file; `place` names it in messages. Errors
-/// as in read_fabrics.
-Fabric parse_fabric(const std::string& json, const std::string& place);
+/// Reads one fabric from a JSON text with the keys of a file; `place` names it in messages, and
+/// CSV files that it names are relative to `folder`. Errors as in read_fabrics.
+Fabric parse_fabric(const std::string& json, const std::string& place,
+                    const std::filesystem::path& folder = {});
 
 /// The fabrics of data/fabrics, which are compiled in, sorted by name.
 std::vector<Fabric> measured_fabrics();

@@ -154,16 +154,22 @@ const PlateSpec* plate_in(const ClothSpec& cloth) {
 }
 
 /// Refuses what is made of springs that the material does not give.
-void refuse_springs_of_their_own(const ClothSpec& cloth) {
+void refuse_springs_of_their_own(const ClothSpec& cloth, const Material& material) {
   const auto* file = std::get_if<ClothFile>(&cloth.shape);
+  const bool angle = material.shear_law == ShearLaw::angle;
   if (plate_in(cloth) != nullptr)
     throw std::invalid_argument(
-        "\"plate\" fits springs to a plate; finite elements are one, so leave it out and give the "
-        "material's \"poisson\"");
+        angle
+            ? "\"plate\" fits springs to a plate, which have a shear stiffness of their own; take "
+              "shear_law \"springs\""
+            : "\"plate\" fits springs to a plate; finite elements are one, so leave it out and "
+              "give the material's \"poisson\"");
   if (file != nullptr && file->support)
     throw std::invalid_argument(
-        "\"support\" is made of springs; finite elements cannot replace them, use stretch_law "
-        "\"hooke\"");
+        angle ? "\"support\" is made of springs, which have a shear stiffness of their own; take "
+                "shear_law \"springs\""
+              : "\"support\" is made of springs; finite elements cannot replace them, use "
+                "stretch_law \"hooke\"");
 }
 
 }  // namespace
@@ -179,7 +185,8 @@ AdaptiveGrid make_adaptive_grid(const ClothSpec& cloth, const Material& material
 
 Piece make_piece(const ClothSpec& cloth, const Material& material,
                  const ClothPatternRegistry& patterns) {
-  if (is_membrane(material.stretch_law)) refuse_springs_of_their_own(cloth);
+  if (is_membrane(material.stretch_law) || material.shear_law == ShearLaw::angle)
+    refuse_springs_of_their_own(cloth, material);
   const Placement& placement = cloth.placement;
   const auto* grid = std::get_if<ClothGrid>(&cloth.shape);
   Piece piece = grid != nullptr
@@ -201,6 +208,22 @@ std::vector<std::string> detail::plate_warnings(const ClothSpec& cloth, const Ma
       "springs reproduce only a Poisson's ratio of 1/3; with {:g} the best fit deviates "
       "from the plate by {:.1f} % of its constants",
       plate->poisson, 100.0 * residual)};
+}
+
+// A material with the default shear stiffness says nothing about it: the reader completes defaults,
+// and the scene.json of a result has them all.
+std::vector<std::string> detail::shear_warnings(const ClothSpec& cloth, const Material& material) {
+  if (material.shear_law != ShearLaw::springs || is_membrane(material.stretch_law) ||
+      material.shear_stiffness == Material{}.shear_stiffness || plate_in(cloth) != nullptr)
+    return {};
+  const auto* grid = std::get_if<ClothGrid>(&cloth.shape);
+  if (grid != nullptr ? grid->pattern != "triangular"
+                      : std::get<ClothFile>(cloth.shape).support.has_value())
+    return {};
+  return {fmt::format(
+      "shear_stiffness {:g} N/m has no effect on the springs of triangles, which resist shear by "
+      "3/8 of the stretch stiffness; take shear_law \"angle\" or stretch_law \"corotated\"",
+      material.shear_stiffness)};
 }
 
 }  // namespace selvedge

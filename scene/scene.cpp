@@ -140,6 +140,55 @@ class SceneReader {
       m.strain_limit = j["strain_limit"].get<double>();
       m.friction = j["friction"].get<double>();
       read_laws(j, m);
+      read_curves(root_["materials"][name], join("materials", name), m);
+    }
+  }
+
+  /// The measured curves. The stiffness at rest is the slope of the curve; scene.json gets it, so
+  /// that another one beside a curve can be refused.
+  void read_curves(Json& j, const std::string& path, Material& m) const {
+    const Material usual;
+    const auto stiffness = [&](const char* key, const char* curve, double at_rest, double common) {
+      constexpr double rounding = 1e-12;
+      if (j.contains(key)) {
+        const auto given = j[key].get<double>();
+        if (given != common && std::abs(given - at_rest) > rounding * at_rest)
+          fail(document_, join(path, key),
+               fmt::format("is the slope at rest of {}, {:g}; leave it out", curve, at_rest));
+      }
+      j[key] = at_rest;
+      return at_rest;
+    };
+    m.tension_curve = read_curve(j, "tension_curve", "strain", "force", path);
+    m.tension_weft = read_curve(j, "tension_curve_weft", "strain", "force", path);
+    m.shear_curve = read_curve(j, "shear_curve", "angle", "force", path);
+    m.bending_curve = read_curve(j, "bending_curve", "curvature", "moment", path);
+    m.bending_curve_weft = read_curve(j, "bending_curve_weft", "curvature", "moment", path);
+    const auto slope = [](const MonotoneCurve& curve) { return curve.slope_at_rest(); };
+    if (!m.tension_curve.empty())
+      m.stretch_stiffness = stiffness("stretch_stiffness", "tension_curve", slope(m.tension_curve),
+                                      usual.stretch_stiffness);
+    if (!m.tension_weft.empty())
+      m.stretch_weft = stiffness("stretch_weft", "tension_curve_weft", slope(m.tension_weft),
+                                 slope(m.tension_weft));
+    if (!m.shear_curve.empty())
+      m.shear_stiffness =
+          stiffness("shear_stiffness", "shear_curve", slope(m.shear_curve), usual.shear_stiffness);
+    if (!m.bending_curve.empty())
+      m.bending_stiffness = stiffness("bending_stiffness", "bending_curve", slope(m.bending_curve),
+                                      usual.bending_stiffness);
+    if (!m.bending_curve_weft.empty())
+      m.bending_weft = stiffness("bending_weft", "bending_curve_weft", slope(m.bending_curve_weft),
+                                 slope(m.bending_curve_weft));
+  }
+
+  MonotoneCurve read_curve(const Json& j, const char* key, const char* x, const char* y,
+                           const std::string& path) const {
+    if (!j.contains(key)) return {};
+    try {
+      return {j[key][x].get<std::vector<double>>(), j[key][y].get<std::vector<double>>()};
+    } catch (const std::invalid_argument& error) {
+      fail(document_, join(path, key), error.what());
     }
   }
 
@@ -149,17 +198,20 @@ class SceneReader {
                                          {"tension_only", StretchLaw::tension_only},
                                          {"biphasic", StretchLaw::biphasic},
                                          {"kawabata", StretchLaw::kawabata},
+                                         {"measured", StretchLaw::measured},
                                          {"st_venant_kirchhoff", StretchLaw::st_venant_kirchhoff},
                                          {"corotated", StretchLaw::corotated}});
-    m.shear_law = word_of<ShearLaw>(
-        j["shear_law"], {{"springs", ShearLaw::springs}, {"twisting", ShearLaw::twisting}});
+    m.shear_law = word_of<ShearLaw>(j["shear_law"], {{"springs", ShearLaw::springs},
+                                                     {"twisting", ShearLaw::twisting},
+                                                     {"angle", ShearLaw::angle}});
     m.bending_law =
         word_of<BendingLaw>(j["bending_law"], {{"hinge", BendingLaw::hinge},
                                                {"bridson", BendingLaw::bridson},
                                                {"buckling", BendingLaw::buckling},
                                                {"twisting", BendingLaw::twisting},
                                                {"shape_operator", BendingLaw::shape_operator},
-                                               {"beam", BendingLaw::beam}});
+                                               {"beam", BendingLaw::beam},
+                                               {"chord", BendingLaw::chord}});
     m.biphasic_strain = j["biphasic_strain"].get<double>();
     m.biphasic_growth = j["biphasic_growth"].get<double>();
     m.kawabata_lt = j["kawabata_lt"].get<double>();

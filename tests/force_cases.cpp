@@ -125,6 +125,45 @@ HyperDual buckling(Positions x) {
   return bent(r) + onset(hard) - bent(rest_length - hard);
 }
 
+// -- measured curves and the link with their moment -----------------------------------------------
+
+const MonotoneCurve strain_curve({0.0, 0.1, 0.3, 0.5}, {0.0, 4.0, 30.0, 90.0});
+const MonotoneCurve moment_curve({0.0, 0.5, 2.0, 9.0}, {0.0, 0.2, 0.3, 0.6});
+
+/// The integral of a curve, by its derivatives, which measured_test tests.
+HyperDual work_of(const MonotoneCurve& curve, const HyperDual& x) {
+  return chain(x, curve.work(x.value), curve.value(x.value), curve.slope(x.value));
+}
+
+HyperDual measured_tension(const HyperDual& strain, double stiffness) {
+  if (strain.value <= 0.0) return 0.5 * stiffness * square(strain);
+  return stiffness / strain_curve.slope_at_rest() * work_of(strain_curve, strain);
+}
+
+const ChordLink chord_link{0, 1, 0.5 * rest_length, 0.2, 0.4, 4.0, 0.02, 0};
+
+/// w d Ψ(κ) with 2d cos(κd/2) = r.
+HyperDual chord_bent(const HyperDual& r) {
+  const double d = chord_link.spacing;
+  const HyperDual cosine = r / (2.0 * d), half = atan2(sqrt(1.0 - square(cosine)), cosine);
+  const double scale = chord_link.width * d * chord_link.rigidity / moment_curve.slope_at_rest();
+  return scale * work_of(moment_curve, 2.0 / d * half);
+}
+
+HyperDual chord(Positions x) {
+  const HyperDual r = length_of(x), shortening = rest_length - r;
+  if (shortening.value <= 0.0) return 0.0;
+  double soft = 1e-9, hard = 1.0 - 1e-12;
+  for (int i = 0; i < 200; ++i) {
+    const double middle = 0.5 * (soft + hard);
+    const double push = -chord_bent(HyperDual(rest_length - middle, 1.0, 0.0, 0.0)).da;
+    (chord_link.onset * middle < push ? soft : hard) = middle;
+  }
+  const auto onset = [](const HyperDual& s) { return 0.5 * chord_link.onset * square(s); };
+  if (shortening.value < hard) return onset(shortening);
+  return chord_bent(r) + onset(hard) - chord_bent(rest_length - hard);
+}
+
 // -- angles ---------------------------------------------------------------------------------------
 
 const Vectors hinge_rest{{0.3, -0.8, 0.0}, {0.6, 0.9, 0.0}, {0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}};
@@ -198,6 +237,14 @@ void add_springs(std::vector<ForceCase>& all) {
   all.push_back(spring_case("kawabata", {StretchLaw::kawabata, emt, lt}, kawabata));
   all.push_back(spring_case("resilient", {StretchLaw::kawabata, emt, lt, 0.5}, resilient));
   all.back().force->restore_memory(std::vector<double>{longest});
+  all.push_back(spring_case("measured", {.law = StretchLaw::measured, .measured = strain_curve},
+                            [](Positions x) {
+                              return rest_length * rest_length *
+                                     measured_tension(length_of(x) / rest_length - 1.0, k_spring);
+                            }));
+  const std::vector<ChordLink> chords{chord_link};
+  const std::vector<SpringCurve> moments{{.law = StretchLaw::measured, .measured = moment_curve}};
+  all.push_back({"chord", make_chord_force(chords, moments, 2), {0.5, 2.0}, link, chord});
   const std::vector<BucklingLink> links{buckling_link};
   all.push_back({"buckling", make_buckling_force(links, 2), {0.5, 2.0}, link, buckling});
   const std::vector<Edge> seams{{0, 1}};
@@ -363,6 +410,61 @@ HyperDual stretch(Positions x) {
   });
 }
 
+/// A woven triangle: the columns of its deformation gradient, and twice its area.
+struct Woven {
+  HyperVec warp, weft;
+  double twice;
+};
+Woven woven(Positions x) {
+  const Vec3 u = sheet_rest[1] - sheet_rest[0], v = sheet_rest[2] - sheet_rest[0];
+  const double twice = u.x() * v.y() - u.y() * v.x();
+  const HyperVec p = x[1] - x[0], q = x[2] - x[0];
+  return {HyperDual(v.y() / twice) * p - HyperDual(u.y() / twice) * q,
+          HyperDual(u.x() / twice) * q - HyperDual(v.x() / twice) * p, twice};
+}
+
+HyperDual shear_angle(Positions x) {
+  const Woven w = woven(x);
+  return atan2(norm(cross(w.warp, w.weft)), dot(w.warp, w.weft)) - 0.5 * pi;
+}
+
+void add_yarns(std::vector<ForceCase>& all, const Vectors& pulled) {
+  YarnTriangle t{{0, 1, 2}, {}, c11, c22, c33, 3.0, 0.02};
+  for (int k = 0; k < 3; ++k) t.rest[k] = {sheet_rest[k].x(), sheet_rest[k].y()};
+  std::vector<SpringCurve> curves{{.law = StretchLaw::measured, .measured = strain_curve},
+                                  {.law = StretchLaw::hooke}};
+  const std::vector<YarnTriangle> linear{t};
+  t.shear_curve = 0;
+  t.curve = {0, 1};
+  const std::vector<YarnTriangle> curved{t};
+  auto yarns = make_yarn_stretch(curved, curves, 3);
+  all.push_back({"yarn_warp", std::move(yarns.at(0)), ones(3), sheet_rest,
+                 [](Positions x) {
+                   const Woven w = woven(x);
+                   return 0.5 * w.twice * measured_tension(norm(w.warp) - 1.0, c11);
+                 },
+                 pulled});
+  all.push_back({"yarn_weft", std::move(yarns.at(1)), ones(3), sheet_rest,
+                 [](Positions x) {
+                   const Woven w = woven(x);
+                   return 0.25 * w.twice * c22 * square(norm(w.weft) - 1.0);
+                 },
+                 pulled});
+  const double area = 0.5 * (1.0 * 1.1 - 0.1 * 0.9);
+  all.push_back({"yarn_shear", make_yarn_shear(linear, curves, 3), ones(3), sheet_rest,
+                 [area](Positions x) { return 0.5 * area * c33 * square(shear_angle(x)); },
+                 sheet_rest});
+  all.push_back({"yarn_shear_curve", make_yarn_shear(curved, curves, 3), ones(3), sheet_rest,
+                 [area](Positions x) {
+                   return area * c33 / strain_curve.slope_at_rest() *
+                          work_of(strain_curve, shear_angle(x));
+                 }});
+  constexpr double yield = 0.0087;
+  all.push_back(
+      {"yarn_friction", make_yarn_friction(linear, 3), ones(3), sheet_rest,
+       [area](Positions x) { return friction_energy(shear_angle(x), 0.0, 3.0 * area, yield); }});
+}
+
 void add_sheets(std::vector<ForceCase>& all) {
   Vectors pulled = sheet_rest;  // under tension in every direction
   for (Vec3& p : pulled)
@@ -372,6 +474,7 @@ void add_sheets(std::vector<ForceCase>& all) {
                  sheet_rest, green, pulled});
   all.push_back({"corotated", make_membrane_force(sheet(), StretchLaw::corotated, 3), ones(3),
                  sheet_rest, stretch, pulled});
+  add_yarns(all, pulled);
 }
 
 // -- beams ----------------------------------------------------------------------------------------

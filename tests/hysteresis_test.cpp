@@ -145,9 +145,11 @@ TEST(Hysteresis, AShearLoopOfASceneHasTheAreaThatItsMaterialSays) {
   };
   constexpr double hg = 0.5;  // N/m
   const double loop = 4.0 * hg * (0.14 - yield_shear) * size * size;
-  const std::string head = R"({"shear_law": "twisting", "bending_stiffness": 0)";
-  EXPECT_NEAR(loop_of(head + R"(, "shear_friction": 0.5})") / loop, 1.0, 0.01);
-  EXPECT_NEAR(loop_of(head + "}") / loop, 0.0, 1e-3);
+  for (const char* law : {"twisting", "angle"}) {
+    const std::string head = R"({"bending_stiffness": 0, "shear_law": ")" + std::string(law) + "\"";
+    EXPECT_NEAR(loop_of(head + R"(, "shear_friction": 0.5})") / loop, 1.0, 0.01) << law;
+    EXPECT_NEAR(loop_of(head + "}") / loop, 0.0, 1e-3) << law;
+  }
 }
 
 /// A KES sheet of which only tension counts: LT 0.7, EMT 4 and 6 %.

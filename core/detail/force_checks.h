@@ -18,6 +18,18 @@ inline void require_particle(const char* what, std::size_t element, std::int32_t
   throw std::invalid_argument(text.str());
 }
 
+/// Throws std::invalid_argument unless there is a law number `curve`, with the points of a test if
+/// it must be `measured`.
+inline void require_curve(const char* what, std::size_t element, std::int32_t curve,
+                          const auto& curves, bool measured = true) {
+  const bool there = curve >= 0 && static_cast<std::size_t>(curve) < curves.size();
+  if (there && !(measured && curves[curve].measured.empty())) return;
+  std::ostringstream text;
+  text << what << " " << element << " names curve " << curve
+       << (there ? ", which has no points" : ", which the cloth does not have");
+  throw std::invalid_argument(text.str());
+}
+
 /// Throws std::invalid_argument unless `value` is finite and at least 0 (or above 0).
 inline void require_number(const char* what, double value, bool zero_allowed = true) {
   if (std::isfinite(value) && (value > 0.0 || (zero_allowed && value == 0.0))) return;

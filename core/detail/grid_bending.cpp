@@ -20,9 +20,6 @@
 namespace selvedge::detail {
 namespace {
 
-/// Shear angle at which the shear loop reaches its full width: half a degree.
-constexpr double kYieldShear = 0.0087;  // rad
-
 /// Three particles in a line: the spacing of neighbours, and the line's part of the plate rigidity
 /// times the area that the line represents.
 struct Line {
@@ -116,6 +113,61 @@ void add_bending_friction(ClothMesh& cloth, const GridConfig& grid, const Materi
   }
 }
 
+// A hinge along a row or column represents the area k d²/B, of its stiffness k.
+void add_bending_curve(ClothMesh& cloth, const GridConfig& grid, const Material& m) {
+  if (m.bending_curve.empty()) return;
+  if (grid.cells_x == 1) throw std::invalid_argument("bending_curve needs at least 2 cells_x");
+  const CellConstants c = cell_sides(grid);
+  const std::array<std::int32_t, 2> shapes = add_bending_shapes(cloth, m);
+  const std::array<double, 2> rigidity{m.bending_stiffness, bending_along_weft(m)};
+  for (std::size_t h = 0; h < cloth.hinges.size(); ++h) {
+    const Hinge& hinge = cloth.hinges[h];
+    const std::int32_t along = std::abs(hinge.v[3] - hinge.v[2]);
+    if (along != 1 && along != grid.cells_x + 1) continue;  // a diagonal
+    const int direction = along == 1 ? 1 : 0;
+    const double span = along == 1 ? c.b : c.a;
+    if (rigidity[direction] <= 0.0) continue;
+    Vec3 curvature = Vec3::Zero();
+    curvature[direction] = 1.0 / span;
+    cloth.curvature_curves.push_back({{{static_cast<std::int32_t>(h), curvature}},
+                                      hinge.stiffness * span * span / rigidity[direction],
+                                      rigidity,
+                                      shapes});
+  }
+}
+
+// A link over two cells of a row stands for a strip of one cell, on the border of half a cell.
+// Before it bends it is as stiff as that strip, and at least strong enough to bear it folded.
+void add_chords(ClothMesh& cloth, const GridConfig& grid, const Material& m) {
+  const CellConstants c = cell_sides(grid);
+  const std::array<double, 2> rigidity{m.bending_stiffness, bending_along_weft(m)};
+  const std::array<double, 2> stretch{m.stretch_stiffness, stretch_along_weft(m)};
+  std::array<std::int32_t, 2> shapes{-1, -1};
+  if (!m.bending_curve.empty()) shapes = add_bending_shapes(cloth, m);
+  const auto add = [&](std::int32_t at, std::int32_t step, int direction, bool inner) {
+    const double d = direction == 0 ? c.a : c.b;
+    const double w = (direction == 0 ? c.b : c.a) * (inner ? 1.0 : 0.5);
+    if (rigidity[direction] <= 0.0) return;
+    double folded = rigidity[direction] * std::numbers::pi / d;  // N, M at θ = π
+    if (shapes[direction] >= 0) {
+      const MonotoneCurve& curve = cloth.curves[shapes[direction]].measured;
+      folded = rigidity[direction] / curve.slope_at_rest() * curve.value(std::numbers::pi / d);
+    }
+    constexpr double steeper = 2.0;
+    const double onset =
+        std::max(steeper * folded * w / (2.0 * d * d), stretch[direction] * w / (2.0 * d));
+    cloth.chords.push_back({at - step, at + step, d, w, rigidity[direction], onset,
+                            m.bending_damping, shapes[direction]});
+  };
+  const std::int32_t nx = grid.cells_x, ny = grid.cells_y, up = nx + 1;
+  for (std::int32_t j = 0; j <= ny; ++j)
+    for (std::int32_t i = 0; i <= nx; ++i) {
+      const bool inner_x = i > 0 && i<nx, inner_y = j> 0 && j < ny;
+      if (inner_x) add(j * up + i, 1, 0, inner_y);
+      if (inner_y) add(j * up + i, up, 1, inner_x);
+    }
+}
+
 }  // namespace
 
 double least_onset(double rigidity, double length) {
@@ -134,6 +186,7 @@ void add_grid_bending(ClothMesh& cloth, const GridConfig& grid, const Material& 
     case BendingLaw::hinge:
     case BendingLaw::bridson:
       add_grid_hinges(cloth, grid, material);
+      add_bending_curve(cloth, grid, material);
       return add_bending_friction(cloth, grid, material);
     case BendingLaw::beam:
       refuse_bending_friction(material);
@@ -141,6 +194,9 @@ void add_grid_bending(ClothMesh& cloth, const GridConfig& grid, const Material& 
     case BendingLaw::buckling:
       refuse_bending_friction(material);
       return add_links(cloth, grid, material);
+    case BendingLaw::chord:
+      refuse_bending_friction(material);
+      return add_chords(cloth, grid, material);
     case BendingLaw::twisting:
       refuse_bending_friction(material);
       return add_bend_twists(cloth, grid, material);

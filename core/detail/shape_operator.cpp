@@ -30,6 +30,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <stdexcept>
 
 namespace selvedge::detail {
 namespace {
@@ -102,6 +103,13 @@ class ShapeOperator {
     for (const Triangle& t : cloth_.surface.triangles) facets_.push_back(facet(t));
     for (const InteriorEdge& edge : interior_edges(cloth_.surface.triangles)) add_hinge(edge);
     for (std::size_t e = 0; e < edges_.size(); ++e) corrections_.push_back(correction(e));
+    if (!material_.bending_curve.empty()) {
+      if (!level_)
+        throw std::invalid_argument(
+            "bending_curve needs the directions of warp and weft, which a rest shape that is not "
+            "flat does not have; give a flat \"rest_mesh\" or \"rest\": \"texture\"");
+      bending_shapes_ = add_bending_shapes(cloth_, material_);
+    }
     for (const Facet& f : facets_) add_energy(f);
     merge();
   }
@@ -206,19 +214,35 @@ class ShapeOperator {
       for (const auto& [b, k_b] : curvature)
         if (a <= b) entries_.push_back({a, b, k_a.dot(c * k_b)});
     if (material_.bending_friction > 0.0) add_friction(facet, curvature);
+    if (!material_.bending_curve.empty()) add_curve(facet, curvature);
   }
 
   /// Friction against K, HB per area in every direction; free sides have none.
   void add_friction(const Facet& facet, const Terms<Tensor>& curvature) {
+    CurvatureFriction friction{held_terms(facet, curvature),
+                               material_.bending_friction * facet.area, kYieldCurvature};
+    if (!friction.terms.empty()) cloth_.curvature_frictions.push_back(std::move(friction));
+  }
+
+  /// The deviation of the measured curves from the plate; free sides have none.
+  void add_curve(const Facet& facet, const Terms<Tensor>& curvature) {
+    CurvatureCurve curve{held_terms(facet, curvature),
+                         facet.area,
+                         {rigidity_(0, 0), rigidity_(1, 1)},
+                         bending_shapes_};
+    if (!curve.terms.empty()) cloth_.curvature_curves.push_back(std::move(curve));
+  }
+
+  std::vector<CurvatureFriction::Term> held_terms(const Facet& facet,
+                                                  const Terms<Tensor>& curvature) const {
     const Mat3 held = with_free_sides(facet, Mat3::Identity());
     std::map<std::int32_t, Tensor> sums;
     for (const auto& [hinge, k] : curvature)
       sums.try_emplace(hinge, Tensor::Zero()).first->second += held * k;
-    CurvatureFriction friction{{}, material_.bending_friction * facet.area, kYieldCurvature};
+    std::vector<CurvatureFriction::Term> terms;
     for (const auto& [hinge, k] : sums)
-      if (k.norm() * std::sqrt(facet.area) > kRounding)
-        friction.terms.push_back({first_ + hinge, k});
-    if (!friction.terms.empty()) cloth_.curvature_frictions.push_back(std::move(friction));
+      if (k.norm() * std::sqrt(facet.area) > kRounding) terms.push_back({first_ + hinge, k});
+    return terms;
   }
 
   /// K of a triangle per angle of its hinges; a hinge may occur several times.
@@ -277,6 +301,7 @@ class ShapeOperator {
   const Material& material_;
   Mat3 rigidity_;
   bool level_ = false;
+  std::array<std::int32_t, 2> bending_shapes_{};
   std::int32_t first_ = 0;
   std::vector<Facet> facets_;
   std::vector<InteriorEdge> edges_;

@@ -15,6 +15,9 @@ namespace selvedge::detail {
 /// reads it.
 inline constexpr double kYieldCurvature = 10.0;  // 1/m
 
+/// Shear angle at which the shear loop reaches its full width: half a degree.
+inline constexpr double kYieldShear = 0.0087;  // rad
+
 void validate_material(const Material& material);
 void validate_grid(const GridConfig& grid);
 
@@ -51,6 +54,10 @@ void add_hinges(ClothMesh& cloth, std::span<const Vec3> rest, const Material& ma
 /// Applies the stretch law of the material: to all springs of `cloth` or, if it is a membrane law,
 /// to its triangles with the rest shape `rest`.
 void set_stretch_law(ClothMesh& cloth, std::span<const Vec3> rest, const Material& material);
+/// Adds a measured curve of shear or bending to the curves of `cloth` and returns its index.
+std::int32_t add_idle_curve(ClothMesh& cloth, const MonotoneCurve& curve);
+/// The same for the bending curves of warp and weft.
+std::array<std::int32_t, 2> add_bending_shapes(ClothMesh& cloth, const Material& material);
 /// Throws std::invalid_argument if the material selects a law that only a grid of cells supports.
 /// `mesh` names the mesh in the message. `beams`: it supports the law `beam`.
 void require_hinges(const Material& material, const char* mesh, bool beams = false);

@@ -10,6 +10,8 @@ constexpr const char* inline_mesh = "mesh";
 
 /// One sentence for each property of the plate that springs cannot reproduce.
 std::vector<std::string> plate_warnings(const ClothSpec& cloth, const Material& material);
+/// A sentence if the springs of this cloth cannot serve the shear stiffness of the material.
+std::vector<std::string> shear_warnings(const ClothSpec& cloth, const Material& material);
 
 /// Placement of bodies and pieces. The identity leaves every bit of the coordinates unchanged.
 void scale(TriangleMesh& mesh, double factor);

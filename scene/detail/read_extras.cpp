@@ -146,7 +146,7 @@ void expand_fabrics(LocatedJson& document) {
     if (!named.is_string() && !named.is_object())
       fail(document, path, "must be the name of a fabric or of a fabric file, or a fabric");
     try {
-      const Fabric fabric = named.is_object() ? parse_fabric(named.dump(), path)
+      const Fabric fabric = named.is_object() ? parse_fabric(named.dump(), path, folder)
                                               : find_fabric(named.get<std::string>(), folder);
       const Json constants = Json::parse(material_json(fabric.material));
       // A constant beside the fabric counts for both yarns, unless the weft has one of its own.

@@ -140,6 +140,8 @@ BuiltScene with_policy(Scene& scene, BuiltScene built, const StrainLimiterRegist
   for (Spring& spring : built.cloth.springs) spring.stiffness *= policy.stiffness;
   for (MembraneTriangle& t : built.cloth.membranes)
     for (double* constant : {&t.c11, &t.c22, &t.c12, &t.c33}) *constant *= policy.stiffness;
+  for (YarnTriangle& t : built.cloth.yarns)
+    for (double* constant : {&t.warp, &t.weft, &t.shear}) *constant *= policy.stiffness;
   scene.time.steps_per_frame =
       static_cast<int>(std::ceil(scene.time.steps_per_frame / policy.step));
   return built;

@@ -111,6 +111,8 @@ TEST_F(Program, EveryPublishedSceneStarts) {
     if (text.find("\"cells\"") != std::string::npos) coarse += " --set geometry.0.cells=[12,12]";
     if (text.find("\"upper\"") != std::string::npos)
       coarse += " --set geometry.upper.cells=[12,12]";
+    if (text.find("\"lower\"") != std::string::npos)
+      coarse += " --set geometry.lower.cells=[12,12]";
     const Outcome o =
         run("run '" + scene.string() + "' --no-picture --out r_" + scene.stem().string() + coarse);
     if (o.err.find("fetch_bodies.sh") != std::string::npos) continue;

@@ -53,10 +53,12 @@ std::vector<std::unique_ptr<Force>> make_forces(const Scene& scene, const BuiltS
   if (scene.solver.strain_limiter) {
     const StrainLimiterRegistry& limiters = methods.strain_limiters;
     const auto limiter = limiters.find(scene.solver.limiter);
-    if (limiter != limiters.end() && limiter->second.traits().kind == LimiterKind::force)
-      forces.push_back(
-          limiter->second(scene.solver.limiter_options, cloth.springs, cloth.strain_limit, n)
-              .force);
+    if (limiter != limiters.end() && (limiter->second.traits().kind == LimiterKind::force ||
+                                      limiter->second.traits().adds_force))
+      if (auto force =
+              limiter->second(scene.solver.limiter_options, cloth.springs, cloth.strain_limit, n)
+                  .force)
+        forces.push_back(std::move(force));
   }
   for (auto& seam : make_seams(scene, built)) forces.push_back(std::move(seam));
   add_virtual_springs(built, forces);

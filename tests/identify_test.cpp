@@ -96,6 +96,23 @@ TEST(NetIdentification, FindsTheSpringsThatDeformAsFiniteElementsDo) {
   EXPECT_NEAR(std::pow(10.0, best.logs[1]) / young, 0.375, 0.04);
 }
 
+TEST(NetIdentification, NaturalLengthsAreThoseOfTheirOwnKindOfSprings) {
+  constexpr double nothing = 1e-9;  // N/m
+  for (const std::size_t stiff : {0u, 1u, 2u}) {
+    NetKinds kinds = kLoose;
+    for (std::size_t k = 0; k < 3; ++k) kinds[k] = {k == stiff ? 30.0 : nothing, 1.0, 100.0};
+    const std::vector<Vec3> before = net_motion({}, kinds);
+    for (std::size_t k = 0; k < 3; ++k) {
+      NetKinds longer = kinds;
+      longer[k].length = 1.1;
+      const std::vector<Vec3> x = net_motion({}, longer);
+      double moved = 0.0;
+      for (std::size_t i = 0; i < x.size(); ++i) moved = std::max(moved, (x[i] - before[i]).norm());
+      EXPECT_EQ(moved > 1e-4, k == stiff) << stiff << " " << k << " " << moved;
+    }
+  }
+}
+
 TEST(NetIdentification, AnUnknownConstantAndAnUnfitTargetAreRefused) {
   EXPECT_THROW(net_unknowns({"stretch"}), std::invalid_argument);
   EXPECT_THROW(net_unknowns({}), std::invalid_argument);

@@ -156,6 +156,7 @@ void print_json(const ResultCheck& sum) {
   json["states"] = sum.states;
   json["paths"] = sum.paths;
   json["refinements"] = sum.refinements;
+  json["merges"] = sum.merges;
   json["first_wrong"] = sum.first_faulty;
   json["last_wrong"] = sum.last_faulty;
   json["unflagged_intersections"] = sum.worst.unflagged;
@@ -182,6 +183,7 @@ void print_report(const ResultCheck& sum, bool strains) {
                sum.worst.path->self_collisions, sum.worst.path->body_collisions,
                sum.worst.path->pairs);
   if (sum.refinements > 0) fmt::print("  refined meshes took over    {} times\n", sum.refinements);
+  if (sum.merges > 0) fmt::print("  vertices became one on       {} of the paths\n", sum.merges);
   if (sum.first_faulty.empty()) return;
   fmt::print("  first at fault              {}\n", sum.first_faulty);
   fmt::print("  last at fault               {}\n", sum.last_faulty);

@@ -1,14 +1,20 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <selvedge/bodies/mesh_file.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/lab/fabric_drape.h>
+#include <selvedge/scene/build.h>
 #include <selvedge/scene/fabric_file.h>
+#include <selvedge/scene/methods.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <stdexcept>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "command_identify.h"
@@ -23,7 +29,10 @@ struct DrapeOptions {
   int seeds = 5, cells = 32, levels = 2, threads = 0;
   double diameter = 0.30;
   bool woven = false, json = false;
-  std::string stretch_law;  // empty: the fabric's
+  std::string stretch_law;     // empty: the fabric's
+  std::string geometric, out;  // scene and mesh of a geometric drape
+  double tolerance = GeometricDrapeConfig{}.tolerance;
+  int most_sweeps = GeometricDrapeConfig{}.most_sweeps;
 };
 
 /// The results of one fabric.
@@ -81,8 +90,67 @@ Json to_json(const DrapeRow& row) {
   return json;
 }
 
+// -- the geometric drape --------------------------------------------------------------------------
+
+/// The grid of a scene that is hung by geometry alone.
+GridConfig grid_of(const Scene& scene) {
+  const auto* grid =
+      scene.cloths.size() == 1 ? std::get_if<ClothGrid>(&scene.cloths[0].shape) : nullptr;
+  if (grid == nullptr || grid->pattern != "rectangular")
+    throw std::invalid_argument(scene.file.string() +
+                                ": a geometric drape needs one piece of cloth, a grid of the "
+                                "pattern \"rectangular\"");
+  GridConfig scaled = grid->grid;
+  scaled.size_x *= scene.cloths[0].placement.scale;
+  scaled.size_y *= scene.cloths[0].placement.scale;
+  return scaled;
+}
+
+/// The vertices that handles hold at the end of the scene, and where.
+std::vector<HeldVertex> held_at_the_end(const Scene& scene, const std::vector<Vec3>& start) {
+  const double end = scene.time.frames / scene.time.fps;
+  std::vector<HeldVertex> held;
+  for (const HandleSpec& handle : scene.handles) {
+    if (handle.release >= 0.0 && end >= handle.release) continue;
+    Vec3 pivot = Vec3::Zero();
+    for (const std::int32_t v : handle.vertices) pivot += start.at(v);
+    pivot /= static_cast<double>(handle.vertices.size());
+    const Keyframe pose = pose_at(handle.motion, end);
+    for (const std::int32_t v : handle.vertices)
+      held.push_back({v, handle.motion.empty() ? start[v]
+                                               : Vec3(pivot + pose.translation +
+                                                      pose.rotation * (start[v] - pivot))});
+  }
+  return held;
+}
+
+void hang(const DrapeOptions& o) {
+  const Methods methods = methods_of_this_build();
+  const Scene scene = read_scene(o.geometric, {}, methods);
+  const GridConfig grid = grid_of(scene);
+  const BuiltScene built = build_scene(scene, methods);
+  const GeometricDrape drape = drape_geometrically(
+      grid, held_at_the_end(scene, built.cloth.surface.vertices), {o.tolerance, o.most_sweeps});
+  double lowest = drape.shape.vertices.front().z();
+  for (const Vec3& x : drape.shape.vertices) lowest = std::min(lowest, x.z());
+  if (!o.out.empty()) write_obj(o.out, drape.shape.vertices, drape.shape.triangles);
+  if (o.json) {
+    fmt::print("{}\n", Json{{"curves", drape.curves},
+                            {"sweeps", drape.sweeps},
+                            {"residual", drape.residual},
+                            {"lowest", lowest}}
+                           .dump(2));
+    return;
+  }
+  fmt::print(
+      "{} catenaries, {} sweeps of the relaxation; largest strain {:.3f} %, lowest point {:.4f} "
+      "m\n",
+      drape.curves, drape.sweeps, 100.0 * drape.residual, lowest);
+}
+
 void run_command(const DrapeOptions& o) {
   const ThreadLimit limit(o.threads);
+  if (!o.geometric.empty()) return hang(o);
   std::vector<Fabric> fabrics;
   if (o.names.empty())
     for (int i = 1; i <= 6; ++i)
@@ -130,6 +198,15 @@ void add_command_drape(const Command& app) {
               "from which the limit and its uncertainty are extrapolated; 1: no "
               "extrapolation")
       .range(1, 6);
+  const std::vector<MethodOption> geometric = geometric_drape_options();
+  command.option("--geometric", o->geometric,
+                 "Instead: hang the grid of this scene from the places where its handles end, by "
+                 "geometry alone (Weil 1986)");
+  command.option("--tolerance", o->tolerance, "Of --geometric: " + geometric[0].meaning)
+      .range(geometric[0].least, geometric[0].most);
+  command.option("--most-sweeps", o->most_sweeps, "Of --geometric: " + geometric[1].meaning)
+      .range(static_cast<int>(geometric[1].least), static_cast<int>(geometric[1].most));
+  command.option("--out", o->out, "Of --geometric: OBJ file for the shape");
   command.option("--threads", o->threads, "Threads; 0: all (the answer is the same)")
       .range(0, 1024);
   command.flag("--json", o->json, "Print JSON");

@@ -23,9 +23,9 @@ using namespace selvedge;
 using Json = nlohmann::ordered_json;
 
 struct IdentifyOptions {
-  std::string fabric, method = "genetic", state;
+  std::string fabric, method = "genetic", state, trial = "drape";
   std::vector<std::string> constants = {"bending"};
-  std::vector<double> synthetic;
+  std::vector<double> synthetic, finite_elements;
   double target = 0.0;
   unsigned target_seed = 1;
   int cells = 12, evaluations = 60, threads = 0;
@@ -102,10 +102,7 @@ Json to_json(const DrapeSearch& search, const Found& found) {
           {"constants", constants}};
 }
 
-void print_report(const Json& j) {
-  fmt::print("{}: residual {:.4f} for a drape coefficient of {:.2f} %, {} drapes in {:.1f} s\n",
-             j["method"].get<std::string>(), j["residual"].get<double>(), j["target"].get<double>(),
-             j["evaluations"].get<int>(), j["seconds"].get<double>());
+void print_constants(const Json& j) {
   for (const auto& [name, c] : j["constants"].items()) {
     std::string beside;
     for (const char* key : {"known", "measured"})
@@ -116,8 +113,100 @@ void print_report(const Json& j) {
   }
 }
 
+void print_report(const Json& j) {
+  fmt::print("{}: residual {:.4f} for a drape coefficient of {:.2f} %, {} drapes in {:.1f} s\n",
+             j["method"].get<std::string>(), j["residual"].get<double>(), j["target"].get<double>(),
+             j["evaluations"].get<int>(), j["seconds"].get<double>());
+  print_constants(j);
+}
+
+// -- nets -----------------------------------------------------------------------------------------
+
+/// Constants of the springs that are not looked for.
+constexpr NetKinds kNet = {{{100.0, 1.0, 0.5}, {30.0, 1.0, 0.5}, {5.0, 1.0, 0.5}}};
+
+/// The target of a net comes from another integrator with shorter steps, another strain limiter, or
+/// from finite elements on a finer mesh, so that a search cannot find its own errors again.
+NetSearch net_search_of(const IdentifyOptions& o) {
+  NetSearch search{.trial = o.trial == "pulled" ? NetTrial::pulled() : NetTrial{},
+                   .base = kNet,
+                   .unknowns = net_unknowns(o.constants),
+                   .target = {}};
+  if (!o.state.empty() || o.resume)
+    throw std::invalid_argument("identify: --state and --resume are for --trial drape");
+  if (o.finite_elements.empty() == o.synthetic.empty())
+    throw std::invalid_argument(
+        "identify: a net needs a target; give either --synthetic or --finite-elements");
+  if (!o.finite_elements.empty()) {
+    if (o.finite_elements.size() != 2)
+      throw std::invalid_argument("identify: --finite-elements takes stretch and Poisson's ratio");
+    constexpr std::int32_t finer = 4;
+    search.target =
+        finite_element_motion(search.trial, o.finite_elements[0], o.finite_elements[1], finer);
+    return search;
+  }
+  if (o.synthetic.size() != search.unknowns.size())
+    throw std::invalid_argument("identify: a synthetic target needs a value for each constant");
+  std::vector<double> logs;
+  for (const double value : o.synthetic) {
+    if (!(value > 0.0))
+      throw std::invalid_argument("identify: the values of a synthetic target must be positive");
+    logs.push_back(std::log10(value));
+  }
+  search.target = net_motion(search.trial.of_target(), search.at(logs));
+  return search;
+}
+
+Json to_json(const NetSearch& search, const IdentifyOptions& o, const Found& found) {
+  Json constants = Json::object();
+  for (std::size_t k = 0; k < search.unknowns.size(); ++k) {
+    const double value = std::pow(10.0, found.result.best.logs[k]);
+    Json& j = constants[search.unknowns[k].name] = {{"found", value}};
+    if (o.synthetic.empty()) continue;
+    j["known"] = o.synthetic[k];
+    j["ratio"] = value / o.synthetic[k];
+  }
+  return {{"method", found.method},
+          {"residual", found.result.best.residual},
+          {"evaluations", found.result.evaluations},
+          {"seconds", found.seconds},
+          {"constants", constants}};
+}
+
+void print_net_report(const Json& j) {
+  fmt::print("{}: residual {:.4f} % of the side, {} motions in {:.1f} s\n",
+             j["method"].get<std::string>(), j["residual"].get<double>(),
+             j["evaluations"].get<int>(), j["seconds"].get<double>());
+  print_constants(j);
+}
+
+void identify_net(const IdentifyOptions& o) {
+  const NetSearch search = net_search_of(o);
+  const SearchSpace space = search.space();
+  Json results = Json::array();
+  for (const std::string method : {"genetic", "nelder_mead"}) {
+    if (o.method != method && o.method != "both") continue;
+    const Stopwatch watch;
+    Found found{method, {}};
+    SearchResult& result = found.result;
+    if (method == "genetic") {
+      result.best = genetic(space, o.genetic, {}, {});
+      result.evaluations = o.genetic.generations * o.genetic.islands * o.genetic.population;
+    } else {
+      NelderMeadConfig config;
+      config.evaluations = o.evaluations;
+      result.best = nelder_mead(space, space.middle(), config, result.evaluations);
+    }
+    found.seconds = watch.seconds();
+    results.push_back(to_json(search, o, found));
+    if (!o.json) print_net_report(results.back());
+  }
+  if (o.json) fmt::print("{}\n", Json{{"results", results}}.dump(2));
+}
+
 void run_command(const IdentifyOptions& o) {
   const ThreadLimit limit(o.threads);
+  if (o.trial != "drape") return identify_net(o);
   const DrapeSearch search = search_of(o);
   Json results = Json::array();
   for (const char* method : {"genetic", "nelder_mead"}) {
@@ -141,7 +230,20 @@ void add_command_identify(const Command& app) {
   command.option("FABRIC", o->fabric,
                  "Fabric that gives the other constants and the measured drape coefficient");
   command.option("--target", o->target, "Drape coefficient to fit, %").range(1.0, 100.0);
-  command.option("--constants", o->constants, "Constants to find: bending, shear, stretch")
+  command
+      .option("--constants", o->constants,
+              "Constants to find: bending, shear, stretch; of a net: stretch, shear or bend "
+              "with _stiffness (N/m), _length or _limit")
+      .comma_separated();
+  command
+      .option("--trial", o->trial,
+              "What is simulated: the drape of a fabric, a net that hangs by two corners "
+              "(Louchet 1995), or one that is held by a side and pulled (Bianchi 2004)")
+      .one_of({"drape", "hanging", "pulled"});
+  command
+      .option("--finite-elements", o->finite_elements,
+              "Fit a net to finite elements of this stretch (N/m) and Poisson's ratio, on a finer "
+              "mesh")
       .comma_separated();
   command
       .option("--synthetic", o->synthetic,

@@ -11,6 +11,8 @@
 #include <string_view>
 #include <vector>
 
+#include <selvedge/lab/fabric_drape.h>
+#include <selvedge/lab/identify.h>
 #include <selvedge/run/frame_writer.h>
 #include <selvedge/scene/methods.h>
 
@@ -39,6 +41,29 @@ std::vector<ListedMethod> bodies() {
   };
 }
 
+/// Methods that commands select, not scenes.
+std::vector<ListedMethod> methods_of_commands() {
+  const bool genetic = selvedge::has_genetic();
+  return {{.family = "drape",
+           .key = "drape --geometric",
+           .name = "geometric",
+           .promise = "catenaries between held vertices, then lengths; no forces",
+           .source = "Weil, The synthesis of cloth objects, 1986",
+           .options = selvedge::geometric_drape_options()},
+          {.family = "identification",
+           .key = "identify --method",
+           .name = "genetic",
+           .promise = "the same result for any number of threads",
+           .source = "Louchet, Provot, Crochemore 1995; Bianchi et al. 2004; Mongus et al. 2012",
+           .library = "pagmo",
+           .available = genetic},
+          {.family = "identification",
+           .key = "identify --method",
+           .name = "nelder_mead",
+           .promise = "a local search without gradients",
+           .source = "Nelder, Mead, A simplex method for function minimization, 1965"}};
+}
+
 std::vector<ListedMethod> all_methods() {
   using namespace selvedge;
   std::vector<ListedMethod> methods = list_methods(methods_of_this_build());
@@ -46,6 +71,7 @@ std::vector<ListedMethod> all_methods() {
     methods.insert(methods.end(), family.begin(), family.end());
   };
   append(list_family("output_format", "output.formats", frame_formats()));
+  append(methods_of_commands());
   append(bodies());
   return methods;
 }

@@ -88,6 +88,36 @@ bool is_refined(const NamedMesh& before, const NamedMesh& after) {
   return y.size() > x.size() && std::equal(x.begin(), x.end(), y.begin());
 }
 
+/// The vertex of `after` that each vertex of `before` becomes, if `after` is `before` with merged
+/// vertices; else empty. Vertices of no triangle become 0.
+std::vector<std::int32_t> merged_vertices(const TriangleMesh& before, const TriangleMesh& after) {
+  if (after.vertices.size() >= before.vertices.size() ||
+      after.triangles.size() != before.triangles.size())
+    return {};
+  std::vector<std::int32_t> becomes(before.vertices.size(), -1);
+  for (std::size_t t = 0; t < before.triangles.size(); ++t)
+    for (int k = 0; k < 3; ++k) {
+      std::int32_t& v = becomes[before.triangles[t][k]];
+      if (v >= 0 && v != after.triangles[t][k]) return {};
+      v = after.triangles[t][k];
+    }
+  std::replace(becomes.begin(), becomes.end(), -1, 0);
+  return becomes;
+}
+
+/// The path on which vertices come together and become one.
+PathVerdict judge_merge(const StateView& from, const StateView& to,
+                        std::span<const std::int32_t> becomes) {
+  check_same_triangles(from.body, to.body);
+  std::vector<Vec3> end;
+  for (const std::int32_t v : becomes) end.push_back(to.mesh.mesh.vertices[v]);
+  try {
+    return judge_path(from.mesh.mesh, end, from.body.mesh, to.body.mesh.vertices, becomes);
+  } catch (const std::invalid_argument& error) {
+    throw_with_files(error, from, "");
+  }
+}
+
 /// Intersections of the triangles that have no vertex flagged as tangled by the run.
 std::size_t unflagged_intersections(const StateView& state) {
   std::vector<NamedValues> values;
@@ -150,6 +180,7 @@ ResultCheck summary_of(const std::string& folder, const std::vector<CheckFinding
     if (finding.is_faulty()) sum.last_faulty = finding.file;
     if (finding.is_faulty() && sum.first_faulty.empty()) sum.first_faulty = finding.file;
     sum.refinements += finding.refined ? 1 : 0;
+    sum.merges += finding.merged ? 1 : 0;
     if (!finding.path) continue;
     if (!sum.worst.path) sum.worst.path.emplace();
     ++sum.paths;
@@ -204,9 +235,12 @@ class FolderCheck {
       finding.unflagged = unflagged_intersections(from);
     if (!files_.every_step || i + 1 == files_.states.size()) return finding;
     const State next = read_state(i + 1);
-    if (is_refined(from.mesh, next.mesh))
-      finding.refined = true;
-    else
+    const std::vector<std::int32_t> becomes = merged_vertices(from.mesh.mesh, next.mesh.mesh);
+    finding.refined = is_refined(from.mesh, next.mesh);
+    finding.merged = !becomes.empty();
+    if (finding.merged)
+      finding.path = judge_merge(from, at_rest(next), becomes);
+    else if (!finding.refined)
       finding.path = judge_between(from, at_rest(next));
     return finding;
   }

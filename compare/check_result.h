@@ -22,6 +22,7 @@ struct CheckFinding {
   /// Only in result folders.
   std::size_t unflagged = 0;
   bool refined = false;  ///< the next state has a refined mesh, so there is no path to it
+  bool merged = false;   ///< vertices become one on the path, as in a seam that has closed
 
   /// Whether there is an intersection, a vertex inside the body or a collision.
   bool is_faulty() const;
@@ -46,7 +47,7 @@ struct ResultCheck {
   bool every_step = false;  ///< accepted states and their paths were checked, else frames
   /// The largest of each number over all states; the path numbers are sums.
   CheckFinding worst;
-  std::size_t states = 0, paths = 0, refinements = 0;
+  std::size_t states = 0, paths = 0, refinements = 0, merges = 0;
   std::string first_faulty;  ///< file of the first state at fault or with a path at fault, or ""
   std::string last_faulty;   ///< of the last one
 };

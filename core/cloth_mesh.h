@@ -326,6 +326,15 @@ std::int32_t append(ClothMesh& all, const ClothMesh& piece);
 /// triangles.
 ClothMesh cut(const ClothMesh& cloth, std::span<const Triangle> inside);
 
+/// `cloth` with merged vertices: vertex i becomes vertex `number[i]`, of any number of others, and
+/// vertex j of the result has the place of vertex `kept[j]`. Masses add up. Springs that come to
+/// lie between the same two vertices become one, with the sum of their stiffnesses and the mean
+/// rest length at which the two would balance, unless they follow different curves. Elements that
+/// would name a vertex twice are left out, and no hinge is added, so that a seam folds freely, as
+/// in make_from_pattern. Throws std::invalid_argument if a triangle would name a vertex twice.
+ClothMesh merge_vertices(const ClothMesh& cloth, std::span<const std::int32_t> number,
+                         std::span<const std::int32_t> kept);
+
 /// The springs that follow `curves[curve]`; -1: those that follow Hooke's law.
 std::vector<Spring> springs_of_curve(const ClothMesh& cloth, std::int32_t curve);
 

@@ -5,6 +5,7 @@
 #include <selvedge/core/detail/renumbering.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <numeric>
 #include <set>
@@ -109,7 +110,72 @@ ClothMesh thinned(const ClothMesh& cloth, std::span<const Triangle> inside) {
   return thin;
 }
 
+bool have_same_ends(const Spring& a, const Spring& b) {
+  return std::minmax(a.a, a.b) == std::minmax(b.a, b.b);
+}
+
+/// Two parallel springs as one: k1 (L - L1) + k2 (L - L2) = (k1 + k2) (L - mean of L1 and L2).
+void join(Spring& spring, const Spring& other) {
+  const double sum = spring.stiffness + other.stiffness, share = other.stiffness / sum;
+  spring.rest_length += share * (other.rest_length - spring.rest_length);
+  spring.damping += share * (other.damping - spring.damping);
+  spring.stiffness = sum;
+}
+
+/// The elements of `cloth` that survive a merge. Those that do not get the vertex -1.
+ClothMesh joined(const ClothMesh& cloth, std::span<const std::int32_t> number) {
+  ClothMesh all = cloth;
+  const auto repeats = [&](const auto& v) {
+    for (std::size_t k = 1; k < v.size(); ++k)
+      for (std::size_t j = 0; j < k; ++j)
+        if (number[v[k]] == number[v[j]]) return true;
+    return false;
+  };
+  for_each_element_set(all, [&](auto& set) {
+    for (auto& element : set) {
+      if constexpr (requires { element.v; }) {
+        if (repeats(element.v)) element.v[0] = -1;
+      } else if constexpr (requires { element.rest_length; }) {
+        if (number[element.a] == number[element.b]) element.a = -1;
+      }
+    }
+  });
+  std::map<std::array<std::int32_t, 3>, std::size_t> known;  // ends and curve
+  for (std::size_t s = 0; s < all.springs.size(); ++s) {
+    if (all.springs[s].a < 0) continue;
+    const auto [a, b] = std::minmax(number[all.springs[s].a], number[all.springs[s].b]);
+    const std::int32_t curve = cloth.curve_of_spring.empty() ? -1 : cloth.curve_of_spring[s];
+    const auto [place, is_new] = known.try_emplace({a, b, curve}, s);
+    const std::size_t first = place->second;
+    if (is_new || have_same_ends(cloth.springs[first], cloth.springs[s])) continue;
+    join(all.springs[first], all.springs[s]);
+    if (!all.strain_limit.empty())
+      all.strain_limit[first] = std::min(all.strain_limit[first], all.strain_limit[s]);
+    all.springs[s].a = -1;
+  }
+  return all;
+}
+
 }  // namespace
+
+ClothMesh merge_vertices(const ClothMesh& cloth, std::span<const std::int32_t> number,
+                         std::span<const std::int32_t> kept) {
+  ClothMesh merged;
+  for (const std::int32_t v : kept) merged.surface.vertices.push_back(cloth.surface.vertices[v]);
+  merged.mass.assign(kept.size(), 0.0);
+  for (std::size_t v = 0; v < number.size(); ++v) merged.mass[number[v]] += cloth.mass[v];
+  for (const Triangle& t : cloth.surface.triangles) {
+    const Triangle now = {number[t[0]], number[t[1]], number[t[2]]};
+    if (now[0] == now[1] || now[1] == now[2] || now[2] == now[0])
+      throw std::invalid_argument("merge: a triangle would name vertex " + std::to_string(t[0]) +
+                                  ", " + std::to_string(t[1]) + " or " + std::to_string(t[2]) +
+                                  " twice");
+    merged.surface.triangles.push_back(now);
+  }
+  merged.edges = unique_edges(merged.surface.triangles);
+  add_elements(merged, joined(cloth, number), number);
+  return merged;
+}
 
 void add_elements(ClothMesh& to, const ClothMesh& from, std::span<const std::int32_t> vertices) {
   if (vertices.size() != from.surface.vertices.size())

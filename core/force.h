@@ -122,13 +122,15 @@ std::unique_ptr<Force> make_tie_force(std::span<const Tie<2>> ties, std::size_t 
 std::unique_ptr<Force> make_tie_force(std::span<const Tie<4>> ties, std::size_t particles);
 /// Parameters of the force that closes a seam.
 struct SewingConfig {
-  double pull = 50.0;        ///< N/m, ε: force per distance of two particles of a seam, > 0
-  double tolerance = 0.005;  ///< m, δ: below this distance the pull is constant, > 0
-  double damping = 0.05;     ///< N·s/m, damping of the rate of the distance, >= 0
+  double pull = 50.0;         ///< N/m, ε: force per distance of two particles of a seam, > 0
+  double tolerance = 0.005;   ///< m, δ: below this distance the pull is constant, > 0
+  double damping = 0.05;      ///< N·s/m, damping of the rate of the distance, >= 0
+  double acceleration = 0.0;  ///< m/s², ΔA: relative acceleration of the particles of a seam, >= 0
 };
-/// Pulls the two particles of each seam together [ZhongXu2009; survey eq. 10 corrected].
+/// Pulls the two particles of each seam together [ZhongXu2009; survey eq. 10 corrected]. `mass` in
+/// kg per particle; only needed if `config` has an acceleration.
 std::unique_ptr<Force> make_sewing_force(std::span<const Edge> seams, const SewingConfig& config,
-                                         std::size_t particles);
+                                         std::size_t particles, std::span<const double> mass = {});
 /// Springs of zero rest length from each particle to its position in the rest shape, with
 /// `stiffness` in N/m per particle [survey 2.8]. The rest shape is fixed in space or, with
 /// `follow`, moves rigidly with the cloth. Throws std::invalid_argument unless at least one

@@ -77,6 +77,7 @@ struct LimiterTraits {
   bool keeps_momentum = true;   ///< conserves the momentum of free particles to rounding
   bool keeps_velocity = false;  ///< moving a particle does not change its velocity
   LimiterKind kind = LimiterKind::method;
+  bool adds_force = false;  ///< a method that also has a force on the springs
 };
 
 /// A method that keeps springs within their strain limits (super-elasticity, survey section 4) by
@@ -92,7 +93,7 @@ class StrainLimitMethod {
   virtual void limit_velocities(const LimitStep& step, std::span<const Vec3> x, std::span<Vec3> v);
 };
 
-/// A limiter in use: a method, a force on the same springs, or neither.
+/// A limiter in use: a method, a force on the same springs, both, or neither.
 struct StrainLimit {
   std::unique_ptr<StrainLimitMethod> method;
   std::unique_ptr<Force> force;

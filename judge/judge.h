@@ -51,10 +51,13 @@ struct PathVerdict {
   std::size_t self_collisions = 0, body_collisions = 0;
 };
 
-/// The body may be empty. Throws std::invalid_argument in the same cases as `judge`, or if the two
-/// states of a surface have different numbers of vertices.
+/// The body may be empty. If `one` is not empty, it has a number for each vertex of the mesh, and
+/// vertices with the same number count as one vertex: they become one at the end of the path.
+/// Throws std::invalid_argument in the same cases as `judge`, or if the two states of a surface
+/// have different numbers of vertices, or `one` has another length.
 PathVerdict judge_path(const TriangleMesh& mesh_t0, std::span<const Vec3> mesh_t1,
-                       const TriangleMesh& body_t0, std::span<const Vec3> body_t1);
+                       const TriangleMesh& body_t0, std::span<const Vec3> body_t1,
+                       std::span<const std::int32_t> one = {});
 
 enum class PathKind {
   point_triangle,  ///< the point p, then the triangle's corners a, b, c

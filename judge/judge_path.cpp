@@ -19,6 +19,11 @@ struct MovingSurface {
   std::vector<std::array<std::int32_t, 1>> points;
   std::vector<Edge> edges;
   std::span<const Triangle> triangles;
+  std::span<const std::int32_t> one;  // numbers of the vertices that become one; may be empty
+
+  bool same(std::int32_t a, std::int32_t b) const {
+    return a == b || (!one.empty() && one[a] == one[b]);
+  }
 };
 
 void check_states(std::span<const Vec3> x_t0, std::span<const Vec3> x_t1,
@@ -41,7 +46,7 @@ void keep_distinct(std::vector<Primitive>& primitives) {
 MovingSurface moving_surface(const TriangleMesh& mesh_t0, std::span<const Vec3> x_t1,
                              const std::string& name) {
   check_states(mesh_t0.vertices, x_t1, mesh_t0.triangles, name);
-  MovingSurface surface{mesh_t0.vertices, x_t1, {}, {}, mesh_t0.triangles};
+  MovingSurface surface{mesh_t0.vertices, x_t1, {}, {}, mesh_t0.triangles, {}};
   for (const Triangle& t : mesh_t0.triangles)
     for (int k = 0; k < 3; ++k) {
       surface.points.push_back({t[k]});
@@ -71,9 +76,10 @@ BoxTree swept_tree(const MovingSurface& surface, const Primitives& primitives) {
 }
 
 template <class A, class B>
-bool share_a_vertex(const A& a, const B& b) {
-  return std::any_of(a.begin(), a.end(),
-                     [&b](std::int32_t v) { return std::find(b.begin(), b.end(), v) != b.end(); });
+bool share_a_vertex(const MovingSurface& s, const A& a, const B& b) {
+  return std::any_of(a.begin(), a.end(), [&](std::int32_t v) {
+    return std::any_of(b.begin(), b.end(), [&](std::int32_t w) { return s.same(v, w); });
+  });
 }
 
 template <class A, class B>
@@ -95,7 +101,7 @@ Count count_point_triangle(const MovingSurface& s, const MovingSurface& t, const
   Count count;
   for (const auto& point : s.points)
     tree.find_meeting(swept_box(s, point), [&](std::int32_t i) {
-      if (&s == &t && share_a_vertex(point, t.triangles[i])) return;
+      if (&s == &t && share_a_vertex(s, point, t.triangles[i])) return;
       ++count.pairs;
       count.collisions += touch(PathKind::point_triangle, s, point, t, t.triangles[i]);
     });
@@ -109,7 +115,7 @@ Count count_edge_edge(const MovingSurface& s, const MovingSurface& t, const BoxT
   for (std::size_t i = 0; i < s.edges.size(); ++i)
     tree.find_meeting(swept_box(s, s.edges[i]), [&](std::int32_t j) {
       const Edge &a = s.edges[i], &b = t.edges[j];
-      if (&s == &t && (static_cast<std::size_t>(j) <= i || share_a_vertex(a, b))) return;
+      if (&s == &t && (static_cast<std::size_t>(j) <= i || share_a_vertex(s, a, b))) return;
       ++count.pairs;
       count.collisions += touch(PathKind::edge_edge, s, a, t, b);
     });
@@ -119,8 +125,13 @@ Count count_edge_edge(const MovingSurface& s, const MovingSurface& t, const BoxT
 }  // namespace
 
 PathVerdict judge_path(const TriangleMesh& mesh_t0, std::span<const Vec3> mesh_t1,
-                       const TriangleMesh& body_t0, std::span<const Vec3> body_t1) {
-  const MovingSurface mesh = moving_surface(mesh_t0, mesh_t1, "mesh");
+                       const TriangleMesh& body_t0, std::span<const Vec3> body_t1,
+                       std::span<const std::int32_t> one) {
+  MovingSurface mesh = moving_surface(mesh_t0, mesh_t1, "mesh");
+  if (!one.empty() && one.size() != mesh_t0.vertices.size())
+    throw std::invalid_argument("mesh: " + std::to_string(one.size()) + " numbers for " +
+                                std::to_string(mesh_t0.vertices.size()) + " vertices");
+  mesh.one = one;
   const MovingSurface body = moving_surface(body_t0, body_t1, "body");
   const BoxTree triangles = swept_tree(mesh, mesh.triangles), edges = swept_tree(mesh, mesh.edges);
   const BoxTree body_triangles = swept_tree(body, body.triangles);

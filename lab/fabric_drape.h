@@ -2,6 +2,7 @@
 #pragma once
 
 #include <selvedge/core/measure.h>
+#include <selvedge/core/registry.h>
 
 #include <cstdint>
 #include <optional>
@@ -112,6 +113,9 @@ struct GeometricDrapeConfig {
   double tolerance = 1e-6;  ///< relaxation ends when no vertex moves more, in cell sides, > 0
   std::int32_t most_sweeps = 5000;  ///< >= 0; 0 leaves the catenaries as they are
 };
+/// The fields of GeometricDrapeConfig in order, as options with units and ranges.
+std::vector<MethodOption> geometric_drape_options();
+
 /// A drape without forces [Weil1986].
 struct GeometricDrape {
   TriangleMesh shape;       ///< m

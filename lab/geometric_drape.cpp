@@ -75,6 +75,24 @@ std::vector<Vec3> catenary(const Vec3& a, const Vec3& b, double length,
   return points;
 }
 
+std::vector<MethodOption> geometric_drape_options() {
+  const GeometricDrapeConfig config;
+  return {{.name = "tolerance",
+           .initial = config.tolerance,
+           .unit = "1",
+           .least = 0.0,
+           .most = 1.0,
+           .above_least = true,
+           .meaning = "motion of every vertex, in cell sides, below which the relaxation ends"},
+          {.name = "most_sweeps",
+           .initial = static_cast<double>(config.most_sweeps),
+           .unit = "1",
+           .least = 0.0,
+           .most = 1e6,
+           .kind = OptionKind::whole,
+           .meaning = "sweeps of the relaxation; 0 leaves the catenaries as they are"}};
+}
+
 namespace {
 
 using Place = std::array<std::int32_t, 2>;

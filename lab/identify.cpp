@@ -56,11 +56,22 @@ Material DrapeSearch::at(const std::vector<double>& logs) const {
   return material;
 }
 
-std::vector<double> DrapeSearch::middle() const {
-  std::vector<double> logs;
-  for (const IdentifiedConstant& c : constants)
-    logs.push_back(0.5 * (std::log10(c.lowest) + std::log10(c.highest)));
-  return logs;
+std::vector<double> SearchSpace::middle() const {
+  std::vector<double> point;
+  for (std::size_t k = 0; k < lowest.size(); ++k) point.push_back(0.5 * (lowest[k] + highest[k]));
+  return point;
+}
+
+std::vector<double> DrapeSearch::middle() const { return space().middle(); }
+
+SearchSpace DrapeSearch::space() const {
+  SearchSpace space;
+  for (const IdentifiedConstant& c : constants) {
+    space.lowest.push_back(std::log10(c.lowest));
+    space.highest.push_back(std::log10(c.highest));
+  }
+  space.residual = [this](const std::vector<double>& logs) { return residual(logs); };
+  return space;
 }
 
 void DrapeSearch::aim_at(std::vector<double> values, std::uint32_t seed) {
@@ -96,8 +107,8 @@ namespace {
 /// The simplex of the search, with the best point first.
 class Simplex {
  public:
-  Simplex(const DrapeSearch& search, const NelderMeadConfig& config, int& evaluations)
-      : search_(search), config_(config), evaluations_(evaluations) {}
+  Simplex(const SearchSpace& space, const NelderMeadConfig& config, int& evaluations)
+      : space_(space), config_(config), evaluations_(evaluations) {}
 
   Candidate run(std::vector<double> start) {
     begin(std::move(start));
@@ -112,10 +123,9 @@ class Simplex {
 
   Candidate evaluate(Point logs) {
     for (std::size_t k = 0; k < logs.size(); ++k)
-      logs[k] = std::clamp(logs[k], std::log10(search_.constants[k].lowest),
-                           std::log10(search_.constants[k].highest));
+      logs[k] = std::clamp(logs[k], space_.lowest[k], space_.highest[k]);
     ++evaluations_;
-    const double residual = search_.residual(logs);
+    const double residual = space_.residual(logs);
     return {std::move(logs), residual};
   }
 
@@ -183,7 +193,7 @@ class Simplex {
     }
   }
 
-  const DrapeSearch& search_;
+  const SearchSpace& space_;
   const NelderMeadConfig& config_;
   int& evaluations_;
   std::vector<Candidate> points_;
@@ -191,12 +201,22 @@ class Simplex {
 
 }  // namespace
 
-Candidate nelder_mead(const DrapeSearch& search, std::vector<double> start,
+Candidate nelder_mead(const SearchSpace& space, std::vector<double> start,
                       const NelderMeadConfig& config, int& evaluations) {
-  if (start.size() != search.constants.size())
+  if (start.size() != space.lowest.size())
     throw std::invalid_argument("nelder_mead: the start needs a coordinate for each constant");
   evaluations = 0;
-  return Simplex(search, config, evaluations).run(std::move(start));
+  return Simplex(space, config, evaluations).run(std::move(start));
+}
+
+Candidate nelder_mead(const DrapeSearch& search, std::vector<double> start,
+                      const NelderMeadConfig& config, int& evaluations) {
+  return nelder_mead(search.space(), std::move(start), config, evaluations);
+}
+
+Candidate genetic(const DrapeSearch& search, const GeneticConfig& config, GeneticState state,
+                  const std::function<void(const GeneticState&)>& kept) {
+  return genetic(search.space(), config, std::move(state), kept);
 }
 
 }  // namespace selvedge

@@ -8,7 +8,6 @@
 #ifdef SELVEDGE_HAS_PAGMO
 
 #include <algorithm>
-#include <cmath>
 #include <pagmo/algorithm.hpp>
 #include <pagmo/algorithms/sga.hpp>
 #include <pagmo/population.hpp>
@@ -19,19 +18,14 @@ namespace selvedge {
 namespace {
 
 /// Adapts the search to pagmo's problem interface.
-struct DrapeProblem {
-  const DrapeSearch* search = nullptr;
+struct SpaceProblem {
+  const SearchSpace* space = nullptr;
 
-  pagmo::vector_double fitness(const pagmo::vector_double& logs) const {
-    return {search->residual(logs)};
+  pagmo::vector_double fitness(const pagmo::vector_double& point) const {
+    return {space->residual(point)};
   }
   std::pair<pagmo::vector_double, pagmo::vector_double> get_bounds() const {
-    std::pair<pagmo::vector_double, pagmo::vector_double> bounds;
-    for (const IdentifiedConstant& c : search->constants) {
-      bounds.first.push_back(std::log10(c.lowest));
-      bounds.second.push_back(std::log10(c.highest));
-    }
-    return bounds;
+    return {space->lowest, space->highest};
   }
 };
 
@@ -49,11 +43,11 @@ unsigned seed_of(const GeneticConfig& config, int generation, std::size_t island
   return config.seed + stride * static_cast<unsigned>(generation) + static_cast<unsigned>(island);
 }
 
-std::vector<Candidate> next_generation(const DrapeSearch& search, const GeneticConfig& config,
+std::vector<Candidate> next_generation(const SearchSpace& space, const GeneticConfig& config,
                                        int generation, std::size_t island,
                                        const std::vector<Candidate>& former) {
   const unsigned seed = seed_of(config, generation, island);
-  const pagmo::problem problem{DrapeProblem{&search}};
+  const pagmo::problem problem{SpaceProblem{&space}};
   if (former.empty())
     return candidates_of(pagmo::population{
         problem, static_cast<pagmo::population::size_type>(config.population), seed});
@@ -83,7 +77,7 @@ void migrate(std::vector<std::vector<Candidate>>& islands) {
 
 bool has_genetic() { return true; }
 
-Candidate genetic(const DrapeSearch& search, const GeneticConfig& config, GeneticState state,
+Candidate genetic(const SearchSpace& space, const GeneticConfig& config, GeneticState state,
                   const std::function<void(const GeneticState&)>& kept) {
   constexpr int least = 4;
   if (config.population < least || config.population % 2 != 0 || config.islands < 1)
@@ -93,7 +87,7 @@ Candidate genetic(const DrapeSearch& search, const GeneticConfig& config, Geneti
   for (; state.generation < config.generations; ++state.generation) {
     parallel_for(state.islands.size(), 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i)
-        state.islands[i] = next_generation(search, config, state.generation, i, state.islands[i]);
+        state.islands[i] = next_generation(space, config, state.generation, i, state.islands[i]);
     });
     migrate(state.islands);
     if (kept) {
@@ -117,7 +111,7 @@ namespace selvedge {
 
 bool has_genetic() { return false; }
 
-Candidate genetic(const DrapeSearch&, const GeneticConfig&, GeneticState,
+Candidate genetic(const SearchSpace&, const GeneticConfig&, GeneticState,
                   const std::function<void(const GeneticState&)>&) {
   throw std::invalid_argument(
       "identify: this build has no genetic algorithm; install libpagmo-dev and build again, or "

@@ -99,12 +99,10 @@ class Run {
     frame_ = checkpoint.frame;
     written_ = frame_ + 1;
     before_ = std::move(checkpoint.result);
-    if (!checkpoint.state.splits.empty()) {
-      refinement_->split(checkpoint.state.splits);
-      simulation_ =
-          std::make_unique<Simulation>(refinement_->scene(), refinement_->build(), config_.methods);
-    }
-    simulation_->restore(std::move(checkpoint.state));
+    if (checkpoint.state.splits.empty() && checkpoint.state.merges.empty())
+      simulation_->restore(std::move(checkpoint.state));
+    else
+      simulation_ = refinement_->restored(checkpoint.state, config_.methods);
     detail::write_scene(config_.out, scene_);
     detail::remove_beyond(config_.out, config_.formats, frame_, simulation_->state().step);
     resumed_ = true;
@@ -145,7 +143,7 @@ class Run {
 
   bool stop_requested() const { return config_.stop != nullptr && config_.stop->load(); }
 
-  /// Splits the cells that are due at a frame, unless a state with the new cells would cross
+  /// Makes the splits and merges that are due at a frame, unless the state after them would cross
   /// something. The exchange of the surface counts as a step, so every state of steps/ has one
   /// surface.
   void refine() {
@@ -157,14 +155,15 @@ class Run {
     if (!refinement_->active() || !at_frame) return;
     auto next = split_due(*refinement_, *simulation_, config_.methods);
     if (!next) return;
-    if (!next->simulation->result().clean) {
-      before_.counters["refinements_postponed"] += 1;
-      return;
+    RunResult changes;
+    const bool stands = next->settle(changes);
+    if (stands) {
+      RunResult r = simulation_->result();
+      carry_on(before_, r);
+      before_ = std::move(r);
     }
-    RunResult r = simulation_->result();
-    carry_on(before_, r);
-    before_ = std::move(r);
-    before_.counters["refinements"] += 1;
+    for (const auto& [name, count] : changes.counters) before_.counters[name] += count;
+    if (!stands) return;
     settle_frame();  // it refers to the triangles of the simulation that ends here
     refinement_.emplace(std::move(next->refinement));
     simulation_ = std::move(next->simulation);

@@ -79,6 +79,10 @@ struct BuiltScene {
   std::vector<std::string> warnings;  ///< one sentence each, e.g. about a body that is not closed
   std::vector<BuiltVirtualSprings> virtual_springs;
   std::vector<BuiltVolume> volumes;
+  std::vector<std::vector<Edge>> seams;  ///< vertices of the pairs of each of Scene::seams
+  /// m², of the triangles at the start, if vertices of seams were merged; else empty. A triangle
+  /// may then have vertices of several pieces.
+  std::vector<double> merged_areas;
 };
 /// Builds the parts of a scene. Throws std::invalid_argument with place, fault and remedy for a
 /// number out of range or a mesh that cannot be used.
@@ -109,6 +113,9 @@ BuiltScene build_scene(const Scene& scene, const PieceMaker& make);
 /// from `methods`.
 std::vector<std::unique_ptr<Force>> make_forces(const Scene& scene, const BuiltScene& built,
                                                 const Methods& methods = {});
+
+/// Areas of the triangles of the cloth at the start, m².
+std::vector<double> start_areas(const BuiltScene& built);
 
 /// Only the sewing forces of a scene.
 std::vector<std::unique_ptr<Force>> make_seams(const Scene& scene, const BuiltScene& built);

@@ -171,6 +171,24 @@ void add_weights(const Scene& scene, BuiltScene& built) {
   }
 }
 
+std::int32_t first_vertex(const Scene& scene, const BuiltScene& built, const std::string& name) {
+  const auto piece = std::find_if(scene.cloths.begin(), scene.cloths.end(),
+                                  [&](const ClothSpec& c) { return c.name == name; });
+  if (piece == scene.cloths.end())
+    throw std::invalid_argument("seam: no piece of cloth is called \"" + name + "\"");
+  return built.piece_begin[static_cast<std::size_t>(piece - scene.cloths.begin())];
+}
+
+void add_seams(const Scene& scene, BuiltScene& built) {
+  for (const SeamSpec& seam : scene.seams) {
+    const std::int32_t a = first_vertex(scene, built, seam.geometry[0]),
+                       b = first_vertex(scene, built, seam.geometry[1]);
+    std::vector<Edge>& pairs = built.seams.emplace_back();
+    for (std::size_t i = 0; i < std::min(seam.vertices[0].size(), seam.vertices[1].size()); ++i)
+      pairs.push_back({a + seam.vertices[0][i], b + seam.vertices[1][i]});
+  }
+}
+
 void add_body(const Scene& scene, std::size_t index, BuiltScene& built) {
   const BodySpec& spec = scene.bodies[index];
   const std::string place = at("obstacles", index, spec.name);
@@ -191,6 +209,7 @@ BuiltScene build_scene(const Scene& scene, const PieceMaker& make) {
   for (std::size_t i = 0; i < scene.cloths.size(); ++i) add_cloth(scene, pairs, i, make, built);
   built.piece_begin.push_back(static_cast<std::int32_t>(built.cloth.surface.vertices.size()));
   add_weights(scene, built);
+  add_seams(scene, built);
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) add_body(scene, i, built);
   return built;
 }

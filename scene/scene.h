@@ -124,6 +124,15 @@ struct SeamSpec {
   std::array<std::string, 2> geometry;                ///< names of the pieces
   std::array<std::vector<std::int32_t>, 2> vertices;  ///< of the pieces, equally many
   SewingConfig sewing;
+  /// m, distance at which the two vertices of a pair merge into one, >= 0; 0: never. Checked before
+  /// each frame.
+  double merge = 0.0;
+};
+
+/// Pairs of vertices of a scene that were merged at one time, as the scene was built.
+struct MergeEvent {
+  double time = 0.0;  ///< s
+  std::vector<Edge> pairs;
 };
 
 /// Particles onto which water drops ("water.sources").

@@ -4,8 +4,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <stdexcept>
-#include <string>
 #include <utility>
 
 namespace selvedge {
@@ -21,14 +19,6 @@ std::vector<double> triangle_areas(const TriangleMesh& mesh) {
   return areas;
 }
 
-std::int32_t first_vertex(const Scene& scene, const BuiltScene& built, const std::string& name) {
-  const auto piece = std::find_if(scene.cloths.begin(), scene.cloths.end(),
-                                  [&](const ClothSpec& c) { return c.name == name; });
-  if (piece == scene.cloths.end())
-    throw std::invalid_argument("seam: no piece of cloth is called \"" + name + "\"");
-  return built.piece_begin[piece - scene.cloths.begin()];
-}
-
 void add_virtual_springs(const BuiltScene& built, std::vector<std::unique_ptr<Force>>& forces) {
   const std::vector<Vec3>& start = built.cloth.surface.vertices;
   for (const BuiltVirtualSprings& springs : built.virtual_springs) {
@@ -41,16 +31,16 @@ void add_virtual_springs(const BuiltScene& built, std::vector<std::unique_ptr<Fo
 
 }  // namespace
 
+std::vector<double> start_areas(const BuiltScene& built) {
+  return built.merged_areas.empty() ? triangle_areas(built.cloth.surface) : built.merged_areas;
+}
+
 std::vector<std::unique_ptr<Force>> make_seams(const Scene& scene, const BuiltScene& built) {
   std::vector<std::unique_ptr<Force>> forces;
-  for (const SeamSpec& seam : scene.seams) {
-    const std::int32_t a = first_vertex(scene, built, seam.geometry[0]),
-                       b = first_vertex(scene, built, seam.geometry[1]);
-    std::vector<Edge> pairs;
-    for (std::size_t i = 0; i < std::min(seam.vertices[0].size(), seam.vertices[1].size()); ++i)
-      pairs.push_back({a + seam.vertices[0][i], b + seam.vertices[1][i]});
-    forces.push_back(make_sewing_force(pairs, seam.sewing, built.cloth.surface.vertices.size()));
-  }
+  for (std::size_t i = 0; i < scene.seams.size(); ++i)
+    if (!built.seams[i].empty())
+      forces.push_back(make_sewing_force(built.seams[i], scene.seams[i].sewing,
+                                         built.cloth.mass.size(), built.cloth.mass));
   return forces;
 }
 
@@ -63,10 +53,12 @@ std::vector<std::unique_ptr<Force>> make_forces(const Scene& scene, const BuiltS
   if (scene.solver.strain_limiter) {
     const StrainLimiterRegistry& limiters = methods.strain_limiters;
     const auto limiter = limiters.find(scene.solver.limiter);
-    if (limiter != limiters.end() && limiter->second.traits().kind == LimiterKind::force)
-      forces.push_back(
-          limiter->second(scene.solver.limiter_options, cloth.springs, cloth.strain_limit, n)
-              .force);
+    if (limiter != limiters.end() && (limiter->second.traits().kind == LimiterKind::force ||
+                                      limiter->second.traits().adds_force))
+      if (auto force =
+              limiter->second(scene.solver.limiter_options, cloth.springs, cloth.strain_limit, n)
+                  .force)
+        forces.push_back(std::move(force));
   }
   for (auto& seam : make_seams(scene, built)) forces.push_back(std::move(seam));
   add_virtual_springs(built, forces);
@@ -74,8 +66,7 @@ std::vector<std::unique_ptr<Force>> make_forces(const Scene& scene, const BuiltS
     forces.push_back(make_volume_force(v.stiffness, v.centre, v.triangles, cloth.surface.vertices));
   if (!scene.gravity.isZero(0.0)) forces.push_back(make_gravity(scene.gravity));
   if (scene.air.normal_drag > 0.0 || scene.air.viscous_drag > 0.0)
-    forces.push_back(
-        make_air_force(scene.air, cloth.surface.triangles, triangle_areas(cloth.surface), n));
+    forces.push_back(make_air_force(scene.air, cloth.surface.triangles, start_areas(built), n));
   return forces;
 }
 

@@ -54,6 +54,7 @@ std::map<std::string, double> energies(const Scene& scene, const BuiltScene& bui
     for (const auto& force : make_forces_of(*law, built.cloth, scene.force_laws))
       joules[part] += force->energy(state);
   }
+  if (!scene.seams.empty()) joules["seams"] = 0.0;  // also if all of them are merged
   if (!scene.seams.empty())
     for (const auto& force : make_seams(scene, built)) joules["seams"] += force->energy(state);
   return joules;

@@ -34,7 +34,7 @@ double kinetic_energy(const std::vector<double>& mass, std::span<const Vec3> v) 
 }  // namespace
 
 Refinement::Refinement(const Scene& scene, const BuiltScene& built, ClothPatternRegistry patterns)
-    : scene_(scene), patterns_(std::move(patterns)) {
+    : scene_(scene), patterns_(std::move(patterns)), merging_(scene, built, patterns_) {
   for (std::size_t p = 0; p < scene.cloths.size(); ++p) {
     const auto first = built.piece_begin[p], end = built.piece_begin[p + 1];
     sizes_.push_back(static_cast<std::size_t>(end - first));
@@ -121,7 +121,15 @@ void Refinement::split(const std::vector<SplitEvent>& events, SimulationState& s
   }
 }
 
+std::unique_ptr<Simulation> Refinement::restored(const SimulationState& state,
+                                                 const Methods& methods) {
+  split(state.splits);
+  for (const MergeEvent& event : state.merges) merging_.merge(event);
+  return std::make_unique<Simulation>(scene(), build(), state, methods);
+}
+
 Scene Refinement::scene() const {
+  if (merging_.active()) return merging_.scene();
   Scene scene = scene_;
   for (HandleSpec& handle : scene.handles)
     for (const Piece& p : pieces_) {
@@ -139,6 +147,7 @@ Scene Refinement::scene() const {
 }
 
 BuiltScene Refinement::build() const {
+  if (merging_.active()) return merging_.build();
   return build_scene(scene_, [&](std::size_t number) -> selvedge::Piece {
     for (const Piece& p : pieces_) {
       if (p.number != number) continue;
@@ -152,12 +161,43 @@ BuiltScene Refinement::build() const {
   });
 }
 
+bool RefinedSimulation::settle(RunResult& r) const {
+  const bool clean = simulation != nullptr && simulation->result().clean;
+  const double late = postponed + (simulation != nullptr && !clean ? count : 0.0);
+  if (clean) r.counters[counter] += count;
+  if (late > 0.0) r.counters[counter + "_postponed"] += late;
+  return clean;
+}
+
+namespace {
+
+std::optional<RefinedSimulation> merge_due(const Refinement& refinement,
+                                           const Simulation& simulation, const Methods& methods) {
+  const SeamMerging::Due due = refinement.merging().due(simulation);
+  const auto merged = static_cast<double>(due.event.pairs.size());
+  if (merged + static_cast<double>(due.postponed) == 0.0) return std::nullopt;
+  RefinedSimulation next{refinement, nullptr, "merged_pairs", merged,
+                         static_cast<double>(due.postponed)};
+  if (due.event.pairs.empty()) return next;
+  SimulationState state = simulation.state();
+  next.refinement.merge(due.event, state);
+  ++state.step;
+  state.memory.clear();  // integrators of several steps and friction start anew
+  next.simulation = std::make_unique<Simulation>(next.refinement.scene(), next.refinement.build(),
+                                                 std::move(state), methods);
+  next.simulation->verify_frame();
+  return next;
+}
+
+}  // namespace
+
 std::optional<RefinedSimulation> split_due(const Refinement& refinement,
                                            const Simulation& simulation, const Methods& methods) {
+  if (refinement.merging().active()) return merge_due(refinement, simulation, methods);
   if (!refinement.active()) return std::nullopt;
   const std::vector<SplitEvent> events = refinement.due(simulation.state());
   if (events.empty()) return std::nullopt;
-  RefinedSimulation next{refinement, nullptr};
+  RefinedSimulation next{refinement, nullptr, "refinements"};
   SimulationState split = simulation.state();
   next.refinement.split(events, split);
   ++split.step;
@@ -178,12 +218,12 @@ RefiningSimulation::RefiningSimulation(const Scene& scene, BuiltScene built, con
 void RefiningSimulation::refine() {
   auto next = split_due(*refinement_, *simulation_, methods_);
   if (!next) return;
-  if (!next->simulation->result().clean) {
-    before_.counters["refinements_postponed"] += 1;
+  RunResult before = result();
+  if (!next->settle(before)) {
+    (void)next->settle(before_);
     return;
   }
-  before_ = result();
-  before_.counters["refinements"] += 1;
+  before_ = std::move(before);
   refinement_.emplace(std::move(next->refinement));
   simulation_ = std::move(next->simulation);
   was_split_ = true;

@@ -3,13 +3,83 @@
 
 #include <selvedge/simulation/simulation.h>
 
+#include <cstdint>
 #include <memory>
 #include <optional>
+#include <set>
+#include <string>
 #include <vector>
 
 namespace selvedge {
 
-/// The pieces of a scene whose cells are split as it runs ("refine").
+/// The pairs of a scene's seams that become one vertex where a seam has closed ("merge" of
+/// "seams").
+///
+/// The vertices of a pair move on straight lines to their centre of mass, or to the one that a
+/// handle holds; mass and momentum are kept. Before they do, that motion is searched for collisions
+/// with all cloth and all bodies, exactly. A pair that would collide is postponed. A pair stays
+/// open if a handle holds both of its vertices, or if its merge would turn a triangle into an edge
+/// or two triangles into one, as in the corner of a bag.
+class SeamMerging {
+ public:
+  /// `scene` must outlive it; `built`: the scene as it starts. Throws std::invalid_argument if
+  /// another part of the scene needs a mesh that does not change, or if contacts keep the pairs of
+  /// a seam farther apart than its distance.
+  SeamMerging(const Scene& scene, const BuiltScene& built, const ClothPatternRegistry& patterns);
+
+  bool active() const { return !pairs_.empty(); }
+  /// The pairs that merge in the present state of `simulation`, and the number of those that would
+  /// if they did not collide on the way.
+  struct Due {
+    MergeEvent event;
+    std::size_t postponed = 0;
+  };
+  Due due(const Simulation& simulation) const;
+  /// Applies a merge.
+  void merge(const MergeEvent& event);
+  /// The same for a state with the present vertices.
+  void merge(const MergeEvent& event, SimulationState& state);
+
+  /// The scene with the present vertices. Its handles hold the same particles.
+  Scene scene() const;
+  BuiltScene build() const;
+
+ private:
+  struct Pair {
+    Edge vertices;    // of the scene as it was built, like all vertices here
+    double distance;  // m
+  };
+  using Owners = std::vector<std::int32_t>;  // of each vertex, the one that it is now
+  /// From the present vertices to those after a merge.
+  struct Change {
+    std::vector<std::int32_t> after;
+    std::vector<double> mass;  // kg
+    std::vector<char> held;
+    std::size_t count = 0;  // of vertices after it
+
+    std::vector<Vec3> means(std::span<const Vec3> u) const;
+  };
+
+  static std::vector<std::int32_t> numbers(const Owners& owner);
+  void unite(const Edge& pair, Owners& owner) const;
+  bool keeps_surface(const Edge& pair, const Owners& before) const;
+  std::vector<Edge> closed(std::span<const Vec3> x) const;
+  Change change_to(const Owners& owner) const;
+  std::set<std::int32_t> colliding(const Simulation& simulation, const Change& change) const;
+
+  const Scene* scene_;
+  ClothPatternRegistry patterns_;
+  std::vector<Pair> pairs_;
+  std::vector<double> mass_;
+  std::vector<std::int32_t> begin_;  // first vertex of each piece, plus the total
+  std::vector<Triangle> triangles_;
+  std::vector<std::vector<std::int32_t>> around_;  // triangles of each vertex
+  std::vector<char> held_;
+  Owners owner_;
+};
+
+/// The parts of a scene whose mesh changes as it runs: pieces whose cells are split ("refine"), and
+/// seams whose vertices merge ("merge"). A scene has one of the two.
 ///
 /// A split moves no point of the surface (core/cloth_pattern.h), so a clean state stays clean. Only
 /// hanging nodes may have left the side that they split; therefore the new state is checked, and a
@@ -21,13 +91,18 @@ class Refinement {
   Refinement(const Scene& scene, const BuiltScene& built,
              ClothPatternRegistry patterns = cloth_patterns());
 
-  bool active() const { return !pieces_.empty(); }
+  bool active() const { return !pieces_.empty() || merging_.active(); }
+  const SeamMerging& merging() const { return merging_; }
   /// The splits that are due in `state`, which has the present cells.
   std::vector<SplitEvent> due(const SimulationState& state) const;
   /// Applies splits in order.
   void split(const std::vector<SplitEvent>& events);
   /// The same for a state with the present cells: mass and momentum are kept.
   void split(const std::vector<SplitEvent>& events, SimulationState& state);
+  /// Applies a merge to a state with the present vertices.
+  void merge(const MergeEvent& event, SimulationState& state) { merging_.merge(event, state); }
+  /// Applies the splits and merges of a saved state; returns a simulation that continues from it.
+  std::unique_ptr<Simulation> restored(const SimulationState& state, const Methods& methods);
 
   /// The scene with the present cells. A handle also holds the new nodes of a side that it holds.
   Scene scene() const;
@@ -53,20 +128,27 @@ class Refinement {
   ClothPatternRegistry patterns_;
   std::vector<Piece> pieces_;
   std::vector<std::size_t> sizes_;  // vertices of each piece of the scene
+  SeamMerging merging_;
 };
 
-/// A simulation with finer cells, and the refinement that made it.
+/// A simulation with another mesh, and the refinement that made it.
 struct RefinedSimulation {
   Refinement refinement;
-  std::unique_ptr<Simulation> simulation;
+  std::unique_ptr<Simulation> simulation;  ///< null if all that is due is postponed
+  std::string counter;  ///< of RunResult: what it counts, "refinements" or "merged_pairs"
+  double count = 1.0, postponed = 0.0;
+
+  /// Whether the change can be made: its state has no crossing. Adds it to the counters of `r`,
+  /// or else to those of postponed changes.
+  bool settle(RunResult& r) const;
 };
-/// Applies the splits that are due in the state of `simulation`; nullopt if there are none. If the
-/// result of the new simulation is not clean, the caller has to postpone the split.
+/// Applies the splits and merges that are due in the state of `simulation`; nullopt if there are
+/// none. The caller has to ask `settle` whether the change stands.
 std::optional<RefinedSimulation> split_due(const Refinement& refinement,
                                            const Simulation& simulation, const Methods& methods);
 
-/// A simulation that splits its cells at the ends of frames where its scene has "refine". Behaves
-/// as Simulation for other scenes.
+/// A simulation that splits its cells and merges its seams between frames where its scene has
+/// "refine" or "merge". Behaves as Simulation for other scenes.
 class RefiningSimulation {
  public:
   /// Scene and methods must outlive it; throws what Simulation and Refinement throw.

@@ -11,7 +11,16 @@ namespace selvedge {
 Simulation::Simulation(const Scene& scene, const Methods& methods)
     : Simulation(scene, build_scene(scene, methods), methods) {}
 Simulation::Simulation(const Scene& scene, BuiltScene built, const Methods& methods)
-    : parts_(std::make_unique<Parts>(scene, std::move(built), methods)) {}
+    : parts_(std::make_unique<Parts>(scene, std::move(built), methods)) {
+  parts_->start(methods);
+}
+Simulation::Simulation(const Scene& scene, BuiltScene built, SimulationState state,
+                       const Methods& methods)
+    : parts_(std::make_unique<Parts>(scene, std::move(built), methods)) {
+  if (state.memory.empty()) state.memory = parts_->state.memory;
+  parts_->restore(std::move(state));
+  parts_->note_strain();
+}
 Simulation::~Simulation() = default;
 
 void Simulation::step() { parts_->make_step(parts_->control()); }

@@ -55,6 +55,7 @@ struct SimulationState {
   std::vector<double> memory;      ///< of the integrator and the forces, as they save it
   Tangles tangles;                 ///< crossings of the start that are not undone yet
   std::vector<SplitEvent> splits;  ///< the splits that led to the present cells of refined pieces
+  std::vector<MergeEvent> merges;  ///< the merges that led to the present vertices of seams
 };
 
 /// FNV-1a over the bytes of positions, velocities and water, as 16 hex digits.
@@ -109,7 +110,8 @@ struct StepContact {
 };
 
 /// The cloth of a scene in time, in memory: nothing is read from or written to files. Pieces with
-/// "refine" keep the cells that they start with; RefiningSimulation splits them.
+/// "refine" keep the cells that they start with, and seams stay open; RefiningSimulation splits and
+/// merges them.
 class Simulation {
  public:
   /// Builds the scene. Throws std::invalid_argument for a scene that cannot be built (build_scene),
@@ -118,6 +120,10 @@ class Simulation {
   explicit Simulation(const Scene& scene, const Methods& methods = {});
   /// The same for a scene that was built before.
   Simulation(const Scene& scene, BuiltScene built, const Methods& methods = {});
+  /// Continues from a state, as `restore` does; the start of the scene is not looked at. A state
+  /// without memory starts with that of the integrator and the forces at the start.
+  Simulation(const Scene& scene, BuiltScene built, SimulationState state,
+             const Methods& methods = {});
   ~Simulation();
 
   /// Makes one accepted step: a nominal step of 1 / (fps · steps_per_frame) s, or the next part of

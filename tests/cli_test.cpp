@@ -111,6 +111,8 @@ TEST_F(Program, EveryPublishedSceneStarts) {
     if (text.find("\"cells\"") != std::string::npos) coarse += " --set geometry.0.cells=[12,12]";
     if (text.find("\"upper\"") != std::string::npos)
       coarse += " --set geometry.upper.cells=[12,12]";
+    if (text.find("\"lower\"") != std::string::npos)
+      coarse += " --set geometry.lower.cells=[12,12]";
     const Outcome o =
         run("run '" + scene.string() + "' --no-picture --out r_" + scene.stem().string() + coarse);
     if (o.err.find("fetch_bodies.sh") != std::string::npos) continue;
@@ -164,6 +166,41 @@ TEST_F(Program, AResumedRunCompletesASeriesThatItDidNotHaveBefore) {
     EXPECT_EQ(content(folder_ / "whole" / name), content(folder_ / "parts" / name)) << name;
   EXPECT_EQ(count("whole/frames", ""), count("parts/frames", ""));
   EXPECT_TRUE(exists("whole/cloth.pvd"));
+}
+
+TEST_F(Program, HangsTheGridOfASceneByGeometryAlone) {
+  // Two corners of a sheet of 1 m approach to 0.8 m: the middle of the side between them sags by
+  // the catenary of length 1 and span 0.8, 0.265438 m.
+  std::ofstream(folder_ / "hang.json") << R"({"geometry": [{"size": [1, 1], "cells": [20, 20]}],
+    "handles": [{"select": {"vertices": [0]}, "motion": [{"time": 0}, {"time": 1, "translation": [0.1, 0, 0]}]},
+                {"select": {"vertices": [20]}, "motion": [{"time": 0}, {"time": 1, "translation": [-0.1, 0, 0]}]}],
+    "time": {"frames": 60, "fps": 60}})";
+  const Outcome o = run("drape --geometric hang.json --most-sweeps 0 --json --out hung.obj");
+  ASSERT_EQ(o.code, 0) << o.err;
+  const Json j = Json::parse(o.out);
+  EXPECT_EQ(j["curves"], 1);
+  EXPECT_EQ(j["sweeps"], 0);
+  std::ifstream in(folder_ / "hung.obj");
+  std::vector<double> z;
+  for (std::string line; std::getline(in, line);)
+    if (line.starts_with("v ")) z.push_back(std::stod(line.substr(line.rfind(' '))));
+  ASSERT_EQ(z.size(), 441u);
+  EXPECT_NEAR(z[10], -0.265438, 1e-5);
+  EXPECT_EQ(z[0], 0.0);
+  EXPECT_EQ(run("drape --geometric small.json").code, 2) << "no handles";
+  EXPECT_EQ(run("drape --geometric hang.json --most-sweeps -1").code, 2);
+}
+
+TEST_F(Program, FindsTheSpringsOfANet) {
+  const Outcome o = run(
+      "identify --trial pulled --finite-elements 200,0.3333 --method nelder_mead --evaluations 6 "
+      "--constants stretch_stiffness,shear_stiffness --json");
+  ASSERT_EQ(o.code, 0) << o.err;
+  const Json found = Json::parse(o.out)["results"][0];
+  EXPECT_TRUE(found["constants"].contains("shear_stiffness"));
+  EXPECT_EQ(found["method"], "nelder_mead");
+  EXPECT_SAYS(run("identify --trial hanging").err, "stretch, shear or bend");
+  EXPECT_SAYS(run("identify --trial hanging --constants bend_length").err, "needs a target");
 }
 
 TEST_F(Program, AnUnknownFormatIsRefusedBeforeTheRun) {

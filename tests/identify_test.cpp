@@ -39,6 +39,90 @@ TEST(Identification, NelderMeadFindsTheBendingOfASyntheticDrape) {
   EXPECT_LE(evaluations, 28);
 }
 
+/// A net that hangs by two corners, whose target another integrator computed, with a quarter of the
+/// step, and with another limiter.
+NetSearch hanging_search(const std::vector<std::string>& names, NetKinds base,
+                         const std::vector<double>& values) {
+  NetSearch search{.trial = {}, .base = base, .unknowns = net_unknowns(names), .target = {}};
+  std::vector<double> logs;
+  for (const double value : values) logs.push_back(std::log10(value));
+  search.target = net_motion(search.trial.of_target(), search.at(logs));
+  return search;
+}
+
+/// The best of a small genetic search, improved by Nelder-Mead; or the latter alone.
+Candidate found(const SearchSpace& space) {
+  std::vector<double> start = space.middle();
+  if (has_genetic()) start = genetic(space, {5, 2, 8, 3}, {}, {}).logs;
+  int evaluations = 0;
+  return nelder_mead(space, start, {90, 0.1, 2e-3}, evaluations);
+}
+
+constexpr NetKinds kLoose = {{{100.0, 1.0, 0.5}, {30.0, 1.0, 0.5}, {5.0, 1.0, 0.5}}};
+
+TEST(NetIdentification, FindsStiffnessAndNaturalLengthOfEachKindOfSprings) {
+  const std::vector<std::string> names{"stretch_stiffness", "shear_stiffness", "stretch_length"};
+  const std::vector<double> values{150.0, 20.0, 1.04};
+  const NetSearch search = hanging_search(names, kLoose, values);
+  const Candidate best = found(search.space());
+  EXPECT_LT(best.residual, 0.2);
+  for (std::size_t k = 0; k < values.size(); ++k)
+    EXPECT_NEAR(std::pow(10.0, best.logs[k]) / values[k], 1.0, k == 2 ? 0.01 : 0.1) << names[k];
+}
+
+TEST(NetIdentification, FindsTheElongationRateOfSpringsThatReachIt) {
+  NetKinds soft = kLoose;
+  soft[0].stiffness = 25.0;
+  const NetSearch search = hanging_search({"stretch_limit", "shear_stiffness"}, soft, {0.06, 20.0});
+  const Candidate best = found(search.space());
+  EXPECT_NEAR(std::pow(10.0, best.logs[0]), 0.06, 0.006);
+  EXPECT_NEAR(std::pow(10.0, best.logs[1]), 20.0, 3.0);
+}
+
+// A net of square cells is the isotropic sheet of finite elements with Young's modulus E and
+// Poisson's ratio 1/3 if its diagonals have C12 = 3/8 E and its sides C11 - C12 = 3/4 E.
+TEST(NetIdentification, FindsTheSpringsThatDeformAsFiniteElementsDo) {
+  NetSearch search{.trial = NetTrial::pulled(),
+                   .base = kLoose,
+                   .unknowns = net_unknowns({"stretch_stiffness", "shear_stiffness"}),
+                   .target = {}};
+  search.base[2].stiffness = 1e-6;
+  constexpr double young = 200.0;
+  search.target = finite_element_motion(search.trial, young, 1.0 / 3.0, 4);
+  int evaluations = 0;
+  const Candidate best =
+      nelder_mead(search.space(), search.space().middle(), {60, 0.2, 1e-3}, evaluations);
+  EXPECT_NEAR(std::pow(10.0, best.logs[0]) / young, 0.75, 0.06);
+  EXPECT_NEAR(std::pow(10.0, best.logs[1]) / young, 0.375, 0.04);
+}
+
+TEST(NetIdentification, NaturalLengthsAreThoseOfTheirOwnKindOfSprings) {
+  constexpr double nothing = 1e-9;  // N/m
+  for (const std::size_t stiff : {0u, 1u, 2u}) {
+    NetKinds kinds = kLoose;
+    for (std::size_t k = 0; k < 3; ++k) kinds[k] = {k == stiff ? 30.0 : nothing, 1.0, 100.0};
+    const std::vector<Vec3> before = net_motion({}, kinds);
+    for (std::size_t k = 0; k < 3; ++k) {
+      NetKinds longer = kinds;
+      longer[k].length = 1.1;
+      const std::vector<Vec3> x = net_motion({}, longer);
+      double moved = 0.0;
+      for (std::size_t i = 0; i < x.size(); ++i) moved = std::max(moved, (x[i] - before[i]).norm());
+      EXPECT_EQ(moved > 1e-4, k == stiff) << stiff << " " << k << " " << moved;
+    }
+  }
+}
+
+TEST(NetIdentification, AnUnknownConstantAndAnUnfitTargetAreRefused) {
+  EXPECT_THROW(net_unknowns({"stretch"}), std::invalid_argument);
+  EXPECT_THROW(net_unknowns({}), std::invalid_argument);
+  NetSearch search = hanging_search({"stretch_stiffness"}, kLoose, {100.0});
+  search.target.pop_back();
+  EXPECT_THROW(search.residual({2.0}), std::invalid_argument);
+  search.trial.samples = 0;
+  EXPECT_THROW(search.residual({2.0}), std::invalid_argument);
+}
+
 TEST(Identification, AnUnknownConstantIsRefused) {
   EXPECT_THROW(identified_constants({"colour"}), std::invalid_argument);
   EXPECT_THROW(identified_constants({}), std::invalid_argument);

@@ -47,6 +47,22 @@ TEST(JudgePath, FindsAPointThatPassesThroughATriangle) {
   EXPECT_FALSE(falling_point_touches(0.75, 0.75, -1.0));
 }
 
+// Two triangles come together along a side, whose vertices become one; a third lies between them.
+TEST(JudgePath, VerticesThatBecomeOneMayMeetButNothingMayLieBetweenThem) {
+  TriangleMesh mesh{
+      {{-1, 0.5, 0}, {-0.1, 0, 0}, {-0.1, 1, 0}, {1, 0.5, 0}, {0.1, 0, 0}, {0.1, 1, 0}},
+      {{0, 1, 2}, {3, 5, 4}}};
+  std::vector<Vec3> end = mesh.vertices;
+  end[1] = end[4] = {0, 0, 0};
+  end[2] = end[5] = {0, 1, 0};
+  const std::vector<std::int32_t> one{0, 1, 2, 3, 1, 2};
+  EXPECT_GT(judge_path(mesh, end, {}, {}).self_collisions, 0u);
+  EXPECT_EQ(judge_path(mesh, end, {}, {}, one).self_collisions, 0u);
+  const TriangleMesh between{{{0.05, 0.2, -1}, {0.05, 0.8, -1}, {0.05, 0.5, 1}}, {{0, 1, 2}}};
+  EXPECT_GT(judge_path(mesh, end, between, between.vertices, one).body_collisions, 0u);
+  EXPECT_THROW(judge_path(mesh, end, {}, {}, std::span(one).first(5)), std::invalid_argument);
+}
+
 TEST(JudgePath, CountsATouchAtTheLastInstantAndNotOneJustMissed) {
   EXPECT_TRUE(falling_point_touches(0.25, 0.25, 0.0));
   EXPECT_FALSE(falling_point_touches(0.25, 0.25, std::numeric_limits<double>::denorm_min()));

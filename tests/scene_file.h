@@ -101,7 +101,7 @@ inline constexpr const char* everything = R"({
     {"name": "triangle_net", "pattern": {"type": "triangular_net", "structural": 10, "flexion": 11}}
   ],
   "seams": [{"name": "side", "a": {"geometry": "grid", "select": {"edge": "x0"}},
-             "b": {"geometry": "grid", "select": {"edge": "x1"}}, "reverse": true, "pull": 20,
+             "b": {"geometry": "grid", "select": {"edge": "x1"}}, "reverse": true, "pull": 20, "acceleration": 3, "merge": 0.02,
              "tolerance": 0.01, "damping": 0.1}],
   "water": {"diffusivity": 2e-6, "saturation": 1.5, "sources": [
     {"geometry": "inline", "select": {"vertices": [1]}, "rate": 0.01, "begin": 0.1, "end": 0.2, "velocity": [0, 0, -3]}]},

@@ -254,6 +254,8 @@ TEST_F(EverythingFile, SeamsWaterAndPatternsAreRead) {
   EXPECT_EQ(s.seams[0].vertices[0].size(), s.seams[0].vertices[1].size());
   EXPECT_GT(s.seams[0].vertices[1].front(), s.seams[0].vertices[1].back());
   EXPECT_EQ(s.seams[0].sewing.pull, 20.0);
+  EXPECT_EQ(s.seams[0].sewing.acceleration, 3.0);
+  EXPECT_EQ(s.seams[0].merge, 0.02);
   ASSERT_TRUE(s.water.has_value());
   EXPECT_EQ(s.water->wetting.diffusivity, 2e-6);
   ASSERT_EQ(s.water->sources.size(), 1u);

@@ -65,7 +65,7 @@ TEST(StrainLimitMethods, BoundTheStrainWhereTheySaySo) {
     EXPECT_LE(report.residual, 1e-3) << name;
     ++bounding;
   }
-  EXPECT_EQ(bounding, 6);
+  EXPECT_EQ(bounding, 7);
 }
 
 TEST(StrainLimitMethods, KeepMomentumWhereTheySaySoAndLoseItOtherwise) {
@@ -133,6 +133,71 @@ TEST(VelocityLimiter, AsPrintedTakesTheVelocityOfThePairAlongTheSpring) {
   EXPECT_NEAR(x[0].x(), 0.0, 1e-12);
   EXPECT_NEAR(x[1].x(), 1.1, 1e-12);
   EXPECT_NEAR(x[0].y(), 0.2, 1e-12) << "across the spring nothing changes";
+}
+
+// Excess over the thresholds of one spring of length 1, limit 0.1, between a particle of mass 1 and
+// one of mass 2 that ends the step at `end`, after some sweeps of the limiter "han".
+struct HanSpring {
+  std::vector<Spring> spring{{0, 1, 1.0, 100.0}};
+  std::vector<double> limit{0.1}, inv_mass{1.0, 0.5};
+  Vectors x_t0, x;
+
+  HanSpring(double start, const Vec3& end, int sweeps, double share) {
+    MethodOptions options;
+    options.set("share", share);
+    const StrainLimiterRegistry all = strain_limiters();
+    const auto han = all.at("han")(options, spring, limit, 2).method;
+    x_t0 = {{0, 0, 0}, {start, 0, 0}};
+    x = {{0, 0, 0}, end};
+    LimitStep step{x_t0, inv_mass, 0.01};
+    step.max_sweeps = sweeps;
+    han->limit_ends(step, x);
+  }
+  double length() const { return (x[1] - x[0]).norm(); }
+};
+
+TEST(HanLimiter, BringsStretchAndCompressionToTheirThresholdsSweepAfterSweep) {
+  // A sweep takes the share of the excess: 0.2 m decrease to 0.2 (1 - σ)^k.
+  for (const double share : {0.5, 0.2})
+    for (const int sweeps : {1, 2, 3}) {
+      const double left = 0.2 * std::pow(1.0 - share, sweeps);
+      EXPECT_NEAR(HanSpring(1.0, {1.3, 0, 0}, sweeps, share).length(), 1.1 + left, 1e-12);
+      EXPECT_NEAR(HanSpring(1.0, {0.7, 0, 0}, sweeps, share).length(), 0.9 - left, 1e-12);
+    }
+  // Springs that start beyond their threshold reach it too.
+  EXPECT_NEAR(HanSpring(1.2, {1.3, 0, 0}, 100, 0.5).length(), 1.1, 1e-3);
+  EXPECT_NEAR(HanSpring(0.8, {0.7, 0, 0}, 100, 0.5).length(), 0.9, 1e-3);
+  EXPECT_EQ(HanSpring(1.0, {1.09, 0, 0}, 100, 0.5).length(), 1.09) << "within them";
+}
+
+TEST(HanLimiter, DecreasesTheVelocityAlongTheSpringAlone) {
+  const HanSpring s(1.0, {1.2, 0.3, -0.1}, 1, 0.5);
+  EXPECT_EQ(s.x[1].y(), 0.3);
+  EXPECT_EQ(s.x[1].z(), -0.1);
+  EXPECT_EQ(s.x[0].y(), 0.0);
+  EXPECT_NEAR(s.x[0].x() + 2.0 * s.x[1].x(), 2.4, 1e-12) << "momentum";
+  EXPECT_LT(s.x[1].x(), 1.2);
+}
+
+TEST(HanLimiter, TheForceOfItsSpringsIsTheCubicThatStiffensToBothSides) {
+  const std::vector<Spring> spring{{0, 1, 0.5, 80.0}};
+  const std::vector<double> limit{0.2};
+  MethodOptions options;
+  options.set("growth", 3.0);
+  const StrainLimiterRegistry all = strain_limiters();
+  const auto force = all.at("han")(options, spring, limit, 2).force;
+  ASSERT_NE(force, nullptr);
+  for (const double d : {-0.1, -0.04, 0.0, 0.03, 0.1}) {
+    const Vectors x{{0, 0, 0}, {0.5 + d, 0, 0}}, v(2, Vec3::Zero());
+    const std::vector<double> mass{1.0, 1.0};
+    Vectors f(2, Vec3::Zero());
+    force->add_force({x, v, mass, 0.0}, f);
+    // F = K ΔL (1 + γ (ΔL/(τ L0))²) without Hooke's K ΔL; τ L0 = 0.1 m.
+    EXPECT_NEAR(f[0].x(), 80.0 * d * 3.0 * (d / 0.1) * (d / 0.1), 1e-12) << d;
+    EXPECT_NEAR(f[1].x(), -f[0].x(), 1e-15);
+  }
+  options.set("growth", 0.0);
+  EXPECT_EQ(all.at("han")(options, spring, limit, 2).force, nullptr);
 }
 
 TEST(PositionVelocityLimiter, TakesTheVelocityThatGoesOnStretching) {

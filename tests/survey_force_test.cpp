@@ -120,6 +120,23 @@ TEST(Sewing, DoesNotSlowAGarmentThatMovesAsAWhole) {
   EXPECT_NEAR(force_at(*force, s)[0].x(), 7.0, 1e-12);
 }
 
+// The relative acceleration of a pair is that of the distance, ε d (1/m_i + 1/m_j), and ΔA besides,
+// whatever the masses; the pair keeps its momentum.
+TEST(Sewing, TheAccelerationIsThatOfThePairWhateverItsMasses) {
+  const std::vector<double> mass{0.003, 0.001};
+  const auto approach = [&](double acceleration, double d) {
+    const SewingConfig config{2.0, 0.01, 0.0, acceleration};
+    const auto force = make_sewing_force(seam, config, 2, mass);
+    const auto f = force_at(*force, at({{0, 0, 0}, {d, 0, 0}}));
+    EXPECT_NEAR(f[0].x() + f[1].x(), 0.0, 1e-18);
+    return f[0].x() / mass[0] - f[1].x() / mass[1];
+  };
+  for (const double d : {0.3, 0.02, 0.009, 0.002})
+    EXPECT_NEAR(approach(5.0, d) - approach(0.0, d), 5.0, 1e-11) << d;
+  EXPECT_EQ(approach(5.0, 0.0), 0.0) << "a closed seam is at rest";
+  EXPECT_THROW(make_sewing_force(seam, {1.0, 0.01, 0.0, 5.0}, 2), std::invalid_argument);
+}
+
 TEST(Sewing, BadNumbersAreRefused) {
   EXPECT_THROW(make_sewing_force(seam, {0.0, 0.004, 0.0}, 2), std::invalid_argument);
   EXPECT_THROW(make_sewing_force(seam, {1.0, 0.0, 0.0}, 2), std::invalid_argument);

@@ -112,7 +112,7 @@ TEST_F(SurveyMap, NamesFilesThatThereAre) {
 TEST_F(SurveyMap, HasEveryRowOfTheSurveysTables) {
   const std::map<std::string, std::vector<std::string>> tables = {
       {"I", {"1", "2", "3", "4", "5", "6", "7", "8", "9", "10"}},
-      {"III", {"1", "2", "3", "4", "5", "6", "7", "8"}},
+      {"III", {"1", "2", "3", "4", "5", "6", "7", "8", "9"}},
       {"IV", {"1", "2", "3", "4", "5", "6"}},
       {"V", {"1", "2", "3", "4", "5", "6a", "6b", "6c", "7a", "7b"}},
       {"VII", {"1a", "1b", "1c", "1d", "1e", "2", "3", "4"}},

@@ -123,6 +123,20 @@ std::vector<SplitEvent> splits_from(const Json& j) {
   return splits;
 }
 
+Json to_json(const std::vector<MergeEvent>& merges) {
+  Json list = Json::array();
+  for (const MergeEvent& event : merges)
+    list.push_back({{"time", event.time}, {"pairs", event.pairs}});
+  return list;
+}
+
+std::vector<MergeEvent> merges_from(const Json& j) {
+  std::vector<MergeEvent> merges;
+  for (const Json& e : j)
+    merges.push_back({e.at("time").get<double>(), e.at("pairs").get<std::vector<Edge>>()});
+  return merges;
+}
+
 constexpr std::size_t kDigits = 16;
 
 }  // namespace
@@ -162,6 +176,7 @@ void write_state_fields(const SimulationState& state, Json& json) {
   json["tangles"] = to_json(state.tangles);
   json["memory"] = memory_text(state.memory);
   json["splits"] = to_json(state.splits);
+  json["merges"] = to_json(state.merges);
 }
 
 void read_state_fields(const Json& json, SimulationState& state) {
@@ -171,6 +186,7 @@ void read_state_fields(const Json& json, SimulationState& state) {
   if (json.contains("tangles")) state.tangles = tangles_from(json["tangles"]);
   if (json.contains("memory")) state.memory = memory_from(json["memory"]);
   if (json.contains("splits")) state.splits = splits_from(json["splits"]);
+  if (json.contains("merges")) state.merges = merges_from(json["merges"]);
 }
 
 void write_checkpoint(const fs::path& out, int frame, const StateCopy& copy,

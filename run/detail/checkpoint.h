@@ -57,7 +57,7 @@ std::optional<SimulationState> read_state(const std::filesystem::path& file,
                                           const std::string& hash);
 
 /// Writes the parts of a state that no PLY file holds into a JSON object: time, step, control,
-/// tangles, memory and splits.
+/// tangles, memory, splits and merges.
 void write_state_fields(const SimulationState& state, Json& json);
 /// Reads them. Only time and step are required, because older checkpoints have only these. Throws
 /// Json::exception for a wrong type and std::invalid_argument for damaged memory.

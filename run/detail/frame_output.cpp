@@ -46,10 +46,10 @@ FrameOutput::FrameOutput(const Scene& scene, const FrameFormatRegistry& formats,
     auto writer =
         make_method(formats, name, "output.formats", options_of(scene.output, name), out_);
     if (mesh_changes && formats.at(name).traits().one_mesh)
-      throw std::invalid_argument(
-          fmt::format("output: \"refine\" changes the mesh, but a {} file holds one mesh; take "
-                      "another format, such as vtk",
-                      name));
+      throw std::invalid_argument(fmt::format(
+          "output: \"refine\" or \"merge\" changes the mesh, but a {} file holds one mesh; take "
+          "another format, such as vtk",
+          name));
     if (name != "ply") others_.push_back(std::move(writer));
   }
 }

@@ -97,7 +97,8 @@ void read_seams(LocatedJson& document, const ClothPatternRegistry& patterns, Sce
     }
     if (j["reverse"].get<bool>()) std::reverse(seam.vertices[1].begin(), seam.vertices[1].end());
     seam.sewing = {j["pull"].get<double>(), j["tolerance"].get<double>(),
-                   j["damping"].get<double>()};
+                   j["damping"].get<double>(), j["acceleration"].get<double>()};
+    seam.merge = j["merge"].get<double>();
     refuse_bad_pairs(document, seam, path);
     scene.seams.push_back(std::move(seam));
   }

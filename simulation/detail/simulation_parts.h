@@ -48,6 +48,7 @@ struct Simulation::Parts {
   double nominal_step() const { return 1.0 / (scene.time.fps * scene.time.steps_per_frame); }
 
   // -- start.cpp ----------------------------------------------------------------------------------
+  void start(const Methods& m);
   void refuse_bad_start();
   void refuse_unstable_start();
   void refuse_enclosed_start(std::span<const EdgeCrossing> crossings);

@@ -75,6 +75,9 @@ Simulation::Parts::Parts(const Scene& s, BuiltScene b, const Methods& m)
   if (scene.water) water.emplace(scene, built);
   detail::place_bodies(built, state.time, input.x_t0);
   note_bodies(input.x_t0);
+}
+
+void Simulation::Parts::start(const Methods& m) {
   refuse_bad_start();
   if (detail::limiter_kind(scene, m.strain_limiters) == LimiterKind::critical_step)
     note_critical_step(scene, built, m, nominal_step(), result);

@@ -17,6 +17,7 @@ std::size_t count(const BuiltScene& built) { return built.cloth.surface.vertices
 double hanging_weight(const Scene& scene, const BuiltScene& built, std::size_t p) {
   const auto begin = static_cast<std::size_t>(built.piece_begin[p]);
   const auto end = static_cast<std::size_t>(built.piece_begin[p + 1]);
+  if (begin == end) return 0.0;  // all of its vertices are those of seams now
   Vec3 low = built.cloth.surface.vertices[begin], high = low;
   for (std::size_t i = begin; i < end; ++i) {
     low = low.cwiseMin(built.cloth.surface.vertices[i]);

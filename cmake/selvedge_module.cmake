@@ -55,8 +55,9 @@ function(selvedge_unite target)
   endif()
 endfunction()
 
-# selvedge_optimize_less(TARGET): for tests and for code that reads and writes JSON and text. It compiles in two thirds
-# to four fifths of the time with -O1, and no part of it takes time when a scene runs.
+# selvedge_optimize_less(TARGET): for tests, benchmarks and code that reads and writes JSON and text. It compiles in two
+# thirds to four fifths of the time with -O1. No part of it takes time when a scene runs, and what a benchmark measures
+# is in the libraries.
 function(selvedge_optimize_less target)
   target_compile_options(${target} PRIVATE $<$<AND:$<CXX_COMPILER_ID:GNU,Clang>,$<CONFIG:Release,RelWithDebInfo>>:-O1>)
 endfunction()
@@ -64,13 +65,13 @@ endfunction()
 # selvedge_precompile(TARGET [HEADER LIBRARIES...]) lets the target use cmake/HEADER.h (default: precompiled) as a
 # precompiled header. A target that links only LIBRARIES compiles it once for all libraries and once for all programs,
 # because a compiler rejects a precompiled header that was made with other options or definitions. Headers that end in
-# _json or _test are for sources that selvedge_optimize_less suits.
+# _json, _test or _bench are for sources that selvedge_optimize_less suits.
 function(selvedge_precompile target)
   set(header precompiled)
   if(ARGC GREATER 1)
     list(POP_FRONT ARGN header)
   endif()
-  if(header MATCHES "_(json|test)$")
+  if(header MATCHES "_(json|test|bench)$")
     selvedge_optimize_less(${target})
   endif()
   if(NOT SELVEDGE_PCH)
@@ -93,7 +94,7 @@ function(selvedge_precompile target)
       add_library(${maker} STATIC EXCLUDE_FROM_ALL ${source})
     endif()
     selvedge_target_defaults(${maker})
-    if(header MATCHES "_(json|test)$")
+    if(header MATCHES "_(json|test|bench)$")
       selvedge_optimize_less(${maker})
     endif()
     target_link_libraries(${maker} PRIVATE Eigen3::Eigen ${ARGN})

@@ -63,7 +63,7 @@ build() {
 
 # run FOLDER FILTER: 0 if all tests of the filter pass. A mutant may not end.
 run() {
-  { (ulimit -t "$most_seconds"; exec "$1/trial" --gtest_filter="$2" --gtest_brief=1) >"$1/log" 2>&1; } 2>/dev/null
+  { (ulimit -t "$most_seconds"; exec "$1/trial" --gtest_filter="$2" --gtest_brief=1 --gtest_fail_fast) >"$1/log" 2>&1; } 2>/dev/null
 }
 
 # mutant NAME FILE FROM TO TEST FILTER: the first FROM in FILE becomes TO.

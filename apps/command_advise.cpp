@@ -37,9 +37,9 @@ fs::path folder_of(const std::string& where) {
   return folder;
 }
 
-/// What a user may rely on: not less than the reference's own uncertainty.
+/// What a user may rely on: not less than the reference's own uncertainty, nor than the interval.
 double reliable_error(const CompareTable& table, const CompareRow& row) {
-  return std::max(row.error.value_or(0.0), table.uncertainty);
+  return std::max({row.error.value_or(0.0), table.uncertainty, row.error_half});
 }
 
 std::vector<const CompareRow*> fitting(const CompareTable& table, const AdviseOptions& o) {
@@ -64,7 +64,7 @@ bool clearly_quicker(const CompareRow& a, const CompareRow& b) {
 void print_advice(const CompareTable& table, const std::vector<const CompareRow*>& rows) {
   const CompareRow& best = *rows[0];
   fmt::print("{}: {:.4g} s per run", best.label, best.run_s.median);
-  if (best.error) fmt::print(", error {:.2e} of the cloth's extent", reliable_error(table, best));
+  if (best.error) fmt::print(", error {:.2e} {}", reliable_error(table, best), table.error_unit);
   fmt::print("\n{}\n", best.command);
   if (rows.size() < 2) return;
   const CompareRow& next = *rows[1];
@@ -113,7 +113,10 @@ void add_command_advise(const Command& app) {
       app.subcommand("advise", "Find the fastest cell of a comparison within an error");
   command.option("where", o->where, "Folder of a comparison, or the scene that was compared")
       .required();
-  command.option("--error", o->error, "Largest error, relative to the extent of the cloth")
+  command
+      .option("--error", o->error,
+              "Largest error, in the unit of the comparison: by default relative to the extent of "
+              "the cloth")
       .positive();
   command.option("--max-stretch", o->stretch, "Largest (L-L0)/L0 of any spring").positive();
   command.flag("--json", o->json, "Print JSON");

@@ -31,9 +31,9 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 struct CompareOptions {
-  std::string scene, out, in, only, workflow, design = "product";
+  std::string scene, out, in, only, workflow, design = "product", error = "position";
   std::vector<std::string> vary, set, reference_set;
-  int threads = 1, repeats = 7, judged = 4;
+  int threads = 1, repeats = 7, judged = 4, seeds = 0;
   double budget = 300.0;
   bool no_reference = false, no_pictures = false, json = false;
 };
@@ -61,7 +61,10 @@ std::string command_in_words(const CompareOptions& o) {
   add("--reference-set", o.reference_set);
   if (o.design != "product") text += " --design " + o.design;
   if (o.no_reference) text += " --no-reference";
-  return text + fmt::format(" --repeats {} --threads {}", o.repeats, o.threads);
+  if (o.error != "position") text += " --error " + o.error;
+  text +=
+      o.seeds > 0 ? fmt::format(" --seeds {}", o.seeds) : fmt::format(" --repeats {}", o.repeats);
+  return text + fmt::format(" --threads {}", o.threads);
 }
 
 CompareRequest request_of(const CompareOptions& o) {
@@ -72,15 +75,16 @@ CompareRequest request_of(const CompareOptions& o) {
   request.vary = o.vary;
   request.design = o.design == "product" ? CompareDesign::product : CompareDesign::one_at_a_time;
   request.reference = !o.no_reference;
-  request.repeats = o.repeats;
-  request.limits = {o.threads, o.budget, o.judged};
+  request.error = o.error;
+  request.repeats = o.seeds > 0 ? o.seeds : o.repeats;
+  request.limits = {o.threads, o.budget, o.judged, o.seeds > 0};
   request.command = command_in_words(o);
   return request;
 }
 
 /// All repeats of one cell, or of all; nothing is merged.
 void run_only(const CompareOptions& o, const ComparePlan& plan, const Methods& methods) {
-  int repeats = 1;  // of a reference level
+  int repeats = level_runs(plan);
   for (const CompareCell& cell : plan.cells)
     if (cell.id == o.only) repeats = plan.repeats;
   for (int repeat = 0; repeat < repeats; ++repeat)
@@ -119,9 +123,7 @@ void print_own_share(const TimeOfRuns& time, double all_s) {
 int run_all(const CompareOptions& o, const fs::path& out, const ComparePlan& plan,
             const Methods& methods, Clock::time_point begin) {
   const auto spent = [&] { return seconds_since(begin); };
-  const int runs = static_cast<int>(plan.levels.size() +
-                                    plan.cells.size() * static_cast<std::size_t>(plan.repeats));
-  ProgressBar bar("run", runs);
+  ProgressBar bar("run", run_count(plan));
   const TimeOfRuns time =
       run_missing(out, plan, methods, [&](int done, int) { bar.show(done, spent()); });
   bar.clear();
@@ -224,6 +226,16 @@ void add_options(const Command& command, CompareOptions& o) {
       .one_word();
   command.flag("--no-reference", o.no_reference,
                "Compute no reference: times and detectors only, no errors");
+  command
+      .option("--error", o.error,
+              "Quantity of the errors: position (root mean square, default), hausdorff, drape, "
+              "strain, energy, penetration; the table lists all")
+      .one_of(error_names());
+  command
+      .option("--seeds", o.seeds,
+              "Instead of repeats: this many runs of each cell and of the reference with different "
+              "perturbations; errors are those of the means, with their 90 % intervals")
+      .range(2, 1000);
   command.option("--out", o.out, "Folder (default: out/compare_NAME); a second start continues it");
   command.option("--repeats", o.repeats, "Runs of each cell (default 7)").range(1, 1000);
   command.option("--threads", o.threads, "Threads of a run (default 1); 0: all").range(0, 1024);

@@ -10,23 +10,11 @@
 #include <chrono>
 #include <cmath>
 #include <numbers>
-#include <random>
 #include <stdexcept>
 #include <utility>
 
 namespace selvedge {
 namespace {
-
-/// Uniform in [-1, 1), the same on every machine.
-double draw(std::mt19937_64& random) { return 0x1p-63 * static_cast<double>(random()) - 1.0; }
-
-void blow(BuiltScene& built, std::uint32_t seed) {
-  std::mt19937_64 random(seed);
-  for (Vec3& v : built.velocity) {
-    const double x = draw(random), y = draw(random), z = draw(random);
-    v += kSeedSpeed * Vec3(x, y, z);
-  }
-}
 
 double rms_strain(const ClothEnds& cloth) {
   double squares = 0.0;
@@ -122,10 +110,9 @@ AblationRow judge(const std::string& part, const Ensemble& whole, const Ensemble
 
 }  // namespace
 
-TimedRun run_timed(const Scene& scene, const Methods& methods, std::uint32_t seed) {
-  BuiltScene built = build_scene(scene);
-  if (seed > 0) blow(built, seed);
-  RefiningSimulation simulation(scene, std::move(built), methods);
+TimedRun run_timed(Scene scene, const Methods& methods, std::uint32_t seed) {
+  if (seed > 0) scene.perturbation = {kSeedSpeed, seed};
+  RefiningSimulation simulation(scene, build_scene(scene), methods);
   TimedRun run;
   const auto begin = std::chrono::steady_clock::now();
   try {

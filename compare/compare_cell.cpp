@@ -114,7 +114,8 @@ class CellRunner {
 
   CellRun execute() {
     try {
-      beside("reading", [&] { scene_ = read_scene(folder_ / "scene.json", {}, methods_); });
+      beside("reading",
+             [&] { scene_ = read_scene(folder_ / "scene.json", seed_overrides(), methods_); });
       run_.dt = nominal_step(scene_);
       beside("warming_up", [&] { warm_up(); });
       simulate();
@@ -217,11 +218,19 @@ class CellRunner {
     run_.end_s = simulation_->now().state().time;
     run_.particles = simulation_->now().state().x.size();
     run_.peak_bytes = peak_bytes();
-    if (repeat_ != 0) return;
-    // Cells may have been split, so the start frame uses the surface of the end.
-    write_frame(0, simulation_->start(), start_bodies_);
     const Simulation& now = simulation_->now();
-    write_frame(kEndFrame, now.state().x, now.body_positions());
+    run_.result.measures =
+        final_measures(scene_, now.built(), {now.state().x, now.state().v, now.mass(), run_.end_s},
+                       methods_.force_laws);
+    if (repeat_ != 0 && !limits_.seeds) return;
+    // Cells may have been split, so the start frame uses the surface of the end.
+    if (repeat_ == 0) write_frame(0, simulation_->start(), start_bodies_);
+    write_frame(kEndFrame + repeat_, now.state().x, now.body_positions());
+  }
+
+  std::vector<Override> seed_overrides() const {
+    if (!limits_.seeds) return {};
+    return {{"perturbation.seed", std::to_string(repeat_ + 1)}};
   }
 
   void write_frame(int frame, const std::vector<Vec3>& x, const std::vector<Vec3>& bodies) const {

@@ -67,9 +67,11 @@ OrderedJson to_json(const ComparePlan& plan) {
           {"cells", cells},
           {"reference", kReferenceWords[static_cast<int>(plan.reference)]},
           {"levels", plan.levels},
+          {"error", plan.error},
           {"threads", plan.limits.threads},
           {"budget_s", plan.limits.budget_s},
           {"judged_motions", plan.limits.judged_motions},
+          {"seeds", plan.limits.seeds},
           {"repeats", plan.repeats},
           {"build", plan.build}};
 }
@@ -94,7 +96,8 @@ ComparePlan plan_from_json(const OrderedJson& j) {
   plan.reference = static_cast<ReferenceKind>(known - std::begin(kReferenceWords));
   plan.levels = j.at("levels").get<std::vector<std::string>>();
   plan.limits = {j.at("threads").get<int>(), j.at("budget_s").get<double>(),
-                 j.at("judged_motions").get<int>()};
+                 j.at("judged_motions").get<int>(), j.at("seeds").get<bool>()};
+  plan.error = j.at("error").get<std::string>();
   plan.repeats = j.at("repeats").get<int>();
   plan.build = j.at("build").get<std::string>();
   return plan;
@@ -104,6 +107,7 @@ ComparePlan plan_from_json(const OrderedJson& j) {
 OrderedJson what_decides(const ComparePlan& plan) {
   OrderedJson j = to_json(plan);
   j.erase("command");
+  j.erase("error");
   j.erase("repeats");
   return j;
 }
@@ -285,10 +289,16 @@ void run_in_process(const fs::path& out, const std::string& id, int repeat,
   note_run(folder, repeat, silent_end(ending, log));
 }
 
+int level_runs(const ComparePlan& plan) { return plan.limits.seeds ? plan.repeats : 1; }
+
+int run_count(const ComparePlan& plan) {
+  return level_runs(plan) * static_cast<int>(plan.levels.size()) +
+         plan.repeats * static_cast<int>(plan.cells.size());
+}
+
 TimeOfRuns run_missing(const fs::path& out, const ComparePlan& plan, const Methods& methods,
                        const std::function<void(int, int)>& progress) {
-  const int levels = static_cast<int>(plan.levels.size());
-  const int all = levels + plan.repeats * static_cast<int>(plan.cells.size());
+  const int all = run_count(plan);
   int done = 0;
   TimeOfRuns time;
   const auto run = [&](const std::string& id, int repeat) {
@@ -299,7 +309,8 @@ TimeOfRuns run_missing(const fs::path& out, const ComparePlan& plan, const Metho
     }
     progress(++done, all);
   };
-  for (const std::string& level : plan.levels) run(level, 0);
+  for (const std::string& level : plan.levels)
+    for (int member = 0; member < level_runs(plan); ++member) run(level, member);
   for (int repeat = 0; repeat < plan.repeats; ++repeat)
     for (const CompareCell& cell : plan.cells) {
       const auto first = read_cell_run(cell_folder(out, cell.id), 0);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/compare/compare_plan.h>
+#include <selvedge/compare/detail/compare_error.h>
 #include <selvedge/simulation/refinement.h>
 #include <selvedge/simulation/simulation.h>
 
@@ -36,10 +37,11 @@ class Planner {
  public:
   Planner(const CompareRequest& request, const Methods& methods,
           const std::function<void(const std::string&)>& note)
-      : request_(request), methods_(methods), note_(note) {}
+      : request_(request), methods_(methods), note_(note), set_(request.set) {}
 
   PlannedCompare make() {
     base_ = read_scene(request_.scene, request_.set, methods_);
+    if (request_.limits.seeds) prepare_seeds();
     ComparePlan& plan = planned_.plan;
     plan.name = base_.name;
     plan.command = request_.command;
@@ -47,6 +49,7 @@ class Planner {
     plan.axes = read_axes(request_.vary, methods_);
     plan.limits = request_.limits;
     plan.repeats = request_.repeats;
+    plan.error = std::string(error_quantity(request_.error).name);
     plan.build = program_hash();
     for (const auto& values : design_cells(plan.axes, request_.design)) add_cell(values);
     refuse_if_none_can_run();
@@ -55,9 +58,26 @@ class Planner {
   }
 
  private:
+  /// Ensembles need a perturbation, and shapes with the same vertices.
+  void prepare_seeds() {
+    const auto splits = [](const ClothSpec& cloth) {
+      const auto* grid = std::get_if<ClothGrid>(&cloth.shape);
+      return grid != nullptr && grid->refine.when != RefineSpec::When::never;
+    };
+    if (std::any_of(base_.cloths.begin(), base_.cloths.end(), splits) ||
+        std::any_of(base_.seams.begin(), base_.seams.end(),
+                    [](const SeamSpec& seam) { return seam.merge > 0.0; }))
+      throw std::invalid_argument(
+          "--seeds: cells that split and seams that merge change the mesh at other times with "
+          "every "
+          "seed, so there is no mean shape; use --vary perturbation.seed");
+    if (base_.perturbation.speed == 0.0)
+      set_.push_back({"perturbation.speed", fmt::format("{:g}", kSeedSpeed)});
+  }
+
   void add_cell(const std::vector<std::string>& values) {
     ComparePlan& plan = planned_.plan;
-    const auto overrides = joined(request_.set, cell_overrides(plan.axes, values, base_));
+    const auto overrides = joined(set_, cell_overrides(plan.axes, values, base_));
     const Scene scene = read_scene(request_.scene, overrides, methods_);
     CompareCell cell;
     cell.values = values;
@@ -110,6 +130,9 @@ class Planner {
     ComparePlan& plan = planned_.plan;
     if (!request_.reference) return;
     if (base_.closed_form.motion != ClosedForm::none) {
+      if (plan.error != "position")
+        throw std::invalid_argument(fmt::format(
+            "--error {}: the closed form that the scene names gives positions only", plan.error));
       plan.reference = ReferenceKind::closed_form;
       return;
     }
@@ -128,7 +151,7 @@ class Planner {
 
   std::vector<Override> level_overrides(int level) const {
     const double refinement = kFirstRefinement * static_cast<double>(1 << level);
-    auto overrides = joined(request_.set, step_overrides(base_, finest_step() / refinement));
+    auto overrides = joined(set_, step_overrides(base_, finest_step() / refinement));
     overrides.push_back({"solver.tolerance", kReferenceTolerance});
     if (const CompareAxis* mesh = axis_named(planned_.plan.axes, "mesh"))
       overrides = joined(overrides, finer_mesh(*mesh, level));
@@ -160,6 +183,7 @@ class Planner {
   const CompareRequest& request_;
   const Methods& methods_;
   const std::function<void(const std::string&)>& note_;
+  std::vector<Override> set_;  // of all cells and levels
   Scene base_;
   PlannedCompare planned_;
 };

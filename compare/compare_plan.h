@@ -95,16 +95,23 @@ struct CellRun {
   PairJudgement pairs;  ///< of the first repeat only
 };
 
+/// Speed of the perturbation by which the seeds of one scene differ if the scene gives none, m/s: a
+/// thousandth of the speeds that cloth reaches.
+inline constexpr double kSeedSpeed = 1e-3;
+
 struct CellLimits {
   int threads = 1;          ///< 0: all cores
   double budget_s = 300.0;  ///< wall time of a run, > 0
   /// Number of motions of the first repeat on which detectors are checked, spread evenly over the
   /// run.
   int judged_motions = 4;
+  /// The repeats are members of an ensemble: repeat r starts with the perturbation of seed r + 1.
+  bool seeds = false;
 };
 
 /// Runs the scene in `folder`/scene.json once and writes the outcome to run_`repeat`.json there.
-/// Repeat 0 also writes start and end as frames of a result folder. A step of a separate simulation
+/// Repeat 0 also writes start and end as frames of a result folder, and with seeds every other
+/// repeat r its end as frame kEndFrame + r. A step of a separate simulation
 /// runs first to warm pages, caches and threads. Errors of the scene never throw; throws
 /// std::runtime_error if a file cannot be written.
 CellRun run_cell(const std::filesystem::path& folder, int repeat, const CellLimits& limits,
@@ -121,8 +128,8 @@ struct ClothEnds {
   double extent() const;  ///< m; diagonal of the bounding box at the start
 };
 
-/// Empty if the run wrote no end frame.
-std::optional<ClothEnds> read_ends(const std::filesystem::path& cell);
+/// Empty if the run wrote no end frame. Only with seeds do repeats other than 0 write one.
+std::optional<ClothEnds> read_ends(const std::filesystem::path& cell, int repeat = 0);
 
 /// Records that the run of a cell ended without writing an outcome.
 void note_run(const std::filesystem::path& folder, int repeat, const CellRun& run);
@@ -155,8 +162,9 @@ struct ComparePlan {
   std::vector<CompareCell> cells;
   std::vector<std::string> levels;  ///< folders of the reference runs, coarse to fine
   ReferenceKind reference = ReferenceKind::none;
+  std::string error = "position";  ///< the quantity of errors (detail/compare_error.h)
   CellLimits limits;
-  int repeats = 7;
+  int repeats = 7;    ///< of a cell; with limits.seeds, also of a reference level
   std::string build;  ///< of the program; times and bits of different builds must not be mixed
 };
 
@@ -189,6 +197,10 @@ struct TimeOfRuns {
       beside_s;  ///< additional work of the comparison (CellRun::beside_s)
 };
 
+/// Number of runs of a reference level, and of all cells and levels.
+int level_runs(const ComparePlan& plan);
+int run_count(const ComparePlan& plan);
+
 /// Executes all missing runs: references first, then all cells in rounds, so that a disturbance of
 /// the machine affects all of them. A cell whose run was not ok is not repeated. `progress`
 /// receives the number of finished runs and of all runs. Returns the time of the new runs.
@@ -202,6 +214,9 @@ std::string text_hash(const std::string& text);
 /// provide the path.
 std::string program_hash();
 
+/// Names of the quantities in which a comparison can measure errors.
+std::vector<std::string> error_names();
+
 /// The user's request for a comparison.
 struct CompareRequest {
   std::filesystem::path scene;
@@ -209,8 +224,9 @@ struct CompareRequest {
   std::vector<Override> reference_set;  ///< for the reference only
   std::vector<std::string> vary;
   CompareDesign design = CompareDesign::product;
-  bool reference = true;  ///< if there is a parameter to refine and a value to compare
-  int repeats = 7;
+  bool reference = true;           ///< if there is a parameter to refine and a value to compare
+  std::string error = "position";  ///< a name of error_names()
+  int repeats = 7;                 ///< with limits.seeds: members of each ensemble
   CellLimits limits;
   std::string command;
 };

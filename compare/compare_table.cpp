@@ -35,8 +35,9 @@ std::map<int, CellRun> good_runs(const fs::path& out, const std::string& id, int
   return runs;
 }
 
+/// Members of an `ensemble` start differently and end in different bits.
 void add_times(const std::map<int, CellRun>& runs, const std::map<int, CellRun>& first,
-               CompareRow& row) {
+               bool ensemble, CompareRow& row) {
   std::vector<double> seconds, ratios;
   std::map<std::string, std::vector<double>> phases;
   for (const auto& [repeat, run] : runs) {
@@ -44,13 +45,26 @@ void add_times(const std::map<int, CellRun>& runs, const std::map<int, CellRun>&
     if (const auto at = first.find(repeat); at != first.end())
       ratios.push_back(run.run_s / at->second.run_s);
     for (const auto& [phase, s] : run.result.phase_s) phases[phase].push_back(s);
-    if (run.result.state_hash != row.run.result.state_hash && row.failure.empty())
+    if (!ensemble && run.result.state_hash != row.run.result.state_hash && row.failure.empty())
       row.failure = fmt::format("repeat {} ended in other bits than the first", repeat);
   }
   row.repeats = static_cast<int>(runs.size());
   row.run_s = quartiles(seconds);
   row.ratio = quartiles(ratios);
   for (const auto& [phase, s] : phases) row.phase_s[phase] = quartiles(s).median;
+}
+
+/// An ensemble of which one member did not finish has no mean.
+void note_failed_member(const fs::path& out, const ComparePlan& plan, CompareRow& row) {
+  for (int member = 0; member < plan.repeats && row.status == RunStatus::ok; ++member) {
+    const auto run = read_cell_run(cell_folder(out, row.id), member);
+    if (run && run->status == RunStatus::ok) {
+      row.run.result.clean = row.run.result.clean && run->result.clean;
+      continue;
+    }
+    row.status = run ? run->status : RunStatus::crashed;
+    row.why = fmt::format("seed {}: {}", member + 1, run ? run->why : "has not been run yet");
+  }
 }
 
 CompareRow make_row(const fs::path& out, const ComparePlan& plan, const CompareCell& cell,
@@ -75,19 +89,30 @@ CompareRow make_row(const fs::path& out, const ComparePlan& plan, const CompareC
   row.status = run->status;
   row.why = run->why;
   row.failure = run->pairs.failure;
-  add_times(good_runs(out, cell.id, plan.repeats), first, row);
+  add_times(good_runs(out, cell.id, plan.repeats), first, plan.limits.seeds, row);
+  if (plan.limits.seeds) note_failed_member(out, plan, row);
   return row;
 }
 
-void add_errors(const fs::path& out, const ErrorMeasure& measure, std::vector<CompareRow>& rows) {
-  const auto first = rows.empty() ? std::nullopt : read_ends(cell_folder(out, rows[0].id));
-  for (CompareRow& row : rows) {
+void add_errors(const fs::path& out, const Reference& reference, CompareTable& table) {
+  const int members = level_runs(table.plan);
+  const ErrorQuantity& chosen = error_quantity(table.plan.error);
+  std::optional<CellEnd> first;
+  for (CompareRow& row : table.rows) {
     if (row.status != RunStatus::ok) continue;
-    row.error = measure.error(row.id);
-    row.counts = row.error && *row.error > measure.uncertainty();
+    const auto end = read_cell_end(cell_folder(out, row.id), members);
+    if (!end) continue;
+    if (&row == &table.rows.front()) first = end;
+    for (const ErrorQuantity& quantity : error_quantities())
+      if (const auto error = reference.error(quantity, row.id, *end))
+        row.errors[std::string(quantity.name)] = error->value;
+    if (const auto error = reference.error(chosen, row.id, *end)) {
+      row.error = error->value;
+      row.error_half = error->half;
+      row.counts = error->value > std::max(table.uncertainty, error->half);
+    }
     if (!first) continue;
-    if (const auto ends = read_ends(cell_folder(out, row.id)))
-      row.deviation = distance(*ends, *first);
+    if (const auto deviation = difference(chosen, *end, *first)) row.deviation = deviation->value;
   }
 }
 
@@ -167,6 +192,11 @@ RowText fields(const CompareTable& table, const CompareRow& row,
   f.emplace_back("error", figure(row.error));
   f.emplace_back("counts", row.error ? (row.counts ? "yes" : "no") : "");
   f.emplace_back("deviation", figure(row.deviation));
+  if (table.plan.limits.seeds) f.emplace_back("error_half_interval", figure(row.error_half));
+  for (const std::string& quantity : error_names()) {
+    const auto found = row.errors.find(quantity);
+    f.emplace_back("error_" + quantity, found == row.errors.end() ? "" : figure(found->second));
+  }
   add_result_columns(row, f);
   f.emplace_back("recall", if_ok(figure(row.run.pairs.recall)));
   f.emplace_back("colliding", if_ok(std::to_string(row.run.pairs.colliding)));
@@ -218,6 +248,8 @@ OrderedJson row_json(const CompareRow& row) {
                       {"why", row.why},
                       {"failure", row.failure},
                       {"error", optional_json(row.error)},
+                      {"error_half_interval", row.error_half},
+                      {"errors", row.errors},
                       {"counts", row.counts},
                       {"deviation", optional_json(row.deviation)},
                       {"pareto", row.pareto},
@@ -242,7 +274,9 @@ std::string remark(const CompareRow& row) {
   if (!row.failure.empty()) return "FAILURE: " + row.failure;
   if (row.status != RunStatus::ok) return row.why;
   if (!row.run.result.clean) return "NOT CLEAN";
-  if (row.error && !row.counts) return "below the reference's uncertainty";
+  if (row.error && !row.counts)
+    return *row.error <= row.error_half ? "within the scatter of the seeds"
+                                        : "below the reference's uncertainty";
   return row.pareto ? "Pareto front" : "";
 }
 
@@ -272,11 +306,15 @@ CompareTable make_table(const fs::path& out, const ComparePlan& plan, const Meth
   const auto first = plan.cells.empty() ? std::map<int, CellRun>{}
                                         : good_runs(out, plan.cells[0].id, plan.repeats);
   for (const CompareCell& cell : plan.cells) table.rows.push_back(make_row(out, plan, cell, first));
-  const ErrorMeasure measure(out, plan, methods);
-  table.reference = measure.sentence();
-  table.uncertainty = measure.uncertainty();
-  table.converges = measure.converges();
-  add_errors(out, measure, table.rows);
+  const Reference reference(out, plan, methods);
+  const ErrorQuantity& quantity = error_quantity(plan.error);
+  const Convergence convergence = reference.convergence(quantity);
+  table.error_unit = quantity.unit;
+  table.error_meaning = quantity.meaning;
+  table.reference = convergence.sentence;
+  table.uncertainty = convergence.uncertainty;
+  table.converges = convergence.converges;
+  add_errors(out, reference, table);
   mark_front(table.rows);
   return table;
 }
@@ -311,6 +349,10 @@ std::string to_json_text(const CompareTable& table) {
                            {"machine", table.machine},
                            {"threads", table.plan.limits.threads},
                            {"reference", table.reference},
+                           {"quantity", table.plan.error},
+                           {"error_unit", table.error_unit},
+                           {"error_meaning", table.error_meaning},
+                           {"seeds", table.plan.limits.seeds ? table.plan.repeats : 0},
                            {"uncertainty", table.uncertainty},
                            {"converges", table.converges},
                            {"axes", axes},
@@ -340,7 +382,11 @@ std::string to_text(const CompareTable& table) {
     const std::string more = remark(row);
     text += (more.empty() ? "" : "  " + more) + "\n";
   }
-  return text + "errors against: " + table.reference + "\n";
+  const std::string seeds = table.plan.limits.seeds
+                                ? fmt::format(", means of {} seeds", table.plan.repeats)
+                                : std::string();
+  return text + fmt::format("errors: {}, {}{}; against: {}\n", table.error_meaning,
+                            table.error_unit, seeds, table.reference);
 }
 
 std::string command_of(const ComparePlan& plan, const CompareCell& cell) {

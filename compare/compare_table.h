@@ -30,9 +30,12 @@ struct CompareRow {
   Quartiles run_s;      ///< s, all steps
   Quartiles ratio;      ///< time over that of the first cell, round by round
   std::map<std::string, double> phase_s;  ///< s, medians
-  std::optional<double> error;            ///< over the extent of the cloth
+  std::optional<double> error;            ///< in the quantity of the plan
+  double error_half = 0.0;                ///< half its 90 % interval over the seeds; 0: no seeds
   std::optional<double> deviation;        ///< the same relative to the first cell
-  /// True if the error exceeds the uncertainty of the reference, so that it may be plotted.
+  std::map<std::string, double> errors;   ///< in every quantity that has a reference
+  /// True if the error exceeds the uncertainty of the reference and its own interval, so that it
+  /// may be plotted.
   bool counts = false;
   bool pareto = false;  ///< no other cell is both faster and more accurate
 };
@@ -41,8 +44,10 @@ struct CompareRow {
 struct CompareTable {
   ComparePlan plan;
   std::vector<CompareRow> rows;
-  std::string reference;     ///< its kind and accuracy
-  double uncertainty = 0.0;  ///< over the extent of the cloth
+  std::string reference;   ///< its kind and accuracy
+  std::string error_unit;  ///< as it follows a number: "of the cloth's extent"
+  std::string error_meaning;
+  double uncertainty = 0.0;  ///< of the reference, in this unit
   bool converges = false;
   std::string machine;
 

@@ -12,6 +12,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <random>
 #include <stdexcept>
 #include <utility>
 
@@ -189,6 +190,16 @@ void add_seams(const Scene& scene, BuiltScene& built) {
   }
 }
 
+/// Adds independent numbers in [-speed, speed) to the coordinates of all velocities.
+void perturb(const PerturbationSpec& perturbation, std::vector<Vec3>& velocity) {
+  if (perturbation.speed == 0.0) return;
+  // std::uniform_real_distribution differs from one standard library to another.
+  std::mt19937_64 random(perturbation.seed);
+  const auto draw = [&] { return 0x1p-63 * static_cast<double>(random()) - 1.0; };
+  for (Vec3& v : velocity)
+    for (int k = 0; k < 3; ++k) v[k] += perturbation.speed * draw();
+}
+
 void add_body(const Scene& scene, std::size_t index, BuiltScene& built) {
   const BodySpec& spec = scene.bodies[index];
   const std::string place = at("obstacles", index, spec.name);
@@ -209,6 +220,7 @@ BuiltScene build_scene(const Scene& scene, const PieceMaker& make) {
   for (std::size_t i = 0; i < scene.cloths.size(); ++i) add_cloth(scene, pairs, i, make, built);
   built.piece_begin.push_back(static_cast<std::int32_t>(built.cloth.surface.vertices.size()));
   add_weights(scene, built);
+  perturb(scene.perturbation, built.velocity);
   add_seams(scene, built);
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) add_body(scene, i, built);
   return built;

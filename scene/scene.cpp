@@ -54,6 +54,7 @@ class SceneReader {
     detail::read_water(document_, methods_.patterns, scene_);
     detail::read_bodies(document_, scene_);
     read_air();
+    read_perturbation();
     read_time();
     read_contact();
     read_solver();
@@ -382,6 +383,11 @@ class SceneReader {
     }
     scene_.air.normal_drag = j["normal_drag"].get<double>();
     scene_.air.viscous_drag = j["viscous_drag"].get<double>();
+  }
+
+  void read_perturbation() {
+    const Json& j = root_["perturbation"];
+    scene_.perturbation = {j["speed"].get<double>(), j["seed"].get<std::uint64_t>()};
   }
 
   void read_time() {

@@ -9,6 +9,7 @@
 #include <selvedge/core/wetting.h>
 #include <selvedge/scene/methods.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -238,6 +239,13 @@ struct OutputSpec {
   std::vector<std::string> all_formats() const;
 };
 
+/// Random velocities at the start. Another seed gives chaotic motion, such as a drape that folds,
+/// another course.
+struct PerturbationSpec {
+  double speed = 0.0;      ///< m/s; the largest in each coordinate
+  std::uint64_t seed = 1;  ///< selects the velocities
+};
+
 struct PlanSpec {
   bool proofs = true;  ///< omit work that provably changes nothing; false: for comparisons
 };
@@ -268,6 +276,7 @@ struct Scene {
   std::vector<BodySpec> bodies;
   Vec3 gravity = Vec3(0.0, 0.0, -9.81);  ///< m/s²
   AirConfig air;
+  PerturbationSpec perturbation;
   TimeSpec time;
   ContactSpec contact;
   SolverSpec solver;

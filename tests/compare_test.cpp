@@ -7,8 +7,10 @@
 #include <selvedge/compare/compare_table.h>
 #include <selvedge/compare/detail/compare_error.h>
 #include <selvedge/core/files.h>
+#include <selvedge/narrowphase/distance.h>
 #include <sys/file.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <map>
@@ -111,17 +113,24 @@ TEST(CompareNumbers, QuartilesAreThoseOfTheSortedValues) {
 TEST(CompareNumbers, RichardsonFindsTheOrderAndWhatIsLeft) {
   // Errors 16 e, 4 e, e of a method of second order.
   const double e = 1e-5;
-  const Convergence c = judge_convergence(12.0 * e, 3.0 * e);
+  const Convergence c = judge_convergence({12.0 * e}, {3.0 * e}, "m");
   EXPECT_TRUE(c.converges);
   EXPECT_NEAR(c.order, 2.0, 1e-12);
   EXPECT_NEAR(c.uncertainty, e, 1e-12);
 }
 
 TEST(CompareNumbers, AReferenceThatDoesNotConvergeSaysSoAndIsNoBetterThanItsDifferences) {
-  const Convergence c = judge_convergence(1e-3, 2e-3);
+  const Convergence c = judge_convergence({1e-3}, {2e-3}, "m");
   EXPECT_FALSE(c.converges);
   EXPECT_EQ(c.uncertainty, 2e-3);
   EXPECT_SAYS(c.sentence, "does NOT converge");
+}
+
+TEST(CompareNumbers, RefinementsWithinTheScatterOfTheSeedsAreAsGoodAsTheScatter) {
+  const Convergence c = judge_convergence({1e-3, 1e-4}, {2e-3, 3e-3}, "m");
+  EXPECT_TRUE(c.converges);
+  EXPECT_EQ(c.uncertainty, 3e-3);
+  EXPECT_SAYS(c.sentence, "scatter, 0.003 m");
 }
 
 /// A square metre of n x n cells, bent smoothly at its end.
@@ -147,6 +156,64 @@ TEST(CompareNumbers, MeshesOfOneSurfaceDifferByNoMoreThanTheirOwnCells) {
   EXPECT_LT(distance(coarse, fine), 1e-4);
   EXPECT_GT(distance(fine, coarse), 1e-5);  // flat cells of the coarse one cut the bend
   EXPECT_EQ(distance(fine, fine), 0.0);
+}
+
+/// Largest distance of a vertex of either cloth to the triangles of the other.
+double hausdorff_by_all_pairs(const ClothEnds& a, const ClothEnds& b) {
+  double largest = 0.0;
+  for (const auto& [from, to] : {std::pair(&a, &b), std::pair(&b, &a)})
+    for (const Vec3& p : from->end) {
+      double nearest = 1e300;
+      for (const Triangle& t : to->triangles)
+        nearest = std::min(
+            nearest,
+            point_triangle_closest(p, to->end[t[0]], to->end[t[1]], to->end[t[2]]).distance);
+      largest = std::max(largest, nearest);
+    }
+  return largest;
+}
+
+TEST(CompareNumbers, TheHausdorffDistanceIsThatOfAllPairsNearAndFar) {
+  const ClothEnds still = bent_sheet(20);
+  for (const double far : {0.01, 0.3, 5.0, 40.0}) {
+    ClothEnds moved = bent_sheet(17);
+    for (Vec3& x : moved.end) x += far * Vec3(0.6, 0.3 * x.y(), 0.8);
+    const double exact = hausdorff_by_all_pairs(moved, still);
+    EXPECT_NEAR(hausdorff_distance(moved, still) * still.extent(), exact, 1e-12 * exact) << far;
+    EXPECT_EQ(hausdorff_distance(moved, still), hausdorff_distance(still, moved));
+  }
+}
+
+TEST(CompareNumbers, TheHausdorffDistanceSeesASpikeAndNoSlidingAlongTheSurface) {
+  const ClothEnds still = bent_sheet(20);
+  ClothEnds spike = still;
+  spike.end[210].z() += 0.2;
+  EXPECT_GT(hausdorff_distance(spike, still) * still.extent(), 0.15);
+  EXPECT_LT(distance(spike, still) * still.extent(), 0.01);
+  ClothEnds turned = still;  // the same surface, with other particles everywhere
+  std::reverse(turned.end.begin(), turned.end.end());
+  for (Triangle& t : turned.triangles)
+    for (std::int32_t& v : t) v = static_cast<std::int32_t>(turned.end.size()) - 1 - v;
+  EXPECT_EQ(hausdorff_distance(turned, still), 0.0);
+}
+
+TEST(CompareNumbers, MeansOfSeedsHaveStudentsInterval) {
+  const auto cell = [](std::vector<double> strains) {
+    CellEnd end;
+    for (const double strain : strains) {
+      end.results.emplace_back();
+      end.results.back().measures["strain_rms"] = strain;
+    }
+    return end;
+  };
+  const ErrorQuantity& strain = error_quantity("strain");
+  // 1, 2, 3: deviation 1, of the mean 1/√3; Student's t of 2 degrees of freedom is 2.920.
+  const auto d = difference(strain, cell({1, 2, 3}), cell({5, 5}));
+  ASSERT_TRUE(d);
+  EXPECT_NEAR(d->value, 3.0, 1e-15);
+  EXPECT_NEAR(d->half, 2.920 / std::sqrt(3.0), 1e-12);
+  EXPECT_EQ(difference(strain, cell({1}), cell({4}))->half, 0.0);
+  EXPECT_FALSE(difference(error_quantity("drape"), cell({1}), cell({1})));
 }
 
 TEST(CompareNumbers, ClothSlidesByTheAccelerationThatFrictionLeavesOrSticks) {
@@ -247,6 +314,60 @@ TEST_F(CompareCells, SmallerStepsOfAMethodOfFirstOrderErrLess) {
     former = row["error"].get<double>();
   }
   EXPECT_TRUE(all["rows"][0]["counts"].get<bool>());
+}
+
+TEST_F(CompareCells, SeedsAreMembersOfAnEnsembleThatTheProgramCanRepeat) {
+  const Outcome outcome =
+      compare("hang.json --vary dt=0.002,0.004 --seeds 3 --error strain --no-pictures --out c");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_SAYS(outcome.out, "means of 3 seeds");
+  const Json all = table("c");
+  EXPECT_EQ(all["seeds"].get<int>(), 3);
+  EXPECT_EQ(all["quantity"].get<std::string>(), "strain");
+  for (const Json& row : all["rows"]) {
+    EXPECT_EQ(row["status"].get<std::string>(), "ok");
+    EXPECT_EQ(row["error"], row["errors"]["strain"]);
+    EXPECT_GT(row["error_half_interval"].get<double>(), 0.0);
+    for (const char* quantity : {"position", "hausdorff", "energy"})
+      EXPECT_GT(row["errors"][quantity].get<double>(), 0.0) << quantity;
+    EXPECT_FALSE(row["errors"].contains("drape")) << "it hangs over no support";
+  }
+  std::set<std::string> hashes;
+  const fs::path cell = cell_folder(folder_ / "c", all["rows"][1]["id"].get<std::string>());
+  for (int member = 0; member < 3; ++member) {
+    const auto run = read_cell_run(cell, member);
+    ASSERT_TRUE(run);
+    hashes.insert(run->result.state_hash);
+    EXPECT_TRUE(read_ends(cell, member));
+  }
+  EXPECT_EQ(hashes.size(), 3u);
+  ASSERT_EQ(
+      run("run " + (cell / "scene.json").string() + " --set perturbation.seed=2 --out again").code,
+      0);
+  const Json again = Json::parse(content(folder_ / "again/result.json"));
+  EXPECT_EQ(again["state_hash"].get<std::string>(), read_cell_run(cell, 1)->result.state_hash);
+}
+
+TEST_F(CompareCells, TheQuantityOfErrorsMayChangeWithoutAnotherRun) {
+  const std::string plain = "hang.json --vary dt=0.002,0.004 --repeats 1 --no-pictures --out c";
+  ASSERT_EQ(compare(plain).code, 0);
+  const Json before = table("c");
+  const Outcome outcome = compare(plain + " --error hausdorff");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const Json after = table("c");
+  EXPECT_EQ(after["rows"][1]["run_s"], before["rows"][1]["run_s"]);
+  EXPECT_EQ(after["rows"][1]["error"], before["rows"][1]["errors"]["hausdorff"]);
+  EXPECT_NE(after["rows"][1]["error"], before["rows"][1]["error"]);
+  EXPECT_SAYS(after["error_meaning"].get<std::string>(), "Hausdorff");
+  EXPECT_SAYS(compare(plain + " --error drap").err, "drape");
+}
+
+TEST_F(CompareCells, SeedsOfMeshesThatChangeAreRefused) {
+  write("split.json", R"({"name": "split",
+    "geometry": [{"name": "cloth", "refine": {"when": "curved", "levels": 1}}], "time": {"frames": 1}})");
+  const Outcome outcome = compare("split.json --vary dt=0.002,0.004 --seeds 2 --out c");
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_SAYS(outcome.err, "no mean shape");
 }
 
 TEST_F(CompareCells, DetectorsThatAreExactEndInTheSameBitsAndMissNothing) {

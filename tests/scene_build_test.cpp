@@ -3,13 +3,15 @@
 
 #include "scene_file.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace selvedge {
 namespace {
 
 TEST_F(EverythingFile, PiecesAreJoinedScaledTurnedAndMoved) {
-  const Scene scene = read_everything();
+  Scene scene = read_everything();
+  scene.perturbation.speed = 0.0;
   const BuiltScene built = build_scene(scene);
   ASSERT_EQ(built.piece_begin.size(), 14u);
   EXPECT_EQ(built.piece_begin[0], 0);
@@ -32,6 +34,34 @@ TEST_F(EverythingFile, PiecesAreJoinedScaledTurnedAndMoved) {
   EXPECT_NEAR(built.cloth.mass[end - 2] - built.cloth.mass[end - 1], 0.5, 1e-15);
   EXPECT_EQ(built.bodies.back()->vertex_count(), 3u) << "welded";
   EXPECT_EQ(built.bodies.size(), scene.bodies.size());
+}
+
+TEST_F(SceneFile, APerturbationAddsVelocitiesUpToItsSpeedAndItsSeedSelectsThem) {
+  Scene scene = read(R"({"geometry": [{"name": "a", "cells": [20, 20], "velocity": [1, 0, 0]}]})");
+  const auto velocities = [&](double speed, std::uint64_t seed) {
+    scene.perturbation = {speed, seed};
+    return build_scene(scene).velocity;
+  };
+  constexpr double speed = 1e-3;
+  const auto v = velocities(speed, 3);
+  EXPECT_EQ(v, velocities(speed, 3));
+  EXPECT_NE(v, velocities(speed, 4));
+  EXPECT_EQ(velocities(0.0, 3), std::vector<Vec3>(v.size(), Vec3(1, 0, 0)));
+  Vec3 sum = Vec3::Zero(), squares = Vec3::Zero();
+  double largest = 0.0;
+  for (const Vec3& of_particle : v) {
+    const Vec3 added = of_particle - Vec3(1, 0, 0);
+    sum += added;
+    squares += added.cwiseAbs2();
+    largest = std::max(largest, added.cwiseAbs().maxCoeff());
+  }
+  const double n = static_cast<double>(v.size());
+  EXPECT_LE(largest, speed * (1.0 + 1e-12));
+  // Uniform numbers: no mean, and a third of the square of the largest. Bounds of four sigma.
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_NEAR(sum[k] / n, 0.0, 4.0 * speed / std::sqrt(3.0 * n));
+    EXPECT_NEAR(squares[k] / n, speed * speed / 3.0, 4.0 * 0.3 * speed * speed / std::sqrt(n));
+  }
 }
 
 TEST_F(SceneFile, FabricsOfOneSceneKeepTheirOwnDamping) {

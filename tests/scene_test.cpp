@@ -21,6 +21,8 @@ TEST_F(SceneFile, TheShortestSceneHasTheDefaultsOfTheHeader) {
   EXPECT_EQ(is.air.gusts.speed, should.air.gusts.speed);
   EXPECT_EQ(is.air.gusts.length, should.air.gusts.length);
   EXPECT_EQ(is.air.gusts.seed, should.air.gusts.seed);
+  EXPECT_EQ(is.perturbation.speed, should.perturbation.speed);
+  EXPECT_EQ(is.perturbation.seed, should.perturbation.seed);
   EXPECT_EQ(is.time.frames, should.time.frames);
   EXPECT_EQ(is.time.fps, should.time.fps);
   EXPECT_EQ(is.time.steps_per_frame, should.time.steps_per_frame);
@@ -130,6 +132,8 @@ TEST_F(EverythingFile, EveryNumberGoesToItsField) {
   EXPECT_EQ(s.air.jets[0].direction, Vec3(0, 0, 2));
   EXPECT_EQ(s.air.jets[0].speed, 4.0);
   EXPECT_EQ(s.air.jets[0].diameter, 0.5);
+  EXPECT_EQ(s.perturbation.speed, 1e-5);
+  EXPECT_EQ(s.perturbation.seed, 7u);
   EXPECT_EQ(s.time.frames, 30);
   EXPECT_EQ(s.time.fps, 25);
   EXPECT_EQ(s.time.steps_per_frame, 3);

@@ -33,7 +33,7 @@ using Clock = std::chrono::steady_clock;
 struct CompareOptions {
   std::string scene, out, in, only, workflow, design = "product", error = "position";
   std::vector<std::string> vary, set, reference_set;
-  int threads = 1, repeats = 7, judged = 4, seeds = 0;
+  int threads = 1, repeats = 7, judged = 4, seeds = 0, core = -1;
   double budget = 300.0;
   bool no_reference = false, no_pictures = false, json = false;
 };
@@ -64,6 +64,7 @@ std::string command_in_words(const CompareOptions& o) {
   if (o.error != "position") text += " --error " + o.error;
   text +=
       o.seeds > 0 ? fmt::format(" --seeds {}", o.seeds) : fmt::format(" --repeats {}", o.repeats);
+  if (o.core >= 0) text += fmt::format(" --core {}", o.core);
   return text + fmt::format(" --threads {}", o.threads);
 }
 
@@ -77,7 +78,7 @@ CompareRequest request_of(const CompareOptions& o) {
   request.reference = !o.no_reference;
   request.error = o.error;
   request.repeats = o.seeds > 0 ? o.seeds : o.repeats;
-  request.limits = {o.threads, o.budget, o.judged, o.seeds > 0};
+  request.limits = {o.threads, o.budget, o.judged, o.seeds > 0, o.core};
   request.command = command_in_words(o);
   return request;
 }
@@ -239,6 +240,8 @@ void add_options(const Command& command, CompareOptions& o) {
   command.option("--out", o.out, "Folder (default: out/compare_NAME); a second start continues it");
   command.option("--repeats", o.repeats, "Runs of each cell (default 7)").range(1, 1000);
   command.option("--threads", o.threads, "Threads of a run (default 1); 0: all").range(0, 1024);
+  command.option("--core", o.core, "Pin every run to this processor core (default: none)")
+      .range(0, 1023);
   command.option("--budget", o.budget, "Wall seconds allowed for a run (default 300)").positive();
   command
       .option("--judge", o.judged, "Number of motions on which detectors are checked (default 4)")

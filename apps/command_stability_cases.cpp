@@ -20,28 +20,46 @@ namespace {
 using namespace selvedge;
 using nlohmann::json;
 
-/// "" is the default response.
-std::vector<std::string> chosen_responses(const CaseOptions& options) {
-  const auto known = Methods{}.responses;
-  if (options.responses.empty()) return {""};
-  std::vector<std::string> chosen;
-  for (const std::string& name : options.responses) {
+/// The methods of one list of names; "all" stands for all of the family.
+template <class R>
+std::vector<ExtremeMethod> chosen(const char* option, const char* key, const R& known,
+                                  const std::vector<std::string>& names) {
+  std::vector<ExtremeMethod> methods;
+  for (const std::string& name : names) {
+    if (name == "all") {
+      for (const std::string& each : known.names()) methods.push_back({key, each});
+      continue;
+    }
     const std::string fault = known.fault(name);
-    if (name == "all")
-      chosen = known.names();
-    else if (fault.empty())
-      chosen.push_back(name);
-    else
-      throw std::invalid_argument("--responses: " + fault);
+    if (!fault.empty()) throw std::invalid_argument(std::string(option) + ": " + fault);
+    methods.push_back({key, name});
   }
-  return chosen;
+  return methods;
 }
 
-ExtremeCasesConfig config_of(const CaseOptions& o, const std::string& response) {
+/// One method without a name if each scene keeps its own. Throws std::invalid_argument for methods
+/// of two families.
+std::vector<ExtremeMethod> chosen_methods(const CaseOptions& options) {
+  const Methods known;
+  std::vector<ExtremeMethod> all =
+      chosen("--responses", "contact.response", known.responses, options.responses);
+  for (auto& more :
+       {chosen("--integrators", "solver.integrator", known.integrators, options.integrators),
+        chosen("--limiters", "solver.strain_limiter", known.strain_limiters, options.limiters)}) {
+    if (!all.empty() && !more.empty())
+      throw std::invalid_argument(
+          "give only one of --responses, --integrators and --limiters: each is tried alone");
+    all.insert(all.end(), more.begin(), more.end());
+  }
+  if (all.empty()) all.emplace_back();
+  return all;
+}
+
+ExtremeCasesConfig config_of(const CaseOptions& o, const ExtremeMethod& method) {
   return {.folder = o.data,
           .cases = o.cases,
-          .response = response,
-          .out = o.out.empty() ? "" : o.out / (response.empty() ? "default" : response),
+          .method = method,
+          .out = o.out.empty() ? "" : o.out / (method.name.empty() ? "default" : method.name),
           .threads = o.threads,
           .wall_limit = o.limit};
 }
@@ -50,7 +68,7 @@ json number(double value) { return std::isfinite(value) ? json(value) : json(nul
 
 json to_json(const ExtremeResult& r) {
   json result = {{"case", r.name},
-                 {"response", r.response},
+                 {"method", r.method},
                  {"answer", to_string(r.answer)},
                  {"expected", r.expected ? to_string(*r.expected) : ""},
                  {"note", r.note},
@@ -95,7 +113,7 @@ void print_row(const ExtremeResult& r, bool several) {
   std::string note = r.note;
   std::replace(note.begin(), note.end(), '|', '/');
   std::replace(note.begin(), note.end(), '\n', ' ');
-  fmt::print("| `{}` | {}{} | {} | {} | {:.1f} |\n", r.name, several ? r.response + " | " : "",
+  fmt::print("| `{}` | {}{} | {} | {} | {:.1f} |\n", r.name, several ? r.method + " | " : "",
              answer_of(r), note, measures_of(r), r.wall_s);
   std::fflush(stdout);
 }
@@ -106,7 +124,7 @@ void print_head(bool several) {
       "energy ratio | given by, mJ | wall, s |\n| --- | {}--- | --- | --: | --: | --: | --: | --- "
       "| "
       "--: |\n",
-      several ? "response | " : "", several ? "--- | " : "");
+      several ? "method | " : "", several ? "--- | " : "");
 }
 
 }  // namespace
@@ -116,8 +134,15 @@ void add_case_options(const Command& group, CaseOptions& options) {
       .comma_separated()
       .one_word();
   group
-      .option("--responses", options.responses,
-              "Names of responses, or all (default: the default response)")
+      .option(
+          "--responses", options.responses,
+          "Names of responses, or all: every case with each (default: each scene keeps its own)")
+      .comma_separated()
+      .one_word();
+  group.option("--integrators", options.integrators, "The same for integrators")
+      .comma_separated()
+      .one_word();
+  group.option("--limiters", options.limiters, "The same for strain limiters")
       .comma_separated()
       .one_word();
   group.option("--out", options.out, "Folder for frames, which `selvedge render` draws");
@@ -133,14 +158,14 @@ int run_cases(const CaseOptions& options) {
     for (const std::string& name : extreme_case_names(options.cases)) fmt::print("{}\n", name);
     return 0;
   }
-  const std::vector<std::string> responses = chosen_responses(options);
-  const bool several = responses.size() > 1;
+  const std::vector<ExtremeMethod> methods = chosen_methods(options);
+  const bool several = methods.size() > 1;
   json results = json::array();
   std::map<Answer, int> count;
   int unexpected = 0;
   bool head = !options.json;
-  for (const std::string& response : responses)
-    run_extreme_cases(config_of(options, response), [&](const ExtremeResult& r) {
+  for (const ExtremeMethod& method : methods)
+    run_extreme_cases(config_of(options, method), [&](const ExtremeResult& r) {
       if (std::exchange(head, false)) print_head(several);
       ++count[r.answer];
       unexpected += r.is_as_expected() ? 0 : 1;

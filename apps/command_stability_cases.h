@@ -8,11 +8,12 @@
 #include <vector>
 
 struct CaseOptions {
-  std::filesystem::path data;                 ///< the folder of the scenes
-  std::vector<std::string> cases, responses;  ///< empty: all, and the default
-  std::filesystem::path out;                  ///< for frames; empty: none
-  int threads = 0;                            ///< 0: no limit
-  double limit = 120.0;                       ///< s per case
+  std::filesystem::path data;                                 ///< the folder of the scenes
+  std::vector<std::string> cases;                             ///< empty: all
+  std::vector<std::string> responses, integrators, limiters;  ///< empty: those of each scene
+  std::filesystem::path out;                                  ///< for frames; empty: none
+  int threads = 0;                                            ///< 0: no limit
+  double limit = 120.0;                                       ///< s per case
   bool json = false, list = false;
 };
 

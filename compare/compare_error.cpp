@@ -248,9 +248,8 @@ std::span<const ErrorQuantity> error_quantities() {
   static const std::array<ErrorQuantity, 6> all = {{
       {"position", "of the cloth's extent", "root mean square distance of the particles", distance,
        nullptr},
-      {"hausdorff", "of the cloth's extent",
-       "Hausdorff distance of the surfaces, wherever their particles lie", hausdorff_distance,
-       nullptr},
+      {"hausdorff", "of the cloth's extent", "Hausdorff distance of the surfaces",
+       hausdorff_distance, nullptr},
       {"drape", "percentage points", "drape coefficient", nullptr,
        [](const RunResult& r) { return measure(r, "drape_coefficient"); }},
       {"strain", "of 1", "root mean square of the principal strains", nullptr,

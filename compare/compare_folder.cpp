@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #ifdef __linux__
+#include <sched.h>
 #include <sys/prctl.h>
 #endif
 
@@ -72,6 +73,7 @@ OrderedJson to_json(const ComparePlan& plan) {
           {"budget_s", plan.limits.budget_s},
           {"judged_motions", plan.limits.judged_motions},
           {"seeds", plan.limits.seeds},
+          {"core", plan.limits.core},
           {"repeats", plan.repeats},
           {"build", plan.build}};
 }
@@ -96,7 +98,8 @@ ComparePlan plan_from_json(const OrderedJson& j) {
   plan.reference = static_cast<ReferenceKind>(known - std::begin(kReferenceWords));
   plan.levels = j.at("levels").get<std::vector<std::string>>();
   plan.limits = {j.at("threads").get<int>(), j.at("budget_s").get<double>(),
-                 j.at("judged_motions").get<int>(), j.at("seeds").get<bool>()};
+                 j.at("judged_motions").get<int>(), j.at("seeds").get<bool>(),
+                 j.at("core").get<int>()};
   plan.error = j.at("error").get<std::string>();
   plan.repeats = j.at("repeats").get<int>();
   plan.build = j.at("build").get<std::string>();
@@ -152,6 +155,17 @@ void redirect(const fs::path& log) {
   if (said >= 0) dup2(said, STDERR_FILENO);
 }
 
+/// Keeps this process on one core. Throws std::runtime_error if there is no such core.
+void pin(int core) {
+#ifdef __linux__
+  cpu_set_t cores;
+  CPU_ZERO(&cores);
+  CPU_SET(core, &cores);
+  if (sched_setaffinity(0, sizeof cores, &cores) == 0) return;
+#endif
+  throw std::runtime_error(fmt::format("--core {}: a run cannot be pinned to this core", core));
+}
+
 /// Forks a process that makes the run. The copy starts from this process, which has never simulated
 /// anything, and needs no loading or linking. Returns -1 if the system refuses a process.
 pid_t fork_run(const fs::path& folder, int repeat, const CellLimits& limits,
@@ -166,6 +180,7 @@ pid_t fork_run(const fs::path& folder, int repeat, const CellLimits& limits,
 #endif
   redirect(log);
   try {
+    if (limits.core >= 0) pin(limits.core);
     run_cell(folder, repeat, limits, methods);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "selvedge: %s\n", error.what());

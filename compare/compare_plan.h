@@ -107,6 +107,7 @@ struct CellLimits {
   int judged_motions = 4;
   /// The repeats are members of an ensemble: repeat r starts with the perturbation of seed r + 1.
   bool seeds = false;
+  int core = -1;  ///< processor core that every run is pinned to (Linux only); -1: any
 };
 
 /// Runs the scene in `folder`/scene.json once and writes the outcome to run_`repeat`.json there.

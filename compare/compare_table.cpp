@@ -385,7 +385,7 @@ std::string to_text(const CompareTable& table) {
   const std::string seeds = table.plan.limits.seeds
                                 ? fmt::format(", means of {} seeds", table.plan.repeats)
                                 : std::string();
-  return text + fmt::format("errors: {}, {}{}; against: {}\n", table.error_meaning,
+  return text + fmt::format("errors: {} ({}){}; against: {}\n", table.error_meaning,
                             table.error_unit, seeds, table.reference);
 }
 

@@ -32,7 +32,7 @@ ExtremeConfig Trial::run_config(const std::string& name,
                                 const std::vector<Override>& overrides) const {
   ExtremeConfig config;
   config.overrides = overrides;
-  config.response = config_.response;
+  config.method = config_.method;
   if (!config_.out.empty()) config.out = config_.out / name;
   return config;
 }

@@ -63,7 +63,7 @@ CaseResult run_here(const ExtremeCase& one, const ExtremeCasesConfig& config) {
   std::optional<ThreadLimit> limit;
   if (config.threads > 0) limit.emplace(config.threads);
   try {
-    Trial trial({.data = config.folder, .response = config.response, .out = config.out});
+    Trial trial({.data = config.folder, .method = config.method, .out = config.out});
     return one.run(trial);
   } catch (const std::exception& error) {
     return {Answer::failed, error.what(), {}};
@@ -131,8 +131,8 @@ ExtremeResult run_apart(const ExtremeCase& one, const ExtremeCasesConfig& config
   waitpid(child, &status, 0);
   ExtremeResult result;
   result.name = one.name;
-  result.response = config.response.empty() ? ContactSpec{}.response : config.response;
-  if (config.response.empty()) result.expected = one.best;
+  result.method = config.method.name;
+  if (config.method.name.empty()) result.expected = one.best;
   if (in_time)
     read_result(text, status, result);
   else

@@ -160,6 +160,26 @@ void simulate(ExtremeRun& run, const ExtremeConfig& config) {
 
 }  // namespace
 
+namespace {
+
+void take(const ExtremeMethod& method, Scene& scene) {
+  if (method.name.empty()) return;
+  if (method.key == "contact.response") {
+    scene.contact.response = method.name;
+    scene.contact.response_options = {};
+  } else if (method.key == "solver.integrator") {
+    scene.solver.integrator = method.name;
+    scene.solver.integrator_options = {};
+  } else {
+    scene.solver.limiter = method.name;
+    scene.solver.limiter_options = {};
+    scene.solver.strain_limiter =
+        strain_limiters().at(method.name).traits().kind != LimiterKind::none;
+  }
+}
+
+}  // namespace
+
 std::span<const Vec3> ExtremeRun::piece(std::size_t frame, std::size_t piece) const {
   const auto first = static_cast<std::size_t>(piece_begin[piece]);
   return std::span(frames.at(frame))
@@ -169,7 +189,7 @@ std::span<const Vec3> ExtremeRun::piece(std::size_t frame, std::size_t piece) co
 ExtremeRun run_extreme(const Scene& scene, const ExtremeConfig& config) {
   ExtremeRun run;
   run.scene = scene;
-  if (!config.response.empty()) run.scene.contact.response = config.response;
+  take(config.method, run.scene);
   try {
     simulate(run, config);
   } catch (const std::invalid_argument& error) {

@@ -115,11 +115,18 @@ struct ExtremeMeasures {
   std::map<std::string, double> given;
 };
 
+/// A method with its default options that every scene of the extreme cases takes instead of its
+/// own.
+struct ExtremeMethod {
+  std::string key;   ///< "contact.response", "solver.integrator" or "solver.strain_limiter"
+  std::string name;  ///< "": every scene keeps its own
+};
+
 struct ExtremeResult {
-  std::string name;      ///< of the case
-  std::string response;  ///< name of the response
+  std::string name;    ///< of the case
+  std::string method;  ///< that every scene took; "" if each kept its own
   Answer answer = Answer::failed;
-  std::optional<Answer> expected;           ///< only for the default response
+  std::optional<Answer> expected;           ///< only if each scene kept its own methods
   std::string note;                         ///< the number, the reason or the flag
   std::optional<ExtremeMeasures> measures;  ///< nullopt: the process ended without a result
   double wall_s = 0.0;                      ///< s
@@ -130,10 +137,10 @@ struct ExtremeResult {
 struct ExtremeCasesConfig {
   std::filesystem::path folder;    ///< of the scenes: data/extreme
   std::vector<std::string> cases;  ///< names of cases, or how they begin; empty: all
-  std::string response;            ///< "": the default response
-  std::filesystem::path out;       ///< each run writes its frames into a subfolder; "": no output
-  int threads = 0;                 ///< 0: no limit
-  double wall_limit = 120.0;       ///< s; a case that takes longer has failed
+  ExtremeMethod method;
+  std::filesystem::path out;  ///< each run writes its frames into a subfolder; "": no output
+  int threads = 0;            ///< 0: no limit
+  double wall_limit = 120.0;  ///< s; a case that takes longer has failed
 };
 
 /// The cases whose names begin with one of `beginnings`, by name; all if it is empty. Throws

@@ -348,6 +348,15 @@ TEST_F(CompareCells, SeedsAreMembersOfAnEnsembleThatTheProgramCanRepeat) {
   EXPECT_EQ(again["state_hash"].get<std::string>(), read_cell_run(cell, 1)->result.state_hash);
 }
 
+TEST_F(CompareCells, RunsArePinnedToACoreAndAMissingCoreIsSaid) {
+  const std::string plain = "hang.json --vary dt=0.004 --repeats 1 --no-reference --no-pictures ";
+  EXPECT_EQ(compare(plain + "--core 0 --out c").code, 0);
+  EXPECT_EQ(table("c")["rows"][0]["status"].get<std::string>(), "ok");
+  const Outcome outcome = compare(plain + "--core 1023 --out d");
+  EXPECT_NE(outcome.code, 0);
+  EXPECT_SAYS(outcome.err, "--core 1023: a run cannot be pinned to this core");
+}
+
 TEST_F(CompareCells, TheQuantityOfErrorsMayChangeWithoutAnotherRun) {
   const std::string plain = "hang.json --vary dt=0.002,0.004 --repeats 1 --no-pictures --out c";
   ASSERT_EQ(compare(plain).code, 0);

@@ -16,7 +16,7 @@ std::vector<ExtremeCase> quick_cases() {
 class Extreme : public testing::TestWithParam<ExtremeCase> {};
 
 TEST_P(Extreme, EndsAsItShould) {
-  Trial trial({.data = SELVEDGE_SOURCE_DIR "/data/extreme", .response = {}, .out = {}});
+  Trial trial({.data = SELVEDGE_SOURCE_DIR "/data/extreme", .method = {}, .out = {}});
   const CaseResult result = GetParam().run(trial);
   EXPECT_STREQ(to_string(result.answer), to_string(GetParam().best)) << result.note;
 }

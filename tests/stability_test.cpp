@@ -161,6 +161,33 @@ TEST_F(StabilityCases, OneThatTakesTooLongIsARowAndNotTheEnd) {
   EXPECT_SAYS(outcome.out, "1 refused, 1 FAILED");
 }
 
+TEST_F(StabilityCases, MethodsOfOneFamilyAreTriedOnEveryCase) {
+  const auto answers = [&](const std::string& option) {
+    const Outcome outcome = run(kCases + "--cases s17_one_triangle --json " + option);
+    EXPECT_EQ(outcome.code, 0) << outcome.err << outcome.out;
+    std::vector<std::string> methods;
+    const Json all = Json::parse(outcome.out);
+    for (const Json& row : all["results"]) methods.push_back(row["method"].get<std::string>());
+    return methods;
+  };
+  EXPECT_EQ(answers(""), (std::vector<std::string>{""}));
+  EXPECT_EQ(answers("--integrators verlet,bdf2"), (std::vector<std::string>{"verlet", "bdf2"}));
+  EXPECT_EQ(answers("--limiters none,velocity"), (std::vector<std::string>{"none", "velocity"}));
+  EXPECT_EQ(answers("--responses impulse"), (std::vector<std::string>{"impulse"}));
+  EXPECT_REFUSED(run(kCases + "--limiters velocity --integrators verlet"), "give only one of");
+  EXPECT_REFUSED(run(kCases + "--integrators verlett"), "nearest is \"verlet\"");
+}
+
+TEST_F(StabilityCases, AMethodReplacesThatOfTheScene) {
+  const auto stretch = [&](const std::string& option) {
+    const Outcome outcome = run(kCases + "--cases s01_implicit --json " + option);
+    const Json all = Json::parse(outcome.out);
+    return all["results"][0]["max_stretch"].get<double>();
+  };
+  EXPECT_EQ(stretch("--integrators implicit_euler"), stretch(""));
+  EXPECT_NE(stretch("--integrators bdf2"), stretch(""));
+}
+
 TEST_F(StabilityCases, OptionsOfTheOtherKindOfRunAreRefused) {
   const std::string data = std::string(SELVEDGE_SOURCE_DIR) + "/data/";
   EXPECT_REFUSED(run(kCases + "--steps 20"), "--steps: ");

@@ -42,7 +42,7 @@ struct ExtremeRun {
 
 struct ExtremeConfig {
   std::vector<Override> overrides;
-  std::string response;  ///< "": the default
+  ExtremeMethod method;
   bool judge_paths = true;
   std::filesystem::path out;  ///< folder of the frames for pictures; "": none
   double wall_limit = 600.0;  ///< s; the run stops after this time and reports it
@@ -62,8 +62,8 @@ struct CaseResult {
 
 struct TrialConfig {
   std::filesystem::path data;  ///< the folder of the scenes, data/extreme
-  std::string response;        ///< "": the default
-  std::filesystem::path out;   ///< each run writes its frames into a subfolder; "": no output
+  ExtremeMethod method;
+  std::filesystem::path out;  ///< each run writes its frames into a subfolder; "": no output
 };
 
 /// Interface of a case: it runs scenes and collects their measures.
@@ -94,7 +94,7 @@ class Trial {
 
 struct ExtremeCase {
   std::string name;  ///< of its scene, or of the first one
-  Answer best;       ///< the expected answer of the default response
+  Answer best;       ///< the expected answer if the scenes keep their methods
   bool quick;        ///< short enough for the tests
   std::function<CaseResult(Trial&)> run;
 };

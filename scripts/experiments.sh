@@ -2,11 +2,12 @@
 # SPDX-License-Identifier: MIT
 # experiments.sh [PROGRAM [FOLDER [NAME...]]]: runs the experiments of the survey's section 7 (tables X to XVIII,
 # data/experiments) and prints a table, of which docs/experiments.md shows a part: whether each scene runs and is clean,
-# steps, seconds, largest stretch, final speed and picture.
+# steps, seconds, largest stretch, final speed, and what its figure shows, measured (experiment_outcome.py). The pictures
+# are in FOLDER/NAME/pictures; ffmpeg, if it is there, joins them in FOLDER/experiments.png.
 #   PROGRAM  the program (default: build/release/apps/selvedge)
 #   FOLDER   the folder of results and pictures (default: out/experiments)
 #   NAME     scenes, without .json (default: all scenes whose header names a table)
-# Exits with 1 if a scene did not run or was not clean.
+# Exits with 1 if a scene did not run, was not clean, or does not show what its figure does.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -26,7 +27,8 @@ value() { sed -n "s/^  *\"$2\": \(.*[^,]\),*\$/\1/p" "$1" | head -n 1; }
 
 mkdir -p "$folder"
 failed=0
-printf '%-22s %-6s %-5s %9s %7s %9s %10s  %s\n' scene runs clean 'steps' 's' stretch% speed picture
+pictures=()
+printf '%-20s %-5s %-5s %7s %6s %8s %7s  %s\n' scene runs clean 'steps' 's' stretch% speed outcome
 for name in "${names[@]}"; do
   out=$folder/$name
   rm -rf "$out"
@@ -42,8 +44,16 @@ for name in "${names[@]}"; do
     speed=$(printf '%.4f' "$(value "$result" final_max_speed)")
   fi
   picture=$(find "$out/pictures" -name '*.png' 2>/dev/null | sort | tail -n 1)
-  printf '%-22s %-6s %-5s %9s %7s %9s %10s  %s\n' "$name" "$runs" "$clean" "$steps" "$wall" "$stretch" "$speed" \
-    "${picture:-NONE}"
+  outcome=
+  if [ "$runs" = yes ]; then outcome=$("$root/scripts/experiment_outcome.py" "$out" "$program") || failed=1; fi
+  printf '%-20s %-5s %-5s %7s %6s %8s %7s  %s\n' "$name" "$runs" "$clean" "$steps" "$wall" "$stretch" "$speed" "$outcome"
   if [ "$runs$clean" != yesyes ] || [ -z "$picture" ]; then failed=1; fi
+  pictures+=("$picture")
 done
+if command -v ffmpeg >/dev/null; then
+  for k in "${!pictures[@]}"; do ln -sf "$(realpath "${pictures[k]}")" "$folder/$(printf '%02d' "$k").png"; done
+  ffmpeg -loglevel error -y -i "$folder/%02d.png" -vf 'scale=400:-1,tile=4x4:padding=4:color=white' -frames:v 1 \
+    "$folder/experiments.png"
+  rm -f "$folder"/[0-9][0-9].png
+fi
 exit "$failed"

@@ -85,14 +85,23 @@ class ContactForce final : public Response {
     double limit = 0.0;            // N, the μλ for which friction was set
     Vec3 applied = Vec3::Zero();   // N·s, impulse that holds the cloth at the current velocities
     Vec3 solved = Vec3::Zero();    // N·s, impulse in the last solve
+    std::ptrdiff_t term = -1;      // its term in the last solve; -1: none
   };
   /// One contact on the line from the velocities of one solve to those of the next.
   struct LineContact {
-    const Entry* entry;
     Vec3 velocity_change;                // change of the relative velocity over the whole line, m/s
     double violation, violation_change;  // m, gap violation at the start (target - gap) and its
                                          // change over the line
     Vec3 slip, slip_change;              // m/s, at the start, and its change over the line
+    Vec3 applied, solved, friction;      // as in Entry
+    double stiffness, stick, limit;
+  };
+  /// Sums over contacts by which an update decides.
+  struct Change {
+    double force = 0.0;  // N, by how much the forces differ from those of the last solve
+    double load = 0.0;   // N
+    double friction = 0.0, limit = 0.0;  // N, change of friction, and Σ μλ
+    void add(const Change& other);
   };
 
   Vec3 motion_of(const Entry& e, std::span<const Vec3> v) const;
@@ -105,14 +114,11 @@ class ContactForce final : public Response {
   void linearise_friction(Entry& e, const Vec3& s) const;
   double update(Entry& e, std::span<const Vec3> v) const;
   double update_friction(Entry& e, const Vec3& s, bool carried) const;
-  template <class Body>
-  void for_each_entry(const Body& body);
-  void note_solved(std::span<const Vec3> v);
-  void find_line_contacts(std::span<const Vec3> v);
+  Vec3 solved_impulse(const Entry& e, std::span<const Vec3> v) const;
   LineContact line_contact(const Entry& e, std::span<const Vec3> v) const;
   double slope(double share) const;
   double least_energy() const;
-  void pull_back(std::span<Vec3> v);
+  double pull_back(std::span<Vec3> v);
 
   ContactForceConfig config_;
   ContactMotion motion_;
@@ -125,6 +131,7 @@ class ContactForce final : public Response {
   double room_ = 0.0, approach_ = 0.0;  // kg·m: Σ m_eff·rest gap, Σ m_eff·predicted gap violation
   std::vector<Vec3> v_last_;  // velocities after the last update; empty: no update in this step yet
   std::vector<LineContact> line_contacts_;
+  std::vector<Change> changes_;  // scratch of an update
 };
 
 }  // namespace selvedge

@@ -5,6 +5,7 @@
 #include <selvedge/core/parallel.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -40,6 +41,19 @@ double dot(std::span<const Vec3> a, std::span<const Vec3> b) {
     for (std::size_t i = begin; i < end; ++i) sum += a[i].dot(b[i]);
     return sum;
   });
+}
+
+// Ranges of particles whose results fit on the stack.
+constexpr std::size_t kMostRanges = 64;
+
+double greatest_coordinate(std::span<const Vec3> x) {
+  std::array<double, kMostRanges> greatest{};
+  const std::size_t grain = std::max(kParticleGrain, x.size() / kMostRanges + 1);
+  parallel_for(x.size(), grain, [&](std::size_t begin, std::size_t end) {
+    double& own = greatest[begin / grain];
+    for (std::size_t i = begin; i < end; ++i) own = std::max(own, x[i].cwiseAbs().maxCoeff());
+  });
+  return *std::max_element(greatest.begin(), greatest.end());
 }
 
 /// Calls body(i) for each i < n, in parallel.
@@ -227,15 +241,18 @@ void ImplicitSystem::find_product(std::span<const Vec3> v, Accuracy accuracy) {
 /// ended. There A v follows from the products at both ends. Returns false elsewhere.
 bool ImplicitSystem::interpolate_product(std::span<const Vec3> v) {
   if (begin_.v.size() != v.size() || end_.v.size() != v.size()) return false;
-  double along = 0.0, length = 0.0, size = 0.0;
-  for (std::size_t i = 0; i < v.size(); ++i) {
-    const Vec3 way = end_.v[i] - begin_.v[i];
-    along += way.dot(v[i] - begin_.v[i]);
-    length += way.squaredNorm();
-    size = std::max({size, begin_.v[i].cwiseAbs().maxCoeff(), end_.v[i].cwiseAbs().maxCoeff()});
-  }
+  const auto sum = [&](const auto& of) {
+    return parallel_sum(v.size(), kParticleGrain, [&](std::size_t begin, std::size_t end) {
+      double all = 0.0;
+      for (std::size_t i = begin; i < end; ++i) all += of(i, end_.v[i] - begin_.v[i]);
+      return all;
+    });
+  };
+  const double length = sum([](std::size_t, const Vec3& way) { return way.squaredNorm(); });
   if (!(length > 0.0)) return false;
-  const double share = along / length;
+  const double share =
+      sum([&](std::size_t i, const Vec3& way) { return way.dot(v[i] - begin_.v[i]); }) / length;
+  const double size = std::max(greatest_coordinate(begin_.v), greatest_coordinate(end_.v));
   const double off = parallel_sum(v.size(), kParticleGrain, [&](std::size_t b, std::size_t e) {
     double count = 0.0;
     for (std::size_t i = b; i < e; ++i) {
@@ -294,7 +311,7 @@ void ImplicitSystem::start(std::span<Vec3> v) {
     load(r_, lanes_);
   }
   if (keeps || kept < lanes_.rz) {
-    std::copy(p_.begin(), p_.end(), v.begin());
+    for_particles(v.size(), [&](std::size_t i) { v[i] = p_[i]; });
     std::swap(r_, r_old_);
     std::swap(lanes_, other_);
   } else {
@@ -306,8 +323,11 @@ void ImplicitSystem::start(std::span<Vec3> v) {
 /// Square of share·x, or 0 if it is at most `least`. Uses lanes_.
 double ImplicitSystem::squared_above(double least, std::span<const Vec3> x, double share) {
   // x·Px is at most 2 x·A⁻¹x, and A⁻¹ at most (share_·M)⁻¹.
-  double bound = 0.0;
-  for (std::size_t i = 0; i < x.size(); ++i) bound += x[i].squaredNorm() / (share_ * mass_[i]);
+  const double bound = parallel_sum(x.size(), kParticleGrain, [&](std::size_t b, std::size_t e) {
+    double sum = 0.0;
+    for (std::size_t i = b; i < e; ++i) sum += x[i].squaredNorm() / (share_ * mass_[i]);
+    return sum;
+  });
   if (share * share * 2.0 * bound <= least) return 0.0;
   load(x, lanes_);
   return share * share * lanes_.rz;
@@ -334,7 +354,7 @@ void ImplicitSystem::load(std::span<const Vec3> x, LaneResidual& out) {
 
 /// The old velocities at free particles, v at the others.
 void ImplicitSystem::set_old_velocities(std::span<const Vec3> v, std::span<Vec3> out) const {
-  for (std::size_t i = 0; i < out.size(); ++i) out[i] = free_[i] ? v_old_[i] : v[i];
+  for_particles(out.size(), [&](std::size_t i) { out[i] = free_[i] ? v_old_[i] : v[i]; });
 }
 
 double ImplicitSystem::dot_free(std::span<const Vec3> x, std::span<const Vec3> y) const {

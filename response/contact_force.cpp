@@ -149,11 +149,8 @@ double ContactForce::first_load(const Entry& e) const {
 
 std::span<const ImplicitTerm> ContactForce::terms() {
   term_entry_.clear();
-  for (std::size_t i = 0; i < entries_.size(); ++i) {
-    const bool loaded = entries_[i].load > 0.0;
-    entries_[i].term = loaded ? static_cast<std::ptrdiff_t>(term_entry_.size()) : -1;
-    if (loaded) term_entry_.push_back(i);
-  }
+  for (std::size_t i = 0; i < entries_.size(); ++i)
+    if (entries_[i].load > 0.0) term_entry_.push_back(i);
   terms_.resize(term_entry_.size());
   parallel_for(terms_.size(), kEach, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) terms_[t] = term_of(entries_[term_entry_[t]]);
@@ -247,21 +244,37 @@ double ContactForce::update_friction(Entry& e, const Vec3& s, bool carried) cons
   return change;
 }
 
-// The impulse of the contact in the solve that led to v.
-Vec3 ContactForce::solved_impulse(const Entry& e, std::span<const Vec3> v) const {
-  if (e.term < 0) return Vec3::Zero();
-  const ImplicitTerm& term = terms_[static_cast<std::size_t>(e.term)];
-  Vec3 sum = Vec3::Zero();
-  for (int k = 0; k < 4; ++k)
-    if (term.particle[k] >= 0) sum += term.weight[k] * v[term.particle[k]];
-  return term.rhs - term.matrix * sum;
+template <class Body>
+void ContactForce::for_each_entry(const Body& body) {
+  parallel_for(entries_.size(), kEach, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) body(entries_[i]);
+  });
+}
+
+void ContactForce::note_solved(std::span<const Vec3> v) {
+  for_each_entry([](Entry& e) { e.solved.setZero(); });
+  parallel_for(terms_.size(), kEach, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      const ImplicitTerm& term = terms_[t];
+      Vec3 sum = Vec3::Zero();
+      for (int k = 0; k < 4; ++k)
+        if (term.particle[k] >= 0) sum += term.weight[k] * v[term.particle[k]];
+      entries_[term_entry_[t]].solved = term.rhs - term.matrix * sum;
+    }
+  });
+}
+
+void ContactForce::find_line_contacts(std::span<const Vec3> v) {
+  line_contacts_.resize(entries_.size());
+  parallel_for(entries_.size(), kEach, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) line_contacts_[i] = line_contact(entries_[i], v);
+  });
 }
 
 ContactForce::LineContact ContactForce::line_contact(const Entry& e,
                                                      std::span<const Vec3> v) const {
   const ContactPoint& c = e.point;
-  LineContact contact;
-  contact.velocity_change = Vec3::Zero();
+  LineContact contact{&e, Vec3::Zero(), 0.0, 0.0, Vec3::Zero(), Vec3::Zero()};
   for (int k = 0; k < 4; ++k)
     if (const auto i = static_cast<std::size_t>(c.vertex[k]); i < motion_.particles)
       contact.velocity_change += c.weight[k] * (v[i] - v_last_[i]);
@@ -270,12 +283,6 @@ ContactForce::LineContact ContactForce::line_contact(const Entry& e,
   contact.violation_change = -motion_.h * c.normal.dot(contact.velocity_change);
   contact.slip = tangential(u, c.normal) / motion_.h;
   contact.slip_change = tangential(contact.velocity_change, c.normal);
-  contact.applied = e.applied;
-  contact.solved = e.solved;
-  contact.friction = e.friction;
-  contact.stiffness = e.stiffness;
-  contact.stick = e.stick;
-  contact.limit = e.limit;
   return contact;
 }
 
@@ -288,11 +295,12 @@ double ContactForce::slope(double share) const {
     double sum = 0.0;
     for (std::size_t i = begin; i < end; ++i) {
       const LineContact& w = line_contacts_[i];
-      sum += ((1.0 - share) * w.applied + share * w.solved).dot(w.velocity_change);
-      sum += w.stiffness * std::max(0.0, w.violation + share * w.violation_change) *
+      const Entry& e = *w.entry;
+      sum += ((1.0 - share) * e.applied + share * e.solved).dot(w.velocity_change);
+      sum += e.stiffness * std::max(0.0, w.violation + share * w.violation_change) *
              w.violation_change;
       const Vec3 slip = w.slip + share * w.slip_change;
-      if (w.limit > 0.0) sum -= h * within(w.friction - w.stick * slip, w.limit).dot(w.slip_change);
+      if (e.limit > 0.0) sum -= h * within(e.friction - e.stick * slip, e.limit).dot(w.slip_change);
     }
     return sum;
   });
@@ -324,17 +332,17 @@ double ContactForce::least_energy() const {
 // Newton steps on contacts that switch between pushing and not pushing can cycle: each contact of a
 // stack lets go when its neighbours carry the load. The energy of the step is convex, apart from
 // the change of μλ from solve to solve. It decreases along each Newton step, so the minimum along
-// the step makes progress. Returns the share of the path that v keeps.
-double ContactForce::pull_back(std::span<Vec3> v) {
-  const bool follows = !v_last_.empty();
-  line_contacts_.resize(entries_.size());
-  parallel_for(entries_.size(), kEach, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      entries_[i].solved = solved_impulse(entries_[i], v);
-      if (follows) line_contacts_[i] = line_contact(entries_[i], v);
-    }
+// the step makes progress.
+void ContactForce::pull_back(std::span<Vec3> v) {
+  note_solved(v);
+  double share = 1.0;
+  if (!v_last_.empty()) {
+    find_line_contacts(v);
+    share = least_energy();
+  }
+  for_each_entry([&](Entry& e) {
+    e.applied = share < 1.0 ? Vec3((1.0 - share) * e.applied + share * e.solved) : e.solved;
   });
-  const double share = follows ? least_energy() : 1.0;
   v_last_.resize(v.size());
   parallel_for(v.size(), kVertexGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
@@ -342,7 +350,6 @@ double ContactForce::pull_back(std::span<Vec3> v) {
       v_last_[i] = v[i];
     }
   });
-  return share;
 }
 
 void ContactForce::Change::add(const Change& other) {
@@ -353,13 +360,13 @@ void ContactForce::Change::add(const Change& other) {
 }
 
 bool ContactForce::update(std::span<Vec3> v) {
-  const double share = pull_back(v);
+  pull_back(v);
   changes_.assign((entries_.size() + kEach - 1) / kEach, {});
   parallel_for(entries_.size(), kEach, [&](std::size_t begin, std::size_t end) {
+    Change& own = changes_[begin / kEach];
     for (Entry& e : std::span(entries_).subspan(begin, end - begin)) {
-      e.applied = share < 1.0 ? Vec3((1.0 - share) * e.applied + share * e.solved) : e.solved;
       const double force = update(e, v);
-      changes_[begin / kEach].add({force, e.load, e.friction_change, e.limit});
+      own.add({force, e.load, e.friction_change, e.limit});
     }
   });
   Change all;

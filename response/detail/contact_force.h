@@ -85,16 +85,14 @@ class ContactForce final : public Response {
     double limit = 0.0;            // N, the μλ for which friction was set
     Vec3 applied = Vec3::Zero();   // N·s, impulse that holds the cloth at the current velocities
     Vec3 solved = Vec3::Zero();    // N·s, impulse in the last solve
-    std::ptrdiff_t term = -1;      // its term in the last solve; -1: none
   };
   /// One contact on the line from the velocities of one solve to those of the next.
   struct LineContact {
+    const Entry* entry;
     Vec3 velocity_change;                // change of the relative velocity over the whole line, m/s
     double violation, violation_change;  // m, gap violation at the start (target - gap) and its
                                          // change over the line
     Vec3 slip, slip_change;              // m/s, at the start, and its change over the line
-    Vec3 applied, solved, friction;      // as in Entry
-    double stiffness, stick, limit;
   };
   /// Sums over contacts by which an update decides.
   struct Change {
@@ -114,11 +112,14 @@ class ContactForce final : public Response {
   void linearise_friction(Entry& e, const Vec3& s) const;
   double update(Entry& e, std::span<const Vec3> v) const;
   double update_friction(Entry& e, const Vec3& s, bool carried) const;
-  Vec3 solved_impulse(const Entry& e, std::span<const Vec3> v) const;
+  template <class Body>
+  void for_each_entry(const Body& body);
+  void note_solved(std::span<const Vec3> v);
+  void find_line_contacts(std::span<const Vec3> v);
   LineContact line_contact(const Entry& e, std::span<const Vec3> v) const;
   double slope(double share) const;
   double least_energy() const;
-  double pull_back(std::span<Vec3> v);
+  void pull_back(std::span<Vec3> v);
 
   ContactForceConfig config_;
   ContactMotion motion_;

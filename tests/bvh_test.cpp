@@ -387,7 +387,7 @@ TEST(SortRows, SortsRowsOfAnyLengthWhateverLiesBehindThem) {
 TEST(PairCollector, SortsTheListsOfPartsOfAnySize) {
   Random random(6);
   constexpr std::uint64_t firsts = 3000, seconds = 5000;
-  // Few pairs are sorted directly; many parts, few of them large, in batches.
+  // Few pairs are sorted directly, others by buckets.
   for (const std::size_t pairs : {0, 900, 3000, 30000, 400000}) {
     std::set<std::uint64_t> keys;
     while (keys.size() < pairs)

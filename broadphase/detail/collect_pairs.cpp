@@ -26,9 +26,6 @@ constexpr std::size_t kBucketGrain = 4;  // buckets that one task sorts with the
 // its own. Consecutive keys mostly have the same first index; with common counters, each increment
 // would wait for the previous one.
 constexpr std::size_t kStreams = 2;
-// Parts are counted and distributed together until they hold this many pairs, or this share of
-// all: fewer would cost less than the counters.
-constexpr std::size_t kLeastBatch = 4096, kMostBatches = 64;
 constexpr std::size_t kFewPairs = 1024;  // below this number plain sorting is faster
 
 std::uint32_t first_of(std::uint64_t key) { return static_cast<std::uint32_t>(key >> 32); }
@@ -74,21 +71,6 @@ void each_in_streams(std::size_t n, Visit visit) {
   for (std::size_t i = 0; i < part; ++i)
     for (std::size_t s = 0; s < kStreams; ++s) visit(s, s * part + i);
   for (std::size_t i = kStreams * part; i < n; ++i) visit(kStreams - 1, i);
-}
-
-/// Divides the parts into batches of consecutive ones: the first part of each, then their number.
-std::vector<std::size_t> batches_of(const std::vector<FoundPairs>& parts,
-                                    PairBuffer FoundPairs::*list, std::size_t total) {
-  const std::size_t least = std::max(kLeastBatch, total / kMostBatches);
-  std::vector<std::size_t> begin{0};
-  std::size_t pairs = 0;
-  for (std::size_t p = 0; p < parts.size(); ++p) {
-    pairs += (parts[p].*list).size();
-    if (pairs < least && p + 1 < parts.size()) continue;
-    begin.push_back(p + 1);
-    pairs = 0;
-  }
-  return begin;
 }
 
 /// Scratch memory for sorting buckets in turn.
@@ -157,45 +139,42 @@ void PairCollector::sort_by_buckets(const std::vector<FoundPairs>& parts,
                                     std::vector<Pair>& out) {
   const ShortKeys keys(firsts, seconds);
   const std::size_t buckets = (firsts >> keys.shift) + 1;
-  const std::vector<std::size_t> batch_begin = batches_of(parts, list, out.size());
-  const std::size_t batches = batch_begin.size() - 1;
-  // start[(batch · buckets + bucket) · kStreams + stream]: first the number of pairs, then their
+  // start[(part · buckets + bucket) · kStreams + stream]: first the number of pairs, then their
   // position.
   const std::size_t counters = buckets * kStreams;
-  std::vector<std::size_t> start(batches * counters, 0);
-  // Calls visit(counter, key) for the pairs of a batch.
-  const auto each_key = [&](std::size_t batch, auto visit) {
-    std::size_t* counter = start.data() + batch * counters;
-    for (std::size_t p = batch_begin[batch]; p < batch_begin[batch + 1]; ++p) {
+  std::vector<std::size_t> start(parts.size() * counters, 0);
+  parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t p = begin; p < end; ++p) {
       const PairBuffer& found = parts[p].*list;
       const std::uint64_t* key = found.data();
+      std::size_t* count = start.data() + p * counters;
       each_in_streams(found.size(), [&](std::size_t stream, std::size_t i) {
-        visit(counter[keys.bucket(key[i]) * kStreams + stream], key[i]);
+        ++count[keys.bucket(key[i]) * kStreams + stream];
       });
     }
-  };
-  parallel_for(batches, 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t b = begin; b < end; ++b)
-      each_key(b, [](std::size_t& count, std::uint64_t) { ++count; });
   });
   std::vector<std::size_t> bucket_begin(buckets + 1, 0);
   std::size_t sum = 0;
   for (std::size_t b = 0; b < buckets; ++b) {
     bucket_begin[b] = sum;
-    for (std::size_t batch = 0; batch < batches; ++batch)
+    for (std::size_t p = 0; p < parts.size(); ++p)
       for (std::size_t s = 0; s < kStreams; ++s)
-        sum += std::exchange(start[batch * counters + b * kStreams + s], sum);
+        sum += std::exchange(start[p * counters + b * kStreams + s], sum);
     if (sum - bucket_begin[b] > std::numeric_limits<std::uint32_t>::max())
       throw std::length_error("broad phase: more than 2^32 pairs of " +
                               std::to_string(keys.rows()) + " primitives");
   }
   bucket_begin[buckets] = sum;
   if (scratch.size() < sum) scratch.resize(sum);
-  parallel_for(batches, 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t b = begin; b < end; ++b)
-      each_key(b, [&](std::size_t& next, std::uint64_t key) {
-        scratch[next++] = keys.template pack<Key>(key);
+  parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t p = begin; p < end; ++p) {
+      const PairBuffer& found = parts[p].*list;
+      const std::uint64_t* key = found.data();
+      std::size_t* next = start.data() + p * counters;
+      each_in_streams(found.size(), [&](std::size_t stream, std::size_t i) {
+        scratch[next[keys.bucket(key[i]) * kStreams + stream]++] = keys.pack<Key>(key[i]);
       });
+    }
   });
   const SortRows<Pair> sort_rows = best_sort_rows<Pair>();
   parallel_for(buckets, kBucketGrain, [&](std::size_t begin, std::size_t end) {

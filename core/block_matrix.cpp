@@ -52,6 +52,10 @@ void BlockMatrix::set_zero() {
   });
 }
 
+void BlockMatrix::set_zero(std::size_t first, std::size_t last) {
+  std::fill(values_.begin() + row_begin_[first], values_.begin() + row_begin_[last], Mat3::Zero());
+}
+
 std::int32_t BlockMatrix::slot(std::int32_t i, std::int32_t j) const {
   if (i >= 0 && static_cast<std::size_t>(i) < size()) {
     const auto begin = column_.begin() + row_begin_[i], end = column_.begin() + row_begin_[i + 1];

@@ -19,6 +19,8 @@ class BlockMatrix {
 
   std::size_t size() const { return row_begin_.empty() ? 0 : row_begin_.size() - 1; }
   void set_zero();
+  /// Sets the rows [first, last) to zero.
+  void set_zero(std::size_t first, std::size_t last);
   /// Position of block (i, j) in the value array. Throws std::out_of_range if the block is absent.
   /// Intended for set-up, not for inner loops.
   std::int32_t slot(std::int32_t i, std::int32_t j) const;

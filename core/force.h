@@ -31,6 +31,14 @@ struct ForceState {
   double time = 0.0;  ///< s
 };
 
+/// A Jacobian that can be added to some rows at a time.
+class JacobianRows {
+ public:
+  virtual ~JacobianRows() = default;
+  /// Adds the Jacobian to the rows [first, last). Threads may add to different rows.
+  virtual void add_rows(std::size_t first, std::size_t last, BlockMatrix& a) const = 0;
+};
+
 /// A force on particles. Deterministic for any number of threads.
 class Force {
  public:
@@ -47,6 +55,11 @@ class Force {
   /// a += -h ∂f/∂v - h² ∂f/∂x. The indefinite part of ∂f/∂x is dropped so that the sum stays
   /// positive semidefinite.
   virtual void add_jacobian(const ForceState& state, double h, BlockMatrix& a) const = 0;
+  /// What add_jacobian adds, row by row, so that several forces can add to a row while it is in the
+  /// cache. Valid until the force computes another Jacobian. Null: the force has only add_jacobian.
+  virtual const JacobianRows* jacobian_rows(const ForceState& /*state*/, double /*h*/) const {
+    return nullptr;
+  }
   /// Called when a step was accepted and ended in `state`. A force with a memory (hysteresis)
   /// updates it; other forces do nothing.
   virtual void accept(const ForceState& /*state*/) {}

@@ -5,6 +5,7 @@
 // paper's force is k |E|²/(|N1|+|N2|) (sin(θ/2) - sin(θ0/2)) u. Here it is linear in θ, the
 // negative gradient of ½ k (θ-θ0)². So it has an energy, sharp folds stay stiff, and the mesh
 // determines k from the plate rigidity (see topology_*).
+#include <selvedge/core/detail/block_jacobian.h>
 #include <selvedge/core/detail/coloring.h>
 #include <selvedge/core/detail/dihedral.h>
 #include <selvedge/core/detail/force_checks.h>
@@ -19,8 +20,7 @@
 namespace selvedge {
 namespace {
 
-constexpr std::size_t kEnergyGrain = 256, kHingePartGrain = 128;  // groups
-constexpr std::size_t kHingeBlockGrain = 4096;                    // blocks of the Jacobian
+constexpr std::size_t kEnergyGrain = 256;  // groups
 
 void validate_hinge(const Hinge& hinge, std::size_t i, std::size_t particles) {
   for (const std::int32_t v : hinge.v) detail::require_particle("hinge", i, v, particles);
@@ -86,20 +86,17 @@ class BendingForce final : public Force {
   void bind(const BlockMatrix& matrix) override {
     std::vector<std::int32_t> corners;
     for (const Hinge& h : hinges_) corners.insert(corners.end(), h.v.begin(), h.v.end());
-    blocks_ = detail::blocks_of(corners, 4, matrix);
-    parts_.resize(detail::kHingeParts * hinges_.size());
+    jacobian_.bind(corners, matrix);
   }
 
   void add_jacobian(const ForceState& state, double h, BlockMatrix& a) const override {
-    const detail::LaneForce force = detail::lane_force(lanes_, numbers_, state, {});
-    const detail::LaneKernel& kernel = detail::lane_kernel();
-    parallel_for(lanes_.groups.size(), kHingePartGrain, [&](std::size_t first, std::size_t last) {
-      kernel.hinge_parts(force, h, parts_.data(), first, last);
-    });
-    const detail::LaneJacobian jacobian = detail::lane_jacobian(blocks_, parts_, a);
-    parallel_for(blocks_.size(), kHingeBlockGrain, [&](std::size_t first, std::size_t last) {
-      kernel.hinge_blocks(jacobian, first, last);
-    });
+    jacobian_rows(state, h);
+    jacobian_.add(a);
+  }
+
+  const JacobianRows* jacobian_rows(const ForceState& state, double h) const override {
+    jacobian_.find_numbers(lanes_, detail::lane_force(lanes_, numbers_, state, {}), h);
+    return &jacobian_;
   }
 
   void add_stiffness_bound(const ForceState& state, std::span<double> stiffness,
@@ -121,9 +118,8 @@ class BendingForce final : public Force {
   std::vector<Hinge> hinges_;
   detail::LaneGroups lanes_;
   std::vector<double> numbers_;  // data of lanes_
-  detail::BlockElements blocks_;
   std::vector<std::size_t> color_begin_;
-  mutable std::vector<double> parts_;  // scratch of one Jacobian
+  mutable detail::BlockJacobian jacobian_{detail::kHingeKind};  // its numbers are scratch
 };
 
 }  // namespace

@@ -11,6 +11,7 @@
 // Jacobian: the tensor of a triangle depends on the vertices of its neighbours' neighbours. As in
 // force_shape_operator.cpp, couplings between hinges are replaced by diagonal terms that bound
 // them.
+#include <selvedge/core/detail/block_jacobian.h>
 #include <selvedge/core/detail/coloring.h>
 #include <selvedge/core/detail/force_checks.h>
 #include <selvedge/core/detail/lane_forces.h>
@@ -26,8 +27,8 @@ namespace {
 
 using detail::kGroupLanes;
 
-// Groups, frictions and blocks of the Jacobian per task.
-constexpr std::size_t kGrain = 128, kFrictionGrain = 512, kFrictionBlockGrain = 4096;
+// Groups and frictions per task.
+constexpr std::size_t kGrain = 128, kFrictionGrain = 512;
 constexpr const char* kName = "curvature friction";
 
 /// State of one friction element.
@@ -95,22 +96,19 @@ class CurvatureFrictionForce final : public Force {
     std::vector<std::int32_t> corners;
     for (const Hinge& hinge : hinges_)
       corners.insert(corners.end(), hinge.v.begin(), hinge.v.end());
-    blocks_ = detail::blocks_of(corners, 4, matrix);
-    parts_.resize(detail::kHingeParts * hinges_.size());
+    jacobian_.bind(corners, matrix);
   }
 
   void add_jacobian(const ForceState& state, double h, BlockMatrix& a) const override {
+    jacobian_rows(state, h);
+    jacobian_.add(a);
+  }
+
+  const JacobianRows* jacobian_rows(const ForceState& state, double h) const override {
     measure(state);
     set_bounds(true);
-    const detail::LaneForce force = detail::lane_force(lanes_, numbers_, state, {});
-    const detail::LaneKernel& kernel = detail::lane_kernel();
-    parallel_for(lanes_.groups.size(), kGrain, [&](std::size_t first, std::size_t last) {
-      kernel.hinge_parts(force, h, parts_.data(), first, last);
-    });
-    const detail::LaneJacobian jacobian = detail::lane_jacobian(blocks_, parts_, a);
-    parallel_for(blocks_.size(), kFrictionBlockGrain, [&](std::size_t first, std::size_t last) {
-      kernel.hinge_blocks(jacobian, first, last);
-    });
+    jacobian_.find_numbers(lanes_, detail::lane_force(lanes_, numbers_, state, {}), h);
+    return &jacobian_;
   }
 
   void add_stiffness_bound(const ForceState& state, std::span<double> stiffness,
@@ -278,7 +276,6 @@ class CurvatureFrictionForce final : public Force {
   std::vector<std::size_t> place_of_;  // per hinge: kGroupLanes·group + lane
   detail::LaneGroups lanes_;
   std::vector<std::size_t> color_begin_;
-  detail::BlockElements blocks_;
   std::vector<double> moment_of_, yield_;  // per friction
   std::vector<std::uint32_t> begin_;       // start of the terms of each friction
   std::vector<std::int32_t> place_;        // per term: position of its hinge
@@ -286,8 +283,8 @@ class CurvatureFrictionForce final : public Force {
   std::vector<std::uint32_t> friction_of_;
   std::vector<std::uint32_t> terms_begin_, terms_;  // terms of each position
   std::vector<Vec3> slip_;                          // 1/m, per friction: the value S it sticks to
-  mutable std::vector<double> numbers_, turn_, moment_, gradient_, bound_,
-      parts_;  // scratch of one evaluation
+  mutable std::vector<double> numbers_, turn_, moment_, gradient_, bound_;  // scratch
+  mutable detail::BlockJacobian jacobian_{detail::kHingeKind};  // its numbers are scratch
   mutable std::vector<Vec3> tensor_;
 };
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/core/detail/block_jacobian.h>
 #include <selvedge/core/detail/coloring.h>
 #include <selvedge/core/detail/force_checks.h>
 #include <selvedge/core/detail/lane_forces.h>
@@ -11,8 +12,6 @@ namespace selvedge {
 namespace {
 
 constexpr std::size_t kHookeGrain = 4096;
-// Groups and blocks of the Jacobian per task.
-constexpr std::size_t kSpringPartGrain = 256, kSpringBlockGrain = 4096;
 
 class HookeForce final : public Force {
  public:
@@ -67,20 +66,17 @@ class HookeForce final : public Force {
   void bind(const BlockMatrix& matrix) override {
     std::vector<std::int32_t> ends;
     for (const Spring& s : springs_) ends.insert(ends.end(), {s.a, s.b});
-    blocks_ = detail::blocks_of(ends, 2, matrix);
-    parts_.resize(detail::kSpringParts * springs_.size());
+    jacobian_.bind(ends, matrix);
   }
 
   void add_jacobian(const ForceState& state, double h, BlockMatrix& a) const override {
-    const detail::LaneForce force = detail::lane_force(lanes_, numbers_, state, {});
-    const detail::LaneKernel& kernel = detail::lane_kernel();
-    parallel_for(lanes_.groups.size(), kSpringPartGrain, [&](std::size_t first, std::size_t last) {
-      kernel.spring_parts(force, h, parts_.data(), first, last);
-    });
-    const detail::LaneJacobian jacobian = detail::lane_jacobian(blocks_, parts_, a);
-    parallel_for(blocks_.size(), kSpringBlockGrain, [&](std::size_t first, std::size_t last) {
-      kernel.spring_blocks(jacobian, first, last);
-    });
+    jacobian_rows(state, h);
+    jacobian_.add(a);
+  }
+
+  const JacobianRows* jacobian_rows(const ForceState& state, double h) const override {
+    jacobian_.find_numbers(lanes_, detail::lane_force(lanes_, numbers_, state, {}), h);
+    return &jacobian_;
   }
 
   void add_stiffness_bound(const ForceState& state, std::span<double> stiffness,
@@ -102,9 +98,8 @@ class HookeForce final : public Force {
   std::vector<Spring> springs_;
   detail::LaneGroups lanes_;
   std::vector<double> numbers_;  // data of lanes_
-  detail::BlockElements blocks_;
   std::vector<std::size_t> color_begin_;
-  mutable std::vector<double> parts_;  // scratch of one Jacobian
+  mutable detail::BlockJacobian jacobian_{detail::kSpringKind};  // its numbers are scratch
 };
 
 }  // namespace

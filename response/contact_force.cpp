@@ -11,7 +11,7 @@ namespace {
 
 // Contacts per range: of sums, and of work on each contact alone.
 constexpr std::size_t kGrain = 1024, kEach = 256;
-constexpr std::size_t kVertexGrain = 4096;
+constexpr std::size_t kVertexGrain = 2048;
 
 // How far cloth may intrude into a rest gap, as a share of it, because its contact was left out of
 // the solve.
@@ -352,22 +352,28 @@ void ContactForce::pull_back(std::span<Vec3> v) {
   });
 }
 
+void ContactForce::Change::add(const Change& other) {
+  force += other.force;
+  load += other.load;
+  friction += other.friction;
+  limit += other.limit;
+}
+
 bool ContactForce::update(std::span<Vec3> v) {
   pull_back(v);
-  const double change = parallel_sum(entries_.size(), kGrain, [&](std::size_t b, std::size_t end) {
-    double sum = 0.0;
-    for (std::size_t i = b; i < end; ++i) sum += update(entries_[i], v);
-    return sum;
+  changes_.assign((entries_.size() + kEach - 1) / kEach, {});
+  parallel_for(entries_.size(), kEach, [&](std::size_t begin, std::size_t end) {
+    Change& own = changes_[begin / kEach];
+    for (Entry& e : std::span(entries_).subspan(begin, end - begin)) {
+      const double force = update(e, v);
+      own.add({force, e.load, e.friction_change, e.limit});
+    }
   });
-  double load = 0.0, limit = 0.0, friction = 0.0;
-  for (const Entry& e : entries_) {
-    load += e.load;
-    limit += e.limit;
-    friction += e.friction_change;
-  }
-  if (change > config_.load_tolerance * load) return true;
+  Change all;
+  for (const Change& part : changes_) all.add(part);
+  if (all.force > config_.load_tolerance * all.load) return true;
   const int most = is_impact() ? kFrictionUpdatesInImpact : kFrictionUpdates;
-  return friction > config_.load_tolerance * limit && ++friction_updates_ <= most;
+  return all.friction > config_.load_tolerance * all.limit && ++friction_updates_ <= most;
 }
 
 void ContactForce::correct(std::span<Vec3> x_t1) {

@@ -3,6 +3,7 @@
 #include <selvedge/broadphase/broad_phase.h>
 #include <selvedge/broadphase/conformance.h>
 #include <selvedge/broadphase/detail/bvh.h>
+#include <selvedge/broadphase/detail/collect_pairs.h>
 #include <selvedge/broadphase/detail/leaf_groups.h>
 #include <selvedge/broadphase/detail/sort_rows.h>
 #include <selvedge/core/parallel.h>
@@ -380,6 +381,37 @@ TEST(SortRows, SortsRowsOfAnyLengthWhateverLiesBehindThem) {
     std::vector<EdgeEdgePair> out(expected.size());
     sort({begin.data(), begin.size() - 1, second.data(), 5}, out.data());
     EXPECT_EQ(out, expected);
+  }
+}
+
+TEST(PairCollector, SortsTheListsOfPartsOfAnySize) {
+  Random random(6);
+  constexpr std::uint64_t firsts = 3000, seconds = 5000;
+  // Few pairs are sorted directly, others by buckets.
+  for (const std::size_t pairs : {0, 900, 3000, 30000, 400000}) {
+    std::set<std::uint64_t> keys;
+    while (keys.size() < pairs)
+      keys.insert(static_cast<std::uint64_t>(random.integer(0, firsts - 1)) << 32 |
+                  static_cast<std::uint64_t>(random.integer(0, seconds - 1)));
+    std::vector<detail::FoundPairs> parts(300);
+    for (const std::uint64_t key : keys) {
+      // Most pairs in a few parts, single ones in many, none in some.
+      const int part = random.integer(0, 9) < 9 ? random.integer(40, 50) : random.integer(60, 250);
+      detail::PairBuffer& list = parts[static_cast<std::size_t>(part)].edge_edge;
+      std::uint64_t* at = list.room(1);
+      *at++ = key;
+      list.advance_to(at);
+    }
+    std::vector<EdgeEdgePair> expected;
+    for (const std::uint64_t key : keys)
+      expected.push_back({static_cast<std::int32_t>(key >> 32), static_cast<std::int32_t>(key)});
+    for (const int threads : {1, 2, 8}) {
+      const ThreadLimit limit(threads);
+      detail::PairCollector collector;
+      std::vector<EdgeEdgePair> out;
+      collector.collect(parts, &detail::FoundPairs::edge_edge, firsts, seconds, out);
+      EXPECT_EQ(out, expected) << pairs << " pairs, " << threads << " threads";
+    }
   }
 }
 

@@ -289,5 +289,57 @@ TEST(BlockMatrices, MultiplyAsTheDenseMatrixDoes) {
   EXPECT_LT((dense * flat(x) - flat(y)).norm(), 1e-13);
 }
 
+TEST(BlockMatrices, SetSomeRowsToZero) {
+  BlockMatrix a(4, {{2, 0}, {1, 3}});
+  for (Mat3& block : a.values()) block.setOnes();
+  a.set_zero(1, 3);
+  for (const auto& [i, j] :
+       std::vector<Edge>{{0, 0}, {0, 2}, {1, 1}, {1, 3}, {2, 0}, {2, 2}, {3, 1}, {3, 3}})
+    EXPECT_EQ(a.values()[a.slot(i, j)], Mat3::Constant(i == 1 || i == 2 ? 0.0 : 1.0)) << i << j;
+}
+
+/// Springs, hinges and the friction of curvatures of a crumpled sheet.
+std::vector<std::unique_ptr<Force>> forces_with_rows(const ClothMesh& cloth) {
+  const std::size_t n = cloth.mass.size();
+  std::vector<CurvatureFriction> frictions;
+  for (std::int32_t k = 0; k + 2 < static_cast<std::int32_t>(cloth.hinges.size()); k += 3)
+    frictions.push_back(
+        {{{k, {1.0, 0.2, -0.3}}, {k + 1, {0.1, 0.8, 0.4}}, {k + 2, {0.3, -0.2, 0.9}}}, 2.0, 0.3});
+  std::vector<std::unique_ptr<Force>> forces;
+  forces.push_back(make_hooke_force(cloth.springs, n));
+  forces.push_back(make_bending_force(cloth.hinges, n));
+  forces.push_back(make_curvature_friction(cloth.hinges, frictions, n));
+  return forces;
+}
+
+TEST(JacobianRows, AddWhatTheWholeJacobianAddsToThemAndNothingElse) {
+  Material material;
+  material.spring_damping = 0.02;
+  const ClothMesh cloth = make_rectangular({0.5, 0.4, 11, 9}, material);
+  const std::size_t n = cloth.mass.size();
+  ForceStateOwner state{random_vectors(n, 0.02, 7), random_vectors(n, 1.0, 8), cloth.mass};
+  for (std::size_t i = 0; i < n; ++i) state.x[i] += cloth.surface.vertices[i];
+  for (const auto& force : forces_with_rows(cloth)) {
+    std::vector<Edge> links;
+    force->add_links(links);
+    BlockMatrix whole(n, links), rows(n, links);
+    force->bind(whole);
+    force->add_jacobian(state, 0.01, whole);
+    const std::vector<Mat3> expected(whole.values().begin(), whole.values().end());
+    // Ranges of 1, 2, 3 … rows, the last ones first.
+    const JacobianRows* jacobian = force->jacobian_rows(state, 0.01);
+    ASSERT_NE(jacobian, nullptr);
+    for (std::size_t last = n, count = 1; last > 0; ++count) {
+      const std::size_t first = last - std::min(last, count);
+      jacobian->add_rows(first, last, rows);
+      const auto begin = static_cast<std::size_t>(rows.row_begin()[first]);
+      for (std::size_t k = 0; k < expected.size(); ++k)
+        ASSERT_EQ(rows.values()[k], k < begin ? Mat3(Mat3::Zero()) : expected[k]) << first;
+      last = first;
+    }
+    EXPECT_GT(rows.values()[0].norm(), 0.0);
+  }
+}
+
 }  // namespace
 }  // namespace selvedge

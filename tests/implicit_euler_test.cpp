@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/core/detail/piece_momentum.h>
 #include <selvedge/core/integrator.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/strain_limiter.h>
@@ -220,6 +221,64 @@ TEST(Determinism, OneTwoAndEightThreadsGiveTheSameBits) {
   for (const int threads : {2, 8}) {
     const Vectors many = simulate(threads);
     EXPECT_EQ(std::memcmp(one.data(), many.data(), one.size() * sizeof(Vec3)), 0) << threads;
+  }
+}
+
+/// Strips of particles, each a piece, and a residual that adds up to nothing in all of them.
+struct Strips {
+  std::size_t pieces, length;
+  detail::PieceMomentum momentum;
+  Vectors residual, v, v_old, outside;
+  std::vector<double> mass;
+  std::vector<char> free;
+
+  Strips(std::size_t count, std::size_t particles)
+      : pieces(count),
+        length(particles),
+        momentum(links(count, particles), count * particles),
+        residual(count * particles),
+        v(residual.size(), Vec3(0.0, 0.0, -1.0)),
+        v_old(residual.size(), Vec3::Zero()),
+        outside(residual.size(), Vec3::Zero()),
+        mass(residual.size(), 1e-4),
+        free(residual.size(), 1) {
+    for (std::size_t i = 0; i < residual.size(); ++i)
+      residual[i] = Vec3(0.0, 0.0, i % 2 == 0 ? 1e-3 : -1e-3);
+  }
+
+  static std::vector<Edge> links(std::size_t count, std::size_t particles) {
+    std::vector<Edge> all;
+    for (std::size_t i = 0; i + 1 < count * particles; ++i)
+      if ((i + 1) % particles != 0)
+        all.push_back({static_cast<std::int32_t>(i), static_cast<std::int32_t>(i + 1)});
+    return all;
+  }
+
+  bool kept() { return momentum.kept({residual, v, v_old, mass, outside, free}); }
+};
+
+// Few pieces are summed by ranges of particles, many in one range.
+TEST(PieceMomentum, IsKeptUnlessOnePieceHasLostMoreThanAFiftiethOfIt) {
+  for (const std::size_t pieces : {1, 2, 16, 17, 60}) {
+    Strips strips(pieces, 2600);
+    EXPECT_EQ(strips.momentum.count(), pieces);
+    EXPECT_TRUE(strips.kept()) << pieces;
+    // Moved: 2600 particles of 1e-4 kg by 1 m/s. A fiftieth is 5.2e-3 kg·m/s.
+    for (const std::size_t piece : {std::size_t{0}, pieces / 2, pieces - 1})
+      for (const std::size_t at : {std::size_t{1}, std::size_t{2599}}) {
+        Vec3& lost = strips.residual[piece * strips.length + at];
+        const Vec3 before = lost;
+        lost.x() = 5.1e-3;
+        EXPECT_TRUE(strips.kept()) << pieces << ", " << piece;
+        lost.x() = 5.3e-3;
+        EXPECT_FALSE(strips.kept()) << pieces << ", " << piece;
+        strips.free[piece * strips.length + at] = 0;
+        strips.free[piece * strips.length + (at ^ 1)] = 0;
+        EXPECT_TRUE(strips.kept()) << pieces << ", " << piece << ": held";
+        strips.free[piece * strips.length + at] = 1;
+        strips.free[piece * strips.length + (at ^ 1)] = 1;
+        lost = before;
+      }
   }
 }
 

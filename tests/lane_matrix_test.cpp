@@ -174,6 +174,52 @@ TEST_P(LaneMatrixOf, IsTheSameAfterTermsHaveComeAndGone) {
   for (std::size_t i = 0; i < a.size(); ++i) ASSERT_EQ(before[i], after[i]) << i;
 }
 
+/// Contacts between random particles.
+std::vector<ImplicitTerm> random_terms(std::size_t particles, std::size_t count) {
+  std::mt19937 random(7);
+  std::uniform_int_distribution<std::int32_t> any(0, static_cast<std::int32_t>(particles) - 5);
+  std::vector<ImplicitTerm> terms(count);
+  for (ImplicitTerm& term : terms) {
+    const std::int32_t first = any(random);
+    term.particle = {first, first + 1, first + 2, first + 4};
+    term.weight = {1.0, -0.2, -0.3, -0.5};
+    term.rhs = Vec3::Zero();
+    const Vec3 normal = Vec3::NullaryExpr([&] { return any(random) - 0.5 * particles; });
+    term.matrix = 20.0 / normal.squaredNorm() * normal * normal.transpose();
+  }
+  return terms;
+}
+
+// Hundreds of terms are taken in ranges. A range that is no longer needed must not leave a trace.
+TEST_P(LaneMatrixOf, KnowsItsTermsWhateverTheirNumberWasBefore) {
+  const auto [side, shuffled] = GetParam();
+  const BlockMatrix a = grid_matrix(side, shuffled, 40.0);
+  const std::vector<char> free(a.size(), 1);
+  const std::vector<ImplicitTerm> all = random_terms(a.size(), 700);
+  const Vectors x = some_vectors(a.size(), 5);
+  const LaneVector lanes = lanes_of(x);
+  Multilevel multilevel;
+  multilevel.set_matrix(a, free);
+  for (const std::size_t count : {700, 10, 300, 0, 513}) {
+    const auto terms = std::span(all).first(count);
+    multilevel.set_terms(terms);
+    TermOperator reference;
+    reference.reset(terms, a.size());
+    Vectors expected(a.size());
+    a.multiply(x, expected);
+    if (!reference.empty()) reference.add_multiply(x, expected);
+    LaneVector y = lanes, z = lanes;
+    multilevel.multiply(lanes, y);
+    expect_near(y, expected, 1e-2);
+    Multilevel fresh;
+    fresh.set_matrix(a, free);
+    fresh.set_terms(terms);
+    multilevel.apply(lanes, y);
+    fresh.apply(lanes, z);
+    for (std::size_t i = 0; i < a.size(); ++i) ASSERT_EQ(y[i], z[i]) << count << " terms, " << i;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Grids, LaneMatrixOf,
                          testing::Values(Case{5, false}, Case{16, false}, Case{37, false},
                                          Case{37, true}));

@@ -13,7 +13,7 @@ namespace {
 // One stretched triangle makes the areas of its ancestors meaningless, so the ratio of a node is
 // limited to this value.
 constexpr double kMaxRatio = 4.0;
-constexpr std::size_t kVertexGrain = 8192;  // vertices or items per task of boxing
+constexpr std::size_t kVertexGrain = 2048;  // vertices or items per task of boxing
 constexpr std::size_t kLeafGrain = 256;     // leaves per task of layout or fitting
 // Leaves by topology are used if they are at most this many times as many as full leaves would be.
 constexpr std::size_t kMostLeaves = 2;

@@ -5,6 +5,7 @@
 #include <selvedge/core/parallel.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -12,6 +13,10 @@ namespace selvedge::detail {
 namespace {
 
 constexpr std::size_t kParticleGrain = 2048;
+// Rows of the matrix that are summed together: 200 kB of a sheet's.
+constexpr std::size_t kMatrixGrain = 128;
+// Blocks that are scaled together.
+constexpr std::size_t kScaleGrain = 2048;
 
 // Fraction of the single forces below which their sum is rounding error: 1e-16 of a length, and the
 // strain is about a hundredth of a length.
@@ -36,6 +41,19 @@ double dot(std::span<const Vec3> a, std::span<const Vec3> b) {
     for (std::size_t i = begin; i < end; ++i) sum += a[i].dot(b[i]);
     return sum;
   });
+}
+
+// Ranges of particles whose results fit on the stack.
+constexpr std::size_t kMostRanges = 64;
+
+double greatest_coordinate(std::span<const Vec3> x) {
+  std::array<double, kMostRanges> greatest{};
+  const std::size_t grain = std::max(kParticleGrain, x.size() / kMostRanges + 1);
+  parallel_for(x.size(), grain, [&](std::size_t begin, std::size_t end) {
+    double& own = greatest[begin / grain];
+    for (std::size_t i = begin; i < end; ++i) own = std::max(own, x[i].cwiseAbs().maxCoeff());
+  });
+  return *std::max_element(greatest.begin(), greatest.end());
 }
 
 /// Calls body(i) for each i < n, in parallel.
@@ -75,39 +93,53 @@ ImplicitSystem::ImplicitSystem(std::span<const std::unique_ptr<Force>> forces, s
 }
 
 void ImplicitSystem::add_forces(const ForceState& state, double h) {
-  for (auto* vector : {&applied_, &magnitude_})
-    std::fill(vector->begin(), vector->end(), Vec3::Zero());
-  std::vector<Vec3>& f = r_;
+  std::vector<Vec3>& f = r_;  // of one force; zero before the next
+  for_particles(f.size(), [&](std::size_t i) {
+    for (auto* vector : {&applied_, &magnitude_, &f}) (*vector)[i].setZero();
+  });
   for (std::size_t k = 0; k < forces_.size(); ++k) {
-    std::fill(f.begin(), f.end(), Vec3::Zero());
     forces_[k]->add_force(state, f);
-    parallel_for(f.size(), kParticleGrain, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        b_[i] += h * f[i];
-        if (!free_[i]) continue;
-        magnitude_[i] += h * f[i].cwiseAbs();
-        if (outside_[k]) applied_[i] += h * f[i].cwiseAbs();
-      }
+    for_particles(f.size(), [&](std::size_t i) {
+      const Vec3 impulse = h * f[i];
+      f[i].setZero();
+      b_[i] += impulse;
+      if (!free_[i]) return;
+      magnitude_[i] += impulse.cwiseAbs();
+      if (outside_[k]) applied_[i] += impulse.cwiseAbs();
     });
   }
 }
 
 void ImplicitSystem::hold(const Particles& particles) {
   SELVEDGE_ASSERT(particles.size() == b_.size());
-  std::copy(particles.v.begin(), particles.v.end(), v_old_.begin());
-  std::copy(particles.mass.begin(), particles.mass.end(), mass_.begin());
-  for (std::size_t i = 0; i < b_.size(); ++i) free_[i] = particles.inv_mass[i] > 0.0;
+  for_particles(b_.size(), [&](std::size_t i) {
+    v_old_[i] = particles.v[i];
+    mass_[i] = particles.mass[i];
+    free_[i] = particles.inv_mass[i] > 0.0;
+  });
 }
 
 /// share·M + gain·J(tau).
 void ImplicitSystem::set_matrix(const SystemAt& system, double tau, double share, double gain) {
-  a_.set_zero();
-  for_particles(b_.size(), [&](std::size_t i) {
-    a_.diagonal(i).diagonal().setConstant(share / gain * mass_[i]);
+  by_rows_.clear();
+  for (const auto& force : forces_) {
+    const JacobianRows* rows = force->jacobian_rows(system.at, tau);
+    if (rows == nullptr) break;
+    by_rows_.push_back(rows);
+  }
+  parallel_for(b_.size(), kMatrixGrain, [&](std::size_t first, std::size_t last) {
+    a_.set_zero(first, last);
+    for (std::size_t i = first; i < last; ++i)
+      a_.diagonal(i).diagonal().setConstant(share / gain * mass_[i]);
+    for (const JacobianRows* rows : by_rows_) rows->add_rows(first, last, a_);
   });
-  for (const auto& force : forces_) force->add_jacobian(system.at, tau, a_);
-  if (gain != 1.0)
-    for (Mat3& block : a_.values()) block *= gain;
+  for (std::size_t k = by_rows_.size(); k < forces_.size(); ++k)
+    forces_[k]->add_jacobian(system.at, tau, a_);
+  if (gain == 1.0) return;
+  const std::span<Mat3> blocks = a_.values();
+  parallel_for(blocks.size(), kScaleGrain, [&](std::size_t first, std::size_t last) {
+    for (Mat3& block : blocks.subspan(first, last - first)) block *= gain;
+  });
 }
 
 void ImplicitSystem::assemble(const SystemAt& system) {
@@ -185,8 +217,9 @@ void ImplicitSystem::residual(std::span<const Vec3> v, std::span<Vec3> out, Accu
   find_product(v, accuracy);
   for_particles(b_.size(), [&](std::size_t i) { out[i] = b_[i] - end_.av[i]; });
   terms_.add_residual(v, out);
-  for (std::size_t i = 0; i < b_.size(); ++i)
+  for_particles(b_.size(), [&](std::size_t i) {
     if (!free_[i]) out[i].setZero();
+  });
 }
 
 /// Sets end_ to v and A v. With Accuracy::any, it reuses the products of the last solve where it
@@ -195,8 +228,9 @@ void ImplicitSystem::find_product(std::span<const Vec3> v, Accuracy accuracy) {
   const bool known = std::equal(end_.v.begin(), end_.v.end(), v.begin(), v.end());
   if (known && (end_.exact || accuracy == Accuracy::any)) return;
   if (accuracy == Accuracy::any && interpolate_product(v)) return;
-  end_.v.assign(v.begin(), v.end());
+  end_.v.resize(v.size());
   end_.av.resize(v.size());
+  for_particles(v.size(), [&](std::size_t i) { end_.v[i] = v[i]; });
   end_.exact = true;
   a_.multiply(v, end_.av);
   bytes_ +=
@@ -207,25 +241,44 @@ void ImplicitSystem::find_product(std::span<const Vec3> v, Accuracy accuracy) {
 /// ended. There A v follows from the products at both ends. Returns false elsewhere.
 bool ImplicitSystem::interpolate_product(std::span<const Vec3> v) {
   if (begin_.v.size() != v.size() || end_.v.size() != v.size()) return false;
-  double along = 0.0, length = 0.0, size = 0.0, off = 0.0;
-  for (std::size_t i = 0; i < v.size(); ++i) {
-    const Vec3 way = end_.v[i] - begin_.v[i];
-    along += way.dot(v[i] - begin_.v[i]);
-    length += way.squaredNorm();
-    size = std::max({size, begin_.v[i].cwiseAbs().maxCoeff(), end_.v[i].cwiseAbs().maxCoeff()});
-  }
+  const auto sum = [&](const auto& of) {
+    return parallel_sum(v.size(), kParticleGrain, [&](std::size_t begin, std::size_t end) {
+      double all = 0.0;
+      for (std::size_t i = begin; i < end; ++i) all += of(i, end_.v[i] - begin_.v[i]);
+      return all;
+    });
+  };
+  const double length = sum([](std::size_t, const Vec3& way) { return way.squaredNorm(); });
   if (!(length > 0.0)) return false;
-  const double share = along / length;
-  for (std::size_t i = 0; i < v.size(); ++i) {
-    const Vec3 on_line = begin_.v[i] + share * (end_.v[i] - begin_.v[i]);
-    off = std::max(off, (v[i] - on_line).cwiseAbs().maxCoeff());
-  }
-  if (!(off <= kOnLine * size)) return false;
+  const double share =
+      sum([&](std::size_t i, const Vec3& way) { return way.dot(v[i] - begin_.v[i]); }) / length;
+  const double size = std::max(greatest_coordinate(begin_.v), greatest_coordinate(end_.v));
+  const double off = parallel_sum(v.size(), kParticleGrain, [&](std::size_t b, std::size_t e) {
+    double count = 0.0;
+    for (std::size_t i = b; i < e; ++i) {
+      const Vec3 on_line = begin_.v[i] + share * (end_.v[i] - begin_.v[i]);
+      if (!((v[i] - on_line).cwiseAbs().maxCoeff() <= kOnLine * size)) count += 1.0;
+    }
+    return count;
+  });
+  if (off > 0.0) return false;
   end_.exact = end_.exact && begin_.exact;
-  for (std::size_t i = 0; i < v.size(); ++i)
+  for_particles(v.size(), [&](std::size_t i) {
     end_.av[i] = begin_.av[i] + share * (end_.av[i] - begin_.av[i]);
-  end_.v.assign(v.begin(), v.end());
+    end_.v[i] = v[i];
+  });
   return true;
+}
+
+/// Stores where the solve begins: at end_.
+void ImplicitSystem::note_begin() {
+  begin_.v.resize(end_.v.size());
+  begin_.av.resize(end_.av.size());
+  begin_.exact = end_.exact;
+  for_particles(end_.v.size(), [&](std::size_t i) {
+    begin_.v[i] = end_.v[i];
+    begin_.av[i] = end_.av[i];
+  });
 }
 
 /// Starts from v or, in the first solve of a step, from the old velocities if their residual is
@@ -239,7 +292,7 @@ bool ImplicitSystem::interpolate_product(std::span<const Vec3> v) {
 void ImplicitSystem::start(std::span<Vec3> v) {
   if (scaled_in_ == Norm::multilevel) {
     residual(v, r_, Accuracy::any);
-    begin_ = end_;
+    note_begin();
     load(r_, lanes_);
     largest_ = end_.exact ? lanes_.rz : std::max(largest_, lanes_.rz);
     return;
@@ -247,7 +300,7 @@ void ImplicitSystem::start(std::span<Vec3> v) {
   scaled_in_ = Norm::multilevel;
   set_old_velocities(v, p_);
   residual(p_, r_old_, Accuracy::exact);
-  begin_ = end_;
+  note_begin();
   load(r_old_, other_);
   const double kept = other_.rz;
   scale_ = std::max(kept, squared_above(kept, applied_, 1.0));
@@ -258,11 +311,11 @@ void ImplicitSystem::start(std::span<Vec3> v) {
     load(r_, lanes_);
   }
   if (keeps || kept < lanes_.rz) {
-    std::copy(p_.begin(), p_.end(), v.begin());
+    for_particles(v.size(), [&](std::size_t i) { v[i] = p_[i]; });
     std::swap(r_, r_old_);
     std::swap(lanes_, other_);
   } else {
-    begin_ = end_;
+    note_begin();
   }
   largest_ = lanes_.rz;
 }
@@ -270,8 +323,11 @@ void ImplicitSystem::start(std::span<Vec3> v) {
 /// Square of share·x, or 0 if it is at most `least`. Uses lanes_.
 double ImplicitSystem::squared_above(double least, std::span<const Vec3> x, double share) {
   // x·Px is at most 2 x·A⁻¹x, and A⁻¹ at most (share_·M)⁻¹.
-  double bound = 0.0;
-  for (std::size_t i = 0; i < x.size(); ++i) bound += x[i].squaredNorm() / (share_ * mass_[i]);
+  const double bound = parallel_sum(x.size(), kParticleGrain, [&](std::size_t b, std::size_t e) {
+    double sum = 0.0;
+    for (std::size_t i = b; i < e; ++i) sum += x[i].squaredNorm() / (share_ * mass_[i]);
+    return sum;
+  });
   if (share * share * 2.0 * bound <= least) return 0.0;
   load(x, lanes_);
   return share * share * lanes_.rz;
@@ -298,7 +354,7 @@ void ImplicitSystem::load(std::span<const Vec3> x, LaneResidual& out) {
 
 /// The old velocities at free particles, v at the others.
 void ImplicitSystem::set_old_velocities(std::span<const Vec3> v, std::span<Vec3> out) const {
-  for (std::size_t i = 0; i < out.size(); ++i) out[i] = free_[i] ? v_old_[i] : v[i];
+  for_particles(out.size(), [&](std::size_t i) { out[i] = free_[i] ? v_old_[i] : v[i]; });
 }
 
 double ImplicitSystem::dot_free(std::span<const Vec3> x, std::span<const Vec3> y) const {
@@ -386,9 +442,11 @@ bool ImplicitSystem::take_correction(std::span<Vec3> v, double target, bool loos
 
 /// A v as the updated residual says: A v = b - T v - r.
 void ImplicitSystem::set_product(std::span<const Vec3> v) {
-  end_.v.assign(v.begin(), v.end());
   end_.exact = false;
-  for_particles(b_.size(), [&](std::size_t i) { end_.av[i] = b_[i] - r_[i]; });
+  for_particles(b_.size(), [&](std::size_t i) {
+    end_.v[i] = v[i];
+    end_.av[i] = b_[i] - r_[i];
+  });
   terms_.add_residual(v, end_.av);
 }
 

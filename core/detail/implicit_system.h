@@ -98,6 +98,7 @@ class ImplicitSystem {
 
   void residual(std::span<const Vec3> v, std::span<Vec3> out, Accuracy accuracy);
   void find_product(std::span<const Vec3> v, Accuracy accuracy);
+  void note_begin();
   bool interpolate_product(std::span<const Vec3> v);
   void mark_non_finite(std::span<Vec3> v) const;
   void set_old_velocities(std::span<const Vec3> v, std::span<Vec3> out) const;
@@ -108,6 +109,7 @@ class ImplicitSystem {
   std::span<const std::unique_ptr<Force>> forces_;
   ImplicitConfig config_;
   BlockMatrix a_;
+  std::vector<const JacobianRows*> by_rows_;  // scratch of set_matrix
   std::vector<Mat3> other_values_;  // of the pieces that are not plain, while a_ is assembled
   PieceMomentum pieces_;
   std::vector<Vec3> b_;          // right-hand side

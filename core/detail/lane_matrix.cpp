@@ -150,16 +150,6 @@ void LaneMatrix::add_slot(std::span<const std::int32_t, kRowLanes> columns) {
   column_.insert(column_.end(), columns.begin(), columns.end());
 }
 
-void LaneMatrix::set(std::size_t k, const Mat3& block) {
-  float* to = value_.data() + where_[k] / kRowLanes * kSlotNumbers + where_[k] % kRowLanes;
-  for (int e = 0; e < 9; ++e) to[e * kRowLanes] = static_cast<float>(block.data()[e]);
-}
-
-void LaneMatrix::add(std::size_t k, const Mat3& block) {
-  float* to = value_.data() + where_[k] / kRowLanes * kSlotNumbers + where_[k] % kRowLanes;
-  for (int e = 0; e < 9; ++e) to[e * kRowLanes] += static_cast<float>(block.data()[e]);
-}
-
 void LaneParents::set_pattern(std::span<const std::int32_t> begin,
                               std::span<const std::int32_t> parent) {
   const std::size_t n = begin.size() - 1;

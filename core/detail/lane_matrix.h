@@ -149,9 +149,15 @@ class LaneMatrix {
   void set_pattern(std::span<const std::int32_t> begin, std::span<const std::int32_t> column);
   std::size_t size() const { return size_; }
   /// Sets block k, counted in the pattern.
-  void set(std::size_t k, const Mat3& block);
+  void set(std::size_t k, const Mat3& block) {
+    float* to = first_number(k);
+    for (int e = 0; e < 9; ++e) to[e * kRowLanes] = static_cast<float>(block.data()[e]);
+  }
   /// Adds to block k.
-  void add(std::size_t k, const Mat3& block);
+  void add(std::size_t k, const Mat3& block) {
+    float* to = first_number(k);
+    for (int e = 0; e < 9; ++e) to[e * kRowLanes] += static_cast<float>(block.data()[e]);
+  }
   /// The view, with smoother blocks of kStepNumbers per group.
   LaneRows rows(std::span<const float> step) const;
   /// Bytes that one multiplication reads, without vectors.
@@ -164,6 +170,9 @@ class LaneMatrix {
   void add_packed_slots(std::size_t first, std::size_t longest, std::span<const std::int32_t> begin,
                         std::span<const std::int32_t> column);
   void add_slot(std::span<const std::int32_t, kRowLanes> columns);
+  float* first_number(std::size_t k) {
+    return value_.data() + where_[k] / kRowLanes * kSlotNumbers + where_[k] % kRowLanes;
+  }
 
   std::size_t size_ = 0, padded_ = 0, gathered_ = 0;
   std::vector<std::uint32_t> slot_begin_;

@@ -14,6 +14,7 @@ namespace {
 
 // Groups of rows, rows and coarse rows per task.
 constexpr std::size_t kGroupGrain = 64, kRowGrain = 512, kCoarseRowGrain = 64;
+constexpr std::size_t kTermsTogether = 256;  // terms per task
 // Factoring 3·96 dense unknowns costs about 8 Mflop, less than another level.
 constexpr std::size_t kCoarsestSize = 96;
 // A level that is larger than this fraction of its parent level is not worth its cost.
@@ -149,7 +150,13 @@ void Multilevel::set_values(Level& level) {
   for (const std::size_t k : level.changed) level.is_changed[k] = 0;
   level.touched.clear();
   level.changed.clear();
+  const bool any_held = &level == &levels_.front() && std::ranges::find(free_, 0) != free_.end();
   parallel_for(level.size(), kRowGrain, [&](std::size_t first, std::size_t last) {
+    if (!any_held) {
+      for (std::int32_t k = level.begin[first]; k < level.begin[last]; ++k)
+        level.matrix.set(k, level.value[k]);
+      return;
+    }
     for (std::size_t i = first; i < last; ++i)
       for (std::int32_t k = level.begin[i]; k < level.begin[i + 1]; ++k) {
         const auto row = static_cast<std::int32_t>(i);
@@ -202,15 +209,15 @@ double Multilevel::largest_eigenvalue(Level& level) const {
 }
 
 void Multilevel::set_terms(std::span<const ImplicitTerm> terms) {
-  set_fine_rows(terms, levels_[0].terms);
-  for (std::size_t l = 1; l < levels_.size(); ++l)
-    set_coarse_rows(levels_[l - 1].terms, levels_[l - 1].p, levels_[l].terms);
+  find_rows(terms);
   parallel_for(levels_.size(), 1, [&](std::size_t first, std::size_t last) {
-    for (std::size_t l = first; l < last; ++l)
+    for (std::size_t l = first; l < last; ++l) {
+      join_rows(l);
       if (is_last(levels_[l]) && dense())
         factor_last(terms);
       else
         set_level_terms(levels_[l], terms);
+    }
   });
   set_loose(terms);
 }
@@ -231,6 +238,33 @@ void Multilevel::LevelTerms::add(std::int32_t row, double weight) {
 
 void Multilevel::LevelTerms::sort() {
   std::sort(rows.begin() + static_cast<std::ptrdiff_t>(begin.back()), rows.end());
+}
+
+/// The rows of the terms on all levels, range by range.
+void Multilevel::find_rows(std::span<const ImplicitTerm> terms) {
+  const std::size_t ranges = (terms.size() + kTermsTogether - 1) / kTermsTogether;
+  if (rows_of_terms_.size() < ranges) rows_of_terms_.resize(ranges);
+  for (std::vector<LevelTerms>& unused : std::span(rows_of_terms_).subspan(ranges))
+    for (LevelTerms& level : unused) level.clear();
+  parallel_for(terms.size(), kTermsTogether, [&](std::size_t first, std::size_t last) {
+    std::vector<LevelTerms>& rows = rows_of_terms_[first / kTermsTogether];
+    rows.resize(levels_.size());
+    set_fine_rows(terms.subspan(first, last - first), rows[0]);
+    for (std::size_t l = 1; l < rows.size(); ++l)
+      set_coarse_rows(rows[l - 1], levels_[l - 1].p, rows[l]);
+  });
+}
+
+/// Joins the ranges of a level.
+void Multilevel::join_rows(std::size_t l) {
+  LevelTerms& all = levels_[l].terms;
+  all.clear();
+  for (const std::vector<LevelTerms>& part : rows_of_terms_) {
+    for (std::size_t t = 0; t + 1 < part[l].begin.size(); ++t)
+      all.begin.push_back(all.rows.size() + part[l].begin[t]);
+    all.rows.insert(all.rows.end(), part[l].rows.begin(), part[l].rows.end());
+  }
+  all.begin_term();
 }
 
 void Multilevel::set_fine_rows(std::span<const ImplicitTerm> terms, LevelTerms& out) const {

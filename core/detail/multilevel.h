@@ -107,6 +107,8 @@ class Multilevel {
   void set_values(Level& level);
   void set_smoother(Level& level);
   double largest_eigenvalue(Level& level) const;
+  void find_rows(std::span<const ImplicitTerm> terms);
+  void join_rows(std::size_t l);
   void set_fine_rows(std::span<const ImplicitTerm> terms, LevelTerms& out) const;
   static void set_coarse_rows(const LevelTerms& fine, const Prolongation& p, LevelTerms& out);
   void clear_terms(Level& level);
@@ -127,6 +129,7 @@ class Multilevel {
   std::span<const char> free_;
   std::vector<char> weighted_;  // free_ as the weights of the first level know it
   std::vector<Level> levels_;
+  std::vector<std::vector<LevelTerms>> rows_of_terms_;  // scratch: per range of terms and level
   LooseTerms loose_;
   LaneVector extra_;  // (loose terms) x
   struct Factor;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/detail/piece_momentum.h>
+#include <selvedge/core/parallel.h>
 
 #include <algorithm>
 #include <numeric>
@@ -13,6 +14,9 @@ constexpr double kOfMoved = 0.02;
 // The same for the momentum from external forces. A smaller value would slow every drape for an
 // error that is visible only in impacts.
 constexpr double kOfOutside = 1.0;
+
+// Particles per range of a sum, and up to how many pieces ranges have sums of their own.
+constexpr std::size_t kMomentumGrain = 1024, kFewPieces = 16;
 
 }  // namespace
 
@@ -32,24 +36,31 @@ PieceMomentum::PieceMomentum(std::span<const Edge> links, std::size_t n) : piece
     const auto self = static_cast<std::int32_t>(i);
     piece_[i] = piece_[i] == self ? pieces++ : piece_[piece_[i]];
   }
-  left_.resize(static_cast<std::size_t>(pieces));
-  moved_.resize(left_.size());
-  outside_.resize(left_.size());
+  count_ = static_cast<std::size_t>(pieces);
 }
 
 bool PieceMomentum::kept(const Solve& s) {
-  std::fill(left_.begin(), left_.end(), Vec3::Zero());
-  std::fill(moved_.begin(), moved_.end(), 0.0);
-  std::fill(outside_.begin(), outside_.end(), 0.0);
-  for (std::size_t i = 0; i < piece_.size(); ++i) {
-    if (!s.free[i]) continue;
-    const auto k = static_cast<std::size_t>(piece_[i]);
-    left_[k] += s.residual[i];
-    moved_[k] += s.mass[i] * (s.v[i] - s.v_old[i]).norm();
-    outside_[k] += s.outside[i].norm();
+  const std::size_t n = piece_.size(), grain = count_ <= kFewPieces ? kMomentumGrain : n;
+  sums_.assign(count_ * ((n + grain - 1) / grain), Sums{});
+  parallel_for(n, grain, [&](std::size_t begin, std::size_t end) {
+    Sums* const own = sums_.data() + count_ * (begin / grain);
+    for (std::size_t i = begin; i < end; ++i) {
+      if (!s.free[i]) continue;
+      Sums& sums = own[piece_[i]];
+      sums.left += s.residual[i];
+      sums.moved += s.mass[i] * (s.v[i] - s.v_old[i]).norm();
+      sums.outside += s.outside[i].norm();
+    }
+  });
+  for (std::size_t k = 0; k < count_; ++k) {
+    Sums all;
+    for (std::size_t i = k; i < sums_.size(); i += count_) {
+      all.left += sums_[i].left;
+      all.moved += sums_[i].moved;
+      all.outside += sums_[i].outside;
+    }
+    if (all.left.norm() > std::max(kOfMoved * all.moved, kOfOutside * all.outside)) return false;
   }
-  for (std::size_t k = 0; k < left_.size(); ++k)
-    if (left_[k].norm() > std::max(kOfMoved * moved_[k], kOfOutside * outside_[k])) return false;
   return true;
 }
 

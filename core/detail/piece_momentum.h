@@ -21,7 +21,7 @@ class PieceMomentum {
 
   /// The piece of each particle, and how many there are.
   std::span<const std::int32_t> of_particles() const { return piece_; }
-  std::size_t count() const { return left_.size(); }
+  std::size_t count() const { return count_; }
 
   /// State of a solve: the residual of its equations in kg·m/s per particle, zero at held
   /// particles.
@@ -36,9 +36,15 @@ class PieceMomentum {
   bool kept(const Solve& solve);
 
  private:
+  /// Sums over the particles of one piece in one range.
+  struct Sums {
+    Vec3 left = Vec3::Zero();
+    double moved = 0.0, outside = 0.0;
+  };
+
   std::vector<std::int32_t> piece_;  // of each particle
-  std::vector<Vec3> left_;           // of each piece
-  std::vector<double> moved_, outside_;
+  std::size_t count_ = 0;
+  std::vector<Sums> sums_;  // scratch: of each piece, range by range
 };
 
 }  // namespace selvedge::detail

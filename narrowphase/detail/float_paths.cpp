@@ -9,7 +9,7 @@
 namespace selvedge::narrowphase_detail {
 namespace {
 
-constexpr std::size_t kVertexGrain = 8192;
+constexpr std::size_t kVertexGrain = 2048;
 
 /// The slack as a share of the largest coordinate; see FloatPaths.
 constexpr double kSlack = 0x1p-20;
@@ -41,7 +41,7 @@ FloatPaths::FloatPaths(const SurfaceView& a, const SurfaceView& b) {
                   : std::numeric_limits<float>::infinity();
   own_a_ = convert(a, proves);
   if (&a != &b) own_b_ = convert(b, proves);
-  paths_ = {own_a_.data(), &a != &b ? own_b_.data() : own_a_.data()};
+  paths_ = {own_a_.get(), &a != &b ? own_b_.get() : own_a_.get()};
 }
 
 void FloatPaths::take_block(const SurfacePairs& in, std::size_t begin, std::size_t end,
@@ -86,15 +86,18 @@ double FloatPaths::largest_coordinate(const SurfaceView& view, const char* name)
   return largest;
 }
 
-std::vector<FloatPaths::Path> FloatPaths::convert(const SurfaceView& view, bool proves) {
-  std::vector<Path> paths(view.x_t0.size(), Path{});
-  if (!proves) return paths;  // they do not fit into floats
-  parallel_for(paths.size(), kVertexGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
+std::unique_ptr<FloatPaths::Path[]> FloatPaths::convert(const SurfaceView& view, bool proves) {
+  const std::size_t n = view.x_t0.size();
+  if (!proves) return std::make_unique<Path[]>(n);  // they do not fit into floats
+  auto paths = std::make_unique_for_overwrite<Path[]>(n);
+  parallel_for(n, kVertexGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      paths[i].numbers[3] = paths[i].numbers[7] = 0.0F;
       for (std::size_t k = 0; k < 3; ++k) {
         paths[i].numbers[k] = static_cast<float>(view.x_t0[i][static_cast<int>(k)]);
         paths[i].numbers[4 + k] = static_cast<float>(view.x_t1[i][static_cast<int>(k)]);
       }
+    }
   });
   return paths;
 }

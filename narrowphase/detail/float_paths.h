@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -55,14 +56,14 @@ class FloatPaths {
 
  private:
   struct alignas(32) Path {
-    std::array<float, 8> numbers{};  ///< x, y, z, 0 at t = 0, and the same at t = 1
+    std::array<float, 8> numbers;  ///< x, y, z, 0 at t = 0, and the same at t = 1
   };
 
   static double largest_coordinate(const SurfaceView& view, const char* name);
-  static std::vector<Path> convert(const SurfaceView& view, bool proves);
+  static std::unique_ptr<Path[]> convert(const SurfaceView& view, bool proves);
 
   const Screen& screen_ = best_screen();
-  std::vector<Path> own_a_, own_b_;
+  std::unique_ptr<Path[]> own_a_, own_b_;
   std::array<const Path*, 2> paths_;  ///< of a and b
   float slack_ = 0.0F;                ///< m, of the difference of two coordinates
 };

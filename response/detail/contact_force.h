@@ -94,6 +94,13 @@ class ContactForce final : public Response {
                                          // change over the line
     Vec3 slip, slip_change;              // m/s, at the start, and its change over the line
   };
+  /// Sums over contacts by which an update decides.
+  struct Change {
+    double force = 0.0;  // N, by how much the forces differ from those of the last solve
+    double load = 0.0;   // N
+    double friction = 0.0, limit = 0.0;  // N, change of friction, and Σ μλ
+    void add(const Change& other);
+  };
 
   Vec3 motion_of(const Entry& e, std::span<const Vec3> v) const;
   double stick_speed(const ContactPoint& c) const;
@@ -125,6 +132,7 @@ class ContactForce final : public Response {
   double room_ = 0.0, approach_ = 0.0;  // kg·m: Σ m_eff·rest gap, Σ m_eff·predicted gap violation
   std::vector<Vec3> v_last_;  // velocities after the last update; empty: no update in this step yet
   std::vector<LineContact> line_contacts_;
+  std::vector<Change> changes_;  // scratch of an update
 };
 
 }  // namespace selvedge

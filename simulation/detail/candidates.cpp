@@ -143,7 +143,7 @@ SurfaceView Candidates::drifting_view() {
 
 bool Candidates::cover() const {
   if (self_idle_ && context_.motion.body_vertices() == 0) return true;  // see prove_again
-  constexpr std::size_t kGrain = 8192;
+  constexpr std::size_t kGrain = 2048;
   const auto x_t1 = context_.motion.cloth_t1();
   const double outside = parallel_sum(x_t1.size(), kGrain, [&](std::size_t b, std::size_t e) {
     double count = 0.0;

@@ -7,7 +7,7 @@
 namespace selvedge {
 namespace {
 
-constexpr std::size_t kVertexGrain = 4096, kPairGrain = 8192;
+constexpr std::size_t kVertexGrain = 2048, kPairGrain = 8192;
 
 // Covers the rounding of a difference, of its conversion to float and of the sum of two.
 constexpr double kRoundedUp = 1.0 + 0x1p-20;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/core/parallel.h>
 #include <selvedge/narrowphase/distance.h>
 #include <selvedge/simulation/detail/contacts.h>
 
@@ -29,6 +30,9 @@ constexpr double kEdgeEnd = 1e-6;
 // carries and the others wait for parts that come between the points (a rim, a spike, a fold).
 constexpr double kSecondaryShare = 0.5;
 constexpr double kSecondaryReach = 1.1;
+
+// Found pairs per task.
+constexpr std::size_t kFoundGrain = 512;
 
 // Covers the rounding of a distance and of a gap along its direction.
 constexpr double kRoundingReserve = 1.0 + 1e-9;
@@ -107,6 +111,17 @@ double Contacts::rest_gap(const ContactPoint& c, bool self) const {
   return std::min(wanted, kStartShare * relative(c, rest_).norm());
 }
 
+// Whether a pair, `c` in the joint index space, becomes a contact: it is near enough, and a local
+// minimum of the distance.
+bool Contacts::is_contact(const Contact& contact, const ContactPoint& c) const {
+  if (!is_near(contact, c)) return false;
+  if (contact.kind != ContactKind::edge_edge)
+    return filter_.is_true_point_contact(c, motion_.x_t0());
+  const double s = c.weight[1], t = -c.weight[3];
+  if (s <= kEdgeEnd || s >= 1.0 - kEdgeEnd || t <= kEdgeEnd || t >= 1.0 - kEdgeEnd) return false;
+  return filter_.is_true_edge_contact(c, motion_.x_t0());
+}
+
 // Whether a pair, `c` in the joint index space, is near enough to become a contact.
 bool Contacts::is_near(const Contact& contact, const ContactPoint& c) const {
   if (contact.gap > kProximityReach * pair_rest_gap(c)) return false;
@@ -129,27 +144,32 @@ void Contacts::append_group(std::vector<ContactPoint>& out) {
   group_.clear();
 }
 
+// Each pair alone, in parallel; then all pairs of one point in turn.
 void Contacts::append_proximities(bool self, std::vector<ContactPoint>& out) {
-  const auto x_t0 = motion_.x_t0();
+  joined_.resize(found_.size());
+  parallel_for(found_.size(), kFoundGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      Joined& joined = joined_[i];
+      joined.kept = !(found_[i].gap > kProximityReach * largest_rest_gap());
+      if (!joined.kept) continue;
+      joined.contact = joint(found_[i], self);
+      joined.kept = is_contact(found_[i], joined.contact);
+    }
+  });
   ContactKind kind = ContactKind::edge_edge;
   std::int32_t point = -1;
-  for (const Contact& contact : found_) {
-    if (contact.gap > kProximityReach * largest_rest_gap()) continue;
-    const ContactPoint c = joint(contact, self);
-    if (!is_near(contact, c)) continue;
+  for (std::size_t i = 0; i < found_.size(); ++i) {
+    if (!joined_[i].kept) continue;
+    const Contact& contact = found_[i];
     if (contact.kind == ContactKind::edge_edge) {
-      const double s = c.weight[1], t = -c.weight[3];
-      if (s <= kEdgeEnd || s >= 1.0 - kEdgeEnd || t <= kEdgeEnd || t >= 1.0 - kEdgeEnd) continue;
-      if (!filter_.is_true_edge_contact(c, x_t0)) continue;
       append_group(out);
-      out.push_back(c);
+      out.push_back(joined_[i].contact);
       continue;
     }
-    if (!filter_.is_true_point_contact(c, x_t0)) continue;
     if (contact.kind != kind || contact.vertex[0] != point) append_group(out);
     kind = contact.kind;
     point = contact.vertex[0];
-    group_.push_back(c);
+    group_.push_back(joined_[i].contact);
   }
   append_group(out);
 }

@@ -36,9 +36,16 @@ class Contacts {
   double largest_rest_gap() const;
 
  private:
+  /// A found pair in the joint index space.
+  struct Joined {
+    ContactPoint contact;
+    bool kept = false;  ///< it becomes a contact, unless another of its point replaces it
+  };
+
   std::pair<std::int32_t, std::int32_t> surfaces(const ContactPoint& c) const;
   double rest_gap(const ContactPoint& c, bool self) const;
   bool is_near(const Contact& contact, const ContactPoint& c) const;
+  bool is_contact(const Contact& contact, const ContactPoint& c) const;
   void append_proximities(bool self, std::vector<ContactPoint>& out);
   void append_particles(std::span<const ParticleContact> contacts, std::vector<ContactPoint>& out);
   void append_group(std::vector<ContactPoint>& out);
@@ -49,6 +56,7 @@ class Contacts {
   std::vector<Vec3> rest_;             // cloth at the start
   std::vector<std::int32_t> surface_;  // of each joint vertex, as ContactPairs counts
   std::vector<Contact> found_;
+  std::vector<Joined> joined_;       // of found_
   std::vector<ContactPoint> group_;  // contacts of one point, before they are thinned out
 };
 

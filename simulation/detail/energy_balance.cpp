@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/core/parallel.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/simulation/detail/energy_balance.h>
 
@@ -19,11 +20,15 @@ constexpr double kHelps = 0.5;
 // Anchors move as one if their displacements differ by less than this share: rounding.
 constexpr double kSameWay = 1e-9;
 
+constexpr std::size_t kBalanceGrain = 2048;  // particles or anchors per task
+
 double kinetic(const BalanceStep& step, std::span<const Vec3> v, const Vec3& frame) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < v.size(); ++i)
-    if (step.inv_mass[i] > 0.0) sum += 0.5 * step.mass[i] * (v[i] - frame).squaredNorm();
-  return sum;
+  return parallel_sum(v.size(), kBalanceGrain, [&](std::size_t begin, std::size_t end) {
+    double sum = 0.0;
+    for (std::size_t i = begin; i < end; ++i)
+      if (step.inv_mass[i] > 0.0) sum += 0.5 * step.mass[i] * (v[i] - frame).squaredNorm();
+    return sum;
+  });
 }
 
 double total(std::span<const double> mass) {
@@ -54,15 +59,23 @@ void EnergyBalance::begin() {
 
 // The displacement of all anchors in the step; without anchors, that of the centre of mass.
 bool EnergyBalance::common_shift(const BalanceStep& step, Vec3& shift) const {
-  bool anchored = rooted_;
+  const std::size_t all = step.x_t0.size();
+  std::size_t first = 0;
+  while (first < all && step.inv_mass[first] > 0.0) ++first;
+  const bool anchored = rooted_ || first < all;
   shift.setZero();
-  for (std::size_t i = 0; i < step.x_t0.size(); ++i) {
-    if (step.inv_mass[i] > 0.0) continue;
-    const Vec3 way = step.x_t1[i] - step.x_t0[i];
-    if (!anchored) shift = way;
-    anchored = true;
-    if ((way - shift).norm() > kSameWay * shift.norm()) return false;
-  }
+  if (!rooted_ && first < all) shift = step.x_t1[first] - step.x_t0[first];
+  const double most = kSameWay * shift.norm();
+  const double others =
+      parallel_sum(all - first, kBalanceGrain, [&](std::size_t begin, std::size_t end) {
+        double count = 0.0;
+        for (std::size_t i = first + begin; i < first + end; ++i)
+          if (!(step.inv_mass[i] > 0.0) &&
+              (step.x_t1[i] - step.x_t0[i] - shift).squaredNorm() > most * most)
+            count += 1.0;
+        return count;
+      });
+  if (others > 0.0) return false;
   if (anchored) return true;
   for (std::size_t i = 0; i < step.mass.size(); ++i) shift += step.h * step.mass[i] * step.v_t0[i];
   shift /= total(step.mass);

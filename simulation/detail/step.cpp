@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/core/parallel.h>
 #include <selvedge/simulation/detail/step.h>
 #include <selvedge/simulation/detail/step_ledger.h>
 
@@ -25,6 +26,8 @@ constexpr int kMaxCollisionSolves = 3;
 // Strain limits and collision response disturb each other: rounds of both in one step.
 constexpr int kStrainRounds = 3;
 
+constexpr std::size_t kEndGrain = 2048;  // particles per task
+
 void trace_stage(const StepMethods& m, const char* stage, const StepAttempt& a,
                  std::span<const ImplicitTerm> terms = {}) {
   if (m.trace) m.trace->stage({stage, a.x_t1, a.collisions, terms, a.v_mean});
@@ -36,11 +39,20 @@ std::span<Vec3> particle_ends(const StepInput& in, StepAttempt& a) {
 
 // Held particles keep the prescribed end position, to the bit.
 void move_by_velocity(const StepInput& in, StepAttempt& a) {
-  for (std::size_t i = 0; i < in.n(); ++i)
-    if (in.inv_mass[i] > 0.0) a.x_t1[i] = in.x_t0[i] + in.h * a.v_mean[i];
+  parallel_for(in.n(), kEndGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      if (in.inv_mass[i] > 0.0) a.x_t1[i] = in.x_t0[i] + in.h * a.v_mean[i];
+  });
 }
 
 std::int32_t first_not_finite(const StepInput& in, const StepAttempt& a) {
+  const double count = parallel_sum(in.n(), kEndGrain, [&](std::size_t begin, std::size_t end) {
+    double own = 0.0;
+    for (std::size_t i = begin; i < end; ++i)
+      if (!a.x_t1[i].allFinite()) own += 1.0;
+    return own;
+  });
+  if (count == 0.0) return -1;
   for (std::size_t i = 0; i < in.n(); ++i)
     if (!a.x_t1[i].allFinite()) return static_cast<std::int32_t>(i);
   return -1;

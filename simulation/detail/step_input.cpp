@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // The ends of a step's data: from the state to its input, and from the attempt to velocities.
+#include <selvedge/core/parallel.h>
 #include <selvedge/simulation/detail/handles.h>
 #include <selvedge/simulation/detail/step.h>
 
@@ -8,6 +9,9 @@
 
 namespace selvedge::detail {
 namespace {
+
+// Particles per task.
+constexpr std::size_t kInputGrain = 2048;
 
 bool any_moves(const BuiltScene& built, double t0, double t1) {
   return std::any_of(built.bodies.begin(), built.bodies.end(),
@@ -49,11 +53,15 @@ void begin_step(const Scene& scene, const BuiltScene& built, const SimulationSta
   for (std::size_t j = 0; j < in.body_step.size(); ++j)
     in.body_step[j] = a.x_t1[in.n() + j] - in.x_t0[in.n() + j];
   hold_particles(scene, built, state, in, a);
-  for (std::size_t i = 0; i < in.n(); ++i)
-    if (in.inv_mass[i] > 0.0) in.v_coasting[i] += in.h * scene.gravity;
-  a.v_mean = in.v_coasting;
-  for (std::size_t i = 0; i < in.n(); ++i)
-    if (in.inv_mass[i] > 0.0) a.x_t1[i] = in.x_t0[i] + in.h * a.v_mean[i];
+  a.v_mean.resize(in.n());
+  parallel_for(in.n(), kInputGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const bool is_free = in.inv_mass[i] > 0.0;
+      if (is_free) in.v_coasting[i] += in.h * scene.gravity;
+      a.v_mean[i] = in.v_coasting[i];
+      if (is_free) a.x_t1[i] = in.x_t0[i] + in.h * a.v_mean[i];
+    }
+  });
   a.met.clear();
   a.collisions.clear();
   a.answered_in_solve = false;
@@ -63,11 +71,13 @@ void begin_step(const Scene& scene, const BuiltScene& built, const SimulationSta
 
 void end_velocities(const IntegratorTraits& traits, const StepInput& in, const StepAttempt& a,
                     std::span<Vec3> v) {
-  for (std::size_t i = 0; i < in.n(); ++i) {
-    const bool mean = traits.ends_with_mean || !(in.inv_mass[i] > 0.0);
-    v[i] = mean ? Vec3((a.x_t1[i] - in.x_t0[i]) / in.h)
-                : Vec3(a.v_free[i] + (a.x_t1[i] - a.x_free[i]) / in.h);
-  }
+  parallel_for(in.n(), kInputGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const bool mean = traits.ends_with_mean || !(in.inv_mass[i] > 0.0);
+      v[i] = mean ? Vec3((a.x_t1[i] - in.x_t0[i]) / in.h)
+                  : Vec3(a.v_free[i] + (a.x_t1[i] - a.x_free[i]) / in.h);
+    }
+  });
 }
 
 ResponseStep response_step(const StepMethods& m, const StepInput& in) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <selvedge/core/parallel.h>
 #include <selvedge/simulation/detail/step_ledger.h>
 
 #include <algorithm>
@@ -12,6 +13,8 @@ namespace {
 // Contacts that one particle is assumed to have before they are known: with a body on one side and
 // cloth on the other.
 constexpr double kContactsOfAParticle = 2.0;
+
+constexpr std::size_t kLedgerGrain = 2048;  // particles per task
 
 }  // namespace
 
@@ -29,13 +32,16 @@ Ledger exchanged_by_ends(const ResponseStep& step, std::span<const Vec3> before,
 void StepLedger::accept(const ResponseStep& step, const Response& response,
                         const StepAttempt& attempt) {
   const std::size_t n = step.motion.particles;
-  v_after_.resize(n);
-  for (std::size_t i = 0; i < n; ++i)
-    v_after_[i] = (attempt.x_corrected[i] - step.motion.x_t0[i]) / step.motion.h;
   const std::vector<Vec3>& v_solved = attempt.v_mean;
   const bool in_solve = attempt.answered_in_solve;
-  v_before_.assign(v_solved.begin(), v_solved.end());
-  if (in_solve) v_before_ = v_after_;
+  v_after_.resize(n);
+  v_before_.resize(n);
+  parallel_for(n, kLedgerGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      v_after_[i] = (attempt.x_corrected[i] - step.motion.x_t0[i]) / step.motion.h;
+      v_before_[i] = in_solve ? v_after_[i] : v_solved[i];
+    }
+  });
   response.finish(v_after_);
   impulses_.clear();
   response.impulses(step.implicit ? v_solved : v_after_, impulses_);

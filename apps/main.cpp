@@ -23,6 +23,7 @@
 #include "command_replay.h"
 #include "command_run.h"
 #include "command_stability.h"
+#include "command_swatch.h"
 #include "version.h"
 
 namespace {
@@ -51,6 +52,7 @@ int run_command_line(int argc, char** argv) {
   add_command_measure(app);
   add_command_fabric(app);
   add_command_drape(app);
+  add_command_swatch(app);
   add_command_identify(app);
   add_command_replay(app);
   add_command_list(app);

@@ -228,6 +228,17 @@ struct ChordLink {
   }
 };
 
+/// Two links of four particles, v[0] -> v[1] and v[2] -> v[3], which are nearly perpendicular at
+/// rest: two yarns that cross, or a yarn and the link to the yarn that it crosses.
+struct Crossing {
+  std::array<std::int32_t, 4> v;
+  double rest_angle;     ///< rad, by which the angle between the links is less than a right one
+  double stiffness;      ///< N·m per rad, >= 0
+  double damping = 0.0;  ///< s, damping moment per stiffness and rate of angle, >= 0
+
+  bool remap(const auto& to) { return remap_vertices(v, to); }
+};
+
 /// Largest strain of a spring, (L-L0)/L0.
 struct StrainLimitOfSpring {
   using Element = Spring;
@@ -278,6 +289,7 @@ struct ClothElements {
   ElementSet<YarnTriangle> yarns;  ///< stretch and shear; springs then only measure strain
   ElementSet<CurvatureCurve> curvature_curves;
   ElementSet<ChordLink> chords;
+  ElementSet<Crossing> crossings;
 };
 
 namespace detail {
@@ -286,10 +298,10 @@ template <class Elements>
 auto tie_sets(Elements& elements) {
   auto& [springs, strain_limit, curves, curve_of_spring, hinges, couples, links, twists,
          hinge_frictions, curvature_frictions, corner_frictions, hanging, layers, membranes, beams,
-         yarns, curvature_curves, chords] = elements;
+         yarns, curvature_curves, chords, crossings] = elements;
   return std::tie(springs, strain_limit, curves, curve_of_spring, hinges, couples, links, twists,
                   hinge_frictions, curvature_frictions, corner_frictions, hanging, layers,
-                  membranes, beams, yarns, curvature_curves, chords);
+                  membranes, beams, yarns, curvature_curves, chords, crossings);
 }
 }  // namespace detail
 
@@ -399,6 +411,60 @@ struct LayerConfig {
 /// continuum constants of the fabric.
 ClothMesh make_bilayered(const GridConfig& grid, const LayerConfig& layers,
                          const Material& material);
+
+/// A yarn as an elastic rod of round section.
+struct YarnConfig {
+  double tex = 20.0;            ///< g/km, > 0
+  double density = 909.0;       ///< kg/m³ with the air inside, > 0; 1/1.1 g/cm³ [Peirce1937]
+  double modulus = 3.6e9;       ///< Pa, Young's modulus of the section with its air, > 0
+  double bending_share = 0.05;  ///< bending rigidity relative to a solid rod, in (0, 1]
+
+  double diameter() const;  ///< m
+  double stretch() const;   ///< N, EA
+  double bending() const;   ///< N·m², EI
+};
+
+/// A weave and its yarns. Warp j floats over the weft yarns i with (i + step·j) mod (over + under)
+/// < over: plain 1, 1, 1; twill 2/1 2, 1, 1; satin of 5 4, 1, 2.
+struct WeaveConfig {
+  std::int32_t over = 1, under = 1;  ///< >= 1
+  std::int32_t step = 1;             ///< >= 1, without a common divisor with over + under
+  YarnConfig warp, weft;
+  double crimp_share = 0.5;  ///< share of the warp in the sum of both crimp heights, in (0, 1)
+  double contact = 5000.0;   ///< N/m, stiffness of a crossing against compression, > 0
+  double rotation = 5e-6;    ///< N·m per rad, moment that turns one yarn on another, >= 0
+  std::int32_t links = 2;    ///< of a yarn between two crossings, even, >= 2
+
+  bool warp_over(std::int32_t i, std::int32_t j) const;
+  double warp_crimp() const;  ///< m, height between crest and trough [Peirce1937]
+  double weft_crimp() const;  ///< m; both crimps add up to the sum of the diameters
+};
+
+/// The particles of a woven swatch. Yarns go on by half a cell beyond their last crossings.
+struct WeaveLayout {
+  std::int32_t wefts, warps, links;
+
+  WeaveLayout(const GridConfig& grid, const WeaveConfig& weave)
+      : wefts(grid.cells_x + 1), warps(grid.cells_y + 1), links(weave.links) {}
+  /// Particle of the surface between warp j and weft i.
+  std::int32_t middle(std::int32_t i, std::int32_t j) const { return j * wefts + i; }
+  /// Particle k of a yarn; particle links/2 + links·i of warp j lies on weft i.
+  std::int32_t warp(std::int32_t j, std::int32_t k) const {
+    return wefts * warps + j * on_warp() + k;
+  }
+  std::int32_t weft(std::int32_t i, std::int32_t k) const {
+    return wefts * warps + warps * on_warp() + i * on_weft() + k;
+  }
+  std::int32_t at(std::int32_t crossing) const { return links / 2 + links * crossing; }
+  std::int32_t on_warp() const { return links * wefts + 1; }  ///< particles of a warp yarn
+  std::int32_t on_weft() const { return links * warps + 1; }
+};
+/// Particles along the yarns of a weave [Kawabata1973; survey 7.1.3], with a crossing at each
+/// vertex of `grid`; warp along x. The surface lies between warp and weft, and its vertices come
+/// first, row by row as in make_rectangular; the particles of the yarns belong to no triangle. Of
+/// `material` only damping and strain limit are taken. Throws std::invalid_argument also if the
+/// yarns are too thick for the cells.
+ClothMesh make_weave(const GridConfig& grid, const WeaveConfig& weave, const Material& material);
 
 /// Cloth from any triangle mesh. `rest` (same topology) gives the rest lengths and angles,
 /// `surface` the initial positions. Non-manifold edges get no hinge.

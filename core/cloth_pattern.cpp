@@ -14,12 +14,13 @@ void register_refined(ClothPatternRegistry& registry);
 void register_support(ClothPatternRegistry& registry);
 void register_nets(ClothPatternRegistry& registry);
 void register_mesh(ClothPatternRegistry& registry);
+void register_weave(ClothPatternRegistry& registry);
 
 ClothPatternRegistry cloth_patterns() {
   ClothPatternRegistry registry;
   for (const auto add : {register_rectangular, register_triangular, register_simplified,
                          register_responsive, register_arc, register_bilayered, register_refined,
-                         register_support, register_nets, register_mesh})
+                         register_support, register_nets, register_mesh, register_weave})
     add(registry);
   return registry;
 }

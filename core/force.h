@@ -119,6 +119,9 @@ std::unique_ptr<Force> make_twist_force(std::span<const TwistSpring> springs,
 /// Beams along rows of particles [VillardBorouchaki2005; survey eq. 4 corrected]. Linear in the
 /// positions.
 std::unique_ptr<Force> make_beam_force(std::span<const Beam> beams, std::size_t particles);
+/// Yarns that cross at a right angle and resist turning [Kawabata1973].
+std::unique_ptr<Force> make_crossing_force(std::span<const Crossing> crossings,
+                                           std::size_t particles);
 /// Hysteresis of bending and shear: the term ±HB of M = B κ ± HB. Has a memory; see Force::accept.
 std::unique_ptr<Force> make_hinge_friction(std::span<const HingeFriction> frictions,
                                            std::size_t particles);

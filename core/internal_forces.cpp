@@ -20,6 +20,7 @@ void register_chord(ForceLawRegistry& registry);
 void register_bending_curves(ForceLawRegistry& registry);
 void register_twisting(ForceLawRegistry& registry);
 void register_beam(ForceLawRegistry& registry);
+void register_crossings(ForceLawRegistry& registry);
 void register_hysteresis(ForceLawRegistry& registry);
 void register_tie(ForceLawRegistry& registry);
 void register_plate(ForceLawRegistry& registry);
@@ -44,6 +45,7 @@ ForceLawRegistry force_laws() {
                          register_bending_curves,
                          register_twisting,
                          register_beam,
+                         register_crossings,
                          register_hysteresis,
                          register_tie,
                          register_plate,

@@ -96,6 +96,45 @@ struct DrapeStatistics {
 /// std::invalid_argument if a number is out of range.
 DrapeStatistics drape_series(const Material& material, const DrapeSeries& series);
 
+/// A tension test of a small woven swatch, computed at the level of its yarns. No friction, gravity
+/// or collisions. The grips let the swatch contract sideways.
+struct SwatchTrial {
+  WeaveConfig weave{.warp = {}, .weft = {}, .links = 4};
+  double ends = 2500.0, picks = 2500.0;  ///< 1/m, warp yarns across and weft yarns along the warp
+  std::int32_t crossings = 12;           ///< along each side, >= 8
+  double strain = 0.1;                   ///< at the end of the test, > 0
+  std::int32_t points = 20;              ///< equal steps of strain, >= 2
+
+  /// Constants that follow without a test.
+  double density() const;    ///< kg/m²
+  WarpWeft crimp() const;    ///< mean length of a yarn over that of the cloth, less 1
+  WarpWeft bending() const;  ///< N·m, rigidity of yarns that do not press on each other
+  /// N/m. Initial modulus of a plain weave in closed form: the saw-tooth of [LeafKandil1980], with
+  /// the stretch of yarns and the compression of crossings. Throws std::invalid_argument for other
+  /// weaves.
+  WarpWeft plain_modulus() const;
+  double shear_modulus() const;  ///< N/m, of any weave, in closed form [LeafSheta1984]
+};
+/// Tension along warp or weft, of the middle half of the yarns; along the bias, of a swatch twice
+/// as long as wide, between grips; or shear in a frame with hinged corners.
+enum class SwatchPull { warp, weft, bias, shear };
+/// A state of such a test.
+struct SwatchPoint {
+  double strain = 0.0;       ///< of the gauge, the middle of the swatch; of shear, rad
+  double force = 0.0;        ///< N/m, per width at rest
+  double contraction = 0.0;  ///< strain across, with the opposite sign
+};
+/// Tests a swatch step by step, each to equilibrium. The first point is the state at rest. Throws
+/// std::invalid_argument if a number is out of range, and std::runtime_error if a step finds no
+/// equilibrium.
+std::vector<SwatchPoint> pull_swatch(const SwatchTrial& trial, SwatchPull pull);
+/// Slope of the curve at rest, N/m: that of the parabola through the first three points.
+double initial_modulus(std::span<const SwatchPoint> curve);
+/// The fabric that an ordinary mesh can take over: density, the curves of warp, weft and shear, and
+/// bending. Uses the laws `measured` and `angle`.
+Material material_of(const SwatchTrial& trial, std::span<const SwatchPoint> warp,
+                     std::span<const SwatchPoint> weft, std::span<const SwatchPoint> shear);
+
 /// Points of the catenary of `length` (m) between two points in gravity along -z, at these arc
 /// lengths (m) from `a`. A `length` up to the distance of the points gives the straight line, in
 /// proportion. Points above each other give a thread that hangs double. Throws

@@ -61,6 +61,9 @@ class ScenePlan {
     add("bending", bends > 0 ? Status::runs : Status::never,
         bends > 0 ? fmt::format("{} hinges, links, twists and beams", bends)
                   : "no bending stiffness: no hinges are built");
+    if (!cloth.crossings.empty())
+      add("yarns", Status::runs,
+          fmt::format("{} right angles between crossing yarns", cloth.crossings.size()));
     const bool gravity = !scene_.gravity.isZero(0.0);
     add("gravity", gravity ? Status::runs : Status::never,
         gravity ? fmt::format("{:.4g} m/s²", scene_.gravity.norm()) : "gravity is zero");

@@ -492,6 +492,18 @@ void add_beam(std::vector<ForceCase>& all) {
                  bent});
 }
 
+/// ½ k φ² with the angle φ by which two yarns differ from a right one.
+void add_crossing(std::vector<ForceCase>& all) {
+  const std::vector<Crossing> crossings{{{0, 1, 2, 3}, 0.3, 1.7, 0.02}};
+  const Vectors rest{{-1.0, 0.0, 0.1}, {1.0, 0.0, 0.1}, {0.0, -0.7, -0.1}, {0.0, 0.8, -0.1}};
+  all.push_back({"crossing", make_crossing_force(crossings, 4), ones(4), rest, [](Positions x) {
+                   const HyperVec u = x[1] - x[0], w = x[3] - x[2];
+                   const HyperVec n = cross(u, w);
+                   const HyperDual angle = atan2(dot(u, w), sqrt(dot(n, n)));
+                   return 0.5 * 1.7 * square(angle - 0.3);
+                 }});
+}
+
 double power(std::mt19937& random, double low, double high) {
   return std::pow(10.0, std::uniform_real_distribution<double>(low, high)(random));
 }
@@ -521,6 +533,7 @@ std::vector<ForceCase> internal_force_cases() {
   add_bodies(all);
   add_sheets(all);
   add_beam(all);
+  add_crossing(all);
   return all;
 }
 

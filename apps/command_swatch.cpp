@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: MIT
+#include "command_swatch.h"
+
+#include <fmt/format.h>
+#include <selvedge/core/parallel.h>
+#include <selvedge/lab/fabric_drape.h>
+#include <selvedge/scene/fabric_file.h>
+
+#include <array>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace selvedge;
+using Json = nlohmann::ordered_json;
+
+struct SwatchOptions {
+  SwatchTrial trial;
+  std::vector<int> weave = {1, 1, 1};
+  std::vector<double> tex = {20.0, 20.0};
+  bool json = false;
+};
+
+constexpr std::array kTests{
+    std::pair{"warp", SwatchPull::warp}, std::pair{"weft", SwatchPull::weft},
+    std::pair{"bias", SwatchPull::bias}, std::pair{"shear", SwatchPull::shear}};
+
+using SwatchCurves = std::array<std::vector<SwatchPoint>, kTests.size()>;
+
+SwatchTrial trial_of(const SwatchOptions& o) {
+  SwatchTrial trial = o.trial;
+  WeaveConfig& w = trial.weave;
+  w.over = o.weave[0];
+  w.under = o.weave[1];
+  w.step = o.weave[2];
+  w.weft = w.warp;
+  w.warp.tex = o.tex[0];
+  w.weft.tex = o.tex[1];
+  return trial;
+}
+
+bool is_plain(const SwatchTrial& t) { return t.weave.over == 1 && t.weave.under == 1; }
+
+Json to_json(const SwatchTrial& t, const SwatchCurves& curves) {
+  Json json{{"crimp", {t.crimp().warp, t.crimp().weft}}};
+  if (is_plain(t)) json["closed_form_modulus"] = {t.plain_modulus().warp, t.plain_modulus().weft};
+  json["closed_form_shear"] = t.shear_modulus();
+  for (std::size_t k = 0; k < kTests.size(); ++k) {
+    Json& test = json["tests"][kTests[k].first] = {{"initial_modulus", initial_modulus(curves[k])}};
+    for (const SwatchPoint& p : curves[k]) {
+      test["strain"].push_back(p.strain);
+      test["force"].push_back(p.force);
+      test["contraction"].push_back(p.contraction);
+    }
+  }
+  json["material"] = Json::parse(material_json(material_of(t, curves[0], curves[1], curves[3])));
+  return json;
+}
+
+void print_report(const SwatchTrial& t, const SwatchCurves& curves) {
+  const WeaveConfig& w = t.weave;
+  const WarpWeft crimp = t.crimp(), bending = t.bending();
+  fmt::print("weave {}/{} step {}: yarns of {:.3f} and {:.3f} mm, crimp {:.1f} and {:.1f} %\n",
+             w.over, w.under, w.step, 1e3 * w.warp.diameter(), 1e3 * w.weft.diameter(),
+             100.0 * crimp.warp, 100.0 * crimp.weft);
+  fmt::print("  density            {:.4g} kg/m2\n", t.density());
+  fmt::print("  bending_stiffness  {:.4g} N*m along warp, {:.4g} N*m along weft\n", bending.warp,
+             bending.weft);
+  fmt::print("  initial modulus, N/m, by the test and in closed form:\n");
+  for (std::size_t k = 0; k < kTests.size(); ++k) {
+    std::string closed;
+    if (kTests[k].second == SwatchPull::shear) closed = fmt::format("{:.4g}", t.shear_modulus());
+    if (k < 2 && is_plain(t))
+      closed = fmt::format("{:.4g}", k == 0 ? t.plain_modulus().warp : t.plain_modulus().weft);
+    fmt::print("    {:<6}{:>10.4g}  {}\n", kTests[k].first, initial_modulus(curves[k]), closed);
+  }
+  fmt::print("  strain (rad), force (N/m) of");
+  for (const auto& [name, pull] : kTests) fmt::print(" {},", name);
+  fmt::print("\n");
+  for (std::size_t i = 0; i < curves[0].size(); ++i) {
+    for (const auto& curve : curves)
+      fmt::print("{:>10.4f}{:>10.4g}", curve[i].strain, curve[i].force);
+    fmt::print("\n");
+  }
+}
+
+void run_command(const SwatchOptions& o) {
+  const SwatchTrial trial = trial_of(o);
+  SwatchCurves curves;
+  for (std::size_t k = 0; k < kTests.size(); ++k) curves[k] = pull_swatch(trial, kTests[k].second);
+  if (o.json)
+    fmt::print("{}\n", to_json(trial, curves).dump(2));
+  else
+    print_report(trial, curves);
+}
+
+}  // namespace
+
+void add_command_swatch(const Command& app) {
+  const auto o = std::make_shared<SwatchOptions>();
+  SwatchTrial& t = o->trial;
+  const Command command = app.subcommand(
+      "swatch",
+      "Compute the constants of a weave from its yarns: tension along warp, weft and "
+      "bias, and shear");
+  command
+      .option("--weave", o->weave,
+              "A warp yarn floats over so many weft yarns, then under so many, shifted by so many "
+              "from yarn to yarn: plain 1 1 1, twill 2 1 1, satin 4 1 2")
+      .words(3);
+  command.option("--tex", o->tex, "Linear density of warp and weft yarns, g/km").words(2);
+  command.option("--ends", t.ends, "Warp yarns per metre").positive();
+  command.option("--picks", t.picks, "Weft yarns per metre").positive();
+  command.option("--modulus", t.weave.warp.modulus, "Young's modulus of the yarns, Pa").positive();
+  command
+      .option("--bending-share", t.weave.warp.bending_share,
+              "Bending rigidity of a yarn relative to a solid rod")
+      .range(1e-6, 1.0);
+  command
+      .option("--crimp-share", t.weave.crimp_share, "Share of the warp in the height of the crimps")
+      .range(0.01, 0.99);
+  command.option("--contact", t.weave.contact, "Stiffness of a crossing against compression, N/m")
+      .positive();
+  command.option("--rotation", t.weave.rotation, "Moment that turns one yarn on another, N m/rad")
+      .positive();
+  command.option("--links", t.weave.links, "Links of a yarn between two crossings, an even number")
+      .range(2, 100);
+  command.option("--crossings", t.crossings, "Yarns along each side of the swatch").range(8, 200);
+  command.option("--strain", t.strain, "Strain, and angle of shear in rad, at the end")
+      .range(1e-6, 0.5);
+  command.option("--points", t.points, "Steps of strain").range(2, 1000);
+  command.flag("--json", o->json, "Print JSON, with the material of a scene");
+  command.action([o] {
+    run_command(*o);
+    return 0;
+  });
+}

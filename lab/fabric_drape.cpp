@@ -34,8 +34,8 @@ void validate(const DrapeTrial& t) {
 
 /// Rings and spokes of a polar specimen. Beyond the support the ring spacing is a geometric series.
 /// The edge of the support is midway between two held rings, because bending starts there: a hinge
-/// represents half of the cells on both sides. Farther in, where nothing moves, there are only as
-/// many rings as the mesh needs.
+/// represents half of the cells on both sides. A cloth that is laid on the support bends at a ring
+/// on the edge. Farther in, where nothing moves, there are only as many rings as the mesh needs.
 struct PolarMesh {
   std::vector<double> radii;  ///< m, ascending
   std::int32_t spokes;
@@ -52,14 +52,16 @@ PolarMesh polar_mesh(const DrapeTrial& t) {
     const double way = growth > 0.0 ? std::expm1(growth * share) / std::expm1(growth) : share;
     return t.support + overhang * way;
   };
-  const double first = radius(1.0 / (rings - 0.5)) - t.support;
+  const double beyond = t.hold == DrapeHold::held ? 0.5 : 0.0;  // cells, of the ring at the edge
+  const double first = radius(1.0 / (rings - beyond)) - t.support;
   PolarMesh mesh{{}, cells_per_turn * t.cells, 0};
-  for (double h = first, r = t.support - 0.5 * first; r > 0.5 * h; h *= inwards, r -= h)
+  for (double h = first, r = t.support - (1.0 - beyond) * first; r > 0.5 * h; h *= inwards, r -= h)
     mesh.radii.push_back(r);
   std::reverse(mesh.radii.begin(), mesh.radii.end());
-  mesh.radii.push_back(t.support + 0.5 * first);
+  mesh.radii.push_back(t.support + beyond * first);
   mesh.held = mesh.radii.size();
-  for (double j = 1.5; j < rings; ++j) mesh.radii.push_back(radius(j / (rings - 0.5)));
+  for (double j = 1.0 + beyond; j < rings + 0.5 - beyond; ++j)
+    mesh.radii.push_back(radius(j / (rings - beyond)));
   mesh.radii.back() = t.specimen;
   return mesh;
 }
@@ -75,6 +77,7 @@ ClothMesh make_specimen(Material material, const DrapeTrial& trial) {
 /// Largest radius of held particles, m.
 double held_radius(const DrapeTrial& trial) {
   constexpr double rounding = 1e-9;
+  if (trial.hold != DrapeHold::held) return rounding;
   if (!trial.polar) return trial.support + trial.specimen / trial.cells;
   const PolarMesh mesh = polar_mesh(trial);
   return mesh.radii[mesh.held - 1] * (1.0 + rounding);
@@ -172,6 +175,43 @@ std::vector<std::unique_ptr<Force>> trial_forces(const ClothMesh& cloth) {
   return forces;
 }
 
+/// The support as one disc at z = 0, which pushes on the cloth from below and on which it does not
+/// slide. Empty if the cloth is held.
+class Disc {
+ public:
+  Disc(const ClothMesh& cloth, const DrapeTrial& trial) : step_(trial.step) {
+    if (trial.hold != DrapeHold::laid) return;
+    constexpr double rounding = 1e-9;
+    const auto& x = cloth.surface.vertices;
+    for (std::size_t i = 0; i < x.size(); ++i)
+      if (x[i].norm() <= trial.support * (1.0 + rounding))
+        over_.push_back(static_cast<std::int32_t>(i));
+  }
+
+  /// The pushes of one step.
+  std::span<const ImplicitTerm> terms(const Particles& p) {
+    terms_.clear();
+    for (const std::int32_t i : over_) {
+      const double depth = -p.x[i].z();
+      if (p.inv_mass[i] == 0.0 || depth <= 0.0) continue;
+      const double push = p.mass[i] * kStiffness * step_, drag = p.mass[i] * kDrag;
+      terms_.push_back({{i, -1, -1, -1},
+                        {1.0, 0.0, 0.0, 0.0},
+                        Vec3(drag, drag, push * step_).asDiagonal().toDenseMatrix(),
+                        push * depth * Vec3::UnitZ()});
+    }
+    return terms_;
+  }
+
+ private:
+  static constexpr double kStiffness = 1e7;  // 1/s² per mass: 6 cm of cloth sink by 0.1 mm
+  static constexpr double kDrag = 1e4;       // per mass: what touches slides by a ten thousandth
+
+  double step_;  // s
+  std::vector<std::int32_t> over_;
+  std::vector<ImplicitTerm> terms_;
+};
+
 double largest_speed(const std::vector<Vec3>& v) {
   double largest = 0.0;
   for (const Vec3& u : v) largest = std::max(largest, u.squaredNorm());
@@ -189,11 +229,13 @@ DrapeOutcome settle(const ClothMesh& cloth, Particles p, const DrapeTrial& trial
   // the first steps are slow too, because the cloth starts at rest.
   constexpr std::int32_t warm_up = 20;
   std::vector<Vec3> v;
+  Disc disc(cloth, trial);
   while (outcome.steps < trial.most_steps && !outcome.settled) {
     const double time = outcome.steps * trial.step;
-    integrator->begin({p, time, trial.step}, {});
+    const std::span<const ImplicitTerm> pushes = disc.terms(p);
+    integrator->begin({p, time, trial.step, !pushes.empty()}, {});
     v = p.v;
-    integrator->solve({}, {v, {}}, 1.0);
+    integrator->solve(pushes, {v, {}}, 1.0);
     p.v = v;
     for (std::size_t i = 0; i < v.size(); ++i) p.x[i] += trial.step * v[i];
     integrator->accept({p.x, p.v, p.mass, time + trial.step});

@@ -11,12 +11,17 @@
 
 namespace selvedge {
 
-/// A simulated drape test without bodies or collisions: the cloth is held flat over the support, so
-/// only the overhang moves. The coefficient can differ by a few percentage points from that of a
-/// cloth that rests on a support with friction.
+/// How the support holds the cloth.
+enum class DrapeHold {
+  held,  ///< flat between two discs, so that only the overhang moves
+  laid,  ///< on one disc, from which it can lift and on which it does not slide
+};
+
+/// A simulated drape test without bodies or collisions.
 struct DrapeTrial {
   double specimen = 0.15;  ///< m, radius of the cloth, > support
   double support = 0.09;   ///< m, radius of the support, > 0
+  DrapeHold hold = DrapeHold::held;
   /// If polar: cells from centre to rim, at the cell size of the rim; else cells across the disc.
   std::int32_t cells = 20;
   /// True: an arc mesh, whose shear does not distinguish warp and weft. False: a woven disc, which

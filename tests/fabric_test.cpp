@@ -386,6 +386,26 @@ TEST(DrapeTrial, AStiffClothStaysFlatAndASoftOneHangs) {
   for (const Vec3& p : soft.shape.vertices) EXPECT_TRUE(p.allFinite());
 }
 
+TEST(DrapeTrial, LaidOnOneDiscItLiftsBehindTheEdgeAndHangsLower) {
+  Material m;
+  m.bending_stiffness = 3e-5;
+  DrapeTrial trial;
+  trial.cells = 10;
+  const DrapeOutcome held = drape(m, trial);
+  trial.hold = DrapeHold::laid;
+  const DrapeOutcome laid = drape(m, trial);
+  EXPECT_TRUE(laid.settled);
+  EXPECT_LT(laid.coefficient, held.coefficient - 1.0);
+  double lowest = 0.0, highest = 0.0;  // of what lies over the disc
+  for (const Vec3& x : laid.shape.vertices) {
+    if (x.head<2>().norm() > trial.support - 1e-3) continue;
+    lowest = std::min(lowest, x.z());
+    highest = std::max(highest, x.z());
+  }
+  EXPECT_GT(lowest, -5e-4);
+  EXPECT_GT(highest, 1e-4);
+}
+
 TEST(DrapeTrial, RisesWithTheBendingAndLiesAboveTheStrips) {
   double before = 0.0;
   DrapeTrial trial;

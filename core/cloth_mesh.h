@@ -135,6 +135,14 @@ struct CornerFriction {
   bool remap(const auto& to) { return remap_vertices(v, to); }
 };
 
+/// A node v[0] in the middle of the side v[1]-v[2] of a coarser cell: x(v[0]) = ½ (x(v[1]) +
+/// x(v[2])), a constraint of every step (see Followers).
+struct HangingNode {
+  std::array<std::int32_t, 3> v;
+
+  bool remap(const auto& to) { return remap_vertices(v, to); }
+};
+
 /// Ties particle v[0] to the weighted mean of N others by a spring of zero rest length to
 /// Σ weight[k]·x(v[k+1]).
 template <int N>
@@ -271,8 +279,8 @@ struct ClothElements {
   ElementSet<HingeFriction> hinge_frictions;
   ElementSet<CurvatureFriction> curvature_frictions;
   ElementSet<CornerFriction> corner_frictions;
-  ElementSet<Tie<2>> hanging;  ///< hanging nodes in the middle of an edge of a coarser cell
-  ElementSet<Tie<4>> layers;   ///< ties from the particles of a dense layer to a sparse one
+  ElementSet<HangingNode> hanging;
+  ElementSet<Tie<4>> layers;  ///< ties from the particles of a dense layer to a sparse one
   ElementSet<MembraneTriangle> membranes;  ///< finite elements; springs then only measure strain
   ElementSet<Beam> beams;
   ElementSet<YarnTriangle> yarns;  ///< stretch and shear; springs then only measure strain
@@ -337,6 +345,54 @@ ClothMesh merge_vertices(const ClothMesh& cloth, std::span<const std::int32_t> n
 
 /// The springs that follow `curves[curve]`; -1: those that follow Hooke's law.
 std::vector<Spring> springs_of_curve(const ClothMesh& cloth, std::int32_t curve);
+
+/// Particles that follow others, x_i = Σ weight·x_leader, and the leaders, which move by
+/// themselves: x = P y, where y are the positions of the leaders. A hanging node follows the two
+/// ends of its side; if these hang as well, it follows their leaders.
+class Followers {
+ public:
+  struct Share {
+    std::int32_t leader;  ///< number among the leaders
+    double weight;        ///< > 0; those of a follower sum to 1
+  };
+
+  Followers() = default;
+  /// Throws std::invalid_argument if a node hangs on itself.
+  explicit Followers(const ClothMesh& cloth);
+
+  bool empty() const { return nodes_.empty(); }
+  std::size_t particles() const { return begin_.size() - 1; }
+  /// The particles that lead and those that follow, both ascending.
+  std::span<const std::int32_t> leaders() const { return leaders_; }
+  std::span<const std::int32_t> nodes() const { return nodes_; }
+  /// Row i of P; a leader has itself.
+  std::span<const Share> shares(std::size_t i) const {
+    return std::span(shares_).subspan(begin_[i], begin_[i + 1] - begin_[i]);
+  }
+
+  /// y of x.
+  std::vector<Vec3> select(std::span<const Vec3> x) const;
+  /// x = P y.
+  void spread(std::span<const Vec3> y, std::span<Vec3> x) const;
+  /// Sets the followers in x from the leaders in x.
+  void place(std::span<Vec3> x) const;
+  /// to += Pᵀ from, for Vec3 and double.
+  template <class T>
+  void gather(std::span<const T> from, std::span<T> to) const {
+    for (std::size_t i = 0; i < from.size(); ++i)
+      for (const Share& s : shares(i)) to[s.leader] += s.weight * from[i];
+  }
+  /// Restores x = P y where something has moved single particles. A follower hands the momentum of
+  /// its distance from P y over to its leaders that are free: Σ mass·x stays, unless a leader is
+  /// held. `mass` and `inv_mass` (0: held) of all particles.
+  void hand_over(std::span<const double> mass, std::span<const double> inv_mass,
+                 std::span<Vec3> x) const;
+
+ private:
+  std::vector<std::int32_t> leaders_, nodes_;
+  std::vector<std::size_t> begin_{0};
+  std::vector<Share> shares_;
+};
 
 /// A rectangle in the xy-plane, centred at the origin, of cells_x × cells_y cells. Vertex (i,j) has
 /// index j·(cells_x+1)+i.

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/core/detail/implicit_terms.h>
 #include <selvedge/core/detail/multilevel.h>
 #include <selvedge/core/parallel.h>
 
@@ -201,8 +202,8 @@ double Multilevel::largest_eigenvalue(Level& level) const {
   return ratio > 1.0 ? ratio : 1.0;
 }
 
-void Multilevel::set_terms(std::span<const ImplicitTerm> terms) {
-  set_fine_rows(terms, levels_[0].terms);
+void Multilevel::set_terms(std::span<const ImplicitTerm> terms, const Followers* followers) {
+  set_fine_rows(terms, followers, levels_[0].terms);
   for (std::size_t l = 1; l < levels_.size(); ++l)
     set_coarse_rows(levels_[l - 1].terms, levels_[l - 1].p, levels_[l].terms);
   parallel_for(levels_.size(), 1, [&](std::size_t first, std::size_t last) {
@@ -233,12 +234,15 @@ void Multilevel::LevelTerms::sort() {
   std::sort(rows.begin() + static_cast<std::ptrdiff_t>(begin.back()), rows.end());
 }
 
-void Multilevel::set_fine_rows(std::span<const ImplicitTerm> terms, LevelTerms& out) const {
+void Multilevel::set_fine_rows(std::span<const ImplicitTerm> terms, const Followers* followers,
+                               LevelTerms& out) const {
   out.clear();
   for (const ImplicitTerm& t : terms) {
     out.begin_term();
     for (int k = 0; k < 4; ++k)
-      if (t.particle[k] >= 0 && free_[t.particle[k]]) out.add(t.particle[k], t.weight[k]);
+      for_each_row(t, k, followers, [&](std::int32_t i, double weight) {
+        if (free_[i]) out.add(i, weight);
+      });
     out.sort();
   }
   out.begin_term();

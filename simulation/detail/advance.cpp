@@ -128,6 +128,7 @@ bool Simulation::Parts::gains_energy() {
   attempt.v_end.resize(n());
   detail::end_velocities(methods.traits, input, attempt, attempt.v_end);
   methods.response->finish(attempt.v_end);
+  input.keep_followers(attempt.v_end);
   if (!balance.weigh(methods.integrator->forces(),
                      {input.x_t0, attempt.x_t1, input.particles.v, attempt.v_end, input.inv_mass,
                       input.particles.mass, input.t0, input.h}))
@@ -186,6 +187,7 @@ void Simulation::Parts::accept() {
   std::copy_n(attempt.x_t1.begin(), n(), state.x.begin());
   methods.strain.finish(detail::limit_step(input), mass, state.x, state.v);
   methods.response->finish(state.v);
+  input.keep_followers(state.v);
   note_bodies(attempt.x_t1);
   if (water) water->advance(state.time, input.h, state, mass);
   state.time = input.t1;

@@ -14,6 +14,18 @@ bool any_moves(const BuiltScene& built, double t0, double t1) {
                      [&](const auto& body) { return !body->is_static(t0, t1); });
 }
 
+// A follower is held if all its leaders are.
+void hold_followers(StepInput& in, StepAttempt& a) {
+  const Followers& f = *in.followers;
+  for (const std::int32_t i : f.nodes())
+    if (std::ranges::all_of(f.shares(i), [&](const Followers::Share& s) {
+          return in.particles.inv_mass[f.leaders()[s.leader]] <= 0.0;
+        }))
+      in.particles.inv_mass[i] = 0.0;
+  f.place(in.v_coasting);
+  f.place(std::span(a.x_t1).first(in.n()));
+}
+
 }  // namespace
 
 void place_bodies(const BuiltScene& built, double time, std::vector<Vec3>& x) {
@@ -34,6 +46,7 @@ void hold_particles(const Scene& scene, const BuiltScene& built, const Simulatio
     in.v_coasting[i] = (end - state.x[i]) / in.h;
     a.x_t1[i] = end;
   });
+  if (in.followers != nullptr) hold_followers(in, a);
   std::copy(particles.inv_mass.begin(), particles.inv_mass.end(), in.inv_mass.begin());
 }
 
@@ -51,9 +64,11 @@ void begin_step(const Scene& scene, const BuiltScene& built, const SimulationSta
   hold_particles(scene, built, state, in, a);
   for (std::size_t i = 0; i < in.n(); ++i)
     if (in.inv_mass[i] > 0.0) in.v_coasting[i] += in.h * scene.gravity;
+  if (in.followers != nullptr) in.followers->place(in.v_coasting);
   a.v_mean = in.v_coasting;
   for (std::size_t i = 0; i < in.n(); ++i)
     if (in.inv_mass[i] > 0.0) a.x_t1[i] = in.x_t0[i] + in.h * a.v_mean[i];
+  if (in.followers != nullptr) in.followers->place(std::span(a.x_t1).first(in.n()));
   a.met.clear();
   a.collisions.clear();
   a.answered_in_solve = false;
@@ -71,7 +86,7 @@ void end_velocities(const IntegratorTraits& traits, const StepInput& in, const S
 }
 
 ResponseStep response_step(const StepMethods& m, const StepInput& in) {
-  return {{in.x_t0, in.inv_mass, in.n(), in.h},
+  return {{in.x_t0, in.inv_mass, in.n(), in.h, in.followers},
           in.particles.mass,
           in.body_step,
           in.particles.v,

@@ -9,6 +9,7 @@
 #include <limits>
 #include <span>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 namespace selvedge {
@@ -325,6 +326,13 @@ struct ClothMesh : ClothElements {
 /// there is one index for each vertex of `from`.
 void add_elements(ClothMesh& to, const ClothMesh& from, std::span<const std::int32_t> vertices);
 
+/// A cloth of layers in parts, all with its vertices: the elements that carry, and those of the
+/// dense layers with their ties.
+struct LayerParts {
+  ClothMesh carrying, local;
+};
+LayerParts split_layers(const ClothMesh& cloth);
+
 /// Appends `piece` to `all` and returns the index of its first vertex.
 std::int32_t append(ClothMesh& all, const ClothMesh& piece);
 
@@ -357,8 +365,10 @@ class Followers {
   };
 
   Followers() = default;
-  /// Throws std::invalid_argument if a node hangs on itself.
+  /// The hanging nodes of a cloth. Throws std::invalid_argument if a node hangs on itself.
   explicit Followers(const ClothMesh& cloth);
+  /// The particles of its dense layers, which follow the sparse ones.
+  static Followers of_layers(const ClothMesh& cloth);
 
   bool empty() const { return nodes_.empty(); }
   std::size_t particles() const { return begin_.size() - 1; }
@@ -387,8 +397,14 @@ class Followers {
   /// held. `mass` and `inv_mass` (0: held) of all particles.
   void hand_over(std::span<const double> mass, std::span<const double> inv_mass,
                  std::span<Vec3> x) const;
+  /// The same for followers at x = P y + d that something has moved off that by `off`: the leaders
+  /// in `v` get the momentum Σ mass·off, the followers stay.
+  void push_leaders(std::span<const double> mass, std::span<const double> inv_mass,
+                    std::span<const Vec3> off, std::span<Vec3> v) const;
 
  private:
+  void set_rows(std::span<const std::vector<std::pair<std::int32_t, double>>> rows);
+
   std::vector<std::int32_t> leaders_, nodes_;
   std::vector<std::size_t> begin_{0};
   std::vector<Share> shares_;
@@ -443,16 +459,16 @@ ClothMesh make_spring_net(SpringNet net, const GridConfig& grid, const NetConsta
 /// The two layers of a bilayered cloth.
 struct LayerConfig {
   std::int32_t ratio = 4;  ///< cells of the dense layer per cell side of the sparse layer, >= 2
-  double share = 0.2;      ///< fraction of mass and stiffness in the dense layer, in (0, 1)
-  /// N/m³, force per area and distance between the layers, > 0. A smaller value gives longer
-  /// wrinkles, 2π (share·B/hold)^¼, and lets the weight pull the layers farther apart.
+  double share = 0.2;      ///< fraction of mass and stiffness of the dense layer, in (0, 1)
+  /// N/m³, force per area and distance with which the dense layer returns to the sparse one, > 0. A
+  /// smaller value gives longer wrinkles, 2π (share·B/hold)^¼.
   double hold = 2000.0;
 };
-/// Bilayered mesh [KangCho2002; survey 2.4]: a sparse rectangular net carries most of the mass and
-/// stiffness; a dense net is visible, collides and wrinkles, and is tied to the bilinear surface of
-/// the sparse one. `grid` describes the dense layer, whose vertices come first; the vertices of the
-/// sparse layer follow and belong to no triangle. Together the layers have the mass and the
-/// continuum constants of the fabric.
+/// Bilayered mesh [KangCho2002; survey 2.4]: a sparse rectangular net carries; a dense net is
+/// visible, collides and wrinkles, and follows the bilinear surface of the sparse one. `grid`
+/// describes the dense layer, whose vertices come first; the vertices of the sparse layer follow
+/// and belong to no triangle. The sparse layer has the continuum constants of the fabric, and both
+/// together have its mass.
 ClothMesh make_bilayered(const GridConfig& grid, const LayerConfig& layers,
                          const Material& material);
 

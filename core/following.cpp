@@ -5,6 +5,12 @@
 // Pᵀ (M + h D + h² K) P; its preconditioner is built from it. The mass is lumped, the row sums of
 // Pᵀ M P: momentum, the centre of mass and the weight are those of M, moments of inertia differ by
 // O(cell²). Contacts name all particles; see TermOperator.
+//
+// The two layers of a bilayered cloth [KangCho2002; survey 2.4] share this: the solve has the
+// sparse layer alone, with its internal forces and with all forces from outside. The dense layer is
+// carried along, P y, and then makes one local iteration of [Kang2000] under its own internal
+// forces and springs to P y, so that x = P y + d. Contacts of the dense layer act on P y, with d
+// fixed.
 #include <selvedge/core/integrator.h>
 #include <selvedge/core/parallel.h>
 
@@ -153,6 +159,43 @@ std::vector<std::unique_ptr<Force>> followed(const Followers& followers, const F
   return all;
 }
 
+/// The leaders of `all`, with the row sums of Pᵀ M P as masses.
+Particles lead(const Followers& followers, const Particles& all) {
+  const std::span<const std::int32_t> leaders = followers.leaders();
+  Particles own{followers.select(all.x), followers.select(all.v),
+                std::vector<double>(leaders.size(), 0.0), std::vector<double>(leaders.size(), 0.0),
+                &followers};
+  followers.gather(std::span<const double>(all.mass), std::span(own.mass));
+  for (std::size_t l = 0; l < leaders.size(); ++l)
+    if (all.inv_mass[leaders[l]] > 0.0) own.inv_mass[l] = 1.0 / own.mass[l];
+  return own;
+}
+
+/// The leaders that move these particles.
+std::vector<std::int32_t> lead(const Followers& followers, std::span<const std::int32_t> all) {
+  std::vector<std::int32_t> own;
+  for (const std::int32_t i : all)
+    for (const Followers::Share& s : followers.shares(i)) own.push_back(s.leader);
+  return own;
+}
+
+void save_part(const Integrator& part, std::vector<double>& memory) {
+  std::vector<double> own;
+  part.save_memory(own);
+  memory.push_back(static_cast<double>(own.size()));
+  memory.insert(memory.end(), own.begin(), own.end());
+}
+
+/// Returns the rest of `memory`.
+std::span<const double> restore_part(Integrator& part, std::span<const double> memory) {
+  const double size = memory.empty() ? 0.0 : memory[0];
+  if (!(size >= 0.0 && size < static_cast<double>(memory.size())))
+    throw std::invalid_argument("the memory of the integrator belongs to another scene");
+  const auto own = static_cast<std::size_t>(size);
+  part.restore_memory(memory.subspan(1, own));
+  return memory.subspan(1 + own);
+}
+
 class Following final : public Integrator {
  public:
   Following(const Followers& followers, std::vector<std::unique_ptr<Force>> forces,
@@ -166,7 +209,7 @@ class Following final : public Integrator {
     return leaders_->stable_step(mode, wanted);
   }
   double stable_step(const Particles& particles, double time, double wanted) override {
-    select(particles);
+    particles_ = lead(followers_, particles);
     return leaders_->stable_step(particles_, time, wanted);
   }
   void begin(const StepStart& start, StepEnd end) override;
@@ -179,7 +222,6 @@ class Following final : public Integrator {
   std::map<std::string, double> counters() const override { return leaders_->counters(); }
 
  private:
-  void select(const Particles& particles);
   StepEnd select(StepEnd end) {
     mean_ = followers_.select(end.mean);
     v_ = end.v.empty() ? std::vector<Vec3>(mean_.size()) : followers_.select(end.v);
@@ -191,19 +233,9 @@ class Following final : public Integrator {
   }
   // The memory of the forces is that of all particles.
   void remember() override { leaders_->accept({}); }
-  void save_history(std::vector<double>& memory) const override {
-    std::vector<double> own;
-    leaders_->save_memory(own);
-    memory.push_back(static_cast<double>(own.size()));
-    memory.insert(memory.end(), own.begin(), own.end());
-  }
+  void save_history(std::vector<double>& memory) const override { save_part(*leaders_, memory); }
   std::span<const double> restore_history(std::span<const double> memory) override {
-    const auto size = memory.empty() ? 0.0 : memory[0];
-    if (!(size >= 0.0 && size < static_cast<double>(memory.size())))
-      throw std::invalid_argument("the memory of the integrator belongs to another scene");
-    const auto own = static_cast<std::size_t>(size);
-    leaders_->restore_memory(memory.subspan(1, own));
-    return memory.subspan(1 + own);
+    return restore_part(*leaders_, memory);
   }
 
   Followers followers_;
@@ -213,21 +245,9 @@ class Following final : public Integrator {
   std::vector<std::int32_t> touched_;
 };
 
-void Following::select(const Particles& all) {
-  const std::span<const std::int32_t> leaders = followers_.leaders();
-  particles_ = {followers_.select(all.x), followers_.select(all.v),
-                std::vector<double>(leaders.size(), 0.0), std::vector<double>(leaders.size(), 0.0),
-                &followers_};
-  followers_.gather(std::span<const double>(all.mass), std::span(particles_.mass));
-  for (std::size_t l = 0; l < leaders.size(); ++l)
-    if (all.inv_mass[leaders[l]] > 0.0) particles_.inv_mass[l] = 1.0 / particles_.mass[l];
-}
-
 void Following::begin(const StepStart& start, StepEnd end) {
-  select(start.particles);
-  touched_.clear();
-  for (const std::int32_t i : start.touched_particles)
-    for (const Followers::Share& s : followers_.shares(i)) touched_.push_back(s.leader);
+  particles_ = lead(followers_, start.particles);
+  touched_ = lead(followers_, start.touched_particles);
   if (end.mean.empty()) {  // an implicit step that `solve` ends
     leaders_->begin({particles_, start.time, start.h, start.touched, touched_}, {});
     return;
@@ -237,12 +257,125 @@ void Following::begin(const StepStart& start, StepEnd end) {
   spread(own, end);
 }
 
+/// The layers of a cloth: a sparse one, which carries, leads a dense one.
+class Layered final : public Integrator {
+ public:
+  Layered(const Followers& layers, std::vector<std::unique_ptr<Force>> forces,
+          std::vector<std::unique_ptr<Force>> local, const MakeIntegrator& make)
+      : Integrator(std::move(forces), layers.particles()),
+        layers_(layers),
+        sparse_(make(followed(layers_, forces_), layers_.leaders().size())),
+        dense_(make_implicit_kang(std::move(local), layers_.particles(), false)),
+        offset_(layers_.particles(), Vec3::Zero()) {}
+
+  IntegratorTraits traits() const override { return sparse_->traits(); }
+  double stable_step(const ModeBound& mode, double wanted) const override {
+    return sparse_->stable_step(mode, wanted);
+  }
+  double stable_step(const Particles& particles, double time, double wanted) override {
+    own_ = lead(layers_, particles);
+    return sparse_->stable_step(own_, time, wanted);
+  }
+  void begin(const StepStart& start, StepEnd end) override;
+  SolveReport solve(std::span<const ImplicitTerm> terms, StepEnd end, double looser) override;
+  std::map<std::string, double> counters() const override { return sparse_->counters(); }
+
+ private:
+  void relax(const StepStart& start, std::span<const Vec3> prescribed);
+  void spread(StepEnd end) const;
+  void remember() override { sparse_->accept({}); }
+  void save_history(std::vector<double>& memory) const override {
+    save_part(*sparse_, memory);
+    save_part(*dense_, memory);
+  }
+  std::span<const double> restore_history(std::span<const double> memory) override {
+    return restore_part(*dense_, restore_part(*sparse_, memory));
+  }
+
+  Followers layers_;
+  std::unique_ptr<Integrator> sparse_, dense_;
+  Particles own_, all_;  // the leaders and all particles at the start of the step
+  std::vector<Vec3> mean_, v_, all_mean_, all_v_;
+  std::vector<Vec3> offset_;  // m/s, of the dense layer from P y
+  SolveReport first_;         // of the solve without contacts, until the next one reports it
+  std::vector<ImplicitTerm> terms_;
+  std::vector<std::int32_t> touched_;
+};
+
+void Layered::begin(const StepStart& start, StepEnd end) {
+  own_ = lead(layers_, start.particles);
+  touched_ = lead(layers_, start.touched_particles);
+  mean_ = layers_.select(end.mean);
+  v_ = layers_.select(end.v);
+  sparse_->begin({own_, start.time, start.h, start.touched, touched_}, {mean_, v_});
+  first_ = traits().is_implicit ? sparse_->solve({}, {mean_, v_}, 1.0) : SolveReport{};
+  relax(start, end.mean);
+  spread(end);
+}
+
+/// One local iteration of the dense layer, from where P y carries it, in the frame that moves with
+/// P y; the sparse layer is held.
+void Layered::relax(const StepStart& start, std::span<const Vec3> prescribed) {
+  const std::size_t n = layers_.particles();
+  std::vector<Vec3> carried(n), before(n);
+  layers_.spread(mean_, carried);
+  layers_.spread(own_.v, before);
+  all_ = start.particles;
+  all_mean_.assign(n, Vec3::Zero());
+  all_v_.assign(n, Vec3::Zero());
+  for (std::size_t i = 0; i < n; ++i) {
+    all_.x[i] += start.h * carried[i];
+    all_.v[i] -= before[i];
+  }
+  for (const std::int32_t i : layers_.leaders()) all_.inv_mass[i] = 0.0;
+  for (const std::int32_t i : layers_.nodes())
+    if (all_.inv_mass[i] <= 0.0) all_mean_[i] = prescribed[i] - carried[i];
+  dense_->begin({all_, start.time, start.h}, {all_mean_, all_v_});
+  for (const std::int32_t i : layers_.nodes()) offset_[i] = all_mean_[i];
+}
+
+/// v = P y + offset.
+void Layered::spread(StepEnd end) const {
+  const auto put = [&](std::span<const Vec3> y, std::span<Vec3> v) {
+    layers_.spread(y, v);
+    for (const std::int32_t i : layers_.nodes()) v[i] += offset_[i];
+  };
+  put(mean_, end.mean);
+  if (!traits().ends_with_mean) put(v_, end.v);
+}
+
+// A term M Σ w v = rhs of dense particles, in y: M Σ w P y = rhs - M Σ w offset.
+SolveReport Layered::solve(std::span<const ImplicitTerm> terms, StepEnd end, double looser) {
+  terms_.assign(terms.begin(), terms.end());
+  for (ImplicitTerm& t : terms_) {
+    Vec3 sum = Vec3::Zero();
+    for (int k = 0; k < 4; ++k)
+      if (t.particle[k] >= 0) sum += t.weight[k] * offset_[t.particle[k]];
+    t.rhs -= t.matrix * sum;
+  }
+  mean_ = layers_.select(end.mean);
+  v_ = layers_.select(end.v);
+  SolveReport report = sparse_->solve(terms_, {mean_, v_}, looser);
+  report.iterations += first_.iterations;
+  report.bytes += first_.bytes;
+  first_ = {};
+  spread(end);
+  return report;
+}
+
 }  // namespace
 
 std::unique_ptr<Integrator> make_following(const Followers& followers,
                                            std::vector<std::unique_ptr<Force>> forces,
                                            const MakeIntegrator& make) {
   return std::make_unique<Following>(followers, std::move(forces), make);
+}
+
+std::unique_ptr<Integrator> make_layered(const Followers& layers,
+                                         std::vector<std::unique_ptr<Force>> forces,
+                                         std::vector<std::unique_ptr<Force>> local,
+                                         const MakeIntegrator& make) {
+  return std::make_unique<Layered>(layers, std::move(forces), std::move(local), make);
 }
 
 }  // namespace selvedge

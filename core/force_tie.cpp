@@ -3,9 +3,9 @@
 // Ties a particle to a weighted mean of others: the dense layer of bilayered meshes [KangCho2002;
 // survey 2.4], which follows the sparse layer. A spring of zero rest length holds it,
 //   E = ½ k |d|²,  d = x - Σ w_k x_k,  Σ w_k = 1.
-// The tied particle remains an ordinary particle that contacts can move; the tie yields by force/k.
-// The forces -k d and w_k k d have zero sum and zero moment (Σ x_i × f_i = -d × k d = 0). Damping
-// acts along d only, so the same holds for it.
+// It acts only in the local iteration of the dense layer (following.cpp), beside a sparse layer
+// that is held; as a force it yields by force/k. The forces -k d and w_k k d have zero sum and zero
+// moment (Σ x_i × f_i = -d × k d = 0). Damping acts along d only, so the same holds for it.
 #include <selvedge/core/detail/element_force.h>
 #include <selvedge/core/force.h>
 

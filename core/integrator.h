@@ -145,6 +145,14 @@ std::unique_ptr<Integrator> make_following(const Followers& followers,
                                            std::vector<std::unique_ptr<Force>> forces,
                                            const MakeIntegrator& make);
 
+/// An integrator of a cloth of two layers. `make` makes that of the leaders, the sparse layer, on
+/// which `forces` act as in make_following. The dense layer follows, and relaxes under `local`
+/// forces alone, by one local iteration per step.
+std::unique_ptr<Integrator> make_layered(const Followers& layers,
+                                         std::vector<std::unique_ptr<Force>> forces,
+                                         std::vector<std::unique_ptr<Force>> local,
+                                         const MakeIntegrator& make);
+
 // Members of the family; each file cites its paper. `corrected`: restores the rigid motion that the
 // constant or truncated system removes.
 std::unique_ptr<Integrator> make_forward_euler(std::vector<std::unique_ptr<Force>>, std::size_t);

@@ -441,7 +441,7 @@ TEST(AdaptiveGrid, BadInputIsRefused) {
   EXPECT_THROW(adaptive.split(adaptive.divisible(), x, v), std::invalid_argument);
 }
 
-TEST(Bilayered, BothLayersTogetherAreTheFabric) {
+TEST(Bilayered, TheSparseLayerHasTheFabricAndBothHaveItsMass) {
   const GridConfig grid{0.8, 0.4, 16, 8};
   const ClothMesh cloth = make_bilayered(grid, {4, 0.3, 2000.0}, Material{});
   const ClothMesh single = make_rectangular(grid, Material{});
@@ -449,9 +449,126 @@ TEST(Bilayered, BothLayersTogetherAreTheFabric) {
   EXPECT_EQ(cloth.surface.vertices.size(), 17u * 9u + 5u * 3u);
   EXPECT_EQ(cloth.surface.triangles, single.surface.triangles);
   EXPECT_NEAR(sum(cloth.mass), Material{}.density * area, 1e-15);
-  EXPECT_LT(relative_distance(continuum_constants(cloth, cloth.surface.vertices, area),
+  const LayerParts parts = split_layers(cloth);
+  EXPECT_LT(relative_distance(continuum_constants(parts.carrying, cloth.surface.vertices, area),
                               continuum_constants(single, single.surface.vertices, area)),
             1e-12);
+  EXPECT_EQ(parts.local.springs.size(), single.springs.size());
+  EXPECT_EQ(parts.local.springs.size() + parts.carrying.springs.size(), cloth.springs.size());
+  EXPECT_EQ(parts.local.layers.size(), 17u * 9u);
+  EXPECT_TRUE(parts.carrying.layers.empty());
+}
+
+std::unique_ptr<Integrator> make_both_layers(const ClothMesh& cloth, const Vec3& gravity,
+                                             const std::string& name) {
+  const LayerParts parts = split_layers(cloth);
+  auto forces = make_internal_forces(parts.carrying);
+  forces.push_back(make_gravity(gravity));
+  return make_layered(
+      Followers::of_layers(cloth), std::move(forces), make_internal_forces(parts.local),
+      [&](auto inner, std::size_t n) {
+        return integrators().at(name)(std::move(inner), n, ImplicitConfig{1e-11, 5000});
+      });
+}
+
+/// Steps of a cloth of which some particles are held.
+void make_steps(Integrator& integrator, Particles& p, int steps, double h, Vectors& mean) {
+  const std::size_t n = p.size();
+  for (int step = 0; step < steps; ++step) {
+    mean = p.v;
+    for (std::size_t i = 0; i < n; ++i)
+      if (p.inv_mass[i] <= 0.0) mean[i].setZero();
+    Vectors end = mean;
+    integrator.begin({p, step * h, h}, {mean, end});
+    integrator.solve({}, {mean, end}, 1.0);
+    for (std::size_t i = 0; i < n; ++i) p.x[i] += h * mean[i];
+    p.v = integrator.traits().ends_with_mean ? mean : end;
+    integrator.accept({p.x, p.v, p.mass, (step + 1) * h});
+  }
+}
+
+TEST(Bilayered, TheSparseLayerMovesLikeTheSparseNetAlone) {
+  const GridConfig grid{0.8, 0.4, 16, 8}, coarse{0.8, 0.4, 4, 2};
+  const ClothMesh cloth = make_bilayered(grid, {4, 0.3, 2000.0}, Material{});
+  const ClothMesh sparse = make_rectangular(coarse, Material{});
+  const std::size_t dense = 17u * 9u, n = cloth.mass.size();
+  const Vec3 g(0.0, 0.0, -9.81);
+  for (const char* name : {"implicit_euler", "symplectic_euler", "verlet"}) {
+    const auto both = make_both_layers(cloth, g, name);
+    auto forces = make_internal_forces(sparse);
+    forces.push_back(make_gravity(g));
+    const auto alone =
+        integrators().at(name)(std::move(forces), n - dense, ImplicitConfig{1e-11, 5000});
+    Particles p{cloth.surface.vertices, Vectors(n, Vec3::Zero()), cloth.mass, {}};
+    for (const double m : cloth.mass) p.inv_mass.push_back(1.0 / m);
+    p.inv_mass[0] = p.inv_mass[dense] = 0.0;  // a corner of both
+    Particles q{sparse.surface.vertices, Vectors(n - dense, Vec3::Zero()), sparse.mass, {}};
+    for (const double m : sparse.mass) q.inv_mass.push_back(1.0 / m);
+    q.inv_mass[0] = 0.0;
+    Vectors mean;
+    const bool implicit = both->traits().is_implicit;
+    const double h = implicit ? 0.01 : 1e-4;
+    for (int part = 0; part < 10; ++part) {
+      make_steps(*both, p, implicit ? 5 : 100, h, mean);
+      make_steps(*alone, q, implicit ? 5 : 100, h, mean);
+      for (std::size_t i = 0; i < q.size(); ++i)
+        EXPECT_LT((p.x[dense + i] - q.x[i]).norm(), 1e-7) << name;
+    }
+    EXPECT_LT(q.x[14].z(), -0.005) << name;
+    // The dense layer has stayed near, and is not flat between the sparse particles any more.
+    const Followers layers = Followers::of_layers(cloth);
+    Vectors carried = p.x;
+    layers.place(carried);
+    double off = 0.0;
+    for (std::size_t i = 0; i < dense; ++i) off = std::max(off, (p.x[i] - carried[i]).norm());
+    EXPECT_LT(off, 0.02) << name;
+    EXPECT_GT(off, 1e-6) << name;
+  }
+}
+
+TEST(Bilayered, FreeFallMovesBothLayersAlike) {
+  const ClothMesh cloth = make_bilayered({0.8, 0.4, 16, 8}, {4, 0.3, 2000.0}, Material{});
+  const std::size_t n = cloth.mass.size();
+  const auto both = make_both_layers(cloth, Vec3(0.0, 0.0, -9.81), "implicit_euler");
+  Particles p{cloth.surface.vertices, Vectors(n, Vec3(1.0, 0.0, 0.0)), cloth.mass, {}};
+  for (const double m : cloth.mass) p.inv_mass.push_back(1.0 / m);
+  Vectors mean;
+  make_steps(*both, p, 30, 0.01, mean);
+  for (std::size_t i = 0; i < n; ++i)
+    EXPECT_LT((p.v[i] - Vec3(1.0, 0.0, -9.81 * 0.3)).norm(), 1e-9);
+}
+
+/// The momentum of an impulse on a dense particle goes to the sparse layer.
+TEST(Bilayered, AContactOfTheDenseLayerMovesTheSparseOne) {
+  const ClothMesh cloth = make_bilayered({0.8, 0.4, 16, 8}, {4, 0.3, 2000.0}, Material{});
+  const Followers layers = Followers::of_layers(cloth);
+  const std::size_t n = cloth.mass.size();
+  const auto both = make_both_layers(cloth, Vec3::Zero(), "implicit_euler");
+  Particles p{cloth.surface.vertices, Vectors(n, Vec3::Zero()), cloth.mass, {}};
+  for (const double m : cloth.mass) p.inv_mass.push_back(1.0 / m);
+  constexpr std::int32_t node = 3 * 17 + 6;  // between sparse particles
+  constexpr double k = 0.05;
+  const Vec3 u(0.0, 0.0, 1.0);
+  const ImplicitTerm term{{node, -1, -1, -1}, {1.0, 0.0, 0.0, 0.0}, k * Mat3::Identity(), k * u};
+  Vectors mean(n, Vec3::Zero()), end(mean);
+  both->begin({p, 0.0, 0.01, true, {}}, {mean, end});
+  both->solve(std::vector{term}, {mean, end}, 1.0);
+  std::vector<double> whole(layers.leaders().size(), 0.0);
+  layers.gather(std::span<const double>(cloth.mass), std::span(whole));
+  Vec3 given = Vec3::Zero();
+  for (std::size_t l = 0; l < whole.size(); ++l) given += whole[l] * mean[layers.leaders()[l]];
+  EXPECT_GT(given.z(), 0.0);
+  EXPECT_LT((given - k * (u - mean[node])).norm(), 1e-9);
+  Vectors carried = mean;
+  layers.place(carried);
+  EXPECT_LT((carried[node] - mean[node]).norm(), 1e-12);
+  // What moves dense particles after the solve.
+  Vectors off(n, Vec3::Zero()), v(n, Vec3::Zero());
+  off[node] = u;
+  layers.push_leaders(cloth.mass, p.inv_mass, off, v);
+  Vec3 pushed = Vec3::Zero();
+  for (std::size_t l = 0; l < whole.size(); ++l) pushed += whole[l] * v[layers.leaders()[l]];
+  EXPECT_LT((pushed - cloth.mass[node] * u).norm(), 1e-15);
 }
 
 TEST(Bilayered, AtRestAndInAnyAffineShapeTheLayersAreTogether) {
@@ -465,8 +582,7 @@ TEST(Bilayered, AtRestAndInAnyAffineShapeTheLayersAreTogether) {
   EXPECT_LT(ties->energy({x, v, cloth.mass, 0.0}), 1e-25);
 }
 
-TEST(Bilayered, AnEvenWeightPullsTheLayersApartByWeightOverHold) {
-  // The dense layer alone is pushed by p N/m²: the sparse one takes it over at p/hold.
+TEST(Bilayered, TheDenseLayerIsDrawnBackByHoldPerArea) {
   const LayerConfig layers{4, 0.3, 2000.0};
   const GridConfig grid{0.8, 0.4, 16, 8};
   const ClothMesh cloth = make_bilayered(grid, layers, Material{});

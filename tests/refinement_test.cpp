@@ -248,6 +248,26 @@ TEST_F(SurveyMeshes, ABilayeredClothCollidesByItsDenseLayerAndIsClean) {
             std::string::npos);
 }
 
+TEST_F(SurveyMeshes, OnlyTheSparseLayerIsSolved) {
+  const auto bytes = [&](const std::string& pattern) {
+    const Scene s = scene(over_ball("\"pattern\": " + pattern),
+                          {{"geometry.0.cells", "[24, 24]"}, {"time.frames", "10"}});
+    const RunResult result = run_scene(s, config_);
+    EXPECT_TRUE(result.clean);
+    return result.counters.at("solver_bytes") / result.counters.at("solves");
+  };
+  EXPECT_LT(bytes(R"({"type": "bilayered", "ratio": 4})"), 0.2 * bytes("\"rectangular\""));
+}
+
+TEST_F(SurveyMeshes, RefinedAndBilayeredClothInOneSceneIsRefused) {
+  EXPECT_NE(
+      refusal(R"({"geometry": [{"pattern": {"type": "bilayered", "ratio": 2}, "cells": [4, 4]},
+      {"cells": [4, 4], "transformation": {"translation": [0, 0, 0.5]}, )" +
+              kCurved + "}]}")
+          .find("refine"),
+      std::string::npos);
+}
+
 TEST_F(SurveyMeshes, APlateOfAnotherPoissonsRatioIsFittedAndTheRestIsTold) {
   const Scene s = scene(over_ball(R"("pattern": "triangular", "plate": {"poisson": 0.1})"));
   const BuiltScene built = build_scene(s);

@@ -18,9 +18,15 @@ std::unique_ptr<Integrator> make_integrator(const Scene& scene, const BuiltScene
                        scene.solver.integrator_options, std::move(forces), particles,
                        {scene.solver.tolerance, scene.solver.max_iterations});
   };
-  const Followers followers(built.cloth);
+  const Followers followers(built.cloth), layers = Followers::of_layers(built.cloth);
   if (!followers.empty())
     return make_following(followers, make_forces(scene, built, methods), make);
+  if (!layers.empty()) {
+    const LayerParts parts = split_layers(built.cloth);
+    auto local = make_internal_forces(parts.local, methods.force_laws, scene.force_laws);
+    return make_layered(layers, make_forces(scene, built, parts.carrying, methods),
+                        std::move(local), make);
+  }
   return make(make_forces(scene, built, methods), built.cloth.surface.vertices.size());
 }
 
@@ -46,6 +52,7 @@ StepMethods::StepMethods(const Scene& s, const BuiltScene& built, const Methods&
       detection(scene, built, methods, phases),
       strain(scene, built, methods.strain_limiters),
       followers(built.cloth),
+      layers(Followers::of_layers(built.cloth)),
       integrator(make_integrator(scene, built, methods)),
       traits(integrator->traits()),
       response(make_method(methods.responses, scene.contact.response, "contact.response",

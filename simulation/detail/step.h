@@ -29,6 +29,7 @@ struct StepMethods {
   Detection detection;
   StrainStage strain;
   Followers followers;  ///< empty: no particle follows others
+  Followers layers;     ///< dense layers that follow sparse ones; empty: none
   std::unique_ptr<Integrator> integrator;
   IntegratorTraits traits;  ///< of the integrator
   std::unique_ptr<Response> response;

@@ -9,6 +9,7 @@
 #include <limits>
 #include <span>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 namespace selvedge {
@@ -131,6 +132,14 @@ struct CurvatureFriction {
 struct CornerFriction {
   std::array<std::int32_t, 3> v;  ///< as in TwistSpring
   double rest_angle, moment, yield;
+
+  bool remap(const auto& to) { return remap_vertices(v, to); }
+};
+
+/// A node v[0] in the middle of the side v[1]-v[2] of a coarser cell: x(v[0]) = ½ (x(v[1]) +
+/// x(v[2])), a constraint of every step (see Followers).
+struct HangingNode {
+  std::array<std::int32_t, 3> v;
 
   bool remap(const auto& to) { return remap_vertices(v, to); }
 };
@@ -282,8 +291,8 @@ struct ClothElements {
   ElementSet<HingeFriction> hinge_frictions;
   ElementSet<CurvatureFriction> curvature_frictions;
   ElementSet<CornerFriction> corner_frictions;
-  ElementSet<Tie<2>> hanging;  ///< hanging nodes in the middle of an edge of a coarser cell
-  ElementSet<Tie<4>> layers;   ///< ties from the particles of a dense layer to a sparse one
+  ElementSet<HangingNode> hanging;
+  ElementSet<Tie<4>> layers;  ///< ties from the particles of a dense layer to a sparse one
   ElementSet<MembraneTriangle> membranes;  ///< finite elements; springs then only measure strain
   ElementSet<Beam> beams;
   ElementSet<YarnTriangle> yarns;  ///< stretch and shear; springs then only measure strain
@@ -329,6 +338,13 @@ struct ClothMesh : ClothElements {
 /// there is one index for each vertex of `from`.
 void add_elements(ClothMesh& to, const ClothMesh& from, std::span<const std::int32_t> vertices);
 
+/// A cloth of layers in parts, all with its vertices: the elements that carry, and those of the
+/// dense layers with their ties.
+struct LayerParts {
+  ClothMesh carrying, local;
+};
+LayerParts split_layers(const ClothMesh& cloth);
+
 /// Appends `piece` to `all` and returns the index of its first vertex.
 std::int32_t append(ClothMesh& all, const ClothMesh& piece);
 
@@ -349,6 +365,62 @@ ClothMesh merge_vertices(const ClothMesh& cloth, std::span<const std::int32_t> n
 
 /// The springs that follow `curves[curve]`; -1: those that follow Hooke's law.
 std::vector<Spring> springs_of_curve(const ClothMesh& cloth, std::int32_t curve);
+
+/// Particles that follow others, x_i = Σ weight·x_leader, and the leaders, which move by
+/// themselves: x = P y, where y are the positions of the leaders. A hanging node follows the two
+/// ends of its side; if these hang as well, it follows their leaders.
+class Followers {
+ public:
+  struct Share {
+    std::int32_t leader;  ///< number among the leaders
+    double weight;        ///< > 0; those of a follower sum to 1
+  };
+
+  Followers() = default;
+  /// The hanging nodes of a cloth. Throws std::invalid_argument if a node hangs on itself.
+  explicit Followers(const ClothMesh& cloth);
+  /// The particles of its dense layers, which follow the sparse ones.
+  static Followers of_layers(const ClothMesh& cloth);
+
+  bool empty() const { return nodes_.empty(); }
+  std::size_t particles() const { return begin_.size() - 1; }
+  /// The particles that lead and those that follow, both ascending.
+  std::span<const std::int32_t> leaders() const { return leaders_; }
+  std::span<const std::int32_t> nodes() const { return nodes_; }
+  /// Row i of P; a leader has itself.
+  std::span<const Share> shares(std::size_t i) const {
+    return std::span(shares_).subspan(begin_[i], begin_[i + 1] - begin_[i]);
+  }
+
+  /// y of x.
+  std::vector<Vec3> select(std::span<const Vec3> x) const;
+  /// x = P y.
+  void spread(std::span<const Vec3> y, std::span<Vec3> x) const;
+  /// Sets the followers in x from the leaders in x.
+  void place(std::span<Vec3> x) const;
+  /// to += Pᵀ from, for Vec3 and double.
+  template <class T>
+  void gather(std::span<const T> from, std::span<T> to) const {
+    for (std::size_t i = 0; i < from.size(); ++i)
+      for (const Share& s : shares(i)) to[s.leader] += s.weight * from[i];
+  }
+  /// Restores x = P y where something has moved single particles. A follower hands the momentum of
+  /// its distance from P y over to its leaders that are free: Σ mass·x stays, unless a leader is
+  /// held. `mass` and `inv_mass` (0: held) of all particles.
+  void hand_over(std::span<const double> mass, std::span<const double> inv_mass,
+                 std::span<Vec3> x) const;
+  /// The same for followers at x = P y + d that something has moved off that by `off`: the leaders
+  /// in `v` get the momentum Σ mass·off, the followers stay.
+  void push_leaders(std::span<const double> mass, std::span<const double> inv_mass,
+                    std::span<const Vec3> off, std::span<Vec3> v) const;
+
+ private:
+  void set_rows(std::span<const std::vector<std::pair<std::int32_t, double>>> rows);
+
+  std::vector<std::int32_t> leaders_, nodes_;
+  std::vector<std::size_t> begin_{0};
+  std::vector<Share> shares_;
+};
 
 /// A rectangle in the xy-plane, centred at the origin, of cells_x × cells_y cells. Vertex (i,j) has
 /// index j·(cells_x+1)+i.
@@ -399,16 +471,16 @@ ClothMesh make_spring_net(SpringNet net, const GridConfig& grid, const NetConsta
 /// The two layers of a bilayered cloth.
 struct LayerConfig {
   std::int32_t ratio = 4;  ///< cells of the dense layer per cell side of the sparse layer, >= 2
-  double share = 0.2;      ///< fraction of mass and stiffness in the dense layer, in (0, 1)
-  /// N/m³, force per area and distance between the layers, > 0. A smaller value gives longer
-  /// wrinkles, 2π (share·B/hold)^¼, and lets the weight pull the layers farther apart.
+  double share = 0.2;      ///< fraction of mass and stiffness of the dense layer, in (0, 1)
+  /// N/m³, force per area and distance with which the dense layer returns to the sparse one, > 0. A
+  /// smaller value gives longer wrinkles, 2π (share·B/hold)^¼.
   double hold = 2000.0;
 };
-/// Bilayered mesh [KangCho2002; survey 2.4]: a sparse rectangular net carries most of the mass and
-/// stiffness; a dense net is visible, collides and wrinkles, and is tied to the bilinear surface of
-/// the sparse one. `grid` describes the dense layer, whose vertices come first; the vertices of the
-/// sparse layer follow and belong to no triangle. Together the layers have the mass and the
-/// continuum constants of the fabric.
+/// Bilayered mesh [KangCho2002; survey 2.4]: a sparse rectangular net carries; a dense net is
+/// visible, collides and wrinkles, and follows the bilinear surface of the sparse one. `grid`
+/// describes the dense layer, whose vertices come first; the vertices of the sparse layer follow
+/// and belong to no triangle. The sparse layer has the continuum constants of the fabric, and both
+/// together have its mass.
 ClothMesh make_bilayered(const GridConfig& grid, const LayerConfig& layers,
                          const Material& material);
 

@@ -41,7 +41,7 @@ struct GridCell {
 ///
 /// Neighbouring cells differ by at most one level. A hanging node (a node in the middle of the side
 /// of a coarser cell) is a vertex of the triangles on both sides, so the surface has no cracks and
-/// no overlapping edges. A tie (force_tie.cpp) couples it to the two ends of that side. A split
+/// no overlapping edges. It follows the two ends of that side exactly (Followers). A split
 /// places new nodes on the existing surface and moves no point of it, so it cannot cause a
 /// collision.
 class AdaptiveGrid {
@@ -57,9 +57,9 @@ class AdaptiveGrid {
   /// The cells that are not split, sorted by level and position.
   const std::set<GridCell>& leaves() const { return leaves_; }
 
-  /// Springs, hinges, ties, masses and the flat rest shape of the current cells. The spring
-  /// constants are chosen such that the continuum constants C_ij equal those of make_rectangular
-  /// for any cells.
+  /// Springs, hinges, hanging nodes, masses and the flat rest shape of the current cells. The
+  /// spring constants are chosen such that the continuum constants C_ij equal those of
+  /// make_rectangular for any cells.
   ClothMesh cloth() const;
 
   /// Leaves that can still be split (below level `levels`) and whose normal differs from a
@@ -110,7 +110,7 @@ class AdaptiveGrid {
   void add_side_hinges(const GridCell& cell, bool above, ClothMesh& cloth) const;
   void add_side_hinge(const std::array<std::int32_t, 4>& v, double stiffness,
                       ClothMesh& cloth) const;
-  void add_ties(ClothMesh& cloth) const;
+  void add_hanging(ClothMesh& cloth) const;
 
   GridConfig grid_;
   Material material_;

@@ -20,6 +20,8 @@ struct Particles {
   std::vector<Vec3> v;           ///< velocities, m/s
   std::vector<double> mass;      ///< kg, > 0
   std::vector<double> inv_mass;  ///< 1/kg; 0 for a held particle, which moves only as prescribed
+  /// Not null: these particles are its leaders, and terms of contacts name particles of it.
+  const Followers* followers = nullptr;
 
   std::size_t size() const { return x.size(); }
 };
@@ -132,9 +134,7 @@ std::unique_ptr<Force> make_corner_friction(std::span<const CornerFriction> fric
                                             std::size_t particles);
 std::unique_ptr<Force> make_yarn_friction(std::span<const YarnTriangle> triangles,
                                           std::size_t particles);
-/// Ties particles to weighted means of others: hanging nodes [VillardBorouchaki2005] and dense
-/// layers [KangCho2002].
-std::unique_ptr<Force> make_tie_force(std::span<const Tie<2>> ties, std::size_t particles);
+/// Ties particles to weighted means of others: dense layers [KangCho2002].
 std::unique_ptr<Force> make_tie_force(std::span<const Tie<4>> ties, std::size_t particles);
 /// Parameters of the force that closes a seam.
 struct SewingConfig {

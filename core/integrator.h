@@ -4,6 +4,7 @@
 #include <selvedge/core/force.h>
 #include <selvedge/core/registry.h>
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <span>
@@ -95,7 +96,7 @@ class Integrator {
   /// not grow. 0 if the mode grows at every step length; `wanted` if traits().any_step.
   virtual double stable_step(const ModeBound& mode, double wanted) const;
   /// The longest stable step for a cloth, by Gershgorin's bounds.
-  double stable_step(const Particles& particles, double time, double wanted);
+  virtual double stable_step(const Particles& particles, double time, double wanted);
 
   /// Starts a step. Explicit methods write `end`.
   virtual void begin(const StepStart& start, StepEnd end) = 0;
@@ -133,6 +134,24 @@ using IntegratorRegistry =
     Registry<std::unique_ptr<Integrator>, IntegratorTraits, std::vector<std::unique_ptr<Force>>,
              std::size_t, const ImplicitConfig&>;
 IntegratorRegistry integrators();
+
+/// Makes an integrator of this number of particles.
+using MakeIntegrator =
+    std::function<std::unique_ptr<Integrator>(std::vector<std::unique_ptr<Force>>, std::size_t)>;
+/// An integrator of all particles of which some follow others. The one that `make` makes steps the
+/// leaders alone: with the forces Pᵀ f(P y), the Jacobian Pᵀ J P, the row sums of Pᵀ M P as masses,
+/// and contacts of followers on their leaders. The followers are then placed by x = P y.
+std::unique_ptr<Integrator> make_following(const Followers& followers,
+                                           std::vector<std::unique_ptr<Force>> forces,
+                                           const MakeIntegrator& make);
+
+/// An integrator of a cloth of two layers. `make` makes that of the leaders, the sparse layer, on
+/// which `forces` act as in make_following. The dense layer follows, and relaxes under `local`
+/// forces alone, by one local iteration per step.
+std::unique_ptr<Integrator> make_layered(const Followers& layers,
+                                         std::vector<std::unique_ptr<Force>> forces,
+                                         std::vector<std::unique_ptr<Force>> local,
+                                         const MakeIntegrator& make);
 
 // Members of the family; each file cites its paper. `corrected`: restores the rigid motion that the
 // constant or truncated system removes.

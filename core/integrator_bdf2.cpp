@@ -128,11 +128,11 @@ SolveReport Bdf2::solve(std::span<const ImplicitTerm> terms, StepEnd end, double
   const std::span<const std::int32_t> piece = system_.pieces().of_particles();
   std::fill(met_.begin(), met_.end(), 0);
   for (const ImplicitTerm& term : terms)
-    for (const std::int32_t i : term.particle)
-      if (i >= 0) {
+    for (int k = 0; k < 4; ++k)
+      detail::for_each_row(term, k, start_->followers, [&](std::int32_t i, double) {
         met_[piece[i]] = 1;
         next_h_[piece[i]] = 0.0;
-      }
+      });
   for (std::size_t i = 0; i < end.mean.size(); ++i) {
     const bool two = two_steps_[piece[i]] && !met_[piece[i]];
     end.v[i] = two ? Vec3(1.5 * end.mean[i] + half_[i]) : end.mean[i];

@@ -3,17 +3,16 @@
 // Adaptive mesh after J. Villard, H. Borouchaki, "Adaptive meshing for cloth animation",
 // Engineering with Computers 2005 (survey section 2.5): a quad is split in four where the angle
 // between the normals of neighbours exceeds a threshold. A node in the middle of a side that the
-// neighbour does not share moves with that side, x_mid = (x_a + x_b)/2. A uniformly split mesh is
-// the multi-level mesh of D. Zhang, M. Yuen, "Cloth simulation using multilevel meshes", Computers
-// & Graphics 2001 (survey section 2.2).
+// neighbour does not share moves with that side, x_mid = (x_a + x_b)/2 (followers.cpp). A uniformly
+// split mesh is the multi-level mesh of D. Zhang, M. Yuen, "Cloth simulation using multilevel
+// meshes", Computers & Graphics 2001 (survey section 2.2).
 //
 // The spring constants of a cell depend on its proportions, not on its size: it adds half the
 // structural constant to each side and the full constant to each diagonal. A side of two halves has
 // two springs in series, each twice as stiff. So the C_ij are those of the rectangular mesh for any
 // splitting. With x_mid in the middle a uniform strain is in equilibrium everywhere: central
 // symmetry and the virial alone determine the corner forces of a square under uniform stress, so
-// these equal an even traction on its sides, half to each end. The tie yields, so the strain next
-// to a change of level has a relative error of about structural/tie stiffness.
+// these equal an even traction on its sides, half to each end.
 //
 // Hinges between cells of the same size are those of make_rectangular. Between a cell of height g
 // and two of height h, an edge of length l represents the area l (g + h)/2 and rotates by κ (g +
@@ -31,10 +30,6 @@
 
 namespace selvedge {
 namespace {
-
-/// Stiffness of a tie relative to the structural springs. The strain next to a change of level has
-/// a relative error of one hundredth, and explicit steps are ten times shorter.
-constexpr double kTieFactor = 100.0;
 
 detail::CellConstants constants_of(const GridConfig& grid, const Material& m) {
   detail::CellConstants c = detail::cell_sides(grid);
@@ -212,7 +207,7 @@ ClothMesh AdaptiveGrid::cloth() const {
   add_masses(cloth);
   add_springs(cloth);
   add_hinges(cloth);
-  add_ties(cloth);
+  add_hanging(cloth);
   detail::set_stretch_law(cloth, cloth.surface.vertices, material_);
   return cloth;
 }
@@ -360,27 +355,24 @@ void AdaptiveGrid::add_side_hinges(const GridCell& leaf, bool above, ClothMesh& 
   }
 }
 
-void AdaptiveGrid::add_ties(ClothMesh& cloth) const {
-  const detail::CellConstants k = constants_of(grid_, material_);
-  const double stiffness = kTieFactor * std::max(k.spring_x, k.spring_y);
-  const auto tie = [&](std::int32_t a, std::int32_t b) {
-    if (const std::int32_t m = middle(a, b); m >= 0)
-      cloth.hanging.push_back(
-          {{m, a, b}, {0.5, 0.5}, stiffness, material_.spring_damping / kTieFactor});
+void AdaptiveGrid::add_hanging(ClothMesh& cloth) const {
+  const auto add = [&](std::int32_t a, std::int32_t b) {
+    if (const std::int32_t m = middle(a, b); m >= 0) cloth.hanging.push_back({{m, a, b}});
   };
   for (const GridCell& leaf : leaves_) {
     const Corners c = corners(leaf);
-    tie(c.v00, c.v10);
-    tie(c.v01, c.v11);
-    tie(c.v00, c.v01);
-    tie(c.v10, c.v11);
+    add(c.v00, c.v10);
+    add(c.v01, c.v11);
+    add(c.v00, c.v01);
+    add(c.v10, c.v11);
   }
 }
 
 void register_refined(ClothPatternRegistry& registry) {
-  registry.add_keyed("refine curved", "geometry.*.refine",
-                     {.promise = "cells split where they bend; tied hanging nodes, no gap",
-                      .source = "Villard, Borouchaki, Adaptive meshing for cloth animation, 2005"});
+  registry.add_keyed(
+      "refine curved", "geometry.*.refine",
+      {.promise = "cells split where they bend; hanging nodes exactly in the middle, no gap",
+       .source = "Villard, Borouchaki, Adaptive meshing for cloth animation, 2005"});
   registry.add_keyed("refine settled", "geometry.*.refine",
                      {.promise = "cells split everywhere at rest; mass and momentum kept",
                       .source = "Zhang, Yuen, Cloth simulation using multilevel meshes, 2001"});

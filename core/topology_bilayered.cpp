@@ -2,14 +2,15 @@
 //
 // Bilayered mesh after Y.-M. Kang, H.-G. Cho, "Bilayered approximate integration for rapid and
 // plausible animation of virtual cloth with realistic wrinkles", Computer Animation 2002 (survey
-// section 2.4). In the paper a sparse mesh has internal and external forces, and a dense mesh,
-// which is drawn, only internal forces: each step places it on the interpolated sparse mesh and
-// relaxes it. Deviations: the dense layer is tied (force_tie.cpp) instead of placed, because its
-// particles collide and the ties pass contact forces on to the sparse layer. Mass and stiffness are
-// divided between the layers, the fraction `share` to the dense one, so that together they have the
-// fabric's total mass, C_ij and, when they move as one, B. The dense layer therefore has its own
-// weight. Its wrinkles are those of a sheet of rigidity share·B on a foundation of stiffness
-// `hold`: they look like wrinkles but are not the wrinkles of the fabric.
+// section 2.4). The sparse mesh has internal and external forces and is the one that is solved. The
+// dense mesh, which is drawn, has internal forces alone: each step carries it along with the
+// interpolated sparse mesh and relaxes it by one local iteration (following.cpp). Deviations: the
+// dense mesh keeps its distance d from the interpolated one from step to step, so that wrinkles can
+// grow, and springs of `hold` N/m³ draw it back; it collides, and its contacts move the sparse
+// mesh. It has the fraction `share` of the stiffness and, for its contacts and its local iteration,
+// of the mass; in the solve the sparse mesh has the whole mass. Its wrinkles are those of a sheet
+// of rigidity share·B on a foundation of stiffness `hold`: they look like wrinkles but are not
+// those of the fabric.
 #include <selvedge/core/cloth_mesh.h>
 #include <selvedge/core/cloth_pattern.h>
 #include <selvedge/core/detail/topology.h>
@@ -32,6 +33,7 @@ void validate_layers(const GridConfig& grid, const LayerConfig& layers) {
                                   std::to_string(layers.ratio) + ", not " + std::to_string(cells));
 }
 
+/// The fabric of the dense layer. Loops are those of the sparse one.
 Material part_of(Material m, double share) {
   m.density *= share;
   m.stretch_stiffness *= share;
@@ -39,8 +41,8 @@ Material part_of(Material m, double share) {
   m.bending_stiffness *= share;
   if (m.stretch_weft) *m.stretch_weft *= share;
   if (m.bending_weft) *m.bending_weft *= share;
-  m.shear_friction *= share;
-  m.bending_friction *= share;
+  m.shear_friction = 0.0;
+  m.bending_friction = 0.0;
   return m;
 }
 
@@ -66,7 +68,9 @@ ClothMesh make_bilayered(const GridConfig& grid, const LayerConfig& layers,
   coarse.cells_x /= layers.ratio;
   coarse.cells_y /= layers.ratio;
   ClothMesh cloth = make_rectangular(grid, part_of(material, layers.share));
-  ClothMesh sparse = make_rectangular(coarse, part_of(material, 1.0 - layers.share));
+  Material carrying = material;
+  carrying.density *= 1.0 - layers.share;
+  ClothMesh sparse = make_rectangular(coarse, carrying);
   // The sparse layer has no surface; at the start it coincides with the dense layer bit for bit.
   sparse.surface.triangles.clear();
   sparse.edges.clear();
@@ -95,35 +99,36 @@ ClothMesh make_bilayered(const GridConfig& grid, const LayerConfig& layers,
 
 void register_bilayered(ClothPatternRegistry& registry) {
   const LayerConfig layers{};
-  registry.add("bilayered",
-               {{.name = "ratio",
-                 .initial = static_cast<double>(layers.ratio),
-                 .unit = "1",
-                 .least = 2.0,
-                 .most = 100.0,
-                 .kind = OptionKind::whole,
-                 .meaning = "cells of the dense layer per cell of the sparse one along each side"},
-                {.name = "share",
-                 .initial = layers.share,
-                 .unit = "1",
-                 .least = 0.0,
-                 .most = 0.99,
-                 .above_least = true,
-                 .meaning = "fraction of mass and stiffness in the dense layer"},
-                {.name = "hold",
-                 .initial = layers.hold,
-                 .unit = "N/m³",
-                 .least = 0.0,
-                 .most = 1e9,
-                 .above_least = true,
-                 .meaning = "force per area and distance between the layers; less makes longer "
-                            "wrinkles and lets the weight pull the layers farther apart"}},
-               [](const MethodOptions& o, const GridConfig& grid, const Material& material) {
-                 return make_bilayered(grid, {o.whole("ratio"), o["share"], o["hold"]}, material);
-               },
-               {.promise = "a dense layer that collides, tied to a sparse one that carries",
-                .source = "Kang, Cho, Bilayered approximate integration, 2002",
-                .two_layers = true});
+  registry.add(
+      "bilayered",
+      {{.name = "ratio",
+        .initial = static_cast<double>(layers.ratio),
+        .unit = "1",
+        .least = 2.0,
+        .most = 100.0,
+        .kind = OptionKind::whole,
+        .meaning = "cells of the dense layer per cell of the sparse one along each side"},
+       {.name = "share",
+        .initial = layers.share,
+        .unit = "1",
+        .least = 0.0,
+        .most = 0.99,
+        .above_least = true,
+        .meaning = "fraction of mass and stiffness of the dense layer"},
+       {.name = "hold",
+        .initial = layers.hold,
+        .unit = "N/m³",
+        .least = 0.0,
+        .most = 1e9,
+        .above_least = true,
+        .meaning = "force per area and distance with which the dense layer returns to the "
+                   "sparse one; less makes longer wrinkles"}},
+      [](const MethodOptions& o, const GridConfig& grid, const Material& material) {
+        return make_bilayered(grid, {o.whole("ratio"), o["share"], o["hold"]}, material);
+      },
+      {.promise = "a dense layer that collides and wrinkles on a sparse one that is solved",
+       .source = "Kang, Cho, Bilayered approximate integration, 2002",
+       .two_layers = true});
 }
 
 }  // namespace selvedge

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/response/detail/follow.h>
 #include <selvedge/response/detail/reference_motion.h>
 #include <selvedge/response/fail_safe.h>
 
@@ -15,6 +16,8 @@ namespace {
 constexpr double kShare = 0.9;
 constexpr double kEndGap = 0.1;
 constexpr double kNearShare = 0.1;
+// Rounding that a bound may be exceeded by; `usable` leaves more.
+constexpr double kRounding = 1.0 + 1e-12;
 
 // Distance that the two sides of a pair may use up together, m; less than the distance of the pair.
 double usable(const ContactPoint& pair) {
@@ -132,12 +135,27 @@ class DisplacementBound final : public FailSafe {
       x_t1[i] = end;
       counters_["bounded_particles"] += 1;
     }
+    keep_followers(shift, x_t1);
     // Without held particles and bodies, all particles may move by a common displacement, which
     // keeps momentum.
     if (std::any_of(motion.inv_mass.begin(), motion.inv_mass.end(),
                     [](double w) { return w <= 0.0; }))
       return;
     for (std::size_t i = 0; i < motion.particles; ++i) x_t1[i] += lost / total;
+  }
+
+  /// Followers stay the means of their leaders, within their own balls.
+  void keep_followers(const Vec3& shift, std::span<Vec3> x_t1) {
+    const ContactMotion& motion = step_.motion;
+    if (motion.followers == nullptr) return;
+    std::vector<Vec3> delta(motion.particles);
+    for (std::size_t i = 0; i < delta.size(); ++i) delta[i] = x_t1[i] - motion.x_t0[i] - shift;
+    follow(motion, delta, [&](std::int32_t i, const Vec3& d) {
+      const double size = d.norm();
+      return bound_[i] < 0.0 || size <= kRounding * bound_[i] ? 1.0 : bound_[i] / size;
+    });
+    for (std::size_t i = 0; i < delta.size(); ++i)
+      if (motion.inv_mass[i] > 0.0) x_t1[i] = motion.x_t0[i] + shift + delta[i];
   }
 
   std::string jam(const ContactPoint& pair, std::span<const Vec3> x_t1) const {

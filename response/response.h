@@ -38,6 +38,8 @@ struct ContactMotion {
   std::span<const double> inv_mass;  ///< 1/kg, 0 for held particles and body vertices
   std::size_t particles = 0;         ///< number of cloth particles
   double h = 0.0;                    ///< s, length of the step
+  /// Not null: some of these particles follow others. A fail-safe keeps to that at the ends.
+  const Followers* followers = nullptr;
 };
 
 /// Σ weight·x over the four vertices.

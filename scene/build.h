@@ -113,6 +113,9 @@ BuiltScene build_scene(const Scene& scene, const PieceMaker& make);
 /// from `methods`.
 std::vector<std::unique_ptr<Force>> make_forces(const Scene& scene, const BuiltScene& built,
                                                 const Methods& methods = {});
+/// The same with the internal forces of `cloth`, which has the vertices of the scene's cloth.
+std::vector<std::unique_ptr<Force>> make_forces(const Scene& scene, const BuiltScene& built,
+                                                const ClothMesh& cloth, const Methods& methods);
 
 /// Areas of the triangles of the cloth at the start, m².
 std::vector<double> start_areas(const BuiltScene& built);

@@ -46,7 +46,11 @@ std::vector<std::unique_ptr<Force>> make_seams(const Scene& scene, const BuiltSc
 
 std::vector<std::unique_ptr<Force>> make_forces(const Scene& scene, const BuiltScene& built,
                                                 const Methods& methods) {
-  const ClothMesh& cloth = built.cloth;
+  return make_forces(scene, built, built.cloth, methods);
+}
+
+std::vector<std::unique_ptr<Force>> make_forces(const Scene& scene, const BuiltScene& built,
+                                                const ClothMesh& cloth, const Methods& methods) {
   const std::size_t n = cloth.surface.vertices.size();
   std::vector<std::unique_ptr<Force>> forces =
       make_internal_forces(cloth, methods.force_laws, scene.force_laws);

@@ -15,11 +15,14 @@ const RefineSpec* refine_of(const ClothSpec& cloth) {
   return grid != nullptr && grid->refine.when != RefineSpec::When::never ? &grid->refine : nullptr;
 }
 
-void refuse_what_needs_one_mesh(const Scene& scene, const std::string& piece) {
+void refuse_what_needs_one_mesh(const Scene& scene, const BuiltScene& built,
+                                const std::string& piece) {
   const char* fault = nullptr;
   if (scene.water) fault = "\"water\" wets the vertices that there are; leave one of them out";
   if (scene.contact.untangle_start)
     fault = "contact.start \"untangle\" counts on its triangles; untangle it in a run of its own";
+  if (!built.cloth.layers.empty())
+    fault = "the layers of a bilayered cloth need one that stays; leave one of them out";
   if (fault != nullptr)
     throw std::invalid_argument(
         fmt::format("cloth \"{}\": \"refine\" changes the mesh, but {}", piece, fault));
@@ -41,7 +44,7 @@ Refinement::Refinement(const Scene& scene, const BuiltScene& built, ClothPattern
     const ClothSpec& cloth = scene.cloths[p];
     const RefineSpec* spec = refine_of(cloth);
     if (spec == nullptr) continue;
-    refuse_what_needs_one_mesh(scene, cloth.name);
+    refuse_what_needs_one_mesh(scene, built, cloth.name);
     const std::vector<Vec3>& x = built.cloth.surface.vertices;
     AdaptiveGrid grid = make_adaptive_grid(cloth, scene.materials.at(cloth.material), patterns_);
     std::vector<double> mass = grid.cloth().mass;

@@ -81,9 +81,8 @@ class SeamMerging {
 /// The parts of a scene whose mesh changes as it runs: pieces whose cells are split ("refine"), and
 /// seams whose vertices merge ("merge"). A scene has one of the two.
 ///
-/// A split moves no point of the surface (core/cloth_pattern.h), so a clean state stays clean. Only
-/// hanging nodes may have left the side that they split; therefore the new state is checked, and a
-/// split that leads to a crossing is postponed.
+/// A split moves no point of the surface (core/cloth_pattern.h), so a clean state stays clean. The
+/// new state is checked all the same, and a split that leads to a crossing is postponed.
 class Refinement {
  public:
   /// `built`: the scene as it starts. Throws std::invalid_argument if another part of the scene

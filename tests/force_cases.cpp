@@ -222,7 +222,6 @@ HyperDual tie_energy(Positions x, const Tie<N>& tie) {
   return 0.5 * tie.stiffness * dot(d, d);
 }
 
-const Tie<2> hanging{{0, 1, 2}, {0.5, 0.5}, 40.0, 0.02};
 const Tie<4> layer{{0, 1, 2, 3, 4}, {0.42, 0.18, 0.28, 0.12}, 40.0, 0.02};
 
 const Vectors tetrahedron{{0, 0, 0}, {1, 0, 0}, {0.2, 1, 0}, {0.3, 0.2, 1.1}, {0.4, 0.3, 0.2}};
@@ -343,12 +342,8 @@ void add_corners(std::vector<ForceCase>& all) {
 }
 
 void add_bodies(std::vector<ForceCase>& all) {
-  const std::vector<Tie<2>> mids{hanging};
   const std::vector<Tie<4>> layers{layer};
-  const Vectors mid_rest{{0.5, 0.0, 0.0}, {0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}};
   const Vectors layer_rest{{0.4, 0.4, 0.0}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}};
-  all.push_back({"hanging_tie", make_tie_force(mids, 3), ones(3), mid_rest,
-                 [](Positions x) { return tie_energy(x, hanging); }, right_angle});
   all.push_back({"layer_tie", make_tie_force(layers, 5), ones(5), layer_rest,
                  [](Positions x) { return tie_energy(x, layer); }, tetrahedron});
   const std::vector<double> stiffness{10.0, 20.0, 5.0, 8.0};

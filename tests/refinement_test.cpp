@@ -11,6 +11,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <string>
 
 namespace selvedge {
@@ -145,6 +146,77 @@ TEST_F(Refinements, TheSwitchKeepsMassMomentumAndTheSurface) {
   EXPECT_EQ(refined.handles[1].vertices.size(), 1u);
 }
 
+/// Largest distance of a hanging node from the middle of its side, over all states of a run, m.
+/// `counts`, if given, gets the counters of the run.
+double off_the_middle(const Scene& scene, std::map<std::string, double>* counts = nullptr) {
+  const Methods methods;
+  RefiningSimulation run(scene, build_scene(scene), methods);
+  double off = 0.0;
+  std::size_t hanging = 0;
+  for (int frame = 1; frame <= scene.time.frames; ++frame) {
+    run.refine();
+    while (!run.now().reached(frame)) {
+      run.now().step();
+      const std::span<const Vec3> x = run.now().positions(), v = run.now().velocities();
+      for (const HangingNode& node : run.now().built().cloth.hanging) {
+        const auto& [m, a, b] = node.v;
+        off = std::max(
+            {off, (x[m] - 0.5 * (x[a] + x[b])).norm(), 1e-2 * (v[m] - 0.5 * (v[a] + v[b])).norm()});
+      }
+      hanging = std::max(hanging, run.now().built().cloth.hanging.size());
+    }
+  }
+  EXPECT_GT(hanging, 0u);
+  const RunResult result = run.result();
+  EXPECT_TRUE(result.clean);
+  if (counts != nullptr) *counts = result.counters;
+  return off;
+}
+
+/// Soft cloth, so that explicit steps are long.
+const std::string kSoft = R"(, "materials": {"default": {"stretch_stiffness": 60,
+    "shear_stiffness": 20, "spring_damping": 0, "bending_damping": 0}})";
+const std::string kOnce = R"("refine": {"when": "curved", "levels": 1, "angle_deg": 12})";
+
+constexpr double kRounding = 1e-15;  // m, at coordinates below 0.5 m
+
+TEST_F(Refinements, HangingNodesStayInTheMiddleWithEveryResponse) {
+  const ResponseRegistry all = responses();
+  for (const auto* response : all.in_order())
+    for (const char* integrator : {"implicit_euler", "symplectic_euler"}) {
+      const Scene s = scene(over_ball(kOnce, kSoft), {{"contact.response", response->name()},
+                                                      {"solver.integrator", integrator},
+                                                      {"time.frames", "10"}});
+      EXPECT_LT(off_the_middle(s), kRounding) << response->name() << " " << integrator;
+    }
+}
+
+TEST_F(Refinements, HangingNodesStayInTheMiddleWithEveryStrainLimiter) {
+  const StrainLimiterRegistry all = strain_limiters();
+  for (const auto* limiter : all.in_order()) {
+    const Scene s = scene(over_ball(kOnce, R"(, "handles": [{"select": {"corners": ["x0y0"]}}],
+      "materials": {"default": {"strain_limit": 0.01, "stretch_stiffness": 60, "shear_stiffness": 20}})"),
+                          {{"solver.strain_limiter", limiter->name()}, {"time.frames", "10"}});
+    EXPECT_LT(off_the_middle(s), kRounding) << limiter->name();
+  }
+}
+
+TEST_F(Refinements, HangingNodesStayInTheMiddleWithEveryFailSafe) {
+  const FailSafeRegistry all = fail_safes();
+  for (const auto* fail_safe : all.in_order()) {
+    const Scene s =
+        scene(over_ball(kOnce, kSoft), {{"contact.fail_safe", fail_safe->name()},
+                                        {"contact.response", "inverse_dynamics"},
+                                        {"geometry.0.transformation.translation", "[0, 0, 0.25]"}});
+    std::map<std::string, double> counts;
+    EXPECT_LT(off_the_middle(s, &counts), kRounding) << fail_safe->name();
+    double rounds = 0.0;
+    for (const auto& [name, count] : counts)
+      if (name.ends_with("_rounds") || name.ends_with("_passes")) rounds += count;
+    EXPECT_GT(rounds, 5.0) << fail_safe->name();  // it acted
+  }
+}
+
 TEST_F(Refinements, AMeshThatMustNotChangeIsRefused) {
   EXPECT_NE(refusal(over_ball(kCurved, R"(, "output": {"pc2": true})")).find("pc2"),
             std::string::npos);
@@ -174,6 +246,26 @@ TEST_F(SurveyMeshes, ABilayeredClothCollidesByItsDenseLayerAndIsClean) {
   EXPECT_EQ(s.handles[0].vertices, (std::vector<std::int32_t>{0, 81}));  // of both layers
   EXPECT_NE(refusal(over_ball(R"("pattern": "bilayered", "layers": {"ratio": 3})")).find("ratio"),
             std::string::npos);
+}
+
+TEST_F(SurveyMeshes, OnlyTheSparseLayerIsSolved) {
+  const auto bytes = [&](const std::string& pattern) {
+    const Scene s = scene(over_ball("\"pattern\": " + pattern),
+                          {{"geometry.0.cells", "[24, 24]"}, {"time.frames", "10"}});
+    const RunResult result = run_scene(s, config_);
+    EXPECT_TRUE(result.clean);
+    return result.counters.at("solver_bytes") / result.counters.at("solves");
+  };
+  EXPECT_LT(bytes(R"({"type": "bilayered", "ratio": 4})"), 0.2 * bytes("\"rectangular\""));
+}
+
+TEST_F(SurveyMeshes, RefinedAndBilayeredClothInOneSceneIsRefused) {
+  EXPECT_NE(
+      refusal(R"({"geometry": [{"pattern": {"type": "bilayered", "ratio": 2}, "cells": [4, 4]},
+      {"cells": [4, 4], "transformation": {"translation": [0, 0, 0.5]}, )" +
+              kCurved + "}]}")
+          .find("refine"),
+      std::string::npos);
 }
 
 TEST_F(SurveyMeshes, APlateOfAnotherPoissonsRatioIsFittedAndTheRestIsTold) {

@@ -112,6 +112,7 @@ void ImplicitSystem::add_forces(const ForceState& state, double h) {
 
 void ImplicitSystem::hold(const Particles& particles) {
   SELVEDGE_ASSERT(particles.size() == b_.size());
+  followers_ = particles.followers;
   for_particles(b_.size(), [&](std::size_t i) {
     v_old_[i] = particles.v[i];
     mass_[i] = particles.mass[i];
@@ -170,7 +171,7 @@ void ImplicitSystem::add_jacobian_times(std::span<const Vec3> v) {
 }
 
 double ImplicitSystem::residual_norm(std::span<const ImplicitTerm> terms, std::span<const Vec3> v) {
-  terms_.reset(terms, b_.size());
+  terms_.reset(terms, b_.size(), followers_);
   residual(v, r_, Accuracy::exact);
   double sum = 0.0;
   for (std::size_t i = 0; i < r_.size(); ++i) sum += r_[i].squaredNorm() / mass_[i];
@@ -189,7 +190,7 @@ double ImplicitSystem::residual_scale() const {
 SolveReport ImplicitSystem::solve(std::span<const ImplicitTerm> terms, std::span<Vec3> v,
                                   double tolerance) {
   SELVEDGE_ASSERT(v.size() == b_.size());
-  terms_.reset(terms, b_.size());
+  terms_.reset(terms, b_.size(), followers_);
   bytes_ = 0;
   SolveReport report = refine(v, tolerance);
   report.bytes = bytes_;
@@ -375,7 +376,7 @@ bool ImplicitSystem::is_enough(double rz, double target, std::span<const Vec3> v
 }
 
 SolveReport ImplicitSystem::refine(std::span<Vec3> v, double tolerance) {
-  multilevel_.set_terms(terms_.terms());
+  multilevel_.set_terms(terms_.terms(), followers_);
   start(v);
   const double target = tolerance * tolerance * scale_;
   // What meets the tolerance of the scene has a residual in double precision. A looser solve, which

@@ -119,7 +119,8 @@ class ImplicitSystem {
   std::vector<Vec3> v_old_, zeros_;
   std::vector<double> mass_;
   double share_ = 1.0;
-  std::vector<char> free_;  // 0: held
+  std::vector<char> free_;                // 0: held
+  const Followers* followers_ = nullptr;  // of the step; see Particles
   TermOperator terms_;
   Multilevel multilevel_;
   BlockJacobi block_jacobi_;

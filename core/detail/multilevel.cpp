@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/core/detail/implicit_terms.h>
 #include <selvedge/core/detail/multilevel.h>
 #include <selvedge/core/parallel.h>
 
@@ -208,8 +209,8 @@ double Multilevel::largest_eigenvalue(Level& level) const {
   return ratio > 1.0 ? ratio : 1.0;
 }
 
-void Multilevel::set_terms(std::span<const ImplicitTerm> terms) {
-  find_rows(terms);
+void Multilevel::set_terms(std::span<const ImplicitTerm> terms, const Followers* followers) {
+  find_rows(terms, followers);
   parallel_for(levels_.size(), 1, [&](std::size_t first, std::size_t last) {
     for (std::size_t l = first; l < last; ++l) {
       join_rows(l);
@@ -241,7 +242,7 @@ void Multilevel::LevelTerms::sort() {
 }
 
 /// The rows of the terms on all levels, range by range.
-void Multilevel::find_rows(std::span<const ImplicitTerm> terms) {
+void Multilevel::find_rows(std::span<const ImplicitTerm> terms, const Followers* followers) {
   const std::size_t ranges = (terms.size() + kTermsTogether - 1) / kTermsTogether;
   if (rows_of_terms_.size() < ranges) rows_of_terms_.resize(ranges);
   for (std::vector<LevelTerms>& unused : std::span(rows_of_terms_).subspan(ranges))
@@ -249,7 +250,7 @@ void Multilevel::find_rows(std::span<const ImplicitTerm> terms) {
   parallel_for(terms.size(), kTermsTogether, [&](std::size_t first, std::size_t last) {
     std::vector<LevelTerms>& rows = rows_of_terms_[first / kTermsTogether];
     rows.resize(levels_.size());
-    set_fine_rows(terms.subspan(first, last - first), rows[0]);
+    set_fine_rows(terms.subspan(first, last - first), followers, rows[0]);
     for (std::size_t l = 1; l < rows.size(); ++l)
       set_coarse_rows(rows[l - 1], levels_[l - 1].p, rows[l]);
   });
@@ -267,12 +268,15 @@ void Multilevel::join_rows(std::size_t l) {
   all.begin_term();
 }
 
-void Multilevel::set_fine_rows(std::span<const ImplicitTerm> terms, LevelTerms& out) const {
+void Multilevel::set_fine_rows(std::span<const ImplicitTerm> terms, const Followers* followers,
+                               LevelTerms& out) const {
   out.clear();
   for (const ImplicitTerm& t : terms) {
     out.begin_term();
     for (int k = 0; k < 4; ++k)
-      if (t.particle[k] >= 0 && free_[t.particle[k]]) out.add(t.particle[k], t.weight[k]);
+      for_each_row(t, k, followers, [&](std::int32_t i, double weight) {
+        if (free_[i]) out.add(i, weight);
+      });
     out.sort();
   }
   out.begin_term();

@@ -32,8 +32,9 @@ class Multilevel {
   /// Call when A has new values. Both arguments are viewed until the next call. `free[i]` is 0 for
   /// a held particle.
   void set_matrix(const BlockMatrix& a, std::span<const char> free);
-  /// Call when T has new values. The terms are viewed until the next call.
-  void set_terms(std::span<const ImplicitTerm> terms);
+  /// Call when T has new values. The terms are viewed until the next call. `followers` as in
+  /// TermOperator::reset.
+  void set_terms(std::span<const ImplicitTerm> terms, const Followers* followers = nullptr);
   /// y = (A + T) x; returns x·y. x must be zero at held particles; y is zero there too.
   double multiply(const LaneVector& x, LaneVector& y);
   /// z = P r; returns r·z. r must be zero at held particles; z is zero there too.
@@ -107,9 +108,10 @@ class Multilevel {
   void set_values(Level& level);
   void set_smoother(Level& level);
   double largest_eigenvalue(Level& level) const;
-  void find_rows(std::span<const ImplicitTerm> terms);
+  void find_rows(std::span<const ImplicitTerm> terms, const Followers* followers);
   void join_rows(std::size_t l);
-  void set_fine_rows(std::span<const ImplicitTerm> terms, LevelTerms& out) const;
+  void set_fine_rows(std::span<const ImplicitTerm> terms, const Followers* followers,
+                     LevelTerms& out) const;
   static void set_coarse_rows(const LevelTerms& fine, const Prolongation& p, LevelTerms& out);
   void clear_terms(Level& level);
   void set_level_terms(Level& level, std::span<const ImplicitTerm> terms);

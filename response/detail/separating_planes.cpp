@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/response/detail/follow.h>
 #include <selvedge/response/detail/separating_planes.h>
 
 #include <Eigen/LU>
@@ -161,6 +162,29 @@ void SeparatingPlanes::clip() {
   }
 }
 
+/// Followers stay the means of their leaders. 0 lies in every half-space.
+void SeparatingPlanes::keep_followers(std::span<const Vec3> x_t1) {
+  if (step_.motion.followers == nullptr) return;
+  const Followers& followers = *step_.motion.followers;
+  for (std::size_t g = 0; g < references_.size(); ++g)
+    for (const std::int32_t i : groups_.groups()[g].particles)
+      for (const Followers::Share& s : followers.shares(i))
+        if (const std::int32_t leader = followers.leaders()[s.leader];
+            step_.motion.inv_mass[leader] <= 0.0)
+          delta_[leader] = beyond(leader, references_[g], inverse_[g], x_t1);
+  const auto before = [](const HalfSpace& plane, std::int32_t i) { return plane.particle < i; };
+  follow(step_.motion, delta_, [&](std::int32_t i, const Vec3& delta) {
+    double share = 1.0;
+    if (!groups_.contains(i)) return share;
+    for (auto plane = std::lower_bound(half_spaces_.begin(), half_spaces_.end(), i, before);
+         plane != half_spaces_.end() && plane->particle == i; ++plane) {
+      const double height = plane->normal.dot(delta), least = plane->bound - plane->slack;
+      if (share * height < least) share = least / height;
+    }
+    return share;
+  });
+}
+
 void SeparatingPlanes::write(std::span<Vec3> x_t1) {
   const std::span<const Vec3> x0 = step_.motion.x_t0;
   const bool anchored = std::any_of(step_.motion.inv_mass.begin(), step_.motion.inv_mass.end(),
@@ -206,6 +230,7 @@ bool SeparatingPlanes::apply(std::span<Vec3> x_t1) {
       failure_reason_ = jam_sentence(groups_.groups()[g], step_.motion, x_t1);
   }
   clip();
+  keep_followers(x_t1);
   write(x_t1);
   return failure_reason_.empty();
 }

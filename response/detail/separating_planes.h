@@ -21,9 +21,10 @@ namespace selvedge {
 /// All planes of a group of particles move with one reference motion: that of the anchors if the
 /// group has any, otherwise the mean motion of its particles. "Move as the reference does" then
 /// satisfies all planes at once. The remaining displacement δ of a particle is projected onto the
-/// half-spaces of its own planes: motion along the planes stays, except for the Coulomb friction
-/// caused by the projection. The plane is placed in its slab where the two sides would meet
-/// inelastically.
+/// half-spaces of its own planes (a follower's δ is the mean of its leaders', which are shortened
+/// until it lies in the planes of the follower): motion along the planes stays, except for the
+/// Coulomb friction caused by the projection. The plane is placed in its slab where the two sides
+/// would meet inelastically.
 ///
 /// Guarantee, for reference motions that are translations: a pair with a plane does not collide.
 /// Planes only accumulate and the number of pairs is finite, so the rounds terminate; with the
@@ -68,6 +69,7 @@ class SeparatingPlanes {
   bool cut(const ContactPoint& pair, std::span<const Vec3> x_t1);
   void clip(std::span<const HalfSpace> planes, Vec3& delta);
   void clip();
+  void keep_followers(std::span<const Vec3> x_t1);
   void write(std::span<Vec3> x_t1);
 
   ResponseStep step_;

@@ -127,7 +127,7 @@ bool Simulation::Parts::gains_energy() {
   const auto scope = clock.measure("balance");
   attempt.v_end.resize(n());
   detail::end_velocities(methods.traits, input, attempt, attempt.v_end);
-  methods.response->finish(attempt.v_end);
+  finish_velocities(attempt.v_end);
   if (!balance.weigh(methods.integrator->forces(),
                      {input.x_t0, attempt.x_t1, input.particles.v, attempt.v_end, input.inv_mass,
                       input.particles.mass, input.t0, input.h}))
@@ -140,6 +140,19 @@ bool Simulation::Parts::gains_energy() {
     balance.stored(std::max(0.0, work));
   }
   return balance.gain() > balance.bound();
+}
+
+// Velocities of the end after the response, with those that follow. A dense layer hands what
+// contacts and limits did to it after the solve on to the sparse one.
+void Simulation::Parts::finish_velocities(std::span<Vec3> v) const {
+  methods.response->finish(v);
+  input.keep_followers(v);
+  if (methods.layers.empty()) return;
+  std::vector<Vec3> off(n(), Vec3::Zero());
+  for (const std::int32_t i : methods.layers.nodes())
+    if (input.inv_mass[i] > 0.0)
+      off[i] = (attempt.x_t1[i] - input.x_t0[i]) / input.h - attempt.v_mean[i];
+  methods.layers.push_leaders(input.particles.mass, input.particles.inv_mass, off, v);
 }
 
 // Keeps the parts of a rejected attempt that the next one overwrites.
@@ -185,7 +198,7 @@ void Simulation::Parts::accept() {
   detail::end_velocities(methods.traits, input, attempt, state.v);
   std::copy_n(attempt.x_t1.begin(), n(), state.x.begin());
   methods.strain.finish(detail::limit_step(input), mass, state.x, state.v);
-  methods.response->finish(state.v);
+  finish_velocities(state.v);
   note_bodies(attempt.x_t1);
   if (water) water->advance(state.time, input.h, state, mass);
   state.time = input.t1;

@@ -62,6 +62,7 @@ struct Simulation::Parts {
   void make_step(StepControl control);
   detail::StepOutcome attempt_step(double h, double t1);
   bool gains_energy();
+  void finish_velocities(std::span<Vec3> v) const;
   void note_rejection(const detail::StepOutcome& outcome);
   [[noreturn]] void give_up();
   void accept();

@@ -13,10 +13,21 @@ namespace {
 
 std::unique_ptr<Integrator> make_integrator(const Scene& scene, const BuiltScene& built,
                                             const Methods& methods) {
-  return make_method(methods.integrators, scene.solver.integrator, "solver.integrator",
-                     scene.solver.integrator_options, make_forces(scene, built, methods),
-                     built.cloth.surface.vertices.size(),
-                     {scene.solver.tolerance, scene.solver.max_iterations});
+  const auto make = [&](std::vector<std::unique_ptr<Force>> forces, std::size_t particles) {
+    return make_method(methods.integrators, scene.solver.integrator, "solver.integrator",
+                       scene.solver.integrator_options, std::move(forces), particles,
+                       {scene.solver.tolerance, scene.solver.max_iterations});
+  };
+  const Followers followers(built.cloth), layers = Followers::of_layers(built.cloth);
+  if (!followers.empty())
+    return make_following(followers, make_forces(scene, built, methods), make);
+  if (!layers.empty()) {
+    const LayerParts parts = split_layers(built.cloth);
+    auto local = make_internal_forces(parts.local, methods.force_laws, scene.force_laws);
+    return make_layered(layers, make_forces(scene, built, parts.carrying, methods),
+                        std::move(local), make);
+  }
+  return make(make_forces(scene, built, methods), built.cloth.surface.vertices.size());
 }
 
 void note_critical_step(const Scene& scene, const BuiltScene& built, const Methods& methods,
@@ -40,6 +51,8 @@ StepMethods::StepMethods(const Scene& s, const BuiltScene& built, const Methods&
     : scene(s),
       detection(scene, built, methods, phases),
       strain(scene, built, methods.strain_limiters),
+      followers(built.cloth),
+      layers(Followers::of_layers(built.cloth)),
       integrator(make_integrator(scene, built, methods)),
       traits(integrator->traits()),
       response(make_method(methods.responses, scene.contact.response, "contact.response",
@@ -73,6 +86,7 @@ Simulation::Parts::Parts(const Scene& s, BuiltScene b, const Methods& m)
   attempt.v_free.resize(n());
   attempt.x_free.resize(n());
   if (scene.water) water.emplace(scene, built);
+  if (!methods.followers.empty()) input.followers = &methods.followers;
   detail::place_bodies(built, state.time, input.x_t0);
   note_bodies(input.x_t0);
 }

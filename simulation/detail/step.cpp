@@ -43,6 +43,7 @@ void move_by_velocity(const StepInput& in, StepAttempt& a) {
     for (std::size_t i = begin; i < end; ++i)
       if (in.inv_mass[i] > 0.0) a.x_t1[i] = in.x_t0[i] + in.h * a.v_mean[i];
   });
+  if (in.followers != nullptr) in.followers->place(particle_ends(in, a));
 }
 
 std::int32_t first_not_finite(const StepInput& in, const StepAttempt& a) {
@@ -127,14 +128,19 @@ void correct_ends(StepMethods& m, const StepInput& in, StepAttempt& a) {
   const auto scope = m.clock.measure("response");
   m.response->correct(a.x_t1);
   const auto ends = particle_ends(in, a);
+  in.keep_followers(ends);
   a.x_corrected.assign(ends.begin(), ends.end());
   trace_stage(m, "contacts", a);
 }
 
 void limit_strain(StepMethods& m, const StepInput& in, StepAttempt& a) {
   if (!m.strain.acts()) return;
+  const auto keep = [&](std::span<Vec3> ends) {
+    in.keep_followers(ends);
+    return in.followers != nullptr;
+  };
   a.counts.strain_sweeps = std::max(a.counts.strain_sweeps, 0) +
-                           m.strain.limit(limit_step(in), particle_ends(in, a), m.clock);
+                           m.strain.limit(limit_step(in), particle_ends(in, a), keep, m.clock);
   trace_stage(m, "strain limit", a);
 }
 
@@ -239,6 +245,7 @@ StepOutcome part_collisions(StepMethods& m, const StepInput& in, StepAttempt& a)
     {
       const auto scope = m.clock.measure("repair");
       resolved = m.fail_safe->resolve(a.collisions, a.x_t1);
+      in.keep_followers(ends);
     }
     trace_stage(m, "fail-safe", a);
     if (!resolved) return {.accepted = false, .cause = m.fail_safe->failure_reason()};

@@ -28,6 +28,8 @@ struct StepMethods {
   const Scene& scene;
   Detection detection;
   StrainStage strain;
+  Followers followers;  ///< empty: no particle follows others
+  Followers layers;     ///< dense layers that follow sparse ones; empty: none
   std::unique_ptr<Integrator> integrator;
   IntegratorTraits traits;  ///< of the integrator
   std::unique_ptr<Response> response;
@@ -51,7 +53,14 @@ struct StepInput {
   std::vector<Vec3> body_step;         ///< m, displacement of the body vertices
   std::vector<Vec3> v_coasting;        ///< m/s, of particles under their weight alone
   bool bodies_move = false;
+  const Followers* followers = nullptr;  ///< null: no particle follows others
 
+  /// Restores that followers follow, after something has moved single particles: positions in m or
+  /// velocities in m/s.
+  void keep_followers(std::span<Vec3> ends) const {
+    if (followers != nullptr)
+      followers->hand_over(particles.mass, std::span(inv_mass).first(n()), ends);
+  }
   std::size_t n() const { return particles.x.size(); }
 };
 

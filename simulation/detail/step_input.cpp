@@ -18,6 +18,18 @@ bool any_moves(const BuiltScene& built, double t0, double t1) {
                      [&](const auto& body) { return !body->is_static(t0, t1); });
 }
 
+// A follower is held if all its leaders are.
+void hold_followers(StepInput& in, StepAttempt& a) {
+  const Followers& f = *in.followers;
+  for (const std::int32_t i : f.nodes())
+    if (std::ranges::all_of(f.shares(i), [&](const Followers::Share& s) {
+          return in.particles.inv_mass[f.leaders()[s.leader]] <= 0.0;
+        }))
+      in.particles.inv_mass[i] = 0.0;
+  f.place(in.v_coasting);
+  f.place(std::span(a.x_t1).first(in.n()));
+}
+
 }  // namespace
 
 void place_bodies(const BuiltScene& built, double time, std::vector<Vec3>& x) {
@@ -38,6 +50,7 @@ void hold_particles(const Scene& scene, const BuiltScene& built, const Simulatio
     in.v_coasting[i] = (end - state.x[i]) / in.h;
     a.x_t1[i] = end;
   });
+  if (in.followers != nullptr) hold_followers(in, a);
   std::copy(particles.inv_mass.begin(), particles.inv_mass.end(), in.inv_mass.begin());
 }
 
@@ -53,15 +66,19 @@ void begin_step(const Scene& scene, const BuiltScene& built, const SimulationSta
   for (std::size_t j = 0; j < in.body_step.size(); ++j)
     in.body_step[j] = a.x_t1[in.n() + j] - in.x_t0[in.n() + j];
   hold_particles(scene, built, state, in, a);
+  parallel_for(in.n(), kInputGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      if (in.inv_mass[i] > 0.0) in.v_coasting[i] += in.h * scene.gravity;
+  });
+  if (in.followers != nullptr) in.followers->place(in.v_coasting);
   a.v_mean.resize(in.n());
   parallel_for(in.n(), kInputGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const bool is_free = in.inv_mass[i] > 0.0;
-      if (is_free) in.v_coasting[i] += in.h * scene.gravity;
       a.v_mean[i] = in.v_coasting[i];
-      if (is_free) a.x_t1[i] = in.x_t0[i] + in.h * a.v_mean[i];
+      if (in.inv_mass[i] > 0.0) a.x_t1[i] = in.x_t0[i] + in.h * a.v_mean[i];
     }
   });
+  if (in.followers != nullptr) in.followers->place(std::span(a.x_t1).first(in.n()));
   a.met.clear();
   a.collisions.clear();
   a.answered_in_solve = false;
@@ -81,7 +98,7 @@ void end_velocities(const IntegratorTraits& traits, const StepInput& in, const S
 }
 
 ResponseStep response_step(const StepMethods& m, const StepInput& in) {
-  return {{in.x_t0, in.inv_mass, in.n(), in.h},
+  return {{in.x_t0, in.inv_mass, in.n(), in.h, in.followers},
           in.particles.mass,
           in.body_step,
           in.particles.v,

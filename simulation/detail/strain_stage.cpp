@@ -11,6 +11,9 @@
 namespace selvedge::detail {
 namespace {
 
+/// Rounds of a limiter that moves single particles and of restoring that followers follow.
+constexpr int kFollowerRounds = 10;
+
 std::size_t count(const BuiltScene& built) { return built.cloth.surface.vertices.size(); }
 
 /// Weight of piece p per width, N/m, if it hangs by one end of its longest extent.
@@ -61,7 +64,8 @@ void StrainStage::begin() {
   if (std::exchange(moved_, false)) std::fill(shift_.begin(), shift_.end(), Vec3::Zero());
 }
 
-int StrainStage::limit(const LimitStep& step, std::span<Vec3> x_t1, PhaseClock& clock) {
+int StrainStage::limit(const LimitStep& step, std::span<Vec3> x_t1, KeepFollowers keep,
+                       PhaseClock& clock) {
   {
     const auto scope = clock.measure("plan");
     if (reach_.keeps_limits(x_t1)) return 0;
@@ -72,11 +76,16 @@ int StrainStage::limit(const LimitStep& step, std::span<Vec3> x_t1, PhaseClock& 
   LimitStep own = step;
   own.tolerance = kStrainTolerance;
   own.max_sweeps = max_sweeps_;
-  const StrainReport report = method_->limit_ends(own, x_t1);
-  if (report.sweeps == 0) return 0;
+  int sweeps = 0;
+  for (int round = 0; round < kFollowerRounds; ++round) {
+    const StrainReport report = method_->limit_ends(own, x_t1);
+    sweeps += report.sweeps;
+    if (report.sweeps == 0 || !keep(x_t1)) break;
+  }
+  if (sweeps == 0) return 0;
   moved_ = true;
   for (std::size_t i = 0; i < shift_.size(); ++i) shift_[i] += x_t1[i] - before_[i];
-  return report.sweeps;
+  return sweeps;
 }
 
 bool StrainStage::is_tolerated(std::span<const Vec3> x) {

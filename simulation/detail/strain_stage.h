@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <selvedge/core/parallel.h>
 #include <selvedge/core/strain_limiter.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/simulation/detail/phase_clock.h>
@@ -21,6 +22,9 @@ inline constexpr double kStrainTolerance = 1e-3;
 /// Limits that a limiter aims at: lower by the tolerance, so that the limits themselves hold.
 std::vector<double> limiter_targets(const std::vector<double>& limits);
 
+/// Restores that followers follow; false if no particle does.
+using KeepFollowers = FunctionRef<bool(std::span<Vec3>)>;
+
 /// The strain of a scene's springs: measures it, limits it at the ends of steps, and keeps account
 /// of the momentum and energy that the limiter exchanges. Leaves out measures and limits that
 /// provably change nothing (StrainReach).
@@ -36,8 +40,8 @@ class StrainStage {
   /// Call when the ends of the particles are set anew.
   void begin();
   /// Moves the ends of the particles, m, until the limits hold or the sweeps are used up; returns
-  /// the number of sweeps. Requires acts().
-  int limit(const LimitStep& step, std::span<Vec3> x_t1, PhaseClock& clock);
+  /// the number of sweeps. Requires acts(). Followers stay followers: limiter and `keep` alternate.
+  int limit(const LimitStep& step, std::span<Vec3> x_t1, KeepFollowers keep, PhaseClock& clock);
   /// Whether no spring at x exceeds its limit by more than the tolerance.
   bool is_tolerated(std::span<const Vec3> x);
   /// Changes the velocities of an accepted step, m/s, if the limiter does.

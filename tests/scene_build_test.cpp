@@ -13,10 +13,10 @@ TEST_F(EverythingFile, PiecesAreJoinedScaledTurnedAndMoved) {
   Scene scene = read_everything();
   scene.perturbation.speed = 0.0;
   const BuiltScene built = build_scene(scene);
-  ASSERT_EQ(built.piece_begin.size(), 14u);
+  ASSERT_EQ(built.piece_begin.size(), 15u);
   EXPECT_EQ(built.piece_begin[0], 0);
   const auto& x = built.cloth.surface.vertices;
-  EXPECT_EQ(static_cast<std::size_t>(built.piece_begin[13]), x.size());
+  EXPECT_EQ(static_cast<std::size_t>(built.piece_begin[14]), x.size());
   ASSERT_EQ(built.velocity.size(), x.size());
   EXPECT_EQ(built.velocity.front(), Vec3(0, 1, 0));
   EXPECT_EQ(built.velocity[built.piece_begin[2] - 1], Vec3(0, 0, -1));

@@ -98,7 +98,9 @@ inline constexpr const char* everything = R"({
     {"name": "net", "pattern": {"type": "rectangular_net", "structural": 1, "shear": 2, "flexion": 3, "half_border": true}},
     {"name": "simple_net", "pattern": {"type": "simplified_net", "structural": 4, "shear": 5, "flexion": 6, "half_border": true, "alternating": true}},
     {"name": "long_net", "pattern": {"type": "responsive_net", "structural": 7, "shear": 8, "flexion": 9, "half_border": true}},
-    {"name": "triangle_net", "pattern": {"type": "triangular_net", "structural": 10, "flexion": 11}}
+    {"name": "triangle_net", "pattern": {"type": "triangular_net", "structural": 10, "flexion": 11}},
+    {"name": "woven", "size": [0.02, 0.02], "cells": [8, 8], "pattern": {"type": "weave", "over": 4, "under": 3, "step": 2, "warp_tex": 21, "weft_tex": 22, "yarn_density": 23,
+     "modulus": 24, "bending_share": 0.25, "crimp_share": 0.26, "contact": 27, "rotation": 28, "links": 6}}
   ],
   "seams": [{"name": "side", "a": {"geometry": "grid", "select": {"edge": "x0"}},
              "b": {"geometry": "grid", "select": {"edge": "x1"}}, "reverse": true, "pull": 20, "acceleration": 3, "merge": 0.02,

@@ -175,7 +175,7 @@ TEST_F(EverythingFile, EveryNumberGoesToItsField) {
 
 TEST_F(EverythingFile, EveryPieceOfClothAndItsMaterialIsRead) {
   const Scene s = read_everything();
-  ASSERT_EQ(s.cloths.size(), 13u);
+  ASSERT_EQ(s.cloths.size(), 14u);
   const ClothSpec &grid = s.cloths[0], &file = s.cloths[1];
   EXPECT_EQ(grid.name, "grid");
   EXPECT_EQ(std::get<ClothGrid>(grid.shape).pattern, "triangular");
@@ -226,6 +226,18 @@ TEST_F(EverythingFile, EveryPieceOfClothAndItsMaterialIsRead) {
       net(11),
       (MethodOptions{{"structural", 7.0}, {"shear", 8.0}, {"flexion", 9.0}, {"half_border", 1.0}}));
   EXPECT_EQ(net(12), (MethodOptions{{"structural", 10.0}, {"flexion", 11.0}}));
+  EXPECT_EQ(net(13), (MethodOptions{{"over", 4.0},
+                                    {"under", 3.0},
+                                    {"step", 2.0},
+                                    {"warp_tex", 21.0},
+                                    {"weft_tex", 22.0},
+                                    {"yarn_density", 23.0},
+                                    {"modulus", 24.0},
+                                    {"bending_share", 0.25},
+                                    {"crimp_share", 0.26},
+                                    {"contact", 27.0},
+                                    {"rotation", 28.0},
+                                    {"links", 6.0}}));
   ASSERT_EQ(s.weights.size(), 1u);
   EXPECT_EQ(s.weights[0].geometry, "inline");
   EXPECT_EQ(s.weights[0].vertices, (std::vector<std::int32_t>{1}));

@@ -293,6 +293,8 @@ struct ClothElements {
   ElementSet<CornerFriction> corner_frictions;
   ElementSet<HangingNode> hanging;
   ElementSet<Tie<4>> layers;  ///< ties from the particles of a dense layer to a sparse one
+  /// Ties from the nodes of the surface of a weave to the two yarns that cross there.
+  ElementSet<Tie<2>> yarn_ties;
   ElementSet<MembraneTriangle> membranes;  ///< finite elements; springs then only measure strain
   ElementSet<Beam> beams;
   ElementSet<YarnTriangle> yarns;  ///< stretch and shear; springs then only measure strain
@@ -306,11 +308,11 @@ namespace detail {
 template <class Elements>
 auto tie_sets(Elements& elements) {
   auto& [springs, strain_limit, curves, curve_of_spring, hinges, couples, links, twists,
-         hinge_frictions, curvature_frictions, corner_frictions, hanging, layers, membranes, beams,
-         yarns, curvature_curves, chords, crossings] = elements;
+         hinge_frictions, curvature_frictions, corner_frictions, hanging, layers, yarn_ties,
+         membranes, beams, yarns, curvature_curves, chords, crossings] = elements;
   return std::tie(springs, strain_limit, curves, curve_of_spring, hinges, couples, links, twists,
                   hinge_frictions, curvature_frictions, corner_frictions, hanging, layers,
-                  membranes, beams, yarns, curvature_curves, chords, crossings);
+                  yarn_ties, membranes, beams, yarns, curvature_curves, chords, crossings);
 }
 }  // namespace detail
 

@@ -134,7 +134,9 @@ std::unique_ptr<Force> make_corner_friction(std::span<const CornerFriction> fric
                                             std::size_t particles);
 std::unique_ptr<Force> make_yarn_friction(std::span<const YarnTriangle> triangles,
                                           std::size_t particles);
-/// Ties particles to weighted means of others: dense layers [KangCho2002].
+/// Ties particles to weighted means of others: dense layers [KangCho2002], and the surface of a
+/// weave.
+std::unique_ptr<Force> make_tie_force(std::span<const Tie<2>> ties, std::size_t particles);
 std::unique_ptr<Force> make_tie_force(std::span<const Tie<4>> ties, std::size_t particles);
 /// Parameters of the force that closes a seam.
 struct SewingConfig {

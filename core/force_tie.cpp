@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 //
 // Ties a particle to a weighted mean of others: the dense layer of bilayered meshes [KangCho2002;
-// survey 2.4], which follows the sparse layer. A spring of zero rest length holds it,
+// survey 2.4], which follows the sparse layer, and the surface of a weave, which follows its yarns.
+// A spring of zero rest length holds it,
 //   E = ½ k |d|²,  d = x - Σ w_k x_k,  Σ w_k = 1.
-// It acts only in the local iteration of the dense layer (following.cpp), beside a sparse layer
-// that is held; as a force it yields by force/k. The forces -k d and w_k k d have zero sum and zero
-// moment (Σ x_i × f_i = -d × k d = 0). Damping acts along d only, so the same holds for it.
+// That of a dense layer acts only in the layer's local iteration (following.cpp), beside a sparse
+// layer that is held; as a force a tie yields by force/k. The forces -k d and w_k k d have zero sum
+// and zero moment (Σ x_i × f_i = -d × k d = 0). Damping acts along d only, so the same holds for
+// it.
 #include <selvedge/core/detail/element_force.h>
 #include <selvedge/core/force.h>
 
@@ -62,20 +64,26 @@ class Ties {
 
 }  // namespace
 
+std::unique_ptr<Force> make_tie_force(std::span<const Tie<2>> ties, std::size_t particles) {
+  return std::make_unique<detail::ElementForce<Ties<2>>>(Ties<2>(ties), particles);
+}
+
 std::unique_ptr<Force> make_tie_force(std::span<const Tie<4>> ties, std::size_t particles) {
   return std::make_unique<detail::ElementForce<Ties<4>>>(Ties<4>(ties), particles);
 }
 
 void register_tie(ForceLawRegistry& registry) {
-  registry.add(
-      "tie", {},
-      [](const MethodOptions&, const ClothMesh& cloth) {
-        ForceList forces;
-        if (!cloth.layers.empty())
-          forces.push_back(make_tie_force(cloth.layers, cloth.mass.size()));
-        return forces;
-      },
-      {.promise = "minus the gradient of its energy; dense layers", .source = "Kang, Cho, 2002"});
+  registry.add("tie", {},
+               [](const MethodOptions&, const ClothMesh& cloth) {
+                 ForceList forces;
+                 if (!cloth.layers.empty())
+                   forces.push_back(make_tie_force(cloth.layers, cloth.mass.size()));
+                 if (!cloth.yarn_ties.empty())
+                   forces.push_back(make_tie_force(cloth.yarn_ties, cloth.mass.size()));
+                 return forces;
+               },
+               {.promise = "minus the gradient of its energy; dense layers and weaves",
+                .source = "Kang, Cho, 2002"});
 }
 
 }  // namespace selvedge

@@ -175,10 +175,10 @@ class Weaver {
     add_angle({warp - 1, warp + 1, warp, weft}, weave_.contact * gap * gap);
     add_angle({weft - 1, weft + 1, weft, warp}, weave_.contact * gap * gap);
     // Both yarns lie on either side of the surface in proportion to their crimps.
-    cloth_.hanging.push_back({{middle, warp, weft},
-                              {1.0 - weave_.crimp_share, weave_.crimp_share},
-                              weave_.contact,
-                              material_.spring_damping});
+    cloth_.yarn_ties.push_back({{middle, warp, weft},
+                                {1.0 - weave_.crimp_share, weave_.crimp_share},
+                                weave_.contact,
+                                material_.spring_damping});
     for (const std::int32_t yarn : {warp, weft}) {
       cloth_.mass[middle] += 0.5 * cloth_.mass[yarn];
       cloth_.mass[yarn] *= 0.5;

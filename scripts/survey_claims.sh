@@ -322,7 +322,7 @@ done
 
 if [ -z "${SELVEDGE_BUILD:-}" ]; then
   cmake --preset release -S . >/dev/null
-  cmake --build --preset release >/dev/null
+  cmake --build --preset release --target selvedge_program benchmarks >/dev/null
 fi
 out=$(mktemp -d)
 trap 'rm -rf "$out"' EXIT

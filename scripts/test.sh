@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# test.sh [CMAKE OPTIONS]: installs missing packages, builds everything and runs every test: the unit, physics and
-# program tests (CTest), the format check of the sources, and the consumers of the library. Prints how many tests ran.
-# Tests that need data from outside the repository are skipped, and counted as skipped, if the data is absent.
+# test.sh [CMAKE OPTIONS]: installs missing packages, builds everything but the benchmarks and runs every test: the unit,
+# physics and program tests (CTest), the format check of the sources, and the consumers of the library. Prints how many
+# tests ran. Tests that need data from outside the repository are skipped, and counted as skipped, if the data is absent.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 started=$SECONDS
@@ -12,7 +12,7 @@ build=build/release
 configure=(cmake --preset release)
 if [ ! -f "$build/CMakeCache.txt" ] && command -v ninja >/dev/null; then configure+=(-G Ninja); fi
 
-echo "Building everything (the first time about eight minutes on two cores)"
+echo "Building (the first time about eight minutes on two cores)"
 scripts/quietly.sh "${configure[@]}" "$@"
 scripts/quietly.sh cmake --build "$build" --parallel
 echo "Built after $((SECONDS - started)) s"

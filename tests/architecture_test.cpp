@@ -21,7 +21,7 @@ using Sentences = std::vector<std::string>;
 
 const std::set<std::string> kLibraries = {
     "core",  "bodies",     "broadphase", "narrowphase", "detection", "response", "judge",
-    "scene", "simulation", "render",     "run",         "compare",   "lab"};
+    "scene", "simulation", "render",     "run",         "compare",   "lab",      "garment"};
 
 const std::set<std::string> kEverything = [] {
   std::set<std::string> all = kLibraries;
@@ -44,6 +44,7 @@ const std::map<std::string, std::set<std::string>> kArrows = {
     {"detection", {"core", "broadphase", "narrowphase"}},
     {"judge", {"core"}},
     {"render", {"core"}},
+    {"garment", {"core"}},
     {"scene", {"core", "bodies", "broadphase", "narrowphase", "response"}},
     {"simulation",
      {"core", "bodies", "broadphase", "narrowphase", "detection", "response", "scene"}},
@@ -183,7 +184,7 @@ Sentences missing_files(const std::string& document, const std::string& text,
        {"scripts/",   "data/scenes/", "data/schema", "docs/",       "examples/",   "tests/",
         ".ci/",       "bench/",       "core/",       "bodies/",     "broadphase/", "narrowphase/",
         "detection/", "response/",    "scene/",      "simulation/", "run/",        "judge/",
-        "render/",    "compare/",     "lab/",        "tools/",      "apps/"}) {
+        "render/",    "compare/",     "lab/",        "tools/",      "apps/",       "garment/"}) {
     for (std::size_t at = text.find(start); at != std::string::npos;
          at = text.find(start, at + 1)) {
       if (at > 0 && is_path_character(text[at - 1])) continue;  // the end of a longer path

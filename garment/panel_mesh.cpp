@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+#include <selvedge/core/check.h>
+#include <selvedge/garment/detail/panel_quality.h>
+#include <selvedge/garment/detail/pattern_names.h>
+#include <selvedge/garment/detail/side_parity.h>
+#include <selvedge/garment/panel_mesh.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+namespace selvedge {
+namespace {
+
+/// A side of the border turns by at most this angle along a curve, rad.
+constexpr double kTurnPerSide = std::numbers::pi / 6.0;
+/// Volume of a garment about its middle, relative to its area to the power of 3/2, below which it
+/// has no outside.
+constexpr double kFlat = 1e-3;
+
+std::int32_t count_of(const auto& list) { return static_cast<std::int32_t>(list.size()); }
+
+/// Number of sides into which each edge of each panel is divided.
+std::vector<std::vector<std::int32_t>> divisions(const SewingPattern& pattern,
+                                                 const PanelMeshConfig& config) {
+  std::vector<std::vector<std::int32_t>> pieces;
+  for (const PatternPanel& panel : pattern.panels) {
+    std::vector<std::int32_t>& of_panel = pieces.emplace_back();
+    const std::int32_t edges = count_of(panel.edges);
+    for (std::int32_t e = 0; e < edges; ++e) {
+      const double wanted = edge_length(panel, e) / config.edge_length;
+      if (!(wanted < static_cast<double>(config.vertices)))
+        throw std::invalid_argument(fmt::format(
+            "{}: panel {}: edge {} needs more than {} vertices at an edge length of {:g} m; choose "
+            "a "
+            "larger one",
+            pattern.name, detail::quoted(panel.name), e, config.vertices, config.edge_length));
+      const double turns = edge_turning(panel, e) / kTurnPerSide;
+      const double least = edges < 3 ? 2.0 : 1.0;
+      of_panel.push_back(static_cast<std::int32_t>(
+          std::max({least, std::ceil(wanted - 1e-6), std::ceil(std::min(turns, 100.0) - 1e-6)})));
+    }
+  }
+  for (const PatternStitch& s : pattern.stitches) {
+    std::int32_t &a = pieces[s.a.panel][s.a.edge], &b = pieces[s.b.panel][s.b.edge];
+    a = b = std::max(a, b);
+  }
+  return pieces;
+}
+
+/// Which panels turn their outer side away from the side that their loop gives, so that the whole
+/// garment faces outward.
+class OuterSides {
+ public:
+  OuterSides(const SewingPattern& pattern, const std::vector<SeamDirection>& directions)
+      : pattern_(pattern), sides_(pattern.panels.size()) {
+    for (std::size_t s = 0; s < directions.size(); ++s) {
+      const PatternStitch& stitch = pattern.stitches[s];
+      if (!sides_.join(stitch.a.panel, stitch.b.panel, directions[s].start_to_start))
+        one_sided_.push_back(static_cast<std::int32_t>(s));
+    }
+  }
+
+  std::vector<char> turned() const {
+    const std::int32_t n = count_of(pattern_.panels);
+    std::vector<Vec3> middle(n, Vec3::Zero()), centroid(n), area(n);
+    std::vector<double> weight(n, 0.0);
+    for (std::int32_t p = 0; p < n; ++p) {
+      const PatternPanel& panel = pattern_.panels[p];
+      Vec2 mean = Vec2::Zero();
+      for (const Vec2& v : panel.vertices) mean += v / static_cast<double>(panel.vertices.size());
+      centroid[p] = place_point(panel, mean);
+      area[p] = panel_area(panel) * panel.rotation.col(2);  // towards the side that the loop gives
+      middle[sides_.root(p)] += area[p].norm() * centroid[p];
+      weight[sides_.root(p)] += area[p].norm();
+    }
+    std::vector<double> volume(n, 0.0);
+    for (std::int32_t p = 0; p < n; ++p) {
+      const std::int32_t root = sides_.root(p);
+      const double sign = sides_.is_odd(p) ? -1.0 : 1.0;
+      volume[root] += sign * area[p].dot(centroid[p] - middle[root] / weight[root]);
+    }
+    std::vector<char> turned(n);
+    for (std::int32_t p = 0; p < n; ++p) {
+      const std::int32_t root = sides_.root(p);
+      const bool inward = volume[root] < -kFlat * std::pow(weight[root], 1.5);
+      turned[p] = static_cast<char>(sides_.is_odd(p) != inward);
+    }
+    return turned;
+  }
+
+  const std::vector<std::int32_t>& one_sided() const { return one_sided_; }
+
+ private:
+  const SewingPattern& pattern_;
+  detail::SideParity sides_;
+  std::vector<std::int32_t> one_sided_;
+};
+
+class GarmentMesher {
+ public:
+  GarmentMesher(const SewingPattern& pattern, const PanelMeshConfig& config)
+      : pattern_(pattern), config_(config) {}
+
+  GarmentMesh run() {
+    mesh_.name = pattern_.name;
+    const std::vector<SeamDirection> directions = seam_directions(pattern_);
+    const OuterSides sides(pattern_, directions);
+    const std::vector<char> turned = sides.turned();
+    const auto pieces = divisions(pattern_, config_);
+    for (std::int32_t p = 0; p < count_of(pattern_.panels); ++p) {
+      const bool mirror = (panel_area(pattern_.panels[p]) < 0.0) != (turned[p] != 0);
+      if (turned[p])
+        mesh_.notes.push_back(
+            fmt::format("panel {} is turned over: its seams put the side that its "
+                        "loop shows inward",
+                        detail::quoted(pattern_.panels[p].name)));
+      add_panel(p, pieces[p], mirror);
+    }
+    mesh_.first_vertex.push_back(count_of(mesh_.placed));
+    mesh_.first_triangle.push_back(count_of(mesh_.flat.triangles));
+    for (std::int32_t s = 0; s < count_of(directions); ++s) add_stitch(s, directions[s]);
+    for (const std::int32_t s : sides.one_sided())
+      mesh_.notes.push_back(
+          fmt::format("{}: it joins the outer side of one panel to the inner side "
+                      "of the other, as the other seams stand",
+                      mesh_.stitches[s].name));
+    collect_labels();
+    mesh_.quality = total_quality();
+    return std::move(mesh_);
+  }
+
+ private:
+  void add_panel(std::int32_t p, const std::vector<std::int32_t>& pieces, bool mirror) {
+    const PatternPanel& panel = pattern_.panels[p];
+    std::vector<Vec2> loop;
+    const std::int32_t first = count_of(mesh_.placed);
+    std::vector<std::int32_t> starts;
+    for (std::int32_t e = 0; e < count_of(panel.edges); ++e) {
+      starts.push_back(count_of(loop));
+      const std::vector<Vec2> points = divide_edge(panel, e, pieces[e]);
+      loop.insert(loop.end(), points.begin(), points.end() - 1);
+    }
+    const PolygonMesh polygon = mesh_loop(panel, loop);
+    add_edges(starts, pieces, first, count_of(loop));
+    mesh_.first_vertex.push_back(first);
+    mesh_.first_triangle.push_back(count_of(mesh_.flat.triangles));
+    mesh_.panel_names.push_back(panel.name);
+    mesh_.mirrored.push_back(static_cast<char>(mirror));
+    mesh_.panel_quality.push_back(polygon.quality);
+    append(polygon, p, first, mirror);
+  }
+
+  PolygonMesh mesh_loop(const PatternPanel& panel, const std::vector<Vec2>& loop) const {
+    try {
+      return mesh_polygon(loop, config_);
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument(fmt::format("{}: panel {}: {} at an edge length of {:g} m",
+                                              pattern_.name, detail::quoted(panel.name),
+                                              error.what(), config_.edge_length));
+    }
+  }
+
+  void add_edges(const std::vector<std::int32_t>& starts, const std::vector<std::int32_t>& pieces,
+                 std::int32_t first, std::int32_t around) {
+    auto& of_panel = mesh_.edge_vertices.emplace_back();
+    for (std::size_t e = 0; e < starts.size(); ++e) {
+      auto& vertices = of_panel.emplace_back();
+      for (std::int32_t i = 0; i <= pieces[e]; ++i)
+        vertices.push_back(first + (starts[e] + i) % around);
+    }
+  }
+
+  void append(const PolygonMesh& polygon, std::int32_t p, std::int32_t first, bool mirror) {
+    const double sign = mirror ? -1.0 : 1.0;
+    double left = sign * polygon.vertices[0].x(), right = left, low = polygon.vertices[0].y();
+    for (const Vec2& v : polygon.vertices) {
+      left = std::min(left, sign * v.x());
+      right = std::max(right, sign * v.x());
+      low = std::min(low, v.y());
+    }
+    for (const Vec2& v : polygon.vertices) {
+      mesh_.flat.vertices.emplace_back(sign * v.x() - left + next_x_, v.y() - low, 0.0);
+      mesh_.placed.push_back(place_point(pattern_.panels[p], v));
+      mesh_.panel_of_vertex.push_back(p);
+    }
+    next_x_ += right - left + config_.gap;
+    for (Triangle t : polygon.triangles) {
+      if (mirror) std::swap(t[1], t[2]);
+      mesh_.flat.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+      mesh_.panel_of_triangle.push_back(p);
+    }
+  }
+
+  void add_stitch(std::int32_t s, const SeamDirection& direction) {
+    const PatternStitch& stitch = pattern_.stitches[s];
+    GarmentMesh::Stitch& out = mesh_.stitches.emplace_back();
+    out.direction = direction;
+    out.a = mesh_.edge_vertices[stitch.a.panel][stitch.a.edge];
+    out.b = mesh_.edge_vertices[stitch.b.panel][stitch.b.edge];
+    if (!direction.start_to_start) std::reverse(out.b.begin(), out.b.end());
+    out.length_a = edge_length(pattern_.panels[stitch.a.panel], stitch.a.edge);
+    out.length_b = edge_length(pattern_.panels[stitch.b.panel], stitch.b.edge);
+    out.name = fmt::format("stitch {}: {} to {}", s, detail::edge_name(pattern_, stitch.a),
+                           detail::edge_name(pattern_, stitch.b));
+    if (direction.twisted)
+      mesh_.notes.push_back(out.name + ": the seam is twisted as the panels stand");
+  }
+
+  void collect_labels() {
+    for (std::int32_t p = 0; p < count_of(pattern_.panels); ++p) {
+      const PatternPanel& panel = pattern_.panels[p];
+      mesh_.panel_labels.push_back(panel.label);
+      for (std::int32_t e = 0; e < count_of(panel.edges); ++e) {
+        if (panel.edges[e].label.empty()) continue;
+        std::vector<std::int32_t>& list = mesh_.labels[panel.edges[e].label];
+        const auto& vertices = mesh_.edge_vertices[p][e];
+        list.insert(list.end(), vertices.begin(), vertices.end());
+      }
+    }
+    for (auto& [label, list] : mesh_.labels) {
+      std::sort(list.begin(), list.end());
+      list.erase(std::unique(list.begin(), list.end()), list.end());
+    }
+  }
+
+  PanelMeshQuality total_quality() const {
+    PanelMeshQuality all;
+    all.least_angle = all.least_free_angle = std::numbers::pi;
+    double edges = 0.0;
+    for (const PanelMeshQuality& q : mesh_.panel_quality) {
+      all.shortest = all.vertices == 0 ? q.shortest : std::min(all.shortest, q.shortest);
+      all.longest = std::max(all.longest, q.longest);
+      all.least_angle = std::min(all.least_angle, q.least_angle);
+      all.least_free_angle = std::min(all.least_free_angle, q.least_free_angle);
+      all.area += q.area;
+      all.vertices += q.vertices;
+      all.triangles += q.triangles;
+      // Euler's formula for a disc: edges = vertices + triangles - 1.
+      const auto of_panel = static_cast<double>(q.vertices + q.triangles - 1);
+      edges += of_panel;
+      all.mean += of_panel * q.mean;
+      all.mean_least_angle += static_cast<double>(q.triangles) * q.mean_least_angle;
+    }
+    all.mean /= edges;
+    all.mean_least_angle /= static_cast<double>(all.triangles);
+    return all;
+  }
+
+  const SewingPattern& pattern_;
+  const PanelMeshConfig& config_;
+  GarmentMesh mesh_;
+  double next_x_ = 0.0;
+};
+
+}  // namespace
+
+GarmentMesh mesh_garment(const SewingPattern& pattern, const PanelMeshConfig& config) {
+  require(config.edge_length > 0.0 && std::isfinite(config.edge_length), "edge_length",
+          config.edge_length, "positive and finite");
+  require(config.gap >= 0.0 && std::isfinite(config.gap), "gap", config.gap, "at least 0");
+  require(config.vertices > 0 && config.vertices <= 100000000, "vertices",
+          static_cast<double>(config.vertices), "from 1 to 100000000");
+  check_sewing_pattern(pattern, config.limits);
+  return GarmentMesher(pattern, config).run();
+}
+
+}  // namespace selvedge

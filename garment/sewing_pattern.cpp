@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/garment/sewing_pattern.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace selvedge {
+namespace {
+
+using Kind = PatternCurve::Kind;
+
+/// Chords of a Bezier curve for its length: the error is below 1e-6 of the length.
+constexpr std::int32_t kChords = 1024;
+
+struct Arc {
+  Vec2 center;
+  double radius, first, sweep;  // rad, the sweep is negative if clockwise
+};
+
+Vec2 left_of(const Vec2& v) { return {-v.y(), v.x()}; }
+
+/// As in SVG 1.1, appendix F.6.5, for a circle. A radius that is too small counts as half the
+/// distance of the ends.
+Arc arc_of(const Vec2& start, const Vec2& end, const PatternCurve& curve) {
+  const Vec2 chord = end - start;
+  const double half = 0.5 * chord.norm(), radius = std::max(curve.radius, half);
+  const double height = std::sqrt(std::max(0.0, radius * radius - half * half));
+  const double side = curve.clockwise == curve.large_arc ? 1.0 : -1.0;
+  Arc arc;
+  arc.center = 0.5 * (start + end) + side * height / (2.0 * half) * left_of(chord);
+  arc.radius = radius;
+  const Vec2 from = start - arc.center;
+  arc.first = std::atan2(from.y(), from.x());
+  const double small = 2.0 * std::asin(std::min(1.0, half / radius));
+  const double angle = curve.large_arc ? 2.0 * std::numbers::pi - small : small;
+  arc.sweep = curve.clockwise ? -angle : angle;
+  return arc;
+}
+
+Vec2 bezier_point(const Vec2& start, const Vec2& end, const PatternCurve& curve, double t) {
+  const double s = 1.0 - t;
+  if (curve.kind == Kind::quadratic)
+    return s * s * start + 2.0 * s * t * curve.control[0] + t * t * end;
+  return s * s * s * start + 3.0 * s * s * t * curve.control[0] +
+         3.0 * s * t * t * curve.control[1] + t * t * t * end;
+}
+
+const Vec2& start_of(const PatternPanel& panel, std::int32_t edge) {
+  return panel.vertices[panel.edges[edge].endpoints[0]];
+}
+const Vec2& end_of(const PatternPanel& panel, std::int32_t edge) {
+  return panel.vertices[panel.edges[edge].endpoints[1]];
+}
+
+bool is_bezier(const PatternCurve& curve) {
+  return curve.kind == Kind::quadratic || curve.kind == Kind::cubic;
+}
+
+/// Lengths from the start to each end of a chord, m.
+std::vector<double> chord_lengths(const PatternPanel& panel, std::int32_t edge) {
+  std::vector<double> length(kChords + 1, 0.0);
+  Vec2 last = start_of(panel, edge);
+  for (std::int32_t i = 1; i <= kChords; ++i) {
+    const Vec2 next = edge_point(panel, edge, static_cast<double>(i) / kChords);
+    length[i] = length[i - 1] + (next - last).norm();
+    last = next;
+  }
+  return length;
+}
+
+/// Parameter at which a Bezier curve has this length from its start.
+double parameter_at(const std::vector<double>& length, double wanted) {
+  const auto above = std::upper_bound(length.begin() + 1, length.end() - 1, wanted);
+  const std::int64_t i = above - length.begin();
+  const double step = length[i] - length[i - 1];
+  const double part = step > 0.0 ? (wanted - length[i - 1]) / step : 0.0;
+  return (static_cast<double>(i - 1) + std::clamp(part, 0.0, 1.0)) / kChords;
+}
+
+}  // namespace
+
+Vec2 edge_point(const PatternPanel& panel, std::int32_t edge, double t) {
+  const Vec2 &start = start_of(panel, edge), &end = end_of(panel, edge);
+  const PatternCurve& curve = panel.edges[edge].curve;
+  if (t <= 0.0) return start;
+  if (t >= 1.0) return end;
+  if (curve.kind == Kind::straight) return start + t * (end - start);
+  if (is_bezier(curve)) return bezier_point(start, end, curve, t);
+  const Arc arc = arc_of(start, end, curve);
+  const double angle = arc.first + t * arc.sweep;
+  return arc.center + arc.radius * Vec2(std::cos(angle), std::sin(angle));
+}
+
+double edge_length(const PatternPanel& panel, std::int32_t edge) {
+  const PatternCurve& curve = panel.edges[edge].curve;
+  if (is_bezier(curve)) return chord_lengths(panel, edge).back();
+  if (curve.kind == Kind::straight) return (end_of(panel, edge) - start_of(panel, edge)).norm();
+  const Arc arc = arc_of(start_of(panel, edge), end_of(panel, edge), curve);
+  return arc.radius * std::abs(arc.sweep);
+}
+
+double edge_turning(const PatternPanel& panel, std::int32_t edge) {
+  const PatternCurve& curve = panel.edges[edge].curve;
+  if (curve.kind == Kind::straight) return 0.0;
+  if (curve.kind == Kind::arc)
+    return std::abs(arc_of(start_of(panel, edge), end_of(panel, edge), curve).sweep);
+  constexpr std::int32_t samples = 64;
+  double turning = 0.0;
+  Vec2 last = start_of(panel, edge), direction = Vec2::Zero();
+  for (std::int32_t i = 1; i <= samples; ++i) {
+    const Vec2 next = edge_point(panel, edge, static_cast<double>(i) / samples);
+    const Vec2 step = next - last;
+    if (step.squaredNorm() == 0.0) continue;
+    if (direction.squaredNorm() > 0.0)
+      turning += std::abs(std::atan2(left_of(direction).dot(step), direction.dot(step)));
+    direction = step;
+    last = next;
+  }
+  return turning;
+}
+
+std::vector<Vec2> divide_edge(const PatternPanel& panel, std::int32_t edge, std::int32_t pieces) {
+  const bool bezier = is_bezier(panel.edges[edge].curve);
+  const std::vector<double> length = bezier ? chord_lengths(panel, edge) : std::vector<double>{};
+  std::vector<Vec2> points;
+  points.reserve(pieces + 1);
+  for (std::int32_t i = 0; i <= pieces; ++i) {
+    const double share = static_cast<double>(i) / pieces;
+    const bool within = i > 0 && i < pieces;
+    points.push_back(edge_point(
+        panel, edge, bezier && within ? parameter_at(length, share * length.back()) : share));
+  }
+  return points;
+}
+
+Vec3 place_point(const PatternPanel& panel, const Vec2& point) {
+  return panel.rotation * Vec3(point.x(), point.y(), 0.0) + panel.translation;
+}
+
+double panel_area(const PatternPanel& panel) {
+  const Vec2 origin = panel.vertices.empty() ? Vec2(Vec2::Zero()) : panel.vertices[0];
+  double twice = 0.0;
+  for (std::int32_t e = 0; e < static_cast<std::int32_t>(panel.edges.size()); ++e) {
+    const std::int32_t pieces = panel.edges[e].curve.kind == Kind::straight ? 1 : 256;
+    Vec2 last = start_of(panel, e) - origin;
+    for (std::int32_t i = 1; i <= pieces; ++i) {
+      const Vec2 next = edge_point(panel, e, static_cast<double>(i) / pieces) - origin;
+      twice += left_of(last).dot(next);
+      last = next;
+    }
+  }
+  return 0.5 * twice;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,320 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+#include <selvedge/garment/detail/pattern_names.h>
+#include <selvedge/garment/sewing_pattern.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <set>
+#include <stdexcept>
+
+namespace selvedge {
+
+std::string detail::quoted(const std::string& name) {
+  constexpr std::size_t most = 60;
+  std::string text = name.size() > most ? name.substr(0, most) + "..." : name;
+  for (char& c : text)
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
+  return "\"" + text + "\"";
+}
+
+std::string detail::edge_name(const SewingPattern& pattern, const PatternStitch::Side& side) {
+  return fmt::format("edge {} of panel {}", side.edge, quoted(pattern.panels[side.panel].name));
+}
+
+namespace {
+
+using Json = nlohmann::json;
+using detail::quoted;
+using Kind = PatternCurve::Kind;
+
+/// Deeper nesting than any pattern has.
+constexpr int kDeepest = 32;
+
+class PatternReader {
+ public:
+  PatternReader(const Json& j, std::string name) : j_(j) { pattern_.name = std::move(name); }
+
+  SewingPattern read() {
+    const Json& inner = object(member(j_, "pattern", ""), "\"pattern\"");
+    read_properties();
+    const Json& panels = object(member(inner, "panels", "\"pattern\""), "\"panels\"");
+    for (const auto& [name, panel] : panels.items()) read_panel(name, panel);
+    read_stitches(inner);
+    return std::move(pattern_);
+  }
+
+ private:
+  [[noreturn]] void refuse(const std::string& place, const std::string& fault) const {
+    throw std::invalid_argument(
+        fmt::format("{}: {}{}{}", pattern_.name, place, place.empty() ? "" : " ", fault));
+  }
+
+  const Json& object(const Json& j, const std::string& place) const {
+    if (!j.is_object()) refuse(place, "must be a JSON object with names in quotes");
+    return j;
+  }
+
+  const Json& member(const Json& j, const char* key, const std::string& place) const {
+    object(j, place.empty() ? "the file" : place);
+    const auto found = j.find(key);
+    if (found == j.end())
+      refuse(place, fmt::format("has no \"{}\"; add it as in the files of GarmentCode", key));
+    return *found;
+  }
+
+  const Json& list(const Json& j, const std::string& place) const {
+    if (!j.is_array()) refuse(place, "must be a list in brackets");
+    return j;
+  }
+
+  double number(const Json& j, const std::string& place) const {
+    if (!j.is_number()) refuse(place, "must be a number");
+    const auto value = j.get<double>();
+    if (!std::isfinite(value)) refuse(place, "must be a finite number");
+    return value;
+  }
+
+  std::int32_t index(const Json& j, const std::string& place) const {
+    const double value = number(j, place);
+    if (value != std::floor(value) || value < 0.0 || value > 1e9)
+      refuse(place, fmt::format("must be a whole number from 0, not {:g}", value));
+    return static_cast<std::int32_t>(value);
+  }
+
+  std::string text(const Json& j, const std::string& place) const {
+    if (!j.is_string()) refuse(place, "must be a text in quotes");
+    return j.get<std::string>();
+  }
+
+  template <int N>
+  Eigen::Matrix<double, N, 1> vector(const Json& j, const std::string& place) const {
+    if (!j.is_array() || j.size() != N)
+      refuse(place, fmt::format("must be a list of {} numbers", N));
+    Eigen::Matrix<double, N, 1> v;
+    for (int i = 0; i < N; ++i) v[i] = number(j[i], place);
+    return v;
+  }
+
+  void read_properties() {
+    const std::string place = "\"properties\"";
+    const Json& properties = object(member(j_, "properties", ""), place);
+    units_ = number(member(properties, "units_in_meter", place), "\"units_in_meter\"");
+    if (!(units_ >= 1e-6) || units_ > 1e9)
+      refuse("",
+             fmt::format("\"units_in_meter\" must be the number of length units in a metre, such "
+                         "as 100 for centimetres, not {:g}",
+                         units_));
+    if (const auto found = properties.find("curvature_coords"); found != properties.end()) {
+      const std::string coords = text(*found, "\"curvature_coords\"");
+      if (coords != "relative" && coords != "absolute")
+        refuse("\"curvature_coords\"",
+               fmt::format("must be \"relative\" or \"absolute\", not {}", quoted(coords)));
+      relative_ = coords == "relative";
+    }
+  }
+
+  void read_panel(const std::string& name, const Json& j) {
+    const std::string place = fmt::format("panel {}", quoted(name));
+    object(j, place);
+    PatternPanel panel;
+    panel.name = name;
+    const Json& vertices = list(member(j, "vertices", place), place + ": \"vertices\"");
+    for (std::size_t i = 0; i < vertices.size(); ++i)
+      panel.vertices.push_back(vector<2>(vertices[i], fmt::format("{}: vertex {}", place, i)) /
+                               units_);
+    const Json& edges = list(member(j, "edges", place), place + ": \"edges\"");
+    for (std::size_t i = 0; i < edges.size(); ++i)
+      panel.edges.push_back(read_edge(panel, edges[i], fmt::format("{}: edge {}", place, i)));
+    panel.translation =
+        vector<3>(member(j, "translation", place), place + ": \"translation\"") / units_;
+    panel.rotation = rotation(vector<3>(member(j, "rotation", place), place + ": \"rotation\""));
+    if (j.contains("label")) newer_ = true, panel.label = label(j, place);
+    pattern_.panels.push_back(std::move(panel));
+  }
+
+  /// Degrees about the fixed axes x, y and z in turn.
+  static Mat3 rotation(const Vec3& degrees) {
+    const Vec3 a = degrees * (std::numbers::pi / 180.0);
+    return (Eigen::AngleAxisd(a.z(), Vec3::UnitZ()) * Eigen::AngleAxisd(a.y(), Vec3::UnitY()) *
+            Eigen::AngleAxisd(a.x(), Vec3::UnitX()))
+        .toRotationMatrix();
+  }
+
+  std::string label(const Json& j, const std::string& place) const {
+    const Json& value = j["label"];
+    return value.is_null() ? std::string() : text(value, place + ": \"label\"");
+  }
+
+  PatternEdge read_edge(const PatternPanel& panel, const Json& j, const std::string& place) {
+    object(j, place);
+    PatternEdge edge;
+    const Json& ends = list(member(j, "endpoints", place), place + ": \"endpoints\"");
+    if (ends.size() != 2) refuse(place, "must have two endpoints");
+    for (int i = 0; i < 2; ++i) {
+      edge.endpoints[i] = index(ends[i], place + ": an endpoint");
+      if (edge.endpoints[i] >= static_cast<std::int32_t>(panel.vertices.size()))
+        refuse(place, fmt::format("names vertex {}, but the panel has {} vertices; correct its "
+                                  "endpoints",
+                                  edge.endpoints[i], panel.vertices.size()));
+    }
+    if (j.contains("label")) edge.label = label(j, place);
+    if (j.contains("curvature") && !j["curvature"].is_null()) {
+      from_ = panel.vertices[edge.endpoints[0]];
+      along_ = panel.vertices[edge.endpoints[1]] - from_;
+      edge.curve = read_curve(j["curvature"], place);
+    }
+    return edge;
+  }
+
+  PatternCurve read_curve(const Json& j, const std::string& place) {
+    PatternCurve curve;
+    if (j.is_array()) {
+      curve.kind = Kind::quadratic;
+      curve.control[0] = control(j, place);
+      return curve;
+    }
+    newer_ = true;
+    const std::string type =
+        text(member(j, "type", place + ": \"curvature\""), place + ": the type of its curvature");
+    const Json& params =
+        list(member(j, "params", place + ": \"curvature\""), place + ": \"params\"");
+    if (type == "circle") return read_arc(params, place);
+    const std::map<std::string, Kind> kinds = {{"quadratic", Kind::quadratic},
+                                               {"cubic", Kind::cubic}};
+    const auto kind = kinds.find(type);
+    if (kind == kinds.end())
+      refuse(place, fmt::format("has a curvature of type {}; give quadratic, cubic or circle",
+                                quoted(type)));
+    curve.kind = kind->second;
+    const std::size_t points = curve.kind == Kind::cubic ? 2 : 1;
+    if (params.size() != points)
+      refuse(place,
+             fmt::format("has {} control points; a {} curve has {}", params.size(), type, points));
+    for (std::size_t i = 0; i < points; ++i) curve.control[i] = control(params[i], place);
+    return curve;
+  }
+
+  Vec2 control(const Json& j, const std::string& place) const {
+    const Vec2 p = vector<2>(j, place + ": a control point");
+    if (!relative_) return p / units_;
+    return from_ + p.x() * along_ + p.y() * Vec2(-along_.y(), along_.x());
+  }
+
+  PatternCurve read_arc(const Json& params, const std::string& place) const {
+    if (params.size() != 3)
+      refuse(place, "is a circle, whose \"params\" must be radius, large_arc and right");
+    const auto flag = [&](const Json& j, const char* name) {
+      if (j.is_boolean()) return j.get<bool>();
+      const double value = number(j, fmt::format("{}: {}", place, name));
+      if (value != 0.0 && value != 1.0)
+        refuse(place, fmt::format("has {} = {:g}; it must be 0 or 1", name, value));
+      return value == 1.0;
+    };
+    PatternCurve curve;
+    curve.kind = Kind::arc;
+    curve.radius = number(params[0], place + ": its radius") / units_;
+    curve.large_arc = flag(params[1], "large_arc");
+    curve.clockwise = flag(params[2], "right");
+    return curve;
+  }
+
+  void read_stitches(const Json& inner) {
+    if (!inner.contains("stitches")) {
+      if (pattern_.panels.size() > 1)
+        refuse("\"pattern\"",
+               "has no \"stitches\"; list the pairs of edges that are sewn together");
+      return;
+    }
+    const Json& stitches = list(inner["stitches"], "\"stitches\"");
+    for (std::size_t s = 0; s < stitches.size(); ++s)
+      read_stitch(stitches[s], fmt::format("stitch {}:", s));
+    for (PatternStitch& stitch : pattern_.stitches)
+      if (newer_ && stitch.direction == PatternStitch::Direction::unknown)
+        stitch.direction = PatternStitch::Direction::end_to_start;
+  }
+
+  void read_stitch(const Json& j, const std::string& place) {
+    list(j, place);
+    if (j.size() != 2 && j.size() != 3)
+      refuse(place, fmt::format("must have two sides, not {}", j.size()));
+    PatternStitch stitch;
+    stitch.a = read_side(j[0], place);
+    stitch.b = read_side(j[1], place);
+    if (j.size() == 3) {
+      const std::string word = text(j[2], place + " its third entry");
+      if (word != "right_wrong")
+        refuse(place, fmt::format("ends with {}; only \"right_wrong\" may follow the two sides",
+                                  quoted(word)));
+      newer_ = true;
+      stitch.direction = PatternStitch::Direction::start_to_start;
+    }
+    pattern_.stitches.push_back(stitch);
+  }
+
+  PatternStitch::Side read_side(const Json& j, const std::string& place) const {
+    object(j, place + " a side");
+    const std::string name = text(member(j, "panel", place), place + " its \"panel\"");
+    PatternStitch::Side side;
+    side.edge = index(member(j, "edge", place), place + " its \"edge\"");
+    for (const PatternPanel& panel : pattern_.panels) {
+      if (panel.name == name) return side;
+      ++side.panel;
+    }
+    refuse(place, fmt::format("names panel {}, which the pattern does not have", quoted(name)));
+  }
+
+  const Json& j_;
+  SewingPattern pattern_;
+  double units_ = 100.0;
+  bool relative_ = true;
+  bool newer_ = false;  // the file has a mark of the format that fixes the direction of stitches
+  Vec2 from_ = Vec2::Zero(), along_ = Vec2::Zero();
+};
+
+/// Refuses names that appear twice in one object, of which the parser would keep the last.
+Json parse_unique(const std::string& text, const std::string& name) {
+  std::vector<std::set<std::string>> keys;
+  const auto check = [&](int depth, Json::parse_event_t event, Json& parsed) {
+    if (depth > kDeepest)
+      throw std::invalid_argument(name + ": is nested too deeply for a sewing pattern");
+    if (event == Json::parse_event_t::object_start) keys.emplace_back();
+    if (event == Json::parse_event_t::object_end) keys.pop_back();
+    if (event == Json::parse_event_t::key && !keys.back().insert(parsed.get<std::string>()).second)
+      throw std::invalid_argument(
+          fmt::format("{}: has {} twice in one object; rename or remove one", name,
+                      quoted(parsed.get<std::string>())));
+    return true;
+  };
+  try {
+    return Json::parse(text, check);
+  } catch (const Json::exception& error) {
+    throw std::invalid_argument(fmt::format("{}: is not JSON: {}", name, error.what()));
+  }
+}
+
+}  // namespace
+
+SewingPattern parse_sewing_pattern(const std::string& json, const std::string& name,
+                                   const PatternLimits& limits) {
+  const Json j = parse_unique(json, name);
+  SewingPattern pattern = PatternReader(j, name).read();
+  check_sewing_pattern(pattern, limits);
+  return pattern;
+}
+
+SewingPattern read_sewing_pattern(const std::filesystem::path& file, const PatternLimits& limits) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in || std::filesystem::is_directory(file))
+    throw std::invalid_argument(file.string() + ": cannot be opened");
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  if (in.bad()) throw std::invalid_argument(file.string() + ": cannot be read");
+  return parse_sewing_pattern(text, file.string(), limits);
+}
+
+}  // namespace selvedge

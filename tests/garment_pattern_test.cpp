@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 #include <selvedge/garment/panel_mesh.h>
+#include <selvedge/garment/pattern_svg.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -272,6 +273,36 @@ TEST(SewingPattern, OfCutTextIsRefused) {
   const std::string& text = garment_patterns::kBodice;
   for (std::size_t size = 0; size + 2 < text.size(); size += 97)
     EXPECT_TRUE(refusal_of(text.substr(0, size)).starts_with("p.json: "));
+}
+
+std::size_t count_of(const std::string& text, const std::string& part) {
+  std::size_t count = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1))
+    ++count;
+  return count;
+}
+
+TEST(PatternSheet, HasEveryPanelEdgeAndStitch) {
+  Json j = bodice();
+  j["pattern"]["panels"]["a<b> & \"c\""] = front(j);
+  j["pattern"]["panels"].erase("front");
+  for (auto& stitch : j["pattern"]["stitches"])
+    for (auto& side : stitch)
+      if (side["panel"] == "front") side["panel"] = "a<b> & \"c\"";
+  const std::string svg = pattern_svg(parse_sewing_pattern(j.dump(), "folder/p.json"));
+  EXPECT_TRUE(svg.starts_with("<svg "));
+  EXPECT_TRUE(svg.ends_with("</svg>\n"));
+  EXPECT_EQ(count_of(svg, "<path d=\"M"), 3u + 1u) << "panels and the bar of the scale";
+  EXPECT_EQ(count_of(svg, "<polyline"), 19u);
+  EXPECT_EQ(count_of(svg, "<circle"), 2u * 12u)
+      << "a number and a mark for each side of six stitches";
+  EXPECT_NE(svg.find(">a&lt;b&gt; &amp; &quot;c&quot;<"), std::string::npos);
+  EXPECT_EQ(count_of(svg, ">lower_interface<"), 2u);
+  EXPECT_EQ(count_of(svg, "nan"), 0u);
+  // Both sides of a stitch have one colour: the number of the stitch, its mark and the edge.
+  const std::size_t at = svg.find("stroke=\"hsl(");
+  const std::string colour = svg.substr(at + 8, svg.find('"', at + 8) - at - 8);
+  EXPECT_EQ(count_of(svg, colour), 6u);
 }
 
 }  // namespace

@@ -143,6 +143,8 @@ class Sheet {
     body_ += fmt::format("<path d=\"{}Z\" fill=\"#f4f1ea\" stroke=\"none\"/>\n", path);
     for (std::int32_t e = 0; e < n; ++e) draw_edge(p, e, outward);
     middle = name_place(p, middle / static_cast<double>(points));
+    // The middle of the long edges of a narrow panel has their numbers.
+    if (boxes_[p].height() < 4.0 * kNameSize) middle.x() -= 0.22 * boxes_[p].width();
     put_text(middle, kNameSize, "#222", escaped(panel.name), true);
     if (boxes_[p].height() > 5.0 * kNameSize)
       put_text(

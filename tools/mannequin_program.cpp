@@ -1,23 +1,41 @@
 // SPDX-License-Identifier: MIT
-// selvedge-mannequin OUT.ply [--faces N] writes the mannequin of data/bodies.
+// selvedge-mannequin OUT.ply [--faces N] [--arms DEGREES] writes the mannequins of data/bodies.
+// --arms: straight arms at this angle from hanging down.
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/tools/mannequin.h>
 
 #include <charconv>
 #include <cstdio>
 #include <exception>
+#include <numbers>
 #include <stdexcept>
 #include <string_view>
 
 namespace {
 
+template <class Number>
+bool read_number(std::string_view text, Number& number) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
 bool parse_arguments(int argc, char** argv, selvedge::MannequinConfig& config) {
-  if (argc == 2) return argv[1][0] != '-';
-  if (argc != 4 || std::string_view(argv[2]) != "--faces") return false;
-  const std::string_view number = argv[3];
-  const auto [end, error] =
-      std::from_chars(number.data(), number.data() + number.size(), config.faces);
-  return error == std::errc() && end == number.data() + number.size();
+  if (argc < 2 || argc % 2 != 0 || argv[1][0] == '-') return false;
+  for (int i = 2; i < argc; i += 2) {
+    const std::string_view key = argv[i];
+    double degrees = 0.0;
+    if (key == "--faces") {
+      if (!read_number(argv[i + 1], config.faces)) return false;
+    } else if (key == "--arms" && read_number(argv[i + 1], degrees)) {
+      for (selvedge::LimbPose* side : {&config.left, &config.right}) {
+        side->shoulder_out = degrees * std::numbers::pi / 180.0;
+        side->elbow = 0.0;
+      }
+    } else {
+      return false;
+    }
+  }
+  return true;
 }
 
 }  // namespace
@@ -25,7 +43,7 @@ bool parse_arguments(int argc, char** argv, selvedge::MannequinConfig& config) {
 int main(int argc, char** argv) {
   selvedge::MannequinConfig config;
   if (!parse_arguments(argc, argv, config)) {
-    std::fprintf(stderr, "usage: selvedge-mannequin OUT.ply [--faces N]\n");
+    std::fprintf(stderr, "usage: selvedge-mannequin OUT.ply [--faces N] [--arms DEGREES]\n");
     return 2;
   }
   try {

@@ -162,11 +162,38 @@ auto make_named(const Registry& registry, const std::string& name, const char* f
   return registry.at(name)(options);
 }
 
+void refuse_bad_distance(double distance, const char* name) {
+  if (!(distance >= 0.0) || !std::isfinite(distance))
+    throw std::invalid_argument(std::string(name) + " is " + std::to_string(distance) +
+                                " m; it must be finite and not negative");
+}
+
+CandidatePairs checked_candidates(BroadPhase& broad, const PreparedSurface& a,
+                                  const PreparedSurface& b, double distance, const char* name) {
+  refuse_bad_distance(distance, name);
+  if (&a == &b && !broad.traits().self)
+    throw std::invalid_argument("this broad phase cannot search one surface for pairs with itself");
+  return candidates(broad, a, b, distance);
+}
+
+std::vector<Collision> collisions(const PreparedSurface& a, const PreparedSurface& b,
+                                  const DetectionMethods& methods) {
+  const CandidatePairs pairs =
+      checked_candidates(methods.broad_phase, a, b, methods.min_separation, "min_separation");
+  const SurfaceView view_a = a.view(), view_b = b.view();
+  std::vector<Contact> contacts;
+  methods.narrow_phase.find_contacts(view_a, &a == &b ? view_a : view_b, pairs, contacts);
+  auto out = with_primitives<Collision>(
+      a, b, pairs, contacts, [](const Contact& contact, Collision& c) { c.toi = contact.toi; });
+  std::sort(out.begin(), out.end(), [](const Collision& c, const Collision& d) {
+    return std::tuple(c.toi, indices(c)) < std::tuple(d.toi, indices(d));
+  });
+  return out;
+}
+
 std::vector<Collision> collisions(const PreparedSurface& a, const PreparedSurface& b,
                                   const DetectionConfig& config) {
-  if (!(config.min_separation >= 0.0) || !std::isfinite(config.min_separation))
-    throw std::invalid_argument("min_separation is " + std::to_string(config.min_separation) +
-                                " m; it must be finite and not negative");
+  refuse_bad_distance(config.min_separation, "min_separation");
   const auto broad = make_named(broad_phases(), config.broad_phase, "broad_phase");
   MethodOptions options;
   if (config.min_separation > 0.0) options.set("min_separation", config.min_separation);
@@ -174,16 +201,7 @@ std::vector<Collision> collisions(const PreparedSurface& a, const PreparedSurfac
   if (&a == &b && !broad->traits().self)
     throw std::invalid_argument("broad_phase: " + config.broad_phase +
                                 " cannot search one surface for pairs with itself");
-  const CandidatePairs pairs = candidates(*broad, a, b, config.min_separation);
-  const SurfaceView view_a = a.view(), view_b = b.view();
-  std::vector<Contact> contacts;
-  narrow->find_contacts(view_a, &a == &b ? view_a : view_b, pairs, contacts);
-  auto out = with_primitives<Collision>(
-      a, b, pairs, contacts, [](const Contact& contact, Collision& c) { c.toi = contact.toi; });
-  std::sort(out.begin(), out.end(), [](const Collision& c, const Collision& d) {
-    return std::tuple(c.toi, indices(c)) < std::tuple(d.toi, indices(d));
-  });
-  return out;
+  return collisions(a, b, {*broad, *narrow, config.min_separation});
 }
 
 std::vector<Proximity> contacts_within(const PreparedSurface& a, const PreparedSurface& b,
@@ -226,6 +244,30 @@ std::vector<Collision> find_collisions(const MovingSurface& a, const MovingSurfa
                                        const DetectionConfig& config) {
   const PreparedSurface prepared_a(a, "a"), prepared_b(b, "b");
   return collisions(prepared_a, prepared_b, config);
+}
+
+std::vector<Collision> find_collisions(const DetectionMethods& methods,
+                                       const MovingSurface& surface) {
+  const PreparedSurface prepared(surface, "surface");
+  return collisions(prepared, prepared, methods);
+}
+
+std::vector<Collision> find_collisions(const DetectionMethods& methods, const MovingSurface& a,
+                                       const MovingSurface& b) {
+  const PreparedSurface prepared_a(a, "a"), prepared_b(b, "b");
+  return collisions(prepared_a, prepared_b, methods);
+}
+
+CandidatePairs find_candidates(BroadPhase& broad_phase, const MovingSurface& surface,
+                               double distance) {
+  const PreparedSurface prepared(surface, "surface");
+  return checked_candidates(broad_phase, prepared, prepared, distance, "distance");
+}
+
+CandidatePairs find_candidates(BroadPhase& broad_phase, const MovingSurface& a,
+                               const MovingSurface& b, double distance) {
+  const PreparedSurface prepared_a(a, "a"), prepared_b(b, "b");
+  return checked_candidates(broad_phase, prepared_a, prepared_b, distance, "distance");
 }
 
 // Two triangles have a common point if and only if an edge of one meets the other: the end points

@@ -76,6 +76,14 @@ struct Proximity : PrimitivePair {
   double gap;  ///< distance, metres
 };
 
+/// The methods of a search, which the caller makes and may keep from call to call: from any
+/// registry, with any options.
+struct DetectionMethods {
+  BroadPhase& broad_phase;
+  const NarrowPhase& narrow_phase;
+  double min_separation = 0.0;  ///< m, >= 0; the one that `narrow_phase` has
+};
+
 /// A triangle of each side that have a common point.
 struct TrianglePair {
   std::int32_t triangle_a, triangle_b;
@@ -94,6 +102,20 @@ std::vector<Collision> find_collisions(std::span<const Vec3> x_t0, std::span<con
 /// and errors as above.
 std::vector<Collision> find_collisions(const MovingSurface& a, const MovingSurface& b,
                                        const DetectionConfig& config = {});
+
+/// The same for one surface or between two, with methods of the caller.
+std::vector<Collision> find_collisions(const DetectionMethods& methods,
+                                       const MovingSurface& surface);
+std::vector<Collision> find_collisions(const DetectionMethods& methods, const MovingSurface& a,
+                                       const MovingSurface& b);
+
+/// The pairs of primitives whose paths may come within `distance` (m, >= 0) of each other, as the
+/// detector finds them: the candidates of a narrow phase. Edges are indices in unique_edges. Lists
+/// are sorted. Vertices of no triangle are left out.
+CandidatePairs find_candidates(BroadPhase& broad_phase, const MovingSurface& surface,
+                               double distance = 0.0);
+CandidatePairs find_candidates(BroadPhase& broad_phase, const MovingSurface& a,
+                               const MovingSurface& b, double distance = 0.0);
 
 /// Finds the pairs of triangles of one surface that cross: x (n,3) in metres, triangles (k,3). Two
 /// triangles cross if they have a common point and no common vertex index; touching counts. Decided

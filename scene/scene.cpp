@@ -9,6 +9,7 @@
 #include <selvedge/scene/detail/scene_json.h>
 #include <selvedge/scene/detail/select_vertices.h>
 #include <selvedge/scene/scene.h>
+#include <selvedge/scene/scene_text.h>
 
 #include <algorithm>
 #include <cmath>
@@ -508,15 +509,28 @@ std::vector<std::string> OutputSpec::all_formats() const {
   return all;
 }
 
-Scene read_scene(const std::filesystem::path& file, const std::vector<Override>& overrides,
-                 const Methods& methods) {
-  LocatedJson document = detail::parse_json_file(file);
+namespace {
+
+Scene read_document(LocatedJson document, const std::vector<Override>& overrides,
+                    const Methods& methods) {
   detail::rename_old_keys(document);
   for (const Override& set : overrides) detail::apply(document, {present_key(set.path), set.value});
   detail::rename_old_keys(document);
   detail::expand_fabrics(document);
   detail::check_and_complete(document, Json::parse(detail::scene_schema_text()));
   return SceneReader(document, methods).read();
+}
+
+}  // namespace
+
+Scene read_scene(const std::filesystem::path& file, const std::vector<Override>& overrides,
+                 const Methods& methods) {
+  return read_document(detail::parse_json_file(file), overrides, methods);
+}
+
+Scene read_scene_text(const std::string& text, const std::filesystem::path& file,
+                      const std::vector<Override>& overrides, const Methods& methods) {
+  return read_document(detail::parse_json_text(text, file), overrides, methods);
 }
 
 }  // namespace selvedge

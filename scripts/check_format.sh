@@ -4,7 +4,7 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 folders=(core bodies broadphase narrowphase detection response garment scene simulation run judge render compare lab apps tests
-  bench examples tools)
+  bench examples tools python)
 sources() {
   find "${folders[@]}" \( -name '*.h' -o -name '*.cpp' -o -name '*.inc' \) ! -name '*_generated.cpp' -print0 | sort -z
 }

@@ -8,6 +8,7 @@
 #include <selvedge/simulation/run_result.h>
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -62,6 +63,12 @@ struct SimulationState {
 std::string state_hash(const SimulationState& state);
 
 struct StepTrace;  // explain_step.h
+class DrivenBody;  // bodies/driven_body.h
+
+/// Replaces a body of a built scene by one at the same place whose vertices the program sets. Call
+/// it before the simulation is made, which then owns the body. Throws std::invalid_argument if
+/// there is no such body.
+DrivenBody& drive_body(BuiltScene& built, std::size_t body);
 
 /// Why a run stopped before its end.
 enum class FailureKind : std::uint8_t {
@@ -142,6 +149,27 @@ class Simulation {
   /// Searches the present state for crossings and adds them to the result. Makes no search where
   /// the steps from a searched state have proved that there is none (docs/guarantees.md).
   void verify_frame();
+
+  // Inputs that the program sets between two steps. They act until they are set again, and are no
+  // part of `state`: set them again after `restore`. The functions throw std::invalid_argument that
+  // names the index for an array of another length, an index out of range and a value that is not
+  // finite.
+
+  /// The end of the nominal step that comes next or is under way, s.
+  double nominal_end() const;
+  /// Forces on the cloth vertices in newtons, constant during each step, beside those of the scene.
+  /// Empty: none. A force that depends on the state acts explicitly.
+  void set_forces(std::span<const Vec3> forces);
+  /// Holds these vertices of the cloth: each moves on a straight line to x[k] (m) by
+  /// `nominal_end`, and then rests there until it is held elsewhere or released. Takes precedence
+  /// over handles of the scene.
+  void hold(std::span<const std::int32_t> vertices, std::span<const Vec3> x);
+  /// Frees vertices that `hold` holds; no effect on others.
+  void release(std::span<const std::int32_t> vertices);
+  void release_all();
+  /// Moves a body that drive_body made for this simulation: each vertex on a straight line to x[i]
+  /// (m) by `nominal_end`; then the body rests.
+  void move_body(DrivenBody& body, std::span<const Vec3> x);
 
   double time() const;                       ///< s
   std::span<const Vec3> positions() const;   ///< m, of the cloth vertices

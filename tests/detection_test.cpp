@@ -403,6 +403,42 @@ TEST(Detection, RefusesAMethodThatItDoesNotHaveOrThatCannotDoIt) {
             std::string::npos);
 }
 
+TEST(Detection, WithMethodsOfTheCallerFindsTheSameFromCallToCall) {
+  Random random(31);
+  const auto broad = broad_phases().at("bvh_aabb")({{"leaf_size", 2.0}});
+  const auto narrow = narrow_phases().at("ccd_exact")();
+  const DetectionMethods methods{*broad, *narrow};
+  for (int call = 0; call < 3; ++call) {
+    const Mesh a = random_mesh(random, 8, 6, 0), b = random_mesh(random, 9, 7, 0);
+    EXPECT_EQ(timed(find_collisions(methods, a.moving(), b.moving())),
+              timed(find_collisions(a.moving(), b.moving())));
+    EXPECT_EQ(timed(find_collisions(methods, a.moving())),
+              timed(find_collisions(a.x_t0, a.x_t1, a.triangles)));
+  }
+}
+
+TEST(Detection, CandidatesContainEveryCollisionAndNoVertexOfNoTriangle) {
+  Random random(32);
+  const auto broad = make_bvh_aabb();
+  const Mesh a = random_mesh(random, 20, 16, 0), b = random_mesh(random, 20, 16, 0);
+  const CandidatePairs pairs = find_candidates(*broad, a.moving(), b.moving());
+  for (const Collision& c : find_collisions(a.moving(), b.moving())) {
+    const PointTrianglePair forward{c.primitive_a, c.primitive_b};
+    const PointTrianglePair backward{c.primitive_b, c.primitive_a};
+    const EdgeEdgePair edges{c.primitive_a, c.primitive_b};
+    EXPECT_TRUE(c.kind == ContactKind::point_triangle
+                    ? std::ranges::binary_search(pairs.point_triangle, forward)
+                : c.kind == ContactKind::triangle_point
+                    ? std::ranges::binary_search(pairs.triangle_point, backward)
+                    : std::ranges::binary_search(pairs.edge_edge, edges));
+  }
+  for (const PointTrianglePair& pair : pairs.point_triangle) EXPECT_NE(pair.point, 19);
+  EXPECT_GT(find_candidates(*broad, a.moving(), 0.5).size(),
+            find_candidates(*broad, a.moving()).size());
+  EXPECT_NE(message_of([&] { find_candidates(*broad, a.moving(), -1.0); }).find("distance is -1"),
+            std::string::npos);
+}
+
 TEST(TrianglesOfEdges, ListsEachTriangleOnceAtEachOfItsEdges) {
   const std::vector<Triangle> triangles = {{0, 1, 2}, {2, 1, 3}, {3, 3, 1}};
   const std::vector<Edge> edges = unique_edges(triangles);

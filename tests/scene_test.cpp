@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "scene_file.h"
 
+#include <selvedge/scene/scene_text.h>
+
 #include <iostream>
 #include <map>
 #include <numbers>
@@ -517,6 +519,22 @@ TEST_F(SceneFile, TheCompletedSceneReadsBackTheSameFromAnywhere) {
   EXPECT_EQ(second.json, first.json);
   EXPECT_EQ(second.contact.rest_gap, first.contact.rest_gap);
   EXPECT_EQ(std::get<BodyFile>(second.bodies[0].shape).file, folder_ / "deep/quad.obj");
+}
+
+TEST_F(SceneFile, ATextInMemoryReadsAsTheFileOfThatName) {
+  write("quad.obj", quad);
+  const std::string text = R"({"geometry": [{}], "obstacles": [{"mesh": "quad.obj"}]})";
+  const fs::path file = write("scene.json", text);
+  EXPECT_EQ(read_scene_text(text, file).json, read_scene(file).json);
+  const Scene changed = read_scene_text(text, folder_ / "none", {{"time.frames", "7"}});
+  EXPECT_EQ(changed.time.frames, 7);
+  EXPECT_EQ(changed.name, "none");
+  try {
+    (void)read_scene_text("{", "here.json");
+    FAIL();
+  } catch (const std::invalid_argument& error) {
+    EXPECT_SAYS(std::string(error.what()), "here.json, line 1: not valid JSON");
+  }
 }
 
 }  // namespace

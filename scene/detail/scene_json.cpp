@@ -437,7 +437,10 @@ double option_value(const Json& j) {
 }
 
 LocatedJson parse_json_file(const std::filesystem::path& file) {
-  const std::string text = read_text(file);
+  return parse_json_text(read_text(file), file);
+}
+
+LocatedJson parse_json_text(const std::string& text, const std::filesystem::path& file) {
   LocatedJson document{file, {}, {}};
   LineCount lines;
   Builder builder(document, lines);

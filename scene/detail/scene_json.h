@@ -39,6 +39,8 @@ double option_value(const Json& j);
 /// Reads JSON with // and /* */ comments. Refuses duplicate keys, numbers beyond a double, and
 /// more than 64 levels.
 LocatedJson parse_json_file(const std::filesystem::path& file);
+/// The same for a text; `file` names it in messages, and relative paths in it start at its folder.
+LocatedJson parse_json_text(const std::string& text, const std::filesystem::path& file);
 
 /// Applies one `--set`: a value that is not JSON is taken as a string.
 void apply(LocatedJson& document, const Override& override_value);

@@ -130,7 +130,7 @@ bool Simulation::Parts::gains_energy() {
   finish_velocities(attempt.v_end);
   if (!balance.weigh(methods.integrator->forces(),
                      {input.x_t0, attempt.x_t1, input.particles.v, attempt.v_end, input.inv_mass,
-                      input.particles.mass, input.t0, input.h}))
+                      input.particles.mass, input.t0, input.h, methods.program.total_force()}))
     return false;
   if (attempt.answered_in_solve && balance.gain() > balance.bound()) {
     std::vector<ContactImpulse> impulses;

@@ -108,7 +108,8 @@ bool EnergyBalance::weigh(const ForceSum& forces, const BalanceStep& step) {
   end_x_.assign(x_end.begin(), x_end.end());
   const double before = kinetic(step, step.v_t0, frame), after = kinetic(step, step.v_t1, frame);
   // In the frame that moves by `shift`, the cloth is lower by as much.
-  gain_ = after - before + end_ - *start_ + mass * gravity_.dot(shift);
+  gain_ =
+      after - before + end_ - *start_ + mass * gravity_.dot(shift) + step.program_force.dot(shift);
   // Cloth at rest is not tested to its last digits: less than a rest gap per frame is slow.
   bound_ = kGain * (std::max(before, after) + 0.5 * mass * slow_ * slow_);
   return true;

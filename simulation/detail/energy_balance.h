@@ -15,11 +15,12 @@ namespace selvedge::detail {
 
 /// Input of the energy balance: an attempt of a step; views.
 struct BalanceStep {
-  std::span<const Vec3> x_t0, x_t1;  ///< m, particles, then body vertices
-  std::span<const Vec3> v_t0, v_t1;  ///< m/s, particles, at the start and at the end
-  std::span<const double> inv_mass;  ///< 1/kg, as x_t0; 0: held, or of a body
-  std::span<const double> mass;      ///< kg, particles
-  double time = 0.0, h = 0.0;        ///< s
+  std::span<const Vec3> x_t0, x_t1;   ///< m, particles, then body vertices
+  std::span<const Vec3> v_t0, v_t1;   ///< m/s, particles, at the start and at the end
+  std::span<const double> inv_mass;   ///< 1/kg, as x_t0; 0: held, or of a body
+  std::span<const double> mass;       ///< kg, particles
+  double time = 0.0, h = 0.0;         ///< s
+  Vec3 program_force = Vec3::Zero();  ///< N, sum of the forces that the program has set
 };
 
 /// Verifies that a step creates no energy. The gain of a step is the energy of the cloth (kinetic,
@@ -46,6 +47,8 @@ class EnergyBalance {
   /// Whether an attempt of half the length is worth it: the gain is above the bound, and the last
   /// halving, if there was one, reduced it.
   bool wants_shorter();
+  /// Call when a force changed between steps, and with it the energy of the present state.
+  void forget() { end_x_.clear(); }
   /// Call when the last attempt is accepted.
   void accept();
 

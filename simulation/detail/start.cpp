@@ -11,8 +11,17 @@
 namespace selvedge {
 namespace {
 
+/// The forces of the scene on `cloth`, and those that the program sets.
+ForceList all_forces(const Scene& scene, const BuiltScene& built, const ClothMesh& cloth,
+                     const Methods& methods, const detail::ProgramInput& program) {
+  ForceList forces = make_forces(scene, built, cloth, methods);
+  forces.push_back(detail::make_program_force(program));
+  return forces;
+}
+
 std::unique_ptr<Integrator> make_integrator(const Scene& scene, const BuiltScene& built,
-                                            const Methods& methods) {
+                                            const Methods& methods,
+                                            const detail::ProgramInput& program) {
   const auto make = [&](std::vector<std::unique_ptr<Force>> forces, std::size_t particles) {
     return make_method(methods.integrators, scene.solver.integrator, "solver.integrator",
                        scene.solver.integrator_options, std::move(forces), particles,
@@ -20,14 +29,15 @@ std::unique_ptr<Integrator> make_integrator(const Scene& scene, const BuiltScene
   };
   const Followers followers(built.cloth), layers = Followers::of_layers(built.cloth);
   if (!followers.empty())
-    return make_following(followers, make_forces(scene, built, methods), make);
+    return make_following(followers, all_forces(scene, built, built.cloth, methods, program), make);
   if (!layers.empty()) {
     const LayerParts parts = split_layers(built.cloth);
     auto local = make_internal_forces(parts.local, methods.force_laws, scene.force_laws);
-    return make_layered(layers, make_forces(scene, built, parts.carrying, methods),
+    return make_layered(layers, all_forces(scene, built, parts.carrying, methods, program),
                         std::move(local), make);
   }
-  return make(make_forces(scene, built, methods), built.cloth.surface.vertices.size());
+  return make(all_forces(scene, built, built.cloth, methods, program),
+              built.cloth.surface.vertices.size());
 }
 
 void note_critical_step(const Scene& scene, const BuiltScene& built, const Methods& methods,
@@ -53,7 +63,7 @@ StepMethods::StepMethods(const Scene& s, const BuiltScene& built, const Methods&
       strain(scene, built, methods.strain_limiters),
       followers(built.cloth),
       layers(Followers::of_layers(built.cloth)),
-      integrator(make_integrator(scene, built, methods)),
+      integrator(make_integrator(scene, built, methods, program)),
       traits(integrator->traits()),
       response(make_method(methods.responses, scene.contact.response, "contact.response",
                            scene.contact.response_options)),
@@ -87,6 +97,7 @@ Simulation::Parts::Parts(const Scene& s, BuiltScene b, const Methods& m)
   attempt.x_free.resize(n());
   if (scene.water) water.emplace(scene, built);
   if (!methods.followers.empty()) input.followers = &methods.followers;
+  input.program = &methods.program;
   detail::place_bodies(built, state.time, input.x_t0);
   note_bodies(input.x_t0);
 }

@@ -6,6 +6,7 @@
 #include <selvedge/core/integrator.h>
 #include <selvedge/response/response.h>
 #include <selvedge/simulation/detail/detection.h>
+#include <selvedge/simulation/detail/program_input.h>
 #include <selvedge/simulation/detail/strain_stage.h>
 #include <selvedge/simulation/detail/untangle.h>
 #include <selvedge/simulation/detail/validate_step.h>
@@ -26,6 +27,7 @@ struct StepMethods {
               PhaseClock& clock);
 
   const Scene& scene;
+  ProgramInput program;  ///< before the integrator, whose forces refer to it
   Detection detection;
   StrainStage strain;
   Followers followers;  ///< empty: no particle follows others
@@ -51,9 +53,11 @@ struct StepInput {
   std::vector<Vec3> x_t0;              ///< m, joint
   std::vector<double> inv_mass;        ///< 1/kg, joint; 0 for held particles and body vertices
   std::vector<Vec3> body_step;         ///< m, displacement of the body vertices
-  std::vector<Vec3> v_coasting;        ///< m/s, of particles under their weight alone
+  /// m/s, of particles under their weight and the forces of the program alone
+  std::vector<Vec3> v_coasting;
   bool bodies_move = false;
-  const Followers* followers = nullptr;  ///< null: no particle follows others
+  const Followers* followers = nullptr;   ///< null: no particle follows others
+  const ProgramInput* program = nullptr;  ///< what the program has set
 
   /// Restores that followers follow, after something has moved single particles: positions in m or
   /// velocities in m/s.

@@ -50,6 +50,12 @@ void hold_particles(const Scene& scene, const BuiltScene& built, const Simulatio
     in.v_coasting[i] = (end - state.x[i]) / in.h;
     a.x_t1[i] = end;
   });
+  for (const HeldByProgram& held : in.program->held) {
+    const std::int32_t i = held.particle;
+    particles.inv_mass[i] = 0.0;
+    a.x_t1[i] = held.at(in.t1);
+    in.v_coasting[i] = (a.x_t1[i] - state.x[i]) / in.h;
+  }
   if (in.followers != nullptr) hold_followers(in, a);
   std::copy(particles.inv_mass.begin(), particles.inv_mass.end(), in.inv_mass.begin());
 }
@@ -70,6 +76,9 @@ void begin_step(const Scene& scene, const BuiltScene& built, const SimulationSta
     for (std::size_t i = begin; i < end; ++i)
       if (in.inv_mass[i] > 0.0) in.v_coasting[i] += in.h * scene.gravity;
   });
+  const std::vector<Vec3>& force = in.program->force;
+  for (std::size_t i = 0; i < force.size(); ++i)
+    if (in.inv_mass[i] > 0.0) in.v_coasting[i] += in.h / in.particles.mass[i] * force[i];
   if (in.followers != nullptr) in.followers->place(in.v_coasting);
   a.v_mean.resize(in.n());
   parallel_for(in.n(), kInputGrain, [&](std::size_t begin, std::size_t end) {

@@ -1,0 +1,316 @@
+// SPDX-License-Identifier: MIT
+//
+// Scenes, and simulations in memory.
+#include <pybind11/stl.h>
+#include <selvedge/bodies/driven_body.h>
+#include <selvedge/run/result_folder.h>
+#include <selvedge/scene/scene_text.h>
+#include <selvedge/simulation/refinement.h>
+
+#include <atomic>
+#include <map>
+#include <optional>
+
+#include "arrays.h"
+#include "parts.h"
+
+namespace selvedge::python {
+namespace {
+
+using SharedScene = std::shared_ptr<const Scene>;
+
+/// A state, with the input that a program has set. `Session::restore` continues from it.
+struct SavedState {
+  SimulationState state;
+  std::map<std::size_t, std::vector<Vec3>> bodies;  // m, of driven bodies
+};
+
+/// A simulation as Python sees it: with splits and merges between frames, and driven bodies.
+class Session {
+ public:
+  Session(SharedScene scene, SharedMethods methods, const std::vector<std::size_t>& driven)
+      : scene_(std::move(scene)), methods_(std::move(methods)) {
+    BuiltScene built = build_scene(*scene_, *methods_);
+    warnings_ = built.warnings;
+    refinement_.emplace(*scene_, built, methods_->patterns);
+    if (!driven.empty()) refuse_changing_mesh();
+    for (const std::size_t body : driven) driven_[body] = &drive_body(built, body);
+    simulation_ = std::make_shared<Simulation>(*scene_, std::move(built), *methods_);
+  }
+
+  Simulation& now() const { return *simulation_; }
+  std::shared_ptr<const void> owner() const { return simulation_; }
+  const std::vector<std::string>& warnings() const { return warnings_; }
+
+  /// Splits and merges that are due at the start of a frame.
+  void begin_frame() {
+    if (!refinement_->active() || simulation_->state().control.h != 0.0) return;
+    auto next = split_due(*refinement_, *simulation_, *methods_);
+    if (!next) return;
+    RunResult before = result();
+    if (!next->settle(before)) {
+      (void)next->settle(before_);
+      return;
+    }
+    before_ = std::move(before);
+    refinement_.emplace(std::move(next->refinement));
+    simulation_ = std::move(next->simulation);
+  }
+
+  RunResult result() const {
+    RunResult r = simulation_->result();
+    std::string hash = r.state_hash;
+    carry_on(before_, r);
+    r.state_hash = std::move(hash);
+    r.steps = static_cast<int>(simulation_->state().step);
+    return r;
+  }
+
+  SavedState save() const {
+    SavedState saved{simulation_->state(), {}};
+    const auto& bodies = simulation_->built().bodies;
+    for (const auto& [body, driven] : driven_) {
+      std::vector<Vec3>& x = saved.bodies[body];
+      x.resize(bodies[body]->vertex_count());
+      bodies[body]->positions(simulation_->time(), x);
+    }
+    return saved;
+  }
+
+  /// Makes another simulation, so that arrays that view the present one stay valid.
+  void restore(const SavedState& saved) {
+    refuse_changing_mesh();
+    BuiltScene built = build_scene(*scene_, *methods_);
+    std::map<std::size_t, DrivenBody*> driven;
+    for (const auto& [body, x] : saved.bodies) {
+      driven[body] = &drive_body(built, body);
+      driven[body]->place(x, saved.state.time);
+    }
+    if (saved.state.x.size() != built.cloth.surface.vertices.size() ||
+        driven.size() != driven_.size())
+      throw std::invalid_argument("the saved state is not of this scene");
+    simulation_ = std::make_shared<Simulation>(*scene_, std::move(built), saved.state, *methods_);
+    driven_ = std::move(driven);
+    before_ = {};
+  }
+
+  void move_body(std::size_t body, std::span<const Vec3> x) {
+    const auto driven = driven_.find(body);
+    if (driven == driven_.end())
+      throw std::invalid_argument("body " + std::to_string(body) +
+                                  " is not driven; name it in `driven` when you make the "
+                                  "simulation");
+    simulation_->move_body(*driven->second, x);
+  }
+
+  /// Forces and held vertices are numbered by vertices, which a change of the mesh renumbers.
+  void refuse_changing_mesh() const {
+    if (refinement_->active())
+      throw std::invalid_argument(
+          "the scene changes its mesh (refine, merge); forces, held vertices, driven bodies and "
+          "restored states need a mesh that stays");
+  }
+
+  /// Refuses a second thread while one uses the simulation without the lock of the interpreter.
+  class Use {
+   public:
+    explicit Use(Session& session) : busy_(session.busy_) {
+      if (busy_.exchange(true))
+        throw std::runtime_error("another thread uses this simulation; give each thread its own");
+    }
+    ~Use() { busy_ = false; }
+    Use(const Use&) = delete;
+    Use& operator=(const Use&) = delete;
+
+   private:
+    std::atomic<bool>& busy_;
+  };
+
+ private:
+  SharedScene scene_;
+  SharedMethods methods_;
+  std::vector<std::string> warnings_;
+  std::optional<Refinement> refinement_;  // never empty; replaced by a split
+  std::map<std::size_t, DrivenBody*> driven_;
+  std::shared_ptr<Simulation> simulation_;
+  RunResult before_;  // of the meshes before the present one
+  std::atomic<bool> busy_{false};
+};
+
+/// Calls use(simulation) without the lock of the interpreter.
+template <class Use>
+auto unlocked(Session& session, Use use) {
+  const Session::Use mine(session);
+  const py::gil_scoped_release release;
+  return use(session.now());
+}
+
+py::dict contact_table(Session& session) {
+  const std::vector<StepContact> found =
+      unlocked(session, [](Simulation& s) { return s.contacts(); });
+  using C = StepContact;
+  py::dict out;
+  out["kind"] = column<std::uint8_t>(
+      found, [](const C& c) { return static_cast<std::uint8_t>(c.point.kind); });
+  out["vertices"] = column<std::int32_t>(found, [](const C& c) { return c.point.vertex; });
+  out["weights"] = column<double>(found, [](const C& c) { return c.point.weight; });
+  out["normal"] = column<double>(found, [](const C& c) { return c.point.normal; });
+  out["gap"] = column<double>(found, [](const C& c) { return c.gap; });
+  out["rest_gap"] = column<double>(found, [](const C& c) { return c.point.rest_gap; });
+  out["impulse"] = column<double>(found, [](const C& c) { return c.impulse; });
+  return out;
+}
+
+template <class Named>
+std::vector<std::string> names_of(const std::vector<Named>& list) {
+  std::vector<std::string> names;
+  for (const Named& entry : list) names.push_back(entry.name);
+  return names;
+}
+
+py::array vector_of(const Vec3& v) { return own<double>(std::vector<double>(v.begin(), v.end())); }
+
+}  // namespace
+
+void add_scene(py::module_& m, const SharedMethods& methods) {
+  const auto overrides = [](const std::vector<std::pair<std::string, std::string>>& given) {
+    std::vector<Override> out;
+    for (const auto& [path, value] : given) out.push_back({path, value});
+    return out;
+  };
+  using Given = std::vector<std::pair<std::string, std::string>>;
+  py::class_<Scene, std::shared_ptr<Scene>>(m, "Scene")
+      .def_static("from_file",
+                  [=](const std::string& file, const Given& set) {
+                    return std::make_shared<Scene>(read_scene(file, overrides(set), *methods));
+                  })
+      .def_static(
+          "from_text",
+          [=](const std::string& text, const std::string& file, const Given& set) {
+            return std::make_shared<Scene>(read_scene_text(text, file, overrides(set), *methods));
+          })
+      .def_readonly("name", &Scene::name)
+      .def_readonly("json", &Scene::json)
+      .def_property_readonly("frames", [](const Scene& s) { return s.time.frames; })
+      .def_property_readonly("fps", [](const Scene& s) { return s.time.fps; })
+      .def_property_readonly("steps_per_frame",
+                             [](const Scene& s) { return s.time.steps_per_frame; })
+      .def_property_readonly("gravity", [](const Scene& s) { return vector_of(s.gravity); })
+      .def_property_readonly("cloths", [](const Scene& s) { return names_of(s.cloths); })
+      .def_property_readonly("bodies", [](const Scene& s) { return names_of(s.bodies); });
+}
+
+void add_simulation(py::module_& m, const SharedMethods& methods) {
+  static py::exception<SimulationFailed> failed(m, "SimulationFailed", PyExc_RuntimeError);
+  py::register_exception_translator([](std::exception_ptr pointer) {
+    try {
+      if (pointer) std::rethrow_exception(pointer);
+    } catch (const SimulationFailed& error) {
+      py::object value = failed.attr("__call__")(error.what());
+      value.attr("kind") = failure_name(error.kind);
+      PyErr_SetObject(failed.ptr(), value.ptr());
+    }
+  });
+  py::class_<SavedState>(m, "SavedState").def_property_readonly("time", [](const SavedState& s) {
+    return s.state.time;
+  });
+  using S = Session;
+  py::class_<S>(m, "Simulation")
+      .def(
+          py::init([methods](std::shared_ptr<Scene> scene, const std::vector<std::size_t>& driven) {
+            const py::gil_scoped_release release;
+            return std::make_unique<S>(std::move(scene), methods, driven);
+          }))
+      .def("step", [](S& s) { unlocked(s, [](Simulation& now) { now.step(); }); })
+      .def("step_towards",
+           [](S& s, int frame) {
+             return unlocked(s, [&](Simulation& now) { return now.step_towards(frame); });
+           })
+      .def("begin_frame", [](S& s) { unlocked(s, [&](Simulation&) { s.begin_frame(); }); })
+      .def("verify_frame", [](S& s) { unlocked(s, [](Simulation& now) { now.verify_frame(); }); })
+      .def("reached", [](const S& s, int frame) { return s.now().reached(frame); })
+      .def("set_forces",
+           [](S& s, const Doubles& f) {
+             s.refuse_changing_mesh();
+             unlocked(s, [&](Simulation& now) { now.set_forces(positions(f, "forces")); });
+           })
+      .def("hold",
+           [](S& s, const Whole& vertices, const Doubles& x) {
+             s.refuse_changing_mesh();
+             const std::span<const std::int32_t> list(vertices.data(),
+                                                      static_cast<std::size_t>(vertices.size()));
+             unlocked(s, [&](Simulation& now) { now.hold(list, positions(x, "x")); });
+           })
+      .def("release",
+           [](S& s, const Whole& vertices) {
+             const std::span<const std::int32_t> list(vertices.data(),
+                                                      static_cast<std::size_t>(vertices.size()));
+             unlocked(s, [&](Simulation& now) { now.release(list); });
+           })
+      .def("release_all", [](S& s) { unlocked(s, [](Simulation& now) { now.release_all(); }); })
+      .def("move_body",
+           [](S& s, std::size_t body, const Doubles& x) {
+             unlocked(s, [&](Simulation&) { s.move_body(body, positions(x, "x")); });
+           })
+      .def("save", [](S& s) { return unlocked(s, [&](Simulation&) { return s.save(); }); })
+      .def("restore",
+           [](S& s, const SavedState& saved) {
+             unlocked(s, [&](Simulation&) { s.restore(saved); });
+           })
+      .def_property_readonly("time", [](const S& s) { return s.now().time(); })
+      .def_property_readonly("steps", [](const S& s) { return s.now().state().step; })
+      .def_property_readonly("nominal_end", [](const S& s) { return s.now().nominal_end(); })
+      .def_property_readonly("last_step",
+                             [](const S& s) {
+                               const auto& lengths = s.now().attempt_lengths();
+                               return lengths.empty() ? 0.0 : lengths.back();
+                             })
+      .def_property_readonly("state_hash", [](const S& s) { return state_hash(s.now().state()); })
+      .def_property_readonly(
+          "positions", [](const S& s) { return view<double>(s.now().positions(), s.owner()); })
+      .def_property_readonly(
+          "velocities", [](const S& s) { return view<double>(s.now().velocities(), s.owner()); })
+      .def_property_readonly("mass",
+                             [](const S& s) {
+                               return view<double>(std::span<const double>(s.now().mass()),
+                                                   s.owner());
+                             })
+      .def_property_readonly(
+          "triangles",
+          [](const S& s) { return view<std::int32_t>(s.now().cloth_triangles(), s.owner()); })
+      .def_property_readonly("body_positions",
+                             [](const S& s) {
+                               return view<double>(std::span<const Vec3>(s.now().body_positions()),
+                                                   s.owner());
+                             })
+      .def_property_readonly(
+          "body_triangles",
+          [](const S& s) { return view<std::int32_t>(s.now().body_triangles(), s.owner()); })
+      .def_property_readonly("piece_begin", [](const S& s) { return s.now().built().piece_begin; })
+      .def_property_readonly("body_begin",
+                             [](const S& s) {
+                               std::vector<std::size_t> begin{0};
+                               for (const auto& body : s.now().built().bodies)
+                                 begin.push_back(begin.back() + body->vertex_count());
+                               return begin;
+                             })
+      .def_property_readonly(
+          "vertex_areas",
+          [](const S& s) {
+            return own<double>(vertex_areas(s.now().positions(), s.now().cloth_triangles()));
+          })
+      .def("flags",
+           [](S& s) {
+             return own<std::uint8_t>(unlocked(s, [](Simulation& now) { return now.flags(); }));
+           })
+      .def("contacts", &contact_table)
+      .def("energies",
+           [](S& s) { return unlocked(s, [](Simulation& now) { return now.energies(); }); })
+      .def("result_text", [](S& s) { return result_text(s.result()); })
+      .def_property_readonly("warnings", &S::warnings);
+  std::vector<std::string> flags;
+  for (int bit = 0; bit < kVertexFlags; ++bit) flags.emplace_back(flag_name(bit));
+  m.attr("flag_names") = flags;
+}
+
+}  // namespace selvedge::python

@@ -1,0 +1,221 @@
+# SPDX-License-Identifier: MIT
+"""What a module owes its interpreter: memory, threads, signals, exceptions, documentation."""
+
+import inspect
+import os
+import pydoc
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+
+import numpy as np
+import pytest
+import selvedge
+
+from conftest import ball_scene, sheet
+
+
+def resident_bytes():
+    with open("/proc/self/statm") as file:
+        return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+def growth(call, count):
+    """Growth of memory over the second half of `count` calls, in bytes a call."""
+    for _ in range(count // 2):
+        call()
+    before = resident_bytes()
+    for _ in range(count - count // 2):
+        call()
+    return (resident_bytes() - before) / (count - count // 2)
+
+
+def test_memory_stays_flat_over_ten_thousand_calls():
+    x, t = sheet(2)
+    up, down = x + [0, 0, 0.1], x - [0.01, 0.02, 0.1]
+    q = np.random.default_rng(1).uniform(-1, 1, (20, 8, 3))
+    simulation = selvedge.Simulation(ball_scene(cells=2))
+    state = simulation.save()
+    bad = np.full_like(x, np.nan)
+
+    def refused():
+        with pytest.raises(ValueError):
+            selvedge.find_crossings(bad, t)
+
+    calls = {
+        "collisions": lambda: selvedge.find_collisions(up, down, t, (x, t)),
+        "candidates": lambda: selvedge.find_candidates(up, down, t),
+        "contacts": lambda: selvedge.find_contacts(up, t, 0.2, (x, t)),
+        "impacts": lambda: selvedge.ccd.point_triangle(q),
+        "errors": refused,
+        "views": lambda: (simulation.positions, simulation.contacts(), simulation.flags()),
+        "check": lambda: selvedge.check(up, t, against=(x, t)),
+    }
+    with selvedge.ThreadLimit(1):
+        for call in calls.values():
+            call()
+        assert growth(lambda: [call() for call in calls.values()], 10_000 // len(calls)) < 200
+        assert growth(lambda: simulation.restore(state), 400) < 2000, "restored states"
+
+
+def test_other_threads_run_during_a_long_call():
+    simulation = selvedge.Simulation(ball_scene(cells=40))
+    turns = []
+    done = threading.Event()
+
+    def count():
+        while not done.is_set():
+            turns.append(time.monotonic())
+            time.sleep(0.001)
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    time.sleep(0.02)
+    begin = time.monotonic()
+    simulation._core.step_towards(20)  # one call of the compiled half
+    end = time.monotonic()
+    done.set()
+    thread.join()
+    during = [turn for turn in turns if begin < turn < end]
+    assert end - begin > 0.004
+    assert len(during) >= 2
+
+
+def test_a_simulation_refuses_two_threads_at_once():
+    simulation = selvedge.Simulation(ball_scene(cells=40, frames=100))
+    faults = []
+
+    def work():
+        try:
+            for _ in range(10):
+                simulation.step()
+        except RuntimeError as error:
+            faults.append(str(error))
+
+    threads = [threading.Thread(target=work) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert faults and all("another thread uses this simulation" in fault for fault in faults)
+    simulation.step()
+
+
+def test_two_simulations_run_in_two_threads_to_the_same_bits():
+    hashes = [None, None]
+
+    def work(k):
+        simulation = selvedge.Simulation(ball_scene())
+        simulation.advance_to_frame(6)
+        hashes[k] = simulation.state_hash
+
+    threads = [threading.Thread(target=work, args=(k,)) for k in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert hashes[0] == hashes[1] is not None
+
+
+LONG_CALLS = {
+    "advance": """
+        simulation = selvedge.Simulation(scene)
+        call = lambda: simulation.advance_to_frame(99999)
+    """,
+    "run": """
+        call = lambda: selvedge.run(scene, folder)
+    """,
+    "check": """
+        selvedge.run({**scene, "time": {"frames": 3}}, folder, every_step=True)
+        import pathlib, shutil
+        steps = pathlib.Path(folder) / "steps"
+        (first,) = list(steps.glob("cloth_*1.*"))[:1]
+        call = lambda: [selvedge.check(folder) for _ in range(100000)]
+    """,
+    "compare": """
+        import json
+        with open(folder + ".json", "w") as file:
+            json.dump({**scene, "time": {"frames": 99999}}, file)
+        call = lambda: selvedge.compare(folder + ".json", "dt=1e-3,1e-4", folder, reference=False)
+    """,
+}
+
+
+@pytest.mark.parametrize("name", LONG_CALLS)
+def test_ctrl_c_ends_a_long_call(tmp_path, name):
+    program = f"""
+import sys
+sys.path[:0] = {sys.path!r}
+import selvedge
+from conftest import ball_scene
+scene = ball_scene(cells=6, frames=99999)
+folder = {str(tmp_path / "out")!r}
+{textwrap.dedent(LONG_CALLS[name])}
+print("ready", flush=True)
+try:
+    call()
+except KeyboardInterrupt:
+    print("interrupted", flush=True)
+"""
+    with subprocess.Popen(
+        [sys.executable, "-c", program], stdout=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout.readline() == "ready\n"
+        time.sleep(0.7)
+        process.send_signal(signal.SIGINT)
+        out, _ = process.communicate(timeout=30)
+    assert out == "interrupted\n"
+
+
+def test_an_exception_of_a_callback_leaves_the_call():
+    class Mine(Exception):
+        pass
+
+    def fail(*_):
+        raise Mine("stop here")
+
+    simulation = selvedge.Simulation(ball_scene())
+    with pytest.raises(Mine, match="stop here"):
+        simulation.advance_to_frame(2, before_step=fail)
+    with pytest.raises(Mine):
+        simulation.advance_to_frame(2, progress=fail)
+    simulation.advance_to_frame(3)
+
+
+def test_an_exception_of_the_progress_of_a_run_leaves_the_call(tmp_path):
+    def fail(frame, seconds):
+        raise LookupError("enough")
+
+    with pytest.raises(LookupError, match="enough"):
+        selvedge.run(ball_scene(), tmp_path / "out", progress=fail)
+    assert selvedge.run(ball_scene(), tmp_path / "out")["clean"]
+
+
+def public(kind):
+    """Names of the methods that a class documents itself."""
+    return [n for n in vars(kind) if not n.startswith("_") or n == "__init__" and vars(kind)["__doc__"]]
+
+
+def test_every_public_name_is_documented_and_annotated():
+    for module in (selvedge, selvedge.ccd):
+        for name in module.__all__:
+            value = getattr(module, name)
+            if isinstance(value, tuple):
+                continue
+            assert inspect.getdoc(value), name
+            functions = (
+                [f for n, f in vars(value).items() if inspect.isfunction(f) and n in public(value)]
+                if inspect.isclass(value)
+                else [value] if inspect.isfunction(value) else []
+            )
+            for function in functions:
+                signature = inspect.signature(function)
+                assert signature.return_annotation is not inspect.Signature.empty, function
+                for parameter in signature.parameters.values():
+                    known = parameter.annotation is not inspect.Parameter.empty
+                    assert known or parameter.name == "self", (function, parameter)
+    text = pydoc.render_doc(selvedge, renderer=pydoc.plaintext)
+    assert "find_collisions(x0" in text and "(n, 3) metres" in text

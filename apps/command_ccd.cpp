@@ -219,13 +219,14 @@ void print_cells(const Cells& cells, bool markdown, bool head) {
     return;
   }
   fmt::print("{:<24}{:>8}{:>8}{:>8}", cells[0], cells[1], cells[2], cells[3]);
-  for (std::size_t i = 4; i < cells.size(); ++i) fmt::print("{:>11}", cells[i]);
+  for (std::size_t i = 4; i < cells.size(); ++i) fmt::print(" {:>10}", cells[i]);
   fmt::print("\n");
 }
 
 std::string heading(const NamedQueries& queries, const QueryScore& score) {
-  return fmt::format("{}: {} {} queries, {} collide{}", queries.name, score.queries,
-                     query_kind_name(queries.set.kind), score.positives,
+  return fmt::format("{}: {} {} {}, {} {}{}", queries.name, score.queries,
+                     query_kind_name(queries.set.kind), score.queries == 1 ? "query" : "queries",
+                     score.positives, score.positives == 1 ? "collides" : "collide",
                      queries.times_from_file ? "" : "; their times as ccd_exact finds them");
 }
 

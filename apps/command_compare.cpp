@@ -2,12 +2,14 @@
 #include "command_compare.h"
 
 #include <fmt/format.h>
+#include <selvedge/apps/detail/counted.h>
 #include <selvedge/apps/detail/method_choice.h>
 #include <selvedge/apps/detail/progress_bar.h>
 #include <selvedge/compare/compare_plan.h>
 #include <selvedge/compare/compare_table.h>
 #include <selvedge/core/files.h>
 #include <selvedge/core/resources.h>
+#include <selvedge/core/text.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -44,17 +46,12 @@ void write_whole(const fs::path& file, const std::string& text) {
   out.commit();
 }
 
-std::string quoted(const std::string& word) {
-  constexpr const char* plain =
-      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=,:+";
-  return word.find_first_not_of(plain) == std::string::npos ? word : "'" + word + "'";
-}
-
 /// A command that repeats the comparison, without the folder and the options for printing.
 std::string command_in_words(const CompareOptions& o) {
-  std::string text = "selvedge compare " + quoted(o.scene);
+  std::string text = "selvedge compare " + shell_quoted(o.scene);
   const auto add = [&](const char* option, const std::vector<std::string>& values) {
-    for (const std::string& value : values) text += std::string(" ") + option + " " + quoted(value);
+    for (const std::string& value : values)
+      text += std::string(" ") + option + " " + shell_quoted(value);
   };
   add("--vary", o.vary);
   add("--set", o.set);
@@ -117,8 +114,9 @@ void print_own_share(const TimeOfRuns& time, double all_s) {
     parts += fmt::format("{} {:.2f} s, ", what, seconds);
     rest_s -= seconds;
   }
-  fmt::print("{} runs took {:.2f} s; overhead of compare {:.1f} %: {}rest {:.2f} s\n", time.runs,
-             time.run_s, 100.0 * (all_s / time.run_s - 1.0), parts, rest_s);
+  fmt::print("{} took {:.2f} s; overhead of compare {:.1f} %: {}rest {:.2f} s\n",
+             counted(time.runs, "run"), time.run_s, 100.0 * (all_s / time.run_s - 1.0), parts,
+             rest_s);
 }
 
 int run_all(const CompareOptions& o, const fs::path& out, const ComparePlan& plan,
@@ -156,9 +154,8 @@ int run_planned(const CompareOptions& o, const Methods& methods, Clock::time_poi
 }
 
 PlannedCompare planned(const CompareOptions& o, const Methods& methods) {
-  return plan_compare(request_of(o), methods, [](const std::string& what) {
-    fmt::print(stderr, "note: cannot run and is marked: {}\n", what);
-  });
+  return plan_compare(request_of(o), methods,
+                      [](const std::string& what) { fmt::print(stderr, "note: {}\n", what); });
 }
 
 int make_workflow(const CompareOptions& o, const Methods& methods) {
@@ -167,8 +164,8 @@ int make_workflow(const CompareOptions& o, const Methods& methods) {
   warn_of(lock);
   write_plan(o.workflow, made.plan, made.scene_of_id);
   write_workflow(o.workflow, made.plan);
-  fmt::print("{0}/Snakefile: {1} jobs; run them with: cd {0} && snakemake --cores 2\n", o.workflow,
-             made.plan.cells.size() + made.plan.levels.size() + 1);
+  fmt::print("{}/Snakefile: {} jobs; run them with: cd {} && snakemake --cores 2\n", o.workflow,
+             made.plan.cells.size() + made.plan.levels.size() + 1, shell_quoted(o.workflow));
   return 0;
 }
 

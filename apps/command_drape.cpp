@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <selvedge/apps/detail/heartbeat.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/lab/fabric_drape.h>
@@ -163,8 +164,11 @@ void run_command(const DrapeOptions& o) {
         100.0 * o.diameter, o.woven ? "woven" : "polar", o.cells, o.seeds, "fabric", "measured",
         "computed", "spread", "limit", "+-", "error", "strips", "unsettled", "folds");
   Json rows = Json::array();
-  for (const Fabric& fabric : fabrics) {
-    const DrapeRow row = compute(fabric, o);
+  Heartbeat heartbeat("drape");
+  for (std::size_t i = 0; i < fabrics.size(); ++i) {
+    heartbeat.now(fmt::format("fabric {} of {}", i + 1, fabrics.size()));
+    const DrapeRow row = compute(fabrics[i], o);
+    heartbeat.now("");
     if (o.json)
       rows.push_back(to_json(row));
     else

@@ -2,6 +2,7 @@
 #include "command_identify.h"
 
 #include <fmt/format.h>
+#include <selvedge/apps/detail/heartbeat.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/resources.h>
 #include <selvedge/scene/fabric_file.h>
@@ -60,7 +61,8 @@ struct Found {
   double seconds = 0.0;
 };
 
-void print_generation(const GeneticState& state, int generations) {
+void print_generation(const GeneticState& state, int generations, Heartbeat& heartbeat) {
+  heartbeat.now(fmt::format("genetic, generation {} of {}", state.generation + 1, generations));
   double least = state.islands[0][0].residual;
   for (const auto& island : state.islands)
     for (const Candidate& c : island) least = std::min(least, c.residual);
@@ -68,10 +70,10 @@ void print_generation(const GeneticState& state, int generations) {
              least);
 }
 
-Found run_genetic(const DrapeSearch& search, const IdentifyOptions& o) {
+Found run_genetic(const DrapeSearch& search, const IdentifyOptions& o, Heartbeat& heartbeat) {
   return {"genetic",
           resumable_genetic(search, o.genetic, {o.state, o.resume}, [&](const GeneticState& s) {
-            print_generation(s, o.genetic.generations);
+            print_generation(s, o.genetic.generations, heartbeat);
           })};
 }
 
@@ -184,8 +186,10 @@ void identify_net(const IdentifyOptions& o) {
   const NetSearch search = net_search_of(o);
   const SearchSpace space = search.space();
   Json results = Json::array();
+  Heartbeat heartbeat("identify");
   for (const std::string method : {"genetic", "nelder_mead"}) {
     if (o.method != method && o.method != "both") continue;
+    heartbeat.now(method);
     const Stopwatch watch;
     Found found{method, {}};
     SearchResult& result = found.result;
@@ -198,6 +202,7 @@ void identify_net(const IdentifyOptions& o) {
       result.best = nelder_mead(space, space.middle(), config, result.evaluations);
     }
     found.seconds = watch.seconds();
+    heartbeat.now("");
     results.push_back(to_json(search, o, found));
     if (!o.json) print_net_report(results.back());
   }
@@ -207,13 +212,16 @@ void identify_net(const IdentifyOptions& o) {
 void run_command(const IdentifyOptions& o) {
   const ThreadLimit limit(o.threads);
   if (o.trial != "drape") return identify_net(o);
+  Heartbeat heartbeat("identify");
   const DrapeSearch search = search_of(o);
   Json results = Json::array();
-  for (const char* method : {"genetic", "nelder_mead"}) {
+  for (const std::string method : {"genetic", "nelder_mead"}) {
     if (o.method != method && o.method != "both") continue;
+    heartbeat.now(method);
     const Stopwatch watch;
-    Found found = std::string(method) == "genetic" ? run_genetic(search, o) : run_local(search, o);
+    Found found = method == "genetic" ? run_genetic(search, o, heartbeat) : run_local(search, o);
     found.seconds = watch.seconds();
+    heartbeat.now("");
     results.push_back(to_json(search, found));
     if (!o.json) print_report(results.back());
   }

@@ -131,6 +131,7 @@ const Option& Option::comma_separated() const {
 }
 const Option& Option::one_word() const {
   option_->allow_extra_args(false);
+  option_->option_text("TEXT (repeatable)");  // the library would print "TEXT ..."
   return *this;
 }
 const Option& Option::words(int count) const {

@@ -2,6 +2,8 @@
 #include "command_render.h"
 
 #include <fmt/format.h>
+#include <selvedge/apps/detail/progress_bar.h>
+#include <selvedge/core/resources.h>
 #include <selvedge/render/render.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/run/result_pictures.h>
@@ -181,11 +183,15 @@ int render_command(const RenderOptions& options) {
   const bool animated = !options.animation.empty();
   const double fps = playing_rate(options, pictures, list);
   if (animated && ffmpeg_is_there()) animation.emplace(options.animation, fps);
-  for (const Shot& shot : list) {
-    const Image image = pictures.picture(shot.frame, shot.camera);
-    write_png(shot.file, image);
+  ProgressBar bar("picture", static_cast<int>(list.size()));
+  const Stopwatch watch;
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    bar.show(static_cast<int>(i), watch.seconds());
+    const Image image = pictures.picture(list[i].frame, list[i].camera);
+    write_png(list[i].file, image);
     if (animation) animation->add(image);
   }
+  bar.clear();
   fmt::print("{} in {}\n",
              list.size() == 1 ? list.front().file.filename().string()
                               : fmt::format("{} pictures", list.size()),

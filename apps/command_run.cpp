@@ -6,6 +6,7 @@
 #include <selvedge/apps/detail/progress_bar.h>
 #include <selvedge/apps/detail/record_queries.h>
 #include <selvedge/core/parallel.h>
+#include <selvedge/core/text.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/run/result_pictures.h>
 #include <selvedge/run/run.h>
@@ -39,7 +40,7 @@ struct RunOptions {
   int max_steps = 0;
   std::optional<int> stall_steps;
   std::string plan = "on";
-  bool resume = false, every_step = false, json = false, no_picture = false;
+  bool resume = false, overwrite = false, every_step = false, json = false, no_picture = false;
   QueryRecorderConfig record;
 };
 
@@ -114,8 +115,9 @@ void print_summary(const Scene& scene, const RunResult& r, const std::filesystem
   fmt::print("clean        {}\n", clean_line(scene, r));
   fmt::print("max stretch  {:.2f} %{}\n", 100.0 * r.max_stretch, over_strain(r));
   if (const auto& gains = r.ledger.at("balance"); gains.at("gained_steps") > 0.0)
-    fmt::print("energy       numerical errors added {:.3g} J in {:.0f} steps; shorten the steps\n",
-               gains.at("energy_gained_J"), gains.at("gained_steps"));
+    fmt::print("energy       numerical errors added {:.3g} J in {}; shorten the steps\n",
+               gains.at("energy_gained_J"),
+               counted(static_cast<long>(gains.at("gained_steps")), "step"));
   fmt::print("final speed  {:.4f} m/s at most\n", r.final_max_speed);
   fmt::print("seconds     ");
   for (const auto& [phase, seconds] : r.phase_s) fmt::print(" {} {:.2f}", phase, seconds);
@@ -136,8 +138,8 @@ RunResult run_or_explain(const Scene& scene, const RunConfig& config, ProgressBa
   } catch (const SimulationFailed&) {
     bar.clear();
     const std::string bundle = (config.out / "failure").string();
-    fmt::print(stderr, "the failed step is in {0}; `selvedge replay {0} --explain` repeats it\n",
-               bundle);
+    fmt::print(stderr, "the failed step is in {}; `selvedge replay {} --explain` repeats it\n",
+               bundle, shell_quoted(bundle));
     throw;
   }
 }
@@ -156,6 +158,7 @@ int run_command(const RunOptions& options) {
   config.out = options.out.empty() ? std::filesystem::path("out") / scene.name
                                    : std::filesystem::path(options.out);
   config.resume = options.resume;
+  config.overwrite = options.overwrite;
   config.every_step = options.every_step;
   if (options.budget > 0.0) config.budget_s = options.budget;
   config.max_steps = options.max_steps;
@@ -201,7 +204,12 @@ void add_command_run(const Command& app) {
               "off: also compute parts that are proved to have no effect (the result "
               "is the same)")
       .one_of({"on", "off"});
-  command.flag("--resume", options->resume, "Continue from the checkpoint in the result folder");
+  const Command::Option resume = command.flag("--resume", options->resume,
+                                              "Continue from the checkpoint in the result folder");
+  command
+      .flag("--overwrite", options->overwrite,
+            "Replace the results of an earlier run of the scene in the result folder")
+      .excludes(resume);
   command.flag("--every-step", options->every_step, "Also write every accepted state");
   command
       .option("--budget", options->budget,

@@ -2,6 +2,7 @@
 #include "command_stability.h"
 
 #include <fmt/format.h>
+#include <selvedge/apps/detail/heartbeat.h>
 #include <selvedge/apps/detail/method_choice.h>
 #include <selvedge/compare/compare_plan.h>
 #include <selvedge/compare/stability.h>
@@ -56,11 +57,13 @@ std::vector<double> numbers(const std::string& option, const std::string& text) 
 std::vector<StabilityRow> measure(const StabilityOptions& o, const Scene& scene,
                                   const std::vector<std::string>& names) {
   std::vector<StabilityRow> rows;
+  Heartbeat heartbeat("stability");
   for (const double stiffness : numbers("--stiffness", o.stiffness))
     for (const double ratio : numbers("--mass-ratio", o.mass_ratio))
       for (const double damping : numbers("--damping", o.damping)) {
         const StabilitySubject subject(scene, stiffness, ratio, damping);
         for (const std::string& name : names) {
+          heartbeat.now(fmt::format("row {}, {}", rows.size() + 1, name));
           rows.push_back(largest_stable_step(name, subject, o.config));
           rows.back().stiffness = stiffness;
           rows.back().mass_ratio = ratio;
@@ -112,8 +115,11 @@ void write_maps(const StabilityOptions& o, const Scene& scene,
                 const std::vector<std::string>& names) {
   const auto stiffness = numbers("--stiffness", o.stiffness), step = numbers("--step", o.step);
   std::vector<StabilityMap> maps;
-  for (const std::string& name : names)
+  Heartbeat heartbeat("stability");
+  for (const std::string& name : names) {
+    heartbeat.now("map of " + name);
     maps.push_back(map_stability(name, scene, stiffness, step, o.config));
+  }
   AtomicFile file(o.map);
   file.write(draw_maps(maps));
   file.commit();

@@ -4,10 +4,13 @@
 #include <selvedge/bodies/mesh_file.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <numeric>
 #include <stdexcept>
 #include <system_error>
@@ -118,9 +121,42 @@ bool decode(const std::string& bytes, TriangleMesh& mesh) {
   return true;
 }
 
-TriangleMesh read_by_assimp(const std::filesystem::path& file, const LoadConfig& config) {
+std::uint32_t little_endian(const unsigned char* bytes) {
+  return bytes[0] | bytes[1] << 8 | bytes[2] << 16 | std::uint32_t{bytes[3]} << 24;
+}
+
+// Compares the lengths in the headers of a binary glTF file with its size: assimp allocates them
+// before it reads.
+void check_glb(const std::filesystem::path& file, std::uintmax_t size) {
+  constexpr std::uintmax_t header = 12, chunk_header = 8;
+  std::array<unsigned char, header + chunk_header> bytes{};
+  std::ifstream(file, std::ios::binary)
+      .read(reinterpret_cast<char*>(bytes.data()), std::ssize(bytes));
+  const std::uintmax_t length = little_endian(&bytes[8]), chunk = little_endian(&bytes[12]);
   const std::string name = file.string();
-  detail::checked_size(file);
+  if (size < header + chunk_header || std::memcmp(bytes.data(), "glTF", 4) != 0)
+    throw std::invalid_argument(name + ": is not a binary glTF file; export the mesh again");
+  if (length > size || chunk > size - header - chunk_header)
+    throw std::invalid_argument(name + ": its header gives " +
+                                std::to_string(std::max(length, chunk)) + " bytes, the file has " +
+                                std::to_string(size) + "; it is cut short, export the mesh again");
+}
+
+// What reading a file of this size may need, at most the limit of `config`. Packed formats grow
+// hundredfold; a .gltf file may name larger files.
+std::size_t memory_for(std::uintmax_t size, const std::string& extension,
+                       const LoadConfig& config) {
+  constexpr std::uintmax_t least = std::uintmax_t{512} << 20, growth = 400;
+  if (extension == ".gltf") return config.memory_limit;
+  return static_cast<std::size_t>(
+      std::min<std::uintmax_t>(config.memory_limit, least + growth * size));
+}
+
+TriangleMesh read_by_assimp(const std::filesystem::path& file, const LoadConfig& config) {
+  const std::string name = file.string(), extension = detail::lower_extension(file);
+  const std::uintmax_t size = detail::checked_size(file);
+  if (extension == ".glb") check_glb(file, size);
+  const std::size_t memory = memory_for(size, extension, config);
   if (!kHasAssimp)
     throw std::invalid_argument(name +
                                 ": this build has no assimp and reads OBJ, PLY and OFF only; " +
@@ -128,7 +164,7 @@ TriangleMesh read_by_assimp(const std::filesystem::path& file, const LoadConfig&
   const auto cpu_seconds = static_cast<long>(std::ceil(config.timeout));
   const detail::ChildResult result =
       detail::run_child({assimp_program(), std::filesystem::absolute(file).string(),
-                         std::to_string(config.memory_limit), std::to_string(cpu_seconds)},
+                         std::to_string(memory), std::to_string(cpu_seconds)},
                         {config.timeout, config.memory_limit});
   TriangleMesh mesh;
   const bool whole = result.end == detail::ChildResult::End::exited && result.code == 0 &&
@@ -228,6 +264,7 @@ TriangleMesh prepare_mesh(TriangleMesh mesh, const LoadConfig& config, const std
   check_indices(mesh, name);
   if (config.weld) weld(mesh);
   check_mesh(mesh, name);
+  detail::require_few_faces_at_vertices(mesh, name);
   return mesh;
 }
 

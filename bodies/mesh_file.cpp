@@ -70,6 +70,8 @@ MeshSource read_source(const std::filesystem::path& file) {
   stream.read(source.bytes.data(), static_cast<std::streamsize>(size));
   if (static_cast<std::uintmax_t>(stream.gcount()) != size)
     throw std::invalid_argument(source.name + ": cannot be read to its end");
+  constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";  // some editors begin text with it
+  if (source.bytes.starts_with(byte_order_mark)) source.bytes.erase(0, byte_order_mark.size());
   return source;
 }
 
@@ -182,6 +184,18 @@ void require_surface(const MeshSource& source, const TriangleMesh& mesh) {
   if (mesh.vertices.empty()) refuse(source, "has no vertices; export the mesh again");
   if (mesh.triangles.empty())
     refuse(source, "has no faces; export the surface, not only its points");
+  require_few_faces_at_vertices(mesh, source.name);
+}
+
+void require_few_faces_at_vertices(const TriangleMesh& mesh, const std::string& name) {
+  constexpr std::int32_t most = 8192;
+  std::vector<std::int32_t> faces(mesh.vertices.size(), 0);
+  for (const Triangle& t : mesh.triangles)
+    for (const std::int32_t v : t)
+      if (++faces[v] > most)
+        throw std::invalid_argument(
+            name + ": more than " + std::to_string(most) + " triangles meet at vertex " +
+            std::to_string(v) + " (a polygon counts as a fan); divide the face, or mesh it anew");
 }
 
 namespace {

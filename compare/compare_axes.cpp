@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/compare/compare_plan.h>
+#include <selvedge/core/text.h>
 #include <selvedge/scene/scene.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <optional>
 #include <stdexcept>
 #include <string_view>
@@ -17,13 +17,10 @@ namespace {
 constexpr std::string_view kAnyGeometry = "geometry.*.";
 constexpr std::size_t kMostCells = 10'000;
 constexpr double kMostStepsPerFrame = 1000.0;  // the most that a scene file may request
+/// A step that fits up to the six digits of its name counts as fitting.
+constexpr double kStepDigits = 1e-5;
 
-std::optional<double> number(const std::string& text) {
-  char* end = nullptr;
-  const double value = std::strtod(text.c_str(), &end);
-  if (text.empty() || *end != 0 || !std::isfinite(value)) return std::nullopt;
-  return value;
-}
+std::optional<double> number(const std::string& text) { return finite_number(text); }
 
 [[noreturn]] void refuse(const std::string& text, const std::string& fault) {
   throw std::invalid_argument("--vary " + text + ": " + fault);
@@ -283,19 +280,53 @@ double nominal_step(const Scene& scene) {
 }
 
 std::vector<Override> step_overrides(const Scene& base, double dt) {
-  constexpr double rounding = 1e-9;  // a step that fits up to rounding counts as fitting
   const double fps = base.time.fps, end = base.time.frames / fps;
-  if (dt <= (1.0 + rounding) / fps) {
-    const double steps = std::ceil(1.0 / (fps * dt) - rounding);
+  const auto whole = [](double steps) { return std::ceil(steps * (1.0 - kStepDigits)); };
+  if (dt <= (1.0 + kStepDigits) / fps) {
+    const double steps = whole(1.0 / (fps * dt));
     const double parts = std::ceil(steps / kMostStepsPerFrame);
     return {{"time.frames", fmt::format("{}", base.time.frames * parts)},
             {"time.fps", fmt::format("{}", fps * parts)},
             {"time.steps_per_frame", fmt::format("{}", std::ceil(steps / parts))}};
   }
-  const double frames = std::max(1.0, std::ceil(end / dt - rounding));
+  const double frames = std::max(1.0, whole(end / dt));
   return {{"time.frames", fmt::format("{}", frames)},
           {"time.fps", fmt::format("{}", frames / end)},
           {"time.steps_per_frame", "1"}};
+}
+
+namespace {
+
+/// The step that step_overrides makes of dt, s.
+double stepped(const Scene& base, double dt) {
+  Scene scene = base;
+  for (const Override& set : step_overrides(base, dt)) {
+    const double value = number(set.value).value_or(0.0);
+    if (set.path == "time.fps") scene.time.fps = value;
+    if (set.path == "time.steps_per_frame") scene.time.steps_per_frame = static_cast<int>(value);
+  }
+  return nominal_step(scene);
+}
+
+}  // namespace
+
+std::vector<std::string> round_steps(CompareAxis& dt, const Scene& base) {
+  std::vector<std::string> values, notes;
+  for (const std::string& text : dt.values) {
+    const auto asked = number(text);
+    if (!asked || *asked <= 0.0)
+      throw std::invalid_argument("--vary dt: " + text + ": must be seconds above 0");
+    const double made = stepped(base, *asked);
+    const std::string name = fmt::format("{:.6g}", made);
+    const bool fits = std::abs(made - *asked) <= kStepDigits * *asked;
+    const bool twice = std::find(values.begin(), values.end(), name) != values.end();
+    if (!fits || twice)
+      notes.push_back(fmt::format("dt={}: the step is {} s, so that whole steps fill the frames{}",
+                                  text, name, twice ? "; it is in the list already" : ""));
+    if (!twice) values.push_back(name);
+  }
+  dt.values = std::move(values);
+  return notes;
 }
 
 std::vector<Override> cell_overrides(const std::vector<CompareAxis>& axes,

@@ -2,13 +2,14 @@
 #include <fmt/format.h>
 #include <selvedge/compare/compare_plan.h>
 #include <selvedge/compare/detail/compare_error.h>
+#include <selvedge/core/text.h>
 #include <selvedge/simulation/refinement.h>
 #include <selvedge/simulation/simulation.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <set>
 #include <stdexcept>
+#include <string_view>
 
 namespace selvedge {
 namespace {
@@ -31,7 +32,9 @@ const CompareAxis* axis_named(const std::vector<CompareAxis>& axes, const std::s
   return nullptr;
 }
 
-double as_number(const std::string& text) { return std::strtod(text.c_str(), nullptr); }
+double as_number(const std::string& text) {
+  return finite_number(std::string_view(text).substr(0, text.find('x'))).value_or(0.0);
+}
 
 class Planner {
  public:
@@ -47,6 +50,9 @@ class Planner {
     plan.command = request_.command;
     plan.scene = request_.scene;
     plan.axes = read_axes(request_.vary, methods_);
+    for (CompareAxis& axis : plan.axes)
+      if (axis.name == "dt")
+        for (const std::string& sentence : round_steps(axis, base_)) note_(sentence);
     plan.limits = request_.limits;
     plan.repeats = request_.repeats;
     plan.error = std::string(error_quantity(request_.error).name);
@@ -87,7 +93,8 @@ class Planner {
     cell.id = fmt::format("{:04}_{}", plan.cells.size(),
                           text_hash(scene.json + threads).substr(0, kHashDigits));
     cell.impossible = why_impossible(scene);
-    if (!cell.impossible.empty()) note_(fmt::format("{}: {}", label(values), cell.impossible));
+    if (!cell.impossible.empty())
+      note_(fmt::format("cannot run and is marked: {}: {}", label(values), cell.impossible));
     planned_.scene_of_id.emplace_back(cell.id, scene.json);
     plan.cells.push_back(std::move(cell));
   }

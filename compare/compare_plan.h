@@ -57,6 +57,10 @@ std::vector<Override> step_overrides(const Scene& base, double dt);
 /// Length of a nominal step, s.
 double nominal_step(const Scene& scene);
 
+/// Replaces the values of the axis "dt" by the steps that step_overrides makes of them, each once.
+/// Returns a sentence for each value that changes or is dropped.
+std::vector<std::string> round_steps(CompareAxis& dt, const Scene& base);
+
 /// Status of one run of one cell.
 ///   ok        the run finished
 ///   unstable  the state is not finite or springs exceed ten times their length
@@ -239,8 +243,8 @@ struct PlannedCompare {
 };
 
 /// Reads the scene and the axes and checks whether every cell can start. Cells that cannot start
-/// are marked, skipped and reported to `note`. Throws std::invalid_argument for an error that
-/// concerns all cells.
+/// are marked, skipped and reported to `note`, as are steps that had to be rounded. Throws
+/// std::invalid_argument for an error that concerns all cells.
 PlannedCompare plan_compare(const CompareRequest& request, const Methods& methods,
                             const std::function<void(const std::string&)>& note);
 

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <selvedge/compare/compare_table.h>
 #include <selvedge/compare/detail/compare_error.h>
+#include <selvedge/core/text.h>
 
 #include <algorithm>
 #include <array>
@@ -200,7 +201,8 @@ RowText fields(const CompareTable& table, const CompareRow& row,
   add_result_columns(row, f);
   f.emplace_back("recall", if_ok(figure(row.run.pairs.recall)));
   f.emplace_back("colliding", if_ok(std::to_string(row.run.pairs.colliding)));
-  f.emplace_back("dt", figure(row.run.dt));
+  if (axis_value(table.plan.axes, row.values, "dt").empty())  // else a column already
+    f.emplace_back("dt", figure(row.run.dt));
   f.emplace_back("particles", std::to_string(row.run.particles));
   f.emplace_back("contacts", figure(counter(row, "contacts")));
   f.emplace_back("solver_iterations", figure(counter(row, "solver_iterations")));
@@ -390,8 +392,8 @@ std::string to_text(const CompareTable& table) {
 }
 
 std::string command_of(const ComparePlan& plan, const CompareCell& cell) {
-  std::string command = "selvedge run " + plan.scene.string();
-  for (const std::string& set : cell.set) command += " --set '" + set + "'";
+  std::string command = "selvedge run " + shell_quoted(plan.scene.string());
+  for (const std::string& set : cell.set) command += " --set " + shell_quoted(set);
   return command + fmt::format(" --threads {}", cell.threads);
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/compare/compare_plan.h>
 #include <selvedge/core/files.h>
+#include <selvedge/core/text.h>
 
 #include <string>
 
@@ -12,7 +13,8 @@ void write_workflow(const std::filesystem::path& out, const ComparePlan& plan) {
     if (cell.impossible.empty()) cells += "    \"" + cell.id + "\",\n";
   for (const std::string& level : plan.levels) cells += "    \"" + level + "\",\n";
   AtomicFile file(out / "Snakefile");
-  file.write("# Made by: " + plan.command + " --workflow\n" +
+  // A line end in a name would end the comment.
+  file.write("# Made by: " + printable(plan.command) + " --workflow\n" +
              R"(# Run it here:  snakemake --cores 2
 # Another program than the selvedge of the path:  --config selvedge=/where/it/is
 # One job a cell, each in its own processes; times of jobs that share a machine disturb each other.

@@ -18,8 +18,10 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <set>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 namespace selvedge {
 
@@ -75,6 +77,7 @@ class Run {
     detail::make_folder(config_.out);
     lock_.emplace(config_.out, "run");
     detail::check_folder(scene_, config_.out);  // again: another run may have used it meanwhile
+    if (!config_.resume && !config_.overwrite) detail::refuse_results(config_.out);
     if (config_.warning && !lock_->warning().empty()) config_.warning(lock_->warning());
   }
 
@@ -97,15 +100,33 @@ class Run {
     detail::check_same_scene(config_.out, scene_, config_.methods);
     make_folders();
     frame_ = checkpoint.frame;
+    warn_of_missing_frames();
     written_ = frame_ + 1;
     before_ = std::move(checkpoint.result);
     if (checkpoint.state.splits.empty() && checkpoint.state.merges.empty())
       simulation_->restore(std::move(checkpoint.state));
     else
       simulation_ = refinement_->restored(checkpoint.state, config_.methods);
+    simulation_->continue_sums(before_);
     detail::write_scene(config_.out, scene_);
     detail::remove_beyond(config_.out, config_.formats, frame_, simulation_->state().step);
     resumed_ = true;
+  }
+
+  /// The state comes from the checkpoint, so the run can continue without its earlier frames.
+  void warn_of_missing_frames() const {
+    const std::vector<int> found = numbers_of(config_.out / "frames", "cloth");
+    const std::set<int> there(found.begin(), found.end());
+    int missing = 0, first = -1;
+    for (int frame = 0; frame <= frame_; ++frame) {
+      if (there.contains(frame)) continue;
+      if (missing++ == 0) first = frame;
+    }
+    if (missing > 0 && config_.warning)
+      config_.warning(fmt::format(
+          "{}: {} of the {} frames before the checkpoint are missing, the first is frame {}; the "
+          "run continues, but its result has a gap",
+          (config_.out / "frames").string(), missing, frame_ + 1, first));
   }
 
   // -- frames and steps ---------------------------------------------------------------------------
@@ -167,6 +188,7 @@ class Run {
     settle_frame();  // it refers to the triangles of the simulation that ends here
     refinement_.emplace(std::move(next->refinement));
     simulation_ = std::move(next->simulation);
+    simulation_->continue_sums(before_);
     write_step();
   }
 

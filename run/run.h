@@ -17,7 +17,8 @@ struct RunConfig {
   Methods methods;                                ///< methods that the scene may name
   FrameFormatRegistry formats = frame_formats();  ///< formats that `output` of the scene may name
   bool resume = false;                            ///< continue from the checkpoint in the folder
-  bool every_step = false;                        ///< also write every accepted state to steps/
+  bool overwrite = true;  ///< without `resume`: replace the results of an earlier run in the folder
+  bool every_step = false;  ///< also write every accepted state to steps/
   /// Wall seconds after which the run stops at the end of the current step.
   double budget_s = std::numeric_limits<double>::infinity();
   int max_steps = 0;  ///< largest number of accepted steps in this call; 0: unlimited
@@ -47,7 +48,8 @@ struct RunConfig {
 /// std::runtime_error for a file that could not be written.
 ///
 /// Without `resume`, the run replaces an earlier run of the same scene in the folder, but only
-/// after the new one has proved able to start.
+/// after the new one has proved able to start; it removes all files that the earlier run, `measure`
+/// and pictures of frames have left. Without `overwrite` it refuses such a folder.
 RunResult run_scene(const Scene& scene, const RunConfig& config);
 
 }  // namespace selvedge

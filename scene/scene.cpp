@@ -44,6 +44,7 @@ class SceneReader {
     scene_.file = document_.file;
     if (!root_.contains("name")) root_["name"] = document_.file.stem().string();
     scene_.name = root_["name"].get<std::string>();
+    refuse_bad_name();
     scene_.gravity = read_vec3(root_["gravity"]);
     read_materials();
     read_force_laws();
@@ -51,8 +52,8 @@ class SceneReader {
     detail::check_motions(document_);
     read_handles();
     read_weights();
-    detail::read_seams(document_, methods_.patterns, scene_);
-    detail::read_water(document_, methods_.patterns, scene_);
+    detail::read_seams(document_, selector_, scene_);
+    detail::read_water(document_, selector_, scene_);
     detail::read_bodies(document_, scene_);
     read_air();
     read_perturbation();
@@ -68,6 +69,14 @@ class SceneReader {
 
  private:
   // -- names ------------------------------------------------------------------------------------
+
+  /// The name of the scene names folders.
+  void refuse_bad_name() const {
+    const std::string& name = scene_.name;
+    if (name == "." || name == ".." || name.find('/') != std::string::npos)
+      fail(document_, "name",
+           in_quotes(name) + " cannot be the name of a folder; leave out \"/\" and \"..\"");
+  }
 
   /// The value of a word that the schema allows.
   template <class Enum>
@@ -326,11 +335,10 @@ class SceneReader {
   }
 
   std::vector<std::int32_t> select(const Json& j, const std::string& geometry,
-                                   const std::string& path) const {
+                                   const std::string& path) {
     const auto cloth = std::find_if(scene_.cloths.begin(), scene_.cloths.end(),
                                     [&](const ClothSpec& c) { return c.name == geometry; });
-    return detail::select_vertices(document_, j, *cloth, scene_.materials.at(cloth->material),
-                                   methods_.patterns, path);
+    return selector_.select(j, *cloth, path);
   }
 
   std::string read_geometry_name(Json& j, const std::string& path) const {
@@ -495,6 +503,7 @@ class SceneReader {
   const Methods& methods_;
   Json& root_;
   Scene scene_;
+  detail::VertexSelector selector_{document_, scene_.materials, methods_.patterns};
   std::map<std::pair<std::string, std::int32_t>, std::string> held_;  // vertex to handle
 };
 

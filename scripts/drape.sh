@@ -38,7 +38,7 @@ name=$(basename "$scene" .json)
 out=out/$name
 # Remove the old result, so that frames of an earlier, longer run do not mix with frames of this one.
 rm -rf "$out"
-"$selvedge" run "$scene" --out "$out"
+"$selvedge" run "$scene" --out "$out" --overwrite
 
 cloth=$(find "$out/frames" -name 'cloth_*.ply' | sort | tail -n 1)
 bodies=$(find "$out/frames" -name 'bodies_*.ply' | sort | tail -n 1)

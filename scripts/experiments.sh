@@ -17,7 +17,7 @@ shift $(($# < 2 ? $# : 2))
 names=("$@")
 if [ "${#names[@]}" -eq 0 ]; then
   for file in "$root"/data/experiments/*.json; do
-    if head -n 1 "$file" | grep -q '^// Table '; then
+    if grep -q '^  "description": .* Table [IVX]*: ' "$file"; then
       names+=("$(basename "$file" .json)")
     fi
   done

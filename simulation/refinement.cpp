@@ -229,6 +229,7 @@ void RefiningSimulation::refine() {
   before_ = std::move(before);
   refinement_.emplace(std::move(next->refinement));
   simulation_ = std::move(next->simulation);
+  simulation_->continue_sums(before_);
   was_split_ = true;
 }
 

@@ -60,6 +60,7 @@ std::map<std::string, double> Simulation::energies() const {
 
 const SimulationState& Simulation::state() const { return parts_->state; }
 void Simulation::restore(SimulationState state) { parts_->restore(std::move(state)); }
+void Simulation::continue_sums(RunResult& before) { parts_->continue_sums(before); }
 
 const std::vector<double>& Simulation::attempt_lengths() const { return parts_->attempts.lengths; }
 const RejectedAttempt& Simulation::rejected_attempt() const { return parts_->attempts.failed; }

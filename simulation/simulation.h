@@ -185,6 +185,10 @@ class Simulation {
   /// Continues from `state` (of the same scene); throws std::invalid_argument if its size does not
   /// fit.
   void restore(SimulationState state);
+  /// Goes on adding to the sums of the earlier part of a run (ledger, dripped water), so that their
+  /// last bits do not depend on where the parts meet. Removes them from `before`, which carry_on
+  /// adds. Call it before the first step.
+  void continue_sums(RunResult& before);
 
   /// Lengths of the attempts of the last step, s, the accepted one included.
   const std::vector<double>& attempt_lengths() const;

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <string>
 #include <variant>
@@ -16,20 +17,35 @@ namespace {
 namespace fs = std::filesystem;
 const fs::path folder = fs::path(SELVEDGE_SOURCE_DIR) / "data/experiments";
 
-std::string first_line(const fs::path& file) {
+/// The number of the survey's table that the description of a scene names, such as "XV"; "" for
+/// other scenes.
+std::string table_of(const fs::path& file) {
   std::ifstream in(file);
-  std::string line;
-  std::getline(in, line);
-  return line;
+  const auto description = nlohmann::json::parse(in).at("description").get<std::string>();
+  const std::string mark = " Table ";
+  const auto at = description.find(mark);
+  if (at == std::string::npos) return "";
+  const auto begin = at + mark.size();
+  return description.substr(begin, description.find(':', begin) - begin);
 }
 
-TEST(Experiments, EveryTableOfTheSurveyHasAPresetWhoseHeaderNamesIt) {
+TEST(Experiments, EveryJsonFileOfTheDataIsReadByAStrictReader) {
+  int files = 0;
+  for (const auto& entry :
+       fs::recursive_directory_iterator(fs::path(SELVEDGE_SOURCE_DIR) / "data")) {
+    if (entry.path().extension() != ".json") continue;
+    std::ifstream in(entry.path());
+    EXPECT_TRUE(nlohmann::json::accept(in)) << entry.path();  // comments are not accepted
+    ++files;
+  }
+  EXPECT_GT(files, 50);
+}
+
+TEST(Experiments, EveryTableOfTheSurveyHasAPresetWhoseDescriptionNamesIt) {
   std::set<std::string> tables;
   for (const auto& entry : fs::directory_iterator(folder)) {
     if (entry.path().extension() != ".json") continue;
-    const std::string line = first_line(entry.path());
-    if (!line.starts_with("// Table ")) continue;
-    tables.insert(line.substr(9, line.find(':') - 9));
+    if (const std::string table = table_of(entry.path()); !table.empty()) tables.insert(table);
   }
   EXPECT_EQ(tables,
             (std::set<std::string>{"X", "XI", "XII", "XIII", "XIV", "XV", "XVI", "XVII", "XVIII"}));
@@ -49,7 +65,7 @@ TEST(Experiments, EachIsReadAndStartsWithoutACrossing) {
 /// The rows of a table of the survey, as its preset has them.
 struct Printed {
   std::string scene;
-  std::string mesh;        ///< rectangular, adaptive, or what the preset's header puts in its place
+  std::string mesh;  ///< rectangular, adaptive, or what the preset's description puts in its place
   std::string extension;   ///< hooke, kawabata: stretch and shear
   std::string bending;     ///< hooke (hinges, nets or beams), kawabata, angle and its rate
   bool damped, wind, wet;  ///< external forces beside gravity
@@ -151,7 +167,7 @@ TEST(Experiments, EveryPresetOfATableIsComparedWithIt) {
   std::set<std::string> compared, presets;
   for (const Printed& table : printed()) compared.insert(table.scene);
   for (const auto& entry : fs::directory_iterator(folder))
-    if (entry.path().extension() == ".json" && first_line(entry.path()).starts_with("// Table "))
+    if (entry.path().extension() == ".json" && !table_of(entry.path()).empty())
       presets.insert(entry.path().stem().string());
   EXPECT_EQ(compared, presets);
 }

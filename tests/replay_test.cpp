@@ -182,7 +182,7 @@ TEST_F(Replay, ABundleCarriesTheMeshesOfItsScene) {
 
 TEST_F(Replay, ANewRunRemovesTheBundleOfTheFormerOne) {
   ASSERT_EQ(pinch("p").code, 1);
-  ASSERT_EQ(pinch("p", "--set time.frames=2").code, 0);
+  ASSERT_EQ(pinch("p", "--overwrite --set time.frames=2").code, 0);
   EXPECT_FALSE(exists("p/failure"));
 }
 

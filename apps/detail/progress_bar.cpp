@@ -3,11 +3,14 @@
 #include <selvedge/apps/detail/progress_bar.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <utility>
 
 namespace selvedge {
 namespace {
+
+constexpr double kLinePeriod = 10.0;  // s between two lines in a log
 
 std::string as_duration(double seconds) {
   const auto whole = static_cast<long>(seconds + 0.5);
@@ -22,19 +25,27 @@ ProgressBar::ProgressBar(std::string unit, int total)
     : unit_(std::move(unit)), total_(total), on_(isatty(STDERR_FILENO) != 0) {}
 
 void ProgressBar::show(int done, double seconds) {
-  if (!on_) return;
   if (first_done_ < 0) {
     first_done_ = done;
-    first_seconds_ = seconds;
+    first_seconds_ = line_seconds_ = seconds;
   }
-  constexpr int width = 30;
-  const auto filled = static_cast<std::size_t>(static_cast<long>(width) * done / total_);
+  if (!on_ && seconds < line_seconds_ + kLinePeriod) return;
   std::string left;
   if (done > first_done_)
     left = ", " + as_duration((seconds - first_seconds_) / (done - first_done_) * (total_ - done)) +
            " left";
-  fmt::print(stderr, "\r\033[K[{}{}] {} {} of {}, {}{}", std::string(filled, '#'),
-             std::string(width - filled, ' '), unit_, done, total_, as_duration(seconds), left);
+  const std::string words =
+      fmt::format("{} {} of {}, {}{}", unit_, done, total_, as_duration(seconds), left);
+  if (!on_) {
+    line_seconds_ = seconds;
+    fmt::print(stderr, "{}\n", words);
+    return;
+  }
+  constexpr int width = 30;
+  const auto filled = static_cast<std::size_t>(static_cast<long>(width) * std::min(done, total_) /
+                                               std::max(total_, 1));
+  fmt::print(stderr, "\r\033[K[{}{}] {}", std::string(filled, '#'),
+             std::string(width - filled, ' '), words);
   std::fflush(stderr);
   shown_ = true;
 }

@@ -5,7 +5,8 @@
 
 namespace selvedge {
 
-/// One line on a terminal that shows progress and remaining time. Prints nothing to a pipe or file.
+/// Progress and remaining time on the error stream: one line on a terminal that is written anew; in
+/// a pipe or file a further line every ten seconds, so that short work leaves none.
 class ProgressBar {
  public:
   /// Takes the unit of progress, such as "frame", and the number of units.
@@ -20,7 +21,7 @@ class ProgressBar {
  private:
   std::string unit_;
   int total_, first_done_ = -1;
-  double first_seconds_ = 0.0;
+  double first_seconds_ = 0.0, line_seconds_ = 0.0;
   bool on_, shown_ = false;
 };
 

@@ -76,8 +76,12 @@ std::string count_of(std::size_t n, const char* thing);
 
 /// Splits a polygon into a triangle fan about its first corner.
 void append_fan(std::span<const std::int32_t> polygon, std::vector<Triangle>& triangles);
-/// Throws std::invalid_argument if the mesh has no vertices or no faces.
+/// Throws std::invalid_argument if the mesh has no vertices or no faces, or if a vertex has too
+/// many faces.
 void require_surface(const MeshSource& source, const TriangleMesh& mesh);
+/// Throws std::invalid_argument "name: ..." if more than 8192 triangles meet at a vertex: the time
+/// of a check of the mesh is quadratic in that number. All indices must be valid.
+void require_few_faces_at_vertices(const TriangleMesh& mesh, const std::string& name);
 
 TriangleMesh read_obj(const MeshSource& source);
 TriangleMesh read_off(const MeshSource& source);

@@ -77,6 +77,14 @@ bool is_zero(const PolyVec<Int>& a) {
   return a[0].is_zero() && a[1].is_zero() && a[2].is_zero();
 }
 
+/// Whether a path, of degree 1, ends where it starts.
+template <class Int>
+bool is_constant(const PolyVec<Int>& a) {
+  for (const Polynomial<Int>& p : a)
+    if (!(p.c[1] - p.c[0]).is_zero()) return false;
+  return true;
+}
+
 /// The coarsest power-of-two grid that represents all coordinates exactly.
 struct Grid {
   int exponent = std::numeric_limits<int>::max();
@@ -182,6 +190,7 @@ class ExactQuery {
     toi = 0.0;
     Root<Int> start = Root<Int>::rational(Int(), Int(1));
     if (touches(start)) return true;
+    if (is_constant(X_) && is_constant(Y_) && is_constant(Z_)) return false;  // nothing changes
     const ContactDecision in_plane = first_contact_in_plane(kernel, query_, toi);
     if (in_plane != ContactDecision::open) return in_plane == ContactDecision::yes;
     std::vector<Root<Int>> roots;

@@ -2,6 +2,7 @@
 #include <selvedge/core/check.h>
 #include <selvedge/narrowphase/detail/polynomial.h>
 #include <selvedge/narrowphase/detail/polynomial_division.h>
+#include <selvedge/narrowphase/detail/scaled.h>
 
 #include <algorithm>
 #include <bit>
@@ -89,9 +90,11 @@ double guess_extremum(const Polynomial<Int>& local) {
   const int n = local.degree;
   const auto slope = [&](double s) {
     // d/ds of sum c[i] (1-s)^(n-i) s^i has the coefficients (i+1) c[i+1] - (n-i) c[i].
-    double v = 0.0;
-    for (int i = 0; i < n; ++i)
-      v += ((i + 1) * c[i + 1] - (n - i) * c[i]) * std::pow(1.0 - s, n - 1 - i) * std::pow(s, i);
+    double v = 0.0, power = 1.0;
+    for (int i = n; i-- > 0;) {
+      v = v * s + ((i + 1) * c[i + 1] - (n - i) * c[i]) * power;
+      power *= 1.0 - s;
+    }
     return v;
   };
   double lo = 0.0, hi = 1.0;
@@ -155,9 +158,64 @@ bool zoom(const Polynomial<Int>& p, const Polynomial<Int>& local, Box<Int>& box)
   return true;
 }
 
+/// The magnitudes of the roots of sum of c[i] w^i, as powers of two, in ascending order: the slopes
+/// of the upper hull of the points (i, log2 |c[i]|). The true ones differ by a few bits (Ostrowski
+/// 1940). Returns their number.
+template <class Int>
+int root_scales(const Polynomial<Int>& p, std::array<int, Polynomial<Int>::kMaxDegree>& scales) {
+  int count = 0;
+  for (int i = 0; i < p.degree;) {
+    int next = 0;
+    double steepest = 0.0;
+    for (int j = i + 1; j <= p.degree; ++j) {
+      if (p.c[j].is_zero() || p.c[i].is_zero()) continue;
+      const double slope = double(p.c[j].bit_length() - p.c[i].bit_length()) / (j - i);
+      if (next == 0 || slope >= steepest) next = j, steepest = slope;
+    }
+    if (next == 0) {
+      ++i;
+      continue;
+    }
+    scales[count++] = -static_cast<int>(std::floor(steepest));
+    i = next;
+  }
+  return count;
+}
+
+/// A cut of a box: into its first 2^-bits and the rest, or into its last 2^-bits and the rest.
+struct Cut {
+  int bits = 1;
+  bool at_end = false;
+};
+
+/// A cut that parts roots of very different size, or from the ends of the box roots that are much
+/// smaller than it; otherwise the middle.
+template <class Int>
+Cut cut_between_scales(const Polynomial<Int>& local) {
+  constexpr int kFar = 10, kRoom = 5;  // bits
+  std::array<int, Polynomial<Int>::kMaxDegree> scales{};
+  const int n = root_scales(local, scales);
+  if (n == 0) return {};
+  if (scales[n - 1] < -kFar) return {-scales[n - 1] - kRoom, false};
+  if (scales[0] > kFar) return {scales[0] - kRoom, true};
+  for (int i = 0; i + 1 < n; ++i) {
+    if (scales[i + 1] - scales[i] <= 2 * kFar) continue;
+    const int middle = scales[i] + (scales[i + 1] - scales[i]) / 2;
+    return {std::max(std::abs(middle), 1), middle > 0};
+  }
+  return {};
+}
+
+template <class Int>
+std::array<Box<Int>, 2> parts_of(const Box<Int>& box, const Cut& cut) {
+  const Int begin = box.k << cut.bits, rest = (box.width << cut.bits) - box.width;
+  const int m = box.m + cut.bits;
+  if (cut.at_end) return {Box<Int>{begin, rest, m}, Box<Int>{begin + rest, box.width, m}};
+  return {Box<Int>{begin, box.width, m}, Box<Int>{begin + box.width, rest, m}};
+}
+
 /// Roots of a square-free p strictly inside a box, in ascending order. Terminates by the two-circle
-/// theorem of Obreshkoff: small boxes have at most one sign change. Roots of very different size
-/// take thousands of halvings, hence no recursion.
+/// theorem of Obreshkoff: small boxes have at most one sign change.
 template <class Int>
 void bisect_box(const Polynomial<Int>& p, const Box<Int>& whole, std::vector<Root<Int>>& roots) {
   struct Part {
@@ -180,12 +238,13 @@ void bisect_box(const Polynomial<Int>& p, const Box<Int>& whole, std::vector<Roo
       roots.push_back(Root<Int>::isolated(p, box, first_sign(local)));
       continue;
     }
-    if (changes == 2 && separate_pair(p, box, local, roots)) continue;
-    if (zoom(p, local, part.box)) {
+    const Cut cut = cut_between_scales(local);
+    if (cut.bits == 1 && changes == 2 && separate_pair(p, box, local, roots)) continue;
+    if (cut.bits == 1 && zoom(p, local, part.box)) {
       open.push_back(std::move(part));
       continue;
     }
-    const Box<Int> left = part_of(box, 1, 0, 1), right = part_of(box, 1, 1, 2);
+    const auto [left, right] = parts_of(box, cut);
     open.push_back({right});
     if (sign_at(p, right.k, right.m) == 0) open.push_back({right, true});
     open.push_back({left});
@@ -225,6 +284,39 @@ void multiple_roots(const Polynomial<Int>& p, const Polynomial<Int>& common,
     std::swap(roots[n - 1], roots[n]);
 }
 
+/// The sign of c1² - 4 c0 c2.
+template <class Int>
+int discriminant_sign(const Polynomial<Int>& q) {
+  const Scaled a = scaled(q.c[2]), b = scaled(q.c[1]), c = scaled(q.c[0]);
+  if (const int s = certain_sign(std::array{b * b, -4.0 * (a * c)}); s != 0) return s;
+  Int exact = q.c[1] * q.c[1];
+  exact.add_product(q.c[0] << 2, q.c[2], true);
+  return exact.sign();
+}
+
+/// The sign of the discriminant of a cubic a u³ + b u² + c u + d: positive if it has three real
+/// roots, 0 if it has a multiple one.
+template <class Int>
+int cubic_discriminant_sign(const Polynomial<Int>& p) {
+  {
+    const Scaled a = scaled(p.c[3]), b = scaled(p.c[2]), c = scaled(p.c[1]), d = scaled(p.c[0]);
+    const Scaled bb = b * b, cc = c * c, ad = a * d;
+    if (const int s = certain_sign(std::array{bb * cc, -4.0 * (a * (cc * c)), -4.0 * (bb * (b * d)),
+                                              -27.0 * (ad * ad), 18.0 * (ad * (b * c))});
+        s != 0)
+      return s;
+  }
+  // b²c² - 4ac³ - 4b³d - 27a²d² + 18abcd = (bc)² + 18 bc ad - 27 (ad)² - 4 (ac c² + bd b²)
+  const Int &a = p.c[3], &b = p.c[2], &c = p.c[1], &d = p.c[0];
+  const Int bc = b * c, ad = a * d;
+  Int exact = bc * bc;
+  exact.add_product(bc * Int(18), ad);
+  exact.add_product(ad * Int(27), ad, true);
+  exact.add_product((a * c) << 2, c * c, true);
+  exact.add_product((b * d) << 2, b * b, true);
+  return exact.sign();
+}
+
 /// Roots in the open interval (0, 1) of p with nonzero outer coefficients.
 template <class Int>
 void interior_roots(const Polynomial<Int>& p, std::vector<Root<Int>>& roots) {
@@ -238,13 +330,17 @@ void interior_roots(const Polynomial<Int>& p, std::vector<Root<Int>>& roots) {
     roots.push_back(Root<Int>::isolated(p, Box<Int>(), p.c[0].sign()));
     return;
   }
-  const Chain<Int> chain = signed_remainders(p, derivative(p));
-  if (chain.back().degree > 0) {
-    multiple_roots(p, chain.back(), roots);
-    return;
+  // Roots u > 0 of p. If all roots are real, there are as many as sign changes (Descartes).
+  const int discriminant = p.degree == 2 ? discriminant_sign(p) : cubic_discriminant_sign(p);
+  if (discriminant == 0) {
+    Polynomial<Int> slope = derivative(p);
+    const Polynomial<Int> common = p.degree == 2 ? slope : remainder(p, slope);
+    multiple_roots(p, common.is_zero() ? slope : common, roots);
+  } else if (discriminant > 0) {
+    bisect_box(p, Box<Int>(), roots);
+  } else if (changes == 3) {  // the other two roots are not real
+    roots.push_back(Root<Int>::isolated(p, Box<Int>(), p.c[0].sign()));
   }
-  if (sign_changes_at(chain, Int(), 0) == sign_changes_at(chain, Int(1), 0)) return;
-  bisect_box(p, Box<Int>(), roots);
 }
 
 double ordered_double(std::int64_t bits) { return std::bit_cast<double>(bits); }
@@ -328,11 +424,32 @@ void add_product(Polynomial<Int>& r, const Polynomial<Int>& a, const Polynomial<
     for (int j = 0; j <= b.degree; ++j) r.c[i + j].add_product(a.c[i], b.c[j], negate);
 }
 
+namespace {
+
+/// The sign of the sum of c[i] num^i den^(n-i) if 106 bits show it, else 0. For short numbers the
+/// exact sum is as quick.
+template <class Int>
+int sign_if_certain(const Polynomial<Int>& p, const Int& num, const Int& den) {
+  constexpr int kLong = 512;  // bits
+  if (p.c[0].bit_length() + p.degree * std::max(num.bit_length(), den.bit_length()) < kLong)
+    return 0;
+  const Scaled x = scaled(num), y = scaled(den);
+  std::array<Scaled, Polynomial<Int>::kMaxDegree + 1> terms;
+  Scaled power{{1.0, 0.0}, 0};
+  for (int i = 0; i <= p.degree; ++i, power = power * x) terms[i] = scaled(p.c[i]) * power;
+  power = {{1.0, 0.0}, 0};
+  for (int i = p.degree; i >= 0; --i, power = power * y) terms[i] = terms[i] * power;
+  return certain_sign(terms);
+}
+
+}  // namespace
+
 template <class Int>
 int sign_at(const Polynomial<Int>& p, const Int& k, int m) {
   if (k.is_zero()) return p.c[0].sign();
   const Int rest = power_of_two<Int>(m) - k;
   if (rest.is_zero()) return p.c[p.degree].sign();
+  if (const int s = sign_if_certain(p, k, rest); s != 0) return s;
   // Homogeneous Horner scheme: sum of c[i] k^i rest^(n-i).
   Int value = p.c[p.degree];
   Int power(1);
@@ -407,17 +524,28 @@ Root<Int> Root<Int>::at_double(double t) {
 }
 
 template <class Int>
+void Root<Int>::become(Int num, Int den) {
+  const int kept = multiplicity;
+  *this = rational(std::move(num), std::move(den));
+  multiplicity = kept;
+}
+
+/// Makes the root the start of this cell of the box, divided into 2^bits cells.
+template <class Int>
+void Root<Int>::become_border(std::int64_t cell, int bits) {
+  Int k = (box_.k << bits) + box_.width * Int(cell);
+  Int rest = power_of_two<Int>(box_.m + bits) - k;
+  become(std::move(k), std::move(rest));
+}
+
+template <class Int>
 void Root<Int>::bisect() {
   Box<Int> right = part_of(box_, 1, 1, 2);
   const int s = sign_at(p_, right.k, right.m);
-  if (s == 0) {
-    Int rest = power_of_two<Int>(right.m) - right.k;
-    const int kept = multiplicity;
-    *this = rational(std::move(right.k), std::move(rest));
-    multiplicity = kept;
-  } else {
+  if (s == 0)
+    become_border(1, 1);
+  else
     box_ = s == sign_lo_ ? std::move(right) : part_of(box_, 1, 0, 1);
-  }
 }
 
 /// The root in doubles, as a position in the box. Accuracy does not matter, because exact signs
@@ -460,18 +588,22 @@ double Root<Int>::guess() const {
 /// it; otherwise halves it.
 template <class Int>
 void Root<Int>::narrow() {
-  const auto step = static_cast<std::int64_t>(std::ldexp(guess(), kGuessedBits));
+  // The root is looked for on both sides of the nearest cell border, since it may be a number with
+  // few bits, or lie much nearer to one than a cell is wide.
   constexpr std::int64_t kCells = std::int64_t{1} << kGuessedBits;
-  if (step >= 0 && step < kCells) {
-    Box<Int> cell = part_of(box_, kGuessedBits, step, step + 1);
-    // At the ends of the box the sides are known.
-    if ((step == 0 || sign_at(p_, cell.k, cell.m) == sign_lo_) &&
-        (step + 1 == kCells || sign_at(p_, cell.end(), cell.m) == -sign_lo_)) {
-      box_ = std::move(cell);
-      return;
-    }
-  }
-  bisect();
+  const std::int64_t border = std::llround(std::ldexp(guess(), kGuessedBits));
+  if (border < 0 || border > kCells) return bisect();
+  const auto sign_at_border = [&](std::int64_t cell) {
+    if (cell == 0) return sign_lo_;  // at the ends of the box the sides are known
+    if (cell == kCells) return -sign_lo_;
+    return sign_at(p_, (box_.k << kGuessedBits) + box_.width * Int(cell), box_.m + kGuessedBits);
+  };
+  const int sign = sign_at_border(border);
+  if (sign == 0) return become_border(border, kGuessedBits);
+  const bool is_right = sign == sign_lo_;
+  if (sign_at_border(is_right ? border + 1 : border - 1) != -sign) return bisect();
+  box_ =
+      part_of(box_, kGuessedBits, is_right ? border : border - 1, is_right ? border + 1 : border);
 }
 
 template <class Int>
@@ -479,6 +611,7 @@ int Root<Int>::sign_if_clear(const Polynomial<Int>& q) const {
   if (rational_) {
     if (num_.is_zero()) return q.c[0].sign();
     if (den_.is_zero()) return q.c[q.degree].sign();
+    if (const int s = sign_if_certain(q, num_, den_); s != 0) return s;
     Int value = q.c[q.degree];
     Int power(1);
     for (int i = q.degree; i-- > 0;) {
@@ -513,45 +646,125 @@ int Root<Int>::sign_in_doubles(const Polynomial<Int>& q) const {
   return std::min({a, b, d}) > kError ? 1 : (std::max({a, b, d}) < -kError ? -1 : 0);
 }
 
-/// Whether q is zero at the root a of p, the only one in the box. Let r = p mod q, which is at most
-/// linear. If r is zero, all roots of q are roots of p, and q(a) = 0 iff q has a root in the box.
-/// Otherwise a common root is a root of r and hence rational: the root then becomes a rational one.
+/// The sign of a root b of q minus the root a of p, where `sign_p` is the sign of p at b, and `lo`
+/// and `hi` those of b minus the ends of the box: between them, a is where p changes its sign.
 template <class Int>
-bool Root<Int>::vanishes(Polynomial<Int> q) {
-  const Polynomial<Int> whole = q;
-  drop_leading_zeros(q);
-  if (q.degree == 0) return false;
-  const Polynomial<Int> r = remainder(p_, q);
-  if (r.is_zero()) {
-    const Polynomial<Int> local = restrict_to(whole, box_);
-    return sign_changes(local) % 2 == 1;
-  }
-  if (r.degree == 0 || sign_at(r, box_.k, box_.m) * sign_at(r, box_.end(), box_.m) >= 0)
-    return false;
-  Root<Int> common = rational(magnitude(r.c[0]), magnitude(r.c[1]));
-  if (common.sign_if_clear(q) != 0) return false;
-  common.multiplicity = multiplicity;
-  *this = std::move(common);
-  return true;
+int Root<Int>::side(int sign_p, int lo, int hi) const {
+  if (lo <= 0) return -1;
+  if (hi >= 0) return 1;
+  return sign_p == sign_lo_ ? -1 : (sign_p == 0 ? 0 : 1);
 }
 
-/// Terminates: if q does not vanish, its sign becomes clear on a small enough box.
+namespace {
+
+/// The real roots of a polynomial of degree 2 in u with two different ones, without computing them.
+template <class Int>
+class TwoRoots {
+ public:
+  explicit TwoRoots(const Polynomial<Int>& q) : q_(q), lead_(q.c[2].sign()) {}
+
+  /// The signs of the smaller and of the larger root minus num / den, where den >= 0; 1/0 is
+  /// infinite.
+  std::array<int, 2> minus(const Int& num, const Int& den) const {
+    if (den.is_zero()) return {-1, -1};
+    const int sign = value_sign(num, den) * lead_;
+    if (sign < 0) return {-1, 1};
+    // The half sum of the roots, -c1 / (2 c2), minus num / den.
+    const Int twice = q_.c[2] << 1;
+    const int half = -(q_.c[1] * den + twice * num).sign() * lead_;
+    const int other = sign == 0 ? 0 : half;
+    return half > 0 ? std::array{other, 1} : std::array{-1, other};
+  }
+
+ private:
+  int value_sign(const Int& num, const Int& den) const {
+    if (const int s = sign_if_certain(q_, num, den); s != 0) return s;
+    Int value = q_.c[2] * num + q_.c[1] * den;
+    value = value * num;
+    value.add_product(q_.c[0], den * den);
+    return value.sign();
+  }
+
+  const Polynomial<Int>& q_;
+  int lead_;
+};
+
+/// num / den with den >= 0 as the value u of the time k / 2^m.
+template <class Int>
+std::array<Int, 2> as_quotient(const Int& k, int m) {
+  return {k, power_of_two<Int>(m) - k};
+}
+
+}  // namespace
+
+/// The exact sign of a linear q. It is that of c1 (a - b) for its root b = -c0 / c1.
+template <class Int>
+int Root<Int>::sign_of_linear(const Polynomial<Int>& q) {
+  const int lead = q.c[1].sign();
+  if (q.c[0].sign() * lead >= 0) return lead;  // b <= 0 < a
+  const auto compared = [&](const Int& k) {    // b minus the end of the box
+    const auto [num, den] = as_quotient(k, box_.m);
+    return -lead * (q.c[1] * num + q.c[0] * den).sign();
+  };
+  Root<Int> b = rational(magnitude(q.c[0]), magnitude(q.c[1]));
+  const int lo = compared(box_.k), hi = compared(box_.end());
+  const int from_a = side(lo > 0 && hi < 0 ? b.sign_if_clear(p_) : 0, lo, hi);
+  if (from_a == 0) become(std::move(b.num_), std::move(b.den_));
+  return -from_a * lead;
+}
+
+/// The exact sign of q at the root a of p without narrowing the box, which would take as many steps
+/// as p and q have bits if they nearly have a common root. With r = p mod q, which is at most
+/// linear, p has the sign of r at the roots b of q; and the order of b and the root of r, a
+/// rational number, follows from the sign of q there. The signs of p say on which side of a each b
+/// is.
+template <class Int>
+int Root<Int>::sign_by_remainder(Polynomial<Int> q) {
+  drop_leading_zeros(q);
+  if (q.degree == 0) return q.c[0].sign();
+  if (q.degree == 1) return sign_of_linear(q);
+  const int lead = q.c[2].sign();
+  const int discriminant = discriminant_sign(q);
+  if (discriminant < 0) return lead;
+  if (discriminant == 0) {  // q is c2 times the square of a linear factor
+    Polynomial<Int> factor;
+    factor.degree = 1;
+    factor.c[0] = q.c[1];
+    factor.c[1] = q.c[2] << 1;
+    return sign_of_linear(factor) == 0 ? 0 : lead;
+  }
+  const TwoRoots<Int> roots(q);
+  const auto [lo_num, lo_den] = as_quotient(box_.k, box_.m);
+  const auto [hi_num, hi_den] = as_quotient(box_.end(), box_.m);
+  const std::array<int, 2> lo = roots.minus(lo_num, lo_den), hi = roots.minus(hi_num, hi_den);
+  const Polynomial<Int> r = remainder(p_, q);
+  std::array<int, 2> sign_p = {r.c[0].sign(), r.c[0].sign()};
+  if (r.degree == 1) {
+    const bool flips = r.c[1].sign() < 0;  // den >= 0
+    const std::array<int, 2> from = roots.minus(flips ? r.c[0] : -r.c[0], flips ? -r.c[1] : r.c[1]);
+    for (int i = 0; i < 2; ++i) sign_p[i] = from[i] * r.c[1].sign();
+  }
+  int sign = lead;
+  for (int i = 0; i < 2; ++i) {
+    const int from_a = side(sign_p[i], lo[i], hi[i]);
+    if (from_a == 0 && r.degree == 1) become(magnitude(r.c[0]), magnitude(r.c[1]));
+    sign *= -from_a;
+  }
+  return sign;
+}
+
 template <class Int>
 int Root<Int>::sign(const Polynomial<Int>& q) {
   if (q.is_zero()) return 0;
-  bool known_nonzero = false;
-  while (!rational_) {
-    if (const int s = sign_if_clear(q); s != 0) return s;
-    if (known_nonzero) {
-      if (const int s = strict_sign(restrict_to(q, box_)); s != 0) return s;
-    } else if (box_.m >= kGuessedBits) {
-      if (vanishes(q)) return 0;
-      known_nonzero = true;
-      continue;
-    }
+  if (rational_) return sign_if_clear(q);
+  if (const int s = sign_if_clear(q); s != 0) return s;
+  if (box_.m < kGuessedBits) {
     narrow();
+    if (rational_) return sign_if_clear(q);
+    if (const int s = sign_if_clear(q); s != 0) return s;
   }
-  return sign_if_clear(q);
+  if (const int s = strict_sign(restrict_to(q, box_)); s != 0) return s;
+  return sign_by_remainder(q);
 }
 
 /// The rational root, rounded a few times.

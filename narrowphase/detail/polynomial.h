@@ -79,7 +79,11 @@ class Root {
   void narrow();
   double guess() const;
   int sign_in_doubles(const Polynomial<Int>& q) const;
-  bool vanishes(Polynomial<Int> q);
+  int side(int sign_p, int lo, int hi) const;
+  int sign_of_linear(const Polynomial<Int>& q);
+  int sign_by_remainder(Polynomial<Int> q);
+  void become(Int num, Int den);
+  void become_border(std::int64_t cell, int bits);
 
   bool rational_ = true;
   Int num_, den_;

@@ -5,18 +5,15 @@
 
 #include <algorithm>
 #include <utility>
-#include <vector>
 
 namespace selvedge::narrowphase_detail {
-
-/// Polynomials in u = t / (1 - t) with a nonzero leading coefficient, for division.
-template <class Int>
-using Chain = std::vector<Polynomial<Int>>;
 
 template <class Int>
 void drop_leading_zeros(Polynomial<Int>& p) {
   while (p.degree > 0 && p.c[p.degree].is_zero()) --p.degree;
 }
+
+// Polynomials in u = t / (1 - t) with a nonzero leading coefficient, for division.
 
 /// Divides by the largest power of two common to all coefficients.
 template <class Int>
@@ -49,22 +46,6 @@ Polynomial<Int> remainder(Polynomial<Int> a, const Polynomial<Int>& b) {
   return a;
 }
 
-/// Signed remainder sequence of p and q: a, b, -(a mod b), ... up to the greatest common divisor,
-/// each up to a positive factor.
-template <class Int>
-Chain<Int> signed_remainders(const Polynomial<Int>& p, Polynomial<Int> q) {
-  Chain<Int> chain{p};
-  q = remainder(std::move(q), p);
-  while (!q.is_zero()) {
-    chain.push_back(q);
-    if (q.degree == 0) break;
-    Polynomial<Int> r = remainder(chain[chain.size() - 2], q);
-    for (Int& c : r.c) c = -c;
-    q = std::move(r);
-  }
-  return chain;
-}
-
 template <class Int>
 Polynomial<Int> derivative(const Polynomial<Int>& p) {
   Polynomial<Int> d;
@@ -91,13 +72,6 @@ template <class Int>
 int sign_changes(const Polynomial<Int>& p) {
   SignChanges changes;
   for (int i = 0; i <= p.degree; ++i) changes.add(p.c[i].sign());
-  return changes.count();
-}
-
-template <class Int>
-int sign_changes_at(const Chain<Int>& chain, const Int& k, int m) {
-  SignChanges changes;
-  for (const Polynomial<Int>& p : chain) changes.add(sign_at(p, k, m));
   return changes.count();
 }
 

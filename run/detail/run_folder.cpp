@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <selvedge/core/files.h>
 #include <selvedge/run/detail/run_folder.h>
+#include <selvedge/run/result_folder.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include <fstream>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <vector>
 
@@ -26,11 +28,20 @@ std::optional<Json> read_json(const fs::path& file) {
 
 namespace {
 
+/// The name without the ending of an AtomicFile that was not committed: ".partial" and the process.
+std::string without_partial(std::string name) {
+  const auto last = name.find_last_not_of("0123456789");
+  const std::string mark = ".partial";
+  if (last == std::string::npos || last + 1 < mark.size()) return name;
+  const std::string_view begin = std::string_view(name).substr(0, last + 1);
+  if (begin.ends_with(mark)) name.erase(begin.size() - mark.size());
+  return name;
+}
+
 /// The number in the name of a file that a run writes, such as cloth_00042.ply; nullopt for others.
 std::optional<std::int64_t> number_of(const fs::path& file, const std::vector<std::string>& stems,
                                       const std::vector<std::string>& extensions) {
-  std::string name = file.filename().string();
-  if (name.ends_with(".partial")) name.erase(name.size() - std::string(".partial").size());
+  std::string name = without_partial(file.filename().string());
   const auto extension = fs::path(name).extension().string();
   if (std::find(extensions.begin(), extensions.end(), extension) == extensions.end()) return {};
   name.erase(name.size() - extension.size());
@@ -59,6 +70,20 @@ void remove_numbered(const fs::path& folder, const std::vector<std::string>& ste
                                               file.string(), error.message()));
 }
 
+/// Removes these files of a run, whole or not, and then the folder if nothing else is in it.
+void remove_named(const fs::path& folder, const std::vector<std::string>& names) {
+  std::error_code ignored;  // a file that cannot be removed fails with its name when it is written
+  std::vector<fs::path> doomed;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    const std::string name = without_partial(entry.path().filename().string());
+    if (entry.is_regular_file(ignored) &&
+        std::find(names.begin(), names.end(), name) != names.end())
+      doomed.push_back(entry.path());
+  }
+  for (const fs::path& file : doomed) fs::remove(file, ignored);
+  if (!doomed.empty()) fs::remove(folder, ignored);  // fails if it is not empty
+}
+
 }  // namespace
 
 void remove_beyond(const fs::path& out, const FrameFormatRegistry& formats, std::int64_t frame,
@@ -77,9 +102,25 @@ void remove_former_run(const fs::path& out, const FrameFormatRegistry& formats) 
   std::vector<std::string> files = {"result.json", "checkpoint.ply", "checkpoint.json"};
   for (const auto& [name, format] : formats)
     for (const std::string& file : format.traits().files) files.push_back(file);
-  std::error_code ignored;  // a file that cannot be removed fails with its name when it is written
-  for (const std::string& name : files)
-    if (fs::is_regular_file(out / name, ignored)) fs::remove(out / name, ignored);
+  remove_named(out, files);
+  remove_named(out / "measures",
+               {"measures.json", "strain.csv", "springs.csv", "energy.csv", "rim.csv",
+                "spectrum.csv", "strain.png", "shadow.png", "spectrum.png"});
+}
+
+bool holds_results(const fs::path& out) {
+  std::error_code error;
+  for (const char* name : {"result.json", "checkpoint.json"})
+    if (fs::exists(out / name, error)) return true;
+  return !numbers_of(out / "frames", "cloth").empty();
+}
+
+void refuse_results(const fs::path& out) {
+  if (holds_results(out))
+    throw std::invalid_argument(
+        out.string() +
+        ": holds the results of an earlier run; continue it with --resume, replace it with "
+        "--overwrite, or name another result folder");
 }
 
 void check_folder(const Scene& scene, const fs::path& folder) {

@@ -23,12 +23,14 @@ void write_text(const std::filesystem::path& file, const std::string& text);
 /// and nothing else. Throws std::invalid_argument for a file that cannot be removed.
 void remove_beyond(const std::filesystem::path& out, const FrameFormatRegistry& formats,
                    std::int64_t frame, std::int64_t step);
-/// Removes every file that a run writes, and nothing else.
+/// Removes every file that a run and `measure` write, and nothing else.
 void remove_former_run(const std::filesystem::path& out, const FrameFormatRegistry& formats);
 
 /// Throws std::invalid_argument with folder, fault and remedy for a folder that holds anything but
 /// a run of this scene.
 void check_folder(const Scene& scene, const std::filesystem::path& folder);
+/// Throws std::invalid_argument if the folder holds frames, a checkpoint or the result of a run.
+void refuse_results(const std::filesystem::path& out);
 /// Throws std::invalid_argument if the folder cannot be made or written.
 void make_folder(const std::filesystem::path& folder);
 

@@ -4,6 +4,9 @@
 #include <selvedge/scene/detail/read_values.h>
 
 #include <algorithm>
+#include <charconv>
+#include <optional>
+#include <system_error>
 
 namespace selvedge::detail {
 namespace {
@@ -36,6 +39,50 @@ BodyShape read_shape(const LocatedJson& document, const Json& j, const std::stri
   return shape;
 }
 
+/// A name with # for each digit of a number.
+struct NumberedName {
+  const std::string& pattern;
+  std::size_t begin, end;  ///< of the #
+};
+
+/// The number in the name of a file that `name` describes; nullopt for other files.
+std::optional<std::int64_t> number_in(const std::string& file, const NumberedName& name) {
+  const std::size_t slash = name.pattern.rfind('/', name.begin);
+  const std::size_t first = slash == std::string::npos ? 0 : slash + 1;
+  const std::string before = name.pattern.substr(first, name.begin - first);
+  const std::string after = name.pattern.substr(name.end);
+  if (file.size() < before.size() + after.size() + (name.end - name.begin)) return std::nullopt;
+  if (!file.starts_with(before) || !file.ends_with(after)) return std::nullopt;
+  const char *at = file.data() + before.size(), *stop = file.data() + file.size() - after.size();
+  std::int64_t number = 0;
+  const auto [ptr, fault] = std::from_chars(at, stop, number);
+  if (fault != std::errc() || ptr != stop || *at == '-') return std::nullopt;
+  return number;
+}
+
+/// Refuses a sequence that ends before `missing` although the folder has files with higher numbers.
+void refuse_gap(const LocatedJson& document, const NumberedName& name, std::int64_t missing,
+                const std::string& path) {
+  if (name.pattern.find('/', name.end) != std::string::npos) return;  // folders are numbered
+  const auto folder = absolute_path(document, name.pattern).parent_path();
+  std::string next;  // the file with the lowest of these numbers
+  std::int64_t lowest = 0;
+  std::error_code error;
+  for (std::filesystem::directory_iterator it(folder, error), last; !error && it != last;
+       it.increment(error)) {
+    const std::string file = it->path().filename().string();
+    const auto number = number_in(file, name);
+    if (!number || *number < missing || (!next.empty() && *number > lowest)) continue;
+    next = file;
+    lowest = *number;
+  }
+  if (!next.empty())
+    fail(document, path,
+         fmt::format("number {} is missing although {} exists; add the file, or list the files of "
+                     "the sequence",
+                     missing, next));
+}
+
 /// "walk_####.obj" into the files that exist from number `first` on.
 Json expand(const LocatedJson& document, const std::string& pattern, std::int64_t first,
             const std::string& path) {
@@ -51,6 +98,7 @@ Json expand(const LocatedJson& document, const std::string& pattern, std::int64_
   std::error_code error;
   while (std::filesystem::exists(absolute_path(document, name(first)), error))
     files.push_back(name(first++));
+  refuse_gap(document, {pattern, begin, end}, first, path);
   constexpr std::size_t fewest = 2;
   if (files.size() < fewest)
     fail(document, path,

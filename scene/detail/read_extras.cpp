@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/scene/detail/read_extras.h>
-#include <selvedge/scene/detail/select_vertices.h>
 #include <selvedge/scene/fabric_file.h>
 
 #include <algorithm>
@@ -29,27 +28,15 @@ const ClothSpec& piece_of(LocatedJson& document, Json& j, const std::string& pat
                    nearest_word(name, known)));
 }
 
-/// The pieces of a scene, as selections need them.
-struct Pieces {
-  const LocatedJson& document;
-  const Scene& scene;
-  const ClothPatternRegistry& patterns;
-
-  std::vector<std::int32_t> selected(const Json& select, const ClothSpec& cloth,
-                                     const std::string& path) const {
-    return select_vertices(document, select, cloth, scene.materials.at(cloth.material), patterns,
-                           path);
-  }
-};
-
 /// The selected vertices: a list keeps its order, other selections ascend.
-std::vector<std::int32_t> row_of(const Pieces& pieces, const Json& select, const ClothSpec& cloth,
+std::vector<std::int32_t> row_of(const LocatedJson& document, VertexSelector& selector,
+                                 const Json& select, const ClothSpec& cloth,
                                  const std::string& path) {
-  std::vector<std::int32_t> row = pieces.selected(select, cloth, path);
+  std::vector<std::int32_t> row = selector.select(select, cloth, path);
   if (!select.contains("vertices")) return row;
   const auto listed = select["vertices"].get<std::vector<std::int32_t>>();
   if (listed.size() != row.size())
-    fail(pieces.document, join(path, "vertices"),
+    fail(document, join(path, "vertices"),
          "names a vertex twice, but a vertex can be sewn only once");
   return listed;
 }
@@ -79,8 +66,7 @@ void refuse_bad_pairs(const LocatedJson& document, const SeamSpec& seam, const s
 
 }  // namespace
 
-void read_seams(LocatedJson& document, const ClothPatternRegistry& patterns, Scene& scene) {
-  const Pieces pieces{document, scene, patterns};
+void read_seams(LocatedJson& document, VertexSelector& selector, Scene& scene) {
   std::set<std::string> taken;
   Json& list = document.root["seams"];
   for (std::size_t i = 0; i < list.size(); ++i) {
@@ -93,7 +79,8 @@ void read_seams(LocatedJson& document, const ClothPatternRegistry& patterns, Sce
       const std::string side = join(path, sides[k]);
       const ClothSpec& cloth = piece_of(document, j[sides[k]], side, scene);
       seam.geometry[k] = cloth.name;
-      seam.vertices[k] = row_of(pieces, j[sides[k]]["select"], cloth, join(side, "select"));
+      seam.vertices[k] =
+          row_of(document, selector, j[sides[k]]["select"], cloth, join(side, "select"));
     }
     if (j["reverse"].get<bool>()) std::reverse(seam.vertices[1].begin(), seam.vertices[1].end());
     seam.sewing = {j["pull"].get<double>(), j["tolerance"].get<double>(),
@@ -104,9 +91,8 @@ void read_seams(LocatedJson& document, const ClothPatternRegistry& patterns, Sce
   }
 }
 
-void read_water(LocatedJson& document, const ClothPatternRegistry& patterns, Scene& scene) {
+void read_water(LocatedJson& document, VertexSelector& selector, Scene& scene) {
   if (!document.root.contains("water")) return;
-  const Pieces pieces{document, scene, patterns};
   Json& j = document.root["water"];
   WaterSpec& water = scene.water.emplace();
   water.wetting = {j["diffusivity"].get<double>(), j["saturation"].get<double>()};
@@ -116,7 +102,7 @@ void read_water(LocatedJson& document, const ClothPatternRegistry& patterns, Sce
     const ClothSpec& cloth = piece_of(document, list[i], path, scene);
     WaterSource source;
     source.geometry = cloth.name;
-    source.vertices = pieces.selected(list[i]["select"], cloth, join(path, "select"));
+    source.vertices = selector.select(list[i]["select"], cloth, join(path, "select"));
     source.rate = list[i]["rate"].get<double>();
     source.begin = list[i]["begin"].get<double>();
     source.end = list[i]["end"].get<double>();
@@ -140,7 +126,9 @@ void expand_fabrics(LocatedJson& document) {
   Json& root = document.root;
   if (!root.is_object() || !root.contains("materials") || !root["materials"].is_object()) return;
   const auto folder = std::filesystem::absolute(document.file).parent_path();
-  for (auto& [name, material] : root["materials"].items()) {
+  for (auto& item : root["materials"].items()) {
+    const std::string& name = item.key();
+    Json& material = item.value();
     if (!material.is_object() || !material.contains("fabric")) continue;
     const std::string path = join(join("materials", name), "fabric");
     const Json& named = material["fabric"];

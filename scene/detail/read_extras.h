@@ -2,6 +2,7 @@
 #pragma once
 
 #include <selvedge/scene/detail/scene_json.h>
+#include <selvedge/scene/detail/select_vertices.h>
 
 namespace selvedge::detail {
 
@@ -11,9 +12,9 @@ namespace selvedge::detail {
 void expand_fabrics(LocatedJson& document);
 
 /// Read the seams and the water of a complete document into `scene`, which has its pieces and
-/// materials already; `patterns` make the pieces. Throw std::invalid_argument through `fail`.
-void read_seams(LocatedJson& document, const ClothPatternRegistry& patterns, Scene& scene);
-void read_water(LocatedJson& document, const ClothPatternRegistry& patterns, Scene& scene);
+/// materials already. Throw std::invalid_argument through `fail`.
+void read_seams(LocatedJson& document, VertexSelector& selector, Scene& scene);
+void read_water(LocatedJson& document, VertexSelector& selector, Scene& scene);
 
 /// Reads "output.formats": names, or objects with a name ("type") and options. The formats
 /// themselves check both when a run starts.

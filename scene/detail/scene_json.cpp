@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <selvedge/core/text.h>
 #include <selvedge/scene/detail/scene_json.h>
 
 #include <algorithm>
@@ -80,6 +81,10 @@ class Builder : public nlohmann::json_sax<Json> {
   bool end_array() override { return close(); }
 
   bool key(std::string& name) override {
+    if (has_control_character(name))
+      throw std::invalid_argument(
+          fmt::format("{}, line {}: the key \"{}\" has a control character; remove it",
+                      document_.file.string(), lines_.now, printable(name)));
     const std::string path = join(open_.back().path, name);
     if (open_.back().value->contains(name)) {
       const auto first = document_.origin.find(path);
@@ -279,8 +284,10 @@ class Checker {
     if (text.size() > schema.value("maxLength", std::numeric_limits<std::size_t>::max()))
       fail(document_, path,
            fmt::format("must have at most {} characters", schema["maxLength"].get<std::size_t>()));
-    if (text.find('\0') != std::string::npos)
-      fail(document_, path, "must not contain the character NUL");
+    const bool is_prose = path == "description";
+    if (is_prose ? text.find('\0') != std::string::npos : has_control_character(text))
+      fail(document_, path,
+           fmt::format("must not contain control characters, is {}", shown(printable(text))));
   }
 
   void check_array(Json& value, const Json& schema, const std::string& path) {

@@ -17,9 +17,9 @@ std::string in_quotes(const std::string& word) { return "\"" + word + "\""; }
 /// Selects from one piece.
 class Selection {
  public:
-  Selection(const LocatedJson& document, const ClothSpec& cloth, const Material& material,
-            const ClothPatternRegistry& patterns)
-      : document_(document), cloth_(cloth), material_(material), patterns_(patterns) {}
+  Selection(const LocatedJson& document, const ClothSpec& cloth,
+            const VertexSelector::Points& points, const ClothPatternRegistry& patterns)
+      : document_(document), cloth_(cloth), points_(points), patterns_(patterns) {}
 
   std::vector<std::int32_t> select(const Json& j, const std::string& path) const {
     std::vector<std::int32_t> found;
@@ -39,25 +39,15 @@ class Selection {
   /// Adds the vertices of the other layer of a bilayered grid, which coincide to the bit, so that
   /// both layers are held or weighted.
   void add_other_layer(std::vector<std::int32_t>& found) const {
-    const std::vector<Vec3> x = start_positions(true);
+    const std::vector<Vec3>& x = points_.placed;
     const std::size_t chosen = found.size();
     for (std::size_t i = 0; i < x.size(); ++i)
       for (std::size_t k = 0; k < chosen; ++k)
         if (x[i] == x[found[k]]) found.push_back(static_cast<std::int32_t>(i));
   }
 
-  /// Positions at the start; without placement, in the plane of the piece.
-  std::vector<Vec3> start_positions(bool placed) const {
-    ClothSpec piece = cloth_;
-    if (!placed) {
-      piece.placement = Placement{};
-      std::get<ClothGrid>(piece.shape).path = StripPath{};
-    }
-    return make_piece(piece, material_, patterns_).cloth.surface.vertices;
-  }
-
   std::vector<std::int32_t> select_vertices(const Json& j, const std::string& path) const {
-    const auto count = start_positions(true).size();
+    const auto count = points_.placed.size();
     std::vector<std::int32_t> found;
     for (std::size_t i = 0; i < j.size(); ++i) {
       const auto vertex = j[i].get<std::int64_t>();
@@ -74,7 +64,7 @@ class Selection {
     const Vec3 low = vec3_of(j[0]), high = vec3_of(j[1]);
     if ((low.array() > high.array()).any())
       fail(document_, path, "the first corner must be the lowest in every coordinate");
-    const std::vector<Vec3> x = start_positions(true);
+    const std::vector<Vec3>& x = points_.placed;
     std::vector<std::int32_t> found;
     for (std::size_t i = 0; i < x.size(); ++i)
       if ((x[i].array() >= low.array()).all() && (x[i].array() <= high.array()).all())
@@ -103,7 +93,7 @@ class Selection {
 
   std::vector<std::int32_t> select_corners(const Json& j, const std::string& path) const {
     const GridConfig& grid = require_grid(path);
-    const std::vector<Vec3> x = start_positions(false);
+    const std::vector<Vec3>& x = points_.flat;
     std::vector<std::int32_t> found;
     for (const Json& corner : j) {
       const auto word = corner.get<std::string>();  // such as x0y1
@@ -127,7 +117,7 @@ class Selection {
     // Rows are one cell apart. Those of a triangular pattern begin half a cell further in or out,
     // so a third of a cell separates the outermost vertices from the next.
     const double reach = size / cells / 3.0;
-    const std::vector<Vec3> x = start_positions(false);
+    const std::vector<Vec3>& x = points_.flat;
     std::vector<std::int32_t> found;
     for (std::size_t i = 0; i < x.size(); ++i)
       if (std::abs(x[i][axis] - side) <= reach) found.push_back(static_cast<std::int32_t>(i));
@@ -137,17 +127,28 @@ class Selection {
 
   const LocatedJson& document_;
   const ClothSpec& cloth_;
-  const Material& material_;
+  const VertexSelector::Points& points_;
   const ClothPatternRegistry& patterns_;
 };
 
 }  // namespace
 
-std::vector<std::int32_t> select_vertices(const LocatedJson& document, const Json& select,
-                                          const ClothSpec& cloth, const Material& material,
-                                          const ClothPatternRegistry& patterns,
-                                          const std::string& path) {
-  return Selection(document, cloth, material, patterns).select(select, path);
+std::vector<std::int32_t> VertexSelector::select(const Json& select, const ClothSpec& cloth,
+                                                 const std::string& path) {
+  return Selection(document_, cloth, points(cloth), patterns_).select(select, path);
+}
+
+const VertexSelector::Points& VertexSelector::points(const ClothSpec& cloth) {
+  const auto [place, is_new] = points_.try_emplace(cloth.name);
+  if (!is_new) return place->second;
+  const Material& material = materials_.at(cloth.material);
+  place->second.placed = make_piece(cloth, material, patterns_).cloth.surface.vertices;
+  if (!std::holds_alternative<ClothGrid>(cloth.shape)) return place->second;
+  ClothSpec flat = cloth;
+  flat.placement = Placement{};
+  std::get<ClothGrid>(flat.shape).path = StripPath{};
+  place->second.flat = make_piece(flat, material, patterns_).cloth.surface.vertices;
+  return place->second;
 }
 
 }  // namespace selvedge::detail

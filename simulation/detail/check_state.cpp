@@ -143,7 +143,7 @@ RunResult Simulation::Parts::present_result() const {
   r.plan = methods.detection.plan_figures();
   if (const IdleCount& count = methods.strain.idle_count(); count.asked > 0)
     r.plan["strain_limit"] = {count.asked, count.idle, count.saved_s()};
-  if (water) r.counters["dripped_kg"] += water->dripped();
+  if (water) r.counters["dripped_kg"] = water->dripped();
   r.phase_s = clock.seconds();
   if (methods.untangler) {
     r.tangle = methods.untangler->report();
@@ -154,6 +154,15 @@ RunResult Simulation::Parts::present_result() const {
   r.final_max_speed = max_norm(state.v);
   r.state_hash = selvedge::state_hash(state);
   return r;
+}
+
+void Simulation::Parts::continue_sums(RunResult& before) {
+  ledger.continue_from(before.ledger);
+  balance.continue_from(before.ledger["balance"]);
+  methods.strain.continue_from(before.ledger["strain_limiter"]);
+  before.ledger.clear();
+  if (const auto dripped = before.counters.extract("dripped_kg"); water && dripped)
+    water->continue_from(dripped.mapped());
 }
 
 }  // namespace selvedge

@@ -132,6 +132,15 @@ void EnergyBalance::accept() {
   max_gain_ = std::max(max_gain_, gain_);
 }
 
+void EnergyBalance::continue_from(const std::map<std::string, double>& figures) {
+  if (figures.empty()) return;
+  steps_ = static_cast<int>(figures.at("steps"));
+  gained_steps_ = static_cast<int>(figures.at("gained_steps"));
+  retries_ = static_cast<int>(figures.at("retries"));
+  gained_ = figures.at("energy_gained_J");
+  max_gain_ = figures.at("max_gain_J");
+}
+
 std::map<std::string, double> EnergyBalance::figures() const {
   return {{"steps", steps_},
           {"gained_steps", gained_steps_},

@@ -52,6 +52,9 @@ class EnergyBalance {
   /// Call when the last attempt is accepted.
   void accept();
 
+  /// Goes on adding to the figures of an earlier part of the run; empty: there was none.
+  void continue_from(const std::map<std::string, double>& figures);
+
   /// steps that were weighed, gained_steps that were accepted with a gain above the bound, retries,
   /// energy_gained_J by those steps and max_gain_J of one.
   std::map<std::string, double> figures() const;

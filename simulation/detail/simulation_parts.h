@@ -82,6 +82,7 @@ struct Simulation::Parts {
   std::string enclosed_sentence(const Enclosed& found, const char* when) const;
   void continue_untangling();
   RunResult present_result() const;
+  void continue_sums(RunResult& before);
 };
 
 /// The contacts of an accepted attempt with their impulses; `response` is as it was left.

@@ -16,6 +16,28 @@ constexpr double kContactsOfAParticle = 2.0;
 
 constexpr std::size_t kLedgerGrain = 2048;  // particles per task
 
+/// The inverse of Ledger::figures; 0 for figures that are missing.
+Ledger ledger_of(const std::map<std::string, double>& figures) {
+  const auto figure = [&](const std::string& name) {
+    const auto found = figures.find(name);
+    return found == figures.end() ? 0.0 : found->second;
+  };
+  const auto vector = [&](const std::string& name) {
+    return Vec3(figure(name + "_x"), figure(name + "_y"), figure(name + "_z"));
+  };
+  return {.steps = static_cast<int>(figure("steps")),
+          .to_particles = vector("to_particles"),
+          .to_anchors = vector("to_anchors"),
+          .turn_particles = vector("turn_particles"),
+          .turn_anchors = vector("turn_anchors"),
+          .momentum_error = figure("max_momentum_error"),
+          .angular_error = figure("max_angular_error"),
+          .energy_normal = figure("energy_normal_J"),
+          .energy_friction = figure("energy_friction_J"),
+          .energy_gained = figure("energy_gained_J"),
+          .energy_kinetic = figure("energy_kinetic_J")};
+}
+
 }  // namespace
 
 Ledger exchanged_by_ends(const ResponseStep& step, std::span<const Vec3> before,
@@ -48,6 +70,14 @@ void StepLedger::accept(const ResponseStep& step, const Response& response,
   if (!impulses_.empty() || in_solve)
     response_.add(measure({step.motion, step.mass, impulses_, v_before_, v_after_, in_solve}));
   fail_safe_.add(attempt.fail_safe);
+}
+
+void StepLedger::continue_from(
+    const std::map<std::string, std::map<std::string, double>>& figures) {
+  if (const auto found = figures.find("response"); found != figures.end())
+    response_ = ledger_of(found->second);
+  if (const auto found = figures.find("fail_safe"); found != figures.end())
+    fail_safe_ = ledger_of(found->second);
 }
 
 std::map<std::string, std::map<std::string, double>> StepLedger::figures() const {

@@ -18,6 +18,9 @@ class StepLedger {
   /// Adds an accepted attempt.
   void accept(const ResponseStep& step, const Response& response, const StepAttempt& attempt);
 
+  /// Goes on adding to figures of an earlier part of the run, by stage.
+  void continue_from(const std::map<std::string, std::map<std::string, double>>& figures);
+
   /// By stage ("response", "fail_safe"), the figures of its ledger.
   std::map<std::string, std::map<std::string, double>> figures() const;
 

@@ -128,6 +128,14 @@ void StrainStage::finish(const LimitStep& step, std::span<const double> mass,
   energy_ += energy;
 }
 
+void StrainStage::continue_from(const std::map<std::string, double>& figures) {
+  if (figures.empty()) return;
+  steps_ = static_cast<int>(figures.at("steps"));
+  momentum_ = {figures.at("momentum_x"), figures.at("momentum_y"), figures.at("momentum_z")};
+  momentum_error_ = figures.at("max_momentum_error");
+  energy_ = figures.at("energy_kinetic_J");
+}
+
 std::map<std::string, double> StrainStage::figures() const {
   return {{"steps", steps_},
           {"momentum_x", momentum_.x()},

@@ -52,6 +52,9 @@ class StrainStage {
   std::optional<StrainReport> measure(std::span<const Vec3> x, double max_strain,
                                       PhaseClock& clock);
 
+  /// Goes on adding to the figures of an earlier part of the run; empty: there was none.
+  void continue_from(const std::map<std::string, double>& figures);
+
   /// steps, momentum_{x,y,z} given to free particles (N·s), max_momentum_error of a step, as a
   /// share of the momenta moved, and energy_kinetic_J.
   std::map<std::string, double> figures() const;

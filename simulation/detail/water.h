@@ -20,7 +20,9 @@ class Water {
   void advance(double t0, double h, SimulationState& state, std::vector<double>& mass);
   /// Continues from a saved state.
   void restore(const SimulationState& state, std::vector<double>& mass);
-  double dripped() const { return dripped_; }  ///< kg so far, in this part of the run
+  double dripped() const { return dripped_; }  ///< kg so far
+  /// Goes on adding to what dripped in an earlier part of the run, kg.
+  void continue_from(double dripped) { dripped_ = dripped; }
 
  private:
   struct Drop {

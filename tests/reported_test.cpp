@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: MIT
+//
+// Inputs that once showed a fault, and their kin: each behaves as a user would expect.
+#include <chrono>
+#include <cstdio>
+#include <ctime>
+#include <string>
+#include <vector>
+
+#include "run_program.h"
+
+namespace selvedge::testing {
+namespace {
+
+using Reported = Program;
+
+std::string scene_with(const std::string& more) {
+  return R"({"geometry": [{"size": [0.5, 0.5], "cells": [5, 5],
+             "transformation": {"translation": [0, 0, 0.6]}}], "time": {"frames": 2}, )" +
+         more + "}";
+}
+
+/// A square pyramid of four faces without its base.
+std::string obj_file(double height) {
+  return "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 " + std::to_string(height) +
+         "\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n";
+}
+
+// -- names ----------------------------------------------------------------------------------------
+
+TEST_F(Reported, ANameThatLeavesTheResultFolderIsRefused) {
+  for (const std::string name : {"../../evil", "/tmp/evil", "..", ".", "a/b"}) {
+    write("name.json", scene_with("\"name\": \"" + name + "\""));
+    EXPECT_REFUSED(run("run name.json --no-picture"), "cannot be the name of a folder");
+    EXPECT_REFUSED(run("compare name.json --vary dt=0.01"), "cannot be the name of a folder");
+  }
+  EXPECT_FALSE(exists("out"));
+  EXPECT_FALSE(fs::exists("/tmp/evil"));
+}
+
+TEST_F(Reported, ControlCharactersOfASceneNeverReachTheTerminal) {
+  const std::string escape = "\\u001b]0;owned\\u0007";
+  for (const std::string& more : std::vector<std::string>{
+           "\"name\": \"" + escape + "\"", "\"materials\": {\"" + escape + "\": {}}",
+           "\"obstacles\": [{\"name\": \"a\\u0085b\", \"shape\": {\"type\": \"plane\"}}]",
+           "\"obstacles\": [{\"mesh\": \"" + escape + ".obj\"}]"}) {
+    write("control.json", scene_with(more));
+    const Outcome outcome = run("run control.json --no-picture");
+    EXPECT_REFUSED(outcome, "control character");
+    EXPECT_EQ(outcome.err.find('\x1b'), std::string::npos);
+    EXPECT_EQ(outcome.err.find("\xc2\x85"), std::string::npos);
+  }
+}
+
+TEST_F(Reported, CommandsThatAreNamedCanBePasted) {
+  write("a b;$(touch owned).json", content(folder_ / "small.json"));
+  const std::string scene = "'a b;$(touch owned).json'";
+  const Outcome compared = run("compare " + scene +
+                               " --vary dt=0.01 --set time.frames=1 --no-reference --repeats 1 "
+                               "--no-pictures --out c");
+  ASSERT_EQ(compared.code, 0) << compared.err;
+  const Outcome advised = run("advise c");
+  ASSERT_EQ(advised.code, 0) << advised.err;
+  const auto begin = advised.out.find("selvedge run ");
+  ASSERT_NE(begin, std::string::npos) << advised.out;
+  std::string command = advised.out.substr(begin, advised.out.find('\n', begin) - begin);
+  command.replace(0, std::string("selvedge").size(), "'" + program + "'");
+  command = "cd '" + folder_.string() + "' && " + command + " --no-picture --out pasted >said 2>&1";
+  EXPECT_EQ(std::system(command.c_str()), 0) << command << content(folder_ / "said");
+  EXPECT_FALSE(exists("owned"));
+  EXPECT_EQ(result("pasted")["frames"], 2);
+}
+
+// -- files ----------------------------------------------------------------------------------------
+
+TEST_F(Reported, ASequenceWithAGapIsRefused) {
+  for (const char* name : {"b_00.obj", "b_01.obj", "b_03.obj", "other_07.obj", "b_x.obj"})
+    write(name, obj_file(0.2));
+  write("gap.json", scene_with(R"("obstacles": [{"sequence": {"files": "b_##.obj"}}])"));
+  EXPECT_REFUSED(run("run gap.json --no-picture --out r"),
+                 "number 2 is missing although b_03.obj exists");
+  EXPECT_FALSE(exists("r"));
+  fs::remove(folder_ / "b_03.obj");
+  EXPECT_EQ(run("run gap.json --no-picture --out r").code, 0);
+}
+
+TEST_F(Reported, AByteOrderMarkIsSkippedInEveryMeshFile) {
+  const std::string mark = "\xEF\xBB\xBF";
+  write("bom.obj", mark + obj_file(0.2));
+  write("bom.off", mark + "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
+  write("bom.ply", mark +
+                       "ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\n"
+                       "property double y\nproperty double z\nelement face 1\n"
+                       "property list uchar int vertex_indices\nend_header\n"
+                       "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
+  for (const char* name : {"bom.obj", "bom.off", "bom.ply"}) {
+    const Outcome outcome = run(std::string("check ") + name);
+    EXPECT_EQ(outcome.err, "") << name;
+    EXPECT_NE(outcome.code, 2) << name;
+  }
+}
+
+TEST_F(Reported, AMeshWhoseHeaderPromisesMoreThanTheFileHoldsIsRefusedAtOnce) {
+  const std::string header("glTF\x02\0\0\0\0\x28\x6b\xee\0\x28\x6b\xeeJSON", 20);
+  write("trunc.glb", header);
+  const auto begin = std::chrono::steady_clock::now();
+  const Outcome outcome = run("check trunc.glb", "ulimit -v 1000000;");
+  EXPECT_REFUSED(outcome, "trunc.glb");
+  EXPECT_SAYS(outcome.err, "it is cut short");
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(5));
+}
+
+TEST_F(Reported, APolygonOfThousandsOfCornersIsRefusedAtOnce) {
+  std::string text, face = "f";
+  for (int i = 0; i < 20'000; ++i) {
+    text += "v " + std::to_string(i) + " " + std::to_string(i * i % 17) + " 0\n";
+    face += " " + std::to_string(i + 1);
+  }
+  write("face.obj", text + face + "\n");
+  EXPECT_REFUSED(run("check face.obj"), "triangles meet at vertex 0");
+}
+
+// -- numbers --------------------------------------------------------------------------------------
+
+TEST_F(Reported, NumbersNearZeroAreRefusedByTheSchema) {
+  for (const char* set :
+       {"time.fps=1e-12", "time.fps=1e-300", "time.fps=0.001", "contact.rest_gap=1e-300",
+        "solver.tolerance=1e-300", "materials.default.density=1e-300",
+        "materials.default.stretch_stiffness=1e-300", "materials.default.strain_limit=1e-300",
+        "geometry.0.size=[1e-300,1]", "geometry.0.transformation.scale=1e-300",
+        "obstacles.0.shape.radius=1e-300"})
+    EXPECT_REFUSED(run_small("r", std::string("--set ") + set), "must be at least");
+  EXPECT_FALSE(exists("r"));
+}
+
+TEST_F(Reported, SchemaAndProgramHaveOneBoundOfTheResolution) {
+  EXPECT_REFUSED(run_small("r", "--set obstacles.0.shape.resolution=1001"),
+                 "obstacles[0].shape.resolution: must be at most 1000");
+  EXPECT_REFUSED(run_small("r", "--set obstacles.0.shape.resolution=2"), "must be at least 3");
+}
+
+TEST_F(Reported, ABudgetThatIsNoPositiveNumberIsRefusedInOneShortSentence) {
+  for (const char* budget : {"0", "-1", "nan", "inf", "x"}) {
+    const Outcome outcome = run_small("r", std::string("--budget ") + budget);
+    EXPECT_EQ(outcome.code, 2) << budget;
+    EXPECT_LT(outcome.err.size(), 200u) << outcome.err;
+  }
+  EXPECT_FALSE(exists("r"));
+}
+
+TEST_F(Reported, TheHelpOfSetAgreesWithWhatItTakes) {
+  EXPECT_EQ(run("run --help").out.find("--set TEXT ..."), std::string::npos);
+  EXPECT_EQ(run_small("r", "--set time.frames=1 time.fps=30").code, 2);
+  EXPECT_EQ(run_small("r", "--set time.frames=1 --set time.fps=30").code, 0);
+}
+
+// -- comparisons ----------------------------------------------------------------------------------
+
+TEST_F(Reported, ACompareNamesTheStepThatIsMadeAndMakesItOnce) {
+  const Outcome outcome =
+      run("compare small.json --vary dt=0.0057,0.0065,0.008,0.03 --set time.frames=2 "
+          "--no-reference --repeats 1 --no-pictures --out c --json");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_SAYS(outcome.err, "dt=0.0065");
+  const Json rows = Json::parse(outcome.out)["rows"];
+  ASSERT_EQ(rows.size(), 2u);  // 3 steps a frame, and one of 2 frames
+  for (const Json& row : rows)
+    EXPECT_NEAR(std::stod(row["values"][0].get<std::string>()), row["dt"].get<double>(),
+                1e-5 * row["dt"].get<double>());
+  const std::string csv = content(folder_ / "c" / "compare.csv");
+  const std::string head = "," + csv.substr(0, csv.find('\n')) + ",";
+  const auto first = head.find(",dt,");
+  ASSERT_NE(first, std::string::npos);
+  EXPECT_EQ(head.find(",dt,", first + 1), std::string::npos) << head;
+  EXPECT_EQ(outcome.out.find("runs took 1 "), std::string::npos);
+}
+
+// -- result folders -------------------------------------------------------------------------------
+
+TEST_F(Reported, ASecondRunDoesNotReplaceTheFirstUnlessAsked) {
+  ASSERT_EQ(run("run small.json --out r --set output.picture_every=1").code, 0);
+  ASSERT_EQ(run("measure r --no-picture").code, 0);
+  const std::string before = content(folder_ / "r" / "result.json");
+  EXPECT_REFUSED(run_small("r"), "--overwrite");
+  EXPECT_EQ(content(folder_ / "r" / "result.json"), before);
+  EXPECT_EQ(count("r/frames", "cloth"), 4u);
+  write("r/frames/cloth_00007.ply.partial4711", "a killed run");
+  EXPECT_EQ(run_small("r", "--overwrite --set time.frames=1").code, 0);
+  EXPECT_EQ(count("r/frames", "cloth"), 2u);
+  EXPECT_EQ(count("r/pictures", "frame"), 0u);
+  EXPECT_FALSE(exists("r/measures"));
+  EXPECT_EQ(run_small("r", "--overwrite --resume").code, 2);
+}
+
+TEST_F(Reported, AResumedRunSaysWhichFramesAreMissing) {
+  ASSERT_EQ(run_small("r").code, 0);
+  fs::remove(folder_ / "r/frames/cloth_00000.ply");
+  fs::remove(folder_ / "r/frames/cloth_00002.ply");
+  const Outcome outcome = run_small("r", "--resume --set time.frames=5");
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_SAYS(outcome.err, "2 of the 4 frames before the checkpoint are missing");
+  EXPECT_SAYS(outcome.err, "the first is frame 0");
+}
+
+TEST_F(Reported, ResumedSumsHaveTheSameBits) {
+  write("drop.json", R"({
+    "geometry": [{"size": [0.5, 0.5], "cells": [8, 8], "transformation": {"translation": [0.01, 0.02, 0.302]}}],
+    "obstacles": [{"shape": {"type": "sphere", "radius": 0.3, "resolution": 12}}],
+    "solver": {"integrator": "symplectic_euler"}, "contact": {"response": "impulse"},
+    "time": {"frames": 9, "max_halvings": 12}})");
+  ASSERT_EQ(run("run drop.json --no-picture --out whole").code, 0);
+  for (const char* frames : {"3", "5", "9"})
+    ASSERT_EQ(run("run drop.json --no-picture --out parts --set time.frames=" +
+                  std::string(frames) + (frames[0] == '3' ? "" : " --resume"))
+                  .code,
+              0);
+  const Json whole = result("whole"), parts = result("parts");
+  EXPECT_EQ(whole["state_hash"], parts["state_hash"]);
+  EXPECT_EQ(whole["ledger"], parts["ledger"]);
+  EXPECT_NE(whole["ledger"]["response"]["energy_normal_J"], 0.0);
+}
+
+// -- time -----------------------------------------------------------------------------------------
+
+TEST_F(Reported, ThousandsOfHandlesMakeThePieceOnce) {
+  std::string handles;
+  for (int i = 0; i < 1500; ++i)
+    handles += (i == 0 ? "" : ", ") + std::string(R"({"select": {"vertices": [)") +
+               std::to_string(i) + "]}}";
+  write(
+      "handles.json", R"({"geometry": [{"size": [1, 1], "cells": [60, 60]}], "time": {"frames": 1},
+        "handles": [)" + handles +
+                          "]}");
+  const Outcome outcome = run("run handles.json --no-picture --out r",
+                              "ulimit -t 10;");  // seconds of the processor
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+}
+
+}  // namespace
+}  // namespace selvedge::testing

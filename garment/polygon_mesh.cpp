@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <queue>
 #include <stdexcept>
 
@@ -203,31 +204,40 @@ class PolygonMesher {
         continue;
       }
       const int i = !cell.fixed[0] ? 0 : !cell.fixed[1] ? 1 : 2;
-      if (flip_is_good(c, i)) {
-        net_.flip(c, i);
-        continue;
-      }
-      const Vec2 middle = 0.5 * (at(cell.v[(i + 1) % 3]) + at(cell.v[(i + 2) % 3]));
-      for (const double share : {0.0, 0.05, -0.05, 0.2}) {
-        const Vec2 p = middle + share * (at(cell.v[i]) - middle);
-        if (net_.divide(c, i, plane_.snap(p)) != Triangulation::kNone) break;
-      }
+      open_corner(c, i);
     }
   }
 
-  /// The apex beyond the third side is an inner point, and the halves are not thin.
-  bool flip_is_good(std::int32_t c, int i) const {
+  /// Takes the flip or the point near the third side, opposite v[i], that leaves the best angles. A
+  /// flip needs an inner point beyond the side, or the cell there could get a second fixed side.
+  void open_corner(std::int32_t c, int i) {
     const Triangulation::Cell& cell = net_.cell(c);
     const Triangulation::Cell& beyond = net_.cell(cell.across[i]);
-    const int j = beyond.across[0] == c ? 0 : beyond.across[1] == c ? 1 : 2;
-    if (!is_inner(beyond.v[j]) || !net_.can_flip(c, i)) return false;
-    const Vec2 top = at(cell.v[i]), from = at(cell.v[(i + 1) % 3]), to = at(cell.v[(i + 2) % 3]);
-    const Vec2 apex = at(beyond.v[j]);
-    const double corner =
-        std::acos(std::clamp((from - top).normalized().dot((to - top).normalized()), -1.0, 1.0));
-    const double least =
-        std::min(detail::least_angle_of(top, from, apex), detail::least_angle_of(apex, to, top));
-    return least > std::min(0.35 * corner, 0.5);
+    const std::int32_t apex = beyond.v[beyond.across[0] == c ? 0 : beyond.across[1] == c ? 1 : 2];
+    const Vec2 top = at(cell.v[i]), bottom = at(apex);
+    const Vec2 from = at(cell.v[(i + 1) % 3]), to = at(cell.v[(i + 2) % 3]);
+    const auto least_of = [](const Vec2& p, const Vec2& q, const Vec2& r) {
+      return cross(q - p, r - p) > 0.0 ? detail::least_angle_of(p, q, r) : -1.0;
+    };
+    double best = -1.0;
+    if (is_inner(apex) && net_.can_flip(c, i))
+      best = std::min(least_of(top, from, bottom), least_of(bottom, to, top));
+    const Vec2 middle = 0.5 * (from + to);
+    std::optional<GridPoint> point;
+    for (const double share : {0.0, 0.1, 0.2, 0.3, 0.4, 0.5, -0.1, -0.2}) {
+      const GridPoint p = plane_.snap(
+          middle + share * ((share < 0.0 ? -1.0 : 1.0) * ((share < 0.0 ? top : bottom) - middle)));
+      const Vec2 x = plane_.point(p);
+      const double least = std::min({least_of(top, from, x), least_of(top, x, to),
+                                     least_of(bottom, x, from), least_of(bottom, to, x)});
+      if (least <= best) continue;
+      best = least;
+      point = p;
+    }
+    if (point)
+      net_.divide(c, i, *point);
+    else if (best > 0.0)
+      net_.flip(c, i);
   }
 
   PolygonMesh result() const {

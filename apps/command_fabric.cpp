@@ -197,6 +197,8 @@ void run_command(const FabricOptions& o) {
     else
       print_report(fabric, o);
   }
+  if (!o.list) return;
+  for (const auto& [name, fabric] : everyday_fabrics()) fmt::print("{:<34}is {}\n", name, fabric);
 }
 
 }  // namespace

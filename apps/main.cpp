@@ -16,6 +16,7 @@
 #include "command_detect.h"
 #include "command_fabric.h"
 #include "command_identify.h"
+#include "command_info.h"
 #include "command_list.h"
 #include "command_measure.h"
 #include "command_plan.h"
@@ -41,6 +42,7 @@ int run_command_line(int argc, char** argv) {
                             "selvedge");
   app.version(version_text());
   add_command_run(app);
+  add_command_info(app);
   add_command_check(app);
   add_command_detect(app);
   add_command_ccd(app);

@@ -2,6 +2,7 @@
 #include <selvedge/bodies/detail/child_process.h>
 #include <selvedge/bodies/detail/mesh_source.h>
 #include <selvedge/bodies/mesh_file.h>
+#include <selvedge/bodies/mesh_groups.h>
 
 #include <algorithm>
 #include <array>
@@ -255,6 +256,13 @@ TriangleMesh load_mesh(const std::filesystem::path& file, const LoadConfig& conf
   check_config(config);
   const std::string name = file.string();
   const bool own = detail::is_own_format(detail::lower_extension(file));
+  if (!config.groups.empty() || !config.without.empty()) {
+    if (!own)
+      throw std::invalid_argument(name +
+                                  ": only OBJ files have groups to choose; save the mesh as OBJ");
+    return prepare_mesh(select_groups(read_grouped_mesh(file), config.groups, config.without, name),
+                        config, name);
+  }
   return prepare_mesh(own ? read_mesh(file) : read_by_assimp(file, config), config, name);
 }
 

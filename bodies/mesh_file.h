@@ -43,6 +43,9 @@ struct LoadConfig {
   double unit = 1.0;      ///< metres per file unit, > 0
   UpAxis up = UpAxis::z;  ///< axis of the file that points up; it is rotated to +z
   bool weld = true;       ///< merge vertices at identical positions and drop unused ones
+  /// Names of groups, objects or materials of an OBJ file: only these are read, all if empty,
+  /// except those of `without`.
+  std::vector<std::string> groups{}, without{};
   double timeout = 30.0;  ///< s, time limit for formats that need assimp
   std::size_t memory_limit = std::size_t{4}
                              << 30;  ///< bytes, memory limit for formats that need assimp

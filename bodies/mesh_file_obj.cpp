@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
-// Wavefront OBJ. Only the statements v and f define the surface; all others are skipped.
+// Wavefront OBJ. Only the statements v and f define the surface; g, o and usemtl name its parts,
+// and all others are skipped.
 #include <selvedge/bodies/detail/mesh_source.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <charconv>
 #include <limits>
+#include <map>
 #include <utility>
 
 namespace selvedge::detail {
@@ -22,7 +25,8 @@ bool is_keyword(std::string_view word) {
 
 class ObjReader {
  public:
-  explicit ObjReader(const MeshSource& source) : source_(source), lines_(source) {}
+  ObjReader(const MeshSource& source, std::vector<MeshGroup>* groups)
+      : source_(source), lines_(source), groups_(groups) {}
 
   TriangleMesh read() {
     while (next_statement()) read_statement();
@@ -56,6 +60,8 @@ class ObjReader {
       read_vertex();
     else if (keyword == "f")
       read_face();
+    else if (groups_ != nullptr && (keyword == "g" || keyword == "o" || keyword == "usemtl"))
+      read_group(keyword);
     else if (!is_keyword(keyword))
       lines_.refuse(in_quotes(keyword) +
                     " is not an OBJ statement; the file is damaged or not an OBJ file");
@@ -79,7 +85,42 @@ class ObjReader {
     if (polygon_.size() < 3)
       lines_.refuse("the face has " + count_of(polygon_.size(), "corner") +
                     "; a face needs at least 3, export the mesh again");
+    const std::size_t before = mesh_.triangles.size();
     append_fan(polygon_, mesh_.triangles);
+    for (const std::vector<std::size_t>& of_kind : current_)
+      for (const std::size_t group : of_kind)
+        for (std::size_t t = before; t < mesh_.triangles.size(); ++t)
+          (*groups_)[group].triangles.push_back(static_cast<std::int32_t>(t));
+  }
+
+  // A statement g may name several groups. The names of objects and materials may contain spaces.
+  void read_group(std::string_view keyword) {
+    const auto kind = keyword == "g"   ? MeshGroup::Kind::group
+                      : keyword == "o" ? MeshGroup::Kind::object
+                                       : MeshGroup::Kind::material;
+    std::vector<std::size_t>& current = current_[static_cast<std::size_t>(kind)];
+    current.clear();
+    if (kind != MeshGroup::Kind::group) {
+      std::string_view first = words_;
+      const std::string_view word = LineReader::take_word(first);
+      if (word.empty()) return;
+      std::string_view rest(word.data(), static_cast<std::size_t>(words_.end() - word.begin()));
+      while (rest.ends_with(' ') || rest.ends_with('\t')) rest.remove_suffix(1);
+      current.push_back(group_of(kind, rest));
+      return;
+    }
+    for (auto word = LineReader::take_word(words_); !word.empty();
+         word = LineReader::take_word(words_))
+      if (const std::size_t group = group_of(kind, word);
+          std::find(current.begin(), current.end(), group) == current.end())
+        current.push_back(group);
+  }
+
+  std::size_t group_of(MeshGroup::Kind kind, std::string_view name) {
+    const auto [at, is_new] =
+        number_of_.try_emplace({static_cast<int>(kind), std::string(name)}, groups_->size());
+    if (is_new) groups_->push_back({kind, std::string(name), {}});
+    return at->second;
   }
 
   // A corner is v, v/vt, v//vn or v/vt/vn. Indices start at 1; negative ones count from the end.
@@ -138,12 +179,17 @@ class ObjReader {
   std::string joined_;
   TriangleMesh mesh_;
   std::vector<std::int32_t> polygon_;
+  std::vector<MeshGroup>* groups_;
+  std::array<std::vector<std::size_t>, 3> current_;  // groups of the next face, by kind
+  std::map<std::pair<int, std::string>, std::size_t> number_of_;
   std::int64_t forward_index_ = 0;
   std::size_t forward_line_ = 0;
 };
 
 }  // namespace
 
-TriangleMesh read_obj(const MeshSource& source) { return ObjReader(source).read(); }
+TriangleMesh read_obj(const MeshSource& source, std::vector<MeshGroup>* groups) {
+  return ObjReader(source, groups).read();
+}
 
 }  // namespace selvedge::detail

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/bodies/mesh_file.h>
+#include <selvedge/bodies/mesh_groups.h>
 #include <selvedge/bodies/mesh_report.h>
 #include <selvedge/core/cloth_mesh.h>
 #include <selvedge/scene/build.h>
@@ -35,12 +36,27 @@ void warn(const TriangleMesh& mesh, const std::string& place, std::vector<std::s
 
 TriangleMesh load_body(const std::filesystem::path& file, const LoadConfig& config,
                        const TriangleMesh& given = {}) {
+  if (file.empty() && !(config.groups.empty() && config.without.empty()))
+    throw std::invalid_argument("a mesh in the scene file has no groups to choose");
   if (file.empty()) return prepare_mesh(given, config, detail::inline_mesh);
   TriangleMesh mesh = load_mesh(file, config);
   validate(mesh, file.string());
   if (mesh.triangles.empty())
     throw std::invalid_argument(file.string() + ": has no triangles; a body is a surface");
   return mesh;
+}
+
+/// Asks only where the scene says nothing about the size of the mesh.
+void ask_about_unit(const TriangleMesh& mesh, const LoadConfig& load, const Placement& placement,
+                    const std::string& place, std::vector<std::string>& warnings) {
+  if (load.unit != 1.0 || placement.scale != 1.0) return;
+  Vec3 low = mesh.vertices.front(), high = low;
+  for (const Vec3& x : mesh.vertices) {
+    low = low.cwiseMin(x);
+    high = high.cwiseMax(x);
+  }
+  if (const std::string question = selvedge::ask_about_unit(high - low); !question.empty())
+    warnings.push_back(fmt::format("{}: {} (key \"unit\")", place, question));
 }
 
 /// Makes a body from a mesh. Keyframes rotate it about its own origin, which its transformation
@@ -86,6 +102,7 @@ std::unique_ptr<Body> make_body(const BodySpec& spec, const std::string& place,
   const auto& file = std::get<BodyFile>(spec.shape);
   TriangleMesh mesh = load_body(file.file, file.load, file.mesh);
   warn(mesh, place, warnings);
+  ask_about_unit(mesh, file.load, spec.placement, place, warnings);
   return make_rigid_body(std::move(mesh), spec);
 }
 

@@ -28,6 +28,9 @@ using Units = std::map<std::string, double>;
 constexpr double per_degree = 180.0 / std::numbers::pi;
 constexpr double ounce_per_square_yard = 0.028349523125 / (0.9144 * 0.9144);
 
+/// Everyday names of which no set has a measurement.
+const std::set<std::string> kUnmeasured = {"silk", "felt", "leather"};
+
 const Units densities = {{"kg/m2", 1.0},
                          {"g/m2", 1e-3},
                          {"mg/cm2", kKgPerM2OfMgPerCm2},
@@ -480,16 +483,31 @@ std::vector<Fabric> measured_fabrics() {
   return all;
 }
 
+std::map<std::string, std::string> everyday_fabrics() {
+  return {{"cotton shirting", "matsudaira_2015/cotton_broad"},
+          {"denim", "wang_2011/11oz-black-denim"},
+          {"jersey", "wang_2011/gray-interlock"}};
+}
+
 Fabric find_fabric(const std::string& name, const std::filesystem::path& folder) {
   std::vector<std::string> known;
+  const std::map<std::string, std::string> everyday = everyday_fabrics();
+  const auto stands_for = everyday.find(name);
+  const std::string& measured = stands_for == everyday.end() ? name : stands_for->second;
   for (Fabric& fabric : measured_fabrics()) {
-    if (fabric.name == name) return std::move(fabric);
+    if (fabric.name == measured) return std::move(fabric);
     known.push_back(fabric.name);
   }
+  for (const auto& [word, fabric] : everyday) known.push_back(word);
   const auto hash = name.rfind('#');
   const std::string wanted = hash == std::string::npos ? "" : name.substr(hash + 1);
   const auto file = (folder / name.substr(0, hash)).lexically_normal();
   std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error) && kUnmeasured.contains(name))
+    throw std::invalid_argument(fmt::format(
+        "there is no published measurement of {} here; measure yours and write a fabric "
+        "file (docs/fabrics.md)",
+        name));
   if (!std::filesystem::is_regular_file(file, error))
     throw std::invalid_argument(
         fmt::format("there is no fabric \"{}\" and no file {}; nearest is \"{}\"", name,

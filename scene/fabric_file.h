@@ -4,6 +4,7 @@
 #include <selvedge/core/fabric.h>
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -33,8 +34,11 @@ Fabric parse_fabric(const std::string& json, const std::string& place,
 /// The fabrics of data/fabrics, which are compiled in, sorted by name.
 std::vector<Fabric> measured_fabrics();
 
-/// Finds a fabric of measured_fabrics by name, or reads a file relative to `folder`; FILE#NAME
-/// selects one of several. Throws std::invalid_argument with the nearest name.
+/// Names in everyday use, such as denim, and the measured fabric that each stands for.
+std::map<std::string, std::string> everyday_fabrics();
+
+/// Finds a fabric of measured_fabrics or everyday_fabrics by name, or reads a file relative to
+/// `folder`; FILE#NAME selects one of several. Throws std::invalid_argument with the nearest name.
 Fabric find_fabric(const std::string& name, const std::filesystem::path& folder);
 
 /// The constants as JSON with the keys of a scene's material.

@@ -111,6 +111,14 @@ TriangleMesh load_surface(const ClothFile& cloth, const std::string& name, doubl
 
 TriangleMesh load_rest(const ClothFile& cloth, const std::string& name, const TriangleMesh& surface,
                        double factor) {
+  if (cloth.file.empty() && !cloth.rest_mesh.triangles.empty()) {
+    TriangleMesh rest = cloth.rest_mesh;
+    validate(rest, "rest_mesh");
+    if (rest.vertices.size() != surface.vertices.size() || rest.triangles != surface.triangles)
+      throw std::invalid_argument("rest_mesh must have the vertices and triangles of mesh");
+    detail::scale(rest, factor);
+    return rest;
+  }
   if (cloth.rest_file.empty()) return surface;
   TriangleMesh rest = read_mesh(cloth.rest_file);
   validate(rest, cloth.rest_file.string());

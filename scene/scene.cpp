@@ -4,6 +4,7 @@
 #include <selvedge/scene/detail/old_keys.h>
 #include <selvedge/scene/detail/read_bodies.h>
 #include <selvedge/scene/detail/read_extras.h>
+#include <selvedge/scene/detail/read_garment.h>
 #include <selvedge/scene/detail/read_geometry.h>
 #include <selvedge/scene/detail/read_values.h>
 #include <selvedge/scene/detail/scene_json.h>
@@ -53,6 +54,7 @@ class SceneReader {
     read_handles();
     read_weights();
     detail::read_seams(document_, selector_, scene_);
+    scene_.seams.insert(scene_.seams.end(), garment_seams_.begin(), garment_seams_.end());
     detail::read_water(document_, selector_, scene_);
     detail::read_bodies(document_, scene_);
     read_air();
@@ -252,7 +254,9 @@ class SceneReader {
       Json& j = list[i];
       ClothSpec cloth;
       cloth.name = read_name(document_, j, "geometry", i, taken);
-      if (j.contains("mesh"))
+      if (j.contains("sewing_pattern"))
+        detail::read_garment(document_, j, path, cloth, garment_seams_);
+      else if (j.contains("mesh"))
         cloth.shape = read_cloth_file(j, path);
       else
         cloth.shape = read_cloth_grid(j, path);
@@ -504,6 +508,7 @@ class SceneReader {
   Json& root_;
   Scene scene_;
   detail::VertexSelector selector_{document_, scene_.materials, methods_.patterns};
+  std::vector<SeamSpec> garment_seams_;                               // of sewing patterns
   std::map<std::pair<std::string, std::int32_t>, std::string> held_;  // vertex to handle
 };
 

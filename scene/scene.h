@@ -85,6 +85,8 @@ struct ClothFile {
   /// ignored.
   double texture_unit = 0.0;
   TriangleMesh mesh;  ///< where `file` is empty: the mesh itself
+  /// Where `file` is empty: its rest shape, with the same triangles; none: that of `mesh`.
+  TriangleMesh rest_mesh{};
   std::optional<PlateSpec> plate{};
   std::optional<SupportConstants> support{};  ///< a closed surface supported from inside
 };

@@ -45,7 +45,7 @@ const std::map<std::string, std::set<std::string>> kArrows = {
     {"judge", {"core"}},
     {"render", {"core"}},
     {"garment", {"core"}},
-    {"scene", {"core", "bodies", "broadphase", "narrowphase", "response"}},
+    {"scene", {"core", "bodies", "broadphase", "narrowphase", "response", "garment"}},
     {"simulation",
      {"core", "bodies", "broadphase", "narrowphase", "detection", "response", "scene"}},
     {"run",

@@ -244,7 +244,7 @@ TEST_F(Program, AWrongOptionNamesTheCommandWhoseHelpExplainsIt) {
 TEST_F(Program, EveryCommandDescribesItsOptions) {
   for (const char* command :
        {"run", "check", "detect", "ccd", "compare", "advise", "plan", "stability", "render",
-        "measure", "fabric", "drape", "swatch", "identify", "replay", "list"}) {
+        "measure", "info", "fabric", "drape", "swatch", "identify", "replay", "list"}) {
     const Outcome o = run(std::string(command) + " --help");
     EXPECT_EQ(o.code, 0) << command;
     EXPECT_SAYS(o.out, std::string("Usage: selvedge ") + command);

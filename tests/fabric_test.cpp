@@ -81,6 +81,22 @@ TEST(MeasuredFabrics, TheNearestIsNamedWhereThereIsNone) {
   }
 }
 
+TEST(MeasuredFabrics, EverydayNamesStandForMeasuredOnes) {
+  for (const auto& [name, fabric] : everyday_fabrics()) {
+    EXPECT_EQ(find_fabric(name, "/nowhere").name, fabric);
+    EXPECT_FALSE(find_fabric(name, "/nowhere").source.empty());
+  }
+  EXPECT_NEAR(find_fabric("denim", "/nowhere").material.density, 0.324, 1e-12);
+  for (const char* name : {"silk", "felt", "leather"}) {
+    try {
+      find_fabric(name, "/nowhere");
+      FAIL() << name;
+    } catch (const std::invalid_argument& error) {
+      EXPECT_SAYS(std::string(error.what()), "no published measurement");
+    }
+  }
+}
+
 TEST_F(FabricFile, UnitsAreConvertedToSI) {
   const Fabric f = read(R"json({"source": "me", "density": {"value": 5, "unit": "oz/yd2"},
     "stretch": {"warp": 500, "weft": 300, "unit": "gf/cm"}, "shear": {"value": 1, "unit": "gf/(cm*deg)"},

@@ -15,6 +15,8 @@
 #include <string>
 #include <vector>
 
+#include "garment_patterns.h"
+
 namespace selvedge {
 
 namespace fs = std::filesystem;
@@ -69,6 +71,11 @@ inline constexpr const char* garment =
     "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 2 0\nvt 2 2\nvt 0 2\nvt 5 0\nvt 7 2\nvt 5 2\n"
     "f 1/1 2/2 3/3\nf 1/5 3/6 4/7\n";
 
+/// Two objects; the second has two materials.
+inline constexpr const char* parts =
+    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 2 2 2\no skin\nusemtl pale\nf 1 2 3\nf 1 2 4\n"
+    "o eyes\ng left right\nf 1 3 4\nusemtl lens\nf 2 3 4\nf 1 2 5\n";
+
 /// Every key of the schema at least once, each with a value other than its default.
 inline constexpr const char* everything = R"({
   // comments are welcome /* of both */
@@ -100,7 +107,10 @@ inline constexpr const char* everything = R"({
     {"name": "long_net", "pattern": {"type": "responsive_net", "structural": 7, "shear": 8, "flexion": 9, "half_border": true}},
     {"name": "triangle_net", "pattern": {"type": "triangular_net", "structural": 10, "flexion": 11}},
     {"name": "woven", "size": [0.02, 0.02], "cells": [8, 8], "pattern": {"type": "weave", "over": 4, "under": 3, "step": 2, "warp_tex": 21, "weft_tex": 22, "yarn_density": 23,
-     "modulus": 24, "bending_share": 0.25, "crimp_share": 0.26, "contact": 27, "rotation": 28, "links": 6}}
+     "modulus": 24, "bending_share": 0.25, "crimp_share": 0.26, "contact": 27, "rotation": 28, "links": 6}},
+    {"name": "skirt", "sewing_pattern": "skirt.json", "edge_length": 0.1, "up": "y",
+     "panels": {"back": {"translation": [0, 0.5, 50]}}, "transformation": {"translation": [0, 0, 60]}, "material": "silk", "velocity": [0, 0, -2], "virtual_springs": {"stiffness": 5},
+     "sewing": {"pull": 30, "tolerance": 0.02, "damping": 0.2, "acceleration": 2, "merge": 0.03}}
   ],
   "seams": [{"name": "side", "a": {"geometry": "grid", "select": {"edge": "x0"}},
              "b": {"geometry": "grid", "select": {"edge": "x1"}}, "reverse": true, "pull": 20, "acceleration": 3, "merge": 0.02,
@@ -141,9 +151,10 @@ inline constexpr const char* everything = R"({
      "transformation": {"translation": [0, 0, 1]}, "motion": "lift", "friction": 0.1},
     {"name": "walk", "sequence": {"files": "walk_###.obj", "first": 7, "fps": 24, "start": 0.25}, "unit": 0.1,
      "up": "x", "transformation": {"scale": 3}, "friction": 0.9},
-    {"name": "listed", "sequence": {"files": ["walk_007.obj", "walk_008.obj"]}},
+    {"name": "listed", "sequence": {"files": ["walk_007.obj", "walk_008.obj"]}, "groups": ["skin"], "without_groups": ["lens"]},
     {"name": "inline", "mesh": {"vertices": [[0, 0, 0], [0, 0, 0], [1, 0, 0], [0, 1, 0]], "triangles": [[0, 2, 3], [1, 2, 3]]},
-     "unit": 2}
+     "unit": 2},
+    {"name": "parts", "mesh": "parts.obj", "groups": ["skin", "eyes"], "without_groups": ["lens"]}
   ],
   "air": {"wind": [1, 0, 0], "normal_drag": 0.5, "viscous_drag": 0.25,
           "gusts": {"speed": 0.75, "length": 2, "seed": 7},
@@ -168,10 +179,12 @@ class EverythingFile : public SceneFile {
  protected:
   Scene read_everything() const {
     write("quad.obj", quad);
+    write("parts.obj", parts);
+    write("skirt.json", garment_patterns::kSkirt);
     write("garment.obj", garment);
     write("rest.obj", quad);
-    write("walk_007.obj", quad);
-    write("walk_008.obj", quad);
+    write("walk_007.obj", "usemtl lens\no skin\nusemtl pale\n" + std::string(quad));
+    write("walk_008.obj", "usemtl lens\no skin\nusemtl pale\n" + std::string(quad));
     return read(everything);
   }
 };

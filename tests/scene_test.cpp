@@ -177,7 +177,7 @@ TEST_F(EverythingFile, EveryNumberGoesToItsField) {
 
 TEST_F(EverythingFile, EveryPieceOfClothAndItsMaterialIsRead) {
   const Scene s = read_everything();
-  ASSERT_EQ(s.cloths.size(), 14u);
+  ASSERT_EQ(s.cloths.size(), 15u);
   const ClothSpec &grid = s.cloths[0], &file = s.cloths[1];
   EXPECT_EQ(grid.name, "grid");
   EXPECT_EQ(std::get<ClothGrid>(grid.shape).pattern, "triangular");
@@ -267,13 +267,30 @@ TEST_F(EverythingFile, EveryPieceOfClothAndItsMaterialIsRead) {
 TEST_F(EverythingFile, SeamsWaterAndPatternsAreRead) {
   const Scene s = read_everything();
   EXPECT_EQ(std::get<ClothFile>(s.cloths[4].shape).texture_unit, 0.5);
-  ASSERT_EQ(s.seams.size(), 1u);
+  ASSERT_EQ(s.seams.size(), 3u);
   EXPECT_EQ(s.seams[0].geometry[1], "grid");
   EXPECT_EQ(s.seams[0].vertices[0].size(), s.seams[0].vertices[1].size());
   EXPECT_GT(s.seams[0].vertices[1].front(), s.seams[0].vertices[1].back());
   EXPECT_EQ(s.seams[0].sewing.pull, 20.0);
   EXPECT_EQ(s.seams[0].sewing.acceleration, 3.0);
   EXPECT_EQ(s.seams[0].merge, 0.02);
+  EXPECT_EQ(s.seams[1].name,
+            "skirt: stitch 0: edge 1 of panel \"front\" to edge 1 of panel \"back\"");
+  EXPECT_EQ(s.seams[1].geometry[0], "skirt");
+  EXPECT_EQ(s.seams[1].vertices[0].size(), s.seams[1].vertices[1].size());
+  const SewingConfig& sewing = s.seams[2].sewing;
+  EXPECT_EQ(std::tuple(sewing.pull, sewing.tolerance, sewing.damping, sewing.acceleration),
+            std::tuple(30.0, 0.02, 0.2, 2.0));
+  EXPECT_EQ(s.seams[2].merge, 0.03);
+  const auto& skirt = std::get<ClothFile>(s.cloths[14].shape);
+  EXPECT_EQ(skirt.mesh.triangles, skirt.rest_mesh.triangles);
+  EXPECT_EQ(s.cloths[14].material, "silk");
+  EXPECT_EQ(s.cloths[14].velocity, Vec3(0, 0, -2));
+  EXPECT_EQ(s.cloths[14].virtual_springs.stiffness, 5.0);
+  // The file has y up; the front stands at z = 0.2 m there, the back is moved.
+  EXPECT_NEAR(skirt.mesh.vertices.back().y(), -0.2, 1e-12);
+  EXPECT_NEAR(skirt.mesh.vertices.front().y(), 0.2 + 0.5, 1e-12);
+  EXPECT_GT(skirt.mesh.vertices.front().z(), 49.0);
   ASSERT_TRUE(s.water.has_value());
   EXPECT_EQ(s.water->wetting.diffusivity, 2e-6);
   ASSERT_EQ(s.water->sources.size(), 1u);
@@ -336,7 +353,7 @@ TEST_F(EverythingFile, EveryHandleSelectsItsVertices) {
 
 TEST_F(EverythingFile, EveryObstacleIsRead) {
   const Scene s = read_everything();
-  ASSERT_EQ(s.bodies.size(), 11u);
+  ASSERT_EQ(s.bodies.size(), 12u);
   const auto shape = [&](int i) { return std::get<BodyShape>(s.bodies[i].shape); };
   EXPECT_EQ(std::get<Plane>(shape(0).shape).size, 3);
   EXPECT_EQ(s.bodies[0].placement.scale, 4);
@@ -370,6 +387,11 @@ TEST_F(EverythingFile, EveryObstacleIsRead) {
   EXPECT_EQ(s.bodies[8].placement.scale, 3);
   EXPECT_EQ(s.bodies[8].friction, 0.9);
   EXPECT_EQ(std::get<BodySequence>(s.bodies[9].shape).files, walk.files);
+  EXPECT_EQ(std::get<BodySequence>(s.bodies[9].shape).load.groups,
+            std::vector<std::string>{"skin"});
+  const LoadConfig& parts = std::get<BodyFile>(s.bodies[11].shape).load;
+  EXPECT_EQ(parts.groups, (std::vector<std::string>{"skin", "eyes"}));
+  EXPECT_EQ(parts.without, std::vector<std::string>{"lens"});
   const auto& inline_mesh = std::get<BodyFile>(s.bodies[10].shape);
   EXPECT_EQ(inline_mesh.load.unit, 2);
   EXPECT_EQ(inline_mesh.mesh.triangles[1], (Triangle{1, 2, 3}));

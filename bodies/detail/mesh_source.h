@@ -2,6 +2,7 @@
 #pragma once
 
 #include <selvedge/bodies/mesh_file.h>
+#include <selvedge/bodies/mesh_groups.h>
 
 #include <cstdint>
 #include <filesystem>
@@ -83,7 +84,8 @@ void require_surface(const MeshSource& source, const TriangleMesh& mesh);
 /// of a check of the mesh is quadratic in that number. All indices must be valid.
 void require_few_faces_at_vertices(const TriangleMesh& mesh, const std::string& name);
 
-TriangleMesh read_obj(const MeshSource& source);
+/// `groups` may be null.
+TriangleMesh read_obj(const MeshSource& source, std::vector<MeshGroup>* groups = nullptr);
 TriangleMesh read_off(const MeshSource& source);
 /// `extra` may be null.
 TriangleMesh read_ply(const MeshSource& source, std::vector<NamedValues>* extra);

@@ -17,6 +17,8 @@ LoadConfig read_load(const Json& j) {
   load.up = j["up"] == "x" ? UpAxis::x : j["up"] == "y" ? UpAxis::y : UpAxis::z;
   // Frames of a sequence are never welded: each could be welded differently.
   load.weld = j.value("weld", false);
+  load.groups = j["groups"].get<std::vector<std::string>>();
+  load.without = j["without_groups"].get<std::vector<std::string>>();
   return load;
 }
 

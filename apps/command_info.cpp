@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: MIT
+#include "command_info.h"
+
+#include <fmt/format.h>
+#include <selvedge/bodies/mesh_file.h>
+#include <selvedge/bodies/mesh_groups.h>
+#include <selvedge/bodies/mesh_report.h>
+
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace selvedge;
+using Json = nlohmann::ordered_json;
+
+struct InfoOptions {
+  std::string mesh, up = "z";
+  double unit = 1.0;
+  std::vector<std::string> groups, without;
+  bool json = false;
+};
+
+struct GroupInfo {
+  MeshGroup group;
+  MeshReport report;
+};
+
+struct MeshInfo {
+  MeshReport report;
+  std::vector<GroupInfo> groups;
+  std::string question;
+};
+
+LoadConfig load_config(const InfoOptions& o) {
+  LoadConfig config;
+  config.unit = o.unit;
+  config.up = o.up == "x" ? UpAxis::x : o.up == "y" ? UpAxis::y : UpAxis::z;
+  config.groups = o.groups;
+  config.without = o.without;
+  return config;
+}
+
+const char* kind_name(MeshGroup::Kind kind) {
+  return kind == MeshGroup::Kind::object  ? "object"
+         : kind == MeshGroup::Kind::group ? "group"
+                                          : "material";
+}
+
+bool is_obj(const std::string& file) {
+  return file.size() > 4 && (file.ends_with(".obj") || file.ends_with(".OBJ"));
+}
+
+std::vector<GroupInfo> groups_of(const InfoOptions& o) {
+  std::vector<GroupInfo> list;
+  if (!is_obj(o.mesh)) return list;
+  GroupedMesh grouped = read_grouped_mesh(o.mesh);
+  LoadConfig config = load_config(o);
+  config.groups.clear();
+  config.without.clear();
+  for (MeshGroup& group : grouped.groups) {
+    TriangleMesh part;
+    part.vertices = grouped.mesh.vertices;
+    for (const std::int32_t t : group.triangles)
+      part.triangles.push_back(grouped.mesh.triangles[t]);
+    const bool empty = part.triangles.empty();
+    MeshReport report;
+    if (!empty) report = report_mesh(prepare_mesh(std::move(part), config, o.mesh));
+    list.push_back({std::move(group), report});
+  }
+  return list;
+}
+
+MeshInfo inspect(const InfoOptions& o) {
+  MeshInfo info;
+  info.report = report_mesh(load_mesh(o.mesh, load_config(o)));
+  info.groups = groups_of(o);
+  info.question = ask_about_unit(info.report.upper - info.report.lower);
+  return info;
+}
+
+Json point_json(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+
+Json report_json(const MeshReport& r) {
+  return {{"vertices", r.vertices},
+          {"triangles", r.triangles},
+          {"parts", r.components},
+          {"lower", point_json(r.lower)},
+          {"upper", point_json(r.upper)},
+          {"closed", r.closed()},
+          {"boundary_edges", r.boundary_edges},
+          {"non_manifold_edges", r.non_manifold_edges},
+          {"inconsistent_edges", r.inconsistent_edges},
+          {"crossings", r.self_intersections},
+          {"folded_neighbours", r.folded_neighbours},
+          {"volume", r.closed() ? Json(r.volume) : Json()}};
+}
+
+void print_json(const InfoOptions& o, const MeshInfo& info) {
+  Json j = report_json(info.report);
+  j["file"] = o.mesh;
+  j["faults"] = info.report.sentences();
+  j["unit_question"] = info.question.empty() ? Json() : Json(info.question);
+  j["groups"] = Json::array();
+  for (const GroupInfo& g : info.groups) {
+    Json of_group = report_json(g.report);
+    of_group["kind"] = kind_name(g.group.kind);
+    of_group["name"] = g.group.name;
+    j["groups"].push_back(std::move(of_group));
+  }
+  fmt::print("{}\n", j.dump(2, ' ', false, Json::error_handler_t::replace));
+}
+
+std::string box_text(const MeshReport& r) {
+  const Vec3 size = r.upper - r.lower;
+  return fmt::format("{:.4g} x {:.4g} x {:.4g} m, from ({:.4g}, {:.4g}, {:.4g})", size.x(),
+                     size.y(), size.z(), r.lower.x(), r.lower.y(), r.lower.z());
+}
+
+void print_report(const InfoOptions& o, const MeshInfo& info) {
+  const MeshReport& r = info.report;
+  fmt::print("{}\n", o.mesh);
+  fmt::print("  vertices   {}\n  triangles  {} in {} part{}\n", r.vertices, r.triangles,
+             r.components, r.components == 1 ? "" : "s");
+  fmt::print("  box        {}\n", box_text(r));
+  if (r.closed())
+    fmt::print("  surface    closed, {:.4g} litres\n", 1e3 * r.volume);
+  else
+    fmt::print("  surface    open: {} border edge{}, {} with more than two triangles\n",
+               r.boundary_edges, r.boundary_edges == 1 ? "" : "s", r.non_manifold_edges);
+  fmt::print("  crossings  {} pairs of triangles\n", r.self_intersections + r.folded_neighbours);
+  if (!info.question.empty()) fmt::print("  unit?      {} (--unit)\n", info.question);
+  for (const std::string& sentence : r.sentences()) fmt::print("  fault      {}\n", sentence);
+  if (info.groups.empty()) return;
+  fmt::print("  groups\n");
+  for (const GroupInfo& g : info.groups)
+    if (g.group.triangles.empty())
+      fmt::print("    {:<8} {}: no faces\n", kind_name(g.group.kind), g.group.name);
+    else
+      fmt::print("    {:<8} {}: {} triangles, {}, {}, {} crossings\n", kind_name(g.group.kind),
+                 g.group.name, g.group.triangles.size(), g.report.closed() ? "closed" : "open",
+                 box_text(g.report), g.report.self_intersections + g.report.folded_neighbours);
+}
+
+}  // namespace
+
+void add_command_info(const Command& app) {
+  const auto o = std::make_shared<InfoOptions>();
+  const Command command =
+      app.subcommand("info", "Report box, unit, groups, closedness and crossings of a mesh file");
+  command.option("MESH", o->mesh, "Mesh file: OBJ, PLY, OFF, or what assimp reads").required();
+  command.option("--unit", o->unit, "Metres per unit of the file").positive();
+  command.option("--up", o->up, "Axis of the file that points up").one_of({"x", "y", "z"});
+  command.option("--groups", o->groups, "Only these groups, objects or materials of an OBJ file");
+  command.option("--without", o->without, "Without these groups, objects or materials");
+  command.flag("--json", o->json, "Print JSON");
+  command.action([o] {
+    const MeshInfo info = inspect(*o);
+    if (o->json)
+      print_json(*o, info);
+    else
+      print_report(*o, info);
+    return 0;
+  });
+}

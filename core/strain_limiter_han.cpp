@@ -117,8 +117,8 @@ class ModifiedSprings {
   void reorder(std::span<const std::int32_t> order) { detail::reorder(springs_, order); }
 
   detail::ElementSample<2> sample(std::size_t e, std::span<const Vec3> x) const {
-    const auto& [s, cubic] = springs_[e];
-    return detail::sample_link(x[s.a], x[s.b], 0.0, [&, c = cubic](double length) {
+    const Spring& s = springs_[e].spring;
+    return detail::sample_link(x[s.a], x[s.b], 0.0, [&s, c = springs_[e].cubic](double length) {
       const double d = length - s.rest_length;
       return detail::Tension{0.25 * c * d * d * d * d, c * d * d * d, 3.0 * c * d * d};
     });

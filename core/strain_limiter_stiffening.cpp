@@ -84,7 +84,8 @@ class StiffeningSprings {
   void reorder(std::span<const std::int32_t> order) { detail::reorder(springs_, order); }
 
   detail::ElementSample<2> sample(std::size_t e, std::span<const Vec3> x) const {
-    const auto& [s, limit] = springs_[e];
+    const Spring& s = springs_[e].spring;
+    const double limit = springs_[e].limit;
     const double k = s.stiffness, l0 = s.rest_length, l = (1.0 + limit) * l0;
     return detail::sample_link(x[s.a], x[s.b], 0.0, [&](double length) {
       switch (law_) {

@@ -311,7 +311,8 @@ void AdaptiveGrid::add_side_hinge(const std::array<std::int32_t, 4>& v, double s
 // The side of the coarser of the two has one hinge at each end.
 void AdaptiveGrid::add_side_hinges(const GridCell& leaf, bool above, ClothMesh& cloth) const {
   const std::int32_t w = width(leaf);
-  const auto [i, j] = low(leaf);
+  const Place corner = low(leaf);
+  const std::int32_t i = corner[0], j = corner[1];
   // Nodes by their distance along the side and across it.
   const auto at = [&](std::int32_t along, std::int32_t across) {
     return above ? node(i + along, j + w + across) : node(i + w + across, j + along);

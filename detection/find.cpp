@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/broad_phase.h>
+#include <selvedge/core/floating_point.h>
 #include <selvedge/core/registry.h>
 #include <selvedge/core/types.h>
 #include <selvedge/detection/find.h>
@@ -25,6 +26,7 @@ std::string text(const Vec3& x) {
 }
 
 void check_vertices(std::span<const Vec3> x, const std::string& name, const char* array) {
+  require_ieee_arithmetic();  // the bounds of the exact tests need it
   constexpr auto kMost = static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max());
   if (x.size() > kMost)
     throw std::invalid_argument(name + ": " + std::to_string(x.size()) +

@@ -109,6 +109,7 @@ class Run {
       simulation_ = refinement_->restored(checkpoint.state, config_.methods);
     simulation_->continue_sums(before_);
     detail::write_scene(config_.out, scene_);
+    detail::remove_leftovers(config_.out);
     detail::remove_beyond(config_.out, config_.formats, frame_, simulation_->state().step);
     resumed_ = true;
   }

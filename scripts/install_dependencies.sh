@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# install_dependencies.sh [lean|meshes|test|python|docs]: installs the missing packages of a set by apt. Waits while another
+# install_dependencies.sh [lean|meshes|test|python|docs|clang]: installs the missing packages of a set by apt. Waits while another
 # program holds the lock of apt.
 #   lean    packages to build the program (the default); pictures need libpng, the exact check needs GMP
 #   meshes  lean, and assimp, which reads bodies in formats other than OBJ, PLY and OFF
 #   test    meshes, and packages for the tests, the benchmarks, the format check and the adapters
 #   python  meshes, and packages for `pip install .`
 #   docs    packages for scripts/docs.sh
+#   clang   lean, and packages for scripts/fuzz.sh and scripts/same_bits.sh
 # Without root it prints the packages to install and exits with 1. On a system without dpkg it prints the requirements and
 # exits with 0.
 set -euo pipefail
@@ -17,6 +18,7 @@ meshes=(libassimp-dev)
 test=(libgtest-dev clang-format libfcl-dev libccd-dev libcgal-dev libembree-dev libosmesa6-dev libbullet-dev
       libpagmo-dev python3-dev python3-numpy python3-pytest pybind11-dev)
 python=("${meshes[@]}" python3-dev python3-numpy python3-pip python3-venv pybind11-dev)
+clang=(clang libclang-rt-14-dev)
 docs=(doxygen python3-sphinx python3-myst-parser python3-breathe furo libjs-katex)
 
 case "${1:-lean}" in
@@ -25,7 +27,8 @@ case "${1:-lean}" in
   test) wanted=("${lean[@]}" "${meshes[@]}" "${test[@]}") ;;
   python) wanted=("${lean[@]}" "${python[@]}") ;;
   docs) wanted=("${docs[@]}") ;;
-  *) echo "install_dependencies.sh: unknown set '$1': say lean, meshes, test, python or docs" >&2; exit 2 ;;
+  clang) wanted=("${lean[@]}" "${clang[@]}") ;;
+  *) echo "install_dependencies.sh: unknown set '$1': say lean, meshes, test, python, docs or clang" >&2; exit 2 ;;
 esac
 
 if ! command -v dpkg-query >/dev/null; then

@@ -39,7 +39,7 @@ for scene in "${scenes[@]}"; do
     limit=(--set "time.frames=$frames")
   fi
   code=0
-  "$program" run "$scene" --out "$work/out" --overwrite "${limit[@]}" >/dev/null 2>&1 || code=$?
+  "$program" run "$scene" --out "$work/out" "${limit[@]}" >/dev/null 2>&1 || code=$?
   hash=$({ grep -o '"state_hash" *: *"[0-9a-f]*"' "$work/out/result.json" 2>/dev/null || echo '"-"'; } | tr -d '" ' | sed 's/.*://')
   printf '%-40s %s %s\n' "${scene#"$root"/data/}" "$code" "$hash"
   rm -rf "$work/out"

@@ -1,11 +1,14 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# test.sh [CMAKE OPTIONS]: installs missing packages, builds everything but the benchmarks and runs every test: the unit,
+# test.sh [--quick] [CMAKE OPTIONS]: installs missing packages, builds everything but the benchmarks and runs every test: the unit,
 # physics and program tests (CTest), the format check of the sources, and the consumers of the library. Prints how many
 # tests ran. Tests that need data from outside the repository are skipped, and counted as skipped, if the data is absent.
+# With --quick it runs the tests that fit into under three minutes and checks the format, for work in between.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 started=$SECONDS
+quick=no
+if [ "${1:-}" = --quick ]; then quick=yes; shift; fi
 scripts/install_dependencies.sh test
 
 build=build/release
@@ -16,6 +19,12 @@ echo "Building (the first time about eight minutes on two cores)"
 scripts/quietly.sh "${configure[@]}" "$@"
 scripts/quietly.sh cmake --build "$build" --parallel
 echo "Built after $((SECONDS - started)) s"
+if [ "$quick" = yes ]; then
+  scripts/quick_ctest.sh "$build"
+  scripts/check_format.sh
+  echo "The quick tests passed in $((SECONDS - started)) s; scripts/test.sh runs all"
+  exit
+fi
 scripts/run_ctest.sh "$build"
 scripts/check_format.sh
 echo "Consumers"

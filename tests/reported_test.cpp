@@ -192,6 +192,14 @@ TEST_F(Reported, ASecondRunDoesNotReplaceTheFirstUnlessAsked) {
   EXPECT_EQ(run_small("r", "--overwrite --resume").code, 2);
 }
 
+TEST_F(Reported, ARunThatWasKilledAsItStartedDoesNotBlockItsFolder) {
+  fs::create_directory(folder_ / "r");
+  write("r/lock", "4711\n");
+  write("r/scene.json.partial4711", "{");
+  EXPECT_EQ(run_small("r", "--set time.frames=1").code, 0);
+  EXPECT_FALSE(exists("r/scene.json.partial4711"));
+}
+
 TEST_F(Reported, AResumedRunSaysWhichFramesAreMissing) {
   ASSERT_EQ(run_small("r").code, 0);
   fs::remove(folder_ / "r/frames/cloth_00000.ply");

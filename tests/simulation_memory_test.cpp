@@ -5,7 +5,12 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cfenv>
 #include <filesystem>
+#include <stdexcept>
+#if defined(__SSE2__)
+#include <xmmintrin.h>
+#endif
 
 namespace selvedge {
 namespace {
@@ -32,6 +37,27 @@ Scene table_scene() {
   scene.bodies[0].shape = BodyShape{Box{Vec3(1.0, 1.0, 0.1)}, 3};
   scene.cloths[0].placement.translation = {0.01, 0.02, 0.05 + 1.1 * scene.contact.rest_gap};
   return scene;
+}
+
+TEST(SimulationInMemory, AnotherArithmeticOfTheProgramIsRefusedInsteadOfChangingBits) {
+  Simulation simulation(ball_scene());
+  simulation.step();
+  for (const int mode : {FE_UPWARD, FE_DOWNWARD, FE_TOWARDZERO}) {
+    ASSERT_EQ(std::fesetround(mode), 0);
+    EXPECT_THROW(simulation.step(), std::runtime_error);
+    EXPECT_THROW(Simulation{ball_scene()}, std::runtime_error);
+    std::fesetround(FE_TONEAREST);
+  }
+#if defined(__SSE2__)
+  constexpr unsigned flush_to_zero = 0x8000, denormals_are_zero = 0x0040;
+  const unsigned usual = _mm_getcsr();
+  for (const unsigned mode : {flush_to_zero, denormals_are_zero}) {
+    _mm_setcsr(usual | mode);
+    EXPECT_THROW(simulation.step(), std::runtime_error);
+    _mm_setcsr(usual);
+  }
+#endif
+  EXPECT_NO_THROW(simulation.step());
 }
 
 TEST(SimulationInMemory, StepsASceneMadeInCodeToTheBitsOfRunScene) {

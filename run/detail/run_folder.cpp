@@ -86,6 +86,16 @@ void remove_named(const fs::path& folder, const std::vector<std::string>& names)
 
 }  // namespace
 
+void remove_leftovers(const fs::path& out) {
+  std::error_code ignored;
+  std::vector<fs::path> doomed;
+  for (const fs::path& folder : {out, out / "frames", out / "steps"})
+    for (const auto& entry : fs::directory_iterator(folder, ignored))
+      if (const std::string name = entry.path().filename().string(); name != without_partial(name))
+        doomed.push_back(entry.path());
+  for (const fs::path& file : doomed) fs::remove(file, ignored);
+}
+
 void remove_beyond(const fs::path& out, const FrameFormatRegistry& formats, std::int64_t frame,
                    std::int64_t step) {
   std::vector<std::string> extensions;
@@ -103,6 +113,7 @@ void remove_former_run(const fs::path& out, const FrameFormatRegistry& formats) 
   for (const auto& [name, format] : formats)
     for (const std::string& file : format.traits().files) files.push_back(file);
   remove_named(out, files);
+  remove_leftovers(out);
   remove_named(out / "measures",
                {"measures.json", "strain.csv", "springs.csv", "energy.csv", "rim.csv",
                 "spectrum.csv", "strain.png", "shadow.png", "spectrum.png"});
@@ -134,10 +145,13 @@ void check_folder(const Scene& scene, const fs::path& folder) {
     throw std::invalid_argument(out + ": is a file, not a folder; name another result folder");
   fs::directory_iterator entry(folder, error);
   if (error) throw std::invalid_argument(out + ": cannot be read: " + error.message());
-  const auto is_lock = [](const fs::directory_entry& e) {
-    return e.path().filename() == FolderLock::kFile;
+  // A run that was killed as it started leaves its lock and an unfinished scene.json.
+  const auto is_nothing = [](const fs::directory_entry& e) {
+    const std::string name = e.path().filename().string();
+    return name == FolderLock::kFile ||
+           (name != "scene.json" && without_partial(name) == "scene.json");
   };
-  if (std::all_of(begin(entry), end(entry), is_lock)) return;
+  if (std::all_of(begin(entry), end(entry), is_nothing)) return;
   const auto former = read_json(folder / "scene.json");
   if (!former)
     throw std::invalid_argument(

@@ -23,6 +23,8 @@ void write_text(const std::filesystem::path& file, const std::string& text);
 /// and nothing else. Throws std::invalid_argument for a file that cannot be removed.
 void remove_beyond(const std::filesystem::path& out, const FrameFormatRegistry& formats,
                    std::int64_t frame, std::int64_t step);
+/// Removes the unfinished files that a killed run has left.
+void remove_leftovers(const std::filesystem::path& out);
 /// Removes every file that a run and `measure` write, and nothing else.
 void remove_former_run(const std::filesystem::path& out, const FrameFormatRegistry& formats);
 

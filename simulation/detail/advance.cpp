@@ -2,6 +2,7 @@
 //
 // From one accepted state to the next: the length of a step, its attempts, its acceptance.
 #include <fmt/format.h>
+#include <selvedge/core/floating_point.h>
 #include <selvedge/simulation/detail/simulation_parts.h>
 
 #include <algorithm>
@@ -85,6 +86,7 @@ detail::StepOutcome Simulation::Parts::attempt_step(double h, double t1) {
 // Makes one accepted step towards the end of the nominal step. It is halved until an attempt is
 // accepted.
 void Simulation::Parts::make_step(StepControl control) {
+  require_ieee_arithmetic();  // a program may have changed it since the last step
   // Targets are computed from whole numbers, so that steps do not drift and a resumed run meets
   // them.
   const double target = static_cast<double>(control.done + 1) * nominal_step();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // How a simulation starts: its methods, its first state, and the starts that it refuses.
+#include <selvedge/core/floating_point.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/simulation/detail/handles.h>
 #include <selvedge/simulation/detail/simulation_parts.h>
@@ -103,6 +104,7 @@ Simulation::Parts::Parts(const Scene& s, BuiltScene b, const Methods& m)
 }
 
 void Simulation::Parts::start(const Methods& m) {
+  require_ieee_arithmetic();
   refuse_bad_start();
   if (detail::limiter_kind(scene, m.strain_limiters) == LimiterKind::critical_step)
     note_critical_step(scene, built, m, nominal_step(), result);

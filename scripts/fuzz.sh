@@ -1,0 +1,41 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: MIT
+# fuzz.sh TARGET [SECONDS [OPTION OF libFuzzer...]]: builds the fuzz target with clang's libFuzzer and the address and
+# undefined-behaviour sanitizers (in build/fuzz), runs it for SECONDS (default 60), and prints how many executions it
+# made. An input that fails stays in out/fuzz/TARGET, and the script ends with its code. New inputs are kept there too;
+# `fuzz.sh TARGET 0 -merge=1 tests/fuzz/corpus/TARGET out/fuzz/TARGET` takes the useful ones into the repository.
+# Targets: mesh (OBJ, PLY, OFF, patterns), query (query files), ccd (ccd_exact against the judge), scene (scene files).
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+target=${1:?usage: scripts/fuzz.sh mesh|query|ccd|scene [SECONDS [OPTIONS]]}
+seconds=${2:-60}
+shift $(($# < 2 ? $# : 2))
+case $target in
+  mesh) libraries=(bodies base) ;;
+  query) libraries=(narrowphase bodies base) ;;
+  ccd) libraries=(narrowphase bodies judge base) ;;
+  scene) libraries=(scene response narrowphase broadphase bodies core base) ;;
+  *) echo "fuzz.sh: there is no target $target" >&2; exit 2 ;;
+esac
+scripts/install_dependencies.sh clang
+build=build/fuzz
+checks=address,undefined
+scripts/quietly.sh cmake -S . -B "$build" -DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_C_COMPILER=clang \
+  -DCMAKE_CXX_COMPILER=clang++ "-DCMAKE_CXX_FLAGS=-fsanitize=fuzzer-no-link,$checks -fno-sanitize-recover=undefined" \
+  "-DCMAKE_CXX_FLAGS_RELWITHDEBINFO=-O1 -g1" -DSELVEDGE_APPS=OFF -DSELVEDGE_TESTS=OFF -DSELVEDGE_ASSIMP=OFF \
+  -DSELVEDGE_JUDGE=ON -DSELVEDGE_SIMULATION=ON -DSELVEDGE_FCL=OFF -DSELVEDGE_LIBCCD=OFF -DSELVEDGE_EMBREE=OFF \
+  -DSELVEDGE_OSMESA=OFF -DSELVEDGE_PCH=OFF -DSELVEDGE_INSTALL=OFF
+scripts/quietly.sh cmake --build "$build" --parallel --target "${libraries[@]/#/selvedge_}"
+archives=()
+for library in "${libraries[@]}"; do archives+=("$(find "$build" -name "libselvedge_$library.a")"); done
+eigen=$(pkg-config --cflags eigen3 2>/dev/null || echo -I/usr/include/eigen3)
+# shellcheck disable=SC2086
+clang++ -std=c++20 -O1 -g1 -Wall -Wextra "-fsanitize=fuzzer,$checks" -fno-sanitize-recover=undefined -I"$build/include" \
+  $eigen "tests/fuzz/$target.cpp" -Wl,--start-group "${archives[@]}" -Wl,--end-group -ltbb -lgmp -lfmt \
+  -o "$build/fuzz_$target"
+found=out/fuzz/$target
+mkdir -p "$found" "tests/fuzz/corpus/$target"
+[ "$seconds" -gt 0 ] || exec "$build/fuzz_$target" "$@"
+options=("-max_total_time=$seconds" -timeout=10 -rss_limit_mb=2048 -print_final_stats=1 "-artifact_prefix=$found/")
+[ -f "tests/fuzz/$target.dict" ] && options+=("-dict=tests/fuzz/$target.dict")
+"$build/fuzz_$target" "${options[@]}" "$@" "$found" "tests/fuzz/corpus/$target"

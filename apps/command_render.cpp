@@ -2,6 +2,7 @@
 #include "command_render.h"
 
 #include <fmt/format.h>
+#include <selvedge/apps/detail/option_values.h>
 #include <selvedge/apps/detail/progress_bar.h>
 #include <selvedge/core/resources.h>
 #include <selvedge/render/render.h>
@@ -10,14 +11,12 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <memory>
 #include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace {
@@ -33,39 +32,16 @@ struct RenderOptions {
 
 // ---- values of options ---------------------------------------------------------------------
 
-[[noreturn]] void refuse(const std::string& option, const std::string& value, const char* wanted) {
-  throw std::invalid_argument(option + " " + value + ": " + wanted);
-}
-
-/// The pieces of a text between separators.
-std::vector<std::string_view> split(std::string_view text, char separator) {
-  std::vector<std::string_view> pieces;
-  for (;;) {
-    const std::size_t end = text.find(separator);
-    pieces.push_back(text.substr(0, end));
-    if (end == std::string_view::npos) return pieces;
-    text.remove_prefix(end + 1);
-  }
-}
-
-template <class T>
-std::optional<T> whole_number_or_real(std::string_view text) {
-  T value{};
-  const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (fault != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
-
 std::optional<Vec3> point(const std::string& option, const std::string& value) {
   if (value.empty()) return std::nullopt;
   const auto pieces = split(value, ',');
   Vec3 result;
   for (int i = 0; i < 3; ++i) {
     const auto coordinate = pieces.size() == 3
-                                ? whole_number_or_real<double>(pieces[static_cast<std::size_t>(i)])
+                                ? number_from<double>(pieces[static_cast<std::size_t>(i)])
                                 : std::nullopt;
     if (!coordinate || !std::isfinite(*coordinate))
-      refuse(option, value, "must be three numbers, x,y,z in metres");
+      refuse_value(option, value, "must be three numbers, x,y,z in metres");
     result[i] = *coordinate;
   }
   return result;
@@ -74,37 +50,13 @@ std::optional<Vec3> point(const std::string& option, const std::string& value) {
 void read_size(const std::string& value, CameraChoice& camera) {
   if (value.empty()) return;
   const auto pieces = split(value, 'x');
-  const auto width = whole_number_or_real<int>(pieces.front());
-  const auto height = pieces.size() == 2 ? whole_number_or_real<int>(pieces.back()) : std::nullopt;
+  const auto width = number_from<int>(pieces.front());
+  const auto height = pieces.size() == 2 ? number_from<int>(pieces.back()) : std::nullopt;
   constexpr int largest = 16384;
   if (!width || !height || std::min(*width, *height) < 1 || std::max(*width, *height) > largest)
-    refuse("--size", value, "must be WIDTHxHEIGHT in pixels, each 1 to 16384");
+    refuse_value("--size", value, "must be WIDTHxHEIGHT in pixels, each 1 to 16384");
   camera.width = *width;
   camera.height = *height;
-}
-
-/// Those of `all` that a:b:step names; a, b and step may be left out, b is included.
-std::vector<int> chosen_frames(const std::string& value, const std::vector<int>& all) {
-  const auto pieces = split(value, ':');
-  std::vector<int> bounds = {all.front(), all.back(), 1};
-  bool good = pieces.size() <= 3;
-  for (std::size_t i = 0; i < pieces.size() && good; ++i) {
-    if (pieces[i].empty()) continue;
-    const auto number = whole_number_or_real<int>(pieces[i]);
-    good = number && *number >= (i == 2 ? 1 : 0);
-    if (good) bounds[i] = *number;
-  }
-  if (!good) refuse("--frames", value, "must be FIRST:LAST:STEP, such as 0:120:10, or one number");
-  if (pieces.size() == 1) bounds[1] = bounds[0];
-  std::vector<int> chosen;
-  for (const int frame : all)
-    if (frame >= bounds[0] && frame <= bounds[1] && (frame - bounds[0]) % bounds[2] == 0)
-      chosen.push_back(frame);
-  if (chosen.empty())
-    refuse(
-        "--frames", value,
-        fmt::format("selects no frame; the frames are {} to {}", all.front(), all.back()).c_str());
-  return chosen;
 }
 
 // ---- the pictures --------------------------------------------------------------------------

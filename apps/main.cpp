@@ -25,6 +25,7 @@
 #include "command_run.h"
 #include "command_stability.h"
 #include "command_swatch.h"
+#include "command_view.h"
 #include "version.h"
 
 namespace {
@@ -51,6 +52,7 @@ int run_command_line(int argc, char** argv) {
   add_command_plan(app);
   add_command_stability(app);
   add_command_render(app);
+  add_command_view(app);
   add_command_measure(app);
   add_command_fabric(app);
   add_command_drape(app);

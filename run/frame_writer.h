@@ -19,7 +19,8 @@ struct Frame {
   double time = 0.0;                    ///< s
   std::span<const Vec3> x, v;           ///< cloth: m and m/s, one per vertex
   std::span<const Triangle> triangles;  ///< cloth
-  /// More values of each cloth vertex: vx, vy, vz (m/s), water (kg, only in wet scenes) and flag.
+  /// More values of each cloth vertex: vx, vy, vz (m/s), water (kg, only in wet scenes), flag, side
+  /// (of a tangle, while there is one) and pressure (Pa, an option of ply).
   std::span<const NamedValues> values;
   /// All bodies joined in scene order, m. Empty in scenes without bodies, and after frame 0 if no
   /// body moves.
@@ -38,6 +39,9 @@ class FrameWriter {
   /// Writes the files that list all frames so far. Called after every new frame, and once after
   /// the earlier frames of a resumed run.
   virtual void update_series() {}
+  /// Writes the files that can only be written when all frames are known. Called once after the
+  /// last frame, also where a run stopped early; a resumed run calls it again.
+  virtual void finish() {}
 };
 
 /// Properties of an output format.

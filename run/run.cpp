@@ -261,6 +261,7 @@ class Run {
   }
 
   RunResult finish() {
+    output_->finish();
     RunResult r = result();
     const SimulationState& state = simulation_->state();
     r.measures = final_measures(scene_, simulation_->built(),
@@ -275,7 +276,10 @@ class Run {
   void stop(const SimulationFailed& failure) {
     write_stopped_result(failure.what());
     try {
-      if (failure.kind == FailureKind::out_of_budget) write_checkpoint();
+      if (failure.kind == FailureKind::out_of_budget)
+        write_checkpoint();
+      else
+        output_->finish();  // else the run ends as one without a failure does
       detail::write_failure_bundle(bundle(), scene_, *simulation_, failure);
     } catch (const std::exception& error) {
       if (config_.warning)

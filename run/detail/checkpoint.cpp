@@ -35,9 +35,32 @@ std::vector<NamedValues> state_values(const SimulationState& state) {
   return values;
 }
 
+namespace {
+
+/// The side of a tangle that each vertex is on; empty without tangles.
+std::vector<double> tangle_sides(const StateCopy& copy) {
+  constexpr std::size_t tangles_of_a_byte = 127;
+  std::vector<double> sides;
+  for (std::size_t i = 0; i < copy.state.tangles.list.size(); ++i)
+    for (std::size_t side = 0; side < 2; ++side)
+      for (const std::int32_t t : copy.state.tangles.list[i].side[side]) {
+        if (static_cast<std::size_t>(t) >= copy.triangles.size()) continue;  // of a body
+        sides.resize(copy.state.x.size(), 0.0);
+        for (const std::int32_t v : copy.triangles[static_cast<std::size_t>(t)])
+          sides[static_cast<std::size_t>(v)] =
+              static_cast<double>(1 + 2 * (i % tangles_of_a_byte) + side);
+      }
+  return sides;
+}
+
+}  // namespace
+
 std::vector<NamedValues> frame_values(const StateCopy& copy) {
   std::vector<NamedValues> values = state_values(copy.state);
   values.push_back({"flag", {copy.flags.begin(), copy.flags.end()}, true});
+  if (auto sides = tangle_sides(copy); !sides.empty())
+    values.push_back({"side", std::move(sides), true});
+  if (!copy.pressure.empty()) values.push_back({"pressure", copy.pressure});
   return values;
 }
 

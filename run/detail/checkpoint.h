@@ -30,6 +30,7 @@ struct StateCopy {
   double time = 0.0;  ///< s, as the frame writers get it
   SimulationState state;
   std::vector<std::uint8_t> flags;
+  std::vector<double> pressure;                         ///< Pa per vertex; empty: not wanted
   std::vector<Vec3> bodies;                             ///< m; empty if the bodies are not due
   std::span<const Triangle> triangles, body_triangles;  ///< of the simulation, which must live on
 };
@@ -42,7 +43,9 @@ void write_checkpoint(const std::filesystem::path& out, int frame, const StateCo
 /// damaged.
 Checkpoint read_checkpoint(const std::filesystem::path& out);
 
-/// Per-vertex values of a frame file: those of state_values, and flag.
+/// Per-vertex values of a frame file: those of state_values; flag; side while there are tangles (0:
+/// in none; else odd on the first side of a tangle and even on the second); and pressure (Pa) if it
+/// is wanted.
 std::vector<NamedValues> frame_values(const StateCopy& copy);
 /// Per-vertex values of a state file: velocities vx, vy, vz (m/s), and water (kg) if there is any.
 std::vector<NamedValues> state_values(const SimulationState& state);

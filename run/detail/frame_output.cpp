@@ -4,6 +4,7 @@
 #include <selvedge/run/result_folder.h>
 #include <selvedge/scene/scene.h>
 
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
@@ -29,6 +30,31 @@ Frame frame_of(const StateCopy& copy, const std::vector<NamedValues>& values) {
           .body_triangles = copy.body_triangles};
 }
 
+/// The option of the format ply.
+bool wants_pressure(const OutputSpec& output) {
+  const MethodOptions options = options_of(output, "ply");
+  return options.contains("pressure") && options.flag("pressure");
+}
+
+/// Pressure of the contacts of the last step on each cloth vertex, Pa: the normal impulses over the
+/// length of the step and a third of the area of the triangles at the vertex.
+std::vector<double> contact_pressure(const Simulation& simulation) {
+  const auto x = simulation.positions();
+  std::vector<double> pressure(x.size(), 0.0);
+  const std::vector<double>& lengths = simulation.attempt_lengths();
+  if (lengths.empty()) return pressure;
+  for (const StepContact& c : simulation.contacts()) {
+    const double impulse = c.impulse.dot(c.point.normal);
+    for (std::size_t k = 0; k < c.point.vertex.size(); ++k)
+      if (const auto v = static_cast<std::size_t>(c.point.vertex[k]); v < x.size())
+        pressure[v] += std::abs(c.point.weight[k]) * impulse;
+  }
+  const std::vector<double> areas = vertex_areas(x, simulation.cloth_triangles());
+  for (std::size_t v = 0; v < pressure.size(); ++v)
+    pressure[v] = areas[v] > 0.0 ? pressure[v] / (areas[v] * lengths.back()) : 0.0;
+  return pressure;
+}
+
 /// Bodies at rest are written once, with state 0.
 bool bodies_due(const Simulation& simulation, int number) {
   return number == 0 || simulation.bodies_move();
@@ -40,6 +66,7 @@ FrameOutput::FrameOutput(const Scene& scene, const FrameFormatRegistry& formats,
                          bool mesh_changes)
     : out_(std::move(out)),
       fps_(scene.time.fps),
+      pressure_(wants_pressure(scene.output)),
       ply_(make_ply_writer(out_ / "frames", kFrameFileDigits)),
       steps_(make_ply_writer(out_ / "steps", kStepFileDigits)) {
   for (const std::string& name : scene.output.all_formats()) {
@@ -60,6 +87,7 @@ StateCopy FrameOutput::copy_frame(const Simulation& simulation, int number) cons
       .time = number / fps_,
       .state = simulation.state(),
       .flags = simulation.flags(),
+      .pressure = pressure_ ? contact_pressure(simulation) : std::vector<double>(),
       .bodies = bodies_due(simulation, number) ? simulation.body_positions() : std::vector<Vec3>(),
       .triangles = simulation.cloth_triangles(),
       .body_triangles = simulation.body_triangles()};
@@ -80,6 +108,10 @@ void FrameOutput::write_step(const Simulation& simulation, int number) {
   copy.time = copy.state.time;
   const std::vector<NamedValues> values = frame_values(copy);
   steps_->write(frame_of(copy, values));
+}
+
+void FrameOutput::finish() {
+  for (const auto& writer : others_) writer->finish();
 }
 
 void FrameOutput::resume(const Simulation& simulation, int last) {

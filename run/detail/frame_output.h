@@ -28,10 +28,13 @@ class FrameOutput {
   /// Gives the PLY frames 0 to `last` of the folder to the writers of all other formats, so that
   /// the series of a resumed run are complete even in a format that the run did not have before.
   void resume(const Simulation& simulation, int last);
+  /// Completes the files of all formats. No frame follows.
+  void finish();
 
  private:
   std::filesystem::path out_;
   double fps_;
+  bool pressure_;  ///< whether frames hold contact pressures
   std::unique_ptr<FrameWriter> ply_, steps_;
   std::vector<std::unique_ptr<FrameWriter>> others_;
 };

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+#include "command_view.h"
+
+#include <fmt/format.h>
+#include <selvedge/apps/detail/option_values.h>
+#include <selvedge/apps/detail/progress_bar.h>
+#include <selvedge/core/files.h>
+#include <selvedge/core/resources.h>
+#include <selvedge/scene/methods.h>
+#include <selvedge/view/result_view.h>
+
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace selvedge;
+namespace fs = std::filesystem;
+
+struct ViewOptions {
+  std::vector<std::string> results;
+  std::string out, frames;
+  bool no_shortfall = false;
+};
+
+ResultView view_of(const std::string& result, const ViewOptions& o) {
+  const std::vector<int> all = view_frames(result);
+  ViewConfig config{.methods = methods_of_this_build(), .shortfall = !o.no_shortfall};
+  if (!o.frames.empty()) config.frames = chosen_frames(o.frames, all);
+  ProgressBar bar("frame",
+                  static_cast<int>(config.frames.empty() ? all.size() : config.frames.size()));
+  const Stopwatch watch;
+  config.progress = [&](std::size_t frame) { bar.show(static_cast<int>(frame), watch.seconds()); };
+  return read_view(result, config);
+}
+
+fs::path page_file(const ViewOptions& o) {
+  if (!o.out.empty()) return o.out;
+  const fs::path result = o.results.front();
+  return fs::is_directory(result) ? result / "view.html"
+                                  : fs::path(result.stem().string() + ".html");
+}
+
+int view_command(const ViewOptions& o) {
+  if (o.results.size() > 2)
+    throw std::invalid_argument(
+        fmt::format("view: a page shows one or two results, not {}", o.results.size()));
+  std::vector<ResultView> views;
+  for (const std::string& result : o.results) views.push_back(view_of(result, o));
+  if (views.size() == 2) add_distance(views[0], views[1]);
+  const std::string page = view_page(views);
+  const fs::path file = page_file(o);
+  AtomicFile out(file);
+  out.write(page);
+  out.commit();
+  constexpr double megabyte = 1e6;
+  fmt::print("{}: {} frames, {:.1f} MB; open it in a browser\n", file.string(),
+             views.front().frames.size(), static_cast<double>(page.size()) / megabyte);
+  return 0;
+}
+
+}  // namespace
+
+void add_command_view(const Command& app) {
+  const auto options = std::make_shared<ViewOptions>();
+  const Command command =
+      app.subcommand("view", "Write a page that shows a result, or two side by side, in a browser");
+  command
+      .option("results", options->results,
+              "One or two: the result folder of a run, its folder failure/, or a mesh file")
+      .required();
+  command.option("--out", options->out, "File of the page (default: view.html in the result)");
+  command.option("--frames", options->frames, "FIRST:LAST:STEP or one number (default: all)");
+  command.flag("--no-shortfall", options->no_shortfall,
+               "Do not measure where the cloth is nearer than its rest gap, which is a search in "
+               "every frame");
+  command.action([options] { return view_command(*options); });
+}

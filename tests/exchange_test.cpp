@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: MIT
+// Files for other programs, read by independent readers: glTF, USD, MDD.
+#include <gtest/gtest.h>
+#include <selvedge/bodies/mesh_file.h>
+#include <selvedge/run/detail/spool_file.h>
+#include <selvedge/run/frame_writer.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace selvedge {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+std::string content(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// Three frames of a square cloth above a moving triangle, as a run passes them on.
+class Exchange : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("selvedge_exchange_" + std::to_string(getpid()));
+    fs::create_directories(folder_ / "frames");
+    for (int f = 0; f < kFrames; ++f) {
+      std::vector<Vec3>&x = cloth_.emplace_back(), &b = bodies_.emplace_back();
+      for (int i = 0; i < 4; ++i) {
+        const double side = i % 2, other = i / 2;
+        x.emplace_back(side + 0.1 * f, other - 1.0 / 3.0, 0.2 + 0.05 * f * f * side);
+        if (i < 3) b.emplace_back(3.0 * side - 1.0, 3.0 * other - 1.0, 0.01 * f);
+      }
+    }
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  void write(const std::string& format, bool moving = true) const {
+    const FrameFormatRegistry formats = frame_formats();
+    const auto writer = formats.at(format)(folder_);
+    for (int f = 0; f < kFrames; ++f) {
+      const bool due = f == 0 || moving;
+      writer->write({.number = f,
+                     .time = f / kFps,
+                     .x = cloth_[f],
+                     .v = {},
+                     .triangles = kCloth,
+                     .values = {},
+                     .bodies = due ? std::span<const Vec3>(bodies_[f]) : std::span<const Vec3>(),
+                     .body_triangles = kBody});
+      writer->update_series();
+    }
+    writer->finish();
+  }
+
+  static constexpr int kFrames = 3;
+  static constexpr double kFps = 30.0;
+  const std::vector<Triangle> kCloth = {{0, 1, 3}, {0, 3, 2}}, kBody = {{0, 1, 2}};
+  std::vector<std::vector<Vec3>> cloth_, bodies_;
+  fs::path folder_;
+};
+
+void expect_near(const std::vector<Vec3>& found, const std::vector<Vec3>& wanted) {
+  constexpr double float_error = 1e-6;  // m
+  ASSERT_EQ(found.size(), wanted.size());
+  for (std::size_t i = 0; i < found.size(); ++i)
+    EXPECT_LE((found[i] - wanted[i]).norm(), float_error) << i;
+}
+
+// -- glTF -----------------------------------------------------------------------------------------
+
+/// A .glb file by the text of the specification.
+class GlbFile {
+ public:
+  explicit GlbFile(const fs::path& file) {
+    const std::string bytes = content(file);
+    EXPECT_EQ(bytes.substr(0, 4), "glTF");
+    EXPECT_EQ(number(bytes, 4), 2u);
+    EXPECT_EQ(number(bytes, 8), bytes.size());
+    const std::uint32_t length = number(bytes, 12);
+    EXPECT_EQ(bytes.substr(16, 4), "JSON");
+    EXPECT_EQ(length % 4, 0u);
+    json = Json::parse(bytes.substr(20, length));
+    const std::size_t chunk = 20 + length;
+    EXPECT_EQ(bytes.substr(chunk + 4, 4), std::string("BIN\0", 4));
+    EXPECT_EQ(chunk + 8 + number(bytes, chunk), bytes.size());
+    binary_ = bytes.substr(chunk + 8);
+    EXPECT_EQ(json["buffers"][0]["byteLength"], binary_.size());
+  }
+
+  template <class Number>
+  std::vector<Number> values(int accessor) const {
+    const Json& a = json["accessors"][accessor];
+    const Json& view = json["bufferViews"][a["bufferView"].get<int>()];
+    const std::size_t components = a["type"] == "VEC3" ? 3 : 1;
+    EXPECT_EQ(view["byteOffset"].get<std::size_t>() % 4, 0u);
+    std::vector<Number> list(a["count"].get<std::size_t>() * components);
+    EXPECT_EQ(view["byteLength"], list.size() * sizeof(Number));
+    std::memcpy(list.data(), binary_.data() + view["byteOffset"].get<std::size_t>(),
+                list.size() * sizeof(Number));
+    if (a.contains("min"))
+      for (std::size_t i = 0; i < list.size(); ++i) {
+        EXPECT_GE(list[i], a["min"][i % components].get<Number>());
+        EXPECT_LE(list[i], a["max"][i % components].get<Number>());
+      }
+    return list;
+  }
+
+  /// Positions of a node at the time of a frame, turned to z up.
+  std::vector<Vec3> at(int node, int frame) const {
+    const Json& mesh = json["meshes"][json["nodes"][node]["mesh"].get<int>()];
+    const Json& primitive = mesh["primitives"][0];
+    std::vector<float> x = values<float>(primitive["attributes"]["POSITION"]);
+    for (const Json& channel : json.at("animations")[0]["channels"]) {
+      if (channel["target"]["node"] != node) continue;
+      const Json& sampler = json["animations"][0]["samplers"][channel["sampler"].get<int>()];
+      const std::vector<float> weights = values<float>(sampler["output"]);
+      const std::size_t targets = primitive["targets"].size();
+      for (std::size_t i = 0; i < targets; ++i) {
+        const std::vector<float> d = values<float>(primitive["targets"][i]["POSITION"]);
+        for (std::size_t k = 0; k < x.size(); ++k) x[k] += weights[frame * targets + i] * d[k];
+      }
+    }
+    std::vector<Vec3> points;
+    for (std::size_t i = 0; i < x.size(); i += 3) points.emplace_back(x[i], -x[i + 2], x[i + 1]);
+    return points;
+  }
+
+  Json json;
+
+ private:
+  static std::uint32_t number(const std::string& bytes, std::size_t at) {
+    std::uint32_t value = 0;
+    std::memcpy(&value, bytes.data() + at, sizeof value);
+    return value;
+  }
+  std::string binary_;
+};
+
+TEST_F(Exchange, EveryFrameOfTheGltfFileHasThePositionsOfClothAndBodies) {
+  write("gltf");
+  const GlbFile file(folder_ / "result.glb");
+  ASSERT_EQ(file.json["nodes"].size(), 2u);
+  for (int f = 0; f < kFrames; ++f) {
+    expect_near(file.at(0, f), cloth_[f]);
+    expect_near(file.at(1, f), bodies_[f]);
+  }
+  const int indices = file.json["meshes"][0]["primitives"][0]["indices"];
+  EXPECT_EQ(file.values<std::uint32_t>(indices), (std::vector<std::uint32_t>{0, 1, 3, 0, 3, 2}));
+  const auto times = file.values<float>(file.json["animations"][0]["samplers"][0]["input"]);
+  EXPECT_EQ(times, (std::vector<float>{0.0F, float(1 / kFps), float(2 / kFps)}));
+}
+
+TEST_F(Exchange, BodiesAtRestHaveNoAnimationInTheGltfFile) {
+  write("gltf", false);
+  const GlbFile file(folder_ / "result.glb");
+  EXPECT_FALSE(file.json["meshes"][1]["primitives"][0].contains("targets"));
+  EXPECT_EQ(file.json["animations"][0]["channels"].size(), 1u);
+  expect_near(file.at(1, 2), bodies_[0]);
+}
+
+#ifdef SELVEDGE_HAS_ASSIMP
+TEST_F(Exchange, AssimpReadsTheGltfFile) {
+  write("gltf");
+  const TriangleMesh mesh = load_mesh(folder_ / "result.glb", {.up = UpAxis::y, .weld = false});
+  EXPECT_EQ(mesh.triangles.size(), kCloth.size() + kBody.size());
+  for (const Vec3& x : cloth_[0])
+    EXPECT_TRUE(std::any_of(mesh.vertices.begin(), mesh.vertices.end(), [&](const Vec3& y) {
+      return (x - y).norm() < 1e-6;
+    })) << x.transpose();
+}
+#endif
+
+// -- USD ------------------------------------------------------------------------------------------
+
+/// The text between `open` and `close` after `start`.
+std::string between(const std::string& text, const std::string& start, const std::string& open,
+                    const std::string& close) {
+  const auto at = text.find(open, text.find(start)) + open.size();
+  return text.substr(at, text.find(close, at) - at);
+}
+
+/// All numbers in a text.
+std::vector<double> numbers(std::string text) {
+  for (char& c : text)
+    if (std::string("0123456789.+-e").find(c) == std::string::npos) c = ' ';
+  std::istringstream in(text);
+  std::vector<double> list;
+  for (double value = 0.0; in >> value;) list.push_back(value);
+  return list;
+}
+
+TEST_F(Exchange, EveryTimeSampleOfTheUsdStageHasThePositions) {
+  write("usd");
+  const std::string text = content(folder_ / "result.usda");
+  EXPECT_EQ(text.substr(0, 10), "#usda 1.0\n");
+  for (const char* said : {"upAxis = \"Z\"", "metersPerUnit = 1\n", "timeCodesPerSecond = 30\n",
+                           "startTimeCode = 0\n", "endTimeCode = 2\n"})
+    EXPECT_NE(text.find(said), std::string::npos) << said;
+  for (const auto& [name, x] :
+       {std::pair{"def Mesh \"cloth\"", &cloth_}, {"def Mesh \"bodies\"", &bodies_}}) {
+    const std::string prim = text.substr(text.find(name));
+    const std::string samples = between(prim, "points.timeSamples", "{", "}");
+    for (int f = 0; f < kFrames; ++f) {
+      const auto line =
+          numbers(between(samples, "\n            " + std::to_string(f) + ":", "[", "]"));
+      std::vector<Vec3> points;
+      for (std::size_t i = 0; i + 2 < line.size(); i += 3)
+        points.emplace_back(line[i], line[i + 1], line[i + 2]);
+      expect_near(points, (*x)[f]);
+    }
+  }
+  EXPECT_EQ(numbers(between(text, "faceVertexIndices", "[", "]")),
+            (std::vector<double>{0, 1, 3, 0, 3, 2}));
+  EXPECT_EQ(std::count(text.begin(), text.end(), '{'), std::count(text.begin(), text.end(), '}'));
+}
+
+// -- MDD ------------------------------------------------------------------------------------------
+
+std::uint32_t big_endian(const std::string& bytes, std::size_t word) {
+  std::uint32_t value = 0;
+  for (std::size_t k = 0; k < 4; ++k)
+    value = value << 8 | static_cast<unsigned char>(bytes.at(4 * word + k));
+  return value;
+}
+
+float big_endian_float(const std::string& bytes, std::size_t word) {
+  const std::uint32_t bits = big_endian(bytes, word);
+  float value = 0.0F;
+  std::memcpy(&value, &bits, sizeof value);
+  return value;
+}
+
+TEST_F(Exchange, TheMddFileHasEveryFrameAndItsTime) {
+  write("mdd");
+  const std::string bytes = content(folder_ / "cloth.mdd");
+  ASSERT_EQ(bytes.size(), 4u * (2 + kFrames + kFrames * 4 * 3));
+  EXPECT_EQ(big_endian(bytes, 0), 3u);
+  EXPECT_EQ(big_endian(bytes, 1), 4u);
+  for (int f = 0; f < kFrames; ++f) {
+    EXPECT_EQ(big_endian_float(bytes, 2 + f), static_cast<float>(f / kFps));
+    std::vector<Vec3> x;
+    for (int v = 0; v < 4; ++v) {
+      const std::size_t word = 2 + kFrames + 3 * (4 * f + v);
+      x.emplace_back(big_endian_float(bytes, word), big_endian_float(bytes, word + 1),
+                     big_endian_float(bytes, word + 2));
+    }
+    expect_near(x, cloth_[f]);
+  }
+  EXPECT_EQ(read_mesh(folder_ / "cloth_base.ply").vertices, cloth_[0]);
+}
+
+// -- faults ---------------------------------------------------------------------------------------
+
+TEST_F(Exchange, AFrameWithOtherVerticesIsRefused) {
+  for (const char* format : {"gltf", "mdd", "usd"}) {
+    SCOPED_TRACE(format);
+    const FrameFormatRegistry formats = frame_formats();
+    const auto writer = formats.at(format)(folder_);
+    Frame frame = {.x = cloth_[0],
+                   .v = {},
+                   .triangles = kCloth,
+                   .values = {},
+                   .bodies = {},
+                   .body_triangles = {}};
+    writer->write(frame);
+    frame.number = 1;
+    frame.x = bodies_[1];
+    EXPECT_THROW(writer->write(frame), std::invalid_argument);
+    frame.x = cloth_[1];
+    cloth_[1][2].x() = 1e39;
+    EXPECT_THROW(writer->write(frame), std::invalid_argument) << "outside the range of float";
+    cloth_[1][2].x() = 0.0;
+    EXPECT_TRUE(formats.at(format).traits().one_mesh);
+  }
+}
+
+TEST_F(Exchange, NoFileIsLeftBehindBeforeTheEnd) {
+  for (const char* format : {"gltf", "usd"}) {
+    const FrameFormatRegistry formats = frame_formats();
+    const auto writer = formats.at(format)(folder_);
+    writer->write({.x = cloth_[0],
+                   .v = {},
+                   .triangles = kCloth,
+                   .values = {},
+                   .bodies = {},
+                   .body_triangles = {}});
+    std::size_t files = 0;
+    for (const auto& entry : fs::directory_iterator(folder_)) files += entry.is_regular_file();
+    EXPECT_EQ(files, 0u) << format;
+  }
+  EXPECT_THROW(detail::SpoolFile(folder_ / "missing"), std::system_error);
+}
+
+}  // namespace
+}  // namespace selvedge

@@ -10,6 +10,7 @@
 #include <selvedge/core/files.h>
 #include <selvedge/core/resources.h>
 #include <selvedge/core/text.h>
+#include <selvedge/view/result_view.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -37,7 +38,7 @@ struct CompareOptions {
   std::vector<std::string> vary, set, reference_set;
   int threads = 1, repeats = 7, judged = 4, seeds = 0, core = -1;
   double budget = 300.0;
-  bool no_reference = false, no_pictures = false, json = false;
+  bool no_reference = false, no_pictures = false, views = false, json = false;
 };
 
 void write_whole(const fs::path& file, const std::string& text) {
@@ -90,6 +91,27 @@ void run_only(const CompareOptions& o, const ComparePlan& plan, const Methods& m
       run_in_process(o.in, o.only, repeat, limits_of(plan, o.only), methods);
 }
 
+/// A page of each finished cell, beside the first one, which the page of the comparison links.
+void write_views(const fs::path& out, const CompareTable& table, const Methods& methods) {
+  const ViewConfig config{.methods = methods, .shortfall = false};
+  std::optional<ResultView> first;
+  for (const CompareRow& row : table.rows) {
+    if (row.status != RunStatus::ok) continue;
+    const fs::path cell = cell_folder(out, row.id);
+    if (!fs::exists(cell / "frames")) continue;  // it compares detectors alone
+    std::vector<ResultView> views = {read_view(cell, config)};
+    views[0].name = row.label;
+    views[0].notes.push_back("Frame 0 is the start of the run, frame 1 its end.");
+    if (first) {
+      views.insert(views.begin(), *first);
+      add_distance(views[0], views[1]);
+    } else {
+      first = views[0];
+    }
+    write_whole(cell / "view.html", view_page(views));
+  }
+}
+
 int report(const CompareOptions& o, const fs::path& out, const ComparePlan& plan,
            const Methods& methods) {
   const CompareTable table = make_table(out, plan, methods);
@@ -97,6 +119,7 @@ int report(const CompareOptions& o, const fs::path& out, const ComparePlan& plan
   write_whole(out / "compare.json", to_json_text(table));
   PageConfig page;
   page.pictures = !o.no_pictures;
+  if (o.views) write_views(out, table, methods);
   write_whole(out / "compare.html", compare_page(out, table, page));
   fmt::print("{}", o.json ? to_json_text(table) : to_text(table));
   if (!o.json)
@@ -244,6 +267,8 @@ void add_options(const Command& command, CompareOptions& o) {
       .option("--judge", o.judged, "Number of motions on which detectors are checked (default 4)")
       .range(0, 1000);
   command.flag("--no-pictures", o.no_pictures, "No thumbnails in the page");
+  command.flag("--views", o.views,
+               "Also write a page for each cell that shows its end beside that of the first cell");
   command.flag("--json", o.json, "Print JSON");
   command.option("--in", o.in, "Continue the comparison in this folder");
   command.option("--only", o.only, "With --in: only the runs of this cell; nothing is merged");

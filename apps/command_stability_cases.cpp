@@ -145,7 +145,8 @@ void add_case_options(const Command& group, CaseOptions& options) {
   group.option("--limiters", options.limiters, "The same for strain limiters")
       .comma_separated()
       .one_word();
-  group.option("--out", options.out, "Folder for frames, which `selvedge render` draws");
+  group.option("--out", options.out,
+               "Folder for frames, which `selvedge render` draws and `selvedge view` shows");
   group
       .option("--limit", options.limit,
               "Wall seconds after which a case counts as failed (default 120)")

@@ -62,6 +62,8 @@ std::string compare_page(const fs::path& out, const CompareTable& table, const P
   OrderedJson data = OrderedJson::parse(to_json_text(table));
   int pictures = 0;
   for (OrderedJson& row : data["rows"]) {
+    const fs::path view = fs::path("cells") / row["id"].get<std::string>() / "view.html";
+    if (fs::exists(out / view)) row["view"] = view.string();
     if (!config.pictures || pictures >= config.most_pictures || row["status"] != "ok") continue;
     const std::string picture = picture_of(cell_folder(out, row["id"].get<std::string>()));
     if (picture.empty()) continue;

@@ -76,7 +76,8 @@ struct PageConfig {
   int most_pictures = 60;  ///< for the first rows; more would make the page megabytes large
 };
 
-/// A self-contained HTML file with plots, table, bars and pictures.
+/// A self-contained HTML file with plots, table, bars and pictures. It links the page of a cell,
+/// cells/ID/view.html, where that exists.
 std::string compare_page(const std::filesystem::path& out, const CompareTable& table,
                          const PageConfig& config = {});
 

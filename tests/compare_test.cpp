@@ -525,6 +525,17 @@ TEST_F(CompareCells, ThePageNeedsNothingButItself) {
     EXPECT_EQ(page.find(outside), std::string::npos) << outside;
 }
 
+TEST_F(CompareCells, ThePageLinksThePagesOfItsCells) {
+  ASSERT_EQ(
+      compare("ball.json --vary dt=0.004,0.008 --repeats 1 --no-pictures --views --out c").code, 0);
+  const std::string page = content(folder_ / "c" / "compare.html");
+  for (const auto& row : table("c")["rows"]) {
+    const std::string view = "cells/" + row["id"].get<std::string>() + "/view.html";
+    EXPECT_SAYS(page, "\"view\":\"" + view + "\"");
+    EXPECT_SAYS(content(folder_ / "c" / view), "\"name\":\"" + row["label"].get<std::string>());
+  }
+}
+
 TEST_F(CompareCells, InABrowserThePageOpensWithoutErrorAndPlotsEveryCell) {
   const char* browser = has_program("chromium")        ? "chromium"
                         : has_program("google-chrome") ? "google-chrome"

@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: MIT
+"""Runs in Blender: bakes with the add-on and checks what comes back. See blender_addon_check.sh."""
+import importlib.util
+import sys
+from math import radians
+from pathlib import Path
+
+import bpy
+import numpy as np
+from mathutils import Vector
+
+ROOT = Path(__file__).resolve().parent.parent
+ARGUMENTS = sys.argv[sys.argv.index("--") + 1 :]
+WORK = Path(ARGUMENTS[0])
+FRAMES = 25
+RADIUS = 0.3
+THICKNESS = 0.002
+
+
+def load_addon():
+    spec = importlib.util.spec_from_file_location("selvedge_cloth", ROOT / "blender" / "selvedge_cloth.py")
+    addon = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(addon)
+    addon.register()
+    return addon
+
+
+def say(sentence):
+    print("check:", sentence)
+
+
+def grid_object(name, cells, size):
+    """A square of quads of its own, so that faces are split into triangles."""
+    points = [(size * (i / cells - 0.5), size * (j / cells - 0.5), 0) for j in range(cells + 1) for i in range(cells + 1)]
+    row = cells + 1
+    faces = [(j * row + i, j * row + i + 1, (j + 1) * row + i + 1, (j + 1) * row + i) for j in range(cells) for i in range(cells)]
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata(points, [], faces)
+    obj = bpy.data.objects.new(name, mesh)
+    bpy.context.collection.objects.link(obj)
+    return obj
+
+
+def drawn(obj, frame):
+    """The vertices of an object at a frame, in world space."""
+    bpy.context.scene.frame_set(frame)
+    evaluated = obj.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    return np.array([evaluated.matrix_world @ v.co for v in evaluated.to_mesh().vertices])
+
+
+def refused(part):
+    try:
+        bpy.ops.selvedge.bake()
+    except RuntimeError as error:
+        assert part in str(error), f"it says: {error}"
+        return
+    raise AssertionError(f"not refused: {part}")
+
+
+def make_scene():
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    scene = bpy.context.scene
+    scene.frame_start, scene.frame_end = 1, FRAMES
+    scene.render.fps = 30
+    bpy.ops.mesh.primitive_uv_sphere_add(radius=RADIUS, segments=48, ring_count=24)
+    ball = bpy.context.object
+    ball.selvedge_collider = True
+    for frame, x in ((1, 0.0), (FRAMES, 0.2)):
+        ball.location = (x, 0, 0)
+        ball.keyframe_insert("location", frame=frame)
+    bpy.ops.mesh.primitive_cube_add(size=1, location=(0, 0, -1))
+    bpy.context.object.selvedge_collider = True
+    cloth = grid_object("sheet", 20, 0.5)
+    cloth.scale = (2, 2, 2)  # one metre in the world
+    cloth.rotation_euler = (0, 0, radians(30))
+    cloth.location = (0, 0, RADIUS + 0.02)
+    scene.selvedge.cloth = cloth
+    scene.selvedge.thickness = THICKNESS
+    scene.selvedge.cache_folder = str(WORK / "cache")
+    return scene, cloth, ball
+
+
+def check_drape(scene, cloth, ball):
+    bpy.context.view_layer.update()
+    start = np.array([cloth.matrix_world @ v.co for v in cloth.data.vertices])
+    assert bpy.ops.selvedge.bake() == {"FINISHED"}
+    assert scene.selvedge.status == f"{FRAMES} frames", scene.selvedge.status
+    assert np.abs(drawn(cloth, 1) - start).max() < 1e-6, "the first frame is the object as it was"
+    end = drawn(cloth, FRAMES)
+    assert end[:, 2].min() < start[:, 2].min() - 0.1, "the cloth falls"
+    centre = np.array(ball.matrix_world.translation)
+    assert abs(centre[0] - 0.2) < 1e-6
+    # The ball of the cloth is a mesh inside the sphere; its faces lie up to this much inside.
+    inside = RADIUS * np.cos(np.pi / 24)
+    nearest = np.linalg.norm(end - centre, axis=1).min()
+    assert nearest > inside, f"a vertex is {nearest} m from the centre of the moving ball"
+    assert cloth.vertex_groups.get("selvedge flagged") is None, "nothing is flagged in a clean drape"
+    say(f"{FRAMES} frames over a moving ball; nearest vertex {nearest - inside:.4f} m outside of the faces")
+
+
+def check_pins(scene, cloth):
+    group = cloth.vertex_groups.new(name="pins")
+    group.add([0, 20], 1.0, "REPLACE")
+    group.add([5], 0.2, "REPLACE")
+    scene.selvedge.pins = "pins"
+    start = drawn(cloth, 1)
+    assert bpy.ops.selvedge.bake() == {"FINISHED"}
+    moved = np.linalg.norm(drawn(cloth, FRAMES) - start, axis=1)
+    assert moved[[0, 20]].max() < 1e-6 and moved[5] > 0.01, moved[[0, 5, 20]]
+    scene.selvedge.pins = ""
+    say("pinned vertices stay, others move")
+
+
+def check_fabric(scene, cloth):
+    scene.selvedge.fabric = "petrak_2025/M1"
+    before = drawn(cloth, FRAMES)
+    assert bpy.ops.selvedge.bake() == {"FINISHED"}
+    assert np.abs(drawn(cloth, FRAMES) - before).max() > 1e-3
+    scene.selvedge.fabric = "default"
+    say("another fabric drapes differently")
+
+
+def check_refusals(scene, cloth):
+    height = cloth.location.z
+    cloth.location.z = 0.1
+    refused("crosses")
+    cloth.location.z = height
+    scene.selvedge.cloth = None
+    refused("choose a mesh as cloth")
+    scene.selvedge.cloth = cloth
+    say("cloth that starts in the ball is refused with the sentence of the program")
+
+
+def check_flags(scene, cloth):
+    height = cloth.location.z
+    cloth.location.z = RADIUS - 0.01
+    scene.selvedge.untangle = True
+    assert bpy.ops.selvedge.bake() == {"FINISHED"}
+    group = cloth.vertex_groups.get("selvedge flagged")
+    flagged = [v.index for v in cloth.data.vertices if any(g.group == group.index for g in v.groups)]
+    assert 0 < len(flagged) < len(cloth.data.vertices), len(flagged)
+    cloth.location.z, scene.selvedge.untangle = height, False
+    say(f"{len(flagged)} vertices of a cloth that starts in the ball are flagged")
+
+
+def draw(scene, cloth, picture):
+    cloth.data.materials.append(bpy.data.materials.new("dye"))
+    cloth.data.materials[0].diffuse_color = (0.6, 0.12, 0.1, 1)
+    for polygon in cloth.data.polygons:
+        polygon.use_smooth = True
+    camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
+    camera.location = (1.6, -2.0, 1.1)
+    camera.rotation_euler = (Vector((0.1, 0, 0)) - camera.location).to_track_quat("-Z", "Y").to_euler()
+    light = bpy.data.objects.new("light", bpy.data.lights.new("light", "SUN"))
+    light.rotation_euler = (radians(40), radians(20), 0)
+    light.data.energy = 3
+    for obj in (camera, light):
+        bpy.context.collection.objects.link(obj)
+    scene.camera = camera
+    scene.render.engine = "CYCLES"
+    scene.cycles.samples, scene.cycles.use_denoising = 16, False
+    scene.render.resolution_x, scene.render.resolution_y = 480, 360
+    scene.frame_set(FRAMES)
+    scene.render.filepath = picture
+    bpy.ops.render.render(write_still=True)
+    say(f"rendered {picture}")
+
+
+addon = load_addon()
+scene, cloth, ball = make_scene()
+check_drape(scene, cloth, ball)
+if len(ARGUMENTS) > 1:
+    draw(scene, cloth, ARGUMENTS[1])
+check_pins(scene, cloth)
+check_fabric(scene, cloth)
+check_refusals(scene, cloth)
+check_flags(scene, cloth)
+assert bpy.ops.selvedge.clear() == {"FINISHED"}
+assert "selvedge cache" not in cloth.modifiers
+addon.unregister()
+(WORK / "passed").touch()
+say("passed")

@@ -23,6 +23,7 @@
 #include "command_render.h"
 #include "command_replay.h"
 #include "command_run.h"
+#include "command_sequence.h"
 #include "command_stability.h"
 #include "command_swatch.h"
 #include "command_view.h"
@@ -50,6 +51,7 @@ int run_command_line(int argc, char** argv) {
   add_command_compare(app);
   add_command_advise(app);
   add_command_plan(app);
+  add_command_sequence(app);
   add_command_stability(app);
   add_command_render(app);
   add_command_view(app);

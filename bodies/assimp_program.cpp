@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
-// selvedge-assimp FILE MEMORY SECONDS reads a mesh file with assimp and writes it to standard
+// selvedge-assimp FILE MEMORY SECONDS [FPS] reads a mesh file with assimp and writes it to standard
 // output. It is a separate process because assimp may crash, abort or hang on a damaged file.
 // Output in native byte order: the byte 'M', the numbers of vertices and triangles (uint64), x y z
-// (double) and indices (int32); or the byte 'E' and a message.
+// (double) and indices (int32); or the byte 'E' and a message. With FPS, the first animation is
+// sampled: the byte 'A', the numbers of vertices, triangles and frames, indices, and x y z of every
+// frame.
+#include <selvedge/bodies/detail/assimp_animation.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 
@@ -21,39 +24,7 @@ namespace {
 
 constexpr int kMaxNodeDepth = 1000;  // far beyond any real scene; a damaged file may be endless
 
-struct Soup {
-  std::vector<std::array<double, 3>> vertices;
-  std::vector<std::array<std::int32_t, 3>> triangles;
-};
-
-// Row-major affine map in double precision; assimp's own matrices are float.
-using Affine = std::array<double, 12>;
-
-Affine to_affine(const aiMatrix4x4& m) {
-  return {m.a1, m.a2, m.a3, m.a4, m.b1, m.b2, m.b3, m.b4, m.c1, m.c2, m.c3, m.c4};
-}
-
-Affine compose(const Affine& a, const Affine& b) {
-  Affine c{};
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 4; ++j) {
-      for (int k = 0; k < 3; ++k) c[4 * i + j] += a[4 * i + k] * b[4 * k + j];
-      if (j == 3) c[4 * i + j] += a[4 * i + 3];
-    }
-  return c;
-}
-
-double determinant(const Affine& m) {
-  return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) +
-         m[2] * (m[4] * m[9] - m[5] * m[8]);
-}
-
-std::array<double, 3> apply(const Affine& m, const aiVector3D& p) {
-  std::array<double, 3> q;
-  for (int i = 0; i < 3; ++i)
-    q[i] = m[4 * i] * p.x + m[4 * i + 1] * p.y + m[4 * i + 2] * p.z + m[4 * i + 3];
-  return q;
-}
+using namespace selvedge::assimp;
 
 // Passes the indices on unchecked; the reader of the output checks them. Points and lines, with
 // fewer than three indices, are skipped.
@@ -61,7 +32,7 @@ void append_mesh(const aiMesh& mesh, const Affine& map, Soup& soup) {
   const auto first = static_cast<std::uint32_t>(soup.vertices.size());
   const bool mirrored = determinant(map) < 0.0;
   for (unsigned i = 0; i < mesh.mNumVertices; ++i)
-    soup.vertices.push_back(apply(map, mesh.mVertices[i]));
+    soup.vertices.push_back(mapped(map, to_point(mesh.mVertices[i])));
   for (unsigned k = 0; k < mesh.mNumFaces; ++k) {
     const aiFace& face = mesh.mFaces[k];
     if (face.mNumIndices != 3) continue;
@@ -120,23 +91,42 @@ int write_soup(const Soup& soup) {
   return written && std::fflush(stdout) == 0 ? 0 : 1;
 }
 
+// All frames, one after the other, so that only one is in memory.
+int write_animation(const aiScene& scene, double fps) {
+  PosedScene posed(scene);
+  const std::vector<std::array<std::int32_t, 3>> triangles = posed.triangles();
+  const std::uint64_t frames = posed.frames(fps);
+  const std::vector<std::uint64_t> counts{posed.vertices(0.0).size(), triangles.size(), frames};
+  std::fputc('A', stdout);
+  bool written = write_all(counts) && write_all(triangles);
+  for (std::uint64_t f = 0; f < frames && written; ++f)
+    written = write_all(posed.vertices(static_cast<double>(f) / fps));
+  return written && std::fflush(stdout) == 0 ? 0 : 1;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 4) {
-    std::fprintf(stderr, "usage: selvedge-assimp FILE MEMORY_BYTES SECONDS\n");
+  if (argc != 4 && argc != 5) {
+    std::fprintf(stderr, "usage: selvedge-assimp FILE MEMORY_BYTES SECONDS [FPS]\n");
     return 2;
   }
   limit_process(argv[2], argv[3]);
   Assimp::Importer importer;
+  const bool animated = argc == 5;
   importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS,
                               aiComponent_NORMALS | aiComponent_TEXCOORDS | aiComponent_COLORS |
-                                  aiComponent_TANGENTS_AND_BITANGENTS | aiComponent_ANIMATIONS |
-                                  aiComponent_TEXTURES | aiComponent_LIGHTS | aiComponent_CAMERAS);
+                                  aiComponent_TANGENTS_AND_BITANGENTS | aiComponent_TEXTURES |
+                                  aiComponent_LIGHTS | aiComponent_CAMERAS |
+                                  (animated ? 0 : int{aiComponent_ANIMATIONS}));
   // No vertex joining here: assimp joins valid vertices with NaN vertices.
   const aiScene* scene = importer.ReadFile(
       argv[1], aiProcess_RemoveComponent | aiProcess_Triangulate | aiProcess_ValidateDataStructure);
   if (!scene || !scene->mRootNode) return finish_with_error(importer.GetErrorString());
+  if (animated) {
+    const double fps = std::strtod(argv[4], nullptr);
+    return fps > 0.0 ? write_animation(*scene, fps) : finish_with_error("the frame rate is wrong");
+  }
   Soup soup;
   append_node(*scene, *scene->mRootNode, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, 0, soup);
   return write_soup(soup);

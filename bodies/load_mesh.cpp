@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/bodies/detail/animation_source.h>
 #include <selvedge/bodies/detail/child_process.h>
 #include <selvedge/bodies/detail/mesh_source.h>
 #include <selvedge/bodies/mesh_file.h>
@@ -153,8 +154,13 @@ std::size_t memory_for(std::uintmax_t size, const std::string& extension,
       std::min<std::uintmax_t>(config.memory_limit, least + growth * size));
 }
 
-TriangleMesh read_by_assimp(const std::filesystem::path& file, const LoadConfig& config) {
+}  // namespace
+
+void detail::read_assimp_output(const std::filesystem::path& file, const LoadConfig& config,
+                                const std::vector<std::string>& more,
+                                const std::function<bool(const std::string& output)>& decode) {
   const std::string name = file.string(), extension = detail::lower_extension(file);
+  check_config(config);
   const std::uintmax_t size = detail::checked_size(file);
   if (extension == ".glb") check_glb(file, size);
   const std::size_t memory = memory_for(size, extension, config);
@@ -163,14 +169,22 @@ TriangleMesh read_by_assimp(const std::filesystem::path& file, const LoadConfig&
                                 ": this build has no assimp and reads OBJ, PLY and OFF only; " +
                                 kOwnFormatsRemedy + ", or build with SELVEDGE_ASSIMP=ON");
   const auto cpu_seconds = static_cast<long>(std::ceil(config.timeout));
+  std::vector<std::string> words = {assimp_program(), std::filesystem::absolute(file).string(),
+                                    std::to_string(memory), std::to_string(cpu_seconds)};
+  words.insert(words.end(), more.begin(), more.end());
   const detail::ChildResult result =
-      detail::run_child({assimp_program(), std::filesystem::absolute(file).string(),
-                         std::to_string(memory), std::to_string(cpu_seconds)},
-                        {config.timeout, config.memory_limit});
-  TriangleMesh mesh;
-  const bool whole = result.end == detail::ChildResult::End::exited && result.code == 0 &&
-                     decode(result.output, mesh);
+      detail::run_child(words, {config.timeout, config.memory_limit});
+  const bool whole =
+      result.end == detail::ChildResult::End::exited && result.code == 0 && decode(result.output);
   if (!whole) throw std::invalid_argument(name + ": " + fault_of(result, config));
+}
+
+namespace {
+
+TriangleMesh read_by_assimp(const std::filesystem::path& file, const LoadConfig& config) {
+  TriangleMesh mesh;
+  detail::read_assimp_output(file, config, {},
+                             [&](const std::string& output) { return decode(output, mesh); });
   return mesh;
 }
 

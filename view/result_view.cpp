@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/bodies/mesh_file.h>
+#include <selvedge/core/text.h>
 #include <selvedge/narrowphase/query_file.h>
 #include <selvedge/run/replay.h>
 #include <selvedge/run/result_folder.h>
@@ -115,7 +116,7 @@ void note_end(const fs::path& result, ResultView& view) {
   const std::string stopped = string_of(json_of(result / "result.json"), "stopped");
   if (!stopped.empty()) view.notes.push_back("This run stopped: " + stopped);
   if (fs::exists(result / "failure" / "failure.json"))
-    view.notes.push_back("selvedge view " + (result / "failure").string() +
+    view.notes.push_back("selvedge view " + shell_quoted((result / "failure").string()) +
                          " shows the step at which it stopped.");
 }
 

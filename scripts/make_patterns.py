@@ -20,8 +20,8 @@ SHOULDER_JOINT = (17.0, 1.2, 136.5)
 UPPER_ARM_GIRTH = 28.9  # across the arm
 ARM_ANGLE = 50.0        # degrees from hanging down
 
-WAIST, UNDERARM, CROTCH = 105.0, 123.0, 74.0
-SHOULDER_TIP, NECK_POINT = (18.5, 142.5), (7.5, 146.0)
+WAIST, UNDERARM, CROTCH = 105.0, 119.0, 74.0
+SHOULDER_TIP, NECK_POINT = (18.5, 144.0), (7.5, 147.0)
 FRONT, BACK = -18.0, 20.0  # y of the panels of trunk and legs: 4 cm and more clear of the body
 MIRROR = {"left": "right", "right": "left"}
 
@@ -137,7 +137,7 @@ def trunk(hem, half_hem, half_chest, neck_depth, sleeve_hole, split_neck=False):
 def half_sleeve(hole_length, length, half_width, half_cuff):
     """Half of a set-in sleeve, seen from its outer side with the shoulder at its left. The cap is as long as the hole
     of the arm with 2 % ease."""
-    low, high = -0.53 * half_width, 0.47 * half_width
+    low, high = -0.5 * half_width, 0.5 * half_width
     cuff_low = 0.5 * (low + high) - 0.5 * half_cuff
     for step in range(200):  # the height of the cap
         height = 0.1 * step
@@ -180,10 +180,10 @@ def sew_top(pattern, sleeves):
 
 def tee():
     pattern = Pattern("tee")
-    half = (CHEST_GIRTH + 16.0) / 4.0
-    pattern.front("front", trunk(84.0, half + 0.5, half, 8.0, (19.0, 126.0)))
-    pattern.back("back", trunk(84.0, half + 0.5, half, 2.5, (19.5, 126.0)))
-    width = (UPPER_ARM_GIRTH + 8.0) / 2.0
+    half = (CHEST_GIRTH + 20.0) / 4.0
+    pattern.front("front", trunk(84.0, half + 0.5, half, 8.0, (19.0, 124.0)))
+    pattern.back("back", trunk(84.0, half + 0.5, half, 2.5, (19.5, 124.0)))
+    width = (UPPER_ARM_GIRTH + 16.0) / 2.0
     add_sleeves(pattern, half_sleeve(pattern.panels["front"].length("hole_right"), 28.0, width, 0.86 * width),
                 half_sleeve(pattern.panels["back"].length("hole_right"), 28.0, width, 0.86 * width))
     sew_top(pattern, sleeves=True)
@@ -192,10 +192,10 @@ def tee():
 
 def hooded_top():
     pattern = Pattern("hooded_top")
-    half = (CHEST_GIRTH + 22.0) / 4.0
-    pattern.front("front", trunk(80.0, half, half, 8.0, (19.0, 126.0), split_neck=True))
-    pattern.back("back", trunk(80.0, half, half, 2.5, (19.5, 126.0), split_neck=True))
-    width = (UPPER_ARM_GIRTH + 12.0) / 2.0
+    half = (CHEST_GIRTH + 24.0) / 4.0
+    pattern.front("front", trunk(80.0, half, half, 8.0, (19.0, 124.0), split_neck=True))
+    pattern.back("back", trunk(80.0, half, half, 2.5, (19.5, 124.0), split_neck=True))
+    width = (UPPER_ARM_GIRTH + 18.0) / 2.0
     add_sleeves(pattern, half_sleeve(pattern.panels["front"].length("hole_right"), 52.0, width, 0.6 * width),
                 half_sleeve(pattern.panels["back"].length("hole_right"), 52.0, width, 0.6 * width))
     sew_top(pattern, sleeves=True)
@@ -206,8 +206,8 @@ def hooded_top():
               (shoulder[0] + 0.98 * back, shoulder[1] - 0.2 * back), (-10.5, 179.0)]
     hood = Panel(points, [("neck_front", 0, None), ("neck_back", 1, None), ("crown", 2, [(19.0, 162.0), (12.0, 182.0)]),
                           ("opening", 3, None)])
-    pattern.add("left_hood", hood, [11.5, 0, 1.0], [90, 0, 90])
-    pattern.add("right_hood", hood.mirrored(), [-11.5, 0, 1.0], [90, 0, -90])
+    pattern.add("left_hood", hood, [10.5, 0, 7.0], [90, 0, 90])
+    pattern.add("right_hood", hood.mirrored(), [-10.5, 0, 7.0], [90, 0, -90])
     pattern.sew("left_hood", "crown", "right_hood", "crown")
     for side in ("left", "right"):
         pattern.sew(side + "_hood", "neck_front", "front", "neck_" + MIRROR[side])
@@ -217,7 +217,7 @@ def hooded_top():
 
 def skirt():
     pattern = Pattern("flared_skirt")
-    half, height, gather, hem = (WAIST_GIRTH + 4.0) / 4.0, 4.0, 1.25, 42.0
+    half, height, gather, hem = (WAIST_GIRTH + 8.0) / 4.0, 4.0, 1.15, 42.0
     band = Panel([(-half, WAIST - 2.0), (half, WAIST - 2.0), (half, WAIST - 2.0 + height), (-half, WAIST - 2.0 + height)],
                  [("lower", 0, None), ("side_right", 1, None), ("upper", 2, None), ("side_left", 3, None)],
                  {"upper": "waist"})
@@ -239,13 +239,13 @@ def skirt():
 
 def trousers():
     pattern = Pattern("trousers")
-    waist, quarter, hem = 103.0, (WAIST_GIRTH + 4.0) / 4.0, 13.0
+    waist, quarter, hem = 103.0, (WAIST_GIRTH + 11.0) / 4.0, 13.0
 
     def leg(extension, rise):
         """Of the wearer's left leg, seen from the front."""
         crotch = CROTCH - 2.0
         points = [(-extension, crotch), (10.0, hem), (30.0, hem), (quarter, waist), (0.0, waist + rise)]
-        edges = [("inseam", 0, [(3.0, 45.0)]), ("hem", 1, None), ("outseam", 2, [(25.5, 88.0)]), ("waist", 3, None),
+        edges = [("inseam", 0, [(3.0, 45.0)]), ("hem", 1, None), ("outseam", 2, [(35.0, 84.0)]), ("waist", 3, None),
                  ("rise", 4, [(0.0, crotch + 12.0), (-0.3 * extension, crotch)])]
         return Panel(points, edges, {"waist": "waist"})
 
@@ -274,8 +274,8 @@ def dress():
         chest = (CHEST_GIRTH + 8.0) / 4.0
         neck, shoulder = (8.5, 146.0), (15.5, 143.5)
         waist = [(x, tip if i in (2, 5) else WAIST) for i, x in enumerate(places)]
-        points = waist + [(chest, UNDERARM + 1.0), shoulder, neck, (-neck[0], neck[1]), (-shoulder[0], shoulder[1]),
-                          (-chest, UNDERARM + 1.0)]
+        points = waist + [(chest, 124.0), shoulder, neck, (-neck[0], neck[1]), (-shoulder[0], shoulder[1]),
+                          (-chest, 124.0)]
         deep = neck[1] - 1.3 * neck_depth
         edges = [(name, i, None) for i, name in enumerate(names)]
         edges += [("side_right", 7, None), ("hole_right", 8, [(15.5, 127.0)]), ("shoulder_right", 9, None),

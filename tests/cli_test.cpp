@@ -89,6 +89,24 @@ TEST_F(Program, ARunEndsWithZeroAndLeavesFramesPictureAndResult) {
   EXPECT_GT(r["final_max_speed"].get<double>(), 0.0);
 }
 
+TEST_F(Program, InfoReportsTheGroupsAndAsksForTheUnitOfAMesh) {
+  write("tetrahedron.obj",
+        "v 0 0 0\nv 1700 0 0\nv 0 1700 0\nv 0 0 1700\no body\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
+        "o hair\nv 0 0 2000\nv 0 9 2000\nv 9 0 2000\nf 5 6 7\n");
+  const Outcome all = run("info tetrahedron.obj");
+  EXPECT_EQ(all.code, 0) << all.err;
+  EXPECT_SAYS(all.out, "open: 3 border edges");
+  EXPECT_SAYS(all.out, "millimetres? Then the unit is 0.001 m");
+  EXPECT_SAYS(all.out, "object   body: 4 triangles, closed");
+  const Outcome body = run("info tetrahedron.obj --groups body --unit 0.001 --json");
+  const Json j = Json::parse(body.out);
+  EXPECT_EQ(j["closed"], true);
+  EXPECT_NEAR(j["volume"].get<double>(), 1.7 * 1.7 * 1.7 / 6.0, 1e-12);
+  EXPECT_TRUE(j["unit_question"].is_null());
+  EXPECT_EQ(j["groups"].size(), 2u);
+  EXPECT_REFUSED(run("info tetrahedron.obj --groups bdoy"), "it has 'body', 'hair'");
+}
+
 TEST_F(Program, TheJudgeFindsNothingInWhatWasWritten) {
   ASSERT_EQ(run_small("r", "--set time.frames=12").code, 0);
   const Outcome body = run("check r/frames/bodies_00000.ply --json");

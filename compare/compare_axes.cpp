@@ -60,7 +60,8 @@ std::pair<std::string, std::string> split_last(const std::string& key) {
 /// "stiffness" of "contact.response.stiffness".
 template <class Visit>
 void visit_option(const std::string& key, const Methods& methods, Visit visit) {
-  const auto [method_key, option] = split_last(key);
+  const std::pair<std::string, std::string> split = split_last(key);
+  const std::string &method_key = split.first, &option = split.second;
   for_each_family(methods, [&](const std::string& family, const auto& registry) {
     if (is_instance_of(method_key, family)) visit(registry, option);
   });

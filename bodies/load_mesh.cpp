@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <dlfcn.h>
 #include <selvedge/bodies/detail/animation_source.h>
 #include <selvedge/bodies/detail/child_process.h>
 #include <selvedge/bodies/detail/mesh_source.h>
@@ -48,10 +49,16 @@ bool is_program(const std::filesystem::path& path) {
   return std::filesystem::is_regular_file(path, error);
 }
 
-// Path of selvedge-assimp: the variable SELVEDGE_ASSIMP, else the folder of the running program,
-// else the build folder, else PATH.
+// Path of selvedge-assimp: the variable SELVEDGE_ASSIMP, else the folder of the shared library or
+// module that contains this code, else that of the running program, else the build folder, else
+// PATH.
 std::string assimp_program() {
   if (const char* chosen = std::getenv("SELVEDGE_ASSIMP"); chosen && *chosen) return chosen;
+  Dl_info own{};
+  if (dladdr(reinterpret_cast<const void*>(&assimp_program), &own) != 0 && own.dli_fname) {
+    const auto beside = std::filesystem::path(own.dli_fname).parent_path() / "selvedge-assimp";
+    if (is_program(beside)) return beside.string();
+  }
   std::error_code error;
   const auto running = std::filesystem::read_symlink("/proc/self/exe", error);
   const auto beside = running.parent_path() / "selvedge-assimp";

@@ -46,12 +46,12 @@ class _Table:
     """Columns of equal length."""
 
     def __len__(self) -> int:
-        return len(getattr(self, fields(self)[0].name))  # type: ignore[arg-type]
+        return len(getattr(self, fields(self)[0].name))
 
     def to_dict(self) -> dict[str, NDArray[Any]]:
         """The columns by name, such as for pandas.DataFrame; columns with several numbers a row
         stay two-dimensional."""
-        return {f.name: getattr(self, f.name) for f in fields(self)}  # type: ignore[arg-type]
+        return {f.name: getattr(self, f.name) for f in fields(self)}
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({len(self)} rows)"

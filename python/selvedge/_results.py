@@ -50,7 +50,7 @@ def run(
     """
     given = scene if isinstance(scene, Scene) else Scene(scene)
     options = {"out": os.fspath(out), "resume": resume, "every_step": every_step}
-    return json.loads(_core.run(given._core, options, progress))
+    return dict(json.loads(_core.run(given._core, options, progress)))
 
 
 def check(
@@ -137,7 +137,7 @@ def measure(
         ValueError: the folder has no scene or frames, or no such frame.
     """
     text, arrays = _core.measure(os.fspath(folder), frame, support_radius, support_centre)
-    out = json.loads(text)
+    out: dict[str, Any] = json.loads(text)
     out["arrays"] = arrays
     return out
 
@@ -187,7 +187,7 @@ def compare(
         raise ValueError(f"compare: error must be one of {_core.error_names()}, is {error!r}")
     axes = [vary] if isinstance(vary, str) else list(vary)
     command = " ".join(["selvedge compare", os.fspath(scene)] + [f"--vary {a}" for a in axes])
-    request = {
+    request: dict[str, Any] = {
         "scene": os.path.abspath(os.fspath(scene)),
         "set": overrides(changes),
         "vary": axes,
@@ -202,7 +202,7 @@ def compare(
     }
     for job in ("plan", "run"):
         _work(job, request, progress)
-    return json.loads(_core.compare_table(request["out"]))
+    return dict(json.loads(_core.compare_table(request["out"])))
 
 
 def _work(job: str, request: Mapping[str, Any], progress: Progress) -> None:
@@ -256,7 +256,7 @@ def render(
     x: ArrayLike,
     triangles: ArrayLike,
     *,
-    bodies: Sequence[tuple[ArrayLike, ArrayLike]] = (),
+    bodies: Sequence[tuple[Any, ...]] = (),
     colour: Colour = None,
     body_colour: Colour = (0.32, 0.34, 0.38),
     eye: Optional[ArrayLike] = None,
@@ -271,7 +271,7 @@ def render(
     Args:
         x: (n, 3) metres, vertices of the cloth.
         triangles: (m, 3) vertex indices.
-        bodies: pairs (vertices, triangles).
+        bodies: pairs (vertices, triangles), or (vertices, triangles, colour).
         colour, body_colour: linear red, green, blue in [0, 1]; None: those of the program.
         eye, target: (3,) metres; default: so that everything just fits.
         field_of_view: degrees, vertical.
@@ -297,7 +297,9 @@ def render(
         )
 
     surfaces = [drawn(x, triangles, "cloth", colour, 180.0)]
-    surfaces += [drawn(v, t, "body", body_colour, 40.0) for v, t in bodies]
+    for body in bodies:
+        tint = body[2] if len(body) == 3 else body_colour
+        surfaces.append(drawn(body[0], body[1], "body", tint, 40.0))
     return _core.render(surfaces, _camera(eye, target, field_of_view, width, height), ground)
 
 

@@ -108,7 +108,7 @@ class Scene:
 
     def to_dict(self) -> dict[str, Any]:
         """The scene with all defaults, as a scene file holds it."""
-        return json.loads(self._core.json)
+        return dict(json.loads(self._core.json))
 
     def __repr__(self) -> str:
         return (
@@ -120,7 +120,7 @@ class Scene:
 class State:
     """All that a simulation carries from one step to the next, from `Simulation.save`."""
 
-    def __init__(self, core: Any) -> None:
+    def __init__(self, core: _core.SavedState) -> None:
         self._core = core
 
     @property
@@ -157,7 +157,7 @@ class Simulation:
     ) -> None:
         self.scene = scene if isinstance(scene, Scene) else Scene(scene)
         numbers = [self._body(name) for name in driven]
-        self._core = _core.Simulation(self.scene._core, numbers)
+        self._core: _core.Simulation = _core.Simulation(self.scene._core, numbers)
         self._frame = 0
 
     def _body(self, body: Union[str, int]) -> int:
@@ -372,7 +372,7 @@ class Simulation:
 
     def result(self) -> dict[str, Any]:
         """Clean or not, steps, strain, times of phases, counters, as in result.json."""
-        return json.loads(self._core.result_text())
+        return dict(json.loads(self._core.result_text()))
 
     @property
     def clean(self) -> bool:

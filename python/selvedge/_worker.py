@@ -12,20 +12,20 @@ import os
 import sys
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-import _core  # noqa: E402
+import _core  # type: ignore  # noqa: E402
 
 
-def _say(**message):
+def _say(**message: object) -> None:
     print(json.dumps(message), flush=True)
 
 
-def _build():
+def _build() -> str:
     """Names the build: times and bits of two builds must not be mixed."""
     with open(_core.__file__, "rb") as file:
         return hashlib.sha256(file.read()).hexdigest()[:16]
 
 
-def main():
+def main() -> None:
     request = json.load(sys.stdin)
     try:
         if sys.argv[1] == "plan":

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What a module owes its interpreter: memory, threads, signals, exceptions, documentation."""
 
+import ast
 import inspect
 import os
 import pydoc
@@ -15,7 +16,7 @@ import numpy as np
 import pytest
 import selvedge
 
-from conftest import ball_scene, sheet
+from conftest import ROOT, ball_scene, sheet
 
 
 def resident_bytes():
@@ -192,6 +193,27 @@ def test_an_exception_of_the_progress_of_a_run_leaves_the_call(tmp_path):
     with pytest.raises(LookupError, match="enough"):
         selvedge.run(ball_scene(), tmp_path / "out", progress=fail)
     assert selvedge.run(ball_scene(), tmp_path / "out")["clean"]
+
+
+def test_the_stub_of_the_compiled_half_names_what_it_has():
+    stub = ast.parse((ROOT / "python" / "selvedge" / "_core.pyi").read_text())
+    core = selvedge._core
+
+    def names(body):
+        found = set()
+        for node in body:
+            if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
+                found.add(node.name)
+            elif isinstance(node, ast.AnnAssign):
+                found.add(node.target.id)
+        return found
+
+    assert names(stub.body) == {n for n in vars(core) if not n.startswith("__")}
+    for node in stub.body:
+        if isinstance(node, ast.ClassDef) and node.name != "SimulationFailed":
+            kind = getattr(core, node.name)
+            public_names = {n for n in vars(kind) if not n.startswith("_")}
+            assert names(node.body) - {"__init__"} == public_names, node.name
 
 
 def public(kind):

@@ -14,6 +14,7 @@
 #include "command_check.h"
 #include "command_compare.h"
 #include "command_detect.h"
+#include "command_dress.h"
 #include "command_fabric.h"
 #include "command_identify.h"
 #include "command_info.h"
@@ -45,6 +46,7 @@ int run_command_line(int argc, char** argv) {
   app.version(version_text());
   add_command_run(app);
   add_command_info(app);
+  add_command_dress(app);
   add_command_check(app);
   add_command_detect(app);
   add_command_ccd(app);

@@ -21,7 +21,7 @@ using Sentences = std::vector<std::string>;
 
 const std::set<std::string> kLibraries = {
     "core",       "bodies", "broadphase", "narrowphase", "detection", "response", "judge", "scene",
-    "simulation", "render", "run",        "compare",     "lab",       "garment",  "view"};
+    "simulation", "render", "run",        "compare",     "lab",       "garment",  "view",  "dress"};
 
 const std::set<std::string> kEverything = [] {
   std::set<std::string> all = kLibraries;
@@ -52,6 +52,7 @@ const std::map<std::string, std::set<std::string>> kArrows = {
      {"core", "bodies", "broadphase", "narrowphase", "response", "scene", "simulation", "render"}},
     {"view", {"core", "bodies", "narrowphase", "detection", "scene", "simulation", "run"}},
     {"lab", {"core", "bodies", "scene", "simulation", "run", "render"}},
+    {"dress", {"core", "bodies", "detection", "garment", "scene", "simulation", "run", "render"}},
     {"compare",
      {"core", "bodies", "broadphase", "narrowphase", "detection", "response", "scene", "simulation",
       "run", "render", "judge"}},
@@ -184,11 +185,11 @@ Sentences missing_files(const std::string& document, const std::string& text,
                         const fs::path& folder) {
   Sentences faults;
   for (const std::string start :
-       {"scripts/",    "data/scenes/", "data/schema", "docs/",     "examples/",
-        "tests/",      ".ci/",         "bench/",      "core/",     "bodies/",
-        "broadphase/", "narrowphase/", "detection/",  "response/", "scene/",
-        "simulation/", "run/",         "judge/",      "render/",   "compare/",
-        "lab/",        "tools/",       "apps/",       "garment/",  "view/"}) {
+       {"scripts/",   "data/scenes/", "data/schema", "docs/",       "examples/",   "tests/",
+        ".ci/",       "bench/",       "core/",       "bodies/",     "broadphase/", "narrowphase/",
+        "detection/", "response/",    "scene/",      "simulation/", "run/",        "judge/",
+        "render/",    "compare/",     "lab/",        "tools/",      "apps/",       "garment/",
+        "view/",      "dress/"}) {
     for (std::size_t at = text.find(start); at != std::string::npos;
          at = text.find(start, at + 1)) {
       if (at > 0 && is_path_character(text[at - 1])) continue;  // the end of a longer path

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: MIT
+#include "command_dress.h"
+
+#include <fmt/format.h>
+#include <selvedge/apps/detail/counted.h>
+#include <selvedge/core/files.h>
+#include <selvedge/core/parallel.h>
+#include <selvedge/dress/dress_result.h>
+#include <selvedge/garment/pattern_svg.h>
+#include <selvedge/garment/sewing_pattern.h>
+#include <selvedge/scene/fabric_file.h>
+#include <selvedge/scene/methods.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+namespace {
+
+using namespace selvedge;
+
+struct DressOptions {
+  std::string pattern, body, out, fabric, sheet;
+  std::string up = "y";
+  double resolution = 0.01, unit = 1.0;
+  std::optional<double> strain_limit, friction;
+  int threads = 0;
+  bool every_step = false, json = false, no_picture = false;
+};
+
+LoadConfig body_file_of(const DressOptions& o) {
+  LoadConfig file;
+  file.up = o.up == "x" ? UpAxis::x : o.up == "y" ? UpAxis::y : UpAxis::z;
+  file.unit = o.unit;
+  return file;
+}
+
+/// People are between these sizes, m; a body of another size is probably in another unit.
+constexpr double kSmallest = 0.3, kLargest = 3.0;
+
+TriangleMesh read_body(const DressOptions& o) {
+  TriangleMesh body = load_mesh(o.body, body_file_of(o));
+  if (body.triangles.empty())
+    throw std::invalid_argument(o.body + ": has no triangles; a body is a surface");
+  double low = body.vertices.front().z(), high = low;
+  for (const Vec3& x : body.vertices) {
+    low = std::min(low, x.z());
+    high = std::max(high, x.z());
+  }
+  const double height = high - low;
+  if (height >= kSmallest && height <= kLargest) return body;
+  const double unit = height > 300.0 ? 0.001 : 0.01;
+  throw std::invalid_argument(
+      fmt::format("{}: is {:g} m tall with --unit {:g} and --up {}; if it is a person, give the "
+                  "metres per unit of the file, such as --unit {:g}",
+                  o.body, height, o.unit, o.up, height > kLargest ? o.unit * unit : 1.0));
+}
+
+DressConfig dress_config(const DressOptions& o) {
+  DressConfig config;
+  if (!o.fabric.empty())
+    config.fabric = find_fabric(o.fabric, std::filesystem::current_path()).material;
+  if (o.strain_limit) config.fabric.strain_limit = *o.strain_limit;
+  if (o.friction) config.body_friction = *o.friction;
+  config.edge_length = o.resolution;
+  return config;
+}
+
+double total_seconds(const DressResult& r) {
+  double sum = 0.0;
+  for (const char* phase : {"start", "sew", "settle", "refine"})
+    if (const auto found = r.seconds.find(phase); found != r.seconds.end()) sum += found->second;
+  return sum;
+}
+
+void print_summary(const std::string& name, const DressResult& r, const std::string& out) {
+  fmt::print("{}: {}, {}, {:.1f} s; results in {}\n", name, counted(r.panel_names.size(), "panel"),
+             fmt::format("{} vertices", r.garment.vertices.size()), total_seconds(r), out);
+  for (const std::string& note : r.notes) fmt::print("note         {}\n", note);
+  for (const MovedPanel& moved : r.moved)
+    fmt::print("moved        panel {} by {:.0f} mm before the start, to be free\n",
+               r.panel_names[static_cast<std::size_t>(moved.panel)], 1e3 * moved.by.norm());
+  if (r.body_moved > 0)
+    fmt::print(
+        "body         {} of its vertices moved back by up to {:.1f} mm where it nearly touches "
+        "itself\n",
+        r.body_moved, 1e3 * r.body_moved_by);
+  fmt::print("clean        {}, {} judged\n",
+             r.clean ? "yes: nothing passed through anything" : "NO: something passed through",
+             counted(static_cast<std::size_t>(r.states), "state"));
+  fmt::print("seams        {} merged, largest opening {:.2f} mm\n", r.sewn ? "all" : "not all",
+             1e3 * r.largest_opening);
+  fmt::print("at rest      {}: root mean square speed {:.1f} mm/s, at most {:.0f} mm/s\n",
+             r.at_rest ? "yes" : "NO", 1e3 * r.rms_speed, 1e3 * r.max_speed);
+  fmt::print("max stretch  {:.1f} %, limit {:.1f} %\n", 100.0 * r.max_stretch,
+             100.0 * r.strain_limit);
+  fmt::print("seconds     ");
+  for (const auto& [phase, seconds] : r.seconds)
+    if (phase.find('/') == std::string::npos) fmt::print(" {} {:.1f}", phase, seconds);
+  fmt::print("\n");
+  fmt::print("verdict      {}\n", r.good() ? "good" : r.fault());
+}
+
+void write_sheet(const std::string& file, const SewingPattern& pattern) {
+  AtomicFile out(file);
+  out.write(pattern_svg(pattern));
+  out.commit();
+}
+
+int dress_command(const DressOptions& o) {
+  const ThreadLimit limit(o.threads);
+  const SewingPattern pattern = read_sewing_pattern(o.pattern);
+  if (!o.sheet.empty()) write_sheet(o.sheet, pattern);
+  const TriangleMesh body = read_body(o);
+  DressFolderConfig folder;
+  folder.out =
+      o.out.empty() ? std::filesystem::path("out") / pattern.name : std::filesystem::path(o.out);
+  folder.every_step = o.every_step;
+  folder.pictures = !o.no_picture;
+  folder.body_file = body_file_of(o);
+  folder.body_name = o.body;
+  const DressResult result = dress_into_folder(turned_upright(pattern, folder.body_file.up), body,
+                                               dress_config(o), folder, methods_of_this_build());
+  if (o.json)
+    fmt::print("{}", dress_result_text(pattern.name, result, o.body));
+  else
+    print_summary(pattern.name, result, folder.out.string());
+  return result.good() ? 0 : 1;
+}
+
+}  // namespace
+
+void add_command_dress(const Command& app) {
+  const auto options = std::make_shared<DressOptions>();
+  const Command command = app.subcommand("dress", "Put a garment from a sewing pattern on a body");
+  command.option("pattern", options->pattern, "Sewing pattern (JSON of GarmentCode)").required();
+  command.option("body", options->body, "Mesh of the body").required();
+  command.option("--out", options->out, "Result folder (default: out/NAME of the pattern)");
+  command.option("--sheet", options->sheet,
+                 "Also draw the flat panels, with the numbers of edges and stitches (SVG)");
+  command.option("--fabric", options->fabric, "A measured fabric by name, or FILE.json#NAME");
+  command.option("--resolution", options->resolution, "Edge length of the mesh, m")
+      .range(0.001, 0.2)
+      .show_default();
+  command.option("--strain-limit", options->strain_limit, "Largest stretch that the fabric allows")
+      .range(0.001, 10.0);
+  command.option("--friction", options->friction, "Friction between fabric and body")
+      .range(0.0, 10.0);
+  command.option("--up", options->up, "Axis of body and pattern that points up")
+      .one_of({"x", "y", "z"})
+      .show_default();
+  command.option("--unit", options->unit, "Metres per unit of the body's file")
+      .positive()
+      .show_default();
+  command.option("--threads", options->threads, "Threads; 0: all (the result is the same)")
+      .range(0, 1024);
+  command.flag("--every-step", options->every_step, "Also write every accepted state to steps/");
+  command.flag("--no-picture", options->no_picture, "Draw no pictures");
+  command.flag("--json", options->json, "Print the result as JSON");
+  command.footer("Exit code 1: the garment could not be put on as wanted; result.json says why.");
+  command.action([options] { return dress_command(*options); });
+}

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: MIT
+//
+// A garment while it is put on.
+#pragma once
+
+#include <selvedge/dress/dress.h>
+#include <selvedge/scene/build.h>
+#include <selvedge/scene/scene.h>
+#include <selvedge/simulation/simulation.h>
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace selvedge::detail {
+
+/// A stitch of a garment: a[i] is sewn to b[i]; vertices of the flat pattern.
+struct Stitching {
+  std::vector<std::int32_t> a, b;
+  double spacing = 0.0;  ///< m, of the pairs along the seam
+};
+
+/// An edge of a panel as it is divided in the mesh: vertices of the flat pattern from its start to
+/// its end.
+struct DividedEdge {
+  std::int32_t panel = 0, edge = 0;
+  std::vector<std::int32_t> vertices;
+};
+
+/// The garment in one state.
+struct Garment {
+  TriangleMesh surface;              ///< m; triangle i corresponds to triangle i of `flat`
+  TriangleMesh flat;                 ///< m, the rest shape, z = 0
+  std::vector<Vec3> velocity;        ///< m/s
+  std::vector<std::int32_t> corner;  ///< of each vertex of `flat`, that of the surface
+  std::vector<std::int32_t> panel_of_triangle;
+  std::vector<Stitching> stitches;
+  std::vector<DividedEdge> borders;
+  std::vector<char> mirrored;  ///< per panel: `flat` mirrors the plane of the pattern
+
+  /// The pairs of stitch `s` that are not one vertex, as vertices of the surface.
+  std::vector<Edge> open_pairs(std::size_t s) const;
+  std::size_t open_pairs() const;
+  double opening(std::size_t s) const;  ///< m, the largest distance of a pair
+  double largest_opening() const;       ///< m
+  double mean_opening() const;          ///< m, of the open pairs
+};
+
+Garment start_garment(const GarmentMesh& mesh);
+
+/// Splits every triangle into four. No point of the surface moves, so a clean state stays clean; in
+/// the flat pattern, the new vertices of curved edges lie on their curves.
+void split_garment(const SewingPattern& pattern, Garment& garment);
+
+/// Properties of a scene that change from phase to phase.
+struct PhaseSettings {
+  Vec3 gravity = Vec3::Zero();  ///< m/s²
+  double drag = 0.0;            ///< kg/(m² s)
+  double friction = 0.0;        ///< on the body and on cloth
+  double pull = 0.0;            ///< N per metre of seam
+  double merge = 0.0;           ///< m, distance at which pairs merge; 0: never
+  bool limit_strain = true;
+};
+
+/// A scene of the garment as it is, and what is built from it.
+struct DressScene {
+  Scene scene;
+  BuiltScene built;
+};
+DressScene make_dress_scene(const Garment& garment, const TriangleMesh& body,
+                            const DressConfig& config, const PhaseSettings& settings);
+
+/// Merges the pairs that have met, as far as nothing collides on the way. Returns the number of
+/// merged pairs; 0: the garment is unchanged.
+std::size_t merge_closed(const DressScene& scene, const Simulation& simulation,
+                         const Methods& methods, Garment& garment, DressResult& result);
+
+/// Takes positions and velocities over from a simulation.
+void take_state(const Simulation& simulation, Garment& garment);
+
+/// Adds the result of a simulation that ends: clean, states, and seconds under the name of a phase.
+void add_run(const Simulation& simulation, const char* phase, DressResult& result);
+
+/// Largest opening with which a seam counts as closed, m.
+double closed_opening(const DressConfig& config);
+
+/// What stays the same while a garment is put on.
+struct Dressing {
+  const TriangleMesh& body;
+  const DressConfig& config;
+  const Methods& methods;
+  const DressObserver& observer;
+};
+
+/// One try to close all seams. Sheets that jam at one choice mostly pass at another.
+struct SewAttempt {
+  double merge_share = 0.35;  ///< distance at which pairs merge, in spacings of the finest seam
+};
+
+/// Closes and merges all seams. Throws DressFailed that names the stitch.
+void sew(Garment& garment, const Dressing& dressing, const SewAttempt& attempt,
+         DressResult& result);
+/// Lets the garment come to rest.
+void settle(Garment& garment, const Dressing& dressing, DressPhase phase, DressResult& result);
+
+}  // namespace selvedge::detail

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+#include <selvedge/core/resources.h>
+#include <selvedge/dress/detail/dressing.h>
+#include <selvedge/dress/dress.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+
+namespace selvedge {
+namespace {
+
+void require_positive(const char* name, double value) {
+  if (!(value > 0.0) || !std::isfinite(value))
+    throw std::invalid_argument(fmt::format("dress: {} is {:g}; it must be positive", name, value));
+}
+
+void check(const DressConfig& c) {
+  require_positive("edge_length", c.edge_length);
+  require_positive("sewing_edge_length", c.sewing_edge_length);
+  require_positive("rest_gap", c.rest_gap);
+  require_positive("pull", c.pull);
+  require_positive("largest_pull", c.largest_pull);
+  require_positive("sew_time", c.sew_time);
+  require_positive("settle_time", c.settle_time);
+  require_positive("fps", c.fps);
+  if (c.steps_per_frame < 1)
+    throw std::invalid_argument("dress: steps_per_frame must be at least 1");
+}
+
+/// The number of splits that make triangles of `edge_length`, and the length before them.
+struct Levels {
+  int splits = 0;
+  double edge_length = 0.0;  // m
+};
+Levels levels_of(const DressConfig& config) {
+  Levels levels{0, config.edge_length};
+  constexpr double rounding = 1e-9;
+  while (2.0 * levels.edge_length <= (1.0 + rounding) * config.sewing_edge_length) {
+    levels.edge_length *= 2.0;
+    ++levels.splits;
+  }
+  return levels;
+}
+
+void start_report(const GarmentMesh& mesh, DressResult& result) {
+  result.clean = true;
+  result.panel_names = mesh.panel_names;
+  result.notes = mesh.notes;
+  for (const GarmentMesh::Stitch& stitch : mesh.stitches)
+    result.seams.push_back(
+        {.name = stitch.name, .length_a = stitch.length_a, .length_b = stitch.length_b});
+}
+
+/// Length of the first side of a stitch as it lies, m.
+double worn_length(const detail::Garment& garment, const detail::Stitching& stitch) {
+  const auto x = [&](std::size_t i) -> const Vec3& {
+    return garment.surface.vertices[garment.corner[stitch.a[i]]];
+  };
+  double length = 0.0;
+  for (std::size_t i = 1; i < stitch.a.size(); ++i) length += (x(i) - x(i - 1)).norm();
+  return length;
+}
+
+void report_seams(const detail::Garment& garment, const DressConfig& config, DressResult& result) {
+  for (std::size_t s = 0; s < result.seams.size(); ++s) {
+    SeamReport& report = result.seams[s];
+    report.pairs = garment.stitches[s].a.size();
+    report.merged = report.pairs - garment.open_pairs(s).size();
+    report.opening_end = garment.opening(s);
+    report.length_end = worn_length(garment, garment.stitches[s]);
+  }
+  result.largest_opening = garment.largest_opening();
+  result.sewn = result.largest_opening <= detail::closed_opening(config);
+}
+
+/// Adds the seconds since construction to a phase of a result.
+class PhaseTime {
+ public:
+  PhaseTime(DressResult& result, const char* phase) : result_(result), phase_(phase) {}
+  ~PhaseTime() { result_.seconds[phase_] += watch_.seconds(); }
+  PhaseTime(const PhaseTime&) = delete;
+  PhaseTime& operator=(const PhaseTime&) = delete;
+
+ private:
+  DressResult& result_;
+  const char* phase_;
+  Stopwatch watch_;
+};
+
+detail::Garment make_start(const SewingPattern& pattern, const DressConfig& config,
+                           double edge_length, DressResult& result) {
+  const PhaseTime time(result, "start");
+  PanelMeshConfig mesh;
+  mesh.edge_length = edge_length;
+  mesh.limits = config.limits;
+  GarmentMesh panels = mesh_garment(pattern, mesh);
+  start_report(panels, result);
+  result.moved = find_free_start(panels, result.body, config.largest_move);
+  return detail::start_garment(panels);
+}
+
+constexpr std::array<detail::SewAttempt, 3> kAttempts = {{{0.35}, {0.2}, {0.5}}};
+
+/// The garment with all seams closed, by the first attempt that succeeds.
+detail::Garment sewn(const detail::Garment& start, const detail::Dressing& dressing,
+                     DressResult& result) {
+  const PhaseTime time(result, "sew");
+  for (std::size_t i = 0;; ++i) {
+    detail::Garment garment = start;
+    ++result.attempts;
+    try {
+      detail::sew(garment, dressing, kAttempts[i], result);
+      return garment;
+    } catch (const DressFailed&) {
+      if (i + 1 == kAttempts.size()) throw;
+    }
+  }
+}
+
+}  // namespace
+
+const char* phase_name(DressPhase phase) {
+  switch (phase) {
+    case DressPhase::sew:
+      return "sew";
+    case DressPhase::settle:
+      return "settle";
+    case DressPhase::refine:
+      break;
+  }
+  return "refine";
+}
+
+double SeamReport::ease() const {
+  return std::max(length_a, length_b) / std::min(length_a, length_b) - 1.0;
+}
+
+std::string DressResult::fault() const {
+  if (!clean) return "something passed through something";
+  if (!sewn) return fmt::format("a seam is open by {:.2f} mm", 1e3 * largest_opening);
+  if (!at_rest)
+    return fmt::format("not at rest: root mean square speed {:.1f} mm/s, at most {:.0f} mm/s",
+                       1e3 * rms_speed, 1e3 * max_speed);
+  if (max_stretch > strain_limit)
+    return fmt::format(
+        "stretched by {:.1f} %, the fabric allows {:.1f} %; the garment is too small",
+        100.0 * max_stretch, 100.0 * strain_limit);
+  return "";
+}
+
+SewingPattern turned_upright(SewingPattern pattern, UpAxis up) {
+  Mat3 turn = Mat3::Identity();
+  if (up == UpAxis::x) turn << 0, 1, 0, 0, 0, 1, 1, 0, 0;
+  if (up == UpAxis::y) turn << 1, 0, 0, 0, 0, -1, 0, 1, 0;
+  for (PatternPanel& panel : pattern.panels) {
+    panel.rotation = turn * panel.rotation;
+    panel.translation = turn * panel.translation;
+  }
+  return pattern;
+}
+
+DressResult dress(const SewingPattern& pattern, const TriangleMesh& body, const DressConfig& config,
+                  const Methods& methods, const DressObserver& observer) {
+  check(config);
+  DressResult result;
+  result.strain_limit = config.fabric.strain_limit;
+  BodyRoom room = make_room(body, config.body_room);
+  result.body = std::move(room.body);
+  result.body_moved = room.vertices;
+  result.body_moved_by = room.largest;
+  const Levels levels = levels_of(config);
+  const detail::Garment start = make_start(pattern, config, levels.edge_length, result);
+  const detail::Dressing dressing{result.body, config, methods, observer};
+  detail::Garment garment = sewn(start, dressing, result);
+  {
+    const PhaseTime time(result, "settle");
+    detail::settle(garment, dressing, DressPhase::settle, result);
+  }
+  for (int level = 0; level < levels.splits; ++level) {
+    const PhaseTime time(result, "refine");
+    detail::split_garment(pattern, garment);
+    detail::settle(garment, dressing, DressPhase::refine, result);
+  }
+  report_seams(garment, config, result);
+  result.garment = std::move(garment.surface);
+  result.flat = std::move(garment.flat);
+  result.velocity = std::move(garment.velocity);
+  result.panel_of_triangle = std::move(garment.panel_of_triangle);
+  return result;
+}
+
+}  // namespace selvedge

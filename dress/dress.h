@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/bodies/mesh_file.h>
+#include <selvedge/core/fabric.h>
+#include <selvedge/garment/panel_mesh.h>
+#include <selvedge/simulation/simulation.h>
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace selvedge {
+
+/// The phases in which a garment is put on, in order.
+enum class DressPhase {
+  sew,     ///< without weight: seams pull their sides together, and pairs that have met merge
+  settle,  ///< gravity and friction, until the garment is at rest
+  refine   ///< the same with smaller triangles
+};
+/// "sew", "settle", "refine".
+const char* phase_name(DressPhase phase);
+
+/// Conditions under which a dressed garment counts as at rest. Speeds are those of the straight way
+/// between the two ends of the window, so a particle that trembles in place counts as slow.
+struct RestCriterion {
+  double window = 0.2;       ///< s
+  double rms_speed = 0.005;  ///< m/s, root of the mean square speed, by mass
+  double max_speed = 0.05;   ///< m/s, of the fastest particle
+  /// Mean kinetic energy in the window, over the energy of the same mass at a height of one edge.
+  double energy_share = 0.002;
+};
+
+struct DressConfig {
+  /// Of the garment. The default is a knit with assumed constants: it stretches by up to 80 %.
+  Material fabric{.density = 0.2, .stretch_stiffness = 500.0, .strain_limit = 0.8};
+  double edge_length = 0.01;  ///< m, of the triangles of the finished garment
+  /// m, of the mesh on which seams close; its triangles are then split into four until they have
+  /// at most `edge_length`. A value up to `edge_length` turns this off; a larger one is faster.
+  double sewing_edge_length = 0.02;
+  double body_friction = 0.4;   ///< Coulomb coefficient, while the garment settles
+  double rest_gap = 0.0015;     ///< m, distance that contacts keep
+  double pull = 10.0;           ///< N per metre of seam at first; doubled where it stalls
+  double largest_pull = 320.0;  ///< N per metre of seam
+  double sew_drag = 2.0;        ///< kg/(m² s), of the air while seams close; more is slower
+  double settle_drag = 0.5;     ///< kg/(m² s), of the air while the garment settles
+  double sew_time = 4.0;        ///< s, longest simulated time of the sewing
+  double settle_time = 6.0;     ///< s, longest simulated time of the settling
+  double fps = 60.0;            ///< 1/s, frames
+  int steps_per_frame = 1;
+  /// m, by which a panel may be moved away from the body to find a free start.
+  double largest_move = 0.5;
+  /// m, room that the body leaves for cloth where it faces itself across a narrow gap, as between
+  /// thighs; its skin goes back by at most half of it. 0: the body stays as it is.
+  double body_room = 0.009;
+  PatternLimits limits;
+  RestCriterion rest;
+};
+
+/// A panel that was moved before the start because it crossed the body or another panel.
+struct MovedPanel {
+  std::int32_t panel = 0;
+  Vec3 by = Vec3::Zero();  ///< m
+};
+
+/// One stitch of the finished garment.
+struct SeamReport {
+  std::string name;
+  double length_a = 0.0, length_b = 0.0;  ///< m, of its sides in the flat pattern
+  double length_end = 0.0;                ///< m, as worn
+  double opening_start = 0.0;             ///< m, the largest distance of a pair at the start
+  double opening_end = 0.0;               ///< m, the same at the end; 0 if all pairs are merged
+  double opening_at_merge = 0.0;          ///< m, largest distance of a pair when it merged
+  std::size_t pairs = 0, merged = 0;
+  /// Excess of the longer side, gathered or eased into the seam, over the shorter one.
+  double ease() const;
+};
+
+/// A garment on a body.
+struct DressResult {
+  TriangleMesh garment;        ///< m, with merged seams, z up
+  TriangleMesh flat;           ///< m, the pattern: triangle i of both correspond
+  std::vector<Vec3> velocity;  ///< m/s
+  std::vector<std::int32_t> panel_of_triangle;
+  std::vector<std::string> panel_names;
+  std::vector<std::string> notes;   ///< sentences about the pattern, from its mesh
+  std::vector<std::uint8_t> flags;  ///< per vertex, bits of VertexFlag
+  std::vector<MovedPanel> moved;
+  TriangleMesh body;            ///< m, on which it lies, with `body_room`
+  std::int64_t body_moved = 0;  ///< vertices of the body that made room
+  double body_moved_by = 0.0;   ///< m, at most
+  std::vector<SeamReport> seams;
+  bool clean = false;    ///< no accepted state and no path between two has an intersection
+  bool sewn = false;     ///< every pair of every stitch is one vertex, or nearer than edge/10
+  bool at_rest = false;  ///< the rest criterion holds
+  double rms_speed = 0.0, max_speed = 0.0;   ///< m/s, at the end
+  double energy_share = 0.0;                 ///< as in RestCriterion
+  double largest_opening = 0.0;              ///< m, of all seams at the end
+  double max_stretch = 0.0;                  ///< of a spring, at the end
+  double strain_limit = 0.0;                 ///< of the fabric
+  double drop = 0.0;                         ///< m, by which its centre sank while it settled
+  std::int64_t states = 0;                   ///< accepted and judged
+  int attempts = 0;                          ///< to close the seams, the last one included
+  double sew_time = 0.0, settle_time = 0.0;  ///< s, simulated
+  std::map<std::string, double>
+      seconds;  ///< by phase: start, sew, settle, refine; and parts of them
+  std::string state_hash;
+
+  /// Clean, sewn, at rest, and stretched within the limit.
+  bool good() const { return fault().empty(); }
+  /// The first promise that does not hold, as a sentence; empty: none.
+  std::string fault() const;
+};
+
+/// A garment that cannot be put on: no free start, a step that cannot be made clean. The message
+/// names the panel, the stitch or the pair.
+class DressFailed : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Called by `dress`; both may be empty.
+struct DressObserver {
+  /// After every frame, the start and every merge included.
+  std::function<void(const Simulation& now, DressPhase phase, double time)> frame;
+  /// After every accepted step, the start and every merge included.
+  std::function<void(const Simulation& now)> accepted;
+};
+
+/// Puts a garment on a body. `body`: m, z up, of closed parts; `pattern`: in the same axes
+/// (`turned_upright`). Deterministic for any number of threads. Throws std::invalid_argument for
+/// numbers out of range and patterns that check_sewing_pattern refuses, and DressFailed if the
+/// garment cannot be put on.
+DressResult dress(const SewingPattern& pattern, const TriangleMesh& body, const DressConfig& config,
+                  const Methods& methods = {}, const DressObserver& observer = {});
+
+/// A pattern whose panels stand in axes with `up`, turned into axes with z up, as load_mesh does.
+SewingPattern turned_upright(SewingPattern pattern, UpAxis up);
+
+/// A body with room for cloth (DressConfig::body_room).
+struct BodyRoom {
+  TriangleMesh body;
+  std::int64_t vertices = 0;  ///< that were moved back
+  double largest = 0.0;       ///< m, the farthest
+};
+BodyRoom make_room(const TriangleMesh& body, double room);
+
+/// The garment with panels moved outward until nothing crosses. Throws DressFailed that names the
+/// panel for which no free place was found.
+std::vector<MovedPanel> find_free_start(GarmentMesh& garment, const TriangleMesh& body,
+                                        double largest_move);
+
+}  // namespace selvedge

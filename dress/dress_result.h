@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/bodies/mesh_file.h>
+#include <selvedge/dress/dress.h>
+
+#include <filesystem>
+#include <string>
+
+namespace selvedge {
+
+// clang-format off
+/// Layout of the folder of a dressed garment:
+///   result.json               verdict and measures (dress_result_text)
+///   garment.obj               the garment with merged seams, the flat pattern as texture
+///                             coordinates in metres, one group for each panel
+///   garment.ply               the same vertices with flags and strains along warp and weft
+///   frames/cloth_00000.ply    the way there, frame by frame, z up; frames/bodies_00000.ply
+///   steps/cloth_000000.ply    with `every_step`: every accepted state
+///   pictures/front.png, back.png
+// clang-format on
+struct DressFolderConfig {
+  std::filesystem::path out;  ///< made if missing; refused if it holds anything else
+  bool every_step = false;    ///< also write every accepted state to steps/
+  bool pictures = true;
+  /// Axes and unit of garment.obj and garment.ply: those of the body's file.
+  LoadConfig body_file{.up = UpAxis::y};
+  std::string body_name;  ///< for result.json
+};
+
+/// Puts a garment on a body as `dress` does, and writes the folder. Where the garment cannot be put
+/// on, result.json gives the reason, and DressFailed leaves. Throws std::invalid_argument for a
+/// folder that cannot be used, and std::runtime_error for a file that cannot be written.
+DressResult dress_into_folder(const SewingPattern& pattern, const TriangleMesh& body,
+                              const DressConfig& config, const DressFolderConfig& folder,
+                              const Methods& methods = {});
+
+/// The verdict and the measures of a dressed garment as JSON text.
+std::string dress_result_text(const std::string& pattern_name, const DressResult& result,
+                              const std::string& body_name);
+
+}  // namespace selvedge

@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: MIT
+//
+// The garment between two phases: its scene, and the merge of seams that have closed.
+#include <selvedge/core/cloth_mesh.h>
+#include <selvedge/dress/detail/dressing.h>
+#include <selvedge/simulation/refinement.h>
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <set>
+#include <utility>
+
+namespace selvedge::detail {
+namespace {
+
+constexpr double kOpeningShare = 0.1;  // of the edge length of the mesh
+constexpr const char* kCloth = "garment";
+constexpr const char* kMaterial = "fabric";
+/// The reach of the pull, relative to the largest opening. Within a hundredth of the reach, the
+/// pull decreases to zero.
+constexpr double kReach = 1.25;
+constexpr double kLeastReach = 0.05;  // m
+/// Duration over which a pull damps the rate of the distance, s.
+constexpr double kSeamDamping = 0.02;
+
+double pair_distance(const Garment& garment, const Edge& pair) {
+  return (garment.surface.vertices[pair[1]] - garment.surface.vertices[pair[0]]).norm();
+}
+
+SeamSpec seam_spec(std::span<const Edge> pairs, double spacing, double reach,
+                   const PhaseSettings& settings) {
+  SeamSpec spec;
+  spec.geometry = {kCloth, kCloth};
+  for (const Edge& pair : pairs)
+    for (int side = 0; side < 2; ++side) spec.vertices[side].push_back(pair[side]);
+  const double tension = settings.pull * spacing;  // N, of each pair
+  spec.sewing = {
+      .pull = tension / reach, .tolerance = reach, .damping = kSeamDamping * tension / reach};
+  spec.merge = settings.merge;
+  return spec;
+}
+
+ClothMesh make_cloth(const Garment& garment, const Material& fabric) {
+  return make_from_pattern(garment.surface, garment.flat, fabric);
+}
+
+/// New index of each vertex when pairs merge: the one with the smaller index represents both, as in
+/// SeamMerging.
+std::vector<std::int32_t> numbers_after(std::size_t vertices, std::span<const Edge> pairs) {
+  std::vector<std::int32_t> owner(vertices);
+  std::iota(owner.begin(), owner.end(), 0);
+  for (const Edge& pair : pairs) {
+    const std::int32_t a = owner[pair[0]], b = owner[pair[1]];
+    std::replace(owner.begin(), owner.end(), std::max(a, b), std::min(a, b));
+  }
+  std::vector<std::int32_t> rank(vertices, 0), number(vertices);
+  std::int32_t count = 0;
+  for (std::size_t v = 0; v < vertices; ++v)
+    if (owner[v] == static_cast<std::int32_t>(v)) rank[v] = count++;
+  for (std::size_t v = 0; v < vertices; ++v) number[v] = rank[owner[v]];
+  return number;
+}
+
+}  // namespace
+
+std::vector<Edge> Garment::open_pairs(std::size_t s) const {
+  std::vector<Edge> pairs;
+  for (std::size_t i = 0; i < stitches[s].a.size(); ++i) {
+    const std::int32_t a = corner[stitches[s].a[i]], b = corner[stitches[s].b[i]];
+    if (a != b) pairs.push_back({a, b});
+  }
+  return pairs;
+}
+
+std::size_t Garment::open_pairs() const {
+  std::size_t sum = 0;
+  for (std::size_t s = 0; s < stitches.size(); ++s) sum += open_pairs(s).size();
+  return sum;
+}
+
+double Garment::opening(std::size_t s) const {
+  double largest = 0.0;
+  for (const Edge& pair : open_pairs(s)) largest = std::max(largest, pair_distance(*this, pair));
+  return largest;
+}
+
+double Garment::largest_opening() const {
+  double largest = 0.0;
+  for (std::size_t s = 0; s < stitches.size(); ++s) largest = std::max(largest, opening(s));
+  return largest;
+}
+
+double Garment::mean_opening() const {
+  double sum = 0.0;
+  for (std::size_t s = 0; s < stitches.size(); ++s)
+    for (const Edge& pair : open_pairs(s)) sum += pair_distance(*this, pair);
+  return sum / static_cast<double>(std::max<std::size_t>(1, open_pairs()));
+}
+
+Garment start_garment(const GarmentMesh& mesh) {
+  Garment garment;
+  garment.surface = {mesh.placed, mesh.flat.triangles};
+  garment.flat = mesh.flat;
+  garment.velocity.assign(mesh.placed.size(), Vec3::Zero());
+  garment.corner.resize(mesh.placed.size());
+  std::iota(garment.corner.begin(), garment.corner.end(), 0);
+  garment.panel_of_triangle = mesh.panel_of_triangle;
+  garment.mirrored = mesh.mirrored;
+  for (const GarmentMesh::Stitch& stitch : mesh.stitches) {
+    const auto pieces = static_cast<double>(std::max<std::size_t>(2, stitch.a.size()) - 1);
+    garment.stitches.push_back(
+        {stitch.a, stitch.b, std::max(stitch.length_a, stitch.length_b) / pieces});
+  }
+  for (std::size_t p = 0; p < mesh.edge_vertices.size(); ++p)
+    for (std::size_t e = 0; e < mesh.edge_vertices[p].size(); ++e)
+      garment.borders.push_back(
+          {static_cast<std::int32_t>(p), static_cast<std::int32_t>(e), mesh.edge_vertices[p][e]});
+  return garment;
+}
+
+DressScene make_dress_scene(const Garment& garment, const TriangleMesh& body,
+                            const DressConfig& config, const PhaseSettings& settings) {
+  DressScene made;
+  Scene& scene = made.scene;
+  scene.name = "dress";
+  Material fabric = config.fabric;
+  fabric.friction = std::min(fabric.friction, settings.friction);
+  scene.materials[kMaterial] = fabric;
+  ClothFile surface;
+  surface.mesh = garment.surface;
+  scene.cloths.push_back(
+      {.name = kCloth, .shape = surface, .placement = {}, .material = kMaterial});
+  BodyFile skin;
+  skin.mesh = body;
+  skin.load.weld = false;
+  scene.bodies.push_back({.name = "body",
+                          .shape = skin,
+                          .placement = {},
+                          .motion = {},
+                          .friction = settings.friction});
+  scene.gravity = settings.gravity;
+  scene.air.viscous_drag = settings.drag;
+  scene.contact.rest_gap = config.rest_gap;
+  scene.solver.strain_limiter = settings.limit_strain;
+  scene.time.fps = config.fps;
+  scene.time.steps_per_frame = config.steps_per_frame;
+  scene.time.energy_guard = false;  // a garment on its way loses its energy to the air
+  scene.time.frames = std::numeric_limits<int>::max() / 64;
+  if (settings.pull > 0.0) {
+    const double reach = std::max(kLeastReach, kReach * garment.largest_opening());
+    for (std::size_t s = 0; s < garment.stitches.size(); ++s)
+      if (const std::vector<Edge> pairs = garment.open_pairs(s); !pairs.empty())
+        scene.seams.push_back(seam_spec(pairs, garment.stitches[s].spacing, reach, settings));
+  }
+  made.built = build_scene(scene, [&](std::size_t) {
+    return Piece{make_cloth(garment, fabric), garment.flat};
+  });
+  made.built.velocity = garment.velocity;
+  return made;
+}
+
+std::size_t merge_closed(const DressScene& scene, const Simulation& simulation,
+                         const Methods& methods, Garment& garment, DressResult& result) {
+  SeamMerging merging(scene.scene, simulation.built(), methods.patterns);
+  const MergeEvent event = merging.due(simulation).event;
+  if (event.pairs.empty()) return 0;
+  SimulationState state = simulation.state();
+  take_state(simulation, garment);
+  const std::set<Edge> merged(event.pairs.begin(), event.pairs.end());
+  for (std::size_t s = 0; s < garment.stitches.size(); ++s)
+    for (const Edge& pair : garment.open_pairs(s))
+      if (merged.contains(pair))
+        result.seams[s].opening_at_merge =
+            std::max(result.seams[s].opening_at_merge, pair_distance(garment, pair));
+  const std::vector<std::int32_t> number =
+      numbers_after(garment.surface.vertices.size(), event.pairs);
+  for (Triangle& t : garment.surface.triangles)
+    for (std::int32_t& v : t) v = number[v];
+  for (std::int32_t& v : garment.corner) v = number[v];
+  merging.merge(event, state);
+  garment.surface.vertices = std::move(state.x);
+  garment.velocity = std::move(state.v);
+  return event.pairs.size();
+}
+
+void take_state(const Simulation& simulation, Garment& garment) {
+  const auto x = simulation.positions(), v = simulation.velocities();
+  garment.surface.vertices.assign(x.begin(), x.end());
+  garment.velocity.assign(v.begin(), v.end());
+}
+
+double closed_opening(const DressConfig& config) { return kOpeningShare * config.edge_length; }
+
+void add_run(const Simulation& simulation, const char* phase, DressResult& result) {
+  const RunResult run = simulation.result();
+  result.clean = result.clean && run.clean;
+  result.states += run.steps;
+  for (const auto& [part, s] : run.phase_s) result.seconds[std::string(phase) + "/" + part] += s;
+}
+
+}  // namespace selvedge::detail

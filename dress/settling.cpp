@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: MIT
+//
+// Settling: the sewn garment under gravity and friction, until it is at rest.
+#include <fmt/format.h>
+#include <selvedge/dress/detail/dressing.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <memory>
+
+namespace selvedge::detail {
+namespace {
+
+constexpr double kGravity = 9.81;  // m/s²
+
+double mean_height(std::span<const Vec3> x, std::span<const double> mass) {
+  double sum = 0.0, total = 0.0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    sum += mass[i] * x[i].z();
+    total += mass[i];
+  }
+  return sum / total;
+}
+
+/// The states of a time window, and the motion in it.
+class MotionWindow {
+ public:
+  MotionWindow(double window, double fps)
+      : frames_(static_cast<std::size_t>(std::max(1L, std::lround(window * fps)))), fps_(fps) {}
+
+  void add(std::span<const Vec3> x, std::span<const Vec3> v, std::span<const double> mass) {
+    State state{{x.begin(), x.end()}, 0.0};
+    for (std::size_t i = 0; i < v.size(); ++i) state.energy += 0.5 * mass[i] * v[i].squaredNorm();
+    states_.push_back(std::move(state));
+    if (states_.size() > frames_ + 1) states_.pop_front();
+  }
+
+  bool is_full() const { return states_.size() == frames_ + 1; }
+
+  /// Speeds of the straight way from the first state to the last one, and the mean energy.
+  void measure(std::span<const double> mass, double edge_length, DressResult& result) const {
+    const std::vector<Vec3>&from = states_.front().x, &to = states_.back().x;
+    const double seconds = static_cast<double>(std::max<std::size_t>(1, states_.size() - 1)) / fps_;
+    double total = 0.0, sum = 0.0, largest = 0.0, energy = 0.0;
+    for (std::size_t i = 0; i < mass.size(); ++i) {
+      const double squared = (to[i] - from[i]).squaredNorm();
+      total += mass[i];
+      sum += mass[i] * squared;
+      largest = std::max(largest, squared);
+    }
+    for (const State& state : states_) energy += state.energy;
+    result.rms_speed = std::sqrt(sum / total) / seconds;
+    result.max_speed = std::sqrt(largest) / seconds;
+    result.energy_share =
+        energy / (static_cast<double>(states_.size()) * total * kGravity * edge_length);
+  }
+
+ private:
+  struct State {
+    std::vector<Vec3> x;
+    double energy;  // J
+  };
+  std::size_t frames_;
+  double fps_;
+  std::deque<State> states_;
+};
+
+class Settling {
+ public:
+  Settling(Garment& garment, const Dressing& dressing, DressPhase phase, DressResult& result)
+      : garment_(garment),
+        dressing_(dressing),
+        config_(dressing.config),
+        phase_(phase),
+        result_(result),
+        window_(config_.rest.window, config_.fps) {
+    const PhaseSettings settings{.gravity = Vec3(0.0, 0.0, -kGravity),
+                                 .drag = config_.settle_drag,
+                                 .friction = config_.body_friction,
+                                 .pull = config_.pull};
+    DressScene made = make_dress_scene(garment, dressing.body, config_, settings);
+    scene_ = std::move(made.scene);
+    try {
+      simulation_ = std::make_unique<Simulation>(scene_, std::move(made.built), dressing.methods);
+    } catch (const std::invalid_argument& error) {
+      throw DressFailed(fmt::format("phase {}: {}", phase_name(phase), error.what()));
+    }
+    if (dressing.observer.accepted) dressing.observer.accepted(*simulation_);
+  }
+
+  void run() {
+    result_.at_rest = false;
+    const double start = mean_height(simulation_->positions(), simulation_->mass());
+    for (int frame = 1; !result_.at_rest && frame <= config_.settle_time * config_.fps; ++frame)
+      make_frame(frame);
+    finish(start);
+  }
+
+ private:
+  void make_frame(int frame) {
+    try {
+      simulation_->advance_to_frame(frame, [&](double) {
+        if (dressing_.observer.accepted) dressing_.observer.accepted(*simulation_);
+      });
+    } catch (const SimulationFailed& failure) {
+      throw DressFailed(fmt::format("while the garment settles: {}", failure.what()));
+    }
+    result_.settle_time += 1.0 / config_.fps;
+    window_.add(simulation_->positions(), simulation_->velocities(), simulation_->mass());
+    window_.measure(simulation_->mass(), config_.edge_length, result_);
+    const RestCriterion& rest = config_.rest;
+    result_.at_rest = window_.is_full() && result_.rms_speed <= rest.rms_speed &&
+                      result_.max_speed <= rest.max_speed &&
+                      result_.energy_share <= rest.energy_share;
+    if (dressing_.observer.frame)
+      dressing_.observer.frame(*simulation_, phase_, result_.sew_time + result_.settle_time);
+  }
+
+  void finish(double start_height) {
+    take_state(*simulation_, garment_);
+    add_run(*simulation_, phase_name(phase_), result_);
+    result_.state_hash = simulation_->result().state_hash;
+    result_.flags = simulation_->flags();
+    result_.drop += start_height - mean_height(simulation_->positions(), simulation_->mass());
+    result_.max_stretch =
+        spring_strains(simulation_->built().cloth.springs, simulation_->positions()).max;
+  }
+
+  Garment& garment_;
+  const Dressing& dressing_;
+  const DressConfig& config_;
+  DressPhase phase_;
+  DressResult& result_;
+  MotionWindow window_;
+  Scene scene_;
+  std::unique_ptr<Simulation> simulation_;
+};
+
+}  // namespace
+
+void settle(Garment& garment, const Dressing& dressing, DressPhase phase, DressResult& result) {
+  Settling(garment, dressing, phase, result).run();
+}
+
+}  // namespace selvedge::detail

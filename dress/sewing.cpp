@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: MIT
+//
+// Sewing: without weight and friction, seams pull their sides together until all of their pairs
+// have met and merged [ZhongXu2009]. The pull starts gently, because fast panels need short steps,
+// and doubles where the seams stop to close, as around a tight waist.
+#include <fmt/format.h>
+#include <selvedge/core/resources.h>
+#include <selvedge/dress/detail/dressing.h>
+
+#include <algorithm>
+#include <limits>
+#include <memory>
+
+namespace selvedge::detail {
+namespace {
+
+/// Pairs merge at `SewAttempt::merge_share` of the spacing of the finest seam, and at least at this
+/// many rest gaps, because contacts keep pairs one gap apart.
+constexpr double kLeastMerge = 2.0;
+constexpr int kMergeEvery = 3;      // frames
+constexpr int kStalls = 3;          // without progress at the largest pull: given up
+constexpr int kStallFrames = 12;    // frames over which progress is measured
+constexpr double kProgress = 0.05;  // of the mean opening, within that many frames
+
+class Sewing {
+ public:
+  Sewing(Garment& garment, const Dressing& dressing, const SewAttempt& attempt, DressResult& result)
+      : garment_(garment),
+        dressing_(dressing),
+        config_(dressing.config),
+        result_(result),
+        merge_share_(attempt.merge_share),
+        pull_(config_.pull) {}
+
+  void run() {
+    open();
+    note_start();
+    while (garment_.open_pairs() > 0 && sewn_s_ < config_.sew_time && !is_stuck_) {
+      make_frame();
+      if (frame_ % kMergeEvery == 0) merge();
+      adapt_pull();
+    }
+    merge();
+    take_state(*simulation_, garment_);
+    add_run(*simulation_, "sew", result_);
+    if (garment_.largest_opening() > closed_opening(config_)) refuse_open_seam();
+  }
+
+ private:
+  void open() {
+    simulation_.reset();  // it refers to the former scene
+    const PhaseSettings settings{
+        .drag = config_.sew_drag, .pull = pull_, .merge = merge_distance(), .limit_strain = false};
+    scene_ =
+        std::make_unique<DressScene>(make_dress_scene(garment_, dressing_.body, config_, settings));
+    simulation_ =
+        std::make_unique<Simulation>(scene_->scene, std::move(scene_->built), dressing_.methods);
+    frame_of_simulation_ = 0;
+    if (dressing_.observer.accepted) dressing_.observer.accepted(*simulation_);
+  }
+
+  double merge_distance() const {
+    double spacing = std::numeric_limits<double>::infinity();
+    for (const Stitching& stitch : garment_.stitches) spacing = std::min(spacing, stitch.spacing);
+    return std::max(kLeastMerge * config_.rest_gap, merge_share_ * spacing);
+  }
+
+  void note_start() {
+    for (std::size_t s = 0; s < garment_.stitches.size(); ++s)
+      result_.seams[s].opening_start = garment_.opening(s);
+    show();
+  }
+
+  void show() {
+    if (dressing_.observer.frame)
+      dressing_.observer.frame(*simulation_, DressPhase::sew, result_.sew_time);
+  }
+
+  void make_frame() {
+    ++frame_;
+    ++frame_of_simulation_;
+    try {
+      simulation_->advance_to_frame(frame_of_simulation_, [&](double) {
+        if (dressing_.observer.accepted) dressing_.observer.accepted(*simulation_);
+      });
+    } catch (const SimulationFailed& failure) {
+      throw DressFailed(fmt::format("while seams close: {}", failure.what()));
+    }
+    sewn_s_ += 1.0 / config_.fps;
+    result_.sew_time += 1.0 / config_.fps;
+    take_state(*simulation_, garment_);
+    show();
+  }
+
+  void merge() {
+    const Stopwatch watch;
+    const std::size_t merged =
+        merge_closed(*scene_, *simulation_, dressing_.methods, garment_, result_);
+    result_.seconds["sew/merge"] += watch.seconds();
+    if (merged > 0) reopen();
+  }
+
+  /// Goes on with the garment as it is now.
+  void reopen() {
+    add_run(*simulation_, "sew", result_);
+    open();
+  }
+
+  void adapt_pull() {
+    openings_.push_back(garment_.mean_opening());
+    const auto n = static_cast<int>(openings_.size());
+    if (n <= kStallFrames || garment_.open_pairs() == 0) return;
+    if (openings_.back() < (1.0 - kProgress) * openings_[n - 1 - kStallFrames]) return;
+    openings_.clear();
+    if (pull_ >= config_.largest_pull) ++stalls_;
+    is_stuck_ = stalls_ >= kStalls || garment_.largest_opening() <= closed_opening(config_);
+    if (is_stuck_ || pull_ >= config_.largest_pull) return;
+    pull_ = std::min(2.0 * pull_, config_.largest_pull);
+    reopen();
+  }
+
+  [[noreturn]] void refuse_open_seam() {
+    std::size_t widest = 0;
+    for (std::size_t s = 0; s < garment_.stitches.size(); ++s)
+      if (garment_.opening(s) > garment_.opening(widest)) widest = s;
+    throw DressFailed(fmt::format(
+        "{} does not close: {} of its {} pairs are open, by at most {:.1f} mm; the garment is too "
+        "small there for the body, or a part of it is in the way",
+        result_.seams[widest].name, garment_.open_pairs(widest).size(),
+        garment_.stitches[widest].a.size(), 1e3 * garment_.opening(widest)));
+  }
+
+  Garment& garment_;
+  const Dressing& dressing_;
+  const DressConfig& config_;
+  DressResult& result_;
+  double merge_share_;
+  double pull_;          // N per metre of seam
+  double sewn_s_ = 0.0;  // s
+  int stalls_ = 0;       // at the largest pull
+  std::unique_ptr<DressScene> scene_;
+  std::unique_ptr<Simulation> simulation_;
+  int frame_ = 0, frame_of_simulation_ = 0;
+  std::vector<double> openings_;  // m, mean of the open pairs, frame by frame
+  bool is_stuck_ = false;         // what is open stays so
+};
+
+}  // namespace
+
+void sew(Garment& garment, const Dressing& dressing, const SewAttempt& attempt,
+         DressResult& result) {
+  Sewing(garment, dressing, attempt, result).run();
+}
+
+}  // namespace selvedge::detail

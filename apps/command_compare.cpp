@@ -176,16 +176,31 @@ int run_planned(const CompareOptions& o, const Methods& methods, Clock::time_poi
   return 0;
 }
 
-PlannedCompare planned(const CompareOptions& o, const Methods& methods) {
-  return plan_compare(request_of(o), methods,
-                      [](const std::string& what) { fmt::print(stderr, "note: {}\n", what); });
+/// A plan and its notes.
+struct NotedPlan {
+  PlannedCompare made;
+  std::vector<std::string> notes;
+
+  /// Writes the plan and then prints its notes, so that a folder is refused in one sentence.
+  void write(const fs::path& folder) const {
+    write_plan(folder, made.plan, made.scene_of_id);
+    for (const std::string& note : notes) fmt::print(stderr, "note: {}\n", note);
+  }
+};
+
+NotedPlan planned(const CompareOptions& o, const Methods& methods) {
+  NotedPlan plan;
+  plan.made = plan_compare(request_of(o), methods,
+                           [&](const std::string& note) { plan.notes.push_back(note); });
+  return plan;
 }
 
 int make_workflow(const CompareOptions& o, const Methods& methods) {
-  const PlannedCompare made = planned(o, methods);
+  const NotedPlan plan = planned(o, methods);
+  const PlannedCompare& made = plan.made;
   const FolderLock lock(o.workflow, "compare");
   warn_of(lock);
-  write_plan(o.workflow, made.plan, made.scene_of_id);
+  plan.write(o.workflow);
   write_workflow(o.workflow, made.plan);
   fmt::print("{}/Snakefile: {} jobs; run them with: cd {} && snakemake --cores 2\n", o.workflow,
              made.plan.cells.size() + made.plan.levels.size() + 1, shell_quoted(o.workflow));
@@ -199,9 +214,9 @@ int plan_in_a_copy(const CompareOptions& o, const fs::path& out, const Methods& 
   const pid_t copy = fork();
   if (copy < 0) throw std::runtime_error("the process that plans could not be started");
   if (copy == 0) {
-    const PlannedCompare made = planned(o, methods);
+    const NotedPlan plan = planned(o, methods);
     const FolderLock lock(out, "compare");
-    write_plan(out, made.plan, made.scene_of_id);
+    plan.write(out);
     std::fflush(nullptr);
     _exit(0);
   }

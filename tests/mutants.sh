@@ -185,9 +185,9 @@ try inside_open detail/exact_query.cpp "if (root.sign(p) * sign < 0) return fals
   "if (root.sign(p) * sign <= 0) return false" "$exact_query" "rational_time dyadic_time" 4000
 try segment_open detail/exact_query.cpp "return root.sign(test.span) <= 0" "return root.sign(test.span) < 0" \
   "$exact_query" "in_a_point triple_root" 4000
-try common_root_parity detail/polynomial.cpp "sign_changes(local) % 2 == 1" "sign_changes(local) % 2 == 0" \
-  "$polynomial" "irrational_time_on_rim" 4000
-try never_common detail/polynomial.cpp "if (vanishes(q)) return 0;" "return 0;" "$polynomial" \
+try order_by_remainder detail/polynomial.cpp "side(sign_p[i], lo[i], hi[i])" "side(-sign_p[i], lo[i], hi[i])" \
+  "$polynomial" "irrational_time_on_rim grazing" 4000
+try never_common detail/polynomial.cpp "(sign_p == 0 ? 0 : 1)" "1" "$polynomial" \
   "irrational_time_on_rim grazing" 4000
 try order_of_roots detail/polynomial.cpp "std::swap(roots[n - 1], roots[n])" "(void)n" "$polynomial" \
   \

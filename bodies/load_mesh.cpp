@@ -225,21 +225,6 @@ std::vector<std::int32_t> first_at_position(const std::vector<Vec3>& x) {
   return first;
 }
 
-void drop_unused(TriangleMesh& mesh) {
-  std::vector<std::int32_t> place(mesh.vertices.size(), -1);
-  for (const Triangle& t : mesh.triangles)
-    for (const std::int32_t v : t) place[v] = 0;
-  std::int32_t kept = 0;
-  for (std::size_t i = 0; i < place.size(); ++i) {
-    if (place[i] < 0) continue;
-    mesh.vertices[kept] = mesh.vertices[i];
-    place[i] = kept++;
-  }
-  mesh.vertices.resize(static_cast<std::size_t>(kept));
-  for (Triangle& t : mesh.triangles)
-    for (std::int32_t& v : t) v = place[v];
-}
-
 // Welds vertices; removes triangles whose corners coincide.
 void weld(TriangleMesh& mesh) {
   const std::vector<std::int32_t> first = first_at_position(mesh.vertices);
@@ -247,7 +232,7 @@ void weld(TriangleMesh& mesh) {
     for (std::int32_t& v : t) v = first[v];
   std::erase_if(mesh.triangles,
                 [](const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; });
-  drop_unused(mesh);
+  detail::drop_unused_vertices(mesh);
 }
 
 void check_mesh(const TriangleMesh& mesh, const std::string& name) {

@@ -175,6 +175,21 @@ std::string count_of(std::size_t n, const char* thing) {
   return std::to_string(n) + " " + thing + (n == 1 ? "" : "s");
 }
 
+void drop_unused_vertices(TriangleMesh& mesh) {
+  std::vector<std::int32_t> place(mesh.vertices.size(), -1);
+  for (const Triangle& t : mesh.triangles)
+    for (const std::int32_t v : t) place[v] = 0;
+  std::int32_t kept = 0;
+  for (std::size_t i = 0; i < place.size(); ++i) {
+    if (place[i] < 0) continue;
+    mesh.vertices[kept] = mesh.vertices[i];
+    place[i] = kept++;
+  }
+  mesh.vertices.resize(static_cast<std::size_t>(kept));
+  for (Triangle& t : mesh.triangles)
+    for (std::int32_t& v : t) v = place[v];
+}
+
 void append_fan(std::span<const std::int32_t> polygon, std::vector<Triangle>& triangles) {
   for (std::size_t k = 2; k < polygon.size(); ++k)
     triangles.push_back({polygon[0], polygon[k - 1], polygon[k]});

@@ -39,21 +39,6 @@ std::vector<char> marked(const GroupedMesh& grouped, const std::vector<std::stri
   return mark;
 }
 
-void keep_used_vertices(TriangleMesh& mesh) {
-  std::vector<std::int32_t> place(mesh.vertices.size(), -1);
-  for (const Triangle& t : mesh.triangles)
-    for (const std::int32_t v : t) place[v] = 0;
-  std::int32_t kept = 0;
-  for (std::size_t i = 0; i < place.size(); ++i) {
-    if (place[i] < 0) continue;
-    mesh.vertices[kept] = mesh.vertices[i];
-    place[i] = kept++;
-  }
-  mesh.vertices.resize(kept);
-  for (Triangle& t : mesh.triangles)
-    for (std::int32_t& v : t) v = place[v];
-}
-
 }  // namespace
 
 GroupedMesh read_grouped_mesh(const std::filesystem::path& file) {
@@ -78,7 +63,7 @@ TriangleMesh select_groups(const GroupedMesh& grouped, const std::vector<std::st
   if (mesh.triangles.empty())
     throw std::invalid_argument(name + ": no triangle is left of the chosen groups; it has " +
                                 list_of_groups(grouped.groups));
-  keep_used_vertices(mesh);
+  detail::drop_unused_vertices(mesh);
   return mesh;
 }
 

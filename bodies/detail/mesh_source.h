@@ -77,6 +77,9 @@ std::string count_of(std::size_t n, const char* thing);
 
 /// Splits a polygon into a triangle fan about its first corner.
 void append_fan(std::span<const std::int32_t> polygon, std::vector<Triangle>& triangles);
+
+/// Removes the vertices that no triangle uses; the others keep their order.
+void drop_unused_vertices(TriangleMesh& mesh);
 /// Throws std::invalid_argument if the mesh has no vertices or no faces, or if a vertex has too
 /// many faces.
 void require_surface(const MeshSource& source, const TriangleMesh& mesh);

@@ -1,4 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/view/result_view.h>
 
-int main() { return selvedge::view_page({}).empty() ? 1 : 0; }
+#include <stdexcept>
+
+int main() {
+  try {
+    selvedge::view_page({});
+  } catch (const std::invalid_argument&) {
+    return 0;  // a page shows one or two results
+  }
+  return 1;
+}

@@ -7,7 +7,10 @@
 #include <algorithm>
 #include <cfenv>
 #include <filesystem>
+#include <numbers>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 #if defined(__SSE2__)
 #include <xmmintrin.h>
 #endif
@@ -157,6 +160,61 @@ TEST(SimulationInMemory, ASceneThatStartsCrossedIsRefusedByTheConstructor) {
   Scene scene = ball_scene();
   scene.cloths[0].placement.translation.z() = 0.1;
   EXPECT_THROW(Simulation{scene}, std::invalid_argument);
+}
+
+/// A blade that turns about z, and a small sheet in its way a quarter of a turn on. Nominal steps
+/// of 0.1 s.
+Scene blade_scene(std::vector<std::pair<double, double>> degrees_at) {
+  Scene scene = ball_scene();
+  scene.gravity.setZero();
+  ClothSpec& cloth = scene.cloths[0];
+  cloth.shape = ClothGrid{.grid = {.size_x = 0.1, .size_y = 0.1, .cells_x = 5, .cells_y = 5}};
+  cloth.placement.rotation = Eigen::AngleAxisd(0.5 * std::numbers::pi, Vec3::UnitY());
+  cloth.placement.translation = {0.0, 0.2, 0.0};
+  scene.bodies[0].shape = BodyShape{Box{Vec3(0.6, 0.01, 0.3)}, 3};
+  for (const auto& [time, degrees] : degrees_at)
+    scene.bodies[0].motion.push_back({.time = time,
+                                      .rotation = Eigen::Quaterniond(Eigen::AngleAxisd(
+                                          degrees * std::numbers::pi / 180.0, Vec3::UnitZ()))});
+  scene.time.fps = 10.0;
+  scene.time.steps_per_frame = 1;
+  scene.time.frames = 1;
+  return scene;
+}
+
+TEST(SimulationInMemory, ABladeThatTurnsMostOfAHalfCircleInAStepTakesTheSheetAlong) {
+  Simulation simulation(blade_scene({{0.0, 0.0}, {0.1, 170.0}}));
+  while (simulation.time() < 0.1) {
+    simulation.step();
+    // In the frame of the blade, the sheet is ahead of it, as far as the blade reaches.
+    const double angle = simulation.time() / 0.1 * 170.0 * std::numbers::pi / 180.0;
+    const Eigen::AngleAxisd back(-angle, Vec3::UnitZ());
+    for (const Vec3& x : simulation.positions())
+      if (x.head<2>().norm() < 0.3) {
+        EXPECT_GT((back * x).y(), 0.005) << simulation.time();
+      }
+  }
+  EXPECT_TRUE(simulation.result().clean);
+  EXPECT_GT(simulation.result().steps, 10);
+  for (const Vec3& x : simulation.positions()) EXPECT_LT(x.x(), -0.05);
+}
+
+TEST(SimulationInMemory, AStepEndsWhereATurnChanges) {
+  Simulation simulation(blade_scene({{0.0, 0.0}, {0.035, 1.0}, {0.07, 0.0}}));
+  std::vector<double> times;
+  while (simulation.time() < 0.1) {
+    simulation.step();
+    times.push_back(simulation.time());
+  }
+  ASSERT_EQ(times.size(), 3u);
+  EXPECT_NEAR(times[0], 0.035, 1e-12);
+  EXPECT_NEAR(times[1], 0.07, 1e-12);
+}
+
+TEST(SimulationInMemory, ASlowTurnDoesNotShortenSteps) {
+  Simulation simulation(blade_scene({{0.0, 0.0}, {1.0, 20.0}}));
+  simulation.advance_to_frame(1);
+  EXPECT_EQ(simulation.result().steps, 1);
 }
 
 }  // namespace

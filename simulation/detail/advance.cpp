@@ -55,8 +55,10 @@ void Simulation::Parts::refuse_unstable_start() {
                     static_cast<long long>(std::ceil(scene.time.steps_per_frame * h / stable))));
 }
 
-// The length of a step, at most h, that is stable for the integrator and the contacts, s.
+// The length of a step, at most h, that is stable for the integrator and the contacts, and in which
+// bodies turn along their true paths, s.
 double Simulation::Parts::stable_step(double h, double target) {
+  h = turning.longest_step(built, state.time, h);
   double stable = longest_step(h);
   if (!(stable >= h) && scene.solver.refuse_unstable_step)
     throw SimulationFailed(

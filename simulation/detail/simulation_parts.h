@@ -6,6 +6,7 @@
 #include <selvedge/simulation/detail/phase_clock.h>
 #include <selvedge/simulation/detail/step.h>
 #include <selvedge/simulation/detail/step_ledger.h>
+#include <selvedge/simulation/detail/turning_bodies.h>
 #include <selvedge/simulation/detail/water.h>
 #include <selvedge/simulation/simulation.h>
 
@@ -30,6 +31,7 @@ struct Simulation::Parts {
   PhaseClock clock;
   detail::StepMethods methods;
   ForceLawRegistry force_laws;
+  detail::TurningBodies turning;
   SimulationState state;
   std::vector<Vec3> body_x;  // m, of the body vertices at the state's time
   detail::StepInput input;

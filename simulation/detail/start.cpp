@@ -81,6 +81,7 @@ Simulation::Parts::Parts(const Scene& s, BuiltScene b, const Methods& m)
       built(detail::with_policy(scene, std::move(b), m.strain_limiters)),
       methods(scene, built, m, clock),
       force_laws(m.force_laws),
+      turning(scene, built),
       balance(scene, built, methods.response->traits()) {
   detail::refuse_bad_handles(scene, built);
   if (!methods.traits.is_implicit)

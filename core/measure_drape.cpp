@@ -10,6 +10,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -78,10 +79,16 @@ void add_crossing(const Segment& a, const Segment& b, std::vector<double>& heigh
   if (s > 0.0 && s < 1.0 && t > 0.0 && t < 1.0) heights.push_back(a.low.y() + s * u.y());
 }
 
+/// For a total order: the height at which two segments cross is rounded, so it depends on which of
+/// them comes first.
+std::array<double, 6> height_first(const Segment& s) {
+  return {s.low.y(), s.low.x(), s.high.y(), s.high.x(), s.low.z(), s.high.z()};
+}
+
 std::vector<double> event_heights(std::vector<Segment> contours) {
   std::vector<double> heights;
   std::sort(contours.begin(), contours.end(),
-            [](const Segment& a, const Segment& b) { return a.low.y() < b.low.y(); });
+            [](const Segment& a, const Segment& b) { return height_first(a) < height_first(b); });
   for (std::size_t i = 0; i < contours.size(); ++i) {
     heights.push_back(contours[i].low.y());
     heights.push_back(contours[i].high.y());
@@ -113,8 +120,9 @@ Interval interval_at(std::span<const Vec3> x, const Triangle& t, double y) {
 }
 
 double union_length(std::vector<Interval>& intervals) {
-  std::sort(intervals.begin(), intervals.end(),
-            [](const Interval& a, const Interval& b) { return a.begin < b.begin; });
+  std::sort(intervals.begin(), intervals.end(), [](const Interval& a, const Interval& b) {
+    return a.begin != b.begin ? a.begin < b.begin : a.end < b.end;
+  });
   double length = 0.0, reach = -std::numeric_limits<double>::infinity();
   for (const Interval& i : intervals) {
     if (i.end > reach) length += i.end - std::max(i.begin, reach);
@@ -136,7 +144,9 @@ std::vector<Span> spans_by_height(std::span<const Vec3> x, std::span<const Trian
     const auto [low, high] = std::minmax({x[t[0]].y(), x[t[1]].y(), x[t[2]].y()});
     spans.push_back({low, high, t});
   }
-  std::sort(spans.begin(), spans.end(), [](const Span& a, const Span& b) { return a.low < b.low; });
+  std::sort(spans.begin(), spans.end(), [](const Span& a, const Span& b) {
+    return a.low != b.low ? a.low < b.low : a.t < b.t;
+  });
   return spans;
 }
 

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <vector>
 
 // Finds roots of the vector function F(t, u, v), the difference of two points of the primitives at
@@ -58,13 +59,16 @@ struct ParameterBox {
   double time() const { return lo[0]; }
 };
 
-/// Orders a heap whose top is the next box to be examined.
+/// Orders a heap whose top is the next box to be examined. The order is total, because the search
+/// stops after a number of boxes: equal boxes would leave the choice to the heap.
 struct Later {
   CcdInclusionConfig::Order order;
   bool operator()(const ParameterBox& a, const ParameterBox& b) const {
     if (order == CcdInclusionConfig::Order::breadth_first)
-      return a.halvings != b.halvings ? a.halvings > b.halvings : a.time() > b.time();
-    return a.time() != b.time() ? a.time() > b.time() : a.halvings < b.halvings;
+      return std::tie(a.halvings, a.lo, a.width) > std::tie(b.halvings, b.lo, b.width);
+    if (a.time() != b.time()) return a.time() > b.time();
+    if (a.halvings != b.halvings) return a.halvings < b.halvings;
+    return std::tie(a.lo, a.width) > std::tie(b.lo, b.width);
   }
 };
 

@@ -51,6 +51,7 @@ void refuse_touching(const LocatedJson& document, const std::string& path,
   std::vector<std::size_t> order(x.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    if (x[a] == x[b]) return a < b;
     return std::lexicographical_compare(x[a].begin(), x[a].end(), x[b].begin(), x[b].end());
   });
   for (std::size_t i = 1; i < order.size(); ++i) {

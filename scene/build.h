@@ -13,9 +13,9 @@
 
 namespace selvedge {
 
-/// Friction and rest gap of every pair of surfaces of a scene, resolved once from its materials,
-/// its bodies and `contact.pairs`. Surface indices count the pieces first, in the order of
-/// Scene::cloths, then the bodies.
+/// Friction and rest gap of every pair of surfaces of a scene, and whether it can collide, resolved
+/// once from its materials, its bodies and `contact.pairs`. Surface indices count the pieces first,
+/// in the order of Scene::cloths, then the bodies.
 class ContactPairs {
  public:
   /// Throws std::invalid_argument that names the entry of `contact.pairs` if a name is unknown or
@@ -30,6 +30,14 @@ class ContactPairs {
   double rest_gap(std::int32_t piece, std::int32_t surface) const {
     return table_[index(piece, surface)].rest_gap;
   }
+  /// Whether the two can collide; false only where the scene excludes it.
+  bool collide(std::int32_t piece, std::int32_t surface) const {
+    return table_[index(piece, surface)].collide;
+  }
+  /// The number of pairs of surfaces, with each piece and itself among them, and how many of them
+  /// the scene excludes.
+  std::int64_t count() const;
+  std::int64_t excluded() const;
   /// The largest rest gap of any pair, m. A search for candidates that reaches this far misses no
   /// pair.
   double largest_rest_gap() const { return largest_; }
@@ -37,6 +45,7 @@ class ContactPairs {
  private:
   struct Entry {
     double friction, rest_gap;
+    bool collide = true;
   };
   std::size_t index(std::int32_t piece, std::int32_t surface) const {
     return static_cast<std::size_t>(piece) * surfaces_ + static_cast<std::size_t>(surface);

@@ -59,8 +59,8 @@ PairFault fault_of(const PairSpec& pair, const Scene& scene) {
     return {"b", fmt::format("\"{}\" and \"{}\" are two obstacles, which do not collide with each "
                              "other; name a piece of cloth or a material",
                              pair.a, pair.b)};
-  if (!pair.friction && !pair.rest_gap)
-    return {"", "has no value for its pair; give it \"friction\" or \"rest_gap\""};
+  if (!pair.friction && !pair.rest_gap && !pair.collide)
+    return {"", "has no value for its pair; give it \"friction\", \"rest_gap\" or \"collide\""};
   return {};
 }
 
@@ -84,6 +84,7 @@ ContactPairs::ContactPairs(const Scene& scene)
       Entry& entry = table_[piece * surfaces_ + surface];
       entry.friction = pair.friction.value_or(entry.friction);
       entry.rest_gap = pair.rest_gap.value_or(entry.rest_gap);
+      entry.collide = pair.collide.value_or(entry.collide);
     };
     const Named b = surfaces_of(pair.b, scene);
     for (const std::size_t one : surfaces_of(pair.a, scene).surfaces)
@@ -93,6 +94,21 @@ ContactPairs::ContactPairs(const Scene& scene)
       }
   }
   for (const Entry& entry : table_) largest_ = std::max(largest_, entry.rest_gap);
+}
+
+// The table has pairs of different pieces twice.
+std::int64_t ContactPairs::count() const {
+  std::int64_t found = 0;
+  for (std::size_t p = 0; p * surfaces_ < table_.size(); ++p)
+    found += static_cast<std::int64_t>(surfaces_ - p);
+  return found;
+}
+
+std::int64_t ContactPairs::excluded() const {
+  std::int64_t found = 0;
+  for (std::size_t p = 0; p * surfaces_ < table_.size(); ++p)
+    for (std::size_t s = p; s < surfaces_; ++s) found += table_[p * surfaces_ + s].collide ? 0 : 1;
+  return found;
 }
 
 }  // namespace selvedge

@@ -437,9 +437,10 @@ class SceneReader {
   void read_pairs(const Json& list) {
     for (std::size_t i = 0; i < list.size(); ++i) {
       const Json& j = list[i];
-      PairSpec pair{j["a"].get<std::string>(), j["b"].get<std::string>(), {}, {}};
+      PairSpec pair{j["a"].get<std::string>(), j["b"].get<std::string>(), {}, {}, {}};
       if (j.contains("friction")) pair.friction = j["friction"].get<double>();
       if (j.contains("rest_gap")) pair.rest_gap = j["rest_gap"].get<double>();
+      if (j.contains("collide")) pair.collide = j["collide"].get<bool>();
       const std::string path = join("contact.pairs", i);
       if (const PairFault fault = fault_of(pair, scene_); !fault.sentence.empty())
         fail(document_, fault.key.empty() ? path : join(path, fault.key), fault.sentence);

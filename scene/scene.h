@@ -185,17 +185,20 @@ struct TimeSpec {
   bool energy_guard = true;
 };
 
-/// Friction and rest gap of one pair of surfaces ("contact.pairs"). A field without a value changes
-/// nothing. If several entries match a pair, the last one counts, for each field separately.
+/// Values of one pair of surfaces ("contact.pairs"). A field without a value changes nothing. If
+/// several entries match a pair, the last one counts, for each field separately.
 struct PairSpec {
   std::string a, b;  ///< names of pieces, materials or bodies, in any order; not two bodies
   std::optional<double> friction;  ///< Coulomb coefficient, >= 0
   std::optional<double> rest_gap;  ///< m, distance that contacts keep at rest, > 0
+  /// False: the scene states that they cannot collide, and detection leaves them out [Ji2006].
+  /// Frames are checked for crossings all the same.
+  std::optional<bool> collide{};
 };
 
 struct ContactSpec {
   double rest_gap = 0.002;      ///< m, distance that contacts keep between two surfaces, > 0
-  std::vector<PairSpec> pairs;  ///< pairs with a friction or rest gap of their own
+  std::vector<PairSpec> pairs;  ///< pairs with values of their own
   bool self = true;             ///< cloth against itself and other pieces
   bool untangle_start = false;  ///< cloth that crosses at the start is untangled, not refused
   /// Cloth that cannot be untangled continues with flagged vertices; otherwise the run stops.

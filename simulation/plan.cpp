@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <selvedge/simulation/detail/excluded_surfaces.h>
 #include <selvedge/simulation/detail/idle_proofs.h>
 #include <selvedge/simulation/plan.h>
 
@@ -105,6 +106,7 @@ class ScenePlan {
   void add_self() {
     const char* part = "cloth with itself";
     if (!scene_.contact.self) return add(part, Status::never, "contact.self is off");
+    if (!searches_self(scene_)) return add(part, Status::never, "contact.pairs excludes all of it");
     if (const std::string why = unproved(); !why.empty())
       return add(part, Status::runs, "no proofs: " + why);
     for (std::size_t p = 0; p + 1 < built_.piece_begin.size(); ++p)
@@ -167,7 +169,16 @@ class ScenePlan {
     return fmt::format(", free flight takes {:.2g} s of {:.3g} s", t, end);
   }
 
+  /// Does nothing in scenes that exclude no pair.
+  void add_excluded() {
+    const ContactPairs pairs(scene_);
+    if (pairs.excluded() > 0)
+      add("excluded pairs of surfaces", Status::never,
+          fmt::format("contact.pairs excludes {} of {}", pairs.excluded(), pairs.count()));
+  }
+
   void add_contact() {
+    add_excluded();
     const bool possible = scene_.contact.self || !built_.bodies.empty();
     add("response and friction", possible ? Status::when_needed : Status::never,
         possible ? "without contacts the solve has no contact terms"

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Friction and rest gap of single pairs of surfaces (contact.pairs).
+// Values of single pairs of surfaces (contact.pairs): friction, rest gap, whether they collide.
 #include <gtest/gtest.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/simulation/simulation.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -134,6 +135,82 @@ TEST(Pairs, EachSheetRestsAtTheRestGapOfItsPair) {
   EXPECT_NEAR(end[0].z(), 0.002, 5e-5);
   EXPECT_NEAR(end[1].z(), 0.004, 5e-5);
   EXPECT_NEAR(end[2].z(), 0.007, 3e-4);  // its rim hangs over
+}
+
+PairSpec apart(const char* a, const char* b) { return {a, b, {}, {}, false}; }
+
+TEST(Pairs, AnExcludedPairIsExcludedInBothDirectionsUntilALaterEntrySaysOtherwise) {
+  Scene scene = incline(0.0);
+  for (const char* name : {"a", "b", "c"}) add_sheet(scene, name, Vec3::Zero());
+  scene.contact.pairs = {apart("default", "plane"), apart("c", "a"), {"b", "plane", 0.2, {}, true}};
+  const ContactPairs pairs(scene);
+  constexpr std::int32_t kA = 0, kB = 1, kC = 2, kPlane = 3;
+  EXPECT_FALSE(pairs.collide(kA, kC));
+  EXPECT_FALSE(pairs.collide(kC, kA));
+  EXPECT_TRUE(pairs.collide(kA, kB));
+  EXPECT_TRUE(pairs.collide(kA, kA));
+  EXPECT_FALSE(pairs.collide(kA, kPlane));
+  EXPECT_TRUE(pairs.collide(kB, kPlane));
+  EXPECT_EQ(pairs.count(), 9);
+  EXPECT_EQ(pairs.excluded(), 3);
+}
+
+/// A sheet on a sheet on a plane, each 5 mm above the next.
+Scene stack(const std::vector<PairSpec>& pairs) {
+  Scene scene = incline(0.0);
+  add_sheet(scene, "lower", {0.03, 0.02, 0.005});
+  add_sheet(scene, "upper", {0.04, 0.03, 0.010});
+  scene.contact.pairs = pairs;
+  return scene;
+}
+
+TEST(Pairs, ASheetFallsThroughASheetExcludedFromItAndTheFrameSaysSo) {
+  const Scene scene = stack({apart("upper", "lower")});
+  Simulation simulation(scene, build_scene(scene));
+  for (int frame = 1; frame <= 20; ++frame) simulation.advance_to_frame(frame, {});
+  double lowest = 1.0, highest = -1.0;
+  for (int i = 0; i < 2 * kPiece; ++i) {
+    lowest = std::min(lowest, simulation.state().x[i].z());
+    highest = std::max(highest, simulation.state().x[i].z());
+  }
+  EXPECT_GT(lowest, 0.0015);  // neither has passed through the plane
+  EXPECT_LT(highest, 0.0025);
+  EXPECT_GT(simulation.result().worst_self_intersections, 0);
+  EXPECT_EQ(simulation.result().worst_body_intersections, 0);
+}
+
+TEST(Pairs, AnExcludedBodyStopsTheOtherSheetOnly) {
+  const Scene scene = stack({apart("upper", "plane"), apart("upper", "lower")});
+  const auto end = means_after(scene, 20);
+  EXPECT_NEAR(end[0].z(), 0.002, 5e-5);
+  EXPECT_LT(end[1].z(), -0.1);
+}
+
+TEST(Pairs, ExclusionOfWhatNeverMeetsChangesNoBit) {
+  Scene scene = stack({});
+  add_sheet(scene, "far", {0.03, 0.52, 0.005});
+  const auto positions = [](const Scene& s) {
+    Simulation simulation(s, build_scene(s));
+    for (int frame = 1; frame <= 20; ++frame) simulation.advance_to_frame(frame, {});
+    EXPECT_TRUE(simulation.result().clean);
+    return simulation.state().x;
+  };
+  const std::vector<Vec3> all = positions(scene);
+  scene.contact.pairs = {apart("far", "lower"), apart("far", "upper"), apart("far", "far")};
+  EXPECT_EQ(all, positions(scene));
+}
+
+TEST(Pairs, ASceneThatExcludesAllClothFromItselfIsNotSearchedForIt) {
+  const auto asked = [](const std::vector<PairSpec>& pairs) {
+    const Scene scene = stack(pairs);
+    Simulation simulation(scene, build_scene(scene));
+    simulation.advance_to_frame(1, {});
+    const auto& plan = simulation.result().plan;
+    const auto part = plan.find("self_collision");
+    return part == plan.end() ? std::int64_t{0} : part->second.asked;
+  };
+  EXPECT_GT(asked({apart("upper", "lower")}), 0);
+  EXPECT_EQ(asked({apart("default", "default")}), 0);
 }
 
 }  // namespace

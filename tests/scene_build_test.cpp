@@ -252,7 +252,7 @@ TEST_F(SceneFile, AFaultyPairIsRefusedInOneSentence) {
   says(R"({"a": "defualt", "b": "ball", "friction": 1})", "nearest is \"default\"");
   says(R"({"a": "ball", "b": "box", "friction": 1})", "two obstacles");
   says(R"({"a": "shirt", "b": "both", "friction": 1})", "names more than one");
-  says(R"({"a": "shirt", "b": "ball"})", "give it \"friction\" or \"rest_gap\"");
+  says(R"({"a": "shirt", "b": "ball"})", "give it \"friction\", \"rest_gap\" or \"collide\"");
   says(R"({"a": "shirt", "friction": 1})", "needs the key \"b\"");
   says(R"({"a": "shirt", "b": "ball", "friction": -0.1})", "contact.pairs[0].friction");
   says(R"({"a": "shirt", "b": "ball", "rest_gap": 0})", "contact.pairs[0].rest_gap");

@@ -165,7 +165,7 @@ inline constexpr const char* everything = R"({
               "narrow_phase": {"type": "ccd_exact"}, "response": "impulse", "restitution": 0.25,
               "fail_safe": {"type": "impulse_zones"},
               "start": "untangle", "still_tangled": "carry",
-              "pairs": [{"a": "plane", "b": "silk", "friction": 0.6, "rest_gap": 0.004},
+              "pairs": [{"a": "plane", "b": "silk", "friction": 0.6, "rest_gap": 0.004, "collide": true},
                         {"a": "strip", "b": "strip", "friction": 0}]},
   "solver": {"integrator": {"type": "damped_verlet", "drag": 0.25}, "strain_limiter": false, "tolerance": 1e-5, "max_iterations": 50,
              "unstable_step": "refuse"},

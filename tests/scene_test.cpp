@@ -329,6 +329,8 @@ TEST_F(EverythingFile, EveryPairIsRead) {
   EXPECT_EQ(pairs[0].rest_gap, 0.004);
   EXPECT_EQ(pairs[1].friction, 0.0);
   EXPECT_FALSE(pairs[1].rest_gap.has_value());
+  EXPECT_EQ(pairs[0].collide, true);
+  EXPECT_FALSE(pairs[1].collide.has_value());
 }
 
 TEST_F(EverythingFile, EveryHandleSelectsItsVertices) {

@@ -24,7 +24,8 @@ Candidates::Candidates(const SearchContext& context, const Scene& scene, const B
       margin_(context.rest_gap),
       broad_self_(make_broad_phase(scene, methods)),
       body_search_(built.bodies, built.cloth.surface.triangles.size(),
-                   [&] { return make_broad_phase(scene, methods); }) {
+                   [&] { return make_broad_phase(scene, methods); }),
+      excluded_surfaces_(scene, built, context.motion) {
   const BroadPhaseTraits traits = broad_self_->traits();
   has_all_pairs_ = traits.guarantee == Guarantee::conservative && !traits.closed_body_only;
   answers_particles_ = traits.particles;
@@ -52,6 +53,7 @@ void Candidates::prove_idle() {
   const auto scope = context_.clock.measure("plan");
   const SceneMotion& motion = context_.motion;
   bodies_idle_ =
+      excluded_surfaces_.all_bodies() ||
       context_.plan.bodies_are_idle(motion.cloth_t0(), motion.cloth_t1(), motion.bodies_t0(),
                                     motion.bodies_t1(), motion.bodies_move());
   self_idle_ = !context_.self || context_.plan.self_is_idle(motion.cloth_t0(), motion.cloth_t1());
@@ -118,6 +120,7 @@ void Candidates::drop_loose(CandidatePairs& pairs) const {
 }
 
 void Candidates::drop_excluded(CandidatePairs& pairs, bool self) const {
+  excluded_surfaces_.drop(pairs, self);
   if (excluded_ == nullptr || excluded_->empty()) return;
   if (self)
     excluded_->drop_from_self(pairs);

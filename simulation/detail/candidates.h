@@ -5,6 +5,7 @@
 #include <selvedge/simulation/detail/body_search.h>
 #include <selvedge/simulation/detail/certificates.h>
 #include <selvedge/simulation/detail/excluded_pairs.h>
+#include <selvedge/simulation/detail/excluded_surfaces.h>
 #include <selvedge/simulation/detail/search_context.h>
 
 #include <memory>
@@ -46,6 +47,7 @@ class Candidates {
   /// Pairs that candidates leave out from now on; null: no pairs. Must outlive its use.
   void set_excluded(const ExcludedPairs* excluded) { excluded_ = excluded; }
   const ExcludedPairs* excluded() const { return excluded_; }
+  const ExcludedSurfaces& excluded_surfaces() const { return excluded_surfaces_; }
   void drop_excluded(CandidatePairs& pairs, bool self) const;
 
   /// Searches of the cloth with itself by another broad phase than the scene's.
@@ -80,6 +82,7 @@ class Candidates {
   Certificates certificates_;
   bool bodies_idle_ = false, self_idle_ = false;  // proved, so that those pairs were not searched
   const ExcludedPairs* excluded_ = nullptr;
+  ExcludedSurfaces excluded_surfaces_;
 };
 
 }  // namespace selvedge

@@ -45,7 +45,8 @@ Crossings Simulation::Parts::crossings_now() {
 // finds none. Needs the search of the cloth with itself, and no pair may be excluded.
 bool Simulation::Parts::steps_prove_uncrossed() const {
   const SearchedMotion motion = methods.detection.searched();
-  const bool excludes = motion.excluded != nullptr && !motion.excluded->empty();
+  const bool excludes = motion.excluded_surfaces != nullptr ||
+                        (motion.excluded != nullptr && !motion.excluded->empty());
   return motion.self && motion.finds_all_collisions && !excludes && !methods.untangling();
 }
 

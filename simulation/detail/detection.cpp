@@ -28,7 +28,7 @@ Detection::Detection(const Scene& scene, const BuiltScene& built, const Methods&
       collisions_(make_narrow_phase(scene, methods)),
       plan_(scene, built, plan_distances(contacts_.largest_rest_gap()),
             is_exact(collisions_.traits())),
-      context_{motion_, plan_, clock, contacts_.largest_rest_gap(), scene.contact.self},
+      context_{motion_, plan_, clock, contacts_.largest_rest_gap(), searches_self(scene)},
       candidates_(context_, scene, built, methods),
       broad_(make_bvh_aabb()),
       crossings_(context_),
@@ -51,6 +51,7 @@ void Detection::find_collisions(std::vector<ContactPoint>& out) {
 
 SearchedMotion Detection::searched() const {
   const bool has_all_pairs = candidates_.has_all_pairs();
+  const ExcludedSurfaces& surfaces = candidates_.excluded_surfaces();
   return {.x_t0 = motion_.x_t0(),
           .x_t1 = motion_.x_t1(),
           .particles = motion_.particles(),
@@ -62,6 +63,7 @@ SearchedMotion Detection::searched() const {
           .has_all_pairs = has_all_pairs,
           .finds_all_collisions = has_all_pairs && collisions_.traits().misses_nothing,
           .excluded = candidates_.excluded(),
+          .excluded_surfaces = surfaces.empty() ? nullptr : &surfaces,
           .body_pairs = candidates_.with_bodies(),
           .self_pairs = candidates_.with_self()};
 }

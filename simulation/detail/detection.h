@@ -24,11 +24,12 @@ struct SearchedMotion {
   std::span<const Edge> cloth_edges, body_edges;  ///< each counts from 0
   std::span<const Triangle> cloth_triangles, body_triangles;  ///< each counts from 0
   bool self = true;                                           ///< cloth is searched against itself
-  bool has_all_pairs = true;                   ///< the scene's broad phase promises to miss no pair
-  bool finds_all_collisions = true;            ///< so does its narrow phase
-  const ExcludedPairs* excluded = nullptr;     ///< null: no pairs are excluded
-  const CandidatePairs* body_pairs = nullptr;  ///< null: proved to have no collision
-  const CandidatePairs* self_pairs = nullptr;  ///< null: proved to have no collision
+  bool has_all_pairs = true;                ///< the scene's broad phase promises to miss no pair
+  bool finds_all_collisions = true;         ///< so does its narrow phase
+  const ExcludedPairs* excluded = nullptr;  ///< null: no pairs are excluded
+  const ExcludedSurfaces* excluded_surfaces = nullptr;  ///< null: the scene excludes none
+  const CandidatePairs* body_pairs = nullptr;           ///< null: proved to have no collision
+  const CandidatePairs* self_pairs = nullptr;           ///< null: proved to have no collision
 };
 
 /// The detection of a scene: composes candidates, contacts, collisions, crossings and clearances of

@@ -92,6 +92,10 @@ void StepValidator::find_pairs(const SearchedMotion& motion, double thickness, F
   for (CandidatePairs* pairs : {&out.body, &out.self})
     std::erase_if(pairs->point_triangle, [&](const auto& p) { return of_cloth[p.point] == 0; });
   std::erase_if(out.body.triangle_point, [&](const auto& p) { return of_body[p.point] == 0; });
+  if (motion.excluded_surfaces != nullptr) {
+    motion.excluded_surfaces->drop(out.body, false);
+    motion.excluded_surfaces->drop(out.self, true);
+  }
   if (motion.excluded == nullptr || motion.excluded->empty()) return;
   motion.excluded->drop_from_body(out.body);
   motion.excluded->drop_from_self(out.self);

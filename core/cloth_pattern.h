@@ -36,8 +36,9 @@ struct GridCell {
 };
 
 /// A rectangular grid whose cells are split in four, adaptively [VillardBorouchaki2005; survey 2.5]
-/// or uniformly [ZhangYuen2001; survey 2.2]. Vertices keep their indices: the vertices of level 0
-/// come first, row by row as in make_rectangular; each split appends its new vertices.
+/// or uniformly [ZhangYuen2001; survey 2.2], and joined again. The vertices of level 0 come first,
+/// row by row as in make_rectangular, and keep their indices; each split appends its new vertices,
+/// and a join keeps the order of those that stay.
 ///
 /// Neighbouring cells differ by at most one level. A hanging node (a node in the middle of the side
 /// of a coarser cell) is a vertex of the triangles on both sides, so the surface has no cracks and
@@ -76,6 +77,25 @@ class AdaptiveGrid {
   /// are not, because mass moves from the corners of a cell to its centre.
   void split(std::span<const GridCell> cells, std::vector<Vec3>& x, std::vector<Vec3>& v);
 
+  /// Split cells whose four quarters can be joined: they are leaves, and none of their neighbours
+  /// is finer. In the state x the quarters meet each other and their neighbours at no more than
+  /// `angle` (rad), and the whole cell would meet no neighbour at more than `limit`, above which
+  /// `curved` splits it. Sorted.
+  std::vector<GridCell> flat(std::span<const Vec3> x, double angle, double limit) const;
+  /// The positions after which joining these cells moves no point of the surface: vertices that go,
+  /// and those that hang from then on, lie in the middle between their parents. All vertices, m.
+  std::vector<Vec3> flattened(std::span<const GridCell> cells, std::span<const Vec3> x) const;
+  /// Joins the quarters of these cells; cells that cannot be joined are ignored. Vertices that are
+  /// corners of no leaf go. Returns the index of each earlier vertex, -1 where it has gone.
+  std::vector<std::int32_t> join(std::span<const GridCell> cells);
+  /// The same for a cloth in motion. `x` is taken to flattened(cells, x). Mass and momentum are
+  /// conserved to rounding: a vertex that goes hands its momentum to the corners that take its
+  /// mass, one that hangs hands over what differs from the mean of its ends.
+  std::vector<std::int32_t> join(std::span<const GridCell> cells, std::vector<Vec3>& x,
+                                 std::vector<Vec3>& v);
+  /// The corners, the side midpoints and the centre of a split cell, where they exist.
+  std::vector<std::int32_t> nodes(const GridCell& cell) const;
+
   /// The two vertices between which vertex i was inserted; (-1, -1) for vertices of level 0.
   const Edge& parents(std::int32_t i) const { return parents_[i]; }
 
@@ -101,9 +121,19 @@ class AdaptiveGrid {
   bool rises(const GridCell& cell) const;
   bool is_leaf(const GridCell& cell) const;
   bool leaf_at(std::int32_t level, std::int32_t i, std::int32_t j, GridCell& leaf) const;
+  Vec3 normal(const GridCell& cell, std::span<const Vec3> x) const;
+  std::vector<GridCell> neighbours(const GridCell& cell) const;
+  double quarter_mass(const GridCell& leaf) const;
+  std::vector<double> masses() const;
+
+  bool can_join(const GridCell& cell) const;
+  bool is_flat(const GridCell& cell, std::span<const Vec3> x, double angle, double limit) const;
+  std::set<GridCell> leaves_without(std::span<const GridCell> joined) const;
+  std::vector<char> corners_of(const std::set<GridCell>& leaves) const;
+  void hand_momentum(std::span<const GridCell> cells, std::span<const Vec3> v,
+                     std::vector<Vec3>& momentum) const;
 
   void add_surface(ClothMesh& cloth) const;
-  void add_masses(ClothMesh& cloth) const;
   void add_springs(ClothMesh& cloth) const;
   void add_hinges(ClothMesh& cloth) const;
   void add_twist_hinge(const GridCell& cell, ClothMesh& cloth) const;

@@ -17,7 +17,7 @@
 // Hinges between cells of the same size are those of make_rectangular. Between a cell of height g
 // and two of height h, an edge of length l represents the area l (g + h)/2 and rotates by κ (g +
 // h)/2: its stiffness is 2 B l/(g + h), half at each end. With the law `beam`, two beams of lengths
-// g and h and of rigidity ½ B l stand at each end instead. Cells are never merged.
+// g and h and of rigidity ½ B l stand at each end instead. adaptive_joining.cpp joins cells.
 #include <selvedge/core/cloth_pattern.h>
 #include <selvedge/core/detail/grid_mesh.h>
 #include <selvedge/core/detail/topology.h>
@@ -179,17 +179,25 @@ std::vector<GridCell> AdaptiveGrid::divisible() const {
   return cells;
 }
 
+Vec3 AdaptiveGrid::normal(const GridCell& cell, std::span<const Vec3> x) const {
+  const Corners c = corners(cell);
+  return (x[c.v11] - x[c.v00]).cross(x[c.v01] - x[c.v10]);
+}
+
+/// The leaves of the same level or coarser beyond the sides of a cell.
+std::vector<GridCell> AdaptiveGrid::neighbours(const GridCell& cell) const {
+  std::vector<GridCell> found;
+  for (const auto& [di, dj] : {Place{1, 0}, Place{0, 1}, Place{-1, 0}, Place{0, -1}})
+    if (GridCell other; leaf_at(cell.level, cell.i + di, cell.j + dj, other))
+      found.push_back(other);
+  return found;
+}
+
 std::vector<GridCell> AdaptiveGrid::curved(std::span<const Vec3> x, double angle) const {
-  const auto normal = [&](const GridCell& cell) {
-    const Corners c = corners(cell);
-    return Vec3((x[c.v11] - x[c.v00]).cross(x[c.v01] - x[c.v10]));
-  };
   std::vector<GridCell> cells;
   for (const GridCell& leaf : leaves_)
-    for (const auto& [di, dj] : {Place{1, 0}, Place{0, 1}, Place{-1, 0}, Place{0, -1}}) {
-      GridCell other;
-      if (!leaf_at(leaf.level, leaf.i + di, leaf.j + dj, other)) continue;
-      const Vec3 n = normal(leaf), m = normal(other);
+    for (const GridCell& other : neighbours(leaf)) {
+      const Vec3 n = normal(leaf, x), m = normal(other, x);
       if (std::atan2(n.cross(m).norm(), n.dot(m)) <= angle) continue;
       for (const GridCell& cell : {leaf, other})
         if (cell.level < levels_) cells.push_back(cell);
@@ -204,7 +212,7 @@ std::vector<GridCell> AdaptiveGrid::curved(std::span<const Vec3> x, double angle
 ClothMesh AdaptiveGrid::cloth() const {
   ClothMesh cloth;
   add_surface(cloth);
-  add_masses(cloth);
+  cloth.mass = masses();
   add_springs(cloth);
   add_hinges(cloth);
   add_hanging(cloth);
@@ -241,15 +249,19 @@ void AdaptiveGrid::add_surface(ClothMesh& cloth) const {
   cloth.edges = unique_edges(triangles);
 }
 
-// A vertex gets a quarter of the mass of each cell of which it is a corner.
-void AdaptiveGrid::add_masses(ClothMesh& cloth) const {
-  cloth.mass.assign(parents_.size(), 0.0);
+double AdaptiveGrid::quarter_mass(const GridCell& leaf) const {
   const double area = (grid_.size_x / grid_.cells_x) * (grid_.size_y / grid_.cells_y);
+  return 0.25 * material_.density * std::ldexp(area, -2 * leaf.level);
+}
+
+// A vertex gets a quarter of the mass of each cell of which it is a corner.
+std::vector<double> AdaptiveGrid::masses() const {
+  std::vector<double> mass(parents_.size(), 0.0);
   for (const GridCell& leaf : leaves_) {
     const Corners c = corners(leaf);
-    const double quarter = 0.25 * material_.density * std::ldexp(area, -2 * leaf.level);
-    for (const std::int32_t v : {c.v00, c.v10, c.v01, c.v11}) cloth.mass[v] += quarter;
+    for (const std::int32_t v : {c.v00, c.v10, c.v01, c.v11}) mass[v] += quarter_mass(leaf);
   }
+  return mass;
 }
 
 void AdaptiveGrid::add_springs(ClothMesh& cloth) const {

@@ -165,9 +165,15 @@ class Run {
 
   bool stop_requested() const { return config_.stop != nullptr && config_.stop->load(); }
 
-  /// Makes the splits and merges that are due at a frame, unless the state after them would cross
+<<<<<<< Updated upstream
+  /// Makes the splits, merges and joins that are due at a frame, unless the state after them would cross
   /// something. The exchange of the surface counts as a step, so every state of steps/ has one
   /// surface.
+=======
+  /// Makes the splits, merges and joins that are due at a frame, unless the state after them would
+  /// cross something. The exchange of the surface counts as a step, so every state of steps/ has
+  /// one surface.
+>>>>>>> Stashed changes
   void refine() {
     const SimulationState& state = simulation_->state();
     // A run out of budget resumes within a frame, where this was decided before.
@@ -175,7 +181,11 @@ class Run {
     const bool at_frame = state.control.h == 0.0 &&
                           std::llround(steps) == std::int64_t{frame_} * scene_.time.steps_per_frame;
     if (!refinement_->active() || !at_frame) return;
-    auto next = split_due(*refinement_, *simulation_, config_.methods);
+    change(split_due(*refinement_, *simulation_, config_.methods));
+    change(join_due(*refinement_, *simulation_, config_.methods));
+  }
+
+  void change(std::optional<RefinedSimulation> next) {
     if (!next) return;
     RunResult changes;
     const bool stands = next->settle(changes);

@@ -188,6 +188,12 @@ AdaptiveGrid make_adaptive_grid(const ClothSpec& cloth, const Material& material
   if (!patterns.at(grid.pattern).traits().splits)
     throw std::invalid_argument(
         "\"refine\" splits the cells of a grid; take pattern \"rectangular\"");
+  if (grid.refine.join > 0.0 && grid.refine.when != RefineSpec::When::curved)
+    throw std::invalid_argument(
+        "\"join_deg\" joins cells where the cloth has become flat; it needs \"when\": \"curved\"");
+  if (grid.refine.join > 0.0 && !(grid.refine.join < grid.refine.angle))
+    throw std::invalid_argument(
+        "\"join_deg\" must be less than \"angle_deg\", or cells would be joined and split in turn");
   return {scaled(grid, cloth.placement.scale), material, grid.refine.levels};
 }
 

@@ -54,13 +54,15 @@ struct RefineSpec {
   double energy = 0.0;  ///< J, kinetic
   double after = 0.2;   ///< s, of settled: shortest time after the start or the last split
   double angle = 0.35;  ///< rad
+  double join = 0.0;    ///< rad, of curved: the quarters of a cell are joined below it; 0: never
 };
 
-/// Cells of one piece that were split at one time.
+/// Cells of one piece that were split, or whose quarters were joined, at one time.
 struct SplitEvent {
   std::int32_t piece = 0;  ///< of the scene
   double time = 0.0;       ///< s
   std::vector<GridCell> cells;
+  bool join = false;
 };
 
 /// Springs from every particle to its position in the rest shape ("virtual_springs") [survey 2.8].

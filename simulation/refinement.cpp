@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <set>
 #include <stdexcept>
+#include <utility>
 
 namespace selvedge {
 namespace {
@@ -59,11 +60,15 @@ std::size_t Refinement::begin(std::size_t number) const {
   return first;
 }
 
-Refinement::Piece& Refinement::piece(std::int32_t number) {
-  for (Piece& p : pieces_)
+const Refinement::Piece& Refinement::piece(std::int32_t number) const {
+  for (const Piece& p : pieces_)
     if (static_cast<std::int32_t>(p.number) == number) return p;
   throw std::invalid_argument(
       fmt::format("piece {} of the scene is not one that is refined", number));
+}
+
+Refinement::Piece& Refinement::piece(std::int32_t number) {
+  return const_cast<Piece&>(std::as_const(*this).piece(number));
 }
 
 std::vector<GridCell> Refinement::due(const Piece& piece, std::span<const Vec3> x,
@@ -91,11 +96,19 @@ std::vector<SplitEvent> Refinement::due(const SimulationState& state) const {
 
 void Refinement::split(const SplitEvent& event, std::vector<Vec3>& x, std::vector<Vec3>& v) {
   Piece& p = piece(event.piece);
-  const std::int32_t before = p.grid.vertex_count();
-  p.grid.split(event.cells, x, v);
-  for (std::int32_t i = before; i < p.grid.vertex_count(); ++i) {
-    const auto [a, b] = p.grid.parents(i);
-    p.start.push_back(0.5 * (p.start[a] + p.start[b]));
+  if (event.join) {
+    const std::vector<std::int32_t> number = p.grid.join(event.cells, x, v);
+    std::vector<Vec3> start(x.size());
+    for (std::size_t i = 0; i < number.size(); ++i)
+      if (number[i] >= 0) start[number[i]] = p.start[i];
+    p.start = std::move(start);
+  } else {
+    const std::int32_t before = p.grid.vertex_count();
+    p.grid.split(event.cells, x, v);
+    for (std::int32_t i = before; i < p.grid.vertex_count(); ++i) {
+      const auto [a, b] = p.grid.parents(i);
+      p.start.push_back(0.5 * (p.start[a] + p.start[b]));
+    }
   }
   p.mass = p.grid.cloth().mass;
   p.last = event.time;
@@ -118,8 +131,12 @@ void Refinement::split(const std::vector<SplitEvent>& events, SimulationState& s
     };
     std::vector<Vec3> x = of_piece(state.x), v = of_piece(state.v);
     split(event, x, v);
-    state.x.insert(state.x.begin() + end, x.begin() + (end - first), x.end());
-    state.v.insert(state.v.begin() + end, v.begin() + (end - first), v.end());
+    const auto put = [&](std::vector<Vec3>& all, const std::vector<Vec3>& part) {
+      all.erase(all.begin() + first, all.begin() + end);
+      all.insert(all.begin() + first, part.begin(), part.end());
+    };
+    put(state.x, x);
+    put(state.v, v);
     state.splits.push_back(event);
   }
 }
@@ -192,6 +209,18 @@ std::optional<RefinedSimulation> merge_due(const Refinement& refinement,
   return next;
 }
 
+void apply(const std::vector<SplitEvent>& events, const Simulation& simulation,
+           const Methods& methods, RefinedSimulation& next) {
+  SimulationState state = simulation.state();
+  next.refinement.split(events, state);
+  ++state.step;
+  next.simulation =
+      std::make_unique<Simulation>(next.refinement.scene(), next.refinement.build(), methods);
+  state.memory = next.simulation->state().memory;  // integrators of several steps start anew
+  next.simulation->restore(std::move(state));
+  next.simulation->verify_frame();
+}
+
 }  // namespace
 
 std::optional<RefinedSimulation> split_due(const Refinement& refinement,
@@ -201,14 +230,19 @@ std::optional<RefinedSimulation> split_due(const Refinement& refinement,
   const std::vector<SplitEvent> events = refinement.due(simulation.state());
   if (events.empty()) return std::nullopt;
   RefinedSimulation next{refinement, nullptr, "refinements"};
-  SimulationState split = simulation.state();
-  next.refinement.split(events, split);
-  ++split.step;
-  next.simulation =
-      std::make_unique<Simulation>(next.refinement.scene(), next.refinement.build(), methods);
-  split.memory = next.simulation->state().memory;  // integrators of several steps start anew
-  next.simulation->restore(std::move(split));
-  next.simulation->verify_frame();
+  apply(events, simulation, methods, next);
+  return next;
+}
+
+std::optional<RefinedSimulation> join_due(const Refinement& refinement,
+                                          const Simulation& simulation, const Methods& methods) {
+  const Refinement::Joins joins = refinement.joins_due(simulation);
+  double cells = 0.0;
+  for (const SplitEvent& event : joins.events) cells += static_cast<double>(event.cells.size());
+  if (cells + static_cast<double>(joins.postponed) == 0.0) return std::nullopt;
+  RefinedSimulation next{refinement, nullptr, "joined_cells", cells,
+                         static_cast<double>(joins.postponed)};
+  if (!joins.events.empty()) apply(joins.events, simulation, methods, next);
   return next;
 }
 
@@ -219,7 +253,11 @@ RefiningSimulation::RefiningSimulation(const Scene& scene, BuiltScene built, con
 }
 
 void RefiningSimulation::refine() {
-  auto next = split_due(*refinement_, *simulation_, methods_);
+  change(split_due(*refinement_, *simulation_, methods_));
+  change(join_due(*refinement_, *simulation_, methods_));
+}
+
+void RefiningSimulation::change(std::optional<RefinedSimulation> next) {
   if (!next) return;
   RunResult before = result();
   if (!next->settle(before)) {

@@ -78,11 +78,14 @@ class SeamMerging {
   Owners owner_;
 };
 
-/// The parts of a scene whose mesh changes as it runs: pieces whose cells are split ("refine"), and
-/// seams whose vertices merge ("merge"). A scene has one of the two.
+/// The parts of a scene whose mesh changes as it runs: pieces whose cells are split and joined
+/// ("refine"), and seams whose vertices merge ("merge"). A scene has one of the two.
 ///
-/// A split moves no point of the surface (core/cloth_pattern.h), so a clean state stays clean. The
-/// new state is checked all the same, and a split that leads to a crossing is postponed.
+/// A split moves no point of the surface (core/cloth_pattern.h), so a clean state stays clean.
+/// Before quarters are joined, the vertices that go move on straight lines to the surface of the
+/// whole cell. That motion is searched for collisions with all cloth and all bodies, exactly, and a
+/// cell that would collide is postponed. The new state is checked all the same, and a change that
+/// leads to a crossing is postponed.
 class Refinement {
  public:
   /// `built`: the scene as it starts. Throws std::invalid_argument if another part of the scene
@@ -94,7 +97,14 @@ class Refinement {
   const SeamMerging& merging() const { return merging_; }
   /// The splits that are due in `state`, which has the present cells.
   std::vector<SplitEvent> due(const SimulationState& state) const;
-  /// Applies splits in order.
+  /// The joins that are due in the present state of `simulation`, and the number of cells that
+  /// would be joined if they did not collide on the way.
+  struct Joins {
+    std::vector<SplitEvent> events;
+    std::size_t postponed = 0;
+  };
+  Joins joins_due(const Simulation& simulation) const;
+  /// Applies splits and joins in order.
   void split(const std::vector<SplitEvent>& events);
   /// The same for a state with the present cells: mass and momentum are kept.
   void split(const std::vector<SplitEvent>& events, SimulationState& state);
@@ -118,9 +128,12 @@ class Refinement {
   };
 
   void split(const SplitEvent& event, std::vector<Vec3>& x, std::vector<Vec3>& v);
+  std::set<std::int32_t> colliding(const Simulation& simulation,
+                                   const std::vector<SplitEvent>& joins) const;
   Piece& piece(std::int32_t number);
   std::vector<GridCell> due(const Piece& piece, std::span<const Vec3> x, std::span<const Vec3> v,
                             double time) const;
+  const Piece& piece(std::int32_t number) const;
   std::size_t begin(std::size_t number) const;
 
   const Scene& scene_;
@@ -134,7 +147,7 @@ class Refinement {
 struct RefinedSimulation {
   Refinement refinement;
   std::unique_ptr<Simulation> simulation;  ///< null if all that is due is postponed
-  std::string counter;  ///< of RunResult: what it counts, "refinements" or "merged_pairs"
+  std::string counter;  ///< of RunResult: "refinements", "joined_cells" or "merged_pairs"
   double count = 1.0, postponed = 0.0;
 
   /// Whether the change can be made: its state has no crossing. Adds it to the counters of `r`,
@@ -146,8 +159,13 @@ struct RefinedSimulation {
 std::optional<RefinedSimulation> split_due(const Refinement& refinement,
                                            const Simulation& simulation, const Methods& methods);
 
-/// A simulation that splits its cells and merges its seams between frames where its scene has
-/// "refine" or "merge". Behaves as Simulation for other scenes.
+/// Joins the quarters of cells that are due in the state of `simulation`, as split_due. Both are
+/// asked between two frames, this one last.
+std::optional<RefinedSimulation> join_due(const Refinement& refinement,
+                                          const Simulation& simulation, const Methods& methods);
+
+/// A simulation that splits and joins its cells and merges its seams between frames where its scene
+/// has "refine" or "merge". Behaves as Simulation for other scenes.
 class RefiningSimulation {
  public:
   /// Scene and methods must outlive it; throws what Simulation and Refinement throw.
@@ -156,7 +174,7 @@ class RefiningSimulation {
   /// The simulation with the present cells; `refine` replaces it.
   Simulation& now() { return *simulation_; }
   const Simulation& now() const { return *simulation_; }
-  /// Applies the splits that are due. Call between two frames.
+  /// Applies the splits, merges and joins that are due. Call between two frames.
   void refine();
   /// Positions of the present vertices of the cloth at the start of the scene, m. New vertices are
   /// in the middle of the side that they split.
@@ -165,6 +183,8 @@ class RefiningSimulation {
   RunResult result() const;
 
  private:
+  void change(std::optional<RefinedSimulation> next);
+
   const Methods& methods_;
   std::optional<Refinement> refinement_;  // never empty; replaced by a split
   std::vector<Vec3> start_;

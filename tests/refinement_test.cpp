@@ -217,6 +217,72 @@ TEST_F(Refinements, HangingNodesStayInTheMiddleWithEveryFailSafe) {
   }
 }
 
+/// A strip between two edges that come nearer, so that it sags, and part again.
+const std::string kSagging = R"({"geometry": [{"size": [0.6, 0.15], "cells": [8, 2],
+    "refine": {"when": "curved", "levels": 2, "angle_deg": 12, "join_deg": 5}}],
+  "handles": [{"select": {"edge": "x0"}, "motion": [{"time": 0, "translation": [0, 0, 0]},
+                {"time": 0.3, "translation": [0.15, 0, 0]}, {"time": 0.6, "translation": [0, 0, 0]}]},
+              {"select": {"edge": "x1"}}],
+  "materials": {"default": {"bending_stiffness": 1e-4, "bending_damping": 1e-4}},
+  "time": {"frames": 60, "fps": 60}})";
+
+TEST_F(Refinements, CellsAreJoinedAgainWhereClothBecomesFlat) {
+  const RunResult result = run_scene(scene(kSagging), config_);
+  EXPECT_TRUE(result.clean);
+  EXPECT_GT(result.counters.at("refinements"), 1.0);
+  EXPECT_GT(result.counters.at("joined_cells"), 4.0);
+  std::size_t most = 0;
+  for (int frame = 0; frame <= 60; ++frame) most = std::max(most, vertices_of_frame(frame));
+  EXPECT_GT(most, 80u);
+  EXPECT_LT(vertices_of_frame(60), 60u);  // 27 without a split
+}
+
+TEST_F(Refinements, AResumedRunJoinsToTheSameBits) {
+  const std::string whole = run_scene(scene(kSagging), config_).state_hash;
+  config_.out = folder_ / "in_parts";
+  const RunResult part = run_scene(scene(kSagging, {{"time.frames", "45"}}), config_);
+  ASSERT_GT(part.counters.at("joined_cells"), 0.0);
+  config_.resume = true;
+  EXPECT_EQ(run_scene(scene(kSagging), config_).state_hash, whole);
+}
+
+TEST_F(Refinements, ACellIsNotJoinedThroughABody) {
+  const auto joins = [&](const std::string& height) {
+    const Scene s = scene(R"({"geometry": [{"size": [0.4, 0.4], "cells": [4, 4],
+        "refine": {"when": "curved", "levels": 1, "angle_deg": 30, "join_deg": 10}}],
+      "obstacles": [{"shape": {"type": "sphere", "radius": 0.0005, "resolution": 8},
+        "transformation": {"translation": [0.05, 0.05, )" +
+                          height + "]}}]}");
+    Refinement refinement(s, build_scene(s));
+    SimulationState state;
+    state.x = refinement.build().cloth.surface.vertices;
+    state.v.assign(state.x.size(), Vec3::Zero());
+    refinement.split({{0, 0.0, {{0, 2, 2}}}}, state);
+    state.x.back().z() += 0.004;  // the centre of the cell, at (0.05, 0.05)
+    const Methods methods;
+    const Simulation simulation(refinement.scene(), refinement.build(), state, methods);
+    auto next = join_due(refinement, simulation, methods);
+    RunResult result;
+    const bool stands = next && next->settle(result);
+    EXPECT_EQ(stands, result.counters.contains("joined_cells"));
+    return result.counters;
+  };
+  using Counts = std::map<std::string, double>;
+  EXPECT_EQ(joins("0.5"), (Counts{{"joined_cells", 1.0}}));
+  EXPECT_EQ(joins("-0.002"), (Counts{{"joined_cells", 1.0}}));
+  EXPECT_EQ(joins("0.002"), (Counts{{"joined_cells_postponed", 1.0}}));
+}
+
+TEST_F(Refinements, AnAngleOfJoiningThatCannotServeIsRefused) {
+  const auto with = [](const char* refine) {
+    return over_ball(std::string(R"("refine": {)") + refine + "}");
+  };
+  EXPECT_NE(refusal(with(R"("when": "settled", "join_deg": 5)")).find("join_deg"),
+            std::string::npos);
+  EXPECT_NE(refusal(with(R"("when": "curved", "angle_deg": 12, "join_deg": 12)")).find("angle_deg"),
+            std::string::npos);
+}
+
 TEST_F(Refinements, AMeshThatMustNotChangeIsRefused) {
   EXPECT_NE(refusal(over_ball(kCurved, R"(, "output": {"pc2": true})")).find("pc2"),
             std::string::npos);

@@ -98,7 +98,7 @@ inline constexpr const char* everything = R"({
      "transformation": {"translation": [0, 0, 40]}},
     {"name": "plate", "pattern": "triangular", "plate": {"poisson": 0.25}, "virtual_springs": {"stiffness": 7, "follow": true}},
     {"name": "layers", "pattern": {"type": "bilayered", "ratio": 5, "share": 0.3, "hold": 900}},
-    {"name": "refined", "refine": {"when": "settled", "levels": 3, "speed": 0.2, "energy": 0.01, "after": 0.7, "angle_deg": 30}},
+    {"name": "refined", "refine": {"when": "curved", "levels": 3, "speed": 0.2, "energy": 0.01, "after": 0.7, "angle_deg": 30, "join_deg": 9}},
     {"name": "body", "mesh": {"vertices": [[0, 0, 40], [1, 0, 40], [0, 1, 40], [0, 0, 41]],
      "triangles": [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]}, "support": {"stiffness": 60, "share": 0.4},
      "virtual_springs": {"stiffness": 3}},

@@ -209,8 +209,9 @@ TEST_F(EverythingFile, EveryPieceOfClothAndItsMaterialIsRead) {
             (MethodOptions{{"ratio", 5.0}, {"share", 0.3}, {"hold", 900.0}}));
   const RefineSpec& refine = std::get<ClothGrid>(s.cloths[7].shape).refine;
   EXPECT_EQ(std::tuple(refine.when, refine.levels, refine.speed, refine.energy, refine.after),
-            std::tuple(RefineSpec::When::settled, 3, 0.2, 0.01, 0.7));
+            std::tuple(RefineSpec::When::curved, 3, 0.2, 0.01, 0.7));
   EXPECT_NEAR(refine.angle, std::numbers::pi / 6.0, 1e-15);
+  EXPECT_NEAR(refine.join, std::numbers::pi / 20.0, 1e-15);
   EXPECT_EQ(std::get<ClothFile>(s.cloths[8].shape).support->stiffness, 60.0);
   EXPECT_EQ(std::get<ClothFile>(s.cloths[8].shape).support->share, 0.4);
   const auto net = [&](std::size_t i) {

@@ -129,6 +129,7 @@ Json to_json(const std::vector<SplitEvent>& splits) {
     Json cells = Json::array();
     for (const GridCell& c : event.cells) cells.push_back({c.level, c.i, c.j});
     list.push_back({{"piece", event.piece}, {"time", event.time}, {"cells", cells}});
+    if (event.join) list.back()["join"] = true;
   }
   return list;
 }
@@ -139,6 +140,7 @@ std::vector<SplitEvent> splits_from(const Json& j) {
     SplitEvent& event = splits.emplace_back();
     event.piece = e.at("piece").get<std::int32_t>();
     event.time = e.at("time").get<double>();
+    event.join = e.value("join", false);
     for (const Json& c : e.at("cells"))
       event.cells.push_back(
           {c.at(0).get<std::int32_t>(), c.at(1).get<std::int32_t>(), c.at(2).get<std::int32_t>()});

@@ -19,6 +19,7 @@ RefineSpec read_refine(const Json& j) {
   refine.energy = j["energy"].get<double>();
   refine.after = j["after"].get<double>();
   refine.angle = j["angle_deg"].get<double>() * std::numbers::pi / 180.0;
+  refine.join = j["join_deg"].get<double>() * std::numbers::pi / 180.0;
   return refine;
 }
 

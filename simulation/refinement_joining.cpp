@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+//
+// Which quarters of cells are joined again: those of cloth that has become flat, if the way to the
+// surface of the whole cell is free.
+#include <selvedge/detection/find.h>
+#include <selvedge/simulation/refinement.h>
+
+#include <algorithm>
+#include <span>
+
+namespace selvedge {
+
+/// The vertices that collide on the straight way to the surface of these cells, joint indices.
+std::set<std::int32_t> Refinement::colliding(const Simulation& simulation,
+                                             const std::vector<SplitEvent>& joins) const {
+  const std::span<const Vec3> x = simulation.positions();
+  std::vector<Vec3> x_t1(x.begin(), x.end());
+  for (const SplitEvent& event : joins) {
+    const std::size_t number = static_cast<std::size_t>(event.piece), first = begin(number);
+    const std::vector<Vec3> places =
+        piece(event.piece).grid.flattened(event.cells, x.subspan(first, sizes_[number]));
+    std::copy(places.begin(), places.end(), x_t1.begin() + static_cast<std::ptrdiff_t>(first));
+  }
+  std::set<std::int32_t> found;
+  const auto add = [&](const Collision& c, int begin, int end) {
+    found.insert(c.vertex.begin() + begin, c.vertex.begin() + end);
+  };
+  for (const Collision& c : find_collisions(x, x_t1, simulation.cloth_triangles())) add(c, 0, 4);
+  const std::vector<Vec3>& bodies = simulation.body_positions();
+  if (bodies.empty()) return found;
+  for (const Collision& c : find_collisions(MovingSurface{x, x_t1, simulation.cloth_triangles()},
+                                            {bodies, bodies, simulation.body_triangles()})) {
+    if (c.kind == ContactKind::triangle_point) add(c, 1, 4);
+    if (c.kind == ContactKind::point_triangle) add(c, 0, 1);
+    if (c.kind == ContactKind::edge_edge) add(c, 0, 2);
+  }
+  return found;
+}
+
+Refinement::Joins Refinement::joins_due(const Simulation& simulation) const {
+  Joins joins;
+  for (const Piece& p : pieces_) {
+    if (p.spec.when != RefineSpec::When::curved || !(p.spec.join > 0.0)) continue;
+    const auto x = simulation.positions().subspan(begin(p.number), sizes_[p.number]);
+    std::vector<GridCell> cells = p.grid.flat(x, p.spec.join, p.spec.angle);
+    if (!cells.empty())
+      joins.events.push_back(
+          {static_cast<std::int32_t>(p.number), simulation.time(), std::move(cells), true});
+  }
+  while (!joins.events.empty()) {
+    const std::set<std::int32_t> found = colliding(simulation, joins.events);
+    if (found.empty()) break;
+    std::size_t removed = 0, all = 0;
+    for (SplitEvent& event : joins.events) {
+      const auto first = static_cast<std::int32_t>(begin(static_cast<std::size_t>(event.piece)));
+      const AdaptiveGrid& grid = piece(event.piece).grid;
+      removed += std::erase_if(event.cells, [&](const GridCell& cell) {
+        const std::vector<std::int32_t> nodes = grid.nodes(cell);
+        return std::any_of(nodes.begin(), nodes.end(),
+                           [&](std::int32_t v) { return found.contains(first + v); });
+      });
+      all += event.cells.size();
+    }
+    joins.postponed += removed;
+    std::erase_if(joins.events, [](const SplitEvent& event) { return event.cells.empty(); });
+    if (removed > 0) continue;
+    joins.postponed += all;  // what collides follows a cell and is none of its nodes
+    joins.events.clear();
+  }
+  return joins;
+}
+
+}  // namespace selvedge

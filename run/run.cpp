@@ -165,15 +165,9 @@ class Run {
 
   bool stop_requested() const { return config_.stop != nullptr && config_.stop->load(); }
 
-<<<<<<< Updated upstream
-  /// Makes the splits, merges and joins that are due at a frame, unless the state after them would cross
-  /// something. The exchange of the surface counts as a step, so every state of steps/ has one
-  /// surface.
-=======
   /// Makes the splits, merges and joins that are due at a frame, unless the state after them would
   /// cross something. The exchange of the surface counts as a step, so every state of steps/ has
   /// one surface.
->>>>>>> Stashed changes
   void refine() {
     const SimulationState& state = simulation_->state();
     // A run out of budget resumes within a frame, where this was decided before.

@@ -102,7 +102,8 @@ detail::Garment make_start(const SewingPattern& pattern, const DressConfig& conf
   return detail::start_garment(panels);
 }
 
-constexpr std::array<detail::SewAttempt, 3> kAttempts = {{{0.35}, {0.2}, {0.5}}};
+constexpr std::array<detail::SewAttempt, 3> kAttempts = {
+    {{0.35, true}, {0.35, false}, {0.2, false}}};
 
 /// The garment with all seams closed, by the first attempt that succeeds.
 detail::Garment sewn(const detail::Garment& start, const detail::Dressing& dressing,

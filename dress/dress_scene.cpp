@@ -15,6 +15,7 @@ namespace selvedge::detail {
 namespace {
 
 constexpr double kOpeningShare = 0.1;  // of the edge length of the mesh
+constexpr double kLeastMerge = 2.0;    // rest gaps, the shortest distance at which pairs merge
 constexpr const char* kCloth = "garment";
 constexpr const char* kMaterial = "fabric";
 /// The reach of the pull, relative to the largest opening. Within a hundredth of the reach, the
@@ -109,8 +110,8 @@ Garment start_garment(const GarmentMesh& mesh) {
   garment.mirrored = mesh.mirrored;
   for (const GarmentMesh::Stitch& stitch : mesh.stitches) {
     const auto pieces = static_cast<double>(std::max<std::size_t>(2, stitch.a.size()) - 1);
-    garment.stitches.push_back(
-        {stitch.a, stitch.b, std::max(stitch.length_a, stitch.length_b) / pieces});
+    const auto [shorter, longer] = std::minmax(stitch.length_a, stitch.length_b);
+    garment.stitches.push_back({stitch.a, stitch.b, longer / pieces, longer / shorter - 1.0});
   }
   for (std::size_t p = 0; p < mesh.edge_vertices.size(); ++p)
     for (std::size_t e = 0; e < mesh.edge_vertices[p].size(); ++e)
@@ -150,7 +151,8 @@ DressScene make_dress_scene(const Garment& garment, const TriangleMesh& body,
   if (settings.pull > 0.0) {
     const double reach = std::max(kLeastReach, kReach * garment.largest_opening());
     for (std::size_t s = 0; s < garment.stitches.size(); ++s)
-      if (const std::vector<Edge> pairs = garment.open_pairs(s); !pairs.empty())
+      if (const std::vector<Edge> pairs = garment.open_pairs(s);
+          !pairs.empty() && (!settings.gathers_only || garment.stitches[s].is_gathered()))
         scene.seams.push_back(seam_spec(pairs, garment.stitches[s].spacing, reach, settings));
   }
   made.built = build_scene(scene, [&](std::size_t) {
@@ -158,6 +160,12 @@ DressScene make_dress_scene(const Garment& garment, const TriangleMesh& body,
   });
   made.built.velocity = garment.velocity;
   return made;
+}
+
+double merge_distance(const Garment& garment, const DressConfig& config, double share) {
+  double spacing = std::numeric_limits<double>::infinity();
+  for (const Stitching& stitch : garment.stitches) spacing = std::min(spacing, stitch.spacing);
+  return std::max(kLeastMerge * config.rest_gap, share * spacing);
 }
 
 std::size_t merge_closed(const DressScene& scene, const Simulation& simulation,

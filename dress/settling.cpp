@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Settling: the sewn garment under gravity and friction, until it is at rest.
+// Settling: the sewn garment under gravity and friction, until it is at rest. Pairs that are near
+// but could not merge, because something was in the way, are pulled on and merge as soon as they
+// can.
 #include <fmt/format.h>
 #include <selvedge/dress/detail/dressing.h>
 
@@ -12,7 +14,8 @@
 namespace selvedge::detail {
 namespace {
 
-constexpr double kGravity = 9.81;  // m/s²
+constexpr double kGravity = 9.81;    // m/s²
+constexpr double kMergeShare = 0.5;  // of the spacing of the finest seam, where pairs merge
 
 double mean_height(std::span<const Vec3> x, std::span<const double> mass) {
   double sum = 0.0, total = 0.0;
@@ -36,6 +39,7 @@ class MotionWindow {
     if (states_.size() > frames_ + 1) states_.pop_front();
   }
 
+  void clear() { states_.clear(); }
   bool is_full() const { return states_.size() == frames_ + 1; }
 
   /// Speeds of the straight way from the first state to the last one, and the mean energy.
@@ -75,18 +79,7 @@ class Settling {
         phase_(phase),
         result_(result),
         window_(config_.rest.window, config_.fps) {
-    const PhaseSettings settings{.gravity = Vec3(0.0, 0.0, -kGravity),
-                                 .drag = config_.settle_drag,
-                                 .friction = config_.body_friction,
-                                 .pull = config_.pull};
-    DressScene made = make_dress_scene(garment, dressing.body, config_, settings);
-    scene_ = std::move(made.scene);
-    try {
-      simulation_ = std::make_unique<Simulation>(scene_, std::move(made.built), dressing.methods);
-    } catch (const std::invalid_argument& error) {
-      throw DressFailed(fmt::format("phase {}: {}", phase_name(phase), error.what()));
-    }
-    if (dressing.observer.accepted) dressing.observer.accepted(*simulation_);
+    open();
   }
 
   void run() {
@@ -98,9 +91,39 @@ class Settling {
   }
 
  private:
-  void make_frame(int frame) {
+  void open() {
+    simulation_.reset();  // it refers to the former scene
+    const PhaseSettings settings{.gravity = Vec3(0.0, 0.0, -kGravity),
+                                 .drag = config_.settle_drag,
+                                 .friction = config_.body_friction,
+                                 .pull = config_.largest_pull,
+                                 .merge = merge_distance(garment_, config_, kMergeShare)};
+    scene_ =
+        std::make_unique<DressScene>(make_dress_scene(garment_, dressing_.body, config_, settings));
     try {
-      simulation_->advance_to_frame(frame, [&](double) {
+      simulation_ =
+          std::make_unique<Simulation>(scene_->scene, std::move(scene_->built), dressing_.methods);
+    } catch (const std::invalid_argument& error) {
+      throw DressFailed(fmt::format("phase {}: {}", phase_name(phase_), error.what()));
+    }
+    frame_of_simulation_ = 0;
+    if (dressing_.observer.accepted) dressing_.observer.accepted(*simulation_);
+  }
+
+  /// Pairs that were left open.
+  void merge() {
+    if (garment_.open_pairs() == 0) return;
+    if (merge_closed(*scene_, *simulation_, dressing_.methods, garment_, result_) == 0) return;
+    add_run(*simulation_, phase_name(phase_), result_);
+    open();
+    window_.clear();
+  }
+
+  void make_frame(int frame) {
+    if (frame % kMergeEvery == 0) merge();
+    ++frame_of_simulation_;
+    try {
+      simulation_->advance_to_frame(frame_of_simulation_, [&](double) {
         if (dressing_.observer.accepted) dressing_.observer.accepted(*simulation_);
       });
     } catch (const SimulationFailed& failure) {
@@ -133,8 +156,9 @@ class Settling {
   DressPhase phase_;
   DressResult& result_;
   MotionWindow window_;
-  Scene scene_;
+  std::unique_ptr<DressScene> scene_;
   std::unique_ptr<Simulation> simulation_;
+  int frame_of_simulation_ = 0;
 };
 
 }  // namespace

@@ -14,11 +14,9 @@
 namespace selvedge::detail {
 namespace {
 
-/// Pairs merge at `SewAttempt::merge_share` of the spacing of the finest seam, and at least at this
-/// many rest gaps, because contacts keep pairs one gap apart.
-constexpr double kLeastMerge = 2.0;
-constexpr int kMergeEvery = 3;      // frames
-constexpr int kStalls = 3;          // without progress at the largest pull: given up
+constexpr double kReachOut =
+    1.5;  // factor of the merge distance where seams stop at the largest pull
+constexpr double kFarthest = 1.2;   // of the spacing of the finest seam, the largest merge distance
 constexpr int kStallFrames = 12;    // frames over which progress is measured
 constexpr double kProgress = 0.05;  // of the mean opening, within that many frames
 
@@ -30,15 +28,20 @@ class Sewing {
         config_(dressing.config),
         result_(result),
         merge_share_(attempt.merge_share),
+        gathers_only_(attempt.gathers_first),
         pull_(config_.pull) {}
 
   void run() {
+    gathers_only_ = gathers_only_ && mean_opening() > 0.0;
     open();
     note_start();
     while (garment_.open_pairs() > 0 && sewn_s_ < config_.sew_time && !is_stuck_) {
       make_frame();
       if (frame_ % kMergeEvery == 0) merge();
-      adapt_pull();
+      if (gathers_only_ && mean_opening() == 0.0)
+        go_on_with_all();
+      else
+        adapt_pull();
     }
     merge();
     take_state(*simulation_, garment_);
@@ -49,8 +52,11 @@ class Sewing {
  private:
   void open() {
     simulation_.reset();  // it refers to the former scene
-    const PhaseSettings settings{
-        .drag = config_.sew_drag, .pull = pull_, .merge = merge_distance(), .limit_strain = false};
+    const PhaseSettings settings{.drag = config_.sew_drag,
+                                 .pull = pull_,
+                                 .merge = merge_distance(garment_, config_, merge_share_),
+                                 .limit_strain = false,
+                                 .gathers_only = gathers_only_};
     scene_ =
         std::make_unique<DressScene>(make_dress_scene(garment_, dressing_.body, config_, settings));
     simulation_ =
@@ -59,10 +65,23 @@ class Sewing {
     if (dressing_.observer.accepted) dressing_.observer.accepted(*simulation_);
   }
 
-  double merge_distance() const {
-    double spacing = std::numeric_limits<double>::infinity();
-    for (const Stitching& stitch : garment_.stitches) spacing = std::min(spacing, stitch.spacing);
-    return std::max(kLeastMerge * config_.rest_gap, merge_share_ * spacing);
+  /// Of the seams that pull, m; 0: all of them are closed.
+  double mean_opening() const {
+    if (!gathers_only_) return garment_.mean_opening();
+    double sum = 0.0, count = 0.0;
+    for (std::size_t s = 0; s < garment_.stitches.size(); ++s) {
+      if (!garment_.stitches[s].is_gathered()) continue;
+      sum += garment_.opening(s);
+      count += 1.0;
+    }
+    return count > 0.0 ? sum / count : 0.0;
+  }
+
+  void go_on_with_all() {
+    gathers_only_ = false;
+    pull_ = config_.pull;
+    openings_.clear();
+    reopen();
   }
 
   void note_start() {
@@ -107,15 +126,20 @@ class Sewing {
   }
 
   void adapt_pull() {
-    openings_.push_back(garment_.mean_opening());
+    openings_.push_back(mean_opening());
     const auto n = static_cast<int>(openings_.size());
     if (n <= kStallFrames || garment_.open_pairs() == 0) return;
     if (openings_.back() < (1.0 - kProgress) * openings_[n - 1 - kStallFrames]) return;
     openings_.clear();
-    if (pull_ >= config_.largest_pull) ++stalls_;
-    is_stuck_ = stalls_ >= kStalls || garment_.largest_opening() <= closed_opening(config_);
-    if (is_stuck_ || pull_ >= config_.largest_pull) return;
-    pull_ = std::min(2.0 * pull_, config_.largest_pull);
+    const bool is_largest = pull_ >= config_.largest_pull;
+    if (is_largest && gathers_only_) return go_on_with_all();
+    is_stuck_ = (is_largest && merge_share_ >= kFarthest) ||
+                garment_.largest_opening() <= closed_opening(config_);
+    if (is_stuck_) return;
+    if (is_largest)
+      merge_share_ = std::min(kReachOut * merge_share_, kFarthest);
+    else
+      pull_ = std::min(2.0 * pull_, config_.largest_pull);
     reopen();
   }
 
@@ -135,9 +159,9 @@ class Sewing {
   const DressConfig& config_;
   DressResult& result_;
   double merge_share_;
+  bool gathers_only_;    // only gathered seams pull
   double pull_;          // N per metre of seam
   double sewn_s_ = 0.0;  // s
-  int stalls_ = 0;       // at the largest pull
   std::unique_ptr<DressScene> scene_;
   std::unique_ptr<Simulation> simulation_;
   int frame_ = 0, frame_of_simulation_ = 0;

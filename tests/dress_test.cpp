@@ -138,6 +138,27 @@ TEST(Dress, ASplitMovesNoPointAndBendsCurvedEdges) {
   }
 }
 
+TEST(Dress, OnlyGatheredSeamsPullWhileTheyCloseFirst) {
+  SewingPattern pattern = tube(0.4, 0.3, 0.2);
+  // The left side of the front is half as long as the right side of the back, which it joins.
+  pattern.panels[0].vertices[3].y() = 0.15;
+  DressConfig config = coarse();
+  PanelMeshConfig mesh;
+  mesh.edge_length = 0.06;
+  const detail::Garment garment = detail::start_garment(mesh_garment(pattern, mesh));
+  ASSERT_EQ(garment.stitches.size(), 2u);
+  EXPECT_FALSE(garment.stitches[0].is_gathered());
+  EXPECT_TRUE(garment.stitches[1].is_gathered());
+  EXPECT_NEAR(garment.stitches[1].ease, 1.0, 1e-9);
+  for (const bool gathers_only : {false, true}) {
+    const detail::DressScene made =
+        detail::make_dress_scene(garment, cone(0.05, 0.2), config,
+                                 {.pull = 10.0, .merge = 0.01, .gathers_only = gathers_only});
+    ASSERT_EQ(made.scene.seams.size(), gathers_only ? 1u : 2u);
+    EXPECT_EQ(made.scene.seams.back().vertices[0].size(), garment.open_pairs(1).size());
+  }
+}
+
 TEST(Dress, APanelThatCrossesTheBodyIsMovedOutUntilItIsFree) {
   const TriangleMesh body = cone(0.3, 0.6);
   GarmentMesh mesh = mesh_garment(tube(0.6, 0.3, 0.25), {});

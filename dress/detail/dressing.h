@@ -19,6 +19,10 @@ namespace selvedge::detail {
 struct Stitching {
   std::vector<std::int32_t> a, b;
   double spacing = 0.0;  ///< m, of the pairs along the seam
+  double ease = 0.0;     ///< excess of the longer side over the shorter one
+
+  /// Whether the longer side is gathered into the seam.
+  bool is_gathered() const { return ease > 0.25; }
 };
 
 /// An edge of a panel as it is divided in the mesh: vertices of the flat pattern from its start to
@@ -61,6 +65,7 @@ struct PhaseSettings {
   double pull = 0.0;            ///< N per metre of seam
   double merge = 0.0;           ///< m, distance at which pairs merge; 0: never
   bool limit_strain = true;
+  bool gathers_only = false;  ///< only gathered seams pull
 };
 
 /// A scene of the garment as it is, and what is built from it.
@@ -70,6 +75,12 @@ struct DressScene {
 };
 DressScene make_dress_scene(const Garment& garment, const TriangleMesh& body,
                             const DressConfig& config, const PhaseSettings& settings);
+
+/// Frames between two merges.
+inline constexpr int kMergeEvery = 3;
+/// Distance at which pairs merge, m: `share` of the spacing of the finest seam, but more than
+/// contacts keep.
+double merge_distance(const Garment& garment, const DressConfig& config, double share);
 
 /// Merges the pairs that have met, as far as nothing collides on the way. Returns the number of
 /// merged pairs; 0: the garment is unchanged.
@@ -96,6 +107,8 @@ struct Dressing {
 /// One try to close all seams. Sheets that jam at one choice mostly pass at another.
 struct SewAttempt {
   double merge_share = 0.35;  ///< distance at which pairs merge, in spacings of the finest seam
+  /// Gathered seams close before the others, while their folds still have space.
+  bool gathers_first = false;
 };
 
 /// Closes and merges all seams. Throws DressFailed that names the stitch.

@@ -134,6 +134,11 @@ limiters() {
   compare limiters data/scenes/flag.json --no-reference --repeats 7 --set 'geometry.0.cells=[24,24]' \
     --set time.frames=8 --set materials.default.stretch_stiffness=60 \
     --vary strain_limiter=position,ordered_position,position_velocity,ordered_position_velocity,priority_position_velocity,velocity
+  say "C4, C5, C6: 2,500 particles on a round table until balance (needs the Python module in $build/python and NumPy)"
+  local stiffness
+  for stiffness in 3 1; do
+    measure env PYTHONPATH="$build/python" scripts/survey_size.py --stiffness "$stiffness"
+  done
 }
 
 stability() {

@@ -571,6 +571,99 @@ TEST(Followers, EveryIntegratorKeepsThemInTheMiddleAndTheWeightOfAll) {
   }
 }
 
+/// Waving cloth with hanging nodes, stepped by one integrator.
+struct Waving {
+  explicit Waving(const std::string& name)
+      : cloth(ragged(kGrid, Material{}, 7).cloth()),
+        solver(make_constrained(cloth, make_internal_forces(cloth), name, 1e-12)) {
+    const std::size_t n = cloth.mass.size();
+    p = {cloth.surface.vertices, random_vectors(n, 0.05, 3), cloth.mass, {}};
+    for (Vec3& x : p.x) x.z() = 0.02 * std::sin(9.0 * x.x());
+    for (const double m : cloth.mass) p.inv_mass.push_back(1.0 / m);
+    Followers(cloth).place(p.x);
+    Followers(cloth).place(p.v);
+  }
+  void step(std::span<const std::int32_t> touched = {}) {
+    Vectors mean = p.v, end = p.v;
+    solver->begin({p, time, kStep, !touched.empty(), touched}, {mean, end});
+    EXPECT_TRUE(solver->solve({}, {mean, end}, 1.0).converged);
+    for (std::size_t i = 0; i < p.x.size(); ++i) p.x[i] += kStep * mean[i];
+    p.v = solver->traits().ends_with_mean ? mean : end;
+    solver->accept({p.x, p.v, p.mass, time});
+    time += kStep;
+  }
+
+  static constexpr double kStep = 2e-3;  // s
+  ClothMesh cloth;
+  std::unique_ptr<Integrator> solver;
+  Particles p;
+  double time = 0.0;
+};
+
+TEST(Followers, AnIntegratorOfSeveralStepsContinuesFromItsSavedMemory) {
+  Waving whole("bdf2"), resumed("bdf2"), anew("bdf2");
+  for (int i = 0; i < 3; ++i) whole.step();
+  std::vector<double> memory;
+  whole.solver->save_memory(memory);
+  for (Waving* other : {&resumed, &anew}) other->p = whole.p, other->time = whole.time;
+  resumed.solver->restore_memory(memory);
+  for (Waving* one : {&whole, &resumed, &anew}) one->step();
+  EXPECT_EQ(resumed.p.x, whole.p.x);
+  EXPECT_EQ(resumed.p.v, whole.p.v);
+  EXPECT_NE(anew.p.v, whole.p.v);  // its first step is one of implicit Euler
+  memory.resize(memory.size() / 2);
+  EXPECT_THROW(resumed.solver->restore_memory(memory), std::invalid_argument);
+}
+
+TEST(Followers, AHangingNodeInContactPutsItsPieceIntoContact) {
+  Waving touched("bdf2"), euler("implicit_euler"), free("bdf2");
+  for (int i = 0; i < 3; ++i) touched.step(), free.step();
+  euler.p = touched.p;
+  euler.time = touched.time;
+  const std::vector<std::int32_t> node{touched.cloth.hanging.front().v[0]};
+  touched.step(node);
+  euler.step(node);
+  free.step();
+  double to_euler = 0.0, to_free = 0.0;
+  for (std::size_t i = 0; i < euler.p.v.size(); ++i) {
+    to_euler = std::max(to_euler, (touched.p.v[i] - euler.p.v[i]).norm());
+    to_free = std::max(to_free, (touched.p.v[i] - free.p.v[i]).norm());
+  }
+  EXPECT_LT(to_euler, 1e-9);
+  EXPECT_GT(to_free, 1e-5);
+}
+
+/// A force of one newton per particle that only acts after a time.
+class LateForce final : public Force {
+ public:
+  void add_force(const ForceState& state, std::span<Vec3> f) const override {
+    for (Vec3& g : f) g.x() += state.time > 1.0 ? 1.0 : 0.0;
+  }
+  double energy(const ForceState&) const override { return 0.0; }
+  void add_links(std::vector<Edge>&) const override {}
+  void bind(const BlockMatrix&) override {}
+  void add_jacobian(const ForceState&, double, BlockMatrix&) const override {}
+  void add_stiffness_bound(const ForceState&, std::span<double>, std::span<double>) const override {
+  }
+};
+
+TEST(Followers, ForcesOfTheLeadersKnowTheTime) {
+  const ClothMesh cloth = ragged(kGrid, Material{}, 7).cloth();
+  const std::size_t n = cloth.mass.size();
+  Particles p{cloth.surface.vertices, Vectors(n, Vec3::Zero()), cloth.mass, {}};
+  for (const double m : cloth.mass) p.inv_mass.push_back(1.0 / m);
+  for (const double time : {0.0, 2.0}) {
+    std::vector<std::unique_ptr<Force>> late;
+    late.push_back(std::make_unique<LateForce>());
+    const auto solver = make_constrained(cloth, std::move(late), "implicit_euler", 1e-12);
+    Vectors mean = p.v, end = p.v;
+    solver->begin({p, time, 0.01}, {mean, end});
+    solver->solve({}, {mean, end}, 1.0);
+    const double expected = time > 1.0 ? 0.01 * static_cast<double>(n) : 0.0;
+    EXPECT_NEAR(momentum(cloth.mass, mean).x(), expected, 1e-9);
+  }
+}
+
 TEST(AdaptiveGrid, SplitsWhereItBendsAndNowhereElse) {
   AdaptiveGrid adaptive({1.0, 1.0, 16, 16}, Material{}, 2);
   Vectors x = adaptive.cloth().surface.vertices, v(x.size(), Vec3::Zero());

@@ -339,8 +339,8 @@ int out_of_bounds_exponent(const std::array<double, 3>& s, const Vec3& a, const 
   return exponent;
 }
 
-ParticleContact contact_in_bounds(const AnalyticShape& shape, const Vec3& a, const Vec3& b) {
-  ParticleContact c;
+ShapeContact contact_in_bounds(const AnalyticShape& shape, const Vec3& a, const Vec3& b) {
+  ShapeContact c;
   c.distance_t0 = signed_distance(shape, a), c.distance_t1 = signed_distance(shape, b);
   const Path path{a, b};
   double t = 0.0;
@@ -361,8 +361,7 @@ Vec3 outward_normal(const AnalyticShape& shape, const Vec3& x) {
   return std::visit([&](const auto& s) { return normal_of(s, x); }, shape);
 }
 
-ParticleContact particle_body_contact(const AnalyticShape& shape, const Vec3& x_t0,
-                                      const Vec3& x_t1) {
+ShapeContact particle_body_contact(const AnalyticShape& shape, const Vec3& x_t0, const Vec3& x_t1) {
   require_finite(x_t0, "t = 0");
   require_finite(x_t1, "t = 1");
   const int e = out_of_bounds_exponent(checked_sizes(shape), x_t0, x_t1);
@@ -375,7 +374,7 @@ ParticleContact particle_body_contact(const AnalyticShape& shape, const Vec3& x_
   // Applies half the exponent twice: 2^-e itself may not be a normal double.
   for (const int part : {-(e / 2), -(e - e / 2)})
     std::visit([&](auto& s) { scale(s, std::ldexp(1.0, part)); }, near_1);
-  ParticleContact c = contact_in_bounds(near_1, scaled(x_t0, -e), scaled(x_t1, -e));
+  ShapeContact c = contact_in_bounds(near_1, scaled(x_t0, -e), scaled(x_t1, -e));
   c.point = scaled(c.point, e);
   c.distance_t0 = std::ldexp(c.distance_t0, e), c.distance_t1 = std::ldexp(c.distance_t1, e);
   return c;

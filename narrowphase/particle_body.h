@@ -7,7 +7,7 @@
 namespace selvedge {
 
 /// First contact of a particle with an analytic body in one step.
-struct ParticleContact {
+struct ShapeContact {
   double toi = kNoCollision;   ///< first time on or inside the body; kNoCollision if there is none
   Vec3 point = Vec3::Zero();   ///< metres, position of the particle at toi
   Vec3 normal = Vec3::Zero();  ///< outward unit normal of the body there
@@ -27,8 +27,7 @@ struct ParticleContact {
 ///
 /// Throws std::invalid_argument for coordinates that are not finite and sizes that are not positive
 /// and finite.
-ParticleContact particle_body_contact(const AnalyticShape& shape, const Vec3& x_t0,
-                                      const Vec3& x_t1);
+ShapeContact particle_body_contact(const AnalyticShape& shape, const Vec3& x_t0, const Vec3& x_t1);
 
 /// Relative accuracy of particle_body_contact: 2^9 roundings, of which a path uses a few dozen.
 inline constexpr double kParticleAccuracy = 0x1p-44;

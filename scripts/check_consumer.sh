@@ -4,7 +4,8 @@
 # selvedge:
 #   find_package      from an installation of BUILD_DIR (build/release) in a fresh prefix. The detectors may look only
 #                     for Eigen and oneTBB; scene and simulation must not look for CLI11, PNG or GMP. Every installed
-#                     target is also linked alone, and every installed header compiled alone.
+#                     target is also linked alone, and every installed header compiled alone, and all of them
+#                     in one source.
 #   add_subdirectory  broad and narrow phase, with Eigen and oneTBB only; all other targets are only configured
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."

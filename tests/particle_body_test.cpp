@@ -60,7 +60,7 @@ TEST(ParticleBody, IsWhereTheSignedDistanceFirstIsZero) {
     int hits = 0, starts = 0, passes = 0, grazes = 0;
     for (int i = 0; i < 4000; ++i) {
       const Vec3 a = vector(r, 1.5), b = i % 3 == 0 ? vector(r, 0.5) : vector(r, 1.5);
-      const ParticleContact c = particle_body_contact(shape, a, b);
+      const ShapeContact c = particle_body_contact(shape, a, b);
       ASSERT_EQ(c.distance_t0, signed_distance(shape, a));
       ASSERT_EQ(c.distance_t1, signed_distance(shape, b));
       const double traced = traced_time(shape, a, b, kNear);
@@ -124,7 +124,7 @@ TEST(ParticleBody, TheNormalIsTheGradientOfTheSignedDistance) {
 
 void expect_contact(const AnalyticShape& shape, const Vec3& a, const Vec3& b, double toi,
                     const Vec3& normal) {
-  const ParticleContact c = particle_body_contact(shape, a, b);
+  const ShapeContact c = particle_body_contact(shape, a, b);
   ASSERT_NEAR(c.toi, toi, 1e-12) << "shape " << shape.index();
   EXPECT_NEAR((c.point - (a + toi * (b - a))).norm(), 0.0, 1e-12) << "shape " << shape.index();
   EXPECT_NEAR((c.normal - normal).norm(), 0.0, 1e-6) << "shape " << shape.index();
@@ -218,7 +218,7 @@ TEST(ParticleBody, AnEndInsideIsAlwaysAContact) {
       // Onto the surface, as near as rounding lets.
       const Vec3 a = vector(r, 2.0), x = vector(r, 1.0);
       const Vec3 b = x - signed_distance(shape, x) * outward_normal(shape, x);
-      const ParticleContact c = particle_body_contact(shape, a, b);
+      const ShapeContact c = particle_body_contact(shape, a, b);
       if (c.distance_t1 <= 0.0 || c.distance_t0 <= 0.0) {
         ASSERT_NE(c.toi, kNoCollision) << shape.index();
       }
@@ -228,10 +228,10 @@ TEST(ParticleBody, AnEndInsideIsAlwaysAContact) {
 
 TEST(ParticleBody, ComesFromFarAway) {
   for (const double far : {1e3, 1e6, 1e9}) {
-    const ParticleContact c = particle_body_contact(Torus{1.0, 0.25}, {far, 0, 0}, {-far, 0, 0});
+    const ShapeContact c = particle_body_contact(Torus{1.0, 0.25}, {far, 0, 0}, {-far, 0, 0});
     ASSERT_NE(c.toi, kNoCollision);
     EXPECT_NEAR(c.point.x(), 1.25, 8.0 * kParticleAccuracy * far);
-    const ParticleContact s = particle_body_contact(Sphere{1.0}, {0.6, far, 0}, {0.6, -far, 0});
+    const ShapeContact s = particle_body_contact(Sphere{1.0}, {0.6, far, 0}, {0.6, -far, 0});
     ASSERT_NE(s.toi, kNoCollision);
     EXPECT_NEAR(s.point.y(), 0.8, 8.0 * kParticleAccuracy * far);
   }
@@ -256,8 +256,8 @@ TEST(ParticleBody, ScalingByAPowerOfTwoNeverChangesTheTime) {
     for (int i = 0; i < 500; ++i) {
       const Vec3 a = vector(r, 1.5), b = vector(r, 1.5);
       const double k = std::ldexp(1.0, integer(r, -900, 900));
-      const ParticleContact c = particle_body_contact(shape, a, b);
-      const ParticleContact s = particle_body_contact(scaled(shape, k), k * a, k * b);
+      const ShapeContact c = particle_body_contact(shape, a, b);
+      const ShapeContact s = particle_body_contact(scaled(shape, k), k * a, k * b);
       ASSERT_EQ(s.toi, c.toi) << "shape " << shape.index() << " times " << k;
       ASSERT_EQ(s.point, Vec3(k * c.point));
       ASSERT_EQ(s.distance_t0, k * c.distance_t0);
@@ -275,7 +275,7 @@ TEST(ParticleBody, ReturnsATimeOrNoCollisionWhateverTheInput) {
         b[k] *= integer(r, 0, 3) == 0 ? 0.0 : std::ldexp(1.0, integer(r, -498, 498));
       }
       const AnalyticShape s = scaled(shape, std::ldexp(1.0, integer(r, -498, 498)));
-      const ParticleContact c = particle_body_contact(s, a, b);
+      const ShapeContact c = particle_body_contact(s, a, b);
       if (c.toi == kNoCollision) continue;
       ASSERT_TRUE(c.toi >= 0.0 && c.toi <= 1.0) << "shape " << shape.index() << ": " << c.toi;
       ASSERT_TRUE(c.point.allFinite());

@@ -22,7 +22,8 @@
 
 namespace {
 
-constexpr double kSize = 0.6, kDensity = 0.15, kFriction = 0.3, kMargin = 0.005, kLinear = 0.4;
+constexpr double kSize = 0.6, kDensity = 0.15, kFriction = 0.3, kMargin = 0.005, kLinear = 0.4,
+                 kVoxel = 0.01;
 constexpr int kSubsteps = 4, kIterations = 10;
 
 struct Mesh {
@@ -71,7 +72,8 @@ void run(const std::string& folder, const std::string& scene, int frames) {
   world.setGravity({0, 0, btScalar(-9.81)});
   world.getWorldInfo().m_gravity = world.getGravity();
   world.getWorldInfo().m_sparsesdf.Initialize();
-  world.getWorldInfo().m_sparsesdf.setDefaultVoxelsz(btScalar(0.02));
+  world.getWorldInfo().m_sparsesdf.setDefaultVoxelsz(btScalar(kVoxel));
+  world.getWorldInfo().m_sparsesdf.Reset();  // until then the voxels have 0.25 m and nodes sink in
 
   btSphereShape ball(btScalar(0.15));
   btBoxShape box({btScalar(0.15), btScalar(0.45), btScalar(0.15)}),
@@ -121,7 +123,7 @@ void run(const std::string& folder, const std::string& scene, int frames) {
       << "\", \"seconds\": " << seconds << ", \"settings\": {\"steps_per_frame\": " << kSubsteps
       << ", \"position_iterations\": " << kIterations << ", \"linear_stiffness\": " << kLinear
       << ", \"static_contact_hardness\": 1, \"margin_m\": " << kMargin
-      << ", \"friction\": " << kFriction
+      << ", \"distance_voxel_m\": " << kVoxel << ", \"friction\": " << kFriction
       << ", \"collisions\": \"SDF_RS: nodes against bodies; no self-collision\"}}\n";
   world.removeSoftBody(cloth);
   delete cloth;

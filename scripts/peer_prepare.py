@@ -46,11 +46,30 @@ def turned_about_y(p, degrees):
     return (c * p[0] + s * p[2], p[1], -s * p[0] + c * p[2])
 
 
-def box(size, degrees):
-    points = [turned_about_y((x * size[0] / 2, y * size[1] / 2, z * size[2] / 2), degrees)
-              for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)]
-    quads = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
-    return points, [f for a, b, c, d in quads for f in ((a, b, c), (a, c, d))]
+def box(size, degrees, cells=(1, 1, 1)):
+    """A closed box, turned about y, with so many squares along each side."""
+    points, faces, number = [], [], {}
+
+    def corner(at):
+        if at not in number:
+            number[at] = len(points)
+            points.append(turned_about_y([(at[k] / cells[k] - 0.5) * size[k] for k in range(3)], degrees))
+        return number[at]
+
+    for axis in range(3):
+        u, v = (axis + 1) % 3, (axis + 2) % 3
+        for end in (0, cells[axis]):
+            for i in range(cells[u]):
+                for j in range(cells[v]):
+                    at = [0, 0, 0]
+                    at[axis] = end
+                    quad = []
+                    for du, dv in ((0, 0), (1, 0), (1, 1), (0, 1)):
+                        at[u], at[v] = i + du, j + dv
+                        quad.append(corner(tuple(at)))
+                    a, b, c, d = quad if end else quad[::-1]
+                    faces += [(a, b, c), (a, c, d)]
+    return points, faces
 
 
 def sheet(cells, degrees, centre):
@@ -73,7 +92,8 @@ def main():
     cases = {
         "ball": (ball(0.15, (0, 0, 0)), 0.0, (0.013, 0.007, 0.18)),
         "edge": (box((0.3, 0.9, 0.3), 45.0), 0.0, (0.013, 0.007, 0.24)),
-        "incline": (box((4.0, 1.0, 0.2), SLOPE), SLOPE, above(0.1 + CLEARANCE)),
+        # Blender's cloth sinks into faces of metres.
+        "incline": (box((4.0, 1.0, 0.2), SLOPE, (40, 10, 2)), SLOPE, above(0.1 + CLEARANCE)),
     }
     for name, (body, degrees, centre) in cases.items():
         folder = out / name

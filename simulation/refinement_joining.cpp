@@ -64,7 +64,7 @@ Refinement::Joins Refinement::joins_due(const Simulation& simulation) const {
     joins.postponed += removed;
     std::erase_if(joins.events, [](const SplitEvent& event) { return event.cells.empty(); });
     if (removed > 0) continue;
-    joins.postponed += all;  // what collides follows a cell and is none of its nodes
+    joins.postponed += all;  // colliding vertices hang on a cell without being its nodes
     joins.events.clear();
   }
   return joins;

@@ -8,9 +8,9 @@
 
 #include "run_program.h"
 
+namespace selvedge::ablation_test {
 namespace {
 
-using namespace selvedge;
 using namespace selvedge::testing;
 
 TEST(Equivalence, TheBoundsAreThoseOfATextbook) {
@@ -107,3 +107,5 @@ TEST_F(PlanCommand, WhatIsNotShownToBeEquivalentIsNotAccepted) {
 }
 
 }  // namespace
+
+}  // namespace selvedge::ablation_test

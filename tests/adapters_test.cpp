@@ -13,8 +13,7 @@
 
 #include "broad_phase_trial.h"
 
-using namespace selvedge;
-
+namespace selvedge::adapters_test {
 namespace {
 
 using Surface = OwnedSurface;
@@ -118,7 +117,7 @@ std::vector<std::string> built(const Registry& registry) {
 }
 
 /// Each case runs on every broad-phase adapter of this build.
-class BroadPhaseAdapters : public testing::Test {
+class BroadPhaseAdapters : public ::testing::Test {
  protected:
   void SetUp() override {
     if (names_.empty()) GTEST_SKIP() << "no library for a broad phase was found";
@@ -284,7 +283,7 @@ Query falling(ContactKind kind, double from, double to) {
 
 constexpr ContactKind kKinds[] = {ContactKind::point_triangle, ContactKind::edge_edge};
 
-class NarrowPhaseAdapters : public testing::Test {
+class NarrowPhaseAdapters : public ::testing::Test {
  protected:
   void SetUp() override {
     if (names_.empty()) GTEST_SKIP() << "no library for a narrow phase was found";
@@ -401,3 +400,5 @@ TEST_F(NarrowPhaseAdapters, RefuseWhatIsNotFiniteAndWhatTheyCannotDo) {
     EXPECT_FALSE(make(name)->traits().limits.empty()) << name;
   }
 }
+
+}  // namespace selvedge::adapters_test

@@ -17,7 +17,7 @@
 
 #include "dense_force.h"
 
-namespace selvedge {
+namespace selvedge::adaptive_mesh_test {
 namespace {
 
 double sum(const std::vector<double>& values) {
@@ -892,4 +892,4 @@ TEST(Bilayered, BadInputIsRefused) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::adaptive_mesh_test

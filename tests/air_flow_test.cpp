@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::air_flow_test {
 namespace {
 
 using detail::AirFlow;
@@ -164,4 +164,4 @@ TEST(AirForce, IsZeroWhereTheClothMovesWithTheAirAndAsPrintedElsewhere) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::air_flow_test

@@ -8,9 +8,8 @@
 
 #include "count_allocations.h"
 
+namespace selvedge::allocation_test {
 namespace {
-
-using namespace selvedge;
 
 /// Random motions of the size of the primitives: all stages up to the integers have work.
 std::vector<Query> make_queries(std::size_t n) {
@@ -47,3 +46,5 @@ TEST(CcdExact, TheCountSeesWhatIsAllocated) {
 }
 
 }  // namespace
+
+}  // namespace selvedge::allocation_test

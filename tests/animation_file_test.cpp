@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::animation_file_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -252,4 +252,4 @@ TEST_F(Animation, VerticesThatStayTogetherAreWelded) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::animation_file_test

@@ -10,7 +10,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-namespace selvedge::testing {
+namespace selvedge::testing::bending_energy_test {
 namespace {
 
 double inner_error(const BentSurface& surface, BendingModel model, Pattern pattern, int cells) {
@@ -137,4 +137,4 @@ TEST(BendingEnergy, OfASharpCreaseGrowsWithTheNumberOfCells) {
 }
 
 }  // namespace
-}  // namespace selvedge::testing
+}  // namespace selvedge::testing::bending_energy_test

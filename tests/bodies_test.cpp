@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::bodies_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -341,4 +341,4 @@ TEST(Mannequin, PosesOutsideTheirRangesAreRefused) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::bodies_test

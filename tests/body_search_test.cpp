@@ -8,8 +8,7 @@
 #include <cmath>
 #include <numbers>
 
-using namespace selvedge;
-
+namespace selvedge::body_search_test {
 namespace {
 
 /// A rough ball; `rings` rings of as many sectors.
@@ -172,3 +171,5 @@ TEST(BodySearch, ASceneWithoutBodiesHasNoPairs) {
   search.find_pairs(stage.cloth(), 0.01, 0.01, found);
   EXPECT_EQ(found.size(), 0u);
 }
+
+}  // namespace selvedge::body_search_test

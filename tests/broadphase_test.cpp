@@ -13,8 +13,7 @@
 
 #include "broad_phase_trial.h"
 
-using namespace selvedge;
-
+namespace selvedge::broadphase_test {
 namespace {
 
 using Surface = OwnedSurface;
@@ -253,3 +252,5 @@ TEST(BroadPhases, SpikesStayCheap) {
   EXPECT_GT(pairs.size(), 100000u);  // A spike's box covers a quarter of the cloth or more.
   EXPECT_LT(seconds, 2.0);
 }
+
+}  // namespace selvedge::broadphase_test

@@ -20,8 +20,7 @@
 
 #include "broad_phase_trial.h"
 
-using namespace selvedge;
-
+namespace selvedge::bvh_test {
 namespace {
 
 using Surface = OwnedSurface;
@@ -490,7 +489,7 @@ TEST(LeafGroups, HoldEachPrimitiveOnceWhateverTheOrderOfTheNumbers) {
     Surface s = crumpled(80, 0.3, 0.0, 5);
     shuffle_numbers(s, mixture & 1, mixture & 2, mixture & 4);
     for (const int most : {1, 5, 16, 24}) {
-      SCOPED_TRACE(testing::Message() << "mixture " << mixture << ", at most " << most);
+      SCOPED_TRACE(::testing::Message() << "mixture " << mixture << ", at most " << most);
       const Grouped all = grouped(s, most);
       expect_sound(all, s, most);
       // Well filled on the average; less so if the vertices are in no order.
@@ -575,3 +574,5 @@ TEST(Bvh, RefusesShapesThatItCannotMake) {
   EXPECT_THROW(make_bvh_kdop(14, {.rebuild_quality_loss = 1.0}), std::invalid_argument);
   EXPECT_THROW(make_bvh_kdop(8), std::invalid_argument);
 }
+
+}  // namespace selvedge::bvh_test

@@ -10,9 +10,9 @@
 
 #include "run_program.h"
 
+namespace selvedge::ccd_command_test {
 namespace {
 
-using namespace selvedge;
 using namespace selvedge::testing;
 
 /// A triangle at rest in the plane z = 0 and a point that falls through it at the time t = toi,
@@ -262,3 +262,5 @@ TEST_F(CcdCommand, ARecordingNeedsAPlaceBeforeTheRunStarts) {
 }
 
 }  // namespace
+
+}  // namespace selvedge::ccd_command_test

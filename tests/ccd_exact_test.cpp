@@ -18,7 +18,7 @@
 #include <string>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::ccd_exact_test {
 namespace {
 
 using ccd_queries::falling_point, ccd_queries::families, ccd_queries::Family, ccd_queries::hex_text;
@@ -81,7 +81,7 @@ std::vector<Query> queries_of(const Family& family, Random& r, int n) {
   return queries;
 }
 
-class CcdExactFamily : public testing::TestWithParam<int> {
+class CcdExactFamily : public ::testing::TestWithParam<int> {
  protected:
   const Family& family() const { return families()[GetParam()]; }
   unsigned seed() const { return 1000 + static_cast<unsigned>(GetParam()); }
@@ -106,12 +106,12 @@ TEST_P(CcdExactFamily, GetsVerdictAndTimeOfTheOracle) {
   EXPECT_GT(hits, n / 200);
 }
 
-std::string family_name(const testing::TestParamInfo<int>& info) {
+std::string family_name(const ::testing::TestParamInfo<int>& info) {
   return std::string(families()[info.param].name);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, CcdExactFamily,
-                         testing::Range(0, static_cast<int>(families().size())), family_name);
+                         ::testing::Range(0, static_cast<int>(families().size())), family_name);
 
 /// Queries of all families side by side.
 std::vector<Query> mixed_queries(unsigned seed, int per_family) {
@@ -281,7 +281,7 @@ void for_queries_of_all_families(unsigned seed, int per_family, const Check& che
   const std::vector<Query> queries = mixed_queries(seed, per_family);
   std::vector<double> toi(queries.size());
   make_ccd_exact()->find_times(queries, toi);
-  for (std::size_t i = 0; i < queries.size() && !testing::Test::HasFailure(); ++i)
+  for (std::size_t i = 0; i < queries.size() && !::testing::Test::HasFailure(); ++i)
     check(queries[i], toi[i]);
 }
 
@@ -414,4 +414,4 @@ TEST(CcdExact, AQueryThatIsNotFiniteIsRefusedWithTheVertex) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::ccd_exact_test

@@ -9,6 +9,7 @@
 
 #include "run_program.h"
 
+namespace selvedge::check_command_test {
 namespace {
 
 using namespace selvedge::testing;
@@ -437,3 +438,5 @@ TEST_F(CheckResult, RenderOnAFullDiskEndsWithOneAndKeepsTheFrames) {
 }
 
 }  // namespace
+
+}  // namespace selvedge::check_command_test

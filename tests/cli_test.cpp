@@ -17,6 +17,7 @@
 #include <thread>
 #include <vector>
 
+namespace selvedge::cli_test {
 extern char** environ;
 
 namespace {
@@ -643,3 +644,5 @@ TEST_F(Program, ListNamesEveryMethodWithItsGuarantee) {
 }
 
 }  // namespace
+
+}  // namespace selvedge::cli_test

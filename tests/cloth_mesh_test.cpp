@@ -22,7 +22,7 @@
 #include "crumple.h"
 #include "rolled_mesh.h"
 
-namespace selvedge {
+namespace selvedge::cloth_mesh_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -683,4 +683,4 @@ TEST(ClothMeshes, NonManifoldEdgesHaveNoHinge) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::cloth_mesh_test

@@ -20,9 +20,9 @@
 
 #include "run_program.h"
 
+namespace selvedge::compare_test {
 namespace {
 
-using namespace selvedge;
 using namespace selvedge::testing;
 
 // -- what is varied -------------------------------------------------------------------------------
@@ -576,3 +576,5 @@ TEST_F(CompareCells, SpreadOverJobsItGivesTheSameTable) {
 }
 
 }  // namespace
+
+}  // namespace selvedge::compare_test

@@ -16,7 +16,7 @@
 #include <random>
 #include <set>
 
-namespace selvedge {
+namespace selvedge::composer_test {
 namespace {
 
 // What Detection promises, as numbers of its own so that a change of a constant there is seen.
@@ -344,7 +344,7 @@ void try_motion(Stage& stage, int step, Target target, bool exclude, Tally& tall
   stage.detection().set_excluded(nullptr);
 }
 
-class Composer : public testing::TestWithParam<const char*> {};
+class Composer : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(Composer, FindsWhatAFreshSearchFindsAtTheEdgeOfEveryMargin) {
   unsigned seed = 1;
@@ -355,8 +355,8 @@ TEST_P(Composer, FindsWhatAFreshSearchFindsAtTheEdgeOfEveryMargin) {
       for (int step = 0; step < 8; ++step)
         for (const Target target :
              {Target::piece, Target::resting, Target::rigid, Target::deforming}) {
-          SCOPED_TRACE(testing::Message() << "seed " << seed - 1 << ", step " << step << ", target "
-                                          << static_cast<int>(target));
+          SCOPED_TRACE(::testing::Message() << "seed " << seed - 1 << ", step " << step
+                                            << ", target " << static_cast<int>(target));
           ASSERT_NO_FATAL_FAILURE(try_motion(stage, step, target, step % 4 == 3, tally));
           if (HasFailure()) return;
         }
@@ -368,8 +368,8 @@ TEST_P(Composer, FindsWhatAFreshSearchFindsAtTheEdgeOfEveryMargin) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Detectors, Composer,
-                         testing::Values("bvh_aabb", "verlet_bvh", "sweep_and_prune", "bvh_kdop18",
-                                         "bvh_obb", "curvature_cone"),
+                         ::testing::Values("bvh_aabb", "verlet_bvh", "sweep_and_prune",
+                                           "bvh_kdop18", "bvh_obb", "curvature_cone"),
                          [](const auto& info) { return std::string(info.param); });
 
 TEST(Margins, AnEndBeyondTheMarginNeedsNewCandidates) {
@@ -641,4 +641,4 @@ TEST(ContactFilter, AWeightBelowItsBoundIsOnTheBorder) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::composer_test

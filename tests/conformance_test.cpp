@@ -13,8 +13,7 @@
 #include <iostream>
 #include <set>
 
-using namespace selvedge;
-
+namespace selvedge::conformance_test {
 namespace {
 
 /// Distances are computed with roundings; a pair that counts as near is nearer than the thicknesses
@@ -463,3 +462,5 @@ TEST(ConformanceScene, KeepsThePromiseOfItsStaticIds) {
   }
   EXPECT_GT(kept, 100u);
 }
+
+}  // namespace selvedge::conformance_test

@@ -11,7 +11,7 @@
 
 #include "crumple.h"
 
-namespace selvedge {
+namespace selvedge::core_test {
 namespace {
 
 TEST(Forces, AreTheNegativeGradientOfTheirEnergy) {
@@ -92,7 +92,7 @@ TEST(Forces, TheAssembledMatrixIsSymmetricAndPositiveSemidefinite) {
     for (const auto& [name, force] : all_forces(c, 0.02)) {
       const Eigen::MatrixXd a = assembled(*force, c.state(), 0.01);
       EXPECT_LE((a - a.transpose()).norm(), 1e-13 * a.norm()) << name;
-      EXPECT_GE(testing::symmetric_eigenvalues(a).minCoeff(), -1e-12 * a.norm())
+      EXPECT_GE(selvedge::testing::symmetric_eigenvalues(a).minCoeff(), -1e-12 * a.norm())
           << name << " " << noise;
     }
   }
@@ -342,4 +342,4 @@ TEST(JacobianRows, AddWhatTheWholeJacobianAddsToThemAndNothingElse) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::core_test

@@ -17,8 +17,7 @@
 
 #include "owned_surface.h"
 
-using namespace selvedge;
-
+namespace selvedge::curvature_cone_test {
 namespace {
 
 using Surface = OwnedSurface;
@@ -221,3 +220,5 @@ TEST(CurvatureCone, LooseEdgesSharedEdgesAndTrianglesThatTurnOtherwiseAreNoObsta
 }
 
 }  // namespace
+
+}  // namespace selvedge::curvature_cone_test

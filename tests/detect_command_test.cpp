@@ -13,9 +13,9 @@
 
 #include "run_program.h"
 
+namespace selvedge::detect_command_test {
 namespace {
 
-using namespace selvedge;
 using namespace selvedge::testing;
 
 /// A square sheet of n x n cells in the plane z = height, waved so that nothing is coplanar.
@@ -301,3 +301,5 @@ TEST_F(DetectCommand, WrongInputIsRefused) {
 }
 
 }  // namespace
+
+}  // namespace selvedge::detect_command_test

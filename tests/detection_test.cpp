@@ -22,7 +22,7 @@
 
 #include "broad_phase_trial.h"
 
-namespace selvedge {
+namespace selvedge::detection_test {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -454,4 +454,4 @@ TEST(TrianglesOfEdges, ListsEachTriangleOnceAtEachOfItsEdges) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::detection_test

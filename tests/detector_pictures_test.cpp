@@ -10,8 +10,7 @@
 #include <map>
 #include <set>
 
-using namespace selvedge;
-
+namespace selvedge::detector_pictures_test {
 namespace {
 
 bool holds(const LevelBox& box, const Vec3& x) {
@@ -87,7 +86,7 @@ TEST(HierarchyLevels, OfNothingThereAreNoneAndABadVertexIsNamed) {
 
 TEST(DetectorPictures, AreWrittenForEveryLevelAndSideUnlessTheBuildCannotDrawMaps) {
   const Moving body;
-  const auto folder = std::filesystem::path(testing::TempDir()) / "detector_pictures";
+  const auto folder = std::filesystem::path(::testing::TempDir()) / "detector_pictures";
   std::filesystem::remove_all(folder);
   const std::string missing = write_detector_pictures(body.view(), folder, "body");
   std::set<std::string> files;
@@ -130,3 +129,5 @@ TEST(DetectorPictures, TheIndexMapHasOneColourPerTriangleThatIsSeenFlat) {
   EXPECT_EQ(counts[1] + counts[2], 62 * 62);
   EXPECT_NEAR(counts[1], counts[2], 63);
 }
+
+}  // namespace selvedge::detector_pictures_test

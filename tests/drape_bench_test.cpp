@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-namespace selvedge::bench {
+namespace selvedge::bench::drape_bench_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -194,4 +194,4 @@ TEST_F(PerformanceScript, RefusesBadInputInOneSentence) {
 }
 
 }  // namespace
-}  // namespace selvedge::bench
+}  // namespace selvedge::bench::drape_bench_test

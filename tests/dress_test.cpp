@@ -14,9 +14,9 @@
 #include <numbers>
 #include <sstream>
 
+namespace selvedge::dress_test {
 namespace {
 
-using namespace selvedge;
 namespace fs = std::filesystem;
 
 /// A tube of two rectangles, `width` wide, in front of and behind the z axis; its lower edge is at
@@ -269,3 +269,5 @@ TEST(DressFolder, HoldsTheGarmentWithItsPatternAndTheVerdict) {
 }
 
 }  // namespace
+
+}  // namespace selvedge::dress_test

@@ -18,7 +18,7 @@
 #include <string>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::exchange_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -304,4 +304,4 @@ TEST_F(Exchange, NoFileIsLeftBehindBeforeTheEnd) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::exchange_test

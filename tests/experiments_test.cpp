@@ -11,7 +11,7 @@
 #include <variant>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::experiments_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -137,7 +137,7 @@ std::string bending_of(const Material& material) {
   return material.bending_friction > 0.0 ? "kawabata" : "hooke";  // the loop 2HB
 }
 
-class ExperimentTables : public testing::TestWithParam<Printed> {};
+class ExperimentTables : public ::testing::TestWithParam<Printed> {};
 
 TEST_P(ExperimentTables, ThePresetHasWhatTheTablePrints) {
   const Printed& table = GetParam();
@@ -160,7 +160,7 @@ TEST_P(ExperimentTables, ThePresetHasWhatTheTablePrints) {
   EXPECT_TRUE(table.response.empty() || scene.contact.response == table.response);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, ExperimentTables, testing::ValuesIn(printed()),
+INSTANTIATE_TEST_SUITE_P(All, ExperimentTables, ::testing::ValuesIn(printed()),
                          [](const auto& info) { return info.param.scene; });
 
 TEST(Experiments, EveryPresetOfATableIsComparedWithIt) {
@@ -173,4 +173,4 @@ TEST(Experiments, EveryPresetOfATableIsComparedWithIt) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::experiments_test

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace selvedge {
+namespace selvedge::extreme_test {
 namespace {
 
 std::vector<ExtremeCase> quick_cases() {
@@ -13,7 +13,7 @@ std::vector<ExtremeCase> quick_cases() {
   return quick;
 }
 
-class Extreme : public testing::TestWithParam<ExtremeCase> {};
+class Extreme : public ::testing::TestWithParam<ExtremeCase> {};
 
 TEST_P(Extreme, EndsAsItShould) {
   Trial trial({.data = SELVEDGE_SOURCE_DIR "/data/extreme", .method = {}, .out = {}});
@@ -21,7 +21,7 @@ TEST_P(Extreme, EndsAsItShould) {
   EXPECT_STREQ(to_string(result.answer), to_string(GetParam().best)) << result.note;
 }
 
-INSTANTIATE_TEST_SUITE_P(Cases, Extreme, testing::ValuesIn(quick_cases()), [](const auto& info) {
+INSTANTIATE_TEST_SUITE_P(Cases, Extreme, ::testing::ValuesIn(quick_cases()), [](const auto& info) {
   std::string name = info.param.name;
   for (char& c : name)
     if (c == '.') c = '_';
@@ -29,4 +29,4 @@ INSTANTIATE_TEST_SUITE_P(Cases, Extreme, testing::ValuesIn(quick_cases()), [](co
 });
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::extreme_test

@@ -15,12 +15,12 @@
 #include <set>
 #include <stdexcept>
 
-namespace selvedge {
+namespace selvedge::fabric_test {
 namespace {
 
 namespace fs = std::filesystem;
 
-class FabricFile : public testing::Test {
+class FabricFile : public ::testing::Test {
  protected:
   FabricFile() : folder_(fs::temp_directory_path() / ("fabric_test_" + std::to_string(getpid()))) {
     fs::create_directories(folder_);
@@ -496,4 +496,4 @@ TEST(MeshLimit, OfValuesThatDoNotConvergeIsTheLastAndAllTheirDistance) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::fabric_test

@@ -6,7 +6,7 @@
 #include <selvedge/narrowphase/distance.h>
 #include <selvedge/response/detail/separating_planes.h>
 
-namespace selvedge {
+namespace selvedge::fail_safe_test {
 namespace {
 
 constexpr unsigned kSeeds = 6;
@@ -208,4 +208,4 @@ TEST(FailSafe, ClothBetweenJawsThatCloseIsReportedJammedWithItsParticlesAndAncho
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::fail_safe_test

@@ -15,7 +15,7 @@
 
 #include "dense_force.h"
 
-namespace selvedge {
+namespace selvedge::force_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -438,4 +438,4 @@ TEST(BridsonHinges, FollowTheSineOfHalfTheAngleAndAreDampedByItsRate) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::force_test

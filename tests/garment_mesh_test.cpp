@@ -12,9 +12,8 @@
 
 #include "garment_patterns.h"
 
+namespace selvedge::garment_mesh_test {
 namespace {
-
-using namespace selvedge;
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
@@ -346,3 +345,5 @@ TEST(GarmentMesh, OfForeignPatternsIsSound) {
 }
 
 }  // namespace
+
+}  // namespace selvedge::garment_mesh_test

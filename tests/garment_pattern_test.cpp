@@ -10,9 +10,9 @@
 
 #include "garment_patterns.h"
 
+namespace selvedge::garment_pattern_test {
 namespace {
 
-using namespace selvedge;
 using Json = nlohmann::json;
 
 /// The message with which a pattern is refused; empty if it is read.
@@ -306,3 +306,5 @@ TEST(PatternSheet, HasEveryPanelEdgeAndStitch) {
 }
 
 }  // namespace
+
+}  // namespace selvedge::garment_pattern_test

@@ -16,7 +16,7 @@
 #include <numeric>
 #include <stdexcept>
 
-namespace selvedge {
+namespace selvedge::garment_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -90,7 +90,7 @@ TEST(Pattern, OnesThatDoNotFitAreRefused) {
   EXPECT_THROW(make_from_pattern(skirt.surface, folded, Material{}), std::invalid_argument);
 }
 
-class Folder : public testing::Test {
+class Folder : public ::testing::Test {
  protected:
   Folder() : folder_(fs::temp_directory_path() / ("garment_test_" + std::to_string(getpid()))) {
     fs::create_directories(folder_);
@@ -203,4 +203,4 @@ TEST_F(Folder, AWetRunResumesToTheSameBits) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::garment_test

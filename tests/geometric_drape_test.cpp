@@ -11,7 +11,7 @@
 #include <stdexcept>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::geometric_drape_test {
 namespace {
 
 constexpr double kClosedForm = 1e-9;  // m
@@ -130,4 +130,4 @@ TEST(GeometricDrape, RefusesWhatCannotHang) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::geometric_drape_test

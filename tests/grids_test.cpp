@@ -15,8 +15,7 @@
 
 #include "broad_phase_trial.h"
 
-using namespace selvedge;
-
+namespace selvedge::grids_test {
 namespace {
 
 using Surface = OwnedSurface;
@@ -317,3 +316,5 @@ TEST(Voxel, TheSearchDoesNotPreferTheSmallest) {
                              [](auto& x, auto& y) { return x.seconds < y.seconds; }));
   EXPECT_GT(trials.front().voxel, 0.5);
 }
+
+}  // namespace selvedge::grids_test

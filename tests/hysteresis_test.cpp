@@ -15,7 +15,7 @@
 #include <fstream>
 #include <functional>
 
-namespace selvedge {
+namespace selvedge::hysteresis_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -243,4 +243,4 @@ TEST(Hysteresis, AnImplicitStepOnATensionLoopIsStableAndLosesEnergy) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::hysteresis_test

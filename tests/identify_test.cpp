@@ -12,7 +12,7 @@
 #include <functional>
 #include <stdexcept>
 
-namespace selvedge {
+namespace selvedge::identify_test {
 namespace {
 
 /// A small drape whose bending was 2e-5 N·m.
@@ -256,4 +256,4 @@ TEST(Identification, TheGeneticAlgorithmIsTheSameOnAnyThreadsAndWhenResumed) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::identify_test

@@ -26,8 +26,7 @@
 
 #include "owned_surface.h"
 
-using namespace selvedge;
-
+namespace selvedge::image_space_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -767,3 +766,5 @@ TEST(ImageSpacePairs, BadInputIsRefusedInOneSentence) {
 }
 
 }  // namespace
+
+}  // namespace selvedge::image_space_test

@@ -13,7 +13,7 @@
 
 #include "crumple.h"
 
-namespace selvedge {
+namespace selvedge::implicit_euler_test {
 namespace {
 
 /// Crumpled cloth with one held particle, its forces, and a few terms.
@@ -68,7 +68,7 @@ TEST(ImplicitEuler, SolvesWhatADenseSolverSolves) {
   a.middleRows<3>(9).setZero();
   a.block<3, 3>(9, 9).setIdentity();
   b.segment<3>(9) = held;
-  const Eigen::VectorXd exact = testing::solve_dense(a, b);
+  const Eigen::VectorXd exact = selvedge::testing::solve_dense(a, b);
 
   const auto integrator = scene.integrator();
   integrator->begin({scene.particles, 0.0, h}, {});
@@ -283,4 +283,4 @@ TEST(PieceMomentum, IsKeptUnlessOnePieceHasLostMoreThanAFiftiethOfIt) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::implicit_euler_test

@@ -9,7 +9,7 @@
 #include <cstdio>
 #include <limits>
 
-namespace selvedge {
+namespace selvedge::integrator_scene_test {
 namespace {
 
 Scene empty_scene() {
@@ -407,4 +407,4 @@ TEST(StrainLimiterScene, ChittarosPolicyMakesSoftClothStifferAndItsStepsShorter)
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::integrator_scene_test

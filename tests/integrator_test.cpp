@@ -11,7 +11,7 @@
 #include <limits>
 #include <numbers>
 
-namespace selvedge {
+namespace selvedge::integrator_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -574,4 +574,4 @@ TEST(Integrators, RefuseNumbersThatCannotBe) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::integrator_test

@@ -13,7 +13,7 @@
 
 #include <selvedge/tests/dense_force.h>
 
-namespace selvedge::testing {
+namespace selvedge::testing::internal_force_test {
 namespace {
 
 constexpr double kRelative = 1e-12;
@@ -147,4 +147,4 @@ INSTANTIATE_TEST_SUITE_P(All, EveryInternalForce,
                          [](const auto& info) { return internal_force_cases()[info.param].name; });
 
 }  // namespace
-}  // namespace selvedge::testing
+}  // namespace selvedge::testing::internal_force_test

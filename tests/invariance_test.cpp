@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace selvedge {
+namespace selvedge::invariance_test {
 namespace {
 
 constexpr int kFrames = 12;
@@ -91,7 +91,7 @@ Scene pushing_scene(bool driven) {
   return scene;
 }
 
-class BodyNeverYields : public testing::TestWithParam<std::string> {};
+class BodyNeverYields : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(BodyNeverYields, ByOneBitWhateverTheClothDoes) {
   for (const bool driven : {false, true}) {
@@ -119,8 +119,8 @@ std::vector<std::string> response_names() {
   return names;
 }
 
-INSTANTIATE_TEST_SUITE_P(Responses, BodyNeverYields, testing::ValuesIn(response_names()),
+INSTANTIATE_TEST_SUITE_P(Responses, BodyNeverYields, ::testing::ValuesIn(response_names()),
                          [](const auto& info) { return info.param; });
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::invariance_test

@@ -19,7 +19,7 @@
 
 #include "judge_shapes.h"
 
-namespace selvedge {
+namespace selvedge::judge_path_test {
 namespace {
 
 bool touch_both_ways(PathKind kind, const std::array<Vec3, 8>& points) {
@@ -381,4 +381,4 @@ TEST(JudgePath, DecidesEveryQueryOfTheCollectionAsItsTruthSaysAndEnclosesItsTime
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::judge_path_test

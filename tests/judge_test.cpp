@@ -15,7 +15,7 @@
 
 #include "judge_shapes.h"
 
-namespace selvedge {
+namespace selvedge::judge_test {
 namespace {
 
 using judging::TrianglePoints;
@@ -509,4 +509,4 @@ TEST(Judge, RefusesARestMeshOfOtherTopologyOrWithAnEdgeOfLengthZero) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::judge_test

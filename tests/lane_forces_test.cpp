@@ -14,9 +14,9 @@
 #include <random>
 #include <type_traits>
 
+namespace selvedge::lane_forces_test {
 namespace {
 
-using namespace selvedge;
 using detail::kGroupLanes;
 using detail::LaneGroups;
 using detail::LaneKernel;
@@ -438,3 +438,5 @@ TEST(LaneGroups, HoldEveryElementOnceAndRunsAreRuns) {
 }
 
 }  // namespace
+
+}  // namespace selvedge::lane_forces_test

@@ -14,9 +14,9 @@
 #include <random>
 #include <vector>
 
+namespace selvedge::lane_matrix_test {
 namespace {
 
-using namespace selvedge;
 using namespace selvedge::detail;
 using Vectors = std::vector<Vec3>;
 
@@ -103,7 +103,7 @@ struct Case {
   bool shuffled;
 };
 
-class LaneMatrixOf : public testing::TestWithParam<Case> {};
+class LaneMatrixOf : public ::testing::TestWithParam<Case> {};
 
 TEST_P(LaneMatrixOf, MultipliesAsDoublePrecisionDoes) {
   const auto [side, shuffled] = GetParam();
@@ -221,8 +221,8 @@ TEST_P(LaneMatrixOf, KnowsItsTermsWhateverTheirNumberWasBefore) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Grids, LaneMatrixOf,
-                         testing::Values(Case{5, false}, Case{16, false}, Case{37, false},
-                                         Case{37, true}));
+                         ::testing::Values(Case{5, false}, Case{16, false}, Case{37, false},
+                                           Case{37, true}));
 
 TEST(LaneMatrix, EveryWidthGivesTheSameBits) {
   for (const bool shuffled : {false, true}) {
@@ -397,3 +397,5 @@ TEST(Multilevel, ConjugateGradientsReachTheSolutionInFewIterations) {
 }
 
 }  // namespace
+
+}  // namespace selvedge::lane_matrix_test

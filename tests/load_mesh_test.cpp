@@ -14,7 +14,7 @@
 #include <sstream>
 #include <string>
 
-namespace selvedge {
+namespace selvedge::load_mesh_test {
 namespace {
 
 using LoadMesh = Files;
@@ -156,4 +156,4 @@ TEST_F(LoadMesh, AReaderThatHangsCrashesOrTalksNonsenseGivesASentence) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::load_mesh_test

@@ -11,7 +11,7 @@
 #include <numbers>
 #include <stdexcept>
 
-namespace selvedge {
+namespace selvedge::measure_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -174,4 +174,4 @@ TEST(Strain, OfSpringsIsTheirStretch) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::measure_test

@@ -20,7 +20,7 @@
 #include <random>
 #include <stdexcept>
 
-namespace selvedge {
+namespace selvedge::measured_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -547,7 +547,7 @@ TEST(BiasTest, RecoversTheShearCurveOfTheCloth) {
 
 // -- scenes and fabric files ----------------------------------------------------------------------
 
-class MeasuredScene : public testing::Test {
+class MeasuredScene : public ::testing::Test {
  protected:
   MeasuredScene()
       : folder_(fs::temp_directory_path() / ("measured_test_" + std::to_string(getpid()))) {
@@ -665,4 +665,4 @@ TEST_F(MeasuredScene, TheTestAt45DegreesGivesTheShearOfAFabric) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::measured_test

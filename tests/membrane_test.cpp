@@ -18,7 +18,7 @@
 
 #include "dense_force.h"
 
-namespace selvedge {
+namespace selvedge::membrane_test {
 namespace {
 
 using Mat32 = Eigen::Matrix<double, 3, 2>;
@@ -228,7 +228,7 @@ TEST(Membrane, IsLinearElasticityToSecondOrder) {
 
 /// Largest error of the cantilever's displacements, relative to its deflection.
 double cantilever_error(StretchLaw law, std::int32_t rows) {
-  const testing::Cantilever c;
+  const selvedge::testing::Cantilever c;
   const ClothMesh cloth =
       make_rectangular({c.length, 2.0 * c.half, 4 * rows, rows}, c.material(law));
   return c.error(cloth, *stretch_force(cloth, law), rows);
@@ -306,4 +306,4 @@ TEST(Membrane, RefusesWhatItCannotCompute) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::membrane_test

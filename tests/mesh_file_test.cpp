@@ -20,7 +20,7 @@
 #include <string>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::mesh_file_test {
 namespace {
 
 using std::numbers::pi;
@@ -409,4 +409,4 @@ TEST_F(MeshFileFaults, ExtraValuesMustFitTheVertices) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::mesh_file_test

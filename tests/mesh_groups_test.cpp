@@ -7,9 +7,9 @@
 #include <filesystem>
 #include <fstream>
 
+namespace selvedge::mesh_groups_test {
 namespace {
 
-using namespace selvedge;
 namespace fs = std::filesystem;
 
 class MeshGroups : public ::testing::Test {
@@ -111,3 +111,5 @@ TEST(MeshUnit, IsAskedForWhereTheSizeIsNotThatOfABody) {
 }
 
 }  // namespace
+
+}  // namespace selvedge::mesh_groups_test

@@ -13,7 +13,7 @@
 #include <random>
 #include <string>
 
-namespace selvedge {
+namespace selvedge::mesh_report_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -182,4 +182,4 @@ TEST(MeshReport, DebiansManCrossesItself) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::mesh_report_test

@@ -13,7 +13,7 @@
 
 #include "hard_queries.h"
 
-namespace selvedge {
+namespace selvedge::min_separation_test {
 namespace {
 
 using namespace hard_queries;
@@ -43,7 +43,7 @@ std::string fault(const Query& q, double d, double toi) {
   return out.str();
 }
 
-class MinSeparation : public testing::TestWithParam<int> {};
+class MinSeparation : public ::testing::TestWithParam<int> {};
 
 TEST_P(MinSeparation, IsNeverLateAndEarlyByNoMoreThanItsBound) {
   Random r(100 + static_cast<unsigned>(GetParam()));
@@ -64,7 +64,7 @@ TEST_P(MinSeparation, IsNeverLateAndEarlyByNoMoreThanItsBound) {
   EXPECT_GT(clear, made_to_touch ? -1 : kQueries / 50);
 }
 
-INSTANTIATE_TEST_SUITE_P(Hard, MinSeparation, testing::Range(0, kCategories));
+INSTANTIATE_TEST_SUITE_P(Hard, MinSeparation, ::testing::Range(0, kCategories));
 
 /// Turning primitives that stay near: where plain advancement creeps.
 Query pinwheel(Random& r, ContactKind kind, double d) {
@@ -232,4 +232,4 @@ TEST(MinSeparation, CoordinatesAtTheEndsOfTheRangeGetAnAnswer) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::min_separation_test

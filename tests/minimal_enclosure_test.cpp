@@ -19,8 +19,7 @@
 
 #include "broad_phase_trial.h"
 
-using namespace selvedge;
-
+namespace selvedge::minimal_enclosure_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -477,3 +476,5 @@ TEST(MinimalEnclosure, RefusesWhatItCannotServe) {
   EXPECT_TRUE(same(pairs_of(*detector, cloth, body), truth_of(cloth, body)));
   EXPECT_EQ(make_enclosure(Surface().view()).primitive_count(), 0u);
 }
+
+}  // namespace selvedge::minimal_enclosure_test

@@ -8,7 +8,7 @@
 #   CXX, FLAGS      compiler and flags that the sources of the library need
 #   SOURCE          root of the sources
 #   INCLUDE         folder that holds selvedge/, a link to the sources
-#   COMPOSER, NARROWPHASE, PLAN, VERLET_LIST    object files of these tests
+#   DETECTION_STAGE, NARROWPHASE, BROADPHASE    object files of these test programs
 #   LIBRARIES       libraries of these tests
 #   WORK            folder for the results, made anew
 #   JOBS            mutants at a time (default: processors)
@@ -51,10 +51,9 @@ compile -x c++-header "$WORK/headers.h" -o "$WORK/headers.h.gch" || exit 1
 build() {
   local objects
   case $3 in
-    composer) objects=$COMPOSER ;;
+    composer | plan) objects=$DETECTION_STAGE ;;
     narrowphase) objects=$NARROWPHASE ;;
-    plan) objects=$PLAN ;;
-    verlet_list) objects=$VERLET_LIST ;;
+    verlet_list) objects=$BROADPHASE ;;
   esac
   # shellcheck disable=SC2086
   compile -include "$WORK/headers.h" -c "$2" -o "$1/source.o" &&

@@ -16,7 +16,7 @@
 
 #include "hard_queries.h"
 
-namespace selvedge {
+namespace selvedge::narrowphase_conservative_test {
 namespace {
 
 using namespace hard_queries;
@@ -50,7 +50,7 @@ const std::vector<Conservative> kMethods{
 
 void PrintTo(const Conservative& method, std::ostream* out) { *out << method.name; }
 
-class ConservativeMethod : public testing::TestWithParam<Conservative> {};
+class ConservativeMethod : public ::testing::TestWithParam<Conservative> {};
 
 TEST_P(ConservativeMethod, IsNeverLaterThanTheTrueTimeOnHardQueries) {
   const auto method = GetParam().make();
@@ -116,7 +116,7 @@ TEST_P(ConservativeMethod, DecidesNearlyAllQueriesInGeneralPosition) {
   EXPECT_LT(alarms, negatives / 5) << negatives;
 }
 
-INSTANTIATE_TEST_SUITE_P(Methods, ConservativeMethod, testing::ValuesIn(kMethods),
+INSTANTIATE_TEST_SUITE_P(Methods, ConservativeMethod, ::testing::ValuesIn(kMethods),
                          [](const auto& info) { return std::string(info.param.name); });
 
 TEST(CcdInclusion, FindsTheTimeWithinItsToleranceInGeneralPosition) {
@@ -297,4 +297,4 @@ TEST(RootParity, CoordinatesTooUnlikeForExpansionsCountAsHit) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::narrowphase_conservative_test

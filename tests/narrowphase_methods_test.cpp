@@ -19,7 +19,7 @@
 
 #include "hard_queries.h"
 
-namespace selvedge {
+namespace selvedge::narrowphase_methods_test {
 namespace {
 
 using namespace hard_queries;
@@ -510,4 +510,4 @@ TEST(EstimatedCubicRoots, AgreeWithTheExactOnesOfAnySize) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::narrowphase_methods_test

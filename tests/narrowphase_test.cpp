@@ -19,7 +19,7 @@
 #include <vector>
 #include "owned_surface.h"
 
-namespace selvedge {
+namespace selvedge::narrowphase_test {
 namespace {
 
 using Surface = OwnedSurface;
@@ -657,4 +657,4 @@ TEST(FindProximities, TouchingPairsGetTheNormalOfTheTriangleFromTheSideTheyComeF
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::narrowphase_test

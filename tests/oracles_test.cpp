@@ -13,7 +13,7 @@
 #include <numbers>
 #include <random>
 
-namespace selvedge {
+namespace selvedge::oracles_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -434,4 +434,4 @@ TEST(WindOracle, AHungPlateStandsAtItsAngle) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::oracles_test

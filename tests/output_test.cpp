@@ -20,7 +20,7 @@
 #include <system_error>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::output_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -429,4 +429,4 @@ TEST_F(Output, AFaultOfTheSystemIsThrownWithItsCode) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::output_test

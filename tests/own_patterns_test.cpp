@@ -10,9 +10,9 @@
 #include <filesystem>
 #include <numbers>
 
+namespace selvedge::own_patterns_test {
 namespace {
 
-using namespace selvedge;
 namespace fs = std::filesystem;
 
 const fs::path kData = fs::path(SELVEDGE_SOURCE_DIR) / "data";
@@ -80,3 +80,5 @@ TEST(OwnPatterns, TheMannequinWithItsArmsOutIsAClosedBody) {
 }
 
 }  // namespace
+
+}  // namespace selvedge::own_patterns_test

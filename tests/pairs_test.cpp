@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace selvedge {
+namespace selvedge::pairs_test {
 namespace {
 
 constexpr double kGravity = 9.81;                  // m/s²
@@ -214,4 +214,4 @@ TEST(Pairs, ASceneThatExcludesAllClothFromItselfIsNotSearchedForIt) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::pairs_test

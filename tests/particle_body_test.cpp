@@ -14,7 +14,7 @@
 
 #include "hard_queries.h"
 
-namespace selvedge {
+namespace selvedge::particle_body_test {
 namespace {
 
 using namespace hard_queries;
@@ -294,4 +294,4 @@ TEST(ParticleBody, RefusesWhatIsNoBodyAndNoPlace) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::particle_body_test

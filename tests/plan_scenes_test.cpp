@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::plan_scenes_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -111,4 +111,4 @@ INSTANTIATE_TEST_SUITE_P(All, PlanOfScene, ::testing::ValuesIn(scene_files()),
                          });
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::plan_scenes_test

@@ -16,7 +16,7 @@
 #include <numbers>
 #include <random>
 
-namespace selvedge {
+namespace selvedge::plan_test {
 namespace {
 
 /// A square metre of n x n cells.
@@ -494,4 +494,4 @@ TEST(ProofBackoff, WaitsLongerAfterEveryFailureAndNotAtAllAfterASuccess) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::plan_test

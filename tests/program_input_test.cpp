@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace selvedge {
+namespace selvedge::program_input_test {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
@@ -277,4 +277,4 @@ TEST(DrivenBody, MovesOnStraightLinesAndRests) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::program_input_test

@@ -13,9 +13,9 @@
 #include <random>
 #include <stdexcept>
 
+namespace selvedge::query_file_test {
 namespace {
 
-using namespace selvedge;
 using narrowphase_detail::parse_rational;
 using narrowphase_detail::RationalFault;
 namespace fs = std::filesystem;
@@ -376,3 +376,5 @@ TEST_F(QueryFile, TimesThatDoNotFitAreRefusedWithTheirLine) {
 }
 
 }  // namespace
+
+}  // namespace selvedge::query_file_test

@@ -11,8 +11,7 @@
 #include <filesystem>
 #include <iostream>
 
-using namespace selvedge;
-
+namespace selvedge::real_frames_test {
 namespace {
 
 struct Step {
@@ -103,3 +102,5 @@ TEST(RealFrames, NoConservativeDetectorMissesACollisionOfTwistedRods) {
 TEST(RealFrames, NoConservativeDetectorMissesACollisionOfClothInAFunnel) {
   expect_nothing_missed("cloth-funnel", "227.ply", "228.ply", 134);
 }
+
+}  // namespace selvedge::real_frames_test

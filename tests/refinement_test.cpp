@@ -14,15 +14,15 @@
 #include <map>
 #include <string>
 
-namespace selvedge {
+namespace selvedge::refinement_test {
 namespace {
 
 namespace fs = std::filesystem;
 
-class Refinements : public testing::Test {
+class Refinements : public ::testing::Test {
  protected:
   Refinements() {
-    folder_ = fs::path(testing::TempDir()) / ("selvedge_refinement_" + std::to_string(getpid()));
+    folder_ = fs::path(::testing::TempDir()) / ("selvedge_refinement_" + std::to_string(getpid()));
     fs::create_directories(folder_);
     config_.out = folder_ / "result";
   }
@@ -398,4 +398,4 @@ TEST_F(SurveyMeshes, VirtualSpringsHoldClothWhereItStartsUnlessTheyFollow) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::refinement_test

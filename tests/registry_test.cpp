@@ -16,7 +16,7 @@
 
 #include "scene_file.h"
 
-namespace selvedge {
+namespace selvedge::registry_test {
 namespace {
 
 // -- the template with a family of its own --------------------------------------------------------
@@ -569,4 +569,4 @@ TEST_F(OptionsOfMethods, AreAxesOfACompareWhateverTheirOrder) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::registry_test

@@ -22,7 +22,7 @@
 #include <string>
 #include <tuple>
 
-namespace selvedge {
+namespace selvedge::render_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -604,4 +604,4 @@ TEST_F(Pictures, WithoutFfmpegAnAnimationIsRefusedWithARemedy) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::render_test

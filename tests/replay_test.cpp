@@ -17,9 +17,9 @@
 
 #include "run_program.h"
 
+namespace selvedge::replay_test {
 namespace {
 
-using namespace selvedge;
 using namespace selvedge::testing;
 
 /// A napkin between two plates that close at 0.151 m/s until nothing is left between them.
@@ -444,3 +444,5 @@ TEST_F(Replay, ALongerRunIsTheSameAsFarAsTheShorterGoes) {
 }
 
 }  // namespace
+
+}  // namespace selvedge::replay_test

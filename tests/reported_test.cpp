@@ -9,7 +9,7 @@
 
 #include "run_program.h"
 
-namespace selvedge::testing {
+namespace selvedge::testing::reported_test {
 namespace {
 
 using Reported = Program;
@@ -250,4 +250,4 @@ TEST_F(Reported, ThousandsOfHandlesMakeThePieceOnce) {
 }
 
 }  // namespace
-}  // namespace selvedge::testing
+}  // namespace selvedge::testing::reported_test

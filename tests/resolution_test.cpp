@@ -14,7 +14,7 @@
 
 #include "owned_surface.h"
 
-using namespace selvedge;
+namespace selvedge::resolution_test {
 using detail::QuantileMap;
 
 namespace {
@@ -140,3 +140,5 @@ TEST(Resolution, ASmallPartCostsLittleMoreThanALargeOne) {
 }
 
 }  // namespace
+
+}  // namespace selvedge::resolution_test

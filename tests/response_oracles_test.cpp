@@ -11,7 +11,7 @@
 #include <numbers>
 #include <random>
 
-namespace selvedge {
+namespace selvedge::response_oracles_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -127,7 +127,7 @@ class World {
                   t.weight[p] * t.weight[q] * t.matrix;
         }
       }
-      const Eigen::VectorXd solution = testing::solve_dense(a, b);
+      const Eigen::VectorXd solution = selvedge::testing::solve_dense(a, b);
       for (Eigen::Index i = 0; i < n; ++i) out[i] = solution.segment<3>(3 * i);
       if (!response_->update(out)) break;
     }
@@ -655,4 +655,4 @@ TEST(Config, OutOfRangeIsRefusedWithItsNumber) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::response_oracles_test

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <utility>
 
-namespace selvedge {
+namespace selvedge::response_scene_test {
 namespace {
 
 Scene sheet_over(const AnalyticShape& shape, int cells, double height) {
@@ -348,4 +348,4 @@ TEST(EnergyBalance, StepsAreNotMadeShorterWhereThatDoesNotLessenTheGain) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::response_scene_test

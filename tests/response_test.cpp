@@ -7,7 +7,7 @@
 #include <Eigen/LU>
 #include <random>
 
-namespace selvedge {
+namespace selvedge::response_test {
 namespace {
 
 constexpr double kStep = 1.0 / 120.0;
@@ -263,4 +263,4 @@ TEST(ContactForce, StopsAFastFallWithoutBounce) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::response_test

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace selvedge {
+namespace selvedge::rest_test {
 namespace {
 
 constexpr double kGravity = 9.81;  // m/s²
@@ -170,4 +170,4 @@ TEST(Rest, SheetsThatLandTogetherKeepTheSidewaysSpeedThatCoulombLeaves) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::rest_test

@@ -19,7 +19,7 @@
 
 #include "broad_phase_trial.h"
 
-namespace selvedge {
+namespace selvedge::rotation_test {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
@@ -276,4 +276,4 @@ TEST(Rotation, BadInputIsNamed) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::rotation_test

@@ -18,12 +18,12 @@
 #include <string>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::run_test {
 namespace {
 
 namespace fs = std::filesystem;
 
-class RunOfASceneMadeInCode : public testing::Test {
+class RunOfASceneMadeInCode : public ::testing::Test {
  protected:
   RunOfASceneMadeInCode() {
     scene_.materials["default"] = {};
@@ -31,7 +31,7 @@ class RunOfASceneMadeInCode : public testing::Test {
     scene_.cloths[0].placement.translation = {0.0, 0.0, 0.32};
     scene_.bodies.emplace_back().shape = BodyShape{Sphere{.radius = 0.3}, 16};
     scene_.time.frames = 3;
-    config_.out = fs::path(testing::TempDir()) / ("selvedge_run_" + std::to_string(getpid()));
+    config_.out = fs::path(::testing::TempDir()) / ("selvedge_run_" + std::to_string(getpid()));
   }
   ~RunOfASceneMadeInCode() override { fs::remove_all(config_.out); }
 
@@ -231,4 +231,4 @@ TEST(FrameFormats, EachHasAPromiseAndASource) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::run_test

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace selvedge {
+namespace selvedge::scene_test {
 namespace {
 
 TEST_F(EverythingFile, PiecesAreJoinedScaledTurnedAndMoved) {
@@ -319,4 +319,4 @@ TEST_F(SceneFile, ABadMeshIsRefusedWithThePlaceInTheScene) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::scene_test

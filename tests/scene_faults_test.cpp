@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "scene_file.h"
 
-namespace selvedge {
+namespace selvedge::scene_test {
 namespace {
 
 TEST_F(SceneFile, AMissingFileAFolderAndAnEmptyFileAreSaidToBeThat) {
@@ -260,4 +260,4 @@ TEST_F(SceneFile, AMissingMeshIsNamedWithARemedy) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::scene_test

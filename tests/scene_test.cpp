@@ -9,7 +9,7 @@
 #include <set>
 #include <tuple>
 
-namespace selvedge {
+namespace selvedge::scene_test {
 namespace {
 
 TEST_F(SceneFile, TheShortestSceneHasTheDefaultsOfTheHeader) {
@@ -563,4 +563,4 @@ TEST_F(SceneFile, ATextInMemoryReadsAsTheFileOfThatName) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::scene_test

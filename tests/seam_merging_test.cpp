@@ -17,7 +17,7 @@
 #include <set>
 #include <string>
 
-namespace selvedge {
+namespace selvedge::seam_merging_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -101,10 +101,10 @@ TEST(MergedVertices, OfOneTriangleAreRefused) {
   EXPECT_THROW(merge_vertices(panel, number, kept), std::invalid_argument);
 }
 
-class SeamScenes : public testing::Test {
+class SeamScenes : public ::testing::Test {
  protected:
   SeamScenes() {
-    folder_ = fs::path(testing::TempDir()) / ("selvedge_seams_" + std::to_string(getpid()));
+    folder_ = fs::path(::testing::TempDir()) / ("selvedge_seams_" + std::to_string(getpid()));
     fs::create_directories(folder_);
     config_.out = folder_ / "result";
   }
@@ -325,4 +325,4 @@ TEST_F(SeamScenes, WhatMergingCannotKeepIsRefused) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::seam_merging_test

@@ -17,7 +17,7 @@
 
 #include "rolled_mesh.h"
 
-namespace selvedge {
+namespace selvedge::shape_operator_test {
 namespace {
 
 constexpr double pi = std::numbers::pi, g = 9.81;
@@ -153,7 +153,7 @@ TEST_P(FreeMesh, NoStateHasANegativeEnergy) {
   Eigen::MatrixXd w = Eigen::MatrixXd::Zero(n, n);
   for (Eigen::Index i = 0; i < n; ++i) w(i, i) = cloth.hinges[i].stiffness;
   for (const HingeCouple& c : cloth.couples) w(c.a, c.b) = w(c.b, c.a) = c.stiffness;
-  EXPECT_GT(testing::symmetric_eigenvalues(w).minCoeff(), 0.0);
+  EXPECT_GT(selvedge::testing::symmetric_eigenvalues(w).minCoeff(), 0.0);
 }
 
 /// A free mesh that is bent step by step, held by its hinges and their friction alone, which only
@@ -432,4 +432,4 @@ INSTANTIATE_TEST_SUITE_P(Patterns, FreeMesh,
                                            std::tuple{Diagonals::random, 0.2}));
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::shape_operator_test

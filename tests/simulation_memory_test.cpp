@@ -15,7 +15,7 @@
 #include <xmmintrin.h>
 #endif
 
-namespace selvedge {
+namespace selvedge::simulation_memory_test {
 namespace {
 
 /// A cloth over a ball, on a floor.
@@ -218,4 +218,4 @@ TEST(SimulationInMemory, ASlowTurnDoesNotShortenSteps) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::simulation_memory_test

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <filesystem>
 
-namespace selvedge {
+namespace selvedge::simulation_test {
 namespace {
 
 Scene empty_scene() {
@@ -124,7 +124,7 @@ TEST(Simulation, ABodyThatChangesItsShapeStaysOutsideTheCloth) {
   Scene scene = empty_scene();
   scene.cloths.push_back(cloth(0.4, 10, {0.01, 0.02, 0.11}));
   const std::filesystem::path folder =
-      std::filesystem::path(testing::TempDir()) / ("swelling_" + std::to_string(getpid()));
+      std::filesystem::path(::testing::TempDir()) / ("swelling_" + std::to_string(getpid()));
   std::filesystem::create_directories(folder);
   BodySequence swelling;
   for (int k = 0; k < 8; ++k) {  // a ball that swells from 10 cm to 17 cm, taller than wide
@@ -384,4 +384,4 @@ TEST(Simulation, ADrapeComesToRest) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::simulation_test

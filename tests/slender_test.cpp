@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace selvedge::testing {
+namespace selvedge::testing::slender_test {
 namespace {
 
 const SlenderStrips strips{SELVEDGE_SOURCE_DIR "/data/validation", 20};
@@ -87,4 +87,4 @@ TEST(SlenderStrip, PushedOnTheGroundSlipsWhenTheForceExceedsTheFriction) {
 }
 
 }  // namespace
-}  // namespace selvedge::testing
+}  // namespace selvedge::testing::slender_test

@@ -7,9 +7,9 @@
 
 #include "run_program.h"
 
+namespace selvedge::stability_test {
 namespace {
 
-using namespace selvedge;
 using namespace selvedge::testing;
 
 /// A square decimetre, free, without damping.
@@ -197,3 +197,5 @@ TEST_F(StabilityCases, OptionsOfTheOtherKindOfRunAreRefused) {
 }
 
 }  // namespace
+
+}  // namespace selvedge::stability_test

@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace selvedge {
+namespace selvedge::statics_test {
 namespace {
 
 constexpr double g = 9.81;
@@ -163,4 +163,4 @@ TEST(CantileverStrip, FollowsTheHeavyElasticaAlongWarpAndWeft) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::statics_test

@@ -7,9 +7,8 @@
 
 #include "count_allocations.h"
 
+namespace selvedge::step_allocation_test {
 namespace {
-
-using namespace selvedge;
 
 /// Allocations of a step after the second one.
 std::size_t allocations_of_a_step(const std::string& name) {
@@ -43,3 +42,5 @@ TEST(IntegratorAllocations, AreNoneAfterTheFirstSteps) {
 }
 
 }  // namespace
+
+}  // namespace selvedge::step_allocation_test

@@ -11,7 +11,7 @@
 
 #include "crumple.h"
 
-namespace selvedge {
+namespace selvedge::strain_limiter_test {
 namespace {
 
 /// A square net that has been pulled out at random, in a step of h.
@@ -390,4 +390,4 @@ TEST(StrainLimiters, RefuseLimitsThatDoNotFit) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::strain_limiter_test

@@ -13,7 +13,7 @@
 
 #include "dense_force.h"
 
-namespace selvedge {
+namespace selvedge::survey_force_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -387,4 +387,4 @@ TEST(Wetting, BadNumbersAreRefused) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::survey_force_test

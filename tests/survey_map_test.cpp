@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+namespace selvedge::survey_map_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -61,8 +62,8 @@ std::vector<std::string> in_backticks(const std::string& cell) {
 
 /// "family: name" of each method; a row of the list may hold several, or a remark in brackets.
 std::set<std::string> listed_methods() {
-  const fs::path file =
-      fs::path(testing::TempDir()) / ("selvedge_survey_map_" + std::to_string(getpid()) + ".json");
+  const fs::path file = fs::path(::testing::TempDir()) /
+                        ("selvedge_survey_map_" + std::to_string(getpid()) + ".json");
   const std::string command =
       "'" + std::string(SELVEDGE_PROGRAM) + "' list --json > '" + file.string() + "'";
   EXPECT_EQ(std::system(command.c_str()), 0);
@@ -81,7 +82,7 @@ std::set<std::string> listed_methods() {
   return names;
 }
 
-class SurveyMap : public testing::Test {
+class SurveyMap : public ::testing::Test {
  protected:
   const std::vector<std::vector<std::string>> rows_ = rows_of(read(root / "docs/survey_map.md"));
 };
@@ -136,3 +137,5 @@ TEST_F(SurveyMap, EveryPaperOfARowIsInTheListOfMethods) {
 }
 
 }  // namespace
+
+}  // namespace selvedge::survey_map_test

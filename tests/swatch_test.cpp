@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::swatch_test {
 namespace {
 
 constexpr GridConfig kSwatch{0.01, 0.008, 20, 15};
@@ -277,4 +277,4 @@ TEST(Swatch, HandsItsCurvesToAnOrdinaryMesh) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::swatch_test

@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace selvedge {
+namespace selvedge::untangle_test {
 namespace {
 
 constexpr double kFastest = 5.0;  // m/s
@@ -299,4 +299,4 @@ TEST(Contours, ASheetThroughAnotherLeavesOneContourThatCutsOffItsTip) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::untangle_test

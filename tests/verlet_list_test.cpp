@@ -8,8 +8,9 @@
 #include <limits>
 #include <stdexcept>
 
-using namespace selvedge;
+#include "broad_phase_trial.h"
 
+namespace selvedge::verlet_list_test {
 namespace {
 
 /// A folded sheet that flows slowly.
@@ -42,11 +43,6 @@ struct FlowingSheet {
   }
   SurfaceView view() const { return {x_t0, x_t1, edges, triangles, thickness}; }
 };
-
-bool same(const CandidatePairs& a, const CandidatePairs& b) {
-  return a.point_triangle == b.point_triangle && a.triangle_point == b.triangle_point &&
-         a.edge_edge == b.edge_edge;
-}
 
 /// Counts the searches.
 class Counting final : public BroadPhase {
@@ -217,3 +213,5 @@ TEST(VerletList, ABodyThatMovesRigidlyHasThePairsOfTheWorld) {
   }
   EXPECT_GT(pairs, 1000u);
 }
+
+}  // namespace selvedge::verlet_list_test

@@ -16,9 +16,9 @@
 
 #include "run_program.h"
 
+namespace selvedge::view_test {
 namespace {
 
-using namespace selvedge;
 using namespace selvedge::testing;
 
 // -- the text of pages ----------------------------------------------------------------------------
@@ -394,3 +394,5 @@ TEST_F(ViewInABrowser, TwoRunsAreShownSideBySideWithTheirDistance) {
 }
 
 }  // namespace
+
+}  // namespace selvedge::view_test

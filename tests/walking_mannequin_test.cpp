@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace selvedge {
+namespace selvedge::walking_mannequin_test {
 namespace {
 
 const BendingMannequin& figure() {
@@ -62,4 +62,4 @@ TEST(WalkingMannequin, RefusesAStrideThatWouldFoldIt) {
 }
 
 }  // namespace
-}  // namespace selvedge
+}  // namespace selvedge::walking_mannequin_test

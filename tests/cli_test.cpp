@@ -17,8 +17,9 @@
 #include <thread>
 #include <vector>
 
-namespace selvedge::cli_test {
 extern char** environ;
+
+namespace selvedge::cli_test {
 
 namespace {
 

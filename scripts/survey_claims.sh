@@ -213,10 +213,10 @@ scaling() {
 
 voxels() {
   say "C15: size of the voxel"
-  printf '\ngrids_test --gtest_filter=Voxel*\n\n'
+  printf '\nbroadphase_tests --gtest_filter=Voxel*\n\n'
   local turn
   for turn in $(seq "$turns"); do
-    "$build/tests/grids_test" '--gtest_filter=Voxel*' |
+    "$build/tests/broadphase_tests" '--gtest_filter=Voxel*' |
       awk '/^voxel of/ { sub(":", "", $5); ms[$3] = $6 } END { for (v in ms) print "voxel", v, ms[v] / ms["2.0"] }'
   done | quartiles "typical extents: time over that of 2.0:"
 }

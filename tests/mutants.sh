@@ -1,134 +1,70 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # mutants.sh: proves that the tests of the exact narrow phase can fail. CTest calls it with the environment below.
-# 1. Builds the narrow phase at -O0 and at -O3. Verdicts, times and contacts of a fixed set of queries must have the
-#    same digest in both and on every vector path.
-# 2. Takes away its error bounds and turns its comparisons, one at a time, in a copy of the source. Each of these
-#    mutants must give a wrong answer to one of the queries of `ccd_trial`; a change whose pattern is not in the
-#    source any more is an error.
+# 1. Builds the narrow phase at -O0, too. Verdicts, times and contacts of a fixed set of queries must have the same
+#    digest there, in the library, and on every vector path.
+# 2. Takes away its error bounds and turns its comparisons, one at a time (mutants_lib.sh). Each of these mutants must
+#    give a wrong answer to one of the queries of `ccd_trial`; a change whose pattern is not in the source any more is
+#    an error.
 #
-#   CXX, FLAGS      compiler and flags that the sources of the library need
-#   SOURCE          root of the sources
-#   INCLUDE         folder that holds selvedge/, a link to the sources
 #   OBJECTS         object files of ccd_trial
 #   LIBRARIES       libraries of ccd_trial, the narrow phase among them
-#   WORK            folder for the results, made anew
-#   JOBS            mutants at a time (default: processors)
+#   others          see mutants_lib.sh
+# shellcheck disable=SC2086,SC2153
 set -uo pipefail
-JOBS=${JOBS:-$(nproc)}
-rm -rf "$WORK"
-mkdir -p "$WORK"
+# shellcheck source=tests/mutants_lib.sh
+source "$SOURCE/tests/mutants_lib.sh"
 
 exact=(ccd_exact distance narrow_phase detail/big_int detail/ccd_filter detail/ccd_filter_avx2 detail/ccd_filter_avx512
        detail/exact_query detail/float_paths detail/in_plane detail/polynomial detail/root_floor detail/root_isolation detail/sharp_query)
-filters="detail/ccd_filter detail/ccd_filter_avx2 detail/ccd_filter_avx512"
+# Those that the changes below reach.
+changed=(detail/ccd_filter detail/ccd_filter_avx2 detail/ccd_filter_avx512 detail/exact_query detail/in_plane
+         detail/polynomial detail/root_floor detail/root_isolation detail/sharp_query)
 
-# compile OUT OPTIONS FILE: OUT from a source of the narrow phase.
-compile() {
-  # shellcheck disable=SC2086
-  "$CXX" -std=c++20 -DNDEBUG -ffp-contract=off $FLAGS $2 -I"$INCLUDE" "$3" -o "$1"
-}
-
-# precompile LEVEL: writes headers_LEVEL.h. Most of the compile time of a mutant goes to the standard library, Eigen and
-# the vector instructions: they are compiled once for each level.
-precompile() {
-  local headers=$WORK/headers_$1.h
-  cp "$SOURCE/cmake/precompiled.h" "$headers"
+# compile_all LEVEL FOLDER SOURCES...: objects in FOLDER.
+compile_all() {
+  local level=$1 folder=$2 headers=$WORK/headers_$1.h source
+  shift 2
+  mkdir -p "$folder"
+  grep -v "^#pragma once" "$SOURCE/cmake/precompiled.h" >"$headers"
   printf '%s\n' '#if __x86_64__' '#include <immintrin.h>' '#endif' >>"$headers"
-  compile "$headers.gch" "-$1 -x c++-header" "$headers"
-}
-
-# compile_source OUT LEVEL OPTIONS FILE: the object OUT.
-compile_source() { compile "$1" "-$2 -include $WORK/headers_$2.h $3 -c" "$4"; }
-
-# link OUT OBJECTS...: ccd_trial with these objects instead of the library's own. The library's objects hold several
-# sources each. Of two definitions the linker takes the first, and position-independent code calls it everywhere.
-link() {
-  local out=$1
-  shift
-  # shellcheck disable=SC2086
-  "$CXX" $FLAGS "$@" $OBJECTS -Wl,-z,muldefs -Wl,--start-group $LIBRARIES -Wl,--end-group -o "$out"
-}
-
-# ---- The same answers from every build and vector path
-
-digest_of_level() {  # LEVEL
-  local objects=() source
-  mkdir -p "$WORK/$1"
-  precompile "$1" || return 1
-  for source in "${exact[@]}"; do
-    compile_source "$WORK/$1/${source//\//_}.o" "$1" "" "$SOURCE/narrowphase/$source.cpp" || return 1
-    objects+=("$WORK/$1/${source//\//_}.o")
+  precompile "$headers" "-$level" || return 1
+  for source in "$@"; do
+    try compile "-$level" -include "$headers" -c "$(source_of "narrowphase/$source.cpp")" -o "$folder/${source//\//_}.o"
   done
-  link "$WORK/$1/trial" "${objects[@]}" && "$WORK/$1/trial" --digest --queries 20000 --seed 11 >"$WORK/$1/digest"
+  tried
 }
 
-same_digests() {
-  local level pids=()
-  for level in O0 O3; do
-    digest_of_level $level &
-    pids+=($!)
-  done
-  for pid in "${pids[@]}"; do wait "$pid" || { echo "The narrow phase cannot be built apart"; return 1; }; done
-  sed 's/^/O0 /' "$WORK/O0/digest"
-  sed 's/^/O3 /' "$WORK/O3/digest"
-  [ "$(cat "$WORK"/O?/digest | sed 's/.*: //' | sort -u | wc -l)" = 1 ] && [ "$(wc -l <"$WORK/O0/digest")" = 3 ]
-}
+# digest PROGRAM: what it answers, on each vector path.
+digest() { "$1" --digest --queries 20000 --seed 11 | tee "$1.digest" | sed "s/^/$(basename "$1") /"; }
 
-# ---- Mutants
+declare -A families  # of queries that show the mutant
 
-# mutant NAME FILE FROM TO SOURCES FAMILIES QUERIES: the first FROM in FILE becomes TO.
+# mutant NAME FILE FROM TO FAMILIES: a change (mutants_lib.sh) that a query of the families must show.
 mutant() {
-  local name=$1 file=$2 from=$3 to=$4 sources=$5 families=$6 queries=$7
-  local folder=$WORK/$name text changed source objects=()
-  mkdir -p "$folder/selvedge/narrowphase/detail"
-  text=$(cat "$SOURCE/narrowphase/$file")
-  changed=${text/"$from"/"$to"}
-  [ "$changed" != "$text" ] || { echo "$name: \"$from\" is not in narrowphase/$file any more"; return 1; }
-  printf '%s\n' "$changed" >"$folder/selvedge/narrowphase/$file"
-  for source in $sources; do
-    local path=$SOURCE/narrowphase/$source.cpp
-    [ "$source.cpp" != "$file" ] || path=$folder/selvedge/narrowphase/$file
-    compile_source "$folder/${source//\//_}.o" O1 "-I$folder" "$path" || { echo "$name: does not compile"; return 1; }
-    objects+=("$folder/${source//\//_}.o")
-  done
-  link "$folder/trial" "${objects[@]}" || { echo "$name: does not link"; return 1; }
-  # A mutant may narrow a root for ever; the unchanged program needs a second.
-  # shellcheck disable=SC2086
-  { (ulimit -t "$most_seconds"; exec "$folder/trial" --threads 1 --queries "$queries" --families $families) \
-    >"$folder/log" 2>&1; } 2>/dev/null
-  local status=$?
+  change "$1" "$2" "$3" "$4"
+  families[$1]=$5
+}
+
+# is_found NAME: 0 if an answer is wrong. A mutant may narrow a root for ever; the unchanged program needs a second.
+is_found() {
+  local name=$1 log=$WORK/$1.log status
+  { (ulimit -t $most_seconds; SELVEDGE_MUTANT=$(number "$name") exec "$WORK/changed_O1" --threads 1 --queries $queries \
+    --families ${families[$name]}) >"$log" 2>&1; } 2>/dev/null
+  status=$?
   if [ $status = 0 ]; then
-    echo "$name: LIVES: nothing was wrong in $queries queries of $families"
+    echo "$name: LIVES: nothing was wrong in $queries queries of ${families[$name]}"
     return 1
   fi
   if [ $status = 1 ]; then
-    echo "$name: found, $(tail -n 1 "$folder/log" | sed 's/.*second; //')"
+    echo "$name: found, $(tail -n 1 "$log" | sed 's/.*second; //')"
   else
     echo "$name: found, does not end within $most_seconds s (signal $((status - 128)))"
   fi
 }
 
 most_seconds=3
-running=0
-failed=0
-finish() {
-  wait -n || failed=1
-  running=$((running - 1))
-}
-try() {
-  [ "$running" -lt "$JOBS" ] || finish
-  mutant "$@" &
-  running=$((running + 1))
-}
-
-precompile O1 || exit 1
-same_digests || { echo "The digests of builds and vector paths differ"; exit 1; }
-
-sharp="detail/sharp_query"
-isolation="detail/root_isolation"
-exact_query="detail/exact_query"
-polynomial="detail/polynomial"
+queries=4000
 
 # Error bounds of the floating-point stages, and the rounding of halved coefficients. Not here:
 # kSharpConstraintError, which no query can show to be needed. It counts beside kConstraintSlope * half_width, and
@@ -138,62 +74,69 @@ polynomial="detail/polynomial"
 # monotonic cubic, or the signs that locate() asks for after floor_of_root has enclosed the root; nor any that need
 # kSlopeError, the curvature or the bracket in the proof by Newton's method: a root near which the slope is that small
 # is too uncertain to pass the tests that follow.
-bounds=detail/error_bounds.h
-try cubic_error $bounds "kCubicError = 192.0" "kCubicError = 0.0" "$filters" \
-  "moved_as_one_in_reals shared_vertex" 4000
-try bernstein_error $bounds "kBernsteinError = 96.0" "kBernsteinError = 0.0" "$isolation" \
-  "moved_as_one_in_reals shared_vertex" 4000
-try constraint_error $bounds "kConstraintError = 48.0" "kConstraintError = 0.0" "$filters $isolation" \
-  "vertex_on_turning_edge vertex_on_vertex" 4000
-try sharp_cubic_error $bounds "kSharpCubicError = 0x1p-94" "kSharpCubicError = 0.0" "$filters $sharp" \
-  "vertex_on_vertex vertex_on_turning_edge moved_as_one_in_reals" 4000
-try constraint_slope $bounds "kConstraintSlope = 8.0" "kConstraintSlope = 0.0" "$filters $isolation" \
-  "close_roots_on_rim" 4000
-try halving_error detail/root_isolation.cpp "(4.0 * m + 2.0) * kRoundoff" "0.0 * kRoundoff" "$isolation" \
-  "triple_root parallel_sides grazing" 4000
-try smallest $bounds "kSmallest = 0x1p-260" "kSmallest = 0.0" "$filters $isolation" \
-  "products_at_the_range" 4000
-try largest $bounds "kLargest = 0x1p260" "kLargest = 1e308" "$filters $isolation" \
-  "products_at_the_range" 4000
-try place_cubic_error $bounds "kPlaceCubicError = 128.0" "kPlaceCubicError = 0.0" "$filters" \
-  "close_roots_on_rim" 4000
-try cubic_value_error $bounds "kCubicValueError = 256.0" "kCubicValueError = 0.0" "$filters" \
-  "close_roots_on_rim grazing" 4000
-
-try plane_axis detail/in_plane.cpp "double best = kConstraintError * kRoundoff;" "double best = -1.0;" \
-  "detail/in_plane" "in_turning_plane in_fixed_plane parallel_sides" 4000
+bounds=narrowphase/detail/error_bounds.h
+detail=narrowphase/detail
+mutant cubic_error $bounds "kCubicError = @192.0@" 0.0 "moved_as_one_in_reals shared_vertex"
+mutant bernstein_error $bounds "kBernsteinError = @96.0@" 0.0 "moved_as_one_in_reals shared_vertex"
+mutant constraint_error $bounds "kConstraintError = @48.0@" 0.0 "vertex_on_turning_edge vertex_on_vertex"
+mutant sharp_cubic_error $bounds "kSharpCubicError = @0x1p-94@" 0.0 \
+  "vertex_on_vertex vertex_on_turning_edge moved_as_one_in_reals"
+mutant constraint_slope $bounds "kConstraintSlope = @8.0@" 0.0 "close_roots_on_rim"
+mutant halving_error $detail/root_isolation.cpp "(4.0 * m + 2.0) * kRoundoff" 0.0 "triple_root parallel_sides grazing"
+mutant smallest $bounds "kSmallest = @0x1p-260@" 0.0 "products_at_the_range"
+mutant largest $bounds "kLargest = @0x1p260@" 1e308 "products_at_the_range"
+mutant place_cubic_error $bounds "kPlaceCubicError = @128.0@" 0.0 "close_roots_on_rim"
+mutant cubic_value_error $bounds "kCubicValueError = @256.0@" 0.0 "close_roots_on_rim grazing"
+mutant plane_axis $detail/in_plane.cpp "double best = @kConstraintError * kRoundoff@;" -1.0 \
+  "in_turning_plane in_fixed_plane parallel_sides"
 
 # Comparisons.
-try axes_touch detail/ccd_filter_kernel.inc "(hi0 < second_lo0) & (hi1 < second_lo1)" \
-  "(hi0 <= second_lo0) & (hi1 <= second_lo1)" "$filters" "static_overlap in_a_point" 4000
-try axes_one_end detail/ccd_filter_kernel.inc "(hi0 < second_lo0) & (hi1 < second_lo1)" \
-  "(hi0 < second_lo0) & (hi0 < second_lo0)" "$filters" "vertex_on_vertex touch_at_end" 4000
-try one_sign_open_ends detail/root_isolation.cpp \
-  "return sign_at(lo, f[0], error) > 0 && sign_at(hi, f[3], error) > 0" "return f[0] >= 0.0 && f[3] >= 0.0" \
-  "$isolation" "vertex_on_turning_edge vertex_on_vertex" 4000
-roots=detail/ccd_root_kernel.inc
-try one_change $roots " & ((c1 > error) | (c2 < -error));" ";" "$filters" "vertex_on_vertex rim_as_rounded" 4000
-try level_component $roots "excluded |= flat;" "" "$filters" "irrational_time_on_rim" 4000
-try root_at_a_double $roots " & (abs(root.lo) > off)" "" "$filters" "touch_between dyadic_time" 4000
-try root_floor_unsigned detail/root_floor.cpp "if (sign == 0) return false;" "" "detail/root_floor" \
-  "beside_a_double triple_root" 4000
-try root_is_a_double detail/polynomial.cpp "if (sign == 0) return at_double(t);" "" "$polynomial" \
-  "dyadic_time touch_between" 4000
-try clear_in_doubles detail/polynomial.cpp "kError = 0x1p-46" "kError = 0.0" "$polynomial" \
-  "irrational_time_on_rim grazing" 4000
-try inside_open detail/exact_query.cpp "if (root.sign(p) * sign < 0) return false" \
-  "if (root.sign(p) * sign <= 0) return false" "$exact_query" "rational_time dyadic_time" 4000
-try segment_open detail/exact_query.cpp "return root.sign(test.span) <= 0" "return root.sign(test.span) < 0" \
-  "$exact_query" "in_a_point triple_root" 4000
-try order_by_remainder detail/polynomial.cpp "side(sign_p[i], lo[i], hi[i])" "side(-sign_p[i], lo[i], hi[i])" \
-  "$polynomial" "irrational_time_on_rim grazing" 4000
-try never_common detail/polynomial.cpp "(sign_p == 0 ? 0 : 1)" "1" "$polynomial" \
-  "irrational_time_on_rim grazing" 4000
-try order_of_roots detail/polynomial.cpp "std::swap(roots[n - 1], roots[n])" "(void)n" "$polynomial" \
-  \
-  "grazing triple_root grid" 4000
-try fixed_overflow detail/fixed_int.h "if (!fits) [[unlikely]]" "if (false)" "$exact_query $polynomial" \
-  "triple_root sliver rational_time_nudged" 4000
+mutant axes_touch $detail/ccd_filter_kernel.inc "(hi0 < second_lo0) & (hi1 < second_lo1)" \
+  "(hi0 <= second_lo0) & (hi1 <= second_lo1)" "static_overlap in_a_point"
+mutant axes_one_end $detail/ccd_filter_kernel.inc "(hi0 < second_lo0) & (hi1 < second_lo1)" \
+  "(hi0 < second_lo0) & (hi0 < second_lo0)" "vertex_on_vertex touch_at_end"
+mutant one_sign_open_ends $detail/root_isolation.cpp "sign_at(lo, f[0], error) > 0 && sign_at(hi, f[3], error) > 0" \
+  "f[0] >= 0.0 && f[3] >= 0.0" "vertex_on_turning_edge vertex_on_vertex"
+roots=$detail/ccd_root_kernel.inc
+mutant one_change $roots "one = @starts & (c3 < -error) & ((c1 > error) | (c2 < -error))@" "starts & (c3 < -error)" \
+  "vertex_on_vertex rim_as_rounded"
+mutant level_component $roots "excluded |= flat;" ";" "irrational_time_on_rim"
+mutant root_at_a_double $roots "near.proves(radius, bracket) & (abs(root.lo) > off)" "near.proves(radius, bracket)" \
+  "touch_between dyadic_time"
+mutant root_floor_unsigned $detail/root_floor.cpp "if (sign == 0) return false;" ";" "beside_a_double triple_root"
+mutant root_is_a_double $detail/polynomial.cpp "if (sign == 0) return at_double(t);" ";" "dyadic_time touch_between"
+mutant clear_in_doubles $detail/polynomial.cpp "kError = @0x1p-46@" 0.0 "irrational_time_on_rim grazing"
+mutant inside_open $detail/exact_query.cpp "root.sign(p) * sign < 0" "root.sign(p) * sign <= 0" \
+  "rational_time dyadic_time"
+mutant segment_open $detail/exact_query.cpp "root.sign(test.span) <= 0" "root.sign(test.span) < 0" \
+  "in_a_point triple_root"
+mutant order_by_remainder $detail/polynomial.cpp "side(@sign_p[i]@, lo[i], hi[i])" "-sign_p[i]" \
+  "irrational_time_on_rim grazing"
+mutant never_common $detail/polynomial.cpp "(@sign_p == 0 ? 0 : 1@)" 1 "irrational_time_on_rim grazing"
+mutant order_of_roots $detail/polynomial.cpp "std::swap(roots[n - 1], roots[n]);" ";" "grazing triple_root grid"
+mutant fixed_overflow $detail/fixed_int.h "@!fits@) [[unlikely]]" false "triple_root sliver rational_time_nudged"
 
-while [ "$running" -gt 0 ]; do finish; done
-exit "$failed"
+# build LEVEL PROGRAM SOURCES...: ccd_trial with these sources of the narrow phase instead of the library's.
+build() {
+  local level=$1 program=$2
+  shift 2
+  compile_all "$level" "$WORK/$level" "$@" && link "$WORK/$program" "$WORK/$level"/*.o $OBJECTS && return 0
+  echo "The narrow phase cannot be built apart"
+  exit 1
+}
+
+# The unchanged sources come first, while the folder for changed headers is empty.
+link "$WORK/library" $OBJECTS || exit 1
+build O0 unchanged_O0 "${exact[@]}"
+write_changes
+build O1 changed_O1 "${changed[@]}"
+
+for program in unchanged_O0 changed_O1 library; do try digest "$WORK/$program"; done
+tried || exit 1
+if [ "$(cat "$WORK"/*.digest | sed 's/.*: //' | sort -u | wc -l)" != 1 ] || [ "$(wc -l <"$WORK/library.digest")" != 3 ]; then
+  echo "The digests of builds and vector paths differ"
+  exit 1
+fi
+
+for name in "${names[@]}"; do try is_found "$name"; done
+tried

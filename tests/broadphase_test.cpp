@@ -6,6 +6,7 @@
 #include <selvedge/core/types.h>
 
 #include <cmath>
+#include <ctime>
 #include <limits>
 #include <random>
 #include <set>
@@ -247,8 +248,9 @@ TEST(BroadPhases, SpikesStayCheap) {
   for (int spike = 0; spike < 20; ++spike) cloth.x_t1[500 * spike + 57] += Vec3(1e3, 1e3, 1e3);
   auto detector = make_bvh_aabb();
   CandidatePairs pairs;
+  const std::clock_t start = std::clock();  // processor time, because other tests run beside this one
   detector->find_self_pairs(cloth.view(), pairs);
-  const double seconds = detector->last_cost().build_s + detector->last_cost().query_s;
+  const double seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
   EXPECT_GT(pairs.size(), 100000u);  // A spike's box covers a quarter of the cloth or more.
   EXPECT_LT(seconds, 2.0);
 }

@@ -88,6 +88,11 @@ void draw(const Scene& scene, const std::filesystem::path& out, int frame) {
 
 std::string clean_line(const Scene& scene, const RunResult& r) {
   const TangleReport& t = r.tangle;
+  if (t.jams > 0 && t.start_pairs == 0 && r.clean_elsewhere)
+    return fmt::format(
+        "NO: bodies left cloth no room {}; its vertices are flagged, nothing else "
+        "passed through",
+        t.jams == 1 ? "once" : fmt::format("{} times", t.jams));
   if (t.start_pairs == 0 || !r.clean_elsewhere)
     return r.clean ? "yes: nothing passed through anything" : "NO: something passed through";
   const std::string start =

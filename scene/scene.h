@@ -203,7 +203,8 @@ struct ContactSpec {
   std::vector<PairSpec> pairs;  ///< pairs with values of their own
   bool self = true;             ///< cloth against itself and other pieces
   bool untangle_start = false;  ///< cloth that crosses at the start is untangled, not refused
-  /// Cloth that cannot be untangled continues with flagged vertices; otherwise the run stops.
+  /// Cloth that cannot be untangled, or that bodies leave no room, continues with flagged vertices;
+  /// otherwise the run stops.
   bool carry_tangled = false;
   // Methods and their options; options that are left out have their defaults.
   std::string broad_phase = "bvh_aabb";

@@ -63,7 +63,7 @@ void join(Merge rule, const std::map<std::string, T>& before, std::map<std::stri
 
 void carry_on(const RunResult& before, RunResult& r) {
   join(Merge::each, before, r);
-  r.clean = r.clean && r.clean_elsewhere;
+  r.clean = r.clean && r.clean_elsewhere && r.tangle.jams == 0;
 }
 
 }  // namespace selvedge

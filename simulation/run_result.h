@@ -45,6 +45,7 @@ struct TangleReport {
   double until_s = 0.0;    ///< time from which no tangle is left; -1: one is left
   double max_speed = 0.0;  ///< m/s, fastest particle in any accepted state until then
   bool given_up = false;   ///< a tangle could not be resolved
+  int jams = 0;            ///< times that a body left cloth no room and passed through it
 };
 
 /// How often a part was proved to do nothing and left out (simulation/plan.h).
@@ -58,9 +59,10 @@ struct PlanFigures {
 /// checkpoints, resumed runs and the tables of `selvedge compare` visit the fields.
 struct RunResult {
   /// No accepted state and no straight path between two of them has an intersection. A run that
-  /// started tangled: none from tangle.until_s on, and before it none outside of the tangles.
+  /// started tangled: none from tangle.until_s on, and before it none outside of the tangles. False
+  /// after a jam.
   bool clean = true;
-  bool clean_elsewhere = true;  ///< no intersection outside of the tangles of the start
+  bool clean_elsewhere = true;  ///< no intersection outside of tangles and jams
   int frames = 0;               ///< written, the start frame included
   int steps = 0;                ///< accepted
   int halvings = 0;             ///< of all attempts
@@ -144,6 +146,7 @@ struct Fields<TangleReport> {
     visitor("until_s", &T::until_s, FieldRule{Merge::first_set});
     visitor("max_speed", &T::max_speed, FieldRule{Merge::max});
     visitor("given_up", &T::given_up, FieldRule{Merge::last});
+    visitor("jams", &T::jams, FieldRule{Merge::sum});
   }
 };
 

@@ -26,7 +26,8 @@ struct Tangle {
   std::array<std::vector<std::int32_t>, 2> side;  ///< joint triangles, sorted
   int way = 0;                                    ///< the way that is in use
   int best = 0;                                   ///< fewest crossings so far
-  int since = 0;  ///< accepted steps since `best` decreased or the way changed
+  int since = 0;     ///< accepted steps since `best` decreased or the way changed
+  bool jam = false;  ///< made by a body that left the cloth no room
   bool is_over() const { return side[0].empty() || side[1].empty(); }
 };
 
@@ -54,7 +55,7 @@ struct SimulationState {
   std::vector<double> water;  ///< kg per cloth vertex; empty if the scene has no water
   StepControl control;
   std::vector<double> memory;      ///< of the integrator and the forces, as they save it
-  Tangles tangles;                 ///< crossings of the start that are not undone yet
+  Tangles tangles;                 ///< crossings of the start and jams that are not undone yet
   std::vector<SplitEvent> splits;  ///< the splits that led to the present cells of refined pieces
   std::vector<MergeEvent> merges;  ///< the merges that led to the present vertices of seams
 };

@@ -120,7 +120,8 @@ RunResult filled_result() {
               .elsewhere = 13,
               .until_s = 0.5,
               .max_speed = 0.75,
-              .given_up = true};
+              .given_up = true,
+              .jams = 14};
   r.flags = {.end = {1, 2, 3, 4}, .worst = {5, 6, 7, 8}};
   r.counters["max_gap_violation_m"] = 1e-5;
   r.ledger = {{"response", {{"steps", 4.0}, {"max_momentum_error", 1e-12}}}};

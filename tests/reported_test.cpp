@@ -234,6 +234,61 @@ TEST_F(Reported, ResumedSumsHaveTheSameBits) {
   EXPECT_NE(whole["ledger"]["response"]["energy_normal_J"], 0.0);
 }
 
+// -- jams -----------------------------------------------------------------------------------------
+
+/// Two boxes close on cloth until they overlap by 1 cm, and part again.
+std::string jam_scene(const std::string& still_tangled) {
+  const auto box = [](const char* name, const char* z, const char* closed) {
+    return std::string(R"({"name": ")") + name +
+           R"(", "shape": {"type": "box", "size": [0.1, 0.1, 0.1]},
+      "transformation": {"translation": [0, 0, )" +
+           z + R"(]}, "motion": [{"time": 0}, {"time": 0.2, "translation": [0, 0, )" + closed +
+           R"(]}, {"time": 0.4}]})";
+  };
+  return R"({"name": "jam", "gravity": [0, 0, 0], "geometry": [{"name": "cloth", "size": [0.2, 0.2],
+    "cells": [8, 8], "transformation": {"translation": [0.003, 0.005, 0]}}], "obstacles": [)" +
+         box("upper", "0.08", "-0.035") + ", " + box("lower", "-0.08", "0.035") +
+         R"(], "contact": {"still_tangled": ")" + still_tangled +
+         R"("}, "time": {"frames": 36, "fps": 60}})";
+}
+
+TEST_F(Reported, BodiesThatCloseOnClothStopTheRunOrAreCarriedOnWithFlags) {
+  write("stop.json", jam_scene("stop"));
+  const Outcome stopped = run("run stop.json --no-picture --out stop");
+  EXPECT_EQ(stopped.code, 1);
+  EXPECT_SAYS(stopped.err, "jammed: ");
+  write("jam.json", jam_scene("carry"));
+  const Outcome carried = run("run jam.json --no-picture --out r");
+  EXPECT_EQ(carried.code, 0) << carried.err;
+  EXPECT_SAYS(carried.out, "bodies left cloth no room");
+  const Json r = result("r");
+  EXPECT_EQ(r["frames"], 37);
+  EXPECT_EQ(r["clean"], false);
+  EXPECT_EQ(r["clean_elsewhere"], true);
+  EXPECT_GT(r["tangle"]["jams"].get<int>(), 0);
+  EXPECT_EQ(r["tangle"]["elsewhere"], 0);
+  EXPECT_GT(r["flags"]["pinched"]["worst"].get<int>(), 0);
+  // The bodies have parted: nothing crosses any more, and no vertex is flagged.
+  EXPECT_EQ(r["tangle"]["pairs"], 0);
+  EXPECT_GT(r["tangle"]["until_s"].get<double>(), 0.1);
+  EXPECT_EQ(r["flags"]["tangled"]["end"], 0);
+  EXPECT_EQ(r["flags"]["pinched"]["end"], 0);
+}
+
+TEST_F(Reported, AJamHasTheSameBitsInPartsAndOnOneThread) {
+  write("jam.json", jam_scene("carry"));
+  ASSERT_EQ(run("run jam.json --no-picture --out whole --threads 2").code, 0);
+  for (const char* more : {"14", "20 --resume", "36 --resume"})
+    ASSERT_EQ(run("run jam.json --no-picture --out parts --threads 1 --set time.frames=" +
+                  std::string(more))
+                  .code,
+              0);
+  const Json whole = result("whole"), parts = result("parts");
+  EXPECT_EQ(whole["state_hash"], parts["state_hash"]);
+  EXPECT_EQ(whole["tangle"], parts["tangle"]);
+  EXPECT_EQ(parts["clean"], false);
+}
+
 // -- time -----------------------------------------------------------------------------------------
 
 TEST_F(Reported, ThousandsOfHandlesMakeThePieceOnce) {

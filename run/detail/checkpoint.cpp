@@ -106,7 +106,8 @@ StepControl control_from(const Json& j) {
 Json to_json(const Tangles& tangles) {
   Json list = Json::array();
   for (const Tangle& t : tangles.list)
-    list.push_back({{"side", t.side}, {"way", t.way}, {"best", t.best}, {"since", t.since}});
+    list.push_back(
+        {{"side", t.side}, {"way", t.way}, {"best", t.best}, {"since", t.since}, {"jam", t.jam}});
   return {{"list", list}, {"kept", tangles.kept}};
 }
 
@@ -118,6 +119,7 @@ Tangles tangles_from(const Json& j) {
     tangle.way = t.at("way").get<int>();
     tangle.best = t.at("best").get<int>();
     tangle.since = t.at("since").get<int>();
+    tangle.jam = t.value("jam", false);
   }
   j.at("kept").get_to(tangles.kept);
   return tangles;

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <utility>
 
 namespace selvedge {
@@ -95,7 +96,12 @@ void Simulation::Parts::make_step(StepControl control) {
   attempts.lengths.clear();
   attempts.accepted = false;
   balance.begin();
-  for (;; control.h *= 0.5, ++result.halvings) {
+  const auto shorten = [&] {
+    control.h *= 0.5;
+    ++control.halvings;
+    ++result.halvings;
+  };
+  for (;;) {
     control.h = stable_step(control.h, target);
     const bool to_target = control.h >= (target - state.time) * kAllThatIsLeft;
     const double t1 = to_target ? target : state.time + control.h;
@@ -107,12 +113,18 @@ void Simulation::Parts::make_step(StepControl control) {
                                                        std::to_string(state.time) + " s");
     if (const detail::StepOutcome outcome = attempt_step(h, t1); !outcome.accepted) {
       note_rejection(outcome);
-      if (++control.halvings > scene.time.max_halvings) give_up();
+      if (control.halvings < scene.time.max_halvings) {
+        shorten();
+        continue;
+      }
+      if (!carry_jam()) give_up();
+      control.h = nominal_step();
+      control.halvings = 0;
       continue;
     }
     if (gains_energy() && control.halvings + kLeftForClean < scene.time.max_halvings &&
         balance.wants_shorter()) {
-      ++control.halvings;
+      shorten();
       continue;
     }
     accept();
@@ -170,6 +182,23 @@ void Simulation::Parts::note_rejection(const detail::StepOutcome& outcome) {
   failed.pairs = attempt.collisions;
   failed.x_t0 = input.x_t0;
   failed.x_t1 = attempt.collisions.empty() ? attempt.x_t1 : attempt.x_tested;
+}
+
+// Where the scene carries tangled cloth on, a body that leaves cloth no room passes through it. The
+// pairs that collided may be cloth on cloth alone: then the bodies are those near their particles.
+bool Simulation::Parts::carry_jam() {
+  const RejectedAttempt& failed = attempts.failed;
+  if (!scene.contact.carry_tangled || !methods.untangler || failed.pairs.empty()) return false;
+  std::vector<ContactPoint> pairs = failed.pairs;
+  std::set<std::int32_t> jammed;
+  for (const ContactPoint& c : failed.pairs) jammed.insert(c.vertex.begin(), c.vertex.end());
+  for (const ContactPoint& c : attempt.contacts)
+    if (std::any_of(c.vertex.begin(), c.vertex.end(), [&](auto v) { return jammed.contains(v); }))
+      pairs.push_back(c);
+  if (!methods.untangler->carry_jam(pairs, failed.x_t0)) return false;
+  state.tangles = methods.untangler->tangles();
+  methods.validator.forget();
+  return true;
 }
 
 void Simulation::Parts::give_up() {

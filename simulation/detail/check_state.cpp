@@ -151,7 +151,7 @@ RunResult Simulation::Parts::present_result() const {
     r.clean = r.clean && r.tangle.elsewhere == 0;
   }
   r.clean_elsewhere = r.clean;
-  r.clean = r.clean && !methods.untangling();
+  r.clean = r.clean && !methods.untangling() && r.tangle.jams == 0;
   r.final_max_speed = max_norm(state.v);
   r.state_hash = selvedge::state_hash(state);
   return r;

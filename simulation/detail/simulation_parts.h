@@ -66,6 +66,7 @@ struct Simulation::Parts {
   bool gains_energy();
   void finish_velocities(std::span<Vec3> v) const;
   void note_rejection(const detail::StepOutcome& outcome);
+  bool carry_jam();
   [[noreturn]] void give_up();
   void accept();
   void count_substitutes();

@@ -114,12 +114,12 @@ void Simulation::Parts::start(const Methods& m) {
 
 void Simulation::Parts::refuse_bad_start() {
   const Crossings found = crossings_now();
-  if (scene.contact.untangle_start) {
+  const ContactSpec& contact = scene.contact;
+  if (!contact.untangle_start) refuse_crossings(found, contact.self);
+  if (contact.untangle_start || contact.carry_tangled)
     start_untangling();
-  } else {
-    refuse_crossings(found, scene.contact.self);
+  else
     refuse_enclosed_start({});
-  }
   refuse_unstable_start();
 }
 

@@ -36,7 +36,7 @@ struct StepMethods {
   IntegratorTraits traits;  ///< of the integrator
   std::unique_ptr<Response> response;
   std::unique_ptr<FailSafe> fail_safe;
-  std::unique_ptr<Untangler> untangler;  ///< null: the scene does not untangle its start
+  std::unique_ptr<Untangler> untangler;  ///< null: the scene neither untangles nor carries jams on
   VertexNames names;
   StepValidator validator;  ///< used in validation builds
   PhaseClock& clock;

@@ -2,6 +2,7 @@
 #include <selvedge/simulation/detail/untangle.h>
 
 #include <algorithm>
+#include <limits>
 #include <queue>
 #include <utility>
 
@@ -35,6 +36,7 @@ void sort_unique(std::vector<std::int32_t>& values) {
 void unite(Tangle& tangle, const Tangle& other, bool flipped) {
   for (int s = 0; s < 2; ++s)
     tangle.side[s] = united(tangle.side[s], other.side[flipped ? 1 - s : s]);
+  tangle.jam = tangle.jam || other.jam;
 }
 
 bool overlap(const Tangle& a, const Tangle& b, bool flipped) {
@@ -61,7 +63,7 @@ void Untangler::start(std::span<const Vec3> x, std::span<const EdgeCrossing> cro
     if (crosses(contours_[c])) found.push_back(around(c, regions, x));
   merge(std::move(found));
   excluded_ = ExcludedPairs(surface_, tangles_.list);
-  report_.until_s = -1.0;
+  report_.until_s = active() ? -1.0 : 0.0;
   report_.start_pairs = report_.pairs = count_pairs(crossings, report_.elsewhere);
   for (Tangle& tangle : tangles_.list) tangle.best = static_cast<int>(crossings.size()) + 1;
   find_motion(regions, x);
@@ -76,6 +78,32 @@ void Untangler::resume(Tangles tangles, std::span<const Vec3> x,
   report_.given_up = !tangles_.list.empty() && ways_are_exhausted();
   contours_ = trace_contours(surface_, crossings);
   find_motion(CutRegions(surface_, contours_, x, tangles_.kept), x);
+}
+
+bool Untangler::carry_jam(std::span<const ContactPoint> hits, std::span<const Vec3> x) {
+  const auto is_cloth = [&](std::int32_t v) { return surface_.is_cloth(v); };
+  std::int32_t part = -1;
+  std::array<std::vector<std::int32_t>, 2> seeds;  // of the cloth and of the body
+  for (const ContactPoint& hit : hits) {
+    const auto body = std::find_if_not(hit.vertex.begin(), hit.vertex.end(), is_cloth);
+    if (body == hit.vertex.end()) continue;
+    if (part < 0) part = surface_.part(*body);
+    if (surface_.part(*body) != part) continue;
+    for (const std::int32_t v : hit.vertex) seeds[is_cloth(v) ? 0 : 1].push_back(v);
+  }
+  if (part < 0) return false;
+  Tangle jam;
+  jam.jam = true;
+  jam.best = std::numeric_limits<int>::max();
+  for (int s = 0; s < 2; ++s) jam.side[s] = grow(std::move(seeds[s]), x);
+  std::vector<Tangle> all = std::move(tangles_.list);
+  std::erase_if(all, [](const Tangle& tangle) { return tangle.is_over(); });
+  all.push_back(std::move(jam));
+  merge(std::move(all));
+  excluded_ = ExcludedPairs(surface_, tangles_.list);
+  report_.until_s = -1.0;
+  ++report_.jams;
+  return true;
 }
 
 void Untangler::update(std::span<const Vec3> x, std::span<const EdgeCrossing> crossings,
@@ -97,6 +125,8 @@ bool Untangler::ways_are_exhausted() const {
   });
 }
 
+// From the mean length of the cloth edges at the crossings, or of all if nothing crosses. It is set
+// at the start alone, so that a resumed run has the same.
 void Untangler::set_reach(std::span<const Vec3> x, std::span<const EdgeCrossing> crossings) {
   double sum = 0.0;
   int count = 0;
@@ -111,6 +141,8 @@ void Untangler::set_reach(std::span<const Vec3> x, std::span<const EdgeCrossing>
     const Triangle& t = surface_.triangles()[crossing.triangle];
     for (const std::int32_t e : surface_.edges_of_vertex(t[0])) take(e);
   }
+  if (crossings.empty())
+    for (std::size_t e = 0; e < surface_.cloth_edges(); ++e) take(static_cast<std::int32_t>(e));
   edge_length_ = count > 0 ? sum / count : 0.0;
   reach_ = config_.reach * edge_length_;
 }
@@ -226,7 +258,11 @@ void Untangler::shrink(const CutRegions& regions, std::span<const Vec3> x) {
       tangle.since = 0;
     } else if (++tangle.since >= config_.patience) {
       tangle.since = 0;
-      if (++tangle.way % kUntangleWays == 0) turn_around(static_cast<int>(k));
+      if (++tangle.way % kUntangleWays != 0) continue;
+      if (tangle.jam)
+        tangle.way = 0;
+      else
+        turn_around(static_cast<int>(k));
     }
   }
   report_.given_up = report_.given_up || ways_are_exhausted();

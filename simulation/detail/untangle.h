@@ -35,7 +35,8 @@ struct UntangleConfig {
 /// Ways to move a tangle, used one after another.
 inline constexpr int kUntangleWays = 4;
 
-/// Undoes crossings that a scene starts with, by global intersection analysis: contours, the
+/// Undoes crossings that a scene starts with, or that bodies make which leave the cloth no room, by
+/// global intersection analysis: contours, the
 /// regions that they cut off, and a motion that brings the regions back [BaraffWitkin2003].
 /// Deviation: the motion is not the paper's attraction but that of the contour. At each of its
 /// points the first sheet moves against the second by
@@ -49,6 +50,7 @@ inline constexpr int kUntangleWays = 4;
 /// velocities afterwards.
 ///
 /// Meanwhile the collision test ignores pairs of primitives from region to region, and no others.
+/// The tangle of a jam is never given up, because it ends when the bodies part.
 /// Regions only shrink: after every step each is intersected with those of the remaining contours.
 /// A tangle without crossings is over, and its pairs are protected from then on.
 class Untangler {
@@ -59,6 +61,10 @@ class Untangler {
   void start(std::span<const Vec3> x, std::span<const EdgeCrossing> crossings);
   /// Continues with the regions of an interrupted run.
   void resume(Tangles tangles, std::span<const Vec3> x, std::span<const EdgeCrossing> crossings);
+  /// Exempts pairs of the cloth with one body that leaves it no room: that of the earliest pair of
+  /// `hits` with a body. They are a tangle until the body no longer crosses the cloth there. x: of
+  /// the joint surface at the start of the step, m. Returns false if no pair has a body.
+  bool carry_jam(std::span<const ContactPoint> hits, std::span<const Vec3> x);
   /// After an accepted step: shrinks the regions and finds the next motion.
   void update(std::span<const Vec3> x, std::span<const EdgeCrossing> crossings, double time);
 

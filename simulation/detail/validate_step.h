@@ -38,6 +38,8 @@ class StepValidator {
   void find_pairs(const SearchedMotion& motion, double thickness, FreshPairs& out);
   /// The pairs that collide, whatever the candidates are.
   std::vector<ContactPoint> collisions(const SearchedMotion& motion);
+  /// The pairs that the motions leave out have changed: the last motion is searched again.
+  void forget() { excluded_ = nullptr, x_t0_.clear(), x_t1_.clear(); }
   /// The pairs that collide but are not among the candidates. Empty in a correct program.
   std::vector<ContactPoint> missed(const SearchedMotion& motion);
 

@@ -11,12 +11,15 @@ constexpr double kOpposite = -0.5;
 
 void flag_tangled(const FlagSources& s, std::vector<std::uint8_t>& flags) {
   const auto triangles = static_cast<std::int32_t>(s.cloth.surface.triangles.size());
-  const std::uint8_t bits = s.given_up ? kFlagTangled | kFlagGivenUp : kFlagTangled;
-  for (const Tangle& tangle : s.tangles)
+  for (const Tangle& tangle : s.tangles) {
+    const int bits =
+        kFlagTangled | (s.given_up ? kFlagGivenUp : 0) | (tangle.jam ? kFlagPinched : 0);
     for (const auto& side : tangle.side)
       for (const std::int32_t t : side)
         if (t < triangles)
-          for (const std::int32_t v : s.cloth.surface.triangles[t]) flags[v] |= bits;
+          for (const std::int32_t v : s.cloth.surface.triangles[t])
+            flags[v] |= static_cast<std::uint8_t>(bits);
+  }
 }
 
 // Finds pairs of contacts with bodies that both violate their rest gap and push against each other.

@@ -22,6 +22,8 @@ void refuse_what_needs_one_mesh(const Scene& scene, const BuiltScene& built,
   if (scene.water) fault = "\"water\" wets the vertices that there are; leave one of them out";
   if (scene.contact.untangle_start)
     fault = "contact.start \"untangle\" counts on its triangles; untangle it in a run of its own";
+  if (scene.contact.carry_tangled)
+    fault = "contact.still_tangled \"carry\" counts on its triangles; leave one of them out";
   if (!built.cloth.layers.empty())
     fault = "the layers of a bilayered cloth need one that stays; leave one of them out";
   if (fault != nullptr)

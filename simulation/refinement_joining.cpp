@@ -2,7 +2,7 @@
 //
 // Which quarters of cells are joined again: those of cloth that has become flat, if the way to the
 // surface of the whole cell is free.
-#include <selvedge/detection/find.h>
+#include <selvedge/simulation/detail/way_collisions.h>
 #include <selvedge/simulation/refinement.h>
 
 #include <algorithm>
@@ -21,20 +21,7 @@ std::set<std::int32_t> Refinement::colliding(const Simulation& simulation,
         piece(event.piece).grid.flattened(event.cells, x.subspan(first, sizes_[number]));
     std::copy(places.begin(), places.end(), x_t1.begin() + static_cast<std::ptrdiff_t>(first));
   }
-  std::set<std::int32_t> found;
-  const auto add = [&](const Collision& c, int begin, int end) {
-    found.insert(c.vertex.begin() + begin, c.vertex.begin() + end);
-  };
-  for (const Collision& c : find_collisions(x, x_t1, simulation.cloth_triangles())) add(c, 0, 4);
-  const std::vector<Vec3>& bodies = simulation.body_positions();
-  if (bodies.empty()) return found;
-  for (const Collision& c : find_collisions(MovingSurface{x, x_t1, simulation.cloth_triangles()},
-                                            {bodies, bodies, simulation.body_triangles()})) {
-    if (c.kind == ContactKind::triangle_point) add(c, 1, 4);
-    if (c.kind == ContactKind::point_triangle) add(c, 0, 1);
-    if (c.kind == ContactKind::edge_edge) add(c, 0, 2);
-  }
-  return found;
+  return colliding_on_way({simulation, scene_, x_t1});
 }
 
 Refinement::Joins Refinement::joins_due(const Simulation& simulation) const {

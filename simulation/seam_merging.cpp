@@ -3,7 +3,7 @@
 // Seams that have closed: the particles of a pair become one, the last step of sewing by Y. Zhong,
 // B. Xu, "Three-dimensional garment dressing simulation", Textile Research Journal 2009.
 #include <fmt/format.h>
-#include <selvedge/detection/find.h>
+#include <selvedge/simulation/detail/way_collisions.h>
 #include <selvedge/simulation/refinement.h>
 
 #include <algorithm>
@@ -26,6 +26,7 @@ void refuse_what_merging_cannot_keep(const Scene& scene, const BuiltScene& built
   if (scene.water) fault = "\"water\" wets the vertices that there are";
   if (scene.contact.untangle_start)
     fault = "contact.start \"untangle\" counts on its vertices; untangle it in a run of its own";
+  if (scene.contact.carry_tangled) fault = "contact.still_tangled \"carry\" counts on its vertices";
   if (!built.virtual_springs.empty())
     fault = "\"virtual_springs\" hold the vertices that there are";
   if (fault != nullptr)
@@ -167,35 +168,15 @@ std::vector<Vec3> SeamMerging::Change::means(std::span<const Vec3> u) const {
   return mean;
 }
 
-// The vertices that collide with something on the straight way to their common place, as they are
-// numbered after the merge. Primitives that have a vertex in common afterwards do not collide.
+// The vertices that collide on the straight way to their common place, as they are numbered after
+// the merge.
 std::set<std::int32_t> SeamMerging::colliding(const Simulation& simulation,
                                               const Change& change) const {
   const std::span<const Vec3> x = simulation.positions();
   const std::vector<Vec3> place = change.means(x);
   std::vector<Vec3> x_t1;
   for (const std::int32_t j : change.after) x_t1.push_back(place[j]);
-  std::set<std::int32_t> found;
-  const auto add = [&](const Collision& c, int begin, int end) {
-    for (int k = begin; k < end; ++k) found.insert(change.after[c.vertex[k]]);
-  };
-  for (const Collision& c : find_collisions(x, x_t1, simulation.cloth_triangles())) {
-    const int first = c.kind == ContactKind::edge_edge ? 2 : 1;
-    bool meets = false;
-    for (int i = 0; i < first; ++i)
-      for (int k = first; k < 4; ++k)
-        meets = meets || change.after[c.vertex[i]] == change.after[c.vertex[k]];
-    if (!meets) add(c, 0, 4);
-  }
-  const std::vector<Vec3>& bodies = simulation.body_positions();
-  if (bodies.empty()) return found;
-  for (const Collision& c : find_collisions(MovingSurface{x, x_t1, simulation.cloth_triangles()},
-                                            {bodies, bodies, simulation.body_triangles()})) {
-    if (c.kind == ContactKind::triangle_point) add(c, 1, 4);
-    if (c.kind == ContactKind::point_triangle) add(c, 0, 1);
-    if (c.kind == ContactKind::edge_edge) add(c, 0, 2);
-  }
-  return found;
+  return colliding_on_way({simulation, *scene_, x_t1, change.after});
 }
 
 SeamMerging::Due SeamMerging::due(const Simulation& simulation) const {

@@ -246,13 +246,13 @@ TEST_F(Refinements, AResumedRunJoinsToTheSameBits) {
   EXPECT_EQ(run_scene(scene(kSagging), config_).state_hash, whole);
 }
 
-TEST_F(Refinements, ACellIsNotJoinedThroughABody) {
-  const auto joins = [&](const std::string& height) {
-    const Scene s = scene(R"({"geometry": [{"size": [0.4, 0.4], "cells": [4, 4],
+TEST_F(Refinements, ACellIsNotJoinedThroughABodyUnlessTheSceneExcludesIt) {
+  const auto joins = [&](const std::string& height, const std::string& more = "") {
+    const Scene s = scene(R"({"geometry": [{"name": "cloth", "size": [0.4, 0.4], "cells": [4, 4],
         "refine": {"when": "curved", "levels": 1, "angle_deg": 30, "join_deg": 10}}],
-      "obstacles": [{"shape": {"type": "sphere", "radius": 0.0005, "resolution": 8},
+      "obstacles": [{"name": "ball", "shape": {"type": "sphere", "radius": 0.0005, "resolution": 8},
         "transformation": {"translation": [0.05, 0.05, )" +
-                          height + "]}}]}");
+                          height + "]}}]" + more + "}");
     Refinement refinement(s, build_scene(s));
     SimulationState state;
     state.x = refinement.build().cloth.surface.vertices;
@@ -271,6 +271,9 @@ TEST_F(Refinements, ACellIsNotJoinedThroughABody) {
   EXPECT_EQ(joins("0.5"), (Counts{{"joined_cells", 1.0}}));
   EXPECT_EQ(joins("-0.002"), (Counts{{"joined_cells", 1.0}}));
   EXPECT_EQ(joins("0.002"), (Counts{{"joined_cells_postponed", 1.0}}));
+  EXPECT_EQ(
+      joins("0.002", R"(, "contact": {"pairs": [{"a": "cloth", "b": "ball", "collide": false}]})"),
+      (Counts{{"joined_cells", 1.0}}));
 }
 
 TEST_F(Refinements, AnAngleOfJoiningThatCannotServeIsRefused) {
@@ -287,6 +290,8 @@ TEST_F(Refinements, AMeshThatMustNotChangeIsRefused) {
   EXPECT_NE(refusal(over_ball(kCurved, R"(, "output": {"pc2": true})")).find("pc2"),
             std::string::npos);
   EXPECT_NE(refusal(over_ball(kCurved, R"(, "contact": {"start": "untangle"})")).find("untangle"),
+            std::string::npos);
+  EXPECT_NE(refusal(over_ball(kCurved, R"(, "contact": {"still_tangled": "carry"})")).find("carry"),
             std::string::npos);
   EXPECT_NE(refusal(over_ball(R"("pattern": "triangular", )" + kCurved)).find("rectangular"),
             std::string::npos);

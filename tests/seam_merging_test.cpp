@@ -240,7 +240,7 @@ TEST_F(SeamScenes, TheMergeKeepsMassMomentumAndCentreOfMass) {
   EXPECT_TRUE(merged.seams[0].empty());
 }
 
-TEST_F(SeamScenes, APairWithSomethingInBetweenIsPostponed) {
+TEST_F(SeamScenes, APairWithSomethingInBetweenIsPostponedUnlessTheSceneExcludesIt) {
   // A strip of cloth stands on edge between the two lowest pairs.
   const std::string strip = R"({"name": "strip", "size": [0.01, 0.06], "cells": [1, 3],
     "transformation": {"rotation": {"axis": [0, 1, 0], "angle_deg": 90},
@@ -254,6 +254,19 @@ TEST_F(SeamScenes, APairWithSomethingInBetweenIsPostponed) {
   EXPECT_EQ(due.postponed, 2u);
   EXPECT_EQ(due.event.pairs.size(), 2u);
   for (const Edge& pair : due.event.pairs) EXPECT_GT(near.state.x[pair[0]].y(), 0.0);
+
+  const auto postponed_without = [&](const std::string& excluded) {
+    std::string text = json;
+    text.replace(text.find("\"contact\": {"), 12, "\"contact\": {\"pairs\": [" + excluded + "], ");
+    Near other(scene(text));
+    return SeamMerging(other.scene, other.built, cloth_patterns())
+        .due(other.simulation())
+        .postponed;
+  };
+  const std::string left = R"({"a": "strip", "b": "left", "collide": false})";
+  const std::string right = R"({"a": "strip", "b": "right", "collide": false})";
+  EXPECT_EQ(postponed_without(left + ", " + right), 0u);
+  EXPECT_EQ(postponed_without(left), 2u) << "the right panel meets the strip";
 }
 
 TEST_F(SeamScenes, AHeldParticleKeepsItsPlaceAndTwoHeldOnesStayApart) {

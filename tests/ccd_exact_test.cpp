@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
@@ -127,18 +128,25 @@ std::vector<Query> mixed_queries(unsigned seed, int per_family) {
 // Time
 
 /// Small integers, of which up to three are replaced by numbers of another magnitude; every fourth
-/// query ends where it starts, every fourth collapses to a point.
+/// query ends where it starts, every fourth collapses to a point, every fifth lies in a plane,
+/// every fifth on a line.
 std::vector<Query> spread_queries(unsigned seed, int n) {
-  constexpr double kOther[] = {5e-324, -5e-324, 1e-310, 1e-300, 1e-160, 1e-60, -1e-18, 1e18, 1e200};
+  constexpr double kOther[] = {5e-324, -5e-324, 1e-310, 1e-300, 1e-160, 1e-60,
+                               -1e-18, 1e18,    1e200,  1e300,  -8e307};
   Random r(seed);
   std::vector<Query> queries;
   for (int i = 0; i < n; ++i) {
     Query q = ccd_queries::grid(r, kind_of_index(i), 4);
     if (i % 8 < 2) q.x_t1 = q.x_t0;
     if (i % 8 >= 6) q.x_t1.fill(q.x_t1[0]);
+    for (auto* x : {&q.x_t0, &q.x_t1})
+      for (Vec3& v : *x) {
+        if (i % 5 >= 3) v.z() = i % 5 == 3 ? v.x() - v.y() : 0.0;
+        if (i % 5 == 4) v.y() = 0.0;
+      }
     for (int k = integer(r, 1, 3); k-- > 0;) {
       auto& x = integer(r, 0, 1) == 0 ? q.x_t0 : q.x_t1;
-      x[integer(r, 0, 3)][integer(r, 0, 2)] = kOther[integer(r, 0, 8)];
+      x[integer(r, 0, 3)][integer(r, 0, i % 5 == 4 ? 0 : 2)] = kOther[integer(r, 0, 10)];
     }
     queries.push_back(q);
   }
@@ -152,16 +160,17 @@ double thread_seconds() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-TEST(CcdExact, CoordinatesOfVeryDifferentMagnitudeTakeNoLongerThanATenthOfTheirFormerTime) {
-  // Queries of this kind took up to 100 ms each; now up to 0.5 ms. Sanitizers take many times as
+TEST(CcdExact, CoordinatesOfVeryDifferentMagnitudeTakeAtMostTwoMilliseconds) {
+  // The worst of 100,000 such queries takes about a millisecond. Sanitizers take many times as
   // long.
 #ifdef __SANITIZE_ADDRESS__
   constexpr double kMost = 0.050;
 #else
-  constexpr double kMost = 0.010;
+  constexpr double kMost = 0.002;
 #endif
   const auto method = make_ccd_exact();
-  const std::vector<Query> queries = spread_queries(17, 2000);
+  const char* asked = std::getenv("SELVEDGE_CCD_QUERIES");
+  const std::vector<Query> queries = spread_queries(17, asked != nullptr ? std::atoi(asked) : 2000);
   double worst = 0.0;
   for (const Query& q : queries) {
     double least = kMost * 100.0, toi = 0.0;
@@ -173,7 +182,7 @@ TEST(CcdExact, CoordinatesOfVeryDifferentMagnitudeTakeNoLongerThanATenthOfTheirF
     worst = std::max(worst, least);
     EXPECT_LT(least, kMost) << hex_text(q);
   }
-  RecordProperty("worst_ms", std::to_string(1e3 * worst));
+  std::printf("the longest of %zu queries took %.3f ms\n", queries.size(), 1e3 * worst);
 }
 
 TEST(CcdExact, CoordinatesOfVeryDifferentMagnitudeHaveVerdictAndTimeOfTheOracle) {

@@ -16,10 +16,12 @@ set -uo pipefail
 source "$SOURCE/tests/mutants_lib.sh"
 
 exact=(ccd_exact distance narrow_phase detail/big_int detail/ccd_filter detail/ccd_filter_avx2 detail/ccd_filter_avx512
-       detail/exact_query detail/float_paths detail/in_plane detail/polynomial detail/root_floor detail/root_isolation detail/sharp_query)
+       detail/exact_query detail/float_paths detail/in_plane detail/polynomial detail/polynomial_isolation
+       detail/polynomial_root detail/root_floor detail/root_isolation detail/sharp_query)
 # Those that the changes below reach.
 changed=(detail/ccd_filter detail/ccd_filter_avx2 detail/ccd_filter_avx512 detail/exact_query detail/in_plane
-         detail/polynomial detail/root_floor detail/root_isolation detail/sharp_query)
+         detail/polynomial detail/polynomial_isolation detail/polynomial_root detail/root_floor detail/root_isolation
+         detail/sharp_query)
 
 # compile_all LEVEL FOLDER SOURCES...: objects in FOLDER.
 compile_all() {
@@ -104,16 +106,16 @@ mutant level_component $roots "excluded |= flat;" ";" "irrational_time_on_rim"
 mutant root_at_a_double $roots "near.proves(radius, bracket) & (abs(root.lo) > off)" "near.proves(radius, bracket)" \
   "touch_between dyadic_time"
 mutant root_floor_unsigned $detail/root_floor.cpp "if (sign == 0) return false;" ";" "beside_a_double triple_root"
-mutant root_is_a_double $detail/polynomial.cpp "if (sign == 0) return at_double(t);" ";" "dyadic_time touch_between"
-mutant clear_in_doubles $detail/polynomial.cpp "kError = @0x1p-46@" 0.0 "irrational_time_on_rim grazing"
+mutant root_is_a_double $detail/polynomial_root.cpp "if (sign == 0) return at_double(t);" ";" "dyadic_time touch_between"
+mutant clear_in_doubles $detail/polynomial_root.cpp "kError = @0x1p-46@" 0.0 "irrational_time_on_rim grazing"
 mutant inside_open $detail/exact_query.cpp "root.sign(p) * sign < 0" "root.sign(p) * sign <= 0" \
   "rational_time dyadic_time"
 mutant segment_open $detail/exact_query.cpp "root.sign(test.span) <= 0" "root.sign(test.span) < 0" \
   "in_a_point triple_root"
-mutant order_by_remainder $detail/polynomial.cpp "side(@sign_p[i]@, lo[i], hi[i])" "-sign_p[i]" \
+mutant order_by_remainder $detail/polynomial_root.cpp "side(@sign_p[i]@, lo[i], hi[i])" "-sign_p[i]" \
   "irrational_time_on_rim grazing"
-mutant never_common $detail/polynomial.cpp "(@sign_p == 0 ? 0 : 1@)" 1 "irrational_time_on_rim grazing"
-mutant order_of_roots $detail/polynomial.cpp "std::swap(roots[n - 1], roots[n]);" ";" "grazing triple_root grid"
+mutant never_common $detail/polynomial_root.cpp "(@sign_p == 0 ? 0 : 1@)" 1 "irrational_time_on_rim grazing"
+mutant order_of_roots $detail/polynomial_isolation.cpp "std::swap(roots[n - 1], roots[n]);" ";" "grazing triple_root grid"
 mutant fixed_overflow $detail/fixed_int.h "@!fits@) [[unlikely]]" false "triple_root sliver rational_time_nudged"
 
 # build LEVEL PROGRAM SOURCES...: ccd_trial with these sources of the narrow phase instead of the library's.

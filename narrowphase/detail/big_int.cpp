@@ -53,6 +53,67 @@ void multiply_limbs(Limb* out, const Limb* x, std::uint32_t nx, const Limb* y, s
   }
 }
 
+/// Numbers with fewer limbs than kShort are multiplied limb by limb; so are those with more than
+/// kLongest, which no query makes.
+constexpr std::uint32_t kShort = 12, kLongest = 1024;
+__extension__ typedef __int128 SignedDoubleLimb;
+
+/// The digits other than 0 of a number in base 2^64, each at least -2^63 and below 2^63.
+///
+/// The long numbers of the exact stage are sums of a few short ones at very different places, so
+/// nearly all of their limbs are 0 or, after a subtraction, all ones. As a signed digit, a limb of
+/// ones with a carry is 0, too.
+struct SparseNumber {
+  std::uint32_t count = 0;
+  std::uint32_t place[kLongest + 1];
+  std::int64_t digit[kLongest + 1];
+
+  SparseNumber(const Limb* limbs, std::uint32_t n) {
+    Limb carry = 0;
+    for (std::uint32_t i = 0; i < n; ++i) {
+      const Limb sum = limbs[i] + carry;
+      const bool wraps = carry != 0 && sum == 0;
+      if (sum != 0) append(i, sum);
+      carry = wraps || static_cast<std::int64_t>(sum) < 0 ? 1 : 0;
+    }
+    if (carry != 0) append(n, 1);
+  }
+  void append(std::uint32_t i, Limb value) {
+    place[count] = i;
+    digit[count++] = static_cast<std::int64_t>(value);
+  }
+};
+
+/// out = x * y, n limbs: those of both factors.
+void multiply_sparse(Limb* out, std::uint32_t n, const SparseNumber& x, const SparseNumber& y) {
+  SignedDoubleLimb sum[2 * kLongest + 2];
+  std::fill_n(sum, n + 2, SignedDoubleLimb{0});
+  for (std::uint32_t i = 0; i < x.count; ++i)
+    for (std::uint32_t j = 0; j < y.count; ++j) {
+      const SignedDoubleLimb p = SignedDoubleLimb{x.digit[i]} * y.digit[j];
+      SignedDoubleLimb* at = sum + x.place[i] + y.place[j];
+      at[0] += static_cast<Limb>(p);
+      at[1] += static_cast<std::int64_t>(p >> 64);
+    }
+  SignedDoubleLimb carry = 0;
+  for (std::uint32_t k = 0; k < n; ++k) {
+    carry += sum[k];
+    out[k] = static_cast<Limb>(carry);
+    carry >>= 64;
+  }
+}
+
+/// out = x * y, nx + ny limbs, for long numbers.
+void multiply_long(Limb* out, const Limb* x, std::uint32_t nx, const Limb* y, std::uint32_t ny) {
+  // A product of two digits takes about as long as this many of the limb-by-limb product.
+  constexpr std::uint64_t kDigitCost = 3;
+  const SparseNumber a(x, nx), b(y, ny);
+  if (kDigitCost * a.count * b.count < std::uint64_t{nx} * ny)
+    multiply_sparse(out, nx + ny, a, b);
+  else
+    multiply_limbs(out, x, nx, y, ny);
+}
+
 int compare_limbs(const Limb* a, const Limb* b, std::uint32_t n) {
   while (n-- > 0)
     if (a[n] != b[n]) return a[n] < b[n] ? -1 : 1;
@@ -185,7 +246,8 @@ BigInt BigInt::operator*(const BigInt& b) const {
   BigInt r;
   if (size_ == 0 || b.size_ == 0) return r;
   r.reserve(size_ + b.size_);
-  multiply_limbs(r.limbs(), limbs(), size_, b.limbs(), b.size_);
+  const bool is_long = std::min(size_, b.size_) >= kShort && std::max(size_, b.size_) <= kLongest;
+  (is_long ? multiply_long : multiply_limbs)(r.limbs(), limbs(), size_, b.limbs(), b.size_);
   r.negative_ = negative_ != b.negative_;
   r.trim(size_ + b.size_);
   return r;

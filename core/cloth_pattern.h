@@ -16,7 +16,7 @@ namespace selvedge {
 struct ClothPatternTraits {
   std::string_view promise;  ///< properties of the mesh
   std::string_view source;   ///< author, title, year
-  bool splits = false;       ///< AdaptiveGrid can split its cells
+  bool splits = false;       ///< its cells or triangles can be split during a run (AdaptiveCloth)
   bool fits_plate = false;   ///< its triangles can be fitted to a plate (make_plate)
   bool two_layers = false;   ///< a second layer follows the vertices of the surface
 };

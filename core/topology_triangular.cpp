@@ -63,6 +63,7 @@ void register_triangular(ClothPatternRegistry& registry) {
                },
                {.promise = "the edges of nearly equilateral triangles are springs; hinges bend",
                 .source = "Van Gelder, Approximate simulation of elastic membranes, 1998",
+                .splits = true,
                 .fits_plate = true});
 }
 

@@ -3,6 +3,7 @@
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/core/cloth_mesh.h>
 #include <selvedge/core/measure.h>
+#include <selvedge/scene/adaptive_cloth.h>
 #include <selvedge/scene/detail/make_piece.h>
 #include <selvedge/scene/detail/strip_path.h>
 
@@ -63,13 +64,28 @@ GridConfig scaled(const ClothGrid& grid, double factor) {
   return config;
 }
 
+/// The pattern whose cells are those of AdaptiveGrid.
+constexpr const char* kQuadtreePattern = "rectangular";
+
+void refuse_unsuited_refinement(const ClothGrid& grid, const ClothPatternRegistry& patterns) {
+  if (!patterns.at(grid.pattern).traits().splits)
+    throw std::invalid_argument(
+        "\"refine\" splits cells or triangles; take pattern \"rectangular\" or \"triangular\"");
+  if (grid.refine.join > 0.0 && grid.refine.when != RefineSpec::When::curved)
+    throw std::invalid_argument(
+        "\"join_deg\" joins cells where the cloth has become flat; it needs \"when\": \"curved\"");
+  if (grid.refine.join > 0.0 && !(grid.refine.join < grid.refine.angle))
+    throw std::invalid_argument(
+        "\"join_deg\" must be less than \"angle_deg\", or cells would be joined and split in turn");
+}
+
 Piece make_grid(const ClothSpec& spec, const ClothGrid& grid, const Material& material,
                 const ClothPatternRegistry& patterns) {
   const double factor = spec.placement.scale;
   const GridConfig config = scaled(grid, factor);
   Piece piece{grid.refine.when == RefineSpec::When::never
                   ? make_pattern(grid, config, material, patterns)
-                  : make_adaptive_grid(spec, material, patterns).cloth(),
+                  : make_adaptive_cloth(spec, material, patterns).cloth(),
               {}};
   ClothMesh& cloth = piece.cloth;
   piece.rest = cloth.surface;
@@ -185,16 +201,26 @@ void refuse_springs_of_their_own(const ClothSpec& cloth, const Material& materia
 AdaptiveGrid make_adaptive_grid(const ClothSpec& cloth, const Material& material,
                                 const ClothPatternRegistry& patterns) {
   const auto& grid = std::get<ClothGrid>(cloth.shape);
-  if (!patterns.at(grid.pattern).traits().splits)
-    throw std::invalid_argument(
-        "\"refine\" splits the cells of a grid; take pattern \"rectangular\"");
-  if (grid.refine.join > 0.0 && grid.refine.when != RefineSpec::When::curved)
-    throw std::invalid_argument(
-        "\"join_deg\" joins cells where the cloth has become flat; it needs \"when\": \"curved\"");
-  if (grid.refine.join > 0.0 && !(grid.refine.join < grid.refine.angle))
-    throw std::invalid_argument(
-        "\"join_deg\" must be less than \"angle_deg\", or cells would be joined and split in turn");
+  refuse_unsuited_refinement(grid, patterns);
   return {scaled(grid, cloth.placement.scale), material, grid.refine.levels};
+}
+
+AdaptiveCloth make_adaptive_cloth(const ClothSpec& cloth, const Material& material,
+                                  const ClothPatternRegistry& patterns) {
+  const auto& grid = std::get<ClothGrid>(cloth.shape);
+  if (grid.pattern == kQuadtreePattern) return make_adaptive_grid(cloth, material, patterns);
+  refuse_unsuited_refinement(grid, patterns);
+  if (grid.refine.join > 0.0)
+    throw std::invalid_argument(
+        "\"join_deg\" joins the quarters of cells; triangles are not joined, so take pattern "
+        "\"rectangular\"");
+  if (grid.plate)
+    throw std::invalid_argument(
+        "\"plate\" fits springs to one mesh, which \"refine\" changes; leave one of them out");
+  const GridConfig config = scaled(grid, cloth.placement.scale);
+  ClothMesh mesh =
+      make_method(patterns, grid.pattern, "pattern", grid.pattern_options, config, material);
+  return AdaptiveTriangles(std::move(mesh.surface), material, grid.refine.levels);
 }
 
 Piece make_piece(const ClothSpec& cloth, const Material& material,

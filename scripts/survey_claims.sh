@@ -14,8 +14,8 @@ turns=${SELVEDGE_TURNS:-7}
 # part CLAIM: prints the measurement that decides the claim; claims that share a measurement have the same one.
 part() {
   case "$1" in
-    C1) echo balance ;;
-    C2 | C3 | C25) echo meshes ;;
+    C1 | C3) echo balance ;;
+    C2 | C25) echo meshes ;;
     C4 | C6) echo limiters ;;
     C5) echo corrections ;;
     C7) echo stability ;;
@@ -99,6 +99,14 @@ balance() {
       rm -rf "$out/hang"
     done <"$out/frames"
   done | awk '$2 == "rectangular" { base = $3 } { print "hang", $2, $3 / base }' | quartiles "time to balance over rectangular:"
+  survey_size "C1, C3: four nets of equal springs at the survey's sizes, on a table and hung" meshes --springs "equal k" --stiffness 3
+}
+
+# survey_size TITLE ARGUMENTS...: a part of survey_size.py.
+survey_size() {
+  say "$1 (needs the Python module in $build/python and NumPy)"
+  shift
+  measure env PYTHONPATH="$build/python" scripts/survey_size.py "$@"
 }
 
 meshes() {
@@ -134,10 +142,9 @@ limiters() {
   compare limiters data/scenes/flag.json --no-reference --repeats 7 --set 'geometry.0.cells=[24,24]' \
     --set time.frames=8 --set materials.default.stretch_stiffness=60 \
     --vary strain_limiter=position,ordered_position,position_velocity,ordered_position_velocity,priority_position_velocity,velocity
-  say "C4, C5, C6: 2,500 particles on a round table until balance (needs the Python module in $build/python and NumPy)"
   local stiffness
   for stiffness in 3 1; do
-    measure env PYTHONPATH="$build/python" scripts/survey_size.py --stiffness "$stiffness"
+    survey_size "C4, C5, C6: 2,500 particles on a round table until balance" limiters --stiffness "$stiffness"
   done
 }
 
@@ -165,6 +172,7 @@ responses() {
   measure "$build/bench/bench_response" --no-table --claim-cells 20
   say "C9 again, with the survey's 2,500 particles"
   measure "$build/bench/bench_response" --no-table --claim-cells 49 --repeats 3 --threads 1
+  survey_size "C10: penalty springs on the cloth of Figure 45" penalty --stiffness 3 --longest 2
 }
 
 # detector_rows ARGUMENTS...: writes the table of bench_broadphase, turn after turn, as lines into $out/rows.
@@ -188,6 +196,8 @@ image_space() {
   say "C11: image space against a tree"
   detector_rows --scene drape --size 100 --threads 1 --repeats 3 --markdown --detectors bvh_aabb,image_space_pairs
   over bvh_aabb image_space_pairs
+  say "C11: maps against a tree that answers the same particles"
+  measure "$build/bench/bench_image_space"
 }
 
 detectors() {
@@ -276,12 +286,14 @@ adaptive() {
     done
   done | awk '$1 == "64,1e-6" { base = $2 } { print "multi_level", $1, $2 / base }' |
     quartiles "seconds over those of 64 x 64 cells:"
+  survey_size "C19: time and error of adaptive and multi-level meshes" levels
 }
 
 bilayered() {
   say "C20: two layers against one of the same cells"
   compare bilayered data/scenes/bilayered.json --no-reference --repeats 5 --set time.frames=20 \
     --vary pattern=bilayered,rectangular
+  survey_size "C20: time and error of two layers and of plain sheets" layers
 }
 
 integrators() {

@@ -1,15 +1,23 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: MIT
-"""Measures the strain limiters of the survey on its scene and size: 2,500 particles that fall onto a round table.
+"""Measures claims of the survey on its scenes and sizes, 2,500 particles unless noted.
 
-    PYTHONPATH=build/release/python scripts/survey_size.py [--stiffness K] [--size 50] [--turns N] [--longest S]
+    PYTHONPATH=build/release/python scripts/survey_size.py PART [--stiffness K] [--size 50] [--turns N] [--longest S]
 
-C4, C5, C6, Figure 22, Table VI: processor time, sweeps, residual and shape, with as many sweeps as each method needs. The
-cloth is at balance when the root of its mean squared speed stays below 5 mm/s. Simulations use one thread; times are those
-of the processor, which other programs disturb less than those of the clock.
+PART:
+limiters  C4, C5, C6, Figure 22, Table VI: strain limiters on a round table, with as many sweeps as each method needs
+meshes    C1, C2, C3, Figures 11 and 12: four meshes at the survey's eight sizes, on the table and hung by two corners
+penalty   C10, Figure 45: a cloth that falls onto the table with penalty springs from small to great
+levels    C19: adaptive and multi-level meshes against uniform ones, time and error
+layers    C20: a bilayered cloth against plain sheets, time and error
+
+The cloth is at balance when the root of its mean squared speed stays below 5 mm/s. Simulations use one thread; times are
+those of the processor, which other programs disturb less than those of the clock.
 """
 import argparse
 import itertools
+import json
+import pathlib
 import time
 
 import numpy as np
@@ -19,14 +27,19 @@ SIDE = 1.0  # m
 BOUND = 0.005  # m/s
 
 
-def table_scene(size, stiffness, solver):
-    """A net of equal springs over a round table of 0.3 m."""
-    constants = {key: stiffness for key in ("structural", "shear", "flexion")}
+def net(pattern, stiffness):
+    """A net of equal springs."""
+    keys = ("structural", "flexion") if pattern == "triangular_net" else ("structural", "shear", "flexion")
+    return {"type": pattern, **{key: stiffness for key in keys}}
+
+
+def table_scene(size, stiffness, solver, pattern=None):
+    """A net of equal springs, or another pattern, over a round table of 0.3 m."""
     table = {"type": "cylinder", "radius": 0.3, "height": 0.02, "resolution": 96}
     return {
         "geometry": [{
             "name": "cloth", "size": [SIDE, SIDE], "cells": [size - 1, size - 1],
-            "pattern": {"type": "rectangular_net", **constants}, "transformation": {"translation": [0, 0, 0.503]},
+            "pattern": pattern or net("rectangular_net", stiffness), "transformation": {"translation": [0, 0, 0.503]},
         }],
         "materials": {"default": {"density": 0.2, "spring_damping": 0.001, "strain_limit": 0.1}},
         "obstacles": [
@@ -46,13 +59,18 @@ def rms_speed(simulation):
 class Run:
     """A simulation until its cloth has stayed below the bound for half a second, or for `longest` seconds."""
 
-    def __init__(self, description, longest):
+    def __init__(self, description, longest, watch=False):
         self.simulation = selvedge.Simulation(description)
+        self.start = self.positions()
+        self.highest = self.fastest = 0.0  # m above the start, m/s; if watched
         begin, step, calm = time.process_time(), 0, 0
         self.until = 0.0  # s, of the last step above the bound
         while step < longest * 60 and (calm < 30 or step < 90):
             self.simulation.step()
             step += 1
+            if watch:
+                self.highest = max(self.highest, (self.positions() - self.start)[:, 2].max())
+                self.fastest = max(self.fastest, np.abs(np.asarray(self.simulation.velocities)).max())
             calm = calm + 1 if rms_speed(self.simulation) < BOUND else 0
             if calm == 0:
                 self.until = step / 60.0
@@ -102,15 +120,148 @@ def limiters(options):
               f"{'' if own[0].calm else ' (moving)'} | {off:.2f}", flush=True)
 
 
+SIZES = (10, 17, 25, 33, 42, 50, 56, 59)  # particles along a side: 100 to 3,481
+NETS = ("rectangular", "simplified", "triangular", "responsive")
+
+
+def hung_scene(size, stiffness, solver, pattern):
+    """The same cloth held by two corners, without a table."""
+    scene = table_scene(size, stiffness, solver, pattern)
+    del scene["obstacles"]
+    scene["handles"] = [{"name": "corners", "select": {"corners": ["x0y1", "x1y1"]}}]
+    return scene
+
+
+def at_places(start, x, size, places):
+    """Positions of a grid of size x size particles at places (x, y) of its flat start, by bilinear interpolation."""
+    cells = size - 1
+    low = start[:, :2].min(axis=0)
+    s = np.clip((places - low) / SIDE * cells, 0.0, cells)
+    i = np.minimum(s.astype(int), cells - 1)
+    u = (s - i)[:, :1], (s - i)[:, 1:]
+    at = lambda a, b: x[(i[:, 1] + b) * size + i[:, 0] + a]
+    return ((1 - u[0]) * (1 - u[1]) * at(0, 0) + u[0] * (1 - u[1]) * at(1, 0)
+            + (1 - u[0]) * u[1] * at(0, 1) + u[0] * u[1] * at(1, 1))
+
+
+def rms(difference):
+    return 100.0 / SIDE * np.sqrt((difference**2).sum(axis=1).mean())
+
+
+def meshes(options):
+    print("scene | springs | particles | mesh | simulated s until balance | steps | processor s | ms per step | "
+          "processor s, over rectangular | RMS distance to rectangular, % of the side")
+    scenes = {"table": table_scene, "hung": hung_scene}
+    kinds = {"equal k": lambda name: net(name + "_net", options.stiffness), "equal fabric": lambda name: name}
+    for scene, kind in itertools.product(options.scenes, options.springs):
+        for size in options.sizes:
+            base = None
+            for name in NETS:
+                run = Run(scenes[scene](size, options.stiffness, {}, kinds[kind](name)), options.longest)
+                x, start, steps = run.positions(), run.start, run.result()["steps"]
+                if name == "rectangular":
+                    base = run.seconds, start, x
+                off = rms(x - at_places(base[1], base[2], size, start[:, :2]))
+                print(f"{scene} | {kind} | {len(x)} | {name} | {run.until:.2f}{'' if run.calm else ' (moving)'} | {steps} | "
+                      f"{run.seconds:.2f} | {1e3 * run.seconds / steps:.2f} | {run.seconds / base[0]:.2f} | {off:.2f}", flush=True)
+
+
+def penalty(options):
+    print("K, N/m | steps | largest lack of the rest gap, mm | repairs | highest particle above its start, mm | "
+          "largest speed, m/s | energy gained, mJ | at balance after, s")
+    for stiffness in (1.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6):
+        solver = {"strain_limiter": "ordered_position"}
+        scene = table_scene(options.size, options.stiffness, solver)
+        scene["contact"] = {"response": {"type": "penalty", "stiffness": stiffness}}
+        scene["time"]["energy_guard"] = False
+        run = Run(scene, options.longest, watch=True)
+        counters = run.result()["counters"]
+        lack = counters.get("max_gap_violation_m", 0.0)
+        repairs = sum(value for key, value in counters.items() if key.startswith("fail_safe"))
+        print(f"{stiffness:g} | {run.result()['steps']} | {1e3 * lack:.3f} | {repairs:.0f} | {1e3 * run.highest:.1f} | "
+              f"{run.fastest:.2f} | {1e3 * counters.get('energy_gained_J', 0.0):.3g} | "
+              f"{run.until:.2f}{'' if run.calm else ' (moving)'}", flush=True)
+
+
+def shipped(name, frames, **cloth):
+    """A shipped scene with other cloth, stepped for some frames: processor time, and positions by frame."""
+    scene = json.loads((pathlib.Path(__file__).parent.parent / "data/scenes" / f"{name}.json").read_text())
+    del scene["$schema"]
+    for key, value in cloth.items():
+        if value is None:
+            scene["geometry"][0].pop(key, None)
+        else:
+            scene["geometry"][0][key] = value
+    scene["time"]["frames"] = frames
+    simulation = selvedge.Simulation(scene)
+    begin = time.process_time()
+    simulation.advance_to_frame(frames)
+    return time.process_time() - begin, np.array(simulation.positions)
+
+
+def coarse(x, cells, step):
+    """Vertices of a uniform mesh that a mesh with cells `step` times as large has too."""
+    grid = x[:(cells[0] + 1) * (cells[1] + 1)].reshape(cells[1] + 1, cells[0] + 1, 3)
+    return grid[::step, ::step].reshape(-1, 3)
+
+
+def against(name, rows, reference, extent):
+    print(f"{name}: cloth | processor s | RMS distance to the reference at common vertices, % of the longer side")
+    for label, seconds, x in rows:
+        off = 100.0 / extent * np.sqrt(((x - reference) ** 2).sum(axis=1).mean())
+        print(f"{label} | {seconds:.2f} | {off:.3f}", flush=True)
+
+
+def uniform(name, frames, cells, step):
+    seconds, x = shipped(name, frames, cells=list(cells), refine=None)
+    return f"{cells[0]} x {cells[1]} cells", seconds, coarse(x, cells, step)
+
+
+def levels(options):
+    for name, first, frames, finest in (("adaptive", 12, 60, 96), ("multi_level", 16, 150, 128)):
+        rows, factor = [], 1
+        while first * factor <= finest:
+            rows.append(uniform(name, frames, (first * factor, first * factor), factor))
+            factor *= 2
+        reference = rows[-1][2]
+        scene = json.loads((pathlib.Path(__file__).parent.parent / "data/scenes" / f"{name}.json").read_text())
+        refine = scene["geometry"][0]["refine"]
+        for deepest in (1, 2):
+            seconds, x = shipped(name, frames, refine={**refine, "levels": deepest})
+            rows.append((f"{first} x {first} cells, refined {deepest} times to {len(x)} particles", seconds,
+                         x[:(first + 1) ** 2]))
+        against(name, rows, reference, 1.0)
+
+
+def layers(options):
+    frames = 20
+    rows = []
+    for k in (1, 2, 4, 8):
+        seconds, x = shipped("bilayered", frames, cells=[12 * k, 9 * k], pattern="rectangular")
+        rows.append((f"plain, {12 * k} x {9 * k} cells", seconds, coarse(x, (12 * k, 9 * k), k)))
+    reference = rows[-1][2]
+    seconds, x = shipped("bilayered", frames)
+    rows.append(("bilayered, 48 x 36 cells", seconds, coarse(x, (48, 36), 4)))
+    against("bilayered", rows, reference, 0.8)
+
+
+PARTS = {"limiters": limiters, "meshes": meshes, "penalty": penalty, "levels": levels, "layers": layers}
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("part", choices=PARTS)
     parser.add_argument("--turns", type=int, default=3)
     parser.add_argument("--size", type=int, default=50, help="particles along a side")
+    parser.add_argument("--sizes", type=int, nargs="+", default=SIZES, help="the same, of part meshes")
+    parser.add_argument("--scenes", nargs="+", default=("table", "hung"), choices=("table", "hung"))
+    parser.add_argument("--springs", nargs="+", default=("equal k", "equal fabric"), choices=("equal k", "equal fabric"))
     parser.add_argument("--longest", type=float, default=5.0, help="simulated seconds")
     parser.add_argument("--stiffness", type=float, default=1.0, help="of all springs [N/m]")
     parser.add_argument("--integrator", default="implicit_euler")
+    options = parser.parse_args()
     with selvedge.ThreadLimit(1):
-        limiters(parser.parse_args())
+        PARTS[options.part](options)
 
 
 if __name__ == "__main__":

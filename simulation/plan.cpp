@@ -164,6 +164,7 @@ class ScenePlan {
     double v = 0.0;
     for (const Vec3& u : built_.velocity) v = std::max(v, u.norm());
     if (g == 0.0 && v == 0.0) return ", free flight never reaches it";
+    if (apart == 0.0) return "";  // the boxes meet
     // apart = v t + ½ g t²
     const double t = 2.0 * apart / (v + std::sqrt(v * v + 2.0 * g * apart));
     return fmt::format(", free flight takes {:.2g} s of {:.3g} s", t, end);

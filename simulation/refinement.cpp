@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <selvedge/scene/build.h>
+#include <selvedge/scene/adaptive_cloth.h>
 #include <selvedge/simulation/refinement.h>
 
 #include <algorithm>
@@ -49,10 +49,10 @@ Refinement::Refinement(const Scene& scene, const BuiltScene& built, ClothPattern
     if (spec == nullptr) continue;
     refuse_what_needs_one_mesh(scene, built, cloth.name);
     const std::vector<Vec3>& x = built.cloth.surface.vertices;
-    AdaptiveGrid grid = make_adaptive_grid(cloth, scene.materials.at(cloth.material), patterns_);
-    std::vector<double> mass = grid.cloth().mass;
+    AdaptiveCloth cells = make_adaptive_cloth(cloth, scene.materials.at(cloth.material), patterns_);
+    std::vector<double> mass = cells.cloth().mass;
     pieces_.push_back(
-        {p, *spec, std::move(grid), {x.begin() + first, x.begin() + end}, std::move(mass), 0.0});
+        {p, *spec, std::move(cells), {x.begin() + first, x.begin() + end}, std::move(mass), 0.0});
   }
 }
 
@@ -76,12 +76,12 @@ Refinement::Piece& Refinement::piece(std::int32_t number) {
 std::vector<GridCell> Refinement::due(const Piece& piece, std::span<const Vec3> x,
                                       std::span<const Vec3> v, double time) const {
   const RefineSpec& spec = piece.spec;
-  if (spec.when == RefineSpec::When::curved) return piece.grid.curved(x, spec.angle);
+  if (spec.when == RefineSpec::When::curved) return piece.cells.curved(x, spec.angle);
   if (time < piece.last + spec.after) return {};
   const bool slow =
       std::all_of(v.begin(), v.end(), [&](const Vec3& u) { return u.norm() <= spec.speed; });
   if (!slow && kinetic_energy(piece.mass, v) >= spec.energy) return {};
-  return piece.grid.divisible();
+  return piece.cells.divisible();
 }
 
 std::vector<SplitEvent> Refinement::due(const SimulationState& state) const {
@@ -99,20 +99,20 @@ std::vector<SplitEvent> Refinement::due(const SimulationState& state) const {
 void Refinement::split(const SplitEvent& event, std::vector<Vec3>& x, std::vector<Vec3>& v) {
   Piece& p = piece(event.piece);
   if (event.join) {
-    const std::vector<std::int32_t> number = p.grid.join(event.cells, x, v);
+    const std::vector<std::int32_t> number = p.cells.grid()->join(event.cells, x, v);
     std::vector<Vec3> start(x.size());
     for (std::size_t i = 0; i < number.size(); ++i)
       if (number[i] >= 0) start[number[i]] = p.start[i];
     p.start = std::move(start);
   } else {
-    const std::int32_t before = p.grid.vertex_count();
-    p.grid.split(event.cells, x, v);
-    for (std::int32_t i = before; i < p.grid.vertex_count(); ++i) {
-      const auto [a, b] = p.grid.parents(i);
+    const std::int32_t before = p.cells.vertex_count();
+    p.cells.split(event.cells, x, v);
+    for (std::int32_t i = before; i < p.cells.vertex_count(); ++i) {
+      const auto [a, b] = p.cells.parents(i);
       p.start.push_back(0.5 * (p.start[a] + p.start[b]));
     }
   }
-  p.mass = p.grid.cloth().mass;
+  p.mass = p.cells.cloth().mass;
   p.last = event.time;
   sizes_[p.number] = p.start.size();
 }
@@ -158,8 +158,8 @@ Scene Refinement::scene() const {
       if (scene.cloths[p.number].name != handle.geometry) continue;
       handle.pivots = handle.vertices.size();
       std::set<std::int32_t> held(handle.vertices.begin(), handle.vertices.end());
-      for (std::int32_t i = 0; i < p.grid.vertex_count(); ++i) {
-        const auto [a, b] = p.grid.parents(i);
+      for (std::int32_t i = 0; i < p.cells.vertex_count(); ++i) {
+        const auto [a, b] = p.cells.parents(i);
         if (!held.contains(a) || !held.contains(b)) continue;
         held.insert(i);
         handle.vertices.push_back(i);
@@ -173,7 +173,7 @@ BuiltScene Refinement::build() const {
   return build_scene(scene_, [&](std::size_t number) -> selvedge::Piece {
     for (const Piece& p : pieces_) {
       if (p.number != number) continue;
-      selvedge::Piece piece{p.grid.cloth(), {}};
+      selvedge::Piece piece{p.cells.cloth(), {}};
       piece.rest = piece.cloth.surface;
       piece.cloth.surface.vertices = p.start;
       return piece;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <selvedge/core/adaptive_cloth.h>
 #include <selvedge/simulation/simulation.h>
 
 #include <cstdint>
@@ -121,7 +122,7 @@ class Refinement {
   struct Piece {
     std::size_t number = 0;  // among the pieces of the scene
     RefineSpec spec;
-    AdaptiveGrid grid;
+    AdaptiveCloth cells;
     std::vector<Vec3> start;   // m, of its vertices at the start
     std::vector<double> mass;  // of the present cells
     double last = 0.0;         // s, when it was split last

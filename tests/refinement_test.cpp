@@ -286,6 +286,42 @@ TEST_F(Refinements, AnAngleOfJoiningThatCannotServeIsRefused) {
             std::string::npos);
 }
 
+// -- triangles ------------------------------------------------------------------------------------
+
+const std::string kTriangular = R"("pattern": "triangular", )";
+
+TEST_F(Refinements, TrianglesAreSplitWhereClothBendsAndTheRunIsClean) {
+  const RunResult result = run_scene(scene(over_ball(kTriangular + kCurved)), config_);
+  EXPECT_TRUE(result.clean);
+  EXPECT_GT(result.counters.at("refinements"), 1.0);
+  EXPECT_FALSE(result.counters.contains("refinements_postponed"));
+  EXPECT_EQ(vertices_of_frame(0), 85u);  // rows of 9 and 10
+  EXPECT_GT(vertices_of_frame(16), vertices_of_frame(8));
+  EXPECT_LT(vertices_of_frame(16), 33u * 33u) << "not everywhere";
+}
+
+TEST_F(Refinements, AResumedRunOfTrianglesGoesOnToTheSameBits) {
+  const std::string json = over_ball(kTriangular + kSettled);
+  const RunResult result = run_scene(scene(json), config_);
+  EXPECT_EQ(result.counters.at("refinements"), 2.0);
+  EXPECT_GT(vertices_of_frame(16), 33u * 33u) << "everywhere, twice";
+  config_.out = folder_ / "in_parts";
+  run_scene(scene(json, {{"time.frames", "9"}}), config_);
+  config_.resume = true;
+  EXPECT_EQ(run_scene(scene(json), config_).state_hash, result.state_hash);
+}
+
+TEST_F(Refinements, TrianglesThatCannotBeJoinedOrFittedAreRefused) {
+  const std::string join =
+      R"("refine": {"when": "curved", "levels": 2, "angle_deg": 12, "join_deg": 4})";
+  EXPECT_NE(refusal(over_ball(kTriangular + join)).find("join_deg"), std::string::npos);
+  EXPECT_NE(
+      refusal(over_ball(kTriangular + kCurved + R"(, "plate": {"poisson": 0.3})")).find("plate"),
+      std::string::npos);
+  EXPECT_NE(refusal(over_ball(R"("pattern": "responsive", )" + kCurved)).find("triangular"),
+            std::string::npos);
+}
+
 TEST_F(Refinements, AMeshThatMustNotChangeIsRefused) {
   EXPECT_NE(refusal(over_ball(kCurved, R"(, "output": {"pc2": true})")).find("pc2"),
             std::string::npos);
@@ -293,7 +329,7 @@ TEST_F(Refinements, AMeshThatMustNotChangeIsRefused) {
             std::string::npos);
   EXPECT_NE(refusal(over_ball(kCurved, R"(, "contact": {"still_tangled": "carry"})")).find("carry"),
             std::string::npos);
-  EXPECT_NE(refusal(over_ball(R"("pattern": "triangular", )" + kCurved)).find("rectangular"),
+  EXPECT_NE(refusal(over_ball(R"("pattern": "responsive", )" + kCurved)).find("rectangular"),
             std::string::npos);
 }
 

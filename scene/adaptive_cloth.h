@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/core/adaptive_cloth.h>
+#include <selvedge/scene/build.h>
+
+namespace selvedge {
+
+/// The cells of a piece with "refine": a grid for the pattern "rectangular", triangles for other
+/// patterns. Throws std::invalid_argument if the pattern or an option is unsuited.
+AdaptiveCloth make_adaptive_cloth(const ClothSpec& cloth, const Material& material,
+                                  const ClothPatternRegistry& patterns);
+
+}  // namespace selvedge

@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: MIT
+// Triangles that are split by bisection of their longest edges: no hanging node, no thin triangle,
+// no change of mass, momentum, surface or stretch stiffness.
+#include <gtest/gtest.h>
+#include <selvedge/core/adaptive_triangles.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <random>
+#include <stdexcept>
+
+namespace selvedge::adaptive_triangles_test {
+namespace {
+
+Material fabric() {
+  Material m;
+  m.density = 0.2;
+  m.stretch_stiffness = 400.0;
+  m.bending_stiffness = 2e-5;
+  return m;
+}
+
+AdaptiveTriangles triangles(std::int32_t cells, std::int32_t levels) {
+  return {make_triangular({0.6, 0.5, cells, cells}, fabric()).surface, fabric(), levels};
+}
+
+double area(const TriangleMesh& mesh) {
+  double sum = 0.0;
+  for (const Triangle& t : mesh.triangles)
+    sum += 0.5 * (mesh.vertices[t[1]] - mesh.vertices[t[0]])
+                     .cross(mesh.vertices[t[2]] - mesh.vertices[t[0]])
+                     .z();
+  return sum;
+}
+
+double smallest_angle(const TriangleMesh& mesh) {
+  double smallest = 4.0;
+  for (const Triangle& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k) {
+      const Vec3 u = mesh.vertices[t[(k + 1) % 3]] - mesh.vertices[t[k]];
+      const Vec3 v = mesh.vertices[t[(k + 2) % 3]] - mesh.vertices[t[k]];
+      smallest = std::min(smallest, std::atan2(u.cross(v).norm(), u.dot(v)));
+    }
+  return smallest;
+}
+
+/// Splits random triangles of the mesh that can be split, in rounds.
+void split_at_random(AdaptiveTriangles& mesh, std::vector<Vec3>& x, std::vector<Vec3>& v,
+                     std::mt19937& random) {
+  for (int round = 0; round < 6; ++round) {
+    std::vector<std::int32_t> some;
+    for (const std::int32_t t : mesh.divisible())
+      if (random() % 5 == 0) some.push_back(t);
+    mesh.split(some, x, v);
+  }
+}
+
+TEST(AdaptiveTriangles, HaveNoHangingNodeAndCoverTheSameSurface) {
+  std::mt19937 random(1);
+  for (int trial = 0; trial < 10; ++trial) {
+    AdaptiveTriangles mesh = triangles(4, 3);
+    const double whole = area(mesh.rest());
+    std::vector<Vec3> x = mesh.rest().vertices, v(x.size(), Vec3::Zero());
+    split_at_random(mesh, x, v, random);
+    EXPECT_GT(mesh.rest().triangles.size(), 100u);
+    EXPECT_NEAR(area(mesh.rest()), whole, 1e-12);
+    std::map<Edge, int> count;
+    std::map<std::pair<double, double>, std::int32_t> at;
+    for (std::int32_t i = 0; i < mesh.vertex_count(); ++i)
+      at[{mesh.rest().vertices[i].x(), mesh.rest().vertices[i].y()}] = i;
+    EXPECT_EQ(at.size(), mesh.rest().vertices.size()) << "a vertex was inserted twice";
+    for (const Triangle& t : mesh.rest().triangles)
+      for (int k = 0; k < 3; ++k)
+        ++count[{std::min(t[k], t[(k + 1) % 3]), std::max(t[k], t[(k + 1) % 3])}];
+    double border = 0.0;
+    for (const auto& [edge, n] : count) {
+      const Vec3 &a = mesh.rest().vertices[edge[0]], &b = mesh.rest().vertices[edge[1]];
+      const Vec3 middle = 0.5 * (a + b);
+      EXPECT_FALSE(at.contains({middle.x(), middle.y()})) << "a node hangs on an edge";
+      EXPECT_LE(n, 2);
+      if (n == 1) border += (b - a).norm();
+    }
+    EXPECT_NEAR(border, 2.2, 1e-12) << "only the border of the sheet has one triangle";
+  }
+}
+
+TEST(AdaptiveTriangles, HaveNoAngleBelowHalfOfTheSmallest) {
+  std::mt19937 random(2);
+  for (int trial = 0; trial < 10; ++trial) {
+    AdaptiveTriangles mesh = triangles(3, 4);
+    const double least = smallest_angle(mesh.rest());
+    std::vector<Vec3> x = mesh.rest().vertices, v(x.size(), Vec3::Zero());
+    split_at_random(mesh, x, v, random);
+    EXPECT_GE(smallest_angle(mesh.rest()), 0.5 * least * (1.0 - 1e-9));
+  }
+}
+
+// Rivara's example: the two halves of a square share their longest edge; the halves of those meet
+// their neighbours at the sides.
+TEST(AdaptiveTriangles, BisectTheLongestEdgeOfBothTriangles) {
+  const TriangleMesh square{{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 3}}};
+  AdaptiveTriangles mesh(square, fabric(), 1);
+  std::vector<Vec3> x = square.vertices, v(4, Vec3::Zero());
+  const std::int32_t first[] = {0};
+  mesh.split(first, x, v);
+  ASSERT_EQ(x.size(), 7u);
+  EXPECT_EQ(x[4], Vec3(0.5, 0.5, 0)) << "the diagonal";
+  EXPECT_EQ(mesh.rest().triangles.size(), 6u) << "four quarters and two halves";
+  EXPECT_TRUE((x[5] == Vec3(0.5, 0, 0) && x[6] == Vec3(1, 0.5, 0)) ||
+              (x[6] == Vec3(0.5, 0, 0) && x[5] == Vec3(1, 0.5, 0)));
+  EXPECT_EQ(mesh.parents(4), (Edge{0, 2}));
+  EXPECT_EQ(mesh.parents(0), (Edge{-1, -1}));
+}
+
+TEST(AdaptiveTriangles, SplitEverywhereTheyAreFourTimesAsMany) {
+  AdaptiveTriangles mesh = triangles(5, 2);
+  std::vector<Vec3> x = mesh.rest().vertices, v(x.size(), Vec3::Zero());
+  for (int level = 1; level <= 2; ++level) {
+    const std::size_t before = mesh.rest().triangles.size();
+    const double height = smallest_angle(mesh.rest());
+    mesh.split(mesh.divisible(), x, v);
+    EXPECT_GE(mesh.rest().triangles.size(), 4 * before);
+    EXPECT_LE(mesh.rest().triangles.size(), 5 * before) << "few more than needed";
+    EXPECT_GT(smallest_angle(mesh.rest()), 0.4 * height);
+  }
+  EXPECT_TRUE(mesh.divisible().empty());
+}
+
+TEST(AdaptiveTriangles, ASplitKeepsMassMomentumCentreAndSurface) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise;
+  AdaptiveTriangles mesh = triangles(4, 3);
+  std::vector<Vec3> x = mesh.rest().vertices, v;
+  for (Vec3& p : x) {
+    p += 0.05 * Vec3(noise(random), noise(random), noise(random));
+    v.push_back(Vec3(noise(random), noise(random), noise(random)));
+  }
+  const auto sums = [&] {
+    const std::vector<double> mass = mesh.cloth().mass;
+    Vec3 momentum = Vec3::Zero(), moment = Vec3::Zero();
+    double all = 0.0;
+    for (std::size_t i = 0; i < mass.size(); ++i) {
+      all += mass[i];
+      momentum += mass[i] * v[i];
+      moment += mass[i] * x[i];
+    }
+    return std::tuple(all, momentum, moment);
+  };
+  const std::vector<Vec3> start = x;
+  const auto [mass, momentum, moment] = sums();
+  split_at_random(mesh, x, v, random);
+  ASSERT_GT(x.size(), 2 * start.size());
+  const auto [mass_after, momentum_after, moment_after] = sums();
+  EXPECT_NEAR(mass_after, mass, 1e-14);
+  EXPECT_LT((momentum_after - momentum).norm(), 1e-15);
+  EXPECT_LT((moment_after - moment).norm(), 1e-15);
+  EXPECT_TRUE(std::equal(start.begin(), start.end(), x.begin()));
+  for (std::int32_t i = static_cast<std::int32_t>(start.size()); i < mesh.vertex_count(); ++i) {
+    const auto [a, b] = mesh.parents(i);
+    EXPECT_EQ(x[i], Vec3(0.5 * (x[a] + x[b])));
+  }
+}
+
+// A dilation by e stretches every edge by e. With k = E h ΣA/l² its energy is (3/2) E h e² A for
+// any triangles: a split changes the springs, but not the fabric.
+TEST(AdaptiveTriangles, HaveTheFabricsEnergyOfADilationWhateverIsSplit) {
+  std::mt19937 random(4);
+  AdaptiveTriangles mesh = triangles(4, 3);
+  std::vector<Vec3> x = mesh.rest().vertices, v(x.size(), Vec3::Zero());
+  split_at_random(mesh, x, v, random);
+  constexpr double e = 1e-3;
+  double energy = 0.0;
+  for (const Spring& s : mesh.cloth().springs) {
+    const double length =
+        (1.0 + e) * (mesh.rest().vertices[s.b] - mesh.rest().vertices[s.a]).norm();
+    energy += 0.5 * s.stiffness * (length - s.rest_length) * (length - s.rest_length);
+  }
+  AdaptiveTriangles whole = triangles(4, 3);
+  double before = 0.0;
+  for (const Spring& s : whole.cloth().springs)
+    before += 0.5 * s.stiffness * e * e * s.rest_length * s.rest_length;
+  EXPECT_NEAR(energy, before, 1e-9 * before);
+}
+
+TEST(AdaptiveTriangles, AreSplitWhereTheyBendAndNowhereElse) {
+  AdaptiveTriangles mesh = triangles(10, 2);
+  std::vector<Vec3> x = mesh.rest().vertices, v(x.size(), Vec3::Zero());
+  EXPECT_TRUE(mesh.curved(x, 1e-6).empty());
+  // A ridge at y = 0, where a row of vertices lies.
+  for (Vec3& p : x) p.z() = -0.3 * std::abs(p.y());
+  const std::vector<std::int32_t> found = mesh.curved(x, 0.3);
+  ASSERT_FALSE(found.empty());
+  for (const std::int32_t t : found) {
+    double nearest = 1.0;
+    for (const std::int32_t i : mesh.rest().triangles[t])
+      nearest = std::min(nearest, std::abs(mesh.rest().vertices[i].y()));
+    EXPECT_LT(nearest, 1e-12);
+  }
+  EXPECT_TRUE(mesh.curved(x, 0.6).empty()) << "it bends by 0.58";
+}
+
+TEST(AdaptiveTriangles, BadInputIsRefused) {
+  EXPECT_THROW(triangles(4, 7), std::invalid_argument);
+  EXPECT_THROW(triangles(4, -1), std::invalid_argument);
+  AdaptiveTriangles mesh = triangles(2, 1);
+  std::vector<Vec3> x = mesh.rest().vertices, v(x.size(), Vec3::Zero());
+  const std::int32_t beyond[] = {1000};
+  EXPECT_THROW(mesh.split(beyond, x, v), std::invalid_argument);
+  const TriangleMesh fan{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {0, -1, 0}},
+                         {{0, 1, 2}, {0, 1, 3}, {1, 0, 4}}};
+  EXPECT_THROW(AdaptiveTriangles(fan, fabric(), 1), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace selvedge::adaptive_triangles_test

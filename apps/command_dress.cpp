@@ -5,6 +5,7 @@
 #include <selvedge/apps/detail/counted.h>
 #include <selvedge/core/files.h>
 #include <selvedge/core/parallel.h>
+#include <selvedge/dress/dress_batch.h>
 #include <selvedge/dress/dress_result.h>
 #include <selvedge/garment/pattern_svg.h>
 #include <selvedge/garment/sewing_pattern.h>
@@ -18,16 +19,19 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <vector>
+
+#include "version.h"
 
 namespace {
 
 using namespace selvedge;
 
 struct DressOptions {
-  std::string pattern, body, out, fabric, sheet;
+  std::string pattern, body, out, fabric, sheet, list;
   std::string up = "y";
   double resolution = 0.01, unit = 1.0;
-  std::optional<double> strain_limit, friction;
+  std::optional<double> strain_limit, friction, budget;
   int threads = 0;
   bool every_step = false, json = false, no_picture = false;
 };
@@ -42,10 +46,10 @@ LoadConfig body_file_of(const DressOptions& o) {
 /// People are between these sizes, m; a body of another size is probably in another unit.
 constexpr double kSmallest = 0.3, kLargest = 3.0;
 
-TriangleMesh read_body(const DressOptions& o) {
-  TriangleMesh body = load_mesh(o.body, body_file_of(o));
+TriangleMesh read_body(const DressOptions& o, const std::string& file) {
+  TriangleMesh body = load_mesh(file, body_file_of(o));
   if (body.triangles.empty())
-    throw std::invalid_argument(o.body + ": has no triangles; a body is a surface");
+    throw std::invalid_argument(file + ": has no triangles; a body is a surface");
   double low = body.vertices.front().z(), high = low;
   for (const Vec3& x : body.vertices) {
     low = std::min(low, x.z());
@@ -57,7 +61,7 @@ TriangleMesh read_body(const DressOptions& o) {
   throw std::invalid_argument(
       fmt::format("{}: is {:g} m tall with --unit {:g} and --up {}; if it is a person, give the "
                   "metres per unit of the file, such as --unit {:g}",
-                  o.body, height, o.unit, o.up, height > kLargest ? o.unit * unit : 1.0));
+                  file, height, o.unit, o.up, height > kLargest ? o.unit * unit : 1.0));
 }
 
 DressConfig dress_config(const DressOptions& o) {
@@ -67,6 +71,7 @@ DressConfig dress_config(const DressOptions& o) {
   if (o.strain_limit) config.fabric.strain_limit = *o.strain_limit;
   if (o.friction) config.body_friction = *o.friction;
   config.edge_length = o.resolution;
+  if (o.budget) config.budget = *o.budget;
   return config;
 }
 
@@ -111,18 +116,24 @@ void write_sheet(const std::string& file, const SewingPattern& pattern) {
   out.commit();
 }
 
-int dress_command(const DressOptions& o) {
-  const ThreadLimit limit(o.threads);
-  const SewingPattern pattern = read_sewing_pattern(o.pattern);
-  if (!o.sheet.empty()) write_sheet(o.sheet, pattern);
-  const TriangleMesh body = read_body(o);
+DressFolderConfig folder_config(const DressOptions& o) {
   DressFolderConfig folder;
-  folder.out =
-      o.out.empty() ? std::filesystem::path("out") / pattern.name : std::filesystem::path(o.out);
   folder.every_step = o.every_step;
   folder.pictures = !o.no_picture;
   folder.body_file = body_file_of(o);
   folder.body_name = o.body;
+  return folder;
+}
+
+int dress_one(const DressOptions& o) {
+  if (o.pattern.empty() || o.body.empty())
+    throw std::invalid_argument("dress needs PATTERN and BODY, or --list with several patterns");
+  const SewingPattern pattern = read_sewing_pattern(o.pattern);
+  if (!o.sheet.empty()) write_sheet(o.sheet, pattern);
+  const TriangleMesh body = read_body(o, o.body);
+  DressFolderConfig folder = folder_config(o);
+  folder.out =
+      o.out.empty() ? std::filesystem::path("out") / pattern.name : std::filesystem::path(o.out);
   const DressResult result = dress_into_folder(turned_upright(pattern, folder.body_file.up), body,
                                                dress_config(o), folder, methods_of_this_build());
   if (o.json)
@@ -132,14 +143,63 @@ int dress_command(const DressOptions& o) {
   return result.good() ? 0 : 1;
 }
 
+/// The settings on which a result depends, and the program.
+std::string settings_text(const DressOptions& o, const DressConfig& config) {
+  const Material& f = config.fabric;
+  return fmt::format(
+      "resolution {}\nup {}\nunit {}\npictures {}\nsteps {}\nfabric {} {} {} {} {}\nfriction "
+      "{}\nbudget {}\n{}",
+      o.resolution, o.up, o.unit, !o.no_picture, o.every_step, o.fabric, f.density,
+      f.stretch_stiffness, f.strain_limit, f.friction, config.body_friction, config.budget,
+      version_text());
+}
+
+void print_dressed(const DressBatchRow& row) {
+  fmt::print("{:<32} {:>7.1f} s  {}{}\n", row.job.name, row.seconds, row.verdict,
+             row.kept ? " (kept)" : "");
+  std::fflush(stdout);
+}
+
+int dress_list(const DressOptions& o) {
+  if (!o.body.empty())
+    throw std::invalid_argument("with --list, give only BODY; the list names the patterns");
+  if (o.json || !o.sheet.empty())
+    throw std::invalid_argument("--json and --sheet are for one garment, without --list");
+  DressBatchConfig batch;
+  batch.out =
+      o.out.empty() ? std::filesystem::path("out") / "dressed" : std::filesystem::path(o.out);
+  batch.dress = dress_config(o);
+  batch.folder = folder_config(o);
+  batch.settings = settings_text(o, batch.dress);
+  batch.read_body = [&](const std::filesystem::path& file) { return read_body(o, file.string()); };
+  const std::vector<DressBatchRow> rows = dress_batch(read_dress_list(o.list, o.pattern), batch,
+                                                      methods_of_this_build(), print_dressed);
+  const auto good =
+      std::count_if(rows.begin(), rows.end(), [](const DressBatchRow& row) { return row.good; });
+  fmt::print("{} of {} are good; page {}\n", good, counted(rows.size(), "garment"),
+             (batch.out / "index.html").string());
+  return good == static_cast<std::ptrdiff_t>(rows.size()) ? 0 : 1;
+}
+
+int dress_command(const DressOptions& o) {
+  const ThreadLimit limit(o.threads);
+  return o.list.empty() ? dress_one(o) : dress_list(o);
+}
+
 }  // namespace
 
 void add_command_dress(const Command& app) {
   const auto options = std::make_shared<DressOptions>();
   const Command command = app.subcommand("dress", "Put a garment from a sewing pattern on a body");
-  command.option("pattern", options->pattern, "Sewing pattern (JSON of GarmentCode)").required();
-  command.option("body", options->body, "Mesh of the body").required();
-  command.option("--out", options->out, "Result folder (default: out/NAME of the pattern)");
+  command.option("pattern", options->pattern,
+                 "Sewing pattern (JSON of GarmentCode); with --list, the body instead");
+  command.option("body", options->body, "Mesh of the body");
+  command.option("--list", options->list,
+                 "Many garments: a folder with patterns, or a file with PATTERN or PATTERN,BODY in "
+                 "each line; finished garments are kept");
+  command.option("--out", options->out,
+                 "Result folder (default: out/NAME of the pattern, or out/dressed)");
+  command.option("--budget", options->budget, "Longest time for one garment, s").positive();
   command.option("--sheet", options->sheet,
                  "Also draw the flat panels, with the numbers of edges and stitches (SVG)");
   command.option("--fabric", options->fabric, "A measured fabric by name, or FILE.json#NAME");

@@ -4,9 +4,11 @@
 #include <selvedge/dress/detail/dressing.h>
 #include <selvedge/dress/dress.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <exception>
+#include <optional>
 #include <stdexcept>
 
 namespace selvedge {
@@ -26,6 +28,7 @@ void check(const DressConfig& c) {
   require_positive("sew_time", c.sew_time);
   require_positive("settle_time", c.settle_time);
   require_positive("fps", c.fps);
+  if (!(c.budget > 0.0)) throw std::invalid_argument("dress: budget must be positive");
   if (c.steps_per_frame < 1)
     throw std::invalid_argument("dress: steps_per_frame must be at least 1");
 }
@@ -62,6 +65,21 @@ double worn_length(const detail::Garment& garment, const detail::Stitching& stit
   double length = 0.0;
   for (std::size_t i = 1; i < stitch.a.size(); ++i) length += (x(i) - x(i - 1)).norm();
   return length;
+}
+
+/// Mean height of each panel, by area of the flat pattern, m.
+std::vector<double> panel_heights(const detail::Garment& garment, std::size_t panels) {
+  std::vector<double> height(panels, 0.0), area(panels, 0.0);
+  for (std::size_t i = 0; i < garment.flat.triangles.size(); ++i) {
+    const Triangle &t = garment.surface.triangles[i], &f = garment.flat.triangles[i];
+    const std::vector<Vec3>&x = garment.surface.vertices, &u = garment.flat.vertices;
+    const double a = (u[f[1]] - u[f[0]]).cross(u[f[2]] - u[f[0]]).norm();
+    const auto p = static_cast<std::size_t>(garment.panel_of_triangle[i]);
+    height[p] += a * (x[t[0]].z() + x[t[1]].z() + x[t[2]].z()) / 3.0;
+    area[p] += a;
+  }
+  for (std::size_t p = 0; p < panels; ++p) height[p] /= area[p];
+  return height;
 }
 
 void report_seams(const detail::Garment& garment, const DressConfig& config, DressResult& result) {
@@ -102,23 +120,52 @@ detail::Garment make_start(const SewingPattern& pattern, const DressConfig& conf
   return detail::start_garment(panels);
 }
 
-constexpr std::array<detail::SewAttempt, 3> kAttempts = {
-    {{0.35, true}, {0.35, false}, {0.2, false}}};
+/// Tried in this order. Gathered seams close first, while their folds still have space; then those
+/// that span the body, so that shoulders lie on shoulders before a waist seam can pull them down.
+const std::vector<detail::SewAttempt>& sew_attempts() {
+  using detail::SeamChoice;
+  static const std::vector<detail::SewAttempt> list = {
+      {0.35, {SeamChoice::spanning, SeamChoice::gathered, SeamChoice::all}},
+      {0.35, {SeamChoice::gathered, SeamChoice::spanning, SeamChoice::all}},
+      {0.2, {SeamChoice::all}}};
+  return list;
+}
 
-/// The garment with all seams closed, by the first attempt that succeeds.
+/// The garment with all seams closed, by the first attempt that closes them. If none does, the one
+/// with the smallest opening of those that are nearly closed, which goes on with an open seam.
 detail::Garment sewn(const detail::Garment& start, const detail::Dressing& dressing,
                      DressResult& result) {
   const PhaseTime time(result, "sew");
-  for (std::size_t i = 0;; ++i) {
+  std::optional<detail::Garment> nearly_closed;
+  std::exception_ptr failure;
+  for (const detail::SewAttempt& attempt : sew_attempts()) {
     detail::Garment garment = start;
     ++result.attempts;
     try {
-      detail::sew(garment, dressing, kAttempts[i], result);
-      return garment;
+      detail::sew(garment, dressing, attempt, result);
+      const double opening = garment.largest_opening();
+      if (opening <= detail::closed_opening(dressing.config)) return garment;
+      if (!nearly_closed || opening < nearly_closed->largest_opening())
+        nearly_closed = std::move(garment);
+    } catch (const DressOverBudget&) {
+      throw;
     } catch (const DressFailed&) {
-      if (i + 1 == kAttempts.size()) throw;
+      failure = std::current_exception();
     }
   }
+  if (!nearly_closed) std::rethrow_exception(failure);
+  return std::move(*nearly_closed);
+}
+
+/// The observer, which also ends the dressing once its time is spent.
+DressObserver watched(const DressObserver& observer, double budget) {
+  return {.frame = observer.frame,
+          .accepted = [&accepted = observer.accepted, budget,
+                       watch = Stopwatch()](const Simulation& now) {
+            if (accepted) accepted(now);
+            if (watch.seconds() > budget)
+              throw DressOverBudget(fmt::format("not finished within {:g} s", budget));
+          }};
 }
 
 }  // namespace
@@ -145,6 +192,10 @@ std::string DressResult::fault() const {
   if (!at_rest)
     return fmt::format("not at rest: root mean square speed {:.1f} mm/s, at most {:.0f} mm/s",
                        1e3 * rms_speed, 1e3 * max_speed);
+  for (std::size_t p = 0; p < panel_drop.size(); ++p)
+    if (panel_drop[p] > largest_drop)
+      return fmt::format("panel \"{}\" lies {:.2f} m lower than the pattern places it",
+                         panel_names[p], panel_drop[p]);
   if (max_stretch > strain_limit)
     return fmt::format(
         "stretched by {:.1f} %, the fabric allows {:.1f} %; the garment is too small",
@@ -166,15 +217,17 @@ SewingPattern turned_upright(SewingPattern pattern, UpAxis up) {
 DressResult dress(const SewingPattern& pattern, const TriangleMesh& body, const DressConfig& config,
                   const Methods& methods, const DressObserver& observer) {
   check(config);
+  const DressObserver watching = watched(observer, config.budget);
   DressResult result;
   result.strain_limit = config.fabric.strain_limit;
+  result.largest_drop = config.largest_drop;
   BodyRoom room = make_room(body, config.body_room);
   result.body = std::move(room.body);
   result.body_moved = room.vertices;
   result.body_moved_by = room.largest;
   const Levels levels = levels_of(config);
   const detail::Garment start = make_start(pattern, config, levels.edge_length, result);
-  const detail::Dressing dressing{result.body, config, methods, observer};
+  const detail::Dressing dressing{result.body, config, methods, watching};
   detail::Garment garment = sewn(start, dressing, result);
   {
     const PhaseTime time(result, "settle");
@@ -186,6 +239,10 @@ DressResult dress(const SewingPattern& pattern, const TriangleMesh& body, const 
     detail::settle(garment, dressing, DressPhase::refine, result);
   }
   report_seams(garment, config, result);
+  const std::size_t panels = result.panel_names.size();
+  const std::vector<double> placed = panel_heights(start, panels),
+                            worn = panel_heights(garment, panels);
+  for (std::size_t p = 0; p < panels; ++p) result.panel_drop.push_back(placed[p] - worn[p]);
   result.garment = std::move(garment.surface);
   result.flat = std::move(garment.flat);
   result.velocity = std::move(garment.velocity);

@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <map>
 #include <stdexcept>
 #include <string>
@@ -56,6 +57,8 @@ struct DressConfig {
   /// m, room that the body leaves for cloth where it faces itself across a narrow gap, as between
   /// thighs; its skin goes back by at most half of it. 0: the body stays as it is.
   double body_room = 0.009;
+  double largest_drop = 0.2;  ///< m, by which the mean height of a panel may sink since the start
+  double budget = std::numeric_limits<double>::infinity();  ///< s of wall time, for all of it
   PatternLimits limits;
   RestCriterion rest;
 };
@@ -86,6 +89,7 @@ struct DressResult {
   std::vector<Vec3> velocity;  ///< m/s
   std::vector<std::int32_t> panel_of_triangle;
   std::vector<std::string> panel_names;
+  std::vector<double> panel_drop;   ///< m, by which the mean height of a panel sank since the start
   std::vector<std::string> notes;   ///< sentences about the pattern, from its mesh
   std::vector<std::uint8_t> flags;  ///< per vertex, bits of VertexFlag
   std::vector<MovedPanel> moved;
@@ -101,6 +105,7 @@ struct DressResult {
   double largest_opening = 0.0;              ///< m, of all seams at the end
   double max_stretch = 0.0;                  ///< of a spring, at the end
   double strain_limit = 0.0;                 ///< of the fabric
+  double largest_drop = 0.0;                 ///< m, DressConfig::largest_drop
   double drop = 0.0;                         ///< m, by which its centre sank while it settled
   std::int64_t states = 0;                   ///< accepted and judged
   int attempts = 0;                          ///< to close the seams, the last one included
@@ -109,7 +114,7 @@ struct DressResult {
       seconds;  ///< by phase: start, sew, settle, refine; and parts of them
   std::string state_hash;
 
-  /// Clean, sewn, at rest, and stretched within the limit.
+  /// Clean, sewn, at rest, where the pattern places it, and stretched within the limit.
   bool good() const { return fault().empty(); }
   /// The first promise that does not hold, as a sentence; empty: none.
   std::string fault() const;
@@ -120,6 +125,12 @@ struct DressResult {
 class DressFailed : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
+};
+
+/// A garment that was not finished within DressConfig::budget.
+class DressOverBudget : public DressFailed {
+ public:
+  using DressFailed::DressFailed;
 };
 
 /// Called by `dress`; both may be empty.

@@ -295,7 +295,9 @@ Json panel_json(const DressResult& result, std::size_t p) {
   Vec3 by = Vec3::Zero();
   for (const MovedPanel& moved : result.moved)
     if (moved.panel == static_cast<std::int32_t>(p)) by = moved.by;
-  return {{"name", result.panel_names[p]}, {"moved_at_start_m", by.norm()}};
+  return {{"name", result.panel_names[p]},
+          {"moved_at_start_m", by.norm()},
+          {"drop_m", result.panel_drop[p]}};
 }
 
 /// The sums of "sew/solve" and the like by phase of a step.

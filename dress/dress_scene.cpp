@@ -2,6 +2,7 @@
 //
 // The garment between two phases: its scene, and the merge of seams that have closed.
 #include <selvedge/core/cloth_mesh.h>
+#include <selvedge/detection/find.h>
 #include <selvedge/dress/detail/dressing.h>
 #include <selvedge/simulation/refinement.h>
 
@@ -16,6 +17,10 @@ namespace {
 
 constexpr double kOpeningShare = 0.1;  // of the edge length of the mesh
 constexpr double kLeastMerge = 2.0;    // rest gaps, the shortest distance at which pairs merge
+/// Of the widest seam at the start; seams that are open by more span the body.
+constexpr double kSpanning = 0.5;
+constexpr std::size_t kMostMoves = 64;  // blocked pairs that move_together tries
+constexpr double kMoveShare = 0.98;     // of the distance of a pair, which it moves a vertex
 constexpr const char* kCloth = "garment";
 constexpr const char* kMaterial = "fabric";
 /// The reach of the pull, relative to the largest opening. Within a hundredth of the reach, the
@@ -29,16 +34,14 @@ double pair_distance(const Garment& garment, const Edge& pair) {
   return (garment.surface.vertices[pair[1]] - garment.surface.vertices[pair[0]]).norm();
 }
 
-SeamSpec seam_spec(std::span<const Edge> pairs, double spacing, double reach,
-                   const PhaseSettings& settings) {
+SeamSpec seam_spec(std::span<const Edge> pairs, double tension, double reach, double merge) {
   SeamSpec spec;
   spec.geometry = {kCloth, kCloth};
   for (const Edge& pair : pairs)
     for (int side = 0; side < 2; ++side) spec.vertices[side].push_back(pair[side]);
-  const double tension = settings.pull * spacing;  // N, of each pair
   spec.sewing = {
       .pull = tension / reach, .tolerance = reach, .damping = kSeamDamping * tension / reach};
-  spec.merge = settings.merge;
+  spec.merge = merge;
   return spec;
 }
 
@@ -64,6 +67,14 @@ std::vector<std::int32_t> numbers_after(std::size_t vertices, std::span<const Ed
 }
 
 }  // namespace
+
+bool Garment::is_chosen(std::size_t s, SeamChoice choice) const {
+  if (choice == SeamChoice::all) return true;
+  if (choice == SeamChoice::gathered) return stitches[s].is_gathered();
+  double widest = 0.0;
+  for (const Stitching& stitch : stitches) widest = std::max(widest, stitch.span);
+  return stitches[s].span > kSpanning * widest;
+}
 
 std::vector<Edge> Garment::open_pairs(std::size_t s) const {
   std::vector<Edge> pairs;
@@ -111,7 +122,11 @@ Garment start_garment(const GarmentMesh& mesh) {
   for (const GarmentMesh::Stitch& stitch : mesh.stitches) {
     const auto pieces = static_cast<double>(std::max<std::size_t>(2, stitch.a.size()) - 1);
     const auto [shorter, longer] = std::minmax(stitch.length_a, stitch.length_b);
-    garment.stitches.push_back({stitch.a, stitch.b, longer / pieces, longer / shorter - 1.0});
+    double span = 0.0;
+    for (std::size_t i = 0; i < stitch.a.size(); ++i)
+      span += (mesh.placed[stitch.b[i]] - mesh.placed[stitch.a[i]]).norm();
+    garment.stitches.push_back({stitch.a, stitch.b, longer / pieces, longer / shorter - 1.0,
+                                span / static_cast<double>(stitch.a.size())});
   }
   for (std::size_t p = 0; p < mesh.edge_vertices.size(); ++p)
     for (std::size_t e = 0; e < mesh.edge_vertices[p].size(); ++e)
@@ -150,10 +165,13 @@ DressScene make_dress_scene(const Garment& garment, const TriangleMesh& body,
   scene.time.frames = std::numeric_limits<int>::max() / 64;
   if (settings.pull > 0.0) {
     const double reach = std::max(kLeastReach, kReach * garment.largest_opening());
-    for (std::size_t s = 0; s < garment.stitches.size(); ++s)
-      if (const std::vector<Edge> pairs = garment.open_pairs(s);
-          !pairs.empty() && (!settings.gathers_only || garment.stitches[s].is_gathered()))
-        scene.seams.push_back(seam_spec(pairs, garment.stitches[s].spacing, reach, settings));
+    for (std::size_t s = 0; s < garment.stitches.size(); ++s) {
+      const std::vector<Edge> pairs = garment.open_pairs(s);
+      if (pairs.empty() || !garment.is_chosen(s, settings.seams)) continue;
+      const double tension = settings.pull * garment.stitches[s].spacing;  // N, of each pair
+      scene.seams.push_back(seam_spec(pairs, tension, reach,
+                                      merge_distance(garment.stitches[s], config, settings.merge)));
+    }
   }
   made.built = build_scene(scene, [&](std::size_t) {
     return Piece{make_cloth(garment, fabric), garment.flat};
@@ -162,10 +180,8 @@ DressScene make_dress_scene(const Garment& garment, const TriangleMesh& body,
   return made;
 }
 
-double merge_distance(const Garment& garment, const DressConfig& config, double share) {
-  double spacing = std::numeric_limits<double>::infinity();
-  for (const Stitching& stitch : garment.stitches) spacing = std::min(spacing, stitch.spacing);
-  return std::max(kLeastMerge * config.rest_gap, share * spacing);
+double merge_distance(const Stitching& stitch, const DressConfig& config, double share) {
+  return std::max(kLeastMerge * config.rest_gap, share * stitch.spacing);
 }
 
 std::size_t merge_closed(const DressScene& scene, const Simulation& simulation,
@@ -190,6 +206,39 @@ std::size_t merge_closed(const DressScene& scene, const Simulation& simulation,
   garment.surface.vertices = std::move(state.x);
   garment.velocity = std::move(state.v);
   return event.pairs.size();
+}
+
+std::size_t move_together(const Simulation& simulation, Garment& garment, const DressConfig& config,
+                          double share) {
+  const std::span<const Triangle> triangles = simulation.cloth_triangles();
+  const std::vector<Vec3>& body = simulation.body_positions();
+  const auto collides = [&](const std::vector<Vec3>& from, const std::vector<Vec3>& to) {
+    return !find_collisions(from, to, triangles).empty() ||
+           !find_collisions(MovingSurface{from, to, triangles},
+                            {body, body, simulation.body_triangles()})
+                .empty();
+  };
+  take_state(simulation, garment);
+  std::set<std::int32_t> moved;
+  std::size_t tries = 0;
+  for (std::size_t s = 0; s < garment.stitches.size(); ++s) {
+    const double near = merge_distance(garment.stitches[s], config, share);
+    for (const Edge& pair : garment.open_pairs(s)) {
+      if (pair_distance(garment, pair) > near || tries == kMostMoves) continue;
+      if (moved.contains(pair[0]) || moved.contains(pair[1])) continue;
+      ++tries;
+      for (const auto& [v, other] : {Edge{pair[0], pair[1]}, Edge{pair[1], pair[0]}}) {
+        std::vector<Vec3>& x = garment.surface.vertices;
+        std::vector<Vec3> to = x;
+        to[v] += kMoveShare * (x[other] - x[v]);
+        if (collides(x, to)) continue;
+        x = std::move(to);
+        moved.insert(pair.begin(), pair.end());
+        break;
+      }
+    }
+  }
+  return moved.size() / 2;
 }
 
 void take_state(const Simulation& simulation, Garment& garment) {

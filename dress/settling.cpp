@@ -15,7 +15,7 @@ namespace selvedge::detail {
 namespace {
 
 constexpr double kGravity = 9.81;    // m/s²
-constexpr double kMergeShare = 0.5;  // of the spacing of the finest seam, where pairs merge
+constexpr double kMergeShare = 1.2;  // of the spacing of a seam, where its pairs merge
 
 double mean_height(std::span<const Vec3> x, std::span<const double> mass) {
   double sum = 0.0, total = 0.0;
@@ -70,6 +70,8 @@ class MotionWindow {
   std::deque<State> states_;
 };
 
+constexpr int kMoveAfter = 20;  // frames without a merge, after which blocked pairs are moved
+
 class Settling {
  public:
   Settling(Garment& garment, const Dressing& dressing, DressPhase phase, DressResult& result)
@@ -97,7 +99,7 @@ class Settling {
                                  .drag = config_.settle_drag,
                                  .friction = config_.body_friction,
                                  .pull = config_.largest_pull,
-                                 .merge = merge_distance(garment_, config_, kMergeShare)};
+                                 .merge = kMergeShare};
     scene_ =
         std::make_unique<DressScene>(make_dress_scene(garment_, dressing_.body, config_, settings));
     try {
@@ -110,10 +112,17 @@ class Settling {
     if (dressing_.observer.accepted) dressing_.observer.accepted(*simulation_);
   }
 
-  /// Pairs that were left open.
+  /// Pairs that were left open. Those that are blocked are moved together first.
   void merge() {
     if (garment_.open_pairs() == 0) return;
-    if (merge_closed(*scene_, *simulation_, dressing_.methods, garment_, result_) == 0) return;
+    if (frame_of_simulation_ > kMoveAfter &&
+        move_together(*simulation_, garment_, config_, kMergeShare) > 0)
+      reopen();
+    if (merge_closed(*scene_, *simulation_, dressing_.methods, garment_, result_) > 0) reopen();
+  }
+
+  /// Goes on with the garment as it is now.
+  void reopen() {
     add_run(*simulation_, phase_name(phase_), result_);
     open();
     window_.clear();

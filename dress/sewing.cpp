@@ -19,6 +19,8 @@ constexpr double kReachOut =
 constexpr double kFarthest = 1.2;   // of the spacing of the finest seam, the largest merge distance
 constexpr int kStallFrames = 12;    // frames over which progress is measured
 constexpr double kProgress = 0.05;  // of the mean opening, within that many frames
+/// Share of their first opening at which seams that span the body enclose it.
+constexpr double kEnclosing = 0.1;
 
 class Sewing {
  public:
@@ -28,25 +30,26 @@ class Sewing {
         config_(dressing.config),
         result_(result),
         merge_share_(attempt.merge_share),
-        gathers_only_(attempt.gathers_first),
+        stages_(attempt.stages),
         pull_(config_.pull) {}
 
   void run() {
-    gathers_only_ = gathers_only_ && mean_opening() > 0.0;
-    open();
     note_start();
+    skip_closed_stages();
+    open();
+    show();
     while (garment_.open_pairs() > 0 && sewn_s_ < config_.sew_time && !is_stuck_) {
       make_frame();
       if (frame_ % kMergeEvery == 0) merge();
-      if (gathers_only_ && mean_opening() == 0.0)
-        go_on_with_all();
+      if (!is_last_stage() && is_stage_done())
+        go_on();
       else
         adapt_pull();
     }
     merge();
     take_state(*simulation_, garment_);
     add_run(*simulation_, "sew", result_);
-    if (garment_.largest_opening() > closed_opening(config_)) refuse_open_seam();
+    if (garment_.largest_opening() > config_.sewing_edge_length) refuse_open_seam();
   }
 
  private:
@@ -54,9 +57,9 @@ class Sewing {
     simulation_.reset();  // it refers to the former scene
     const PhaseSettings settings{.drag = config_.sew_drag,
                                  .pull = pull_,
-                                 .merge = merge_distance(garment_, config_, merge_share_),
+                                 .merge = merge_share_,
                                  .limit_strain = false,
-                                 .gathers_only = gathers_only_};
+                                 .seams = stage()};
     scene_ =
         std::make_unique<DressScene>(make_dress_scene(garment_, dressing_.body, config_, settings));
     simulation_ =
@@ -65,20 +68,40 @@ class Sewing {
     if (dressing_.observer.accepted) dressing_.observer.accepted(*simulation_);
   }
 
-  /// Of the seams that pull, m; 0: all of them are closed.
+  SeamChoice stage() const { return stages_[stage_]; }
+  bool is_last_stage() const { return stage_ + 1 == stages_.size(); }
+
+  /// Of the open pairs that pull, m; 0: all of them are merged.
   double mean_opening() const {
-    if (!gathers_only_) return garment_.mean_opening();
     double sum = 0.0, count = 0.0;
     for (std::size_t s = 0; s < garment_.stitches.size(); ++s) {
-      if (!garment_.stitches[s].is_gathered()) continue;
-      sum += garment_.opening(s);
-      count += 1.0;
+      if (!garment_.is_chosen(s, stage())) continue;
+      for (const auto& [a, b] : garment_.open_pairs(s)) {
+        sum += (garment_.surface.vertices[b] - garment_.surface.vertices[a]).norm();
+        count += 1.0;
+      }
     }
     return count > 0.0 ? sum / count : 0.0;
   }
 
-  void go_on_with_all() {
-    gathers_only_ = false;
+  /// Gathered seams close entirely. Seams that span the body only come so near that the garment
+  /// encloses it: their ends, as in an armpit, may need the others.
+  bool is_stage_done() const {
+    const double share = stage() == SeamChoice::spanning ? kEnclosing : 0.0;
+    return mean_opening() <= share * opening_at_start_;
+  }
+
+  void skip_closed_stages() {
+    opening_at_start_ = mean_opening();
+    while (!is_last_stage() && opening_at_start_ == 0.0) {
+      ++stage_;
+      opening_at_start_ = mean_opening();
+    }
+  }
+
+  void go_on() {
+    ++stage_;
+    skip_closed_stages();
     pull_ = config_.pull;
     openings_.clear();
     reopen();
@@ -87,7 +110,6 @@ class Sewing {
   void note_start() {
     for (std::size_t s = 0; s < garment_.stitches.size(); ++s)
       result_.seams[s].opening_start = garment_.opening(s);
-    show();
   }
 
   void show() {
@@ -111,6 +133,18 @@ class Sewing {
     show();
   }
 
+  /// Merges pairs that are near but blocked, after one vertex of each has been moved to the other.
+  bool merge_blocked() {
+    const Stopwatch watch;
+    const std::size_t moved = move_together(*simulation_, garment_, config_, merge_share_);
+    result_.seconds["sew/merge"] += watch.seconds();
+    if (moved == 0) return false;
+    reopen();
+    const std::size_t open = garment_.open_pairs();
+    merge();
+    return garment_.open_pairs() < open;
+  }
+
   void merge() {
     const Stopwatch watch;
     const std::size_t merged =
@@ -132,9 +166,10 @@ class Sewing {
     if (openings_.back() < (1.0 - kProgress) * openings_[n - 1 - kStallFrames]) return;
     openings_.clear();
     const bool is_largest = pull_ >= config_.largest_pull;
-    if (is_largest && gathers_only_) return go_on_with_all();
-    is_stuck_ = (is_largest && merge_share_ >= kFarthest) ||
-                garment_.largest_opening() <= closed_opening(config_);
+    if (!is_last_stage() && (is_largest || stage() == SeamChoice::spanning)) return go_on();
+    const bool is_farthest = is_largest && merge_share_ >= kFarthest;
+    if (is_farthest && merge_blocked()) return;
+    is_stuck_ = is_farthest || garment_.largest_opening() <= closed_opening(config_);
     if (is_stuck_) return;
     if (is_largest)
       merge_share_ = std::min(kReachOut * merge_share_, kFarthest);
@@ -159,9 +194,11 @@ class Sewing {
   const DressConfig& config_;
   DressResult& result_;
   double merge_share_;
-  bool gathers_only_;    // only gathered seams pull
-  double pull_;          // N per metre of seam
-  double sewn_s_ = 0.0;  // s
+  std::vector<SeamChoice> stages_;
+  std::size_t stage_ = 0;
+  double opening_at_start_ = 0.0;  // m, mean of the open pairs that pull, when the stage began
+  double pull_;                    // N per metre of seam
+  double sewn_s_ = 0.0;            // s
   std::unique_ptr<DressScene> scene_;
   std::unique_ptr<Simulation> simulation_;
   int frame_ = 0, frame_of_simulation_ = 0;

@@ -67,6 +67,7 @@ class SeamMerging {
   std::vector<Edge> closed(std::span<const Vec3> x) const;
   Change change_to(const Owners& owner) const;
   std::set<std::int32_t> colliding(const Simulation& simulation, const Change& change) const;
+  std::size_t remove_colliding(const Simulation& simulation, std::vector<Edge>& pairs) const;
 
   const Scene* scene_;
   ClothPatternRegistry patterns_;

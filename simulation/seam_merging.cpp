@@ -14,6 +14,9 @@
 namespace selvedge {
 namespace {
 
+/// Pairs that are tried one by one where all at once collide; each takes one search.
+constexpr std::size_t kMostSingleTries = 16;
+
 void refuse_what_merging_cannot_keep(const Scene& scene, const BuiltScene& built,
                                      const SeamSpec& seam) {
   const char* fault = nullptr;
@@ -179,24 +182,48 @@ std::set<std::int32_t> SeamMerging::colliding(const Simulation& simulation,
   return colliding_on_way({simulation, *scene_, x_t1, change.after});
 }
 
+// Removes the pairs that collide if all of the list merge at once, and returns their number.
+std::size_t SeamMerging::remove_colliding(const Simulation& simulation,
+                                          std::vector<Edge>& pairs) const {
+  Owners owner = owner_;
+  for (const Edge& pair : pairs) unite(pair, owner);
+  const std::set<std::int32_t> found = colliding(simulation, change_to(owner));
+  if (found.empty()) return 0;
+  const std::vector<std::int32_t> after = numbers(owner);
+  const auto removed =
+      std::erase_if(pairs, [&](const Edge& pair) { return found.contains(after[pair[0]]); });
+  if (removed > 0) return removed;
+  const std::size_t all = pairs.size();  // what collides did not move: another frame will show why
+  pairs.clear();
+  return all;
+}
+
+// First all pairs at once, less those that collide until none does. A removed pair may have
+// collided only with another removed one, so these are then tried one by one, the nearest first.
 SeamMerging::Due SeamMerging::due(const Simulation& simulation) const {
+  const std::vector<Edge> all = closed(simulation.positions());
+  std::vector<Edge> merged = all;
+  while (!merged.empty() && remove_colliding(simulation, merged) > 0) continue;
+  std::vector<Edge> rest;
+  const std::set<Edge> known(merged.begin(), merged.end());
+  for (const Edge& pair : all)
+    if (!known.contains(pair)) rest.push_back(pair);
+  const std::vector<std::int32_t> now = numbers(owner_);
+  const std::span<const Vec3> x = simulation.positions();
+  const auto distance = [&](const Edge& pair) {
+    return (x[now[pair[1]]] - x[now[pair[0]]]).norm();
+  };
+  std::stable_sort(rest.begin(), rest.end(),
+                   [&](const Edge& a, const Edge& b) { return distance(a) < distance(b); });
+  for (std::size_t i = 0; i < std::min(rest.size(), kMostSingleTries); ++i) {
+    std::vector<Edge> more = merged;
+    more.push_back(rest[i]);
+    if (remove_colliding(simulation, more) == 0) merged = std::move(more);
+  }
   Due due;
   due.event.time = simulation.time();
-  due.event.pairs = closed(simulation.positions());
-  while (!due.event.pairs.empty()) {
-    Owners owner = owner_;
-    for (const Edge& pair : due.event.pairs) unite(pair, owner);
-    const std::set<std::int32_t> found = colliding(simulation, change_to(owner));
-    if (found.empty()) break;
-    const std::vector<std::int32_t> after = numbers(owner);
-    const auto removed = std::erase_if(
-        due.event.pairs, [&](const Edge& pair) { return found.contains(after[pair[0]]); });
-    due.postponed += removed;
-    if (removed == 0) {  // what collides did not move: another frame will show why
-      due.postponed += due.event.pairs.size();
-      due.event.pairs.clear();
-    }
-  }
+  due.postponed = all.size() - merged.size();
+  due.event.pairs = std::move(merged);
   return due;
 }
 

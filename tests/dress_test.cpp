@@ -150,11 +150,10 @@ TEST(Dress, OnlyGatheredSeamsPullWhileTheyCloseFirst) {
   EXPECT_FALSE(garment.stitches[0].is_gathered());
   EXPECT_TRUE(garment.stitches[1].is_gathered());
   EXPECT_NEAR(garment.stitches[1].ease, 1.0, 1e-9);
-  for (const bool gathers_only : {false, true}) {
-    const detail::DressScene made =
-        detail::make_dress_scene(garment, cone(0.05, 0.2), config,
-                                 {.pull = 10.0, .merge = 0.01, .gathers_only = gathers_only});
-    ASSERT_EQ(made.scene.seams.size(), gathers_only ? 1u : 2u);
+  for (const auto choice : {detail::SeamChoice::all, detail::SeamChoice::gathered}) {
+    const detail::DressScene made = detail::make_dress_scene(
+        garment, cone(0.05, 0.2), config, {.pull = 10.0, .merge = 0.35, .seams = choice});
+    ASSERT_EQ(made.scene.seams.size(), choice == detail::SeamChoice::gathered ? 1u : 2u);
     EXPECT_EQ(made.scene.seams.back().vertices[0].size(), garment.open_pairs(1).size());
   }
 }

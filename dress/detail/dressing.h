@@ -20,9 +20,17 @@ struct Stitching {
   std::vector<std::int32_t> a, b;
   double spacing = 0.0;  ///< m, of the pairs along the seam
   double ease = 0.0;     ///< excess of the longer side over the shorter one
+  double span = 0.0;     ///< m, mean distance of its pairs at the start
 
   /// Whether the longer side is gathered into the seam.
   bool is_gathered() const { return ease > 0.25; }
+};
+
+/// Seams that pull at the same time.
+enum class SeamChoice {
+  all,
+  gathered,  ///< those whose longer side is gathered
+  spanning   ///< those that are far open at the start, as between front and back
 };
 
 /// An edge of a panel as it is divided in the mesh: vertices of the flat pattern from its start to
@@ -43,6 +51,8 @@ struct Garment {
   std::vector<DividedEdge> borders;
   std::vector<char> mirrored;  ///< per panel: `flat` mirrors the plane of the pattern
 
+  /// Whether a choice includes stitch `s`.
+  bool is_chosen(std::size_t s, SeamChoice choice) const;
   /// The pairs of stitch `s` that are not one vertex, as vertices of the surface.
   std::vector<Edge> open_pairs(std::size_t s) const;
   std::size_t open_pairs() const;
@@ -63,9 +73,9 @@ struct PhaseSettings {
   double drag = 0.0;            ///< kg/(m² s)
   double friction = 0.0;        ///< on the body and on cloth
   double pull = 0.0;            ///< N per metre of seam
-  double merge = 0.0;           ///< m, distance at which pairs merge; 0: never
+  double merge = 0.0;           ///< share of the spacing of a seam at which its pairs merge
   bool limit_strain = true;
-  bool gathers_only = false;  ///< only gathered seams pull
+  SeamChoice seams = SeamChoice::all;  ///< that pull
 };
 
 /// A scene of the garment as it is, and what is built from it.
@@ -78,14 +88,20 @@ DressScene make_dress_scene(const Garment& garment, const TriangleMesh& body,
 
 /// Frames between two merges.
 inline constexpr int kMergeEvery = 3;
-/// Distance at which pairs merge, m: `share` of the spacing of the finest seam, but more than
-/// contacts keep.
-double merge_distance(const Garment& garment, const DressConfig& config, double share);
+/// Distance at which the pairs of a seam merge, m: `share` of their spacing, but more than contacts
+/// keep.
+double merge_distance(const Stitching& stitch, const DressConfig& config, double share);
 
 /// Merges the pairs that have met, as far as nothing collides on the way. Returns the number of
 /// merged pairs; 0: the garment is unchanged.
 std::size_t merge_closed(const DressScene& scene, const Simulation& simulation,
                          const Methods& methods, Garment& garment, DressResult& result);
+
+/// Moves one vertex of each pair that is within its merge distance (`share`) almost to the other
+/// one, if nothing collides on the way, so that the pair can merge where the common motion of both
+/// is blocked. Returns the number of moved vertices.
+std::size_t move_together(const Simulation& simulation, Garment& garment, const DressConfig& config,
+                          double share);
 
 /// Takes positions and velocities over from a simulation.
 void take_state(const Simulation& simulation, Garment& garment);
@@ -106,9 +122,8 @@ struct Dressing {
 
 /// One try to close all seams. Sheets that jam at one choice mostly pass at another.
 struct SewAttempt {
-  double merge_share = 0.35;  ///< distance at which pairs merge, in spacings of the finest seam
-  /// Gathered seams close before the others, while their folds still have space.
-  bool gathers_first = false;
+  double merge_share = 0.35;       ///< distance at which pairs merge, in spacings of their seam
+  std::vector<SeamChoice> stages;  ///< the seams that pull, one choice after the other
 };
 
 /// Closes and merges all seams. Throws DressFailed that names the stitch.

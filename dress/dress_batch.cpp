@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: MIT
+//
+// Many garments, one after the other: list, resumption, and the page of the results.
+#include <fmt/format.h>
+#include <selvedge/core/files.h>
+#include <selvedge/core/html.h>
+#include <selvedge/dress/dress_batch.h>
+#include <selvedge/garment/sewing_pattern.h>
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <system_error>
+
+namespace selvedge {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kInputsFile = "inputs.txt";  // in the folder of a garment that has ended
+
+// ---- the list --------------------------------------------------------------------------------
+
+std::string trimmed(const std::string& text) {
+  const auto begin = text.find_first_not_of(" \t\r");
+  if (begin == std::string::npos) return "";
+  return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
+}
+
+std::vector<DressJob> jobs_of_folder(const fs::path& folder, const fs::path& body) {
+  std::vector<DressJob> jobs;
+  for (const auto& entry : fs::directory_iterator(folder))
+    if (entry.path().extension() == ".json")
+      jobs.push_back({entry.path().stem().string(), entry.path(), body});
+  std::sort(jobs.begin(), jobs.end(),
+            [](const DressJob& a, const DressJob& b) { return a.name < b.name; });
+  return jobs;
+}
+
+std::vector<DressJob> jobs_of_file(const fs::path& list, const fs::path& body) {
+  std::ifstream in(list);
+  if (!in) throw std::invalid_argument(list.string() + ": cannot be read; give a file or a folder");
+  std::vector<DressJob> jobs;
+  std::string line;
+  while (std::getline(in, line)) {
+    line = trimmed(line);
+    if (line.empty() || line.front() == '#') continue;
+    const auto comma = line.find(',');
+    const fs::path pattern = trimmed(line.substr(0, comma));
+    const std::string own = comma == std::string::npos ? "" : trimmed(line.substr(comma + 1));
+    jobs.push_back({pattern.stem().string(), list.parent_path() / pattern,
+                    own.empty() ? body : list.parent_path() / own});
+  }
+  return jobs;
+}
+
+void check_jobs(const std::vector<DressJob>& jobs, const fs::path& list) {
+  if (jobs.empty())
+    throw std::invalid_argument(list.string() +
+                                ": names no garment; give a folder with patterns (*.json), or a "
+                                "file with PATTERN or PATTERN,BODY in each line");
+  std::map<std::string, fs::path> known;
+  for (const DressJob& job : jobs) {
+    if (job.name.empty() || job.name == "." || job.name == "..")
+      throw std::invalid_argument(
+          fmt::format("{}: \"{}\" is not a pattern", list.string(), job.pattern.string()));
+    if (job.body.empty())
+      throw std::invalid_argument(
+          fmt::format("{}: there is no body for {}; name it behind the pattern, after a comma, or "
+                      "behind --list",
+                      list.string(), job.pattern.string()));
+    const auto [former, is_new] = known.try_emplace(job.name, job.pattern);
+    if (!is_new)
+      throw std::invalid_argument(fmt::format(
+          "{}: {} and {} would both be written to the folder {}; rename one of the files",
+          list.string(), former->second.string(), job.pattern.string(), job.name));
+  }
+}
+
+// ---- resumption ------------------------------------------------------------------------------
+
+std::string bytes_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// FNV-1a over the bytes of a file.
+std::string hash_of(const fs::path& file) {
+  std::uint64_t hash = 0xcbf29ce484222325u;
+  for (const char c : bytes_of(file))
+    hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
+  return fmt::format("{:016x}", hash);
+}
+
+std::string inputs_of(const DressJob& job, const DressBatchConfig& config) {
+  return fmt::format("pattern {}\nbody {}\n{}\n", hash_of(job.pattern), hash_of(job.body),
+                     config.settings);
+}
+
+void write_text(const fs::path& file, const std::string& text) {
+  AtomicFile out(file);
+  out.write(text);
+  out.commit();
+}
+
+/// Reads the row of a garment from its folder; false if it has not ended.
+bool read_row(const fs::path& folder, DressBatchRow& row) {
+  const auto json = nlohmann::json::parse(bytes_of(folder / "result.json"), nullptr, false);
+  if (!json.is_object()) return false;
+  const std::string state = json.value("dress", "");
+  if (state != "finished" && state != "failed") return false;
+  row.good = json.value("good", false);
+  row.verdict = json.value("verdict", "");
+  row.panels = json.contains("panels") ? json["panels"].size() : 0;
+  row.vertices = json.value("vertices", std::size_t{0});
+  row.states = json.value("states_judged", std::size_t{0});
+  row.opening = json.value("largest_opening_m", 0.0);
+  row.stretch = json.value("max_stretch", 0.0);
+  if (json.contains("seconds"))
+    for (const char* phase : {"start", "sew", "settle", "refine"})
+      row.seconds += json["seconds"].value(phase, 0.0);
+  return true;
+}
+
+// ---- one garment -----------------------------------------------------------------------------
+
+void make_garment(const DressJob& job, const DressBatchConfig& config, const Methods& methods) {
+  const SewingPattern pattern = read_sewing_pattern(job.pattern, config.dress.limits);
+  const TriangleMesh body = config.read_body(job.body);
+  DressFolderConfig folder = config.folder;
+  folder.out = config.out / job.name;
+  folder.body_name = job.body.string();
+  dress_into_folder(turned_upright(pattern, folder.body_file.up), body, config.dress, folder,
+                    methods);
+}
+
+DressBatchRow row_of(const DressJob& job, const DressBatchConfig& config, const Methods& methods) {
+  const fs::path folder = config.out / job.name;
+  const std::string inputs = inputs_of(job, config);
+  DressBatchRow row;
+  row.job = job;
+  if (bytes_of(folder / kInputsFile) == inputs && read_row(folder, row)) {
+    row.kept = true;
+    return row;
+  }
+  try {
+    make_garment(job, config, methods);
+  } catch (const DressFailed&) {  // result.json gives the reason
+  } catch (const std::invalid_argument& fault) {
+    row.verdict = fault.what();
+    return row;
+  }
+  if (read_row(folder, row)) write_text(folder / kInputsFile, inputs);
+  return row;
+}
+
+// ---- the page --------------------------------------------------------------------------------
+
+constexpr const char* kPage = R"(<!doctype html>
+<!-- SPDX-License-Identifier: MIT -->
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>Garments on bodies</title>
+<style>
+:root { --ink: #1d2129; --soft: #5b6472; --line: #d9dde4; --paper: #ffffff; --good: #1b7f4b; --bad: #c02a2a; }
+@media (prefers-color-scheme: dark) {
+  :root { --ink: #e8eaee; --soft: #9aa3b2; --line: #363c47; --paper: #16181d; --good: #4cc38a; --bad: #ff7a70; }
+}
+body { margin: 0 auto; padding: 1rem; max-width: 72rem; font: 16px/1.45 system-ui, sans-serif; color: var(--ink); background: var(--paper); }
+.all { display: grid; grid-template-columns: repeat(auto-fill, minmax(15rem, 1fr)); gap: 1rem; }
+article { border: 1px solid var(--line); border-radius: .5rem; padding: .6rem; overflow-wrap: anywhere; }
+h2 { font-size: 1.05rem; margin: 0 0 .3rem; }
+p { margin: .2rem 0; font-size: .9rem; }
+img { width: 49%; height: auto; border-radius: .3rem; }
+.soft { color: var(--soft); }
+.good { color: var(--good); font-weight: 600; }
+.bad { color: var(--bad); font-weight: 600; }
+</style>
+</head>
+<body>
+<h1>Garments on bodies</h1>
+<p>%SUMMARY%</p>
+<div class="all">
+%ROWS%</div>
+</body>
+</html>
+)";
+
+std::string url_of(const std::string& name) {
+  std::string url;
+  for (const char c : name) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool plain = (byte >= '0' && byte <= '9') || (byte >= 'A' && byte <= 'Z') ||
+                       (byte >= 'a' && byte <= 'z') || byte == '-' || byte == '_' || byte == '.';
+    url += plain ? std::string(1, c) : fmt::format("%{:02X}", byte);
+  }
+  return url;
+}
+
+std::string article(const DressBatchRow& row) {
+  const std::string url = url_of(row.job.name), name = html_escaped(row.job.name);
+  std::string text = fmt::format("<article>\n<h2>{}</h2>\n", name);
+  if (row.vertices > 0) {
+    for (const char* side : {"front", "back"})
+      text += fmt::format(
+          "<a href=\"{0}/pictures/{1}.png\"><img loading=\"lazy\" src=\"{0}/pictures/{1}.png\" "
+          "alt=\"{2}, {1}\"></a>\n",
+          url, side, name);
+    text += fmt::format(
+        "<p class=\"soft\">{} panels, {} vertices, {:.1f} s, {} states judged; largest opening "
+        "{:.2f} mm; largest stretch {:.1f} %</p>\n",
+        row.panels, row.vertices, row.seconds, row.states, 1e3 * row.opening, 1e2 * row.stretch);
+  }
+  text +=
+      fmt::format("<p class=\"{}\">{}</p>\n", row.good ? "good" : "bad", html_escaped(row.verdict));
+  if (row.vertices > 0) text += fmt::format("<p><a href=\"{}/result.json\">result</a></p>\n", url);
+  return text + "</article>\n";
+}
+
+void prepare(const fs::path& out) {
+  std::error_code error;
+  if (out.empty()) throw std::invalid_argument("dress: the batch needs a folder; give --out");
+  fs::create_directories(out, error);
+  if (error || !fs::is_directory(out, error))
+    throw std::invalid_argument(out.string() + ": is not a folder and cannot be made one");
+}
+
+}  // namespace
+
+std::vector<DressJob> read_dress_list(const fs::path& list, const fs::path& body) {
+  std::error_code ignored;
+  std::vector<DressJob> jobs =
+      fs::is_directory(list, ignored) ? jobs_of_folder(list, body) : jobs_of_file(list, body);
+  check_jobs(jobs, list);
+  return jobs;
+}
+
+std::string dress_page(const std::vector<DressBatchRow>& rows, std::size_t open) {
+  const auto good =
+      std::count_if(rows.begin(), rows.end(), [](const DressBatchRow& row) { return row.good; });
+  std::string summary = fmt::format("{} of {} are good", good, rows.size());
+  summary += open > 0 ? fmt::format("; {} are still to come.", open) : ".";
+  std::string articles;
+  for (const DressBatchRow& row : rows) articles += article(row);
+  const PagePart parts[] = {{"%SUMMARY%", summary}, {"%ROWS%", articles}};
+  return filled_page(kPage, parts);
+}
+
+std::vector<DressBatchRow> dress_batch(const std::vector<DressJob>& jobs,
+                                       const DressBatchConfig& config, const Methods& methods,
+                                       const std::function<void(const DressBatchRow&)>& done) {
+  prepare(config.out);
+  const FolderLock lock(config.out, "dress --list");
+  std::vector<DressBatchRow> rows;
+  for (const DressJob& job : jobs) {
+    rows.push_back(row_of(job, config, methods));
+    write_text(config.out / "index.html", dress_page(rows, jobs.size() - rows.size()));
+    if (done) done(rows.back());
+  }
+  return rows;
+}
+
+}  // namespace selvedge

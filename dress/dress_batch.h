@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/dress/dress_result.h>
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace selvedge {
+
+/// One garment of a batch.
+struct DressJob {
+  std::string name;  ///< of its folder: the name of the pattern's file without its suffix
+  std::filesystem::path pattern, body;
+};
+
+/// The garments of a list. A folder: every `*.json` in it, in the order of their names, on `body`.
+/// A file: one garment in each line, as PATTERN or PATTERN,BODY; relative paths start at the folder
+/// of the file; empty lines and lines that begin with '#' are skipped; without a body in the line,
+/// `body` is used. Throws std::invalid_argument for a list without garments, a line without a body,
+/// and two garments with the same name.
+std::vector<DressJob> read_dress_list(const std::filesystem::path& list,
+                                      const std::filesystem::path& body);
+
+struct DressBatchConfig {
+  std::filesystem::path out;  ///< one folder for each garment, and index.html
+  DressConfig dress;
+  DressFolderConfig folder;  ///< `out` and `body_name` are set for each garment
+  /// Identifies the settings and the program. A finished garment is kept if this text and the
+  /// bytes of its pattern and its body are those with which it was made.
+  std::string settings;
+  std::function<TriangleMesh(const std::filesystem::path&)> read_body;
+};
+
+/// What became of one garment.
+struct DressBatchRow {
+  DressJob job;
+  bool good = false;
+  bool kept = false;    ///< was finished before
+  std::string verdict;  ///< "good", or a sentence
+  std::size_t panels = 0, vertices = 0, states = 0;
+  double seconds = 0.0;  ///< wall time, without the output
+  double opening = 0.0;  ///< m, the largest of a seam
+  double stretch = 0.0;  ///< the largest of a spring
+};
+
+/// Puts all garments on, one after the other, each into its folder in `out`, and calls `done` after
+/// each of them. A garment that fails does not end the batch: its verdict gives the reason. After
+/// each garment, out/index.html is written: one page with picture, verdict and measures of each.
+/// Throws std::invalid_argument for a folder that cannot be used.
+std::vector<DressBatchRow> dress_batch(const std::vector<DressJob>& jobs,
+                                       const DressBatchConfig& config, const Methods& methods,
+                                       const std::function<void(const DressBatchRow&)>& done = {});
+
+/// The page of a batch; `open`: garments that have no row yet.
+std::string dress_page(const std::vector<DressBatchRow>& rows, std::size_t open);
+
+}  // namespace selvedge

@@ -248,7 +248,8 @@ TEST(BroadPhases, SpikesStayCheap) {
   for (int spike = 0; spike < 20; ++spike) cloth.x_t1[500 * spike + 57] += Vec3(1e3, 1e3, 1e3);
   auto detector = make_bvh_aabb();
   CandidatePairs pairs;
-  const std::clock_t start = std::clock();  // processor time, because other tests run beside this one
+  const std::clock_t start =
+      std::clock();  // processor time, because other tests run beside this one
   detector->find_self_pairs(cloth.view(), pairs);
   const double seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
   EXPECT_GT(pairs.size(), 100000u);  // A spike's box covers a quarter of the cloth or more.

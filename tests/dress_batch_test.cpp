@@ -42,7 +42,9 @@ std::string text_of(const fs::path& file) {
 
 /// A new folder with two patterns, of which only `tube` can be read.
 fs::path patterns() {
-  const fs::path folder = fs::temp_directory_path() / "selvedge_dress_batch_test";
+  const fs::path folder =
+      fs::temp_directory_path() /
+      (std::string("selvedge_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
   fs::remove_all(folder);
   fs::create_directories(folder / "in");
   write(folder / "in" / "tube.json", kTube);

@@ -120,8 +120,8 @@ detail::Garment make_start(const SewingPattern& pattern, const DressConfig& conf
   return detail::start_garment(panels);
 }
 
-/// Tried in this order. Gathered seams close first, while their folds still have space; then those
-/// that span the body, so that shoulders lie on shoulders before a waist seam can pull them down.
+/// Tried in this order. Seams that span the body come before a waist seam that could pull the
+/// shoulders down, and gathered seams before the others, while their folds still have space.
 const std::vector<detail::SewAttempt>& sew_attempts() {
   using detail::SeamChoice;
   static const std::vector<detail::SewAttempt> list = {

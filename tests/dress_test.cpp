@@ -102,6 +102,16 @@ TEST(Dress, ATubeIsSewnAroundAConeAndComesToRestOnIt) {
     for (const SeamReport& seam : r.seams) EXPECT_EQ(seam.merged, seam.pairs) << seam.name;
     EXPECT_EQ(r.largest_opening, 0.0);
     for (const Vec3& x : r.garment.vertices) EXPECT_GT(x.z(), -0.2);  // not fallen off
+    ASSERT_EQ(r.panel_drop.size(), 2u);
+    // Seams that close push it up the cone, from a mean height of 0.15 m. A stricter limit refuses
+    // it.
+    double height = 0.0;
+    for (const Vec3& x : r.garment.vertices) height += x.z();
+    height /= static_cast<double>(r.garment.vertices.size());
+    EXPECT_NEAR(0.5 * (r.panel_drop[0] + r.panel_drop[1]), 0.15 - height, 0.02);
+    DressResult strict = r;
+    strict.largest_drop = r.panel_drop[0] - 0.01;
+    EXPECT_NE(strict.fault().find("lower than the pattern places it"), std::string::npos);
     hashes.push_back(r.state_hash);
   }
   EXPECT_EQ(hashes[0], hashes[1]);
@@ -136,6 +146,20 @@ TEST(Dress, ASplitMovesNoPointAndBendsCurvedEdges) {
                       .norm(),
                   (curve[i] - curve[i - 1]).norm(), 1e-7);  // the mesh has rounded coordinates
   }
+}
+
+TEST(Dress, SeamsThatAreFarOpenAtTheStartSpanTheBody) {
+  PanelMeshConfig mesh;
+  mesh.edge_length = 0.06;
+  detail::Garment garment = detail::start_garment(mesh_garment(tube(0.4, 0.3, 0.2), mesh));
+  ASSERT_EQ(garment.stitches.size(), 2u);
+  for (std::size_t s = 0; s < 2; ++s) {
+    EXPECT_NEAR(garment.stitches[s].span, 0.4, 1e-6);  // front and back are 0.2 m from the axis
+    EXPECT_TRUE(garment.is_chosen(s, detail::SeamChoice::spanning));
+  }
+  garment.stitches[1].span = 0.1;
+  EXPECT_TRUE(garment.is_chosen(0, detail::SeamChoice::spanning));
+  EXPECT_FALSE(garment.is_chosen(1, detail::SeamChoice::spanning));
 }
 
 TEST(Dress, OnlyGatheredSeamsPullWhileTheyCloseFirst) {

@@ -95,8 +95,8 @@ Int scaled_quotient(const Int& num, const Int& den, int bits) {
 }
 
 /// A rational u = num / den > 0 between two close roots of a cubic or quadratic, or in the middle
-/// of three; false if there is none. With roots at c +- d and another at distance 1, the zero of p
-/// mod p', which agrees with p where p' = 0, is off the middle by about 4 d^2.
+/// of three; false if there is none. Two roots of a cubic are at c - d and c + d, the third at a
+/// distance of 1 from c: then the zero of the remainder p mod p' is about 4 d^2 from c.
 template <class Int>
 bool middle_of_close_roots(const Polynomial<Int>& p, int roots, Int& num, Int& den) {
   Polynomial<Int> line = derivative(p);

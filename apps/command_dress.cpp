@@ -32,6 +32,8 @@ struct DressOptions {
   std::string up = "y";
   double resolution = 0.01, unit = 1.0;
   std::optional<double> strain_limit, friction, budget;
+  std::vector<std::string> poses;
+  double pose_rate = BodyMotion{}.rate, pose_lead = BodyMotion{}.lead;
   int threads = 0;
   bool every_step = false, json = false, no_picture = false;
 };
@@ -77,9 +79,20 @@ DressConfig dress_config(const DressOptions& o) {
 
 double total_seconds(const DressResult& r) {
   double sum = 0.0;
-  for (const char* phase : {"start", "sew", "settle", "refine"})
+  for (const char* phase : {"start", "sew", "settle", "refine", "move"})
     if (const auto found = r.seconds.find(phase); found != r.seconds.end()) sum += found->second;
   return sum;
+}
+
+void print_motion(const DressResult& r) {
+  if (r.poses.empty()) return;
+  double stretch = 0.0;
+  for (const PoseReport& pose : r.poses) stretch = std::max(stretch, pose.max_stretch);
+  fmt::print(
+      "poses        {} reached in {:.2f} s, max stretch at a pose {:.1f} %, lowered by {:.0f} mm\n",
+      r.poses.size(), r.poses.back().time, 100.0 * stretch, 1e3 * r.poses.back().drop);
+  if (r.jams > 0)
+    fmt::print("jams         {}: the body left cloth no room and passed through it\n", r.jams);
 }
 
 void print_summary(const std::string& name, const DressResult& r, const std::string& out) {
@@ -103,6 +116,7 @@ void print_summary(const std::string& name, const DressResult& r, const std::str
              r.at_rest ? "yes" : "NO", 1e3 * r.rms_speed, 1e3 * r.max_speed);
   fmt::print("max stretch  {:.1f} %, limit {:.1f} %\n", 100.0 * r.max_stretch,
              100.0 * r.strain_limit);
+  print_motion(r);
   fmt::print("seconds     ");
   for (const auto& [phase, seconds] : r.seconds)
     if (phase.find('/') == std::string::npos) fmt::print(" {} {:.1f}", phase, seconds);
@@ -125,6 +139,23 @@ DressFolderConfig folder_config(const DressOptions& o) {
   return folder;
 }
 
+/// Reads the poses, and names their files in the result.
+void read_poses(const DressOptions& o, BodyMotion& motion, DressFolderConfig& folder) {
+  motion.rate = o.pose_rate;
+  motion.lead = o.pose_lead;
+  for (const std::string& file : o.poses) {
+    motion.poses.push_back(read_body(o, file));
+    const std::string name = std::filesystem::path(file).stem().string();
+    if (std::find(folder.pose_names.begin(), folder.pose_names.end(), name) !=
+        folder.pose_names.end())
+      throw std::invalid_argument(fmt::format(
+          "--pose: two files are called {}; rename one of them, because the garments at the poses "
+          "are named after the files",
+          name));
+    folder.pose_names.push_back(name);
+  }
+}
+
 int dress_one(const DressOptions& o) {
   if (o.pattern.empty() || o.body.empty())
     throw std::invalid_argument("dress needs PATTERN and BODY, or --list with several patterns");
@@ -134,8 +165,10 @@ int dress_one(const DressOptions& o) {
   DressFolderConfig folder = folder_config(o);
   folder.out =
       o.out.empty() ? std::filesystem::path("out") / pattern.name : std::filesystem::path(o.out);
+  DressConfig config = dress_config(o);
+  read_poses(o, config.motion, folder);
   const DressResult result = dress_into_folder(turned_upright(pattern, folder.body_file.up), body,
-                                               dress_config(o), folder, methods_of_this_build());
+                                               config, folder, methods_of_this_build());
   if (o.json)
     fmt::print("{}", dress_result_text(pattern.name, result, o.body));
   else
@@ -163,8 +196,8 @@ void print_dressed(const DressBatchRow& row) {
 int dress_list(const DressOptions& o) {
   if (!o.body.empty())
     throw std::invalid_argument("with --list, give only BODY; the list names the patterns");
-  if (o.json || !o.sheet.empty())
-    throw std::invalid_argument("--json and --sheet are for one garment, without --list");
+  if (o.json || !o.sheet.empty() || !o.poses.empty())
+    throw std::invalid_argument("--json, --sheet and --pose are for one garment, without --list");
   DressBatchConfig batch;
   batch.out =
       o.out.empty() ? std::filesystem::path("out") / "dressed" : std::filesystem::path(o.out);
@@ -200,6 +233,15 @@ void add_command_dress(const Command& app) {
   command.option("--out", options->out,
                  "Result folder (default: out/NAME of the pattern, or out/dressed)");
   command.option("--budget", options->budget, "Longest time for one garment, s").positive();
+  command.option(
+      "--pose", options->poses,
+      "Poses of the body, in order: meshes with the same triangles; the garment follows");
+  command.option("--pose-rate", options->pose_rate, "Poses per second").positive().show_default();
+  command
+      .option("--pose-lead", options->pose_lead,
+              "Time from the body to the first pose, s; unused if they are the same")
+      .positive()
+      .show_default();
   command.option("--sheet", options->sheet,
                  "Also draw the flat panels, with the numbers of edges and stitches (SVG)");
   command.option("--fabric", options->fabric, "A measured fabric by name, or FILE.json#NAME");

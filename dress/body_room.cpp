@@ -21,6 +21,7 @@ constexpr double kAhead = 0.5;    // cosine above which the other side lies ahea
 constexpr double kAbove = 1e-4;   // m above the surface, where a vertex is outside of its own part
 constexpr int kSpread = 4;        // rounds in which the neighbours follow
 constexpr double kFollow = 0.7;   // share of the mean of its neighbours that a vertex follows
+constexpr int kEase = 3;          // frames by which a vertex of a moving body goes back earlier
 
 Vec3 normal_of(const TriangleMesh& body, std::int32_t triangle) {
   const Triangle& t = body.triangles[triangle];
@@ -71,14 +72,37 @@ void spread(std::span<const Edge> edges, std::vector<double>& back) {
   }
 }
 
+std::vector<double> spread_distances(const TriangleMesh& body, std::span<const Vec3> normals,
+                                     double room) {
+  std::vector<double> back = distances_back(body, normals, room);
+  spread(unique_edges(body.triangles), back);
+  return back;
+}
+
+/// Mean over the frames around k of the largest value around each of them: at least the value of
+/// frame k, and smooth in time.
+double eased(const std::vector<std::vector<double>>& back, std::size_t k, std::size_t v) {
+  const auto last = static_cast<std::ptrdiff_t>(back.size()) - 1;
+  const auto value = [&](std::ptrdiff_t i) {
+    return back[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(i, 0, last))][v];
+  };
+  double sum = 0.0;
+  for (std::ptrdiff_t i = -kEase; i <= kEase; ++i) {
+    double largest = 0.0;
+    for (std::ptrdiff_t j = -kEase; j <= kEase; ++j)
+      largest = std::max(largest, value(static_cast<std::ptrdiff_t>(k) + i + j));
+    sum += largest;
+  }
+  return sum / (2 * kEase + 1);
+}
+
 }  // namespace
 
 BodyRoom make_room(const TriangleMesh& body, double room) {
   BodyRoom made{body, 0, 0.0};
   if (room <= 0.0) return made;
   const std::vector<Vec3> normals = vertex_normals(body.vertices, body.triangles);
-  std::vector<double> back = distances_back(body, normals, room);
-  spread(unique_edges(body.triangles), back);
+  const std::vector<double> back = spread_distances(body, normals, room);
   for (std::size_t v = 0; v < back.size(); ++v) {
     if (back[v] <= 0.0) continue;
     made.body.vertices[v] -= back[v] * normals[v];
@@ -86,6 +110,19 @@ BodyRoom make_room(const TriangleMesh& body, double room) {
     ++made.vertices;
   }
   return made;
+}
+
+void make_room(std::vector<TriangleMesh>& frames, double room) {
+  if (room <= 0.0) return;
+  std::vector<std::vector<Vec3>> normals;
+  std::vector<std::vector<double>> back;
+  for (const TriangleMesh& frame : frames) {
+    normals.push_back(vertex_normals(frame.vertices, frame.triangles));
+    back.push_back(spread_distances(frame, normals.back(), room));
+  }
+  for (std::size_t k = 0; k < frames.size(); ++k)
+    for (std::size_t v = 0; v < back[k].size(); ++v)
+      frames[k].vertices[v] -= eased(back, k, v) * normals[k][v];
 }
 
 }  // namespace selvedge

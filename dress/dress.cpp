@@ -31,6 +31,33 @@ void check(const DressConfig& c) {
   if (!(c.budget > 0.0)) throw std::invalid_argument("dress: budget must be positive");
   if (c.steps_per_frame < 1)
     throw std::invalid_argument("dress: steps_per_frame must be at least 1");
+  require_positive("motion.rate", c.motion.rate);
+  require_positive("motion.lead", c.motion.lead);
+}
+
+void check_poses(const TriangleMesh& body, const std::vector<TriangleMesh>& poses) {
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    validate(poses[k], fmt::format("pose {}", k));
+    if (poses[k].vertices.size() != body.vertices.size() || poses[k].triangles != body.triangles)
+      throw std::invalid_argument(fmt::format(
+          "pose {} has other vertices or triangles than the body; every pose must be the same mesh "
+          "with moved vertices",
+          k));
+  }
+}
+
+/// The first pose at which the garment is not as wanted, as a sentence; empty: none.
+std::string pose_fault(const DressResult& r) {
+  for (std::size_t k = 0; k < r.poses.size(); ++k) {
+    const PoseReport& pose = r.poses[k];
+    if (pose.drop > r.largest_drop)
+      return fmt::format("at pose {}, it lies {:.2f} m lower on the body than before", k,
+                         pose.drop);
+    if (pose.max_stretch > r.strain_limit)
+      return fmt::format("stretched by {:.1f} % at pose {}, the fabric allows {:.1f} %",
+                         100.0 * pose.max_stretch, k, 100.0 * r.strain_limit);
+  }
+  return "";
 }
 
 /// The number of splits that make triangles of `edge_length`, and the length before them.
@@ -127,7 +154,8 @@ const std::vector<detail::SewAttempt>& sew_attempts() {
   static const std::vector<detail::SewAttempt> list = {
       {0.35, {SeamChoice::spanning, SeamChoice::gathered, SeamChoice::all}},
       {0.35, {SeamChoice::gathered, SeamChoice::spanning, SeamChoice::all}},
-      {0.2, {SeamChoice::all}}};
+      {0.2, {SeamChoice::all}},
+      {0.35, {SeamChoice::corners, SeamChoice::all}}};
   return list;
 }
 
@@ -160,12 +188,14 @@ detail::Garment sewn(const detail::Garment& start, const detail::Dressing& dress
 /// The observer, which also ends the dressing once its time is spent.
 DressObserver watched(const DressObserver& observer, double budget) {
   return {.frame = observer.frame,
-          .accepted = [&accepted = observer.accepted, budget,
-                       watch = Stopwatch()](const Simulation& now) {
-            if (accepted) accepted(now);
-            if (watch.seconds() > budget)
-              throw DressOverBudget(fmt::format("not finished within {:g} s", budget));
-          }};
+          .accepted =
+              [&accepted = observer.accepted, budget, watch = Stopwatch()](const Simulation& now,
+                                                                           DressPhase phase) {
+                if (accepted) accepted(now, phase);
+                if (watch.seconds() > budget)
+                  throw DressOverBudget(fmt::format("not finished within {:g} s", budget));
+              },
+          .pose = observer.pose};
 }
 
 }  // namespace
@@ -177,9 +207,11 @@ const char* phase_name(DressPhase phase) {
     case DressPhase::settle:
       return "settle";
     case DressPhase::refine:
+      return "refine";
+    case DressPhase::move:
       break;
   }
-  return "refine";
+  return "move";
 }
 
 double SeamReport::ease() const {
@@ -200,7 +232,7 @@ std::string DressResult::fault() const {
     return fmt::format(
         "stretched by {:.1f} %, the fabric allows {:.1f} %; the garment is too small",
         100.0 * max_stretch, 100.0 * strain_limit);
-  return "";
+  return motion_fault.empty() ? pose_fault(*this) : motion_fault;
 }
 
 SewingPattern turned_upright(SewingPattern pattern, UpAxis up) {
@@ -217,6 +249,7 @@ SewingPattern turned_upright(SewingPattern pattern, UpAxis up) {
 DressResult dress(const SewingPattern& pattern, const TriangleMesh& body, const DressConfig& config,
                   const Methods& methods, const DressObserver& observer) {
   check(config);
+  check_poses(body, config.motion.poses);
   const DressObserver watching = watched(observer, config.budget);
   DressResult result;
   result.strain_limit = config.fabric.strain_limit;
@@ -243,10 +276,14 @@ DressResult dress(const SewingPattern& pattern, const TriangleMesh& body, const 
   const std::vector<double> placed = panel_heights(start, panels),
                             worn = panel_heights(garment, panels);
   for (std::size_t p = 0; p < panels; ++p) result.panel_drop.push_back(placed[p] - worn[p]);
-  result.garment = std::move(garment.surface);
-  result.flat = std::move(garment.flat);
-  result.velocity = std::move(garment.velocity);
-  result.panel_of_triangle = std::move(garment.panel_of_triangle);
+  result.garment = garment.surface;
+  result.flat = garment.flat;
+  result.velocity = garment.velocity;
+  result.panel_of_triangle = garment.panel_of_triangle;
+  if (!config.motion.poses.empty()) {
+    const PhaseTime time(result, "move");
+    detail::follow_poses(garment, dressing, body, result);
+  }
   return result;
 }
 

@@ -20,9 +20,10 @@ namespace selvedge {
 enum class DressPhase {
   sew,     ///< without weight: seams pull their sides together, and pairs that have met merge
   settle,  ///< gravity and friction, until the garment is at rest
-  refine   ///< the same with smaller triangles
+  refine,  ///< the same with smaller triangles
+  move     ///< the body takes its poses, one after the other, and the garment follows
 };
-/// "sew", "settle", "refine".
+/// "sew", "settle", "refine", "move".
 const char* phase_name(DressPhase phase);
 
 /// Conditions under which a dressed garment counts as at rest. Speeds are those of the straight way
@@ -33,6 +34,15 @@ struct RestCriterion {
   double max_speed = 0.05;   ///< m/s, of the fastest particle
   /// Mean kinetic energy in the window, over the energy of the same mass at a height of one edge.
   double energy_share = 0.002;
+};
+
+/// Poses that the body takes once the garment is at rest on it.
+struct BodyMotion {
+  std::vector<TriangleMesh> poses;  ///< m, z up, with the triangles of the body; empty: it rests
+  double rate = 30.0;               ///< 1/s, poses; between two of them every vertex goes straight
+  /// s, from the pose in which the garment is put on to the first pose; unused if they are the same
+  double lead = 1.0;
+  double drag = 0.1;  ///< kg/(m² s), of the air while the body moves
 };
 
 struct DressConfig {
@@ -61,6 +71,7 @@ struct DressConfig {
   double budget = std::numeric_limits<double>::infinity();  ///< s of wall time, for all of it
   PatternLimits limits;
   RestCriterion rest;
+  BodyMotion motion;
 };
 
 /// A panel that was moved before the start because it crossed the body or another panel.
@@ -82,7 +93,18 @@ struct SeamReport {
   double ease() const;
 };
 
-/// A garment on a body.
+/// The garment at one pose of the body.
+struct PoseReport {
+  double time = 0.0;         ///< s, since the body began to move
+  double max_stretch = 0.0;  ///< of a spring
+  /// m, by which the garment sank relative to the body: difference of the heights of their centres
+  /// (mean of the body's vertices, centre of the garment's mass), compared with the dressing pose.
+  double drop = 0.0;
+  int flagged = 0;  ///< vertices without all guarantees, such as those that the body squeezes
+};
+
+/// A garment on a body. The fields describe the pose in which it was put on, except `clean`,
+/// `states`, and those of the motion.
 struct DressResult {
   TriangleMesh garment;        ///< m, with merged seams, z up
   TriangleMesh flat;           ///< m, the pattern: triangle i of both correspond
@@ -110,8 +132,11 @@ struct DressResult {
   std::int64_t states = 0;                   ///< accepted and judged
   int attempts = 0;                          ///< to close the seams, the last one included
   double sew_time = 0.0, settle_time = 0.0;  ///< s, simulated
+  std::vector<PoseReport> poses;             ///< that the body reached, in order
+  std::string motion_fault;                  ///< why the motion ended early; "": it did not
+  int jams = 0;  ///< times that the moving body left cloth no room and passed through it
   std::map<std::string, double>
-      seconds;  ///< by phase: start, sew, settle, refine; and parts of them
+      seconds;  ///< by phase: start, sew, settle, refine, move; and parts of them
   std::string state_hash;
 
   /// Clean, sewn, at rest, where the pattern places it, and stretched within the limit.
@@ -133,12 +158,14 @@ class DressOverBudget : public DressFailed {
   using DressFailed::DressFailed;
 };
 
-/// Called by `dress`; both may be empty.
+/// Called by `dress`; each may be empty.
 struct DressObserver {
   /// After every frame, the start and every merge included.
   std::function<void(const Simulation& now, DressPhase phase, double time)> frame;
   /// After every accepted step, the start and every merge included.
-  std::function<void(const Simulation& now)> accepted;
+  std::function<void(const Simulation& now, DressPhase phase)> accepted;
+  /// At every pose of the moving body, with its index in BodyMotion::poses.
+  std::function<void(const Simulation& now, std::size_t pose)> pose;
 };
 
 /// Puts a garment on a body. `body`: m, z up, of closed parts; `pattern`: in the same axes
@@ -158,6 +185,9 @@ struct BodyRoom {
   double largest = 0.0;       ///< m, the farthest
 };
 BodyRoom make_room(const TriangleMesh& body, double room);
+/// The same for the frames of a moving body. A vertex goes back early and returns late, so that the
+/// skin does not jump between two frames.
+void make_room(std::vector<TriangleMesh>& frames, double room);
 
 /// The garment with panels moved outward until nothing crosses. Throws DressFailed that names the
 /// panel for which no free place was found.

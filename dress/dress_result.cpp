@@ -58,11 +58,13 @@ void write_text_file(const fs::path& file, const std::string& text) {
   out.commit();
 }
 
-void write_garment_obj(const fs::path& file, const DressResult& result, const LoadConfig& axes) {
+/// The garment with its vertices at `x`.
+void write_garment_obj(const fs::path& file, const DressResult& result, std::span<const Vec3> x,
+                       const LoadConfig& axes) {
   std::string text = "# flat pattern as texture coordinates, in metres\n";
   const auto out = std::back_inserter(text);
-  for (const Vec3& x : to_file(result.garment.vertices, axes))
-    fmt::format_to(out, "v {:.17g} {:.17g} {:.17g}\n", x.x(), x.y(), x.z());
+  for (const Vec3& p : to_file(x, axes))
+    fmt::format_to(out, "v {:.17g} {:.17g} {:.17g}\n", p.x(), p.y(), p.z());
   for (const Vec3& u : result.flat.vertices)
     fmt::format_to(out, "vt {:.17g} {:.17g}\n", u.x(), u.y());
   std::int32_t panel = -1;
@@ -135,13 +137,12 @@ struct CutGarment {
   std::vector<std::vector<Triangle>> panels;
 };
 
-CutGarment cut(const DressResult& r) {
+CutGarment cut(const DressResult& r, std::span<const Vec3> x) {
   CutGarment out;
   out.x.assign(r.flat.vertices.size(), Vec3::Zero());
   for (const Vec3& u : r.flat.vertices) out.material.emplace_back(u.x(), u.y());
   for (std::size_t i = 0; i < r.flat.triangles.size(); ++i) {
-    for (int k = 0; k < 3; ++k)
-      out.x[r.flat.triangles[i][k]] = r.garment.vertices[r.garment.triangles[i][k]];
+    for (int k = 0; k < 3; ++k) out.x[r.flat.triangles[i][k]] = x[r.garment.triangles[i][k]];
     const auto panel = static_cast<std::size_t>(r.panel_of_triangle[i]);
     if (panel >= out.panels.size()) out.panels.resize(panel + 1);
     out.panels[panel].push_back(r.flat.triangles[i]);
@@ -158,13 +159,17 @@ std::pair<Vec3, Vec3> box_of(std::span<const Vec3> x) {
   return {low, high};
 }
 
-void draw_dressed(const fs::path& file, const DressResult& result, double side) {
-  const TriangleMesh& body = result.body;
-  const CutGarment garment = cut(result);
+/// A garment and its body in one pose.
+struct Worn {
+  std::span<const Vec3> garment, body;
+};
+
+void draw_dressed(const fs::path& file, const DressResult& result, const Worn& worn, double side) {
+  const CutGarment garment = cut(result, worn.garment);
   std::vector<RenderSurface> surfaces;
   RenderSurface skin;
-  skin.x = body.vertices;
-  skin.triangles = body.triangles;
+  skin.x = worn.body;
+  skin.triangles = result.body.triangles;
   skin.front = skin.back = Vec3(0.47, 0.475, 0.485);
   surfaces.push_back(skin);
   for (std::size_t p = 0; p < garment.panels.size(); ++p) {
@@ -178,8 +183,8 @@ void draw_dressed(const fs::path& file, const DressResult& result, double side) 
     panel.sheen = 0.4;
     surfaces.push_back(panel);
   }
-  const auto [body_low, body_high] = box_of(body.vertices);
-  const auto [cloth_low, cloth_high] = box_of(result.garment.vertices);
+  const auto [body_low, body_high] = box_of(worn.body);
+  const auto [cloth_low, cloth_high] = box_of(worn.garment);
   const Vec3 low = body_low.cwiseMin(cloth_low), high = body_high.cwiseMax(cloth_high);
   const Vec3 centre = 0.5 * (low + high);
   Camera camera;
@@ -231,30 +236,61 @@ class DressFolder {
     check_out(config.out);
     make(config.out);
     lock_.emplace(config.out, "dress");
-    for (const char* part : {"frames", "steps", "pictures", "garment.obj", "garment.ply"})
+    for (const char* part :
+         {"frames", "steps", "motion", "poses", "pictures", "garment.obj", "garment.ply"})
       fs::remove_all(config.out / part);
     write_text_file(config.out / "result.json", Json{{kMarker, "unfinished"}}.dump(2) + "\n");
-    make(config.out / "frames");
-    frames_ = make_ply_writer(config.out / "frames", kFrameFileDigits);
-    if (!config.every_step) return;
-    make(config.out / "steps");
-    steps_ = make_ply_writer(config.out / "steps", kStepFileDigits);
+    open(dressing_, config.out);
   }
 
   DressObserver observer() {
     DressObserver observer;
-    observer.frame = [this](const Simulation& now, DressPhase, double time) {
-      write(*frames_, now, frame_++, time);
+    observer.frame = [this](const Simulation& now, DressPhase phase, double time) {
+      write_frame(series_of(phase), now, time);
     };
-    if (steps_)
-      observer.accepted = [this](const Simulation& now) {
-        write(*steps_, now, step_++, now.time());
+    if (config_.every_step)
+      observer.accepted = [this](const Simulation& now, DressPhase phase) {
+        write_step(series_of(phase), now);
       };
+    observer.pose = [this](const Simulation& now, std::size_t) {
+      poses_.emplace_back(now.positions().begin(), now.positions().end());
+      last_body_ = now.body_positions();
+    };
     return observer;
   }
 
+  const std::vector<std::vector<Vec3>>& poses() const { return poses_; }  ///< m, of the garment
+  const std::vector<Vec3>& last_body() const { return last_body_; }       ///< m, in the last pose
+
  private:
-  void write(FrameWriter& writer, const Simulation& now, int number, double time) {
+  /// Frames and steps of one folder.
+  struct StateSeries {
+    std::unique_ptr<FrameWriter> frames, steps;
+    int frame = 0, step = 0;
+  };
+
+  void open(StateSeries& series, const fs::path& folder) {
+    make(folder / "frames");
+    series.frames = make_ply_writer(folder / "frames", kFrameFileDigits);
+    if (!config_.every_step) return;
+    make(folder / "steps");
+    series.steps = make_ply_writer(folder / "steps", kStepFileDigits);
+  }
+
+  StateSeries& series_of(DressPhase phase) {
+    if (phase != DressPhase::move) return dressing_;
+    if (!motion_.frames) open(motion_, config_.out / "motion");
+    return motion_;
+  }
+
+  void write_frame(StateSeries& series, const Simulation& now, double time) {
+    write(*series.frames, now, series.frame++, time);
+  }
+  void write_step(StateSeries& series, const Simulation& now) {
+    write(*series.steps, now, series.step++, now.time());
+  }
+
+  static void write(FrameWriter& writer, const Simulation& now, int number, double time) {
     const auto flags = now.flags();
     std::vector<NamedValues> values = {{"vx", {}}, {"vy", {}}, {"vz", {}}, {"flag", {}, true}};
     for (const Vec3& v : now.velocities())
@@ -268,15 +304,20 @@ class DressFolder {
                 .values = values,
                 .bodies = {},
                 .body_triangles = now.body_triangles()};
-    if (number == 0) frame.bodies = now.body_positions();
+    if (number == 0 || now.bodies_move()) frame.bodies = now.body_positions();
     writer.write(frame);
   }
 
   const DressFolderConfig& config_;
   std::optional<FolderLock> lock_;
-  std::unique_ptr<FrameWriter> frames_, steps_;
-  int frame_ = 0, step_ = 0;
+  StateSeries dressing_, motion_;
+  std::vector<std::vector<Vec3>> poses_;
+  std::vector<Vec3> last_body_;
 };
+
+std::string pose_name(const DressFolderConfig& folder, std::size_t pose) {
+  return pose < folder.pose_names.size() ? folder.pose_names[pose] : fmt::format("{:04}", pose);
+}
 
 Json seam_json(const SeamReport& seam) {
   return {{"name", seam.name},
@@ -298,6 +339,16 @@ Json panel_json(const DressResult& result, std::size_t p) {
   return {{"name", result.panel_names[p]},
           {"moved_at_start_m", by.norm()},
           {"drop_m", result.panel_drop[p]}};
+}
+
+Json motion_json(const DressResult& result) {
+  Json poses = Json::array();
+  for (const PoseReport& pose : result.poses)
+    poses.push_back({{"time_s", pose.time},
+                     {"max_stretch", pose.max_stretch},
+                     {"drop_m", pose.drop},
+                     {"flagged_vertices", pose.flagged}});
+  return {{"poses", poses}, {"fault", result.motion_fault}, {"jams", result.jams}};
 }
 
 /// The sums of "sew/solve" and the like by phase of a step.
@@ -336,6 +387,7 @@ Json result_json(const std::string& pattern, const DressResult& r, const std::st
   for (std::size_t p = 0; p < r.panel_names.size(); ++p) json["panels"].push_back(panel_json(r, p));
   json["seams"] = Json::array();
   for (const SeamReport& seam : r.seams) json["seams"].push_back(seam_json(seam));
+  if (!r.poses.empty() || !r.motion_fault.empty()) json["motion"] = motion_json(r);
   json["seconds"] = seconds_json(r);
   json["notes"] = r.notes;
   return json;
@@ -355,10 +407,24 @@ void write_failure(const fs::path& out, const std::string& pattern, const std::s
   write_text_file(out / "result.json", text_of(json));
 }
 
-void write_pictures(const fs::path& folder, const DressResult& result) {
+void write_pictures(const fs::path& folder, const DressResult& result, const DressFolder& files) {
   make(folder);
-  draw_dressed(folder / "front.png", result, 1.0);
-  draw_dressed(folder / "back.png", result, -1.0);
+  const Worn worn{result.garment.vertices, result.body.vertices};
+  draw_dressed(folder / "front.png", result, worn, 1.0);
+  draw_dressed(folder / "back.png", result, worn, -1.0);
+  if (files.poses().empty()) return;
+  const Worn last{files.poses().back(), files.last_body()};
+  draw_dressed(folder / "last_pose_front.png", result, last, 1.0);
+  draw_dressed(folder / "last_pose_back.png", result, last, -1.0);
+}
+
+void write_poses(const DressFolderConfig& folder, const DressResult& result,
+                 const DressFolder& files) {
+  if (files.poses().empty()) return;
+  make(folder.out / "poses");
+  for (std::size_t k = 0; k < files.poses().size(); ++k)
+    write_garment_obj(folder.out / "poses" / (pose_name(folder, k) + ".obj"), result,
+                      files.poses()[k], folder.body_file);
 }
 
 }  // namespace
@@ -375,9 +441,11 @@ DressResult dress_into_folder(const SewingPattern& pattern, const TriangleMesh& 
   try {
     DressResult result = dress(pattern, body, config, methods, files.observer());
     const Stopwatch output;
-    write_garment_obj(folder.out / "garment.obj", result, folder.body_file);
+    write_garment_obj(folder.out / "garment.obj", result, result.garment.vertices,
+                      folder.body_file);
     write_garment_ply(folder.out / "garment.ply", result, folder.body_file);
-    if (folder.pictures) write_pictures(folder.out / "pictures", result);
+    write_poses(folder, result, files);
+    if (folder.pictures) write_pictures(folder.out / "pictures", result, files);
     result.seconds["output"] = output.seconds();
     write_text_file(folder.out / "result.json",
                     dress_result_text(pattern.name, result, folder.body_name));

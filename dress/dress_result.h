@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace selvedge {
 
@@ -18,6 +19,9 @@ namespace selvedge {
 ///   frames/cloth_00000.ply    the way there, frame by frame, z up; frames/bodies_00000.ply
 ///   steps/cloth_000000.ply    with `every_step`: every accepted state
 ///   pictures/front.png, back.png
+///   poses/NAME.obj            of a moving body: the garment at each pose, as garment.obj; with
+///                             pictures/last_pose_front.png, last_pose_back.png
+///   motion/frames, motion/steps    the way through the poses, with the body in each frame
 // clang-format on
 struct DressFolderConfig {
   std::filesystem::path out;  ///< made if missing; refused if it holds anything else
@@ -25,7 +29,8 @@ struct DressFolderConfig {
   bool pictures = true;
   /// Axes and unit of garment.obj and garment.ply: those of the body's file.
   LoadConfig body_file{.up = UpAxis::y};
-  std::string body_name;  ///< for result.json
+  std::string body_name;                ///< for result.json
+  std::vector<std::string> pose_names;  ///< of the files in poses/; missing ones are numbers
 };
 
 /// Puts a garment on a body as `dress` does, and writes the folder. Where the garment cannot be put

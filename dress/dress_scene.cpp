@@ -23,6 +23,8 @@ constexpr std::size_t kMostMoves = 64;  // blocked pairs that move_together trie
 constexpr double kMoveShare = 0.98;     // of the distance of a pair, which it moves a vertex
 constexpr const char* kCloth = "garment";
 constexpr const char* kMaterial = "fabric";
+/// Factor of the pull of corners, each of which moves its surroundings alone.
+constexpr double kCornerPull = 4.0;
 /// The reach of the pull, relative to the largest opening. Within a hundredth of the reach, the
 /// pull decreases to zero.
 constexpr double kReach = 1.25;
@@ -69,7 +71,7 @@ std::vector<std::int32_t> numbers_after(std::size_t vertices, std::span<const Ed
 }  // namespace
 
 bool Garment::is_chosen(std::size_t s, SeamChoice choice) const {
-  if (choice == SeamChoice::all) return true;
+  if (choice == SeamChoice::all || choice == SeamChoice::corners) return true;
   if (choice == SeamChoice::gathered) return stitches[s].is_gathered();
   double widest = 0.0;
   for (const Stitching& stitch : stitches) widest = std::max(widest, stitch.span);
@@ -81,6 +83,18 @@ std::vector<Edge> Garment::open_pairs(std::size_t s) const {
   for (std::size_t i = 0; i < stitches[s].a.size(); ++i) {
     const std::int32_t a = corner[stitches[s].a[i]], b = corner[stitches[s].b[i]];
     if (a != b) pairs.push_back({a, b});
+  }
+  return pairs;
+}
+
+std::vector<Edge> Garment::open_pairs(std::size_t s, SeamChoice choice) const {
+  if (!is_chosen(s, choice)) return {};
+  if (choice != SeamChoice::corners) return open_pairs(s);
+  std::vector<Edge> pairs;
+  const Stitching& stitch = stitches[s];
+  for (const std::size_t i : {std::size_t{0}, stitch.a.size() - 1}) {
+    const Edge pair = {corner[stitch.a[i]], corner[stitch.b[i]]};
+    if (pair[0] != pair[1]) pairs.push_back(pair);
   }
   return pairs;
 }
@@ -159,18 +173,21 @@ DressScene make_dress_scene(const Garment& garment, const TriangleMesh& body,
   scene.air.viscous_drag = settings.drag;
   scene.contact.rest_gap = config.rest_gap;
   scene.solver.strain_limiter = settings.limit_strain;
-  scene.time.fps = config.fps;
+  scene.contact.carry_tangled = settings.moving_fps > 0.0;
+  scene.time.fps = settings.moving_fps > 0.0 ? settings.moving_fps : config.fps;
   scene.time.steps_per_frame = config.steps_per_frame;
   scene.time.energy_guard = false;  // a garment on its way loses its energy to the air
   scene.time.frames = std::numeric_limits<int>::max() / 64;
   if (settings.pull > 0.0) {
     const double reach = std::max(kLeastReach, kReach * garment.largest_opening());
     for (std::size_t s = 0; s < garment.stitches.size(); ++s) {
-      const std::vector<Edge> pairs = garment.open_pairs(s);
-      if (pairs.empty() || !garment.is_chosen(s, settings.seams)) continue;
-      const double tension = settings.pull * garment.stitches[s].spacing;  // N, of each pair
-      scene.seams.push_back(seam_spec(pairs, tension, reach,
-                                      merge_distance(garment.stitches[s], config, settings.merge)));
+      const std::vector<Edge> pairs = garment.open_pairs(s, settings.seams);
+      if (pairs.empty()) continue;
+      const double share = settings.seams == SeamChoice::corners ? kCornerPull : 1.0;
+      const double tension = share * settings.pull * garment.stitches[s].spacing;  // N, of a pair
+      const double merge =
+          settings.merge > 0.0 ? merge_distance(garment.stitches[s], config, settings.merge) : 0.0;
+      scene.seams.push_back(seam_spec(pairs, tension, reach, merge));
     }
   }
   made.built = build_scene(scene, [&](std::size_t) {
@@ -239,6 +256,16 @@ std::size_t move_together(const Simulation& simulation, Garment& garment, const 
     }
   }
   return moved.size() / 2;
+}
+
+double mean_height(std::span<const Vec3> x, std::span<const double> weight) {
+  double sum = 0.0, total = 0.0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const double w = weight.empty() ? 1.0 : weight[i];
+    sum += w * x[i].z();
+    total += w;
+  }
+  return sum / total;
 }
 
 void take_state(const Simulation& simulation, Garment& garment) {

@@ -14,17 +14,7 @@
 namespace selvedge::detail {
 namespace {
 
-constexpr double kGravity = 9.81;    // m/s²
 constexpr double kMergeShare = 1.2;  // of the spacing of a seam, where its pairs merge
-
-double mean_height(std::span<const Vec3> x, std::span<const double> mass) {
-  double sum = 0.0, total = 0.0;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    sum += mass[i] * x[i].z();
-    total += mass[i];
-  }
-  return sum / total;
-}
 
 /// The states of a time window, and the motion in it.
 class MotionWindow {
@@ -109,7 +99,7 @@ class Settling {
       throw DressFailed(fmt::format("phase {}: {}", phase_name(phase_), error.what()));
     }
     frame_of_simulation_ = 0;
-    if (dressing_.observer.accepted) dressing_.observer.accepted(*simulation_);
+    if (dressing_.observer.accepted) dressing_.observer.accepted(*simulation_, phase_);
   }
 
   /// Pairs that were left open. Those that are blocked are moved together first.
@@ -133,7 +123,7 @@ class Settling {
     ++frame_of_simulation_;
     try {
       simulation_->advance_to_frame(frame_of_simulation_, [&](double) {
-        if (dressing_.observer.accepted) dressing_.observer.accepted(*simulation_);
+        if (dressing_.observer.accepted) dressing_.observer.accepted(*simulation_, phase_);
       });
     } catch (const SimulationFailed& failure) {
       throw DressFailed(fmt::format("while the garment settles: {}", failure.what()));

@@ -65,7 +65,7 @@ class Sewing {
     simulation_ =
         std::make_unique<Simulation>(scene_->scene, std::move(scene_->built), dressing_.methods);
     frame_of_simulation_ = 0;
-    if (dressing_.observer.accepted) dressing_.observer.accepted(*simulation_);
+    if (dressing_.observer.accepted) dressing_.observer.accepted(*simulation_, DressPhase::sew);
   }
 
   SeamChoice stage() const { return stages_[stage_]; }
@@ -75,8 +75,7 @@ class Sewing {
   double mean_opening() const {
     double sum = 0.0, count = 0.0;
     for (std::size_t s = 0; s < garment_.stitches.size(); ++s) {
-      if (!garment_.is_chosen(s, stage())) continue;
-      for (const auto& [a, b] : garment_.open_pairs(s)) {
+      for (const auto& [a, b] : garment_.open_pairs(s, stage())) {
         sum += (garment_.surface.vertices[b] - garment_.surface.vertices[a]).norm();
         count += 1.0;
       }
@@ -122,7 +121,7 @@ class Sewing {
     ++frame_of_simulation_;
     try {
       simulation_->advance_to_frame(frame_of_simulation_, [&](double) {
-        if (dressing_.observer.accepted) dressing_.observer.accepted(*simulation_);
+        if (dressing_.observer.accepted) dressing_.observer.accepted(*simulation_, DressPhase::sew);
       });
     } catch (const SimulationFailed& failure) {
       throw DressFailed(fmt::format("while seams close: {}", failure.what()));

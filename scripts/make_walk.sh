@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# make_walk.sh [FOLDER] [--faces N] [--seconds S]: writes a walking mannequin as a mesh sequence, a poncho and the scene
-# walking_mannequin.json into FOLDER (out/walk), and prints how to run and check the scene. The repository does not
-# contain these files, because a walk of 3 s takes 25 MB. Builds the program first, unless SELVEDGE_WALK names one.
+# make_walk.sh [FOLDER] [--faces N] [--seconds S] [--arms DEGREES]: writes a walking mannequin as a mesh sequence, a poncho
+# and the scene walking_mannequin.json into FOLDER (out/walk), and prints how to run and check the scene. --arms: it begins
+# with straight arms at this angle, as `selvedge dress` needs them. The repository does not contain these files, because a
+# walk of 3 s takes 25 MB. Builds the program first, unless SELVEDGE_WALK names one.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -11,13 +12,13 @@ seconds=3
 options=()
 while [ $# -gt 0 ]; do
   case $1 in
-    --faces | --seconds)
+    --faces | --seconds | --arms)
       [ $# -ge 2 ] || { echo "make_walk.sh: $1 needs a number" >&2; exit 2; }
       options+=("$1" "$2")
       if [ "$1" = --seconds ]; then seconds=$2; fi
       shift
       ;;
-    -*) echo "usage: scripts/make_walk.sh [FOLDER] [--faces N] [--seconds S]" >&2; exit 2 ;;
+    -*) echo "usage: scripts/make_walk.sh [FOLDER] [--faces N] [--seconds S] [--arms DEGREES]" >&2; exit 2 ;;
     *) folder=$(realpath -m "$1") ;;
   esac
   shift

@@ -89,7 +89,7 @@ TEST(Dress, ATubeIsSewnAroundAConeAndComesToRestOnIt) {
     const ThreadLimit limit(threads);
     int crossings = 0;
     DressObserver observer;
-    observer.accepted = [&](const Simulation& now) {
+    observer.accepted = [&](const Simulation& now, DressPhase) {
       crossings += static_cast<int>(find_crossings(now.positions(), now.cloth_triangles()).size());
       crossings += static_cast<int>(
           find_crossings({now.positions(), now.cloth_triangles()}, {body.vertices, body.triangles})
@@ -115,6 +115,89 @@ TEST(Dress, ATubeIsSewnAroundAConeAndComesToRestOnIt) {
     hashes.push_back(r.state_hash);
   }
   EXPECT_EQ(hashes[0], hashes[1]);
+}
+
+/// The cone on which the tube comes to rest, that moves sideways and leans over.
+std::vector<TriangleMesh> leaning_poses(const TriangleMesh& body, int count) {
+  std::vector<TriangleMesh> poses;
+  for (int k = 1; k <= count; ++k) {
+    const double share = static_cast<double>(k) / count;
+    TriangleMesh pose = body;
+    for (Vec3& x : pose.vertices) x.x() += share * (0.1 + 0.2 * x.z());
+    poses.push_back(pose);
+  }
+  return poses;
+}
+
+TEST(Dress, AGarmentFollowsTheBodyThroughItsPosesWithoutACrossing) {
+  const TriangleMesh body = cone(0.3, 0.6);
+  DressConfig config = coarse();
+  config.sewing_edge_length = config.edge_length = 0.06;
+  config.motion.poses = leaning_poses(body, 8);
+  config.motion.rate = 20.0;
+  config.motion.lead = 0.1;  // the way to the first pose: two frames of the body
+  std::vector<std::vector<Vec3>> ends;
+  for (const int threads : {1, 2}) {
+    const ThreadLimit limit(threads);
+    std::size_t crossings = 0, moving_states = 0;
+    std::vector<double> error;
+    std::vector<Vec3> last;
+    DressObserver observer;
+    observer.accepted = [&](const Simulation& now, DressPhase phase) {
+      if (phase != DressPhase::move) return;
+      ++moving_states;
+      crossings += find_crossings(now.positions(), now.cloth_triangles()).size();
+      crossings += find_crossings({now.positions(), now.cloth_triangles()},
+                                  {now.body_positions(), now.body_triangles()})
+                       .size();
+    };
+    observer.pose = [&](const Simulation& now, std::size_t k) {
+      double largest = 0.0;
+      for (std::size_t v = 0; v < body.vertices.size(); ++v)
+        largest = std::max(largest,
+                           (now.body_positions()[v] - config.motion.poses[k].vertices[v]).norm());
+      error.push_back(largest);
+      last.assign(now.positions().begin(), now.positions().end());
+    };
+    const DressResult r = dress(tube(0.6, 0.3, 0.32), body, config, {}, observer);
+    EXPECT_EQ(r.fault(), "");
+    EXPECT_EQ(crossings, 0u);
+    EXPECT_GT(moving_states, 20u);
+    EXPECT_EQ(r.jams, 0);
+    ASSERT_EQ(r.poses.size(), 8u);
+    EXPECT_NEAR(r.poses.front().time, 0.1, 1e-9);
+    EXPECT_NEAR(r.poses.back().time, 0.1 + 7 / 20.0, 1e-9);
+    ASSERT_EQ(error.size(), 8u);
+    for (const double e : error) EXPECT_LT(e, 1e-12);  // m, the body is where its pose puts it
+    // The garment has come along, and the result still holds that of the dressing pose.
+    Vec3 before = Vec3::Zero(), after = Vec3::Zero();
+    for (const Vec3& x : r.garment.vertices) before += x / double(r.garment.vertices.size());
+    for (const Vec3& x : last) after += x / double(last.size());
+    EXPECT_NEAR(before.x(), 0.0, 0.02);
+    EXPECT_GT(after.x() - before.x(), 0.08);
+    ends.push_back(last);
+    DressResult strict = r;
+    strict.poses[3].drop = strict.largest_drop + 0.01;
+    EXPECT_NE(strict.fault().find("at pose 3"), std::string::npos) << strict.fault();
+  }
+  EXPECT_EQ(ends[0], ends[1]);
+}
+
+TEST(Dress, APoseThatIsTheBodyNeedsNoLead) {
+  const TriangleMesh body = cone(0.3, 0.6);
+  DressConfig config = coarse();
+  config.sewing_edge_length = config.edge_length = 0.06;
+  config.motion.poses = {body, body};
+  const DressResult r = dress(tube(0.6, 0.3, 0.32), body, config);
+  ASSERT_EQ(r.poses.size(), 2u);
+  EXPECT_EQ(r.poses[0].time, 0.0);
+  EXPECT_NEAR(r.poses[1].time, 1.0 / 30.0, 1e-9);
+}
+
+TEST(Dress, APoseOfAnotherMeshIsRefused) {
+  DressConfig config = coarse();
+  config.motion.poses = {cone(0.3, 0.6, 12)};
+  EXPECT_THROW(dress(tube(0.6, 0.3, 0.32), cone(0.3, 0.6), config), std::invalid_argument);
 }
 
 TEST(Dress, ASplitMovesNoPointAndBendsCurvedEdges) {
@@ -180,6 +263,68 @@ TEST(Dress, OnlyGatheredSeamsPullWhileTheyCloseFirst) {
     ASSERT_EQ(made.scene.seams.size(), choice == detail::SeamChoice::gathered ? 1u : 2u);
     EXPECT_EQ(made.scene.seams.back().vertices[0].size(), garment.open_pairs(1).size());
   }
+}
+
+/// A box with its faces outward.
+TriangleMesh box(const Vec3& low, const Vec3& high) {
+  TriangleMesh mesh;
+  for (int i = 0; i < 8; ++i)
+    mesh.vertices.emplace_back((i & 1) != 0 ? high.x() : low.x(), (i & 2) != 0 ? high.y() : low.y(),
+                               (i & 4) != 0 ? high.z() : low.z());
+  mesh.triangles = {{0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}, {0, 1, 4}, {4, 1, 5},
+                    {2, 6, 3}, {3, 6, 7}, {0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}};
+  return mesh;
+}
+
+TEST(Dress, AVertexOfABlockedPairMovesToTheOtherOneWhereNothingIsInTheWay) {
+  constexpr double half = 0.003;  // m, of the distance of front and back
+  PanelMeshConfig mesh;
+  mesh.edge_length = 0.06;
+  const detail::Garment start = detail::start_garment(mesh_garment(tube(0.4, 0.3, half), mesh));
+  // A plate between the sides of the seam at +x; the other seam is free.
+  const TriangleMesh plate = box({0.15, -0.0005, -0.1}, {0.3, 0.0005, 0.4});
+  const DressConfig config = coarse();
+  const Methods methods;
+  detail::DressScene made =
+      detail::make_dress_scene(start, plate, config, {.pull = 10.0, .merge = 0.35});
+  const Simulation simulation(made.scene, std::move(made.built), methods);
+  detail::Garment garment = start;
+  const std::size_t moved = detail::move_together(simulation, garment, config, 0.35);
+  std::size_t nearer = 0;
+  for (std::size_t s = 0; s < garment.stitches.size(); ++s)
+    for (const Edge& pair : garment.open_pairs(s)) {
+      const std::vector<Vec3>&from = start.surface.vertices, &to = garment.surface.vertices;
+      if (from[pair[0]].x() > 0.0) {
+        EXPECT_EQ(to[pair[0]], from[pair[0]]);
+        EXPECT_EQ(to[pair[1]], from[pair[1]]);
+        continue;
+      }
+      ++nearer;
+      EXPECT_LT((to[pair[1]] - to[pair[0]]).norm(), 0.1 * half);
+      EXPECT_TRUE(to[pair[0]] == from[pair[0]] || to[pair[1]] == from[pair[1]]);
+    }
+  EXPECT_GT(nearer, 3u);
+  EXPECT_EQ(moved, nearer);
+  EXPECT_TRUE(find_crossings(garment.surface.vertices, garment.surface.triangles).empty());
+  EXPECT_TRUE(find_crossings({garment.surface.vertices, garment.surface.triangles},
+                             {plate.vertices, plate.triangles})
+                  .empty());
+  // Nothing moves beyond the merge distance.
+  detail::Garment far = start;
+  EXPECT_EQ(detail::move_together(simulation, far, config, 0.01), 0u);
+  EXPECT_EQ(far.surface.vertices, start.surface.vertices);
+}
+
+TEST(Dress, OfCornersOnlyTheEndsOfASeamPull) {
+  PanelMeshConfig mesh;
+  mesh.edge_length = 0.06;
+  const detail::Garment garment = detail::start_garment(mesh_garment(tube(0.4, 0.3, 0.2), mesh));
+  const std::vector<Edge> all = garment.open_pairs(0),
+                          ends = garment.open_pairs(0, detail::SeamChoice::corners);
+  ASSERT_GT(all.size(), 4u);
+  EXPECT_EQ(ends, (std::vector<Edge>{all.front(), all.back()}));
+  EXPECT_EQ(garment.open_pairs(0, detail::SeamChoice::all), all);
+  EXPECT_TRUE(garment.open_pairs(0, detail::SeamChoice::gathered).empty());
 }
 
 TEST(Dress, APanelThatCrossesTheBodyIsMovedOutUntilItIsFree) {
@@ -285,9 +430,51 @@ TEST(DressFolder, HoldsTheGarmentWithItsPatternAndTheVerdict) {
   EXPECT_TRUE(fs::exists(out / "frames" / "cloth_00000.ply"));
   EXPECT_TRUE(fs::exists(out / "frames" / "bodies_00000.ply"));
 
+  EXPECT_FALSE(fs::exists(out / "motion"));
+
   std::ofstream(out / "result.json") << "{}";  // of something else
   EXPECT_THROW(dress_into_folder(tube(0.6, 0.3, 0.32), cone(0.3, 0.6), coarse(), folder),
                std::invalid_argument);
+  fs::remove_all(out);
+}
+
+TEST(DressFolder, HoldsTheGarmentAtEachPoseAndTheWayThere) {
+  const fs::path out = fs::temp_directory_path() / "selvedge_dress_pose_test";
+  fs::remove_all(out);
+  const TriangleMesh body = cone(0.3, 0.6);
+  DressConfig config = coarse();
+  config.sewing_edge_length = config.edge_length = 0.06;
+  config.motion.poses = leaning_poses(body, 3);
+  config.motion.lead = 0.1;
+  DressFolderConfig folder;
+  folder.out = out;
+  folder.pictures = false;
+  folder.every_step = true;
+  folder.body_file.up = UpAxis::z;
+  folder.pose_names = {"first", "second"};
+  const DressResult r = dress_into_folder(tube(0.6, 0.3, 0.32), body, config, folder);
+  EXPECT_EQ(r.fault(), "");
+  for (const char* name : {"first.obj", "second.obj", "0002.obj"}) {
+    const TriangleMesh garment = read_mesh(out / "poses" / name);
+    EXPECT_EQ(garment.triangles, r.garment.triangles) << name;
+    EXPECT_NE(garment.vertices, r.garment.vertices) << name;
+    EXPECT_EQ(read_pattern(out / "poses" / name).vertices, r.flat.vertices) << name;
+  }
+  // The last frame of the motion: garment and body at the last pose.
+  const auto count = [](const fs::path& of, const std::string& stem) {
+    return std::count_if(fs::directory_iterator(of), fs::directory_iterator(), [&](const auto& e) {
+      return e.path().filename().string().starts_with(stem);
+    });
+  };
+  const auto frames = count(out / "motion" / "frames", "cloth_");
+  EXPECT_EQ(frames, 1 + 2 * 5);  // two for each of the three frames of the lead and the two poses
+  EXPECT_EQ(count(out / "motion" / "frames", "bodies_"), frames);
+  EXPECT_EQ(count(out / "motion" / "steps", "bodies_"), count(out / "motion" / "steps", "cloth_"));
+  EXPECT_GE(count(out / "motion" / "steps", "cloth_"), frames);
+  const TriangleMesh last = read_mesh(out / "motion" / "frames" / "bodies_00010.ply");
+  EXPECT_LT((last.vertices[0] - config.motion.poses.back().vertices[0]).norm(), 1e-12);
+  EXPECT_EQ(count(out / "frames", "bodies_"), 1);
+  EXPECT_NE(text_of(out / "result.json").find("\"motion\""), std::string::npos);
   fs::remove_all(out);
 }
 

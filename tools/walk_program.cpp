@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: MIT
-// selvedge-walk FOLDER [--faces N] [--seconds S] writes walk_0000.ply ..., the frames of a
-// mannequin that stands for half a second and then walks, and poncho.ply, a cloth for it. Used by
-// scripts/make_walk.sh.
+// selvedge-walk FOLDER [--faces N] [--seconds S] [--arms DEGREES] writes walk_0000.ply ..., the
+// frames of a mannequin that stands for half a second and then walks, and poncho.ply, a cloth for
+// it. --arms: it begins with straight arms at this angle from hanging down, as selvedge-mannequin
+// makes it, and lowers them while it stands. Used by scripts/make_walk.sh.
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/tools/mannequin.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <exception>
 #include <filesystem>
+#include <numbers>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -27,6 +31,7 @@ struct Arguments {
   std::filesystem::path folder;
   int faces = 10000;
   double seconds = 3.0;
+  std::optional<double> arms;  // degrees
 };
 
 template <class Number>
@@ -46,6 +51,8 @@ bool parse_arguments(int argc, char** argv, Arguments& arguments) {
       read_number(argv[i + 1], arguments.faces);
     else if (key == "--seconds")
       read_number(argv[i + 1], arguments.seconds);
+    else if (key == "--arms")
+      read_number(argv[i + 1], arguments.arms.emplace());
     else
       return false;
   }
@@ -54,13 +61,32 @@ bool parse_arguments(int argc, char** argv, Arguments& arguments) {
   return true;
 }
 
+/// `share` of the way from `from` to `to`.
+void lower_arm(const selvedge::LimbPose& from, double share, selvedge::LimbPose& to) {
+  to.shoulder_out += (1.0 - share) * (from.shoulder_out - to.shoulder_out);
+  to.elbow += (1.0 - share) * (from.elbow - to.elbow);
+}
+
+/// From 0 to 1 without a jerk.
+double eased(double t) {
+  const double s = std::clamp(t, 0.0, 1.0);
+  return s * s * (3.0 - 2.0 * s);
+}
+
 void write_walk(const Arguments& arguments) {
   selvedge::MannequinConfig config;
   config.faces = arguments.faces;
+  if (arguments.arms)
+    for (selvedge::LimbPose* side : {&config.left, &config.right}) {
+      side->shoulder_out = *arguments.arms * std::numbers::pi / 180.0;
+      side->elbow = 0.0;
+    }
   const selvedge::BendingMannequin figure(config);
   const int frames = static_cast<int>(std::lround(arguments.seconds * kFps));
   for (int k = 0; k <= frames; ++k) {
-    const selvedge::WalkPose walk = selvedge::walk_at(k / kFps - kStanding);
+    selvedge::WalkPose walk = selvedge::walk_at(k / kFps - kStanding);
+    lower_arm(config.left, eased(k / kFps / kStanding), walk.left);
+    lower_arm(config.right, eased(k / kFps / kStanding), walk.right);
     std::vector<Vec3> x = figure.bent(walk.left, walk.right);
     for (Vec3& p : x) p.y() -= walk.way;
     char name[32];
@@ -112,7 +138,8 @@ TriangleMesh make_poncho(double side, int cells, double hole) {
 int main(int argc, char** argv) try {
   Arguments arguments;
   if (!parse_arguments(argc, argv, arguments)) {
-    std::fprintf(stderr, "usage: selvedge-walk FOLDER [--faces N] [--seconds S]\n");
+    std::fprintf(stderr,
+                 "usage: selvedge-walk FOLDER [--faces N] [--seconds S] [--arms DEGREES]\n");
     return 2;
   }
   std::filesystem::create_directories(arguments.folder);

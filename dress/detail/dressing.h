@@ -30,7 +30,8 @@ struct Stitching {
 enum class SeamChoice {
   all,
   gathered,  ///< those whose longer side is gathered
-  spanning   ///< those that are far open at the start, as between front and back
+  spanning,  ///< those that are far open at the start, as between front and back
+  corners    ///< of all seams only the first and the last pair, where seams meet
 };
 
 /// An edge of a panel as it is divided in the mesh: vertices of the flat pattern from its start to
@@ -55,6 +56,8 @@ struct Garment {
   bool is_chosen(std::size_t s, SeamChoice choice) const;
   /// The pairs of stitch `s` that are not one vertex, as vertices of the surface.
   std::vector<Edge> open_pairs(std::size_t s) const;
+  /// Those of them that a choice includes.
+  std::vector<Edge> open_pairs(std::size_t s, SeamChoice choice) const;
   std::size_t open_pairs() const;
   double opening(std::size_t s) const;  ///< m, the largest distance of a pair
   double largest_opening() const;       ///< m
@@ -73,9 +76,12 @@ struct PhaseSettings {
   double drag = 0.0;            ///< kg/(m² s)
   double friction = 0.0;        ///< on the body and on cloth
   double pull = 0.0;            ///< N per metre of seam
-  double merge = 0.0;           ///< share of the spacing of a seam at which its pairs merge
+  double merge = 0.0;  ///< share of the spacing of a seam at which its pairs merge; 0: they do not
   bool limit_strain = true;
   SeamChoice seams = SeamChoice::all;  ///< that pull
+  /// 1/s, frames of the scene while the body moves; then cloth to which it leaves no room is
+  /// carried on. 0: the body rests.
+  double moving_fps = 0.0;
 };
 
 /// A scene of the garment as it is, and what is built from it.
@@ -86,6 +92,8 @@ struct DressScene {
 DressScene make_dress_scene(const Garment& garment, const TriangleMesh& body,
                             const DressConfig& config, const PhaseSettings& settings);
 
+/// Acceleration of gravity, m/s².
+inline constexpr double kGravity = 9.81;
 /// Frames between two merges.
 inline constexpr int kMergeEvery = 3;
 /// Distance at which the pairs of a seam merge, m: `share` of their spacing, but more than contacts
@@ -102,6 +110,9 @@ std::size_t merge_closed(const DressScene& scene, const Simulation& simulation,
 /// is blocked. Returns the number of moved vertices.
 std::size_t move_together(const Simulation& simulation, Garment& garment, const DressConfig& config,
                           double share);
+
+/// Mean height of points by weight, m; without weights, each counts the same.
+double mean_height(std::span<const Vec3> x, std::span<const double> weight);
 
 /// Takes positions and velocities over from a simulation.
 void take_state(const Simulation& simulation, Garment& garment);
@@ -131,5 +142,9 @@ void sew(Garment& garment, const Dressing& dressing, const SewAttempt& attempt,
          DressResult& result);
 /// Lets the garment come to rest.
 void settle(Garment& garment, const Dressing& dressing, DressPhase phase, DressResult& result);
+/// Moves the body through DressConfig::motion; the garment follows. `body` is that in the dressing
+/// pose without room. A motion that cannot go on ends with its reason in the result.
+void follow_poses(Garment& garment, const Dressing& dressing, const TriangleMesh& body,
+                  DressResult& result);
 
 }  // namespace selvedge::detail

@@ -18,6 +18,7 @@ Simulation::Simulation(const Scene& scene, BuiltScene built, SimulationState sta
                        const Methods& methods)
     : parts_(std::make_unique<Parts>(scene, std::move(built), methods)) {
   if (state.memory.empty()) state.memory = parts_->state.memory;
+  parts_->start_untangling();
   parts_->restore(std::move(state));
   parts_->note_strain();
 }

@@ -128,7 +128,7 @@ class Simulation {
   explicit Simulation(const Scene& scene, const Methods& methods = {});
   /// The same for a scene that was built before.
   Simulation(const Scene& scene, BuiltScene built, const Methods& methods = {});
-  /// Continues from a state, as `restore` does; the start of the scene is not looked at. A state
+  /// Continues from a state, as `restore` does; the start of the scene is not checked. A state
   /// without memory starts with that of the integrator and the forces at the start.
   Simulation(const Scene& scene, BuiltScene built, SimulationState state,
              const Methods& methods = {});

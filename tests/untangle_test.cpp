@@ -6,8 +6,10 @@
 #include <selvedge/simulation/simulation.h>
 #include <selvedge/tests/tangles.h>
 
+#include <algorithm>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace selvedge::untangle_test {
 namespace {
@@ -175,6 +177,61 @@ TEST(Untangle, ClothThatEndsInsideAClosedBodyIsNotCalledClean) {
     EXPECT_NE(said.find("inside a closed body, body \"cube\""), std::string::npos) << said;
   }
   EXPECT_FALSE(simulation.result().clean);
+}
+
+/// Goes on for `frames` frames from a copy of the state at `at` s, by a simulation of its own and
+/// by the one that made it; both must end with the same bits, tangles and flags. `make` makes a
+/// scene.
+template <typename Make>
+void expect_same_from_copy(const Make& make, double at, int frames, bool jam) {
+  auto [scene, built] = make();
+  Simulation first(scene, std::move(built));
+  while (first.time() < at) first.step();
+  const SimulationState copy = first.state();
+  const auto& list = copy.tangles.list;
+  ASSERT_TRUE(std::any_of(list.begin(), list.end(),
+                          [&](const Tangle& t) { return !t.is_over() && t.jam == jam; }));
+  auto [again, built_again] = make();
+  Simulation second(again, std::move(built_again), copy);
+  EXPECT_EQ(second.flags(), first.flags());
+  const int end = static_cast<int>(at * scene.time.fps) + frames;
+  first.advance_to_frame(end);
+  second.advance_to_frame(end);
+  EXPECT_EQ(state_hash(second.state()), state_hash(first.state()));
+  EXPECT_EQ(second.flags(), first.flags());
+  EXPECT_EQ(second.result().clean_elsewhere, first.result().clean_elsewhere);
+  EXPECT_EQ(second.state().tangles.list.size(), first.state().tangles.list.size());
+}
+
+TEST(Untangle, ASimulationMadeFromAStateKeepsItsTangles) {
+  const auto make = [] {
+    TangledScene tangled = make_tangle(TangleKind::bump, 1);
+    return std::pair(tangled.scene, std::move(tangled.built));
+  };
+  expect_same_from_copy(make, 0.05, 4, false);
+}
+
+// Two boxes close on the sheet until they overlap by 1 cm.
+TEST(Untangle, ASimulationMadeFromAStateKeepsItsJams) {
+  const auto make = [] {
+    Scene scene;
+    scene.materials["default"] = Material{};
+    scene.gravity = Vec3::Zero();
+    scene.contact.carry_tangled = true;
+    scene.cloths.emplace_back().shape = ClothGrid{"rectangular", {0.2, 0.2, 8, 8}};
+    scene.cloths[0].name = "sheet";
+    scene.cloths[0].placement.translation = Vec3(0.003, 0.005, 0.0);
+    for (const double side : {1.0, -1.0}) {
+      BodySpec& box = scene.bodies.emplace_back();
+      box.shape = BodyShape{Box{Vec3::Constant(0.1)}, 8};
+      box.name = side > 0.0 ? "upper" : "lower";
+      box.placement.translation = Vec3(0.0, 0.0, 0.08 * side);
+      box.motion = {{.time = 0.0}, {.time = 0.2, .translation = Vec3(0.0, 0.0, -0.035 * side)}};
+    }
+    BuiltScene built = build_scene(scene);
+    return std::pair(std::move(scene), std::move(built));
+  };
+  expect_same_from_copy(make, 0.19, 3, true);
 }
 
 // Both sheets held still at every vertex: no way can lead out.

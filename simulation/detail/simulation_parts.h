@@ -54,7 +54,7 @@ struct Simulation::Parts {
   void refuse_bad_start();
   void refuse_unstable_start();
   void refuse_enclosed_start(std::span<const EdgeCrossing> crossings);
-  void start_untangling();
+  std::vector<EdgeCrossing> start_untangling();
   void restore(SimulationState saved);
 
   // -- advance.cpp --------------------------------------------------------------------------------

@@ -116,10 +116,7 @@ void Simulation::Parts::refuse_bad_start() {
   const Crossings found = crossings_now();
   const ContactSpec& contact = scene.contact;
   if (!contact.untangle_start) refuse_crossings(found, contact.self);
-  if (contact.untangle_start || contact.carry_tangled)
-    start_untangling();
-  else
-    refuse_enclosed_start({});
+  refuse_enclosed_start(start_untangling());
   refuse_unstable_start();
 }
 
@@ -133,14 +130,17 @@ void Simulation::Parts::refuse_enclosed_start(std::span<const EdgeCrossing> cros
                                 "walls a thickness or leave a face of it out");
 }
 
-void Simulation::Parts::start_untangling() {
-  const std::vector<EdgeCrossing> crossings = methods.detection.find_edge_crossings();
+// The crossings of the start; none if the scene neither untangles nor carries jams on.
+std::vector<EdgeCrossing> Simulation::Parts::start_untangling() {
+  if (!scene.contact.untangle_start && !scene.contact.carry_tangled) return {};
+  look_at_state();
+  std::vector<EdgeCrossing> crossings = methods.detection.find_edge_crossings();
   methods.untangler =
       std::make_unique<Untangler>(methods.detection.joint_surface(), UntangleConfig{});
-  refuse_enclosed_start(crossings);
   methods.untangler->start(input.x_t0, crossings);
   methods.detection.set_excluded(&methods.untangler->excluded());
   state.tangles = methods.untangler->tangles();
+  return crossings;
 }
 
 void Simulation::Parts::restore(SimulationState saved) {

@@ -4,7 +4,8 @@
 # program holds the lock of apt.
 #   lean    packages to build the program (the default); pictures need libpng, the exact check needs GMP
 #   meshes  lean, and assimp, which reads bodies in formats other than OBJ, PLY and OFF
-#   test    meshes, and packages for the tests, the benchmarks, the format check and the adapters
+#   test    meshes, and packages for the tests, the benchmarks, the format check and the adapters; chromium opens the pages
+#           of `view` and `compare`
 #   python  meshes, and packages for `pip install .`
 #   docs    packages for scripts/docs.sh
 #   clang   lean, and packages for scripts/fuzz.sh and scripts/same_bits.sh
@@ -16,7 +17,7 @@ lean=(g++ cmake ninja-build libeigen3-dev libtbb-dev nlohmann-json3-dev libcli11
       libpng-dev libgmp-dev)
 meshes=(libassimp-dev)
 test=(libgtest-dev clang-format libfcl-dev libccd-dev libcgal-dev libembree-dev libosmesa6-dev libbullet-dev
-      libpagmo-dev python3-dev python3-numpy python3-pytest pybind11-dev)
+      libpagmo-dev python3-dev python3-numpy python3-pytest pybind11-dev chromium)
 python=("${meshes[@]}" python3-dev python3-numpy python3-pip python3-venv pybind11-dev)
 clang=(clang libclang-rt-14-dev)
 docs=(doxygen python3-sphinx python3-myst-parser python3-breathe furo libjs-katex)

@@ -545,7 +545,8 @@ TEST_F(CompareCells, InABrowserThePageOpensWithoutErrorAndPlotsEveryCell) {
   ASSERT_EQ(compare("hang.json --vary dt=0.001,0.002,0.004,0.008 --repeats 1 --out c").code, 0);
   const std::string command =
       "cd '" + folder_.string() + "' && HOME='" + folder_.string() + "' timeout 60 " + browser +
-      " --headless --no-sandbox --disable-gpu --enable-logging=stderr --dump-dom "
+      " --headless --no-sandbox --disable-dev-shm-usage --disable-gpu --enable-logging=stderr "
+      "--dump-dom "
       "\"file://$PWD/c/compare.html\" >page.txt 2>said.txt";
   ASSERT_EQ(std::system(command.c_str()), 0) << content(folder_ / "said.txt");
   const std::string page = content(folder_ / "page.txt");

@@ -314,8 +314,9 @@ class ViewInABrowser : public View {
                                             const std::string& hash) const {
     const std::string command =
         "cd '" + folder_.string() + "' && HOME='" + folder_.string() +
-        "' timeout 60 chromium --headless --no-sandbox --use-angle=swiftshader "
-        "--enable-unsafe-swiftshader --window-size=400,800 --enable-logging=stderr "
+        "' timeout 60 chromium --headless --no-sandbox --disable-dev-shm-usage "
+        "--use-angle=swiftshader --enable-unsafe-swiftshader --window-size=400,800 "
+        "--enable-logging=stderr "
         "--virtual-time-budget=1500 --dump-dom \"file://$PWD/" +
         file + "#" + hash + "\" >dom.txt 2>said.txt";
     EXPECT_EQ(std::system(command.c_str()), 0) << content(folder_ / "said.txt");

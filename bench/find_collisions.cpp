@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <fstream>
 #include <stdexcept>
 #include <vector>
@@ -38,9 +39,11 @@ void print_times(const char* file, int calls) {
   std::size_t found = 0;
   for (int call = 0; call < calls; ++call) {
     const auto begin = std::chrono::steady_clock::now();
+    const std::clock_t used = std::clock();
     found = selvedge::find_collisions({x0, x1, triangles}, {body, body, body_triangles}).size();
+    const double processor = 1e3 * static_cast<double>(std::clock() - used) / CLOCKS_PER_SEC;
     const std::chrono::duration<double, std::milli> ms = std::chrono::steady_clock::now() - begin;
-    std::printf("%.6f\n", ms.count());
+    std::printf("%.6f %.6f\n", ms.count(), processor);
   }
   std::printf("%zu\n", found);
 }

@@ -3,13 +3,15 @@
 """Compares selvedge.find_collisions with the C++ call on the same arrays: a cloth of 100 x 100 particles
 that falls onto a ball of 30,420 faces.
 
-    PYTHONPATH=build/release/python scripts/python_overhead.py [BUILD_DIR] [--rounds 15]
+    PYTHONPATH=build/release/python scripts/python_overhead.py [BUILD_DIR] [--rounds 15] [--cores 1]
 
 Builds nothing: needs the targets selvedge_python and bench_find_collisions. Rounds of both alternate, so that
-a disturbance of the machine affects both; prints the median and the shortest call of each.
+a disturbance of the machine affects both; prints the median and the shortest call of each, by the clock and
+in processor time. The processor time of one core (the default) changes little if other programs run.
 """
 
 import argparse
+import os
 import subprocess
 import tempfile
 import time
@@ -41,23 +43,27 @@ def write(file, x0, x1, triangles, body):
 def from_python(x0, x1, triangles, body):
     times = []
     for _ in range(CALLS):
-        begin = time.perf_counter()
+        begin = time.perf_counter(), time.process_time()
         table = selvedge.find_collisions(x0, x1, triangles, body)
-        times.append(1e3 * (time.perf_counter() - begin))
+        end = time.perf_counter(), time.process_time()
+        times.append([1e3 * (b - a) for a, b in zip(begin, end)])
     return times, len(table)
 
 
 def from_program(program, file):
     out = subprocess.run([program, file, str(CALLS)], check=True, capture_output=True, text=True)
-    *times, found = out.stdout.split()
-    return [float(t) for t in times], int(found)
+    *times, found = out.stdout.splitlines()
+    return [[float(t) for t in row.split()] for row in times], int(found)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("build", nargs="?", default="build/release")
     parser.add_argument("--rounds", type=int, default=15)
+    parser.add_argument("--cores", type=int, default=1, help="cores that both may use; 0: all")
     options = parser.parse_args()
+    if options.cores > 0:
+        os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[: options.cores])
     program = ROOT / options.build / "bench" / "bench_find_collisions"
     case = falling_cloth()
     times = {"C++": [], "Python": []}
@@ -72,10 +78,12 @@ def main():
             if found != same:
                 raise SystemExit(f"C++ finds {found} collisions, Python {same}")
     print(f"{len(case[0])} vertices against {len(case[3][1])} triangles: {found} collisions")
-    for name, ms in times.items():
-        print(f"{name:8} median {np.median(ms):8.3f} ms   shortest {min(ms):8.3f} ms")
-    for what, of in (("median", np.median), ("shortest", min)):
-        print(f"{what}: Python costs {100 * (of(times['Python']) / of(times['C++']) - 1):+.1f} %")
+    for k, clock in enumerate(("by the clock", "processor")):
+        ms = {name: np.array(rows)[:, k] for name, rows in times.items()}
+        for name, column in ms.items():
+            print(f"{clock:12} {name:6} median {np.median(column):8.3f} ms   shortest {column.min():8.3f} ms")
+        for what, of in (("median", np.median), ("shortest", np.min)):
+            print(f"{clock:12} {what}: Python costs {100 * (of(ms['Python']) / of(ms['C++']) - 1):+.1f} %")
 
 
 if __name__ == "__main__":

@@ -148,15 +148,21 @@ detail::Garment make_start(const SewingPattern& pattern, const DressConfig& conf
 }
 
 /// Tried in this order. Seams that span the body come before a waist seam that could pull the
-/// shoulders down, and gathered seams before the others, while their folds still have space.
-const std::vector<detail::SewAttempt>& sew_attempts() {
+/// shoulders down, and gathered seams before the others, while their folds still have space. A
+/// garment without gathers may have sleeves that start between front and back: they come out only
+/// if each half is joined before the halves are.
+std::vector<detail::SewAttempt> sew_attempts(const detail::Garment& garment) {
   using detail::SeamChoice;
-  static const std::vector<detail::SewAttempt> list = {
-      {0.35, {SeamChoice::spanning, SeamChoice::gathered, SeamChoice::all}},
-      {0.35, {SeamChoice::gathered, SeamChoice::spanning, SeamChoice::all}},
-      {0.2, {SeamChoice::all}},
-      {0.35, {SeamChoice::corners, SeamChoice::all}}};
-  return list;
+  const bool is_gathered =
+      std::any_of(garment.stitches.begin(), garment.stitches.end(),
+                  [](const detail::Stitching& stitch) { return stitch.is_gathered(); });
+  const detail::SewAttempt second =
+      is_gathered
+          ? detail::SewAttempt{0.35, {SeamChoice::gathered, SeamChoice::spanning, SeamChoice::all}}
+          : detail::SewAttempt{0.2, {SeamChoice::halves, SeamChoice::all}};
+  return {{0.35, {SeamChoice::spanning, SeamChoice::gathered, SeamChoice::all}},
+          second,
+          {0.2, {SeamChoice::all}}};
 }
 
 /// The garment with all seams closed, by the first attempt that closes them. If none does, the one
@@ -166,7 +172,7 @@ detail::Garment sewn(const detail::Garment& start, const detail::Dressing& dress
   const PhaseTime time(result, "sew");
   std::optional<detail::Garment> nearly_closed;
   std::exception_ptr failure;
-  for (const detail::SewAttempt& attempt : sew_attempts()) {
+  for (const detail::SewAttempt& attempt : sew_attempts(start)) {
     detail::Garment garment = start;
     ++result.attempts;
     try {

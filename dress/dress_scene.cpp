@@ -23,8 +23,6 @@ constexpr std::size_t kMostMoves = 64;  // blocked pairs that move_together trie
 constexpr double kMoveShare = 0.98;     // of the distance of a pair, which it moves a vertex
 constexpr const char* kCloth = "garment";
 constexpr const char* kMaterial = "fabric";
-/// Factor of the pull of corners, each of which moves its surroundings alone.
-constexpr double kCornerPull = 4.0;
 /// The reach of the pull, relative to the largest opening. Within a hundredth of the reach, the
 /// pull decreases to zero.
 constexpr double kReach = 1.25;
@@ -71,11 +69,12 @@ std::vector<std::int32_t> numbers_after(std::size_t vertices, std::span<const Ed
 }  // namespace
 
 bool Garment::is_chosen(std::size_t s, SeamChoice choice) const {
-  if (choice == SeamChoice::all || choice == SeamChoice::corners) return true;
+  if (choice == SeamChoice::all) return true;
   if (choice == SeamChoice::gathered) return stitches[s].is_gathered();
   double widest = 0.0;
   for (const Stitching& stitch : stitches) widest = std::max(widest, stitch.span);
-  return stitches[s].span > kSpanning * widest;
+  const bool spans = stitches[s].span > kSpanning * widest;
+  return spans == (choice == SeamChoice::spanning);
 }
 
 std::vector<Edge> Garment::open_pairs(std::size_t s) const {
@@ -83,18 +82,6 @@ std::vector<Edge> Garment::open_pairs(std::size_t s) const {
   for (std::size_t i = 0; i < stitches[s].a.size(); ++i) {
     const std::int32_t a = corner[stitches[s].a[i]], b = corner[stitches[s].b[i]];
     if (a != b) pairs.push_back({a, b});
-  }
-  return pairs;
-}
-
-std::vector<Edge> Garment::open_pairs(std::size_t s, SeamChoice choice) const {
-  if (!is_chosen(s, choice)) return {};
-  if (choice != SeamChoice::corners) return open_pairs(s);
-  std::vector<Edge> pairs;
-  const Stitching& stitch = stitches[s];
-  for (const std::size_t i : {std::size_t{0}, stitch.a.size() - 1}) {
-    const Edge pair = {corner[stitch.a[i]], corner[stitch.b[i]]};
-    if (pair[0] != pair[1]) pairs.push_back(pair);
   }
   return pairs;
 }
@@ -181,10 +168,9 @@ DressScene make_dress_scene(const Garment& garment, const TriangleMesh& body,
   if (settings.pull > 0.0) {
     const double reach = std::max(kLeastReach, kReach * garment.largest_opening());
     for (std::size_t s = 0; s < garment.stitches.size(); ++s) {
-      const std::vector<Edge> pairs = garment.open_pairs(s, settings.seams);
-      if (pairs.empty()) continue;
-      const double share = settings.seams == SeamChoice::corners ? kCornerPull : 1.0;
-      const double tension = share * settings.pull * garment.stitches[s].spacing;  // N, of a pair
+      const std::vector<Edge> pairs = garment.open_pairs(s);
+      if (pairs.empty() || !garment.is_chosen(s, settings.seams)) continue;
+      const double tension = settings.pull * garment.stitches[s].spacing;  // N, of each pair
       const double merge =
           settings.merge > 0.0 ? merge_distance(garment.stitches[s], config, settings.merge) : 0.0;
       scene.seams.push_back(seam_spec(pairs, tension, reach, merge));

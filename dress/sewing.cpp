@@ -75,7 +75,8 @@ class Sewing {
   double mean_opening() const {
     double sum = 0.0, count = 0.0;
     for (std::size_t s = 0; s < garment_.stitches.size(); ++s) {
-      for (const auto& [a, b] : garment_.open_pairs(s, stage())) {
+      if (!garment_.is_chosen(s, stage())) continue;
+      for (const auto& [a, b] : garment_.open_pairs(s)) {
         sum += (garment_.surface.vertices[b] - garment_.surface.vertices[a]).norm();
         count += 1.0;
       }

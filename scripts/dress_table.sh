@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # dress_table.sh BODY RESOLUTION PATTERN...: puts each garment on a body, one at a time, and prints one CSV row for each:
-# pattern, panels, vertices, seconds, states judged, largest seam opening, stretch and verdict. A PATTERN is a file or a
+# pattern, panels, vertices, seconds of wall and processor time, states judged, largest seam opening, stretch and verdict. A PATTERN is a file or a
 # folder of *.json files; BODY is in metres with y up; RESOLUTION is the edge length in metres. The results go to
 # out/dress_table/RESOLUTION/NAME, or to the folder in OUT. SELVEDGE names the program (default:
 # build/release/apps/selvedge); THREADS and LIMIT set the number of threads (default: all) and the longest time of one
@@ -21,19 +21,20 @@ if ! command -v "$program" >/dev/null; then
   exit 2
 fi
 
-row() { # NAME, EXIT CODE, WALL TIME
+row() { # NAME, EXIT CODE, "WALL USER SYSTEM" TIMES
   python3 - "$out/$1/result.json" "$@" "${LIMIT:-600}" <<'PYTHON'
 import csv, json, os, sys
 
-file, name, code, wall, limit = sys.argv[1:]
+file, name, code, times, limit = sys.argv[1:]
+wall, user, system = (float(t) for t in times.split())
 result = {}
 if os.path.exists(file):
     with open(file) as text:
         result = json.load(text)
 if code == "124":
     result["verdict"] = f"not finished within {limit} s"
-cells = [name, len(result.get("panels", [])) or "", result.get("vertices", ""), f"{float(wall):.1f}",
-         result.get("states_judged", "")]
+cells = [name, len(result.get("panels", [])) or "", result.get("vertices", ""), f"{wall:.1f}",
+         f"{user + system:.1f}", result.get("states_judged", "")]
 finished = "largest_opening_m" in result
 cells += [f"{1e3 * result['largest_opening_m']:.2f}", f"{1e2 * result['max_stretch']:.1f}"] if finished else ["", ""]
 csv.writer(sys.stdout, lineterminator="\n").writerow(cells + [result.get("verdict", f"no result, exit code {code}")])
@@ -45,14 +46,16 @@ for pattern in "$@"; do
   if [ -d "$pattern" ]; then patterns+=("$pattern"/*.json); else patterns+=("$pattern"); fi
 done
 status=0
-echo "pattern,panels,vertices,wall_s,states,opening_mm,stretch_percent,verdict"
+TIMEFORMAT='%R %U %S'
+echo "pattern,panels,vertices,wall_s,cpu_s,states,opening_mm,stretch_percent,verdict"
 for pattern in "${patterns[@]}"; do
-  name=$(basename "$pattern" .json) code=0 start=$EPOCHREALTIME
+  name=$(basename "$pattern" .json) code=0
   mkdir -p "$out"
   rm -rf "${out:?}/$name"
-  timeout "${LIMIT:-600}" "$program" dress "$pattern" "$body" --resolution "$resolution" --threads "${THREADS:-0}" \
-    --out "$out/$name" >"$out/$name.log" 2>&1 || code=$?
+  { time timeout "${LIMIT:-600}" "$program" dress "$pattern" "$body" --resolution "$resolution" --threads "${THREADS:-0}" \
+    --out "$out/$name" >"$out/$name.log" 2>&1; } 2>"$out/$name.times" || code=$?
   if [ "$code" -ne 0 ]; then status=1; fi
-  row "$name" "$code" "$(python3 -c "print($EPOCHREALTIME - $start)")"
+  row "$name" "$code" "$(cat "$out/$name.times")"
+  rm "$out/$name.times"
 done
 exit "$status"

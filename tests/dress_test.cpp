@@ -6,6 +6,7 @@
 #include <selvedge/detection/find.h>
 #include <selvedge/dress/detail/dressing.h>
 #include <selvedge/dress/dress_result.h>
+#include <selvedge/garment/sewing_pattern.h>
 
 #include <algorithm>
 #include <cmath>
@@ -243,6 +244,9 @@ TEST(Dress, SeamsThatAreFarOpenAtTheStartSpanTheBody) {
   garment.stitches[1].span = 0.1;
   EXPECT_TRUE(garment.is_chosen(0, detail::SeamChoice::spanning));
   EXPECT_FALSE(garment.is_chosen(1, detail::SeamChoice::spanning));
+  // The others join the panels of the front with each other, and those of the back.
+  EXPECT_FALSE(garment.is_chosen(0, detail::SeamChoice::halves));
+  EXPECT_TRUE(garment.is_chosen(1, detail::SeamChoice::halves));
 }
 
 TEST(Dress, OnlyGatheredSeamsPullWhileTheyCloseFirst) {
@@ -313,18 +317,6 @@ TEST(Dress, AVertexOfABlockedPairMovesToTheOtherOneWhereNothingIsInTheWay) {
   detail::Garment far = start;
   EXPECT_EQ(detail::move_together(simulation, far, config, 0.01), 0u);
   EXPECT_EQ(far.surface.vertices, start.surface.vertices);
-}
-
-TEST(Dress, OfCornersOnlyTheEndsOfASeamPull) {
-  PanelMeshConfig mesh;
-  mesh.edge_length = 0.06;
-  const detail::Garment garment = detail::start_garment(mesh_garment(tube(0.4, 0.3, 0.2), mesh));
-  const std::vector<Edge> all = garment.open_pairs(0),
-                          ends = garment.open_pairs(0, detail::SeamChoice::corners);
-  ASSERT_GT(all.size(), 4u);
-  EXPECT_EQ(ends, (std::vector<Edge>{all.front(), all.back()}));
-  EXPECT_EQ(garment.open_pairs(0, detail::SeamChoice::all), all);
-  EXPECT_TRUE(garment.open_pairs(0, detail::SeamChoice::gathered).empty());
 }
 
 TEST(Dress, APanelThatCrossesTheBodyIsMovedOutUntilItIsFree) {
@@ -403,6 +395,82 @@ TEST(Dress, NumbersOutOfRangeAreRefused) {
   DressConfig config = coarse();
   config.pull = 0.0;
   EXPECT_THROW(dress(tube(0.6, 0.3, 0.32), cone(0.3, 0.6), config), std::invalid_argument);
+}
+
+const fs::path kRoot = SELVEDGE_SOURCE_DIR;
+
+TEST(Dress, AnOwnPatternHasTheSameBitsTwiceAndOnOneAndTwoThreads) {
+  const SewingPattern pattern = read_sewing_pattern(kRoot / "data/patterns/flared_skirt.json");
+  const TriangleMesh body = read_mesh(kRoot / "data/bodies/mannequin_arms_out.ply");
+  DressConfig config;
+  config.edge_length = config.sewing_edge_length = 0.05;
+  std::vector<DressResult> results;
+  for (const int threads : {1, 1, 2}) {
+    const ThreadLimit limit(threads);
+    results.push_back(dress(pattern, body, config));
+    EXPECT_EQ(results.back().fault(), "");
+  }
+  for (const DressResult& r : results) {
+    EXPECT_EQ(r.state_hash, results[0].state_hash);
+    EXPECT_EQ(r.garment.vertices, results[0].garment.vertices);
+    EXPECT_EQ(r.velocity, results[0].velocity);
+  }
+}
+
+/// Patterns and bodies that nobody here made, where they are: their folder is beside the project's.
+const fs::path kShared = kRoot / "../shared/data/garments";
+
+SewingPattern shared_pattern(const fs::path& file) {
+  return turned_upright(read_sewing_pattern(file), UpAxis::y);
+}
+
+TriangleMesh shared_body(const char* name) {
+  LoadConfig file;
+  file.up = UpAxis::y;
+  return load_mesh(kShared / "bodies" / name, file);
+}
+
+TEST(Dress, PatternsOfOthersHaveAFreeStart) {
+  if (!fs::exists(kShared / "patterns")) GTEST_SKIP() << kShared << " does not exist";
+  const TriangleMesh level = shared_body("f_smpl_template.obj"),
+                     standing = shared_body("f_smpl_average_A40.obj");
+  int patterns = 0;
+  for (const auto& entry : fs::directory_iterator(kShared / "patterns")) {
+    ++patterns;
+    const bool stands = entry.path().stem().string().ends_with("_specification");
+    const TriangleMesh& body = stands ? standing : level;
+    GarmentMesh mesh = mesh_garment(shared_pattern(entry.path()), {.edge_length = 0.04});
+    find_free_start(mesh, body, 0.5);
+    EXPECT_TRUE(find_crossings(mesh.placed, mesh.flat.triangles).empty()) << entry.path();
+    EXPECT_TRUE(
+        find_crossings({mesh.placed, mesh.flat.triangles}, {body.vertices, body.triangles}).empty())
+        << entry.path();
+  }
+  EXPECT_EQ(patterns, 15);
+}
+
+TEST(Dress, ASkirtOfOthersIsSewnCleanlyOnItsBody) {
+  if (!fs::exists(kShared / "patterns")) GTEST_SKIP() << kShared << " does not exist";
+  const TriangleMesh body = shared_body("f_smpl_template.obj");
+  DressConfig config;
+  config.edge_length = config.sewing_edge_length = 0.05;
+  for (const char* name : {"skirt_2_panels", "skirt_4_panels"}) {
+    const SewingPattern pattern =
+        shared_pattern(kShared / "patterns" / (std::string(name) + ".json"));
+    std::size_t crossings = 0;
+    const TriangleMesh skin = make_room(body, config.body_room).body;
+    DressObserver observer;
+    observer.frame = [&](const Simulation& now, DressPhase, double) {
+      crossings += find_crossings(now.positions(), now.cloth_triangles()).size();
+      crossings +=
+          find_crossings({now.positions(), now.cloth_triangles()}, {skin.vertices, skin.triangles})
+              .size();
+    };
+    const DressResult r = dress(pattern, body, config, {}, observer);
+    EXPECT_EQ(r.fault(), "") << name;
+    EXPECT_EQ(r.largest_opening, 0.0) << name;
+    EXPECT_EQ(crossings, 0u) << name;
+  }
 }
 
 std::string text_of(const fs::path& file) {

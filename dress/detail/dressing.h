@@ -31,7 +31,7 @@ enum class SeamChoice {
   all,
   gathered,  ///< those whose longer side is gathered
   spanning,  ///< those that are far open at the start, as between front and back
-  corners    ///< of all seams only the first and the last pair, where seams meet
+  halves     ///< all but those: they join the panels in front, and the panels behind
 };
 
 /// An edge of a panel as it is divided in the mesh: vertices of the flat pattern from its start to
@@ -56,8 +56,6 @@ struct Garment {
   bool is_chosen(std::size_t s, SeamChoice choice) const;
   /// The pairs of stitch `s` that are not one vertex, as vertices of the surface.
   std::vector<Edge> open_pairs(std::size_t s) const;
-  /// Those of them that a choice includes.
-  std::vector<Edge> open_pairs(std::size_t s, SeamChoice choice) const;
   std::size_t open_pairs() const;
   double opening(std::size_t s) const;  ///< m, the largest distance of a pair
   double largest_opening() const;       ///< m

@@ -17,6 +17,8 @@ double Integrator::stable_step(const ModeBound&, double wanted) const { return w
 
 SolveReport Integrator::solve(std::span<const ImplicitTerm>, StepEnd, double) { return {}; }
 
+std::span<const Vec3> Integrator::unbalanced(std::span<const Vec3>) { return {}; }
+
 void Integrator::accept(const ForceState& state) {
   forces_.accept(state);
   remember();

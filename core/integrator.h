@@ -105,6 +105,11 @@ class Integrator {
   /// non-finite forces gets NaN velocities, and the reported residual is NaN. Explicit methods
   /// leave `end` unchanged.
   virtual SolveReport solve(std::span<const ImplicitTerm> terms, StepEnd end, double looser);
+  /// After `begin`: the impulses that all forces but contacts still exert if free particles keep
+  /// their velocities over the step and held ones have those of `mean`, N·s. Contacts that balance
+  /// them keep the velocities. Empty: this method does not know them before it solves. Valid until
+  /// the next call.
+  virtual std::span<const Vec3> unbalanced(std::span<const Vec3> mean);
   /// Tells integrator and forces that the step from the last `begin` was accepted and ended in
   /// `state`.
   void accept(const ForceState& state);

@@ -55,6 +55,9 @@ class Bdf2 final : public Integrator {
 
   void begin(const StepStart& start, StepEnd) override;
   SolveReport solve(std::span<const ImplicitTerm> terms, StepEnd end, double looser) override;
+  std::span<const Vec3> unbalanced(std::span<const Vec3> mean) override {
+    return system_.unbalanced(mean);
+  }
 
  private:
   void remember() override {

@@ -35,6 +35,9 @@ class LinearlyImplicit final : public Integrator {
   SolveReport solve(std::span<const ImplicitTerm> terms, StepEnd end, double looser) override {
     return system_.solve(terms, end.mean, looser * system_.config().tolerance);
   }
+  std::span<const Vec3> unbalanced(std::span<const Vec3> mean) override {
+    return system_.unbalanced(mean);
+  }
 
  private:
   detail::ImplicitSystem system_;

@@ -13,6 +13,15 @@ namespace {
 constexpr std::size_t kGrain = 1024, kEach = 256;
 constexpr std::size_t kVertexGrain = 2048;
 
+// Sweeps over the contacts of the first guess. One suffices where no particle has two of them.
+constexpr int kGuessSweeps = 4;
+
+// N, load of a contact that takes part in a solve although no load is expected.
+constexpr double kLeastLoad = std::numeric_limits<double>::min();
+
+// A contact whose guessed friction has this share of its limit starts to slide.
+constexpr double kSliding = 0.999;
+
 // How far cloth may intrude into a rest gap, as a share of it, because its contact was left out of
 // the solve.
 constexpr double kIntrusion = 0.05;
@@ -53,6 +62,7 @@ void ContactForce::begin(const ResponseStep& step) {
   v_start_.assign(step.v.begin(), step.v.end());
   v_predicted_.assign(step.v_predicted.begin(), step.v_predicted.end());
   entries_.clear();
+  set_balanced(step);
   friction_updates_ = 0;
   room_ = approach_ = 0.0;
   v_last_.clear();
@@ -64,6 +74,17 @@ void ContactForce::begin(const ResponseStep& step) {
   }
   if (!explicit_) explicit_ = make_impulse();
   explicit_->begin(step);
+}
+
+// A particle keeps its velocity if the contacts balance the other forces on it.
+void ContactForce::set_balanced(const ResponseStep& step) {
+  v_guess_.clear();
+  if (!step.implicit || step.unbalanced.empty()) return;
+  v_guess_.resize(step.v.size());
+  parallel_for(v_guess_.size(), kVertexGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      v_guess_[i] = step.v[i] + motion_.inv_mass[i] * step.unbalanced[i];
+  });
 }
 
 // m/s
@@ -100,13 +121,49 @@ void ContactForce::add(std::span<const ContactPoint> contacts) {
     room_ += e.m_eff * e.point.rest_gap;
     approach_ += e.approach;
   }
+  // Contacts that are added later are collisions of the velocities that the solves found.
+  const bool guesses = !v_guess_.empty() && v_last_.empty();
+  if (guesses) guess_forces(added);
   const double ratio = is_impact() ? config_.impact_stick_ratio : config_.stick_ratio;
   parallel_for(added.size(), kEach, [&](std::size_t begin, std::size_t end) {
     for (Entry& e : added.subspan(begin, end - begin)) {
       e.stick = ratio * e.m_eff / h;
+      if (!guesses) e.friction = first_friction(e);
       start_friction(e);
     }
   });
+}
+
+// The first guess of the contact forces where the other forces are known: those with which the
+// particles would keep their velocities, or stop at the contact. Gauss-Seidel sweeps over the
+// contacts share the forces of a particle among them. Elastic forces count as they are if the cloth
+// moves on as before, so that a contact carries all that hangs on it, not its own weight alone.
+// Every contact that is near takes part in the first solve, which shows whether it carries load.
+void ContactForce::guess_forces(std::span<Entry> entries) {
+  for (Entry& e : entries) e.load = e.near ? kLeastLoad : 0.0;
+  for (int sweep = 0; sweep < kGuessSweeps; ++sweep)
+    for (Entry& e : entries)
+      if (e.near) guess_force(e);
+}
+
+void ContactForce::guess_force(Entry& e) {
+  const ContactPoint& c = e.point;
+  const double per_length = e.m_eff / (motion_.h * motion_.h);  // N/m
+  const Vec3 before = e.load * c.normal + e.friction;
+  const Vec3 free = motion_of(e, v_guess_) - before / per_length;
+  const double violation = e.target - c.gap - c.normal.dot(free);
+  e.load = std::max(kLeastLoad, yielding() * per_length * violation);
+  e.friction = within(-per_length * tangential(free, c.normal), c.friction * e.load);
+  const Vec3 impulse = motion_.h * (e.load * c.normal + e.friction - before);
+  for (int k = 0; k < 4; ++k)
+    if (const auto i = static_cast<std::size_t>(c.vertex[k]); i < motion_.particles)
+      v_guess_[i] += c.weight[k] * motion_.inv_mass[i] * impulse;
+}
+
+// Load that a contact has, as a share of the load that would keep it exactly at its target: λ
+// satisfies λ = k (violation - h² λ/m).
+double ContactForce::yielding() const {
+  return config_.normal_ratio / (1.0 + config_.normal_ratio);
 }
 
 // What does not depend on the other contacts.
@@ -118,6 +175,7 @@ void ContactForce::start(Entry& e) const {
       e.body_motion += c.weight[k] * body_displacement_[i - motion_.particles];
   e.target = std::min(c.rest_gap, std::max(c.gap, 0.0) + config_.recovery * c.rest_gap);
   e.stiffness = config_.normal_ratio * e.m_eff / (motion_.h * motion_.h);
+  e.near = comes_near(e);
   e.load = first_load(e);
   e.approach = e.m_eff * std::max(0.0, e.target - c.gap - c.normal.dot(motion_of(e, v_predicted_)));
 }
@@ -129,19 +187,22 @@ ResponseTraits ContactForce::traits() const {
           "Wriggers, Computational contact mechanics, 2006", true, false, false};
 }
 
-// Initial guess of the load. A contact carries load at first if it touches, or comes near at its
-// current speed. At rest its load follows from its penetration; otherwise the guess is the load
+bool ContactForce::comes_near(const Entry& e) const {
+  const ContactPoint& c = e.point;
+  return c.gap + c.normal.dot(motion_of(e, v_start_)) < e.target + kTouch * c.rest_gap;
+}
+
+// Initial guess of the load where the other forces are unknown. A contact carries load at first if
+// it comes near. At rest its load follows from its penetration; otherwise the guess is the load
 // that stops the predicted approach. A wrong guess costs one solve.
 double ContactForce::first_load(const Entry& e) const {
+  if (!e.near) return 0.0;
   const ContactPoint& c = e.point;
   const Vec3 u = motion_of(e, v_start_);
   const double coasting = c.gap + c.normal.dot(u);
-  if (coasting >= e.target + kTouch * c.rest_gap) return 0.0;
   const double h = motion_.h;
-  // λ that satisfies λ = k (violation - h² λ/m).
-  const double yielding = config_.normal_ratio / (1.0 + config_.normal_ratio);
   const double stopping =
-      yielding * e.m_eff / (h * h) *
+      yielding() * e.m_eff / (h * h) *
       std::max(0.0, e.target - c.gap - c.normal.dot(motion_of(e, v_predicted_)));
   const bool rests = u.norm() <= stick_speed(c) * h && c.gap <= c.rest_gap;
   return rests ? std::max(stopping, e.stiffness * (e.target - coasting)) : stopping;
@@ -197,18 +258,23 @@ double ContactForce::update(Entry& e, std::span<const Vec3> v) const {
   return change;
 }
 
-// The first guess of the friction. A contact that slides goes on sliding; one that rests gets the
-// friction that stops the slip which the other forces would cause.
+// Where the other forces are unknown: the friction that stops the slip which gravity would cause.
+Vec3 ContactForce::first_friction(const Entry& e) const {
+  const Vec3 slip = tangential(motion_of(e, v_predicted_), e.point.normal);
+  return within(-e.m_eff / (motion_.h * motion_.h) * slip, e.point.friction * e.load);
+}
+
+// Friction of the first solve. A contact that slides goes on sliding; one that rests has the
+// friction that was guessed.
 void ContactForce::start_friction(Entry& e) const {
   const ContactPoint& c = e.point;
-  const double h = motion_.h;
   e.limit = c.friction * e.load;
   if (c.friction <= 0.0) return;
-  const Vec3 slip = tangential(motion_of(e, v_start_), c.normal) / h;
-  const bool rests = slip.norm() <= stick_speed(c);
-  const Vec3 stopping = -e.m_eff / (h * h) * tangential(motion_of(e, v_predicted_), c.normal);
-  e.friction = within(rests ? stopping : Vec3(-e.stick * slip), e.limit);
-  linearise_friction(e, rests ? Vec3(Vec3::Zero()) : slip);
+  const Vec3 slip = tangential(motion_of(e, v_start_), c.normal) / motion_.h;
+  const bool slides = slip.norm() > stick_speed(c);
+  if (slides) e.friction = within(-e.stick * slip, e.limit);
+  const bool yields = slides || e.friction.norm() > kSliding * e.limit;
+  linearise_friction(e, yields ? slip : Vec3(Vec3::Zero()));
 }
 
 // Sets the friction of the next solve: its law at the slip `s` and the derivative there.

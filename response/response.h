@@ -94,6 +94,9 @@ struct ResponseStep {
   std::span<const Vec3> v_predicted;  ///< m/s, estimate of the particles' velocities at the end
   bool implicit = true;  ///< true: an implicit solve uses `terms`; false: `correct` must do all the
                          ///< work
+  /// N·s, impulses of all other forces if the particles keep the velocities `v`, which contacts
+  /// would have to balance; empty: unknown.
+  std::span<const Vec3> unbalanced{};
 };
 
 /// The impulse of one contact in a step. Vertex k receives weight[k]·impulse; the weights sum to 0.

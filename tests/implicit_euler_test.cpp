@@ -88,6 +88,27 @@ TEST(ImplicitEuler, SolvesWhatADenseSolverSolves) {
   EXPECT_LT((flat(plain) - flat(after)).norm(), 1e-9 * flat(plain).norm());
 }
 
+TEST(ImplicitEuler, KeepsItsVelocitiesIfTermsBalanceWhatItCallsUnbalanced) {
+  ImplicitScene scene;
+  const auto integrator = scene.integrator();
+  integrator->begin({scene.particles, 0.0, 0.01}, {});
+  Vectors kept = scene.c.v;
+  kept[3] = Vec3(0.1, -0.2, 0.3);  // the held one
+  const std::span<const Vec3> unbalanced = integrator->unbalanced(kept);
+  ASSERT_EQ(unbalanced.size(), kept.size());
+  EXPECT_EQ(unbalanced[3], Vec3::Zero());
+  std::vector<ImplicitTerm> balance;
+  for (std::int32_t i = 0; i < static_cast<std::int32_t>(kept.size()); ++i)
+    balance.push_back({{i, -1, -1, -1}, {1, 0, 0, 0}, Mat3::Zero(), -unbalanced[i]});
+  Vectors v(kept.size(), Vec3(1, 2, 3));
+  v[3] = kept[3];
+  Vectors free = v;
+  EXPECT_TRUE(integrator->solve(balance, {v, {}}, 1.0).converged);
+  EXPECT_LT((flat(v) - flat(kept)).norm(), 1e-9 * flat(kept).norm());
+  integrator->solve({}, {free, {}}, 1.0);
+  EXPECT_GT((flat(free) - flat(kept)).norm(), 0.1 * flat(kept).norm());
+}
+
 TEST(ImplicitEuler, KeepsTheMomentumOfAFreeCloth) {
   Crumple c(0.05);
   std::vector<std::unique_ptr<Force>> forces;

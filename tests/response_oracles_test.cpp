@@ -211,6 +211,43 @@ TEST(Incline, WithoutFrictionEveryResponseSlidesFreely) {
   }
 }
 
+/// Number of solves that a particle of 10 g takes until its contact agrees. It rests on a plane,
+/// and the impulse of the other forces is `pull`. `known`: the response is told.
+int solves_under(const Vec3& pull, bool known) {
+  constexpr double h = kFrameStep, m = 0.01;
+  const std::unique_ptr<Response> response = make_response("contact_force", {});
+  const std::vector<Vec3> x{Vec3(0, 0, kRest), Vec3::Zero()}, still{Vec3::Zero()};
+  const std::vector<Vec3> predicted{h * Vec3(0, 0, -kGravity)}, unbalanced{pull};
+  const std::vector<double> mass{m}, inv_mass{1.0 / m, 0.0};
+  ResponseStep step{{x, inv_mass, 1, h}, mass, still, still, predicted};
+  if (known) step.unbalanced = unbalanced;
+  response->begin(step);
+  const std::vector<ContactPoint> contacts{
+      {{0, 1, 1, 1}, {1, -1, 0, 0}, Vec3::UnitZ(), kRest, kRest, 0.3}};
+  response->add(contacts);
+  int solves = 0;
+  std::vector<Vec3> v = predicted;
+  do {
+    Mat3 a = m * Mat3::Identity();
+    Vec3 b = pull;
+    for (const ImplicitTerm& term : response->terms()) {
+      a += term.matrix;
+      b += term.rhs;
+    }
+    v[0] = a.inverse() * b;
+    ++solves;
+  } while (response->update(v));
+  EXPECT_LT(v[0].head<2>().norm(), 1e-4);  // it sticks
+  return solves;
+}
+
+TEST(FirstGuess, TakesOneSolveWhereItKnowsTheForcesThatItMustBalance) {
+  // Twenty times the weight of the particle hangs on it, and pulls it sideways.
+  const double weight = kFrameStep * 0.01 * kGravity;
+  EXPECT_EQ(solves_under(weight * Vec3(5, 0, -20), true), 1);
+  EXPECT_GT(solves_under(weight * Vec3(5, 0, -20), false), 1);
+}
+
 TEST(Floor, ASlidingParticleStopsWhereCoulombSays) {
   for (const bool implicit : {false, true})
     for (const std::string& name : kCoulomb) {

@@ -170,6 +170,13 @@ void ImplicitSystem::add_jacobian_times(std::span<const Vec3> v) {
   for (std::size_t i = 0; i < b_.size(); ++i) b_[i] += ap_[i] - (share_ * mass_[i]) * v[i];
 }
 
+std::span<const Vec3> ImplicitSystem::unbalanced(std::span<const Vec3> v) {
+  terms_.reset({}, b_.size(), followers_);
+  set_old_velocities(v, p_);
+  residual(p_, r_old_, Accuracy::exact);
+  return r_old_;
+}
+
 double ImplicitSystem::residual_norm(std::span<const ImplicitTerm> terms, std::span<const Vec3> v) {
   terms_.reset(terms, b_.size(), followers_);
   residual(v, r_, Accuracy::exact);

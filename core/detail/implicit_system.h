@@ -51,6 +51,9 @@ class ImplicitSystem {
   void assemble(const SystemAt& system);
   /// b += gain·J v, for the system assembled last. Shifts the velocity of linearisation.
   void add_jacobian_times(std::span<const Vec3> v);
+  /// b - A v over the free particles, 0 at the others; v of free particles are the old velocities.
+  /// Valid until the next call.
+  std::span<const Vec3> unbalanced(std::span<const Vec3> v);
   /// Norm of b - (A + T) v over the free particles, each divided by the square root of its mass.
   double residual_norm(std::span<const ImplicitTerm> terms, std::span<const Vec3> v);
   /// The scale for residual_norm: the same norm of the impulse of external forces, or of the

@@ -42,8 +42,8 @@ struct ContactForceConfig {
 /// it is f(s) = f₀ - c s, shortened to μλ, where f₀ is the friction after the solve before, so that
 /// a contact sticks without creep at a moderate c. Semismooth Newton iterations solve both: after
 /// each solve, `update` finds which contacts carry load and what friction is due, and the caller
-/// solves again until nothing changes. No state is kept from step to step: the load of a contact at
-/// the end of the last step follows from its gap and velocity.
+/// solves again until nothing changes. No state is kept from step to step: the first guess of loads
+/// and friction are the forces that balance all others where the cloth keeps its velocities.
 class ContactForce final : public Response {
  public:
   explicit ContactForce(const ContactForceConfig& config = {}) : config_(config) {}
@@ -76,6 +76,7 @@ class ContactForce final : public Response {
     double stick = 0.0;            // c, kg/s
     double m_eff = 0.0;            // kg, effective inertia of the contact against an impulse
     double approach = 0.0;         // kg·m, m_eff·predicted gap violation
+    bool near = false;             // it touches, or does so at the current speed
     double load = 0.0;             // N, last estimate of λ
     Vec3 friction = Vec3::Zero();  // N, f₀
     Vec3 along = Vec3::Zero();     // unit direction of the friction of a sliding contact
@@ -104,11 +105,17 @@ class ContactForce final : public Response {
 
   Vec3 motion_of(const Entry& e, std::span<const Vec3> v) const;
   double stick_speed(const ContactPoint& c) const;
+  double yielding() const;
+  bool comes_near(const Entry& e) const;
   double first_load(const Entry& e) const;
   void start(Entry& e) const;
   ImplicitTerm term_of(const Entry& e) const;
   bool is_impact() const;
+  Vec3 first_friction(const Entry& e) const;
   void start_friction(Entry& e) const;
+  void set_balanced(const ResponseStep& step);
+  void guess_forces(std::span<Entry> entries);
+  void guess_force(Entry& e);
   void linearise_friction(Entry& e, const Vec3& s) const;
   double update(Entry& e, std::span<const Vec3> v) const;
   double update_friction(Entry& e, const Vec3& s, bool carried) const;
@@ -124,6 +131,8 @@ class ContactForce final : public Response {
   ContactForceConfig config_;
   ContactMotion motion_;
   std::vector<Vec3> body_displacement_, v_start_, v_predicted_;
+  std::vector<Vec3> v_guess_;  // of particles on which only these forces and the guess act, m/s;
+                               // empty: the other forces are unknown
   std::vector<Entry> entries_;
   std::vector<ImplicitTerm> terms_;
   std::vector<std::size_t> term_entry_;  // entry of each term

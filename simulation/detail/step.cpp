@@ -90,7 +90,9 @@ void begin_forces(StepMethods& m, const StepInput& in, StepAttempt& a) {
 
 void begin_response(StepMethods& m, const StepInput& in, const StepAttempt& a) {
   const auto scope = m.clock.measure("response");
-  m.response->begin(response_step(m, in));
+  ResponseStep step = response_step(m, in);
+  if (!a.contacts.empty()) step.unbalanced = m.integrator->unbalanced(a.v_mean);
+  m.response->begin(step);
   m.response->add(a.contacts);
 }
 

@@ -82,5 +82,8 @@ def main():
         modifier.forward_axis, modifier.up_axis = "POS_Y", "POS_Z"
         compare(modifier_format, cloth.name, frames, [1 + i for i in range(len(frames))], 5)
 
+    if not bpy.app.build_options.usd:
+        print("USD: this Blender is built without USD, as Debian's is; tests/exchange_test.cpp reads result.usda")
+
 
 main()

@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: MIT
-// peer_bullet FOLDER ball|edge|incline CELLS FRAMES: simulates FOLDER/sheet.obj as a soft body of
-// Bullet on the body of the case and writes FOLDER/bullet/*.obj. The settings are those of the
+// peer_bullet FOLDER ball|edge|incline|body CELLS FRAMES: simulates FOLDER/sheet.obj as a soft body
+// of Bullet on the body of the case and writes FOLDER/bullet/*.obj. The settings are those of the
 // cloth in Bullet's SoftDemo, with a margin for a sheet of this size and four steps a frame. Bullet
-// tests soft bodies against the distance function of a shape, so the bodies are its sphere and its
-// box.
+// tests soft bodies against the distance function of a convex shape, so the bodies are its sphere
+// and its box. The human body is a soft body without moving nodes, and Bullet tests the vertices of
+// each of both against the faces of the other (VF_SS).
 #include <BulletSoftBody/btSoftBodyHelpers.h>
 #include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
 #include <BulletSoftBody/btSoftRigidDynamicsWorld.h>
 #include <btBulletDynamicsCommon.h>
 
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -63,6 +64,20 @@ void write_frame(const std::string& folder, int frame, const btSoftBody& cloth, 
   if (!out) throw std::runtime_error(folder + name + " cannot be written");
 }
 
+/// A body that is not convex: a soft body without moving nodes.
+btSoftBody* add_static_mesh(btSoftRigidDynamicsWorld& world, const std::string& file) {
+  const Mesh mesh = read_obj(file);
+  btSoftBody* body = btSoftBodyHelpers::CreateFromTriMesh(world.getWorldInfo(), mesh.x.data(),
+                                                          mesh.triangles.data(),
+                                                          int(mesh.triangles.size() / 3), false);
+  body->getCollisionShape()->setMargin(btScalar(kMargin));
+  for (int i = 0; i < body->m_nodes.size(); ++i) body->setMass(i, 0);
+  body->m_cfg.kDF = 1;
+  body->m_cfg.collisions = btSoftBody::fCollision::VF_SS;
+  world.addSoftBody(body);
+  return body;
+}
+
 void run(const std::string& folder, const std::string& scene, int frames) {
   btSoftBodyRigidBodyCollisionConfiguration configuration;
   btCollisionDispatcher dispatcher(&configuration);
@@ -80,7 +95,7 @@ void run(const std::string& folder, const std::string& scene, int frames) {
       slope({2, btScalar(0.5), btScalar(0.1)});
   btCollisionShape* shape = &ball;
   btTransform place = btTransform::getIdentity();
-  if (scene != "ball") {
+  if (scene == "edge" || scene == "incline") {
     shape = scene == "edge" ? &box : &slope;
     place.setRotation(
         btQuaternion({0, 1, 0}, btScalar((scene == "edge" ? 45.0 : 30.0) * M_PI / 180)));
@@ -89,7 +104,7 @@ void run(const std::string& folder, const std::string& scene, int frames) {
   btRigidBody body(btRigidBody::btRigidBodyConstructionInfo(0, nullptr, shape));
   body.setWorldTransform(place);
   body.setFriction(1);  // Bullet multiplies it by the friction of the soft body
-  world.addRigidBody(&body);
+  if (scene != "body") world.addRigidBody(&body);
 
   const Mesh mesh = read_obj(folder + "/sheet.obj");
   btSoftBody* cloth = btSoftBodyHelpers::CreateFromTriMesh(world.getWorldInfo(), mesh.x.data(),
@@ -103,19 +118,21 @@ void run(const std::string& folder, const std::string& scene, int frames) {
   cloth->m_cfg.kDF = btScalar(kFriction);
   cloth->m_cfg.kKHR = 1;  // hardness of contacts with static bodies; 0.1 lets the sheet sink in
   cloth->m_cfg.piterations = kIterations;
+  btSoftBody* human = scene == "body" ? add_static_mesh(world, folder + "/body.obj") : nullptr;
+  if (human) cloth->m_cfg.collisions = btSoftBody::fCollision::VF_SS;
   world.addSoftBody(cloth);
 
   const std::string out = folder + "/bullet";
   write_frame(out, 0, *cloth, mesh);
   double seconds = 0.0;
   for (int frame = 1; frame <= frames; ++frame) {
-    const auto start = std::chrono::steady_clock::now();
+    const std::clock_t start = std::clock();
     const btScalar step = btScalar(1.0 / 60 / kSubsteps);
     for (int k = 0; k < kSubsteps; ++k) {
       world.stepSimulation(step, 1, step);
       world.getWorldInfo().m_sparsesdf.GarbageCollect();
     }
-    seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    seconds += double(std::clock() - start) / CLOCKS_PER_SEC;
     write_frame(out, frame, *cloth, mesh);
   }
   std::ofstream(out + "/report.json")
@@ -124,10 +141,17 @@ void run(const std::string& folder, const std::string& scene, int frames) {
       << ", \"position_iterations\": " << kIterations << ", \"linear_stiffness\": " << kLinear
       << ", \"static_contact_hardness\": 1, \"margin_m\": " << kMargin
       << ", \"distance_voxel_m\": " << kVoxel << ", \"friction\": " << kFriction
-      << ", \"collisions\": \"SDF_RS: nodes against bodies; no self-collision\"}}\n";
+      << ", \"collisions\": \""
+      << (human ? "VF_SS: vertices against faces" : "SDF_RS: nodes against bodies")
+      << "; no self-collision\"}}\n";
   world.removeSoftBody(cloth);
   delete cloth;
-  world.removeRigidBody(&body);
+  if (human) {
+    world.removeSoftBody(human);
+    delete human;
+  } else {
+    world.removeRigidBody(&body);
+  }
 }
 
 }  // namespace
@@ -135,7 +159,7 @@ void run(const std::string& folder, const std::string& scene, int frames) {
 int main(int argc, char** argv) {
   try {
     if (argc != 5)
-      throw std::runtime_error("usage: peer_bullet FOLDER ball|edge|incline CELLS FRAMES");
+      throw std::runtime_error("usage: peer_bullet FOLDER ball|edge|incline|body CELLS FRAMES");
     std::filesystem::remove_all(std::string(argv[1]) + "/bullet");
     std::filesystem::create_directories(std::string(argv[1]) + "/bullet");
     run(argv[1], argv[2], std::atoi(argv[4]));

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""peer_judge.py FOLDER SELVEDGE: judges the frames that peers.sh has made and writes peers.json and peers.md."""
+"""peer_judge.py FOLDER SELVEDGE SCENE...: judges the frames that peers.sh has made and writes peers.json and peers.md."""
 import json
 import math
+import shutil
 import subprocess
 import sys
+import tempfile
 from datetime import date
 from pathlib import Path
 
@@ -52,6 +54,45 @@ def centre_of_ply(file):
     return [t / count for t in total]
 
 
+def read_obj(file):
+    points, faces = [], []
+    for line in file.read_text(encoding="ascii").splitlines():
+        words = line.split()
+        if words[0] == "v":
+            points.append(tuple(map(float, words[1:4])))
+        elif words[0] == "f":
+            faces.append([int(w) - 1 for w in words[1:4]])
+    return points, faces
+
+
+def write_ply(file, points, faces):
+    head = ["ply", "format ascii 1.0", "element vertex %d" % len(points), "property double x", "property double y",
+            "property double z", "element face %d" % len(faces), "property list uchar int vertex_indices", "end_header"]
+    rows = ["%.17g %.17g %.17g" % p for p in points] + ["3 %d %d %d" % tuple(f) for f in faces]
+    file.write_text("\n".join(head + rows) + "\n", encoding="ascii")
+
+
+def draw(selvedge, frame, body, picture):
+    """Draws a frame with its body, as the only frame of a result folder."""
+    with tempfile.TemporaryDirectory() as work:
+        frames = Path(work) / "frames"
+        frames.mkdir()
+        if frame.suffix == ".ply":
+            shutil.copy(frame, frames / "cloth_00000.ply")
+        else:
+            write_ply(frames / "cloth_00000.ply", *read_obj(frame))
+        write_ply(frames / "bodies_00000.ply", *read_obj(body))
+        at = (centre_of_ply if frame.suffix == ".ply" else centre_of_obj)(frame)
+        eye = [a + d for a, d in zip(at, (0.55, -0.95, 0.55))]
+        command = [selvedge, "render", work, "--out", str(Path(work) / "pictures"), "--size", "480x360", "--fov", "36",
+                   "--target", ",".join(map(str, at)), "--eye", ",".join(map(str, eye))]
+        answer = subprocess.run(command, capture_output=True, text=True, check=False)
+        if answer.returncode != 0:
+            raise SystemExit(answer.stderr.strip())
+        (drawn,) = (Path(work) / "pictures").glob("*.png")
+        shutil.copy(drawn, picture)
+
+
 def slide(frames, slope):
     centre = centre_of_ply if frames[0].suffix == ".ply" else centre_of_obj
     a, b = centre(frames[0]), centre(frames[-1])
@@ -62,12 +103,12 @@ def slide(frames, slope):
 def runs_of(folder, selvedge):
     """Name, frames and report of each program that has finished."""
     if (folder / "selvedge" / "result.json").exists():
-        result = json.loads((folder / "selvedge" / "result.json").read_text(encoding="utf-8"))
+        seconds = sum(map(float, (folder / "selvedge.seconds").read_text(encoding="ascii").split()))
         version = subprocess.run([selvedge, "--version"], capture_output=True, text=True, check=True).stdout
         yield ("selvedge", sorted((folder / "selvedge" / "frames").glob("cloth_*.ply")),
-               {"program": version.splitlines()[0], "seconds": result["wall_s"],
-                "settings": "the defaults of a scene; friction 0.3; self-collision; one thread; writing of frames included"})
-    for name in ("blender", "bullet"):
+               {"program": version.splitlines()[0], "seconds": seconds,
+                "settings": "the defaults of a scene; friction 0.3; self-collision; the time includes reading and writing"})
+    for name in ("blender", "bullet", "mujoco", "mujoco_ipc"):
         report = folder / name / "report.json"
         if report.exists():
             yield (name, sorted((folder / name).glob("frame_*.obj")), json.loads(report.read_text(encoding="utf-8")))
@@ -83,9 +124,8 @@ def judge(out, scene, selvedge):
         crossings = [f["self_intersections"] + f["body_intersections"] for f in found]
         badness = [(c, f["max_penetration_m"], f["max_stretch"]) for c, f in zip(crossings, found)]
         worst = badness.index(max(badness))
-        picture = folder / (name + "_worst")
-        subprocess.run([selvedge, "render", str(frames[worst]), "--out", str(picture), "--size", "480x360"],
-                       capture_output=True, text=True, check=True)
+        picture = folder / (name + "_worst.png")
+        draw(selvedge, frames[worst], folder / "body.obj", picture)
         seconds = case["frames"] / 60
         angle = math.radians(case["slope_deg"])
         pull = max(0.0, math.sin(angle) - case["friction"] * math.cos(angle))
@@ -111,7 +151,7 @@ def page(rows, missing, case):
             (date.today().isoformat(), case["size"], case["cells"], case["cells"], case["density"], case["frames"]),
             "Every frame was judged by `selvedge check`; strain is relative to frame 0.", "",
             "| scene | program | frames with crossings | most with the body | most with itself | deepest, mm | "
-            "largest stretch, % | seconds a frame | worst frame |",
+            "largest stretch, % | processor s a frame | worst frame |",
             "| --- | --- | --: | --: | --: | --: | --: | --: | --- |"]
     for r in rows:
         text.append("| %s | %s | %d of %d | %d | %d | %.2f | %.1f | %.4f | [%d](%s) |" % (
@@ -123,7 +163,12 @@ def page(rows, missing, case):
     for r in rows:
         if r["slid_m"] is not None:
             text.append("| %s | %.3f | %.3f |" % (r["program"], r["slid_m"], r["coulomb_m"]))
-    text += ["", "Settings:", ""]
+    text += ["", "The frame with the most crossings of each run; without any, the frame with the largest stretch:", ""]
+    for scene in dict.fromkeys(r["scene"] for r in rows):
+        of = [r for r in rows if r["scene"] == scene]
+        text += ["| " + " | ".join("%s, %s" % (scene, r["program"]) for r in of) + " |", "| --- " * len(of) + "|",
+                 "| " + " | ".join("![frame %d](%s)" % (r["worst_frame"], r["picture"]) for r in of) + " |", ""]
+    text += ["Settings:", ""]
     for name in dict.fromkeys(r["program"] for r in rows):
         text.append("- %s: %s" % (name, next(json.dumps(r["settings"]) for r in rows if r["program"] == name)))
     text += ["- not run: " + line for line in missing]
@@ -131,8 +176,8 @@ def page(rows, missing, case):
 
 
 def main():
-    out, selvedge = Path(sys.argv[1]), sys.argv[2]
-    rows = [row for scene in ("ball", "edge", "incline") for row in judge(out, scene, selvedge)]
+    out, selvedge, scenes = Path(sys.argv[1]), sys.argv[2], sys.argv[3:]
+    rows = [row for scene in scenes for row in judge(out, scene, selvedge)]
     if not rows:
         raise SystemExit("no program has finished a run; see the logs in " + str(out))
     missing = (out / "missing.txt").read_text(encoding="utf-8").splitlines()

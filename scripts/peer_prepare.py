@@ -2,9 +2,11 @@
 """peer_prepare.py FOLDER CELLS FRAMES: writes the bodies, the sheet and the scene of each case of peers.sh."""
 import json
 import math
+import struct
 import sys
 from pathlib import Path
 
+ROOT = Path(__file__).resolve().parents[1]
 SIZE = 0.6  # m, of the sheet
 DENSITY = 0.15  # kg/m^2
 FRICTION = 0.3  # Coulomb's coefficient on the incline and elsewhere
@@ -86,6 +88,16 @@ def sheet(cells, degrees, centre):
     return points, faces
 
 
+def read_ply(file):
+    """A binary little-endian PLY file: double x, y, z and triangles with int indices."""
+    head, data = file.read_bytes().split(b"end_header\n", 1)
+    counts = {words[1]: int(words[2]) for words in map(str.split, head.decode("ascii").splitlines())
+              if words[0] == "element"}
+    points = [struct.unpack_from("<3d", data, 24 * i) for i in range(counts["vertex"])]
+    start = 24 * counts["vertex"]
+    return points, [struct.unpack_from("<3i", data, start + 13 * k + 1) for k in range(counts["face"])]
+
+
 def main():
     out, cells, frames = Path(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3])
     above = lambda distance: turned_about_y((0.0, 0.0, distance), SLOPE)
@@ -94,6 +106,8 @@ def main():
         "edge": (box((0.3, 0.9, 0.3), 45.0), 0.0, (0.013, 0.007, 0.24)),
         # Blender's cloth sinks into faces of metres.
         "incline": (box((4.0, 1.0, 0.2), SLOPE, (40, 10, 2)), SLOPE, above(0.1 + CLEARANCE)),
+        # Our mannequin, 1.69 m: the sheet falls over head and shoulders.
+        "body": (read_ply(ROOT / "data" / "bodies" / "mannequin.ply"), 0.0, (0.013, -0.013, 1.72)),
     }
     for name, (body, degrees, centre) in cases.items():
         folder = out / name

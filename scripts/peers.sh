@@ -1,10 +1,12 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# peers.sh FOLDER [CELLS] [FRAMES]: drapes the same sheet with selvedge, Blender's cloth and Bullet's soft bodies on the
-# same ball, on the edge of the same box and on the same incline, lets `selvedge check` judge every frame, and writes
-# FOLDER/peers.md and FOLDER/peers.json: crossings, deepest penetration, stretch, friction against Coulomb's law, seconds
-# a frame, and a picture of the worst frame of each. Programs that are not installed are named and left out. Uses the
-# program of build/release, unless SELVEDGE_PROGRAM names one.
+# peers.sh FOLDER [CELLS] [FRAMES]: drapes the same sheet with selvedge, Blender's cloth, Bullet's soft bodies and MuJoCo's
+# flexes, with and without its flag ipc, on the same ball, on the edge of the same box, on the same incline and on the
+# mannequin, lets `selvedge check` judge every frame, and writes FOLDER/peers.md and FOLDER/peers.json: crossings, deepest
+# penetration, stretch, friction against Coulomb's law, processor seconds a frame, and a picture of the worst frame of
+# each. Every program has one thread. Programs that are not installed are named and left out. Uses the program of
+# build/release, unless SELVEDGE_PROGRAM names one. MuJoCo is the npm package @mujoco/mujoco, in node_modules of FOLDER or
+# of the folder that SELVEDGE_MUJOCO names: npm install --prefix FOLDER @mujoco/mujoco@3.14.0
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -15,6 +17,7 @@ fi
 mkdir -p "$1"
 out=$(cd "$1" && pwd)
 cells=${2:-30} frames=${3:-60}
+scenes=(ball edge incline body)
 program=${SELVEDGE_PROGRAM:-$root/build/release/apps/selvedge}
 [ -x "$program" ] || { echo "$program does not exist; build it or set SELVEDGE_PROGRAM" >&2; exit 2; }
 for needed in python3; do
@@ -22,8 +25,12 @@ for needed in python3; do
 done
 
 python3 "$root/scripts/peer_prepare.py" "$out" "$cells" "$frames"
-rm -f "$out/missing.txt"
-touch "$out/missing.txt"
+: >"$out/missing.txt"
+
+for scene in "${scenes[@]}"; do
+  rm -rf "$out/$scene"/{selvedge,blender,bullet,mujoco,mujoco_ipc} "$out/$scene"/*_worst*
+done
+rm -f "$out"/peers.{md,json}
 
 bullet=
 if pkg-config --exists bullet 2>/dev/null && command -v g++ >/dev/null; then
@@ -34,23 +41,37 @@ if pkg-config --exists bullet 2>/dev/null && command -v g++ >/dev/null; then
 else
   echo "Bullet: not installed (libbullet-dev, g++, pkg-config)" >>"$out/missing.txt"
 fi
-command -v blender >/dev/null || echo "Blender: not installed" >>"$out/missing.txt"
+blender=
+if command -v blender >/dev/null; then blender=yes; else echo "Blender: not installed" >>"$out/missing.txt"; fi
+mujoco=${SELVEDGE_MUJOCO:-$out}/node_modules/@mujoco/mujoco
+if ! command -v node >/dev/null || [ ! -f "$mujoco/mujoco.js" ]; then
+  echo "MuJoCo: not installed (node; npm install --prefix $out @mujoco/mujoco@3.14.0)" >>"$out/missing.txt"
+  mujoco=
+fi
 
-for scene in ball edge incline; do
+# run_peer NAME LOG COMMAND...: runs a program on $scene.
+run_peer() {
+  local name=$1 log=$2
+  shift 2
+  echo "$scene: $name"
+  "$@" >"$log" 2>&1 || echo "$name: run of $scene failed, see $log" >>"$out/missing.txt"
+}
+
+TIMEFORMAT='%U %S'
+for scene in "${scenes[@]}"; do
   folder=$out/$scene
-  echo "$scene: selvedge"
-  "$program" run "$folder/scene.json" --out "$folder/selvedge" --threads 1 --overwrite >"$folder/selvedge.log" 2>&1 ||
-    echo "selvedge: run of $scene failed, see $folder/selvedge.log" >>"$out/missing.txt"
-  if command -v blender >/dev/null; then
-    echo "$scene: Blender"
-    blender -b --factory-startup -t 1 --python-exit-code 1 --python "$root/scripts/peer_blender.py" -- "$folder" \
-      >"$folder/blender.log" 2>&1 || echo "Blender: run of $scene failed, see $folder/blender.log" >>"$out/missing.txt"
+  { time run_peer selvedge "$folder/selvedge.log" "$program" run "$folder/scene.json" --out "$folder/selvedge" \
+      --threads 1 --overwrite --no-picture; } 2>"$folder/selvedge.seconds"
+  if [ -n "$blender" ]; then
+    run_peer Blender "$folder/blender.log" blender -b --factory-startup -t 1 --python-exit-code 1 \
+      --python "$root/scripts/peer_blender.py" -- "$folder"
   fi
-  if [ -n "$bullet" ]; then
-    echo "$scene: Bullet"
-    "$bullet" "$folder" "$scene" "$cells" "$frames" >"$folder/bullet.log" 2>&1 ||
-      echo "Bullet: run of $scene failed, see $folder/bullet.log" >>"$out/missing.txt"
+  if [ -n "$bullet" ]; then run_peer Bullet "$folder/bullet.log" "$bullet" "$folder" "$scene" "$cells" "$frames"; fi
+  if [ -n "$mujoco" ]; then
+    for mode in mujoco mujoco_ipc; do
+      run_peer "$mode" "$folder/$mode.log" node "$root/scripts/peer_mujoco.mjs" "$mujoco" "$folder" "$scene" "$mode"
+    done
   fi
 done
-python3 "$root/scripts/peer_judge.py" "$out" "$program"
+python3 "$root/scripts/peer_judge.py" "$out" "$program" "${scenes[@]}"
 echo "$out/peers.md"

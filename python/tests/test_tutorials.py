@@ -46,10 +46,10 @@ def test_compare_detectors_on_meshes_of_ones_own(tmp_path):
 def test_contact_pressure(tmp_path):
     tutorial = load("contact_pressure")
     simulation, pressure, weight = tutorial.main(
-        ["--cells", "14", "--frames", "40", "--width", "160", "--out", str(tmp_path)]
+        ["--cells", "14", "--frames", "40", "--width", "160", "--out", str(tmp_path / "new" / "folder")]
     )
     assert simulation.clean and (pressure >= 0.0).all() and pressure.max() > 0.0
-    assert (tmp_path / "contact_pressure.png").stat().st_size > 1000
+    assert (tmp_path / "new" / "folder" / "contact_pressure.png").stat().st_size > 1000
     assert weight > 0.0 and np.isfinite(tutorial.carried(simulation))
 
 

@@ -95,6 +95,7 @@ def main(arguments=None):
     parser.add_argument("--repeats", type=int, default=5)
     parser.add_argument("--out", default=".")
     options = parser.parse_args(arguments)
+    Path(options.out).mkdir(parents=True, exist_ok=True)
     if (options.cloth is None) != (options.body is None):
         parser.error("give both --cloth and --body, or neither")
     if options.cloth:

@@ -75,6 +75,7 @@ def main(arguments=None):
     parser.add_argument("--width", type=int, default=840, help="pixels of the picture")
     parser.add_argument("--out", default=".")
     options = parser.parse_args(arguments)
+    Path(options.out).mkdir(parents=True, exist_ok=True)
     simulation = selvedge.Simulation(scene(options.cells))
     simulation.advance_to_frame(options.frames)
     pressure = mean_pressure(simulation, 8)

@@ -93,6 +93,7 @@ def main(arguments=None):
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--out", default=".")
     options = parser.parse_args(arguments)
+    Path(options.out).mkdir(parents=True, exist_ok=True)
     begin = time.perf_counter()
     # "spawn": the threads of a process do not survive its copy.
     with multiprocessing.get_context("spawn").Pool(options.processes) as pool:

@@ -17,7 +17,7 @@ lean=(g++ cmake ninja-build libeigen3-dev libtbb-dev nlohmann-json3-dev libcli11
       libpng-dev libgmp-dev)
 meshes=(libassimp-dev)
 test=(libgtest-dev clang-format libfcl-dev libccd-dev libcgal-dev libembree-dev libosmesa6-dev libbullet-dev
-      libpagmo-dev python3-dev python3-numpy python3-pytest pybind11-dev chromium)
+      libpagmo-dev python3-dev python3-numpy python3-pytest pybind11-dev mypy chromium)
 python=("${meshes[@]}" python3-dev python3-numpy python3-pip python3-venv pybind11-dev)
 clang=(clang libclang-rt-14-dev)
 docs=(doxygen python3-sphinx python3-myst-parser python3-breathe furo libjs-katex)

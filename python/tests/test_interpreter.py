@@ -250,6 +250,36 @@ def test_the_stub_of_the_compiled_half_names_what_it_has():
             assert names(node.body) - {"__init__"} == public_names, node.name
 
 
+# pybind11 gives its classes a metaclass and a general __init__; the names of array types exist for the stub alone.
+OF_PYBIND11 = """
+selvedge\\._core\\.(Bytes|Floats|Indices)
+selvedge\\._core\\.(Detector|Drawn|SavedState|Scene|Simulation|Surface|ThreadScope)
+selvedge\\._core\\.(SavedState|Scene)\\.__init__
+"""
+
+
+def test_types_are_consistent_and_those_of_the_compiled_half(tmp_path):
+    pytest.importorskip("mypy", reason="mypy is not installed (Debian: mypy)")
+    cache = {"MYPY_CACHE_DIR": str(tmp_path / "cache"), "MYPYPATH": str(ROOT / "python")}
+
+    def run(folder, *command):
+        command = [sys.executable, "-m", *map(str, command)]
+        return subprocess.run(
+            command, env={**os.environ, **cache}, cwd=folder, capture_output=True, text=True
+        )
+
+    done = run(tmp_path, "mypy", "--strict", ROOT / "python" / "selvedge")
+    assert done.returncode == 0, done.stdout + done.stderr
+    allowed = tmp_path / "allowed.txt"
+    allowed.write_text(OF_PYBIND11)
+    done = run(tmp_path, "mypy.stubtest", "--allowlist", allowed, "selvedge._core")
+    assert done.returncode == 0, done.stdout + done.stderr
+    # What tells that mypy has read the types: it finds a wrong use.
+    (tmp_path / "wrong.py").write_text("import selvedge\nx: str = selvedge.Simulation({}).steps\n")
+    done = run(tmp_path, "mypy", "wrong.py")
+    assert done.returncode == 1 and '"int"' in done.stdout, done.stdout + done.stderr
+
+
 def public(kind):
     """Names of the methods that a class documents itself."""
     return [n for n in vars(kind) if not n.startswith("_") or n == "__init__" and vars(kind)["__doc__"]]

@@ -114,6 +114,7 @@ struct DressResult {
   std::vector<double> panel_drop;   ///< m, by which the mean height of a panel sank since the start
   std::vector<std::string> notes;   ///< sentences about the pattern, from its mesh
   std::vector<std::uint8_t> flags;  ///< per vertex, bits of VertexFlag
+  std::vector<double> pressure;     ///< Pa per vertex, of the body on it, normal, in the last step
   std::vector<MovedPanel> moved;
   TriangleMesh body;            ///< m, on which it lies, with `body_room`
   std::int64_t body_moved = 0;  ///< vertices of the body that made room

@@ -10,6 +10,7 @@
 #include <selvedge/simulation/run_result.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <memory>
@@ -80,6 +81,23 @@ void write_garment_obj(const fs::path& file, const DressResult& result, std::spa
   write_text_file(file, text);
 }
 
+/// How a triangle is deformed: its area in the flat pattern (twice, m²), and the gradient of its
+/// place over the pattern.
+struct Deformation {
+  double area = 0.0;
+  Eigen::Matrix<double, 3, 2> gradient;
+};
+Deformation deformation(const DressResult& r, std::size_t triangle) {
+  const Triangle &t = r.garment.triangles[triangle], &f = r.flat.triangles[triangle];
+  Eigen::Matrix2d rest;
+  Eigen::Matrix<double, 3, 2> now;
+  for (int k = 0; k < 2; ++k) {
+    rest.col(k) = (r.flat.vertices[f[k + 1]] - r.flat.vertices[f[0]]).head<2>();
+    now.col(k) = r.garment.vertices[t[k + 1]] - r.garment.vertices[t[0]];
+  }
+  return {std::abs(rest.determinant()), now * rest.inverse()};
+}
+
 /// Strains along weft (x of the flat pattern) and warp (y) of each vertex: means over its
 /// triangles, by area.
 std::array<std::vector<double>, 2> weft_and_warp(const DressResult& r) {
@@ -88,16 +106,8 @@ std::array<std::vector<double>, 2> weft_and_warp(const DressResult& r) {
                                             std::vector<double>(n, 0.0)};
   std::vector<double> area(n, 0.0);
   for (std::size_t i = 0; i < r.garment.triangles.size(); ++i) {
-    const Triangle &t = r.garment.triangles[i], &f = r.flat.triangles[i];
-    Eigen::Matrix2d rest;
-    Eigen::Matrix<double, 3, 2> now;
-    for (int k = 0; k < 2; ++k) {
-      rest.col(k) = (r.flat.vertices[f[k + 1]] - r.flat.vertices[f[0]]).head<2>();
-      now.col(k) = r.garment.vertices[t[k + 1]] - r.garment.vertices[t[0]];
-    }
-    const Eigen::Matrix<double, 3, 2> gradient = now * rest.inverse();
-    const double a = std::abs(rest.determinant());
-    for (const std::int32_t v : t) {
+    const auto [a, gradient] = deformation(r, i);
+    for (const std::int32_t v : r.garment.triangles[i]) {
       for (int k = 0; k < 2; ++k) strain[k][v] += a * (gradient.col(k).norm() - 1.0);
       area[v] += a;
     }
@@ -111,11 +121,54 @@ void write_garment_ply(const fs::path& file, const DressResult& result, const Lo
   auto [weft, warp] = weft_and_warp(result);
   std::vector<NamedValues> values = {{"strain_warp", std::move(warp)},
                                      {"strain_weft", std::move(weft)},
+                                     {"pressure", result.pressure},
                                      {"flag", {result.flags.begin(), result.flags.end()}, true}};
   write_ply(file, to_file(result.garment.vertices, axes), result.garment.triangles, values);
 }
 
 // ---- pictures --------------------------------------------------------------------------------
+
+/// Largest principal strain of each triangle.
+std::vector<double> largest_strains(const DressResult& r) {
+  std::vector<double> strain;
+  for (std::size_t i = 0; i < r.garment.triangles.size(); ++i) {
+    const auto gradient = deformation(r, i).gradient;
+    const Eigen::Matrix2d c = gradient.transpose() * gradient;
+    const double mean = 0.5 * (c(0, 0) + c(1, 1)), half = 0.5 * (c(0, 0) - c(1, 1));
+    strain.push_back(std::sqrt(mean + std::hypot(half, c(0, 1))) - 1.0);
+  }
+  return strain;
+}
+
+/// Mean of the vertices of each triangle.
+std::vector<double> mean_pressures(const DressResult& r) {
+  std::vector<double> mean;
+  for (const Triangle& t : r.garment.triangles)
+    mean.push_back((r.pressure[t[0]] + r.pressure[t[1]] + r.pressure[t[2]]) / 3.0);
+  return mean;
+}
+
+/// Values of the triangles that a picture shows, from 0 to `top`; larger ones look like `top`.
+struct ColourScale {
+  std::vector<double> values;
+  double top = 0.0;
+};
+/// Up to the value that 2 % of the triangles exceed, but at least `least`.
+ColourScale scale_of(std::vector<double> values, double least) {
+  std::vector<double> sorted = values;
+  const auto place =
+      sorted.begin() + static_cast<std::ptrdiff_t>(0.98 * static_cast<double>(sorted.size() - 1));
+  std::nth_element(sorted.begin(), place, sorted.end());
+  return {std::move(values), std::max(least, *place)};
+}
+constexpr double kLeastStrain = 0.01, kLeastPressure = 10.0;  // -, Pa: the shortest scales
+
+ColourScale strain_scale(const DressResult& r) {
+  return scale_of(largest_strains(r), kLeastStrain);
+}
+ColourScale pressure_scale(const DressResult& r) {
+  return scale_of(mean_pressures(r), kLeastPressure);
+}
 
 struct PanelDye {
   Vec3 front, back;  // linear RGB; the back is the inner side
@@ -164,25 +217,15 @@ struct Worn {
   std::span<const Vec3> garment, body;
 };
 
-void draw_dressed(const fs::path& file, const DressResult& result, const Worn& worn, double side) {
-  const CutGarment garment = cut(result, worn.garment);
+void draw(const fs::path& file, const DressResult& result, const Worn& worn,
+          const std::vector<RenderSurface>& cloth, double side) {
   std::vector<RenderSurface> surfaces;
   RenderSurface skin;
   skin.x = worn.body;
   skin.triangles = result.body.triangles;
   skin.front = skin.back = Vec3(0.47, 0.475, 0.485);
   surfaces.push_back(skin);
-  for (std::size_t p = 0; p < garment.panels.size(); ++p) {
-    RenderSurface panel;
-    panel.x = garment.x;
-    panel.triangles = garment.panels[p];
-    panel.front = panel_dyes()[p % panel_dyes().size()].front;
-    panel.back = panel_dyes()[p % panel_dyes().size()].back;
-    panel.material = garment.material;
-    panel.grid = kPictureGrid;
-    panel.sheen = 0.4;
-    surfaces.push_back(panel);
-  }
+  surfaces.insert(surfaces.end(), cloth.begin(), cloth.end());
   const auto [body_low, body_high] = box_of(worn.body);
   const auto [cloth_low, cloth_high] = box_of(worn.garment);
   const Vec3 low = body_low.cwiseMin(cloth_low), high = body_high.cwiseMax(cloth_high);
@@ -194,6 +237,63 @@ void draw_dressed(const fs::path& file, const DressResult& result, const Worn& w
   camera.width = 720;
   camera.height = 720;
   write_png(file, render(framed(camera, low, high), surfaces));
+}
+
+/// NAMEfront.png and NAMEback.png.
+void draw_both(const fs::path& folder, const std::string& name, const DressResult& result,
+               const Worn& worn, const std::vector<RenderSurface>& cloth) {
+  draw(folder / (name + "front.png"), result, worn, cloth, 1.0);
+  draw(folder / (name + "back.png"), result, worn, cloth, -1.0);
+}
+
+void draw_dressed(const fs::path& folder, const std::string& name, const DressResult& result,
+                  const Worn& worn) {
+  const CutGarment garment = cut(result, worn.garment);
+  std::vector<RenderSurface> panels;
+  for (std::size_t p = 0; p < garment.panels.size(); ++p) {
+    RenderSurface panel;
+    panel.x = garment.x;
+    panel.triangles = garment.panels[p];
+    panel.front = panel_dyes()[p % panel_dyes().size()].front;
+    panel.back = panel_dyes()[p % panel_dyes().size()].back;
+    panel.material = garment.material;
+    panel.grid = kPictureGrid;
+    panel.sheen = 0.4;
+    panels.push_back(panel);
+  }
+  draw_both(folder, name, result, worn, panels);
+}
+
+/// From dark blue over teal and green to yellow, linear RGB; `share` in [0,1].
+Vec3 scale_colour(double share) {
+  static const std::array<Vec3, 4> stops = {
+      {{0.03, 0.05, 0.25}, {0.02, 0.30, 0.42}, {0.22, 0.55, 0.16}, {0.95, 0.75, 0.06}}};
+  const double place = std::clamp(share, 0.0, 1.0) * 3.0;
+  const auto k = std::min<std::size_t>(2, static_cast<std::size_t>(place));
+  const double w = place - static_cast<double>(k);
+  return (1.0 - w) * stops[k] + w * stops[k + 1];
+}
+
+/// The garment in colours of a scale, in steps: all triangles of a step are one surface.
+void draw_scale(const fs::path& folder, const std::string& name, const DressResult& result,
+                const ColourScale& scale) {
+  constexpr std::size_t steps = 24;
+  std::vector<std::vector<Triangle>> triangles(steps);
+  for (std::size_t i = 0; i < scale.values.size(); ++i) {
+    const double share = std::clamp(scale.values[i] / scale.top, 0.0, 1.0);
+    triangles[static_cast<std::size_t>(share * (steps - 1) + 0.5)].push_back(
+        result.garment.triangles[i]);
+  }
+  std::vector<RenderSurface> surfaces;
+  for (std::size_t k = 0; k < steps; ++k) {
+    if (triangles[k].empty()) continue;
+    RenderSurface surface;
+    surface.x = result.garment.vertices;
+    surface.triangles = triangles[k];
+    surface.front = surface.back = scale_colour(static_cast<double>(k) / (steps - 1));
+    surfaces.push_back(surface);
+  }
+  draw_both(folder, name, result, {result.garment.vertices, result.body.vertices}, surfaces);
 }
 
 // ---- the folder ------------------------------------------------------------------------------
@@ -383,6 +483,8 @@ Json result_json(const std::string& pattern, const DressResult& r, const std::st
                {"simulated_sew_s", r.sew_time},
                {"simulated_settle_s", r.settle_time},
                {"state_hash", r.state_hash}};
+  json["strain_scale_top"] = strain_scale(r).top;
+  json["pressure_scale_top_Pa"] = pressure_scale(r).top;
   json["panels"] = Json::array();
   for (std::size_t p = 0; p < r.panel_names.size(); ++p) json["panels"].push_back(panel_json(r, p));
   json["seams"] = Json::array();
@@ -409,13 +511,11 @@ void write_failure(const fs::path& out, const std::string& pattern, const std::s
 
 void write_pictures(const fs::path& folder, const DressResult& result, const DressFolder& files) {
   make(folder);
-  const Worn worn{result.garment.vertices, result.body.vertices};
-  draw_dressed(folder / "front.png", result, worn, 1.0);
-  draw_dressed(folder / "back.png", result, worn, -1.0);
-  if (files.poses().empty()) return;
-  const Worn last{files.poses().back(), files.last_body()};
-  draw_dressed(folder / "last_pose_front.png", result, last, 1.0);
-  draw_dressed(folder / "last_pose_back.png", result, last, -1.0);
+  draw_dressed(folder, "", result, {result.garment.vertices, result.body.vertices});
+  draw_scale(folder, "strain_", result, strain_scale(result));
+  draw_scale(folder, "pressure_", result, pressure_scale(result));
+  if (!files.poses().empty())
+    draw_dressed(folder, "last_pose_", result, {files.poses().back(), files.last_body()});
 }
 
 void write_poses(const DressFolderConfig& folder, const DressResult& result,

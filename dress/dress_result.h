@@ -15,10 +15,13 @@ namespace selvedge {
 ///   result.json               verdict and measures (dress_result_text)
 ///   garment.obj               the garment with merged seams, the flat pattern as texture
 ///                             coordinates in metres, one group for each panel
-///   garment.ply               the same vertices with flags and strains along warp and weft
+///   garment.ply               the same vertices with flags, strains along warp and weft, and the
+///                             pressure of the body (Pa)
 ///   frames/cloth_00000.ply    the way there, frame by frame, z up; frames/bodies_00000.ply
 ///   steps/cloth_000000.ply    with `every_step`: every accepted state
-///   pictures/front.png, back.png
+///   pictures/front.png, back.png, and the same of strain_ and pressure_: the largest strain of
+///                             each triangle and the pressure, from dark blue (0) to yellow
+///                             (strain_scale_top and pressure_scale_top_Pa of result.json)
 ///   poses/NAME.obj            of a moving body: the garment at each pose, as garment.obj; with
 ///                             pictures/last_pose_front.png, last_pose_back.png
 ///   motion/frames, motion/steps    the way through the poses, with the body in each frame

@@ -60,6 +60,26 @@ class MotionWindow {
   std::deque<State> states_;
 };
 
+/// Normal pressure of the body on each vertex in the last step, Pa.
+std::vector<double> body_pressure(const Simulation& simulation) {
+  const auto x = simulation.positions();
+  std::vector<double> pressure(x.size(), 0.0);
+  if (simulation.attempt_lengths().empty()) return pressure;
+  const auto is_cloth = [&](std::int32_t v) { return static_cast<std::size_t>(v) < x.size(); };
+  for (const StepContact& c : simulation.contacts()) {
+    if (std::all_of(c.point.vertex.begin(), c.point.vertex.end(), is_cloth)) continue;
+    const double impulse = std::abs(c.impulse.dot(c.point.normal));
+    for (std::size_t k = 0; k < c.point.vertex.size(); ++k)
+      if (is_cloth(c.point.vertex[k]))
+        pressure[c.point.vertex[k]] += std::abs(c.point.weight[k]) * impulse;
+  }
+  const std::vector<double> areas = vertex_areas(x, simulation.cloth_triangles());
+  for (std::size_t v = 0; v < pressure.size(); ++v)
+    pressure[v] =
+        areas[v] > 0.0 ? pressure[v] / (areas[v] * simulation.attempt_lengths().back()) : 0.0;
+  return pressure;
+}
+
 constexpr int kMoveAfter = 20;  // frames without a merge, after which blocked pairs are moved
 
 class Settling {
@@ -144,6 +164,7 @@ class Settling {
     add_run(*simulation_, phase_name(phase_), result_);
     result_.state_hash = simulation_->result().state_hash;
     result_.flags = simulation_->flags();
+    result_.pressure = body_pressure(*simulation_);
     result_.drop += start_height - mean_height(simulation_->positions(), simulation_->mass());
     result_.max_stretch =
         spring_strains(simulation_->built().cloth.springs, simulation_->positions()).max;

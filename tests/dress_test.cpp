@@ -110,6 +110,17 @@ TEST(Dress, ATubeIsSewnAroundAConeAndComesToRestOnIt) {
     for (const Vec3& x : r.garment.vertices) height += x.z();
     height /= static_cast<double>(r.garment.vertices.size());
     EXPECT_NEAR(0.5 * (r.panel_drop[0] + r.panel_drop[1]), 0.15 - height, 0.02);
+    // The body carries the garment: without friction, the normal forces would sum up to 2.2 times
+    // its weight on this slope, with friction to at least its weight.
+    ASSERT_EQ(r.pressure.size(), r.garment.vertices.size());
+    const std::vector<double> area = vertex_areas(r.garment.vertices, r.garment.triangles);
+    double force = 0.0;
+    for (std::size_t v = 0; v < area.size(); ++v) force += r.pressure[v] * area[v];
+    const double weight =
+        9.81 * 0.2 * surface_area(r.flat.vertices, r.flat.triangles);  // N, coarse().fabric
+    EXPECT_GT(force, 0.8 * weight);
+    EXPECT_LT(force, 20.0 * weight);  // a tight tube also presses
+    for (std::size_t v = 0; v < area.size(); ++v) EXPECT_GE(r.pressure[v], 0.0);
     DressResult strict = r;
     strict.largest_drop = r.panel_drop[0] - 0.01;
     EXPECT_NE(strict.fault().find("lower than the pattern places it"), std::string::npos);
@@ -485,7 +496,6 @@ TEST(DressFolder, HoldsTheGarmentWithItsPatternAndTheVerdict) {
   fs::remove_all(out);
   DressFolderConfig folder;
   folder.out = out;
-  folder.pictures = false;
   folder.body_file.up = UpAxis::z;
   folder.body_name = "cone";
   const DressResult r = dress_into_folder(tube(0.6, 0.3, 0.32), cone(0.3, 0.6), coarse(), folder);
@@ -499,6 +509,13 @@ TEST(DressFolder, HoldsTheGarmentWithItsPatternAndTheVerdict) {
   EXPECT_TRUE(fs::exists(out / "frames" / "bodies_00000.ply"));
 
   EXPECT_FALSE(fs::exists(out / "motion"));
+  for (const char* picture :
+       {"front", "back", "strain_front", "strain_back", "pressure_front", "pressure_back"})
+    EXPECT_GT(fs::file_size(out / "pictures" / (std::string(picture) + ".png")), 10000u) << picture;
+  EXPECT_NE(text_of(out / "pictures" / "strain_front.png"),
+            text_of(out / "pictures" / "pressure_front.png"));
+  EXPECT_NE(text_of(out / "garment.ply").substr(0, 600).find("pressure"), std::string::npos);
+  EXPECT_NE(text_of(out / "result.json").find("\"strain_scale_top\""), std::string::npos);
 
   std::ofstream(out / "result.json") << "{}";  // of something else
   EXPECT_THROW(dress_into_folder(tube(0.6, 0.3, 0.32), cone(0.3, 0.6), coarse(), folder),

@@ -77,6 +77,7 @@ std::vector<StabilityRow> measure(const StabilityOptions& o, const Scene& scene,
 const char* verdict(const StabilityRow& row, bool swings) {
   if (swings) return "swings";
   if (row.bound == 0.0) return "no step is safe for ever";
+  if (row.rejects_longer) return "divides longer steps";
   return row.measured >= row.bound * (1.0 - 0.01) ? "bound holds" : "BOUND BROKEN";
 }
 

@@ -42,7 +42,13 @@ std::unique_ptr<Integrator> make(const std::string& name, const StabilitySubject
         strain_limiters().at(config.limiter)(subject.cloth.springs, subject.cloth.strain_limit, n);
     if (limit.force) forces.push_back(std::move(limit.force));
   }
-  return integrators().at(name)(std::move(forces), n, kSolve);
+  // The kick is far below the errors that a method with inner steps allows, so its tolerance is set
+  // to a thousandth of the kick's speed.
+  const MethodOptions options = config.limiter.empty()
+                                    ? MethodOptions{{"error", 1e-3 * kKick}, {"error_rate", 1.0}}
+                                    : MethodOptions{};
+  const auto method = integrators().at(name);
+  return method(known_options(method.options(), options), std::move(forces), n, kSolve);
 }
 
 /// Energy that the cloth gains by falling through the diagonal of its box, J.
@@ -107,6 +113,10 @@ void advance(Integrator& method, LimiterOfTrial& limiter, Particles& p, double t
   method.accept({p.x, p.v, p.mass, time + h});
 }
 
+bool all_finite(const std::vector<Vec3>& x) {
+  return std::all_of(x.begin(), x.end(), [](const Vec3& p) { return p.allFinite(); });
+}
+
 double norm(const std::vector<Vec3>& x, std::span<const double> mass) {
   double sum = 0.0;
   for (std::size_t i = 0; i < x.size(); ++i) sum += mass[i] * x[i].squaredNorm();
@@ -169,8 +179,9 @@ StabilityTrial try_step_length(const std::string& integrator, const StabilitySub
     try {
       advance(*method, limiter, p, step * h, h, mean, v, x_t0);
     } catch (const std::exception&) {  // an inner step would have to become zero
-      return {false, std::numeric_limits<double>::infinity()};
+      return {false, energy / start, true};
     }
+    if (!all_finite(p.x)) return {false, energy / start, true};
     if (step % look_every != 0 && step + 1 < steps) continue;
     energy = kinetic(p) + internal.energy({p.x, p.v, p.mass, 0.0});
     if (!(energy <= config.growth * start)) return {false, energy / start};
@@ -224,7 +235,10 @@ StabilityRow largest_stable_step(const std::string& integrator, const StabilityS
   row.predicted = row.any_step ? config.longest : method->stable_step(mode, config.longest);
   const auto is_stable = [&](double h) {
     const StabilityTrial trial = try_step_length(integrator, subject, h, config);
-    if (trial.stable) row.energy_ratio = trial.energy_ratio;
+    if (trial.stable)
+      row.energy_ratio = trial.energy_ratio;
+    else  // a method that is stable at any step
+      row.rejects_longer = row.any_step && trial.rejected;
     return trial.stable;
   };
   double low = row.predicted > 0.0 ? row.predicted : 0.1 / mode.omega;
@@ -252,14 +266,15 @@ StabilityMap map_stability(const std::string& integrator, const Scene& scene,
   StabilityMap map{integrator, stiffness, step, {}, {}};
   for (const double k : stiffness) {
     const StabilitySubject subject(scene, k, 1.0, -1.0);
-    const double bound =
-        make(integrator, subject, config)->stable_step(particles_of(subject), 0.0, config.longest);
+    const auto method = make(integrator, subject, config);
+    const double bound = method->stable_step(particles_of(subject), 0.0, config.longest);
     map.bound.push_back(bound);
     for (const double h : step) {
-      const bool stable = try_step_length(integrator, subject, h, config).stable;
-      map.verdict.push_back(!stable      ? StabilityVerdict::unstable
-                            : h <= bound ? StabilityVerdict::stable
-                                         : StabilityVerdict::refused);
+      const StabilityTrial trial = try_step_length(integrator, subject, h, config);
+      const bool divided = method->traits().any_step && trial.rejected;
+      map.verdict.push_back(trial.stable && h <= bound ? StabilityVerdict::stable
+                            : trial.stable || divided  ? StabilityVerdict::refused
+                                                       : StabilityVerdict::unstable);
     }
   }
   return map;

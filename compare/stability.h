@@ -34,6 +34,8 @@ struct StabilitySubject {
 struct StabilityTrial {
   bool stable = false;
   double energy_ratio = 0.0;  ///< energy at the end over that of the kick or of the fall
+  /// A step has no finite end or cannot be made, so that the program divides it.
+  bool rejected = false;
 };
 
 struct StabilityConfig {
@@ -61,6 +63,9 @@ struct StabilityRow {
   double predicted = 0.0;     ///< s; from the largest eigenvalue by power iteration
   double measured = 0.0;      ///< s; largest stable step; `longest` if every step is stable
   double energy_ratio = 0.0;  ///< of the trial at that step
+  /// The method rejects longer steps, such as those that need too many inner steps, and gains no
+  /// energy before: the bound holds.
+  bool rejects_longer = false;
 };
 
 /// Finds the largest stable step by bisection.
@@ -75,7 +80,7 @@ ModeBound fastest_mode(const StabilitySubject& subject);
 enum class StabilityVerdict {
   stable,
   unstable,
-  refused,  ///< the trial was stable, but the step exceeds the bound that the program enforces
+  refused,  ///< stable, but longer than the program takes in one step: it divides it
 };
 struct StabilityMap {
   std::string integrator;

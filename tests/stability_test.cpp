@@ -111,6 +111,15 @@ TEST(Stability, ImplicitEulerHoldsAtAnyStepAndForwardEulerAtNone) {
   EXPECT_EQ(row("forward_euler", 500.0).bound, 0.0);
 }
 
+// 100,000 inner steps are not enough for 1 s of springs with periods of some 20 microseconds.
+TEST(Stability, AStepThatNeedsTooManyInnerStepsIsDividedAndNotUnstable) {
+  StabilityConfig config;
+  config.seconds = 0.01;
+  const StabilityMap map = map_stability("rkf45", patch(), {1e6}, {1e-4, config.longest}, config);
+  EXPECT_EQ(map.verdict,
+            (std::vector<StabilityVerdict>{StabilityVerdict::stable, StabilityVerdict::refused}));
+}
+
 TEST(Stability, TheMapTellsStableFromRefusedFromUnstable) {
   StabilityConfig config;
   config.steps = 300;

@@ -172,15 +172,19 @@ detail::Garment sewn(const detail::Garment& start, const detail::Dressing& dress
   const PhaseTime time(result, "sew");
   std::optional<detail::Garment> nearly_closed;
   std::exception_ptr failure;
+  int best = 0;
   for (const detail::SewAttempt& attempt : sew_attempts(start)) {
     detail::Garment garment = start;
+    if (result.attempts > 0 && dressing.observer.restart) dressing.observer.restart();
     ++result.attempts;
     try {
       detail::sew(garment, dressing, attempt, result);
       const double opening = garment.largest_opening();
       if (opening <= detail::closed_opening(dressing.config)) return garment;
-      if (!nearly_closed || opening < nearly_closed->largest_opening())
+      if (!nearly_closed || opening < nearly_closed->largest_opening()) {
         nearly_closed = std::move(garment);
+        best = result.attempts;
+      }
     } catch (const DressOverBudget&) {
       throw;
     } catch (const DressFailed&) {
@@ -188,6 +192,7 @@ detail::Garment sewn(const detail::Garment& start, const detail::Dressing& dress
     }
   }
   if (!nearly_closed) std::rethrow_exception(failure);
+  if (best != result.attempts && dressing.observer.restart) dressing.observer.restart();
   return std::move(*nearly_closed);
 }
 
@@ -201,6 +206,7 @@ DressObserver watched(const DressObserver& observer, double budget) {
                 if (watch.seconds() > budget)
                   throw DressOverBudget(fmt::format("not finished within {:g} s", budget));
               },
+          .restart = observer.restart,
           .pose = observer.pose};
 }
 

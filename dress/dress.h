@@ -165,6 +165,9 @@ struct DressObserver {
   std::function<void(const Simulation& now, DressPhase phase, double time)> frame;
   /// After every accepted step, the start and every merge included.
   std::function<void(const Simulation& now, DressPhase phase)> accepted;
+  /// Before the seams are closed anew from the start: the garment does not continue from the states
+  /// so far. Also before an earlier attempt goes on that came nearest.
+  std::function<void()> restart;
   /// At every pose of the moving body, with its index in BodyMotion::poses.
   std::function<void(const Simulation& now, std::size_t pose)> pose;
 };

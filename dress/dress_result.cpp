@@ -352,6 +352,11 @@ class DressFolder {
       observer.accepted = [this](const Simulation& now, DressPhase phase) {
         write_step(series_of(phase), now);
       };
+    observer.restart = [this] {
+      dressing_ = {};
+      for (const char* part : {"frames", "steps"}) fs::remove_all(config_.out / part);
+      open(dressing_, config_.out);
+    };
     observer.pose = [this](const Simulation& now, std::size_t) {
       poses_.emplace_back(now.positions().begin(), now.positions().end());
       last_body_ = now.body_positions();

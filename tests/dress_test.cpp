@@ -359,14 +359,18 @@ TEST(Dress, ASeamThatCannotCloseIsNamed) {
   config.sewing_edge_length = config.edge_length;
   config.largest_pull = config.pull;  // far too weak for half of the girth
   config.sew_time = 0.5;
+  int restarts = 0;
+  DressObserver observer;
+  observer.restart = [&] { ++restarts; };
   try {
-    dress(tube(0.3, 0.2, 0.32), prism(0.3, -1.0, 1.0), config);
+    dress(tube(0.3, 0.2, 0.32), prism(0.3, -1.0, 1.0), config, {}, observer);
     FAIL() << "the tube is much too small";
   } catch (const DressFailed& failure) {
     EXPECT_NE(std::string(failure.what()).find("does not close"), std::string::npos)
         << failure.what();
     EXPECT_NE(std::string(failure.what()).find("front"), std::string::npos) << failure.what();
   }
+  EXPECT_EQ(restarts, 2);  // between three attempts
 }
 
 /// Two boxes in one mesh, `gap` apart along x.
@@ -520,6 +524,25 @@ TEST(DressFolder, HoldsTheGarmentWithItsPatternAndTheVerdict) {
   std::ofstream(out / "result.json") << "{}";  // of something else
   EXPECT_THROW(dress_into_folder(tube(0.6, 0.3, 0.32), cone(0.3, 0.6), coarse(), folder),
                std::invalid_argument);
+  fs::remove_all(out);
+}
+
+TEST(DressFolder, HoldsOnlyTheLastAttemptToCloseTheSeams) {
+  const fs::path out = fs::temp_directory_path() / "selvedge_dress_attempts_test";
+  fs::remove_all(out);
+  DressConfig config = coarse();
+  config.sewing_edge_length = config.edge_length;
+  config.largest_pull = config.pull;
+  config.sew_time = 0.5;
+  DressFolderConfig folder;
+  folder.out = out;
+  folder.pictures = false;
+  EXPECT_THROW(dress_into_folder(tube(0.3, 0.2, 0.32), prism(0.3, -1.0, 1.0), config, folder),
+               DressFailed);
+  EXPECT_TRUE(fs::exists(out / "frames" / "cloth_00000.ply"));
+  EXPECT_TRUE(fs::exists(out / "frames" / "bodies_00000.ply"));
+  // 0.5 s are 30 frames, and three attempts would be 90.
+  EXPECT_FALSE(fs::exists(out / "frames" / "cloth_00040.ply"));
   fs::remove_all(out);
 }
 

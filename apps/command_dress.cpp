@@ -11,6 +11,7 @@
 #include <selvedge/garment/sewing_pattern.h>
 #include <selvedge/scene/fabric_file.h>
 #include <selvedge/scene/methods.h>
+#include <selvedge/view/result_view.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -35,7 +36,7 @@ struct DressOptions {
   std::vector<std::string> poses;
   double pose_rate = BodyMotion{}.rate, pose_lead = BodyMotion{}.lead;
   int threads = 0;
-  bool every_step = false, json = false, no_picture = false;
+  bool every_step = false, json = false, no_picture = false, views = false;
 };
 
 LoadConfig body_file_of(const DressOptions& o) {
@@ -156,6 +157,14 @@ void read_poses(const DressOptions& o, BodyMotion& motion, DressFolderConfig& fo
   }
 }
 
+void write_view(const std::filesystem::path& folder) {
+  const ResultView views[] = {
+      read_view(folder, {.methods = methods_of_this_build(), .shortfall = false})};
+  AtomicFile page(folder / "view.html");
+  page.write(view_page(views));
+  page.commit();
+}
+
 int dress_one(const DressOptions& o) {
   if (o.pattern.empty() || o.body.empty())
     throw std::invalid_argument("dress needs PATTERN and BODY, or --list with several patterns");
@@ -169,6 +178,7 @@ int dress_one(const DressOptions& o) {
   read_poses(o, config.motion, folder);
   const DressResult result = dress_into_folder(turned_upright(pattern, folder.body_file.up), body,
                                                config, folder, methods_of_this_build());
+  if (o.views) write_view(folder.out);
   if (o.json)
     fmt::print("{}", dress_result_text(pattern.name, result, o.body));
   else
@@ -204,6 +214,7 @@ int dress_list(const DressOptions& o) {
   batch.dress = dress_config(o);
   batch.folder = folder_config(o);
   batch.settings = settings_text(o, batch.dress);
+  if (o.views) batch.write_view = write_view;
   batch.read_body = [&](const std::filesystem::path& file) { return read_body(o, file.string()); };
   const std::vector<DressBatchRow> rows = dress_batch(read_dress_list(o.list, o.pattern), batch,
                                                       methods_of_this_build(), print_dressed);
@@ -262,6 +273,8 @@ void add_command_dress(const Command& app) {
       .range(0, 1024);
   command.flag("--every-step", options->every_step, "Also write every accepted state to steps/");
   command.flag("--no-picture", options->no_picture, "Draw no pictures");
+  command.flag("--views", options->views,
+               "Also write view.html, which shows in a browser how the garment was put on");
   command.flag("--json", options->json, "Print the result as JSON");
   command.footer("Exit code 1: the garment could not be put on as wanted; result.json says why.");
   command.action([options] { return dress_command(*options); });

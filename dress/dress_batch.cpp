@@ -137,6 +137,16 @@ void make_garment(const DressJob& job, const DressBatchConfig& config, const Met
                     methods);
 }
 
+constexpr const char* kViewFile = "view.html";
+
+void add_view(const fs::path& folder, const DressBatchConfig& config, DressBatchRow& row) {
+  std::error_code ignored;
+  const bool has_one = fs::exists(folder / kViewFile, ignored);
+  const bool has_frames = fs::exists(folder / "frames", ignored);
+  if (config.write_view && has_frames && !(row.kept && has_one)) config.write_view(folder);
+  row.view = fs::exists(folder / kViewFile, ignored);
+}
+
 DressBatchRow row_of(const DressJob& job, const DressBatchConfig& config, const Methods& methods) {
   const fs::path folder = config.out / job.name;
   const std::string inputs = inputs_of(job, config);
@@ -144,8 +154,11 @@ DressBatchRow row_of(const DressJob& job, const DressBatchConfig& config, const 
   row.job = job;
   if (bytes_of(folder / kInputsFile) == inputs && read_row(folder, row)) {
     row.kept = true;
+    add_view(folder, config, row);
     return row;
   }
+  std::error_code ignored;
+  fs::remove(folder / kViewFile, ignored);  // it would show an earlier garment
   try {
     make_garment(job, config, methods);
   } catch (const DressFailed&) {  // result.json gives the reason
@@ -153,7 +166,10 @@ DressBatchRow row_of(const DressJob& job, const DressBatchConfig& config, const 
     row.verdict = fault.what();
     return row;
   }
-  if (read_row(folder, row)) write_text(folder / kInputsFile, inputs);
+  if (read_row(folder, row)) {
+    write_text(folder / kInputsFile, inputs);
+    add_view(folder, config, row);
+  }
   return row;
 }
 
@@ -218,7 +234,10 @@ std::string article(const DressBatchRow& row) {
   }
   text +=
       fmt::format("<p class=\"{}\">{}</p>\n", row.good ? "good" : "bad", html_escaped(row.verdict));
-  if (row.vertices > 0) text += fmt::format("<p><a href=\"{}/result.json\">result</a></p>\n", url);
+  std::string links;
+  if (row.view) links += fmt::format("<a href=\"{}/{}\">in 3D</a> ", url, kViewFile);
+  if (row.vertices > 0) links += fmt::format("<a href=\"{}/result.json\">result</a>", url);
+  if (!links.empty()) text += "<p>" + links + "</p>\n";
   return text + "</article>\n";
 }
 

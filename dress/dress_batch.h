@@ -33,6 +33,9 @@ struct DressBatchConfig {
   /// bytes of its pattern and its body are those with which it was made.
   std::string settings;
   std::function<TriangleMesh(const std::filesystem::path&)> read_body;
+  /// Writes view.html, to which the page links, into the folder of a garment; empty: no such pages.
+  /// Garments that were finished before get one if they have none.
+  std::function<void(const std::filesystem::path& folder)> write_view{};
 };
 
 /// What became of one garment.
@@ -40,6 +43,7 @@ struct DressBatchRow {
   DressJob job;
   bool good = false;
   bool kept = false;    ///< was finished before
+  bool view = false;    ///< has a page that shows it in three dimensions, view.html
   std::string verdict;  ///< "good", or a sentence
   std::size_t panels = 0, vertices = 0, states = 0;
   double seconds = 0.0;  ///< wall time, without the output

@@ -85,10 +85,22 @@ TEST(DressBatch, AFaultyPatternGetsItsVerdictAndTheOthersAreStillPutOn) {
   // The same again keeps the garment that has ended; other settings and another pattern do not.
   const DressBatchConfig same = config(folder);
   EXPECT_TRUE(dress_batch(jobs, same, {})[1].kept);
+  // A garment that is kept gets a view if it has none; one that is put on again a new one.
+  int views = 0;
+  DressBatchConfig viewing = same;
+  viewing.write_view = [&](const fs::path& at) {
+    write(at / "view.html", std::to_string(++views));
+  };
+  const std::string link = "href=\"tube/view.html\"";
+  EXPECT_EQ(page.find(link), std::string::npos);
+  for (int i = 0; i < 2; ++i) EXPECT_TRUE(dress_batch(jobs, viewing, {})[1].view);
+  EXPECT_EQ(views, 1);
+  EXPECT_NE(text_of(folder / "out" / "index.html").find(link), std::string::npos);
   DressBatchConfig other = same;
   other.settings = "other";
   const auto again = dress_batch(jobs, other, {});
   EXPECT_FALSE(again[1].kept);
+  EXPECT_FALSE(again[1].view);
   EXPECT_EQ(again[1].states, rows[1].states);
   write(folder / "in" / "tube.json", std::string(kTube) + "\n");
   EXPECT_FALSE(dress_batch(jobs, other, {})[1].kept);

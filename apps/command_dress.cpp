@@ -220,7 +220,7 @@ int dress_list(const DressOptions& o) {
                                                       methods_of_this_build(), print_dressed);
   const auto good =
       std::count_if(rows.begin(), rows.end(), [](const DressBatchRow& row) { return row.good; });
-  fmt::print("{} of {} are good; page {}\n", good, counted(rows.size(), "garment"),
+  fmt::print("good: {} of {}; page {}\n", good, counted(rows.size(), "garment"),
              (batch.out / "index.html").string());
   return good == static_cast<std::ptrdiff_t>(rows.size()) ? 0 : 1;
 }

@@ -262,7 +262,7 @@ std::vector<DressJob> read_dress_list(const fs::path& list, const fs::path& body
 std::string dress_page(const std::vector<DressBatchRow>& rows, std::size_t open) {
   const auto good =
       std::count_if(rows.begin(), rows.end(), [](const DressBatchRow& row) { return row.good; });
-  std::string summary = fmt::format("{} of {} are good", good, rows.size());
+  std::string summary = fmt::format("Good: {} of {}", good, rows.size());
   summary += open > 0 ? fmt::format("; {} are still to come.", open) : ".";
   std::string articles;
   for (const DressBatchRow& row : rows) articles += article(row);

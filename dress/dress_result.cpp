@@ -140,9 +140,10 @@ std::vector<double> largest_strains(const DressResult& r) {
   return strain;
 }
 
-/// Mean of the vertices of each triangle.
+/// Mean of the vertices of each triangle; empty without pressures.
 std::vector<double> mean_pressures(const DressResult& r) {
   std::vector<double> mean;
+  if (r.pressure.empty()) return mean;
   for (const Triangle& t : r.garment.triangles)
     mean.push_back((r.pressure[t[0]] + r.pressure[t[1]] + r.pressure[t[2]]) / 3.0);
   return mean;
@@ -155,6 +156,7 @@ struct ColourScale {
 };
 /// Up to the value that 2 % of the triangles exceed, but at least `least`.
 ColourScale scale_of(std::vector<double> values, double least) {
+  if (values.empty()) return {{}, least};
   std::vector<double> sorted = values;
   const auto place =
       sorted.begin() + static_cast<std::ptrdiff_t>(0.98 * static_cast<double>(sorted.size() - 1));

@@ -78,7 +78,7 @@ TEST(DressBatch, AFaultyPatternGetsItsVerdictAndTheOthersAreStillPutOn) {
   EXPECT_EQ(rows[1].panels, 2u);
   EXPECT_GT(rows[1].vertices, 50u);
   const std::string page = text_of(folder / "out" / "index.html");
-  EXPECT_NE(page.find("1 of 2 are good."), std::string::npos);
+  EXPECT_NE(page.find("Good: 1 of 2."), std::string::npos);
   EXPECT_NE(page.find("tube/pictures/front.png"), std::string::npos);
   EXPECT_EQ(page.find("broken/pictures"), std::string::npos);  // nothing was drawn
 
@@ -147,7 +147,7 @@ TEST(DressBatch, ThePageEscapesNames) {
   EXPECT_NE(page.find("a&lt;b"), std::string::npos);
   EXPECT_NE(page.find("a%3Cb/pictures/front.png"), std::string::npos);
   EXPECT_NE(page.find("x &amp; y"), std::string::npos);
-  EXPECT_NE(page.find("0 of 1 are good; 2 are still to come."), std::string::npos);
+  EXPECT_NE(page.find("Good: 0 of 1; 2 are still to come."), std::string::npos);
 }
 
 }  // namespace

@@ -495,6 +495,12 @@ std::string text_of(const fs::path& file) {
   return text.str();
 }
 
+TEST(DressFolder, TheTextOfAResultWithoutAGarmentHasTheShortestScales) {
+  const std::string text = dress_result_text("tube", {}, "body");
+  EXPECT_NE(text.find("\"strain_scale_top\": 0.01"), std::string::npos) << text;
+  EXPECT_NE(text.find("\"pressure_scale_top_Pa\": 10.0"), std::string::npos) << text;
+}
+
 TEST(DressFolder, HoldsTheGarmentWithItsPatternAndTheVerdict) {
   const fs::path out = fs::temp_directory_path() / "selvedge_dress_test";
   fs::remove_all(out);

@@ -3,7 +3,7 @@
 # empty_debian.sh FOLDER: makes an empty Debian 12 in FOLDER (debootstrap, minbase), copies the committed sources into it,
 # does there what docs/python.md says, runs the five lines of its first drape, and prints the time of each step. Needs
 # root, debootstrap and the network; FOLDER takes 2 GB. A FOLDER of an earlier run is used again, and compiles what has changed.
-# MIRROR names the mirror (default http://deb.debian.org/debian).
+# MIRROR names the mirror (default: that of debootstrap).
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 if [ $# -ne 1 ]; then
@@ -36,7 +36,7 @@ export -f inside
 export system
 
 if [ ! -x "$system/usr/bin/apt-get" ]; then
-  step "An empty Debian 12" debootstrap --variant=minbase bookworm "$system" "${MIRROR:-http://deb.debian.org/debian}"
+  step "An empty Debian 12" debootstrap --variant=minbase bookworm "$system" ${MIRROR:+"$MIRROR"}
 fi
 cp /etc/resolv.conf "$system/etc/resolv.conf"
 mkdir -p "$system/root/selvedge"

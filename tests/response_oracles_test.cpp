@@ -212,7 +212,7 @@ TEST(Incline, WithoutFrictionEveryResponseSlidesFreely) {
 }
 
 /// Number of solves that a particle of 10 g takes until its contact agrees. It rests on a plane,
-/// and the impulse of the other forces is `pull`. `known`: the response is told.
+/// and the impulse of the other forces is `pull`. `known`: the response receives it.
 int solves_under(const Vec3& pull, bool known) {
   constexpr double h = kFrameStep, m = 0.01;
   const std::unique_ptr<Response> response = make_response("contact_force", {});

@@ -157,8 +157,6 @@ DressBatchRow row_of(const DressJob& job, const DressBatchConfig& config, const 
     add_view(folder, config, row);
     return row;
   }
-  std::error_code ignored;
-  fs::remove(folder / kViewFile, ignored);  // it would show an earlier garment
   try {
     make_garment(job, config, methods);
   } catch (const DressFailed&) {  // result.json gives the reason

@@ -338,8 +338,8 @@ class DressFolder {
     check_out(config.out);
     make(config.out);
     lock_.emplace(config.out, "dress");
-    for (const char* part :
-         {"frames", "steps", "motion", "poses", "pictures", "garment.obj", "garment.ply"})
+    for (const char* part : {"frames", "steps", "motion", "poses", "pictures", "garment.obj",
+                             "garment.ply", "view.html"})
       fs::remove_all(config.out / part);
     write_text_file(config.out / "result.json", Json{{kMarker, "unfinished"}}.dump(2) + "\n");
     open(dressing_, config.out);

@@ -186,15 +186,23 @@ int dress_one(const DressOptions& o) {
   return result.good() ? 0 : 1;
 }
 
+std::string motion_text(const DressOptions& o) {
+  if (o.poses.empty()) return "no poses";
+  std::string text = fmt::format("poses at {}, lead {}", o.pose_rate, o.pose_lead);
+  for (const std::string& file : o.poses)
+    text += fmt::format(" {} {}", std::filesystem::path(file).stem().string(), file_hash(file));
+  return text;
+}
+
 /// The settings on which a result depends, and the program.
 std::string settings_text(const DressOptions& o, const DressConfig& config) {
   const Material& f = config.fabric;
   return fmt::format(
       "resolution {}\nup {}\nunit {}\npictures {}\nsteps {}\nfabric {} {} {} {} {}\nfriction "
-      "{}\nbudget {}\n{}",
+      "{}\nbudget {}\n{}\n{}",
       o.resolution, o.up, o.unit, !o.no_picture, o.every_step, o.fabric, f.density,
       f.stretch_stiffness, f.strain_limit, f.friction, config.body_friction, config.budget,
-      version_text());
+      motion_text(o), version_text());
 }
 
 void print_dressed(const DressBatchRow& row) {
@@ -206,13 +214,14 @@ void print_dressed(const DressBatchRow& row) {
 int dress_list(const DressOptions& o) {
   if (!o.body.empty())
     throw std::invalid_argument("with --list, give only BODY; the list names the patterns");
-  if (o.json || !o.sheet.empty() || !o.poses.empty())
-    throw std::invalid_argument("--json, --sheet and --pose are for one garment, without --list");
+  if (o.json || !o.sheet.empty())
+    throw std::invalid_argument("--json and --sheet are for one garment, without --list");
   DressBatchConfig batch;
   batch.out =
       o.out.empty() ? std::filesystem::path("out") / "dressed" : std::filesystem::path(o.out);
   batch.dress = dress_config(o);
   batch.folder = folder_config(o);
+  read_poses(o, batch.dress.motion, batch.folder);
   batch.settings = settings_text(o, batch.dress);
   if (o.views) batch.write_view = write_view;
   batch.read_body = [&](const std::filesystem::path& file) { return read_body(o, file.string()); };

@@ -87,16 +87,8 @@ std::string bytes_of(const fs::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// FNV-1a over the bytes of a file.
-std::string hash_of(const fs::path& file) {
-  std::uint64_t hash = 0xcbf29ce484222325u;
-  for (const char c : bytes_of(file))
-    hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
-  return fmt::format("{:016x}", hash);
-}
-
 std::string inputs_of(const DressJob& job, const DressBatchConfig& config) {
-  return fmt::format("pattern {}\nbody {}\n{}\n", hash_of(job.pattern), hash_of(job.body),
+  return fmt::format("pattern {}\nbody {}\n{}\n", file_hash(job.pattern), file_hash(job.body),
                      config.settings);
 }
 
@@ -120,7 +112,7 @@ bool read_row(const fs::path& folder, DressBatchRow& row) {
   row.opening = json.value("largest_opening_m", 0.0);
   row.stretch = json.value("max_stretch", 0.0);
   if (json.contains("seconds"))
-    for (const char* phase : {"start", "sew", "settle", "refine"})
+    for (const char* phase : {"start", "sew", "settle", "refine", "move"})
       row.seconds += json["seconds"].value(phase, 0.0);
   return true;
 }
@@ -248,6 +240,13 @@ void prepare(const fs::path& out) {
 }
 
 }  // namespace
+
+std::string file_hash(const fs::path& file) {
+  std::uint64_t hash = 0xcbf29ce484222325u;
+  for (const char c : bytes_of(file))
+    hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
+  return fmt::format("{:016x}", hash);
+}
 
 std::vector<DressJob> read_dress_list(const fs::path& list, const fs::path& body) {
   std::error_code ignored;

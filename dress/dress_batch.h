@@ -59,6 +59,9 @@ std::vector<DressBatchRow> dress_batch(const std::vector<DressJob>& jobs,
                                        const DressBatchConfig& config, const Methods& methods,
                                        const std::function<void(const DressBatchRow&)>& done = {});
 
+/// FNV-1a over the bytes of a file, as 16 hex digits; a file that cannot be read counts as empty.
+std::string file_hash(const std::filesystem::path& file);
+
 /// The page of a batch; `open`: garments that have no row yet.
 std::string dress_page(const std::vector<DressBatchRow>& rows, std::size_t open);
 

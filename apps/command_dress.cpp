@@ -29,10 +29,11 @@ namespace {
 using namespace selvedge;
 
 struct DressOptions {
-  std::string pattern, body, out, fabric, sheet, list;
+  std::string pattern, body, out, fabric, sheet, list, over;
   std::string up = "y";
   double resolution = 0.01, unit = 1.0;
   std::optional<double> strain_limit, friction, budget;
+  double over_friction = WornGarment{}.outer_friction;
   std::vector<std::string> poses;
   double pose_rate = BodyMotion{}.rate, pose_lead = BodyMotion{}.lead;
   int threads = 0;
@@ -71,6 +72,7 @@ DressConfig dress_config(const DressOptions& o) {
   DressConfig config;
   if (!o.fabric.empty())
     config.fabric = find_fabric(o.fabric, std::filesystem::current_path()).material;
+  config.fabric_name = o.fabric;
   if (o.strain_limit) config.fabric.strain_limit = *o.strain_limit;
   if (o.friction) config.body_friction = *o.friction;
   config.edge_length = o.resolution;
@@ -83,6 +85,13 @@ double total_seconds(const DressResult& r) {
   for (const char* phase : {"start", "sew", "settle", "refine", "move"})
     if (const auto found = r.seconds.find(phase); found != r.seconds.end()) sum += found->second;
   return sum;
+}
+
+void print_under(const DressResult& r) {
+  for (const UnderReport& under : r.under)
+    fmt::print("below        {}: max stretch {:.1f} %, limit {:.1f} %, lowered by {:.0f} mm\n",
+               under.garment.name, 100.0 * under.max_stretch,
+               100.0 * under.garment.fabric.strain_limit, 1e3 * under.drop);
 }
 
 void print_motion(const DressResult& r) {
@@ -117,6 +126,7 @@ void print_summary(const std::string& name, const DressResult& r, const std::str
              r.at_rest ? "yes" : "NO", 1e3 * r.rms_speed, 1e3 * r.max_speed);
   fmt::print("max stretch  {:.1f} %, limit {:.1f} %\n", 100.0 * r.max_stretch,
              100.0 * r.strain_limit);
+  print_under(r);
   print_motion(r);
   fmt::print("seconds     ");
   for (const auto& [phase, seconds] : r.seconds)
@@ -157,6 +167,14 @@ void read_poses(const DressOptions& o, BodyMotion& motion, DressFolderConfig& fo
   }
 }
 
+void read_over(const DressOptions& o, const DressFolderConfig& folder, DressConfig& config) {
+  std::error_code ignored;
+  if (std::filesystem::equivalent(o.over, folder.out, ignored))
+    throw std::invalid_argument(o.over +
+                                ": is the folder of --out, too; give the new garment another one");
+  config.under = read_worn(o.over, folder.body_file, o.over_friction);
+}
+
 void write_view(const std::filesystem::path& folder) {
   const ResultView views[] = {
       read_view(folder, {.methods = methods_of_this_build(), .shortfall = false})};
@@ -176,6 +194,7 @@ int dress_one(const DressOptions& o) {
       o.out.empty() ? std::filesystem::path("out") / pattern.name : std::filesystem::path(o.out);
   DressConfig config = dress_config(o);
   read_poses(o, config.motion, folder);
+  if (!o.over.empty()) read_over(o, folder, config);
   const DressResult result = dress_into_folder(turned_upright(pattern, folder.body_file.up), body,
                                                config, folder, methods_of_this_build());
   if (o.views) write_view(folder.out);
@@ -214,8 +233,8 @@ void print_dressed(const DressBatchRow& row) {
 int dress_list(const DressOptions& o) {
   if (!o.body.empty())
     throw std::invalid_argument("with --list, give only BODY; the list names the patterns");
-  if (o.json || !o.sheet.empty())
-    throw std::invalid_argument("--json and --sheet are for one garment, without --list");
+  if (o.json || !o.sheet.empty() || !o.over.empty())
+    throw std::invalid_argument("--json, --sheet and --over are for one garment, without --list");
   DressBatchConfig batch;
   batch.out =
       o.out.empty() ? std::filesystem::path("out") / "dressed" : std::filesystem::path(o.out);
@@ -256,6 +275,13 @@ void add_command_dress(const Command& app) {
   command.option(
       "--pose", options->poses,
       "Poses of the body, in order: meshes with the same triangles; the garment follows");
+  command.option("--over", options->over,
+                 "Put the garment over the one in RESULT, a folder that was made with this body");
+  command
+      .option("--over-friction", options->over_friction,
+              "Friction between the garment and the one below")
+      .range(0.0, 10.0)
+      .show_default();
   command.option("--pose-rate", options->pose_rate, "Poses per second").positive().show_default();
   command
       .option("--pose-lead", options->pose_lead,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/core/resources.h>
+#include <selvedge/detection/find.h>
 #include <selvedge/dress/detail/dressing.h>
 #include <selvedge/dress/dress.h>
 
@@ -44,6 +45,55 @@ void check_poses(const TriangleMesh& body, const std::vector<TriangleMesh>& pose
           "with moved vertices",
           k));
   }
+}
+
+/// Garments below lie free around the body and around each other.
+void check_under(const std::vector<WornGarment>& under, const TriangleMesh& body) {
+  const auto crosses = [](const TriangleMesh& a, const TriangleMesh& b) {
+    return !find_crossings({a.vertices, a.triangles}, {b.vertices, b.triangles}).empty();
+  };
+  for (std::size_t k = 0; k < under.size(); ++k) {
+    const WornGarment& worn = under[k];
+    validate(worn.surface, "garment \"" + worn.name + "\"");
+    if (crosses(worn.surface, body))
+      throw std::invalid_argument(fmt::format(
+          "garment \"{}\" crosses the body; give the body on which it was put on", worn.name));
+    if (!find_crossings(worn.surface.vertices, worn.surface.triangles).empty())
+      throw std::invalid_argument(fmt::format(
+          "garment \"{}\" crosses itself; only a clean garment can be worn below", worn.name));
+    for (std::size_t inner = 0; inner < k; ++inner)
+      if (crosses(worn.surface, under[inner].surface))
+        throw std::invalid_argument(
+            fmt::format("garments \"{}\" and \"{}\" cross; give them as "
+                        "they lie on the body together",
+                        under[inner].name, worn.name));
+  }
+}
+
+/// The garments below as they lie at the end. Their stretch is known since they settled.
+void report_under(const detail::Garment& garment, DressResult& result) {
+  for (std::size_t k = 0; k < result.under.size(); ++k) {
+    UnderReport& report = result.under[k];
+    report.garment.surface.vertices = garment.under[k].x;
+    report.drop = detail::mean_height(garment.under[k].worn->surface.vertices, {}) -
+                  detail::mean_height(garment.under[k].x, {});
+  }
+}
+
+/// The first garment below that is not as wanted, as a sentence; empty: none.
+std::string under_fault(const DressResult& r) {
+  for (const UnderReport& under : r.under) {
+    const double limit = under.garment.fabric.strain_limit;
+    if (under.drop > r.largest_drop)
+      return fmt::format("the garment below, \"{}\", lies {:.2f} m lower than before",
+                         under.garment.name, under.drop);
+    if (under.max_stretch > limit)
+      return fmt::format(
+          "the garment below, \"{}\", is stretched by {:.1f} %, its fabric allows "
+          "{:.1f} %",
+          under.garment.name, 100.0 * under.max_stretch, 100.0 * limit);
+  }
+  return "";
 }
 
 /// The first pose at which the garment is not as wanted, as a sentence; empty: none.
@@ -143,8 +193,8 @@ detail::Garment make_start(const SewingPattern& pattern, const DressConfig& conf
   mesh.limits = config.limits;
   GarmentMesh panels = mesh_garment(pattern, mesh);
   start_report(panels, result);
-  result.moved = find_free_start(panels, result.body, config.largest_move);
-  return detail::start_garment(panels);
+  result.moved = find_free_start(panels, result.body, config.largest_move, config.under);
+  return detail::start_garment(panels, config.under);
 }
 
 /// Tried in this order. Seams that span the body come before a waist seam that could pull the
@@ -185,8 +235,10 @@ detail::Garment sewn(const detail::Garment& start, const detail::Dressing& dress
         nearly_closed = std::move(garment);
         best = result.attempts;
       }
-    } catch (const DressOverBudget&) {
-      throw;
+    } catch (const DressOverBudget& over) {
+      const std::size_t s = garment.widest_seam();
+      throw DressOverBudget(fmt::format("{}; {} is still open by {:.1f} mm", over.what(),
+                                        result.seams[s].name, 1e3 * garment.opening(s)));
     } catch (const DressFailed&) {
       failure = std::current_exception();
     }
@@ -244,6 +296,7 @@ std::string DressResult::fault() const {
     return fmt::format(
         "stretched by {:.1f} %, the fabric allows {:.1f} %; the garment is too small",
         100.0 * max_stretch, 100.0 * strain_limit);
+  if (const std::string fault = under_fault(*this); !fault.empty()) return fault;
   return motion_fault.empty() ? pose_fault(*this) : motion_fault;
 }
 
@@ -265,11 +318,15 @@ DressResult dress(const SewingPattern& pattern, const TriangleMesh& body, const 
   const DressObserver watching = watched(observer, config.budget);
   DressResult result;
   result.strain_limit = config.fabric.strain_limit;
+  result.fabric_name = config.fabric_name;
+  result.body_friction = config.body_friction;
   result.largest_drop = config.largest_drop;
   BodyRoom room = make_room(body, config.body_room);
   result.body = std::move(room.body);
   result.body_moved = room.vertices;
   result.body_moved_by = room.largest;
+  check_under(config.under, result.body);
+  for (const WornGarment& worn : config.under) result.under.push_back({.garment = worn});
   const Levels levels = levels_of(config);
   const detail::Garment start = make_start(pattern, config, levels.edge_length, result);
   const detail::Dressing dressing{result.body, config, methods, watching};
@@ -284,6 +341,7 @@ DressResult dress(const SewingPattern& pattern, const TriangleMesh& body, const 
     detail::settle(garment, dressing, DressPhase::refine, result);
   }
   report_seams(garment, config, result);
+  report_under(garment, result);
   const std::size_t panels = result.panel_names.size();
   const std::vector<double> placed = panel_heights(start, panels),
                             worn = panel_heights(garment, panels);

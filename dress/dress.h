@@ -10,6 +10,7 @@
 #include <functional>
 #include <limits>
 #include <map>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -45,9 +46,21 @@ struct BodyMotion {
   double drag = 0.1;  ///< kg/(m² s), of the air while the body moves
 };
 
+/// A garment that the body wears already, below the one that is put on.
+struct WornGarment {
+  std::string name;
+  TriangleMesh surface;         ///< m, z up; seams are merged
+  TriangleMesh flat;            ///< m, the rest shape; triangle i of both correspond
+  std::string fabric_name;      ///< as DressConfig::fabric_name
+  Material fabric;              ///< its friction is that of this garment with itself
+  double body_friction = 0.4;   ///< Coulomb coefficient, with the body
+  double outer_friction = 0.3;  ///< Coulomb coefficient, with the garments over it
+};
+
 struct DressConfig {
   /// Of the garment. The default is a knit with assumed constants: it stretches by up to 80 %.
   Material fabric{.density = 0.2, .stretch_stiffness = 500.0, .strain_limit = 0.8};
+  std::string fabric_name;    ///< by which find_fabric finds it; empty: the default. For the result
   double edge_length = 0.01;  ///< m, of the triangles of the finished garment
   /// m, of the mesh on which seams close; its triangles are then split into four until they have
   /// at most `edge_length`. A value up to `edge_length` turns this off; a larger one is faster.
@@ -72,6 +85,8 @@ struct DressConfig {
   PatternLimits limits;
   RestCriterion rest;
   BodyMotion motion;
+  /// Garments below this one, the innermost first. They stay cloth and move with it.
+  std::vector<WornGarment> under;
 };
 
 /// A panel that was moved before the start because it crossed the body or another panel.
@@ -103,6 +118,13 @@ struct PoseReport {
   int flagged = 0;  ///< vertices without all guarantees, such as those that the body squeezes
 };
 
+/// A garment below the one that was put on, as it lies at the end.
+struct UnderReport {
+  WornGarment garment;
+  double max_stretch = 0.0;  ///< of a spring
+  double drop = 0.0;         ///< m, by which its centre sank
+};
+
 /// A garment on a body. The fields describe the pose in which it was put on, except `clean`,
 /// `states`, and those of the motion.
 struct DressResult {
@@ -128,11 +150,14 @@ struct DressResult {
   double largest_opening = 0.0;              ///< m, of all seams at the end
   double max_stretch = 0.0;                  ///< of a spring, at the end
   double strain_limit = 0.0;                 ///< of the fabric
+  std::string fabric_name;                   ///< DressConfig::fabric_name
+  double body_friction = 0.0;                ///< DressConfig::body_friction
   double largest_drop = 0.0;                 ///< m, DressConfig::largest_drop
   double drop = 0.0;                         ///< m, by which its centre sank while it settled
   std::int64_t states = 0;                   ///< accepted and judged
   int attempts = 0;                          ///< to close the seams, the last one included
   double sew_time = 0.0, settle_time = 0.0;  ///< s, simulated
+  std::vector<UnderReport> under;            ///< as DressConfig::under
   std::vector<PoseReport> poses;             ///< that the body reached, in order
   std::string motion_fault;                  ///< why the motion ended early; "": it did not
   int jams = 0;  ///< times that the moving body left cloth no room and passed through it
@@ -174,8 +199,8 @@ struct DressObserver {
 
 /// Puts a garment on a body. `body`: m, z up, of closed parts; `pattern`: in the same axes
 /// (`turned_upright`). Deterministic for any number of threads. Throws std::invalid_argument for
-/// numbers out of range and patterns that check_sewing_pattern refuses, and DressFailed if the
-/// garment cannot be put on.
+/// numbers out of range, patterns that check_sewing_pattern refuses, and garments below that cross
+/// the body or each other, and DressFailed if the garment cannot be put on.
 DressResult dress(const SewingPattern& pattern, const TriangleMesh& body, const DressConfig& config,
                   const Methods& methods = {}, const DressObserver& observer = {});
 
@@ -193,9 +218,11 @@ BodyRoom make_room(const TriangleMesh& body, double room);
 /// skin does not jump between two frames.
 void make_room(std::vector<TriangleMesh>& frames, double room);
 
-/// The garment with panels moved outward until nothing crosses. Throws DressFailed that names the
-/// panel for which no free place was found.
+/// The garment with panels moved outward until nothing crosses: no panel the body, another panel or
+/// a garment that is worn below. Throws DressFailed that names the panel for which no free place
+/// was found.
 std::vector<MovedPanel> find_free_start(GarmentMesh& garment, const TriangleMesh& body,
-                                        double largest_move);
+                                        double largest_move,
+                                        std::span<const WornGarment> under = {});
 
 }  // namespace selvedge

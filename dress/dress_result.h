@@ -22,6 +22,8 @@ namespace selvedge {
 ///   pictures/front.png, back.png, and the same of strain_ and pressure_: the largest strain of
 ///                             each triangle and the pressure, from dark blue (0) to yellow
 ///                             (strain_scale_top and pressure_scale_top_Pa of result.json)
+///   under/0.obj, ...          with garments below: as they lie under the new one, innermost first, as
+///                             garment.obj without groups
 ///   poses/NAME.obj            of a moving body: the garment at each pose, as garment.obj; with
 ///                             pictures/last_pose_front.png, last_pose_back.png
 ///   motion/frames, motion/steps    the way through the poses, with the body in each frame
@@ -42,6 +44,14 @@ struct DressFolderConfig {
 DressResult dress_into_folder(const SewingPattern& pattern, const TriangleMesh& body,
                               const DressConfig& config, const DressFolderConfig& folder,
                               const Methods& methods = {});
+
+/// The garments of a result folder, the innermost first, to be worn below another one: those that
+/// it has in under/, and its own, with the fabric, strain limit and friction of result.json and
+/// `outer_friction`. `body_file`: axes and unit with which the folder was made. Throws
+/// std::invalid_argument for a folder without a garment, one that is not clean, and fabrics that
+/// cannot be found.
+std::vector<WornGarment> read_worn(const std::filesystem::path& folder, const LoadConfig& body_file,
+                                   double outer_friction);
 
 /// The verdict and the measures of a dressed garment as JSON text.
 std::string dress_result_text(const std::string& pattern_name, const DressResult& result,

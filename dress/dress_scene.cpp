@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // The garment between two phases: its scene, and the merge of seams that have closed.
+#include <fmt/format.h>
 #include <selvedge/core/cloth_mesh.h>
+#include <selvedge/core/measure.h>
 #include <selvedge/detection/find.h>
 #include <selvedge/dress/detail/dressing.h>
 #include <selvedge/simulation/refinement.h>
@@ -22,6 +24,7 @@ constexpr double kSpanning = 0.5;
 constexpr std::size_t kMostMoves = 64;  // blocked pairs that move_together tries
 constexpr double kMoveShare = 0.98;     // of the distance of a pair, which it moves a vertex
 constexpr const char* kCloth = "garment";
+constexpr const char* kBody = "body";
 constexpr const char* kMaterial = "fabric";
 /// The reach of the pull, relative to the largest opening. Within a hundredth of the reach, the
 /// pull decreases to zero.
@@ -47,6 +50,70 @@ SeamSpec seam_spec(std::span<const Edge> pairs, double tension, double reach, do
 
 ClothMesh make_cloth(const Garment& garment, const Material& fabric) {
   return make_from_pattern(garment.surface, garment.flat, fabric);
+}
+
+std::string layer_name(std::size_t k) { return fmt::format("under_{}", k); }
+
+Piece layer_piece(const UnderLayer& layer) {
+  const WornGarment& worn = *layer.worn;
+  return {make_from_pattern({layer.x, worn.surface.triangles}, worn.flat, worn.fabric), worn.flat};
+}
+
+BodySpec skin_spec(const std::string& name, const TriangleMesh& mesh, double friction) {
+  BodyFile skin;
+  skin.mesh = mesh;
+  skin.load.weld = false;
+  return {.name = name, .shape = skin, .placement = {}, .motion = {}, .friction = friction};
+}
+
+/// The garments below at rest, while the new one is sewn around them.
+void add_held_layers(const Garment& garment, const PhaseSettings& settings, Scene& scene) {
+  for (std::size_t k = 0; k < garment.under.size(); ++k) {
+    const UnderLayer& layer = garment.under[k];
+    scene.bodies.push_back(
+        skin_spec(layer_name(k), {layer.x, layer.worn->surface.triangles}, settings.friction));
+  }
+}
+
+/// The garments below as cloth, with frictions of their own.
+void add_layers(const Garment& garment, Scene& scene) {
+  const auto add_friction = [&](std::size_t k, const std::string& other, double friction) {
+    scene.contact.pairs.push_back(
+        {.a = layer_name(k), .b = other, .friction = friction, .rest_gap = {}});
+  };
+  for (std::size_t k = 0; k < garment.under.size(); ++k) {
+    const UnderLayer& layer = garment.under[k];
+    const std::string material = layer_name(k) + " fabric";
+    scene.materials[material] = layer.worn->fabric;
+    ClothFile surface;
+    surface.mesh = {layer.x, layer.worn->surface.triangles};
+    scene.cloths.push_back(
+        {.name = layer_name(k), .shape = surface, .placement = {}, .material = material});
+    add_friction(k, kBody, layer.worn->body_friction);
+    add_friction(k, kCloth, layer.worn->outer_friction);
+    for (std::size_t outer = k + 1; outer < garment.under.size(); ++outer)
+      add_friction(k, layer_name(outer), layer.worn->outer_friction);
+  }
+}
+
+/// Takes over the vertices of the garment, and of those below if they are cloth.
+void take_vertices(std::span<const Vec3> x, std::span<const Vec3> v, bool with_under,
+                   Garment& garment) {
+  const auto assign = [](std::vector<Vec3>& to, std::span<const Vec3> from) {
+    to.assign(from.begin(), from.end());
+  };
+  std::size_t at = x.size();
+  if (with_under)
+    for (const UnderLayer& layer : garment.under) at -= layer.x.size();
+  assign(garment.surface.vertices, x.first(at));
+  assign(garment.velocity, v.first(at));
+  if (!with_under) return;
+  for (UnderLayer& layer : garment.under) {
+    const std::size_t count = layer.x.size();
+    assign(layer.x, x.subspan(at, count));
+    assign(layer.v, v.subspan(at, count));
+    at += count;
+  }
 }
 
 /// New index of each vertex when pairs merge: the one with the smaller index represents both, as in
@@ -104,6 +171,13 @@ double Garment::largest_opening() const {
   return largest;
 }
 
+std::size_t Garment::widest_seam() const {
+  std::size_t widest = 0;
+  for (std::size_t s = 1; s < stitches.size(); ++s)
+    if (opening(s) > opening(widest)) widest = s;
+  return widest;
+}
+
 double Garment::mean_opening() const {
   double sum = 0.0;
   for (std::size_t s = 0; s < stitches.size(); ++s)
@@ -111,7 +185,7 @@ double Garment::mean_opening() const {
   return sum / static_cast<double>(std::max<std::size_t>(1, open_pairs()));
 }
 
-Garment start_garment(const GarmentMesh& mesh) {
+Garment start_garment(const GarmentMesh& mesh, std::span<const WornGarment> under) {
   Garment garment;
   garment.surface = {mesh.placed, mesh.flat.triangles};
   garment.flat = mesh.flat;
@@ -133,6 +207,9 @@ Garment start_garment(const GarmentMesh& mesh) {
     for (std::size_t e = 0; e < mesh.edge_vertices[p].size(); ++e)
       garment.borders.push_back(
           {static_cast<std::int32_t>(p), static_cast<std::int32_t>(e), mesh.edge_vertices[p][e]});
+  for (const WornGarment& worn : under)
+    garment.under.push_back({&worn, worn.surface.vertices,
+                             std::vector<Vec3>(worn.surface.vertices.size(), Vec3::Zero())});
   return garment;
 }
 
@@ -148,14 +225,11 @@ DressScene make_dress_scene(const Garment& garment, const TriangleMesh& body,
   surface.mesh = garment.surface;
   scene.cloths.push_back(
       {.name = kCloth, .shape = surface, .placement = {}, .material = kMaterial});
-  BodyFile skin;
-  skin.mesh = body;
-  skin.load.weld = false;
-  scene.bodies.push_back({.name = "body",
-                          .shape = skin,
-                          .placement = {},
-                          .motion = {},
-                          .friction = settings.friction});
+  scene.bodies.push_back(skin_spec(kBody, body, settings.friction));
+  if (settings.hold_under)
+    add_held_layers(garment, settings, scene);
+  else
+    add_layers(garment, scene);
   scene.gravity = settings.gravity;
   scene.air.viscous_drag = settings.drag;
   scene.contact.rest_gap = config.rest_gap;
@@ -176,10 +250,14 @@ DressScene make_dress_scene(const Garment& garment, const TriangleMesh& body,
       scene.seams.push_back(seam_spec(pairs, tension, reach, merge));
     }
   }
-  made.built = build_scene(scene, [&](std::size_t) {
-    return Piece{make_cloth(garment, fabric), garment.flat};
+  made.built = build_scene(scene, [&](std::size_t piece) {
+    if (piece == 0) return Piece{make_cloth(garment, fabric), garment.flat};
+    return layer_piece(garment.under[piece - 1]);
   });
   made.built.velocity = garment.velocity;
+  for (std::size_t k = 0; k + 1 < scene.cloths.size(); ++k)
+    made.built.velocity.insert(made.built.velocity.end(), garment.under[k].v.begin(),
+                               garment.under[k].v.end());
   return made;
 }
 
@@ -206,8 +284,7 @@ std::size_t merge_closed(const DressScene& scene, const Simulation& simulation,
     for (std::int32_t& v : t) v = number[v];
   for (std::int32_t& v : garment.corner) v = number[v];
   merging.merge(event, state);
-  garment.surface.vertices = std::move(state.x);
-  garment.velocity = std::move(state.v);
+  take_vertices(state.x, state.v, scene.scene.cloths.size() > 1, garment);
   return event.pairs.size();
 }
 
@@ -222,6 +299,7 @@ std::size_t move_together(const Simulation& simulation, Garment& garment, const 
                 .empty();
   };
   take_state(simulation, garment);
+  std::vector<Vec3> x(simulation.positions().begin(), simulation.positions().end());
   std::set<std::int32_t> moved;
   std::size_t tries = 0;
   for (std::size_t s = 0; s < garment.stitches.size(); ++s) {
@@ -231,11 +309,11 @@ std::size_t move_together(const Simulation& simulation, Garment& garment, const 
       if (moved.contains(pair[0]) || moved.contains(pair[1])) continue;
       ++tries;
       for (const auto& [v, other] : {Edge{pair[0], pair[1]}, Edge{pair[1], pair[0]}}) {
-        std::vector<Vec3>& x = garment.surface.vertices;
         std::vector<Vec3> to = x;
         to[v] += kMoveShare * (x[other] - x[v]);
         if (collides(x, to)) continue;
         x = std::move(to);
+        garment.surface.vertices[v] = x[v];
         moved.insert(pair.begin(), pair.end());
         break;
       }
@@ -255,9 +333,22 @@ double mean_height(std::span<const Vec3> x, std::span<const double> weight) {
 }
 
 void take_state(const Simulation& simulation, Garment& garment) {
-  const auto x = simulation.positions(), v = simulation.velocities();
-  garment.surface.vertices.assign(x.begin(), x.end());
-  garment.velocity.assign(v.begin(), v.end());
+  const bool with_under = simulation.built().piece_begin.size() > 2;
+  take_vertices(simulation.positions(), simulation.velocities(), with_under, garment);
+}
+
+double garment_height(const Simulation& simulation) {
+  return mean_height(of_garment(simulation, simulation.positions()),
+                     of_garment(simulation, std::span<const double>(simulation.mass())));
+}
+
+double max_stretch(const Simulation& simulation, std::size_t piece) {
+  const BuiltScene& built = simulation.built();
+  const std::int32_t begin = built.piece_begin[piece], end = built.piece_begin[piece + 1];
+  std::vector<Spring> springs;
+  for (const Spring& spring : built.cloth.springs)
+    if (begin <= spring.a && spring.a < end) springs.push_back(spring);
+  return spring_strains(springs, simulation.positions()).max;
 }
 
 double closed_opening(const DressConfig& config) { return kOpeningShare * config.edge_length; }

@@ -20,8 +20,9 @@ constexpr double kParallel = 0.9;  // cosine above which two panels face the sam
 
 class FreeStart {
  public:
-  FreeStart(GarmentMesh& garment, const TriangleMesh& body, double largest_move)
-      : garment_(garment), body_(body), largest_move_(largest_move) {
+  FreeStart(GarmentMesh& garment, const TriangleMesh& body, double largest_move,
+            std::span<const WornGarment> under)
+      : garment_(garment), body_(body), largest_move_(largest_move), under_(under) {
     const std::size_t panels = garment.panel_names.size();
     for (std::size_t p = 0; p < panels; ++p) outward_.push_back(outward(p));
     moved_.assign(panels, 0.0);
@@ -54,10 +55,11 @@ class FreeStart {
     const auto p = static_cast<std::size_t>(panel);
     moved_[p] += kStep;
     if (moved_[p] > largest_move_)
-      throw DressFailed(fmt::format(
-          "panel \"{}\" crosses the body or another panel, and moving it outward by {:g} m does "
-          "not free it; place it farther from the body",
-          garment_.panel_names[p], largest_move_));
+      throw DressFailed(
+          fmt::format("panel \"{}\" crosses the body, a garment or another panel, and moving it "
+                      "outward by {:g} m does "
+                      "not free it; place it farther from the body",
+                      garment_.panel_names[p], largest_move_));
     for (Vec3& x : vertices(p)) x += kStep * outward_[p];
   }
 
@@ -69,6 +71,10 @@ class FreeStart {
     for (const TrianglePair& pair :
          find_crossings({garment_.placed, triangles}, {body_.vertices, body_.triangles}))
       found.insert(panel(pair.triangle_a));
+    for (const WornGarment& worn : under_)
+      for (const TrianglePair& pair : find_crossings(
+               {garment_.placed, triangles}, {worn.surface.vertices, worn.surface.triangles}))
+        found.insert(panel(pair.triangle_a));
     for (std::size_t p = 0; p < moved_.size(); ++p)
       if (!found.contains(static_cast<std::int32_t>(p)) &&
           std::abs(detail::winding_number(body_, vertices(p).front())) > 0.5)
@@ -85,6 +91,7 @@ class FreeStart {
   GarmentMesh& garment_;
   const TriangleMesh& body_;
   double largest_move_;
+  std::span<const WornGarment> under_;
   std::vector<Vec3> outward_;
   std::vector<double> moved_;  // m
 };
@@ -92,8 +99,8 @@ class FreeStart {
 }  // namespace
 
 std::vector<MovedPanel> find_free_start(GarmentMesh& garment, const TriangleMesh& body,
-                                        double largest_move) {
-  return FreeStart(garment, body, largest_move).find();
+                                        double largest_move, std::span<const WornGarment> under) {
+  return FreeStart(garment, body, largest_move, under).find();
 }
 
 }  // namespace selvedge

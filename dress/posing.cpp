@@ -86,8 +86,7 @@ class Posing {
 
   /// Of the garment above the body, m.
   double height() const {
-    return mean_height(simulation_->positions(), simulation_->mass()) -
-           mean_height(simulation_->body_positions(), {});
+    return garment_height(*simulation_) - mean_height(simulation_->body_positions(), {});
   }
 
   /// From frame `body_frame_` to the next one.
@@ -118,8 +117,7 @@ class Posing {
     const std::vector<std::uint8_t> flags = simulation_->flags();
     result_.poses.push_back(
         {.time = simulation_->time(),
-         .max_stretch =
-             spring_strains(simulation_->built().cloth.springs, simulation_->positions()).max,
+         .max_stretch = max_stretch(*simulation_, 0),
          .drop = start_height_ - height(),
          .flagged = static_cast<int>(
              std::count_if(flags.begin(), flags.end(), [](std::uint8_t f) { return f != 0; }))});

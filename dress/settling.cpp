@@ -96,7 +96,7 @@ class Settling {
 
   void run() {
     result_.at_rest = false;
-    const double start = mean_height(simulation_->positions(), simulation_->mass());
+    const double start = garment_height(*simulation_);
     for (int frame = 1; !result_.at_rest && frame <= config_.settle_time * config_.fps; ++frame)
       make_frame(frame);
     finish(start);
@@ -163,11 +163,15 @@ class Settling {
     take_state(*simulation_, garment_);
     add_run(*simulation_, phase_name(phase_), result_);
     result_.state_hash = simulation_->result().state_hash;
+    const std::size_t own = garment_.surface.vertices.size();
     result_.flags = simulation_->flags();
+    result_.flags.resize(own);
     result_.pressure = body_pressure(*simulation_);
-    result_.drop += start_height - mean_height(simulation_->positions(), simulation_->mass());
-    result_.max_stretch =
-        spring_strains(simulation_->built().cloth.springs, simulation_->positions()).max;
+    result_.pressure.resize(own);
+    result_.drop += start_height - garment_height(*simulation_);
+    result_.max_stretch = max_stretch(*simulation_, 0);
+    for (std::size_t k = 0; k < result_.under.size(); ++k)
+      result_.under[k].max_stretch = max_stretch(*simulation_, k + 1);
   }
 
   Garment& garment_;

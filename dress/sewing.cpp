@@ -59,6 +59,7 @@ class Sewing {
                                  .pull = pull_,
                                  .merge = merge_share_,
                                  .limit_strain = false,
+                                 .hold_under = true,
                                  .seams = stage()};
     scene_ =
         std::make_unique<DressScene>(make_dress_scene(garment_, dressing_.body, config_, settings));
@@ -179,9 +180,7 @@ class Sewing {
   }
 
   [[noreturn]] void refuse_open_seam() {
-    std::size_t widest = 0;
-    for (std::size_t s = 0; s < garment_.stitches.size(); ++s)
-      if (garment_.opening(s) > garment_.opening(widest)) widest = s;
+    const std::size_t widest = garment_.widest_seam();
     throw DressFailed(fmt::format(
         "{} does not close: {} of its {} pairs are open, by at most {:.1f} mm; the garment is too "
         "small there for the body, or a part of it is in the way",

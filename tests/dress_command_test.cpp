@@ -108,6 +108,57 @@ TEST_F(DressProgram, EveryGarmentOfAListFollowsThePoses) {
   EXPECT_FALSE(exists("out/tube/poses"));
 }
 
+TEST_F(DressProgram, AGarmentLiesOverADressedOneAndBothAreClean) {
+  ASSERT_EQ(run("dress tube.json body.obj --friction 0.5 --out inner" + options_).code, 0);
+  const Outcome outcome =
+      run("dress tube.json body.obj --over inner --over-friction 0.2 --every-step --out both" +
+          options_);
+  EXPECT_EQ(outcome.code, 0) << outcome.out << outcome.err;
+  EXPECT_SAYS(outcome.out, "below        tube: max stretch");
+  const Json under = result("both")["under"];
+  ASSERT_EQ(under.size(), 1u);
+  EXPECT_EQ(under[0]["body_friction"], 0.5);
+  EXPECT_EQ(under[0]["outer_friction"], 0.2);
+  const Outcome judged = run("check both");
+  EXPECT_EQ(judged.code, 0) << judged.out << judged.err;
+  // The frames hold both garments.
+  const TriangleMesh inner = read_mesh(folder_ / "both/under/0.obj"),
+                     outer = read_mesh(folder_ / "both/garment.obj"),
+                     last = read_mesh(folder_ / "both/frames/cloth_00010.ply");
+  EXPECT_EQ(inner.triangles, read_mesh(folder_ / "inner/garment.obj").triangles);
+  EXPECT_EQ(last.triangles.size(), inner.triangles.size() + outer.triangles.size());
+
+  // A third one over both, which follows the body.
+  const Outcome third = run("dress tube.json body.obj --over both --out three" + options_ + poses_);
+  EXPECT_EQ(third.code, 0) << third.out << third.err;
+  ASSERT_EQ(result("three")["under"].size(), 2u);
+  EXPECT_EQ(result("three")["under"][0]["outer_friction"], 0.2);
+  EXPECT_EQ(result("three")["under"][1]["outer_friction"], 0.3);
+  EXPECT_EQ(run("check three/motion").code, 0);
+}
+
+TEST_F(DressProgram, AGarmentThatCannotBeWornBelowIsRefused) {
+  const std::string command = "dress tube.json body.obj --out out" + options_ + " --over ";
+  EXPECT_REFUSED(run(command + "nowhere"), "nowhere: holds no dressed garment");
+  ASSERT_EQ(run("dress tube.json body.obj --out inner" + options_).code, 0);
+  EXPECT_REFUSED(run("dress tube.json body.obj --out inner --over inner" + options_),
+                 "is the folder of --out, too");
+  EXPECT_REFUSED(run("dress --list . body.obj --out out --over inner" + options_),
+                 "without --list");
+  write_body("elsewhere.obj", 0.2);
+  EXPECT_REFUSED(run("dress tube.json elsewhere.obj --out out --over inner" + options_),
+                 "give the body on which it was put on");
+  Json json = result("inner");
+  json["clean"] = false;
+  write("inner/result.json", json.dump());
+  EXPECT_REFUSED(run(command + "inner"), "its garment is not clean");
+  json["dress"] = "failed";
+  write("inner/result.json", json.dump());
+  EXPECT_REFUSED(run(command + "inner"), "its garment was not put on");
+  write("inner/result.json", R"({"dress": "finished", "clean": true})");
+  EXPECT_REFUSED(run(command + "inner"), "another version");
+}
+
 // ---- mutilated patterns
 
 /// A change that makes the pattern faulty wherever it happens.
@@ -118,9 +169,7 @@ Json& any_of(Json& list, std::mt19937& random) {
   std::advance(item, static_cast<std::ptrdiff_t>(random() % list.size()));
   return *item;
 }
-Json& panel(Json& file, std::mt19937& random) {
-  return any_of(file["pattern"]["panels"], random);
-}
+Json& panel(Json& file, std::mt19937& random) { return any_of(file["pattern"]["panels"], random); }
 Json& edge(Json& file, std::mt19937& random) {
   return any_of(panel(file, random)["edges"], random);
 }
@@ -135,10 +184,16 @@ void erase_any(Json& object, std::mt19937& random, std::vector<const char*> keys
 const std::vector<Fault>& faults() {
   static const std::vector<Fault> list = {
       // missing keys
-      [](Json& f, std::mt19937& r) { erase_any(panel(f, r), r, {"vertices", "edges"}); },
+      [](Json& f, std::mt19937& r) {
+        erase_any(panel(f, r), r, {"vertices", "edges"});
+      },
       [](Json& f, std::mt19937& r) { edge(f, r).erase("endpoints"); },
-      [](Json& f, std::mt19937& r) { erase_any(any_of(stitch(f, r), r), r, {"panel", "edge"}); },
-      [](Json& f, std::mt19937& r) { erase_any(f, r, {"pattern", "properties"}); },
+      [](Json& f, std::mt19937& r) {
+        erase_any(any_of(stitch(f, r), r), r, {"panel", "edge"});
+      },
+      [](Json& f, std::mt19937& r) {
+        erase_any(f, r, {"pattern", "properties"});
+      },
       // no numbers: a NaN is written as null
       [](Json& f, std::mt19937& r) { any_of(panel(f, r)["vertices"], r)[r() % 2] = nullptr; },
       [](Json& f, std::mt19937& r) { panel(f, r)["translation"][r() % 3] = "near"; },

@@ -41,6 +41,12 @@ struct DividedEdge {
   std::vector<std::int32_t> vertices;
 };
 
+/// A garment below, in one state.
+struct UnderLayer {
+  const WornGarment* worn = nullptr;  ///< of DressConfig::under
+  std::vector<Vec3> x, v;             ///< m and m/s
+};
+
 /// The garment in one state.
 struct Garment {
   TriangleMesh surface;              ///< m; triangle i corresponds to triangle i of `flat`
@@ -50,7 +56,8 @@ struct Garment {
   std::vector<std::int32_t> panel_of_triangle;
   std::vector<Stitching> stitches;
   std::vector<DividedEdge> borders;
-  std::vector<char> mirrored;  ///< per panel: `flat` mirrors the plane of the pattern
+  std::vector<char> mirrored;     ///< per panel: `flat` mirrors the plane of the pattern
+  std::vector<UnderLayer> under;  ///< as cloth, their vertices follow those of the garment
 
   /// Whether a choice includes stitch `s`.
   bool is_chosen(std::size_t s, SeamChoice choice) const;
@@ -59,10 +66,11 @@ struct Garment {
   std::size_t open_pairs() const;
   double opening(std::size_t s) const;  ///< m, the largest distance of a pair
   double largest_opening() const;       ///< m
+  std::size_t widest_seam() const;      ///< the stitch with the largest opening; 0 without stitches
   double mean_opening() const;          ///< m, of the open pairs
 };
 
-Garment start_garment(const GarmentMesh& mesh);
+Garment start_garment(const GarmentMesh& mesh, std::span<const WornGarment> under = {});
 
 /// Splits every triangle into four. No point of the surface moves, so a clean state stays clean; in
 /// the flat pattern, the new vertices of curved edges lie on their curves.
@@ -76,6 +84,8 @@ struct PhaseSettings {
   double pull = 0.0;            ///< N per metre of seam
   double merge = 0.0;  ///< share of the spacing of a seam at which its pairs merge; 0: they do not
   bool limit_strain = true;
+  /// Garments below rest in place, as bodies do, instead of moving as cloth.
+  bool hold_under = false;
   SeamChoice seams = SeamChoice::all;  ///< that pull
   /// 1/s, frames of the scene while the body moves; then cloth to which it leaves no room is
   /// carried on. 0: the body rests.
@@ -112,8 +122,18 @@ std::size_t move_together(const Simulation& simulation, Garment& garment, const 
 /// Mean height of points by weight, m; without weights, each counts the same.
 double mean_height(std::span<const Vec3> x, std::span<const double> weight);
 
-/// Takes positions and velocities over from a simulation.
+/// Takes positions and velocities over from a simulation, also of garments below that are cloth.
 void take_state(const Simulation& simulation, Garment& garment);
+
+/// The part of values of all vertices of a simulation that belongs to the garment itself.
+template <class T>
+std::span<const T> of_garment(const Simulation& simulation, std::span<const T> values) {
+  return values.first(static_cast<std::size_t>(simulation.built().piece_begin[1]));
+}
+/// Mean height of the garment, by mass, m.
+double garment_height(const Simulation& simulation);
+/// Largest strain of a spring of one piece: 0 is the garment, the others lie below it.
+double max_stretch(const Simulation& simulation, std::size_t piece);
 
 /// Adds the result of a simulation that ends: clean, states, and seconds under the name of a phase.
 void add_run(const Simulation& simulation, const char* phase, DressResult& result);

@@ -38,12 +38,29 @@ void write_whole(const std::filesystem::path& file, const Fill& fill) {
   }
 }
 
-template <class T>
-void append_little_endian(std::string& text, T value) {
-  auto bytes = std::bit_cast<std::array<char, sizeof(T)>>(value);
-  if constexpr (std::endian::native == std::endian::big) std::reverse(bytes.begin(), bytes.end());
-  text.append(bytes.data(), bytes.size());
-}
+/// Bytes of numbers on their way into a file, a block at a time.
+class BinaryBlock {
+ public:
+  explicit BinaryBlock(AtomicFile& out) : out_(out) {}
+
+  template <class T>
+  void append(T value) {
+    auto bytes = std::bit_cast<std::array<char, sizeof(T)>>(value);
+    if constexpr (std::endian::native == std::endian::big) std::reverse(bytes.begin(), bytes.end());
+    if (size_ + bytes.size() > block_.size()) flush();
+    std::copy(bytes.begin(), bytes.end(), block_.begin() + static_cast<std::ptrdiff_t>(size_));
+    size_ += bytes.size();
+  }
+  void flush() {
+    out_.write(block_.data(), size_);
+    size_ = 0;
+  }
+
+ private:
+  AtomicFile& out_;
+  std::array<char, 4096> block_;
+  std::size_t size_ = 0;
+};
 
 bool is_property_name(const std::string& name) {
   const bool taken = name == "x" || name == "y" || name == "z";
@@ -97,23 +114,20 @@ void write_ply(const std::filesystem::path& file, std::span<const Vec3> x,
   check_extra(extra, x.size());
   write_whole(file, [&](AtomicFile& out) {
     out.write(ply_header(x.size(), triangles.size(), extra));
-    std::string element;
+    BinaryBlock block(out);
     for (std::size_t i = 0; i < x.size(); ++i) {
-      element.clear();
-      for (int k = 0; k < 3; ++k) append_little_endian(element, x[i][k]);
+      for (int k = 0; k < 3; ++k) block.append(x[i][k]);
       for (const NamedValues& values : extra)
         if (values.as_byte)
-          append_little_endian(element, static_cast<std::uint8_t>(values.values[i]));
+          block.append(static_cast<std::uint8_t>(values.values[i]));
         else
-          append_little_endian(element, values.values[i]);
-      out.write(element);
+          block.append(values.values[i]);
     }
     for (const Triangle& t : triangles) {
-      element.clear();
-      append_little_endian(element, std::uint8_t{3});
-      for (const std::int32_t v : t) append_little_endian(element, v);
-      out.write(element);
+      block.append(std::uint8_t{3});
+      for (const std::int32_t v : t) block.append(v);
     }
+    block.flush();
   });
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/block_matrix.h>
 #include <selvedge/core/check.h>
+#include <selvedge/core/detail/even_grain.h>
 #include <selvedge/core/detail/lane_matrix.h>
 #include <selvedge/core/parallel.h>
 
@@ -11,7 +12,7 @@
 namespace selvedge {
 namespace {
 
-constexpr std::size_t kRowGrain = 1024;
+constexpr std::size_t kRows = 512, kValues = 16384;  // least per task
 
 }  // namespace
 
@@ -47,9 +48,10 @@ BlockMatrix::BlockMatrix(std::size_t n, std::vector<Edge> links) : row_begin_(n 
 }
 
 void BlockMatrix::set_zero() {
-  parallel_for(values_.size(), 16 * kRowGrain, [&](std::size_t begin, std::size_t end) {
-    std::fill(values_.begin() + begin, values_.begin() + end, Mat3::Zero());
-  });
+  parallel_for(values_.size(), detail::even_grain(values_.size(), kValues),
+               [&](std::size_t begin, std::size_t end) {
+                 std::fill(values_.begin() + begin, values_.begin() + end, Mat3::Zero());
+               });
 }
 
 void BlockMatrix::set_zero(std::size_t first, std::size_t last) {
@@ -69,7 +71,7 @@ std::int32_t BlockMatrix::slot(std::int32_t i, std::int32_t j) const {
 void BlockMatrix::multiply(std::span<const Vec3> x, std::span<Vec3> y) const {
   SELVEDGE_ASSERT(x.size() == size() && y.size() == size());
   if (size() == 0) return;
-  parallel_for(size(), kRowGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(size(), detail::even_grain(size(), kRows), [&](std::size_t begin, std::size_t end) {
     detail::lane_matrix_kernel().multiply_blocks(
         row_begin_.data(), column_.data(), values_[0].data(), x[0].data(), y[0].data(), begin, end);
   });

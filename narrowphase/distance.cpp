@@ -28,7 +28,7 @@ constexpr double kWellConditioned = 0x1p-20;
 /// and gives no direction: 3 differences of 1 unit, summed, times a reserve of 4.
 constexpr double kNoDirection = 12.0 * kHalfUlp;
 /// Number of pairs per task.
-constexpr std::size_t kGrain = 4096;
+constexpr std::size_t kGrain = 2048;
 
 /// Parameter in [0, 1] of the point of the segment origin + s d that is nearest to the point p,
 /// with op = p - origin. A zero-length segment gives 0.

@@ -4,12 +4,14 @@
 #include <gtest/gtest.h>
 #include <selvedge/core/block_matrix.h>
 #include <selvedge/core/detail/aggregation.h>
+#include <selvedge/core/detail/even_grain.h>
 #include <selvedge/core/detail/implicit_terms.h>
 #include <selvedge/core/detail/lane_matrix.h>
 #include <selvedge/core/detail/multilevel.h>
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <bit>
 #include <numeric>
 #include <random>
 #include <vector>
@@ -223,6 +225,22 @@ TEST_P(LaneMatrixOf, KnowsItsTermsWhateverTheirNumberWasBefore) {
 INSTANTIATE_TEST_SUITE_P(Grids, LaneMatrixOf,
                          ::testing::Values(Case{5, false}, Case{16, false}, Case{37, false},
                                            Case{37, true}));
+
+TEST(EvenGrain, DividesIntoAPowerOfTwoOfRangesThatAreLargeEnough) {
+  for (std::size_t n = 0; n < 5000; ++n)
+    for (const std::size_t least : {1u, 7u, 64u, 1024u}) {
+      const std::size_t grain = detail::even_grain(n, least);
+      ASSERT_GE(grain, 1u);
+      ASSERT_TRUE(grain >= least || grain >= n) << n << ", " << least;
+      const std::size_t ranges = (n + grain - 1) / grain;
+      ASSERT_LE(ranges, std::bit_ceil(std::max<std::size_t>(n / least, 1)));
+      // As many as the largest power of two allows, unless rounding up the grain saves the last.
+      ASSERT_GE(2 * ranges, std::bit_floor(n / least)) << n << ", " << least;
+    }
+  EXPECT_EQ(detail::even_grain(2500, 1024), 1250u);
+  EXPECT_EQ(detail::even_grain(313, 64), 79u);
+  EXPECT_EQ(detail::even_grain(100, 1024), 100u);
+}
 
 TEST(LaneMatrix, EveryWidthGivesTheSameBits) {
   for (const bool shuffled : {false, true}) {

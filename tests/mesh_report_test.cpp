@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/bodies/body.h>
 #include <selvedge/bodies/detail/exact_orientation.h>
+#include <selvedge/bodies/detail/triangle_crossing.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/bodies/mesh_report.h>
 #include <selvedge/core/parallel.h>
@@ -142,6 +143,24 @@ TEST(MeshReport, DegeneratePairsAreJudgedTheSameInEveryOrder) {
     ASSERT_EQ(expected, crossings(x)) << "round " << round;
   }
   EXPECT_GT(met, 400u);
+}
+
+// The second corner of the one lies on a side of the other, or beyond it: a plane that had both on
+// different sides would be rounding error.
+TEST(MeshReport, TrianglesThatTouchBeyondTheirCommonCornerAreNeverCalledApart) {
+  std::mt19937 random(15);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  std::uniform_int_distribution<int> exponent(-20, 20);
+  const auto vector = [&] { return Vec3(uniform(random), uniform(random), uniform(random)); };
+  for (int round = 0; round < 20000; ++round) {
+    const Vec3 scale(std::exp2(exponent(random)), 1.0, std::exp2(exponent(random)));
+    const Vec3 shared = scale.cwiseProduct(vector());
+    const detail::Corners a{Vec3::Zero(), shared, scale.cwiseProduct(vector())};
+    const detail::Corners b{Vec3::Zero(), std::exp2(exponent(random)) * shared,
+                            scale.cwiseProduct(vector())};
+    ASSERT_TRUE(detail::wedges_meet(a, b)) << "round " << round;
+    ASSERT_TRUE(detail::wedges_meet(b, a)) << "round " << round;
+  }
 }
 
 TEST(MeshReport, TwoLinkedTubesThatPassThroughEachOtherAreFound) {

@@ -3,6 +3,7 @@
 #include <selvedge/bodies/detail/triangle_crossing.h>
 
 #include <algorithm>
+#include <limits>
 
 namespace selvedge::detail {
 
@@ -75,6 +76,28 @@ std::array<int, 3> sides(const Corners& a, const Corners& b) {
           orientation(b[0], b[1], b[2], a[2])};
 }
 
+// Rounding of a difference, of three products and of their sum, with room to spare, relative to the
+// sum of the absolute products.
+constexpr double kRoundingShare = 16.0 * std::numeric_limits<double>::epsilon();
+
+// Whether the points from `corner` to t[1] and t[2] are certainly on the side of `direction`.
+bool ahead(const Vec3& corner, const Corners& t, const Vec3& direction) {
+  for (const int k : {1, 2}) {
+    const Vec3 u = t[k] - corner;
+    if (!(direction.dot(u) > kRoundingShare * direction.cwiseAbs().dot(u.cwiseAbs()))) return false;
+  }
+  return true;
+}
+
+// Whether a plane through the common corner certainly has the triangles on different sides, as with
+// neighbours of a smooth surface: no exact arithmetic is needed then.
+bool corner_separates(const Corners& a, const Corners& b) {
+  const Vec3 to_a = (a[1] - a[0]).normalized() + (a[2] - a[0]).normalized();
+  const Vec3 to_b = (b[1] - b[0]).normalized() + (b[2] - b[0]).normalized();
+  const Vec3 direction = to_a.normalized() - to_b.normalized();
+  return ahead(a[0], a, direction) && ahead(a[0], b, -direction);
+}
+
 }  // namespace
 
 bool has_no_area(const Corners& t) { return projection_axis(t) < 0; }
@@ -94,6 +117,7 @@ bool triangles_meet(const Corners& a, const Corners& b) {
 // meets the other one: their common segment starts at the corner and ends where the first triangle
 // ends.
 bool wedges_meet(const Corners& a, const Corners& b) {
+  if (corner_separates(a, b)) return false;
   const std::array<int, 3> side_a = sides(a, b);
   if (side_a[1] * side_a[2] > 0) return false;
   const std::array<int, 3> side_b = sides(b, a);

@@ -14,7 +14,8 @@ namespace {
 // limited to this value.
 constexpr double kMaxRatio = 4.0;
 constexpr std::size_t kVertexGrain = 2048;  // vertices or items per task of boxing
-constexpr std::size_t kLeafGrain = 256;     // leaves per task of layout or fitting
+constexpr std::size_t kLeafGrain = 256;     // leaves per task of layout
+constexpr std::size_t kFitGrain = 64;       // leaves per task of fitting: 10 µs of work
 // Leaves by topology are used if they are at most this many times as many as full leaves would be.
 constexpr std::size_t kMostLeaves = 2;
 constexpr std::size_t kOrientGrain = 16;  // nodes per task of finding oriented boxes
@@ -438,7 +439,7 @@ void VolumeTree<V>::fit_leaf(Leaf& leaf, const std::vector<Dop>& vertex_boxes) {
 
 template <BoundingVolume V>
 void VolumeTree<V>::fit_leaves(const std::vector<Dop>& vertex_boxes) {
-  parallel_for(leaves_.size(), kLeafGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(leaves_.size(), kFitGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t l = begin; l < end; ++l) fit_leaf(leaves_[l], vertex_boxes);
   });
 }

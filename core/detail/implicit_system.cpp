@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/check.h>
+#include <selvedge/core/detail/even_grain.h>
 #include <selvedge/core/detail/force_checks.h>
 #include <selvedge/core/detail/implicit_system.h>
 #include <selvedge/core/parallel.h>
@@ -12,7 +13,8 @@
 namespace selvedge::detail {
 namespace {
 
-constexpr std::size_t kParticleGrain = 2048;
+// Least number of particles per task: 5 µs of work.
+constexpr std::size_t kParticles = 1024;
 // Rows of the matrix that are summed together: 200 kB of a sheet's.
 constexpr std::size_t kMatrixGrain = 128;
 // Blocks that are scaled together.
@@ -35,8 +37,14 @@ constexpr double kDrift = 1e-4;
 // Rounding of a point on a line, as a share of its greatest coordinate.
 constexpr double kOnLine = 1e-15;
 
+/// Sum of body(begin, end) over ranges of n particles.
+template <class Body>
+double sum_particles(std::size_t n, const Body& body) {
+  return parallel_sum(n, even_grain(n, kParticles), body);
+}
+
 double dot(std::span<const Vec3> a, std::span<const Vec3> b) {
-  return parallel_sum(a.size(), kParticleGrain, [&](std::size_t begin, std::size_t end) {
+  return sum_particles(a.size(), [&](std::size_t begin, std::size_t end) {
     double sum = 0.0;
     for (std::size_t i = begin; i < end; ++i) sum += a[i].dot(b[i]);
     return sum;
@@ -48,7 +56,7 @@ constexpr std::size_t kMostRanges = 64;
 
 double greatest_coordinate(std::span<const Vec3> x) {
   std::array<double, kMostRanges> greatest{};
-  const std::size_t grain = std::max(kParticleGrain, x.size() / kMostRanges + 1);
+  const std::size_t grain = even_grain(x.size(), std::max(kParticles, x.size() / kMostRanges + 1));
   parallel_for(x.size(), grain, [&](std::size_t begin, std::size_t end) {
     double& own = greatest[begin / grain];
     for (std::size_t i = begin; i < end; ++i) own = std::max(own, x[i].cwiseAbs().maxCoeff());
@@ -59,7 +67,7 @@ double greatest_coordinate(std::span<const Vec3> x) {
 /// Calls body(i) for each i < n, in parallel.
 template <class Body>
 void for_particles(std::size_t n, const Body& body) {
-  parallel_for(n, kParticleGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(n, even_grain(n, kParticles), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) body(i);
   });
 }
@@ -250,7 +258,7 @@ void ImplicitSystem::find_product(std::span<const Vec3> v, Accuracy accuracy) {
 bool ImplicitSystem::interpolate_product(std::span<const Vec3> v) {
   if (begin_.v.size() != v.size() || end_.v.size() != v.size()) return false;
   const auto sum = [&](const auto& of) {
-    return parallel_sum(v.size(), kParticleGrain, [&](std::size_t begin, std::size_t end) {
+    return sum_particles(v.size(), [&](std::size_t begin, std::size_t end) {
       double all = 0.0;
       for (std::size_t i = begin; i < end; ++i) all += of(i, end_.v[i] - begin_.v[i]);
       return all;
@@ -261,7 +269,7 @@ bool ImplicitSystem::interpolate_product(std::span<const Vec3> v) {
   const double share =
       sum([&](std::size_t i, const Vec3& way) { return way.dot(v[i] - begin_.v[i]); }) / length;
   const double size = std::max(greatest_coordinate(begin_.v), greatest_coordinate(end_.v));
-  const double off = parallel_sum(v.size(), kParticleGrain, [&](std::size_t b, std::size_t e) {
+  const double off = sum_particles(v.size(), [&](std::size_t b, std::size_t e) {
     double count = 0.0;
     for (std::size_t i = b; i < e; ++i) {
       const Vec3 on_line = begin_.v[i] + share * (end_.v[i] - begin_.v[i]);
@@ -331,7 +339,7 @@ void ImplicitSystem::start(std::span<Vec3> v) {
 /// Square of share·x, or 0 if it is at most `least`. Uses lanes_.
 double ImplicitSystem::squared_above(double least, std::span<const Vec3> x, double share) {
   // x·Px is at most 2 x·A⁻¹x, and A⁻¹ at most (share_·M)⁻¹.
-  const double bound = parallel_sum(x.size(), kParticleGrain, [&](std::size_t b, std::size_t e) {
+  const double bound = sum_particles(x.size(), [&](std::size_t b, std::size_t e) {
     double sum = 0.0;
     for (std::size_t i = b; i < e; ++i) sum += x[i].squaredNorm() / (share_ * mass_[i]);
     return sum;
@@ -366,7 +374,7 @@ void ImplicitSystem::set_old_velocities(std::span<const Vec3> v, std::span<Vec3>
 }
 
 double ImplicitSystem::dot_free(std::span<const Vec3> x, std::span<const Vec3> y) const {
-  return parallel_sum(x.size(), kParticleGrain, [&](std::size_t begin, std::size_t end) {
+  return sum_particles(x.size(), [&](std::size_t begin, std::size_t end) {
     double sum = 0.0;
     for (std::size_t i = begin; i < end; ++i)
       if (free_[i]) sum += x[i].dot(y[i]);
@@ -465,7 +473,7 @@ bool ImplicitSystem::verify(std::span<const Vec3> v, double target) {
   residual(v, r_, Accuracy::exact);
   const double unit = lanes_.unit;
   // A⁻¹ is at most (share·M)⁻¹, so this bounds the difference in the norm of the preconditioner.
-  const double drift = parallel_sum(v.size(), kParticleGrain, [&](std::size_t b, std::size_t e) {
+  const double drift = sum_particles(v.size(), [&](std::size_t b, std::size_t e) {
     double sum = 0.0;
     for (std::size_t i = b; i < e; ++i)
       if (free_[i]) sum += (r_[i] - unit * lanes_.r[i]).squaredNorm() / (share_ * mass_[i]);
@@ -505,20 +513,22 @@ SolveReport ImplicitSystem::iterate(std::span<Vec3> v, double tolerance) {
     const double pap = dot_free(p_, ap_);
     if (!(pap > 0.0)) break;  // NaN, or not positive definite
     const double alpha = rz / pap;
-    parallel_for(r_.size(), kParticleGrain, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        if (!free_[i]) continue;
-        v[i] += alpha * p_[i];
-        r_[i] -= alpha * ap_[i];
-      }
-    });
+    parallel_for(r_.size(), even_grain(r_.size(), kParticles),
+                 [&](std::size_t begin, std::size_t end) {
+                   for (std::size_t i = begin; i < end; ++i) {
+                     if (!free_[i]) continue;
+                     v[i] += alpha * p_[i];
+                     r_[i] -= alpha * ap_[i];
+                   }
+                 });
     block_jacobi_.apply(r_, z_);
     const double next = dot(r_, z_);
     const double beta = next / rz;
     rz = next;
-    parallel_for(r_.size(), kParticleGrain, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) p_[i] = z_[i] + beta * p_[i];
-    });
+    parallel_for(r_.size(), even_grain(r_.size(), kParticles),
+                 [&](std::size_t begin, std::size_t end) {
+                   for (std::size_t i = begin; i < end; ++i) p_[i] = z_[i] + beta * p_[i];
+                 });
     ++report.iterations;
   }
   report_residual(rz, target, report);

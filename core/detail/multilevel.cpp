@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/core/detail/even_grain.h>
 #include <selvedge/core/detail/implicit_terms.h>
 #include <selvedge/core/detail/multilevel.h>
 #include <selvedge/core/parallel.h>
@@ -13,8 +14,8 @@
 namespace selvedge::detail {
 namespace {
 
-// Groups of rows, rows and coarse rows per task.
-constexpr std::size_t kGroupGrain = 64, kRowGrain = 512, kCoarseRowGrain = 64;
+// Least number of groups of rows, of rows and of coarse rows per task.
+constexpr std::size_t kGroups = 64, kRows = 512, kCoarseRows = 64;
 constexpr std::size_t kTermsTogether = 256;  // terms per task
 // Factoring 3·96 dense unknowns costs about 8 Mflop, less than another level.
 constexpr std::size_t kCoarsestSize = 96;
@@ -24,6 +25,24 @@ constexpr double kLeastCoarsening = 0.75;
 // iterations approach λmax from below, to about 20 % after ten; ω = 1.5 leaves a margin of a third.
 constexpr double kSmootherStep = 1.5;
 constexpr int kPowerIterations = 10;
+
+/// Calls body(first, last) on ranges of the groups of rows.
+template <class Body>
+void by_groups(const LaneVector& x, const Body& body) {
+  parallel_for(x.groups(), even_grain(x.groups(), kGroups), body);
+}
+
+/// Sum of body(first, last) over ranges of the groups of rows.
+template <class Body>
+double sum_by_groups(const LaneVector& x, const Body& body) {
+  return parallel_sum(x.groups(), even_grain(x.groups(), kGroups), body);
+}
+
+/// Calls body(first, last) on ranges of n rows.
+template <class Body>
+void by_rows(std::size_t n, const Body& body) {
+  parallel_for(n, even_grain(n, kRows), body);
+}
 
 void set_start(LaneVector& x) {
   // A linear congruential generator gives a start without symmetries.
@@ -152,7 +171,7 @@ void Multilevel::set_values(Level& level) {
   level.touched.clear();
   level.changed.clear();
   const bool any_held = &level == &levels_.front() && std::ranges::find(free_, 0) != free_.end();
-  parallel_for(level.size(), kRowGrain, [&](std::size_t first, std::size_t last) {
+  by_rows(level.size(), [&](std::size_t first, std::size_t last) {
     if (!any_held) {
       for (std::int32_t k = level.begin[first]; k < level.begin[last]; ++k)
         level.matrix.set(k, level.value[k]);
@@ -172,7 +191,7 @@ void Multilevel::set_values(Level& level) {
 /// λ and S = ω/λ D⁻¹ of the matrix without terms.
 void Multilevel::set_smoother(Level& level) {
   const auto set_inverse = [&](double factor) {
-    parallel_for(level.size(), kRowGrain, [&](std::size_t first, std::size_t last) {
+    by_rows(level.size(), [&](std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i)
         set_step(level.base_step, i,
                  is_held(level, static_cast<std::int32_t>(i))
@@ -195,10 +214,10 @@ double Multilevel::largest_eigenvalue(Level& level) const {
   set_start(x);
   double ratio = 0.0, before = dot(x, x);
   for (int it = 0; it < kPowerIterations; ++it) {
-    parallel_for(x.groups(), kGroupGrain, [&](std::size_t first, std::size_t last) {
+    by_groups(x, [&](std::size_t first, std::size_t last) {
       kernel.multiply(rows, x.data(), nullptr, y.data(), first, last);
     });
-    parallel_for(x.groups(), kGroupGrain, [&](std::size_t first, std::size_t last) {
+    by_groups(x, [&](std::size_t first, std::size_t last) {
       kernel.start(rows, y.data(), x.data(), first, last);
     });
     const double after = dot(x, x);
@@ -318,7 +337,7 @@ void Multilevel::set_level_terms(Level& level, std::span<const ImplicitTerm> ter
   clear_terms(level);
   if (&level == &levels_[0]) loose_.term.clear();
   for (std::size_t t = 0; t < terms.size(); ++t) add_term(level, t, terms[t].matrix);
-  parallel_for(level.touched.size(), kRowGrain, [&](std::size_t first, std::size_t last) {
+  by_rows(level.touched.size(), [&](std::size_t first, std::size_t last) {
     for (std::size_t k = first; k < last; ++k) {
       const std::int32_t i = level.touched[k];
       const Mat3& d = level.value[level.diagonal[i]];
@@ -387,7 +406,7 @@ const float* Multilevel::extra(const Level& level, const LaneVector& x) {
   if (&level != &levels_[0] || loose_.empty()) return nullptr;
   const std::size_t stride = x.stride();
   const float* from = x.data();
-  parallel_for(loose_.term.size(), kRowGrain, [&](std::size_t first, std::size_t last) {
+  by_rows(loose_.term.size(), [&](std::size_t first, std::size_t last) {
     for (std::size_t q = first; q < last; ++q) {
       float sum[3] = {};
       for (const auto& [i, w] : level.terms.of(loose_.term[q]))
@@ -398,7 +417,7 @@ const float* Multilevel::extra(const Level& level, const LaneVector& x) {
     }
   });
   float* to = extra_.data();
-  parallel_for(loose_.row_begin.size() - 1, kRowGrain, [&](std::size_t first, std::size_t last) {
+  by_rows(loose_.row_begin.size() - 1, [&](std::size_t first, std::size_t last) {
     for (std::size_t r = first; r < last; ++r) {
       Point4 sum{};
       for (std::uint32_t e = loose_.row_begin[r]; e < loose_.row_begin[r + 1]; ++e)
@@ -415,7 +434,7 @@ double Multilevel::multiply(const LaneVector& x, LaneVector& y) {
   const Level& level = levels_[0];
   const LaneRows rows = level.matrix.rows(level.step);
   const float* more = extra(level, x);
-  return parallel_sum(x.groups(), kGroupGrain, [&](std::size_t first, std::size_t last) {
+  return sum_by_groups(x, [&](std::size_t first, std::size_t last) {
     return lane_matrix_kernel().multiply(rows, x.data(), more, y.data(), first, last);
   });
 }
@@ -430,29 +449,30 @@ double Multilevel::cycle(std::size_t l, const LaneVector& b, LaneVector& z) {
   }
   const LaneMatrixKernel& kernel = lane_matrix_kernel();
   const LaneRows rows = level.matrix.rows(level.step);
-  const auto by_groups = [&](auto&& body) { parallel_for(b.groups(), kGroupGrain, body); };
   LaneVector& x = is_last(level) ? z : level.x;
-  by_groups([&](std::size_t first, std::size_t last) {
+  by_groups(b, [&](std::size_t first, std::size_t last) {
     kernel.start(rows, b.data(), x.data(), first, last);
   });
   if (is_last(level)) return dot(b, z);
   const float* more = extra(level, x);
-  by_groups([&](std::size_t first, std::size_t last) {
+  by_groups(b, [&](std::size_t first, std::size_t last) {
     kernel.residual(rows, b.data(), x.data(), more, level.points.data(), first, last);
   });
   Level& coarse = levels_[l + 1];
-  parallel_for(coarse.size(), kCoarseRowGrain, [&](std::size_t first, std::size_t last) {
-    kernel.restrict_to(level.p.child_begin.data(), level.p.child.data(), level.restriction.data(),
-                       level.points.data(), coarse.b.data(), coarse.b.stride(), first, last);
-  });
+  parallel_for(coarse.size(), even_grain(coarse.size(), kCoarseRows),
+               [&](std::size_t first, std::size_t last) {
+                 kernel.restrict_to(level.p.child_begin.data(), level.p.child.data(),
+                                    level.restriction.data(), level.points.data(), coarse.b.data(),
+                                    coarse.b.stride(), first, last);
+               });
   cycle(l + 1, coarse.b, coarse.y);
   copy_points(coarse.y, coarse.points);
   const LaneParentRows parents(level.parents);
-  by_groups([&](std::size_t first, std::size_t last) {
+  by_groups(b, [&](std::size_t first, std::size_t last) {
     kernel.prolong(parents, coarse.points.data(), x.data(), x.stride(), first, last);
   });
   more = extra(level, x);
-  return parallel_sum(b.groups(), kGroupGrain, [&](std::size_t first, std::size_t last) {
+  return sum_by_groups(b, [&](std::size_t first, std::size_t last) {
     return kernel.relax(rows, b.data(), x.data(), more, z.data(), first, last);
   });
 }

@@ -7,22 +7,37 @@
 namespace selvedge {
 namespace {
 
-constexpr std::size_t kVertexGrain = 2048, kPairGrain = 8192;
+constexpr std::size_t kVertexGrain = 2048, kPairGrain = 2048;
+// Pairs that are passed over together.
+constexpr std::size_t kBlock = 64;
 
 // Covers the rounding of a difference, of its conversion to float and of the sum of two.
 constexpr double kRoundedUp = 1.0 + 0x1p-20;
 
-/// Appends the pairs whose room does not exceed what their vertices moved, in order: all pairs
-/// whose room exceeds twice the most that any vertex moved are passed over without a look at them.
+/// Whether the room of any pair is at most `enough`.
+bool any_within(std::span<const float> rooms, float enough) {
+  int count = 0;
+  for (const float room : rooms) count += room > enough ? 0 : 1;
+  return count > 0;
+}
+
+/// Appends the pairs whose room does not exceed what their vertices moved, in order: blocks of
+/// pairs whose rooms exceed twice the most that any vertex moved are passed over without a look at
+/// them.
 template <class Pair, class Moved>
 void append_open(const std::vector<Pair>& pairs, std::span<const float> rooms, float most,
                  const Moved& moved, std::vector<Pair>& out) {
   const std::size_t n = pairs.size();
   std::vector<std::vector<Pair>> parts((n + kPairGrain - 1) / kPairGrain);
+  const float enough = 2.0F * most;
   parallel_for(n, kPairGrain, [&](std::size_t begin, std::size_t end) {
     std::vector<Pair>& part = parts[begin / kPairGrain];
-    for (std::size_t i = begin; i < end; ++i)
-      if (!(rooms[i] > 2.0F * most) && !(rooms[i] > moved(pairs[i]))) part.push_back(pairs[i]);
+    for (std::size_t first = begin; first < end; first += kBlock) {
+      const std::size_t last = std::min(end, first + kBlock);
+      if (!any_within(rooms.subspan(first, last - first), enough)) continue;
+      for (std::size_t i = first; i < last; ++i)
+        if (!(rooms[i] > enough) && !(rooms[i] > moved(pairs[i]))) part.push_back(pairs[i]);
+    }
   });
   out.clear();
   for (const std::vector<Pair>& part : parts) out.insert(out.end(), part.begin(), part.end());

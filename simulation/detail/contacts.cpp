@@ -32,7 +32,7 @@ constexpr double kSecondaryShare = 0.5;
 constexpr double kSecondaryReach = 1.1;
 
 // Found pairs per task.
-constexpr std::size_t kFoundGrain = 512;
+constexpr std::size_t kFoundGrain = 128;
 
 // Covers the rounding of a distance and of a gap along its direction.
 constexpr double kRoundingReserve = 1.0 + 1e-9;

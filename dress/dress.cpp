@@ -32,6 +32,7 @@ void check(const DressConfig& c) {
   if (!(c.budget > 0.0)) throw std::invalid_argument("dress: budget must be positive");
   if (c.steps_per_frame < 1)
     throw std::invalid_argument("dress: steps_per_frame must be at least 1");
+  if (!(c.hold_time >= 0.0)) throw std::invalid_argument("dress: hold_time must be at least 0");
   require_positive("motion.rate", c.motion.rate);
   require_positive("motion.lead", c.motion.lead);
 }
@@ -194,7 +195,7 @@ detail::Garment make_start(const SewingPattern& pattern, const DressConfig& conf
   GarmentMesh panels = mesh_garment(pattern, mesh);
   start_report(panels, result);
   result.moved = find_free_start(panels, result.body, config.largest_move, config.under);
-  return detail::start_garment(panels, config.under);
+  return detail::start_garment(panels, config.under, config.held_labels);
 }
 
 /// Tried in this order. Seams that span the body come before a waist seam that could pull the

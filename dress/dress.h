@@ -84,6 +84,11 @@ struct DressConfig {
   double budget = std::numeric_limits<double>::infinity();  ///< s of wall time, for all of it
   PatternLimits limits;
   RestCriterion rest;
+  /// Edges of the pattern with one of these labels, such as a waist, are held where the sewing left
+  /// them while the rest settles, until it is at rest or for `hold_time`. Then friction has to hold
+  /// them.
+  std::vector<std::string> held_labels = {"waist", "lower_interface"};
+  double hold_time = 0.5;  ///< s; 0: nothing is held
   BodyMotion motion;
   /// Garments below this one, the innermost first. They stay cloth and move with it.
   std::vector<WornGarment> under;
@@ -157,6 +162,8 @@ struct DressResult {
   std::int64_t states = 0;                   ///< accepted and judged
   int attempts = 0;                          ///< to close the seams, the last one included
   double sew_time = 0.0, settle_time = 0.0;  ///< s, simulated
+  std::size_t held = 0;                      ///< vertices that a label held at first
+  double held_time = 0.0;                    ///< s, for that long
   std::vector<UnderReport> under;            ///< as DressConfig::under
   std::vector<PoseReport> poses;             ///< that the body reached, in order
   std::string motion_fault;                  ///< why the motion ended early; "": it did not

@@ -388,6 +388,8 @@ Json result_json(const std::string& pattern, const DressResult& r, const std::st
                {"triangles", r.garment.triangles.size()},
                {"simulated_sew_s", r.sew_time},
                {"simulated_settle_s", r.settle_time},
+               {"held_vertices", r.held},
+               {"held_s", r.held_time},
                {"state_hash", r.state_hash}};
   json["strain_scale_top"] = strain_scale(r).top;
   json["pressure_scale_top_Pa"] = pressure_scale(r).top;

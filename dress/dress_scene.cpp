@@ -185,7 +185,8 @@ double Garment::mean_opening() const {
   return sum / static_cast<double>(std::max<std::size_t>(1, open_pairs()));
 }
 
-Garment start_garment(const GarmentMesh& mesh, std::span<const WornGarment> under) {
+Garment start_garment(const GarmentMesh& mesh, std::span<const WornGarment> under,
+                      std::span<const std::string> held_labels) {
   Garment garment;
   garment.surface = {mesh.placed, mesh.flat.triangles};
   garment.flat = mesh.flat;
@@ -207,6 +208,9 @@ Garment start_garment(const GarmentMesh& mesh, std::span<const WornGarment> unde
     for (std::size_t e = 0; e < mesh.edge_vertices[p].size(); ++e)
       garment.borders.push_back(
           {static_cast<std::int32_t>(p), static_cast<std::int32_t>(e), mesh.edge_vertices[p][e]});
+  for (const std::string& label : held_labels)
+    if (const auto found = mesh.labels.find(label); found != mesh.labels.end())
+      garment.held.insert(garment.held.end(), found->second.begin(), found->second.end());
   for (const WornGarment& worn : under)
     garment.under.push_back({&worn, worn.surface.vertices,
                              std::vector<Vec3>(worn.surface.vertices.size(), Vec3::Zero())});

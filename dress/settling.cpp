@@ -10,6 +10,7 @@
 #include <cmath>
 #include <deque>
 #include <memory>
+#include <set>
 
 namespace selvedge::detail {
 namespace {
@@ -90,7 +91,9 @@ class Settling {
         config_(dressing.config),
         phase_(phase),
         result_(result),
-        window_(config_.rest.window, config_.fps) {
+        window_(config_.rest.window, config_.fps),
+        is_holding_(phase == DressPhase::settle && config_.hold_time > 0.0 &&
+                    !garment.held.empty()) {
     open();
   }
 
@@ -119,7 +122,29 @@ class Settling {
       throw DressFailed(fmt::format("phase {}: {}", phase_name(phase_), error.what()));
     }
     frame_of_simulation_ = 0;
+    if (is_holding_) hold();
     if (dressing_.observer.accepted) dressing_.observer.accepted(*simulation_, phase_);
+  }
+
+  /// Holds the vertices of labelled edges where they are.
+  void hold() {
+    std::set<std::int32_t> vertices;
+    for (const std::int32_t v : garment_.held) vertices.insert(garment_.corner[v]);
+    const std::vector<std::int32_t> list(vertices.begin(), vertices.end());
+    std::vector<Vec3> x;
+    for (const std::int32_t v : list) x.push_back(garment_.surface.vertices[v]);
+    simulation_->hold(list, x);
+    result_.held = list.size();
+  }
+
+  /// Lets go of them once the rest of the garment has settled.
+  void release_when_settled() {
+    result_.held_time += 1.0 / config_.fps;
+    if (!result_.at_rest && result_.held_time < config_.hold_time) return;
+    is_holding_ = false;
+    simulation_->release_all();
+    window_.clear();
+    result_.at_rest = false;
   }
 
   /// Pairs that were left open. Those that are blocked are moved together first.
@@ -155,6 +180,7 @@ class Settling {
     result_.at_rest = window_.is_full() && result_.rms_speed <= rest.rms_speed &&
                       result_.max_speed <= rest.max_speed &&
                       result_.energy_share <= rest.energy_share;
+    if (is_holding_) release_when_settled();
     if (dressing_.observer.frame)
       dressing_.observer.frame(*simulation_, phase_, result_.sew_time + result_.settle_time);
   }
@@ -180,6 +206,7 @@ class Settling {
   DressPhase phase_;
   DressResult& result_;
   MotionWindow window_;
+  bool is_holding_;  // the edges with a label
   std::unique_ptr<DressScene> scene_;
   std::unique_ptr<Simulation> simulation_;
   int frame_of_simulation_ = 0;

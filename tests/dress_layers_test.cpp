@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A garment over another one.
+#include "dress_shapes.h"
+
 #include <gtest/gtest.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/detection/find.h>
@@ -9,45 +11,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace selvedge::dress_layers_test {
 namespace {
 
-/// A tube of two rectangles, 0.6 m wide, at `distance` in front of and behind the z axis.
-SewingPattern tube(double distance) {
-  SewingPattern pattern;
-  pattern.name = "tube";
-  for (const double side : {-1.0, 1.0}) {
-    PatternPanel panel;
-    panel.name = side < 0.0 ? "front" : "back";
-    panel.vertices = {{-0.3, 0.0}, {0.3, 0.0}, {0.3, 0.3}, {-0.3, 0.3}};
-    for (std::int32_t i = 0; i < 4; ++i) panel.edges.push_back({{i, (i + 1) % 4}, {}, ""});
-    panel.rotation << -side, 0, 0, 0, 0, side, 0, 1, 0;
-    panel.translation = Vec3(0.0, side * distance, 0.0);
-    pattern.panels.push_back(panel);
-  }
-  using Direction = PatternStitch::Direction;
-  pattern.stitches = {{{0, 1}, {1, 3}, Direction::end_to_start},
-                      {{0, 3}, {1, 1}, Direction::end_to_start}};
-  return pattern;
-}
+using namespace selvedge::dress_shapes;
 
-TriangleMesh cone() {
-  TriangleMesh mesh;
-  mesh.vertices = {Vec3(0.0, 0.0, 0.6), Vec3::Zero()};
-  constexpr int segments = 24;
-  for (int i = 0; i < segments; ++i) {
-    const double angle = 2.0 * std::numbers::pi * i / segments;
-    mesh.vertices.emplace_back(0.3 * std::cos(angle), 0.3 * std::sin(angle), 0.0);
-  }
-  for (int i = 0; i < segments; ++i) {
-    const std::int32_t a = 2 + i, b = 2 + (i + 1) % segments;
-    mesh.triangles.push_back({0, a, b});
-    mesh.triangles.push_back({1, b, a});
-  }
-  return mesh;
-}
+SewingPattern tube_at(double distance) { return tube(0.6, 0.3, distance); }
 
 DressConfig coarse() {
   DressConfig config;
@@ -71,8 +41,8 @@ double mean_radius(const TriangleMesh& mesh) {
 }
 
 TEST(DressLayers, AGarmentIsPutOverAnotherWithoutACrossing) {
-  const TriangleMesh body = cone();
-  const DressResult inner = dress(tube(0.32), body, coarse());
+  const TriangleMesh body = cone(0.3, 0.6);
+  const DressResult inner = dress(tube_at(0.32), body, coarse());
   ASSERT_EQ(inner.fault(), "");
   DressConfig config = coarse();
   config.under = {worn(inner)};
@@ -89,7 +59,7 @@ TEST(DressLayers, AGarmentIsPutOverAnotherWithoutACrossing) {
           find_crossings({now.positions(), now.cloth_triangles()}, {body.vertices, body.triangles})
               .size();
     };
-    results.push_back(dress(tube(0.32), body, config, {}, observer));
+    results.push_back(dress(tube_at(0.32), body, config, {}, observer));
     const DressResult& r = results.back();
     EXPECT_EQ(r.fault(), "");
     EXPECT_EQ(crossings, 0u);
@@ -112,7 +82,7 @@ TEST(DressLayers, AGarmentIsPutOverAnotherWithoutACrossing) {
 }
 
 TEST(DressLayers, EachLayerHasItsOwnFriction) {
-  const TriangleMesh body = cone();
+  const TriangleMesh body = cone(0.3, 0.6);
   WornGarment first, second;
   first.surface.vertices = {Vec3(0, 0, 1), Vec3(1, 0, 1), Vec3(0, 1, 1)};
   first.surface.triangles = {{0, 1, 2}};
@@ -126,7 +96,7 @@ TEST(DressLayers, EachLayerHasItsOwnFriction) {
   second.fabric.friction = 0.7;
   const std::vector<WornGarment> under = {first, second};
   const detail::Garment garment =
-      detail::start_garment(mesh_garment(tube(0.5), {.edge_length = 0.3}), under);
+      detail::start_garment(mesh_garment(tube_at(0.5), {.edge_length = 0.3}), under);
   const detail::DressScene settling =
       detail::make_dress_scene(garment, body, coarse(), {.friction = 0.4});
   ASSERT_EQ(settling.built.piece_begin.size(), 4u);
@@ -148,22 +118,22 @@ TEST(DressLayers, EachLayerHasItsOwnFriction) {
 }
 
 TEST(DressLayers, GarmentsBelowThatCrossAreRefused) {
-  const TriangleMesh body = cone();
-  const DressResult inner = dress(tube(0.32), body, coarse());
+  const TriangleMesh body = cone(0.3, 0.6);
+  const DressResult inner = dress(tube_at(0.32), body, coarse());
   DressConfig config = coarse();
   config.under = {worn(inner), worn(inner)};
-  EXPECT_THROW(dress(tube(0.32), body, config), std::invalid_argument);
+  EXPECT_THROW(dress(tube_at(0.32), body, config), std::invalid_argument);
   config.under.pop_back();
   for (Vec3& x : config.under[0].surface.vertices) x.x() += 0.1;
-  EXPECT_THROW(dress(tube(0.32), body, config), std::invalid_argument);
+  EXPECT_THROW(dress(tube_at(0.32), body, config), std::invalid_argument);
 }
 
 TEST(DressLayers, PanelsStartOutsideTheGarmentBelow) {
-  TriangleMesh body = cone();
+  TriangleMesh body = cone(0.3, 0.6);
   WornGarment wall;  // in front of the cone, where the front panel stands
   wall.surface.vertices = {Vec3(-0.1, -0.40, 0.1), Vec3(0.1, -0.30, 0.1), Vec3(0.0, -0.36, 0.2)};
   wall.surface.triangles = {{0, 1, 2}};
-  GarmentMesh mesh = mesh_garment(tube(0.36), {.edge_length = 0.1});
+  GarmentMesh mesh = mesh_garment(tube_at(0.36), {.edge_length = 0.1});
   EXPECT_TRUE(find_free_start(mesh, body, 0.5).empty());
   const std::vector<MovedPanel> moved = find_free_start(mesh, body, 0.5, {&wall, 1});
   ASSERT_EQ(moved.size(), 1u);

@@ -56,8 +56,9 @@ struct Garment {
   std::vector<std::int32_t> panel_of_triangle;
   std::vector<Stitching> stitches;
   std::vector<DividedEdge> borders;
-  std::vector<char> mirrored;     ///< per panel: `flat` mirrors the plane of the pattern
-  std::vector<UnderLayer> under;  ///< as cloth, their vertices follow those of the garment
+  std::vector<char> mirrored;      ///< per panel: `flat` mirrors the plane of the pattern
+  std::vector<std::int32_t> held;  ///< vertices of `flat` on edges that a label holds
+  std::vector<UnderLayer> under;   ///< as cloth, their vertices follow those of the garment
 
   /// Whether a choice includes stitch `s`.
   bool is_chosen(std::size_t s, SeamChoice choice) const;
@@ -70,7 +71,8 @@ struct Garment {
   double mean_opening() const;          ///< m, of the open pairs
 };
 
-Garment start_garment(const GarmentMesh& mesh, std::span<const WornGarment> under = {});
+Garment start_garment(const GarmentMesh& mesh, std::span<const WornGarment> under = {},
+                      std::span<const std::string> held_labels = {});
 
 /// Splits every triangle into four. No point of the surface moves, so a clean state stays clean; in
 /// the flat pattern, the new vertices of curved edges lie on their curves.

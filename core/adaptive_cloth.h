@@ -11,8 +11,8 @@
 
 namespace selvedge {
 
-/// Cloth whose cells are split as it moves: those of a grid, or triangles. A triangle is the cell
-/// {0, number, 0}.
+/// Cloth whose cells are split and joined as it moves: those of a grid, or triangles. A triangle to
+/// split is the cell {0, number, 0}, and a vertex whose bisection is taken back is {0, vertex, 0}.
 class AdaptiveCloth {
  public:
   AdaptiveCloth(AdaptiveGrid grid) : cells_(std::move(grid)) {}                 // NOLINT: implicit
@@ -26,11 +26,16 @@ class AdaptiveCloth {
   std::vector<GridCell> divisible() const;
   void split(std::span<const GridCell> cells, std::vector<Vec3>& x, std::vector<Vec3>& v);
 
-  /// The grid, whose cells can also be joined; null for triangles.
+  std::vector<GridCell> flat(std::span<const Vec3> x, double angle, double limit) const;
+  std::vector<Vec3> flattened(std::span<const GridCell> cells, std::span<const Vec3> x) const;
+  std::vector<std::int32_t> join(std::span<const GridCell> cells, std::vector<Vec3>& x,
+                                 std::vector<Vec3>& v);
+  std::vector<std::int32_t> nodes(const GridCell& cell) const;
+
+ private:
   const AdaptiveGrid* grid() const { return std::get_if<AdaptiveGrid>(&cells_); }
   AdaptiveGrid* grid() { return std::get_if<AdaptiveGrid>(&cells_); }
 
- private:
   std::variant<AdaptiveGrid, AdaptiveTriangles> cells_;
 };
 

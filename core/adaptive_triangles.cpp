@@ -42,15 +42,20 @@ AdaptiveTriangles::AdaptiveTriangles(TriangleMesh rest, const Material& material
     : rest_(std::move(rest)),
       material_(material),
       levels_(levels),
-      generation_(rest_.triangles.size(), 0),
+      cuts_(rest_.triangles.size()),
       parents_(rest_.vertices.size(), Edge{-1, -1}) {
   require(levels >= 0 && levels <= AdaptiveGrid::kMaxLevels, "levels", levels, "between 0 and 6");
   make_from_mesh(rest_, rest_, material);  // throws where it is unsuited
-  for (std::size_t i = 0; i < rest_.triangles.size(); ++i)
+  sides_ = sides_of(rest_);
+}
+
+AdaptiveTriangles::SideMap AdaptiveTriangles::sides_of(const TriangleMesh& mesh) {
+  SideMap sides;
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
     for (int side = 0; side < 3; ++side) {
-      const Edge edge = edge_of_side(rest_.triangles[i], side);
+      const Edge edge = edge_of_side(mesh.triangles[i], side);
       const auto t = static_cast<std::int32_t>(i);
-      const auto [at, is_new] = sides_.try_emplace(edge, Sides{t, -1});
+      const auto [at, is_new] = sides.try_emplace(edge, Sides{t, -1});
       if (is_new) continue;
       if (at->second[1] >= 0)
         throw std::invalid_argument("cloth: edge " + std::to_string(edge[0]) + ", " +
@@ -58,15 +63,16 @@ AdaptiveTriangles::AdaptiveTriangles(TriangleMesh rest, const Material& material
                                     " has more than two triangles, so it cannot be split");
       at->second[1] = t;
     }
+  return sides;
 }
 
 bool AdaptiveTriangles::is_divisible(std::int32_t triangle) const {
-  return generation_[triangle] + kBisectionsPerLevel <= kBisectionsPerLevel * levels_;
+  return generation(triangle) + kBisectionsPerLevel <= kBisectionsPerLevel * levels_;
 }
 
 std::vector<std::int32_t> AdaptiveTriangles::divisible() const {
   std::vector<std::int32_t> all;
-  for (std::int32_t t = 0; t < static_cast<std::int32_t>(generation_.size()); ++t)
+  for (std::int32_t t = 0; t < static_cast<std::int32_t>(cuts_.size()); ++t)
     if (is_divisible(t)) all.push_back(t);
   return all;
 }
@@ -126,7 +132,8 @@ void AdaptiveTriangles::cut(std::int32_t triangle, int side, std::int32_t middle
   const auto added = static_cast<std::int32_t>(rest_.triangles.size());
   rest_.triangles[triangle] = {a, middle, c};
   rest_.triangles.push_back({middle, b, c});
-  generation_.push_back(++generation_[triangle]);
+  cuts_[triangle].push_back(middle);
+  cuts_.push_back(cuts_[triangle]);
   const auto note = [&](std::int32_t v, std::int32_t w, std::int32_t of) {
     const auto [at, is_new] = sides_.try_emplace({std::min(v, w), std::max(v, w)}, Sides{of, -1});
     if (!is_new) at->second[1] = of;
@@ -166,12 +173,12 @@ void AdaptiveTriangles::split(std::span<const std::int32_t> triangles, std::vect
   std::vector<std::int32_t> target(count, 0);  // generation of the parts of each triangle
   for (const std::int32_t t : triangles) {
     require(t >= 0 && t < count, "triangle", t, "of the mesh");
-    target[t] = generation_[t] + kBisectionsPerLevel;
+    target[t] = generation(t) + kBisectionsPerLevel;
   }
   std::vector<std::int32_t> whole(count), changed;  // whole: the triangle that each is a part of
   std::iota(whole.begin(), whole.end(), 0);
-  for (std::int32_t t = 0; t < static_cast<std::int32_t>(generation_.size()); ++t)
-    while (generation_[t] < target[whole[t]]) {
+  for (std::int32_t t = 0; t < static_cast<std::int32_t>(cuts_.size()); ++t)
+    while (generation(t) < target[whole[t]]) {
       changed.clear();
       bisect(t, changed);
       for (const std::int32_t cut : changed) whole.push_back(whole[cut]);

@@ -10,7 +10,7 @@
 namespace selvedge {
 
 /// A mesh of triangles that are split, adaptively [VillardBorouchaki2005; survey 2.5] or uniformly
-/// [ZhangYuen2001; survey 2.2], by bisection of their longest edges [Rivara1984].
+/// [ZhangYuen2001; survey 2.2], by bisection of their longest edges [Rivara1984], and joined again.
 ///
 /// A bisection cuts both triangles of an edge, so a mesh never has a hanging node. If the edge is
 /// not the longest of the other triangle, that one is bisected first. Lengths are those of the rest
@@ -19,7 +19,7 @@ namespace selvedge {
 ///
 /// A split places new vertices in the middle of an edge and moves no point of the surface, so it
 /// cannot cause a collision. The vertices of the first mesh come first and keep their indices; a
-/// split appends its new vertices.
+/// split appends its new vertices, and a join keeps the order of those that stay.
 class AdaptiveTriangles {
  public:
   /// `rest`: the flat rest shape. A triangle is split up to `levels` times in four. Throws
@@ -46,6 +46,23 @@ class AdaptiveTriangles {
   /// rounding. Throws std::invalid_argument if a number is not that of a triangle.
   void split(std::span<const std::int32_t> triangles, std::vector<Vec3>& x, std::vector<Vec3>& v);
 
+  /// Vertices whose bisection can be taken back: no triangle around them has been cut since. In the
+  /// state x these triangles meet each other and their neighbours at no more than `angle` (rad),
+  /// and the whole ones would meet no neighbour at more than `limit`, above which `curved` splits
+  /// them. Sorted.
+  std::vector<std::int32_t> flat(std::span<const Vec3> x, double angle, double limit) const;
+  /// The positions after which taking back the bisections of these vertices moves no point of the
+  /// surface: each lies in the middle between its parents. All vertices, m.
+  std::vector<Vec3> flattened(std::span<const std::int32_t> vertices,
+                              std::span<const Vec3> x) const;
+  /// Takes back the bisections of these vertices; those that cannot be taken back are ignored. `x`
+  /// is taken to flattened(vertices, x). Returns the index of each earlier vertex, -1 where it has
+  /// gone. Mass and momentum are conserved to rounding.
+  std::vector<std::int32_t> join(std::span<const std::int32_t> vertices, std::vector<Vec3>& x,
+                                 std::vector<Vec3>& v);
+  /// A vertex and those of the triangles around it, sorted.
+  std::vector<std::int32_t> nodes(std::int32_t vertex) const;
+
   /// The two vertices between which vertex i was inserted; (-1, -1) for those of the first mesh.
   const Edge& parents(std::int32_t i) const { return parents_[i]; }
 
@@ -53,6 +70,19 @@ class AdaptiveTriangles {
   /// The one or two triangles of an edge; -1: none.
   using Sides = std::array<std::int32_t, 2>;
 
+  using SideMap = std::map<Edge, Sides>;
+
+  /// Throws std::invalid_argument for an edge of more than two triangles.
+  static SideMap sides_of(const TriangleMesh& mesh);
+  std::vector<std::vector<std::int32_t>> around() const;
+  bool can_join(std::int32_t vertex, std::span<const std::int32_t> halves) const;
+  bool is_flat(std::int32_t vertex, std::span<const std::int32_t> halves, std::span<const Vec3> x,
+               double angle, double limit) const;
+  void unite(std::int32_t vertex, std::span<const std::int32_t> halves, std::vector<char>& gone);
+  void renumber(const std::vector<std::int32_t>& number, const std::vector<char>& gone);
+  std::int32_t generation(std::int32_t triangle) const {
+    return static_cast<std::int32_t>(cuts_[triangle].size());
+  }
   bool is_divisible(std::int32_t triangle) const;
   int longest_side(std::int32_t triangle) const;
   std::int32_t across(std::int32_t triangle, int side) const;
@@ -65,8 +95,8 @@ class AdaptiveTriangles {
   TriangleMesh rest_;
   Material material_;
   std::int32_t levels_;
-  std::vector<std::int32_t> generation_;  // bisections that made each triangle
-  std::map<Edge, Sides> sides_;
+  std::vector<std::vector<std::int32_t>> cuts_;  // of each triangle: middles of its bisections
+  SideMap sides_;
   std::vector<Edge> parents_;
 };
 

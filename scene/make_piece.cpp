@@ -210,10 +210,6 @@ AdaptiveCloth make_adaptive_cloth(const ClothSpec& cloth, const Material& materi
   const auto& grid = std::get<ClothGrid>(cloth.shape);
   if (grid.pattern == kQuadtreePattern) return make_adaptive_grid(cloth, material, patterns);
   refuse_unsuited_refinement(grid, patterns);
-  if (grid.refine.join > 0.0)
-    throw std::invalid_argument(
-        "\"join_deg\" joins the quarters of cells; triangles are not joined, so take pattern "
-        "\"rectangular\"");
   if (grid.plate)
     throw std::invalid_argument(
         "\"plate\" fits springs to one mesh, which \"refine\" changes; leave one of them out");

@@ -99,7 +99,7 @@ std::vector<SplitEvent> Refinement::due(const SimulationState& state) const {
 void Refinement::split(const SplitEvent& event, std::vector<Vec3>& x, std::vector<Vec3>& v) {
   Piece& p = piece(event.piece);
   if (event.join) {
-    const std::vector<std::int32_t> number = p.cells.grid()->join(event.cells, x, v);
+    const std::vector<std::int32_t> number = p.cells.join(event.cells, x, v);
     std::vector<Vec3> start(x.size());
     for (std::size_t i = 0; i < number.size(); ++i)
       if (number[i] >= 0) start[number[i]] = p.start[i];

@@ -18,7 +18,7 @@ std::set<std::int32_t> Refinement::colliding(const Simulation& simulation,
   for (const SplitEvent& event : joins) {
     const std::size_t number = static_cast<std::size_t>(event.piece), first = begin(number);
     const std::vector<Vec3> places =
-        piece(event.piece).cells.grid()->flattened(event.cells, x.subspan(first, sizes_[number]));
+        piece(event.piece).cells.flattened(event.cells, x.subspan(first, sizes_[number]));
     std::copy(places.begin(), places.end(), x_t1.begin() + static_cast<std::ptrdiff_t>(first));
   }
   return colliding_on_way({simulation, scene_, x_t1});
@@ -29,7 +29,7 @@ Refinement::Joins Refinement::joins_due(const Simulation& simulation) const {
   for (const Piece& p : pieces_) {
     if (p.spec.when != RefineSpec::When::curved || !(p.spec.join > 0.0)) continue;
     const auto x = simulation.positions().subspan(begin(p.number), sizes_[p.number]);
-    std::vector<GridCell> cells = p.cells.grid()->flat(x, p.spec.join, p.spec.angle);
+    std::vector<GridCell> cells = p.cells.flat(x, p.spec.join, p.spec.angle);
     if (!cells.empty())
       joins.events.push_back(
           {static_cast<std::int32_t>(p.number), simulation.time(), std::move(cells), true});
@@ -40,9 +40,9 @@ Refinement::Joins Refinement::joins_due(const Simulation& simulation) const {
     std::size_t removed = 0, all = 0;
     for (SplitEvent& event : joins.events) {
       const auto first = static_cast<std::int32_t>(begin(static_cast<std::size_t>(event.piece)));
-      const AdaptiveGrid& grid = *piece(event.piece).cells.grid();
+      const AdaptiveCloth& cloth = piece(event.piece).cells;
       removed += std::erase_if(event.cells, [&](const GridCell& cell) {
-        const std::vector<std::int32_t> nodes = grid.nodes(cell);
+        const std::vector<std::int32_t> nodes = cloth.nodes(cell);
         return std::any_of(nodes.begin(), nodes.end(),
                            [&](std::int32_t v) { return found.contains(first + v); });
       });

@@ -6,10 +6,13 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <random>
+#include <set>
 #include <stdexcept>
+#include <utility>
 
 namespace selvedge::adaptive_triangles_test {
 namespace {
@@ -199,6 +202,135 @@ TEST(AdaptiveTriangles, AreSplitWhereTheyBendAndNowhereElse) {
     EXPECT_LT(nearest, 1e-12);
   }
   EXPECT_TRUE(mesh.curved(x, 0.6).empty()) << "it bends by 0.58";
+}
+
+// -- joining --------------------------------------------------------------------------------------
+
+using Corners = std::multiset<std::array<std::pair<double, double>, 3>>;
+
+/// The triangles by their places, however they are numbered and turned.
+Corners corners_of(const TriangleMesh& mesh) {
+  Corners all;
+  for (const Triangle& t : mesh.triangles) {
+    std::array<std::pair<double, double>, 3> places;
+    for (int k = 0; k < 3; ++k) places[k] = {mesh.vertices[t[k]].x(), mesh.vertices[t[k]].y()};
+    std::rotate(places.begin(), std::min_element(places.begin(), places.end()), places.end());
+    all.insert(places);
+  }
+  return all;
+}
+
+TEST(AdaptiveTriangles, JoinedAgainTheyAreTheFirstMesh) {
+  std::mt19937 random(5);
+  for (int trial = 0; trial < 10; ++trial) {
+    AdaptiveTriangles mesh = triangles(4, 3);
+    const TriangleMesh first = mesh.rest();
+    std::vector<Vec3> x = first.vertices, v(x.size(), Vec3::Zero());
+    split_at_random(mesh, x, v, random);
+    int rounds = 0;
+    for (std::vector<std::int32_t> some; !(some = mesh.flat(x, 4.0, 4.0)).empty(); ++rounds)
+      mesh.join(some, x, v);
+    EXPECT_GT(rounds, 2);
+    EXPECT_EQ(mesh.rest().vertices, first.vertices);
+    EXPECT_EQ(corners_of(mesh.rest()), corners_of(first));
+    EXPECT_EQ(mesh.divisible().size(), first.triangles.size());
+    // And it can be split as if it never had been.
+    AdaptiveTriangles other = triangles(4, 3);
+    std::vector<Vec3> y = first.vertices, w(y.size(), Vec3::Zero());
+    mesh.split(mesh.divisible(), x, v);
+    other.split(other.divisible(), y, w);
+    EXPECT_EQ(corners_of(mesh.rest()), corners_of(other.rest()));
+  }
+}
+
+TEST(AdaptiveTriangles, AJoinLeavesAConformingMeshOfTheSameArea) {
+  std::mt19937 random(6);
+  for (int trial = 0; trial < 10; ++trial) {
+    AdaptiveTriangles mesh = triangles(4, 3);
+    const double whole = area(mesh.rest()), least = smallest_angle(mesh.rest());
+    std::vector<Vec3> x = mesh.rest().vertices, v(x.size(), Vec3::Zero());
+    for (int round = 0; round < 4; ++round) {
+      split_at_random(mesh, x, v, random);
+      std::vector<std::int32_t> some;
+      for (const std::int32_t i : mesh.flat(x, 4.0, 4.0))
+        if (random() % 2 == 0) some.push_back(i);
+      const std::size_t before = x.size();
+      mesh.join(some, x, v);
+      EXPECT_EQ(x.size() + some.size(), before);
+      EXPECT_NEAR(area(mesh.rest()), whole, 1e-12);
+      EXPECT_GE(smallest_angle(mesh.rest()), 0.5 * least * (1.0 - 1e-9));
+      std::map<Edge, int> count;
+      for (const Triangle& t : mesh.rest().triangles)
+        for (int k = 0; k < 3; ++k)
+          ++count[{std::min(t[k], t[(k + 1) % 3]), std::max(t[k], t[(k + 1) % 3])}];
+      double border = 0.0;
+      for (const auto& [edge, n] : count)
+        if (n == 1)
+          border += (mesh.rest().vertices[edge[1]] - mesh.rest().vertices[edge[0]]).norm();
+      EXPECT_NEAR(border, 2.2, 1e-12) << "a node hangs";
+    }
+  }
+}
+
+TEST(AdaptiveTriangles, AJoinKeepsMassAndMomentumAndEveryOtherVertex) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> noise;
+  AdaptiveTriangles mesh = triangles(4, 3);
+  std::vector<Vec3> x = mesh.rest().vertices, v(x.size(), Vec3::Zero());
+  split_at_random(mesh, x, v, random);
+  for (int round = 0; round < 4; ++round) {
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      x[i] += 1e-3 * Vec3(noise(random), noise(random), noise(random));
+      v[i] = Vec3(noise(random), noise(random), noise(random));
+    }
+    const auto sums = [&] {
+      const std::vector<double> mass = mesh.cloth().mass;
+      Vec3 momentum = Vec3::Zero();
+      double all = 0.0;
+      for (std::size_t i = 0; i < mass.size(); ++i) {
+        all += mass[i];
+        momentum += mass[i] * v[i];
+      }
+      return std::pair(all, momentum);
+    };
+    std::vector<std::int32_t> some;
+    for (const std::int32_t i : mesh.flat(x, 4.0, 4.0))
+      if (random() % 3 != 0) some.push_back(i);
+    ASSERT_FALSE(some.empty());
+    const auto [mass, momentum] = sums();
+    const std::vector<Vec3> old_x = x, flat = mesh.flattened(some, x);
+    std::set<std::int32_t> leaving(some.begin(), some.end());
+    for (std::int32_t i = 0; i < mesh.vertex_count(); ++i) {
+      const auto [a, b] = mesh.parents(i);
+      EXPECT_EQ(flat[i], leaving.contains(i) ? Vec3(0.5 * (x[a] + x[b])) : x[i]);
+    }
+    const std::vector<std::int32_t> number = mesh.join(some, x, v);
+    const auto [mass_after, momentum_after] = sums();
+    EXPECT_NEAR(mass_after, mass, 1e-14);
+    EXPECT_LT((momentum_after - momentum).norm(), 1e-15);
+    std::int32_t next = 0;
+    for (std::size_t i = 0; i < number.size(); ++i) {
+      EXPECT_EQ(number[i] < 0, leaving.contains(static_cast<std::int32_t>(i)));
+      if (number[i] < 0) continue;
+      EXPECT_EQ(number[i], next++);
+      EXPECT_EQ(x[number[i]], old_x[i]);
+    }
+  }
+}
+
+TEST(AdaptiveTriangles, AreFlatWhereTheyDoNotBend) {
+  AdaptiveTriangles mesh = triangles(10, 1);
+  std::vector<Vec3> x = mesh.rest().vertices, v(x.size(), Vec3::Zero());
+  mesh.split(mesh.divisible(), x, v);
+  const std::size_t all = mesh.flat(x, 1e-6, 1e-6).size();
+  EXPECT_GT(all, 100u);
+  for (Vec3& p : x) p.z() = -0.3 * std::abs(p.y());  // a ridge at y = 0
+  const std::vector<std::int32_t> found = mesh.flat(x, 0.1, 0.4);
+  EXPECT_LT(found.size(), all);
+  EXPECT_GT(found.size(), all / 2);
+  for (const std::int32_t i : found) EXPECT_GT(std::abs(x[i].y()), 1e-12) << "on the ridge";
+  // A whole triangle that would be split at once is not joined.
+  EXPECT_LE(mesh.flat(x, 4.0, 1e-9).size(), found.size());
 }
 
 TEST(AdaptiveTriangles, BadInputIsRefused) {

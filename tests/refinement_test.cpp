@@ -311,10 +311,32 @@ TEST_F(Refinements, AResumedRunOfTrianglesGoesOnToTheSameBits) {
   EXPECT_EQ(run_scene(scene(json), config_).state_hash, result.state_hash);
 }
 
-TEST_F(Refinements, TrianglesThatCannotBeJoinedOrFittedAreRefused) {
-  const std::string join =
-      R"("refine": {"when": "curved", "levels": 2, "angle_deg": 12, "join_deg": 4})";
-  EXPECT_NE(refusal(over_ball(kTriangular + join)).find("join_deg"), std::string::npos);
+std::string sagging_triangles() {
+  std::string json = kSagging;
+  return json.replace(json.find("\"refine\""), 0, kTriangular);
+}
+
+TEST_F(Refinements, TrianglesAreJoinedAgainWhereClothBecomesFlat) {
+  const RunResult result = run_scene(scene(sagging_triangles()), config_);
+  EXPECT_TRUE(result.clean);
+  EXPECT_GT(result.counters.at("refinements"), 1.0);
+  EXPECT_GT(result.counters.at("joined_cells"), 4.0);
+  std::size_t most = 0;
+  for (int frame = 0; frame <= 60; ++frame) most = std::max(most, vertices_of_frame(frame));
+  EXPECT_LT(vertices_of_frame(60), most / 2);
+}
+
+TEST_F(Refinements, AResumedRunOfTrianglesJoinsToTheSameBits) {
+  const Scene s = scene(sagging_triangles());
+  const std::string whole = run_scene(s, config_).state_hash;
+  config_.out = folder_ / "in_parts";
+  const RunResult part = run_scene(scene(sagging_triangles(), {{"time.frames", "45"}}), config_);
+  ASSERT_GT(part.counters.at("joined_cells"), 0.0);
+  config_.resume = true;
+  EXPECT_EQ(run_scene(s, config_).state_hash, whole);
+}
+
+TEST_F(Refinements, TrianglesThatCannotBeFittedAreRefused) {
   EXPECT_NE(
       refusal(over_ball(kTriangular + kCurved + R"(, "plate": {"poisson": 0.3})")).find("plate"),
       std::string::npos);

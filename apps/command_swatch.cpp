@@ -21,7 +21,8 @@ struct SwatchOptions {
   SwatchTrial trial;
   std::vector<int> weave = {1, 1, 1};
   std::vector<double> tex = {20.0, 20.0};
-  bool json = false;
+  bool knit = false, json = false;
+  std::array<double, 2> knitted{1450.0, 1650.0};  ///< wales and courses per metre
 };
 
 constexpr std::array kTests{
@@ -87,7 +88,48 @@ void print_report(const SwatchTrial& t, const SwatchCurves& curves) {
   }
 }
 
+KnitTrial knit_of(const SwatchOptions& o) {
+  KnitTrial knit;
+  knit.knit.yarn = trial_of(o).weave.warp;
+  knit.knit.links = o.trial.weave.links;
+  knit.wales = o.knitted[0];
+  knit.courses = o.knitted[1];
+  knit.loops = o.trial.crossings;
+  knit.strain = o.trial.strain;
+  knit.points = o.trial.points;
+  return knit;
+}
+
+void run_knit(const SwatchOptions& o) {
+  const KnitTrial knit = knit_of(o);
+  const KnitTest course = pull_knit(knit, KnitPull::course), wale = pull_knit(knit, KnitPull::wale);
+  if (o.json) {
+    Json json{{"loop_length", knit.loop().length()},
+              {"tightness", knit.tightness()},
+              {"density", knit.density()}};
+    for (const auto& [name, test] : {std::pair{"course", &course}, std::pair{"wale", &wale}})
+      for (const SwatchPoint& p : test->curve) {
+        json["tests"][name]["strain"].push_back(p.strain);
+        json["tests"][name]["force"].push_back(p.force);
+        json["tests"][name]["contraction"].push_back(p.contraction);
+      }
+    fmt::print("{}\n", json.dump(2));
+    return;
+  }
+  fmt::print("plain knit: yarn of {:.3f} mm, loops of {:.3f} mm, tightness {:.1f}\n",
+             1e3 * knit.knit.yarn.diameter(), 1e3 * knit.loop().length(), knit.tightness());
+  fmt::print("  density            {:.4g} kg/m2\n", knit.density());
+  fmt::print("  strain, force (N/m) and contraction along courses, along wales\n");
+  for (std::size_t i = 0; i < course.curve.size(); ++i)
+    fmt::print("{:>10.4f}{:>10.4g}{:>10.4f}{:>10.4g}{:>10.4f}\n", course.curve[i].strain,
+               course.curve[i].force, course.curve[i].contraction, wale.curve[i].force,
+               wale.curve[i].contraction);
+  fmt::print("  strain of the yarn at the end: {:.2g} and {:.2g}\n", course.yarn_strain,
+             wale.yarn_strain);
+}
+
 void run_command(const SwatchOptions& o) {
+  if (o.knit) return run_knit(o);
   const SwatchTrial trial = trial_of(o);
   SwatchCurves curves;
   for (std::size_t k = 0; k < kTests.size(); ++k) curves[k] = pull_swatch(trial, kTests[k].second);
@@ -105,7 +147,10 @@ void add_command_swatch(const Command& app) {
   const Command command = app.subcommand(
       "swatch",
       "Compute the constants of a weave from its yarns: tension along warp, weft and "
-      "bias, and shear");
+      "bias, and shear; or of a plain knit: tension along courses and wales");
+  command.flag("--knit", o->knit, "Test a plain knit of the first yarn instead of a weave");
+  command.option("--wales", o->knitted[0], "Wales of the knit per metre").positive();
+  command.option("--courses", o->knitted[1], "Courses of the knit per metre").positive();
   command
       .option("--weave", o->weave,
               "A warp yarn floats over so many weft yarns, then under so many, shifted by so many "

@@ -15,12 +15,14 @@ void register_support(ClothPatternRegistry& registry);
 void register_nets(ClothPatternRegistry& registry);
 void register_mesh(ClothPatternRegistry& registry);
 void register_weave(ClothPatternRegistry& registry);
+void register_knit(ClothPatternRegistry& registry);
 
 ClothPatternRegistry cloth_patterns() {
   ClothPatternRegistry registry;
-  for (const auto add : {register_rectangular, register_triangular, register_simplified,
-                         register_responsive, register_arc, register_bilayered, register_refined,
-                         register_support, register_nets, register_mesh, register_weave})
+  for (const auto add :
+       {register_rectangular, register_triangular, register_simplified, register_responsive,
+        register_arc, register_bilayered, register_refined, register_support, register_nets,
+        register_mesh, register_weave, register_knit})
     add(registry);
   return registry;
 }

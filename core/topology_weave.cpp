@@ -26,6 +26,7 @@
 #include <selvedge/core/cloth_mesh.h>
 #include <selvedge/core/cloth_pattern.h>
 #include <selvedge/core/detail/topology.h>
+#include <selvedge/core/detail/yarn_pattern.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
@@ -39,23 +40,9 @@ namespace selvedge {
 
 namespace {
 
-constexpr double kKgPerMetreOfTex = 1e-6;
-
-void validate_yarn(const char* which, const YarnConfig& yarn) {
-  const auto positive = [&](const char* name, double value) {
-    require(std::isfinite(value) && value > 0.0, std::string(which) + " " + name, value,
-            "positive and finite");
-  };
-  positive("tex", yarn.tex);
-  positive("density", yarn.density);
-  positive("modulus", yarn.modulus);
-  require(yarn.bending_share > 0.0 && yarn.bending_share <= 1.0,
-          std::string(which) + " bending_share", yarn.bending_share, "above 0 and at most 1");
-}
-
 void validate_weave(const WeaveConfig& w) {
-  validate_yarn("warp", w.warp);
-  validate_yarn("weft", w.weft);
+  detail::validate_yarn("warp", w.warp);
+  detail::validate_yarn("weft", w.weft);
   require(w.over >= 1, "over", w.over, "at least 1");
   require(w.under >= 1, "under", w.under, "at least 1");
   require(w.step >= 1, "step", w.step, "at least 1");
@@ -134,14 +121,7 @@ class Weaver {
       x.push_back(warp ? Vec3(x_of(place), y_of(yarn), z) : Vec3(x_of(yarn), y_of(place), z));
       cloth_.mass.push_back(0.0);
     }
-    for (std::int32_t k = first; k + 1 < first + count; ++k) {
-      const double length = (x[k + 1] - x[k]).norm();
-      cloth_.springs.push_back(
-          {k, k + 1, length, rod.stretch() / length, material_.spring_damping});
-      cloth_.strain_limit.push_back(material_.strain_limit);
-      for (const std::int32_t end : {k, k + 1})
-        cloth_.mass[end] += 0.5 * rod.tex * kKgPerMetreOfTex * length;
-    }
+    detail::add_yarn_springs(cloth_, first, count, rod, material_);
     for (std::int32_t k = 1; k + 1 < count; ++k) add_bend(first + k, rod, is_kink(warp, yarn, k));
   }
 
@@ -158,39 +138,20 @@ class Weaver {
     const std::vector<Vec3>& x = cloth_.surface.vertices;
     const Vec3 p = x[k] - x[k - 1], q = x[k + 1] - x[k];
     const double angle = kink ? std::atan2(p.cross(q).norm(), p.dot(q)) : 0.0;
-    cloth_.twists.push_back({{k - 1, k, k + 1},
-                             angle,
-                             2.0 * rod.bending() / (p.norm() + q.norm()),
-                             material_.bending_damping});
+    detail::add_yarn_bend(cloth_, k, angle, rod, material_);
   }
 
   void add_crossing(std::int32_t i, std::int32_t j) {
     const std::int32_t warp = layout_.warp(j, layout_.at(i)), weft = layout_.weft(i, layout_.at(j));
     const std::int32_t middle = layout_.middle(i, j);
-    const std::vector<Vec3>& x = cloth_.surface.vertices;
-    const double gap = (x[warp] - x[weft]).norm();
-    cloth_.springs.push_back({warp, weft, gap, weave_.contact, material_.spring_damping});
-    cloth_.strain_limit.push_back(std::numeric_limits<double>::max());
-    add_angle({warp - 1, warp + 1, weft - 1, weft + 1}, weave_.rotation);
-    add_angle({warp - 1, warp + 1, warp, weft}, weave_.contact * gap * gap);
-    add_angle({weft - 1, weft + 1, weft, warp}, weave_.contact * gap * gap);
+    const double stiff = weave_.contact;
+    detail::add_yarn_crossing(cloth_, warp, weft, {stiff, stiff, weave_.rotation}, material_);
     // Both yarns lie on either side of the surface in proportion to their crimps.
-    cloth_.yarn_ties.push_back({{middle, warp, weft},
-                                {1.0 - weave_.crimp_share, weave_.crimp_share},
-                                weave_.contact,
-                                material_.spring_damping});
+    detail::add_yarn_tie(cloth_, middle, warp, weft, 1.0 - weave_.crimp_share, stiff, material_);
     for (const std::int32_t yarn : {warp, weft}) {
       cloth_.mass[middle] += 0.5 * cloth_.mass[yarn];
       cloth_.mass[yarn] *= 0.5;
     }
-  }
-
-  void add_angle(const std::array<std::int32_t, 4>& v, double stiffness) {
-    if (stiffness <= 0.0) return;
-    const std::vector<Vec3>& x = cloth_.surface.vertices;
-    const Vec3 u = (x[v[1]] - x[v[0]]).normalized(), w = (x[v[3]] - x[v[2]]).normalized();
-    const double angle = std::atan2(u.dot(w), u.cross(w).norm());
-    cloth_.crossings.push_back({v, angle, stiffness, material_.bending_damping});
   }
 
   const GridConfig& grid_;
@@ -200,20 +161,7 @@ class Weaver {
   ClothMesh cloth_;
 };
 
-double round_section(double diameter) { return 0.25 * std::numbers::pi * diameter * diameter; }
-
 }  // namespace
-
-double YarnConfig::diameter() const {
-  return std::sqrt(4.0 * tex * kKgPerMetreOfTex / (std::numbers::pi * density));
-}
-
-double YarnConfig::stretch() const { return modulus * round_section(diameter()); }
-
-double YarnConfig::bending() const {
-  const double d = diameter();
-  return bending_share * modulus * round_section(d) * d * d / 16.0;
-}
 
 bool WeaveConfig::warp_over(std::int32_t i, std::int32_t j) const {
   const std::int32_t repeat = over + under, place = (i + step * j) % repeat;
@@ -237,38 +185,6 @@ ClothMesh make_weave(const GridConfig& grid, const WeaveConfig& weave, const Mat
 
 namespace {
 
-void refuse_laws_of_a_sheet(const Material& m) {
-  const Material plain;
-  if (m.stretch_law == plain.stretch_law && m.shear_law == plain.shear_law &&
-      m.bending_law == plain.bending_law && m.bending_friction == 0.0 && m.shear_friction == 0.0 &&
-      m.bending_curve.empty())
-    return;
-  throw std::invalid_argument(
-      "cloth: weave takes its constants from its yarns; leave out the laws of stretch, shear and "
-      "bending and the friction within cloth, or take pattern \"rectangular\"");
-}
-
-MethodOption whole_option(const char* name, double initial, double least, const char* meaning) {
-  return {.name = name,
-          .initial = initial,
-          .unit = "1",
-          .least = least,
-          .most = 100.0,
-          .kind = OptionKind::whole,
-          .meaning = meaning};
-}
-
-MethodOption positive_option(const char* name, double initial, const char* unit, double most,
-                             const char* meaning) {
-  return {.name = name,
-          .initial = initial,
-          .unit = unit,
-          .least = 0.0,
-          .most = most,
-          .above_least = true,
-          .meaning = meaning};
-}
-
 WeaveConfig weave_of(const MethodOptions& o) {
   const auto yarn = [&](const char* tex) {
     return YarnConfig{.tex = o[tex],
@@ -290,6 +206,8 @@ WeaveConfig weave_of(const MethodOptions& o) {
 }  // namespace
 
 void register_weave(ClothPatternRegistry& registry) {
+  using detail::positive_option;
+  using detail::whole_option;
   const WeaveConfig w{};
   registry.add(
       "weave",
@@ -323,7 +241,7 @@ void register_weave(ClothPatternRegistry& registry) {
        whole_option("links", w.links, 2.0,
                     "links of a yarn between two crossings, even; more bend more exactly")},
       [](const MethodOptions& o, const GridConfig& grid, const Material& material) {
-        refuse_laws_of_a_sheet(material);
+        detail::refuse_laws_of_a_sheet("weave", material);
         return make_weave(grid, weave_of(o), material);
       },
       {.promise = "yarns that bend, stretch and press on each other, bonded where they cross; mass "

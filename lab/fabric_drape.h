@@ -140,6 +140,31 @@ double initial_modulus(std::span<const SwatchPoint> curve);
 Material material_of(const SwatchTrial& trial, std::span<const SwatchPoint> warp,
                      std::span<const SwatchPoint> weft, std::span<const SwatchPoint> shear);
 
+/// A tension test of a small knitted swatch, computed at the level of its yarn. No friction,
+/// gravity or collisions. The surface is kept flat; the grips hold the outer half of the outermost
+/// loops and let the swatch contract.
+struct KnitTrial {
+  KnitConfig knit{.yarn = {}};
+  double wales = 1450.0, courses = 1650.0;  ///< 1/m, across and along the wales
+  std::int32_t loops = 8;                   ///< along each side, >= 4
+  double strain = 0.1;                      ///< at the end of the test, > 0
+  std::int32_t points = 10;                 ///< equal steps of strain, >= 2
+
+  KnitLoop loop() const;     ///< throws std::invalid_argument if the yarn does not fit
+  double density() const;    ///< kg/m²
+  double tightness() const;  ///< tightness factor: √tex over the loop length in cm
+};
+/// Along the courses, or along the wales.
+enum class KnitPull { course, wale };
+struct KnitTest {
+  /// Strain of the grips; the contraction is that of the middle. The first point is at rest.
+  std::vector<SwatchPoint> curve;
+  double yarn_strain = 0.0;  ///< of the whole yarn at the last point
+};
+/// Tests a swatch step by step, each to equilibrium. Throws std::invalid_argument if a number is
+/// out of range, and std::runtime_error if a step finds no equilibrium.
+KnitTest pull_knit(const KnitTrial& trial, KnitPull pull);
+
 /// Points of the catenary of `length` (m) between two points in gravity along -z, at these arc
 /// lengths (m) from `a`. A `length` up to the distance of the points gives the straight line, in
 /// proportion. Points above each other give a thread that hangs double. Throws

@@ -13,10 +13,10 @@ TEST_F(EverythingFile, PiecesAreJoinedScaledTurnedAndMoved) {
   Scene scene = read_everything();
   scene.perturbation.speed = 0.0;
   const BuiltScene built = build_scene(scene);
-  ASSERT_EQ(built.piece_begin.size(), 16u);
+  ASSERT_EQ(built.piece_begin.size(), 17u);
   EXPECT_EQ(built.piece_begin[0], 0);
   const auto& x = built.cloth.surface.vertices;
-  EXPECT_EQ(static_cast<std::size_t>(built.piece_begin[15]), x.size());
+  EXPECT_EQ(static_cast<std::size_t>(built.piece_begin[16]), x.size());
   ASSERT_EQ(built.velocity.size(), x.size());
   EXPECT_EQ(built.velocity.front(), Vec3(0, 1, 0));
   EXPECT_EQ(built.velocity[built.piece_begin[2] - 1], Vec3(0, 0, -1));
@@ -35,7 +35,7 @@ TEST_F(EverythingFile, PiecesAreJoinedScaledTurnedAndMoved) {
   EXPECT_EQ(built.bodies[10]->vertex_count(), 3u) << "welded";
   EXPECT_EQ(built.bodies[11]->vertex_count(), 4u) << "the groups skin and eyes without lens";
   // The skirt, which comes last, is flat at rest.
-  const auto skirt = built.piece_begin[15] - built.piece_begin[14];
+  const auto skirt = built.piece_begin[16] - built.piece_begin[15];
   ASSERT_GT(skirt, 50);
   for (auto p = built.rest.vertices.end() - skirt; p != built.rest.vertices.end(); ++p)
     ASSERT_EQ(p->z(), 0.0);

@@ -108,6 +108,8 @@ inline constexpr const char* everything = R"({
     {"name": "triangle_net", "pattern": {"type": "triangular_net", "structural": 10, "flexion": 11}},
     {"name": "woven", "size": [0.02, 0.02], "cells": [8, 8], "pattern": {"type": "weave", "over": 4, "under": 3, "step": 2, "warp_tex": 21, "weft_tex": 22, "yarn_density": 23,
      "modulus": 24, "bending_share": 0.25, "crimp_share": 0.26, "contact": 27, "rotation": 28, "links": 6}},
+    {"name": "knitted", "size": [0.02, 0.02], "cells": [8, 8], "pattern": {"type": "knit", "tex": 31, "yarn_density": 320, "modulus": 33, "bending_share": 0.35,
+     "contact": 36, "sliding": 37, "rotation": 38, "twist": 39, "links": 4}},
     {"name": "skirt", "sewing_pattern": "skirt.json", "edge_length": 0.1, "up": "y",
      "panels": {"back": {"translation": [0, 0.5, 50]}}, "transformation": {"translation": [0, 0, 60]}, "material": "silk", "velocity": [0, 0, -2], "virtual_springs": {"stiffness": 5},
      "sewing": {"pull": 30, "tolerance": 0.02, "damping": 0.2, "acceleration": 2, "merge": 0.03}}

@@ -177,7 +177,7 @@ TEST_F(EverythingFile, EveryNumberGoesToItsField) {
 
 TEST_F(EverythingFile, EveryPieceOfClothAndItsMaterialIsRead) {
   const Scene s = read_everything();
-  ASSERT_EQ(s.cloths.size(), 15u);
+  ASSERT_EQ(s.cloths.size(), 16u);
   const ClothSpec &grid = s.cloths[0], &file = s.cloths[1];
   EXPECT_EQ(grid.name, "grid");
   EXPECT_EQ(std::get<ClothGrid>(grid.shape).pattern, "triangular");
@@ -241,6 +241,15 @@ TEST_F(EverythingFile, EveryPieceOfClothAndItsMaterialIsRead) {
                                     {"contact", 27.0},
                                     {"rotation", 28.0},
                                     {"links", 6.0}}));
+  EXPECT_EQ(net(14), (MethodOptions{{"tex", 31.0},
+                                    {"yarn_density", 320.0},
+                                    {"modulus", 33.0},
+                                    {"bending_share", 0.35},
+                                    {"contact", 36.0},
+                                    {"sliding", 37.0},
+                                    {"rotation", 38.0},
+                                    {"twist", 39.0},
+                                    {"links", 4.0}}));
   ASSERT_EQ(s.weights.size(), 1u);
   EXPECT_EQ(s.weights[0].geometry, "inline");
   EXPECT_EQ(s.weights[0].vertices, (std::vector<std::int32_t>{1}));
@@ -283,11 +292,11 @@ TEST_F(EverythingFile, SeamsWaterAndPatternsAreRead) {
   EXPECT_EQ(std::tuple(sewing.pull, sewing.tolerance, sewing.damping, sewing.acceleration),
             std::tuple(30.0, 0.02, 0.2, 2.0));
   EXPECT_EQ(s.seams[2].merge, 0.03);
-  const auto& skirt = std::get<ClothFile>(s.cloths[14].shape);
+  const auto& skirt = std::get<ClothFile>(s.cloths[15].shape);
   EXPECT_EQ(skirt.mesh.triangles, skirt.rest_mesh.triangles);
-  EXPECT_EQ(s.cloths[14].material, "silk");
-  EXPECT_EQ(s.cloths[14].velocity, Vec3(0, 0, -2));
-  EXPECT_EQ(s.cloths[14].virtual_springs.stiffness, 5.0);
+  EXPECT_EQ(s.cloths[15].material, "silk");
+  EXPECT_EQ(s.cloths[15].velocity, Vec3(0, 0, -2));
+  EXPECT_EQ(s.cloths[15].virtual_springs.stiffness, 5.0);
   // The file has y up; the front stands at z = 0.2 m there, the back is moved.
   EXPECT_NEAR(skirt.mesh.vertices.back().y(), -0.2, 1e-12);
   EXPECT_NEAR(skirt.mesh.vertices.front().y(), 0.2 + 0.5, 1e-12);

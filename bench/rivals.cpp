@@ -16,8 +16,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
+#include <ctime>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -82,8 +83,9 @@ std::vector<HeldVertex> corners(std::int32_t cells) {
   return {{0, {-s, -s, 0}}, {cells, {s, -s, 0}}, {last - cells, {-s, s, 0}}, {last, {s, s, 0}}};
 }
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+/// Of the processor, which other programs disturb less than those of the clock.
+double seconds_since(std::clock_t start) {
+  return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
 }
 
 struct Drape {
@@ -111,7 +113,7 @@ Particles start(const ClothMesh& cloth, std::int32_t cells) {
 
 /// Implicit steps with friction of the air until nothing moves.
 Drape simulate(StretchLaw law, std::int32_t cells) {
-  const auto begin = std::chrono::steady_clock::now();
+  const std::clock_t begin = std::clock();
   const ClothMesh cloth = make_rectangular({kSize, kSize, cells, cells}, fabric(law));
   ForceList forces = make_internal_forces(cloth);
   forces.push_back(make_gravity({0.0, 0.0, -9.81}));
@@ -145,7 +147,7 @@ Drape simulate(StretchLaw law, std::int32_t cells) {
 }
 
 Drape hang(std::int32_t cells) {
-  const auto begin = std::chrono::steady_clock::now();
+  const std::clock_t begin = std::clock();
   const GeometricDrape drape =
       drape_geometrically({kSize, kSize, cells, cells}, corners(cells), {.tolerance = 1e-4});
   return {drape.shape.vertices, seconds_since(begin), drape.sweeps};
@@ -168,25 +170,51 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
+/// A model with its times, which are taken in turns with those of the others.
+struct Rival {
+  std::string name;
+  std::function<Drape()> make;
+  Drape drape;
+  std::vector<double> seconds;
+};
+
+std::vector<Rival> run_in_turns(std::int32_t cells, int repeats) {
+  std::vector<Rival> rivals;
+  for (const StretchLaw law : kLaws)
+    rivals.push_back({name_of(law), [=] { return simulate(law, cells); }, {}, {}});
+  rivals.push_back({"geometric", [=] { return hang(cells); }, {}, {}});
+  for (int k = 0; k < repeats; ++k)
+    for (Rival& rival : rivals) {
+      rival.drape = rival.make();
+      rival.seconds.push_back(rival.drape.seconds);
+    }
+  return rivals;
+}
+
+/// Median and range of the times of the springs over those of another model in the same turn.
+std::string springs_over(const Rival& springs, const Rival& other) {
+  std::vector<double> ratios;
+  for (std::size_t k = 0; k < springs.seconds.size(); ++k)
+    ratios.push_back(springs.seconds[k] / other.seconds[k]);
+  const auto [least, most] = std::minmax_element(ratios.begin(), ratios.end());
+  return fmt::format("{:.2f} ({:.2f} to {:.2f})", median(ratios), *least, *most);
+}
+
 Table drape_table(std::int32_t cells, int repeats) {
   constexpr std::int32_t finer = 4;
-  Table table({"model", "cells", "error, mm", "time, s", "steps or sweeps", "ms per step"});
+  Table table({"model", "cells", "error, mm", "time, s", "steps or sweeps", "ms per step",
+               "springs' time over this"});
   const Drape reference = simulate(StretchLaw::corotated, finer * cells);
-  const auto add = [&](const std::string& name, std::int32_t n, auto&& make) {
-    std::vector<double> seconds;
-    Drape drape;
-    for (int k = 0; k < repeats; ++k) {
-      drape = make();
-      seconds.push_back(drape.seconds);
-    }
-    table.add({name, std::to_string(n),
-               fmt::format("{:.1f}", distance(drape.x, n, reference.x, finer * cells)),
-               fmt::format("{:.3f}", median(seconds)), std::to_string(drape.steps),
-               fmt::format("{:.2f}", 1e3 * median(seconds) / std::max(1, drape.steps))});
-  };
   for (const std::int32_t n : {cells, 2 * cells}) {
-    add("geometric", n, [&] { return hang(n); });
-    for (const StretchLaw law : kLaws) add(name_of(law), n, [&] { return simulate(law, n); });
+    const std::vector<Rival> rivals = run_in_turns(n, repeats);
+    for (const Rival& r : rivals) {
+      const double seconds = median(r.seconds);
+      table.add({r.name, std::to_string(n),
+                 fmt::format("{:.1f}", distance(r.drape.x, n, reference.x, finer * cells)),
+                 fmt::format("{:.3f}", seconds), std::to_string(r.drape.steps),
+                 fmt::format("{:.2f}", 1e3 * seconds / std::max(1, r.drape.steps)),
+                 springs_over(rivals.front(), r)});
+    }
   }
   return table;
 }

@@ -10,6 +10,7 @@ meshes    C1, C2, C3, Figures 11 and 12: four meshes at the survey's eight sizes
 penalty   C10, Figure 45: a cloth that falls onto the table with penalty springs from small to great
 levels    C19: adaptive and multi-level meshes against uniform ones, time and error
 layers    C20: a bilayered cloth against plain sheets, time and error
+voxels    C15: two sheets that fall onto a ball, with voxels of several sizes
 
 The cloth is at balance when the root of its mean squared speed stays below 5 mm/s. Simulations use one thread; times are
 those of the processor, which other programs disturb less than those of the clock.
@@ -245,7 +246,33 @@ def layers(options):
     against("bilayered", rows, reference, 0.8)
 
 
-PARTS = {"limiters": limiters, "meshes": meshes, "penalty": penalty, "levels": levels, "layers": layers}
+VOXELS = (0.25, 0.5, 1.0, 1.4, 2.0, 2.8, 4.0, 8.0, 16.0)  # sides over the typical extent of an edge
+
+
+def voxels(options):
+    """Each step of the scene with another size of voxel: all meet the same states."""
+    cells = [options.size - 1, options.size - 1]
+    scene = json.loads((pathlib.Path(__file__).parent.parent / "data/scenes/two_sheets_on_ball.json").read_text())
+    del scene["$schema"]
+    for cloth in scene["geometry"]:
+        cloth["cells"] = cells
+    frames = int(options.longest * scene["time"]["fps"])
+    scene["time"]["frames"] = frames
+    seconds, places = {size: [] for size in VOXELS}, {}
+    for _, size in itertools.product(range(options.turns), VOXELS):
+        scene["contact"] = {"broad_phase": {"type": "voxel", "voxel": size}}
+        simulation = selvedge.Simulation(scene)
+        simulation.advance_to_frame(frames)
+        seconds[size].append(simulation.result()["phase_s"]["broad_phase"])
+        places[size] = np.array(simulation.positions)
+    print(f"voxel, typical extents | broad phase, s | over that of 2 | positions after {frames} frames")
+    for size in VOXELS:
+        over = spread([a / b for a, b in zip(seconds[size], seconds[2.0])])
+        same = "the same bits" if np.array_equal(places[size], places[2.0]) else "others"
+        print(f"{size:g} | {seconds[size][0]:.3f} | {over} | {same}", flush=True)
+
+
+PARTS = {"limiters": limiters, "meshes": meshes, "penalty": penalty, "levels": levels, "layers": layers, "voxels": voxels}
 
 
 def main():

@@ -314,6 +314,7 @@ integrators() {
 elements() {
   say "C27: mass-spring, finite elements and a geometric drape"
   measure "$build/bench/bench_rivals" --repeats "$turns"
+  measure "$build/bench/bench_rivals" --cells 24 --repeats 3
   measure "$build/apps/selvedge" drape petrak_2025/M1 petrak_2025/M3 petrak_2025/M6 --cells 20 --levels 1 --seeds 1 \
     --stretch-law hooke
   measure "$build/apps/selvedge" drape petrak_2025/M1 petrak_2025/M3 petrak_2025/M6 --cells 20 --levels 1 --seeds 1 \

@@ -121,8 +121,10 @@ void ContactForce::add(std::span<const ContactPoint> contacts) {
     room_ += e.m_eff * e.point.rest_gap;
     approach_ += e.approach;
   }
-  // Contacts that are added later are collisions of the velocities that the solves found.
-  const bool guesses = !v_guess_.empty() && v_last_.empty();
+  // Contacts that are added later are collisions of the velocities that the solves found. In an
+  // impact the cloth does not keep its velocities, so that the forces which would keep them
+  // mislead.
+  const bool guesses = !v_guess_.empty() && v_last_.empty() && !is_impact();
   if (guesses) guess_forces(added);
   const double ratio = is_impact() ? config_.impact_stick_ratio : config_.stick_ratio;
   parallel_for(added.size(), kEach, [&](std::size_t begin, std::size_t end) {

@@ -211,6 +211,26 @@ TEST(Incline, WithoutFrictionEveryResponseSlidesFreely) {
   }
 }
 
+/// Friction that the first solve takes for a particle of 10 g that falls on a plane at `speed`,
+/// while the other forces pull it sideways, N·s.
+Vec3 first_friction_at(double speed) {
+  constexpr double h = kFrameStep, m = 0.01;
+  const std::unique_ptr<Response> response = make_response("contact_force", {});
+  const std::vector<Vec3> x{Vec3(0, 0, kRest), Vec3::Zero()}, v{Vec3(0, 0, -speed)};
+  const std::vector<Vec3> still{Vec3::Zero()};
+  const std::vector<Vec3> predicted{v[0] + h * Vec3(0, 0, -kGravity)};
+  const std::vector<Vec3> unbalanced{h * m * kGravity * Vec3(0.1, 0, -1)};
+  const std::vector<double> mass{m}, inv_mass{1.0 / m, 0.0};
+  ResponseStep step{{x, inv_mass, 1, h}, mass, still, v, predicted};
+  step.unbalanced = unbalanced;
+  response->begin(step);
+  const std::vector<ContactPoint> contacts{
+      {{0, 1, 1, 1}, {1, -1, 0, 0}, Vec3::UnitZ(), kRest, kRest, 0.3}};
+  response->add(contacts);
+  const auto terms = response->terms();
+  return terms.size() == 1 ? Vec3(terms[0].rhs.x(), terms[0].rhs.y(), 0.0) : Vec3::Constant(NAN);
+}
+
 /// Number of solves that a particle of 10 g takes until its contact agrees. It rests on a plane,
 /// and the impulse of the other forces is `pull`. `known`: the response receives it.
 int solves_under(const Vec3& pull, bool known) {
@@ -246,6 +266,11 @@ TEST(FirstGuess, TakesOneSolveWhereItKnowsTheForcesThatItMustBalance) {
   const double weight = kFrameStep * 0.01 * kGravity;
   EXPECT_EQ(solves_under(weight * Vec3(5, 0, -20), true), 1);
   EXPECT_GT(solves_under(weight * Vec3(5, 0, -20), false), 1);
+}
+
+TEST(FirstGuess, BalancesOtherForcesAtRestButNotInAnImpact) {
+  EXPECT_NEAR(first_friction_at(0.0).x(), -0.1 * kFrameStep * 0.01 * kGravity, 1e-6);
+  EXPECT_EQ(first_friction_at(5.0).norm(), 0.0);
 }
 
 TEST(Floor, ASlidingParticleStopsWhereCoulombSays) {

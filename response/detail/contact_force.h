@@ -43,7 +43,8 @@ struct ContactForceConfig {
 /// a contact sticks without creep at a moderate c. Semismooth Newton iterations solve both: after
 /// each solve, `update` finds which contacts carry load and what friction is due, and the caller
 /// solves again until nothing changes. No state is kept from step to step: the first guess of loads
-/// and friction are the forces that balance all others where the cloth keeps its velocities.
+/// and friction are the forces that balance all others where the cloth keeps its velocities; in an
+/// impact, the loads that stop the predicted approach.
 class ContactForce final : public Response {
  public:
   explicit ContactForce(const ContactForceConfig& config = {}) : config_(config) {}

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/bodies/body.h>
+#include <selvedge/core/elementary.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -45,13 +46,13 @@ double distance_to(const Capsule& capsule, const Vec3& x) {
 }
 
 double distance_to(const Cylinder& cylinder, const Vec3& x) {
-  return distance_beyond(
-      Vec2(std::hypot(x.x(), x.y()) - cylinder.radius, std::abs(x.z()) - 0.5 * cylinder.height));
+  return distance_beyond(Vec2(elementary::hypot(x.x(), x.y()) - cylinder.radius,
+                              std::abs(x.z()) - 0.5 * cylinder.height));
 }
 
 // In the half-plane (ρ, z) a cone is the triangle of axis, base and slant.
 double distance_to(const Cone& cone, const Vec3& x) {
-  const Vec2 p(std::hypot(x.x(), x.y()), x.z());
+  const Vec2 p(elementary::hypot(x.x(), x.y()), x.z());
   const Vec2 centre(0.0, -0.5 * cone.height), rim(cone.radius, -0.5 * cone.height);
   const Vec2 tip(0.0, 0.5 * cone.height);
   const double distance =
@@ -62,7 +63,7 @@ double distance_to(const Cone& cone, const Vec3& x) {
 }
 
 double distance_to(const Torus& torus, const Vec3& x) {
-  return std::hypot(std::hypot(x.x(), x.y()) - torus.radius, x.z()) - torus.tube;
+  return elementary::hypot(elementary::hypot(x.x(), x.y()) - torus.radius, x.z()) - torus.tube;
 }
 
 // ---------------------------------------------------------------- tessellation
@@ -74,7 +75,7 @@ void require_positive(double value, const char* what) {
 }
 
 // Distance of a chord from its arc, at its midpoint, for `segments` segments of a unit circle.
-double sagitta(int segments) { return 1.0 - std::cos(pi / segments); }
+double sagitta(int segments) { return 1.0 - elementary::cos(pi / segments); }
 
 // Largest distance between a face's plane and the sphere on which its corners lie.
 double largest_sagitta(const TriangleMesh& mesh, const Vec3& centre, double radius) {
@@ -97,7 +98,8 @@ std::int32_t append_ring(const Ring& ring, TriangleMesh& mesh) {
   const auto first = static_cast<std::int32_t>(mesh.vertices.size());
   for (int i = 0; i < ring.n; ++i) {
     const double angle = 2.0 * pi * i / ring.n;
-    mesh.vertices.push_back({ring.rho * std::cos(angle), ring.rho * std::sin(angle), ring.z});
+    mesh.vertices.push_back(
+        {ring.rho * elementary::cos(angle), ring.rho * elementary::sin(angle), ring.z});
   }
   return first;
 }
@@ -188,7 +190,8 @@ TriangleMesh icosahedron() {
   for (int ring = 0; ring < 2; ++ring)
     for (int i = 0; i < 5; ++i) {
       const double angle = 2.0 * pi * (i + 0.5 * ring) / 5.0;
-      mesh.vertices.push_back({rho * std::cos(angle), rho * std::sin(angle), ring == 0 ? -z : z});
+      mesh.vertices.push_back(
+          {rho * elementary::cos(angle), rho * elementary::sin(angle), ring == 0 ? -z : z});
     }
   mesh.vertices.push_back({0.0, 0.0, 1.0});
   for (int i = 0; i < 5; ++i) {
@@ -288,8 +291,8 @@ std::vector<Ring> hemisphere_rings(int n) {
   std::vector<Ring> rings{{0.0, -1.0, 1}};
   for (int k = 1; k < rows; ++k) {
     const double angle = 0.5 * pi * k / rows;
-    const int segments = std::max(3, static_cast<int>(std::ceil(n * std::sin(angle))));
-    rings.push_back({std::sin(angle), -std::cos(angle), segments});
+    const int segments = std::max(3, static_cast<int>(std::ceil(n * elementary::sin(angle))));
+    rings.push_back({elementary::sin(angle), -elementary::cos(angle), segments});
   }
   rings.push_back({1.0, 0.0, n});
   return rings;
@@ -337,7 +340,7 @@ TriangleMesh tessellate_shape(const Cylinder& cylinder, int resolution) {
 // tip of a thin cone smaller ones would only repeat the same triangles, without end.
 std::vector<Ring> slant_rings(const Cone& cone, int resolution) {
   constexpr int smallest = 3;  // segments of a ring
-  const double slant = std::hypot(cone.radius, cone.height);
+  const double slant = elementary::hypot(cone.radius, cone.height);
   const double c = 4.0 * pi * (cone.radius / slant) / resolution;
   const double least_c = 2.0 * resolution / kMaxSideFaces;
   const double stretch = c < least_c ? least_c / c : 1.0;  // of the distances, in too thin a cone
@@ -385,9 +388,9 @@ TriangleMesh tessellate_shape(const Torus& torus, int resolution) {
   TriangleMesh mesh;
   for (int j = 0; j < m; ++j) {
     const double angle = 2.0 * pi * j / m;
-    append_ring(
-        {torus.radius + torus.tube * std::cos(angle), torus.tube * std::sin(angle), resolution},
-        mesh);
+    append_ring({torus.radius + torus.tube * elementary::cos(angle),
+                 torus.tube * elementary::sin(angle), resolution},
+                mesh);
   }
   for (int j = 0; j < m; ++j)
     zip_rings(j * resolution, resolution, (j + 1) % m * resolution, resolution, mesh);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/bodies/body.h>
 #include <selvedge/core/check.h>
+#include <selvedge/core/elementary.h>
 
 #include <algorithm>
 #include <cmath>
@@ -133,6 +134,20 @@ void check_frames(const std::vector<TriangleMesh>& frames) {
   }
 }
 
+/// The rotation at the share `s` of the shorter way from a to b, at a constant speed
+/// [Shoemake1985].
+Eigen::Quaterniond between(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b, double s) {
+  const double cosine = a.dot(b), turn = elementary::acos(std::min(1.0, std::abs(cosine)));
+  const double sine = elementary::sin(turn);
+  double from = 1.0 - s, to = s;  // where the sine would be lost
+  if (sine > 1e-8) {
+    from = elementary::sin((1.0 - s) * turn) / sine;
+    to = elementary::sin(s * turn) / sine;
+  }
+  if (cosine < 0.0) to = -to;
+  return Eigen::Quaterniond(from * a.coeffs() + to * b.coeffs());
+}
+
 }  // namespace
 
 std::unique_ptr<Body> make_static_body(TriangleMesh mesh) {
@@ -168,7 +183,7 @@ Keyframe pose_at(std::span<const Keyframe> keys, double time) {
   if (after == keys.end() || same_pose(a, *after)) return a;
   const Keyframe& b = *after;
   const double s = (time - a.time) / (b.time - a.time);
-  return {time, (1.0 - s) * a.translation + s * b.translation, a.rotation.slerp(s, b.rotation)};
+  return {time, (1.0 - s) * a.translation + s * b.translation, between(a.rotation, b.rotation, s)};
 }
 
 }  // namespace selvedge

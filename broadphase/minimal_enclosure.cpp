@@ -21,6 +21,7 @@
 #include <selvedge/broadphase/detail/collect_pairs.h>
 #include <selvedge/broadphase/detail/surface_check.h>
 #include <selvedge/broadphase/minimal_enclosure.h>
+#include <selvedge/core/elementary.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/resources.h>
 
@@ -343,7 +344,7 @@ bool Column::contains(const Vec3& x) const {
 double Column::distance(const Vec3& x) const {
   const double along = axis.dot(x - base);
   const double beyond = std::max({0.0, -along, along - height});
-  return std::hypot(beyond, std::max(0.0, (x - base - along * axis).norm() - radius));
+  return elementary::hypot(beyond, std::max(0.0, (x - base - along * axis).norm() - radius));
 }
 
 double Column::volume() const { return std::numbers::pi * radius * radius * height; }

@@ -8,10 +8,10 @@
 // corner 3 m/4 more than before: m/4 from each of two side midpoints and from the centre. These
 // hand over the momentum of that mass with their own velocity.
 #include <selvedge/core/cloth_pattern.h>
+#include <selvedge/core/elementary.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 #include <string>
 
@@ -26,7 +26,7 @@ std::array<GridCell, 4> quarters(const GridCell& cell) {
 }
 
 double angle_between(const Vec3& n, const Vec3& m) {
-  return std::atan2(n.cross(m).norm(), n.dot(m));
+  return elementary::atan2(n.cross(m).norm(), n.dot(m));
 }
 
 }  // namespace

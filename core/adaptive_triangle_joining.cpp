@@ -8,6 +8,7 @@
 // share no triangle, so they can go at once. The mass of m goes to a and b in halves, as it came,
 // and so does its momentum.
 #include <selvedge/core/adaptive_triangles.h>
+#include <selvedge/core/elementary.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -21,7 +22,7 @@ namespace selvedge {
 namespace {
 
 double angle_of_areas(const Vec3& n, const Vec3& m) {
-  return std::atan2(n.cross(m).norm(), n.dot(m));
+  return elementary::atan2(n.cross(m).norm(), n.dot(m));
 }
 
 Vec3 area_of(std::span<const Vec3> x, const Triangle& t) {

@@ -11,10 +11,10 @@
 #include <selvedge/core/adaptive_triangles.h>
 #include <selvedge/core/check.h>
 #include <selvedge/core/cloth_pattern.h>
+#include <selvedge/core/elementary.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 #include <stdexcept>
 #include <string>
@@ -85,7 +85,7 @@ std::vector<std::int32_t> AdaptiveTriangles::curved(std::span<const Vec3> x, dou
       const std::int32_t other = across(t, side);
       if (other < 0) continue;
       const Vec3 m = area_vector(x, rest_.triangles[other]);
-      if (!(std::atan2(n.cross(m).norm(), n.dot(m)) > angle)) continue;
+      if (!(elementary::atan2(n.cross(m).norm(), n.dot(m)) > angle)) continue;
       found.push_back(t);
       break;
     }

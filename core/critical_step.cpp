@@ -12,6 +12,7 @@
 // within its limit.
 #include <selvedge/core/detail/force_checks.h>
 #include <selvedge/core/detail/register_limiter.h>
+#include <selvedge/core/elementary.h>
 #include <selvedge/core/strain_limiter.h>
 
 #include <algorithm>
@@ -32,7 +33,7 @@ constexpr double kDifference = 1e-8;
 /// A displacement that excites every mode, the same in every run.
 Vec3 scattered(std::size_t i) {
   const auto k = static_cast<double>(i);
-  return {std::sin(1.7 * k * k), std::cos(2.3 * k), std::sin(0.9 * k + 1.0)};
+  return {elementary::sin(1.7 * k * k), elementary::cos(2.3 * k), elementary::sin(0.9 * k + 1.0)};
 }
 
 double size_of(std::span<const Vec3> x) {

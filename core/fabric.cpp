@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/detail/topology.h>
+#include <selvedge/core/elementary.h>
 #include <selvedge/core/fabric.h>
 #include <selvedge/core/measure.h>
 
@@ -74,7 +75,7 @@ std::vector<std::string> notes_on(const FabricConstants& c) {
 double bending_length(double rigidity, double density) {
   require_not_negative("rigidity in N*m", rigidity);
   require_positive("density in kg/m2", density);
-  return std::cbrt(rigidity / (density * kGravity));
+  return elementary::cbrt(rigidity / (density * kGravity));
 }
 
 double rigidity_of_length(double bending_length, double density) {

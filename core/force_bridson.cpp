@@ -11,6 +11,7 @@
 // reason force_bending is the default.
 #include <selvedge/core/detail/dihedral.h>
 #include <selvedge/core/detail/element_force.h>
+#include <selvedge/core/elementary.h>
 #include <selvedge/core/force.h>
 
 namespace selvedge {
@@ -39,10 +40,11 @@ class SineHinges {
     const detail::Dihedral d = detail::dihedral(x, hinge.v);
     s.valid = d.valid;
     if (!d.valid) return s;
-    const double k = hinge.stiffness, sine0 = std::sin(0.5 * hinge.rest_angle);
-    const double cosine = std::cos(0.5 * d.angle), cosine0 = std::cos(0.5 * hinge.rest_angle);
+    const double k = hinge.stiffness, sine0 = elementary::sin(0.5 * hinge.rest_angle);
+    const double cosine = elementary::cos(0.5 * d.angle),
+                 cosine0 = elementary::cos(0.5 * hinge.rest_angle);
     s.energy = k * (4.0 * (cosine0 - cosine) - 2.0 * (d.angle - hinge.rest_angle) * sine0);
-    s.moment = 2.0 * k * (std::sin(0.5 * d.angle) - sine0);
+    s.moment = 2.0 * k * (elementary::sin(0.5 * d.angle) - sine0);
     s.slope = k * cosine;
     s.damping = k * hinge.damping;
     s.gradient = d.gradient;

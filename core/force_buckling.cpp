@@ -13,6 +13,7 @@
 // one, so the force is continuous; the energy here belongs to that force. Under tension a link is
 // slack.
 #include <selvedge/core/detail/element_force.h>
+#include <selvedge/core/elementary.h>
 #include <selvedge/core/force.h>
 
 #include <numbers>
@@ -32,8 +33,8 @@ Arc arc(double u) {
   if (u < small)
     return {1.0 - u2 / 6.0 * (1.0 - u2 / 20.0 * (1.0 - u2 / 42.0)),
             -u2 / 3.0 * (1.0 - u2 / 10.0 * (1.0 - u2 / 28.0))};
-  const double sinc = std::sin(u) / u;
-  return {sinc, std::cos(u) - sinc};
+  const double sinc = elementary::sin(u) / u;
+  return {sinc, elementary::cos(u) - sinc};
 }
 
 /// The u in [0, π] with 1 - sinc(u) = gap, by Newton's method started from the series and
@@ -81,7 +82,7 @@ detail::Tension bent(const BucklingLink& link, double gap) {
   const double g = arc(u).difference;
   t.force = k * kappa * kappa / g;
   // dT/du / (dr/du), dr/du = L g/u, dg/du = -sin u - g/u
-  const double dg = -std::sin(u) - g / u;
+  const double dg = -elementary::sin(u) - g / u;
   const double dt_du = k * (4.0 * kappa / (length * g) - kappa * kappa * dg / (g * g));
   t.slope = dt_du * u / (length * g);
   return t;

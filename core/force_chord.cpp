@@ -15,6 +15,7 @@
 // force_buckling.cpp, a linear onset bridges this jump: c (2d - r) while that is the weaker force.
 // Under tension a link is slack.
 #include <selvedge/core/detail/element_force.h>
+#include <selvedge/core/elementary.h>
 #include <selvedge/core/force.h>
 
 #include <numbers>
@@ -43,8 +44,8 @@ detail::Tension strip(const Chord& chord, double kappa) {
 detail::Tension bent_strip(const Chord& chord, double gap) {
   const double d = chord.link.spacing, w = chord.link.width;
   // 1 - cos(θ/2) = 2 sin²(θ/4)
-  const double quarter = std::asin(std::sqrt(0.5 * gap)), half = 2.0 * quarter;
-  const double sine = std::sin(half), cosine = std::cos(half);
+  const double quarter = elementary::asin(std::sqrt(0.5 * gap)), half = 2.0 * quarter;
+  const double sine = elementary::sin(half), cosine = elementary::cos(half);
   const detail::Tension m = strip(chord, 2.0 * half / d);
   detail::Tension t{};
   t.energy = w * d * m.energy;

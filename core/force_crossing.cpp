@@ -14,6 +14,7 @@
 // cancel: u × w + w × u = 0. The same law keeps two yarns from sliding along each other: between a
 // yarn and the link from its axis to that of the other.
 #include <selvedge/core/detail/element_force.h>
+#include <selvedge/core/elementary.h>
 #include <selvedge/core/force.h>
 
 #include <Eigen/Geometry>
@@ -50,7 +51,7 @@ class Crossings {
     const Vec3 u = p / lp, w = q / lq;
     const Vec3 n = u.cross(w);
     const double sine = u.dot(w), cosine = n.norm();
-    const double angle = std::atan2(sine, cosine) - crossing.rest_angle;
+    const double angle = elementary::atan2(sine, cosine) - crossing.rest_angle;
     s.energy = 0.5 * crossing.stiffness * angle * angle;
     // Parallel yarns have no plane in which to turn.
     constexpr double parallel = 1e-12;

@@ -14,6 +14,7 @@
 #include <selvedge/core/detail/element_force.h>
 #include <selvedge/core/detail/topology.h>
 #include <selvedge/core/detail/yarn_triangle.h>
+#include <selvedge/core/elementary.h>
 #include <selvedge/core/force.h>
 
 #include <numbers>
@@ -43,7 +44,7 @@ Angle<3> angle_of(std::span<const Vec3> x, const std::array<std::int32_t, 3>& v)
   const double sine = n.norm();
   // If the corner is straight or folded flat, the plane of rotation is undefined.
   constexpr double straight = 1e-12;
-  a.value = std::atan2(sine, u.dot(w));
+  a.value = elementary::atan2(sine, u.dot(w));
   a.valid = sine > straight;
   if (!a.valid) return a;
   const Vec3 normal = n / sine, across_u = normal.cross(u) / lp, across_w = normal.cross(w) / lq;

@@ -15,6 +15,7 @@
 // The second one is projected in closed form (detail below), as [Teran2005] does for solids.
 #include <selvedge/core/detail/coloring.h>
 #include <selvedge/core/detail/force_checks.h>
+#include <selvedge/core/elementary.h>
 #include <selvedge/core/force.h>
 
 #include <Eigen/Geometry>
@@ -76,7 +77,7 @@ Mat2 symmetric(const Vec3& stress) {
 /// eigenvalues m ± r.
 Mat2 positive_part(const Mat2& s) {
   const double m = 0.5 * (s(0, 0) + s(1, 1)), d = 0.5 * (s(0, 0) - s(1, 1));
-  const double r = std::hypot(d, s(0, 1));
+  const double r = elementary::hypot(d, s(0, 1));
   if (m >= r) return s;
   if (m <= -r) return Mat2::Zero();
   Mat2 toward;  // twice the projector on the eigenvector of m + r
@@ -157,7 +158,7 @@ class StretchTensor {
     frame.col(1 - longer) = longer == 0 ? normal_.cross(along) : along.cross(normal_);
     const Mat2 in_frame = frame.transpose() * f;
     const double cosine = in_frame(0, 0) + in_frame(1, 1), sine = in_frame(1, 0) - in_frame(0, 1);
-    trace_ = std::hypot(cosine, sine);
+    trace_ = elementary::hypot(cosine, sine);
     Mat2 turn;
     turn << cosine, -sine, sine, cosine;
     turn /= trace_;

@@ -30,10 +30,10 @@
 // length is that of a column of the deformation gradient.
 #include <selvedge/core/detail/element_force.h>
 #include <selvedge/core/detail/yarn_triangle.h>
+#include <selvedge/core/elementary.h>
 #include <selvedge/core/force.h>
 
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 
 namespace selvedge {
@@ -237,7 +237,8 @@ class Resilient {
       const Tension top = law_(stiffness, rest_length, longest_[e]);
       if (length >= longest_[e])
         return Tension{load.energy - (1.0 - resilience_) * top.energy, load.force, load.slope};
-      const double more = 1.0 / resilience_ - 1.0, share = std::pow(load.energy / top.energy, more);
+      const double more = 1.0 / resilience_ - 1.0,
+                   share = elementary::pow(load.energy / top.energy, more);
       // The limit of f²/W where the spring becomes slack is finite: 2 k.
       const double steeper = more * load.force * (load.force / load.energy);
       return Tension{resilience_ * load.energy * share, load.force * share,

@@ -10,6 +10,7 @@
 // of E is 0 there and its second derivative is k Dᵀ(I - u uᵀ) D, where D is the difference of the
 // two directions.
 #include <selvedge/core/detail/element_force.h>
+#include <selvedge/core/elementary.h>
 #include <selvedge/core/force.h>
 
 #include <Eigen/Geometry>
@@ -45,7 +46,7 @@ class TwistSprings {
     const double lp = p.norm(), lq = q.norm();
     if (lp <= 0.0 || lq <= 0.0) return s;
     const Vec3 u = p / lp, w = q / lq, n = u.cross(w);
-    const double sine = n.norm(), cosine = u.dot(w), angle = std::atan2(sine, cosine);
+    const double sine = n.norm(), cosine = u.dot(w), angle = elementary::atan2(sine, cosine);
     const double deviation = angle - spring.rest_angle;
     s.valid = true;
     s.energy = 0.5 * spring.stiffness * deviation * deviation;

@@ -12,6 +12,7 @@
 // of the angle, which is negative, because τ and the cosine have opposite signs.
 #include <selvedge/core/detail/element_force.h>
 #include <selvedge/core/detail/yarn_triangle.h>
+#include <selvedge/core/elementary.h>
 #include <selvedge/core/force.h>
 
 #include <numbers>
@@ -54,7 +55,7 @@ class YarnAngles {
     s.damping = element.damping * stiffness;
     if (!s.valid) return s;
     s.gradient = angle.gradient;
-    const double tangent = std::abs(1.0 / std::tan(angle.value));
+    const double tangent = std::abs(1.0 / elementary::tan(angle.value));
     s.bound = std::abs(s.moment) * (2.0 + 2.0 * tangent);
     s.weight = angle.turn;
     s.plane.setZero();

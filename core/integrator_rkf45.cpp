@@ -14,6 +14,7 @@
 // 9e-4 (hω)⁶); the tolerance keeps that growth as small as any other error.
 #include <selvedge/core/detail/force_checks.h>
 #include <selvedge/core/detail/runge_kutta.h>
+#include <selvedge/core/elementary.h>
 #include <selvedge/core/parallel.h>
 
 #include <algorithm>
@@ -100,7 +101,7 @@ double Fehlberg::largest_error(const Particles& p, double h) const {
 bool Fehlberg::within(const Particles& p, double h, double& factor) {
   stages_.combine(kError, dx_, dv_);
   const double error = largest_error(p, h);
-  factor = std::isfinite(error) ? kSafety * std::pow(error, -0.2) : kLeast;
+  factor = std::isfinite(error) ? kSafety * elementary::pow(error, -0.2) : kLeast;
   factor = std::clamp(factor, kLeast, kMost);
   return error <= 1.0;
 }

@@ -3,10 +3,10 @@
 // Symplectic (semi-implicit) Euler, which survey eq. 14 prints under the name of explicit Euler: v⁺
 // = v + h a(x, v), x⁺ = x + h v⁺; its a(t+h) must be a(t). Guarantee: first order, bounded energy;
 // stable below hω = 2 without damping, and with damping c below h = 4/(c + sqrt(c² + 4ω²)).
+#include <selvedge/core/elementary.h>
 #include <selvedge/core/integrator.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 namespace selvedge {
@@ -15,7 +15,7 @@ namespace {
 // A mode x'' = -ω² x - c x' has the amplification polynomial μ² - (2 - hc - h²ω²) μ + 1 - hc. A
 // root leaves the unit circle where h²ω² + 2hc = 4, that is, at h = 4/(c + sqrt(c² + 4ω²)).
 double longest_step(const ModeBound& mode) {
-  const double denominator = mode.rate + std::hypot(mode.rate, 2.0 * mode.omega);
+  const double denominator = mode.rate + elementary::hypot(mode.rate, 2.0 * mode.omega);
   return denominator > 0.0 ? 4.0 / denominator : std::numeric_limits<double>::infinity();
 }
 

@@ -18,10 +18,10 @@
 // cheap as Euler]
 #include <selvedge/core/detail/force_checks.h>
 #include <selvedge/core/detail/stability.h>
+#include <selvedge/core/elementary.h>
 #include <selvedge/core/integrator.h>
 
 #include <algorithm>
-#include <cmath>
 
 namespace selvedge {
 namespace {
@@ -76,7 +76,7 @@ void Verlet::begin(const StepStart& start, StepEnd end) {
   for (std::size_t i = 0; i < p.size(); ++i)
     middle_[i] = p.inv_mass[i] > 0.0 ? Vec3(p.v[i] + lead_[i]) : end.mean[i];
   forces_.accelerate({p.x, middle_, p.mass, start.time}, p.inv_mass, a_);
-  const double h = start.h, between = 0.5 * (h_ + h), keep = std::exp(-drag_ * between);
+  const double h = start.h, between = 0.5 * (h_ + h), keep = elementary::exp(-drag_ * between);
   for (std::size_t i = 0; i < p.size(); ++i) {
     next_lead_[i].setZero();
     if (p.inv_mass[i] <= 0.0) continue;

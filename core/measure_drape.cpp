@@ -6,6 +6,7 @@
 // crossings of contour edges, that is, edges of one triangle or between triangles that face up and
 // down. The midpoint rule over the slabs between these heights is therefore exact.
 #include <selvedge/core/detail/topology.h>
+#include <selvedge/core/elementary.h>
 #include <selvedge/core/measure.h>
 
 #include <Eigen/Geometry>
@@ -201,12 +202,12 @@ double cantilever_reach(double c, double length) {
   const auto clamp_angle = [&](double tip) {
     double angle = tip, rate = 0.0;
     reach = 0.0;
-    const auto slope = [&](double s, double a) { return -k * s * std::cos(a); };
+    const auto slope = [&](double s, double a) { return -k * s * elementary::cos(a); };
     for (int i = 0; i < steps; ++i) {  // velocity Verlet
       const double s = i * h, before = slope(s, angle);
       const double next = angle + h * rate + 0.5 * h * h * before;
       rate += 0.5 * h * (before + slope(s + h, next));
-      reach += h * 0.5 * (std::cos(angle) + std::cos(next));
+      reach += h * 0.5 * (elementary::cos(angle) + elementary::cos(next));
       angle = next;
     }
     return angle;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/detail/topology.h>
+#include <selvedge/core/elementary.h>
 #include <selvedge/core/measure.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <map>
 #include <numbers>
@@ -43,7 +43,7 @@ struct RimPoint {
 
 RimPoint outermost(std::span<const Vec3> x, const std::vector<std::int32_t>& rim,
                    const Vec3& centre, double angle) {
-  const double c = std::cos(angle), s = std::sin(angle);
+  const double c = elementary::cos(angle), s = elementary::sin(angle);
   RimPoint best;
   for (std::size_t i = 0; i < rim.size(); ++i) {
     const Vec3 p = x[rim[i]] - centre, q = x[rim[(i + 1) % rim.size()]] - centre;
@@ -65,11 +65,11 @@ std::vector<double> spectrum_of(const std::vector<double>& values) {
     for (int k = 0; k < n; ++k) {
       // The product is reduced modulo n so that the angle keeps its precision.
       const double angle = 2.0 * std::numbers::pi * ((std::int64_t{order} * k) % n) / n;
-      cosine += values[k] * std::cos(angle);
-      sine += values[k] * std::sin(angle);
+      cosine += values[k] * elementary::cos(angle);
+      sine += values[k] * elementary::sin(angle);
     }
     const bool single = order == 0 || 2 * order == n;
-    amplitude.push_back((single ? 1.0 : 2.0) * std::hypot(cosine, sine) / n);
+    amplitude.push_back((single ? 1.0 : 2.0) * elementary::hypot(cosine, sine) / n);
   }
   return amplitude;
 }

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/core/elementary.h>
 #include <selvedge/core/measure.h>
 
 #include <Eigen/Geometry>
@@ -30,7 +31,7 @@ TriangleStrain strain_of(const Triangle& t, std::span<const Vec3> x, const Trian
   const Eigen::Matrix<double, 3, 2> gradient = edges * flat_edges(u, v).inverse();
   const Eigen::Matrix2d c = gradient.transpose() * gradient;
   const double mean = 0.5 * (c(0, 0) + c(1, 1));
-  const double radius = std::hypot(0.5 * (c(0, 0) - c(1, 1)), c(0, 1));
+  const double radius = elementary::hypot(0.5 * (c(0, 0) - c(1, 1)), c(0, 1));
   strain.larger = std::sqrt(mean + radius) - 1.0;
   strain.smaller = std::sqrt(std::max(0.0, mean - radius)) - 1.0;
   return strain;

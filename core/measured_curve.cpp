@@ -9,6 +9,7 @@
 // The circle meets the border of the monotone region only where a slope is 0, so with rising data
 // the curve has a positive slope everywhere.
 #include <selvedge/core/detail/topology.h>
+#include <selvedge/core/elementary.h>
 #include <selvedge/core/fabric.h>
 
 #include <algorithm>
@@ -54,7 +55,7 @@ std::vector<double> monotone_slopes(const std::vector<double>& x, const std::vec
   for (std::size_t i = 1; i < pieces; ++i) slope[i] = 0.5 * (secant[i - 1] + secant[i]);
   constexpr double radius = 3.0;
   for (std::size_t i = 0; i < pieces; ++i) {
-    const double size = std::hypot(slope[i], slope[i + 1]) / secant[i];
+    const double size = elementary::hypot(slope[i], slope[i + 1]) / secant[i];
     if (size <= radius) continue;
     slope[i] *= radius / size;
     slope[i + 1] *= radius / size;
@@ -179,9 +180,9 @@ MonotoneCurve shear_of_bias(const TensionCurve& bias, const WarpWeft& stretch) {
       throw std::invalid_argument("point " + std::to_string(i) +
                                   " of the tensile test at 45 degrees: no trellis turns so far; "
                                   "leave it out");
-    const double half = std::acos(cosine);  // between yarn and load
+    const double half = elementary::acos(cosine);  // between yarn and load
     angle.push_back(0.5 * std::numbers::pi - 2.0 * half);
-    force.push_back(bias.force[i] * std::sin(half) / std::numbers::sqrt2);
+    force.push_back(bias.force[i] * elementary::sin(half) / std::numbers::sqrt2);
   }
   return {std::move(angle), std::move(force)};
 }

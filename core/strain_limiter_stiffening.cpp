@@ -14,9 +14,9 @@
 // Guarantee: minus the gradient of an energy; the laws as printed are available beside the
 // corrected ones.
 #include <selvedge/core/detail/element_force.h>
+#include <selvedge/core/elementary.h>
 #include <selvedge/core/strain_limiter.h>
 
-#include <cmath>
 #include <numbers>
 
 namespace selvedge {
@@ -44,9 +44,9 @@ Tension tangent(double k, double l0, double limit, double length) {
   const double d = length - l0, scale = 2.0 * limit * l0 / std::numbers::pi;
   if (d <= 0.0) return {};
   const double most = kFollowed * limit * l0, followed = std::min(d, most);
-  const double t = std::tan(followed / scale), slope = k * (1.0 + t * t);
+  const double t = elementary::tan(followed / scale), slope = k * (1.0 + t * t);
   const double beyond = d - followed, force = k * scale * t;
-  const double energy = -k * scale * scale * std::log(std::cos(followed / scale)) +
+  const double energy = -k * scale * scale * elementary::log(elementary::cos(followed / scale)) +
                         beyond * (force + 0.5 * slope * beyond);
   return {energy - 0.5 * k * d * d, force + slope * beyond - k * d, slope - k};
 }
@@ -54,8 +54,9 @@ Tension tangent(double k, double l0, double limit, double length) {
 Tension arc_tangent(double k, double l0, double limit, double length) {
   const double d = length - l0, scale = 2.0 * limit * l0 / std::numbers::pi, q = d / scale;
   if (d <= 0.0) return {};
-  const double energy = k * scale * scale * (q * std::atan(q) - 0.5 * std::log1p(q * q));
-  return {energy - 0.5 * k * d * d, k * scale * std::atan(q) - k * d, k / (1.0 + q * q) - k};
+  const double energy =
+      k * scale * scale * (q * elementary::atan(q) - 0.5 * elementary::log1p(q * q));
+  return {energy - 0.5 * k * d * d, k * scale * elementary::atan(q) - k * d, k / (1.0 + q * q) - k};
 }
 
 class StiffeningSprings {

@@ -21,6 +21,7 @@
 #include <selvedge/core/cloth_pattern.h>
 #include <selvedge/core/detail/grid_mesh.h>
 #include <selvedge/core/detail/topology.h>
+#include <selvedge/core/elementary.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -198,7 +199,7 @@ std::vector<GridCell> AdaptiveGrid::curved(std::span<const Vec3> x, double angle
   for (const GridCell& leaf : leaves_)
     for (const GridCell& other : neighbours(leaf)) {
       const Vec3 n = normal(leaf, x), m = normal(other, x);
-      if (std::atan2(n.cross(m).norm(), n.dot(m)) <= angle) continue;
+      if (elementary::atan2(n.cross(m).norm(), n.dot(m)) <= angle) continue;
       for (const GridCell& cell : {leaf, other})
         if (cell.level < levels_) cells.push_back(cell);
     }

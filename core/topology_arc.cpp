@@ -18,6 +18,7 @@
 #include <selvedge/core/cloth_pattern.h>
 #include <selvedge/core/detail/grid_mesh.h>
 #include <selvedge/core/detail/topology.h>
+#include <selvedge/core/elementary.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -80,7 +81,8 @@ class ArcMesh {
       for (std::int32_t k = 0; k < spokes_; ++k) {
         const double r = radii_[j - 1];
         const double angle = 2.0 * std::numbers::pi * k / spokes_;
-        cloth_.surface.vertices.emplace_back(r * std::cos(angle), r * std::sin(angle), 0.0);
+        cloth_.surface.vertices.emplace_back(r * elementary::cos(angle), r * elementary::sin(angle),
+                                             0.0);
       }
   }
 

@@ -36,6 +36,7 @@
 #include <selvedge/core/cloth_pattern.h>
 #include <selvedge/core/detail/topology.h>
 #include <selvedge/core/detail/yarn_pattern.h>
+#include <selvedge/core/elementary.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -146,7 +147,7 @@ class Knitter {
   double set_angle(std::int32_t k) const {
     const std::vector<Vec3>& x = cloth_.surface.vertices;
     const Vec3 p = x[k] - x[k - 1], q = x[k + 1] - x[k];
-    return std::atan2(p.cross(q).norm(), p.dot(q));
+    return elementary::atan2(p.cross(q).norm(), p.dot(q));
   }
 
   /// The head and the legs of a loop with the loop above it.
@@ -221,37 +222,42 @@ class Knitter {
 KnitLoop::KnitLoop(double wale_spacing, double course_spacing, double diameter)
     : wale(wale_spacing), course(course_spacing), radius(kArcOfWale * wale_spacing) {
   constexpr double rounding = 1e-9;
-  const double apart = std::hypot(0.5 * wale, course);  // head and sinker of a loop
+  const double apart = elementary::hypot(0.5 * wale, course);  // head and sinker of a loop
   if (0.25 * wale < diameter * (1.0 - rounding))
     refuse_loop(wale, course, diameter, "wales must be four diameters apart");
   if (apart - 2.0 * radius < diameter * (1.0 - rounding))
     refuse_loop(wale, course, diameter, "heads would meet the sinkers of the course after next");
   leg = std::sqrt(apart * apart - 4.0 * radius * radius);
-  arc = std::numbers::pi - std::atan2(0.5 * wale, course) - std::acos(2.0 * radius / apart);
+  arc = std::numbers::pi - elementary::atan2(0.5 * wale, course) -
+        elementary::acos(2.0 * radius / apart);
   // From the centre of the head: the leg begins at t with the direction u, and leaves the circle of
   // the sinker of the next course, about (w/2, 0), at t + τu. The same place of that course is half
   // a turn about (w/4, 0) from there, on the head.
-  const Vec3 t = radius * Vec3(std::sin(arc), std::cos(arc), 0.0);
-  const Vec3 u(std::cos(arc), -std::sin(arc), 0.0), from = t - Vec3(0.5 * wale, 0.0, 0.0);
+  const Vec3 t = radius * Vec3(elementary::sin(arc), elementary::cos(arc), 0.0);
+  const Vec3 u(elementary::cos(arc), -elementary::sin(arc), 0.0),
+      from = t - Vec3(0.5 * wale, 0.0, 0.0);
   const double middle = from.dot(u);
   const double root = middle * middle - from.squaredNorm() + radius * radius;
   const double reach = root > 0.0 ? std::sqrt(root) - middle : -1.0;
   if (!(reach > 0.0 && reach < 0.5 * leg))
     refuse_loop(wale, course, diameter, "its legs would not cross the next course side by side");
   const Vec3 other = Vec3(0.5 * wale, 0.0, 0.0) - (t + reach * u);
-  head_crossing = radius * std::atan2(other.x(), other.y());
+  head_crossing = radius * elementary::atan2(other.x(), other.y());
   leg_crossing = radius * arc + reach;
-  const auto wave = [&](double s) { return std::cos(4.0 * std::numbers::pi * s / length()); };
+  const auto wave = [&](double s) {
+    return elementary::cos(4.0 * std::numbers::pi * s / length());
+  };
   height = 2.0 * diameter / (wave(head_crossing) - wave(leg_crossing));
 }
 
 Vec3 KnitLoop::place(double along) const {
   const double half = 0.5 * length(), bend = radius * arc;
-  const double z = -0.5 * height * (1.0 + std::cos(2.0 * std::numbers::pi * along / half));
+  const double z = -0.5 * height * (1.0 + elementary::cos(2.0 * std::numbers::pi * along / half));
   const auto upper = [&](double s) {
     const double angle = std::min(s / radius, arc), straight = std::max(0.0, s - bend);
-    return Vec3(radius * std::sin(angle) + straight * std::cos(arc),
-                0.5 * course + radius * std::cos(angle) - straight * std::sin(arc), 0.0);
+    return Vec3(radius * elementary::sin(angle) + straight * elementary::cos(arc),
+                0.5 * course + radius * elementary::cos(angle) - straight * elementary::sin(arc),
+                0.0);
   };
   Vec3 x =
       along <= 0.5 * half ? upper(along) : Vec3(Vec3(0.5 * wale, 0.0, 0.0) - upper(half - along));

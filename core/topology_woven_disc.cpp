@@ -4,6 +4,7 @@
 #include <selvedge/core/cloth_mesh.h>
 #include <selvedge/core/detail/grid_bending.h>
 #include <selvedge/core/detail/topology.h>
+#include <selvedge/core/elementary.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -29,7 +30,7 @@ std::vector<Edge> border_edges(std::span<const Triangle> triangles) {
 /// Angle by which the path v[0] -> v[1] -> v[2] turns, rad.
 double turn(std::span<const Vec3> x, const std::array<std::int32_t, 3>& v) {
   const Vec3 in = x[v[1]] - x[v[0]], out = x[v[2]] - x[v[1]];
-  return std::atan2(in.cross(out).norm(), in.dot(out));
+  return elementary::atan2(in.cross(out).norm(), in.dot(out));
 }
 
 /// How the two triangles of a hinge change when its vertices move from `before` to `now`.

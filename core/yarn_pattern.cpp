@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/check.h>
 #include <selvedge/core/detail/yarn_pattern.h>
+#include <selvedge/core/elementary.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
@@ -78,7 +79,7 @@ void add_yarn_angle(ClothMesh& cloth, const std::array<std::int32_t, 4>& v, doub
   if (stiffness <= 0.0) return;
   const std::vector<Vec3>& x = cloth.surface.vertices;
   const Vec3 u = (x[v[1]] - x[v[0]]).normalized(), w = (x[v[3]] - x[v[2]]).normalized();
-  const double angle = std::atan2(u.dot(w), u.cross(w).norm());
+  const double angle = elementary::atan2(u.dot(w), u.cross(w).norm());
   cloth.crossings.push_back({v, angle, stiffness, material.bending_damping});
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/broad_phase.h>
+#include <selvedge/core/elementary.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/types.h>
 #include <selvedge/detection/detail/surface_checks.h>
@@ -354,14 +355,18 @@ Vec3 position_at(const RotatingMotion& motion, const Vec3& x_t0, double t) {
   const double angle = motion.turn.norm();
   if (!(angle > 0.0)) return x_t0 + t * motion.translation;
   const Vec3 axis = motion.turn / angle;
-  const double c = std::cos(t * angle), s = std::sin(t * angle);
+  const double c = elementary::cos(t * angle), s = elementary::sin(t * angle);
   return motion.pivot + t * motion.translation + c * arm + s * axis.cross(arm) +
          ((1.0 - c) * axis.dot(arm)) * axis;
 }
 
 RotatingMotion motion_between(const Pose& t0, const Pose& t1) {
-  const Eigen::AngleAxisd turn(Mat3(t1.rotation * t0.rotation.transpose()));
-  return {t0.translation, turn.angle() * turn.axis(), t1.translation - t0.translation};
+  const Eigen::Quaterniond q(Mat3(t1.rotation * t0.rotation.transpose()));
+  const double sine = q.vec().norm();  // of half the angle
+  const double angle = 2.0 * elementary::atan2(sine, std::abs(q.w()));
+  Vec3 turn = Vec3::Zero();
+  if (sine > 0.0) turn = (std::copysign(angle, q.w()) / sine) * q.vec();
+  return {t0.translation, turn, t1.translation - t0.translation};
 }
 
 double chord_deviation(double radius, double angle) { return 0.125 * radius * angle * angle; }

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/core/elementary.h>
 #include <selvedge/dress/detail/dress_pictures.h>
 #include <selvedge/render/render.h>
 
@@ -20,7 +21,7 @@ std::vector<double> largest_strains(const DressResult& r) {
     const auto gradient = deformation(r, i).gradient;
     const Eigen::Matrix2d c = gradient.transpose() * gradient;
     const double mean = 0.5 * (c(0, 0) + c(1, 1)), half = 0.5 * (c(0, 0) - c(1, 1));
-    strain.push_back(std::sqrt(mean + std::hypot(half, c(0, 1))) - 1.0);
+    strain.push_back(std::sqrt(mean + elementary::hypot(half, c(0, 1))) - 1.0);
   }
   return strain;
 }

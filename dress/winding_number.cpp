@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/core/elementary.h>
 #include <selvedge/dress/detail/winding_number.h>
 
 #include <Eigen/Geometry>
-#include <cmath>
 #include <numbers>
 
 namespace selvedge::detail {
@@ -14,7 +14,7 @@ double winding_number(const TriangleMesh& body, const Vec3& point) {
                c = body.vertices[t[2]] - point;
     const double la = a.norm(), lb = b.norm(), lc = c.norm();
     const double below = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-    sum += 2.0 * std::atan2(a.dot(b.cross(c)), below);
+    sum += 2.0 * elementary::atan2(a.dot(b.cross(c)), below);
   }
   return sum / (4.0 * std::numbers::pi);
 }

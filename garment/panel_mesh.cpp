@@ -85,7 +85,7 @@ class OuterSides {
     std::vector<char> turned(n);
     for (std::int32_t p = 0; p < n; ++p) {
       const std::int32_t root = sides_.root(p);
-      const bool inward = volume[root] < -kFlat * std::pow(weight[root], 1.5);
+      const bool inward = volume[root] < -kFlat * weight[root] * std::sqrt(weight[root]);
       turned[p] = static_cast<char>(sides_.is_odd(p) != inward);
     }
     return turned;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <selvedge/core/elementary.h>
 #include <selvedge/garment/pattern_svg.h>
 
 #include <algorithm>
@@ -248,8 +249,8 @@ class Sheet {
     body_ += fmt::format(
         "<text transform=\"translate({:.2f} {:.2f}) rotate({:.1f})\" y=\"3\" font-size=\"{}\" "
         "fill=\"#666\" text-anchor=\"{}\">{}</text>\n",
-        at.x(), at.y(), std::atan2(along.y(), along.x()) * 180.0 / std::numbers::pi, kNumberSize,
-        anchor, escaped(words));
+        at.x(), at.y(), elementary::atan2(along.y(), along.x()) * 180.0 / std::numbers::pi,
+        kNumberSize, anchor, escaped(words));
   }
 
   void draw_scale() {

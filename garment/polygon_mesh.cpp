@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/core/check.h>
+#include <selvedge/core/elementary.h>
 #include <selvedge/garment/detail/panel_quality.h>
 #include <selvedge/garment/detail/size_field.h>
 #include <selvedge/garment/detail/triangulation.h>
@@ -267,7 +268,7 @@ class PolygonMesher {
 
 double detail::least_angle_of(const Vec2& a, const Vec2& b, const Vec2& c) {
   const auto angle = [](const Vec2& u, const Vec2& v) {
-    return std::atan2(std::abs(cross(u, v)), u.dot(v));
+    return elementary::atan2(std::abs(cross(u, v)), u.dot(v));
   };
   return std::min({angle(b - a, c - a), angle(c - b, a - b), angle(a - c, b - c)});
 }
@@ -283,8 +284,8 @@ PanelMeshQuality detail::quality_of(std::span<const Vec2> loop, std::span<const 
     const Vec2& p = loop[i];
     const Vec2 u = loop[(i + loop.size() - 1) % loop.size()] - p,
                v = loop[(i + 1) % loop.size()] - p;
-    sharp[i] =
-        std::acos(std::clamp(u.normalized().dot(v.normalized()), -1.0, 1.0)) < half_turn / 3.0;
+    sharp[i] = elementary::acos(std::clamp(u.normalized().dot(v.normalized()), -1.0, 1.0)) <
+               half_turn / 3.0;
   }
   q.least_angle = q.least_free_angle = half_turn;
   for (const Triangle& t : triangles) {

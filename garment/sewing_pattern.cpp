@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/core/elementary.h>
 #include <selvedge/garment/sewing_pattern.h>
 
 #include <algorithm>
@@ -31,8 +32,8 @@ Arc arc_of(const Vec2& start, const Vec2& end, const PatternCurve& curve) {
   arc.center = 0.5 * (start + end) + side * height / (2.0 * half) * left_of(chord);
   arc.radius = radius;
   const Vec2 from = start - arc.center;
-  arc.first = std::atan2(from.y(), from.x());
-  const double small = 2.0 * std::asin(std::min(1.0, half / radius));
+  arc.first = elementary::atan2(from.y(), from.x());
+  const double small = 2.0 * elementary::asin(std::min(1.0, half / radius));
   const double angle = curve.large_arc ? 2.0 * std::numbers::pi - small : small;
   arc.sweep = curve.clockwise ? -angle : angle;
   return arc;
@@ -89,7 +90,7 @@ Vec2 edge_point(const PatternPanel& panel, std::int32_t edge, double t) {
   if (is_bezier(curve)) return bezier_point(start, end, curve, t);
   const Arc arc = arc_of(start, end, curve);
   const double angle = arc.first + t * arc.sweep;
-  return arc.center + arc.radius * Vec2(std::cos(angle), std::sin(angle));
+  return arc.center + arc.radius * Vec2(elementary::cos(angle), elementary::sin(angle));
 }
 
 double edge_length(const PatternPanel& panel, std::int32_t edge) {
@@ -113,7 +114,7 @@ double edge_turning(const PatternPanel& panel, std::int32_t edge) {
     const Vec2 step = next - last;
     if (step.squaredNorm() == 0.0) continue;
     if (direction.squaredNorm() > 0.0)
-      turning += std::abs(std::atan2(left_of(direction).dot(step), direction.dot(step)));
+      turning += std::abs(elementary::atan2(left_of(direction).dot(step), direction.dot(step)));
     direction = step;
     last = next;
   }

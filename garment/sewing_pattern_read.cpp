@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <selvedge/core/elementary.h>
 #include <selvedge/garment/detail/pattern_names.h>
 #include <selvedge/garment/sewing_pattern.h>
 
-#include <Eigen/Geometry>
 #include <cmath>
 #include <fstream>
 #include <iterator>
@@ -138,12 +138,21 @@ class PatternReader {
     pattern_.panels.push_back(std::move(panel));
   }
 
+  /// About a coordinate axis, rad.
+  static Mat3 rotation_about(int axis, double angle) {
+    const auto [sine, cosine] = elementary::sin_cos(angle);
+    const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+    Mat3 turn = Mat3::Identity();
+    turn(u, u) = turn(v, v) = cosine;
+    turn(u, v) = -sine;
+    turn(v, u) = sine;
+    return turn;
+  }
+
   /// Degrees about the fixed axes x, y and z in turn.
   static Mat3 rotation(const Vec3& degrees) {
     const Vec3 a = degrees * (std::numbers::pi / 180.0);
-    return (Eigen::AngleAxisd(a.z(), Vec3::UnitZ()) * Eigen::AngleAxisd(a.y(), Vec3::UnitY()) *
-            Eigen::AngleAxisd(a.x(), Vec3::UnitX()))
-        .toRotationMatrix();
+    return rotation_about(2, a.z()) * rotation_about(1, a.y()) * rotation_about(0, a.x());
   }
 
   std::string label(const Json& j, const std::string& place) const {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/core/elementary.h>
 #include <selvedge/narrowphase/particle_body.h>
 
 #include <algorithm>
@@ -154,8 +155,10 @@ double first_root(Quartic c, double lo, int depth, double slack) {
 double bounding_radius(const Box& box) { return 0.5 * box.size.norm(); }
 double bounding_radius(const Sphere& sphere) { return sphere.radius; }
 double bounding_radius(const Capsule& capsule) { return 0.5 * capsule.length + capsule.radius; }
-double bounding_radius(const Cylinder& c) { return std::hypot(c.radius, 0.5 * c.height); }
-double bounding_radius(const Cone& cone) { return std::hypot(cone.radius, 0.5 * cone.height); }
+double bounding_radius(const Cylinder& c) { return elementary::hypot(c.radius, 0.5 * c.height); }
+double bounding_radius(const Cone& cone) {
+  return elementary::hypot(cone.radius, 0.5 * cone.height);
+}
 double bounding_radius(const Torus& torus) { return torus.radius + torus.tube; }
 
 double entry(const Box& box, const Path& p) {
@@ -259,8 +262,8 @@ Vec3 normal_of(const Capsule& c, const Vec3& x) {
 }
 
 Vec3 normal_of(const Cylinder& c, const Vec3& x) {
-  const Vec2 n =
-      box_gradient(Vec2(std::hypot(x.x(), x.y()) - c.radius, std::abs(x.z()) - 0.5 * c.height));
+  const Vec2 n = box_gradient(
+      Vec2(elementary::hypot(x.x(), x.y()) - c.radius, std::abs(x.z()) - 0.5 * c.height));
   return n.x() * radial(x) + n.y() * sign_of(x.z()) * Vec3::UnitZ();
 }
 
@@ -274,16 +277,16 @@ Face nearest_face(const Vec2& p, const Vec2& a, const Vec2& b, const Vec2& n) {
   const double s = (p - a).dot(b - a) / (b - a).squaredNorm();
   const Vec2 way = p - (a + std::clamp(s, 0.0, 1.0) * (b - a));
   const bool at_an_end = !(s > 0.0 && s < 1.0);
-  return {std::hypot(way.x(), way.y()), at_an_end ? direction(way, n) : n};
+  return {elementary::hypot(way.x(), way.y()), at_an_end ? direction(way, n) : n};
 }
 
 Vec3 normal_of(const Cone& cone, const Vec3& x) {
-  const Vec2 p(std::hypot(x.x(), x.y()), x.z());
+  const Vec2 p(elementary::hypot(x.x(), x.y()), x.z());
   const Vec2 centre(0.0, -0.5 * cone.height), rim(cone.radius, -0.5 * cone.height);
   const Vec2 tip(0.0, 0.5 * cone.height);
   const Face base = nearest_face(p, centre, rim, Vec2(0.0, -1.0));
   const Face slant = nearest_face(
-      p, rim, tip, Vec2(cone.height, cone.radius) / std::hypot(cone.height, cone.radius));
+      p, rim, tip, Vec2(cone.height, cone.radius) / elementary::hypot(cone.height, cone.radius));
   const Vec2 n = base.distance < slant.distance ? base.normal : slant.normal;
   return n.x() * radial(x) + n.y() * Vec3::UnitZ();
 }

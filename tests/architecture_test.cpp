@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <regex>
 #include <set>
 #include <sstream>
 #include <string>
@@ -143,6 +144,26 @@ Sentences forbidden_arrows(const std::string& file, const std::string& text) {
     } else if (ours && is_private_elsewhere(from, include)) {
       faults.push_back(file + " includes <" + include.name + ">, which is private to " + to);
     }
+  }
+  return faults;
+}
+
+/// The libraries that determine states, which must have the same bits with every C library.
+const std::set<std::string> kSameBits = {"core",      "bodies",   "broadphase", "narrowphase",
+                                         "detection", "response", "scene",      "simulation",
+                                         "garment",   "dress"};
+
+/// Functions whose last bits IEEE 754 leaves to the C library: core/elementary.h has their like.
+Sentences platform_functions(const std::string& file, const std::string& text) {
+  Sentences faults;
+  static const std::regex call(
+      "std::(a?(sin|cos|tan)h?|atan2|exp|exp2|expm1|log|log2|log10|log1p|pow|cbrt|hypot|[lt]gamma|"
+      "erfc?)\\(|AngleAxis|\\bslerp\\(|[._]distribution");
+  for (const std::string& line : lines_of(text)) {
+    const std::string code = line.substr(0, line.find("//"));
+    std::smatch found;
+    if (std::regex_search(code, found, call))
+      faults.push_back(file + " uses " + found.str() + ", which has other bits elsewhere");
   }
   return faults;
 }
@@ -300,6 +321,14 @@ TEST(Architecture, NoModuleIncludesWhatItsArrowsForbid) {
   EXPECT_TRUE(faults.empty()) << joined(faults);
 }
 
+TEST(Architecture, WhatDeterminesStatesCallsNoFunctionWhoseBitsVary) {
+  Sentences faults;
+  for (const std::string& file : files_with({".h", ".cpp", ".inc"}))
+    if (kSameBits.contains(folder_of(file)))
+      append(faults, platform_functions(file, read(root() / file)));
+  EXPECT_TRUE(faults.empty()) << joined(faults);
+}
+
 TEST(Architecture, PublicHeadersNameOnlyTheStandardLibraryAndEigen) {
   Sentences faults;
   for (const std::string& file : files_with({".h"})) {
@@ -404,6 +433,15 @@ TEST(ArchitectureRules, FindAForeignLibraryInAPublicHeader) {
   EXPECT_EQ(foreign_includes("core/file.h", "#include <unistd.h>\n").size(), 1u);
   EXPECT_EQ(foreign_includes("core/a.h", "#include <selvedge/core/detail/b.h>\n").size(), 1u);
   EXPECT_EQ(foreign_includes("core/types.h", "#include <Eigen/Core>\n#include <array>\n").size(),
+            0u);
+}
+
+TEST(ArchitectureRules, FindAFunctionWhoseBitsVary) {
+  EXPECT_EQ(platform_functions("a.cpp", "x = std::atan2(y, z);\n").size(), 1u);
+  EXPECT_EQ(platform_functions("a.cpp", "std::asin(x); // std::sin(x)\n std::log1p(x);").size(),
+            2u);
+  EXPECT_EQ(platform_functions("a.cpp", "q.slerp(t, p); Eigen::AngleAxisd r;").size(), 1u);
+  EXPECT_EQ(platform_functions("a.cpp", "elementary::sin(x); std::sqrt(x); // std::exp(x)").size(),
             0u);
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/detail/body_enclosure.h>
 #include <selvedge/broadphase/detail/limb_search.h>
+#include <selvedge/core/elementary.h>
 #include <selvedge/core/parallel.h>
 
 #include <Eigen/Geometry>
@@ -290,7 +291,7 @@ void BodyEnclosure::group_slab(const std::vector<DoubleBox>& boxes, std::uint32_
   }
   for (const std::int32_t id : ids) {
     const Vec3 y = middle_of_box(boxes[id], limb.origin) - middle;
-    radius += std::hypot(across.x.dot(y), across.y.dot(y)) / n;
+    radius += elementary::hypot(across.x.dot(y), across.y.dot(y)) / n;
   }
   const double most_bands = n / SlabBoxes::kGroup;
   const double bands = std::sqrt(most_bands * (hi - lo) / (2.0 * std::numbers::pi * radius));

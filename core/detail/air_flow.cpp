@@ -11,6 +11,7 @@
 // every s; far away, b/s = 0.149 agrees with the measured half-width of 0.096 s.
 #include <selvedge/core/detail/air_flow.h>
 #include <selvedge/core/detail/force_checks.h>
+#include <selvedge/core/elementary.h>
 
 #include <cmath>
 #include <cstdint>
@@ -30,8 +31,8 @@ class NormalNumbers {
   explicit NormalNumbers(std::uint64_t seed) : random_(seed) {}
 
   double operator()() {
-    const double radius = std::sqrt(-2.0 * std::log(uniform()));
-    return radius * std::cos(2.0 * std::numbers::pi * uniform());
+    const double radius = std::sqrt(-2.0 * elementary::log(uniform()));
+    return radius * elementary::cos(2.0 * std::numbers::pi * uniform());
   }
   Vec3 vector() {
     Vec3 v;
@@ -83,7 +84,7 @@ Vec3 AirFlow::velocity(const Vec3& x, double time) const {
   const Vec3 carried = x - time * wind_;
   for (const Mode& mode : modes_) {
     const double phase = mode.wave.dot(carried) + mode.rate * time;
-    u += std::cos(phase) * mode.cosine + std::sin(phase) * mode.sine;
+    u += elementary::cos(phase) * mode.cosine + elementary::sin(phase) * mode.sine;
   }
   for (const AirJet& jet : jets_) {
     const Vec3 from = x - jet.position;

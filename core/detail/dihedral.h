@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <selvedge/core/elementary.h>
 #include <selvedge/core/types.h>
 
 #include <Eigen/Geometry>
 #include <array>
-#include <cmath>
 #include <span>
 
 namespace selvedge::detail {
@@ -30,7 +30,7 @@ inline Dihedral dihedral(const Vec3& x1, const Vec3& x2, const Vec3& x3, const V
   d.valid = n1_squared > smallest && n2_squared > smallest && length > 0.0;
   if (!d.valid) return d;
   // tan θ = (n2 × n1)·e / (|e| n1·n2)
-  d.angle = std::atan2(n2.cross(n1).dot(e), length * n1.dot(n2));
+  d.angle = elementary::atan2(n2.cross(n1).dot(e), length * n1.dot(n2));
   // [Bridson2003] section 4: u1..u4 are the gradient of θ.
   const Vec3 a = n1 / n1_squared, b = n2 / n2_squared;
   d.gradient[0] = length * a;

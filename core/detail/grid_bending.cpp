@@ -10,6 +10,7 @@
 #include <selvedge/core/detail/grid_bending.h>
 #include <selvedge/core/detail/grid_mesh.h>
 #include <selvedge/core/detail/topology.h>
+#include <selvedge/core/elementary.h>
 
 #include <cmath>
 #include <functional>
@@ -52,7 +53,7 @@ void for_each_line(const GridConfig& grid, const Material& material,
                    const std::function<void(const Line&)>& add) {
   const CellConstants c = cell_sides(grid);
   const LineShares share = line_shares(c, material);
-  const double area = c.a * c.b, diagonal = std::hypot(c.a, c.b);
+  const double area = c.a * c.b, diagonal = elementary::hypot(c.a, c.b);
   const std::int32_t nx = grid.cells_x, ny = grid.cells_y, up = nx + 1;
   for (std::int32_t j = 0; j <= ny; ++j)
     for (std::int32_t i = 0; i <= nx; ++i) {

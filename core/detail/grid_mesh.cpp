@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/detail/grid_mesh.h>
 #include <selvedge/core/detail/topology.h>
+#include <selvedge/core/elementary.h>
 
 #include <cmath>
 #include <sstream>
@@ -72,7 +73,7 @@ class GridNet {
 
   void add_springs() {
     const CellConstants& c = constants_;
-    const double diagonal = std::hypot(c.a, c.b);
+    const double diagonal = elementary::hypot(c.a, c.b);
     const bool both = diagonals_ == Diagonals::both;
     for (std::int32_t j = 0; j <= grid_.cells_y; ++j)
       for (std::int32_t i = 0; i <= grid_.cells_x; ++i) {

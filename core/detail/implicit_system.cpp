@@ -361,7 +361,9 @@ void ImplicitSystem::load(std::span<const Vec3> x, LaneResidual& out) {
     return;
   }
   // Entries near 1 stay away from the limits of single precision.
-  out.unit = std::exp2(std::round(0.5 * std::log2(squares / static_cast<double>(x.size()))));
+  int exponent = 0;
+  std::frexp(squares / static_cast<double>(x.size()), &exponent);
+  out.unit = std::ldexp(1.0, exponent / 2);
   const double by = 1.0 / out.unit;
   for_particles(x.size(), [&](std::size_t i) { out.r.set(i, by * x[i]); });
   out.rz = out.unit * out.unit * multilevel_.apply(out.r, out.z);

@@ -23,6 +23,7 @@
 #include <selvedge/core/detail/dihedral.h>
 #include <selvedge/core/detail/shape_operator.h>
 #include <selvedge/core/detail/topology.h>
+#include <selvedge/core/elementary.h>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
@@ -201,7 +202,7 @@ class ShapeOperator {
     const double tt =
         0.5 * (u.h2 / u.h1 * (o1 * o1 - quarter) - u.h1 / u.h2 * (o2 * o2 - quarter)) / sum;
     const double tn = (u.h2 * o1 + u.h1 * o2) / sum;
-    const double size = std::hypot(tt, tn), most = kLargestCorrection * std::min(u.h1, u.h2);
+    const double size = elementary::hypot(tt, tn), most = kLargestCorrection * std::min(u.h1, u.h2);
     const double share = size > most ? most / size : 1.0;
     return share * (tt * tensor(side.along, side.along) + tn * tensor(side.along, side.across));
   }

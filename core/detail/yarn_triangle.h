@@ -3,6 +3,7 @@
 
 #include <selvedge/core/cloth_mesh.h>
 #include <selvedge/core/detail/force_checks.h>
+#include <selvedge/core/elementary.h>
 
 #include <Eigen/Geometry>
 #include <array>
@@ -55,7 +56,7 @@ inline YarnAngle angle_of(const YarnFrame& f, std::span<const Vec3> x) {
   const double sine = n.norm();
   // Below this value the normal of both columns is rounding error.
   constexpr double straight = 1e-12;
-  a.value = std::atan2(sine, u.dot(w));
+  a.value = elementary::atan2(sine, u.dot(w));
   a.valid = sine > straight;
   if (!a.valid) return a;
   const Vec3 normal = n / sine, across_u = normal.cross(u) / lp, across_w = normal.cross(w) / lq;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <selvedge/core/elementary.h>
 #include <selvedge/scene/detail/read_values.h>
 
 #include <Eigen/Geometry>
@@ -14,7 +15,9 @@ Eigen::Quaterniond read_axis_angle(const LocatedJson& document, const Json& j,
   const Vec3 axis = read_vec3(j["axis"]);
   if (axis.norm() == 0.0) fail(document, join(path, "axis"), "must not be the zero vector");
   const double angle = j["angle_deg"].get<double>() * std::numbers::pi / 180.0;
-  return Eigen::Quaterniond(Eigen::AngleAxisd(angle, axis.normalized()));
+  const auto [sine, cosine] = elementary::sin_cos(0.5 * angle);
+  const Vec3 v = sine * axis.normalized();
+  return {cosine, v.x(), v.y(), v.z()};
 }
 
 Eigen::Quaterniond read_rotation(const LocatedJson& document, const Json& j,

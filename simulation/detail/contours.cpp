@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/core/elementary.h>
 #include <selvedge/simulation/detail/contours.h>
 
 #include <Eigen/Geometry>
@@ -254,8 +255,8 @@ bool is_inside(std::span<const Vec3> x, std::span<const Triangle> closed, const 
     const Vec3 a = x[t[0]] - p, b = x[t[1]] - p, c = x[t[2]] - p;
     const double la = a.norm(), lb = b.norm(), lc = c.norm();
     // tan(Ω/2) = a·(b×c) / (|a||b||c| + (a·b)|c| + (b·c)|a| + (c·a)|b|)
-    angle += 2.0 * std::atan2(a.dot(b.cross(c)),
-                              la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+    angle += 2.0 * elementary::atan2(a.dot(b.cross(c)),
+                                     la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
   }
   return std::abs(angle) > 2.0 * std::numbers::pi;  // once around is 4π, not at all 0
 }

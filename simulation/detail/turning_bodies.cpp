@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/core/elementary.h>
 #include <selvedge/simulation/detail/turning_bodies.h>
 
 #include <algorithm>
@@ -24,7 +25,7 @@ struct Angle {
 Angle between(const Keyframe& a, const Keyframe& b) {
   const Eigen::Quaterniond q = b.rotation.normalized() * a.rotation.normalized().conjugate();
   const double sine = q.vec().norm();
-  return {2.0 * std::atan2(sine, std::abs(q.w())),
+  return {2.0 * elementary::atan2(sine, std::abs(q.w())),
           sine > 0.0 ? Vec3(q.vec() / sine) : Vec3(Vec3::Zero())};
 }
 

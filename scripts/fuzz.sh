@@ -4,17 +4,23 @@
 # undefined-behaviour sanitizers (in build/fuzz), runs it for SECONDS (default 60), and prints how many executions it
 # made. An input that fails stays in out/fuzz/TARGET, and the script ends with its code. New inputs are kept there too;
 # `fuzz.sh TARGET 0 -merge=1 tests/fuzz/corpus/TARGET out/fuzz/TARGET` takes the useful ones into the repository.
-# Targets: mesh (OBJ, PLY, OFF, patterns), query (query files), ccd (ccd_exact against the judge), scene (scene files).
+# Targets, readers: mesh (OBJ, PLY, OFF, flat patterns), query (query files), scene (scene files), fabric (fabric files),
+# garment (sewing patterns and their meshes), result (results and checkpoints). Targets, engines: ccd (ccd_exact against the
+# judge), detectors (every broad phase against brute force and the judge), simulation (small scenes against the judge).
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
-target=${1:?usage: scripts/fuzz.sh mesh|query|ccd|scene [SECONDS [OPTIONS]]}
+target=${1:?usage: scripts/fuzz.sh TARGET [SECONDS [OPTIONS]]}
 seconds=${2:-60}
 shift $(($# < 2 ? $# : 2))
 case $target in
   mesh) libraries=(bodies base) ;;
   query) libraries=(narrowphase bodies base) ;;
   ccd) libraries=(narrowphase bodies judge base) ;;
-  scene) libraries=(scene response narrowphase broadphase bodies core base) ;;
+  scene | fabric) libraries=(scene response narrowphase broadphase bodies core base) ;;
+  garment) libraries=(garment base) ;;
+  result) libraries=(run simulation scene response narrowphase detection broadphase bodies core base) ;;
+  detectors) libraries=(broadphase judge base) ;;
+  simulation) libraries=(simulation scene judge response narrowphase detection broadphase bodies core base) ;;
   *) echo "fuzz.sh: there is no target $target" >&2; exit 2 ;;
 esac
 scripts/install_dependencies.sh clang
@@ -38,4 +44,10 @@ mkdir -p "$found" "tests/fuzz/corpus/$target"
 [ "$seconds" -gt 0 ] || exec "$build/fuzz_$target" "$@"
 options=("-max_total_time=$seconds" -timeout=10 -rss_limit_mb=2048 -print_final_stats=1 "-artifact_prefix=$found/")
 [ -f "tests/fuzz/$target.dict" ] && options+=("-dict=tests/fuzz/$target.dict")
-"$build/fuzz_$target" "${options[@]}" "$@" "$found" "tests/fuzz/corpus/$target"
+# Files of the repository are inputs to start from, too.
+case $target in
+  garment) more=(data/patterns) ;;
+  fabric) more=(data/fabrics) ;;
+  *) more=() ;;
+esac
+"$build/fuzz_$target" "${options[@]}" "$@" "$found" "tests/fuzz/corpus/$target" "${more[@]}"

@@ -3,11 +3,15 @@
 
 #include <unistd.h>
 
+#include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <stdexcept>
 #include <string>
 
@@ -32,6 +36,40 @@ class InputFile {
 
  private:
   std::filesystem::path path_;
+};
+
+/// Numbers from the bytes of an input; zeros once it is used up.
+class Bytes {
+ public:
+  Bytes(const std::uint8_t* bytes, std::size_t n) : at_(bytes), left_(n) {}
+
+  std::uint8_t byte() {
+    if (left_ == 0) return 0;
+    --left_;
+    return *at_++;
+  }
+  /// In [0, n).
+  int below(int n) { return byte() % n; }
+  /// In [low, high], in 255 steps.
+  double between(double low, double high) { return low + (high - low) * byte() / 255.0; }
+  /// From a table of small integers and numbers of other magnitudes, so that degenerate positions
+  /// are common; the byte 255 takes the next eight bytes as a double.
+  double coordinate() {
+    constexpr double kOther[] = {5e-324, -5e-324, 1e-310, 1e-160,  -1e-60, 1e-18,
+                                 1e18,   1e150,   0.1,    1.0 / 3, -0.7,   0x1p-52};
+    const std::uint8_t b = byte();
+    if (b < 200) return static_cast<double>(b % 9) - 4.0;
+    if (b < 255) return kOther[(b - 200) % std::size(kOther)];
+    double value = 0.0;
+    std::array<std::uint8_t, sizeof value> raw;
+    for (std::uint8_t& r : raw) r = byte();
+    std::memcpy(&value, raw.data(), sizeof value);
+    return std::isfinite(value) ? value : 0.0;
+  }
+
+ private:
+  const std::uint8_t* at_;
+  std::size_t left_;
 };
 
 }  // namespace selvedge::fuzz

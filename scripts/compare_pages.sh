@@ -5,6 +5,8 @@
 #   integrators  every integrator at six step lengths
 #   responses    every response on a ball at three step lengths
 #   limiters     every strain limiter on a flag at three step lengths
+#   laws         laws of stretch and of bending on a flag of 50 x 50 cells of triangles, with intervals over three seeds;
+#                only if it is named: it takes minutes
 # An interrupted run continues when started again. It takes a minute or two on two cores. If chromium is present, the
 # script also saves each page as a picture.
 set -euo pipefail
@@ -65,8 +67,14 @@ for name in "${pages[@]}"; do
       page limiters data/scenes/flag.json --vary strain_limiter=all --vary 'dt=0.002..0.008:3 log' \
         --set 'geometry.0.cells=[12,12]' --set time.frames=20 --set materials.default.strain_limit=0.02 --judge 0
       ;;
+    laws)
+      page laws data/scenes/flag.json --vary materials.default.stretch_law=hooke,st_venant_kirchhoff,corotated \
+        --vary materials.default.bending_law=hinge,bridson,shape_operator --set geometry.0.pattern=triangular \
+        --set 'geometry.0.cells=[50,50]' --set time.frames=30 --judge 0 --seeds 3 \
+        --reference-set materials.default.stretch_law=corotated
+      ;;
     *)
-      echo "compare_pages.sh: there is no page $name; there are detectors, integrators, responses, limiters" >&2
+      echo "compare_pages.sh: there is no page $name; there are detectors, integrators, responses, limiters, laws" >&2
       exit 2
       ;;
   esac

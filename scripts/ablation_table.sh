@@ -40,7 +40,8 @@ for folder in ("scenes", "experiments"):
         if done.returncode == 0:
             scene |= {row["part"]: cell(row) for row in json.loads(done.stdout)["ablation"]}
         else:
-            scene[PARTS[0]] = "not run: " + done.stderr.strip().splitlines()[-1].removeprefix("selvedge: ")
+            reason = done.stderr.strip().splitlines()[-1].removeprefix("selvedge: ")
+            scene[PARTS[0]] = "not run: " + reason.replace(os.getcwd() + "/", "")
         rows.append(scene)
         print(name, file=sys.stderr)
 

@@ -97,6 +97,15 @@ std::string under_fault(const DressResult& r) {
   return "";
 }
 
+/// The seam with the largest opening, as a sentence.
+std::string open_seam(const DressResult& r) {
+  const auto widest = std::max_element(
+      r.seams.begin(), r.seams.end(),
+      [](const SeamReport& a, const SeamReport& b) { return a.opening_end < b.opening_end; });
+  const std::string name = widest == r.seams.end() ? "a seam" : widest->name;
+  return fmt::format("{} is open by {:.2f} mm", name, 1e3 * r.largest_opening);
+}
+
 /// The first pose at which the garment is not as wanted, as a sentence; empty: none.
 std::string pose_fault(const DressResult& r) {
   for (std::size_t k = 0; k < r.poses.size(); ++k) {
@@ -285,7 +294,7 @@ double SeamReport::ease() const {
 
 std::string DressResult::fault() const {
   if (!clean) return "something passed through something";
-  if (!sewn) return fmt::format("a seam is open by {:.2f} mm", 1e3 * largest_opening);
+  if (!sewn) return open_seam(*this);
   if (!at_rest)
     return fmt::format("not at rest: root mean square speed {:.1f} mm/s, at most {:.0f} mm/s",
                        1e3 * rms_speed, 1e3 * max_speed);

@@ -140,7 +140,8 @@ class Settling {
   /// Lets go of them once the rest of the garment has settled.
   void release_when_settled() {
     result_.held_time += 1.0 / config_.fps;
-    if (!result_.at_rest && result_.held_time < config_.hold_time) return;
+    const double left = config_.hold_time - result_.held_time;  // s, with rounding
+    if (!result_.at_rest && left > 0.5 / config_.fps) return;
     is_holding_ = false;
     simulation_->release_all();
     window_.clear();

@@ -359,6 +359,15 @@ TriangleMesh two_boxes(double gap) {
   return mesh;
 }
 
+TEST(Dress, TheVerdictNamesTheWidestOpenSeam) {
+  DressResult r;
+  r.clean = true;
+  r.largest_opening = 0.004;
+  r.seams = {{.name = "stitch 0", .opening_end = 0.001},
+             {.name = "stitch 1", .opening_end = 0.004}};
+  EXPECT_EQ(r.fault(), "stitch 1 is open by 4.00 mm");
+}
+
 TEST(Dress, ABodyThatNearlyTouchesItselfMakesRoom) {
   const BodyRoom wide = make_room(two_boxes(0.02), 0.01);
   EXPECT_EQ(wide.vertices, 0);

@@ -104,7 +104,8 @@ std::unique_ptr<detail::SceneOfView> build_scene_of(const fs::path& result,
   try {
     Scene scene = read_scene(file, {}, config.methods);
     BuiltScene built = build_scene(scene, config.methods);
-    return std::make_unique<detail::SceneOfView>(std::move(scene), std::move(built));
+    return std::make_unique<detail::SceneOfView>(
+        detail::SceneOfView{std::move(scene), std::move(built)});
   } catch (const std::invalid_argument& error) {
     view.notes.push_back(std::string("No strains, because the scene cannot be built: ") +
                          error.what());

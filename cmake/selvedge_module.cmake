@@ -43,6 +43,11 @@ function(selvedge_target_defaults target)
   target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:--param=ggc-min-heapsize=524288>)
   # The comparisons of boxes join booleans by & on purpose: one branch instead of six.
   target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:Clang>:-Wno-bitwise-instead-of-logical>)
+  # On 64-bit Arm, Eigen multiplies and adds in one rounding where this macro is defined, and -ffp-contract does not reach
+  # its intrinsics.
+  if(CMAKE_SYSTEM_PROCESSOR MATCHES "aarch64|arm64")
+    target_compile_options(${target} PRIVATE -U__ARM_FEATURE_FMA)
+  endif()
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -ffp-contract=off
                          "$<$<BOOL:${SELVEDGE_WERROR}>:-Werror;-Wno-error=restrict;-Wno-error=array-bounds;-Wno-error=stringop-overflow>")
 endfunction()

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/core/detail/dense_cholesky.h>
 #include <selvedge/core/detail/even_grain.h>
 #include <selvedge/core/detail/implicit_terms.h>
 #include <selvedge/core/detail/multilevel.h>
 #include <selvedge/core/parallel.h>
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -66,9 +66,8 @@ void copy_points(const LaneVector& x, std::span<Point4> points) {
 }  // namespace
 
 struct Multilevel::Factor {
-  Eigen::MatrixXd full;
-  Eigen::VectorXd x;
-  Eigen::LLT<Eigen::MatrixXd> factor;
+  DenseCholesky matrix;
+  std::vector<double> x;
 };
 
 Multilevel::Multilevel() : factor_(std::make_unique<Factor>()) {}
@@ -481,27 +480,31 @@ bool Multilevel::dense() const { return levels_.back().size() <= 2 * kCoarsestSi
 
 void Multilevel::factor_last(std::span<const ImplicitTerm> terms) {
   const Level& level = levels_.back();
-  const auto n = static_cast<Eigen::Index>(3 * level.size());
-  factor_->full.setZero(n, n);
-  const auto block = [&](std::size_t i, std::int32_t j) {
-    return factor_->full.block<3, 3>(static_cast<Eigen::Index>(3 * i), 3 * j);
+  DenseCholesky& matrix = factor_->matrix;
+  matrix.set_zero(3 * level.size());
+  const auto add = [&](std::size_t i, std::size_t j, const Mat3& block) {
+    if (i < j) return;  // the upper half
+    for (std::size_t c = 0; c < 3; ++c)
+      for (std::size_t r = 0; r < 3; ++r) matrix(3 * i + r, 3 * j + c) += block(r, c);
   };
   for (std::size_t i = 0; i < level.size(); ++i)
     for (std::int32_t k = level.begin[i]; k < level.begin[i + 1]; ++k)
-      block(i, level.column[k]) = level.value[k];
+      add(i, level.column[k], level.value[k]);
   for (std::size_t t = 0; t < terms.size(); ++t)
     for (const auto& [i, wi] : level.terms.of(t))
-      for (const auto& [j, wj] : level.terms.of(t)) block(i, j) += (wi * wj) * terms[t].matrix;
-  factor_->factor.compute(factor_->full);
+      for (const auto& [j, wj] : level.terms.of(t)) add(i, j, (wi * wj) * terms[t].matrix);
+  matrix.factor();
 }
 
 void Multilevel::solve_last(const LaneVector& b, LaneVector& z) {
-  Eigen::VectorXd& x = factor_->x;
-  x.resize(static_cast<Eigen::Index>(3 * b.size()));
-  for (std::size_t i = 0; i < b.size(); ++i) x.segment<3>(static_cast<Eigen::Index>(3 * i)) = b[i];
-  factor_->factor.solveInPlace(x);
-  for (std::size_t i = 0; i < b.size(); ++i)
-    z.set(i, x.segment<3>(static_cast<Eigen::Index>(3 * i)));
+  std::vector<double>& x = factor_->x;
+  x.resize(3 * b.size());
+  for (std::size_t i = 0; i < b.size(); ++i) {
+    const Vec3 v = b[i];
+    for (std::size_t k = 0; k < 3; ++k) x[3 * i + k] = v[k];
+  }
+  factor_->matrix.solve(x.data());
+  for (std::size_t i = 0; i < b.size(); ++i) z.set(i, Vec3(x[3 * i], x[3 * i + 1], x[3 * i + 2]));
 }
 
 std::size_t Multilevel::multiply_bytes() const {
@@ -514,7 +517,7 @@ std::size_t Multilevel::cycle_bytes() const {
   for (const Level& level : levels_) {
     const std::size_t vector = level.x.bytes();
     if (is_last(level)) {
-      sum += dense() ? sizeof(double) * static_cast<std::size_t>(factor_->full.size()) : 2 * vector;
+      sum += dense() ? factor_->matrix.bytes() : 2 * vector;
       continue;
     }
     // Start: S, b, x. Residual: A, b, x, points. Prolongation: weights, points, x twice.

@@ -86,7 +86,9 @@ class Draw:
 
     def method(self, family):
         method = self.choice(family)
-        options = {o["name"]: self.option(o) for o in method["options"] if self.chance(0.3)}
+        # rkf45 may divide a step of stiff cloth into 100,000 by default
+        options = {o["name"]: self.option(o) for o in method["options"]
+                   if self.chance(0.3) or o["name"] == "max_inner_steps"}
         return {"type": method["name"], **options}
 
 

@@ -8,7 +8,7 @@
 // corner 3 m/4 more than before: m/4 from each of two side midpoints and from the centre. These
 // hand over the momentum of that mass with their own velocity.
 #include <selvedge/core/cloth_pattern.h>
-#include <selvedge/core/elementary.h>
+#include <selvedge/core/detail/angles.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -23,10 +23,6 @@ std::array<GridCell, 4> quarters(const GridCell& cell) {
   for (std::int32_t k = 0; k < 4; ++k)
     parts[k] = {cell.level + 1, 2 * cell.i + k % 2, 2 * cell.j + k / 2};
   return parts;
-}
-
-double angle_between(const Vec3& n, const Vec3& m) {
-  return elementary::atan2(n.cross(m).norm(), n.dot(m));
 }
 
 }  // namespace
@@ -51,7 +47,8 @@ bool AdaptiveGrid::is_flat(const GridCell& cell, std::span<const Vec3> x, double
     // Neighbours of a quarter are other quarters, or beyond the side of the whole cell.
     for (const GridCell& other : neighbours(part)) {
       const Vec3 m = normal(other, x);
-      if (!(angle_between(n, m) <= angle) || !(angle_between(whole, m) <= limit)) return false;
+      if (!(detail::angle_between(n, m) <= angle) || !(detail::angle_between(whole, m) <= limit))
+        return false;
     }
   }
   return true;

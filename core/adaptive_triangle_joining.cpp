@@ -8,7 +8,7 @@
 // share no triangle, so they can go at once. The mass of m goes to a and b in halves, as it came,
 // and so does its momentum.
 #include <selvedge/core/adaptive_triangles.h>
-#include <selvedge/core/elementary.h>
+#include <selvedge/core/detail/angles.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -19,14 +19,6 @@
 
 namespace selvedge {
 namespace {
-
-double angle_of_areas(const Vec3& n, const Vec3& m) {
-  return elementary::atan2(n.cross(m).norm(), n.dot(m));
-}
-
-Vec3 area_of(std::span<const Vec3> x, const Triangle& t) {
-  return (x[t[1]] - x[t[0]]).cross(x[t[2]] - x[t[0]]);
-}
 
 /// The whole of which a half with the middle `m` of `edge` is a part.
 Triangle whole_of(Triangle half, std::int32_t m, const Edge& edge) {
@@ -55,13 +47,15 @@ bool AdaptiveTriangles::can_join(std::int32_t vertex, std::span<const std::int32
 bool AdaptiveTriangles::is_flat(std::int32_t vertex, std::span<const std::int32_t> halves,
                                 std::span<const Vec3> x, double angle, double limit) const {
   for (const std::int32_t t : halves) {
-    const Vec3 n = area_of(x, rest_.triangles[t]);
-    const Vec3 whole = area_of(x, whole_of(rest_.triangles[t], vertex, parents_[vertex]));
+    const Vec3 n = detail::area_vector(x, rest_.triangles[t]);
+    const Vec3 whole =
+        detail::area_vector(x, whole_of(rest_.triangles[t], vertex, parents_[vertex]));
     for (int side = 0; side < 3; ++side) {
       const std::int32_t other = across(t, side);
       if (other < 0) continue;
-      const Vec3 m = area_of(x, rest_.triangles[other]);
-      if (!(angle_of_areas(n, m) <= angle) || !(angle_of_areas(whole, m) <= limit)) return false;
+      const Vec3 m = detail::area_vector(x, rest_.triangles[other]);
+      if (!(detail::angle_between(n, m) <= angle) || !(detail::angle_between(whole, m) <= limit))
+        return false;
     }
   }
   return true;

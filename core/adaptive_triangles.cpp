@@ -11,7 +11,7 @@
 #include <selvedge/core/adaptive_triangles.h>
 #include <selvedge/core/check.h>
 #include <selvedge/core/cloth_pattern.h>
-#include <selvedge/core/elementary.h>
+#include <selvedge/core/detail/angles.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -29,10 +29,6 @@ constexpr std::int32_t kBisectionsPerLevel = 2;
 Edge edge_of_side(const Triangle& t, int side) {
   const std::int32_t a = t[side], b = t[(side + 1) % 3];
   return {std::min(a, b), std::max(a, b)};
-}
-
-Vec3 area_vector(std::span<const Vec3> x, const Triangle& t) {
-  return (x[t[1]] - x[t[0]]).cross(x[t[2]] - x[t[0]]);
 }
 
 }  // namespace
@@ -80,12 +76,12 @@ std::vector<std::int32_t> AdaptiveTriangles::divisible() const {
 std::vector<std::int32_t> AdaptiveTriangles::curved(std::span<const Vec3> x, double angle) const {
   std::vector<std::int32_t> found;
   for (const std::int32_t t : divisible()) {
-    const Vec3 n = area_vector(x, rest_.triangles[t]);
+    const Vec3 n = detail::area_vector(x, rest_.triangles[t]);
     for (int side = 0; side < 3; ++side) {
       const std::int32_t other = across(t, side);
       if (other < 0) continue;
-      const Vec3 m = area_vector(x, rest_.triangles[other]);
-      if (!(elementary::atan2(n.cross(m).norm(), n.dot(m)) > angle)) continue;
+      const Vec3 m = detail::area_vector(x, rest_.triangles[other]);
+      if (!(detail::angle_between(n, m) > angle)) continue;
       found.push_back(t);
       break;
     }

@@ -19,9 +19,9 @@
 // h)/2: its stiffness is 2 B l/(g + h), half at each end. With the law `beam`, two beams of lengths
 // g and h and of rigidity ½ B l stand at each end instead. adaptive_joining.cpp joins cells.
 #include <selvedge/core/cloth_pattern.h>
+#include <selvedge/core/detail/angles.h>
 #include <selvedge/core/detail/grid_mesh.h>
 #include <selvedge/core/detail/topology.h>
-#include <selvedge/core/elementary.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -199,7 +199,7 @@ std::vector<GridCell> AdaptiveGrid::curved(std::span<const Vec3> x, double angle
   for (const GridCell& leaf : leaves_)
     for (const GridCell& other : neighbours(leaf)) {
       const Vec3 n = normal(leaf, x), m = normal(other, x);
-      if (elementary::atan2(n.cross(m).norm(), n.dot(m)) <= angle) continue;
+      if (detail::angle_between(n, m) <= angle) continue;
       for (const GridCell& cell : {leaf, other})
         if (cell.level < levels_) cells.push_back(cell);
     }

@@ -34,6 +34,7 @@
 // interlocks, which also resist being pulled apart.
 #include <selvedge/core/check.h>
 #include <selvedge/core/cloth_pattern.h>
+#include <selvedge/core/detail/angles.h>
 #include <selvedge/core/detail/topology.h>
 #include <selvedge/core/detail/yarn_pattern.h>
 #include <selvedge/core/elementary.h>
@@ -146,8 +147,7 @@ class Knitter {
 
   double set_angle(std::int32_t k) const {
     const std::vector<Vec3>& x = cloth_.surface.vertices;
-    const Vec3 p = x[k] - x[k - 1], q = x[k + 1] - x[k];
-    return elementary::atan2(p.cross(q).norm(), p.dot(q));
+    return detail::angle_between(x[k] - x[k - 1], x[k + 1] - x[k]);
   }
 
   /// The head and the legs of a loop with the loop above it.

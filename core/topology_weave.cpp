@@ -25,9 +25,9 @@
 // apart.
 #include <selvedge/core/cloth_mesh.h>
 #include <selvedge/core/cloth_pattern.h>
+#include <selvedge/core/detail/angles.h>
 #include <selvedge/core/detail/topology.h>
 #include <selvedge/core/detail/yarn_pattern.h>
-#include <selvedge/core/elementary.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
@@ -137,8 +137,7 @@ class Weaver {
 
   void add_bend(std::int32_t k, const YarnConfig& rod, bool kink) {
     const std::vector<Vec3>& x = cloth_.surface.vertices;
-    const Vec3 p = x[k] - x[k - 1], q = x[k + 1] - x[k];
-    const double angle = kink ? elementary::atan2(p.cross(q).norm(), p.dot(q)) : 0.0;
+    const double angle = kink ? detail::angle_between(x[k] - x[k - 1], x[k + 1] - x[k]) : 0.0;
     detail::add_yarn_bend(cloth_, k, angle, rod, material_);
   }
 

@@ -2,9 +2,9 @@
 //
 // A disc cut out of a rectangular mesh, as a drape tester's specimen is cut out of a fabric.
 #include <selvedge/core/cloth_mesh.h>
+#include <selvedge/core/detail/angles.h>
 #include <selvedge/core/detail/grid_bending.h>
 #include <selvedge/core/detail/topology.h>
-#include <selvedge/core/elementary.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -29,8 +29,7 @@ std::vector<Edge> border_edges(std::span<const Triangle> triangles) {
 
 /// Angle by which the path v[0] -> v[1] -> v[2] turns, rad.
 double turn(std::span<const Vec3> x, const std::array<std::int32_t, 3>& v) {
-  const Vec3 in = x[v[1]] - x[v[0]], out = x[v[2]] - x[v[1]];
-  return elementary::atan2(in.cross(out).norm(), in.dot(out));
+  return detail::angle_between(x[v[1]] - x[v[0]], x[v[2]] - x[v[1]]);
 }
 
 /// How the two triangles of a hinge change when its vertices move from `before` to `now`.

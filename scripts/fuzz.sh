@@ -16,11 +16,11 @@ case $target in
   mesh) libraries=(bodies base) ;;
   query) libraries=(narrowphase bodies base) ;;
   ccd) libraries=(narrowphase bodies judge base) ;;
-  scene | fabric) libraries=(scene response narrowphase broadphase bodies core base) ;;
+  scene | fabric) libraries=(scene garment response narrowphase broadphase bodies core base) ;;
   garment) libraries=(garment base) ;;
-  result) libraries=(run simulation scene response narrowphase detection broadphase bodies core base) ;;
+  result) libraries=(run simulation scene garment response narrowphase detection broadphase bodies core base) ;;
   detectors) libraries=(broadphase judge base) ;;
-  simulation) libraries=(simulation scene judge response narrowphase detection broadphase bodies core base) ;;
+  simulation) libraries=(simulation scene garment judge response narrowphase detection broadphase bodies core base) ;;
   *) echo "fuzz.sh: there is no target $target" >&2; exit 2 ;;
 esac
 scripts/install_dependencies.sh clang
@@ -28,7 +28,7 @@ build=build/fuzz
 checks=address,undefined
 scripts/quietly.sh cmake -S . -B "$build" -DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_C_COMPILER=clang \
   -DCMAKE_CXX_COMPILER=clang++ "-DCMAKE_CXX_FLAGS=-fsanitize=fuzzer-no-link,$checks -fno-sanitize-recover=undefined" \
-  "-DCMAKE_CXX_FLAGS_RELWITHDEBINFO=-O1 -g1" -DSELVEDGE_APPS=OFF -DSELVEDGE_TESTS=OFF -DSELVEDGE_ASSIMP=OFF \
+  "-DCMAKE_CXX_FLAGS_RELWITHDEBINFO=-O1 -g1" -DSELVEDGE_APPS=ON -DSELVEDGE_TESTS=OFF -DSELVEDGE_ASSIMP=OFF \
   -DSELVEDGE_JUDGE=ON -DSELVEDGE_SIMULATION=ON -DSELVEDGE_FCL=OFF -DSELVEDGE_LIBCCD=OFF -DSELVEDGE_EMBREE=OFF \
   -DSELVEDGE_OSMESA=OFF -DSELVEDGE_PCH=OFF -DSELVEDGE_INSTALL=OFF
 scripts/quietly.sh cmake --build "$build" --parallel --target "${libraries[@]/#/selvedge_}"

@@ -178,6 +178,11 @@ TEST_F(Output, TheFieldsOfAResultKeepTheirOrder) {
 TEST_F(Output, ATextThatIsNotAResultIsRefused) {
   EXPECT_THROW(result_from_text("{\"clean\": true"), std::invalid_argument);
   EXPECT_THROW(result_from_text("{\"clean\": true}"), std::invalid_argument);
+  for (const char* steps : {"2.7e109", "3.5", "1e3", "99999999999999999999", "\"3\"", "null"}) {
+    nlohmann::json json = nlohmann::json::parse(result_text(filled_result()));
+    json["steps"] = nlohmann::json::parse(steps);
+    EXPECT_THROW(result_from_text(json.dump()), std::invalid_argument) << steps;
+  }
   std::string text = result_text(filled_result());
   text.replace(text.find("121"), 3, "\"x\"");
   EXPECT_THROW(result_from_text(text), std::invalid_argument);

@@ -3,6 +3,7 @@
 #include <selvedge/run/detail/checkpoint.h>
 #include <selvedge/run/detail/result_json.h>
 #include <selvedge/run/detail/run_folder.h>
+#include <selvedge/run/detail/whole_number.h>
 #include <selvedge/run/result_folder.h>
 
 #include <algorithm>
@@ -100,7 +101,7 @@ Json to_json(const StepControl& control) {
 }
 
 StepControl control_from(const Json& j) {
-  return {j.at("done").get<std::int64_t>(), j.at("h").get<double>(), j.at("halvings").get<int>()};
+  return {whole<std::int64_t>(j.at("done")), j.at("h").get<double>(), whole<int>(j.at("halvings"))};
 }
 
 Json to_json(const Tangles& tangles) {
@@ -115,13 +116,13 @@ Tangles tangles_from(const Json& j) {
   Tangles tangles;
   for (const Json& t : j.at("list")) {
     Tangle& tangle = tangles.list.emplace_back();
-    for (std::size_t k : {0, 1}) t.at("side").at(k).get_to(tangle.side[k]);
-    tangle.way = t.at("way").get<int>();
-    tangle.best = t.at("best").get<int>();
-    tangle.since = t.at("since").get<int>();
+    for (std::size_t k : {0, 1}) tangle.side[k] = whole_list<std::int32_t>(t.at("side").at(k));
+    tangle.way = whole<int>(t.at("way"));
+    tangle.best = whole<int>(t.at("best"));
+    tangle.since = whole<int>(t.at("since"));
     tangle.jam = t.value("jam", false);
   }
-  j.at("kept").get_to(tangles.kept);
+  tangles.kept = whole_list<std::int32_t>(j.at("kept"));
   return tangles;
 }
 
@@ -140,12 +141,12 @@ std::vector<SplitEvent> splits_from(const Json& j) {
   std::vector<SplitEvent> splits;
   for (const Json& e : j) {
     SplitEvent& event = splits.emplace_back();
-    event.piece = e.at("piece").get<std::int32_t>();
+    event.piece = whole<std::int32_t>(e.at("piece"));
     event.time = e.at("time").get<double>();
     event.join = e.value("join", false);
     for (const Json& c : e.at("cells"))
-      event.cells.push_back(
-          {c.at(0).get<std::int32_t>(), c.at(1).get<std::int32_t>(), c.at(2).get<std::int32_t>()});
+      event.cells.push_back({whole<std::int32_t>(c.at(0)), whole<std::int32_t>(c.at(1)),
+                             whole<std::int32_t>(c.at(2))});
   }
   return splits;
 }
@@ -159,8 +160,12 @@ Json to_json(const std::vector<MergeEvent>& merges) {
 
 std::vector<MergeEvent> merges_from(const Json& j) {
   std::vector<MergeEvent> merges;
-  for (const Json& e : j)
-    merges.push_back({e.at("time").get<double>(), e.at("pairs").get<std::vector<Edge>>()});
+  for (const Json& e : j) {
+    MergeEvent& event = merges.emplace_back();
+    event.time = e.at("time").get<double>();
+    for (const Json& pair : e.at("pairs"))
+      event.pairs.push_back({whole<std::int32_t>(pair.at(0)), whole<std::int32_t>(pair.at(1))});
+  }
   return merges;
 }
 
@@ -208,7 +213,7 @@ void write_state_fields(const SimulationState& state, Json& json) {
 
 void read_state_fields(const Json& json, SimulationState& state) {
   state.time = json.at("time").get<double>();
-  state.step = json.at("step").get<std::int64_t>();
+  state.step = whole<std::int64_t>(json.at("step"));
   if (json.contains("control")) state.control = control_from(json["control"]);
   if (json.contains("tangles")) state.tangles = tangles_from(json["tangles"]);
   if (json.contains("memory")) state.memory = memory_from(json["memory"]);
@@ -229,7 +234,7 @@ namespace {
 
 Checkpoint checkpoint_from(const Json& json, const fs::path& out) {
   Checkpoint checkpoint;
-  checkpoint.frame = json.at("frame").get<int>();
+  checkpoint.frame = whole<int>(json.at("frame"));
   const auto hash = json.at("state_hash").get<std::string>();
   // checkpoint.ply is written just before checkpoint.json. If a run was killed between the two, its
   // frame or its failure bundle still holds the state that belongs to checkpoint.json.

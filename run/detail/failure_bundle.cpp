@@ -4,6 +4,7 @@
 #include <selvedge/run/detail/failure_bundle.h>
 #include <selvedge/run/detail/offenders.h>
 #include <selvedge/run/detail/run_folder.h>
+#include <selvedge/run/detail/whole_number.h>
 
 #include <algorithm>
 #include <array>
@@ -142,7 +143,7 @@ Json failure_json(const Scene& scene, const Simulation& simulation,
 }
 
 FailureBundle bundle_from(const Json& json, const fs::path& folder) {
-  const int format = json.at("format").get<int>();
+  const int format = whole<int>(json.at("format"));
   if (format < 1 || format > kFormat)
     refuse(folder / "failure.json", "has a format that this program does not read");
   FailureBundle bundle;

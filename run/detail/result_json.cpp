@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/files.h>
 #include <selvedge/run/detail/result_json.h>
+#include <selvedge/run/detail/whole_number.h>
 #include <selvedge/run/result_folder.h>
 
 #include <cmath>
@@ -70,9 +71,12 @@ class Reader {
  public:
   explicit Reader(bool kept_only) : kept_only_(kept_only) {}
 
-  template <class T>
-  requires std::is_integral_v<T> || std::is_same_v<T, std::string>
-  void read(const Json& j, T& value) const { j.get_to(value); }
+  void read(const Json& j, bool& value) const { j.get_to(value); }
+  void read(const Json& j, std::string& value) const { j.get_to(value); }
+  template <std::integral T>
+  void read(const Json& j, T& value) const {
+    value = whole<T>(j);
+  }
 
   void read(const Json& j, double& value) const {
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -86,13 +90,13 @@ class Reader {
 
   void read(const Json& j, FlagCounts& flags) const {
     if (kept_only_) {
-      j.get_to(flags.worst);
+      for (int bit = 0; bit < kVertexFlags; ++bit) read(j.at(bit), flags.worst[bit]);
       return;
     }
     for (int bit = 0; bit < kVertexFlags; ++bit) {
       const Json& counts = j.at(flag_name(bit));
-      counts.at("end").get_to(flags.end[bit]);
-      counts.at("worst").get_to(flags.worst[bit]);
+      read(counts.at("end"), flags.end[bit]);
+      read(counts.at("worst"), flags.worst[bit]);
     }
   }
 

@@ -41,6 +41,23 @@ Table cantilevers(const std::vector<SlenderStrips>& strips, const std::vector<in
   return table;
 }
 
+/// `of`: drop or forward.
+Table bend_twists(const std::vector<SlenderStrips>& strips, const std::vector<int>& cells,
+                  double testing::BendTwist::*of) {
+  Table table(head({"gamma", "curvature at rest", "theory"}, cells));
+  for (const double natural : {0.5, 1.0, 2.0})
+    for (const double gamma : {2.0, 5.0, 10.0, 15.0, 20.0}) {
+      const auto exact = bent_and_twisted(SlenderStrips::bend_twist_load(gamma, natural));
+      if (!exact) continue;
+      std::vector<std::string> row{fmt::format("{}", gamma), fmt::format("{}", natural),
+                                   fmt::format("{:.4f}", (*exact).*of)};
+      for (const SlenderStrips& s : strips)
+        row.push_back(beside(s.bend_twist(gamma, natural).*of, (*exact).*of));
+      table.add(row);
+    }
+  return table;
+}
+
 Table buckling(const std::vector<SlenderStrips>& strips, const std::vector<int>& cells) {
   Table table(head({"breadth / length", "theory"}, cells));
   for (const double breadth : {0.05, 0.1, 0.2}) {
@@ -118,6 +135,10 @@ int main(int argc, char** argv) {
     std::fflush(stdout);
   };
   print("Cantilever: height over width", cantilevers(strips, cells));
+  print("Bend-twist: how far the tip drops, over the length",
+        bend_twists(strips, cells, &testing::BendTwist::drop));
+  print("Bend-twist: place of the tip along the clamp, over the length",
+        bend_twists(strips, cells, &testing::BendTwist::forward));
   print("Lateral buckling: gamma at which the plane strip becomes unstable",
         buckling(strips, cells));
   print("Lateral buckling: how far the tip leans, over the length", fallen(strips, cells));

@@ -86,6 +86,131 @@ double lateral_buckling_gamma(double breadth) {
 
 namespace {
 
+/// Columns: frame (tangent, normal, breadth) as three, place, and the moment (about the tangent,
+/// the normal, the breadth; over B b).
+using TwistedState = Eigen::Matrix<double, 3, 5>;
+
+/// Kirchhoff's equations m' + t × N = 0, with the weight N = Γ (1 - s) beyond s
+/// [LandauLifshitz1986]: the strip turns by m_t/2 about the tangent, by m_n/in_plane about the
+/// normal and by natural + m_b about the breadth. From the clamp to the tip; no twist before b/√24,
+/// see lateral_buckling_gamma.
+TwistedState twisted(const StripLoad& load, const Vec3& moment) {
+  const double unwarped = load.breadth / std::sqrt(24.0);
+  TwistedState y = TwistedState::Zero();
+  y.leftCols<3>() = Mat3::Identity();  // tangent x, normal y, breadth z upwards
+  y.col(4) = moment;
+  const double h = 1.0 / kSteps;
+  for (int i = 0; i < kSteps; ++i)
+    y = runge_kutta(y, i * h, h, [&](double s, const TwistedState& z) {
+      const Mat3 frame = z.leftCols<3>();
+      const Vec3 m = z.col(4), weight(0.0, 0.0, -load.gamma * (1.0 - s));
+      const Vec3 turn(s < unwarped ? 0.0 : 0.5 * m[0], m[1] / load.in_plane, load.natural + m[2]);
+      TwistedState slope;
+      for (int k = 0; k < 3; ++k) slope.col(k) = frame * turn.cross(Vec3::Unit(k));
+      slope.col(3) = frame.col(0);
+      slope.col(4) = -turn.cross(m) - Vec3::UnitX().cross(frame.transpose() * weight);
+      return slope;
+    });
+  return y;
+}
+
+/// Newton's method for the moment at the clamp that leaves none at the tip.
+bool solve_twisted(Vec3& moment, const StripLoad& load) {
+  constexpr int iterations = 50;
+  constexpr double nudge = 1e-6, enough = 1e-9;
+  for (int i = 0; i < iterations; ++i) {
+    const Vec3 off = twisted(load, moment).col(4);
+    if (off.norm() < enough) return true;
+    Mat3 slope;
+    for (int k = 0; k < 3; ++k) {
+      Vec3 moved = moment;
+      moved[k] += nudge;
+      slope.col(k) = (twisted(load, moved).col(4) - off) / nudge;
+    }
+    moment -= slope.partialPivLu().solve(off);
+  }
+  return false;
+}
+
+}  // namespace
+
+std::optional<BendTwist> bent_and_twisted(const StripLoad& load) {
+  constexpr int stages = 40;
+  Vec3 moment = Vec3::Zero();
+  for (int k = 1; k <= stages; ++k) {
+    StripLoad part = load;
+    part.gamma *= static_cast<double>(k) / stages;
+    if (!solve_twisted(moment, part)) return {};
+  }
+  const Vec3 tip = twisted(load, moment).col(3);
+  return BendTwist{-tip.z(), tip.x()};
+}
+
+namespace {
+
+/// Angle θ from the downward vertical and θ', and two columns (φ, ψ, τ, λ): turns out of the plane
+/// about the tangent and the normal, twist, multiplier of ψ' = -κ φ.
+using HangingState = Eigen::Matrix<double, 10, 1>;
+
+struct HangingStrip {
+  double gamma, natural, twist;
+};
+
+/// θ'' = Γ (1 - s) sin θ. With C = `twist`, the second variation of the energy over B b is
+/// ½ ∫ C τ² + m κ (φ² - ψ²) + Γ (1 - s) cos θ ψ², where τ = φ' - κ ψ and m = κ - natural.
+HangingState hanging_slope(double s, const HangingState& y, const HangingStrip& strip) {
+  const double curve = y[1], m = curve - strip.natural, weight = strip.gamma * (1.0 - s);
+  HangingState slope;
+  slope[0] = curve;
+  slope[1] = weight * std::sin(y[0]);
+  for (const int k : {2, 6}) {
+    const double phi = y[k], psi = y[k + 1], twist = y[k + 2], multiplier = y[k + 3];
+    slope[k] = twist + curve * psi;
+    slope[k + 1] = -curve * phi;
+    slope[k + 2] = curve * (m * phi + multiplier) / strip.twist;
+    slope[k + 3] = -strip.twist * curve * twist + (weight * std::cos(y[0]) - m * curve) * psi;
+  }
+  return slope;
+}
+
+struct Hanging {
+  double clamp = 0.0;  // θ there
+  double least = 1.0;  // of the determinant of (φ, ψ) over the strip: Jacobi's test
+};
+Hanging hanging(const HangingStrip& strip, double tip) {
+  HangingState y;
+  y << tip, strip.natural, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0;
+  Hanging result;
+  const double h = -1.0 / kSteps;
+  for (int i = 0; i < kSteps; ++i) {
+    y = runge_kutta(y, 1.0 + i * h, h,
+                    [&](double s, const HangingState& z) { return hanging_slope(s, z, strip); });
+    result.least = std::min(result.least, y[2] * y[7] - y[3] * y[6]);
+  }
+  result.clamp = y[0];
+  return result;
+}
+
+}  // namespace
+
+std::optional<bool> hangs_in_its_plane(double gamma, double natural, double twist) {
+  constexpr int stages = 200, iterations = 30;
+  constexpr double nudge = 1e-6, enough = 1e-10;
+  double tip = natural;
+  for (int k = 1; k <= stages; ++k) {
+    const HangingStrip part{gamma * k / stages, natural, twist};
+    double off = 1.0;
+    for (int i = 0; i < iterations && !(std::abs(off) < enough); ++i) {
+      off = hanging(part, tip).clamp;
+      tip -= off * nudge / (hanging(part, tip + nudge).clamp - off);
+    }
+    if (!(std::abs(off) < enough)) return {};
+  }
+  return hanging({gamma, natural, twist}, tip).least > 0.0;
+}
+
+namespace {
+
 /// From the foot to the clamp: lean θ from the vertical, θ' = -M/B, place, and the energy 2 E/B.
 /// `force`: of the ground, at `toward` from the vertical: θ'' = -force sin(θ - toward).
 using PushedState = Eigen::Matrix<double, 5, 1>;
@@ -298,6 +423,63 @@ double SlenderStrips::cantilever(double gamma, double natural) const {
   const std::vector<Vec3> x = settle(cloth, held, {0.0, 0.0, -kGravity});
   const Vec3 tip = column(x, columns, columns - 1);
   return -tip.z() / tip.x();
+}
+
+namespace {
+
+/// A strip of finite elements, curved at rest about its breadth (y), from the clamp at 0 along x
+/// and towards +z; two columns of particles are clamped, at 0 and before.
+struct CurvedStrip {
+  ClothMesh cloth;
+  std::vector<char> held;
+};
+constexpr double kMembrane = 2e4, kBreadth = 0.05;  // N/m; over the length
+CurvedStrip curved_strip(int cells, double gamma, double natural) {
+  const double d = kLength / cells, bend = natural / kLength;
+  const int rows = std::max(2, static_cast<int>(std::lround(kBreadth * cells)));
+  Material m;
+  m.density = kDensity;
+  m.stretch_stiffness = kMembrane;
+  m.shear_stiffness = 0.5 * m.stretch_stiffness;
+  m.poisson = 0.0;
+  m.stretch_law = StretchLaw::corotated;
+  m.bending_stiffness = rigidity(gamma);
+  m.bending_damping = 0.05;
+  Material bare;
+  bare.shear_stiffness = 0.0;
+  TriangleMesh rest =
+      make_simplified({(cells + 1) * d, kBreadth * kLength, cells + 1, rows}, bare, true).surface;
+  std::vector<char> held;
+  for (Vec3& x : rest.vertices) {
+    const double s = x.x() + 0.5 * (cells + 1) * d - d;
+    held.push_back(s < 0.1 * d ? 1 : 0);
+    x = Vec3(std::sin(bend * s) / bend, x.y(), (1.0 - std::cos(bend * s)) / bend);
+  }
+  return {make_from_mesh(rest, rest, m), held};
+}
+
+}  // namespace
+
+StripLoad SlenderStrips::bend_twist_load(double gamma, double natural) {
+  const double breadth = kBreadth * kLength;
+  return {gamma, natural, kBreadth, kMembrane * breadth * breadth / (12.0 * rigidity(gamma))};
+}
+
+BendTwist SlenderStrips::bend_twist(double gamma, double natural) const {
+  const auto [cloth, held] = curved_strip(cells, gamma, natural);
+  const std::vector<Vec3> x = settle(cloth, held, {0.0, -kGravity, 0.0});
+  const Vec3 tip = column(x, cells + 2, cells + 1) / kLength;
+  return {-tip.y(), tip.x()};
+}
+
+double SlenderStrips::out_of_plane(double gamma, double natural, double turn) const {
+  auto [cloth, held] = curved_strip(cells, gamma, natural);
+  for (Vec3& x : cloth.surface.vertices) {
+    const double part = std::max(0.0, x.x()) / kLength;
+    x.y() += turn * part * x.z();
+  }
+  const std::vector<Vec3> x = settle(cloth, held, {kGravity, 0.0, 0.0});
+  return std::abs(column(x, cells + 2, cells + 1).y()) / kLength;
 }
 
 double SlenderStrips::buckling_gamma(double breadth) const {

@@ -24,6 +24,25 @@ double cantilever_ratio(double gamma, double natural = 0.0);
 /// to first order in its breadth over its length.
 double lateral_buckling_gamma(double breadth = 0.0);
 
+/// A heavy strip that is curved at rest and clamped with its breadth upright, so that at rest it
+/// lies along an arc in the horizontal plane. Its weight twists it and bends it out of that plane.
+struct BendTwist {
+  double drop = 0.0;     ///< of the tip below the clamp, over the length
+  double forward = 0.0;  ///< of the tip, along the clamp, over the length
+};
+struct StripLoad {
+  double gamma = 1.0;      ///< ρ g L³/B, up to 40
+  double natural = 0.0;    ///< curvature at rest times L
+  double breadth = 0.0;    ///< over L; to first order, as in lateral_buckling_gamma
+  double in_plane = 1e12;  ///< stiffness of bending in the plane of the strip, over that across it
+};
+/// nullopt where no state is found.
+std::optional<BendTwist> bent_and_twisted(const StripLoad& load);
+/// Whether a strip that is clamped at its top, points downwards there and hangs in its vertical
+/// plane, curved at rest as above, is stable against motion out of this plane. `twist`: its
+/// stiffness of twist over that of bending. nullopt where no state in the plane is found.
+std::optional<bool> hangs_in_its_plane(double gamma, double natural, double twist = 2.0);
+
 /// A weightless strip that leans from the vertical, is clamped at its upper end and stands on the
 /// ground with its lower one, which does not move. The clamp moves sideways and then descends.
 struct PushPath {
@@ -52,6 +71,12 @@ struct SlenderStrips {
   /// cantilever_ratio of data/validation/cantilever.json; `natural` as above, by a curved rest
   /// shape.
   double cantilever(double gamma, double natural = 0.0) const;
+  /// bent_and_twisted, for a breadth of a twentieth of the length; `in_plane` follows from it.
+  BendTwist bend_twist(double gamma, double natural) const;
+  static StripLoad bend_twist_load(double gamma, double natural);
+  /// How far the tip of a strip as in hangs_in_its_plane is from this plane at rest, over the
+  /// length, if it is turned out of it by `turn` (rad) about the vertical at the tip to begin with.
+  double out_of_plane(double gamma, double natural, double turn) const;
   /// The gamma at which the least eigenvalue of the stiffness against motion out of its plane is 0,
   /// for a strip of this breadth over its length.
   double buckling_gamma(double breadth) const;

@@ -19,6 +19,27 @@ TEST(SlenderTheory, OfTheCantileverHasItsLimits) {
   EXPECT_NEAR(cantilever_ratio(1e-9, 1.0), (1.0 - std::cos(1.0)) / std::sin(1.0), 1e-8);
 }
 
+/// The moment about the tangent at the distance x from the tip is Γ (n x - sin n x)/n² for the
+/// weight and (1 - cos n x)/n for a unit force at the tip; half their product is integrated.
+TEST(SlenderTheory, OfBendTwistBeginsWithTheTwistOfAnArc) {
+  for (const double n : {0.5, 1.0, 2.0}) {
+    constexpr double gamma = 1e-3;
+    const auto found = bent_and_twisted({.gamma = gamma, .natural = n});
+    ASSERT_TRUE(found) << n;
+    EXPECT_NEAR(found->drop / (gamma * std::pow(n - std::sin(n), 2) / (4.0 * std::pow(n, 4))), 1.0,
+                1e-4);
+    EXPECT_NEAR(found->forward, std::sin(n) / n, 1e-6);
+  }
+}
+
+TEST(SlenderTheory, OfAStripThatHangsLeavesThePlaneOnlyWithLessTwistStiffnessThanAPlateHas) {
+  for (const double natural : {1.0, 3.0, 6.0})
+    for (const double gamma : {5.0, 20.0, 80.0})
+      EXPECT_TRUE(hangs_in_its_plane(gamma, natural).value()) << gamma << ", " << natural;
+  EXPECT_TRUE(hangs_in_its_plane(20.0, 6.0, 0.5).value());
+  EXPECT_FALSE(hangs_in_its_plane(20.0, 6.0, 0.3).value());
+}
+
 /// The solution is a Bessel function of order -1/6, whose first zero is 2.1423: 6·2.1423·√2.
 TEST(SlenderTheory, OfLateralBucklingIsThatOfPrandtlAndMichell) {
   EXPECT_NEAR(lateral_buckling_gamma(), 18.178, 0.005);
@@ -46,6 +67,27 @@ TEST(SlenderStrip, CantileversThatAreCurvedAtRestFollowTheElastica) {
   for (const double natural : {-1.0, 1.0})
     EXPECT_NEAR(strips.cantilever(5.0, natural) / cantilever_ratio(5.0, natural), 1.0, 0.01)
         << natural;
+}
+
+/// The error is of first order, as that of lateral buckling.
+TEST(SlenderStrip, ThatIsCurvedAtRestBendsAndTwistsOutOfItsPlane) {
+  const SlenderStrips fine{strips.folder, 40};
+  for (const double natural : {1.0, 2.0})
+    for (const double gamma : {5.0, 10.0, 20.0}) {
+      const auto exact = bent_and_twisted(SlenderStrips::bend_twist_load(gamma, natural));
+      ASSERT_TRUE(exact);
+      const BendTwist found = fine.bend_twist(gamma, natural);
+      EXPECT_NEAR(found.drop / exact->drop, 1.0, 0.1) << gamma << ", " << natural;
+      EXPECT_NEAR(found.forward / exact->forward, 1.0, 0.03) << gamma << ", " << natural;
+      if (gamma < 20.0) continue;
+      const double coarse = strips.bend_twist(gamma, natural).drop;
+      EXPECT_LT(std::abs(found.drop - exact->drop), 0.6 * std::abs(coarse - exact->drop));
+    }
+}
+
+TEST(SlenderStrip, ThatHangsReturnsToItsPlane) {
+  for (const double natural : {1.0, 3.0, 6.0})
+    EXPECT_LT(strips.out_of_plane(20.0, natural, 0.5), 1e-5) << natural;
 }
 
 TEST(SlenderStrip, StandsOnItsSideUpToTheCriticalGamma) {

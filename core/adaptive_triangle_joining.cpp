@@ -70,11 +70,28 @@ std::vector<std::int32_t> AdaptiveTriangles::flat(std::span<const Vec3> x, doubl
   return found;
 }
 
+/// The triangles around a vertex that can be joined meet at its sides, one of which goes to a
+/// parent. Others, of which no side is known, are looked for among all.
 std::vector<std::int32_t> AdaptiveTriangles::nodes(std::int32_t vertex) const {
+  const auto has = [&](std::int32_t t) {
+    const Triangle& v = rest_.triangles[t];
+    return std::find(v.begin(), v.end(), vertex) != v.end();
+  };
+  std::vector<std::int32_t> near;
+  const std::int32_t parent = parents_[vertex][0];
+  const auto side = sides_.find({std::min(parent, vertex), std::max(parent, vertex)});
+  if (side != sides_.end()) near.push_back(side->second[0]);
+  for (std::size_t i = 0; i < near.size(); ++i)
+    for (int k = 0; k < 3; ++k) {
+      const std::int32_t other = across(near[i], k);
+      if (other >= 0 && has(other) && std::find(near.begin(), near.end(), other) == near.end())
+        near.push_back(other);
+    }
+  for (std::int32_t t = 0; side == sides_.end() && t < static_cast<std::int32_t>(cuts_.size()); ++t)
+    if (has(t)) near.push_back(t);
   std::vector<std::int32_t> found;
-  for (const Triangle& t : rest_.triangles)
-    if (std::find(t.begin(), t.end(), vertex) != t.end())
-      found.insert(found.end(), t.begin(), t.end());
+  for (const std::int32_t t : near)
+    found.insert(found.end(), rest_.triangles[t].begin(), rest_.triangles[t].end());
   std::sort(found.begin(), found.end());
   found.erase(std::unique(found.begin(), found.end()), found.end());
   return found;

@@ -45,9 +45,12 @@ def limiters():
 
 
 def largest_steps():
-    rows = json.loads(run("stability", "data/scenes/flag.json", "--set", "geometry.0.cells=[19,19]", "--steps", "500", "--integrator",
-                          "forward_euler,midpoint,verlet,runge_kutta_4,implicit_euler", "--stiffness", "1000", "--damping", "0.001",
-                          "--json"))["results"]
+    def of(integrators, *words):
+        return json.loads(run("stability", "data/scenes/flag.json", "--set", "geometry.0.cells=[19,19]", "--steps", "500", "--integrator",
+                              integrators, "--stiffness", "1000", "--damping", "0.001", "--json", *words))["results"]
+
+    # Adaptive Runge-Kutta divides a long step into as many as its error asks for, so one second of them is enough.
+    rows = of("forward_euler,midpoint,verlet,runge_kutta_4") + of("rkf45", "--seconds", "1") + of("implicit_euler")
     return [(r["integrator"] + (" (any)" if r["measured_s"] >= 1 else ""), r["measured_s"]) for r in rows]
 
 

@@ -220,6 +220,18 @@ Corners corners_of(const TriangleMesh& mesh) {
   return all;
 }
 
+TEST(AdaptiveTriangles, TheNodesOfAVertexAreThoseOfItsTriangles) {
+  std::mt19937 random(8);
+  AdaptiveTriangles mesh = triangles(4, 3);
+  std::vector<Vec3> x = mesh.rest().vertices, v(x.size(), Vec3::Zero());
+  split_at_random(mesh, x, v, random);
+  std::vector<std::set<std::int32_t>> around(x.size());
+  for (const Triangle& t : mesh.rest().triangles)
+    for (const std::int32_t i : t) around[i].insert(t.begin(), t.end());
+  for (std::int32_t i = 0; i < mesh.vertex_count(); ++i)
+    EXPECT_EQ(mesh.nodes(i), std::vector<std::int32_t>(around[i].begin(), around[i].end())) << i;
+}
+
 TEST(AdaptiveTriangles, JoinedAgainTheyAreTheFirstMesh) {
   std::mt19937 random(5);
   for (int trial = 0; trial < 10; ++trial) {

@@ -3,6 +3,7 @@
 #include <selvedge/compare/compare_plan.h>
 #include <selvedge/compare/detail/compare_error.h>
 #include <selvedge/core/text.h>
+#include <selvedge/scene/adaptive_cloth.h>
 #include <selvedge/simulation/refinement.h>
 #include <selvedge/simulation/simulation.h>
 
@@ -66,11 +67,7 @@ class Planner {
  private:
   /// Ensembles need a perturbation, and shapes with the same vertices.
   void prepare_seeds() {
-    const auto splits = [](const ClothSpec& cloth) {
-      const auto* grid = std::get_if<ClothGrid>(&cloth.shape);
-      return grid != nullptr && grid->refine.when != RefineSpec::When::never;
-    };
-    if (std::any_of(base_.cloths.begin(), base_.cloths.end(), splits) ||
+    if (std::any_of(base_.cloths.begin(), base_.cloths.end(), refine_of) ||
         std::any_of(base_.seams.begin(), base_.seams.end(),
                     [](const SeamSpec& seam) { return seam.merge > 0.0; }))
       throw std::invalid_argument(

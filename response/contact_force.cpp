@@ -58,6 +58,9 @@ Vec3 within(const Vec3& f, double limit) {
 
 void ContactForce::begin(const ResponseStep& step) {
   motion_ = step.motion;
+  const double parts = step.stiffness_h > 0.0 ? step.motion.h / step.stiffness_h : 1.0;
+  normal_ratio_ = config_.normal_ratio * parts * parts;
+  stick_scale_ = parts * parts * parts;
   body_displacement_.assign(step.body_displacement.begin(), step.body_displacement.end());
   v_start_.assign(step.v.begin(), step.v.end());
   v_predicted_.assign(step.v_predicted.begin(), step.v_predicted.end());
@@ -126,7 +129,8 @@ void ContactForce::add(std::span<const ContactPoint> contacts) {
   // mislead.
   const bool guesses = !v_guess_.empty() && v_last_.empty() && !is_impact();
   if (guesses) guess_forces(added);
-  const double ratio = is_impact() ? config_.impact_stick_ratio : config_.stick_ratio;
+  const double ratio =
+      stick_scale_ * (is_impact() ? config_.impact_stick_ratio : config_.stick_ratio);
   parallel_for(added.size(), kEach, [&](std::size_t begin, std::size_t end) {
     for (Entry& e : added.subspan(begin, end - begin)) {
       e.stick = ratio * e.m_eff / h;
@@ -164,9 +168,7 @@ void ContactForce::guess_force(Entry& e) {
 
 // Load that a contact has, as a share of the load that would keep it exactly at its target: λ
 // satisfies λ = k (violation - h² λ/m).
-double ContactForce::yielding() const {
-  return config_.normal_ratio / (1.0 + config_.normal_ratio);
-}
+double ContactForce::yielding() const { return normal_ratio_ / (1.0 + normal_ratio_); }
 
 // What does not depend on the other contacts.
 void ContactForce::start(Entry& e) const {
@@ -176,7 +178,7 @@ void ContactForce::start(Entry& e) const {
     if (const auto i = static_cast<std::size_t>(c.vertex[k]); i >= motion_.particles)
       e.body_motion += c.weight[k] * body_displacement_[i - motion_.particles];
   e.target = std::min(c.rest_gap, std::max(c.gap, 0.0) + config_.recovery * c.rest_gap);
-  e.stiffness = config_.normal_ratio * e.m_eff / (motion_.h * motion_.h);
+  e.stiffness = normal_ratio_ * e.m_eff / (motion_.h * motion_.h);
   e.near = comes_near(e);
   e.load = first_load(e);
   e.approach = e.m_eff * std::max(0.0, e.target - c.gap - c.normal.dot(motion_of(e, v_predicted_)));
@@ -249,7 +251,7 @@ double ContactForce::update(Entry& e, std::span<const Vec3> v) const {
   e.load = std::max(0.0, push);
   // A contact that was left out of the solve shows where the cloth would go freely. Its true load
   // stops that motion; its penalty would be far larger.
-  if (!carried) e.load /= 1.0 + config_.normal_ratio;
+  if (!carried) e.load /= 1.0 + normal_ratio_;
   double change = std::abs(e.load - c.normal.dot(e.applied) / motion_.h);
   // A contact that should have carried load and visibly let the cloth in asks for a solve, whatever
   // its load.

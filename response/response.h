@@ -97,6 +97,9 @@ struct ResponseStep {
   /// N·s, impulses of all other forces if the particles keep the velocities `v`, which contacts
   /// would have to balance; empty: unknown.
   std::span<const Vec3> unbalanced{};
+  /// s, at most motion.h: length of the step by which contacts set their stiffness. 0: motion.h. A
+  /// step that joins several nominal ones has that of one, so that cloth at rest yields the same.
+  double stiffness_h = 0.0;
 };
 
 /// The impulse of one contact in a step. Vertex k receives weight[k]·impulse; the weights sum to 0.

@@ -67,16 +67,20 @@ GridConfig scaled(const ClothGrid& grid, double factor) {
 /// The pattern whose cells are those of AdaptiveGrid.
 constexpr const char* kQuadtreePattern = "rectangular";
 
+void refuse_unsuited_angles(const RefineSpec& refine) {
+  if (refine.join > 0.0 && refine.when != RefineSpec::When::curved)
+    throw std::invalid_argument(
+        "\"join_deg\" joins cells where the cloth has become flat; it needs \"when\": \"curved\"");
+  if (refine.join > 0.0 && !(refine.join < refine.angle))
+    throw std::invalid_argument(
+        "\"join_deg\" must be less than \"angle_deg\", or cells would be joined and split in turn");
+}
+
 void refuse_unsuited_refinement(const ClothGrid& grid, const ClothPatternRegistry& patterns) {
   if (!patterns.at(grid.pattern).traits().splits)
     throw std::invalid_argument(
         "\"refine\" splits cells or triangles; take pattern \"rectangular\" or \"triangular\"");
-  if (grid.refine.join > 0.0 && grid.refine.when != RefineSpec::When::curved)
-    throw std::invalid_argument(
-        "\"join_deg\" joins cells where the cloth has become flat; it needs \"when\": \"curved\"");
-  if (grid.refine.join > 0.0 && !(grid.refine.join < grid.refine.angle))
-    throw std::invalid_argument(
-        "\"join_deg\" must be less than \"angle_deg\", or cells would be joined and split in turn");
+  refuse_unsuited_angles(grid.refine);
 }
 
 Piece make_grid(const ClothSpec& spec, const ClothGrid& grid, const Material& material,
@@ -146,8 +150,24 @@ TriangleMesh load_rest(const ClothFile& cloth, const std::string& name, const Tr
   return rest;
 }
 
+void refuse_unsuited_refinement(const ClothFile& cloth) {
+  const char* fault = nullptr;
+  if (cloth.support) fault = "\"support\" holds the vertices that there are";
+  if (cloth.plate) fault = "\"plate\" fits springs to one mesh";
+  if (cloth.texture_unit > 0.0)
+    fault = "\"rest\": \"texture\" has vertices of its own; give the flat shape as \"rest_mesh\"";
+  if (fault != nullptr)
+    throw std::invalid_argument(fmt::format("\"refine\" splits triangles, but {}", fault));
+  refuse_unsuited_angles(cloth.refine);
+}
+
+std::string name_of(const ClothFile& cloth) {
+  return cloth.file.empty() ? detail::inline_mesh : cloth.file.string();
+}
+
 Piece load_cloth(const ClothFile& cloth, double factor, const Material& material) {
-  const std::string name = cloth.file.empty() ? detail::inline_mesh : cloth.file.string();
+  if (cloth.refine.when != RefineSpec::When::never) refuse_unsuited_refinement(cloth);
+  const std::string name = name_of(cloth);
   const TriangleMesh surface = load_surface(cloth, name, factor);
   const bool has_rest = !cloth.rest_file.empty() || cloth.texture_unit > 0.0;
   if (cloth.support && (cloth.plate || has_rest))
@@ -198,6 +218,12 @@ void refuse_springs_of_their_own(const ClothSpec& cloth, const Material& materia
 
 }  // namespace
 
+const RefineSpec* refine_of(const ClothSpec& cloth) {
+  const RefineSpec& refine =
+      std::visit([](const auto& shape) -> const RefineSpec& { return shape.refine; }, cloth.shape);
+  return refine.when != RefineSpec::When::never ? &refine : nullptr;
+}
+
 AdaptiveGrid make_adaptive_grid(const ClothSpec& cloth, const Material& material,
                                 const ClothPatternRegistry& patterns) {
   const auto& grid = std::get<ClothGrid>(cloth.shape);
@@ -207,6 +233,14 @@ AdaptiveGrid make_adaptive_grid(const ClothSpec& cloth, const Material& material
 
 AdaptiveCloth make_adaptive_cloth(const ClothSpec& cloth, const Material& material,
                                   const ClothPatternRegistry& patterns) {
+  if (const auto* file = std::get_if<ClothFile>(&cloth.shape)) {
+    refuse_unsuited_refinement(*file);
+    const double factor = cloth.placement.scale;
+    const std::string name = name_of(*file);
+    const TriangleMesh surface = load_surface(*file, name, factor);
+    return AdaptiveTriangles(load_rest(*file, name, surface, factor), material,
+                             file->refine.levels);
+  }
   const auto& grid = std::get<ClothGrid>(cloth.shape);
   if (grid.pattern == kQuadtreePattern) return make_adaptive_grid(cloth, material, patterns);
   refuse_unsuited_refinement(grid, patterns);

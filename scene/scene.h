@@ -91,6 +91,7 @@ struct ClothFile {
   TriangleMesh rest_mesh{};
   std::optional<PlateSpec> plate{};
   std::optional<SupportConstants> support{};  ///< a closed surface supported from inside
+  RefineSpec refine{};
 };
 
 /// One piece of cloth ("geometry" in the scene file).
@@ -182,7 +183,11 @@ struct TimeSpec {
   int frames = 120;         ///< frames after the start frame, >= 1
   double fps = 60.0;        ///< frames per second, > 0
   int steps_per_frame = 2;  ///< >= 1
-  int max_halvings = 8;     ///< largest number of halvings of a step that collides
+  /// Two steps of a frame are taken as one while the error of the longer step, by the size of a
+  /// piece (the root of its area), is estimated to stay below step_error / steps_per_frame²; >= 0;
+  /// 0: never. Only integrators of first order that are stable at any step do this.
+  double step_error = 1.6e-3;
+  int max_halvings = 8;  ///< largest number of halvings of a step that collides
   /// Halve implicit steps that gain energy without a source. Otherwise the gain is only counted.
   bool energy_guard = true;
 };

@@ -39,7 +39,8 @@ DrivenBody& drive_body(BuiltScene& built, std::size_t body) {
 }
 
 double Simulation::nominal_end() const {
-  return static_cast<double>(parts_->control().done + 1) * parts_->nominal_step();
+  const StepControl control = parts_->control();
+  return static_cast<double>(control.done + control.span) * parts_->nominal_step();
 }
 
 void Simulation::set_forces(std::span<const Vec3> forces) {

@@ -11,11 +11,6 @@
 namespace selvedge {
 namespace {
 
-const RefineSpec* refine_of(const ClothSpec& cloth) {
-  const auto* grid = std::get_if<ClothGrid>(&cloth.shape);
-  return grid != nullptr && grid->refine.when != RefineSpec::When::never ? &grid->refine : nullptr;
-}
-
 void refuse_what_needs_one_mesh(const Scene& scene, const BuiltScene& built,
                                 const std::string& piece) {
   const char* fault = nullptr;

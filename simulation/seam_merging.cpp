@@ -3,6 +3,7 @@
 // Seams that have closed: the particles of a pair become one, the last step of sewing by Y. Zhong,
 // B. Xu, "Three-dimensional garment dressing simulation", Textile Research Journal 2009.
 #include <fmt/format.h>
+#include <selvedge/scene/adaptive_cloth.h>
 #include <selvedge/simulation/detail/way_collisions.h>
 #include <selvedge/simulation/refinement.h>
 
@@ -20,11 +21,7 @@ constexpr std::size_t kMostSingleTries = 16;
 void refuse_what_merging_cannot_keep(const Scene& scene, const BuiltScene& built,
                                      const SeamSpec& seam) {
   const char* fault = nullptr;
-  const auto is_refined = [](const ClothSpec& cloth) {
-    const auto* grid = std::get_if<ClothGrid>(&cloth.shape);
-    return grid != nullptr && grid->refine.when != RefineSpec::When::never;
-  };
-  if (std::any_of(scene.cloths.begin(), scene.cloths.end(), is_refined))
+  if (std::any_of(scene.cloths.begin(), scene.cloths.end(), refine_of))
     fault = "\"refine\" splits the cells that there are";
   if (scene.water) fault = "\"water\" wets the vertices that there are";
   if (scene.contact.untangle_start)

@@ -43,7 +43,8 @@ struct Tangles {
 struct StepControl {
   std::int64_t done = 0;  ///< complete nominal steps; valid only if h > 0
   double h = 0.0;         ///< s, length of the next attempt; 0: at the end of a nominal step
-  int halvings = 0;       ///< number of halvings of the nominal step that led to `h`
+  int halvings = 0;       ///< number of halvings of the planned step that led to `h`
+  int span = 1;           ///< nominal steps that the planned step takes at once
 };
 
 /// All that a simulation carries from one step to the next. A simulation restored from it continues
@@ -54,6 +55,9 @@ struct SimulationState {
   std::vector<Vec3> x, v;     ///< m and m/s, of the cloth vertices
   std::vector<double> water;  ///< kg per cloth vertex; empty if the scene has no water
   StepControl control;
+  /// 1/s², of the last step: root mean square by the size of the piece (detail/joined_steps.h);
+  /// negative: unknown
+  double acceleration = -1.0;
   std::vector<double> memory;      ///< of the integrator and the forces, as they save it
   Tangles tangles;                 ///< crossings of the start and jams that are not undone yet
   std::vector<SplitEvent> splits;  ///< the splits that led to the present cells of refined pieces

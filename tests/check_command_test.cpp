@@ -293,7 +293,7 @@ TEST_F(CheckResult, EveryAcceptedStateAndPathOfARunIsClean) {
   ASSERT_EQ(run_small("r", "--every-step --set time.frames=45").code, 0);
   const Json json = judged("r", 0);
   const auto steps = result("r")["steps"].get<int>();
-  EXPECT_GE(steps, 90);
+  EXPECT_GE(steps, 45);
   EXPECT_EQ(json["states"], steps + 1);
   EXPECT_EQ(json["paths"], steps);
   EXPECT_EQ(json["vertices"], 100);

@@ -103,6 +103,7 @@ std::vector<Vec3> flight(const std::string& integrator, int steps) {
   scene.solver.integrator = integrator;
   scene.solver.tolerance = 1e-12;
   scene.time.steps_per_frame = steps;
+  scene.time.step_error = 0.0;
   Simulation simulation = simulate(scene);
   for (int frame = 1; frame <= 12; ++frame) simulation.advance_to_frame(frame, {});
   EXPECT_EQ(simulation.result().steps, 12 * steps) << integrator;
@@ -146,6 +147,7 @@ Scene one_swings(const std::string& integrator, int steps, bool slides) {
   scene.solver.integrator = integrator;
   scene.solver.tolerance = 1e-12;
   scene.time.steps_per_frame = steps;
+  scene.time.step_error = 0.0;
   constexpr int kCells = 4, kRow = kCells + 1;
   ClothSpec swing;
   swing.name = "swing";

@@ -336,6 +336,54 @@ TEST_F(Refinements, AResumedRunOfTrianglesJoinsToTheSameBits) {
   EXPECT_EQ(run_scene(s, config_).state_hash, whole);
 }
 
+/// The square over the ball as a mesh in the scene, with parallel diagonals.
+std::string mesh_over_ball(const std::string& keys) {
+  std::string vertices, triangles;
+  constexpr int n = 6;
+  for (int j = 0; j <= n; ++j)
+    for (int i = 0; i <= n; ++i)
+      vertices += (vertices.empty() ? "[" : ", [") + std::to_string(0.1 * i - 0.3) + ", " +
+                  std::to_string(0.1 * j - 0.3) + ", 0]";
+  for (int j = 0; j < n; ++j)
+    for (int i = 0; i < n; ++i) {
+      const int a = j * (n + 1) + i, b = a + n + 1;
+      const auto add = [&](int u, int v, int w) {
+        triangles += (triangles.empty() ? "[" : ", [") + std::to_string(u) + ", " +
+                     std::to_string(v) + ", " + std::to_string(w) + "]";
+      };
+      add(a, a + 1, b + 1);
+      add(a, b + 1, b);
+    }
+  return R"({"geometry": [{"mesh": {"vertices": [)" + vertices + R"(], "triangles": [)" +
+         triangles + R"(]}, "transformation": {"translation": [0, 0, 0.156]}, )" + keys + "}]" +
+         kBall + "}";
+}
+
+TEST_F(Refinements, AMeshIsSplitWhereItBendsAndTheRunIsClean) {
+  const RunResult result = run_scene(scene(mesh_over_ball(kCurved)), config_);
+  EXPECT_TRUE(result.clean);
+  EXPECT_GT(result.counters.at("refinements"), 1.0);
+  EXPECT_EQ(vertices_of_frame(0), 49u);
+  EXPECT_GT(vertices_of_frame(16), vertices_of_frame(8));
+  EXPECT_LT(vertices_of_frame(16), 25u * 25u) << "not everywhere";
+}
+
+TEST_F(Refinements, AResumedRunOfAMeshGoesOnToTheSameBits) {
+  const RunResult result = run_scene(scene(mesh_over_ball(kSettled)), config_);
+  EXPECT_EQ(result.counters.at("refinements"), 2.0);
+  config_.out = folder_ / "in_parts";
+  run_scene(scene(mesh_over_ball(kSettled), {{"time.frames", "9"}}), config_);
+  config_.resume = true;
+  EXPECT_EQ(run_scene(scene(mesh_over_ball(kSettled)), config_).state_hash, result.state_hash);
+}
+
+TEST_F(Refinements, AMeshThatCannotBeSplitIsRefused) {
+  EXPECT_NE(refusal(mesh_over_ball(kCurved + R"(, "plate": {"poisson": 0.3})")).find("plate"),
+            std::string::npos);
+  EXPECT_NE(refusal(mesh_over_ball(R"("refine": {"when": "settled", "join_deg": 5})")).find("join"),
+            std::string::npos);
+}
+
 TEST_F(Refinements, TrianglesThatCannotBeFittedAreRefused) {
   EXPECT_NE(
       refusal(over_ball(kTriangular + kCurved + R"(, "plate": {"poisson": 0.3})")).find("plate"),

@@ -28,6 +28,7 @@ TEST_F(SceneFile, TheShortestSceneHasTheDefaultsOfTheHeader) {
   EXPECT_EQ(is.time.frames, should.time.frames);
   EXPECT_EQ(is.time.fps, should.time.fps);
   EXPECT_EQ(is.time.steps_per_frame, should.time.steps_per_frame);
+  EXPECT_EQ(is.time.step_error, should.time.step_error);
   EXPECT_EQ(is.time.max_halvings, should.time.max_halvings);
   EXPECT_EQ(is.time.energy_guard, should.time.energy_guard);
   EXPECT_EQ(is.contact.rest_gap, should.contact.rest_gap);
@@ -139,6 +140,7 @@ TEST_F(EverythingFile, EveryNumberGoesToItsField) {
   EXPECT_EQ(s.time.frames, 30);
   EXPECT_EQ(s.time.fps, 25);
   EXPECT_EQ(s.time.steps_per_frame, 3);
+  EXPECT_EQ(s.time.step_error, 0.003);
   EXPECT_EQ(s.time.max_halvings, 4);
   EXPECT_FALSE(s.time.energy_guard);
   EXPECT_EQ(s.contact.rest_gap, 0.003);
@@ -200,6 +202,7 @@ TEST_F(EverythingFile, EveryPieceOfClothAndItsMaterialIsRead) {
   EXPECT_EQ(path.side, Vec3(0, 1, 1));
   EXPECT_EQ(std::get<ClothFile>(s.cloths[3].shape).mesh.vertices[2], Vec3(0, 1, 30));
   EXPECT_EQ(std::get<ClothFile>(s.cloths[3].shape).plate->poisson, 0.2);
+  EXPECT_EQ(std::get<ClothFile>(s.cloths[3].shape).refine.levels, 2);
   EXPECT_EQ(std::get<ClothGrid>(s.cloths[5].shape).plate->poisson, 0.25);
   EXPECT_EQ(s.cloths[5].virtual_springs.stiffness, 7.0);
   EXPECT_TRUE(s.cloths[5].virtual_springs.follow);

@@ -271,7 +271,7 @@ TEST(Untangle, WhatCannotBeUndoneIsCarriedOnWhereTheSceneSaysSo) {
   Scene scene = knotted();
   scene.contact.carry_tangled = true;
   Simulation simulation(scene, build_scene(scene));
-  simulation.advance_to_frame(150, {});
+  simulation.advance_to_frame(300, {});
   const RunResult result = simulation.result();
   EXPECT_TRUE(result.tangle.given_up);
   EXPECT_GT(result.tangle.pairs, 0);

@@ -97,11 +97,15 @@ std::optional<SimulationState> read_state(const fs::path& file, const std::strin
 namespace {
 
 Json to_json(const StepControl& control) {
-  return {{"done", control.done}, {"h", control.h}, {"halvings", control.halvings}};
+  return {{"done", control.done},
+          {"h", control.h},
+          {"halvings", control.halvings},
+          {"span", control.span}};
 }
 
 StepControl control_from(const Json& j) {
-  return {whole<std::int64_t>(j.at("done")), j.at("h").get<double>(), whole<int>(j.at("halvings"))};
+  return {whole<std::int64_t>(j.at("done")), j.at("h").get<double>(), whole<int>(j.at("halvings")),
+          whole<int>(j.at("span"))};
 }
 
 Json to_json(const Tangles& tangles) {
@@ -205,6 +209,7 @@ void write_state_fields(const SimulationState& state, Json& json) {
   json["time"] = state.time;
   json["step"] = state.step;
   json["control"] = to_json(state.control);
+  json["acceleration"] = state.acceleration;
   json["tangles"] = to_json(state.tangles);
   json["memory"] = memory_text(state.memory);
   json["splits"] = to_json(state.splits);
@@ -215,6 +220,7 @@ void read_state_fields(const Json& json, SimulationState& state) {
   state.time = json.at("time").get<double>();
   state.step = whole<std::int64_t>(json.at("step"));
   if (json.contains("control")) state.control = control_from(json["control"]);
+  if (json.contains("acceleration")) state.acceleration = json["acceleration"].get<double>();
   if (json.contains("tangles")) state.tangles = tangles_from(json["tangles"]);
   if (json.contains("memory")) state.memory = memory_from(json["memory"]);
   if (json.contains("splits")) state.splits = splits_from(json["splits"]);

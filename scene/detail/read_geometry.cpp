@@ -32,6 +32,7 @@ void read_grid_options(const Json& geometry, ClothGrid& grid) {
 
 void read_mesh_options(const Json& geometry, ClothFile& mesh) {
   mesh.plate = read_plate(geometry);
+  if (geometry.contains("refine")) mesh.refine = read_refine(geometry["refine"]);
   if (!geometry.contains("support")) return;
   const Json& j = geometry["support"];
   mesh.support = SupportConstants{j["stiffness"].get<double>(), j["share"].get<double>()};

@@ -80,6 +80,7 @@ detail::StepOutcome Simulation::Parts::attempt_step(double h, double t1) {
   input.t0 = state.time;
   input.t1 = t1;
   input.h = h;
+  input.nominal_h = nominal_step();
   detail::begin_step(scene, built, state, input, attempt);
   detail::StepOutcome outcome = detail::attempt_step(methods, input, attempt);
   attempt.counts.add_to(result.counters);
@@ -92,7 +93,8 @@ void Simulation::Parts::make_step(StepControl control) {
   require_ieee_arithmetic();  // a program may have changed it since the last step
   // Targets are computed from whole numbers, so that steps do not drift and a resumed run meets
   // them.
-  const double target = static_cast<double>(control.done + 1) * nominal_step();
+  const double target = static_cast<double>(control.done + control.span) * nominal_step();
+  const double planned = control.span * nominal_step();
   attempts.lengths.clear();
   attempts.accepted = false;
   balance.begin();
@@ -118,7 +120,7 @@ void Simulation::Parts::make_step(StepControl control) {
         continue;
       }
       if (!carry_jam()) give_up();
-      control.h = nominal_step();
+      control.h = planned;
       control.halvings = 0;
       continue;
     }
@@ -130,7 +132,7 @@ void Simulation::Parts::make_step(StepControl control) {
     accept();
     if (control.halvings > 0) {
       --control.halvings;
-      control.h = std::min(2.0 * control.h, nominal_step());
+      control.h = std::min(2.0 * control.h, planned);
     }
     state.control = state.time < target ? control : StepControl{};
     return;
@@ -215,7 +217,9 @@ void Simulation::Parts::give_up() {
 
 StepControl Simulation::Parts::control() const {
   if (state.control.h > 0.0) return state.control;
-  return {std::llround(state.time / nominal_step()), nominal_step(), 0};
+  const std::int64_t done = std::llround(state.time / nominal_step());
+  const int span = joined.span(done, state.acceleration);
+  return {done, span * nominal_step(), 0, span};
 }
 
 // The attempt becomes the state.
@@ -232,6 +236,7 @@ void Simulation::Parts::accept() {
   std::copy_n(attempt.x_t1.begin(), n(), state.x.begin());
   methods.strain.finish(detail::limit_step(input), mass, state.x, state.v);
   finish_velocities(state.v);
+  state.acceleration = joined.acceleration(input.particles.v, state.v, input.h);
   note_bodies(attempt.x_t1);
   if (water) water->advance(state.time, input.h, state, mass);
   state.time = input.t1;

@@ -3,6 +3,7 @@
 
 #include <selvedge/simulation/detail/enclosed.h>
 #include <selvedge/simulation/detail/energy_balance.h>
+#include <selvedge/simulation/detail/joined_steps.h>
 #include <selvedge/simulation/detail/phase_clock.h>
 #include <selvedge/simulation/detail/step.h>
 #include <selvedge/simulation/detail/step_ledger.h>
@@ -32,6 +33,7 @@ struct Simulation::Parts {
   detail::StepMethods methods;
   ForceLawRegistry force_laws;
   detail::TurningBodies turning;
+  detail::JoinedSteps joined;
   SimulationState state;
   std::vector<Vec3> body_x;  // m, of the body vertices at the state's time
   detail::StepInput input;

@@ -82,6 +82,7 @@ Simulation::Parts::Parts(const Scene& s, BuiltScene b, const Methods& m)
       methods(scene, built, m, clock),
       force_laws(m.force_laws),
       turning(scene, built),
+      joined(scene, built, methods.traits),
       balance(scene, built, methods.response->traits()) {
   detail::refuse_bad_handles(scene, built);
   if (!methods.traits.is_implicit)

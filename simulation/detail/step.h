@@ -49,6 +49,7 @@ struct StepMethods {
 struct StepInput {
   std::int64_t step = 0;               ///< accepted steps so far
   double t0 = 0.0, t1 = 0.0, h = 0.0;  ///< s
+  double nominal_h = 0.0;              ///< s, of a step that the scene requests
   Particles particles;                 ///< at t0
   std::vector<Vec3> x_t0;              ///< m, joint
   std::vector<double> inv_mass;        ///< 1/kg, joint; 0 for held particles and body vertices

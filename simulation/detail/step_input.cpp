@@ -112,7 +112,9 @@ ResponseStep response_step(const StepMethods& m, const StepInput& in) {
           in.body_step,
           in.particles.v,
           in.v_coasting,
-          m.traits.is_implicit};
+          m.traits.is_implicit,
+          {},
+          std::min(in.h, in.nominal_h)};
 }
 
 LimitStep limit_step(const StepInput& in) {

@@ -200,9 +200,9 @@ TEST_F(EverythingFile, EveryPieceOfClothAndItsMaterialIsRead) {
   EXPECT_EQ(path.points.size(), 3u);
   EXPECT_EQ(path.points[1], Vec3(0.25, 0, 20));
   EXPECT_EQ(path.side, Vec3(0, 1, 1));
+  EXPECT_EQ(std::get<ClothFile>(file.shape).refine.levels, 2);
   EXPECT_EQ(std::get<ClothFile>(s.cloths[3].shape).mesh.vertices[2], Vec3(0, 1, 30));
   EXPECT_EQ(std::get<ClothFile>(s.cloths[3].shape).plate->poisson, 0.2);
-  EXPECT_EQ(std::get<ClothFile>(s.cloths[3].shape).refine.levels, 2);
   EXPECT_EQ(std::get<ClothGrid>(s.cloths[5].shape).plate->poisson, 0.25);
   EXPECT_EQ(s.cloths[5].virtual_springs.stiffness, 7.0);
   EXPECT_TRUE(s.cloths[5].virtual_springs.follow);

@@ -104,8 +104,12 @@ Json to_json(const StepControl& control) {
 }
 
 StepControl control_from(const Json& j) {
-  return {whole<std::int64_t>(j.at("done")), j.at("h").get<double>(), whole<int>(j.at("halvings")),
-          whole<int>(j.at("span"))};
+  StepControl control{whole<std::int64_t>(j.at("done")), j.at("h").get<double>(),
+                      whole<int>(j.at("halvings"))};
+  // Older checkpoints have no span. Two steps are joined at most.
+  if (j.contains("span")) control.span = whole<int>(j["span"]);
+  if (control.span != 1 && control.span != 2) throw NotWhole(j["span"]);
+  return control;
 }
 
 Json to_json(const Tangles& tangles) {

@@ -74,6 +74,8 @@ TEST(JoinedSteps, TheFastestPieceCountsByItsOwnSize) {
   for (std::size_t i = small; i < n; ++i) v[i] = Vec3(0, 0.03, 0.04);
   EXPECT_NEAR(joined.acceleration(rest, v, 0.01), 0.05 / 0.01 / 2.0, 1e-12);
   EXPECT_EQ(joined.acceleration(v, v, 0.01), 0.0);
+  v[small] = Vec3(1e300, 0, 0);  // its square overflows
+  EXPECT_EQ(joined.acceleration(rest, v, 0.01), -1.0);
 }
 
 TEST(JoinedSteps, OnlyMethodsOfFirstOrderThatAreStableAtAnyStepJoin) {

@@ -131,9 +131,9 @@ class ContactForce final : public Response {
 
   ContactForceConfig config_;
   ContactMotion motion_;
-  // Of this step, which may join several. With the same stiffness in N/m, contacts at rest yield
-  // as in one of them. The viscosity grows with the cube of the joined steps: with its first
-  // power, a strip around a cylinder creeps 50 times as fast, with the second, 5 times.
+  // Of this step, which may join two. With the same stiffness in N/m, contacts at rest yield as in
+  // one of them. The viscosity grows with the cube of the joined steps: a strip around a cylinder
+  // then creeps 3 times as fast as in steps that join none; with the square 5, unchanged 50 times.
   double normal_ratio_ = 0.0;  // normal stiffness divided by m_eff/h²
   double stick_scale_ = 1.0;   // viscosity divided by that of a step that joins none
   std::vector<Vec3> body_displacement_, v_start_, v_predicted_;

@@ -55,7 +55,7 @@ double JoinedSteps::acceleration(std::span<const Vec3> before, std::span<const V
     largest =
         std::max(largest, std::sqrt(sum / static_cast<double>(end - begin)) / (h * size_[piece]));
   }
-  return largest;
+  return std::isfinite(largest) ? largest : -1.0;
 }
 
 }  // namespace selvedge::detail

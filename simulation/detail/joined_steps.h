@@ -29,7 +29,7 @@ class JoinedSteps {
 
   /// The root mean square acceleration of a piece, by its size, 1/s²: the largest of the pieces.
   /// `before` and `after`: velocities at both ends of a step of `h` s, m/s. Negative if nothing is
-  /// ever joined.
+  /// ever joined, or if it is not finite: a checkpoint holds only finite numbers.
   double acceleration(std::span<const Vec3> before, std::span<const Vec3> after, double h) const;
 
  private:

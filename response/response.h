@@ -98,7 +98,7 @@ struct ResponseStep {
   /// would have to balance; empty: unknown.
   std::span<const Vec3> unbalanced{};
   /// s, at most motion.h: length of the step by which contacts set their stiffness. 0: motion.h. A
-  /// step that joins several nominal ones has that of one, so that cloth at rest yields the same.
+  /// step that joins two nominal ones has that of one, so that cloth at rest yields the same.
   double stiffness_h = 0.0;
 };
 

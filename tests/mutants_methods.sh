@@ -124,14 +124,7 @@ is_found() {
 
 most_seconds=60
 
-headers=$WORK/headers.h
-for file in "${!text[@]}"; do grep '^#include <[a-z]' "$SOURCE/$file"; done | sort -u >"$headers"
-write_changes
-precompile "$headers" -O1 || exit 1
-for file in "${!text[@]}"; do
-  try compile -O1 -include "$headers" -c "$(source_of "$file")" -o "$WORK/${file//\//_}.o"
-done
-tried || { echo "The changed sources do not compile"; exit 1; }
+compile_changes
 # link_tests NAME FOLDERS...: the test program with the changed sources of these folders, which come first (see link).
 link_tests() {
   local name=$1 folder command objects=()

@@ -36,11 +36,11 @@ selvedge_uses(Eigen "${Eigen3_VERSION}" MPL-2.0)
 
 # Warnings, and the floating-point rules that determinism needs, for our own targets only. g++ 12 reports -Wrestrict,
 # -Warray-bounds and -Wstringop-overflow inside its own std::string (GCC bugs 105651 and 105329), which must not break
-# CI. Below a heap of half a gigabyte (kB here) g++ collects garbage several times per source, a tenth of the compile
-# time, and frees little.
+# CI. Below a heap of a gigabyte (kB here) g++ collects garbage several times per batch, a tenth of the compile time, and
+# frees little. A compiler process takes up to 1.8 GB.
 function(selvedge_target_defaults target)
   target_compile_features(${target} PUBLIC cxx_std_20)
-  target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:--param=ggc-min-heapsize=524288>)
+  target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:--param=ggc-min-heapsize=1048576>)
   # The comparisons of boxes join booleans by & on purpose: one branch instead of six.
   target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:Clang>:-Wno-bitwise-instead-of-logical>)
   # On 64-bit Arm, Eigen multiplies and adds in one rounding where this macro is defined, and -ffp-contract does not reach
@@ -53,20 +53,33 @@ function(selvedge_target_defaults target)
 endfunction()
 
 # selvedge_unite(TARGET) compiles the sources of the target in batches, each as one file. A whole build then takes half
-# the processor time, because a batch reads our headers once. Names in unnamed namespaces must differ within a target.
+# the processor time, because a batch reads our headers once. Batches are equal and hold at most 32 sources. Names in
+# unnamed namespaces must differ within a target. selvedge_unite(TARGET BATCHES) is for a target that is compiled last, when
+# other processors would wait for its only batch.
 function(selvedge_unite target)
-  set_target_properties(${target} PROPERTIES UNITY_BUILD ${SELVEDGE_UNITY} UNITY_BUILD_BATCH_SIZE 16)
+  get_target_property(sources ${target} SOURCES)
+  list(LENGTH sources count)
+  set(batches ${ARGV1})
+  if(ARGC EQUAL 1)
+    math(EXPR batches "(${count} + 31) / 32")
+  endif()
+  math(EXPR size "(${count} + ${batches} - 1) / ${batches}")
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ${SELVEDGE_UNITY} UNITY_BUILD_BATCH_SIZE ${size})
   # A batch is not a source file to g++, so it warns of classes that hold types of an unnamed namespace.
   if(SELVEDGE_UNITY)
     target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
   endif()
 endfunction()
 
-# selvedge_optimize_less(TARGET): for tests, benchmarks and code that reads and writes JSON and text. It compiles in two
-# thirds to four fifths of the time with -O1. No part of it takes time when a scene runs, and what a benchmark measures
-# is in the libraries.
+# selvedge_optimize_less(TARGET [LEVEL]): for tests and benchmarks (level 1), and for code that reads and writes JSON and
+# text (level g). It compiles in two thirds to four fifths of the time with -O1, in half of it with -Og. No part of it
+# takes time when a scene runs, and what a benchmark measures is in the libraries.
 function(selvedge_optimize_less target)
-  target_compile_options(${target} PRIVATE $<$<AND:$<CXX_COMPILER_ID:GNU,Clang>,$<CONFIG:Release,RelWithDebInfo>>:-O1>)
+  set(level 1)
+  if(ARGC GREATER 1)
+    set(level ${ARGV1})
+  endif()
+  target_compile_options(${target} PRIVATE $<$<AND:$<CXX_COMPILER_ID:GNU,Clang>,$<CONFIG:Release,RelWithDebInfo>>:-O${level}>)
 endfunction()
 
 # selvedge_precompile(TARGET [HEADER LIBRARIES...]) lets the target use cmake/HEADER.h (default: precompiled) as a
@@ -78,8 +91,10 @@ function(selvedge_precompile target)
   if(ARGC GREATER 1)
     list(POP_FRONT ARGN header)
   endif()
-  if(header MATCHES "_(json|test|bench)$")
+  if(header MATCHES "_(test|bench)$")
     selvedge_optimize_less(${target})
+  elseif(header MATCHES "_json$")
+    selvedge_optimize_less(${target} g)
   endif()
   if(NOT SELVEDGE_PCH)
     return()
@@ -101,8 +116,10 @@ function(selvedge_precompile target)
       add_library(${maker} STATIC EXCLUDE_FROM_ALL ${source})
     endif()
     selvedge_target_defaults(${maker})
-    if(header MATCHES "_(json|test|bench)$")
+    if(header MATCHES "_(test|bench)$")
       selvedge_optimize_less(${maker})
+    elseif(header MATCHES "_json$")
+      selvedge_optimize_less(${maker} g)
     endif()
     target_link_libraries(${maker} PRIVATE Eigen3::Eigen ${ARGN})
     target_compile_definitions(${maker} PRIVATE $<$<BOOL:${SELVEDGE_VALIDATION}>:SELVEDGE_VALIDATION=1>)

@@ -32,6 +32,14 @@ TEST(MeshReport, ACleanMeshHasNoSentence) {
   EXPECT_NEAR(report.volume, 1.0 / 6.0, 1e-15);
 }
 
+TEST(MeshReport, TheBoundsEncloseAllVertices) {
+  TriangleMesh mesh = tetrahedron();
+  for (Vec3& x : mesh.vertices) x -= Vec3(0.25, 0.5, 2.0);
+  const MeshReport report = report_mesh(mesh);
+  EXPECT_EQ(report.lower, Vec3(-0.25, -0.5, -2.0));
+  EXPECT_EQ(report.upper, Vec3(0.75, 0.5, -1.0));
+}
+
 TEST(MeshReport, EveryFaultIsCounted) {
   TriangleMesh mesh = tetrahedron();
   mesh.triangles.pop_back();

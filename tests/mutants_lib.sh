@@ -95,6 +95,16 @@ link() {
   "$CXX" $FLAGS "$@" -Wl,-z,muldefs -Wl,--start-group $LIBRARIES -Wl,--end-group -o "$program"
 }
 
+# link_again PROGRAM OBJECTS...: a test program of the build folder BUILD of Ninja, in $WORK, with these objects of
+# changed sources, which come first (see link).
+link_again() {
+  local program=$1 command
+  shift
+  command=$(ninja -C "$BUILD" -t commands "tests/$program" | grep -F -- " -o tests/$program " | sed 's/^: && //; s/ && .*//')
+  command=${command/ -o tests\/$program / $* -Wl,-z,muldefs -o $WORK/$program }
+  (cd "$BUILD" && eval "$command")
+}
+
 running=0
 failed=0
 finish() {

@@ -103,7 +103,7 @@ mutant knit beyond "the sinker behind the legs and the head before them" "a flat
   "half.y(), @half.z()@" 0.0 lab 'Knit.*'
 
 run() {
-  { (ulimit -t $most_seconds; SELVEDGE_MUTANT=$3 exec "$WORK/${program[$2]}" --gtest_filter="${filter_of[$2]}" --gtest_brief=1 \
+  { (ulimit -t $most_seconds; SELVEDGE_MUTANT=$3 exec "$WORK/${program[$2]}_tests" --gtest_filter="${filter_of[$2]}" --gtest_brief=1 \
     --gtest_fail_fast) >"$1" 2>&1; } 2>/dev/null
 }
 
@@ -125,14 +125,12 @@ is_found() {
 most_seconds=60
 
 compile_changes
-# link_tests NAME FOLDERS...: the test program with the changed sources of these folders, which come first (see link).
+# link_tests NAME FOLDERS...: the test program with the changed sources of these folders.
 link_tests() {
-  local name=$1 folder command objects=()
+  local name=$1 folder objects=()
   shift
   for folder in "$@"; do objects+=("$WORK/${folder}_"*.o); done
-  command=$(ninja -C "$BUILD" -t commands "tests/${name}_tests" | grep -F -- " -o tests/${name}_tests " | sed 's/^: && //; s/ && .*//')
-  command=${command/ -o tests\/${name}_tests / ${objects[*]} -Wl,-z,muldefs -o $WORK/$name }
-  (cd "$BUILD" && eval "$command")
+  link_again "${name}_tests" "${objects[@]}"
 }
 for one in cloth forces integrators scene; do try link_tests $one core; done
 try link_tests lab core lab

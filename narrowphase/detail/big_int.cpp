@@ -16,11 +16,17 @@ __extension__ typedef unsigned __int128 DoubleLimb;
 std::uint32_t add_limbs(Limb* out, const Limb* a, std::uint32_t na, const Limb* b,
                         std::uint32_t nb) {
   Limb carry = 0;
-  for (std::uint32_t i = 0; i < na; ++i) {
-    const DoubleLimb s = DoubleLimb{a[i]} + (i < nb ? b[i] : 0) + carry;
+  std::uint32_t i = 0;
+  for (; i < nb; ++i) {
+    const DoubleLimb s = DoubleLimb{a[i]} + b[i] + carry;
     out[i] = static_cast<Limb>(s);
     carry = static_cast<Limb>(s >> 64);
   }
+  for (; carry != 0 && i < na; ++i) {
+    out[i] = a[i] + 1;
+    carry = out[i] == 0 ? 1 : 0;
+  }
+  if (out != a) std::copy(a + i, a + na, out + i);
   if (carry != 0) out[na++] = carry;
   return na;
 }
@@ -28,16 +34,18 @@ std::uint32_t add_limbs(Limb* out, const Limb* a, std::uint32_t na, const Limb* 
 /// out = a - b for a >= b.
 void subtract_limbs(Limb* out, const Limb* a, std::uint32_t na, const Limb* b, std::uint32_t nb) {
   Limb borrow = 0;
-  for (std::uint32_t i = 0; i < na; ++i) {
-    const DoubleLimb d = DoubleLimb{a[i]} - (i < nb ? b[i] : 0) - borrow;
+  std::uint32_t i = 0;
+  for (; i < nb; ++i) {
+    const DoubleLimb d = DoubleLimb{a[i]} - b[i] - borrow;
     out[i] = static_cast<Limb>(d);
     borrow = static_cast<Limb>(d >> 64) & 1U;
   }
+  for (; borrow != 0 && i < na; ++i) {
+    borrow = a[i] == 0 ? 1 : 0;
+    out[i] = a[i] - 1;
+  }
+  if (out != a) std::copy(a + i, a + na, out + i);
 }
-
-}  // namespace
-
-namespace {
 
 /// out = x * y, nx + ny limbs.
 void multiply_limbs(Limb* out, const Limb* x, std::uint32_t nx, const Limb* y, std::uint32_t ny) {
@@ -114,6 +122,39 @@ void multiply_long(Limb* out, const Limb* x, std::uint32_t nx, const Limb* y, st
     multiply_limbs(out, x, nx, y, ny);
 }
 
+/// Buffers of long numbers that wait for the next ones of their thread: a query of such numbers
+/// makes thousands of them. A buffer holds 2^kind limbs.
+class SpareBuffers {
+ public:
+  static constexpr int kKinds = 12;
+
+  SpareBuffers() = default;
+  SpareBuffers(const SpareBuffers&) = delete;
+  SpareBuffers& operator=(const SpareBuffers&) = delete;
+  ~SpareBuffers() {
+    for (int kind = 0; kind < kKinds; ++kind)
+      for (int i = 0; i < count_[kind]; ++i) delete[] spare_[kind][i];
+  }
+
+  Limb* take(int kind) {
+    if (kind < kKinds && count_[kind] > 0) return spare_[kind][--count_[kind]];
+    return new Limb[std::size_t{1} << kind];
+  }
+  void give(Limb* buffer, int kind) {
+    if (kind < kKinds && count_[kind] < kMost)
+      spare_[kind][count_[kind]++] = buffer;
+    else
+      delete[] buffer;
+  }
+
+ private:
+  static constexpr int kMost = 32;
+  Limb* spare_[kKinds][kMost];
+  int count_[kKinds] = {};
+};
+
+thread_local SpareBuffers spare_buffers;
+
 int compare_limbs(const Limb* a, const Limb* b, std::uint32_t n) {
   while (n-- > 0)
     if (a[n] != b[n]) return a[n] < b[n] ? -1 : 1;
@@ -163,9 +204,12 @@ BigInt& BigInt::operator=(BigInt&& other) noexcept {
 void BigInt::reserve(std::uint32_t n) {
   if (n <= capacity_) return;
   release();
-  heap_ = new Limb[n];
-  capacity_ = n;
+  const int kind = std::bit_width(n - 1);
+  heap_ = spare_buffers.take(kind);
+  capacity_ = std::uint32_t{1} << kind;
 }
+
+void BigInt::give_back() { spare_buffers.give(heap_, std::countr_zero(capacity_)); }
 
 void BigInt::trim(std::uint32_t n) {
   const Limb* l = limbs();

@@ -55,9 +55,10 @@ class BigInt {
   /// Makes room for n limbs; discards the old ones.
   void reserve(std::uint32_t n);
   void release() {
-    if (capacity_ > kInline) delete[] heap_;
+    if (capacity_ > kInline) give_back();
     capacity_ = kInline;
   }
+  void give_back();
   void trim(std::uint32_t n);
 
   std::uint32_t size_ = 0;

@@ -168,13 +168,15 @@ TEST(CcdExact, CoordinatesOfVeryDifferentMagnitudeTakeAtMostTwoMilliseconds) {
 #else
   constexpr double kMost = 0.002;
 #endif
+  // Another program on the processor's other thread can double a time, so a long one is taken again.
+  constexpr double kLong = 0.0006;
   const auto method = make_ccd_exact();
   const char* asked = std::getenv("SELVEDGE_CCD_QUERIES");
   const std::vector<Query> queries = spread_queries(17, asked != nullptr ? std::atoi(asked) : 2000);
   double worst = 0.0;
   for (const Query& q : queries) {
     double least = kMost * 100.0, toi = 0.0;
-    for (int repeat = 0; repeat < 3 && least > kMost; ++repeat) {
+    for (int repeat = 0; repeat < 9 && least > kLong; ++repeat) {
       const double begin = thread_seconds();
       method->collides(q, toi);
       least = std::min(least, thread_seconds() - begin);

@@ -36,9 +36,10 @@ void subtract_limbs(Limb* out, const Limb* a, std::uint32_t na, const Limb* b, s
   Limb borrow = 0;
   std::uint32_t i = 0;
   for (; i < nb; ++i) {
-    const DoubleLimb d = DoubleLimb{a[i]} - b[i] - borrow;
-    out[i] = static_cast<Limb>(d);
-    borrow = static_cast<Limb>(d >> 64) & 1U;
+    const Limb d = a[i] - b[i];
+    const Limb below = (a[i] < b[i] ? 1U : 0U) | (d < borrow ? 1U : 0U);
+    out[i] = d - borrow;
+    borrow = below;
   }
   for (; borrow != 0 && i < na; ++i) {
     borrow = a[i] == 0 ? 1 : 0;
@@ -79,6 +80,7 @@ struct SparseNumber {
   SparseNumber(const Limb* limbs, std::uint32_t n) {
     Limb carry = 0;
     for (std::uint32_t i = 0; i < n; ++i) {
+      if (limbs[i] == 0 && carry == 0) continue;
       const Limb sum = limbs[i] + carry;
       const bool wraps = carry != 0 && sum == 0;
       if (sum != 0) append(i, sum);
@@ -105,6 +107,10 @@ void multiply_sparse(Limb* out, std::uint32_t n, const SparseNumber& x, const Sp
     }
   SignedDoubleLimb carry = 0;
   for (std::uint32_t k = 0; k < n; ++k) {
+    if (sum[k] == 0 && carry == 0) {
+      out[k] = 0;
+      continue;
+    }
     carry += sum[k];
     out[k] = static_cast<Limb>(carry);
     carry >>= 64;

@@ -168,7 +168,8 @@ TEST(CcdExact, CoordinatesOfVeryDifferentMagnitudeTakeAtMostTwoMilliseconds) {
 #else
   constexpr double kMost = 0.002;
 #endif
-  // Another program on the processor's other thread can double a time, so a long one is taken again.
+  // Another program on the processor's other thread can double a time, so a long one is taken
+  // again.
   constexpr double kLong = 0.0006;
   const auto method = make_ccd_exact();
   const char* asked = std::getenv("SELVEDGE_CCD_QUERIES");

@@ -224,6 +224,7 @@ DressScene make_dress_scene(const Garment& garment, const TriangleMesh& body,
   scene.name = "dress";
   Material fabric = config.fabric;
   fabric.friction = std::min(fabric.friction, settings.friction);
+  fabric.bending_stiffness *= settings.bending;
   scene.materials[kMaterial] = fabric;
   ClothFile surface;
   surface.mesh = garment.surface;

@@ -8,6 +8,7 @@
 #include <selvedge/dress/detail/dressing.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <memory>
 
@@ -19,6 +20,13 @@ constexpr double kReachOut =
 constexpr double kFarthest = 1.2;   // of the spacing of the finest seam, the largest merge distance
 constexpr int kStallFrames = 12;    // frames over which progress is measured
 constexpr double kProgress = 0.05;  // of the mean opening, within that many frames
+// The last open pairs may hold a fold of cloth between them. It slides out when they let go of it
+// and the cloth is stiff, and stiff cloth stays out when they pull again.
+constexpr int kMostReleases = 3;        // of an attempt
+constexpr double kReleaseTime = 0.3;    // s, without a pull
+constexpr double kReleaseLonger = 1.5;  // s, by which each release lengthens the sewing
+constexpr double kReleaseBending =
+    300.0;  // factor of the bending stiffness since the first release
 /// Share of their first opening at which seams that span the body enclose it.
 constexpr double kEnclosing = 0.1;
 
@@ -31,14 +39,15 @@ class Sewing {
         result_(result),
         merge_share_(attempt.merge_share),
         stages_(attempt.stages),
-        pull_(config_.pull) {}
+        pull_(config_.pull),
+        longest_s_(config_.sew_time) {}
 
   void run() {
     note_start();
     skip_closed_stages();
     open();
     show();
-    while (garment_.open_pairs() > 0 && sewn_s_ < config_.sew_time && !is_stuck_) {
+    while (garment_.open_pairs() > 0 && sewn_s_ < longest_s_ && !is_stuck_) {
       make_frame();
       if (frame_ % kMergeEvery == 0) merge();
       if (!is_last_stage() && is_stage_done())
@@ -56,7 +65,8 @@ class Sewing {
   void open() {
     simulation_.reset();  // it refers to the former scene
     const PhaseSettings settings{.drag = config_.sew_drag,
-                                 .pull = pull_,
+                                 .pull = is_released_ ? 0.0 : pull_,
+                                 .bending = releases_ > 0 ? kReleaseBending : 1.0,
                                  .merge = merge_share_,
                                  .limit_strain = false,
                                  .hold_under = true,
@@ -170,12 +180,33 @@ class Sewing {
     if (!is_last_stage() && (is_largest || stage() == SeamChoice::spanning)) return go_on();
     const bool is_farthest = is_largest && merge_share_ >= kFarthest;
     if (is_farthest && merge_blocked()) return;
+    if (is_farthest && can_release()) return release();
     is_stuck_ = is_farthest || garment_.largest_opening() <= closed_opening(config_);
     if (is_stuck_) return;
     if (is_largest)
       merge_share_ = std::min(kReachOut * merge_share_, kFarthest);
     else
       pull_ = std::min(2.0 * pull_, config_.largest_pull);
+    reopen();
+  }
+
+  /// Whether the last pairs may hold a fold between them.
+  bool can_release() const {
+    const double opening = garment_.largest_opening();
+    return releases_ < kMostReleases && opening > closed_opening(config_) &&
+           opening <= config_.sewing_edge_length;
+  }
+
+  /// The seams let go while stiff cloth becomes smooth. Then they pull from the start.
+  void release() {
+    ++releases_;
+    longest_s_ += kReleaseLonger;
+    is_released_ = true;
+    reopen();
+    for (int left = static_cast<int>(std::lround(kReleaseTime * config_.fps)); left > 0; --left)
+      make_frame();
+    is_released_ = false;
+    pull_ = config_.pull;
     reopen();
   }
 
@@ -197,7 +228,10 @@ class Sewing {
   std::size_t stage_ = 0;
   double opening_at_start_ = 0.0;  // m, mean of the open pairs that pull, when the stage began
   double pull_;                    // N per metre of seam
+  double longest_s_;               // s, at which the sewing ends
   double sewn_s_ = 0.0;            // s
+  int releases_ = 0;
+  bool is_released_ = false;  // no seam pulls
   std::unique_ptr<DressScene> scene_;
   std::unique_ptr<Simulation> simulation_;
   int frame_ = 0, frame_of_simulation_ = 0;

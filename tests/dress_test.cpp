@@ -406,6 +406,30 @@ TEST(Dress, AnOwnPatternHasTheSameBitsTwiceAndOnOneAndTwoThreads) {
   }
 }
 
+/// Hard pulls fold the sleeves into the armpits, where the last open pairs hold the folds.
+TEST(Dress, LastPairsThatHoldAFoldLetItGoAndClose) {
+  const SewingPattern pattern = read_sewing_pattern(kRoot / "data/patterns/hooded_top.json");
+  const TriangleMesh body = read_mesh(kRoot / "data/bodies/mannequin_arms_out.ply");
+  DressConfig config;
+  config.edge_length = config.sewing_edge_length = 0.05;
+  config.pull = 160.0;
+  config.settle_time = 0.1;
+  std::size_t crossings = 0;
+  const TriangleMesh skin = make_room(body, config.body_room).body;
+  DressObserver observer;
+  observer.frame = [&](const Simulation& now, DressPhase, double) {
+    crossings += find_crossings(now.positions(), now.cloth_triangles()).size();
+    crossings +=
+        find_crossings({now.positions(), now.cloth_triangles()}, {skin.vertices, skin.triangles})
+            .size();
+  };
+  const DressResult r = dress(pattern, body, config, {}, observer);
+  EXPECT_TRUE(r.clean);
+  EXPECT_EQ(crossings, 0u);
+  EXPECT_EQ(r.attempts, 1);
+  EXPECT_EQ(r.largest_opening, 0.0);
+}
+
 /// Patterns and bodies that nobody here made, where they are: their folder is beside the project's.
 const fs::path kShared = kRoot / "../shared/data/garments";
 

@@ -84,6 +84,7 @@ struct PhaseSettings {
   double drag = 0.0;            ///< kg/(m² s)
   double friction = 0.0;        ///< on the body and on cloth
   double pull = 0.0;            ///< N per metre of seam
+  double bending = 1.0;         ///< factor of the bending stiffness of the garment
   double merge = 0.0;  ///< share of the spacing of a seam at which its pairs merge; 0: they do not
   bool limit_strain = true;
   /// Garments below rest in place, as bodies do, instead of moving as cloth.

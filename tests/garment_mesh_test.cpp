@@ -94,6 +94,15 @@ TEST(PolygonMesh, HasTheLoopAsItsBorderAndItsArea) {
   EXPECT_NEAR(mesh.quality.mean, 0.01, 0.001);
 }
 
+TEST(PolygonMesh, RefusesALongSideThatCrossesOneThatBeginsFartherRight) {
+  const std::vector<Vec2> loop = {{0, 0}, {0.4, 0.4}, {0.4, 0}, {0.1, 0.3}};
+  for (int sign : {1, -1}) {
+    std::vector<Vec2> turned = loop;
+    for (Vec2& p : turned) p *= sign;
+    EXPECT_THROW(mesh_polygon(turned), std::invalid_argument) << sign;
+  }
+}
+
 TEST(PolygonMesh, OfALoopThatRunsClockwiseIsCounterClockwise) {
   const std::vector<Vec2> square = {{0, 0.2}, {0.3, 0.2}, {0.3, 0}, {0, 0}};
   const std::vector<Vec2> loop = sampled(square, 0.02);

@@ -54,6 +54,17 @@ std::vector<Vec3> body_at(const Body& body, double time) {
   return x;
 }
 
+TEST(ProgramScene, ANumberThatIsNotFiniteIsRefused) {
+  Scene placed = free_scene();
+  placed.cloths[0].placement.translation.x() = kNaN;
+  EXPECT_THROW(build_scene(placed), std::invalid_argument);
+  Scene blown = free_scene();
+  blown.air.jets = {{.position = Vec3(0, kNaN, 0), .direction = Vec3(1, 0, 0), .speed = 1.0}};
+  EXPECT_THROW(build_scene(blown), std::invalid_argument);
+  blown.air.jets[0].position = Vec3::Zero();
+  EXPECT_NO_THROW(build_scene(blown));
+}
+
 TEST(ProgramForces, ThoseOfGravityMoveTheClothAsGravityDoes) {
   const Scene heavy = ball_scene();
   Scene light = heavy;

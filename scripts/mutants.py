@@ -366,7 +366,8 @@ def try_mutant(number, programs, reach, most):
 def equivalents():
     if not os.path.exists(EQUIVALENT):
         return {}
-    return {(row["file"], row["text"], row["change"]): row["reason"] for row in csv.DictReader(open(EQUIVALENT))}
+    lines = [line for line in open(EQUIVALENT) if not line.startswith("#")]
+    return {(row["file"], row["text"], row["change"]): row["reason"] for row in csv.DictReader(lines)}
 
 
 def write_table(path, mutants):

@@ -383,6 +383,8 @@ TEST(Detection, NamesTheIndexAndTheValueOfBadInput) {
             "b: triangles[1] has the index 3; it must be in [0, 3)");
   EXPECT_EQ(message_of([&] { find_contacts(x, good, 0.0); }),
             "distance is 0.000000 m; it must be finite and positive");
+  EXPECT_EQ(message_of([&] { find_contacts(x, good, kInfinity); }),
+            "distance is inf m; it must be finite and positive");
 }
 
 TEST(Detection, RefusesAMethodThatItDoesNotHaveOrThatCannotDoIt) {

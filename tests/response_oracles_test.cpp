@@ -661,6 +661,23 @@ TEST(Energy, IsNeverGivenByAPassiveResponse) {
       }
 }
 
+// A stage that reports no impulses, such as a fail-safe, must account for all that it changes.
+TEST(Energy, OfAStageWithoutImpulsesIsThatOfItsVelocities) {
+  const Swarm swarm(1, 0.0);
+  std::vector<Vec3> after;
+  double kinetic = 0.0;
+  for (std::size_t i = 0; i < swarm.v.size(); ++i) {
+    after.push_back(2.0 * swarm.v[i]);
+    kinetic += 0.5 * swarm.mass[i] * swarm.v[i].squaredNorm();
+  }
+  const Ledger faster = measure({swarm.step().motion, swarm.mass, {}, swarm.v, after});
+  EXPECT_NEAR(faster.energy_normal, 3.0 * kinetic, 1e-12 * kinetic);
+  EXPECT_NEAR(faster.energy_gained, 3.0 * kinetic, 1e-12 * kinetic);
+  const Ledger slower = measure({swarm.step().motion, swarm.mass, {}, after, swarm.v});
+  EXPECT_NEAR(slower.energy_normal, -3.0 * kinetic, 1e-12 * kinetic);
+  EXPECT_EQ(slower.energy_gained, 0.0);
+}
+
 TEST(Anchors, DoNotMoveByABit) {
   for (const auto& [name, make] : responses())
     for (unsigned seed = 1; seed <= 20; ++seed) {

@@ -79,7 +79,9 @@ function(selvedge_optimize_less target)
   if(ARGC GREATER 1)
     set(level ${ARGV1})
   endif()
-  target_compile_options(${target} PRIVATE $<$<AND:$<CXX_COMPILER_ID:GNU,Clang>,$<CONFIG:Release,RelWithDebInfo>>:-O${level}>)
+  target_compile_options(${target} PRIVATE
+                         $<$<AND:$<CXX_COMPILER_ID:GNU,Clang>,$<CONFIG:Release>>:-O${level}>
+                         $<$<AND:$<CXX_COMPILER_ID:GNU,Clang>,$<CONFIG:RelWithDebInfo>>:-O1>)
 endfunction()
 
 # selvedge_precompile(TARGET [HEADER LIBRARIES...]) lets the target use cmake/HEADER.h (default: precompiled) as a

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Linked into the test programs of mutants.py. The file SELVEDGE_REACHED gets a line when a test starts, and one when it
-// ends: its time in seconds, whether it passed, and the changes that it reached.
+// Linked into the test programs of mutants.py. The file SELVEDGE_REACHED gets a line when a test
+// starts, and one when it ends: its time in seconds, whether it passed, and the changes that it
+// reached.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -13,7 +14,9 @@ class ReachedListener : public testing::EmptyTestEventListener {
  public:
   explicit ReachedListener(const char* path) : out_(path, std::ios::app) {}
 
-  void OnTestStart(const testing::TestInfo& test) override { out_ << "start " << name(test) << std::endl; }
+  void OnTestStart(const testing::TestInfo& test) override {
+    out_ << "start " << name(test) << std::endl;
+  }
 
   void OnTestEnd(const testing::TestInfo& test) override {
     const testing::TestResult& result = *test.result();
@@ -34,7 +37,8 @@ class ReachedListener : public testing::EmptyTestEventListener {
 
 const bool kListens = [] {
   const char* path = std::getenv("SELVEDGE_REACHED");
-  if (path != nullptr) testing::UnitTest::GetInstance()->listeners().Append(new ReachedListener(path));
+  if (path != nullptr)
+    testing::UnitTest::GetInstance()->listeners().Append(new ReachedListener(path));
   return path != nullptr;
 }();
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What the changed sources of mutants.py call. mutants_lib.sh puts `selvedge_mutant`, the number of the change that is
-// made, before it. An operator with an alternative keeps its precedence: `a < b` becomes `a < SelvedgeInfix<7>() < b`.
+// What the changed sources of mutants.py call. mutants_lib.sh puts `selvedge_mutant`, the number of
+// the change that is made, before it. An operator with an alternative keeps its precedence: `a < b`
+// becomes `a < SelvedgeInfix<7>() < b`.
 #include <algorithm>
 #include <atomic>
 #include <concepts>
@@ -25,18 +26,18 @@ struct SelvedgeLeft {
   const A& a;
 };
 
-#define SELVEDGE_COMPARE(is, other)                                        \
-  template <class A, int N>                                                \
-  SelvedgeLeft<A, N> operator is(const A& a, SelvedgeInfix<N>) {           \
-    return {a};                                                            \
-  }                                                                        \
-  template <class A, int N, class B>                                       \
-    requires requires(const A& a, const B& b) {                            \
-      { a is b } -> std::same_as<bool>;                                    \
-      { a other b } -> std::same_as<bool>;                                 \
-    }                                                                      \
-  bool operator is(SelvedgeLeft<A, N> left, const B& b) {                  \
-    return selvedge_mutant_reached(N) ? left.a other b : left.a is b;      \
+#define SELVEDGE_COMPARE(is, other)                                   \
+  template <class A, int N>                                           \
+  SelvedgeLeft<A, N> operator is(const A& a, SelvedgeInfix<N>) {      \
+    return {a};                                                       \
+  }                                                                   \
+  template <class A, int N, class B>                                  \
+  requires requires(const A& a, const B& b) {                         \
+    { a is b } -> std::same_as<bool>;                                 \
+    { a other b } -> std::same_as<bool>;                              \
+  }                                                                   \
+  bool operator is(SelvedgeLeft<A, N> left, const B& b) {             \
+    return selvedge_mutant_reached(N) ? left.a other b : left.a is b; \
   }
 SELVEDGE_COMPARE(<, <=)
 SELVEDGE_COMPARE(<=, <)
@@ -55,20 +56,20 @@ auto selvedge_value(const T& t) {
     return t;
 }
 
-#define SELVEDGE_SIGN(is, other)                                           \
-  template <class A, int N>                                                \
-  SelvedgeLeft<A, N> operator is(const A& a, SelvedgeInfix<N>) {           \
-    return {a};                                                            \
-  }                                                                        \
-  template <class A, int N, class B>                                       \
-    requires requires(const A& a, const B& b) {                            \
-      a is b;                                                              \
-      a other b;                                                           \
-      requires std::same_as<decltype(selvedge_value(a is b)), decltype(selvedge_value(a other b))>; \
-    }                                                                      \
-  auto operator is(SelvedgeLeft<A, N> left, const B& b) {                  \
-    if (selvedge_mutant_reached(N)) return selvedge_value(left.a other b); \
-    return selvedge_value(left.a is b);                                    \
+#define SELVEDGE_SIGN(is, other)                                                                  \
+  template <class A, int N>                                                                       \
+  SelvedgeLeft<A, N> operator is(const A& a, SelvedgeInfix<N>) {                                  \
+    return {a};                                                                                   \
+  }                                                                                               \
+  template <class A, int N, class B>                                                              \
+  requires requires(const A& a, const B& b) {                                                     \
+    a is b;                                                                                       \
+    a other b;                                                                                    \
+    requires std::same_as<decltype(selvedge_value(a is b)), decltype(selvedge_value(a other b))>; \
+  }                                                                                               \
+  auto operator is(SelvedgeLeft<A, N> left, const B& b) {                                         \
+    if (selvedge_mutant_reached(N)) return selvedge_value(left.a other b);                        \
+    return selvedge_value(left.a is b);                                                           \
   }
 SELVEDGE_SIGN(+, -)
 SELVEDGE_SIGN(-, +)

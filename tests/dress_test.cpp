@@ -406,6 +406,21 @@ TEST(Dress, AnOwnPatternHasTheSameBitsTwiceAndOnOneAndTwoThreads) {
   }
 }
 
+/// `dress`, and the crossings of the garment with itself and with the body in all frames.
+DressResult dress_and_search(const SewingPattern& pattern, const TriangleMesh& body,
+                             const DressConfig& config, std::size_t& crossings) {
+  crossings = 0;
+  const TriangleMesh skin = make_room(body, config.body_room).body;
+  DressObserver observer;
+  observer.frame = [&](const Simulation& now, DressPhase, double) {
+    crossings += find_crossings(now.positions(), now.cloth_triangles()).size();
+    crossings +=
+        find_crossings({now.positions(), now.cloth_triangles()}, {skin.vertices, skin.triangles})
+            .size();
+  };
+  return dress(pattern, body, config, {}, observer);
+}
+
 /// Hard pulls fold the sleeves into the armpits, where the last open pairs hold the folds.
 TEST(Dress, LastPairsThatHoldAFoldLetItGoAndClose) {
   const SewingPattern pattern = read_sewing_pattern(kRoot / "data/patterns/hooded_top.json");
@@ -415,15 +430,7 @@ TEST(Dress, LastPairsThatHoldAFoldLetItGoAndClose) {
   config.pull = 160.0;
   config.settle_time = 0.1;
   std::size_t crossings = 0;
-  const TriangleMesh skin = make_room(body, config.body_room).body;
-  DressObserver observer;
-  observer.frame = [&](const Simulation& now, DressPhase, double) {
-    crossings += find_crossings(now.positions(), now.cloth_triangles()).size();
-    crossings +=
-        find_crossings({now.positions(), now.cloth_triangles()}, {skin.vertices, skin.triangles})
-            .size();
-  };
-  const DressResult r = dress(pattern, body, config, {}, observer);
+  const DressResult r = dress_and_search(pattern, body, config, crossings);
   EXPECT_TRUE(r.clean);
   EXPECT_EQ(crossings, 0u);
   EXPECT_EQ(r.attempts, 1);
@@ -471,15 +478,7 @@ TEST(Dress, ASkirtOfOthersIsSewnCleanlyOnItsBody) {
     const SewingPattern pattern =
         shared_pattern(kShared / "patterns" / (std::string(name) + ".json"));
     std::size_t crossings = 0;
-    const TriangleMesh skin = make_room(body, config.body_room).body;
-    DressObserver observer;
-    observer.frame = [&](const Simulation& now, DressPhase, double) {
-      crossings += find_crossings(now.positions(), now.cloth_triangles()).size();
-      crossings +=
-          find_crossings({now.positions(), now.cloth_triangles()}, {skin.vertices, skin.triangles})
-              .size();
-    };
-    const DressResult r = dress(pattern, body, config, {}, observer);
+    const DressResult r = dress_and_search(pattern, body, config, crossings);
     EXPECT_EQ(r.fault(), "") << name;
     EXPECT_EQ(r.largest_opening, 0.0) << name;
     EXPECT_EQ(crossings, 0u) << name;

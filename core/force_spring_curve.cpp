@@ -35,6 +35,7 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <variant>
 
 namespace selvedge {
 namespace {
@@ -95,14 +96,22 @@ struct MeasuredTension {
   }
 };
 
-template <class Law>
+/// Energy, tension and slope of a spring of stiffness k and rest length l0 at a length. A value,
+/// not a template parameter, because a template would compile each force below once for each law.
+struct Law {
+  std::variant<Hooke, TensionOnly, Biphasic, KawabataTension, MeasuredTension> kind;
+  Tension operator()(double k, double l0, double length) const {
+    return std::visit([&](const auto& law) { return law(k, l0, length); }, kind);
+  }
+};
+
 class CurveSprings {
  public:
   static constexpr int arity = 2;
   static constexpr const char* name = "spring";
 
   CurveSprings(std::span<const Spring> springs, Law law)
-      : law_(law), springs_(springs.begin(), springs.end()) {
+      : law_(std::move(law)), springs_(springs.begin(), springs.end()) {
     for (std::size_t i = 0; i < springs.size(); ++i) {
       detail::require_number_of("rest_length", name, i, springs[i].rest_length, false);
       detail::require_number_of("stiffness", name, i, springs[i].stiffness, false);
@@ -115,22 +124,22 @@ class CurveSprings {
     return k == 0 ? springs_[e].a : springs_[e].b;
   }
   double rest_length(std::size_t e) const { return springs_[e].rest_length; }
-  double stiffness(std::size_t e) const { return springs_[e].stiffness; }
+  Tension tension(std::size_t e, double length) const {
+    return law_(springs_[e].stiffness, springs_[e].rest_length, length);
+  }
   double length(std::size_t e, std::span<const Vec3> x) const {
     return (x[springs_[e].b] - x[springs_[e].a]).norm();
   }
   void reorder(std::span<const std::int32_t> order) { detail::reorder(springs_, order); }
 
   detail::ElementSample<2> sample(std::size_t e, std::span<const Vec3> x) const {
-    const Spring& s = springs_[e];
-    return sample_with(e, x,
-                       [&](double length) { return law_(s.stiffness, s.rest_length, length); });
+    return sample_with(e, x, [&](double length) { return tension(e, length); });
   }
-  /// The sample with another law.
+  /// The sample with another tension.
   detail::ElementSample<2> sample_with(std::size_t e, std::span<const Vec3> x,
-                                       const auto& tension) const {
+                                       const auto& at) const {
     const Spring& s = springs_[e];
-    return detail::sample_link(x[s.a], x[s.b], s.stiffness * s.damping, tension);
+    return detail::sample_link(x[s.a], x[s.b], s.stiffness * s.damping, at);
   }
 
  private:
@@ -139,7 +148,6 @@ class CurveSprings {
 };
 
 /// Yarns of one direction in triangles, as springs of rest length 1.
-template <class Law>
 class CurveYarns {
  public:
   static constexpr int arity = 3;
@@ -162,21 +170,23 @@ class CurveYarns {
   std::size_t size() const { return yarns_.size(); }
   std::int32_t particle(std::size_t e, int k) const { return yarns_[e].v[k]; }
   double rest_length(std::size_t) const { return 1.0; }
-  double stiffness(std::size_t e) const { return yarns_[e].stiffness; }
+  Tension tension(std::size_t e, double length) const {
+    return law_(yarns_[e].stiffness, 1.0, length);
+  }
   double length(std::size_t e, std::span<const Vec3> x) const {
     return detail::column_of(yarns_[e].v, yarns_[e].weight, x).norm();
   }
   void reorder(std::span<const std::int32_t> order) { detail::reorder(yarns_, order); }
 
   detail::ElementSample<3> sample(std::size_t e, std::span<const Vec3> x) const {
-    return sample_with(e, x, [&](double length) { return law_(yarns_[e].stiffness, 1.0, length); });
+    return sample_with(e, x, [&](double length) { return tension(e, length); });
   }
   detail::ElementSample<3> sample_with(std::size_t e, std::span<const Vec3> x,
-                                       const auto& tension) const {
+                                       const auto& at) const {
     const Yarn& yarn = yarns_[e];
     const Vec3 column = detail::column_of(yarn.v, yarn.weight, x);
     const detail::ElementSample<2> link =
-        detail::sample_link(Vec3::Zero(), column, yarn.stiffness * yarn.damping, tension);
+        detail::sample_link(Vec3::Zero(), column, yarn.stiffness * yarn.damping, at);
     detail::ElementSample<3> s;
     s.valid = link.valid;
     s.energy = link.energy;
@@ -207,18 +217,15 @@ class CurveYarns {
 /// rounded. On the loading curve the remaining work is the square of this fraction: below rounding.
 constexpr double kSlack = 1e-8;
 
-/// Springs (or yarns) of `Law` that unload along another curve.
-template <class Springs, class Law>
+/// Springs (or yarns) that unload along another curve.
+template <class Springs>
 class Resilient {
  public:
   static constexpr int arity = Springs::arity;
   static constexpr const char* name = Springs::name;
 
-  Resilient(Springs springs, Law law, double resilience)
-      : springs_(std::move(springs)),
-        law_(std::move(law)),
-        resilience_(resilience),
-        longest_(springs_.size()) {
+  Resilient(Springs springs, double resilience)
+      : springs_(std::move(springs)), resilience_(resilience), longest_(springs_.size()) {
     for (std::size_t e = 0; e < size(); ++e) longest_[e] = springs_.rest_length(e);
   }
 
@@ -230,11 +237,11 @@ class Resilient {
   }
 
   detail::ElementSample<arity> sample(std::size_t e, std::span<const Vec3> x) const {
-    const double stiffness = springs_.stiffness(e), rest_length = springs_.rest_length(e);
+    const double rest_length = springs_.rest_length(e);
     return springs_.sample_with(e, x, [&](double length) {
-      const Tension load = law_(stiffness, rest_length, length);
+      const Tension load = springs_.tension(e, length);
       if (!(load.energy > 0.0) || length <= rest_length) return load;
-      const Tension top = law_(stiffness, rest_length, longest_[e]);
+      const Tension top = springs_.tension(e, longest_[e]);
       if (length >= longest_[e])
         return Tension{load.energy - (1.0 - resilience_) * top.energy, load.force, load.slope};
       const double more = 1.0 / resilience_ - 1.0,
@@ -266,15 +273,14 @@ class Resilient {
 
  private:
   Springs springs_;
-  Law law_;
   double resilience_;
   std::vector<double> longest_;  // m, largest length since the spring was last slack
 };
 
-template <class Springs, class Law>
-class ResilientForce final : public detail::ElementForce<Resilient<Springs, Law>> {
+template <class Springs>
+class ResilientForce final : public detail::ElementForce<Resilient<Springs>> {
  public:
-  using detail::ElementForce<Resilient<Springs, Law>>::ElementForce;
+  using detail::ElementForce<Resilient<Springs>>::ElementForce;
   void accept(const ForceState& state) override { this->kind_.stretch(state.x); }
   void save_memory(std::vector<double>& memory) const override { this->kind_.save(memory); }
   std::span<const double> restore_memory(std::span<const double> memory) override {
@@ -282,14 +288,13 @@ class ResilientForce final : public detail::ElementForce<Resilient<Springs, Law>
   }
 };
 
-/// The force of springs or yarns of one law, with a loop if the resilience is below 1.
-template <class Springs, class Law>
-std::unique_ptr<Force> make(Springs springs, const Law& law, double resilience,
-                            std::size_t particles) {
+/// The force of springs or yarns, with a loop if the resilience is below 1.
+template <class Springs>
+std::unique_ptr<Force> make(Springs springs, double resilience, std::size_t particles) {
   if (resilience >= 1.0)
     return std::make_unique<detail::ElementForce<Springs>>(std::move(springs), particles);
-  return std::make_unique<ResilientForce<Springs, Law>>(
-      Resilient<Springs, Law>(std::move(springs), law, resilience), particles);
+  return std::make_unique<ResilientForce<Springs>>(Resilient(std::move(springs), resilience),
+                                                   particles);
 }
 
 void check_resilience(const SpringCurve& curve) {
@@ -297,28 +302,33 @@ void check_resilience(const SpringCurve& curve) {
   detail::require_number("1 less kawabata_rt", 1.0 - curve.resilience);
 }
 
-/// Calls visit(law, resilience) with the law of a curve.
-std::unique_ptr<Force> with_law(const SpringCurve& curve, const auto& visit) {
+/// A checked law and the resilience of its loop (1: no loop).
+struct LawOfCurve {
+  Law law;
+  double resilience = 1.0;
+};
+
+LawOfCurve law_of(const SpringCurve& curve) {
   switch (curve.law) {
     case StretchLaw::hooke:
-      return visit(Hooke{}, 1.0);
+      return {.law = {Hooke{}}};
     case StretchLaw::tension_only:
-      return visit(TensionOnly{}, 1.0);
+      return {.law = {TensionOnly{}}};
     case StretchLaw::biphasic:
       detail::require_number("biphasic_strain", curve.strain);
       detail::require_number("biphasic_growth", curve.shape);
-      return visit(Biphasic{curve.strain, curve.shape}, 1.0);
+      return {.law = {Biphasic{curve.strain, curve.shape}}};
     case StretchLaw::kawabata:
       detail::require_number("kawabata_strain", curve.strain, false);
       // Below 1/2 the cubic has a decreasing part.
       detail::require_number("kawabata_lt above 0.5", curve.shape - 0.5, false);
       detail::require_number("1 less kawabata_lt", 1.0 - curve.shape);
       check_resilience(curve);
-      return visit(KawabataTension{curve.shape, curve.strain}, curve.resilience);
+      return {.law = {KawabataTension{curve.shape, curve.strain}}, .resilience = curve.resilience};
     case StretchLaw::measured:
       if (curve.measured.empty()) throw std::invalid_argument("a measured law has no curve");
       check_resilience(curve);
-      return visit(MeasuredTension{curve.measured}, curve.resilience);
+      return {.law = {MeasuredTension{curve.measured}}, .resilience = curve.resilience};
     case StretchLaw::st_venant_kirchhoff:
     case StretchLaw::corotated:
       throw std::invalid_argument("springs cannot follow a membrane law; use make_membrane_force");
@@ -331,9 +341,8 @@ std::unique_ptr<Force> with_law(const SpringCurve& curve, const auto& visit) {
 std::unique_ptr<Force> make_curve_force(std::span<const Spring> springs, const SpringCurve& curve,
                                         std::size_t particles) {
   if (curve.law == StretchLaw::hooke) return make_hooke_force(springs, particles);
-  return with_law(curve, [&](const auto& law, double resilience) {
-    return make(CurveSprings(springs, law), law, resilience, particles);
-  });
+  const auto [law, resilience] = law_of(curve);
+  return make(CurveSprings(springs, law), resilience, particles);
 }
 
 ForceList make_yarn_stretch(std::span<const YarnTriangle> triangles,
@@ -348,9 +357,8 @@ ForceList make_yarn_stretch(std::span<const YarnTriangle> triangles,
       if (std::none_of(triangles.begin(), triangles.end(),
                        [&](const YarnTriangle& t) { return t.curve[direction] == curve; }))
         continue;
-      forces.push_back(with_law(curves[c], [&](const auto& law, double resilience) {
-        return make(CurveYarns(triangles, curve, direction, law), law, resilience, particles);
-      }));
+      const auto [law, resilience] = law_of(curves[c]);
+      forces.push_back(make(CurveYarns(triangles, curve, direction, law), resilience, particles));
     }
   return forces;
 }

@@ -309,6 +309,7 @@ TEST_F(InterruptedProgram, AKilledRunGoesOnToTheSameBits) {
   const int done = Json::parse(content(folder_ / "r/checkpoint.json"))["frame"].get<int>();
   const std::string length = "--set time.frames=" + std::to_string(done + 2);
   ASSERT_EQ(run_small("r", length + " --resume").code, 0);
+  EXPECT_EQ(count("r/frames", "cloth_"), static_cast<std::size_t>(done + 3)) << "from frame 0";
   ASSERT_EQ(run_small("whole", length).code, 0);
   EXPECT_EQ(result("r")["state_hash"], result("whole")["state_hash"]);
 }

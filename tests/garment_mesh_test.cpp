@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
+#include <selvedge/garment/detail/size_field.h>
 #include <selvedge/garment/panel_mesh.h>
 
 #include <algorithm>
@@ -125,6 +126,22 @@ TEST(PolygonMesh, GrowsFromShortSides) {
   expect_sound(loop, mesh, 0.02);
   EXPECT_GT(mesh.quality.least_angle, 12.0 * kDegree);
   EXPECT_LT(mesh.triangles.size(), 600u) << "the short edges must not fill the panel";
+}
+
+// One side of 2 mm in the middle of the lower border of a square of 20 cm, all others are 2 cm.
+TEST(PolygonMesh, AShortSideMakesShortEdgesNearItAlone) {
+  constexpr double kShort = 0.002, kLong = 0.02, kGrowth = 0.35;
+  std::vector<Vec2> loop =
+      sampled(std::vector<Vec2>{{0, 0}, {0.1, 0}, {0.2, 0}, {0.2, 0.2}, {0, 0.2}}, kLong);
+  loop.insert(loop.begin() + 6, Vec2(0.1 + kShort, 0.0));
+  const detail::SizeField field(loop, kLong, 10000);
+  EXPECT_NEAR(field.size({0.101, 0.001}), kShort, 1e-12);
+  for (const double height : {0.03, 0.04, 0.05}) {
+    EXPECT_LE(field.size({0.1, height}), kShort + kGrowth * (height + kLong)) << height;
+    EXPECT_GE(field.size({0.1, height}), kShort + kGrowth * (height - kLong)) << height;
+  }
+  for (const Vec2& far : {Vec2(0.1, 0.1), Vec2(0.1, 0.19), Vec2(0.01, 0.1), Vec2(0.19, 0.19)})
+    EXPECT_NEAR(field.size(far), kLong, 1e-12) << far.transpose();
 }
 
 TEST(PolygonMesh, RefusesALoopThatMeetsItself) {

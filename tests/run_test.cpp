@@ -106,6 +106,19 @@ TEST_F(RunOfASceneMadeInCode, RemovesTheFilesOfAllFormatsOfAnEarlierRun) {
                                          "scene.json"}));
 }
 
+// The names are as long as those of a run's files, or longer by more than a number.
+TEST_F(RunOfASceneMadeInCode, LeavesFilesThatARunDoesNotWrite) {
+  run_scene(scene_, config_);
+  const std::set<std::string> own = {"shirt_00002.ply", "cloth_2b.ply", "cloth_.ply",
+                                     "cloth_00002.txt"};
+  for (const std::string& name : own) std::ofstream(config_.out / "frames" / name) << "mine";
+  scene_.time.frames = 1;
+  run_scene(scene_, config_);
+  for (const std::string& name : own)
+    EXPECT_TRUE(fs::exists(config_.out / "frames" / name)) << name;
+  EXPECT_FALSE(fs::exists(config_.out / "frames/cloth_00002.ply"));
+}
+
 TEST_F(RunOfASceneMadeInCode, RefusesAnUnknownFormatAndNamesTheNearest) {
   scene_.output.formats = {"vtx"};
   try {

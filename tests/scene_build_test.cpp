@@ -154,6 +154,9 @@ TEST_F(SceneFile, ALawThatAPatternCannotServeIsRefusedWithItsPlace) {
   EXPECT_SAYS(refusal(R"("pattern": {"type": "triangular"}, "plate": {"poisson": 0.3})",
                       R"("stretch_law": "corotated")"),
               "plate");
+  EXPECT_SAYS(refusal(R"("pattern": {"type": "triangular"}, "plate": {"poisson": 0.3})",
+                      R"("shear_law": "angle")"),
+              "take shear_law \"springs\"");
 }
 
 TEST_F(SceneFile, ScalingClothScalesItsRestShape) {

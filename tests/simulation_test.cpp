@@ -3,6 +3,7 @@
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/judge/judge.h>
+#include <selvedge/simulation/detail/turning_bodies.h>
 #include <selvedge/simulation/simulation.h>
 #include <unistd.h>
 
@@ -342,6 +343,31 @@ TEST(Simulation, AClothSlidesDownAnInclineAsCoulombSays) {
   const Vec3 start = centre(simulation.state());
   for (int frame = 1; frame <= 60; ++frame) simulation.advance_to_frame(frame, {});
   EXPECT_NEAR((centre(simulation.state()) - start).norm(), 1.17814, 0.02 * 1.17814);
+}
+
+// The longest step is proportional to the square root of the gap.
+TEST(Simulation, ABodyThatTurnsTakesShorterStepsBesideAPieceWithASmallerRestGap) {
+  Scene scene = empty_scene();
+  scene.cloths = {cloth(0.2, 4, {0, 0, 1})};
+  scene.bodies = {body(Sphere{0.1}, {0, 0, 0}), body(Box{Vec3(0.5, 0.1, 0.1)}, {2, 0, 0})};
+  scene.bodies[0].name = "still";
+  scene.bodies[1].name = "turning";
+  scene.bodies[1].motion = {
+      {.time = 0.0},
+      {.time = 0.1, .rotation = Eigen::Quaterniond(Eigen::AngleAxisd(2.0, Vec3::UnitZ()))}};
+  const auto longest_step = [&] {
+    const BuiltScene built = build_scene(scene);
+    return detail::TurningBodies(scene, built).longest_step(built, 0.0, 0.05);
+  };
+  const double step = longest_step();
+  EXPECT_LT(step, 0.05);
+  PairSpec& pair = scene.contact.pairs.emplace_back();
+  pair.a = "cloth";
+  pair.b = "still";
+  pair.rest_gap = scene.contact.rest_gap / 16.0;
+  EXPECT_EQ(longest_step(), step) << "the gap of another body";
+  pair.b = "turning";
+  EXPECT_NEAR(longest_step(), step / 4.0, 1e-12);
 }
 
 TEST(Simulation, TheExplicitIntegratorSubstepsToItsBoundAndStaysClean) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 #include <selvedge/core/parallel.h>
+#include <selvedge/detection/find.h>
 #include <selvedge/simulation/detail/contours.h>
 #include <selvedge/simulation/detail/vertex_flags.h>
 #include <selvedge/simulation/simulation.h>
@@ -10,6 +11,7 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace selvedge::untangle_test {
 namespace {
@@ -249,6 +251,25 @@ Scene knotted() {
   scene.cloths[1].placement.rotation = Eigen::AngleAxisd(1.0, Vec3::UnitX());
   scene.cloths[1].placement.translation = Vec3(0.003, 0.004, 0.002);
   return scene;
+}
+
+TEST(Untangle, ARefusalCountsThePairsThatCrossAndNamesTheFirst) {
+  Scene scene = knotted();
+  scene.contact.untangle_start = false;
+  const TriangleMesh cloth = build_scene(scene).cloth.surface;
+  const std::vector<TrianglePair> pairs = find_crossings(cloth.vertices, cloth.triangles);
+  ASSERT_FALSE(pairs.empty());
+  const std::string expected = std::to_string(pairs.size()) +
+                               " pairs of triangles cross, the first is triangle " +
+                               std::to_string(pairs[0].triangle_a) + " of the cloth and triangle " +
+                               std::to_string(pairs[0].triangle_b) + " of the cloth;";
+  try {
+    Simulation(scene, build_scene(scene));
+    FAIL() << "accepted";
+  } catch (const std::invalid_argument& refusal) {
+    const std::string said = refusal.what();
+    EXPECT_NE(said.find(expected), std::string::npos) << said << "\nexpected: " << expected;
+  }
 }
 
 TEST(Untangle, WhatCannotBeUndoneStopsTheRunWithThePairsThatAreLeft) {

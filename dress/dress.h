@@ -72,7 +72,7 @@ struct DressConfig {
   double sew_drag = 2.0;        ///< kg/(m² s), of the air while seams close; more is slower
   double settle_drag = 0.5;     ///< kg/(m² s), of the air while the garment settles
   double sew_time = 4.0;        ///< s, longest simulated time of the sewing
-  double settle_time = 6.0;     ///< s, longest simulated time of the settling
+  double settle_time = 12.0;    ///< s, longest simulated time of the settling
   double fps = 60.0;            ///< 1/s, frames
   int steps_per_frame = 1;
   /// m, by which a panel may be moved away from the body to find a free start.

@@ -3,7 +3,9 @@
 #include <selvedge/garment/panel_mesh.h>
 #include <selvedge/garment/pattern_svg.h>
 
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <random>
@@ -162,6 +164,35 @@ TEST(SewingPattern, NamesAStitchAtFault) {
   expect_refused(j, {"stitch 0", "\"left\"", "right_wrong"});
 }
 
+TEST(SewingPattern, NamesAnArcOfAnImpossibleRadius) {
+  for (const double radius : {9.0, 1e7}) {  // cm
+    Json j = bodice();
+    front(j)["edges"][6]["curvature"]["params"][0] = radius;
+    expect_refused(j, {"\"front\"", "edge 6 is an arc of radius", "0.2 m apart"});
+  }
+}
+
+// A thin angle along two sides of a square: three quarters of the box of the angle are the square.
+TEST(SewingPattern, AcceptsAPanelThatSurroundsAnotherInItsPlane) {
+  const auto panel = [](const std::vector<std::array<double, 2>>& vertices) {
+    Json j = {{"vertices", vertices}, {"translation", {0, 0, 0}}, {"rotation", {0, 0, 0}}};
+    for (std::size_t i = 0; i < vertices.size(); ++i)
+      j["edges"].push_back({{"endpoints", {i, (i + 1) % vertices.size()}}});
+    return j;
+  };
+  Json j = bodice();
+  j["pattern"]["panels"] = {
+      {"square", panel({{0, 0}, {28, 0}, {28, 28}, {0, 28}})},
+      {"angle", panel({{-2, -2}, {30, -2}, {30, -0.5}, {-0.5, -0.5}, {-0.5, 30}, {-2, 30}})}};
+  const auto side = [](const char* name, int edge) {
+    return Json{{"panel", name}, {"edge", edge}};
+  };
+  j["pattern"]["stitches"] = Json::array({Json::array({side("square", 0), side("angle", 2)})});
+  EXPECT_EQ(refusal(j), "");
+  j["pattern"]["panels"]["angle"]["translation"] = {3, 3, 0};
+  expect_refused(j, {"one place"});
+}
+
 TEST(SewingPattern, NamesPanelsInOnePlace) {
   Json j = bodice();
   j["pattern"]["panels"]["back"]["translation"] = {0, 0, 20};
@@ -280,6 +311,28 @@ std::size_t count_of(const std::string& text, const std::string& part) {
   for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1))
     ++count;
   return count;
+}
+
+TEST(PatternSheet, HasRoomForEveryPanel) {
+  const std::string svg =
+      pattern_svg(parse_sewing_pattern(garment_patterns::kBodice, "folder/p.json"));
+  double width = 0.0, height = 0.0;
+  ASSERT_EQ(
+      std::sscanf(svg.c_str() + svg.find("viewBox="), "viewBox=\"0 0 %lf %lf\"", &width, &height),
+      2);
+  std::size_t points = 0;
+  for (std::size_t path = svg.find("<path d=\"M"); path != std::string::npos;
+       path = svg.find("<path d=\"M", path + 1)) {
+    const std::string drawn = svg.substr(path + 9, svg.find('"', path + 9) - path - 9);
+    for (std::size_t at = drawn.find_first_of("ML"); at != std::string::npos;
+         at = drawn.find_first_of("ML", at + 1)) {
+      double x = 0.0, y = 0.0;
+      if (std::sscanf(drawn.c_str() + at + 1, "%lf %lf", &x, &y) != 2) continue;
+      ++points;
+      EXPECT_TRUE(x >= 0.0 && x <= width && y >= 0.0 && y <= height) << x << " " << y;
+    }
+  }
+  EXPECT_GT(points, 19u);
 }
 
 TEST(PatternSheet, HasEveryPanelEdgeAndStitch) {

@@ -94,9 +94,14 @@ TEST_F(RunOfASceneMadeInCode, RemovesTheFilesOfAllFormatsOfAnEarlierRun) {
   scene_.output.formats = {"obj", "vtk", "pc2"};
   run_scene(scene_, config_);
   EXPECT_TRUE(fs::exists(config_.out / "cloth.pc2"));
+  // What a killed run leaves, and what `measure` writes.
+  std::ofstream(config_.out / "frames/cloth_00000.ply.partial77") << "half";
+  fs::create_directories(config_.out / "measures");
+  std::ofstream(config_.out / "measures/strain.csv") << "strain";
   scene_.output.formats.clear();
   scene_.time.frames = 1;
   run_scene(scene_, config_);
+  EXPECT_FALSE(fs::exists(config_.out / "measures"));
   std::set<std::string> left;
   for (const char* folder : {".", "frames"})
     for (const auto& entry : fs::directory_iterator(config_.out / folder))

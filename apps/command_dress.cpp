@@ -5,6 +5,7 @@
 #include <selvedge/apps/detail/counted.h>
 #include <selvedge/core/files.h>
 #include <selvedge/core/parallel.h>
+#include <selvedge/core/text.h>
 #include <selvedge/dress/dress_batch.h>
 #include <selvedge/dress/dress_result.h>
 #include <selvedge/garment/pattern_svg.h>
@@ -29,7 +30,7 @@ namespace {
 using namespace selvedge;
 
 struct DressOptions {
-  std::string pattern, body, out, fabric, sheet, list, over;
+  std::string pattern, body, out, fabric, sheet, list, only, workflow, over;
   std::string up = "y";
   double resolution = 0.01, unit = 1.0;
   std::optional<double> strain_limit, friction, budget;
@@ -230,11 +231,62 @@ void print_dressed(const DressBatchRow& row) {
   std::fflush(stdout);
 }
 
-int dress_list(const DressOptions& o) {
+std::string absolute(const std::string& path) {
+  return std::filesystem::absolute(path).lexically_normal().string();
+}
+
+/// The arguments of `dress` with which a workflow puts on the garments of the list.
+std::vector<std::string> arguments_of(const DressOptions& o) {
+  std::vector<std::string> words = {"--list", absolute(o.list), "--out", "."};
+  const auto add = [&](const char* option, const std::string& value) {
+    words.insert(words.end(), {option, value});
+  };
+  const auto number = [](double value) { return fmt::format("{}", value); };
+  add("--up", o.up);
+  add("--unit", number(o.unit));
+  add("--resolution", number(o.resolution));
+  if (o.budget) add("--budget", number(*o.budget));
+  if (o.strain_limit) add("--strain-limit", number(*o.strain_limit));
+  if (o.friction) add("--friction", number(*o.friction));
+  if (!o.fabric.empty()) {
+    const auto hash = o.fabric.find('#');  // FILE.json#NAME
+    add("--fabric", hash == std::string::npos
+                        ? o.fabric
+                        : absolute(o.fabric.substr(0, hash)) + o.fabric.substr(hash));
+  }
+  if (!o.poses.empty()) {
+    words.emplace_back("--pose");
+    for (const std::string& pose : o.poses) words.push_back(absolute(pose));
+    add("--pose-rate", number(o.pose_rate));
+    add("--pose-lead", number(o.pose_lead));
+  }
+  if (o.every_step) words.emplace_back("--every-step");
+  if (o.no_picture) words.emplace_back("--no-picture");
+  if (o.views) words.emplace_back("--views");
+  if (!o.pattern.empty()) words.insert(words.begin(), absolute(o.pattern));  // the body
+  return words;
+}
+
+int make_workflow(const DressOptions& o, const std::vector<DressJob>& jobs) {
+  const FolderLock lock(o.workflow, "dress --workflow");
+  write_dress_workflow(o.workflow, jobs, arguments_of(o), o.threads);
+  fmt::print("{}/Snakefile: {} jobs; run them with: cd {} && snakemake --cores 2\n", o.workflow,
+             jobs.size() + 1, shell_quoted(o.workflow));
+  return 0;
+}
+
+void check_list_options(const DressOptions& o) {
   if (!o.body.empty())
     throw std::invalid_argument("with --list, give only BODY; the list names the patterns");
   if (o.json || !o.sheet.empty() || !o.over.empty())
     throw std::invalid_argument("--json, --sheet and --over are for one garment, without --list");
+  if (!o.workflow.empty() && (!o.out.empty() || !o.only.empty()))
+    throw std::invalid_argument(
+        "--workflow names the folder of the results and runs nothing; leave out --out and --only");
+}
+
+int dress_list(const DressOptions& o) {
+  check_list_options(o);
   DressBatchConfig batch;
   batch.out =
       o.out.empty() ? std::filesystem::path("out") / "dressed" : std::filesystem::path(o.out);
@@ -244,8 +296,15 @@ int dress_list(const DressOptions& o) {
   batch.settings = settings_text(o, batch.dress);
   if (o.views) batch.write_view = write_view;
   batch.read_body = [&](const std::filesystem::path& file) { return read_body(o, file.string()); };
-  const std::vector<DressBatchRow> rows = dress_batch(read_dress_list(o.list, o.pattern), batch,
-                                                      methods_of_this_build(), print_dressed);
+  const std::vector<DressJob> jobs = read_dress_list(o.list, o.pattern);
+  if (!o.workflow.empty()) return make_workflow(o, jobs);
+  if (!o.only.empty()) {
+    const DressBatchRow row = dress_one_of(jobs, o.only, batch, methods_of_this_build());
+    print_dressed(row);
+    return row.good ? 0 : 1;
+  }
+  const std::vector<DressBatchRow> rows =
+      dress_batch(jobs, batch, methods_of_this_build(), print_dressed);
   const auto good =
       std::count_if(rows.begin(), rows.end(), [](const DressBatchRow& row) { return row.good; });
   fmt::print("good: {} of {}; page {}\n", good, counted(rows.size(), "garment"),
@@ -255,7 +314,10 @@ int dress_list(const DressOptions& o) {
 
 int dress_command(const DressOptions& o) {
   const ThreadLimit limit(o.threads);
-  return o.list.empty() ? dress_one(o) : dress_list(o);
+  if (!o.list.empty()) return dress_list(o);
+  if (!o.only.empty() || !o.workflow.empty())
+    throw std::invalid_argument("--only and --workflow are for several garments, with --list");
+  return dress_one(o);
 }
 
 }  // namespace
@@ -269,6 +331,12 @@ void add_command_dress(const Command& app) {
   command.option("--list", options->list,
                  "Many garments: a folder with patterns, or a file with PATTERN or PATTERN,BODY in "
                  "each line; finished garments are kept");
+  command.option("--only", options->only,
+                 "Of --list, put on the garment of this name alone, without the page");
+  command.option(
+      "--workflow", options->workflow,
+      "Write a Snakemake workflow of --list, one job for each garment, into this folder; "
+      "runs nothing");
   command.option("--out", options->out,
                  "Result folder (default: out/NAME of the pattern, or out/dressed)");
   command.option("--budget", options->budget, "Longest time for one garment, s").positive();

@@ -267,6 +267,19 @@ std::string dress_page(const std::vector<DressBatchRow>& rows, std::size_t open)
   return filled_page(kPage, parts);
 }
 
+DressBatchRow dress_one_of(const std::vector<DressJob>& jobs, const std::string& name,
+                           const DressBatchConfig& config, const Methods& methods) {
+  const auto job =
+      std::find_if(jobs.begin(), jobs.end(), [&](const DressJob& j) { return j.name == name; });
+  if (job == jobs.end())
+    throw std::invalid_argument(
+        fmt::format("the list has no garment \"{}\"; a garment is named after its pattern's file, "
+                    "without .json",
+                    name));
+  prepare(config.out);
+  return row_of(*job, config, methods);
+}
+
 std::vector<DressBatchRow> dress_batch(const std::vector<DressJob>& jobs,
                                        const DressBatchConfig& config, const Methods& methods,
                                        const std::function<void(const DressBatchRow&)>& done) {

@@ -59,6 +59,17 @@ std::vector<DressBatchRow> dress_batch(const std::vector<DressJob>& jobs,
                                        const DressBatchConfig& config, const Methods& methods,
                                        const std::function<void(const DressBatchRow&)>& done = {});
 
+/// Puts the garment of this name on, as dress_batch does, but writes no page: several processes may
+/// put on garments of one list. Throws std::invalid_argument for a name that no job has.
+DressBatchRow dress_one_of(const std::vector<DressJob>& jobs, const std::string& name,
+                           const DressBatchConfig& config, const Methods& methods);
+
+/// Writes out/Snakefile, a Snakemake workflow with one job for each garment and one for the page.
+/// `arguments` of `selvedge dress`, to be run in `out`: the list and all options but the threads,
+/// of which each job takes `threads` (0: one).
+void write_dress_workflow(const std::filesystem::path& out, const std::vector<DressJob>& jobs,
+                          const std::vector<std::string>& arguments, int threads);
+
 /// FNV-1a over the bytes of a file, as 16 hex digits; a file that cannot be read counts as empty.
 std::string file_hash(const std::filesystem::path& file);
 

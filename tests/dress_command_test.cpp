@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <selvedge/bodies/mesh_file.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -106,6 +107,47 @@ TEST_F(DressProgram, EveryGarmentOfAListFollowsThePoses) {
   EXPECT_EQ(run(command + poses_).out.find("kept"), std::string::npos);
   EXPECT_EQ(run(command).out.find("kept"), std::string::npos);
   EXPECT_FALSE(exists("out/tube/poses"));
+}
+
+TEST_F(DressProgram, OneGarmentOfAListCanBePutOnAlone) {
+  fs::create_directories(folder_ / "in");
+  write("in/short.json", kTube);
+  write("in/tube.json", kTube);
+  const std::string command = "dress --list in body.obj --out out" + options_;
+  const Outcome one = run(command + " --only tube");
+  EXPECT_EQ(one.code, 0) << one.out << one.err;
+  EXPECT_TRUE(exists("out/tube/result.json"));
+  EXPECT_FALSE(exists("out/short"));
+  EXPECT_FALSE(exists("out/index.html"));
+  const std::string all = run(command).out;
+  EXPECT_SAYS(all, "good (kept)");
+  EXPECT_SAYS(all, "good: 2 of 2");
+  EXPECT_REFUSED(run(command + " --only hat"), "no garment \"hat\"");
+  EXPECT_REFUSED(run("dress tube.json body.obj --only tube"), "with --list");
+  EXPECT_REFUSED(run(command + " --workflow jobs"), "leave out --out");
+}
+
+// The names have characters that mean something to Python, a shell or Snakemake.
+TEST_F(DressProgram, AListSpreadOverJobsGivesTheSameGarmentsAndPage) {
+  fs::create_directories(folder_ / "in");
+  const std::string names[] = {"it's $(one) garment", "two"};
+  for (const std::string& name : names) write("in/" + name + ".json", kTube);
+  write("in/broken.json", "{}");
+  const Outcome whole = run("dress --list in body.obj --out whole" + options_);
+  EXPECT_EQ(whole.code, 1);
+  const Outcome made = run("dress --list in body.obj --workflow jobs" + options_);
+  EXPECT_EQ(made.code, 0) << made.err;
+  EXPECT_SAYS(made.out, "4 jobs");
+  EXPECT_FALSE(exists("jobs/two")) << "it runs nothing";
+  if (std::system("command -v snakemake >/dev/null") != 0)
+    GTEST_SKIP() << "there is no snakemake; install it to have the workflow of dress run";
+  const std::string command = "cd '" + (folder_ / "jobs").string() + "' && HOME='" +
+                              folder_.string() + "' snakemake --cores 2 --config selvedge='" +
+                              program + "' >said.txt 2>&1";
+  ASSERT_EQ(std::system(command.c_str()), 0) << content(folder_ / "jobs" / "said.txt");
+  for (const std::string& name : names)
+    EXPECT_EQ(result("jobs/" + name)["state_hash"], result("whole/" + name)["state_hash"]);
+  EXPECT_SAYS(content(folder_ / "jobs/index.html"), "Good: 2 of 3");
 }
 
 TEST_F(DressProgram, AGarmentLiesOverADressedOneAndBothAreClean) {

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <system_error>
 
 namespace selvedge {
 namespace {
@@ -25,7 +26,8 @@ void write_dress_workflow(const std::filesystem::path& out, const std::vector<Dr
   std::string words, names;
   for (const std::string& word : arguments) words += "    " + python(word) + ",\n";
   for (const DressJob& job : jobs) names += "    " + python(job.name) + ",\n";
-  std::filesystem::create_directories(out);
+  std::error_code ignored;  // the file reports it
+  std::filesystem::create_directories(out, ignored);
   AtomicFile file(out / "Snakefile");
   file.write(R"(# Made by selvedge dress --workflow
 # Run it here:  snakemake --cores 2

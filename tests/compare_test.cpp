@@ -515,10 +515,6 @@ TEST_F(CompareCells, AdviceIsTheQuickestWithinTheError) {
 
 // -- the page -------------------------------------------------------------------------------------
 
-bool has_program(const std::string& name) {
-  return std::system(("command -v " + name + " >/dev/null 2>&1").c_str()) == 0;
-}
-
 TEST_F(CompareCells, ThePageNeedsNothingButItself) {
   ASSERT_EQ(compare("ball.json --vary dt=0.004,0.008 --repeats 1 --out c").code, 0);
   const std::string page = content(folder_ / "c" / "compare.html");

@@ -27,6 +27,11 @@ inline std::string content(const fs::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
+/// Whether the shell finds a program of this name.
+inline bool has_program(const std::string& name) {
+  return std::system(("command -v " + name + " >/dev/null 2>&1").c_str()) == 0;
+}
+
 /// Exit code and output of a run of the program.
 struct Outcome {
   int code = -1;

@@ -271,10 +271,11 @@ void add_options(const Command& command, CompareOptions& o) {
       .option("--seeds", o.seeds,
               "Instead of repeats: this many runs of each cell and of the reference with different "
               "perturbations; errors are those of the means, with their 90 % intervals")
-      .range(2, 1000);
+      .range(2, kMaxRepeats);
   command.option("--out", o.out, "Folder (default: out/compare_NAME); a second start continues it");
-  command.option("--repeats", o.repeats, "Runs of each cell (default 7)").range(1, 1000);
-  command.option("--threads", o.threads, "Threads of a run (default 1); 0: all").range(0, 1024);
+  command.option("--repeats", o.repeats, "Runs of each cell (default 7)").range(1, kMaxRepeats);
+  command.option("--threads", o.threads, "Threads of a run (default 1); 0: all")
+      .range(0, kMaxThreads);
   command.option("--core", o.core, "Pin every run to this processor core (default: none)")
       .range(0, 1023);
   command.option("--budget", o.budget, "Wall seconds allowed for a run (default 300)").positive();

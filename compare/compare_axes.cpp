@@ -349,8 +349,10 @@ std::vector<Override> cell_overrides(const std::vector<CompareAxis>& axes,
       append(mesh_overrides(values[a], base));
     } else if (name == "threads") {
       const auto threads = number(values[a]);
-      if (!threads || *threads < 0.0 || *threads != std::floor(*threads))
-        throw std::invalid_argument("--vary threads: " + values[a] + ": must be a whole number");
+      if (!threads || !(*threads >= 0.0 && *threads <= kMaxThreads) ||
+          *threads != std::floor(*threads))
+        throw std::invalid_argument(fmt::format(
+            "--vary threads: {}: must be a whole number from 0 to {}", values[a], kMaxThreads));
     } else if (const std::string key = key_of(name); key.starts_with(kAnyGeometry)) {
       for (std::size_t i = 0; i < base.cloths.size(); ++i)
         if (std::holds_alternative<ClothGrid>(base.cloths[i].shape))

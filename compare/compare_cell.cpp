@@ -5,6 +5,7 @@
 #include <selvedge/core/files.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/resources.h>
+#include <selvedge/core/whole_number.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/simulation/refinement.h>
 
@@ -287,6 +288,11 @@ double real(const Json& j) {
   return j.is_number() ? j.get<double>() : std::numeric_limits<double>::infinity();
 }
 
+std::size_t count(const Json& j) {
+  if (const auto number = whole_number<std::size_t>(j)) return *number;
+  throw std::invalid_argument("not a count: " + j.dump());
+}
+
 CellRun from_json(const Json& j) {
   CellRun run;
   run.status = status_of(j.at("status").get<std::string>());
@@ -296,15 +302,17 @@ CellRun from_json(const Json& j) {
   run.beside_s = j.at("beside_s").get<std::map<std::string, double>>();
   run.end_s = real(j.at("end_s"));
   run.dt = real(j.at("dt"));
-  run.particles = j.at("particles").get<std::size_t>();
-  run.peak_bytes = j.at("peak_bytes").get<std::size_t>();
+  run.particles = count(j.at("particles"));
+  run.peak_bytes = count(j.at("peak_bytes"));
   run.result = result_from_text(j.at("result").dump());
   const Json& pairs = j.at("pairs");
-  run.pairs = {
-      pairs.at("motions").get<std::size_t>(),      pairs.at("colliding").get<std::size_t>(),
-      pairs.at("broad_missed").get<std::size_t>(), pairs.at("narrow_missed").get<std::size_t>(),
-      pairs.at("narrow_false").get<std::size_t>(), pairs.at("recall").get<double>(),
-      pairs.at("failure").get<std::string>()};
+  run.pairs = {count(pairs.at("motions")),
+               count(pairs.at("colliding")),
+               count(pairs.at("broad_missed")),
+               count(pairs.at("narrow_missed")),
+               count(pairs.at("narrow_false")),
+               pairs.at("recall").get<double>(),
+               pairs.at("failure").get<std::string>()};
   return run;
 }
 
@@ -330,7 +338,7 @@ std::optional<CellRun> read_cell_run(const fs::path& folder, int repeat) {
   if (!j.is_object()) return std::nullopt;
   try {
     return from_json(j);
-  } catch (const std::exception&) {  // from another version; the run is repeated
+  } catch (const std::exception&) {  // damaged or from another version; the run is repeated
     return std::nullopt;
   }
 }

@@ -2,6 +2,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <selvedge/compare/compare_plan.h>
+#include <selvedge/compare/detail/plan_json.h>
 #include <selvedge/core/files.h>
 #include <selvedge/core/resources.h>
 #include <sys/wait.h>
@@ -49,66 +50,9 @@ void write_whole(const fs::path& file, const std::string& text) {
   out.commit();
 }
 
-constexpr const char* kReferenceWords[] = {"none", "closed_form", "converged"};
-
-OrderedJson to_json(const ComparePlan& plan) {
-  OrderedJson axes = OrderedJson::array(), cells = OrderedJson::array();
-  for (const CompareAxis& axis : plan.axes)
-    axes.push_back({{"name", axis.name}, {"values", axis.values}, {"numeric", axis.numeric}});
-  for (const CompareCell& cell : plan.cells)
-    cells.push_back({{"id", cell.id},
-                     {"values", cell.values},
-                     {"set", cell.set},
-                     {"threads", cell.threads},
-                     {"impossible", cell.impossible}});
-  return {{"name", plan.name},
-          {"command", plan.command},
-          {"scene", plan.scene.string()},
-          {"axes", axes},
-          {"cells", cells},
-          {"reference", kReferenceWords[static_cast<int>(plan.reference)]},
-          {"levels", plan.levels},
-          {"error", plan.error},
-          {"threads", plan.limits.threads},
-          {"budget_s", plan.limits.budget_s},
-          {"judged_motions", plan.limits.judged_motions},
-          {"seeds", plan.limits.seeds},
-          {"core", plan.limits.core},
-          {"repeats", plan.repeats},
-          {"build", plan.build}};
-}
-
-ComparePlan plan_from_json(const OrderedJson& j) {
-  ComparePlan plan;
-  plan.name = j.at("name").get<std::string>();
-  plan.command = j.at("command").get<std::string>();
-  plan.scene = j.at("scene").get<std::string>();
-  for (const OrderedJson& a : j.at("axes"))
-    plan.axes.push_back({a.at("name").get<std::string>(),
-                         a.at("values").get<std::vector<std::string>>(),
-                         a.at("numeric").get<bool>()});
-  for (const OrderedJson& c : j.at("cells"))
-    plan.cells.push_back({c.at("id").get<std::string>(),
-                          c.at("values").get<std::vector<std::string>>(),
-                          c.at("set").get<std::vector<std::string>>(), c.at("threads").get<int>(),
-                          c.at("impossible").get<std::string>()});
-  const auto word = j.at("reference").get<std::string>();
-  const auto* const known = std::find(std::begin(kReferenceWords), std::end(kReferenceWords), word);
-  if (known == std::end(kReferenceWords)) throw std::invalid_argument("unknown reference " + word);
-  plan.reference = static_cast<ReferenceKind>(known - std::begin(kReferenceWords));
-  plan.levels = j.at("levels").get<std::vector<std::string>>();
-  plan.limits = {j.at("threads").get<int>(), j.at("budget_s").get<double>(),
-                 j.at("judged_motions").get<int>(), j.at("seeds").get<bool>(),
-                 j.at("core").get<int>()};
-  plan.error = j.at("error").get<std::string>();
-  plan.repeats = j.at("repeats").get<int>();
-  plan.build = j.at("build").get<std::string>();
-  return plan;
-}
-
 /// The fields that all runs of a comparison must share.
 OrderedJson what_decides(const ComparePlan& plan) {
-  OrderedJson j = to_json(plan);
+  OrderedJson j = detail::plan_json(plan);
   j.erase("command");
   j.erase("error");
   j.erase("repeats");
@@ -267,8 +211,9 @@ void write_plan(const fs::path& out, const ComparePlan& plan,
     if (!fs::exists(cell_folder(out, id) / "scene.json"))
       write_whole(cell_folder(out, id) / "scene.json", scene + "\n");
   }
-  write_whole(out / "plan.json",
-              to_json(plan).dump(1, ' ', false, OrderedJson::error_handler_t::replace) + "\n");
+  write_whole(
+      out / "plan.json",
+      detail::plan_json(plan).dump(1, ' ', false, OrderedJson::error_handler_t::replace) + "\n");
 }
 
 ComparePlan read_plan(const fs::path& out) {
@@ -279,9 +224,10 @@ ComparePlan read_plan(const fs::path& out) {
         fmt::format("{}: {}; make one with `selvedge compare`", file.string(),
                     fs::exists(file) ? "is damaged" : "there is no compare in this folder"));
   try {
-    return plan_from_json(j);
-  } catch (const std::exception& error) {
-    throw std::invalid_argument(fmt::format("{}: is damaged ({})", file.string(), error.what()));
+    return detail::plan_from(j);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(fmt::format("{}: {}; remove the folder and start the compare again",
+                                            file.string(), error.what()));
   }
 }
 

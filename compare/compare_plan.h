@@ -103,6 +103,9 @@ struct CellRun {
 /// thousandth of the speeds that cloth reaches.
 inline constexpr double kSeedSpeed = 1e-3;
 
+/// Most threads of a run, and most runs of a cell.
+inline constexpr int kMaxThreads = 1024, kMaxRepeats = 1000;
+
 struct CellLimits {
   int threads = 1;          ///< 0: all cores
   double budget_s = 300.0;  ///< wall time of a run, > 0
@@ -122,8 +125,8 @@ struct CellLimits {
 CellRun run_cell(const std::filesystem::path& folder, int repeat, const CellLimits& limits,
                  const Methods& methods);
 
-/// Reads the file that run_cell or note_crash wrote. Empty if the run does not exist or its file is
-/// incomplete.
+/// Reads the file that run_cell or note_run wrote. Empty if the run does not exist or its file is
+/// incomplete, damaged or from another version.
 std::optional<CellRun> read_cell_run(const std::filesystem::path& folder, int repeat);
 
 /// The cloth of one run at its start and at its end.
@@ -184,7 +187,8 @@ std::filesystem::path cell_folder(const std::filesystem::path& out, const std::s
 /// another comparison or other files.
 void write_plan(const std::filesystem::path& out, const ComparePlan& plan,
                 const std::vector<std::pair<std::string, std::string>>& scene_of_id);
-/// Throws std::invalid_argument if the plan is missing or damaged.
+/// Throws std::invalid_argument if the plan is missing or damaged, with the place of a value that a
+/// plan cannot have.
 ComparePlan read_plan(const std::filesystem::path& out);
 
 /// Runs one repeat of one cell in a copy of this process, so that a crash or an endless loop

@@ -7,6 +7,7 @@
 #include <poll.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/resources.h>
+#include <selvedge/core/whole_number.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -15,7 +16,9 @@
 #include <chrono>
 #include <cmath>
 #include <csignal>
+#include <iterator>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <stdexcept>
 
 namespace selvedge {
@@ -50,7 +53,9 @@ Json to_json(const CaseResult& r) {
 ExtremeMeasures measures_from(const Json& j) {
   ExtremeMeasures measures;
   measures.max_stretch = number_of(j.at("max_stretch"));
-  measures.crossings = j.at("crossings").get<std::size_t>();
+  const auto crossings = whole_number<std::size_t>(j.at("crossings"));
+  if (!crossings) throw std::invalid_argument("crossings are not counted");
+  measures.crossings = *crossings;
   measures.worst_speed = number_of(j.at("worst_speed"));
   measures.energy_ratio = number_of(j.at("energy_ratio"));
   for (const auto& [stage, energy] : j.at("given").items())
@@ -100,18 +105,6 @@ bool read_all(int pipe, double limit, std::string& text) {
   }
 }
 
-/// The result of the child, or the reason why it sent none.
-void read_result(const std::string& text, int status, ExtremeResult& result) {
-  const Json json = Json::parse(text, nullptr, false);
-  if (json.is_discarded()) {
-    result.note = fmt::format("crashed (status {})", status);
-    return;
-  }
-  result.answer = kAnswers[json.at("answer").get<std::size_t>()];
-  result.note = json.at("note").get<std::string>();
-  if (json.contains("measures")) result.measures = measures_from(json["measures"]);
-}
-
 ExtremeResult run_apart(const ExtremeCase& one, const ExtremeCasesConfig& config) {
   const Stopwatch watch;
   int ends[2];
@@ -133,10 +126,15 @@ ExtremeResult run_apart(const ExtremeCase& one, const ExtremeCasesConfig& config
   result.name = one.name;
   result.method = config.method.name;
   if (config.method.name.empty()) result.expected = one.best;
-  if (in_time)
-    read_result(text, status, result);
-  else
+  if (!in_time) {
     result.note = fmt::format("not done after {:g} s", config.wall_limit);
+  } else if (const auto sent = read_case_result(text)) {
+    result.answer = sent->answer;
+    result.note = sent->note;
+    if (sent->measures) result.measures = *sent->measures;
+  } else {
+    result.note = fmt::format("crashed (status {})", status);
+  }
   result.wall_s = watch.seconds();
   return result;
 }
@@ -166,6 +164,19 @@ std::vector<ExtremeCase> chosen_cases(const std::vector<std::string>& beginnings
 }
 
 }  // namespace
+
+std::optional<CaseResult> read_case_result(const std::string& text) {
+  const Json json = Json::parse(text, nullptr, false);
+  try {
+    const auto answer = whole_number<std::size_t>(json.at("answer"), 0, std::size(kAnswers) - 1);
+    if (!answer) return std::nullopt;
+    CaseResult result{kAnswers[*answer], json.at("note").get<std::string>(), {}};
+    if (json.contains("measures")) result.measures = measures_from(json["measures"]);
+    return result;
+  } catch (const std::exception&) {  // cut short, or of another form
+    return std::nullopt;
+  }
+}
 
 std::vector<std::string> extreme_case_names(const std::vector<std::string>& beginnings) {
   return names_of(chosen_cases(beginnings));

@@ -486,6 +486,92 @@ TEST_F(CompareCells, AnotherCompareDoesNotMixWithTheOneInAFolder) {
                  "holds files that are of no compare");
 }
 
+/// A plan of one cell, without its runs.
+ComparePlan small_plan() {
+  ComparePlan plan;
+  plan.axes = {{"dt", {"0.002"}, true}};
+  plan.cells = {{"0000_ab", {"0.002"}, {}, 1, ""}};
+  plan.levels = {"reference_ab"};
+  return plan;
+}
+
+TEST_F(CompareCells, APlanIsReadAsItWasWritten) {
+  write_plan(folder_ / "c", small_plan(), {});
+  const ComparePlan read = read_plan(folder_ / "c");
+  EXPECT_EQ(read.cells.at(0).id, "0000_ab");
+  EXPECT_EQ(read.cells.at(0).threads, 1);
+  EXPECT_EQ(read.repeats, 7);
+  EXPECT_EQ(read.limits.core, -1);
+  EXPECT_EQ(read.limits.budget_s, 300.0);
+}
+
+TEST_F(CompareCells, AChangedPlanIsRefusedWithThePlaceAndARemedy) {
+  write_plan(folder_ / "c", small_plan(), {});
+  const fs::path file = folder_ / "c" / "plan.json";
+  const Json whole = Json::parse(content(file));
+  struct Change {
+    const char *pointer, *value, *fault;
+  };
+  const Change changes[] = {
+      {"/repeats", "1e30", "repeats: must be a whole number from 1 to 1000, is 1e+30"},
+      {"/repeats", "2.5", "repeats: must be a whole number from 1 to 1000, is 2.5"},
+      {"/repeats", "0", "repeats: must be a whole number from 1 to 1000, is 0"},
+      {"/repeats", "\"2\"", "repeats: must be a whole number from 1 to 1000, is \"2\""},
+      {"/threads", "-1", "threads: must be a whole number from 0 to 1024, is -1"},
+      {"/threads", "4294967297", "threads: must be a whole number from 0 to 1024, is 4294967297"},
+      {"/core", "-2", "core: must be a whole number from -1 to 2147483647, is -2"},
+      {"/judged_motions", "0.5", "judged_motions: must be a whole number from 0 to "},
+      {"/cells/0/threads", "18446744073709551615", "cells[0].threads: must be a whole number"},
+      {"/cells/0/id", "\"../../up\"", "cells[0].id: must be a name of letters, digits and _"},
+      {"/levels/0", "\"\"", "levels[0]: must be a name of letters, digits and _"},
+      {"/cells/0/values", "[]", "cells[0].values: must be a list of 1, one value for each axis"},
+      {"/cells/0/values", "[7]", "cells[0].values[0]: must be a string, is 7"},
+      {"/cells", "{}", "cells: must be a list [...], is {}"},
+      {"/cells/0", "3", "cells[0]: must be an object {...}, is 3"},
+      {"/axes/0/numeric", "1", "axes[0].numeric: must be true or false, is 1"},
+      {"/budget_s", "0", "budget_s: must be a number greater than 0, is 0"},
+      {"/budget_s", "null", "budget_s: must be a number greater than 0, is null"},
+      {"/reference", "\"moon\"", "reference: must be \"none\", \"closed_form\" or \"converged\""},
+      {"/error", "\"moon\"", "error: must be one of position, hausdorff"},
+  };
+  for (const auto& [pointer, value, fault] : changes) {
+    Json changed = whole;
+    changed[Json::json_pointer(pointer)] = Json::parse(value);
+    write("c/plan.json", changed.dump());
+    const std::string said = refusal([&] { read_plan(folder_ / "c"); });
+    EXPECT_TRUE(said.starts_with(file.string() + ": " + fault)) << pointer << ": " << said;
+    EXPECT_TRUE(said.ends_with("; remove the folder and start the compare again")) << said;
+  }
+  for (const auto& [key, value] : whole.items()) {
+    Json changed = whole;
+    changed.erase(key);
+    write("c/plan.json", changed.dump());
+    EXPECT_SAYS(refusal([&] { read_plan(folder_ / "c"); }), key + ": is missing");
+  }
+  EXPECT_REFUSED(run("advise c --error 1"), "is missing; remove the folder");
+}
+
+TEST_F(CompareCells, ARunWhoseCountsAreNoneIsMadeAgain) {
+  fs::create_directories(folder_ / "cell");
+  note_run(folder_ / "cell", 0, {});
+  ASSERT_TRUE(read_cell_run(folder_ / "cell", 0));
+  const Json whole = Json::parse(content(folder_ / "cell/run_0.json"));
+  for (const char* pointer : {"/particles", "/peak_bytes", "/pairs/motions", "/pairs/colliding",
+                              "/pairs/broad_missed", "/pairs/narrow_missed", "/pairs/narrow_false"})
+    for (const char* value : {"1e30", "2.5", "-1", "\"2\"", "null"}) {
+      Json changed = whole;
+      changed[Json::json_pointer(pointer)] = Json::parse(value);
+      write("cell/run_0.json", changed.dump());
+      EXPECT_FALSE(read_cell_run(folder_ / "cell", 0)) << pointer << ": " << value;
+    }
+}
+
+TEST_F(CompareCells, MoreThreadsThanThereCanBeAreRefused) {
+  for (const char* threads : {"1e30", "1025", "-1", "1.5"})
+    EXPECT_REFUSED(compare(std::string("hang.json --out c --vary threads=") + threads),
+                   "must be a whole number from 0 to 1024");
+}
+
 TEST_F(CompareCells, TwoComparesInOneFolderExcludeEachOther) {
   const FolderLock lock(folder_ / "c", "compare");
   EXPECT_REFUSED(compare(std::string(kSmall) + "c"), "is at work in this folder");

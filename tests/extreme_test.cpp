@@ -28,5 +28,19 @@ INSTANTIATE_TEST_SUITE_P(Cases, Extreme, ::testing::ValuesIn(quick_cases()), [](
   return name;
 });
 
+TEST(ExtremeProcess, AnAnswerThatIsNoneCountsAsSentByNobody) {
+  const auto sent = read_case_result(R"({"answer": 2, "note": "a"})");
+  ASSERT_TRUE(sent);
+  EXPECT_EQ(sent->answer, Answer::degraded);
+  EXPECT_EQ(sent->note, "a");
+  for (const char* text :
+       {"", "{\"ans", "7", R"({"note": "a"})", R"({"answer": 4, "note": "a"})",
+        R"({"answer": -1, "note": "a"})", R"({"answer": 1e30, "note": "a"})",
+        R"({"answer": 1.5, "note": "a"})", R"({"answer": 1, "note": 3})",
+        R"({"answer": 1, "note": "a", "measures": {"max_stretch": 0, "crossings": -1,
+            "worst_speed": 0, "energy_ratio": 1, "given": {}}})"})
+    EXPECT_FALSE(read_case_result(text)) << text;
+}
+
 }  // namespace
 }  // namespace selvedge::extreme_test

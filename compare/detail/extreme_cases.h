@@ -8,6 +8,7 @@
 #include <functional>
 #include <limits>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -59,6 +60,9 @@ struct CaseResult {
   std::string note;  ///< the number, the reason or the flag
   std::optional<ExtremeMeasures> measures;
 };
+
+/// The result that the process of a case has sent; empty for any other text.
+std::optional<CaseResult> read_case_result(const std::string& text);
 
 struct TrialConfig {
   std::filesystem::path data;  ///< the folder of the scenes, data/extreme

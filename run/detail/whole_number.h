@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <selvedge/core/whole_number.h>
+
 #include <concepts>
-#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace selvedge::detail {
 
-/// A JSON value that is no whole number of the wanted type. Json::get would convert 1e100 to an
-/// int, which is undefined.
+/// A JSON value that is no whole number of the wanted type.
 struct NotWhole : nlohmann::json::exception {
   explicit NotWhole(const nlohmann::json& j)
       : exception(0, (j.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace) +
@@ -19,13 +18,10 @@ struct NotWhole : nlohmann::json::exception {
                          .c_str()) {}
 };
 
-/// Throws NotWhole, or Json::exception for another type.
+/// Throws NotWhole.
 template <std::integral T>
 T whole(const nlohmann::json& j) {
-  if (j.is_number_unsigned() && std::in_range<T>(j.get<std::uint64_t>()))
-    return static_cast<T>(j.get<std::uint64_t>());
-  if (j.is_number_integer() && !j.is_number_unsigned() && std::in_range<T>(j.get<std::int64_t>()))
-    return static_cast<T>(j.get<std::int64_t>());
+  if (const auto number = whole_number<T>(j)) return *number;
   throw NotWhole(j);
 }
 

@@ -246,12 +246,26 @@ int BigInt::trailing_zeros() const {
 }
 
 double BigInt::mantissa(int& exponent) const {
+  double rest = 0.0;
+  return mantissa(exponent, rest);
+}
+
+double BigInt::mantissa(int& exponent, double& rest) const {
   exponent = bit_length();
+  rest = 0.0;
   if (size_ == 0) return 0.0;
-  constexpr int kKept = 53;
-  const BigInt top = exponent > kKept ? *this >> (exponent - kKept) : *this;
-  const double m = std::ldexp(static_cast<double>(top.limbs()[0]), -top.bit_length());
-  return negative_ ? -m : m;
+  // The leading 128 bits, in `high` and `low`.
+  const Limb* l = limbs() + size_;
+  const Limb top = l[-1], second = size_ > 1 ? l[-2] : 0, third = size_ > 2 ? l[-3] : 0;
+  const int shift = std::countl_zero(top);
+  const Limb high = shift == 0 ? top : top << shift | second >> (64 - shift);
+  const Limb low = shift == 0 ? second : second << shift | third >> (64 - shift);
+  // 53 of them, and the next 53: 11 of `high` and 42 of `low`.
+  constexpr int kBeyond = 11, kMore = 42;
+  const Limb next = (high & ((Limb{1} << kBeyond) - 1)) << kMore | low >> (64 - kMore);
+  const double sign = negative_ ? -1.0 : 1.0;
+  rest = sign * 0x1p-106 * static_cast<double>(next);
+  return sign * 0x1p-53 * static_cast<double>(high >> kBeyond);
 }
 
 BigInt BigInt::operator-() const {

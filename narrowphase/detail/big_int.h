@@ -30,6 +30,9 @@ class BigInt {
   /// Mantissa in [0.5, 1) with the sign, such that the number is about mantissa * 2^exponent;
   /// truncated, relative error below 2^-52.
   double mantissa(int& exponent) const;
+  /// The same with the next 53 bits in `rest`: mantissa + rest, with the same exponent, has a
+  /// relative error below 2^-105.
+  double mantissa(int& exponent, double& rest) const;
 
   BigInt operator-() const;
   BigInt operator+(const BigInt& b) const { return add(*this, b, b.negative_); }

@@ -207,14 +207,30 @@ class ExactQuery {
         add(test.span);
       }
     }
+    toi = first_touching(roots);
+    return toi <= 1.0;
+  }
+
+  /// The largest double not above the first of the roots at which the primitives touch; above 1 if
+  /// they touch at none. The roots that may be first come first, and those that cannot be are left
+  /// out.
+  double first_touching(std::vector<Root<Int>>& roots) {
+    struct Start {
+      double bound;
+      Root<Int>* root;
+    };
+    std::vector<Start> starts;
+    for (Root<Int>& root : roots) starts.push_back({root.lower_bound(), &root});
+    std::stable_sort(starts.begin(), starts.end(),
+                     [](const Start& a, const Start& b) { return a.bound < b.bound; });
     double first = 2.0;
-    for (Root<Int>& root : roots) {
-      if (!touches(root)) continue;
+    for (const auto& [bound, root] : starts) {
+      if (bound >= first) break;
+      if (!touches(*root)) continue;
       bool exact = false;
-      first = std::min(first, root.floor(exact));
+      first = std::min(first, root->floor(exact));
     }
-    toi = first;
-    return first <= 1.0;
+    return first;
   }
 
   struct SegmentTest {

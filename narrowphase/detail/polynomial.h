@@ -68,6 +68,8 @@ class Root {
   int sign_if_clear(const Polynomial<Int>& q) const;
   /// The largest double not above the root. `exact` tells whether it equals the root.
   double floor(bool& exact) const;
+  /// A double not above the root, at once: the start of its box.
+  double lower_bound() const;
   int multiplicity = 1;
 
  private:

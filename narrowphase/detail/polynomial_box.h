@@ -38,30 +38,32 @@ Int magnitude(const Int& a) {
   return a.sign() < 0 ? -a : a;
 }
 
-/// p restricted to the box, in the same form, times a power of two.
+/// The sum of c[i] (1 + sign t)^(n-i) t^i in powers of t: from the form of a Polynomial to powers
+/// for sign = -1, and back for sign = 1, as t^i = ((1-t) + t)^(n-i) t^i.
+template <class Int>
+void change_basis(Polynomial<Int>& p, int sign) {
+  for (int i = 1; i <= p.degree; ++i)
+    for (int j = i; j > 0; --j) p.c[j] = sign > 0 ? p.c[j] + p.c[j - 1] : p.c[j] - p.c[j - 1];
+}
+
+/// p restricted to the box, in the same form, times 2^(m degree).
 template <class Int>
 Polynomial<Int> restrict_to(const Polynomial<Int>& p, const Box<Int>& box) {
   if (box.m == 0) return p;
-  // With s the position in the box: 1 - t ~ a (1-s) + b s, t ~ c (1-s) + d s.
-  const Int one = power_of_two<Int>(box.m), c = box.k, d = box.end(), a = one - c, b = one - d;
-  Polynomial<Int> result, power;
-  result.c[0] = p.c[p.degree];
-  power.c[0] = Int(1);
-  const auto times = [](const Polynomial<Int>& q, const Int& x, const Int& y) {
-    Polynomial<Int> r;
-    r.degree = q.degree + 1;
-    for (int j = 0; j <= q.degree; ++j) {
-      r.c[j].add_product(q.c[j], x);
-      r.c[j + 1].add_product(q.c[j], y);
-    }
-    return r;
-  };
-  for (int i = p.degree; i-- > 0;) {
-    result = times(result, c, d);
-    power = times(power, a, b);
-    for (int j = 0; j <= result.degree; ++j) result.c[j].add_product(power.c[j], p.c[i]);
+  // In powers: 2^(m n) p((k + width s) / 2^m) is the sum of c[i] 2^(m (n-i)) (k + width s)^i.
+  Polynomial<Int> r = p;
+  change_basis(r, -1);
+  const int n = r.degree;
+  for (int i = 0; i < n; ++i) r.c[i] = r.c[i] << (box.m * (n - i));
+  for (int i = 0; i < n; ++i)
+    for (int j = n - 1; j >= i; --j) r.c[j].add_product(r.c[j + 1], box.k);
+  Int power = box.width;
+  for (int i = 1; i <= n; ++i) {
+    r.c[i] = r.c[i] * power;
+    if (i < n) power = power * box.width;
   }
-  return result;
+  change_basis(r, 1);
+  return r;
 }
 
 /// +1 or -1 if all coefficients have that strict sign, so that the sign holds on the closed box.

@@ -70,6 +70,7 @@ double guess_inflection(const Polynomial<Int>& local) {
 template <class Int>
 struct OpenBox {
   Box<Int> box;
+  Polynomial<Int> local;    ///< the polynomial restricted to the box, times a power of two
   bool is_start = false;    ///< only the start of the box, which is a root
   int bits = kGuessedBits;  ///< of the next zoom
   bool grows = true;        ///< no zoom of this box has failed
@@ -110,11 +111,9 @@ bool middle_of_close_roots(const Polynomial<Int>& p, int roots, Int& num, Int& d
 /// The cell of the box, divided into 2^bits, that has the middle of its roots in doubles, or for
 /// more bits exactly; false if that is not in the box.
 template <class Int>
-bool cell_of_roots(const Polynomial<Int>& p, const Polynomial<Int>& local, const OpenBox<Int>& part,
-                   Int& cell) {
-  const int changes = sign_changes(local);
+bool cell_of_roots(const Polynomial<Int>& p, int changes, const OpenBox<Int>& part, Int& cell) {
   if (part.bits == kGuessedBits) {
-    const double place = changes == 2 ? guess_extremum(local) : guess_inflection(local);
+    const double place = changes == 2 ? guess_extremum(part.local) : guess_inflection(part.local);
     constexpr std::int64_t kCells = std::int64_t{1} << kGuessedBits;
     cell = Int(std::clamp<std::int64_t>(static_cast<std::int64_t>(std::ldexp(place, kGuessedBits)),
                                         1, kCells - 1));
@@ -134,15 +133,17 @@ bool cell_of_roots(const Polynomial<Int>& p, const Polynomial<Int>& local, const
 /// most as many changes as the whole. Each zoom that succeeds doubles the bits of the next one, and
 /// after the first that fails, each halves them: roots that are 2^-n apart take about log n zooms.
 template <class Int>
-bool zoom(const Polynomial<Int>& p, const Polynomial<Int>& local, OpenBox<Int>& part) {
+bool zoom(const Polynomial<Int>& p, int changes, OpenBox<Int>& part) {
   for (; part.bits >= kGuessedBits; part.bits /= 2, part.grows = false) {
     Int cell;
-    if (!cell_of_roots(p, local, part, cell)) continue;
+    if (!cell_of_roots(p, changes, part, cell)) continue;
     const Box<Int>& box = part.box;
     Box<Int> cells{(box.k << part.bits) + box.width * (cell - Int(1)), box.width << 1,
                    box.m + part.bits};
-    if (sign_changes(restrict_to(p, cells)) != sign_changes(local)) continue;
+    Polynomial<Int> local = restrict_to(p, cells);
+    if (sign_changes(local) != changes) continue;
     part.box = std::move(cells);
+    part.local = std::move(local);
     part.bits = part.grows ? 2 * part.bits : part.bits / 2;
     return true;
   }
@@ -197,19 +198,27 @@ Cut cut_between_scales(const Polynomial<Int>& local) {
   return {};
 }
 
+/// The two parts of a box. Their polynomials are made from that of the box, of whose coordinates
+/// the cut is a power of two, rather than from p, whose coordinates may have hundreds of bits.
 template <class Int>
-std::array<Box<Int>, 2> parts_of(const Box<Int>& box, const Cut& cut) {
-  const Int begin = box.k << cut.bits, rest = (box.width << cut.bits) - box.width;
-  const int m = box.m + cut.bits;
-  if (cut.at_end) return {Box<Int>{begin, rest, m}, Box<Int>{begin + rest, box.width, m}};
-  return {Box<Int>{begin, box.width, m}, Box<Int>{begin + box.width, rest, m}};
+std::array<OpenBox<Int>, 2> parts_of(const OpenBox<Int>& part, const Cut& cut) {
+  const Int cells = power_of_two<Int>(cut.bits), at = cut.at_end ? cells - Int(1) : Int(1);
+  const auto make = [&](const Int& begin, const Int& width) {
+    const Box<Int>& box = part.box;
+    Polynomial<Int> local = restrict_to(part.local, Box<Int>{begin, width, cut.bits});
+    drop_content(local);
+    return OpenBox<Int>{
+        {(box.k << cut.bits) + box.width * begin, box.width * width, box.m + cut.bits},
+        std::move(local)};
+  };
+  return {make(Int(), at), make(at, cells - at)};
 }
 
-/// Roots of a square-free p strictly inside a box, in ascending order. Terminates by the two-circle
-/// theorem of Obreshkoff: small boxes have at most one sign change.
+/// Roots of a square-free p strictly inside (0, 1), in ascending order. Terminates by the
+/// two-circle theorem of Obreshkoff: small boxes have at most one sign change.
 template <class Int>
-void bisect_box(const Polynomial<Int>& p, const Box<Int>& whole, std::vector<Root<Int>>& roots) {
-  std::vector<OpenBox<Int>> open{{whole}};
+void bisect_box(const Polynomial<Int>& p, std::vector<Root<Int>>& roots) {
+  std::vector<OpenBox<Int>> open{{Box<Int>(), p}};
   while (!open.empty()) {
     OpenBox<Int> part = std::move(open.back());
     open.pop_back();
@@ -218,23 +227,24 @@ void bisect_box(const Polynomial<Int>& p, const Box<Int>& whole, std::vector<Roo
       roots.push_back(Root<Int>::rational(box.k, power_of_two<Int>(box.m) - box.k));
       continue;
     }
-    const Polynomial<Int> local = restrict_to(p, box);
-    const int changes = sign_changes(local);
+    const int changes = sign_changes(part.local);
     if (changes == 0) continue;
     if (changes == 1) {
-      roots.push_back(Root<Int>::isolated(p, box, first_sign(local)));
+      roots.push_back(Root<Int>::isolated(p, box, first_sign(part.local)));
       continue;
     }
-    const Cut cut = cut_between_scales(local);
-    if (cut.bits == 1 && changes == 2 && separate_pair(p, box, local, roots)) continue;
-    if (cut.bits == 1 && zoom(p, local, part)) {
+    const Cut cut = cut_between_scales(part.local);
+    if (cut.bits == 1 && changes == 2 && separate_pair(p, box, part.local, roots)) continue;
+    if (cut.bits == 1 && zoom(p, changes, part)) {
       open.push_back(std::move(part));
       continue;
     }
-    const auto [left, right] = parts_of(box, cut);
-    open.push_back({right});
-    if (sign_at(p, right.k, right.m) == 0) open.push_back({right, true});
-    open.push_back({left});
+    auto [left, right] = parts_of(part, cut);
+    OpenBox<Int> start{right.box, {}, true};
+    const bool starts_with_root = right.local.c[0].is_zero();
+    open.push_back(std::move(right));
+    if (starts_with_root) open.push_back(std::move(start));
+    open.push_back(std::move(left));
   }
 }
 
@@ -314,7 +324,7 @@ void interior_roots(const Polynomial<Int>& p, std::vector<Root<Int>>& roots) {
     const Polynomial<Int> common = p.degree == 2 ? slope : remainder(p, slope);
     multiple_roots(p, common.is_zero() ? slope : common, roots);
   } else if (discriminant > 0) {
-    bisect_box(p, Box<Int>(), roots);
+    bisect_box(p, roots);
   } else if (changes == 3) {  // the other two roots are not real
     roots.push_back(Root<Int>::isolated(p, Box<Int>(), p.c[0].sign()));
   }

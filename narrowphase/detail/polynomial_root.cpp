@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace selvedge::narrowphase_detail {
@@ -374,6 +375,17 @@ bool Root<Int>::is_quotient(double t) const {
   int m = 0;
   to_dyadic(t, k, m);
   return (k * (num_ + den_) - (num_ << m)).is_zero();
+}
+
+template <class Int>
+double Root<Int>::lower_bound() const {
+  bool exact = false;
+  if (!rational_) return floor_of_dyadic(box_.k, box_.m, exact);
+  // Both mantissas are truncated and the quotient is rounded: together less than 4 * 2^-53 of it,
+  // and half a step where it is subnormal.
+  constexpr double kRounding = 0x1p-50;
+  const double t = quotient();
+  return std::max(t - kRounding * t - std::numeric_limits<double>::denorm_min(), 0.0);
 }
 
 template <class Int>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <selvedge/narrowphase/detail/big_int.h>
 #include <selvedge/narrowphase/detail/double_double.h>
 
 #include <algorithm>
@@ -26,6 +27,13 @@ Scaled scaled(const Int& a) {
   if (hi == 0.0) return {};
   const double rest = (a - Int::from_double(hi, -exponent)).mantissa(rest_exponent);
   return {fast_two_sum(hi, std::ldexp(rest, rest_exponent - exponent)), exponent};
+}
+
+inline Scaled scaled(const BigInt& a) {
+  int exponent = 0;
+  double rest = 0.0;
+  const double hi = a.mantissa(exponent, rest);
+  return {fast_two_sum(hi, rest), exponent};
 }
 
 /// Relative error: see double_double.h. Products of up to eight factors stay in the normal range.

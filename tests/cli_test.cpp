@@ -140,6 +140,13 @@ TEST_F(Program, EveryPublishedSceneStarts) {
   }
 }
 
+TEST_F(Program, ADetectorThatMayMissCollisionsIsNamedInTheVerdict) {
+  EXPECT_SAYS(run_small("a", "--set contact.narrow_phase=ccd_root_parity").out,
+              "clean        yes: no crossing in any frame; ccd_root_parity may miss collisions");
+  EXPECT_SAYS(run_small("b", "--set contact.narrow_phase=ccd_inclusion").out,
+              "clean        yes: nothing passed through anything");
+}
+
 TEST_F(Program, JsonPrintsTheResult) {
   const Outcome o = run_small("r", "--json");
   EXPECT_EQ(Json::parse(o.out, nullptr, false), result("r"));

@@ -308,15 +308,36 @@ std::string number(double x) {
   return text.data();
 }
 
-/// The scene of a strip with these cells of side `d`; `rows` across.
-Scene strip_scene(const SlenderStrips& strips, const char* name, int rows, double d,
-                  double bending) {
-  std::vector<Override> with{
-      {"geometry.0.size", "[" + number((strips.cells + 1) * d) + "," + number(rows * d) + "]"},
-      {"geometry.0.cells",
-       "[" + std::to_string(strips.cells + 1) + "," + std::to_string(rows) + "]"},
-      {"materials.default.bending_stiffness", number(bending)}};
+/// The scene of a strip with these cells of side `d`; `rows` across. `with`: its clamp and its
+/// place, which in the files are those of 20 cells.
+Scene strip_scene(const SlenderStrips& strips, const char* name, int rows, double d, double bending,
+                  std::vector<Override> with) {
+  with.push_back(
+      {"geometry.0.size", "[" + number((strips.cells + 1) * d) + "," + number(rows * d) + "]"});
+  with.push_back({"geometry.0.cells",
+                  "[" + std::to_string(strips.cells + 1) + "," + std::to_string(rows) + "]"});
+  with.push_back({"materials.default.bending_stiffness", number(bending)});
   return read_scene(strips.folder / (std::string(name) + ".json"), with);
+}
+
+/// The clamp holds two columns at the end with the smallest x, for any number of cells.
+Override clamp_of_two_columns(int cells, double d) {
+  const double end = -0.5 * (cells + 1) * d;
+  return {"handles.0.select.box",
+          "[[" + number(end - 0.5 * d) + ",-0.05,0.1],[" + number(end + 1.5 * d) + ",0.05,0.3]]"};
+}
+
+/// The same at the upper end of the strip that stands on the ground and leans by 10°, and its
+/// place.
+std::vector<Override> standing(int cells, double d) {
+  // m; the rest gap and a little: a foot that stands from the first step on makes the strip buckle
+  // to the other side, where it stores more energy.
+  constexpr double gap = 0.0005 + 1.918e-6;
+  const double upwards = std::cos(PushPath{}.lean), half = 0.5 * (cells + 1) * d;
+  const double middle = gap + upwards * half;
+  return {{"geometry.0.transformation.translation", "[0,0," + number(middle) + "]"},
+          {"handles.0.select.box",
+           "[[-0.05,-0.05," + number(middle + upwards * (half - 1.5 * d)) + "],[0.05,0.05,0.2]]"}};
 }
 
 /// Mean place of the column of particles `from_end` columns before the end with the largest index.
@@ -401,7 +422,8 @@ double SlenderStrips::cantilever(double gamma, double natural) const {
   const double d = cell_of(cells);
   const int columns = cells + 2;
   if (natural == 0.0) {
-    const std::vector<Vec3> x = settle(strip_scene(*this, "cantilever", 4, d, rigidity(gamma)));
+    const std::vector<Vec3> x = settle(
+        strip_scene(*this, "cantilever", 4, d, rigidity(gamma), {clamp_of_two_columns(cells, d)}));
     const Vec3 way =
         column(x, columns, columns - 1) - 0.5 * (column(x, columns, 0) + column(x, columns, 1));
     return -way.z() / way.x();
@@ -514,14 +536,16 @@ double SlenderStrips::buckling_gamma(double breadth) const {
 }
 
 double SlenderStrips::buckled(double gamma) const {
-  const std::vector<Vec3> x =
-      settle(strip_scene(*this, "lateral_buckling", 2, kLength / cells, rigidity(gamma)));
+  const double d = kLength / cells;
+  const std::vector<Vec3> x = settle(strip_scene(*this, "lateral_buckling", 2, d, rigidity(gamma),
+                                                 {clamp_of_two_columns(cells, d)}));
   return std::abs(column(x, cells + 2, cells + 1).y()) / kLength;
 }
 
 std::vector<Pushed> SlenderStrips::pushed(double friction) const {
   constexpr double bending = 1e-5, begin = 1.0, speed = (0.03 - 0.0005) / 6.0;  // N·m, s, m/s
-  Scene scene = strip_scene(*this, "stick_slip", 4, cell_of(cells), bending);
+  const double d = cell_of(cells);
+  Scene scene = strip_scene(*this, "stick_slip", 4, d, bending, standing(cells, d));
   for (BodySpec& body : scene.bodies) body.friction = friction;
   Simulation simulation(scene);
   std::vector<Pushed> states;

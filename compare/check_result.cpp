@@ -125,7 +125,9 @@ std::size_t unflagged_intersections(const StateView& state) {
   for (const NamedValues& flags : values) {
     if (flags.name != "flag") continue;
     const auto tangled = [&](std::int32_t v) {
-      return (static_cast<int>(flags.values[v]) & kFlagTangled) != 0;
+      constexpr double kByte = 256.0;  // a file of another program may hold any number
+      const double flag = flags.values[v];
+      return flag >= 0.0 && flag < kByte && (static_cast<int>(flag) & kFlagTangled) != 0;
     };
     std::erase_if(rest.mesh.triangles,
                   [&](const Triangle& t) { return std::any_of(t.begin(), t.end(), tangled); });

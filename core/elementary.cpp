@@ -57,7 +57,7 @@ Reduced reduce(double x) {
   const double lost = (first - back) - (middle - (back - rest));  // exact: first - middle - rest
   const double small = lost - count * kHalfPi3;
   const double r = rest + small;
-  return {r, (rest - r) + small, static_cast<int>(std::remainder(count, 4.0)) & 3};
+  return {r, (rest - r) + small, static_cast<int>(count) & 3};  // |count| < 2^20
 }
 
 double sine_of(double r, double c) {

@@ -48,6 +48,7 @@ void check_time(const TimeSpec& time) {
   require_positive(time.fps, "time.fps");
   require(time.steps_per_frame >= 1, "time.steps_per_frame", time.steps_per_frame, "at least 1");
   require_not_negative(time.step_error, "time.step_error");
+  require_not_negative(time.sleep_speed, "time.sleep_speed");
   require(time.max_halvings >= 0, "time.max_halvings", time.max_halvings, "at least 0");
 }
 

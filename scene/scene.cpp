@@ -409,6 +409,7 @@ class SceneReader {
     scene_.time.fps = j["fps"].get<double>();
     scene_.time.steps_per_frame = j["steps_per_frame"].get<int>();
     scene_.time.step_error = j["step_error"].get<double>();
+    scene_.time.sleep_speed = j["sleep_speed"].get<double>();
     scene_.time.max_halvings = j["max_halvings"].get<int>();
     scene_.time.energy_guard = j["energy_guard"].get<bool>();
   }

@@ -187,6 +187,9 @@ struct TimeSpec {
   /// piece (the root of its area), is estimated to stay below step_error / steps_per_frame²; >= 0;
   /// 0: never. Only integrators of first order that are stable at any step do this.
   double step_error = 1.6e-3;
+  /// m/s, >= 0: cloth sleeps, and its steps are left out, once no particle was faster for half a
+  /// second and while nothing acts on it; 0: never.
+  double sleep_speed = 0.0;
   int max_halvings = 8;  ///< largest number of halvings of a step that collides
   /// Halve implicit steps that gain energy without a source. Otherwise the gain is only counted.
   bool energy_guard = true;

@@ -50,6 +50,7 @@ void Simulation::set_forces(std::span<const Vec3> forces) {
   refuse_not_finite(forces, "forces");
   parts_->methods.program.force.assign(forces.begin(), forces.end());
   parts_->balance.forget();
+  parts_->wake();
 }
 
 void Simulation::hold(std::span<const std::int32_t> vertices, std::span<const Vec3> x) {
@@ -67,20 +68,26 @@ void Simulation::hold(std::span<const std::int32_t> vertices, std::span<const Ve
   for (std::size_t k = 0; k < vertices.size(); ++k)
     parts_->methods.program.hold(
         {vertices[k], parts_->state.x[vertices[k]], x[k], time(), nominal_end()});
+  parts_->wake();
 }
 
 void Simulation::release(std::span<const std::int32_t> vertices) {
   refuse_outside(vertices, parts_->n());
   for (const std::int32_t i : vertices) parts_->methods.program.release(i);
+  parts_->wake();
 }
 
-void Simulation::release_all() { parts_->methods.program.held.clear(); }
+void Simulation::release_all() {
+  parts_->methods.program.held.clear();
+  parts_->wake();
+}
 
 void Simulation::move_body(DrivenBody& body, std::span<const Vec3> x) {
   const auto& bodies = parts_->built.bodies;
   if (std::none_of(bodies.begin(), bodies.end(), [&](const auto& b) { return b.get() == &body; }))
     throw std::invalid_argument("the body to move is not a body of this simulation");
   body.move_to(x, time(), nominal_end());
+  parts_->wake();
 }
 
 }  // namespace selvedge

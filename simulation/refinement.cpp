@@ -200,6 +200,7 @@ std::optional<RefinedSimulation> merge_due(const Refinement& refinement,
   next.refinement.merge(due.event, state);
   ++state.step;
   state.memory.clear();  // integrators of several steps and friction start anew
+  state.still = 0.0;
   next.simulation = std::make_unique<Simulation>(next.refinement.scene(), next.refinement.build(),
                                                  std::move(state), methods);
   next.simulation->verify_frame();
@@ -211,6 +212,7 @@ void apply(const std::vector<SplitEvent>& events, const Simulation& simulation,
   SimulationState state = simulation.state();
   next.refinement.split(events, state);
   ++state.step;
+  state.still = 0.0;
   next.simulation =
       std::make_unique<Simulation>(next.refinement.scene(), next.refinement.build(), methods);
   state.memory = next.simulation->state().memory;  // integrators of several steps start anew

@@ -3,7 +3,6 @@
 #include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
 
-#include <algorithm>
 #include <utility>
 
 namespace selvedge {
@@ -79,10 +78,8 @@ std::span<const Triangle> Simulation::body_triangles() const {
 }
 const std::vector<Vec3>& Simulation::body_positions() const { return parts_->body_x; }
 bool Simulation::bodies_move() const {
-  const double end = parts_->scene.time.frames / parts_->scene.time.fps;
-  const auto& bodies = parts_->built.bodies;
-  return std::any_of(bodies.begin(), bodies.end(),
-                     [&](const auto& body) { return !body->is_static(0.0, end); });
+  return detail::bodies_move(parts_->built, 0.0,
+                             parts_->scene.time.frames / parts_->scene.time.fps);
 }
 
 RunResult Simulation::result() const { return parts_->present_result(); }

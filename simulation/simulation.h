@@ -58,6 +58,7 @@ struct SimulationState {
   /// 1/s², of the last step: root mean square by the size of the piece (detail/joined_steps.h);
   /// negative: unknown
   double acceleration = -1.0;
+  double still = 0.0;  ///< s, for how long no particle has been faster than time.sleep_speed
   std::vector<double> memory;      ///< of the integrator and the forces, as they save it
   Tangles tangles;                 ///< crossings of the start and jams that are not undone yet
   std::vector<SplitEvent> splits;  ///< the splits that led to the present cells of refined pieces

@@ -366,6 +366,17 @@ TEST_F(Program, ResumingWhatIsNotThereOrDiffersIsRefused) {
   EXPECT_REFUSED(run_small("r", "--resume"), "is damaged");
 }
 
+TEST_F(Program, AResumedRunFallsAsleepAtTheSameTime) {
+  const std::string set = "--set gravity=[0,0,0] --set time.sleep_speed=0.1 --set time.frames=";
+  ASSERT_EQ(run_small("part", set + "20").code, 0);
+  EXPECT_FALSE(result("part")["counters"].contains("steps_asleep"));
+  ASSERT_EQ(run_small("part", set + "40 --resume").code, 0);
+  ASSERT_EQ(run_small("whole", set + "40").code, 0);
+  EXPECT_EQ(result("whole")["counters"]["steps_asleep"], 20);  // of the last 10 frames
+  EXPECT_EQ(result("part")["counters"]["steps_asleep"], 20);
+  EXPECT_EQ(result("part")["state_hash"], result("whole")["state_hash"]);
+}
+
 /// Rewrites a result folder as version 0.1 would have left it: other keys, and a scene that is
 /// completed with the options of all methods.
 void age_result(const fs::path& folder, double stiffness) {
@@ -387,6 +398,7 @@ void age_result(const fs::path& folder, double stiffness) {
   counters.erase("max_gap_violation_m");
   checkpoint["control"].erase("span");
   checkpoint.erase("acceleration");
+  checkpoint.erase("still");
   std::ofstream(folder / "checkpoint.json") << checkpoint;
 }
 

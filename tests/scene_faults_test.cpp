@@ -132,6 +132,7 @@ TEST_F(SceneFile, EachBadNumberIsRefused) {
   refused("time.fps", "0");
   refused("time.steps_per_frame", "0");
   refused("time.step_error", "-0.1");
+  refused("time.sleep_speed", "-0.1");
   refused("time.max_halvings", "-1");
   refused("gravity", "[0, 0]");
   refused("gravity", "[0, 0, \"-9.81\"]");

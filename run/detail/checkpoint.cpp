@@ -214,6 +214,7 @@ void write_state_fields(const SimulationState& state, Json& json) {
   json["step"] = state.step;
   json["control"] = to_json(state.control);
   json["acceleration"] = state.acceleration;
+  json["still"] = state.still;
   json["tangles"] = to_json(state.tangles);
   json["memory"] = memory_text(state.memory);
   json["splits"] = to_json(state.splits);
@@ -225,6 +226,7 @@ void read_state_fields(const Json& json, SimulationState& state) {
   state.step = whole<std::int64_t>(json.at("step"));
   if (json.contains("control")) state.control = control_from(json["control"]);
   if (json.contains("acceleration")) state.acceleration = json["acceleration"].get<double>();
+  if (json.contains("still")) state.still = json["still"].get<double>();
   if (json.contains("tangles")) state.tangles = tangles_from(json["tangles"]);
   if (json.contains("memory")) state.memory = memory_from(json["memory"]);
   if (json.contains("splits")) state.splits = splits_from(json["splits"]);

@@ -96,6 +96,10 @@ void Simulation::Parts::make_step(StepControl control) {
   const double target = static_cast<double>(control.done + control.span) * nominal_step();
   const double planned = control.span * nominal_step();
   attempts.lengths.clear();
+  if (!methods.untangling() && sleep.sleeps(state, target)) {
+    sleep_until(target, control.span);
+    return;
+  }
   attempts.accepted = false;
   balance.begin();
   const auto shorten = [&] {
@@ -137,6 +141,17 @@ void Simulation::Parts::make_step(StepControl control) {
     state.control = state.time < target ? control : StepControl{};
     return;
   }
+}
+
+// The state stays as it is, at rest.
+void Simulation::Parts::sleep_until(double target, int nominal_steps) {
+  std::fill(state.v.begin(), state.v.end(), Vec3::Zero());
+  state.acceleration = 0.0;
+  state.time = target;
+  state.control = {};
+  result.counters["steps_asleep"] += nominal_steps;
+  methods.integrator->accept({state.x, state.v, input.particles.mass, state.time});
+  note_memory();
 }
 
 // Whether the attempt ends with energy that no force supplied.
@@ -237,6 +252,8 @@ void Simulation::Parts::accept() {
   methods.strain.finish(detail::limit_step(input), mass, state.x, state.v);
   finish_velocities(state.v);
   state.acceleration = joined.acceleration(input.particles.v, state.v, input.h);
+  // Cloth that slept until now has to be still for long again before it sleeps.
+  state.still = sleep.still_after(sleep.is_due(state) ? 0.0 : state.still, state.v, input.h);
   note_bodies(attempt.x_t1);
   if (water) water->advance(state.time, input.h, state, mass);
   state.time = input.t1;

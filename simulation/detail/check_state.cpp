@@ -22,10 +22,9 @@ double max_norm(std::span<const Vec3> v) {
 void Simulation::Parts::look_at_state() {
   std::copy(state.x.begin(), state.x.end(), input.x_t0.begin());
   detail::place_bodies(built, state.time, input.x_t0);
-  const bool move = std::any_of(built.bodies.begin(), built.bodies.end(), [&](const auto& body) {
-    return !body->is_static(state.time, state.time);
-  });
-  methods.detection.set_motion(input.x_t0, input.x_t0, move, StepTimes{state.time, state.time});
+  methods.detection.set_motion(input.x_t0, input.x_t0,
+                               detail::bodies_move(built, state.time, state.time),
+                               StepTimes{state.time, state.time});
 }
 
 Crossings Simulation::Parts::crossings_now() {

@@ -5,6 +5,7 @@
 #include <selvedge/simulation/detail/energy_balance.h>
 #include <selvedge/simulation/detail/joined_steps.h>
 #include <selvedge/simulation/detail/phase_clock.h>
+#include <selvedge/simulation/detail/sleep.h>
 #include <selvedge/simulation/detail/step.h>
 #include <selvedge/simulation/detail/step_ledger.h>
 #include <selvedge/simulation/detail/turning_bodies.h>
@@ -34,6 +35,7 @@ struct Simulation::Parts {
   ForceLawRegistry force_laws;
   detail::TurningBodies turning;
   detail::JoinedSteps joined;
+  detail::Sleep sleep;
   SimulationState state;
   std::vector<Vec3> body_x;  // m, of the body vertices at the state's time
   detail::StepInput input;
@@ -64,6 +66,8 @@ struct Simulation::Parts {
   double longest_step(double h);
   double stable_step(double h, double target);
   void make_step(StepControl control);
+  void sleep_until(double target, int nominal_steps);
+  void wake() { state.still = 0.0; }
   detail::StepOutcome attempt_step(double h, double t1);
   bool gains_energy();
   void finish_velocities(std::span<Vec3> v) const;

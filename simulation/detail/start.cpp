@@ -83,6 +83,7 @@ Simulation::Parts::Parts(const Scene& s, BuiltScene b, const Methods& m)
       force_laws(m.force_laws),
       turning(scene, built),
       joined(scene, built, methods.traits),
+      sleep(scene, built),
       balance(scene, built, methods.response->traits()) {
   detail::refuse_bad_handles(scene, built);
   if (!methods.traits.is_implicit)

@@ -114,6 +114,8 @@ void begin_step(const Scene& scene, const BuiltScene& built, const SimulationSta
 /// The part of begin_step that sets masses and the prescribed ends of held particles.
 void hold_particles(const Scene& scene, const BuiltScene& built, const SimulationState& state,
                     StepInput& input, StepAttempt& attempt);
+/// Whether a body of the scene may move between the times t0 and t1, s.
+bool bodies_move(const BuiltScene& built, double t0, double t1);
 /// Writes the positions of all bodies at a time to the end of the joint array x, m.
 void place_bodies(const BuiltScene& built, double time, std::vector<Vec3>& x);
 

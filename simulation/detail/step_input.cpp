@@ -13,11 +13,6 @@ namespace {
 // Particles per task.
 constexpr std::size_t kInputGrain = 2048;
 
-bool any_moves(const BuiltScene& built, double t0, double t1) {
-  return std::any_of(built.bodies.begin(), built.bodies.end(),
-                     [&](const auto& body) { return !body->is_static(t0, t1); });
-}
-
 // A follower is held if all its leaders are.
 void hold_followers(StepInput& in, StepAttempt& a) {
   const Followers& f = *in.followers;
@@ -31,6 +26,11 @@ void hold_followers(StepInput& in, StepAttempt& a) {
 }
 
 }  // namespace
+
+bool bodies_move(const BuiltScene& built, double t0, double t1) {
+  return std::any_of(built.bodies.begin(), built.bodies.end(),
+                     [&](const auto& body) { return !body->is_static(t0, t1); });
+}
 
 void place_bodies(const BuiltScene& built, double time, std::vector<Vec3>& x) {
   std::size_t first = built.cloth.surface.vertices.size();
@@ -65,7 +65,7 @@ void begin_step(const Scene& scene, const BuiltScene& built, const SimulationSta
   in.step = state.step;
   in.particles.x = state.x;
   in.particles.v = state.v;
-  in.bodies_move = any_moves(built, in.t0, in.t1);
+  in.bodies_move = bodies_move(built, in.t0, in.t1);
   std::copy(state.x.begin(), state.x.end(), in.x_t0.begin());
   place_bodies(built, in.t0, in.x_t0);
   place_bodies(built, in.t1, a.x_t1);

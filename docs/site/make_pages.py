@@ -5,28 +5,37 @@ import pathlib
 import sys
 
 MODULES = {
-    "core": "The cloth: meshes, fabrics, forces, integrators, limits of strain.",
-    "bodies": "Bodies: shapes with a formula, meshes from files, motion, exact predicates.",
-    "broadphase": "Which pairs of points, edges and triangles may meet during a step.",
-    "narrowphase": "Whether they do, and when.",
-    "response": "What is done about it, and what ends a step cleanly whatever happens.",
+    "core": "Cloth: meshes, fabrics, forces, integrators, strain limiters.",
+    "bodies": "Bodies: analytic shapes, meshes from files, motion, exact predicates.",
+    "broadphase": "Pairs of points, edges and triangles that may meet during a step.",
+    "narrowphase": "Whether a pair collides during a step, and when.",
+    "response": "Contact responses, and the fail-safes that remove the collisions that a response leaves.",
     "detection": "Collisions, crossings and contacts of plain arrays, one call each.",
+    "garment": "Sewing patterns: reading, checks, meshes of the panels.",
     "scene": "Scenes: from a file or made in code, checked and built.",
     "simulation": "Steps of a scene in memory: contacts, crossings, untangling, refinement, plan.",
     "run": "Scenes into result folders: frames, checkpoint, result, replay, failure bundle.",
     "judge": "The independent exact check of states and motions.",
+    "render": "Pictures and animations.",
+    "view": "Pages that show results in a browser.",
+    "dress": "Garments from sewing patterns, put on bodies.",
+    "lab": "Drape tests of fabrics, identification of constants, measures of results.",
+    "compare": "Error against run time, stability, ablation, checks of result folders.",
 }
 
 FAMILIES = {
     "pattern": "Meshes of cloth",
     "force": "Forces",
-    "strain_limiter": "Limits of strain",
+    "strain_limiter": "Strain limiters",
     "integrator": "Integrators",
     "broad_phase": "Broad phase",
     "narrow_phase": "Narrow phase",
     "response": "Response",
     "fail_safe": "Fail-safe",
     "body": "Bodies",
+    "output_format": "Output formats",
+    "drape": "Drape by geometry",
+    "identification": "Identification of constants",
 }
 
 
@@ -35,13 +44,13 @@ def cell(text):
 
 
 def methods_page(methods):
-    lines = ["# All methods", "", "What `selvedge list` prints of the build that made this site.", ""]
+    lines = ["# All methods", "", "The methods of the build that made this site, as `selvedge list` prints them.", ""]
     families = list(FAMILIES) + sorted({m["family"] for m in methods} - set(FAMILIES))
     for family in families:
         rows = [m for m in methods if m["family"] == family]
         if not rows:
             continue
-        lines += [f"## {FAMILIES.get(family, family)}", "", "| name | guarantee | after |", "| --- | --- | --- |"]
+        lines += [f"## {FAMILIES.get(family, family)}", "", "| name | guarantee | source |", "| --- | --- | --- |"]
         for m in rows:
             absent = "" if m["available"] else " (not in this build)"
             lines.append(f"| `{m['name']}`{absent} | {cell(m['guarantee'])} | {cell(m['source'])} |")
@@ -72,6 +81,7 @@ def head_of(source):
 
 
 def heads_page(tree, module):
+    """Empty for a module whose files have no such comment; docs/site/index.md lists the others."""
     lines = [f"# Implementation notes: {module}", "",
              "Paper, equation, deviations and guarantee of each method, from the comment at the head of its file.", ""]
     for source in sorted((tree / module).glob("*.cpp")):
@@ -79,7 +89,7 @@ def heads_page(tree, module):
         if head.count("\n") < 2:
             continue
         lines += [f"## {source.stem}", "", "```text", head, "```", ""]
-    return "\n".join(lines)
+    return "\n".join(lines) if len(lines) > 4 else ""
 
 
 def main():
@@ -90,7 +100,8 @@ def main():
              "```{toctree}", ":maxdepth: 1", ""]
     (site / "heads").mkdir(exist_ok=True)
     for module, says in MODULES.items():
-        (site / "heads" / f"{module}.md").write_text(heads_page(tree, module))
+        if heads := heads_page(tree, module):
+            (site / "heads" / f"{module}.md").write_text(heads)
         (site / "api" / f"{module}.md").write_text(module_page(tree, module, says))
         index.append(module)
     (site / "api" / "index.md").write_text("\n".join(index + ["```", ""]))

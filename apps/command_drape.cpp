@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <selvedge/apps/detail/counted.h>
 #include <selvedge/apps/detail/heartbeat.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/core/parallel.h>
@@ -63,7 +64,7 @@ std::string joined(const std::vector<std::int32_t>& numbers) {
 void print_row(const DrapeRow& row) {
   const DrapeStatistics& c = row.computed;
   const auto limit = c.limit();
-  fmt::print("{:<32}{:>9}{:>10.1f}{:>8.1f}{:>8}{:>7}{:>8}{:>8.1f}{:>9}  {}{}\n", row.name,
+  fmt::print("{:<32}{:>9}{:>10.1f}{:>8.1f}{:>8}{:>7}{:>8}{:>8.1f}{:>11}  {}{}\n", row.name,
              row.measured ? fmt::format("{:.1f}", *row.measured) : "-", c.mean(), c.spread(),
              limit ? fmt::format("{:.1f}", limit->value) : "-",
              limit ? fmt::format("{:.1f}", limit->uncertainty) : "-",
@@ -159,10 +160,11 @@ void run_command(const DrapeOptions& o) {
   for (const std::string& name : o.names) fabrics.push_back(find_fabric(name, "."));
   if (!o.json)
     fmt::print(
-        "drape coefficient, %; {} cm on 18 cm, held on the support, {} mesh, {} cells, {} "
-        "seeds\n{:<32}{:>9}{:>10}{:>8}{:>8}{:>7}{:>8}{:>8}{:>9}  {}\n",
-        100.0 * o.diameter, o.woven ? "woven" : "polar", o.cells, o.seeds, "fabric", "measured",
-        "computed", "spread", "limit", "+-", "error", "strips", "unsettled", "folds");
+        "drape coefficient, %; {} cm on 18 cm, held on the support, {} mesh, {} cells, {}"
+        "\n{:<32}{:>9}{:>10}{:>8}{:>8}{:>7}{:>8}{:>8}{:>11}  {}\n",
+        100.0 * o.diameter, o.woven ? "woven" : "polar", o.cells, counted(o.seeds, "seed"),
+        "fabric", "measured", "computed", "spread", "limit", "+-", "error", "strips", "unsettled",
+        "folds");
   Json rows = Json::array();
   Heartbeat heartbeat("drape");
   for (std::size_t i = 0; i < fabrics.size(); ++i) {

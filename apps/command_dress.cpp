@@ -51,22 +51,43 @@ LoadConfig body_file_of(const DressOptions& o) {
 /// People are between these sizes, m; a body of another size is probably in another unit.
 constexpr double kSmallest = 0.3, kLargest = 3.0;
 
+bool has_height_of_person(double height) { return height >= kSmallest && height <= kLargest; }
+
+/// Largest minus smallest coordinate of the vertices, along each axis.
+Vec3 extent_of(const TriangleMesh& mesh) {
+  Vec3 low = mesh.vertices.front(), high = low;
+  for (const Vec3& x : mesh.vertices) {
+    low = low.cwiseMin(x);
+    high = high.cwiseMax(x);
+  }
+  return high - low;
+}
+
+/// The option with which a body of this height, and of these extents along the axes of its file,
+/// would be a person.
+std::string remedy_of_height(const DressOptions& o, double height, const Vec3& extent) {
+  Eigen::Index longest = 0;
+  if (has_height_of_person(extent.maxCoeff(&longest)))
+    return fmt::format("give the axis that points up, such as --up {}", "xyz"[longest]);
+  for (const double unit : {1.0, 0.01, 0.001})
+    if (has_height_of_person(height / o.unit * unit))
+      return fmt::format("give the metres per unit of the file, such as --unit {:g}", unit);
+  return "give --unit, the metres per unit of the file, and --up, the axis that points up";
+}
+
 TriangleMesh read_body(const DressOptions& o, const std::string& file) {
   TriangleMesh body = load_mesh(file, body_file_of(o));
   if (body.triangles.empty())
     throw std::invalid_argument(file + ": has no triangles; a body is a surface");
-  double low = body.vertices.front().z(), high = low;
-  for (const Vec3& x : body.vertices) {
-    low = std::min(low, x.z());
-    high = std::max(high, x.z());
-  }
-  const double height = high - low;
-  if (height >= kSmallest && height <= kLargest) return body;
-  const double unit = height > 300.0 ? 0.001 : 0.01;
+  const Vec3 extent = extent_of(body);
+  if (has_height_of_person(extent.z())) return body;
+  // load_mesh has turned the axes of the file.
+  const Vec3 of_file = o.up == "x"   ? Vec3(extent.z(), extent.x(), extent.y())
+                       : o.up == "y" ? Vec3(extent.x(), extent.z(), extent.y())
+                                     : extent;
   throw std::invalid_argument(
-      fmt::format("{}: is {:g} m tall with --unit {:g} and --up {}; if it is a person, give the "
-                  "metres per unit of the file, such as --unit {:g}",
-                  file, height, o.unit, o.up, height > kLargest ? o.unit * unit : 1.0));
+      fmt::format("{}: is {:g} m tall with --unit {:g} and --up {}; if it is a person, {}", file,
+                  extent.z(), o.unit, o.up, remedy_of_height(o, extent.z(), of_file)));
 }
 
 DressConfig dress_config(const DressOptions& o) {

@@ -269,7 +269,9 @@ void add_command_identify(const Command& app) {
   command.option("--population", o->genetic.population, "Size of each population, an even number")
       .range(4, 100000);
   command.option("--seed", o->genetic.seed, "Seed of the genetic algorithm");
-  command.option("--evaluations", o->evaluations, "Largest number of drapes of nelder_mead")
+  command
+      .option("--evaluations", o->evaluations,
+              "Drapes after which nelder_mead starts no further step")
       .range(2, 1000000);
   command.option("--state", o->state, "File that keeps the populations of each generation");
   command.flag("--resume", o->resume, "Continue from --state");

@@ -41,8 +41,9 @@ int say(const char* sentence, int exit_code) {
 }
 
 int run_command_line(int argc, char** argv) {
-  selvedge::CommandLine app("Cloth collision: exact, clean, and nothing the scene does not need.",
-                            "selvedge");
+  selvedge::CommandLine app(
+      "Find cloth collisions exactly, and simulate cloth that never passes through anything.",
+      "selvedge");
   app.version(version_text());
   add_command_run(app);
   add_command_info(app);

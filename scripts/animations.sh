@@ -6,7 +6,6 @@
 #   scripts/animations.sh [--program FILE] [--work FOLDER] [NAME...]
 #
 # NAME: twist, ring, stack, knot, pinch (default: all). If the folder already holds a run, the script only redraws it.
-# drawn again.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

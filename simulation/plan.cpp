@@ -85,7 +85,8 @@ class ScenePlan {
           "last measurement of the springs, to reach it");
     add("handles", scene_.handles.empty() ? Status::never : Status::runs,
         scene_.handles.empty() ? "no vertex is held"
-                               : fmt::format("{} handles", scene_.handles.size()));
+                               : fmt::format("{} handle{}", scene_.handles.size(),
+                                             scene_.handles.size() == 1 ? "" : "s"));
   }
 
   bool exact() const {

@@ -64,6 +64,23 @@ class DressProgram : public Program {
   const std::string poses_ = " --pose pose_1.obj pose_2.obj pose_3.obj pose_4.obj --pose-lead 0.1";
 };
 
+TEST_F(DressProgram, ABodyOfNoPersonsHeightIsRefusedWithTheOptionThatMakesItAPerson) {
+  const auto answer = [&](const Vec3& scale, const std::string& options) {
+    TriangleMesh mesh = pyramid(0.0);  // 0.6 x 0.5 x 0.6 m
+    for (Vec3& x : mesh.vertices) x = x.cwiseProduct(scale);
+    write_obj(folder_ / "other.obj", mesh.vertices, mesh.triangles);
+    return run("dress tube.json other.obj --out out --no-picture" + options);
+  };
+  EXPECT_REFUSED(answer(Vec3(1, 0.5, 2), " --up y"), "is 0.25 m tall with --unit 1 and --up y");
+  EXPECT_REFUSED(answer(Vec3(1, 0.5, 2), " --up y"), "such as --up z");
+  EXPECT_REFUSED(answer(Vec3(3, 1, 0.1), " --up z"), "such as --up x");
+  EXPECT_REFUSED(answer(Vec3(0.1, 3, 0.1), " --up x"), "such as --up y");
+  EXPECT_REFUSED(answer(Vec3(100, 100, 100), " --up z"), "such as --unit 0.01");
+  EXPECT_REFUSED(answer(Vec3(1000, 1000, 1000), " --up y"), "such as --unit 0.001");
+  EXPECT_REFUSED(answer(Vec3(1, 1, 1), " --up x --unit 0.01"), "such as --unit 1");
+  EXPECT_REFUSED(answer(Vec3(0.1, 0.1, 0.1), " --up z"), "give --unit, the metres per unit");
+}
+
 TEST_F(DressProgram, PosesMoveTheBodyAndTheGarmentFollows) {
   const Outcome outcome =
       run("dress tube.json body.obj --every-step --out out" + options_ + poses_);

@@ -54,6 +54,11 @@ TEST_F(SceneFile, AnUnknownKeyNamesTheNearestKnownOne) {
       "nearest is \"radius\"");
 }
 
+TEST_F(SceneFile, ASetOfAnUnknownKeyNamesTheNearestKeyEvenIfTheFileHasIt) {
+  const char* const text = R"({"geometry": [{}], "time": {"frames": 3}})";
+  EXPECT_SAYS(fault(text, {{"time.framez", "5"}}), "nearest is \"frames\"");
+}
+
 TEST_F(SceneFile, TheOldNameOfTheRestGapIsStillRead) {
   const char* const text = R"({"geometry": [{"name": "shirt"}], "contact": {"thickness": 0.003,
     "pairs": [{"a": "shirt", "b": "shirt", "thickness": 0.004}]}})";

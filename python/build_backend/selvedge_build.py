@@ -45,7 +45,7 @@ def _metadata():
     return (
         "Metadata-Version: 2.1\nName: selvedge\n"
         f"Version: {_version()}\n"
-        "Summary: Cloth collision: exact, clean, and nothing the scene does not need\n"
+        "Summary: Exact cloth collision, and cloth that never passes through anything\n"
         "License: MIT\nRequires-Python: >=3.9\nRequires-Dist: numpy\n"
         f"Description-Content-Type: text/markdown\n\n{readme}"
     )

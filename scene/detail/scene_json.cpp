@@ -334,9 +334,12 @@ class Checker {
                fmt::format("cannot be combined with the other keys here; known are {}",
                            quoted_list(known)));
       }
-    std::vector<std::string> free;  // a key that is present cannot be the intended one
+    // A key that the file has cannot be the intended one, unless --set was to replace it.
+    const auto origin = document_.origin.find(path);
+    const bool is_set = origin != document_.origin.end() && origin->second.starts_with("--set ");
+    std::vector<std::string> free;
     for (const std::string& name : known)
-      if (!value.contains(name)) free.push_back(name);
+      if (is_set || !value.contains(name)) free.push_back(name);
     fail(document_, path,
          fmt::format("unknown key; nearest is \"{}\", known are {}",
                      nearest_word(key, free.empty() ? known : free), quoted_list(known)));

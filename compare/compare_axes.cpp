@@ -289,13 +289,15 @@ std::vector<Override> step_overrides(const Scene& base, double dt) {
     return {{"time.frames", fmt::format("{}", base.time.frames * parts)},
             {"time.fps", fmt::format("{}", fps * parts)},
             {"time.steps_per_frame", fmt::format("{}", std::ceil(steps / parts))},
-            {"time.step_error", "0"}};
+            {"time.step_error", "0"},
+            {"time.sleep_speed", "0"}};
   }
   const double frames = std::max(1.0, whole(end / dt));
   return {{"time.frames", fmt::format("{}", frames)},
           {"time.fps", fmt::format("{}", frames / end)},
           {"time.steps_per_frame", "1"},
-          {"time.step_error", "0"}};
+          {"time.step_error", "0"},
+          {"time.sleep_speed", "0"}};
 }
 
 namespace {

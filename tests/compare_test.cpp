@@ -92,10 +92,13 @@ TEST(CompareAxes, AStepOfAnyLengthEndsWithTheScene) {
   Scene scene;
   scene.time.frames = 30;  // half a second
   for (const double dt : {1e-5, 1e-3, 0.004, 1.0 / 60.0, 0.03, 0.4}) {
-    std::map<std::string, double> value = {
-        {"time.frames", 30}, {"time.fps", 60.0}, {"time.step_error", 1.0}};
+    std::map<std::string, double> value = {{"time.frames", 30},
+                                           {"time.fps", 60.0},
+                                           {"time.step_error", 1.0},
+                                           {"time.sleep_speed", 1.0}};
     for (const Override& o : step_overrides(scene, dt)) value[o.path] = std::stod(o.value);
     EXPECT_EQ(value["time.step_error"], 0.0) << "steps of a given length are not joined";
+    EXPECT_EQ(value["time.sleep_speed"], 0.0) << "nor left out";
     const double steps = value["time.frames"] * value["time.steps_per_frame"];
     EXPECT_NEAR(value["time.frames"] / value["time.fps"], 0.5, 1e-12) << dt;
     EXPECT_LE(0.5 / steps, dt * (1.0 + 1e-9)) << dt;

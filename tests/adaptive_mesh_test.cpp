@@ -354,6 +354,59 @@ TEST(Bilayered, AContactOfTheDenseLayerMovesTheSparseOne) {
   EXPECT_LT((pushed - cloth.mass[node] * u).norm(), 1e-15);
 }
 
+/// In the local iteration of the dense layer the sparse one is held, so its masses do not matter.
+TEST(Bilayered, TheSparseLayerIsHeldWhileTheDenseOneIsDrawnBackToIt) {
+  const ClothMesh cloth = make_bilayered({0.8, 0.4, 16, 8}, {4, 0.3, 2000.0}, Material{});
+  const Followers layers = Followers::of_layers(cloth);
+  const std::size_t n = cloth.mass.size();
+  std::vector<Vectors> drawn;
+  for (const double heavier : {1.0, 1000.0}) {
+    const auto both = make_both_layers(cloth, Vec3::Zero(), "implicit_euler");
+    Particles p{cloth.surface.vertices, Vectors(n, Vec3::Zero()), cloth.mass, {}};
+    for (const std::int32_t i : layers.leaders()) p.mass[i] *= heavier;
+    for (const double m : p.mass) p.inv_mass.push_back(1.0 / m);
+    for (const std::int32_t i : layers.nodes()) p.x[i].z() += 1e-3;
+    Vectors mean(n, Vec3::Zero()), end(mean);
+    both->begin({p, 0.0, 0.01}, {mean, end});
+    both->solve({}, {mean, end}, 1.0);
+    for (const std::int32_t i : layers.leaders()) EXPECT_LT(mean[i].norm(), 1e-13);
+    for (const std::int32_t i : layers.nodes()) EXPECT_LT(mean[i].z(), -5e-4);
+    drawn.push_back(mean);
+  }
+  for (const std::int32_t i : layers.nodes())
+    EXPECT_LT((drawn[0][i] - drawn[1][i]).norm(), 1e-13) << i;
+}
+
+/// Held particles of either layer, and those that a handle moves.
+TEST(Bilayered, HeldParticlesOfBothLayersMoveAsTheyAreMoved) {
+  const ClothMesh cloth = make_bilayered({0.8, 0.4, 16, 8}, {4, 0.3, 2000.0}, Material{});
+  const Followers layers = Followers::of_layers(cloth);
+  const std::size_t n = cloth.mass.size();
+  for (const char* name : {"implicit_euler", "symplectic_euler"}) {
+    const auto both = make_both_layers(cloth, Vec3(0.0, 0.0, -9.81), name);
+    Particles p{cloth.surface.vertices, Vectors(n, Vec3::Zero()), cloth.mass, {}};
+    for (const double m : cloth.mass) p.inv_mass.push_back(1.0 / m);
+    // Three of each layer, none of which is above a held one of the other.
+    const auto &dense = layers.nodes(), &sparse = layers.leaders();
+    const std::vector<std::int32_t> held{dense[1],  dense[53],  dense[100],
+                                         sparse[4], sparse[10], sparse[14]};
+    const Vec3 still = Vec3::Zero();
+    for (const Vec3& u : {still, Vec3(0.3, -0.2, 0.1)}) {
+      Vectors mean = p.v;
+      for (const std::int32_t i : held) {
+        p.inv_mass[i] = 0.0;
+        mean[i] = u;
+      }
+      Vectors end = mean;
+      const double h = both->traits().is_implicit ? 0.01 : 1e-4;
+      both->begin({p, 0.0, h}, {mean, end});
+      both->solve({}, {mean, end}, 1.0);
+      for (const std::int32_t i : held) EXPECT_LT((mean[i] - u).norm(), 1e-15) << name << i;
+      EXPECT_LT(mean[sparse[7]].z(), -1e-4) << name;
+    }
+  }
+}
+
 TEST(Bilayered, AtRestAndInAnyAffineShapeTheLayersAreTogether) {
   const ClothMesh cloth = make_bilayered({0.8, 0.4, 16, 8}, {4, 0.3, 2000.0}, Material{});
   const auto ties = make_tie_force(cloth.layers, cloth.mass.size());

@@ -30,6 +30,10 @@ ClothMesh AdaptiveCloth::cloth() const {
   return std::visit([](const auto& cells) { return cells.cloth(); }, cells_);
 }
 
+TriangleMesh AdaptiveCloth::rest() const {
+  return grid() != nullptr ? grid()->cloth().surface : std::get<AdaptiveTriangles>(cells_).rest();
+}
+
 std::vector<GridCell> AdaptiveCloth::curved(std::span<const Vec3> x, double angle) const {
   if (grid() != nullptr) return grid()->curved(x, angle);
   return cells_of(std::get<AdaptiveTriangles>(cells_).curved(x, angle));

@@ -21,6 +21,8 @@ class AdaptiveCloth {
   std::int32_t vertex_count() const;
   const Edge& parents(std::int32_t i) const;
   ClothMesh cloth() const;
+  /// The rest shape of cloth(); triangle i is that of its surface.
+  TriangleMesh rest() const;
   /// As those of AdaptiveGrid and AdaptiveTriangles.
   std::vector<GridCell> curved(std::span<const Vec3> x, double angle) const;
   std::vector<GridCell> divisible() const;

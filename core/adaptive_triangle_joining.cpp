@@ -31,8 +31,8 @@ Triangle whole_of(Triangle half, std::int32_t m, const Edge& edge) {
 
 std::vector<std::vector<std::int32_t>> AdaptiveTriangles::around() const {
   std::vector<std::vector<std::int32_t>> found(parents_.size());
-  for (std::size_t t = 0; t < rest_.triangles.size(); ++t)
-    for (const std::int32_t v : rest_.triangles[t])
+  for (std::size_t t = 0; t < surface_.triangles.size(); ++t)
+    for (const std::int32_t v : surface_.triangles[t])
       found[v].push_back(static_cast<std::int32_t>(t));
   return found;
 }
@@ -47,13 +47,13 @@ bool AdaptiveTriangles::can_join(std::int32_t vertex, std::span<const std::int32
 bool AdaptiveTriangles::is_flat(std::int32_t vertex, std::span<const std::int32_t> halves,
                                 std::span<const Vec3> x, double angle, double limit) const {
   for (const std::int32_t t : halves) {
-    const Vec3 n = detail::area_vector(x, rest_.triangles[t]);
+    const Vec3 n = detail::area_vector(x, surface_.triangles[t]);
     const Vec3 whole =
-        detail::area_vector(x, whole_of(rest_.triangles[t], vertex, parents_[vertex]));
+        detail::area_vector(x, whole_of(surface_.triangles[t], vertex, parents_[vertex]));
     for (int side = 0; side < 3; ++side) {
       const std::int32_t other = across(t, side);
       if (other < 0) continue;
-      const Vec3 m = detail::area_vector(x, rest_.triangles[other]);
+      const Vec3 m = detail::area_vector(x, surface_.triangles[other]);
       if (!(detail::angle_between(n, m) <= angle) || !(detail::angle_between(whole, m) <= limit))
         return false;
     }
@@ -74,7 +74,7 @@ std::vector<std::int32_t> AdaptiveTriangles::flat(std::span<const Vec3> x, doubl
 /// parent. Others, of which no side is known, are looked for among all.
 std::vector<std::int32_t> AdaptiveTriangles::nodes(std::int32_t vertex) const {
   const auto has = [&](std::int32_t t) {
-    const Triangle& v = rest_.triangles[t];
+    const Triangle& v = surface_.triangles[t];
     return std::find(v.begin(), v.end(), vertex) != v.end();
   };
   std::vector<std::int32_t> near;
@@ -91,7 +91,7 @@ std::vector<std::int32_t> AdaptiveTriangles::nodes(std::int32_t vertex) const {
     if (has(t)) near.push_back(t);
   std::vector<std::int32_t> found;
   for (const std::int32_t t : near)
-    found.insert(found.end(), rest_.triangles[t].begin(), rest_.triangles[t].end());
+    found.insert(found.end(), surface_.triangles[t].begin(), surface_.triangles[t].end());
   std::sort(found.begin(), found.end());
   found.erase(std::unique(found.begin(), found.end()), found.end());
   return found;
@@ -111,43 +111,67 @@ std::vector<Vec3> AdaptiveTriangles::flattened(std::span<const std::int32_t> ver
 void AdaptiveTriangles::unite(std::int32_t vertex, std::span<const std::int32_t> halves,
                               std::vector<char>& gone) {
   const auto corner = [&](std::int32_t t) {
-    for (const std::int32_t v : rest_.triangles[t])
+    for (const std::int32_t v : surface_.triangles[t])
       if (v != vertex && v != parents_[vertex][0] && v != parents_[vertex][1]) return v;
     return -1;
+  };
+  // The vertex of the rest shape at which triangle t has vertex v.
+  const auto place = [&](std::int32_t t, std::int32_t v) {
+    int k = 0;
+    while (surface_.triangles[t][k] != v) ++k;
+    return rest_.triangles[t][k];
   };
   for (std::size_t i = 0; i < halves.size(); ++i)
     for (std::size_t j = i + 1; j < halves.size(); ++j) {
       const std::int32_t t = halves[i], other = halves[j];
       if (gone[t] != 0 || gone[other] != 0 || corner(t) != corner(other)) continue;
-      rest_.triangles[t] = whole_of(rest_.triangles[t], vertex, parents_[vertex]);
+      const Triangle before = surface_.triangles[t];
+      surface_.triangles[t] = whole_of(before, vertex, parents_[vertex]);
+      for (int k = 0; k < 3; ++k)
+        if (before[k] == vertex) rest_.triangles[t][k] = place(other, surface_.triangles[t][k]);
       cuts_[t].pop_back();
       gone[other] = 1;
     }
 }
 
-/// Leaves out vertices and triangles; `number`: of each vertex, or -1.
+/// Leaves out vertices and triangles, and the vertices of the rest shape that splits had added for
+/// them; `number`: of each vertex, or -1.
 void AdaptiveTriangles::renumber(const std::vector<std::int32_t>& number,
                                  const std::vector<char>& gone) {
-  TriangleMesh rest;
+  TriangleMesh surface, rest;
   std::vector<std::vector<std::int32_t>> cuts;
   std::vector<Edge> parents;
   for (std::size_t i = 0; i < number.size(); ++i) {
     if (number[i] < 0) continue;
     const auto [a, b] = parents_[i];
-    rest.vertices.push_back(rest_.vertices[i]);
+    surface.vertices.push_back(surface_.vertices[i]);
     parents.push_back(a < 0 ? Edge{-1, -1} : Edge{number[a], number[b]});
+  }
+  std::vector<char> stays(rest_.vertices.size(), 0);
+  std::fill_n(stays.begin(), first_places_, 1);
+  for (std::size_t t = 0; t < gone.size(); ++t)
+    for (const std::int32_t v : rest_.triangles[t])
+      if (gone[t] == 0) stays[v] = 1;
+  std::vector<std::int32_t> place(stays.size(), -1);
+  for (std::size_t i = 0; i < stays.size(); ++i) {
+    if (stays[i] == 0) continue;
+    place[i] = static_cast<std::int32_t>(rest.vertices.size());
+    rest.vertices.push_back(rest_.vertices[i]);
   }
   for (std::size_t t = 0; t < gone.size(); ++t) {
     if (gone[t] != 0) continue;
-    for (std::int32_t& v : rest_.triangles[t]) v = number[v];
+    for (std::int32_t& v : surface_.triangles[t]) v = number[v];
+    for (std::int32_t& v : rest_.triangles[t]) v = place[v];
     for (std::int32_t& v : cuts_[t]) v = number[v];
+    surface.triangles.push_back(surface_.triangles[t]);
     rest.triangles.push_back(rest_.triangles[t]);
     cuts.push_back(std::move(cuts_[t]));
   }
+  surface_ = std::move(surface);
   rest_ = std::move(rest);
   cuts_ = std::move(cuts);
   parents_ = std::move(parents);
-  sides_ = sides_of(rest_);
+  sides_ = sides_of(surface_);
 }
 
 std::vector<std::int32_t> AdaptiveTriangles::join(std::span<const std::int32_t> vertices,
@@ -159,7 +183,7 @@ std::vector<std::int32_t> AdaptiveTriangles::join(std::span<const std::int32_t> 
                                   std::to_string(parents_.size()) + " vertices of the mesh");
   const auto triangles = around();
   const std::vector<double> before = cloth().mass;
-  std::vector<char> gone(rest_.triangles.size(), 0), leaves(parents_.size(), 0);
+  std::vector<char> gone(surface_.triangles.size(), 0), leaves(parents_.size(), 0);
   std::vector<Vec3> momentum;
   for (std::size_t i = 0; i < v.size(); ++i) momentum.push_back(before[i] * v[i]);
   std::vector<char> takes(parents_.size(), 0);

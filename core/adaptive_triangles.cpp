@@ -33,16 +33,32 @@ Edge edge_of_side(const Triangle& t, int side) {
 
 }  // namespace
 
-AdaptiveTriangles::AdaptiveTriangles(TriangleMesh rest, const Material& material,
-                                     std::int32_t levels)
-    : rest_(std::move(rest)),
+AdaptiveTriangles::AdaptiveTriangles(TriangleMesh surface, TriangleMesh rest, bool has_pattern,
+                                     const Material& material, std::int32_t levels)
+    : surface_(std::move(surface)),
+      rest_(std::move(rest)),
+      has_pattern_(has_pattern),
+      first_places_(rest_.vertices.size()),
       material_(material),
       levels_(levels),
-      cuts_(rest_.triangles.size()),
-      parents_(rest_.vertices.size(), Edge{-1, -1}) {
+      cuts_(surface_.triangles.size()),
+      parents_(surface_.vertices.size(), Edge{-1, -1}) {
   require(levels >= 0 && levels <= AdaptiveGrid::kMaxLevels, "levels", levels, "between 0 and 6");
-  make_from_mesh(rest_, rest_, material);  // throws where it is unsuited
-  sides_ = sides_of(rest_);
+  (void)cloth();  // throws where the mesh is unsuited
+  sides_ = sides_of(surface_);
+}
+
+AdaptiveTriangles::AdaptiveTriangles(const TriangleMesh& rest, const Material& material,
+                                     std::int32_t levels)
+    : AdaptiveTriangles(rest, rest, false, material, levels) {}
+
+AdaptiveTriangles::AdaptiveTriangles(TriangleMesh surface, TriangleMesh pattern,
+                                     const Material& material, std::int32_t levels)
+    : AdaptiveTriangles(std::move(surface), std::move(pattern), true, material, levels) {}
+
+ClothMesh AdaptiveTriangles::cloth() const {
+  return has_pattern_ ? make_from_pattern(surface_, rest_, material_)
+                      : make_from_mesh(rest_, rest_, material_);
 }
 
 AdaptiveTriangles::SideMap AdaptiveTriangles::sides_of(const TriangleMesh& mesh) {
@@ -76,11 +92,11 @@ std::vector<std::int32_t> AdaptiveTriangles::divisible() const {
 std::vector<std::int32_t> AdaptiveTriangles::curved(std::span<const Vec3> x, double angle) const {
   std::vector<std::int32_t> found;
   for (const std::int32_t t : divisible()) {
-    const Vec3 n = detail::area_vector(x, rest_.triangles[t]);
+    const Vec3 n = detail::area_vector(x, surface_.triangles[t]);
     for (int side = 0; side < 3; ++side) {
       const std::int32_t other = across(t, side);
       if (other < 0) continue;
-      const Vec3 m = detail::area_vector(x, rest_.triangles[other]);
+      const Vec3 m = detail::area_vector(x, surface_.triangles[other]);
       if (!(detail::angle_between(n, m) > angle)) continue;
       found.push_back(t);
       break;
@@ -89,13 +105,25 @@ std::vector<std::int32_t> AdaptiveTriangles::curved(std::span<const Vec3> x, dou
   return found;
 }
 
+double AdaptiveTriangles::squared_length(std::int32_t triangle, int side) const {
+  const auto own = [&](std::int32_t t, int k) {
+    const auto [a, b] = edge_of_side(rest_.triangles[t], k);
+    return (rest_.vertices[b] - rest_.vertices[a]).squaredNorm();
+  };
+  const double here = own(triangle, side);
+  const std::int32_t other = has_pattern_ ? across(triangle, side) : -1;
+  if (other < 0) return here;
+  const Edge edge = edge_of_side(surface_.triangles[triangle], side);
+  int there = 0;
+  while (edge_of_side(surface_.triangles[other], there) != edge) ++there;
+  return 0.5 * (here + own(other, there));
+}
+
 /// Ties have one winner for both triangles of an edge, so that a chain of bisections ends.
 int AdaptiveTriangles::longest_side(std::int32_t triangle) const {
-  const Triangle& t = rest_.triangles[triangle];
+  const Triangle& t = surface_.triangles[triangle];
   const auto rank = [&](int side) {
-    const Edge e = edge_of_side(t, side);
-    const double squared = (rest_.vertices[e[1]] - rest_.vertices[e[0]]).squaredNorm();
-    return std::pair(-squared, e);
+    return std::pair(-squared_length(triangle, side), edge_of_side(t, side));
   };
   int longest = 0;
   for (const int side : {1, 2})
@@ -104,7 +132,7 @@ int AdaptiveTriangles::longest_side(std::int32_t triangle) const {
 }
 
 std::int32_t AdaptiveTriangles::across(std::int32_t triangle, int side) const {
-  const Sides& sides = sides_.at(edge_of_side(rest_.triangles[triangle], side));
+  const Sides& sides = sides_.at(edge_of_side(surface_.triangles[triangle], side));
   return sides[0] == triangle ? sides[1] : sides[0];
 }
 
@@ -114,29 +142,42 @@ void AdaptiveTriangles::replace_side(const Edge& edge, std::int32_t from, std::i
 }
 
 std::int32_t AdaptiveTriangles::add_middle(const Edge& edge) {
+  const std::vector<Vec3>& x = surface_.vertices;
   const std::int32_t middle = vertex_count();
-  rest_.vertices.push_back(0.5 * (rest_.vertices[edge[0]] + rest_.vertices[edge[1]]));
+  surface_.vertices.push_back(0.5 * (x[edge[0]] + x[edge[1]]));
   parents_.push_back(edge);
   return middle;
 }
 
+std::int32_t AdaptiveTriangles::add_place(const Edge& edge) {
+  std::vector<Vec3>& x = rest_.vertices;
+  x.push_back(0.5 * (x[edge[0]] + x[edge[1]]));
+  return static_cast<std::int32_t>(x.size()) - 1;
+}
+
 /// Triangle (a, b, c) becomes (a, m, c), and (m, b, c) is appended; its number is noted.
-void AdaptiveTriangles::cut(std::int32_t triangle, int side, std::int32_t middle,
+void AdaptiveTriangles::cut(std::int32_t triangle, int side, const Middle& middle,
                             std::vector<std::int32_t>& changed) {
-  const Triangle t = rest_.triangles[triangle];
-  const std::int32_t a = t[side], b = t[(side + 1) % 3], c = t[(side + 2) % 3];
-  const auto added = static_cast<std::int32_t>(rest_.triangles.size());
-  rest_.triangles[triangle] = {a, middle, c};
-  rest_.triangles.push_back({middle, b, c});
-  cuts_[triangle].push_back(middle);
+  const auto halve = [&](std::vector<Triangle>& all, std::int32_t m) {
+    const Triangle t = all[triangle];
+    const std::int32_t a = t[side], b = t[(side + 1) % 3], c = t[(side + 2) % 3];
+    all[triangle] = {a, m, c};
+    all.push_back({m, b, c});
+    return Triangle{a, b, c};
+  };
+  const std::int32_t m = middle.vertex;
+  halve(rest_.triangles, middle.place);
+  const auto [a, b, c] = halve(surface_.triangles, m);
+  const auto added = static_cast<std::int32_t>(surface_.triangles.size()) - 1;
+  cuts_[triangle].push_back(m);
   cuts_.push_back(cuts_[triangle]);
   const auto note = [&](std::int32_t v, std::int32_t w, std::int32_t of) {
     const auto [at, is_new] = sides_.try_emplace({std::min(v, w), std::max(v, w)}, Sides{of, -1});
     if (!is_new) at->second[1] = of;
   };
-  note(a, middle, triangle);
-  note(middle, b, added);
-  sides_[{std::min(c, middle), std::max(c, middle)}] = {triangle, added};
+  note(a, m, triangle);
+  note(m, b, added);
+  sides_[{std::min(c, m), std::max(c, m)}] = {triangle, added};
   replace_side({std::min(b, c), std::max(b, c)}, triangle, added);
   changed.push_back(triangle);
 }
@@ -148,24 +189,28 @@ void AdaptiveTriangles::bisect(std::int32_t triangle, std::vector<std::int32_t>&
   while (!chain.empty()) {
     const std::int32_t last = chain.back();
     const int side = longest_side(last);
-    const Edge edge = edge_of_side(rest_.triangles[last], side);
+    const Edge edge = edge_of_side(surface_.triangles[last], side);
     const std::int32_t other = across(last, side);
-    if (other >= 0 && edge_of_side(rest_.triangles[other], longest_side(other)) != edge) {
+    if (other >= 0 && edge_of_side(surface_.triangles[other], longest_side(other)) != edge) {
       chain.push_back(other);
       continue;
     }
     const int other_side = other >= 0 ? longest_side(other) : 0;
-    const std::int32_t middle = add_middle(edge);
+    const Edge here = edge_of_side(rest_.triangles[last], side);
+    const Edge there = other >= 0 ? edge_of_side(rest_.triangles[other], other_side) : here;
+    const Middle middle{add_middle(edge), add_place(here)};
     sides_.erase(edge);
     cut(last, side, middle, changed);
-    if (other >= 0) cut(other, other_side, middle, changed);
+    if (other >= 0)
+      cut(other, other_side, {middle.vertex, there == here ? middle.place : add_place(there)},
+          changed);
     chain.pop_back();
   }
 }
 
 void AdaptiveTriangles::split(std::span<const std::int32_t> triangles, std::vector<Vec3>& x,
                               std::vector<Vec3>& v) {
-  const auto count = static_cast<std::int32_t>(rest_.triangles.size());
+  const auto count = static_cast<std::int32_t>(surface_.triangles.size());
   std::vector<std::int32_t> target(count, 0);  // generation of the parts of each triangle
   for (const std::int32_t t : triangles) {
     require(t >= 0 && t < count, "triangle", t, "of the mesh");

@@ -17,6 +17,11 @@ namespace selvedge {
 /// shape; of equally long edges, the one with the smaller vertex numbers counts as longer. No angle
 /// becomes smaller than half the smallest angle of the first mesh.
 ///
+/// The rest shape may be a flat pattern with vertices of its own (make_from_pattern): then an edge
+/// of a seam has a place on each of its sides, gets a middle on each, and counts by the mean of the
+/// squares of both lengths. Where the two sides of a seam differ in length, the bound on angles
+/// does not hold.
+///
 /// A split places new vertices in the middle of an edge and moves no point of the surface, so it
 /// cannot cause a collision. The vertices of the first mesh come first and keep their indices; a
 /// split appends its new vertices, and a join keeps the order of those that stay.
@@ -25,14 +30,18 @@ class AdaptiveTriangles {
   /// `rest`: the flat rest shape. A triangle is split up to `levels` times in four. Throws
   /// std::invalid_argument if the mesh or the material is unsuited (make_from_mesh), or if
   /// `levels` is out of [0, AdaptiveGrid::kMaxLevels].
-  AdaptiveTriangles(TriangleMesh rest, const Material& material, std::int32_t levels);
+  AdaptiveTriangles(const TriangleMesh& rest, const Material& material, std::int32_t levels);
+  /// The same for a surface whose triangle i has the rest shape of triangle i of `pattern`.
+  AdaptiveTriangles(TriangleMesh surface, TriangleMesh pattern, const Material& material,
+                    std::int32_t levels);
 
   std::int32_t vertex_count() const { return static_cast<std::int32_t>(parents_.size()); }
-  /// The present triangles, in the rest shape.
+  /// The present triangles, in the rest shape, with the vertices of the pattern.
   const TriangleMesh& rest() const { return rest_; }
 
-  /// Springs, hinges, masses and the rest shape of the present triangles: those of make_from_mesh.
-  ClothMesh cloth() const { return make_from_mesh(rest_, rest_, material_); }
+  /// Springs, hinges, masses and the rest shape of the present triangles: those of make_from_mesh
+  /// or of make_from_pattern.
+  ClothMesh cloth() const;
 
   /// Triangles that can still be split and whose normal differs from a neighbour's by more than
   /// `angle` (rad) in the state x. Sorted.
@@ -67,6 +76,9 @@ class AdaptiveTriangles {
   const Edge& parents(std::int32_t i) const { return parents_[i]; }
 
  private:
+  AdaptiveTriangles(TriangleMesh surface, TriangleMesh rest, bool has_pattern,
+                    const Material& material, std::int32_t levels);
+
   /// The one or two triangles of an edge; -1: none.
   using Sides = std::array<std::int32_t, 2>;
 
@@ -84,15 +96,24 @@ class AdaptiveTriangles {
     return static_cast<std::int32_t>(cuts_[triangle].size());
   }
   bool is_divisible(std::int32_t triangle) const;
+  double squared_length(std::int32_t triangle, int side) const;
   int longest_side(std::int32_t triangle) const;
   std::int32_t across(std::int32_t triangle, int side) const;
   void replace_side(const Edge& edge, std::int32_t from, std::int32_t to);
   void bisect(std::int32_t triangle, std::vector<std::int32_t>& changed);
-  void cut(std::int32_t triangle, int side, std::int32_t middle,
+  /// A new vertex, of the surface and of the rest shape.
+  struct Middle {
+    std::int32_t vertex, place;
+  };
+  void cut(std::int32_t triangle, int side, const Middle& middle,
            std::vector<std::int32_t>& changed);
   std::int32_t add_middle(const Edge& edge);
+  std::int32_t add_place(const Edge& edge);
 
-  TriangleMesh rest_;
+  TriangleMesh surface_;      // at its start
+  TriangleMesh rest_;         // triangle i is that of the surface
+  bool has_pattern_;          // rest_ has vertices of its own; else it equals surface_
+  std::size_t first_places_;  // vertices of rest_ before any split
   Material material_;
   std::int32_t levels_;
   std::vector<std::vector<std::int32_t>> cuts_;  // of each triangle: middles of its bisections

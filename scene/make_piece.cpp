@@ -150,12 +150,15 @@ TriangleMesh load_rest(const ClothFile& cloth, const std::string& name, const Tr
   return rest;
 }
 
+/// The flat pieces in the texture coordinates.
+TriangleMesh load_pattern(const ClothFile& cloth, double factor) {
+  return read_pattern(cloth.file, factor * cloth.texture_unit);
+}
+
 void refuse_unsuited_refinement(const ClothFile& cloth) {
   const char* fault = nullptr;
   if (cloth.support) fault = "\"support\" holds the vertices that there are";
   if (cloth.plate) fault = "\"plate\" fits springs to one mesh";
-  if (cloth.texture_unit > 0.0)
-    fault = "\"rest\": \"texture\" has vertices of its own; give the flat shape as \"rest_mesh\"";
   if (fault != nullptr)
     throw std::invalid_argument(fmt::format("\"refine\" splits triangles, but {}", fault));
   refuse_unsuited_angles(cloth.refine);
@@ -181,7 +184,7 @@ Piece load_cloth(const ClothFile& cloth, double factor, const Material& material
   if (cloth.texture_unit > 0.0) {
     if (cloth.plate)
       throw std::invalid_argument("\"plate\" cannot be combined with \"rest\": \"texture\"");
-    TriangleMesh pattern = read_pattern(cloth.file, factor * cloth.texture_unit);
+    TriangleMesh pattern = load_pattern(cloth, factor);
     return {make_from_pattern(surface, pattern, material), std::move(pattern)};
   }
   TriangleMesh rest = load_rest(cloth, name, surface, factor);
@@ -237,7 +240,10 @@ AdaptiveCloth make_adaptive_cloth(const ClothSpec& cloth, const Material& materi
     refuse_unsuited_refinement(*file);
     const double factor = cloth.placement.scale;
     const std::string name = name_of(*file);
-    const TriangleMesh surface = load_surface(*file, name, factor);
+    TriangleMesh surface = load_surface(*file, name, factor);
+    if (file->texture_unit > 0.0)
+      return AdaptiveTriangles(std::move(surface), load_pattern(*file, factor), material,
+                               file->refine.levels);
     return AdaptiveTriangles(load_rest(*file, name, surface, factor), material,
                              file->refine.levels);
   }

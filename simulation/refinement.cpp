@@ -168,8 +168,7 @@ BuiltScene Refinement::build() const {
   return build_scene(scene_, [&](std::size_t number) -> selvedge::Piece {
     for (const Piece& p : pieces_) {
       if (p.number != number) continue;
-      selvedge::Piece piece{p.cells.cloth(), {}};
-      piece.rest = piece.cloth.surface;
+      selvedge::Piece piece{p.cells.cloth(), p.cells.rest()};
       piece.cloth.surface.vertices = p.start;
       return piece;
     }

@@ -3,12 +3,14 @@
 // no change of mass, momentum, surface or stretch stiffness.
 #include <gtest/gtest.h>
 #include <selvedge/core/adaptive_triangles.h>
+#include <selvedge/core/force.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <random>
 #include <set>
 #include <stdexcept>
@@ -115,6 +117,16 @@ TEST(AdaptiveTriangles, BisectTheLongestEdgeOfBothTriangles) {
               (x[6] == Vec3(0.5, 0, 0) && x[5] == Vec3(1, 0.5, 0)));
   EXPECT_EQ(mesh.parents(4), (Edge{0, 2}));
   EXPECT_EQ(mesh.parents(0), (Edge{-1, -1}));
+}
+
+/// In the half (a, m, c), the edge opposite the newest vertex m is the shortest one.
+TEST(AdaptiveTriangles, BisectTheLongestEdgeOfEachHalf) {
+  const TriangleMesh slanted{{{0, 0, 0}, {8, 0, 0}, {1, 1, 0}}, {{0, 1, 2}}};
+  AdaptiveTriangles mesh(slanted, fabric(), 1);
+  std::vector<Vec3> x = slanted.vertices, v(3, Vec3::Zero());
+  mesh.split(mesh.divisible(), x, v);
+  EXPECT_EQ(
+      x, (std::vector<Vec3>{{0, 0, 0}, {8, 0, 0}, {1, 1, 0}, {4, 0, 0}, {2, 0, 0}, {4.5, 0.5, 0}}));
 }
 
 TEST(AdaptiveTriangles, SplitEverywhereTheyAreFourTimesAsMany) {
@@ -343,6 +355,235 @@ TEST(AdaptiveTriangles, AreFlatWhereTheyDoNotBend) {
   for (const std::int32_t i : found) EXPECT_GT(std::abs(x[i].y()), 1e-12) << "on the ridge";
   // A whole triangle that would be split at once is not joined.
   EXPECT_LE(mesh.flat(x, 4.0, 1e-9).size(), found.size());
+}
+
+// -- flat patterns as rest shapes -----------------------------------------------------------------
+
+/// A cone and the three quarters of a flat ring that it is made of. One side of its seam is longer
+/// than the other by `gathered`.
+struct Skirt {
+  TriangleMesh surface, pattern;
+};
+Skirt make_skirt(double gathered = 0.0) {
+  constexpr int sides = 8, rings = 3;
+  constexpr double pi = std::numbers::pi;
+  const double turn = 1.5 * pi, sine = turn / (2.0 * pi), cosine = std::sqrt(1.0 - sine * sine);
+  Skirt skirt;
+  for (int j = 0; j <= rings; ++j)
+    for (int k = 0; k <= sides; ++k) {
+      const double r = 0.16 + 0.4 * j / rings, a = 2.0 * pi * k / sides, flat = turn * k / sides;
+      const double here = k == sides ? (1.0 + gathered) * r : r;
+      skirt.pattern.vertices.emplace_back(here * std::cos(flat), here * std::sin(flat), 0.0);
+      if (k == sides) continue;
+      skirt.surface.vertices.emplace_back(r * sine * std::cos(a), r * sine * std::sin(a),
+                                          -r * cosine);
+    }
+  for (int j = 0; j < rings; ++j)
+    for (int k = 0; k < sides; ++k) {
+      const auto add = [&](std::array<int, 3> ring, std::array<int, 3> spoke) {
+        Triangle corner, place;
+        for (int i = 0; i < 3; ++i) {
+          corner[i] = ring[i] * sides + spoke[i] % sides;
+          place[i] = ring[i] * (sides + 1) + spoke[i];
+        }
+        skirt.surface.triangles.push_back(corner);
+        skirt.pattern.triangles.push_back(place);
+      };
+      add({j, j + 1, j + 1}, {k, k, k + 1});
+      add({j, j + 1, j}, {k, k + 1, k + 1});
+    }
+  return skirt;
+}
+
+AdaptiveTriangles sewn(const Skirt& skirt, std::int32_t levels) {
+  return {skirt.surface, skirt.pattern, fabric(), levels};
+}
+
+/// The places of every vertex of the surface in the rest shape.
+std::vector<std::set<std::int32_t>> places_of(const AdaptiveTriangles& mesh) {
+  const ClothMesh cloth = mesh.cloth();
+  std::vector<std::set<std::int32_t>> places(cloth.mass.size());
+  for (std::size_t t = 0; t < cloth.surface.triangles.size(); ++t)
+    for (int k = 0; k < 3; ++k)
+      places[cloth.surface.triangles[t][k]].insert(mesh.rest().triangles[t][k]);
+  return places;
+}
+
+/// Each new vertex, on every side of a seam, in the middle between the places of its parents there.
+void expect_new_places_in_the_middle(const AdaptiveTriangles& mesh) {
+  const auto places = places_of(mesh);
+  const std::vector<Vec3>& x = mesh.rest().vertices;
+  for (std::int32_t i = 0; i < mesh.vertex_count(); ++i) {
+    const auto [a, b] = mesh.parents(i);
+    if (a < 0) continue;
+    for (const std::int32_t own : places[i]) {
+      bool found = false;
+      for (const std::int32_t p : places[a])
+        for (const std::int32_t q : places[b]) found |= x[own] == Vec3(0.5 * (x[p] + x[q]));
+      EXPECT_TRUE(found) << i;
+    }
+  }
+}
+
+void expect_to_conform(const TriangleMesh& mesh, int borders) {
+  std::map<Edge, int> count;
+  for (const Triangle& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k)
+      ++count[{std::min(t[k], t[(k + 1) % 3]), std::max(t[k], t[(k + 1) % 3])}];
+  std::map<std::int32_t, int> ends;  // of edges with one triangle: closed lines
+  for (const auto& [edge, n] : count) {
+    EXPECT_LE(n, 2);
+    for (const std::int32_t end : edge) ends[end] += n == 1 ? 1 : 0;
+  }
+  for (const auto& [vertex, n] : ends) EXPECT_TRUE(n == 0 || n == 2) << vertex;
+  const auto vertices = static_cast<int>(mesh.vertices.size()),
+             edges = static_cast<int>(count.size()),
+             faces = static_cast<int>(mesh.triangles.size());
+  EXPECT_EQ(vertices - edges + faces, 2 - borders) << "a node hangs";
+}
+
+TEST(AdaptivePatterns, HaveTheRestLengthsOfThePatternWhateverTheSurface) {
+  std::mt19937 random(11);
+  std::normal_distribution<double> noise;
+  const TriangleMesh flat = make_triangular({0.6, 0.5, 4, 4}, fabric()).surface;
+  TriangleMesh surface = flat;
+  for (Vec3& p : surface.vertices) p += 0.1 * Vec3(noise(random), noise(random), noise(random));
+  AdaptiveTriangles mesh(surface, flat, fabric(), 3), alone(flat, fabric(), 3);
+  std::vector<Vec3> x = surface.vertices, v(x.size(), Vec3::Zero()), y = x, w = v;
+  std::mt19937 same(12), again(12);
+  split_at_random(mesh, x, v, same);
+  split_at_random(alone, y, w, again);
+  ASSERT_GT(x.size(), 3 * surface.vertices.size());
+  EXPECT_EQ(x, y);
+  const ClothMesh found = mesh.cloth(), exact = alone.cloth();
+  EXPECT_EQ(found.surface.triangles, exact.surface.triangles);
+  EXPECT_EQ(found.surface.vertices, x);
+  for (std::size_t i = 0; i < exact.mass.size(); ++i)
+    EXPECT_NEAR(found.mass[i], exact.mass[i], 1e-15);
+  const auto lengths = [](const ClothMesh& cloth) {
+    std::map<Edge, double> all;
+    for (const Spring& s : cloth.springs)
+      all[{std::min(s.a, s.b), std::max(s.a, s.b)}] = s.rest_length;
+    return all;
+  };
+  EXPECT_EQ(lengths(found), lengths(exact));
+}
+
+TEST(AdaptivePatterns, HaveNoHangingNodeAndKeepBothSidesOfASeam) {
+  for (const double gathered : {0.0, 0.3}) {
+    std::mt19937 random(13);
+    for (int trial = 0; trial < 5; ++trial) {
+      const Skirt skirt = make_skirt(gathered);
+      AdaptiveTriangles mesh = sewn(skirt, 3);
+      std::vector<Vec3> x = skirt.surface.vertices, v(x.size(), Vec3::Zero());
+      split_at_random(mesh, x, v, random);
+      EXPECT_GT(x.size(), 4 * skirt.surface.vertices.size());
+      const ClothMesh cloth = mesh.cloth();
+      expect_to_conform(cloth.surface, 2);
+      expect_new_places_in_the_middle(mesh);
+      EXPECT_NEAR(area(mesh.rest()), area(skirt.pattern), 1e-12);
+      int twice = 0;
+      for (const auto& places : places_of(mesh)) {
+        EXPECT_LE(places.size(), 2u);
+        twice += places.size() == 2 ? 1 : 0;
+      }
+      EXPECT_GT(twice, 8) << "new vertices of the seam have a place on each side";
+    }
+  }
+}
+
+/// Three triangles around a corner. In the flat, each one's side to the next triangle is longer
+/// than its side to the one before: if each edge counted by one side alone, no edge would be the
+/// longest of both its triangles.
+TEST(AdaptivePatterns, AreSplitWhereTheSidesOfSeamsDiffer) {
+  Skirt tip{{{{0, 0, 0}, {1, 0, 0.3}, {-0.5, 0.8, 0.3}, {-0.5, -0.8, 0.3}},
+             {{0, 1, 2}, {0, 2, 3}, {0, 3, 1}}},
+            {}};
+  for (std::int32_t k = 0; k < 3; ++k) {
+    const double x = 4.0 * k;
+    for (const Vec3& p : {Vec3(x, 0, 0), Vec3(x + 1, 0, 0), Vec3(x + 1, 1.7, 0)})
+      tip.pattern.vertices.push_back(p);
+    tip.pattern.triangles.push_back({3 * k, 3 * k + 1, 3 * k + 2});
+  }
+  AdaptiveTriangles mesh = sewn(tip, 2);
+  std::vector<Vec3> x = tip.surface.vertices, v(x.size(), Vec3::Zero());
+  for (int level = 0; level < 2; ++level) mesh.split(mesh.divisible(), x, v);
+  EXPECT_GE(mesh.rest().triangles.size(), 48u);
+  expect_to_conform(mesh.cloth().surface, 1);
+  expect_new_places_in_the_middle(mesh);
+  EXPECT_NEAR(area(mesh.rest()), area(tip.pattern), 1e-12);
+}
+
+TEST(AdaptivePatterns, HaveNoAngleBelowHalfOfTheSmallest) {
+  std::mt19937 random(14);
+  const Skirt skirt = make_skirt();
+  const double least = smallest_angle(skirt.pattern);
+  AdaptiveTriangles mesh = sewn(skirt, 4);
+  std::vector<Vec3> x = skirt.surface.vertices, v(x.size(), Vec3::Zero());
+  split_at_random(mesh, x, v, random);
+  EXPECT_GE(smallest_angle(mesh.rest()), 0.5 * least * (1.0 - 1e-9));
+}
+
+/// Of finite elements, whose strain is that of the whole triangle in each part.
+TEST(AdaptivePatterns, ASplitKeepsMassMomentumCentreAndTheEnergyOfTheStretch) {
+  std::mt19937 random(15);
+  std::normal_distribution<double> noise;
+  Material m = fabric();
+  m.stretch_law = StretchLaw::corotated;
+  const Skirt skirt = make_skirt(0.2);
+  AdaptiveTriangles mesh(skirt.surface, skirt.pattern, m, 3);
+  std::vector<Vec3> x = skirt.surface.vertices, v;
+  for (Vec3& p : x) {
+    p += 0.02 * Vec3(noise(random), noise(random), noise(random));
+    v.push_back(Vec3(noise(random), noise(random), noise(random)));
+  }
+  const auto sums = [&] {
+    const ClothMesh cloth = mesh.cloth();
+    Vec3 momentum = Vec3::Zero(), moment = Vec3::Zero();
+    double all = 0.0;
+    for (std::size_t i = 0; i < cloth.mass.size(); ++i) {
+      all += cloth.mass[i];
+      momentum += cloth.mass[i] * v[i];
+      moment += cloth.mass[i] * x[i];
+    }
+    const double energy = make_membrane_force(cloth.membranes, m.stretch_law, x.size())
+                              ->energy({x, v, cloth.mass, 0.0});
+    return std::tuple(all, momentum, moment, energy);
+  };
+  const auto [mass, momentum, moment, energy] = sums();
+  EXPECT_NEAR(mass, m.density * area(skirt.pattern), 1e-14);
+  split_at_random(mesh, x, v, random);
+  const auto [mass_after, momentum_after, moment_after, energy_after] = sums();
+  EXPECT_NEAR(mass_after, mass, 1e-14);
+  EXPECT_LT((momentum_after - momentum).norm(), 1e-14);
+  EXPECT_LT((moment_after - moment).norm(), 1e-14);
+  EXPECT_NEAR(energy_after, energy, 1e-10 * energy);
+}
+
+TEST(AdaptivePatterns, JoinedAgainTheyAreTheFirstMesh) {
+  for (const double gathered : {0.0, 0.3}) {
+    std::mt19937 random(16);
+    const Skirt skirt = make_skirt(gathered);
+    AdaptiveTriangles mesh = sewn(skirt, 3);
+    std::vector<Vec3> x = skirt.surface.vertices, v(x.size(), Vec3(1.0, 2.0, 3.0));
+    for (int round = 0; round < 3; ++round) {
+      split_at_random(mesh, x, v, random);
+      std::vector<std::int32_t> some;
+      for (const std::int32_t i : mesh.flat(x, 4.0, 4.0))
+        if (random() % 2 == 0) some.push_back(i);
+      mesh.join(some, x, v);
+      expect_to_conform(mesh.cloth().surface, 2);
+      expect_new_places_in_the_middle(mesh);
+    }
+    for (std::vector<std::int32_t> some; !(some = mesh.flat(x, 4.0, 4.0)).empty();)
+      mesh.join(some, x, v);
+    EXPECT_EQ(x, skirt.surface.vertices);
+    EXPECT_EQ(mesh.cloth().surface.vertices, skirt.surface.vertices);
+    EXPECT_EQ(mesh.rest().vertices, skirt.pattern.vertices);
+    EXPECT_EQ(corners_of(mesh.rest()), corners_of(skirt.pattern));
+    EXPECT_EQ(corners_of(mesh.cloth().surface), corners_of(skirt.surface));
+    for (const Vec3& u : v) EXPECT_LT((u - Vec3(1.0, 2.0, 3.0)).norm(), 1e-13);
+  }
 }
 
 TEST(AdaptiveTriangles, BadInputIsRefused) {

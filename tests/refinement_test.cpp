@@ -3,6 +3,7 @@
 // Scenes whose mesh is refined as they run, and the scene keys of the survey's other meshes.
 #include <gtest/gtest.h>
 #include <selvedge/bodies/mesh_file.h>
+#include <selvedge/core/measure.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/run/run.h>
@@ -375,6 +376,93 @@ TEST_F(Refinements, AResumedRunOfAMeshGoesOnToTheSameBits) {
   run_scene(scene(mesh_over_ball(kSettled), {{"time.frames", "9"}}), config_);
   config_.resume = true;
   EXPECT_EQ(run_scene(scene(mesh_over_ball(kSettled)), config_).state_hash, result.state_hash);
+}
+
+// The square over the ball as an OBJ file of two halves that are sewn at x = 0, whose flat pattern
+// in the texture coordinates is larger by a tenth.
+class PatternRefinements : public Refinements {
+ protected:
+  static constexpr double kLarger = 1.1;
+
+  std::string over_the_ball(const std::string& keys) {
+    constexpr int n = 6;  // cells; 2 (n/2 + 1) columns of places
+    std::ofstream file(folder_ / "halves.obj");
+    for (int j = 0; j <= n; ++j)
+      for (int i = 0; i <= n; ++i) file << "v " << 0.1 * i - 0.3 << " " << 0.1 * j - 0.3 << " 0\n";
+    for (int j = 0; j <= n; ++j)
+      for (int i = 0; i <= n + 1; ++i)
+        file << "vt " << kLarger * 0.1 * (i <= n / 2 ? i : i + 1) << " " << kLarger * 0.1 * j
+             << "\n";
+    for (int j = 0; j < n; ++j)
+      for (int i = 0; i < n; ++i) {
+        const auto corner = [&](int u, int v) {
+          return std::to_string((j + v) * (n + 1) + i + u + 1) + "/" +
+                 std::to_string((j + v) * (n + 2) + i + u + (i < n / 2 ? 0 : 1) + 1) + " ";
+        };
+        file << "f " << corner(0, 0) << corner(1, 0) << corner(1, 1) << "\n";
+        file << "f " << corner(0, 0) << corner(1, 1) << corner(0, 1) << "\n";
+      }
+    return R"({"geometry": [{"mesh": "halves.obj", "rest": "texture",
+      "transformation": {"translation": [0, 0, 0.156]}, )" +
+           keys + "}]" + kBall + "}";
+  }
+};
+
+TEST_F(PatternRefinements, AreSplitWhereTheyBendAndTheRunIsClean) {
+  const RunResult result = run_scene(scene(over_the_ball(kCurved)), config_);
+  EXPECT_TRUE(result.clean);
+  EXPECT_GT(result.counters.at("refinements"), 1.0);
+  EXPECT_EQ(vertices_of_frame(0), 49u);
+  EXPECT_GT(vertices_of_frame(16), vertices_of_frame(8));
+  EXPECT_LT(vertices_of_frame(16), 25u * 25u) << "not everywhere";
+}
+
+TEST_F(PatternRefinements, AResumedRunGoesOnToTheSameBits) {
+  const RunResult result = run_scene(scene(over_the_ball(kSettled)), config_);
+  EXPECT_TRUE(result.clean);
+  EXPECT_EQ(result.counters.at("refinements"), 2.0);
+  config_.out = folder_ / "in_parts";
+  run_scene(scene(over_the_ball(kSettled), {{"time.frames", "9"}}), config_);
+  config_.resume = true;
+  EXPECT_EQ(run_scene(scene(over_the_ball(kSettled)), config_).state_hash, result.state_hash);
+}
+
+TEST_F(PatternRefinements, KeepTheStrainOfTheFlatPatternMassAndMomentum) {
+  const Scene s = scene(over_the_ball(kSettled));
+  Refinement refinement(s, build_scene(s));
+  SimulationState state;
+  state.time = 1.0;
+  state.x = refinement.build().cloth.surface.vertices;
+  for (std::size_t i = 0; i < state.x.size(); ++i)
+    state.v.push_back(Vec3(std::sin(9.0 * i), std::cos(5.0 * i), std::sin(2.0 * i)));
+  double mass = 0.0;
+  Vec3 momentum = Vec3::Zero();
+  for (int level = 0; level <= 2; ++level) {
+    const BuiltScene built = refinement.build();
+    EXPECT_EQ(state.x, built.cloth.surface.vertices);  // it has not moved
+    for (const TriangleStrain& strain :
+         triangle_strains(state.x, built.cloth.surface.triangles, built.rest))
+      for (const double part : {strain.larger, strain.smaller})
+        EXPECT_NEAR(part, 1.0 / kLarger - 1.0, 1e-9);
+    for (const Spring& spring : built.cloth.springs)
+      EXPECT_NEAR(spring.rest_length, kLarger * (state.x[spring.a] - state.x[spring.b]).norm(),
+                  1e-9);
+    double now = 0.0;
+    Vec3 p = Vec3::Zero();
+    for (std::size_t i = 0; i < state.v.size(); ++i) {
+      now += built.cloth.mass[i];
+      p += built.cloth.mass[i] * state.v[i];
+    }
+    if (level == 0) {
+      mass = now;
+      momentum = p;
+    }
+    EXPECT_NEAR(now, mass, 1e-15);
+    EXPECT_LT((p - momentum).norm(), 1e-15);
+    if (level < 2) refinement.split(refinement.due(state), state);
+    state.time += 1.0;
+  }
+  EXPECT_GE(state.x.size(), 25u * 25u);
 }
 
 TEST_F(Refinements, AMeshThatCannotBeSplitIsRefused) {

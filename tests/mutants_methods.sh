@@ -38,6 +38,12 @@ mutant hanging_nodes I.5 "hanging nodes eliminated, x = (a + b)/2" "hanging node
 mutant hanging_mass I.5 "the weight of a hanging node on its leaders" "no weight (masses of the leaders alone)" \
   core/following.cpp "followers.gather(std::span<const double>(all.mass), std::span(own.mass));" \
   "for (std::size_t l = 0; l < own.mass.size(); ++l) own.mass[l] = all.mass[leaders[l]];" cloth 'Followers.*'
+mutant bisected_edge I.5 "bisection of the longest edge (Rivara)" "of the edge opposite the newest vertex" \
+  core/adaptive_triangles.cpp "return @longest@;" \
+  "cuts_[triangle].empty() ? longest : t[1] == cuts_[triangle].back() ? 2 : 1" \
+  cloth 'AdaptiveTriangles.*Half'
+mutant bisected_quarters I.5 "four quarters by two bisections" "halves by one" core/adaptive_triangles.cpp \
+  "kBisectionsPerLevel = @2@;" 1 cloth 'AdaptiveTriangles.SplitEverywhere*'
 
 # Internal forces.
 mutant kawabata III.2 "tension by LT and EMT" "Hooke's law" core/force_spring_curve.cpp \
@@ -46,6 +52,14 @@ mutant measured_curve III.2 "the measured tension curve" "Hooke's law of its slo
   "if (@d <= 0.0@) return" true lab 'MeasuredTension.*'
 mutant measured_bending III.2 "M(kappa) turned to F(d) by the chord" "a spring with the moment over the length of a cell" \
   core/force_chord.cpp "-w * m.force / (@d * sine@)" d lab 'ChordLink.*'
+mutant angle_shear III.2 "shear by the angle of warp and weft" "shear of the springs of edges" core/cloth_mesh.cpp \
+  "on_triangles = @m.shear_law == ShearLaw::angle@;" false lab 'AngleShear.*'
+mutant angle_sine III.2 "the angle of warp and weft" "its sine" core/force_yarn.cpp \
+  "shear = @angle.value - 0.5 * std::numbers::pi@;" "-elementary::cos(angle.value)" lab 'AngleShear.*'
+mutant angle_gradient III.2 "the gradient of the angle" "that of its sine" core/force_yarn.cpp \
+  "s.gradient = angle.gradient;" \
+  "for (int k = 0; k < 3; ++k) s.gradient[k] = elementary::sin(angle.value) * angle.gradient[k];" \
+  forces '*EveryInternalForce.IsMinus*'
 mutant beam III.7 "beam, linear in the displacement" "twisting spring, linear in the angle (Dai)" core/force_beam.cpp \
   "s.moment = stiffness * @bend@;" "2.0 * std::asin(std::min(1.0, 0.5 * bend))" forces 'Beam.*'
 mutant beam_lengths III.7 "one displacement of two unequal beams" "eq. 4 for each beam by itself" core/force_beam.cpp \

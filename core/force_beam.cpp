@@ -80,7 +80,7 @@ void register_beam(ForceLawRegistry& registry) {
                    forces.push_back(make_beam_force(cloth.beams, cloth.mass.size()));
                  return forces;
                },
-               {.promise = "survey eq. 4 mended: linear in the positions, also on split cells",
+               {.promise = "survey eq. 4 corrected: linear in the positions, also on split cells",
                 .source = "Villard, Borouchaki, Adaptive meshing for cloth animation, 2005",
                 .energy = "bending"});
 }

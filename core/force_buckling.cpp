@@ -175,7 +175,7 @@ void register_buckling(ForceLawRegistry& registry) {
                    forces.push_back(make_buckling_force(cloth.links, cloth.mass.size()));
                  return forces;
                },
-               {.promise = "minus the gradient of its energy; survey eq. 5 mended",
+               {.promise = "minus the gradient of its energy; survey eq. 5 corrected",
                 .source = "Choi, Ko, Stable but responsive cloth, 2002",
                 .energy = "buckling"});
 }

@@ -77,7 +77,7 @@ std::unique_ptr<Force> make_sewing_force(std::span<const Edge> seams, const Sewi
 
 void register_sewing(ForceLawRegistry& registry) {
   registry.add_keyed("sewing", "seams",
-                     {.promise = "minus the gradient of its energy; survey eq. 10 mended",
+                     {.promise = "minus the gradient of its energy; survey eq. 10 corrected",
                       .source = "Zhong, Xu, Three-dimensional garment dressing simulation, 2009"});
 }
 

@@ -165,9 +165,10 @@ std::unique_ptr<Force> make_volume_force(double stiffness, std::int32_t centre,
 }
 
 void register_volume(ForceLawRegistry& registry) {
-  registry.add_keyed("volume", "geometry.*.support",
-                     {.promise = "no sum, no moment; not a gradient; survey eq. 3 mended",
-                      .source = "Zhengdong, Shuyuan, 2011; Vassilev, Spanlang, 2014"});
+  registry.add_keyed(
+      "volume", "geometry.*.support",
+      {.promise = "no net force, no net moment; not a gradient; survey eq. 3 corrected",
+       .source = "Zhengdong, Shuyuan, 2011; Vassilev, Spanlang, 2014"});
 }
 
 }  // namespace selvedge

@@ -41,7 +41,8 @@ class ImplicitKang final : public Integrator {
     return {corrected_ ? "stable at any step, O(n); stiff cloth moves too slowly, free pieces fall "
                          "and turn as they should"
                        : "stable at any step, O(n); stiff cloth moves and falls too slowly",
-            "Kang, Choi, Cho, Lee, Park, WSCG 2000; survey eq. 36 corrected",
+            corrected_ ? "Kang, Choi, Cho, Lee, Park, WSCG 2000; survey eq. 36 corrected"
+                       : "Kang, Choi, Cho, Lee, Park, WSCG 2000; survey eq. 36 as printed",
             1,
             true,
             false,

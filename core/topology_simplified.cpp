@@ -70,7 +70,7 @@ void register_simplified(ClothPatternRegistry& registry) {
                  return make_simplified(grid, material, true);
                },
                {.promise = "one diagonal, the other one in every second cell: no coupling",
-                .source = "Huang et al., 2014, mended"});
+                .source = "Huang et al., 2014, corrected"});
 }
 
 }  // namespace selvedge

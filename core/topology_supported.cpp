@@ -44,7 +44,7 @@ ClothMesh make_supported(const TriangleMesh& closed, const SupportConstants& sup
 void register_support(ClothPatternRegistry& registry) {
   registry.add_keyed(
       "support", "geometry.*.support",
-      {.promise = "a closed surface and its middle; survey eq. 3 mended",
+      {.promise = "a closed surface and its centre; survey eq. 3 corrected",
        .source = "Zhengdong, Shuyuan, A mass-spring model for real time cloth deformation, 2011"});
 }
 

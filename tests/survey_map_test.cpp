@@ -60,8 +60,8 @@ std::vector<std::string> in_backticks(const std::string& cell) {
   return found;
 }
 
-/// "family: name" of each method; a row of the list may hold several, or a remark in brackets.
-std::set<std::string> listed_methods() {
+/// The methods of `selvedge list --json`.
+nlohmann::json method_list() {
   const fs::path file = fs::path(::testing::TempDir()) /
                         ("selvedge_survey_map_" + std::to_string(getpid()) + ".json");
   const std::string command =
@@ -69,8 +69,13 @@ std::set<std::string> listed_methods() {
   EXPECT_EQ(std::system(command.c_str()), 0);
   const auto list = nlohmann::json::parse(read(file));
   fs::remove(file);
+  return list["methods"];
+}
+
+/// "family: name" of each method; a row of the list may hold several, or a remark in brackets.
+std::set<std::string> listed_methods() {
   std::set<std::string> names;
-  for (const auto& method : list["methods"]) {
+  for (const auto& method : method_list()) {
     const auto family = method["family"].get<std::string>();
     if (family == "body") continue;  // no table of the survey lists bodies
     std::istringstream parts(method["name"].get<std::string>());
@@ -100,6 +105,18 @@ TEST_F(SurveyMap, HasEveryMethodThatTheProgramLists) {
     for (const std::string& name : in_backticks(row[1])) mapped.insert(name);
   for (const std::string& name : listed_methods())
     EXPECT_TRUE(mapped.contains(name)) << name << " is in no row of docs/survey_map.md";
+}
+
+TEST(MethodList, DoesNotCallAMethodCorrectedThatIsAsPrinted) {
+  int as_printed = 0;
+  for (const auto& method : method_list()) {
+    const auto name = method["name"].get<std::string>();
+    if (!name.ends_with("_as_printed")) continue;
+    ++as_printed;
+    const auto says = method["guarantee"].get<std::string>() + method["source"].get<std::string>();
+    EXPECT_EQ(says.find("corrected"), std::string::npos) << name << ": " << says;
+  }
+  EXPECT_GE(as_printed, 5);
 }
 
 TEST_F(SurveyMap, NamesFilesThatThereAre) {

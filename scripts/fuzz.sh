@@ -5,7 +5,8 @@
 # made. An input that fails stays in out/fuzz/TARGET, and the script ends with its code. New inputs are kept there too;
 # `fuzz.sh TARGET 0 -merge=1 tests/fuzz/corpus/TARGET out/fuzz/TARGET` takes the useful ones into the repository.
 # Targets, readers: mesh (OBJ, PLY, OFF, flat patterns), query (query files), scene (scene files), fabric (fabric files),
-# garment (sewing patterns and their meshes), result (results and checkpoints). Targets, engines: ccd (ccd_exact against the
+# garment (sewing patterns and their meshes), result (results and checkpoints), sequence (folders of mesh sequences),
+# folder (result folders). Targets, engines: ccd (ccd_exact against the
 # judge), detectors (every broad phase against brute force and the judge), simulation (small scenes against the judge).
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -16,9 +17,10 @@ case $target in
   mesh) libraries=(bodies base) ;;
   query) libraries=(narrowphase bodies base) ;;
   ccd) libraries=(narrowphase bodies judge base) ;;
-  scene | fabric) libraries=(scene garment response narrowphase broadphase bodies core base) ;;
+  scene | fabric | sequence) libraries=(scene garment response narrowphase broadphase bodies core base) ;;
   garment) libraries=(garment base) ;;
   result) libraries=(run simulation scene garment response narrowphase detection broadphase bodies core base) ;;
+  folder) libraries=(check_result judge run simulation scene garment response narrowphase detection broadphase bodies core base) ;;
   detectors) libraries=(broadphase judge base) ;;
   simulation) libraries=(simulation scene garment judge response narrowphase detection broadphase bodies core base) ;;
   *) echo "fuzz.sh: there is no target $target" >&2; exit 2 ;;

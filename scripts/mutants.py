@@ -180,6 +180,31 @@ def draw_module(module, count, files, chance, known):
     return drawn
 
 
+def rows_of(table):
+    with open(table, newline="") as text:
+        return list(csv.DictReader(text))
+
+
+def draw_again(table, known):
+    """The changes of a table that no test has noticed, where their sources still have them."""
+    drawn = []
+    for row in rows_of(table):
+        path = row["file"]
+        if row["result"] != "survived" or not os.path.exists(path) or os.path.realpath(path) not in known:
+            continue
+        text = open(path).read()
+        lines = text.split("\n")
+        same = [dict(change, module=row["module"], file=path, line=text.count("\n", 0, change["at"]) + 1)
+                for change in changes(text) if (change["kind"], change["change"]) == (row["kind"], row["change"])]
+        same = [change for change in same if lines[change["line"] - 1].strip() == row["text"]]
+        if not same:
+            print(f"{path}: the sources have no such line now: {row['text']}")
+            continue
+        nearest = min(abs(change["line"] - int(row["line"])) for change in same)
+        drawn += [dict(change, text=row["text"]) for change in same if abs(change["line"] - int(row["line"])) == nearest]
+    return drawn
+
+
 def write_source(work, file, mutants):
     text = open(file).read()
     edits = sorted((edit[0], k, edit) for m in mutants if m["file"] == file and m["state"] == "drawn"
@@ -195,10 +220,15 @@ def draw(options):
     random_number = random.Random(options.seed).random
     known = compile_commands(options.build)
     modules = options.modules.split(",")
+    if options.again:
+        return write_units(options, draw_again(options.again, known), known)
     share = [options.count // len(modules) + (k < options.count % len(modules)) for k in range(len(modules))]
     each = [draw_module(module, n, options.files, random_number, known) for module, n in zip(modules, share)]
     # Modules take turns, so that a run that is cut short has some of each.
-    mutants = [m[k] for k in range(max(map(len, each))) for m in each if k < len(m)]
+    write_units(options, [m[k] for k in range(max(map(len, each))) for m in each if k < len(m)], known)
+
+
+def write_units(options, mutants, known):
     flags, units = set(), collections.defaultdict(set)
     for number, mutant in enumerate(mutants, 1):
         target, commands = known[os.path.realpath(mutant["file"])]
@@ -219,7 +249,8 @@ def draw(options):
     open(f"{options.work}/units", "w").write("".join(f"{unit}\n" for unit in sorted(units)))
     open(f"{options.work}/programs", "w").write("".join(f"{name}_tests\n" for name in PROGRAMS))
     save(options.work, mutants)
-    print(f"{len(mutants)} changes in {sum(map(len, units.values()))} sources, seed {options.seed}")
+    drawn = f"again from {options.again}" if options.again else f"seed {options.seed}"
+    print(f"{len(mutants)} changes in {sum(map(len, units.values()))} sources, {drawn}")
 
 
 def save(work, mutants):
@@ -378,6 +409,23 @@ def write_table(path, mutants):
             table.writerow([m[key] for key in ("module", "file", "line", "kind", "change", "text", "state", "by")])
 
 
+def merged(table, mutants):
+    """The rows of a table with the results of the changes that were tried again. Of several in one line with the same
+    description, the first that no test notices counts."""
+    order = {"survived": 0, "not reached": 1}
+    results = {}
+    for m in sorted(mutants, key=lambda m: order.get(m["state"], 2), reverse=True):
+        results[m["file"], m["text"], m["change"]] = m
+    rows = []
+    for row in rows_of(table):
+        state = dict(row, line=int(row["line"]), state=row["result"])
+        again = results.get((row["file"], row["text"], row["change"]))
+        if row["result"] == "survived" and again:
+            state.update(line=again["line"], state=again["state"], by=again["by"])
+        rows.append(state)
+    return rows
+
+
 def print_table(mutants):
     states = ("not compiled", "not reached", "killed", "survived", "equivalent")
     print(f'{"module":<12}{"drawn":>7}' + "".join(f"{state:>14}" for state in states) + f'{"share killed":>14}')
@@ -411,7 +459,11 @@ def run(options):
                 mutant["state"] = "killed" if mutant["by"] else "survived"
             print(f'{mutant["number"]} {mutant["file"]}:{mutant["line"]}: {mutant["state"]}: {mutant["change"]}: '
                   f'{mutant["by"] or mutant["text"]}', flush=True)
-            write_table(options.table or f"{options.work}/mutants.csv", [m for m in mutants if m["state"] != "drawn"])
+            if not options.again:
+                write_table(options.table or f"{options.work}/mutants.csv", [m for m in mutants if m["state"] != "drawn"])
+    if options.again:
+        mutants = merged(options.again, mutants)
+        write_table(options.table or f"{options.work}/mutants.csv", mutants)
     print_table(mutants)
     return 0
 
@@ -427,6 +479,8 @@ def main():
     parser.add_argument("--files", type=int, default=8, help="sources of each module to draw from")
     parser.add_argument("--longest", type=float, default=10.0, help="seconds that a test may take, unchanged")
     parser.add_argument("--seconds", type=float, default=60.0, help="seconds of tests for a change, unchanged")
+    parser.add_argument("--again", default="", metavar="TABLE",
+                        help="tries the changes of this table again that no test noticed, and draws no others")
     parser.add_argument("--table", default="", help="CSV file to write (default: mutants.csv in WORK)")
     options = parser.parse_args()
     return {"draw": draw, "drop": drop, "run": run}[options.command](options)

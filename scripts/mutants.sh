@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# mutants.sh [--count N] [--seed S] [--modules A,B] [--files N] [--longest SECONDS] [--seconds SECONDS] [--table FILE]:
+# mutants.sh [--count N] [--seed S] [--modules A,B] [--files N] [--longest SECONDS] [--seconds SECONDS] [--table FILE] [--again TABLE]:
 # mutation testing. Draws N changes (default 200) from the sources of the modules, makes one at a time, and runs the
-# tests that reach it, the fastest first, until one fails. Needs a release build by Ninja (BUILD, default build/release)
+# tests that reach it, the fastest first, until one fails. `--again TABLE --table TABLE` tries those changes of a table
+# again that no test noticed, and writes what becomes of them. Needs a release build by Ninja (BUILD, default build/release)
 # with its test programs, and changes nothing in it. `scripts/mutants.py --help` explains the options and the changes.
 #
 # All changes go into one copy of the sources, each behind a switch (tests/mutants_lib.sh), so a source is compiled

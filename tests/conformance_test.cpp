@@ -290,6 +290,45 @@ TEST(ConformanceKit, PassesASoundDetector) {
   EXPECT_EQ(report.box_recall(), 1.0);
 }
 
+/// Counts how often it is asked.
+class Asked final : public BrokenWithBudget {
+ public:
+  static inline int times = 0;
+
+ private:
+  void spoil(CandidatePairs&) override { ++times; }
+};
+
+TEST(ConformanceKit, LooksForWhatTouchesInAFewScenesIfNoDetectorNeedsIt) {
+  int looked = 0;
+  Asked::times = 0;
+  check_conformance([] { return std::make_unique<Asked>(); },
+                    {.scenes = 80, .touching = [&](auto&&...) { ++looked; }});
+  EXPECT_GT(looked, 0);
+  EXPECT_LT(8 * looked, Asked::times);
+}
+
+TEST(ConformanceKit, WhatTouchesMayComeInAnyOrderAndTwice) {
+  const auto twice = [](auto& pairs) {
+    const auto all = pairs;
+    std::reverse(pairs.begin(), pairs.end());
+    pairs.insert(pairs.end(), all.begin(), all.end());
+  };
+  const ExactlyTouching exactly;
+  const auto touching = [&](const SurfaceView& a, const SurfaceView& b, const CandidatePairs& boxes,
+                            CandidatePairs& out) {
+    exactly(a, b, boxes, out);
+    twice(out.point_triangle);
+    twice(out.triangle_point);
+    twice(out.edge_edge);
+  };
+  const ConformanceReport report = check_conformance([] { return std::make_unique<Approximate>(); },
+                                                     {.scenes = 80, .touching = touching});
+  const ConformanceReport same = report_of<Approximate>();
+  EXPECT_EQ(report.touching, same.touching);
+  EXPECT_EQ(report.touching_recall(), same.touching_recall());
+}
+
 TEST(ConformanceKit, CatchesABoundLeftStale) {
   const ConformanceReport report = report_of<WithoutRefit>();
   EXPECT_TRUE(kinds(report).contains("lost")) << report.summary();
@@ -318,6 +357,24 @@ TEST(ConformanceKit, CatchesPairsWhoseBoxesAreApart) {
 
 TEST(ConformanceKit, CatchesABudgetThatIsNotKept) {
   EXPECT_EQ(kinds(report_of<WithoutBudget>(50)), Kinds{"budget"});
+}
+
+/// Serves closed bodies that keep their shape, and no others.
+class WithoutBudgetForBodies final : public Broken {
+ public:
+  BroadPhaseTraits traits() const override {
+    return {.self = false, .deforming = false, .closed_body_only = true, .source = "broken"};
+  }
+
+ private:
+  void spoil(CandidatePairs&) override {}
+};
+
+TEST(ConformanceKit, TriesBudgetsOnTheFirstStepOfASceneThatEveryDetectorSupports) {
+  const ConformanceReport report = report_of<WithoutBudgetForBodies>();
+  EXPECT_TRUE(kinds(report).contains("budget")) << report.summary();
+  for (const ConformanceFault& fault : report.faults)
+    EXPECT_TRUE(fault.step == 0 || !fault.what.starts_with("budget")) << fault.what;
 }
 
 TEST(ConformanceKit, CatchesACullOfWhatTouches) {

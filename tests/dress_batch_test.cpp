@@ -102,6 +102,9 @@ TEST(DressBatch, AFaultyPatternGetsItsVerdictAndTheOthersAreStillPutOn) {
   EXPECT_FALSE(again[1].kept);
   EXPECT_FALSE(again[1].view);
   EXPECT_EQ(again[1].states, rows[1].states);
+  viewing.settings = "third";
+  EXPECT_TRUE(dress_batch(jobs, viewing, {})[1].view);
+  EXPECT_EQ(views, 2);
   write(folder / "in" / "tube.json", std::string(kTube) + "\n");
   EXPECT_FALSE(dress_batch(jobs, other, {})[1].kept);
   fs::remove_all(folder);
@@ -112,11 +115,14 @@ TEST(DressBatch, AGarmentThatTakesTooLongIsStoppedAndNotTriedAgain) {
   fs::remove(folder / "in" / "broken.json");
   DressBatchConfig short_time = config(folder);
   short_time.dress.budget = 1e-6;
+  int views = 0;
+  short_time.write_view = [&](const fs::path&) { ++views; };
   const auto rows = dress_batch(read_dress_list(folder / "in", folder / "body"), short_time, {});
   ASSERT_EQ(rows.size(), 1u);
   EXPECT_TRUE(rows[0].verdict.starts_with("not finished within 1e-06 s; stitch "))
       << rows[0].verdict;
   EXPECT_TRUE(rows[0].verdict.ends_with(" is still open by 640.0 mm")) << rows[0].verdict;
+  EXPECT_EQ(views, fs::exists(folder / "out" / "tube" / "frames") ? 1 : 0);
   fs::remove_all(folder);
 }
 

@@ -380,6 +380,34 @@ TEST(Dress, ABodyThatNearlyTouchesItselfMakesRoom) {
   EXPECT_EQ(make_room(two_boxes(0.004), 0.0).vertices, 0);
 }
 
+TEST(Dress, TheRoomDoesNotDependOnWhereTheBodyIs) {
+  const Vec3 shift(10.0, -20.0, 30.0);
+  TriangleMesh moved = two_boxes(0.004);
+  for (Vec3& x : moved.vertices) x += shift;
+  const BodyRoom here = make_room(two_boxes(0.004), 0.01), there = make_room(moved, 0.01);
+  EXPECT_EQ(there.vertices, here.vertices);
+  for (std::size_t v = 0; v < here.body.vertices.size(); ++v)
+    EXPECT_LT((there.body.vertices[v] - shift - here.body.vertices[v]).norm(), 1e-12) << v;
+}
+
+TEST(Dress, OnlySidesThatFaceEachOtherMakeRoom) {
+  // A plate, and the side of a wall that ends above it: the wall faces along the plate.
+  TriangleMesh mesh;
+  mesh.vertices = {{-0.1, -0.1, 0},  {0.1, -0.1, 0},  {0.1, 0.1, 0}, {-0.1, 0.1, 0}, {0, 0, 0},
+                   {0, -0.2, 0.004}, {0, 0.2, 0.004}, {0, 0.2, 0.2}, {0, -0.2, 0.2}};
+  mesh.triangles = {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}, {5, 6, 7}, {5, 7, 8}};
+  EXPECT_EQ(make_room(mesh, 0.01).vertices, 0);
+}
+
+TEST(Dress, FramesOfABodyThatRestsMakeTheRoomOfTheBody) {
+  const BodyRoom still = make_room(two_boxes(0.004), 0.01);
+  std::vector<TriangleMesh> frames(5, two_boxes(0.004));
+  make_room(frames, 0.01);
+  for (const TriangleMesh& frame : frames)
+    for (std::size_t v = 0; v < frame.vertices.size(); ++v)
+      EXPECT_LT((frame.vertices[v] - still.body.vertices[v]).norm(), 1e-12) << v;
+}
+
 TEST(Dress, NumbersOutOfRangeAreRefused) {
   DressConfig config = coarse();
   config.pull = 0.0;

@@ -245,6 +245,40 @@ TEST(Enclosure, FindsLimbs) {
   EXPECT_LT(gap(true), 0.5 * gap(false));
 }
 
+TEST(Enclosure, SmallLoosePartsAreOneLimb) {
+  // A button of 100 vertices is more than a limb needs, but less than 1/32 of the whole.
+  const auto button = [](double x) {
+    Surface s = tube(0.01, 0.01, 0.05, 10, 10);
+    s.map([&](const Vec3& p) { return Vec3(p + Vec3(x, 0.0, 0.5)); });
+    return s;
+  };
+  Surface body = button(0.3);
+  body.add(tube(0.1, 0.1, 1.0, 160, 48));
+  body.add(button(-0.3));
+  EXPECT_EQ(make_enclosure(body.view(), {}).limbs.size(), 2u);
+}
+
+TEST(Enclosure, AForkOfThreeEqualTubesIsThreeLimbs) {
+  Surface fork = tube(0.1, 0.1, 0.8);
+  fork.map([](const Vec3& p) { return Vec3(p.x(), p.y(), p.z() + 0.85); });
+  for (const double side : {-1.0, 1.0}) {
+    Surface leg = tube(0.1, 0.1, 0.8);
+    leg.map([&](const Vec3& p) { return Vec3(p.x() + 0.11 * side, p.y(), p.z()); });
+    const auto top = static_cast<std::int32_t>(fork.x_t0.size()) + 39 * 24;  // its highest ring
+    fork.add(leg);
+    for (int k = 0; k < 24; ++k) fork.triangles.push_back({top + k, top + (k + 1) % 24, k});
+    fork.close();
+  }
+  EXPECT_EQ(make_enclosure(fork.view(), {}).limbs.size(), 3u);
+}
+
+TEST(Enclosure, OfASingleVertexContainsIt) {
+  Surface one;
+  one.x_t0 = one.x_t1 = {{0.1, 0.2, 0.3}};
+  for (const bool find : {false, true})
+    EXPECT_TRUE(make_enclosure(one.view(), {.find_limbs = find}).contains(one.x_t0[0])) << find;
+}
+
 TEST(Enclosure, IsTightAroundTubesAndCones) {
   const double r = 0.1;
   const Surface straight = tube(r, r, 1.0, 160, 96);
@@ -416,6 +450,17 @@ TEST(MinimalEnclosure, DoesNotLookAgainAtAStaticBody) {
   // Other boxes: the promise is of positions only.
   body.thickness = 0.05;
   EXPECT_TRUE(same(pairs_of(*detector, cloth, body), truth_of(cloth, body)));
+}
+
+TEST(MinimalEnclosure, CutsEveryStaticBodyForItself) {
+  auto detector = make_minimal_enclosure();
+  Surface body = two_legs();
+  const Surface cloth = cloth_over(body, 14, 3);
+  for (const int id : {21, 22, 23, 24, 25, 26}) {
+    body.static_id = id;
+    pairs_of(*detector, cloth, body);
+    EXPECT_GT(detector->last_cost().build_s, 0.0) << id;
+  }
 }
 
 TEST(MinimalEnclosure, DropsAtOnceWhatIsFar) {

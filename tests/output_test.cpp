@@ -139,6 +139,10 @@ TEST_F(Output, EveryFieldOfAResultReadsBackFromItsText) {
   EXPECT_EQ(result_from_text(text).max_stretch, result.max_stretch);
 }
 
+TEST_F(Output, TheTextOfAResultIsIndentedByTwoSpaces) {
+  EXPECT_TRUE(result_text(RunResult()).starts_with("{\n  \"clean\": "));
+}
+
 TEST_F(Output, ACounterOfAnOlderVersionGetsItsPresentName) {
   std::string text = result_text(filled_result());
   const std::string now = "max_gap_violation_m";

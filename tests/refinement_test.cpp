@@ -93,7 +93,10 @@ TEST_F(Refinements, AResumedRunGoesOnToTheSameBits) {
   config_.out = folder_ / "in_parts";
   run_scene(scene(over_ball(kCurved), {{"time.frames", "9"}}), config_);
   config_.resume = true;
+  std::vector<std::string> warnings;
+  config_.warning = [&](const std::string& sentence) { warnings.push_back(sentence); };
   EXPECT_EQ(run_scene(scene(over_ball(kCurved)), config_).state_hash, whole);
+  EXPECT_EQ(warnings, std::vector<std::string>()) << "no frame is missing";
 }
 
 TEST_F(Refinements, OneThreadAndTwoGiveTheSameBits) {

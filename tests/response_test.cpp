@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 #include <selvedge/response/detail/contact_force.h>
+#include <selvedge/response/detail/contact_sweeps.h>
 #include <selvedge/response/detail/impact_zone.h>
 #include <selvedge/response/detail/impulse.h>
 
@@ -94,6 +95,89 @@ TEST(ImpactZone, KeepsBothMomentaAndNeverGainsEnergy) {
       const double before = (scene.x_t0[i] - scene.x_t0[j]).norm();
       EXPECT_NEAR((scene.x_t1[i] - scene.x_t1[j]).norm(), before, 0.005 * before);
     }
+}
+
+TEST(ImpactZone, CountsItsRoundsAndTheMostParticlesInZones) {
+  PointThroughTriangle scene;
+  ImpactZones zones;
+  zones.begin(scene.motion());
+  std::map<std::string, double> counters;
+  ASSERT_TRUE(zones.grow({&scene.contact, 1}, scene.mass, scene.x_t1, counters));
+  EXPECT_EQ(counters, (std::map<std::string, double>{{"max_zone", 4.0}, {"zone_rounds", 1.0}}));
+  zones.begin(scene.motion());
+  ASSERT_TRUE(zones.grow({}, scene.mass, scene.x_t1, counters));
+  EXPECT_EQ(counters, (std::map<std::string, double>{{"max_zone", 4.0}, {"zone_rounds", 2.0}}));
+}
+
+TEST(ContactSweeps, TakeFrictionBackWhereTheLoadIsGone) {
+  PointThroughTriangle scene;
+  SweptContact contact;
+  contact.point = scene.contact;
+  contact.m_eff = 1.0 / compliance(scene.contact, scene.inv_mass);
+  contact.friction = 0.5;
+  contact.target = -1.0;  // it separates as it is
+  contact.tangential = Vec3(0.3, 0.0, 0.0);
+  std::vector<Vec3> u(4, Vec3::Zero());
+  sweep_contacts(scene.inv_mass, {&contact, 1}, {}, u);
+  EXPECT_EQ(contact.tangential, Vec3(Vec3::Zero()));
+  EXPECT_LT((u[0] - Vec3(-0.3, 0.0, 0.0)).norm(), 1e-15);
+}
+
+TEST(ContactSweeps, TheSmallestImpulseHasItsFriction) {
+  PointThroughTriangle scene;
+  SweptContact contact;
+  contact.point = scene.contact;
+  contact.m_eff = 1.0 / compliance(scene.contact, scene.inv_mass);
+  contact.friction = 0.25;
+  std::vector<Vec3> u(4, Vec3::Zero());
+  u[0] = Vec3(1e-3, 0.0, -1e-3);
+  sweep_contacts(scene.inv_mass, {&contact, 1}, {}, u);
+  EXPECT_NEAR(contact.normal, 1e-3 * contact.m_eff, 1e-15);
+  EXPECT_NEAR(contact.tangential.x(), -0.25 * contact.normal, 1e-15);
+}
+
+TEST(ContactSweeps, EndAtOnceWhereNothingChangesAnyMore) {
+  PointThroughTriangle scene;
+  SweptContact contact;
+  contact.point = scene.contact;
+  contact.m_eff = 1.0 / compliance(scene.contact, scene.inv_mass);
+  std::vector<Vec3> u(4, Vec3::Zero());
+  u[0] = Vec3(0.0, 0.0, -1.0);
+  EXPECT_LE(sweep_contacts(scene.inv_mass, {&contact, 1}, {}, u), 3);
+}
+
+TEST(ContactAnswer, AnImpulseOfFrictionAloneIsKept) {
+  PointThroughTriangle scene;
+  ResponseStep step;
+  step.motion = scene.motion();
+  step.mass = scene.mass;
+  ContactAnswer answer;
+  answer.begin(step);
+  answer.add({&scene.contact, 1});
+  answer.contacts()[0].tangential = Vec3(0.5, 0.0, 0.0);
+  answer.keep_impulses(2.0);
+  std::vector<ContactImpulse> impulses;
+  answer.impulses(impulses);
+  ASSERT_EQ(impulses.size(), 1u);
+  EXPECT_EQ(impulses[0].impulse, Vec3(0.25, 0.0, 0.0));
+}
+
+TEST(ContactAnswer, BodiesOfWhichNoDisplacementIsGivenRest) {
+  PointThroughTriangle scene;
+  scene.inv_mass = {1.0, 0.0, 0.0, 0.0};
+  ResponseStep step;
+  step.motion = scene.motion();
+  step.motion.particles = 1;
+  step.mass = std::span(scene.mass).first(1);
+  const std::vector<Vec3> v(1, Vec3::Zero());
+  step.v = step.v_predicted = v;
+  ContactAnswer answer;
+  answer.begin(step);
+  answer.add({&scene.contact, 1});
+  answer.take(std::span(scene.x_t1).first(1), 0.0);
+  ASSERT_EQ(answer.displacement().size(), 4u);
+  EXPECT_EQ(answer.displacement()[0], Vec3(scene.x_t1[0] - scene.x_t0[0]));
+  for (int i = 1; i < 4; ++i) EXPECT_EQ(answer.displacement()[i], Vec3(Vec3::Zero())) << i;
 }
 
 TEST(ImpactZone, OfFreeParticlesThatTurnsTooFarAsksForAShorterStep) {

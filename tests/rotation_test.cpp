@@ -205,6 +205,19 @@ TEST(Rotation, ATouchingTipIsFoundFromTheToleranceOnAndItsTimeIsNotLate) {
   }
 }
 
+TEST(Rotation, WithoutATurnTheTimeIsThatOfTheStraightPath) {
+  Rotor tip;
+  tip.x = {{0, 0, 0.5}, {0.1, 0, 0.6}, {-0.1, 0, 0.6}};
+  tip.triangles = {{0, 1, 2}};
+  tip.motion.translation = {0, 0, -1.0};
+  const std::vector<Vec3> x = {{-9, -9, 0}, {9, -9, 0}, {0, 9, 0}};
+  const std::vector<Triangle> triangles = {{0, 1, 2}};
+  const auto found = find_rotating_collisions(tip.view(), MovingSurface{x, x, triangles});
+  ASSERT_FALSE(found.empty());
+  EXPECT_LE(found[0].toi, 0.5);
+  EXPECT_GT(found[0].toi, 0.5 - 1e-3);
+}
+
 TEST(Rotation, EveryDetectorAndAnyNumberOfThreadsGiveTheSame) {
   Random random(7);
   const Rotor a = random_rotor(random, Vec3::Zero(), 350.0);

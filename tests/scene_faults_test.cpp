@@ -266,5 +266,13 @@ TEST_F(SceneFile, AMissingMeshIsNamedWithARemedy) {
               "needs a list of files");
 }
 
+TEST_F(SceneFile, ANumberThatIsMissingInASequenceIsNamed) {
+  for (const char* name : {"walk_00.obj", "walk_01.obj", "walk_07.obj", "walk_03.obj", "walk_.obj",
+                           "walk_-9.obj", "walk_0x.obj"})
+    write(name, quad);
+  EXPECT_SAYS(fault(R"({"geometry": [{}], "obstacles": [{"sequence": {"files": "walk_##.obj"}}]})"),
+              "files: number 2 is missing although walk_03.obj exists");
+}
+
 }  // namespace
 }  // namespace selvedge::scene_test

@@ -37,6 +37,69 @@ BodySpec body(const AnalyticShape& shape, const Vec3& where, int resolution = 16
   return spec;
 }
 
+LimiterTraits traits_of(bool bounds) {
+  LimiterTraits traits{};
+  traits.bounds_strain = bounds;
+  return traits;
+}
+
+/// Moves nothing and says that it took three sweeps.
+class ThreeSweeps final : public StrainLimitMethod {
+ public:
+  explicit ThreeSweeps(bool bounds) : bounds_(bounds) {}
+  LimiterTraits traits() const override { return traits_of(bounds_); }
+  StrainReport limit_ends(const LimitStep&, std::span<Vec3>) override {
+    StrainReport report;
+    report.sweeps = 3;
+    return report;
+  }
+
+ private:
+  bool bounds_;
+};
+
+/// Sweeps of ThreeSweeps in one step of cloth that hangs by an edge, stretched beyond its limit.
+double sweeps_in_a_step(bool bounds) {
+  Scene scene = empty_scene();
+  scene.cloths.push_back(cloth(0.5, 4, Vec3::Zero()));
+  HandleSpec& handle = scene.handles.emplace_back();
+  handle.geometry = "cloth";
+  handle.vertices = {0, 1, 2, 3, 4};
+  scene.materials["default"].strain_limit = 1e-6;
+  scene.gravity = {0.0, 300.0, 0.0};  // along the cloth
+  scene.time.frames = scene.time.steps_per_frame = 1;
+  scene.solver.limiter = "three";
+  Methods methods;
+  methods.strain_limiters.add(
+      "three", {},
+      [=](const MethodOptions&, std::span<const Spring>, std::span<const double>, std::size_t) {
+        StrainLimit limit;
+        limit.method = std::make_unique<ThreeSweeps>(bounds);
+        return limit;
+      },
+      traits_of(bounds));
+  Simulation simulation(scene, build_scene(scene, methods), methods);
+  simulation.step_towards(1);
+  return simulation.result().counters.at("strain_sweeps") /
+         static_cast<double>(simulation.result().steps);
+}
+
+/// Asks for another solve each time, and counts.
+class NeverSettled final : public Response {
+ public:
+  explicit NeverSettled(int& asked) : asked_(asked) {}
+  void begin(const ResponseStep&) override {}
+  void add(std::span<const ContactPoint>) override {}
+  bool update(std::span<Vec3>) override {
+    ++asked_;
+    return true;
+  }
+  ResponseTraits traits() const override { return responses().at("contact_force").traits(); }
+
+ private:
+  int& asked_;
+};
+
 Simulation simulate(const Scene& scene) { return Simulation(scene, build_scene(scene)); }
 
 TriangleMesh mesh(std::span<const Vec3> x, std::span<const Triangle> triangles) {
@@ -396,6 +459,26 @@ TEST(Simulation, PinsTooFarApartAreReportedAndDoNotDiverge) {
   const RunResult result = simulation.result();
   EXPECT_GT(result.strain_residual, 0.05);
   EXPECT_LT(result.final_max_speed, 10.0);
+}
+
+TEST(Simulation, CountsTheSweepsOfALimiterOnceOrUntilTheLimitsHold) {
+  EXPECT_EQ(sweeps_in_a_step(false), 3.0);
+  EXPECT_EQ(sweeps_in_a_step(true), 9.0) << "three rounds, as the limits never hold";
+}
+
+TEST(Simulation, AResponseThatNeverSettlesIsAskedFortyEightTimes) {
+  Scene scene = empty_scene();
+  scene.cloths.push_back(cloth(0.5, 4, Vec3::Zero()));
+  scene.time.frames = scene.time.steps_per_frame = 1;
+  scene.contact.response = "never";
+  int asked = 0;
+  Methods methods;
+  methods.responses.add(
+      "never", {}, [&](const MethodOptions&) { return std::make_unique<NeverSettled>(asked); },
+      responses().at("contact_force").traits());
+  Simulation simulation(scene, build_scene(scene, methods), methods);
+  simulation.step_towards(1);
+  EXPECT_EQ(asked, 48);
 }
 
 TEST(Simulation, ADrapeComesToRest) {

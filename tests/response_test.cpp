@@ -222,7 +222,7 @@ TEST(ImpactZone, SaysWhenItsBodiesDoNotMoveAsOne) {
   zones.begin(scene.motion());
   zones.merge({&scene.contact, 1});
   EXPECT_FALSE(zones.apply(scene.mass, scene.x_t1));
-  EXPECT_NE(zones.failure_reason().find("jammed: 1 particles (0) between held particle"),
+  EXPECT_NE(zones.failure_reason().find("jammed: 1 particle (0) between held particle"),
             std::string::npos)
       << zones.failure_reason();
 }

@@ -116,7 +116,9 @@ std::string jam_sentence(const ContactGroup& group, const ContactMotion& motion,
     b = a;
     a = far;
   }
-  std::string text = "jammed: " + std::to_string(group.particles.size()) + " particles (";
+  const std::size_t count = group.particles.size();
+  std::string text =
+      "jammed: " + std::to_string(count) + (count == 1 ? " particle (" : " particles (");
   for (std::size_t k = 0; k < std::min(kNamed, group.particles.size()); ++k)
     text += (k ? ", " : "") + std::to_string(group.particles[k]);
   if (group.particles.size() > kNamed) text += ", ...";

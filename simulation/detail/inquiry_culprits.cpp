@@ -87,7 +87,7 @@ Culprit Inquiry::squeeze(const Front& a, const Front& b, double nearing, double 
   culprit.sentence = fmt::format(
       "{} {} {} between them: in this attempt of {} they come {} nearer to each other ({} by {}, "
       "{} "
-      "by {}), and {} is all that is between them at {}",
+      "by {}), and only {} is left between them at {}",
       one ? "two parts of " + name_a : name_a + " and " + name_b, "squeeze", names_.owner(a.vertex),
       duration(attempt_.h), length(nearing), one ? "one" : name_a, length(a.push),
       one ? "the other" : name_b, length(b.push), length(room), names_.vertex(a.vertex));

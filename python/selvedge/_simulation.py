@@ -285,6 +285,12 @@ class Simulation:
         return self._core.steps
 
     @property
+    def last_step(self) -> float:
+        """Length of the last step, seconds; 0 before the first one. A joined step has twice the
+        nominal length `scene.step_length`, a halved one less."""
+        return self._core.last_step
+
+    @property
     def positions(self) -> NDArray[np.float64]:
         """(n, 3) metres, vertices of the cloth; a read-only view."""
         return self._core.positions

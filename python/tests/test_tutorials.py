@@ -6,6 +6,7 @@ import subprocess
 import sys
 
 import numpy as np
+import pytest
 import selvedge
 
 from conftest import ROOT, sheet
@@ -51,6 +52,16 @@ def test_contact_pressure(tmp_path):
     assert simulation.clean and (pressure >= 0.0).all() and pressure.max() > 0.0
     assert (tmp_path / "new" / "folder" / "contact_pressure.png").stat().st_size > 1000
     assert weight > 0.0 and np.isfinite(tutorial.carried(simulation))
+
+
+def test_the_carried_force_is_the_weight_after_a_joined_step():
+    cloth = {"size": [0.2, 0.2], "cells": [4, 4], "transformation": {"translation": [0, 0, 0.0522]}}
+    table = {"shape": {"type": "box", "size": [1, 1, 0.1]}}
+    simulation = selvedge.Simulation({"geometry": [cloth], "obstacles": [table]})
+    simulation.advance_to_frame(60)
+    assert simulation.last_step == pytest.approx(2.0 * simulation.scene.step_length)
+    weight = 9.81 * simulation.mass.sum()
+    assert load("contact_pressure").carried(simulation) == pytest.approx(weight, rel=0.05)
 
 
 def test_learning_loop(tmp_path):

@@ -108,7 +108,7 @@ def carried(simulation):
     last_is_cloth = table["vertices"][:, 3] < n
     sign = np.where(first_is_cloth, 1.0, -1.0)
     with_body = first_is_cloth != last_is_cloth
-    return float((sign * table["impulse"][:, 2])[with_body].sum() / simulation.scene.step_length)
+    return float((sign * table["impulse"][:, 2])[with_body].sum() / simulation.last_step)
 
 
 if __name__ == "__main__":

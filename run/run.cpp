@@ -199,9 +199,10 @@ class Run {
 
   void make_step() {
     limits_->before_step(*simulation_, clock_.seconds());
+    const std::int64_t before = simulation_->state().step;
     simulation_->step_towards(frame_ + 1);
     if (writing_.is_pending() && writing_.is_done()) settle_frame();
-    write_step();
+    if (simulation_->state().step > before) write_step();  // not while the cloth sleeps
     limits_->after_step(*simulation_);
   }
 

@@ -140,7 +140,8 @@ class Simulation {
   ~Simulation();
 
   /// Makes one accepted step: a nominal step of 1 / (fps · steps_per_frame) s, or the next part of
-  /// one that had to be halved. Throws SimulationFailed and keeps the last good state.
+  /// one that had to be halved. While the cloth sleeps (time.sleep_speed), the time advances
+  /// without a step. Throws SimulationFailed and keeps the last good state.
   void step();
   /// Makes one accepted step towards frame `frame`; returns false, without a step, if its time is
   /// reached. Throws SimulationFailed and keeps the last good state.

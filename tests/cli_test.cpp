@@ -377,6 +377,19 @@ TEST_F(Program, AResumedRunFallsAsleepAtTheSameTime) {
   EXPECT_EQ(result("part")["state_hash"], result("whole")["state_hash"]);
 }
 
+TEST_F(Program, NoStatesAreWrittenWhileTheClothSleeps) {
+  const std::string set = "--every-step --set time.frames=60 --set time.sleep_speed=";
+  ASSERT_EQ(run_small("asleep", set + "1").code, 0);
+  ASSERT_EQ(run_small("awake", set + "0").code, 0);
+  EXPECT_GT(result("asleep")["counters"]["steps_asleep"], 0);
+  const auto steps = result("asleep")["steps"].get<std::size_t>();
+  EXPECT_EQ(count("asleep/steps", "cloth_"), steps + 1);
+  std::string number = std::to_string(steps);
+  number.insert(0, 6 - number.size(), '0');
+  const fs::path last = "steps/cloth_" + number + ".ply";
+  EXPECT_TRUE(content(folder_ / "asleep" / last) == content(folder_ / "awake" / last)) << last;
+}
+
 /// Rewrites a result folder as version 0.1 would have left it: other keys, and a scene that is
 /// completed with the options of all methods.
 void age_result(const fs::path& folder, double stiffness) {

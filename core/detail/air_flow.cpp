@@ -83,8 +83,8 @@ Vec3 AirFlow::velocity(const Vec3& x, double time) const {
   Vec3 u = wind_;
   const Vec3 carried = x - time * wind_;
   for (const Mode& mode : modes_) {
-    const double phase = mode.wave.dot(carried) + mode.rate * time;
-    u += elementary::cos(phase) * mode.cosine + elementary::sin(phase) * mode.sine;
+    const auto [sine, cosine] = elementary::sin_cos(mode.wave.dot(carried) + mode.rate * time);
+    u += cosine * mode.cosine + sine * mode.sine;
   }
   for (const AirJet& jet : jets_) {
     const Vec3 from = x - jet.position;

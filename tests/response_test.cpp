@@ -109,6 +109,31 @@ TEST(ImpactZone, CountsItsRoundsAndTheMostParticlesInZones) {
   EXPECT_EQ(counters, (std::map<std::string, double>{{"max_zone", 4.0}, {"zone_rounds", 2.0}}));
 }
 
+TEST(ContactForce, AContactLeftOutOfTheSolveGetsTheFrictionOfTheLoadThatStopsIt) {
+  PointThroughTriangle scene;
+  scene.contact.friction = 0.2;
+  ResponseStep step;
+  step.motion = scene.motion();
+  step.mass = scene.mass;
+  const std::vector<Vec3> rest(4, Vec3::Zero());
+  step.v = step.v_predicted = rest;
+  ContactForce force;
+  force.begin(step);
+  force.add({&scene.contact, 1});
+  ASSERT_TRUE(force.terms().empty()) << "the point is far from the triangle and rests";
+  std::vector<Vec3> v;
+  for (int i = 0; i < 4; ++i) v.push_back((scene.x_t1[i] - scene.x_t0[i]) / kStep);
+  const Vec3 u = relative(scene.contact, v) * kStep;
+  ASSERT_TRUE(force.update(v));
+  ASSERT_EQ(force.terms().size(), 1u);
+  const Vec3& rhs = force.terms()[0].rhs;
+  const double violation = scene.contact.rest_gap - scene.contact.gap - u.z();
+  const double stopping = violation / compliance(scene.contact, scene.inv_mass) / kStep;
+  const double ratio = ContactForceConfig{}.normal_ratio;
+  EXPECT_NEAR(std::hypot(rhs.x(), rhs.y()), 0.2 * stopping * ratio / (1.0 + ratio),
+              1e-9 * stopping);
+}
+
 TEST(ContactSweeps, TakeFrictionBackWhereTheLoadIsGone) {
   PointThroughTriangle scene;
   SweptContact contact;

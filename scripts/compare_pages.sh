@@ -5,6 +5,8 @@
 #   integrators  every integrator at six step lengths
 #   responses    every response on a ball at three step lengths
 #   limiters     every strain limiter on a flag at three step lengths
+#   responses_50 every response on a ball, 50 x 50 cells, three step lengths, with intervals over three seeds; only if it is
+#                named
 #   laws         laws of stretch and of bending on a flag of 50 x 50 cells of triangles, with intervals over three seeds;
 #                only if it is named: it takes minutes
 # An interrupted run continues when started again. It takes a minute or two on two cores. If chromium is present, the
@@ -63,6 +65,10 @@ for name in "${pages[@]}"; do
       page responses data/scenes/cloth_on_sphere.json --vary response=all --vary 'dt=0.002..0.008:3 log' \
         --set 'geometry.0.cells=[14,14]' --set obstacles.0.shape.resolution=20 --set time.frames=16 --judge 2
       ;;
+    responses_50)
+      page responses_50 data/scenes/cloth_on_sphere.json --vary response=all --vary 'dt=0.002..0.008:3 log' \
+        --set 'geometry.0.cells=[50,50]' --set time.frames=16 --judge 0 --seeds 3
+      ;;
     limiters)
       page limiters data/scenes/flag.json --vary strain_limiter=all --vary 'dt=0.002..0.008:3 log' \
         --set 'geometry.0.cells=[12,12]' --set time.frames=20 --set materials.default.strain_limit=0.02 --judge 0
@@ -74,7 +80,7 @@ for name in "${pages[@]}"; do
         --reference-set materials.default.stretch_law=corotated
       ;;
     *)
-      echo "compare_pages.sh: there is no page $name; there are detectors, integrators, responses, limiters, laws" >&2
+      echo "compare_pages.sh: there is no page $name; there are detectors, integrators, responses, responses_50, limiters, laws" >&2
       exit 2
       ;;
   esac

@@ -38,9 +38,12 @@ bool Sleep::sleeps(const SimulationState& state, double t1) const {
 }
 
 bool Sleep::handle_acts(const SimulationState& state, double t1) const {
-  const double h = t1 - state.time;
+  // After a release the cloth has to be still for kStill anyway. The step in which it happened may
+  // have been twice as long as this one (joined steps).
+  const double recent = std::max(kStill, 2.0 * (t1 - state.time));
   for (const HandleSpec& handle : scene_.handles)
-    if (handle.release >= 0.0 && handle.release <= state.time && handle.release > state.time - h)
+    if (handle.release >= 0.0 && handle.release <= state.time &&
+        handle.release > state.time - recent)
       return true;
   bool moves = false;
   visit_held(scene_, built_, state.time, t1, [&](std::int32_t i, const Vec3& end) {

@@ -202,7 +202,8 @@ class Run {
     const std::int64_t before = simulation_->state().step;
     simulation_->step_towards(frame_ + 1);
     if (writing_.is_pending() && writing_.is_done()) settle_frame();
-    if (simulation_->state().step > before) write_step();  // not while the cloth sleeps
+    if (simulation_->state().step == before) return;  // the cloth sleeps
+    write_step();
     limits_->after_step(*simulation_);
   }
 

@@ -95,11 +95,11 @@ void Simulation::Parts::make_step(StepControl control) {
   // them.
   const double target = static_cast<double>(control.done + control.span) * nominal_step();
   const double planned = control.span * nominal_step();
-  attempts.lengths.clear();
   if (!methods.untangling() && sleep.sleeps(state, target)) {
     sleep_until(target, control.span);
     return;
   }
+  attempts.lengths.clear();
   attempts.accepted = false;
   balance.begin();
   const auto shorten = [&] {
@@ -143,7 +143,7 @@ void Simulation::Parts::make_step(StepControl control) {
   }
 }
 
-// The state stays as it is, at rest.
+// The state stays as it is, at rest, and so do the contacts of the last step.
 void Simulation::Parts::sleep_until(double target, int nominal_steps) {
   std::fill(state.v.begin(), state.v.end(), Vec3::Zero());
   state.acceleration = 0.0;

@@ -4,8 +4,10 @@
 // The linearly implicit method [BaraffWitkin1998] is one such iteration. The Jacobian of the forces
 // is used without its indefinite part, so every system is positive definite; with compressed
 // springs the convergence is linear instead of quadratic. A Newton step that does not reduce the
-// residual is halved. Guarantee: first order, stable for any step length; the report says whether
-// it converged.
+// residual is halved. Iterations that no longer reduce the residual end the solve: elements that
+// buckle or flip within a step can make Newton's method cycle, and its remaining iterations would
+// cost time without effect. Guarantee: first order, stable for any step length; the report says
+// whether it converged.
 #include <selvedge/core/detail/force_checks.h>
 #include <selvedge/core/detail/implicit_system.h>
 #include <selvedge/core/integrator.h>
@@ -19,6 +21,10 @@ namespace {
 // Maximum number of halvings of a Newton step. After these a direction that does not descend is
 // accepted as it is.
 constexpr int kHalvings = 6;
+
+// A solve ends without convergence after this many iterations in a row without a new smallest
+// residual.
+constexpr int kStallIterations = 4;
 
 class ImplicitNewton final : public Integrator {
  public:
@@ -78,6 +84,8 @@ SolveReport ImplicitNewton::solve(std::span<const ImplicitTerm> terms, StepEnd e
   const double tolerance = looser * system_.config().tolerance;
   SolveReport report;
   report.residual = linearise(terms, u);
+  double smallest = report.residual;
+  int stalled = 0;
   for (int k = 0; k < max_newton_ && report.residual > tolerance; ++k) {
     std::copy(u.begin(), u.end(), before_.begin());
     const SolveReport linear = system_.solve(terms, u, system_.config().tolerance);
@@ -89,6 +97,12 @@ SolveReport ImplicitNewton::solve(std::span<const ImplicitTerm> terms, StepEnd e
     }
     report.residual = residual;
     if (!std::isfinite(residual)) break;
+    if (residual < smallest) {
+      smallest = residual;
+      stalled = 0;
+    } else if (++stalled == kStallIterations) {
+      break;
+    }
   }
   report.converged = report.residual <= tolerance;
   return report;

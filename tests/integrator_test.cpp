@@ -540,6 +540,24 @@ TEST(Newton, SaysWhenItHasNotConverged) {
   EXPECT_GT(report.residual, 1e-6);
 }
 
+TEST(Newton, StopsWhenItsIterationsNoLongerReduceTheResidual) {
+  // No iteration gets below rounding: the tolerance cannot be reached.
+  IntegratorConfig config = exact_config();
+  config.solve.tolerance = 1e-30;
+  config.max_newton = 1000;
+  Forces forces;
+  forces.push_back(
+      make_hooke_force(std::vector<Spring>{{0, 1, 1.0, 1e4, 0.0}, {1, 2, 1.0, 3e3, 0.0}}, 3));
+  forces.push_back(make_gravity({0, 1, -9.81}));
+  Particles p = make_particles({{0, 0, 0}, {1, 0, 0}, {1, 0.9, 0.2}}, {0.1, 0.1, 0.1});
+  p.inv_mass[0] = 0.0;
+  const auto method = make("implicit_newton", std::move(forces), 3, config);
+  const SolveReport report = advance(*method, p, 0.0, 0.1);
+  EXPECT_FALSE(report.converged);
+  EXPECT_LT(report.residual, 1e-10);
+  EXPECT_LT(report.iterations, 2000);  // 8959 in 1000 iterations
+}
+
 TEST(Rkf45, RefusesAStepThatNeedsMoreInnerStepsThanAreGranted) {
   IntegratorConfig config = exact_config();
   config.max_inner_steps = 3;

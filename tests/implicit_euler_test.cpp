@@ -180,19 +180,32 @@ TEST(ImplicitEuler, NeedsFewIterationsOnAFineGrid) {
   }
 }
 
-TEST(ImplicitEuler, ALooseSolveThatMeetsTheToleranceInItsLastIterationComputesItsResidual) {
-  const ClothMesh cloth = make_rectangular({1, 1, 40, 40}, Material{});
-  const std::size_t n = cloth.mass.size();
-  Particles p{cloth.surface.vertices, random_vectors(n, 1.0, 3), cloth.mass, {}};
-  for (const double m : cloth.mass) p.inv_mass.push_back(1.0 / m);
-  const auto solve = [&](int most, double looser) {
+/// A cloth of random velocities, which springs and its weight act on.
+struct MovingSheet {
+  ClothMesh cloth = make_rectangular({1, 1, 40, 40}, Material{});
+  std::size_t n = cloth.mass.size();
+  Particles particles{cloth.surface.vertices, random_vectors(n, 1.0, 3), cloth.mass, {}};
+
+  MovingSheet() {
+    for (const double m : cloth.mass) particles.inv_mass.push_back(1.0 / m);
+  }
+
+  /// An integrator that has begun a step.
+  std::unique_ptr<Integrator> begun(const ImplicitConfig& config) const {
     std::vector<std::unique_ptr<Force>> forces;
     forces.push_back(make_hooke_force(cloth.springs, n));
     forces.push_back(make_gravity({0, 0, -9.81}));
-    const auto integrator = make_implicit_euler(std::move(forces), n, {.solve = {0.05, most}});
-    integrator->begin({p, 0.0, 1.0 / 120.0}, {});
-    Vectors v = p.v;
-    return integrator->solve({}, {v, {}}, looser);
+    auto integrator = make_implicit_euler(std::move(forces), n, {.solve = config});
+    integrator->begin({particles, 0.0, 1.0 / 120.0}, {});
+    return integrator;
+  }
+};
+
+TEST(ImplicitEuler, ALooseSolveThatMeetsTheToleranceInItsLastIterationComputesItsResidual) {
+  const MovingSheet sheet;
+  const auto solve = [&](int most, double looser) {
+    Vectors v = sheet.particles.v;
+    return sheet.begun({0.05, most})->solve({}, {v, {}}, looser);
   };
   const int needed = solve(2000, 1.0).iterations;
   ASSERT_GT(needed, 0);
@@ -202,6 +215,44 @@ TEST(ImplicitEuler, ALooseSolveThatMeetsTheToleranceInItsLastIterationComputesIt
   EXPECT_EQ(loose.residual, strict.residual);
   // Both multiply by the matrix in double precision at the end, which these bytes show.
   EXPECT_EQ(loose.bytes, strict.bytes);
+}
+
+TEST(ImplicitEuler, VelocitiesOnTheLineOfTheLastSolveNeedNoProductWithTheMatrix) {
+  const MovingSheet sheet;
+  constexpr double tolerance = 1e-6;
+  // The report of a solve that begins after a solve, at this share of its way and `off` m/s beside
+  // it, and has nothing to do.
+  const auto again = [&](double share, double off) {
+    const auto integrator = sheet.begun({tolerance, 2000});
+    Vectors v = sheet.particles.v;
+    EXPECT_TRUE(integrator->solve({}, {v, {}}, 1.0).converged);
+    for (std::size_t i = 0; i < sheet.n; ++i)
+      v[i] = sheet.particles.v[i] + share * (v[i] - sheet.particles.v[i]);
+    v[sheet.n / 2].y() += off;
+    const SolveReport report = integrator->solve({}, {v, {}}, 2.0 / tolerance);
+    EXPECT_EQ(report.iterations, 0);
+    return report;
+  };
+  const double start = again(0.0, 0.0).residual;
+  for (const double share : {0.1, 0.3, 0.7}) {
+    const SolveReport on = again(share, 0.0), beside = again(share, 1e-9);
+    EXPECT_LT(on.bytes, beside.bytes) << share;
+    // The residual decreases linearly along the way, to nearly zero.
+    EXPECT_NEAR(on.residual, (1.0 - share) * start, 2.0 * tolerance) << share;
+    EXPECT_NEAR(on.residual, beside.residual, 1e-6 * on.residual) << share;
+  }
+}
+
+TEST(ImplicitEuler, AGuessWhoseResidualOverflowsChangesNothing) {
+  const MovingSheet sheet;
+  Vectors ends[2];
+  for (const double factor : {1.0, 1e200}) {
+    Vectors& v = ends[factor > 1.0];
+    v = sheet.particles.v;
+    for (Vec3& velocity : v) velocity *= factor;
+    EXPECT_TRUE(sheet.begun({1e-6, 2000})->solve({}, {v, {}}, 1.0).converged);
+  }
+  EXPECT_TRUE(ends[0] == ends[1]);
 }
 
 /// Positions after a few steps of a hanging, blown, limited cloth.

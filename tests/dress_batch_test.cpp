@@ -105,6 +105,13 @@ TEST(DressBatch, AFaultyPatternGetsItsVerdictAndTheOthersAreStillPutOn) {
   viewing.settings = "third";
   EXPECT_TRUE(dress_batch(jobs, viewing, {})[1].view);
   EXPECT_EQ(views, 2);
+  // Without the frames there is nothing to view.
+  fs::remove(folder / "out" / "tube" / "view.html");
+  fs::remove_all(folder / "out" / "tube" / "frames");
+  const auto without = dress_batch(jobs, viewing, {});
+  EXPECT_TRUE(without[1].kept);
+  EXPECT_FALSE(without[1].view);
+  EXPECT_EQ(views, 2);
   write(folder / "in" / "tube.json", std::string(kTube) + "\n");
   EXPECT_FALSE(dress_batch(jobs, other, {})[1].kept);
   fs::remove_all(folder);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 #include <selvedge/garment/detail/size_field.h>
+#include <selvedge/garment/detail/triangulation.h>
 #include <selvedge/garment/panel_mesh.h>
 
 #include <algorithm>
@@ -273,6 +274,57 @@ TEST(GarmentMesh, GathersTheLongerSideEvenly) {
   const GarmentMesh::Stitch& gather = mesh.stitches[5];
   EXPECT_NEAR(gather.length_a / gather.length_b, 2.0, 1e-12);
   EXPECT_EQ(gather.a.size(), 101u);
+}
+
+TEST(Triangulation, HasTheSidesOfItsLoopAndTheAreaInIt) {
+  // Stars whose points vary from the middle to the rim have many sides that the Delaunay
+  // triangulation of their points lacks.
+  for (unsigned seed = 0; seed < 200; ++seed) {
+    std::mt19937 random(seed);
+    constexpr std::int32_t n = 40;
+    std::vector<detail::GridPoint> loop;
+    for (int i = 0; i < n; ++i) {
+      const double angle = 2.0 * std::numbers::pi * i / n;
+      const double radius = std::ldexp(1.0, -static_cast<int>(random() % 6)) * (1 << 24);
+      loop.push_back({(1 << 25) + std::llround(radius * std::cos(angle)),
+                      (1 << 25) + std::llround(radius * std::sin(angle))});
+    }
+    ASSERT_FALSE(detail::loop_crossing(loop)) << seed;
+    const detail::Triangulation mesh(loop);
+    std::int64_t area = 0, expected = 0;  // twice the area
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      const detail::GridPoint &a = loop[i], &b = loop[(i + 1) % n];
+      expected += a.x * b.y - b.x * a.y;
+    }
+    std::set<std::pair<std::int32_t, std::int32_t>> sides;
+    for (const auto& cell : mesh.cells()) {
+      if (!cell.inside) continue;
+      const auto &a = mesh.points()[cell.v[0]], &b = mesh.points()[cell.v[1]],
+                 &c = mesh.points()[cell.v[2]];
+      EXPECT_EQ(detail::turn(a, b, c), 1) << seed;
+      area += (b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y);
+      for (int k = 0; k < 3; ++k)
+        if (cell.fixed[k]) sides.insert({cell.v[(k + 1) % 3], cell.v[(k + 2) % 3]});
+    }
+    EXPECT_EQ(area, expected) << seed;
+    std::set<std::pair<std::int32_t, std::int32_t>> of_loop;
+    for (std::int32_t i = 0; i < n; ++i)
+      of_loop.insert(
+          {detail::Triangulation::kOuter + i, detail::Triangulation::kOuter + (i + 1) % n});
+    EXPECT_EQ(sides, of_loop) << seed;
+  }
+}
+
+TEST(GarmentMesh, EdgesThatFollowEachOtherAreSewnFromTheVertexThatTheyShare) {
+  SewingPattern pattern = skirt();
+  for (const auto& [a, b] : {std::pair{0, 1}, std::pair{1, 0}, std::pair{3, 0}, std::pair{0, 3}}) {
+    pattern.stitches = {{.a = {0, a}, .b = {0, b}}};
+    const SeamDirection direction = seam_directions(pattern).at(0);
+    EXPECT_EQ(direction.reason, SeamDirection::Reason::shared_end) << a << " and " << b;
+    EXPECT_FALSE(direction.start_to_start) << a << " and " << b;
+  }
+  pattern.stitches = {{.a = {0, 1}, .b = {0, 3}}};
+  EXPECT_NE(seam_directions(pattern).at(0).reason, SeamDirection::Reason::shared_end);
 }
 
 TEST(GarmentMesh, ListsTheVerticesOfALabel) {

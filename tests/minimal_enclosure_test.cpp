@@ -272,6 +272,28 @@ TEST(Enclosure, AForkOfThreeEqualTubesIsThreeLimbs) {
   EXPECT_EQ(make_enclosure(fork.view(), {}).limbs.size(), 3u);
 }
 
+TEST(Enclosure, CutsALimbAtMostThreeTimesOneInsideTheOther) {
+  // A telescope of five tubes, each a fifth as wide and with a sixth of the vertices of the one
+  // before: each cut separates the widest tube of its part from the rest.
+  const int rings[] = {1300, 325, 81, 20, 5}, columns[] = {60, 40, 26, 17, 12};
+  Surface all;
+  double z = 0.0, radius = 1.0;
+  for (int k = 0; k < 5; ++k) {
+    const double length = 0.01 * rings[k];
+    const Surface next = ring_grid(rings[k], columns[k], [&](double u, double v) {
+      return Vec3(radius * std::cos(2.0 * kPi * v), radius * std::sin(2.0 * kPi * v),
+                  z + u * length);
+    });
+    const auto first = static_cast<std::int32_t>(all.x_t0.size());
+    all.add(next);
+    if (k > 0) all.triangles.push_back({first - 1, first, first + 1});
+    all.close();
+    z += length + 0.01;
+    radius /= 5.0;
+  }
+  EXPECT_EQ(make_enclosure(all.view(), {}).limbs.size(), 4u);
+}
+
 TEST(Enclosure, OfASingleVertexContainsIt) {
   Surface one;
   one.x_t0 = one.x_t1 = {{0.1, 0.2, 0.3}};

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 #include <selvedge/core/files.h>
+#include <selvedge/run/detail/checkpoint.h>
 #include <selvedge/run/detail/result_json.h>
 #include <selvedge/run/frame_writer.h>
 #include <selvedge/run/result_folder.h>
@@ -246,6 +247,33 @@ TEST_F(Output, ANumberThatIsNotFiniteIsNamedAndNeverNull) {
   EXPECT_EQ(json.at("final_max_speed"), "nan");
   EXPECT_EQ(json.at("phase_s").at("solve"), "-inf");
   EXPECT_EQ(text.find("null"), std::string::npos);
+}
+
+TEST_F(Output, AFrameSaysOnWhichSideOfWhichTangleItsVerticesAre) {
+  detail::StateCopy copy;
+  std::vector<Triangle> triangles;
+  for (std::int32_t i = 0; i < 300; ++i) triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  copy.triangles = triangles;
+  copy.state.x.assign(3 * triangles.size(), Vec3::Zero());
+  copy.state.v = copy.state.x;
+  copy.flags.assign(copy.state.x.size(), 0);
+  const auto sides = [&]() -> std::vector<double> {
+    for (const NamedValues& values : detail::frame_values(copy))
+      if (values.name == "side") return values.values;
+    return {};
+  };
+  EXPECT_TRUE(sides().empty()) << "no tangles";
+  // Tangle k is of the triangles 2k and 2k + 1, the second one also of one of a body.
+  for (std::int32_t k = 0; k < 140; ++k)
+    copy.state.tangles.list.push_back({.side = {std::vector{2 * k}, std::vector{2 * k + 1, 300}}});
+  const std::vector<double> found = sides();
+  ASSERT_EQ(found.size(), copy.state.x.size());
+  for (std::size_t v = 0; v < found.size(); ++v) {
+    const std::size_t triangle = v / 3;
+    // The numbers of 127 tangles fit into a byte; then they begin again.
+    const double expected = triangle < 280 ? static_cast<double>(triangle % 254 + 1) : 0.0;
+    EXPECT_EQ(found[v], expected) << v;
+  }
 }
 
 TEST_F(Output, NumberedFilesSortByNumberAndGrowPastTheirDigits) {

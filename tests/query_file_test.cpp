@@ -375,6 +375,55 @@ TEST_F(QueryFile, TimesThatDoNotFitAreRefusedWithTheirLine) {
   EXPECT_SAYS(refusal(two, "0,0,\n"), "line 1: has 3 columns, must have 4");
 }
 
+// -- recordings -----------------------------------------------------------------------------------
+
+/// A point that falls from `height` m through a triangle, to which it comes at 1 / (1 + below).
+Query falling_point(double below) {
+  Query query;
+  query.kind = ContactKind::point_triangle;
+  query.x_t0 = {Vec3(0.25, 0.25, 1), Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)};
+  query.x_t1 = query.x_t0;
+  query.x_t1[0].z() = -below;
+  return query;
+}
+
+TEST_F(QueryFile, ARecordingHasTheTrueTimesWithinARoundingAndInTheStep) {
+  QueryRecorder recorder({folder_ / "run.csv"});
+  recorder.add(falling_point(1.0));   // at 0.5
+  recorder.add(falling_point(0.0));   // at 1
+  recorder.add(falling_point(-0.5));  // not at all
+  const std::vector<RecordedQueries> recorded = recorder.write();
+  ASSERT_EQ(recorded.size(), 1u);
+  EXPECT_EQ(recorded[0].file, folder_ / "run.point_triangle.csv");
+  EXPECT_EQ(recorded[0].positives, 2u);
+  const QuerySet set = read_queries(recorded[0].file);
+  EXPECT_EQ(set.truth, (std::vector<std::uint8_t>{1, 1, 0}));
+  ASSERT_EQ(set.toi.size(), 3u);
+  EXPECT_EQ(set.toi[0].lo, 0.5);
+  EXPECT_EQ(set.toi[0].hi, std::nextafter(0.5, 1.0));
+  EXPECT_EQ(set.toi[1].lo, 1.0);
+  EXPECT_EQ(set.toi[1].hi, 1.0);
+  EXPECT_EQ(set.toi[2].lo, kNoCollision);
+}
+
+TEST_F(QueryFile, ARecordingIsNamedAfterItsPrefixAndNeedsItsFolder) {
+  const auto file = [](const fs::path& prefix) {
+    QueryRecorder recorder({prefix});
+    recorder.add(falling_point(1.0));
+    return recorder.write().at(0).file;
+  };
+  EXPECT_EQ(file(folder_), folder_ / "point_triangle.csv");
+  EXPECT_EQ(file(folder_ / "a.b"), folder_ / "a.b.point_triangle.csv");
+  for (const fs::path& missing : {folder_ / "none" / "a", folder_ / "none" / ""})
+    EXPECT_THROW(QueryRecorder({missing}), std::invalid_argument) << missing;
+  const fs::path before = fs::current_path();
+  fs::current_path(folder_);
+  const fs::path here = file("here");
+  fs::current_path(before);
+  EXPECT_EQ(here, "here.point_triangle.csv");
+  EXPECT_TRUE(fs::exists(folder_ / here));
+}
+
 }  // namespace
 
 }  // namespace selvedge::query_file_test

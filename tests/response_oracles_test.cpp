@@ -273,6 +273,47 @@ TEST(FirstGuess, BalancesOtherForcesAtRestButNotInAnImpact) {
   EXPECT_EQ(first_friction_at(5.0).norm(), 0.0);
 }
 
+/// The term of a contact that two solves of another particle have preceded or, if not `late`, of
+/// the first solve. Other forces pull its particle; `known`: the response receives them.
+ImplicitTerm term_of_contact(bool late, bool known) {
+  constexpr double h = kFrameStep, m = 0.01;
+  const std::unique_ptr<Response> response = make_response("contact_force", {});
+  const std::vector<Vec3> x{Vec3(0, 0, kRest), Vec3(1, 0, kRest), Vec3::Zero()};
+  const std::vector<Vec3> v(2, Vec3::Zero()), still{Vec3::Zero()};
+  const std::vector<Vec3> predicted(2, h * Vec3(0, 0, -kGravity));
+  const std::vector<Vec3> unbalanced(2, h * m * kGravity * Vec3(5, 0, -20));
+  const std::vector<double> mass{m, m}, inv_mass{1.0 / m, 1.0 / m, 0.0};
+  ResponseStep step{{x, inv_mass, 2, h}, mass, still, v, predicted};
+  if (known) step.unbalanced = unbalanced;
+  response->begin(step);
+  const auto contact = [](std::int32_t particle) {
+    return ContactPoint{{particle, 2, 2, 2}, {1, -1, 0, 0}, Vec3::UnitZ(), kRest, kRest, 0.3};
+  };
+  const std::vector<ContactPoint> first{contact(0)}, second{contact(1)};
+  if (late) {
+    response->add(first);
+    std::vector<Vec3> end = v;
+    for (int solve = 0; solve < 2; ++solve) {
+      response->terms();
+      response->update(end);
+    }
+  }
+  response->add(second);
+  const auto terms = response->terms();
+  EXPECT_FALSE(terms.empty());
+  EXPECT_EQ(terms.back().particle[0], 1);
+  return terms.back();
+}
+
+TEST(FirstGuess, AContactFoundAfterASolveIsACollisionAndBalancesNothing) {
+  const ImplicitTerm early = term_of_contact(false, true), late = term_of_contact(true, true),
+                     unknown = term_of_contact(true, false);
+  EXPECT_EQ(late.rhs, unknown.rhs);
+  EXPECT_EQ(late.matrix, unknown.matrix);
+  EXPECT_LT(early.rhs.x(), 2.0 * late.rhs.x());  // friction against five times the weight
+  EXPECT_LT(late.rhs.x(), 1e-12);
+}
+
 TEST(Floor, ASlidingParticleStopsWhereCoulombSays) {
   for (const bool implicit : {false, true})
     for (const std::string& name : kCoulomb) {

@@ -4,6 +4,7 @@
 #include <selvedge/response/detail/contact_sweeps.h>
 #include <selvedge/response/detail/impact_zone.h>
 #include <selvedge/response/detail/impulse.h>
+#include <selvedge/tests/dense_algebra.h>
 
 #include <Eigen/LU>
 #include <random>
@@ -369,6 +370,107 @@ TEST(ContactForce, StopsAFastFallWithoutBounce) {
   block.run(0.5);
   EXPECT_NEAR(block.gap(), 0.002, 1e-4);
   EXPECT_LT(block.velocity().norm(), 1e-3);
+}
+
+/// Particles in a narrow cage of random contacts without friction, and the solves of one step.
+class Cage {
+ public:
+  explicit Cage(unsigned seed) : random_(seed) {
+    for (std::size_t i = 0; i < kParticles; ++i) {
+      v_start_.push_back(vector(0.1));
+      predicted_.push_back(v_start_.back() + vector(std::pow(10.0, 2.0 * uniform_(random_))));
+      mass_.push_back(std::pow(10.0, uniform_(random_)));
+      inv_mass_.push_back(1.0 / mass_.back());
+    }
+    for (int c = 0; c < kContacts; ++c) {
+      ContactPoint point{{}, {0.5, 0.5, -0.3, -0.7}, vector(1.0).normalized(), 0.0, 0.002, 0.0};
+      for (auto& i : point.vertex) i = static_cast<std::int32_t>(random_() % kParticles);
+      point.gap = 0.0015 + 0.001 * std::abs(uniform_(random_));
+      contacts_.push_back(point);
+    }
+    force_.begin({{x_, inv_mass_, kParticles, kStep}, mass_, {}, v_start_, predicted_});
+    force_.add(contacts_);
+  }
+
+  /// One solve. Returns false if the contacts need no other one.
+  bool solve() {
+    constexpr auto n = static_cast<Eigen::Index>(3 * kParticles);
+    Eigen::MatrixXd a = Eigen::MatrixXd::Zero(n, n);
+    Eigen::VectorXd b(n);
+    for (std::size_t i = 0; i < kParticles; ++i) {
+      a.diagonal().segment<3>(3 * i).setConstant(mass_[i]);
+      b.segment<3>(3 * i) = mass_[i] * predicted_[i];
+    }
+    for (const ImplicitTerm& t : force_.terms())
+      for (int k = 0; k < 4; ++k) {
+        b.segment<3>(3 * t.particle[k]) += t.weight[k] * t.rhs;
+        for (int l = 0; l < 4; ++l)
+          a.block<3, 3>(3 * t.particle[k], 3 * t.particle[l]) +=
+              t.weight[k] * t.weight[l] * t.matrix;
+      }
+    const Eigen::VectorXd solution = testing::solve_dense(a, b);
+    before = v;
+    solved.resize(kParticles);
+    for (std::size_t i = 0; i < kParticles; ++i) solved[i] = solution.segment<3>(3 * i);
+    v = solved;
+    return force_.update(v);
+  }
+
+  /// Derivative of the energy of the step at `at`, on the way of the last solve: that of inertia,
+  /// ½ m |v - predicted|², and of the contacts, ½ k violation².
+  double slope(const std::vector<Vec3>& at) const {
+    const ContactForceConfig config;
+    double sum = 0.0;
+    for (std::size_t i = 0; i < kParticles; ++i)
+      sum += mass_[i] * (at[i] - predicted_[i]).dot(solved[i] - before[i]);
+    for (const ContactPoint& c : contacts_) {
+      Vec3 u = Vec3::Zero(), way = Vec3::Zero();
+      for (int k = 0; k < 4; ++k) {
+        u += c.weight[k] * kStep * at[c.vertex[k]];
+        way += c.weight[k] * kStep * (solved[c.vertex[k]] - before[c.vertex[k]]);
+      }
+      const double target = std::min(c.rest_gap, c.gap + config.recovery * c.rest_gap);
+      const double violation = std::max(0.0, target - c.gap - c.normal.dot(u));
+      const double stiffness = config.normal_ratio / compliance(c, inv_mass_) / (kStep * kStep);
+      sum -= stiffness * violation * c.normal.dot(way);
+    }
+    return sum;
+  }
+
+  std::vector<Vec3> before, solved, v;  ///< the last solve began, ended, and was pulled back to
+
+ private:
+  static constexpr std::size_t kParticles = 6;
+  static constexpr int kContacts = 24;
+
+  Vec3 vector(double size) {
+    return size * Vec3(uniform_(random_), uniform_(random_), uniform_(random_));
+  }
+
+  std::mt19937 random_;
+  std::uniform_real_distribution<double> uniform_{-1.0, 1.0};
+  std::vector<Vec3> x_ = std::vector<Vec3>(kParticles, Vec3::Zero()), v_start_, predicted_;
+  std::vector<double> mass_, inv_mass_;
+  std::vector<ContactPoint> contacts_;
+  ContactForce force_;
+};
+
+TEST(ContactForce, ASolveEndsWhereTheEnergyOnItsWayIsLeast) {
+  int pulled_back = 0;
+  for (unsigned seed = 0; seed < 500; ++seed) {
+    Cage cage(seed);
+    cage.solve();
+    for (int solve = 1; solve < 12 && cage.solve(); ++solve) {
+      const double start = cage.slope(cage.before), end = cage.slope(cage.v);
+      if (cage.v == cage.solved) {
+        EXPECT_LE(end, std::max(0.0, -0.0501 * start)) << seed << ", " << solve;
+      } else {
+        ++pulled_back;
+        EXPECT_LE(std::abs(end), 0.0501 * std::abs(start)) << seed << ", " << solve;
+      }
+    }
+  }
+  EXPECT_GT(pulled_back, 500);
 }
 
 }  // namespace

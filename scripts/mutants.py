@@ -30,6 +30,7 @@ import time
 
 MODULES = ("core", "bodies", "broadphase", "narrowphase", "detection", "response", "judge", "scene", "simulation",
            "garment", "dress", "run")
+UNNOTICED = ("survived", "not reached")
 # Programs that link the libraries and need neither `selvedge` nor a list of scenes.
 PROGRAMS = ("cloth", "forces", "integrators", "bodies", "broadphase", "detectors", "narrowphase", "judge", "response",
             "detection_stage", "simulation", "run", "scene", "files", "garments", "lab")
@@ -186,11 +187,11 @@ def rows_of(table):
 
 
 def draw_again(table, known):
-    """The changes of a table that no test has noticed, where their sources still have them."""
+    """The changes of a table that no test has noticed or reached, where their sources still have them."""
     drawn = []
     for row in rows_of(table):
         path = row["file"]
-        if row["result"] != "survived" or not os.path.exists(path) or os.path.realpath(path) not in known:
+        if row["result"] not in UNNOTICED or not os.path.exists(path) or os.path.realpath(path) not in known:
             continue
         text = open(path).read()
         lines = text.split("\n")
@@ -420,7 +421,7 @@ def merged(table, mutants):
     for row in rows_of(table):
         state = dict(row, line=int(row["line"]), state=row["result"])
         again = results.get((row["file"], row["text"], row["change"]))
-        if row["result"] == "survived" and again:
+        if row["result"] in UNNOTICED and again:
             state.update(line=again["line"], state=again["state"], by=again["by"])
         rows.append(state)
     return rows
@@ -480,7 +481,7 @@ def main():
     parser.add_argument("--longest", type=float, default=10.0, help="seconds that a test may take, unchanged")
     parser.add_argument("--seconds", type=float, default=60.0, help="seconds of tests for a change, unchanged")
     parser.add_argument("--again", default="", metavar="TABLE",
-                        help="tries the changes of this table again that no test noticed, and draws no others")
+                        help="tries the changes of this table again that no test noticed or reached, and draws no others")
     parser.add_argument("--table", default="", help="CSV file to write (default: mutants.csv in WORK)")
     options = parser.parse_args()
     return {"draw": draw, "drop": drop, "run": run}[options.command](options)

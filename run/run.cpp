@@ -14,7 +14,6 @@
 #include <selvedge/simulation/run_result.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -100,6 +99,7 @@ class Run {
     detail::check_same_scene(config_.out, scene_, config_.methods);
     make_folders();
     frame_ = checkpoint.frame;
+    if (checkpoint.refined) refined_ = frame_;
     warn_of_missing_frames();
     written_ = frame_ + 1;
     before_ = std::move(checkpoint.result);
@@ -169,12 +169,9 @@ class Run {
   /// cross something. The exchange of the surface counts as a step, so every state of steps/ has
   /// one surface.
   void refine() {
-    const SimulationState& state = simulation_->state();
-    // A run out of budget resumes within a frame, where this was decided before.
-    const double steps = state.time * scene_.time.fps * scene_.time.steps_per_frame;
-    const bool at_frame = state.control.h == 0.0 &&
-                          std::llround(steps) == std::int64_t{frame_} * scene_.time.steps_per_frame;
-    if (!refinement_->active() || !at_frame) return;
+    // A run that was out of budget goes on after this was done.
+    if (!refinement_->active() || refined_ == frame_) return;
+    refined_ = frame_;
     change(split_due(*refinement_, *simulation_, config_.methods));
     change(join_due(*refinement_, *simulation_, config_.methods));
   }
@@ -244,7 +241,7 @@ class Run {
 
   void write_checkpoint() {
     detail::write_checkpoint(config_.out, frame_, output_->copy_frame(*simulation_, frame_),
-                             result());
+                             result(), refined_ == frame_);
   }
 
   // -- the end ------------------------------------------------------------------------------------
@@ -312,6 +309,7 @@ class Run {
   std::optional<detail::RunLimits> limits_;
   RunResult before_;  // of the parts of this run before it was resumed or refined
   int frame_ = 0;     // last complete one
+  int refined_ = -1;  // the frame at which splits, merges and joins were made last
   int written_ = 0;   // number of frames in the folder
   double output_s_ = 0.0;
   bool resumed_ = false;

@@ -99,6 +99,21 @@ TEST_F(Refinements, AResumedRunGoesOnToTheSameBits) {
   EXPECT_EQ(warnings, std::vector<std::string>()) << "no frame is missing";
 }
 
+TEST_F(Refinements, ARunThatStopsWithinItsFramesGoesOnToTheSameBits) {
+  const Scene s = scene(over_ball(kCurved), {{"time.steps_per_frame", "4"}});
+  const RunResult whole = run_scene(s, config_);
+  EXPECT_GT(whole.counters.at("refinements"), 1.0);
+  config_.out = folder_ / "in_parts";
+  config_.max_steps = 3;
+  RunResult part = run_scene(s, config_);
+  config_.resume = true;
+  int parts = 1;
+  for (; part.frames < whole.frames && parts < 100; ++parts) part = run_scene(s, config_);
+  EXPECT_GT(parts, 20);
+  EXPECT_EQ(part.state_hash, whole.state_hash);
+  EXPECT_EQ(part.counters.at("refinements"), whole.counters.at("refinements"));
+}
+
 TEST_F(Refinements, OneThreadAndTwoGiveTheSameBits) {
   std::string hash[2];
   for (const int threads : {1, 2}) {

@@ -234,10 +234,12 @@ void read_state_fields(const Json& json, SimulationState& state) {
 }
 
 void write_checkpoint(const fs::path& out, int frame, const StateCopy& copy,
-                      const RunResult& result) {
+                      const RunResult& result, bool refined) {
   write_ply(out / "checkpoint.ply", copy.state.x, copy.triangles, state_values(copy.state));
-  Json checkpoint = {
-      {"frame", frame}, {"state_hash", result.state_hash}, {"result", checkpoint_json(result)}};
+  Json checkpoint = {{"frame", frame},
+                     {"refined", refined},
+                     {"state_hash", result.state_hash},
+                     {"result", checkpoint_json(result)}};
   write_state_fields(copy.state, checkpoint);
   write_text(out / "checkpoint.json", checkpoint.dump(2) + "\n");
 }
@@ -247,6 +249,7 @@ namespace {
 Checkpoint checkpoint_from(const Json& json, const fs::path& out) {
   Checkpoint checkpoint;
   checkpoint.frame = whole<int>(json.at("frame"));
+  checkpoint.refined = json.value("refined", false);  // older checkpoints do not say
   const auto hash = json.at("state_hash").get<std::string>();
   // checkpoint.ply is written just before checkpoint.json. If a run was killed between the two, its
   // frame or its failure bundle still holds the state that belongs to checkpoint.json.

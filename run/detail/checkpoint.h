@@ -18,7 +18,8 @@ using Json = nlohmann::json;
 
 /// The point from which a run can be resumed.
 struct Checkpoint {
-  int frame = 0;  ///< last one written
+  int frame = 0;         ///< last one written
+  bool refined = false;  ///< the splits, merges and joins due at that frame have been made
   SimulationState state;
   RunResult result;  ///< of the run so far; only the fields that a checkpoint keeps
 };
@@ -36,9 +37,9 @@ struct StateCopy {
 };
 
 /// Writes checkpoint.ply and checkpoint.json into the result folder `out`. `result`: of the run up
-/// to that state, with its hash.
+/// to that state, with its hash. `refined`: see Checkpoint.
 void write_checkpoint(const std::filesystem::path& out, int frame, const StateCopy& copy,
-                      const RunResult& result);
+                      const RunResult& result, bool refined = false);
 /// Throws std::invalid_argument with file, fault and remedy if there is no checkpoint or it is
 /// damaged.
 Checkpoint read_checkpoint(const std::filesystem::path& out);

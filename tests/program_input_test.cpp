@@ -125,6 +125,20 @@ TEST(ProgramForces, AreFreeOfEffectWhenTheyAreTakenAway) {
   EXPECT_EQ(state_hash(simulation.state()), state_hash(expected.state()));
 }
 
+TEST(ProgramScene, AWindOutOfAllRangeStopsTheStepAndTheFirstVertexIsNamed) {
+  Scene scene = free_scene();
+  scene.air.wind = Vec3(1.0, 2.0, 1e200);
+  scene.air.normal_drag = 1e200;
+  Simulation simulation(scene);
+  try {
+    simulation.advance_to_frame(1);
+    ADD_FAILURE();
+  } catch (const SimulationFailed& failure) {
+    EXPECT_EQ(failure.kind, FailureKind::not_finite) << failure.what();
+    EXPECT_NE(std::string(failure.what()).find("vertex 0 "), std::string::npos) << failure.what();
+  }
+}
+
 TEST(ProgramForces, RefuseAWrongLengthAndWhatIsNotFinite) {
   Simulation simulation(free_scene());
   const std::vector<Vec3> few(3, Vec3::Zero());

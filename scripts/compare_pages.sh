@@ -7,6 +7,8 @@
 #   limiters     every strain limiter on a flag at three step lengths
 #   responses_50 every response on a ball, 50 x 50 cells, three step lengths, with intervals over three seeds; only if it is
 #                named
+#   integrators_50, limiters_50  such pages on a flag of 50 x 50 cells, at three step lengths; only if they are named: they take
+#                half an hour or more
 #   laws         laws of stretch and of bending on a flag of 50 x 50 cells of triangles, with intervals over three seeds;
 #                only if it is named: it takes minutes
 # An interrupted run continues when started again. It takes a minute or two on two cores. If chromium is present, the
@@ -20,6 +22,7 @@ shift $(($# < 2 ? $# : 2))
 pages=("$@")
 if [ "${#pages[@]}" -eq 0 ]; then pages=(detectors integrators responses limiters); fi
 repeats=${REPEATS:-3}
+budget=20  # s of the clock for a run
 mkdir -p "$folder"
 failed=0
 
@@ -28,7 +31,7 @@ page() {
   local name=$1 scene=$2 begin status=0
   shift 2
   begin=$(date +%s)
-  "$program" compare "$root/$scene" --out "$folder/$name" --repeats "$repeats" --budget 20 "$@" >"$folder/$name.txt" 2>&1 || status=$?
+  "$program" compare "$root/$scene" --out "$folder/$name" --repeats "$repeats" --budget "$budget" "$@" >"$folder/$name.txt" 2>&1 || status=$?
   printf '%-28s exit %d, %4d s, %s rows, %s kB\n' "$name" "$status" $(($(date +%s) - begin)) \
     "$(tail -n +2 "$folder/$name/compare.csv" | wc -l)" "$(($(stat -c %s "$folder/$name/compare.html") / 1000))"
   if [ "$status" -ne 0 ]; then failed=1; fi
@@ -73,6 +76,16 @@ for name in "${pages[@]}"; do
       page limiters data/scenes/flag.json --vary strain_limiter=all --vary 'dt=0.002..0.008:3 log' \
         --set 'geometry.0.cells=[12,12]' --set time.frames=20 --set materials.default.strain_limit=0.02 --judge 0
       ;;
+    integrators_50)
+      budget=600
+      page integrators_50 data/scenes/flag.json --vary integrator=all --vary 'dt=0.001..0.016:3 log' \
+        --set 'geometry.0.cells=[50,50]' --set time.frames=6 --judge 0
+      ;;
+    limiters_50)
+      budget=600
+      page limiters_50 data/scenes/flag.json --vary strain_limiter=all --vary 'dt=0.002..0.008:3 log' \
+        --set 'geometry.0.cells=[50,50]' --set time.frames=6 --set materials.default.strain_limit=0.02 --judge 0
+      ;;
     laws)
       page laws data/scenes/flag.json --vary materials.default.stretch_law=hooke,st_venant_kirchhoff,corotated \
         --vary materials.default.bending_law=hinge,bridson,shape_operator --set geometry.0.pattern=triangular \
@@ -80,7 +93,8 @@ for name in "${pages[@]}"; do
         --reference-set materials.default.stretch_law=corotated
       ;;
     *)
-      echo "compare_pages.sh: there is no page $name; there are detectors, integrators, responses, responses_50, limiters, laws" >&2
+      echo "compare_pages.sh: there is no page $name; there are detectors, integrators, responses, responses_50, limiters, integrators_50," \
+        "limiters_50, laws" >&2
       exit 2
       ;;
   esac

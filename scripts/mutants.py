@@ -412,7 +412,7 @@ def write_table(path, mutants):
 
 def merged(table, mutants):
     """The rows of a table with the results of the changes that were tried again. Of several in one line with the same
-    description, the first that no test notices counts."""
+    description, the first that no test notices counts. What stays unnoticed keeps the reason that its row gives."""
     order = {"survived": 0, "not reached": 1}
     results = {}
     for m in sorted(mutants, key=lambda m: order.get(m["state"], 2), reverse=True):
@@ -422,7 +422,8 @@ def merged(table, mutants):
         state = dict(row, line=int(row["line"]), state=row["result"])
         again = results.get((row["file"], row["text"], row["change"]))
         if row["result"] in UNNOTICED and again:
-            state.update(line=again["line"], state=again["state"], by=again["by"])
+            explained = row["by"] if again["state"] == row["result"] else ""
+            state.update(line=again["line"], state=again["state"], by=again["by"] or explained)
         rows.append(state)
     return rows
 

@@ -50,16 +50,18 @@ TriangleMesh awkward_mesh() {
 TEST_F(MeshFile, PlyGivesBackTheSameBits) {
   const TriangleMesh mesh = awkward_mesh();
   const std::vector<NamedValues> extra{{"speed", {0.5, -0.0, 5e-324, 1.0 / 3.0, 2.0}},
-                                       {"u", {1, 2, 3, 4, 5}}};
+                                       {"u", {1, 2, 3, 4, 5}},
+                                       {"flag", {0, 255, 1, 128, 2}, true}};
   write_ply(path("a.ply"), mesh.vertices, mesh.triangles, extra);
   const TriangleMesh back = read_mesh(path("a.ply"));
   EXPECT_TRUE(same_bits(back.vertices, mesh.vertices));
   EXPECT_EQ(back.triangles, mesh.triangles);
   std::vector<NamedValues> extra_back{{"rubbish", {1.0}}};
   EXPECT_TRUE(same_bits(read_ply(path("a.ply"), extra_back).vertices, mesh.vertices));
-  ASSERT_EQ(extra_back.size(), 2u);
-  for (int i = 0; i < 2; ++i) {
+  ASSERT_EQ(extra_back.size(), extra.size());
+  for (std::size_t i = 0; i < extra.size(); ++i) {
     EXPECT_EQ(extra_back[i].name, extra[i].name);
+    EXPECT_EQ(extra_back[i].as_byte, extra[i].as_byte);
     EXPECT_EQ(0,
               std::memcmp(extra_back[i].values.data(), extra[i].values.data(), 5 * sizeof(double)));
   }

@@ -13,14 +13,6 @@ bool Polynomial<Int>::is_zero() const {
 }
 
 template <class Int>
-Polynomial<Int> operator+(const Polynomial<Int>& a, const Polynomial<Int>& b) {
-  Polynomial<Int> r;
-  r.degree = a.degree;
-  for (int i = 0; i <= a.degree; ++i) r.c[i] = a.c[i] + b.c[i];
-  return r;
-}
-
-template <class Int>
 Polynomial<Int> operator-(const Polynomial<Int>& a, const Polynomial<Int>& b) {
   Polynomial<Int> r;
   r.degree = a.degree;
@@ -63,7 +55,6 @@ int sign_at(const Polynomial<Int>& p, const Int& k, int m) {
 
 #define SELVEDGE_INSTANTIATE(Int)                                                             \
   template struct Polynomial<Int>;                                                            \
-  template Polynomial<Int> operator+(const Polynomial<Int>&, const Polynomial<Int>&);         \
   template Polynomial<Int> operator-(const Polynomial<Int>&, const Polynomial<Int>&);         \
   template Polynomial<Int> operator*(const Polynomial<Int>&, const Polynomial<Int>&);         \
   template void add_product(Polynomial<Int>&, const Polynomial<Int>&, const Polynomial<Int>&, \

@@ -26,8 +26,6 @@ struct Polynomial {
 };
 
 template <class Int>
-Polynomial<Int> operator+(const Polynomial<Int>& a, const Polynomial<Int>& b);  ///< of equal degree
-template <class Int>
 Polynomial<Int> operator-(const Polynomial<Int>& a, const Polynomial<Int>& b);  ///< of equal degree
 template <class Int>
 Polynomial<Int> operator*(const Polynomial<Int>& a, const Polynomial<Int>& b);

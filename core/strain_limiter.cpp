@@ -41,12 +41,15 @@ StrainLimiter::StrainLimiter(std::span<const Spring> springs, std::span<const do
     throw std::invalid_argument("strain limiter: " + std::to_string(limits.size()) +
                                 " limits for " + std::to_string(springs.size()) + " springs");
   std::vector<std::int32_t> ends;
+  ends.reserve(2 * springs.size());
   for (std::size_t i = 0; i < springs.size(); ++i) {
     validate_limit(springs[i], limits[i], particles);
     ends.push_back(springs[i].a);
     ends.push_back(springs[i].b);
   }
   Coloring coloring = color_elements(ends, 2, particles);
+  springs_.reserve(springs.size());
+  limits_.reserve(limits.size());
   for (const std::int32_t i : coloring.order) {
     springs_.push_back(springs[i]);
     limits_.push_back(limits[i]);

@@ -86,6 +86,9 @@ class StrainLimitMethod {
  public:
   virtual ~StrainLimitMethod() = default;
   virtual LimiterTraits traits() const = 0;
+  /// Measures the strains of the springs of the method, so that nobody keeps them twice. Null: it
+  /// does not keep them.
+  virtual const StrainLimiter* limiter() const { return nullptr; }
   /// Moves the end positions of the particles, m. Held particles stay.
   virtual StrainReport limit_ends(const LimitStep& step, std::span<Vec3> x_t1) = 0;
   /// Changes the velocities (m/s) of the accepted step that ended at `x`. By default it does

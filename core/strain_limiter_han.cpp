@@ -43,6 +43,7 @@ class HanLimiter final : public StrainLimitMethod {
             .adds_force = true};
   }
 
+  const StrainLimiter* limiter() const override { return &limiter_; }
   StrainReport limit_ends(const LimitStep& step, std::span<Vec3> x_t1) override {
     for (std::size_t i = 0; i < x_t1.size(); ++i) u_[i] = (x_t1[i] - step.x_t0[i]) / step.h;
     int sweeps = 0;

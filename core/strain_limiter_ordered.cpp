@@ -43,6 +43,7 @@ class OrderedLimiter final : public StrainLimitMethod {
             "Kang et al., WSCG 2000; survey 4.2"};
   }
 
+  const StrainLimiter* limiter() const override { return &limiter_; }
   StrainReport limit_ends(const LimitStep& step, std::span<Vec3> x_t1) override;
   void limit_velocities(const LimitStep& step, std::span<const Vec3> x,
                         std::span<Vec3> v) override {

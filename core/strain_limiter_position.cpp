@@ -26,12 +26,10 @@ class PositionLimiter : public StrainLimitMethod {
             "Provot, Deformation constraints in a mass-spring model, 1995; survey 4.1", true, true,
             !with_velocity_};
   }
+  const StrainLimiter* limiter() const override { return &limiter_; }
   StrainReport limit_ends(const LimitStep& step, std::span<Vec3> x_t1) override {
     return limiter_.apply(step.inv_mass, step.tolerance, step.max_sweeps, x_t1);
   }
-
- protected:
-  const StrainLimiter& limiter() const { return limiter_; }
 
  private:
   StrainLimiter limiter_;
@@ -50,7 +48,7 @@ class PositionVelocityLimiter final : public PositionLimiter {
   }
   void limit_velocities(const LimitStep& step, std::span<const Vec3> x,
                         std::span<Vec3> v) override {
-    detail::stop_stretching(limiter(), step, x, v);
+    detail::stop_stretching(*limiter(), step, x, v);
   }
 };
 

@@ -43,6 +43,7 @@ class VelocityLimiter final : public StrainLimitMethod {
             "Bridson, Fedkiw, Anderson, 2002; survey 4.3", false, true};
   }
 
+  const StrainLimiter* limiter() const override { return &limiter_; }
   StrainReport limit_ends(const LimitStep& step, std::span<Vec3> x_t1) override;
 
  private:

@@ -266,10 +266,11 @@ class Run {
   RunResult finish() {
     output_->finish();
     RunResult r = result();
-    const SimulationState& state = simulation_->state();
-    r.measures = final_measures(scene_, simulation_->built(),
-                                {state.x, state.v, simulation_->mass(), state.time},
-                                config_.methods.force_laws);
+    // The measures build the forces once more, so the solver goes first.
+    const FinalState end = std::move(*simulation_).end();
+    r.measures =
+        final_measures(scene_, end.built, {end.state.x, end.state.v, end.mass, end.state.time},
+                       config_.methods.force_laws);
     write_result(config_.out / "result.json", r);
     return r;
   }

@@ -84,4 +84,12 @@ bool Simulation::bodies_move() const {
 
 RunResult Simulation::result() const { return parts_->present_result(); }
 
+FinalState Simulation::end() && {
+  FinalState last{.built = std::move(parts_->built),
+                  .state = std::move(parts_->state),
+                  .mass = std::move(parts_->input.particles.mass)};
+  parts_.reset();
+  return last;
+}
+
 }  // namespace selvedge

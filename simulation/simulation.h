@@ -122,6 +122,13 @@ struct StepContact {
   Vec3 impulse = Vec3::Zero();
 };
 
+/// What stays of a simulation that has ended.
+struct FinalState {
+  BuiltScene built;
+  SimulationState state;
+  std::vector<double> mass;  ///< kg per cloth vertex, water included
+};
+
 /// The cloth of a scene in time, in memory: nothing is read from or written to files. Pieces with
 /// "refine" keep the cells that they start with, and seams stay open; RefiningSimulation splits and
 /// merges them.
@@ -218,6 +225,9 @@ class Simulation {
   /// Clean, steps, halvings, strain, speed, phase times and counters so far. The caller fills
   /// frames, wall_s, peak_bytes and stopped.
   RunResult result() const;
+  /// Frees solver and detection, most of the memory, and leaves the rest. The simulation must not
+  /// be used afterwards.
+  FinalState end() &&;
 
  private:
   struct Parts;

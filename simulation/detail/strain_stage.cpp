@@ -30,6 +30,23 @@ double hanging_weight(const Scene& scene, const BuiltScene& built, std::size_t p
   return material.density * scene.gravity.norm() * (high - low).maxCoeff();
 }
 
+/// The method of the scene; none if the scene has no limiter that changes the ends of steps.
+StrainLimit limit_of(const Scene& scene, const BuiltScene& built,
+                     const StrainLimiterRegistry& limiters) {
+  if (limiter_kind(scene, limiters) != LimiterKind::method) return {};
+  return make_method(limiters, scene.solver.limiter, "solver.strain_limiter",
+                     scene.solver.limiter_options, built.cloth.springs,
+                     limiter_targets(built.cloth.strain_limit), count(built));
+}
+
+/// None if the method measures.
+std::optional<StrainLimiter> own_measures(const BuiltScene& built,
+                                          const StrainLimitMethod* method) {
+  if (method != nullptr && method->limiter() != nullptr) return std::nullopt;
+  return StrainLimiter(built.cloth.springs, limiter_targets(built.cloth.strain_limit),
+                       count(built));
+}
+
 }  // namespace
 
 std::vector<double> limiter_targets(const std::vector<double>& limits) {
@@ -47,17 +64,16 @@ LimiterKind limiter_kind(const Scene& scene, const StrainLimiterRegistry& limite
 
 StrainStage::StrainStage(const Scene& scene, const BuiltScene& built,
                          const StrainLimiterRegistry& limiters)
-    : measures_(built.cloth.springs, limiter_targets(built.cloth.strain_limit), count(built)),
-      reach_(scene.plan.proofs, measures_),
+    : StrainStage(scene.plan.proofs, built, limit_of(scene, built, limiters)) {}
+
+StrainStage::StrainStage(bool proofs, const BuiltScene& built, StrainLimit limit)
+    : method_(std::move(limit.method)),
+      max_sweeps_(limit.max_sweeps),
+      own_(own_measures(built, method_.get())),
+      reach_(proofs, measures()),
       before_(count(built)),
       shift_(count(built), Vec3::Zero()) {
-  if (limiter_kind(scene, limiters) != LimiterKind::method) return;
-  StrainLimit limit = make_method(limiters, scene.solver.limiter, "solver.strain_limiter",
-                                  scene.solver.limiter_options, built.cloth.springs,
-                                  limiter_targets(built.cloth.strain_limit), count(built));
-  method_ = std::move(limit.method);
-  max_sweeps_ = limit.max_sweeps;
-  traits_ = method_->traits();
+  if (method_) traits_ = method_->traits();
 }
 
 void StrainStage::begin() {
@@ -91,7 +107,7 @@ int StrainStage::limit(const LimitStep& step, std::span<Vec3> x_t1, KeepFollower
 bool StrainStage::is_tolerated(std::span<const Vec3> x) {
   constexpr double kAny = std::numeric_limits<double>::infinity();
   return reach_.keeps_below(x, kAny, kStrainTolerance) ||
-         measures_.measure(x).residual <= kStrainTolerance;
+         measures().measure(x).residual <= kStrainTolerance;
 }
 
 std::optional<StrainReport> StrainStage::measure(std::span<const Vec3> x, double max_strain,
@@ -100,7 +116,7 @@ std::optional<StrainReport> StrainStage::measure(std::span<const Vec3> x, double
     const auto scope = clock.measure("plan");
     if (reach_.keeps_below(x, max_strain, kStrainTolerance)) return std::nullopt;
   }
-  return reach_.measure(measures_, x);
+  return reach_.measure(measures(), x);
 }
 
 void StrainStage::finish(const LimitStep& step, std::span<const double> mass,

@@ -62,10 +62,13 @@ class StrainStage {
   const IdleCount& idle_count() const { return reach_.count(); }
 
  private:
-  StrainLimiter measures_;
-  StrainReach reach_;
-  std::unique_ptr<StrainLimitMethod> method_;
+  StrainStage(bool proofs, const BuiltScene& built, StrainLimit limit);
+  const StrainLimiter& measures() const { return own_ ? *own_ : *method_->limiter(); }
+
+  std::unique_ptr<StrainLimitMethod> method_;  // null: the scene limits no strain
   int max_sweeps_ = 0;
+  std::optional<StrainLimiter> own_;  // if the method has none
+  StrainReach reach_;
   LimiterTraits traits_;
   std::vector<Vec3> before_, shift_;  // m, displacement since begin
   bool moved_ = false;

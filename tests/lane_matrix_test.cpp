@@ -12,7 +12,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <numeric>
 #include <random>
 #include <vector>
@@ -156,51 +155,6 @@ TEST_P(LaneMatrixOf, PreconditionsSymmetricallyAndPositively) {
     EXPECT_NEAR(dot_of(p, pq), dot_of(pp, q), 1e-5 * size);
     EXPECT_EQ(pp[0], Vec3::Zero());
   }
-}
-
-/// A chain of n particles with springs of this stiffness between neighbours.
-BlockMatrix chain_matrix(std::int32_t n, double stiffness) {
-  std::vector<Edge> links;
-  for (std::int32_t i = 1; i < n; ++i) links.push_back({i - 1, i});
-  BlockMatrix a(static_cast<std::size_t>(n), links);
-  a.set_zero();
-  for (std::int32_t i = 0; i < n; ++i) a.diagonal(i) = Mat3::Identity();
-  const Mat3 block = stiffness * Mat3::Identity();
-  for (const auto& [i, j] : links) {
-    a.diagonal(i) += block;
-    a.diagonal(j) += block;
-    a.values()[a.slot(i, j)] -= block;
-    a.values()[a.slot(j, i)] -= block;
-  }
-  return a;
-}
-
-// A chain of 3000 particles has five levels. What is left of a long wave, as a share of its energy:
-// 0.09 if each level is visited once, 0.001 if the coarse ones are visited twice.
-TEST(LaneMatrix, ReducesLongWavesOverManyLevels) {
-  constexpr std::int32_t n = 3000;
-  const BlockMatrix a = chain_matrix(n, 1e6);
-  const std::vector<char> free(a.size(), 1);
-  Multilevel multilevel;
-  multilevel.set_matrix(a, free);
-  multilevel.set_terms({});
-  Vectors wave(a.size()), force(a.size());
-  for (std::int32_t i = 0; i < n; ++i)
-    wave[i] = Vec3(std::sin(0.02 * i), std::cos(0.05 * i), std::sin(0.1 * i));
-  a.multiply(wave, force);
-  const LaneVector r = lanes_of(force);
-  LaneVector z = r;
-  multilevel.apply(r, z);
-  Vectors left(a.size()), of_left(a.size());
-  for (std::size_t i = 0; i < a.size(); ++i) left[i] = wave[i] - z[i];
-  a.multiply(left, of_left);
-  double before = 0.0, after = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    before += wave[i].dot(force[i]);
-    after += left[i].dot(of_left[i]);
-  }
-  EXPECT_LT(after, 0.01 * before) << after / before;
-  EXPECT_GT(dot_of(r, z), 0.0);
 }
 
 TEST_P(LaneMatrixOf, IsTheSameAfterTermsHaveComeAndGone) {

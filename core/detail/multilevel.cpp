@@ -21,10 +21,6 @@ constexpr std::size_t kTermsTogether = 256;  // terms per task
 constexpr std::size_t kCoarsestSize = 96;
 // A level that is larger than this fraction of its parent level is not worth its cost.
 constexpr double kLeastCoarsening = 0.75;
-// With more levels than these, one cycle reduces errors of the coarse levels too little: *ball*
-// with 500 x 500 particles takes 447 iterations in its first ten frames, and 338 if levels are
-// visited twice.
-constexpr std::size_t kLevelsVisitedOnce = 3;
 // The smoother x += ω/λ D⁻¹ r keeps the cycle positive definite for ω/λ < 2/λmax(D⁻¹A). Power
 // iterations approach λmax from below, to about 20 % after ten; ω = 1.5 leaves a margin of a third.
 constexpr double kSmootherStep = 1.5;
@@ -107,10 +103,8 @@ void Multilevel::build(const BlockMatrix& a) {
   extra_.resize(a.size());
   while ((levels_.size() == 1 || levels_.back().size() > kCoarsestSize) && add_level()) {
   }
-  for (std::size_t l = 1; l < levels_.size(); ++l) {  // views into levels that no longer move
-    Level& level = levels_[l];
-    if (visits(l) > 1)
-      for (LaneVector* v : {&level.rest, &level.change}) v->resize(level.size());
+  for (Level& level : levels_) {  // views into levels that no longer move
+    if (&level == &levels_[0]) continue;
     level.begin = level.own.begin;
     level.column = level.own.column;
     level.value = level.own.value;
@@ -470,7 +464,7 @@ double Multilevel::cycle(std::size_t l, const LaneVector& b, LaneVector& z) {
                                     level.restriction.data(), level.points.data(), coarse.b.data(),
                                     coarse.b.stride(), first, last);
                });
-  solve_coarse(l + 1);
+  cycle(l + 1, coarse.b, coarse.y);
   copy_points(coarse.y, coarse.points);
   const LaneParentRows parents(level.parents);
   by_groups(b, [&](std::size_t first, std::size_t last) {
@@ -480,27 +474,6 @@ double Multilevel::cycle(std::size_t l, const LaneVector& b, LaneVector& z) {
   return sum_by_groups(b, [&](std::size_t first, std::size_t last) {
     return kernel.relax(rows, b.data(), x.data(), more, z.data(), first, last);
   });
-}
-
-/// Level l.y ≈ A⁻¹ b of level l. Its error is I - PA, or (I - PA)² after two visits, which is at
-/// most as large and has no negative eigenvalue: the whole cycle stays positive definite.
-void Multilevel::solve_coarse(std::size_t l) {
-  Level& level = levels_[l];
-  cycle(l, level.b, level.y);
-  if (visits(l) == 1) return;
-  const LaneRows rows = level.matrix.rows(level.step);
-  LaneVector& rest = level.rest;
-  by_groups(rest, [&](std::size_t first, std::size_t last) {
-    lane_matrix_kernel().multiply(rows, level.y.data(), nullptr, rest.data(), first, last);
-  });
-  scale_and_add(-1.0f, level.b, rest);
-  cycle(l, rest, level.change);
-  scale_and_add(1.0f, level.change, level.y);
-}
-
-/// How often the next finer level solves with level l.
-int Multilevel::visits(std::size_t l) const {
-  return levels_.size() > kLevelsVisitedOnce && l > 0 && !is_last(levels_[l]) ? 2 : 1;
 }
 
 bool Multilevel::dense() const { return levels_.back().size() <= 2 * kCoarsestSize; }
@@ -540,22 +513,18 @@ std::size_t Multilevel::multiply_bytes() const {
 }
 
 std::size_t Multilevel::cycle_bytes() const {
-  std::size_t sum = 0, times = 1;
-  for (std::size_t l = 0; l < levels_.size(); ++l) {
-    const Level& level = levels_[l];
+  std::size_t sum = 0;
+  for (const Level& level : levels_) {
     const std::size_t vector = level.x.bytes();
     if (is_last(level)) {
-      sum += times * (dense() ? factor_->matrix.bytes() : 2 * vector);
+      sum += dense() ? factor_->matrix.bytes() : 2 * vector;
       continue;
     }
-    // Between two visits: A, y, rest, b, rest twice; change, y twice.
-    if (visits(l) > 1) sum += times * (level.matrix.bytes() + 8 * vector);
-    times *= static_cast<std::size_t>(visits(l));
     // Start: S, b, x. Residual: A, b, x, points. Prolongation: weights, points, x twice.
     // Relaxation: A, S, b, x, y. Restriction: weights, points.
-    sum += times * (2 * level.matrix.bytes() + 2 * sizeof(float) * level.step.size() + 9 * vector +
-                    2 * sizeof(Point4) * level.points.size() + level.parents.bytes() +
-                    (sizeof(float) + sizeof(std::int32_t)) * level.p.parent.size());
+    sum += 2 * level.matrix.bytes() + 2 * sizeof(float) * level.step.size() + 9 * vector +
+           2 * sizeof(Point4) * level.points.size() + level.parents.bytes() +
+           (sizeof(float) + sizeof(std::int32_t)) * level.p.parent.size();
   }
   return sum;
 }

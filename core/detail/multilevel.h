@@ -15,9 +15,9 @@
 
 namespace selvedge::detail {
 
-/// The matrix A + T of a solve in single precision, and one multigrid cycle over a hierarchy of
-/// aggregates of particles as a preconditioner P of it: a V-cycle, or a W-cycle over more than
-/// three levels (about 30,000 particles). Rows of held particles are those of the identity.
+/// The matrix A + T of a solve in single precision, and one multigrid V-cycle over a hierarchy of
+/// aggregates of particles as a preconditioner P of it. Rows of held particles are those of the
+/// identity.
 ///
 /// Aggregation of the coupling graph: P. Vaněk, J. Mandel, M. Brezina, "Algebraic multigrid by
 /// smoothed aggregation for second and fourth order elliptic problems", Computing 1996. Deviation:
@@ -78,7 +78,6 @@ class Multilevel {
     std::vector<std::int64_t> between;   // scratch: blocks between the rows of a term, -1 for none
     LevelTerms terms;
     LaneVector b, x, y;
-    LaneVector rest, change;  // of the second visit; empty if there is only one
     std::vector<Point4> points;
     std::size_t size() const { return begin.empty() ? 0 : begin.size() - 1; }
   };
@@ -124,8 +123,6 @@ class Multilevel {
   void factor_last(std::span<const ImplicitTerm> terms);
   /// As apply(), on level l.
   double cycle(std::size_t l, const LaneVector& b, LaneVector& z);
-  void solve_coarse(std::size_t l);
-  int visits(std::size_t l) const;
   void solve_last(const LaneVector& b, LaneVector& z);
   /// True if the last level is small enough for a factorisation; isolated particles do not
   /// aggregate.

@@ -34,8 +34,8 @@ constexpr double kLooseReduction = 1e-6;
 constexpr double kMomentumReduction = 0.1;
 // Square of the error by rounding that is accepted, as a share of that of the residual or target.
 constexpr double kDrift = 1e-4;
-// Rounding of a point on a line, as a share of its greatest coordinate.
-constexpr double kOnLine = 1e-15;
+// Rounding of a point on a line and of its share of the way, by its greatest coordinate.
+constexpr double kOnLine = 1e-14;
 
 /// Sum of body(begin, end) over ranges of n particles.
 template <class Body>

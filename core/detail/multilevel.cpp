@@ -18,7 +18,7 @@ namespace {
 constexpr std::size_t kGroups = 64, kRows = 512, kCoarseRows = 64;
 constexpr std::size_t kTermsTogether = 256;  // terms per task
 // Factoring 3·96 dense unknowns costs about 8 Mflop, less than another level.
-constexpr std::size_t kCoarsestSize = 96;
+constexpr std::size_t kCoarsestSize = 96, kLargestFactored = 2 * kCoarsestSize;
 // A level that is larger than this fraction of its parent level is not worth its cost.
 constexpr double kLeastCoarsening = 0.75;
 // The smoother x += ω/λ D⁻¹ r keeps the cycle positive definite for ω/λ < 2/λmax(D⁻¹A). Power
@@ -100,11 +100,12 @@ void Multilevel::build(const BlockMatrix& a) {
   levels_[0].begin = a.row_begin();
   levels_[0].column = a.columns();
   set_pattern(levels_[0]);
-  extra_.resize(a.size());
   while ((levels_.size() == 1 || levels_.back().size() > kCoarsestSize) && add_level()) {
   }
-  for (Level& level : levels_) {  // views into levels that no longer move
-    if (&level == &levels_[0]) continue;
+  for (std::size_t l = 1; l < levels_.size(); ++l) {  // views into levels that no longer move
+    Level& level = levels_[l];
+    if (visits(l) > 1)
+      for (LaneVector* v : {&level.rest, &level.change}) v->resize(level.size());
     level.begin = level.own.begin;
     level.column = level.own.column;
     level.value = level.own.value;
@@ -139,7 +140,7 @@ void Multilevel::set_pattern(Level& level) {
     const auto own = std::lower_bound(row.begin(), row.end(), static_cast<std::int32_t>(i));
     level.diagonal.push_back(level.begin[i] + static_cast<std::int32_t>(own - row.begin()));
   }
-  for (LaneVector* v : {&level.b, &level.x, &level.y}) v->resize(n);
+  for (LaneVector* v : {&level.b, &level.x, &level.y, &level.loose.product}) v->resize(n);
   for (auto* step : {&level.base_step, &level.step})
     step->assign(kStepNumbers * level.x.groups(), 0.0f);
   level.points.resize(kRowLanes * level.x.groups());
@@ -238,7 +239,6 @@ void Multilevel::set_terms(std::span<const ImplicitTerm> terms, const Followers*
         set_level_terms(levels_[l], terms);
     }
   });
-  set_loose(terms);
 }
 
 void Multilevel::LevelTerms::clear() {
@@ -334,7 +334,7 @@ void Multilevel::clear_terms(Level& level) {
 /// theorem.
 void Multilevel::set_level_terms(Level& level, std::span<const ImplicitTerm> terms) {
   clear_terms(level);
-  if (&level == &levels_[0]) loose_.term.clear();
+  level.loose.term.clear();
   for (std::size_t t = 0; t < terms.size(); ++t) add_term(level, t, terms[t].matrix);
   by_rows(level.touched.size(), [&](std::size_t first, std::size_t last) {
     for (std::size_t k = first; k < last; ++k) {
@@ -343,6 +343,7 @@ void Multilevel::set_level_terms(Level& level, std::span<const ImplicitTerm> ter
       set_step(level.step, i, kSmootherStep * (level.lambda * d + level.bound[i]).inverse());
     }
   });
+  set_loose(level, terms);
 }
 
 void Multilevel::add_term(Level& level, std::size_t t, const Mat3& matrix) {
@@ -356,20 +357,16 @@ void Multilevel::add_term(Level& level, std::size_t t, const Mat3& matrix) {
   level.between.clear();
   for (const auto& [i, wi] : rows)
     for (const auto& [j, wj] : rows) level.between.push_back(find_block(level, i, j));
-  if (&level == &levels_[0] && std::count(level.between.begin(), level.between.end(), -1) > 0) {
-    loose_.term.push_back(static_cast<std::uint32_t>(t));
+  if (std::count(level.between.begin(), level.between.end(), -1) > 0) {
+    level.loose.term.push_back(static_cast<std::uint32_t>(t));
     return;
   }
   auto found = level.between.begin();
   for (const auto& [i, wi] : rows)
     for (const auto& [j, wj] : rows) {
-      // Where the pattern of a coarse level has no block for a pair, its absolute value on the
-      // diagonal is an upper bound.
-      const bool none = *found < 0;
-      const auto block = static_cast<std::size_t>(none ? level.diagonal[i] : *found);
-      level.matrix.add(block, (none ? std::abs(wi * wj) : wi * wj) * matrix);
+      const auto block = static_cast<std::size_t>(*found++);
+      level.matrix.add(block, (wi * wj) * matrix);
       if (std::exchange(level.is_changed[block], 1) == 0) level.changed.push_back(block);
-      ++found;
     }
 }
 
@@ -381,48 +378,50 @@ std::int64_t Multilevel::find_block(const Level& level, std::int32_t i, std::int
   return found != row.end() && *found == j ? level.begin[i] + (found - row.begin()) : -1;
 }
 
-void Multilevel::set_loose(std::span<const ImplicitTerm> terms) {
-  for (const LooseTerms::Entry& e : loose_.entries) extra_.set(e.row, Vec3::Zero());
-  loose_.entries.clear();
-  loose_.matrix.resize(loose_.term.size());
-  loose_.moment.resize(loose_.term.size());
-  for (std::uint32_t q = 0; q < loose_.term.size(); ++q) {
-    const Mat3& matrix = terms[loose_.term[q]].matrix;
-    for (int e = 0; e < 9; ++e) loose_.matrix[q][e] = static_cast<float>(matrix.data()[e]);
-    for (const auto& [i, w] : levels_[0].terms.of(loose_.term[q]))
-      loose_.entries.push_back({i, q, static_cast<float>(w)});
+void Multilevel::set_loose(Level& level, std::span<const ImplicitTerm> terms) {
+  LooseTerms& loose = level.loose;
+  for (const LooseTerms::Entry& e : loose.entries) loose.product.set(e.row, Vec3::Zero());
+  loose.entries.clear();
+  loose.matrix.resize(loose.term.size());
+  loose.moment.resize(loose.term.size());
+  for (std::uint32_t q = 0; q < loose.term.size(); ++q) {
+    const Mat3& matrix = terms[loose.term[q]].matrix;
+    for (int e = 0; e < 9; ++e) loose.matrix[q][e] = static_cast<float>(matrix.data()[e]);
+    for (const auto& [i, w] : level.terms.of(loose.term[q]))
+      loose.entries.push_back({i, q, static_cast<float>(w)});
   }
-  std::sort(loose_.entries.begin(), loose_.entries.end(), [](const auto& a, const auto& b) {
+  std::sort(loose.entries.begin(), loose.entries.end(), [](const auto& a, const auto& b) {
     return std::tie(a.row, a.term) < std::tie(b.row, b.term);
   });
-  loose_.row_begin.clear();
-  for (std::uint32_t e = 0; e < loose_.entries.size(); ++e)
-    if (e == 0 || loose_.entries[e].row != loose_.entries[e - 1].row) loose_.row_begin.push_back(e);
-  loose_.row_begin.push_back(static_cast<std::uint32_t>(loose_.entries.size()));
+  loose.row_begin.clear();
+  for (std::uint32_t e = 0; e < loose.entries.size(); ++e)
+    if (e == 0 || loose.entries[e].row != loose.entries[e - 1].row) loose.row_begin.push_back(e);
+  loose.row_begin.push_back(static_cast<std::uint32_t>(loose.entries.size()));
 }
 
-const float* Multilevel::extra(const Level& level, const LaneVector& x) {
-  if (&level != &levels_[0] || loose_.empty()) return nullptr;
+const float* Multilevel::extra(Level& level, const LaneVector& x) {
+  LooseTerms& loose = level.loose;
+  if (loose.empty()) return nullptr;
   const std::size_t stride = x.stride();
   const float* from = x.data();
-  by_rows(loose_.term.size(), [&](std::size_t first, std::size_t last) {
+  by_rows(loose.term.size(), [&](std::size_t first, std::size_t last) {
     for (std::size_t q = first; q < last; ++q) {
       float sum[3] = {};
-      for (const auto& [i, w] : level.terms.of(loose_.term[q]))
+      for (const auto& [i, w] : level.terms.of(loose.term[q]))
         for (int k = 0; k < 3; ++k) sum[k] += static_cast<float>(w) * from[k * stride + i];
-      const std::array<float, 9>& m = loose_.matrix[q];
+      const std::array<float, 9>& m = loose.matrix[q];
       for (int k = 0; k < 3; ++k)
-        loose_.moment[q].at[k] = m[k] * sum[0] + m[3 + k] * sum[1] + m[6 + k] * sum[2];
+        loose.moment[q].at[k] = m[k] * sum[0] + m[3 + k] * sum[1] + m[6 + k] * sum[2];
     }
   });
-  float* to = extra_.data();
-  by_rows(loose_.row_begin.size() - 1, [&](std::size_t first, std::size_t last) {
+  float* to = loose.product.data();
+  by_rows(loose.row_begin.size() - 1, [&](std::size_t first, std::size_t last) {
     for (std::size_t r = first; r < last; ++r) {
       Point4 sum{};
-      for (std::uint32_t e = loose_.row_begin[r]; e < loose_.row_begin[r + 1]; ++e)
+      for (std::uint32_t e = loose.row_begin[r]; e < loose.row_begin[r + 1]; ++e)
         for (int k = 0; k < 3; ++k)
-          sum.at[k] += loose_.entries[e].weight * loose_.moment[loose_.entries[e].term].at[k];
-      const std::int32_t i = loose_.entries[loose_.row_begin[r]].row;
+          sum.at[k] += loose.entries[e].weight * loose.moment[loose.entries[e].term].at[k];
+      const std::int32_t i = loose.entries[loose.row_begin[r]].row;
       for (int k = 0; k < 3; ++k) to[k * stride + i] = sum.at[k];
     }
   });
@@ -430,7 +429,7 @@ const float* Multilevel::extra(const Level& level, const LaneVector& x) {
 }
 
 double Multilevel::multiply(const LaneVector& x, LaneVector& y) {
-  const Level& level = levels_[0];
+  Level& level = levels_[0];
   const LaneRows rows = level.matrix.rows(level.step);
   const float* more = extra(level, x);
   return sum_by_groups(x, [&](std::size_t first, std::size_t last) {
@@ -464,7 +463,7 @@ double Multilevel::cycle(std::size_t l, const LaneVector& b, LaneVector& z) {
                                     level.restriction.data(), level.points.data(), coarse.b.data(),
                                     coarse.b.stride(), first, last);
                });
-  cycle(l + 1, coarse.b, coarse.y);
+  solve_coarse(l + 1);
   copy_points(coarse.y, coarse.points);
   const LaneParentRows parents(level.parents);
   by_groups(b, [&](std::size_t first, std::size_t last) {
@@ -476,7 +475,31 @@ double Multilevel::cycle(std::size_t l, const LaneVector& b, LaneVector& z) {
   });
 }
 
-bool Multilevel::dense() const { return levels_.back().size() <= 2 * kCoarsestSize; }
+/// Level l.y ≈ A⁻¹ b of level l. Its error is I - PA after one visit, and (I - PA)² after two. The
+/// eigenvalues of I - PA lie between 0 and 1 if every level has all terms of the next finer one;
+/// below -1, a second visit would amplify errors.
+void Multilevel::solve_coarse(std::size_t l) {
+  Level& level = levels_[l];
+  cycle(l, level.b, level.y);
+  if (visits(l) == 1) return;
+  const LaneRows rows = level.matrix.rows(level.step);
+  LaneVector& rest = level.rest;
+  const float* more = extra(level, level.y);
+  by_groups(rest, [&](std::size_t first, std::size_t last) {
+    lane_matrix_kernel().multiply(rows, level.y.data(), more, rest.data(), first, last);
+  });
+  scale_and_add(-1.0f, level.b, rest);
+  cycle(l, rest, level.change);
+  scale_and_add(1.0f, level.change, level.y);
+}
+
+/// How often the next finer level solves with level l: twice if it is too large to be factored. One
+/// cycle over several levels reduces long waves too little.
+int Multilevel::visits(std::size_t l) const {
+  return l > 0 && !is_last(levels_[l]) && levels_[l].size() > kLargestFactored ? 2 : 1;
+}
+
+bool Multilevel::dense() const { return levels_.back().size() <= kLargestFactored; }
 
 void Multilevel::factor_last(std::span<const ImplicitTerm> terms) {
   const Level& level = levels_.back();
@@ -513,18 +536,22 @@ std::size_t Multilevel::multiply_bytes() const {
 }
 
 std::size_t Multilevel::cycle_bytes() const {
-  std::size_t sum = 0;
-  for (const Level& level : levels_) {
+  std::size_t sum = 0, times = 1;
+  for (std::size_t l = 0; l < levels_.size(); ++l) {
+    const Level& level = levels_[l];
     const std::size_t vector = level.x.bytes();
     if (is_last(level)) {
-      sum += dense() ? factor_->matrix.bytes() : 2 * vector;
+      sum += times * (dense() ? factor_->matrix.bytes() : 2 * vector);
       continue;
     }
+    // Between two visits: A, y, rest, b, rest twice; change, y twice.
+    if (visits(l) > 1) sum += times * (level.matrix.bytes() + 8 * vector);
+    times *= static_cast<std::size_t>(visits(l));
     // Start: S, b, x. Residual: A, b, x, points. Prolongation: weights, points, x twice.
     // Relaxation: A, S, b, x, y. Restriction: weights, points.
-    sum += 2 * level.matrix.bytes() + 2 * sizeof(float) * level.step.size() + 9 * vector +
-           2 * sizeof(Point4) * level.points.size() + level.parents.bytes() +
-           (sizeof(float) + sizeof(std::int32_t)) * level.p.parent.size();
+    sum += times * (2 * level.matrix.bytes() + 2 * sizeof(float) * level.step.size() + 9 * vector +
+                    2 * sizeof(Point4) * level.points.size() + level.parents.bytes() +
+                    (sizeof(float) + sizeof(std::int32_t)) * level.p.parent.size());
   }
   return sum;
 }

@@ -15,9 +15,9 @@
 
 namespace selvedge::detail {
 
-/// The matrix A + T of a solve in single precision, and one multigrid V-cycle over a hierarchy of
-/// aggregates of particles as a preconditioner P of it. Rows of held particles are those of the
-/// identity.
+/// The matrix A + T of a solve in single precision, and one multigrid cycle over a hierarchy of
+/// aggregates of particles as a preconditioner P of it. The cycle visits levels that are too large
+/// to be factored twice (a W-cycle). Rows of held particles are those of the identity.
 ///
 /// Aggregation of the coupling graph: P. Vaněk, J. Mandel, M. Brezina, "Algebraic multigrid by
 /// smoothed aggregation for second and fourth order elliptic problems", Computing 1996. Deviation:
@@ -58,6 +58,21 @@ class Multilevel {
       return std::span(rows).subspan(begin[t], begin[t + 1] - begin[t]);
     }
   };
+  /// The terms of a level that couple rows without a common block: applied after the matrix.
+  struct LooseTerms {
+    struct Entry {
+      std::int32_t row;
+      std::uint32_t term;  // position in `term`
+      float weight;
+    };
+    std::vector<std::uint32_t> term;
+    std::vector<std::array<float, 9>> matrix;
+    std::vector<Entry> entries;  // by row
+    std::vector<std::uint32_t> row_begin;
+    std::vector<Point4> moment;
+    LaneVector product;  // (these terms) x
+    bool empty() const { return term.empty(); }
+  };
   struct Level {
     BlockRows own;  // pattern and values without terms; empty in the first level, which views A
     std::span<const std::int32_t> begin, column;
@@ -77,26 +92,12 @@ class Multilevel {
     std::vector<char> is_changed;        // per block
     std::vector<std::int64_t> between;   // scratch: blocks between the rows of a term, -1 for none
     LevelTerms terms;
+    LooseTerms loose;
     LaneVector b, x, y;
+    LaneVector rest, change;  // of the second visit; empty if there is only one
     std::vector<Point4> points;
     std::size_t size() const { return begin.empty() ? 0 : begin.size() - 1; }
   };
-  /// The terms of the first level that couple particles without a common block in A: applied after
-  /// the matrix.
-  struct LooseTerms {
-    struct Entry {
-      std::int32_t row;
-      std::uint32_t term;  // position in `term`
-      float weight;
-    };
-    std::vector<std::uint32_t> term;
-    std::vector<std::array<float, 9>> matrix;
-    std::vector<Entry> entries;  // by row
-    std::vector<std::uint32_t> row_begin;
-    std::vector<Point4> moment;
-    bool empty() const { return term.empty(); }
-  };
-
   void build(const BlockMatrix& a);
   bool add_level();
   void set_pattern(Level& level);
@@ -117,12 +118,14 @@ class Multilevel {
   void set_level_terms(Level& level, std::span<const ImplicitTerm> terms);
   void add_term(Level& level, std::size_t t, const Mat3& matrix);
   static std::int64_t find_block(const Level& level, std::int32_t i, std::int32_t j);
-  void set_loose(std::span<const ImplicitTerm> terms);
+  static void set_loose(Level& level, std::span<const ImplicitTerm> terms);
   /// Data of T x for the loose terms, or null if there are none.
-  const float* extra(const Level& level, const LaneVector& x);
+  static const float* extra(Level& level, const LaneVector& x);
   void factor_last(std::span<const ImplicitTerm> terms);
   /// As apply(), on level l.
   double cycle(std::size_t l, const LaneVector& b, LaneVector& z);
+  void solve_coarse(std::size_t l);
+  int visits(std::size_t l) const;
   void solve_last(const LaneVector& b, LaneVector& z);
   /// True if the last level is small enough for a factorisation; isolated particles do not
   /// aggregate.
@@ -132,8 +135,6 @@ class Multilevel {
   std::vector<char> weighted_;  // free_ as the weights of the first level know it
   std::vector<Level> levels_;
   std::vector<std::vector<LevelTerms>> rows_of_terms_;  // scratch: per range of terms and level
-  LooseTerms loose_;
-  LaneVector extra_;  // (loose terms) x
   struct Factor;
   std::unique_ptr<Factor> factor_;  // of the last level
 };

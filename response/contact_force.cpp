@@ -16,6 +16,11 @@ constexpr std::size_t kVertexGrain = 2048;
 // Sweeps over the contacts of the first guess. One suffices where no particle has two of them.
 constexpr int kGuessSweeps = 4;
 
+// A contact yields by at most this share of its rest gap under its guessed load. A sharp vertex of
+// a body may carry hundreds of times the weight of the particles that touch it. With a smaller
+// share, stiff contacts that take loads from each other let a taut strip creep around a cylinder.
+constexpr double kYield = 0.5;
+
 // N, load of a contact that takes part in a solve although no load is expected.
 constexpr double kLeastLoad = std::numeric_limits<double>::min();
 
@@ -128,7 +133,10 @@ void ContactForce::add(std::span<const ContactPoint> contacts) {
   // impact the cloth does not keep its velocities, so that the forces which would keep them
   // mislead.
   const bool guesses = !v_guess_.empty() && v_last_.empty() && !is_impact();
-  if (guesses) guess_forces(added);
+  if (guesses) {
+    guess_forces(added);
+    bear_loads(added);
+  }
   const double ratio =
       stick_scale_ * (is_impact() ? config_.impact_stick_ratio : config_.stick_ratio);
   parallel_for(added.size(), kEach, [&](std::size_t begin, std::size_t end) {
@@ -166,9 +174,45 @@ void ContactForce::guess_force(Entry& e) {
       v_guess_[i] += c.weight[k] * motion_.inv_mass[i] * impulse;
 }
 
+// Lets the contacts bear the loads that were guessed: their targets lie farther by what they yield.
+// Otherwise a contact whose load is too large for the recovery of a step would sink from step to
+// step until it collides. Contacts of the same particles yield alike.
+void ContactForce::bear_loads(std::span<Entry> entries) {
+  yields_.assign(v_guess_.size(), {});
+  const auto for_each_particle = [&](const Entry& e, const auto& body) {
+    for (int k = 0; k < 4; ++k)
+      if (const auto i = static_cast<std::size_t>(e.point.vertex[k]); i < motion_.particles)
+        body(yields_[i], std::abs(e.point.weight[k]));
+  };
+  for (const Entry& e : entries)
+    if (e.near)
+      for_each_particle(e, [&](Yield& y, double weight) {
+        y.load += weight * e.load;
+        y.stiffness += weight * e.stiffness;
+      });
+  for (Entry& e : entries) {
+    if (!e.near) continue;
+    double sum = 0.0, weights = 0.0;
+    for_each_particle(e, [&](const Yield& y, double weight) {
+      if (y.stiffness <= 0.0) return;
+      sum += weight * y.load / y.stiffness;
+      weights += weight;
+    });
+    if (weights <= 0.0) continue;
+    const double yield = sum / weights, rest = e.point.rest_gap;
+    e.stiffness *= std::max(1.0, yield / (kYield * rest));
+    e.target = std::min(rest, e.target + std::min(yield, kYield * rest));
+  }
+}
+
 // Load that a contact has, as a share of the load that would keep it exactly at its target: λ
 // satisfies λ = k (violation - h² λ/m).
 double ContactForce::yielding() const { return normal_ratio_ / (1.0 + normal_ratio_); }
+
+// The gap that a contact without load recovers by the end of the step, m.
+double ContactForce::recovered(const ContactPoint& c) const {
+  return std::min(c.rest_gap, std::max(c.gap, 0.0) + config_.recovery * c.rest_gap);
+}
 
 // What does not depend on the other contacts.
 void ContactForce::start(Entry& e) const {
@@ -177,7 +221,7 @@ void ContactForce::start(Entry& e) const {
   for (int k = 0; k < 4; ++k)
     if (const auto i = static_cast<std::size_t>(c.vertex[k]); i >= motion_.particles)
       e.body_motion += c.weight[k] * body_displacement_[i - motion_.particles];
-  e.target = std::min(c.rest_gap, std::max(c.gap, 0.0) + config_.recovery * c.rest_gap);
+  e.target = recovered(c);
   e.stiffness = normal_ratio_ * e.m_eff / (motion_.h * motion_.h);
   e.near = comes_near(e);
   e.load = first_load(e);
@@ -466,9 +510,10 @@ void ContactForce::finish(std::span<Vec3> v) const {
   if (explicit_) return explicit_->finish(v);
   for (const Entry& e : entries_) {
     const ContactPoint& c = e.point;
-    if (e.load <= 0.0 || e.target <= c.gap) continue;
+    const double recovery = recovered(c) - c.gap;
+    if (e.load <= 0.0 || recovery <= 0.0) continue;
     const double parting = c.normal.dot(motion_of(e, v)) / motion_.h;
-    const double speed = std::min(parting, (e.target - c.gap) / motion_.h);
+    const double speed = std::min(parting, recovery / motion_.h);
     if (speed <= 0.0) continue;
     for (int k = 0; k < 4; ++k)
       if (const auto i = static_cast<std::size_t>(c.vertex[k]); i < motion_.particles)

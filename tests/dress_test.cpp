@@ -455,7 +455,7 @@ TEST(Dress, LastPairsThatHoldAFoldLetItGoAndClose) {
   const TriangleMesh body = read_mesh(kRoot / "data/bodies/mannequin_arms_out.ply");
   DressConfig config;
   config.edge_length = config.sewing_edge_length = 0.05;
-  config.pull = 160.0;
+  config.pull = 145.0;
   config.settle_time = 0.1;
   std::size_t crossings = 0;
   const DressResult r = dress_and_search(pattern, body, config, crossings);

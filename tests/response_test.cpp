@@ -286,7 +286,8 @@ TEST(ImpactZone, JoinsContactsThatShareAParticleInAnyOrder) {
 // its own mass and the contact's term make a 3x3 system.
 class Block {
  public:
-  Block(double incline, double mu) : mu_(mu) {
+  /// `pull`: a force downwards beside the weight, N.
+  Block(double incline, double mu, double pull = 0.0) : mu_(mu), pull_(pull) {
     normal_ = Vec3(-std::sin(incline), 0.0, std::cos(incline));
     x_ = rest_gap_ * normal_;
   }
@@ -294,6 +295,7 @@ class Block {
   void run(double seconds) {
     for (int k = 0; k < std::lround(seconds / kStep); ++k) step();
   }
+  void lower(double depth) { x_ -= depth * normal_; }
   const Vec3& position() const { return x_; }
   Vec3& velocity() { return v_; }
   double gap() const { return normal_.dot(x_); }
@@ -301,19 +303,22 @@ class Block {
 
  private:
   void step() {
-    const Vec3 gravity(0, 0, -9.81);
+    const Vec3 gravity(0, 0, -9.81), all = gravity - pull_ / mass_ * Vec3::UnitZ();
     const std::vector<Vec3> x_t0{x_, Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
     const std::vector<double> inv_mass{1.0 / mass_, 0.0, 0.0, 0.0};
     const std::vector<Vec3> body_step(3, Vec3::Zero()), v{v_}, predicted{v_ + kStep * gravity};
+    const std::vector<Vec3> unbalanced{mass_ * kStep * all};
     ContactPoint contact{{0, 1, 2, 3}, {1.0, -1.0, 0.0, 0.0}, normal_, gap(), rest_gap_, mu_};
     ContactForce force;
-    force.begin({{x_t0, inv_mass, 1, kStep}, {&mass_, 1}, body_step, v, predicted});
+    ResponseStep step{{x_t0, inv_mass, 1, kStep}, {&mass_, 1}, body_step, v, predicted};
+    if (pull_ > 0.0) step.unbalanced = unbalanced;
+    force.begin(step);
     force.add({&contact, 1});
     std::vector<Vec3> end{v_};
     for (int solve = 0; solve < 8; ++solve) {
       ++solves_;
       Mat3 a = mass_ * Mat3::Identity();
-      Vec3 b = mass_ * (v_ + kStep * gravity);
+      Vec3 b = mass_ * (v_ + kStep * all);
       for (const ImplicitTerm& t : force.terms()) {
         a += t.matrix;
         b += t.rhs;
@@ -325,7 +330,7 @@ class Block {
     x_ += kStep * v_;
   }
 
-  double mu_, mass_ = 0.01, rest_gap_ = 0.002;
+  double mu_, pull_, mass_ = 0.01, rest_gap_ = 0.002;
   Vec3 normal_, x_, v_ = Vec3::Zero();
   int solves_ = 0;
 };
@@ -360,6 +365,20 @@ TEST(ContactForce, RestsWithOneSolveAStep) {
   Block block(0.0, 0.3);
   block.run(1.0);
   EXPECT_LE(block.solves(), 121);
+}
+
+// If the target followed the gap whatever the load, both would sink through the plane.
+TEST(ContactForce, BearsHundredsOfTimesItsWeight) {
+  for (const double times : {400.0, 2000.0}) {
+    Block block(0.0, 0.3, (times - 1.0) * 0.01 * 9.81);
+    // It yields by g h²/300 for each of its weights, but by at most half of its rest gap.
+    const double yield = std::min(times * 9.81 * kStep * kStep / 300.0, 0.001);
+    block.lower(0.9 * yield);
+    block.run(1.0);
+    EXPECT_NEAR(block.gap(), 0.002 - yield, 0.01 * yield) << times;
+    EXPECT_LT(block.velocity().norm(), 1e-9) << times;
+    EXPECT_LE(block.solves(), 121) << times;
+  }
 }
 
 TEST(ContactForce, StopsAFastFallWithoutBounce) {

@@ -10,10 +10,10 @@ namespace selvedge {
 
 /// Options of ContactForce.
 struct ContactForceConfig {
-  /// Normal stiffness divided by m_eff/h², dimensionless. A contact that carries q times the weight
-  /// of its own particles yields by q·g·h²/normal_ratio: 2.3 µm·q at h = 1/120 s. Higher values
-  /// make the linear system stiffer; from 1000 on, stacks need many more solves to find which
-  /// contacts carry load.
+  /// Least normal stiffness divided by m_eff/h², dimensionless. A contact that carries q times the
+  /// weight of its own particles yields by q·g·h²/normal_ratio: 2.3 µm·q at h = 1/120 s, but by at
+  /// most half of its rest gap if the first guess knows its load. Higher values make the linear
+  /// system stiffer; from 1000 on, stacks need many more solves to find which contacts carry load.
   double normal_ratio = 300.0;
   /// Viscosity c of friction divided by m_eff/h, dimensionless. Friction that is still wrong by df
   /// after the last solve creeps by df/c: with 100, a taut strip around a cylinder creeps by
@@ -72,7 +72,7 @@ class ContactForce final : public Response {
   struct Entry {
     ContactPoint point;
     Vec3 body_motion;              // Σ weight·displacement of the body vertices, m
-    double target = 0.0;           // target gap at the end of the step, m
+    double target = 0.0;           // m, gap at the end of the step at which it would carry no load
     double stiffness = 0.0;        // N/m
     double stick = 0.0;            // c, kg/s
     double m_eff = 0.0;            // kg, effective inertia of the contact against an impulse
@@ -87,6 +87,10 @@ class ContactForce final : public Response {
     double limit = 0.0;            // N, the μλ for which friction was set
     Vec3 applied = Vec3::Zero();   // N·s, impulse that holds the cloth at the current velocities
     Vec3 solved = Vec3::Zero();    // N·s, impulse in the last solve
+  };
+  /// Sums over the contacts of a particle, by their weights.
+  struct Yield {
+    double load = 0.0, stiffness = 0.0;  // N, N/m
   };
   /// One contact on the line from the velocities of one solve to those of the next.
   struct LineContact {
@@ -117,6 +121,8 @@ class ContactForce final : public Response {
   void set_balanced(const ResponseStep& step);
   void guess_forces(std::span<Entry> entries);
   void guess_force(Entry& e);
+  void bear_loads(std::span<Entry> entries);
+  double recovered(const ContactPoint& c) const;
   void linearise_friction(Entry& e, const Vec3& s) const;
   double update(Entry& e, std::span<const Vec3> v) const;
   double update_friction(Entry& e, const Vec3& s, bool carried) const;
@@ -139,6 +145,7 @@ class ContactForce final : public Response {
   std::vector<Vec3> body_displacement_, v_start_, v_predicted_;
   std::vector<Vec3> v_guess_;  // of particles on which only these forces and the guess act, m/s;
                                // empty: the other forces are unknown
+  std::vector<Yield> yields_;  // scratch of the first guess, by particle
   std::vector<Entry> entries_;
   std::vector<ImplicitTerm> terms_;
   std::vector<std::size_t> term_entry_;  // entry of each term

@@ -534,7 +534,7 @@ Scene read_document(LocatedJson document, const std::vector<Override>& overrides
   for (const Override& set : overrides) detail::apply(document, {present_key(set.path), set.value});
   detail::rename_old_keys(document);
   detail::expand_fabrics(document);
-  detail::check_and_complete(document, Json::parse(detail::scene_schema_text()));
+  detail::check_and_complete(document, detail::scene_schema());
   return SceneReader(document, methods).read();
 }
 

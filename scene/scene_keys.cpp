@@ -58,7 +58,7 @@ class KeyCollector {
 }  // namespace
 
 std::vector<SceneKey> scene_keys() {
-  const Json schema = Json::parse(detail::scene_schema_text());
+  const Json& schema = detail::scene_schema();
   KeyCollector collector(schema);
   collector.visit(schema, "");
   std::vector<SceneKey> keys;

@@ -22,7 +22,7 @@ if [ -z "${SELVEDGE_BENCH_BROADPHASE:-}" ]; then
   configure=(cmake -S . -B "$build" -DCMAKE_BUILD_TYPE=Release -DSELVEDGE_BENCH=ON)
   if [ ! -f "$build/CMakeCache.txt" ] && command -v ninja >/dev/null; then configure+=(-G Ninja); fi
   scripts/quietly.sh "${configure[@]}"
-  scripts/quietly.sh cmake --build "$build" --target bench_broadphase --parallel
+  scripts/quietly.sh cmake --build "$build" --target bench_broadphase --parallel "$(nproc)"
 fi
 bench=${SELVEDGE_BENCH_BROADPHASE:-$build/bench/bench_broadphase}
 page=docs/broad_phase.md

@@ -29,7 +29,7 @@ configure() {
 consume() {
   local way=$1 count=0
   configure "$@"
-  scripts/quietly.sh cmake --build "$work/$way" --parallel
+  scripts/quietly.sh cmake --build "$work/$way" --parallel "$(nproc)"
   if [ -x "$work/$way/consumer" ]; then "$work/$way/consumer" | sed "s/^/$way: /"; fi
   for program in "$work/$way"/alone_*; do
     [ -x "$program" ] && [ -f "$program" ] || continue

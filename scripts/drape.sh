@@ -30,7 +30,7 @@ configure=(cmake -S . -B "$build" -DCMAKE_BUILD_TYPE=Release)
 if [ ! -f "$build/CMakeCache.txt" ] && command -v ninja >/dev/null; then configure+=(-G Ninja); fi
 echo "Building the program (the first time about four minutes on two cores)"
 scripts/quietly.sh "${configure[@]}"
-scripts/quietly.sh cmake --build "$build" --target selvedge_program --parallel
+scripts/quietly.sh cmake --build "$build" --target selvedge_program --parallel "$(nproc)"
 selvedge=$build/apps/selvedge
 echo "Built after $((SECONDS - started)) s"
 

@@ -4,6 +4,8 @@
 # undefined-behaviour sanitizers (in build/fuzz), runs it for SECONDS (default 60), and prints how many executions it
 # made. An input that fails stays in out/fuzz/TARGET, and the script ends with its code. New inputs are kept there too;
 # `fuzz.sh TARGET 0 -merge=1 tests/fuzz/corpus/TARGET out/fuzz/TARGET` takes the useful ones into the repository.
+# SANITIZERS=off makes many more executions in the same time: optimized, with the library's assertions only (in
+# build/fuzz_fast). `fuzz.sh TARGET 0 -runs=0 out/fuzz/TARGET` then runs all inputs found under the sanitizers.
 # Targets, readers: mesh (OBJ, PLY, OFF, flat patterns), query (query files), scene (scene files), fabric (fabric files),
 # garment (sewing patterns and their meshes), result (results and checkpoints), sequence (folders of mesh sequences),
 # folder (result folders). Targets, engines: ccd (ccd_exact against the
@@ -26,20 +28,25 @@ case $target in
   *) echo "fuzz.sh: there is no target $target" >&2; exit 2 ;;
 esac
 scripts/install_dependencies.sh clang
-build=build/fuzz
-checks=address,undefined
+if [ "${SANITIZERS:-on}" = off ]; then
+  build=build/fuzz_fast
+  flags=(-O2 -g1 -D_GLIBCXX_ASSERTIONS)
+else
+  build=build/fuzz
+  flags=(-O1 -g1 -fsanitize=address,undefined -fno-sanitize-recover=undefined)
+fi
 scripts/quietly.sh cmake -S . -B "$build" -DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_C_COMPILER=clang \
-  -DCMAKE_CXX_COMPILER=clang++ "-DCMAKE_CXX_FLAGS=-fsanitize=fuzzer-no-link,$checks -fno-sanitize-recover=undefined" \
-  "-DCMAKE_CXX_FLAGS_RELWITHDEBINFO=-O1 -g1" -DSELVEDGE_APPS=ON -DSELVEDGE_TESTS=OFF -DSELVEDGE_ASSIMP=OFF \
+  -DCMAKE_CXX_COMPILER=clang++ "-DCMAKE_CXX_FLAGS_RELWITHDEBINFO=-fsanitize=fuzzer-no-link ${flags[*]}" \
+  -DSELVEDGE_APPS=ON -DSELVEDGE_TESTS=OFF -DSELVEDGE_ASSIMP=OFF \
   -DSELVEDGE_JUDGE=ON -DSELVEDGE_SIMULATION=ON -DSELVEDGE_FCL=OFF -DSELVEDGE_LIBCCD=OFF -DSELVEDGE_EMBREE=OFF \
   -DSELVEDGE_OSMESA=OFF -DSELVEDGE_PCH=OFF -DSELVEDGE_INSTALL=OFF
-scripts/quietly.sh cmake --build "$build" --parallel --target "${libraries[@]/#/selvedge_}"
+scripts/quietly.sh cmake --build "$build" --parallel "$(nproc)" --target "${libraries[@]/#/selvedge_}"
 archives=()
 for library in "${libraries[@]}"; do archives+=("$(find "$build" -name "libselvedge_$library.a")"); done
 eigen=$(pkg-config --cflags eigen3 2>/dev/null || echo -I/usr/include/eigen3)
 # shellcheck disable=SC2086
-clang++ -std=c++20 -O1 -g1 -Wall -Wextra "-fsanitize=fuzzer,$checks" -fno-sanitize-recover=undefined -I"$build/include" \
-  $eigen "tests/fuzz/$target.cpp" -Wl,--start-group "${archives[@]}" -Wl,--end-group -ltbb -lgmp -lfmt \
+clang++ -std=c++20 "${flags[@]}" -fsanitize=fuzzer -Wall -Wextra -I"$build/include" $eigen \
+  "tests/fuzz/$target.cpp" -Wl,--start-group "${archives[@]}" -Wl,--end-group -ltbb -lgmp -lfmt \
   -o "$build/fuzz_$target"
 found=out/fuzz/$target
 mkdir -p "$found" "tests/fuzz/corpus/$target"

@@ -55,7 +55,7 @@ if [ -z "$selvedge" ]; then
   configure=(cmake -S . -B "$build" -DCMAKE_BUILD_TYPE=Release)
   if [ ! -f "$build/CMakeCache.txt" ] && command -v ninja >/dev/null; then configure+=(-G Ninja); fi
   scripts/quietly.sh "${configure[@]}"
-  scripts/quietly.sh cmake --build "$build" --target selvedge_program --parallel
+  scripts/quietly.sh cmake --build "$build" --target selvedge_program --parallel "$(nproc)"
   selvedge=$build/apps/selvedge
 fi
 

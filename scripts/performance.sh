@@ -61,7 +61,7 @@ build() {
   if [ ! -f "$folder/CMakeCache.txt" ] && command -v ninja >/dev/null; then configure+=(-G Ninja); fi
   echo "Building $folder" >&2
   scripts/quietly.sh "${configure[@]}"
-  scripts/quietly.sh cmake --build "$folder" --parallel --target "$@"
+  scripts/quietly.sh cmake --build "$folder" --parallel "$(nproc)" --target "$@"
 }
 
 old_build=${SELVEDGE_OLD:-} new_build=${SELVEDGE_NEW:-}

@@ -47,7 +47,7 @@ program_of() {
     -DCMAKE_C_COMPILER=$c -DCMAKE_CXX_COMPILER=$compiler "${cross[@]}" -DSELVEDGE_TESTS=OFF -DSELVEDGE_BENCH=OFF \
     -DSELVEDGE_EXAMPLES=OFF -DSELVEDGE_ASSIMP=OFF -DSELVEDGE_FCL=OFF -DSELVEDGE_LIBCCD=OFF -DSELVEDGE_EMBREE=OFF \
     -DSELVEDGE_OSMESA=OFF >&2
-  scripts/quietly.sh cmake --build "$build" --parallel --target selvedge_program >&2
+  scripts/quietly.sh cmake --build "$build" --parallel "$(nproc)" --target selvedge_program >&2
   echo "$build/apps/selvedge"
 }
 

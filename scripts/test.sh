@@ -17,7 +17,7 @@ if [ ! -f "$build/CMakeCache.txt" ] && command -v ninja >/dev/null; then configu
 
 echo "Building (the first time about 8 minutes on two cores)"
 scripts/quietly.sh "${configure[@]}" "$@"
-scripts/quietly.sh cmake --build "$build" --parallel
+scripts/quietly.sh cmake --build "$build" --parallel "$(nproc)"
 echo "Built after $((SECONDS - started)) s"
 if [ "$quick" = yes ]; then
   scripts/quick_ctest.sh "$build"

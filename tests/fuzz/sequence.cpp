@@ -75,6 +75,7 @@ void check(const Body& body, fuzz::Bytes& bytes) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t n) {
   static const fuzz::InputFolder folder;
+  static const Methods methods;
   folder.clear();
   fuzz::Bytes bytes(data, n);
   const std::string before = one_of(kBefore, bytes), after = one_of(kAfter, bytes);
@@ -88,7 +89,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t n) {
   }
   folder.write("scene/scene.json", scene_of(before, after, bytes));
   try {
-    const BuiltScene built = build_scene(read_scene(folder.path() / "scene" / "scene.json"));
+    const BuiltScene built =
+        build_scene(read_scene(folder.path() / "scene" / "scene.json", {}, methods));
     for (const auto& body : built.bodies) check(*body, bytes);
   } catch (const std::invalid_argument&) {
   }

@@ -20,6 +20,9 @@ constexpr int kGuessSweeps = 4;
 // a body may carry hundreds of times the weight of the particles that touch it. With a smaller
 // share, stiff contacts that take loads from each other let a taut strip creep around a cylinder.
 constexpr double kYield = 0.5;
+// The greatest factor of the stiffness for that: rest gaps may be tiny, and the solver works in
+// single precision.
+constexpr double kStiffest = 1e4;
 
 // N, load of a contact that takes part in a solve although no load is expected.
 constexpr double kLeastLoad = std::numeric_limits<double>::min();
@@ -200,7 +203,7 @@ void ContactForce::bear_loads(std::span<Entry> entries) {
     });
     if (weights <= 0.0) continue;
     const double yield = sum / weights, rest = e.point.rest_gap;
-    e.stiffness *= std::max(1.0, yield / (kYield * rest));
+    e.stiffness *= std::clamp(yield / (kYield * rest), 1.0, kStiffest);
     e.target = std::min(rest, e.target + std::min(yield, kYield * rest));
   }
 }

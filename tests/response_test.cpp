@@ -381,6 +381,21 @@ TEST(ContactForce, BearsHundredsOfTimesItsWeight) {
   }
 }
 
+// Stiffness in proportion to load over rest gap without a limit would exceed single precision.
+TEST(ContactForce, ATinyRestGapDoesNotMakeAContactStiffWithoutLimit) {
+  const std::vector<Vec3> x_t0{Vec3::Zero(), Vec3::Zero()}, rest(1, Vec3::Zero());
+  const std::vector<double> mass{0.01}, inv_mass{100.0, 0.0};
+  const std::vector<Vec3> unbalanced{Vec3(0.0, 0.0, -1e-4)};
+  const ContactPoint contact{{0, 1, 1, 1}, {1.0, -1.0, 0.0, 0.0}, Vec3::UnitZ(), 1e-12, 1e-12, 0.0};
+  ResponseStep step{{x_t0, inv_mass, 1, kStep}, mass, rest, rest, rest};
+  step.unbalanced = unbalanced;
+  ContactForce force;
+  force.begin(step);
+  force.add({&contact, 1});
+  ASSERT_EQ(force.terms().size(), 1u);
+  EXPECT_NEAR(force.terms()[0].matrix(2, 2), 1e4 * 300.0 * 0.01, 1e-6);
+}
+
 TEST(ContactForce, StopsAFastFallWithoutBounce) {
   Block block(0.0, 0.3);
   block.velocity() = Vec3(0, 0, -40.0);

@@ -166,7 +166,7 @@ TEST_F(StabilityCases, ARowEachWithItsAnswerAndEnergyLedger) {
 TEST_F(StabilityCases, OneThatTakesTooLongIsARowAndNotTheEnd) {
   const Outcome outcome = run(kCases + "--cases knot,s17_empty --limit 0.5");
   EXPECT_EQ(outcome.code, 1);
-  EXPECT_SAYS(outcome.out, "FAILED, expected degraded | not done after 0.5 s");
+  EXPECT_SAYS(outcome.out, "FAILED, expected correct | not done after 0.5 s");
   EXPECT_SAYS(outcome.out, "1 refused, 1 FAILED");
 }
 

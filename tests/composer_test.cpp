@@ -123,9 +123,10 @@ class Stage {
     return std::uniform_real_distribution<double>(low, high)(random_);
   }
 
-  /// A step of the bodies; the first piece keeps this gap to the target and moves with it, all
-  /// cloth drifts if it is far from the bodies. Then candidates are found.
-  void begin(int step, Target target, double gap, double roughness) {
+  /// A step of the bodies; the first piece keeps this gap to the target and moves with it, and by
+  /// `way` farther; all cloth drifts if it is far from the bodies. Then candidates are found.
+  void begin(int step, Target target, double gap, double roughness,
+             const Vec3& way = Vec3::Zero()) {
     target_ = target;
     const StepTimes times{0.1 * step, 0.1 * (step + 1)};
     std::size_t first = n();
@@ -146,6 +147,7 @@ class Stage {
       for (int k = 0; k < 3; ++k) local[k] += roughness * uniform(-1.0, 1.0);
       x_t0_[i] = t0.rotation * local + t0.translation;
       x_t1_[i] = t1.rotation * local + t1.translation + drift;
+      if (!is_b(i)) x_t1_[i] += way;
     }
     pass_loose_particles(t0, t1);
     detection_->set_motion(x_t0_, x_t1_, true, times);
@@ -162,6 +164,28 @@ class Stage {
       for (int k = 0; k < 3; ++k) {
         const double side = (is_b(i) ? 1.0 : -1.0) * (normal[k] < 0.0 ? -1.0 : 1.0);
         x_t1_[i][k] += kMargin * kNearlyAll * (uniform(0.0, 1.0) < 0.8 ? side : uniform(-1.0, 1.0));
+      }
+  }
+
+  /// Moves the end of every particle to the edge of the box of its way, grown by the margin, or
+  /// into that box, most of them to its edge towards the target. If the target is cloth, the box is
+  /// that without the displacement that all cloth shares, and all ends get another one.
+  void go_to_the_edge_of_the_way() {
+    const bool is_piece = target_ == Target::piece;
+    Vec3 drift = Vec3::Zero(), other = Vec3::Zero();
+    if (is_piece) {
+      for (std::size_t i = 0; i < n(); ++i) drift += x_t1_[i] - x_t0_[i];
+      drift /= static_cast<double>(n());
+      other = 10.0 * kMargin * Vec3(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1));
+    }
+    const Vec3 normal = pose(0.0).rotation.col(2);
+    for (std::size_t i = 0; i < n(); ++i)
+      for (int k = 0; k < 3; ++k) {
+        const auto [from, to] = std::minmax({x_t0_[i][k], x_t1_[i][k] - drift[k]});
+        const double low = from - kNearlyAll * kMargin, high = to + kNearlyAll * kMargin;
+        const bool up = is_b(i) == (normal[k] >= 0.0);
+        x_t1_[i][k] = drift[k] + other[k] +
+                      (uniform(0.0, 1.0) < 0.8 ? (up ? high : low) : uniform(low, high));
       }
   }
 
@@ -295,13 +319,19 @@ std::vector<Mat3> frames() {
 
 struct Tally {
   std::size_t collisions = 0, near = 0, excluded = 0, needed_margin = 0;
+  std::size_t on_the_way = 0, renewed = 0;  // motions, and those that need new candidates
 };
 
-void try_motion(Stage& stage, int step, Target target, bool exclude, Tally& tally) {
+/// `on_the_way`: also moves the cloth by several margins, and then ends it anywhere on its way.
+void try_motion(Stage& stage, int step, Target target, bool exclude, bool on_the_way,
+                Tally& tally) {
   const double sides = target == Target::piece ? 2.0 : 1.0;
   // Half of the motions start within reach of a contact, the others anywhere up to the margin.
   const double most = step % 2 == 0 ? kPointReach * kMargin : 1.02 * sides * stage.reach();
-  stage.begin(step, target, stage.uniform(0.0, most), step % 3 == 0 ? 0.0 : 0.1 * kMargin);
+  Vec3 way = Vec3::Zero();
+  if (on_the_way)
+    for (int k = 0; k < 3; ++k) way[k] = stage.uniform(-4.0, 4.0) * kMargin;
+  stage.begin(step, target, stage.uniform(0.0, most), step % 3 == 0 ? 0.0 : 0.1 * kMargin, way);
   ExcludedPairs excluded;
   if (exclude) {
     const JointSurface joint = stage.detection().joint_surface();
@@ -322,7 +352,13 @@ void try_motion(Stage& stage, int step, Target target, bool exclude, Tally& tall
   brute.find_pairs(standing, 0.25 * kMargin, predicted);
   std::vector<ContactPoint> near;
   stage.detection().find_proximities(near);  // gives certificates at the first end
-  stage.go_to_the_edge();
+  if (on_the_way) {
+    stage.go_to_the_edge_of_the_way();
+    if (stage.detection().renew_candidates()) ++tally.renewed;
+    ++tally.on_the_way;
+  } else {
+    stage.go_to_the_edge();
+  }
   ASSERT_TRUE(stage.detection().candidates_cover());
   std::vector<ContactPoint> found;
   stage.detection().find_collisions(found);
@@ -357,14 +393,24 @@ TEST_P(Composer, FindsWhatAFreshSearchFindsAtTheEdgeOfEveryMargin) {
              {Target::piece, Target::resting, Target::rigid, Target::deforming}) {
           SCOPED_TRACE(::testing::Message() << "seed " << seed - 1 << ", step " << step
                                             << ", target " << static_cast<int>(target));
-          ASSERT_NO_FATAL_FAILURE(try_motion(stage, step, target, step % 4 == 3, tally));
-          if (HasFailure()) return;
+          for (const bool on_the_way : {false, true}) {
+            ASSERT_NO_FATAL_FAILURE(
+                try_motion(stage, step, target, step % 4 == 3, on_the_way, tally));
+            if (HasFailure()) return;
+          }
         }
     }
   EXPECT_GT(tally.collisions, 10000u);
   EXPECT_GT(tally.needed_margin, 1000u);
   EXPECT_GT(tally.near, 10000u);
   EXPECT_GT(tally.excluded, 100u);
+  EXPECT_GT(tally.on_the_way, 200u);
+  // Boxes cover many ends on the way; this stage has a body that bvh_aabb searches in its own
+  // frame.
+  const std::string name = GetParam();
+  if (name == "verlet_bvh" || name == "sweep_and_prune") {
+    EXPECT_LT(tally.renewed, 200u);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Detectors, Composer,
@@ -384,6 +430,28 @@ TEST(Margins, AnEndBeyondTheMarginNeedsNewCandidates) {
       stage.x_t1()[7][k] = before[k] + 1.0001 * side * kMargin;
       EXPECT_FALSE(stage.detection().candidates_cover());
       stage.x_t1()[7] = before;
+    }
+}
+
+TEST(Margins, AnEndOnTheWayToTheSearchedOneNeedsNewCandidatesOnlyWhereNoBoxesAreCompared) {
+  for (const char* name : {"sweep_and_prune", "bvh_kdop18", "bvh_aabb"})
+    for (const Target target : {Target::resting, Target::rigid}) {
+      SCOPED_TRACE(::testing::Message() << name << ", " << static_cast<int>(target));
+      // Of these, only bvh_aabb searches the rigid body of the stage in the frame of that body.
+      const bool boxes = std::string(name) == "sweep_and_prune";
+      Stage stage(name, Mat3::Identity(), false, 1);
+      stage.begin(0, target, kMargin, 0.0, Vec3(0.0, 0.0, -4.0 * kMargin));
+      const auto end_above_the_start = [&](double margins) {
+        for (std::size_t i = 0; i < 49; ++i)  // the first piece
+          stage.x_t1()[i].z() = stage.x_t0()[i].z() + margins * kMargin;
+      };
+      end_above_the_start(0.9999);
+      EXPECT_EQ(stage.detection().candidates_cover(), boxes);
+      end_above_the_start(1.0001);
+      EXPECT_FALSE(stage.detection().candidates_cover());
+      EXPECT_TRUE(stage.detection().renew_candidates());
+      EXPECT_TRUE(stage.detection().candidates_cover());
+      EXPECT_FALSE(stage.detection().renew_candidates());
     }
 }
 
@@ -586,6 +654,27 @@ TEST(Contacts, ASheetThatWasProvedIdleAndFoldsIsSearchedAfterAll) {
   const auto all = detail::StepValidator(make_brute_force()).collisions(scenery.motion());
   EXPECT_EQ(keys(found), keys(all));
   EXPECT_GT(all.size(), 10u);
+}
+
+TEST(Margins, ADisplacementThatAllClothSharesNeedsNoNewPairsOfTheClothWithItself) {
+  TriangleMesh two = sheet(6, 0.2);
+  const auto n = static_cast<std::int32_t>(two.vertices.size());
+  const TriangleMesh upper = sheet(6, 0.2, 0.001);
+  for (const Vec3& x : upper.vertices) two.vertices.push_back(x);
+  for (const Triangle& t : upper.triangles) two.triangles.push_back({t[0] + n, t[1] + n, t[2] + n});
+  Scenery scenery(two, {});
+  scenery.contacts();
+  ASSERT_NE(scenery.motion().self_pairs, nullptr);
+  for (Vec3& x : scenery.ends()) x += Vec3(3.0, -1.0, 0.5);
+  const std::vector<Vec3> shared = scenery.ends();
+  EXPECT_TRUE(scenery.detection().candidates_cover());
+  for (int k = 0; k < 3; ++k)
+    for (const double share : {0.9999, 1.0001}) {
+      scenery.ends()[3][k] += share * Scenery::kThickness;
+      scenery.ends()[60][k] -= share * Scenery::kThickness;
+      EXPECT_EQ(scenery.detection().candidates_cover(), share < 1.0);
+      scenery.ends() = shared;
+    }
 }
 
 TEST(Contacts, AFineSheetHasItsNearPairsAmongTheCandidates) {

@@ -57,7 +57,7 @@ class Trial {
   }
 
   void find() {
-    if (!detection_->candidates_cover()) detection_->find_candidates();
+    detection_->renew_candidates();
     detection_->find_collisions(hits);
   }
 

@@ -74,7 +74,13 @@ mutant body_margin $candidates "cloth(0.0), @margin_@," "0.5 * margin_" detectio
 mutant body_thickness $candidates "0.5 * context_.rest_gap" "0.25 * context_.rest_gap" detection_stage "$boxes"
 mutant margin $candidates "margin_(@context.rest_gap@)" "0.5 * context.rest_gap" detection_stage "$boxes:Margins.*"
 mutant largest_rest_gap $near "pairs_.largest_rest_gap()" "0.5 * pairs_.largest_rest_gap()" detection_stage "$boxes"
-mutant cover $candidates "<= @margin_@)) count" "2.0 * margin_" detection_stage "Margins.*"
+mutant cover_bodies $candidates "<= @kOfMargin * margin_@)" "2.0 * margin_" detection_stage "Margins.*"
+mutant cover_self $candidates "@2.0@ * kOfMargin * margin_" "4.0" detection_stage "Margins.*"
+mutant cover_boxes $candidates "bodies_idle_ || @body_search_.compares_boxes()@" "true" detection_stage "Margins.*"
+mutant cover_self_boxes $candidates "boxes = @broad_self_->traits().pairs != PairSet::culled@" "true" \
+  detection_stage "$culled"
+mutant cover_start $candidates "searched[i].cwiseMin(@x_t0[i]@)" "searched[i].cwiseMin(2.0 * x_t0[i] - x_t1[i])" \
+  detection_stage "$boxes:Margins.*"
 mutant search_boxes $search "std::numbers::sqrt3 * margin : @margin@;" "0.5 * margin" detection_stage "$boxes"
 mutant search_distance $search "std::numbers::sqrt3 * margin" "0.5 * std::numbers::sqrt3 * margin" \
   detection_stage "$boxes"

@@ -147,15 +147,20 @@ void BodySearch::renumber(const Group& group, CandidatePairs& pairs) {
   for (EdgeEdgePair& p : pairs.edge_edge) p.edge_b = group.edges[p.edge_b];
 }
 
+bool BodySearch::by_distance(const Group& group) {
+  return group.promises || group.detector->traits().pairs == PairSet::culled;
+}
+
+bool BodySearch::compares_boxes() const { return std::ranges::none_of(groups_, by_distance); }
+
 void BodySearch::find_pairs(const SurfaceView& cloth, double margin, double thickness,
                             CandidatePairs& out) {
   out.clear();
   for (Group& group : groups_) {
     gather(group);
     // The margin is that of boxes; a search by distance needs the diagonal.
-    const bool by_distance = group.promises || group.detector->traits().pairs == PairSet::culled;
     SurfaceView inflated = cloth;
-    inflated.thickness += by_distance ? std::numbers::sqrt3 * margin : margin;
+    inflated.thickness += by_distance(group) ? std::numbers::sqrt3 * margin : margin;
     const SurfaceView body = view(group, thickness);
     if (groups_.size() == 1) {
       group.detector->find_pairs(inflated, body, out);

@@ -43,6 +43,10 @@ class BodySearch {
   /// coordinate, from their given ends; bodies have this `thickness`. Both in metres.
   void find_pairs(const SurfaceView& cloth, double margin, double thickness, CandidatePairs& out);
 
+  /// Whether find_pairs compares boxes in the frame of the world in this step, not distances or
+  /// boxes in the frame of a body.
+  bool compares_boxes() const;
+
   /// Contacts of the cloth's particles, from detectors with traits().particles; indices as above.
   /// Sorted by body group, then by particle.
   void find_particle_contacts(const SurfaceView& cloth, double reach,
@@ -72,6 +76,7 @@ class BodySearch {
   void set_motion(Group& group, bool move, const std::optional<StepTimes>& times);
   void gather(Group& group) const;
   SurfaceView view(const Group& group, double thickness) const;
+  static bool by_distance(const Group& group);
   static void renumber(const Group& group, CandidatePairs& pairs);
 
   std::span<const std::unique_ptr<Body>> bodies_;

@@ -4,6 +4,7 @@
 #include <selvedge/simulation/detail/contacts.h>
 
 #include <algorithm>
+#include <limits>
 #include <numbers>
 
 namespace selvedge {
@@ -14,6 +15,40 @@ constexpr const char* kBroadPhaseKey = "contact.broad_phase";
 std::unique_ptr<BroadPhase> make_broad_phase(const Scene& scene, const Methods& methods) {
   return make_method(methods.broad_phases, scene.contact.broad_phase, kBroadPhaseKey,
                      scene.contact.broad_phase_options);
+}
+
+constexpr std::size_t kCoverGrain = 2048;  // particles per task
+
+// Share of the margin that ends may use; the rest is for rounding.
+constexpr double kOfMargin = 1.0 - 0x1p-20;
+
+/// How far particles end beyond what was searched, per coordinate, at most, m.
+struct Beyond {
+  Vec3 low = Vec3::Constant(-std::numeric_limits<double>::infinity()), high = low;
+};
+
+// Beyond the ends `searched`, or, if boxes were compared, beyond the boxes of the starts and these
+// ends: a particle that ends in its box, grown by the margin, has its own box in it, and so have
+// edges and triangles.
+Beyond beyond(const SceneMotion& motion, std::span<const Vec3> searched, bool boxes) {
+  const auto x_t0 = motion.cloth_t0(), x_t1 = motion.cloth_t1();
+  std::vector<Beyond> parts((x_t1.size() + kCoverGrain - 1) / kCoverGrain);
+  parallel_for(x_t1.size(), kCoverGrain, [&](std::size_t begin, std::size_t end) {
+    Beyond& most = parts[begin / kCoverGrain];
+    for (std::size_t i = begin; i < end; ++i) {
+      const Vec3 low = boxes ? searched[i].cwiseMin(x_t0[i]) : searched[i];
+      const Vec3 high = boxes ? searched[i].cwiseMax(x_t0[i]) : searched[i];
+      most.low = most.low.cwiseMax(low - x_t1[i]);
+      most.high = most.high.cwiseMax(x_t1[i] - high);
+      if (!x_t1[i].allFinite()) most.low.setConstant(std::numeric_limits<double>::infinity());
+    }
+  });
+  Beyond most;
+  for (const Beyond& part : parts) {
+    most.low = most.low.cwiseMax(part.low);
+    most.high = most.high.cwiseMax(part.high);
+  }
+  return most;
 }
 
 }  // namespace
@@ -49,18 +84,30 @@ double Candidates::inflation(const BroadPhase& broad) const {
   return broad.traits().pairs == PairSet::culled ? std::numbers::sqrt3 * margin_ : margin_;
 }
 
-void Candidates::prove_idle() {
-  const auto scope = context_.clock.measure("plan");
+void Candidates::find_with_bodies() {
   const SceneMotion& motion = context_.motion;
-  bodies_idle_ =
-      excluded_surfaces_.all_bodies() ||
-      context_.plan.bodies_are_idle(motion.cloth_t0(), motion.cloth_t1(), motion.bodies_t0(),
-                                    motion.bodies_t1(), motion.bodies_move());
-  self_idle_ = !context_.self || context_.plan.self_is_idle(motion.cloth_t0(), motion.cloth_t1());
+  {
+    const auto scope = context_.clock.measure("plan");
+    bodies_idle_ =
+        excluded_surfaces_.all_bodies() ||
+        context_.plan.bodies_are_idle(motion.cloth_t0(), motion.cloth_t1(), motion.bodies_t0(),
+                                      motion.bodies_t1(), motion.bodies_move());
+  }
+  searched_.assign(motion.cloth_t1().begin(), motion.cloth_t1().end());
+  search_bodies();
+}
+
+void Candidates::find_with_self() {
+  const SceneMotion& motion = context_.motion;
+  {
+    const auto scope = context_.clock.measure("plan");
+    self_idle_ = !context_.self || context_.plan.self_is_idle(motion.cloth_t0(), motion.cloth_t1());
+  }
+  search_self();
 }
 
 void Candidates::search_bodies() {
-  certificates_.clear();
+  certificates_.clear(false);
   body_pairs_.clear();
   particle_contacts_.clear();
   if (bodies_idle_) return;
@@ -89,6 +136,7 @@ void Candidates::search_particles() {
 }
 
 void Candidates::search_self() {
+  certificates_.clear(true);
   self_pairs_.clear();
   if (self_idle_) return;
   const auto scope = context_.clock.measure("broad_phase");
@@ -100,15 +148,15 @@ void Candidates::search_self() {
 }
 
 void Candidates::find() {
-  prove_idle();
-  search_bodies();
-  search_self();
-  note_covered();
+  find_with_bodies();
+  find_with_self();
 }
 
-void Candidates::note_covered() {
-  const auto ends = context_.motion.cloth_t1();
-  covered_.assign(ends.begin(), ends.end());
+bool Candidates::renew() {
+  const bool bodies = cover_bodies(), self = cover_self();
+  if (!bodies) find_with_bodies();
+  if (!self) find_with_self();
+  return !bodies || !self;
 }
 
 // Particles of no triangle (the centre of a supported body, a sparse layer) are not part of a
@@ -144,17 +192,19 @@ SurfaceView Candidates::drifting_view() {
   return view;
 }
 
-bool Candidates::cover() const {
-  if (self_idle_ && context_.motion.body_vertices() == 0) return true;  // see prove_again
-  constexpr std::size_t kGrain = 2048;
-  const auto x_t1 = context_.motion.cloth_t1();
-  const double outside = parallel_sum(x_t1.size(), kGrain, [&](std::size_t b, std::size_t e) {
-    double count = 0.0;
-    for (std::size_t i = b; i < e; ++i)
-      if (!((x_t1[i] - covered_[i]).lpNorm<Eigen::Infinity>() <= margin_)) count += 1.0;
-    return count;
-  });
-  return outside == 0.0;
+bool Candidates::cover_bodies() const {
+  if (context_.motion.body_vertices() == 0) return true;
+  const bool boxes = bodies_idle_ || body_search_.compares_boxes();
+  const Beyond most = beyond(context_.motion, searched_, boxes);
+  return (most.low.cwiseMax(most.high).array() <= kOfMargin * margin_).all();
+}
+
+// There is a displacement of all particles together after which each is within the margin.
+bool Candidates::cover_self() const {
+  if (self_idle_) return true;  // see prove_again
+  const bool boxes = broad_self_->traits().pairs != PairSet::culled;
+  const Beyond most = beyond(context_.motion, drifting_, boxes);
+  return ((most.low + most.high).array() <= 2.0 * kOfMargin * margin_).all();
 }
 
 void Candidates::prove_again() {
@@ -164,10 +214,7 @@ void Candidates::prove_again() {
     self_idle_ =
         context_.plan.self_stays_idle(context_.motion.cloth_t0(), context_.motion.cloth_t1());
   }
-  if (self_idle_) return;
-  search_bodies();
   search_self();
-  note_covered();
 }
 
 }  // namespace selvedge

@@ -15,7 +15,10 @@
 namespace selvedge {
 
 /// The broad phase of a scene: candidate pairs of a motion, with a margin. They stay valid while
-/// every particle ends within the margin, per coordinate, of the end that they were searched for.
+/// every particle ends, per coordinate, within the margin of its way: of the box of its start and
+/// the end that they were searched for. Detectors that compare distances or boxes in the frame of a
+/// body, instead of boxes, need an end within the margin of that end. Pairs of the cloth with
+/// itself also stay valid if all its particles end elsewhere by the same displacement.
 class Candidates {
  public:
   Candidates(const SearchContext& context, const Scene& scene, const BuiltScene& built,
@@ -26,8 +29,11 @@ class Candidates {
   void set_motion(const std::optional<StepTimes>& times);
   /// Searches for the candidates of the present motion.
   void find();
-  /// Whether the candidates cover the present ends; if not, `find` is due.
-  bool cover() const;
+  /// Whether the candidates cover the present ends.
+  bool cover() const { return cover_bodies() && cover_self(); }
+  /// Searches for those pairs again, with the bodies or of the cloth with itself, that do not cover
+  /// the present ends. Returns whether there were any.
+  bool renew();
   /// Repeats for the present ends the proof that the cloth does not meet itself, if `find` relied
   /// on it; searches for candidates if it fails.
   void prove_again();
@@ -58,13 +64,15 @@ class Candidates {
 
  private:
   double inflation(const BroadPhase& broad) const;
+  bool cover_bodies() const;
+  bool cover_self() const;
   SurfaceView drifting_view();
   void drop_loose(CandidatePairs& pairs) const;
-  void prove_idle();
+  void find_with_bodies();
+  void find_with_self();
   void search_bodies();
   void search_particles();
   void search_self();
-  void note_covered();
 
   const SearchContext& context_;
   double margin_;
@@ -75,8 +83,9 @@ class Candidates {
   std::int64_t substituted_self_searches_ = 0;
   BodySearch body_search_;
   std::vector<char> loose_;     // 1: a particle of no triangle; empty: there are none
-  std::vector<Vec3> covered_;   // cloth ends that the candidates were searched for
-  std::vector<Vec3> drifting_;  // cloth ends without the displacement that all particles share
+  std::vector<Vec3> searched_;  // cloth ends that the pairs with bodies were searched for
+  std::vector<Vec3> drifting_;  // those of the pairs with itself, without the displacement that all
+                                // particles share
   CandidatePairs body_pairs_, self_pairs_;
   std::vector<ParticleContact> particle_contacts_;
   Certificates certificates_;

@@ -27,7 +27,7 @@ void Collisions::find(const SearchContext& context, Candidates& candidates,
   const auto scope = context.clock.measure("collision");
   out.clear();
   timed_.clear();
-  candidates.certificates().measure(context.motion.x_t1());
+  candidates.certificates().measure(context.motion.x_t1(), context.motion.particles());
   append(context, candidates, contacts, false);
   append(context, candidates, contacts, true);
   std::stable_sort(timed_.begin(), timed_.end(),

@@ -47,10 +47,12 @@ class Detection final : public Clearances {
   void set_motion(std::span<const Vec3> x_t0, std::span<const Vec3> x_t1, bool bodies_move,
                   const std::optional<StepTimes>& times = {});
   /// Finds the candidate pairs of the present motion. They stay valid for every other x_t1 whose
-  /// particles end within the margin of the present one in each coordinate.
+  /// particles end within the margin of the present one in each coordinate, and some others.
   void find_candidates() { candidates_.find(); }
-  /// Whether the candidates still cover the motion; if not, find_candidates is due.
+  /// Whether the candidates still cover the motion.
   bool candidates_cover() const { return candidates_.cover(); }
+  /// If they do not, finds those that are due. Returns whether any were.
+  bool renew_candidates() { return candidates_.renew(); }
   /// Pairs that candidates leave out from now on; null: no pairs. Must outlive its use.
   void set_excluded(const ExcludedPairs* excluded) { candidates_.set_excluded(excluded); }
 

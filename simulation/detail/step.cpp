@@ -147,10 +147,7 @@ void limit_strain(StepMethods& m, const StepInput& in, StepAttempt& a) {
 }
 
 void find_collisions(StepMethods& m, const StepInput& in, StepAttempt& a) {
-  if (!m.detection.candidates_cover()) {
-    m.detection.find_candidates();
-    ++a.counts.candidate_rebuilds;
-  }
+  if (m.detection.renew_candidates()) ++a.counts.candidate_rebuilds;
   m.detection.find_collisions(a.collisions);
   if constexpr (kValidatesSteps)
     validate_attempt(m.validator, m.detection.searched(), m.names, in.step);

@@ -348,18 +348,20 @@ Vec3 column(std::span<const Vec3> x, int columns, int at) {
   return sum / count;
 }
 
-/// Runs until nothing moves or the scene ends.
-std::vector<Vec3> settle(const Scene& scene) {
-  constexpr double at_rest = 2e-6;  // m/s
-  constexpr int warm_up = 30;       // frames
+/// Runs until nothing moves, however long the scene is. Near a critical load that takes long.
+std::vector<Vec3> settle(Scene scene) {
+  constexpr double at_rest = 2e-6;              // m/s
+  constexpr int warm_up = 30, most_times = 20;  // frames, and the scene's length
+  const int most = scene.time.frames *= most_times;
   Simulation simulation(scene);
-  for (int frame = 1; frame <= scene.time.frames; ++frame) {
+  for (int frame = 1; frame <= most; ++frame) {
     simulation.advance_to_frame(frame);
     double fastest = 0.0;
     for (const Vec3& v : simulation.velocities()) fastest = std::max(fastest, v.norm());
-    if (frame > warm_up && fastest < at_rest) break;
+    if (frame > warm_up && fastest < at_rest)
+      return {simulation.positions().begin(), simulation.positions().end()};
   }
-  return {simulation.positions().begin(), simulation.positions().end()};
+  throw std::runtime_error("the strip still moves after " + std::to_string(most) + " frames");
 }
 
 /// Implicit steps until nothing moves; particles up to `held` (m along x at rest) are held.

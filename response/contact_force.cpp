@@ -40,9 +40,11 @@ constexpr double kIntrusion = 0.05;
 // takes twice as many updates, and stopping early would be visible.
 constexpr int kFrictionUpdates = 3, kFrictionUpdatesInImpact = 8;
 
-// A step is an impact if its contacts would, on average, violate their rest gaps by more than this
-// share of them. Gravity alone causes a third of a 2 mm rest gap at 1/120 s.
-constexpr double kImpact = 1.0;
+// A step is an impact if the velocities at its start would, on average, make its contacts violate
+// their rest gaps by more than this share of them: 0.16 m/s for 2 mm at 1/120 s. What gravity adds
+// within the step does not count, because that grows with the square of the step: 1.4 times a rest
+// gap of 2 mm at 1/60 s.
+constexpr double kImpact = 2.0 / 3.0;
 
 // A contact within this share of its rest gap counts as touching. The value exceeds the yield of a
 // resting contact, and is too small to be visible when a contact that should part is held for one
@@ -228,7 +230,9 @@ void ContactForce::start(Entry& e) const {
   e.stiffness = normal_ratio_ * e.m_eff / (motion_.h * motion_.h);
   e.near = comes_near(e);
   e.load = first_load(e);
-  e.approach = e.m_eff * std::max(0.0, e.target - c.gap - c.normal.dot(motion_of(e, v_predicted_)));
+  const double end = c.normal.dot(motion_of(e, v_predicted_));
+  const double coasting = c.normal.dot(motion_of(e, v_start_));
+  e.approach = e.m_eff * std::max(0.0, e.target - c.gap - std::max(end, coasting));
 }
 
 bool ContactForce::is_impact() const { return approach_ > kImpact * room_; }

@@ -76,7 +76,7 @@ class ContactForce final : public Response {
     double stiffness = 0.0;        // N/m
     double stick = 0.0;            // c, kg/s
     double m_eff = 0.0;            // kg, effective inertia of the contact against an impulse
-    double approach = 0.0;         // kg·m, m_eff·predicted gap violation
+    double approach = 0.0;         // kg·m, m_eff·gap violation without what gravity adds to it
     bool near = false;             // it touches, or does so at the current speed
     double load = 0.0;             // N, last estimate of λ
     Vec3 friction = Vec3::Zero();  // N, f₀
@@ -151,7 +151,7 @@ class ContactForce final : public Response {
   std::vector<std::size_t> term_entry_;  // entry of each term
   std::unique_ptr<Response> explicit_;   // answers explicit steps; created when first needed
   int friction_updates_ = 0;             // updates of this step that only friction asked for
-  double room_ = 0.0, approach_ = 0.0;  // kg·m: Σ m_eff·rest gap, Σ m_eff·predicted gap violation
+  double room_ = 0.0, approach_ = 0.0;   // kg·m: Σ m_eff·rest gap, Σ approach
   std::vector<Vec3> v_last_;  // velocities after the last update; empty: no update in this step yet
   std::vector<LineContact> line_contacts_;
   std::vector<Change> changes_;  // scratch of an update

@@ -3,13 +3,14 @@
 # fuzz.sh TARGET [SECONDS [OPTION OF libFuzzer...]]: builds the fuzz target with clang's libFuzzer and the address and
 # undefined-behaviour sanitizers (in build/fuzz), runs it for SECONDS (default 60), and prints how many executions it
 # made. An input that fails stays in out/fuzz/TARGET, and the script ends with its code. New inputs are kept there too;
-# `fuzz.sh TARGET 0 -merge=1 tests/fuzz/corpus/TARGET out/fuzz/TARGET` takes the useful ones into the repository.
+# `fuzz.sh TARGET 0 -set_cover_merge=1 -use_counters=0 tests/fuzz/corpus/TARGET out/fuzz/TARGET` takes few of them, which
+# reach all code that they reach, into the repository: tests/fuzz_test.cpp runs these and their mutants in every build.
 # SANITIZERS=off makes many more executions in the same time: optimized, with the library's assertions only (in
 # build/fuzz_fast). `fuzz.sh TARGET 0 -runs=0 out/fuzz/TARGET` then runs all inputs found under the sanitizers.
 # Targets, readers: mesh (OBJ, PLY, OFF, flat patterns), query (query files), scene (scene files), fabric (fabric files),
 # garment (sewing patterns and their meshes), result (results and checkpoints), sequence (folders of mesh sequences),
-# folder (result folders). Targets, engines: ccd (ccd_exact against the
-# judge), detectors (every broad phase against brute force and the judge), simulation (small scenes against the judge).
+# folder (result folders). Targets, engines: ccd (ccd_exact against the judge), detectors (every broad phase against brute
+# force and the judge), simulation (small scenes against the judge).
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 target=${1:?usage: scripts/fuzz.sh TARGET [SECONDS [OPTIONS]]}

@@ -17,7 +17,6 @@ set(selvedge_package_of_fmt "fmt 9")
 set(selvedge_package_of_fcl "fcl")
 set(selvedge_package_of_ccd "ccd")
 set(selvedge_package_of_embree "embree 3")
-set(selvedge_package_of_OSMesa "OSMesa")
 set(selvedge_package_of_PNG "PNG")
 set(selvedge_package_of_Pagmo "pagmo")
 
@@ -29,7 +28,7 @@ function(selvedge_requirements module out)
   foreach(library IN LISTS libraries)
     if(library MATCHES "^selvedge(::|_)(.+)$")
       list(APPEND needs ${CMAKE_MATCH_2})
-    elseif(NOT library MATCHES "^Threads::" AND library MATCHES "^([A-Za-z0-9_]+)(::|$)")
+    elseif(NOT library MATCHES "^(Threads::|dl$)" AND library MATCHES "^([A-Za-z0-9_]+)(::|$)")
       set(package ${CMAKE_MATCH_1})
       if(NOT DEFINED selvedge_package_of_${package})
         message(FATAL_ERROR "selvedge_${module} links ${library}: name its package in cmake/selvedge_install.cmake")
@@ -78,7 +77,6 @@ configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/selvedge-config.cmake.in
                               ${PROJECT_BINARY_DIR}/selvedge-config.cmake INSTALL_DESTINATION ${SELVEDGE_CONFIG_DIR})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/selvedge-config-version.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/selvedge-config.cmake ${PROJECT_BINARY_DIR}/selvedge-config-version.cmake
-              ${CMAKE_CURRENT_LIST_DIR}/FindOSMesa.cmake
         DESTINATION ${SELVEDGE_CONFIG_DIR})
 
 if(TARGET selvedge_program)

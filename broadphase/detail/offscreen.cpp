@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/broadphase/detail/mesa.h>
 #include <selvedge/broadphase/detail/offscreen.h>
-
-#define GL_GLEXT_PROTOTYPES 1
-#include <GL/gl.h>
-#include <GL/glext.h>
-#include <GL/osmesa.h>
 
 #include <algorithm>
 #include <array>
@@ -13,14 +9,6 @@
 #include <cstring>
 #include <limits>
 #include <stdexcept>
-
-#if defined(__SANITIZE_ADDRESS__)
-// Mesa keeps about 2.4 kB until the process ends. Weak, so that a program that links this can
-// define its own.
-extern "C" __attribute__((weak)) const char* __lsan_default_suppressions() {
-  return "leak:libOSMesa\n";
-}
-#endif
 
 namespace selvedge::detail {
 namespace {
@@ -65,16 +53,16 @@ void main() { triangle = gl_PrimitiveID; })";
 }
 
 void check_errors(const char* when) {
-  if (const GLenum error = glGetError(); error != GL_NO_ERROR)
+  if (const GLenum error = mesa().glGetError(); error != GL_NO_ERROR)
     fail("OpenGL error " + std::to_string(error) + " while it " + when);
 }
 
 GLuint compiled(GLenum kind, const char* source) {
-  const GLuint shader = glCreateShader(kind);
-  glShaderSource(shader, 1, &source, nullptr);
-  glCompileShader(shader);
+  const GLuint shader = mesa().glCreateShader(kind);
+  mesa().glShaderSource(shader, 1, &source, nullptr);
+  mesa().glCompileShader(shader);
   GLint good = 0;
-  glGetShaderiv(shader, GL_COMPILE_STATUS, &good);
+  mesa().glGetShaderiv(shader, GL_COMPILE_STATUS, &good);
   if (good != GL_TRUE) fail("OpenGL refuses a shader");
   return shader;
 }
@@ -82,14 +70,14 @@ GLuint compiled(GLenum kind, const char* source) {
 GLuint linked(const char* vertex_source, const char* fragment_source) {
   const GLuint vertex = compiled(GL_VERTEX_SHADER, vertex_source);
   const GLuint fragment = compiled(GL_FRAGMENT_SHADER, fragment_source);
-  const GLuint program = glCreateProgram();
-  glAttachShader(program, vertex);
-  glAttachShader(program, fragment);
-  glLinkProgram(program);
-  glDeleteShader(vertex);
-  glDeleteShader(fragment);
+  const GLuint program = mesa().glCreateProgram();
+  mesa().glAttachShader(program, vertex);
+  mesa().glAttachShader(program, fragment);
+  mesa().glLinkProgram(program);
+  mesa().glDeleteShader(vertex);
+  mesa().glDeleteShader(fragment);
   GLint good = 0;
-  glGetProgramiv(program, GL_LINK_STATUS, &good);
+  mesa().glGetProgramiv(program, GL_LINK_STATUS, &good);
   if (good != GL_TRUE) fail("OpenGL refuses to link the shaders");
   return program;
 }
@@ -142,7 +130,7 @@ MapFrame frame_around(std::span<const Vec3> x, std::span<const Triangle> triangl
 }
 
 struct OffscreenRenderer::Context {
-  OSMesaContext mesa = nullptr;
+  OSMesaContext handle = nullptr;
   std::uint32_t pixel = 0;  ///< required by OSMesa; nothing is drawn there
   GLuint program = 0, index_program = 0, vertex_array = 0, vertices = 0, elements = 0;
   GLuint framebuffer = 0, depth = 0;
@@ -155,10 +143,11 @@ struct OffscreenRenderer::Context {
   class Current {
    public:
     explicit Current(Context& context) {
-      if (OSMesaMakeCurrent(context.mesa, &context.pixel, GL_UNSIGNED_BYTE, 1, 1) != GL_TRUE)
+      if (mesa().OSMesaMakeCurrent(context.handle, &context.pixel, GL_UNSIGNED_BYTE, 1, 1) !=
+          GL_TRUE)
         fail("OSMesa cannot make its context current on this thread");
     }
-    ~Current() { OSMesaMakeCurrent(nullptr, nullptr, 0, 0, 0); }
+    ~Current() { mesa().OSMesaMakeCurrent(nullptr, nullptr, 0, 0, 0); }
     Current(const Current&) = delete;
     Current& operator=(const Current&) = delete;
   };
@@ -174,41 +163,41 @@ struct OffscreenRenderer::Context {
                           OSMESA_CONTEXT_MINOR_VERSION,
                           3,
                           0};
-    mesa = OSMesaCreateContextAttribs(wanted, nullptr);
-    if (!mesa)
+    handle = mesa().OSMesaCreateContextAttribs(wanted, nullptr);
+    if (!handle)
       fail("OSMesa cannot create an OpenGL 3.3 context; is its driver llvmpipe installed?");
     try {
       set_up();
     } catch (...) {  // the destructor of a partly constructed object does not run
-      OSMesaDestroyContext(mesa);
+      mesa().OSMesaDestroyContext(handle);
       throw;
     }
   }
   ~Context() {
     // Also frees all objects created in the context.
-    OSMesaDestroyContext(mesa);
+    mesa().OSMesaDestroyContext(handle);
   }
   Context(const Context&) = delete;
   Context& operator=(const Context&) = delete;
 
   void set_up() {
     const Current current(*this);
-    const auto* renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+    const auto* renderer = reinterpret_cast<const char*>(mesa().glGetString(GL_RENDERER));
     if (!renderer || !std::strstr(renderer, "llvmpipe"))
       fail(std::string("OSMesa draws with ") + (renderer ? renderer : "an unknown renderer") +
            "; only llvmpipe is supported");
     program = linked(kVertexShader, kFragmentShader);
     index_program = linked(kIndexVertexShader, kIndexFragmentShader);
-    glGenVertexArrays(1, &vertex_array);
-    glBindVertexArray(vertex_array);
-    glGenBuffers(1, &vertices);
-    glGenBuffers(1, &elements);
-    glBindBuffer(GL_ARRAY_BUFFER, vertices);
-    glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, elements);
-    glGenFramebuffers(1, &framebuffer);
-    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-    glGenRenderbuffers(1, &depth);
-    glGenRenderbuffers(3, colours.data());
+    mesa().glGenVertexArrays(1, &vertex_array);
+    mesa().glBindVertexArray(vertex_array);
+    mesa().glGenBuffers(1, &vertices);
+    mesa().glGenBuffers(1, &elements);
+    mesa().glBindBuffer(GL_ARRAY_BUFFER, vertices);
+    mesa().glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, elements);
+    mesa().glGenFramebuffers(1, &framebuffer);
+    mesa().glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    mesa().glGenRenderbuffers(1, &depth);
+    mesa().glGenRenderbuffers(3, colours.data());
     check_errors("starts");
   }
 
@@ -217,17 +206,17 @@ struct OffscreenRenderer::Context {
     if (width == new_width && height == new_height && coloured == with_colours) return;
     width = height = 0;
     const auto attach = [&](GLuint buffer, GLenum format, GLenum place, bool wanted) {
-      glBindRenderbuffer(GL_RENDERBUFFER, buffer);
-      if (wanted) glRenderbufferStorage(GL_RENDERBUFFER, format, new_width, new_height);
-      glFramebufferRenderbuffer(GL_FRAMEBUFFER, place, GL_RENDERBUFFER, wanted ? buffer : 0);
+      mesa().glBindRenderbuffer(GL_RENDERBUFFER, buffer);
+      if (wanted) mesa().glRenderbufferStorage(GL_RENDERBUFFER, format, new_width, new_height);
+      mesa().glFramebufferRenderbuffer(GL_FRAMEBUFFER, place, GL_RENDERBUFFER, wanted ? buffer : 0);
     };
     attach(depth, GL_DEPTH_COMPONENT32F, GL_DEPTH_ATTACHMENT, true);
     attach(colours[0], GL_R32I, GL_COLOR_ATTACHMENT0, true);
     attach(colours[1], GL_RGBA32F, GL_COLOR_ATTACHMENT1, with_colours);
     attach(colours[2], GL_RGBA32F, GL_COLOR_ATTACHMENT2, with_colours);
     const GLenum targets[] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1, GL_COLOR_ATTACHMENT2};
-    glDrawBuffers(with_colours ? 3 : 1, targets);
-    if (const GLenum status = glCheckFramebufferStatus(GL_FRAMEBUFFER);
+    mesa().glDrawBuffers(with_colours ? 3 : 1, targets);
+    if (const GLenum status = mesa().glCheckFramebufferStatus(GL_FRAMEBUFFER);
         status != GL_FRAMEBUFFER_COMPLETE)
       fail("OpenGL cannot create a picture of " + std::to_string(new_width) + " x " +
            std::to_string(new_height) + " texels (framebuffer status " + std::to_string(status) +
@@ -254,14 +243,14 @@ struct OffscreenRenderer::Context {
           out[6 + k] = static_cast<float>(colours_of_vertices.motion[i][k]);
       }
     }
-    glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(upload.size() * sizeof(float)),
-                 upload.data(), GL_STREAM_DRAW);
-    glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(triangles.size_bytes()),
-                 triangles.data(), GL_STREAM_DRAW);
+    mesa().glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(upload.size() * sizeof(float)),
+                        upload.data(), GL_STREAM_DRAW);
+    mesa().glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(triangles.size_bytes()),
+                        triangles.data(), GL_STREAM_DRAW);
     for (GLuint k = 0; k < 3; ++k) {
-      glEnableVertexAttribArray(k);
-      glVertexAttribPointer(k, 3, GL_FLOAT, GL_FALSE, kFloats * sizeof(float),
-                            reinterpret_cast<const void*>(3 * k * sizeof(float)));
+      mesa().glEnableVertexAttribArray(k);
+      mesa().glVertexAttribPointer(k, 3, GL_FLOAT, GL_FALSE, kFloats * sizeof(float),
+                                   reinterpret_cast<const void*>(3 * k * sizeof(float)));
     }
   }
 
@@ -270,25 +259,26 @@ struct OffscreenRenderer::Context {
     const GLint nothing = -1;
     const std::array<GLfloat, 4> black{};
     const GLfloat farthest = is_front ? 0.0F : 1.0F;
-    glClearBufferiv(GL_COLOR, 0, &nothing);
-    for (GLint k = 1; coloured && k < 3; ++k) glClearBufferfv(GL_COLOR, k, black.data());
-    glClearBufferfv(GL_DEPTH, 0, &farthest);
-    glDepthFunc(is_front ? GL_GREATER : GL_LESS);
-    glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(3 * triangles), GL_UNSIGNED_INT, nullptr);
+    mesa().glClearBufferiv(GL_COLOR, 0, &nothing);
+    for (GLint k = 1; coloured && k < 3; ++k) mesa().glClearBufferfv(GL_COLOR, k, black.data());
+    mesa().glClearBufferfv(GL_DEPTH, 0, &farthest);
+    mesa().glDepthFunc(is_front ? GL_GREATER : GL_LESS);
+    mesa().glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(3 * triangles), GL_UNSIGNED_INT,
+                          nullptr);
   }
 
   void read(Layer& layer) const {
     const std::size_t texels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
     layer.triangle.resize(texels);
-    glReadBuffer(GL_COLOR_ATTACHMENT0);
-    glReadPixels(0, 0, width, height, GL_RED_INTEGER, GL_INT, layer.triangle.data());
+    mesa().glReadBuffer(GL_COLOR_ATTACHMENT0);
+    mesa().glReadPixels(0, 0, width, height, GL_RED_INTEGER, GL_INT, layer.triangle.data());
     layer.normal_depth.resize(coloured ? 4 * texels : 0);
     layer.motion.resize(coloured ? 4 * texels : 0);
     if (!coloured) return;
-    glReadBuffer(GL_COLOR_ATTACHMENT1);
-    glReadPixels(0, 0, width, height, GL_RGBA, GL_FLOAT, layer.normal_depth.data());
-    glReadBuffer(GL_COLOR_ATTACHMENT2);
-    glReadPixels(0, 0, width, height, GL_RGBA, GL_FLOAT, layer.motion.data());
+    mesa().glReadBuffer(GL_COLOR_ATTACHMENT1);
+    mesa().glReadPixels(0, 0, width, height, GL_RGBA, GL_FLOAT, layer.normal_depth.data());
+    mesa().glReadBuffer(GL_COLOR_ATTACHMENT2);
+    mesa().glReadPixels(0, 0, width, height, GL_RGBA, GL_FLOAT, layer.motion.data());
   }
 };
 
@@ -302,9 +292,9 @@ void OffscreenRenderer::draw(const MapFrame& frame, std::span<const Vec3> x,
   const bool coloured = !colours.normal.empty();
   context_->resize(frame.width, frame.height, coloured);
   context_->send(frame, x, triangles, colours);
-  glUseProgram(coloured ? context_->program : context_->index_program);
-  glViewport(0, 0, frame.width, frame.height);
-  glEnable(GL_DEPTH_TEST);
+  mesa().glUseProgram(coloured ? context_->program : context_->index_program);
+  mesa().glViewport(0, 0, frame.width, frame.height);
+  mesa().glEnable(GL_DEPTH_TEST);
   for (const bool is_front : {true, false}) {
     context_->draw_layer(triangles.size(), is_front);
     context_->read(is_front ? front : back);

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -44,7 +45,7 @@ const Case kCases[] = {
     {"simulation", fuzz_simulation, 500},
 };
 
-// The names of files, so that the inputs come in the same order on every machine.
+// In the order of the names of the files, which is the same on every machine.
 std::vector<Input> corpus_of(const std::string& target) {
   std::vector<std::filesystem::path> files;
   const std::string folder = SELVEDGE_SOURCE_DIR "/tests/fuzz/corpus/" + target;
@@ -59,37 +60,25 @@ std::vector<Input> corpus_of(const std::string& target) {
   return inputs;
 }
 
-/// SplitMix64 [G. Steele, D. Lea, C. Flood, OOPSLA 2014].
-class Chance {
- public:
-  std::size_t below(std::size_t n) {
-    std::uint64_t z = state_ += 0x9e3779b97f4a7c15;
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111eb;
-    return (z ^ (z >> 31)) % n;
-  }
-
- private:
-  std::uint64_t state_ = 19;
-};
+std::size_t below(std::size_t n, std::mt19937_64& chance) { return chance() % n; }
 
 /// One of the inputs with up to four changes: of a bit, a byte, a stretch that goes, comes twice or
 /// is taken from another input.
-Input mutant(const std::vector<Input>& inputs, Chance& chance) {
-  Input out = inputs[chance.below(inputs.size())];
-  for (std::size_t changes = 1 + chance.below(4); changes-- > 0;) {
-    if (out.empty()) out.push_back(static_cast<std::uint8_t>(chance.below(256)));
-    const std::size_t at = chance.below(out.size());
+Input mutant(const std::vector<Input>& inputs, std::mt19937_64& chance) {
+  Input out = inputs[below(inputs.size(), chance)];
+  for (std::size_t changes = 1 + below(4, chance); changes-- > 0;) {
+    if (out.empty()) out.push_back(static_cast<std::uint8_t>(below(256, chance)));
+    const std::size_t at = below(out.size(), chance);
     const auto place = out.begin() + static_cast<std::ptrdiff_t>(at);
-    const auto length = static_cast<std::ptrdiff_t>(1 + chance.below(out.size() - at));
+    const auto length = static_cast<std::ptrdiff_t>(1 + below(out.size() - at, chance));
     const Input stretch(place, place + length);
-    const Input& other = inputs[chance.below(inputs.size())];
-    switch (chance.below(5)) {
+    const Input& other = inputs[below(inputs.size(), chance)];
+    switch (below(5, chance)) {
       case 0:
-        *place ^= static_cast<std::uint8_t>(1u << chance.below(8));
+        *place ^= static_cast<std::uint8_t>(1u << below(8, chance));
         break;
       case 1:
-        *place = static_cast<std::uint8_t>(chance.below(256));
+        *place = static_cast<std::uint8_t>(below(256, chance));
         break;
       case 2:
         out.erase(place, place + length);
@@ -120,7 +109,7 @@ TEST_P(Fuzz, CorpusAndItsMutants) {
   const std::vector<Input> inputs = corpus_of(target.name);
   ASSERT_GE(inputs.size(), 10u);
   for (const Input& input : inputs) run(input);
-  Chance chance;
+  std::mt19937_64 chance(19);
   for (int k = 0; k < target.mutants; ++k) run(mutant(inputs, chance));
 }
 

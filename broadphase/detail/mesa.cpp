@@ -6,10 +6,16 @@
 #include <string>
 
 #if defined(__SANITIZE_ADDRESS__)
-// Mesa keeps about 2.4 kB until the process ends. Weak, so that a program that links this can
-// define its own.
+// Defaults of the sanitizers for programs that link this. Weak, so that they can define their own.
+// Mesa keeps about 2.4 kB until the process ends.
 extern "C" __attribute__((weak)) const char* __lsan_default_suppressions() {
   return "leak:libOSMesa\n";
+}
+// Up to g++ 13, the search for leaks takes the thread-local data of a library that was loaded late
+// for that of glibc before 2.25 if it starts 16 bytes into a page, and crashes when it reads there
+// (google/sanitizers, issue 1322). It finds this data without that interceptor, too.
+extern "C" __attribute__((weak)) const char* __asan_default_options() {
+  return "intercept_tls_get_addr=0";
 }
 #endif
 

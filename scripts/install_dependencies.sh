@@ -1,15 +1,16 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# install_dependencies.sh [lean|meshes|test|python|docs|clang|arm64]: installs the missing packages of a set by apt. Waits while another
-# program holds the lock of apt.
+# install_dependencies.sh [lean|meshes|test|python|docs|clang|bits|arm64]: installs the missing packages of a set by apt.
+# Waits while another program holds the lock of apt.
 #   lean    packages to build the program (the default); pictures need libpng, the exact check needs GMP
 #   meshes  lean, and assimp, which reads bodies in formats other than OBJ, PLY and OFF
 #   test    meshes, and packages for the tests, the benchmarks, the format check and the adapters; chromium opens the pages
 #           of `view` and `compare`
 #   python  meshes, and packages for `pip install .`
 #   docs    packages for scripts/docs.sh
-#   clang   lean, and packages for scripts/fuzz.sh and scripts/same_bits.sh
-#   arm64   a cross compiler for 64-bit Arm, its libraries and emulators, for scripts/same_bits.sh
+#   clang   lean, and packages for scripts/fuzz.sh
+#   bits    clang, and packages for scripts/same_bits.sh
+#   arm64   a cross compiler for 64-bit Arm and its libraries, for scripts/same_bits.sh
 # Without root it prints the packages to install and exits with 1. On a system without dpkg it prints the requirements and
 # exits with 0.
 set -euo pipefail
@@ -21,7 +22,8 @@ test=(libgtest-dev clang-format libfcl-dev libccd-dev libcgal-dev libembree-dev 
       libpagmo-dev python3-dev python3-numpy python3-pytest pybind11-dev mypy chromium)
 python=("${meshes[@]}" python3-dev python3-numpy python3-pip python3-venv pybind11-dev)
 clang=(clang libclang-rt-14-dev)
-arm64=(g++-aarch64-linux-gnu qemu-user-static libtbb-dev:arm64 libfmt-dev:arm64 libpng-dev:arm64 libgmp-dev:arm64)
+bits=("${clang[@]}" musl-dev qemu-user-static)
+arm64=(g++-aarch64-linux-gnu libtbb-dev:arm64 libfmt-dev:arm64 libpng-dev:arm64 libgmp-dev:arm64)
 docs=(doxygen python3-sphinx python3-myst-parser python3-breathe furo libjs-katex)
 
 case "${1:-lean}" in
@@ -31,8 +33,9 @@ case "${1:-lean}" in
   python) wanted=("${lean[@]}" "${python[@]}") ;;
   docs) wanted=("${docs[@]}") ;;
   clang) wanted=("${lean[@]}" "${clang[@]}") ;;
+  bits) wanted=("${lean[@]}" "${bits[@]}") ;;
   arm64) wanted=("${lean[@]}" "${arm64[@]}") ;;
-  *) echo "install_dependencies.sh: unknown set '$1': say lean, meshes, test, python, docs, clang or arm64" >&2; exit 2 ;;
+  *) echo "install_dependencies.sh: unknown set '$1': say lean, meshes, test, python, docs, clang, bits or arm64" >&2; exit 2 ;;
 esac
 
 if ! command -v dpkg-query >/dev/null; then

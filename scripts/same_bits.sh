@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: MIT
 # same_bits.sh [VARIANT...]: builds the program with each compiler, optimisation and processor (in build/bits_VARIANT), runs
 # short scenes with one and with three threads, and prints a table of their state hashes: a row for each variant and a
-# column for each scene. Two more rows run the first variant on a processor without AVX (emulated) and with a C library
-# whose sin, exp, ... are off by one unit in the last place. Ends with 1 if any two rows differ. Variants: gcc_O2 gcc_O3
-# clang_O2 clang_O3 arm64_O2 (default: all). The last is 64-bit Arm: compiled by a cross compiler and run by qemu.
+# column for each scene. Three more rows run the first variant on a processor without AVX (emulated), with a C library
+# whose sin, exp, ... are off by one unit in the last place, and with those of musl. Ends with 1 if any two rows differ.
+# Variants: gcc_O2 gcc_O3 clang_O2 clang_O3 arm64_O2 (default: all). The last is 64-bit Arm: compiled by a cross compiler
+# and run by qemu.
 # SELVEDGE_BITS_PROGRAMS names a folder with programs VARIANT instead of building them. The programs have no adapters, which
 # take no part in a state.
 set -euo pipefail
@@ -21,7 +22,7 @@ declare -A options=(
   [finite_elements]="--set time.frames=4"
 )
 scenes=(cloth_on_sphere flag hysteresis incline plate_2 finite_elements)
-scripts/install_dependencies.sh clang
+scripts/install_dependencies.sh bits
 [[ " ${variants[*]} " != *" arm64_"* ]] || scripts/install_dependencies.sh arm64
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
@@ -83,6 +84,14 @@ done
 if [ -n "$first" ]; then
   cc -shared -fPIC -O1 -fno-builtin -o "$work/libm_off.so" scripts/libm_off_by_one_ulp.c -ldl -lm
   LD_PRELOAD=$work/libm_off.so row "libm off by one ulp" "$first" 1
+  # Debian has no C++ library for musl, so glibc serves the rest of the program.
+  musl=/usr/lib/$(uname -m)-linux-musl/libc.a
+  functions='a?(sin|cos|tan)h?|sincos|atan2|exp|exp2|expm1|log|log2|log10|log1p|pow|cbrt|hypot'
+  parts='__(sin|cos|tan|expo2|math_[a-z]*|rem_pio2|rem_pio2_large|invtrigl)|(exp|exp2f|log|log2|pow)_data'
+  mkdir "$work/musl"
+  ar t "$musl" | grep -E "^($functions|$parts)\.lo$" | (cd "$work/musl" && xargs ar x "$musl")
+  cc -shared -o "$work/libm_musl.so" "$work"/musl/*.lo -lm
+  LD_PRELOAD=$work/libm_musl.so row "functions of musl" "$first" 1
   emulator=(qemu-x86_64-static -cpu Nehalem)
   row "no AVX" "$first" 1
 fi

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
 // Many garments on several machines or processors: a Snakemake workflow [Molder2021].
-#include <fmt/format.h>
 #include <selvedge/core/files.h>
 #include <selvedge/dress/dress_batch.h>
 

@@ -109,7 +109,8 @@ bool SeparatingPlanes::cut(const ContactPoint& pair, std::span<const Vec3> x_t1)
                         : mass[1] <= 0.0
                             ? -kNowhere
                             : (mass[0] * end[0] + mass[1] * end[1]) / (mass[0] + mass[1]);
-  const double plane = room ? std::clamp(wanted, low + 0.5 * keep, high - 0.5 * keep) : 0.0;
+  // Where rounding puts the upper bound below the lower one, std::clamp is not defined.
+  const double plane = room ? std::min(std::max(wanted, low + 0.5 * keep), high - 0.5 * keep) : 0.0;
   for (int k = 0; k < 4; ++k) {
     const std::int32_t i = pair.vertex[k];
     if (motion.inv_mass[i] <= 0.0) continue;

@@ -24,6 +24,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
@@ -45,7 +46,7 @@ struct Options {
   int frames = 120;
   fs::path out = "bench_drape";
   std::vector<std::string> set;  // path=value
-  int threads = 0;
+  std::vector<int> threads = {0};
   bool as_json = false, write_scenes = false, triad = false, no_judge = false;
 };
 
@@ -78,7 +79,11 @@ Options parse(int argc, char** argv) {
   app.option("--frames", options.frames, "Frames at 60 per second").range(1, 99999);
   app.option("--out", options.out, "Folder for the results");
   app.option("--set", options.set, "Scene value to change, as path=value").one_word();
-  app.option("--threads", options.threads, "Maximum number of threads; 0: all").non_negative();
+  app.option("--threads", options.threads,
+             "Maximum number of threads; 0: all. With several numbers each scene runs with each of "
+             "them and must end in the same bits")
+      .non_negative()
+      .comma_separated();
   app.flag("--json", options.as_json, "Print JSON instead of the tables");
   app.flag("--write-scenes", options.write_scenes,
            "Only write the scene files of --body and --garment, and print their paths")
@@ -97,14 +102,18 @@ struct Row {
   selvedge::bench::DrapeScene scene;
   int size = 0;
   std::string name;
+  int threads = 0;  // 0: all
 };
 
 std::vector<Row> rows_of(const Options& options) {
   std::vector<Row> rows;
   const auto add = [&](Row row) {
     for (const int size : options.sizes) {
-      row.size = size;
-      rows.push_back(row);
+      for (const int threads : options.threads) {
+        row.size = size;
+        row.threads = threads;
+        rows.push_back(row);
+      }
     }
   };
   if (!options.scene.empty())
@@ -126,7 +135,8 @@ std::vector<Row> rows_of(const Options& options) {
 }
 
 fs::path folder_of(const Options& options, const Row& row) {
-  return options.out / fmt::format("{}_{}", row.name, row.size);
+  const std::string threads = row.threads == 0 ? "" : fmt::format("_threads_{}", row.threads);
+  return options.out / fmt::format("{}_{}{}", row.name, row.size, threads);
 }
 
 std::vector<selvedge::Override> overrides_of(const Options& options, const Row& row) {
@@ -188,7 +198,7 @@ fs::path scene_folder(const Options& options, const Row& row) {
 }
 
 void run_row(const Options& options, const Row& row) {
-  const selvedge::ThreadLimit limit(options.threads);
+  const selvedge::ThreadLimit limit(row.threads);
   const fs::path file =
       row.scene_file.empty() ? scene_folder(options, row) / "scene.json" : row.scene_file;
   selvedge::RunConfig config;
@@ -286,15 +296,16 @@ std::string counted_ratio(double numerator, double divisor, int decimals) {
 
 std::vector<std::string> title_of(const json& result) {
   const int size = result["particles_a_side"];
-  return {result["scene"], fmt::format("{0} x {0}", size)};
+  return {result["scene"], fmt::format("{0} x {0}", size),
+          fmt::format("{}", result["threads"].get<int>())};
 }
 
 using Cells = std::vector<std::string>;
 
-/// Prints a table in Markdown with one row per result; the first two columns name the scene.
+/// Prints a table in Markdown with one row per result; the first three columns name the scene.
 template <class RowOf>
 void print_table(const std::vector<json>& results, const Cells& columns, const RowOf& row_of) {
-  Cells head = {"scene", "size"};
+  Cells head = {"scene", "size", "threads"};
   head.insert(head.end(), columns.begin(), columns.end());
   Table table(head);
   for (const json& result : results) {
@@ -318,8 +329,27 @@ void print_times(const std::vector<json>& results) {
   });
 }
 
-/// `triad`: bandwidth of the memory, B/s.
-void print_solver(const std::vector<json>& results, double triad) {
+bool of_one_scene(const json& a, const json& b) {
+  return a["scene"] == b["scene"] && a["particles_a_side"] == b["particles_a_side"];
+}
+
+/// Prints how many times faster each result is than the first one of its scene.
+void print_speed_ups(const std::vector<json>& results) {
+  const Cells phases = phases_of(results);
+  Cells columns = {"times faster"};
+  columns.insert(columns.end(), phases.begin(), phases.end());
+  print_table(results, columns, [&](const json& result) {
+    const json& first = *std::find_if(results.begin(), results.end(), [&](const json& other) {
+      return of_one_scene(other, result);
+    });
+    Cells row = {ratio(number(first, "wall_s"), number(result, "wall_s"), 2)};
+    for (const std::string& name : phases)
+      row.push_back(ratio(phase(first, name), phase(result, name), 2));
+    return row;
+  });
+}
+
+void print_solver(const std::vector<json>& results) {
   const Cells columns = {"particles",
                          "steps",
                          "solves per step",
@@ -327,11 +357,13 @@ void print_solver(const std::vector<json>& results, double triad) {
                          "solve us per particle and step",
                          "MB per iteration",
                          "GB/s",
+                         "triad GB/s",
                          "times the limit"};
   print_table(results, columns, [&](const json& result) {
     const double steps = number(result, "steps"), solve = phase(result, "solve");
     const double bytes = counter(result, "solver_bytes");
     const double iterations = counter(result, "solver_iterations");
+    const double triad = number(result, "triad_bytes_per_s");
     return Cells{fmt::format("{}", number(result, "particles")),
                  fmt::format("{}", steps),
                  ratio(counter(result, "solves"), steps, 2),
@@ -339,10 +371,9 @@ void print_solver(const std::vector<json>& results, double triad) {
                  ratio(1e6 * solve, steps * number(result, "particles"), 2),
                  counted_ratio(1e-6 * bytes, iterations, 2),
                  counted_ratio(1e-9 * bytes, solve, 1),
+                 fmt::format("{:.1f}", 1e-9 * triad),
                  ratio(solve * triad, bytes, 1)};
   });
-  fmt::print("The triad moves {:.1f} GB/s on {} threads.\n\n", 1e-9 * triad,
-             selvedge::thread_count());
 }
 
 std::string found_in(const json& result, const std::string& fault) {
@@ -391,38 +422,65 @@ void write_scenes(const Options& options) {
   }
 }
 
+/// Whether all results of a scene have the same bits; prints those that do not.
+bool are_same(const std::vector<json>& results) {
+  bool same = true;
+  for (std::size_t i = 1; i < results.size(); ++i) {
+    const json &before = results[i - 1], &result = results[i];
+    if (!of_one_scene(before, result) || before["state_hash"] == result["state_hash"]) continue;
+    same = false;
+    fmt::print(stderr, "bench_drape: {} {}: {} and {} threads end in different states\n",
+               result["scene"].get<std::string>(), result["particles_a_side"].get<int>(),
+               before["threads"].get<int>(), result["threads"].get<int>());
+  }
+  return same;
+}
+
+/// Bandwidth of the memory, B/s, for each number of threads.
+std::map<int, double> triads(const Options& options) {
+  std::map<int, double> bandwidth;
+  for (const int threads : options.threads) {
+    const selvedge::ThreadLimit limit(threads);
+    bandwidth.try_emplace(threads, triad_bandwidth());
+  }
+  return bandwidth;
+}
+
 /// Returns the exit code.
 int measure_all(const Options& options) {
   const std::vector<Row> rows = rows_of(options);
   std::vector<json> results;
   for (const Row& row : rows) results.push_back(measure(options, row));
   // Start threads only now: a process with threads cannot be forked safely.
-  const selvedge::ThreadLimit limit(options.threads);
-  for (std::size_t i = 0; i < rows.size(); ++i) add_last_frame(options, rows[i], results[i]);
-  const double triad = triad_bandwidth();
+  std::map<int, double> bandwidth = triads(options);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const selvedge::ThreadLimit limit(rows[i].threads);
+    results[i]["threads"] = selvedge::thread_count();
+    results[i]["triad_bytes_per_s"] = bandwidth[rows[i].threads];
+    add_last_frame(options, rows[i], results[i]);
+  }
   if (options.as_json) {
-    fmt::print("{}\n", json{{"threads", selvedge::thread_count()},
-                            {"triad_bytes_per_s", triad},
-                            {"results", results}}
-                           .dump(2));
+    fmt::print("{}\n", json{{"results", results}}.dump(2));
   } else {
     print_times(results);
-    print_solver(results, triad);
+    if (options.threads.size() > 1) print_speed_ups(results);
+    print_solver(results);
     print_quality(results);
     print_counters(results);
   }
-  return std::all_of(results.begin(), results.end(), is_good) ? 0 : 1;
+  const bool good = std::all_of(results.begin(), results.end(), is_good);
+  return are_same(results) && good ? 0 : 1;
 }
 
 int measure_triad(const Options& options) {
-  const selvedge::ThreadLimit limit(options.threads);
-  const double triad = triad_bandwidth();
-  if (options.as_json) {
-    fmt::print("{}\n",
-               json{{"threads", selvedge::thread_count()}, {"triad_bytes_per_s", triad}}.dump());
-  } else {
-    fmt::print("The triad moves {:.1f} GB/s on {} threads.\n", 1e-9 * triad,
-               selvedge::thread_count());
+  for (const auto& [threads, triad] : triads(options)) {
+    const selvedge::ThreadLimit limit(threads);
+    if (options.as_json)
+      fmt::print("{}\n",
+                 json{{"threads", selvedge::thread_count()}, {"triad_bytes_per_s", triad}}.dump());
+    else
+      fmt::print("The triad moves {:.1f} GB/s on {} threads.\n", 1e-9 * triad,
+                 selvedge::thread_count());
   }
   return 0;
 }

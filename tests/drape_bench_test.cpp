@@ -131,7 +131,22 @@ TEST_F(DrapeBench, PrintsTimesSolverAndQualityOfBodiesAndGarments) {
     EXPECT_EQ(quality.at("self crossings"), "0") << scene;
     EXPECT_GT(std::stod(quality.at("kB per particle")), 0.0) << scene;
   }
-  EXPECT_SAYS(done.out, "The triad moves");
+}
+
+TEST_F(DrapeBench, RunsASceneWithSeveralNumbersOfThreads) {
+  const Outcome done = run("--threads 1,2 --frames 2 --json 12");
+  ASSERT_EQ(done.code, 0) << done.err;
+  const Json results = Json::parse(done.out)["results"];
+  ASSERT_EQ(results.size(), 2u);
+  EXPECT_EQ(results[0]["threads"], 1);
+  EXPECT_EQ(results[0]["state_hash"], results[1]["state_hash"]);
+  for (const Json& result : results) EXPECT_GT(result["triad_bytes_per_s"], 0.0);
+  const auto row = row_of(run("--threads 1,1 --frames 2 12").out, "times faster", "ball");
+  EXPECT_GT(std::stod(row.at("times faster")), 0.0);
+}
+
+TEST_F(DrapeBench, MeasuresTheMemory) {
+  EXPECT_SAYS(run("--triad --threads 1").out, "The triad moves");
 }
 
 TEST_F(DrapeBench, PutsASheetTwoCentimetresAboveAMeshFileWhoseAxisPointsUp) {

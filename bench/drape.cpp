@@ -83,7 +83,8 @@ Options parse(int argc, char** argv) {
              "Maximum number of threads; 0: all. With several numbers each scene runs with each of "
              "them and must end in the same bits")
       .non_negative()
-      .comma_separated();
+      .comma_separated()
+      .one_word();
   app.flag("--json", options.as_json, "Print JSON instead of the tables");
   app.flag("--write-scenes", options.write_scenes,
            "Only write the scene files of --body and --garment, and print their paths")

@@ -134,7 +134,7 @@ TEST_F(DrapeBench, PrintsTimesSolverAndQualityOfBodiesAndGarments) {
 }
 
 TEST_F(DrapeBench, RunsASceneWithSeveralNumbersOfThreads) {
-  const Outcome done = run("--threads 1,2 --frames 2 --json 12");
+  const Outcome done = run("--frames 2 --json --threads 1,2 12");
   ASSERT_EQ(done.code, 0) << done.err;
   const Json results = Json::parse(done.out)["results"];
   ASSERT_EQ(results.size(), 2u);
@@ -162,8 +162,8 @@ TEST_F(DrapeBench, PutsASheetTwoCentimetresAboveAMeshFileWhoseAxisPointsUp) {
 }
 
 TEST_F(DrapeBench, RefusesBadInput) {
-  for (const std::string arguments :
-       {"--body no_such.ply 9", "--garment cape 9", "--garment skirt 4", "--body ball 1"}) {
+  for (const std::string arguments : {"--threads x 9", "--body no_such.ply 9", "--garment cape 9",
+                                      "--garment skirt 4", "--body ball 1"}) {
     const Outcome refused = run(arguments);
     EXPECT_EQ(refused.code, 2) << arguments;
     EXPECT_EQ(refused.out, "") << arguments;

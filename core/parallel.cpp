@@ -12,6 +12,7 @@
 #include <tbb/info.h>
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_invoke.h>
+#include <tbb/task_arena.h>
 #endif
 
 namespace selvedge {
@@ -116,6 +117,18 @@ ThreadLimit::ThreadLimit(int threads)
           {tbb::global_control::max_allowed_parallelism,
            static_cast<std::size_t>(threads > 0 ? threads : tbb::info::default_concurrency())}}) {}
 
+struct ThreadArena::State {
+  tbb::task_arena arena;  // takes no thread before its first task
+};
+
+ThreadArena::ThreadArena(int threads)
+    : threads_(std::max(threads, 1)), state_(new State{tbb::task_arena(threads_)}) {}
+
+void ThreadArena::run(FunctionRef<void()> task) {
+  if (threads_ >= thread_count()) return task();
+  state_->arena.execute([&] { task(); });
+}
+
 #else
 
 void parallel_invoke(FunctionRef<void()> a, FunctionRef<void()> b) {
@@ -129,8 +142,15 @@ struct ThreadLimit::State {};
 
 ThreadLimit::ThreadLimit(int) : state_(new State) {}
 
+struct ThreadArena::State {};
+
+ThreadArena::ThreadArena(int threads) : threads_(std::max(threads, 1)) {}
+
+void ThreadArena::run(FunctionRef<void()> task) { task(); }
+
 #endif
 
 ThreadLimit::~ThreadLimit() = default;
+ThreadArena::~ThreadArena() = default;
 
 }  // namespace selvedge

@@ -45,7 +45,7 @@ double parallel_sum(std::size_t n, std::size_t grain,
 /// Runs both tasks, possibly in parallel, and returns when both are done.
 void parallel_invoke(FunctionRef<void()> a, FunctionRef<void()> b);
 
-/// Number of threads the library uses at present.
+/// Number of threads the library uses at present, outside of any ThreadArena.
 int thread_count();
 
 /// Limits the number of worker threads to `threads` during its lifetime (0: number of processors).
@@ -58,6 +58,26 @@ class ThreadLimit {
 
  private:
   struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// Limits the threads of single tasks; loops outside of these tasks keep theirs. May be moved to
+/// another thread between two tasks.
+class ThreadArena {
+ public:
+  /// Loops of a task use at most this many threads, >= 1.
+  explicit ThreadArena(int threads);
+  ~ThreadArena();
+  ThreadArena(const ThreadArena&) = delete;
+  ThreadArena& operator=(const ThreadArena&) = delete;
+
+  int threads() const { return threads_; }
+  /// Runs the task and returns when it is done. Passes its exceptions on.
+  void run(FunctionRef<void()> task);
+
+ private:
+  struct State;
+  int threads_;
   std::unique_ptr<State> state_;
 };
 

@@ -23,7 +23,9 @@ Simulation::Simulation(const Scene& scene, BuiltScene built, SimulationState sta
 }
 Simulation::~Simulation() = default;
 
-void Simulation::step() { parts_->make_step(parts_->control()); }
+void Simulation::step() {
+  parts_->threads.run([&] { parts_->make_step(parts_->control()); });
+}
 
 bool Simulation::step_towards(int frame) {
   if (reached(frame)) return false;

@@ -3,12 +3,19 @@
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/judge/judge.h>
+#include <selvedge/scene/build.h>
 #include <selvedge/simulation/detail/turning_bodies.h>
+#include <selvedge/simulation/detail/useful_threads.h>
 #include <selvedge/simulation/simulation.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <mutex>
+#include <set>
+#include <stdexcept>
+#include <thread>
 
 namespace selvedge::simulation_test {
 namespace {
@@ -315,6 +322,48 @@ TEST(Simulation, GivesTheSameBitsForAnyNumberOfThreads) {
   }
   EXPECT_EQ(hashes[0], hashes[1]);
   EXPECT_EQ(hashes[0], hashes[2]);
+}
+
+/// The number of threads on which a task in this arena runs.
+std::size_t threads_of_a_task(ThreadArena& arena) {
+  std::mutex mutex;
+  std::set<std::thread::id> seen;
+  arena.run([&] {
+    parallel_for(200, 1, [&](std::size_t, std::size_t) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      const std::lock_guard lock(mutex);
+      seen.insert(std::this_thread::get_id());
+    });
+  });
+  return seen.size();
+}
+
+TEST(ThreadArena, LimitsTheThreadsOfItsTasksOnly) {
+  const ThreadLimit limit(4);
+  ThreadArena one(1), two(2), many(64);
+  EXPECT_EQ(threads_of_a_task(one), 1u);
+  EXPECT_LE(threads_of_a_task(two), 2u);
+  EXPECT_LE(threads_of_a_task(many), 4u);
+  EXPECT_EQ(thread_count(), 4);
+}
+
+TEST(ThreadArena, PassesExceptionsOn) {
+  const ThreadLimit limit(4);
+  ThreadArena one(1);
+  EXPECT_THROW(one.run([] { throw std::domain_error("thrown in a task"); }), std::domain_error);
+}
+
+TEST(Simulation, UsesAThreadPer600VerticesThatMove) {
+  const auto threads = [](const Scene& scene) {
+    return detail::useful_threads(scene, build_scene(scene));
+  };
+  Scene scene = small_drape();
+  EXPECT_EQ(threads(scene), 3);  // 41 x 41 particles; the ball is at rest
+  scene.cloths[0] = cloth(0.5, 4, {0.02, 0.01, 0.22});
+  EXPECT_EQ(threads(scene), 2);
+  scene.bodies[0] = body(Sphere{0.2}, {0, 0, 0}, 64);
+  scene.bodies[0].motion = {{.time = 0.0}, {.time = 0.1, .translation = {0, 0, 0.01}}};
+  EXPECT_GE(threads(scene), 4);  // a ball of over 1,900 vertices that moves
 }
 
 TEST(Simulation, EveryConservativeDetectorGivesACleanDrapeAndThoseOfBoxesTheSameBits) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <selvedge/core/parallel.h>
 #include <selvedge/simulation/detail/enclosed.h>
 #include <selvedge/simulation/detail/energy_balance.h>
 #include <selvedge/simulation/detail/joined_steps.h>
@@ -36,6 +37,7 @@ struct Simulation::Parts {
   detail::TurningBodies turning;
   detail::JoinedSteps joined;
   detail::Sleep sleep;
+  ThreadArena threads;  // of the steps
   SimulationState state;
   std::vector<Vec3> body_x;  // m, of the body vertices at the state's time
   detail::StepInput input;

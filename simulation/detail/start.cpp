@@ -5,6 +5,7 @@
 #include <selvedge/scene/build.h>
 #include <selvedge/simulation/detail/handles.h>
 #include <selvedge/simulation/detail/simulation_parts.h>
+#include <selvedge/simulation/detail/useful_threads.h>
 
 #include <stdexcept>
 #include <utility>
@@ -84,6 +85,7 @@ Simulation::Parts::Parts(const Scene& s, BuiltScene b, const Methods& m)
       turning(scene, built),
       joined(scene, built, methods.traits),
       sleep(scene, built),
+      threads(detail::useful_threads(scene, built)),
       balance(scene, built, methods.response->traits()) {
   detail::refuse_bad_handles(scene, built);
   if (!methods.traits.is_implicit)

@@ -118,14 +118,15 @@ ThreadLimit::ThreadLimit(int threads)
            static_cast<std::size_t>(threads > 0 ? threads : tbb::info::default_concurrency())}}) {}
 
 struct ThreadArena::State {
+  explicit State(int n) : threads(n), arena(n) {}
+  int threads;
   tbb::task_arena arena;  // takes no thread before its first task
 };
 
-ThreadArena::ThreadArena(int threads)
-    : threads_(std::max(threads, 1)), state_(new State{tbb::task_arena(threads_)}) {}
+ThreadArena::ThreadArena(int threads) : state_(new State(std::max(threads, 1))) {}
 
 void ThreadArena::run(FunctionRef<void()> task) {
-  if (threads_ >= thread_count()) return task();
+  if (state_->threads >= thread_count()) return task();
   state_->arena.execute([&] { task(); });
 }
 
@@ -144,7 +145,7 @@ ThreadLimit::ThreadLimit(int) : state_(new State) {}
 
 struct ThreadArena::State {};
 
-ThreadArena::ThreadArena(int threads) : threads_(std::max(threads, 1)) {}
+ThreadArena::ThreadArena(int) {}
 
 void ThreadArena::run(FunctionRef<void()> task) { task(); }
 

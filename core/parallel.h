@@ -61,8 +61,7 @@ class ThreadLimit {
   std::unique_ptr<State> state_;
 };
 
-/// Limits the threads of single tasks; loops outside of these tasks keep theirs. May be moved to
-/// another thread between two tasks.
+/// Limits the threads of the tasks that it runs; all other loops of the process keep theirs.
 class ThreadArena {
  public:
   /// Loops of a task use at most this many threads, >= 1.
@@ -71,13 +70,11 @@ class ThreadArena {
   ThreadArena(const ThreadArena&) = delete;
   ThreadArena& operator=(const ThreadArena&) = delete;
 
-  int threads() const { return threads_; }
   /// Runs the task and returns when it is done. Passes its exceptions on.
   void run(FunctionRef<void()> task);
 
  private:
   struct State;
-  int threads_;
   std::unique_ptr<State> state_;
 };
 

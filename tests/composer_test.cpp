@@ -22,6 +22,7 @@ namespace {
 // What Detection promises, as numbers of its own so that a change of a constant there is seen.
 constexpr double kMargin = 0.005;      // m, the largest thickness of the stage
 constexpr double kNearlyAll = 0.9999;  // of a margin
+const double kSelfMargin = 0.5 * kPointReach;  // of the cloth with itself, by that with bodies
 constexpr double kPointReach = 1.5;    // thicknesses at the start within which a pair is a contact
 
 /// A square of `n` x `n` cells in the plane z = 0, centred.
@@ -157,13 +158,17 @@ class Stage {
   void set_drifts(bool drifts) { drifts_ = drifts; }
 
   /// Moves the end of every particle by up to the margin in each coordinate, most of them all of it
-  /// and towards the target.
+  /// and towards the target. If the target is a body, no two of them move apart by more than two
+  /// margins of the cloth with itself.
   void go_to_the_edge() {
     const Vec3 normal = pose(0.0).rotation.col(2);
+    const bool is_piece = target_ == Target::piece;
+    const double least = is_piece ? -1.0 : 1.0 - 2.0 * kSelfMargin;
     for (std::size_t i = 0; i < n(); ++i)
       for (int k = 0; k < 3; ++k) {
-        const double side = (is_b(i) ? 1.0 : -1.0) * (normal[k] < 0.0 ? -1.0 : 1.0);
-        x_t1_[i][k] += kMargin * kNearlyAll * (uniform(0.0, 1.0) < 0.8 ? side : uniform(-1.0, 1.0));
+        const double side = (is_piece && is_b(i) ? 1.0 : -1.0) * (normal[k] < 0.0 ? -1.0 : 1.0);
+        x_t1_[i][k] +=
+            margin() * kNearlyAll * side * (uniform(0.0, 1.0) < 0.8 ? 1.0 : uniform(least, 1.0));
       }
   }
 
@@ -182,7 +187,7 @@ class Stage {
     for (std::size_t i = 0; i < n(); ++i)
       for (int k = 0; k < 3; ++k) {
         const auto [from, to] = std::minmax({x_t0_[i][k], x_t1_[i][k] - drift[k]});
-        const double low = from - kNearlyAll * kMargin, high = to + kNearlyAll * kMargin;
+        const double low = from - kNearlyAll * margin(), high = to + kNearlyAll * margin();
         const bool up = is_b(i) == (normal[k] >= 0.0);
         x_t1_[i][k] = drift[k] + other[k] +
                       (uniform(0.0, 1.0) < 0.8 ? (up ? high : low) : uniform(low, high));
@@ -190,7 +195,7 @@ class Stage {
   }
 
   /// How far the end of a particle can be moved along the normal of the target.
-  double reach() const { return kMargin * pose(0.0).rotation.col(2).cwiseAbs().sum(); }
+  double reach() const { return margin() * pose(0.0).rotation.col(2).cwiseAbs().sum(); }
 
   double thickness(const ContactPoint& c) const {
     const auto surface = [&](std::int32_t v) {
@@ -211,6 +216,8 @@ class Stage {
   static constexpr double kSize = 0.2;
 
  private:
+  double margin() const { return (target_ == Target::piece ? kSelfMargin : 1.0) * kMargin; }
+
   bool is_b(std::size_t i) const {
     return static_cast<std::int32_t>(i) >= built_->piece_begin[1] &&
            static_cast<std::int32_t>(i) < built_->piece_begin[2];
@@ -670,8 +677,8 @@ TEST(Margins, ADisplacementThatAllClothSharesNeedsNoNewPairsOfTheClothWithItself
   EXPECT_TRUE(scenery.detection().candidates_cover());
   for (int k = 0; k < 3; ++k)
     for (const double share : {0.9999, 1.0001}) {
-      scenery.ends()[3][k] += share * Scenery::kThickness;
-      scenery.ends()[60][k] -= share * Scenery::kThickness;
+      scenery.ends()[3][k] += share * kSelfMargin * Scenery::kThickness;
+      scenery.ends()[60][k] -= share * kSelfMargin * Scenery::kThickness;
       EXPECT_EQ(scenery.detection().candidates_cover(), share < 1.0);
       scenery.ends() = shared;
     }

@@ -64,18 +64,17 @@ culled='*Composer.FindsWhat*/bvh_kdop18:*Composer.FindsWhat*/bvh_obb'
 contacts='Contacts.*'
 
 # Candidates, and how far they reach.
-mutant inflation_boxes $candidates \
-  "return broad.traits().pairs == PairSet::culled ? std::numbers::sqrt3 * margin_ : margin_;" \
-  "return 0.5 * margin_;" detection_stage "$boxes"
-mutant inflation_culled $candidates "std::numbers::sqrt3 * margin_" "0.5 * std::numbers::sqrt3 * margin_" \
+mutant inflation_boxes $candidates ": @self_margin_@;" "0.5 * self_margin_" detection_stage "$boxes"
+mutant inflation_culled $candidates "std::numbers::sqrt3 * self_margin_" "0.5 * std::numbers::sqrt3 * self_margin_" \
   detection_stage "$culled"
-mutant inflation_diagonal $candidates "std::numbers::sqrt3 * margin_" "margin_" detection_stage "$culled"
+mutant inflation_diagonal $candidates "std::numbers::sqrt3 * self_margin_" "self_margin_" detection_stage "$culled"
 mutant body_margin $candidates "cloth(0.0), @margin_@," "0.5 * margin_" detection_stage "$boxes"
 mutant body_thickness $candidates "0.5 * context_.rest_gap" "0.25 * context_.rest_gap" detection_stage "$boxes"
-mutant margin $candidates "margin_(@context.rest_gap@)" "0.5 * context.rest_gap" detection_stage "$boxes:Margins.*"
+mutant margin $candidates " margin_(@context.rest_gap@)" "0.5 * context.rest_gap" detection_stage "$boxes:Margins.*"
+mutant self_margin $candidates "self_margin_(@0.5@ * kPointReach" "0.25" detection_stage "$boxes:Margins.*"
 mutant largest_rest_gap $near "pairs_.largest_rest_gap()" "0.5 * pairs_.largest_rest_gap()" detection_stage "$boxes"
 mutant cover_bodies $candidates "<= @kOfMargin * margin_@)" "2.0 * margin_" detection_stage "Margins.*"
-mutant cover_self $candidates "@2.0@ * kOfMargin * margin_" "4.0" detection_stage "Margins.*"
+mutant cover_self $candidates "@2.0@ * kOfMargin * self_margin_" "4.0" detection_stage "Margins.*"
 mutant cover_boxes $candidates "bodies_idle_ || @body_search_.compares_boxes()@" "true" detection_stage "Margins.*"
 mutant cover_self_boxes $candidates "boxes = @broad_self_->traits().pairs != PairSet::culled@" "true" \
   detection_stage "$culled"

@@ -57,6 +57,7 @@ Candidates::Candidates(const SearchContext& context, const Scene& scene, const B
                        const Methods& methods)
     : context_(context),
       margin_(context.rest_gap),
+      self_margin_(0.5 * kPointReach * context.rest_gap),
       broad_self_(make_broad_phase(scene, methods)),
       body_search_(built.bodies, built.cloth.surface.triangles.size(),
                    [&] { return make_broad_phase(scene, methods); }),
@@ -80,8 +81,9 @@ void Candidates::set_motion(const std::optional<StepTimes>& times) {
 
 // Particles may end up to the margin from the searched end in each coordinate. Boxes are inflated
 // by that; a detector that culls by distance must be given the diagonal.
-double Candidates::inflation(const BroadPhase& broad) const {
-  return broad.traits().pairs == PairSet::culled ? std::numbers::sqrt3 * margin_ : margin_;
+double Candidates::self_inflation() const {
+  return broad_self_->traits().pairs == PairSet::culled ? std::numbers::sqrt3 * self_margin_
+                                                        : self_margin_;
 }
 
 void Candidates::find_with_bodies() {
@@ -187,7 +189,7 @@ SurfaceView Candidates::drifting_view() {
   drift /= static_cast<double>(std::max<std::size_t>(particles, 1));
   drifting_.resize(particles);
   for (std::size_t i = 0; i < particles; ++i) drifting_[i] = x_t1[i] - drift;
-  SurfaceView view = context_.motion.cloth(inflation(*broad_self_));
+  SurfaceView view = context_.motion.cloth(self_inflation());
   view.x_t1 = drifting_;
   return view;
 }
@@ -204,7 +206,7 @@ bool Candidates::cover_self() const {
   if (self_idle_) return true;  // see prove_again
   const bool boxes = broad_self_->traits().pairs != PairSet::culled;
   const Beyond most = beyond(context_.motion, drifting_, boxes);
-  return ((most.low + most.high).array() <= 2.0 * kOfMargin * margin_).all();
+  return ((most.low + most.high).array() <= 2.0 * kOfMargin * self_margin_).all();
 }
 
 void Candidates::prove_again() {

@@ -63,7 +63,7 @@ class Candidates {
   bool has_all_pairs() const { return has_all_pairs_; }
 
  private:
-  double inflation(const BroadPhase& broad) const;
+  double self_inflation() const;
   bool cover_bodies() const;
   bool cover_self() const;
   SurfaceView drifting_view();
@@ -75,7 +75,8 @@ class Candidates {
   void search_self();
 
   const SearchContext& context_;
-  double margin_;
+  // m; with bodies, and of the cloth with itself: the least with which all contacts are candidates.
+  double margin_, self_margin_;
   std::unique_ptr<BroadPhase> broad_self_;  // the default if the scene's serves bodies only
   bool has_all_pairs_ = true;
   bool answers_particles_ = false;

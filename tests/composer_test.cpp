@@ -22,8 +22,8 @@ namespace {
 // What Detection promises, as numbers of its own so that a change of a constant there is seen.
 constexpr double kMargin = 0.005;      // m, the largest thickness of the stage
 constexpr double kNearlyAll = 0.9999;  // of a margin
-const double kSelfMargin = 0.5 * kPointReach;  // of the cloth with itself, by that with bodies
 constexpr double kPointReach = 1.5;    // thicknesses at the start within which a pair is a contact
+constexpr double kSelfMargin = 0.5 * kPointReach;  // of the cloth with itself, by kMargin
 
 /// A square of `n` x `n` cells in the plane z = 0, centred.
 TriangleMesh sheet(int n, double size, double z = 0.0) {

@@ -22,7 +22,8 @@ constexpr std::size_t kCoarsestSize = 96, kLargestFactored = 2 * kCoarsestSize;
 // A level that is larger than this fraction of its parent level is not worth its cost.
 constexpr double kLeastCoarsening = 0.75;
 // The smoother x += ω/λ D⁻¹ r keeps the cycle positive definite for ω/λ < 2/λmax(D⁻¹A). The Lanczos
-// method approaches λmax from below, to about 10 % in four steps; ω = 1.5 leaves a margin of a fifth.
+// method approaches λmax from below, to about 10 % in four steps; ω = 1.5 leaves a margin of a
+// fifth.
 constexpr double kSmootherStep = 1.5;
 constexpr std::size_t kLanczosSteps = 4;
 // Halvings of the interval of λ, to a part in a million; a bound for matrices that are not finite.
@@ -233,8 +234,8 @@ void Multilevel::set_smoother(Level& level) {
   level.step = level.base_step;
 }
 
-/// Lower estimate of the largest eigenvalue of D⁻¹A: that of the tridiagonal matrix of a few steps of
-/// the Lanczos method, which conjugate gradients with D⁻¹ give [Saad2003, section 6.7.3].
+/// Lower estimate of the largest eigenvalue of D⁻¹A: that of the tridiagonal matrix of a few steps
+/// of the Lanczos method, which conjugate gradients with D⁻¹ give [Saad2003, section 6.7.3].
 double Multilevel::largest_eigenvalue(Level& level) const {
   const LaneMatrixKernel& kernel = lane_matrix_kernel();
   const LaneRows rows = level.matrix.rows(level.base_step);

@@ -25,25 +25,40 @@ BlockMatrix::BlockMatrix(std::size_t n, std::vector<Edge> links) : row_begin_(n 
                                   " rows");
     if (link[0] > link[1]) std::swap(link[0], link[1]);
   }
-  std::sort(links.begin(), links.end());
-  links.erase(std::unique(links.begin(), links.end()), links.end());
+  // The upper neighbours of each row: the links by their lower end, then sorted in each row.
+  std::vector<std::size_t> first(n + 1, 0);
+  for (const Edge& link : links) ++first[link[0] + 1];
+  for (std::size_t i = 0; i < n; ++i) first[i + 1] += first[i];
+  std::vector<std::int32_t> upper(links.size()), uppers(n, 0);
+  for (const Edge& link : links) upper[first[link[0]] + uppers[link[0]]++] = link[1];
+  parallel_for(n, detail::even_grain(n, kRows), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto of_row = upper.begin() + static_cast<std::ptrdiff_t>(first[i]);
+      std::sort(of_row, of_row + uppers[i]);
+      uppers[i] = static_cast<std::int32_t>(std::unique(of_row, of_row + uppers[i]) - of_row);
+    }
+  });
+  const auto neighbours = [&](std::size_t i) {
+    return std::span(upper).subspan(first[i], static_cast<std::size_t>(uppers[i]));
+  };
 
-  for (const Edge& link : links) {
-    ++row_begin_[link[0] + 1];
-    ++row_begin_[link[1] + 1];
+  for (std::size_t i = 0; i < n; ++i) {
+    row_begin_[i + 1] += uppers[i] + 1;
+    for (const std::int32_t j : neighbours(i)) ++row_begin_[j + 1];
   }
-  for (std::size_t i = 0; i < n; ++i) row_begin_[i + 1] += row_begin_[i] + 1;
+  for (std::size_t i = 0; i < n; ++i) row_begin_[i + 1] += row_begin_[i];
   column_.resize(row_begin_[n]);
   diagonal_.resize(n);
   std::vector<std::int32_t> next(row_begin_.begin(), row_begin_.end() - 1);
-  // Links are sorted, so the lower neighbours of a row arrive in order, then the row itself, then
-  // the upper ones: every row ends up sorted.
-  for (const Edge& link : links) column_[next[link[1]]++] = link[0];
-  for (std::int32_t i = 0; i < count; ++i) {
+  // A row gets its lower neighbours in order, then itself, then the upper ones.
+  for (std::size_t i = 0; i < n; ++i) {
     diagonal_[i] = next[i];
-    column_[next[i]++] = i;
+    column_[next[i]++] = static_cast<std::int32_t>(i);
+    for (const std::int32_t j : neighbours(i)) {
+      column_[next[i]++] = j;
+      column_[next[j]++] = static_cast<std::int32_t>(i);
+    }
   }
-  for (const Edge& link : links) column_[next[link[0]]++] = link[1];
   values_.assign(column_.size(), Mat3::Zero());
 }
 

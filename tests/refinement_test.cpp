@@ -8,50 +8,20 @@
 #include <selvedge/run/result_folder.h>
 #include <selvedge/run/run.h>
 #include <selvedge/simulation/refinement.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
 #include <map>
 #include <string>
 
+#include "scene_runs.h"
+
 namespace selvedge::refinement_test {
 namespace {
 
 namespace fs = std::filesystem;
 
-class Refinements : public ::testing::Test {
- protected:
-  Refinements() {
-    folder_ = fs::path(::testing::TempDir()) / ("selvedge_refinement_" + std::to_string(getpid()));
-    fs::create_directories(folder_);
-    config_.out = folder_ / "result";
-  }
-  ~Refinements() override { fs::remove_all(folder_); }
-
-  Scene scene(const std::string& json, const std::vector<Override>& overrides = {}) {
-    const fs::path file = folder_ / "scene.json";
-    std::ofstream(file) << json;
-    return read_scene(file, overrides);
-  }
-
-  std::string refusal(const std::string& json) {
-    try {
-      run_scene(scene(json), config_);
-    } catch (const std::invalid_argument& error) {
-      return error.what();
-    }
-    return "";
-  }
-
-  std::size_t vertices_of_frame(int frame) const {
-    return read_mesh(numbered(config_.out / "frames", "cloth", frame, kFrameFileDigits, ".ply"))
-        .vertices.size();
-  }
-
-  fs::path folder_;
-  RunConfig config_;
-};
+class Refinements : public SceneRuns {};
 
 const std::string kBall = R"(,
   "obstacles": [{"shape": {"type": "sphere", "radius": 0.15, "resolution": 16}}],

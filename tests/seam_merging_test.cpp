@@ -8,7 +8,6 @@
 #include <selvedge/run/result_folder.h>
 #include <selvedge/run/run.h>
 #include <selvedge/simulation/refinement.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -16,6 +15,8 @@
 #include <fstream>
 #include <set>
 #include <string>
+
+#include "scene_runs.h"
 
 namespace selvedge::seam_merging_test {
 namespace {
@@ -101,36 +102,7 @@ TEST(MergedVertices, OfOneTriangleAreRefused) {
   EXPECT_THROW(merge_vertices(panel, number, kept), std::invalid_argument);
 }
 
-class SeamScenes : public ::testing::Test {
- protected:
-  SeamScenes() {
-    folder_ = fs::path(::testing::TempDir()) / ("selvedge_seams_" + std::to_string(getpid()));
-    fs::create_directories(folder_);
-    config_.out = folder_ / "result";
-  }
-  ~SeamScenes() override { fs::remove_all(folder_); }
-
-  Scene scene(const std::string& json, const std::vector<Override>& overrides = {}) {
-    const fs::path file = folder_ / "scene.json";
-    std::ofstream(file) << json;
-    return read_scene(file, overrides);
-  }
-  std::string refusal(const std::string& json) {
-    try {
-      run_scene(scene(json), config_);
-    } catch (const std::invalid_argument& error) {
-      return error.what();
-    }
-    return "";
-  }
-  std::size_t vertices_of_frame(int frame) const {
-    return read_mesh(numbered(config_.out / "frames", "cloth", frame, kFrameFileDigits, ".ply"))
-        .vertices.size();
-  }
-
-  fs::path folder_;
-  RunConfig config_;
-};
+class SeamScenes : public SceneRuns {};
 
 /// Two panels in a plane, 6 cm apart, of 5 x 4 particles each.
 std::string panels(const std::string& seam, const std::string& more = "") {

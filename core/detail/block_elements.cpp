@@ -1,15 +1,22 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/detail/block_elements.h>
+#include <selvedge/core/parallel.h>
 
 namespace selvedge::detail {
+namespace {
+
+constexpr std::size_t kSlotGrain = 4096;  // particles of elements per task
+
+}  // namespace
 
 BlockElements blocks_of(std::span<const std::int32_t> particle_of, std::size_t arity,
                         const BlockMatrix& matrix) {
-  std::vector<std::int32_t> slots;  // per entry
-  slots.reserve(arity * particle_of.size());
-  for (std::size_t c = 0; c < particle_of.size(); ++c)
-    for (std::size_t k = 0; k < arity; ++k)
-      slots.push_back(matrix.slot(particle_of[c], particle_of[c / arity * arity + k]));
+  std::vector<std::int32_t> slots(arity * particle_of.size());  // per entry
+  parallel_for(particle_of.size(), kSlotGrain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t c = first; c < last; ++c)
+      for (std::size_t k = 0; k < arity; ++k)
+        slots[arity * c + k] = matrix.slot(particle_of[c], particle_of[c / arity * arity + k]);
+  });
   std::vector<std::uint32_t> next(matrix.values().size() + 1, 0);
   for (const std::int32_t slot : slots) ++next[static_cast<std::size_t>(slot) + 1];
   BlockElements all;

@@ -88,6 +88,7 @@ short_detectors() {
   echo "| --- | ---: | ---: | ---: | ---: | ---: | ---: |"
   awk -F, '
     $3 != 1 || $1 !~ / 200$/ { next }
+    NF < 12 && $1 ~ /^drape/ { next }  # answers particles, not pairs
     $1 ~ /^drape/ { drape[$2] = sprintf("%.1f | %.0f | %.0f", $8, 100 * $11, $12) }
     $1 ~ /^crumple/ { crumple[$2] = NF < 12 ? "- | - | -" : sprintf("%.1f | %.0f | %.0f", $8, 100 * $11, $12) }
     END { for (name in drape) print "| `" name "` | " drape[name] " | " crumple[name] " |" }' "$tables/detectors.csv" |
@@ -108,7 +109,7 @@ short_spikes() {
   echo "| detector | drape: spike | far away | copy 1e5 | copy 1e7 | crumple: spike | far away | copy 1e5 | copy 1e7 |"
   echo "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |"
   awk -F, '
-    $3 != 1 { next }
+    $3 != 1 || NF < 6 { next }
     {
       kind = $4 ~ /^spike/ ? 1 : $4 ~ /away$/ ? 2 : $4 ~ /1e5/ ? 3 : $4 ~ /1e7/ ? 4 : 0
       scene = $1 ~ /^drape/ ? 0 : 4

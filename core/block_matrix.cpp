@@ -29,21 +29,22 @@ BlockMatrix::BlockMatrix(std::size_t n, std::vector<Edge> links) : row_begin_(n 
   std::vector<std::size_t> first(n + 1, 0);
   for (const Edge& link : links) ++first[link[0] + 1];
   for (std::size_t i = 0; i < n; ++i) first[i + 1] += first[i];
-  std::vector<std::int32_t> upper(links.size()), uppers(n, 0);
-  for (const Edge& link : links) upper[first[link[0]] + uppers[link[0]]++] = link[1];
+  std::vector<std::int32_t> upper(links.size()), upper_count(n, 0);
+  for (const Edge& link : links) upper[first[link[0]] + upper_count[link[0]]++] = link[1];
   parallel_for(n, detail::even_grain(n, kRows), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const auto of_row = upper.begin() + static_cast<std::ptrdiff_t>(first[i]);
-      std::sort(of_row, of_row + uppers[i]);
-      uppers[i] = static_cast<std::int32_t>(std::unique(of_row, of_row + uppers[i]) - of_row);
+      std::sort(of_row, of_row + upper_count[i]);
+      upper_count[i] =
+          static_cast<std::int32_t>(std::unique(of_row, of_row + upper_count[i]) - of_row);
     }
   });
   const auto neighbours = [&](std::size_t i) {
-    return std::span(upper).subspan(first[i], static_cast<std::size_t>(uppers[i]));
+    return std::span(upper).subspan(first[i], static_cast<std::size_t>(upper_count[i]));
   };
 
   for (std::size_t i = 0; i < n; ++i) {
-    row_begin_[i + 1] += uppers[i] + 1;
+    row_begin_[i + 1] += upper_count[i] + 1;
     for (const std::int32_t j : neighbours(i)) ++row_begin_[j + 1];
   }
   for (std::size_t i = 0; i < n; ++i) row_begin_[i + 1] += row_begin_[i];

@@ -38,7 +38,7 @@ const std::string kSettled =
     R"("refine": {"when": "settled", "levels": 2, "speed": 100, "after": 0.08})";
 
 TEST_F(Refinements, CellsAreSplitWhereClothBendsAndTheRunIsClean) {
-  const RunResult result = run_scene(scene(over_ball(kCurved)), config_);
+  const RunResult result = run_scene(read(over_ball(kCurved)), config_);
   EXPECT_TRUE(result.clean);
   EXPECT_GT(result.counters.at("refinements"), 1.0);
   EXPECT_EQ(vertices_of_frame(0), 81u);
@@ -48,7 +48,7 @@ TEST_F(Refinements, CellsAreSplitWhereClothBendsAndTheRunIsClean) {
 
 TEST_F(Refinements, SettledClothIsSplitEverywhereLevelAfterLevel) {
   config_.every_step = true;
-  const RunResult result = run_scene(scene(over_ball(kSettled)), config_);
+  const RunResult result = run_scene(read(over_ball(kSettled)), config_);
   EXPECT_TRUE(result.clean);
   EXPECT_EQ(result.counters.at("refinements"), 2.0);
   EXPECT_EQ(vertices_of_frame(5), 81u);
@@ -59,18 +59,18 @@ TEST_F(Refinements, SettledClothIsSplitEverywhereLevelAfterLevel) {
 }
 
 TEST_F(Refinements, AResumedRunGoesOnToTheSameBits) {
-  const std::string whole = run_scene(scene(over_ball(kCurved)), config_).state_hash;
+  const std::string whole = run_scene(read(over_ball(kCurved)), config_).state_hash;
   config_.out = folder_ / "in_parts";
-  run_scene(scene(over_ball(kCurved), {{"time.frames", "9"}}), config_);
+  run_scene(read(over_ball(kCurved), {{"time.frames", "9"}}), config_);
   config_.resume = true;
   std::vector<std::string> warnings;
   config_.warning = [&](const std::string& sentence) { warnings.push_back(sentence); };
-  EXPECT_EQ(run_scene(scene(over_ball(kCurved)), config_).state_hash, whole);
+  EXPECT_EQ(run_scene(read(over_ball(kCurved)), config_).state_hash, whole);
   EXPECT_EQ(warnings, std::vector<std::string>()) << "no frame is missing";
 }
 
 TEST_F(Refinements, ARunThatStopsWithinItsFramesGoesOnToTheSameBits) {
-  const Scene s = scene(over_ball(kCurved), {{"time.steps_per_frame", "4"}});
+  const Scene s = read(over_ball(kCurved), {{"time.steps_per_frame", "4"}});
   const RunResult whole = run_scene(s, config_);
   EXPECT_GT(whole.counters.at("refinements"), 1.0);
   config_.out = folder_ / "in_parts";
@@ -88,16 +88,16 @@ TEST_F(Refinements, OneThreadAndTwoGiveTheSameBits) {
   std::string hash[2];
   for (const int threads : {1, 2}) {
     const ThreadLimit limit(threads);
-    hash[threads - 1] = run_scene(scene(over_ball(kCurved)), config_).state_hash;
+    hash[threads - 1] = run_scene(read(over_ball(kCurved)), config_).state_hash;
   }
   EXPECT_EQ(hash[0], hash[1]);
 }
 
 TEST_F(Refinements, TheSwitchKeepsMassMomentumAndTheSurface) {
-  const Scene s = scene(R"({"geometry": [
+  const Scene s = read(R"({"geometry": [
       {"name": "still", "size": [0.3, 0.3], "cells": [3, 3]},
       {"name": "sheet", "size": [0.4, 0.4], "cells": [4, 4], )" +
-                        kSettled + R"(, "transformation": {"translation": [0, 0, 0.2]}},
+                       kSettled + R"(, "transformation": {"translation": [0, 0, 0.2]}},
       {"name": "last", "size": [0.2, 0.2], "cells": [2, 2],
        "transformation": {"translation": [0, 0, 0.4]}}],
     "handles": [{"geometry": "sheet", "select": {"edge": "x0"}},
@@ -173,9 +173,9 @@ TEST_F(Refinements, HangingNodesStayInTheMiddleWithEveryResponse) {
   const ResponseRegistry all = responses();
   for (const auto* response : all.in_order())
     for (const char* integrator : {"implicit_euler", "symplectic_euler"}) {
-      const Scene s = scene(over_ball(kOnce, kSoft), {{"contact.response", response->name()},
-                                                      {"solver.integrator", integrator},
-                                                      {"time.frames", "10"}});
+      const Scene s = read(over_ball(kOnce, kSoft), {{"contact.response", response->name()},
+                                                     {"solver.integrator", integrator},
+                                                     {"time.frames", "10"}});
       EXPECT_LT(off_the_middle(s), kRounding) << response->name() << " " << integrator;
     }
 }
@@ -183,9 +183,9 @@ TEST_F(Refinements, HangingNodesStayInTheMiddleWithEveryResponse) {
 TEST_F(Refinements, HangingNodesStayInTheMiddleWithEveryStrainLimiter) {
   const StrainLimiterRegistry all = strain_limiters();
   for (const auto* limiter : all.in_order()) {
-    const Scene s = scene(over_ball(kOnce, R"(, "handles": [{"select": {"corners": ["x0y0"]}}],
+    const Scene s = read(over_ball(kOnce, R"(, "handles": [{"select": {"corners": ["x0y0"]}}],
       "materials": {"default": {"strain_limit": 0.01, "stretch_stiffness": 60, "shear_stiffness": 20}})"),
-                          {{"solver.strain_limiter", limiter->name()}, {"time.frames", "10"}});
+                         {{"solver.strain_limiter", limiter->name()}, {"time.frames", "10"}});
     EXPECT_LT(off_the_middle(s), kRounding) << limiter->name();
   }
 }
@@ -194,9 +194,9 @@ TEST_F(Refinements, HangingNodesStayInTheMiddleWithEveryFailSafe) {
   const FailSafeRegistry all = fail_safes();
   for (const auto* fail_safe : all.in_order()) {
     const Scene s =
-        scene(over_ball(kOnce, kSoft), {{"contact.fail_safe", fail_safe->name()},
-                                        {"contact.response", "inverse_dynamics"},
-                                        {"geometry.0.transformation.translation", "[0, 0, 0.25]"}});
+        read(over_ball(kOnce, kSoft), {{"contact.fail_safe", fail_safe->name()},
+                                       {"contact.response", "inverse_dynamics"},
+                                       {"geometry.0.transformation.translation", "[0, 0, 0.25]"}});
     std::map<std::string, double> counts;
     EXPECT_LT(off_the_middle(s, &counts), kRounding) << fail_safe->name();
     double rounds = 0.0;
@@ -216,7 +216,7 @@ const std::string kSagging = R"({"geometry": [{"size": [0.6, 0.15], "cells": [8,
   "time": {"frames": 60, "fps": 60}})";
 
 TEST_F(Refinements, CellsAreJoinedAgainWhereClothBecomesFlat) {
-  const RunResult result = run_scene(scene(kSagging), config_);
+  const RunResult result = run_scene(read(kSagging), config_);
   EXPECT_TRUE(result.clean);
   EXPECT_GT(result.counters.at("refinements"), 1.0);
   EXPECT_GT(result.counters.at("joined_cells"), 4.0);
@@ -227,21 +227,21 @@ TEST_F(Refinements, CellsAreJoinedAgainWhereClothBecomesFlat) {
 }
 
 TEST_F(Refinements, AResumedRunJoinsToTheSameBits) {
-  const std::string whole = run_scene(scene(kSagging), config_).state_hash;
+  const std::string whole = run_scene(read(kSagging), config_).state_hash;
   config_.out = folder_ / "in_parts";
-  const RunResult part = run_scene(scene(kSagging, {{"time.frames", "45"}}), config_);
+  const RunResult part = run_scene(read(kSagging, {{"time.frames", "45"}}), config_);
   ASSERT_GT(part.counters.at("joined_cells"), 0.0);
   config_.resume = true;
-  EXPECT_EQ(run_scene(scene(kSagging), config_).state_hash, whole);
+  EXPECT_EQ(run_scene(read(kSagging), config_).state_hash, whole);
 }
 
 TEST_F(Refinements, ACellIsNotJoinedThroughABodyUnlessTheSceneExcludesIt) {
   const auto joins = [&](const std::string& height, const std::string& more = "") {
-    const Scene s = scene(R"({"geometry": [{"name": "cloth", "size": [0.4, 0.4], "cells": [4, 4],
+    const Scene s = read(R"({"geometry": [{"name": "cloth", "size": [0.4, 0.4], "cells": [4, 4],
         "refine": {"when": "curved", "levels": 1, "angle_deg": 30, "join_deg": 10}}],
       "obstacles": [{"name": "ball", "shape": {"type": "sphere", "radius": 0.0005, "resolution": 8},
         "transformation": {"translation": [0.05, 0.05, )" +
-                          height + "]}}]" + more + "}");
+                         height + "]}}]" + more + "}");
     Refinement refinement(s, build_scene(s));
     SimulationState state;
     state.x = refinement.build().cloth.surface.vertices;
@@ -280,7 +280,7 @@ TEST_F(Refinements, AnAngleOfJoiningThatCannotServeIsRefused) {
 const std::string kTriangular = R"("pattern": "triangular", )";
 
 TEST_F(Refinements, TrianglesAreSplitWhereClothBendsAndTheRunIsClean) {
-  const RunResult result = run_scene(scene(over_ball(kTriangular + kCurved)), config_);
+  const RunResult result = run_scene(read(over_ball(kTriangular + kCurved)), config_);
   EXPECT_TRUE(result.clean);
   EXPECT_GT(result.counters.at("refinements"), 1.0);
   EXPECT_FALSE(result.counters.contains("refinements_postponed"));
@@ -291,13 +291,13 @@ TEST_F(Refinements, TrianglesAreSplitWhereClothBendsAndTheRunIsClean) {
 
 TEST_F(Refinements, AResumedRunOfTrianglesGoesOnToTheSameBits) {
   const std::string json = over_ball(kTriangular + kSettled);
-  const RunResult result = run_scene(scene(json), config_);
+  const RunResult result = run_scene(read(json), config_);
   EXPECT_EQ(result.counters.at("refinements"), 2.0);
   EXPECT_GT(vertices_of_frame(16), 33u * 33u) << "everywhere, twice";
   config_.out = folder_ / "in_parts";
-  run_scene(scene(json, {{"time.frames", "9"}}), config_);
+  run_scene(read(json, {{"time.frames", "9"}}), config_);
   config_.resume = true;
-  EXPECT_EQ(run_scene(scene(json), config_).state_hash, result.state_hash);
+  EXPECT_EQ(run_scene(read(json), config_).state_hash, result.state_hash);
 }
 
 std::string sagging_triangles() {
@@ -306,7 +306,7 @@ std::string sagging_triangles() {
 }
 
 TEST_F(Refinements, TrianglesAreJoinedAgainWhereClothBecomesFlat) {
-  const RunResult result = run_scene(scene(sagging_triangles()), config_);
+  const RunResult result = run_scene(read(sagging_triangles()), config_);
   EXPECT_TRUE(result.clean);
   EXPECT_GT(result.counters.at("refinements"), 1.0);
   EXPECT_GT(result.counters.at("joined_cells"), 4.0);
@@ -316,10 +316,10 @@ TEST_F(Refinements, TrianglesAreJoinedAgainWhereClothBecomesFlat) {
 }
 
 TEST_F(Refinements, AResumedRunOfTrianglesJoinsToTheSameBits) {
-  const Scene s = scene(sagging_triangles());
+  const Scene s = read(sagging_triangles());
   const std::string whole = run_scene(s, config_).state_hash;
   config_.out = folder_ / "in_parts";
-  const RunResult part = run_scene(scene(sagging_triangles(), {{"time.frames", "45"}}), config_);
+  const RunResult part = run_scene(read(sagging_triangles(), {{"time.frames", "45"}}), config_);
   ASSERT_GT(part.counters.at("joined_cells"), 0.0);
   config_.resume = true;
   EXPECT_EQ(run_scene(s, config_).state_hash, whole);
@@ -349,7 +349,7 @@ std::string mesh_over_ball(const std::string& keys) {
 }
 
 TEST_F(Refinements, AMeshIsSplitWhereItBendsAndTheRunIsClean) {
-  const RunResult result = run_scene(scene(mesh_over_ball(kCurved)), config_);
+  const RunResult result = run_scene(read(mesh_over_ball(kCurved)), config_);
   EXPECT_TRUE(result.clean);
   EXPECT_GT(result.counters.at("refinements"), 1.0);
   EXPECT_EQ(vertices_of_frame(0), 49u);
@@ -358,12 +358,12 @@ TEST_F(Refinements, AMeshIsSplitWhereItBendsAndTheRunIsClean) {
 }
 
 TEST_F(Refinements, AResumedRunOfAMeshGoesOnToTheSameBits) {
-  const RunResult result = run_scene(scene(mesh_over_ball(kSettled)), config_);
+  const RunResult result = run_scene(read(mesh_over_ball(kSettled)), config_);
   EXPECT_EQ(result.counters.at("refinements"), 2.0);
   config_.out = folder_ / "in_parts";
-  run_scene(scene(mesh_over_ball(kSettled), {{"time.frames", "9"}}), config_);
+  run_scene(read(mesh_over_ball(kSettled), {{"time.frames", "9"}}), config_);
   config_.resume = true;
-  EXPECT_EQ(run_scene(scene(mesh_over_ball(kSettled)), config_).state_hash, result.state_hash);
+  EXPECT_EQ(run_scene(read(mesh_over_ball(kSettled)), config_).state_hash, result.state_hash);
 }
 
 // The square over the ball as an OBJ file of two halves that are sewn at x = 0, whose flat pattern
@@ -397,7 +397,7 @@ class PatternRefinements : public Refinements {
 };
 
 TEST_F(PatternRefinements, AreSplitWhereTheyBendAndTheRunIsClean) {
-  const RunResult result = run_scene(scene(over_the_ball(kCurved)), config_);
+  const RunResult result = run_scene(read(over_the_ball(kCurved)), config_);
   EXPECT_TRUE(result.clean);
   EXPECT_GT(result.counters.at("refinements"), 1.0);
   EXPECT_EQ(vertices_of_frame(0), 49u);
@@ -406,17 +406,17 @@ TEST_F(PatternRefinements, AreSplitWhereTheyBendAndTheRunIsClean) {
 }
 
 TEST_F(PatternRefinements, AResumedRunGoesOnToTheSameBits) {
-  const RunResult result = run_scene(scene(over_the_ball(kSettled)), config_);
+  const RunResult result = run_scene(read(over_the_ball(kSettled)), config_);
   EXPECT_TRUE(result.clean);
   EXPECT_EQ(result.counters.at("refinements"), 2.0);
   config_.out = folder_ / "in_parts";
-  run_scene(scene(over_the_ball(kSettled), {{"time.frames", "9"}}), config_);
+  run_scene(read(over_the_ball(kSettled), {{"time.frames", "9"}}), config_);
   config_.resume = true;
-  EXPECT_EQ(run_scene(scene(over_the_ball(kSettled)), config_).state_hash, result.state_hash);
+  EXPECT_EQ(run_scene(read(over_the_ball(kSettled)), config_).state_hash, result.state_hash);
 }
 
 TEST_F(PatternRefinements, KeepTheStrainOfTheFlatPatternMassAndMomentum) {
-  const Scene s = scene(over_the_ball(kSettled));
+  const Scene s = read(over_the_ball(kSettled));
   Refinement refinement(s, build_scene(s));
   SimulationState state;
   state.time = 1.0;
@@ -480,7 +480,7 @@ TEST_F(Refinements, AMeshThatMustNotChangeIsRefused) {
 }
 
 TEST_F(Refinements, ACheckpointOfOtherCellsIsRefused) {
-  const Scene s = scene(over_ball(kCurved));
+  const Scene s = read(over_ball(kCurved));
   Refinement refinement(s, build_scene(s));
   EXPECT_THROW(refinement.split({{3, 0.0, {{0, 0, 0}}}}), std::invalid_argument);
 }
@@ -491,11 +491,11 @@ using SurveyMeshes = Refinements;
 
 TEST_F(SurveyMeshes, ABilayeredClothCollidesByItsDenseLayerAndIsClean) {
   const RunResult result = run_scene(
-      scene(over_ball(R"("pattern": "bilayered", "layers": {"ratio": 2, "share": 0.3})")), config_);
+      read(over_ball(R"("pattern": "bilayered", "layers": {"ratio": 2, "share": 0.3})")), config_);
   EXPECT_TRUE(result.clean);
   EXPECT_EQ(vertices_of_frame(0), 81u + 25u);
-  const Scene s = scene(over_ball(R"("pattern": "bilayered", "layers": {"ratio": 2})",
-                                  R"(, "handles": [{"select": {"corners": ["x0y0"]}}])"));
+  const Scene s = read(over_ball(R"("pattern": "bilayered", "layers": {"ratio": 2})",
+                                 R"(, "handles": [{"select": {"corners": ["x0y0"]}}])"));
   EXPECT_EQ(s.handles[0].vertices, (std::vector<std::int32_t>{0, 81}));  // of both layers
   EXPECT_NE(refusal(over_ball(R"("pattern": "bilayered", "layers": {"ratio": 3})")).find("ratio"),
             std::string::npos);
@@ -503,8 +503,8 @@ TEST_F(SurveyMeshes, ABilayeredClothCollidesByItsDenseLayerAndIsClean) {
 
 TEST_F(SurveyMeshes, OnlyTheSparseLayerIsSolved) {
   const auto bytes = [&](const std::string& pattern) {
-    const Scene s = scene(over_ball("\"pattern\": " + pattern),
-                          {{"geometry.0.cells", "[24, 24]"}, {"time.frames", "10"}});
+    const Scene s = read(over_ball("\"pattern\": " + pattern),
+                         {{"geometry.0.cells", "[24, 24]"}, {"time.frames", "10"}});
     const RunResult result = run_scene(s, config_);
     EXPECT_TRUE(result.clean);
     return result.counters.at("solver_bytes") / result.counters.at("solves");
@@ -522,11 +522,11 @@ TEST_F(SurveyMeshes, RefinedAndBilayeredClothInOneSceneIsRefused) {
 }
 
 TEST_F(SurveyMeshes, APlateOfAnotherPoissonsRatioIsFittedAndTheRestIsTold) {
-  const Scene s = scene(over_ball(R"("pattern": "triangular", "plate": {"poisson": 0.1})"));
+  const Scene s = read(over_ball(R"("pattern": "triangular", "plate": {"poisson": 0.1})"));
   const BuiltScene built = build_scene(s);
   ASSERT_FALSE(built.warnings.empty());
   EXPECT_NE(built.warnings[0].find("Poisson"), std::string::npos);
-  const Scene third = scene(over_ball(R"("pattern": "triangular", "plate": {})"));
+  const Scene third = read(over_ball(R"("pattern": "triangular", "plate": {})"));
   for (const std::string& sentence : build_scene(third).warnings)
     EXPECT_EQ(sentence.find("Poisson"), std::string::npos);
   EXPECT_NE(refusal(over_ball(R"("plate": {})")).find("triangular"), std::string::npos);
@@ -558,7 +558,7 @@ double height(const fs::path& file) {
 
 TEST_F(SurveyMeshes, ABodyWithSupportStandsAndOneWithoutCollapses) {
   const auto run = [&](const std::string& keys) {
-    EXPECT_TRUE(run_scene(scene(on_floor(keys)), config_).clean);
+    EXPECT_TRUE(run_scene(read(on_floor(keys)), config_).clean);
     return height(numbered(config_.out / "frames", "cloth", 60, kFrameFileDigits, ".ply"));
   };
   const double supported = run(R"("support": {"stiffness": 300})");
@@ -572,7 +572,7 @@ TEST_F(SurveyMeshes, VirtualSpringsHoldClothWhereItStartsUnlessTheyFollow) {
   const auto sunk = [&](const std::string& springs) {
     const std::string json = R"({"geometry": [{"size": [0.4, 0.4], "cells": [6, 6])" + springs +
                              R"(}], "time": {"frames": 30, "fps": 60}})";
-    run_scene(scene(json), config_);
+    run_scene(read(json), config_);
     const TriangleMesh mesh =
         read_mesh(numbered(config_.out / "frames", "cloth", 30, kFrameFileDigits, ".ply"));
     return -mesh.vertices[24].z();

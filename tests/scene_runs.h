@@ -3,42 +3,26 @@
 // Runs of scenes that a test writes, in a folder of its own.
 #pragma once
 
-#include <gtest/gtest.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/run/run.h>
-#include <unistd.h>
 
-#include <filesystem>
-#include <fstream>
-#include <stdexcept>
-#include <string>
-#include <vector>
+#include "scene_file.h"
 
 namespace selvedge {
 
-/// A separate folder for each test, removed afterwards; results go to its folder `result`.
-class SceneRuns : public ::testing::Test {
+/// Results go to the folder `result` in the folder of the test.
+class SceneRuns : public SceneFile {
  protected:
-  SceneRuns() {
-    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = std::filesystem::path(::testing::TempDir()) /
-              ("selvedge_runs_" + std::to_string(getpid()) + "_" + info->name());
-    std::filesystem::create_directories(folder_);
+  void SetUp() override {
+    SceneFile::SetUp();
     config_.out = folder_ / "result";
-  }
-  ~SceneRuns() override { std::filesystem::remove_all(folder_); }
-
-  Scene scene(const std::string& json, const std::vector<Override>& overrides = {}) {
-    const std::filesystem::path file = folder_ / "scene.json";
-    std::ofstream(file) << json;
-    return read_scene(file, overrides);
   }
 
   /// The message that refuses the scene; "" if it runs.
   std::string refusal(const std::string& json) {
     try {
-      run_scene(scene(json), config_);
+      run_scene(read(json), config_);
     } catch (const std::invalid_argument& error) {
       return error.what();
     }
@@ -50,7 +34,6 @@ class SceneRuns : public ::testing::Test {
         .vertices.size();
   }
 
-  std::filesystem::path folder_;
   RunConfig config_;
 };
 

@@ -122,7 +122,7 @@ const std::string kMerge = R"("merge": 0.003)";
 
 TEST_F(SeamScenes, AClosedSeamHasOneVertexForEachPairAndTheRunIsClean) {
   config_.every_step = true;
-  const RunResult result = run_scene(scene(panels(kMerge)), config_);
+  const RunResult result = run_scene(read(panels(kMerge)), config_);
   EXPECT_TRUE(result.clean);
   EXPECT_EQ(result.counters.at("merged_pairs"), 4.0);
   EXPECT_EQ(result.counters.count("merged_pairs_postponed"), 0u);
@@ -136,25 +136,25 @@ TEST_F(SeamScenes, AClosedSeamHasOneVertexForEachPairAndTheRunIsClean) {
 }
 
 TEST_F(SeamScenes, WithoutMergeTheSeamStaysOpen) {
-  const RunResult result = run_scene(scene(panels(R"("merge": 0)")), config_);
+  const RunResult result = run_scene(read(panels(R"("merge": 0)")), config_);
   EXPECT_EQ(result.counters.count("merged_pairs"), 0u);
   EXPECT_EQ(vertices_of_frame(24), 40u);
 }
 
 TEST_F(SeamScenes, AResumedRunGoesOnToTheSameBits) {
-  const std::string whole = run_scene(scene(panels(kMerge)), config_).state_hash;
+  const std::string whole = run_scene(read(panels(kMerge)), config_).state_hash;
   ASSERT_EQ(vertices_of_frame(20), 36u);
   config_.out = folder_ / "in_parts";
-  run_scene(scene(panels(kMerge), {{"time.frames", "20"}}), config_);
+  run_scene(read(panels(kMerge), {{"time.frames", "20"}}), config_);
   config_.resume = true;
-  EXPECT_EQ(run_scene(scene(panels(kMerge)), config_).state_hash, whole);
+  EXPECT_EQ(run_scene(read(panels(kMerge)), config_).state_hash, whole);
 }
 
 TEST_F(SeamScenes, OneThreadAndTwoGiveTheSameBits) {
   std::string hash[2];
   for (const int threads : {1, 2}) {
     const ThreadLimit limit(threads);
-    hash[threads - 1] = run_scene(scene(panels(kMerge)), config_).state_hash;
+    hash[threads - 1] = run_scene(read(panels(kMerge)), config_).state_hash;
   }
   EXPECT_EQ(hash[0], hash[1]);
 }
@@ -183,7 +183,7 @@ struct Near {
 TEST_F(SeamScenes, TheMergeKeepsMassMomentumAndCentreOfMass) {
   const std::string heavy =
       R"(, "weights": [{"geometry": "right", "select": {"edge": "x0"}, "mass": 0.002}])";
-  Near near(scene(panels(kMerge, heavy)));
+  Near near(read(panels(kMerge, heavy)));
   SeamMerging merging(near.scene, near.built, cloth_patterns());
   const SeamMerging::Due due = merging.due(near.simulation());
   ASSERT_EQ(due.event.pairs.size(), 4u);
@@ -220,7 +220,7 @@ TEST_F(SeamScenes, APairWithSomethingInBetweenIsPostponedUnlessTheSceneExcludesI
   std::string json = panels(R"("merge": 0.003)");
   json.replace(json.find("}],\n  \"seams\""), 2, "}, " + strip + "]");
   json.replace(json.find("0.001"), 5, "1e-4 ");
-  Near near(scene(json));
+  Near near(read(json));
   SeamMerging merging(near.scene, near.built, cloth_patterns());
   const SeamMerging::Due due = merging.due(near.simulation());
   // The upper one of the two is above the strip: it merges once the lower one is left out.
@@ -231,7 +231,7 @@ TEST_F(SeamScenes, APairWithSomethingInBetweenIsPostponedUnlessTheSceneExcludesI
   const auto postponed_without = [&](const std::string& excluded) {
     std::string text = json;
     text.replace(text.find("\"contact\": {"), 12, "\"contact\": {\"pairs\": [" + excluded + "], ");
-    Near other(scene(text));
+    Near other(read(text));
     return SeamMerging(other.scene, other.built, cloth_patterns())
         .due(other.simulation())
         .postponed;
@@ -247,7 +247,7 @@ TEST_F(SeamScenes, AHeldParticleKeepsItsPlaceAndTwoHeldOnesStayApart) {
   const std::string both =
       R"(, "handles": [{"geometry": "right", "select": {"edge": "x0"}},
                        {"geometry": "left", "select": {"vertices": [4]}}])";
-  Near near(scene(panels(kMerge, one)));
+  Near near(read(panels(kMerge, one)));
   SeamMerging merging(near.scene, near.built, cloth_patterns());
   const SeamMerging::Due due = merging.due(near.simulation());
   ASSERT_EQ(due.event.pairs.size(), 4u);
@@ -261,7 +261,7 @@ TEST_F(SeamScenes, AHeldParticleKeepsItsPlaceAndTwoHeldOnesStayApart) {
     EXPECT_EQ(after.x[held], near.state.x[20 + 5 * k]);
     EXPECT_EQ(built.cloth.surface.vertices[held], near.built.cloth.surface.vertices[20 + 5 * k]);
   }
-  Near apart(scene(panels(kMerge, both)));
+  Near apart(read(panels(kMerge, both)));
   SeamMerging other(apart.scene, apart.built, cloth_patterns());
   EXPECT_EQ(other.due(apart.simulation()).event.pairs.size(), 3u);
 }
@@ -284,7 +284,7 @@ TEST_F(SeamScenes, TheCornerOfABagStaysOpen) {
   };
   std::size_t merged[2] = {0, 0};
   for (const int k : {0, 1}) {
-    const Scene s = scene(bag(k == 0 ? "x0" : "x1"));
+    const Scene s = read(bag(k == 0 ? "x0" : "x1"));
     const BuiltScene built = build_scene(s);
     SeamMerging merging(s, built, cloth_patterns());
     const SeamMerging::Due due = merging.due(Simulation(s));

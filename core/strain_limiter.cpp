@@ -66,12 +66,14 @@ StrainReport StrainLimiter::measure(std::span<const Vec3> x) const {
       const double strain = strain_of(springs_[i], x);
       worst.max_strain = std::max(worst.max_strain, strain);
       worst.excess = std::max(worst.excess, strain - limits_[i]);
+      worst.compression_excess = std::max(worst.compression_excess, -strain - limits_[i]);
     }
   });
   StrainReport report;
   for (const StrainReport& p : partial) {
     report.max_strain = std::max(report.max_strain, p.max_strain);
     report.excess = std::max(report.excess, p.excess);
+    report.compression_excess = std::max(report.compression_excess, p.compression_excess);
   }
   report.residual = std::max(report.residual, report.excess);
   return report;

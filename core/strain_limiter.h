@@ -25,6 +25,9 @@ struct StrainReport {
   /// Largest difference of strain and limit; negative if all springs are within their limits. Set
   /// by `measure`; -infinity without springs.
   double excess = -std::numeric_limits<double>::infinity();
+  /// The same of compression, which a spring may have as much of as of stretch: largest difference
+  /// of -(L-L0)/L0 and limit.
+  double compression_excess = -std::numeric_limits<double>::infinity();
 };
 
 /// Position correction [Provot1995; survey 4.1] by mass-weighted Gauss-Seidel sweeps over a fixed
@@ -70,6 +73,13 @@ enum class LimiterKind : std::uint8_t {
   stiffens,       ///< stiffens the cloth and shortens the steps before the run (chittaro_policy)
 };
 
+/// The springs that a method changes. It leaves an end alone at which no spring has such a strain.
+enum class LimitedStrain : std::uint8_t {
+  any,                      ///< it may change every end; none is left out
+  stretch,                  ///< springs longer than their limit
+  stretch_and_compression,  ///< springs longer or shorter by more than their limit
+};
+
 /// Properties of a limiter.
 struct LimiterTraits {
   std::string_view promise, source;
@@ -77,7 +87,8 @@ struct LimiterTraits {
   bool keeps_momentum = true;   ///< conserves the momentum of free particles to rounding
   bool keeps_velocity = false;  ///< moving a particle does not change its velocity
   LimiterKind kind = LimiterKind::method;
-  bool adds_force = false;  ///< a method that also has a force on the springs
+  bool adds_force = false;                    ///< a method that also has a force on the springs
+  LimitedStrain limits = LimitedStrain::any;  ///< of a method
 };
 
 /// A method that keeps springs within their strain limits (super-elasticity, survey section 4) by

@@ -40,7 +40,8 @@ class HanLimiter final : public StrainLimitMethod {
   LimiterTraits traits() const override {
     return {.promise = "stretch and compression reach the limit gradually; keeps momentum",
             .source = "Han et al. 2009; survey 4.7",
-            .adds_force = true};
+            .adds_force = true,
+            .limits = LimitedStrain::stretch_and_compression};
   }
 
   const StrainLimiter* limiter() const override { return &limiter_; }

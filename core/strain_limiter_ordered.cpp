@@ -35,12 +35,15 @@ class OrderedLimiter final : public StrainLimitMethod {
 
   LimiterTraits traits() const override {
     if (config_.priority)
-      return {
-          "bounds the strain, worst springs first; a particle moved once moves less; does not "
-          "keep momentum",
-          "Kang et al., WSCG 2000; survey 4.5", true, false};
-    return {"bounds the strain, worst springs first; keeps momentum",
-            "Kang et al., WSCG 2000; survey 4.2"};
+      return {.promise =
+                  "bounds the strain, worst springs first; a particle moved once moves less; does "
+                  "not keep momentum",
+              .source = "Kang et al., WSCG 2000; survey 4.5",
+              .keeps_momentum = false,
+              .limits = LimitedStrain::stretch};
+    return {.promise = "bounds the strain, worst springs first; keeps momentum",
+            .source = "Kang et al., WSCG 2000; survey 4.2",
+            .limits = LimitedStrain::stretch};
   }
 
   const StrainLimiter* limiter() const override { return &limiter_; }

@@ -21,10 +21,12 @@ class PositionLimiter : public StrainLimitMethod {
       : limiter_(springs, limits, particles), with_velocity_(with_velocity) {}
 
   LimiterTraits traits() const override {
-    return {with_velocity_ ? "bounds the strain and reports the residual; keeps momentum"
+    return {.promise = with_velocity_
+                           ? "bounds the strain and reports the residual; keeps momentum"
                            : "as printed: corrects positions only; velocities continue to stretch",
-            "Provot, Deformation constraints in a mass-spring model, 1995; survey 4.1", true, true,
-            !with_velocity_};
+            .source = "Provot, Deformation constraints in a mass-spring model, 1995; survey 4.1",
+            .keeps_velocity = !with_velocity_,
+            .limits = LimitedStrain::stretch};
   }
   const StrainLimiter* limiter() const override { return &limiter_; }
   StrainReport limit_ends(const LimitStep& step, std::span<Vec3> x_t1) override {
@@ -43,8 +45,9 @@ class PositionVelocityLimiter final : public PositionLimiter {
       : PositionLimiter(springs, limits, particles, true) {}
 
   LimiterTraits traits() const override {
-    return {"bounds the strain; springs at their limit stop stretching; keeps momentum",
-            "Provot 1995 with Bridson, Fedkiw, Anderson 2002; survey 4.4"};
+    return {.promise = "bounds the strain; springs at their limit stop stretching; keeps momentum",
+            .source = "Provot 1995 with Bridson, Fedkiw, Anderson 2002; survey 4.4",
+            .limits = LimitedStrain::stretch};
   }
   void limit_velocities(const LimitStep& step, std::span<const Vec3> x,
                         std::span<Vec3> v) override {

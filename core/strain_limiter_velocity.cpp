@@ -36,11 +36,17 @@ class VelocityLimiter final : public StrainLimitMethod {
 
   LimiterTraits traits() const override {
     if (as_printed_)
-      return {"as printed: both ends stop along the spring; loses momentum",
-              "Vassilev, Spanlang, Chrysanthou, Fast cloth animation on walking avatars, 2001",
-              false, false};
-    return {"no spring stretches beyond its limit; one that is beyond stays; keeps momentum",
-            "Bridson, Fedkiw, Anderson, 2002; survey 4.3", false, true};
+      return {.promise = "as printed: both ends stop along the spring; loses momentum",
+              .source =
+                  "Vassilev, Spanlang, Chrysanthou, Fast cloth animation on walking avatars, 2001",
+              .bounds_strain = false,
+              .keeps_momentum = false,
+              .limits = LimitedStrain::stretch};
+    return {
+        .promise = "no spring stretches beyond its limit; one that is beyond stays; keeps momentum",
+        .source = "Bridson, Fedkiw, Anderson, 2002; survey 4.3",
+        .bounds_strain = false,
+        .limits = LimitedStrain::stretch};
   }
 
   const StrainLimiter* limiter() const override { return &limiter_; }

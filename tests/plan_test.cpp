@@ -410,12 +410,27 @@ TEST(StrainReach, ASheetThatIsCarriedIsProvedAndOneThatIsPulledIsNot) {
   const Springs sheet;
   const StrainLimiter limiter = sheet.limiter(0.1);
   StrainReach reach(true, limiter);
-  EXPECT_FALSE(reach.keeps_limits(sheet.mesh.vertices)) << "nothing was measured";
+  EXPECT_FALSE(reach.keeps_limits(sheet.mesh.vertices, LimitedStrain::stretch))
+      << "nothing was measured";
   reach.measure(limiter, sheet.mesh.vertices);
   const auto carried = bent(sheet.mesh, [](const Vec3& p) { return Vec3(p + Vec3(1e3, -5, 2)); });
-  EXPECT_TRUE(reach.keeps_limits(carried));
+  EXPECT_TRUE(reach.keeps_limits(carried, LimitedStrain::stretch));
   const auto pulled = bent(sheet.mesh, [](const Vec3& p) { return Vec3(1.11 * p); });
-  EXPECT_FALSE(reach.keeps_limits(pulled));
+  EXPECT_FALSE(reach.keeps_limits(pulled, LimitedStrain::stretch));
+}
+
+TEST(StrainReach, ASheetThatIsPushedTogetherExceedsLimitsOfCompressionOnly) {
+  const Springs sheet;
+  const StrainLimiter limiter = sheet.limiter(0.1);
+  const auto pushed = bent(sheet.mesh, [](const Vec3& p) { return Vec3(0.88 * p); });
+  for (const bool is_measured_there : {true, false}) {
+    StrainReach reach(true, limiter);
+    reach.measure(limiter, is_measured_there ? pushed : sheet.mesh.vertices);
+    EXPECT_FALSE(reach.keeps_limits(pushed, LimitedStrain::stretch_and_compression));
+  }
+  StrainReach reach(true, limiter);
+  reach.measure(limiter, pushed);
+  EXPECT_TRUE(reach.keeps_limits(pushed, LimitedStrain::stretch));
 }
 
 TEST(StrainReach, AShortSpringThatIsPulledAlongItsLengthIsTheWorstCase) {
@@ -430,7 +445,7 @@ TEST(StrainReach, AShortSpringThatIsPulledAlongItsLengthIsTheWorstCase) {
       for (Vec3& p : x) p *= 1.0 + strain;
       StrainReach reach(true, limiter);
       reach.measure(limiter, rest);
-      EXPECT_EQ(reach.keeps_limits(x), strain < 0.1) << strain;
+      EXPECT_EQ(reach.keeps_limits(x, LimitedStrain::stretch), strain < 0.1) << strain;
     }
 }
 
@@ -439,7 +454,7 @@ TEST(StrainReach, WhatItSaysIsTrueOfRandomMotions) {
   const StrainLimiter limiter = sheet.limiter(0.1);
   std::mt19937 random(3);
   std::normal_distribution<double> noise;
-  int yes = 0, over = 0;
+  int yes = 0, over = 0, compressed = 0;
   for (int k = 0; k < 400; ++k) {
     const double far = k % 3 == 0 ? 1e6 : 0.0;
     const double rough = 1e-5 * std::pow(10.0, 3.5 * (k % 20) / 19.0);
@@ -459,13 +474,19 @@ TEST(StrainReach, WhatItSaysIsTrueOfRandomMotions) {
       if (reach.keeps_below(x, below, 1.0)) {
         EXPECT_LE(truth.max_strain, below) << k;
       }
-    if (!reach.keeps_limits(x)) continue;
+    compressed += truth.excess <= 0.0 && truth.compression_excess > 0.0;
+    if (reach.keeps_limits(x, LimitedStrain::stretch_and_compression)) {
+      EXPECT_LE(truth.compression_excess, 0.0) << k;
+    }
+    EXPECT_FALSE(reach.keeps_limits(x, LimitedStrain::any));
+    if (!reach.keeps_limits(x, LimitedStrain::stretch)) continue;
     ++yes;
     EXPECT_LE(truth.excess, 0.0) << k;
     EXPECT_LE(truth.residual, 0.0) << k;
   }
   EXPECT_GT(yes, 100);
   EXPECT_GT(over, 20);
+  EXPECT_GT(compressed, 0);
 }
 
 TEST(StrainReach, SwitchedOffItProvesNothing) {
@@ -473,7 +494,7 @@ TEST(StrainReach, SwitchedOffItProvesNothing) {
   const StrainLimiter limiter = sheet.limiter(0.1);
   StrainReach reach(false, limiter);
   reach.measure(limiter, sheet.mesh.vertices);
-  EXPECT_FALSE(reach.keeps_limits(sheet.mesh.vertices));
+  EXPECT_FALSE(reach.keeps_limits(sheet.mesh.vertices, LimitedStrain::stretch));
   EXPECT_FALSE(reach.keeps_below(sheet.mesh.vertices, 1.0, 1.0));
 }
 

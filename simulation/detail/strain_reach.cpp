@@ -26,8 +26,8 @@ StrainReport StrainReach::measure(const StrainLimiter& measure, std::span<const 
   return report;
 }
 
-/// Upper bound of the growth of a strain since the measure.
-double StrainReach::growth(std::span<const Vec3> x) const {
+/// Upper bound of the change of a strain since the measure.
+double StrainReach::change(std::span<const Vec3> x) const {
   const double infinite = std::numeric_limits<double>::infinity();
   Vec3 low = Vec3::Constant(infinite), high = -low, size = Vec3::Zero();
   for (std::size_t i = 0; i < x.size(); ++i) {
@@ -45,17 +45,20 @@ bool StrainReach::keeps_below(std::span<const Vec3> x, double max_strain, double
   if (!on_ || measured_.size() != x.size()) return false;
   if (report_.max_strain > max_strain || report_.excess > excess || !measures_.is_due())
     return false;
-  const double more = growth(x);
+  const double more = change(x);
   const bool proved = report_.max_strain + more <= max_strain && report_.excess + more <= excess;
   measures_.note(proved);
   return proved;
 }
 
-bool StrainReach::keeps_limits(std::span<const Vec3> x) {
+bool StrainReach::keeps_limits(std::span<const Vec3> x, LimitedStrain limits) {
   ++count_.asked;
-  if (!on_ || measured_.size() != x.size() || report_.excess > 0.0 || !limits_.is_due())
-    return false;
-  const bool proved = report_.excess + growth(x) <= 0.0;
+  if (!on_ || limits == LimitedStrain::any || measured_.size() != x.size()) return false;
+  const double excess = limits == LimitedStrain::stretch
+                            ? report_.excess
+                            : std::max(report_.excess, report_.compression_excess);
+  if (excess > 0.0 || !limits_.is_due()) return false;
+  const bool proved = excess + change(x) <= 0.0;
   limits_.note(proved);
   if (proved) ++count_.idle;
   return proved;

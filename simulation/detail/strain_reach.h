@@ -10,13 +10,13 @@
 namespace selvedge {
 
 /// Proves that springs are within their limits without visiting them: since the last measure, the
-/// length of a spring can have grown at most by the relative displacement of its ends.
+/// length of a spring can have changed at most by the relative displacement of its ends.
 ///
 /// After a measure at positions y, let D be the diagonal of the box of the displacements x − y of
-/// all particles. Two displacements differ by at most |D|, so no spring is longer by more, and no
-/// strain is larger by more than |D| over the shortest rest length. The box of the particles takes
-/// a quarter of the time of measuring their springs. A sheet that falls, is carried or rests is
-/// proved for many steps.
+/// all particles. Two displacements differ by at most |D|, so no spring is longer or shorter by
+/// more, and no strain is larger or smaller by more than |D| over the shortest rest length. The box
+/// of the particles takes a quarter of the time of measuring their springs. A sheet that falls, is
+/// carried or rests is proved for many steps.
 ///
 /// The energy bound ½ K ε² A ≤ energy is no alternative: it does not hold for steps of finite
 /// length, because the linear solve of an implicit step can gain energy.
@@ -27,8 +27,8 @@ class StrainReach {
 
   /// Measures at x; later bounds start from there.
   StrainReport measure(const StrainLimiter& measure, std::span<const Vec3> x);
-  /// Whether no spring at x exceeds its limit; counted.
-  bool keeps_limits(std::span<const Vec3> x);
+  /// Whether no spring at x exceeds a limit of this kind; counted.
+  bool keeps_limits(std::span<const Vec3> x, LimitedStrain limits);
   /// Whether no strain at x is above `max_strain`, nor over its limit by more than `excess`.
   bool keeps_below(std::span<const Vec3> x, double max_strain, double excess);
 
@@ -36,7 +36,7 @@ class StrainReach {
   double& busy() { return count_.busy_s; }
 
  private:
-  double growth(std::span<const Vec3> x) const;
+  double change(std::span<const Vec3> x) const;
 
   bool on_;
   double shortest_ = 0.0;           // rest length, m

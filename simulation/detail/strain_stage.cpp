@@ -84,7 +84,7 @@ int StrainStage::limit(const LimitStep& step, std::span<Vec3> x_t1, KeepFollower
                        PhaseClock& clock) {
   {
     const auto scope = clock.measure("plan");
-    if (reach_.keeps_limits(x_t1)) return 0;
+    if (reach_.keeps_limits(x_t1, traits_.limits)) return 0;
   }
   const auto scope = clock.measure("strain");
   const PhaseClock::Scope busy(reach_.busy());

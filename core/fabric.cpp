@@ -2,6 +2,7 @@
 #include <selvedge/core/detail/topology.h>
 #include <selvedge/core/elementary.h>
 #include <selvedge/core/fabric.h>
+#include <selvedge/core/law_words.h>
 #include <selvedge/core/measure.h>
 
 #include <cmath>
@@ -41,6 +42,35 @@ void validate(const FabricConstants& c) {
 }
 
 }  // namespace
+
+std::span<const LawWord<StretchLaw>> words_of(StretchLaw) {
+  using enum StretchLaw;
+  static constexpr LawWord<StretchLaw> words[] = {
+      {"hooke", hooke},        {"tension_only", tension_only},
+      {"biphasic", biphasic},  {"kawabata", kawabata},
+      {"measured", measured},  {"st_venant_kirchhoff", st_venant_kirchhoff},
+      {"corotated", corotated}};
+  return words;
+}
+
+std::span<const LawWord<ShearLaw>> words_of(ShearLaw) {
+  using enum ShearLaw;
+  static constexpr LawWord<ShearLaw> words[] = {
+      {"springs", springs}, {"twisting", twisting}, {"angle", angle}};
+  return words;
+}
+
+std::span<const LawWord<BendingLaw>> words_of(BendingLaw) {
+  using enum BendingLaw;
+  static constexpr LawWord<BendingLaw> words[] = {{"hinge", hinge},
+                                                  {"bridson", bridson},
+                                                  {"buckling", buckling},
+                                                  {"twisting", twisting},
+                                                  {"shape_operator", shape_operator},
+                                                  {"beam", beam},
+                                                  {"chord", chord}};
+  return words;
+}
 
 Material material_of(const FabricConstants& c) {
   validate(c);

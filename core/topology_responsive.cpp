@@ -13,13 +13,23 @@
 // directions are weighted so that B is the same in each.
 #include <selvedge/core/cloth_mesh.h>
 #include <selvedge/core/cloth_pattern.h>
+#include <selvedge/core/law_words.h>
 
 #include <stdexcept>
+#include <string>
 
 namespace selvedge {
 
+// A material says nothing about its bending by the default law: the reader of scenes completes
+// defaults.
 ClothMesh make_responsive(const GridConfig& grid, const Material& material) {
   Material m = material;
+  if (m.bending_law != Material{}.bending_law && m.bending_law != BendingLaw::buckling)
+    throw std::invalid_argument(
+        std::string("the responsive mesh bends by links that buckle, so bending_law \"") +
+        law_word(m.bending_law) +
+        "\" has no effect on it; leave it out, or use the rectangular pattern with stretch_law "
+        "\"tension_only\"");
   m.bending_law = BendingLaw::buckling;
   if (is_membrane(m.stretch_law))
     throw std::invalid_argument(

@@ -157,10 +157,12 @@ void add_cloth(const Scene& scene, const ContactPairs& pairs, std::size_t index,
   const Material& material = scene.materials.at(spec.material);
   const std::string place = at("geometry", index, spec.name);
   try {
-    const auto [piece, rest] = make(index);
+    const Piece made = make(index);
+    const auto& [piece, rest] = made;
     const auto number = static_cast<std::int32_t>(index);
     for (const auto& sentences :
-         {detail::plate_warnings(spec, material), detail::shear_warnings(spec, material)})
+         {detail::plate_warnings(spec, material), detail::shear_warnings(spec, material),
+          detail::arc_warnings(spec, material, made)})
       for (const std::string& sentence : sentences)
         built.warnings.push_back(place + ": " + sentence);
     warn_of_rest_gap(piece, pairs.rest_gap(number, number), place, built.warnings);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/core/fabric.h>
+#include <selvedge/core/law_words.h>
 #include <selvedge/scene/detail/fabric_texts.h>
 #include <selvedge/scene/detail/scene_json.h>
 #include <selvedge/scene/fabric_file.h>
@@ -522,11 +523,6 @@ Fabric find_fabric(const std::string& name, const std::filesystem::path& folder)
 }
 
 std::string material_json(const Material& m) {
-  const char* const stretch[] = {"hooke",    "tension_only",        "biphasic", "kawabata",
-                                 "measured", "st_venant_kirchhoff", "corotated"};
-  const char* const shear[] = {"springs", "twisting", "angle"};
-  const char* const bending[] = {"hinge",          "bridson", "buckling", "twisting",
-                                 "shape_operator", "beam",    "chord"};
   Json json{{"density", m.density},
             {"stretch_stiffness", m.stretch_stiffness},
             {"shear_stiffness", m.shear_stiffness},
@@ -535,9 +531,9 @@ std::string material_json(const Material& m) {
             {"bending_damping", m.bending_damping},
             {"strain_limit", m.strain_limit},
             {"friction", m.friction},
-            {"stretch_law", stretch[static_cast<int>(m.stretch_law)]},
-            {"shear_law", shear[static_cast<int>(m.shear_law)]},
-            {"bending_law", bending[static_cast<int>(m.bending_law)]},
+            {"stretch_law", law_word(m.stretch_law)},
+            {"shear_law", law_word(m.shear_law)},
+            {"bending_law", law_word(m.bending_law)},
             {"biphasic_strain", m.biphasic_strain},
             {"biphasic_growth", m.biphasic_growth},
             {"kawabata_lt", m.kawabata_lt},

@@ -302,4 +302,27 @@ std::vector<std::string> detail::shear_warnings(const ClothSpec& cloth, const Ma
       material.shear_stiffness)};
 }
 
+std::vector<std::string> detail::arc_warnings(const ClothSpec& cloth, const Material& material,
+                                              const Piece& piece) {
+  constexpr double served = 0.1;  // share of a stiffness by which a mesh may miss it
+  const auto* grid = std::get_if<ClothGrid>(&cloth.shape);
+  if (grid == nullptr || grid->pattern != "arc" || material.shear_law != ShearLaw::springs ||
+      is_membrane(material.stretch_law))
+    return {};
+  const std::vector<Vec3>& rest = piece.rest.vertices;
+  const std::vector<double> areas = vertex_areas(rest, piece.rest.triangles);
+  const ContinuumConstants c =
+      continuum_constants(piece.cloth, rest, std::accumulate(areas.begin(), areas.end(), 0.0));
+  const double warp = material.stretch_stiffness, weft = stretch_along_weft(material);
+  const double shear = material.shear_stiffness;
+  if (warp == weft && std::abs(c.c33 - shear) <= served * shear) return {};
+  return {fmt::format(
+      "the springs of an arc mesh lie along rings and spokes, not along warp and weft: on the "
+      "whole "
+      "it resists shear by {:.3g} N/m (asked: {:g}) and stretch by {:.3g} N/m in every direction "
+      "(asked: {:g} along the warp, {:g} along the weft); take shear_law "
+      "\"angle\" or stretch_law \"corotated\"",
+      c.c33, shear, strip_modulus(c), warp, weft)};
+}
+
 }  // namespace selvedge

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <selvedge/core/law_words.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/scene/detail/old_keys.h>
 #include <selvedge/scene/detail/read_bodies.h>
@@ -206,25 +207,9 @@ class SceneReader {
   }
 
   static void read_laws(const Json& j, Material& m) {
-    m.stretch_law = word_of<StretchLaw>(j["stretch_law"],
-                                        {{"hooke", StretchLaw::hooke},
-                                         {"tension_only", StretchLaw::tension_only},
-                                         {"biphasic", StretchLaw::biphasic},
-                                         {"kawabata", StretchLaw::kawabata},
-                                         {"measured", StretchLaw::measured},
-                                         {"st_venant_kirchhoff", StretchLaw::st_venant_kirchhoff},
-                                         {"corotated", StretchLaw::corotated}});
-    m.shear_law = word_of<ShearLaw>(j["shear_law"], {{"springs", ShearLaw::springs},
-                                                     {"twisting", ShearLaw::twisting},
-                                                     {"angle", ShearLaw::angle}});
-    m.bending_law =
-        word_of<BendingLaw>(j["bending_law"], {{"hinge", BendingLaw::hinge},
-                                               {"bridson", BendingLaw::bridson},
-                                               {"buckling", BendingLaw::buckling},
-                                               {"twisting", BendingLaw::twisting},
-                                               {"shape_operator", BendingLaw::shape_operator},
-                                               {"beam", BendingLaw::beam},
-                                               {"chord", BendingLaw::chord}});
+    m.stretch_law = law_of<StretchLaw>(j["stretch_law"].get<std::string>());
+    m.shear_law = law_of<ShearLaw>(j["shear_law"].get<std::string>());
+    m.bending_law = law_of<BendingLaw>(j["bending_law"].get<std::string>());
     m.biphasic_strain = j["biphasic_strain"].get<double>();
     m.biphasic_growth = j["biphasic_growth"].get<double>();
     m.kawabata_lt = j["kawabata_lt"].get<double>();

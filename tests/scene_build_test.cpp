@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/core/law_words.h>
 #include <selvedge/scene/build.h>
+#include <selvedge/scene/fabric_file.h>
 
 #include "scene_file.h"
 
@@ -150,6 +152,12 @@ TEST_F(SceneFile, ALawThatAPatternCannotServeIsRefusedWithItsPlace) {
   EXPECT_SAYS(refusal(R"("pattern": "simplified")", R"("shear_law": "twisting")"), "rectangular");
   EXPECT_SAYS(refusal(R"("pattern": "arc", "size": [1, 2])", ""), "diameter");
   EXPECT_SAYS(refusal(R"("pattern": "responsive")", R"("stretch_law": "corotated")"), "tension");
+  for (const auto& [word, law] : words_of(BendingLaw{})) {
+    const bool served = law == BendingLaw::buckling || law == Material{}.bending_law;
+    const std::string given = R"("bending_law": ")" + std::string(word) + "\"";
+    const std::string sentence = refusal(R"("pattern": "responsive")", given);
+    EXPECT_EQ(sentence.find("has no effect") != std::string::npos, !served) << word << sentence;
+  }
   EXPECT_SAYS(refusal(R"("pattern": "rectangular")", R"("poisson": 0.2)"), "corotated");
   EXPECT_SAYS(refusal(R"("pattern": {"type": "triangular"}, "plate": {"poisson": 0.3})",
                       R"("stretch_law": "corotated")"),
@@ -157,6 +165,40 @@ TEST_F(SceneFile, ALawThatAPatternCannotServeIsRefusedWithItsPlace) {
   EXPECT_SAYS(refusal(R"("pattern": {"type": "triangular"}, "plate": {"poisson": 0.3})",
                       R"("shear_law": "angle")"),
               "take shear_law \"springs\"");
+}
+
+TEST_F(SceneFile, AnArcMeshSaysWhichStiffnessItHas) {
+  const auto warning = [&](const std::string& laws) -> std::string {
+    const BuiltScene built =
+        build_scene(read(with_laws(R"("pattern": "arc", "cells": [24, 8], "size": [0.3, 0.3])",
+                                   R"("stretch_stiffness": 500, )" + laws)));
+    return built.warnings.empty() ? "" : built.warnings[0];
+  };
+  const std::string shear = warning(R"("shear_stiffness": 40)");
+  EXPECT_SAYS(shear, "(asked: 40)");
+  EXPECT_SAYS(shear, "geometry[0]");
+  EXPECT_SAYS(warning(R"("shear_stiffness": 40, "stretch_weft": 300)"), "300 along the weft");
+  EXPECT_EQ(warning(R"("shear_stiffness": 40, "shear_law": "angle")"), "");
+  EXPECT_EQ(warning(R"("shear_stiffness": 40, "stretch_law": "corotated")"), "");
+}
+
+TEST_F(SceneFile, EveryLawKeepsItsWord) {
+  const auto each = [&](auto words, const char* key, auto member) {
+    for (const auto& [word, law] : words) {
+      Material m;
+      m.*member = law;
+      const Json written = Json::parse(material_json(m));
+      EXPECT_EQ(written[key], word);
+      const Scene s =
+          read(with_laws("\"cells\": [2, 2]", "\"" + std::string(key) + "\": \"" +
+                                                  written[key].get<std::string>() + "\""));
+      EXPECT_EQ(s.materials.at("m").*member, law) << word;
+    }
+  };
+  each(words_of(StretchLaw{}), "stretch_law", &Material::stretch_law);
+  each(words_of(ShearLaw{}), "shear_law", &Material::shear_law);
+  each(words_of(BendingLaw{}), "bending_law", &Material::bending_law);
+  EXPECT_THROW(law_of<BendingLaw>("plate"), std::invalid_argument);
 }
 
 TEST_F(SceneFile, ScalingClothScalesItsRestShape) {

@@ -12,6 +12,10 @@ constexpr const char* inline_mesh = "mesh";
 std::vector<std::string> plate_warnings(const ClothSpec& cloth, const Material& material);
 /// A sentence if the springs of this cloth cannot serve the shear stiffness of the material.
 std::vector<std::string> shear_warnings(const ClothSpec& cloth, const Material& material);
+/// A sentence with the stretch and shear stiffness of an arc mesh, if its springs do not serve
+/// those of the material. `piece`: what was made of `cloth`.
+std::vector<std::string> arc_warnings(const ClothSpec& cloth, const Material& material,
+                                      const Piece& piece);
 
 /// Placement of bodies and pieces. The identity leaves every bit of the coordinates unchanged.
 void scale(TriangleMesh& mesh, double factor);

@@ -61,6 +61,16 @@ def triangles_of(mesh):
     return indices.reshape(-1, 3)
 
 
+def faces_of(mesh):
+    """Where the corners of each face start, and their vertices: what stays when a mesh is bent. Blender may divide a face
+    with more than three corners along other diagonals then."""
+    starts = np.empty(len(mesh.polygons), dtype=np.int32)
+    mesh.polygons.foreach_get("loop_start", starts)
+    corners = np.empty(len(mesh.loops), dtype=np.int32)
+    mesh.loops.foreach_get("vertex_index", corners)
+    return starts, corners
+
+
 def write_ply(file, points, triangles):
     head = (
         "ply\nformat binary_little_endian 1.0\n"
@@ -128,18 +138,18 @@ def export_colliders(context, folder, cloth, scale, fps):
     if not bodies:
         return []
     moving = {body: [] for body in bodies}
-    first = {}
+    first, faces = {}, {}  # of the first frame: points and triangles, which stay; and faces
     for number, frame in enumerate(range(scene.frame_start, scene.frame_end + 1)):
         scene.frame_set(frame)
         graph = context.evaluated_depsgraph_get()
         for index, body in enumerate(bodies):
             evaluated = body.evaluated_get(graph)
             mesh = evaluated.to_mesh()
-            points, triangles = world_points(evaluated, mesh, scale), triangles_of(mesh)
-            evaluated.to_mesh_clear()
+            points, found = world_points(evaluated, mesh, scale), faces_of(mesh)
             if number == 0:
-                first[body] = (points, triangles)
-            elif not np.array_equal(triangles, first[body][1]):
+                first[body], faces[body] = (points, triangles_of(mesh)), found
+            evaluated.to_mesh_clear()
+            if not all(np.array_equal(now, then) for now, then in zip(found, faces[body])):
                 raise BakeError(f"the faces of {body.name} change at frame {frame}; a collider keeps its faces")
             if number == 0 or moving[body] or not np.array_equal(points, first[body][0]):
                 for missing in range(len(moving[body]), number):
@@ -271,9 +281,13 @@ class Bake:
         modifier.filepath = str(target)
         modifier.frame_start = float(start)
         modifier.forward_axis, modifier.up_axis = "POS_Y", "POS_Z"
-        while self.cloth.modifiers.find(MODIFIER) > 0:  # modifiers such as subdivision follow the cache
-            index = self.cloth.modifiers.find(MODIFIER)
-            self.cloth.modifiers.move(index, index - 1)
+        # Modifiers such as subdivision follow the cache. Blender before 3.5 moves modifiers by an operator only.
+        index = self.cloth.modifiers.find(MODIFIER)
+        if index > 0 and hasattr(self.cloth.modifiers, "move"):
+            self.cloth.modifiers.move(index, 0)
+        elif index > 0:
+            with bpy.context.temp_override(object=self.cloth, active_object=self.cloth):
+                bpy.ops.object.modifier_move_to_index(modifier=MODIFIER, index=0)
 
     def mark(self, flagged):
         old = self.cloth.vertex_groups.get(FLAGGED)

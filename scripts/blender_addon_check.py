@@ -143,6 +143,38 @@ def check_flags(scene, cloth):
     say(f"{len(flagged)} vertices of a cloth that starts in the ball are flagged")
 
 
+def check_second_modifier(scene, cloth):
+    cloth.modifiers.clear()
+    cloth.modifiers.new("Subdivision", "SUBSURF")
+    assert bpy.ops.selvedge.bake() == {"FINISHED"}
+    assert [m.name for m in cloth.modifiers] == ["selvedge cache", "Subdivision"]
+    assert len(drawn(cloth, FRAMES)) > 2 * len(cloth.data.vertices), "the subdivision is drawn"
+    cloth.modifiers.remove(cloth.modifiers["Subdivision"])
+    say("the cache is before a subdivision that the cloth had")
+
+
+def check_bent_collider(scene, cloth, ball):
+    """A post of quads between two faces of many corners, twisted."""
+    bpy.ops.mesh.primitive_cylinder_add(radius=0.1, depth=0.6, vertices=12, location=(0.6, 0, -0.1))
+    post = bpy.context.object
+    post.selvedge_collider, ball.selvedge_collider = True, False
+    bend = post.modifiers.new("bend", "SIMPLE_DEFORM")
+    bend.deform_method, bend.deform_axis = "TWIST", "Z"
+    for frame, angle in ((1, 0.0), (FRAMES, 1.2)):
+        bend.angle = angle
+        bend.keyframe_insert("angle", frame=frame)
+    assert bpy.ops.selvedge.bake() == {"FINISHED"}
+    assert scene.selvedge.status == f"{FRAMES} frames", scene.selvedge.status
+    decimate = post.modifiers.new("fewer", "DECIMATE")
+    for frame, ratio in ((1, 1.0), (FRAMES, 0.5)):
+        decimate.ratio = ratio
+        decimate.keyframe_insert("ratio", frame=frame)
+    refused("a collider keeps its faces")
+    bpy.data.objects.remove(post)
+    ball.selvedge_collider = True
+    say("a collider whose quads are bent bakes; one whose faces change is refused")
+
+
 def draw(scene, cloth, picture):
     cloth.data.materials.append(bpy.data.materials.new("dye"))
     cloth.data.materials[0].diffuse_color = (0.6, 0.12, 0.1, 1)
@@ -175,6 +207,8 @@ check_pins(scene, cloth)
 check_fabric(scene, cloth)
 check_refusals(scene, cloth)
 check_flags(scene, cloth)
+check_bent_collider(scene, cloth, ball)
+check_second_modifier(scene, cloth)
 assert bpy.ops.selvedge.clear() == {"FINISHED"}
 assert "selvedge cache" not in cloth.modifiers
 addon.unregister()

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/core/loop_watch.h>
 #include <selvedge/core/parallel.h>
 
 #include <algorithm>
@@ -46,16 +47,50 @@ struct Handover {
 };
 #endif
 
+// The watch over the loops of this thread; null: none.
+thread_local LoopWatch* loop_watch = nullptr;
+
+/// A range of a loop: has the watch of the loop, in whichever thread it runs.
+class WatchedRange {
+ public:
+  explicit WatchedRange(LoopWatch* watch) : outer_(loop_watch) {
+    if (watch == nullptr) return;
+    watch->look();
+    loop_watch = watch;
+  }
+  ~WatchedRange() { loop_watch = outer_; }
+  WatchedRange(const WatchedRange&) = delete;
+  WatchedRange& operator=(const WatchedRange&) = delete;
+
+ private:
+  LoopWatch* outer_;
+};
+
 // Largest number of partial sums of parallel_sum that need no heap memory: 4 KiB.
 constexpr std::size_t kFewRanges = 512;
 
 }  // namespace
 
+LoopWatch::LoopWatch(FunctionRef<bool()> stops)
+    : stops_(stops), owner_(std::this_thread::get_id()), outer_(loop_watch) {
+  loop_watch = this;
+}
+
+LoopWatch::~LoopWatch() { loop_watch = outer_; }
+
+void LoopWatch::look() {
+  if (!stopped_ && std::this_thread::get_id() == owner_ && stops_()) stopped_ = true;
+  if (stopped_) throw LoopStopped();
+}
+
 void parallel_for(std::size_t n, std::size_t grain,
                   FunctionRef<void(std::size_t, std::size_t)> body) {
   grain = std::max<std::size_t>(grain, 1);
   const std::size_t ranges = range_count(n, grain);
-  const auto run = [&](std::size_t r) { body(r * grain, std::min(n, (r + 1) * grain)); };
+  const auto run = [&, watch = loop_watch](std::size_t r) {
+    const WatchedRange range(watch);
+    body(r * grain, std::min(n, (r + 1) * grain));
+  };
 #ifdef SELVEDGE_USE_TBB
   if (ranges > 1) {
     Handover handover;
@@ -94,7 +129,8 @@ double parallel_sum(std::size_t n, std::size_t grain,
 void parallel_invoke(FunctionRef<void()> a, FunctionRef<void()> b) {
   Handover handover;
   handover.hand_out();
-  const auto piece = [&](FunctionRef<void()> work) {
+  const auto piece = [&, watch = loop_watch](FunctionRef<void()> work) {
+    const WatchedRange range(watch);
     handover.begin();
     work();
     handover.end();

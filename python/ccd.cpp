@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "arrays.h"
+#include "interruptible.h"
 #include "method_choice.h"
 #include "parts.h"
 
@@ -79,11 +80,7 @@ void add_ccd(py::module_& m, const SharedMethods& methods) {
         make_method(methods->narrow_phases, choice.name, "narrow_phase", choice.options);
     const std::span<const Vec3> points(reinterpret_cast<const Vec3*>(q.data()),
                                        static_cast<std::size_t>(q.size()) / 3);
-    Impacts found;
-    {
-      const py::gil_scoped_release release;
-      found = find_impacts(*method, points, edges);
-    }
+    Impacts found = stoppable([&] { return find_impacts(*method, points, edges); });
     py::dict out;
     out["toi"] = own<double>(std::move(found.toi));
     out["weights"] = own<double>(std::move(found.weights));

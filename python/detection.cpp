@@ -5,6 +5,7 @@
 #include <selvedge/detection/find.h>
 
 #include "arrays.h"
+#include "interruptible.h"
 #include "method_choice.h"
 #include "parts.h"
 
@@ -43,39 +44,34 @@ py::dict collision_table(const std::vector<Collision>& found) {
   return out;
 }
 
-/// A detector and a narrow phase, made once.
+/// A broad phase and a narrow phase that one thread uses at a time.
 class Detector {
  public:
-  Detector(const SharedMethods& methods, const MethodChoice& broad, const MethodChoice& narrow,
-           double min_separation)
-      : broad_(make_method(methods->broad_phases, broad.name, "broad_phase", broad.options)),
+  Detector(SharedMethods methods, MethodChoice broad, MethodChoice narrow, double min_separation)
+      : methods_(std::move(methods)),
+        broad_choice_(std::move(broad)),
+        narrow_choice_(std::move(narrow)),
         min_separation_(min_separation) {
-    MethodOptions options = narrow.options;
-    if (min_separation != 0.0) options.set("min_separation", min_separation);
-    narrow_ = make_method(methods->narrow_phases, narrow.name, "narrow_phase", options);
+    if (min_separation != 0.0) narrow_choice_.options.set("min_separation", min_separation);
+    make();
   }
 
   py::dict collisions(const Moving& a, const std::optional<Moving>& b) {
-    std::vector<Collision> found;
-    {
-      const py::gil_scoped_release release;
+    return collision_table(search([&] {
       const DetectionMethods methods{*broad_, *narrow_, min_separation_};
-      found = b ? find_collisions(methods, a.surface(), b->surface())
-                : find_collisions(methods, a.surface());
-    }
-    return collision_table(found);
+      return b ? find_collisions(methods, a.surface(), b->surface())
+               : find_collisions(methods, a.surface());
+    }));
   }
 
   py::dict candidates(const Moving& a, const std::optional<Moving>& b, double distance) {
-    CandidatePairs found;
     std::vector<Edge> edges_a, edges_b;
-    {
-      const py::gil_scoped_release release;
-      found = b ? find_candidates(*broad_, a.surface(), b->surface(), distance)
-                : find_candidates(*broad_, a.surface(), distance);
+    CandidatePairs found = search([&] {
       edges_a = unique_edges(a.surface().triangles);
       edges_b = b ? unique_edges(b->surface().triangles) : edges_a;
-    }
+      return b ? find_candidates(*broad_, a.surface(), b->surface(), distance)
+               : find_candidates(*broad_, a.surface(), distance);
+    });
     py::dict out;
     out["point_triangle"] = own<std::int32_t>(std::move(found.point_triangle));
     out["triangle_point"] = own<std::int32_t>(std::move(found.triangle_point));
@@ -86,28 +82,45 @@ class Detector {
   }
 
  private:
+  void make() {
+    broad_ = make_method(methods_->broad_phases, broad_choice_.name, "broad_phase",
+                         broad_choice_.options);
+    narrow_ = make_method(methods_->narrow_phases, narrow_choice_.name, "narrow_phase",
+                          narrow_choice_.options);
+  }
+
+  /// Calls work(), which uses the methods. A call that is interrupted leaves them incomplete.
+  template <class Work>
+  auto search(const Work& work) {
+    const OneThread mine(busy_, "detector");
+    try {
+      return stoppable(work);
+    } catch (const py::error_already_set&) {
+      make();
+      throw;
+    }
+  }
+
+  SharedMethods methods_;
+  MethodChoice broad_choice_, narrow_choice_;
+  double min_separation_;  // m
   std::unique_ptr<BroadPhase> broad_;
   std::unique_ptr<NarrowPhase> narrow_;
-  double min_separation_;  // m
+  std::atomic<bool> busy_{false};
 };
 
 py::array crossings(const Moving& a, const std::optional<Moving>& b) {
-  std::vector<TrianglePair> found;
-  {
-    const py::gil_scoped_release release;
-    found = b ? find_crossings(a.state(), b->state())
-              : find_crossings(a.state().x, a.state().triangles);
-  }
-  return own<std::int32_t>(std::move(found));
+  return own<std::int32_t>(stoppable([&] {
+    return b ? find_crossings(a.state(), b->state())
+             : find_crossings(a.state().x, a.state().triangles);
+  }));
 }
 
 py::dict contacts(const Moving& a, const std::optional<Moving>& b, double distance) {
-  std::vector<Proximity> found;
-  {
-    const py::gil_scoped_release release;
-    found = b ? find_contacts(a.state(), b->state(), distance)
-              : find_contacts(a.state().x, a.state().triangles, distance);
-  }
+  const std::vector<Proximity> found = stoppable([&] {
+    return b ? find_contacts(a.state(), b->state(), distance)
+             : find_contacts(a.state().x, a.state().triangles, distance);
+  });
   py::dict out;
   out["gap"] = column<double>(found, [](const Proximity& p) { return p.gap; });
   add_primitives(out, found);

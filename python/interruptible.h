@@ -2,11 +2,15 @@
 #pragma once
 
 #include <pybind11/pybind11.h>
+#include <selvedge/core/loop_watch.h>
 
 #include <atomic>
 #include <chrono>
 #include <exception>
 #include <future>
+#include <stdexcept>
+#include <string>
+#include <utility>
 
 namespace selvedge::python {
 
@@ -36,6 +40,46 @@ class Progress {
  private:
   pybind11::object call_;
   std::atomic<bool> stop_{false};
+};
+
+/// Calls work() without the lock of the interpreter. The loops of `work` look for Ctrl-C and then
+/// stop; what they were to change must not be used again. Python handles signals in its main
+/// thread alone.
+template <class Work>
+auto stoppable(Work work) {
+  using Clock = std::chrono::steady_clock;
+  constexpr std::chrono::milliseconds kLook{50};
+  Clock::time_point looked = Clock::now();
+  const auto interrupted = [&] {
+    if (Clock::now() < looked + kLook) return false;
+    looked = Clock::now();
+    const pybind11::gil_scoped_acquire acquire;
+    return PyErr_CheckSignals() != 0;
+  };
+  try {
+    const pybind11::gil_scoped_release release;
+    const LoopWatch watch(interrupted);
+    return work();
+  } catch (const LoopStopped&) {
+    throw pybind11::error_already_set();  // what the signal raised
+  }
+}
+
+/// Refuses a second thread while one uses an object without the lock of the interpreter.
+class OneThread {
+ public:
+  /// `what`: "simulation". `busy` belongs to the object. Throws std::runtime_error.
+  OneThread(std::atomic<bool>& busy, const char* what) : busy_(busy) {
+    if (busy_.exchange(true))
+      throw std::runtime_error(std::string("another thread uses this ") + what +
+                               "; give each thread its own");
+  }
+  ~OneThread() { busy_ = false; }
+  OneThread(const OneThread&) = delete;
+  OneThread& operator=(const OneThread&) = delete;
+
+ private:
+  std::atomic<bool>& busy_;
 };
 
 /// Runs work() in another thread, while this one, which holds the lock of the interpreter, looks

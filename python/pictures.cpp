@@ -8,6 +8,7 @@
 #include <algorithm>
 
 #include "arrays.h"
+#include "interruptible.h"
 #include "parts.h"
 
 namespace selvedge::python {
@@ -74,9 +75,7 @@ Camera camera_for(const CameraChoice& choice, std::span<const RenderSurface> sur
 
 py::array draw(const std::vector<Drawn>& list, const py::dict& given, bool ground) {
   const CameraChoice choice = choice_of(given);
-  Image image;
-  {
-    const py::gil_scoped_release release;
+  return image_array(stoppable([&] {
     std::vector<RenderSurface> surfaces;
     for (const Drawn& drawn : list) {
       RenderSurface& surface = surfaces.emplace_back();
@@ -86,25 +85,21 @@ py::array draw(const std::vector<Drawn>& list, const py::dict& given, bool groun
       if (drawn.back[0] >= 0.0) surface.back = vec3(drawn.back);
       surface.crease = drawn.crease;
     }
-    image = render(camera_for(choice, surfaces), surfaces, {.ground = ground});
-  }
-  return image_array(std::move(image));
+    return render(camera_for(choice, surfaces), surfaces, {.ground = ground});
+  }));
 }
 
 py::array draw_result(const std::string& result, int frame, const py::dict& given) {
   const CameraChoice choice = choice_of(given);
-  Image image;
-  {
-    const py::gil_scoped_release release;
+  return image_array(stoppable([&] {
     ResultPictures pictures(result);
     const std::vector<int>& frames = pictures.frames();
     const int shown = frame < 0 ? frames.back() : frame;
     if (std::find(frames.begin(), frames.end(), shown) == frames.end())
       throw std::invalid_argument(result + ": has no frame " + std::to_string(frame) +
                                   "; the last one is " + std::to_string(frames.back()));
-    image = pictures.picture(shown, pictures.camera(choice, std::array{shown}));
-  }
-  return image_array(std::move(image));
+    return pictures.picture(shown, pictures.camera(choice, std::array{shown}));
+  }));
 }
 
 void write_image(const std::string& file, const py::array_t<std::uint8_t, py::array::c_style>& a) {

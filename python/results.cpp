@@ -109,6 +109,7 @@ std::string run_into(const std::shared_ptr<Scene>& scene, const SharedMethods& m
   config.methods = *methods;
   config.out = options["out"].cast<std::string>();
   config.resume = options["resume"].cast<bool>();
+  config.overwrite = options["overwrite"].cast<bool>();
   config.every_step = options["every_step"].cast<bool>();
   Progress progress(call);
   config.stop = &progress.stop();

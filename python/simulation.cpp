@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "arrays.h"
+#include "interruptible.h"
 #include "parts.h"
 
 namespace selvedge::python {
@@ -32,47 +33,24 @@ class Session {
       : scene_(std::move(scene)), methods_(std::move(methods)) {
     BuiltScene built = build_scene(*scene_, *methods_);
     warnings_ = built.warnings;
-    refinement_.emplace(*scene_, built, methods_->patterns);
     if (!driven.empty()) refuse_changing_mesh();
     for (const std::size_t body : driven) driven_[body] = &drive_body(built, body);
-    simulation_ = std::make_shared<Simulation>(*scene_, std::move(built), *methods_);
+    refining_.emplace(*scene_, std::move(built), *methods_);
   }
 
-  Simulation& now() const { return *simulation_; }
-  std::shared_ptr<const void> owner() const { return simulation_; }
+  RefiningSimulation& refining() { return *refining_; }
+  Simulation& now() { return refining_->now(); }
+  const Simulation& now() const { return refining_->now(); }
+  std::shared_ptr<const void> owner() const { return refining_->shared(); }
   const std::vector<std::string>& warnings() const { return warnings_; }
 
-  /// Splits and merges that are due at the start of a frame.
-  void begin_frame() {
-    if (!refinement_->active() || simulation_->state().control.h != 0.0) return;
-    auto next = split_due(*refinement_, *simulation_, *methods_);
-    if (!next) return;
-    RunResult before = result();
-    if (!next->settle(before)) {
-      (void)next->settle(before_);
-      return;
-    }
-    before_ = std::move(before);
-    refinement_.emplace(std::move(next->refinement));
-    simulation_ = std::move(next->simulation);
-  }
-
-  RunResult result() const {
-    RunResult r = simulation_->result();
-    std::string hash = r.state_hash;
-    carry_on(before_, r);
-    r.state_hash = std::move(hash);
-    r.steps = static_cast<int>(simulation_->state().step);
-    return r;
-  }
-
   SavedState save() const {
-    SavedState saved{simulation_->state(), {}};
-    const auto& bodies = simulation_->built().bodies;
+    SavedState saved{now().state(), {}};
+    const auto& bodies = now().built().bodies;
     for (const auto& [body, driven] : driven_) {
       std::vector<Vec3>& x = saved.bodies[body];
       x.resize(bodies[body]->vertex_count());
-      bodies[body]->positions(simulation_->time(), x);
+      bodies[body]->positions(now().time(), x);
     }
     return saved;
   }
@@ -89,9 +67,8 @@ class Session {
     if (saved.state.x.size() != built.cloth.surface.vertices.size() ||
         driven.size() != driven_.size())
       throw std::invalid_argument("the saved state is not of this scene");
-    simulation_ = std::make_shared<Simulation>(*scene_, std::move(built), saved.state, *methods_);
+    refining_.emplace(*scene_, std::move(built), saved.state, *methods_);
     driven_ = std::move(driven);
-    before_ = {};
   }
 
   void move_body(std::size_t body, std::span<const Vec3> x) {
@@ -100,47 +77,33 @@ class Session {
       throw std::invalid_argument("body " + std::to_string(body) +
                                   " is not driven; name it in `driven` when you make the "
                                   "simulation");
-    simulation_->move_body(*driven->second, x);
+    now().move_body(*driven->second, x);
   }
 
   /// Forces and held vertices are numbered by vertices, which a change of the mesh renumbers.
   void refuse_changing_mesh() const {
-    if (refinement_->active())
+    if (const std::string cause = mesh_change(*scene_); !cause.empty())
       throw std::invalid_argument(
-          "the scene changes its mesh (refine, merge); forces, held vertices, driven bodies and "
-          "restored states need a mesh that stays");
+          cause +
+          " changes the mesh; forces, held vertices, driven bodies and restored states need one "
+          "that stays");
   }
 
-  /// Refuses a second thread while one uses the simulation without the lock of the interpreter.
-  class Use {
-   public:
-    explicit Use(Session& session) : busy_(session.busy_) {
-      if (busy_.exchange(true))
-        throw std::runtime_error("another thread uses this simulation; give each thread its own");
-    }
-    ~Use() { busy_ = false; }
-    Use(const Use&) = delete;
-    Use& operator=(const Use&) = delete;
-
-   private:
-    std::atomic<bool>& busy_;
-  };
+  std::atomic<bool>& busy() { return busy_; }
 
  private:
   SharedScene scene_;
   SharedMethods methods_;
   std::vector<std::string> warnings_;
-  std::optional<Refinement> refinement_;  // never empty; replaced by a split
   std::map<std::size_t, DrivenBody*> driven_;
-  std::shared_ptr<Simulation> simulation_;
-  RunResult before_;  // of the meshes before the present one
+  std::optional<RefiningSimulation> refining_;  // never empty; replaced by `restore`
   std::atomic<bool> busy_{false};
 };
 
 /// Calls use(simulation) without the lock of the interpreter.
 template <class Use>
 auto unlocked(Session& session, Use use) {
-  const Session::Use mine(session);
+  const OneThread mine(session.busy(), "simulation");
   const py::gil_scoped_release release;
   return use(session.now());
 }
@@ -221,12 +184,13 @@ void add_simulation(py::module_& m, const SharedMethods& methods) {
             const py::gil_scoped_release release;
             return std::make_unique<S>(std::move(scene), methods, driven);
           }))
-      .def("step", [](S& s) { unlocked(s, [](Simulation& now) { now.step(); }); })
+      .def("step", [](S& s) { unlocked(s, [&](Simulation&) { s.refining().step(); }); })
       .def("step_towards",
            [](S& s, int frame) {
-             return unlocked(s, [&](Simulation& now) { return now.step_towards(frame); });
+             return unlocked(s, [&](Simulation&) { return s.refining().step_towards(frame); });
            })
-      .def("begin_frame", [](S& s) { unlocked(s, [&](Simulation&) { s.begin_frame(); }); })
+      .def("begin_frame",
+           [](S& s) { unlocked(s, [&](Simulation&) { s.refining().begin_frame(); }); })
       .def("verify_frame", [](S& s) { unlocked(s, [](Simulation& now) { now.verify_frame(); }); })
       .def("reached", [](const S& s, int frame) { return s.now().reached(frame); })
       .def("set_forces",
@@ -306,7 +270,7 @@ void add_simulation(py::module_& m, const SharedMethods& methods) {
       .def("contacts", &contact_table)
       .def("energies",
            [](S& s) { return unlocked(s, [](Simulation& now) { return now.energies(); }); })
-      .def("result_text", [](S& s) { return result_text(s.result()); })
+      .def("result_text", [](S& s) { return result_text(s.refining().result()); })
       .def_property_readonly("warnings", &S::warnings);
   std::vector<std::string> flags;
   for (int bit = 0; bit < kVertexFlags; ++bit) flags.emplace_back(flag_name(bit));

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Mapping
 from typing import Any, Optional, Union
 
@@ -78,6 +79,14 @@ def finite(array: NDArray[np.float64], name: str) -> NDArray[np.float64]:
         place = ", ".join(map(str, at))
         raise ValueError(f"{name}[{place}] is {array[at]}; coordinates must be finite")
     return array
+
+
+def whole(value: Any, name: str) -> int:
+    """A whole number, such as that of a frame."""
+    try:
+        return operator.index(value)
+    except TypeError:
+        raise TypeError(f"{name}: must be a whole number, is {value!r}") from None
 
 
 def method(choice: Method, name: str) -> dict[str, Any]:

@@ -135,7 +135,8 @@ def _resting_body(body: Any) -> Optional[Any]:
 
 class Detector:
     """A broad phase and a narrow phase that are kept from call to call, with their memory and
-    trees. The functions of the module make one for each call.
+    trees. The functions of the module make one for each call. A detector belongs to one thread at
+    a time.
 
     Args:
         broad_phase: name of a broad phase, or {"type": name, option: value, ...}. The names and
@@ -146,6 +147,9 @@ class Detector:
 
     Raises:
         ValueError: for an unknown method, and for an option that it does not have.
+
+    Its methods raise RuntimeError while another thread uses it, and KeyboardInterrupt soon after
+    Ctrl-C.
     """
 
     def __init__(

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._arrays import mesh as _mesh, positions, triangles as _triangles
+from ._arrays import mesh as _mesh, positions, triangles as _triangles, whole
 from ._simulation import PathLike, Scene, overrides
 
 __all__ = ["check", "compare", "measure", "render", "render_result", "run", "write_png"]
@@ -28,6 +28,7 @@ def run(
     out: PathLike,
     *,
     resume: bool = False,
+    overwrite: bool = False,
     every_step: bool = False,
     progress: Optional[Callable[[int, float], None]] = None,
 ) -> dict[str, Any]:
@@ -37,6 +38,7 @@ def run(
         scene: a Scene, or what Scene takes.
         out: result folder, made if it does not exist.
         resume: continue from the checkpoint in the folder.
+        overwrite: replace the results of an earlier run in the folder.
         every_step: also write every accepted state, which `check` then checks with its paths.
         progress: called with the number of each frame and the seconds since the start.
 
@@ -44,12 +46,18 @@ def run(
         The content of result.json.
 
     Raises:
-        ValueError: the scene cannot start, or the folder holds something else.
+        ValueError: the scene cannot start, or the folder holds something else, or the results of
+            an earlier run without `resume` or `overwrite`.
         SimulationFailed: the run failed; the folder has a failure bundle.
         KeyboardInterrupt: after Ctrl-C and the end of the present frame; `resume` continues.
     """
     given = scene if isinstance(scene, Scene) else Scene(scene)
-    options = {"out": os.fspath(out), "resume": resume, "every_step": every_step}
+    options = {
+        "out": os.fspath(out),
+        "resume": resume,
+        "overwrite": overwrite,
+        "every_step": every_step,
+    }
     return dict(json.loads(_core.run(given._core, options, progress)))
 
 
@@ -136,7 +144,9 @@ def measure(
     Raises:
         ValueError: the folder has no scene or frames, or no such frame.
     """
-    text, arrays = _core.measure(os.fspath(folder), frame, support_radius, support_centre)
+    text, arrays = _core.measure(
+        os.fspath(folder), whole(frame, "frame"), support_radius, support_centre
+    )
     out: dict[str, Any] = json.loads(text)
     out["arrays"] = arrays
     return out
@@ -324,7 +334,7 @@ def render_result(
         (height, width, 3) uint8, sRGB.
     """
     camera = _camera(eye, target, field_of_view, width, height)
-    return _core.render_result(os.fspath(folder), frame, camera)
+    return _core.render_result(os.fspath(folder), whole(frame, "frame"), camera)
 
 
 def write_png(file: PathLike, image: ArrayLike) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._arrays import indices, positions
+from ._arrays import indices, positions, whole
 
 __all__ = ["Scene", "Simulation", "SimulationFailed", "State", "VertexFlags"]
 
@@ -143,7 +143,7 @@ class Simulation:
     The arrays `positions`, `velocities`, `mass` and `body_positions` are read-only views of the
     simulation's memory: they change with every step. Copy what you keep: `sim.positions.copy()`.
     A view stays valid after the simulation is gone. The mesh changes only in scenes with "refine"
-    or "merge", between frames; take new views there.
+    or "merge", before the first step after a frame; take new views there.
 
     Ctrl-C works between steps. A simulation belongs to one thread at a time; several simulations
     may run in several threads.
@@ -166,7 +166,7 @@ class Simulation:
             if body not in names:
                 raise ValueError(f"no body is called {body!r}; the scene has {names}")
             return names.index(body)
-        number = int(body)
+        number = whole(body, "body")
         if not 0 <= number < len(names):
             raise ValueError(f"there is no body {number}; the scene has {len(names)}, from 0 on")
         return number
@@ -190,15 +190,17 @@ class Simulation:
         """Advances to the time of a frame (frame / fps seconds), to the same bits as the program.
 
         Args:
-            frame: number of the frame, from 0 at the start.
+            frame: number of the frame, from 0 at the start; nothing happens if it has passed.
             before_step: called with the simulation before every step. It may call `set_forces`,
                 `hold`, `release` and `move_body`.
             progress: called with the frame and the time in seconds after every frame.
 
         Raises:
             SimulationFailed: no clean step is possible.
+            TypeError: the frame is not a whole number.
         """
         core = self._core
+        frame = whole(frame, "frame")
         while self._frame < frame:
             core.begin_frame()
             while not core.reached(self._frame + 1):
@@ -331,7 +333,7 @@ class Simulation:
         names = self.scene.cloths
         if isinstance(piece, str) and piece not in names:
             raise ValueError(f"no piece of cloth is called {piece!r}; the scene has {names}")
-        number = names.index(piece) if isinstance(piece, str) else int(piece)
+        number = names.index(piece) if isinstance(piece, str) else whole(piece, "piece")
         begin = self._core.piece_begin
         if not 0 <= number < len(begin) - 1:
             raise ValueError(f"there is no piece {number}; the scene has {len(begin) - 1}")

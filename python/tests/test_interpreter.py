@@ -139,6 +139,31 @@ def test_a_simulation_refuses_two_threads_at_once():
     simulation.step()
 
 
+def test_a_detector_refuses_two_threads_at_once():
+    x, t = sheet(100)
+    detector = selvedge.Detector()
+    body = (x + [0.001, 0.002, -0.001], t)
+    expected = len(detector.find_collisions(x, x - [0, 0, 0.002], t, body))
+    faults, found = [], []
+
+    def work():
+        for _ in range(20):
+            try:
+                found.append(len(detector.find_collisions(x, x - [0, 0, 0.002], t, body)))
+                detector.find_candidates(x, x, t)
+            except RuntimeError as error:
+                faults.append(str(error))
+
+    threads = [threading.Thread(target=work) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert faults and all("another thread uses this detector" in fault for fault in faults)
+    assert set(found) <= {expected}
+    assert len(detector.find_collisions(x, x - [0, 0, 0.002], t, body)) == expected
+
+
 def test_two_simulations_run_in_two_threads_to_the_same_bits():
     hashes = [None, None]
 
@@ -175,6 +200,13 @@ LONG_CALLS = {
         with open(folder + ".json", "w") as file:
             json.dump({**scene, "time": {"frames": 99999}}, file)
         call = lambda: selvedge.compare(folder + ".json", "dt=1e-3,1e-4", folder, reference=False)
+    """,
+    "find_collisions": """
+        from conftest import sheet
+        x, t = sheet(60)
+        x = x * [0.01, 0.01, 1]  # every triangle meets hundreds
+        detector = selvedge.Detector()
+        call = lambda: detector.find_collisions(x, x - [0, 0, 0.1], t, (x - [0.3, 0.4, 50] * x[:1], t))
     """,
 }
 
@@ -220,13 +252,38 @@ def test_an_exception_of_a_callback_leaves_the_call():
     simulation.advance_to_frame(3)
 
 
+def test_an_interrupted_detector_searches_again():
+    x, t = sheet(80)
+    body = (x - [0.0007, 0.0011, 0.001], t)
+    call = (x, x - [0, 0, 0.002], t, body)
+    detector = selvedge.Detector()
+    expected = len(detector.find_collisions(*call))
+
+    def fire():
+        time.sleep(0.06)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    interrupted = 0
+    for _ in range(5):
+        thread = threading.Thread(target=fire)
+        thread.start()
+        try:
+            while True:
+                detector.find_collisions(*call)
+        except KeyboardInterrupt:
+            interrupted += 1
+        thread.join()
+        assert len(detector.find_collisions(*call)) == expected
+    assert interrupted == 5
+
+
 def test_an_exception_of_the_progress_of_a_run_leaves_the_call(tmp_path):
     def fail(frame, seconds):
         raise LookupError("enough")
 
     with pytest.raises(LookupError, match="enough"):
         selvedge.run(ball_scene(), tmp_path / "out", progress=fail)
-    assert selvedge.run(ball_scene(), tmp_path / "out")["clean"]
+    assert selvedge.run(ball_scene(), tmp_path / "out", overwrite=True)["clean"]
 
 
 def test_the_stub_of_the_compiled_half_names_what_it_has():

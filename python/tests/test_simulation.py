@@ -10,16 +10,86 @@ import selvedge
 
 from conftest import ROOT, ball_scene, sheet
 
-SCENES = [
-    ("cloth_on_sphere.json", {"geometry.0.cells": [16, 16], "time.frames": 30}),
-    ("ring.json", {"time.frames": 3}),
-    ("adaptive.json", {"time.frames": 4}),
+FOLDER = ROOT / "data" / "scenes"
+SCENES = [(FOLDER / "cloth_on_sphere.json", {"geometry.0.cells": [16, 16], "time.frames": 30})]
+SCENES += [
+    (file, {"time.frames": 2})
+    for file in sorted(FOLDER.glob("*.json"))
+    if file.name != "scene.schema.json"
 ]
 
+# A strip whose ends come nearer and part again: cells are split and joined.
+JOINS = {
+    "name": "joins",
+    "geometry": [
+        {
+            "size": [0.6, 0.15],
+            "cells": [8, 2],
+            "refine": {"when": "curved", "levels": 2, "angle_deg": 12, "join_deg": 5},
+        }
+    ],
+    "handles": [
+        {
+            "select": {"edge": "x0"},
+            "motion": [
+                {"time": 0},
+                {"time": 0.2, "translation": [0.15, 0, 0]},
+                {"time": 0.4, "translation": [0, 0, 0]},
+            ],
+        },
+        {"select": {"edge": "x1"}},
+    ],
+    "materials": {"default": {"bending_stiffness": 1e-4, "bending_damping": 1e-4}},
+    "time": {"frames": 40, "fps": 60},
+}
 
-@pytest.mark.parametrize(("file", "changes"), SCENES)
-def test_the_simulation_has_the_bits_of_the_program(program, tmp_path, file, changes):
-    scene = ROOT / "data" / "scenes" / file
+# Two panels whose seam closes and merges.
+MERGES = {
+    "name": "merges",
+    "geometry": [
+        {
+            "name": name,
+            "size": [0.2, 0.15],
+            "cells": [4, 3],
+            "transformation": {"translation": [x, 0, z]},
+        }
+        for name, x, z in (("left", -0.13, 0), ("right", 0.13, 0.01))
+    ],
+    "seams": [
+        {
+            "name": "middle",
+            "a": {"geometry": "left", "select": {"edge": "x1"}},
+            "b": {"geometry": "right", "select": {"edge": "x0"}},
+            "pull": 20,
+            "merge": 0.003,
+        }
+    ],
+    "contact": {"rest_gap": 0.001},
+    "gravity": [0, 0, 0],
+    "time": {"frames": 24, "fps": 60},
+}
+
+
+@pytest.mark.parametrize(("scene", "counter"), [(JOINS, "joined_cells"), (MERGES, "merged_pairs")])
+@pytest.mark.parametrize("single", [False, True])
+def test_a_mesh_that_changes_has_the_bits_of_a_run(tmp_path, scene, counter, single):
+    expected = selvedge.run(scene, tmp_path / "out")
+    assert expected["counters"][counter] > 0
+    simulation = selvedge.Simulation(scene)
+    if single:
+        while simulation.time < scene["time"]["frames"] / scene["time"]["fps"] - 1e-9:
+            simulation.step()
+    else:
+        simulation.advance_to_frame(scene["time"]["frames"])
+    result = simulation.result()
+    assert simulation.state_hash == expected["state_hash"]
+    assert simulation.steps == expected["steps"]
+    assert result["counters"] == expected["counters"]
+    assert result["ledger"] == expected["ledger"]
+
+
+@pytest.mark.parametrize(("scene", "changes"), SCENES, ids=lambda value: getattr(value, "stem", ""))
+def test_the_simulation_has_the_bits_of_the_program(program, tmp_path, scene, changes):
     sets = []
     for path, value in changes.items():
         sets += ["--set", f"{path}={json.dumps(value)}"]
@@ -47,6 +117,58 @@ def test_a_run_into_a_folder_has_the_same_bits_as_steps_in_memory(tmp_path):
     assert frames == list(range(7))
     with pytest.raises(ValueError, match="holds results of the scene"):
         selvedge.run({**ball_scene(), "name": "other"}, tmp_path / "out")
+
+
+def test_a_second_run_replaces_the_first_only_when_it_is_asked_to(tmp_path):
+    scene = ball_scene(cells=4, frames=2)
+    first = selvedge.run(scene, tmp_path / "out")
+    with pytest.raises(ValueError, match="overwrite=True"):
+        selvedge.run(scene, tmp_path / "out")
+    assert json.loads((tmp_path / "out" / "result.json").read_text()) == first
+    assert selvedge.run(scene, tmp_path / "out", overwrite=True)["frames"] == 3
+    assert selvedge.run(scene, tmp_path / "out", resume=True)["frames"] == 3
+
+
+def test_a_failed_step_is_forgotten_once_a_good_one_is_made():
+    def plate(name, z):
+        shape = {"type": "box", "size": [1, 1, 0.02]}
+        return {"name": name, "shape": shape, "transformation": {"translation": [0, 0, z]}}
+
+    scene = {
+        "geometry": [
+            {
+                "name": "cloth",
+                "size": [0.2, 0.2],
+                "cells": [5, 5],
+                "transformation": {"translation": [0, 0, 0.02]},
+            }
+        ],
+        "obstacles": [plate("table", 0), plate("press", 0.1)],
+    }
+    simulation = selvedge.Simulation(scene, driven=["press"])
+    simulation.advance_to_frame(10)
+    simulation.move_body("press", simulation.body_vertices("press") - [0, 0, 0.085])
+    with pytest.raises(selvedge.SimulationFailed):
+        for _ in range(50):
+            simulation.step()
+    assert not simulation.clean
+    simulation.move_body("press", simulation.body_vertices("press") + [0, 0, 0.05])
+    simulation.step()
+    assert simulation.clean
+
+
+@pytest.mark.parametrize("frame", ["3", 2.5, None, [1]])
+def test_a_frame_is_a_whole_number(tmp_path, frame):
+    simulation = selvedge.Simulation(ball_scene())
+    for call in (
+        lambda: simulation.advance_to_frame(frame),
+        lambda: selvedge.measure(tmp_path, frame),
+        lambda: selvedge.render_result(tmp_path, frame),
+    ):
+        with pytest.raises(TypeError, match=r"^frame: must be a whole number, is "):
+            call()
+    simulation.advance_to_frame(np.int64(1))
+    assert simulation.time == pytest.approx(1 / 60)
 
 
 def test_a_scene_is_made_from_a_dict_with_arrays_or_from_a_file(tmp_path):

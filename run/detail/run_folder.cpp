@@ -131,7 +131,7 @@ void refuse_results(const fs::path& out) {
     throw std::invalid_argument(
         out.string() +
         ": holds the results of an earlier run; continue it with --resume, replace it with "
-        "--overwrite, or name another result folder");
+        "--overwrite (in Python: resume=True, overwrite=True), or name another result folder");
 }
 
 void check_folder(const Scene& scene, const fs::path& folder) {

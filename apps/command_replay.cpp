@@ -134,11 +134,8 @@ int replay_bundle(const ReplayOptions& options) {
   const Methods methods = methods_of_this_build();
   const Scene scene = read_scene(bundle.folder / "scene.json", {}, methods);
   const ThreadLimit limit(options.threads);
-  const bool changed = !bundle.state.splits.empty() || !bundle.state.merges.empty();
-  const std::unique_ptr<Simulation> start =
-      changed ? Refinement(scene, build_scene(scene)).restored(bundle.state, methods)
-              : std::make_unique<Simulation>(scene, methods);
-  Simulation& simulation = *start;
+  RefiningSimulation start(scene, build_scene(scene, methods), bundle.state, methods);
+  Simulation& simulation = start.now();
   StepRecording recording;
   if (options.explain) simulation.set_trace(&recording.trace());
   const StepReplay replay = replay_step(simulation, scene, bundle);

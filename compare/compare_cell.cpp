@@ -155,7 +155,7 @@ class CellRunner {
 
   /// Runs one step of a temporary simulation to warm pages, caches and threads.
   void warm_up() {
-    Simulation other(scene_, build_scene(scene_, methods_), methods_);
+    RefiningSimulation other(scene_, build_scene(scene_, methods_), methods_);
     try {
       other.step_towards(1);
     } catch (const SimulationFailed&) {  // the real run will report it
@@ -194,7 +194,7 @@ class CellRunner {
   void advance(int frame) {
     const Stopwatch watch;
     try {
-      simulation_->refine();
+      simulation_->begin_frame();
       while (run_.status == RunStatus::ok && simulation_->now().step_towards(frame))
         if (run_.run_s + watch.seconds() > limits_.budget_s)
           end(RunStatus::budget, "took longer than granted");

@@ -67,9 +67,7 @@ class Planner {
  private:
   /// Ensembles need a perturbation, and shapes with the same vertices.
   void prepare_seeds() {
-    if (std::any_of(base_.cloths.begin(), base_.cloths.end(), refine_of) ||
-        std::any_of(base_.seams.begin(), base_.seams.end(),
-                    [](const SeamSpec& seam) { return seam.merge > 0.0; }))
+    if (!mesh_change(base_).empty())
       throw std::invalid_argument(
           "--seeds: cells that split and seams that merge change the mesh at other times with "
           "every "

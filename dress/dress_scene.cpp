@@ -266,6 +266,11 @@ DressScene make_dress_scene(const Garment& garment, const TriangleMesh& body,
   return made;
 }
 
+std::unique_ptr<Simulation> start_simulation(DressScene& scene, const Methods& methods) {
+  return std::make_unique<Simulation>(with_fixed_mesh(scene.scene), std::move(scene.built),
+                                      methods);
+}
+
 double merge_distance(const Stitching& stitch, const DressConfig& config, double share) {
   return std::max(kLeastMerge * config.rest_gap, share * stitch.spacing);
 }

@@ -116,8 +116,7 @@ class Settling {
     scene_ =
         std::make_unique<DressScene>(make_dress_scene(garment_, dressing_.body, config_, settings));
     try {
-      simulation_ =
-          std::make_unique<Simulation>(scene_->scene, std::move(scene_->built), dressing_.methods);
+      simulation_ = start_simulation(*scene_, dressing_.methods);
     } catch (const std::invalid_argument& error) {
       throw DressFailed(fmt::format("phase {}: {}", phase_name(phase_), error.what()));
     }

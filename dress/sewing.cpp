@@ -73,8 +73,7 @@ class Sewing {
                                  .seams = stage()};
     scene_ =
         std::make_unique<DressScene>(make_dress_scene(garment_, dressing_.body, config_, settings));
-    simulation_ =
-        std::make_unique<Simulation>(scene_->scene, std::move(scene_->built), dressing_.methods);
+    simulation_ = start_simulation(*scene_, dressing_.methods);
     frame_of_simulation_ = 0;
     if (dressing_.observer.accepted) dressing_.observer.accepted(*simulation_, DressPhase::sew);
   }

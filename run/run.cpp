@@ -60,10 +60,12 @@ class Run {
     BuiltScene built = build_scene(scene_, config_.methods);
     if (config_.warning)
       for (const std::string& sentence : built.warnings) config_.warning(sentence);
-    refinement_.emplace(scene_, built, config_.methods.patterns);
-    output_.emplace(scene_, config_.formats, config_.out, refinement_->active());
-    simulation_ = std::make_unique<Simulation>(scene_, std::move(built), config_.methods);
+    output_.emplace(scene_, config_.formats, config_.out, !mesh_change(scene_).empty());
+    refining_.emplace(scene_, std::move(built), config_.methods);
   }
+
+  Simulation& now() { return refining_->now(); }
+  const Simulation& now() const { return refining_->now(); }
 
   bool folder_exists() const {
     std::error_code ignored;  // if the name cannot be looked up, lock_folder reports the fault
@@ -99,18 +101,13 @@ class Run {
     detail::check_same_scene(config_.out, scene_, config_.methods);
     make_folders();
     frame_ = checkpoint.frame;
-    if (checkpoint.refined) refined_ = frame_;
     warn_of_missing_frames();
     written_ = frame_ + 1;
-    before_ = std::move(checkpoint.result);
-    if (checkpoint.state.splits.empty() && checkpoint.state.merges.empty())
-      simulation_->restore(std::move(checkpoint.state));
-    else
-      simulation_ = refinement_->restored(checkpoint.state, config_.methods);
-    simulation_->continue_sums(before_);
+    refining_->restore(std::move(checkpoint.state), checkpoint.refined,
+                       std::move(checkpoint.result));
     detail::write_scene(config_.out, scene_);
     detail::remove_leftovers(config_.out);
-    detail::remove_beyond(config_.out, config_.formats, frame_, simulation_->state().step);
+    detail::remove_beyond(config_.out, config_.formats, frame_, now().state().step);
     resumed_ = true;
   }
 
@@ -145,17 +142,17 @@ class Run {
   }
 
   void advance() {
-    limits_.emplace(scene_, config_, simulation_->state().step);
+    limits_.emplace(scene_, config_, now().state().step);
     if (resumed_) {
-      output_->resume(*simulation_, frame_);
+      output_->resume(now(), frame_);
     } else {
       write_step();
       write_frame();
     }
     while (frame_ < scene_.time.frames && !stop_requested()) {
-      refine();
-      while (!simulation_->reached(frame_ + 1)) make_step();
-      simulation_->verify_frame();
+      begin_frame();
+      while (!now().reached(frame_ + 1)) make_step();
+      now().verify_frame();
       ++frame_;
       write_frame();
     }
@@ -165,49 +162,27 @@ class Run {
 
   bool stop_requested() const { return config_.stop != nullptr && config_.stop->load(); }
 
-  /// Makes the splits, merges and joins that are due at a frame, unless the state after them would
-  /// cross something. The exchange of the surface counts as a step, so every state of steps/ has
-  /// one surface.
-  void refine() {
-    // A run that was out of budget goes on after this was done.
-    if (!refinement_->active() || refined_ == frame_) return;
-    refined_ = frame_;
-    change(split_due(*refinement_, *simulation_, config_.methods));
-    change(join_due(*refinement_, *simulation_, config_.methods));
-  }
-
-  void change(std::optional<RefinedSimulation> next) {
-    if (!next) return;
-    RunResult changes;
-    const bool stands = next->settle(changes);
-    if (stands) {
-      RunResult r = simulation_->result();
-      carry_on(before_, r);
-      before_ = std::move(r);
-    }
-    for (const auto& [name, count] : changes.counters) before_.counters[name] += count;
-    if (!stands) return;
-    settle_frame();  // it refers to the triangles of the simulation that ends here
-    refinement_.emplace(std::move(next->refinement));
-    simulation_ = std::move(next->simulation);
-    simulation_->continue_sums(before_);
-    write_step();
+  /// The exchange of the mesh counts as a step, so every state of steps/ has one surface. The frame
+  /// that is being written refers to the triangles of the simulation that ends there.
+  void begin_frame() {
+    refining_->begin_frame(
+        {.before = [this] { settle_frame(); }, .after = [this] { write_step(); }});
   }
 
   void make_step() {
-    limits_->before_step(*simulation_, clock_.seconds());
-    const std::int64_t before = simulation_->state().step;
-    simulation_->step_towards(frame_ + 1);
+    limits_->before_step(now(), clock_.seconds());
+    const std::int64_t before = now().state().step;
+    now().step_towards(frame_ + 1);
     if (writing_.is_pending() && writing_.is_done()) settle_frame();
-    if (simulation_->state().step == before) return;  // the cloth sleeps
+    if (now().state().step == before) return;  // the cloth sleeps
     write_step();
-    limits_->after_step(*simulation_);
+    limits_->after_step(now());
   }
 
   void write_step() {
     if (!config_.every_step) return;
     const Stopwatch watch;
-    output_->write_step(*simulation_, static_cast<int>(simulation_->state().step));
+    output_->write_step(now(), static_cast<int>(now().state().step));
     output_s_ += watch.seconds();
   }
 
@@ -218,7 +193,7 @@ class Run {
     settle_frame();
     const Stopwatch watch;
     written_ = frame_;
-    writing_.start([this, copy = output_->copy_frame(*simulation_, frame_), r = result()] {
+    writing_.start([this, copy = output_->copy_frame(now(), frame_), r = result()] {
       output_->write_frame(copy);
       detail::write_checkpoint(config_.out, copy.number, copy, r);
     });
@@ -240,8 +215,8 @@ class Run {
   }
 
   void write_checkpoint() {
-    detail::write_checkpoint(config_.out, frame_, output_->copy_frame(*simulation_, frame_),
-                             result(), refined_ == frame_);
+    detail::write_checkpoint(config_.out, frame_, output_->copy_frame(now(), frame_), result(),
+                             refining_->frame_has_begun());
   }
 
   // -- the end ------------------------------------------------------------------------------------
@@ -250,14 +225,10 @@ class Run {
 
   /// So far, including the parts of the run before a resume.
   RunResult result() const {
-    RunResult r = simulation_->result();
-    r.wall_s = clock_.seconds();
+    RunResult r = refining_->result();
+    r.wall_s += clock_.seconds();
     r.phase_s["output"] += output_s_;
-    r.peak_bytes = peak_bytes();
-    std::string hash = std::move(r.state_hash);
-    carry_on(before_, r);
-    r.state_hash = std::move(hash);
-    r.steps = static_cast<int>(simulation_->state().step);
+    r.peak_bytes = std::max(r.peak_bytes, peak_bytes());
     r.frames = written_;
     r.stopped = stopped_;
     return r;
@@ -267,7 +238,7 @@ class Run {
     output_->finish();
     RunResult r = result();
     // The measures build the forces once more, so the solver goes first.
-    const FinalState end = std::move(*simulation_).end();
+    const FinalState end = std::move(now()).end();
     r.measures =
         final_measures(scene_, end.built, {end.state.x, end.state.v, end.mass, end.state.time},
                        config_.methods.force_laws);
@@ -284,7 +255,7 @@ class Run {
         write_checkpoint();
       else
         output_->finish();  // else the run ends as one without a failure does
-      detail::write_failure_bundle(bundle(), scene_, *simulation_, failure);
+      detail::write_failure_bundle(bundle(), scene_, now(), failure);
     } catch (const std::exception& error) {
       if (config_.warning)
         config_.warning(std::string("the failure could not be recorded: ") + error.what());
@@ -304,14 +275,11 @@ class Run {
   const RunConfig& config_;
   Stopwatch clock_;
   std::optional<FolderLock> lock_;
-  std::optional<Refinement> refinement_;
-  std::unique_ptr<Simulation> simulation_;
+  std::optional<RefiningSimulation> refining_;
   std::optional<detail::FrameOutput> output_;
   std::optional<detail::RunLimits> limits_;
-  RunResult before_;  // of the parts of this run before it was resumed or refined
-  int frame_ = 0;     // last complete one
-  int refined_ = -1;  // the frame at which splits, merges and joins were made last
-  int written_ = 0;   // number of frames in the folder
+  int frame_ = 0;    // last complete one
+  int written_ = 0;  // number of frames in the folder
   double output_s_ = 0.0;
   bool resumed_ = false;
   std::string stopped_;

@@ -34,6 +34,21 @@ double kinetic_energy(const std::vector<double>& mass, std::span<const Vec3> v) 
 
 }  // namespace
 
+std::string mesh_change(const Scene& scene) {
+  for (const ClothSpec& cloth : scene.cloths)
+    if (refine_of(cloth) != nullptr) return fmt::format("cloth \"{}\": \"refine\"", cloth.name);
+  for (const SeamSpec& seam : scene.seams)
+    if (seam.merge != 0.0) return fmt::format("seam \"{}\": \"merge\"", seam.name);
+  return "";
+}
+
+Scene with_fixed_mesh(Scene scene) {
+  for (ClothSpec& cloth : scene.cloths)
+    std::visit([](auto& shape) { shape.refine = {}; }, cloth.shape);
+  for (SeamSpec& seam : scene.seams) seam.merge = 0.0;
+  return scene;
+}
+
 Refinement::Refinement(const Scene& scene, const BuiltScene& built, ClothPatternRegistry patterns)
     : scene_(scene), patterns_(std::move(patterns)), merging_(scene, built, patterns_) {
   for (std::size_t p = 0; p < scene.cloths.size(); ++p) {
@@ -147,7 +162,7 @@ std::unique_ptr<Simulation> Refinement::restored(const SimulationState& state,
 
 Scene Refinement::scene() const {
   if (merging_.active()) return merging_.scene();
-  Scene scene = scene_;
+  Scene scene = with_fixed_mesh(scene_);
   for (HandleSpec& handle : scene.handles)
     for (const Piece& p : pieces_) {
       if (scene.cloths[p.number].name != handle.geometry) continue;
@@ -247,37 +262,82 @@ std::optional<RefinedSimulation> join_due(const Refinement& refinement,
 RefiningSimulation::RefiningSimulation(const Scene& scene, BuiltScene built, const Methods& methods)
     : methods_(methods), start_(built.cloth.surface.vertices) {
   refinement_.emplace(scene, built, methods.patterns);
-  simulation_ = std::make_unique<Simulation>(scene, std::move(built), methods);
+  simulation_ = std::make_shared<Simulation>(with_fixed_mesh(scene), std::move(built), methods);
 }
 
-void RefiningSimulation::refine() {
-  change(split_due(*refinement_, *simulation_, methods_));
-  change(join_due(*refinement_, *simulation_, methods_));
+RefiningSimulation::RefiningSimulation(const Scene& scene, BuiltScene built, SimulationState state,
+                                       const Methods& methods)
+    : methods_(methods), start_(built.cloth.surface.vertices) {
+  refinement_.emplace(scene, built, methods.patterns);
+  was_changed_ = !state.splits.empty() || !state.merges.empty();
+  simulation_ = was_changed_
+                    ? refinement_->restored(state, methods)
+                    : std::make_shared<Simulation>(with_fixed_mesh(scene), std::move(built),
+                                                   std::move(state), methods);
 }
 
-void RefiningSimulation::change(std::optional<RefinedSimulation> next) {
+void RefiningSimulation::begin_frame(const Exchange& exchange) {
+  if (!changes_mesh() || frame_has_begun() || !simulation_->is_at_frame()) return;
+  begun_ = simulation_->frame();
+  change(split_due(*refinement_, *simulation_, methods_), exchange);
+  change(join_due(*refinement_, *simulation_, methods_), exchange);
+}
+
+void RefiningSimulation::change(std::optional<RefinedSimulation> next, const Exchange& exchange) {
   if (!next) return;
   RunResult before = result();
   if (!next->settle(before)) {
     (void)next->settle(before_);
     return;
   }
+  if (exchange.before) exchange.before();
   before_ = std::move(before);
   refinement_.emplace(std::move(next->refinement));
   simulation_ = std::move(next->simulation);
   simulation_->continue_sums(before_);
-  was_split_ = true;
+  was_changed_ = true;
+  if (exchange.after) exchange.after();
+}
+
+void RefiningSimulation::step() {
+  begin_frame();
+  simulation_->step();
+}
+
+bool RefiningSimulation::step_towards(int frame) {
+  if (simulation_->reached(frame)) return false;
+  step();
+  return true;
+}
+
+void RefiningSimulation::advance_to_frame(int frame, const std::function<void(double)>& accepted) {
+  if (simulation_->reached(frame)) return simulation_->verify_frame();
+  while (!simulation_->reached(frame)) {
+    begin_frame();
+    simulation_->advance_to_frame(simulation_->frame() + 1, accepted);
+  }
+}
+
+void RefiningSimulation::restore(SimulationState state, bool has_begun, RunResult before) {
+  if (state.splits.empty() && state.merges.empty()) {
+    simulation_->restore(std::move(state));
+  } else {
+    simulation_ = refinement_->restored(state, methods_);
+    was_changed_ = true;
+  }
+  begun_ = has_begun ? simulation_->frame() : -1;
+  before_ = std::move(before);
+  simulation_->continue_sums(before_);
 }
 
 std::vector<Vec3> RefiningSimulation::start() const {
-  return was_split_ ? refinement_->build().cloth.surface.vertices : start_;
+  return was_changed_ ? refinement_->build().cloth.surface.vertices : start_;
 }
 
 RunResult RefiningSimulation::result() const {
   RunResult r = simulation_->result();
-  const int steps = static_cast<int>(simulation_->state().step);
   carry_on(before_, r);
-  r.steps = steps;
+  r.steps = static_cast<int>(simulation_->state().step);
   return r;
 }
 

@@ -5,6 +5,7 @@
 #include <selvedge/simulation/simulation.h>
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <set>
@@ -12,6 +13,12 @@
 #include <vector>
 
 namespace selvedge {
+
+/// What changes the mesh of a scene between frames: `cloth "skirt": "refine"`, or `seam "side":
+/// "merge"`; "" if nothing does.
+std::string mesh_change(const Scene& scene);
+/// The scene without "refine" and "merge": a Simulation of it keeps the mesh that it is given.
+Scene with_fixed_mesh(Scene scene);
 
 /// The pairs of a scene's seams that become one vertex where a seam has closed ("merge" of
 /// "seams").
@@ -41,7 +48,7 @@ class SeamMerging {
   /// The same for a state with the present vertices.
   void merge(const MergeEvent& event, SimulationState& state);
 
-  /// The scene with the present vertices. Its handles hold the same particles.
+  /// The scene with the present vertices and a fixed mesh. Its handles hold the same particles.
   Scene scene() const;
   BuiltScene build() const;
 
@@ -115,7 +122,8 @@ class Refinement {
   /// Applies the splits and merges of a saved state; returns a simulation that continues from it.
   std::unique_ptr<Simulation> restored(const SimulationState& state, const Methods& methods);
 
-  /// The scene with the present cells. A handle also holds the new nodes of a side that it holds.
+  /// The scene with the present cells and a fixed mesh. A handle also holds the new nodes of a side
+  /// that it holds.
   Scene scene() const;
   BuiltScene build() const;
 
@@ -167,32 +175,63 @@ std::optional<RefinedSimulation> join_due(const Refinement& refinement,
                                           const Simulation& simulation, const Methods& methods);
 
 /// A simulation that splits and joins its cells and merges its seams between frames where its scene
-/// has "refine" or "merge". Behaves as Simulation for other scenes.
+/// has "refine" or "merge". Behaves as Simulation for other scenes. All that runs a scene frame by
+/// frame (run_scene, `selvedge compare`, the Python module) begins its frames here.
 class RefiningSimulation {
  public:
+  /// Called around a change of the mesh, which replaces `now()`; each may be empty.
+  struct Exchange {
+    std::function<void()> before;  ///< `now()` is still the simulation that ends
+    std::function<void()> after;
+  };
+
   /// Scene and methods must outlive it; throws what Simulation and Refinement throw.
   RefiningSimulation(const Scene& scene, BuiltScene built, const Methods& methods);
+  /// Continues from a state of the scene, whose start is not checked, as Simulation does.
+  RefiningSimulation(const Scene& scene, BuiltScene built, SimulationState state,
+                     const Methods& methods);
 
-  /// The simulation with the present cells; `refine` replaces it.
+  /// The simulation with the present mesh; `begin_frame` replaces it.
   Simulation& now() { return *simulation_; }
   const Simulation& now() const { return *simulation_; }
-  /// Applies the splits, merges and joins that are due. Call between two frames.
-  void refine();
+  /// The same, for those that keep views of its arrays when it has been replaced.
+  std::shared_ptr<const Simulation> shared() const { return simulation_; }
+  /// Whether the mesh may change.
+  bool changes_mesh() const { return refinement_->active(); }
+
+  /// Applies the splits, merges and joins that are due, once at each frame. Does nothing between
+  /// frames.
+  void begin_frame(const Exchange& exchange = {});
+  /// Whether that was done at the frame whose time is reached.
+  bool frame_has_begun() const { return begun_ == simulation_->frame(); }
+  /// Simulation::step and step_towards; a step from a frame begins it.
+  void step();
+  bool step_towards(int frame);
+  /// Advances to the time of frame `frame`, and begins and verifies every frame on the way.
+  /// `accepted`: see Simulation.
+  void advance_to_frame(int frame, const std::function<void(double time)>& accepted = {});
+
+  /// Continues from `state`, to the same bits; `before`: the result of the run until then.
+  /// `has_begun`: begin_frame has been called at the frame of the state.
+  void restore(SimulationState state, bool has_begun = false, RunResult before = {});
+
   /// Positions of the present vertices of the cloth at the start of the scene, m. New vertices are
   /// in the middle of the side that they split.
   std::vector<Vec3> start() const;
-  /// The result since the start, over all splits.
+  /// The result since the start, over all changes of the mesh and, after `restore`, all parts of
+  /// the run.
   RunResult result() const;
 
  private:
-  void change(std::optional<RefinedSimulation> next);
+  void change(std::optional<RefinedSimulation> next, const Exchange& exchange);
 
   const Methods& methods_;
-  std::optional<Refinement> refinement_;  // never empty; replaced by a split
+  std::optional<Refinement> refinement_;  // never empty; replaced by a change
   std::vector<Vec3> start_;
-  std::unique_ptr<Simulation> simulation_;
-  RunResult before_;
-  bool was_split_ = false;
+  std::shared_ptr<Simulation> simulation_;
+  RunResult before_;  // of the parts before a change or a restore
+  int begun_ = -1;    // last frame that has begun
+  bool was_changed_ = false;
 };
 
 }  // namespace selvedge

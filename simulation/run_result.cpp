@@ -16,7 +16,6 @@ requires std::is_arithmetic_v<T>
 void join(Merge rule, const T& before, T& r) {
   switch (rule) {
     case Merge::sum:
-    case Merge::sum_since_resume:
       r = static_cast<T>(r + before);
       return;
     case Merge::max:

@@ -60,7 +60,7 @@ struct PlanFigures {
 struct RunResult {
   /// No accepted state and no straight path between two of them has an intersection. A run that
   /// started tangled: none from tangle.until_s on, and before it none outside of the tangles. False
-  /// after a jam.
+  /// after a jam, and while the last step failed.
   bool clean = true;
   bool clean_elsewhere = true;  ///< no intersection outside of tangles and jams
   int frames = 0;               ///< written, the start frame included
@@ -88,18 +88,17 @@ struct RunResult {
   /// energy_friction_J, energy_gained_J, energy_kinetic_J, and by _x, _y, _z to_particles and
   /// to_anchors (N·s), turn_particles and turn_anchors (N·m·s).
   std::map<std::string, std::map<std::string, double>> ledger;
-  std::map<std::string, PlanFigures> plan;  ///< by part, since the run was started or resumed
+  std::map<std::string, PlanFigures> plan;  ///< by part
   /// Of the last state (simulation/run_result.h): strain_max, strain_rms, spring_strain_*,
   /// energy_*_J, and over an upright cylinder drape_coefficient (%), folds.
   std::map<std::string, double> measures;
 };
 
 /// How the field of a resumed run is joined with that of its earlier part. A checkpoint keeps every
-/// field except `last` and `sum_since_resume`.
+/// field except `last`.
 enum class Merge {
-  last,              ///< the value of the later part
-  sum,               ///< maps: entry by entry
-  sum_since_resume,  ///< sum within one process
+  last,  ///< the value of the later part
+  sum,   ///< maps: entry by entry
   max,
   both,       ///< true if true in both parts
   first_set,  ///< the value of the later part unless it is 0
@@ -176,7 +175,7 @@ struct Fields<RunResult> {
     visitor("stopped", &R::stopped, FieldRule{Merge::last});
     visitor("counters", &R::counters, FieldRule{Merge::by_name});
     visitor("ledger", &R::ledger, FieldRule{Merge::by_name});
-    visitor("plan", &R::plan, FieldRule{Merge::sum_since_resume});
+    visitor("plan", &R::plan, FieldRule{Merge::sum});
     visitor("measures", &R::measures, FieldRule{Merge::last});
   }
 };

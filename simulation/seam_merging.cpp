@@ -245,7 +245,7 @@ void SeamMerging::merge(const MergeEvent& event, SimulationState& state) {
 }
 
 Scene SeamMerging::scene() const {
-  Scene scene = *scene_;
+  Scene scene = with_fixed_mesh(*scene_);
   if (!active()) return scene;
   const std::vector<std::int32_t> number = numbers(owner_);
   for (HandleSpec& handle : scene.handles) {

@@ -1,21 +1,35 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/simulation/detail/simulation_parts.h>
+#include <selvedge/simulation/refinement.h>
 #include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
 
+#include <stdexcept>
 #include <utility>
 
 namespace selvedge {
+namespace {
+
+const Scene& with_one_mesh(const Scene& scene) {
+  if (const std::string cause = mesh_change(scene); !cause.empty())
+    throw std::invalid_argument(
+        cause +
+        " changes the mesh between frames, which Simulation does not: make a RefiningSimulation or "
+        "call run_scene; with_fixed_mesh(scene) leaves the changes out");
+  return scene;
+}
+
+}  // namespace
 
 Simulation::Simulation(const Scene& scene, const Methods& methods)
-    : Simulation(scene, build_scene(scene, methods), methods) {}
+    : Simulation(with_one_mesh(scene), build_scene(scene, methods), methods) {}
 Simulation::Simulation(const Scene& scene, BuiltScene built, const Methods& methods)
-    : parts_(std::make_unique<Parts>(scene, std::move(built), methods)) {
+    : parts_(std::make_unique<Parts>(with_one_mesh(scene), std::move(built), methods)) {
   parts_->start(methods);
 }
 Simulation::Simulation(const Scene& scene, BuiltScene built, SimulationState state,
                        const Methods& methods)
-    : parts_(std::make_unique<Parts>(scene, std::move(built), methods)) {
+    : parts_(std::make_unique<Parts>(with_one_mesh(scene), std::move(built), methods)) {
   if (state.memory.empty()) state.memory = parts_->state.memory;
   parts_->start_untangling();
   parts_->restore(std::move(state));
@@ -41,6 +55,15 @@ void Simulation::advance_to_frame(int frame, const std::function<void(double)>& 
 
 bool Simulation::reached(int frame) const {
   return parts_->control().done >= std::int64_t{frame} * parts_->scene.time.steps_per_frame;
+}
+
+int Simulation::frame() const {
+  return static_cast<int>(parts_->control().done / parts_->scene.time.steps_per_frame);
+}
+
+bool Simulation::is_at_frame() const {
+  return !(parts_->state.control.h > 0.0) &&
+         parts_->control().done % parts_->scene.time.steps_per_frame == 0;
 }
 
 void Simulation::verify_frame() { parts_->verify_frame(); }

@@ -129,9 +129,9 @@ struct FinalState {
   std::vector<double> mass;  ///< kg per cloth vertex, water included
 };
 
-/// The cloth of a scene in time, in memory: nothing is read from or written to files. Pieces with
-/// "refine" keep the cells that they start with, and seams stay open; RefiningSimulation splits and
-/// merges them.
+/// The cloth of a scene in time, in memory: nothing is read from or written to files. The mesh
+/// stays: every constructor throws std::invalid_argument for a scene with "refine" or "merge",
+/// which RefiningSimulation (simulation/refinement.h) serves.
 class Simulation {
  public:
   /// Builds the scene. Throws std::invalid_argument for a scene that cannot be built (build_scene),
@@ -160,6 +160,10 @@ class Simulation {
 
   /// Whether the time of frame `frame` is reached.
   bool reached(int frame) const;
+  /// The last frame whose time is reached.
+  int frame() const;
+  /// Whether the state is that of `frame()`: no step has been made since.
+  bool is_at_frame() const;
   /// Searches the present state for crossings and adds them to the result. Makes no search where
   /// the steps from a searched state have proved that there is none (docs/guarantees.md).
   void verify_frame();

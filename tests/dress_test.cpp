@@ -267,7 +267,8 @@ TEST(Dress, AVertexOfABlockedPairMovesToTheOtherOneWhereNothingIsInTheWay) {
   const Methods methods;
   detail::DressScene made =
       detail::make_dress_scene(start, plate, config, {.pull = 10.0, .merge = 0.35});
-  const Simulation simulation(made.scene, std::move(made.built), methods);
+  const auto start = detail::start_simulation(made, methods);
+  const Simulation& simulation = *start;
   detail::Garment garment = start;
   const std::size_t moved = detail::move_together(simulation, garment, config, 0.35);
   std::size_t nearer = 0;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/run/run.h>
+#include <selvedge/simulation/refinement.h>
 
 #include <gtest/gtest.h>
 
@@ -56,7 +57,8 @@ TEST(Experiments, EachIsReadAndStartsWithoutACrossing) {
     if (entry.path().extension() != ".json") continue;
     const Scene scene = read_scene(entry.path());
     EXPECT_EQ(scene.name, entry.path().stem().string());
-    EXPECT_NO_THROW(Simulation(scene, build_scene(scene))) << scene.name;
+    const Methods methods;
+    EXPECT_NO_THROW(RefiningSimulation(scene, build_scene(scene), methods)) << scene.name;
   }
 }
 

@@ -198,13 +198,17 @@ TEST_F(Output, ACheckpointKeepsExactlyTheFieldsThatAResumedRunJoins) {
   RunResult kept, joined;
   kept = detail::result_from_checkpoint(detail::checkpoint_json(before));
   EXPECT_EQ(kept.frames, 0);
-  EXPECT_TRUE(kept.plan.empty());
+  EXPECT_EQ(kept.plan.at("bodies").asked, before.plan.at("bodies").asked);
   EXPECT_EQ(kept.tangle.pairs, 0);
   EXPECT_EQ(kept.tangle.max_speed, 0.75);
   carry_on(before, joined);
   joined.clean = true;
-  joined.plan.clear();
   EXPECT_EQ(result_text(kept), result_text(joined));
+  auto older = detail::checkpoint_json(before);
+  older.erase("plan");
+  EXPECT_TRUE(detail::result_from_checkpoint(older).plan.empty());
+  older.erase("ledger");
+  EXPECT_ANY_THROW(detail::result_from_checkpoint(older));
 }
 
 TEST_F(Output, ResultsOfTwoPartsAreJoinedByTheRuleOfEachField) {

@@ -55,8 +55,7 @@ Shadow run(Scene scene, bool proofs) {
     try {
       double done = 0.0;
       for (int frame = 0; frame < scene.time.frames && goes_on(frame, done); ++frame) {
-        simulation.refine();
-        simulation.now().advance_to_frame(frame + 1, [&](double) {
+        simulation.advance_to_frame(frame + 1, [&](double) {
           done += static_cast<double>(simulation.now().state().x.size());
         });
       }

@@ -282,6 +282,42 @@ TEST(DrivenBodies, OfAnotherSimulationAreRefused) {
   EXPECT_THROW(drive_body(other, 1), std::invalid_argument);
 }
 
+/// A press that leaves the cloth no room, and then goes back.
+TEST(DrivenBodies, ThatGoBackAfterAFailedStepLeaveACleanResult) {
+  Scene scene;
+  scene.materials["default"] = {};
+  ClothSpec& cloth = scene.cloths.emplace_back();
+  cloth.name = "cloth";
+  cloth.shape = ClothGrid{.grid = {.size_x = 0.2, .size_y = 0.2, .cells_x = 4, .cells_y = 4}};
+  cloth.placement.translation.z() = 0.02;
+  for (const double height : {0.0, 0.05}) {
+    BodySpec& plate = scene.bodies.emplace_back();
+    plate.name = height > 0.0 ? "press" : "table";
+    plate.shape = BodyShape{Box{Vec3(1.0, 1.0, 0.02)}, 3};
+    plate.placement.translation.z() = height;
+  }
+  scene.time.max_halvings = 3;
+  BuiltScene built = build_scene(scene);
+  DrivenBody& press = drive_body(built, 1);
+  Simulation simulation(scene, std::move(built));
+  simulation.advance_to_frame(5);
+  const auto move_press = [&](double by) {
+    const std::vector<Vec3>& all = simulation.body_positions();
+    std::vector<Vec3> x(all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2), all.end());
+    for (Vec3& p : x) p.z() += by;
+    simulation.move_body(press, x);
+  };
+  for (int trial = 0; trial < 2; ++trial) {
+    move_press(-0.032);
+    EXPECT_THROW(for (int step = 0; step < 50; ++step) simulation.step(), SimulationFailed);
+    EXPECT_FALSE(simulation.result().clean) << "the last step failed";
+    move_press(0.02);
+    simulation.step();
+    EXPECT_TRUE(simulation.result().clean) << "every accepted state is clean";
+    EXPECT_TRUE(simulation.result().clean_elsewhere);
+  }
+}
+
 TEST(DrivenBody, MovesOnStraightLinesAndRests) {
   const std::unique_ptr<Body> start =
       make_static_body({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}});

@@ -159,6 +159,25 @@ TEST_F(SeamScenes, OneThreadAndTwoGiveTheSameBits) {
   EXPECT_EQ(hash[0], hash[1]);
 }
 
+TEST_F(SeamScenes, StepsInMemoryMergeToTheBitsOfARun) {
+  const Scene s = read(panels(kMerge));
+  const Methods methods;
+  RefiningSimulation simulation(s, build_scene(s), methods);
+  simulation.advance_to_frame(s.time.frames);
+  EXPECT_EQ(simulation.result().counters.at("merged_pairs"), 4.0);
+  EXPECT_EQ(simulation.result().state_hash, run_scene(s, config_).state_hash);
+}
+
+TEST_F(SeamScenes, ASimulationWithOneMeshRefusesThem) {
+  const Scene s = read(panels(kMerge));
+  try {
+    Simulation simulation(s);
+    ADD_FAILURE();
+  } catch (const std::invalid_argument& error) {
+    EXPECT_SAYS(std::string(error.what()), "seam \"middle\": \"merge\" changes the mesh");
+  }
+}
+
 /// The panels of `panels` at the start of a simulation in which their sides are 2 mm apart.
 struct Near {
   Scene scene;
@@ -177,7 +196,9 @@ struct Near {
       state.v.emplace_back(0.0, 0.0, 0.0);
     }
   }
-  Simulation simulation() const { return Simulation(scene, build_scene(scene), state); }
+  Simulation simulation() const {
+    return Simulation(with_fixed_mesh(scene), build_scene(scene), state);
+  }
 };
 
 TEST_F(SeamScenes, TheMergeKeepsMassMomentumAndCentreOfMass) {
@@ -287,7 +308,7 @@ TEST_F(SeamScenes, TheCornerOfABagStaysOpen) {
     const Scene s = read(bag(k == 0 ? "x0" : "x1"));
     const BuiltScene built = build_scene(s);
     SeamMerging merging(s, built, cloth_patterns());
-    const SeamMerging::Due due = merging.due(Simulation(s));
+    const SeamMerging::Due due = merging.due(Simulation(with_fixed_mesh(s)));
     merged[k] = due.event.pairs.size();
     merging.merge(due.event);
     std::set<Triangle> known;

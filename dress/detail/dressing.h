@@ -102,6 +102,8 @@ struct DressScene {
 };
 DressScene make_dress_scene(const Garment& garment, const TriangleMesh& body,
                             const DressConfig& config, const PhaseSettings& settings);
+/// Its simulation, which takes what is built over; merge_closed merges the seams.
+std::unique_ptr<Simulation> start_simulation(DressScene& scene, const Methods& methods);
 
 /// Acceleration of gravity, m/s².
 inline constexpr double kGravity = 9.81;

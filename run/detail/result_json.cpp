@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <string_view>
 #include <type_traits>
 
 namespace selvedge {
@@ -15,9 +16,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-bool is_kept(FieldRule rule) {
-  return rule.merge != Merge::last && rule.merge != Merge::sum_since_resume;
-}
+bool is_kept(FieldRule rule) { return rule.merge != Merge::last; }
 
 /// Turns values into JSON: all fields, or only those of a checkpoint.
 template <class J>
@@ -109,7 +108,10 @@ class Reader {
   template <HasFields T>
   void read(const Json& j, T& record) const {
     Fields<T>::visit([&](const char* name, auto member, FieldRule rule) {
-      if (!kept_only_ || is_kept(rule)) read(j.at(name), record.*member);
+      if (kept_only_ && !is_kept(rule)) return;
+      // Older checkpoints have no plan.
+      if (kept_only_ && std::string_view(name) == "plan" && !j.contains(name)) return;
+      read(j.at(name), record.*member);
     });
   }
 

@@ -149,6 +149,7 @@ void Simulation::Parts::sleep_until(double target, int nominal_steps) {
   state.acceleration = 0.0;
   state.time = target;
   state.control = {};
+  attempts.given_up = false;
   result.counters["steps_asleep"] += nominal_steps;
   methods.integrator->accept({state.x, state.v, input.particles.mass, state.time});
   note_memory();
@@ -219,7 +220,7 @@ bool Simulation::Parts::carry_jam() {
 }
 
 void Simulation::Parts::give_up() {
-  result.clean = false;
+  attempts.given_up = true;
   const RejectedAttempt& failed = attempts.failed;
   std::string cause = "no clean step at " + std::to_string(state.time) + " s after " +
                       std::to_string(scene.time.max_halvings) + " halvings: " + failed.cause;
@@ -264,6 +265,7 @@ void Simulation::Parts::accept() {
   note_memory();
   note_strain();
   attempts.accepted = true;
+  attempts.given_up = false;
   if (methods.untangling()) continue_untangling();
 }
 

@@ -149,6 +149,7 @@ RunResult Simulation::Parts::present_result() const {
     r.tangle = methods.untangler->report();
     r.clean = r.clean && r.tangle.elsewhere == 0;
   }
+  r.clean = r.clean && !attempts.given_up;
   r.clean_elsewhere = r.clean;
   r.clean = r.clean && !methods.untangling() && r.tangle.jams == 0;
   r.final_max_speed = max_norm(state.v);

@@ -27,6 +27,7 @@ struct Simulation::Parts {
     std::vector<double> lengths;  // s
     RejectedAttempt failed;       // the last rejected one, of any step
     bool accepted = false;        // `attempt` below is the accepted one
+    bool given_up = false;        // no attempt was accepted
   };
 
   Scene scene;

@@ -155,7 +155,7 @@ void Simulation::Parts::restore(SimulationState saved) {
   methods.integrator->restore_memory(saved.memory);
   state = std::move(saved);
   if (water) water->restore(state, input.particles.mass);
-  attempts.accepted = false;
+  attempts.accepted = attempts.given_up = false;
   detail::place_bodies(built, state.time, input.x_t0);
   note_bodies(input.x_t0);
   if (!methods.untangler) return;

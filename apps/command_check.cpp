@@ -61,6 +61,8 @@ Json to_json(const CheckFinding& finding) {
                {"triangles", v.triangles},
                {"self_intersections", v.self_intersections},
                {"body_intersections", v.body_intersections},
+               {"self_touches", v.self_touches},
+               {"body_touches", v.body_touches},
                {"inside_vertices", v.inside_vertices},
                {"max_penetration_m", v.max_penetration_m},
                {"max_stretch", v.max_stretch},
@@ -105,8 +107,12 @@ void print_report(const CheckFinding& finding, const MeshList& o) {
   const Verdict& v = finding.state;
   fmt::print("{}: {} vertices, {} triangles\n", finding.file, v.vertices, v.triangles);
   fmt::print("  self-intersections    {}{}\n", v.self_intersections, pair_list(v.first_self));
+  if (v.self_touches > 0)
+    fmt::print("  touches itself        {}{}\n", v.self_touches, pair_list(v.first_self_touches));
   if (!o.against.empty()) {
     fmt::print("  body intersections    {}{}\n", v.body_intersections, pair_list(v.first_body));
+    if (v.body_touches > 0)
+      fmt::print("  touches the body      {}{}\n", v.body_touches, pair_list(v.first_body_touches));
     fmt::print("  vertices inside       {}{}\n", v.inside_vertices, inside_note(v));
     fmt::print("  largest penetration   {:.6g} m\n", v.max_penetration_m);
   }
@@ -124,6 +130,8 @@ void print_line(const CheckFinding& finding, const MeshList& o) {
   if (!o.against.empty())
     line += fmt::format(", {} body, {} inside, {:.6g} m deep", v.body_intersections,
                         v.inside_vertices, v.max_penetration_m);
+  if (v.self_touches + v.body_touches > 0)
+    line += fmt::format(", {} touch", counted(v.self_touches + v.body_touches, "pair"));
   if (!o.rest.empty())
     line += fmt::format(", stretch {:.3f} %, compression {:.3f} %", 100.0 * v.max_stretch,
                         100.0 * v.max_compression);
@@ -173,6 +181,9 @@ void print_report(const ResultCheck& sum, bool strains) {
           : fmt::format("{}; `run --every-step` writes every state", counted(sum.states, "frame")));
   fmt::print("  worst self-intersections    {}\n", v.self_intersections);
   fmt::print("  worst body intersections    {}\n", v.body_intersections);
+  if (v.self_touches + v.body_touches > 0)
+    fmt::print("  most touches                {} with itself, {} with the bodies\n", v.self_touches,
+               v.body_touches);
   fmt::print("  most vertices inside        {}\n", v.inside_vertices);
   fmt::print("  largest penetration         {:.6g} m\n", v.max_penetration_m);
   if (strains)
@@ -233,8 +244,8 @@ void add_command_check(const Command& app) {
               "Threads for a result folder; 0: all (the answer is the same)")
       .range(0, 1024);
   command.footer(
-      "Exit code: 0 nothing found; 1 an intersection, a vertex inside the body "
-      "or a collision; 2 bad input.");
+      "Exit code: 0 nothing found, or triangles that only touch; 1 an intersection, a vertex "
+      "inside the body or a collision; 2 bad input.");
   command.action([o] {
     check_options(o->list);
     const ThreadLimit limit(o->threads);

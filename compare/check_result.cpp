@@ -166,6 +166,8 @@ void take_worse(const Verdict& v, Verdict& worst) {
   worst.triangles = std::max(worst.triangles, v.triangles);
   worst.self_intersections = std::max(worst.self_intersections, v.self_intersections);
   worst.body_intersections = std::max(worst.body_intersections, v.body_intersections);
+  worst.self_touches = std::max(worst.self_touches, v.self_touches);
+  worst.body_touches = std::max(worst.body_touches, v.body_touches);
   worst.inside_vertices = std::max(worst.inside_vertices, v.inside_vertices);
   worst.max_penetration_m = std::max(worst.max_penetration_m, v.max_penetration_m);
   worst.max_stretch = std::max(worst.max_stretch, v.max_stretch);

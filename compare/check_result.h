@@ -24,7 +24,8 @@ struct CheckFinding {
   bool refined = false;  ///< the next state has a refined mesh, so there is no path to it
   bool merged = false;   ///< vertices become one on the path, as in a seam that has closed
 
-  /// Whether there is an intersection, a vertex inside the body or a collision.
+  /// Whether there is an intersection, a vertex inside the body or a collision. Triangles that only
+  /// touch in a state are no fault.
   bool is_faulty() const;
 };
 

@@ -194,16 +194,6 @@ std::vector<Proximity> contacts_within(const PreparedSurface& a, const PreparedS
   return out;
 }
 
-bool share_a_vertex(const Triangle& s, const Triangle& t) {
-  return std::any_of(s.begin(), s.end(),
-                     [&](std::int32_t v) { return v == t[0] || v == t[1] || v == t[2]; });
-}
-
-void sort_unique(std::vector<TrianglePair>& pairs) {
-  std::sort(pairs.begin(), pairs.end());
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-}
-
 }  // namespace
 
 std::vector<Collision> find_collisions(std::span<const Vec3> x_t0, std::span<const Vec3> x_t1,
@@ -243,37 +233,27 @@ CandidatePairs find_candidates(BroadPhase& broad_phase, const MovingSurface& a,
   return checked_candidates(broad_phase, prepared_a, prepared_b, distance, "distance");
 }
 
-// Two triangles have a common point if and only if an edge of one meets the other: the end points
-// of what they share lie on edges, and a triangle inside another in one plane has its edges there.
+TriangleMeetings find_meetings(std::span<const Vec3> x, std::span<const Triangle> triangles) {
+  const PreparedSurface surface(SurfaceState{x, triangles}, "surface");
+  TriangleMeetings found;
+  TriangleTest().find_self(surface.view(), found);
+  return found;
+}
+
+TriangleMeetings find_meetings(const SurfaceState& a, const SurfaceState& b) {
+  const PreparedSurface prepared_a(a, "a"), prepared_b(b, "b");
+  TriangleMeetings found;
+  TriangleTest().find(prepared_a.view(), prepared_b.view(), found);
+  return found;
+}
+
 std::vector<TrianglePair> find_crossings(std::span<const Vec3> x,
                                          std::span<const Triangle> triangles) {
-  const PreparedSurface surface(SurfaceState{x, triangles}, "surface");
-  std::vector<EdgeTrianglePair> met;
-  EdgeTriangleTest().find_self(surface.view(), met);
-  const TrianglesOfEdges at_edge(surface.edges(), triangles);
-  std::vector<TrianglePair> out;
-  for (const auto& [edge, triangle] : met)
-    for (const std::int32_t other : at_edge.at(edge))
-      if (!share_a_vertex(triangles[other], triangles[triangle]))
-        out.push_back({std::min(other, triangle), std::max(other, triangle)});
-  sort_unique(out);
-  return out;
+  return find_meetings(x, triangles).crossings;
 }
 
 std::vector<TrianglePair> find_crossings(const SurfaceState& a, const SurfaceState& b) {
-  const PreparedSurface prepared_a(a, "a"), prepared_b(b, "b");
-  std::vector<EdgeTrianglePair> met;
-  std::vector<TrianglePair> out;
-  EdgeTriangleTest().find(prepared_a.view(), prepared_b.view(), met);
-  const TrianglesOfEdges at_edge_a(prepared_a.edges(), a.triangles);
-  for (const auto& [edge, triangle] : met)
-    for (const std::int32_t own : at_edge_a.at(edge)) out.push_back({own, triangle});
-  EdgeTriangleTest().find(prepared_b.view(), prepared_a.view(), met);
-  const TrianglesOfEdges at_edge_b(prepared_b.edges(), b.triangles);
-  for (const auto& [edge, triangle] : met)
-    for (const std::int32_t own : at_edge_b.at(edge)) out.push_back({triangle, own});
-  sort_unique(out);
-  return out;
+  return find_meetings(a, b).crossings;
 }
 
 std::vector<Proximity> find_contacts(std::span<const Vec3> x, std::span<const Triangle> triangles,

@@ -20,8 +20,9 @@
 // Every function throws std::invalid_argument that names the index and the value if the arrays of a
 // surface have different lengths, a coordinate is not finite, or a triangle has an index outside
 // [0, n). The surface is called `a` or `b` there, or `surface` if there is only one. Degenerate
-// triangles are allowed. A vertex of no triangle is ignored. Pairs of one surface that share a
-// vertex are omitted. Results are the same for any number of threads.
+// triangles are allowed. A vertex of no triangle is ignored. Pairs of points, edges and triangles
+// of one surface that share a vertex are omitted; pairs of triangles that meet in a state are not.
+// Results are the same for any number of threads.
 
 namespace selvedge {
 
@@ -84,10 +85,25 @@ struct DetectionMethods {
   double min_separation = 0.0;  ///< m, >= 0; the one that `narrow_phase` has
 };
 
-/// A triangle of each side that have a common point.
+/// A triangle of each side.
 struct TrianglePair {
   std::int32_t triangle_a, triangle_b;
   auto operator<=>(const TrianglePair&) const = default;
+};
+
+/// Pairs of triangles that meet in a state, each list sorted.
+///
+/// Two triangles *cross* if their insides have a common point: an edge of one passes through the
+/// inside of the other, or both lie in one plane and overlap in area. They *touch* if they do not
+/// cross, but primitives of them without a common vertex have a common point: a corner or an edge
+/// of one and the other triangle, or two edges. Vertices are common by index; equal positions of
+/// different indices touch. A degenerate triangle is the segment or point that its corners span: it
+/// crosses a triangle only if the segment passes through its inside.
+struct TriangleMeetings {
+  std::vector<TrianglePair> crossings, touches;
+
+  bool empty() const { return crossings.empty() && touches.empty(); }
+  std::vector<TrianglePair> all() const;  ///< sorted
 };
 
 /// Finds the collisions of one surface with itself during a step: x_t0 and x_t1 (n,3) in metres,
@@ -117,14 +133,19 @@ CandidatePairs find_candidates(BroadPhase& broad_phase, const MovingSurface& sur
 CandidatePairs find_candidates(BroadPhase& broad_phase, const MovingSurface& a,
                                const MovingSurface& b, double distance = 0.0);
 
-/// Finds the pairs of triangles of one surface that cross: x (n,3) in metres, triangles (k,3). Two
-/// triangles cross if they have a common point and no common vertex index; touching counts. Decided
-/// exactly. Sorted; triangle_a < triangle_b.
+/// Finds the pairs of triangles of one surface that cross or touch: x (n,3) in metres, triangles
+/// (k,3); triangle_a < triangle_b. Decided exactly, crossing or touching for coordinates that are 0
+/// or differ in magnitude by a factor below 1e90.
+TriangleMeetings find_meetings(std::span<const Vec3> x, std::span<const Triangle> triangles);
+
+/// The same for a triangle of `a` and a triangle of `b`.
+TriangleMeetings find_meetings(const SurfaceState& a, const SurfaceState& b);
+
+/// Finds the pairs of triangles of one surface that cross. See find_meetings.
 std::vector<TrianglePair> find_crossings(std::span<const Vec3> x,
                                          std::span<const Triangle> triangles);
 
-/// Finds the pairs of a triangle of `a` and a triangle of `b` that have a common point. Decided
-/// exactly. Sorted.
+/// Finds the pairs of a triangle of `a` and a triangle of `b` that cross.
 std::vector<TrianglePair> find_crossings(const SurfaceState& a, const SurfaceState& b);
 
 /// Finds the pairs of a point and a triangle, or of two edges, of one surface that are nearer than
@@ -170,6 +191,31 @@ class EdgeTriangleTest {
   std::vector<Vec3> from_, to_;  // the ends of the edges
   CandidatePairs pairs_;
   std::vector<Contact> found_;
+};
+
+/// Finds the triangles that meet in one state, x_t0 of the views. The detectors keep their trees
+/// between calls.
+class TriangleTest {
+ public:
+  TriangleTest();
+
+  /// Writes the pairs of a triangle of `a` and a triangle of `b` that meet to `out`. Throws
+  /// std::invalid_argument that names the vertex if a coordinate is not finite.
+  void find(const SurfaceView& a, const SurfaceView& b, TriangleMeetings& out);
+
+  /// The same for the triangles of one surface; triangle_a < triangle_b.
+  void find_self(const SurfaceView& a, TriangleMeetings& out);
+
+  /// Those of find_self that have two or three vertices in common, and those of which one names a
+  /// vertex twice: time proportional to the number of triangles.
+  void find_folded(const SurfaceView& a, TriangleMeetings& out);
+
+ private:
+  void add_folded(const SurfaceView& a, TriangleMeetings& out);
+
+  EdgeTriangleTest edges_;
+  std::unique_ptr<NarrowPhase> narrow_;
+  std::vector<EdgeTrianglePair> met_;
 };
 
 /// The triangles at each edge of a mesh.

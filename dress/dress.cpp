@@ -51,21 +51,23 @@ void check_poses(const TriangleMesh& body, const std::vector<TriangleMesh>& pose
 /// Garments below lie free around the body and around each other.
 void check_under(const std::vector<WornGarment>& under, const TriangleMesh& body) {
   const auto crosses = [](const TriangleMesh& a, const TriangleMesh& b) {
-    return !find_crossings({a.vertices, a.triangles}, {b.vertices, b.triangles}).empty();
+    return !find_meetings({a.vertices, a.triangles}, {b.vertices, b.triangles}).empty();
   };
   for (std::size_t k = 0; k < under.size(); ++k) {
     const WornGarment& worn = under[k];
     validate(worn.surface, "garment \"" + worn.name + "\"");
     if (crosses(worn.surface, body))
       throw std::invalid_argument(fmt::format(
-          "garment \"{}\" crosses the body; give the body on which it was put on", worn.name));
-    if (!find_crossings(worn.surface.vertices, worn.surface.triangles).empty())
+          "garment \"{}\" crosses or touches the body; give the body on which it was put on",
+          worn.name));
+    if (!find_meetings(worn.surface.vertices, worn.surface.triangles).empty())
       throw std::invalid_argument(fmt::format(
-          "garment \"{}\" crosses itself; only a clean garment can be worn below", worn.name));
+          "garment \"{}\" crosses or touches itself; only a clean garment can be worn below",
+          worn.name));
     for (std::size_t inner = 0; inner < k; ++inner)
       if (crosses(worn.surface, under[inner].surface))
         throw std::invalid_argument(
-            fmt::format("garments \"{}\" and \"{}\" cross; give them as "
+            fmt::format("garments \"{}\" and \"{}\" cross or touch; give them as "
                         "they lie on the body together",
                         under[inner].name, worn.name));
   }

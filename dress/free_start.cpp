@@ -63,23 +63,25 @@ class FreeStart {
     for (Vec3& x : vertices(p)) x += kStep * outward_[p];
   }
 
-  /// Panels to be moved. Of two panels that cross each other and face the same way, the second one.
+  /// Panels to be moved, because they cross or touch something. Of two panels that cross each other
+  /// and face the same way, the second one.
   std::set<std::int32_t> crossing() {
     const std::vector<Triangle>& triangles = garment_.flat.triangles;
     const auto panel = [&](std::int32_t t) { return garment_.panel_of_triangle[t]; };
     std::set<std::int32_t> found;
     for (const TrianglePair& pair :
-         find_crossings({garment_.placed, triangles}, {body_.vertices, body_.triangles}))
+         find_meetings({garment_.placed, triangles}, {body_.vertices, body_.triangles}).all())
       found.insert(panel(pair.triangle_a));
     for (const WornGarment& worn : under_)
-      for (const TrianglePair& pair : find_crossings(
-               {garment_.placed, triangles}, {worn.surface.vertices, worn.surface.triangles}))
+      for (const TrianglePair& pair : find_meetings({garment_.placed, triangles},
+                                                    {worn.surface.vertices, worn.surface.triangles})
+                                          .all())
         found.insert(panel(pair.triangle_a));
     for (std::size_t p = 0; p < moved_.size(); ++p)
       if (!found.contains(static_cast<std::int32_t>(p)) &&
           std::abs(detail::winding_number(body_, vertices(p).front())) > 0.5)
         found.insert(static_cast<std::int32_t>(p));
-    for (const TrianglePair& pair : find_crossings(garment_.placed, triangles)) {
+    for (const TrianglePair& pair : find_meetings(garment_.placed, triangles).all()) {
       const std::int32_t a = std::min(panel(pair.triangle_a), panel(pair.triangle_b)),
                          b = std::max(panel(pair.triangle_a), panel(pair.triangle_b));
       found.insert(b);

@@ -2,7 +2,7 @@
 #include <selvedge/judge/detail/box_tree.h>
 #include <selvedge/judge/detail/check_surface.h>
 #include <selvedge/judge/detail/closed_surface.h>
-#include <selvedge/judge/detail/exact_predicates.h>
+#include <selvedge/judge/detail/triangle_meetings.h>
 #include <selvedge/judge/judge.h>
 
 #include <algorithm>
@@ -34,6 +34,7 @@ namespace {
 
 using judging::BoxTree;
 using judging::ClosedBox;
+using judging::Meeting;
 using judging::TrianglePoints;
 using IndexPair = std::pair<std::int32_t, std::int32_t>;
 
@@ -70,34 +71,46 @@ class FirstPairs {
   std::set<IndexPair> pairs_;
 };
 
-void count_self_intersections(const TriangleMesh& mesh, const BoxTree& tree, Verdict& verdict) {
-  FirstPairs first;
-  const auto n = static_cast<std::int32_t>(mesh.triangles.size());
-  for (std::int32_t i = 0; i < n; ++i) {
-    const TrianglePoints points = corners(mesh, i);
-    tree.find_meeting(tree.boxes()[i], [&](std::int32_t j) {
-      if (j <= i || share_a_vertex(mesh.triangles[i], mesh.triangles[j])) return;
-      if (!judging::triangles_meet(points, corners(mesh, j))) return;
-      ++verdict.self_intersections;
-      first.add({i, j});
-    });
+/// Counts crossing and touching pairs apart.
+struct Meetings {
+  std::size_t crossings = 0, touches = 0;
+  FirstPairs first_crossings, first_touches;
+
+  void add(Meeting meeting, IndexPair pair) {
+    if (meeting == Meeting::apart) return;
+    ++(meeting == Meeting::cross ? crossings : touches);
+    (meeting == Meeting::cross ? first_crossings : first_touches).add(pair);
   }
-  verdict.first_self = first.list();
+};
+
+void count_self_intersections(const TriangleMesh& mesh, const BoxTree& tree, Verdict& verdict) {
+  Meetings found;
+  tree.find_meeting_pairs([&](std::int32_t i, std::int32_t j) {
+    const Triangle &s = mesh.triangles[i], &t = mesh.triangles[j];
+    found.add(share_a_vertex(s, t) ? judging::meeting_of_neighbours(mesh.vertices, s, t)
+                                   : judging::meeting_of(corners(mesh, i), corners(mesh, j)),
+              {i, j});
+  });
+  verdict.self_intersections = found.crossings;
+  verdict.self_touches = found.touches;
+  verdict.first_self = found.first_crossings.list();
+  verdict.first_self_touches = found.first_touches.list();
 }
 
 void count_body_intersections(const TriangleMesh& mesh, const TriangleMesh& body,
                               const BoxTree& tree, Verdict& verdict) {
-  FirstPairs first;
+  Meetings found;
   const std::vector<ClosedBox> boxes = triangle_boxes(body);
   for (std::size_t j = 0; j < boxes.size(); ++j) {
     const TrianglePoints points = corners(body, j);
     tree.find_meeting(boxes[j], [&](std::int32_t i) {
-      if (!judging::triangles_meet(corners(mesh, i), points)) return;
-      ++verdict.body_intersections;
-      first.add({i, static_cast<std::int32_t>(j)});
+      found.add(judging::meeting_of(corners(mesh, i), points), {i, static_cast<std::int32_t>(j)});
     });
   }
-  verdict.first_body = first.list();
+  verdict.body_intersections = found.crossings;
+  verdict.body_touches = found.touches;
+  verdict.first_body = found.first_crossings.list();
+  verdict.first_body_touches = found.first_touches.list();
 }
 
 void measure_penetration(const TriangleMesh& mesh, const TriangleMesh& body, Verdict& verdict) {

@@ -13,14 +13,20 @@ namespace selvedge {
 
 /// Result of `judge`, which `selvedge check` prints. All counts are exact for every finite
 /// coordinate: a proven floating-point filter decides the easy cases, integers of arbitrary length
-/// the rest. A degenerate triangle counts as the point or segment that its corners span. The judge
-/// shares no code with broadphase, narrowphase or response.
+/// the rest. The judge shares no code with bodies, broadphase, narrowphase, detection or response.
+///
+/// Two triangles *cross* if their insides have a common point: an edge of one passes through the
+/// inside of the other, or both lie in one plane and overlap in area. They *touch* if they do not
+/// cross, but primitives of them without a common vertex have a common point: a corner or an edge
+/// of one and the other triangle, or two edges. Vertices are common by index; equal positions of
+/// different indices touch. A degenerate triangle is the segment or point that its corners span. It
+/// has no area, so it crosses only a triangle whose inside the segment passes through.
 struct Verdict {
   std::size_t vertices = 0, triangles = 0;
-  /// Pairs of mesh triangles that share no vertex (by index) and have a common point. Touching
-  /// counts, and so does coplanar overlap. Pairs that share a vertex are not tested.
+  /// Pairs of mesh triangles that cross, with and without common vertices.
   std::size_t self_intersections = 0;
-  std::size_t body_intersections = 0;  ///< pairs of a mesh triangle and a body triangle
+  std::size_t body_intersections = 0;  ///< a mesh triangle and a body triangle that cross
+  std::size_t self_touches = 0, body_touches = 0;  ///< the same for pairs that touch
   /// Mesh vertices strictly inside the closed parts of the body. A vertex is inside if the winding
   /// numbers of the consistently oriented parts about it do not sum to 0, or if it lies inside a
   /// closed part that is not consistently oriented.
@@ -29,8 +35,9 @@ struct Verdict {
   /// strains are rounded; all other numbers are exact.
   double max_penetration_m = 0.0;
   double max_stretch = 0.0, max_compression = 0.0;  ///< strain of edges relative to the rest mesh
-  std::vector<std::pair<std::int32_t, std::int32_t>> first_self,
-      first_body;  ///< up to 10 pairs each
+  /// Up to 10 pairs each: those that cross, and those that touch.
+  std::vector<std::pair<std::int32_t, std::int32_t>> first_self, first_body, first_self_touches,
+      first_body_touches;
   /// Connected parts of the body. Triangles connect through edges; vertices at equal positions
   /// count as one. Open parts (with a border) have no inside.
   std::size_t closed_parts = 0, open_parts = 0;

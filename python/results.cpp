@@ -27,6 +27,8 @@ py::dict verdict_table(const Verdict& v) {
   out["triangles"] = v.triangles;
   out["self_intersections"] = v.self_intersections;
   out["body_intersections"] = v.body_intersections;
+  out["self_touches"] = v.self_touches;
+  out["body_touches"] = v.body_touches;
   out["inside_vertices"] = v.inside_vertices;
   out["max_penetration_m"] = v.max_penetration_m;
   out["max_stretch"] = v.max_stretch;

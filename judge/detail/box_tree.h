@@ -58,6 +58,12 @@ class BoxTree {
     visit([&box](const ClosedBox& b) { return box.meets(b); }, found);
   }
 
+  /// Calls found(i, j) once for every pair of different boxes that overlap or touch, i < j.
+  template <class Found>
+  void find_meeting_pairs(const Found& found) const {
+    if (!nodes_.empty()) pairs_within(0, found);
+  }
+
   /// Calls measure(index), which returns a squared distance from x, for the boxes that may contain
   /// something nearer than the nearest so far. Returns the smallest squared distance, or any one
   /// that is at most `enough`.
@@ -88,6 +94,48 @@ class BoxTree {
     }
     visit_below(node_index + 1, enter, found);
     visit_below(node.right, enter, found);
+  }
+
+  std::int32_t left_of(std::int32_t node) const { return node + 1; }
+  bool is_leaf(std::int32_t node) const { return nodes_[node].right == 0; }
+
+  template <class Found>
+  void offer(std::int32_t a, std::int32_t b, const Found& found) const {
+    const std::int32_t i = order_[a], j = order_[b];
+    if (boxes_[i].meets(boxes_[j])) found(std::min(i, j), std::max(i, j));
+  }
+
+  template <class Found>
+  void pairs_within(std::int32_t index, const Found& found) const {
+    const Node& node = nodes_[index];
+    if (is_leaf(index)) {
+      for (std::int32_t a = node.begin; a < node.end; ++a)
+        for (std::int32_t b = a + 1; b < node.end; ++b) offer(a, b, found);
+      return;
+    }
+    pairs_within(left_of(index), found);
+    pairs_within(node.right, found);
+    pairs_between(left_of(index), node.right, found);
+  }
+
+  template <class Found>
+  void pairs_between(std::int32_t s, std::int32_t t, const Found& found) const {
+    const Node &a = nodes_[s], &b = nodes_[t];
+    if (!a.box.meets(b.box)) return;
+    if (is_leaf(s) && is_leaf(t)) {
+      for (std::int32_t i = a.begin; i < a.end; ++i)
+        if (b.box.meets(boxes_[order_[i]]))
+          for (std::int32_t j = b.begin; j < b.end; ++j) offer(i, j, found);
+      return;
+    }
+    // The node with more boxes is split first.
+    if (is_leaf(t) || (!is_leaf(s) && a.end - a.begin >= b.end - b.begin)) {
+      pairs_between(left_of(s), t, found);
+      pairs_between(a.right, t, found);
+    } else {
+      pairs_between(s, left_of(t), found);
+      pairs_between(s, b.right, found);
+    }
   }
 
   template <class Measure>

@@ -103,18 +103,6 @@ bool coplanar_segments_meet(const Vec3& p, const Vec3& q, const Vec3& r, const V
          orient2d(r, s, p, k) * orient2d(r, s, q, k) <= 0;
 }
 
-bool segments_meet(const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& s) {
-  if (!boxes_meet(p, q, r, s) || orient3d(p, q, r, s) != 0) return false;
-  const std::array<std::array<const Vec3*, 3>, 4> triples{
-      {{&p, &q, &r}, {&p, &q, &s}, {&p, &r, &s}, {&q, &r, &s}}};
-  for (const auto& t : triples)
-    if (const int k = droppable(*t[0], *t[1], *t[2]); k >= 0)
-      return coplanar_segments_meet(p, q, r, s, k);
-  // All four points are collinear. Every coordinate is monotone along the line, so the box test has
-  // already decided.
-  return true;
-}
-
 bool coplanar_point_in_triangle(const Vec3& p, const TrianglePoints& t, int k) {
   const int s0 = orient2d(t[0], t[1], p, k);
   const int s1 = orient2d(t[1], t[2], p, k);
@@ -217,6 +205,18 @@ int orient2d(const Vec3& a, const Vec3& b, const Vec3& c, int dropped) {
   if (det > bound || -det > bound) return sign_of(det);
   if ((acu == 0.0 || bcv == 0.0) && (acv == 0.0 || bcu == 0.0)) return 0;
   return orient2d_exactly(a, b, c, dropped);
+}
+
+bool segments_meet(const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& s) {
+  if (!boxes_meet(p, q, r, s) || orient3d(p, q, r, s) != 0) return false;
+  const std::array<std::array<const Vec3*, 3>, 4> triples{
+      {{&p, &q, &r}, {&p, &q, &s}, {&p, &r, &s}, {&q, &r, &s}}};
+  for (const auto& t : triples)
+    if (const int k = droppable(*t[0], *t[1], *t[2]); k >= 0)
+      return coplanar_segments_meet(p, q, r, s, k);
+  // All four points are collinear. Every coordinate is monotone along the line, so the box test has
+  // already decided.
+  return true;
 }
 
 bool separated_along(const Vec3& direction, std::span<const Vec3> below,

@@ -29,6 +29,10 @@ using TrianglePoints = std::array<Vec3, 3>;
 /// or triangle counts as the point or segment that its corners span. Exact.
 bool segment_meets_triangle(const Vec3& p, const Vec3& q, const TrianglePoints& triangle);
 
+/// True if the closed segments p q and r s have a common point. Degenerate segments count as above.
+/// Exact.
+bool segments_meet(const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& s);
+
 /// True if the closed triangles have a common point. Degenerate triangles count as above. Exact.
 bool triangles_meet(const TrianglePoints& a, const TrianglePoints& b);
 

@@ -86,8 +86,9 @@ def check(
         progress: result folders only: called with the number of checked states and of all.
 
     Returns:
-        A dict: self_intersections, body_intersections, inside_vertices, max_penetration_m,
-        max_stretch, max_compression and, with paths, path_self_collisions and
+        A dict: self_intersections and body_intersections (pairs of triangles that cross),
+        self_touches and body_touches (those that only touch), inside_vertices,
+        max_penetration_m, max_stretch, max_compression and, with paths, path_self_collisions and
         path_body_collisions. For a result folder these are the worst of all states, with the
         number of states and paths and the first_wrong and last_wrong file. For a list of files: a
         list of dicts.

@@ -32,7 +32,7 @@ Crossings Simulation::Parts::crossings_now() {
   const auto scope = clock.measure("verify");
   Crossings found = methods.detection.find_crossings();
   uncrossed.clear();
-  if (scene.plan.proofs && found.self.empty() && found.body.empty()) uncrossed = input.x_t0;
+  if (scene.plan.proofs && found.empty()) uncrossed = input.x_t0;
   return found;
 }
 
@@ -75,11 +75,12 @@ void Simulation::Parts::verify_frame() {
     return;
   }
   const Crossings found = crossings_now();
-  result.worst_self_intersections =
-      std::max(result.worst_self_intersections, static_cast<int>(found.self.size()));
-  result.worst_body_intersections =
-      std::max(result.worst_body_intersections, static_cast<int>(found.body.size()));
-  result.clean = result.clean && found.self.empty() && found.body.empty();
+  const auto note_worst = [](int& worst, const TriangleMeetings& pairs) {
+    worst = std::max(worst, static_cast<int>(pairs.crossings.size() + pairs.touches.size()));
+  };
+  note_worst(result.worst_self_intersections, found.self);
+  note_worst(result.worst_body_intersections, found.body);
+  result.clean = result.clean && found.empty();
 }
 
 void Simulation::Parts::note_bodies(const std::vector<Vec3>& x) {

@@ -2,41 +2,67 @@
 #include <selvedge/simulation/detail/crossings.h>
 
 #include <algorithm>
+#include <array>
 #include <stdexcept>
 
 namespace selvedge {
 namespace {
 
-bool shares_vertex(const Triangle& a, const Triangle& b) {
-  for (const std::int32_t i : a)
-    for (const std::int32_t j : b)
-      if (i == j) return true;
-  return false;
+/// A way in which the cloth meets a body or itself.
+struct Fault {
+  const Crossings::Pairs* pairs;
+  bool cross, body;
+};
+
+/// The first list with a pair; crossings come before touches, and bodies before the cloth itself.
+Fault worst_of(const Crossings& found) {
+  const std::array<Fault, 4> faults{{{&found.body.crossings, true, true},
+                                     {&found.self.crossings, true, false},
+                                     {&found.body.touches, false, true},
+                                     {&found.self.touches, false, false}}};
+  return *std::find_if(faults.begin(), faults.end() - 1,
+                       [](const Fault& f) { return !f.pairs->empty(); });
 }
 
-std::string count_and_first(const Crossings::Pairs& pairs, const char* second) {
-  return std::to_string(pairs.size()) + " pairs of triangles cross, the first is triangle " +
-         std::to_string(pairs[0].first) + " of the cloth and triangle " +
-         std::to_string(pairs[0].second) + " of " + second;
+std::string count_and_first(const Fault& fault) {
+  const Crossings::Pairs& pairs = *fault.pairs;
+  const std::string verb = fault.cross ? "cross" : "touch";
+  return (pairs.size() == 1 ? "1 pair of triangles " + verb + "es"
+                            : std::to_string(pairs.size()) + " pairs of triangles " + verb) +
+         ", the first is triangle " + std::to_string(pairs[0].triangle_a) +
+         " of the cloth and triangle " + std::to_string(pairs[0].triangle_b) + " of " +
+         (fault.body ? "the bodies" : "the cloth");
 }
 
-void sort_unique(Crossings::Pairs& pairs) {
-  std::sort(pairs.begin(), pairs.end());
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+bool have_common_edge(const Triangle& a, const Triangle& b) {
+  return std::count_if(a.begin(), a.end(), [&](std::int32_t v) {
+           return std::find(b.begin(), b.end(), v) != b.end();
+         }) >= 2;
 }
 
 }  // namespace
 
-std::string Crossings::sentence() const {
-  return body.empty() ? count_and_first(self, "the cloth") : count_and_first(body, "the bodies");
-}
+std::string Crossings::sentence() const { return count_and_first(worst_of(*this)); }
 
 void refuse_crossings(const Crossings& found, bool self) {
-  if (found.body.empty() && (!self || found.self.empty())) return;
+  Crossings refused = found;
+  if (!self) refused.self = {};
+  if (refused.empty()) return;
+  const Fault fault = worst_of(refused);
   throw std::invalid_argument(
-      std::string("the cloth crosses ") + (found.body.empty() ? "itself" : "a body") +
-      " at the start: " + found.sentence() +
+      std::string("the cloth ") + (fault.cross ? "crosses " : "touches ") +
+      (fault.body ? "a body" : "itself") + " at the start: " + count_and_first(fault) +
       "; move the pieces apart, or mend the mesh (`selvedge check` names the pairs)");
+}
+
+void refuse_folded(const Crossings& found, std::span<const Triangle> cloth) {
+  for (const Crossings::Pairs* pairs : {&found.self.crossings, &found.self.touches})
+    for (const auto& [a, b] : *pairs)
+      if (have_common_edge(cloth[a], cloth[b]))
+        throw std::invalid_argument(
+            "triangles " + std::to_string(a) + " and " + std::to_string(b) +
+            " of the cloth have an edge in common and lie on each other at the start, so nothing "
+            "can untangle them; mend the mesh");
 }
 
 CrossingSearch::CrossingSearch(const SearchContext& context) : context_(context) {}
@@ -47,41 +73,26 @@ SurfaceView CrossingSearch::bodies() const {
   return view;
 }
 
-void CrossingSearch::find_with_bodies(Crossings::Pairs& pairs) {
+void CrossingSearch::find_with_bodies(TriangleMeetings& found) {
   const SceneMotion& motion = context_.motion;
   if (motion.body_triangles().empty() ||
       context_.plan.bodies_are_uncrossed(motion.cloth_t0(), motion.bodies_t0()))
     return;
   const PhaseClock::Scope busy(context_.plan.busy_crossings_bodies());
-  const SurfaceView cloth = motion.cloth(0.0);
-  test_.find(cloth, bodies(), found_);
-  if (!found_.empty()) {
-    const TrianglesOfEdges cloth_of(motion.cloth_edges(), motion.cloth_triangles());
-    for (const auto& [edge, triangle] : found_)
-      for (const std::int32_t t : cloth_of.at(edge)) pairs.emplace_back(t, triangle);
-  }
-  test_.find(bodies(), cloth, found_);
-  if (!found_.empty()) {
-    const TrianglesOfEdges body_of(motion.body_edges(), motion.body_triangles());
-    for (const auto& [edge, triangle] : found_)
-      for (const std::int32_t t : body_of.at(edge)) pairs.emplace_back(triangle, t);
-  }
-  sort_unique(pairs);
+  triangles_.find(motion.cloth(0.0), bodies(), found);
 }
 
-void CrossingSearch::find_with_self(Crossings::Pairs& pairs) {
+// The proof is about primitives without a common vertex. It says nothing of doubled triangles,
+// which have none.
+void CrossingSearch::find_with_self(TriangleMeetings& found) {
   const SceneMotion& motion = context_.motion;
-  if (context_.plan.self_is_uncrossed(motion.cloth_t0())) return;
+  const SurfaceView cloth = motion.cloth(0.0);
+  if (context_.plan.self_is_uncrossed(motion.cloth_t0())) {
+    triangles_.find_folded(cloth, found);
+    return;
+  }
   const PhaseClock::Scope busy(context_.plan.busy_crossings_self());
-  test_.find_self(motion.cloth(0.0), found_);
-  if (found_.empty()) return;
-  const std::vector<Triangle>& triangles = motion.cloth_triangles();
-  const TrianglesOfEdges cloth_of(motion.cloth_edges(), triangles);
-  for (const auto& [edge, triangle] : found_)
-    for (const std::int32_t t : cloth_of.at(edge))
-      if (!shares_vertex(triangles[t], triangles[triangle]))
-        pairs.emplace_back(std::min(t, triangle), std::max(t, triangle));
-  sort_unique(pairs);
+  triangles_.find_self(cloth, found);
 }
 
 Crossings CrossingSearch::find() {

@@ -119,7 +119,10 @@ void Simulation::Parts::start(const Methods& m) {
 void Simulation::Parts::refuse_bad_start() {
   const Crossings found = crossings_now();
   const ContactSpec& contact = scene.contact;
-  if (!contact.untangle_start) refuse_crossings(found, contact.self);
+  if (!contact.untangle_start)
+    refuse_crossings(found, contact.self);
+  else if (contact.self)
+    refuse_folded(found, built.cloth.surface.triangles);
   refuse_enclosed_start(start_untangling());
   refuse_unstable_start();
 }

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/core/types.h>
+#include <selvedge/judge/detail/exact_predicates.h>
+
+#include <cstdint>
+#include <span>
+
+namespace selvedge::judging {
+
+/// How two triangles meet, as Verdict defines it.
+enum class Meeting : std::uint8_t { apart, touch, cross };
+
+/// True if the triangles cross: if their insides have a common point, or if the inside of a segment
+/// that a degenerate triangle spans passes through the inside of the other triangle. Exact.
+bool triangles_cross(const TrianglePoints& a, const TrianglePoints& b);
+
+/// For triangles without a common vertex. Exact.
+Meeting meeting_of(const TrianglePoints& a, const TrianglePoints& b);
+
+/// For triangles s and t of one surface with a common vertex (by index), beyond what they have in
+/// common. Exact.
+Meeting meeting_of_neighbours(std::span<const Vec3> x, const Triangle& s, const Triangle& t);
+
+}  // namespace selvedge::judging

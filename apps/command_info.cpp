@@ -2,10 +2,14 @@
 #include "command_info.h"
 
 #include <fmt/format.h>
+#include <selvedge/apps/detail/counted.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/bodies/mesh_groups.h>
 #include <selvedge/bodies/mesh_report.h>
+#include <selvedge/detection/find.h>
 
+#include <cctype>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -31,6 +35,7 @@ struct GroupInfo {
 
 struct MeshInfo {
   MeshReport report;
+  TriangleMeetings meetings;  // of the file as it is, before vertices are merged
   std::vector<GroupInfo> groups;
   std::string question;
 };
@@ -54,6 +59,13 @@ bool is_obj(const std::string& file) {
   return file.size() > 4 && (file.ends_with(".obj") || file.ends_with(".OBJ"));
 }
 
+/// Whether the triangles of the file name vertices by number.
+bool has_shared_vertices(const std::string& file) {
+  std::string extension = std::filesystem::path(file).extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension == ".obj" || extension == ".ply" || extension == ".off";
+}
+
 std::vector<GroupInfo> groups_of(const InfoOptions& o) {
   std::vector<GroupInfo> list;
   if (!is_obj(o.mesh)) return list;
@@ -74,9 +86,20 @@ std::vector<GroupInfo> groups_of(const InfoOptions& o) {
   return list;
 }
 
+/// As `check` and `run` read it: only formats without shared vertices are welded.
+TriangleMeetings meetings_in_file(const InfoOptions& o) {
+  LoadConfig config;
+  config.groups = o.groups;
+  config.without = o.without;
+  config.weld = !has_shared_vertices(o.mesh);
+  const TriangleMesh mesh = load_mesh(o.mesh, config);
+  return find_meetings(mesh.vertices, mesh.triangles);
+}
+
 MeshInfo inspect(const InfoOptions& o) {
   MeshInfo info;
   info.report = report_mesh(load_mesh(o.mesh, load_config(o)));
+  info.meetings = meetings_in_file(o);
   info.groups = groups_of(o);
   info.question = ask_about_unit(info.report.upper - info.report.lower);
   return info;
@@ -94,13 +117,16 @@ Json report_json(const MeshReport& r) {
           {"boundary_edges", r.boundary_edges},
           {"non_manifold_edges", r.non_manifold_edges},
           {"inconsistent_edges", r.inconsistent_edges},
-          {"crossings", r.self_intersections},
+          {"crossings", r.self_intersections + r.folded_neighbours},
           {"folded_neighbours", r.folded_neighbours},
+          {"touches", r.touching_faces},
           {"volume", r.closed() ? Json(r.volume) : Json()}};
 }
 
 void print_json(const InfoOptions& o, const MeshInfo& info) {
   Json j = report_json(info.report);
+  j["crossings"] = info.meetings.crossings.size();
+  j["touches"] = info.meetings.touches.size();
   j["file"] = o.mesh;
   j["faults"] = info.report.sentences();
   j["unit_question"] = info.question.empty() ? Json() : Json(info.question);
@@ -131,7 +157,9 @@ void print_report(const InfoOptions& o, const MeshInfo& info) {
   else
     fmt::print("  surface    open: {} border edge{}, {} with more than two triangles\n",
                r.boundary_edges, r.boundary_edges == 1 ? "" : "s", r.non_manifold_edges);
-  fmt::print("  crossings  {} pairs of triangles\n", r.self_intersections + r.folded_neighbours);
+  fmt::print("  crossings  {} of triangles\n", counted(info.meetings.crossings.size(), "pair"));
+  if (!info.meetings.touches.empty())
+    fmt::print("  touches    {} of triangles\n", counted(info.meetings.touches.size(), "pair"));
   if (!info.question.empty()) fmt::print("  unit?      {} (--unit)\n", info.question);
   for (const std::string& sentence : r.sentences()) fmt::print("  fault      {}\n", sentence);
   if (info.groups.empty()) return;

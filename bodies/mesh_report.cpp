@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/bodies/detail/triangle_crossing.h>
 #include <selvedge/bodies/mesh_report.h>
+#include <selvedge/bodies/triangles_cross.h>
 #include <selvedge/core/parallel.h>
 
 #include <Eigen/Geometry>
@@ -280,7 +281,7 @@ class MeshInspection {
   }
 
   struct Crossings {
-    std::size_t apart = 0, neighbours = 0;
+    std::size_t apart = 0, neighbours = 0, touching = 0;
   };
 
   // Common corners are found by position, so that in a mesh whose triangles own their corners not
@@ -296,9 +297,11 @@ class MeshInspection {
           break;
         }
     const detail::Corners ca = corners(ta), cb = corners(tb);
-    found.apart += common == 0 && detail::triangles_meet(ca, cb);
-    found.neighbours += (common == 1 && detail::wedges_meet(ca, cb)) ||
-                        (common == 2 && detail::leaves_overlap(ca, cb));
+    const bool meet = (common == 0 && detail::triangles_meet(ca, cb)) ||
+                      (common == 1 && detail::wedges_meet(ca, cb)) ||
+                      (common == 2 && detail::leaves_overlap(ca, cb));
+    if (!meet) return;
+    ++(!triangles_cross(ca, cb) ? found.touching : common == 0 ? found.apart : found.neighbours);
   }
 
   void count_self_intersections() {
@@ -320,6 +323,7 @@ class MeshInspection {
     for (const Crossings& part : found) {
       report_.self_intersections += part.apart;
       report_.folded_neighbours += part.neighbours;
+      report_.touching_faces += part.touching;
     }
   }
 
@@ -359,6 +363,7 @@ std::vector<std::string> MeshReport::sentences() const {
   add_sentence(self_intersections, "pair of faces crosses", "pairs of faces cross", s);
   add_sentence(folded_neighbours, "pair of neighbouring faces overlaps",
                "pairs of neighbouring faces overlap", s);
+  add_sentence(touching_faces, "pair of faces touches", "pairs of faces touch", s);
   return s;
 }
 

@@ -109,11 +109,14 @@ class Detector {
   std::atomic<bool> busy_{false};
 };
 
-py::array crossings(const Moving& a, const std::optional<Moving>& b) {
-  return own<std::int32_t>(stoppable([&] {
-    return b ? find_crossings(a.state(), b->state())
-             : find_crossings(a.state().x, a.state().triangles);
-  }));
+/// Pairs that cross and pairs that touch.
+py::tuple meetings(const Moving& a, const std::optional<Moving>& b) {
+  TriangleMeetings found = stoppable([&] {
+    return b ? find_meetings(a.state(), b->state())
+             : find_meetings(a.state().x, a.state().triangles);
+  });
+  return py::make_tuple(own<std::int32_t>(std::move(found.crossings)),
+                        own<std::int32_t>(std::move(found.touches)));
 }
 
 py::dict contacts(const Moving& a, const std::optional<Moving>& b, double distance) {
@@ -141,7 +144,7 @@ void add_detection(py::module_& m, const SharedMethods& methods) {
       }))
       .def("collisions", &Detector::collisions)
       .def("candidates", &Detector::candidates);
-  m.def("find_crossings", &crossings);
+  m.def("find_meetings", &meetings);
   m.def("find_contacts", &contacts);
 }
 

@@ -114,7 +114,7 @@ void refuse_doubled(const TriangleMesh& mesh, const std::string& name) {
   for (std::size_t i = 1; i < order.size(); ++i)
     if (x[order[i]] == x[order[i - 1]])
       throw std::invalid_argument(fmt::format(
-          "{}: vertices {} and {} are at the same place, so the cloth would collide with itself; "
+          "{}: vertices {} and {} are at the same place, so the cloth touches itself at the start; "
           "weld them",
           name, order[i - 1], order[i]));
 }

@@ -18,8 +18,9 @@ using selvedge::Vec3;
 
 // The names that other programs read.
 const std::set<std::string> published = {
-    "vertices",        "triangles",         "self_intersections", "body_intersections",
-    "inside_vertices", "max_penetration_m", "max_stretch",        "max_compression"};
+    "vertices",     "triangles",      "self_intersections", "body_intersections",
+    "self_touches", "body_touches",   "inside_vertices",    "max_penetration_m",
+    "max_stretch",  "max_compression"};
 
 std::set<std::string> keys(const Json& json) {
   std::set<std::string> names;
@@ -115,6 +116,54 @@ TEST_F(Check, EndsWithOneForTwoTrianglesThatCross) {
              {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.2, 0.2, -1}, {0.2, 0.2, 1}, {0.3, 0.2, 1}},
               {{0, 1, 2}, {3, 4, 5}}});
   EXPECT_EQ(judged("cross.ply", 1)["self_intersections"], 1);
+}
+
+TEST_F(Check, EndsWithZeroAndCountsTrianglesThatOnlyTouch) {
+  write_mesh("touch.ply", {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.2, 0.2, 0}, {0.2, 0.2, 1}},
+                           {{0, 1, 2}, {0, 3, 4}}});
+  write_mesh("body.ply", {{{0, 0, 1}, {1, 0, 1}, {0, 1, 1}}, {{0, 1, 2}}});
+  const Json json = judged("touch.ply --against body.ply", 0);
+  EXPECT_EQ(json["self_touches"], 1);
+  EXPECT_EQ(json["body_touches"], 1);
+  EXPECT_EQ(json["self_intersections"].get<int>() + json["body_intersections"].get<int>(), 0);
+  const std::string report = check("touch.ply --against body.ply").out;
+  EXPECT_SAYS(report, "touches itself        1   (triangles 0-1)");
+  EXPECT_SAYS(report, "touches the body      1   (triangles 1-0)");
+  EXPECT_SAYS(check("touch.ply touch.ply").out, "1 pair touch");
+}
+
+/// A mesh, and the pairs of its triangles that cross and that touch.
+struct MeetingCase {
+  const char* name;
+  std::string obj;
+  int crossings, touches;
+};
+
+TEST_F(Check, InfoCheckAndTheStartOfARunGiveOneAnswer) {
+  const std::string corner = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+  const std::vector<MeetingCase> cases{
+      {"pierced", corner + "v .3 .2 .5\nv .3 .2 -.5\nf 1 2 3\nf 1 4 5\n", 1, 0},
+      {"doubled", corner + "f 1 2 3\nf 2 1 3\n", 1, 0},
+      {"nested", corner + "v 3 0 0\nv 0 2 0\nf 1 2 3\nf 1 4 5\n", 1, 0},
+      {"folded", corner + "v .7 .9 0\nf 1 2 3\nf 2 1 4\n", 1, 0},
+      {"hanging", corner + "v .5 0 0\nv .5 -1 0\nf 1 2 3\nf 1 4 5\n", 0, 1},
+      {"squares",
+       corner + "v 1 1 0\nv 1 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\n"
+                "f 1 2 4\nf 1 4 3\nf 5 6 7\nf 5 7 8\n",
+       0, 3}};
+  for (const MeetingCase& c : cases) {
+    SCOPED_TRACE(c.name);
+    write("mesh.obj", c.obj);
+    const Json checked = judged("mesh.obj", c.crossings > 0 ? 1 : 0);
+    EXPECT_EQ(checked["self_intersections"], c.crossings);
+    EXPECT_EQ(checked["self_touches"], c.touches);
+    const Json seen = Json::parse(run("info mesh.obj --json").out, nullptr, false);
+    EXPECT_EQ(seen["crossings"], c.crossings);
+    EXPECT_EQ(seen["touches"], c.touches);
+    EXPECT_REFUSED(run_small("r", "--set geometry='[{\"mesh\":\"mesh.obj\"}]'"),
+                   c.crossings > 0 ? "the cloth crosses itself at the start"
+                                   : "the cloth touches itself at the start");
+  }
 }
 
 TEST_F(Check, MeasuresStrainOnlyAgainstARestMesh) {

@@ -111,8 +111,9 @@ TriangleMesh two_triangles(const TrianglePoints& s, const TrianglePoints& t) {
   return {{s[0], s[1], s[2], t[0], t[1], t[2]}, {{0, 1, 2}, {3, 4, 5}}};
 }
 
-std::size_t self_intersections(const TrianglePoints& s, const TrianglePoints& t) {
-  return judge(two_triangles(s, t), {}, {}).self_intersections;
+std::size_t meetings(const TrianglePoints& s, const TrianglePoints& t) {
+  const Verdict verdict = judge(two_triangles(s, t), {}, {});
+  return verdict.self_intersections + verdict.self_touches;
 }
 
 // An octahedron, each face halved `levels` times and pushed out to the sphere.
@@ -142,57 +143,54 @@ TriangleMesh sphere(double radius, int levels) {
 // ---- Intersections of two triangles
 
 TEST(Judge, CountsTwoTrianglesThatPierceEachOther) {
-  EXPECT_EQ(self_intersections(unit, {Vec3(0.2, 0.2, -1), Vec3(0.3, 0.2, 1), Vec3(0.2, 0.3, 1)}),
-            1u);
-  EXPECT_EQ(self_intersections(unit, {Vec3(0.2, 0.2, 1), Vec3(0.3, 0.2, 2), Vec3(0.2, 0.3, 2)}),
-            0u);
+  EXPECT_EQ(meetings(unit, {Vec3(0.2, 0.2, -1), Vec3(0.3, 0.2, 1), Vec3(0.2, 0.3, 1)}), 1u);
+  EXPECT_EQ(meetings(unit, {Vec3(0.2, 0.2, 1), Vec3(0.3, 0.2, 2), Vec3(0.2, 0.3, 2)}), 0u);
 }
 
 TEST(Judge, CountsATouchingVertexOnFaceEdgeAndCorner) {
   const Vec3 up0(0.2, 0.2, 1), up1(0.3, 0.2, 1);
-  EXPECT_EQ(self_intersections(unit, {Vec3(0.25, 0.25, 0), up0, up1}), 1u);
-  EXPECT_EQ(self_intersections(unit, {Vec3(0.5, 0.5, 0), up0, up1}), 1u);
-  EXPECT_EQ(self_intersections(unit, {Vec3(1, 0, 0), up0, up1}), 1u);
+  EXPECT_EQ(meetings(unit, {Vec3(0.25, 0.25, 0), up0, up1}), 1u);
+  EXPECT_EQ(meetings(unit, {Vec3(0.5, 0.5, 0), up0, up1}), 1u);
+  EXPECT_EQ(meetings(unit, {Vec3(1, 0, 0), up0, up1}), 1u);
 }
 
 TEST(Judge, SeparatesATouchFromAGapOfOneUnitInTheLastPlace) {
   const double above = std::numeric_limits<double>::denorm_min();
   const Vec3 up0(0.2, 0.2, 1), up1(0.3, 0.2, 1);
-  EXPECT_EQ(self_intersections(unit, {Vec3(0.25, 0.25, above), up0, up1}), 0u);
+  EXPECT_EQ(meetings(unit, {Vec3(0.25, 0.25, above), up0, up1}), 0u);
   const double beyond = std::nextafter(0.5, 1.0);
-  EXPECT_EQ(self_intersections(unit, {Vec3(beyond, 0.5, 0), up0, up1}), 0u);
-  EXPECT_EQ(self_intersections(unit, {Vec3(beyond, std::nextafter(0.5, 0.0), 0), up0, up1}), 0u)
+  EXPECT_EQ(meetings(unit, {Vec3(beyond, 0.5, 0), up0, up1}), 0u);
+  EXPECT_EQ(meetings(unit, {Vec3(beyond, std::nextafter(0.5, 0.0), 0), up0, up1}), 0u)
       << "the step beyond the edge is twice the step back";
 }
 
 TEST(Judge, CountsOverlapWithinAPlaneAndATriangleInsideAnother) {
-  EXPECT_EQ(self_intersections(unit, {Vec3(0.4, 0.4, 0), Vec3(2, 0, 0), Vec3(2, 2, 0)}), 1u);
-  EXPECT_EQ(self_intersections(unit, {Vec3(0.1, 0.1, 0), Vec3(0.2, 0.1, 0), Vec3(0.1, 0.2, 0)}),
-            1u);
-  EXPECT_EQ(self_intersections({Vec3(0.1, 0.1, 0), Vec3(0.2, 0.1, 0), Vec3(0.1, 0.2, 0)}, unit),
-            1u);
-  EXPECT_EQ(self_intersections(unit, {Vec3(1, 1, 0), Vec3(1, 0.5, 0), Vec3(0.6, 1, 0)}), 0u);
+  EXPECT_EQ(meetings(unit, {Vec3(0.4, 0.4, 0), Vec3(2, 0, 0), Vec3(2, 2, 0)}), 1u);
+  EXPECT_EQ(meetings(unit, {Vec3(0.1, 0.1, 0), Vec3(0.2, 0.1, 0), Vec3(0.1, 0.2, 0)}), 1u);
+  EXPECT_EQ(meetings({Vec3(0.1, 0.1, 0), Vec3(0.2, 0.1, 0), Vec3(0.1, 0.2, 0)}, unit), 1u);
+  EXPECT_EQ(meetings(unit, {Vec3(1, 1, 0), Vec3(1, 0.5, 0), Vec3(0.6, 1, 0)}), 0u);
 }
 
 TEST(Judge, TakesDegenerateTrianglesForThePointsAndSegmentsTheyAre) {
   const Vec3 p(0.25, 0.25, 0), q(0.25, 0.25, 1), r(0.25, 0.25, 0.5);
-  EXPECT_EQ(self_intersections(unit, {p, p, p}), 1u);
-  EXPECT_EQ(self_intersections(unit, {q, q, q}), 0u);
-  EXPECT_EQ(self_intersections(unit, {r, p, q}), 1u);
-  EXPECT_EQ(self_intersections(unit, {q, r, q}), 0u);
-  EXPECT_EQ(
-      self_intersections({p, q, r}, {Vec3(0, 0, 0.5), Vec3(0.5, 0.5, 0.5), Vec3(0.1, 0.1, 0.5)}),
-      1u);
-  EXPECT_EQ(self_intersections({p, p, p}, {p, p, p}), 1u);
-  EXPECT_EQ(self_intersections({p, r, r}, {q, q, r}), 1u);
+  EXPECT_EQ(meetings(unit, {p, p, p}), 1u);
+  EXPECT_EQ(meetings(unit, {q, q, q}), 0u);
+  EXPECT_EQ(meetings(unit, {r, p, q}), 1u);
+  EXPECT_EQ(meetings(unit, {q, r, q}), 0u);
+  EXPECT_EQ(meetings({p, q, r}, {Vec3(0, 0, 0.5), Vec3(0.5, 0.5, 0.5), Vec3(0.1, 0.1, 0.5)}), 1u);
+  EXPECT_EQ(meetings({p, p, p}, {p, p, p}), 1u);
+  EXPECT_EQ(meetings({p, r, r}, {q, q, r}), 1u);
 }
 
-TEST(Judge, LeavesOutTrianglesThatShareAVertexAndCountsEqualPositionsOfOtherIndices) {
+TEST(Judge, TakesVerticesAsCommonByIndexAndCountsEqualPositionsOfOthersAsTouching) {
   const TriangleMesh shared{
       {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(1, 1, 0), Vec3(-1, 0, 0)},
       {{0, 1, 2}, {0, 3, 4}}};
-  EXPECT_EQ(judge(shared, {}, {}).self_intersections, 0u);
-  EXPECT_EQ(self_intersections(unit, {unit[0], Vec3(-1, 0, 0), Vec3(0, -1, 0)}), 1u);
+  EXPECT_EQ(judge(shared, {}, {}).self_intersections, 1u) << "they overlap in area";
+  const Verdict verdict =
+      judge(two_triangles(unit, {unit[0], Vec3(-1, 0, 0), Vec3(0, -1, 0)}), {}, {});
+  EXPECT_EQ(verdict.self_touches, 1u);
+  EXPECT_EQ(verdict.self_intersections, 0u);
 }
 
 TEST(Judge, NamesTheFirstPairsInOrder) {
@@ -312,8 +310,8 @@ TEST(Judge, CountsTheSameAsEveryPairByClipping) {
       with_body += meet_by_clipping(corners(mesh, i), corners(body, j));
     }
   const Verdict verdict = judge(mesh, body, {});
-  EXPECT_EQ(verdict.self_intersections, self);
-  EXPECT_EQ(verdict.body_intersections, with_body);
+  EXPECT_EQ(verdict.self_intersections + verdict.self_touches, self);
+  EXPECT_EQ(verdict.body_intersections + verdict.body_touches, with_body);
   EXPECT_GT(self, 20u);
 }
 

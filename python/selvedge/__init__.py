@@ -4,6 +4,7 @@
 Detection on arrays, exact and in one call:
     find_collisions(x0, x1, triangles)    collisions during a step, with times of impact
     find_crossings(x, triangles)          triangles that cross in one state
+    find_touches(x, triangles)            triangles that only touch
     find_contacts(x, triangles, d)        primitives nearer than d
     find_candidates(x0, x1, triangles)    pairs of a broad phase
     Detector(broad_phase, narrow_phase)   the same with methods that are kept between calls
@@ -45,6 +46,7 @@ from ._detection import (
     find_collisions,
     find_contacts,
     find_crossings,
+    find_touches,
 )
 from ._results import check, compare, measure, render, render_result, run, write_png
 from ._simulation import Scene, Simulation, SimulationFailed, State, VertexFlags
@@ -68,6 +70,7 @@ __all__ = [
     "find_collisions",
     "find_contacts",
     "find_crossings",
+    "find_touches",
     "licence",
     "list_methods",
     "measure",

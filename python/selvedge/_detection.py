@@ -23,6 +23,7 @@ __all__ = [
     "find_collisions",
     "find_contacts",
     "find_crossings",
+    "find_touches",
 ]
 
 
@@ -248,6 +249,10 @@ def find_candidates(
 def find_crossings(x: ArrayLike, triangles: ArrayLike, body: Any = None) -> NDArray[np.int32]:
     """Finds the pairs of triangles that cross in one state, exactly.
 
+    Two triangles cross if their insides have a common point: an edge of one passes through the
+    inside of the other, or both lie in one plane and overlap in area. Common vertices do not
+    matter. `check` counts the same pairs.
+
     Args:
         x: (n, 3) metres.
         triangles: (m, 3) vertex indices.
@@ -255,12 +260,22 @@ def find_crossings(x: ArrayLike, triangles: ArrayLike, body: Any = None) -> NDAr
 
     Returns:
         (c, 2) int32: triangle of the surface, and triangle of the surface (a larger index) or of
-        the body. Touching counts; triangles of one surface that share a vertex are left out.
+        the body.
 
     Raises:
         ValueError, TypeError: as in `find_collisions`.
     """
-    return _core.find_crossings(_state(x, triangles), _resting_body(body))
+    return _core.find_meetings(_state(x, triangles), _resting_body(body))[0]
+
+
+def find_touches(x: ArrayLike, triangles: ArrayLike, body: Any = None) -> NDArray[np.int32]:
+    """Finds the pairs of triangles that touch in one state and do not cross, exactly.
+
+    Two triangles touch if a corner or an edge of one meets the other, or two edges meet, that have
+    no vertex in common. Vertices are common by index: equal positions of different indices touch.
+    Arguments, result and errors as in `find_crossings`.
+    """
+    return _core.find_meetings(_state(x, triangles), _resting_body(body))[1]
 
 
 def find_contacts(

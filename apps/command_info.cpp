@@ -31,6 +31,7 @@ struct InfoOptions {
 struct GroupInfo {
   MeshGroup group;
   MeshReport report;
+  TriangleMeetings meetings;
 };
 
 struct MeshInfo {
@@ -79,9 +80,10 @@ std::vector<GroupInfo> groups_of(const InfoOptions& o) {
     for (const std::int32_t t : group.triangles)
       part.triangles.push_back(grouped.mesh.triangles[t]);
     const bool empty = part.triangles.empty();
+    const TriangleMeetings meetings = find_meetings(part.vertices, part.triangles);
     MeshReport report;
     if (!empty) report = report_mesh(prepare_mesh(std::move(part), config, o.mesh));
-    list.push_back({std::move(group), report});
+    list.push_back({std::move(group), report, meetings});
   }
   return list;
 }
@@ -107,7 +109,7 @@ MeshInfo inspect(const InfoOptions& o) {
 
 Json point_json(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
-Json report_json(const MeshReport& r) {
+Json report_json(const MeshReport& r, const TriangleMeetings& meetings) {
   return {{"vertices", r.vertices},
           {"triangles", r.triangles},
           {"parts", r.components},
@@ -117,22 +119,20 @@ Json report_json(const MeshReport& r) {
           {"boundary_edges", r.boundary_edges},
           {"non_manifold_edges", r.non_manifold_edges},
           {"inconsistent_edges", r.inconsistent_edges},
-          {"crossings", r.self_intersections + r.folded_neighbours},
+          {"crossings", meetings.crossings.size()},
+          {"touches", meetings.touches.size()},
           {"folded_neighbours", r.folded_neighbours},
-          {"touches", r.touching_faces},
           {"volume", r.closed() ? Json(r.volume) : Json()}};
 }
 
 void print_json(const InfoOptions& o, const MeshInfo& info) {
-  Json j = report_json(info.report);
-  j["crossings"] = info.meetings.crossings.size();
-  j["touches"] = info.meetings.touches.size();
+  Json j = report_json(info.report, info.meetings);
   j["file"] = o.mesh;
   j["faults"] = info.report.sentences();
   j["unit_question"] = info.question.empty() ? Json() : Json(info.question);
   j["groups"] = Json::array();
   for (const GroupInfo& g : info.groups) {
-    Json of_group = report_json(g.report);
+    Json of_group = report_json(g.report, g.meetings);
     of_group["kind"] = kind_name(g.group.kind);
     of_group["name"] = g.group.name;
     j["groups"].push_back(std::move(of_group));
@@ -170,7 +170,7 @@ void print_report(const InfoOptions& o, const MeshInfo& info) {
     else
       fmt::print("    {:<8} {}: {} triangles, {}, {}, {} crossings\n", kind_name(g.group.kind),
                  g.group.name, g.group.triangles.size(), g.report.closed() ? "closed" : "open",
-                 box_text(g.report), g.report.self_intersections + g.report.folded_neighbours);
+                 box_text(g.report), g.meetings.crossings.size());
 }
 
 }  // namespace

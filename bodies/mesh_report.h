@@ -21,11 +21,9 @@ struct MeshReport {
   std::size_t duplicate_vertices = 0;
   std::size_t unused_vertices = 0;
   std::size_t inward_components = 0;   ///< closed components with negative volume
-  std::size_t self_intersections = 0;  ///< crossing pairs of triangles without a common vertex
-  std::size_t folded_neighbours = 0;   ///< crossing pairs with one or two common vertices
-  /// Pairs that have a common point beyond their common vertex or edge and do not cross
-  /// (triangles_cross). Vertices at the same position are common here.
-  std::size_t touching_faces = 0;
+  std::size_t self_intersections = 0;  ///< pairs without a common vertex that cross or touch
+  /// Pairs of triangles with a common vertex that meet beyond their shared vertex or edge.
+  std::size_t folded_neighbours = 0;
   double volume = 0.0;  ///< m³, signed; of a closed mesh
   Vec3 lower = Vec3::Zero(), upper = Vec3::Zero();
 

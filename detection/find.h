@@ -134,8 +134,7 @@ CandidatePairs find_candidates(BroadPhase& broad_phase, const MovingSurface& a,
                                const MovingSurface& b, double distance = 0.0);
 
 /// Finds the pairs of triangles of one surface that cross or touch: x (n,3) in metres, triangles
-/// (k,3); triangle_a < triangle_b. Decided exactly, crossing or touching for coordinates that are 0
-/// or differ in magnitude by a factor below 1e90.
+/// (k,3); triangle_a < triangle_b. Decided exactly.
 TriangleMeetings find_meetings(std::span<const Vec3> x, std::span<const Triangle> triangles);
 
 /// The same for a triangle of `a` and a triangle of `b`.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/bodies/triangles_cross.h>
 #include <selvedge/detection/detail/common_vertices.h>
 #include <selvedge/detection/find.h>
 #include <selvedge/narrowphase/ccd_methods.h>
+#include <selvedge/narrowphase/triangles_cross.h>
 
 #include <algorithm>
 #include <array>

@@ -42,7 +42,7 @@ const std::map<std::string, std::set<std::string>> kArrows = {
     {"broadphase", {"core"}},
     {"response", {"core"}},
     {"narrowphase", {"core", "bodies"}},
-    {"detection", {"core", "bodies", "broadphase", "narrowphase"}},
+    {"detection", {"core", "broadphase", "narrowphase"}},
     {"judge", {"core"}},
     {"render", {"core"}},
     {"garment", {"core"}},

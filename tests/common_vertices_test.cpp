@@ -151,7 +151,8 @@ bool have_common(const std::vector<std::int32_t>& a, const std::vector<std::int3
                      [&](std::int32_t v) { return std::find(b.begin(), b.end(), v) != b.end(); });
 }
 
-/// By the definition: all primitives of both, without those that have a vertex in common.
+/// By the definition: corners and edges against triangles, and edges against edges, without those
+/// that have a vertex in common.
 How how_they_meet(const TriangleMesh& mesh) {
   const auto points = [&](const std::vector<std::int32_t>& vertices) {
     Points list;
@@ -165,7 +166,8 @@ How how_they_meet(const TriangleMesh& mesh) {
   if (insides_cross(points(of_s.back()), points(of_t.back()))) return How::cross;
   for (const auto& p : of_s)
     for (const auto& q : of_t)
-      if (!have_common(p, q) && meet(points(p), points(q))) return How::touch;
+      if (p.size() + q.size() >= 4 && !have_common(p, q) && meet(points(p), points(q)))
+        return How::touch;
   return How::apart;
 }
 
@@ -326,7 +328,9 @@ TEST(CommonVertices, ADegenerateTriangleIsASegment) {
   EXPECT_EQ(both({{kA, kB, kC, {.2, .2, 0}, {.4, .4, 0}}, {{0, 1, 2}, {0, 3, 4}}}), How::touch);
   EXPECT_EQ(both({{kA, kB, kC, {.5, 0, 0}}, {{0, 1, 2}, {0, 1, 3}}}), How::touch)
       << "its corner lies on the common edge";
-  EXPECT_EQ(both({{kA, kB, kC, {2, 0, 0}}, {{0, 1, 2}, {0, 1, 3}}}), How::apart);
+  EXPECT_EQ(both({{kA, kB, kC, {2, 0, 0}}, {{0, 1, 2}, {0, 1, 3}}}), How::touch)
+      << "one of its edges passes over a corner";
+  EXPECT_EQ(both({{kA, kB, kC, {-1, 0, 0}, {-2, 0, 0}}, {{0, 1, 2}, {0, 3, 4}}}), How::apart);
 }
 
 TEST(CommonVertices, FiveNearlyCoplanarPointsCrossInThreeOfFifteenWays) {

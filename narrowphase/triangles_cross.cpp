@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/bodies/detail/exact_orientation.h>
-#include <selvedge/bodies/detail/triangle_crossing.h>
-#include <selvedge/bodies/triangles_cross.h>
+#include <selvedge/narrowphase/detail/orientation.h>
+#include <selvedge/narrowphase/triangles_cross.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -11,8 +10,8 @@
 namespace selvedge {
 namespace {
 
-using detail::Corners;
-using detail::orientation;
+using narrowphase_detail::orientation;
+using Corners = std::array<Vec3, 3>;
 using Sides = std::array<int, 3>;  // of the corners of a triangle, relative to a plane
 
 Sides sides_of_plane(const Corners& t, const Corners& plane) {
@@ -63,8 +62,9 @@ int put_lone_corner_first(Corners& t, Sides side) {
 /// predicates", Journal of Graphics Tools 8(1), 2003; here with open ranges, so that strict signs
 /// replace theirs.
 bool insides_meet_on_line(Corners a, const Sides& side_a, Corners b, const Sides& side_b) {
-  if (put_lone_corner_first(a, side_a) < 0) std::swap(b[1], b[2]);
-  if (put_lone_corner_first(b, side_b) < 0) std::swap(a[1], a[2]);
+  const int lone_a = put_lone_corner_first(a, side_a), lone_b = put_lone_corner_first(b, side_b);
+  if (lone_a < 0) std::swap(b[1], b[2]);
+  if (lone_b < 0) std::swap(a[1], a[2]);
   return orientation(a[0], a[1], b[0], b[1]) < 0 && orientation(a[0], a[2], b[2], b[0]) < 0;
 }
 
@@ -78,27 +78,16 @@ bool segment_passes_through(const Corners& segment, const Corners& t) {
          orientation(p, q, t[2], t[0]) == turn;
 }
 
-double largest_coordinate_of(const Corners& t) {
-  return std::max({t[0].lpNorm<Eigen::Infinity>(), t[1].lpNorm<Eigen::Infinity>(),
-                   t[2].lpNorm<Eigen::Infinity>()});
+}  // namespace
+
+bool has_area(const std::array<Vec3, 3>& t) {
+  for (int axis = 0; axis < 3; ++axis)
+    if (orientation(t[0], t[1], t[2], axis) != 0) return true;
+  return false;
 }
 
-/// The power of two that brings products of three differences into the range of double; 0 if they
-/// are in it.
-int exponent_to_range(double size) {
-  constexpr double kLeast = 0x1p-250, kMost = 0x1p300;
-  return size == 0.0 || (size >= kLeast && size <= kMost) ? 0 : -std::ilogb(size);
-}
-
-/// Exact except for coordinates that underflow.
-Corners times_power_of_two(Corners t, int exponent) {
-  for (Vec3& x : t)
-    for (double& value : x) value = std::ldexp(value, exponent);
-  return t;
-}
-
-bool insides_meet(const Corners& a, const Corners& b) {
-  const bool flat_a = detail::has_no_area(a), flat_b = detail::has_no_area(b);
+bool triangles_cross(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b) {
+  const bool flat_a = !has_area(a), flat_b = !has_area(b);
   if (flat_a) return !flat_b && segment_passes_through(a, b);
   if (flat_b) return segment_passes_through(b, a);
   const Sides side_b = sides_of_plane(b, a);
@@ -106,19 +95,6 @@ bool insides_meet(const Corners& a, const Corners& b) {
   if (!passes_through(side_b)) return false;
   const Sides side_a = sides_of_plane(a, b);
   return passes_through(side_a) && insides_meet_on_line(a, side_a, b, side_b);
-}
-
-}  // namespace
-
-bool has_area(const std::array<Vec3, 3>& t) {
-  return !detail::has_no_area(times_power_of_two(t, exponent_to_range(largest_coordinate_of(t))));
-}
-
-bool triangles_cross(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b) {
-  const int exponent =
-      exponent_to_range(std::max(largest_coordinate_of(a), largest_coordinate_of(b)));
-  if (exponent == 0) return insides_meet(a, b);
-  return insides_meet(times_power_of_two(a, exponent), times_power_of_two(b, exponent));
 }
 
 // The corners a and b are on different sides of the edge in a projection along an axis. The

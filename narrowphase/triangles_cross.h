@@ -12,10 +12,10 @@ namespace selvedge {
 /// and edges do not count, because they are not inside. A triangle without area is the segment or
 /// point that its corners span; such a segment crosses a triangle if it passes through its inside.
 ///
-/// Exact for corners whose coordinates are 0 or differ in magnitude by a factor below 1e90.
+/// Exact for all finite doubles.
 bool triangles_cross(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b);
 
-/// False if the corners are collinear. Exact in the same range.
+/// False if the corners are collinear. Exact for all finite doubles.
 bool has_area(const std::array<Vec3, 3>& t);
 
 /// Proves quickly that the triangles v w a and v w b have only their common edge v w in common.

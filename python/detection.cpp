@@ -4,6 +4,9 @@
 #include <pybind11/stl.h>
 #include <selvedge/detection/find.h>
 
+#include <atomic>
+#include <type_traits>
+
 #include "arrays.h"
 #include "interruptible.h"
 #include "method_choice.h"
@@ -91,7 +94,7 @@ class Detector {
 
   /// Calls work(), which uses the methods. A call that is interrupted leaves them incomplete.
   template <class Work>
-  auto search(const Work& work) {
+  std::invoke_result_t<const Work&> search(const Work& work) {
     const OneThread mine(busy_, "detector");
     try {
       return stoppable(work);

@@ -14,6 +14,7 @@
 #include <map>
 #include <string>
 
+#include "refined_scenes.h"
 #include "scene_runs.h"
 
 namespace selvedge::refinement_test {
@@ -22,20 +23,6 @@ namespace {
 namespace fs = std::filesystem;
 
 class Refinements : public SceneRuns {};
-
-const std::string kBall = R"(,
-  "obstacles": [{"shape": {"type": "sphere", "radius": 0.15, "resolution": 16}}],
-  "time": {"frames": 16, "fps": 60})";
-
-std::string over_ball(const std::string& keys, const std::string& more = "") {
-  return R"({"geometry": [{"size": [0.6, 0.6], "cells": [8, 8],
-    "transformation": {"translation": [0, 0, 0.156]}, )" +
-         keys + "}]" + kBall + more + "}";
-}
-
-const std::string kCurved = R"("refine": {"when": "curved", "levels": 2, "angle_deg": 12})";
-const std::string kSettled =
-    R"("refine": {"when": "settled", "levels": 2, "speed": 100, "after": 0.08})";
 
 TEST_F(Refinements, CellsAreSplitWhereClothBendsAndTheRunIsClean) {
   const RunResult result = run_scene(read(over_ball(kCurved)), config_);
@@ -206,15 +193,6 @@ TEST_F(Refinements, HangingNodesStayInTheMiddleWithEveryFailSafe) {
   }
 }
 
-/// A strip between two edges that come nearer, so that it sags, and part again.
-const std::string kSagging = R"({"geometry": [{"size": [0.6, 0.15], "cells": [8, 2],
-    "refine": {"when": "curved", "levels": 2, "angle_deg": 12, "join_deg": 5}}],
-  "handles": [{"select": {"edge": "x0"}, "motion": [{"time": 0, "translation": [0, 0, 0]},
-                {"time": 0.3, "translation": [0.15, 0, 0]}, {"time": 0.6, "translation": [0, 0, 0]}]},
-              {"select": {"edge": "x1"}}],
-  "materials": {"default": {"bending_stiffness": 1e-4, "bending_damping": 1e-4}},
-  "time": {"frames": 60, "fps": 60}})";
-
 TEST_F(Refinements, CellsAreJoinedAgainWhereClothBecomesFlat) {
   const RunResult result = run_scene(read(kSagging), config_);
   EXPECT_TRUE(result.clean);
@@ -233,64 +211,6 @@ TEST_F(Refinements, AResumedRunJoinsToTheSameBits) {
   ASSERT_GT(part.counters.at("joined_cells"), 0.0);
   config_.resume = true;
   EXPECT_EQ(run_scene(read(kSagging), config_).state_hash, whole);
-}
-
-/// The hash after all frames of a scene that is stepped in memory.
-std::string hash_in_memory(const Scene& scene) {
-  const Methods methods;
-  RefiningSimulation simulation(scene, build_scene(scene), methods);
-  simulation.advance_to_frame(scene.time.frames);
-  return state_hash(simulation.now().state());
-}
-
-TEST_F(Refinements, StepsInMemorySplitAndJoinToTheBitsOfARun) {
-  for (const std::string& json : {over_ball(kCurved), over_ball(kSettled), kSagging}) {
-    const Scene s = read(json);
-    config_.out = folder_ / state_hash({.x = build_scene(s).cloth.surface.vertices});
-    EXPECT_EQ(hash_in_memory(s), run_scene(s, config_).state_hash) << json;
-  }
-}
-
-TEST_F(Refinements, SingleStepsBeginTheFramesThatTheyStartFrom) {
-  const Scene s = read(kSagging, {{"time.frames", "45"}});
-  const Methods methods;
-  RefiningSimulation simulation(s, build_scene(s), methods);
-  while (!simulation.now().reached(45)) simulation.step();
-  const RunResult result = simulation.result();
-  EXPECT_GT(result.counters.at("joined_cells"), 0.0);
-  EXPECT_EQ(result.state_hash, hash_in_memory(s));
-  simulation.begin_frame();
-  const std::int64_t steps = simulation.now().state().step;
-  simulation.begin_frame();
-  EXPECT_EQ(simulation.now().state().step, steps) << "a frame begins once";
-}
-
-TEST_F(Refinements, ASimulationWithOneMeshRefusesThem) {
-  const Scene s = read(over_ball(kCurved));
-  for (int constructor = 0; constructor < 3; ++constructor) try {
-      if (constructor == 0) Simulation simulation(s);
-      if (constructor == 1) Simulation simulation(s, build_scene(s));
-      if (constructor == 2) Simulation simulation(s, build_scene(s), SimulationState{});
-      ADD_FAILURE() << constructor;
-    } catch (const std::invalid_argument& error) {
-      EXPECT_SAYS(std::string(error.what()), "\"refine\" changes the mesh");
-      EXPECT_SAYS(std::string(error.what()), "RefiningSimulation");
-    }
-  EXPECT_NO_THROW(Simulation(with_fixed_mesh(s), build_scene(s)));
-}
-
-TEST_F(Refinements, TheCountersOfAResumedRunGoOn) {
-  const RunResult whole = run_scene(read(over_ball(kCurved)), config_);
-  config_.out = folder_ / "in_parts";
-  const RunResult part = run_scene(read(over_ball(kCurved), {{"time.frames", "9"}}), config_);
-  config_.resume = true;
-  const RunResult resumed = run_scene(read(over_ball(kCurved)), config_);
-  EXPECT_EQ(resumed.counters, whole.counters);
-  EXPECT_EQ(resumed.ledger, whole.ledger);
-  for (const auto& [name, figures] : part.plan) {
-    EXPECT_GE(resumed.plan.at(name).asked, whole.plan.at(name).asked) << name;
-    EXPECT_GE(resumed.plan.at(name).left_out, figures.left_out) << name;
-  }
 }
 
 TEST_F(Refinements, ACellIsNotJoinedThroughABodyUnlessTheSceneExcludesIt) {

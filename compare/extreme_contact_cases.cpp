@@ -437,6 +437,7 @@ std::vector<ExtremeCase> extreme_contact_cases() {
       {"s09_rotating_fin", degraded, false, named(fin, scene("s09_rotating_fin"))},
       {"s10_fast_sphere", degraded, true, fast_sphere},
       {"s11_half_in_sphere", refused, true, named(starts_crossing, scene("s11_half_in_sphere"))},
+      {"s11_common_corner", refused, true, named(starts_crossing, scene("s11_common_corner"))},
       {"s11_self_crossed", refused, true, named(starts_crossing, scene("s11_self_crossed"))},
       {"s15_thousand_g", degraded, false, thousand_g},
       {"s18_resting", correct, false, resting},

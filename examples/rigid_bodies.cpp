@@ -110,7 +110,7 @@ int crossing_instants(const selvedge::RotatingSurface& a, const selvedge::Rotati
       xa[i] = selvedge::position_at(a.motion, a.x_t0[i], t);
     for (std::size_t i = 0; i < xb.size(); ++i)
       xb[i] = selvedge::position_at(b.motion, b.x_t0[i], t);
-    count += selvedge::find_crossings({xa, a.triangles}, {xb, b.triangles}).empty() ? 0 : 1;
+    count += selvedge::find_meetings({xa, a.triangles}, {xb, b.triangles}).empty() ? 0 : 1;
   }
   return count;
 }

@@ -74,6 +74,21 @@ def test_crossings_are_those_of_brute_force(rng):
         assert set(map(tuple, found.tolist())) == expected
 
 
+def test_crossings_and_touches_of_neighbours_are_those_of_check():
+    corner = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+    for ends, crossings, touches in (
+        ([[0.3, 0.2, 0.5], [0.3, 0.2, -0.5]], [[0, 1]], []),
+        ([[0.3, 0.2, 0.5], [0.3, 0.2, 0.0]], [], [[0, 1]]),
+        ([[-0.3, 0.2, 0.5], [-0.3, 0.2, -0.5]], [], []),
+    ):
+        x, triangles = np.array(corner + ends, dtype=float), [[0, 1, 2], [0, 3, 4]]
+        assert selvedge.find_crossings(x, triangles).tolist() == crossings
+        assert selvedge.find_touches(x, triangles).tolist() == touches
+        verdict = selvedge.check(x, np.array(triangles, dtype=np.int32))
+        assert verdict["self_intersections"] == len(crossings)
+        assert verdict["self_touches"] == len(touches)
+
+
 def test_every_conservative_detector_of_the_build_leads_to_the_same_collisions(rng):
     x0, triangles = soup(rng, 40, shared=True)
     x1 = x0 + rng.uniform(-0.3, 0.3, x0.shape)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/bodies/detail/mesh_source.h>
 #include <selvedge/bodies/mesh_file.h>
+#include <selvedge/core/read_file.h>
 
 #include <algorithm>
 #include <cctype>
@@ -41,15 +42,8 @@ bool parse_extreme(std::string_view word, double& value) {
 
 std::uintmax_t checked_size(const std::filesystem::path& file) {
   const std::string name = file.string();
+  require_file(file, {.what = "mesh file"});
   std::error_code error;
-  const auto status = std::filesystem::status(file, error);
-  if (status.type() == std::filesystem::file_type::not_found)
-    throw std::invalid_argument(name + ": no such file");
-  if (error) throw std::invalid_argument(name + ": cannot be opened: " + error.message());
-  if (status.type() == std::filesystem::file_type::directory)
-    throw std::invalid_argument(name + ": is a folder, not a mesh file");
-  if (status.type() != std::filesystem::file_type::regular)
-    throw std::invalid_argument(name + ": is not a regular file; save the mesh to a file first");
   const std::uintmax_t size = std::filesystem::file_size(file, error);
   if (error) throw std::invalid_argument(name + ": cannot be opened: " + error.message());
   if (size == 0) throw std::invalid_argument(name + ": is empty; export the mesh again");

@@ -4,13 +4,13 @@
 #include <selvedge/compare/compare_plan.h>
 #include <selvedge/core/files.h>
 #include <selvedge/core/parallel.h>
+#include <selvedge/core/read_file.h>
 #include <selvedge/core/resources.h>
 #include <selvedge/core/whole_number.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/simulation/refinement.h>
 
 #include <algorithm>
-#include <fstream>
 #include <limits>
 #include <new>
 #include <nlohmann/json.hpp>
@@ -333,8 +333,7 @@ void note_run(const fs::path& folder, int repeat, const CellRun& run) {
 }
 
 std::optional<CellRun> read_cell_run(const fs::path& folder, int repeat) {
-  std::ifstream in(run_file(folder, repeat));
-  const Json j = Json::parse(in, nullptr, false);
+  const Json j = Json::parse(read_if_there(run_file(folder, repeat)), nullptr, false);
   if (!j.is_object()) return std::nullopt;
   try {
     return from_json(j);

@@ -4,6 +4,7 @@
 #include <selvedge/compare/compare_plan.h>
 #include <selvedge/compare/detail/plan_json.h>
 #include <selvedge/core/files.h>
+#include <selvedge/core/read_file.h>
 #include <selvedge/core/resources.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -40,8 +41,7 @@ constexpr double kBeside = 2.0, kBeside_s = 120.0;
 constexpr auto kLookEvery = std::chrono::milliseconds(2);
 
 std::string content(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
+  return read_if_there(file, {.most_bytes = std::uintmax_t{8} << 30});
 }
 
 void write_whole(const fs::path& file, const std::string& text) {

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/compare/compare_table.h>
 #include <selvedge/core/html.h>
+#include <selvedge/core/read_file.h>
 #include <selvedge/run/result_pictures.h>
 
 #include <array>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <stdexcept>
@@ -51,8 +50,7 @@ std::string picture_of(const fs::path& cell) {
   } catch (const std::invalid_argument&) {  // no end frame, or one that is not finite
     return {};
   }
-  std::ifstream in(file, std::ios::binary);
-  const std::string bytes(std::istreambuf_iterator<char>(in), {});
+  const std::string bytes = read_if_there(file);
   return bytes.empty() ? "" : "data:image/png;base64," + base64(std::as_bytes(std::span(bytes)));
 }
 

@@ -4,14 +4,15 @@
 #include <fmt/format.h>
 #include <selvedge/core/files.h>
 #include <selvedge/core/html.h>
+#include <selvedge/core/json_value.h>
+#include <selvedge/core/read_file.h>
 #include <selvedge/dress/dress_batch.h>
 #include <selvedge/garment/sewing_pattern.h>
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <stdexcept>
 #include <system_error>
 
@@ -41,8 +42,7 @@ std::vector<DressJob> jobs_of_folder(const fs::path& folder, const fs::path& bod
 }
 
 std::vector<DressJob> jobs_of_file(const fs::path& list, const fs::path& body) {
-  std::ifstream in(list);
-  if (!in) throw std::invalid_argument(list.string() + ": cannot be read; give a file or a folder");
+  std::istringstream in(read_whole_file(list, {.what = "list of patterns", .pipes = true}));
   std::vector<DressJob> jobs;
   std::string line;
   while (std::getline(in, line)) {
@@ -83,8 +83,7 @@ void check_jobs(const std::vector<DressJob>& jobs, const fs::path& list) {
 // ---- resumption ------------------------------------------------------------------------------
 
 std::string bytes_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
+  return read_if_there(file, {.most_bytes = std::uintmax_t{8} << 30});
 }
 
 std::string inputs_of(const DressJob& job, const DressBatchConfig& config) {
@@ -98,23 +97,31 @@ void write_text(const fs::path& file, const std::string& text) {
   out.commit();
 }
 
+bool row_from(const JsonValue<nlohmann::json>& json, DressBatchRow& row) {
+  const std::string state = json.text_or("dress", "");
+  if (state != "finished" && state != "failed") return false;
+  row.good = json.flag_or("good", false);
+  row.verdict = json.text_or("verdict", "");
+  row.panels = json.has("panels") ? json["panels"].json().size() : 0;
+  row.vertices = json.has("vertices") ? json["vertices"].whole<std::size_t>() : 0;
+  row.states = json.has("states_judged") ? json["states_judged"].whole<std::size_t>() : 0;
+  row.opening = json.number_or("largest_opening_m", 0.0);
+  row.stretch = json.number_or("max_stretch", 0.0);
+  if (json.has("seconds"))
+    for (const char* phase : {"start", "sew", "settle", "refine", "move"})
+      row.seconds += json["seconds"].number_or(phase, 0.0);
+  return true;
+}
+
 /// Reads the row of a garment from its folder; false if it has not ended.
 bool read_row(const fs::path& folder, DressBatchRow& row) {
   const auto json = nlohmann::json::parse(bytes_of(folder / "result.json"), nullptr, false);
   if (!json.is_object()) return false;
-  const std::string state = json.value("dress", "");
-  if (state != "finished" && state != "failed") return false;
-  row.good = json.value("good", false);
-  row.verdict = json.value("verdict", "");
-  row.panels = json.contains("panels") ? json["panels"].size() : 0;
-  row.vertices = json.value("vertices", std::size_t{0});
-  row.states = json.value("states_judged", std::size_t{0});
-  row.opening = json.value("largest_opening_m", 0.0);
-  row.stretch = json.value("max_stretch", 0.0);
-  if (json.contains("seconds"))
-    for (const char* phase : {"start", "sew", "settle", "refine", "move"})
-      row.seconds += json["seconds"].value(phase, 0.0);
-  return true;
+  try {
+    return row_from(JsonValue(json), row);
+  } catch (const JsonFault&) {  // damaged or of another version; the garment is made again
+    return false;
+  }
 }
 
 // ---- one garment -----------------------------------------------------------------------------

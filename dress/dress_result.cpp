@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <selvedge/core/files.h>
 #include <selvedge/core/measure.h>
+#include <selvedge/core/read_file.h>
 #include <selvedge/core/resources.h>
 #include <selvedge/dress/detail/dress_pictures.h>
 #include <selvedge/dress/detail/dressing.h>
@@ -144,13 +145,7 @@ void write_garment_ply(const fs::path& file, const DressResult& result, const Lo
 
 bool holds_dress_result(const fs::path& folder) {
   try {
-    std::error_code ignored;
-    const fs::path file = folder / "result.json";
-    if (!fs::exists(file, ignored)) return false;
-    std::FILE* in = std::fopen(file.c_str(), "rb");
-    if (in == nullptr) return false;
-    const Json json = Json::parse(in, nullptr, false);
-    std::fclose(in);
+    const Json json = Json::parse(read_if_there(folder / "result.json"), nullptr, false);
     return json.is_object() && json.contains(kMarker);
   } catch (const std::exception&) {
     return false;

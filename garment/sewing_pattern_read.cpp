@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/core/elementary.h>
+#include <selvedge/core/json_value.h>
+#include <selvedge/core/read_file.h>
 #include <selvedge/garment/detail/pattern_names.h>
 #include <selvedge/garment/sewing_pattern.h>
 
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -303,7 +303,7 @@ Json parse_unique(const std::string& text, const std::string& name) {
   try {
     return Json::parse(text, check);
   } catch (const Json::exception& error) {
-    throw std::invalid_argument(fmt::format("{}: is not JSON: {}", name, error.what()));
+    throw std::invalid_argument(fmt::format("{}: is not JSON: {}", name, json_message(error.what())));
   }
 }
 
@@ -318,11 +318,7 @@ SewingPattern parse_sewing_pattern(const std::string& json, const std::string& n
 }
 
 SewingPattern read_sewing_pattern(const std::filesystem::path& file, const PatternLimits& limits) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in || std::filesystem::is_directory(file))
-    throw std::invalid_argument(file.string() + ": cannot be opened");
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
-  if (in.bad()) throw std::invalid_argument(file.string() + ": cannot be read");
+  const std::string text = read_whole_file(file, {.what = "sewing pattern", .pipes = true});
   return parse_sewing_pattern(text, file.string(), limits);
 }
 

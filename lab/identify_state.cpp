@@ -2,10 +2,11 @@
 //
 // The state of a genetic search in a file, from which the search continues.
 #include <selvedge/core/files.h>
+#include <selvedge/core/json_value.h>
+#include <selvedge/core/read_file.h>
 #include <selvedge/lab/identify.h>
 
 #include <algorithm>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
@@ -28,9 +29,9 @@ StateJson settings_of(const DrapeSearch& search, const GeneticConfig& config) {
           {"seed", config.seed}};
 }
 
-Candidate candidate_of(const StateJson& j) {
-  const char* key = j.contains("residual") ? "residual" : "misfit";  // as in older files
-  return {j.at("logs").get<std::vector<double>>(), j.at(key).get<double>()};
+Candidate candidate_of(const JsonValue<StateJson>& j) {
+  const char* key = j.has("residual") ? "residual" : "misfit";  // as in older files
+  return {j["logs"].numbers(), j[key].number()};
 }
 
 /// True if every island has all its candidates, with one coordinate for each constant.
@@ -66,25 +67,28 @@ void write_state(const std::filesystem::path& file, const DrapeSearch& search,
 
 GeneticState read_state(const std::filesystem::path& file, const DrapeSearch& search,
                         const GeneticConfig& config) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw std::invalid_argument(file.string() + ": cannot be read");
-  const auto refuse = [&]() -> GeneticState {
-    throw std::invalid_argument(file.string() + ": is not the state of a search");
+  const std::string text = read_whole_file(file, {.what = "state of a search"});
+  const auto refuse = [&](const std::string& fault) {
+    throw std::invalid_argument(file.string() + ": is not the state of a search" + fault +
+                                "; name another file, or search without --resume");
   };
-  const StateJson json = StateJson::parse(in, nullptr, /*allow_exceptions=*/false);
+  const StateJson json = StateJson::parse(text, nullptr, /*allow_exceptions=*/false);
+  if (!json.is_object()) refuse("");
+  const JsonValue root(json);
   GeneticState state;
   try {
-    if (json.at("settings") != settings_of(search, config))
+    if (root["settings"].json() != settings_of(search, config))
       throw std::invalid_argument(file.string() + ": belongs to another search; name another file");
-    json.at("generation").get_to(state.generation);
-    for (const StateJson& island : json.at("islands")) {
+    state.generation = root["generation"].whole<int>(1);
+    for (const auto& island : root["islands"].list()) {
       auto& candidates = state.islands.emplace_back();
-      for (const StateJson& c : island) candidates.push_back(candidate_of(c));
+      for (const auto& c : island.list()) candidates.push_back(candidate_of(c));
     }
-  } catch (const StateJson::exception&) {
-    return refuse();
+  } catch (const JsonFault& fault) {
+    refuse(std::string(" (") + fault.what() + ")");
   }
-  return is_complete(state, search, config) ? state : refuse();
+  if (!is_complete(state, search, config)) refuse("");
+  return state;
 }
 
 SearchResult resumable_genetic(const DrapeSearch& search, const GeneticConfig& config,

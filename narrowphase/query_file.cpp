@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/files.h>
+#include <selvedge/core/read_file.h>
 #include <selvedge/narrowphase/detail/rational.h>
 #include <selvedge/narrowphase/query_file.h>
 
@@ -74,10 +75,7 @@ class Lines {
 
  private:
   std::ifstream open(const fs::path& file) const {
-    std::error_code error;
-    const fs::file_status status = fs::status(file, error);
-    if (status.type() == fs::file_type::not_found) refuse_file("no such file");
-    if (status.type() == fs::file_type::directory) refuse_file("is a folder, not a query file");
+    require_file(file, {.what = "query file", .pipes = true});
     std::ifstream stream(file, std::ios::binary);
     if (!stream) refuse_file("cannot be opened for reading; check its permissions");
     return stream;

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/bodies/mesh_file.h>
+#include <selvedge/core/json_value.h>
+#include <selvedge/core/read_file.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/run/result_pictures.h>
 
@@ -7,7 +9,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -287,13 +288,13 @@ void ResultPictures::prepare_folder() {
 /// scene.json, and camera and time in it, are optional; a damaged scene.json is refused.
 void ResultPictures::read_scene_file() {
   const fs::path file = result_ / "scene.json";
-  std::ifstream in(file, std::ios::binary);
-  if (!in) return;
+  const std::string text = read_if_there(file);
+  if (text.empty()) return;
   Json scene;
   try {
-    scene = Json::parse(in, nullptr, true, true);
+    scene = Json::parse(text, nullptr, true, true);
   } catch (const Json::exception& error) {
-    refuse(file, std::string("is not JSON: ") + error.what());
+    refuse(file, "is not JSON: " + json_message(error.what()));
   }
   const Json* camera = member(member(&scene, "output"), "camera");
   take(member(camera, "eye"), scene_camera_.eye);

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/core/fabric.h>
+#include <selvedge/core/json_value.h>
 #include <selvedge/core/law_words.h>
+#include <selvedge/core/read_file.h>
 #include <selvedge/scene/detail/fabric_texts.h>
 #include <selvedge/scene/detail/scene_json.h>
 #include <selvedge/scene/fabric_file.h>
@@ -9,7 +11,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <iterator>
 #include <limits>
 #include <map>
@@ -77,6 +78,14 @@ double number_in(const Json& j, const std::string& key, const std::string& place
   return value;
 }
 
+std::string text_in(const Json& j, const char* key, const std::string& otherwise,
+                    const std::string& place) {
+  if (!j.contains(key)) return otherwise;
+  if (!j[key].is_string())
+    refuse(place, fmt::format("\"{}\" must be a text in quotes", key));
+  return j[key].get<std::string>();
+}
+
 void refuse_unknown(const Json& j, const std::set<std::string>& known, const std::string& place) {
   for (const auto& [key, value] : j.items())
     if (!known.contains(key))
@@ -84,11 +93,18 @@ void refuse_unknown(const Json& j, const std::set<std::string>& known, const std
                                 nearest_word(key, {known.begin(), known.end()})));
 }
 
+std::string text_of(const std::filesystem::path& file, const std::string& place) {
+  try {
+    return read_whole_file(file, {.what = "table of two columns"});
+  } catch (const std::invalid_argument& fault) {
+    refuse(place, fault.what());
+  }
+}
+
 /// The two columns of a CSV file. Lines that do not begin with a number are its head and remarks.
 std::array<std::vector<double>, 2> read_columns(const std::filesystem::path& file,
                                                 const std::string& place) {
-  std::ifstream in(file);
-  if (!in) refuse(place, fmt::format("{} cannot be opened", file.string()));
+  std::istringstream in(text_of(file, place));
   std::array<std::vector<double>, 2> columns;
   std::size_t number = 0;
   for (std::string line; std::getline(in, line);) {
@@ -152,9 +168,7 @@ class FabricReader {
   }
 
   std::string text(const char* key, const std::string& otherwise) const {
-    if (!j_.contains(key)) return otherwise;
-    if (!j_[key].is_string()) refuse(place_, fmt::format("\"{}\" must be a text", key));
-    return j_[key].get<std::string>();
+    return text_in(j_, key, otherwise, place_);
   }
 
   std::string at(const std::string& key) const { return place_ + "." + key; }
@@ -307,6 +321,7 @@ class FabricReader {
       pull = curve(j, tension, place, {"return"});
       if (!j.contains("return")) return;
       Json release = j["return"];
+      if (!release.is_object()) refuse(place + ".return", "must be an object {...}");
       for (const char* unit : {"strain_unit", "force_unit"})
         if (!release.contains(unit)) release[unit] = j[unit];
       returned.push_back(resilience(pull, points(release, tension, place + ".return")));
@@ -455,7 +470,9 @@ std::vector<Fabric> fabrics_of(const Json& root, const std::string& file, const 
     return fabrics;
   }
   refuse_unknown(root, {"source", "description", "fabrics"}, file);
-  const std::string source = root.value("source", "");
+  const std::string source = text_in(root, "source", "", file);
+  if (!root["fabrics"].is_object())
+    refuse(file + ", fabrics", "must be an object {...} with a fabric for each name");
   for (const auto& [name, j] : root["fabrics"].items())
     fabrics.push_back(FabricReader(j, file + ", " + name, folder)
                           .read({set + "/" + name, "", source, "", {}, {}, {}}));
@@ -467,13 +484,19 @@ std::vector<Fabric> fabrics_of(const Json& root, const std::string& file, const 
 
 std::vector<Fabric> read_fabrics(const std::filesystem::path& file) {
   const std::string name = file.string();
-  return fabrics_of(detail::parse_json_file(file).root, name, file.stem().string(),
+  return fabrics_of(detail::parse_json_file(file, "fabric file").root, name, file.stem().string(),
                     file.parent_path());
 }
 
 Fabric parse_fabric(const std::string& json, const std::string& place,
                     const std::filesystem::path& folder) {
-  return FabricReader(Json::parse(json), place, folder).read({place, "", "", "", {}, {}, {}});
+  Json parsed;
+  try {
+    parsed = Json::parse(json);
+  } catch (const Json::exception& error) {
+    refuse(place, "is not JSON: " + json_message(error.what()));
+  }
+  return FabricReader(parsed, place, folder).read({place, "", "", "", {}, {}, {}});
 }
 
 std::vector<Fabric> measured_fabrics() {

@@ -196,7 +196,7 @@ TEST_F(Output, ATextThatIsNotAResultIsRefused) {
 TEST_F(Output, ACheckpointKeepsExactlyTheFieldsThatAResumedRunJoins) {
   const RunResult before = filled_result();
   RunResult kept, joined;
-  kept = detail::result_from_checkpoint(detail::checkpoint_json(before));
+  kept = detail::result_from_checkpoint(JsonValue(detail::checkpoint_json(before)));
   EXPECT_EQ(kept.frames, 0);
   EXPECT_EQ(kept.plan.at("bodies").asked, before.plan.at("bodies").asked);
   EXPECT_EQ(kept.tangle.pairs, 0);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/bodies/mesh_file.h>
+#include <selvedge/core/read_file.h>
 #include <selvedge/core/text.h>
 #include <selvedge/narrowphase/query_file.h>
 #include <selvedge/run/replay.h>
@@ -9,7 +10,6 @@
 #include <selvedge/view/result_view.h>
 
 #include <algorithm>
-#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -29,8 +29,7 @@ constexpr std::size_t kMostPairs = 500;
 
 /// null if there is no such JSON file.
 Json json_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  Json json = Json::parse(in, nullptr, false);
+  Json json = Json::parse(read_if_there(file), nullptr, false);
   return json.is_object() ? json : Json();
 }
 

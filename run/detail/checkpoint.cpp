@@ -3,7 +3,6 @@
 #include <selvedge/run/detail/checkpoint.h>
 #include <selvedge/run/detail/result_json.h>
 #include <selvedge/run/detail/run_folder.h>
-#include <selvedge/run/detail/whole_number.h>
 #include <selvedge/run/result_folder.h>
 
 #include <algorithm>
@@ -11,6 +10,7 @@
 #include <charconv>
 #include <cstdint>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
 
 namespace selvedge::detail {
@@ -103,12 +103,10 @@ Json to_json(const StepControl& control) {
           {"span", control.span}};
 }
 
-StepControl control_from(const Json& j) {
-  StepControl control{whole<std::int64_t>(j.at("done")), j.at("h").get<double>(),
-                      whole<int>(j.at("halvings"))};
+StepControl control_from(const Value& j) {
+  StepControl control{j["done"].whole<std::int64_t>(), j["h"].number(), j["halvings"].whole<int>()};
   // Older checkpoints have no span. Two steps are joined at most.
-  if (j.contains("span")) control.span = whole<int>(j["span"]);
-  if (control.span != 1 && control.span != 2) throw NotWhole(j["span"]);
+  if (j.has("span")) control.span = j["span"].whole<int>(1, 2);
   return control;
 }
 
@@ -120,17 +118,17 @@ Json to_json(const Tangles& tangles) {
   return {{"list", list}, {"kept", tangles.kept}};
 }
 
-Tangles tangles_from(const Json& j) {
+Tangles tangles_from(const Value& j) {
   Tangles tangles;
-  for (const Json& t : j.at("list")) {
+  for (const Value& t : j["list"].list()) {
     Tangle& tangle = tangles.list.emplace_back();
-    for (std::size_t k : {0, 1}) tangle.side[k] = whole_list<std::int32_t>(t.at("side").at(k));
-    tangle.way = whole<int>(t.at("way"));
-    tangle.best = whole<int>(t.at("best"));
-    tangle.since = whole<int>(t.at("since"));
-    tangle.jam = t.value("jam", false);
+    for (std::size_t k : {0, 1}) tangle.side[k] = t["side"][k].wholes<std::int32_t>();
+    tangle.way = t["way"].whole<int>();
+    tangle.best = t["best"].whole<int>();
+    tangle.since = t["since"].whole<int>();
+    tangle.jam = t.flag_or("jam", false);
   }
-  tangles.kept = whole_list<std::int32_t>(j.at("kept"));
+  tangles.kept = j["kept"].wholes<std::int32_t>();
   return tangles;
 }
 
@@ -145,16 +143,16 @@ Json to_json(const std::vector<SplitEvent>& splits) {
   return list;
 }
 
-std::vector<SplitEvent> splits_from(const Json& j) {
+std::vector<SplitEvent> splits_from(const Value& j) {
   std::vector<SplitEvent> splits;
-  for (const Json& e : j) {
+  for (const Value& e : j.list()) {
     SplitEvent& event = splits.emplace_back();
-    event.piece = whole<std::int32_t>(e.at("piece"));
-    event.time = e.at("time").get<double>();
-    event.join = e.value("join", false);
-    for (const Json& c : e.at("cells"))
-      event.cells.push_back({whole<std::int32_t>(c.at(0)), whole<std::int32_t>(c.at(1)),
-                             whole<std::int32_t>(c.at(2))});
+    event.piece = e["piece"].whole<std::int32_t>();
+    event.time = e["time"].number();
+    event.join = e.flag_or("join", false);
+    for (const Value& c : e["cells"].list())
+      event.cells.push_back(
+          {c[0].whole<std::int32_t>(), c[1].whole<std::int32_t>(), c[2].whole<std::int32_t>()});
   }
   return splits;
 }
@@ -166,13 +164,13 @@ Json to_json(const std::vector<MergeEvent>& merges) {
   return list;
 }
 
-std::vector<MergeEvent> merges_from(const Json& j) {
+std::vector<MergeEvent> merges_from(const Value& j) {
   std::vector<MergeEvent> merges;
-  for (const Json& e : j) {
+  for (const Value& e : j.list()) {
     MergeEvent& event = merges.emplace_back();
-    event.time = e.at("time").get<double>();
-    for (const Json& pair : e.at("pairs"))
-      event.pairs.push_back({whole<std::int32_t>(pair.at(0)), whole<std::int32_t>(pair.at(1))});
+    event.time = e["time"].number();
+    for (const Value& pair : e["pairs"].list())
+      event.pairs.push_back({pair[0].whole<std::int32_t>(), pair[1].whole<std::int32_t>()});
   }
   return merges;
 }
@@ -221,16 +219,16 @@ void write_state_fields(const SimulationState& state, Json& json) {
   json["merges"] = to_json(state.merges);
 }
 
-void read_state_fields(const Json& json, SimulationState& state) {
-  state.time = json.at("time").get<double>();
-  state.step = whole<std::int64_t>(json.at("step"));
-  if (json.contains("control")) state.control = control_from(json["control"]);
-  if (json.contains("acceleration")) state.acceleration = json["acceleration"].get<double>();
-  if (json.contains("still")) state.still = json["still"].get<double>();
-  if (json.contains("tangles")) state.tangles = tangles_from(json["tangles"]);
-  if (json.contains("memory")) state.memory = memory_from(json["memory"]);
-  if (json.contains("splits")) state.splits = splits_from(json["splits"]);
-  if (json.contains("merges")) state.merges = merges_from(json["merges"]);
+void read_state_fields(const Value& json, SimulationState& state) {
+  state.time = json["time"].number();
+  state.step = json["step"].whole<std::int64_t>();
+  if (json.has("control")) state.control = control_from(json["control"]);
+  state.acceleration = json.number_or("acceleration", state.acceleration);
+  state.still = json.number_or("still", state.still);
+  if (json.has("tangles")) state.tangles = tangles_from(json["tangles"]);
+  if (json.has("memory")) state.memory = memory_from(json["memory"].text());
+  if (json.has("splits")) state.splits = splits_from(json["splits"]);
+  if (json.has("merges")) state.merges = merges_from(json["merges"]);
 }
 
 void write_checkpoint(const fs::path& out, int frame, const StateCopy& copy,
@@ -246,11 +244,11 @@ void write_checkpoint(const fs::path& out, int frame, const StateCopy& copy,
 
 namespace {
 
-Checkpoint checkpoint_from(const Json& json, const fs::path& out) {
+Checkpoint checkpoint_from(const Value& json, const fs::path& out) {
   Checkpoint checkpoint;
-  checkpoint.frame = whole<int>(json.at("frame"));
-  checkpoint.refined = json.value("refined", false);  // older checkpoints do not say
-  const auto hash = json.at("state_hash").get<std::string>();
+  checkpoint.frame = json["frame"].whole<int>(0);
+  checkpoint.refined = json.flag_or("refined", false);  // older checkpoints do not say
+  const std::string hash = json["state_hash"].text();
   // checkpoint.ply is written just before checkpoint.json. If a run was killed between the two, its
   // frame or its failure bundle still holds the state that belongs to checkpoint.json.
   const fs::path frame =
@@ -264,7 +262,7 @@ Checkpoint checkpoint_from(const Json& json, const fs::path& out) {
         (out / "checkpoint.ply").string(), checkpoint.frame));
   checkpoint.state = std::move(*state);
   read_state_fields(json, checkpoint.state);
-  checkpoint.result = result_from_checkpoint(json.at("result"));
+  checkpoint.result = result_from_checkpoint(json["result"]);
   return checkpoint;
 }
 
@@ -273,14 +271,17 @@ Checkpoint checkpoint_from(const Json& json, const fs::path& out) {
 Checkpoint read_checkpoint(const fs::path& out) {
   const fs::path file = out / "checkpoint.json";
   const auto json = read_json(file);
+  std::error_code ignored;
   if (!json)
-    throw std::invalid_argument(fmt::format(
-        "{}: there is no checkpoint to resume from; run without --resume", file.string()));
-  try {
-    return checkpoint_from(*json, out);
-  } catch (const Json::exception& error) {
     throw std::invalid_argument(
-        fmt::format("{}: is damaged ({}); run without --resume", file.string(), error.what()));
+        fmt::format("{}: {}; run without --resume", file.string(),
+                    fs::exists(file, ignored) ? "is damaged: it is no JSON object"
+                                              : "there is no checkpoint to resume from"));
+  try {
+    return checkpoint_from(Value(*json), out);
+  } catch (const JsonFault& fault) {
+    throw std::invalid_argument(
+        fmt::format("{}: is damaged: {}; run without --resume", file.string(), fault.what()));
   }
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <selvedge/bodies/mesh_file.h>
+#include <selvedge/core/json_value.h>
 #include <selvedge/simulation/simulation.h>
 
 #include <cstdint>
@@ -15,6 +16,7 @@
 namespace selvedge::detail {
 
 using Json = nlohmann::json;
+using Value = JsonValue<Json>;
 
 /// The point from which a run can be resumed.
 struct Checkpoint {
@@ -64,8 +66,8 @@ std::optional<SimulationState> read_state(const std::filesystem::path& file,
 /// tangles, memory, splits and merges.
 void write_state_fields(const SimulationState& state, Json& json);
 /// Reads them. Only time and step are required, because older checkpoints have only these. Throws
-/// Json::exception for a wrong type and std::invalid_argument for damaged memory.
-void read_state_fields(const Json& json, SimulationState& state);
+/// JsonFault for a wrong type and std::invalid_argument for damaged memory.
+void read_state_fields(const Value& json, SimulationState& state);
 
 /// Memory of integrator and forces: 16 hexadecimal digits for the bits of each number.
 std::string memory_text(std::span<const double> memory);

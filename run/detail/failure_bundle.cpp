@@ -4,7 +4,6 @@
 #include <selvedge/run/detail/failure_bundle.h>
 #include <selvedge/run/detail/offenders.h>
 #include <selvedge/run/detail/run_folder.h>
-#include <selvedge/run/detail/whole_number.h>
 
 #include <algorithm>
 #include <array>
@@ -142,23 +141,23 @@ Json failure_json(const Scene& scene, const Simulation& simulation,
                   file.string(), fault));
 }
 
-FailureBundle bundle_from(const Json& json, const fs::path& folder) {
-  const int format = whole<int>(json.at("format"));
+FailureBundle bundle_from(const Value& json, const fs::path& folder) {
+  const int format = json["format"].whole<int>();
   if (format < 1 || format > kFormat)
     refuse(folder / "failure.json", "has a format that this program does not read");
   FailureBundle bundle;
   bundle.folder = folder;
-  bundle.scene_from_file = json.at("scene_from_file").get<bool>();
-  bundle.kind = failure_kind(json.at(format == 1 ? "what" : "kind").get<std::string>());
-  bundle.cause = json.at("cause").get<std::string>();
-  bundle.bodies_hash = json.at("bodies_hash").get<std::string>();
-  bundle.attempts = json.at(format == 1 ? "tried_s" : "attempts_s").get<std::vector<double>>();
-  const auto hash = json.at("state_hash").get<std::string>();
+  bundle.scene_from_file = json["scene_from_file"].flag();
+  bundle.kind = failure_kind(json[format == 1 ? "what" : "kind"].text());
+  bundle.cause = json["cause"].text();
+  bundle.bodies_hash = json["bodies_hash"].text();
+  bundle.attempts = json[format == 1 ? "tried_s" : "attempts_s"].numbers();
+  const std::string hash = json["state_hash"].text();
   auto state = read_state(folder / "state.ply", hash);
   if (!state)
     refuse(folder / "state.ply", "is missing or damaged: it is not the state of failure.json");
   bundle.state = std::move(*state);
-  for (const char* required : {"control", "tangles"}) json.at(required);
+  for (const char* required : {"control", "tangles"}) json[required];
   read_state_fields(json, bundle.state);
   if (!std::isfinite(bundle.state.time) || bundle.state.time < 0.0)
     refuse(folder / "failure.json", "holds an impossible time");
@@ -215,9 +214,9 @@ FailureBundle read_failure_bundle(const std::filesystem::path& folder) {
   const auto json = detail::read_json(file);
   if (!json) detail::refuse(file, "is missing or damaged");
   try {
-    return detail::bundle_from(*json, folder);
-  } catch (const detail::Json::exception& error) {
-    detail::refuse(file, std::string("is damaged (") + error.what() + ")");
+    return detail::bundle_from(detail::Value(*json), folder);
+  } catch (const JsonFault& fault) {
+    detail::refuse(file, std::string("is damaged: ") + fault.what());
   }
 }
 

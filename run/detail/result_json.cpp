@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/files.h>
 #include <selvedge/run/detail/result_json.h>
-#include <selvedge/run/detail/whole_number.h>
 #include <selvedge/run/result_folder.h>
 
 #include <cmath>
@@ -15,6 +14,7 @@ namespace detail {
 namespace {
 
 using Json = nlohmann::json;
+using Value = JsonValue<Json>;
 
 bool is_kept(FieldRule rule) { return rule.merge != Merge::last; }
 
@@ -70,48 +70,49 @@ class Reader {
  public:
   explicit Reader(bool kept_only) : kept_only_(kept_only) {}
 
-  void read(const Json& j, bool& value) const { j.get_to(value); }
-  void read(const Json& j, std::string& value) const { j.get_to(value); }
+  void read(const Value& j, bool& value) const { value = j.flag(); }
+  void read(const Value& j, std::string& value) const { value = j.text(); }
   template <std::integral T>
-  void read(const Json& j, T& value) const {
-    value = whole<T>(j);
+  void read(const Value& j, T& value) const {
+    value = j.whole<T>();
   }
 
-  void read(const Json& j, double& value) const {
+  void read(const Value& j, double& value) const {
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    if (j == "nan")
+    if (j.json() == "nan")
       value = std::numeric_limits<double>::quiet_NaN();
-    else if (j == "inf" || j == "-inf")
-      value = j == "inf" ? kInfinity : -kInfinity;
+    else if (j.json() == "inf" || j.json() == "-inf")
+      value = j.json() == "inf" ? kInfinity : -kInfinity;
     else
-      j.get_to(value);
+      value = j.number();
   }
 
-  void read(const Json& j, FlagCounts& flags) const {
+  void read(const Value& j, FlagCounts& flags) const {
     if (kept_only_) {
-      for (int bit = 0; bit < kVertexFlags; ++bit) read(j.at(bit), flags.worst[bit]);
+      for (int bit = 0; bit < kVertexFlags; ++bit)
+        read(j[static_cast<std::size_t>(bit)], flags.worst[bit]);
       return;
     }
     for (int bit = 0; bit < kVertexFlags; ++bit) {
-      const Json& counts = j.at(flag_name(bit));
-      read(counts.at("end"), flags.end[bit]);
-      read(counts.at("worst"), flags.worst[bit]);
+      const Value counts = j[flag_name(bit)];
+      read(counts["end"], flags.end[bit]);
+      read(counts["worst"], flags.worst[bit]);
     }
   }
 
   template <class T>
-  void read(const Json& j, std::map<std::string, T>& values) const {
+  void read(const Value& j, std::map<std::string, T>& values) const {
     values.clear();
-    for (const auto& [name, value] : j.get_ref<const Json::object_t&>()) read(value, values[name]);
+    for (const auto& [name, value] : j.members()) read(value, values[name]);
   }
 
   template <HasFields T>
-  void read(const Json& j, T& record) const {
+  void read(const Value& j, T& record) const {
     Fields<T>::visit([&](const char* name, auto member, FieldRule rule) {
       if (kept_only_ && !is_kept(rule)) return;
       // Older checkpoints have no plan.
-      if (kept_only_ && std::string_view(name) == "plan" && !j.contains(name)) return;
-      read(j.at(name), record.*member);
+      if (kept_only_ && std::string_view(name) == "plan" && !j.has(name)) return;
+      read(j[name], record.*member);
     });
   }
 
@@ -127,7 +128,7 @@ void rename_old_counters(std::map<std::string, double>& counters) {
   }
 }
 
-RunResult read(const Json& j, bool kept_only) {
+RunResult read(const Value& j, bool kept_only) {
   RunResult r;
   Reader(kept_only).read(j, r);
   rename_old_counters(r.counters);
@@ -141,8 +142,8 @@ nlohmann::ordered_json result_json(const RunResult& r) {
 }
 Json checkpoint_json(const RunResult& r) { return Writer<Json>(true).json(r); }
 
-RunResult result_from(const Json& j) { return read(j, false); }
-RunResult result_from_checkpoint(const Json& j) { return read(j, true); }
+RunResult result_from(const Value& j) { return read(j, false); }
+RunResult result_from_checkpoint(const Value& j) { return read(j, true); }
 
 }  // namespace detail
 
@@ -153,9 +154,12 @@ std::string result_text(const RunResult& result) {
 
 RunResult result_from_text(const std::string& text) {
   try {
-    return detail::result_from(nlohmann::json::parse(text));
+    const nlohmann::json json = nlohmann::json::parse(text);
+    return detail::result_from(JsonValue(json));
   } catch (const nlohmann::json::exception& error) {
-    throw std::invalid_argument(std::string("not the result of a run: ") + error.what());
+    throw std::invalid_argument("not the result of a run: " + json_message(error.what()));
+  } catch (const JsonFault& fault) {
+    throw std::invalid_argument(std::string("not the result of a run: ") + fault.what());
   }
 }
 

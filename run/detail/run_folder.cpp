@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/core/files.h>
+#include <selvedge/core/read_file.h>
 #include <selvedge/run/detail/run_folder.h>
 #include <selvedge/run/result_folder.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <charconv>
-#include <fstream>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -18,10 +18,15 @@ namespace selvedge::detail {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+/// A run writes all its state into a checkpoint, which has no bound.
+constexpr FileRules kJsonRules = {.most_bytes = std::uintmax_t{8} << 30};
+
+}  // namespace
+
 std::optional<Json> read_json(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) return std::nullopt;
-  Json json = Json::parse(in, nullptr, /*allow_exceptions=*/false);
+  Json json = Json::parse(read_if_there(file, kJsonRules), nullptr, /*allow_exceptions=*/false);
   if (json.is_discarded() || !json.is_object()) return std::nullopt;
   return json;
 }
@@ -156,12 +161,17 @@ void check_folder(const Scene& scene, const fs::path& folder) {
   if (!former)
     throw std::invalid_argument(
         out + ": holds files but no selvedge run; name an empty or a new result folder");
-  const std::string name = former->value("name", std::string());
-  if (name != scene.name)
+  const auto name = former->find("name");
+  if (name == former->end() || !name->is_string())
+    throw std::invalid_argument(
+        fmt::format("{}: is damaged: name: must be a text in quotes; name an empty or a new result "
+                    "folder",
+                    (folder / "scene.json").string()));
+  if (*name != scene.name)
     throw std::invalid_argument(fmt::format(
         "{}: holds results of the scene \"{}\", this one is \"{}\"; name another result folder or "
         "empty this one",
-        out, name, scene.name));
+        out, name->get<std::string>(), scene.name));
 }
 
 void make_folder(const fs::path& folder) {

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <selvedge/core/json_value.h>
+#include <selvedge/core/read_file.h>
 #include <selvedge/core/text.h>
 #include <selvedge/scene/detail/scene_json.h>
 
@@ -7,7 +9,6 @@
 #include <cctype>
 #include <cmath>
 #include <cstdint>
-#include <fstream>
 #include <iterator>
 #include <limits>
 #include <numeric>
@@ -97,10 +98,9 @@ class Builder : public nlohmann::json_sax<Json> {
   }
 
   bool parse_error(std::size_t, const std::string&, const Json::exception& error) override {
-    std::string what = error.what();  // "[json.exception.parse_error.101] parse error at line …"
-    if (const auto end = what.find("] "); end != std::string::npos) what.erase(0, end + 2);
-    throw std::invalid_argument(
-        fmt::format("{}, line {}: not valid JSON: {}", document_.file.string(), lines_.now, what));
+    throw std::invalid_argument(fmt::format("{}, line {}: not valid JSON: {}",
+                                            document_.file.string(), lines_.now,
+                                            json_message(error.what())));
   }
 
  private:
@@ -148,23 +148,12 @@ class Builder : public nlohmann::json_sax<Json> {
   std::string key_, path_;
 };
 
-std::string read_text(const std::filesystem::path& file) {
-  std::error_code error;
-  const auto status = std::filesystem::status(file, error);
-  if (!std::filesystem::exists(status))
-    throw std::invalid_argument(file.string() + ": no such file; check the name of the scene");
-  if (std::filesystem::is_directory(status))
-    throw std::invalid_argument(file.string() + ": is a folder; name the scene file in it");
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw std::invalid_argument(file.string() + ": cannot be opened; check its permissions");
-  std::string text(std::istreambuf_iterator<char>(in), {});
-  if (in.bad()) throw std::invalid_argument(file.string() + ": cannot be read");
-  if (text.size() > largest_file)
-    throw std::invalid_argument(file.string() +
-                                ": is larger than 64 MiB and cannot be a scene file");
+std::string read_text(const std::filesystem::path& file, const char* what) {
+  std::string text =
+      read_whole_file(file, {.what = what, .most_bytes = largest_file, .pipes = true});
   if (std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isspace(c); }))
-    throw std::invalid_argument(file.string() +
-                                ": the file is empty; a scene needs at least {\"geometry\": [{}]}");
+    throw std::invalid_argument(file.string() + ": the file is empty; a " + what +
+                                " has at least a JSON object, such as {\"geometry\": [{}]}");
   return text;
 }
 
@@ -208,6 +197,13 @@ std::string shown(const Json& value) {
   std::string text = value.dump(-1, ' ', false, Json::error_handler_t::replace);
   if (text.size() > longest) text = text.substr(0, longest - 3) + "...";
   return text;
+}
+
+/// A text with control characters, in quotes and shortened; JSON would write them in another way.
+std::string in_short_quotes(const std::string& text) {
+  constexpr std::size_t longest = 60;
+  const std::string all = printable(text);
+  return "\"" + (all.size() > longest ? all.substr(0, longest - 3) + "..." : all) + "\"";
 }
 
 std::string type_in_words(const std::string& type) {
@@ -287,7 +283,7 @@ class Checker {
     const bool is_prose = path == "description";
     if (is_prose ? text.find('\0') != std::string::npos : has_control_character(text))
       fail(document_, path,
-           fmt::format("must not contain control characters, is {}", shown(printable(text))));
+           fmt::format("must not contain control characters, is {}", in_short_quotes(text)));
   }
 
   void check_array(Json& value, const Json& schema, const std::string& path) {
@@ -446,8 +442,8 @@ double option_value(const Json& j) {
   return j.is_boolean() ? (j.get<bool>() ? 1.0 : 0.0) : j.get<double>();
 }
 
-LocatedJson parse_json_file(const std::filesystem::path& file) {
-  return parse_json_text(read_text(file), file);
+LocatedJson parse_json_file(const std::filesystem::path& file, const char* what) {
+  return parse_json_text(read_text(file, what), file);
 }
 
 LocatedJson parse_json_text(const std::string& text, const std::filesystem::path& file) {

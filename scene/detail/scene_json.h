@@ -37,8 +37,8 @@ std::vector<std::string> split_path(const std::string& path);
 double option_value(const Json& j);
 
 /// Reads JSON with // and /* */ comments. Refuses duplicate keys, numbers beyond a double, and
-/// more than 64 levels.
-LocatedJson parse_json_file(const std::filesystem::path& file);
+/// more than 64 levels. `what` names the kind of the file in messages.
+LocatedJson parse_json_file(const std::filesystem::path& file, const char* what = "scene file");
 /// The same for a text; `file` names it in messages, and relative paths in it start at its folder.
 LocatedJson parse_json_text(const std::string& text, const std::filesystem::path& file);
 

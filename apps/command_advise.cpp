@@ -2,6 +2,7 @@
 #include "command_advise.h"
 
 #include <fmt/format.h>
+#include <selvedge/apps/detail/print.h>
 #include <selvedge/compare/compare_table.h>
 
 #include <algorithm>
@@ -63,12 +64,12 @@ bool clearly_quicker(const CompareRow& a, const CompareRow& b) {
 
 void print_advice(const CompareTable& table, const std::vector<const CompareRow*>& rows) {
   const CompareRow& best = *rows[0];
-  fmt::print("{}: {:.4g} s per run", best.label, best.run_s.median);
-  if (best.error) fmt::print(", error {:.2e} {}", reliable_error(table, best), table.error_unit);
-  fmt::print("\n{}\n", best.command);
+  print_escaped("{}: {:.4g} s per run", best.label, best.run_s.median);
+  if (best.error) print_escaped(", error {:.2e} {}", reliable_error(table, best), table.error_unit);
+  print_escaped("\n{}\n", best.command);
   if (rows.size() < 2) return;
   const CompareRow& next = *rows[1];
-  fmt::print(
+  print_escaped(
       "next: {}, {:.2f} times as long{}\n", next.label, next.run_s.median / best.run_s.median,
       clearly_quicker(best, next) ? "" : ", a difference within the spread of these repeats");
 }
@@ -92,14 +93,14 @@ int run_command(const AdviseOptions& o) {
                                 ": no errors were measured; omit --error to get the fastest cell");
   const auto rows = fitting(table, o);
   if (rows.empty()) {
-    fmt::print(
+    print_escaped(
         stderr,
         "selvedge: no cell is within these limits; the errors have an uncertainty of {:.2g}\n",
         table.uncertainty);
     return 1;
   }
   if (o.json)
-    fmt::print("{}\n", to_json(table, *rows[0]).dump(2));
+    print_document(to_json(table, *rows[0]));
   else
     print_advice(table, rows);
   return 0;

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 #include <selvedge/apps/detail/method_choice.h>
+#include <selvedge/apps/detail/print.h>
 #include <selvedge/compare/compare_detectors.h>
 
 #include <algorithm>
@@ -101,7 +102,7 @@ QuerySet read(const fs::path& file, const CcdOptions& o) {
         ": neither the file name nor a folder states the kind of the queries; "
         "give --kind point_triangle or --kind edge_edge");
   const QuerySet set = read_queries(file, kind_option(o.kind));
-  for (const std::string& remark : set.remarks) fmt::print(stderr, "note: {}\n", remark);
+  for (const std::string& remark : set.remarks) print_escaped(stderr, "note: {}\n", remark);
   return set;
 }
 
@@ -190,7 +191,7 @@ void print_json(const MethodResults& results) {
   for (const Row& row : results.rows) rows.push_back(to_json(row));
   for (const SkippedMethod& s : results.skipped)
     skipped.push_back({{"narrow_phase", s.method}, {"file", s.file}, {"why", s.why}});
-  fmt::print("{}\n", Json{{"results", rows}, {"skipped", skipped}}.dump(2));
+  print_document(Json{{"results", rows}, {"skipped", skipped}});
 }
 
 std::string shown(const std::optional<double>& value, const char* format) {
@@ -214,13 +215,13 @@ Cells cells_of(const Row& row) {
 
 void print_cells(const Cells& cells, bool markdown, bool head) {
   if (markdown) {
-    fmt::print("{}| {} |\n", head ? "\n" : "", fmt::join(cells, " | "));
-    if (head) fmt::print("| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n");
+    print_escaped("{}| {} |\n", head ? "\n" : "", fmt::join(cells, " | "));
+    if (head) print_escaped("| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n");
     return;
   }
-  fmt::print("{:<24}{:>8}{:>8}{:>8}", cells[0], cells[1], cells[2], cells[3]);
-  for (std::size_t i = 4; i < cells.size(); ++i) fmt::print(" {:>10}", cells[i]);
-  fmt::print("\n");
+  print_escaped("{:<24}{:>8}{:>8}{:>8}", cells[0], cells[1], cells[2], cells[3]);
+  for (std::size_t i = 4; i < cells.size(); ++i) print_escaped(" {:>10}", cells[i]);
+  print_escaped("\n");
 }
 
 std::string heading(const NamedQueries& queries, const QueryScore& score) {
@@ -235,8 +236,8 @@ void print_tables(const MethodResults& results, bool markdown) {
   const NamedQueries* last = nullptr;
   for (const Row& row : results.rows) {
     if (row.queries != last) {
-      fmt::print("{}{}{}\n", last ? "\n" : "", markdown ? "### " : "",
-                 heading(*row.queries, row.score));
+      print_escaped("{}{}{}\n", last ? "\n" : "", markdown ? "### " : "",
+                    heading(*row.queries, row.score));
       print_cells(
           {"", "misses", "false", "late", "time off", "mean us", "median us", "99 % us", "max us"},
           markdown, true);
@@ -245,8 +246,8 @@ void print_tables(const MethodResults& results, bool markdown) {
     print_cells(cells_of(row), markdown, false);
   }
   for (const SkippedMethod& s : results.skipped)
-    fmt::print(stderr, "note: {} left out{}: {}\n", s.method,
-               s.file.empty() ? "" : " for " + s.file, s.why);
+    print_escaped(stderr, "note: {} left out{}: {}\n", s.method,
+                  s.file.empty() ? "" : " for " + s.file, s.why);
 }
 
 /// The method, or null if it refuses the configuration and the user asked for all methods.

@@ -7,6 +7,7 @@
 #include <selvedge/compare/check_result.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/resources.h>
+#include <selvedge/core/text.h>
 
 #include <cstdio>
 #include <filesystem>
@@ -105,7 +106,8 @@ std::string inside_note(const Verdict& v) {
 
 void print_report(const CheckFinding& finding, const MeshList& o) {
   const Verdict& v = finding.state;
-  fmt::print("{}: {} vertices, {} triangles\n", finding.file, v.vertices, v.triangles);
+  fmt::print("{}: {}, {}\n", printable(finding.file), counted(v.vertices, "vertex", "vertices"),
+             counted(v.triangles, "triangle"));
   fmt::print("  self-intersections    {}{}\n", v.self_intersections, pair_list(v.first_self));
   if (v.self_touches > 0)
     fmt::print("  touches itself        {}{}\n", v.self_touches, pair_list(v.first_self_touches));
@@ -126,7 +128,7 @@ void print_report(const CheckFinding& finding, const MeshList& o) {
 
 void print_line(const CheckFinding& finding, const MeshList& o) {
   const Verdict& v = finding.state;
-  std::string line = fmt::format("{}: {} self", finding.file, v.self_intersections);
+  std::string line = fmt::format("{}: {} self", printable(finding.file), v.self_intersections);
   if (!o.against.empty())
     line += fmt::format(", {} body, {} inside, {:.6g} m deep", v.body_intersections,
                         v.inside_vertices, v.max_penetration_m);
@@ -174,7 +176,7 @@ void print_json(const ResultCheck& sum) {
 void print_report(const ResultCheck& sum, bool strains) {
   const Verdict& v = sum.worst.state;
   fmt::print(
-      "{}: {}\n", sum.worst.file,
+      "{}: {}\n", printable(sum.worst.file),
       sum.every_step
           ? fmt::format("{} and {} from each to the next", counted(sum.states, "accepted state"),
                         counted(sum.paths, "path"))

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <selvedge/apps/detail/counted.h>
 #include <selvedge/apps/detail/method_choice.h>
+#include <selvedge/apps/detail/print.h>
 #include <selvedge/apps/detail/progress_bar.h>
 #include <selvedge/compare/compare_plan.h>
 #include <selvedge/compare/compare_table.h>
@@ -121,10 +122,10 @@ int report(const CompareOptions& o, const fs::path& out, const ComparePlan& plan
   page.pictures = !o.no_pictures;
   if (o.views) write_views(out, table, methods);
   write_whole(out / "compare.html", compare_page(out, table, page));
-  fmt::print("{}", o.json ? to_json_text(table) : to_text(table));
+  print_escaped("{}", o.json ? to_json_text(table) : to_text(table));
   if (!o.json)
-    fmt::print("{0}/compare.html, compare.csv and compare.json contain all results\n",
-               out.string());
+    print_escaped("{0}/compare.html, compare.csv and compare.json contain all results\n",
+                  out.string());
   return table.failed() ? 1 : 0;
 }
 
@@ -137,9 +138,9 @@ void print_own_share(const TimeOfRuns& time, double all_s) {
     parts += fmt::format("{} {:.2f} s, ", what, seconds);
     rest_s -= seconds;
   }
-  fmt::print("{} took {:.2f} s; overhead of compare {:.1f} %: {}rest {:.2f} s\n",
-             counted(time.runs, "run"), time.run_s, 100.0 * (all_s / time.run_s - 1.0), parts,
-             rest_s);
+  print_escaped("{} took {:.2f} s; overhead of compare {:.1f} %: {}rest {:.2f} s\n",
+                counted(time.runs, "run"), time.run_s, 100.0 * (all_s / time.run_s - 1.0), parts,
+                rest_s);
 }
 
 int run_all(const CompareOptions& o, const fs::path& out, const ComparePlan& plan,
@@ -155,7 +156,7 @@ int run_all(const CompareOptions& o, const fs::path& out, const ComparePlan& pla
 }
 
 void warn_of(const FolderLock& lock) {
-  if (!lock.warning().empty()) fmt::print(stderr, "warning: {}\n", lock.warning());
+  if (!lock.warning().empty()) print_escaped(stderr, "warning: {}\n", lock.warning());
 }
 
 int run_planned(const CompareOptions& o, const Methods& methods, Clock::time_point begin) {
@@ -184,7 +185,7 @@ struct NotedPlan {
   /// Writes the plan and then prints its notes, so that a folder is refused in one sentence.
   void write(const fs::path& folder) const {
     write_plan(folder, made.plan, made.scene_of_id);
-    for (const std::string& note : notes) fmt::print(stderr, "note: {}\n", note);
+    for (const std::string& note : notes) print_escaped(stderr, "note: {}\n", note);
   }
 };
 
@@ -202,8 +203,9 @@ int make_workflow(const CompareOptions& o, const Methods& methods) {
   warn_of(lock);
   plan.write(o.workflow);
   write_workflow(o.workflow, made.plan);
-  fmt::print("{}/Snakefile: {} jobs; run them with: cd {} && snakemake --cores 2\n", o.workflow,
-             made.plan.cells.size() + made.plan.levels.size() + 1, shell_quoted(o.workflow));
+  print_escaped("{}/Snakefile: {}; run them with: cd {} && snakemake --cores 2\n", o.workflow,
+                counted(made.plan.cells.size() + made.plan.levels.size() + 1, "job"),
+                shell_quoted(o.workflow));
   return 0;
 }
 

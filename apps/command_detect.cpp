@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 #include <selvedge/apps/detail/method_choice.h>
+#include <selvedge/apps/detail/print.h>
 #include <selvedge/apps/detail/record_queries.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/compare/compare_detectors.h>
@@ -196,54 +197,53 @@ void print_json(const DetectorResults& r) {
       {"triangle_point", boxes.triangle_point.size()},
       {"edge_edge", boxes.edge_edge.size()},
       {"colliding", r.reference.colliding.size()}};
-  fmt::print("{}\n", Json{{"results", detectors},
-                          {"contacts", contacts},
-                          {"reference", reference},
-                          {"skipped", skipped}}
-                         .dump(2));
+  print_document(Json{{"results", detectors},
+                      {"contacts", contacts},
+                      {"reference", reference},
+                      {"skipped", skipped}});
 }
 
 void print_detectors(const DetectorResults& r) {
   constexpr double megabyte = 1e6;
-  fmt::print("{:<24}{:>11}{:>11}{:>11}{:>13}{:>13}{:>9}{:>9}{:>10}\n", "", "build ms", "refit ms",
-             "query ms", "point-tri", "edge-edge", "missed", "recall", "peak MB");
+  print_escaped("{:<24}{:>11}{:>11}{:>11}{:>13}{:>13}{:>9}{:>9}{:>10}\n", "", "build ms",
+                "refit ms", "query ms", "point-tri", "edge-edge", "missed", "recall", "peak MB");
   for (const auto& [name, s] : r.detectors)
-    fmt::print("{:<24}{:>11.3f}{:>11.3f}{:>11.3f}{:>13}{:>13}{:>9}{:>9.4f}{:>10.1f}\n", name,
-               s.build_ms, s.refit_ms, s.query_ms, s.point_triangle, s.edge_edge, s.missed,
-               s.recall, static_cast<double>(s.peak_bytes) / megabyte);
+    print_escaped("{:<24}{:>11.3f}{:>11.3f}{:>11.3f}{:>13}{:>13}{:>9}{:>9.4f}{:>10.1f}\n", name,
+                  s.build_ms, s.refit_ms, s.query_ms, s.point_triangle, s.edge_edge, s.missed,
+                  s.recall, static_cast<double>(s.peak_bytes) / megabyte);
   for (const auto& [name, s] : r.detectors)
     if (const auto& p = s.particles)
-      fmt::print(
+      print_escaped(
           "{}: {} particles end inside or nearer than {:.3g} m; {} missed, {} false;\n"
           "  distance off by {:.2e} m at most, {:.2e} m in the mean; normal by {:.1f} degrees at "
           "most\n",
           name, p->touching, p->reach, p->missed, p->false_alarms, p->max_depth_error,
           p->mean_depth_error, p->max_normal_error);
   for (const auto& [name, s] : r.detectors)
-    if (!s.failure.empty()) fmt::print("FAILURE: {} {}\n", name, s.failure);
+    if (!s.failure.empty()) print_escaped("FAILURE: {} {}\n", name, s.failure);
 }
 
 void print_table(const DetectionCase& c, const DetectorResults& r) {
-  fmt::print("{} and {} triangles{}, {} threads\n", c.a.triangles.size(), c.b.triangles.size(),
-             c.self ? " of one surface against itself" : "", thread_count());
+  print_escaped("{} and {} triangles{}, {} threads\n", c.a.triangles.size(), c.b.triangles.size(),
+                c.self ? " of one surface against itself" : "", thread_count());
   const CandidatePairs& boxes = r.reference.boxes;
-  fmt::print(
+  print_escaped(
       "overlapping boxes: {} point-triangle, {} edge-edge (by {}); {} of these pairs collide\n\n",
       boxes.point_triangle.size() + boxes.triangle_point.size(), boxes.edge_edge.size(),
       r.reference.boxes_from, r.reference.colliding.size());
   print_detectors(r);
-  fmt::print("\n{:<24}{:>11}{:>9}{:>9}{:>24}{:>11}\n", "", "contacts", "missed", "false",
-             "first time", "ms");
+  print_escaped("\n{:<24}{:>11}{:>9}{:>9}{:>24}{:>11}\n", "", "contacts", "missed", "false",
+                "first time", "ms");
   for (const auto& [name, s] : r.contacts)
-    fmt::print("{:<24}{:>11}{:>9}{:>9}{:>24}{:>11.3f}\n", name, s.contacts, s.missed,
-               s.false_alarms, s.first_toi ? fmt::format("{:.17g}", *s.first_toi) : "-", s.ms);
+    print_escaped("{:<24}{:>11}{:>9}{:>9}{:>24}{:>11.3f}\n", name, s.contacts, s.missed,
+                  s.false_alarms, s.first_toi ? fmt::format("{:.17g}", *s.first_toi) : "-", s.ms);
 }
 
 void draw_pictures(const DetectionCase& c, const std::string& folder) {
   for (const auto& [surface, name] : {std::pair(&c.a, "a"), std::pair(&c.b, "b")}) {
     if (c.self && surface == &c.b) break;
     const std::string missing = write_detector_pictures(*surface, folder, name);
-    if (!missing.empty()) fmt::print(stderr, "note: pictures of {}: {}\n", name, missing);
+    if (!missing.empty()) print_escaped(stderr, "note: pictures of {}: {}\n", name, missing);
   }
 }
 
@@ -268,7 +268,7 @@ int run_command(const DetectOptions& o) {
   compare_narrow_phases(c, narrow, methods.narrow_phases, o, results);
   if (!o.pictures.empty()) draw_pictures(c, o.pictures);
   for (const SkippedDetector& s : results.skipped)
-    fmt::print(stderr, "note: {} left out: {}\n", s.name, s.why);
+    print_escaped(stderr, "note: {} left out: {}\n", s.name, s.why);
   if (o.json)
     print_json(results);
   else

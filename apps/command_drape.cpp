@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 #include <selvedge/apps/detail/counted.h>
 #include <selvedge/apps/detail/heartbeat.h>
+#include <selvedge/apps/detail/output_file.h>
+#include <selvedge/apps/detail/print.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/lab/fabric_drape.h>
@@ -64,15 +66,15 @@ std::string joined(const std::vector<std::int32_t>& numbers) {
 void print_row(const DrapeRow& row) {
   const DrapeStatistics& c = row.computed;
   const auto limit = c.limit();
-  fmt::print("{:<32}{:>9}{:>10.1f}{:>8.1f}{:>8}{:>7}{:>8}{:>8.1f}{:>11}  {}{}\n", row.name,
-             row.measured ? fmt::format("{:.1f}", *row.measured) : "-", c.mean(), c.spread(),
-             limit ? fmt::format("{:.1f}", limit->value) : "-",
-             limit ? fmt::format("{:.1f}", limit->uncertainty) : "-",
-             row.measured ? fmt::format("{:+.1f}", c.value() - *row.measured) : "-", c.strips,
-             c.unsettled, joined(c.folds),
-             limit
-                 ? " (finer: " + joined({c.refined_folds.begin() + 1, c.refined_folds.end()}) + ")"
-                 : "");
+  print_escaped(
+      "{:<32}{:>9}{:>10.1f}{:>8.1f}{:>8}{:>7}{:>8}{:>8.1f}{:>11}  {}{}\n", row.name,
+      row.measured ? fmt::format("{:.1f}", *row.measured) : "-", c.mean(), c.spread(),
+      limit ? fmt::format("{:.1f}", limit->value) : "-",
+      limit ? fmt::format("{:.1f}", limit->uncertainty) : "-",
+      row.measured ? fmt::format("{:+.1f}", c.value() - *row.measured) : "-", c.strips, c.unsettled,
+      joined(c.folds),
+      limit ? " (finer: " + joined({c.refined_folds.begin() + 1, c.refined_folds.end()}) + ")"
+            : "");
   std::fflush(stdout);
 }
 
@@ -135,16 +137,16 @@ void hang(const DrapeOptions& o) {
       grid, held_at_the_end(scene, built.cloth.surface.vertices), {o.tolerance, o.most_sweeps});
   double lowest = drape.shape.vertices.front().z();
   for (const Vec3& x : drape.shape.vertices) lowest = std::min(lowest, x.z());
+  if (!o.out.empty()) refuse_other_kind(o.out, kObjMesh, "--out");
   if (!o.out.empty()) write_obj(o.out, drape.shape.vertices, drape.shape.triangles);
   if (o.json) {
-    fmt::print("{}\n", Json{{"curves", drape.curves},
-                            {"sweeps", drape.sweeps},
-                            {"residual", drape.residual},
-                            {"lowest", lowest}}
-                           .dump(2));
+    print_document(Json{{"curves", drape.curves},
+                        {"sweeps", drape.sweeps},
+                        {"residual", drape.residual},
+                        {"lowest", lowest}});
     return;
   }
-  fmt::print(
+  print_escaped(
       "{} catenaries, {} sweeps of the relaxation; largest strain {:.3f} %, lowest point {:.4f} "
       "m\n",
       drape.curves, drape.sweeps, 100.0 * drape.residual, lowest);
@@ -159,7 +161,7 @@ void run_command(const DrapeOptions& o) {
       fabrics.push_back(find_fabric("petrak_2025/M" + std::to_string(i), "."));
   for (const std::string& name : o.names) fabrics.push_back(find_fabric(name, "."));
   if (!o.json)
-    fmt::print(
+    print_escaped(
         "drape coefficient, %; {} cm on 18 cm, held on the support, {} mesh, {} cells, {}"
         "\n{:<32}{:>9}{:>10}{:>8}{:>8}{:>7}{:>8}{:>8}{:>11}  {}\n",
         100.0 * o.diameter, o.woven ? "woven" : "polar", o.cells, counted(o.seeds, "seed"),
@@ -176,7 +178,7 @@ void run_command(const DrapeOptions& o) {
     else
       print_row(row);
   }
-  if (o.json) fmt::print("{}\n", Json{{"results", rows}}.dump(2));
+  if (o.json) print_document(Json{{"results", rows}});
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 #include <selvedge/apps/detail/counted.h>
+#include <selvedge/apps/detail/output_file.h>
+#include <selvedge/apps/detail/print.h>
 #include <selvedge/core/files.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/text.h>
@@ -31,8 +33,9 @@ using namespace selvedge;
 
 struct DressOptions {
   std::string pattern, body, out, fabric, sheet, list, only, workflow, over;
-  std::string up = "y";
-  double resolution = 0.01, unit = 1.0;
+  std::string up;
+  double resolution = 0.01;
+  std::optional<double> unit;
   std::optional<double> strain_limit, friction, budget;
   double over_friction = WornGarment{}.outer_friction;
   std::vector<std::string> poses;
@@ -41,11 +44,16 @@ struct DressOptions {
   bool every_step = false, json = false, no_picture = false, views = false;
 };
 
-LoadConfig body_file_of(const DressOptions& o) {
-  LoadConfig file;
-  file.up = o.up == "x" ? UpAxis::x : o.up == "y" ? UpAxis::y : UpAxis::z;
-  file.unit = o.unit;
-  return file;
+/// GarmentCode has y up, and so have most bodies that state nothing.
+UpAxis pattern_up(const DressOptions& o) {
+  return o.up == "x" ? UpAxis::x : o.up == "z" ? UpAxis::z : UpAxis::y;
+}
+
+LoadConfig body_file_of(const DressOptions& o, const std::filesystem::path& file) {
+  LoadConfig config;
+  config.unit = o.unit;
+  if (!o.up.empty() || !states_axes(file)) config.up = pattern_up(o);
+  return config;
 }
 
 /// People are between these sizes, m; a body of another size is probably in another unit.
@@ -65,29 +73,30 @@ Vec3 extent_of(const TriangleMesh& mesh) {
 
 /// The option with which a body of this height, and of these extents along the axes of its file,
 /// would be a person.
-std::string remedy_of_height(const DressOptions& o, double height, const Vec3& extent) {
+std::string remedy_of_height(const FileAxes& axes, double height, const Vec3& extent) {
   Eigen::Index longest = 0;
   if (has_height_of_person(extent.maxCoeff(&longest)))
     return fmt::format("give the axis that points up, such as --up {}", "xyz"[longest]);
   for (const double unit : {1.0, 0.01, 0.001})
-    if (has_height_of_person(height / o.unit * unit))
+    if (has_height_of_person(height / axes.unit * unit))
       return fmt::format("give the metres per unit of the file, such as --unit {:g}", unit);
   return "give --unit, the metres per unit of the file, and --up, the axis that points up";
 }
 
-TriangleMesh read_body(const DressOptions& o, const std::string& file) {
-  TriangleMesh body = load_mesh(file, body_file_of(o));
-  if (body.triangles.empty())
+BodyMesh read_body(const DressOptions& o, const std::string& file) {
+  BodyMesh body = load_body_mesh(file, body_file_of(o, file));
+  if (body.mesh.triangles.empty())
     throw std::invalid_argument(file + ": has no triangles; a body is a surface");
-  const Vec3 extent = extent_of(body);
+  const Vec3 extent = extent_of(body.mesh);
+  const FileAxes& axes = body.axes;
   if (has_height_of_person(extent.z())) return body;
   // load_mesh has turned the axes of the file.
-  const Vec3 of_file = o.up == "x"   ? Vec3(extent.z(), extent.x(), extent.y())
-                       : o.up == "y" ? Vec3(extent.x(), extent.z(), extent.y())
-                                     : extent;
-  throw std::invalid_argument(
-      fmt::format("{}: is {:g} m tall with --unit {:g} and --up {}; if it is a person, {}", file,
-                  extent.z(), o.unit, o.up, remedy_of_height(o, extent.z(), of_file)));
+  const Vec3 of_file = axes.up == UpAxis::x   ? Vec3(extent.z(), extent.x(), extent.y())
+                       : axes.up == UpAxis::y ? Vec3(extent.x(), extent.z(), extent.y())
+                                              : extent;
+  throw std::invalid_argument(fmt::format(
+      "{}: is {:g} m tall with --unit {:g} and --up {}; if it is a person, {}", file, extent.z(),
+      axes.unit, "xyz"[static_cast<int>(axes.up)], remedy_of_height(axes, extent.z(), of_file)));
 }
 
 DressConfig dress_config(const DressOptions& o) {
@@ -111,53 +120,55 @@ double total_seconds(const DressResult& r) {
 
 void print_under(const DressResult& r) {
   for (const UnderReport& under : r.under)
-    fmt::print("below        {}: max stretch {:.1f} %, limit {:.1f} %, lowered by {:.0f} mm\n",
-               under.garment.name, 100.0 * under.max_stretch,
-               100.0 * under.garment.fabric.strain_limit, 1e3 * under.drop);
+    print_escaped("below        {}: max stretch {:.1f} %, limit {:.1f} %, lowered by {:.0f} mm\n",
+                  under.garment.name, 100.0 * under.max_stretch,
+                  100.0 * under.garment.fabric.strain_limit, 1e3 * under.drop);
 }
 
 void print_motion(const DressResult& r) {
   if (r.poses.empty()) return;
   double stretch = 0.0;
   for (const PoseReport& pose : r.poses) stretch = std::max(stretch, pose.max_stretch);
-  fmt::print(
+  print_escaped(
       "poses        {} reached in {:.2f} s, max stretch at a pose {:.1f} %, lowered by {:.0f} mm\n",
       r.poses.size(), r.poses.back().time, 100.0 * stretch, 1e3 * r.poses.back().drop);
   if (r.jams > 0)
-    fmt::print("jams         {}: the body left cloth no room and passed through it\n", r.jams);
+    print_escaped("jams         {}: the body left cloth no room and passed through it\n", r.jams);
 }
 
 void print_summary(const std::string& name, const DressResult& r, const std::string& out) {
-  fmt::print("{}: {}, {}, {:.1f} s; results in {}\n", name, counted(r.panel_names.size(), "panel"),
-             fmt::format("{} vertices", r.garment.vertices.size()), total_seconds(r), out);
-  for (const std::string& note : r.notes) fmt::print("note         {}\n", note);
+  print_escaped("{}: {}, {}, {:.1f} s; results in {}\n", name,
+                counted(r.panel_names.size(), "panel"),
+                counted(r.garment.vertices.size(), "vertex", "vertices"), total_seconds(r), out);
+  for (const std::string& note : r.notes) print_escaped("note         {}\n", note);
   for (const MovedPanel& moved : r.moved)
-    fmt::print("moved        panel {} by {:.0f} mm before the start, to be free\n",
-               r.panel_names[static_cast<std::size_t>(moved.panel)], 1e3 * moved.by.norm());
+    print_escaped("moved        panel {} by {:.0f} mm before the start, to be free\n",
+                  r.panel_names[static_cast<std::size_t>(moved.panel)], 1e3 * moved.by.norm());
   if (r.body_moved > 0)
-    fmt::print(
+    print_escaped(
         "body         {} of its vertices moved back by up to {:.1f} mm where it nearly touches "
         "itself\n",
         r.body_moved, 1e3 * r.body_moved_by);
-  fmt::print("clean        {}, {} judged\n",
-             r.clean ? "yes: nothing passed through anything" : "NO: something passed through",
-             counted(static_cast<std::size_t>(r.states), "state"));
-  fmt::print("seams        {} merged, largest opening {:.2f} mm\n", r.sewn ? "all" : "not all",
-             1e3 * r.largest_opening);
-  fmt::print("at rest      {}: root mean square speed {:.1f} mm/s, at most {:.0f} mm/s\n",
-             r.at_rest ? "yes" : "NO", 1e3 * r.rms_speed, 1e3 * r.max_speed);
-  fmt::print("max stretch  {:.1f} %, limit {:.1f} %\n", 100.0 * r.max_stretch,
-             100.0 * r.strain_limit);
+  print_escaped("clean        {}, {} judged\n",
+                r.clean ? "yes: nothing passed through anything" : "NO: something passed through",
+                counted(static_cast<std::size_t>(r.states), "state"));
+  print_escaped("seams        {} merged, largest opening {:.2f} mm\n", r.sewn ? "all" : "not all",
+                1e3 * r.largest_opening);
+  print_escaped("at rest      {}: root mean square speed {:.1f} mm/s, at most {:.0f} mm/s\n",
+                r.at_rest ? "yes" : "NO", 1e3 * r.rms_speed, 1e3 * r.max_speed);
+  print_escaped("max stretch  {:.1f} %, limit {:.1f} %\n", 100.0 * r.max_stretch,
+                100.0 * r.strain_limit);
   print_under(r);
   print_motion(r);
-  fmt::print("seconds     ");
+  print_escaped("seconds     ");
   for (const auto& [phase, seconds] : r.seconds)
-    if (phase.find('/') == std::string::npos) fmt::print(" {} {:.1f}", phase, seconds);
-  fmt::print("\n");
-  fmt::print("verdict      {}\n", r.good() ? "good" : r.fault());
+    if (phase.find('/') == std::string::npos) print_escaped(" {} {:.1f}", phase, seconds);
+  print_escaped("\n");
+  print_escaped("verdict      {}\n", r.good() ? "good" : r.fault());
 }
 
 void write_sheet(const std::string& file, const SewingPattern& pattern) {
+  refuse_other_kind(file, kSvgPicture, "--sheet");
   AtomicFile out(file);
   out.write(pattern_svg(pattern));
   out.commit();
@@ -167,7 +178,7 @@ DressFolderConfig folder_config(const DressOptions& o) {
   DressFolderConfig folder;
   folder.every_step = o.every_step;
   folder.pictures = !o.no_picture;
-  folder.body_file = body_file_of(o);
+  folder.body_file = {.unit = o.unit, .up = pattern_up(o)};
   folder.body_name = o.body;
   return folder;
 }
@@ -177,7 +188,7 @@ void read_poses(const DressOptions& o, BodyMotion& motion, DressFolderConfig& fo
   motion.rate = o.pose_rate;
   motion.lead = o.pose_lead;
   for (const std::string& file : o.poses) {
-    motion.poses.push_back(read_body(o, file));
+    motion.poses.push_back(read_body(o, file).mesh);
     const std::string name = std::filesystem::path(file).stem().string();
     if (std::find(folder.pose_names.begin(), folder.pose_names.end(), name) !=
         folder.pose_names.end())
@@ -210,18 +221,19 @@ int dress_one(const DressOptions& o) {
     throw std::invalid_argument("dress needs PATTERN and BODY, or --list with several patterns");
   const SewingPattern pattern = read_sewing_pattern(o.pattern);
   if (!o.sheet.empty()) write_sheet(o.sheet, pattern);
-  const TriangleMesh body = read_body(o, o.body);
+  const BodyMesh body = read_body(o, o.body);
   DressFolderConfig folder = folder_config(o);
+  folder.body_file = {.unit = body.axes.unit, .up = body.axes.up};
   folder.out =
       o.out.empty() ? std::filesystem::path("out") / pattern.name : std::filesystem::path(o.out);
   DressConfig config = dress_config(o);
   read_poses(o, config.motion, folder);
   if (!o.over.empty()) read_over(o, folder, config);
-  const DressResult result = dress_into_folder(turned_upright(pattern, folder.body_file.up), body,
+  const DressResult result = dress_into_folder(turned_upright(pattern, pattern_up(o)), body.mesh,
                                                config, folder, methods_of_this_build());
   if (o.views) write_view(folder.out);
   if (o.json)
-    fmt::print("{}", dress_result_text(pattern.name, result, o.body));
+    print_escaped("{}", dress_result_text(pattern.name, result, o.body));
   else
     print_summary(pattern.name, result, folder.out.string());
   return result.good() ? 0 : 1;
@@ -241,14 +253,14 @@ std::string settings_text(const DressOptions& o, const DressConfig& config) {
   return fmt::format(
       "resolution {}\nup {}\nunit {}\npictures {}\nsteps {}\nfabric {} {} {} {} {}\nfriction "
       "{}\nbudget {}\n{}\n{}",
-      o.resolution, o.up, o.unit, !o.no_picture, o.every_step, o.fabric, f.density,
-      f.stretch_stiffness, f.strain_limit, f.friction, config.body_friction, config.budget,
-      motion_text(o), version_text());
+      o.resolution, o.up.empty() ? "file" : o.up, o.unit ? fmt::format("{}", *o.unit) : "file",
+      !o.no_picture, o.every_step, o.fabric, f.density, f.stretch_stiffness, f.strain_limit,
+      f.friction, config.body_friction, config.budget, motion_text(o), version_text());
 }
 
 void print_dressed(const DressBatchRow& row) {
-  fmt::print("{:<32} {:>7.1f} s  {}{}\n", row.job.name, row.seconds, row.verdict,
-             row.kept ? " (kept)" : "");
+  print_escaped("{:<32} {:>7.1f} s  {}{}\n", row.job.name, row.seconds, row.verdict,
+                row.kept ? " (kept)" : "");
   std::fflush(stdout);
 }
 
@@ -263,8 +275,8 @@ std::vector<std::string> arguments_of(const DressOptions& o) {
     words.insert(words.end(), {option, value});
   };
   const auto number = [](double value) { return fmt::format("{}", value); };
-  add("--up", o.up);
-  add("--unit", number(o.unit));
+  if (!o.up.empty()) add("--up", o.up);
+  if (o.unit) add("--unit", number(*o.unit));
   add("--resolution", number(o.resolution));
   if (o.budget) add("--budget", number(*o.budget));
   if (o.strain_limit) add("--strain-limit", number(*o.strain_limit));
@@ -291,8 +303,8 @@ std::vector<std::string> arguments_of(const DressOptions& o) {
 int make_workflow(const DressOptions& o, const std::vector<DressJob>& jobs) {
   const FolderLock lock(o.workflow, "dress --workflow");
   write_dress_workflow(o.workflow, jobs, arguments_of(o), o.threads);
-  fmt::print("{}/Snakefile: {} jobs; run them with: cd {} && snakemake --cores 2\n", o.workflow,
-             jobs.size() + 1, shell_quoted(o.workflow));
+  print_escaped("{}/Snakefile: {}; run them with: cd {} && snakemake --cores 2\n", o.workflow,
+                counted(jobs.size() + 1, "job"), shell_quoted(o.workflow));
   return 0;
 }
 
@@ -328,8 +340,8 @@ int dress_list(const DressOptions& o) {
       dress_batch(jobs, batch, methods_of_this_build(), print_dressed);
   const auto good =
       std::count_if(rows.begin(), rows.end(), [](const DressBatchRow& row) { return row.good; });
-  fmt::print("good: {} of {}; page {}\n", good, counted(rows.size(), "garment"),
-             (batch.out / "index.html").string());
+  print_escaped("good: {} of {}; page {}\n", good, counted(rows.size(), "garment"),
+                (batch.out / "index.html").string());
   return good == static_cast<std::ptrdiff_t>(rows.size()) ? 0 : 1;
 }
 
@@ -387,12 +399,15 @@ void add_command_dress(const Command& app) {
       .range(0.001, 10.0);
   command.option("--friction", options->friction, "Friction between fabric and body")
       .range(0.0, 10.0);
-  command.option("--up", options->up, "Axis of body and pattern that points up")
-      .one_of({"x", "y", "z"})
-      .show_default();
-  command.option("--unit", options->unit, "Metres per unit of the body's file")
-      .positive()
-      .show_default();
+  command
+      .option("--up", options->up,
+              "Axis of body and pattern that points up (default: y; of a body in glTF, Collada or "
+              "FBX what its file states)")
+      .one_of({"x", "y", "z"});
+  command
+      .option("--unit", options->unit,
+              "Metres per unit of the body's file (default: what it states, else 1)")
+      .positive();
   command.option("--threads", options->threads, "Threads; 0: all (the result is the same)")
       .range(0, 1024);
   command.flag("--every-step", options->every_step, "Also write every accepted state to steps/");

@@ -2,6 +2,7 @@
 #include "command_fabric.h"
 
 #include <fmt/format.h>
+#include <selvedge/apps/detail/print.h>
 #include <selvedge/core/measure.h>
 #include <selvedge/scene/fabric_file.h>
 
@@ -107,19 +108,19 @@ Json to_json(const Fabric& fabric, const FabricOptions& o) {
 }
 
 void print_meshes(const Material& material, int cells) {
-  fmt::print(
+  print_escaped(
       "  elastic constants of a mesh of {} x {} cells, N/m; off: deviation "
       "from the fabric; Cauchy: the least deviation of any net of springs\n",
       cells, cells);
-  fmt::print("  {:<13}{:>9}{:>9}{:>9}{:>9}{:>8}{:>8}{:>9}{:>7}{:>8}{:>8}\n", "mesh", "C11", "C22",
-             "C12", "C33", "C13", "C23", "strip", "nu", "off %", "Cauchy%");
+  print_escaped("  {:<13}{:>9}{:>9}{:>9}{:>9}{:>8}{:>8}{:>9}{:>7}{:>8}{:>8}\n", "mesh", "C11",
+                "C22", "C12", "C33", "C13", "C23", "strip", "nu", "off %", "Cauchy%");
   for (const MeshRow& row : mesh_rows(material, cells)) {
     if (!row.refused.empty()) {
-      fmt::print("  {:<13}refused: {}\n", row.mesh, row.refused);
+      print_escaped("  {:<13}refused: {}\n", row.mesh, row.refused);
       continue;
     }
     const ContinuumConstants& c = row.c;
-    fmt::print(
+    print_escaped(
         "  {:<13}{:>9.2f}{:>9.2f}{:>9.2f}{:>9.2f}{:>8.2f}{:>8.2f}{:>9.2f}{:>7.3f}{:>8.2f}"
         "{:>8.2f}\n",
         row.mesh, c.c11, c.c22, c.c12, c.c33, c.c13, c.c23, strip_modulus(c), strip_poisson(c),
@@ -130,40 +131,43 @@ void print_meshes(const Material& material, int cells) {
 void print_report(const Fabric& fabric, const FabricOptions& o) {
   const Material& m = fabric.material;
   const double c = bending_length(mean_bending(m), m.density);
-  fmt::print("{}{}{}\n", fabric.name, fabric.description.empty() ? "" : ": ", fabric.description);
-  fmt::print("  source             {}\n", fabric.source);
-  fmt::print("  density            {:.6g} kg/m2\n", m.density);
-  fmt::print("  stretch_stiffness  {:.6g} N/m along warp, {:.6g} N/m along weft\n",
-             m.stretch_stiffness, stretch_along_weft(m));
-  fmt::print("  shear_stiffness    {:.6g} N/m\n", m.shear_stiffness);
-  fmt::print(
+  print_escaped("{}{}{}\n", fabric.name, fabric.description.empty() ? "" : ": ",
+                fabric.description);
+  print_escaped("  source             {}\n", fabric.source);
+  print_escaped("  density            {:.6g} kg/m2\n", m.density);
+  print_escaped("  stretch_stiffness  {:.6g} N/m along warp, {:.6g} N/m along weft\n",
+                m.stretch_stiffness, stretch_along_weft(m));
+  print_escaped("  shear_stiffness    {:.6g} N/m\n", m.shear_stiffness);
+  print_escaped(
       "  bending_stiffness  {:.6g} N*m along warp, {:.6g} N*m along weft   (bending length of the "
       "mean {:.2f} mm)\n",
       m.bending_stiffness, bending_along_weft(m), 1e3 * c);
   if (m.stretch_law == StretchLaw::kawabata)
-    fmt::print("  kawabata           LT {:.4g}, EMT {:.4g}, RT {:.4g}\n", m.kawabata_lt,
-               m.kawabata_strain, m.kawabata_rt);
+    print_escaped("  kawabata           LT {:.4g}, EMT {:.4g}, RT {:.4g}\n", m.kawabata_lt,
+                  m.kawabata_strain, m.kawabata_rt);
   const auto print_curve = [](const char* key, const MonotoneCurve& curve) {
-    if (!curve.empty()) fmt::print("  {:<18} {} points\n", key, curve.x().size());
+    if (!curve.empty()) print_escaped("  {:<18} {}\n", key, counted(curve.x().size(), "point"));
   };
   if (!m.tension_curve.empty()) {
     const TensionFigures figures = figures_of(m.tension_curve);
-    fmt::print("  tension_curve      {} points, LT {:.4g}, EMT {:.4g}, WT {:.4g} N/m, RT {:.4g}\n",
-               m.tension_curve.x().size(), figures.linearity, figures.extension, figures.work,
-               m.kawabata_rt);
+    print_escaped(
+        "  tension_curve      {} points, LT {:.4g}, EMT {:.4g}, WT {:.4g} N/m, RT {:.4g}\n",
+        m.tension_curve.x().size(), figures.linearity, figures.extension, figures.work,
+        m.kawabata_rt);
   }
   print_curve("tension_curve_weft", m.tension_weft);
   print_curve("shear_curve", m.shear_curve);
   print_curve("bending_curve", m.bending_curve);
   print_curve("bending_curve_weft", m.bending_curve_weft);
-  if (m.shear_friction > 0.0) fmt::print("  shear_friction     {:.6g} N/m\n", m.shear_friction);
-  if (m.bending_friction > 0.0) fmt::print("  bending_friction   {:.6g} N\n", m.bending_friction);
+  if (m.shear_friction > 0.0) print_escaped("  shear_friction     {:.6g} N/m\n", m.shear_friction);
+  if (m.bending_friction > 0.0)
+    print_escaped("  bending_friction   {:.6g} N\n", m.bending_friction);
   if (c > 0.0)
-    fmt::print("  drape coefficient  {:.1f} % at least (strips){}\n", strip_drape_coefficient(c),
-               fabric.constants.drape_coefficient
-                   ? fmt::format(", measured {:.1f} %", *fabric.constants.drape_coefficient)
-                   : "");
-  for (const std::string& note : fabric.notes) fmt::print("  note: {}\n", note);
+    print_escaped("  drape coefficient  {:.1f} % at least (strips){}\n", strip_drape_coefficient(c),
+                  fabric.constants.drape_coefficient
+                      ? fmt::format(", measured {:.1f} %", *fabric.constants.drape_coefficient)
+                      : "");
+  for (const std::string& note : fabric.notes) print_escaped("  note: {}\n", note);
   if (o.meshes) print_meshes(m, o.cells);
 }
 
@@ -188,17 +192,18 @@ void run_command(const FabricOptions& o) {
   if (o.json) {
     Json list = Json::array();
     for (const Fabric& fabric : fabrics) list.push_back(to_json(fabric, o));
-    fmt::print("{}\n", Json{{"fabrics", list}}.dump(2, ' ', false, Json::error_handler_t::replace));
+    print_document(Json{{"fabrics", list}});
     return;
   }
   for (const Fabric& fabric : fabrics) {
     if (o.list)
-      fmt::print("{:<34}{}\n", fabric.name, fabric.description);
+      print_escaped("{:<34}{}\n", fabric.name, fabric.description);
     else
       print_report(fabric, o);
   }
   if (!o.list) return;
-  for (const auto& [name, fabric] : everyday_fabrics()) fmt::print("{:<34}is {}\n", name, fabric);
+  for (const auto& [name, fabric] : everyday_fabrics())
+    print_escaped("{:<34}is {}\n", name, fabric);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 #include <selvedge/apps/detail/heartbeat.h>
+#include <selvedge/apps/detail/print.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/resources.h>
 #include <selvedge/scene/fabric_file.h>
@@ -66,8 +67,8 @@ void print_generation(const GeneticState& state, int generations, Heartbeat& hea
   double least = state.islands[0][0].residual;
   for (const auto& island : state.islands)
     for (const Candidate& c : island) least = std::min(least, c.residual);
-  fmt::print(stderr, "generation {} of {}: residual {:.4f}\n", state.generation, generations,
-             least);
+  print_escaped(stderr, "generation {} of {}: residual {:.4f}\n", state.generation, generations,
+                least);
 }
 
 Found run_genetic(const DrapeSearch& search, const IdentifyOptions& o, Heartbeat& heartbeat) {
@@ -111,14 +112,14 @@ void print_constants(const Json& j) {
       if (c.contains(key))
         beside = fmt::format("   {} {:.4g}, found/{} = {:.3f}", key, c[key].get<double>(), key,
                              c["ratio"].get<double>());
-    fmt::print("  {:<8} {:.4g}{}\n", name, c["found"].get<double>(), beside);
+    print_escaped("  {:<8} {:.4g}{}\n", name, c["found"].get<double>(), beside);
   }
 }
 
 void print_report(const Json& j) {
-  fmt::print("{}: residual {:.4f} for a drape coefficient of {:.2f} %, {} drapes in {:.1f} s\n",
-             j["method"].get<std::string>(), j["residual"].get<double>(), j["target"].get<double>(),
-             j["evaluations"].get<int>(), j["seconds"].get<double>());
+  print_escaped("{}: residual {:.4f} for a drape coefficient of {:.2f} %, {} drapes in {:.1f} s\n",
+                j["method"].get<std::string>(), j["residual"].get<double>(),
+                j["target"].get<double>(), j["evaluations"].get<int>(), j["seconds"].get<double>());
   print_constants(j);
 }
 
@@ -176,9 +177,9 @@ Json to_json(const NetSearch& search, const IdentifyOptions& o, const Found& fou
 }
 
 void print_net_report(const Json& j) {
-  fmt::print("{}: residual {:.4f} % of the side, {} motions in {:.1f} s\n",
-             j["method"].get<std::string>(), j["residual"].get<double>(),
-             j["evaluations"].get<int>(), j["seconds"].get<double>());
+  print_escaped("{}: residual {:.4f} % of the side, {} motions in {:.1f} s\n",
+                j["method"].get<std::string>(), j["residual"].get<double>(),
+                j["evaluations"].get<int>(), j["seconds"].get<double>());
   print_constants(j);
 }
 
@@ -206,7 +207,7 @@ void identify_net(const IdentifyOptions& o) {
     results.push_back(to_json(search, o, found));
     if (!o.json) print_net_report(results.back());
   }
-  if (o.json) fmt::print("{}\n", Json{{"results", results}}.dump(2));
+  if (o.json) print_document(Json{{"results", results}});
 }
 
 void run_command(const IdentifyOptions& o) {
@@ -225,7 +226,7 @@ void run_command(const IdentifyOptions& o) {
     results.push_back(to_json(search, found));
     if (!o.json) print_report(results.back());
   }
-  if (o.json) fmt::print("{}\n", Json{{"results", results}}.dump(2));
+  if (o.json) print_document(Json{{"results", results}});
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 #include <selvedge/apps/detail/counted.h>
+#include <selvedge/apps/detail/option_values.h>
+#include <selvedge/apps/detail/print.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/bodies/mesh_groups.h>
 #include <selvedge/bodies/mesh_report.h>
@@ -12,6 +14,7 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -22,8 +25,8 @@ using namespace selvedge;
 using Json = nlohmann::ordered_json;
 
 struct InfoOptions {
-  std::string mesh, up = "z";
-  double unit = 1.0;
+  std::string mesh, up;
+  std::optional<double> unit;
   std::vector<std::string> groups, without;
   bool json = false;
 };
@@ -37,6 +40,7 @@ struct GroupInfo {
 struct MeshInfo {
   MeshReport report;
   TriangleMeetings meetings;  // of the file as it is, before vertices are merged
+  FileAxes axes;
   std::vector<GroupInfo> groups;
   std::string question;
 };
@@ -44,7 +48,7 @@ struct MeshInfo {
 LoadConfig load_config(const InfoOptions& o) {
   LoadConfig config;
   config.unit = o.unit;
-  config.up = o.up == "x" ? UpAxis::x : o.up == "y" ? UpAxis::y : UpAxis::z;
+  config.up = up_axis(o.up);
   config.groups = o.groups;
   config.without = o.without;
   return config;
@@ -100,10 +104,13 @@ TriangleMeetings meetings_in_file(const InfoOptions& o) {
 
 MeshInfo inspect(const InfoOptions& o) {
   MeshInfo info;
-  info.report = report_mesh(load_mesh(o.mesh, load_config(o)));
+  BodyMesh body = load_body_mesh(o.mesh, load_config(o));
+  info.axes = body.axes;
+  info.report = report_mesh(std::move(body.mesh));
   info.meetings = meetings_in_file(o);
   info.groups = groups_of(o);
-  info.question = ask_about_unit(info.report.upper - info.report.lower);
+  if (!o.unit && !info.axes.unit_stated)
+    info.question = ask_about_unit(info.report.upper - info.report.lower);
   return info;
 }
 
@@ -125,9 +132,26 @@ Json report_json(const MeshReport& r, const TriangleMeetings& meetings) {
           {"volume", r.closed() ? Json(r.volume) : Json()}};
 }
 
+std::string up_letter(const FileAxes& axes) { return {"xyz"[static_cast<int>(axes.up)]}; }
+
+/// Where a value comes from: the option, the file, or neither.
+std::string origin_of(bool given, bool stated) {
+  return given ? "as given" : stated ? "stated by the file" : "the file does not say";
+}
+
+std::string axes_text(const InfoOptions& o, const FileAxes& axes) {
+  return fmt::format("1 unit is {:g} m ({}), {} is up ({})", axes.unit,
+                     origin_of(o.unit.has_value(), axes.unit_stated), up_letter(axes),
+                     origin_of(!o.up.empty(), axes.up_stated));
+}
+
 void print_json(const InfoOptions& o, const MeshInfo& info) {
   Json j = report_json(info.report, info.meetings);
   j["file"] = o.mesh;
+  j["unit_m"] = info.axes.unit;
+  j["up"] = up_letter(info.axes);
+  j["unit_stated"] = info.axes.unit_stated;
+  j["up_stated"] = info.axes.up_stated;
   j["faults"] = info.report.sentences();
   j["unit_question"] = info.question.empty() ? Json() : Json(info.question);
   j["groups"] = Json::array();
@@ -137,7 +161,7 @@ void print_json(const InfoOptions& o, const MeshInfo& info) {
     of_group["name"] = g.group.name;
     j["groups"].push_back(std::move(of_group));
   }
-  fmt::print("{}\n", j.dump(2, ' ', false, Json::error_handler_t::replace));
+  print_document(j);
 }
 
 std::string box_text(const MeshReport& r) {
@@ -148,29 +172,31 @@ std::string box_text(const MeshReport& r) {
 
 void print_report(const InfoOptions& o, const MeshInfo& info) {
   const MeshReport& r = info.report;
-  fmt::print("{}\n", o.mesh);
-  fmt::print("  vertices   {}\n  triangles  {} in {} part{}\n", r.vertices, r.triangles,
-             r.components, r.components == 1 ? "" : "s");
-  fmt::print("  box        {}\n", box_text(r));
+  print_escaped("{}\n", o.mesh);
+  print_escaped("  vertices   {}\n  triangles  {} in {} part{}\n", r.vertices, r.triangles,
+                r.components, r.components == 1 ? "" : "s");
+  print_escaped("  axes       {}\n", axes_text(o, info.axes));
+  print_escaped("  box        {}\n", box_text(r));
   if (r.closed())
-    fmt::print("  surface    closed, {:.4g} litres\n", 1e3 * r.volume);
+    print_escaped("  surface    closed, {:.4g} litres\n", 1e3 * r.volume);
   else
-    fmt::print("  surface    open: {} border edge{}, {} with more than two triangles\n",
-               r.boundary_edges, r.boundary_edges == 1 ? "" : "s", r.non_manifold_edges);
-  fmt::print("  crossings  {} of triangles\n", counted(info.meetings.crossings.size(), "pair"));
+    print_escaped("  surface    open: {}, {} with more than two triangles\n",
+                  counted(r.boundary_edges, "border edge"), r.non_manifold_edges);
+  print_escaped("  crossings  {} of triangles\n", counted(info.meetings.crossings.size(), "pair"));
   if (!info.meetings.touches.empty())
-    fmt::print("  touches    {} of triangles\n", counted(info.meetings.touches.size(), "pair"));
-  if (!info.question.empty()) fmt::print("  unit?      {} (--unit)\n", info.question);
-  for (const std::string& sentence : r.sentences()) fmt::print("  fault      {}\n", sentence);
+    print_escaped("  touches    {} of triangles\n", counted(info.meetings.touches.size(), "pair"));
+  if (!info.question.empty()) print_escaped("  unit?      {} (--unit)\n", info.question);
+  for (const std::string& sentence : r.sentences()) print_escaped("  fault      {}\n", sentence);
   if (info.groups.empty()) return;
-  fmt::print("  groups\n");
+  print_escaped("  groups\n");
   for (const GroupInfo& g : info.groups)
     if (g.group.triangles.empty())
-      fmt::print("    {:<8} {}: no faces\n", kind_name(g.group.kind), g.group.name);
+      print_escaped("    {:<8} {}: no faces\n", kind_name(g.group.kind), g.group.name);
     else
-      fmt::print("    {:<8} {}: {} triangles, {}, {}, {} crossings\n", kind_name(g.group.kind),
-                 g.group.name, g.group.triangles.size(), g.report.closed() ? "closed" : "open",
-                 box_text(g.report), g.meetings.crossings.size());
+      print_escaped("    {:<8} {}: {}, {}, {}, {}\n", kind_name(g.group.kind), g.group.name,
+                    counted(g.group.triangles.size(), "triangle"),
+                    g.report.closed() ? "closed" : "open", box_text(g.report),
+                    counted(g.meetings.crossings.size(), "crossing"));
 }
 
 }  // namespace
@@ -180,8 +206,10 @@ void add_command_info(const Command& app) {
   const Command command =
       app.subcommand("info", "Report box, unit, groups, closedness and crossings of a mesh file");
   command.option("MESH", o->mesh, "Mesh file: OBJ, PLY, OFF, or what assimp reads").required();
-  command.option("--unit", o->unit, "Metres per unit of the file").positive();
-  command.option("--up", o->up, "Axis of the file that points up").one_of({"x", "y", "z"});
+  command.option("--unit", o->unit, "Metres per unit of the file (default: what it states, else 1)")
+      .positive();
+  command.option("--up", o->up, "Axis of the file that points up (default: what it states, else z)")
+      .one_of({"x", "y", "z"});
   command.option("--groups", o->groups, "Only these groups, objects or materials of an OBJ file");
   command.option("--without", o->without, "Without these groups, objects or materials");
   command.flag("--json", o->json, "Print JSON");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/apps/command_line.h>
+#include <selvedge/core/text.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -78,7 +79,7 @@ std::string refuse_command(const CLI::App& app, int argc, char** argv) {
 std::string failure_message(const CLI::App* app, const CLI::Error& error) {
   std::string command = app->get_name();
   for (const CLI::App* used : app->get_subcommands()) command += " " + used->get_name();
-  return (app->get_name().empty() ? "" : app->get_name() + ": ") + error.what() +
+  return (app->get_name().empty() ? "" : app->get_name() + ": ") + printable(error.what()) +
          (command.empty() ? "; --help describes the options\n"
                           : "; `" + command + " --help` describes the options\n");
 }
@@ -225,7 +226,7 @@ void CommandLine::version(const std::string& text) {
 std::optional<int> CommandLine::parse(int argc, char** argv) {
   CLI::App& app = state_->app;
   if (const std::string refusal = refuse_command(app, argc, argv); !refusal.empty()) {
-    std::cerr << app.get_name() << ": " << refusal << "\n";
+    std::cerr << app.get_name() << ": " << printable(refusal) << "\n";
     return kInputWrong;
   }
   try {

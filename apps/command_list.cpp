@@ -2,6 +2,7 @@
 #include "command_list.h"
 
 #include <fmt/format.h>
+#include <selvedge/apps/detail/print.h>
 
 #include <cmath>
 #include <cstdio>
@@ -102,15 +103,16 @@ void print_table(const std::vector<ListedMethod>& methods) {
   std::string_view family;
   for (const ListedMethod& method : methods) {
     if (method.family != family)
-      fmt::print("{}{} ({})\n", family.empty() ? "" : "\n", method.family, method.key);
+      print_escaped("{}{} ({})\n", family.empty() ? "" : "\n", method.family, method.key);
     family = method.family;
-    fmt::print("  {}{}{}\n", method.name,
-               method.keyed ? fmt::format("  (key {})", method.key) : std::string(),
-               method.available ? "" : "  (not in this build)");
-    if (!method.promise.empty()) fmt::print("      {}\n", method.promise);
-    if (!method.source.empty()) fmt::print("      {}\n", method.source);
+    print_escaped("  {}{}{}\n", method.name,
+                  method.keyed ? fmt::format("  (key {})", method.key) : std::string(),
+                  method.available ? "" : "  (not in this build)");
+    if (!method.promise.empty()) print_escaped("      {}\n", method.promise);
+    if (!method.source.empty()) print_escaped("      {}\n", method.source);
     for (const selvedge::MethodOption& option : method.options)
-      fmt::print("      {} ({}): {}\n", default_text(option), range_text(option), option.meaning);
+      print_escaped("      {} ({}): {}\n", default_text(option), range_text(option),
+                    option.meaning);
   }
 }
 
@@ -144,7 +146,7 @@ void print_json(const std::vector<ListedMethod>& methods) {
                     {"available", method.available},
                     {"options", options}});
   }
-  fmt::print("{}\n", nlohmann::json{{"methods", list}}.dump(2));
+  print_document(nlohmann::json{{"methods", list}});
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include "command_measure.h"
 
 #include <fmt/format.h>
+#include <selvedge/apps/detail/print.h>
 #include <selvedge/core/files.h>
 #include <selvedge/lab/measure_result.h>
 #include <selvedge/scene/methods.h>
@@ -41,28 +42,28 @@ fs::path output_folder(const MeasureOptions& o) {
 }
 
 void print_drape(const DrapeMeasures& d) {
-  fmt::print(
+  print_escaped(
       "  drape coefficient    {:.2f} %   (shadow {:.2f} cm2, specimen {:.2f} cm2, support "
       "{:.2f} cm2)\n",
       d.drape_coefficient, 1e4 * d.shadow, 1e4 * d.specimen, 1e4 * d.support);
-  fmt::print("  folds                {} (strongest order of the rim, {:.2f} mm), {} maxima\n",
-             d.rim.folds, 1e3 * d.rim.amplitude[d.rim.folds], d.rim.maxima);
+  print_escaped("  folds                {} (strongest order of the rim, {:.2f} mm), {} maxima\n",
+                d.rim.folds, 1e3 * d.rim.amplitude[d.rim.folds], d.rim.maxima);
 }
 
 void print_report(const ResultMeasures& m, const fs::path& out) {
-  fmt::print("{}, frame {}; tables and pictures in {}\n", m.scene, m.frame, out.string());
-  fmt::print("  strain of triangles  {:.3f} to {:.3f} %, rms {:.3f} %\n", 100.0 * m.sheet.min,
-             100.0 * m.sheet.max, 100.0 * m.sheet.rms);
-  fmt::print("  strain of springs    {:.3f} to {:.3f} %, rms {:.3f} %\n", 100.0 * m.springs.min,
-             100.0 * m.springs.max, 100.0 * m.springs.rms);
+  print_escaped("{}, frame {}; tables and pictures in {}\n", m.scene, m.frame, out.string());
+  print_escaped("  strain of triangles  {:.3f} to {:.3f} %, rms {:.3f} %\n", 100.0 * m.sheet.min,
+                100.0 * m.sheet.max, 100.0 * m.sheet.rms);
+  print_escaped("  strain of springs    {:.3f} to {:.3f} %, rms {:.3f} %\n", 100.0 * m.springs.min,
+                100.0 * m.springs.max, 100.0 * m.springs.rms);
   for (const auto& [part, joules] : m.joule)
-    fmt::print("  energy, {:<17} {:.6g} J\n", part, joules);
+    print_escaped("  energy, {:<17} {:.6g} J\n", part, joules);
   if (m.drape)
     print_drape(*m.drape);
   else
-    fmt::print("  no drape coefficient: {}\n",
-               m.support ? "the rim does not go around the support"
-                         : "no upright cylinder in the scene; give --support");
+    print_escaped("  no drape coefficient: {}\n",
+                  m.support ? "the rim does not go around the support"
+                            : "no upright cylinder in the scene; give --support");
 }
 
 void run_command(const MeasureOptions& o) {
@@ -75,7 +76,7 @@ void run_command(const MeasureOptions& o) {
   file.write(text);
   file.commit();
   if (o.json)
-    fmt::print("{}", text);
+    print_escaped("{}", text);
   else
     print_report(measures, out);
 }

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 #include <selvedge/apps/detail/counted.h>
+#include <selvedge/apps/detail/print.h>
 #include <selvedge/compare/ablation.h>
 #include <selvedge/compare/compare_table.h>
 #include <selvedge/core/files.h>
@@ -80,17 +81,17 @@ Json measure_proofs(const PlanOptions& o, const Methods& methods) {
 }
 
 void print_measured(const Json& m) {
-  fmt::print(
+  print_escaped(
       "\n{}, {}: {:.3g} s with proofs, {:.3g} s without: {:.2f} times as fast "
       "({:.2f} to {:.2f}); {}\n",
       counted(m["frames"].get<int>(), "frame"), counted(m["steps"].get<int>(), "step"),
       m["with_s"].get<double>(), m["without_s"].get<double>(), m["gain"][0].get<double>(),
       m["gain"][1].get<double>(), m["gain"][2].get<double>(),
       m["same_bits"].get<bool>() ? "the same bits" : "OTHER BITS: please report it");
-  fmt::print("proving took {:.1f} % of the steps\n", 100.0 * m["proving_share"].get<double>());
+  print_escaped("proving took {:.1f} % of the steps\n", 100.0 * m["proving_share"].get<double>());
   for (const auto& [part, p] : m["parts"].items())
-    fmt::print("{:<20} left out {} of {} times, saved {:.3g} s\n", part, p["left_out"].get<int>(),
-               p["asked"].get<int>(), p["saved_s"].get<double>());
+    print_escaped("{:<20} left out {} of {} times, saved {:.3g} s\n", part,
+                  p["left_out"].get<int>(), p["asked"].get<int>(), p["saved_s"].get<double>());
 }
 
 // -- parts to switch off --------------------------------------------------------------------------
@@ -115,17 +116,17 @@ Json to_json(const std::vector<AblationRow>& rows) {
 }
 
 void print_ablation(const PlanOptions& o, const std::vector<AblationRow>& rows) {
-  fmt::print(
+  print_escaped(
       "\nSwitched off by hand, over the whole scene, {} seeds each. A part could go if the shape "
       "(mean position, widths, strain, angles)\ndiffers by less than {:.3g} with 95 % confidence "
       "(two one-sided tests); distances are over the cloth's extent.\n",
       o.seeds, o.tolerance);
   for (const AblationRow& row : rows) {
     if (!row.clean) {
-      fmt::print("{:<16} needed: {}\n", row.part, row.why);
+      print_escaped("{:<16} needed: {}\n", row.part, row.why);
       continue;
     }
-    fmt::print(
+    print_escaped(
         "{:<16} {}: {} differs by {:.2e} to {:.2e}; particles by {:.2e}, those of other seeds by "
         "{:.2e}; {:.2f} of the time ({:.2f} to {:.2f})\n",
         row.part, row.verdict(), row.worst, row.equivalence.low, row.equivalence.high, row.distance,
@@ -169,7 +170,7 @@ void write_scene(const std::string& file, const Scene& scene) {
 
 void print_plan(const std::vector<PlanItem>& items) {
   for (const PlanItem& item : items)
-    fmt::print("{:<26}{:<13}{}\n", item.part, word(item.status), item.why);
+    print_escaped("{:<26}{:<13}{}\n", item.part, word(item.status), item.why);
 }
 
 Json plan_json(const std::vector<PlanItem>& items) {
@@ -198,7 +199,7 @@ int run_command(const PlanOptions& o) {
     if (!o.json) print_ablation(o, rows);
     if (!o.accept.empty()) write_scene(o.write, accepted(o, rows, methods));
   }
-  if (o.json) fmt::print("{}\n", all.dump(2));
+  if (o.json) print_document(all);
   return o.measure > 0 && !all["measured"]["same_bits"].get<bool>() ? 1 : 0;
 }
 

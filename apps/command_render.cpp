@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 #include <selvedge/apps/detail/option_values.h>
+#include <selvedge/apps/detail/print.h>
 #include <selvedge/apps/detail/progress_bar.h>
 #include <selvedge/core/resources.h>
 #include <selvedge/render/render.h>
@@ -144,14 +145,14 @@ int render_command(const RenderOptions& options) {
     if (animation) animation->add(image);
   }
   bar.clear();
-  fmt::print("{} in {}\n",
-             list.size() == 1 ? list.front().file.filename().string()
-                              : fmt::format("{} pictures", list.size()),
-             out.string());
+  print_escaped("{} in {}\n",
+                list.size() == 1 ? list.front().file.filename().string()
+                                 : fmt::format("{} pictures", list.size()),
+                out.string());
   if (!animated) return 0;
   if (!animation) animation.emplace(options.animation, fps);
   animation->finish();
-  fmt::print("{}\n", options.animation);
+  print_escaped("{}\n", options.animation);
   return 0;
 }
 

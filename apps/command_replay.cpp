@@ -2,6 +2,7 @@
 #include "command_replay.h"
 
 #include <fmt/format.h>
+#include <selvedge/apps/detail/print.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/run/replay.h>
 #include <selvedge/simulation/explain_step.h>
@@ -30,9 +31,7 @@ struct ReplayOptions {
   int threads = 0;
 };
 
-void print_json(const Json& json) {
-  fmt::print("{}\n", json.dump(2, ' ', false, Json::error_handler_t::replace));
-}
+void print_json(const Json& json) { print_document(json); }
 
 // -- a repeated step ------------------------------------------------------------------------------
 
@@ -93,36 +92,37 @@ bool does_something(const PairStage& s) {
 
 void print_pair(const PairExplanation& p) {
   constexpr double micro = 1e6;
-  fmt::print("\n{}\n  {:.4g} um apart at the start of the step; {}\n", p.name, micro * p.pair.gap,
-             p.brought_by.empty() ? "no single stage causes the collision"
-                                  : "it collides since: " + p.brought_by);
-  fmt::print("  {:<26} {:>12} {:>9}   {}\n", "stage", "end gap um", "collides",
-             "moved by the stage, um");
+  print_escaped("\n{}\n  {:.4g} um apart at the start of the step; {}\n", p.name,
+                micro * p.pair.gap,
+                p.brought_by.empty() ? "no single stage causes the collision"
+                                     : "it collides since: " + p.brought_by);
+  print_escaped("  {:<26} {:>12} {:>9}   {}\n", "stage", "end gap um", "collides",
+                "moved by the stage, um");
   for (const PairStage& s : p.stages)
     if (does_something(s))
-      fmt::print("  {:<26} {:>12.4g} {:>9}   {:.4g}, {:.4g}, {:.4g}, {:.4g}\n", s.stage,
-                 micro * s.gap, s.collides ? "yes" : "no", micro * s.moved[0], micro * s.moved[1],
-                 micro * s.moved[2], micro * s.moved[3]);
+      print_escaped("  {:<26} {:>12.4g} {:>9}   {:.4g}, {:.4g}, {:.4g}, {:.4g}\n", s.stage,
+                    micro * s.gap, s.collides ? "yes" : "no", micro * s.moved[0],
+                    micro * s.moved[1], micro * s.moved[2], micro * s.moved[3]);
 }
 
 void print_culprit(const Culprit& c) {
-  fmt::print("- {}.\n", c.sentence);
+  print_escaped("- {}.\n", c.sentence);
   if (c.loads.empty()) return;
-  fmt::print("  On that vertex:");
+  print_escaped("  On that vertex:");
   for (std::size_t i = 0; i < c.loads.size(); ++i)
-    fmt::print("{} {} with {:.3g} N", i == 0 ? "" : ",", c.loads[i].name, c.loads[i].force);
-  fmt::print(".\n");
+    print_escaped("{} {} with {:.3g} N", i == 0 ? "" : ",", c.loads[i].name, c.loads[i].force);
+  print_escaped(".\n");
 }
 
 void print_explanation(const Explanation& explanation) {
   constexpr std::size_t printed_pairs = 3;  // --json has more
-  fmt::print("\nCauses, in an attempt of {:.4g} ms:\n", 1e3 * explanation.h);
+  print_escaped("\nCauses, in an attempt of {:.4g} ms:\n", 1e3 * explanation.h);
   for (const Culprit& c : explanation.culprits) print_culprit(c);
   const std::size_t shown = std::min(printed_pairs, explanation.pairs.size());
   for (std::size_t i = 0; i < shown; ++i) print_pair(explanation.pairs[i]);
   if (const auto more = explanation.colliding_pairs - shown; more > 0)
-    fmt::print("\n{} more pairs collide; queries/ and frames/ of the bundle have all of them\n",
-               more);
+    print_escaped("\n{} more pairs collide; queries/ and frames/ of the bundle have all of them\n",
+                  more);
 }
 
 int replay_bundle(const ReplayOptions& options) {
@@ -159,13 +159,13 @@ int replay_bundle(const ReplayOptions& options) {
     if (explanation) json["explanation"] = explanation_json(*explanation, simulation.names());
     print_json(json);
   } else {
-    fmt::print("recorded  {}\n", bundle.cause);
-    fmt::print("state     after step {}, at {} s, hash {}, restored exactly\n", bundle.state.step,
-               bundle.state.time, hash);
-    fmt::print("attempts  {}, from {} s to {} s\n", replay.attempts.size(), replay.attempts.front(),
-               replay.attempts.back());
-    if (replay.failure && !replay.as_recorded) fmt::print("now       {}\n", replay.cause);
-    fmt::print("outcome   {}\n", outcome(replay, bundle));
+    print_escaped("recorded  {}\n", bundle.cause);
+    print_escaped("state     after step {}, at {} s, hash {}, restored exactly\n",
+                  bundle.state.step, bundle.state.time, hash);
+    print_escaped("attempts  {}, from {} s to {} s\n", replay.attempts.size(),
+                  replay.attempts.front(), replay.attempts.back());
+    if (replay.failure && !replay.as_recorded) print_escaped("now       {}\n", replay.cause);
+    print_escaped("outcome   {}\n", outcome(replay, bundle));
     if (explanation) print_explanation(*explanation);
   }
   return replay.failure ? 1 : 0;
@@ -210,8 +210,8 @@ int compare_runs(const ReplayOptions& options) {
       d.differ && d.vertex >= 0 ? vertex_name(d, options.first) : std::string();
   const bool same = !d.differ && d.states_a == d.states_b;
   if (!options.json) {
-    fmt::print("{}\n", difference_sentence(d, name));
-    if (!d.every_step && d.differ) fmt::print("run both with --every-step to find the step\n");
+    print_escaped("{}\n", difference_sentence(d, name));
+    if (!d.every_step && d.differ) print_escaped("run both with --every-step to find the step\n");
     return same ? 0 : 1;
   }
   Json json = {{"same", same},

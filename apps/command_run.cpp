@@ -130,7 +130,7 @@ void print_summary(const Scene& scene, const Methods& methods, const RunResult& 
   constexpr double megabyte = 1e6;
   fmt::print("{}: {}, {} in {:.1f} s, at most {:.0f} MB; results in {}\n", scene.name,
              counted(r.frames, "frame"), counted(r.steps, "step"), r.wall_s,
-             r.peak_bytes / megabyte, out.string());
+             r.peak_bytes / megabyte, printable(out.string()));
   fmt::print("clean        {}\n", clean_line(scene, methods, r));
   fmt::print("max stretch  {:.2f} %{}\n", 100.0 * r.max_stretch, over_strain(r));
   if (const auto& gains = r.ledger.at("balance"); gains.at("gained_steps") > 0.0)
@@ -141,7 +141,7 @@ void print_summary(const Scene& scene, const Methods& methods, const RunResult& 
   fmt::print("seconds     ");
   for (const auto& [phase, seconds] : r.phase_s) fmt::print(" {} {:.2f}", phase, seconds);
   fmt::print("\n");
-  if (!r.stopped.empty()) fmt::print("{}; continue with --resume\n", r.stopped);
+  if (!r.stopped.empty()) fmt::print("{}; continue with --resume\n", printable(r.stopped));
 }
 
 void print_file(const std::filesystem::path& file) {
@@ -158,7 +158,7 @@ RunResult run_or_explain(const Scene& scene, const RunConfig& config, ProgressBa
     bar.clear();
     const std::string bundle = (config.out / "failure").string();
     fmt::print(stderr, "the failed step is in {}; `selvedge replay {} --explain` repeats it\n",
-               bundle, shell_quoted(bundle));
+               printable(bundle), printable(shell_quoted(bundle)));
     throw;
   }
 }
@@ -193,7 +193,7 @@ int run_command(const RunOptions& options) {
   };
   config.warning = [&](const std::string& sentence) {
     bar.clear();
-    fmt::print(stderr, "warning: {}\n", sentence);
+    fmt::print(stderr, "warning: {}\n", printable(sentence));
   };
   const RunResult result = run_or_explain(scene, config, bar);
   bar.clear();

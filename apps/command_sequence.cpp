@@ -2,11 +2,15 @@
 #include "command_sequence.h"
 
 #include <fmt/format.h>
+#include <selvedge/apps/detail/counted.h>
+#include <selvedge/apps/detail/option_values.h>
+#include <selvedge/apps/detail/print.h>
 #include <selvedge/bodies/animation_file.h>
 #include <selvedge/run/result_folder.h>
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -17,22 +21,15 @@ namespace fs = std::filesystem;
 
 struct SequenceOptions {
   std::string file, out, base, up;
-  double fps = 30.0, unit = 1.0;
+  double fps = 30.0;
+  std::optional<double> unit;
   bool no_weld = false;
 };
-
-/// glTF has y up by its specification; a USD stage says it itself.
-UpAxis up_axis_of(const SequenceOptions& o) {
-  const std::string extension = fs::path(o.file).extension().string();
-  const bool y_by_default = extension == ".glb" || extension == ".gltf";
-  const std::string up = !o.up.empty() ? o.up : y_by_default ? "y" : "z";
-  return up == "x" ? UpAxis::x : up == "y" ? UpAxis::y : UpAxis::z;
-}
 
 int sequence_command(const SequenceOptions& o) {
   const AnimationConfig config{.fps = o.fps,
                                .base = o.base,
-                               .load = {.unit = o.unit, .up = up_axis_of(o), .weld = !o.no_weld}};
+                               .load = {.unit = o.unit, .up = up_axis(o.up), .weld = !o.no_weld}};
   const MeshAnimation animation = load_animation(o.file, config);
   const std::string stem = fs::path(o.file).stem().string();
   const fs::path out = o.out.empty() ? fs::path(stem) : fs::path(o.out);
@@ -43,14 +40,15 @@ int sequence_command(const SequenceOptions& o) {
   for (int i = 0; i < frames; ++i)
     write_ply(numbered(out, "body", i, kFrameFileDigits, ".ply"),
               animation.frames[static_cast<std::size_t>(i)], animation.triangles);
-  fmt::print("{} frames of {} vertices and {} triangles in {}\n", frames,
-             animation.frames.front().size(), animation.triangles.size(), out.string());
+  print_escaped("{} of {} and {} in {}\n", counted(frames, "frame"),
+                counted(animation.frames.front().size(), "vertex", "vertices"),
+                counted(animation.triangles.size(), "triangle"), out.string());
   if (frames == 1)
-    fmt::print("the file has no animation: {{\"mesh\": \"{}\"}}\n",
-               numbered(out, "body", 0, kFrameFileDigits, ".ply").string());
+    print_escaped("the file has no animation: {{\"mesh\": \"{}\"}}\n",
+                  numbered(out, "body", 0, kFrameFileDigits, ".ply").string());
   else
-    fmt::print("an obstacle of a scene: {{\"sequence\": {{\"files\": \"{}\", \"fps\": {}}}}}\n",
-               (out / "body_#####.ply").string(), animation.fps > 0.0 ? animation.fps : o.fps);
+    print_escaped("an obstacle of a scene: {{\"sequence\": {{\"files\": \"{}\", \"fps\": {}}}}}\n",
+                  (out / "body_#####.ply").string(), animation.fps > 0.0 ? animation.fps : o.fps);
   return 0;
 }
 
@@ -71,9 +69,13 @@ void add_command_sequence(const Command& app) {
               "Frames per second at which skeletons and keyframes are sampled")
       .range(0.01, 1000.0)
       .show_default();
-  command.option("--unit", options->unit, "Metres per unit of the file").range(1e-9, 1e9);
   command
-      .option("--up", options->up, "Axis of the file that points up (default: y for glTF, else z)")
+      .option("--unit", options->unit,
+              "Metres per unit of the file (default: what it states, else 1)")
+      .range(1e-9, 1e9);
+  command
+      .option("--up", options->up,
+              "Axis of the file that points up (default: what it states, else z)")
       .one_of({"x", "y", "z"});
   command.flag("--no-weld", options->no_weld,
                "Keep vertices apart that are at the same place in every frame");

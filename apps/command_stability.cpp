@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <selvedge/apps/detail/heartbeat.h>
 #include <selvedge/apps/detail/method_choice.h>
+#include <selvedge/apps/detail/output_file.h>
+#include <selvedge/apps/detail/print.h>
 #include <selvedge/compare/compare_plan.h>
 #include <selvedge/compare/stability.h>
 #include <selvedge/core/files.h>
@@ -82,18 +84,18 @@ const char* verdict(const StabilityRow& row, bool swings) {
 }
 
 void print_rows(const std::vector<StabilityRow>& rows, double longest, bool swings) {
-  fmt::print("{:<30}{:>10}{:>8}{:>9}{:>12}{:>12}{:>12}{:>8}{:>9}  \n", "", "N/m", "mass", "damping",
-             "kept s", "predicted s", "measured s", "meas/pr", "energy");
+  print_escaped("{:<30}{:>10}{:>8}{:>9}{:>12}{:>12}{:>12}{:>8}{:>9}  \n", "", "N/m", "mass",
+                "damping", "kept s", "predicted s", "measured s", "meas/pr", "energy");
   const auto step = [&](double h) { return h >= longest ? "any" : fmt::format("{:.3e}", h); };
   const auto own = [](double value, double none) {
     return value == none ? std::string("scene") : fmt::format("{:g}", value);
   };
   for (const StabilityRow& r : rows)
-    fmt::print("{:<30}{:>10}{:>8g}{:>9}{:>12}{:>12}{:>12}{:>8}{:>9.2g}  {}\n", r.integrator,
-               own(r.stiffness, 0.0), r.mass_ratio, own(r.damping, -1.0), step(r.bound),
-               step(r.predicted), step(r.measured),
-               r.predicted > 0.0 ? fmt::format("{:.3f}", r.measured / r.predicted) : "-",
-               r.energy_ratio, verdict(r, swings));
+    print_escaped("{:<30}{:>10}{:>8g}{:>9}{:>12}{:>12}{:>12}{:>8}{:>9.2g}  {}\n", r.integrator,
+                  own(r.stiffness, 0.0), r.mass_ratio, own(r.damping, -1.0), step(r.bound),
+                  step(r.predicted), step(r.measured),
+                  r.predicted > 0.0 ? fmt::format("{:.3f}", r.measured / r.predicted) : "-",
+                  r.energy_ratio, verdict(r, swings));
 }
 
 Json to_json(const std::vector<StabilityRow>& rows, bool swings) {
@@ -115,6 +117,7 @@ Json to_json(const std::vector<StabilityRow>& rows, bool swings) {
 void write_maps(const StabilityOptions& o, const Scene& scene,
                 const std::vector<std::string>& names) {
   const auto stiffness = numbers("--stiffness", o.stiffness), step = numbers("--step", o.step);
+  refuse_other_kind(o.map, kSvgPicture, "--map");
   std::vector<StabilityMap> maps;
   Heartbeat heartbeat("stability");
   for (const std::string& name : names) {
@@ -136,7 +139,7 @@ int run_command(const StabilityOptions& o) {
   const auto rows = measure(o, scene, names);
   const bool swings = !o.config.limiter.empty();
   if (o.json)
-    fmt::print("{}\n", to_json(rows, swings).dump(2));
+    print_document(to_json(rows, swings));
   else
     print_rows(rows, o.config.longest, swings);
   if (!o.map.empty()) write_maps(o, scene, names);

@@ -2,6 +2,7 @@
 #include "command_stability_cases.h"
 
 #include <fmt/core.h>
+#include <selvedge/apps/detail/print.h>
 #include <selvedge/compare/stability.h>
 #include <selvedge/scene/scene.h>
 
@@ -113,13 +114,13 @@ void print_row(const ExtremeResult& r, bool several) {
   std::string note = r.note;
   std::replace(note.begin(), note.end(), '|', '/');
   std::replace(note.begin(), note.end(), '\n', ' ');
-  fmt::print("| `{}` | {}{} | {} | {} | {:.1f} |\n", r.name, several ? r.method + " | " : "",
-             answer_of(r), note, measures_of(r), r.wall_s);
+  print_escaped("| `{}` | {}{} | {} | {} | {:.1f} |\n", r.name, several ? r.method + " | " : "",
+                answer_of(r), note, measures_of(r), r.wall_s);
   std::fflush(stdout);
 }
 
 void print_head(bool several) {
-  fmt::print(
+  print_escaped(
       "| case | {}answer | number, reason or flag | stretch, % | crossings | worst speed, m/s | "
       "energy ratio | given by, mJ | wall, s |\n| --- | {}--- | --- | --: | --: | --: | --: | --- "
       "| "
@@ -156,7 +157,7 @@ void add_case_options(const Command& group, CaseOptions& options) {
 
 int run_cases(const CaseOptions& options) {
   if (options.list) {
-    for (const std::string& name : extreme_case_names(options.cases)) fmt::print("{}\n", name);
+    for (const std::string& name : extreme_case_names(options.cases)) print_escaped("{}\n", name);
     return 0;
   }
   const std::vector<ExtremeMethod> methods = chosen_methods(options);
@@ -176,10 +177,9 @@ int run_cases(const CaseOptions& options) {
         print_row(r, several);
     });
   if (options.json)
-    fmt::print("{}\n",
-               json{{"results", results}}.dump(2, ' ', false, json::error_handler_t::replace));
+    print_document(json{{"results", results}});
   else
-    fmt::print("\n{} correct, {} degraded, {} refused, {} FAILED\n", count[Answer::correct],
-               count[Answer::degraded], count[Answer::refused], count[Answer::failed]);
+    print_escaped("\n{} correct, {} degraded, {} refused, {} FAILED\n", count[Answer::correct],
+                  count[Answer::degraded], count[Answer::refused], count[Answer::failed]);
   return count[Answer::failed] > 0 || unexpected > 0 ? 1 : 0;
 }

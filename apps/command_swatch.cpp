@@ -2,6 +2,7 @@
 #include "command_swatch.h"
 
 #include <fmt/format.h>
+#include <selvedge/apps/detail/print.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/lab/fabric_drape.h>
 #include <selvedge/scene/fabric_file.h>
@@ -64,27 +65,27 @@ Json to_json(const SwatchTrial& t, const SwatchCurves& curves) {
 void print_report(const SwatchTrial& t, const SwatchCurves& curves) {
   const WeaveConfig& w = t.weave;
   const WarpWeft crimp = t.crimp(), bending = t.bending();
-  fmt::print("weave {}/{} step {}: yarns of {:.3f} and {:.3f} mm, crimp {:.1f} and {:.1f} %\n",
-             w.over, w.under, w.step, 1e3 * w.warp.diameter(), 1e3 * w.weft.diameter(),
-             100.0 * crimp.warp, 100.0 * crimp.weft);
-  fmt::print("  density            {:.4g} kg/m2\n", t.density());
-  fmt::print("  bending_stiffness  {:.4g} N*m along warp, {:.4g} N*m along weft\n", bending.warp,
-             bending.weft);
-  fmt::print("  initial modulus, N/m, by the test and in closed form:\n");
+  print_escaped("weave {}/{} step {}: yarns of {:.3f} and {:.3f} mm, crimp {:.1f} and {:.1f} %\n",
+                w.over, w.under, w.step, 1e3 * w.warp.diameter(), 1e3 * w.weft.diameter(),
+                100.0 * crimp.warp, 100.0 * crimp.weft);
+  print_escaped("  density            {:.4g} kg/m2\n", t.density());
+  print_escaped("  bending_stiffness  {:.4g} N*m along warp, {:.4g} N*m along weft\n", bending.warp,
+                bending.weft);
+  print_escaped("  initial modulus, N/m, by the test and in closed form:\n");
   for (std::size_t k = 0; k < kTests.size(); ++k) {
     std::string closed;
     if (kTests[k].second == SwatchPull::shear) closed = fmt::format("{:.4g}", t.shear_modulus());
     if (k < 2 && is_plain(t))
       closed = fmt::format("{:.4g}", k == 0 ? t.plain_modulus().warp : t.plain_modulus().weft);
-    fmt::print("    {:<6}{:>10.4g}  {}\n", kTests[k].first, initial_modulus(curves[k]), closed);
+    print_escaped("    {:<6}{:>10.4g}  {}\n", kTests[k].first, initial_modulus(curves[k]), closed);
   }
-  fmt::print("  strain (rad), force (N/m) of");
-  for (const auto& [name, pull] : kTests) fmt::print(" {},", name);
-  fmt::print("\n");
+  print_escaped("  strain (rad), force (N/m) of");
+  for (const auto& [name, pull] : kTests) print_escaped(" {},", name);
+  print_escaped("\n");
   for (std::size_t i = 0; i < curves[0].size(); ++i) {
     for (const auto& curve : curves)
-      fmt::print("{:>10.4f}{:>10.4g}", curve[i].strain, curve[i].force);
-    fmt::print("\n");
+      print_escaped("{:>10.4f}{:>10.4g}", curve[i].strain, curve[i].force);
+    print_escaped("\n");
   }
 }
 
@@ -113,19 +114,19 @@ void run_knit(const SwatchOptions& o) {
         json["tests"][name]["force"].push_back(p.force);
         json["tests"][name]["contraction"].push_back(p.contraction);
       }
-    fmt::print("{}\n", json.dump(2));
+    print_document(json);
     return;
   }
-  fmt::print("plain knit: yarn of {:.3f} mm, loops of {:.3f} mm, tightness {:.1f}\n",
-             1e3 * knit.knit.yarn.diameter(), 1e3 * knit.loop().length(), knit.tightness());
-  fmt::print("  density            {:.4g} kg/m2\n", knit.density());
-  fmt::print("  strain, force (N/m) and contraction along courses, along wales\n");
+  print_escaped("plain knit: yarn of {:.3f} mm, loops of {:.3f} mm, tightness {:.1f}\n",
+                1e3 * knit.knit.yarn.diameter(), 1e3 * knit.loop().length(), knit.tightness());
+  print_escaped("  density            {:.4g} kg/m2\n", knit.density());
+  print_escaped("  strain, force (N/m) and contraction along courses, along wales\n");
   for (std::size_t i = 0; i < course.curve.size(); ++i)
-    fmt::print("{:>10.4f}{:>10.4g}{:>10.4f}{:>10.4g}{:>10.4f}\n", course.curve[i].strain,
-               course.curve[i].force, course.curve[i].contraction, wale.curve[i].force,
-               wale.curve[i].contraction);
-  fmt::print("  strain of the yarn at the end: {:.2g} and {:.2g}\n", course.yarn_strain,
-             wale.yarn_strain);
+    print_escaped("{:>10.4f}{:>10.4g}{:>10.4f}{:>10.4g}{:>10.4f}\n", course.curve[i].strain,
+                  course.curve[i].force, course.curve[i].contraction, wale.curve[i].force,
+                  wale.curve[i].contraction);
+  print_escaped("  strain of the yarn at the end: {:.2g} and {:.2g}\n", course.yarn_strain,
+                wale.yarn_strain);
 }
 
 void run_command(const SwatchOptions& o) {
@@ -134,7 +135,7 @@ void run_command(const SwatchOptions& o) {
   SwatchCurves curves;
   for (std::size_t k = 0; k < kTests.size(); ++k) curves[k] = pull_swatch(trial, kTests[k].second);
   if (o.json)
-    fmt::print("{}\n", to_json(trial, curves).dump(2));
+    print_document(to_json(trial, curves));
   else
     print_report(trial, curves);
 }

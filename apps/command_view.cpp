@@ -2,7 +2,10 @@
 #include "command_view.h"
 
 #include <fmt/format.h>
+#include <selvedge/apps/detail/counted.h>
 #include <selvedge/apps/detail/option_values.h>
+#include <selvedge/apps/detail/output_file.h>
+#include <selvedge/apps/detail/print.h>
 #include <selvedge/apps/detail/progress_bar.h>
 #include <selvedge/core/files.h>
 #include <selvedge/core/resources.h>
@@ -48,17 +51,19 @@ int view_command(const ViewOptions& o) {
   if (o.results.size() > 2)
     throw std::invalid_argument(
         fmt::format("view: a page shows one or two results, not {}", o.results.size()));
+  const fs::path file = page_file(o);
+  refuse_other_kind(file, kHtmlPage, "--out");
   std::vector<ResultView> views;
   for (const std::string& result : o.results) views.push_back(view_of(result, o));
   if (views.size() == 2) add_distance(views[0], views[1]);
   const std::string page = view_page(views);
-  const fs::path file = page_file(o);
   AtomicFile out(file);
   out.write(page);
   out.commit();
   constexpr double megabyte = 1e6;
-  fmt::print("{}: {} frames, {:.1f} MB; open it in a browser\n", file.string(),
-             views.front().frames.size(), static_cast<double>(page.size()) / megabyte);
+  print_escaped("{}: {}, {:.1f} MB; open it in a browser\n", file.string(),
+                counted(views.front().frames.size(), "frame"),
+                static_cast<double>(page.size()) / megabyte);
   return 0;
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/apps/command_line.h>
+#include <selvedge/core/text.h>
 
 #include <csignal>
 #include <cstdio>
@@ -36,7 +37,7 @@ constexpr int kRunFailed = 1, kInputWrong = 2;
 
 int say(const char* sentence, int exit_code) {
   std::fflush(stdout);
-  std::fprintf(stderr, "selvedge: %s\n", sentence);
+  std::fprintf(stderr, "selvedge: %s\n", selvedge::printable(sentence).c_str());
   return exit_code;
 }
 

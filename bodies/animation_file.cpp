@@ -101,11 +101,12 @@ void take_list(const char*& at, std::size_t n, std::vector<T>& values) {
 }
 
 /// Returns false unless the bytes are a complete animation in the format of assimp_program.cpp.
-bool decode_animation(const std::string& bytes, MeshAnimation& animation) {
-  constexpr std::size_t header = 1 + 3 * sizeof(std::uint64_t);
+bool decode_animation(const std::string& bytes, MeshAnimation& animation, StatedAxes& stated) {
+  constexpr std::size_t header = 1 + sizeof(StatedAxes) + 3 * sizeof(std::uint64_t);
   if (bytes.size() < header || bytes[0] != 'A') return false;
   std::uint64_t counts[3];  // vertices, triangles, frames
-  std::memcpy(counts, bytes.data() + 1, sizeof counts);
+  std::memcpy(&stated, bytes.data() + 1, sizeof stated);
+  std::memcpy(counts, bytes.data() + 1 + sizeof stated, sizeof counts);
   const std::size_t body = bytes.size() - header;
   if (counts[1] > body / sizeof(Triangle) || counts[0] > body / sizeof(Vec3)) return false;
   const std::size_t left = body - counts[1] * sizeof(Triangle);
@@ -119,12 +120,12 @@ bool decode_animation(const std::string& bytes, MeshAnimation& animation) {
   return true;
 }
 
-MeshAnimation animation_by_assimp(const std::filesystem::path& file,
-                                  const AnimationConfig& config) {
+MeshAnimation animation_by_assimp(const std::filesystem::path& file, const AnimationConfig& config,
+                                  StatedAxes& stated) {
   MeshAnimation animation;
   read_assimp_output(
       file, config.load, {std::to_string(config.fps)},
-      [&](const std::string& output) { return decode_animation(output, animation); });
+      [&](const std::string& output) { return decode_animation(output, animation, stated); });
   if (animation.frames.size() > 1) animation.fps = config.fps;
   return animation;
 }
@@ -186,7 +187,7 @@ void weld_animation(MeshAnimation& animation) {
 
 /// Turns, scales and checks every frame.
 void prepare(MeshAnimation& animation, const AnimationConfig& config, const std::string& name) {
-  LoadConfig load = config.load;
+  LoadConfig load = with_axes(config.load, animation.axes);
   load.weld = false;
   for (std::size_t f = 0; f < animation.frames.size(); ++f) {
     TriangleMesh mesh = prepare_mesh({std::move(animation.frames[f]), animation.triangles}, load,
@@ -208,17 +209,20 @@ MeshAnimation load_animation(const std::filesystem::path& file, const AnimationC
                                 " frames per second are not within 0 and 1000");
   const std::string extension = detail::lower_extension(file);
   MeshAnimation animation;
+  detail::StatedAxes stated;
   if (extension == ".pc2")
     animation = detail::with_base(detail::read_pc2(detail::read_source(file)), file, config);
   else if (extension == ".mdd")
     animation = detail::with_base(detail::read_mdd(detail::read_source(file)), file, config);
   else if (extension == ".usda" || extension == ".usd")
-    animation = detail::read_usda(detail::read_source(file));
+    animation = detail::read_usda(detail::read_source(file), stated);
   else if (detail::is_own_format(extension)) {
     TriangleMesh mesh = read_mesh(file);
-    animation = {std::move(mesh.triangles), {std::move(mesh.vertices)}, 0.0};
+    animation.triangles = std::move(mesh.triangles);
+    animation.frames.push_back(std::move(mesh.vertices));
   } else
-    animation = detail::animation_by_assimp(file, config);
+    animation = detail::animation_by_assimp(file, config, stated);
+  animation.axes = detail::axes_of(config.load, stated, file.string());
   detail::prepare(animation, config, file.string());
   return animation;
 }

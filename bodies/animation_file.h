@@ -13,6 +13,7 @@ struct MeshAnimation {
   std::vector<Triangle> triangles;
   std::vector<std::vector<Vec3>> frames;  ///< m, z up; vertices of each frame
   double fps = 0.0;                       ///< frames per second; 0: the file does not say
+  FileAxes axes{};                        ///< with which it was read
 };
 
 /// How an animation is read.
@@ -21,8 +22,8 @@ struct AnimationConfig {
   /// (0, 1000]. Caches and USD have frames of their own.
   double fps = 30.0;
   std::filesystem::path base{};  ///< mesh with the triangles of a point cache (.pc2, .mdd)
-  /// Unit, up axis and limits. Vertices are not welded. USD and glTF files say their up axis
-  /// themselves: these settings then apply on top, and should stay as they are.
+  /// Unit, up axis and limits, as for load_mesh: what USD, glTF, Collada and FBX files state
+  /// counts unless it is given here. Vertices are not welded.
   LoadConfig load{.weld = false};
 };
 

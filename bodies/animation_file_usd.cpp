@@ -285,8 +285,9 @@ std::size_t vertex_count(const MeshSource& source, const UsdPrim& prim) {
 
 }  // namespace
 
-MeshAnimation read_usda(const MeshSource& source) {
+MeshAnimation read_usda(const MeshSource& source, StatedAxes& stated) {
   const UsdStage stage(source);
+  stated = {stage.metres_per_unit, stage.up == "Y" ? 2.0 : 3.0};
   if (stage.prims().empty()) refuse(source, "has no prim of type Mesh");
   MeshAnimation animation;
   std::set<double> times;
@@ -315,10 +316,8 @@ MeshAnimation read_usda(const MeshSource& source) {
     std::vector<Vec3>& x = animation.frames.emplace_back();
     for (const UsdPrim& prim : stage.prims()) {
       const std::vector<double> points = points_at(prim, time);
-      for (std::size_t i = 0; i < points.size(); i += 3) {
-        const Vec3 p = stage.metres_per_unit * Vec3(points[i], points[i + 1], points[i + 2]);
-        x.push_back(stage.up == "Y" ? Vec3(p.x(), -p.z(), p.y()) : p);
-      }
+      for (std::size_t i = 0; i < points.size(); i += 3)
+        x.emplace_back(points[i], points[i + 1], points[i + 2]);
     }
   }
   return animation;

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
 // selvedge-assimp FILE MEMORY SECONDS [FPS] reads a mesh file with assimp and writes it to standard
 // output. It is a separate process because assimp may crash, abort or hang on a damaged file.
-// Output in native byte order: the byte 'M', the numbers of vertices and triangles (uint64), x y z
-// (double) and indices (int32); or the byte 'E' and a message. With FPS, the first animation is
-// sampled: the byte 'A', the numbers of vertices, triangles and frames, indices, and x y z of every
-// frame.
+// Output in native byte order: the byte 'M', what the file states of its axes (see Axes), the
+// numbers of vertices and triangles (uint64), x y z (double) and indices (int32); or the byte 'E'
+// and a message. With FPS, the first animation is sampled: the byte 'A', the axes, the numbers of
+// vertices, triangles and frames, indices, and x y z of every frame. Positions are in the axes and
+// the unit of the file.
 #include <selvedge/bodies/detail/assimp_animation.h>
+#include <selvedge/bodies/detail/assimp_axes.h>
+#include <selvedge/bodies/detail/gltf_nodes.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 
@@ -84,21 +87,22 @@ bool write_all(const std::vector<T>& values) {
   return std::fwrite(values.data(), sizeof(T), values.size(), stdout) == values.size();
 }
 
-int write_soup(const Soup& soup) {
+int write_soup(const Soup& soup, const Axes& axes) {
   const std::vector<std::uint64_t> counts{soup.vertices.size(), soup.triangles.size()};
   std::fputc('M', stdout);
-  const bool written = write_all(counts) && write_all(soup.vertices) && write_all(soup.triangles);
+  const bool written = write_all(words_of(axes)) && write_all(counts) && write_all(soup.vertices) &&
+                       write_all(soup.triangles);
   return written && std::fflush(stdout) == 0 ? 0 : 1;
 }
 
 // All frames, one after the other, so that only one is in memory.
-int write_animation(const aiScene& scene, double fps) {
+int write_animation(const aiScene& scene, double fps, const Axes& axes) {
   PosedScene posed(scene);
   const std::vector<std::array<std::int32_t, 3>> triangles = posed.triangles();
   const std::uint64_t frames = posed.frames(fps);
   const std::vector<std::uint64_t> counts{posed.vertices(0.0).size(), triangles.size(), frames};
   std::fputc('A', stdout);
-  bool written = write_all(counts) && write_all(triangles);
+  bool written = write_all(words_of(axes)) && write_all(counts) && write_all(triangles);
   for (std::uint64_t f = 0; f < frames && written; ++f)
     written = write_all(posed.vertices(static_cast<double>(f) / fps));
   return written && std::fflush(stdout) == 0 ? 0 : 1;
@@ -112,6 +116,8 @@ int main(int argc, char** argv) {
     return 2;
   }
   limit_process(argv[2], argv[3]);
+  if (const std::string fault = gltf_node_fault(argv[1]); !fault.empty())
+    return finish_with_error(fault);
   Assimp::Importer importer;
   const bool animated = argc == 5;
   importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS,
@@ -119,15 +125,21 @@ int main(int argc, char** argv) {
                                   aiComponent_TANGENTS_AND_BITANGENTS | aiComponent_TEXTURES |
                                   aiComponent_LIGHTS | aiComponent_CAMERAS |
                                   (animated ? 0 : int{aiComponent_ANIMATIONS}));
+  // Else a Collada file whose z axis points up would be turned, and the user could not say
+  // otherwise.
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   // No vertex joining here: assimp joins valid vertices with NaN vertices.
   const aiScene* scene = importer.ReadFile(
       argv[1], aiProcess_RemoveComponent | aiProcess_Triangulate | aiProcess_ValidateDataStructure);
   if (!scene || !scene->mRootNode) return finish_with_error(importer.GetErrorString());
+  const Axes axes = stated_axes(*scene, argv[1]);
+  undo_unit(*scene, axes);
   if (animated) {
     const double fps = std::strtod(argv[4], nullptr);
-    return fps > 0.0 ? write_animation(*scene, fps) : finish_with_error("the frame rate is wrong");
+    return fps > 0.0 ? write_animation(*scene, fps, axes)
+                     : finish_with_error("the frame rate is wrong");
   }
   Soup soup;
   append_node(*scene, *scene->mRootNode, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, 0, soup);
-  return write_soup(soup);
+  return write_soup(soup, axes);
 }

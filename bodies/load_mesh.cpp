@@ -33,8 +33,8 @@ constexpr double kMaxTimeout = 1e6;  // s; more than eleven days is a mistake
 constexpr const char* kOwnFormatsRemedy = "save the mesh as OBJ, PLY or OFF";
 
 void check_config(const LoadConfig& config) {
-  if (!(config.unit > 0.0) || !std::isfinite(config.unit))
-    throw std::invalid_argument("the unit of a mesh is " + std::to_string(config.unit) +
+  if (const double unit = config.unit.value_or(1.0); !(unit > 0.0) || !std::isfinite(unit))
+    throw std::invalid_argument("the unit of a mesh is " + std::to_string(unit) +
                                 " m, but must be positive and finite");
   if (!(config.timeout > 0.0) || config.timeout > kMaxTimeout)
     throw std::invalid_argument("the time allowed for reading a mesh is " +
@@ -116,11 +116,12 @@ void take(const char*& at, std::size_t n, std::vector<T>& values) {
 }
 
 // Returns false unless the bytes are a complete mesh in the format of assimp_program.cpp.
-bool decode(const std::string& bytes, TriangleMesh& mesh) {
-  constexpr std::size_t header = 1 + 2 * sizeof(std::uint64_t);
+bool decode(const std::string& bytes, TriangleMesh& mesh, detail::StatedAxes& stated) {
+  constexpr std::size_t header = 1 + sizeof(detail::StatedAxes) + 2 * sizeof(std::uint64_t);
   if (bytes.size() < header || bytes[0] != 'M') return false;
   std::uint64_t counts[2];
-  std::memcpy(counts, bytes.data() + 1, sizeof counts);
+  std::memcpy(&stated, bytes.data() + 1, sizeof stated);
+  std::memcpy(counts, bytes.data() + 1 + sizeof stated, sizeof counts);
   const std::size_t body = bytes.size() - header;
   if (counts[0] > body / sizeof(Vec3) || counts[1] > body / sizeof(Triangle)) return false;
   if (counts[0] * sizeof(Vec3) + counts[1] * sizeof(Triangle) != body) return false;
@@ -188,10 +189,11 @@ void detail::read_assimp_output(const std::filesystem::path& file, const LoadCon
 
 namespace {
 
-TriangleMesh read_by_assimp(const std::filesystem::path& file, const LoadConfig& config) {
+TriangleMesh read_by_assimp(const std::filesystem::path& file, const LoadConfig& config,
+                            detail::StatedAxes& stated) {
   TriangleMesh mesh;
-  detail::read_assimp_output(file, config, {},
-                             [&](const std::string& output) { return decode(output, mesh); });
+  detail::read_assimp_output(
+      file, config, {}, [&](const std::string& output) { return decode(output, mesh, stated); });
   return mesh;
 }
 
@@ -199,15 +201,16 @@ TriangleMesh read_by_assimp(const std::filesystem::path& file, const LoadConfig&
 
 // Rotates the file's up axis to +z, without mirroring, and scales its unit to metres.
 Vec3 to_world(const Vec3& x, const LoadConfig& config) {
-  switch (config.up) {
+  const double unit = config.unit.value_or(1.0);
+  switch (config.up.value_or(UpAxis::z)) {
     case UpAxis::x:
-      return config.unit * Vec3(x.y(), x.z(), x.x());
+      return unit * Vec3(x.y(), x.z(), x.x());
     case UpAxis::y:
-      return config.unit * Vec3(x.x(), -x.z(), x.y());
+      return unit * Vec3(x.x(), -x.z(), x.y());
     case UpAxis::z:
       break;
   }
-  return config.unit * x;
+  return unit * x;
 }
 
 // For each vertex, the first vertex at exactly its position.
@@ -258,18 +261,55 @@ void check_indices(const TriangleMesh& mesh, const std::string& name) {
 
 }  // namespace
 
+FileAxes detail::axes_of(const LoadConfig& config, const StatedAxes& stated,
+                         const std::string& name) {
+  constexpr UpAxis axes[] = {UpAxis::x, UpAxis::y, UpAxis::z};
+  FileAxes used;
+  used.unit_stated = stated.unit > 0.0 && std::isfinite(stated.unit);
+  used.up_stated = std::abs(stated.up) >= 1.0 && std::abs(stated.up) <= 3.0;
+  used.unit = config.unit.value_or(used.unit_stated ? stated.unit : 1.0);
+  const auto axis = static_cast<std::size_t>(used.up_stated ? std::abs(stated.up) : 3.0) - 1;
+  if (!config.up && stated.up < 0.0)
+    throw std::invalid_argument(name + ": states that its negative " + "xyz"[axis] +
+                                " axis points up; export it with a positive one, or give the axis");
+  used.up = config.up.value_or(axes[axis]);
+  return used;
+}
+
+LoadConfig detail::with_axes(LoadConfig config, const FileAxes& axes) {
+  config.unit = axes.unit;
+  config.up = axes.up;
+  return config;
+}
+
+bool states_axes(const std::filesystem::path& file) {
+  const std::string extension = detail::lower_extension(file);
+  for (const char* known : {".gltf", ".glb", ".dae", ".fbx"})
+    if (extension == known) return true;
+  return false;
+}
+
 TriangleMesh load_mesh(const std::filesystem::path& file, const LoadConfig& config) {
+  return load_body_mesh(file, config).mesh;
+}
+
+BodyMesh load_body_mesh(const std::filesystem::path& file, const LoadConfig& config) {
   check_config(config);
+  detail::StatedAxes stated;
   const std::string name = file.string();
   const bool own = detail::is_own_format(detail::lower_extension(file));
   if (!config.groups.empty() || !config.without.empty()) {
     if (!own)
       throw std::invalid_argument(name +
                                   ": only OBJ files have groups to choose; save the mesh as OBJ");
-    return prepare_mesh(select_groups(read_grouped_mesh(file), config.groups, config.without, name),
-                        config, name);
+    return {
+        prepare_mesh(select_groups(read_grouped_mesh(file), config.groups, config.without, name),
+                     config, name),
+        detail::axes_of(config, stated, name)};
   }
-  return prepare_mesh(own ? read_mesh(file) : read_by_assimp(file, config), config, name);
+  TriangleMesh mesh = own ? read_mesh(file) : read_by_assimp(file, config, stated);
+  const FileAxes axes = detail::axes_of(config, stated, name);
+  return {prepare_mesh(std::move(mesh), detail::with_axes(config, axes), name), axes};
 }
 
 TriangleMesh prepare_mesh(TriangleMesh mesh, const LoadConfig& config, const std::string& name) {

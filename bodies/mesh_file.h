@@ -4,6 +4,7 @@
 #include <selvedge/core/types.h>
 
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -40,9 +41,12 @@ enum class UpAxis { x, y, z };
 
 /// How a body mesh is read.
 struct LoadConfig {
-  double unit = 1.0;      ///< metres per file unit, > 0
-  UpAxis up = UpAxis::z;  ///< axis of the file that points up; it is rotated to +z
-  bool weld = true;       ///< merge vertices at identical positions and drop unused ones
+  /// Metres per unit of the file, > 0. Empty: what the file states; 1 if it states nothing.
+  std::optional<double> unit{};
+  /// Axis of the file that points up; it is rotated to +z. Empty: what the file states; z if it
+  /// states nothing.
+  std::optional<UpAxis> up{};
+  bool weld = true;  ///< merge vertices at identical positions and drop unused ones
   /// Names of groups, objects or materials of an OBJ file: only these are read, all if empty,
   /// except those of `without`.
   std::vector<std::string> groups{}, without{};
@@ -55,6 +59,28 @@ struct LoadConfig {
 /// are read by assimp in a child process, so a hang, abort or crash of assimp becomes an error
 /// message. Throws std::invalid_argument naming the file, the fault and a remedy.
 TriangleMesh load_mesh(const std::filesystem::path& file, const LoadConfig& config = {});
+
+/// The unit and the up axis of a mesh file.
+struct FileAxes {
+  double unit = 1.0;      ///< metres per unit of the file
+  UpAxis up = UpAxis::z;  ///< axis of the file that points up
+  /// Whether the file states them itself: glTF is always in metres with y up, Collada and FBX name
+  /// both.
+  bool unit_stated = false, up_stated = false;
+};
+
+/// A body mesh and the axes with which it was read: those of the LoadConfig, else those that the
+/// file states.
+struct BodyMesh {
+  TriangleMesh mesh;
+  FileAxes axes;
+};
+
+/// load_mesh that also returns the axes.
+BodyMesh load_body_mesh(const std::filesystem::path& file, const LoadConfig& config = {});
+
+/// Whether files of this name state their unit and up axis: glTF, Collada and FBX.
+bool states_axes(const std::filesystem::path& file);
 
 /// Rotates, scales, checks and welds a mesh that was read or made elsewhere. `name` starts the
 /// message of a thrown std::invalid_argument.

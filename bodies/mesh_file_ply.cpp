@@ -431,18 +431,25 @@ class PlyReader {
     return n;
   }
 
+  /// The place and the number of a face; in binary files the number is the place.
+  template <class Body>
+  static std::string face_at(const Body& body, const Element& e, std::int64_t row) {
+    const std::string place = body.place(e, row), face = "face " + std::to_string(row);
+    return place == face ? face : place + ": " + face;
+  }
+
   template <class Body>
   void read_corners(Body& body, const Element& e, std::int64_t row, const Property& p) {
     const std::int64_t n = length(body, e, row, p);
     if (n < 3)
-      refuse(source_, body.place(e, row) + ": face " + std::to_string(row) + " has " +
-                          std::to_string(n) + " corners; a face needs at least 3");
+      refuse(source_, face_at(body, e, row) + " has " + std::to_string(n) +
+                          " corners; a face needs at least 3");
     polygon_.clear();
     for (std::int64_t k = 0; k < n; ++k) {
       const std::int64_t index = body.take_index(p.type);
       if (index < 0 || index >= vertex_count_)
-        refuse(source_, body.place(e, row) + ": face " + std::to_string(row) + " names vertex " +
-                            std::to_string(index) + ", but the file has vertices 0 to " +
+        refuse(source_, face_at(body, e, row) + " names vertex " + std::to_string(index) +
+                            ", but the file has vertices 0 to " +
                             std::to_string(vertex_count_ - 1));
       polygon_.push_back(static_cast<std::int32_t>(index));
     }

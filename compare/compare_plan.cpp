@@ -27,6 +27,24 @@ std::vector<Override> joined(std::vector<Override> a, const std::vector<Override
   return a;
 }
 
+/// A path with "a.0.b" for "a[0].b".
+std::string plain_path(std::string path) {
+  std::replace(path.begin(), path.end(), '[', '.');
+  std::erase(path, ']');
+  return path;
+}
+
+/// Without the values that a later one of the same path replaces.
+std::vector<Override> last_of_each(const std::vector<Override>& all) {
+  std::vector<Override> kept;
+  for (const Override& o : all) {
+    std::erase_if(kept,
+                  [&](const Override& k) { return plain_path(k.path) == plain_path(o.path); });
+    kept.push_back(o);
+  }
+  return kept;
+}
+
 const CompareAxis* axis_named(const std::vector<CompareAxis>& axes, const std::string& name) {
   for (const CompareAxis& axis : axes)
     if (axis.name == name) return &axis;
@@ -78,7 +96,7 @@ class Planner {
 
   void add_cell(const std::vector<std::string>& values) {
     ComparePlan& plan = planned_.plan;
-    const auto overrides = joined(set_, cell_overrides(plan.axes, values, base_));
+    const auto overrides = last_of_each(joined(set_, cell_overrides(plan.axes, values, base_)));
     const Scene scene = read_scene(request_.scene, overrides, methods_);
     CompareCell cell;
     cell.values = values;

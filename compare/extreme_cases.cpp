@@ -2,6 +2,7 @@
 #include <selvedge/compare/detail/extreme_cases.h>
 
 #include <fmt/format.h>
+#include <selvedge/core/text.h>
 
 #include <algorithm>
 #include <cmath>
@@ -73,9 +74,10 @@ CaseResult Trial::settle(const ExtremeRun& run, bool right, const std::string& n
   const std::size_t crossings = run.intersections + run.path_collisions;
   if (crossings > 0 && run.result.clean && run.stopped.empty())
     return answer(Answer::failed,
-                  fmt::format("reported as clean, but has {} crossings", crossings));
+                  fmt::format("reported as clean, but has {}", counted(crossings, "crossing")));
   if (crossings > 0)
-    return answer(Answer::degraded, fmt::format("reported as not clean: {} crossings", crossings));
+    return answer(Answer::degraded,
+                  fmt::format("reported as not clean: {}", counted(crossings, "crossing")));
   if (!run.stopped.empty()) return answer(Answer::refused, run.stopped);
   if (!right) return answer(Answer::failed, number);
   std::string flags;

@@ -26,19 +26,46 @@ bool has_control_character(std::string_view text) {
   return false;
 }
 
-std::string printable(std::string_view text) {
-  static const char* digits = "0123456789abcdef";
+namespace {
+
+/// The text with each control character except those in `kept` as `escape` gives it.
+template <class Escape>
+std::string with_escapes(std::string_view text, std::string_view kept, Escape escape) {
   std::string shown;
+  shown.reserve(text.size());
   while (!text.empty()) {
-    const std::size_t n = control_bytes(text);
-    if (n == 0) shown += text[0];
-    for (std::size_t i = 0; i < n; ++i) {
-      const auto byte = static_cast<unsigned char>(text[i]);
-      shown += {'\\', 'x', digits[byte >> 4], digits[byte & 15]};
-    }
+    const std::size_t n = kept.find(text[0]) == std::string_view::npos ? control_bytes(text) : 0;
+    if (n == 0)
+      shown += text[0];
+    else
+      shown += escape(text.substr(0, n));
     text.remove_prefix(n == 0 ? 1 : n);
   }
   return shown;
+}
+
+std::string hexadecimal(char c) {
+  static const char* digits = "0123456789abcdef";
+  const auto byte = static_cast<unsigned char>(c);
+  return {digits[byte >> 4], digits[byte & 15]};
+}
+
+std::string each_byte(std::string_view control) {
+  std::string shown;
+  for (const char c : control) shown += "\\x" + hexadecimal(c);
+  return shown;
+}
+
+}  // namespace
+
+std::string printable(std::string_view text) { return with_escapes(text, "", each_byte); }
+
+std::string printable_lines(std::string_view text) { return with_escapes(text, "\n\t", each_byte); }
+
+std::string printable_json(std::string_view json) {
+  // The last byte of each of these characters in UTF-8 is its number.
+  return with_escapes(
+      json, "\n\t", [](std::string_view control) { return "\\u00" + hexadecimal(control.back()); });
 }
 
 std::string shell_quoted(std::string_view word) {

@@ -14,6 +14,21 @@ bool has_control_character(std::string_view text);
 /// The text with each control character as \xNN, for messages about names from files.
 std::string printable(std::string_view text);
 
+/// The same for a text of several lines: line ends and tabs stay.
+std::string printable_lines(std::string_view text);
+
+/// A JSON text with DEL and U+0080 to U+009F, which the JSON library does not escape, as \u00NN.
+std::string printable_json(std::string_view json);
+
+/// "1 step" or "6 steps". `plural` is for nouns with another plural: "vertices".
+template <class Count>
+std::string counted(Count count, const std::string& noun, const std::string& plural = "") {
+  return std::to_string(count) + " " +
+         (count == Count{1} ? noun
+          : plural.empty()  ? noun + "s"
+                            : plural);
+}
+
 /// The word as one argument of a POSIX shell: unchanged if no character in it has a meaning there,
 /// else in single quotes.
 std::string shell_quoted(std::string_view word);

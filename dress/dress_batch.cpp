@@ -6,6 +6,7 @@
 #include <selvedge/core/html.h>
 #include <selvedge/core/json_value.h>
 #include <selvedge/core/read_file.h>
+#include <selvedge/core/text.h>
 #include <selvedge/dress/dress_batch.h>
 #include <selvedge/garment/sewing_pattern.h>
 
@@ -128,12 +129,13 @@ bool read_row(const fs::path& folder, DressBatchRow& row) {
 
 void make_garment(const DressJob& job, const DressBatchConfig& config, const Methods& methods) {
   const SewingPattern pattern = read_sewing_pattern(job.pattern, config.dress.limits);
-  const TriangleMesh body = config.read_body(job.body);
+  const BodyMesh body = config.read_body(job.body);
   DressFolderConfig folder = config.folder;
   folder.out = config.out / job.name;
   folder.body_name = job.body.string();
-  dress_into_folder(turned_upright(pattern, folder.body_file.up), body, config.dress, folder,
-                    methods);
+  const UpAxis up = config.folder.body_file.up.value_or(UpAxis::y);
+  folder.body_file = {.unit = body.axes.unit, .up = body.axes.up};
+  dress_into_folder(turned_upright(pattern, up), body.mesh, config.dress, folder, methods);
 }
 
 constexpr const char* kViewFile = "view.html";
@@ -225,9 +227,10 @@ std::string article(const DressBatchRow& row) {
           "alt=\"{2}, {1}\"></a>\n",
           url, side, name);
     text += fmt::format(
-        "<p class=\"soft\">{} panels, {} vertices, {:.1f} s, {} states judged; largest opening "
+        "<p class=\"soft\">{}, {}, {:.1f} s, {} judged; largest opening "
         "{:.2f} mm; largest stretch {:.1f} %</p>\n",
-        row.panels, row.vertices, row.seconds, row.states, 1e3 * row.opening, 1e2 * row.stretch);
+        counted(row.panels, "panel"), counted(row.vertices, "vertex", "vertices"), row.seconds,
+        counted(row.states, "state"), 1e3 * row.opening, 1e2 * row.stretch);
   }
   text +=
       fmt::format("<p class=\"{}\">{}</p>\n", row.good ? "good" : "bad", html_escaped(row.verdict));

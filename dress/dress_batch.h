@@ -28,11 +28,14 @@ std::vector<DressJob> read_dress_list(const std::filesystem::path& list,
 struct DressBatchConfig {
   std::filesystem::path out;  ///< one folder for each garment, and index.html
   DressConfig dress;
-  DressFolderConfig folder;  ///< `out` and `body_name` are set for each garment
+  /// `out`, `body_name` and `body_file` are set for each garment. body_file.up is the up axis of
+  /// the patterns.
+  DressFolderConfig folder;
   /// Identifies the settings and the program. A finished garment is kept if this text and the
   /// bytes of its pattern and its body are those with which it was made.
   std::string settings;
-  std::function<TriangleMesh(const std::filesystem::path&)> read_body;
+  /// The body, with the axes of its file, in which its garment is written.
+  std::function<BodyMesh(const std::filesystem::path&)> read_body;
   /// Writes view.html, to which the page links, into the folder of a garment; empty: no such pages.
   /// Garments that were finished before get one if they have none.
   std::function<void(const std::filesystem::path& folder)> write_view{};

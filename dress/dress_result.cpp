@@ -35,8 +35,8 @@ std::string under_file(std::size_t k) { return fmt::format("under/{}.obj", k); }
 
 /// The inverse of the rotation and scale of load_mesh.
 Vec3 to_file(const Vec3& x, const LoadConfig& file) {
-  const Vec3 y = x / file.unit;
-  switch (file.up) {
+  const Vec3 y = x / file.unit.value_or(1.0);
+  switch (file.up.value_or(UpAxis::z)) {
     case UpAxis::x:
       return {y.z(), y.x(), y.y()};
     case UpAxis::y:

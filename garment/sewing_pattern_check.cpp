@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <selvedge/core/text.h>
 #include <selvedge/garment/detail/grid_plane.h>
 #include <selvedge/garment/detail/pattern_names.h>
 #include <selvedge/garment/sewing_pattern.h>
@@ -115,7 +116,8 @@ class PatternCheck {
 
   void check_loop(const PatternPanel& panel) const {
     const std::int32_t n = size_of(panel.edges);
-    if (n < 2) refuse(panel, fmt::format("has {} edges; a closed loop needs at least two", n));
+    if (n < 2)
+      refuse(panel, fmt::format("has {}; a closed loop needs at least two", counted(n, "edge")));
     std::vector<std::int32_t> uses(panel.vertices.size(), 0);
     for (std::int32_t e = 0; e < n; ++e) {
       const auto [start, end] = panel.edges[e].endpoints;
@@ -219,7 +221,8 @@ class PatternCheck {
   void check_side(std::int32_t stitch, const Side& side) const {
     const std::int32_t panels = size_of(pattern_.panels);
     if (side.panel < 0 || side.panel >= panels)
-      refuse(stitch, fmt::format("names panel {}, but there are {} panels", side.panel, panels));
+      refuse(stitch, fmt::format("names panel {}, but there {} {}", side.panel,
+                                 panels == 1 ? "is" : "are", counted(panels, "panel")));
     const PatternPanel& panel = pattern_.panels[side.panel];
     if (side.edge < 0 || side.edge >= size_of(panel.edges))
       refuse(stitch, fmt::format("names edge {} of panel {}, which has the edges 0 to {}; correct "

@@ -17,7 +17,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <set>
+#include <stdexcept>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -99,9 +99,9 @@ class Run {
     if (folder_exists()) lock_folder();
     detail::Checkpoint checkpoint = detail::read_checkpoint(config_.out);
     detail::check_same_scene(config_.out, scene_, config_.methods);
-    make_folders();
     frame_ = checkpoint.frame;
-    warn_of_missing_frames();
+    check_missing_frames();
+    make_folders();
     written_ = frame_ + 1;
     refining_->restore(std::move(checkpoint.state), checkpoint.refined,
                        std::move(checkpoint.result));
@@ -111,20 +111,21 @@ class Run {
     resumed_ = true;
   }
 
-  /// The state comes from the checkpoint, so the run can continue without its earlier frames.
-  void warn_of_missing_frames() const {
-    const std::vector<int> found = numbers_of(config_.out / "frames", "cloth");
-    const std::set<int> there(found.begin(), found.end());
-    int missing = 0, first = -1;
-    for (int frame = 0; frame <= frame_; ++frame) {
-      if (there.contains(frame)) continue;
-      if (missing++ == 0) first = frame;
-    }
-    if (missing > 0 && config_.warning)
-      config_.warning(fmt::format(
-          "{}: {} of the {} frames before the checkpoint are missing, the first is frame {}; the "
-          "run continues, but its result has a gap",
-          (config_.out / "frames").string(), missing, frame_ + 1, first));
+  /// The state comes from the checkpoint, so the run can continue without its earlier frames,
+  /// unless files of all frames are to be written.
+  void check_missing_frames() const {
+    const std::vector<int> missing = output_->missing_frames(*simulation_, frame_);
+    if (missing.empty()) return;
+    const std::string fault = fmt::format(
+        "{}: {} of the {} frames before the checkpoint {} missing, the first is frame {}; ",
+        (config_.out / "frames").string(), missing.size(), frame_ + 1,
+        missing.size() == 1 ? "is" : "are", missing.front());
+    if (output_->needs_former_frames())
+      throw std::invalid_argument(
+          fault +
+          "files of other formats are written anew from all frames: leave out output.formats, or "
+          "run without --resume");
+    if (config_.warning) config_.warning(fault + "the run continues, but its result has a gap");
   }
 
   // -- frames and steps ---------------------------------------------------------------------------

@@ -61,8 +61,8 @@ bool same_bits(const Vec3& a, const Vec3& b) {
 /// Why the vertices of the two states do not correspond; "" if they do.
 std::string structure(const State& a, const State& b) {
   if (a.mesh.vertices.size() != b.mesh.vertices.size())
-    return fmt::format("{} vertices in the first run, {} in the second", a.mesh.vertices.size(),
-                       b.mesh.vertices.size());
+    return fmt::format("number of vertices {} in the first run, {} in the second",
+                       a.mesh.vertices.size(), b.mesh.vertices.size());
   if (a.mesh.triangles != b.mesh.triangles) return "the triangles differ";
   return "";
 }

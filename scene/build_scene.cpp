@@ -3,10 +3,12 @@
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/bodies/mesh_groups.h>
 #include <selvedge/bodies/mesh_report.h>
+#include <selvedge/bodies/sequence_leap.h>
 #include <selvedge/core/cloth_mesh.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/scene/detail/check_scene.h>
 #include <selvedge/scene/detail/make_piece.h>
+#include <selvedge/scene/detail/rest_gap.h>
 #include <selvedge/scene/scene.h>
 
 #include <algorithm>
@@ -47,9 +49,11 @@ TriangleMesh load_body(const std::filesystem::path& file, const LoadConfig& conf
 }
 
 /// Asks only where the scene says nothing about the size of the mesh.
-void ask_about_unit(const TriangleMesh& mesh, const LoadConfig& load, const Placement& placement,
-                    const std::string& place, std::vector<std::string>& warnings) {
-  if (load.unit != 1.0 || placement.scale != 1.0) return;
+void ask_about_unit(const TriangleMesh& mesh, const LoadConfig& load, bool stated,
+                    const BodySpec& spec, const std::string& place,
+                    std::vector<std::string>& warnings) {
+  const Placement& placement = spec.placement;
+  if (load.unit.value_or(1.0) != 1.0 || placement.scale != 1.0 || stated) return;
   Vec3 low = mesh.vertices.front(), high = low;
   for (const Vec3& x : mesh.vertices) {
     low = low.cwiseMin(x);
@@ -73,6 +77,20 @@ std::unique_ptr<Body> make_rigid_body(TriangleMesh mesh, const BodySpec& spec) {
   return make_keyframed_body(std::move(mesh), std::move(keys));
 }
 
+/// The first two files between which the vertices leap.
+void warn_of_leaps(const BodySequence& sequence, const std::vector<TriangleMesh>& frames,
+                   const std::string& place, std::vector<std::string>& warnings) {
+  if (frames.empty()) return;
+  const std::vector<Edge> edges = unique_edges(frames.front().triangles);
+  for (std::size_t k = 1; k < frames.size(); ++k) {
+    const std::string leap = vertex_leap(frames[k - 1].vertices, frames[k].vertices, edges);
+    if (leap.empty()) continue;
+    warnings.push_back(fmt::format("{}: from {} to {} {}", place, sequence.files[k - 1].string(),
+                                   sequence.files[k].string(), leap));
+    return;
+  }
+}
+
 std::unique_ptr<Body> make_sequence(const BodySequence& sequence, const Placement& placement,
                                     const std::string& place, std::vector<std::string>& warnings) {
   std::vector<TriangleMesh> frames;
@@ -90,6 +108,7 @@ std::unique_ptr<Body> make_sequence(const BodySequence& sequence, const Placemen
     translate(mesh.vertices, placement.translation);
     frames.push_back(std::move(mesh));
   }
+  warn_of_leaps(sequence, frames, place, warnings);
   return make_sequence_body(std::move(frames), sequence.fps, sequence.start);
 }
 
@@ -102,25 +121,8 @@ std::unique_ptr<Body> make_body(const BodySpec& spec, const std::string& place,
   const auto& file = std::get<BodyFile>(spec.shape);
   TriangleMesh mesh = load_body(file.file, file.load, file.mesh);
   warn(mesh, place, warnings);
-  ask_about_unit(mesh, file.load, spec.placement, place, warnings);
+  ask_about_unit(mesh, file.load, states_axes(file.file), spec, place, warnings);
   return make_rigid_body(std::move(mesh), spec);
-}
-
-// The ends of an edge that is shorter than the rest gap are always nearer than the gap. Contacts
-// between such neighbours keep a part of their starting distance, so the cloth cannot fold as
-// sharply as its mesh allows.
-void warn_of_rest_gap(const ClothMesh& piece, double rest_gap, const std::string& place,
-                      std::vector<std::string>& warnings) {
-  double shortest = std::numeric_limits<double>::infinity();
-  for (const Edge& e : piece.edges)
-    shortest =
-        std::min(shortest, (piece.surface.vertices[e[0]] - piece.surface.vertices[e[1]]).norm());
-  if (shortest >= rest_gap) return;
-  warnings.push_back(fmt::format(
-      "{}: contact.rest_gap (or that of contact.pairs) is {:g} m, but the shortest edge is {:g} m. "
-      "Contacts between neighbouring particles make the cloth stiffer; use a rest gap of at most "
-      "{:g} m or larger cells",
-      place, rest_gap, shortest, shortest));
 }
 
 void append(TriangleMesh& all, const TriangleMesh& mesh) {
@@ -165,7 +167,9 @@ void add_cloth(const Scene& scene, const ContactPairs& pairs, std::size_t index,
           detail::arc_warnings(spec, material, made)})
       for (const std::string& sentence : sentences)
         built.warnings.push_back(place + ": " + sentence);
-    warn_of_rest_gap(piece, pairs.rest_gap(number, number), place, built.warnings);
+    if (scene.contact.self && pairs.collide(number, number))
+      detail::refuse_rest_gap(piece.surface, pairs.rest_gap(number, number));
+    detail::warn_of_rest_gap(piece, pairs.rest_gap(number, number), place, built.warnings);
     const std::int32_t begin = append(built.cloth, piece);
     built.piece_begin.push_back(begin);
     append(built.rest, rest);

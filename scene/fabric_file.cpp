@@ -81,8 +81,7 @@ double number_in(const Json& j, const std::string& key, const std::string& place
 std::string text_in(const Json& j, const char* key, const std::string& otherwise,
                     const std::string& place) {
   if (!j.contains(key)) return otherwise;
-  if (!j[key].is_string())
-    refuse(place, fmt::format("\"{}\" must be a text in quotes", key));
+  if (!j[key].is_string()) refuse(place, fmt::format("\"{}\" must be a text in quotes", key));
   return j[key].get<std::string>();
 }
 
@@ -540,9 +539,10 @@ Fabric find_fabric(const std::string& name, const std::filesystem::path& folder)
   if (wanted.empty() && fabrics.size() == 1) return std::move(fabrics.front());
   for (Fabric& fabric : fabrics)
     if (!wanted.empty() && fabric.name.ends_with("/" + wanted)) return std::move(fabric);
-  throw std::invalid_argument(fmt::format(
-      "{} holds {} fabrics; name one as FILE#NAME, such as {}#{}", file.string(), fabrics.size(),
-      name.substr(0, hash), fabrics.front().name.substr(file.stem().string().size() + 1)));
+  throw std::invalid_argument(
+      fmt::format("{} holds {}; name one as FILE#NAME, such as {}#{}", file.string(),
+                  counted(fabrics.size(), "fabric"), name.substr(0, hash),
+                  fabrics.front().name.substr(file.stem().string().size() + 1)));
 }
 
 std::string material_json(const Material& m) {

@@ -206,7 +206,7 @@ std::string skinned_gltf() {
 TEST_F(Animation, SkinsAreBakedByTheirJoints) {
   write_text("leg.gltf", skinned_gltf());
   const MeshAnimation animation =
-      load_animation(folder_ / "leg.gltf", {.fps = 2.0, .load = {.weld = false}});
+      load_animation(folder_ / "leg.gltf", {.fps = 2.0, .load = {.up = UpAxis::z, .weld = false}});
   ASSERT_EQ(animation.frames.size(), 3u);
   for (int f = 0; f < 3; ++f) {
     const double angle = 0.25 * M_PI * f;

@@ -267,6 +267,48 @@ TEST(MovingBody, ASequenceIsLinearBetweenItsFrames) {
   EXPECT_TRUE(body->is_static(5.3, 5.3));
 }
 
+/// A bumpy ball, so that no two of its vertices are alike.
+TriangleMesh bumpy_ball(std::mt19937_64& random, int resolution) {
+  TriangleMesh mesh = tessellate(Sphere{0.5}, resolution);
+  std::uniform_real_distribution<double> bump(0.8, 1.2);
+  for (Vec3& x : mesh.vertices) x *= bump(random);
+  return mesh;
+}
+
+TEST(MovingBody, VerticesThatChangePlacesAreToldFromMotion) {
+  std::mt19937_64 random(41);
+  std::uniform_real_distribution<double> share(-1.0, 1.0);
+  for (int draw = 0; draw < 100; ++draw) {
+    const TriangleMesh mesh = bumpy_ball(random, 6 + draw % 12);
+    const std::vector<Edge> edges = unique_edges(mesh.triangles);
+    const auto draw_vector = [&] { return Vec3(share(random), share(random), share(random)); };
+    std::vector<Vec3> moved = mesh.vertices;
+    const Mat3 turn = Eigen::AngleAxisd(share(random), draw_vector().normalized()).matrix();
+    const Vec3 shift = 3.0 * draw_vector();
+    for (Vec3& x : moved) x = turn * x + shift + 0.01 * draw_vector();
+    EXPECT_EQ(vertex_leap(mesh.vertices, moved, edges), "") << "draw " << draw;
+    std::vector<Vec3> shuffled = moved;
+    std::shuffle(shuffled.begin(), shuffled.end(), random);
+    EXPECT_NE(vertex_leap(mesh.vertices, shuffled, edges), "") << "draw " << draw;
+  }
+}
+
+TEST(MovingBody, TwoVerticesThatChangePlacesAreSeen) {
+  std::mt19937_64 random(41);
+  const TriangleMesh mesh = tessellate(Sphere{0.5}, 32);
+  const std::vector<Edge> edges = unique_edges(mesh.triangles);
+  for (int draw = 0; draw < 20; ++draw) {
+    std::vector<Vec3> swapped = mesh.vertices;
+    std::size_t a = 0, b = 0;
+    while ((swapped[a] - swapped[b]).norm() < 0.5) {
+      a = random() % swapped.size();
+      b = random() % swapped.size();
+    }
+    std::swap(swapped[a], swapped[b]);
+    EXPECT_NE(vertex_leap(mesh.vertices, swapped, edges).find("2 of "), std::string::npos);
+  }
+}
+
 TEST(MovingBody, ImpossibleMotionsAreRefused) {
   EXPECT_SAYS(fault([] { make_keyframed_body(tetrahedron(), {}); }), "at least one keyframe");
   EXPECT_SAYS(fault([] { make_keyframed_body(tetrahedron(), {{1.0}, {1.0}}); }), "keyframe 1");

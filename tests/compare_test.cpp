@@ -648,6 +648,44 @@ TEST_F(CompareCells, InABrowserThePageOpensWithoutErrorAndPlotsEveryCell) {
   EXPECT_EQ(points, 4u);
 }
 
+/// A script that counts texts of the page's plots that overlap or leave their picture.
+constexpr const char* kCountFaults = R"(<script>
+const boxes = [...document.querySelectorAll("svg")].map(svg => [svg.getBoundingClientRect(),
+  [...svg.querySelectorAll("text")].filter(t => t.textContent).map(t => t.getBoundingClientRect())]);
+let overlaps = 0, cut = 0;
+for (const [svg, texts] of boxes)
+  texts.forEach((a, i) => {
+    cut += a.left < svg.left - 1 || a.right > svg.right + 1 || a.top < svg.top - 1 || a.bottom > svg.bottom + 1;
+    for (const b of texts.slice(i + 1))
+      overlaps += Math.min(a.right, b.right) - Math.max(a.left, b.left) > 1 && Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 3;
+  });
+parent.postMessage(`texts ${boxes.flatMap(b => b[1]).length > 4} overlaps ${overlaps} cut ${cut}`, "*");
+</script>)";
+
+TEST_F(CompareCells, TextsOfThePlotsNeitherOverlapNorAreCut) {
+  if (!has_program("chromium")) GTEST_SKIP() << "there is no chromium";
+  ASSERT_EQ(compare("hang.json --vary dt=0.001,0.00102,0.00104 --repeats 1 --no-pictures --out c").code, 0);
+  ASSERT_EQ(compare("hang.json --vary integrator=implicit_euler,implicit_newton_raphson,bdf2 --no-reference "
+                    "--set time.frames=1 --repeats 1 --no-pictures --out d").code, 0);
+  for (const std::string out : {"c", "d"}) {
+    std::ofstream(folder_ / out / "compare.html", std::ios::app) << kCountFaults;
+    for (const char* width : {"390", "1280"}) {
+      // A window is at least 500 pixels wide, so the page is shown in a frame.
+      std::ofstream(folder_ / "frame.html")
+          << "<script>onmessage = e => document.body.append(e.data)</script>"
+             "<iframe style='border:0;height:3000px;width:"
+          << width << "px' src='" << out << "/compare.html'></iframe>";
+      const std::string command =
+          "cd '" + folder_.string() + "' && HOME='" + folder_.string() +
+          "' timeout 60 chromium --headless --no-sandbox --disable-dev-shm-usage --disable-gpu "
+          "--allow-file-access-from-files --virtual-time-budget=3000 --window-size=1400,3200 "
+          "--dump-dom \"file://$PWD/frame.html\" >page.txt 2>/dev/null";
+      ASSERT_EQ(std::system(command.c_str()), 0);
+      EXPECT_SAYS(content(folder_ / "page.txt"), "texts true overlaps 0 cut 0");
+    }
+  }
+}
+
 // -- a workflow -----------------------------------------------------------------------------------
 
 TEST_F(CompareCells, SpreadOverJobsItGivesTheSameTable) {

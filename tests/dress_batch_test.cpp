@@ -61,7 +61,7 @@ DressBatchConfig config(const fs::path& folder) {
   config.folder.pictures = false;
   config.folder.body_file.up = UpAxis::z;
   config.settings = "coarse";
-  config.read_body = [](const fs::path&) { return pyramid(); };
+  config.read_body = [](const fs::path&) { return BodyMesh{pyramid(), {.up = UpAxis::z}}; };
   return config;
 }
 

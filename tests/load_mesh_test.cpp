@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/bodies/animation_file.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/bodies/mesh_report.h>
 
@@ -6,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
@@ -103,11 +105,133 @@ TEST_F(LoadMesh, StlIsReadAndWelded) {
 
 TEST_F(LoadMesh, GltfNodesPlaceTheirMeshesAndMirrorsStayOutward) {
   if (!build_has_assimp(write("a.stl", stl_text()))) GTEST_SKIP() << "this build has no assimp";
-  const TriangleMesh mesh = load_mesh(write("a.gltf", gltf_text()));
+  const TriangleMesh mesh = load_mesh(write("a.gltf", gltf_text()), {.up = UpAxis::z});
   const MeshReport report = report_mesh(mesh);
   EXPECT_TRUE(report.sentences().empty());
   EXPECT_NEAR(report.volume, 1.0 / 6.0, 1e-6);
   EXPECT_TRUE(report.lower.isApprox(Vec3(9, 0, 0)));
+}
+
+/// The tetrahedron in Collada; an empty unit or axis is not stated.
+std::string collada_text(const std::string& unit, const std::string& up) {
+  std::string asset = "<asset><created>2026-01-01</created><modified>2026-01-01</modified>";
+  if (!unit.empty()) asset += "<unit name=\"u\" meter=\"" + unit + "\"/>";
+  if (!up.empty()) asset += "<up_axis>" + up + "_UP</up_axis>";
+  return R"(<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">)" +
+         asset + R"(</asset><library_geometries><geometry id="g"><mesh><source id="p">
+<float_array id="a" count="12">0 0 0 1 0 0 0 1 0 0 0 1</float_array><technique_common>
+<accessor source="#a" count="4" stride="3"><param name="X" type="float"/><param name="Y" type="float"/>
+<param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices><triangles count="4">
+<input semantic="VERTEX" source="#v" offset="0"/><p>0 2 1 0 1 3 1 2 3 0 3 2</p></triangles></mesh></geometry>
+</library_geometries><library_visual_scenes><visual_scene id="s"><node id="n"><instance_geometry url="#g"/>
+</node></visual_scene></library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>)";
+}
+
+/// The tetrahedron in FBX; `factor`: centimetres per unit.
+std::string fbx_text(double factor, int up, int sign = 1) {
+  std::ostringstream text;
+  text << "; FBX 7.4.0 project file\nFBXHeaderExtension:  {\n\tFBXHeaderVersion: 1003\n\tFBXVersion: "
+          "7400\n}\nGlobalSettings:  {\n\tVersion: 1000\n\tProperties70:  {\n\t\tP: \"UpAxis\", \"int\", "
+          "\"Integer\", \"\","
+       << up << "\n\t\tP: \"UpAxisSign\", \"int\", \"Integer\", \"\"," << sign
+       << "\n\t\tP: \"UnitScaleFactor\", \"double\", \"Number\", \"\"," << factor
+       << R"(
+	}
+}
+Definitions:  {
+	Version: 100
+	Count: 2
+}
+Objects:  {
+	Geometry: 100, "Geometry::g", "Mesh" {
+		Vertices: *12 {
+			a: 0,0,0,1,0,0,0,1,0,0,0,1
+		}
+		PolygonVertexIndex: *12 {
+			a: 0,2,-2,0,1,-4,1,2,-4,0,3,-3
+		}
+	}
+	Model: 200, "Model::m", "Mesh" {
+		Version: 232
+	}
+}
+Connections:  {
+	C: "OO",200,0
+	C: "OO",100,200
+}
+)";
+  return text.str();
+}
+
+/// Vertices in order of their coordinates, which do not depend on how assimp splits them.
+std::vector<Vec3> sorted(std::vector<Vec3> x) {
+  std::sort(x.begin(), x.end(), [](const Vec3& a, const Vec3& b) {
+    return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
+  });
+  return x;
+}
+
+void expect_axes(const fs::path& file, double unit, UpAxis up) {
+  const BodyMesh body = load_body_mesh(file);
+  EXPECT_NEAR(body.axes.unit, unit, 1e-9 * unit) << file;
+  EXPECT_EQ(body.axes.up, up) << file;
+  EXPECT_TRUE(body.axes.unit_stated && body.axes.up_stated) << file;
+  const TriangleMesh wanted = prepare_mesh(tetrahedron(), {.unit = unit, .up = up}, "wanted");
+  const auto near = [&](const std::vector<Vec3>& x) {
+    const std::vector<Vec3> a = sorted(x), b = sorted(wanted.vertices);
+    ASSERT_EQ(a.size(), b.size());
+    for (std::size_t i = 0; i < a.size(); ++i) EXPECT_LE((a[i] - b[i]).norm(), 1e-5 * unit) << file;
+  };
+  near(body.mesh.vertices);
+  EXPECT_GT(report_mesh(body.mesh).volume, 0.0) << file;
+  near(load_animation(file, {.load = {}}).frames.front());  // as `sequence` reads it
+  // What is given counts instead of what the file states.
+  const BodyMesh other = load_body_mesh(file, {.unit = 2.0, .up = UpAxis::x});
+  EXPECT_NEAR(report_mesh(other.mesh).volume, 8.0 / 6.0, 1e-4) << file;
+  EXPECT_EQ(other.axes.up, UpAxis::x);
+}
+
+TEST_F(LoadMesh, UnitAndAxesThatAFileStatesCount) {
+  if (!build_has_assimp(write("a.stl", stl_text()))) GTEST_SKIP() << "this build has no assimp";
+  std::string gltf = gltf_text();
+  const std::string node = R"(,"translation":[10,0,0],"scale":[-1,1,1])";
+  gltf.erase(gltf.find(node), node.size());
+  expect_axes(write("a.gltf", gltf), 1.0, UpAxis::y);
+  const UpAxis axes[] = {UpAxis::x, UpAxis::y, UpAxis::z};
+  const std::string letters[] = {"X", "Y", "Z"};
+  for (int k = 0; k < 3; ++k) {
+    for (const std::string unit : {"1", "0.01", "0.0254", "0.3048"})
+      expect_axes(write("a.dae", collada_text(unit, letters[k])), std::stod(unit), axes[k]);
+    for (const double factor : {1.0, 2.54, 100.0})
+      expect_axes(write("a.fbx", fbx_text(factor, k)), 0.01 * factor, axes[k]);
+  }
+  expect_axes(write("a.dae", collada_text("", "")), 1.0, UpAxis::y);
+  const BodyMesh silent = load_body_mesh(path("a.stl"));
+  EXPECT_FALSE(silent.axes.unit_stated || silent.axes.up_stated);
+  EXPECT_EQ(silent.axes.up, UpAxis::z);
+}
+
+TEST_F(LoadMesh, ANegativeUpAxisIsRefusedUnlessTheAxisIsGiven) {
+  if (!build_has_assimp(write("a.stl", stl_text()))) GTEST_SKIP() << "this build has no assimp";
+  const fs::path file = write("a.fbx", fbx_text(1.0, 1, -1));
+  EXPECT_SAYS(fault([&] { load_mesh(file); }), "a.fbx: states that its negative y axis points up");
+  EXPECT_EQ(load_mesh(file, {.up = UpAxis::y}).triangles.size(), 4u);
+}
+
+TEST_F(LoadMesh, NodesThatAreChildrenOfSeveralNodesAreRefusedAtOnce) {
+  if (!build_has_assimp(write("a.stl", stl_text()))) GTEST_SKIP() << "this build has no assimp";
+  for (const int levels : {40, 25}) {
+    std::string nodes;
+    for (int i = 0; i < levels; ++i)
+      nodes += "{\"children\":[" + std::to_string(i + 1) + "," + std::to_string(i + 1) + "]},";
+    std::string text = gltf_text();
+    const auto at = text.find("\"nodes\":[{");
+    text.insert(at + 9, nodes);
+    const auto begin = std::chrono::steady_clock::now();
+    EXPECT_SAYS(fault([&] { load_mesh(write("a.gltf", text)); }), "children of several nodes");
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(5));
+  }
 }
 
 TEST_F(LoadMesh, FilesThatAssimpCannotReadGiveASentence) {

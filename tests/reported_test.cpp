@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Inputs that once showed a fault, and their kin: each behaves as a user would expect.
+#include <selvedge/core/text.h>
+
 #include <chrono>
 #include <cstdio>
 #include <ctime>
@@ -24,6 +26,100 @@ std::string scene_with(const std::string& more) {
 std::string obj_file(double height) {
   return "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 " + std::to_string(height) +
          "\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n";
+}
+
+// -- files that must stay -------------------------------------------------------------------------
+
+TEST_F(Reported, AnOutputFileDoesNotReplaceAFileOfAnotherKind) {
+  ASSERT_EQ(run_small("r").code, 0);
+  const std::string scene = content(folder_ / "r/scene.json");
+  EXPECT_REFUSED(run("view r --out r/scene.json"), "r/scene.json: holds something else than");
+  EXPECT_REFUSED(run("view r --out r/frames/cloth_00000.ply"), "than an HTML page");
+  EXPECT_EQ(content(folder_ / "r/scene.json"), scene);
+  EXPECT_REFUSED(run("stability small.json --map small.json --stiffness 1,2 --step 1,2"),
+                 "than an SVG picture");
+  EXPECT_EQ(run("view r --out page.html").code, 0);
+  EXPECT_EQ(run("view r --out page.html").code, 0);
+}
+
+TEST_F(Reported, ARunDoesNotWriteThroughLinksInItsFolder) {
+  for (const std::string part : {"frames", "steps", "pictures", "measures", "failure"}) {
+    fs::remove_all(folder_ / "r");
+    ASSERT_EQ(run_small("r").code, 0);
+    fs::create_directories(folder_ / "elsewhere");
+    write("elsewhere/cloth_00000.ply", "mine");
+    fs::remove_all(folder_ / "r" / part);
+    fs::create_directory_symlink(folder_ / "elsewhere", folder_ / "r" / part);
+    for (const std::string more : {"--overwrite", "--overwrite --every-step", "--resume"})
+      EXPECT_REFUSED(run_small("r", more), "r/" + part + ": is a link");
+    EXPECT_EQ(content(folder_ / "elsewhere/cloth_00000.ply"), "mine");
+  }
+  fs::create_directory_symlink(folder_ / "elsewhere2", folder_ / "whole");
+  fs::create_directories(folder_ / "elsewhere2");
+  EXPECT_EQ(run_small("whole").code, 0);
+}
+
+// -- sizes ----------------------------------------------------------------------------------------
+
+TEST_F(Reported, ARestGapOfManyCellsIsRefusedWithOneThatWorks) {
+  write("tiny.json", R"({"geometry": [{"name": "c", "size": [0.001, 0.001], "cells": [30, 30]}],
+                         "time": {"frames": 1}})");
+  const Outcome refused = run("run tiny.json --no-picture --out t", "ulimit -v 2000000; timeout 20");
+  EXPECT_REFUSED(refused, "use a rest gap of at most ");
+  const std::string mark = "at most ";
+  const auto at = refused.err.find(mark) + mark.size();
+  const std::string gap = refused.err.substr(at, refused.err.find(' ', at) - at);
+  EXPECT_EQ(run("run tiny.json --no-picture --out t --set contact.rest_gap=" + gap).code, 0);
+  // Without contacts of the cloth with itself, its cells do not matter.
+  EXPECT_EQ(run("run tiny.json --no-picture --out u --set contact.self=false").code, 0);
+}
+
+TEST_F(Reported, VerticesOfASequenceThatChangePlacesAreSaid) {
+  write("b_00.obj", obj_file(0.5));
+  write("b_01.obj", "v 0 1 0\nv 0.5 0.5 0.5\nv 0 0 0\nv 1 0 0\nv 1 1 0\n"
+                    "f 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n");
+  write("leap.json", scene_with(R"("obstacles": [{"sequence": {"files": "b_##.obj", "fps": 1}}])"));
+  const Outcome outcome = run("run leap.json --no-picture --out l");
+  EXPECT_SAYS(outcome.err, "b_01.obj the vertices change places");
+  write("b_01.obj", obj_file(0.6));
+  EXPECT_EQ(run("run leap.json --no-picture --out m").err.find("places"), std::string::npos);
+}
+
+// -- words ----------------------------------------------------------------------------------------
+
+TEST_F(Reported, CountsOfOneAreSingular) {
+  write("one.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  EXPECT_SAYS(run("sequence one.obj --out s").out, "1 frame of 3 vertices and 1 triangle in");
+  EXPECT_SAYS(run("check one.obj").out, "3 vertices, 1 triangle\n");
+  EXPECT_SAYS(run("view one.obj --out one.html").out, "1 frame,");
+}
+
+TEST_F(Reported, AMeshGivenAsAFileInAnObjectIsAskedForByName) {
+  write("wrapped.json", scene_with(R"("obstacles": [{"mesh": {"file": "ball.obj"}}])"));
+  EXPECT_REFUSED(run("run wrapped.json"),
+                 "obstacles[0].mesh: must be a string, such as \"mesh\": \"ball.obj\"");
+  write("wrapped.json", R"({"geometry": [{"mesh": {"path": "c.obj"}}]})");
+  EXPECT_REFUSED(run("run wrapped.json"), "such as \"mesh\": \"c.obj\"");
+}
+
+TEST_F(Reported, AControlCharacterIsShownOnce) {
+  write("c.json", scene_with("\"name\": \"c\\u001b\""));
+  EXPECT_REFUSED(run("run c.json"), "is \"c\\x1b\"");
+}
+
+TEST_F(Reported, TheCommandOfACellSetsEachValueOnce) {
+  ASSERT_EQ(run("compare small.json --vary dt=0.01,0.02 --set time.frames=1 --set "
+                "time.steps_per_frame=7 --set time.frames=2 --no-reference --repeats 1 --no-pictures "
+                "--out c")
+                .code,
+            0);
+  const std::string command = run("advise c").out;
+  for (const std::string path : {"time.steps_per_frame=", "time.frames="}) {
+    const auto first = command.find(path);
+    ASSERT_NE(first, std::string::npos) << command;
+    EXPECT_EQ(command.find(path, first + 1), std::string::npos) << command;
+  }
+  EXPECT_SAYS(command, "time.frames=2");
 }
 
 // -- names ----------------------------------------------------------------------------------------
@@ -50,6 +146,36 @@ TEST_F(Reported, ControlCharactersOfASceneNeverReachTheTerminal) {
     EXPECT_EQ(outcome.err.find('\x1b'), std::string::npos);
     EXPECT_EQ(outcome.err.find("\xc2\x85"), std::string::npos);
   }
+}
+
+TEST_F(Reported, NamesOfFilesAndGroupsReachTheTerminalWithoutEscapes) {
+  const std::string escape = "\x1b[31mred\x07", c1 = "\xc2\x9b";
+  const std::string name = "a" + escape + c1 + "b";
+  write("group.obj", obj_file(0.5).insert(obj_file(0.5).find("f "), "g " + name + "\n"));
+  write(name + ".json", content(folder_ / "small.json"));
+  write(name + ".obj", obj_file(0.5));
+  write("broken.json", R"({"geometry": [{}], "obstacles": [{"mesh": "none.obj"}])");
+  const std::string quoted = "'" + name + "'";
+  for (const std::string& arguments : std::vector<std::string>{
+           "info group.obj", "info group.obj --json", "info '" + name + ".obj'",
+           "info '" + name + ".obj' --json", "info group.obj --groups " + quoted,
+           "info group.obj --groups nothing", "info " + quoted, "check '" + name + ".obj'",
+           "check '" + name + ".obj' --json", "run '" + name + ".json' --no-picture --out " + quoted,
+           "run '" + name + ".json' --resume --out " + quoted, "plan '" + name + ".json'",
+           "view " + quoted, "measure " + quoted, "render " + quoted, "check " + quoted,
+           "compare '" + name + ".json' --vary " + quoted, "run small.json --set " + quoted + "=1",
+           "sequence '" + name + ".obj' --out s" + quoted, "list " + quoted, quoted,
+           "run small.json --" + name, "fabric " + quoted, "stability " + quoted,
+           "replay " + quoted, "ccd " + quoted, "detect --a0 " + quoted + " --a1 " + quoted}) {
+    const Outcome outcome = run(arguments);
+    for (const std::string& text : {outcome.out, outcome.err}) {
+      EXPECT_EQ(text.find('\x1b'), std::string::npos) << arguments << ": " << printable(text);
+      EXPECT_EQ(text.find('\x07'), std::string::npos) << arguments << ": " << printable(text);
+      EXPECT_EQ(text.find(c1), std::string::npos) << arguments << ": " << printable(text);
+    }
+  }
+  const Json info = Json::parse(run("info group.obj --json").out);
+  EXPECT_EQ(info["groups"][0]["name"], name);
 }
 
 TEST_F(Reported, CommandsThatAreNamedCanBePasted) {
@@ -214,6 +340,23 @@ TEST_F(Reported, AResumedRunSaysWhichFramesAreMissing) {
   EXPECT_EQ(outcome.code, 0);
   EXPECT_SAYS(outcome.err, "2 of the 4 frames before the checkpoint are missing");
   EXPECT_SAYS(outcome.err, "the first is frame 0");
+}
+
+TEST_F(Reported, ARunThatNeedsMissingFramesIsNotResumed) {
+  ASSERT_EQ(run_small("r").code, 0);
+  const std::string checkpoint = content(folder_ / "r/checkpoint.json");
+  const std::string more = "--resume --set time.frames=5 --set 'output.formats=[\"pc2\"]'";
+  for (const std::string name : {"cloth_00001", "bodies_00000"}) {
+    const fs::path file = folder_ / ("r/frames/" + name + ".ply");
+    const std::string bytes = content(file);
+    fs::remove(file);
+    const Outcome outcome = run_small("r", more);
+    EXPECT_REFUSED(outcome, "1 of the 4 frames before the checkpoint is missing");
+    EXPECT_EQ(outcome.err.find("continues"), std::string::npos) << outcome.err;
+    EXPECT_EQ(content(folder_ / "r/checkpoint.json"), checkpoint);
+    std::ofstream(file, std::ios::binary) << bytes;
+  }
+  EXPECT_EQ(run_small("r", more).code, 0);
 }
 
 TEST_F(Reported, ResumedSumsHaveTheSameBits) {

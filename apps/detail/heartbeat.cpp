@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/apps/detail/heartbeat.h>
+#include <selvedge/core/text.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -42,8 +43,8 @@ void Heartbeat::beat() {
   std::unique_lock lock(mutex_);
   while (!wake_.wait_for(lock, period, [this] { return stop_; })) {
     const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(Clock::now() - begin);
-    const std::string line =
-        fmt::format("{}: {}{}{} s", command_, work_, work_.empty() ? "" : ", ", seconds.count());
+    const std::string line = fmt::format("{}: {}{}{} s", command_, printable(work_),
+                                         work_.empty() ? "" : ", ", seconds.count());
     if (on_terminal_) {
       fmt::print(stderr, "\r\033[K{}", line);
       std::fflush(stderr);

@@ -10,6 +10,11 @@ void refuse_value(const std::string& option, const std::string& value, const std
   throw std::invalid_argument(option + " " + value + ": " + wanted);
 }
 
+std::optional<UpAxis> up_axis(const std::string& word) {
+  if (word.empty()) return std::nullopt;
+  return word == "x" ? UpAxis::x : word == "y" ? UpAxis::y : UpAxis::z;
+}
+
 std::vector<std::string_view> split(std::string_view text, char separator) {
   std::vector<std::string_view> pieces;
   for (;;) {

@@ -3,6 +3,8 @@
 // Values of options that are more than one word or number.
 #pragma once
 
+#include <selvedge/bodies/mesh_file.h>
+
 #include <charconv>
 #include <optional>
 #include <string>
@@ -32,5 +34,8 @@ std::optional<Number> number_from(std::string_view text) {
 /// which each may be left out, or one number. LAST is included. Throws std::invalid_argument if it
 /// names none.
 std::vector<int> chosen_frames(const std::string& value, const std::vector<int>& all);
+
+/// The value of --up: x, y or z; empty for "", where the file states the axis.
+std::optional<UpAxis> up_axis(const std::string& word);
 
 }  // namespace selvedge

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <selvedge/apps/detail/print.h>
 #include <selvedge/apps/detail/record_queries.h>
 
 #include <cstdio>
@@ -47,7 +48,7 @@ RecordedRun::~RecordedRun() {
   try {
     write();
   } catch (const std::exception& error) {
-    fmt::print(stderr, "warning: the recording could not be written: {}\n", error.what());
+    print_escaped(stderr, "warning: the recording could not be written: {}\n", error.what());
   }
 }
 
@@ -56,9 +57,9 @@ void RecordedRun::write() {
   const std::vector<RecordedQueries> recorded = recorder_->write();
   recorder_.reset();
   for (const RecordedQueries& r : recorded)
-    fmt::print(stderr, "recorded {} of {} queries, {} collide: {}\n", r.written, r.asked,
-               r.positives, r.file.string());
-  if (recorded.empty()) fmt::print(stderr, "recorded nothing: no query was asked\n");
+    print_escaped(stderr, "recorded {} of {} queries, {} collide: {}\n", r.written, r.asked,
+                  r.positives, r.file.string());
+  if (recorded.empty()) print_escaped(stderr, "recorded nothing: no query was asked\n");
 }
 
 }  // namespace selvedge

@@ -25,7 +25,7 @@ std::vector<float> float_points(std::span<const Vec3> x, const std::filesystem::
 void check_point_count(std::size_t points, std::size_t first, const std::filesystem::path& file) {
   if (points != first)
     throw std::invalid_argument(
-        fmt::format("{}: a frame of {} points, but the first frame has {}; this format holds one "
+        fmt::format("{}: a frame has {} points, but the first frame has {}; this format holds one "
                     "mesh",
                     file.string(), points, first));
   if (points > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()))

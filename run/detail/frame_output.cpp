@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
 
 namespace selvedge::detail {
@@ -112,6 +113,20 @@ void FrameOutput::write_step(const Simulation& simulation, int number) {
 
 void FrameOutput::finish() {
   for (const auto& writer : others_) writer->finish();
+}
+
+std::vector<int> FrameOutput::missing_frames(const Simulation& simulation, int last) const {
+  const bool has_bodies = needs_former_frames() && !simulation.body_positions().empty();
+  std::vector<int> missing;
+  for (int number = 0; number <= last; ++number) {
+    const auto there = [&](const char* stem) {
+      std::error_code ignored;
+      return fs::exists(numbered(out_ / "frames", stem, number, kFrameFileDigits, ".ply"), ignored);
+    };
+    if (!there("cloth") || (has_bodies && bodies_due(simulation, number) && !there("bodies")))
+      missing.push_back(number);
+  }
+  return missing;
 }
 
 void FrameOutput::resume(const Simulation& simulation, int last) {

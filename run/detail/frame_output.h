@@ -28,6 +28,11 @@ class FrameOutput {
   /// Gives the PLY frames 0 to `last` of the folder to the writers of all other formats, so that
   /// the series of a resumed run are complete even in a format that the run did not have before.
   void resume(const Simulation& simulation, int last);
+  /// Whether resume() reads the frames.
+  bool needs_former_frames() const { return !others_.empty(); }
+  /// Numbers of the frames from 0 to `last` of which the folder lacks a PLY file: that of the
+  /// cloth, or, where resume() reads it, that of the bodies.
+  std::vector<int> missing_frames(const Simulation& simulation, int last) const;
   /// Completes the files of all formats. No frame follows.
   void finish();
 

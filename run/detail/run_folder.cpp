@@ -139,6 +139,22 @@ void refuse_results(const fs::path& out) {
         "--overwrite (in Python: resume=True, overwrite=True), or name another result folder");
 }
 
+namespace {
+
+/// A run removes and writes files in these folders. Through a link it would do so elsewhere.
+void refuse_links(const fs::path& out) {
+  std::error_code ignored;
+  for (const char* part : {"frames", "steps", "pictures", "measures", "failure", "failure/frames",
+                           "failure/queries", "failure/meshes"})
+    if (fs::is_symlink(fs::symlink_status(out / part, ignored)))
+      throw std::invalid_argument(
+          (out / part).string() +
+          ": is a link, and a run would replace files where it leads; remove the link, or make the "
+          "whole result folder a link");
+}
+
+}  // namespace
+
 void check_folder(const Scene& scene, const fs::path& folder) {
   const std::string out = folder.string();
   if (out.empty())
@@ -148,6 +164,7 @@ void check_folder(const Scene& scene, const fs::path& folder) {
   if (!fs::exists(status)) return;
   if (!fs::is_directory(status))
     throw std::invalid_argument(out + ": is a file, not a folder; name another result folder");
+  refuse_links(folder);
   fs::directory_iterator entry(folder, error);
   if (error) throw std::invalid_argument(out + ": cannot be read: " + error.message());
   // A run that was killed as it started leaves its lock and an unfinished scene.json.

@@ -11,10 +11,15 @@
 namespace selvedge::detail {
 namespace {
 
-LoadConfig read_load(const Json& j) {
+/// Unit and up axis that the scene gives. Where it gives none, `stated` (the format of the file
+/// states them) leaves them to the file; else the scene gets the ones that then count.
+LoadConfig read_load(Json& j, bool stated) {
   LoadConfig load;
-  load.unit = j["unit"].get<double>();
-  load.up = j["up"] == "x" ? UpAxis::x : j["up"] == "y" ? UpAxis::y : UpAxis::z;
+  if (j.contains("unit")) load.unit = j["unit"].get<double>();
+  if (j.contains("up"))
+    load.up = j["up"] == "x" ? UpAxis::x : j["up"] == "y" ? UpAxis::y : UpAxis::z;
+  if (!stated && !load.unit) j["unit"] = 1.0;
+  if (!stated && !load.up) j["up"] = "z";
   // Frames of a sequence are never welded: each could be welded differently.
   load.weld = j.value("weld", false);
   load.groups = j["groups"].get<std::vector<std::string>>();
@@ -112,7 +117,6 @@ Json expand(const LocatedJson& document, const std::string& pattern, std::int64_
 BodySequence read_sequence(const LocatedJson& document, Json& j, const std::string& path) {
   Json& sequence = j["sequence"];
   BodySequence shape;
-  shape.load = read_load(j);
   shape.fps = sequence["fps"].get<double>();
   shape.start = sequence["start"].get<double>();
   Json& files = sequence["files"];
@@ -121,7 +125,13 @@ BodySequence read_sequence(const LocatedJson& document, Json& j, const std::stri
     files = expand(document, files.get<std::string>(), sequence["first"], place);
   for (std::size_t i = 0; i < files.size(); ++i)
     shape.files.push_back(read_file(document, files[i], join(place, i)));
+  shape.load = read_load(j, states_axes(shape.files.front()));
   return shape;
+}
+
+BodyFile read_body_file(const LocatedJson& document, Json& j, const std::string& path) {
+  const std::filesystem::path file = read_file(document, j["mesh"], path);
+  return {file, read_load(j, states_axes(file)), {}};
 }
 
 }  // namespace
@@ -136,9 +146,9 @@ void read_bodies(LocatedJson& document, Scene& scene) {
     body.name = read_name(document, j, "obstacles", i, taken);
     if (j.contains("shape")) body.shape = read_shape(document, j["shape"], join(path, "shape"));
     if (j.contains("mesh") && j["mesh"].is_string())
-      body.shape = BodyFile{read_file(document, j["mesh"], join(path, "mesh")), read_load(j), {}};
+      body.shape = read_body_file(document, j, join(path, "mesh"));
     if (j.contains("mesh") && j["mesh"].is_object())
-      body.shape = BodyFile{{}, read_load(j), read_inline_mesh(j["mesh"])};
+      body.shape = BodyFile{{}, read_load(j, false), read_inline_mesh(j["mesh"])};
     if (j.contains("sequence"))
       body.shape = read_sequence(document, j, join(path, "sequence"));
     else

@@ -55,7 +55,7 @@ void refuse_bad_pairs(const LocatedJson& document, const SeamSpec& seam, const s
   const auto& [a, b] = seam.vertices;
   if (a.size() != b.size())
     fail(document, path,
-         fmt::format("one side has {} particles and the other {}; they are sewn pair by pair",
+         fmt::format("one side has {} and the other {} particles; they are sewn pair by pair",
                      a.size(), b.size()));
   if (seam.geometry[0] != seam.geometry[1]) return;
   for (std::size_t i = 0; i < a.size(); ++i)

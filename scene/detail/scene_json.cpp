@@ -293,7 +293,9 @@ class Checker {
       const std::string wanted = low == high          ? fmt::format("exactly {}", low)
                                  : value.size() < low ? fmt::format("at least {}", low)
                                                       : fmt::format("at most {}", high);
-      fail(document_, path, fmt::format("must have {} elements, has {}", wanted, value.size()));
+      fail(document_, path,
+           fmt::format("must have {} {}, has {}", wanted,
+                       wanted.ends_with(" 1") ? "element" : "elements", value.size()));
     }
     for (std::size_t i = 0; i < value.size(); ++i) check(value[i], schema["items"], join(path, i));
   }
@@ -356,7 +358,28 @@ class Checker {
     if (fitting.empty())
       fail(document_, path, fmt::format("must be {}, is {}", types, shown(value)));
     if (!value.is_object()) return check(value, *fitting.front(), path);
+    refuse_wrapped_text(value, alternatives, fitting, path);
     check(value, choose_object(value, fitting, path), path, &alternatives);
+  }
+
+  /// An object such as {"file": "box.obj"} where the text alone is wanted.
+  void refuse_wrapped_text(const Json& value, const Json& alternatives,
+                           const std::vector<const Json*>& fitting, const std::string& path) const {
+    const bool or_text = std::any_of(
+        alternatives.begin(), alternatives.end(),
+        [&](const Json& alternative) { return resolve(alternative)["type"] == "string"; });
+    if (!or_text || fitting.size() != 1 || !fitting.front()->contains("required")) return;
+    std::vector<std::string> keys;
+    for (const Json& key : (*fitting.front())["required"]) keys.push_back(key.get<std::string>());
+    if (std::any_of(keys.begin(), keys.end(), [&](const auto& k) { return value.contains(k); }))
+      return;
+    std::string text = "\"...\"";
+    for (const auto& [key, member] : value.items())
+      if (member.is_string()) text = shown(member);
+    const std::string key = path.substr(path.find_last_of('.') + 1);
+    fail(document_, path,
+         fmt::format("must be a string, such as \"{}\": {}, or an object with {}; is {}", key, text,
+                     quoted_list(keys), shown(value)));
   }
 
   const Json& choose_object(const Json& value, const std::vector<const Json*>& fitting,

@@ -2,6 +2,7 @@
 #include <selvedge/bodies/body.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/bodies/mesh_report.h>
+#include <selvedge/bodies/sequence_leap.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/tools/mannequin.h>
 

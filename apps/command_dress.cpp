@@ -5,6 +5,7 @@
 #include <selvedge/apps/detail/counted.h>
 #include <selvedge/apps/detail/output_file.h>
 #include <selvedge/apps/detail/print.h>
+#include <selvedge/bodies/sequence_leap.h>
 #include <selvedge/core/files.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/text.h>
@@ -200,6 +201,19 @@ void read_poses(const DressOptions& o, BodyMotion& motion, DressFolderConfig& fo
   }
 }
 
+/// Warns of a pose whose vertices are numbered in another way than those of the one before.
+void warn_of_leaps(const DressOptions& o, const TriangleMesh& body, const BodyMotion& motion) {
+  const std::vector<Edge> edges = unique_edges(body.triangles);
+  const std::vector<Vec3>* before = &body.vertices;
+  for (std::size_t k = 0; k < motion.poses.size(); ++k) {
+    const std::vector<Vec3>& now = motion.poses[k].vertices;
+    if (now.size() != body.vertices.size()) return;  // `dress` refuses it
+    if (const std::string leap = vertex_leap(*before, now, edges); !leap.empty())
+      print_escaped(stderr, "warning: {}: on the way to this pose {}\n", o.poses[k], leap);
+    before = &now;
+  }
+}
+
 void read_over(const DressOptions& o, const DressFolderConfig& folder, DressConfig& config) {
   std::error_code ignored;
   if (std::filesystem::equivalent(o.over, folder.out, ignored))
@@ -228,6 +242,7 @@ int dress_one(const DressOptions& o) {
       o.out.empty() ? std::filesystem::path("out") / pattern.name : std::filesystem::path(o.out);
   DressConfig config = dress_config(o);
   read_poses(o, config.motion, folder);
+  warn_of_leaps(o, body.mesh, config.motion);
   if (!o.over.empty()) read_over(o, folder, config);
   const DressResult result = dress_into_folder(turned_upright(pattern, pattern_up(o)), body.mesh,
                                                config, folder, methods_of_this_build());

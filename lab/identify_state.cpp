@@ -91,11 +91,26 @@ GeneticState read_state(const std::filesystem::path& file, const DrapeSearch& se
   return state;
 }
 
+namespace {
+
+/// A new search replaces the state of an earlier one, and nothing else.
+void refuse_other_content(const std::filesystem::path& file) {
+  const std::string text = read_if_there(file);
+  const StateJson json = StateJson::parse(text, nullptr, /*allow_exceptions=*/false);
+  if (!text.empty() && !(json.is_object() && json.contains("islands")))
+    throw std::invalid_argument(file.string() +
+                                ": holds something else than the state of a search; name another "
+                                "file, or remove it");
+}
+
+}  // namespace
+
 SearchResult resumable_genetic(const DrapeSearch& search, const GeneticConfig& config,
                                const GeneticFile& keep,
                                const std::function<void(const GeneticState&)>& kept) {
   if (keep.resume && keep.file.empty())
     throw std::invalid_argument("identify: a search resumes from the file that keeps its state");
+  if (!keep.resume && !keep.file.empty()) refuse_other_content(keep.file);
   const GeneticState before = keep.resume ? read_state(keep.file, search, config) : GeneticState{};
   SearchResult result;
   result.best = genetic(search, config, before, [&](const GeneticState& state) {

@@ -664,9 +664,15 @@ parent.postMessage(`texts ${boxes.flatMap(b => b[1]).length > 4} overlaps ${over
 
 TEST_F(CompareCells, TextsOfThePlotsNeitherOverlapNorAreCut) {
   if (!has_program("chromium")) GTEST_SKIP() << "there is no chromium";
-  ASSERT_EQ(compare("hang.json --vary dt=0.001,0.00102,0.00104 --repeats 1 --no-pictures --out c").code, 0);
-  ASSERT_EQ(compare("hang.json --vary integrator=implicit_euler,implicit_newton_raphson,bdf2 --no-reference "
-                    "--set time.frames=1 --repeats 1 --no-pictures --out d").code, 0);
+  ASSERT_EQ(
+      compare("hang.json --vary dt=0.001,0.00102,0.00104 --repeats 1 --no-pictures --out c").code,
+      0);
+  ASSERT_EQ(
+      compare(
+          "hang.json --vary integrator=implicit_euler,implicit_newton_raphson,bdf2 --no-reference "
+          "--set time.frames=1 --repeats 1 --no-pictures --out d")
+          .code,
+      0);
   for (const std::string out : {"c", "d"}) {
     std::ofstream(folder_ / out / "compare.html", std::ios::app) << kCountFaults;
     for (const char* width : {"390", "1280"}) {

@@ -131,12 +131,13 @@ std::string collada_text(const std::string& unit, const std::string& up) {
 /// The tetrahedron in FBX; `factor`: centimetres per unit.
 std::string fbx_text(double factor, int up, int sign = 1) {
   std::ostringstream text;
-  text << "; FBX 7.4.0 project file\nFBXHeaderExtension:  {\n\tFBXHeaderVersion: 1003\n\tFBXVersion: "
-          "7400\n}\nGlobalSettings:  {\n\tVersion: 1000\n\tProperties70:  {\n\t\tP: \"UpAxis\", \"int\", "
+  text << "; FBX 7.4.0 project file\nFBXHeaderExtension:  {\n\tFBXHeaderVersion: "
+          "1003\n\tFBXVersion: "
+          "7400\n}\nGlobalSettings:  {\n\tVersion: 1000\n\tProperties70:  {\n\t\tP: \"UpAxis\", "
+          "\"int\", "
           "\"Integer\", \"\","
        << up << "\n\t\tP: \"UpAxisSign\", \"int\", \"Integer\", \"\"," << sign
-       << "\n\t\tP: \"UnitScaleFactor\", \"double\", \"Number\", \"\"," << factor
-       << R"(
+       << "\n\t\tP: \"UnitScaleFactor\", \"double\", \"Number\", \"\"," << factor << R"(
 	}
 }
 Definitions:  {

@@ -3,13 +3,13 @@
 // What every reader has in common: it refuses what is no file with an end and what is damaged, in
 // one sentence that names the file.
 #include <selvedge/compare/compare_plan.h>
+#include <selvedge/garment/sewing_pattern.h>
 #include <selvedge/run/detail/checkpoint.h>
 #include <selvedge/run/detail/run_folder.h>
 #include <selvedge/run/replay.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/run/result_pictures.h>
 #include <selvedge/scene/fabric_file.h>
-#include <selvedge/garment/sewing_pattern.h>
 #include <selvedge/view/result_view.h>
 #include <sys/stat.h>
 
@@ -58,15 +58,30 @@ TEST_F(Readers, NoCommandReadsWhatHasNoEnd) {
   ASSERT_EQ(mkfifo((folder_ / "pipe").c_str(), 0600), 0);
   fs::create_directories(folder_ / "sub");
   for (const std::string file : {"/dev/zero", "pipe", "sub"})
-    for (const std::string arguments :
-         {"run @ --out r", "plan @", "compare @ --vary dt=0.01", "advise @/x", "dress @ b.obj --out d",
-          "dress p.json @ --out d", "info @", "sequence @ --out s", "check @ --against @",
-          "ccd @ --kind edge_edge", "fabric @", "stability @", "detect --a0 @ --a1 @",
-          "drape @ --geometric", "render @ --out o", "view @ --out v.html", "measure @",
-          "replay @", "run mesh.json --out m", "run fabric.json --out f"}) {
+    for (const std::string arguments : {"run @ --out r",
+                                        "plan @",
+                                        "compare @ --vary dt=0.01",
+                                        "advise @/x",
+                                        "dress @ b.obj --out d",
+                                        "dress p.json @ --out d",
+                                        "info @",
+                                        "sequence @ --out s",
+                                        "check @ --against @",
+                                        "ccd @ --kind edge_edge",
+                                        "fabric @",
+                                        "stability @",
+                                        "detect --a0 @ --a1 @",
+                                        "drape @ --geometric",
+                                        "render @ --out o",
+                                        "view @ --out v.html",
+                                        "measure @",
+                                        "replay @",
+                                        "run mesh.json --out m",
+                                        "run fabric.json --out f"}) {
       write("p.json", garment_patterns::kBodice);
       write("mesh.json", R"({"geometry": [{}], "obstacles": [{"mesh": ")" + file + "\"}]}");
-      write("fabric.json", R"({"geometry": [{}], "materials": {"default": {"fabric": ")" + file + "\"}}}");
+      write("fabric.json",
+            R"({"geometry": [{}], "materials": {"default": {"fabric": ")" + file + "\"}}}");
       std::string words = arguments;
       for (std::size_t at; (at = words.find('@')) != std::string::npos;) words.replace(at, 1, file);
       const Outcome outcome = run(words, "timeout 10");
@@ -77,7 +92,9 @@ TEST_F(Readers, NoCommandReadsWhatHasNoEnd) {
 
 TEST_F(Readers, APipeThatIsOpenAlreadyIsRead) {
   write("substituted.sh", "'" + program + "' plan <(cat small.json)\n");
-  EXPECT_EQ(std::system(("cd '" + folder_.string() + "' && bash substituted.sh >out.txt 2>&1").c_str()), 0)
+  EXPECT_EQ(
+      std::system(("cd '" + folder_.string() + "' && bash substituted.sh >out.txt 2>&1").c_str()),
+      0)
       << content(folder_ / "out.txt");
   EXPECT_EQ(run("plan /dev/stdin", "cat small.json |").code, 0);
 }
@@ -123,7 +140,8 @@ TEST_F(Readers, ReadersThatNeedNotKnowAFileIgnoreItsDamage) {
       read_view(folder_ / "r", {.shortfall = false});
       ResultPictures pictures(folder_ / "r");
     } catch (const std::invalid_argument& fault) {
-      EXPECT_EQ(std::string(fault.what()).find("json.exception"), std::string::npos) << fault.what();
+      EXPECT_EQ(std::string(fault.what()).find("json.exception"), std::string::npos)
+          << fault.what();
     }
   }
 }
@@ -151,7 +169,8 @@ TEST_F(Readers, ADamagedFileOfAResultEndsTheProgramWithOneSentence) {
 }
 
 TEST_F(Readers, ASourceThatIsAListIsRefusedWithTheFile) {
-  write("f.json", R"({"source": [], "fabrics": {"a": {"density": {"value": 1, "unit": "kg/m2"}}}})");
+  write("f.json",
+        R"({"source": [], "fabrics": {"a": {"density": {"value": 1, "unit": "kg/m2"}}}})");
   EXPECT_REFUSED(run("fabric f.json"), "f.json: \"source\" must be a text in quotes");
   write("f.json", R"({"source": "x", "fabrics": ["a"]})");
   EXPECT_REFUSED(run("fabric f.json"), "f.json, fabrics: must be an object");

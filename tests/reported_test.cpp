@@ -64,7 +64,8 @@ TEST_F(Reported, ARunDoesNotWriteThroughLinksInItsFolder) {
 TEST_F(Reported, ARestGapOfManyCellsIsRefusedWithOneThatWorks) {
   write("tiny.json", R"({"geometry": [{"name": "c", "size": [0.001, 0.001], "cells": [30, 30]}],
                          "time": {"frames": 1}})");
-  const Outcome refused = run("run tiny.json --no-picture --out t", "ulimit -v 2000000; timeout 20");
+  const Outcome refused =
+      run("run tiny.json --no-picture --out t", "ulimit -v 2000000; timeout 20");
   EXPECT_REFUSED(refused, "use a rest gap of at most ");
   const std::string mark = "at most ";
   const auto at = refused.err.find(mark) + mark.size();
@@ -76,8 +77,9 @@ TEST_F(Reported, ARestGapOfManyCellsIsRefusedWithOneThatWorks) {
 
 TEST_F(Reported, VerticesOfASequenceThatChangePlacesAreSaid) {
   write("b_00.obj", obj_file(0.5));
-  write("b_01.obj", "v 0 1 0\nv 0.5 0.5 0.5\nv 0 0 0\nv 1 0 0\nv 1 1 0\n"
-                    "f 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n");
+  write("b_01.obj",
+        "v 0 1 0\nv 0.5 0.5 0.5\nv 0 0 0\nv 1 0 0\nv 1 1 0\n"
+        "f 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n");
   write("leap.json", scene_with(R"("obstacles": [{"sequence": {"files": "b_##.obj", "fps": 1}}])"));
   const Outcome outcome = run("run leap.json --no-picture --out l");
   EXPECT_SAYS(outcome.err, "b_01.obj the vertices change places");
@@ -108,11 +110,12 @@ TEST_F(Reported, AControlCharacterIsShownOnce) {
 }
 
 TEST_F(Reported, TheCommandOfACellSetsEachValueOnce) {
-  ASSERT_EQ(run("compare small.json --vary dt=0.01,0.02 --set time.frames=1 --set "
-                "time.steps_per_frame=7 --set time.frames=2 --no-reference --repeats 1 --no-pictures "
-                "--out c")
-                .code,
-            0);
+  ASSERT_EQ(
+      run("compare small.json --vary dt=0.01,0.02 --set time.frames=1 --set "
+          "time.steps_per_frame=7 --set time.frames=2 --no-reference --repeats 1 --no-pictures "
+          "--out c")
+          .code,
+      0);
   const std::string command = run("advise c").out;
   for (const std::string path : {"time.steps_per_frame=", "time.frames="}) {
     const auto first = command.find(path);
@@ -156,17 +159,34 @@ TEST_F(Reported, NamesOfFilesAndGroupsReachTheTerminalWithoutEscapes) {
   write(name + ".obj", obj_file(0.5));
   write("broken.json", R"({"geometry": [{}], "obstacles": [{"mesh": "none.obj"}])");
   const std::string quoted = "'" + name + "'";
-  for (const std::string& arguments : std::vector<std::string>{
-           "info group.obj", "info group.obj --json", "info '" + name + ".obj'",
-           "info '" + name + ".obj' --json", "info group.obj --groups " + quoted,
-           "info group.obj --groups nothing", "info " + quoted, "check '" + name + ".obj'",
-           "check '" + name + ".obj' --json", "run '" + name + ".json' --no-picture --out " + quoted,
-           "run '" + name + ".json' --resume --out " + quoted, "plan '" + name + ".json'",
-           "view " + quoted, "measure " + quoted, "render " + quoted, "check " + quoted,
-           "compare '" + name + ".json' --vary " + quoted, "run small.json --set " + quoted + "=1",
-           "sequence '" + name + ".obj' --out s" + quoted, "list " + quoted, quoted,
-           "run small.json --" + name, "fabric " + quoted, "stability " + quoted,
-           "replay " + quoted, "ccd " + quoted, "detect --a0 " + quoted + " --a1 " + quoted}) {
+  for (const std::string& arguments :
+       std::vector<std::string>{"info group.obj",
+                                "info group.obj --json",
+                                "info '" + name + ".obj'",
+                                "info '" + name + ".obj' --json",
+                                "info group.obj --groups " + quoted,
+                                "info group.obj --groups nothing",
+                                "info " + quoted,
+                                "check '" + name + ".obj'",
+                                "check '" + name + ".obj' --json",
+                                "run '" + name + ".json' --no-picture --out " + quoted,
+                                "run '" + name + ".json' --resume --out " + quoted,
+                                "plan '" + name + ".json'",
+                                "view " + quoted,
+                                "measure " + quoted,
+                                "render " + quoted,
+                                "check " + quoted,
+                                "compare '" + name + ".json' --vary " + quoted,
+                                "run small.json --set " + quoted + "=1",
+                                "sequence '" + name + ".obj' --out s" + quoted,
+                                "list " + quoted,
+                                quoted,
+                                "run small.json --" + name,
+                                "fabric " + quoted,
+                                "stability " + quoted,
+                                "replay " + quoted,
+                                "ccd " + quoted,
+                                "detect --a0 " + quoted + " --a1 " + quoted}) {
     const Outcome outcome = run(arguments);
     for (const std::string& text : {outcome.out, outcome.err}) {
       EXPECT_EQ(text.find('\x1b'), std::string::npos) << arguments << ": " << printable(text);

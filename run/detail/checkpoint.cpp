@@ -246,7 +246,8 @@ namespace {
 
 Checkpoint checkpoint_from(const Value& json, const fs::path& out) {
   Checkpoint checkpoint;
-  checkpoint.frame = json["frame"].whole<int>(0);
+  constexpr int kMostFrames = 99'999;  // as in the schema
+  checkpoint.frame = json["frame"].whole<int>(0, kMostFrames);
   checkpoint.refined = json.flag_or("refined", false);  // older checkpoints do not say
   const std::string hash = json["state_hash"].text();
   // checkpoint.ply is written just before checkpoint.json. If a run was killed between the two, its
@@ -273,10 +274,10 @@ Checkpoint read_checkpoint(const fs::path& out) {
   const auto json = read_json(file);
   std::error_code ignored;
   if (!json)
-    throw std::invalid_argument(
-        fmt::format("{}: {}; run without --resume", file.string(),
-                    fs::exists(file, ignored) ? "is damaged: it is no JSON object"
-                                              : "there is no checkpoint to resume from"));
+    throw std::invalid_argument(fmt::format("{}: {}; run without --resume", file.string(),
+                                            fs::exists(file, ignored)
+                                                ? "is damaged: it is no JSON object"
+                                                : "there is no checkpoint to resume from"));
   try {
     return checkpoint_from(Value(*json), out);
   } catch (const JsonFault& fault) {

@@ -10,11 +10,20 @@
 
 namespace selvedge {
 
+/// A barycentric weight this small is a point on the border of its primitive.
+inline constexpr double kBorderWeight = 1e-9;
+
+/// Slope above which a neighbour counts as nearer: rounding for points; for edges an angle of 6
+/// degrees, because cloth that lies along a rim needs all of its edges held, not the nearest one.
+inline constexpr double kPointSlope = 1e-6;
+inline constexpr double kEdgeSlope = 0.1;
+
 /// Removes false contacts with neighbouring faces. A point that rests on a face also has a closest
 /// point on each neighbouring face, at the common edge. As a contact it would be a wall across a
 /// flat surface that stops sliding cloth. True contacts are local minima of the distance over the
 /// whole surface: with the closest point q on a vertex or an edge, no neighbouring vertex x may lie
-/// towards the other primitive, d·(x - q) <= 0.
+/// towards the other primitive, d·(x - q) <= 0. Neighbours are those of common vertices;
+/// SurfaceUnion decides the same for faces that only lie against each other.
 class ContactFilter {
  public:
   ContactFilter() = default;

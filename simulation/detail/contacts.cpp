@@ -31,6 +31,11 @@ constexpr double kEdgeEnd = 1e-6;
 constexpr double kSecondaryShare = 0.5;
 constexpr double kSecondaryReach = 1.1;
 
+// Faces without common vertices that are nearer than this share of the rest gap count as one
+// surface. Cloth keeps the rest gap from both, so that it cannot feel a smaller gap or step between
+// them.
+constexpr double kJoinedShare = 0.1;
+
 // Found pairs per task.
 constexpr std::size_t kFoundGrain = 128;
 
@@ -46,6 +51,24 @@ std::vector<Triangle> joint_triangles(const SceneMotion& motion) {
   const auto n = static_cast<std::int32_t>(motion.particles());
   for (const Triangle& t : motion.body_triangles()) all.push_back({t[0] + n, t[1] + n, t[2] + n});
   return all;
+}
+
+std::vector<Triangle> joint_body_triangles(const SceneMotion& motion) {
+  const std::vector<Triangle> all = joint_triangles(motion);
+  return {all.begin() + static_cast<std::ptrdiff_t>(motion.cloth_triangles().size()), all.end()};
+}
+
+// For each piece, whether it collides with each surface; empty if all do.
+std::vector<std::vector<char>> colliding_surfaces(const Scene& scene, const ContactPairs& pairs) {
+  std::vector<std::vector<char>> collides;
+  if (pairs.excluded() == 0) return collides;
+  const std::size_t surfaces = scene.cloths.size() + scene.bodies.size();
+  for (std::size_t p = 0; p < scene.cloths.size(); ++p) {
+    std::vector<char>& row = collides.emplace_back(surfaces);
+    for (std::size_t s = 0; s < surfaces; ++s)
+      row[s] = pairs.collide(static_cast<std::int32_t>(p), static_cast<std::int32_t>(s)) ? 1 : 0;
+  }
+  return collides;
 }
 
 std::vector<std::int32_t> surface_of_vertices(const Scene& scene, const BuiltScene& built,
@@ -66,8 +89,11 @@ Contacts::Contacts(const Scene& scene, const BuiltScene& built, const SceneMotio
     : motion_(motion),
       pairs_(scene),
       filter_(motion.particles() + motion.body_vertices(), joint_triangles(motion)),
+      bodies_(joint_body_triangles(motion)),
+      cloth_(motion.cloth_triangles()),
       rest_(built.cloth.surface.vertices),
-      surface_(surface_of_vertices(scene, built, motion)) {}
+      surface_(surface_of_vertices(scene, built, motion)),
+      collides_(colliding_surfaces(scene, pairs_)) {}
 
 double Contacts::largest_rest_gap() const { return pairs_.largest_rest_gap(); }
 
@@ -144,6 +170,41 @@ void Contacts::append_group(std::vector<ContactPoint>& out) {
   group_.clear();
 }
 
+// Whether a contact is with a wall that the surfaces taken as one do not have. May turn its normal.
+bool Contacts::is_wall(bool self, ContactPoint& c) const {
+  const std::int32_t piece = surface_[c.vertex[0]];
+  const SurfaceUnion::Reach reach{
+      .tolerance = kJoinedShare * pair_rest_gap(c),
+      .surface = surface_,
+      .collides = collides_.empty() ? std::span<const char>() : std::span(collides_[piece])};
+  const SurfaceUnion& second = self ? cloth_ : bodies_;
+  if (!second.is_true_contact(c, motion_.x_t0(), reach)) return true;
+  return self && c.kind == ContactKind::edge_edge &&
+         !cloth_.is_true_first_edge(c, motion_.x_t0(), reach);
+}
+
+// Among the found pairs that are kept. Parts of the cloth count as joined only if some are that
+// near, which is rare; then a pair of them is among those found.
+void Contacts::drop_walls(bool self) {
+  if (self) {
+    const bool any = std::any_of(found_.begin(), found_.end(), [&](const Contact& c) {
+      return c.gap < kJoinedShare * largest_rest_gap();
+    });
+    if (!any) return;
+    cloth_.fit(motion_.x_t0());
+  } else if (const std::uint64_t id = motion_.bodies(0.0).static_id; id == 0 || id != fitted_) {
+    bodies_.fit(motion_.x_t0());
+    fitted_ = id;
+  }
+  parallel_for(found_.size(), kFoundGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      Joined& joined = joined_[i];
+      if (!joined.kept || found_[i].kind == ContactKind::triangle_point) continue;
+      joined.kept = !is_wall(self, joined.contact);
+    }
+  });
+}
+
 // Each pair alone, in parallel; then all pairs of one point in turn.
 void Contacts::append_proximities(bool self, std::vector<ContactPoint>& out) {
   joined_.resize(found_.size());
@@ -156,6 +217,7 @@ void Contacts::append_proximities(bool self, std::vector<ContactPoint>& out) {
       joined.kept = is_contact(found_[i], joined.contact);
     }
   });
+  drop_walls(self);
   ContactKind kind = ContactKind::edge_edge;
   std::int32_t point = -1;
   for (std::size_t i = 0; i < found_.size(); ++i) {

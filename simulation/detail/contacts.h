@@ -4,6 +4,7 @@
 #include <selvedge/scene/build.h>
 #include <selvedge/simulation/detail/candidates.h>
 #include <selvedge/simulation/detail/contact_filter.h>
+#include <selvedge/simulation/detail/surface_union.h>
 
 #include <utility>
 #include <vector>
@@ -47,14 +48,19 @@ class Contacts {
   bool is_near(const Contact& contact, const ContactPoint& c) const;
   bool is_contact(const Contact& contact, const ContactPoint& c) const;
   void append_proximities(bool self, std::vector<ContactPoint>& out);
+  void drop_walls(bool self);
+  bool is_wall(bool self, ContactPoint& c) const;
   void append_particles(std::span<const ParticleContact> contacts, std::vector<ContactPoint>& out);
   void append_group(std::vector<ContactPoint>& out);
 
   const SceneMotion& motion_;
   ContactPairs pairs_;
   ContactFilter filter_;
-  std::vector<Vec3> rest_;             // cloth at the start
-  std::vector<std::int32_t> surface_;  // of each joint vertex, as ContactPairs counts
+  SurfaceUnion bodies_, cloth_;              // each as one surface
+  std::uint64_t fitted_ = 0;                 // where the bodies were when their union was fitted
+  std::vector<Vec3> rest_;                   // cloth at the start
+  std::vector<std::int32_t> surface_;        // of each joint vertex, as ContactPairs counts
+  std::vector<std::vector<char>> collides_;  // by piece and surface; empty: all do
   std::vector<Contact> found_;
   std::vector<Joined> joined_;       // of found_
   std::vector<ContactPoint> group_;  // contacts of one point, before they are thinned out

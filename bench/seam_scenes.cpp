@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: MIT
+#include "seam_scenes.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <functional>
+#include <map>
+#include <numbers>
+#include <random>
+
+namespace selvedge::bench {
+namespace {
+
+using Random = std::mt19937_64;
+
+// The floor that the cloth slides on, m.
+constexpr double kX0 = -0.9, kX1 = 1.5, kWidth = 1.2;
+
+double uniform(Random& random, double low, double high) {
+  return low + (high - low) * std::ldexp(static_cast<double>(random() >> 11U), -53);
+}
+
+/// A level rectangle of nx by ny cells of two triangles each.
+TriangleMesh sheet(const Vec3& low, double size_x, double size_y, int nx, int ny) {
+  TriangleMesh mesh;
+  for (int i = 0; i <= nx; ++i)
+    for (int j = 0; j <= ny; ++j)
+      mesh.vertices.push_back(low + Vec3(size_x * i / nx, size_y * j / ny, 0.0));
+  for (std::int32_t i = 0; i < nx; ++i)
+    for (std::int32_t j = 0; j < ny; ++j) {
+      const std::int32_t a = i * (ny + 1) + j, b = a + ny + 1;
+      mesh.triangles.push_back({a, b, b + 1});
+      mesh.triangles.push_back({a, b + 1, a + 1});
+    }
+  return mesh;
+}
+
+TriangleMesh floor(int nx, int ny) {
+  return sheet({kX0, -0.5 * kWidth, 0.0}, kX1 - kX0, kWidth, nx, ny);
+}
+
+/// A box whose top is z.
+TriangleMesh box(double x0, double x1, double z) {
+  TriangleMesh mesh = tessellate(Box{{x1 - x0, kWidth, 0.02}}, 3);
+  for (Vec3& x : mesh.vertices) x += Vec3(0.5 * (x0 + x1), 0.0, z - 0.01);
+  return mesh;
+}
+
+std::vector<TriangleMesh> two_boxes(double gap, double step) {
+  return {box(kX0, 0.0, 0.0), box(gap, kX1, step)};
+}
+
+/// The mesh about the vertical axis.
+TriangleMesh turned(TriangleMesh mesh, double angle) {
+  const Eigen::AngleAxisd turn(angle, Vec3::UnitZ());
+  for (Vec3& x : mesh.vertices) x = turn * x;
+  return mesh;
+}
+
+/// The faces, each with vertices of its own, or groups of faces that share vertices. `group`: of
+/// each face.
+TriangleMesh apart(const TriangleMesh& mesh, const std::vector<int>& group,
+                   const std::function<Vec3(const Vec3&, int)>& moved) {
+  TriangleMesh out;
+  std::map<std::pair<std::int32_t, int>, std::int32_t> known;
+  for (std::size_t k = 0; k < mesh.triangles.size(); ++k) {
+    Triangle t = mesh.triangles[k];
+    for (std::int32_t& v : t) {
+      const auto [it, is_new] =
+          known.try_emplace({v, group[k]}, static_cast<std::int32_t>(out.vertices.size()));
+      if (is_new) out.vertices.push_back(moved(mesh.vertices[v], group[k]));
+      v = it->second;
+    }
+    out.triangles.push_back(t);
+  }
+  return out;
+}
+
+/// Each face for itself, its vertices moved at random by up to `noise`, m.
+TriangleMesh noisy(const TriangleMesh& mesh, double noise, Random& random) {
+  std::vector<int> group(mesh.triangles.size());
+  for (std::size_t k = 0; k < group.size(); ++k) group[k] = static_cast<int>(k);
+  return apart(mesh, group, [&](const Vec3& x, int) {
+    return Vec3(x + Vec3(uniform(random, -noise, noise), uniform(random, -noise, noise),
+                         uniform(random, -noise, noise)));
+  });
+}
+
+/// Cells of two faces, shrunk towards their middles so that they are `gap` apart.
+TriangleMesh tiles(const TriangleMesh& mesh, double gap) {
+  std::vector<int> group(mesh.triangles.size());
+  std::vector<Vec3> middle;
+  for (std::size_t k = 0; k < group.size(); ++k) {
+    group[k] = static_cast<int>(k / 2);
+    const Triangle& t = mesh.triangles[k];
+    if (k % 2 == 0) middle.push_back(0.5 * (mesh.vertices[t[0]] + mesh.vertices[t[2]]));
+  }
+  return apart(mesh, group, [&](const Vec3& x, int g) {
+    const Vec3 inward = middle[g] - x;
+    return Vec3(x + 0.5 * gap *
+                        Vec3(inward.x() > 0.0 ? 1.0 : -1.0, inward.y() > 0.0 ? 1.0 : -1.0, 0.0));
+  });
+}
+
+Seam flat(std::string name, std::vector<TriangleMesh> parts, std::vector<TriangleMesh> welded) {
+  Seam seam;
+  seam.name = std::move(name);
+  seam.parts = std::move(parts);
+  seam.welded = std::move(welded);
+  return seam;
+}
+
+Seam boxes(std::string name, double gap, double step) {
+  return flat(std::move(name), two_boxes(gap, step), {box(kX0, kX1, 0.0)});
+}
+
+Seam junction(Random& random) {
+  const double cut = uniform(random, -0.05, 0.05);
+  const int n = 2 + static_cast<int>(random() % 5);
+  return flat("T-junction",
+              {sheet({kX0, -0.5 * kWidth, 0.0}, cut - kX0, kWidth, 1, 1),
+               sheet({cut, -0.5 * kWidth, 0.0}, kX1 - cut, kWidth, 4, n)},
+              {floor(6, 4)});
+}
+
+Seam ball(Random& random) {
+  const TriangleMesh whole = tessellate(Sphere{0.5}, 64);
+  std::vector<int> group(whole.triangles.size());
+  const double turn = uniform(random, 0.0, std::numbers::pi);
+  for (std::size_t k = 0; k < group.size(); ++k) {
+    const Triangle& t = whole.triangles[k];
+    const Vec3 c = (whole.vertices[t[0]] + whole.vertices[t[1]] + whole.vertices[t[2]]) / 3.0;
+    group[k] = static_cast<int>(std::floor(8.0 * (std::atan2(c.y(), c.x()) + turn))) * 16 +
+               static_cast<int>(std::floor(8.0 * (c.z() + 1.0)));
+  }
+  Seam seam = flat(
+      "ball in patches 1e-7 apart",
+      {apart(whole, group,
+             [&](const Vec3& x, int) {
+               return Vec3(x + 1e-7 * Vec3(uniform(random, -0.5, 0.5), uniform(random, -0.5, 0.5),
+                                           uniform(random, -0.5, 0.5)));
+             })},
+      {whole});
+  seam.start = {0.0, 0.0, 0.502};
+  return seam;
+}
+
+Seam ramp(Random& random) {
+  constexpr double kSlope = 20.0 * std::numbers::pi / 180.0;
+  const TriangleMesh whole = turned(floor(20, 10), uniform(random, -0.3, 0.3));
+  Seam seam = flat("tiles on a ramp", {tiles(whole, 1e-7)}, {whole});
+  seam.gravity = 9.81 * Vec3(std::sin(kSlope), 0.0, -std::cos(kSlope));
+  return seam;
+}
+
+/// `share` of the faces is missing.
+TriangleMesh with_holes(const TriangleMesh& whole, double share, Random& random) {
+  TriangleMesh out;
+  out.vertices = whole.vertices;
+  for (const Triangle& t : whole.triangles)
+    if (uniform(random, 0.0, 1.0) >= share) out.triangles.push_back(t);
+  return out;
+}
+
+}  // namespace
+
+std::vector<Seam> seams(std::uint64_t seed) {
+  Random random(seed);
+  const TriangleMesh fine = turned(floor(60, 30), uniform(random, -0.3, 0.3));
+  std::vector<Seam> list;
+  list.push_back(boxes("two flush boxes", 0.0, 0.0));
+  for (const double e : {1e-9, 1e-7, 1e-5})
+    list.push_back(boxes(fmt::format("boxes flush within {:.0e}", e), uniform(random, -e, e),
+                         uniform(random, 0.0, 1.0) < 0.5 ? -e : e));
+  list.push_back(boxes("boxes overlapping by 1 mm", -1e-3, 0.0));
+  list.push_back(junction(random));
+  list.push_back(flat("strips 1e-7 apart", {tiles(floor(24, 1), 1e-7)}, {floor(24, 1)}));
+  list.push_back(ball(random));
+  list.push_back(ramp(random));
+  list.push_back(flat("doubled vertices, noise 1e-6", {noisy(fine, 1e-6, random)}, {fine}));
+  list.push_back(flat("doubled vertices, noise 5e-5", {noisy(fine, 5e-5, random)}, {fine}));
+  list.push_back(flat("8 % of the faces gone", {with_holes(fine, 0.08, random)}, {fine}));
+  return list;
+}
+
+std::vector<Seam> obstacles() {
+  std::vector<Seam> list;
+  list.push_back(boxes("step up 0.1 mm", 0.0, 1e-4));
+  list.push_back(boxes("step up 1 mm", 0.0, 1e-3));
+  list.push_back(boxes("step down 1 mm", 0.0, -1e-3));
+  list.push_back(boxes("gap 5 mm", 5e-3, 0.0));
+  for (Seam& seam : list) seam.is_obstacle = true;
+  return list;
+}
+
+Scene slide_scene(const Seam& seam, const std::vector<TriangleMesh>& bodies, const Slide& slide) {
+  Scene scene;
+  scene.name = "seam";
+  scene.materials["default"] = Material{};
+  scene.gravity = seam.gravity;
+  scene.time.frames = slide.frames;
+  scene.contact.response = slide.response;
+  ClothSpec& cloth = scene.cloths.emplace_back();
+  cloth.name = "cloth";
+  cloth.shape = ClothGrid{"rectangular", {0.3, 0.3, 15, 15}};
+  cloth.placement.translation = seam.start;
+  cloth.velocity = {slide.speed, 0.0, 0.0};
+  for (const TriangleMesh& mesh : bodies) {
+    BodySpec& body = scene.bodies.emplace_back();
+    body.name = fmt::format("body {}", scene.bodies.size());
+    BodyFile file;
+    file.mesh = mesh;
+    file.load.weld = false;
+    body.shape = file;
+    body.friction = slide.friction;
+  }
+  return scene;
+}
+
+SlideEnd slide_over(const Seam& seam, const std::vector<TriangleMesh>& bodies, const Slide& slide) {
+  const Scene scene = slide_scene(seam, bodies, slide);
+  Simulation simulation(scene);
+  const auto middle = [&] {
+    Vec3 sum = Vec3::Zero();
+    for (const Vec3& x : simulation.state().x) sum += x;
+    return Vec3(sum / static_cast<double>(simulation.state().x.size()));
+  };
+  const Vec3 from = middle();
+  SlideEnd end;
+  try {
+    simulation.advance_to_frame(slide.frames);
+  } catch (const SimulationFailed& failed) {
+    end.stopped = failed.what();
+  }
+  end.distance = (middle() - from).norm();
+  if (!simulation.result().clean) end.stopped = "not clean";
+  end.max_stretch = simulation.result().max_stretch;
+  return end;
+}
+
+}  // namespace selvedge::bench

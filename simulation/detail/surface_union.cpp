@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/narrowphase/distance.h>
+#include <selvedge/simulation/detail/contact_filter.h>
+#include <selvedge/simulation/detail/surface_union.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+
+namespace selvedge {
+
+/// A point q on a border of a primitive, and the way from it to the other primitive.
+struct SurfaceUnion::Meeting {
+  std::array<std::int32_t, 3> vertex{};  // of the border: one of a vertex, two of an edge
+  std::size_t size = 0;
+  Vec3 q, towards;
+  double slope = 0.0;  // above which a face rises
+
+  bool has(const Triangle& t) const {
+    return std::any_of(vertex.begin(), vertex.begin() + static_cast<std::ptrdiff_t>(size),
+                       [&](std::int32_t v) { return v == t[0] || v == t[1] || v == t[2]; });
+  }
+  bool is_below(const Vec3& from, const Vec3& to) const {
+    const Vec3 u = to - from;
+    return towards.dot(u) > slope * towards.norm() * u.norm();
+  }
+};
+
+struct SurfaceUnion::Verdict {
+  bool is_wall = false;
+  double nearest = 0.0;  // m, distance of the face that turns the normal
+  std::int32_t turned_by = -1;
+};
+
+SurfaceUnion::Verdict SurfaceUnion::judge(const Meeting& m, std::span<const Vec3> x,
+                                          const Reach& reach) const {
+  Verdict verdict;
+  const Vec3 p = m.q + m.towards;
+  const double distance = m.towards.norm();
+  tree_.for_each_near(m.q, reach.tolerance, [&](std::int32_t k) {
+    const Triangle& t = tree_.triangles()[k];
+    if (verdict.is_wall || m.has(t)) return;
+    if (!reach.collides.empty() && reach.collides[reach.surface[t[0]]] == 0) return;
+    const ClosestPoints here = point_triangle_closest(m.q, x[t[0]], x[t[1]], x[t[2]]);
+    if (here.distance > reach.tolerance) return;
+    const Vec3 from = m.q - here.separation;
+    if (!m.is_below(from, x[t[0]]) && !m.is_below(from, x[t[1]]) && !m.is_below(from, x[t[2]]))
+      return;
+    // A face on the far side of p does not carry it.
+    const ClosestPoints there = point_triangle_closest(p, x[t[0]], x[t[1]], x[t[2]]);
+    if (!(there.separation.dot(m.towards) > 0.0)) return;
+    if (there.distance < distance) {
+      verdict.is_wall = true;
+    } else if (verdict.turned_by < 0 || there.distance < verdict.nearest ||
+               (there.distance == verdict.nearest && k < verdict.turned_by)) {
+      verdict.nearest = there.distance;
+      verdict.turned_by = k;
+    }
+  });
+  return verdict;
+}
+
+void SurfaceUnion::turn(ContactPoint& c, const Vec3& normal, std::span<const Vec3> x) {
+  const double length = normal.norm();
+  if (!(length > 0.0)) return;
+  c.normal = normal / (normal.dot(c.normal) < 0.0 ? -length : length);
+  c.gap = c.normal.dot(relative(c, x));
+}
+
+namespace {
+
+Vec3 normal_of(const Triangle& t, std::span<const Vec3> x) {
+  return (x[t[1]] - x[t[0]]).cross(x[t[2]] - x[t[0]]);
+}
+
+}  // namespace
+
+bool SurfaceUnion::is_true_contact(ContactPoint& c, std::span<const Vec3> x,
+                                   const Reach& reach) const {
+  Meeting m;
+  const int first = first_count(c);
+  for (int k = first; k < 4; ++k)
+    if (-c.weight[k] > kBorderWeight) m.vertex[m.size++] = c.vertex[k];
+  if (m.size == 3) return true;  // inside the face
+  m.towards = relative(c, x);
+  m.q = Vec3::Zero();
+  for (int k = first; k < 4; ++k) m.q -= c.weight[k] * x[c.vertex[k]];
+  m.slope = c.kind == ContactKind::edge_edge ? kEdgeSlope : kPointSlope;
+  const Verdict verdict = judge(m, x, reach);
+  if (verdict.turned_by >= 0 && !verdict.is_wall)
+    turn(c, normal_of(tree_.triangles()[verdict.turned_by], x), x);
+  return !verdict.is_wall;
+}
+
+bool SurfaceUnion::is_true_first_edge(ContactPoint& c, std::span<const Vec3> x,
+                                      const Reach& reach) const {
+  Meeting m;
+  m.vertex = {c.vertex[0], c.vertex[1], -1};
+  m.size = 2;
+  m.q = c.weight[0] * x[c.vertex[0]] + c.weight[1] * x[c.vertex[1]];
+  m.towards = -relative(c, x);
+  m.slope = kEdgeSlope;
+  const Verdict verdict = judge(m, x, reach);
+  if (verdict.turned_by >= 0 && !verdict.is_wall)
+    turn(c, normal_of(tree_.triangles()[verdict.turned_by], x), x);
+  return !verdict.is_wall;
+}
+
+}  // namespace selvedge

@@ -357,6 +357,16 @@ CaseResult cleaned_body(Trial& trial) {
                       fmt::format("{:.3g} mm over the lid, expected 2", 1e3 * over));
 }
 
+// S25: bodies side by side
+
+/// Without friction the sheet keeps its speed of 1 m/s.
+CaseResult side_by_side(Trial& trial) {
+  const ExtremeRun run = trial.run("s25_seams");
+  const double slid = run.x.empty() ? 0.0 : (mean(run.x) - mean(run.frames[0])).x();
+  return trial.settle(run, std::abs(slid / run.time - 1.0) < 0.02,
+                      fmt::format("slides {:.5f} m in {:.5f} s at 1 m/s", slid, run.time));
+}
+
 // S23: no solution keeps the limit
 
 CaseResult pins_apart(Trial& trial) {
@@ -448,6 +458,7 @@ std::vector<ExtremeCase> extreme_contact_cases() {
       {"s20_open", correct, true, named(faulty_body, scene("s20_open"), 0.1)},
       {"s20_reversed", correct, true, named(faulty_body, scene("s20_reversed"), 0.1)},
       {"s23_pins_apart", degraded, true, pins_apart},
+      {"s25_seams", correct, true, side_by_side},
       {"towel", correct, false, towel},
       {"knot", correct, false, knot},
       {"pinch", refused, true, pinch},

@@ -4,6 +4,7 @@
 #include <selvedge/bodies/mesh_groups.h>
 #include <selvedge/bodies/mesh_report.h>
 #include <selvedge/bodies/sequence_leap.h>
+#include <selvedge/bodies/weld.h>
 #include <selvedge/core/cloth_mesh.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/scene/detail/check_scene.h>
@@ -63,6 +64,23 @@ void ask_about_unit(const TriangleMesh& mesh, const LoadConfig& load, bool state
     warnings.push_back(fmt::format("{}: {} (key \"unit\")", place, question));
 }
 
+/// Joins the vertices of a body that are near enough, and says so.
+void weld(TriangleMesh& mesh, double distance, const std::string& place,
+          std::vector<std::string>& warnings) {
+  if (distance == 0.0) return;
+  const WeldReport report = weld_vertices(mesh, distance);
+  warnings.push_back(
+      report.joined == 0
+          ? fmt::format("{}: no two vertices are within {:g} m; none were joined (key \"weld\")",
+                        place, distance)
+          : fmt::format("{}: {} of {} vertices were joined with others at most {:.3g} m away, and "
+                        "{} faces vanished (key \"weld\")",
+                        place, report.joined, report.vertices, report.farthest, report.collapsed));
+  if (mesh.triangles.empty())
+    throw std::invalid_argument(fmt::format(
+        "{}: \"weld\" joins the corners of every face; name a shorter distance", place));
+}
+
 /// Makes a body from a mesh. Keyframes rotate it about its own origin, which its transformation
 /// places.
 std::unique_ptr<Body> make_rigid_body(TriangleMesh mesh, const BodySpec& spec) {
@@ -120,6 +138,7 @@ std::unique_ptr<Body> make_body(const BodySpec& spec, const std::string& place,
     return make_sequence(*sequence, spec.placement, place, warnings);
   const auto& file = std::get<BodyFile>(spec.shape);
   TriangleMesh mesh = load_body(file.file, file.load, file.mesh);
+  weld(mesh, file.weld_distance, place, warnings);
   warn(mesh, place, warnings);
   ask_about_unit(mesh, file.load, states_axes(file.file), spec, place, warnings);
   return make_rigid_body(std::move(mesh), spec);

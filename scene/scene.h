@@ -159,6 +159,9 @@ struct BodyFile {
   std::filesystem::path file;
   LoadConfig load;
   TriangleMesh mesh;  ///< where `file` is empty: the mesh itself
+  /// m, in the frame of the mesh: vertices at most this far apart become one (bodies/weld.h); 0:
+  /// none but those that `load` joins.
+  double weld_distance = 0.0;
 };
 struct BodySequence {
   std::vector<std::filesystem::path> files;

@@ -103,7 +103,7 @@ struct ExtremeCase {
   std::function<CaseResult(Trial&)> run;
 };
 
-/// S1 to S24 of the project's list of extreme cases, and further cases, ordered by name.
+/// S1 to S25 of the project's list of extreme cases, and further cases, ordered by name.
 std::vector<ExtremeCase> extreme_cases();
 
 /// The two halves: numbers and files, and contact.

@@ -21,10 +21,14 @@ LoadConfig read_load(Json& j, bool stated) {
   if (!stated && !load.unit) j["unit"] = 1.0;
   if (!stated && !load.up) j["up"] = "z";
   // Frames of a sequence are never welded: each could be welded differently.
-  load.weld = j.value("weld", false);
+  load.weld = j.contains("weld") && (j["weld"].is_number() || j["weld"].get<bool>());
   load.groups = j["groups"].get<std::vector<std::string>>();
   load.without = j["without_groups"].get<std::vector<std::string>>();
   return load;
+}
+
+double read_weld_distance(const Json& j) {
+  return j.contains("weld") && j["weld"].is_number() ? j["weld"].get<double>() : 0.0;
 }
 
 BodyShape read_shape(const LocatedJson& document, const Json& j, const std::string& path) {
@@ -131,7 +135,7 @@ BodySequence read_sequence(const LocatedJson& document, Json& j, const std::stri
 
 BodyFile read_body_file(const LocatedJson& document, Json& j, const std::string& path) {
   const std::filesystem::path file = read_file(document, j["mesh"], path);
-  return {file, read_load(j, states_axes(file)), {}};
+  return {file, read_load(j, states_axes(file)), {}, read_weld_distance(j)};
 }
 
 }  // namespace
@@ -148,7 +152,8 @@ void read_bodies(LocatedJson& document, Scene& scene) {
     if (j.contains("mesh") && j["mesh"].is_string())
       body.shape = read_body_file(document, j, join(path, "mesh"));
     if (j.contains("mesh") && j["mesh"].is_object())
-      body.shape = BodyFile{{}, read_load(j, false), read_inline_mesh(j["mesh"])};
+      body.shape =
+          BodyFile{{}, read_load(j, false), read_inline_mesh(j["mesh"]), read_weld_distance(j)};
     if (j.contains("sequence"))
       body.shape = read_sequence(document, j, join(path, "sequence"));
     else

@@ -44,6 +44,24 @@ TEST_F(EverythingFile, PiecesAreJoinedScaledTurnedAndMoved) {
   EXPECT_EQ(built.bodies.size(), scene.bodies.size());
 }
 
+TEST_F(SceneFile, WeldTakesADistanceAndSaysWhatItJoined) {
+  const auto body = [&](const char* weld) {
+    return build_scene(read(std::string(R"({"geometry": [{"name": "a"}], "obstacles": [{"mesh": {
+        "vertices": [[0, 0, 9], [1, 0, 9], [0, 1, 9], [1, 1e-6, 9], [1, 1, 9], [0, 1, 9]],
+        "triangles": [[0, 1, 2], [3, 4, 5]]}, "weld": )") +
+                            weld + "}]}"));
+  };
+  const BuiltScene near = body("1e-5");
+  EXPECT_EQ(near.bodies[0]->vertex_count(), 4u);
+  EXPECT_SAYS(near.warnings.at(0), "1 of 5 vertices were joined");
+  EXPECT_SAYS(near.warnings.at(0), "1e-06 m");
+  EXPECT_SAYS(body("1e-7").warnings.at(0), "none were joined");
+  EXPECT_EQ(body("true").bodies[0]->vertex_count(), 5u);
+  EXPECT_EQ(body("false").bodies[0]->vertex_count(), 6u);
+  EXPECT_THROW(body("0"), std::invalid_argument);
+  EXPECT_THROW(body("\"near\""), std::invalid_argument);
+}
+
 TEST_F(SceneFile, APerturbationAddsVelocitiesUpToItsSpeedAndItsSeedSelectsThem) {
   Scene scene = read(R"({"geometry": [{"name": "a", "cells": [20, 20], "velocity": [1, 0, 0]}]})");
   const auto velocities = [&](double speed, std::uint64_t seed) {

@@ -168,7 +168,7 @@ bool primitives_meet(std::span<const Vec3> x, const Triangle& s, const Triangle&
   for (int i = 0; i < 3; ++i) {
     const std::int32_t a = s[i], b = s[(i + 1) % 3];
     if (has(t, a)) continue;
-    if (segment_meets_triangle(x[a], x[has(t, b) ? a : b], of_t)) return true;
+    if (judging::segment_meets_triangle(x[a], x[has(t, b) ? a : b], of_t)) return true;
   }
   return false;
 }

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <selvedge/bodies/weld.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -144,6 +145,7 @@ Seam ball(Random& random) {
              })},
       {whole});
   seam.start = {0.0, 0.0, 0.502};
+  seam.frames = 30;
   return seam;
 }
 
@@ -239,7 +241,7 @@ Scene slide_scene(const Seam& seam, const std::vector<TriangleMesh>& bodies, con
   scene.name = "seam";
   scene.materials["default"] = Material{};
   scene.gravity = seam.gravity;
-  scene.time.frames = slide.frames;
+  scene.time.frames = std::min(slide.frames, seam.frames);
   scene.contact.response = slide.response;
   ClothSpec& cloth = scene.cloths.emplace_back();
   cloth.name = "cloth";
@@ -266,7 +268,7 @@ SlideEnd slide_over(const Seam& seam, const std::vector<TriangleMesh>& bodies, c
   const Vec3 from = middle();
   SlideEnd end;
   try {
-    simulation.advance_to_frame(slide.frames);
+    simulation.advance_to_frame(scene.time.frames);
   } catch (const SimulationFailed& failed) {
     end.stopped = failed.what();
   }

@@ -18,7 +18,7 @@ struct Seam {
   std::vector<TriangleMesh> parts, welded;
   Vec3 start = Vec3(-0.1, 0.0, 0.002);   ///< m, centre of the cloth
   Vec3 gravity = Vec3(0.0, 0.0, -9.81);  ///< m/s²
-  double fall = 0.0;                     ///< m/s, downwards at the start
+  int frames = 60;                       ///< at most; later, rounding decides where the cloth goes
   bool is_cloth = false;                 ///< the parts are held cloth, not bodies
   bool is_quick = false;                 ///< its slides are short enough for a test
   bool is_obstacle = false;              ///< a step or gap that is real: only reported

@@ -20,6 +20,8 @@ constexpr int kGuessSweeps = 4;
 // a body may carry hundreds of times the weight of the particles that touch it. With a smaller
 // share, stiff contacts that take loads from each other let a taut strip creep around a cylinder.
 constexpr double kYield = 0.5;
+// Contacts press a particle from two sides if their loads leave less than this share of their sum.
+constexpr double kPressed = 0.5;
 // The greatest factor of the stiffness for that: rest gaps may be tiny, and the solver works in
 // single precision.
 constexpr double kStiffest = 1e4;
@@ -68,6 +70,7 @@ Vec3 within(const Vec3& f, double limit) {
 
 void ContactForce::begin(const ResponseStep& step) {
   motion_ = step.motion;
+  mass_ = step.mass;
   const double parts = step.stiffness_h > 0.0 ? step.motion.h / step.stiffness_h : 1.0;
   normal_ratio_ = config_.normal_ratio * parts * parts;
   stick_scale_ = parts * parts * parts;
@@ -120,11 +123,13 @@ void ContactForce::add(std::span<const ContactPoint> contacts) {
   friction_updates_ = 0;
   const std::size_t first = entries_.size();
   for (const ContactPoint& c : contacts) {
-    const double compliance_c = compliance(c, motion_.inv_mass);
-    if (compliance_c <= 0.0) continue;  // nothing here can move
+    const double free = compliance(c, motion_.inv_mass);
+    if (free <= 0.0) continue;  // nothing here can move
     Entry& e = entries_.emplace_back();
+    const double held = held_compliance(c);
     e.point = c;
-    e.m_eff = 1.0 / compliance_c;
+    e.m_eff = 1.0 / (free + held);
+    e.free_share = held > 0.0 ? free / (free + held) : 1.0;
   }
   const std::span<Entry> added = std::span(entries_).subspan(first);
   parallel_for(added.size(), kEach, [&](std::size_t begin, std::size_t end) {
@@ -187,21 +192,26 @@ void ContactForce::bear_loads(std::span<Entry> entries) {
   const auto for_each_particle = [&](const Entry& e, const auto& body) {
     for (int k = 0; k < 4; ++k)
       if (const auto i = static_cast<std::size_t>(e.point.vertex[k]); i < motion_.particles)
-        body(yields_[i], std::abs(e.point.weight[k]));
+        body(yields_[i], e.point.weight[k]);
   };
   for (const Entry& e : entries)
     if (e.near)
       for_each_particle(e, [&](Yield& y, double weight) {
-        y.load += weight * e.load;
-        y.stiffness += weight * e.stiffness;
+        y.load += std::abs(weight) * e.load;
+        y.push += weight * e.load * e.point.normal;
+        y.stiffness += std::abs(weight) * e.stiffness;
       });
+  // Where contacts press a particle from two sides, their loads balance each other, and what is
+  // left of them is all that it yields to. The sweeps above raise such loads without end.
+  for (Yield& y : yields_)
+    if (const double net = y.push.norm(); net < kPressed * y.load) y.load = net;
   for (Entry& e : entries) {
     if (!e.near) continue;
     double sum = 0.0, weights = 0.0;
     for_each_particle(e, [&](const Yield& y, double weight) {
       if (y.stiffness <= 0.0) return;
-      sum += weight * y.load / y.stiffness;
-      weights += weight;
+      sum += std::abs(weight) * y.load / y.stiffness;
+      weights += std::abs(weight);
     });
     if (weights <= 0.0) continue;
     const double yield = sum / weights, rest = e.point.rest_gap;
@@ -219,6 +229,30 @@ double ContactForce::recovered(const ContactPoint& c) const {
   return std::min(c.rest_gap, std::max(c.gap, 0.0) + config_.recovery * c.rest_gap);
 }
 
+// Compliance that the held particles of a contact would have if they were free, 1/kg.
+double ContactForce::held_compliance(const ContactPoint& c) const {
+  double sum = 0.0;
+  for (int k = 0; k < 4; ++k)
+    if (const auto i = static_cast<std::size_t>(c.vertex[k]);
+        i < motion_.particles && motion_.inv_mass[i] <= 0.0)
+      sum += c.weight[k] * c.weight[k] / mass_[i];
+  return sum;
+}
+
+// Beside a held particle, the free particles of a contact recover their own share of a violation.
+// They would have to move by violation/weight for all of it: out of all bounds where the touch is
+// almost on the held particle.
+double ContactForce::shared_target(const Entry& e) const {
+  const ContactPoint& c = e.point;
+  Vec3 u = e.body_motion;
+  for (int k = 0; k < 4; ++k)
+    if (const auto i = static_cast<std::size_t>(c.vertex[k]);
+        i < motion_.particles && motion_.inv_mass[i] <= 0.0)
+      u += c.weight[k] * motion_.h * v_predicted_[i];
+  const double prescribed = c.gap + c.normal.dot(u);
+  return prescribed + e.free_share * std::max(0.0, e.target - prescribed);
+}
+
 // What does not depend on the other contacts.
 void ContactForce::start(Entry& e) const {
   const ContactPoint& c = e.point;
@@ -227,6 +261,7 @@ void ContactForce::start(Entry& e) const {
     if (const auto i = static_cast<std::size_t>(c.vertex[k]); i >= motion_.particles)
       e.body_motion += c.weight[k] * body_displacement_[i - motion_.particles];
   e.target = recovered(c);
+  if (e.free_share < 1.0) e.target = std::min(e.target, shared_target(e));
   e.stiffness = normal_ratio_ * e.m_eff / (motion_.h * motion_.h);
   e.near = comes_near(e);
   e.load = first_load(e);

@@ -76,6 +76,7 @@ class ContactForce final : public Response {
     double stiffness = 0.0;        // N/m
     double stick = 0.0;            // c, kg/s
     double m_eff = 0.0;            // kg, effective inertia of the contact against an impulse
+    double free_share = 1.0;       // of the compliance that it would have without held particles
     double approach = 0.0;         // kg·m, m_eff·gap violation without what gravity adds to it
     bool near = false;             // it touches, or does so at the current speed
     double load = 0.0;             // N, last estimate of λ
@@ -91,6 +92,7 @@ class ContactForce final : public Response {
   /// Sums over the contacts of a particle, by their weights.
   struct Yield {
     double load = 0.0, stiffness = 0.0;  // N, N/m
+    Vec3 push = Vec3::Zero();            // N, load with its direction
   };
   /// One contact on the line from the velocities of one solve to those of the next.
   struct LineContact {
@@ -111,6 +113,8 @@ class ContactForce final : public Response {
   Vec3 motion_of(const Entry& e, std::span<const Vec3> v) const;
   double stick_speed(const ContactPoint& c) const;
   double yielding() const;
+  double held_compliance(const ContactPoint& c) const;
+  double shared_target(const Entry& e) const;
   bool comes_near(const Entry& e) const;
   double first_load(const Entry& e) const;
   void start(Entry& e) const;
@@ -137,6 +141,7 @@ class ContactForce final : public Response {
 
   ContactForceConfig config_;
   ContactMotion motion_;
+  std::span<const double> mass_;  // kg, of the particles
   // Of this step, which may join two. With the same stiffness in N/m, contacts at rest yield as in
   // one of them. The viscosity grows with the cube of the joined steps: a strip around a cylinder
   // then creeps 3 times as fast as in steps that join none; with the square 5, unchanged 50 times.

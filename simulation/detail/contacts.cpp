@@ -91,6 +91,7 @@ Contacts::Contacts(const Scene& scene, const BuiltScene& built, const SceneMotio
       filter_(motion.particles() + motion.body_vertices(), joint_triangles(motion)),
       bodies_(joint_body_triangles(motion)),
       cloth_(motion.cloth_triangles()),
+      pinched_(motion.cloth_triangles(), motion.particles()),
       rest_(built.cloth.surface.vertices),
       surface_(surface_of_vertices(scene, built, motion)),
       collides_(colliding_surfaces(scene, pairs_)) {}
@@ -210,7 +211,7 @@ void Contacts::append_proximities(bool self, std::vector<ContactPoint>& out) {
   joined_.resize(found_.size());
   parallel_for(found_.size(), kFoundGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      Joined& joined = joined_[i];
+      NearPair& joined = joined_[i];
       joined.kept = !(found_[i].gap > kProximityReach * largest_rest_gap());
       if (!joined.kept) continue;
       joined.contact = joint(found_[i], self);
@@ -218,6 +219,7 @@ void Contacts::append_proximities(bool self, std::vector<ContactPoint>& out) {
     }
   });
   drop_walls(self);
+  if (!self) pinched_.straighten(joined_, motion_.x_t0());
   ContactKind kind = ContactKind::edge_edge;
   std::int32_t point = -1;
   for (std::size_t i = 0; i < found_.size(); ++i) {

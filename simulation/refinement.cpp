@@ -213,7 +213,8 @@ std::optional<RefinedSimulation> merge_due(const Refinement& refinement,
   SimulationState state = simulation.state();
   next.refinement.merge(due.event, state);
   ++state.step;
-  state.memory.clear();  // integrators of several steps and friction start anew
+  state.memory.clear();   // integrators of several steps and friction start anew
+  state.pinches.clear();  // found again in the next step
   state.still = 0.0;
   next.simulation = std::make_unique<Simulation>(next.refinement.scene(), next.refinement.build(),
                                                  std::move(state), methods);
@@ -226,6 +227,7 @@ void apply(const std::vector<SplitEvent>& events, const Simulation& simulation,
   SimulationState state = simulation.state();
   next.refinement.split(events, state);
   ++state.step;
+  state.pinches.clear();  // found again in the next step
   state.still = 0.0;
   next.simulation =
       std::make_unique<Simulation>(next.refinement.scene(), next.refinement.build(), methods);

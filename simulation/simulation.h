@@ -26,8 +26,9 @@ struct Tangle {
   std::array<std::vector<std::int32_t>, 2> side;  ///< joint triangles, sorted
   int way = 0;                                    ///< the way that is in use
   int best = 0;                                   ///< fewest crossings so far
-  int since = 0;     ///< accepted steps since `best` decreased or the way changed
-  bool jam = false;  ///< made by a body that left the cloth no room
+  int since = 0;       ///< accepted steps since `best` decreased or the way changed
+  bool jam = false;    ///< made by a body that left the cloth no room
+  bool pinch = false;  ///< a jam of cloth that surfaces of bodies hold between them
   bool is_over() const { return side[0].empty() || side[1].empty(); }
 };
 
@@ -37,6 +38,15 @@ struct Tangles {
   /// For each connected part of the joint surface, a vertex of the region that the rest of the
   /// part is brought back to.
   std::vector<std::int32_t> kept;
+};
+
+/// A vertex of the cloth that two surfaces of bodies hold between them, because they leave it less
+/// than a tenth of its rest gap (detail/pinches.h).
+struct Pinch {
+  std::int32_t vertex = 0;
+  std::array<std::int32_t, 2> triangle{};  ///< of all bodies, on its two sides
+  std::array<bool, 2> reversed{};          ///< its normal points away from the vertex
+  double share = 0.5;  ///< of the room between them, from the first to the vertex
 };
 
 /// Position of a simulation between the ends of two nominal steps.
@@ -60,6 +70,7 @@ struct SimulationState {
   double acceleration = -1.0;
   double still = 0.0;  ///< s, for how long no particle has been faster than time.sleep_speed
   std::vector<double> memory;      ///< of the integrator and the forces, as they save it
+  std::vector<Pinch> pinches;      ///< by vertex
   Tangles tangles;                 ///< crossings of the start and jams that are not undone yet
   std::vector<SplitEvent> splits;  ///< the splits that led to the present cells of refined pieces
   std::vector<MergeEvent> merges;  ///< the merges that led to the present vertices of seams

@@ -396,6 +396,42 @@ TEST(ContactForce, ATinyRestGapDoesNotMakeAContactStiffWithoutLimit) {
   EXPECT_NEAR(force.terms()[0].matrix(2, 2), 1e4 * 300.0 * 0.01, 1e-6);
 }
 
+// An edge of a free and a held particle between two bodies, nearer to the first than the rest gap.
+TEST(ContactForce, BesideAHeldParticleAFreeOneRecoversItsShareOfAViolation) {
+  std::mt19937 random(41);
+  std::uniform_real_distribution<double> power(-8.0, 0.0);
+  for (int draw = 0; draw < 100; ++draw) {
+    const double w = std::pow(10.0, power(random)), gap = 4e-4, rest_gap = 2e-3, mass_0 = 5e-6;
+    SCOPED_TRACE(w);
+    const std::vector<Vec3> x_t0{Vec3::Zero(), Vec3::UnitX(), Vec3::Zero(), Vec3::UnitY()};
+    const std::vector<double> mass{mass_0, mass_0}, inv_mass{1.0 / mass_0, 0.0, 0.0, 0.0};
+    const std::vector<Vec3> body_step(2, Vec3(0.0, 0.0, 1e-4)), v(2, Vec3::Zero());
+    const std::vector<Vec3> unbalanced(2, Vec3::Zero());
+    const ContactPoint contact{{0, 1, 2, 3}, {w, 1.0 - w, -0.5, -0.5}, Vec3::UnitZ(), gap, rest_gap,
+                               0.0,          ContactKind::edge_edge};
+    ResponseStep step{{x_t0, inv_mass, 2, kStep}, mass, body_step, v, v};
+    step.unbalanced = unbalanced;
+    ContactForce force;
+    force.begin(step);
+    force.add({&contact, 1});
+    std::vector<Vec3> end = v;
+    for (int solve = 0; solve < 8; ++solve) {
+      Mat3 a = mass_0 * Mat3::Identity();
+      Vec3 b = Vec3::Zero();
+      for (const ImplicitTerm& t : force.terms()) {
+        a += w * w * t.matrix;
+        b += w * t.rhs;
+      }
+      end[0] = a.inverse() * b;
+      if (!force.update(end)) break;
+    }
+    const double moved = kStep * end[0].z();
+    EXPECT_GE(moved, 0.0);
+    EXPECT_LE(moved, 1.3 * (rest_gap - gap + 1e-4));
+    if (w > 0.1) EXPECT_GT(moved, 1e-5);
+  }
+}
+
 TEST(ContactForce, StopsAFastFallWithoutBounce) {
   Block block(0.0, 0.3);
   block.velocity() = Vec3(0, 0, -40.0);

@@ -19,3 +19,5 @@ selvedge_shared(ccd_queries tests/ccd_queries.cpp LINK selvedge::narrowphase sel
 selvedge_shared(force_cases tests/force_cases.cpp LINK selvedge::core)
 # Cloth that starts with crossings.
 selvedge_shared(tangles tests/tangles.cpp LINK selvedge::run selvedge::judge)
+# Jaws that close on cloth.
+selvedge_shared(grips tests/grips.cpp LINK selvedge::simulation)

@@ -113,8 +113,12 @@ StepControl control_from(const Value& j) {
 Json to_json(const Tangles& tangles) {
   Json list = Json::array();
   for (const Tangle& t : tangles.list)
-    list.push_back(
-        {{"side", t.side}, {"way", t.way}, {"best", t.best}, {"since", t.since}, {"jam", t.jam}});
+    list.push_back({{"side", t.side},
+                    {"way", t.way},
+                    {"best", t.best},
+                    {"since", t.since},
+                    {"jam", t.jam},
+                    {"pinch", t.pinch}});
   return {{"list", list}, {"kept", tangles.kept}};
 }
 
@@ -127,9 +131,34 @@ Tangles tangles_from(const Value& j) {
     tangle.best = t["best"].whole<int>();
     tangle.since = t["since"].whole<int>();
     tangle.jam = t.flag_or("jam", false);
+    tangle.pinch = t.flag_or("pinch", false);
   }
   tangles.kept = j["kept"].wholes<std::int32_t>();
   return tangles;
+}
+
+Json to_json(const std::vector<Pinch>& pinches) {
+  Json list = Json::array();
+  for (const Pinch& p : pinches)
+    list.push_back({{"vertex", p.vertex},
+                    {"triangle", p.triangle},
+                    {"reversed", p.reversed},
+                    {"share", p.share}});
+  return list;
+}
+
+std::vector<Pinch> pinches_from(const Value& j) {
+  std::vector<Pinch> pinches;
+  for (const Value& p : j.list()) {
+    Pinch& pinch = pinches.emplace_back();
+    pinch.vertex = p["vertex"].whole<std::int32_t>();
+    for (std::size_t k : {0, 1}) {
+      pinch.triangle[k] = p["triangle"][k].whole<std::int32_t>();
+      pinch.reversed[k] = p["reversed"][k].flag();
+    }
+    pinch.share = p["share"].number();
+  }
+  return pinches;
 }
 
 Json to_json(const std::vector<SplitEvent>& splits) {
@@ -214,6 +243,7 @@ void write_state_fields(const SimulationState& state, Json& json) {
   json["acceleration"] = state.acceleration;
   json["still"] = state.still;
   json["tangles"] = to_json(state.tangles);
+  if (!state.pinches.empty()) json["pinches"] = to_json(state.pinches);
   json["memory"] = memory_text(state.memory);
   json["splits"] = to_json(state.splits);
   json["merges"] = to_json(state.merges);
@@ -226,6 +256,7 @@ void read_state_fields(const Value& json, SimulationState& state) {
   state.acceleration = json.number_or("acceleration", state.acceleration);
   state.still = json.number_or("still", state.still);
   if (json.has("tangles")) state.tangles = tangles_from(json["tangles"]);
+  if (json.has("pinches")) state.pinches = pinches_from(json["pinches"]);
   if (json.has("memory")) state.memory = memory_from(json["memory"].text());
   if (json.has("splits")) state.splits = splits_from(json["splits"]);
   if (json.has("merges")) state.merges = merges_from(json["merges"]);

@@ -81,10 +81,23 @@ detail::StepOutcome Simulation::Parts::attempt_step(double h, double t1) {
   input.t1 = t1;
   input.h = h;
   input.nominal_h = nominal_step();
-  detail::begin_step(scene, built, state, input, attempt);
-  detail::StepOutcome outcome = detail::attempt_step(methods, input, attempt);
+  detail::StepOutcome outcome;
+  attempt.pinches = state.pinches;
+  do {
+    detail::begin_step(scene, built, state, input, attempt);
+    hold_pinched();
+    outcome = detail::attempt_step(methods, input, attempt);
+  } while (outcome.pinches_more);
   attempt.counts.add_to(result.counters);
   return outcome;
+}
+
+// Before an attempt: pinched cloth goes where its surfaces take it.
+void Simulation::Parts::hold_pinched() {
+  methods.pinches.hold(input, attempt.x_t1, attempt.pinches);
+  for (const Pinch& pinch : attempt.pinches)
+    attempt.v_mean[pinch.vertex] = input.v_coasting[pinch.vertex];
+  if (methods.untangler) methods.untangler->set_pinches(attempt.pinches);
 }
 
 // Makes one accepted step towards the end of the nominal step. It is halved until an attempt is
@@ -213,7 +226,9 @@ bool Simulation::Parts::carry_jam() {
   for (const ContactPoint& c : attempt.contacts)
     if (std::any_of(c.vertex.begin(), c.vertex.end(), [&](auto v) { return jammed.contains(v); }))
       pairs.push_back(c);
-  if (!methods.untangler->carry_jam(pairs, failed.x_t0)) return false;
+  if (!methods.untangler->carry_pinches(failed.pairs, attempt.pinches) &&
+      !methods.untangler->carry_jam(pairs, failed.x_t0))
+    return false;
   state.tangles = methods.untangler->tangles();
   methods.validator.forget();
   return true;
@@ -257,6 +272,7 @@ void Simulation::Parts::accept() {
   state.still = sleep.still_after(sleep.is_due(state) ? 0.0 : state.still, state.v, input.h);
   note_bodies(attempt.x_t1);
   if (water) water->advance(state.time, input.h, state, mass);
+  state.pinches = attempt.pinches;
   state.time = input.t1;
   ++state.step;
   ++result.steps;

@@ -101,7 +101,7 @@ void Simulation::Parts::note_strain() {
 }
 
 std::vector<std::uint8_t> Simulation::Parts::flags() const {
-  return vertex_flags({built.cloth, state.x, attempt.contacts, state.tangles.list,
+  return vertex_flags({built.cloth, state.x, attempt.contacts, state.pinches, state.tangles.list,
                        methods.untangler && methods.untangler->report().given_up,
                        detail::kStrainTolerance});
 }

@@ -130,6 +130,11 @@ double Contacts::pair_rest_gap(const ContactPoint& c) const {
   return pairs_.rest_gap(piece, other);
 }
 
+double Contacts::pair_friction(const ContactPoint& c) const {
+  const auto [piece, other] = surfaces(c);
+  return pairs_.friction(piece, other);
+}
+
 // Particles of one piece that start nearer than the rest gap are neighbours in the cloth.
 double Contacts::rest_gap(const ContactPoint& c, bool self) const {
   const auto [piece, other] = surfaces(c);
@@ -199,7 +204,7 @@ void Contacts::drop_walls(bool self) {
   }
   parallel_for(found_.size(), kFoundGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      Joined& joined = joined_[i];
+      NearPair& joined = joined_[i];
       if (!joined.kept || found_[i].kind == ContactKind::triangle_point) continue;
       joined.kept = !is_wall(self, joined.contact);
     }

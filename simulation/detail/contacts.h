@@ -34,6 +34,8 @@ class Contacts {
   ContactPoint joint(const Contact& contact, bool self) const;
   /// The rest gap of the two surfaces of a contact, m.
   double pair_rest_gap(const ContactPoint& c) const;
+  /// Coulomb coefficient of the two surfaces of a contact.
+  double pair_friction(const ContactPoint& c) const;
   /// The largest rest gap of all surfaces, m.
   double largest_rest_gap() const;
 

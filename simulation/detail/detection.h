@@ -80,6 +80,14 @@ class Detection final : public Clearances {
   /// not support them.
   std::int64_t substituted_self_searches() const { return candidates_.substituted_self_searches(); }
 
+  /// Rest gap, m, and friction of the surfaces of two vertices in the joint index space.
+  double rest_gap(std::int32_t a, std::int32_t b) const {
+    return contacts_.pair_rest_gap({.vertex = {a, a, b, b}, .weight = {}, .normal = {}});
+  }
+  double friction(std::int32_t a, std::int32_t b) const {
+    return contacts_.pair_friction({.vertex = {a, a, b, b}, .weight = {}, .normal = {}});
+  }
+
   JointSurface joint_surface() const { return motion_.joint_surface(); }
   std::span<const Triangle> body_triangles() const { return motion_.body_triangles(); }
   /// First vertex of each body, plus the total; counts from 0.

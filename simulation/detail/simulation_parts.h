@@ -72,6 +72,7 @@ struct Simulation::Parts {
   void sleep_until(double target, int nominal_steps);
   void wake() { state.still = 0.0; }
   detail::StepOutcome attempt_step(double h, double t1);
+  void hold_pinched();
   bool gains_energy();
   void finish_velocities(std::span<Vec3> v) const;
   void note_rejection(const detail::StepOutcome& outcome);

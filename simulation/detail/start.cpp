@@ -72,6 +72,7 @@ StepMethods::StepMethods(const Scene& s, const BuiltScene& built, const Methods&
       fail_safe(make_method(methods.fail_safes, scene.contact.fail_safe, "contact.fail_safe",
                             scene.contact.fail_safe_options)),
       names(scene, built),
+      pinches(detection),
       validator(scene.contact.broad_phase),
       clock(phases) {}
 
@@ -155,6 +156,7 @@ void Simulation::Parts::restore(SimulationState saved) {
     throw std::invalid_argument("the saved state has " + std::to_string(saved.x.size()) +
                                 " particles, but the scene has " + std::to_string(n()) +
                                 "; resume with the scene that was run");
+  detail::refuse_bad_pinches(saved.pinches, n(), methods.detection.body_triangles().size());
   methods.integrator->restore_memory(saved.memory);
   state = std::move(saved);
   if (water) water->restore(state, input.particles.mass);
@@ -162,6 +164,7 @@ void Simulation::Parts::restore(SimulationState saved) {
   detail::place_bodies(built, state.time, input.x_t0);
   note_bodies(input.x_t0);
   if (!methods.untangler) return;
+  methods.untangler->set_pinches(state.pinches);
   look_at_state();
   methods.untangler->resume(state.tangles, input.x_t0, methods.detection.find_edge_crossings());
 }

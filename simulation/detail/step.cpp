@@ -259,6 +259,8 @@ StepOutcome part_collisions(StepMethods& m, const StepInput& in, StepAttempt& a)
 // The page: each stage takes what the one before left in the attempt.
 StepOutcome attempt_step(StepMethods& m, const StepInput& in, StepAttempt& a) {
   find_contacts(m, in, a);
+  if (m.pinches.add(in, a.contacts, a.x_t1, a.pinches))
+    return {.accepted = false, .cause = {}, .pinches_more = true};
   if (m.trace) m.trace->begin({in.h, in.x_t0, a.x_t1, in.inv_mass, a.contacts});
   if (m.untangling()) m.untangler->begin(in.v_coasting, in.body_step, in.h);
 

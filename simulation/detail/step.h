@@ -6,6 +6,7 @@
 #include <selvedge/core/integrator.h>
 #include <selvedge/response/response.h>
 #include <selvedge/simulation/detail/detection.h>
+#include <selvedge/simulation/detail/pinches.h>
 #include <selvedge/simulation/detail/program_input.h>
 #include <selvedge/simulation/detail/strain_stage.h>
 #include <selvedge/simulation/detail/untangle.h>
@@ -38,6 +39,7 @@ struct StepMethods {
   std::unique_ptr<FailSafe> fail_safe;
   std::unique_ptr<Untangler> untangler;  ///< null: the scene neither untangles nor carries jams on
   VertexNames names;
+  Pinches pinches;
   StepValidator validator;  ///< used in validation builds
   PhaseClock& clock;
   const StepTrace* trace = nullptr;
@@ -89,6 +91,7 @@ struct StepAttempt {
   std::vector<Vec3> x_free;       ///< m, ends without contacts and limits, unless v_mean gives them
   std::vector<Vec3> v_free;       ///< m/s, velocities there
   std::vector<Vec3> x_corrected;  ///< m, of the particles, as the response left them
+  std::vector<Pinch> pinches;     ///< that hold during the step
   std::vector<ContactPoint> contacts;    ///< near at the start
   std::vector<std::int32_t> touched;     ///< the particles of these contacts
   std::vector<ContactPoint> met;         ///< found to collide and answered as further contacts
@@ -105,6 +108,9 @@ struct StepOutcome {
   bool accepted = true;
   std::string cause;             ///< of the rejection; empty if a particle has no finite position
   std::int32_t not_finite = -1;  ///< first particle without a finite position; -1: all are finite
+  /// Bodies come to pinch cloth during the step, which was not known when it began: the attempt
+  /// begins again with the same length.
+  bool pinches_more = false;
 };
 
 /// Fills the input of a step of `state` to the time t1, and starts the attempt with all bodies and

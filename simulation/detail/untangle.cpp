@@ -251,6 +251,7 @@ void Untangler::shrink(const CutRegions& regions, std::span<const Vec3> x) {
   for (std::size_t k = 0; k < tangles_.list.size(); ++k) {
     Tangle& tangle = tangles_.list[k];
     for (int s = 0; s < 2; ++s) tangle.side[s] = common(tangle.side[s], left[k].side[s]);
+    if (tangle.pinch) add_pinches(tangle);
     if (tangle.is_over()) {
       tangle = Tangle{};
     } else if (crossings[k] < tangle.best) {

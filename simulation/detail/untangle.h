@@ -65,6 +65,12 @@ class Untangler {
   /// `hits` with a body. They are a tangle until the body no longer crosses the cloth there. x: of
   /// the joint surface at the start of the step, m. Returns false if no pair has a body.
   bool carry_jam(std::span<const ContactPoint> hits, std::span<const Vec3> x);
+  /// The pinched vertices of the next step. They and what hangs on them are not driven, and while
+  /// they are carried, the bodies that hold them may cross the triangles around them.
+  void set_pinches(std::span<const Pinch> pinches);
+  /// Lets the bodies that pinch cloth cross the triangles around it, from now on until they part.
+  /// Returns false if no pair of `hits` has a pinched vertex.
+  bool carry_pinches(std::span<const ContactPoint> hits, std::span<const Pinch> pinches);
   /// After an accepted step: shrinks the regions and finds the next motion.
   void update(std::span<const Vec3> x, std::span<const EdgeCrossing> crossings, double time);
 
@@ -100,6 +106,8 @@ class Untangler {
   void merge(std::vector<Tangle> found);
   void shrink(const CutRegions& regions, std::span<const Vec3> x);
   bool crosses(const Contour& contour) const;
+  void add_pinches(Tangle& tangle) const;
+  bool is_pinched(const Contour& contour) const;
   int tangle_of(const Contour& contour, bool& flipped) const;
   void turn_around(int tangle);
   int count_pairs(std::span<const EdgeCrossing> crossings, int& elsewhere) const;
@@ -118,6 +126,7 @@ class Untangler {
   Tangles tangles_;
   ExcludedPairs excluded_;
   TangleReport report_;
+  std::vector<Pinch> pinches_;              // of the present step
   double edge_length_ = 0.0, reach_ = 0.0;  // m
   std::vector<Driven> driven_;
   std::vector<ImplicitTerm> terms_;

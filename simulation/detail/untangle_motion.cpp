@@ -52,7 +52,8 @@ void Untangler::find_motion(const CutRegions& regions, std::span<const Vec3> x) 
   for (std::size_t c = 0; c < contours_.size(); ++c) {
     bool flipped = false;
     const int k = tangle_of(contours_[c], flipped);
-    if (k >= 0) move_contour(c, regions, x, tangles_.list[k].way, motion);
+    if (k >= 0 && !is_pinched(contours_[c]))
+      move_contour(c, regions, x, tangles_.list[k].way, motion);
   }
   for (std::size_t c = 0; c < contours_.size(); ++c) fill_regions(c, regions, motion);
   for (std::size_t i = 0; i < surface_.cloth_vertices(); ++i) {

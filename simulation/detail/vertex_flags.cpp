@@ -22,8 +22,10 @@ void flag_tangled(const FlagSources& s, std::vector<std::uint8_t>& flags) {
   }
 }
 
-// Finds pairs of contacts with bodies that both violate their rest gap and push against each other.
+// Vertices that are held, and those with two contacts with bodies that both violate their rest gap
+// and push against each other.
 void flag_pinched(const FlagSources& s, std::vector<std::uint8_t>& flags) {
+  for (const Pinch& pinch : s.pinches) flags[pinch.vertex] |= kFlagPinched;
   const std::size_t n = flags.size();
   std::vector<Vec3> push(n, Vec3::Zero());  // the first one on each vertex
   for (const ContactPoint& c : s.contacts) {

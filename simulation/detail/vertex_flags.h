@@ -17,6 +17,7 @@ struct FlagSources {
   const ClothMesh& cloth;
   std::span<const Vec3> x;                 ///< cloth, m
   std::span<const ContactPoint> contacts;  ///< at the start of the last step
+  std::span<const Pinch> pinches;
   const std::vector<Tangle>& tangles;
   bool given_up = false;
   double strain_tolerance = 0.0;  ///< excess that counts as within the limit

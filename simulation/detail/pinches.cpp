@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/narrowphase/distance.h>
+#include <selvedge/simulation/detail/pinches.h>
+#include <selvedge/simulation/detail/step.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+#include <string>
+
+namespace selvedge::detail {
+namespace {
+
+// Share of the rest gap below which cloth has no room of its own.
+constexpr double kRoom = 0.1;
+
+// Share of the rest gap at which layers of cloth keep their order while the surfaces overlap.
+constexpr double kOverlapRoom = 1e-3;
+
+// Cosine below which two contacts push against each other.
+constexpr double kOpposite = -0.5;
+
+// Cosine of the angle between the line to the nearest point of a body and its contact normal above
+// which a vertex faces the body; below it, it lies beside a rim.
+constexpr double kFaces = 0.7;
+
+// Share of the rest gap by which a vertex may lie beside a triangle and still be over it.
+constexpr double kBeside = 0.1;
+
+// Triangles that a surface may slide in a step.
+constexpr int kLongestWalk = 8;
+
+using Corners = std::array<Vec3, 3>;
+
+Corners corners(const Triangle& t, std::span<const Vec3> x) { return {x[t[0]], x[t[1]], x[t[2]]}; }
+
+Vec3 normal_of(const Corners& c, bool reversed) {
+  const Vec3 n = (c[1] - c[0]).cross(c[2] - c[0]).stableNormalized();
+  return reversed ? Vec3(-n) : n;
+}
+
+/// Barycentric coordinates of the foot of x in the plane of the triangle.
+Vec3 foot_weights(const Vec3& x, const Corners& c) {
+  const Vec3 n = (c[1] - c[0]).cross(c[2] - c[0]);
+  const double area = n.squaredNorm();
+  const auto part = [&](int k) {
+    return (c[(k + 2) % 3] - c[(k + 1) % 3]).cross(x - c[(k + 1) % 3]).dot(n) / area;
+  };
+  return {part(0), part(1), part(2)};
+}
+
+Vec3 at(const Vec3& weights, const Corners& c) {
+  return weights[0] * c[0] + weights[1] * c[1] + weights[2] * c[2];
+}
+
+}  // namespace
+
+void refuse_bad_pinches(std::span<const Pinch> pinches, std::size_t vertices,
+                        std::size_t triangles) {
+  const auto within = [](std::int32_t i, std::size_t count) {
+    return i >= 0 && static_cast<std::size_t>(i) < count;
+  };
+  for (const Pinch& p : pinches)
+    if (!within(p.vertex, vertices) || !within(p.triangle[0], triangles) ||
+        !within(p.triangle[1], triangles) || !(p.share >= 0.0 && p.share <= 1.0))
+      throw std::invalid_argument("the saved state pinches vertex " + std::to_string(p.vertex) +
+                                  " of " + std::to_string(vertices) +
+                                  ", which does not fit; resume with the scene that was run");
+}
+
+// A surface at a pinched vertex at the end of a step.
+struct Pinches::Grip {
+  Vec3 point;   // m, that was at its foot at the start
+  Vec3 normal;  // towards the vertex
+  double friction;
+};
+
+const JointSurface& Pinches::surface() {
+  if (!surface_) surface_ = detection_.joint_surface();
+  return *surface_;
+}
+
+// The nearest triangle to x among those around this one that face the same way.
+std::int32_t Pinches::nearest_around(std::int32_t triangle, const Vec3& x, const Vec3& normal,
+                                     std::span<const Vec3> x_t0) {
+  const std::vector<Triangle>& all = surface().triangles();
+  const auto distance = [&](std::int32_t t) {
+    const Corners c = corners(all[t], x_t0);
+    return point_triangle_closest(x, c[0], c[1], c[2]).distance;
+  };
+  std::int32_t nearest = triangle;
+  double least = distance(triangle);
+  for (const std::int32_t v : all[triangle])
+    for (const std::int32_t t : surface().triangles_of_vertex(v)) {
+      if (normal_of(corners(all[t], x_t0), false).dot(normal) < -kOpposite) continue;
+      const double there = distance(t);
+      if (there < least || (there == least && t < nearest)) {
+        least = there;
+        nearest = t;
+      }
+    }
+  return nearest;
+}
+
+// Walks to the triangle that x lies over; false if it lies over none.
+bool Pinches::find_foot(Pinch& pinch, int side, const Vec3& x, std::span<const Vec3> x_t0) {
+  const auto first = static_cast<std::int32_t>(surface().cloth_triangles());
+  std::int32_t t = pinch.triangle[side] + first;
+  const std::vector<Triangle>& all = surface().triangles();
+  for (int step = 0; step < kLongestWalk; ++step) {
+    const Corners c = corners(all[t], x_t0);
+    if (foot_weights(x, c).minCoeff() >= 0.0) break;
+    const std::int32_t next = nearest_around(t, x, normal_of(c, false), x_t0);
+    if (next == t) break;
+    t = next;
+  }
+  pinch.triangle[side] = t - first;
+  const Corners c = corners(all[t], x_t0);
+  const Vec3 foot = at(foot_weights(x, c), c);
+  if (!foot.allFinite()) return false;
+  const double beside = point_triangle_closest(foot, c[0], c[1], c[2]).distance;
+  return beside <= kBeside * detection_.rest_gap(pinch.vertex, all[t][0]);
+}
+
+// Where the surfaces take the vertex; none if they free it.
+std::optional<Vec3> Pinches::end(Pinch& pinch, const StepInput& in, std::span<const Vec3> x_t1) {
+  const Vec3& x = in.x_t0[pinch.vertex];
+  std::array<Grip, 2> grip;
+  double rest_gap = 0.0;
+  for (const int side : {0, 1}) {
+    if (!find_foot(pinch, side, x, in.x_t0)) return std::nullopt;
+    const Triangle& t = surface().triangles()[surface().cloth_triangles() + pinch.triangle[side]];
+    const Vec3 weights = foot_weights(x, corners(t, in.x_t0));
+    const Corners c = corners(t, x_t1);
+    grip[side] = {at(weights, c), normal_of(c, pinch.reversed[side]),
+                  detection_.friction(pinch.vertex, t[0])};
+    rest_gap = std::max(rest_gap, detection_.rest_gap(pinch.vertex, t[0]));
+  }
+  if (!(grip[0].normal.dot(grip[1].normal) < kOpposite)) return std::nullopt;
+  const Vec3 across = (grip[0].normal - grip[1].normal).normalized();
+  const double room = across.dot(grip[1].point - grip[0].point);
+  if (!(room <= kRoom * rest_gap)) return std::nullopt;
+  const double lead = grip[0].friction - grip[1].friction;
+  const Vec3 along = lead > 0.0   ? grip[0].point
+                     : lead < 0.0 ? grip[1].point
+                                  : Vec3(0.5 * (grip[0].point + grip[1].point));
+  const double height = 0.5 * room + (pinch.share - 0.5) * std::max(room, kOverlapRoom * rest_gap);
+  return along + (across.dot(grip[0].point - along) + height) * across;
+}
+
+void Pinches::hold(StepInput& in, std::span<Vec3> x_t1, std::vector<Pinch>& pinches) {
+  std::erase_if(pinches, [&](Pinch& pinch) {
+    const std::int32_t i = pinch.vertex;
+    if (!(in.inv_mass[i] > 0.0)) return true;  // a handle has taken it
+    const std::optional<Vec3> there = end(pinch, in, x_t1);
+    if (!there) return true;
+    in.particles.inv_mass[i] = in.inv_mass[i] = 0.0;
+    in.v_coasting[i] = (*there - in.x_t0[i]) / in.h;
+    x_t1[i] = *there;
+    return false;
+  });
+}
+
+// Of all bodies, counted from 0.
+std::int32_t Pinches::triangle_of(const ContactPoint& c) {
+  const Triangle wanted{c.vertex[1], c.vertex[2], c.vertex[3]};
+  for (const std::int32_t t : surface().triangles_of_vertex(c.vertex[1]))
+    if (surface().triangles()[t] == wanted)
+      return t - static_cast<std::int32_t>(surface().cloth_triangles());
+  return -1;
+}
+
+// Of all contacts of one vertex with bodies.
+std::optional<Pinch> Pinches::pinch_of(std::span<const ContactPoint> contacts, const StepInput& in,
+                                       std::span<const Vec3> x_t1) {
+  const auto faces = [&](const ContactPoint& c) {
+    const Vec3 d = relative(c, in.x_t0);
+    return d.dot(c.normal) >= kFaces * d.norm();
+  };
+  for (std::size_t i = 0; i < contacts.size(); ++i)
+    for (std::size_t j = i + 1; j < contacts.size(); ++j) {
+      const ContactPoint &a = contacts[i], &b = contacts[j];
+      if (!(a.normal.dot(b.normal) < kOpposite) || !faces(a) || !faces(b)) continue;
+      Pinch pinch;
+      pinch.vertex = a.vertex[0];
+      pinch.triangle = {triangle_of(a), triangle_of(b)};
+      if (pinch.triangle[0] < 0 || pinch.triangle[1] < 0) continue;
+      for (const int k : {0, 1}) {
+        const ContactPoint& c = k == 0 ? a : b;
+        const Corners t = {in.x_t0[c.vertex[1]], in.x_t0[c.vertex[2]], in.x_t0[c.vertex[3]]};
+        pinch.reversed[k] = normal_of(t, false).dot(c.normal) < 0.0;
+      }
+      const double room = a.gap + b.gap;
+      pinch.share = room > 0.0 ? std::clamp(a.gap / room, 0.0, 1.0) : 0.5;
+      Pinch moved = pinch;
+      if (end(moved, in, x_t1)) return pinch;
+    }
+  return std::nullopt;
+}
+
+bool Pinches::add(const StepInput& in, std::span<const ContactPoint> contacts,
+                  std::span<const Vec3> x_t1, std::vector<Pinch>& pinches) {
+  if (in.followers != nullptr) return false;
+  const std::size_t before = pinches.size();
+  const auto is_of_point = [&](const ContactPoint& c) {
+    return c.kind == ContactKind::point_triangle &&
+           static_cast<std::size_t>(c.vertex[1]) >= in.n() && in.inv_mass[c.vertex[0]] > 0.0;
+  };
+  for (std::size_t i = 0; i < contacts.size();) {
+    std::size_t last = i + 1;
+    if (is_of_point(contacts[i])) {
+      while (last < contacts.size() && is_of_point(contacts[last]) &&
+             contacts[last].vertex[0] == contacts[i].vertex[0])
+        ++last;
+      if (last - i > 1)
+        if (const auto pinch = pinch_of(contacts.subspan(i, last - i), in, x_t1))
+          pinches.push_back(*pinch);
+    }
+    i = last;
+  }
+  if (pinches.size() == before) return false;
+  std::sort(pinches.begin(), pinches.end(),
+            [](const Pinch& a, const Pinch& b) { return a.vertex < b.vertex; });
+  return true;
+}
+
+}  // namespace selvedge::detail

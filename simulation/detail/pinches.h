@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/simulation/detail/detection.h>
+#include <selvedge/simulation/simulation.h>
+
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace selvedge::detail {
+
+struct StepInput;
+
+/// Throws std::invalid_argument for a pinch of a vertex or a triangle that does not exist.
+void refuse_bad_pinches(std::span<const Pinch> pinches, std::size_t vertices,
+                        std::size_t triangles);
+
+/// Cloth between surfaces of bodies that leave it less than a tenth of its rest gap. No contact can
+/// keep it apart from both, and how hard they press it is not known: it depends on the gap alone.
+/// Such a vertex is held between the two surfaces as if it were a handle, so that it carries all
+/// that hangs from it. Across the surfaces it keeps its share of the room. Along them it follows
+/// the surface with the greater friction, or the mean of both: where they shear, the weaker
+/// friction slips. It is free as soon as the room exceeds a tenth of its rest gap, or it is no
+/// longer between the surfaces.
+class Pinches {
+ public:
+  explicit Pinches(const Detection& detection) : detection_(detection) {}
+
+  /// Holds the pinched vertices of a step: as held particles of `in`, with their ends in x_t1, m,
+  /// joint. Removes from `pinches` those that the step frees.
+  void hold(StepInput& in, std::span<Vec3> x_t1, std::vector<Pinch>& pinches);
+  /// Adds the free vertices that bodies come to pinch by the end of the step, from the contacts at
+  /// its start. Returns whether there are any.
+  bool add(const StepInput& in, std::span<const ContactPoint> contacts, std::span<const Vec3> x_t1,
+           std::vector<Pinch>& pinches);
+
+ private:
+  struct Grip;
+  const JointSurface& surface();
+  std::optional<Vec3> end(Pinch& pinch, const StepInput& in, std::span<const Vec3> x_t1);
+  bool find_foot(Pinch& pinch, int side, const Vec3& x, std::span<const Vec3> x_t0);
+  std::int32_t nearest_around(std::int32_t triangle, const Vec3& x, const Vec3& normal,
+                              std::span<const Vec3> x_t0);
+  std::int32_t triangle_of(const ContactPoint& c);
+  std::optional<Pinch> pinch_of(std::span<const ContactPoint> contacts, const StepInput& in,
+                                std::span<const Vec3> x_t1);
+
+  const Detection& detection_;
+  std::optional<JointSurface> surface_;  // made when first needed
+};
+
+}  // namespace selvedge::detail

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT
+//
+// Cloth that surfaces of bodies hold between them, where they leave it no room.
+#include <selvedge/simulation/detail/untangle.h>
+
+#include <algorithm>
+#include <limits>
+
+namespace selvedge {
+namespace {
+
+void unite_sorted(std::vector<std::int32_t>& all, std::vector<std::int32_t> more) {
+  all.insert(all.end(), more.begin(), more.end());
+  std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+}
+
+bool is_carried(const Tangle& tangle) { return tangle.pinch && !tangle.is_over(); }
+
+bool holds(std::span<const Pinch> pinches, std::int32_t vertex) {
+  const auto at = std::lower_bound(pinches.begin(), pinches.end(), vertex,
+                                   [](const Pinch& p, std::int32_t v) { return p.vertex < v; });
+  return at != pinches.end() && at->vertex == vertex;
+}
+
+}  // namespace
+
+// The triangles around the pinched vertices, and the whole parts of the bodies that hold them.
+void Untangler::add_pinches(Tangle& tangle) const {
+  std::vector<std::int32_t> cloth, parts, bodies;
+  const auto first = static_cast<std::int32_t>(surface_.cloth_triangles());
+  for (const Pinch& pinch : pinches_) {
+    for (const std::int32_t t : surface_.triangles_of_vertex(pinch.vertex)) cloth.push_back(t);
+    for (const std::int32_t t : pinch.triangle)
+      parts.push_back(surface_.part(surface_.triangles()[first + t][0]));
+  }
+  unite_sorted(tangle.side[0], std::move(cloth));
+  if (parts.empty()) return;
+  std::sort(parts.begin(), parts.end());
+  for (std::size_t t = surface_.cloth_triangles(); t < surface_.triangles().size(); ++t)
+    if (std::binary_search(parts.begin(), parts.end(), surface_.part(surface_.triangles()[t][0])))
+      bodies.push_back(static_cast<std::int32_t>(t));
+  unite_sorted(tangle.side[1], std::move(bodies));
+}
+
+void Untangler::set_pinches(std::span<const Pinch> pinches) {
+  const bool same = std::equal(pinches.begin(), pinches.end(), pinches_.begin(), pinches_.end(),
+                               [](const Pinch& a, const Pinch& b) {
+                                 return a.vertex == b.vertex && a.triangle == b.triangle;
+                               });
+  pinches_.assign(pinches.begin(), pinches.end());
+  if (same) return;
+  const auto carried = std::find_if(tangles_.list.begin(), tangles_.list.end(), is_carried);
+  if (carried == tangles_.list.end()) return;
+  add_pinches(*carried);
+  excluded_ = ExcludedPairs(surface_, tangles_.list);
+}
+
+bool Untangler::carry_pinches(std::span<const ContactPoint> hits, std::span<const Pinch> pinches) {
+  const bool pinched = std::any_of(hits.begin(), hits.end(), [&](const ContactPoint& hit) {
+    return std::any_of(hit.vertex.begin(), hit.vertex.end(),
+                       [&](std::int32_t v) { return holds(pinches, v); });
+  });
+  if (!pinched) return false;
+  if (std::any_of(tangles_.list.begin(), tangles_.list.end(), is_carried)) return false;
+  pinches_.assign(pinches.begin(), pinches.end());
+  Tangle jam;
+  jam.jam = jam.pinch = true;
+  jam.best = std::numeric_limits<int>::max();
+  add_pinches(jam);
+  std::erase_if(tangles_.list, [](const Tangle& tangle) { return tangle.is_over(); });
+  tangles_.list.push_back(std::move(jam));
+  excluded_ = ExcludedPairs(surface_, tangles_.list);
+  report_.until_s = -1.0;
+  ++report_.jams;
+  return true;
+}
+
+// Whether an edge or a triangle of the contour has a pinched vertex.
+bool Untangler::is_pinched(const Contour& contour) const {
+  if (pinches_.empty()) return false;
+  return std::any_of(contour.nodes.begin(), contour.nodes.end(), [&](const EdgeCrossing& node) {
+    const Edge& e = surface_.edges()[node.edge];
+    const Triangle& t = surface_.triangles()[node.triangle];
+    return std::any_of(e.begin(), e.end(), [&](auto v) { return holds(pinches_, v); }) ||
+           std::any_of(t.begin(), t.end(), [&](auto v) { return holds(pinches_, v); });
+  });
+}
+
+}  // namespace selvedge

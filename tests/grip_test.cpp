@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+//
+// Cloth that jaws grip: held cloth stays flat, and closed jaws hold what hangs from them.
+#include <gtest/gtest.h>
+#include <selvedge/scene/build.h>
+#include <selvedge/tests/grips.h>
+
+namespace selvedge::grip_test {
+namespace {
+
+// bench_grips runs 120 of them.
+class Grip : public ::testing::TestWithParam<unsigned> {};
+
+GripScene scene_of(unsigned seed) {
+  return make_grip(static_cast<GripKind>(seed % kGripKinds), seed / kGripKinds % 2 == 1, seed);
+}
+
+TEST_P(Grip, HeldClothStaysFlatAndClosedJawsHoldCloth) {
+  const GripScene scene = scene_of(GetParam());
+  EXPECT_EQ(grip_fault(scene, grip(scene)), "") << scene.text;
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, Grip, ::testing::Values(1U, 4U, 6U, 7U, 8U, 12U, 13U, 20U));
+
+TEST(Grips, AStateWithPinchedClothContinuesWithTheSameBits) {
+  GripScene grip = scene_of(1);
+  Simulation whole(grip.scene);
+  const int half = static_cast<int>(grip.released * grip.scene.time.fps) + 2;
+  whole.advance_to_frame(half);
+  ASSERT_FALSE(whole.state().pinches.empty());
+  Simulation part(grip.scene, build_scene(grip.scene), whole.state());
+  for (Simulation* simulation : {&whole, &part}) simulation->advance_to_frame(half + 4);
+  EXPECT_EQ(whole.result().state_hash, part.result().state_hash);
+}
+
+TEST(Grips, ASavedStateWithAPinchOfNoVertexIsRefused) {
+  const GripScene grip = scene_of(1);
+  Simulation simulation(grip.scene);
+  SimulationState state = simulation.state();
+  state.pinches = {{.vertex = static_cast<std::int32_t>(state.x.size())}};
+  EXPECT_THROW(simulation.restore(state), std::invalid_argument);
+}
+
+TEST(Grips, PinchedVerticesAreFlagged) {
+  const GripScene grip = scene_of(1);
+  Simulation simulation(grip.scene);
+  simulation.advance_to_frame(static_cast<int>(grip.released * grip.scene.time.fps) + 2);
+  const std::vector<std::uint8_t> flags = simulation.flags();
+  ASSERT_FALSE(simulation.state().pinches.empty());
+  for (const Pinch& pinch : simulation.state().pinches)
+    EXPECT_NE(flags[pinch.vertex] & kFlagPinched, 0) << pinch.vertex;
+}
+
+}  // namespace
+}  // namespace selvedge::grip_test

@@ -175,9 +175,10 @@ class GripNotes {
     }
     if (state.time < grip_.parts) {
       for (const Pinch& p : held_.pinches)
-        outcome_.slipped = std::max(
-            outcome_.slipped,
-            (state.x[p.vertex] - held_.x[p.vertex] - led(grip_, since_, state.time)).norm());
+        if (grip_.kind != GripKind::shears || holds(state, p.vertex))
+          outcome_.slipped = std::max(
+              outcome_.slipped,
+              (state.x[p.vertex] - held_.x[p.vertex] - led(grip_, since_, state.time)).norm());
     }
   }
   // With the velocity of the step before, which the jaws gave it.

@@ -8,6 +8,7 @@
 #include <array>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace selvedge::detail {
 namespace {
@@ -27,6 +28,11 @@ constexpr double kFaces = 0.7;
 
 // Share of the rest gap by which a vertex may lie beside a triangle and still be over it.
 constexpr double kBeside = 0.1;
+
+// A vertex that one surface has lost, and that lies inside the other, rises out of it by this share
+// of the rest gap in a step of 1/120 s, up to that share above it.
+constexpr double kRise = 0.02, kRiseTime = 1.0 / 120.0, kRisen = 0.02;
+constexpr double kAboveRisen = 1.01;  // so that rounding does not keep it
 
 // Triangles that a surface may slide in a step.
 constexpr int kLongestWalk = 8;
@@ -74,6 +80,7 @@ struct Pinches::Grip {
   Vec3 point;   // m, that was at its foot at the start
   Vec3 normal;  // towards the vertex
   double friction;
+  double height;  // m, of the vertex above it at the start
 };
 
 const JointSurface& Pinches::surface() {
@@ -123,24 +130,42 @@ bool Pinches::find_foot(Pinch& pinch, int side, const Vec3& x, std::span<const V
   return beside <= kBeside * detection_.rest_gap(pinch.vertex, all[t][0]);
 }
 
+// Where the surface takes the vertex that is left of the two; none if it lies outside of it.
+std::optional<Vec3> Pinches::rise(const Grip& left, double rest_gap, double h) {
+  if (!(left.height < kRisen * rest_gap)) return std::nullopt;
+  const double end = left.height + kRise * rest_gap * h / kRiseTime;
+  return left.point + std::min(end, kAboveRisen * kRisen * rest_gap) * left.normal;
+}
+
 // Where the surfaces take the vertex; none if they free it.
 std::optional<Vec3> Pinches::end(Pinch& pinch, const StepInput& in, std::span<const Vec3> x_t1) {
   const Vec3& x = in.x_t0[pinch.vertex];
   std::array<Grip, 2> grip;
+  std::array<bool, 2> over{};
   double rest_gap = 0.0;
   for (const int side : {0, 1}) {
-    if (!find_foot(pinch, side, x, in.x_t0)) return std::nullopt;
+    over[side] = find_foot(pinch, side, x, in.x_t0);
+    if (!over[side]) continue;
     const Triangle& t = surface().triangles()[surface().cloth_triangles() + pinch.triangle[side]];
     const Vec3 weights = foot_weights(x, corners(t, in.x_t0));
     const Corners c = corners(t, x_t1);
     grip[side] = {at(weights, c), normal_of(c, pinch.reversed[side]),
-                  detection_.friction(pinch.vertex, t[0])};
+                  detection_.friction(pinch.vertex, t[0]),
+                  (x - at(weights, corners(t, in.x_t0)))
+                      .dot(normal_of(corners(t, in.x_t0), pinch.reversed[side]))};
     rest_gap = std::max(rest_gap, detection_.rest_gap(pinch.vertex, t[0]));
+  }
+  if (!over[0] || !over[1]) {
+    if (!over[0] && !over[1]) return std::nullopt;
+    return rise(grip[over[0] ? 0 : 1], rest_gap, in.h);
   }
   if (!(grip[0].normal.dot(grip[1].normal) < kOpposite)) return std::nullopt;
   const Vec3 across = (grip[0].normal - grip[1].normal).normalized();
   const double room = across.dot(grip[1].point - grip[0].point);
-  if (!(room <= kRoom * rest_gap)) return std::nullopt;
+  // The heights of the start add up to the room there. A vertex that starts without room is between
+  // the surfaces at the end only if they take it there.
+  const double most = kRoom * rest_gap;
+  if (room > most && grip[0].height + grip[1].height > most) return std::nullopt;
   const double lead = grip[0].friction - grip[1].friction;
   const Vec3 along = lead > 0.0   ? grip[0].point
                      : lead < 0.0 ? grip[1].point
@@ -160,6 +185,39 @@ void Pinches::hold(StepInput& in, std::span<Vec3> x_t1, std::vector<Pinch>& pinc
     x_t1[i] = *there;
     return false;
   });
+}
+
+void Pinches::guide(std::int32_t neighbour, const Pinch& pinch, const StepInput& in,
+                    std::vector<ContactPoint>& out) {
+  const Vec3& x = in.x_t0[neighbour];
+  for (const int side : {0, 1}) {
+    Pinch reached = pinch;
+    reached.vertex = neighbour;
+    if (find_foot(reached, side, x, in.x_t0)) continue;
+    const Triangle& t = surface().triangles()[surface().cloth_triangles() + pinch.triangle[side]];
+    const Corners c = corners(t, in.x_t0);
+    const Vec3 weights = foot_weights(x, c);
+    ContactPoint contact;
+    contact.vertex = {neighbour, t[0], t[1], t[2]};
+    contact.weight = {1.0, -weights[0], -weights[1], -weights[2]};
+    contact.normal = normal_of(c, pinch.reversed[side]);
+    contact.gap = contact.normal.dot(x - at(weights, c));
+    contact.rest_gap = kRoom * detection_.rest_gap(neighbour, t[0]);
+    if (contact.gap < contact.rest_gap) out.push_back(contact);
+  }
+}
+
+void Pinches::guide(const StepInput& in, std::span<const Pinch> pinches,
+                    std::vector<ContactPoint>& out) {
+  std::vector<std::pair<std::int32_t, std::size_t>> neighbours;  // and a pinch beside it
+  for (std::size_t k = 0; k < pinches.size(); ++k)
+    for (const std::int32_t e : surface().edges_of_vertex(pinches[k].vertex))
+      if (const std::int32_t v = surface().other_end(e, pinches[k].vertex); in.inv_mass[v] > 0.0)
+        neighbours.emplace_back(v, k);
+  std::sort(neighbours.begin(), neighbours.end());
+  std::int32_t last = -1;
+  for (const auto& [v, k] : neighbours)
+    if (std::exchange(last, v) != v) guide(v, pinches[k], in, out);
 }
 
 // Of all bodies, counted from 0.
@@ -194,6 +252,8 @@ std::optional<Pinch> Pinches::pinch_of(std::span<const ContactPoint> contacts, c
       const double room = a.gap + b.gap;
       pinch.share = room > 0.0 ? std::clamp(a.gap / room, 0.0, 1.0) : 0.5;
       Pinch moved = pinch;
+      const Vec3& x = in.x_t0[pinch.vertex];
+      if (!find_foot(moved, 0, x, in.x_t0) || !find_foot(moved, 1, x, in.x_t0)) continue;
       if (end(moved, in, x_t1)) return pinch;
     }
   return std::nullopt;

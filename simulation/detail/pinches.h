@@ -35,13 +35,22 @@ class Pinches {
   bool add(const StepInput& in, std::span<const ContactPoint> contacts, std::span<const Vec3> x_t1,
            std::vector<Pinch>& pinches);
 
+  /// Where bodies may cross the triangles around pinched vertices, the cloth leaves the surfaces
+  /// straight, as from a clamp: appends contacts of the neighbours of pinched vertices with the
+  /// planes of the two surfaces, as far as these do not reach to them. Otherwise a neighbour would
+  /// bend around the rim of a surface that its triangles pass through, and cross it for good.
+  void guide(const StepInput& in, std::span<const Pinch> pinches, std::vector<ContactPoint>& out);
+
  private:
   struct Grip;
   const JointSurface& surface();
+  static std::optional<Vec3> rise(const Grip& left, double rest_gap, double h);
   std::optional<Vec3> end(Pinch& pinch, const StepInput& in, std::span<const Vec3> x_t1);
   bool find_foot(Pinch& pinch, int side, const Vec3& x, std::span<const Vec3> x_t0);
   std::int32_t nearest_around(std::int32_t triangle, const Vec3& x, const Vec3& normal,
                               std::span<const Vec3> x_t0);
+  void guide(std::int32_t neighbour, const Pinch& pinch, const StepInput& in,
+             std::vector<ContactPoint>& out);
   std::int32_t triangle_of(const ContactPoint& c);
   std::optional<Pinch> pinch_of(std::span<const ContactPoint> contacts, const StepInput& in,
                                 std::span<const Vec3> x_t1);

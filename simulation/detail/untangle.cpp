@@ -245,7 +245,7 @@ void Untangler::shrink(const CutRegions& regions, std::span<const Vec3> x) {
     bool flipped = false;
     const int k = tangle_of(contours_[c], flipped);
     if (k < 0) continue;
-    unite(left[k], around(c, regions, x), flipped);
+    unite(left[k], tangles_.list[k].pinch ? crossing(c) : around(c, regions, x), flipped);
     crossings[k] += static_cast<int>(contours_[c].nodes.size());
   }
   for (std::size_t k = 0; k < tangles_.list.size(); ++k) {

@@ -74,6 +74,8 @@ class Untangler {
   /// After an accepted step: shrinks the regions and finds the next motion.
   void update(std::span<const Vec3> x, std::span<const EdgeCrossing> crossings, double time);
 
+  /// Whether bodies may cross the triangles around pinched vertices.
+  bool carries_pinches() const;
   bool active() const { return !excluded_.empty(); }
   const ExcludedPairs& excluded() const { return excluded_; }
   const Tangles& tangles() const { return tangles_; }
@@ -107,6 +109,8 @@ class Untangler {
   void shrink(const CutRegions& regions, std::span<const Vec3> x);
   bool crosses(const Contour& contour) const;
   void add_pinches(Tangle& tangle) const;
+  std::vector<std::int32_t> triangles_of_parts(std::vector<std::int32_t> parts) const;
+  Tangle crossing(std::size_t contour) const;
   bool is_pinched(const Contour& contour) const;
   int tangle_of(const Contour& contour, bool& flipped) const;
   void turn_around(int tangle);

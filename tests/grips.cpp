@@ -40,6 +40,7 @@ struct Jaws {
   double tilt = 0.0;                                // rad
   double open = 0.0, left = 0.0, right = 0.0;       // m, rooms on each side: open, closed
   double shear = 0.0;                               // m, of the first jaw along z, after closing
+  double taller = 0.0;                              // m, by how much the second is taller
 };
 
 Mat3 turn(const Jaws& jaws) {
@@ -67,7 +68,8 @@ void add_jaws(GripScene& grip, const Jaws& jaws, std::array<double, 2> friction)
   for (const int side : {1, -1}) {
     BodySpec body;
     body.name = side > 0 ? "left" : "right";
-    body.shape = BodyShape{Box{jaws.size}, 8};
+    const Vec3 more(0.0, 0.0, side > 0 ? 0.0 : jaws.taller);
+    body.shape = BodyShape{Box{jaws.size + more}, 8};
     body.placement.translation = jaw_centre(jaws, side, jaws.open);
     body.placement.rotation = Eigen::AngleAxisd(jaws.tilt, Vec3::UnitX());
     body.motion = jaw_motion(grip, jaws, side);
@@ -175,10 +177,9 @@ class GripNotes {
     }
     if (state.time < grip_.parts) {
       for (const Pinch& p : held_.pinches)
-        if (grip_.kind != GripKind::shears || holds(state, p.vertex))
-          outcome_.slipped = std::max(
-              outcome_.slipped,
-              (state.x[p.vertex] - held_.x[p.vertex] - led(grip_, since_, state.time)).norm());
+        outcome_.slipped = std::max(
+            outcome_.slipped,
+            (state.x[p.vertex] - held_.x[p.vertex] - led(grip_, since_, state.time)).norm());
     }
   }
   // With the velocity of the step before, which the jaws gave it.
@@ -230,7 +231,10 @@ GripScene make_grip(GripKind kind, bool one_body, unsigned seed) {
   jaws.right = room - jaws.left;
   const double steepest = held ? 0.2 * room / tall : 0.1;
   jaws.tilt = steepest * draw(-1.0, 1.0, "tilt");
-  if (kind == GripKind::shears) jaws.shear = draw(-0.2, 0.2, "shear") * tall;
+  if (kind == GripKind::shears) {
+    jaws.shear = draw(-0.2, 0.2, "shear") * tall;
+    jaws.taller = tall;
+  }
   const double mu = draw(0.1, 0.8, "friction");
   const double other = kind == GripKind::shears ? 0.5 * mu : mu;
   grip.leads = kind == GripKind::shears ? 0 : -1;

@@ -13,7 +13,7 @@ enum class GripKind {
   held,    ///< a strip whose top row is held between the jaws, which leave it some room
   closed,  ///< jaws that close completely on a strip, which hangs from them and is freed again
   towel,   ///< the same with a wide piece of cloth
-  shears   ///< closed jaws that shear, one of them with the greater friction
+  shears   ///< a short jaw that closes on a tall one, and moves along it with the greater friction
 };
 inline constexpr int kGripKinds = 4;
 const char* grip_name(GripKind kind);

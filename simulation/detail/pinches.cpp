@@ -190,10 +190,11 @@ void Pinches::hold(StepInput& in, std::span<Vec3> x_t1, std::vector<Pinch>& pinc
 void Pinches::guide(std::int32_t neighbour, const Pinch& pinch, const StepInput& in,
                     std::vector<ContactPoint>& out) {
   const Vec3& x = in.x_t0[neighbour];
+  Pinch reached = pinch;
+  reached.vertex = neighbour;
+  for (const int side : {0, 1})
+    if (find_foot(reached, side, x, in.x_t0)) return;
   for (const int side : {0, 1}) {
-    Pinch reached = pinch;
-    reached.vertex = neighbour;
-    if (find_foot(reached, side, x, in.x_t0)) continue;
     const Triangle& t = surface().triangles()[surface().cloth_triangles() + pinch.triangle[side]];
     const Corners c = corners(t, in.x_t0);
     const Vec3 weights = foot_weights(x, c);

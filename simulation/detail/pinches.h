@@ -37,7 +37,7 @@ class Pinches {
 
   /// Where bodies may cross the triangles around pinched vertices, the cloth leaves the surfaces
   /// straight, as from a clamp: appends contacts of the neighbours of pinched vertices with the
-  /// planes of the two surfaces, as far as these do not reach to them. Otherwise a neighbour would
+  /// planes of the two surfaces, if neither reaches to them. Otherwise a neighbour would
   /// bend around the rim of a surface that its triangles pass through, and cross it for good.
   void guide(const StepInput& in, std::span<const Pinch> pinches, std::vector<ContactPoint>& out);
 

@@ -130,6 +130,7 @@ void ContactForce::add(std::span<const ContactPoint> contacts) {
     e.point = c;
     e.m_eff = 1.0 / (free + held);
     e.free_share = held > 0.0 ? free / (free + held) : 1.0;
+    if (c.friction > 0.0 && !memory_.empty()) recall(e);
   }
   const std::span<Entry> added = std::span(entries_).subspan(first);
   parallel_for(added.size(), kEach, [&](std::size_t begin, std::size_t end) {
@@ -152,7 +153,10 @@ void ContactForce::add(std::span<const ContactPoint> contacts) {
   parallel_for(added.size(), kEach, [&](std::size_t begin, std::size_t end) {
     for (Entry& e : added.subspan(begin, end - begin)) {
       e.stick = ratio * e.m_eff / h;
-      if (!guesses) e.friction = first_friction(e);
+      if (!guesses) {
+        e.remembers = false;
+        e.friction = first_friction(e);
+      }
       start_friction(e);
     }
   });
@@ -164,7 +168,10 @@ void ContactForce::add(std::span<const ContactPoint> contacts) {
 // moves on as before, so that a contact carries all that hangs on it, not its own weight alone.
 // Every contact that is near takes part in the first solve, which shows whether it carries load.
 void ContactForce::guess_forces(std::span<Entry> entries) {
-  for (Entry& e : entries) e.load = e.near ? kLeastLoad : 0.0;
+  for (Entry& e : entries) {
+    e.load = e.near ? kLeastLoad : 0.0;
+    if (e.near) add_guess(e, motion_.h * e.friction);
+  }
   for (int sweep = 0; sweep < kGuessSweeps; ++sweep)
     for (Entry& e : entries)
       if (e.near) guess_force(e);
@@ -177,8 +184,13 @@ void ContactForce::guess_force(Entry& e) {
   const Vec3 free = motion_of(e, v_guess_) - before / per_length;
   const double violation = e.target - c.gap - c.normal.dot(free);
   e.load = std::max(kLeastLoad, yielding() * per_length * violation);
-  e.friction = within(-per_length * tangential(free, c.normal), c.friction * e.load);
-  const Vec3 impulse = motion_.h * (e.load * c.normal + e.friction - before);
+  if (!e.remembers)
+    e.friction = within(-per_length * tangential(free, c.normal), c.friction * e.load);
+  add_guess(e, motion_.h * (e.load * c.normal + e.friction - before));
+}
+
+void ContactForce::add_guess(const Entry& e, const Vec3& impulse) {
+  const ContactPoint& c = e.point;
   for (int k = 0; k < 4; ++k)
     if (const auto i = static_cast<std::size_t>(c.vertex[k]); i < motion_.particles)
       v_guess_[i] += c.weight[k] * motion_.inv_mass[i] * impulse;
@@ -218,6 +230,15 @@ void ContactForce::bear_loads(std::span<Entry> entries) {
     e.stiffness *= std::clamp(yield / (kYield * rest), 1.0, kStiffest);
     e.target = std::min(rest, e.target + std::min(yield, kYield * rest));
   }
+}
+
+// A contact that stuck in the last step begins with its friction.
+void ContactForce::recall(Entry& e) const {
+  const StickMemory::Stuck* stuck = memory_.find(e.point, motion_.particles);
+  if (stuck == nullptr) return;
+  e.remembers = stuck->rests;
+  e.load_before = stuck->load;
+  e.friction = tangential(stuck->friction, e.point.normal);
 }
 
 // Load that a contact has, as a share of the load that would keep it exactly at its target: λ
@@ -354,15 +375,23 @@ Vec3 ContactForce::first_friction(const Entry& e) const {
   return within(-e.m_eff / (motion_.h * motion_.h) * slip, e.point.friction * e.load);
 }
 
+// N. Loads by which two bodies press cloth from both sides balance each other. No guess finds them.
+double ContactForce::first_limit(const Entry& e) const {
+  return e.point.friction * std::max(e.load, e.load_before);
+}
+
 // Friction of the first solve. A contact that slides goes on sliding; one that rests has the
 // friction that was guessed.
 void ContactForce::start_friction(Entry& e) const {
   const ContactPoint& c = e.point;
-  e.limit = c.friction * e.load;
+  e.limit = first_limit(e);
   if (c.friction <= 0.0) return;
   const Vec3 slip = tangential(motion_of(e, v_start_), c.normal) / motion_.h;
   const bool slides = slip.norm() > stick_speed(c);
-  if (slides) e.friction = within(-e.stick * slip, e.limit);
+  if (slides) {
+    e.remembers = false;
+    e.friction = within(-e.stick * slip, e.limit);
+  }
   const bool yields = slides || e.friction.norm() > kSliding * e.limit;
   linearise_friction(e, yields ? slip : Vec3(Vec3::Zero()));
 }
@@ -387,6 +416,7 @@ double ContactForce::update_friction(Entry& e, const Vec3& s, bool carried) cons
   e.limit = e.point.friction * e.load;
   if (!carried) {
     const bool rests = s.norm() <= stick_speed(e.point);
+    e.remembers = false;
     e.friction = rests ? Vec3(Vec3::Zero()) : within(-e.stick * s, e.limit);
     linearise_friction(e, s);
     return e.friction.norm();
@@ -394,8 +424,11 @@ double ContactForce::update_friction(Entry& e, const Vec3& s, bool carried) cons
   const Vec3 trial = e.friction - e.stick * s;
   const Vec3 due = within(trial, e.limit);
   const Vec3 applied = tangential(e.applied, e.point.normal) / motion_.h;
-  const double change = std::max((due - applied).norm(), (due - e.friction).norm());
-  e.friction = due;
+  double change = (due - applied).norm();
+  if (!e.remembers) {
+    change = std::max(change, (due - e.friction).norm());
+    e.friction = due;
+  }
   linearise_friction(e, trial.norm() <= e.limit ? Vec3(Vec3::Zero()) : s);
   return change;
 }
@@ -534,6 +567,25 @@ bool ContactForce::update(std::span<Vec3> v) {
 
 void ContactForce::correct(std::span<Vec3> x_t1) {
   if (explicit_) explicit_->correct(x_t1);
+}
+
+void ContactForce::accept(std::span<const Vec3> x_t1) {
+  memory_.clear();
+  if (explicit_) return;
+  for (const Entry& e : entries_) {
+    const ContactPoint& c = e.point;
+    if (e.load <= 0.0 || c.friction <= 0.0) continue;
+    const Vec3 moved = tangential(relative(c, x_t1) - relative(c, motion_.x_t0), c.normal);
+    const bool rests = moved.norm() <= stick_speed(c) * motion_.h;
+    const Vec3 friction = within(tangential(e.applied, c.normal) / motion_.h, e.limit);
+    memory_.add({c.vertex, c.normal, rests ? friction : Vec3(Vec3::Zero()), e.load, rests});
+  }
+}
+
+void ContactForce::save_memory(std::vector<double>& memory) const { memory_.save(memory); }
+
+void ContactForce::restore_memory(std::span<const double> memory, std::size_t vertices) {
+  memory_.restore(memory, vertices);
 }
 
 void ContactForce::impulses(std::span<const Vec3> v, std::vector<ContactImpulse>& out) const {

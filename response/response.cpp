@@ -42,6 +42,12 @@ double Response::stable_step(double inv_mass) const {
   return std::numeric_limits<double>::infinity();
 }
 
+void Response::restore_memory(std::span<const double> memory, std::size_t vertices) {
+  static_cast<void>(vertices);
+  if (!memory.empty())
+    throw std::invalid_argument("the memory of the contacts belongs to another response");
+}
+
 // Each response registers itself in its own file. A new one adds its name to both lists.
 void register_contact_force(ResponseRegistry& registry);
 void register_impulse(ResponseRegistry& registry);

@@ -153,6 +153,15 @@ class Response {
   /// Changes the velocities of an accepted step, m/s. On entry they are displacement over time.
   virtual void finish(std::span<Vec3> v) const { static_cast<void>(v); }
 
+  /// Tells the response that the step was accepted and ended at `x_t1`, m, joint. A response with a
+  /// memory changes it here alone, so that a rejected step leaves none.
+  virtual void accept(std::span<const Vec3> x_t1) { static_cast<void>(x_t1); }
+  /// Appends the memory; a response without a memory appends nothing.
+  virtual void save_memory(std::vector<double>& memory) const { static_cast<void>(memory); }
+  /// Replaces the memory; `vertices`: of the cloth and the bodies. Throws std::invalid_argument if
+  /// it does not fit.
+  virtual void restore_memory(std::span<const double> memory, std::size_t vertices);
+
   /// Appends the impulses of the contacts in the last solve, which gave the velocities `v` (m/s),
   /// or in the last `correct`. Changes made by `finish` are not included.
   virtual void impulses(std::span<const Vec3> v, std::vector<ContactImpulse>& out) const {

@@ -214,6 +214,7 @@ std::optional<RefinedSimulation> merge_due(const Refinement& refinement,
   next.refinement.merge(due.event, state);
   ++state.step;
   state.memory.clear();   // integrators of several steps and friction start anew
+  state.contact_memory.clear();
   state.pinches.clear();  // found again in the next step
   state.still = 0.0;
   next.simulation = std::make_unique<Simulation>(next.refinement.scene(), next.refinement.build(),
@@ -232,6 +233,7 @@ void apply(const std::vector<SplitEvent>& events, const Simulation& simulation,
   next.simulation =
       std::make_unique<Simulation>(next.refinement.scene(), next.refinement.build(), methods);
   state.memory = next.simulation->state().memory;  // integrators of several steps start anew
+  state.contact_memory.clear();
   next.simulation->restore(std::move(state));
   next.simulation->verify_frame();
 }

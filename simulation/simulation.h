@@ -69,9 +69,10 @@ struct SimulationState {
   /// negative: unknown
   double acceleration = -1.0;
   double still = 0.0;  ///< s, for how long no particle has been faster than time.sleep_speed
-  std::vector<double> memory;      ///< of the integrator and the forces, as they save it
-  std::vector<Pinch> pinches;      ///< by vertex
-  Tangles tangles;                 ///< crossings of the start and jams that are not undone yet
+  std::vector<double> memory;          ///< of the integrator and the forces, as they save it
+  std::vector<double> contact_memory;  ///< of the response, as it saves it
+  std::vector<Pinch> pinches;          ///< by vertex
+  Tangles tangles;                     ///< crossings of the start and jams that are not undone yet
   std::vector<SplitEvent> splits;  ///< the splits that led to the present cells of refined pieces
   std::vector<MergeEvent> merges;  ///< the merges that led to the present vertices of seams
 };

@@ -167,7 +167,7 @@ void ImplicitSystem::assemble(const SystemAt& system) {
                   a_.values().begin() + row[i]);
   }
   add_forces(system.at, system.h);
-  multilevel_.set_matrix(a_, free_);
+  multilevel_.set_matrix(a_, free_, system.at.x);
   scaled_in_ = Norm::none;
   begin_.v.clear();
   end_.v.clear();

@@ -8,6 +8,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <tuple>
 #include <utility>
 
@@ -25,11 +26,6 @@ constexpr double kLeastCoarsening = 0.75;
 // method approaches λmax from below, to about 10 % in four steps; ω = 1.5 leaves a margin of a
 // fifth.
 constexpr double kSmootherStep = 1.5;
-constexpr std::size_t kLanczosSteps = 4;
-// Halvings of the interval of λ, to a part in a million; a bound for matrices that are not finite.
-constexpr int kBisections = 20;
-constexpr double kMostEigenvalue = 1024.0;
-
 /// Calls body(first, last) on ranges of the groups of rows.
 template <class Body>
 void by_groups(const LaneVector& x, const Body& body) {
@@ -48,43 +44,6 @@ void by_rows(std::size_t n, const Body& body) {
   parallel_for(n, even_grain(n, kRows), body);
 }
 
-void set_start(LaneVector& x) {
-  // A linear congruential generator gives a start without symmetries.
-  std::uint32_t state = 12345;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    Vec3 v;
-    for (int k = 0; k < 3; ++k) {
-      state = state * 1664525u + 1013904223u;
-      v[k] = state / 4294967296.0 - 0.5;
-    }
-    x.set(i, v);
-  }
-}
-
-/// The largest eigenvalue of a symmetric tridiagonal matrix T, but at least 1. x lies above all
-/// eigenvalues if all pivots of x - T are positive. `above`: squares of the entries above the
-/// diagonal.
-double largest_eigenvalue_of(std::span<const double> diagonal, std::span<const double> above) {
-  const auto is_above = [&](double x) {
-    double pivot = 1.0;
-    for (std::size_t k = 0; k < diagonal.size(); ++k) {
-      pivot = x - diagonal[k] - (k == 0 ? 0.0 : above[k - 1] / pivot);
-      if (!(pivot > 0.0)) return false;
-    }
-    return true;
-  };
-  double low = 1.0, high = 1.0;
-  while (high < kMostEigenvalue && !is_above(high)) {
-    low = high;
-    high *= 2.0;
-  }
-  for (int k = 0; k < kBisections; ++k) {
-    const double middle = 0.5 * (low + high);
-    (is_above(middle) ? high : low) = middle;
-  }
-  return high;
-}
-
 void copy_points(const LaneVector& x, std::span<Point4> points) {
   const float* from = x.data();
   for (std::size_t i = 0; i < points.size(); ++i)
@@ -101,8 +60,10 @@ struct Multilevel::Factor {
 Multilevel::Multilevel() : factor_(std::make_unique<Factor>()) {}
 Multilevel::~Multilevel() = default;
 
-void Multilevel::set_matrix(const BlockMatrix& a, std::span<const char> free) {
+void Multilevel::set_matrix(const BlockMatrix& a, std::span<const char> free,
+                            std::span<const Vec3> x) {
   free_ = free;
+  x_ = x;
   if (levels_.empty()) build(a);
   levels_[0].value = a.values();
   if (!std::equal(free.begin(), free.end(), weighted_.begin(), weighted_.end())) {
@@ -128,6 +89,8 @@ void Multilevel::build(const BlockMatrix& a) {
   levels_[0].begin = a.row_begin();
   levels_[0].column = a.columns();
   set_pattern(levels_[0]);
+  levels_[0].particle.resize(levels_[0].size());
+  std::iota(levels_[0].particle.begin(), levels_[0].particle.end(), 0);
   while ((levels_.size() == 1 || levels_.back().size() > kCoarsestSize) && add_level()) {
   }
   for (std::size_t l = 1; l < levels_.size(); ++l) {  // views into levels that no longer move
@@ -152,6 +115,8 @@ bool Multilevel::add_level() {
   last.product.set_pattern(last.begin, last.column, p, next.own);
   last.p = std::move(p);
   set_weights(last);
+  for (std::size_t k = 0; k < last.p.parents(); ++k)
+    next.particle.push_back(last.particle[last.p.child[last.p.child_begin[k]]]);
   levels_.push_back(std::move(next));
   Level& level = levels_.back();
   level.begin = level.own.begin;
@@ -232,40 +197,6 @@ void Multilevel::set_smoother(Level& level) {
   const auto factor = static_cast<float>(kSmootherStep / level.lambda);
   for (float& s : level.base_step) s *= factor;
   level.step = level.base_step;
-}
-
-/// Lower estimate of the largest eigenvalue of D⁻¹A: that of the tridiagonal matrix of a few steps
-/// of the Lanczos method, which conjugate gradients with D⁻¹ give [Saad2003, section 6.7.3].
-double Multilevel::largest_eigenvalue(Level& level) const {
-  const LaneMatrixKernel& kernel = lane_matrix_kernel();
-  const LaneRows rows = level.matrix.rows(level.base_step);
-  LaneVector &r = level.b, &p = level.x, &y = level.y;
-  const auto divide = [&](LaneVector& z) {  // z = D⁻¹ r; returns r·z
-    by_groups(r, [&](std::size_t first, std::size_t last) {
-      kernel.start(rows, r.data(), z.data(), first, last);
-    });
-    return dot(r, z);
-  };
-  set_start(r);
-  std::array<double, kLanczosSteps> diagonal, above;
-  double rz = divide(p), from_before = 0.0;  // r·z; β/α of the last step
-  std::size_t steps = 0;
-  for (; steps < kLanczosSteps; ++steps) {
-    const double energy = sum_by_groups(p, [&](std::size_t first, std::size_t last) {
-      return kernel.multiply(rows, p.data(), nullptr, y.data(), first, last);
-    });
-    const double alpha = rz / energy;
-    if (!(alpha > 0.0)) break;  // also NaN
-    scale_and_add(static_cast<float>(-alpha), r, y);
-    std::swap(r, y);
-    const double beta = divide(y) / rz;
-    rz *= beta;
-    diagonal[steps] = 1.0 / alpha + from_before;
-    above[steps] = beta / (alpha * alpha);
-    from_before = beta / alpha;
-    scale_and_add(static_cast<float>(beta), y, p);
-  }
-  return largest_eigenvalue_of(std::span(diagonal).first(steps), above);
 }
 
 void Multilevel::set_terms(std::span<const ImplicitTerm> terms, const Followers* followers) {

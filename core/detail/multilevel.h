@@ -29,9 +29,10 @@ class Multilevel {
  public:
   Multilevel();
   ~Multilevel();
-  /// Call when A has new values. Both arguments are viewed until the next call. `free[i]` is 0 for
-  /// a held particle.
-  void set_matrix(const BlockMatrix& a, std::span<const char> free);
+  /// Call when A has new values. The arguments are viewed until the next call. `free[i]` is 0 for
+  /// a held particle. `x`: positions of the particles, m; with them the cycle turns with the cloth.
+  /// Empty: unknown.
+  void set_matrix(const BlockMatrix& a, std::span<const char> free, std::span<const Vec3> x = {});
   /// Call when T has new values. The terms are viewed until the next call. `followers` as in
   /// TermOperator::reset.
   void set_terms(std::span<const ImplicitTerm> terms, const Followers* followers = nullptr);
@@ -78,9 +79,10 @@ class Multilevel {
     std::span<const std::int32_t> begin, column;
     std::span<const Mat3> value;
     std::vector<std::int32_t> diagonal;
-    Prolongation p;                  // to the next level
-    LaneParents parents;             // of the rows, with the weights of p
-    std::vector<float> restriction;  // weights of p by parent
+    std::vector<std::int32_t> particle;  // of each row: itself, or one of those that it stands for
+    Prolongation p;                      // to the next level
+    LaneParents parents;                 // of the rows, with the weights of p
+    std::vector<float> restriction;      // weights of p by parent
     GalerkinProduct product;
     LaneMatrix matrix;
     double lambda = 1.0;                 // largest eigenvalue of D⁻¹A
@@ -108,6 +110,7 @@ class Multilevel {
   void set_weights(Level& level);
   void set_values(Level& level);
   void set_smoother(Level& level);
+  void set_start(const Level& level, LaneVector& out) const;
   double largest_eigenvalue(Level& level) const;
   void find_rows(std::span<const ImplicitTerm> terms, const Followers* followers);
   void join_rows(std::size_t l);
@@ -132,6 +135,7 @@ class Multilevel {
   bool dense() const;
 
   std::span<const char> free_;
+  std::span<const Vec3> x_;     // m
   std::vector<char> weighted_;  // free_ as the weights of the first level know it
   std::vector<Level> levels_;
   std::vector<std::vector<LevelTerms>> rows_of_terms_;  // scratch: per range of terms and level

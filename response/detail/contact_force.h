@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <selvedge/response/detail/stick_memory.h>
 #include <selvedge/response/response.h>
 
 #include <span>
@@ -64,6 +65,9 @@ class ContactForce final : public Response {
   /// small, so that cloth is moved out of a violation without being accelerated. Keeps the linear
   /// momentum of free particles.
   void finish(std::span<Vec3> v) const override;
+  void accept(std::span<const Vec3> x_t1) override;
+  void save_memory(std::vector<double>& memory) const override;
+  void restore_memory(std::span<const double> memory, std::size_t vertices) override;
   void impulses(std::span<const Vec3> v, std::vector<ContactImpulse>& out) const override;
   std::string_view substitute() const override { return explicit_ ? "impulse" : ""; }
   ResponseTraits traits() const override;
@@ -80,6 +84,8 @@ class ContactForce final : public Response {
     double approach = 0.0;         // kg·m, m_eff·gap violation without what gravity adds to it
     bool near = false;             // it touches, or does so at the current speed
     double load = 0.0;             // N, last estimate of λ
+    double load_before = 0.0;      // N, in the last step if it stuck
+    bool remembers = false;        // it stuck in the last step: f₀ is the friction of that step
     Vec3 friction = Vec3::Zero();  // N, f₀
     Vec3 along = Vec3::Zero();     // unit direction of the friction of a sliding contact
     Vec3 offset = Vec3::Zero();    // N, friction of the next solve at no slip
@@ -117,14 +123,17 @@ class ContactForce final : public Response {
   double shared_target(const Entry& e) const;
   bool comes_near(const Entry& e) const;
   double first_load(const Entry& e) const;
+  void recall(Entry& e) const;
   void start(Entry& e) const;
   ImplicitTerm term_of(const Entry& e) const;
   bool is_impact() const;
   Vec3 first_friction(const Entry& e) const;
+  double first_limit(const Entry& e) const;
   void start_friction(Entry& e) const;
   void set_balanced(const ResponseStep& step);
   void guess_forces(std::span<Entry> entries);
   void guess_force(Entry& e);
+  void add_guess(const Entry& e, const Vec3& impulse);
   void bear_loads(std::span<Entry> entries);
   double recovered(const ContactPoint& c) const;
   void linearise_friction(Entry& e, const Vec3& s) const;
@@ -160,6 +169,7 @@ class ContactForce final : public Response {
   std::vector<Vec3> v_last_;  // velocities after the last update; empty: no update in this step yet
   std::vector<LineContact> line_contacts_;
   std::vector<Change> changes_;  // scratch of an update
+  StickMemory memory_;           // of the last accepted step
 };
 
 }  // namespace selvedge

@@ -245,6 +245,7 @@ void write_state_fields(const SimulationState& state, Json& json) {
   json["tangles"] = to_json(state.tangles);
   if (!state.pinches.empty()) json["pinches"] = to_json(state.pinches);
   json["memory"] = memory_text(state.memory);
+  json["contact_memory"] = memory_text(state.contact_memory);
   json["splits"] = to_json(state.splits);
   json["merges"] = to_json(state.merges);
 }
@@ -258,6 +259,9 @@ void read_state_fields(const Value& json, SimulationState& state) {
   if (json.has("tangles")) state.tangles = tangles_from(json["tangles"]);
   if (json.has("pinches")) state.pinches = pinches_from(json["pinches"]);
   if (json.has("memory")) state.memory = memory_from(json["memory"].text());
+  // Older checkpoints have none.
+  if (json.has("contact_memory"))
+    state.contact_memory = memory_from(json["contact_memory"].text());
   if (json.has("splits")) state.splits = splits_from(json["splits"]);
   if (json.has("merges")) state.merges = merges_from(json["merges"]);
 }

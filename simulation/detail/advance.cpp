@@ -261,6 +261,7 @@ void Simulation::Parts::accept() {
   carry_proof();
   std::vector<double>& mass = input.particles.mass;
   ledger.accept(detail::response_step(methods, input), *methods.response, attempt);
+  methods.response->accept(attempt.x_t1);
   count_substitutes();
   balance.accept();
   detail::end_velocities(methods.traits, input, attempt, state.v);

@@ -90,6 +90,8 @@ void Simulation::Parts::note_bodies(const std::vector<Vec3>& x) {
 void Simulation::Parts::note_memory() {
   state.memory.clear();
   methods.integrator->save_memory(state.memory);
+  state.contact_memory.clear();
+  methods.response->save_memory(state.contact_memory);
 }
 
 void Simulation::Parts::note_strain() {

@@ -158,6 +158,7 @@ void Simulation::Parts::restore(SimulationState saved) {
                                 "; resume with the scene that was run");
   detail::refuse_bad_pinches(saved.pinches, n(), methods.detection.body_triangles().size());
   methods.integrator->restore_memory(saved.memory);
+  methods.response->restore_memory(saved.contact_memory, input.x_t0.size());
   state = std::move(saved);
   if (water) water->restore(state, input.particles.mass);
   attempts.accepted = attempts.given_up = false;

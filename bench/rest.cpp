@@ -2,6 +2,8 @@
 // Rest and friction of the default contact: how still a sheet, a stack and a drape lie, how hard a
 // stack presses on the floor, and how well Coulomb's law holds on an incline, in a sliding stop and
 // around a capstan. Each row is one case; `--verbose` prints its course, a line per interval.
+#include "rest_scenes.h"
+
 #include <selvedge/apps/command_line.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/resources.h>
@@ -21,48 +23,7 @@
 namespace {
 
 using namespace selvedge;
-
-constexpr double kGravity = 9.81;  // m/s²
-
-struct BenchOptions {
-  std::vector<std::string> cases;
-  double seconds = 0.0;  // 0: the duration of the case
-  int steps_per_frame = 2;
-  int cells = 0;
-  int threads = 0;
-  double tolerance = 1e-3;
-  bool verbose = false;
-};
-
-Scene empty_scene(const BenchOptions& options) {
-  Scene scene;
-  scene.name = "rest";
-  scene.materials["default"] = Material{};
-  scene.time.steps_per_frame = options.steps_per_frame;
-  scene.solver.tolerance = options.tolerance;
-  return scene;
-}
-
-ClothSpec sheet(double size, int cells, const Vec3& where) {
-  ClothSpec spec;
-  spec.name = "sheet";
-  spec.shape = ClothGrid{"rectangular", {size, size, cells, cells}};
-  spec.placement.translation = where;
-  return spec;
-}
-
-BodySpec body(const AnalyticShape& shape, int resolution = 16) {
-  BodySpec spec;
-  spec.name = "body";
-  spec.shape = BodyShape{shape, resolution};
-  return spec;
-}
-
-double total_mass(const BuiltScene& built) {
-  double sum = 0.0;
-  for (const double m : built.cloth.mass) sum += m;
-  return sum;
-}
+using namespace selvedge::bench;
 
 Vec3 momentum(const SimulationState& state, const std::vector<double>& mass) {
   Vec3 sum = Vec3::Zero();
@@ -274,17 +235,6 @@ void ball_case(const BenchOptions& options) {
   run_watched("ball drape", scene, options, 8.0);
 }
 
-Scene incline_scene(const BenchOptions& options, double mu, double angle) {
-  Scene scene = empty_scene(options);
-  const Eigen::Quaterniond tilt(Eigen::AngleAxisd(-angle, Vec3::UnitY()));
-  scene.cloths.push_back(sheet(0.2, 8, tilt * Vec3(0.031, 0.017, 0.002)));
-  scene.cloths[0].placement.rotation = tilt;
-  scene.bodies.push_back(body(Plane{20.0}));
-  scene.bodies[0].placement.rotation = tilt;
-  scene.bodies[0].friction = mu;
-  return scene;
-}
-
 void incline_case(const BenchOptions& options) {
   const double angle = std::numbers::pi / 6.0;
   {
@@ -324,53 +274,6 @@ void slide_case(const BenchOptions& options) {
   const double way = (centre(simulation.state()) - start).x();
   fmt::print("sliding stop from 1 m/s, mu 0.3: {:.5f} m (0.16990, {:+.3f} %)\n", way,
              100.0 * (way / 0.16990 - 1.0));
-}
-
-/// A strip over a cylinder of radius 0.1 m with loads of m1 and ratio·m1 at its ends.
-struct Capstan {
-  Scene scene;
-  BuiltScene built;
-  std::vector<std::int32_t> left, right;  // end particles
-};
-
-constexpr double kCapstanLoad = 0.02;  // kg; load at the lighter end
-
-Capstan capstan(const BenchOptions& options, double ratio, double mu, int resolution,
-                double stretch) {
-  Capstan c;
-  c.scene = empty_scene(options);
-  Material& m = c.scene.materials["default"];
-  m.density = 0.02;
-  m.stretch_stiffness = stretch;
-  m.shear_stiffness = 20.0;
-  m.bending_stiffness = 1e-7;
-  c.scene.contact.rest_gap = 0.002;
-  c.scene.contact.self = false;
-  const double radius = 0.1;
-  const int along = options.cells > 0 ? options.cells : 120, across = 4;
-  const double length = std::numbers::pi * (radius + 0.002) + 1.0;
-  ClothSpec spec = sheet(1.0, 1, Vec3::Zero());
-  spec.shape = ClothGrid{"rectangular", {length, 0.04, along, across}};
-  c.scene.cloths.push_back(spec);
-  c.scene.bodies.push_back(body(Cylinder{radius, 0.3}, resolution));
-  c.scene.bodies[0].friction = mu;
-  c.scene.bodies[0].placement.rotation = Eigen::AngleAxisd(0.5 * std::numbers::pi, Vec3::UnitX());
-  c.built = build_scene(c.scene);
-  // Start around the cylinder: a half circle at radius + rest gap, then straight down.
-  const double r = radius + 0.0021;
-  for (Vec3& x : c.built.cloth.surface.vertices) {
-    const double s = x.x(), half = 0.5 * std::numbers::pi * r;
-    const double angle = std::clamp(s / r, -0.5 * std::numbers::pi, 0.5 * std::numbers::pi);
-    x = Vec3(r * std::sin(angle), x.y(), r * std::cos(angle) - std::max(0.0, std::abs(s) - half));
-  }
-  const double load = kCapstanLoad / (across + 1);
-  for (int j = 0; j <= across; ++j) {
-    c.left.push_back(j * (along + 1));
-    c.right.push_back(j * (along + 1) + along);
-    c.built.cloth.mass[c.left.back()] += load;
-    c.built.cloth.mass[c.right.back()] += ratio * load;
-  }
-  return c;
 }
 
 double mean_height(const SimulationState& state, const std::vector<std::int32_t>& of) {
@@ -515,7 +418,7 @@ const std::map<std::string, std::function<void(const BenchOptions&)>>& cases() {
   static const std::map<std::string, std::function<void(const BenchOptions&)>> all = {
       {"sheet", sheet_case},     {"stack", stack_case},     {"turned", turned_case},
       {"ball", ball_case},       {"incline", incline_case}, {"slide", slide_case},
-      {"capstan", capstan_case}, {"hour", hour_case}};
+      {"capstan", capstan_case}, {"creep", creep_case},     {"hour", hour_case}};
   return all;
 }
 
@@ -526,7 +429,8 @@ int main(int argc, char** argv) try {
   CommandLine app("Rest and friction of the default contact");
   std::vector<std::string> names;
   for (const auto& [name, run] : cases()) names.push_back(name);
-  app.option("cases", options.cases, "Names of cases (default: all except `hour`)").one_of(names);
+  app.option("cases", options.cases, "Names of cases (default: all except `creep` and `hour`)")
+      .one_of(names);
   app.option("--seconds", options.seconds, "Simulated time, s").non_negative();
   app.option("--steps-per-frame", options.steps_per_frame, "Steps of a frame of 1/60 s").positive();
   app.option("--tolerance", options.tolerance, "Tolerance of the linear solve");
@@ -537,7 +441,7 @@ int main(int argc, char** argv) try {
   const ThreadLimit limit(options.threads);
   if (options.cases.empty())
     for (const auto& name : names)
-      if (name != "hour") options.cases.push_back(name);
+      if (name != "creep" && name != "hour") options.cases.push_back(name);
   for (const std::string& name : options.cases) {
     cases().at(name)(options);
     std::fflush(stdout);

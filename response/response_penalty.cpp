@@ -230,7 +230,6 @@ void Penalty::correct(std::span<Vec3> x_t1) {
   const ContactMotion& motion = step_.motion;
   for (Entry& e : entries_) push_explicitly(e, x_t1);
   for (const Entry& e : entries_) {
-    if (e.force <= 0.0) continue;
     for (int k = 0; k < 4; ++k)
       if (const double w = motion.inv_mass[e.point.vertex[k]]; w > 0.0)
         x_t1[e.point.vertex[k]] += motion.h * e.point.weight[k] * w * e.impulse;

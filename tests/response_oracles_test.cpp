@@ -491,6 +491,30 @@ TEST(Penalty, ADamperLeavesTheReboundOfAContactThatCannotPull) {
     }
 }
 
+// A damper that pulls would brake it.
+TEST(Penalty, LeavesAParticleThatPartsFasterThanItsSpringPushesAlone) {
+  std::mt19937 random(41);
+  std::uniform_real_distribution<double> share(0.0, 1.0);
+  for (int draw = 0; draw < 200; ++draw) {
+    ResponseConfig config;
+    config.stiffness = 100.0 * share(random);
+    config.damping = 0.1 + share(random);
+    const double depth = kRest * share(random);
+    // In an implicit step the spring pushes with what is left of the depth at its end.
+    const double speed = (1.0 + share(random)) * config.stiffness * depth / config.damping + 1e-3;
+    for (const bool implicit : {false, true}) {
+      World world("penalty", implicit, config);
+      world.gravity.setZero();
+      world.friction = share(random);
+      const Vec3 velocity(share(random), 0.0, speed);
+      world.add(0.01, Vec3(0, 0, kRest - depth), velocity);
+      world.step(1e-4);
+      EXPECT_LT((world.v[0] - velocity).norm(), 1e-9)
+          << config.stiffness << " N/m, " << config.damping << " N·s/m, " << depth << " m deep";
+    }
+  }
+}
+
 TEST(Penalty, GivesBackNoMoreThanItStored) {
   for (const double share : {0.1, 0.5, 1.0, 2.0, 20.0})
     EXPECT_LE(hit(1e4, 0.0, true, share).rebound, 1.0 + 1e-12) << share;

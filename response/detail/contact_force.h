@@ -43,9 +43,14 @@ struct ContactForceConfig {
 /// it is f(s) = f₀ - c s, shortened to μλ, where f₀ is the friction after the solve before, so that
 /// a contact sticks without creep at a moderate c. Semismooth Newton iterations solve both: after
 /// each solve, `update` finds which contacts carry load and what friction is due, and the caller
-/// solves again until nothing changes. No state is kept from step to step: the first guess of loads
-/// and friction are the forces that balance all others where the cloth keeps its velocities; in an
-/// impact, the loads that stop the predicted approach.
+/// solves again until nothing changes. The first guess of loads and friction are the forces that
+/// balance all others where the cloth keeps its velocities; in an impact, the loads that stop the
+/// predicted approach.
+///
+/// A contact that rested in the last step starts from its friction there, which is then f₀ for the
+/// whole step: a tangential spring of stiffness c/h that slides at μλ [CundallStrack1979]. What a
+/// solve leaves of a slip is pulled back in the next step. Friction that each step guesses anew
+/// lets cloth creep by what each step leaves.
 class ContactForce final : public Response {
  public:
   explicit ContactForce(const ContactForceConfig& config = {}) : config_(config) {}

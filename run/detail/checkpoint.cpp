@@ -242,6 +242,7 @@ void write_state_fields(const SimulationState& state, Json& json) {
   json["control"] = to_json(state.control);
   json["acceleration"] = state.acceleration;
   json["still"] = state.still;
+  json["given_strain"] = state.given_strain;
   json["tangles"] = to_json(state.tangles);
   if (!state.pinches.empty()) json["pinches"] = to_json(state.pinches);
   json["memory"] = memory_text(state.memory);
@@ -256,6 +257,7 @@ void read_state_fields(const Value& json, SimulationState& state) {
   if (json.has("control")) state.control = control_from(json["control"]);
   state.acceleration = json.number_or("acceleration", state.acceleration);
   state.still = json.number_or("still", state.still);
+  state.given_strain = json.number_or("given_strain", state.given_strain);
   if (json.has("tangles")) state.tangles = tangles_from(json["tangles"]);
   if (json.has("pinches")) state.pinches = pinches_from(json["pinches"]);
   if (json.has("memory")) state.memory = memory_from(json["memory"].text());

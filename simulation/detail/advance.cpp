@@ -115,6 +115,7 @@ void Simulation::Parts::make_step(StepControl control) {
   attempts.lengths.clear();
   attempts.accepted = false;
   balance.begin();
+  strain_guard.begin();
   const auto shorten = [&] {
     control.h *= 0.5;
     ++control.halvings;
@@ -143,6 +144,10 @@ void Simulation::Parts::make_step(StepControl control) {
     }
     if (gains_energy() && control.halvings + kLeftForClean < scene.time.max_halvings &&
         balance.wants_shorter()) {
+      shorten();
+      continue;
+    }
+    if (strains_far(h, control.halvings + kLeftForClean < scene.time.max_halvings)) {
       shorten();
       continue;
     }
@@ -187,6 +192,21 @@ bool Simulation::Parts::gains_energy() {
     balance.stored(std::max(0.0, work));
   }
   return balance.gain() > balance.bound();
+}
+
+// Whether the attempt of h s ends so far above the strain limit that a shorter one is worth it;
+// `may`: a shorter one is allowed.
+bool Simulation::Parts::strains_far(double h, bool may) {
+  if (methods.untangling()) return false;
+  detail::StrainTrial trial{.h = h, .given = state.given_strain, .may_shorten = may};
+  if (attempt.over_strain) {
+    const auto scope = clock.measure("strain");
+    trial.end = methods.strain.overshoot(std::span(attempt.x_t1).first(n()));
+    if (detail::StrainGuard::is_far(trial.end)) trial.start = methods.strain.overshoot(state.x);
+  }
+  if (strain_guard.wants_shorter(trial)) return true;
+  state.given_strain = strain_guard.given_after(trial);
+  return false;
 }
 
 // Velocities of the end after the response, with those that follow. A dense layer hands what

@@ -9,6 +9,7 @@
 #include <selvedge/simulation/detail/sleep.h>
 #include <selvedge/simulation/detail/step.h>
 #include <selvedge/simulation/detail/step_ledger.h>
+#include <selvedge/simulation/detail/strain_guard.h>
 #include <selvedge/simulation/detail/turning_bodies.h>
 #include <selvedge/simulation/detail/water.h>
 #include <selvedge/simulation/simulation.h>
@@ -46,6 +47,7 @@ struct Simulation::Parts {
   Attempts attempts;
   detail::StepLedger ledger;
   detail::EnergyBalance balance;
+  detail::StrainGuard strain_guard;
   std::optional<detail::Water> water;
   std::vector<Vec3>
       uncrossed;  // m, joint: a state that is proved to have no crossing; may be empty
@@ -74,6 +76,7 @@ struct Simulation::Parts {
   detail::StepOutcome attempt_step(double h, double t1);
   void hold_pinched();
   bool gains_energy();
+  bool strains_far(double h, bool may);
   void finish_velocities(std::span<Vec3> v) const;
   void note_rejection(const detail::StepOutcome& outcome);
   bool carry_jam();

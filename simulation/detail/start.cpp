@@ -115,6 +115,7 @@ void Simulation::Parts::start(const Methods& m) {
   if (detail::limiter_kind(scene, m.strain_limiters) == LimiterKind::critical_step)
     note_critical_step(scene, built, m, nominal_step(), result);
   note_strain();
+  count_flags(flags(), result.flags);
 }
 
 void Simulation::Parts::refuse_bad_start() {

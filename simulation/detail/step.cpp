@@ -24,7 +24,7 @@ constexpr double kLoosest = 30.0, kTightening = 0.6, kLooser = 10.0;
 constexpr int kMaxCollisionSolves = 3;
 
 // Strain limits and collision response disturb each other: rounds of both in one step.
-constexpr int kStrainRounds = 3;
+constexpr int kStrainRounds = 6;
 
 constexpr std::size_t kEndGrain = 2048;  // particles per task
 
@@ -146,6 +146,16 @@ void limit_strain(StepMethods& m, const StepInput& in, StepAttempt& a) {
   trace_stage(m, "strain limit", a);
 }
 
+void limit_strain_beside(StepMethods& m, const StepInput& in, StepAttempt& a) {
+  const auto keep = [&](std::span<Vec3> ends) {
+    in.keep_followers(ends);
+    return in.followers != nullptr;
+  };
+  a.counts.strain_sweeps +=
+      m.strain.limit_beside(limit_step(in), {a.parted, in.inv_mass}, a.x_t1, keep, m.clock);
+  trace_stage(m, "strain limit", a);
+}
+
 void find_collisions(StepMethods& m, const StepInput& in, StepAttempt& a) {
   if (m.detection.renew_candidates()) ++a.counts.candidate_rebuilds;
   m.detection.find_collisions(a.collisions);
@@ -241,6 +251,7 @@ StepOutcome part_collisions(StepMethods& m, const StepInput& in, StepAttempt& a)
   while (!a.collisions.empty()) {
     bool resolved = false;
     a.x_tested = a.x_t1;
+    a.parted.insert(a.parted.end(), a.collisions.begin(), a.collisions.end());
     {
       const auto scope = m.clock.measure("repair");
       resolved = m.fail_safe->resolve(a.collisions, a.x_t1);
@@ -271,10 +282,10 @@ StepOutcome attempt_step(StepMethods& m, const StepInput& in, StepAttempt& a) {
     return reject_not_finite(particle, a);
   for (int round = 0;; ++round) {
     outcome = part_collisions(m, in, a);
-    if (!outcome.accepted || !m.strain.bounds_strain() || round + 1 >= kStrainRounds)
-      return outcome;
-    if (m.strain.is_tolerated(particle_ends(in, a))) return outcome;
-    limit_strain(m, in, a);
+    if (!outcome.accepted || !m.strain.bounds_strain()) return outcome;
+    a.over_strain = !m.strain.is_tolerated(particle_ends(in, a));
+    if (!a.over_strain || round + 1 >= kStrainRounds) return outcome;
+    limit_strain_beside(m, in, a);
     find_collisions(m, in, a);
   }
 }

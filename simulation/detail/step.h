@@ -95,9 +95,11 @@ struct StepAttempt {
   std::vector<ContactPoint> contacts;    ///< near at the start
   std::vector<std::int32_t> touched;     ///< the particles of these contacts
   std::vector<ContactPoint> met;         ///< found to collide and answered as further contacts
+  std::vector<ContactPoint> parted;      ///< that the fail-safe has parted
   std::vector<ContactPoint> collisions;  ///< on the present paths, earliest first
   std::vector<Vec3> x_tested;      ///< m, joint, ends of the paths that the fail-safe saw last
   std::vector<Vec3> v_end;         ///< m/s, at the end, as the energy balance weighs them
+  bool over_strain = false;        ///< a bounding limiter left springs above their limit
   bool answered_in_solve = false;  ///< the last solve had terms of the response
   Ledger fail_safe;                ///< what the fail-safe exchanged
   StepCounts counts;

@@ -89,6 +89,8 @@ void begin_step(const Scene& scene, const BuiltScene& built, const SimulationSta
   });
   if (in.followers != nullptr) in.followers->place(std::span(a.x_t1).first(in.n()));
   a.met.clear();
+  a.parted.clear();
+  a.over_strain = false;
   a.collisions.clear();
   a.answered_in_solve = false;
   a.fail_safe = {};

@@ -14,6 +14,11 @@ namespace {
 /// Rounds of a limiter that moves single particles and of restoring that followers follow.
 constexpr int kFollowerRounds = 10;
 
+/// Distance that a parted pair keeps, and the part of it that may be missing, as shares of its rest
+/// gap; a pair that the fail-safe left nearer keeps its distance.
+constexpr double kPartedGap = 0.1;
+constexpr double kPartedSlack = 0.001;
+
 std::size_t count(const BuiltScene& built) { return built.cloth.surface.vertices.size(); }
 
 /// Weight of piece p per width, N/m, if it hangs by one end of its longest extent.
@@ -104,10 +109,70 @@ int StrainStage::limit(const LimitStep& step, std::span<Vec3> x_t1, KeepFollower
   return sweeps;
 }
 
+// One sweep over the pairs. Returns the largest distance by which one was too near, as a share of
+// its rest gap.
+double StrainStage::push_apart(const PartedPairs& parted, std::span<Vec3> x_t1) {
+  double worst = 0.0;
+  for (std::size_t p = 0; p < parted.pairs.size(); ++p) {
+    const ContactPoint& c = parted.pairs[p];
+    const double nearer = least_[p] - c.normal.dot(relative(c, x_t1));
+    const double yielding = compliance(c, parted.inv_mass);
+    if (!(nearer > 0.0 && yielding > 0.0)) continue;
+    worst = std::max(worst, nearer / c.rest_gap);
+    for (int k = 0; k < 4; ++k) {
+      const std::int32_t i = c.vertex[k];
+      const Vec3 move = (c.weight[k] * parted.inv_mass[i] * nearer / yielding) * c.normal;
+      if (parted.inv_mass[i] <= 0.0) continue;
+      x_t1[i] += move;
+      pushed_[i] += move;
+    }
+  }
+  return worst;
+}
+
+int StrainStage::limit_beside(const LimitStep& step, const PartedPairs& parted,
+                              std::span<Vec3> x_t1, KeepFollowers keep, PhaseClock& clock) {
+  const auto scope = clock.measure("strain");
+  const PhaseClock::Scope busy(reach_.busy());
+  const std::span<Vec3> ends = x_t1.first(before_.size());
+  std::copy(ends.begin(), ends.end(), before_.begin());
+  pushed_.assign(ends.size(), Vec3::Zero());
+  least_.clear();
+  for (const ContactPoint& c : parted.pairs)
+    least_.push_back(std::min(c.normal.dot(relative(c, x_t1)), kPartedGap * c.rest_gap));
+  LimitStep own = step;
+  own.tolerance = kStrainTolerance;
+  own.max_sweeps = 1;
+  int sweeps = 0;
+  while (sweeps < max_sweeps_) {
+    const StrainReport report = method_->limit_ends(own, ends);
+    const double nearer = push_apart(parted, x_t1);
+    keep(ends);
+    if (report.sweeps == 0 && nearer <= kPartedSlack) break;
+    ++sweeps;
+  }
+  moved_ = true;
+  for (std::size_t i = 0; i < shift_.size(); ++i) shift_[i] += ends[i] - before_[i] - pushed_[i];
+  return sweeps;
+}
+
 bool StrainStage::is_tolerated(std::span<const Vec3> x) {
   constexpr double kAny = std::numeric_limits<double>::infinity();
   return reach_.keeps_below(x, kAny, kStrainTolerance) ||
          measures().measure(x).residual <= kStrainTolerance;
+}
+
+double StrainStage::overshoot(std::span<const Vec3> x) {
+  if (is_tolerated(x)) return 0.0;
+  const std::span<const Spring> springs = measures().springs();
+  const std::span<const double> targets = measures().limits();
+  double worst = 0.0;
+  for (std::size_t s = 0; s < springs.size(); ++s) {
+    const double length = (x[springs[s].b] - x[springs[s].a]).norm();
+    const double limit = targets[s] + kStrainTolerance;
+    worst = std::max(worst, (length / springs[s].rest_length - 1.0) / limit - 1.0);
+  }
+  return worst;
 }
 
 std::optional<StrainReport> StrainStage::measure(std::span<const Vec3> x, double max_strain,

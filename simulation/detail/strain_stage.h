@@ -3,6 +3,7 @@
 
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/strain_limiter.h>
+#include <selvedge/response/response.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/simulation/detail/phase_clock.h>
 #include <selvedge/simulation/detail/strain_reach.h>
@@ -25,6 +26,12 @@ std::vector<double> limiter_targets(const std::vector<double>& limits);
 /// Restores that followers follow; false if no particle does.
 using KeepFollowers = FunctionRef<bool(std::span<Vec3>)>;
 
+/// Pairs that a fail-safe has parted in a step; views.
+struct PartedPairs {
+  std::span<const ContactPoint> pairs;
+  std::span<const double> inv_mass;  ///< 1/kg, joint
+};
+
 /// The strain of a scene's springs: measures it, limits it at the ends of steps, and keeps account
 /// of the momentum and energy that the limiter exchanges. Leaves out measures and limits that
 /// provably change nothing (StrainReach).
@@ -42,11 +49,17 @@ class StrainStage {
   /// Moves the ends of the particles, m, until the limits hold or the sweeps are used up; returns
   /// the number of sweeps. Requires acts(). Followers stay followers: limiter and `keep` alternate.
   int limit(const LimitStep& step, std::span<Vec3> x_t1, KeepFollowers keep, PhaseClock& clock);
+  /// The same beside collisions: the limiter must not close what the fail-safe has parted. `x_t1`
+  /// and `inv_mass`: joint. Each sweep of the limiter is followed by one over the collisions.
+  int limit_beside(const LimitStep& step, const PartedPairs& parted, std::span<Vec3> x_t1,
+                   KeepFollowers keep, PhaseClock& clock);
   /// Whether no spring at x exceeds its limit by more than the tolerance.
   bool is_tolerated(std::span<const Vec3> x);
   /// Changes the velocities of an accepted step, m/s, if the limiter does.
   void finish(const LimitStep& step, std::span<const double> mass, std::span<const Vec3> x,
               std::span<Vec3> v);
+  /// Largest strain at x above its limit, as a share of the limit; 0 if all are tolerated.
+  double overshoot(std::span<const Vec3> x);
   /// Measures the strain of a state; none if it provably exceeds neither `max_strain` nor its
   /// limits.
   std::optional<StrainReport> measure(std::span<const Vec3> x, double max_strain,
@@ -70,7 +83,11 @@ class StrainStage {
   std::optional<StrainLimiter> own_;  // if the method has none
   StrainReach reach_;
   LimiterTraits traits_;
+  double push_apart(const PartedPairs& parted, std::span<Vec3> x_t1);
+
   std::vector<Vec3> before_, shift_;  // m, displacement since begin
+  std::vector<Vec3> pushed_;          // m, by the pairs of limit_beside
+  std::vector<double> least_;         // m, distance that such a pair keeps
   bool moved_ = false;
   int steps_ = 0;
   Vec3 momentum_ = Vec3::Zero();

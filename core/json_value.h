@@ -138,7 +138,8 @@ class JsonValue {
 /// "[json.exception.parse_error.101] ".
 inline std::string json_message(std::string_view what) {
   if (what.starts_with("[json."))
-    if (const auto end = what.find("] "); end != std::string_view::npos) what.remove_prefix(end + 2);
+    if (const auto end = what.find("] "); end != std::string_view::npos)
+      what.remove_prefix(end + 2);
   return std::string(what);
 }
 

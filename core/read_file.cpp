@@ -69,8 +69,8 @@ std::string read_whole_file(const fs::path& file, const FileRules& rules) {
   }
   if (in.bad()) refuse_file(file, "cannot be read to its end");
   if (bytes.size() > rules.most_bytes)
-    refuse_file(file, "is larger than " + size_text(rules.most_bytes) + " and cannot be a " +
-                          rules.what);
+    refuse_file(file,
+                "is larger than " + size_text(rules.most_bytes) + " and cannot be a " + rules.what);
   return bytes;
 }
 

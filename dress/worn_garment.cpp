@@ -65,8 +65,9 @@ std::vector<WornGarment> read_worn(const fs::path& folder, const LoadConfig& bod
     list.back().name = fs::path(result["pattern"].text()).stem().string();
     list.back().outer_friction = outer_friction;
   } catch (const JsonFault& fault) {
-    refuse(folder, std::string("result.json is of another version of the program or was changed (") +
-                       fault.what() + ")");
+    refuse(folder,
+           std::string("result.json is of another version of the program or was changed (") +
+               fault.what() + ")");
   }
   return list;
 }

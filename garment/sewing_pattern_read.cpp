@@ -303,7 +303,8 @@ Json parse_unique(const std::string& text, const std::string& name) {
   try {
     return Json::parse(text, check);
   } catch (const Json::exception& error) {
-    throw std::invalid_argument(fmt::format("{}: is not JSON: {}", name, json_message(error.what())));
+    throw std::invalid_argument(
+        fmt::format("{}: is not JSON: {}", name, json_message(error.what())));
   }
 }
 

@@ -213,7 +213,7 @@ std::optional<RefinedSimulation> merge_due(const Refinement& refinement,
   SimulationState state = simulation.state();
   next.refinement.merge(due.event, state);
   ++state.step;
-  state.memory.clear();   // integrators of several steps and friction start anew
+  state.memory.clear();  // integrators of several steps and friction start anew
   state.contact_memory.clear();
   state.pinches.clear();  // found again in the next step
   state.still = 0.0;

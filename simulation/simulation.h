@@ -69,7 +69,8 @@ struct SimulationState {
   /// negative: unknown
   double acceleration = -1.0;
   double still = 0.0;  ///< s, for how long no particle has been faster than time.sleep_speed
-  /// Strain that shorter steps could not avoid, by the strain limit (detail/strain_guard.h); 0: none
+  /// Strain that shorter steps could not avoid, by the strain limit (detail/strain_guard.h); 0:
+  /// none
   double given_strain = 0.0;
   std::vector<double> memory;          ///< of the integrator and the forces, as they save it
   std::vector<double> contact_memory;  ///< of the response, as it saves it

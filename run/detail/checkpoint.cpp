@@ -262,8 +262,7 @@ void read_state_fields(const Value& json, SimulationState& state) {
   if (json.has("pinches")) state.pinches = pinches_from(json["pinches"]);
   if (json.has("memory")) state.memory = memory_from(json["memory"].text());
   // Older checkpoints have none.
-  if (json.has("contact_memory"))
-    state.contact_memory = memory_from(json["contact_memory"].text());
+  if (json.has("contact_memory")) state.contact_memory = memory_from(json["contact_memory"].text());
   if (json.has("splits")) state.splits = splits_from(json["splits"]);
   if (json.has("merges")) state.merges = merges_from(json["merges"]);
 }

@@ -267,8 +267,8 @@ TEST(Dress, AVertexOfABlockedPairMovesToTheOtherOneWhereNothingIsInTheWay) {
   const Methods methods;
   detail::DressScene made =
       detail::make_dress_scene(start, plate, config, {.pull = 10.0, .merge = 0.35});
-  const auto start = detail::start_simulation(made, methods);
-  const Simulation& simulation = *start;
+  const auto owned = detail::start_simulation(made, methods);
+  const Simulation& simulation = *owned;
   detail::Garment garment = start;
   const std::size_t moved = detail::move_together(simulation, garment, config, 0.35);
   std::size_t nearer = 0;

@@ -140,14 +140,14 @@ def test_a_simulation_refuses_two_threads_at_once():
 
 
 def test_a_detector_refuses_two_threads_at_once():
-    x, t = sheet(100)
+    x, t = sheet(60)
     detector = selvedge.Detector()
     body = (x + [0.001, 0.002, -0.001], t)
     expected = len(detector.find_collisions(x, x - [0, 0, 0.002], t, body))
     faults, found = [], []
 
     def work():
-        for _ in range(20):
+        for _ in range(10):
             try:
                 found.append(len(detector.find_collisions(x, x - [0, 0, 0.002], t, body)))
                 detector.find_candidates(x, x, t)

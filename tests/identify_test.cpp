@@ -210,7 +210,7 @@ TEST_F(StateOfASearch, OfAnotherSearchOrWithoutAllCandidatesIsRefused) {
   EXPECT_NE(fault_of_reading(search_, config_).find("is not the state of a search"),
             std::string::npos);
   std::filesystem::remove(file_);
-  EXPECT_NE(fault_of_reading(search_, config_).find("cannot be read"), std::string::npos);
+  EXPECT_NE(fault_of_reading(search_, config_).find("no such file"), std::string::npos);
 }
 
 TEST_F(StateOfASearch, IsKeptAfterEveryGenerationAndResumesToTheSameBits) {

@@ -34,9 +34,9 @@ std::vector<std::string> texts_from(const Value& value) {
 }
 
 double positive_from(const Value& value) {
-  const double number = value.number();
-  if (!(number > 0.0)) value.refuse("a number greater than 0");
-  return number;
+  const Json& json = value.json();
+  if (!json.is_number() || !(json.get<double>() > 0.0)) value.refuse("a number greater than 0");
+  return value.number();
 }
 
 std::string error_from(const Value& error) {

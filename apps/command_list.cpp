@@ -19,6 +19,8 @@
 
 namespace {
 
+using selvedge::print_document;
+using selvedge::print_escaped;
 using selvedge::ListedMethod;
 
 constexpr bool has_assimp = SELVEDGE_HAS_ASSIMP;

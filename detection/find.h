@@ -94,7 +94,9 @@ struct TrianglePair {
 /// Pairs of triangles that meet in a state, each list sorted.
 ///
 /// Two triangles *cross* if their insides have a common point: an edge of one passes through the
-/// inside of the other, or both lie in one plane and overlap in area. They *touch* if they do not
+/// inside of the other, or both lie in one plane and overlap in area. A triangle also crosses the
+/// triangles at an edge that lies in its plane and passes along its inside, if they are on both
+/// sides of it: the surface passes through it exactly along the edge. They *touch* if they do not
 /// cross, but primitives of them without a common vertex have a common point: a corner or an edge
 /// of one and the other triangle, or two edges. Vertices are common by index; equal positions of
 /// different indices touch. A degenerate triangle is the segment or point that its corners span: it

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/detection/detail/common_vertices.h>
+#include <selvedge/detection/detail/passages.h>
 #include <selvedge/detection/find.h>
 #include <selvedge/narrowphase/ccd_methods.h>
 #include <selvedge/narrowphase/triangles_cross.h>
@@ -118,6 +119,7 @@ void TriangleTest::find(const SurfaceView& a, const SurfaceView& b, TriangleMeet
   for (const auto& [of_b, of_a] : swapped) pairs.push_back({of_a, of_b});
   sort_unique(pairs);
   add_meetings(pairs, a, b, out);
+  detail::move_passages(a, b, out);
 }
 
 void TriangleTest::find_self(const SurfaceView& a, TriangleMeetings& out) {
@@ -130,6 +132,7 @@ void TriangleTest::find_self(const SurfaceView& a, TriangleMeetings& out) {
   sort_unique(pairs);
   add_meetings(pairs, a, a, out);
   add_folded(a, out);
+  detail::move_passages(a, a, out);
 }
 
 void TriangleTest::find_folded(const SurfaceView& a, TriangleMeetings& out) {

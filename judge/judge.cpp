@@ -7,9 +7,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
 
 namespace selvedge {
 namespace judging {
@@ -65,6 +69,7 @@ class FirstPairs {
     pairs_.insert(pair);
     if (pairs_.size() > reported_pairs) pairs_.erase(std::prev(pairs_.end()));
   }
+  void remove(IndexPair pair) { pairs_.erase(pair); }
   std::vector<IndexPair> list() const { return {pairs_.begin(), pairs_.end()}; }
 
  private:
@@ -72,29 +77,73 @@ class FirstPairs {
 };
 
 /// Counts crossing and touching pairs apart.
-struct Meetings {
-  std::size_t crossings = 0, touches = 0;
-  FirstPairs first_crossings, first_touches;
-
+class Meetings {
+ public:
   void add(Meeting meeting, IndexPair pair) {
     if (meeting == Meeting::apart) return;
     ++(meeting == Meeting::cross ? crossings : touches);
-    (meeting == Meeting::cross ? first_crossings : first_touches).add(pair);
+    (meeting == Meeting::cross ? first_crossings_ : first_touches_).add(pair);
   }
+
+  /// Notes how triangle t of `leaves` leans on triangle s of `mesh`, which it touches.
+  void add_leaves(const TriangleMesh& mesh, std::int32_t s, const TriangleMesh& leaves,
+                  std::int32_t t, IndexPair pair) {
+    const Triangle& leaf = leaves.triangles[t];
+    for (int k = 0; k < 3; ++k) {
+      const std::int32_t v = leaf[k], w = leaf[(k + 1) % 3], apex = leaf[(k + 2) % 3];
+      const int side = judging::leaning_side(corners(mesh, s), leaves.vertices[v],
+                                             leaves.vertices[w], leaves.vertices[apex]);
+      if (side != 0) leaning_[{&mesh, s, std::min(v, w), std::max(v, w)}].push_back({side, pair});
+    }
+  }
+
+  /// A surface passes through a triangle along an edge whose triangles lean on both of its sides:
+  /// they cross.
+  void count_passages() {
+    std::set<IndexPair> passing;
+    for (const auto& [place, leaves] : leaning_) {
+      const auto [low, high] = std::minmax_element(leaves.begin(), leaves.end());
+      if (low->first == high->first) continue;
+      for (const auto& [side, pair] : leaves) passing.insert(pair);
+    }
+    for (const IndexPair& pair : passing) {
+      add(Meeting::cross, pair);
+      first_touches_.remove(pair);
+    }
+    touches -= passing.size();
+  }
+
+  std::vector<IndexPair> first_crossings() const { return first_crossings_.list(); }
+  std::vector<IndexPair> first_touches() const { return first_touches_.list(); }
+
+  std::size_t crossings = 0, touches = 0;
+
+ private:
+  FirstPairs first_crossings_, first_touches_;
+  // By the triangle leant on and the edge: sides and pairs. Sums of the groups do not depend on
+  // their order.
+  std::map<std::tuple<const TriangleMesh*, std::int32_t, std::int32_t, std::int32_t>,
+           std::vector<std::pair<int, IndexPair>>>
+      leaning_;
 };
 
 void count_self_intersections(const TriangleMesh& mesh, const BoxTree& tree, Verdict& verdict) {
   Meetings found;
   tree.find_meeting_pairs([&](std::int32_t i, std::int32_t j) {
     const Triangle &s = mesh.triangles[i], &t = mesh.triangles[j];
-    found.add(share_a_vertex(s, t) ? judging::meeting_of_neighbours(mesh.vertices, s, t)
-                                   : judging::meeting_of(corners(mesh, i), corners(mesh, j)),
-              {i, j});
+    const Meeting meeting = share_a_vertex(s, t)
+                                ? judging::meeting_of_neighbours(mesh.vertices, s, t)
+                                : judging::meeting_of(corners(mesh, i), corners(mesh, j));
+    found.add(meeting, {i, j});
+    if (meeting != Meeting::touch) return;
+    found.add_leaves(mesh, i, mesh, j, {i, j});
+    found.add_leaves(mesh, j, mesh, i, {i, j});
   });
+  found.count_passages();
   verdict.self_intersections = found.crossings;
   verdict.self_touches = found.touches;
-  verdict.first_self = found.first_crossings.list();
-  verdict.first_self_touches = found.first_touches.list();
+  verdict.first_self = found.first_crossings();
+  verdict.first_self_touches = found.first_touches();
 }
 
 void count_body_intersections(const TriangleMesh& mesh, const TriangleMesh& body,
@@ -103,14 +152,20 @@ void count_body_intersections(const TriangleMesh& mesh, const TriangleMesh& body
   const std::vector<ClosedBox> boxes = triangle_boxes(body);
   for (std::size_t j = 0; j < boxes.size(); ++j) {
     const TrianglePoints points = corners(body, j);
+    const auto of_body = static_cast<std::int32_t>(j);
     tree.find_meeting(boxes[j], [&](std::int32_t i) {
-      found.add(judging::meeting_of(corners(mesh, i), points), {i, static_cast<std::int32_t>(j)});
+      const Meeting meeting = judging::meeting_of(corners(mesh, i), points);
+      found.add(meeting, {i, of_body});
+      if (meeting != Meeting::touch) return;
+      found.add_leaves(mesh, i, body, of_body, {i, of_body});
+      found.add_leaves(body, of_body, mesh, i, {i, of_body});
     });
   }
+  found.count_passages();
   verdict.body_intersections = found.crossings;
   verdict.body_touches = found.touches;
-  verdict.first_body = found.first_crossings.list();
-  verdict.first_body_touches = found.first_touches.list();
+  verdict.first_body = found.first_crossings();
+  verdict.first_body_touches = found.first_touches();
 }
 
 void measure_penetration(const TriangleMesh& mesh, const TriangleMesh& body, Verdict& verdict) {

@@ -97,6 +97,26 @@ bool triangles_cross(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b)
   return passes_through(side_a) && insides_meet_on_line(a, side_a, b, side_b);
 }
 
+int side_of_leaf(const std::array<Vec3, 3>& t, const Vec3& v, const Vec3& w, const Vec3& apex) {
+  if (orientation(t[0], t[1], t[2], v) != 0 || orientation(t[0], t[1], t[2], w) != 0) return 0;
+  const int side = orientation(t[0], t[1], t[2], apex);
+  if (side == 0) return 0;
+  int axis = 0;
+  while (orientation(t[0], t[1], t[2], axis) == 0) ++axis;
+  // In one plane: the insides of an edge and a triangle are disjoint if and only if the line of the
+  // edge or of one of the triangle's separates them.
+  if (!passes_through({orientation(v, w, t[0], axis), orientation(v, w, t[1], axis),
+                       orientation(v, w, t[2], axis)}))
+    return 0;
+  const int inside = orientation(t[0], t[1], t[2], axis);
+  for (int i = 0; i < 3; ++i) {
+    const Vec3 &p = t[i], &q = t[(i + 1) % 3];
+    if (orientation(p, q, v, axis) * inside <= 0 && orientation(p, q, w, axis) * inside <= 0)
+      return 0;
+  }
+  return side;
+}
+
 // The corners a and b are on different sides of the edge in a projection along an axis. The
 // triangles then lie on different sides of the plane through the edge along this axis, and have no
 // other point in it.

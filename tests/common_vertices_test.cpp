@@ -371,6 +371,50 @@ TEST(CommonVertices, FiveNearlyCoplanarPointsCrossInThreeOfFifteenWays) {
   EXPECT_EQ(crossing, expected);
 }
 
+// ---- Surfaces that pass through a triangle along an edge
+
+How both_with_a_leaf(const Vec3& other_apex) {
+  // Two triangles with the edge 3-4, which lies on the first triangle.
+  const TriangleMesh mesh{
+      {{-1, -1, 0}, {4, -1, 0}, {-1, 4, 0}, {0, 0, 0}, {1, 0, 0}, {.5, 0, 1}, other_apex},
+      {{0, 1, 2}, {3, 4, 5}, {4, 3, 6}}};
+  const Verdict verdict = judge(mesh, {}, {});
+  const TriangleMeetings found_pairs = find_meetings(mesh.vertices, mesh.triangles);
+  EXPECT_EQ(verdict.self_intersections, found_pairs.crossings.size());
+  EXPECT_EQ(verdict.self_touches, found_pairs.touches.size());
+  EXPECT_EQ(verdict.self_intersections + verdict.self_touches, 2u);
+  return verdict.self_intersections == 2 ? How::cross
+         : verdict.self_touches == 2     ? How::touch
+                                         : How::apart;
+}
+
+TEST(CommonVertices, ASurfaceThatPassesThroughATriangleAlongAnEdgeCrossesIt) {
+  EXPECT_EQ(both_with_a_leaf({.5, 0, -1}), How::cross);
+  EXPECT_EQ(both_with_a_leaf({.5, .2, 1}), How::touch) << "a fold that rests on it";
+}
+
+TEST(CommonVertices, ASheetThroughAnotherAlongItsEdgesCrosses) {
+  // Two lattices of unit squares at right angles; the edges of the one lie inside faces of the
+  // other.
+  TriangleMesh sheet;
+  for (int j = 0; j <= 4; ++j)
+    for (int i = 0; i <= 4; ++i) sheet.vertices.emplace_back(i, j, 0);
+  for (std::int32_t j = 0; j < 4; ++j)
+    for (std::int32_t i = 0; i < 4; ++i) {
+      const std::int32_t k = 5 * j + i;
+      sheet.triangles.push_back({k, k + 1, k + 6});
+      sheet.triangles.push_back({k, k + 6, k + 5});
+    }
+  TriangleMesh wall = sheet;
+  for (Vec3& x : wall.vertices) x = Vec3(2.25, x.x() - 0.125, x.y() - 2.0);
+  const TriangleMeetings found_pairs =
+      find_meetings({wall.vertices, wall.triangles}, {sheet.vertices, sheet.triangles});
+  const Verdict verdict = judge(wall, sheet, {});
+  EXPECT_GT(verdict.body_intersections, 0u);
+  EXPECT_EQ(verdict.body_intersections, found_pairs.crossings.size());
+  EXPECT_EQ(verdict.body_touches, found_pairs.touches.size());
+}
+
 // ---- Motion: what the continuous test proves of triangles with common vertices
 
 /// On a lattice of eighths, positions at sixteenths of the step are exact.
@@ -380,7 +424,7 @@ TEST(CommonVertices, AStepWithoutCollisionKeepsNeighboursApart) {
   const auto point = [&] {
     return Vec3(random.integer(0, 4), random.integer(0, 4), random.integer(0, 3));
   };
-  for (int i = 0; i < 4000; ++i) {
+  for (int i = 0; i < 2000; ++i) {
     const int common = random.integer(1, 2);
     TriangleMesh start;
     std::vector<Vec3> end;
@@ -401,7 +445,7 @@ TEST(CommonVertices, AStepWithoutCollisionKeepsNeighboursApart) {
           << text(now);
     }
   }
-  EXPECT_GT(free, 500);
+  EXPECT_GT(free, 200);
 }
 
 }  // namespace

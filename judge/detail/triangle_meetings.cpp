@@ -120,6 +120,43 @@ bool segment_passes(const RationalTriangle& segment, const RationalTriangle& t,
   return true;
 }
 
+// ---- Signs that show that triangles which meet do not cross
+
+/// The first coordinate that can be dropped without making the corners collinear, or -1.
+int projection_of(const TrianglePoints& t) {
+  for (int k = 0; k < 3; ++k)
+    if (orient2d(t[0], t[1], t[2], k) != 0) return k;
+  return -1;
+}
+
+/// In one plane, without coordinate k: whether all points are beyond the line of an edge of t, or
+/// on it.
+bool an_edge_has_beyond(const TrianglePoints& t, std::span<const Vec3> points, int k) {
+  const int inside = orient2d(t[0], t[1], t[2], k);
+  for (int i = 0; i < 3; ++i) {
+    const auto is_beyond = [&](const Vec3& x) {
+      return orient2d(t[i], t[(i + 1) % 3], x, k) * inside <= 0;
+    };
+    if (std::all_of(points.begin(), points.end(), is_beyond)) return true;
+  }
+  return false;
+}
+
+/// True for triangles that only touch, with area, if one lies on one side of the other or if the
+/// line of an edge separates them in one plane. False proves nothing.
+bool evidently_uncrossed(const TrianglePoints& a, const TrianglePoints& b) {
+  const int k = projection_of(a);
+  if (k < 0 || projection_of(b) < 0) return false;
+  int low = 0, high = 0;
+  for (const Vec3& x : b) {
+    const int side = orient3d(a[0], a[1], a[2], x);
+    low = std::min(low, side);
+    high = std::max(high, side);
+  }
+  if (low == 0 && high == 0) return an_edge_has_beyond(a, b, k) || an_edge_has_beyond(b, a, k);
+  return low == 0 || high == 0;
+}
+
 // ---- Neighbours
 
 constexpr double kUnitRoundoff = 0x1p-53;
@@ -187,6 +224,7 @@ bool edges_meet(std::span<const Vec3> x, const Triangle& s, const Triangle& t) {
 }  // namespace
 
 bool triangles_cross(const TrianglePoints& a, const TrianglePoints& b) {
+  if (evidently_uncrossed(a, b)) return false;
   const RationalTriangle of_a = rational(a), of_b = rational(b);
   const RationalPoint normal_a = normal_of(of_a), normal_b = normal_of(of_b);
   const bool flat_a = is_zero(normal_a), flat_b = is_zero(normal_b);
@@ -194,6 +232,19 @@ bool triangles_cross(const TrianglePoints& a, const TrianglePoints& b) {
   if (flat_a) return segment_passes(of_a, of_b, normal_b);
   if (flat_b) return segment_passes(of_b, of_a, normal_a);
   return insides_meet(of_a, normal_a, of_b, normal_b);
+}
+
+int leaning_side(const TrianglePoints& t, const Vec3& v, const Vec3& w, const Vec3& apex) {
+  if (orient3d(t[0], t[1], t[2], v) != 0 || orient3d(t[0], t[1], t[2], w) != 0) return 0;
+  const int side = orient3d(t[0], t[1], t[2], apex);
+  const int k = side == 0 ? -1 : projection_of(t);
+  if (k < 0) return 0;
+  std::array<int, 3> of_line;
+  for (int i = 0; i < 3; ++i) of_line[i] = orient2d(v, w, t[i], k);
+  const auto [least, most] = std::minmax_element(of_line.begin(), of_line.end());
+  if (*least >= 0 || *most <= 0) return 0;
+  const std::array<Vec3, 2> edge{v, w};
+  return an_edge_has_beyond(t, edge, k) ? 0 : side;
 }
 
 Meeting meeting_of(const TrianglePoints& a, const TrianglePoints& b) {

@@ -19,6 +19,10 @@ bool triangles_cross(const TrianglePoints& a, const TrianglePoints& b);
 /// For triangles without a common vertex. Exact.
 Meeting meeting_of(const TrianglePoints& a, const TrianglePoints& b);
 
+/// For a triangle v w apex that touches t: the side of t, 1 or -1, on which it leans with its edge
+/// v w, part of which lies in the inside of t; 0 if it does not. Exact.
+int leaning_side(const TrianglePoints& t, const Vec3& v, const Vec3& w, const Vec3& apex);
+
 /// For triangles s and t of one surface with a common vertex (by index), beyond what they have in
 /// common. Exact.
 Meeting meeting_of_neighbours(std::span<const Vec3> x, const Triangle& s, const Triangle& t);

@@ -177,6 +177,24 @@ TEST(SurfaceUnion, FacesThatThePieceDoesNotMeetDoNotCount) {
   EXPECT_TRUE(std::any_of(one.begin(), one.end(), rim));
 }
 
+TEST(SurfaceUnion, LayersOfClothDoNotCountAsJoined) {
+  Place place;
+  place.add_quad({0, -1, 0}, {1, 0, 0}, {0, 2, 0});
+  place.add_quad({-1, -1, 0}, {1, 0, 0}, {0, 2, 0});
+  place.x[0] = {-kGap, 0.01, kGap};
+  SurfaceUnion all(place.triangles);
+  all.fit(place.x);
+  const auto stays = [&](std::size_t begin, std::size_t end) {  // with these vertices on a border
+    std::vector<char> border(place.x.size(), 0);
+    for (std::size_t i = begin; i < end; ++i) border[i] = 1;
+    ContactPoint rim = place.contact(place.triangles[1]);
+    return all.is_true_contact(rim, place.x, {kTolerance, {}, {}, border});
+  };
+  EXPECT_FALSE(stays(1, 9)) << "a seam";
+  EXPECT_TRUE(stays(1, 5)) << "a hem on the middle of a layer";
+  EXPECT_TRUE(stays(5, 9)) << "a fold beside a hem";
+}
+
 TEST(TriangleTree, FindsWhatAllTrianglesHave) {
   std::mt19937_64 random(3);
   std::vector<Vec3> x;

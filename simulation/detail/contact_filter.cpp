@@ -2,6 +2,14 @@
 #include <selvedge/simulation/detail/contact_filter.h>
 
 namespace selvedge {
+
+const double kBorder = 1e-9;
+
+// Rounding for points; for edges an angle of 6 degrees, because cloth that lies along a rim needs
+// all of its edges held, not the nearest one.
+const double kPointSlope = 1e-6;
+const double kEdgeSlope = 0.1;
+
 ContactFilter::ContactFilter(std::size_t n, std::span<const Triangle> triangles)
     : begin_(n + 1, 0), around_(6 * triangles.size()) {
   for (const Triangle& t : triangles)
@@ -33,7 +41,7 @@ bool ContactFilter::is_true_point_contact(const ContactPoint& c, std::span<const
   std::array<std::int32_t, 3> feature;
   std::size_t size = 0;
   for (int k = 1; k < 4; ++k)
-    if (-c.weight[k] > kBorderWeight) feature[size++] = c.vertex[k];
+    if (-c.weight[k] > kBorder) feature[size++] = c.vertex[k];
   if (size == 3) return true;  // inside the triangle
   const Vec3 d = relative(c, x);
   const Vec3 q = x[c.vertex[0]] - d;

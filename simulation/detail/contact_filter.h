@@ -10,13 +10,10 @@
 
 namespace selvedge {
 
-/// A barycentric weight this small is a point on the border of its primitive.
-inline constexpr double kBorderWeight = 1e-9;
-
-/// Slope above which a neighbour counts as nearer: rounding for points; for edges an angle of 6
-/// degrees, because cloth that lies along a rim needs all of its edges held, not the nearest one.
-inline constexpr double kPointSlope = 1e-6;
-inline constexpr double kEdgeSlope = 0.1;
+/// A point with a barycentric weight this small is on the border of its primitive.
+extern const double kBorder;
+/// Slopes above which a neighbour counts as nearer, of points and of edges.
+extern const double kPointSlope, kEdgeSlope;
 
 /// Removes false contacts with neighbouring faces. A point that rests on a face also has a closest
 /// point on each neighbouring face, at the common edge. As a contact it would be a wall across a

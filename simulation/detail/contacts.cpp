@@ -58,6 +58,22 @@ std::vector<Triangle> joint_body_triangles(const SceneMotion& motion) {
   return {all.begin() + static_cast<std::ptrdiff_t>(motion.cloth_triangles().size()), all.end()};
 }
 
+// 1 for vertices of edges with one triangle.
+std::vector<char> border_vertices(const std::vector<Triangle>& triangles, std::size_t n) {
+  std::vector<Edge> sides;
+  for (const Triangle& t : triangles)
+    for (int k = 0; k < 3; ++k)
+      sides.push_back({std::min(t[k], t[(k + 1) % 3]), std::max(t[k], t[(k + 1) % 3])});
+  std::sort(sides.begin(), sides.end());
+  std::vector<char> border(n, 0);
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    if (i > 0 && sides[i] == sides[i - 1]) continue;
+    if (i + 1 < sides.size() && sides[i] == sides[i + 1]) continue;
+    border[sides[i][0]] = border[sides[i][1]] = 1;
+  }
+  return border;
+}
+
 // For each piece, whether it collides with each surface; empty if all do.
 std::vector<std::vector<char>> colliding_surfaces(const Scene& scene, const ContactPairs& pairs) {
   std::vector<std::vector<char>> collides;
@@ -94,6 +110,7 @@ Contacts::Contacts(const Scene& scene, const BuiltScene& built, const SceneMotio
       pinched_(motion.cloth_triangles(), motion.particles()),
       rest_(built.cloth.surface.vertices),
       surface_(surface_of_vertices(scene, built, motion)),
+      border_(border_vertices(motion.cloth_triangles(), motion.particles())),
       collides_(colliding_surfaces(scene, pairs_)) {}
 
 double Contacts::largest_rest_gap() const { return pairs_.largest_rest_gap(); }
@@ -182,7 +199,8 @@ bool Contacts::is_wall(bool self, ContactPoint& c) const {
   const SurfaceUnion::Reach reach{
       .tolerance = kJoinedShare * pair_rest_gap(c),
       .surface = surface_,
-      .collides = collides_.empty() ? std::span<const char>() : std::span(collides_[piece])};
+      .collides = collides_.empty() ? std::span<const char>() : std::span(collides_[piece]),
+      .border = self ? std::span(border_) : std::span<const char>()};
   const SurfaceUnion& second = self ? cloth_ : bodies_;
   if (!second.is_true_contact(c, motion_.x_t0(), reach)) return true;
   return self && c.kind == ContactKind::edge_edge &&
@@ -192,6 +210,7 @@ bool Contacts::is_wall(bool self, ContactPoint& c) const {
 // Among the found pairs that are kept. Parts of the cloth count as joined only if some are that
 // near, which is rare; then a pair of them is among those found.
 void Contacts::drop_walls(bool self) {
+  if (std::none_of(joined_.begin(), joined_.end(), [](const Joined& j) { return j.kept; })) return;
   if (self) {
     const bool any = std::any_of(found_.begin(), found_.end(), [&](const Contact& c) {
       return c.gap < kJoinedShare * largest_rest_gap();

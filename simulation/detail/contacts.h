@@ -58,6 +58,7 @@ class Contacts {
   PinchedContacts pinched_;
   std::vector<Vec3> rest_;                   // cloth at the start
   std::vector<std::int32_t> surface_;        // of each joint vertex, as ContactPairs counts
+  std::vector<char> border_;                 // of each cloth vertex: on an edge with one triangle
   std::vector<std::vector<char>> collides_;  // by piece and surface; empty: all do
   std::vector<Contact> found_;
   std::vector<NearPair> joined_;     // of found_

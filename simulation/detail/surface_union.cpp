@@ -35,11 +35,17 @@ struct SurfaceUnion::Verdict {
 SurfaceUnion::Verdict SurfaceUnion::judge(const Meeting& m, std::span<const Vec3> x,
                                           const Reach& reach) const {
   Verdict verdict;
+  const auto on_border = [&](std::int32_t v) {
+    return reach.border.empty() || reach.border[v] != 0;
+  };
+  if (!std::all_of(m.vertex.begin(), m.vertex.begin() + static_cast<std::ptrdiff_t>(m.size),
+                   on_border))
+    return verdict;
   const Vec3 p = m.q + m.towards;
   const double distance = m.towards.norm();
   tree_.for_each_near(m.q, reach.tolerance, [&](std::int32_t k) {
     const Triangle& t = tree_.triangles()[k];
-    if (verdict.is_wall || m.has(t)) return;
+    if (verdict.is_wall || m.has(t) || std::none_of(t.begin(), t.end(), on_border)) return;
     if (!reach.collides.empty() && reach.collides[reach.surface[t[0]]] == 0) return;
     const ClosestPoints here = point_triangle_closest(m.q, x[t[0]], x[t[1]], x[t[2]]);
     if (here.distance > reach.tolerance) return;
@@ -80,7 +86,7 @@ bool SurfaceUnion::is_true_contact(ContactPoint& c, std::span<const Vec3> x,
   Meeting m;
   const int first = first_count(c);
   for (int k = first; k < 4; ++k)
-    if (-c.weight[k] > kBorderWeight) m.vertex[m.size++] = c.vertex[k];
+    if (-c.weight[k] > kBorder) m.vertex[m.size++] = c.vertex[k];
   if (m.size == 3) return true;  // inside the face
   m.towards = relative(c, x);
   m.q = Vec3::Zero();

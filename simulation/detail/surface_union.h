@@ -37,6 +37,9 @@ class SurfaceUnion {
     double tolerance = 0.0;                 ///< m
     std::span<const std::int32_t> surface;  ///< of each joint vertex
     std::span<const char> collides;         ///< by surface; empty: all do
+    /// Of each joint vertex: on an edge with one triangle. Then only borders join, so that layers
+    /// which are pressed together stay layers. Empty: all faces join.
+    std::span<const char> border;
   };
 
   /// Whether the second primitive of the contact is no wall: a triangle met by a point, or an edge

@@ -117,12 +117,25 @@ std::string clean_line(const Scene& scene, const Methods& methods, const RunResu
                      t.given_up ? ", and no way out was found" : "");
 }
 
+/// The most vertices with a flag in one frame, the start included.
+int most_flagged(const RunResult& r, VertexFlag flag) {
+  return r.flags.worst[std::countr_zero(static_cast<unsigned>(flag))];
+}
+
 // Strain above the limit that no limiter could remove; each of these vertices has a flag.
 std::string over_strain(const RunResult& r) {
-  constexpr int bit = std::countr_zero(static_cast<unsigned>(kFlagOverStrain));
-  if (r.flags.worst[bit] == 0) return "";
-  return fmt::format(", {:.2f} % above the limit at {} vertices, flagged",
-                     100.0 * r.strain_residual, r.flags.worst[bit]);
+  if (const int count = most_flagged(r, kFlagOverStrain); count > 0)
+    return fmt::format(", {:.2f} % above the limit at {} vertices, flagged",
+                       100.0 * r.strain_residual, count);
+  if (r.strain_residual <= 0.0) return "";
+  return fmt::format(", {:.2f} % above the limit between frames", 100.0 * r.strain_residual);
+}
+
+void print_pinched(const RunResult& r) {
+  if (const int count = most_flagged(r, kFlagPinched); count > 0)
+    fmt::print(
+        "pinched      {} vertices nearer to bodies on both sides than the rest gap, flagged\n",
+        count);
 }
 
 void print_summary(const Scene& scene, const Methods& methods, const RunResult& r,
@@ -133,6 +146,7 @@ void print_summary(const Scene& scene, const Methods& methods, const RunResult& 
              r.peak_bytes / megabyte, printable(out.string()));
   fmt::print("clean        {}\n", clean_line(scene, methods, r));
   fmt::print("max stretch  {:.2f} %{}\n", 100.0 * r.max_stretch, over_strain(r));
+  print_pinched(r);
   if (const auto& gains = r.ledger.at("balance"); gains.at("gained_steps") > 0.0)
     fmt::print("energy       numerical errors added {:.3g} J in {}; shorten the steps\n",
                gains.at("energy_gained_J"),

@@ -376,6 +376,17 @@ CaseResult pins_apart(Trial& trial) {
                       fmt::format("stretch {:.3f}, drawn to 0.2", run.result.max_stretch));
 }
 
+// Held cloth that a body strikes
+
+CaseResult held_hit(Trial& trial) {
+  const ExtremeRun run = trial.run("held_hit");
+  if (run.x.empty()) return trial.settle(run, false, "");
+  const double limit = run.scene.materials.at("default").strain_limit;
+  const double share = run.result.max_stretch / limit;
+  return trial.settle(run, share <= 1.5 && run.rms_speed < 1.0,
+                      fmt::format("stretched to {:.3g} of its limit", share));
+}
+
 // Towel, knot, pinch
 
 CaseResult towel(Trial& trial) {
@@ -461,6 +472,7 @@ std::vector<ExtremeCase> extreme_contact_cases() {
       {"s25_seams", correct, true, side_by_side},
       {"towel", correct, false, towel},
       {"knot", correct, false, knot},
+      {"held_hit", degraded, true, held_hit},
       {"pinch", refused, true, pinch},
       {"pinch_and_go", correct, true, pinch_and_go},
   };

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 #include <utility>
 
@@ -76,7 +77,10 @@ double Simulation::Parts::stable_step(double h, double target) {
   return std::min(h, left / std::ceil(left / stable));
 }
 
-detail::StepOutcome Simulation::Parts::attempt_step(double h, double t1) {
+detail::StepOutcome Simulation::Parts::attempt_step(double h, double t1, bool may_shorten) {
+  const bool tries = may_shorten && attempts.lengths.size() == 1 && state.given_strain == 0.0;
+  input.hopeless_strain = tries && !methods.untangling() ? detail::StrainGuard::kHopeless
+                                                         : std::numeric_limits<double>::infinity();
   input.t0 = state.time;
   input.t1 = t1;
   input.h = h;
@@ -131,7 +135,8 @@ void Simulation::Parts::make_step(StepControl control) {
       throw SimulationFailed(FailureKind::stalled, "a step of " + std::to_string(control.h) +
                                                        " s is too short to advance the time of " +
                                                        std::to_string(state.time) + " s");
-    if (const detail::StepOutcome outcome = attempt_step(h, t1); !outcome.accepted) {
+    const bool may_shorten = control.halvings + kLeftForClean < scene.time.max_halvings;
+    if (const detail::StepOutcome outcome = attempt_step(h, t1, may_shorten); !outcome.accepted) {
       note_rejection(outcome);
       if (control.halvings < scene.time.max_halvings) {
         shorten();
@@ -142,17 +147,13 @@ void Simulation::Parts::make_step(StepControl control) {
       control.halvings = 0;
       continue;
     }
-    if (gains_energy() && control.halvings + kLeftForClean < scene.time.max_halvings &&
-        balance.wants_shorter()) {
-      shorten();
-      continue;
-    }
-    if (strains_far(h, control.halvings + kLeftForClean < scene.time.max_halvings)) {
+    if ((gains_energy() && may_shorten && balance.wants_shorter()) || strains_far(h, may_shorten)) {
       shorten();
       continue;
     }
     accept();
-    if (control.halvings > 0) {
+    // What was too long for the strain limit is so for the next part of the step, too.
+    if (control.halvings > 0 && !strain_guard.has_shortened()) {
       --control.halvings;
       control.h = std::min(2.0 * control.h, planned);
     }

@@ -4,6 +4,7 @@
 #include <selvedge/simulation/detail/step_ledger.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace selvedge::detail {
@@ -265,6 +266,13 @@ StepOutcome part_collisions(StepMethods& m, const StepInput& in, StepAttempt& a)
   return {};
 }
 
+// Whether the attempt will be repeated with a shorter step, so that more rounds are in vain.
+bool is_hopeless(StepMethods& m, const StepInput& in, StepAttempt& a) {
+  if (!std::isfinite(in.hopeless_strain)) return false;
+  const double end = m.strain.overshoot(particle_ends(in, a));
+  return end > in.hopeless_strain && end > m.strain.overshoot(in.particles.x);
+}
+
 }  // namespace
 
 // The page: each stage takes what the one before left in the attempt.
@@ -285,6 +293,7 @@ StepOutcome attempt_step(StepMethods& m, const StepInput& in, StepAttempt& a) {
     if (!outcome.accepted || !m.strain.bounds_strain()) return outcome;
     a.over_strain = !m.strain.is_tolerated(particle_ends(in, a));
     if (!a.over_strain || round + 1 >= kStrainRounds) return outcome;
+    if (is_hopeless(m, in, a)) return outcome;
     limit_strain_beside(m, in, a);
     find_collisions(m, in, a);
   }

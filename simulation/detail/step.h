@@ -14,6 +14,7 @@
 #include <selvedge/simulation/explain_step.h>
 #include <selvedge/simulation/simulation.h>
 
+#include <limits>
 #include <map>
 #include <memory>
 #include <span>
@@ -59,6 +60,9 @@ struct StepInput {
   /// m/s, of particles under their weight and the forces of the program alone
   std::vector<Vec3> v_coasting;
   bool bodies_move = false;
+  /// An attempt that ends farther above the strain limit than this (by the limit) and than its
+  /// start is repeated with a shorter step in any case.
+  double hopeless_strain = std::numeric_limits<double>::infinity();
   const Followers* followers = nullptr;   ///< null: no particle follows others
   const ProgramInput* program = nullptr;  ///< what the program has set
 

@@ -24,8 +24,13 @@ class StrainGuard {
   void begin() { *this = {}; }
   /// Whether a strain is so far above the limit that the guard acts.
   static bool is_far(double end);
+  /// An attempt that ends above this is repeated if it is the first one of its step, is allowed to
+  /// be shorter and nothing is given: rounds of limiter and fail-safe would be in vain.
+  static constexpr double kHopeless = 4.0;
   /// Whether the attempt has to be repeated with half its length.
   bool wants_shorter(const StrainTrial& trial);
+  /// Whether shorter attempts of this step helped.
+  bool has_shortened() const { return last_rate_ >= 0.0 && !gave_up_; }
   /// The strain that is given, after this attempt was accepted.
   double given_after(const StrainTrial& trial) const;
 

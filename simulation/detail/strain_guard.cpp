@@ -10,7 +10,7 @@ namespace {
 constexpr double kFar = 0.25;
 
 // Growth of accepted strain from which on shorter steps are tried again.
-constexpr double kGrown = 1.25;
+constexpr double kGrown = 1.5;
 
 // A halving helps if the strain grows at most at this share of its rate before. Strain that is
 // prescribed grows at the same rate.

@@ -433,6 +433,17 @@ CaseResult pinch_and_go(Trial& trial) {
                       fmt::format("free again, {:.3g} mm from the middle", 1e3 * z));
 }
 
+// The strip hangs from the jaws from 0.5 to 0.8 s, and falls once they have parted.
+CaseResult grip(Trial& trial) {
+  const ExtremeRun run = trial.run("grip");
+  if (run.frames.size() < 73) return trial.settle(run, false, "");
+  constexpr std::size_t in_jaws = 18 * 9 + 4;  // row 18 of 9 vertices, the middle
+  const double sunk = (run.frames[47][in_jaws] - run.frames[31][in_jaws]).norm();
+  const double fallen = run.frames[31][in_jaws].z() - run.x[in_jaws].z();
+  return trial.settle(run, sunk < 1e-9 && fallen > 0.1,
+                      fmt::format("sank {:.3g} m in 0.27 s, then fell {:.3g} m", sunk, fallen));
+}
+
 }  // namespace
 
 std::vector<ExtremeCase> extreme_contact_cases() {
@@ -475,6 +486,7 @@ std::vector<ExtremeCase> extreme_contact_cases() {
       {"held_hit", degraded, true, held_hit},
       {"pinch", refused, true, pinch},
       {"pinch_and_go", correct, true, pinch_and_go},
+      {"grip", correct, true, grip},
   };
 }
 

@@ -56,6 +56,8 @@ Vec3 foot_weights(const Vec3& x, const Corners& c) {
   return {part(0), part(1), part(2)};
 }
 
+bool covers(const Vec3& x, const Corners& c) { return foot_weights(x, c).minCoeff() >= 0.0; }
+
 Vec3 at(const Vec3& weights, const Corners& c) {
   return weights[0] * c[0] + weights[1] * c[1] + weights[2] * c[2];
 }
@@ -192,8 +194,11 @@ void Pinches::guide(std::int32_t neighbour, const Pinch& pinch, const StepInput&
   const Vec3& x = in.x_t0[neighbour];
   Pinch reached = pinch;
   reached.vertex = neighbour;
+  const std::vector<Triangle>& all = surface().triangles();
   for (const int side : {0, 1})
-    if (find_foot(reached, side, x, in.x_t0)) return;
+    if (find_foot(reached, side, x, in.x_t0) &&
+        covers(x, corners(all[surface().cloth_triangles() + reached.triangle[side]], in.x_t0)))
+      return;
   for (const int side : {0, 1}) {
     const Triangle& t = surface().triangles()[surface().cloth_triangles() + pinch.triangle[side]];
     const Corners c = corners(t, in.x_t0);

@@ -3,6 +3,7 @@
 // Cloth that jaws grip: held cloth stays flat, and closed jaws hold what hangs from them.
 #include <gtest/gtest.h>
 #include <selvedge/scene/build.h>
+#include <selvedge/scene/scene.h>
 #include <selvedge/tests/grips.h>
 
 namespace selvedge::grip_test {
@@ -39,6 +40,22 @@ TEST(Grips, ASavedStateWithAPinchOfNoVertexIsRefused) {
   SimulationState state = simulation.state();
   state.pinches = {{.vertex = static_cast<std::int32_t>(state.x.size())}};
   EXPECT_THROW(simulation.restore(state), std::invalid_argument);
+}
+
+TEST(Grips, JawsThatLeaveATwentiethOfTheRestGapHoldAStripCleanly) {
+  const Scene scene = read_scene(SELVEDGE_SOURCE_DIR "/data/extreme/grip.json");
+  Simulation simulation(scene);
+  simulation.advance_to_frame(31);
+  const SimulationState held = simulation.state();
+  EXPECT_GT(held.pinches.size(), 50U);
+  simulation.advance_to_frame(47);
+  for (const Pinch& pinch : held.pinches)
+    EXPECT_LT((simulation.state().x[pinch.vertex] - held.x[pinch.vertex]).norm(), 1e-9);
+  simulation.advance_to_frame(scene.time.frames);
+  EXPECT_TRUE(simulation.state().pinches.empty());
+  EXPECT_LT(simulation.state().x[18 * 9 + 4].z(), held.x[18 * 9 + 4].z() - 0.1);
+  EXPECT_TRUE(simulation.result().clean);
+  EXPECT_LT(simulation.result().max_stretch, 0.005);
 }
 
 TEST(Grips, PinchedVerticesAreFlagged) {

@@ -6,6 +6,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <map>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -34,6 +36,9 @@ constexpr double kBeside = 0.1;
 constexpr double kRise = 0.02, kRiseTime = 1.0 / 120.0, kRisen = 0.02;
 constexpr double kAboveRisen = 1.01;  // so that rounding does not keep it
 
+// Cosine above which a contact acts across a surface.
+constexpr double kActsAcross = 0.3;
+
 // Triangles that a surface may slide in a step.
 constexpr int kLongestWalk = 8;
 
@@ -60,6 +65,31 @@ bool covers(const Vec3& x, const Corners& c) { return foot_weights(x, c).minCoef
 
 Vec3 at(const Vec3& weights, const Corners& c) {
   return weights[0] * c[0] + weights[1] * c[1] + weights[2] * c[2];
+}
+
+// Rims of surfaces that overlap lie behind the cloth beside them, on its wrong sides: of the first
+// `found` contacts, drops those across the cloth of vertices that two planes guide.
+void drop_behind(std::vector<ContactPoint>& contacts, std::size_t found, std::size_t particles) {
+  std::map<std::int32_t, Vec3> across;
+  for (std::size_t i = found + 1; i < contacts.size(); ++i)
+    if (contacts[i].vertex[0] == contacts[i - 1].vertex[0])
+      across[contacts[i].vertex[0]] = contacts[i].normal;
+  const auto is_behind = [&](const ContactPoint& c) {
+    const auto is_body = [&](int k) { return static_cast<std::size_t>(c.vertex[k]) >= particles; };
+    if (!is_body(0) && !is_body(3)) return false;
+    bool guided = true, acts_across = false;
+    for (int k = 0; k < 4; ++k) {
+      if (is_body(k) || c.weight[k] == 0.0) continue;
+      const auto at = across.find(c.vertex[k]);
+      if (at == across.end())
+        guided = false;
+      else
+        acts_across = acts_across || std::abs(at->second.dot(c.normal)) > kActsAcross;
+    }
+    return guided && acts_across;
+  };
+  const auto end = contacts.begin() + static_cast<std::ptrdiff_t>(found);
+  contacts.erase(std::remove_if(contacts.begin(), end, is_behind), end);
 }
 
 }  // namespace
@@ -221,9 +251,11 @@ void Pinches::guide(const StepInput& in, std::span<const Pinch> pinches,
       if (const std::int32_t v = surface().other_end(e, pinches[k].vertex); in.inv_mass[v] > 0.0)
         neighbours.emplace_back(v, k);
   std::sort(neighbours.begin(), neighbours.end());
+  const std::size_t found = out.size();
   std::int32_t last = -1;
   for (const auto& [v, k] : neighbours)
     if (std::exchange(last, v) != v) guide(v, pinches[k], in, out);
+  drop_behind(out, found, in.n());
 }
 
 // Of all bodies, counted from 0.

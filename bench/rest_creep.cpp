@@ -79,9 +79,10 @@ void creep_case(const BenchOptions& options) {
     with.steps_per_frame = steps;
     for (const double load : {0.002, 0.01, 0.02, 0.03, 0.038, 0.042}) {
       const Scene scene = jaws_scene(with, load);
-      const BuiltScene built = build_scene(scene);
+      BuiltScene built = build_scene(scene);
       const double pull = kGravity * total_mass(built);
-      creep_row(fmt::format("strip in jaws, {:.0f} g", 1e3 * load), scene, built, pull, with);
+      creep_row(fmt::format("strip in jaws, {:.0f} g", 1e3 * load), scene, std::move(built), pull,
+                with);
     }
     for (const double ratio : {1.5, 2.0, 2.3}) {
       Capstan c = capstan(with, ratio, 0.3, 128, 2000.0);

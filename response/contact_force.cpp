@@ -232,13 +232,13 @@ void ContactForce::bear_loads(std::span<Entry> entries) {
   }
 }
 
-// A contact that stuck in the last step begins with its friction.
+// A contact that rested in the last step begins with its friction.
 void ContactForce::recall(Entry& e) const {
-  const StickMemory::Stuck* stuck = memory_.find(e.point, motion_.particles);
-  if (stuck == nullptr) return;
-  e.remembers = stuck->rests;
-  e.load_before = stuck->load;
-  e.friction = tangential(stuck->friction, e.point.normal);
+  const ContactMemory::Past* past = memory_.find(e.point, motion_.particles);
+  if (past == nullptr) return;
+  e.remembers = past->rested;
+  e.load_before = past->load;
+  e.friction = tangential(past->friction, e.point.normal);
 }
 
 // Load that a contact has, as a share of the load that would keep it exactly at its target: λ
@@ -576,9 +576,10 @@ void ContactForce::accept(std::span<const Vec3> x_t1) {
     const ContactPoint& c = e.point;
     if (e.load <= 0.0 || c.friction <= 0.0) continue;
     const Vec3 moved = tangential(relative(c, x_t1) - relative(c, motion_.x_t0), c.normal);
-    const bool rests = moved.norm() <= stick_speed(c) * motion_.h;
+    const bool rested = moved.norm() <= stick_speed(c) * motion_.h;
     const Vec3 friction = within(tangential(e.applied, c.normal) / motion_.h, e.limit);
-    memory_.add({c.vertex, c.normal, rests ? friction : Vec3(Vec3::Zero()), e.load, rests});
+    memory_.add(
+        {c.kind, c.vertex, c.normal, rested ? friction : Vec3(Vec3::Zero()), e.load, rested});
   }
 }
 

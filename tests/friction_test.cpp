@@ -3,6 +3,7 @@
 // and both do so however the scene lies in the axes. `bench_rest creep` prints the same for longer
 // runs.
 #include <gtest/gtest.h>
+#include <selvedge/response/detail/contact_memory.h>
 #include <selvedge/simulation/simulation.h>
 
 #include <algorithm>
@@ -163,6 +164,50 @@ TEST(StaticFriction, ARunThatContinuesHasTheSameBits) {
   other = middle;
   other.contact_memory[0] = 1e6;  // no vertex
   EXPECT_THROW(resumed.restore(other), std::invalid_argument);
+}
+
+TEST(ContactMemory, FindsAPointOverTheNextTriangleButNotOnAnotherSide) {
+  constexpr std::size_t kParticles = 10;
+  ContactMemory memory;
+  memory.add({ContactKind::point_triangle,
+              {3, 10, 11, 12},
+              Vec3::UnitZ(),
+              Vec3(1.0, 0.0, 0.0),
+              5.0,
+              true});
+  memory.add({ContactKind::point_triangle,
+              {3, 10, 12, 13},
+              Vec3::UnitX(),
+              Vec3(0.0, 2.0, 0.0),
+              6.0,
+              true});
+  const auto load = [&](ContactKind kind, const std::array<std::int32_t, 4>& vertex,
+                        const Vec3& normal) {
+    const ContactPoint contact{
+        .vertex = vertex, .weight = {1, -1, 0, 0}, .normal = normal, .kind = kind};
+    const ContactMemory::Past* found = memory.find(contact, kParticles);
+    return found == nullptr ? 0.0 : found->load;
+  };
+  const ContactKind point = ContactKind::point_triangle;
+  EXPECT_EQ(load(point, {3, 10, 11, 12}, Vec3::UnitZ()), 5.0);
+  EXPECT_EQ(load(point, {3, 12, 13, 14}, Vec3(0.2, 0.0, 1.0).normalized()), 5.0);
+  EXPECT_EQ(load(point, {3, 12, 13, 14}, Vec3::UnitX()), 6.0);
+  EXPECT_EQ(load(point, {3, 12, 13, 14}, -Vec3::UnitZ()), 0.0);
+  EXPECT_EQ(load(point, {4, 10, 11, 12}, Vec3::UnitZ()), 0.0);
+  EXPECT_EQ(load(point, {3, 5, 6, 7}, Vec3::UnitZ()), 0.0);  // on the cloth itself
+  memory.add({ContactKind::edge_edge, {3, 4, 12, 13}, Vec3::UnitZ(), Vec3::Zero(), 7.0, false});
+  EXPECT_EQ(load(ContactKind::edge_edge, {3, 4, 12, 13}, Vec3::UnitZ()), 7.0);
+  EXPECT_EQ(load(ContactKind::edge_edge, {3, 4, 12, 14}, Vec3::UnitZ()), 0.0);
+  std::vector<double> saved;
+  memory.save(saved);
+  ContactMemory copy;
+  copy.restore(saved, 14);
+  std::vector<double> again;
+  copy.save(again);
+  EXPECT_EQ(again, saved);
+  EXPECT_THROW(copy.restore(saved, 13), std::invalid_argument);
+  memory.clear();
+  EXPECT_EQ(load(point, {3, 10, 11, 12}, Vec3::UnitZ()), 0.0);
 }
 
 // -- the axes -------------------------------------------------------------------------------------

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/response/detail/stick_memory.h>
+#include <selvedge/response/detail/contact_memory.h>
 #include <selvedge/response/response.h>
 
 #include <span>
@@ -89,8 +89,8 @@ class ContactForce final : public Response {
     double approach = 0.0;         // kg·m, m_eff·gap violation without what gravity adds to it
     bool near = false;             // it touches, or does so at the current speed
     double load = 0.0;             // N, last estimate of λ
-    double load_before = 0.0;      // N, in the last step if it stuck
-    bool remembers = false;        // it stuck in the last step: f₀ is the friction of that step
+    double load_before = 0.0;      // N, in the last step
+    bool remembers = false;        // it rested in the last step: f₀ is the friction there
     Vec3 friction = Vec3::Zero();  // N, f₀
     Vec3 along = Vec3::Zero();     // unit direction of the friction of a sliding contact
     Vec3 offset = Vec3::Zero();    // N, friction of the next solve at no slip
@@ -174,7 +174,7 @@ class ContactForce final : public Response {
   std::vector<Vec3> v_last_;  // velocities after the last update; empty: no update in this step yet
   std::vector<LineContact> line_contacts_;
   std::vector<Change> changes_;  // scratch of an update
-  StickMemory memory_;           // of the last accepted step
+  ContactMemory memory_;         // of the last accepted step
 };
 
 }  // namespace selvedge

@@ -114,7 +114,7 @@ class Run {
   /// The state comes from the checkpoint, so the run can continue without its earlier frames,
   /// unless files of all frames are to be written.
   void check_missing_frames() const {
-    const std::vector<int> missing = output_->missing_frames(*simulation_, frame_);
+    const std::vector<int> missing = output_->missing_frames(now(), frame_);
     if (missing.empty()) return;
     const std::string fault = fmt::format(
         "{}: {} of the {} frames before the checkpoint {} missing, the first is frame {}; ",

@@ -210,7 +210,7 @@ bool Contacts::is_wall(bool self, ContactPoint& c) const {
 // Among the found pairs that are kept. Parts of the cloth count as joined only if some are that
 // near, which is rare; then a pair of them is among those found.
 void Contacts::drop_walls(bool self) {
-  if (std::none_of(joined_.begin(), joined_.end(), [](const Joined& j) { return j.kept; })) return;
+  if (std::none_of(joined_.begin(), joined_.end(), [](const NearPair& j) { return j.kept; })) return;
   if (self) {
     const bool any = std::any_of(found_.begin(), found_.end(), [&](const Contact& c) {
       return c.gap < kJoinedShare * largest_rest_gap();

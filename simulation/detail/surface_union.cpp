@@ -75,7 +75,7 @@ void SurfaceUnion::turn(ContactPoint& c, const Vec3& normal, std::span<const Vec
 
 namespace {
 
-Vec3 normal_of(const Triangle& t, std::span<const Vec3> x) {
+Vec3 normal_at(const Triangle& t, std::span<const Vec3> x) {
   return (x[t[1]] - x[t[0]]).cross(x[t[2]] - x[t[0]]);
 }
 
@@ -94,7 +94,7 @@ bool SurfaceUnion::is_true_contact(ContactPoint& c, std::span<const Vec3> x,
   m.slope = c.kind == ContactKind::edge_edge ? kEdgeSlope : kPointSlope;
   const Verdict verdict = judge(m, x, reach);
   if (verdict.turned_by >= 0 && !verdict.is_wall)
-    turn(c, normal_of(tree_.triangles()[verdict.turned_by], x), x);
+    turn(c, normal_at(tree_.triangles()[verdict.turned_by], x), x);
   return !verdict.is_wall;
 }
 
@@ -108,7 +108,7 @@ bool SurfaceUnion::is_true_first_edge(ContactPoint& c, std::span<const Vec3> x,
   m.slope = kEdgeSlope;
   const Verdict verdict = judge(m, x, reach);
   if (verdict.turned_by >= 0 && !verdict.is_wall)
-    turn(c, normal_of(tree_.triangles()[verdict.turned_by], x), x);
+    turn(c, normal_at(tree_.triangles()[verdict.turned_by], x), x);
   return !verdict.is_wall;
 }
 

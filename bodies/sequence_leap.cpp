@@ -18,6 +18,10 @@ constexpr double kEdgeGrowth = 4.0;
 // ... and it moves by this share of the size of the body, apart from the motion of the whole.
 constexpr double kLeastLeap = 0.1;
 
+// Or the body keeps its size within this share, while its edges change by this share on average:
+// in a coarse mesh every vertex is near every other one.
+constexpr double kSameSize = 0.2, kEdgeChange = 0.3;
+
 Vec3 mean_of(std::span<const Vec3> x) {
   Vec3 sum = Vec3::Zero();
   for (const Vec3& p : x) sum += p;
@@ -48,6 +52,18 @@ std::size_t leaping(std::span<const Vec3> from, std::span<const Vec3> to,
   return count;
 }
 
+/// Sum of the changes of the lengths of all edges, over the sum of their lengths.
+double edge_change(std::span<const Vec3> from, std::span<const Vec3> to,
+                   std::span<const Edge> edges) {
+  double change = 0.0, length = 0.0;
+  for (const Edge& e : edges) {
+    const double before = (from[e[1]] - from[e[0]]).norm(), after = (to[e[1]] - to[e[0]]).norm();
+    change += std::abs(after - before);
+    length += before;
+  }
+  return length > 0.0 ? change / length : 0.0;
+}
+
 }  // namespace
 
 std::string vertex_leap(std::span<const Vec3> from, std::span<const Vec3> to,
@@ -64,7 +80,9 @@ std::string vertex_leap(std::span<const Vec3> from, std::span<const Vec3> to,
   if (leaps > 0)
     return std::to_string(leaps) + " of " + std::to_string(from.size()) +
            " vertices leap away from their neighbours" + remedy;
-  if (left < kLeastMiddle)
+  const bool torn = std::abs(size_of(to) / size_of(from) - 1.0) < kSameSize &&
+                    edge_change(from, to, edges) > kEdgeChange;
+  if (left < kLeastMiddle || torn)
     return "the vertices change places: halfway the body has " +
            std::to_string(static_cast<int>(std::lround(100.0 * left))) + " % of its size" + remedy;
   return "";

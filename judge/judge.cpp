@@ -88,13 +88,17 @@ class Meetings {
   /// Notes how triangle t of `leaves` leans on triangle s of `mesh`, which it touches.
   void add_leaves(const TriangleMesh& mesh, std::int32_t s, const TriangleMesh& leaves,
                   std::int32_t t, IndexPair pair) {
-    const Triangle& leaf = leaves.triangles[t];
-    for (int k = 0; k < 3; ++k) {
-      const std::int32_t v = leaf[k], w = leaf[(k + 1) % 3], apex = leaf[(k + 2) % 3];
-      const int side = judging::leaning_side(corners(mesh, s), leaves.vertices[v],
-                                             leaves.vertices[w], leaves.vertices[apex]);
-      if (side != 0) leaning_[{&mesh, s, std::min(v, w), std::max(v, w)}].push_back({side, pair});
-    }
+    const TrianglePoints on = corners(mesh, s), points = corners(leaves, t);
+    // A leaf has one corner off the plane, its apex.
+    int apex = -1, off = 0;
+    for (int k = 0; k < 3; ++k)
+      if (judging::orient3d(on[0], on[1], on[2], points[k]) != 0) apex = k, ++off;
+    if (off != 1) return;
+    const int k = (apex + 1) % 3, l = (apex + 2) % 3;
+    const int side = judging::leaning_side(on, points[k], points[l], points[apex]);
+    if (side == 0) return;
+    const auto [v, w] = std::minmax(leaves.triangles[t][k], leaves.triangles[t][l]);
+    leaning_[{&mesh, s, v, w}].push_back({side, pair});
   }
 
   /// A surface passes through a triangle along an edge whose triangles lean on both of its sides:

@@ -188,8 +188,12 @@ int orient3d(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
   if (height_a <= largest_height && height_b <= largest_height && height_c <= largest_height &&
       (det > bound || -det > bound))
     return sign_of(det);
-  // A floating-point difference is 0 only if the numbers are equal. All four points then lie in a
-  // plane perpendicular to an axis.
+  // A floating-point difference is 0 only if the numbers are equal. Two points are then the same,
+  // or all four lie in a plane perpendicular to an axis.
+  const auto is_zero = [](double x, double y, double z) {
+    return x == 0.0 && y == 0.0 && z == 0.0;
+  };
+  if (is_zero(adx, ady, adz) || is_zero(bdx, bdy, bdz) || is_zero(cdx, cdy, cdz)) return 0;
   if ((adx == 0.0 && bdx == 0.0 && cdx == 0.0) || (ady == 0.0 && bdy == 0.0 && cdy == 0.0) ||
       (adz == 0.0 && bdz == 0.0 && cdz == 0.0))
     return 0;

@@ -100,6 +100,18 @@ TEST(HeldCloth, StaysNearItsStrainLimitWhereverABodyStrikesIt) {
   }
 }
 
+TEST(HeldCloth, StaysNearItsStrainLimitAfterAFallOfFourMetresOntoABall) {
+  Scene scene = sheet();
+  scene.cloths[0].placement.rotation = Eigen::Quaterniond::Identity();
+  scene.cloths[0].placement.translation = Vec3(0.01, 0.02, 0.25);
+  scene.cloths[0].velocity = Vec3(0, 0, -std::sqrt(2.0 * 9.81 * 4.0));
+  BodySpec& ball = scene.bodies.emplace_back();
+  ball.name = "ball";
+  ball.shape = BodyShape{Sphere{0.15}, 24};
+  scene.time.frames = 20;
+  EXPECT_LE(run(scene).stretch, 1.5 * kLimit);
+}
+
 TEST(HeldCloth, StrainThatHandlesPrescribeCostsFewHalvings) {
   for (const double speed : {0.2, 2.0, 20.0}) {  // m/s
     Scene scene = sheet();

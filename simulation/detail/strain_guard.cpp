@@ -14,7 +14,7 @@ constexpr double kGrown = 1.5;
 
 // A halving helps if the strain grows at most at this share of its rate before. Strain that is
 // prescribed grows at the same rate.
-constexpr double kHelps = 0.8;
+constexpr double kStrainHelps = 0.8;
 
 // Halvings in a row that may fail to help: contact found half-way through a step needs more than
 // one to show.
@@ -27,7 +27,7 @@ bool StrainGuard::is_far(double end) { return end > kFar; }
 bool StrainGuard::wants_shorter(const StrainTrial& t) {
   if (!is_far(t.end) || t.end <= std::max(t.start, kGrown * t.given)) return false;
   const double rate = (t.end - t.start) / t.h;
-  in_vain_ = last_rate_ >= 0.0 && rate > kHelps * last_rate_ ? in_vain_ + 1 : 0;
+  in_vain_ = last_rate_ >= 0.0 && rate > kStrainHelps * last_rate_ ? in_vain_ + 1 : 0;
   last_rate_ = rate;
   gave_up_ = in_vain_ >= kInVain || !t.may_shorten;
   return !gave_up_;

@@ -58,7 +58,7 @@ struct Place {
     std::vector<ContactPoint> out;
     for (const Triangle& t : triangles) {
       ContactPoint c = contact(t);
-      if (c.gap < 4.0 * kGap && all.is_true_contact(c, x, {kTolerance, surface, collides}))
+      if (c.gap < 4.0 * kGap && all.is_true_contact(c, x, {kTolerance, surface, collides, {}}))
         out.push_back(c);
     }
     return out;

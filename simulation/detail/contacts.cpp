@@ -201,10 +201,7 @@ bool Contacts::is_wall(bool self, ContactPoint& c) const {
       .surface = surface_,
       .collides = collides_.empty() ? std::span<const char>() : std::span(collides_[piece]),
       .border = self ? std::span(border_) : std::span<const char>()};
-  const SurfaceUnion& second = self ? cloth_ : bodies_;
-  if (!second.is_true_contact(c, motion_.x_t0(), reach)) return true;
-  return self && c.kind == ContactKind::edge_edge &&
-         !cloth_.is_true_first_edge(c, motion_.x_t0(), reach);
+  return !(self ? cloth_ : bodies_).is_true_contact(c, motion_.x_t0(), reach);
 }
 
 // Among the found pairs that are kept. Parts of the cloth count as joined only if some are that
@@ -224,7 +221,9 @@ void Contacts::drop_walls(bool self) {
   parallel_for(found_.size(), kFoundGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       NearPair& joined = joined_[i];
-      if (!joined.kept || found_[i].kind == ContactKind::triangle_point) continue;
+      const ContactKind kind = found_[i].kind;
+      if (!joined.kept || kind == ContactKind::triangle_point) continue;
+      if (self && kind == ContactKind::edge_edge) continue;  // hems of layers cross, seams do not
       joined.kept = !is_wall(self, joined.contact);
     }
   });

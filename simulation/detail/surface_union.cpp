@@ -98,18 +98,4 @@ bool SurfaceUnion::is_true_contact(ContactPoint& c, std::span<const Vec3> x,
   return !verdict.is_wall;
 }
 
-bool SurfaceUnion::is_true_first_edge(ContactPoint& c, std::span<const Vec3> x,
-                                      const Reach& reach) const {
-  Meeting m;
-  m.vertex = {c.vertex[0], c.vertex[1], -1};
-  m.size = 2;
-  m.q = c.weight[0] * x[c.vertex[0]] + c.weight[1] * x[c.vertex[1]];
-  m.towards = -relative(c, x);
-  m.slope = kEdgeSlope;
-  const Verdict verdict = judge(m, x, reach);
-  if (verdict.turned_by >= 0 && !verdict.is_wall)
-    turn(c, normal_at(tree_.triangles()[verdict.turned_by], x), x);
-  return !verdict.is_wall;
-}
-
 }  // namespace selvedge

@@ -45,8 +45,6 @@ class SurfaceUnion {
   /// Whether the second primitive of the contact is no wall: a triangle met by a point, or an edge
   /// met by an edge. May turn the normal of a contact that stays, which changes its gap, too.
   bool is_true_contact(ContactPoint& c, std::span<const Vec3> x, const Reach& reach) const;
-  /// The same for the first edge of two.
-  bool is_true_first_edge(ContactPoint& c, std::span<const Vec3> x, const Reach& reach) const;
 
  private:
   struct Meeting;

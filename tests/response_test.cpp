@@ -428,7 +428,9 @@ TEST(ContactForce, BesideAHeldParticleAFreeOneRecoversItsShareOfAViolation) {
     const double moved = kStep * end[0].z();
     EXPECT_GE(moved, 0.0);
     EXPECT_LE(moved, 1.3 * (rest_gap - gap + 1e-4));
-    if (w > 0.1) EXPECT_GT(moved, 1e-5);
+    if (w > 0.1) {
+      EXPECT_GT(moved, 1e-5);
+    }
   }
 }
 

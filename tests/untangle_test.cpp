@@ -344,7 +344,7 @@ TEST(VertexFlags, APointBetweenTwoBodiesIsPinchedAndOneOnASingleBodyIsNot) {
   };
   const std::vector<ContactPoint> contacts = {on_body(0, Vec3::UnitZ()), on_body(1, Vec3::UnitZ()),
                                               on_body(0, -Vec3::UnitZ())};
-  const auto flags = vertex_flags({cloth, cloth.surface.vertices, contacts, {}, false, 1e-3});
+  const auto flags = vertex_flags({cloth, cloth.surface.vertices, contacts, {}, {}, false, 1e-3});
   EXPECT_EQ(flags, (std::vector<std::uint8_t>{kFlagPinched, 0, 0, 0}));
 }
 
@@ -352,7 +352,7 @@ TEST(VertexFlags, TheEndsOfASpringBeyondItsLimitAreFlagged) {
   const ClothMesh cloth = make_rectangular({0.1, 0.1, 1, 1}, Material{});
   std::vector<Vec3> x = cloth.surface.vertices;
   x[0] -= Vec3(0.05, 0.0, 0.0);
-  const auto flags = vertex_flags({cloth, x, {}, {}, false, 1e-3});
+  const auto flags = vertex_flags({cloth, x, {}, {}, {}, false, 1e-3});
   EXPECT_EQ(flags[0], kFlagOverStrain);
   EXPECT_EQ(flags[1], kFlagOverStrain);
 }

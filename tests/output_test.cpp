@@ -206,9 +206,9 @@ TEST_F(Output, ACheckpointKeepsExactlyTheFieldsThatAResumedRunJoins) {
   EXPECT_EQ(result_text(kept), result_text(joined));
   auto older = detail::checkpoint_json(before);
   older.erase("plan");
-  EXPECT_TRUE(detail::result_from_checkpoint(JsonValue(older)).plan.empty());
+  EXPECT_TRUE(detail::result_from_checkpoint(JsonValue<nlohmann::json>(older)).plan.empty());
   older.erase("ledger");
-  EXPECT_ANY_THROW(detail::result_from_checkpoint(JsonValue(older)));
+  EXPECT_ANY_THROW(detail::result_from_checkpoint(JsonValue<nlohmann::json>(older)));
 }
 
 TEST_F(Output, ResultsOfTwoPartsAreJoinedByTheRuleOfEachField) {

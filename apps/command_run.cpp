@@ -141,7 +141,7 @@ void print_pinched(const RunResult& r) {
 void print_summary(const Scene& scene, const Methods& methods, const RunResult& r,
                    const std::filesystem::path& out) {
   constexpr double megabyte = 1e6;
-  fmt::print("{}: {}, {} in {:.1f} s, at most {:.0f} MB; results in {}\n", scene.name,
+  fmt::print("{}: {}, {} in {:.1f} s, at most {:.0f} MB; results in {}\n", printable(scene.name),
              counted(r.frames, "frame"), counted(r.steps, "step"), r.wall_s,
              r.peak_bytes / megabyte, printable(out.string()));
   fmt::print("clean        {}\n", clean_line(scene, methods, r));

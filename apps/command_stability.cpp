@@ -117,7 +117,6 @@ Json to_json(const std::vector<StabilityRow>& rows, bool swings) {
 void write_maps(const StabilityOptions& o, const Scene& scene,
                 const std::vector<std::string>& names) {
   const auto stiffness = numbers("--stiffness", o.stiffness), step = numbers("--step", o.step);
-  refuse_other_kind(o.map, kSvgPicture, "--map");
   std::vector<StabilityMap> maps;
   Heartbeat heartbeat("stability");
   for (const std::string& name : names) {
@@ -130,6 +129,7 @@ void write_maps(const StabilityOptions& o, const Scene& scene,
 }
 
 int run_command(const StabilityOptions& o) {
+  if (!o.map.empty()) refuse_other_kind(o.map, kSvgPicture, "--map");
   const Scene scene = read_scene(o.scene, read_overrides(o.set), methods_of_this_build());
   const auto names = choose_methods(o.integrator, integrators(), "--integrator").names;
   if (!o.config.limiter.empty() &&

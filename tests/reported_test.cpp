@@ -64,12 +64,11 @@ TEST_F(Reported, ARunDoesNotWriteThroughLinksInItsFolder) {
 TEST_F(Reported, ARestGapOfManyCellsIsRefusedWithOneThatWorks) {
   write("tiny.json", R"({"geometry": [{"name": "c", "size": [0.001, 0.001], "cells": [30, 30]}],
                          "time": {"frames": 1}})");
-  const Outcome refused =
-      run("run tiny.json --no-picture --out t", "ulimit -v 2000000; timeout 20");
-  EXPECT_REFUSED(refused, "use a rest gap of at most ");
+  const Outcome tiny = run("run tiny.json --no-picture --out t", "ulimit -v 2000000; timeout 20");
+  EXPECT_REFUSED(tiny, "use a rest gap of at most ");
   const std::string mark = "at most ";
-  const auto at = refused.err.find(mark) + mark.size();
-  const std::string gap = refused.err.substr(at, refused.err.find(' ', at) - at);
+  const auto at = tiny.err.find(mark) + mark.size();
+  const std::string gap = tiny.err.substr(at, tiny.err.find(' ', at) - at);
   EXPECT_EQ(run("run tiny.json --no-picture --out t --set contact.rest_gap=" + gap).code, 0);
   // Without contacts of the cloth with itself, its cells do not matter.
   EXPECT_EQ(run("run tiny.json --no-picture --out u --set contact.self=false").code, 0);

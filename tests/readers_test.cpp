@@ -100,19 +100,19 @@ TEST_F(Readers, APipeThatIsOpenAlreadyIsRead) {
 }
 
 TEST_F(Readers, DamagedScenesFabricsAndPatternsGiveSentences) {
-  expect_sentences("small.json", 400, [&] { read_scene(folder_ / "small.json"); });
+  expect_sentences("small.json", 150, [&] { read_scene(folder_ / "small.json"); });
   write("all.json", content(fs::path(SELVEDGE_SOURCE_DIR) / "data/scenes/round_table.json"));
-  expect_sentences("all.json", 400, [&] { read_scene(folder_ / "all.json"); });
+  expect_sentences("all.json", 100, [&] { read_scene(folder_ / "all.json"); });
   for (const std::string set : {"matsudaira_2015", "usual_kes", "wang_2011"}) {
     write("f.json", content(fs::path(SELVEDGE_SOURCE_DIR) / ("data/fabrics/" + set + ".json")));
-    expect_sentences("f.json", 400, [&] { read_fabrics(folder_ / "f.json"); });
+    expect_sentences("f.json", 150, [&] { read_fabrics(folder_ / "f.json"); });
   }
   write("p.json", garment_patterns::kBodice);
   expect_sentences("p.json", 400, [&] { read_sewing_pattern(folder_ / "p.json"); });
 }
 
 TEST_F(Readers, DamagedFilesOfAResultGiveSentences) {
-  ASSERT_EQ(run_small("r", "--max-steps 9").code, 1);
+  ASSERT_EQ(run_small("r", "--max-steps 3").code, 1);
   const fs::path out = folder_ / "r";
   const Scene scene = read_scene(folder_ / "small.json");
   expect_sentences("r/checkpoint.json", 400, [&] { detail::read_checkpoint(out); });

@@ -48,6 +48,7 @@ void Integrator::restore_memory(std::span<const double> memory) {
 void register_bdf2(IntegratorRegistry& registry);
 void register_forward_euler(IntegratorRegistry& registry);
 void register_imex(IntegratorRegistry& registry);
+void register_implicit_blend(IntegratorRegistry& registry);
 void register_implicit_desbrun(IntegratorRegistry& registry);
 void register_implicit_euler(IntegratorRegistry& registry);
 void register_implicit_exact(IntegratorRegistry& registry);
@@ -62,10 +63,10 @@ void register_verlet(IntegratorRegistry& registry);
 IntegratorRegistry integrators() {
   IntegratorRegistry registry;
   for (const auto add :
-       {register_bdf2, register_forward_euler, register_imex, register_implicit_desbrun,
-        register_implicit_euler, register_implicit_exact, register_implicit_kang,
-        register_implicit_newton, register_midpoint, register_rkf45, register_runge_kutta_4,
-        register_symplectic_euler, register_verlet})
+       {register_bdf2, register_forward_euler, register_imex, register_implicit_blend,
+        register_implicit_desbrun, register_implicit_euler, register_implicit_exact,
+        register_implicit_kang, register_implicit_newton, register_midpoint, register_rkf45,
+        register_runge_kutta_4, register_symplectic_euler, register_verlet})
     add(registry);
   return registry;
 }

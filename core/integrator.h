@@ -173,6 +173,8 @@ std::unique_ptr<Integrator> make_imex(std::vector<std::unique_ptr<Force>>, std::
                                       const IntegratorConfig&);
 std::unique_ptr<Integrator> make_implicit_euler(std::vector<std::unique_ptr<Force>>, std::size_t,
                                                 const IntegratorConfig&);
+std::unique_ptr<Integrator> make_implicit_blend(std::vector<std::unique_ptr<Force>>, std::size_t,
+                                                const IntegratorConfig&);
 std::unique_ptr<Integrator> make_implicit_exact(std::vector<std::unique_ptr<Force>>, std::size_t,
                                                 const IntegratorConfig&);
 std::unique_ptr<Integrator> make_implicit_newton(std::vector<std::unique_ptr<Force>>, std::size_t,

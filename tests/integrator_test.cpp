@@ -112,6 +112,7 @@ TEST(OscillatorEnergy, IsAsKnownAfterAHundredPeriodsOfAHundredSteps) {
       // A hundred periods would be 10^17.1, and the spring long through its other end.
       {"forward_euler", 2e3 * std::log10(1.0 + theta), 1e-6, 2000},
       {"implicit_euler", -1e4 * std::log10(1.0 + theta), 1e-3},
+      {"implicit_blend", -0.4e4 * std::log10(1.0 + theta), 0.02},
       {"implicit_exact", -1e4 * std::log10(1.0 + theta), 1e-2},
       {"implicit_newton", -1e4 * std::log10(1.0 + theta), 1e-3},
       {"midpoint", std::log10(1.0397), 1e-4},
@@ -233,6 +234,7 @@ TEST(StabilityLimit, IsTheOneOfTheTable) {
       {"imex", 0.0, 2.0},
       {"imex", 1.0, 2.0},
       {"implicit_euler", 0.0, infinity},
+      {"implicit_blend", 0.0, infinity},
       {"implicit_newton", 0.1, infinity},
       {"bdf2", 0.1, infinity},
       {"implicit_desbrun", 0.1, infinity},

@@ -285,6 +285,8 @@ TEST(Methods, AnIntegratorMadeByNameTakesTheStepOfItsMakeFunction) {
       {"imex", [&](Forces f, std::size_t n) { return make_imex(std::move(f), n, config); }},
       {"implicit_euler",
        [&](Forces f, std::size_t n) { return make_implicit_euler(std::move(f), n, config); }},
+      {"implicit_blend",
+       [&](Forces f, std::size_t n) { return make_implicit_blend(std::move(f), n, config); }},
       {"implicit_exact",
        [&](Forces f, std::size_t n) { return make_implicit_exact(std::move(f), n, config); }},
       {"implicit_newton",

@@ -136,15 +136,21 @@ void ImplicitSystem::set_matrix(const SystemAt& system, double tau, double share
     if (rows == nullptr) break;
     by_rows_.push_back(rows);
   }
+  const bool whole = by_rows_.size() == forces_.size();
   parallel_for(b_.size(), kMatrixGrain, [&](std::size_t first, std::size_t last) {
     a_.set_zero(first, last);
     for (std::size_t i = first; i < last; ++i)
       a_.diagonal(i).diagonal().setConstant(share / gain * mass_[i]);
     for (const JacobianRows* rows : by_rows_) rows->add_rows(first, last, a_);
+    if (whole && gain != 1.0) {  // while they are in the cache
+      const auto begin = static_cast<std::size_t>(a_.row_begin()[first]);
+      const auto end = static_cast<std::size_t>(a_.row_begin()[last]);
+      for (Mat3& block : a_.values().subspan(begin, end - begin)) block *= gain;
+    }
   });
   for (std::size_t k = by_rows_.size(); k < forces_.size(); ++k)
     forces_[k]->add_jacobian(system.at, tau, a_);
-  if (gain == 1.0) return;
+  if (whole || gain == 1.0) return;
   const std::span<Mat3> blocks = a_.values();
   parallel_for(blocks.size(), kScaleGrain, [&](std::size_t first, std::size_t last) {
     for (Mat3& block : blocks.subspan(first, last - first)) block *= gain;
@@ -167,15 +173,33 @@ void ImplicitSystem::assemble(const SystemAt& system) {
                   a_.values().begin() + row[i]);
   }
   add_forces(system.at, system.h);
-  multilevel_.set_matrix(a_, free_, system.at.x);
-  scaled_in_ = Norm::none;
-  begin_.v.clear();
-  end_.v.clear();
+  x_ = system.at.x;
+  set_changed_matrix();
 }
 
 void ImplicitSystem::add_jacobian_times(std::span<const Vec3> v) {
-  a_.multiply(v, ap_);
-  for (std::size_t i = 0; i < b_.size(); ++i) b_[i] += ap_[i] - (share_ * mass_[i]) * v[i];
+  find_product(v, Accuracy::exact);
+  for_particles(b_.size(),
+                [&](std::size_t i) { b_[i] += end_.av[i] - (share_ * mass_[i]) * v[i]; });
+}
+
+void ImplicitSystem::set_mass(std::span<const std::int32_t> particles, std::span<const double> mass,
+                              std::span<const Vec3> momentum) {
+  for (const std::int32_t i : particles) {
+    const double change = mass[i] - mass_[i];
+    a_.diagonal(i).diagonal().array() += share_ * change;
+    b_[i] += change * momentum[i];
+    mass_[i] = mass[i];
+  }
+  set_changed_matrix();
+}
+
+/// Call when A has changed.
+void ImplicitSystem::set_changed_matrix() {
+  multilevel_.set_matrix(a_, free_, x_);
+  scaled_in_ = Norm::none;
+  begin_.v.clear();
+  end_.v.clear();
 }
 
 std::span<const Vec3> ImplicitSystem::unbalanced(std::span<const Vec3> v) {

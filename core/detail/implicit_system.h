@@ -51,6 +51,10 @@ class ImplicitSystem {
   void assemble(const SystemAt& system);
   /// b += gain·J v, for the system assembled last. Shifts the velocity of linearisation.
   void add_jacobian_times(std::span<const Vec3> v);
+  /// Gives these particles other masses than in `hold`; `mass` and `momentum` are of all particles,
+  /// in kg and m/s. For the system assembled last.
+  void set_mass(std::span<const std::int32_t> particles, std::span<const double> mass,
+                std::span<const Vec3> momentum);
   /// b - A v over the free particles, 0 at the others; v of free particles are the old velocities.
   /// Valid until the next call.
   std::span<const Vec3> unbalanced(std::span<const Vec3> v);
@@ -70,6 +74,7 @@ class ImplicitSystem {
 
  private:
   void set_matrix(const SystemAt& system, double tau, double share, double gain);
+  void set_changed_matrix();
   void add_forces(const ForceState& state, double h);
   /// A residual in single precision, divided by a power of two.
   struct LaneResidual {
@@ -112,6 +117,7 @@ class ImplicitSystem {
   std::span<const std::unique_ptr<Force>> forces_;
   ImplicitConfig config_;
   BlockMatrix a_;
+  std::span<const Vec3> x_;                   // m, at which a_ was assembled
   std::vector<const JacobianRows*> by_rows_;  // scratch of set_matrix
   std::vector<Mat3> other_values_;  // of the pieces that are not plain, while a_ is assembled
   PieceMomentum pieces_;

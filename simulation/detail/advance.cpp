@@ -24,6 +24,45 @@ constexpr int kLeftForClean = 2;
 // Share of the stable step that is used.
 constexpr double kExplicitSafety = 0.9;
 
+// Whether the integrator takes an attempt after a rejected one by a method that gains less energy.
+bool follows_energy(const IntegratorTraits& traits) {
+  return traits.is_implicit && traits.order == 1 && !traits.ends_with_mean;
+}
+
+// The velocity of the bodies and held particles in a step whose balance is known; without any, that
+// of the centre of mass.
+Vec3 common_velocity(const detail::StepInput& in, const detail::StepAttempt& a) {
+  for (std::size_t i = 0; i < in.inv_mass.size(); ++i)
+    if (!(in.inv_mass[i] > 0.0)) return (a.x_t1[i] - in.x_t0[i]) / in.h;
+  Vec3 momentum = Vec3::Zero();
+  double mass = 0.0;
+  for (std::size_t i = 0; i < in.n(); ++i) {
+    momentum += in.particles.mass[i] * in.particles.v[i];
+    mass += in.particles.mass[i];
+  }
+  return momentum / mass;
+}
+
+// Takes as much of the difference between the end velocities and the mean ones out of an attempt as
+// it gains energy. Returns the energy that this takes, J.
+double temper(const detail::StepInput& in, double gain, detail::StepAttempt& a) {
+  const Vec3 frame = common_velocity(in, a);
+  double b = 0.0, c = 0.0;
+  for (std::size_t i = 0; i < in.n(); ++i) {
+    if (!(in.inv_mass[i] > 0.0)) continue;
+    const Vec3 d = a.v_free[i] - a.v_mean[i];
+    b += in.particles.mass[i] * d.dot(a.v_end[i] - d - frame);
+    c += 0.5 * in.particles.mass[i] * d.squaredNorm();
+  }
+  if (!(c > 0.0)) return 0.0;
+  const double least = -0.5 * b / c;  // where the energy is least
+  const double square = least * least - (gain - b - c) / c;
+  const double kept = std::clamp(square > 0.0 ? least + std::sqrt(square) : least, 0.0, 1.0);
+  for (std::size_t i = 0; i < in.n(); ++i)
+    a.v_free[i] = a.v_mean[i] + kept * (a.v_free[i] - a.v_mean[i]);
+  return b * (1.0 - kept) + c * (1.0 - kept * kept);
+}
+
 }  // namespace
 
 // The longest step that is stable from the present state, s, at most h; 0: no step is stable.
@@ -138,6 +177,7 @@ void Simulation::Parts::make_step(StepControl control) {
     const bool may_shorten = control.halvings + kLeftForClean < scene.time.max_halvings;
     if (const detail::StepOutcome outcome = attempt_step(h, t1, may_shorten); !outcome.accepted) {
       note_rejection(outcome);
+      if (attempts.lengths.size() == 1 && follows_energy(methods.traits)) continue;
       if (control.halvings < scene.time.max_halvings) {
         shorten();
         continue;
@@ -147,7 +187,14 @@ void Simulation::Parts::make_step(StepControl control) {
       control.halvings = 0;
       continue;
     }
-    if ((gains_energy() && may_shorten && balance.wants_shorter()) || strains_far(h, may_shorten)) {
+    if (gains_energy() && may_shorten && balance.wants_shorter()) {
+      if (attempts.lengths.size() == 1 && follows_energy(methods.traits))
+        balance.begin();  // the same step once more, without the blend
+      else
+        shorten();
+      continue;
+    }
+    if (strains_far(h, may_shorten)) {
       shorten();
       continue;
     }
@@ -191,6 +238,10 @@ bool Simulation::Parts::gains_energy() {
     double work = 0.0;
     for (const ContactImpulse& c : impulses) work += c.work_normal + c.work_friction;
     balance.stored(std::max(0.0, work));
+  }
+  if (balance.gain() > balance.bound() && follows_energy(methods.traits)) {
+    balance.stored(temper(input, balance.gain(), attempt));
+    ++result.counters["tempered_steps"];
   }
   return balance.gain() > balance.bound();
 }

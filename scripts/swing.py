@@ -70,7 +70,7 @@ def figure(program, folder, name, integrator, steps):
     file, out = folder / f"{name}.json", folder / f"{name}_{integrator}_{steps}"
     file.write_text(json.dumps({"name": name, **description}))
     run = [program, "run", file, "--out", out, "--set", f"solver.integrator={integrator}", "--set", f"time.steps_per_frame={steps}"]
-    if subprocess.run(run, stdout=subprocess.DEVNULL).returncode != 0:
+    if subprocess.run(run, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL).returncode != 0:
         return None
     subprocess.run([program, "measure", out, "--no-picture"], check=True, stdout=subprocess.DEVNULL)
     with open(out / "measures" / "energy.csv") as rows:

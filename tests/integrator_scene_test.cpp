@@ -253,7 +253,8 @@ TEST(SubstitutionsInAResult, NameTheBroadPhaseOfSelfCollisions) {
 }
 
 TEST(IntegratorScene, RestoredItGoesOnToTheSameBitsWhateverIsRemembered) {
-  for (const char* name : {"verlet", "bdf2", "rkf45", "implicit_desbrun", "implicit_kang"}) {
+  for (const char* name :
+       {"verlet", "bdf2", "rkf45", "implicit_blend", "implicit_desbrun", "implicit_kang"}) {
     Scene scene = flag();
     scene.solver.integrator = name;
     scene.materials["default"].bending_friction = 1e-4;

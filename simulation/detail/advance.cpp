@@ -29,6 +29,11 @@ bool follows_energy(const IntegratorTraits& traits) {
   return traits.is_implicit && traits.order == 1 && !traits.ends_with_mean;
 }
 
+// Whether the attempt was of such a method, and another one of the same length is not.
+bool has_other_method(const IntegratorTraits& traits, const detail::StepAttempt& a) {
+  return follows_energy(traits) && a.v_free != a.v_mean;
+}
+
 // The velocity of the bodies and held particles in a step whose balance is known; without any, that
 // of the centre of mass.
 Vec3 common_velocity(const detail::StepInput& in, const detail::StepAttempt& a) {
@@ -175,9 +180,12 @@ void Simulation::Parts::make_step(StepControl control) {
                                                        " s is too short to advance the time of " +
                                                        std::to_string(state.time) + " s");
     const bool may_shorten = control.halvings + kLeftForClean < scene.time.max_halvings;
-    if (const detail::StepOutcome outcome = attempt_step(h, t1, may_shorten); !outcome.accepted) {
+    const detail::StepOutcome outcome = attempt_step(h, t1, may_shorten);
+    const bool once_more =
+        attempts.lengths.size() == 1 && has_other_method(methods.traits, attempt);
+    if (!outcome.accepted) {
       note_rejection(outcome);
-      if (attempts.lengths.size() == 1 && follows_energy(methods.traits)) continue;
+      if (once_more) continue;
       if (control.halvings < scene.time.max_halvings) {
         shorten();
         continue;
@@ -188,8 +196,8 @@ void Simulation::Parts::make_step(StepControl control) {
       continue;
     }
     if (gains_energy() && may_shorten && balance.wants_shorter()) {
-      if (attempts.lengths.size() == 1 && follows_energy(methods.traits))
-        balance.begin();  // the same step once more, without the blend
+      if (once_more)
+        balance.begin();
       else
         shorten();
       continue;

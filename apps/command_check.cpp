@@ -2,7 +2,6 @@
 #include "command_check.h"
 
 #include <fmt/format.h>
-#include <selvedge/apps/detail/counted.h>
 #include <selvedge/apps/detail/progress_bar.h>
 #include <selvedge/compare/check_result.h>
 #include <selvedge/core/parallel.h>

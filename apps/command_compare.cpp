@@ -2,7 +2,6 @@
 #include "command_compare.h"
 
 #include <fmt/format.h>
-#include <selvedge/apps/detail/counted.h>
 #include <selvedge/apps/detail/method_choice.h>
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/apps/detail/progress_bar.h>

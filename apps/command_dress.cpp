@@ -2,7 +2,6 @@
 #include "command_dress.h"
 
 #include <fmt/format.h>
-#include <selvedge/apps/detail/counted.h>
 #include <selvedge/apps/detail/output_file.h>
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/bodies/sequence_leap.h>

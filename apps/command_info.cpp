@@ -2,12 +2,12 @@
 #include "command_info.h"
 
 #include <fmt/format.h>
-#include <selvedge/apps/detail/counted.h>
 #include <selvedge/apps/detail/option_values.h>
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/bodies/mesh_groups.h>
 #include <selvedge/bodies/mesh_report.h>
+#include <selvedge/core/text.h>
 #include <selvedge/detection/find.h>
 
 #include <cctype>

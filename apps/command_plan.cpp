@@ -2,12 +2,12 @@
 #include "command_plan.h"
 
 #include <fmt/format.h>
-#include <selvedge/apps/detail/counted.h>
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/compare/ablation.h>
 #include <selvedge/compare/compare_table.h>
 #include <selvedge/core/files.h>
 #include <selvedge/core/parallel.h>
+#include <selvedge/core/text.h>
 #include <selvedge/simulation/plan.h>
 #include <selvedge/simulation/simulation.h>
 

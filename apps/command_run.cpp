@@ -2,7 +2,6 @@
 #include "command_run.h"
 
 #include <fmt/format.h>
-#include <selvedge/apps/detail/counted.h>
 #include <selvedge/apps/detail/progress_bar.h>
 #include <selvedge/apps/detail/record_queries.h>
 #include <selvedge/core/parallel.h>

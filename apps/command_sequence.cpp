@@ -2,10 +2,10 @@
 #include "command_sequence.h"
 
 #include <fmt/format.h>
-#include <selvedge/apps/detail/counted.h>
 #include <selvedge/apps/detail/option_values.h>
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/bodies/animation_file.h>
+#include <selvedge/core/text.h>
 #include <selvedge/run/result_folder.h>
 
 #include <filesystem>

@@ -2,13 +2,13 @@
 #include "command_view.h"
 
 #include <fmt/format.h>
-#include <selvedge/apps/detail/counted.h>
 #include <selvedge/apps/detail/option_values.h>
 #include <selvedge/apps/detail/output_file.h>
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/apps/detail/progress_bar.h>
 #include <selvedge/core/files.h>
 #include <selvedge/core/resources.h>
+#include <selvedge/core/text.h>
 #include <selvedge/scene/methods.h>
 #include <selvedge/view/result_view.h>
 

@@ -148,6 +148,16 @@ void Simulation::Parts::hold_pinched() {
   if (methods.untangler) methods.untangler->set_pinches(attempt.pinches);
 }
 
+// After an accepted part of a step of `planned` s. What was too long for the strain limit is so for
+// the next part, too.
+StepControl Simulation::Parts::next_control(StepControl control, double planned) const {
+  if (control.halvings > 0 && !strain_guard.has_shortened()) {
+    --control.halvings;
+    control.h = std::min(2.0 * control.h, planned);
+  }
+  return control;
+}
+
 // Makes one accepted step towards the end of the nominal step. It is halved until an attempt is
 // accepted.
 void Simulation::Parts::make_step(StepControl control) {
@@ -207,12 +217,7 @@ void Simulation::Parts::make_step(StepControl control) {
       continue;
     }
     accept();
-    // What was too long for the strain limit is so for the next part of the step, too.
-    if (control.halvings > 0 && !strain_guard.has_shortened()) {
-      --control.halvings;
-      control.h = std::min(2.0 * control.h, planned);
-    }
-    state.control = state.time < target ? control : StepControl{};
+    state.control = state.time < target ? next_control(control, planned) : StepControl{};
     return;
   }
 }

@@ -70,6 +70,7 @@ struct Simulation::Parts {
   StepControl control() const;
   double longest_step(double h);
   double stable_step(double h, double target);
+  StepControl next_control(StepControl control, double planned) const;
   void make_step(StepControl control);
   void sleep_until(double target, int nominal_steps);
   void wake() { state.still = 0.0; }

@@ -20,8 +20,6 @@ constexpr int kGuessSweeps = 4;
 // a body may carry hundreds of times the weight of the particles that touch it. With a smaller
 // share, stiff contacts that take loads from each other let a taut strip creep around a cylinder.
 constexpr double kYield = 0.5;
-// Contacts press a particle from two sides if their loads leave less than this share of their sum.
-constexpr double kPressed = 0.5;
 // The greatest factor of the stiffness for that: rest gaps may be tiny, and the solver works in
 // single precision.
 constexpr double kStiffest = 1e4;
@@ -204,26 +202,21 @@ void ContactForce::bear_loads(std::span<Entry> entries) {
   const auto for_each_particle = [&](const Entry& e, const auto& body) {
     for (int k = 0; k < 4; ++k)
       if (const auto i = static_cast<std::size_t>(e.point.vertex[k]); i < motion_.particles)
-        body(yields_[i], e.point.weight[k]);
+        body(yields_[i], std::abs(e.point.weight[k]));
   };
   for (const Entry& e : entries)
     if (e.near)
       for_each_particle(e, [&](Yield& y, double weight) {
-        y.load += std::abs(weight) * e.load;
-        y.push += weight * e.load * e.point.normal;
-        y.stiffness += std::abs(weight) * e.stiffness;
+        y.load += weight * e.load;
+        y.stiffness += weight * e.stiffness;
       });
-  // Where contacts press a particle from two sides, their loads balance each other, and what is
-  // left of them is all that it yields to. The sweeps above raise such loads without end.
-  for (Yield& y : yields_)
-    if (const double net = y.push.norm(); net < kPressed * y.load) y.load = net;
   for (Entry& e : entries) {
     if (!e.near) continue;
     double sum = 0.0, weights = 0.0;
     for_each_particle(e, [&](const Yield& y, double weight) {
       if (y.stiffness <= 0.0) return;
-      sum += std::abs(weight) * y.load / y.stiffness;
-      weights += std::abs(weight);
+      sum += weight * y.load / y.stiffness;
+      weights += weight;
     });
     if (weights <= 0.0) continue;
     const double yield = sum / weights, rest = e.point.rest_gap;

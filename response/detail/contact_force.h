@@ -103,7 +103,6 @@ class ContactForce final : public Response {
   /// Sums over the contacts of a particle, by their weights.
   struct Yield {
     double load = 0.0, stiffness = 0.0;  // N, N/m
-    Vec3 push = Vec3::Zero();            // N, load with its direction
   };
   /// One contact on the line from the velocities of one solve to those of the next.
   struct LineContact {

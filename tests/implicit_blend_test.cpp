@@ -89,7 +89,7 @@ Vec3 momentum(const Sheet& sheet, std::span<const Vec3> v) {
 TEST(ImplicitBlend, ContactsStopTheEndVelocityAndTheirImpulsesChangeTheMomentum) {
   for (const bool known : {true, false})
     for (std::uint32_t seed = 1; seed <= 8; ++seed) {
-      SCOPED_TRACE(testing::Message() << "seed " << seed << " known before the step " << known);
+      SCOPED_TRACE(::testing::Message() << "seed " << seed << " known before the step " << known);
       const std::vector<std::int32_t> touched{static_cast<std::int32_t>(seed), 40, 77};
       std::vector<ImplicitTerm> terms;
       for (const std::int32_t i : touched)

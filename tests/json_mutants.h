@@ -32,7 +32,7 @@ inline nlohmann::json type_mutant(const nlohmann::json& document, std::mt19937_6
                                           nlohmann::json::array({nlohmann::json::array()}),
                                           {{"a", 1}}};
   std::vector<nlohmann::json::json_pointer> places;
-  collect_places(document, {}, places);
+  collect_places(document, nlohmann::json::json_pointer(), places);
   nlohmann::json mutant = document;
   const auto& place = places[chance() % places.size()];
   if (chance() % 8 == 0 && !place.empty() && mutant[place.parent_pointer()].is_object())

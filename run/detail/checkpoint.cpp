@@ -251,6 +251,20 @@ void write_state_fields(const SimulationState& state, Json& json) {
   json["merges"] = to_json(state.merges);
 }
 
+namespace {
+
+std::vector<double> memory_at(const Value& value) {
+  try {
+    return memory_from(value.text());
+  } catch (const JsonFault&) {
+    throw;
+  } catch (const std::invalid_argument&) {
+    value.refuse("16 hexadecimal digits for each number");
+  }
+}
+
+}  // namespace
+
 void read_state_fields(const Value& json, SimulationState& state) {
   state.time = json["time"].number();
   state.step = json["step"].whole<std::int64_t>();
@@ -260,9 +274,9 @@ void read_state_fields(const Value& json, SimulationState& state) {
   state.given_strain = json.number_or("given_strain", state.given_strain);
   if (json.has("tangles")) state.tangles = tangles_from(json["tangles"]);
   if (json.has("pinches")) state.pinches = pinches_from(json["pinches"]);
-  if (json.has("memory")) state.memory = memory_from(json["memory"].text());
+  if (json.has("memory")) state.memory = memory_at(json["memory"]);
   // Older checkpoints have none.
-  if (json.has("contact_memory")) state.contact_memory = memory_from(json["contact_memory"].text());
+  if (json.has("contact_memory")) state.contact_memory = memory_at(json["contact_memory"]);
   if (json.has("splits")) state.splits = splits_from(json["splits"]);
   if (json.has("merges")) state.merges = merges_from(json["merges"]);
 }

@@ -62,6 +62,10 @@ struct IntegratorTraits {
   /// The end velocity equals the mean velocity of the step, so contacts that change one change the
   /// other.
   bool ends_with_mean = false;
+  /// After a rejected attempt of a step, the next one is by a method that gains less energy.
+  bool follows_energy = false;
+  /// Error of a step as a share of that of implicit Euler, for methods of first order.
+  double share_of_euler_error = 1.0;
 };
 
 /// State at the start of a step.

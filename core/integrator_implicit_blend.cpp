@@ -48,9 +48,12 @@ class ImplicitBlend final : public Integrator {
         guess_(n) {}
 
   IntegratorTraits traits() const override {
-    return {"stable at any step of the scene; loses little energy",
-            "Dinev, Liu, Kavan, Stabilizing integrators for real-time physics, 2018", 1, true,
-            true};
+    return {.promise = "stable at any step of the scene; loses little energy",
+            .source = "Dinev, Liu, Kavan, Stabilizing integrators for real-time physics, 2018",
+            .any_step = true,
+            .is_implicit = true,
+            .follows_energy = true,
+            .share_of_euler_error = kVelocityWeight + kForceWeight - 1.0};
   }
 
   void begin(const StepStart& start, StepEnd end) override;

@@ -669,7 +669,7 @@ TEST_F(CompareCells, TextsOfThePlotsNeitherOverlapNorAreCut) {
       0);
   ASSERT_EQ(
       compare(
-          "hang.json --vary integrator=implicit_euler,implicit_newton_raphson,bdf2 --no-reference "
+          "hang.json --vary integrator=implicit_euler,implicit_newton,bdf2 --no-reference "
           "--set time.frames=1 --repeats 1 --no-pictures --out d")
           .code,
       0);

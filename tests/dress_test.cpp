@@ -500,7 +500,7 @@ TEST(Dress, PatternsOfOthersHaveAFreeStart) {
         find_crossings({mesh.placed, mesh.flat.triangles}, {body.vertices, body.triangles}).empty())
         << entry.path();
   }
-  EXPECT_EQ(patterns, 15);
+  EXPECT_GE(patterns, 15);
 }
 
 TEST(Dress, ASkirtOfOthersIsSewnCleanlyOnItsBody) {

@@ -419,7 +419,7 @@ TEST(GarmentMesh, OfForeignPatternsIsSound) {
     EXPECT_TRUE(mesh.notes.empty()) << mesh.notes.front();
     EXPECT_GT(mesh.quality.least_angle, 9.0 * kDegree);
   }
-  EXPECT_EQ(files.size(), 15u);
+  EXPECT_GE(files.size(), 15u);
 }
 
 }  // namespace

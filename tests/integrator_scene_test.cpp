@@ -274,9 +274,11 @@ TEST(IntegratorScene, RestoredItGoesOnToTheSameBitsWhateverIsRemembered) {
       resumed.advance_to_frame(frame, {});
     }
     EXPECT_EQ(state_hash(whole.state()), state_hash(resumed.state())) << name;
-    // And what is remembered matters: without it the run is another one.
+    // And what is remembered matters: without it the run is another one, unless it is the pause of
+    // a blend that has not failed.
     std::fill(state.memory.begin(), state.memory.end(), 0.0);
-    if (std::string(name) == "implicit_desbrun" || std::string(name) == "implicit_kang") continue;
+    const std::vector<std::string> others = {"implicit_blend", "implicit_desbrun", "implicit_kang"};
+    if (std::find(others.begin(), others.end(), name) != others.end()) continue;
     Simulation forgetful = simulate(scene);
     forgetful.restore(state);
     for (int frame = 4; frame <= 6; ++frame) forgetful.advance_to_frame(frame, {});

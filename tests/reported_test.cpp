@@ -64,11 +64,11 @@ TEST_F(Reported, ARunDoesNotWriteThroughLinksInItsFolder) {
 TEST_F(Reported, ARestGapOfManyCellsIsRefusedWithOneThatWorks) {
   write("tiny.json", R"({"geometry": [{"name": "c", "size": [0.001, 0.001], "cells": [30, 30]}],
                          "time": {"frames": 1}})");
-  const Outcome tiny = run("run tiny.json --no-picture --out t", "ulimit -v 2000000; timeout 20");
-  EXPECT_REFUSED(tiny, "use a rest gap of at most ");
-  const std::string mark = "at most ";
-  const auto at = tiny.err.find(mark) + mark.size();
-  const std::string gap = tiny.err.substr(at, tiny.err.find(' ', at) - at);
+  const std::string command = "run tiny.json --no-picture --out t";
+  EXPECT_REFUSED(run(command, "ulimit -v 2000000; timeout 20"), "use a rest gap of at most ");
+  const std::string mark = "at most ", sentence = run(command).err;
+  const auto at = sentence.find(mark) + mark.size();
+  const std::string gap = sentence.substr(at, sentence.find(' ', at) - at);
   EXPECT_EQ(run("run tiny.json --no-picture --out t --set contact.rest_gap=" + gap).code, 0);
   // Without contacts of the cloth with itself, its cells do not matter.
   EXPECT_EQ(run("run tiny.json --no-picture --out u --set contact.self=false").code, 0);

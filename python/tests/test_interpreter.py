@@ -203,7 +203,7 @@ LONG_CALLS = {
     """,
     "find_collisions": """
         from conftest import sheet
-        x, t = sheet(60)
+        x, t = sheet(300)
         x = x * [0.01, 0.01, 1]  # every triangle meets hundreds
         detector = selvedge.Detector()
         call = lambda: detector.find_collisions(x, x - [0, 0, 0.1], t, (x - [0.3, 0.4, 50] * x[:1], t))

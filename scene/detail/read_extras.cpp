@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <selvedge/core/text.h>
 #include <selvedge/scene/detail/read_extras.h>
 #include <selvedge/scene/fabric_file.h>
 
@@ -55,8 +56,8 @@ void refuse_bad_pairs(const LocatedJson& document, const SeamSpec& seam, const s
   const auto& [a, b] = seam.vertices;
   if (a.size() != b.size())
     fail(document, path,
-         fmt::format("one side has {} and the other {} particles; they are sewn pair by pair",
-                     a.size(), b.size()));
+         fmt::format("one side has {} and the other {}; they are sewn pair by pair",
+                     counted(a.size(), "particle"), b.size()));
   if (seam.geometry[0] != seam.geometry[1]) return;
   for (std::size_t i = 0; i < a.size(); ++i)
     if (a[i] == b[i])

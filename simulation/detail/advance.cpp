@@ -24,14 +24,9 @@ constexpr int kLeftForClean = 2;
 // Share of the stable step that is used.
 constexpr double kExplicitSafety = 0.9;
 
-// Whether the integrator takes an attempt after a rejected one by a method that gains less energy.
-bool follows_energy(const IntegratorTraits& traits) {
-  return traits.is_implicit && traits.order == 1 && !traits.ends_with_mean;
-}
-
-// Whether the attempt was of such a method, and another one of the same length is not.
+// Whether another attempt of the same length would be by a method that gains less energy.
 bool has_other_method(const IntegratorTraits& traits, const detail::StepAttempt& a) {
-  return follows_energy(traits) && a.v_free != a.v_mean;
+  return traits.follows_energy && a.v_free != a.v_mean;
 }
 
 // The velocity of the bodies and held particles in a step whose balance is known; without any, that
@@ -252,7 +247,7 @@ bool Simulation::Parts::gains_energy() {
     for (const ContactImpulse& c : impulses) work += c.work_normal + c.work_friction;
     balance.stored(std::max(0.0, work));
   }
-  if (balance.gain() > balance.bound() && follows_energy(methods.traits)) {
+  if (balance.gain() > balance.bound() && methods.traits.follows_energy) {
     balance.stored(temper(input, balance.gain(), attempt));
     ++result.counters["tempered_steps"];
   }

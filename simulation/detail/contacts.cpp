@@ -107,7 +107,6 @@ Contacts::Contacts(const Scene& scene, const BuiltScene& built, const SceneMotio
       filter_(motion.particles() + motion.body_vertices(), joint_triangles(motion)),
       bodies_(joint_body_triangles(motion)),
       cloth_(motion.cloth_triangles()),
-      pinched_(motion.cloth_triangles(), motion.particles()),
       rest_(built.cloth.surface.vertices),
       surface_(surface_of_vertices(scene, built, motion)),
       border_(border_vertices(motion.cloth_triangles(), motion.particles())),
@@ -207,7 +206,7 @@ bool Contacts::is_wall(bool self, ContactPoint& c) const {
 // Among the found pairs that are kept. Parts of the cloth count as joined only if some are that
 // near, which is rare; then a pair of them is among those found.
 void Contacts::drop_walls(bool self) {
-  if (std::none_of(joined_.begin(), joined_.end(), [](const NearPair& j) { return j.kept; })) return;
+  if (std::none_of(joined_.begin(), joined_.end(), [](const Joined& j) { return j.kept; })) return;
   if (self) {
     const bool any = std::any_of(found_.begin(), found_.end(), [&](const Contact& c) {
       return c.gap < kJoinedShare * largest_rest_gap();
@@ -220,7 +219,7 @@ void Contacts::drop_walls(bool self) {
   }
   parallel_for(found_.size(), kFoundGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      NearPair& joined = joined_[i];
+      Joined& joined = joined_[i];
       const ContactKind kind = found_[i].kind;
       if (!joined.kept || kind == ContactKind::triangle_point) continue;
       if (self && kind == ContactKind::edge_edge) continue;  // hems of layers cross, seams do not
@@ -234,7 +233,7 @@ void Contacts::append_proximities(bool self, std::vector<ContactPoint>& out) {
   joined_.resize(found_.size());
   parallel_for(found_.size(), kFoundGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      NearPair& joined = joined_[i];
+      Joined& joined = joined_[i];
       joined.kept = !(found_[i].gap > kProximityReach * largest_rest_gap());
       if (!joined.kept) continue;
       joined.contact = joint(found_[i], self);
@@ -242,7 +241,6 @@ void Contacts::append_proximities(bool self, std::vector<ContactPoint>& out) {
     }
   });
   drop_walls(self);
-  if (!self) pinched_.straighten(joined_, motion_.x_t0());
   ContactKind kind = ContactKind::edge_edge;
   std::int32_t point = -1;
   for (std::size_t i = 0; i < found_.size(); ++i) {

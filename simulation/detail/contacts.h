@@ -4,7 +4,6 @@
 #include <selvedge/scene/build.h>
 #include <selvedge/simulation/detail/candidates.h>
 #include <selvedge/simulation/detail/contact_filter.h>
-#include <selvedge/simulation/detail/pinched_contacts.h>
 #include <selvedge/simulation/detail/surface_union.h>
 
 #include <utility>
@@ -40,6 +39,12 @@ class Contacts {
   double largest_rest_gap() const;
 
  private:
+  /// A found pair in the joint index space.
+  struct Joined {
+    ContactPoint contact;
+    bool kept = false;  ///< it becomes a contact, unless another of its point replaces it
+  };
+
   std::pair<std::int32_t, std::int32_t> surfaces(const ContactPoint& c) const;
   double rest_gap(const ContactPoint& c, bool self) const;
   bool is_near(const Contact& contact, const ContactPoint& c) const;
@@ -55,13 +60,12 @@ class Contacts {
   ContactFilter filter_;
   SurfaceUnion bodies_, cloth_;  // each as one surface
   std::uint64_t fitted_ = 0;     // where the bodies were when their union was fitted
-  PinchedContacts pinched_;
   std::vector<Vec3> rest_;                   // cloth at the start
   std::vector<std::int32_t> surface_;        // of each joint vertex, as ContactPairs counts
   std::vector<char> border_;                 // of each cloth vertex: on an edge with one triangle
   std::vector<std::vector<char>> collides_;  // by piece and surface; empty: all do
   std::vector<Contact> found_;
-  std::vector<NearPair> joined_;     // of found_
+  std::vector<Joined> joined_;       // of found_
   std::vector<ContactPoint> group_;  // contacts of one point, before they are thinned out
 };
 

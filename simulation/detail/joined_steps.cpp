@@ -11,10 +11,6 @@ namespace {
 // stiff, relative to the masses, as in one.
 constexpr int kMostJoined = 2;
 
-// Error of a method of first order whose end velocity is not the mean one, as a share of that of
-// implicit Euler: α + β - 1 of implicit_blend.
-constexpr double kBlendError = 0.4;
-
 }  // namespace
 
 JoinedSteps::JoinedSteps(const Scene& scene, const BuiltScene& built,
@@ -25,8 +21,8 @@ JoinedSteps::JoinedSteps(const Scene& scene, const BuiltScene& built,
       piece_begin_(built.piece_begin),
       size_(piece_begin_.empty() ? 0 : piece_begin_.size() - 1, 0.0) {
   if (traits.order == 1 && traits.is_implicit && traits.any_step)
-    bound_ = scene.time.step_error / (static_cast<double>(steps_per_frame_) * steps_per_frame_);
-  if (!traits.ends_with_mean) bound_ /= kBlendError;
+    bound_ = scene.time.step_error / (static_cast<double>(steps_per_frame_) * steps_per_frame_) /
+             traits.share_of_euler_error;
   // Triangles of the rest shape correspond to those of the cloth. A triangle across a merged seam
   // counts for the piece of its first vertex.
   for (std::size_t i = 0; i < built.rest.triangles.size(); ++i) {

@@ -134,7 +134,7 @@ TEST_F(Replay, ABundleOfTheFirstFormatIsRepeated) {
 
 TEST_F(Replay, TheDefaultFailSafeLeavesABundleThatFailsAgainAndNamesTheSqueeze) {
   ASSERT_EQ(pinch("p", "--set contact.fail_safe=layered").code, 1);
-  EXPECT_SAYS(content(folder_ / "p/failure/cause.txt"), "jammed: ");
+  EXPECT_SAYS(content(folder_ / "p/failure/cause.txt"), "er plate\"");
   const Json again = replayed("p", "--explain");
   EXPECT_EQ(again["as_recorded"], true) << again;
   EXPECT_EQ(again["cause"], result("p")["stopped"]);

@@ -19,9 +19,9 @@
 
 namespace {
 
+using selvedge::ListedMethod;
 using selvedge::print_document;
 using selvedge::print_escaped;
-using selvedge::ListedMethod;
 
 constexpr bool has_assimp = SELVEDGE_HAS_ASSIMP;
 

@@ -668,9 +668,8 @@ TEST_F(CompareCells, TextsOfThePlotsNeitherOverlapNorAreCut) {
       compare("hang.json --vary dt=0.001,0.00102,0.00104 --repeats 1 --no-pictures --out c").code,
       0);
   ASSERT_EQ(
-      compare(
-          "hang.json --vary integrator=implicit_euler,implicit_newton,bdf2 --no-reference "
-          "--set time.frames=1 --repeats 1 --no-pictures --out d")
+      compare("hang.json --vary integrator=implicit_euler,implicit_newton,bdf2 --no-reference "
+              "--set time.frames=1 --repeats 1 --no-pictures --out d")
           .code,
       0);
   for (const std::string out : {"c", "d"}) {

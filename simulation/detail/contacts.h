@@ -58,8 +58,8 @@ class Contacts {
   const SceneMotion& motion_;
   ContactPairs pairs_;
   ContactFilter filter_;
-  SurfaceUnion bodies_, cloth_;  // each as one surface
-  std::uint64_t fitted_ = 0;     // where the bodies were when their union was fitted
+  SurfaceUnion bodies_, cloth_;              // each as one surface
+  std::uint64_t fitted_ = 0;                 // where the bodies were when their union was fitted
   std::vector<Vec3> rest_;                   // cloth at the start
   std::vector<std::int32_t> surface_;        // of each joint vertex, as ContactPairs counts
   std::vector<char> border_;                 // of each cloth vertex: on an edge with one triangle

@@ -2,6 +2,7 @@
 #include <selvedge/core/detail/dense_cholesky.h>
 #include <selvedge/core/detail/even_grain.h>
 #include <selvedge/core/detail/implicit_terms.h>
+#include <selvedge/core/detail/lane_ranges.h>
 #include <selvedge/core/detail/multilevel.h>
 #include <selvedge/core/parallel.h>
 
@@ -15,8 +16,8 @@
 namespace selvedge::detail {
 namespace {
 
-// Least number of groups of rows, of rows and of coarse rows per task.
-constexpr std::size_t kGroups = 64, kRows = 512, kCoarseRows = 64;
+// Least number of rows and of coarse rows per task.
+constexpr std::size_t kRows = 512, kCoarseRows = 64;
 constexpr std::size_t kTermsTogether = 256;  // terms per task
 // Factoring 3·96 dense unknowns costs about 8 Mflop, less than another level.
 constexpr std::size_t kCoarsestSize = 96, kLargestFactored = 2 * kCoarsestSize;
@@ -26,17 +27,6 @@ constexpr double kLeastCoarsening = 0.75;
 // method approaches λmax from below, to about 10 % in four steps; ω = 1.5 leaves a margin of a
 // fifth.
 constexpr double kSmootherStep = 1.5;
-/// Calls body(first, last) on ranges of the groups of rows.
-template <class Body>
-void by_groups(const LaneVector& x, const Body& body) {
-  parallel_for(x.groups(), even_grain(x.groups(), kGroups), body);
-}
-
-/// Sum of body(first, last) over ranges of the groups of rows.
-template <class Body>
-double sum_by_groups(const LaneVector& x, const Body& body) {
-  return parallel_sum(x.groups(), even_grain(x.groups(), kGroups), body);
-}
 
 /// Calls body(first, last) on ranges of n rows.
 template <class Body>

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // The largest eigenvalue of a level, which sets the step of its smoother.
-#include <selvedge/core/detail/even_grain.h>
+#include <selvedge/core/detail/lane_ranges.h>
 #include <selvedge/core/detail/multilevel.h>
-#include <selvedge/core/parallel.h>
 
 #include <Eigen/Geometry>
 #include <utility>
@@ -11,24 +10,10 @@
 namespace selvedge::detail {
 namespace {
 
-// Least number of groups of rows per task.
-constexpr std::size_t kGroupsTogether = 64;
 constexpr std::size_t kLanczosSteps = 4;
 // Halvings of the interval of λ, to a part in a million; a bound for matrices that are not finite.
 constexpr int kBisections = 20;
 constexpr double kMostEigenvalue = 1024.0;
-
-/// Calls body(first, last) on ranges of the groups of rows.
-template <class Body>
-void by_ranges(const LaneVector& x, const Body& body) {
-  parallel_for(x.groups(), even_grain(x.groups(), kGroupsTogether), body);
-}
-
-/// Sum of body(first, last) over ranges of the groups of rows.
-template <class Body>
-double sum_by_ranges(const LaneVector& x, const Body& body) {
-  return parallel_sum(x.groups(), even_grain(x.groups(), kGroupsTogether), body);
-}
 
 /// A linear congruential generator.
 class Numbers {
@@ -101,7 +86,7 @@ double Multilevel::largest_eigenvalue(Level& level) const {
   const LaneRows rows = level.matrix.rows(level.base_step);
   LaneVector &r = level.b, &p = level.x, &y = level.y;
   const auto divide = [&](LaneVector& z) {  // z = D⁻¹ r; returns r·z
-    by_ranges(r, [&](std::size_t first, std::size_t last) {
+    by_groups(r, [&](std::size_t first, std::size_t last) {
       kernel.start(rows, r.data(), z.data(), first, last);
     });
     return dot(r, z);
@@ -111,7 +96,7 @@ double Multilevel::largest_eigenvalue(Level& level) const {
   double rz = divide(p), from_before = 0.0;  // r·z; β/α of the last step
   std::size_t steps = 0;
   for (; steps < kLanczosSteps; ++steps) {
-    const double energy = sum_by_ranges(p, [&](std::size_t first, std::size_t last) {
+    const double energy = sum_by_groups(p, [&](std::size_t first, std::size_t last) {
       return kernel.multiply(rows, p.data(), nullptr, y.data(), first, last);
     });
     const double alpha = rz / energy;

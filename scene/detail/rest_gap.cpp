@@ -17,8 +17,8 @@ constexpr double kReach = 1.5;
 // Pairs for each pair of vertices: 2 points and triangles, and half of 3 x 3 edges.
 constexpr double kPairsPerVertexPair = 6.5;
 
-// Each pair takes up to 2 kB in the solve, so this is about 2 GB and half a minute a step.
-constexpr double kMostPairs = 1e6;
+// Each pair takes up to 2 kB in the solve, so this is at most about 4 GB and a minute a step.
+constexpr double kMostPairs = 2e6;
 
 double area_of(const TriangleMesh& mesh) {
   double area = 0.0;

@@ -232,7 +232,10 @@ class Following final : public Integrator {
     if (!traits().ends_with_mean) followers_.spread(own.v, end.v);
   }
   // The memory of the forces is that of all particles.
-  void remember() override { leaders_->accept({}); }
+  void remember(const ForceState& end) override {
+    v_ = followers_.select(end.v);
+    leaders_->accept({{}, v_, {}, end.time});
+  }
   void save_history(std::vector<double>& memory) const override { save_part(*leaders_, memory); }
   std::span<const double> restore_history(std::span<const double> memory) override {
     return restore_part(*leaders_, memory);
@@ -283,7 +286,10 @@ class Layered final : public Integrator {
  private:
   void relax(const StepStart& start, std::span<const Vec3> prescribed);
   void spread(StepEnd end) const;
-  void remember() override { sparse_->accept({}); }
+  void remember(const ForceState& end) override {
+    v_ = layers_.select(end.v);
+    sparse_->accept({{}, v_, {}, end.time});
+  }
   void save_history(std::vector<double>& memory) const override {
     save_part(*sparse_, memory);
     save_part(*dense_, memory);

@@ -21,7 +21,7 @@ std::span<const Vec3> Integrator::unbalanced(std::span<const Vec3>) { return {};
 
 void Integrator::accept(const ForceState& state) {
   forces_.accept(state);
-  remember();
+  remember(state);
 }
 
 void Integrator::save_history(std::vector<double>&) const {}

@@ -73,7 +73,7 @@ struct StepStart {
   const Particles& particles;
   double time;           ///< s
   double h;              ///< s
-  bool touched = false;  ///< contacts will act on the step
+  bool touched = false;  ///< contacts, or seams that are being sewn, will act on the step
   /// The particles that they act on, in any order, some more than once; empty: any.
   std::span<const std::int32_t> touched_particles{};
 };
@@ -102,6 +102,10 @@ class Integrator {
   /// The longest stable step for a cloth, by Gershgorin's bounds.
   virtual double stable_step(const Particles& particles, double time, double wanted);
 
+  /// The mean velocities that the particles are expected to have in a step of h s from the accepted
+  /// state with the velocities `v`, m/s; those of held particles mean nothing. Empty: no more is
+  /// known than velocity and weight. Valid until the next call.
+  virtual std::span<const Vec3> expected(double /*h*/, std::span<const Vec3> /*v*/) { return {}; }
   /// Starts a step. Explicit methods write `end`.
   virtual void begin(const StepStart& start, StepEnd end) = 0;
   /// Computes the end of the step with these contact terms. A solve that only finds out which terms
@@ -129,7 +133,7 @@ class Integrator {
   const ForceSum& forces() const { return forces_; }
 
  protected:
-  virtual void remember() {}
+  virtual void remember(const ForceState& /*end*/) {}
   virtual void save_history(std::vector<double>& memory) const;
   /// Returns the unread rest of `memory`.
   virtual std::span<const double> restore_history(std::span<const double> memory);

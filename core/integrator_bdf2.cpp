@@ -60,7 +60,7 @@ class Bdf2 final : public Integrator {
   }
 
  private:
-  void remember() override {
+  void remember(const ForceState&) override {
     std::swap(lead_, next_lead_);
     std::swap(lag_, next_lag_);
     h_ = next_h_;

@@ -6,13 +6,15 @@
 // α = β = ½ is the midpoint rule, α = β = 1 implicit Euler. Slow motion with angular frequency ω
 // loses the share (α + β - 1) (h ω)² of its energy in a step; the fastest modes shrink to
 // |1 - 1/α| and |1 - 1/β|. One linear solve: F is linearised not at x, as by [BaraffWitkin1998],
-// but where the particles would be with their present velocity, x + β h v. The parts of ∂F/∂x that
-// the forces drop so that the system is positive definite then act on u - v and not on u. They
-// damp by O(h²) instead of O(h): of a swinging sheet they cost more than implicit Euler itself.
+// but where the particles would be if they moved as in the last step, x + β h u⁻. The parts of
+// ∂F/∂x that the forces drop so that the system is positive definite then act on u - u⁻ and not on
+// u. They damp by O(h²) instead of O(h): of a swinging sheet they cost more than implicit Euler
+// itself. u⁻ and not v: v carries what is left of the fastest modes.
 //
 // A particle that contacts touch has α = 1, so that its end velocity is u and a contact that stops
 // it stops its velocity; the others keep theirs. A contact that is found during the step changes
-// the rows of its particles alone.
+// the rows of its particles alone. While seams are sewn, the step is implicit Euler: their pull is
+// no force of the material, and its energy should go.
 //
 // The weight follows the energy as in D. Dinev, T. Liu, L. Kavan, "Stabilizing integrators for
 // real-time physics", 2018 [DinevLiuKavan2018]: the caller takes as much of v⁺ - u away as the step
@@ -25,17 +27,22 @@
 #include <selvedge/core/integrator.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace selvedge {
 namespace {
 
-// α and β. With smaller ones the fastest modes ring longer, and more steps gain energy: with 0.55
-// each, cloth held by two corners has to shorten one step in six.
-constexpr double kVelocityWeight = 0.6, kForceWeight = 0.8;
+// α and β. With a sum of 1.4, a flag in wind keeps less than 0.8 of its motion. With smaller ones
+// the fastest modes ring longer, and more steps gain energy.
+constexpr double kVelocityWeight = 0.6, kForceWeight = 0.7;
 
 // Steps of implicit Euler after one at which the blend failed. They double with each further
 // failure, up to the most, and shrink by this factor with each step of the blend.
 constexpr double kPause = 2.0, kMostPause = 64.0, kForgets = 0.9;
+
+// The most by which the last change of the mean velocity counts for the next step. A step after
+// much shorter ones would otherwise be expected far off.
+constexpr double kMostRatio = 2.0;
 
 class ImplicitBlend final : public Integrator {
  public:
@@ -45,7 +52,11 @@ class ImplicitBlend final : public Integrator {
         system_(forces_.members(), n, config),
         alpha_(n, 1.0),
         x_(n),
-        guess_(n) {}
+        guess_(n),
+        v_(n, Vec3::Zero()),
+        lead_(n, Vec3::Zero()),
+        lag_(n, Vec3::Zero()),
+        expected_(n) {}
 
   IntegratorTraits traits() const override {
     return {.promise = "stable at any step of the scene; loses little energy",
@@ -56,6 +67,7 @@ class ImplicitBlend final : public Integrator {
             .share_of_euler_error = kVelocityWeight + kForceWeight - 1.0};
   }
 
+  std::span<const Vec3> expected(double h, std::span<const Vec3> v) override;
   void begin(const StepStart& start, StepEnd end) override;
   SolveReport solve(std::span<const ImplicitTerm> terms, StepEnd end, double looser) override;
   std::span<const Vec3> unbalanced(std::span<const Vec3> mean) override {
@@ -66,27 +78,28 @@ class ImplicitBlend final : public Integrator {
   void begin_euler(const StepStart& start);
   void begin_blend(const StepStart& start, std::span<const Vec3> mean);
   void stop_met(std::span<const ImplicitTerm> terms);
-  void remember() override;
+  void remember(const ForceState& end) override;
+  void remember_motion(const ForceState& end);
+  void remember_method();
   std::map<std::string, double> counters() const override {
     return {{"substituted_implicit_blend_by_implicit_euler", static_cast<double>(euler_steps_)}};
   }
-  void save_history(std::vector<double>& memory) const override {
-    memory.insert(memory.end(), {pause_, next_pause_});
-  }
-  std::span<const double> restore_history(std::span<const double> memory) override {
-    detail::require_memory("implicit_blend", memory.size(), 2);
-    pause_ = memory[0];
-    next_pause_ = memory[1];
-    attempts_ = 0;
-    return memory.subspan(2);
-  }
+  void save_history(std::vector<double>& memory) const override;
+  std::span<const double> restore_history(std::span<const double> memory) override;
 
   detail::ImplicitSystem system_;
   std::vector<double> alpha_;
-  std::vector<Vec3> x_, guess_;  // x + β h v, and v
+  std::vector<Vec3> x_, guess_;  // x + β h u⁻, and u⁻
+  std::vector<Vec3> v_;          // m/s, at the start of the step
   Particles heavy_;              // the particles with masses M/α
   std::vector<std::int32_t> met_;
   const Particles* start_ = nullptr;
+  double h_ = 0.0;  // s, of the present step
+  // The mean velocities of the last step and of the one before, relative to the velocity at the
+  // end, m/s, so that a change of that shifts them. Lengths of the two steps, s; 0: there was none.
+  std::vector<Vec3> lead_, lag_;
+  double last_h_ = 0.0, former_h_ = 0.0;
+  std::vector<Vec3> expected_;
   double pause_ = 0.0;          // steps of implicit Euler that are left
   double next_pause_ = kPause;  // after the next failure
   bool blends_ = false;         // the last attempt
@@ -94,8 +107,20 @@ class ImplicitBlend final : public Integrator {
   std::size_t euler_steps_ = 0;
 };
 
+// The mean velocity changes as from the step before to the last one.
+std::span<const Vec3> ImplicitBlend::expected(double h, std::span<const Vec3> v) {
+  if (!(last_h_ > 0.0)) return {};
+  const double ratio =
+      former_h_ > 0.0 ? std::min((h + last_h_) / (last_h_ + former_h_), kMostRatio) : 0.0;
+  for (std::size_t i = 0; i < expected_.size(); ++i)
+    expected_[i] = v[i] + lead_[i] + ratio * (lead_[i] - lag_[i]);
+  return expected_;
+}
+
 void ImplicitBlend::begin(const StepStart& start, StepEnd end) {
   start_ = &start.particles;
+  h_ = start.h;
+  v_ = start.particles.v;
   const bool all_touched = start.touched && start.touched_particles.empty();
   blends_ = attempts_++ == 0 && !all_touched && pause_ < 1.0;
   if (blends_)
@@ -104,8 +129,27 @@ void ImplicitBlend::begin(const StepStart& start, StepEnd end) {
     begin_euler(start);
 }
 
-void ImplicitBlend::remember() {
-  if (attempts_ == 0) return;  // the cloth slept
+void ImplicitBlend::remember(const ForceState& end) {
+  if (attempts_ == 0) {  // the cloth slept
+    std::fill(lead_.begin(), lead_.end(), Vec3::Zero());
+    std::fill(lag_.begin(), lag_.end(), Vec3::Zero());
+    return;
+  }
+  remember_motion(end);
+  remember_method();
+  attempts_ = 0;
+}
+
+// What contacts and limits did to the end velocity counts for the mean one, too.
+void ImplicitBlend::remember_motion(const ForceState& end) {
+  for (std::size_t i = 0; i < v_.size(); ++i) {
+    lag_[i] = v_[i] + lead_[i] - end.v[i];
+    lead_[i] = (1.0 - alpha_[i]) * (v_[i] - end.v[i]);
+  }
+  former_h_ = std::exchange(last_h_, h_);
+}
+
+void ImplicitBlend::remember_method() {
   if (attempts_ > 1) {
     pause_ = next_pause_;
     next_pause_ = std::min(2.0 * next_pause_, kMostPause);
@@ -115,7 +159,29 @@ void ImplicitBlend::remember() {
     pause_ = std::max(pause_ - 1.0, 0.0);
   }
   euler_steps_ += blends_ ? 0 : 1;
+}
+
+void ImplicitBlend::save_history(std::vector<double>& memory) const {
+  memory.insert(memory.end(), {pause_, next_pause_, last_h_, former_h_});
+  for (const auto* part : {&lead_, &lag_})
+    for (const Vec3& u : *part) memory.insert(memory.end(), u.data(), u.data() + 3);
+}
+
+std::span<const double> ImplicitBlend::restore_history(std::span<const double> memory) {
+  constexpr std::size_t numbers = 4;
+  const std::size_t n = lead_.size(), size = numbers + 6 * n;
+  detail::require_memory("implicit_blend", memory.size(), size);
+  pause_ = memory[0];
+  next_pause_ = memory[1];
+  last_h_ = memory[2];
+  former_h_ = memory[3];
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      lead_[i][static_cast<Eigen::Index>(axis)] = memory[numbers + 3 * i + axis];
+      lag_[i][static_cast<Eigen::Index>(axis)] = memory[numbers + 3 * (n + i) + axis];
+    }
   attempts_ = 0;
+  return memory.subspan(size);
 }
 
 void ImplicitBlend::begin_euler(const StepStart& start) {
@@ -133,7 +199,7 @@ void ImplicitBlend::begin_blend(const StepStart& start, std::span<const Vec3> me
   heavy_ = p;
   for (std::size_t i = 0; i < p.size(); ++i) {
     heavy_.mass[i] /= alpha_[i];
-    guess_[i] = p.inv_mass[i] > 0.0 || mean.empty() ? p.v[i] : mean[i];
+    guess_[i] = p.inv_mass[i] > 0.0 || mean.empty() ? Vec3(p.v[i] + lead_[i]) : mean[i];
     x_[i] = p.x[i] + to * guess_[i];
   }
   system_.hold(heavy_);
@@ -159,8 +225,7 @@ SolveReport ImplicitBlend::solve(std::span<const ImplicitTerm> terms, StepEnd en
   if (blends_) stop_met(terms);
   const SolveReport report = system_.solve(terms, end.mean, looser * system_.config().tolerance);
   for (std::size_t i = 0; i < end.mean.size(); ++i)
-    end.v[i] = alpha_[i] == 1.0 ? end.mean[i]
-                                : Vec3(start_->v[i] + (end.mean[i] - start_->v[i]) / alpha_[i]);
+    end.v[i] = alpha_[i] == 1.0 ? end.mean[i] : Vec3(v_[i] + (end.mean[i] - v_[i]) / alpha_[i]);
   return report;
 }
 

@@ -71,7 +71,7 @@ class Fehlberg final : public Integrator {
   bool within(const Particles& p, double h, double& factor);
   double largest_error(const Particles& p, double h) const;
   void advance(const Particles& p, double h);
-  void remember() override { h_ = next_h_; }
+  void remember(const ForceState&) override { h_ = next_h_; }
   void save_history(std::vector<double>& memory) const override { memory.push_back(h_); }
   std::span<const double> restore_history(std::span<const double> memory) override {
     detail::require_memory("rkf45", memory.size(), 1);

@@ -56,7 +56,7 @@ class Verlet final : public Integrator {
   void begin(const StepStart& start, StepEnd end) override;
 
  private:
-  void remember() override {
+  void remember(const ForceState&) override {
     std::swap(lead_, next_lead_);
     h_ = next_h_;
   }

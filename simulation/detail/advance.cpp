@@ -128,11 +128,24 @@ detail::StepOutcome Simulation::Parts::attempt_step(double h, double t1, bool ma
   attempt.pinches = state.pinches;
   do {
     detail::begin_step(scene, built, state, input, attempt);
+    expect_motion();
     hold_pinched();
     outcome = detail::attempt_step(methods, input, attempt);
   } while (outcome.pinches_more);
   attempt.counts.add_to(result.counters);
   return outcome;
+}
+
+// Before an attempt: the integrator may know better where free particles go than they would coast.
+void Simulation::Parts::expect_motion() {
+  const std::span<const Vec3> mean = methods.integrator->expected(input.h, state.v);
+  for (std::size_t i = 0; i < mean.size(); ++i) {
+    if (!(input.inv_mass[i] > 0.0)) continue;
+    attempt.v_mean[i] = mean[i];
+    attempt.x_t1[i] = input.x_t0[i] + input.h * mean[i];
+  }
+  if (!mean.empty() && input.followers != nullptr)
+    input.followers->place(std::span(attempt.x_t1).first(n()));
 }
 
 // Before an attempt: pinched cloth goes where its surfaces take it.

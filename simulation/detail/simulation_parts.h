@@ -75,6 +75,7 @@ struct Simulation::Parts {
   void sleep_until(double target, int nominal_steps);
   void wake() { state.still = 0.0; }
   detail::StepOutcome attempt_step(double h, double t1, bool may_shorten);
+  void expect_motion();
   void hold_pinched();
   bool gains_energy();
   bool strains_far(double h, bool may);

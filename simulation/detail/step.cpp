@@ -81,11 +81,12 @@ void find_contacts(StepMethods& m, const StepInput& in, StepAttempt& a) {
 void begin_forces(StepMethods& m, const StepInput& in, StepAttempt& a) {
   const auto scope = m.clock.measure("forces");
   a.touched.clear();
-  if (!m.untangling())
+  const bool everywhere = m.untangling() || m.sewing.goes_on(in.particles.x);
+  if (!everywhere)
     for (const ContactPoint& c : a.contacts)
       for (const std::int32_t i : c.vertex)
         if (static_cast<std::size_t>(i) < in.n()) a.touched.push_back(i);
-  m.integrator->begin({in.particles, in.t0, in.h, !a.contacts.empty() || m.untangling(), a.touched},
+  m.integrator->begin({in.particles, in.t0, in.h, everywhere || !a.contacts.empty(), a.touched},
                       {a.v_mean, a.v_free});
 }
 

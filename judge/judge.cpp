@@ -66,6 +66,7 @@ bool share_a_vertex(const Triangle& s, const Triangle& t) {
 class FirstPairs {
  public:
   void add(IndexPair pair) {
+    if (pairs_.size() == reported_pairs && pair > *pairs_.rbegin()) return;
     pairs_.insert(pair);
     if (pairs_.size() > reported_pairs) pairs_.erase(std::prev(pairs_.end()));
   }
@@ -79,9 +80,41 @@ class FirstPairs {
 /// Counts crossing and touching pairs apart.
 class Meetings {
  public:
-  void add(Meeting meeting, IndexPair pair) {
+  /// Triangle i of `a` and triangle j of `b`.
+  void add(const TriangleMesh& a, std::int32_t i, const TriangleMesh& b, std::int32_t j,
+           Meeting meeting) {
+    count(meeting, {i, j});
+    if (meeting != Meeting::touch) return;
+    add_leaves(a, i, b, j, {i, j});
+    add_leaves(b, j, a, i, {i, j});
+  }
+
+  /// A surface passes through a triangle along an edge whose triangles lean on both of its sides:
+  /// they cross.
+  void count_passages() {
+    std::set<IndexPair> passing;
+    for (const auto& [place, leaves] : leaning_) {
+      const auto [low, high] = std::minmax_element(leaves.begin(), leaves.end());
+      if (low->first == high->first) continue;
+      for (const auto& [side, pair] : leaves) passing.insert(pair);
+    }
+    for (const IndexPair& pair : passing) {
+      count(Meeting::cross, pair);
+      first_touches_.remove(pair);
+    }
+    touches_ -= passing.size();
+  }
+
+  /// Numbers of pairs that cross and that touch, and the first pairs of both.
+  std::tuple<std::size_t, std::size_t, std::vector<IndexPair>, std::vector<IndexPair>> result()
+      const {
+    return {crossings_, touches_, first_crossings_.list(), first_touches_.list()};
+  }
+
+ private:
+  void count(Meeting meeting, IndexPair pair) {
     if (meeting == Meeting::apart) return;
-    ++(meeting == Meeting::cross ? crossings : touches);
+    ++(meeting == Meeting::cross ? crossings_ : touches_);
     (meeting == Meeting::cross ? first_crossings_ : first_touches_).add(pair);
   }
 
@@ -101,28 +134,7 @@ class Meetings {
     leaning_[{&mesh, s, v, w}].push_back({side, pair});
   }
 
-  /// A surface passes through a triangle along an edge whose triangles lean on both of its sides:
-  /// they cross.
-  void count_passages() {
-    std::set<IndexPair> passing;
-    for (const auto& [place, leaves] : leaning_) {
-      const auto [low, high] = std::minmax_element(leaves.begin(), leaves.end());
-      if (low->first == high->first) continue;
-      for (const auto& [side, pair] : leaves) passing.insert(pair);
-    }
-    for (const IndexPair& pair : passing) {
-      add(Meeting::cross, pair);
-      first_touches_.remove(pair);
-    }
-    touches -= passing.size();
-  }
-
-  std::vector<IndexPair> first_crossings() const { return first_crossings_.list(); }
-  std::vector<IndexPair> first_touches() const { return first_touches_.list(); }
-
-  std::size_t crossings = 0, touches = 0;
-
- private:
+  std::size_t crossings_ = 0, touches_ = 0;
   FirstPairs first_crossings_, first_touches_;
   // By the triangle leant on and the edge: sides and pairs. Sums of the groups do not depend on
   // their order.
@@ -138,16 +150,11 @@ void count_self_intersections(const TriangleMesh& mesh, const BoxTree& tree, Ver
     const Meeting meeting = share_a_vertex(s, t)
                                 ? judging::meeting_of_neighbours(mesh.vertices, s, t)
                                 : judging::meeting_of(corners(mesh, i), corners(mesh, j));
-    found.add(meeting, {i, j});
-    if (meeting != Meeting::touch) return;
-    found.add_leaves(mesh, i, mesh, j, {i, j});
-    found.add_leaves(mesh, j, mesh, i, {i, j});
+    found.add(mesh, i, mesh, j, meeting);
   });
   found.count_passages();
-  verdict.self_intersections = found.crossings;
-  verdict.self_touches = found.touches;
-  verdict.first_self = found.first_crossings();
-  verdict.first_self_touches = found.first_touches();
+  std::tie(verdict.self_intersections, verdict.self_touches, verdict.first_self,
+           verdict.first_self_touches) = found.result();
 }
 
 void count_body_intersections(const TriangleMesh& mesh, const TriangleMesh& body,
@@ -158,18 +165,12 @@ void count_body_intersections(const TriangleMesh& mesh, const TriangleMesh& body
     const TrianglePoints points = corners(body, j);
     const auto of_body = static_cast<std::int32_t>(j);
     tree.find_meeting(boxes[j], [&](std::int32_t i) {
-      const Meeting meeting = judging::meeting_of(corners(mesh, i), points);
-      found.add(meeting, {i, of_body});
-      if (meeting != Meeting::touch) return;
-      found.add_leaves(mesh, i, body, of_body, {i, of_body});
-      found.add_leaves(body, of_body, mesh, i, {i, of_body});
+      found.add(mesh, i, body, of_body, judging::meeting_of(corners(mesh, i), points));
     });
   }
   found.count_passages();
-  verdict.body_intersections = found.crossings;
-  verdict.body_touches = found.touches;
-  verdict.first_body = found.first_crossings();
-  verdict.first_body_touches = found.first_touches();
+  std::tie(verdict.body_intersections, verdict.body_touches, verdict.first_body,
+           verdict.first_body_touches) = found.result();
 }
 
 void measure_penetration(const TriangleMesh& mesh, const TriangleMesh& body, Verdict& verdict) {

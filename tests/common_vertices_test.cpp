@@ -292,6 +292,32 @@ TEST(CommonVertices, JudgeAndDetectionAgreeWithRationalHullsOnRandomPairs) {
   std::cout << "\n";
 }
 
+/// The same triangles, each with vertices of its own.
+TriangleMesh unwelded(const TriangleMesh& mesh) {
+  TriangleMesh result;
+  for (const Triangle& t : mesh.triangles) {
+    const auto first = static_cast<std::int32_t>(result.vertices.size());
+    for (const std::int32_t v : t) result.vertices.push_back(mesh.vertices[v]);
+    result.triangles.push_back({first, first + 1, first + 2});
+  }
+  return result;
+}
+
+TEST(CommonVertices, TrianglesWithEqualPositionsCrossAsWeldedOnesElseTouch) {
+  constexpr unsigned kSeed = 20261129;
+  Random random(kSeed);
+  std::array<int, 3> seen{};
+  for (int i = 0; i < count_of_pairs(); ++i) {
+    const TriangleMesh mesh = random_pair(random, 1 + i % 3);
+    const How expected = how_they_meet(mesh) == How::cross ? How::cross : How::touch;
+    ++seen[static_cast<std::size_t>(expected)];
+    ASSERT_EQ(judged(unwelded(mesh)), expected) << "pair " << i << ", seed " << kSeed << "\n"
+                                                << text(mesh);
+    ASSERT_EQ(found(unwelded(mesh)), expected) << "detection, pair " << i << "\n" << text(mesh);
+  }
+  for (const int how : {1, 2}) EXPECT_GT(seen[how], count_of_pairs() / 10) << how;
+}
+
 // ---- Pairs by hand
 
 How both(const TriangleMesh& mesh) {

@@ -197,6 +197,33 @@ bool evidently_apart_at_edge(const TrianglePoints& s, const TrianglePoints& t) {
   return orient2d(s[0], s[1], s[2], axis) * orient2d(s[0], s[1], t[2], axis) < 0;
 }
 
+/// Moves equal corners of both triangles to the front, in the same order. Returns their number.
+template <class Corners>
+int bring_equal_to_front(Corners& a, Corners& b) {
+  int equal = 0;
+  for (int i = 0; i < 3; ++i)
+    for (int j = equal; j < 3; ++j)
+      if (a[i] == b[j]) {
+        std::swap(a[i], a[equal]);
+        std::swap(b[j], b[equal++]);
+        break;
+      }
+  return equal;
+}
+
+/// For triangles whose equal corners come first: whether these are evidently all they have in
+/// common. False proves nothing.
+bool evidently_apart_beyond(int equal, const TrianglePoints& a, const TrianglePoints& b) {
+  if (equal == 1) return evidently_apart_at_corner(a, b);
+  return equal == 2 && evidently_apart_at_edge(a, b);
+}
+
+/// True for most triangles that lie beside each other in a surface whose triangles each have
+/// vertices of their own. False proves nothing.
+bool evidently_abut(TrianglePoints a, TrianglePoints b) {
+  return evidently_apart_beyond(bring_equal_to_front(a, b), a, b);
+}
+
 bool has(const Triangle& t, std::int32_t v) { return v == t[0] || v == t[1] || v == t[2]; }
 
 /// Whether a corner or an edge of s meets t, with which it has no common vertex.
@@ -248,24 +275,16 @@ int leaning_side(const TrianglePoints& t, const Vec3& v, const Vec3& w, const Ve
 }
 
 Meeting meeting_of(const TrianglePoints& a, const TrianglePoints& b) {
+  if (evidently_abut(a, b)) return Meeting::abut;
   if (!triangles_meet(a, b)) return Meeting::apart;
   return triangles_cross(a, b) ? Meeting::cross : Meeting::touch;
 }
 
 Meeting meeting_of_neighbours(std::span<const Vec3> x, const Triangle& s, const Triangle& t) {
-  // Common corners come first.
   Triangle a = s, b = t;
-  int common = 0;
-  for (int i = 0; i < 3; ++i)
-    for (int j = common; j < 3; ++j)
-      if (a[i] == b[j]) {
-        std::swap(a[i], a[common]);
-        std::swap(b[j], b[common++]);
-        break;
-      }
+  const int common = bring_equal_to_front(a, b);
   const TrianglePoints of_a{x[a[0]], x[a[1]], x[a[2]]}, of_b{x[b[0]], x[b[1]], x[b[2]]};
-  if (common == 1 && evidently_apart_at_corner(of_a, of_b)) return Meeting::apart;
-  if (common == 2 && evidently_apart_at_edge(of_a, of_b)) return Meeting::apart;
+  if (evidently_apart_beyond(common, of_a, of_b)) return Meeting::apart;
   // Triangles with three common vertices have no primitives without a common one.
   const bool meet = common == 3 || primitives_meet(x, s, t) || primitives_meet(x, t, s) ||
                     (common == 2 && edges_meet(x, s, t));

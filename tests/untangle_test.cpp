@@ -8,6 +8,8 @@
 #include <selvedge/tests/tangles.h>
 
 #include <algorithm>
+#include <array>
+#include <random>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -49,6 +51,43 @@ TEST(Untangle, ASleeveSunkIntoTheArmComesOut) {
 }
 
 TEST(Untangle, ACornerThroughItsOwnSheetComesBack) { expect_free(TangleKind::corner, 4); }
+
+/// Two triangles with one common corner, at the origin.
+Scene corner_scene(const std::array<Vec3, 4>& ends) {
+  Scene scene;
+  scene.materials["default"] = Material{};
+  ClothFile file;
+  file.mesh = {{Vec3::Zero(), ends[0], ends[1], ends[2], ends[3]}, {{0, 1, 2}, {0, 3, 4}}};
+  scene.cloths.emplace_back().shape = file;
+  scene.contact.untangle_start = true;
+  return scene;
+}
+
+/// Steps until nothing crosses, at most `seconds`. Returns whether the result is clean then.
+bool gets_free(const Scene& scene, double seconds) {
+  Simulation simulation(scene);
+  while (simulation.state().time < seconds && !simulation.result().clean) simulation.step();
+  return simulation.result().clean && simulation.result().tangle.start_pairs == 1 &&
+         find_meetings(simulation.positions(), simulation.cloth_triangles()).empty();
+}
+
+TEST(Untangle, TrianglesThatCrossAtACommonCornerPart) {
+  EXPECT_TRUE(gets_free(corner_scene({Vec3(1, 0, 0), {0, 1, 0}, {2, 0, 0}, {0, 2, 0}}), 3.0))
+      << "one lies in the other";
+  constexpr unsigned kSeed = 41;
+  std::mt19937 engine(kSeed);
+  std::uniform_real_distribution<double> draw(-0.5, 0.5);
+  int crossing = 0;
+  while (crossing < 20) {
+    std::array<Vec3, 4> ends;
+    for (Vec3& x : ends) x = Vec3(draw(engine), draw(engine), draw(engine));
+    const std::vector<Vec3> x{Vec3::Zero(), ends[0], ends[1], ends[2], ends[3]};
+    const std::vector<Triangle> triangles{{0, 1, 2}, {0, 3, 4}};
+    if (find_meetings(x, triangles).crossings.empty()) continue;
+    EXPECT_TRUE(gets_free(corner_scene(ends), 3.0)) << "pair " << crossing << ", seed " << kSeed;
+    ++crossing;
+  }
+}
 
 TEST(Untangle, TheBitsAreTheSameForAnyNumberOfThreads) {
   std::string hash;

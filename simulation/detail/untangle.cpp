@@ -9,9 +9,11 @@
 namespace selvedge {
 namespace {
 
-bool share_vertex(const Triangle& a, const Triangle& b) {
-  return std::any_of(a.begin(), a.end(),
-                     [&](auto v) { return std::find(b.begin(), b.end(), v) != b.end(); });
+// Such triangles meet beyond their edge only if one is folded onto the other, which no motion of
+// a contour undoes.
+bool share_edge(const Triangle& a, const Triangle& b) {
+  return std::count_if(a.begin(), a.end(),
+                       [&](auto v) { return std::find(b.begin(), b.end(), v) != b.end(); }) >= 2;
 }
 
 std::vector<std::int32_t> common(const std::vector<std::int32_t>& a,
@@ -215,7 +217,7 @@ bool Untangler::crosses(const Contour& contour) const {
   return std::any_of(contour.nodes.begin(), contour.nodes.end(), [&](const EdgeCrossing& node) {
     const auto around = surface_.triangles_of_edge(node.edge);
     return std::any_of(around.begin(), around.end(), [&](std::int32_t t) {
-      return !share_vertex(surface_.triangles()[t], surface_.triangles()[node.triangle]);
+      return !share_edge(surface_.triangles()[t], surface_.triangles()[node.triangle]);
     });
   });
 }
@@ -225,7 +227,7 @@ int Untangler::tangle_of(const Contour& contour, bool& flipped) const {
   for (std::size_t i = 0; i < contour.nodes.size(); ++i)
     for (const std::int32_t t : surface_.triangles_of_edge(contour.nodes[i].edge)) {
       const std::int32_t other = contour.nodes[i].triangle;
-      if (share_vertex(surface_.triangles()[t], surface_.triangles()[other])) continue;
+      if (share_edge(surface_.triangles()[t], surface_.triangles()[other])) continue;
       for (std::size_t k = 0; k < tangles_.list.size(); ++k)
         for (const int s : {0, 1})
           if (contains(tangles_.list[k].side[s], t) &&
@@ -285,7 +287,7 @@ int Untangler::count_pairs(std::span<const EdgeCrossing> crossings, int& elsewhe
   std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
   for (const EdgeCrossing& c : crossings)
     for (const std::int32_t t : surface_.triangles_of_edge(c.edge))
-      if (!share_vertex(surface_.triangles()[t], surface_.triangles()[c.triangle]))
+      if (!share_edge(surface_.triangles()[t], surface_.triangles()[c.triangle]))
         pairs.push_back(std::minmax(t, c.triangle));
   std::sort(pairs.begin(), pairs.end());
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());

@@ -45,7 +45,8 @@ inline constexpr int kUntangleWays = 4;
 /// to come back. This moves the contour into both regions and so shrinks it, as
 /// [VolinoThalmann2006] do by the gradient of its length. If a contour divides one sheet only, u is
 /// the normal of the other sheet; if it divides no sheet, u leads along the contour from the border
-/// of one sheet to that of the other. A region follows its contour by the mean of its neighbours.
+/// of one sheet to that of the other, or along the normal of the other sheet if it ends at a common
+/// corner. A region follows its contour by the mean of its neighbours.
 /// Terms of the implicit step drive the cloth at u, at a bounded speed that is removed from the
 /// velocities afterwards.
 ///
@@ -119,6 +120,7 @@ class Untangler {
   void move_contour(std::size_t c, const CutRegions& regions, std::span<const Vec3> x, int way,
                     Motion& motion) const;
   Vec3 along(const Contour& contour, std::span<const Vec3> x) const;
+  Vec3 out_of_triangle(const EdgeCrossing& node, int side, std::span<const Vec3> x) const;
   Vec3 node_direction(std::size_t c, std::size_t i, const CutRegions& regions,
                       std::span<const Vec3> x, bool along_normals) const;
   void fill_regions(std::size_t c, const CutRegions& regions, Motion& motion) const;

@@ -112,15 +112,28 @@ Vec3 Untangler::along(const Contour& contour, std::span<const Vec3> x) const {
   return unit(end[1] / count[1] - end[0] / count[0]);  // of side 0 against side 1
 }
 
+// For a contour from a common corner of two triangles to the border of one: the edge leaves the
+// triangle on the side on which most of it already lies.
+Vec3 Untangler::out_of_triangle(const EdgeCrossing& node, int side, std::span<const Vec3> x) const {
+  const Edge& e = surface_.edges()[node.edge];
+  const Triangle& t = surface_.triangles()[node.triangle];
+  const Vec3 normal = normal_of(t, x);
+  const double height = normal.dot(x[e[0]] - x[t[0]]) + normal.dot(x[e[1]] - x[t[0]]);
+  return (height < 0.0) == (side == 0) ? Vec3(-normal) : normal;
+}
+
 void Untangler::move_contour(std::size_t c, const CutRegions& regions, std::span<const Vec3> x,
                              int way, Motion& motion) const {
   const Contour& contour = contours_[c];
   const bool open = !regions.divides(c, 0) && !regions.divides(c, 1);
   const Vec3 lengthwise = open ? along(contour, x) : Vec3(Vec3::Zero());
+  const bool at_corner = open && lengthwise.isZero(0.0);
   std::vector<Vec3> u(contour.nodes.size());  // of side 0 against side 1
   Vec3 whole = Vec3::Zero();
   for (std::size_t i = 0; i < contour.nodes.size(); ++i) {
-    u[i] = open ? lengthwise : node_direction(c, i, regions, x, along_normals(way));
+    u[i] = at_corner ? out_of_triangle(contour.nodes[i], contour.side[i], x)
+           : open    ? lengthwise
+                     : node_direction(c, i, regions, x, along_normals(way));
     whole += u[i];
   }
   if (moves_as_one(way)) std::fill(u.begin(), u.end(), unit(whole));

@@ -2,6 +2,7 @@
 // Runs that stop, what they leave, and what `selvedge replay` makes of it.
 #include <gtest/gtest.h>
 #include <selvedge/bodies/mesh_file.h>
+#include <selvedge/response/fail_safe.h>
 #include <selvedge/run/replay.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/run/run.h>
@@ -132,14 +133,29 @@ TEST_F(Replay, ABundleOfTheFirstFormatIsRepeated) {
   EXPECT_EQ(again["attempts_s"], attempts);
 }
 
-TEST_F(Replay, TheDefaultFailSafeLeavesABundleThatFailsAgainAndNamesTheSqueeze) {
-  ASSERT_EQ(pinch("p", "--set contact.fail_safe=layered").code, 1);
-  EXPECT_SAYS(content(folder_ / "p/failure/cause.txt"), "er plate\"");
-  const Json again = replayed("p", "--explain");
-  EXPECT_EQ(again["as_recorded"], true) << again;
-  EXPECT_EQ(again["cause"], result("p")["stopped"]);
-  EXPECT_EQ(again["state_hash"], result("p")["state_hash"]);
-  EXPECT_EQ(again["explanation"]["culprits"][0]["kind"], "squeeze");
+TEST_F(Replay, EveryFailSafeStopsWithWhatSqueezesWhatAndWhatHelps) {
+  for (const std::string& name : fail_safes().names()) {
+    SCOPED_TRACE(name);
+    ASSERT_EQ(pinch("p", "--overwrite --set contact.fail_safe=" + name).code, 1);
+    const std::string cause = content(folder_ / "p/failure/cause.txt");
+    EXPECT_SAYS(cause, "squeeze cloth \"napkin\" between them: in this attempt of ");
+    EXPECT_SAYS(cause, "body \"lower plate\"");
+    EXPECT_SAYS(cause, "body \"upper plate\"");
+    EXPECT_SAYS(cause, "leave the cloth more room there, or set contact.still_tangled");
+    const Json again = replayed("p", "--explain");
+    EXPECT_EQ(again["as_recorded"], true) << again;
+    EXPECT_EQ(again["cause"], result("p")["stopped"]);
+    EXPECT_EQ(again["state_hash"], result("p")["state_hash"]);
+    EXPECT_EQ(again["explanation"]["culprits"][0]["kind"], "squeeze");
+  }
+}
+
+TEST_F(Replay, AHandleThatLeadsClothIntoABodyIsNamedInTheCause) {
+  const Outcome o = run("run carried.json --no-picture --out c");
+  EXPECT_EQ(o.code, 1);
+  EXPECT_SAYS(o.err, "handle \"frame\" carries vertex ");
+  EXPECT_SAYS(o.err, "of cloth \"sheet\" into body \"table\"");
+  EXPECT_SAYS(o.err, "slow this handle, or lead it another way");
 }
 
 TEST_F(Replay, TheQueriesAreReadByTheCcdCommandAndTheExactMethodMissesNone) {
@@ -325,6 +341,7 @@ TEST_F(Replay, ARunThatCreepsIsStalledAndItsReplayCreepsAgain) {
   const Outcome o = pinch("p", "--stall-steps 1 --set time.max_halvings=4");
   EXPECT_EQ(o.code, 1);
   EXPECT_SAYS(o.err, "stalled at 0.19");
+  EXPECT_SAYS(o.err, "squeeze cloth \"napkin\" between them");
   EXPECT_SAYS(o.err, "the last 1 steps was accepted only after 3 or more halvings");
   EXPECT_EQ(failure("p")["kind"], "stalled");
   EXPECT_EQ(run("replay p").code, 1);

@@ -3,6 +3,7 @@
 // From one accepted state to the next: the length of a step, its attempts, its acceptance.
 #include <fmt/format.h>
 #include <selvedge/core/floating_point.h>
+#include <selvedge/simulation/detail/inquiry.h>
 #include <selvedge/simulation/detail/simulation_parts.h>
 
 #include <algorithm>
@@ -203,6 +204,7 @@ void Simulation::Parts::make_step(StepControl control) {
         attempts.lengths.size() == 1 && has_other_method(methods.traits, attempt);
     if (!outcome.accepted) {
       note_rejection(outcome);
+      if (control.halvings + 1 >= scene.time.max_halvings) name_cause();
       if (once_more) continue;
       if (control.halvings < scene.time.max_halvings) {
         shorten();
@@ -306,6 +308,20 @@ void Simulation::Parts::note_rejection(const detail::StepOutcome& outcome) {
   failed.pairs = attempt.collisions;
   failed.x_t0 = input.x_t0;
   failed.x_t1 = attempt.collisions.empty() ? attempt.x_t1 : attempt.x_tested;
+}
+
+// Puts what brought the pairs of the last rejected attempt together, and what helps, before the
+// words of the method.
+void Simulation::Parts::name_cause() {
+  RejectedAttempt& failed = attempts.failed;
+  if (failed.pairs.empty()) return;
+  RecordedAttempt facts;
+  facts.h = input.h;
+  facts.inv_mass = input.inv_mass;
+  facts.contacts = attempt.contacts;
+  const detail::Inquiry inquiry(
+      {scene, methods.names, failed, facts, state.v, built.cloth.surface.triangles});
+  failed.cause = inquiry.blame() + " (" + failed.cause + ")";
 }
 
 // Where the scene carries tangled cloth on, a body that leaves cloth no room passes through it. The

@@ -126,11 +126,14 @@ void Simulation::Parts::continue_untangling() {
     if (const auto found = find_enclosed(methods.detection.joint_surface(), input.x_t0, {})) {
       result.clean = false;
       throw SimulationFailed(FailureKind::not_clean,
-                             enclosed_sentence(*found, "after it was untangled"));
+                             enclosed_sentence(*found, "after it was untangled") +
+                                 "; start with more of it outside");
     }
   if (!untangler.report().given_up || scene.contact.carry_tangled) return;
   throw SimulationFailed(FailureKind::not_clean,
-                         "no way was found to untangle the cloth: " + crossings_now().sentence());
+                         "no way was found to untangle the cloth: " + crossings_now().sentence() +
+                             "; start with the pieces apart there, or set contact.still_tangled "
+                             "to \"carry\"");
 }
 
 RunResult Simulation::Parts::present_result() const {

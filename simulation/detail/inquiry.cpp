@@ -30,14 +30,15 @@ Vec3 point_of(const ContactPoint& c, int primitive, const std::vector<Vec3>& x) 
   return point;
 }
 
-Inquiry::Inquiry(const Scene& scene, const Simulation& simulation, const RecordedAttempt& attempt)
-    : scene_(scene),
-      simulation_(simulation),
-      names_(simulation.names()),
-      failed_(simulation.rejected_attempt()),
-      attempt_(attempt),
-      particles_(simulation.state().x.size()),
-      loads_(attempt.loads()) {
+Inquiry::Inquiry(const InquiryFacts& facts)
+    : scene_(facts.scene),
+      names_(facts.names),
+      failed_(facts.failed),
+      attempt_(facts.attempt),
+      v_(facts.v),
+      triangles_(facts.triangles),
+      particles_(facts.v.size()),
+      loads_(facts.attempt.loads()) {
   note_handles();
 }
 
@@ -140,7 +141,7 @@ std::vector<Load> Inquiry::loads_at(std::int32_t vertex) const {
 Vec3 Inquiry::neighbours_force(std::int32_t v) const {
   if (attempt_.v.empty() || attempt_.inv_mass[v] <= 0.0) return Vec3::Zero();
   const double mass = 1.0 / attempt_.inv_mass[v];
-  Vec3 force = mass * ((attempt_.v[v] - simulation_.state().v[v]) / attempt_.h - scene_.gravity);
+  Vec3 force = mass * ((attempt_.v[v] - v_[v]) / attempt_.h - scene_.gravity);
   for (const ContactLoad& l : loads_)
     for (int k = 0; k < 4; ++k)
       if (l.contact.vertex[k] == v) force -= l.contact.weight[k] * l.force;
@@ -149,7 +150,7 @@ Vec3 Inquiry::neighbours_force(std::int32_t v) const {
 
 std::pair<std::int32_t, int> Inquiry::nearest_held(std::int32_t start) const {
   std::vector<std::vector<std::int32_t>> around(particles_);
-  for (const Edge& e : unique_edges(simulation_.cloth_triangles())) {
+  for (const Edge& e : unique_edges(triangles_)) {
     around[e[0]].push_back(e[1]);
     around[e[1]].push_back(e[0]);
   }

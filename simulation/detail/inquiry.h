@@ -30,13 +30,25 @@ struct Jaws {
   double nearing, room;  ///< m
 };
 
+/// What an inquiry reads. `attempt` may lack its stages and its solve: then forces are unknown.
+struct InquiryFacts {
+  const Scene& scene;
+  const VertexNames& names;
+  const RejectedAttempt& failed;
+  const RecordedAttempt& attempt;
+  std::span<const Vec3> v;  ///< m/s, of the particles at the start of the step
+  std::span<const Triangle> triangles;
+};
+
 /// Finds the causes of a rejected attempt. inquiry.cpp follows the contacts and the forces,
 /// inquiry_culprits.cpp names the causes, explain_step.cpp follows single pairs through the stages.
 class Inquiry {
  public:
-  Inquiry(const Scene& scene, const Simulation& simulation, const RecordedAttempt& attempt);
+  explicit Inquiry(const InquiryFacts& facts);
 
   Explanation explain();
+  /// The first cause and what helps, in one sentence. For an attempt with colliding pairs.
+  std::string blame() const;
 
  private:
   bool is_cloth(std::int32_t v) const { return static_cast<std::size_t>(v) < particles_; }
@@ -74,7 +86,15 @@ class Inquiry {
   void add_pushes(const std::vector<Front>& found, std::vector<Culprit>& culprits) const;
   /// Held particles that their own handle carries into another primitive.
   void add_carriers(std::vector<Culprit>& culprits) const;
-  /// The colliding particle that its neighbours pull hardest into the other primitive.
+  /// A colliding particle, a vertex of the other primitive, and the force, N, with which its
+  /// neighbours pull it there.
+  struct Pulled {
+    std::int32_t vertex = -1, other = -1;
+    double force = 0.0;
+  };
+  /// The one that its neighbours pull hardest into the other primitive.
+  Pulled hardest_pulled() const;
+  /// The handle at that particle.
   void add_pulls(std::vector<Culprit>& culprits) const;
   /// A pair that collides although no body and no handle moves.
   Culprit meeting(const ContactPoint& c) const;
@@ -85,10 +105,11 @@ class Inquiry {
                        const std::vector<Vec3>* before) const;
 
   const Scene& scene_;
-  const Simulation& simulation_;
   const VertexNames& names_;
   const RejectedAttempt& failed_;
   const RecordedAttempt& attempt_;
+  std::span<const Vec3> v_;  // m/s
+  std::span<const Triangle> triangles_;
   std::size_t particles_;
   std::vector<ContactLoad> loads_;
   std::map<std::int32_t, std::size_t> handle_;  // of held particles

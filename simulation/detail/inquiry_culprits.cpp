@@ -29,6 +29,16 @@ std::string length(double metres) {
 
 std::string duration(double seconds) { return fmt::format("{:.3g} ms", 1e3 * seconds); }
 
+/// What helps against a cause, in the words of the scene file.
+std::string remedy(const std::string& kind, bool carries_jams) {
+  if (kind == "squeeze")
+    return std::string("leave the cloth more room there") +
+           (carries_jams ? "" : ", or set contact.still_tangled to \"carry\"");
+  if (kind == "push") return "slow this body, or leave the cloth a way out";
+  if (kind == "carry" || kind == "pull") return "slow this handle, or lead it another way";
+  return "more time.steps_per_frame or a larger contact.rest_gap may help";
+}
+
 }  // namespace
 
 void Inquiry::find_culprits(std::vector<Culprit>& culprits) const {
@@ -42,6 +52,12 @@ void Inquiry::find_culprits(std::vector<Culprit>& culprits) const {
   if (culprits.empty() && !failed_.pairs.empty()) culprits.push_back(meeting(failed_.pairs[0]));
   if (culprits.empty())
     culprits.push_back({"meet", "no pair collided in the last attempt: " + failed_.cause, {}});
+}
+
+std::string Inquiry::blame() const {
+  std::vector<Culprit> culprits;
+  find_culprits(culprits);
+  return culprits[0].sentence + "; " + remedy(culprits[0].kind, scene_.contact.carry_tangled);
 }
 
 std::map<std::pair<std::size_t, std::size_t>, std::vector<Jaws>> Inquiry::closing_jaws(
@@ -138,48 +154,56 @@ void Inquiry::add_carriers(std::vector<Culprit>& culprits) const {
     }
 }
 
-void Inquiry::add_pulls(std::vector<Culprit>& culprits) const {
-  double hardest = 0.0;
-  std::int32_t pulled = -1, other = -1;
+// Without the forces of the solve, a particle counts that its own handle may pull.
+Inquiry::Pulled Inquiry::hardest_pulled() const {
+  Pulled hardest;
   for (const ContactPoint& c : failed_.pairs)
     for (int k = 0; k < 4; ++k) {
       if (!is_cloth(c.vertex[k]) || is_held(c.vertex[k])) continue;
       const double side = k < first_count(c) ? -1.0 : 1.0;  // into the other primitive
       const double pull = side * c.normal.dot(neighbours_force(c.vertex[k]));
-      if (pull <= hardest) continue;
-      hardest = pull;
-      pulled = c.vertex[k];
-      other = c.vertex[k < first_count(c) ? 3 : 0];
+      const bool first = hardest.vertex < 0 && attempt_.v.empty();
+      if (pull > hardest.force || first)
+        hardest = {c.vertex[k], c.vertex[k < first_count(c) ? 3 : 0], pull};
     }
-  if (pulled < 0) return;
-  const auto [held, hops] = nearest_held(pulled);
+  return hardest;
+}
+
+void Inquiry::add_pulls(std::vector<Culprit>& culprits) const {
+  const Pulled pulled = hardest_pulled();
+  if (pulled.vertex < 0) return;
+  const auto [held, hops] = nearest_held(pulled.vertex);
   if (held < 0 || hops == 0) return;
   const double distance = moved(held).norm();
   if (distance <= threshold()) return;
+  const std::string force =
+      pulled.force > 0.0 ? fmt::format(", which its neighbours pull with {:.3g} N", pulled.force)
+                         : ", which collides";
   culprits.push_back(
       {"pull",
-       fmt::format(
-           "{} pulls at {}: it moves its end by {} in this attempt of {}, {} edges from {}, "
-           "which its neighbours pull with {:.3g} N into {}",
-           handle_name(held), names_.owner(held), length(distance), duration(attempt_.h), hops,
-           names_.vertex(pulled), hardest, names_.owner(other)),
-       {handle_name(held), names_.owner(held), names_.owner(other)},
-       pulled,
+       fmt::format("{} pulls at {}: it moves its end by {} in this attempt of {}, {} edges from "
+                   "{}{} {} {}",
+                   handle_name(held), names_.owner(held), length(distance), duration(attempt_.h),
+                   hops, names_.vertex(pulled.vertex), force, pulled.force > 0.0 ? "into" : "with",
+                   names_.owner(pulled.other)),
+       {handle_name(held), names_.owner(held), names_.owner(pulled.other)},
+       pulled.vertex,
        distance,
        0.0,
-       loads_at(pulled)});
+       loads_at(pulled.vertex)});
 }
 
 Culprit Inquiry::meeting(const ContactPoint& c) const {
   const double approach =
       -c.normal.dot(relative(c, failed_.x_t1) - relative(c, failed_.x_t0)) / attempt_.h;
-  const PairExplanation explained = explain_pair(c);
+  const std::string brought_by = explain_pair(c).brought_by;
   const std::int32_t second = c.vertex[first_count(c)];
   return {"meet",
-          fmt::format("{} runs into {}: at {} they near each other at {:.3g} m/s, {}",
+          fmt::format("{} runs into {}: at {} they near each other at {:.3g} m/s{}",
                       names_.owner(c.vertex[0]), names_.owner(second), names_.pair(c), approach,
-                      explained.brought_by.empty() ? "and no stage of the step parted them"
-                                                   : "brought there by: " + explained.brought_by),
+                      attempt_.stages.empty() ? ""
+                      : brought_by.empty()    ? ", and no stage of the step parted them"
+                                              : ", brought there by: " + brought_by),
           {names_.owner(c.vertex[0]), names_.owner(second)},
           c.vertex[0],
           approach * attempt_.h,
@@ -195,7 +219,7 @@ Culprit Inquiry::nowhere() const {
       stage = "\"" + s.name + "\"";
       break;
     }
-  const Vec3 velocity = simulation_.state().v[v];
+  const Vec3 velocity = v_[v];
   return {"not finite",
           fmt::format("{} loses its position in {}: it starts at {:.3g} m/s with a mass of "
                       "{:.3g} kg; look for a stiffness, a speed or a time step out of all "

@@ -82,6 +82,7 @@ struct Simulation::Parts {
   void finish_velocities(std::span<Vec3> v) const;
   void note_rejection(const detail::StepOutcome& outcome);
   bool carry_jam();
+  void name_cause();
   [[noreturn]] void give_up();
   void accept();
   void count_substitutes();

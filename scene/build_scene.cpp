@@ -186,8 +186,6 @@ void add_cloth(const Scene& scene, const ContactPairs& pairs, std::size_t index,
           detail::arc_warnings(spec, material, made)})
       for (const std::string& sentence : sentences)
         built.warnings.push_back(place + ": " + sentence);
-    if (scene.contact.self && pairs.collide(number, number))
-      detail::refuse_rest_gap(piece.surface, pairs.rest_gap(number, number));
     detail::warn_of_rest_gap(piece, pairs.rest_gap(number, number), place, built.warnings);
     const std::int32_t begin = append(built.cloth, piece);
     built.piece_begin.push_back(begin);
@@ -253,6 +251,43 @@ void add_body(const Scene& scene, std::size_t index, BuiltScene& built) {
   }
 }
 
+std::vector<detail::SurfaceGrain> grains_of(const BuiltScene& built) {
+  std::vector<detail::SurfaceGrain> grains;
+  const TriangleMesh& cloth = built.cloth.surface;
+  auto end = cloth.triangles.begin();
+  for (std::size_t p = 0; p + 1 < built.piece_begin.size(); ++p) {
+    const auto begin = end;
+    const std::int32_t next = built.piece_begin[p + 1];
+    end =
+        std::find_if(begin, cloth.triangles.end(), [&](const Triangle& t) { return t[0] >= next; });
+    grains.push_back(detail::grain_of(cloth.vertices, std::span(begin, end)));
+  }
+  for (const auto& body : built.bodies) {
+    std::vector<Vec3> x(body->vertex_count());
+    body->positions(0.0, x);
+    grains.push_back(detail::grain_of(x, body->triangles()));
+  }
+  return grains;
+}
+
+// Of every piece with itself, with the pieces after it and with the bodies.
+void refuse_rest_gaps(const Scene& scene, const ContactPairs& pairs, const BuiltScene& built) {
+  const std::vector<detail::SurfaceGrain> grains = grains_of(built);
+  for (std::size_t p = 0; p < scene.cloths.size(); ++p)
+    for (std::size_t s = p; s < grains.size(); ++s) {
+      const auto piece = static_cast<std::int32_t>(p), other = static_cast<std::int32_t>(s);
+      const bool of_cloth = s < scene.cloths.size();
+      if (!pairs.collide(piece, other) || (of_cloth && !scene.contact.self)) continue;
+      try {
+        detail::refuse_rest_gap(grains[p], grains[s], p == s, pairs.rest_gap(piece, other));
+      } catch (const std::invalid_argument& error) {
+        throw std::invalid_argument(fmt::format("{}, {}: {}", scene.file.string(),
+                                                at("geometry", p, scene.cloths[p].name),
+                                                error.what()));
+      }
+    }
+}
+
 }  // namespace
 
 BuiltScene build_scene(const Scene& scene, const PieceMaker& make) {
@@ -265,6 +300,7 @@ BuiltScene build_scene(const Scene& scene, const PieceMaker& make) {
   perturb(scene.perturbation, built.velocity);
   add_seams(scene, built);
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) add_body(scene, i, built);
+  refuse_rest_gaps(scene, pairs, built);
   return built;
 }
 

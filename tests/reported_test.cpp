@@ -62,7 +62,7 @@ TEST_F(Reported, ARunDoesNotWriteThroughLinksInItsFolder) {
 // -- sizes ----------------------------------------------------------------------------------------
 
 TEST_F(Reported, ARestGapOfManyCellsIsRefusedWithOneThatWorks) {
-  write("tiny.json", R"({"geometry": [{"name": "c", "size": [0.001, 0.001], "cells": [30, 30]}],
+  write("tiny.json", R"({"geometry": [{"name": "c", "size": [0.001, 0.001], "cells": [40, 40]}],
                          "time": {"frames": 1}})");
   const std::string command = "run tiny.json --no-picture --out t";
   EXPECT_REFUSED(run(command, "timeout 20"), "use a rest gap of at most ");

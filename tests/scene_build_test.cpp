@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/law_words.h>
 #include <selvedge/scene/build.h>
+#include <selvedge/scene/detail/rest_gap.h>
 #include <selvedge/scene/fabric_file.h>
 
 #include "scene_file.h"
@@ -290,6 +291,37 @@ TEST_F(SceneFile, ARestGapAboveAnEdgeIsExplained) {
   EXPECT_SAYS(coarse.warnings[0], "geometry[0]");
   EXPECT_SAYS(coarse.warnings[0], "contact.rest_gap");
   EXPECT_SAYS(coarse.warnings[0], "0.0025");
+}
+
+TEST_F(SceneFile, ARestGapOfManyCellsOfClothAndBodyIsRefusedIfItTakesGigabytes) {
+  const auto scene = [](int cells, const std::string& more, const std::string& contact) {
+    const std::string n = std::to_string(cells);
+    return R"({"geometry": [{"name": "c", "size": [0.001, 0.001], "cells": [)" + n + ", " + n +
+           R"(], "transformation": {"translation": [0, 0, 0.01]}}], "obstacles": [{"name": "b", "shape": {"type": "sphere", "radius": )" +
+           more + R"(}}], "contact": {"rest_gap": 0.002)" + contact + "}}";
+  };
+  const auto refused = [&](const std::string& text) {
+    try {
+      build_scene(read(text));
+    } catch (const std::invalid_argument& error) {
+      return std::string(error.what());
+    }
+    return std::string("built");
+  };
+  EXPECT_SAYS(refused(scene(30, "0.0003", "")), "would be in reach at once");
+  EXPECT_SAYS(refused(scene(30, "0.0003", R"(, "self": false)")), "geometry[0] (\"c\")");
+  EXPECT_SAYS(refused(scene(45, "0.5", "")), "would be in reach at once");
+  EXPECT_NO_THROW(build_scene(read(scene(10, "0.0003", ""))));
+  EXPECT_NO_THROW(build_scene(read(scene(30, "0.5", "")))) << "the ball has few vertices in reach";
+  const std::string apart = R"(, "pairs": [{"a": "c", "b": "b", "collide": false}])";
+  EXPECT_NO_THROW(build_scene(read(scene(20, "0.0003", apart))));
+}
+
+TEST_F(SceneFile, VerticesWithoutTrianglesAreInNoPair) {
+  const std::vector<Vec3> x{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {5, 5, 5}, {6, 6, 6}};
+  const detail::SurfaceGrain grain = detail::grain_of(x, std::vector<Triangle>{{0, 1, 2}});
+  EXPECT_EQ(grain.vertices, 3.0);
+  EXPECT_EQ(grain.area, 0.5);
 }
 
 TEST_F(SceneFile, ARestGapOfAPairAboveAnEdgeIsExplained) {

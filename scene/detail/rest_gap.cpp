@@ -11,25 +11,39 @@
 namespace selvedge::detail {
 namespace {
 
-// Contacts are searched as far as this many rest gaps (kPointReach of simulation/detail/contacts).
+// Pairs are searched about as far as this many rest gaps (simulation/detail/candidates.cpp).
 constexpr double kReach = 1.5;
 
-// Pairs for each pair of vertices: 2 points and triangles, and half of 3 x 3 edges.
-constexpr double kPairsPerVertexPair = 6.5;
+// Pairs for each pair of vertices of two surfaces: 2 points and triangles each way, and 3 x 3
+// edges.
+constexpr double kPairsPerVertexPair = 13.0;
 
-// Each pair takes up to 2 kB in the solve, so this is at most about 4 GB and a minute a step.
-constexpr double kMostPairs = 2e6;
+// Each pair in reach takes about this much, measured on a sheet of 0.033 mm cells, alone and beside
+// a ball, with a rest gap of 2 mm: 1.9 and 9.8 GB.
+constexpr double kBytesPerPair = 330.0;
+constexpr double kMostBytes = 2e9;
 
-double area_of(const TriangleMesh& mesh) {
-  double area = 0.0;
-  for (const Triangle& t : mesh.triangles) {
-    const Vec3 a = mesh.vertices[t[1]] - mesh.vertices[t[0]];
-    area += 0.5 * a.cross(mesh.vertices[t[2]] - mesh.vertices[t[0]]).norm();
-  }
-  return area;
-}
+// A rest gap of fewer cells is not what makes the pairs many.
+constexpr double kFewCells = 2.0;
 
 }  // namespace
+
+SurfaceGrain grain_of(std::span<const Vec3> x, std::span<const Triangle> triangles) {
+  SurfaceGrain grain;
+  std::vector<char> used(x.size(), 0);
+  for (const Triangle& t : triangles) {
+    grain.area += 0.5 * (x[t[1]] - x[t[0]]).cross(x[t[2]] - x[t[0]]).norm();
+    for (const std::int32_t v : t) used[v] = 1;
+  }
+  grain.vertices = static_cast<double>(std::count(used.begin(), used.end(), 1));
+  return grain;
+}
+
+double SurfaceGrain::cell() const { return std::sqrt(area / std::max(vertices, 1.0)); }
+
+double SurfaceGrain::within(double reach) const {
+  return std::min(vertices, vertices * std::numbers::pi * reach * reach / area);
+}
 
 void warn_of_rest_gap(const ClothMesh& piece, double rest_gap, const std::string& place,
                       std::vector<std::string>& warnings) {
@@ -45,19 +59,21 @@ void warn_of_rest_gap(const ClothMesh& piece, double rest_gap, const std::string
       place, rest_gap, shortest, shortest));
 }
 
-// In a flat sheet of n vertices and area A, n π r² / A vertices lie within r of each.
-void refuse_rest_gap(const TriangleMesh& piece, double rest_gap) {
-  const auto n = static_cast<double>(piece.vertices.size());
-  const double area = area_of(piece), reach = kReach * rest_gap;
-  const double cell = std::sqrt(area / std::max(n, 1.0));
-  if (!(cell > 0.0) || rest_gap <= cell) return;
-  const double near = std::min(n, n * std::numbers::pi * reach * reach / area);
-  if (kPairsPerVertexPair * n * near <= kMostPairs) return;
+// The coarser of the two surfaces decides whether the rest gap is one of many cells, the one with
+// fewer pairs how many there can be: it may lie on the other one as a whole.
+void refuse_rest_gap(const SurfaceGrain& piece, const SurfaceGrain& other, bool itself,
+                     double rest_gap) {
+  const double cell = std::max(piece.cell(), other.cell()), reach = kReach * rest_gap;
+  if (!(std::min(piece.cell(), other.cell()) > 0.0) || rest_gap <= kFewCells * cell) return;
+  const double vertex_pairs =
+      std::min(piece.vertices * other.within(reach), other.vertices * piece.within(reach));
+  const double pairs = (itself ? 0.5 : 1.0) * kPairsPerVertexPair * vertex_pairs;
+  if (kBytesPerPair * pairs <= kMostBytes) return;
   throw std::invalid_argument(fmt::format(
       "contact.rest_gap (or that of contact.pairs) is {:g} m, {:.0f} times the distance of "
-      "neighbouring particles, so that about {:.0g} pairs of this piece would be in contact; use a "
-      "rest gap of at most {:.2g} m or larger cells",
-      rest_gap, rest_gap / cell, kPairsPerVertexPair * n * near, cell));
+      "neighbouring vertices, so that up to {:.0e} pairs would be in reach at once, {:.0f} GB; use "
+      "a rest gap of at most {:.2g} m or larger cells",
+      rest_gap, rest_gap / cell, pairs, std::ceil(1e-9 * kBytesPerPair * pairs), cell));
 }
 
 }  // namespace selvedge::detail

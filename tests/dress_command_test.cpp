@@ -88,8 +88,11 @@ TEST_F(DressProgram, PosesMoveTheBodyAndTheGarmentFollows) {
   EXPECT_SAYS(outcome.out, "poses        4 reached in 0.20 s");
   EXPECT_SAYS(outcome.out, "verdict      good");
   ASSERT_EQ(result("out")["motion"]["poses"].size(), 4u);
-  EXPECT_NEAR(mean_x("out/garment.obj"), 0.0, 0.03);
-  EXPECT_NEAR(mean_x("out/poses/pose_4.obj"), 0.08, 0.03);
+  // The tube is wider than the pyramid where it rests, so it settles off the axis: by 0.3 to 58 mm
+  // at resolutions of 0.03 to 0.06, to either side. From there it follows the body.
+  const double settled = mean_x("out/garment.obj");
+  EXPECT_NEAR(settled, 0.0, 0.06);
+  EXPECT_NEAR(mean_x("out/poses/pose_4.obj") - settled, 0.08, 0.01);
   const Outcome judged = run("check out/motion");
   EXPECT_EQ(judged.code, 0) << judged.out << judged.err;
 }

@@ -274,11 +274,11 @@ TEST(IntegratorScene, RestoredItGoesOnToTheSameBitsWhateverIsRemembered) {
       resumed.advance_to_frame(frame, {});
     }
     EXPECT_EQ(state_hash(whole.state()), state_hash(resumed.state())) << name;
-    // And what is remembered matters: without it the run is another one, unless it is the pause of
-    // a blend that has not failed.
+    // And what is remembered matters: without it the run is another one. A blend that has not
+    // failed remembers no pause, so it is given one.
+    if (name == std::string("implicit_desbrun") || name == std::string("implicit_kang")) continue;
     std::fill(state.memory.begin(), state.memory.end(), 0.0);
-    const std::vector<std::string> others = {"implicit_blend", "implicit_desbrun", "implicit_kang"};
-    if (std::find(others.begin(), others.end(), name) != others.end()) continue;
+    if (name == std::string("implicit_blend")) state.memory[0] = 2.0;
     Simulation forgetful = simulate(scene);
     forgetful.restore(state);
     for (int frame = 4; frame <= 6; ++frame) forgetful.advance_to_frame(frame, {});

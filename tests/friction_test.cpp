@@ -7,7 +7,9 @@
 #include <selvedge/simulation/simulation.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 #include <numeric>
 #include <random>
@@ -212,8 +214,16 @@ TEST(ContactMemory, FindsAPointOverTheNextTriangleButNotOnAnotherSide) {
 
 // -- the axes -------------------------------------------------------------------------------------
 
-/// A sheet that falls on a box or a cylinder, all turned by `turn`.
-Scene fallen(bool on_box, const Eigen::Quaterniond& turn) {
+enum class Below { box, cylinder, ball };
+
+AnalyticShape shape_of(Below below) {
+  if (below == Below::box) return Box{{0.2, 0.16, 0.1}};
+  if (below == Below::cylinder) return Cylinder{0.09, 0.1};
+  return Sphere{0.1};
+}
+
+/// A sheet that falls on a body, all turned by `turn`; the sheet starts `beside` its place, m.
+Scene fallen(Below below, const Eigen::Quaterniond& turn, double beside = 0.0) {
   Scene scene;
   scene.name = "fallen";
   scene.materials["default"] = Material{};
@@ -221,19 +231,21 @@ Scene fallen(bool on_box, const Eigen::Quaterniond& turn) {
   ClothSpec& cloth = scene.cloths.emplace_back();
   cloth.name = "cloth";
   cloth.shape = ClothGrid{"rectangular", {0.4, 0.4, 16, 16}};
-  cloth.placement.translation = turn * Vec3(0.013, 0.017, 0.055);
+  const double height = below == Below::ball ? 0.105 : 0.055;
+  cloth.placement.translation = turn * Vec3(0.013 + beside, 0.017, height);
   cloth.placement.rotation = turn;
   BodySpec& body = scene.bodies.emplace_back();
   body.name = "body";
-  body.shape = on_box ? BodyShape{Box{{0.2, 0.16, 0.1}}, 3} : BodyShape{Cylinder{0.09, 0.1}, 16};
+  body.shape = BodyShape{shape_of(below), below == Below::box ? 3 : 16};
   body.friction = 0.3;
   body.placement.rotation = turn;
   return scene;
 }
 
-/// Largest distance between the scene and the turned one, turned back, in the first second, m.
-double apart(bool on_box, const Eigen::Quaterniond& turn) {
-  Simulation straight(fallen(on_box, Eigen::Quaterniond::Identity())), turned(fallen(on_box, turn));
+/// Largest distance from the scene to the turned one, turned back, in the first second, m.
+double apart(Below below, const Eigen::Quaterniond& turn, double beside = 0.0) {
+  Simulation straight(fallen(below, Eigen::Quaterniond::Identity())),
+      turned(fallen(below, turn, beside));
   double worst = 0.0;
   for (int frame = 1; frame <= 60; ++frame) {
     straight.advance_to_frame(frame);
@@ -245,13 +257,33 @@ double apart(bool on_box, const Eigen::Quaterniond& turn) {
   return worst;
 }
 
+const std::array<Vec3, 3> kAxes{Vec3::UnitX(), Vec3::UnitY(), Vec3::UnitZ()};
+
+Eigen::Quaterniond quarter_turn(const Vec3& axis) {
+  return Eigen::Quaterniond(Eigen::AngleAxisd(0.5 * std::numbers::pi, axis));
+}
+
 // Rounding decides nothing that is visible. Before the solver turned with the cloth, 7 mm.
 TEST(StaticFriction, ASceneThatIsTurnedWithItsBodiesEndsTheSame) {
-  for (const bool on_box : {true, false})
-    for (const Vec3& axis : {Vec3(Vec3::UnitX()), Vec3(Vec3::UnitY()), Vec3(Vec3::UnitZ())})
-      EXPECT_LT(apart(on_box, Eigen::Quaterniond(Eigen::AngleAxisd(0.5 * std::numbers::pi, axis))),
-                1e-3)
-          << on_box << ", about " << axis.transpose();
+  for (const Below below : {Below::box, Below::cylinder})
+    for (const Vec3& axis : kAxes)
+      EXPECT_LT(apart(below, quarter_turn(axis)), 1e-3)
+          << static_cast<int>(below) << ", about " << axis.transpose();
+}
+
+// On a ball, which does not hold the sheet, differences grow: a turned scene, which rounds
+// otherwise, ends elsewhere, as one does that starts a hair beside. Prints both
+// (docs/limitations.md).
+TEST(StaticFriction, OnABallASceneIsAsSensitiveToATurnAsToAHair) {
+  double turned = 0.0;
+  for (const Vec3& axis : kAxes) turned = std::max(turned, apart(Below::ball, quarter_turn(axis)));
+  EXPECT_LT(turned, 0.01);
+  std::printf("turned by 90 degrees: %.2f mm elsewhere\n", 1e3 * turned);
+  for (const double beside : {1e-15, 2e-12, 1e-9}) {
+    const double off = apart(Below::ball, Eigen::Quaterniond::Identity(), beside);
+    EXPECT_LT(off, 0.02);
+    std::printf("%g m beside: %.2f mm elsewhere\n", beside, 1e3 * off);
+  }
 }
 
 }  // namespace

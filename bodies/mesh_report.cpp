@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/bodies/detail/triangle_crossing.h>
 #include <selvedge/bodies/mesh_report.h>
+#include <selvedge/bodies/triangle_tree.h>
 #include <selvedge/core/parallel.h>
 
 #include <Eigen/Geometry>
@@ -13,98 +14,13 @@ namespace selvedge {
 namespace {
 
 constexpr std::size_t kQueriesPerTask = 256;
-constexpr std::int32_t kLeafSize = 4;
-constexpr int kMaxTreeDepth = 64;  // every level halves the number of boxes
-
 struct Bounds {
-  Vec3 lower = Vec3::Zero(), upper = Vec3::Zero();
+  Vec3 lower, upper;
 
-  void include(const Bounds& other) {
-    lower = lower.cwiseMin(other.lower);
-    upper = upper.cwiseMax(other.upper);
-  }
   bool overlaps(const Bounds& other) const {
     return (lower.array() <= other.upper.array()).all() &&
            (other.lower.array() <= upper.array()).all();
   }
-};
-
-// A box tree split at the median of the longest extent; the children of node k are left and left +
-// 1.
-class BoxTree {
- public:
-  explicit BoxTree(const std::vector<Bounds>& boxes) : boxes_(boxes), order_(boxes.size()) {
-    std::iota(order_.begin(), order_.end(), 0);
-    nodes_.push_back({Bounds(), 0, static_cast<std::int32_t>(boxes.size()), -1});
-    for (std::size_t k = 0; k < nodes_.size(); ++k) split(k);
-    for (std::size_t k = nodes_.size(); k-- > 0;) bound(nodes_[k]);
-  }
-
-  /// Calls visit(j) for every box j that overlaps `box`.
-  template <class Visit>
-  void for_each_overlap(const Bounds& box, Visit&& visit) const {
-    std::int32_t stack[2 * kMaxTreeDepth];
-    int depth = 0;
-    stack[depth++] = 0;
-    while (depth > 0) {
-      const Node& node = nodes_[stack[--depth]];
-      if (!node.box.overlaps(box)) continue;
-      if (node.left >= 0) {
-        stack[depth++] = node.left;
-        stack[depth++] = node.left + 1;
-        continue;
-      }
-      for (std::int32_t i = node.begin; i < node.end; ++i)
-        if (boxes_[order_[i]].overlaps(box)) visit(order_[i]);
-    }
-  }
-
- private:
-  struct Node {
-    Bounds box;
-    std::int32_t begin = 0, end = 0, left = -1;  // left < 0: a leaf
-  };
-
-  Vec3 centre(std::int32_t i) const {
-    return boxes_[i].lower + boxes_[i].upper;
-  }  // twice the centre
-
-  int longest_axis(const Node& node) const {
-    Vec3 lower = centre(order_[node.begin]), upper = lower;
-    for (std::int32_t i = node.begin; i < node.end; ++i) {
-      lower = lower.cwiseMin(centre(order_[i]));
-      upper = upper.cwiseMax(centre(order_[i]));
-    }
-    int axis = 0;
-    (upper - lower).maxCoeff(&axis);
-    return axis;
-  }
-
-  void split(std::size_t k) {
-    const Node node = nodes_[k];
-    if (node.end - node.begin <= kLeafSize) return;
-    const int axis = longest_axis(node);
-    const std::int32_t middle = node.begin + (node.end - node.begin) / 2;
-    std::nth_element(order_.begin() + node.begin, order_.begin() + middle,
-                     order_.begin() + node.end, [&](std::int32_t a, std::int32_t b) {
-                       const double ca = centre(a)[axis], cb = centre(b)[axis];
-                       return ca != cb ? ca < cb : a < b;
-                     });
-    nodes_[k].left = static_cast<std::int32_t>(nodes_.size());
-    nodes_.push_back({Bounds(), node.begin, middle, -1});
-    nodes_.push_back({Bounds(), middle, node.end, -1});
-  }
-
-  void bound(Node& node) {
-    node.box = node.left >= 0 ? nodes_[node.left].box : boxes_[order_[node.begin]];
-    if (node.left >= 0) node.box.include(nodes_[node.left + 1].box);
-    for (std::int32_t i = node.begin; node.left < 0 && i < node.end; ++i)
-      node.box.include(boxes_[order_[i]]);
-  }
-
-  const std::vector<Bounds>& boxes_;
-  std::vector<std::int32_t> order_;
-  std::vector<Node> nodes_;
 };
 
 // One triangle's traversal of an edge.
@@ -309,12 +225,14 @@ class MeshInspection {
       const detail::Corners c = corners(k);
       boxes[k] = {c[0].cwiseMin(c[1]).cwiseMin(c[2]), c[0].cwiseMax(c[1]).cwiseMax(c[2])};
     }
-    const BoxTree tree(boxes);
+    TriangleTree tree(mesh_.triangles);
+    tree.fit(mesh_.vertices);
     std::vector<Crossings> found((n + kQueriesPerTask - 1) / kQueriesPerTask);
     parallel_for(n, kQueriesPerTask, [&](std::size_t begin, std::size_t end) {
       for (std::size_t a = begin; a < end; ++a)
-        tree.for_each_overlap(boxes[a], [&](std::int32_t b) {
-          if (static_cast<std::size_t>(b) > a) judge_pair(a, b, found[a / kQueriesPerTask]);
+        tree.for_each_in_box(boxes[a].lower, boxes[a].upper, [&](std::int32_t b) {
+          if (static_cast<std::size_t>(b) > a && boxes[a].overlaps(boxes[b]))
+            judge_pair(a, b, found[a / kQueriesPerTask]);
         });
     });
     for (const Crossings& part : found) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <selvedge/bodies/triangle_tree.h>
 #include <selvedge/core/types.h>
 #include <selvedge/response/response.h>
-#include <selvedge/simulation/detail/triangle_tree.h>
 
 #include <span>
 #include <vector>

@@ -9,8 +9,8 @@
 
 namespace selvedge {
 
-/// A tree of boxes over triangles, for the few of them that are near a point. Split once, at the
-/// positions of the first fit; later fits keep the split.
+/// A tree of boxes over triangles, for the few of them that are near a point or in a box. Split
+/// once, at the positions of the first fit; later fits keep the split.
 class TriangleTree {
  public:
   TriangleTree() = default;
@@ -23,11 +23,16 @@ class TriangleTree {
   void fit(std::span<const Vec3> x);
 
   /// Calls visit(k) for each triangle k whose box is within `reach`, m, of `q` in each coordinate,
-  /// in an order that depends on the positions of the first fit alone.
+  /// and for some others, in an order that depends on the positions of the first fit alone.
   template <class Visit>
   void for_each_near(const Vec3& q, double reach, Visit&& visit) const {
+    for_each_in_box(q.array() - reach, q.array() + reach, visit);
+  }
+
+  /// The same for the triangles whose boxes meet the box from `low` to `high`, m.
+  template <class Visit>
+  void for_each_in_box(const Vec3& low, const Vec3& high, Visit&& visit) const {
     if (nodes_.empty()) return;
-    const Vec3 low = q.array() - reach, high = q.array() + reach;
     std::int32_t stack[2 * kMaxDepth];
     int depth = 0;
     stack[depth++] = 0;

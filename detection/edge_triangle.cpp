@@ -54,18 +54,35 @@ void EdgeTriangleTest::find_candidates(const SurfaceView& a, const SurfaceView& 
   pairs_.edge_edge.clear();
 }
 
-void EdgeTriangleTest::decide(const SurfaceView& b, std::vector<EdgeTrianglePair>& out) {
+// An edge that ends at the place of a corner meets the triangle. In surfaces whose triangles each
+// have vertices of their own, most pairs are of this kind.
+void EdgeTriangleTest::take_equal_corners(const SurfaceView& b,
+                                          std::vector<EdgeTrianglePair>& out) {
   out.clear();
+  std::erase_if(pairs_.point_triangle, [&](const PointTrianglePair& pair) {
+    const Vec3 &p = from_[pair.point], &q = to_[pair.point];
+    const Triangle& t = b.triangles[pair.triangle];
+    const bool equal = std::any_of(
+        t.begin(), t.end(), [&](std::int32_t v) { return b.x_t0[v] == p || b.x_t0[v] == q; });
+    if (equal) out.push_back({pair.point, pair.triangle});
+    return equal;
+  });
+}
+
+void EdgeTriangleTest::decide(const SurfaceView& b, std::vector<EdgeTrianglePair>& out) {
+  take_equal_corners(b, out);
+  const auto sure = static_cast<std::ptrdiff_t>(out.size());
   narrow_->find_contacts({from_, to_, {}, {}}, at_rest(b), pairs_, found_);
   // A contact names the corners of the triangle, not the triangle; contacts are in pair order.
   auto found = found_.begin();
   for (const PointTrianglePair& pair : pairs_.point_triangle) {
-    if (found == found_.end()) return;
+    if (found == found_.end()) break;
     const Triangle& t = b.triangles[pair.triangle];
     if (found->vertex != std::array<std::int32_t, 4>{pair.point, t[0], t[1], t[2]}) continue;
     out.push_back({pair.point, pair.triangle});
     ++found;
   }
+  std::inplace_merge(out.begin(), out.begin() + sure, out.end());
 }
 
 TrianglesOfEdges::TrianglesOfEdges(std::span<const Edge> edges,

@@ -185,6 +185,7 @@ class EdgeTriangleTest {
 
  private:
   void find_candidates(const SurfaceView& a, const SurfaceView& b);
+  void take_equal_corners(const SurfaceView& b, std::vector<EdgeTrianglePair>& out);
   void decide(const SurfaceView& b, std::vector<EdgeTrianglePair>& out);
 
   std::unique_ptr<BroadPhase> broad_;

@@ -8,38 +8,64 @@
 namespace selvedge {
 namespace {
 
-/// Number of bytes of the control character at the start of the text; 0 if there is none.
-std::size_t control_bytes(std::string_view text) {
-  const auto c = static_cast<unsigned char>(text[0]);
-  constexpr unsigned char space = 0x20, del = 0x7F, c1_lead = 0xC2, c1_first = 0x80, c1_last = 0x9F;
-  if (c < space || c == del) return 1;
-  if (c != c1_lead || text.size() < 2) return 0;
-  const auto next = static_cast<unsigned char>(text[1]);
-  return next >= c1_first && next <= c1_last ? 2 : 0;
+/// A character of UTF-8, or a byte that is no part of one.
+struct Character {
+  std::size_t bytes = 1;
+  char32_t code = 0;
+};
+
+Character first_character(std::string_view text) {
+  const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(text[k]); };
+  const unsigned char lead = byte(0);
+  const std::size_t bytes = lead < 0xC2   ? 1
+                            : lead < 0xE0 ? 2
+                            : lead < 0xF0 ? 3
+                            : lead < 0xF5 ? 4
+                                          : 1;
+  if (bytes == 1 || text.size() < bytes) return {1, lead};
+  char32_t code = lead & (0x7FU >> bytes);
+  for (std::size_t k = 1; k < bytes; ++k) {
+    if ((byte(k) & 0xC0U) != 0x80U) return {1, lead};
+    code = code << 6U | (byte(k) & 0x3FU);
+  }
+  return {bytes, code};
+}
+
+/// Of ASCII, DEL and U+0080 to U+009F; the bytes 0x80 to 0x9F alone are those in 8-bit terminals.
+bool is_control(char32_t code) { return code < 0x20 || (code >= 0x7F && code <= 0x9F); }
+
+/// Changes the order in which the characters after it are shown.
+bool reorders(char32_t code) {
+  return (code >= 0x202A && code <= 0x202E) || (code >= 0x2066 && code <= 0x2069);
 }
 
 }  // namespace
 
 bool has_control_character(std::string_view text) {
-  for (; !text.empty(); text.remove_prefix(1))
-    if (control_bytes(text) > 0) return true;
+  while (!text.empty()) {
+    const Character c = first_character(text);
+    if (is_control(c.code)) return true;
+    text.remove_prefix(c.bytes);
+  }
   return false;
 }
 
 namespace {
 
-/// The text with each control character except those in `kept` as `escape` gives it.
+/// The text with each character that acts on the display, except those in `kept`, as `escape` gives
+/// it.
 template <class Escape>
 std::string with_escapes(std::string_view text, std::string_view kept, Escape escape) {
   std::string shown;
   shown.reserve(text.size());
   while (!text.empty()) {
-    const std::size_t n = kept.find(text[0]) == std::string_view::npos ? control_bytes(text) : 0;
-    if (n == 0)
-      shown += text[0];
+    const Character c = first_character(text);
+    const bool acts = is_control(c.code) || reorders(c.code);
+    if (acts && kept.find(text[0]) == std::string_view::npos)
+      shown += escape(text.substr(0, c.bytes), c.code);
     else
-      shown += escape(text.substr(0, n));
-    text.remove_prefix(n == 0 ? 1 : n);
+      shown += text.substr(0, c.bytes);
+    text.remove_prefix(c.bytes);
   }
   return shown;
 }
@@ -50,7 +76,7 @@ std::string hexadecimal(char c) {
   return {digits[byte >> 4], digits[byte & 15]};
 }
 
-std::string each_byte(std::string_view control) {
+std::string each_byte(std::string_view control, char32_t) {
   std::string shown;
   for (const char c : control) shown += "\\x" + hexadecimal(c);
   return shown;
@@ -63,9 +89,10 @@ std::string printable(std::string_view text) { return with_escapes(text, "", eac
 std::string printable_lines(std::string_view text) { return with_escapes(text, "\n\t", each_byte); }
 
 std::string printable_json(std::string_view json) {
-  // The last byte of each of these characters in UTF-8 is its number.
-  return with_escapes(
-      json, "\n\t", [](std::string_view control) { return "\\u00" + hexadecimal(control.back()); });
+  return with_escapes(json, "\n\t", [](std::string_view, char32_t code) {
+    return "\\u" + hexadecimal(static_cast<char>(code >> 8U)) +
+           hexadecimal(static_cast<char>(code));
+  });
 }
 
 std::string shell_quoted(std::string_view word) {

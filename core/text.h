@@ -8,16 +8,17 @@
 namespace selvedge {
 
 /// Whether the text contains a control character, such as an escape sequence of terminals or a line
-/// end: ASCII below 32, DEL, or U+0080 to U+009F in UTF-8.
+/// end: ASCII below 32, DEL, U+0080 to U+009F in UTF-8, or one of the bytes 0x80 to 0x9F alone.
 bool has_control_character(std::string_view text);
 
-/// The text with each control character as \xNN, for messages about names from files.
+/// The text with each control character, and each character that changes the order of others on the
+/// display (U+202A to U+202E, U+2066 to U+2069), as \xNN, for messages about names from files.
 std::string printable(std::string_view text);
 
 /// The same for a text of several lines: line ends and tabs stay.
 std::string printable_lines(std::string_view text);
 
-/// A JSON text with DEL and U+0080 to U+009F, which the JSON library does not escape, as \u00NN.
+/// A JSON text with those of them that the JSON library does not escape as \uNNNN.
 std::string printable_json(std::string_view json);
 
 /// "1 step" or "6 steps". `plural` is for nouns with another plural: "vertices".

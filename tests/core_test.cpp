@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/detail/coloring.h>
 #include <selvedge/core/detail/dihedral.h>
+#include <selvedge/core/text.h>
 #include <selvedge/tests/dense_algebra.h>
 
 #include <gtest/gtest.h>
@@ -339,6 +340,35 @@ TEST(JacobianRows, AddWhatTheWholeJacobianAddsToThemAndNothingElse) {
     }
     EXPECT_GT(rows.values()[0].norm(), 0.0);
   }
+}
+
+// -- texts ----------------------------------------------------------------------------------------
+
+TEST(Text, WhatActsOnADisplayIsEscapedAndOrdinaryLettersAreNot) {
+  EXPECT_EQ(printable("a\x1b[31mb"), "a\\x1b[31mb");
+  EXPECT_EQ(printable("\xc2\x9b"
+                      "31m"),
+            "\\xc2\\x9b31m")
+      << "CSI of UTF-8";
+  EXPECT_EQ(printable("\x9b"
+                      "31m"),
+            "\\x9b31m")
+      << "CSI of 8-bit terminals";
+  EXPECT_EQ(printable("\xe2\x80\xae"
+                      "cba"),
+            "\\xe2\\x80\\xae"
+            "cba")
+      << "right to left";
+  EXPECT_EQ(printable("\xe2\x81\xa6"), "\\xe2\\x81\\xa6");
+  EXPECT_EQ(printable("\xe0\x80\x9b"), "\\xe0\\x80\\x9b") << "overlong";
+  // Their last bytes lie between 0x80 and 0x9f.
+  for (const char* letters :
+       {"\u00df\u011b", "\u4e00\u0e1b", "\U0001f41b", "\u05d0\u200f", "\xff", ""})
+    EXPECT_EQ(printable(letters), letters);
+  EXPECT_EQ(printable_lines("a\tb\nc\r"), "a\tb\nc\\x0d");
+  EXPECT_EQ(printable_json("\"\x7f\xc2\x9b\xe2\x80\xae\""), "\"\\u007f\\u009b\\u202e\"");
+  EXPECT_TRUE(has_control_character("a\x9b"));
+  EXPECT_FALSE(has_control_character("\u011b\u202e\U0001f41b"));
 }
 
 }  // namespace

@@ -269,6 +269,8 @@ class Simulation:
         """Continues from a saved state, to the same bits as if nothing had come between. Forces and
         held vertices have to be set again. Arrays taken before keep the old values.
         """
+        if not isinstance(state, State):
+            raise TypeError(f"state: must be a State, is {state!r:.80}")
         self._core.restore(state._core)
         self._frame = round(state.time * self.scene.fps)
         if self._frame / self.scene.fps > state.time + 1e-9:

@@ -364,6 +364,13 @@ def test_a_body_is_moved_from_python_and_cloth_stays_clean():
         selvedge.Simulation(ball_scene()).move_body("ball", start)
 
 
+def test_restoring_what_is_no_state_is_refused():
+    simulation = selvedge.Simulation(ball_scene())
+    for other in (None, {}, 3):
+        with pytest.raises(TypeError, match="state: must be a State"):
+            simulation.restore(other)
+
+
 def test_a_saved_state_continues_to_the_same_bits():
     def lift(now):
         now.move_body("ball", now.body_vertices("ball") + [0.0, 0.0, 0.002])

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Optional, Union
 
 import numpy as np
@@ -42,6 +42,8 @@ def _plain(value: Any) -> Any:
 def overrides(changes: Optional[Mapping[str, Any]]) -> list[tuple[str, str]]:
     """Changes of a scene as pairs (path, JSON text)."""
     out = []
+    if changes is not None and not isinstance(changes, Mapping):
+        raise TypeError(f"changes: must be a dict, is {changes!r:.80}")
     for path, value in (changes or {}).items():
         text = value if isinstance(value, str) else json.dumps(value, default=_plain)
         out.append((path, text))
@@ -156,6 +158,8 @@ class Simulation:
         driven: Sequence[Union[str, int]] = (),
     ) -> None:
         self.scene = scene if isinstance(scene, Scene) else Scene(scene)
+        if isinstance(driven, str) or not isinstance(driven, Iterable):
+            raise TypeError(f"driven: must be a list of names or numbers, is {driven!r:.80}")
         numbers = [self._body(name) for name in driven]
         self._core: _core.Simulation = _core.Simulation(self.scene._core, numbers)
         self._frame = 0

@@ -364,6 +364,14 @@ def test_a_body_is_moved_from_python_and_cloth_stays_clean():
         selvedge.Simulation(ball_scene()).move_body("ball", start)
 
 
+def test_arguments_of_another_type_are_named():
+    for driven in ("ball", 3):
+        with pytest.raises(TypeError, match="driven: must be a list"):
+            selvedge.Simulation(ball_scene(), driven=driven)
+    with pytest.raises(TypeError, match="changes: must be a dict"):
+        selvedge.Scene(ball_scene(), 5)
+
+
 def test_restoring_what_is_no_state_is_refused():
     simulation = selvedge.Simulation(ball_scene())
     for other in (None, {}, 3):

@@ -125,9 +125,9 @@ void Simulation::Parts::continue_untangling() {
   if (!untangler.active())
     if (const auto found = find_enclosed(methods.detection.joint_surface(), input.x_t0, {})) {
       result.clean = false;
-      throw SimulationFailed(FailureKind::not_clean,
-                             enclosed_sentence(*found, "after it was untangled") +
-                                 "; start with more of it outside");
+      throw SimulationFailed(
+          FailureKind::not_clean,
+          enclosed_sentence(*found, "after it was untangled") + "; start with more of it outside");
     }
   if (!untangler.report().given_up || scene.contact.carry_tangled) return;
   throw SimulationFailed(FailureKind::not_clean,

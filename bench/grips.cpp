@@ -11,6 +11,7 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <string>
 
 namespace {
 
@@ -19,6 +20,7 @@ using namespace selvedge;
 struct GripBenchOptions {
   int count = 120;
   unsigned first_seed = 1;
+  std::string kind;  // empty: one after another
 };
 
 GripBenchOptions parse_grips(int argc, char** argv) {
@@ -26,8 +28,16 @@ GripBenchOptions parse_grips(int argc, char** argv) {
   CommandLine app("Cloth that jaws grip: stretch, slip, speed when it is freed");
   app.option("--count", o.count, "Number of grips").range(1, 100000);
   app.option("--seed", o.first_seed, "Seed of the first; the others count up");
+  app.option("--kind", o.kind, "Only grips of this kind (default: all, in turn)")
+      .one_of({"held", "closed", "towel", "shears"});
   if (const auto code = app.parse(argc, argv)) std::exit(*code);
   return o;
+}
+
+// With one kind, the seeds are those of the whole list that draw it.
+unsigned next_seed(const GripBenchOptions& o, unsigned seed) {
+  while (!o.kind.empty() && grip_name(static_cast<GripKind>(seed % kGripKinds)) != o.kind) ++seed;
+  return seed;
 }
 
 }  // namespace
@@ -38,8 +48,9 @@ int main(int argc, char** argv) {
   fmt::print("{:<5} {:<7} {:>6} {:>9} {:>8} {:>8} {:>8} {:>7} {:>6} {:>5} {:>6}  {}\n", "seed",
              "kind", "bodies", "stretch %", "bent mm", "slip um", "pinched", "freed", "jams",
              "clean", "wall s", "drawn");
-  for (int i = 0; i < o.count; ++i) {
-    const unsigned seed = o.first_seed + static_cast<unsigned>(i);
+  unsigned seed = o.first_seed;
+  for (int i = 0; i < o.count; ++i, ++seed) {
+    seed = next_seed(o, seed);
     const GripScene scene =
         make_grip(static_cast<GripKind>(seed % kGripKinds), seed / kGripKinds % 2 == 1, seed);
     const auto start = std::chrono::steady_clock::now();

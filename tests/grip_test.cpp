@@ -21,7 +21,9 @@ TEST_P(Grip, HeldClothStaysFlatAndClosedJawsHoldCloth) {
   EXPECT_EQ(grip_fault(scene, grip(scene)), "") << scene.text;
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, Grip, ::testing::Values(1U, 4U, 6U, 8U, 11U, 12U, 13U, 20U));
+INSTANTIATE_TEST_SUITE_P(Seeds, Grip,
+                         ::testing::Values(1U, 4U, 6U, 8U, 11U, 12U, 13U, 20U, 27U, 29U, 42U,
+                                           113U));
 
 TEST(Grips, AStateWithPinchedClothContinuesWithTheSameBits) {
   GripScene grip = scene_of(1);

@@ -79,7 +79,13 @@ void Untangler::resume(Tangles tangles, std::span<const Vec3> x,
   report_.until_s = active() ? -1.0 : 0.0;
   report_.given_up = !tangles_.list.empty() && ways_are_exhausted();
   contours_ = trace_contours(surface_, crossings);
-  find_motion(CutRegions(surface_, contours_, x, tangles_.kept), x);
+  const CutRegions regions(surface_, contours_, x, tangles_.kept);
+  std::vector<int> counts;
+  const std::vector<Tangle> left = surroundings(regions, x, counts);
+  for (std::size_t k = 0; k < left.size(); ++k)
+    if (tangles_.list[k].pinch)
+      for (int s = 0; s < 2; ++s) crossing_[s] = common(tangles_.list[k].side[s], left[k].side[s]);
+  find_motion(regions, x);
 }
 
 bool Untangler::carry_jam(std::span<const ContactPoint> hits, std::span<const Vec3> x) {
@@ -239,10 +245,11 @@ int Untangler::tangle_of(const Contour& contour, bool& flipped) const {
   return -1;
 }
 
-// Intersects the regions with the surroundings of the remaining contours.
-void Untangler::shrink(const CutRegions& regions, std::span<const Vec3> x) {
+// The surroundings of the remaining contours, for each tangle, and its crossings.
+std::vector<Tangle> Untangler::surroundings(const CutRegions& regions, std::span<const Vec3> x,
+                                            std::vector<int>& crossings) const {
   std::vector<Tangle> left(tangles_.list.size());
-  std::vector<int> crossings(tangles_.list.size(), 0);
+  crossings.assign(tangles_.list.size(), 0);
   for (std::size_t c = 0; c < contours_.size(); ++c) {
     bool flipped = false;
     const int k = tangle_of(contours_[c], flipped);
@@ -250,10 +257,20 @@ void Untangler::shrink(const CutRegions& regions, std::span<const Vec3> x) {
     unite(left[k], tangles_.list[k].pinch ? crossing(c) : around(c, regions, x), flipped);
     crossings[k] += static_cast<int>(contours_[c].nodes.size());
   }
+  return left;
+}
+
+// Intersects the regions with the surroundings of the remaining contours.
+void Untangler::shrink(const CutRegions& regions, std::span<const Vec3> x) {
+  std::vector<int> crossings;
+  const std::vector<Tangle> left = surroundings(regions, x, crossings);
   for (std::size_t k = 0; k < tangles_.list.size(); ++k) {
     Tangle& tangle = tangles_.list[k];
     for (int s = 0; s < 2; ++s) tangle.side[s] = common(tangle.side[s], left[k].side[s]);
-    if (tangle.pinch) add_pinches(tangle);
+    if (tangle.pinch) {
+      crossing_ = tangle.side;
+      add_pinches(tangle);
+    }
     if (tangle.is_over()) {
       tangle = Tangle{};
     } else if (crossings[k] < tangle.best) {

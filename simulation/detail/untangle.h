@@ -77,7 +77,7 @@ class Untangler {
 
   /// Whether bodies may cross the triangles around pinched vertices.
   bool carries_pinches() const;
-  bool active() const { return !excluded_.empty(); }
+  bool active() const { return !excluded_.empty() || carries_pinches(); }
   const ExcludedPairs& excluded() const { return excluded_; }
   const Tangles& tangles() const { return tangles_; }
   const TangleReport& report() const { return report_; }
@@ -107,6 +107,8 @@ class Untangler {
   Tangle around(std::size_t contour, const CutRegions& regions, std::span<const Vec3> x) const;
   std::vector<std::int32_t> grow(std::vector<std::int32_t> seeds, std::span<const Vec3> x) const;
   void merge(std::vector<Tangle> found);
+  std::vector<Tangle> surroundings(const CutRegions& regions, std::span<const Vec3> x,
+                                   std::vector<int>& crossings) const;
   void shrink(const CutRegions& regions, std::span<const Vec3> x);
   bool crosses(const Contour& contour) const;
   void add_pinches(Tangle& tangle) const;
@@ -132,7 +134,9 @@ class Untangler {
   Tangles tangles_;
   ExcludedPairs excluded_;
   TangleReport report_;
-  std::vector<Pinch> pinches_;              // of the present step
+  std::vector<Pinch> pinches_;  // of the present step
+  // What still crosses of the tangle of pinched cloth: all of it once its vertices are free.
+  std::array<std::vector<std::int32_t>, 2> crossing_;
   double edge_length_ = 0.0, reach_ = 0.0;  // m
   std::vector<Driven> driven_;
   std::vector<ImplicitTerm> terms_;

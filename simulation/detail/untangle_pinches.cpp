@@ -15,8 +15,6 @@ void unite_sorted(std::vector<std::int32_t>& all, std::vector<std::int32_t> more
   all.erase(std::unique(all.begin(), all.end()), all.end());
 }
 
-bool is_carried(const Tangle& tangle) { return tangle.pinch && !tangle.is_over(); }
-
 bool holds(std::span<const Pinch> pinches, std::int32_t vertex) {
   const auto at = std::lower_bound(pinches.begin(), pinches.end(), vertex,
                                    [](const Pinch& p, std::int32_t v) { return p.vertex < v; });
@@ -82,15 +80,18 @@ void Untangler::set_pinches(std::span<const Pinch> pinches) {
                                  return a.vertex == b.vertex && a.triangle == b.triangle;
                                });
   pinches_.assign(pinches.begin(), pinches.end());
-  if (same) return;
-  const auto carried = std::find_if(tangles_.list.begin(), tangles_.list.end(), is_carried);
-  if (carried == tangles_.list.end()) return;
-  add_pinches(*carried);
+  if (same || !carries_pinches()) return;
+  for (Tangle& tangle : tangles_.list)
+    if (tangle.pinch) {
+      tangle.side = crossing_;
+      add_pinches(tangle);
+    }
   excluded_ = ExcludedPairs(surface_, tangles_.list);
 }
 
 bool Untangler::carries_pinches() const {
-  return std::any_of(tangles_.list.begin(), tangles_.list.end(), is_carried);
+  return std::any_of(tangles_.list.begin(), tangles_.list.end(),
+                     [](const Tangle& tangle) { return tangle.pinch; });
 }
 
 bool Untangler::carry_pinches(std::span<const ContactPoint> hits, std::span<const Pinch> pinches) {
@@ -104,6 +105,7 @@ bool Untangler::carry_pinches(std::span<const ContactPoint> hits, std::span<cons
   jam.jam = jam.pinch = true;
   jam.best = std::numeric_limits<int>::max();
   add_pinches(jam);
+  crossing_ = {};
   std::erase_if(tangles_.list, [](const Tangle& tangle) { return tangle.is_over(); });
   tangles_.list.push_back(std::move(jam));
   excluded_ = ExcludedPairs(surface_, tangles_.list);

@@ -270,6 +270,10 @@ void Untangler::shrink(const CutRegions& regions, std::span<const Vec3> x) {
     if (tangle.pinch) {
       crossing_ = tangle.side;
       add_pinches(tangle);
+      if (!pinches_.empty()) {  // nothing can be untangled before the bodies part
+        tangle.best = std::numeric_limits<int>::max();
+        tangle.way = 0;
+      }
     }
     if (tangle.is_over()) {
       tangle = Tangle{};

@@ -21,6 +21,9 @@ struct UntangleConfig {
   double edge_share = 0.3;
   /// Strength of the drive, relative to inertia. A larger one holds the speed against taut cloth.
   double drive_ratio = 100.0;
+  /// The same where cloth is led out of a body that has pinched it: what hangs from it pulls it
+  /// tightly around the rim.
+  double out_ratio = 1000.0;
   /// How far the regions extend beyond the contours, in mean lengths of the edges that cross. With
   /// 4, sheets that slid while they parted met pairs that were protected again, in 4 of 200
   /// generated tangles; with 6 and more in none of them. A larger one leaves more of the cloth
@@ -99,6 +102,7 @@ class Untangler {
     std::int32_t particle;
     Vec3 direction;
     std::int32_t contour;  // whose velocity it shares
+    double ratio;          // strength of the drive
   };
   struct Motion;  // sums of directions while they are found
 
@@ -121,6 +125,9 @@ class Untangler {
   void find_motion(const CutRegions& regions, std::span<const Vec3> x);
   void move_contour(std::size_t c, const CutRegions& regions, std::span<const Vec3> x, int way,
                     Motion& motion) const;
+  Vec3 outward(const EdgeCrossing& node, std::span<const Vec3> x) const;
+  bool move_out(std::size_t c, std::span<const Vec3> x, int way, Motion& motion) const;
+  bool cuts_off_inside(std::size_t c, const CutRegions& regions, std::span<const Vec3> x) const;
   Vec3 along(const Contour& contour, std::span<const Vec3> x) const;
   Vec3 out_of_triangle(const EdgeCrossing& node, int side, std::span<const Vec3> x) const;
   Vec3 node_direction(std::size_t c, std::size_t i, const CutRegions& regions,

@@ -16,6 +16,10 @@ namespace {
 bool moves_as_one(int way) { return way % 2 == 1; }
 bool along_normals(int way) { return way % kUntangleWays >= 2; }
 
+// In a jam, the first ways lead cloth out of closed bodies; the others are for those that have two
+// surfaces.
+bool leads_out(const Tangle& tangle) { return tangle.jam && !along_normals(tangle.way); }
+
 // A vector this short, of a sum or product of unit vectors, has no direction.
 constexpr double kNoDirection = 1e-6;
 
@@ -26,6 +30,14 @@ Vec3 unit(const Vec3& u) {
 
 Vec3 normal_of(const Triangle& t, std::span<const Vec3> x) {
   return (x[t[1]] - x[t[0]]).cross(x[t[2]] - x[t[0]]).stableNormalized();
+}
+
+// Of the triangles of a part, times 6, m³.
+double signed_volume(const JointSurface& surface, std::int32_t part, std::span<const Vec3> x) {
+  double sum = 0.0;
+  for (const Triangle& t : surface.triangles())
+    if (surface.part(t[0]) == part) sum += x[t[0]].dot(x[t[1]].cross(x[t[2]]));
+  return sum;
 }
 
 }  // namespace
@@ -49,16 +61,22 @@ void Untangler::find_motion(const CutRegions& regions, std::span<const Vec3> x) 
   driven_.clear();
   if (report_.given_up) return;
   Motion motion(surface_.vertices());
+  std::vector<char> outwards(contours_.size(), 0);
   for (std::size_t c = 0; c < contours_.size(); ++c) {
     bool flipped = false;
     const int k = tangle_of(contours_[c], flipped);
-    if (k >= 0 && !is_pinched(contours_[c]))
-      move_contour(c, regions, x, tangles_.list[k].way, motion);
+    if (k < 0 || is_pinched(contours_[c])) continue;
+    outwards[c] = leads_out(tangles_.list[k]) && !cuts_off_inside(c, regions, x) &&
+                  move_out(c, x, tangles_.list[k].way, motion);
+    if (!outwards[c]) move_contour(c, regions, x, tangles_.list[k].way, motion);
   }
-  for (std::size_t c = 0; c < contours_.size(); ++c) fill_regions(c, regions, motion);
+  for (std::size_t c = 0; c < contours_.size(); ++c)
+    if (!outwards[c]) fill_regions(c, regions, motion);
   for (std::size_t i = 0; i < surface_.cloth_vertices(); ++i) {
     const auto v = static_cast<std::int32_t>(i);
-    if (motion.count[i] > 0) driven_.push_back({v, motion.mean(v), motion.contour[i]});
+    if (motion.count[i] == 0) continue;
+    const double ratio = outwards[motion.contour[i]] ? config_.out_ratio : config_.drive_ratio;
+    driven_.push_back({v, motion.mean(v), motion.contour[i], ratio});
   }
 }
 
@@ -148,6 +166,63 @@ void Untangler::move_contour(std::size_t c, const CutRegions& regions, std::span
   }
 }
 
+// The normal of a closed body at a crossing of the cloth with it, outwards; 0 at other crossings.
+Vec3 Untangler::outward(const EdgeCrossing& node, std::span<const Vec3> x) const {
+  const Triangle& t = surface_.triangles()[node.triangle];
+  const std::int32_t end = surface_.edges()[node.edge][0];
+  const bool edge_of_cloth = surface_.is_cloth(end);
+  if (edge_of_cloth == surface_.is_cloth(t[0])) return Vec3::Zero();
+  const std::int32_t part = surface_.part(edge_of_cloth ? t[0] : end);
+  if (!surface_.is_closed(part)) return Vec3::Zero();
+  Vec3 normal = Vec3::Zero();
+  if (edge_of_cloth)
+    normal = normal_of(t, x);
+  else
+    for (const std::int32_t of_body : surface_.triangles_of_edge(node.edge))
+      normal += normal_of(surface_.triangles()[of_body], x);
+  return signed_volume(surface_, part, x) < 0.0 ? Vec3(-unit(normal)) : unit(normal);
+}
+
+// Moves the cloth at a contour out of the closed body that it crosses. Returns false if it crosses
+// no closed body.
+bool Untangler::move_out(std::size_t c, std::span<const Vec3> x, int way, Motion& motion) const {
+  const Contour& contour = contours_[c];
+  std::vector<Vec3> u(contour.nodes.size());
+  Vec3 whole = Vec3::Zero();
+  for (std::size_t i = 0; i < u.size(); ++i) {
+    u[i] = outward(contour.nodes[i], x);
+    if (u[i].isZero(0.0)) return false;
+    whole += u[i];
+  }
+  if (moves_as_one(way)) std::fill(u.begin(), u.end(), unit(whole));
+  for (std::size_t i = 0; i < u.size(); ++i) {
+    const Edge& e = surface_.edges()[contour.nodes[i].edge];
+    const Triangle& t = surface_.triangles()[contour.nodes[i].triangle];
+    if (surface_.is_cloth(e[0]))
+      for (const std::int32_t v : e) motion.add(v, u[i], c);
+    else
+      for (const std::int32_t v : t) motion.add(v, u[i], c);
+  }
+  return true;
+}
+
+// Whether the cloth that a contour cuts off lies inside the body that it crosses. It does not where
+// cloth is drawn around a rim: the part inside is narrow and has no vertex.
+bool Untangler::cuts_off_inside(std::size_t c, const CutRegions& regions,
+                                std::span<const Vec3> x) const {
+  int inside = 0;
+  for (std::size_t i = 0; i < contours_[c].nodes.size(); ++i) {
+    const EdgeCrossing& node = contours_[c].nodes[i];
+    const Edge& e = surface_.edges()[node.edge];
+    if (!surface_.is_cloth(e[0])) continue;
+    const Vec3 out = outward(node, x), on = x[surface_.triangles()[node.triangle][0]];
+    for (const std::int32_t v : e)
+      if (regions.is_cut_off(c, contours_[c].side[i], v))
+        inside += out.dot(x[v] - on) < 0.0 ? 1 : -1;
+  }
+  return inside > 0;
+}
+
 Vec3 Untangler::node_direction(std::size_t c, std::size_t i, const CutRegions& regions,
                                std::span<const Vec3> x, bool along_normals) const {
   const EdgeCrossing& node = contours_[c].nodes[i];
@@ -221,7 +296,7 @@ std::span<const ImplicitTerm> Untangler::with_drive(std::span<const ImplicitTerm
                                                     std::span<const double> mass) {
   terms_.assign(terms.begin(), terms.end());
   for (const Driven& d : driven_) {
-    const double weight = config_.drive_ratio * mass[d.particle];
+    const double weight = d.ratio * mass[d.particle];
     ImplicitTerm term;
     term.particle = {d.particle, -1, -1, -1};
     term.weight = {1.0, 0.0, 0.0, 0.0};

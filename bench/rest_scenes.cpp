@@ -53,7 +53,7 @@ Scene incline_scene(const BenchOptions& options, double mu, double angle) {
   return scene;
 }
 
-Scene jaws_scene(const BenchOptions& options, double load) {
+Scene jaws_scene(const BenchOptions& options, double load, double press) {
   Scene scene = empty_scene(options);
   Material& m = scene.materials["default"];
   m.density = 0.2;
@@ -80,7 +80,7 @@ Scene jaws_scene(const BenchOptions& options, double load) {
     jaw.placement.translation = Vec3(0.0, side * 0.016, 0.045);
     Keyframe closed;
     closed.time = 0.4;
-    closed.translation = Vec3(0.0, side * -0.0048, 0.0);
+    closed.translation = Vec3(0.0, -side * (0.004 + press), 0.0);
     jaw.motion = {Keyframe{}, closed};
     scene.bodies.push_back(jaw);
   }

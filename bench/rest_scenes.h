@@ -32,9 +32,9 @@ double total_mass(const BuiltScene& built);
 
 /// A sheet on a plane that is inclined by `angle`.
 Scene incline_scene(const BenchOptions& options, double mu, double angle);
-/// A strip that hangs with a load (kg) in jaws with friction 0.5, which close to 0.6 rest gaps a
-/// side.
-Scene jaws_scene(const BenchOptions& options, double load);
+/// A strip that hangs with a load (kg) in jaws with friction 0.5, which press (m) into its rest gap
+/// of 2 mm on each side.
+Scene jaws_scene(const BenchOptions& options, double load, double press = 0.0008);
 
 /// A strip over a cylinder of radius 0.1 m with loads of m1 and ratio·m1 at its ends.
 struct Capstan {

@@ -36,6 +36,10 @@ constexpr double kBeside = 0.1;
 constexpr double kRise = 0.02, kRiseTime = 1.0 / 120.0, kRisen = 0.02;
 constexpr double kAboveRisen = 1.01;  // so that rounding does not keep it
 
+// Share of its distance within which the cloth beside a vertex must pass a point of a body, so that
+// the vertex has no contact with that point.
+constexpr double kPassesNearer = 0.5;
+
 // Cosine above which a contact acts across a surface.
 constexpr double kActsAcross = 0.3;
 
@@ -216,6 +220,38 @@ void Pinches::hold(StepInput& in, std::span<Vec3> x_t1, std::vector<Pinch>& pinc
     in.v_coasting[i] = (*there - in.x_t0[i]) / in.h;
     x_t1[i] = *there;
     return false;
+  });
+}
+
+// Whether a triangle between pinched vertices and the particle k of a contact, which is one side of
+// it, passes the body far nearer than the particle.
+bool Pinches::passes_nearer(const ContactPoint& c, int k, const StepInput& in,
+                            std::span<const Pinch> pinches) {
+  Vec3 foot = Vec3::Zero();
+  for (int i = 0; i < 4; ++i)
+    if (i != k) foot -= c.weight[i] * in.x_t0[c.vertex[i]];
+  const auto holds = [&](std::int32_t v) {
+    const auto at = std::lower_bound(pinches.begin(), pinches.end(), v,
+                                     [](const Pinch& p, std::int32_t i) { return p.vertex < i; });
+    return at != pinches.end() && at->vertex == v;
+  };
+  const double near = kPassesNearer * (in.x_t0[c.vertex[k]] - foot).norm();
+  for (const std::int32_t t : surface().triangles_of_vertex(c.vertex[k])) {
+    const Triangle& triangle = surface().triangles()[t];
+    if (std::none_of(triangle.begin(), triangle.end(), holds)) continue;
+    const Corners at = corners(triangle, in.x_t0);
+    if (point_triangle_closest(foot, at[0], at[1], at[2]).distance < near) return true;
+  }
+  return false;
+}
+
+void Pinches::drop_along(const StepInput& in, std::span<const Pinch> pinches,
+                         std::vector<ContactPoint>& contacts) {
+  if (pinches.empty()) return;
+  std::erase_if(contacts, [&](const ContactPoint& c) {
+    return c.kind == ContactKind::point_triangle &&
+           static_cast<std::size_t>(c.vertex[1]) >= in.n() && in.inv_mass[c.vertex[0]] > 0.0 &&
+           passes_nearer(c, 0, in, pinches);
   });
 }
 

@@ -35,6 +35,11 @@ class Pinches {
   bool add(const StepInput& in, std::span<const ContactPoint> contacts, std::span<const Vec3> x_t1,
            std::vector<Pinch>& pinches);
 
+  /// Drops contacts of the neighbours of pinched vertices with points of a body that the cloth
+  /// between both passes far nearer: they push along the cloth, away from a rim that it leaves, and
+  /// would stretch it.
+  void drop_along(const StepInput& in, std::span<const Pinch> pinches,
+                  std::vector<ContactPoint>& contacts);
   /// Where bodies may cross the triangles around pinched vertices, the cloth leaves the surfaces
   /// straight, as from a clamp: appends contacts of the neighbours of pinched vertices with the
   /// planes of the two surfaces, if neither reaches to them. Otherwise a neighbour would
@@ -49,6 +54,8 @@ class Pinches {
   bool find_foot(Pinch& pinch, int side, const Vec3& x, std::span<const Vec3> x_t0);
   std::int32_t nearest_around(std::int32_t triangle, const Vec3& x, const Vec3& normal,
                               std::span<const Vec3> x_t0);
+  bool passes_nearer(const ContactPoint& c, int k, const StepInput& in,
+                     std::span<const Pinch> pinches);
   void guide(std::int32_t neighbour, const Pinch& pinch, const StepInput& in,
              std::vector<ContactPoint>& out);
   std::int32_t triangle_of(const ContactPoint& c);

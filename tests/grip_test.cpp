@@ -53,11 +53,20 @@ TEST(Grips, JawsThatLeaveATwentiethOfTheRestGapHoldAStripCleanly) {
   simulation.advance_to_frame(47);
   for (const Pinch& pinch : held.pinches)
     EXPECT_LT((simulation.state().x[pinch.vertex] - held.x[pinch.vertex]).norm(), 1e-9);
+  EXPECT_LT(simulation.result().max_stretch, 0.005);
   simulation.advance_to_frame(scene.time.frames);
   EXPECT_TRUE(simulation.state().pinches.empty());
   EXPECT_LT(simulation.state().x[18 * 9 + 4].z(), held.x[18 * 9 + 4].z() - 0.1);
   EXPECT_TRUE(simulation.result().clean);
-  EXPECT_LT(simulation.result().max_stretch, 0.005);
+}
+
+// Contacts with the rims pushed the rows beside them along the cloth, by a whole rest gap.
+TEST(Grips, JawsThatCloseCompletelyHardlyStretchWhatTheyPinch) {
+  for (const unsigned seed : {29U, 49U, 57U, 81U, 113U}) {
+    const GripScene scene = scene_of(seed);
+    ASSERT_EQ(scene.kind, GripKind::closed);
+    EXPECT_LT(grip(scene).stretch, 0.01) << seed << ": " << scene.text;
+  }
 }
 
 TEST(Grips, PinchedVerticesAreFlagged) {

@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <map>
+#include <queue>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -39,6 +41,10 @@ constexpr double kAboveRisen = 1.01;  // so that rounding does not keep it
 // Share of its distance within which the cloth beside a vertex must pass a point of a body, so that
 // the vertex has no contact with that point.
 constexpr double kPassesNearer = 0.5;
+
+// By how much the rest gap grows per length of cloth from a pinched vertex on. It stretches flat
+// cloth by half of its square, 0.5 %.
+constexpr double kTaper = 0.1;
 
 // Cosine above which a contact acts across a surface.
 constexpr double kActsAcross = 0.3;
@@ -253,6 +259,41 @@ void Pinches::drop_along(const StepInput& in, std::span<const Pinch> pinches,
            static_cast<std::size_t>(c.vertex[1]) >= in.n() && in.inv_mass[c.vertex[0]] > 0.0 &&
            passes_nearer(c, 0, in, pinches);
   });
+}
+
+// Distances along edges to the nearest pinched vertex, up to `reach`, m.
+std::map<std::int32_t, double> Pinches::distances(const StepInput& in,
+                                                  std::span<const Pinch> pinches, double reach) {
+  using Entry = std::pair<double, std::int32_t>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+  for (const Pinch& pinch : pinches) queue.emplace(0.0, pinch.vertex);
+  std::map<std::int32_t, double> done;
+  while (!queue.empty()) {
+    const auto [distance, v] = queue.top();
+    queue.pop();
+    if (!done.emplace(v, distance).second) continue;
+    for (const std::int32_t e : surface().edges_of_vertex(v)) {
+      const std::int32_t w = surface().other_end(e, v);
+      const double there = distance + (in.x_t0[w] - in.x_t0[v]).norm();
+      if (there < reach && !done.contains(w)) queue.emplace(there, w);
+    }
+  }
+  return done;
+}
+
+void Pinches::taper(const StepInput& in, std::span<const Pinch> pinches,
+                    std::vector<ContactPoint>& contacts) {
+  if (pinches.empty()) return;
+  const auto is_body = [&](std::int32_t v) { return static_cast<std::size_t>(v) >= in.n(); };
+  double largest = 0.0;
+  for (const ContactPoint& c : contacts) largest = std::max(largest, c.rest_gap);
+  const std::map<std::int32_t, double> from = distances(in, pinches, largest / kTaper);
+  for (ContactPoint& c : contacts) {
+    if (std::none_of(c.vertex.begin(), c.vertex.end(), is_body)) continue;
+    for (int k = 0; k < 4; ++k)
+      if (const auto at = from.find(c.vertex[k]); at != from.end() && c.weight[k] != 0.0)
+        c.rest_gap = std::min(c.rest_gap, kTaper * at->second);
+  }
 }
 
 void Pinches::guide(std::int32_t neighbour, const Pinch& pinch, const StepInput& in,

@@ -4,6 +4,7 @@
 #include <selvedge/simulation/detail/detection.h>
 #include <selvedge/simulation/simulation.h>
 
+#include <map>
 #include <optional>
 #include <span>
 #include <vector>
@@ -40,6 +41,11 @@ class Pinches {
   /// would stretch it.
   void drop_along(const StepInput& in, std::span<const Pinch> pinches,
                   std::vector<ContactPoint>& contacts);
+  /// The rest gap from bodies grows along the cloth from nothing at a pinched vertex, with a slope
+  /// that hardly stretches the cloth. With a whole rest gap right beside the pinch it would be bent
+  /// there.
+  void taper(const StepInput& in, std::span<const Pinch> pinches,
+             std::vector<ContactPoint>& contacts);
   /// Where bodies may cross the triangles around pinched vertices, the cloth leaves the surfaces
   /// straight, as from a clamp: appends contacts of the neighbours of pinched vertices with the
   /// planes of the two surfaces, if neither reaches to them. Otherwise a neighbour would
@@ -54,6 +60,8 @@ class Pinches {
   bool find_foot(Pinch& pinch, int side, const Vec3& x, std::span<const Vec3> x_t0);
   std::int32_t nearest_around(std::int32_t triangle, const Vec3& x, const Vec3& normal,
                               std::span<const Vec3> x_t0);
+  std::map<std::int32_t, double> distances(const StepInput& in, std::span<const Pinch> pinches,
+                                           double reach);
   bool passes_nearer(const ContactPoint& c, int k, const StepInput& in,
                      std::span<const Pinch> pinches);
   void guide(std::int32_t neighbour, const Pinch& pinch, const StepInput& in,

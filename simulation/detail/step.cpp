@@ -282,6 +282,7 @@ StepOutcome attempt_step(StepMethods& m, const StepInput& in, StepAttempt& a) {
   if (m.pinches.add(in, a.contacts, a.x_t1, a.pinches))
     return {.accepted = false, .cause = {}, .pinches_more = true};
   m.pinches.drop_along(in, a.pinches, a.contacts);
+  m.pinches.taper(in, a.pinches, a.contacts);
   if (m.untangler && m.untangler->carries_pinches()) m.pinches.guide(in, a.pinches, a.contacts);
   if (m.trace) m.trace->begin({in.h, in.x_t0, a.x_t1, in.inv_mass, a.contacts});
   if (m.untangling()) m.untangler->begin(in.v_coasting, in.body_step, in.h);

@@ -69,6 +69,27 @@ TEST(Grips, JawsThatCloseCompletelyHardlyStretchWhatTheyPinch) {
   }
 }
 
+// A rim that slides over cloth must not push it along, nor a surface that cloth leaves keep it.
+TEST(Grips, JawsThatShearWithEqualFrictionDoNotTearCloth) {
+  for (const unsigned seed : {3U, 23U})
+    for (const double share : {-0.35, 0.35}) {
+      GripScene scene = scene_of(seed);
+      ASSERT_EQ(scene.kind, GripKind::shears);
+      BodySpec& jaw = scene.scene.bodies[0];
+      scene.scene.bodies[1].friction = jaw.friction;
+      const double tall = std::get<Box>(std::get<BodyShape>(jaw.shape).shape).size.z();
+      for (Keyframe& key : jaw.motion)
+        if (key.time > scene.released + 0.06) key.translation.z() += share * tall;
+      scene.jaws = scene.scene.bodies;
+      scene.leads = -1;
+      const GripOutcome outcome = grip(scene);
+      EXPECT_EQ(outcome.stopped, "");
+      EXPECT_TRUE(outcome.result.clean_elsewhere);
+      EXPECT_EQ(outcome.result.tangle.pairs, 0) << seed << ", " << share;
+      EXPECT_LT(outcome.stretch, 0.105) << seed << ", " << share;
+    }
+}
+
 TEST(Grips, PinchedVerticesAreFlagged) {
   const GripScene grip = scene_of(1);
   Simulation simulation(grip.scene);

@@ -77,6 +77,12 @@ Vec3 at(const Vec3& weights, const Corners& c) {
   return weights[0] * c[0] + weights[1] * c[1] + weights[2] * c[2];
 }
 
+bool holds(std::span<const Pinch> sorted, std::int32_t vertex) {
+  const auto at = std::lower_bound(sorted.begin(), sorted.end(), vertex,
+                                   [](const Pinch& p, std::int32_t v) { return p.vertex < v; });
+  return at != sorted.end() && at->vertex == vertex;
+}
+
 // Rims of surfaces that overlap lie behind the cloth beside them, on its wrong sides: of the first
 // `found` contacts, drops those across the cloth of vertices that two planes guide.
 void drop_behind(std::vector<ContactPoint>& contacts, std::size_t found, std::size_t particles) {
@@ -122,7 +128,8 @@ struct Pinches::Grip {
   Vec3 point;   // m, that was at its foot at the start
   Vec3 normal;  // towards the vertex
   double friction;
-  double height;  // m, of the vertex above it at the start
+  double height;    // m, of the vertex above it at the start
+  double rest_gap;  // m
 };
 
 const JointSurface& Pinches::surface() {
@@ -173,81 +180,164 @@ bool Pinches::find_foot(Pinch& pinch, int side, const Vec3& x, std::span<const V
 }
 
 // Where the surface takes the vertex that is left of the two; none if it lies outside of it.
-std::optional<Vec3> Pinches::rise(const Grip& left, double rest_gap, double h) {
-  if (!(left.height < kRisen * rest_gap)) return std::nullopt;
-  const double end = left.height + kRise * rest_gap * h / kRiseTime;
-  return left.point + std::min(end, kAboveRisen * kRisen * rest_gap) * left.normal;
+std::optional<Vec3> Pinches::rise(const Grip& left, double h) {
+  if (!(left.height < kRisen * left.rest_gap)) return std::nullopt;
+  const double end = left.height + kRise * left.rest_gap * h / kRiseTime;
+  return left.point + std::min(end, kAboveRisen * kRisen * left.rest_gap) * left.normal;
 }
 
-// Where the surfaces take the vertex; none if they free it.
-std::optional<Vec3> Pinches::end(Pinch& pinch, const StepInput& in, std::span<const Vec3> x_t1) {
+// The surface on one side of a vertex, taken beyond the border of its triangle.
+Pinches::Grip Pinches::grip_of(const Pinch& pinch, int side, const StepInput& in,
+                               std::span<const Vec3> x_t1) {
   const Vec3& x = in.x_t0[pinch.vertex];
-  std::array<Grip, 2> grip;
-  std::array<bool, 2> over{};
-  double rest_gap = 0.0;
-  for (const int side : {0, 1}) {
-    over[side] = find_foot(pinch, side, x, in.x_t0);
-    if (!over[side]) continue;
-    const Triangle& t = surface().triangles()[surface().cloth_triangles() + pinch.triangle[side]];
-    const Vec3 weights = foot_weights(x, corners(t, in.x_t0));
-    const Corners c = corners(t, x_t1);
-    grip[side] = {at(weights, c), normal_of(c, pinch.reversed[side]),
-                  detection_.friction(pinch.vertex, t[0]),
-                  (x - at(weights, corners(t, in.x_t0)))
-                      .dot(normal_of(corners(t, in.x_t0), pinch.reversed[side]))};
-    rest_gap = std::max(rest_gap, detection_.rest_gap(pinch.vertex, t[0]));
-  }
-  if (!over[0] || !over[1]) {
-    if (!over[0] && !over[1]) return std::nullopt;
-    return rise(grip[over[0] ? 0 : 1], rest_gap, in.h);
-  }
+  const Triangle& t = surface().triangles()[surface().cloth_triangles() + pinch.triangle[side]];
+  const Corners before = corners(t, in.x_t0), after = corners(t, x_t1);
+  const Vec3 weights = foot_weights(x, before);
+  return {at(weights, after), normal_of(after, pinch.reversed[side]),
+          detection_.friction(pinch.vertex, t[0]),
+          (x - at(weights, before)).dot(normal_of(before, pinch.reversed[side])),
+          detection_.rest_gap(pinch.vertex, t[0])};
+}
+
+// Where the surfaces take a vertex.
+struct Pinches::End {
+  Vec3 position;  // m
+  Vec3 out;       // normal of the surface that it rises from; 0 if both hold it
+};
+
+// Where two surfaces take the vertex between them; none if they leave it room.
+std::optional<Vec3> Pinches::between(const std::array<Grip, 2>& grip, double share) {
   if (!(grip[0].normal.dot(grip[1].normal) < kOpposite)) return std::nullopt;
   const Vec3 across = (grip[0].normal - grip[1].normal).normalized();
   const double room = across.dot(grip[1].point - grip[0].point);
   // The heights of the start add up to the room there. A vertex that starts without room is between
   // the surfaces at the end only if they take it there.
-  const double most = kRoom * rest_gap;
+  const double rest_gap = std::max(grip[0].rest_gap, grip[1].rest_gap), most = kRoom * rest_gap;
   if (room > most && grip[0].height + grip[1].height > most) return std::nullopt;
   const double lead = grip[0].friction - grip[1].friction;
   const Vec3 along = lead > 0.0   ? grip[0].point
                      : lead < 0.0 ? grip[1].point
                                   : Vec3(0.5 * (grip[0].point + grip[1].point));
-  const double height = 0.5 * room + (pinch.share - 0.5) * std::max(room, kOverlapRoom * rest_gap);
+  const double height = 0.5 * room + (share - 0.5) * std::max(room, kOverlapRoom * rest_gap);
   return along + (across.dot(grip[0].point - along) + height) * across;
 }
 
+// Whether x lies over both surfaces at the end of the step.
+bool Pinches::is_over(Pinch pinch, const Vec3& x, std::span<const Vec3> x_t1) {
+  return find_foot(pinch, 0, x, x_t1) && find_foot(pinch, 1, x, x_t1);
+}
+
+// Where the surfaces take the vertex; none if they free it.
+std::optional<Pinches::End> Pinches::end(Pinch& pinch, const StepInput& in,
+                                         std::span<const Vec3> x_t1) {
+  const Vec3& x = in.x_t0[pinch.vertex];
+  std::array<Grip, 2> grip;
+  std::array<bool, 2> over{};
+  for (const int side : {0, 1}) {
+    over[side] = find_foot(pinch, side, x, in.x_t0);
+    grip[side] = grip_of(pinch, side, in, x_t1);
+  }
+  const std::optional<Vec3> there = between(grip, pinch.share);
+  if (there && ((over[0] && over[1]) || is_over(pinch, *there, x_t1)))
+    return End{*there, Vec3::Zero()};
+  if (over[0] == over[1]) return std::nullopt;
+  const Grip& left = grip[over[0] ? 0 : 1];
+  const std::optional<Vec3> risen = rise(left, in.h);
+  if (!risen) return std::nullopt;
+  return End{*risen, left.normal};
+}
+
+// The mean displacement of the neighbours of v that both surfaces hold, or that slide with such.
+std::optional<Vec3> Pinches::step_beside(std::int32_t v, const StepInput& in,
+                                         std::span<const Vec3> x_t1, std::span<const Pinch> pinches,
+                                         const std::map<std::int32_t, Vec3>& rising) {
+  Vec3 sum = Vec3::Zero();
+  int count = 0;
+  for (const std::int32_t e : surface().edges_of_vertex(v)) {
+    const std::int32_t w = surface().other_end(e, v);
+    if (!holds(pinches, w) || rising.contains(w)) continue;
+    sum += x_t1[w] - in.x_t0[w];
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return Vec3(sum / count);
+}
+
+// Cloth that rises out of a surface slides along it with the cloth beside it that both surfaces
+// hold; with that surface alone it would be torn from the rest. `rising`: the normals.
+void Pinches::slide(const StepInput& in, std::span<Vec3> x_t1, std::span<const Pinch> pinches,
+                    std::map<std::int32_t, Vec3> rising) {
+  for (bool found = true; std::exchange(found, false);) {
+    std::vector<std::pair<std::int32_t, Vec3>> moved;
+    for (const auto& [v, normal] : rising)
+      if (const auto step = step_beside(v, in, x_t1, pinches, rising)) {
+        const Vec3 more = *step - (x_t1[v] - in.x_t0[v]);
+        moved.emplace_back(v, more - normal.dot(more) * normal);
+      }
+    for (const auto& [v, more] : moved) {
+      x_t1[v] += more;
+      rising.erase(v);
+      found = true;
+    }
+  }
+}
+
 void Pinches::hold(StepInput& in, std::span<Vec3> x_t1, std::vector<Pinch>& pinches) {
+  std::map<std::int32_t, Vec3> rising;
   std::erase_if(pinches, [&](Pinch& pinch) {
     const std::int32_t i = pinch.vertex;
     if (!(in.inv_mass[i] > 0.0)) return true;  // a handle has taken it
-    const std::optional<Vec3> there = end(pinch, in, x_t1);
+    const std::optional<End> there = end(pinch, in, x_t1);
     if (!there) return true;
     in.particles.inv_mass[i] = in.inv_mass[i] = 0.0;
-    in.v_coasting[i] = (*there - in.x_t0[i]) / in.h;
-    x_t1[i] = *there;
+    x_t1[i] = there->position;
+    if (!there->out.isZero(0.0)) rising.emplace(i, there->out);
     return false;
   });
+  slide(in, x_t1, pinches, std::move(rising));
+  for (const Pinch& pinch : pinches)
+    in.v_coasting[pinch.vertex] = (x_t1[pinch.vertex] - in.x_t0[pinch.vertex]) / in.h;
 }
 
-// Whether a triangle between pinched vertices and the particle k of a contact, which is one side of
-// it, passes the body far nearer than the particle.
-bool Pinches::passes_nearer(const ContactPoint& c, int k, const StepInput& in,
+// Surfaces that overlap and slide along each other run over the cloth beside their rims. It cannot
+// enter by contacts, which would push it along with the rim: a neighbour of a pinched vertex is
+// pinched in the step in which both surfaces come to lie over it.
+void Pinches::enter(const StepInput& in, std::span<const Vec3> x_t1, std::vector<Pinch>& pinches) {
+  std::map<std::int32_t, Pinch> entering;
+  for (const Pinch& pinch : pinches)
+    for (const std::int32_t e : surface().edges_of_vertex(pinch.vertex)) {
+      const std::int32_t v = surface().other_end(e, pinch.vertex);
+      if (!(in.inv_mass[v] > 0.0) || entering.contains(v) || holds(pinches, v)) continue;
+      Pinch next = pinch;
+      next.vertex = v;
+      for (const int side : {0, 1}) find_foot(next, side, in.x_t0[v], in.x_t0);
+      const std::array<Grip, 2> grip = {grip_of(next, 0, in, x_t1), grip_of(next, 1, in, x_t1)};
+      const double room = grip[0].height + grip[1].height;
+      if (!(std::abs(grip[0].height) < grip[0].rest_gap) ||
+          !(std::abs(grip[1].height) < grip[1].rest_gap))
+        continue;
+      next.share = room > 0.0 ? std::clamp(grip[0].height / room, 0.0, 1.0) : 0.5;
+      const std::optional<Vec3> there = between(grip, next.share);
+      if (there && is_over(next, *there, x_t1)) entering.emplace(v, next);
+    }
+  for (const auto& [v, pinch] : entering) pinches.push_back(pinch);
+}
+
+// Whether a triangle between pinched vertices and the first particles of a contact with a body
+// passes the body far nearer than they do.
+bool Pinches::passes_nearer(const ContactPoint& c, int particles, const StepInput& in,
                             std::span<const Pinch> pinches) {
   Vec3 foot = Vec3::Zero();
-  for (int i = 0; i < 4; ++i)
-    if (i != k) foot -= c.weight[i] * in.x_t0[c.vertex[i]];
-  const auto holds = [&](std::int32_t v) {
-    const auto at = std::lower_bound(pinches.begin(), pinches.end(), v,
-                                     [](const Pinch& p, std::int32_t i) { return p.vertex < i; });
-    return at != pinches.end() && at->vertex == v;
-  };
-  const double near = kPassesNearer * (in.x_t0[c.vertex[k]] - foot).norm();
-  for (const std::int32_t t : surface().triangles_of_vertex(c.vertex[k])) {
-    const Triangle& triangle = surface().triangles()[t];
-    if (std::none_of(triangle.begin(), triangle.end(), holds)) continue;
-    const Corners at = corners(triangle, in.x_t0);
-    if (point_triangle_closest(foot, at[0], at[1], at[2]).distance < near) return true;
-  }
+  for (int i = particles; i < 4; ++i) foot -= c.weight[i] * in.x_t0[c.vertex[i]];
+  const double near = kPassesNearer * relative(c, in.x_t0).norm();
+  for (int k = 0; k < particles; ++k)
+    for (const std::int32_t t : surface().triangles_of_vertex(c.vertex[k])) {
+      const Triangle& triangle = surface().triangles()[t];
+      if (std::none_of(triangle.begin(), triangle.end(), [&](auto v) { return holds(pinches, v); }))
+        continue;
+      const Corners at = corners(triangle, in.x_t0);
+      if (point_triangle_closest(foot, at[0], at[1], at[2]).distance < near) return true;
+    }
   return false;
 }
 
@@ -255,9 +345,12 @@ void Pinches::drop_along(const StepInput& in, std::span<const Pinch> pinches,
                          std::vector<ContactPoint>& contacts) {
   if (pinches.empty()) return;
   std::erase_if(contacts, [&](const ContactPoint& c) {
-    return c.kind == ContactKind::point_triangle &&
-           static_cast<std::size_t>(c.vertex[1]) >= in.n() && in.inv_mass[c.vertex[0]] > 0.0 &&
-           passes_nearer(c, 0, in, pinches);
+    const auto is_free = [&](int k) { return in.inv_mass[c.vertex[k]] > 0.0; };
+    if (static_cast<std::size_t>(c.vertex[3]) < in.n()) return false;
+    if (c.kind == ContactKind::point_triangle)
+      return is_free(0) && passes_nearer(c, 1, in, pinches);
+    return c.kind == ContactKind::edge_edge && is_free(0) && is_free(1) &&
+           passes_nearer(c, 2, in, pinches);
   });
 }
 
@@ -375,12 +468,15 @@ std::optional<Pinch> Pinches::pinch_of(std::span<const ContactPoint> contacts, c
 }
 
 bool Pinches::add(const StepInput& in, std::span<const ContactPoint> contacts,
-                  std::span<const Vec3> x_t1, std::vector<Pinch>& pinches) {
+                  std::span<const Vec3> x_t1, std::vector<Pinch>& pinches, bool may_cross) {
   if (in.followers != nullptr) return false;
   const std::size_t before = pinches.size();
+  if (may_cross) enter(in, x_t1, pinches);
   const auto is_of_point = [&](const ContactPoint& c) {
     return c.kind == ContactKind::point_triangle &&
-           static_cast<std::size_t>(c.vertex[1]) >= in.n() && in.inv_mass[c.vertex[0]] > 0.0;
+           static_cast<std::size_t>(c.vertex[1]) >= in.n() && in.inv_mass[c.vertex[0]] > 0.0 &&
+           std::none_of(pinches.begin() + static_cast<std::ptrdiff_t>(before), pinches.end(),
+                        [&](const Pinch& p) { return p.vertex == c.vertex[0]; });
   };
   for (std::size_t i = 0; i < contacts.size();) {
     std::size_t last = i + 1;

@@ -32,9 +32,10 @@ class Pinches {
   /// joint. Removes from `pinches` those that the step frees.
   void hold(StepInput& in, std::span<Vec3> x_t1, std::vector<Pinch>& pinches);
   /// Adds the free vertices that bodies come to pinch by the end of the step, from the contacts at
-  /// its start. Returns whether there are any.
+  /// its start, and, if bodies may cross the triangles around pinched vertices, those that bodies
+  /// run over. Returns whether there are any.
   bool add(const StepInput& in, std::span<const ContactPoint> contacts, std::span<const Vec3> x_t1,
-           std::vector<Pinch>& pinches);
+           std::vector<Pinch>& pinches, bool may_cross);
 
   /// Drops contacts of the neighbours of pinched vertices with points of a body that the cloth
   /// between both passes far nearer: they push along the cloth, away from a rim that it leaves, and
@@ -54,15 +55,25 @@ class Pinches {
 
  private:
   struct Grip;
+  struct End;
   const JointSurface& surface();
-  static std::optional<Vec3> rise(const Grip& left, double rest_gap, double h);
-  std::optional<Vec3> end(Pinch& pinch, const StepInput& in, std::span<const Vec3> x_t1);
+  static std::optional<Vec3> rise(const Grip& left, double h);
+  static std::optional<Vec3> between(const std::array<Grip, 2>& grip, double share);
+  Grip grip_of(const Pinch& pinch, int side, const StepInput& in, std::span<const Vec3> x_t1);
+  bool is_over(Pinch pinch, const Vec3& x, std::span<const Vec3> x_t1);
+  void enter(const StepInput& in, std::span<const Vec3> x_t1, std::vector<Pinch>& pinches);
+  std::optional<Vec3> step_beside(std::int32_t v, const StepInput& in, std::span<const Vec3> x_t1,
+                                  std::span<const Pinch> pinches,
+                                  const std::map<std::int32_t, Vec3>& rising);
+  void slide(const StepInput& in, std::span<Vec3> x_t1, std::span<const Pinch> pinches,
+             std::map<std::int32_t, Vec3> rising);
+  std::optional<End> end(Pinch& pinch, const StepInput& in, std::span<const Vec3> x_t1);
   bool find_foot(Pinch& pinch, int side, const Vec3& x, std::span<const Vec3> x_t0);
   std::int32_t nearest_around(std::int32_t triangle, const Vec3& x, const Vec3& normal,
                               std::span<const Vec3> x_t0);
   std::map<std::int32_t, double> distances(const StepInput& in, std::span<const Pinch> pinches,
                                            double reach);
-  bool passes_nearer(const ContactPoint& c, int k, const StepInput& in,
+  bool passes_nearer(const ContactPoint& c, int particles, const StepInput& in,
                      std::span<const Pinch> pinches);
   void guide(std::int32_t neighbour, const Pinch& pinch, const StepInput& in,
              std::vector<ContactPoint>& out);

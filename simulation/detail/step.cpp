@@ -279,11 +279,12 @@ bool is_hopeless(StepMethods& m, const StepInput& in, StepAttempt& a) {
 // The page: each stage takes what the one before left in the attempt.
 StepOutcome attempt_step(StepMethods& m, const StepInput& in, StepAttempt& a) {
   find_contacts(m, in, a);
-  if (m.pinches.add(in, a.contacts, a.x_t1, a.pinches))
+  const bool may_cross = m.untangler && m.untangler->carries_pinches();
+  if (m.pinches.add(in, a.contacts, a.x_t1, a.pinches, may_cross))
     return {.accepted = false, .cause = {}, .pinches_more = true};
   m.pinches.drop_along(in, a.pinches, a.contacts);
   m.pinches.taper(in, a.pinches, a.contacts);
-  if (m.untangler && m.untangler->carries_pinches()) m.pinches.guide(in, a.pinches, a.contacts);
+  if (may_cross) m.pinches.guide(in, a.pinches, a.contacts);
   if (m.trace) m.trace->begin({in.h, in.x_t0, a.x_t1, in.inv_mass, a.contacts});
   if (m.untangling()) m.untangler->begin(in.v_coasting, in.body_step, in.h);
 

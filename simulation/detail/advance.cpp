@@ -127,12 +127,13 @@ detail::StepOutcome Simulation::Parts::attempt_step(double h, double t1, bool ma
   input.nominal_h = nominal_step();
   detail::StepOutcome outcome;
   attempt.pinches = state.pinches;
+  methods.pinches.begin_attempt();
   do {
     detail::begin_step(scene, built, state, input, attempt);
     expect_motion();
     hold_pinched();
     outcome = detail::attempt_step(methods, input, attempt);
-  } while (outcome.pinches_more);
+  } while (outcome.pinches_more || slip_pinches(outcome));
   attempt.counts.add_to(result.counters);
   return outcome;
 }
@@ -155,6 +156,19 @@ void Simulation::Parts::hold_pinched() {
   for (const Pinch& pinch : attempt.pinches)
     attempt.v_mean[pinch.vertex] = input.v_coasting[pinch.vertex];
   if (methods.untangler) methods.untangler->set_pinches(attempt.pinches);
+}
+
+// Whether pinched cloth slips, so that the attempt has to begin again.
+bool Simulation::Parts::slip_pinches(const detail::StepOutcome& outcome) {
+  if (attempt.pinches.empty()) return false;
+  const bool carried = methods.untangler && methods.untangler->carries_pinches();
+  const bool slips = outcome.accepted
+                         ? attempt.over_strain &&
+                               methods.pinches.slip(methods.strain.measures(), input, attempt.x_t1)
+                         : carried && methods.pinches.join(attempt.collisions, input, attempt.x_t1);
+  if (!slips) return false;
+  ++result.counters["pinches_slipped"];
+  return true;
 }
 
 // After an accepted part of a step of `planned` s. What was too long for the strain limit is so for
@@ -272,7 +286,7 @@ bool Simulation::Parts::gains_energy() {
 // Whether the attempt of h s ends so far above the strain limit that a shorter one is worth it;
 // `may`: a shorter one is allowed.
 bool Simulation::Parts::strains_far(double h, bool may) {
-  if (methods.untangling()) return false;
+  if (methods.untangling() && !methods.untangler->carries_pinches()) return false;
   detail::StrainTrial trial{.h = h, .given = state.given_strain, .may_shorten = may};
   if (attempt.over_strain) {
     const auto scope = clock.measure("strain");

@@ -180,10 +180,11 @@ bool Pinches::find_foot(Pinch& pinch, int side, const Vec3& x, std::span<const V
 }
 
 // Where the surface takes the vertex that is left of the two; none if it lies outside of it.
-std::optional<Vec3> Pinches::rise(const Grip& left, double h) {
+std::optional<Pinches::Place> Pinches::rise(const Grip& left, double h) {
   if (!(left.height < kRisen * left.rest_gap)) return std::nullopt;
   const double end = left.height + kRise * left.rest_gap * h / kRiseTime;
-  return left.point + std::min(end, kAboveRisen * kRisen * left.rest_gap) * left.normal;
+  return Place{left.point + std::min(end, kAboveRisen * kRisen * left.rest_gap) * left.normal,
+               left.normal, true};
 }
 
 // The surface on one side of a vertex, taken beyond the border of its triangle.
@@ -199,14 +200,8 @@ Pinches::Grip Pinches::grip_of(const Pinch& pinch, int side, const StepInput& in
           detection_.rest_gap(pinch.vertex, t[0])};
 }
 
-// Where the surfaces take a vertex.
-struct Pinches::End {
-  Vec3 position;  // m
-  Vec3 out;       // normal of the surface that it rises from; 0 if both hold it
-};
-
 // Where two surfaces take the vertex between them; none if they leave it room.
-std::optional<Vec3> Pinches::between(const std::array<Grip, 2>& grip, double share) {
+std::optional<Pinches::Place> Pinches::between(const std::array<Grip, 2>& grip, double share) {
   if (!(grip[0].normal.dot(grip[1].normal) < kOpposite)) return std::nullopt;
   const Vec3 across = (grip[0].normal - grip[1].normal).normalized();
   const double room = across.dot(grip[1].point - grip[0].point);
@@ -219,7 +214,7 @@ std::optional<Vec3> Pinches::between(const std::array<Grip, 2>& grip, double sha
                      : lead < 0.0 ? grip[1].point
                                   : Vec3(0.5 * (grip[0].point + grip[1].point));
   const double height = 0.5 * room + (share - 0.5) * std::max(room, kOverlapRoom * rest_gap);
-  return along + (across.dot(grip[0].point - along) + height) * across;
+  return Place{along + (across.dot(grip[0].point - along) + height) * across, across, false};
 }
 
 // Whether x lies over both surfaces at the end of the step.
@@ -228,8 +223,8 @@ bool Pinches::is_over(Pinch pinch, const Vec3& x, std::span<const Vec3> x_t1) {
 }
 
 // Where the surfaces take the vertex; none if they free it.
-std::optional<Pinches::End> Pinches::end(Pinch& pinch, const StepInput& in,
-                                         std::span<const Vec3> x_t1) {
+std::optional<Pinches::Place> Pinches::end(Pinch& pinch, const StepInput& in,
+                                           std::span<const Vec3> x_t1) {
   const Vec3& x = in.x_t0[pinch.vertex];
   std::array<Grip, 2> grip;
   std::array<bool, 2> over{};
@@ -237,14 +232,10 @@ std::optional<Pinches::End> Pinches::end(Pinch& pinch, const StepInput& in,
     over[side] = find_foot(pinch, side, x, in.x_t0);
     grip[side] = grip_of(pinch, side, in, x_t1);
   }
-  const std::optional<Vec3> there = between(grip, pinch.share);
-  if (there && ((over[0] && over[1]) || is_over(pinch, *there, x_t1)))
-    return End{*there, Vec3::Zero()};
+  const std::optional<Place> there = between(grip, pinch.share);
+  if (there && ((over[0] && over[1]) || is_over(pinch, there->point, x_t1))) return there;
   if (over[0] == over[1]) return std::nullopt;
-  const Grip& left = grip[over[0] ? 0 : 1];
-  const std::optional<Vec3> risen = rise(left, in.h);
-  if (!risen) return std::nullopt;
-  return End{*risen, left.normal};
+  return rise(grip[over[0] ? 0 : 1], in.h);
 }
 
 // The mean displacement of the neighbours of v that both surfaces hold, or that slide with such.
@@ -283,20 +274,28 @@ void Pinches::slide(const StepInput& in, std::span<Vec3> x_t1, std::span<const P
 }
 
 void Pinches::hold(StepInput& in, std::span<Vec3> x_t1, std::vector<Pinch>& pinches) {
+  held_.clear();
   std::map<std::int32_t, Vec3> rising;
   std::erase_if(pinches, [&](Pinch& pinch) {
     const std::int32_t i = pinch.vertex;
     if (!(in.inv_mass[i] > 0.0)) return true;  // a handle has taken it
-    const std::optional<End> there = end(pinch, in, x_t1);
+    const std::optional<Place> there = end(pinch, in, x_t1);
     if (!there) return true;
+    held_.push_back(
+        {i, there->across,
+         detection_.rest_gap(
+             i, surface().triangles()[surface().cloth_triangles() + pinch.triangle[0]][0])});
     in.particles.inv_mass[i] = in.inv_mass[i] = 0.0;
-    x_t1[i] = there->position;
-    if (!there->out.isZero(0.0)) rising.emplace(i, there->out);
+    x_t1[i] = there->point;
+    if (there->rises) rising.emplace(i, there->across);
     return false;
   });
   slide(in, x_t1, pinches, std::move(rising));
-  for (const Pinch& pinch : pinches)
-    in.v_coasting[pinch.vertex] = (x_t1[pinch.vertex] - in.x_t0[pinch.vertex]) / in.h;
+  for (const Pinch& pinch : pinches) {
+    const std::int32_t i = pinch.vertex;
+    if (const Vec3* slip = slip_of(i)) x_t1[i] += *slip;
+    in.v_coasting[i] = (x_t1[i] - in.x_t0[i]) / in.h;
+  }
 }
 
 // Surfaces that overlap and slide along each other run over the cloth beside their rims. It cannot
@@ -317,8 +316,8 @@ void Pinches::enter(const StepInput& in, std::span<const Vec3> x_t1, std::vector
           !(std::abs(grip[1].height) < grip[1].rest_gap))
         continue;
       next.share = room > 0.0 ? std::clamp(grip[0].height / room, 0.0, 1.0) : 0.5;
-      const std::optional<Vec3> there = between(grip, next.share);
-      if (there && is_over(next, *there, x_t1)) entering.emplace(v, next);
+      const std::optional<Place> there = between(grip, next.share);
+      if (there && is_over(next, there->point, x_t1)) entering.emplace(v, next);
     }
   for (const auto& [v, pinch] : entering) pinches.push_back(pinch);
 }

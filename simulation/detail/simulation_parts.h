@@ -77,6 +77,7 @@ struct Simulation::Parts {
   detail::StepOutcome attempt_step(double h, double t1, bool may_shorten);
   void expect_motion();
   void hold_pinched();
+  bool slip_pinches(const detail::StepOutcome& outcome);
   bool gains_energy();
   bool strains_far(double h, bool may);
   void finish_velocities(std::span<Vec3> v) const;

@@ -44,6 +44,9 @@ class StrainStage {
   /// Whether the limiter continues until the limits hold.
   bool bounds_strain() const { return acts() && traits_.bounds_strain; }
 
+  /// The springs and the limits that are aimed at.
+  const StrainLimiter& measures() const { return own_ ? *own_ : *method_->limiter(); }
+
   /// Call when the ends of the particles are set anew.
   void begin();
   /// Moves the ends of the particles, m, until the limits hold or the sweeps are used up; returns
@@ -76,7 +79,6 @@ class StrainStage {
 
  private:
   StrainStage(bool proofs, const BuiltScene& built, StrainLimit limit);
-  const StrainLimiter& measures() const { return own_ ? *own_ : *method_->limiter(); }
 
   std::unique_ptr<StrainLimitMethod> method_;  // null: the scene limits no strain
   int max_sweeps_ = 0;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <random>
@@ -145,7 +146,6 @@ Seam ball(Random& random) {
              })},
       {whole});
   seam.start = {0.0, 0.0, 0.502};
-  seam.frames = 30;
   return seam;
 }
 
@@ -172,6 +172,41 @@ TriangleMesh with_holes(const TriangleMesh& whole, double share, Random& random)
   for (const Triangle& t : whole.triangles)
     if (uniform(random, 0.0, 1.0) >= share) out.triangles.push_back(t);
   return out;
+}
+
+/// A level floor of nx by ny cells, each with a square hole in its middle, m.
+TriangleMesh punched(int nx, int ny, double hole) {
+  TriangleMesh mesh;
+  const Vec3 size((kX1 - kX0) / nx, kWidth / ny, 0.0);
+  for (int i = 0; i < nx; ++i)
+    for (int j = 0; j < ny; ++j) {
+      const Vec3 middle(kX0 + (i + 0.5) * size.x(), (j + 0.5) * size.y() - 0.5 * kWidth, 0.0);
+      const auto first = static_cast<std::int32_t>(mesh.vertices.size());
+      for (const double share : {0.0, 1.0})
+        for (const auto& [x, y] : {std::pair{-1.0, -1.0}, {1.0, -1.0}, {1.0, 1.0}, {-1.0, 1.0}})
+          mesh.vertices.push_back(middle + 0.5 * Vec3(x * (share > 0.0 ? hole : size.x()),
+                                                      y * (share > 0.0 ? hole : size.y()), 0.0));
+      for (std::int32_t k = 0; k < 4; ++k) {
+        const std::int32_t next = (k + 1) % 4;
+        mesh.triangles.push_back({first + k, first + next, first + 4 + next});
+        mesh.triangles.push_back({first + k, first + 4 + next, first + 4 + k});
+      }
+    }
+  weld_vertices(mesh, 1e-9);
+  return mesh;
+}
+
+/// Between the cells of the floor.
+Seam slits(double mm) {
+  return flat(fmt::format("slits of {:g} mm", mm), {tiles(floor(60, 30), 1e-3 * mm)},
+              {floor(60, 30)});
+}
+
+Seam holes(double mm) {
+  Seam seam =
+      flat(fmt::format("holes of {:g} mm", mm), {punched(60, 30, 1e-3 * mm)}, {floor(60, 30)});
+  seam.start.y() = 0.01;  // particles come over them
+  return seam;
 }
 
 void add_body(Scene& scene, const TriangleMesh& mesh, double friction) {
@@ -218,6 +253,8 @@ std::vector<Seam> seams(std::uint64_t seed) {
   for (const double noise : {1e-6, 5e-5}) list.push_back(doubled(fine, noise, random));
   list.push_back(flat("cloth in strips 1e-7 apart", {tiles(floor(24, 12), 1e-7)}, {floor(24, 12)}));
   list.back().is_cloth = true;
+  list.push_back(slits(0.19));
+  list.push_back(holes(0.19));
   list.push_back(flat("8 % of the faces gone", {with_holes(fine, 0.08, random)}, {fine}));
   for (Seam& seam : list)
     seam.is_quick = seam.name == "boxes flush within 1e-05" || seam.name == "T-junction" ||
@@ -232,6 +269,8 @@ std::vector<Seam> obstacles() {
   list.push_back(boxes("step up 1 mm", 0.0, 1e-3));
   list.push_back(boxes("step down 1 mm", 0.0, -1e-3));
   list.push_back(boxes("gap 5 mm", 5e-3, 0.0));
+  for (const double mm : {0.5, 2.0}) list.push_back(slits(mm));
+  for (const double mm : {0.5, 2.0, 5.0}) list.push_back(holes(mm));
   for (Seam& seam : list) seam.is_obstacle = true;
   return list;
 }
@@ -246,7 +285,7 @@ Scene slide_scene(const Seam& seam, const std::vector<TriangleMesh>& bodies, con
   ClothSpec& cloth = scene.cloths.emplace_back();
   cloth.name = "cloth";
   cloth.shape = ClothGrid{"rectangular", {0.3, 0.3, 15, 15}};
-  cloth.placement.translation = seam.start;
+  cloth.placement.translation = seam.start + slide.aside;
   cloth.velocity = {slide.speed, 0.0, 0.0};
   for (const TriangleMesh& mesh : bodies)
     if (seam.is_cloth)
@@ -276,6 +315,24 @@ SlideEnd slide_over(const Seam& seam, const std::vector<TriangleMesh>& bodies, c
   if (!simulation.result().clean) end.stopped = "not clean";
   end.max_stretch = simulation.result().max_stretch;
   return end;
+}
+
+SlideEnd mean_slide(const Seam& seam, const std::vector<TriangleMesh>& bodies, Slide slide,
+                    int starts) {
+  constexpr double kAside = 0.003;  // m
+  SlideEnd mean;
+  double least = std::numeric_limits<double>::infinity(), most = -least;
+  for (int k = 0; k < starts; ++k) {
+    slide.aside.y() = starts > 1 ? kAside * k / (starts - 1) : 0.0;
+    const SlideEnd end = slide_over(seam, bodies, slide);
+    mean.distance += end.distance / starts;
+    mean.max_stretch = std::max(mean.max_stretch, end.max_stretch);
+    if (mean.stopped.empty()) mean.stopped = end.stopped;
+    least = std::min(least, end.distance);
+    most = std::max(most, end.distance);
+  }
+  mean.scatter = 0.5 * (most - least);
+  return mean;
 }
 
 }  // namespace selvedge::bench

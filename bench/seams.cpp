@@ -2,7 +2,8 @@
 //
 // Cloth slides over surfaces that are one by their geometry but not by their vertices, and over the
 // same surfaces with common vertices: how far it comes, for each speed, friction and response.
-//   bench_seams [--seed 1] [--responses contact_force,impulse] [--only boxes] [--markdown]
+//   bench_seams [--seed 1] [--responses contact_force,impulse] [--only boxes] [--starts 1]
+//               [--markdown]
 #include <selvedge/apps/command_line.h>
 
 #include <algorithm>
@@ -27,6 +28,7 @@ constexpr double kFrictions[] = {0.0, 0.1};
 struct Options {
   std::uint64_t seed = 1;
   std::string responses, only;
+  int starts = 1;
   bool markdown = false;
 };
 
@@ -42,20 +44,24 @@ std::string percent(double part, double whole) {
   return fmt::format("{:.2f}", 100.0 * (part / whole - 1.0));
 }
 
+std::string distance_of(const SlideEnd& end) {
+  return end.scatter > 0.0 ? fmt::format("{:.4f} ± {:.4f}", end.distance, end.scatter)
+                           : fmt::format("{:.4f}", end.distance);
+}
+
 /// One row for each motion; gives the number of seams that change it by more than allowed.
-int add_rows(const Seam& seam, const std::string& response, Table& table) {
+int add_rows(const Seam& seam, const std::string& response, int starts, Table& table) {
   int misses = 0;
   for (const double speed : kSpeeds)
     for (const double friction : kFrictions) {
       const Slide slide{.speed = speed, .friction = friction, .response = response};
-      const SlideEnd whole = slide_over(seam, seam.welded, slide);
-      const SlideEnd parts = slide_over(seam, seam.parts, slide);
+      const SlideEnd whole = mean_slide(seam, seam.welded, slide, starts);
+      const SlideEnd parts = mean_slide(seam, seam.parts, slide, starts);
       const bool same = parts.stopped.empty() &&
                         std::abs(parts.distance - whole.distance) <= kAllowed * whole.distance;
       misses += same || seam.is_obstacle ? 0 : 1;
       table.add({seam.name, response, fmt::format("{:g}", speed), fmt::format("{:g}", friction),
-                 fmt::format("{:.4f}", whole.distance), fmt::format("{:.4f}", parts.distance),
-                 percent(parts.distance, whole.distance),
+                 distance_of(whole), distance_of(parts), percent(parts.distance, whole.distance),
                  !parts.stopped.empty() ? parts.stopped
                  : seam.is_obstacle     ? "obstacle"
                  : same                 ? "yes"
@@ -73,7 +79,7 @@ int print_table(const Options& options) {
   for (const std::string& response : chosen_responses(options.responses))
     for (const Seam& seam : all) {
       if (seam.name.find(options.only) == std::string::npos) continue;
-      misses += add_rows(seam, response, table);
+      misses += add_rows(seam, response, options.starts, table);
       rows += seam.is_obstacle ? 0 : static_cast<int>(std::size(kSpeeds) * std::size(kFrictions));
     }
   fmt::print("{}", options.markdown ? table.markdown() : table.text());
@@ -90,6 +96,8 @@ int main(int argc, char** argv) try {
   app.option("--seed", options.seed, "Draws where the parts lie and how far apart they are");
   app.option("--responses", options.responses, "Names, with commas between them; all by default");
   app.option("--only", options.only, "Only seams whose name contains this");
+  app.option("--starts", options.starts, "Means over so many starts, up to 3 mm aside")
+      .range(1, 100);
   app.flag("--markdown", options.markdown, "Print the table in Markdown");
   if (const auto code = app.parse(argc, argv)) return *code;
   return print_table(options);

@@ -102,10 +102,13 @@ class Integrator {
   /// The longest stable step for a cloth, by Gershgorin's bounds.
   virtual double stable_step(const Particles& particles, double time, double wanted);
 
-  /// The mean velocities that the particles are expected to have in a step of h s from the accepted
-  /// state with the velocities `v`, m/s; those of held particles mean nothing. Empty: no more is
-  /// known than velocity and weight. Valid until the next call.
-  virtual std::span<const Vec3> expected(double /*h*/, std::span<const Vec3> /*v*/) { return {}; }
+  /// Before `begin`: improves the mean velocities that the particles are expected to have in a step
+  /// of h s, m/s, from the accepted velocities `v` and those at the end of the step under their
+  /// weight alone, which `mean` holds. Those of held particles mean nothing. Returns false if
+  /// nothing has changed.
+  virtual bool expect(double /*h*/, std::span<const Vec3> /*v*/, std::span<Vec3> /*mean*/) {
+    return false;
+  }
   /// Starts a step. Explicit methods write `end`.
   virtual void begin(const StepStart& start, StepEnd end) = 0;
   /// Computes the end of the step with these contact terms. A solve that only finds out which terms

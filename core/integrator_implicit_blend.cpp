@@ -55,8 +55,7 @@ class ImplicitBlend final : public Integrator {
         guess_(n),
         v_(n, Vec3::Zero()),
         lead_(n, Vec3::Zero()),
-        lag_(n, Vec3::Zero()),
-        expected_(n) {}
+        lag_(n, Vec3::Zero()) {}
 
   IntegratorTraits traits() const override {
     return {.promise = "stable at any step of the scene; loses little energy",
@@ -67,7 +66,7 @@ class ImplicitBlend final : public Integrator {
             .share_of_euler_error = kVelocityWeight + kForceWeight - 1.0};
   }
 
-  std::span<const Vec3> expected(double h, std::span<const Vec3> v) override;
+  bool expect(double h, std::span<const Vec3> v, std::span<Vec3> mean) override;
   void begin(const StepStart& start, StepEnd end) override;
   SolveReport solve(std::span<const ImplicitTerm> terms, StepEnd end, double looser) override;
   std::span<const Vec3> unbalanced(std::span<const Vec3> mean) override {
@@ -99,7 +98,6 @@ class ImplicitBlend final : public Integrator {
   // end, m/s, so that a change of that shifts them. Lengths of the two steps, s; 0: there was none.
   std::vector<Vec3> lead_, lag_;
   double last_h_ = 0.0, former_h_ = 0.0;
-  std::vector<Vec3> expected_;
   double pause_ = 0.0;          // steps of implicit Euler that are left
   double next_pause_ = kPause;  // after the next failure
   bool blends_ = false;         // the last attempt
@@ -107,14 +105,17 @@ class ImplicitBlend final : public Integrator {
   std::size_t euler_steps_ = 0;
 };
 
-// The mean velocity changes as from the step before to the last one.
-std::span<const Vec3> ImplicitBlend::expected(double h, std::span<const Vec3> v) {
-  if (!(last_h_ > 0.0)) return {};
-  const double ratio =
-      former_h_ > 0.0 ? std::min((h + last_h_) / (last_h_ + former_h_), kMostRatio) : 0.0;
-  for (std::size_t i = 0; i < expected_.size(); ++i)
-    expected_[i] = v[i] + lead_[i] + ratio * (lead_[i] - lag_[i]);
-  return expected_;
+// The mean velocity changes as from the step before to the last one; at first, as by the weight.
+// It is that at the share α of a step in which the velocity changes evenly.
+bool ImplicitBlend::expect(double h, std::span<const Vec3> v, std::span<Vec3> mean) {
+  constexpr double a = kVelocityWeight;
+  const double between = (1.0 - a) * last_h_ + a * h;  // s, from mean to mean
+  const double before = (1.0 - a) * former_h_ + a * last_h_;
+  const double ratio = std::min(between / before, kMostRatio);
+  for (std::size_t i = 0; i < mean.size(); ++i)
+    mean[i] = former_h_ > 0.0 ? Vec3(v[i] + lead_[i] + ratio * (lead_[i] - lag_[i]))
+                              : Vec3(v[i] + lead_[i] + between / h * (mean[i] - v[i]));
+  return true;
 }
 
 void ImplicitBlend::begin(const StepStart& start, StepEnd end) {

@@ -114,6 +114,7 @@ std::vector<int> spans_of_a_fall(double size, double g) {
   scene.cloths[0].shape = ClothGrid{"rectangular", {size, size, 4, 4}};
   scene.time.steps_per_frame = 2;
   scene.time.step_error = 1e-3 * 4;
+  scene.solver.integrator = "implicit_euler";
   scene.gravity = Vec3(0, 0, -g);
   scene.contact.rest_gap *= size;
   return spans(scene, 4);

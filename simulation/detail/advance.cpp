@@ -140,14 +140,15 @@ detail::StepOutcome Simulation::Parts::attempt_step(double h, double t1, bool ma
 
 // Before an attempt: the integrator may know better where free particles go than they would coast.
 void Simulation::Parts::expect_motion() {
-  const std::span<const Vec3> mean = methods.integrator->expected(input.h, state.v);
-  for (std::size_t i = 0; i < mean.size(); ++i) {
-    if (!(input.inv_mass[i] > 0.0)) continue;
-    attempt.v_mean[i] = mean[i];
-    attempt.x_t1[i] = input.x_t0[i] + input.h * mean[i];
+  std::vector<Vec3>& mean = attempt.v_mean;
+  if (!methods.integrator->expect(input.h, state.v, mean)) return;
+  for (std::size_t i = 0; i < n(); ++i) {
+    if (input.inv_mass[i] > 0.0)
+      attempt.x_t1[i] = input.x_t0[i] + input.h * mean[i];
+    else
+      mean[i] = input.v_coasting[i];
   }
-  if (!mean.empty() && input.followers != nullptr)
-    input.followers->place(std::span(attempt.x_t1).first(n()));
+  if (input.followers != nullptr) input.followers->place(std::span(attempt.x_t1).first(n()));
 }
 
 // Before an attempt: pinched cloth goes where its surfaces take it.

@@ -73,8 +73,9 @@ struct StepStart {
   const Particles& particles;
   double time;           ///< s
   double h;              ///< s
-  bool touched = false;  ///< contacts, or seams that are being sewn, will act on the step
-  /// The particles that they act on, in any order, some more than once; empty: any.
+  bool touched = false;  ///< contacts will act on the step
+  /// The particles that they act on, in any order, some more than once; empty: any,
+  /// or all motion is to be damped.
   std::span<const std::int32_t> touched_particles{};
 };
 

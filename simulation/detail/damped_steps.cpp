@@ -25,7 +25,10 @@ bool DampedSteps::sews(std::span<const Vec3> x) const {
 
 bool DampedSteps::is_still(std::span<const Vec3> v, double h) const {
   const double most = kAllButStill * rest_gap_ / h;
-  return std::ranges::all_of(v, [&](const Vec3& u) { return u.squaredNorm() < most * most; });
+  Vec3 mean = Vec3::Zero();
+  for (const Vec3& u : v) mean += u / static_cast<double>(v.size());
+  return std::ranges::all_of(v,
+                             [&](const Vec3& u) { return (u - mean).squaredNorm() < most * most; });
 }
 
 }  // namespace selvedge::detail

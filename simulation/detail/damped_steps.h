@@ -18,7 +18,7 @@ class DampedSteps {
   /// Whether the pairs of the seams are, on average, farther apart than contacts keep cloth. A pair
   /// that something holds open alone does not count. x in m.
   bool sews(std::span<const Vec3> x) const;
-  /// Whether no particle moves visibly in a step of h s; v in m/s.
+  /// Whether no particle moves visibly in a step of h s, seen from their mean; v in m/s.
   bool is_still(std::span<const Vec3> v, double h) const;
 
  private:

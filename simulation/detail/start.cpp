@@ -71,7 +71,7 @@ StepMethods::StepMethods(const Scene& s, const BuiltScene& built, const Methods&
                            scene.contact.response_options)),
       fail_safe(make_method(methods.fail_safes, scene.contact.fail_safe, "contact.fail_safe",
                             scene.contact.fail_safe_options)),
-      damped(scene, built),
+      sewing(scene, built),
       names(scene, built),
       pinches(detection),
       validator(scene.contact.broad_phase),

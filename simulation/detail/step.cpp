@@ -81,8 +81,8 @@ void find_contacts(StepMethods& m, const StepInput& in, StepAttempt& a) {
 void begin_forces(StepMethods& m, const StepInput& in, StepAttempt& a) {
   const auto scope = m.clock.measure("forces");
   a.touched.clear();
-  const bool everywhere = m.untangling() || m.damped.sews(in.particles.x) ||
-                          (!a.contacts.empty() && m.damped.is_still(in.particles.v, in.h));
+  const bool everywhere =
+      m.untangling() || (m.traits.follows_energy && m.sewing.goes_on(in.particles.x));
   if (!everywhere)
     for (const ContactPoint& c : a.contacts)
       for (const std::int32_t i : c.vertex)

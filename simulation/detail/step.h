@@ -5,10 +5,10 @@
 
 #include <selvedge/core/integrator.h>
 #include <selvedge/response/response.h>
-#include <selvedge/simulation/detail/damped_steps.h>
 #include <selvedge/simulation/detail/detection.h>
 #include <selvedge/simulation/detail/pinches.h>
 #include <selvedge/simulation/detail/program_input.h>
+#include <selvedge/simulation/detail/sewing.h>
 #include <selvedge/simulation/detail/strain_stage.h>
 #include <selvedge/simulation/detail/untangle.h>
 #include <selvedge/simulation/detail/validate_step.h>
@@ -40,7 +40,7 @@ struct StepMethods {
   std::unique_ptr<Response> response;
   std::unique_ptr<FailSafe> fail_safe;
   std::unique_ptr<Untangler> untangler;  ///< null: the scene neither untangles nor carries jams on
-  DampedSteps damped;
+  Sewing sewing;
   VertexNames names;
   Pinches pinches;
   StepValidator validator;  ///< used in validation builds

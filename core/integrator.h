@@ -74,8 +74,7 @@ struct StepStart {
   double time;           ///< s
   double h;              ///< s
   bool touched = false;  ///< contacts will act on the step
-  /// The particles that they act on, in any order, some more than once; empty: any,
-  /// or all motion is to be damped.
+  /// The particles that they act on, in any order, some more than once; empty: any.
   std::span<const std::int32_t> touched_particles{};
 };
 

@@ -106,15 +106,19 @@ class ImplicitBlend final : public Integrator {
 };
 
 // The mean velocity changes as from the step before to the last one; at first, as by the weight.
-// It is that at the share α of a step in which the velocity changes evenly.
+// It is that at the share α of a step in which the velocity changes evenly. Particles that contacts
+// touched (their lead is 0) are left to their weight, which presses them on.
 bool ImplicitBlend::expect(double h, std::span<const Vec3> v, std::span<Vec3> mean) {
   constexpr double a = kVelocityWeight;
   const double between = (1.0 - a) * last_h_ + a * h;  // s, from mean to mean
   const double before = (1.0 - a) * former_h_ + a * last_h_;
   const double ratio = std::min(between / before, kMostRatio);
-  for (std::size_t i = 0; i < mean.size(); ++i)
-    mean[i] = former_h_ > 0.0 ? Vec3(v[i] + lead_[i] + ratio * (lead_[i] - lag_[i]))
-                              : Vec3(v[i] + lead_[i] + between / h * (mean[i] - v[i]));
+  for (std::size_t i = 0; i < mean.size(); ++i) {
+    if (!(former_h_ > 0.0))
+      mean[i] = v[i] + lead_[i] + between / h * (mean[i] - v[i]);
+    else if (!lead_[i].isZero(0.0))
+      mean[i] = v[i] + lead_[i] + ratio * (lead_[i] - lag_[i]);
+  }
   return true;
 }
 

@@ -229,7 +229,7 @@ struct ContactSpec {
 };
 
 struct SolverSpec {
-  std::string integrator = "implicit_blend";
+  std::string integrator = "implicit_euler";
   MethodOptions integrator_options{};
   bool strain_limiter = true;        ///< false: `limiter` is none
   std::string limiter = "position";  ///< how springs are kept within their strain limits

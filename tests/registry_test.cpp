@@ -422,7 +422,7 @@ TEST_F(OptionsOfMethods, ThatTheMethodDoesNotHaveAreRefusedInEitherForm) {
   EXPECT_SAYS(fault_of({{"contact.response", "impulse"}, {"contact.stiffness", "10"}}),
               "contact.stiffness: impulse has no option \"stiffness\"; nearest is \"restitution\"");
   EXPECT_SAYS(fault_of({{"solver.drag", "0.1"}}),
-              "solver.drag: implicit_blend has no option \"drag\" and no other option");
+              "solver.drag: implicit_euler has no option \"drag\" and no other option");
   EXPECT_SAYS(fault_of({{"contact.broad_phase", R"({"type": "hash_grid", "cell": true})"}}),
               "contact.broad_phase.cell: must be a number");
   EXPECT_SAYS(fault_of({{"contact.response", R"({"type": "penalty", "stiffness": 1})"},

@@ -79,6 +79,20 @@ TEST(ImplicitBlend, KeepsTheSwingOfASheetAtTwoStepsAFrame) {
   EXPECT_LT(kept_swing("implicit_euler", 2), 0.6 * fine);
 }
 
+TEST(ImplicitBlend, ExpectsTheMotionOfAFreeFallWhateverTheSteps) {
+  const Vec3 g(0.0, 0.0, -9.81);
+  Sheet sheet("implicit_blend", 1e-12, g);
+  for (const double h : {0.01, 0.01, 0.005, 0.008, 0.016, 0.016, 0.01}) {
+    Vectors mean = sheet.p.v;
+    for (Vec3& u : mean) u += h * g;
+    ASSERT_TRUE(sheet.method->expect(h, sheet.p.v, mean));
+    const auto end = sheet.attempt(h);
+    for (std::size_t i = 0; i < sheet.n; ++i)
+      EXPECT_LT((mean[i] - end.first[i]).norm(), 1e-9) << h << ", " << i;
+    sheet.accept(h, end);
+  }
+}
+
 Vec3 momentum(const Sheet& sheet, std::span<const Vec3> v) {
   Vec3 sum = Vec3::Zero();
   for (std::size_t i = 0; i < sheet.n; ++i) sum += sheet.p.mass[i] * v[i];

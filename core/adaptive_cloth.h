@@ -11,8 +11,9 @@
 
 namespace selvedge {
 
-/// Cloth whose cells are split and joined as it moves: those of a grid, or triangles. A triangle to
-/// split is the cell {0, number, 0}, and a vertex whose bisection is taken back is {0, vertex, 0}.
+/// Cloth whose cells are split and joined as it moves: the cells of a grid, or triangles. For
+/// triangles, the cell {0, number, 0} names the triangle to split, and {0, vertex, 0} the vertex
+/// whose bisection is undone.
 class AdaptiveCloth {
  public:
   AdaptiveCloth(AdaptiveGrid grid) : cells_(std::move(grid)) {}                 // NOLINT: implicit
@@ -23,7 +24,7 @@ class AdaptiveCloth {
   ClothMesh cloth() const;
   /// The rest shape of cloth(); triangle i is that of its surface.
   TriangleMesh rest() const;
-  /// As those of AdaptiveGrid and AdaptiveTriangles.
+  /// These functions work like those of AdaptiveGrid and AdaptiveTriangles.
   std::vector<GridCell> curved(std::span<const Vec3> x, double angle) const;
   std::vector<GridCell> divisible() const;
   void split(std::span<const GridCell> cells, std::vector<Vec3>& x, std::vector<Vec3>& v);

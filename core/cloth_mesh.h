@@ -406,13 +406,13 @@ class Followers {
     for (std::size_t i = 0; i < from.size(); ++i)
       for (const Share& s : shares(i)) to[s.leader] += s.weight * from[i];
   }
-  /// Restores x = P y where something has moved single particles. A follower hands the momentum of
-  /// its distance from P y over to its leaders that are free: Σ mass·x stays, unless a leader is
+  /// Restores x = P y after a method has moved single particles. A follower returns to P y, and its
+  /// free leaders move so that Σ mass·x, and thus the momentum, is conserved unless a leader is
   /// held. `mass` and `inv_mass` (0: held) of all particles.
   void hand_over(std::span<const double> mass, std::span<const double> inv_mass,
                  std::span<Vec3> x) const;
-  /// The same for followers at x = P y + d that something has moved off that by `off`: the leaders
-  /// in `v` get the momentum Σ mass·off, the followers stay.
+  /// The same for followers that keep an offset d from P y. A method has moved them from P y + d by
+  /// `off`: they stay there, and their leaders in `v` receive the momentum Σ mass·off.
   void push_leaders(std::span<const double> mass, std::span<const double> inv_mass,
                     std::span<const Vec3> off, std::span<Vec3> v) const;
 

@@ -20,7 +20,9 @@ struct Particles {
   std::vector<Vec3> v;           ///< velocities, m/s
   std::vector<double> mass;      ///< kg, > 0
   std::vector<double> inv_mass;  ///< 1/kg; 0 for a held particle, which moves only as prescribed
-  /// Not null: these particles are its leaders, and terms of contacts name particles of it.
+  /// The map from these particles to all particles of the cloth if some of those follow others
+  /// (hanging nodes, dense layers): these are the leaders, and contact terms use the indices of all
+  /// particles. Null if no particle follows others.
   const Followers* followers = nullptr;
 
   std::size_t size() const { return x.size(); }

@@ -150,9 +150,9 @@ std::vector<TrianglePair> find_crossings(std::span<const Vec3> x,
 std::vector<TrianglePair> find_crossings(const SurfaceState& a, const SurfaceState& b);
 
 /// Finds the pairs of a point and a triangle, or of two edges, of one surface that are nearer than
-/// `distance` metres, with their closest points: x (n,3) in metres, triangles (k,3). Sorted by gap,
-/// then by kind and indices. Gaps are rounded. Also throws std::invalid_argument unless `distance`
-/// is positive and finite.
+/// `distance` metres in one state, with their closest points: x (n,3) in metres, triangles (k,3).
+/// Sorted by gap, then by kind and indices. Gaps are rounded. Also throws std::invalid_argument
+/// unless `distance` is positive and finite.
 std::vector<Proximity> find_contacts(std::span<const Vec3> x, std::span<const Triangle> triangles,
                                      double distance);
 

@@ -27,8 +27,8 @@ enum class DressPhase {
 /// "sew", "settle", "refine", "move".
 const char* phase_name(DressPhase phase);
 
-/// Conditions under which a dressed garment counts as at rest. Speeds are those of the straight way
-/// between the two ends of the window, so a particle that trembles in place counts as slow.
+/// Conditions under which a dressed garment counts as at rest. Speeds are those of the straight
+/// line between the two ends of the window, so a particle that trembles in place counts as slow.
 struct RestCriterion {
   double window = 0.2;       ///< s
   double rms_speed = 0.005;  ///< m/s, root of the mean square speed, by mass
@@ -197,8 +197,9 @@ struct DressObserver {
   std::function<void(const Simulation& now, DressPhase phase, double time)> frame;
   /// After every accepted step, the start and every merge included.
   std::function<void(const Simulation& now, DressPhase phase)> accepted;
-  /// Before the seams are closed anew from the start: the garment does not continue from the states
-  /// so far. Also before an earlier attempt goes on that came nearest.
+  /// Before the next sewing attempt: the garment returns to its start, and the states reported so
+  /// far no longer lead to the result. Also before the garment returns to the end of the best of
+  /// several failed attempts.
   std::function<void()> restart;
   /// At every pose of the moving body, with its index in BodyMotion::poses.
   std::function<void(const Simulation& now, std::size_t pose)> pose;

@@ -17,7 +17,7 @@ namespace selvedge {
 ///                             coordinates in metres, one group for each panel
 ///   garment.ply               the same vertices with flags, strains along warp and weft, and the
 ///                             pressure of the body (Pa)
-///   frames/cloth_00000.ply    the way there, frame by frame, z up; frames/bodies_00000.ply
+///   frames/cloth_00000.ply    the motion up to it, frame by frame, z up; frames/bodies_00000.ply
 ///   steps/cloth_000000.ply    with `every_step`: every accepted state
 ///   pictures/front.png, back.png, and the same of strain_ and pressure_: the largest strain of
 ///                             each triangle and the pressure, from dark blue (0) to yellow
@@ -26,7 +26,7 @@ namespace selvedge {
 ///                             garment.obj without groups
 ///   poses/NAME.obj            of a moving body: the garment at each pose, as garment.obj; with
 ///                             pictures/last_pose_front.png, last_pose_back.png
-///   motion/frames, motion/steps    the way through the poses, with the body in each frame
+///   motion/frames, motion/steps    the motion through the poses, with the body in each frame
 // clang-format on
 struct DressFolderConfig {
   std::filesystem::path out;  ///< made if missing; refused if it holds anything else
@@ -38,9 +38,10 @@ struct DressFolderConfig {
   std::vector<std::string> pose_names;  ///< of the files in poses/; missing ones are numbers
 };
 
-/// Puts a garment on a body as `dress` does, and writes the folder. Where the garment cannot be put
-/// on, result.json gives the reason, and DressFailed leaves. Throws std::invalid_argument for a
-/// folder that cannot be used, and std::runtime_error for a file that cannot be written.
+/// Puts a garment on a body as `dress` does, and writes the folder. If the garment cannot be put
+/// on, result.json gives the reason, and the function throws DressFailed. Throws
+/// std::invalid_argument for a folder that cannot be used, and std::runtime_error for a file that
+/// cannot be written.
 DressResult dress_into_folder(const SewingPattern& pattern, const TriangleMesh& body,
                               const DressConfig& config, const DressFolderConfig& folder,
                               const Methods& methods = {});

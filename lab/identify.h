@@ -77,7 +77,7 @@ using NetKinds = std::array<NetSprings, 3>;
 struct NetUnknown {
   std::string name;                    ///< "stretch_stiffness", ..., "bend_limit"
   std::size_t kind;                    ///< index in NetKinds
-  double NetSprings::*field;           ///< that it is
+  double NetSprings::*field;           ///< the member that is unknown
   double lowest = 0.0, highest = 0.0;  ///< search bounds, > 0
 };
 /// The named unknowns: stretch, shear or bend, with _stiffness (N/m), _length or _limit. Throws

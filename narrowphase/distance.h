@@ -61,9 +61,9 @@ struct ProximityReach {
 void find_proximities(const SurfaceView& a, const SurfaceView& b, const CandidatePairs& pairs,
                       const ProximityReach& reach, std::vector<Contact>& out);
 
-/// The same, and writes the room of every pair to `rooms`, m: the pair shares no point during the
-/// step while x_t0 stays and the ends change by less than this: the largest change of a coordinate
-/// of x_t1 in the one primitive, plus that in the other. Negative: unknown.
+/// The same, and writes the clearance of every pair to `rooms`, m: the pair shares no point during
+/// the step while x_t0 stays and the ends change by less than this: the largest change of a
+/// coordinate of x_t1 in the one primitive, plus that in the other. Negative: unknown.
 void find_proximities(const SurfaceView& a, const SurfaceView& b, const CandidatePairs& pairs,
                       const ProximityReach& reach, std::vector<Contact>& out,
                       std::vector<float>& rooms);

@@ -45,8 +45,9 @@ class NarrowPhase {
   /// Writes the first time of contact of each query, in [0,1], or kNoCollision, to `toi`, which
   /// must have the length of `queries`. Runs on the calling thread.
   virtual void find_times(std::span<const Query> queries, std::span<double> toi) const = 0;
-  /// Clears `out` and writes the contacts among `pairs` to it, in the order of the pair lists. For
-  /// self pairs pass the same view twice. Runs batches of find_times on all threads.
+  /// Clears `out` and writes the pairs among `pairs` that collide during the step to it, in the
+  /// order of the pair lists (find_contacts of `detection` reports pairs that are near). For self
+  /// pairs pass the same view twice. Runs batches of find_times on all threads.
   virtual void find_contacts(const SurfaceView& a, const SurfaceView& b,
                              const CandidatePairs& pairs, std::vector<Contact>& out) const;
   /// Properties of the method, the same at all times.

@@ -37,7 +37,7 @@ class SeamMerging {
 
   bool active() const { return !pairs_.empty(); }
   /// The pairs that merge in the present state of `simulation`, and the number of those that would
-  /// if they did not collide on the way.
+  /// if they did not collide on their paths.
   struct Due {
     MergeEvent event;
     std::size_t postponed = 0;
@@ -107,7 +107,7 @@ class Refinement {
   /// The splits that are due in `state`, which has the present cells.
   std::vector<SplitEvent> due(const SimulationState& state) const;
   /// The joins that are due in the present state of `simulation`, and the number of cells that
-  /// would be joined if they did not collide on the way.
+  /// would be joined if they did not collide on their paths.
   struct Joins {
     std::vector<SplitEvent> events;
     std::size_t postponed = 0;

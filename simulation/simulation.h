@@ -21,12 +21,12 @@
 namespace selvedge {
 
 /// A tangle that is being undone: the parts of its two sheets that may pass through each other,
-/// and the state of the search for a way out.
+/// and the state of the search for a motion that undoes it.
 struct Tangle {
   std::array<std::vector<std::int32_t>, 2> side;  ///< joint triangles, sorted
-  int way = 0;                                    ///< the way that is in use
+  int way = 0;                                    ///< number of the method in use (untangle.h)
   int best = 0;                                   ///< fewest crossings so far
-  int since = 0;       ///< accepted steps since `best` decreased or the way changed
+  int since = 0;       ///< accepted steps since `best` or the method changed
   bool jam = false;    ///< made by a body that left the cloth no room
   bool pinch = false;  ///< a jam of cloth that surfaces of bodies hold between them
   bool is_over() const { return side[0].empty() || side[1].empty(); }

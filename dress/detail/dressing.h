@@ -113,13 +113,13 @@ inline constexpr int kMergeEvery = 3;
 /// keep.
 double merge_distance(const Stitching& stitch, const DressConfig& config, double share);
 
-/// Merges the pairs that have met, as far as nothing collides on the way. Returns the number of
+/// Merges the pairs that have met, as far as nothing collides on their paths. Returns the number of
 /// merged pairs; 0: the garment is unchanged.
 std::size_t merge_closed(const DressScene& scene, const Simulation& simulation,
                          const Methods& methods, Garment& garment, DressResult& result);
 
 /// Moves one vertex of each pair that is within its merge distance (`share`) almost to the other
-/// one, if nothing collides on the way, so that the pair can merge where the common motion of both
+/// one, if nothing collides on its path, so that the pair can merge where the common motion of both
 /// is blocked. Returns the number of moved vertices.
 std::size_t move_together(const Simulation& simulation, Garment& garment, const DressConfig& config,
                           double share);
@@ -154,7 +154,8 @@ struct Dressing {
   const DressObserver& observer;
 };
 
-/// One try to close all seams. Sheets that jam at one choice mostly pass at another.
+/// One sewing attempt: the order in which the seams pull, and the merging distance. Seams that jam
+/// with one order mostly close with another.
 struct SewAttempt {
   double merge_share = 0.35;       ///< distance at which pairs merge, in spacings of their seam
   std::vector<SeamChoice> stages;  ///< the seams that pull, one choice after the other

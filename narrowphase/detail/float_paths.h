@@ -48,7 +48,7 @@ class FloatPaths {
   /// Limits of a screen: pairs are far if their distance at t = 0 is more than `reach_at_start`, or
   /// more than `reach` and the largest relative displacement of two vertices together; in metres.
   ScreenLimits limits(double reach, double reach_at_start) const;
-  /// A mask of the pairs that are far, and the room of each; see Screen::compare.
+  /// A mask of the pairs that are far, and the clearance of each; see Screen::compare.
   std::uint32_t compare(const PairBlock& block, const ScreenLimits& limits,
                         std::span<float, kScreenBlock> room) const {
     return screen_.compare(block.paths, block.edges(), limits, room);

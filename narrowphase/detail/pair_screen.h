@@ -27,12 +27,12 @@ struct ScreenLimits {
 /// Comparisons of the pairs of a block, either all of edges or none. Each returns a mask of pairs.
 /// The results prove something, however they round.
 struct Screen {
-  /// Pairs that are far. room[j], m: pair j shares no point on its way while its vertices start
-  /// where they do and their ends change by less than this: the largest change of a coordinate in
-  /// one primitive, plus that in the other. Negative: unknown.
+  /// Pairs that are far. room[j], the clearance, m: pair j does not collide while its vertices
+  /// start where they do and their ends change by less than this: the largest change of a
+  /// coordinate in one primitive, plus that in the other. Negative: unknown.
   std::uint32_t (*compare)(const PathBlock& block, bool edges, const ScreenLimits& limits,
                            std::span<float, kScreenBlock> room);
-  /// Pairs that share no point on their way: along an axis, or along the sum or the difference of
+  /// Pairs that do not collide: along an axis, or along the sum or the difference of
   /// two, all vertices of one primitive lie below those of the other by more than the slack, in the
   /// same order at both ends. Differences are linear in t, so the order holds in between.
   std::uint32_t (*never_meet)(const PathBlock& block, bool edges, float slack);

@@ -20,9 +20,9 @@ struct ContactForceConfig {
   /// after the last solve creeps by df/c: with 100, a taut strip around a cylinder creeps by
   /// 1.5 mm/s, with 1000 by 0.01 mm/s. Higher values make the linear system stiffer.
   double stick_ratio = 1000.0;
-  /// The same in an impact. The first loads of an impact are far too high, and friction of such
-  /// loads, once a stiff contact sticks, is let go slowly: six sheets that land together lost all
-  /// their sideways speed.
+  /// The same in an impact. The first solves of an impact give far too high loads. Once a stiff
+  /// contact sticks under such a load, its friction decreases only slowly: six sheets that landed
+  /// together lost all their sideways speed.
   double impact_stick_ratio = 100.0;
   /// A gap below the rest gap recovers by at most this share of the rest gap per step, so that
   /// cloth that starts too close is not ejected.
@@ -48,9 +48,9 @@ struct ContactForceConfig {
 /// predicted approach.
 ///
 /// A contact that rested in the last step starts from its friction there, which is then f₀ for the
-/// whole step: a tangential spring of stiffness c/h that slides at μλ [CundallStrack1979]. What a
-/// solve leaves of a slip is pulled back in the next step. Friction that each step guesses anew
-/// lets cloth creep by what each step leaves.
+/// whole step: a tangential spring of stiffness c/h that slides at μλ [CundallStrack1979]. The
+/// next step corrects the slip that a solve leaves. If each step guessed friction from nothing,
+/// these slips would add up and the cloth would creep.
 class ContactForce final : public Response {
  public:
   explicit ContactForce(const ContactForceConfig& config = {}) : config_(config) {}

@@ -15,10 +15,10 @@
 namespace selvedge {
 
 /// The broad phase of a scene: candidate pairs of a motion, with a margin. They stay valid while
-/// every particle ends, per coordinate, within the margin of its way: of the box of its start and
-/// the end that they were searched for. Detectors that compare distances or boxes in the frame of a
-/// body, instead of boxes, need an end within the margin of that end. Pairs of the cloth with
-/// itself also stay valid if all its particles end elsewhere by the same displacement.
+/// every particle ends, per coordinate, within the margin of the box that encloses its start and
+/// the end that the search assumed. Detectors that compare distances, or boxes in the frame of a
+/// body, require an end within the margin of the assumed end itself. Pairs of the cloth with itself
+/// also stay valid if a common displacement takes all particles out of these boxes.
 class Candidates {
  public:
   Candidates(const SearchContext& context, const Scene& scene, const BuiltScene& built,

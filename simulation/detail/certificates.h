@@ -9,12 +9,12 @@
 namespace selvedge {
 
 /// Proofs that candidates of a step do not collide, whatever end its particles reach within the
-/// room of the pair (see find_proximities). Only the other candidates are tested for collisions.
-/// Positions are in the joint index space of ContactPoint.
+/// clearance of the pair (see find_proximities). Only the other candidates are tested for
+/// collisions. Positions are in the joint index space of ContactPoint.
 class Certificates {
  public:
-  /// Forgets the rooms of the candidates of the cloth with itself (`self`), or with the bodies: the
-  /// candidates or the start have changed.
+  /// Forgets the clearances of the candidates of the cloth with itself (`self`), or with the
+  /// bodies: the candidates or the start have changed.
   void clear(bool self) { of(self).rooms.clear(); }
   void clear() {
     clear(false);
@@ -22,7 +22,7 @@ class Certificates {
   }
   /// The ends for which rooms are given next, m.
   void begin(std::span<const Vec3> x_t1);
-  /// The room of each candidate of the cloth with itself (`self`), or with the bodies; m.
+  /// The clearance of each candidate of the cloth with itself (`self`), or with the bodies; m.
   std::vector<float>& rooms(bool self) { return of(self).rooms; }
 
   /// Compares the present ends with those of the rooms; the first `particles` are cloth. Call

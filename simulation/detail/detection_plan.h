@@ -15,7 +15,7 @@ namespace selvedge {
 /// same bits. Parts: "self_collision" (cloth with itself), "body_collision" (cloth with all
 /// bodies), "crossings_self" and "crossings_body" (the check of a state after every frame).
 ///
-/// Cloth with itself is idle if every piece is a height field with room between its points
+/// Cloth with itself is idle if every piece is a height field with a distance between its points
 /// (SheetProof) and the swept boxes of the pieces keep apart. A body is idle if its swept box keeps
 /// apart from that of the cloth. If the narrow phase may raise false alarms, which are part of its
 /// result, nothing is left out.
@@ -32,7 +32,7 @@ class DetectionPlan {
                 bool exact);
 
   /// Whether no contact of the cloth with itself would be reported, and no two of its primitives
-  /// collide on the way. Spans of the cloth's vertices, m.
+  /// collide during the step. Spans of the cloth's vertices, m.
   bool self_is_idle(std::span<const Vec3> x_t0, std::span<const Vec3> x_t1);
   /// Whether, after that, the same step with other ends has no self-collision either.
   bool self_stays_idle(std::span<const Vec3> x_t0, std::span<const Vec3> x_t1);

@@ -18,11 +18,11 @@ namespace selvedge {
 /// orthonormal columns. If the symmetric part of BᵀG has no eigenvalue below c for any triangle,
 /// then along the straight line from a to b, which stays in the convex piece,
 ///   |F(a) − F(b)| ≥ (a−b)ᵀBᵀ(F(a) − F(b)) / |a−b| ≥ c |a−b|:
-/// the sheet is a height field over the plane of B with room between its points (a monotone map;
-/// the normals in a cone of less than 90° of [Volino1994] with the contour as a consequence and not
-/// a test of its own). The least eigenvalue is concave in G, so both ends of the motion suffice.
-/// Far pairs need any c > 0, near pairs a larger one: they are examined in overlapping squares,
-/// each with a B of its own.
+/// the sheet is a height field over the plane of B with a distance between its points (a monotone
+/// map; the normals in a cone of less than 90° of [Volino1994] with the contour as a consequence
+/// and not a test of its own). The least eigenvalue is concave in G, so both ends of the motion
+/// suffice. Far pairs need any c > 0, near pairs a larger one: they are examined in overlapping
+/// squares, each with a B of its own.
 ///
 /// A proof at y with c to spare holds for many short steps: if all displacements from y lie in a
 /// box of diagonal D, the edges of a triangle with edge matrix E changed by at most |D| each, and G

@@ -29,13 +29,13 @@ struct UntangleConfig {
   /// generated tangles; with 6 and more in none of them. A larger one leaves more of the cloth
   /// unprotected.
   double reach = 8.0;
-  /// Accepted steps without a new minimum of crossings after which the way changes.
+  /// Accepted steps without a new minimum of crossings after which the method changes.
   int patience = 30;
-  /// Rounds through all ways before the tangle is given up.
+  /// Rounds through all methods before the tangle is given up.
   int rounds = 2;
 };
 
-/// Ways to move a tangle, used one after another.
+/// Number of methods to move a tangle, which are used one after another.
 inline constexpr int kUntangleWays = 4;
 
 /// Undoes crossings that a scene starts with, or that bodies make which leave the cloth no room, by

@@ -61,7 +61,7 @@ void remove_candidates(const SearchedMotion& motion, FreshPairs& pairs);
 /// Aborts with the first missed pair if candidates of an attempt missed a collision.
 void validate_attempt(StepValidator& validator, const SearchedMotion& motion,
                       const VertexNames& names, long long step);
-/// Aborts with the first pair if an accepted step has a collision on its way.
+/// Aborts with the first pair if an accepted step has a collision on a path.
 void validate_accepted(StepValidator& validator, const SearchedMotion& motion,
                        const VertexNames& names, long long step);
 

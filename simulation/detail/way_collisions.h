@@ -20,8 +20,8 @@ struct ClothWay {
   std::span<const std::int32_t> after{};
 };
 
-/// The cloth vertices that collide on the way with cloth or bodies at rest, as they are numbered
-/// after the change. Decided exactly. Pairs that the scene excludes from detection
+/// The cloth vertices that collide on their paths with cloth or bodies at rest, as they are
+/// numbered after the change. Decided exactly. Pairs that the scene excludes from detection
 /// ("contact.self", "collide" of "contact.pairs") do not count.
 std::set<std::int32_t> colliding_on_way(const ClothWay& way);
 

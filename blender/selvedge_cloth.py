@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Blender add-on: bakes cloth with the installed program `selvedge`. For Blender 3.4 and later; see docs/blender.md."""
+"""Blender add-on: bakes cloth with the installed program `selvedge`. For Blender 3.4 and later; see docs/python.md."""
 
 bl_info = {
     "name": "selvedge cloth",

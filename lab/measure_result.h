@@ -59,7 +59,7 @@ struct ResultMeasures {
 ResultMeasures measure_result(const std::filesystem::path& result, const MeasureConfig& config,
                               const Methods& methods = {});
 
-/// The measures as JSON text, with the names of docs/measures.md.
+/// The measures as JSON text, with the names of docs/fabrics.md.
 std::string measures_text(const ResultMeasures& measures);
 
 /// Writes strain.csv, springs.csv and energy.csv and, with a drape, rim.csv and spectrum.csv into a

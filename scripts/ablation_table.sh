@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 # ablation_table.sh [--print] [FRAMES]: measures for every scene of data/scenes and data/experiments which optional parts
 # it can do without over its first FRAMES frames (default 30), with `selvedge plan --ablate` and SEEDS seeds (default 3),
-# and writes docs/tables/ablation.csv: a row for each scene, a column for each part. --print: prints the table instead.
+# and writes docs/lab/tables/ablation.csv: a row for each scene, a column for each part. --print: prints the table instead.
 # SELVEDGE names the program (default: build/release/apps/selvedge). Takes half an hour on one core.
 set -euo pipefail
 
@@ -45,7 +45,7 @@ for folder in ("scenes", "experiments"):
         rows.append(scene)
         print(name, file=sys.stderr)
 
-out = sys.stdout if os.environ["PRINT"] else open("docs/tables/ablation.csv", "w", newline="")
+out = sys.stdout if os.environ["PRINT"] else open("docs/lab/tables/ablation.csv", "w", newline="")
 writer = csv.DictWriter(out, ["scene", *PARTS], restval="", lineterminator="\n")
 writer.writeheader()
 writer.writerows(rows)

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # broad_phase_table.sh [--quick | --only NAME]: measures every broad phase that this machine can build. It writes each
-# table to docs/tables/broad_phase_NAME.csv, and a short form into docs/broad_phase.md between the markers of that name,
+# table to docs/lab/tables/broad_phase_NAME.csv, and a short form into docs/lab/broad_phase.md between the markers of that name,
 # with the machine, the date and the command. --quick: small scenes and few repeats as a quick check; prints the tables
 # and writes no file of docs/. --only: one of detectors, libraries, spikes, scaling, memory and frames.
 set -euo pipefail
@@ -25,7 +25,7 @@ if [ -z "${SELVEDGE_BENCH_BROADPHASE:-}" ]; then
   scripts/quietly.sh cmake --build "$build" --target bench_broadphase --parallel "$(nproc)"
 fi
 bench=${SELVEDGE_BENCH_BROADPHASE:-$build/bench/bench_broadphase}
-page=docs/broad_phase.md
+page=docs/lab/broad_phase.md
 tables=$(mktemp -d)
 trap 'rm -rf "$tables"' EXIT
 
@@ -139,7 +139,7 @@ short() {
   esac
 }
 
-mkdir -p docs/tables
+mkdir -p docs/lab/tables
 for name in "${names[@]}"; do
   begin="<!-- table: $name -->"
   end="<!-- end of table: $name -->"
@@ -147,13 +147,13 @@ for name in "${names[@]}"; do
     echo "broad_phase_table.sh: $page has no markers '$begin' and '$end'" >&2
     exit 1
   fi
-  cp "$tables/$name.csv" "docs/tables/broad_phase_$name.csv"
+  cp "$tables/$name.csv" "docs/lab/tables/broad_phase_$name.csv"
   short "$name" >"$tables/$name.short"
   {
     echo
     cat "$tables/$name.short"
     if [ -s "$tables/$name.short" ]; then echo; fi
-    echo "All rows: [docs/tables/broad_phase_$name.csv](tables/broad_phase_$name.csv), by"
+    echo "All rows: [docs/lab/tables/broad_phase_$name.csv](tables/broad_phase_$name.csv), by"
     cat "$tables/$name.how"
     echo
   } >"$tables/$name.md"
@@ -163,4 +163,4 @@ for name in "${names[@]}"; do
     $0 == begin { inside = 1; while ((getline line < file) > 0) print line }' "$page" >"$tables/page"
   cp "$tables/page" "$page"
 done
-echo "Written: $page and docs/tables/broad_phase_*.csv"
+echo "Written: $page and docs/lab/tables/broad_phase_*.csv"

@@ -14,7 +14,7 @@ fi
 out=build/docs
 rm -rf "$out"
 mkdir -p "$out/pages/_static/katex"
-cp -r docs/*.md docs/images docs/tables "$out/pages"
+cp -r docs/*.md docs/images docs/lab "$out/pages"
 cp docs/site/conf.py docs/site/index.md "$out/pages"
 cp docs/site/formulas.js docs/site/wide.css "$out/pages/_static"
 cp -rL /usr/share/javascript/katex/. "$out/pages/_static/katex"

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # experiments.sh [PROGRAM [FOLDER [NAME...]]]: runs the experiments of the survey's section 7 (tables X to XVIII,
-# data/experiments) and prints a table, of which docs/experiments.md shows a part: whether each scene runs and is clean,
+# data/experiments) and prints a table, of which docs/lab/experiments.md shows a part: whether each scene runs and is clean,
 # steps, seconds, largest stretch, final speed, and what its figure shows, measured (experiment_outcome.py). The pictures
 # are in FOLDER/NAME/pictures; ffmpeg, if it is there, joins them in FOLDER/experiments.png.
 #   PROGRAM  the program (default: build/release/apps/selvedge)

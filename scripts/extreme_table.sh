@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # extreme_table.sh [--responses | --integrators | --limiters] [OPTION OF selvedge stability]...: runs all extreme cases
-# (data/extreme) and writes docs/tables/extreme_cases.csv. With one of the families it runs every case with several
-# methods of it and writes the cases on which they differ, one column for each, to docs/tables/extreme_responses.csv,
+# (data/extreme) and writes docs/lab/tables/extreme_cases.csv. With one of the families it runs every case with several
+# methods of it and writes the cases on which they differ, one column for each, to docs/lab/tables/extreme_responses.csv,
 # extreme_integrators.csv or extreme_limiters.csv. SELVEDGE names the program (default: build/release/apps/selvedge). The
 # table includes failed cases; the script then exits with 1.
 set -euo pipefail
@@ -29,7 +29,7 @@ if [ -z "$family" ]; then
     /^[|] `/ {
       sub(/^[|] /, ""); sub(/ [|]$/, "")
       for (i = 1; i <= NF; ++i) printf "%s%s", quote($i), i < NF ? "," : "\n"
-    }' "$printed" >docs/tables/extreme_cases.csv
+    }' "$printed" >docs/lab/tables/extreme_cases.csv
 else
   awk -F ' [|] ' -v names="$methods" "$quote"'
     BEGIN { print "case," names; count = split(names, method, ",") }
@@ -47,7 +47,7 @@ else
         for (k = 1; k <= count; ++k) printf ",%s", quote(answer[cases[r], method[k]])
         print ""
       }
-    }' "$printed" >"docs/tables/extreme_$family.csv"
+    }' "$printed" >"docs/lab/tables/extreme_$family.csv"
 fi
 tail -n 1 "$printed"
 exit "$status"

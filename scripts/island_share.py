@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: MIT
-"""How much work a scene could leave out if its pieces of cloth slept one by one (docs/integrators.md, Sleep).
+"""How much work a scene could leave out if its pieces of cloth slept one by one (docs/lab/integrators.md, Sleep).
 
     PYTHONPATH=build/release/python scripts/island_share.py SCENE... [--speed M_PER_S]
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # mesh_table.sh [--quick | --only NAME]: hangs and drapes one fabric on every mesh at three refinements (data/meshes)
-# and writes docs/tables/mesh_hang.csv and docs/tables/mesh_drape.csv. SELVEDGE names the program (default:
+# and writes docs/lab/tables/mesh_hang.csv and docs/lab/tables/mesh_drape.csv. SELVEDGE names the program (default:
 # build/release/apps/selvedge). --quick: runs two coarse refinements and prints the tables. --only: hang or drape. Uses
 # one core and takes minutes.
 set -euo pipefail
@@ -127,7 +127,7 @@ def run(scene, pattern, cells, *sets):
 
 def table(name, head, rows):
     day = f"{datetime.datetime.now(datetime.timezone.utc):%Y-%m-%d}"
-    file = sys.stdout if QUICK else open(f"docs/tables/mesh_{name}.csv", "w", newline="")
+    file = sys.stdout if QUICK else open(f"docs/lab/tables/mesh_{name}.csv", "w", newline="")
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow([*head, "measured"])
     writer.writerows([*row, day] for row in rows)

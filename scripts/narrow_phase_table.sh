@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # narrow_phase_table.sh FOLDER [OPTION OF selvedge ccd]...: runs every narrow phase of the build on all query files in
-# FOLDER and writes docs/tables/narrow_phase.csv: all queries of a kind together, then each family (subfolder of FOLDER)
-# alone. Also writes the rows of all queries into docs/narrow_phase.md, between its markers. Builds the program first,
+# FOLDER and writes docs/lab/tables/narrow_phase.csv: all queries of a kind together, then each family (subfolder of FOLDER)
+# alone. Also writes the rows of all queries into docs/lab/narrow_phase.md, between its markers. Builds the program first,
 # unless SELVEDGE_PROGRAM names one.
 set -euo pipefail
 
@@ -30,7 +30,7 @@ for merge in kind family; do
 done >"$work/tables.md"
 
 # Merges all tables into one: a heading such as "### stress: 300 edge_edge queries, 152 collide" becomes four columns.
-csv=$root/docs/tables/narrow_phase.csv
+csv=$root/docs/lab/tables/narrow_phase.csv
 mkdir -p "${csv%/*}"
 awk '
   /^### / {
@@ -62,12 +62,12 @@ awk '
       for (i = 1; i <= n; ++i) print "| `" name[i] "` | " edge[name[i]] " | " point[name[i]] " |"
     }' "$csv"
   echo
-  echo "All rows: [docs/tables/narrow_phase.csv](tables/narrow_phase.csv). Measured $(date +%Y-%m-%d) on" \
+  echo "All rows: [docs/lab/tables/narrow_phase.csv](tables/narrow_phase.csv). Measured $(date +%Y-%m-%d) on" \
     "${processor:-an unnamed processor}, one thread."
   echo
 } >"$work/short.md"
 
-page=$root/docs/narrow_phase.md
+page=$root/docs/lab/narrow_phase.md
 awk -v table="$work/short.md" '
   /<!-- end of the table -->/ { inside = 0 }
   !inside { print }

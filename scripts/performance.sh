@@ -3,7 +3,7 @@
 # performance.sh [--quick] [--rows LIST] [--sizes LIST] [--repeats N] [--threads N] [--frames N] [OLD_COMMIT]
 # Builds OLD_COMMIT (default: c4aaa8a) and the present tree in build/performance, runs both in turns on the same scene
 # files, and prints tables in Markdown: medians, quartiles, and how many times faster the present tree is. A full run
-# also writes docs/tables/performance.csv and the tables of docs/performance.md; it takes about two hours on two cores.
+# also writes docs/lab/tables/performance.csv and the tables of docs/lab/performance.md; it takes about two hours on two cores.
 # --quick    sizes 50 and 100, one repeat; writes no file of docs/
 # --rows     some of body, ball, poncho, skirt and torso, with commas; writes no file of docs/. body is the person of
 #            ../shared/data/garments if that file is there, otherwise the mannequin
@@ -118,7 +118,7 @@ WORK, REPEATS, THREADS = os.environ["WORK"], int(os.environ["REPEATS"]), os.envi
 BENCH = os.path.join(os.environ["NEW"], "bench", "bench_drape")
 PROGRAMS = {"old": os.path.join(os.environ["OLD"], "apps", "selvedge"), "new": os.path.join(os.environ["NEW"], "apps", "selvedge")}
 SCENES = [line.strip() for line in open(os.path.join(WORK, "list"))]
-PAGE, BEGIN, END = "docs/performance.md", "<!-- table by scripts/performance.sh -->", "<!-- end of table -->"
+PAGE, BEGIN, END = "docs/lab/performance.md", "<!-- table by scripts/performance.sh -->", "<!-- end of table -->"
 
 
 def title(scene):
@@ -294,12 +294,12 @@ text = "\n".join([
               "clean"], phases)])
 print(text)
 if os.environ["WRITE"] == "true":
-    with open("docs/tables/performance.csv", "w", newline="") as file:
+    with open("docs/lab/tables/performance.csv", "w", newline="") as file:
         writer = csv.DictWriter(file, list(table[0]), lineterminator="\n")
         writer.writeheader()
         writer.writerows(table)
     page = open(PAGE).read()
     head, rest = page.split(BEGIN, 1)
     open(PAGE, "w").write(f"{head}{BEGIN}\n\n{text}\n{END}{rest.split(END, 1)[1]}")
-    print(f"Written: docs/tables/performance.csv and {PAGE}", file=sys.stderr)
+    print(f"Written: docs/lab/tables/performance.csv and {PAGE}", file=sys.stderr)
 PYTHON

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # plan_table.sh [--print] [FRAMES]: measures how much time `selvedge plan` saves on every scene of data/scenes,
-# data/extreme and data/experiments, over its first FRAMES frames (default 10), and writes docs/tables/plan.csv.
+# data/extreme and data/experiments, over its first FRAMES frames (default 10), and writes docs/lab/tables/plan.csv.
 # --print: prints the table instead. SELVEDGE names the program (default: build/release/apps/selvedge). Takes minutes on
 # one core. Fails if a scene ends with different bits without proofs than with them.
 set -euo pipefail
@@ -52,7 +52,7 @@ for folder in ("scenes", "extreme", "experiments"):
             unmeasured.append({"scene": name, "outcome": "refused" if done.returncode == 2 else "stops"})
         print(name, file=sys.stderr)
 
-out = sys.stdout if os.environ["PRINT"] else open("docs/tables/plan.csv", "w", newline="")
+out = sys.stdout if os.environ["PRINT"] else open("docs/lab/tables/plan.csv", "w", newline="")
 writer = csv.DictWriter(out, COLUMNS, restval="", lineterminator="\n")
 writer.writeheader()
 writer.writerows(rows + unmeasured)

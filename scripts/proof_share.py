@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: MIT
-"""How much of the search for self-collisions a proof by charts could leave out (docs/plan.md).
+"""How much of the search for self-collisions a proof by charts could leave out (docs/lab/plan.md).
 
     scripts/proof_share.py RESULT FRAME... [--gap METRES] [--steps N] [--leaf N]
 

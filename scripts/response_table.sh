@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # response_table.sh [OPTION OF bench_response]...: measures every response on scenes with closed forms, and the survey's
-# claims on responses. Writes docs/tables/response.csv, a table for each claim (response_c9.csv and so on), and a short
-# table into docs/response.md, between its markers. Prints the sentences that are not part of a table. Builds the
+# claims on responses. Writes docs/lab/tables/response.csv, a table for each claim (response_c9.csv and so on), and a short
+# table into docs/lab/response.md, between its markers. Prints the sentences that are not part of a table. Builds the
 # program first, unless SELVEDGE_BENCH names its folder.
 set -euo pipefail
 
@@ -15,8 +15,8 @@ if [ -z "$bench" ]; then
   bench=$root/build/release/bench
 fi
 
-tables=$root/docs/tables
-page=$root/docs/response.md
+tables=$root/docs/lab/tables
+page=$root/docs/lab/response.md
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 processor=$(sed -n 's/^model name[[:space:]]*: //p' /proc/cpuinfo 2>/dev/null | head -n 1)
@@ -54,7 +54,7 @@ if [ -f "$work/response.table" ]; then
         }
       }' "$work/response.table"
     echo
-    echo "All columns and scenes: [docs/tables/response.csv](tables/response.csv), by \`bench_response${*:+ $*}\`. Measured" \
+    echo "All columns and scenes: [docs/lab/tables/response.csv](tables/response.csv), by \`bench_response${*:+ $*}\`. Measured" \
       "$(date +%Y-%m-%d) on ${processor:-an unnamed processor}, one thread, seconds of processor time."
     echo
   } >"$work/short.md"

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # survey_claims.sh [--list] [C4 C9 ...]: measures the given claims of the survey, or all of them, and prints the
-# figures. docs/survey_claims.md discusses them and docs/tables/survey_claims.csv records them. Claims that share a
+# figures. docs/lab/survey_claims.md discusses them and docs/lab/tables/survey_claims.csv records them. Claims that share a
 # measurement share its run. Builds the programs first, unless SELVEDGE_BUILD names a folder that has them.
 # SELVEDGE_TURNS: repeats of interleaved timings (default 7). --list prints the measurement of each claim.
 set -euo pipefail
@@ -112,9 +112,9 @@ survey_size() {
 
 meshes() {
   say "C2, C3, C25: meshes"
-  echo "(some minutes; writes docs/tables/mesh_hang.csv)"
+  echo "(some minutes; writes docs/lab/tables/mesh_hang.csv)"
   SELVEDGE=$build/apps/selvedge measure scripts/mesh_table.sh --only hang
-  cat docs/tables/mesh_hang.csv
+  cat docs/lab/tables/mesh_hang.csv
 }
 
 # over_rounds NAME: time of every cell of a comparison over that of its first cell, round by round.

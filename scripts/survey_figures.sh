@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # survey_figures.sh: redraws figures 11, 12, 22 and 27 of the survey with this library, as
-# docs/images/survey_figures.svg. Figure 12 reads docs/tables/mesh_hang.csv (scripts/mesh_table.sh); the script measures
+# docs/images/survey_figures.svg. Figure 12 reads docs/lab/tables/mesh_hang.csv (scripts/mesh_table.sh); the script measures
 # the others, which takes minutes. SELVEDGE names the program (default: build/release/apps/selvedge).
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -29,7 +29,7 @@ def seconds_to_balance(pattern):
 
 
 def distances():
-    with open("docs/tables/mesh_hang.csv") as table:
+    with open("docs/lab/tables/mesh_hang.csv") as table:
         rows = [row for row in csv.DictReader(table) if row["cells"] == "36" and row["mesh"] != "rectangular"]
     return [(row["mesh"], float(row["rms_to_finest_rectangular_mm"])) for row in rows]
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""How much of its motion cloth keeps, by integrator and steps per frame (docs/integrators.md).
+"""How much of its motion cloth keeps, by integrator and steps per frame (docs/lab/integrators.md).
 
     scripts/swing.py [--program build/release/apps/selvedge] [--integrators implicit_euler,bdf2,implicit_blend]
                      [--steps 2,8,32] [--scenes edge,corners,flag,fall,land]

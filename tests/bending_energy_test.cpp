@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // The discrete bending energies against closed forms on five surfaces: which of them converge, and
-// with which order (docs/validation.md).
+// with which order (docs/lab/validation.md).
 #include <selvedge/core/force.h>
 #include <selvedge/tests/bent_surfaces.h>
 

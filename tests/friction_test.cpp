@@ -273,7 +273,7 @@ TEST(StaticFriction, ASceneThatIsTurnedWithItsBodiesEndsTheSame) {
 
 // On a ball, which does not hold the sheet, differences grow: a turned scene, which rounds
 // otherwise, ends elsewhere, as one does that starts a hair beside. Prints both
-// (docs/limitations.md).
+// (docs/response.md).
 TEST(StaticFriction, OnABallASceneIsAsSensitiveToATurnAsToAHair) {
   double turned = 0.0;
   for (const Vec3& axis : kAxes) turned = std::max(turned, apart(Below::ball, quarter_turn(axis)));

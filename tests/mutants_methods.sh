@@ -3,7 +3,7 @@
 # mutants_methods.sh: proves that a test tells each method from the method that it could be confused with. CTest calls it
 # with the environment below. Each mutant is a method turned into the other one; a test of its filter must fail
 # (mutants_lib.sh). A change whose pattern is not in the source any more is an error. With TABLE it writes the table
-# docs/tables/mutants.csv anew; without, the table must be as it would be.
+# docs/lab/tables/mutants.csv anew; without, the table must be as it would be.
 #
 #   BUILD           build folder of Ninja, whose commands link the test programs
 #   others          see mutants_lib.sh
@@ -14,7 +14,7 @@ source "$SOURCE/tests/mutants_lib.sh"
 
 declare -A row_of method_of other_of program filter_of
 
-# mutant NAME ROW METHOD OTHER FILE FROM TO PROGRAM FILTER: METHOD of a row of docs/survey_map.md, changed into OTHER.
+# mutant NAME ROW METHOD OTHER FILE FROM TO PROGRAM FILTER: METHOD of a row of docs/lab/survey_map.md, changed into OTHER.
 mutant() {
   change "$1" "$5" "$6" "$7"
   row_of[$1]=$2 method_of[$1]=$3 other_of[$1]=$4 program[$1]=$8 filter_of[$1]=$9
@@ -160,4 +160,4 @@ tried || exit 1
   done
 } >"$WORK/mutants.csv"
 [ -z "${TABLE:-}" ] || cp "$WORK/mutants.csv" "$TABLE"
-diff "$SOURCE/docs/tables/mutants.csv" "$WORK/mutants.csv" || { echo "docs/tables/mutants.csv is not up to date"; exit 1; }
+diff "$SOURCE/docs/lab/tables/mutants.csv" "$WORK/mutants.csv" || { echo "docs/lab/tables/mutants.csv is not up to date"; exit 1; }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// docs/survey_map.md against `selvedge list` both ways, against the files and docs/methods.md.
+// docs/lab/survey_map.md against `selvedge list` both ways, against the files and
+// docs/lab/methods.md.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -89,7 +90,8 @@ std::set<std::string> listed_methods() {
 
 class SurveyMap : public ::testing::Test {
  protected:
-  const std::vector<std::vector<std::string>> rows_ = rows_of(read(root / "docs/survey_map.md"));
+  const std::vector<std::vector<std::string>> rows_ =
+      rows_of(read(root / "docs/lab/survey_map.md"));
 };
 
 TEST_F(SurveyMap, NamesOnlyMethodsThatTheProgramLists) {
@@ -104,7 +106,7 @@ TEST_F(SurveyMap, HasEveryMethodThatTheProgramLists) {
   for (const auto& row : rows_)
     for (const std::string& name : in_backticks(row[1])) mapped.insert(name);
   for (const std::string& name : listed_methods())
-    EXPECT_TRUE(mapped.contains(name)) << name << " is in no row of docs/survey_map.md";
+    EXPECT_TRUE(mapped.contains(name)) << name << " is in no row of docs/lab/survey_map.md";
 }
 
 TEST(MethodList, DoesNotCallAMethodCorrectedThatIsAsPrinted) {
@@ -144,12 +146,12 @@ TEST_F(SurveyMap, HasEveryRowOfTheSurveysTables) {
 }
 
 TEST_F(SurveyMap, EveryPaperOfARowIsInTheListOfMethods) {
-  const std::string methods = read(root / "docs/methods.md");
+  const std::string methods = read(root / "docs/lab/methods.md");
   for (const auto& row : rows_) {
     if (row.size() < 5) continue;  // beyond the survey
     const std::string author = row[3].substr(0, row[3].find_first_of(", "));
     EXPECT_NE(methods.find(author), std::string::npos)
-        << row[0] << ": " << author << " is not in docs/methods.md";
+        << row[0] << ": " << author << " is not in docs/lab/methods.md";
   }
 }
 

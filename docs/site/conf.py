@@ -37,8 +37,9 @@ def point_inside(app, docname, source):
         if mark or re.match(r"^(https?:|#)", target):
             return match.group(0)
         target = re.sub(r"^(\.\./)*docs/", "", target)
-        if target in ("../README.md", "README.md"):
-            return f"[{text}](getting_started.md)"
+        if re.match(r"^(\.\./)+README\.md$|^README\.md$", target):
+            up = "../" * docname.count("/")
+            return f"[{text}]({up}getting_started.md)"
         here = os.path.join(app.srcdir, os.path.dirname(docname), target.split("#")[0])
         if _PAGES.match(target) and os.path.exists(here):
             return f"[{text}]({target})"

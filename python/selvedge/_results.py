@@ -138,7 +138,7 @@ def measure(
         support_centre: metres, its centre (x, y).
 
     Returns:
-        The content of measures.json (docs/measures.md), and under "arrays": "x" (n, 3),
+        The content of measures.json (docs/fabrics.md), and under "arrays": "x" (n, 3),
         "triangles" (m, 3), "triangle_strain" (m, 2) smaller and larger principal strain,
         "spring_vertices" (k, 2) and "spring_strain" (k,).
 

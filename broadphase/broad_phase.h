@@ -299,7 +299,7 @@ struct VerletListConfig {
 /// The margin is a multiple of the distance that the fastest vertex moves per step. The mean times
 /// of calls with neighbouring multiples, and without a list, are measured while the simulation
 /// runs, and the best is used. These times affect only the speed, never the pairs. If no margin is
-/// worthwhile, each call searches anew, and margins are attempted again every few hundred calls.
+/// worthwhile, each call searches again, and margins are tested again every few hundred calls.
 ///
 /// Throws std::invalid_argument unless `inner` is conservative and reports all pairs of overlapping
 /// boxes (PairSet `boxes` or `contains_boxes`).

@@ -182,8 +182,8 @@ struct MembraneTriangle {
   bool remap(const auto& to) { return remap_vertices(v, to); }
 };
 
-/// A triangle of woven cloth. Its deformation gradient gives the lengths of warp and weft, which
-/// resist stretch each by itself, and the angle between them, which resists shear.
+/// A triangle of woven cloth. Its deformation gradient gives the lengths of warp and weft, each of
+/// which resists stretch, and the angle between them, which resists shear.
 struct YarnTriangle {
   std::array<std::int32_t, 3> v;
   std::array<std::array<double, 2>, 3> rest;  ///< m, vertices along warp and weft

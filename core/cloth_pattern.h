@@ -86,11 +86,11 @@ class AdaptiveGrid {
   /// and those that hang from then on, lie in the middle between their parents. All vertices, m.
   std::vector<Vec3> flattened(std::span<const GridCell> cells, std::span<const Vec3> x) const;
   /// Joins the quarters of these cells; cells that cannot be joined are ignored. Vertices that are
-  /// corners of no leaf go. Returns the index of each earlier vertex, -1 where it has gone.
+  /// corners of no leaf are removed. Returns the index of each earlier vertex, -1 if removed.
   std::vector<std::int32_t> join(std::span<const GridCell> cells);
   /// The same for a cloth in motion. `x` is taken to flattened(cells, x). Mass and momentum are
-  /// conserved to rounding: a vertex that goes hands its momentum to the corners that take its
-  /// mass, one that hangs hands over what differs from the mean of its ends.
+  /// conserved to rounding: a removed vertex gives its momentum to the corners that take its
+  /// mass; a vertex that becomes a hanging node gives its ends the difference from their mean.
   std::vector<std::int32_t> join(std::span<const GridCell> cells, std::vector<Vec3>& x,
                                  std::vector<Vec3>& v);
   /// The corners, the side midpoints and the centre of a split cell, where they exist.

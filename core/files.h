@@ -45,8 +45,8 @@ class FolderLock {
   /// Name of the file in the folder.
   static constexpr const char* kFile = "lock";
 
-  /// Makes the folder if it is missing. `user` is what works in it, for messages: "run". Throws
-  /// std::invalid_argument if another process has the lock, or the file cannot be made.
+  /// Makes the folder if it is missing. `user` names the work in it for messages, such as "run".
+  /// Throws std::invalid_argument if another process has the lock, or the file cannot be made.
   FolderLock(const std::filesystem::path& folder, const std::string& user);
   ~FolderLock();
   FolderLock(const FolderLock&) = delete;

@@ -23,7 +23,7 @@ struct JsonFault : std::invalid_argument {
 };
 
 /// A value of a JSON document and its place in it, such as "result.flags[2]". Each function throws
-/// JsonFault where the value is not what it is to be. Json is one of nlohmann::basic_json, whose
+/// JsonFault if the value has another type or range. Json is one of nlohmann::basic_json, whose
 /// own functions throw errors without a place.
 template <class Json>
 class JsonValue {

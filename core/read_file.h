@@ -16,7 +16,8 @@ struct FileRules {
   bool pipes = false;
 };
 
-/// Refuses what is no file with an end: a missing file, a folder, a device, a socket, a named pipe.
+/// Accepts only a file with an end: refuses a missing file, a folder, a device, a socket, a named
+/// pipe.
 /// Every reader calls this before it opens a file that a user or another file names: reading
 /// /dev/zero never ends, and opening a named pipe waits for a writer. Throws std::invalid_argument
 /// with one sentence: file, fault, remedy.

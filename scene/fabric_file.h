@@ -13,7 +13,7 @@ namespace selvedge {
 /// A measured fabric as cloth.
 struct Fabric {
   std::string name;         ///< such as petrak_2025/M1
-  std::string description;  ///< what it is
+  std::string description;  ///< fibre, weave and use
   std::string source;       ///< publication of the measurement
   std::string kind;         ///< constants, kes, fast, cantilever or drape
   FabricConstants constants;

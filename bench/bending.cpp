@@ -2,7 +2,7 @@
 //
 // The discrete bending energies on five surfaces against their closed forms: error in percent for
 // each mesh, and the order of convergence that the last two meshes show.
-//   bench_bending [--cells 8,16,32,64] [--markdown]
+//   bench bending [--cells 8,16,32,64] [--markdown]
 #include <selvedge/apps/command_line.h>
 #include <selvedge/tests/bent_surfaces.h>
 
@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "bench.h"
 #include "table.h"
 
 namespace {
@@ -53,7 +54,7 @@ Table errors(bool whole, const std::vector<int>& cells) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int bench_bending(int argc, char** argv) {
   CommandLine app("Discrete bending energies against closed forms");
   std::vector<int> cells{8, 16, 32, 64};
   bool markdown = false;
@@ -65,4 +66,5 @@ int main(int argc, char** argv) {
     const Table table = errors(whole, cells);
     fmt::print("{}\n", markdown ? table.markdown() : table.text());
   }
+  return 0;
 }

@@ -19,6 +19,7 @@
 //              triangles
 //   frames     milliseconds per frame of a cloth that swings to and fro at a given speed
 // Detectors take turns, and the program prints medians.
+#include "bench.h"
 #include "broadphase_scenes.h"
 #include "table.h"
 
@@ -117,7 +118,7 @@ struct Measured {
 using Measurement = std::map<std::string, Measured>;
 
 std::string why_not(const BroadPhaseTraits& traits, const Scene& scene) {
-  if (traits.particles) return "answers particles";  // see bench_image_space
+  if (traits.particles) return "answers particles";  // see `bench image_space`
   if (scene.self && !traits.self) return "no self-collision";
   if (scene.self && (traits.closed_body_only || !traits.deforming)) return "bodies only";
   return "";
@@ -548,15 +549,10 @@ int run(const BenchOptions& options) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int bench_broadphase(int argc, char** argv) {
   CommandLine app("Times, pairs and memory of the broad phases");
   BenchOptions options;
   read_options(app, options);
   if (const auto code = app.parse(argc, argv)) return *code;
-  try {
-    return run(options);
-  } catch (const std::exception& error) {
-    std::cerr << "bench_broadphase: " << error.what() << "\n";
-    return 1;
-  }
+  return run(options);
 }

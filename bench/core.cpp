@@ -5,7 +5,7 @@
 // of a step: explicit (symplectic Euler, one thread) with hinges and with Provot's springs only,
 // and linearly implicit to a residual of 1e-3 on two threads. --bending: cost of bending by hinges
 // and by the shape operator on triangle meshes.
-//   bench_core [--repeats 9] [--steps | --bending]
+//   bench core [--repeats 9] [--steps | --bending]
 #include <fmt/format.h>
 #include <selvedge/apps/command_line.h>
 #include <selvedge/core/force.h>
@@ -19,6 +19,8 @@
 #include <cmath>
 #include <cstdio>
 #include <random>
+
+#include "bench.h"
 
 namespace {
 
@@ -299,7 +301,7 @@ void measure_bending(int cells, int repeats) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int bench_core(int argc, char** argv) {
   selvedge::CommandLine app("Spring forces per second, one thread");
   int repeats = 9;
   app.option("--repeats", repeats, "Repeats; the minimum is taken").range(1, 1000);
@@ -321,4 +323,5 @@ int main(int argc, char** argv) {
     for (const int cells : {20, 50, 100, 300, 1000}) measure(cells, repeats);
   }
   measure_steps(cells, repeats);
+  return 0;
 }

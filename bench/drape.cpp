@@ -10,6 +10,7 @@
 #include <selvedge/judge/judge.h>
 #include <selvedge/run/run.h>
 
+#include "bench.h"
 #include "drape_scenes.h"
 #include "table.h"
 #include "triad.h"
@@ -167,7 +168,7 @@ struct ChildEnd {
 template <class Task>
 ChildEnd in_child(const Row& row, const Task& task) {
   const auto fail = [&](const std::exception& error, int code) {
-    fmt::print(stderr, "bench_drape: {}, {} particles per side: {}\n", row.name, row.size,
+    fmt::print(stderr, "bench drape: {}, {} particles per side: {}\n", row.name, row.size,
                error.what());
     return code;
   };
@@ -433,7 +434,7 @@ bool are_same(const std::vector<json>& results) {
     if (!of_one_scene(before, result) || hash == hash_before || hash.empty() || hash_before.empty())
       continue;
     same = false;
-    fmt::print(stderr, "bench_drape: {} {}: {} and {} threads end in different states\n",
+    fmt::print(stderr, "bench drape: {} {}: {} and {} threads end in different states\n",
                result["scene"].get<std::string>(), result["particles_a_side"].get<int>(),
                before["threads"].get<int>(), result["threads"].get<int>());
   }
@@ -491,13 +492,10 @@ int measure_triad(const Options& options) {
 
 }  // namespace
 
-int main(int argc, char** argv) try {
+int bench_drape(int argc, char** argv) {
   const Options options = parse(argc, argv);
   if (options.triad) return measure_triad(options);
   if (!options.write_scenes) return measure_all(options);
   write_scenes(options);
   return 0;
-} catch (const std::exception& error) {
-  fmt::print(stderr, "bench_drape: {}\n", error.what());
-  return 2;
 }

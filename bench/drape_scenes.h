@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <string>
 
-/// The scenes of bench_drape as files, so that programs of two versions can run the same ones.
+/// The scenes of `bench drape` as files, so that programs of two versions can run the same ones.
 namespace selvedge::bench {
 
 /// One scene: a sheet on a body, or a garment on the mannequin.

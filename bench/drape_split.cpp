@@ -3,7 +3,7 @@
 // Causes of the difference between computed and measured drape coefficients. One cause at a time
 // changes the drape test of selvedge drape; the same seed gives the same folds to begin with, and
 // the program prints the mean change in points.
-//   bench_drape_split [FABRIC...] [--cells 24] [--seeds 2] [--causes NAME,...] [--markdown]
+//   bench drape_split [FABRIC...] [--cells 24] [--seeds 2] [--causes NAME,...] [--markdown]
 #include <selvedge/apps/command_line.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/lab/fabric_drape.h>
@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "bench.h"
 #include "table.h"
 
 namespace {
@@ -160,7 +161,7 @@ Table table_of(const std::vector<Row>& columns, const std::vector<Cause>& causes
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int bench_drape_split(int argc, char** argv) {
   CommandLine app("The difference of computed and measured drape coefficients, split by causes");
   std::vector<std::string> names, wanted;
   int cells = 24, seeds = 2;
@@ -188,4 +189,5 @@ int main(int argc, char** argv) {
   }
   const Table table = table_of(columns, causes);
   fmt::print("{}\n", markdown ? table.markdown() : table.text());
+  return 0;
 }

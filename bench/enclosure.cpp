@@ -25,6 +25,8 @@
 #include <numbers>
 #include <string>
 
+#include "bench.h"
+
 using namespace selvedge;
 
 namespace {
@@ -201,7 +203,7 @@ void print_limbs(const Surface& body, int loops) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int bench_enclosure(int argc, char** argv) {
   CommandLine app("Minimal enclosure: tests saved and times");
   int cells = 120, faces = 26000, repeats = 7, threads = 1;
   bool limbs = false;
@@ -227,4 +229,5 @@ int main(int argc, char** argv) {
       "dropped", "prim", "box", "without");
   for (Scene& scene : scenes(cells, faces))
     if (only.empty() || scene.name == only) measure(std::move(scene), repeats);
+  return 0;
 }

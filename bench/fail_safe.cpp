@@ -17,6 +17,8 @@
 #include <string>
 #include <vector>
 
+#include "bench.h"
+
 namespace {
 
 using namespace selvedge;
@@ -283,7 +285,7 @@ BenchOptions parse(int argc, char** argv, const std::vector<Case>& all) {
 
 }  // namespace
 
-int main(int argc, char** argv) try {
+int bench_fail_safe(int argc, char** argv) {
   const std::vector<Case> all = cases();
   BenchOptions options = parse(argc, argv, all);
   if (options.fail_safes.empty())
@@ -306,7 +308,4 @@ int main(int argc, char** argv) try {
     }
   }
   return 0;
-} catch (const std::exception& error) {
-  fmt::print(stderr, "bench_fail_safe: {}\n", error.what());
-  return 1;
 }

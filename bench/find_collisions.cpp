@@ -17,6 +17,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "bench.h"
+
 namespace {
 
 template <class T>
@@ -50,16 +52,11 @@ void print_times(const char* file, int calls) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int bench_find_collisions(int argc, char** argv) {
   if (argc != 3) {
-    std::fprintf(stderr, "find_collisions FILE CALLS\n");
+    std::fprintf(stderr, "bench find_collisions FILE CALLS\n");
     return 2;
   }
-  try {
-    print_times(argv[1], std::max(1, std::atoi(argv[2])));
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "%s: %s\n", argv[1], error.what());
-    return 2;
-  }
+  print_times(argv[1], std::max(1, std::atoi(argv[2])));
   return 0;
 }

@@ -13,6 +13,8 @@
 #include <cstdlib>
 #include <string>
 
+#include "bench.h"
+
 namespace {
 
 using namespace selvedge;
@@ -42,7 +44,7 @@ unsigned next_seed(const GripBenchOptions& o, unsigned seed) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int bench_grips(int argc, char** argv) {
   const GripBenchOptions o = parse_grips(argc, argv);
   int good = 0;
   fmt::print("{:<5} {:<7} {:>6} {:>9} {:>8} {:>8} {:>8} {:>7} {:>6} {:>5} {:>6}  {}\n", "seed",

@@ -18,6 +18,8 @@
 #include <numbers>
 #include <random>
 
+#include "bench.h"
+
 namespace {
 
 using namespace selvedge;
@@ -204,7 +206,7 @@ void print_pairs(const Surface& cloth, Surface body, const CandidatePairs& all, 
 
 }  // namespace
 
-int main() {
+int bench_image_space(int, char**) {
   const Surface body = body_of(26000), cloth = cloth_on(body);
   std::printf("mannequin of %zu triangles, %d threads\n\n", body.triangles.size(), thread_count());
   std::printf(
@@ -228,4 +230,5 @@ int main() {
       all.size(), tree_ms, "resolution", "first ms", "redraw ms", "query ms", "recall", "missed");
   for (const int resolution : {128, 256, 512, 1024, 2048})
     print_pairs(cloth, body, all, resolution);
+  return 0;
 }

@@ -5,7 +5,7 @@
 // a converged step length. The program also finds the longest stable step of each integrator by
 // bisection on an undamped and a damped oscillator (survey section 5.5, claims on its Fig. 27 and
 // Table VII).
-//   bench_integrators [--markdown]
+//   bench integrators [--markdown]
 #include <selvedge/core/integrator.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/resources.h>
@@ -15,6 +15,7 @@
 #include <cmath>
 #include <limits>
 
+#include "bench.h"
 #include "table.h"
 
 namespace {
@@ -84,7 +85,7 @@ std::string error(const Run& run, const std::vector<Vec3>& exact) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int bench_integrators(int argc, char** argv) {
   CommandLine app("Integrators: error against time, and their limits");
   bool markdown = false;
   app.flag("--markdown", markdown, "Print the table in Markdown");
@@ -106,4 +107,5 @@ int main(int argc, char** argv) {
     table.add(row);
   }
   fmt::print("{}", markdown ? table.markdown() : table.text());
+  return 0;
 }

@@ -3,7 +3,7 @@
 // Compares the strain limiters on one swinging cloth of 2,500 particles, all limited to the same
 // strain: time, sweeps, strain, momentum and energy (survey section 4.6, claims on its Fig. 21, 22
 // and Table VI).
-//   bench_limiters [--frames 30] [--cells 49] [--repeats 3] [--markdown]
+//   bench limiters [--frames 30] [--cells 49] [--repeats 3] [--markdown]
 #include <selvedge/apps/command_line.h>
 #include <selvedge/core/force.h>
 #include <selvedge/core/resources.h>
@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bench.h"
 #include "table.h"
 
 namespace {
@@ -93,7 +94,7 @@ std::string number(const char* format, double value) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int bench_limiters(int argc, char** argv) {
   CommandLine app("Strain limiters on one swinging cloth");
   int frames = 30, cells = 49, repeats = 3;
   bool markdown = false;
@@ -119,4 +120,5 @@ int main(int argc, char** argv) {
                number("{:.1f}", 1e3 * mean_distance(o.x, position.x))});
   }
   fmt::print("{}", markdown ? table.markdown() : table.text());
+  return 0;
 }

@@ -6,6 +6,7 @@
 #include <selvedge/apps/command_line.h>
 #include <selvedge/core/parallel.h>
 
+#include "bench.h"
 #include "response_claims.h"
 #include "response_scenes.h"
 
@@ -103,13 +104,10 @@ void print_table(const BenchOptions& options) {
 
 }  // namespace
 
-int main(int argc, char** argv) try {
+int bench_response(int argc, char** argv) {
   const BenchOptions options = parse(argc, argv);
   const ThreadLimit limit(options.threads);
   if (options.table) print_table(options);
   if (options.claim) print_claims(options.claims);
   return 0;
-} catch (const std::exception& error) {
-  fmt::print(stderr, "bench_response: {}\n", error.what());
-  return 2;
 }

@@ -2,6 +2,7 @@
 // Rest and friction of the default contact: how still a sheet, a stack and a drape lie, how hard a
 // stack presses on the floor, and how well Coulomb's law holds on an incline, in a sliding stop and
 // around a capstan. Each row is one case; `--verbose` prints its course, a line per interval.
+#include "bench.h"
 #include "rest_scenes.h"
 
 #include <selvedge/apps/command_line.h>
@@ -424,7 +425,7 @@ const std::map<std::string, std::function<void(const BenchOptions&)>>& cases() {
 
 }  // namespace
 
-int main(int argc, char** argv) try {
+int bench_rest(int argc, char** argv) {
   BenchOptions options;
   CommandLine app("Rest and friction of the default contact");
   std::vector<std::string> names;
@@ -447,7 +448,4 @@ int main(int argc, char** argv) try {
     std::fflush(stdout);
   }
   return 0;
-} catch (const std::exception& error) {
-  fmt::print(stderr, "bench_rest: {}\n", error.what());
-  return 2;
 }

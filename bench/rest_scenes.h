@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Scenes of bench_rest.
+// Scenes of `bench rest`.
 #pragma once
 
 #include <selvedge/scene/build.h>

@@ -6,7 +6,7 @@
 //   2. Drape: a cloth held by four corners. Error against finite elements on a mesh of four times
 //   the
 //      cells on a side, time until rest, and the time of one step.
-//   bench_rivals [--cells 16] [--repeats 3] [--markdown]
+//   bench rivals [--cells 16] [--repeats 3] [--markdown]
 #include <selvedge/apps/command_line.h>
 #include <selvedge/core/integrator.h>
 #include <selvedge/core/parallel.h>
@@ -22,6 +22,7 @@
 #include <string>
 #include <vector>
 
+#include "bench.h"
 #include "table.h"
 
 namespace {
@@ -221,7 +222,7 @@ Table drape_table(std::int32_t cells, int repeats) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int bench_rivals(int argc, char** argv) {
   CommandLine app("Springs, finite elements and a geometric drape");
   int cells = 16, repeats = 3;
   bool markdown = false;
@@ -232,4 +233,5 @@ int main(int argc, char** argv) {
   const ThreadLimit limit(1);
   for (const Table& table : {strip_table(), drape_table(cells, repeats)})
     fmt::print("{}\n", markdown ? table.markdown() : table.text());
+  return 0;
 }

@@ -2,7 +2,7 @@
 //
 // Cloth slides over surfaces that are one by their geometry but not by their vertices, and over the
 // same surfaces with common vertices: how far it comes, for each speed, friction and response.
-//   bench_seams [--seed 1] [--responses contact_force,impulse] [--only boxes] [--starts 1]
+//   bench seams [--seed 1] [--responses contact_force,impulse] [--only boxes] [--starts 1]
 //               [--markdown]
 #include <selvedge/apps/command_line.h>
 
@@ -11,6 +11,7 @@
 #include <map>
 #include <tuple>
 
+#include "bench.h"
 #include "seam_scenes.h"
 #include "table.h"
 
@@ -90,7 +91,7 @@ int print_table(const Options& options) {
 
 }  // namespace
 
-int main(int argc, char** argv) try {
+int bench_seams(int argc, char** argv) {
   CommandLine app("Cloth that slides over seams of bodies");
   Options options;
   app.option("--seed", options.seed, "Draws where the parts lie and how far apart they are");
@@ -101,7 +102,4 @@ int main(int argc, char** argv) try {
   app.flag("--markdown", options.markdown, "Print the table in Markdown");
   if (const auto code = app.parse(argc, argv)) return *code;
   return print_table(options);
-} catch (const std::exception& error) {
-  fmt::print(stderr, "bench_seams: {}\n", error.what());
-  return 2;
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // The tests of Romero et al. 2021 on strips: curves of theory beside those of the simulation.
-//   bench_slender [--cells 20,40] [--markdown]
+//   bench slender [--cells 20,40] [--markdown]
 #include <selvedge/apps/command_line.h>
 #include <selvedge/tests/slender.h>
 
@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "bench.h"
 #include "table.h"
 
 namespace {
@@ -121,7 +122,7 @@ Table slips(const std::vector<SlenderStrips>& strips, const std::vector<int>& ce
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int bench_slender(int argc, char** argv) {
   CommandLine app("Slender strips against theory (Romero et al. 2021)");
   std::vector<int> cells{20, 40};
   bool markdown = false;
@@ -144,4 +145,5 @@ int main(int argc, char** argv) {
   print("Lateral buckling: how far the tip leans, over the length", fallen(strips, cells));
   print("Stick-slip: horizontal over vertical force, without slip", pushes(strips, cells));
   print("Stick-slip: descent over length at which the foot slips", slips(strips, cells));
+  return 0;
 }

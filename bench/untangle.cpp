@@ -13,6 +13,8 @@
 #include <cstdio>
 #include <vector>
 
+#include "bench.h"
+
 namespace {
 
 using namespace selvedge;
@@ -45,7 +47,7 @@ bool is_good(const TangleOutcome& o) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int bench_untangle(int argc, char** argv) {
   const BenchOptions o = parse(argc, argv);
   int good = 0, free = 0;
   double fastest = 0.0, apart = 0.0, longest = 0.0;

@@ -93,7 +93,7 @@ struct MinimalEnclosureCounts {
 /// the same pairs as brute force, bit for bit. Supports only two different surfaces:
 /// find_self_pairs throws std::invalid_argument. The savings are relative to brute force. The tree
 /// of boxes is faster near a body and where the body moves, and as fast far from a body at rest
-/// (bench_enclosure).
+/// (`bench enclosure`).
 class MinimalEnclosure : public BroadPhase {
  public:
   /// Counts of the last call of find_pairs.

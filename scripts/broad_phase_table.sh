@@ -18,13 +18,13 @@ case "${1:-}" in
 esac
 
 build=build/release
-if [ -z "${SELVEDGE_BENCH_BROADPHASE:-}" ]; then
+if [ -z "${SELVEDGE_BENCH:-}" ]; then
   configure=(cmake -S . -B "$build" -DCMAKE_BUILD_TYPE=Release -DSELVEDGE_BENCH=ON)
   if [ ! -f "$build/CMakeCache.txt" ] && command -v ninja >/dev/null; then configure+=(-G Ninja); fi
   scripts/quietly.sh "${configure[@]}"
-  scripts/quietly.sh cmake --build "$build" --target bench_broadphase --parallel "$(nproc)"
+  scripts/quietly.sh cmake --build "$build" --target selvedge_bench --parallel "$(nproc)"
 fi
-bench=${SELVEDGE_BENCH_BROADPHASE:-$build/bench/bench_broadphase}
+bench=${SELVEDGE_BENCH:-$build/bench/bench}
 page=docs/lab/broad_phase.md
 tables=$(mktemp -d)
 trap 'rm -rf "$tables"' EXIT
@@ -34,9 +34,9 @@ table() {
   local name=$1
   shift
   echo "Measuring: $name" >&2
-  "$bench" "$@" --csv "$tables/$name.raw" >/dev/null
+  "$bench" broadphase "$@" --csv "$tables/$name.raw" >/dev/null
   sed '/^$/d' "$tables/$name.raw" >"$tables/$name.csv"
-  echo "\`bench_broadphase $*\` on $(nproc) cores of $(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1)," \
+  echo "\`bench broadphase $*\` on $(nproc) cores of $(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1)," \
     "$(date -u +%Y-%m-%d), load $(cut -d' ' -f1 /proc/loadavg)." >"$tables/$name.how"
 }
 

@@ -12,7 +12,7 @@
 # --threads  threads of each run (default: all)
 # --frames   frames of each run (default: 120); writes no file of docs/
 # SELVEDGE_OLD and SELVEDGE_NEW name finished build folders to take instead of building. The present one needs the
-# targets selvedge_program and bench_drape, the old one selvedge_program.
+# targets selvedge_program and selvedge_bench, the old one selvedge_program.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$root"
@@ -78,9 +78,9 @@ if [ -z "$old_build" ]; then
 fi
 if [ -z "$new_build" ]; then
   new_build=build/performance/new
-  build . "$new_build" selvedge_program bench_drape
+  build . "$new_build" selvedge_program selvedge_bench
 fi
-for program in "$old_build/apps/selvedge" "$new_build/apps/selvedge" "$new_build/bench/bench_drape"; do
+for program in "$old_build/apps/selvedge" "$new_build/apps/selvedge" "$new_build/bench/bench"; do
   [ -x "$program" ] || fail "$program is not there; build it, or leave SELVEDGE_OLD and SELVEDGE_NEW unset"
 done
 
@@ -90,7 +90,7 @@ trap 'rm -rf "$work"' EXIT
 scenes() {
   local list=$1
   shift
-  "$new_build/bench/bench_drape" --write-scenes --out "$work/scenes" --frames "$frames" "$@" ${list//,/ }
+  "$new_build/bench/bench" drape --write-scenes --out "$work/scenes" --frames "$frames" "$@" ${list//,/ }
 }
 person=../shared/data/garments/bodies/f_smpl_template.obj
 for row in ${rows:-body ball poncho skirt torso}; do
@@ -115,7 +115,7 @@ WORK=$work OLD=$old_build NEW=$new_build OLD_NAME=$old REPEATS=$repeats THREADS=
 import csv, datetime, json, os, shutil, statistics, subprocess, sys
 
 WORK, REPEATS, THREADS = os.environ["WORK"], int(os.environ["REPEATS"]), os.environ["THREADS"]
-BENCH = os.path.join(os.environ["NEW"], "bench", "bench_drape")
+BENCH = os.path.join(os.environ["NEW"], "bench", "bench")
 PROGRAMS = {"old": os.path.join(os.environ["OLD"], "apps", "selvedge"), "new": os.path.join(os.environ["NEW"], "apps", "selvedge")}
 SCENES = [line.strip() for line in open(os.path.join(WORK, "list"))]
 PAGE, BEGIN, END = "docs/lab/performance.md", "<!-- table by scripts/performance.sh -->", "<!-- end of table -->"
@@ -164,7 +164,7 @@ def run(program, scene):
 
 
 def triad():
-    answer = subprocess.run([BENCH, "--triad", "--json", "--threads", THREADS], stdout=subprocess.PIPE, text=True, check=True)
+    answer = subprocess.run([BENCH, "drape", "--triad", "--json", "--threads", THREADS], stdout=subprocess.PIPE, text=True, check=True)
     return json.loads(answer.stdout)
 
 

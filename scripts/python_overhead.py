@@ -5,7 +5,7 @@ that falls onto a ball of 30,420 faces.
 
     PYTHONPATH=build/release/python scripts/python_overhead.py [BUILD_DIR] [--rounds 15] [--cores 1]
 
-Builds nothing: needs the targets selvedge_python and bench_find_collisions. Rounds of both alternate, so that
+Builds nothing: needs the targets selvedge_python and selvedge_bench. Rounds of both alternate, so that
 a disturbance of the machine affects both; prints the median and the shortest call of each, by the clock and
 in processor time. The processor time of one core (the default) changes little if other programs run.
 """
@@ -51,7 +51,7 @@ def from_python(x0, x1, triangles, body):
 
 
 def from_program(program, file):
-    out = subprocess.run([program, file, str(CALLS)], check=True, capture_output=True, text=True)
+    out = subprocess.run([program, "find_collisions", file, str(CALLS)], check=True, capture_output=True, text=True)
     *times, found = out.stdout.splitlines()
     return [[float(t) for t in row.split()] for row in times], int(found)
 
@@ -64,7 +64,7 @@ def main():
     options = parser.parse_args()
     if options.cores > 0:
         os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[: options.cores])
-    program = ROOT / options.build / "bench" / "bench_find_collisions"
+    program = ROOT / options.build / "bench" / "bench"
     case = falling_cloth()
     times = {"C++": [], "Python": []}
     with tempfile.TemporaryDirectory() as folder:

@@ -11,7 +11,7 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 bench=${SELVEDGE_BENCH:-}
 if [ -z "$bench" ]; then
   cmake --preset release -S "$root" >/dev/null
-  cmake --build --preset release --target bench_response >/dev/null
+  cmake --build --preset release --target selvedge_bench >/dev/null
   bench=$root/build/release/bench
 fi
 
@@ -22,7 +22,7 @@ trap 'rm -rf "$work"' EXIT
 processor=$(sed -n 's/^model name[[:space:]]*: //p' /proc/cpuinfo 2>/dev/null | head -n 1)
 
 # The table before the first heading becomes response.csv; a heading such as "### C9: ..." starts response_c9.csv.
-"$bench/bench_response" "$@" | tee "$work/all.md" | awk -v work="$work" '
+"$bench/bench" response "$@" | tee "$work/all.md" | awk -v work="$work" '
   BEGIN { name = "response" }
   /^### C[0-9]+:/ { name = "response_" tolower(substr($2, 1, length($2) - 1)); next }
   /^\|/ { print >(work "/" name ".table") }'
@@ -54,7 +54,7 @@ if [ -f "$work/response.table" ]; then
         }
       }' "$work/response.table"
     echo
-    echo "All columns and scenes: [docs/lab/tables/response.csv](tables/response.csv), by \`bench_response${*:+ $*}\`. Measured" \
+    echo "All columns and scenes: [docs/lab/tables/response.csv](tables/response.csv), by \`bench response${*:+ $*}\`. Measured" \
       "$(date +%Y-%m-%d) on ${processor:-an unnamed processor}, one thread, seconds of processor time."
     echo
   } >"$work/short.md"

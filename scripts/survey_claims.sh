@@ -176,19 +176,19 @@ error_and_time() {
 
 responses() {
   say "C9, C10, C28, C29: responses (some minutes)"
-  measure "$build/bench/bench_response" --no-table --claim-cells 20
+  measure "$build/bench/bench" response --no-table --claim-cells 20
   say "C9 again, with the survey's 2,500 particles"
-  measure "$build/bench/bench_response" --no-table --claim-cells 49 --repeats 3 --threads 1
+  measure "$build/bench/bench" response --no-table --claim-cells 49 --repeats 3 --threads 1
   survey_size "C10: penalty springs on the cloth of Figure 45" penalty --stiffness 3 --longest 2
 }
 
-# detector_rows ARGUMENTS...: writes the table of bench_broadphase, turn after turn, as lines into $out/rows.
+# detector_rows ARGUMENTS...: writes the table of bench broadphase, turn after turn, as lines into $out/rows.
 # Columns: scene, detector, threads, cold, build, refit, query, warm, ...
 detector_rows() {
   local turn
-  printf '\nbench_broadphase detectors %s\n\n' "$*"
+  printf '\nbench broadphase detectors %s\n\n' "$*"
   for turn in $(seq "$turns"); do
-    "$build/bench/bench_broadphase" detectors "$@"
+    "$build/bench/bench" broadphase detectors "$@"
   done | awk -F' *[|] *' 'NF > 12 && $2 ~ /^(drape|crumple) / { print }' >"$out/rows"
 }
 
@@ -204,7 +204,7 @@ image_space() {
   detector_rows --scene drape --size 100 --threads 1 --repeats 3 --markdown --detectors bvh_aabb,image_space_pairs
   over bvh_aabb image_space_pairs
   say "C11: maps against a tree that answers the same particles"
-  measure "$build/bench/bench_image_space"
+  measure "$build/bench/bench" image_space
 }
 
 detectors() {
@@ -221,10 +221,10 @@ detectors() {
 
 scaling() {
   say "C14: exponent of the warm time over primitives and pairs"
-  printf '\nbench_broadphase scaling --size 50,100,200 --repeats 7 --least --limit 15 --markdown --detectors bvh_aabb\n\n'
+  printf '\nbench broadphase scaling --size 50,100,200 --repeats 7 --least --limit 15 --markdown --detectors bvh_aabb\n\n'
   local turn
   for turn in $(seq "$turns"); do
-    "$build/bench/bench_broadphase" scaling --size 50,100,200 --repeats 7 --least --limit 15 --markdown --detectors bvh_aabb
+    "$build/bench/bench" broadphase scaling --size 50,100,200 --repeats 7 --least --limit 15 --markdown --detectors bvh_aabb
   done | awk -F' *[|] *' '$3 == "bvh_aabb" { print $2, $3, $(NF - 1) }' | quartiles "exponent:"
 }
 
@@ -241,7 +241,7 @@ voxels() {
 
 enclosure() {
   say "C16: minimal enclosure"
-  measure "$build/bench/bench_enclosure" --cells 60 --repeats 5 --threads 1 --scene "leg sleeve"
+  measure "$build/bench/bench" enclosure --cells 60 --repeats 5 --threads 1 --scene "leg sleeve"
 }
 
 drape() {
@@ -309,7 +309,7 @@ bilayered() {
 
 integrators() {
   say "C21, C22, C23, C24: integrators"
-  measure "$build/bench/bench_integrators"
+  measure "$build/bench/bench" integrators
   compare integrators data/scenes/flag.json --repeats 7 --set 'geometry.0.cells=[10,10]' --set time.frames=15 \
     --reference-set solver.integrator=runge_kutta_4 --vary dt=0.0005 \
     --vary integrator=symplectic_euler,verlet,forward_euler,rkf45,implicit_euler,implicit_desbrun,implicit_kang
@@ -317,8 +317,8 @@ integrators() {
 
 elements() {
   say "C27: mass-spring, finite elements and a geometric drape"
-  measure "$build/bench/bench_rivals" --repeats "$turns"
-  measure "$build/bench/bench_rivals" --cells 24 --repeats 3
+  measure "$build/bench/bench" rivals --repeats "$turns"
+  measure "$build/bench/bench" rivals --cells 24 --repeats 3
   measure "$build/apps/selvedge" drape petrak_2025/M1 petrak_2025/M3 petrak_2025/M6 --cells 20 --levels 1 --seeds 1 \
     --stretch-law hooke
   measure "$build/apps/selvedge" drape petrak_2025/M1 petrak_2025/M3 petrak_2025/M6 --cells 20 --levels 1 --seeds 1 \
@@ -351,7 +351,7 @@ done
 
 if [ -z "${SELVEDGE_BUILD:-}" ]; then
   cmake --preset release -S . >/dev/null
-  cmake --build --preset release --target selvedge_program benchmarks >/dev/null
+  cmake --build --preset release --target selvedge_program selvedge_bench >/dev/null
 fi
 out=$(mktemp -d)
 trap 'rm -rf "$out"' EXIT

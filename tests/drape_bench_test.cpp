@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The scenes of bench_drape, the program itself at a tiny size, and scripts/performance.sh with one
-// program as both the old and the new one.
+// The scenes of `bench drape`, the program itself at a tiny size, and scripts/performance.sh with
+// one program as both the old and the new one.
 #include <selvedge/bodies/body.h>
 #include <selvedge/core/measure.h>
 #include "drape_scenes.h"
@@ -115,7 +115,10 @@ std::map<std::string, std::string> row_of(const std::string& text, const std::st
   return row;
 }
 
-class DrapeBench : public selvedge::testing::Program {};
+class DrapeBench : public selvedge::testing::Program {
+ protected:
+  Outcome run(const std::string& arguments) const { return Program::run("drape " + arguments); }
+};
 
 TEST_F(DrapeBench, PrintsTimesSolverAndQualityOfBodiesAndGarments) {
   const Outcome done =

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // One element of every internal force, an independent formulation of its energy, and test states,
-// degenerate ones included. Used by internal_force_test, and with a million states by
-// bench/internal_forces.
+// degenerate ones included. Used by internal_force_test.
 #pragma once
 
 #include <selvedge/tests/dense_force.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Static friction over time: cloth that sticks stays, cloth that slides does so as Coulomb says,
-// and both do so however the scene lies in the axes. `bench_rest creep` prints the same for longer
+// and both do so however the scene lies in the axes. `bench rest creep` prints the same for longer
 // runs.
 #include <gtest/gtest.h>
 #include <selvedge/response/detail/contact_memory.h>

@@ -9,7 +9,7 @@
 namespace selvedge::grip_test {
 namespace {
 
-// bench_grips runs 120 of them.
+// `bench grips` runs 120 of them.
 class Grip : public ::testing::TestWithParam<unsigned> {};
 
 GripScene scene_of(unsigned seed) {

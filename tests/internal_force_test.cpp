@@ -2,7 +2,7 @@
 //
 // Every internal force in every kind of state: no sum, no moment, never a NaN; minus the gradient
 // of its energy, and the Jacobian its second derivative, by hyper-dual numbers on energies that are
-// written down here once more (force_cases.cpp). bench_internal_forces tries a million states.
+// written down here once more (force_cases.cpp).
 #include <selvedge/tests/dense_algebra.h>
 #include <selvedge/tests/force_cases.h>
 

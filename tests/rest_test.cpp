@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Rest and friction of the default contact; bench/rest prints the same figures for longer runs.
+// Rest and friction of the default contact; `bench rest` prints the same figures for longer runs.
 #include <gtest/gtest.h>
 #include <selvedge/simulation/simulation.h>
 

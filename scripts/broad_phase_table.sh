@@ -19,7 +19,7 @@ esac
 
 build=build/release
 if [ -z "${SELVEDGE_BENCH:-}" ]; then
-  configure=(cmake -S . -B "$build" -DCMAKE_BUILD_TYPE=Release -DSELVEDGE_BENCH=ON)
+  configure=(cmake -S . -B "$build" -DCMAKE_BUILD_TYPE=Release -DSELVEDGE_UNITY=ON -DSELVEDGE_BENCH=ON)
   if [ ! -f "$build/CMakeCache.txt" ] && command -v ninja >/dev/null; then configure+=(-G Ninja); fi
   scripts/quietly.sh "${configure[@]}"
   scripts/quietly.sh cmake --build "$build" --target selvedge_bench --parallel "$(nproc)"

@@ -21,7 +21,7 @@ configure() {
   local way=$1
   shift
   # Nothing is measured here, so nothing is optimised.
-  scripts/quietly.sh cmake -S tests/consumer -B "$work/$way" "${generator[@]}" -DCMAKE_BUILD_TYPE=Release \
+  scripts/quietly.sh cmake -S tests/consumer -B "$work/$way" "${generator[@]}" -DCMAKE_BUILD_TYPE=Release -DSELVEDGE_UNITY=ON \
     -DCMAKE_CXX_FLAGS_RELEASE=-O0 "$@"
 }
 

@@ -26,7 +26,7 @@ if grep -q '"\.\./fetched/' "$scene"; then scripts/quietly.sh scripts/fetch_bodi
 
 # scripts/test.sh also builds in build/release, so each script reuses the build of the other.
 build=build/release
-configure=(cmake -S . -B "$build" -DCMAKE_BUILD_TYPE=Release)
+configure=(cmake -S . -B "$build" -DCMAKE_BUILD_TYPE=Release -DSELVEDGE_UNITY=ON)
 if [ ! -f "$build/CMakeCache.txt" ] && command -v ninja >/dev/null; then configure+=(-G Ninja); fi
 echo "Building the program (the first time about four minutes on two cores)"
 scripts/quietly.sh "${configure[@]}"

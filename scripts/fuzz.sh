@@ -37,7 +37,7 @@ else
   build=build/fuzz
   flags=(-O1 -g1 -fsanitize=address,undefined -fno-sanitize-recover=undefined)
 fi
-scripts/quietly.sh cmake -S . -B "$build" -DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_C_COMPILER=clang \
+scripts/quietly.sh cmake -S . -B "$build" -DCMAKE_BUILD_TYPE=RelWithDebInfo -DSELVEDGE_UNITY=ON -DCMAKE_C_COMPILER=clang \
   -DCMAKE_CXX_COMPILER=clang++ "-DCMAKE_CXX_FLAGS_RELWITHDEBINFO=-fsanitize=fuzzer-no-link ${flags[*]}" \
   -DSELVEDGE_APPS=ON -DSELVEDGE_TESTS=OFF -DSELVEDGE_ASSIMP=OFF \
   -DSELVEDGE_JUDGE=ON -DSELVEDGE_SIMULATION=ON -DSELVEDGE_FCL=OFF -DSELVEDGE_LIBCCD=OFF -DSELVEDGE_EMBREE=OFF \

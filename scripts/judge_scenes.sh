@@ -52,7 +52,7 @@ cd "$root"
 if [ -z "$selvedge" ]; then
   scripts/install_dependencies.sh lean
   build=build/release
-  configure=(cmake -S . -B "$build" -DCMAKE_BUILD_TYPE=Release)
+  configure=(cmake -S . -B "$build" -DCMAKE_BUILD_TYPE=Release -DSELVEDGE_UNITY=ON)
   if [ ! -f "$build/CMakeCache.txt" ] && command -v ninja >/dev/null; then configure+=(-G Ninja); fi
   scripts/quietly.sh "${configure[@]}"
   scripts/quietly.sh cmake --build "$build" --target selvedge_program --parallel "$(nproc)"

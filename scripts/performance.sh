@@ -56,7 +56,7 @@ done
 build() {
   local source=$1 folder=$2 configure
   shift 2
-  configure=(cmake -S "$source" -B "$folder" -DCMAKE_BUILD_TYPE=Release -DSELVEDGE_BENCH=ON)
+  configure=(cmake -S "$source" -B "$folder" -DCMAKE_BUILD_TYPE=Release -DSELVEDGE_UNITY=ON -DSELVEDGE_BENCH=ON)
   for library in ASSIMP FCL LIBCCD CGAL EMBREE OSMESA PAGMO; do configure+=("-DSELVEDGE_$library=OFF"); done
   if [ ! -f "$folder/CMakeCache.txt" ] && command -v ninja >/dev/null; then configure+=(-G Ninja); fi
   echo "Building $folder" >&2

@@ -10,7 +10,7 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
 bench=${SELVEDGE_BENCH:-}
 if [ -z "$bench" ]; then
-  cmake --preset release -S "$root" >/dev/null
+  cmake --preset release -DSELVEDGE_BENCH=ON -S "$root" >/dev/null
   cmake --build --preset release --target selvedge_bench >/dev/null
   bench=$root/build/release/bench
 fi

@@ -44,7 +44,7 @@ program_of() {
     *) echo "same_bits.sh: there is no variant $variant" >&2; return 1 ;;
   esac
   command -v "$compiler" >/dev/null || { echo "same_bits.sh: $compiler is not installed" >&2; return 1; }
-  scripts/quietly.sh cmake -S . -B "$build" -DCMAKE_BUILD_TYPE=Release "-DCMAKE_CXX_FLAGS_RELEASE=-${variant#*_} -DNDEBUG" \
+  scripts/quietly.sh cmake -S . -B "$build" -DCMAKE_BUILD_TYPE=Release -DSELVEDGE_UNITY=ON "-DCMAKE_CXX_FLAGS_RELEASE=-${variant#*_} -DNDEBUG" \
     -DCMAKE_C_COMPILER=$c -DCMAKE_CXX_COMPILER=$compiler "${cross[@]}" -DSELVEDGE_TESTS=OFF -DSELVEDGE_BENCH=OFF \
     -DSELVEDGE_EXAMPLES=OFF -DSELVEDGE_ASSIMP=OFF -DSELVEDGE_FCL=OFF -DSELVEDGE_LIBCCD=OFF -DSELVEDGE_EMBREE=OFF \
     -DSELVEDGE_OSMESA=OFF >&2

@@ -350,7 +350,7 @@ for claim in "${claims[@]}"; do
 done
 
 if [ -z "${SELVEDGE_BUILD:-}" ]; then
-  cmake --preset release -S . >/dev/null
+  cmake --preset release -DSELVEDGE_BENCH=ON -S . >/dev/null
   cmake --build --preset release --target selvedge_program selvedge_bench >/dev/null
 fi
 out=$(mktemp -d)

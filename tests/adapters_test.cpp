@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The adapters to optional libraries, as far as this build has them.
 #include <gtest/gtest.h>
+#include <selvedge/broadphase/adapters.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/types.h>
 #include <selvedge/narrowphase/ccd_methods.h>
@@ -116,7 +117,16 @@ std::vector<std::string> built(const Registry& registry) {
   return names;
 }
 
-/// Each case runs on every broad-phase adapter of this build.
+/// With SELVEDGE_TESTS_CGAL the program has CGAL's detectors beside the methods of this build.
+BroadPhaseRegistry broad_phases() {
+  BroadPhaseRegistry registry = methods_of_this_build().broad_phases;
+#ifdef SELVEDGE_TESTS_CGAL
+  register_cgal(registry);
+#endif
+  return registry;
+}
+
+/// Each case runs on every broad-phase adapter of this program.
 class BroadPhaseAdapters : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -124,7 +134,7 @@ class BroadPhaseAdapters : public ::testing::Test {
   }
   std::unique_ptr<BroadPhase> make(const std::string& name) const { return registry_.at(name)(); }
 
-  const BroadPhaseRegistry registry_ = methods_of_this_build().broad_phases;
+  const BroadPhaseRegistry registry_ = broad_phases();
   const std::vector<std::string> names_ = built(registry_);
   std::unique_ptr<BroadPhase> brute_ = make_brute_force();
 };

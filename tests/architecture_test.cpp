@@ -62,7 +62,7 @@ const std::map<std::string, std::set<std::string>> kArrows = {
     {"python", with(kLibraries, "apps")},  // apps/version.h alone
     {"examples", kLibraries},
     {"bench", with(kEverything, "apps")},  // apps/command_line.h alone
-    {"tests", kEverything},
+    {"tests", with(kEverything, "apps")},  // apps/command_line.h alone
 };
 
 fs::path root() { return SELVEDGE_SOURCE_DIR; }

@@ -80,6 +80,7 @@ def _build(settings, prefix):
         "-B",
         build,
         "-DCMAKE_BUILD_TYPE=Release",
+        "-DSELVEDGE_UNITY=ON",
         "-DSELVEDGE_PYTHON=ON",
         "-DSELVEDGE_APPS=OFF",
         "-DSELVEDGE_INSTALL=OFF",

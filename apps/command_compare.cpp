@@ -8,13 +8,11 @@
 #include <selvedge/compare/compare_plan.h>
 #include <selvedge/compare/compare_table.h>
 #include <selvedge/core/files.h>
+#include <selvedge/core/processes.h>
 #include <selvedge/core/resources.h>
 #include <selvedge/core/text.h>
 #include <selvedge/view/result_view.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <cerrno>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -212,18 +210,15 @@ int make_workflow(const CompareOptions& o, const Methods& methods) {
 /// can be copied for every run (run_in_process). The `main` of the copy prints its exceptions.
 /// Returns its exit code.
 int plan_in_a_copy(const CompareOptions& o, const fs::path& out, const Methods& methods) {
-  const pid_t copy = fork();
-  if (copy < 0) throw std::runtime_error("the process that plans could not be started");
-  if (copy == 0) {
+  const ChildProcess copy = run_in_copy([&] {
     const NotedPlan plan = planned(o, methods);
     const FolderLock lock(out, "compare");
     plan.write(out);
     std::fflush(nullptr);
-    _exit(0);
-  }
-  int status = 0;
-  while (waitpid(copy, &status, 0) < 0 && errno == EINTR) continue;
-  return WIFEXITED(status) ? WEXITSTATUS(status) : EXIT_FAILURE;
+    return 0;
+  });
+  const ProcessEnd end = copy.wait();
+  return end.by_signal ? EXIT_FAILURE : end.code;
 }
 
 int run_command(const CompareOptions& o) {

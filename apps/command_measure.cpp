@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/core/files.h>
+#include <selvedge/lab/measure_pictures.h>
 #include <selvedge/lab/measure_result.h>
 #include <selvedge/scene/methods.h>
 

@@ -6,6 +6,7 @@
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/apps/detail/progress_bar.h>
 #include <selvedge/core/resources.h>
+#include <selvedge/render/picture_files.h>
 #include <selvedge/render/render.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/run/result_pictures.h>

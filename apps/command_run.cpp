@@ -5,6 +5,7 @@
 #include <selvedge/apps/detail/progress_bar.h>
 #include <selvedge/apps/detail/record_queries.h>
 #include <selvedge/core/parallel.h>
+#include <selvedge/core/signals.h>
 #include <selvedge/core/text.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/run/result_pictures.h>
@@ -14,7 +15,6 @@
 #include <atomic>
 #include <bit>
 #include <cmath>
-#include <csignal>
 #include <cstdio>
 #include <fstream>
 #include <iterator>
@@ -42,37 +42,6 @@ struct RunOptions {
   bool resume = false, overwrite = false, every_step = false, json = false, no_picture = false;
   QueryRecorderConfig record;
 };
-
-/// Ctrl-C and SIGTERM end the run after the current frame; a second signal ends it at once. A
-/// signal handler can only use static storage, hence the only global variable of this program.
-class StopOnSignal {
- public:
-  StopOnSignal() {
-    requested_ = false;
-    for (std::size_t i = 0; i < std::size(signals); ++i) {
-      struct sigaction action {};
-      action.sa_handler = [](int) { requested_ = true; };
-      action.sa_flags = static_cast<int>(SA_RESETHAND);
-      sigaction(signals[i], &action, &former_[i]);
-    }
-  }
-  ~StopOnSignal() {
-    for (std::size_t i = 0; i < std::size(signals); ++i)
-      sigaction(signals[i], &former_[i], nullptr);
-  }
-  StopOnSignal(const StopOnSignal&) = delete;
-  StopOnSignal& operator=(const StopOnSignal&) = delete;
-
-  const std::atomic<bool>* requested() const { return &requested_; }
-
- private:
-  static constexpr int signals[] = {SIGINT, SIGTERM};
-  static std::atomic<bool> requested_;
-  static_assert(std::atomic<bool>::is_always_lock_free);
-  struct sigaction former_[std::size(signals)]{};
-};
-
-std::atomic<bool> StopOnSignal::requested_{false};
 
 void draw(const Scene& scene, const std::filesystem::path& out, int frame) {
   const CameraSpec& camera = scene.output.camera;

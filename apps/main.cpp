@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/apps/command_line.h>
+#include <selvedge/core/signals.h>
 #include <selvedge/core/text.h>
 
-#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <new>
@@ -81,7 +81,7 @@ int run_command_line(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::signal(SIGXFSZ, SIG_IGN);  // a file over the size limit is an error of write, not a death
+  selvedge::report_large_files();
   try {
     return run_command_line(argc, argv);
   } catch (const std::invalid_argument& error) {

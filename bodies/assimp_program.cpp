@@ -9,14 +9,12 @@
 #include <selvedge/bodies/detail/assimp_animation.h>
 #include <selvedge/bodies/detail/assimp_axes.h>
 #include <selvedge/bodies/detail/gltf_nodes.h>
-#include <sys/prctl.h>
-#include <sys/resource.h>
+#include <selvedge/core/processes.h>
 
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <array>
 #include <assimp/Importer.hpp>
-#include <csignal>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -59,23 +57,6 @@ void append_node(const aiScene& scene, const aiNode& node, const Affine& parent,
     append_node(scene, *node.mChildren[i], map, depth + 1, soup);
 }
 
-void set_limit(int resource, const char* text) {
-  const rlim_t value = std::strtoull(text, nullptr, 10);
-  const rlimit limit{value, value};
-  setrlimit(static_cast<__rlimit_resource>(resource), &limit);
-}
-
-void limit_process(const char* memory, const char* seconds) {
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
-  set_limit(RLIMIT_CORE, "0");
-  set_limit(RLIMIT_CPU, seconds);
-#ifndef __SANITIZE_ADDRESS__  // the address sanitizer reserves terabytes
-  set_limit(RLIMIT_AS, memory);
-#else
-  static_cast<void>(memory);
-#endif
-}
-
 int finish_with_error(const std::string& message) {
   std::fputc('E', stdout);
   std::fwrite(message.data(), 1, message.size(), stdout);
@@ -115,7 +96,8 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: selvedge-assimp FILE MEMORY_BYTES SECONDS [FPS]\n");
     return 2;
   }
-  limit_process(argv[2], argv[3]);
+  selvedge::limit_this_process(std::strtoull(argv[2], nullptr, 10),
+                               std::strtoull(argv[3], nullptr, 10));
   if (const std::string fault = gltf_node_fault(argv[1]); !fault.empty())
     return finish_with_error(fault);
   Assimp::Importer importer;

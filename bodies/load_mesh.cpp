@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include <dlfcn.h>
 #include <selvedge/bodies/detail/animation_source.h>
-#include <selvedge/bodies/detail/child_process.h>
 #include <selvedge/bodies/detail/mesh_source.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/bodies/mesh_groups.h>
+#include <selvedge/core/libraries.h>
+#include <selvedge/core/processes.h>
 
 #include <algorithm>
 #include <array>
@@ -54,15 +54,11 @@ bool is_program(const std::filesystem::path& path) {
 // PATH.
 std::string assimp_program() {
   if (const char* chosen = std::getenv("SELVEDGE_ASSIMP"); chosen && *chosen) return chosen;
-  Dl_info own{};
-  if (dladdr(reinterpret_cast<const void*>(&assimp_program), &own) != 0 && own.dli_fname) {
-    const auto beside = std::filesystem::path(own.dli_fname).parent_path() / "selvedge-assimp";
-    if (is_program(beside)) return beside.string();
+  for (const auto& own :
+       {file_of_code(reinterpret_cast<const void*>(&assimp_program)), running_program()}) {
+    const auto beside = own.parent_path() / "selvedge-assimp";
+    if (!own.empty() && is_program(beside)) return beside.string();
   }
-  std::error_code error;
-  const auto running = std::filesystem::read_symlink("/proc/self/exe", error);
-  const auto beside = running.parent_path() / "selvedge-assimp";
-  if (!error && is_program(beside)) return beside.string();
   if (is_program(SELVEDGE_ASSIMP_PROGRAM)) return SELVEDGE_ASSIMP_PROGRAM;
   return "selvedge-assimp";
 }
@@ -83,8 +79,8 @@ std::string seconds_text(double seconds) {
   return text + " s";
 }
 
-std::string fault_of(const detail::ChildResult& result, const LoadConfig& config) {
-  using End = detail::ChildResult::End;
+std::string fault_of(const ChildResult& result, const LoadConfig& config) {
+  using End = ChildResult::End;
   switch (result.end) {
     case End::not_started:
       return "selvedge-assimp, which reads this format, cannot be started (" +
@@ -180,10 +176,10 @@ void detail::read_assimp_output(const std::filesystem::path& file, const LoadCon
   std::vector<std::string> words = {assimp_program(), std::filesystem::absolute(file).string(),
                                     std::to_string(memory), std::to_string(cpu_seconds)};
   words.insert(words.end(), more.begin(), more.end());
-  const detail::ChildResult result =
-      detail::run_child(words, {config.timeout, config.memory_limit});
+  const ChildResult result =
+      run_program(words, {.timeout = config.timeout, .output_limit = config.memory_limit});
   const bool whole =
-      result.end == detail::ChildResult::End::exited && result.code == 0 && decode(result.output);
+      result.end == ChildResult::End::exited && result.code == 0 && decode(result.output);
   if (!whole) throw std::invalid_argument(name + ": " + fault_of(result, config));
 }
 

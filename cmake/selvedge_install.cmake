@@ -53,7 +53,7 @@ foreach(module IN LISTS SELVEDGE_MODULES)
   endif()
 endforeach()
 # Headers of modules that are not built are not installed.
-list(APPEND SELVEDGE_NAMED_HEADERS_lab measure_result.h)
+list(APPEND SELVEDGE_NAMED_HEADERS_lab measure_pictures.h measure_result.h)
 list(APPEND SELVEDGE_NAMED_HEADERS_broadphase image_space.h)
 foreach(module IN LISTS SELVEDGE_MODULES)
   install(TARGETS selvedge_${module} EXPORT selvedge_${module} ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}

@@ -3,6 +3,7 @@
 #include <selvedge/compare/compare_detectors.h>
 #include <selvedge/compare/compare_plan.h>
 #include <selvedge/core/files.h>
+#include <selvedge/core/memory.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/read_file.h>
 #include <selvedge/core/resources.h>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/bodies/mesh_report.h>
 #include <selvedge/compare/compare_detectors.h>
+#include <selvedge/core/memory.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/resources.h>
 #include <selvedge/narrowphase/ccd_methods.h>

@@ -1,33 +1,18 @@
 // SPDX-License-Identifier: MIT
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <selvedge/compare/compare_plan.h>
 #include <selvedge/compare/detail/plan_json.h>
 #include <selvedge/core/files.h>
+#include <selvedge/core/processes.h>
 #include <selvedge/core/read_file.h>
-#include <selvedge/core/resources.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-#ifdef __linux__
-#include <sched.h>
-#include <sys/prctl.h>
-#endif
 
 #include <algorithm>
-#include <cerrno>
-#include <chrono>
-#include <csignal>
 #include <cstdint>
 #include <cstdio>
-#include <cstdlib>
-#include <cstring>
 #include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <system_error>
-#include <thread>
 
 namespace selvedge {
 namespace {
@@ -38,7 +23,7 @@ using OrderedJson = nlohmann::ordered_json;
 /// Factor and seconds that extend the time budget for work other than steps: building, warming up,
 /// judging detectors, and so on.
 constexpr double kBeside = 2.0, kBeside_s = 120.0;
-constexpr auto kLookEvery = std::chrono::milliseconds(2);
+constexpr int kNoFaultOfTheCell = 1;  // exit code of a run
 
 std::string content(const fs::path& file) {
   return read_if_there(file, {.most_bytes = std::uintmax_t{8} << 30});
@@ -81,77 +66,34 @@ void refuse_other_compare(const fs::path& out, const ComparePlan& plan) {
 
 // -- processes ------------------------------------------------------------------------------------
 
-/// A forked process contains only the calling thread; locks held by other threads would never be
-/// released.
 void refuse_more_threads() {
-  std::error_code error;
-  const fs::directory_iterator tasks("/proc/self/task", error);
-  if (!error && std::distance(begin(tasks), fs::directory_iterator{}) > 1)
+  if (running_threads() > 1)
     throw std::logic_error("a process with several threads is not copied for a run");
 }
 
-/// Silences the terminal and redirects messages to the log.
-void redirect(const fs::path& log) {
-  constexpr mode_t readable = 0644;
-  const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
-  const int said = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, readable);
-  if (nowhere >= 0) dup2(nowhere, STDOUT_FILENO);
-  if (said >= 0) dup2(said, STDERR_FILENO);
-}
-
-/// Keeps this process on one core. Throws std::runtime_error if there is no such core.
-void pin(int core) {
-#ifdef __linux__
-  cpu_set_t cores;
-  CPU_ZERO(&cores);
-  CPU_SET(core, &cores);
-  if (sched_setaffinity(0, sizeof cores, &cores) == 0) return;
-#endif
-  throw std::runtime_error(fmt::format("--core {}: a run cannot be pinned to this core", core));
-}
-
-/// Forks a process that makes the run. The copy starts from this process, which has never simulated
-/// anything, and needs no loading or linking. Returns -1 if the system refuses a process.
-pid_t fork_run(const fs::path& folder, int repeat, const CellLimits& limits,
+/// The task of a copy of this process, which has never simulated anything. Returns its exit code.
+int run_logged(const fs::path& folder, int repeat, const CellLimits& limits,
                const Methods& methods) {
-  const fs::path log = folder / "log.txt";
-  const pid_t parent = getpid(), child = fork();
-  if (child != 0) return child;
-  int code = 0;
-#ifdef __linux__
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() != parent) _exit(EXIT_FAILURE);
-#endif
-  redirect(log);
+  redirect_output(folder / "log.txt");
   try {
-    if (limits.core >= 0) pin(limits.core);
+    if (limits.core >= 0 && !pin_to_core(limits.core))
+      throw std::runtime_error(
+          fmt::format("--core {}: a run cannot be pinned to this core", limits.core));
     run_cell(folder, repeat, limits, methods);
+    return 0;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "selvedge: %s\n", error.what());
-    code = EXIT_FAILURE;
+    return kNoFaultOfTheCell;
   }
-  std::fflush(stderr);
-  _exit(code);  // buffered output belongs to the parent
 }
 
-struct Ending {
-  int status = 0;
+struct Ending : ProcessEnd {
   bool late = false;  ///< the process had to be killed
 };
 
-Ending wait_for(pid_t child, double seconds) {
-  const Stopwatch watch;
-  Ending ending;
-  for (;;) {
-    const pid_t ended = waitpid(child, &ending.status, WNOHANG);
-    if (ended == child) return ending;
-    if (ended < 0 && errno != EINTR) throw std::runtime_error("a run was lost sight of");
-    if (watch.seconds() > seconds && !ending.late) {
-      ending.late = true;
-      kill(child, SIGKILL);
-    }
-    std::this_thread::sleep_for(kLookEvery);
-  }
+Ending wait_for(const ChildProcess& child, double seconds) {
+  if (const auto end = child.wait(seconds)) return {*end};
+  return {child.kill(), true};
 }
 
 /// The last line that a run printed.
@@ -168,11 +110,11 @@ CellRun silent_end(const Ending& ending, const fs::path& log) {
   run.status = ending.late ? RunStatus::budget : RunStatus::crashed;
   if (ending.late)
     run.why = "did not end within the time granted and was killed";
-  else if (WIFSIGNALED(ending.status))
-    run.why = fmt::format("the process was ended by signal {} ({})", WTERMSIG(ending.status),
-                          strsignal(WTERMSIG(ending.status)));
+  else if (ending.by_signal)
+    run.why = fmt::format("the process was ended by signal {} ({})", ending.code,
+                          signal_name(ending.code));
   else
-    run.why = fmt::format("the process ended with exit code {}", WEXITSTATUS(ending.status));
+    run.why = fmt::format("the process ended with exit code {}", ending.code);
   if (const std::string words = last_words(log); !words.empty()) run.why += ": " + words;
   return run;
 }
@@ -236,16 +178,13 @@ void run_in_process(const fs::path& out, const std::string& id, int repeat,
   const fs::path folder = cell_folder(out, id);
   const fs::path log = folder / "log.txt";
   refuse_more_threads();
-  const pid_t child = fork_run(folder, repeat, limits, methods);
-  if (child < 0)
-    throw std::runtime_error(std::string("no process for a run could be started: ") +
-                             std::strerror(errno));
+  const ChildProcess child =
+      run_in_copy([&] { return run_logged(folder, repeat, limits, methods); });
   const Ending ending = wait_for(child, kBeside * limits.budget_s + kBeside_s);
   const auto run = read_cell_run(folder, repeat);
-  if (run && WIFEXITED(ending.status) && WEXITSTATUS(ending.status) == 0) return;
+  if (run && !ending.by_signal && ending.code == 0) return;
   // The disk is full or an input file disappeared: this is no property of the cell.
-  constexpr int no_fault_of_the_cell = 1;
-  if (WIFEXITED(ending.status) && WEXITSTATUS(ending.status) == no_fault_of_the_cell)
+  if (!ending.by_signal && ending.code == kNoFaultOfTheCell)
     throw std::runtime_error(fmt::format("cell {}: {}", id, last_words(log)));
   note_run(folder, repeat, silent_end(ending, log));
 }

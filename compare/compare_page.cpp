@@ -2,6 +2,7 @@
 #include <selvedge/compare/compare_table.h>
 #include <selvedge/core/html.h>
 #include <selvedge/core/read_file.h>
+#include <selvedge/render/picture_files.h>
 #include <selvedge/run/result_pictures.h>
 
 #include <array>

@@ -3,6 +3,7 @@
 #include <selvedge/compare/detector_pictures.h>
 #if SELVEDGE_HAS_BROADPHASE_OSMESA
 #include <selvedge/broadphase/image_space.h>
+#include <selvedge/render/picture_files.h>
 #endif
 
 #include <algorithm>

@@ -4,18 +4,13 @@
 #include <selvedge/compare/detail/extreme_cases.h>
 
 #include <fmt/format.h>
-#include <poll.h>
 #include <selvedge/core/parallel.h>
+#include <selvedge/core/processes.h>
 #include <selvedge/core/resources.h>
 #include <selvedge/core/whole_number.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <chrono>
 #include <cmath>
-#include <csignal>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -26,6 +21,7 @@ namespace {
 
 using Json = nlohmann::json;
 
+constexpr std::size_t kMostText = std::size_t{1} << 20;  // bytes of a result
 constexpr Answer kAnswers[] = {Answer::correct, Answer::refused, Answer::degraded, Answer::failed};
 
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
@@ -75,53 +71,16 @@ CaseResult run_here(const ExtremeCase& one, const ExtremeCasesConfig& config) {
   }
 }
 
-/// In the child: runs the case and writes its result into the pipe.
-[[noreturn]] void run_child(const ExtremeCase& one, const ExtremeCasesConfig& config, int pipe) {
-  const std::string text =
-      to_json(run_here(one, config)).dump(-1, ' ', false, Json::error_handler_t::replace);
-  for (std::size_t done = 0; done < text.size();) {
-    const ssize_t more = write(pipe, text.data() + done, text.size() - done);
-    if (more <= 0) break;
-    done += static_cast<std::size_t>(more);
-  }
-  _exit(0);
-}
-
-/// Reads until the child closes the pipe; false if it takes longer than `limit` seconds.
-bool read_all(int pipe, double limit, std::string& text) {
-  using Clock = std::chrono::steady_clock;
-  const auto end = Clock::now() + std::chrono::duration<double>(limit);
-  char buffer[4096];
-  while (true) {
-    const std::chrono::duration<double, std::milli> left = end - Clock::now();
-    if (left.count() <= 0.0) return false;
-    pollfd wait{pipe, POLLIN, 0};
-    const int ready = poll(&wait, 1, static_cast<int>(left.count()) + 1);
-    if (ready < 0 && errno == EINTR) continue;
-    if (ready <= 0) return false;
-    const ssize_t more = read(pipe, buffer, sizeof(buffer));
-    if (more <= 0) return more == 0;
-    text.append(buffer, static_cast<std::size_t>(more));
-  }
-}
-
 ExtremeResult run_apart(const ExtremeCase& one, const ExtremeCasesConfig& config) {
   const Stopwatch watch;
-  int ends[2];
-  if (pipe(ends) != 0) throw std::runtime_error("cannot create a pipe");
-  const pid_t child = fork();
-  if (child < 0) throw std::runtime_error("cannot create a process");
-  if (child == 0) {
-    close(ends[0]);
-    run_child(one, config, ends[1]);
-  }
-  close(ends[1]);
+  Pipe pipe;
+  const ChildProcess child = run_in_copy([&] {
+    pipe.write(to_json(run_here(one, config)).dump(-1, ' ', false, Json::error_handler_t::replace));
+    return 0;
+  });
   std::string text;
-  const bool in_time = read_all(ends[0], config.wall_limit, text);
-  close(ends[0]);
-  if (!in_time) kill(child, SIGKILL);
-  int status = 0;
-  waitpid(child, &status, 0);
+  const bool in_time = pipe.read_all(config.wall_limit, kMostText, text) != Pipe::ReadEnd::late;
+  const ProcessEnd end = in_time ? child.wait() : child.kill();
   ExtremeResult result;
   result.name = one.name;
   result.method = config.method.name;
@@ -133,7 +92,7 @@ ExtremeResult run_apart(const ExtremeCase& one, const ExtremeCasesConfig& config
     result.note = sent->note;
     if (sent->measures) result.measures = *sent->measures;
   } else {
-    result.note = fmt::format("crashed (status {})", status);
+    result.note = fmt::format("crashed ({} {})", end.by_signal ? "signal" : "exit code", end.code);
   }
   result.wall_s = watch.seconds();
   return result;

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace selvedge {
@@ -35,6 +37,35 @@ class AtomicFile {
   std::vector<std::byte> buffer_;
   int descriptor_ = -1;
   bool committed_ = false;
+};
+
+/// A file that is read and written at any place. Every failure throws std::system_error, whose
+/// message names the file.
+class OpenFile {
+ public:
+  /// What happens to the file that has the name.
+  enum class Former { replaced, kept };
+
+  /// `kept`: the file must be there.
+  OpenFile(const std::filesystem::path& file, Former former);
+  /// A file without a name in this folder, which vanishes with this object or the process.
+  static OpenFile nameless(const std::filesystem::path& folder);
+  ~OpenFile();
+  OpenFile(const OpenFile&) = delete;
+  OpenFile& operator=(const OpenFile&) = delete;
+
+  void write(const void* bytes, std::size_t count, std::uint64_t place);
+  /// Returns the number of bytes read, which is less than `count` at the end of the file only.
+  std::size_t read(void* bytes, std::size_t count, std::uint64_t place) const;
+  std::uint64_t size() const;
+  void resize(std::uint64_t bytes);
+
+ private:
+  OpenFile(int descriptor, std::string name) : descriptor_(descriptor), name_(std::move(name)) {}
+  [[noreturn]] void fail(const char* action) const;
+
+  int descriptor_;
+  std::string name_;  // for messages
 };
 
 /// Keeps a folder for one process at a time, as long as it lives: an advisory lock (flock) on the

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/elementary.h>
 #include <selvedge/dress/detail/dress_pictures.h>
+#include <selvedge/render/picture_files.h>
 #include <selvedge/render/render.h>
 
 #include <Eigen/LU>

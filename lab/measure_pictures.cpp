@@ -1,5 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/lab/measure_result.h>
+#include <selvedge/lab/measure_pictures.h>
+
+#include <selvedge/bodies/mesh_file.h>
+#include <selvedge/render/picture_files.h>
+#include <selvedge/run/result_folder.h>
+#include <selvedge/run/result_pictures.h>
 
 #include <algorithm>
 #include <array>
@@ -8,6 +13,8 @@
 
 namespace selvedge {
 namespace {
+
+namespace fs = std::filesystem;
 
 using Colour = std::array<std::uint8_t, 3>;
 
@@ -141,6 +148,28 @@ Image draw_spectrum(const RimProfile& rim) {
   }
   for (int i = margin; i < width - margin; ++i) put(image, i, height - margin + 1, line);
   return image;
+}
+
+void draw_measures(const ResultMeasures& m, const fs::path& result, const fs::path& folder) {
+  const std::vector<int> shown = {m.frame};
+  const Camera camera = ResultPictures(result).camera({}, shown);
+  std::vector<RenderSurface> bodies;
+  TriangleMesh body;
+  for (const int frame : {m.frame, 0}) {
+    const fs::path file = numbered(result / "frames", "bodies", frame, kFrameFileDigits, ".ply");
+    if (!fs::exists(file)) continue;
+    body = read_mesh(file);
+    RenderSurface surface{body.vertices, body.triangles};
+    surface.front = surface.back = Vec3(0.35, 0.36, 0.38);
+    surface.crease = 40.0;
+    bodies.push_back(surface);
+    break;
+  }
+  write_png(folder / "strain.png",
+            draw_strain(camera, {m.x, m.triangles, m.triangle_strains, bodies, m.picture_range}));
+  if (!m.drape) return;
+  write_png(folder / "shadow.png", draw_shadow(m.x, m.triangles, *m.drape, *m.support));
+  write_png(folder / "spectrum.png", draw_spectrum(m.drape->rim));
 }
 
 }  // namespace selvedge

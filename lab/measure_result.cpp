@@ -5,7 +5,6 @@
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/core/files.h>
 #include <selvedge/run/result_folder.h>
-#include <selvedge/run/result_pictures.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -224,27 +223,6 @@ void write_measure_tables(const ResultMeasures& m, const fs::path& folder) {
   if (!m.drape) return;
   write_text(folder / "rim.csv", rim_table(m.drape->rim));
   write_text(folder / "spectrum.csv", spectrum_table(m.drape->rim));
-}
-
-void draw_measures(const ResultMeasures& m, const fs::path& result, const fs::path& folder) {
-  const std::vector<int> shown = {m.frame};
-  const Camera camera = ResultPictures(result).camera({}, shown);
-  std::vector<RenderSurface> bodies;
-  TriangleMesh body;
-  fs::path file = frame_file(result, "bodies", m.frame);
-  if (!fs::exists(file)) file = frame_file(result, "bodies", 0);
-  if (fs::exists(file)) {
-    body = read_mesh(file);
-    RenderSurface surface{body.vertices, body.triangles};
-    surface.front = surface.back = Vec3(0.35, 0.36, 0.38);
-    surface.crease = 40.0;
-    bodies.push_back(surface);
-  }
-  write_png(folder / "strain.png",
-            draw_strain(camera, {m.x, m.triangles, m.triangle_strains, bodies, m.picture_range}));
-  if (!m.drape) return;
-  write_png(folder / "shadow.png", draw_shadow(m.x, m.triangles, *m.drape, *m.support));
-  write_png(folder / "spectrum.png", draw_spectrum(m.drape->rim));
 }
 
 }  // namespace selvedge

@@ -2,6 +2,7 @@
 //
 // Pictures of meshes and of result folders.
 #include <pybind11/stl.h>
+#include <selvedge/render/picture_files.h>
 #include <selvedge/render/render.h>
 #include <selvedge/run/result_pictures.h>
 

@@ -1,22 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/render/render.h>
+#include <selvedge/render/picture_files.h>
 
-#include <fcntl.h>
-#include <spawn.h>
-#include <sys/socket.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include <cerrno>
-#include <cstdlib>
-#include <cstring>
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
-
-extern char** environ;
 
 namespace selvedge {
 namespace {
@@ -43,44 +33,9 @@ std::string text(double value) {
   return out.str();
 }
 
-/// A pair of connected sockets. If the reader has died, a write to a socket can return an error,
-/// whereas a write to a pipe raises a signal that kills this process.
-std::pair<int, int> connected_sockets() {
-  int ends[2];
-  if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
-    throw std::runtime_error(std::string("cannot talk to ffmpeg: ") + std::strerror(errno));
-  return {ends[0], ends[1]};
-}
-
-/// Starts a program with `input` as its standard input; returns its process id or -errno.
-int spawn(const std::vector<std::string>& words, int input) {
-  std::vector<char*> arguments;
-  for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
-  arguments.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  if (const int error = posix_spawn_file_actions_init(&actions); error != 0) return -error;
-  posix_spawn_file_actions_adddup2(&actions, input, STDIN_FILENO);
-  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-  pid_t process = -1;
-  const int error =
-      posix_spawnp(&process, arguments[0], &actions, nullptr, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  return error != 0 ? -error : process;
-}
-
 }  // namespace
 
-bool ffmpeg_is_there() {
-  const char* path = std::getenv("PATH");
-  std::istringstream folders(path != nullptr ? path : "");
-  for (std::string folder; std::getline(folders, folder, ':');) {
-    const auto program = std::filesystem::path(folder.empty() ? "." : folder) / "ffmpeg";
-    std::error_code ignored;  // a file that cannot be inspected cannot be executed
-    if (std::filesystem::is_regular_file(program, ignored) && ::access(program.c_str(), X_OK) == 0)
-      return true;
-  }
-  return false;
-}
+bool ffmpeg_is_there() { return program_is_there("ffmpeg"); }
 
 AnimationWriter::AnimationWriter(std::filesystem::path file, double fps)
     : file_(std::move(file)), partial_(file_), fps_(fps) {
@@ -97,8 +52,8 @@ AnimationWriter::AnimationWriter(std::filesystem::path file, double fps)
 }
 
 AnimationWriter::~AnimationWriter() {
-  if (process_ < 0) return;
-  wait();
+  if (!ffmpeg_) return;
+  ffmpeg_.reset();
   std::error_code ignored;  // a destructor cannot report that the file remains
   std::filesystem::remove(partial_, ignored);
 }
@@ -118,47 +73,28 @@ void AnimationWriter::start(int width, int height) {
       "-i",        "pipe:0"};
   for (const std::string& word : encoding(file_.extension().string())) words.push_back(word);
   words.push_back("file:" + partial_.string());
-  const auto [mine, theirs] = connected_sockets();
-  process_ = spawn(words, theirs);
-  ::close(theirs);
-  socket_ = mine;
-  if (process_ >= 0) return;
-  ::close(std::exchange(socket_, -1));
-  throw std::runtime_error(std::string("cannot start ffmpeg: ") +
-                           std::strerror(-std::exchange(process_, -1)));
-}
-
-void AnimationWriter::add(const Image& image) {
-  if (process_ < 0) start(image.width, image.height);
-  if (image.width != width_ || image.height != height_)
-    throw std::invalid_argument(file_.string() + ": pictures of different sizes");
-  const std::uint8_t* begin = image.rgb.data();
-  for (std::size_t left = image.rgb.size(); left > 0;) {
-    const ssize_t sent = ::send(socket_, begin, left, MSG_NOSIGNAL);
-    if (sent < 0 && errno == EINTR) continue;
-    if (sent < 0) throw std::runtime_error(file_.string() + ": ffmpeg stopped before the end");
-    begin += sent;
-    left -= static_cast<std::size_t>(sent);
+  try {
+    ffmpeg_ = std::make_unique<FedProgram>(words);
+  } catch (const std::system_error& error) {
+    throw std::runtime_error("cannot start ffmpeg: " + error.code().message());
   }
 }
 
-/// Closes the input and waits for ffmpeg. Returns its wait status, or -1.
-int AnimationWriter::wait() {
-  if (socket_ >= 0) ::close(std::exchange(socket_, -1));
-  int status = 0;
-  const pid_t process = std::exchange(process_, -1);
-  pid_t ended = -1;
-  do ended = ::waitpid(process, &status, 0);
-  while (ended < 0 && errno == EINTR);
-  return ended == process ? status : -1;
+void AnimationWriter::add(const Image& image) {
+  if (!ffmpeg_) start(image.width, image.height);
+  if (image.width != width_ || image.height != height_)
+    throw std::invalid_argument(file_.string() + ": pictures of different sizes");
+  if (!ffmpeg_->write(image.rgb.data(), image.rgb.size()))
+    throw std::runtime_error(file_.string() + ": ffmpeg stopped before the end");
 }
 
 void AnimationWriter::finish() {
-  if (process_ < 0) throw std::runtime_error(file_.string() + ": an animation without a picture");
-  const int status = wait();
+  if (!ffmpeg_) throw std::runtime_error(file_.string() + ": an animation without a picture");
+  const ProcessEnd end = std::exchange(ffmpeg_, nullptr)->finish();
+  const bool done = !end.by_signal && end.code == 0;
   std::error_code error;
-  if (status == 0) std::filesystem::rename(partial_, file_, error);
-  if (status == 0 && !error) return;
+  if (done) std::filesystem::rename(partial_, file_, error);
+  if (done && !error) return;
   const std::string cause = error ? error.message() : "ffmpeg failed; its message stands above";
   std::filesystem::remove(partial_, error);
   throw std::runtime_error("cannot write " + file_.string() + ": " + cause);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <png.h>
 #include <selvedge/core/files.h>
-#include <selvedge/render/render.h>
+#include <selvedge/render/picture_files.h>
 
 #include <stdexcept>
 #include <string>

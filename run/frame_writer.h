@@ -2,6 +2,7 @@
 #pragma once
 
 #include <selvedge/bodies/mesh_file.h>
+#include <selvedge/core/files.h>
 #include <selvedge/core/registry.h>
 #include <selvedge/core/types.h>
 
@@ -96,10 +97,10 @@ class Pc2Writer {
   int frames() const { return frames_; }
 
  private:
-  std::filesystem::path file_;
+  std::string name_;  // of the file
+  std::unique_ptr<OpenFile> file_;
   std::size_t points_ = 0;
   int frames_ = 0;
-  int descriptor_ = -1;
 };
 
 }  // namespace selvedge

@@ -1,11 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include <fcntl.h>
 #include <selvedge/run/frame_writer.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <bit>
-#include <cerrno>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -32,52 +28,31 @@ struct Pc2Header {
 };
 static_assert(sizeof(Pc2Header) == 32);
 
-[[noreturn]] void fail(const char* action, const std::filesystem::path& file) {
-  throw std::runtime_error(std::string(action) + " " + file.string() + ": " + std::strerror(errno));
-}
-
-void write_at(int descriptor, const void* data, std::size_t count, off_t place,
-              const std::filesystem::path& file) {
-  const char* begin = static_cast<const char*>(data);
-  while (count > 0) {
-    const ssize_t written = ::pwrite(descriptor, begin, count, place);
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) fail("cannot write", file);
-    begin += written;
-    place += written;
-    count -= static_cast<std::size_t>(written);
-  }
-}
-
-Pc2Header pc2_header(std::size_t points, int samples, const std::filesystem::path& file) {
+Pc2Header pc2_header(std::size_t points, int samples, const std::string& file) {
   if (points > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()))
-    throw std::invalid_argument(file.string() + ": a .pc2 file cannot hold " +
-                                std::to_string(points) + " points");
+    throw std::invalid_argument(file + ": a .pc2 file cannot hold " + std::to_string(points) +
+                                " points");
   Pc2Header header;
   header.points = static_cast<std::int32_t>(points);
   header.samples = samples;
   return header;
 }
 
-off_t pc2_size(std::size_t points, int samples) {
-  return static_cast<off_t>(sizeof(Pc2Header) +
-                            3 * sizeof(float) * points * static_cast<std::size_t>(samples));
+std::uint64_t pc2_size(std::size_t points, int samples) {
+  return sizeof(Pc2Header) + 3 * sizeof(float) * points * static_cast<std::size_t>(samples);
 }
 
 /// "" if the open file is a cache of `points` points with at least `samples` samples, else its
 /// fault.
-std::string pc2_fault(int descriptor, std::size_t points, int samples) {
+std::string pc2_fault(const OpenFile& file, std::size_t points, int samples) {
   Pc2Header header;
-  if (::pread(descriptor, &header, sizeof header, 0) != sizeof header ||
+  if (file.read(&header, sizeof header, 0) != sizeof header ||
       std::memcmp(header.magic, Pc2Header{}.magic, sizeof header.magic) != 0)
     return "is not a .pc2 point cache";
   if (header.points < 0 || static_cast<std::size_t>(header.points) != points)
     return "has " + std::to_string(header.points) + " points a frame, not " +
            std::to_string(points);
-  struct stat status {};
-  const bool complete =
-      ::fstat(descriptor, &status) == 0 && status.st_size >= pc2_size(points, samples);
-  if (header.samples < samples || !complete)
+  if (header.samples < samples || file.size() < pc2_size(points, samples))
     return "has fewer than " + std::to_string(samples) + " complete frames";
   return "";
 }
@@ -85,55 +60,41 @@ std::string pc2_fault(int descriptor, std::size_t points, int samples) {
 }  // namespace
 
 Pc2Writer::Pc2Writer(const std::filesystem::path& file, std::size_t points)
-    : file_(file), points_(points) {
-  const Pc2Header header = pc2_header(points, 0, file_);
-  constexpr mode_t readable_by_all = 0666;
-  descriptor_ = ::open(file_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, readable_by_all);
-  if (descriptor_ < 0) fail("cannot open", file_);
-  try {
-    write_at(descriptor_, &header, sizeof header, 0, file_);
-  } catch (const std::runtime_error&) {
-    ::close(descriptor_);
-    throw;
-  }
+    : name_(file.string()), points_(points) {
+  const Pc2Header header = pc2_header(points, 0, name_);
+  file_ = std::make_unique<OpenFile>(file, OpenFile::Former::replaced);
+  file_->write(&header, sizeof header, 0);
 }
 
 Pc2Writer::Pc2Writer(const std::filesystem::path& file, std::size_t points, int frames_kept)
-    : file_(file), points_(points), frames_(frames_kept) {
-  const Pc2Header header = pc2_header(points, frames_kept, file_);
-  descriptor_ = ::open(file_.c_str(), O_RDWR | O_CLOEXEC);
-  if (descriptor_ < 0) fail("cannot open", file_);
-  try {
-    const std::string fault = frames_kept < 0 ? "cannot keep a negative number of frames"
-                                              : pc2_fault(descriptor_, points, frames_kept);
-    if (!fault.empty()) throw std::invalid_argument(file_.string() + " " + fault);
-    write_at(descriptor_, &header, sizeof header, 0, file_);
-    if (::ftruncate(descriptor_, pc2_size(points, frames_kept)) != 0) fail("cannot write", file_);
-  } catch (const std::exception&) {
-    ::close(descriptor_);
-    throw;
-  }
+    : name_(file.string()), points_(points), frames_(frames_kept) {
+  const Pc2Header header = pc2_header(points, frames_kept, name_);
+  file_ = std::make_unique<OpenFile>(file, OpenFile::Former::kept);
+  const std::string fault = frames_kept < 0 ? "cannot keep a negative number of frames"
+                                            : pc2_fault(*file_, points, frames_kept);
+  if (!fault.empty()) throw std::invalid_argument(name_ + " " + fault);
+  file_->write(&header, sizeof header, 0);
+  file_->resize(pc2_size(points, frames_kept));
 }
 
-Pc2Writer::~Pc2Writer() { ::close(descriptor_); }
+Pc2Writer::~Pc2Writer() = default;
 
 void Pc2Writer::append(std::span<const Vec3> x) {
   if (x.size() != points_)
-    throw std::invalid_argument(file_.string() + ": a frame of " + std::to_string(x.size()) +
+    throw std::invalid_argument(name_ + ": a frame of " + std::to_string(x.size()) +
                                 " points for a cache of " + std::to_string(points_));
   std::vector<float> sample;
   sample.reserve(3 * points_);
   for (std::size_t i = 0; i < points_; ++i)
     for (const double coordinate : x[i]) {
       if (!(std::abs(coordinate) <= std::numeric_limits<float>::max()))
-        throw std::invalid_argument(file_.string() + ": coordinate " + std::to_string(coordinate) +
+        throw std::invalid_argument(name_ + ": coordinate " + std::to_string(coordinate) +
                                     " of point " + std::to_string(i) + " does not fit a float");
       sample.push_back(static_cast<float>(coordinate));
     }
-  write_at(descriptor_, sample.data(), sample.size() * sizeof(float), pc2_size(points_, frames_),
-           file_);
-  const Pc2Header header = pc2_header(points_, frames_ + 1, file_);
-  write_at(descriptor_, &header, sizeof header, 0, file_);
+  file_->write(sample.data(), sample.size() * sizeof(float), pc2_size(points_, frames_));
+  const Pc2Header header = pc2_header(points_, frames_ + 1, name_);
+  file_->write(&header, sizeof header, 0);
   ++frames_;
 }
 

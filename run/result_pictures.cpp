@@ -2,6 +2,7 @@
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/core/json_value.h>
 #include <selvedge/core/read_file.h>
+#include <selvedge/render/picture_files.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/run/result_pictures.h>
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/core/files.h>
+#include <selvedge/core/memory.h>
 #include <selvedge/core/resources.h>
 #include <selvedge/run/detail/background_task.h>
 #include <selvedge/run/detail/checkpoint.h>

@@ -18,15 +18,15 @@ target=${1:?usage: scripts/fuzz.sh TARGET [SECONDS [OPTIONS]]}
 seconds=${2:-60}
 shift $(($# < 2 ? $# : 2))
 case $target in
-  mesh) libraries=(bodies base) ;;
-  query) libraries=(narrowphase bodies base) ;;
+  mesh) libraries=(mesh_files bodies system base) ;;
+  query) libraries=(query_files narrowphase bodies system base) ;;
   ccd) libraries=(narrowphase bodies judge base) ;;
-  scene | fabric | sequence) libraries=(scene garment response narrowphase broadphase bodies core base) ;;
-  garment) libraries=(garment base) ;;
-  result) libraries=(run simulation scene garment response narrowphase detection broadphase bodies core base) ;;
-  folder) libraries=(check_result judge run simulation scene garment response narrowphase detection broadphase bodies core base) ;;
+  scene | fabric | sequence) libraries=(scene garment response query_files narrowphase broadphase mesh_files bodies core system base) ;;
+  garment) libraries=(garment system base) ;;
+  result) libraries=(run simulation scene garment response query_files narrowphase detection broadphase mesh_files bodies core system base) ;;
+  folder) libraries=(check_result judge run simulation scene garment response query_files narrowphase detection broadphase mesh_files bodies core system base) ;;
   detectors) libraries=(broadphase judge base) ;;
-  simulation) libraries=(simulation scene garment judge response narrowphase detection broadphase bodies core base) ;;
+  simulation) libraries=(simulation scene garment judge response query_files narrowphase detection broadphase mesh_files bodies core system base) ;;
   *) echo "fuzz.sh: there is no target $target" >&2; exit 2 ;;
 esac
 scripts/install_dependencies.sh clang

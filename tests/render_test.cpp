@@ -4,6 +4,7 @@
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/render/detail/raster.h>
+#include <selvedge/render/picture_files.h>
 #include <selvedge/render/render.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/run/result_pictures.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/apps/detail/heartbeat.h>
+#include <selvedge/core/terminal.h>
 #include <selvedge/core/text.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <cstdio>
@@ -12,7 +12,7 @@ namespace selvedge {
 
 Heartbeat::Heartbeat(std::string command)
     : command_(std::move(command)),
-      on_terminal_(isatty(STDERR_FILENO) != 0),
+      on_terminal_(error_stream_is_terminal()),
       thread_([this] { beat(); }) {}
 
 Heartbeat::~Heartbeat() {

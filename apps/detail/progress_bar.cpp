@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/apps/detail/progress_bar.h>
-#include <unistd.h>
+#include <selvedge/core/terminal.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -22,7 +22,7 @@ std::string as_duration(double seconds) {
 }  // namespace
 
 ProgressBar::ProgressBar(std::string unit, int total)
-    : unit_(std::move(unit)), total_(total), on_(isatty(STDERR_FILENO) != 0) {}
+    : unit_(std::move(unit)), total_(total), on_(error_stream_is_terminal()) {}
 
 void ProgressBar::show(int done, double seconds) {
   if (first_done_ < 0) {

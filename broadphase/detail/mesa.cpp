@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <dlfcn.h>
 #include <selvedge/broadphase/detail/mesa.h>
+#include <selvedge/core/libraries.h>
 
 #include <stdexcept>
 #include <string>
@@ -24,26 +24,16 @@ namespace {
 
 constexpr const char* kLibrary = "libOSMesa.so.8";  // ABI of Mesa since 2012
 
-[[noreturn]] void fail() {
-  const char* why = dlerror();
-  throw std::runtime_error("image space: OSMesa cannot be used, install its library (" +
-                           std::string(why ? why : kLibrary) + ")");
-}
-
-template <class Function>
-void find(void* library, const char* name, Function*& function) {
-  function = reinterpret_cast<Function*>(dlsym(library, name));
-  if (!function) fail();
-}
-
-Mesa loaded() {
-  void* library = dlopen(kLibrary, RTLD_NOW | RTLD_LOCAL);
-  if (!library) fail();
+Mesa loaded() try {
+  const LoadedLibrary library(kLibrary);
   Mesa functions;
-#define SELVEDGE_FIND(name) find(library, #name, functions.name);
+#define SELVEDGE_FIND(name) library.find(#name, functions.name);
   SELVEDGE_MESA_FUNCTIONS(SELVEDGE_FIND)
 #undef SELVEDGE_FIND
   return functions;
+} catch (const std::runtime_error& why) {
+  throw std::runtime_error(
+      std::string("image space: OSMesa cannot be used, install its library (") + why.what() + ")");
 }
 
 }  // namespace

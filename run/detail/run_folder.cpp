@@ -4,7 +4,6 @@
 #include <selvedge/core/read_file.h>
 #include <selvedge/run/detail/run_folder.h>
 #include <selvedge/run/result_folder.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <charconv>

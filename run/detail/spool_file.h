@@ -14,10 +14,7 @@ namespace selvedge::detail {
 /// names the folder if the bytes cannot be written or read.
 class SpoolFile {
  public:
-  explicit SpoolFile(std::filesystem::path folder);
-  ~SpoolFile();
-  SpoolFile(const SpoolFile&) = delete;
-  SpoolFile& operator=(const SpoolFile&) = delete;
+  explicit SpoolFile(const std::filesystem::path& folder);
 
   void append(const void* bytes, std::size_t count);
   void append(std::string_view text) { append(text.data(), text.size()); }
@@ -26,11 +23,8 @@ class SpoolFile {
   void copy_to(AtomicFile& out) const;
 
  private:
-  [[noreturn]] void fail(const char* action) const;
-
-  std::filesystem::path folder_;
+  OpenFile file_;
   std::size_t size_ = 0;
-  int descriptor_ = -1;
 };
 
 }  // namespace selvedge::detail

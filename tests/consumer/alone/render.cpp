@@ -7,5 +7,5 @@ int main() {
   const std::vector<selvedge::Vec3> x = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   const std::vector<selvedge::Triangle> triangles = {{0, 1, 2}};
   const std::vector<selvedge::RenderSurface> surfaces = {{.x = x, .triangles = triangles}};
-  selvedge::write_png("alone_render.png", selvedge::render({.width = 32, .height = 24}, surfaces));
+  return selvedge::render({.width = 32, .height = 24}, surfaces).rgb.size() == 3 * 32 * 24 ? 0 : 1;
 }

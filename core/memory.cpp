@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/resources.h>
+#include <selvedge/core/memory.h>
 #include <sys/resource.h>
 
 #include <fstream>

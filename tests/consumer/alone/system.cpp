@@ -1,0 +1,7 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/core/processes.h>
+
+int main() {
+  const selvedge::ChildResult result = selvedge::run_program({"echo", "a"}, {.output_limit = 100});
+  return result.output == "a\n" ? 0 : 1;
+}

@@ -20,51 +20,6 @@ namespace {
 namespace fs = std::filesystem;
 using Sentences = std::vector<std::string>;
 
-const std::set<std::string> kLibraries = {
-    "core",       "bodies", "broadphase", "narrowphase", "detection", "response", "judge", "scene",
-    "simulation", "render", "run",        "compare",     "lab",       "garment",  "view",  "dress"};
-
-const std::set<std::string> kEverything = [] {
-  std::set<std::string> all = kLibraries;
-  all.insert({"tools", "tests"});
-  return all;
-}();
-
-std::set<std::string> with(std::set<std::string> names, const std::string& name) {
-  names.insert(name);
-  return names;
-}
-
-/// Which modules a module may include beside itself. All of them may include core.
-const std::map<std::string, std::set<std::string>> kArrows = {
-    {"core", {}},
-    {"bodies", {"core"}},
-    {"broadphase", {"core"}},
-    {"response", {"core"}},
-    {"narrowphase", {"core", "bodies"}},
-    {"detection", {"core", "broadphase", "narrowphase"}},
-    {"judge", {"core"}},
-    {"render", {"core"}},
-    {"garment", {"core"}},
-    {"scene", {"core", "bodies", "broadphase", "narrowphase", "response", "garment"}},
-    {"simulation",
-     {"core", "bodies", "broadphase", "narrowphase", "detection", "response", "scene"}},
-    {"run",
-     {"core", "bodies", "broadphase", "narrowphase", "response", "scene", "simulation", "render"}},
-    {"view", {"core", "bodies", "narrowphase", "detection", "scene", "simulation", "run"}},
-    {"lab", {"core", "bodies", "scene", "simulation", "run", "render"}},
-    {"dress", {"core", "bodies", "detection", "garment", "scene", "simulation", "run", "render"}},
-    {"compare",
-     {"core", "bodies", "broadphase", "narrowphase", "detection", "response", "scene", "simulation",
-      "run", "render", "judge"}},
-    {"tools", {"core", "bodies"}},
-    {"apps", kLibraries},
-    {"python", with(kLibraries, "apps")},  // apps/version.h alone
-    {"examples", kLibraries},
-    {"bench", with(kEverything, "apps")},  // apps/command_line.h alone
-    {"tests", with(kEverything, "apps")},  // apps/command_line.h alone
-};
-
 fs::path root() { return SELVEDGE_SOURCE_DIR; }
 
 std::string read(const fs::path& file) {
@@ -85,6 +40,61 @@ std::vector<std::string> lines_of(const std::string& text) { return split(text, 
 
 bool starts_with(const std::string& text, const std::string& start) {
   return text.compare(0, start.size(), start) == 0;
+}
+
+using Arrows = std::map<std::string, std::set<std::string>>;
+
+/// The rows of a table of rooms: each room with the rooms that it may include.
+Arrows arrows_of(const std::string& page) {
+  Arrows arrows;
+  for (const std::string& line : lines_of(page)) {
+    const std::vector<std::string> cells = split(line, '|');
+    if (cells.size() != 5) continue;
+    const std::vector<std::string> room = split(cells[1], '`'), list = split(cells[3], '`');
+    if (room.size() != 3 || room[0] != " ") continue;
+    std::set<std::string>& to = arrows[room[1]];
+    for (std::size_t i = 1; i < list.size(); i += 2) to.insert(list[i]);
+  }
+  return arrows;
+}
+
+/// The rooms of the library. docs/architecture.md is the only list of them.
+const Arrows& rooms() {
+  static const Arrows listed = arrows_of(read(root() / "docs/architecture.md"));
+  return listed;
+}
+
+/// Folders that use the rooms, and of these folders what their second part lists.
+const Arrows kUsers = {{"apps", {}},
+                       {"python", {"apps"}},  // apps/version.h alone
+                       {"examples", {}},
+                       {"tools", {}},
+                       {"bench", {"apps", "tools", "tests"}},  // apps/command_line.h alone
+                       {"tests", {"tools"}}};
+
+bool is_within(const std::string& file, const std::string& folder) {
+  return starts_with(file, folder + "/") || file == folder;
+}
+
+/// The room or user that a file belongs to: `core` of `core/types.h`. One may lie in another.
+std::string room_of(std::string path) {
+  if (starts_with(path, "selvedge/")) path.erase(0, 9);
+  std::string longest;
+  for (const Arrows* list : {&rooms(), &kUsers})
+    for (const auto& [room, arrows] : *list)
+      if (is_within(path, room) && room.size() > longest.size()) longest = room;
+  return longest.empty() ? path.substr(0, path.find('/')) : longest;
+}
+
+/// An arrow to a folder is one to every room in it.
+bool may_include(const std::string& from, const std::string& to) {
+  const auto has = [&](const std::set<std::string>& list) {
+    return std::any_of(list.begin(), list.end(),
+                       [&](const std::string& folder) { return is_within(to, folder); });
+  };
+  const auto user = kUsers.find(from);
+  return from == to ||
+         (user == kUsers.end() ? has(rooms().at(from)) : rooms().contains(to) || has(user->second));
 }
 
 struct Include {
@@ -116,25 +126,25 @@ std::string folder_of(std::string path) {
 /// A quoted name without a folder stays in its folder, but what is installed has to name its own.
 bool is_bad_quote(const std::string& from, const Include& include) {
   const bool leaves = include.name.find('/') != std::string::npos;
-  return include.quoted && (leaves || kLibraries.contains(from));
+  return include.quoted && (leaves || rooms().contains(from));
 }
 
 /// Tests may look at what is private.
 bool is_private_elsewhere(const std::string& from, const Include& include) {
-  return from != "tests" && folder_of(include.name) != from && !include.quoted &&
+  return from != "tests" && folder_of(include.name) != folder_of(from) && !include.quoted &&
          include.name.find("/detail/") != std::string::npos;
 }
 
 /// `file` is relative to the root.
 Sentences forbidden_arrows(const std::string& file, const std::string& text) {
   Sentences faults;
-  const std::string from = folder_of(file);
+  const std::string from = room_of(file);
   for (const Include& include : includes_of(text)) {
-    const std::string to = folder_of(include.name);
+    const std::string to = room_of(include.name);
     const bool ours = starts_with(include.name, "selvedge/") && !include.quoted;
     if (is_bad_quote(from, include)) {
       faults.push_back(file + " includes \"" + include.name + "\": write <selvedge/module/file.h>");
-    } else if (ours && to != from && !kArrows.at(from).contains(to)) {
+    } else if (ours && !may_include(from, to)) {
       faults.push_back(file + " includes <" + include.name + ">: " + from + " may not name " + to);
     } else if (ours && to == "apps" && from != "apps" &&
                include.name != "selvedge/apps/command_line.h" &&
@@ -187,6 +197,25 @@ Sentences foreign_includes(const std::string& header, const std::string& text) {
   return faults;
 }
 
+/// The sources that may include headers of an operating system.
+bool is_of_system(const std::string& file) {
+  static const std::set<std::string> files = {
+      "core/atomic_file.cpp", "core/folder_lock.cpp", "core/libraries.cpp", "core/memory.cpp",
+      "core/open_file.cpp",   "core/processes.cpp",   "core/signals.cpp",   "core/terminal.cpp"};
+  return files.contains(file);
+}
+
+Sentences system_includes(const std::string& file, const std::string& text) {
+  static const std::regex header(
+      "sys/.*|(dlfcn|execinfo|fcntl|link|malloc|poll|pthread|sched|signal|spawn|termios|unistd|"
+      "windows)\\.h|csignal|cerrno");
+  Sentences faults;
+  for (const Include& include : includes_of(text))
+    if (std::regex_match(include.name, header))
+      faults.push_back(file + " includes <" + include.name + ">: only the system's sources may");
+  return faults;
+}
+
 /// In the first line, or the second one after #!.
 Sentences missing_licence(const std::string& file, const std::string& text) {
   const std::vector<std::string> lines = lines_of(text);
@@ -205,12 +234,11 @@ bool is_path_character(char c) {
 Sentences missing_files(const std::string& document, const std::string& text,
                         const fs::path& folder) {
   Sentences faults;
-  for (const std::string start :
-       {"scripts/",   "data/scenes/", "data/schema", "docs/",       "examples/",   "tests/",
-        ".ci/",       "bench/",       "core/",       "bodies/",     "broadphase/", "narrowphase/",
-        "detection/", "response/",    "scene/",      "simulation/", "run/",        "judge/",
-        "render/",    "compare/",     "lab/",        "tools/",      "apps/",       "garment/",
-        "view/",      "dress/"}) {
+  std::set<std::string> starts = {"scripts/", "data/scenes/", "data/schema", "docs/", ".ci/"};
+  for (const Arrows* list : {&rooms(), &kUsers})
+    for (const auto& [room, arrows] : *list)
+      if (room != "python") starts.insert(room + "/");  // of the build folder
+  for (const std::string& start : starts) {
     for (std::size_t at = text.find(start); at != std::string::npos;
          at = text.find(start, at + 1)) {
       if (at > 0 && is_path_character(text[at - 1])) continue;     // the end of a longer path
@@ -234,20 +262,6 @@ std::string code_block(const std::string& text, const std::string& marker) {
   const std::size_t open = text.find("```", at);
   const std::size_t begin = text.find('\n', open) + 1;
   return text.substr(begin, text.find("```", begin) - begin);
-}
-
-/// The rooms of docs/architecture.md with the rooms that each may include.
-std::map<std::string, std::set<std::string>> arrows_of(const std::string& page) {
-  std::map<std::string, std::set<std::string>> arrows;
-  for (const std::string& line : lines_of(page)) {
-    const std::vector<std::string> cells = split(line, '|');
-    if (cells.size() != 5) continue;
-    const std::vector<std::string> room = split(cells[1], '`'), list = split(cells[3], '`');
-    if (room.size() != 3 || room[0] != " ") continue;
-    std::set<std::string>& to = arrows[room[1]];
-    for (std::size_t i = 1; i < list.size(); i += 2) to.insert(list[i]);
-  }
-  return arrows;
 }
 
 /// Keys such as [Provot1995] or [Provot1995, section 4] that a text cites.
@@ -285,7 +299,10 @@ std::string without_licence(const std::string& text) { return text.substr(text.f
 /// Files of the modules and tools whose ending is one of `endings`, relative to the root.
 std::vector<std::string> files_with(const std::vector<std::string>& endings) {
   std::vector<std::string> files;
-  for (const auto& [folder, arrows] : kArrows) {
+  std::set<std::string> folders;
+  for (const Arrows* list : {&rooms(), &kUsers})
+    for (const auto& [room, arrows] : *list) folders.insert(folder_of(room));
+  for (const std::string& folder : folders) {
     for (const auto& entry : fs::recursive_directory_iterator(root() / folder)) {
       const std::string name = entry.path().filename();
       const bool wanted = std::any_of(endings.begin(), endings.end(),
@@ -300,7 +317,7 @@ std::vector<std::string> files_with(const std::vector<std::string>& endings) {
 }
 
 bool is_public_header(const std::string& file) {
-  return file.ends_with(".h") && kLibraries.contains(folder_of(file)) &&
+  return file.ends_with(".h") && rooms().contains(room_of(file)) &&
          file.find("/detail/") == std::string::npos;
 }
 
@@ -363,10 +380,29 @@ TEST(Architecture, DocumentsNameOnlyFilesThatAreThere) {
   EXPECT_TRUE(faults.empty()) << joined(faults);
 }
 
-TEST(Architecture, ThePageOnTheRoomsHasTheirArrows) {
-  std::map<std::string, std::set<std::string>> should;
-  for (const std::string& library : kLibraries) should[library] = kArrows.at(library);
-  EXPECT_EQ(arrows_of(read(root() / "docs/architecture.md")), should);
+TEST(Architecture, OnlyTheSystemIncludesHeadersOfTheOperatingSystem) {
+  Sentences faults;
+  for (const std::string& file : files_with({".h", ".cpp", ".inc"}))
+    if (!is_of_system(file) && folder_of(file) != "tests" && folder_of(file) != "bench")
+      append(faults, system_includes(file, read(root() / file)));
+  EXPECT_TRUE(faults.empty()) << joined(faults);
+}
+
+TEST(Architecture, TheRoomsFormNoCircle) {
+  std::set<std::string> done;
+  for (std::size_t before = 1; before != done.size();) {
+    before = done.size();
+    for (const auto& [room, arrows] : rooms())
+      if (std::all_of(arrows.begin(), arrows.end(), [&](const std::string& folder) {
+            return std::all_of(rooms().begin(), rooms().end(), [&](const auto& other) {
+              return other.first == room || !is_within(other.first, folder) ||
+                     done.contains(other.first);
+            });
+          }))
+        done.insert(room);
+    if (done.size() == rooms().size()) break;
+  }
+  EXPECT_EQ(done.size(), rooms().size());
 }
 
 TEST(Architecture, TheSampleOfTheLibraryPageIsTheExampleThatIsCompiledAndRun) {
@@ -435,6 +471,11 @@ TEST(ArchitectureRules, FindAForeignLibraryInAPublicHeader) {
   EXPECT_EQ(foreign_includes("core/a.h", "#include <selvedge/core/detail/b.h>\n").size(), 1u);
   EXPECT_EQ(foreign_includes("core/types.h", "#include <Eigen/Core>\n#include <array>\n").size(),
             0u);
+}
+
+TEST(ArchitectureRules, FindAHeaderOfTheOperatingSystem) {
+  EXPECT_EQ(system_includes("a.cpp", "#include <unistd.h>\n#include <sys/wait.h>\n").size(), 2u);
+  EXPECT_EQ(system_includes("a.cpp", "#include <vector>\n#include <thread>\n").size(), 0u);
 }
 
 TEST(ArchitectureRules, FindAFunctionWhoseBitsVary) {

@@ -49,8 +49,11 @@ class Bdf2 final : public Integrator {
         met_(h_.size(), 0) {}
 
   IntegratorTraits traits() const override {
-    return {"stable at any step, second order; implicit Euler for pieces in contact",
-            "Choi, Ko, Stable but responsive cloth, 2002", 2, true, true};
+    return {.promise = "stable at any step, second order; implicit Euler for pieces in contact",
+            .source = "Choi, Ko, Stable but responsive cloth, 2002",
+            .order = 2,
+            .any_step = true,
+            .is_implicit = true};
   }
 
   void begin(const StepStart& start, StepEnd) override;

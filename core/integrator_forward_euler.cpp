@@ -14,8 +14,9 @@ std::unique_ptr<Integrator> make_forward_euler(std::vector<std::unique_ptr<Force
   const detail::Tableau euler{1, {}, {1.0}, {0.0}};
   return std::make_unique<detail::RungeKutta>(
       std::move(forces), particles, euler,
-      IntegratorTraits{"grows in every step unless damped; stable below h omega = 2 zeta",
-                       "Euler 1768; survey eq. 14 as its text means it", 1});
+      IntegratorTraits{
+          .promise = "grows in every step unless damped; stable below h omega = 2 zeta",
+          .source = "Euler 1768; survey eq. 14 as its text means it"});
 }
 
 void register_forward_euler(IntegratorRegistry& registry) {

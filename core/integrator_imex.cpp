@@ -21,8 +21,10 @@ class Imex final : public Integrator {
       : Integrator(std::move(forces), n), system_(forces_.members(), n, config), x_(n) {}
 
   IntegratorTraits traits() const override {
-    return {"stable below h omega = 2, which is checked, whatever the damping",
-            "Bridson, Marino, Fedkiw, Simulation of clothing with folds and wrinkles, 2003", 2};
+    return {
+        .promise = "stable below h omega = 2, which is checked, whatever the damping",
+        .source = "Bridson, Marino, Fedkiw, Simulation of clothing with folds and wrinkles, 2003",
+        .order = 2};
   }
 
   double stable_step(const ModeBound& mode, double wanted) const override {

@@ -38,14 +38,14 @@ class ImplicitDesbrun final : public Integrator {
         sorted_(right_) {}
 
   IntegratorTraits traits() const override {
-    return {corrected_ ? "stable at any step; constant matrix, factored once; keeps the angular "
+    return {
+        .promise = corrected_
+                       ? "stable at any step; constant matrix, factored once; keeps the angular "
                          "momentum of what nothing holds"
                        : "stable at any step; constant matrix, factored once; brakes rotation",
-            "Desbrun, Schröder, Barr, Graphics Interface 1999; survey eq. 35",
-            1,
-            true,
-            false,
-            true};
+        .source = "Desbrun, Schröder, Barr, Graphics Interface 1999; survey eq. 35",
+        .any_step = true,
+        .ends_with_mean = true};
   }
 
   void begin(const StepStart& start, StepEnd end) override;

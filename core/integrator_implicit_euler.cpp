@@ -19,12 +19,11 @@ class LinearlyImplicit final : public Integrator {
       : Integrator(std::move(forces), particles), system_(forces_.members(), particles, config) {}
 
   IntegratorTraits traits() const override {
-    return {"stable at any step of the scene; loses energy, first order",
-            "Baraff, Witkin, Large steps in cloth simulation, 1998",
-            1,
-            true,
-            true,
-            true};
+    return {.promise = "stable at any step of the scene; loses energy, first order",
+            .source = "Baraff, Witkin, Large steps in cloth simulation, 1998",
+            .any_step = true,
+            .is_implicit = true,
+            .ends_with_mean = true};
   }
 
   void begin(const StepStart& start, StepEnd) override {

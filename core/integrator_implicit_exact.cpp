@@ -24,12 +24,10 @@ class ImplicitExact final : public Integrator {
       : Integrator(std::move(forces), particles), system_(forces_.members(), particles, config) {}
 
   IntegratorTraits traits() const override {
-    return {"elastic forces are stable at any step; damping is explicit and checked",
-            "survey eq. 30-34 corrected",
-            1,
-            false,
-            true,
-            true};
+    return {.promise = "elastic forces are stable at any step; damping is explicit and checked",
+            .source = "survey eq. 30-34 corrected",
+            .is_implicit = true,
+            .ends_with_mean = true};
   }
 
   // The amplification polynomial of a mode, (1+θ) μ² - (2-δ) μ + (1-δ) with θ = h²ω² and δ = hc,

@@ -38,15 +38,15 @@ class ImplicitKang final : public Integrator {
         diagonal_(n) {}
 
   IntegratorTraits traits() const override {
-    return {corrected_ ? "stable at any step, O(n); stiff cloth moves too slowly, free pieces fall "
+    return {
+        .promise = corrected_
+                       ? "stable at any step, O(n); stiff cloth moves too slowly, free pieces fall "
                          "and turn as they should"
                        : "stable at any step, O(n); stiff cloth moves and falls too slowly",
-            corrected_ ? "Kang, Choi, Cho, Lee, Park, WSCG 2000; survey eq. 36 corrected"
-                       : "Kang, Choi, Cho, Lee, Park, WSCG 2000; survey eq. 36 as printed",
-            1,
-            true,
-            false,
-            true};
+        .source = corrected_ ? "Kang, Choi, Cho, Lee, Park, WSCG 2000; survey eq. 36 corrected"
+                             : "Kang, Choi, Cho, Lee, Park, WSCG 2000; survey eq. 36 as printed",
+        .any_step = true,
+        .ends_with_mean = true};
   }
 
   void begin(const StepStart& start, StepEnd end) override;

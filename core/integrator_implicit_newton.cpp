@@ -39,12 +39,12 @@ class ImplicitNewton final : public Integrator {
   }
 
   IntegratorTraits traits() const override {
-    return {"stable at any step; solves the nonlinear equations and reports the residual",
-            "backward Euler with Newton's method; survey eq. 30",
-            1,
-            true,
-            true,
-            true};
+    return {
+        .promise = "stable at any step; solves the nonlinear equations and reports the residual",
+        .source = "backward Euler with Newton's method; survey eq. 30",
+        .any_step = true,
+        .is_implicit = true,
+        .ends_with_mean = true};
   }
 
   void begin(const StepStart& start, StepEnd) override {

@@ -15,8 +15,9 @@ std::unique_ptr<Integrator> make_midpoint(std::vector<std::unique_ptr<Force>> fo
   midpoint.a[1][0] = 0.5;
   return std::make_unique<detail::RungeKutta>(
       std::move(forces), particles, midpoint,
-      IntegratorTraits{"second order; grows slowly in every step unless damped",
-                       "Runge 1895; survey eq. 15 corrected", 2});
+      IntegratorTraits{.promise = "second order; grows slowly in every step unless damped",
+                       .source = "Runge 1895; survey eq. 15 corrected",
+                       .order = 2});
 }
 
 void register_midpoint(IntegratorRegistry& registry) {

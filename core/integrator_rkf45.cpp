@@ -60,8 +60,12 @@ class Fehlberg final : public Integrator {
   }
 
   IntegratorTraits traits() const override {
-    return {"keeps the error of each inner step within its tolerance by choosing the inner steps",
-            "Fehlberg, NASA TR R-315, 1969; survey eq. 21-27 corrected; Wang et al. 2009", 5, true};
+    return {
+        .promise =
+            "keeps the error of each inner step within its tolerance by choosing the inner steps",
+        .source = "Fehlberg, NASA TR R-315, 1969; survey eq. 21-27 corrected; Wang et al. 2009",
+        .order = 5,
+        .any_step = true};
   }
 
   void begin(const StepStart& start, StepEnd end) override;

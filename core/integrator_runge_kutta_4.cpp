@@ -17,8 +17,9 @@ std::unique_ptr<Integrator> make_runge_kutta_4(std::vector<std::unique_ptr<Force
   kutta.a[3][2] = 1.0;
   return std::make_unique<detail::RungeKutta>(
       std::move(forces), particles, kutta,
-      IntegratorTraits{"fourth order; stable below h omega = 2.83, which is checked",
-                       "Kutta 1901; survey eq. 16-20 corrected", 4});
+      IntegratorTraits{.promise = "fourth order; stable below h omega = 2.83, which is checked",
+                       .source = "Kutta 1901; survey eq. 16-20 corrected",
+                       .order = 4});
 }
 
 void register_runge_kutta_4(IntegratorRegistry& registry) {

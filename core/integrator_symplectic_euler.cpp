@@ -25,12 +25,9 @@ class Symplectic final : public Integrator {
       : Integrator(std::move(forces), particles), a_(particles) {}
 
   IntegratorTraits traits() const override {
-    return {"bounded energy; stable below h omega = 2, which is checked",
-            "survey eq. 14 as printed (its explicit Euler)",
-            1,
-            false,
-            false,
-            true};
+    return {.promise = "bounded energy; stable below h omega = 2, which is checked",
+            .source = "survey eq. 14 as printed (its explicit Euler)",
+            .ends_with_mean = true};
   }
   double stable_step(const ModeBound& mode, double wanted) const override {
     return std::min(wanted, longest_step(mode));

@@ -108,8 +108,10 @@ std::unique_ptr<Integrator> make_verlet(std::vector<std::unique_ptr<Force>> forc
                                         std::size_t particles) {
   return std::make_unique<Verlet>(
       std::move(forces), particles, 0.0,
-      IntegratorTraits{"second order, bounded energy; stable below h omega = 2, which is checked",
-                       "Verlet, Computer experiments on classical fluids, 1967; survey eq. 28", 2});
+      IntegratorTraits{
+          .promise = "second order, bounded energy; stable below h omega = 2, which is checked",
+          .source = "Verlet, Computer experiments on classical fluids, 1967; survey eq. 28",
+          .order = 2});
 }
 
 std::unique_ptr<Integrator> make_damped_verlet(std::vector<std::unique_ptr<Force>> forces,
@@ -117,8 +119,10 @@ std::unique_ptr<Integrator> make_damped_verlet(std::vector<std::unique_ptr<Force
                                                const IntegratorConfig& config) {
   return std::make_unique<Verlet>(
       std::move(forces), particles, config.drag,
-      IntegratorTraits{"as verlet; every velocity decays as exp(-drag t), whatever the step",
-                       "survey eq. 29 corrected: D = exp(-gamma h) instead of 0.99", 2});
+      IntegratorTraits{
+          .promise = "as verlet; every velocity decays as exp(-drag t), whatever the step",
+          .source = "survey eq. 29 corrected: D = exp(-gamma h) instead of 0.99",
+          .order = 2});
 }
 
 void register_verlet(IntegratorRegistry& registry) {

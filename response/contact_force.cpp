@@ -287,8 +287,10 @@ void ContactForce::start(Entry& e) const {
 bool ContactForce::is_impact() const { return approach_ > kImpact * room_; }
 
 ResponseTraits ContactForce::traits() const {
-  return {"Coulomb friction; the solve of the step decides which contacts carry load and stick",
-          "Wriggers, Computational contact mechanics, 2006", true, false, false};
+  return {.promise =
+              "Coulomb friction; the solve of the step decides which contacts carry load and stick",
+          .source = "Wriggers, Computational contact mechanics, 2006",
+          .keeps_momentum = true};
 }
 
 bool ContactForce::comes_near(const Entry& e) const {

@@ -66,10 +66,11 @@ class DisplacementBound final : public FailSafe {
   const std::string& failure_reason() const override { return failure_reason_; }
   const std::map<std::string, double>& counters() const override { return counters_; }
   ResponseTraits traits() const override {
-    return {
-        "ends by construction in one round, or the step is halved because bodies move farther than "
-        "the distance; gains no energy; slows all cloth that is near something",
-        "Chen, Hsu, Liu, Macklin, Yang, Yuksel, Offset geometric contact, 2025"};
+    return {.promise =
+                "ends by construction in one round, or the step is halved because bodies move "
+                "farther than "
+                "the distance; gains no energy; slows all cloth that is near something",
+            .source = "Chen, Hsu, Liu, Macklin, Yang, Yuksel, Offset geometric contact, 2025"};
   }
 
  private:

@@ -11,7 +11,9 @@ class ImpulseZones final : public detail::ZonesAfter {
   explicit ImpulseZones(int passes) : ZonesAfter(passes, "impulses", "impulse_passes") {}
 
   ResponseTraits traits() const override {
-    return {"the step ends without collisions, or is halved",
+    return {
+        .promise = "the step ends without collisions, or is halved",
+        .source =
             "Bridson, Fedkiw, Anderson, Robust treatment of collisions, contact and friction for "
             "cloth animation, 2002; Provot, Collision and self-collision handling in cloth model "
             "dedicated to design garments, 1997"};

@@ -62,10 +62,13 @@ class Layered final : public FailSafe {
   const std::map<std::string, double>& counters() const override { return counters_; }
   ResponseTraits traits() const override {
     return {
-        "ends by construction where bodies do not rotate; keeps linear momentum, gains no energy, "
-        "Coulomb friction",
-        "Harmon, Vouga, Tamstorf, Grinspun, Robust treatment of simultaneous collisions, 2008; "
-        "then separating planes"};
+        .promise =
+            "ends by construction where bodies do not rotate; keeps linear momentum, gains no "
+            "energy, "
+            "Coulomb friction",
+        .source =
+            "Harmon, Vouga, Tamstorf, Grinspun, Robust treatment of simultaneous collisions, 2008; "
+            "then separating planes"};
   }
 
  private:

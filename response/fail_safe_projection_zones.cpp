@@ -15,11 +15,13 @@ class ProjectionZones final : public detail::ZonesAfter {
 
   ResponseTraits traits() const override {
     return {
-        "keeps linear and angular momentum and gains no energy; the step ends without "
-        "collisions, or is halved",
-        "Harmon, Vouga, Tamstorf, Grinspun, Robust treatment of simultaneous collisions, 2008; "
-        "Provot, Collision and self-collision handling in cloth model dedicated to design "
-        "garments, 1997"};
+        .promise =
+            "keeps linear and angular momentum and gains no energy; the step ends without "
+            "collisions, or is halved",
+        .source =
+            "Harmon, Vouga, Tamstorf, Grinspun, Robust treatment of simultaneous collisions, 2008; "
+            "Provot, Collision and self-collision handling in cloth model dedicated to design "
+            "garments, 1997"};
   }
 
  private:

@@ -42,10 +42,11 @@ class PlanesAlone final : public FailSafe {
   const std::string& failure_reason() const override { return failure_reason_; }
   const std::map<std::string, double>& counters() const override { return counters_; }
   ResponseTraits traits() const override {
-    return {
-        "ends by construction where bodies do not rotate; keeps linear momentum, gains no energy, "
-        "allows sliding",
-        "separating axes of convex sets, one plane for each pair; ours"};
+    return {.promise =
+                "ends by construction where bodies do not rotate; keeps linear momentum, gains no "
+                "energy, "
+                "allows sliding",
+            .source = "separating axes of convex sets, one plane for each pair; ours"};
   }
 
  private:

@@ -39,10 +39,15 @@ class ImpulseResponse final : public Response {
     answer_.impulses(out);
   }
   ResponseTraits traits() const override {
-    return {"configurable restitution; static and dynamic Coulomb friction; momentum is kept",
+    return {
+        .promise =
+            "configurable restitution; static and dynamic Coulomb friction; momentum is kept",
+        .source =
             "Bridson, Fedkiw, Anderson, Robust treatment of collisions, contact and friction for "
             "cloth animation, 2002",
-            true, true, true};
+        .keeps_momentum = true,
+        .passive = true,
+        .has_restitution = true};
   }
 
  private:

@@ -41,10 +41,12 @@ class InverseDynamics final : public Response {
     answer_.impulses(out);
   }
   ResponseTraits traits() const override {
-    return {"equal and opposite forces remove the approach; no friction unless sticking",
-            "Provot, Deformation constraints in a mass-spring model to describe rigid cloth "
-            "behavior, 1995",
-            true, true, false};
+    return {.promise = "equal and opposite forces remove the approach; no friction unless sticking",
+            .source =
+                "Provot, Deformation constraints in a mass-spring model to describe rigid cloth "
+                "behavior, 1995",
+            .keeps_momentum = true,
+            .passive = true};
   }
 
  private:

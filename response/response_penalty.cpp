@@ -45,13 +45,12 @@ class Penalty final : public Response {
   double stable_step(double inv_mass) const override;
   ResponseTraits traits() const override {
     return {
-        "penalty forces: an impact at speed v penetrates by v sqrt(m/K); regularised Coulomb "
-        "friction; momentum is kept",
-        "survey of Mozafary and Payvandy, 2016, eq. 42 and 43, corrected",
-        true,
-        false,
-        false,
-        true};
+        .promise =
+            "penalty forces: an impact at speed v penetrates by v sqrt(m/K); regularised Coulomb "
+            "friction; momentum is kept",
+        .source = "survey of Mozafary and Payvandy, 2016, eq. 42 and 43, corrected",
+        .keeps_momentum = true,
+        .stores_energy = true};
   }
 
  private:

@@ -37,10 +37,13 @@ class PositionCorrection final : public Response {
     answer_.impulses(out);
   }
   ResponseTraits traits() const override {
-    return {
-        "particles end on the surface offset; correcting a gap adds no velocity; Coulomb friction; "
-        "momentum is kept",
-        "survey of Mozafary and Payvandy, 2016, eq. 50 and 51, corrected", true, true, false};
+    return {.promise =
+                "particles end on the surface offset; correcting a gap adds no velocity; Coulomb "
+                "friction; "
+                "momentum is kept",
+            .source = "survey of Mozafary and Payvandy, 2016, eq. 50 and 51, corrected",
+            .keeps_momentum = true,
+            .passive = true};
   }
 
  private:

@@ -34,11 +34,15 @@ class PositionVelocity final : public Response {
   }
   ResponseTraits traits() const override {
     return {
-        "particles end on the surface offset; configurable restitution; each step of contact "
-        "removes a share of the tangential velocity; momentum is kept",
-        "survey of Mozafary and Payvandy, 2016, section 6.3; Vassilev, Spanlang, Chrysanthou, "
-        "Fast cloth animation on walking avatars, 2001",
-        true, true, true};
+        .promise =
+            "particles end on the surface offset; configurable restitution; each step of contact "
+            "removes a share of the tangential velocity; momentum is kept",
+        .source =
+            "survey of Mozafary and Payvandy, 2016, section 6.3; Vassilev, Spanlang, Chrysanthou, "
+            "Fast cloth animation on walking avatars, 2001",
+        .keeps_momentum = true,
+        .passive = true,
+        .has_restitution = true};
   }
 
  private:

@@ -36,10 +36,13 @@ class Reflection final : public Response {
   }
   ResponseTraits traits() const override {
     return {
-        "configurable restitution; each step of contact removes a share of the tangential "
-        "velocity, whatever the load; momentum is kept",
-        "Vassilev, Spanlang, Chrysanthou, Fast cloth animation on walking avatars, 2001", true,
-        true, true};
+        .promise =
+            "configurable restitution; each step of contact removes a share of the tangential "
+            "velocity, whatever the load; momentum is kept",
+        .source = "Vassilev, Spanlang, Chrysanthou, Fast cloth animation on walking avatars, 2001",
+        .keeps_momentum = true,
+        .passive = true,
+        .has_restitution = true};
   }
 
  private:

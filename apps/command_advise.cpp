@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "command_advise.h"
-
 #include <fmt/format.h>
+#include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/compare/compare_table.h>
 
@@ -106,12 +105,8 @@ int run_command(const AdviseOptions& o) {
   return 0;
 }
 
-}  // namespace
-
-void add_command_advise(const Command& app) {
+void add_advise_options(const Command& command) {
   const auto o = std::make_shared<AdviseOptions>();
-  const Command command =
-      app.subcommand("advise", "Find the fastest cell of a comparison within an error");
   command.option("where", o->where, "Folder of a comparison, or the scene that was compared")
       .required();
   command
@@ -123,4 +118,12 @@ void add_command_advise(const Command& app) {
   command.flag("--json", o->json, "Print JSON");
   command.footer("Exit code: 0 found, 1 no cell is within the limits, 2 bad input.");
   command.action([o] { return run_command(*o); });
+}
+
+}  // namespace
+
+selvedge::ProgramCommand advise_command() {
+  return {.name = "advise",
+          .purpose = "Find the fastest cell of a comparison within an error",
+          .add_options = add_advise_options};
 }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "command_ccd.h"
-
 #include <fmt/format.h>
+#include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/method_choice.h>
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/compare/compare_detectors.h>
@@ -294,14 +293,8 @@ void run_command(const CcdOptions& o) {
     print_tables(results, o.markdown);
 }
 
-}  // namespace
-
-void add_command_ccd(const Command& app) {
+void add_ccd_options(const Command& command) {
   const auto o = std::make_shared<CcdOptions>();
-  const Command command =
-      app.subcommand("ccd",
-                     "Compare narrow phases on queries with known answers: misses, false "
-                     "alarms, time");
   command
       .option("QUERIES", o->files,
               "Query files (eight rows a query: x_num,x_den,y_num,y_den,z_num,z_den,truth), or "
@@ -347,4 +340,13 @@ void add_command_ccd(const Command& app) {
     run_command(*o);
     return 0;
   });
+}
+
+}  // namespace
+
+selvedge::ProgramCommand ccd_command() {
+  return {
+      .name = "ccd",
+      .purpose = "Compare narrow phases on queries with known answers: misses, false alarms, time",
+      .add_options = add_ccd_options};
 }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "command_check.h"
-
 #include <fmt/format.h>
+#include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/progress_bar.h>
 #include <selvedge/compare/check_result.h>
 #include <selvedge/core/parallel.h>
@@ -218,14 +217,8 @@ bool check_folder(const CheckOptions& o) {
   return !sum.first_faulty.empty();
 }
 
-}  // namespace
-
-void add_command_check(const Command& app) {
+void add_check_options(const Command& command) {
   auto o = std::make_shared<CheckOptions>();
-  const Command command =
-      app.subcommand("check",
-                     "Check meshes of any program exactly: intersections, penetration, "
-                     "strain, collisions on paths");
   command
       .option("MESH", o->list.meshes,
               "OBJ, PLY or OFF files (several: one line each), or the result folder of "
@@ -253,4 +246,14 @@ void add_command_check(const Command& app) {
     const bool faulty = is_folder(o->list.meshes.front()) ? check_folder(*o) : check_list(*o);
     return faulty ? 1 : 0;
   });
+}
+
+}  // namespace
+
+selvedge::ProgramCommand check_command() {
+  return {.name = "check",
+          .purpose =
+              "Check meshes of any program exactly: intersections, penetration, strain, collisions "
+              "on paths",
+          .add_options = add_check_options};
 }

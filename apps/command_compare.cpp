@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "command_compare.h"
-
 #include <fmt/format.h>
+#include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/method_choice.h>
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/apps/detail/progress_bar.h>
@@ -298,13 +297,17 @@ std::string footer() {
          "Exit code: 0 done, 1 a method broke its guarantee (FAILURE), 2 bad input.";
 }
 
-}  // namespace
-
-void add_command_compare(const Command& app) {
+void add_compare_options(const Command& command) {
   const auto o = std::make_shared<CompareOptions>();
-  const Command command =
-      app.subcommand("compare", "Measure error against run time while values of a scene vary");
   add_options(command, *o);
   command.footer(footer());
   command.action([o] { return run_command(*o); });
+}
+
+}  // namespace
+
+selvedge::ProgramCommand compare_command() {
+  return {.name = "compare",
+          .purpose = "Measure error against run time while values of a scene vary",
+          .add_options = add_compare_options};
 }

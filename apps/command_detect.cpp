@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "command_detect.h"
-
 #include <fmt/format.h>
+#include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/method_choice.h>
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/apps/detail/record_queries.h>
@@ -286,14 +285,8 @@ void add_meshes(const Command& command, DetectOptions& o) {
   command.option("--b1", o.b1, "The second surface at the end; without it, it is at rest");
 }
 
-}  // namespace
-
-void add_command_detect(const Command& app) {
+void add_detect_options(const Command& command) {
   const auto o = std::make_shared<DetectOptions>();
-  const Command command =
-      app.subcommand("detect",
-                     "Compare detectors on one step of two meshes, or of one mesh against "
-                     "itself");
   add_meshes(command, *o);
   command
       .option("--broad-phase", o->broad_phase,
@@ -335,4 +328,12 @@ void add_command_detect(const Command& app) {
       "are searched among the overlapping boxes; --record writes these pairs as queries.\n"
       "Exit code: 0 done, 1 a detector broke its guarantee (FAILURE), 2 bad input.");
   command.action([o] { return run_command(*o); });
+}
+
+}  // namespace
+
+selvedge::ProgramCommand detect_command() {
+  return {.name = "detect",
+          .purpose = "Compare detectors on one step of two meshes, or of one mesh against itself",
+          .add_options = add_detect_options};
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/heartbeat.h>
 #include <selvedge/apps/detail/output_file.h>
 #include <selvedge/apps/detail/print.h>
@@ -20,8 +21,6 @@
 #include <string>
 #include <variant>
 #include <vector>
-
-#include "command_identify.h"
 
 namespace {
 
@@ -181,12 +180,8 @@ void run_command(const DrapeOptions& o) {
   if (o.json) print_document(Json{{"results", rows}});
 }
 
-}  // namespace
-
-void add_command_drape(const Command& app) {
+void add_drape_options(const Command& command) {
   const auto o = std::make_shared<DrapeOptions>();
-  const Command command = app.subcommand(
-      "drape", "Compute drape coefficients of fabrics and compare them with measurements");
   command.option("FABRIC", o->names, "Fabric names or files (default: the six of petrak_2025)");
   command.option("--seeds", o->seeds, "Number of drapes of each fabric, each with its own seed")
       .range(1, 1000);
@@ -222,4 +217,12 @@ void add_command_drape(const Command& app) {
     run_command(*o);
     return 0;
   });
+}
+
+}  // namespace
+
+selvedge::ProgramCommand drape_command() {
+  return {.name = "drape",
+          .purpose = "Compute drape coefficients of fabrics and compare them with measurements",
+          .add_options = add_drape_options};
 }

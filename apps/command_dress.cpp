@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "command_dress.h"
-
 #include <fmt/format.h>
+#include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/output_file.h>
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/bodies/sequence_leap.h>
@@ -367,11 +366,8 @@ int dress_command(const DressOptions& o) {
   return dress_one(o);
 }
 
-}  // namespace
-
-void add_command_dress(const Command& app) {
+void add_dress_options(const Command& command) {
   const auto options = std::make_shared<DressOptions>();
-  const Command command = app.subcommand("dress", "Put a garment from a sewing pattern on a body");
   command.option("pattern", options->pattern,
                  "Sewing pattern (JSON of GarmentCode); with --list, the body instead");
   command.option("body", options->body, "Mesh of the body");
@@ -431,4 +427,12 @@ void add_command_dress(const Command& app) {
   command.flag("--json", options->json, "Print the result as JSON");
   command.footer("Exit code 1: the garment could not be put on as wanted; result.json says why.");
   command.action([options] { return dress_command(*options); });
+}
+
+}  // namespace
+
+selvedge::ProgramCommand dress_command() {
+  return {.name = "dress",
+          .purpose = "Put a garment from a sewing pattern on a body",
+          .add_options = add_dress_options};
 }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "command_fabric.h"
-
 #include <fmt/format.h>
+#include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/core/measure.h>
 #include <selvedge/scene/fabric_file.h>
@@ -206,12 +205,8 @@ void run_command(const FabricOptions& o) {
     print_escaped("{:<34}is {}\n", name, fabric);
 }
 
-}  // namespace
-
-void add_command_fabric(const Command& app) {
+void add_fabric_options(const Command& command) {
   const auto o = std::make_shared<FabricOptions>();
-  const Command command = app.subcommand(
-      "fabric", "Convert laboratory measurements of a fabric to the material of a scene");
   command.option("FABRIC", o->names,
                  "Fabric files, or names such as petrak_2025/M1; KES-F, FAST, cantilever and "
                  "drape sheets too");
@@ -225,4 +220,12 @@ void add_command_fabric(const Command& app) {
     run_command(*o);
     return 0;
   });
+}
+
+}  // namespace
+
+selvedge::ProgramCommand fabric_command() {
+  return {.name = "fabric",
+          .purpose = "Convert laboratory measurements of a fabric to the material of a scene",
+          .add_options = add_fabric_options};
 }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "command_identify.h"
-
 #include <fmt/format.h>
+#include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/heartbeat.h>
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/core/parallel.h>
@@ -229,13 +228,9 @@ void run_command(const IdentifyOptions& o) {
   if (o.json) print_document(Json{{"results", results}});
 }
 
-}  // namespace
-
-void add_command_identify(const Command& app) {
+void add_identify_options(const Command& command) {
   const auto o = std::make_shared<IdentifyOptions>();
   o->method = has_genetic() ? "genetic" : "nelder_mead";
-  const Command command =
-      app.subcommand("identify", "Find elastic constants of a fabric from its drape");
   command.option("FABRIC", o->fabric,
                  "Fabric that gives the other constants and the measured drape coefficient");
   command.option("--target", o->target, "Drape coefficient to fit, %").range(1.0, 100.0);
@@ -283,4 +278,12 @@ void add_command_identify(const Command& app) {
     run_command(*o);
     return 0;
   });
+}
+
+}  // namespace
+
+selvedge::ProgramCommand identify_command() {
+  return {.name = "identify",
+          .purpose = "Find elastic constants of a fabric from its drape",
+          .add_options = add_identify_options};
 }

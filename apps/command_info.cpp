@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "command_info.h"
-
 #include <fmt/format.h>
+#include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/option_values.h>
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/bodies/mesh_file.h>
@@ -199,12 +198,8 @@ void print_report(const InfoOptions& o, const MeshInfo& info) {
                     counted(g.meetings.crossings.size(), "crossing"));
 }
 
-}  // namespace
-
-void add_command_info(const Command& app) {
+void add_info_options(const Command& command) {
   const auto o = std::make_shared<InfoOptions>();
-  const Command command =
-      app.subcommand("info", "Report box, unit, groups, closedness and crossings of a mesh file");
   command.option("MESH", o->mesh, "Mesh file: OBJ, PLY, OFF, or what assimp reads").required();
   command.option("--unit", o->unit, "Metres per unit of the file (default: what it states, else 1)")
       .positive();
@@ -221,4 +216,12 @@ void add_command_info(const Command& app) {
       print_report(*o, info);
     return 0;
   });
+}
+
+}  // namespace
+
+selvedge::ProgramCommand info_command() {
+  return {.name = "info",
+          .purpose = "Report box, unit, groups, closedness and crossings of a mesh file",
+          .add_options = add_info_options};
 }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "command_list.h"
-
 #include <fmt/format.h>
+#include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/print.h>
 
 #include <cmath>
@@ -135,6 +134,13 @@ nlohmann::json json_of(const selvedge::MethodOption& option) {
           {"meaning", option.meaning}};
 }
 
+nlohmann::json commands() {
+  auto list = nlohmann::json::array();
+  for (const selvedge::ProgramCommand& command : selvedge::program_commands())
+    list.push_back({{"name", command.name}, {"purpose", command.purpose}});
+  return list;
+}
+
 void print_json(const std::vector<ListedMethod>& methods) {
   auto list = nlohmann::json::array();
   for (const ListedMethod& method : methods) {
@@ -148,14 +154,10 @@ void print_json(const std::vector<ListedMethod>& methods) {
                     {"available", method.available},
                     {"options", options}});
   }
-  print_document(nlohmann::json{{"methods", list}});
+  print_document(nlohmann::json{{"commands", commands()}, {"methods", list}});
 }
 
-}  // namespace
-
-void add_command_list(const selvedge::Command& app) {
-  const selvedge::Command command =
-      app.subcommand("list", "List every method of this build with its source and guarantee");
+void add_list_options(const selvedge::Command& command) {
   const auto json = std::make_shared<bool>(false);
   command.flag("--json", *json, "Print JSON");
   command.action([json] {
@@ -165,4 +167,12 @@ void add_command_list(const selvedge::Command& app) {
       print_table(all_methods());
     return 0;
   });
+}
+
+}  // namespace
+
+selvedge::ProgramCommand list_command() {
+  return {.name = "list",
+          .purpose = "List every method of this build with its source and guarantee",
+          .add_options = add_list_options};
 }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "command_measure.h"
-
 #include <fmt/format.h>
+#include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/core/files.h>
 #include <selvedge/lab/measure_pictures.h>
@@ -82,14 +81,8 @@ void run_command(const MeasureOptions& o) {
     print_report(measures, out);
 }
 
-}  // namespace
-
-void add_command_measure(const Command& app) {
+void add_measure_options(const Command& command) {
   const auto o = std::make_shared<MeasureOptions>();
-  const Command command =
-      app.subcommand("measure",
-                     "Measure drape coefficient, folds, strains and energies of a result; "
-                     "write tables and pictures");
   command.option("RESULT", o->result, "Result folder of a run").required();
   command.option("--frame", o->frame, "Number of the frame (default: the last one)")
       .range(0, 99999);
@@ -106,4 +99,14 @@ void add_command_measure(const Command& app) {
     run_command(*o);
     return 0;
   });
+}
+
+}  // namespace
+
+selvedge::ProgramCommand measure_command() {
+  return {.name = "measure",
+          .purpose =
+              "Measure drape coefficient, folds, strains and energies of a result; write tables "
+              "and pictures",
+          .add_options = add_measure_options};
 }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "command_plan.h"
-
 #include <fmt/format.h>
+#include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/compare/ablation.h>
 #include <selvedge/compare/compare_table.h>
@@ -237,12 +236,16 @@ void add_options(const Command& command, PlanOptions& o) {
       "Exit code: 0 done, 1 proofs changed the result, 2 bad input.");
 }
 
-}  // namespace
-
-void add_command_plan(const Command& app) {
+void add_plan_options(const Command& command) {
   const auto o = std::make_shared<PlanOptions>();
-  const Command command =
-      app.subcommand("plan", "Show which parts a scene needs, which are left out, and why");
   add_options(command, *o);
   command.action([o] { return run_command(*o); });
+}
+
+}  // namespace
+
+selvedge::ProgramCommand plan_command() {
+  return {.name = "plan",
+          .purpose = "Show which parts a scene needs, which are left out, and why",
+          .add_options = add_plan_options};
 }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "command_render.h"
-
 #include <fmt/format.h>
+#include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/option_values.h>
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/apps/detail/progress_bar.h>
@@ -157,12 +156,8 @@ int render_command(const RenderOptions& options) {
   return 0;
 }
 
-}  // namespace
-
-void add_command_render(const Command& app) {
+void add_render_options(const Command& command) {
   const auto options = std::make_shared<RenderOptions>();
-  const Command command =
-      app.subcommand("render", "Draw pictures of a result folder or a mesh file");
   command.option("result", options->result, "Result folder of a run, or a mesh file").required();
   command.option("--out", options->out,
                  "Folder for the pictures (default: pictures/ of the result)");
@@ -186,4 +181,12 @@ void add_command_render(const Command& app) {
   command.option("--fps", options->fps, "Pictures per second of the animation (default: real time)")
       .range(0.01, 1000.0);
   command.action([options] { return render_command(*options); });
+}
+
+}  // namespace
+
+selvedge::ProgramCommand render_command() {
+  return {.name = "render",
+          .purpose = "Draw pictures of a result folder or a mesh file",
+          .add_options = add_render_options};
 }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "command_replay.h"
-
 #include <fmt/format.h>
+#include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/run/replay.h>
@@ -234,14 +233,8 @@ int compare_runs(const ReplayOptions& options) {
   return same ? 0 : 1;
 }
 
-}  // namespace
-
-void add_command_replay(const Command& app) {
+void add_replay_options(const Command& command) {
   const auto options = std::make_shared<ReplayOptions>();
-  const Command command =
-      app.subcommand("replay",
-                     "Repeat the step at which a run stopped, or find the first difference of "
-                     "two runs");
   command
       .option("result", options->first,
               "Failure bundle, or the result folder of a run that left one")
@@ -259,4 +252,13 @@ void add_command_replay(const Command& app) {
   command.action([options] {
     return options->second.empty() ? replay_bundle(*options) : compare_runs(*options);
   });
+}
+
+}  // namespace
+
+selvedge::ProgramCommand replay_command() {
+  return {
+      .name = "replay",
+      .purpose = "Repeat the step at which a run stopped, or find the first difference of two runs",
+      .add_options = add_replay_options};
 }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "command_run.h"
-
 #include <fmt/format.h>
+#include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/progress_bar.h>
 #include <selvedge/apps/detail/record_queries.h>
 #include <selvedge/core/parallel.h>
@@ -190,11 +189,8 @@ int run_command(const RunOptions& options) {
   return (result.clean || carried) && result.stopped.empty() ? 0 : 1;
 }
 
-}  // namespace
-
-void add_command_run(const Command& app) {
+void add_run_options(const Command& command) {
   const auto options = std::make_shared<RunOptions>();
-  const Command command = app.subcommand("run", "Simulate a scene into a result folder");
   command.option("scene", options->scene, "Scene file (JSON)").required();
   command.option("--out", options->out, "Result folder (default: out/NAME of the scene)");
   command.option("--threads", options->threads, "Threads; 0: all (the result is the same)")
@@ -228,4 +224,12 @@ void add_command_run(const Command& app) {
   command.flag("--json", options->json, "Print result.json");
   command.flag("--no-picture", options->no_picture, "Draw no pictures");
   command.action([options] { return run_command(*options); });
+}
+
+}  // namespace
+
+selvedge::ProgramCommand run_command() {
+  return {.name = "run",
+          .purpose = "Simulate a scene into a result folder",
+          .add_options = add_run_options};
 }

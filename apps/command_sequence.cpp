@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "command_sequence.h"
-
 #include <fmt/format.h>
+#include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/option_values.h>
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/bodies/animation_file.h>
@@ -52,12 +51,8 @@ int sequence_command(const SequenceOptions& o) {
   return 0;
 }
 
-}  // namespace
-
-void add_command_sequence(const Command& app) {
+void add_sequence_options(const Command& command) {
   const auto options = std::make_shared<SequenceOptions>();
-  const Command command = app.subcommand(
-      "sequence", "Bake an animated mesh to numbered files, for obstacles of scenes");
   command
       .option("file", options->file,
               "glTF, FBX, Collada or another file that assimp reads; .usda; .pc2 or .mdd")
@@ -80,4 +75,12 @@ void add_command_sequence(const Command& app) {
   command.flag("--no-weld", options->no_weld,
                "Keep vertices apart that are at the same place in every frame");
   command.action([options] { return sequence_command(*options); });
+}
+
+}  // namespace
+
+selvedge::ProgramCommand sequence_command() {
+  return {.name = "sequence",
+          .purpose = "Bake an animated mesh to numbered files, for obstacles of scenes",
+          .add_options = add_sequence_options};
 }

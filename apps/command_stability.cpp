@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "command_stability.h"
-
 #include <fmt/format.h>
+#include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/heartbeat.h>
 #include <selvedge/apps/detail/method_choice.h>
 #include <selvedge/apps/detail/output_file.h>
@@ -228,14 +227,16 @@ OptionGroups add_options(const Command& command, StabilityOptions& o) {
   return {of_scene, of_folder, threads};
 }
 
-}  // namespace
-
-void add_command_stability(const Command& app) {
+void add_stability_options(const Command& command) {
   const auto o = std::make_shared<StabilityOptions>();
-  const Command command =
-      app.subcommand("stability",
-                     "Find the largest stable step of each integrator on the cloth of a "
-                     "scene; run the extreme cases");
   const OptionGroups groups = add_options(command, *o);
   command.action([o, groups] { return run_folder_or_scene(groups, *o); });
+}
+
+}  // namespace
+
+selvedge::ProgramCommand stability_command() {
+  return {.name = "stability",
+          .purpose = "Find the largest stable step of each integrator; run the extreme cases",
+          .add_options = add_stability_options};
 }

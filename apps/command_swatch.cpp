@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "command_swatch.h"
-
 #include <fmt/format.h>
+#include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/lab/fabric_drape.h>
@@ -140,15 +139,9 @@ void run_command(const SwatchOptions& o) {
     print_report(trial, curves);
 }
 
-}  // namespace
-
-void add_command_swatch(const Command& app) {
+void add_swatch_options(const Command& command) {
   const auto o = std::make_shared<SwatchOptions>();
   SwatchTrial& t = o->trial;
-  const Command command = app.subcommand(
-      "swatch",
-      "Compute the constants of a weave from its yarns: tension along warp, weft and "
-      "bias, and shear; or of a plain knit: tension along courses and wales");
   command.flag("--knit", o->knit, "Test a plain knit of the first yarn instead of a weave");
   command.option("--wales", o->knitted[0], "Wales of the knit per metre").positive();
   command.option("--courses", o->knitted[1], "Courses of the knit per metre").positive();
@@ -183,4 +176,12 @@ void add_command_swatch(const Command& app) {
     run_command(*o);
     return 0;
   });
+}
+
+}  // namespace
+
+selvedge::ProgramCommand swatch_command() {
+  return {.name = "swatch",
+          .purpose = "Compute the constants of a weave or a plain knit from its yarns",
+          .add_options = add_swatch_options};
 }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "command_view.h"
-
 #include <fmt/format.h>
+#include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/option_values.h>
 #include <selvedge/apps/detail/output_file.h>
 #include <selvedge/apps/detail/print.h>
@@ -67,12 +66,8 @@ int view_command(const ViewOptions& o) {
   return 0;
 }
 
-}  // namespace
-
-void add_command_view(const Command& app) {
+void add_view_options(const Command& command) {
   const auto options = std::make_shared<ViewOptions>();
-  const Command command =
-      app.subcommand("view", "Write a page that shows a result, or two side by side, in a browser");
   command
       .option("results", options->results,
               "One or two: the result folder of a run, its folder failure/, or a mesh file")
@@ -83,4 +78,12 @@ void add_command_view(const Command& app) {
                "Do not measure where the cloth is nearer than its rest gap, which is a search in "
                "every frame");
   command.action([options] { return view_command(*options); });
+}
+
+}  // namespace
+
+selvedge::ProgramCommand view_command() {
+  return {.name = "view",
+          .purpose = "Write a page that shows a result, or two side by side, in a browser",
+          .add_options = add_view_options};
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/apps/command_line.h>
+#include <selvedge/apps/commands.h>
 #include <selvedge/core/signals.h>
 #include <selvedge/core/text.h>
 
@@ -10,25 +11,6 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "command_advise.h"
-#include "command_ccd.h"
-#include "command_check.h"
-#include "command_compare.h"
-#include "command_detect.h"
-#include "command_dress.h"
-#include "command_fabric.h"
-#include "command_identify.h"
-#include "command_info.h"
-#include "command_list.h"
-#include "command_measure.h"
-#include "command_plan.h"
-#include "command_render.h"
-#include "command_replay.h"
-#include "command_run.h"
-#include "command_sequence.h"
-#include "command_stability.h"
-#include "command_swatch.h"
-#include "command_view.h"
 #include "version.h"
 
 namespace {
@@ -46,26 +28,8 @@ int run_command_line(int argc, char** argv) {
       "Find cloth collisions exactly, and simulate cloth that never passes through anything.",
       "selvedge");
   app.version(version_text());
-  add_command_run(app);
-  add_command_info(app);
-  add_command_dress(app);
-  add_command_check(app);
-  add_command_detect(app);
-  add_command_ccd(app);
-  add_command_compare(app);
-  add_command_advise(app);
-  add_command_plan(app);
-  add_command_sequence(app);
-  add_command_stability(app);
-  add_command_render(app);
-  add_command_view(app);
-  add_command_measure(app);
-  add_command_fabric(app);
-  add_command_drape(app);
-  add_command_swatch(app);
-  add_command_identify(app);
-  add_command_replay(app);
-  add_command_list(app);
+  for (const selvedge::ProgramCommand& command : selvedge::program_commands())
+    command.add_options(app.subcommand(command.name, command.purpose));
   std::optional<int> exit_code;
   try {
     exit_code = app.parse(argc, argv);

@@ -269,13 +269,26 @@ TEST_F(Program, AWrongOptionNamesTheCommandWhoseHelpExplainsIt) {
 }
 
 TEST_F(Program, EveryCommandDescribesItsOptions) {
-  for (const char* command :
-       {"run", "check", "detect", "ccd", "compare", "advise", "plan", "stability", "render",
-        "measure", "info", "fabric", "drape", "swatch", "identify", "replay", "list"}) {
-    const Outcome o = run(std::string(command) + " --help");
-    EXPECT_EQ(o.code, 0) << command;
-    EXPECT_SAYS(o.out, std::string("Usage: selvedge ") + command);
+  const Json commands = Json::parse(run("list --json").out)["commands"];
+  ASSERT_FALSE(commands.empty());
+  for (const Json& command : commands) {
+    const std::string name = command["name"];
+    const Outcome o = run(name + " --help");
+    EXPECT_EQ(o.code, 0) << name;
+    EXPECT_SAYS(o.out, "Usage: selvedge " + name);
   }
+}
+
+TEST_F(Program, ItsPageHasTheTableOfCommands) {
+  const Json commands = Json::parse(run("list --json").out)["commands"];
+  std::string table;
+  for (const Json& command : commands)
+    table += "| `" + command["name"].get<std::string>() + "` | " +
+             command["purpose"].get<std::string>() + " |\n";
+  const std::string page = content(fs::path(SELVEDGE_SOURCE_DIR) / "docs/program.md");
+  EXPECT_NE(page.find("| --- | --- |\n" + table + "\n"), std::string::npos)
+      << "docs/program.md must have these lines:\n"
+      << table;
 }
 
 // -- stopping and going on ------------------------------------------------------------------------

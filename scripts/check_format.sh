@@ -3,8 +3,7 @@
 # check_format.sh [--fix]: lists every source that clang-format (14, as in Debian 12) would change. --fix: changes them.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
-folders=(core bodies broadphase narrowphase detection response garment scene simulation run dress judge render view compare lab apps tests
-  bench examples tools python)
+mapfile -t folders < <(awk '/^[a-z]/ { print $1 }' cmake/rooms.txt)
 sources() {
   find "${folders[@]}" \( -name '*.h' -o -name '*.cpp' -o -name '*.inc' \) ! -name '*_generated.cpp' -print0 | sort -z
 }

@@ -30,6 +30,7 @@ for page in docs/*.md; do
 done
 sed -i "s/@METHOD_PAGES@/$pages/" "$out/pages/index.md"
 
-(cat docs/site/Doxyfile; echo "OUTPUT_DIRECTORY = $out") | scripts/quietly.sh doxygen -
+libraries=$(awk -F' [|] ' '$2 ~ /^(detectors|simulation|program)$/ { print $1 }' cmake/rooms.txt)
+(cat docs/site/Doxyfile; echo "INPUT = ${libraries//$'\n'/ }"; echo "OUTPUT_DIRECTORY = $out") | scripts/quietly.sh doxygen -
 SELVEDGE_DOXYGEN_XML=$PWD/$out/xml scripts/quietly.sh sphinx-build -W --keep-going -q -b html "$out/pages" "$out/html"
 echo "Written: $out/html/index.html"

@@ -8,6 +8,7 @@
 #include <cctype>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <regex>
 #include <set>
@@ -44,33 +45,73 @@ bool starts_with(const std::string& text, const std::string& start) {
 
 using Arrows = std::map<std::string, std::set<std::string>>;
 
-/// The rows of a table of rooms: each room with the rooms that it may include.
-Arrows arrows_of(const std::string& page) {
-  Arrows arrows;
-  for (const std::string& line : lines_of(page)) {
-    const std::vector<std::string> cells = split(line, '|');
-    if (cells.size() != 5) continue;
-    const std::vector<std::string> room = split(cells[1], '`'), list = split(cells[3], '`');
-    if (room.size() != 3 || room[0] != " ") continue;
-    std::set<std::string>& to = arrows[room[1]];
-    for (std::size_t i = 1; i < list.size(); i += 2) to.insert(list[i]);
+/// A line of cmake/rooms.txt.
+struct Room {
+  std::string name, part, bits, may_include, content;
+
+  bool is_library() const {
+    return part == "detectors" || part == "simulation" || part == "program";
   }
+};
+
+std::vector<std::string> words(const std::string& text) {
+  std::istringstream in(text);
+  return {std::istream_iterator<std::string>(in), {}};
+}
+
+Room read_room(const std::string& line) {
+  std::vector<std::string> cells = split(line, '|');
+  cells.resize(5);
+  const auto trimmed = [](const std::string& cell) {
+    const std::size_t first = cell.find_first_not_of(' ');
+    if (first == std::string::npos) return std::string();
+    return cell.substr(first, cell.find_last_not_of(' ') + 1 - first);
+  };
+  return {.name = trimmed(cells[0]),
+          .part = trimmed(cells[1]),
+          .bits = trimmed(cells[2]),
+          .may_include = trimmed(cells[3]),
+          .content = trimmed(cells[4])};
+}
+
+std::vector<Room> read_rooms() {
+  std::vector<Room> rooms;
+  for (const std::string& line : lines_of(read(root() / "cmake/rooms.txt")))
+    if (!line.empty() && line[0] != '#') rooms.push_back(read_room(line));
+  return rooms;
+}
+
+const std::vector<Room> kRooms = read_rooms();
+
+std::set<std::string> names_of_rooms(bool (*wanted)(const Room&)) {
+  std::set<std::string> names;
+  for (const Room& room : kRooms)
+    if (wanted(room)) names.insert(room.name);
+  return names;
+}
+
+/// The libraries that determine states, which must have the same bits with every C library.
+const std::set<std::string> kSameBits =
+    names_of_rooms([](const Room& room) { return room.bits == "same"; });
+
+/// The rooms, and what each may include; of those that are no libraries, beside all libraries.
+Arrows arrows_of(bool (*wanted)(const Room&)) {
+  Arrows arrows;
+  for (const Room& room : kRooms)
+    if (wanted(room))
+      for (std::set<std::string>& to = arrows[room.name];
+           const std::string& word : words(room.may_include))
+        if (word != "libraries") to.insert(word);
   return arrows;
 }
 
-/// The rooms of the library. docs/architecture.md is the only list of them.
 const Arrows& rooms() {
-  static const Arrows listed = arrows_of(read(root() / "docs/architecture.md"));
+  static const Arrows listed = arrows_of([](const Room& room) { return room.is_library(); });
   return listed;
 }
 
-/// Folders that use the rooms, and of these folders what their second part lists.
-const Arrows kUsers = {{"apps", {}},
-                       {"python", {"apps"}},  // apps/version.h alone
-                       {"examples", {}},
-                       {"tools", {}},
-                       {"bench", {"apps", "tools", "tests"}},  // apps/command_line.h alone
-                       {"tests", {"tools"}}};
+/// Folders that use the rooms.
+const Arrows kUsers = arrows_of([](const Room& room) { return !room.is_library(); });
 
 bool is_within(const std::string& file, const std::string& folder) {
   return starts_with(file, folder + "/") || file == folder;
@@ -157,11 +198,6 @@ Sentences forbidden_arrows(const std::string& file, const std::string& text) {
   }
   return faults;
 }
-
-/// The libraries that determine states, which must have the same bits with every C library.
-const std::set<std::string> kSameBits = {"core",      "bodies",   "broadphase", "narrowphase",
-                                         "detection", "response", "scene",      "simulation",
-                                         "garment",   "dress"};
 
 /// Functions whose last bits IEEE 754 leaves to the C library: core/elementary.h has their like.
 Sentences platform_functions(const std::string& file, const std::string& text) {
@@ -264,6 +300,16 @@ std::string code_block(const std::string& text, const std::string& marker) {
   return text.substr(begin, text.find("```", begin) - begin);
 }
 
+/// The start of the row of docs/architecture.md that describes a library.
+std::string row_of(const Room& room) {
+  std::string row = "| `" + room.name + "` | " + room.content + " | ", comma;
+  for (const std::string& word : words(room.may_include)) {
+    row += comma + "`" + word + "`";
+    comma = ", ";
+  }
+  return row + (comma.empty() ? "| " : " | ");
+}
+
 /// Keys such as [Provot1995] or [Provot1995, section 4] that a text cites.
 std::set<std::string> cited_keys(const std::string& text) {
   const auto letter = [](char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0; };
@@ -342,7 +388,7 @@ TEST(Architecture, NoModuleIncludesWhatItsArrowsForbid) {
 TEST(Architecture, WhatDeterminesStatesCallsNoFunctionWhoseBitsVary) {
   Sentences faults;
   for (const std::string& file : files_with({".h", ".cpp", ".inc"}))
-    if (kSameBits.contains(folder_of(file)))
+    if (kSameBits.contains(room_of(file)))
       append(faults, platform_functions(file, read(root() / file)));
   EXPECT_TRUE(faults.empty()) << joined(faults);
 }
@@ -403,6 +449,15 @@ TEST(Architecture, TheRoomsFormNoCircle) {
     if (done.size() == rooms().size()) break;
   }
   EXPECT_EQ(done.size(), rooms().size());
+}
+
+TEST(Architecture, ThePageOnTheRoomsDescribesEachAsTheListDoes) {
+  const std::string page = read(root() / "docs/architecture.md");
+  for (const Room& room : kRooms)
+    if (room.is_library()) {
+      EXPECT_NE(page.find("\n" + row_of(room)), std::string::npos)
+          << "docs/architecture.md lacks the row: " << row_of(room) << "`TARGETS` |";
+    }
 }
 
 TEST(Architecture, TheSampleOfTheLibraryPageIsTheExampleThatIsCompiledAndRun) {
@@ -494,10 +549,11 @@ TEST(ArchitectureRules, FindAMissingLicence) {
             0u);
 }
 
-TEST(ArchitectureRules, ReadTheArrowsOfATable) {
-  const auto arrows =
-      arrows_of("| room | content |\n| `a` | x `y` | `b`, `c` | `a` |\n| `d` | | | `d` |\n");
-  EXPECT_EQ(arrows, (std::map<std::string, std::set<std::string>>{{"a", {"b", "c"}}, {"d", {}}}));
+TEST(ArchitectureRules, ReadALineOfTheListOfRooms) {
+  const Room room = read_room("a | program | same | b c | x y");
+  EXPECT_TRUE(room.is_library());
+  EXPECT_EQ(words(room.may_include), (std::vector<std::string>{"b", "c"}));
+  EXPECT_EQ(row_of(room), "| `a` | x y | `b`, `c` | ");
 }
 
 TEST(ArchitectureRules, FindAFileThatADocumentInvents) {

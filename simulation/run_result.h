@@ -4,6 +4,7 @@
 // reports.
 #pragma once
 
+#include <selvedge/core/fields.h>
 #include <selvedge/core/measure.h>
 #include <selvedge/response/response.h>
 #include <selvedge/scene/build.h>
@@ -113,16 +114,7 @@ struct FieldRule {
 
 constexpr FieldRule column(Merge merge) { return {.merge = merge, .column = true}; }
 
-/// Fields<T>::visit(visitor) calls visitor(name, pointer to member, FieldRule) for every field of
-/// T, in the order of result.json.
-template <class T>
-struct Fields;
-
-template <class T>
-concept HasFields = requires {
-  sizeof(Fields<T>);
-};
-
+/// The fields of results, in the order of result.json.
 template <>
 struct Fields<PlanFigures> {
   template <class Visitor>

@@ -51,10 +51,7 @@ DrapeRow compute(const Fabric& fabric, const DrapeOptions& o) {
   series.trial.cells = o.cells;
   series.trial.polar = !o.woven;
   Material material = fabric.material;
-  if (o.stretch_law == "hooke") material.stretch_law = StretchLaw::hooke;
-  if (o.stretch_law == "corotated") material.stretch_law = StretchLaw::corotated;
-  if (o.stretch_law == "st_venant_kirchhoff")
-    material.stretch_law = StretchLaw::st_venant_kirchhoff;
+  if (!o.stretch_law.empty()) material.stretch_law = o.stretch_law;
   return {fabric.name, fabric.constants.drape_coefficient, drape_series(material, series)};
 }
 

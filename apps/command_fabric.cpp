@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/print.h>
+#include <selvedge/core/fabric_laws.h>
 #include <selvedge/core/measure.h>
 #include <selvedge/scene/fabric_file.h>
 
@@ -36,7 +37,7 @@ double mean_bending(const Material& m) {
 
 /// A net of springs with the strip modulus and the shear of the fabric has these: C12 is not free.
 ContinuumConstants wanted(const Material& m) {
-  const double g = m.shear_law == ShearLaw::springs ? m.shear_stiffness : 0.0;
+  const double g = shear_law_of(m).by_springs ? m.shear_stiffness : 0.0;
   const double warp = m.stretch_stiffness, weft = stretch_along_weft(m);
   // c11 - g²/c22 = warp, c22 - g²/c11 = weft
   const double c11 = 0.5 * (warp + std::sqrt(warp * warp + 4.0 * g * g * warp / weft));
@@ -141,7 +142,7 @@ void print_report(const Fabric& fabric, const FabricOptions& o) {
       "  bending_stiffness  {:.6g} N*m along warp, {:.6g} N*m along weft   (bending length of the "
       "mean {:.2f} mm)\n",
       m.bending_stiffness, bending_along_weft(m), 1e3 * c);
-  if (m.stretch_law == StretchLaw::kawabata)
+  if (m.stretch_law == "kawabata")
     print_escaped("  kawabata           LT {:.4g}, EMT {:.4g}, RT {:.4g}\n", m.kawabata_lt,
                   m.kawabata_strain, m.kawabata_rt);
   const auto print_curve = [](const char* key, const MonotoneCurve& curve) {

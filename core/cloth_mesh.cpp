@@ -4,6 +4,7 @@
 #include <selvedge/core/detail/grid_mesh.h>
 #include <selvedge/core/detail/shape_operator.h>
 #include <selvedge/core/detail/topology.h>
+#include <selvedge/core/fabric_laws.h>
 
 #include <algorithm>
 #include <cmath>
@@ -40,28 +41,59 @@ std::vector<Side> sorted_sides(std::span<const Triangle> triangles) {
 
 }  // namespace
 
-/// Refuses curves without a law that follows them, and laws without curves.
-void validate_curves(const Material& m) {
-  const bool tension = !m.tension_curve.empty(), bending = !m.bending_curve.empty();
-  if (tension != (m.stretch_law == StretchLaw::measured))
-    throw std::invalid_argument(
-        tension ? "tension_curve needs stretch_law \"measured\""
-                : "stretch_law \"measured\" needs the points of a tension_curve");
+namespace {
+
+/// `"a", "b" or "c"` for the laws that read a constant.
+template <class Law>
+std::string laws_that_read(const std::vector<Law>& laws, const std::string& constant) {
+  std::vector<std::string> names;
+  for (const Law& law : laws)
+    if (reads(law.reads, constant)) names.push_back("\"" + law.name + "\"");
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    text += (i == 0 ? "" : i + 1 < names.size() ? ", " : " or ") + names[i];
+  return text;
+}
+
+/// Refuses a constant that the law of the material does not read.
+template <class Law>
+void require_reader(const char* key, const Law& law, const std::vector<Law>& laws,
+                    const char* constant, bool given) {
+  if (given && !reads(law.reads, constant))
+    throw std::invalid_argument(std::string(constant) + " needs " + key + " " +
+                                laws_that_read(laws, constant));
+}
+
+/// Refuses constants without a law that reads them, and laws without their curves.
+void validate_laws(const Material& m) {
+  const StretchLaw& stretch = stretch_law_of(m);
+  const ShearLaw& shear = shear_law_of(m);
+  const BendingLaw& bending = bending_law_of(m);
+  const FabricLaws& laws = fabric_laws();
+  const bool tension = !m.tension_curve.empty();
+  require_reader("stretch_law", stretch, laws.stretch, "tension_curve", tension);
+  if (!tension && reads(stretch.reads, "tension_curve"))
+    throw std::invalid_argument("stretch_law \"" + stretch.name +
+                                "\" needs the points of a tension_curve");
   if (!tension && !m.tension_weft.empty())
     throw std::invalid_argument("tension_curve_weft needs a tension_curve of the warp");
-  if (!m.shear_curve.empty() && m.shear_law != ShearLaw::angle)
-    throw std::invalid_argument("shear_curve needs shear_law \"angle\"");
-  if (!bending && !m.bending_curve_weft.empty())
+  require_reader("stretch_law", stretch, laws.stretch, "poisson", m.poisson.has_value());
+  require_reader("shear_law", shear, laws.shear, "shear_curve", !m.shear_curve.empty());
+  require_reader("shear_law", shear, laws.shear, "shear_friction", m.shear_friction > 0.0);
+  if (m.bending_curve.empty() && !m.bending_curve_weft.empty())
     throw std::invalid_argument("bending_curve_weft needs a bending_curve of the warp");
-  if (bending && m.bending_law != BendingLaw::shape_operator &&
-      m.bending_law != BendingLaw::hinge && m.bending_law != BendingLaw::chord)
+  require_reader("bending_law", bending, laws.bending, "bending_curve", !m.bending_curve.empty());
+  if (shear.by_triangles && stretch.add_to_triangles != nullptr)
     throw std::invalid_argument(
-        "bending_curve needs bending_law \"shape_operator\", or on grids of cells \"hinge\" or "
-        "\"chord\"");
-  if (m.shear_law == ShearLaw::angle && is_membrane(m.stretch_law))
-    throw std::invalid_argument(
-        "shear_law \"angle\" stretches warp and weft each by itself; finite elements carry shear "
-        "themselves, so leave shear_law out or take another stretch_law");
+        "shear_law \"" + shear.name +
+        "\" stretches warp and weft each by itself; finite elements carry shear themselves, so "
+        "leave shear_law out or take another stretch_law");
+}
+
+}  // namespace
+
+std::string bending_laws_that_read(const std::string& constant) {
+  return laws_that_read(fabric_laws().bending, constant);
 }
 
 void validate_material(const Material& m) {
@@ -88,14 +120,7 @@ void validate_material(const Material& m) {
           "above 0 and at most 1");
   not_negative("shear_friction", m.shear_friction);
   not_negative("bending_friction", m.bending_friction);
-  if (m.shear_friction > 0.0 && m.shear_law == ShearLaw::springs)
-    throw std::invalid_argument(
-        "shear_friction needs shear_law \"twisting\" on grids of cells, or \"angle\"");
-  validate_curves(m);
-  if (m.poisson && !is_membrane(m.stretch_law))
-    throw std::invalid_argument(
-        "poisson needs stretch_law \"st_venant_kirchhoff\" or \"corotated\": a net of springs has "
-        "C12 = C33 whatever it is");
+  validate_laws(m);
   if (m.poisson) require(std::abs(*m.poisson) < 1.0, "poisson", *m.poisson, "between -1 and 1");
   require(m.kawabata_lt > 0.5 && m.kawabata_lt <= 1.0, "kawabata_lt", m.kawabata_lt,
           "above 0.5 and at most 1");
@@ -223,16 +248,24 @@ void add_edge_springs(ClothMesh& cloth, std::span<const Vec3> rest, const Materi
 }
 
 void add_hinges(ClothMesh& cloth, std::span<const Vec3> rest, const Material& material) {
-  if (material.bending_stiffness <= 0.0) return;
-  if (material.bending_law == BendingLaw::shape_operator)
-    return add_shape_operator(cloth, rest, material);
+  if (material.bending_stiffness > 0.0)
+    bending_law_of(material).add_to_triangles(cloth, rest, material);
+}
+
+void add_edge_hinges(ClothMesh& cloth, std::span<const Vec3> rest, const Material& material) {
+  const bool by_sine = bending_law_of(material).by_sine;
   for (const InteriorEdge& edge : interior_edges(cloth.surface.triangles)) {
     const Dihedral d = dihedral(rest, edge.v);
     if (!d.valid) continue;
     cloth.hinges.push_back({edge.v, d.angle,
                             hinge_stiffness(edge.v, rest, material.bending_stiffness),
-                            material.bending_damping, material.bending_law == BendingLaw::bridson});
+                            material.bending_damping, by_sine});
   }
+}
+
+void add_side_hinge(ClothMesh& cloth, const SplitSide& side, const Material& material) {
+  cloth.hinges.push_back({side.hinge, 0.0, side.stiffness, material.bending_damping,
+                          bending_law_of(material).by_sine});
 }
 
 namespace {
@@ -251,13 +284,18 @@ std::array<std::array<double, 2>, 3> warp_and_weft(std::span<const Vec3> rest, c
   return place;
 }
 
-void add_membrane(ClothMesh& cloth, std::span<const Vec3> rest, const Material& m) {
+}  // namespace
+
+void add_membrane(ClothMesh& cloth, std::span<const Vec3> rest, const Material& m,
+                  MembraneStrain strain) {
   const bool flat = in_a_level(rest);
   const ContinuumConstants c = membrane_constants(m, flat);
   for (const Triangle& t : cloth.surface.triangles)
-    cloth.membranes.push_back({t, warp_and_weft(rest, t, flat), c.c11, c.c22, c.c12, c.c33,
-                               m.spring_damping, m.stretch_law});
+    cloth.membranes.push_back(
+        {t, warp_and_weft(rest, t, flat), c.c11, c.c22, c.c12, c.c33, m.spring_damping, strain});
 }
+
+namespace {
 
 /// The triangles follow `laws` along warp and weft.
 void add_yarns(ClothMesh& cloth, std::span<const Vec3> rest, const Material& m,
@@ -292,23 +330,11 @@ void set_measured_springs(ClothMesh& cloth, std::span<const Vec3> rest,
 }  // namespace
 
 void set_stretch_law(ClothMesh& cloth, std::span<const Vec3> rest, const Material& m) {
-  if (is_membrane(m.stretch_law)) add_membrane(cloth, rest, m);
-  const bool on_triangles = m.shear_law == ShearLaw::angle;
-  SpringCurve curve{m.stretch_law};
-  if (m.stretch_law == StretchLaw::hooke && !on_triangles) return;
-  if (m.stretch_law == StretchLaw::biphasic) {
-    curve.strain = m.biphasic_strain;
-    curve.shape = m.biphasic_growth;
-  }
-  if (m.stretch_law == StretchLaw::kawabata) {
-    curve.strain = m.kawabata_strain;
-    curve.shape = m.kawabata_lt;
-    curve.resilience = m.kawabata_rt;
-  }
-  if (m.stretch_law == StretchLaw::measured) {
-    curve.resilience = m.kawabata_rt;
-    curve.measured = m.tension_curve;
-  }
+  const StretchLaw& stretch = stretch_law_of(m);
+  const bool on_triangles = shear_law_of(m).by_triangles;
+  if (stretch.add_to_triangles != nullptr) stretch.add_to_triangles(cloth, rest, m);
+  SpringCurve curve = stretch.curve(m);
+  if (curve == SpringCurve{} && !on_triangles) return;
   std::array<std::int32_t, 2> laws{};
   laws.fill(static_cast<std::int32_t>(cloth.curves.size()));
   cloth.curves.push_back(curve);
@@ -320,7 +346,7 @@ void set_stretch_law(ClothMesh& cloth, std::span<const Vec3> rest, const Materia
   cloth.curve_of_spring.assign(cloth.springs.size(), laws[0]);
   if (on_triangles)
     add_yarns(cloth, rest, m, laws);
-  else if (m.stretch_law == StretchLaw::measured)
+  else if (!curve.measured.empty())
     set_measured_springs(cloth, rest, laws);
 }
 
@@ -332,38 +358,59 @@ std::array<std::int32_t, 2> add_bending_shapes(ClothMesh& cloth, const Material&
 }
 
 std::int32_t add_idle_curve(ClothMesh& cloth, const MonotoneCurve& curve) {
-  cloth.curves.push_back({.law = StretchLaw::measured, .measured = curve, .idle = true});
+  cloth.curves.push_back({.law = "measured", .measured = curve, .idle = true});
   return static_cast<std::int32_t>(cloth.curves.size()) - 1;
 }
 
-void require_hinges(const Material& m, const char* mesh, bool beams) {
-  if (m.bending_law == BendingLaw::buckling || m.bending_law == BendingLaw::twisting ||
-      m.bending_law == BendingLaw::chord || (m.bending_law == BendingLaw::beam && !beams))
-    throw std::invalid_argument(
-        std::string("bending_law needs rows of particles; ") + mesh +
-        " has none; use \"hinge\" or \"shape_operator\", or a grid of cells");
-  if (m.bending_friction > 0.0 && m.bending_law != BendingLaw::shape_operator)
-    throw std::invalid_argument(std::string("bending_friction needs rows of particles; ") + mesh +
-                                " has none; use bending_law \"shape_operator\"");
-  if (!m.bending_curve.empty() && m.bending_law != BendingLaw::shape_operator)
-    throw std::invalid_argument(std::string("bending_curve needs rows of particles; ") + mesh +
-                                " has none; use bending_law \"shape_operator\"");
-  if (!m.bending_curve.empty() && beams)
+namespace {
+
+/// Refuses a constant that the bending law reads on grids of whole cells only.
+void refuse_beyond_grids(const Material& m, const char* mesh, const char* constant, bool given) {
+  if (!given || reads(bending_law_of(m).reads_on_triangles, constant)) return;
+  std::string others;
+  for (const BendingLaw& law : fabric_laws().bending)
+    if (reads(law.reads_on_triangles, constant))
+      others += (others.empty() ? "\"" : " or \"") + law.name + "\"";
+  throw std::invalid_argument(std::string(constant) + " needs rows of particles; " + mesh +
+                              " has none; use bending_law " + others);
+}
+
+/// Refuses what cells that are split do not serve.
+void refuse_on_split_cells(const Material& m, const char* mesh) {
+  if (!m.bending_curve.empty())
     throw std::invalid_argument(std::string("bending_curve is not served on ") + mesh +
                                 "; take a grid without \"refine\"");
-  if (m.shear_friction > 0.0 && beams)
+  if (m.shear_friction > 0.0)
     throw std::invalid_argument(std::string("shear_friction is not served on ") + mesh +
                                 ", whose loops would begin anew at each split; take a grid without "
                                 "\"refine\"");
-  if (m.shear_law == ShearLaw::twisting)
+}
+
+/// Refuses a stretch law that needs springs along warp and weft.
+void require_free_springs(const Material& m, const char* mesh) {
+  if (reads(stretch_law_of(m).reads, "tension_curve") && !shear_law_of(m).by_triangles)
+    throw std::invalid_argument("stretch_law \"" + m.stretch_law +
+                                "\" needs springs along warp and weft; " + mesh +
+                                " has none; use shear_law \"angle\", or a grid of cells");
+}
+
+}  // namespace
+
+void require_hinges(const Material& m, const char* mesh, bool split_cells) {
+  const BendingLaw& law = bending_law_of(m);
+  if (split_cells ? law.add_to_side == nullptr : law.add_to_triangles == nullptr)
     throw std::invalid_argument(
-        std::string("shear_law \"twisting\" needs warp and weft at right "
-                    "angles; ") +
-        mesh + " has none; use \"angle\" or \"springs\", or the rectangular pattern");
-  if (m.stretch_law == StretchLaw::measured && m.shear_law != ShearLaw::angle && !beams)
-    throw std::invalid_argument(std::string("stretch_law \"measured\" needs springs along warp and "
-                                            "weft; ") +
-                                mesh + " has none; use shear_law \"angle\", or a grid of cells");
+        std::string("bending_law needs rows of particles; ") + mesh +
+        " has none; use \"hinge\" or \"shape_operator\", or a grid of cells");
+  refuse_beyond_grids(m, mesh, "bending_friction", m.bending_friction > 0.0);
+  refuse_beyond_grids(m, mesh, "bending_curve", !m.bending_curve.empty());
+  if (split_cells) refuse_on_split_cells(m, mesh);
+  if (shear_law_of(m).add_to_grid != nullptr)
+    throw std::invalid_argument("shear_law \"" + m.shear_law +
+                                "\" needs warp and weft at right angles; " + mesh +
+                                " has none; use \"angle\" or \"springs\", or the rectangular "
+                                "pattern");
+  if (!split_cells) require_free_springs(m, mesh);
 }
 
 std::vector<char> coupled_hinges(const ClothMesh& cloth) {

@@ -158,12 +158,12 @@ struct Tie {
 
 /// Parameters of a spring law other than Hooke's.
 struct SpringCurve {
-  StretchLaw law = StretchLaw::hooke;
-  double strain = 0.0;       ///< biphasic: strain at which the spring stiffens; kawabata: EMT/100
-  double shape = 0.0;        ///< biphasic: growth of the stiffness per strain; kawabata: LT
-  double resilience = 1.0;   ///< kawabata: RT/100, recovered fraction of the work, in (0, 1]
-  MonotoneCurve measured{};  ///< measured: gives the shape, the spring its stiffness at rest
-  bool idle = false;         ///< triangles follow the law, and the springs only measure strain
+  std::string law = "hooke";  ///< name of the stretch law
+  double strain = 0.0;        ///< biphasic: strain at which the spring stiffens; kawabata: EMT/100
+  double shape = 0.0;         ///< biphasic: growth of the stiffness per strain; kawabata: LT
+  double resilience = 1.0;    ///< kawabata: RT/100, recovered fraction of the work, in (0, 1]
+  MonotoneCurve measured{};   ///< measured: gives the shape, the spring its stiffness at rest
+  bool idle = false;          ///< triangles follow the law, and the springs only measure strain
   bool operator==(const SpringCurve&) const = default;
 
   /// A cloth has each curve once, however many pieces it is made of.
@@ -171,13 +171,16 @@ struct SpringCurve {
   bool remap(const auto&) { return true; }
 };
 
-/// A triangle of constant strain that carries stretch and shear, for the laws with is_membrane.
+/// The strain of a MembraneTriangle: Green's, or linear in the frame of the triangle.
+enum class MembraneStrain : std::uint8_t { green, corotated };
+
+/// A triangle of constant strain that carries stretch and shear as a sheet.
 struct MembraneTriangle {
   std::array<std::int32_t, 3> v;
   std::array<std::array<double, 2>, 3> rest;  ///< m, vertices along warp and weft
   double c11, c22, c12, c33;                  ///< N/m, constants as in ContinuumConstants
   double damping = 0.0;                       ///< s, damping stress per stiffness and strain rate
-  StretchLaw law = StretchLaw::corotated;
+  MembraneStrain strain = MembraneStrain::corotated;
 
   bool remap(const auto& to) { return remap_vertices(v, to); }
 };

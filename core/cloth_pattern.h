@@ -138,8 +138,8 @@ class AdaptiveGrid {
   void add_hinges(ClothMesh& cloth) const;
   void add_twist_hinge(const GridCell& cell, ClothMesh& cloth) const;
   void add_side_hinges(const GridCell& cell, bool above, ClothMesh& cloth) const;
-  void add_side_hinge(const std::array<std::int32_t, 4>& v, double stiffness,
-                      ClothMesh& cloth) const;
+  void add_twist_hinge(const std::array<std::int32_t, 4>& v, double stiffness,
+                       ClothMesh& cloth) const;
   void add_hanging(ClothMesh& cloth) const;
 
   GridConfig grid_;

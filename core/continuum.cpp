@@ -6,6 +6,7 @@
 // between links of directions u and w changes by the difference of the rotations of its links.
 #include <selvedge/core/detail/grid_mesh.h>
 #include <selvedge/core/detail/topology.h>
+#include <selvedge/core/fabric_laws.h>
 #include <selvedge/core/measure.h>
 
 #include <Eigen/Geometry>
@@ -79,7 +80,7 @@ ContinuumConstants membrane_constants(const Material& m, bool flat) {
   const double warp = m.stretch_stiffness, weft = stretch_along_weft(m);
   constexpr double of_spring_nets = 1.0 / 3.0;
   if (!flat) return plate_constants(0.5 * (warp + weft), m.poisson.value_or(of_spring_nets));
-  const double shear = m.shear_law == ShearLaw::twisting ? 0.0 : m.shear_stiffness;
+  const double shear = shear_law_of(m).add_to_grid != nullptr ? 0.0 : m.shear_stiffness;
   if (!m.poisson) {
     const auto [c11, c22] = detail::stretch_constants(warp, weft, shear);
     return {c11, c22, shear, shear, 0.0, 0.0};

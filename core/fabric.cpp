@@ -2,7 +2,6 @@
 #include <selvedge/core/detail/topology.h>
 #include <selvedge/core/elementary.h>
 #include <selvedge/core/fabric.h>
-#include <selvedge/core/law_words.h>
 #include <selvedge/core/measure.h>
 
 #include <cmath>
@@ -43,35 +42,6 @@ void validate(const FabricConstants& c) {
 
 }  // namespace
 
-std::span<const LawWord<StretchLaw>> words_of(StretchLaw) {
-  using enum StretchLaw;
-  static constexpr LawWord<StretchLaw> words[] = {
-      {"hooke", hooke},        {"tension_only", tension_only},
-      {"biphasic", biphasic},  {"kawabata", kawabata},
-      {"measured", measured},  {"st_venant_kirchhoff", st_venant_kirchhoff},
-      {"corotated", corotated}};
-  return words;
-}
-
-std::span<const LawWord<ShearLaw>> words_of(ShearLaw) {
-  using enum ShearLaw;
-  static constexpr LawWord<ShearLaw> words[] = {
-      {"springs", springs}, {"twisting", twisting}, {"angle", angle}};
-  return words;
-}
-
-std::span<const LawWord<BendingLaw>> words_of(BendingLaw) {
-  using enum BendingLaw;
-  static constexpr LawWord<BendingLaw> words[] = {{"hinge", hinge},
-                                                  {"bridson", bridson},
-                                                  {"buckling", buckling},
-                                                  {"twisting", twisting},
-                                                  {"shape_operator", shape_operator},
-                                                  {"beam", beam},
-                                                  {"chord", chord}};
-  return words;
-}
-
 Material material_of(const FabricConstants& c) {
   validate(c);
   Material m;
@@ -85,7 +55,7 @@ Material material_of(const FabricConstants& c) {
   if (c.bending_hysteresis) m.bending_friction = 0.5 * *c.bending_hysteresis;
   if (c.shear_hysteresis && *c.shear_hysteresis > 0.0) {
     m.shear_friction = 0.5 * *c.shear_hysteresis;
-    m.shear_law = ShearLaw::twisting;
+    m.shear_law = "twisting";
   }
   return m;
 }
@@ -190,11 +160,11 @@ double linearity(const TensionCurve& curve) {
 
 void set_tension(const TensionCurve& curve, Material& material) {
   const double lt = linearity(curve), secant = curve.force.back() / curve.strain.back();
-  material.stretch_law = StretchLaw::hooke;
+  material.stretch_law = "hooke";
   material.stretch_weft.reset();  // the single measured curve applies to both directions
   material.stretch_stiffness = secant;
   if (!(lt > 0.5 && lt <= 1.0)) return;
-  material.stretch_law = StretchLaw::kawabata;
+  material.stretch_law = "kawabata";
   material.kawabata_lt = lt;
   material.kawabata_strain = curve.strain.back();
   material.stretch_stiffness = (2.0 * lt - 1.0) * secant;

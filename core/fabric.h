@@ -9,54 +9,6 @@
 
 namespace selvedge {
 
-/// Force law of a spring under stretch.
-enum class StretchLaw {
-  hooke,                ///< k (L-L0)
-  tension_only,         ///< k (L-L0) under tension, 0 under compression [ChoiKo2002, type 1]
-  biphasic,             ///< stiffer above a given strain [survey 4, Chen 1998]
-  kawabata,             ///< tension curve with LT and WT (KES-F1)
-  measured,             ///< measured tension curves of warp and weft
-  st_venant_kirchhoff,  ///< finite elements with Green's strain, on the triangles of any mesh
-  corotated,            ///< finite elements, linear in the frame of each triangle, likewise
-};
-
-/// True if the triangles carry stretch and shear. The springs then only measure strain.
-constexpr bool is_membrane(StretchLaw law) {
-  return law == StretchLaw::st_venant_kirchhoff || law == StretchLaw::corotated;
-}
-
-/// How the cloth resists shear between warp and weft.
-enum class ShearLaw {
-  springs,  ///< diagonal springs of the cells
-  /// Torsional springs between the links at a particle [survey 3.1, Dai 2003]; grids only.
-  twisting,
-  /// The angle between warp and weft in each triangle, from its deformation gradient. The springs
-  /// then only measure strain: the triangles carry stretch along warp and weft as well. Any mesh
-  /// whose rest shape is flat.
-  angle,
-};
-
-/// How the cloth resists bending. All laws use the same plate rigidity B.
-enum class BendingLaw {
-  /// ½ k θ² for each pair of neighbouring triangles; any mesh, exact on grids of cells.
-  hinge,
-  /// sin(θ/2) of neighbouring triangles, rate damping [Bridson2003 as printed]; any mesh.
-  bridson,
-  /// Links across two cells that buckle [ChoiKo2002; survey eq. 5]; grids only.
-  buckling,
-  /// Torsional springs between collinear links [survey 3.1, Dai 2003; eq. 4 corrected]; grids only.
-  twisting,
-  /// Curvature of each triangle from the rotation of its edges [OnateZarate2000]; exact on any
-  /// mesh, equal to `hinge` on grids of cells.
-  shape_operator,
-  /// Beams along the rows and columns of particles, linear in the positions [VillardBorouchaki2005;
-  /// survey eq. 4 corrected], and hinges for twist; grids only, split cells included.
-  beam,
-  /// Links across two cells along rows and columns, whose force is that of the moment M(κ) at the
-  /// distance of their ends [Zhang2012]; grids only.
-  chord,
-};
-
 /// A measured curve y(x) from (0, 0), both rising: the monotone piecewise cubic of
 /// [FritschCarlson1980]. It passes through the points, and its slope is continuous and positive.
 /// Beyond the last point it continues straight with the last slope; y(-x) = -y(x).
@@ -94,9 +46,8 @@ struct Material {
   double bending_damping = 0.01;
   double strain_limit = 0.1;  ///< largest stretch (L-L0)/L0 of a spring, > 0
   double friction = 0.3;      ///< Coulomb coefficient, cloth on cloth, >= 0
-  StretchLaw stretch_law = StretchLaw::hooke;
-  ShearLaw shear_law = ShearLaw::springs;
-  BendingLaw bending_law = BendingLaw::shape_operator;
+  // Names of laws (core/fabric_laws.h).
+  std::string stretch_law = "hooke", shear_law = "springs", bending_law = "shape_operator";
   double biphasic_strain = 0.02;  ///< strain above which a biphasic spring is stiffer, >= 0
   double biphasic_growth = 10.0;  ///< growth of the stiffness per strain beyond that, >= 0
   double kawabata_lt = 0.7;       ///< linearity of the tension curve, in (0.5, 1]

@@ -58,8 +58,8 @@ struct Key {
   bool completed = true;  ///< a key that is left out gets the default
 };
 
-/// In the place of a member: a key that the struct does not store as it is. Its reader is written by
-/// hand; T gives its type, and `initial` its default.
+/// In the place of a member: a key that the struct does not store as it is. Its reader is written
+/// by hand; T gives its type, and `initial` its default.
 template <class T>
 struct Unstored {
   using Value = T;

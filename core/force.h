@@ -94,10 +94,10 @@ std::unique_ptr<Force> make_shape_operator_force(std::span<const Hinge> hinges,
 /// one. A curve with a loop has a memory.
 std::unique_ptr<Force> make_curve_force(std::span<const Spring> springs, const SpringCurve& curve,
                                         std::size_t particles);
-/// Stretch and shear of triangles as a sheet, by finite elements of constant strain. `law` is one
-/// with is_membrane; the law of the triangles is ignored.
+/// Stretch and shear of triangles as a sheet, by finite elements of constant strain. The strain of
+/// the triangles themselves is ignored.
 std::unique_ptr<Force> make_membrane_force(std::span<const MembraneTriangle> triangles,
-                                           StretchLaw law, std::size_t particles);
+                                           MembraneStrain strain, std::size_t particles);
 /// Shear of woven triangles by the angle of warp and weft, and stretch along each of them; a force
 /// for each of the laws `curves` that they follow.
 std::unique_ptr<Force> make_yarn_shear(std::span<const YarnTriangle> triangles,

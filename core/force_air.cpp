@@ -6,6 +6,7 @@
 #include <selvedge/core/detail/air_flow.h>
 #include <selvedge/core/detail/coloring.h>
 #include <selvedge/core/detail/force_checks.h>
+#include <selvedge/core/fabric_laws.h>
 #include <selvedge/core/force.h>
 
 #include <Eigen/Geometry>
@@ -133,10 +134,10 @@ std::unique_ptr<Force> make_air_force(const AirConfig& config, std::span<const T
   return std::make_unique<AirForce>(config, triangles, rest_areas, particles);
 }
 
-void register_air(ForceLawRegistry& registry) {
-  registry.add_keyed("air", "air",
-                     {.promise = "drag of triangles and particles by the air and its wind",
-                      .source = "survey eq. 7, 9; sign of 9 corrected"});
+void register_air(FabricLaws& laws) {
+  laws.forces.add_keyed("air", "air",
+                        {.promise = "drag of triangles and particles by the air and its wind",
+                         .source = "survey eq. 7, 9; sign of 9 corrected"});
 }
 
 }  // namespace selvedge

@@ -20,6 +20,8 @@
 // has a moment. A twisting spring (force_twist.cpp) instead is linear in the turning angle, with
 // links as long as they are now.
 #include <selvedge/core/detail/element_force.h>
+#include <selvedge/core/detail/grid_mesh.h>
+#include <selvedge/core/fabric_laws.h>
 #include <selvedge/core/force.h>
 
 namespace selvedge {
@@ -72,17 +74,50 @@ std::unique_ptr<Force> make_beam_force(std::span<const Beam> beams, std::size_t 
   return std::make_unique<detail::ElementForce<Beams>>(Beams(beams), particles);
 }
 
-void register_beam(ForceLawRegistry& registry) {
-  registry.add("beam", {},
-               [](const MethodOptions&, const ClothMesh& cloth) {
-                 ForceList forces;
-                 if (!cloth.beams.empty())
-                   forces.push_back(make_beam_force(cloth.beams, cloth.mass.size()));
-                 return forces;
-               },
-               {.promise = "survey eq. 4 corrected: linear in the positions, also on split cells",
-                .source = "Villard, Borouchaki, Adaptive meshing for cloth animation, 2005",
-                .energy = "bending"});
+namespace {
+
+// A row of beams stands for a strip of one cell, on the border of half a cell.
+void add_beams(ClothMesh& cloth, const GridConfig& grid, const Material& material) {
+  const detail::CellConstants c = detail::cell_sides(grid);
+  const double warp = material.bending_stiffness, weft = bending_along_weft(material);
+  const std::int32_t nx = grid.cells_x, ny = grid.cells_y, up = nx + 1;
+  const auto add = [&](std::int32_t at, std::int32_t step, double length, double rigidity) {
+    if (rigidity > 0.0)
+      cloth.beams.push_back(
+          {{at - step, at, at + step}, {length, length}, rigidity, material.bending_damping});
+  };
+  for (std::int32_t j = 0; j <= ny; ++j)
+    for (std::int32_t i = 0; i <= nx; ++i) {
+      const bool inner_x = i > 0 && i<nx, inner_y = j> 0 && j < ny;
+      if (inner_x) add(j * up + i, 1, c.a, warp * c.b * (inner_y ? 1.0 : 0.5));
+      if (inner_y) add(j * up + i, up, c.b, weft * c.a * (inner_x ? 1.0 : 0.5));
+    }
+  detail::add_grid_hinges(cloth, grid, material, detail::GridHinges::twist);
+}
+
+void add_beam(ClothMesh& cloth, const SplitSide& side, const Material& material) {
+  if (side.rigidity_width > 0.0)
+    cloth.beams.push_back({side.line, side.length, side.rigidity_width, material.bending_damping});
+}
+
+}  // namespace
+
+void register_beam(FabricLaws& laws) {
+  laws.bending.push_back({.name = "beam",
+                          .text = "beams along rows and columns, linear in the positions",
+                          .on_cut_cells = false,
+                          .add_to_grid = add_beams,
+                          .add_to_side = add_beam});
+  laws.forces.add(
+      "beam", {},
+      [](const MethodOptions&, const ClothMesh& cloth) {
+        ForceList forces;
+        if (!cloth.beams.empty()) forces.push_back(make_beam_force(cloth.beams, cloth.mass.size()));
+        return forces;
+      },
+      {.promise = "survey eq. 4 corrected: linear in the positions, also on split cells",
+       .source = "Villard, Borouchaki, Adaptive meshing for cloth animation, 2005",
+       .energy = "bending"});
 }
 
 }  // namespace selvedge

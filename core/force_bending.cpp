@@ -9,8 +9,10 @@
 #include <selvedge/core/detail/coloring.h>
 #include <selvedge/core/detail/dihedral.h>
 #include <selvedge/core/detail/force_checks.h>
+#include <selvedge/core/detail/grid_bending.h>
 #include <selvedge/core/detail/lane_forces.h>
 #include <selvedge/core/detail/topology.h>
+#include <selvedge/core/fabric_laws.h>
 #include <selvedge/core/force.h>
 
 #include <algorithm>
@@ -128,8 +130,15 @@ std::unique_ptr<Force> make_bending_force(std::span<const Hinge> hinges, std::si
   return std::make_unique<BendingForce>(hinges, particles);
 }
 
-void register_bending(ForceLawRegistry& registry) {
-  registry.add(
+void register_bending(FabricLaws& laws) {
+  laws.bending.push_back({.name = "hinge",
+                          .text = "moment by the angle between two triangles, which on grids of "
+                                  "cells is the same and on free meshes depends on their pattern",
+                          .reads = {"bending_friction", "bending_curve"},
+                          .add_to_grid = detail::add_hinged_grid,
+                          .add_to_triangles = detail::add_edge_hinges,
+                          .add_to_side = detail::add_side_hinge});
+  laws.forces.add(
       "bending", {},
       [](const MethodOptions&, const ClothMesh& cloth) {
         ForceList forces;

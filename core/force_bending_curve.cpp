@@ -13,6 +13,7 @@
 #include <selvedge/core/detail/coloring.h>
 #include <selvedge/core/detail/dihedral.h>
 #include <selvedge/core/detail/force_checks.h>
+#include <selvedge/core/fabric_laws.h>
 #include <selvedge/core/force.h>
 
 #include <algorithm>
@@ -237,17 +238,18 @@ std::unique_ptr<Force> make_bending_curves(const ClothMesh& cloth) {
   return std::make_unique<BendingCurves>(cloth);
 }
 
-void register_bending_curves(ForceLawRegistry& registry) {
-  registry.add("bending_curve", {},
-               [](const MethodOptions&, const ClothMesh& cloth) {
-                 ForceList forces;
-                 if (!cloth.curvature_curves.empty()) forces.push_back(make_bending_curves(cloth));
-                 return forces;
-               },
-               {.promise = "the measured M(kappa) of warp and weft beside the plate; minus the "
-                           "gradient of its energy",
-                .source = "Kawabata, KES-F2; Zhong, Wang, 1998",
-                .energy = "bending"});
+void register_bending_curves(FabricLaws& laws) {
+  laws.forces.add("bending_curve", {},
+                  [](const MethodOptions&, const ClothMesh& cloth) {
+                    ForceList forces;
+                    if (!cloth.curvature_curves.empty())
+                      forces.push_back(make_bending_curves(cloth));
+                    return forces;
+                  },
+                  {.promise = "the measured M(kappa) of warp and weft beside the plate; minus the "
+                              "gradient of its energy",
+                   .source = "Kawabata, KES-F2; Zhong, Wang, 1998",
+                   .energy = "bending"});
 }
 
 }  // namespace selvedge

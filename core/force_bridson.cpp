@@ -11,7 +11,10 @@
 // reason force_bending is the default.
 #include <selvedge/core/detail/dihedral.h>
 #include <selvedge/core/detail/element_force.h>
+#include <selvedge/core/detail/grid_bending.h>
+#include <selvedge/core/detail/topology.h>
 #include <selvedge/core/elementary.h>
+#include <selvedge/core/fabric_laws.h>
 #include <selvedge/core/force.h>
 
 namespace selvedge {
@@ -63,8 +66,15 @@ std::unique_ptr<Force> make_bridson_force(std::span<const Hinge> hinges, std::si
   return std::make_unique<detail::ElementForce<SineHinges>>(SineHinges(hinges), particles);
 }
 
-void register_bridson(ForceLawRegistry& registry) {
-  registry.add(
+void register_bridson(FabricLaws& laws) {
+  laws.bending.push_back({.name = "bridson",
+                          .text = "by the sine of half of it",
+                          .reads = {"bending_friction"},
+                          .add_to_grid = detail::add_hinged_grid,
+                          .add_to_triangles = detail::add_edge_hinges,
+                          .add_to_side = detail::add_side_hinge,
+                          .by_sine = true});
+  laws.forces.add(
       "bridson", {},
       [](const MethodOptions&, const ClothMesh& cloth) {
         ForceList forces;

@@ -13,7 +13,9 @@
 // one, so the force is continuous; the energy here belongs to that force. Under tension a link is
 // slack.
 #include <selvedge/core/detail/element_force.h>
+#include <selvedge/core/detail/grid_bending.h>
 #include <selvedge/core/elementary.h>
+#include <selvedge/core/fabric_laws.h>
 #include <selvedge/core/force.h>
 
 #include <numbers>
@@ -167,17 +169,43 @@ std::unique_ptr<Force> make_buckling_force(std::span<const BucklingLink> links,
   return std::make_unique<detail::ElementForce<BucklingLinks>>(BucklingLinks(links), particles);
 }
 
-void register_buckling(ForceLawRegistry& registry) {
-  registry.add("buckling", {},
-               [](const MethodOptions&, const ClothMesh& cloth) {
-                 ForceList forces;
-                 if (!cloth.links.empty())
-                   forces.push_back(make_buckling_force(cloth.links, cloth.mass.size()));
-                 return forces;
-               },
-               {.promise = "minus the gradient of its energy; survey eq. 5 corrected",
-                .source = "Choi, Ko, Stable but responsive cloth, 2002",
-                .energy = "buckling"});
+namespace {
+
+// A link over two cells bends to an arc of length 2d and stores ½ k κ² 2d: k = (share·area)/(2d).
+// Before it buckles it is as stiff as a strip of cloth of its width.
+void add_links(ClothMesh& cloth, const GridConfig& grid, const Material& m) {
+  detail::for_each_line(grid, m, [&](const detail::GridLine& line) {
+    const double length = 2.0 * line.spacing;
+    const double rigidity = line.rigidity_area / length;
+    const double width = line.rigidity_area / (m.bending_stiffness * line.spacing);
+    const double onset =
+        std::max(detail::least_onset(rigidity, length), m.stretch_stiffness * width / length);
+    cloth.links.push_back({line.before, line.after, length, rigidity, onset, m.bending_damping});
+  });
+}
+
+}  // namespace
+
+double detail::least_onset(double rigidity, double length) {
+  // The onset must be steeper than any later slope, with a safety factor; see
+  // make_buckling_force.
+  constexpr double kSteeper = 2.0 * 4.0 * std::numbers::pi * std::numbers::pi;
+  return kSteeper * rigidity / (length * length * length);
+}
+
+void register_buckling(FabricLaws& laws) {
+  laws.bending.push_back(
+      {.name = "buckling", .text = "links that buckle", .add_to_grid = add_links});
+  laws.forces.add("buckling", {},
+                  [](const MethodOptions&, const ClothMesh& cloth) {
+                    ForceList forces;
+                    if (!cloth.links.empty())
+                      forces.push_back(make_buckling_force(cloth.links, cloth.mass.size()));
+                    return forces;
+                  },
+                  {.promise = "minus the gradient of its energy; survey eq. 5 corrected",
+                   .source = "Choi, Ko, Stable but responsive cloth, 2002",
+                   .energy = "buckling"});
 }
 
 }  // namespace selvedge

@@ -15,7 +15,10 @@
 // force_buckling.cpp, a linear onset bridges this jump: c (2d - r) while that is the weaker force.
 // Under tension a link is slack.
 #include <selvedge/core/detail/element_force.h>
+#include <selvedge/core/detail/grid_mesh.h>
+#include <selvedge/core/detail/topology.h>
 #include <selvedge/core/elementary.h>
+#include <selvedge/core/fabric_laws.h>
 #include <selvedge/core/force.h>
 
 #include <numbers>
@@ -129,8 +132,50 @@ std::unique_ptr<Force> make_chord_force(std::span<const ChordLink> links,
   return std::make_unique<detail::ElementForce<ChordLinks>>(ChordLinks(links, curves), particles);
 }
 
-void register_chord(ForceLawRegistry& registry) {
-  registry.add(
+namespace {
+
+// A link over two cells of a row stands for a strip of one cell, on the border of half a cell.
+// Before it bends it is as stiff as that strip, and at least strong enough to bear it folded.
+void add_chords(ClothMesh& cloth, const GridConfig& grid, const Material& m) {
+  const detail::CellConstants c = detail::cell_sides(grid);
+  const std::array<double, 2> rigidity{m.bending_stiffness, bending_along_weft(m)};
+  const std::array<double, 2> stretch{m.stretch_stiffness, stretch_along_weft(m)};
+  std::array<std::int32_t, 2> shapes{-1, -1};
+  if (!m.bending_curve.empty()) shapes = detail::add_bending_shapes(cloth, m);
+  const auto add = [&](std::int32_t at, std::int32_t step, int direction, bool inner) {
+    const double d = direction == 0 ? c.a : c.b;
+    const double w = (direction == 0 ? c.b : c.a) * (inner ? 1.0 : 0.5);
+    if (rigidity[direction] <= 0.0) return;
+    double folded = rigidity[direction] * std::numbers::pi / d;  // N, M at θ = π
+    if (shapes[direction] >= 0) {
+      const MonotoneCurve& curve = cloth.curves[shapes[direction]].measured;
+      folded = rigidity[direction] / curve.slope_at_rest() * curve.value(std::numbers::pi / d);
+    }
+    constexpr double steeper = 2.0;
+    const double onset =
+        std::max(steeper * folded * w / (2.0 * d * d), stretch[direction] * w / (2.0 * d));
+    cloth.chords.push_back({at - step, at + step, d, w, rigidity[direction], onset,
+                            m.bending_damping, shapes[direction]});
+  };
+  const std::int32_t nx = grid.cells_x, ny = grid.cells_y, up = nx + 1;
+  for (std::int32_t j = 0; j <= ny; ++j)
+    for (std::int32_t i = 0; i <= nx; ++i) {
+      const bool inner_x = i > 0 && i<nx, inner_y = j> 0 && j < ny;
+      if (inner_x) add(j * up + i, 1, 0, inner_y);
+      if (inner_y) add(j * up + i, up, 1, inner_x);
+    }
+}
+
+}  // namespace
+
+void register_chord(FabricLaws& laws) {
+  laws.bending.push_back(
+      {.name = "chord",
+       .text = "the moment M(kappa) as a force over the distance of the ends of two cells",
+       .reads = {"bending_curve"},
+       .on_cut_cells = false,
+       .add_to_grid = add_chords});
+  laws.forces.add(
       "chord", {},
       [](const MethodOptions&, const ClothMesh& cloth) {
         ForceList forces;

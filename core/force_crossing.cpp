@@ -15,6 +15,7 @@
 // yarn and the link from its axis to that of the other.
 #include <selvedge/core/detail/element_force.h>
 #include <selvedge/core/elementary.h>
+#include <selvedge/core/fabric_laws.h>
 #include <selvedge/core/force.h>
 
 #include <Eigen/Geometry>
@@ -82,18 +83,18 @@ std::unique_ptr<Force> make_crossing_force(std::span<const Crossing> crossings,
   return std::make_unique<detail::ElementForce<Crossings>>(Crossings(crossings), particles);
 }
 
-void register_crossings(ForceLawRegistry& registry) {
-  registry.add("crossing", {},
-               [](const MethodOptions&, const ClothMesh& cloth) {
-                 ForceList forces;
-                 if (!cloth.crossings.empty())
-                   forces.push_back(make_crossing_force(cloth.crossings, cloth.mass.size()));
-                 return forces;
-               },
-               {.promise = "minus the gradient of its energy; elastic, without friction",
-                .source = "Kawabata, Niwa, Kawai, Finite-deformation theory of plain-weave "
-                          "fabrics, part III, 1973; Cirio et al. 2014",
-                .energy = "twisting"});
+void register_crossings(FabricLaws& laws) {
+  laws.forces.add("crossing", {},
+                  [](const MethodOptions&, const ClothMesh& cloth) {
+                    ForceList forces;
+                    if (!cloth.crossings.empty())
+                      forces.push_back(make_crossing_force(cloth.crossings, cloth.mass.size()));
+                    return forces;
+                  },
+                  {.promise = "minus the gradient of its energy; elastic, without friction",
+                   .source = "Kawabata, Niwa, Kawai, Finite-deformation theory of plain-weave "
+                             "fabrics, part III, 1973; Cirio et al. 2014",
+                   .energy = "twisting"});
 }
 
 }  // namespace selvedge

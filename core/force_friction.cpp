@@ -15,6 +15,7 @@
 #include <selvedge/core/detail/topology.h>
 #include <selvedge/core/detail/yarn_triangle.h>
 #include <selvedge/core/elementary.h>
+#include <selvedge/core/fabric_laws.h>
 #include <selvedge/core/force.h>
 
 #include <numbers>
@@ -172,8 +173,8 @@ std::unique_ptr<Force> make_yarn_friction(std::span<const YarnTriangle> triangle
   return std::make_unique<FrictionForce<YarnFriction>>(Sliders<YarnFriction>(frictions), particles);
 }
 
-void register_hysteresis(ForceLawRegistry& registry) {
-  registry.add(
+void register_hysteresis(FabricLaws& laws) {
+  laws.forces.add(
       "hysteresis", {},
       [](const MethodOptions&, const ClothMesh& cloth) {
         ForceList forces;

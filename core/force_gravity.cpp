@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/core/fabric_laws.h>
 #include <selvedge/core/force.h>
 #include <selvedge/core/parallel.h>
 
@@ -46,9 +47,9 @@ std::unique_ptr<Force> make_gravity(const Vec3& acceleration) {
   return std::make_unique<Gravity>(acceleration);
 }
 
-void register_gravity(ForceLawRegistry& registry) {
-  registry.add_keyed("gravity", "gravity",
-                     {.promise = "m g on every particle", .source = "survey eq. 6"});
+void register_gravity(FabricLaws& laws) {
+  laws.forces.add_keyed("gravity", "gravity",
+                        {.promise = "m g on every particle", .source = "survey eq. 6"});
 }
 
 }  // namespace selvedge

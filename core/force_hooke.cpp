@@ -3,6 +3,7 @@
 #include <selvedge/core/detail/coloring.h>
 #include <selvedge/core/detail/force_checks.h>
 #include <selvedge/core/detail/lane_forces.h>
+#include <selvedge/core/fabric_laws.h>
 #include <selvedge/core/force.h>
 
 #include <algorithm>
@@ -108,22 +109,29 @@ std::unique_ptr<Force> make_hooke_force(std::span<const Spring> springs, std::si
   return std::make_unique<HookeForce>(springs, particles);
 }
 
-void register_hooke(ForceLawRegistry& registry) {
-  registry.add("hooke", {},
-               [](const MethodOptions&, const ClothMesh& cloth) {
-                 ForceList forces;
-                 const std::vector<Spring> springs = springs_of_curve(cloth, -1);
-                 if (!springs.empty())
-                   forces.push_back(make_hooke_force(springs, cloth.mass.size()));
-                 for (std::size_t c = 0; c < cloth.curves.size(); ++c)
-                   if (cloth.curves[c].law == StretchLaw::hooke && !cloth.curves[c].idle)
-                     forces.push_back(make_hooke_force(
-                         springs_of_curve(cloth, static_cast<std::int32_t>(c)), cloth.mass.size()));
-                 return forces;
-               },
-               {.promise = "minus the gradient of its energy",
-                .source = "stretch and shear springs, Hooke's law",
-                .energy = "stretch_and_shear"});
+void register_hooke(FabricLaws& laws) {
+  laws.stretch.push_back(
+      {.name = "hooke", .text = "linear", .curve = [](const Material&) { return SpringCurve{}; }});
+  laws.shear.push_back(
+      {.name = "springs",
+       .text = "diagonals, and on free triangles the springs of all edges, whose shear stiffness "
+               "is 3/8 of that of stretch whatever shear_stiffness says",
+       .by_springs = true});
+  laws.forces.add(
+      "hooke", {},
+      [](const MethodOptions&, const ClothMesh& cloth) {
+        ForceList forces;
+        const std::vector<Spring> springs = springs_of_curve(cloth, -1);
+        if (!springs.empty()) forces.push_back(make_hooke_force(springs, cloth.mass.size()));
+        for (std::size_t c = 0; c < cloth.curves.size(); ++c)
+          if (cloth.curves[c].law == "hooke" && !cloth.curves[c].idle)
+            forces.push_back(make_hooke_force(springs_of_curve(cloth, static_cast<std::int32_t>(c)),
+                                              cloth.mass.size()));
+        return forces;
+      },
+      {.promise = "minus the gradient of its energy",
+       .source = "stretch and shear springs, Hooke's law",
+       .energy = "stretch_and_shear"});
 }
 
 }  // namespace selvedge

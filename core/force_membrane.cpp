@@ -15,7 +15,9 @@
 // The second one is projected in closed form (detail below), as [Teran2005] does for solids.
 #include <selvedge/core/detail/coloring.h>
 #include <selvedge/core/detail/force_checks.h>
+#include <selvedge/core/detail/topology.h>
 #include <selvedge/core/elementary.h>
+#include <selvedge/core/fabric_laws.h>
 #include <selvedge/core/force.h>
 
 #include <Eigen/Geometry>
@@ -354,34 +356,57 @@ class MembraneForce final : public Force {
 }  // namespace
 
 std::unique_ptr<Force> make_membrane_force(std::span<const MembraneTriangle> triangles,
-                                           StretchLaw law, std::size_t particles) {
-  if (law == StretchLaw::st_venant_kirchhoff)
+                                           MembraneStrain strain, std::size_t particles) {
+  if (strain == MembraneStrain::green)
     return std::make_unique<MembraneForce<GreenStrain>>(triangles, particles);
-  if (law == StretchLaw::corotated)
-    return std::make_unique<MembraneForce<StretchTensor>>(triangles, particles);
-  throw std::invalid_argument("membrane triangles follow st_venant_kirchhoff or corotated");
+  return std::make_unique<MembraneForce<StretchTensor>>(triangles, particles);
 }
 
-void register_membrane(ForceLawRegistry& registry) {
-  const auto add = [&](const char* name, StretchLaw law, const char* promise, const char* source) {
-    registry.add(name, {},
-                 [law](const MethodOptions&, const ClothMesh& cloth) {
-                   std::vector<MembraneTriangle> triangles;
-                   for (const MembraneTriangle& t : cloth.membranes)
-                     if (t.law == law) triangles.push_back(t);
-                   ForceList forces;
-                   if (!triangles.empty())
-                     forces.push_back(make_membrane_force(triangles, law, cloth.mass.size()));
-                   return forces;
-                 },
-                 {.promise = promise, .source = source, .energy = "stretch_and_shear"});
-  };
-  add(GreenStrain::name, StretchLaw::st_venant_kirchhoff,
-      "finite elements with Green's strain; any constants on any mesh",
-      "Bonet, Wood, Nonlinear continuum mechanics for finite element analysis, 2008");
-  add(StretchTensor::name, StretchLaw::corotated,
-      "finite elements, linear in the frame of each triangle; any constants on any mesh",
-      "Etzmuss, Keckeisen, Strasser, A fast finite element solution for cloth modeling, 2003");
+namespace {
+
+template <MembraneStrain strain>
+ForceList membrane_forces(const MethodOptions&, const ClothMesh& cloth) {
+  std::vector<MembraneTriangle> triangles;
+  for (const MembraneTriangle& t : cloth.membranes)
+    if (t.strain == strain) triangles.push_back(t);
+  ForceList forces;
+  if (!triangles.empty())
+    forces.push_back(make_membrane_force(triangles, strain, cloth.mass.size()));
+  return forces;
+}
+
+/// The law of a strain. Its springs follow a curve without force.
+template <class Strain, MembraneStrain strain>
+StretchLaw membrane_law(const char* text) {
+  return {
+      .name = Strain::name,
+      .text = text,
+      .curve = [](const Material&) { return SpringCurve{.law = Strain::name}; },
+      .reads = {"poisson"},
+      .add_to_triangles = [](ClothMesh& cloth, std::span<const Vec3> rest,
+                             const Material& m) { detail::add_membrane(cloth, rest, m, strain); }};
+}
+
+}  // namespace
+
+void register_membrane(FabricLaws& laws) {
+  using enum MembraneStrain;
+  laws.stretch.push_back(membrane_law<GreenStrain, green>(
+      "finite elements on the triangles instead of springs, with Green's strain"));
+  laws.stretch.push_back(membrane_law<StretchTensor, corotated>(
+      "likewise, linear in the frame of each triangle; both serve every constant on any mesh"));
+  laws.forces.add(
+      GreenStrain::name, {}, membrane_forces<green>,
+      {.promise = "finite elements with Green's strain; any constants on any mesh",
+       .source = "Bonet, Wood, Nonlinear continuum mechanics for finite element analysis, 2008",
+       .energy = "stretch_and_shear"});
+  laws.forces.add(
+      StretchTensor::name, {}, membrane_forces<corotated>,
+      {.promise =
+           "finite elements, linear in the frame of each triangle; any constants on any mesh",
+       .source =
+           "Etzmuss, Keckeisen, Strasser, A fast finite element solution for cloth modeling, 2003",
+       .energy = "stretch_and_shear"});
 }
 
 }  // namespace selvedge

@@ -13,6 +13,7 @@
 // force has an energy, and a closed seam is at rest. Particles that have met become one vertex: see
 // SeamMerging (simulation/refinement.h).
 #include <selvedge/core/detail/element_force.h>
+#include <selvedge/core/fabric_laws.h>
 #include <selvedge/core/force.h>
 
 namespace selvedge {
@@ -75,10 +76,11 @@ std::unique_ptr<Force> make_sewing_force(std::span<const Edge> seams, const Sewi
   return std::make_unique<detail::ElementForce<Seams>>(Seams(seams, config, mass), particles);
 }
 
-void register_sewing(ForceLawRegistry& registry) {
-  registry.add_keyed("sewing", "seams",
-                     {.promise = "minus the gradient of its energy; survey eq. 10 corrected",
-                      .source = "Zhong, Xu, Three-dimensional garment dressing simulation, 2009"});
+void register_sewing(FabricLaws& laws) {
+  laws.forces.add_keyed(
+      "sewing", "seams",
+      {.promise = "minus the gradient of its energy; survey eq. 10 corrected",
+       .source = "Zhong, Xu, Three-dimensional garment dressing simulation, 2009"});
 }
 
 }  // namespace selvedge

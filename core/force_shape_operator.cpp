@@ -11,8 +11,11 @@
 // undistorted grids these couplings are small or zero.
 #include <selvedge/core/detail/coloring.h>
 #include <selvedge/core/detail/force_checks.h>
+#include <selvedge/core/detail/grid_bending.h>
 #include <selvedge/core/detail/lane_forces.h>
+#include <selvedge/core/detail/shape_operator.h>
 #include <selvedge/core/detail/topology.h>
+#include <selvedge/core/fabric_laws.h>
 #include <selvedge/core/force.h>
 
 #include <algorithm>
@@ -337,8 +340,15 @@ std::unique_ptr<Force> make_shape_operator_force(std::span<const Hinge> hinges,
   return std::make_unique<ShapeOperatorForce>(hinges, couples, particles);
 }
 
-void register_shape_operator(ForceLawRegistry& registry) {
-  registry.add(
+void register_shape_operator(FabricLaws& laws) {
+  laws.bending.push_back({.name = "shape_operator",
+                          .text = "a plate on any mesh, by the curvature of triangles",
+                          .reads = {"bending_friction", "bending_curve"},
+                          .reads_on_triangles = {"bending_friction", "bending_curve"},
+                          .add_to_grid = detail::add_hinged_grid,
+                          .add_to_triangles = detail::add_shape_operator,
+                          .add_to_side = detail::add_side_hinge});
+  laws.forces.add(
       "shape_operator", {},
       [](const MethodOptions&, const ClothMesh& cloth) {
         ForceList forces;

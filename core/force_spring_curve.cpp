@@ -31,6 +31,7 @@
 #include <selvedge/core/detail/element_force.h>
 #include <selvedge/core/detail/yarn_triangle.h>
 #include <selvedge/core/elementary.h>
+#include <selvedge/core/fabric_laws.h>
 #include <selvedge/core/force.h>
 
 #include <algorithm>
@@ -308,39 +309,95 @@ struct LawOfCurve {
   double resilience = 1.0;
 };
 
+LawOfCurve tension_only(const SpringCurve&) { return {.law = {TensionOnly{}}}; }
+
+LawOfCurve biphasic(const SpringCurve& curve) {
+  detail::require_number("biphasic_strain", curve.strain);
+  detail::require_number("biphasic_growth", curve.shape);
+  return {.law = {Biphasic{curve.strain, curve.shape}}};
+}
+
+LawOfCurve kawabata(const SpringCurve& curve) {
+  detail::require_number("kawabata_strain", curve.strain, false);
+  // Below 1/2 the cubic has a decreasing part.
+  detail::require_number("kawabata_lt above 0.5", curve.shape - 0.5, false);
+  detail::require_number("1 less kawabata_lt", 1.0 - curve.shape);
+  check_resilience(curve);
+  return {.law = {KawabataTension{curve.shape, curve.strain}}, .resilience = curve.resilience};
+}
+
+LawOfCurve measured(const SpringCurve& curve) {
+  if (curve.measured.empty()) throw std::invalid_argument("a measured law has no curve");
+  check_resilience(curve);
+  return {.law = {MeasuredTension{curve.measured}}, .resilience = curve.resilience};
+}
+
+/// A stretch law of springs, and the force of its curve.
+struct CurveLaw {
+  StretchLaw law;
+  LawOfCurve (*make)(const SpringCurve&);
+  const char *promise, *source;
+};
+
+std::vector<CurveLaw> curve_laws() {
+  constexpr const char* gradient = "minus the gradient of its energy";
+  return {
+      {.law = {.name = "tension_only",
+               .text = "nothing under compression",
+               .curve = [](const Material&) { return SpringCurve{.law = "tension_only"}; }},
+       .make = tension_only,
+       .promise = gradient,
+       .source = "Choi, Ko, Stable but responsive cloth, 2002"},
+      {.law = {.name = "biphasic",
+               .text = "stiffer above a strain",
+               .curve =
+                   [](const Material& m) {
+                     return SpringCurve{.law = "biphasic",
+                                        .strain = m.biphasic_strain,
+                                        .shape = m.biphasic_growth};
+                   }},
+       .make = biphasic,
+       .promise = gradient,
+       .source = "Chen, Zhu, Kaufman, Physically based animation, 1998"},
+      {.law = {.name = "kawabata",
+               .text = "the curve of a tension test by its figures",
+               .curve =
+                   [](const Material& m) {
+                     return SpringCurve{.law = "kawabata",
+                                        .strain = m.kawabata_strain,
+                                        .shape = m.kawabata_lt,
+                                        .resilience = m.kawabata_rt};
+                   }},
+       .make = kawabata,
+       .promise = "tension curve of KES-F1 by LT and EMT; minus the gradient of its energy",
+       .source = "Zhong, Wang, 1998; Ji et al., 2006; Zhang et al., 2012"},
+      {.law = {.name = "measured",
+               .text = "that curve itself, tension_curve",
+               .curve =
+                   [](const Material& m) {
+                     return SpringCurve{.law = "measured",
+                                        .resilience = m.kawabata_rt,
+                                        .measured = m.tension_curve};
+                   },
+               .reads = {"tension_curve"}},
+       .make = measured,
+       .promise = "measured curves of warp and weft, monotone; minus the gradient of its energy",
+       .source =
+           "Fritsch, Carlson, Monotone piecewise cubic interpolation, 1980; Zhong, Wang, 1998"}};
+}
+
 LawOfCurve law_of(const SpringCurve& curve) {
-  switch (curve.law) {
-    case StretchLaw::hooke:
-      return {.law = {Hooke{}}};
-    case StretchLaw::tension_only:
-      return {.law = {TensionOnly{}}};
-    case StretchLaw::biphasic:
-      detail::require_number("biphasic_strain", curve.strain);
-      detail::require_number("biphasic_growth", curve.shape);
-      return {.law = {Biphasic{curve.strain, curve.shape}}};
-    case StretchLaw::kawabata:
-      detail::require_number("kawabata_strain", curve.strain, false);
-      // Below 1/2 the cubic has a decreasing part.
-      detail::require_number("kawabata_lt above 0.5", curve.shape - 0.5, false);
-      detail::require_number("1 less kawabata_lt", 1.0 - curve.shape);
-      check_resilience(curve);
-      return {.law = {KawabataTension{curve.shape, curve.strain}}, .resilience = curve.resilience};
-    case StretchLaw::measured:
-      if (curve.measured.empty()) throw std::invalid_argument("a measured law has no curve");
-      check_resilience(curve);
-      return {.law = {MeasuredTension{curve.measured}}, .resilience = curve.resilience};
-    case StretchLaw::st_venant_kirchhoff:
-    case StretchLaw::corotated:
-      throw std::invalid_argument("springs cannot follow a membrane law; use make_membrane_force");
-  }
-  throw std::invalid_argument("a spring curve has no law");
+  if (curve.law == "hooke") return {.law = {Hooke{}}};
+  for (const CurveLaw& known : curve_laws())
+    if (known.law.name == curve.law) return known.make(curve);
+  throw std::invalid_argument("springs cannot follow the law \"" + curve.law + "\"");
 }
 
 }  // namespace
 
 std::unique_ptr<Force> make_curve_force(std::span<const Spring> springs, const SpringCurve& curve,
                                         std::size_t particles) {
-  if (curve.law == StretchLaw::hooke) return make_hooke_force(springs, particles);
+  if (curve.law == "hooke") return make_hooke_force(springs, particles);
   const auto [law, resilience] = law_of(curve);
   return make(CurveSprings(springs, law), resilience, particles);
 }
@@ -365,7 +422,7 @@ ForceList make_yarn_stretch(std::span<const YarnTriangle> triangles,
 
 namespace {
 
-ForceList forces_of_law(const ClothMesh& cloth, StretchLaw law) {
+ForceList forces_of_law(const ClothMesh& cloth, const std::string& law) {
   ForceList forces;
   for (std::size_t c = 0; c < cloth.curves.size(); ++c)
     if (cloth.curves[c].law == law && !cloth.curves[c].idle)
@@ -376,23 +433,16 @@ ForceList forces_of_law(const ClothMesh& cloth, StretchLaw law) {
 
 }  // namespace
 
-void register_spring_curves(ForceLawRegistry& registry) {
-  const auto add = [&](const char* name, StretchLaw law, const char* promise, const char* source) {
-    registry.add(
-        name, {},
-        [law](const MethodOptions&, const ClothMesh& cloth) { return forces_of_law(cloth, law); },
-        {.promise = promise, .source = source, .energy = "stretch_and_shear"});
-  };
-  add("tension_only", StretchLaw::tension_only, "minus the gradient of its energy",
-      "Choi, Ko, Stable but responsive cloth, 2002");
-  add("biphasic", StretchLaw::biphasic, "minus the gradient of its energy",
-      "Chen, Zhu, Kaufman, Physically based animation, 1998");
-  add("kawabata", StretchLaw::kawabata,
-      "tension curve of KES-F1 by LT and EMT; minus the gradient of its energy",
-      "Zhong, Wang, 1998; Ji et al., 2006; Zhang et al., 2012");
-  add("measured", StretchLaw::measured,
-      "measured curves of warp and weft, monotone; minus the gradient of its energy",
-      "Fritsch, Carlson, Monotone piecewise cubic interpolation, 1980; Zhong, Wang, 1998");
+void register_spring_curves(FabricLaws& laws) {
+  for (const CurveLaw& known : curve_laws()) {
+    laws.stretch.push_back(known.law);
+    laws.forces.add(
+        known.law.name, {},
+        [name = known.law.name](const MethodOptions&, const ClothMesh& cloth) {
+          return forces_of_law(cloth, name);
+        },
+        {.promise = known.promise, .source = known.source, .energy = "stretch_and_shear"});
+  }
 }
 
 }  // namespace selvedge

@@ -9,6 +9,7 @@
 // and zero moment (Σ x_i × f_i = -d × k d = 0). Damping acts along d only, so the same holds for
 // it.
 #include <selvedge/core/detail/element_force.h>
+#include <selvedge/core/fabric_laws.h>
 #include <selvedge/core/force.h>
 
 namespace selvedge {
@@ -72,18 +73,18 @@ std::unique_ptr<Force> make_tie_force(std::span<const Tie<4>> ties, std::size_t 
   return std::make_unique<detail::ElementForce<Ties<4>>>(Ties<4>(ties), particles);
 }
 
-void register_tie(ForceLawRegistry& registry) {
-  registry.add("tie", {},
-               [](const MethodOptions&, const ClothMesh& cloth) {
-                 ForceList forces;
-                 if (!cloth.layers.empty())
-                   forces.push_back(make_tie_force(cloth.layers, cloth.mass.size()));
-                 if (!cloth.yarn_ties.empty())
-                   forces.push_back(make_tie_force(cloth.yarn_ties, cloth.mass.size()));
-                 return forces;
-               },
-               {.promise = "minus the gradient of its energy; dense layers and weaves",
-                .source = "Kang, Cho, 2002"});
+void register_tie(FabricLaws& laws) {
+  laws.forces.add("tie", {},
+                  [](const MethodOptions&, const ClothMesh& cloth) {
+                    ForceList forces;
+                    if (!cloth.layers.empty())
+                      forces.push_back(make_tie_force(cloth.layers, cloth.mass.size()));
+                    if (!cloth.yarn_ties.empty())
+                      forces.push_back(make_tie_force(cloth.yarn_ties, cloth.mass.size()));
+                    return forces;
+                  },
+                  {.promise = "minus the gradient of its energy; dense layers and weaves",
+                   .source = "Kang, Cho, 2002"});
 }
 
 }  // namespace selvedge

@@ -10,7 +10,11 @@
 // of E is 0 there and its second derivative is k Dᵀ(I - u uᵀ) D, where D is the difference of the
 // two directions.
 #include <selvedge/core/detail/element_force.h>
+#include <selvedge/core/detail/grid_bending.h>
+#include <selvedge/core/detail/grid_mesh.h>
+#include <selvedge/core/detail/topology.h>
 #include <selvedge/core/elementary.h>
+#include <selvedge/core/fabric_laws.h>
 #include <selvedge/core/force.h>
 
 #include <Eigen/Geometry>
@@ -102,17 +106,66 @@ std::unique_ptr<Force> make_twist_force(std::span<const TwistSpring> springs,
   return std::make_unique<detail::ElementForce<TwistSprings>>(TwistSprings(springs), particles);
 }
 
-void register_twisting(ForceLawRegistry& registry) {
-  registry.add("twisting", {},
-               [](const MethodOptions&, const ClothMesh& cloth) {
-                 ForceList forces;
-                 if (!cloth.twists.empty())
-                   forces.push_back(make_twist_force(cloth.twists, cloth.mass.size()));
-                 return forces;
-               },
-               {.promise = "minus the gradient of its energy",
-                .source = "Dai, Li, Zhang, Simulation anisotropic woven fabric deformation, 2003",
-                .energy = "twisting"});
+namespace {
+
+// A torsional spring at a particle rotates by κ d and stores ½ k κ² d²: k = (share·area)/d².
+void add_bend_twists(ClothMesh& cloth, const GridConfig& grid, const Material& m) {
+  detail::for_each_line(grid, m, [&](const detail::GridLine& line) {
+    cloth.twists.push_back({{line.before, line.centre, line.after},
+                            0.0,
+                            line.rigidity_area / (line.spacing * line.spacing),
+                            m.bending_damping});
+  });
+}
+
+void add_grid_twist(ClothMesh& cloth, const GridConfig& grid, const Material& material) {
+  if (material.shear_stiffness <= 0.0) return;
+  const detail::CellConstants c = detail::cell_sides(grid);
+  // Under a shear γ each of the four corners of a cell rotates by γ: 4 · ½ k γ² = ½ G γ² a b.
+  const double stiffness = 0.25 * material.shear_stiffness * c.a * c.b;
+  const std::int32_t up = grid.cells_x + 1;
+  const auto add = [&](std::int32_t x_end, std::int32_t corner, std::int32_t y_end) {
+    cloth.twists.push_back(
+        {{x_end, corner, y_end}, 0.5 * std::numbers::pi, stiffness, material.spring_damping});
+  };
+  for (std::int32_t j = 0; j < grid.cells_y; ++j)
+    for (std::int32_t i = 0; i < grid.cells_x; ++i) {
+      const std::int32_t v00 = j * up + i, v10 = v00 + 1, v01 = v00 + up, v11 = v01 + 1;
+      add(v10, v00, v01);
+      add(v00, v10, v11);
+      add(v11, v01, v00);
+      add(v01, v11, v10);
+    }
+  if (material.shear_friction <= 0.0) return;
+  // As above, 4 M γ = HG γ a b.
+  const double moment = 0.25 * material.shear_friction * c.a * c.b;
+  for (const TwistSpring& twist : cloth.twists)
+    if (twist.rest_angle > 0.0)
+      cloth.corner_frictions.push_back({twist.v, twist.rest_angle, moment, detail::kYieldShear});
+}
+
+}  // namespace
+
+void register_twisting(FabricLaws& laws) {
+  laws.bending.push_back({.name = "twisting",
+                          .text = "moments along lines of particles",
+                          .add_to_grid = add_bend_twists});
+  laws.shear.push_back(
+      {.name = "twisting",
+       .text = "moments between warp and weft, only in the rectangular and responsive patterns",
+       .reads = {"shear_friction"},
+       .add_to_grid = add_grid_twist});
+  laws.forces.add(
+      "twisting", {},
+      [](const MethodOptions&, const ClothMesh& cloth) {
+        ForceList forces;
+        if (!cloth.twists.empty())
+          forces.push_back(make_twist_force(cloth.twists, cloth.mass.size()));
+        return forces;
+      },
+      {.promise = "minus the gradient of its energy",
+       .source = "Dai, Li, Zhang, Simulation anisotropic woven fabric deformation, 2003",
+       .energy = "twisting"});
 }
 
 }  // namespace selvedge

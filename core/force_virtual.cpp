@@ -11,6 +11,7 @@
 // The Jacobian of the fixed springs is exact. That of the following springs couples all particles
 // and is omitted; an implicit step treats them explicitly, which is stable below 2 sqrt(m/k).
 #include <selvedge/core/detail/force_checks.h>
+#include <selvedge/core/fabric_laws.h>
 #include <selvedge/core/force.h>
 
 #include <Eigen/Geometry>
@@ -134,8 +135,8 @@ std::unique_ptr<Force> make_virtual_springs(std::span<const Vec3> rest,
   return std::make_unique<VirtualSprings>(rest, stiffness, follow);
 }
 
-void register_virtual_springs(ForceLawRegistry& registry) {
-  registry.add_keyed(
+void register_virtual_springs(FabricLaws& laws) {
+  laws.forces.add_keyed(
       "virtual_springs", "geometry.*.virtual_springs",
       {.promise = "minus the gradient of its energy; fixed in space or following",
        .source = "Yuan et al., Real-time simulation of tissue cutting with CUDA, 2010"});

@@ -18,6 +18,7 @@
 // motions are overdamped. The rotation term of u_i, -K ΔV/A (I - u uᵀ)/l, is kept if the body is
 // too large.
 #include <selvedge/core/detail/force_checks.h>
+#include <selvedge/core/fabric_laws.h>
 #include <selvedge/core/force.h>
 
 #include <Eigen/Geometry>
@@ -164,8 +165,8 @@ std::unique_ptr<Force> make_volume_force(double stiffness, std::int32_t centre,
   return std::make_unique<VolumeForce>(stiffness, centre, triangles, rest);
 }
 
-void register_volume(ForceLawRegistry& registry) {
-  registry.add_keyed(
+void register_volume(FabricLaws& laws) {
+  laws.forces.add_keyed(
       "volume", "geometry.*.support",
       {.promise = "no net force, no net moment; not a gradient; survey eq. 3 corrected",
        .source = "Zhengdong, Shuyuan, 2011; Vassilev, Spanlang, 2014"});

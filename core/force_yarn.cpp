@@ -13,6 +13,7 @@
 #include <selvedge/core/detail/element_force.h>
 #include <selvedge/core/detail/yarn_triangle.h>
 #include <selvedge/core/elementary.h>
+#include <selvedge/core/fabric_laws.h>
 #include <selvedge/core/force.h>
 
 #include <numbers>
@@ -95,19 +96,25 @@ std::unique_ptr<Force> make_yarn_shear(std::span<const YarnTriangle> triangles,
                                                             particles);
 }
 
-void register_yarns(ForceLawRegistry& registry) {
-  registry.add("yarns", {},
-               [](const MethodOptions&, const ClothMesh& cloth) {
-                 ForceList forces;
-                 if (cloth.yarns.empty()) return forces;
-                 forces = make_yarn_stretch(cloth.yarns, cloth.curves, cloth.mass.size());
-                 forces.push_back(make_yarn_shear(cloth.yarns, cloth.curves, cloth.mass.size()));
-                 return forces;
-               },
-               {.promise = "shear by the angle of warp and weft, stretch along both, on any "
-                           "triangles; minus the gradient of its energy",
-                .source = "Kawabata, KES-F1; Zhong, Wang, 1998; Ji et al., 2006",
-                .energy = "stretch_and_shear"});
+void register_yarns(FabricLaws& laws) {
+  laws.shear.push_back(
+      {.name = "angle",
+       .text = "the angle between warp and weft of each triangle, which then also carries stretch "
+               "along both, on any mesh that is flat at rest, garments included",
+       .reads = {"shear_friction", "shear_curve"},
+       .by_triangles = true});
+  laws.forces.add("yarns", {},
+                  [](const MethodOptions&, const ClothMesh& cloth) {
+                    ForceList forces;
+                    if (cloth.yarns.empty()) return forces;
+                    forces = make_yarn_stretch(cloth.yarns, cloth.curves, cloth.mass.size());
+                    forces.push_back(make_yarn_shear(cloth.yarns, cloth.curves, cloth.mass.size()));
+                    return forces;
+                  },
+                  {.promise = "shear by the angle of warp and weft, stretch along both, on any "
+                              "triangles; minus the gradient of its energy",
+                   .source = "Kawabata, KES-F1; Zhong, Wang, 1998; Ji et al., 2006",
+                   .energy = "stretch_and_shear"});
 }
 
 }  // namespace selvedge

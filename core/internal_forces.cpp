@@ -1,62 +1,82 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/force.h>
+#include <selvedge/core/fabric_laws.h>
+#include <selvedge/core/registry.h>
 
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
 namespace selvedge {
 
-// The laws register themselves in their own files. A new one adds its name to both lists. The order
-// of the second list is the order in which internal forces add up.
-void register_hooke(ForceLawRegistry& registry);
-void register_spring_curves(ForceLawRegistry& registry);
-void register_membrane(ForceLawRegistry& registry);
-void register_yarns(ForceLawRegistry& registry);
-void register_shape_operator(ForceLawRegistry& registry);
-void register_bending(ForceLawRegistry& registry);
-void register_bridson(ForceLawRegistry& registry);
-void register_buckling(ForceLawRegistry& registry);
-void register_chord(ForceLawRegistry& registry);
-void register_bending_curves(ForceLawRegistry& registry);
-void register_twisting(ForceLawRegistry& registry);
-void register_beam(ForceLawRegistry& registry);
-void register_crossings(ForceLawRegistry& registry);
-void register_hysteresis(ForceLawRegistry& registry);
-void register_tie(ForceLawRegistry& registry);
-void register_plate(ForceLawRegistry& registry);
-void register_volume(ForceLawRegistry& registry);
-void register_virtual_springs(ForceLawRegistry& registry);
-void register_sewing(ForceLawRegistry& registry);
-void register_water(ForceLawRegistry& registry);
-void register_gravity(ForceLawRegistry& registry);
-void register_air(ForceLawRegistry& registry);
+// A law is a source that defines register_NAME(FabricLaws&), and a line here. The order is that in
+// which internal forces add up.
+#define SELVEDGE_LAWS(LAW) \
+  LAW(hooke)               \
+  LAW(spring_curves)       \
+  LAW(membrane)            \
+  LAW(yarns)               \
+  LAW(shape_operator)      \
+  LAW(bending)             \
+  LAW(bridson)             \
+  LAW(buckling)            \
+  LAW(chord)               \
+  LAW(bending_curves)      \
+  LAW(twisting)            \
+  LAW(beam)                \
+  LAW(crossings)           \
+  LAW(hysteresis)          \
+  LAW(tie)                 \
+  LAW(plate)               \
+  LAW(volume)              \
+  LAW(virtual_springs)     \
+  LAW(sewing)              \
+  LAW(water)               \
+  LAW(gravity)             \
+  LAW(air)
 
-ForceLawRegistry force_laws() {
-  ForceLawRegistry registry;
-  for (const auto add : {register_hooke,
-                         register_spring_curves,
-                         register_membrane,
-                         register_yarns,
-                         register_shape_operator,
-                         register_bending,
-                         register_bridson,
-                         register_buckling,
-                         register_chord,
-                         register_bending_curves,
-                         register_twisting,
-                         register_beam,
-                         register_crossings,
-                         register_hysteresis,
-                         register_tie,
-                         register_plate,
-                         register_volume,
-                         register_virtual_springs,
-                         register_sewing,
-                         register_water,
-                         register_gravity,
-                         register_air})
-    add(registry);
-  return registry;
+#define SELVEDGE_DECLARE_LAW(name) void register_##name(FabricLaws& laws);
+SELVEDGE_LAWS(SELVEDGE_DECLARE_LAW)
+#undef SELVEDGE_DECLARE_LAW
+
+const FabricLaws& fabric_laws() {
+  static const FabricLaws all = [] {
+    FabricLaws laws;
+#define SELVEDGE_ADD_LAW(name) register_##name(laws);
+    SELVEDGE_LAWS(SELVEDGE_ADD_LAW)
+#undef SELVEDGE_ADD_LAW
+    return laws;
+  }();
+  return all;
+}
+
+ForceLawRegistry force_laws() { return fabric_laws().forces; }
+
+namespace {
+
+template <class Law>
+const Law& law_named(const char* key, const std::vector<Law>& laws, const std::string& name) {
+  std::vector<std::string> names;
+  for (const Law& law : laws) {
+    if (law.name == name) return law;
+    names.push_back(law.name);
+  }
+  throw std::invalid_argument(std::string(key) + ": " + unknown_name(name, names, {}));
+}
+
+}  // namespace
+
+const StretchLaw& stretch_law_of(const Material& m) {
+  return law_named("stretch_law", fabric_laws().stretch, m.stretch_law);
+}
+const ShearLaw& shear_law_of(const Material& m) {
+  return law_named("shear_law", fabric_laws().shear, m.shear_law);
+}
+const BendingLaw& bending_law_of(const Material& m) {
+  return law_named("bending_law", fabric_laws().bending, m.bending_law);
+}
+
+bool reads(const std::vector<std::string>& constants, const std::string& constant) {
+  return std::find(constants.begin(), constants.end(), constant) != constants.end();
 }
 
 ForceList make_forces_of(const ForceLawRegistry::Entry& law, const ClothMesh& cloth,

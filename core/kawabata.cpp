@@ -31,14 +31,14 @@ Material material_of(const KesSheet& sheet) {
   validate_sheet(sheet);
   Material m;
   m.density = sheet.weight * kKgPerM2OfMgPerCm2;
-  m.stretch_law = StretchLaw::kawabata;
+  m.stretch_law = "kawabata";
   m.kawabata_lt = sheet.lt;
   m.kawabata_strain = 0.01 * sheet.emt;
   m.kawabata_rt = 0.01 * sheet.rt;
   // Slope at rest of the cubic with this LT that ends at (EMT, 500 gf/cm).
   m.stretch_stiffness =
       kKesEndOfTension * kNewtonPerMetreOfGfPerCm * (2.0 * sheet.lt - 1.0) / m.kawabata_strain;
-  m.shear_law = ShearLaw::twisting;
+  m.shear_law = "twisting";
   m.shear_stiffness =
       sheet.shear * kNewtonPerMetreOfGfPerCm * 180.0 / std::numbers::pi;  // per degree
   m.shear_friction = 0.5 * sheet.shear_hysteresis * kNewtonPerMetreOfGfPerCm;

@@ -118,13 +118,13 @@ double MonotoneCurve::work(double x) const {
 
 void set_curves(Material& m) {
   if (!m.tension_curve.empty()) {
-    m.stretch_law = StretchLaw::measured;
+    m.stretch_law = "measured";
     m.stretch_stiffness = m.tension_curve.slope_at_rest();
     m.stretch_weft.reset();
   }
   if (!m.tension_weft.empty()) m.stretch_weft = m.tension_weft.slope_at_rest();
   if (!m.shear_curve.empty()) {
-    m.shear_law = ShearLaw::angle;
+    m.shear_law = "angle";
     m.shear_stiffness = m.shear_curve.slope_at_rest();
   }
   if (!m.bending_curve.empty()) {

@@ -22,6 +22,7 @@
 #include <selvedge/core/detail/angles.h>
 #include <selvedge/core/detail/grid_mesh.h>
 #include <selvedge/core/detail/topology.h>
+#include <selvedge/core/fabric_laws.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -309,15 +310,15 @@ void AdaptiveGrid::add_twist_hinge(const GridCell& leaf, ClothMesh& cloth) const
   const double stiffness = 2.0 * rigidity * k.a * k.b / (k.a * k.a + k.b * k.b);
   const Corners c = corners(leaf);
   if ((leaf.i + leaf.j) % 2 == 0)
-    add_side_hinge({c.v01, c.v10, c.v00, c.v11}, stiffness, cloth);
+    add_twist_hinge({c.v01, c.v10, c.v00, c.v11}, stiffness, cloth);
   else
-    add_side_hinge({c.v00, c.v11, c.v10, c.v01}, stiffness, cloth);
+    add_twist_hinge({c.v00, c.v11, c.v10, c.v01}, stiffness, cloth);
 }
 
-void AdaptiveGrid::add_side_hinge(const std::array<std::int32_t, 4>& v, double stiffness,
-                                  ClothMesh& cloth) const {
+void AdaptiveGrid::add_twist_hinge(const std::array<std::int32_t, 4>& v, double stiffness,
+                                   ClothMesh& cloth) const {
   cloth.hinges.push_back(
-      {v, 0.0, stiffness, material_.bending_damping, material_.bending_law == BendingLaw::bridson});
+      {v, 0.0, stiffness, material_.bending_damping, bending_law_of(material_).by_sine});
 }
 
 // The hinges between a leaf and its neighbour above (beyond its side of larger y) or to its right.
@@ -346,6 +347,7 @@ void AdaptiveGrid::add_side_hinges(const GridCell& leaf, bool above, ClothMesh& 
   const double ratio = above ? k.a / k.b : k.b / k.a;
   const double rigidity = above ? bending_along_weft(material_) : material_.bending_stiffness;
   const double stiffness = rigidity * ratio * 2.0 * length / (w + beyond);
+  const BendingLaw& law = bending_law_of(material_);
   const std::int32_t a = at(0, 0), b = at(length, 0);
   // Metres, of the edge and across it; a hinge stands for half of their product.
   const double finest = std::ldexp(1.0, -levels_);
@@ -353,16 +355,16 @@ void AdaptiveGrid::add_side_hinges(const GridCell& leaf, bool above, ClothMesh& 
   const double span = finest * 0.5 * (w + beyond) * (above ? k.b : k.a);
   for (const std::int32_t end : {0, length}) {
     const std::int32_t far = at(end, beyond), near = at(end, -w);
-    if (material_.bending_law == BendingLaw::beam && rigidity > 0.0) {
-      const double unit = above ? finest * k.b : finest * k.a;
-      cloth.beams.push_back({{near, at(end, 0), far},
-                             {unit * w, unit * beyond},
-                             0.5 * rigidity * edge,
-                             material_.bending_damping});
-    }
+    const double unit = above ? finest * k.b : finest * k.a;
     const std::array<std::int32_t, 4> v =
         above ? std::array{far, near, a, b} : std::array{near, far, a, b};
-    if (material_.bending_law != BendingLaw::beam) add_side_hinge(v, 0.5 * stiffness, cloth);
+    law.add_to_side(cloth,
+                    {.hinge = v,
+                     .stiffness = 0.5 * stiffness,
+                     .line = {near, at(end, 0), far},
+                     .length = {unit * w, unit * beyond},
+                     .rigidity_width = 0.5 * rigidity * edge},
+                    material_);
     if (material_.bending_friction > 0.0)
       cloth.hinge_frictions.push_back(
           {v, 0.0, 0.5 * material_.bending_friction * edge, detail::kYieldCurvature * span});

@@ -149,8 +149,8 @@ std::vector<MethodOption> grid_net_options() {
 }
 
 void refuse_other_laws(const std::string& pattern, const Material& m) {
-  if (m.stretch_law == StretchLaw::hooke && m.shear_law == ShearLaw::springs &&
-      m.bending_friction == 0.0 && m.shear_friction == 0.0)
+  if (m.stretch_law == "hooke" && m.shear_law == "springs" && m.bending_friction == 0.0 &&
+      m.shear_friction == 0.0)
     return;
   throw std::invalid_argument(
       "cloth: " + pattern +

@@ -10,6 +10,7 @@
 // √3/2 E h on inner edges.
 #include <selvedge/core/cloth_mesh.h>
 #include <selvedge/core/detail/topology.h>
+#include <selvedge/core/fabric_laws.h>
 #include <selvedge/core/force.h>
 #include <selvedge/core/measure.h>
 
@@ -73,8 +74,8 @@ PlateMesh make_plate(const TriangleMesh& rest, const PlateConstants& plate,
   return out;
 }
 
-void register_plate(ForceLawRegistry& registry) {
-  registry.add_keyed(
+void register_plate(FabricLaws& laws) {
+  laws.forces.add_keyed(
       "plate", "geometry.*.plate",
       {.promise = "springs fitted to a plate; reports the residual of the fit",
        .source =

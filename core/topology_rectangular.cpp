@@ -20,6 +20,7 @@
 #include <selvedge/core/detail/grid_bending.h>
 #include <selvedge/core/detail/grid_mesh.h>
 #include <selvedge/core/detail/topology.h>
+#include <selvedge/core/fabric_laws.h>
 
 namespace selvedge {
 namespace {
@@ -27,7 +28,7 @@ namespace {
 detail::CellConstants cell_constants(const GridConfig& grid, const Material& m) {
   detail::CellConstants c = detail::cell_sides(grid);
   const double l_squared = c.a * c.a + c.b * c.b, ratio = c.a / c.b;
-  const double g = m.shear_law == ShearLaw::springs ? m.shear_stiffness : 0.0;
+  const double g = shear_law_of(m).by_springs ? m.shear_stiffness : 0.0;
   const auto [c11, c22] = detail::stretch_constants(m.stretch_stiffness, stretch_along_weft(m), g);
   c.spring_x = (c11 - g * ratio * ratio) / ratio;
   c.spring_y = (c22 - g / (ratio * ratio)) * ratio;
@@ -44,7 +45,9 @@ ClothMesh make_rectangular(const GridConfig& grid, const Material& material) {
   detail::validate_cells(constants, material);
   ClothMesh cloth = detail::make_grid_net(grid, material, constants, detail::Diagonals::both);
   detail::add_grid_bending(cloth, grid, material);
-  if (material.shear_law == ShearLaw::twisting) detail::add_grid_twist(cloth, grid, material);
+  const ShearLaw& shear = shear_law_of(material);
+  if (shear.add_to_grid != nullptr && material.shear_stiffness > 0.0)
+    shear.add_to_grid(cloth, grid, material);
   detail::set_stretch_law(cloth, cloth.surface.vertices, material);
   return cloth;
 }

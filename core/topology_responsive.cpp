@@ -13,7 +13,7 @@
 // directions are weighted so that B is the same in each.
 #include <selvedge/core/cloth_mesh.h>
 #include <selvedge/core/cloth_pattern.h>
-#include <selvedge/core/law_words.h>
+#include <selvedge/core/fabric_laws.h>
 
 #include <stdexcept>
 #include <string>
@@ -24,18 +24,18 @@ namespace selvedge {
 // defaults.
 ClothMesh make_responsive(const GridConfig& grid, const Material& material) {
   Material m = material;
-  if (m.bending_law != Material{}.bending_law && m.bending_law != BendingLaw::buckling)
+  if (m.bending_law != Material{}.bending_law && m.bending_law != "buckling")
     throw std::invalid_argument(
         std::string("the responsive mesh bends by links that buckle, so bending_law \"") +
-        law_word(m.bending_law) +
+        m.bending_law +
         "\" has no effect on it; leave it out, or use the rectangular pattern with stretch_law "
         "\"tension_only\"");
-  m.bending_law = BendingLaw::buckling;
-  if (is_membrane(m.stretch_law))
+  m.bending_law = "buckling";
+  if (stretch_law_of(m).add_to_triangles != nullptr)
     throw std::invalid_argument(
         "the responsive mesh resists tension only, which no finite element does; use stretch_law "
         "\"tension_only\", or the rectangular pattern");
-  if (m.stretch_law == StretchLaw::hooke) m.stretch_law = StretchLaw::tension_only;
+  if (m.stretch_law == "hooke") m.stretch_law = "tension_only";
   return make_rectangular(grid, m);
 }
 

@@ -20,6 +20,7 @@
 #include <selvedge/core/detail/grid_bending.h>
 #include <selvedge/core/detail/grid_mesh.h>
 #include <selvedge/core/detail/topology.h>
+#include <selvedge/core/fabric_laws.h>
 
 #include <stdexcept>
 
@@ -30,7 +31,7 @@ detail::CellConstants cell_constants(const GridConfig& grid, const Material& m, 
   detail::CellConstants c = detail::cell_sides(grid);
   const double l_squared = c.a * c.a + c.b * c.b, ratio = c.a / c.b;
   const double warp = m.stretch_stiffness, weft = stretch_along_weft(m);
-  const double g = m.shear_law == ShearLaw::springs ? m.shear_stiffness : 0.0;
+  const double g = shear_law_of(m).by_springs ? m.shear_stiffness : 0.0;
   const auto [c11, c22] = detail::stretch_constants(warp, weft, g);
   c.spring_x = alternating ? (c11 - g * ratio * ratio) / ratio : warp / ratio;
   c.spring_y = alternating ? (c22 - g / (ratio * ratio)) * ratio : weft * ratio;
@@ -43,9 +44,10 @@ detail::CellConstants cell_constants(const GridConfig& grid, const Material& m, 
 ClothMesh make_simplified(const GridConfig& grid, const Material& material, bool alternating) {
   detail::validate_grid(grid);
   detail::validate_material(material);
-  if (material.shear_law == ShearLaw::twisting)
+  if (shear_law_of(material).add_to_grid != nullptr)
     throw std::invalid_argument(
-        "shear_law \"twisting\" needs a mesh without diagonals; the simplified mesh has one, use "
+        "shear_law \"" + material.shear_law +
+        "\" needs a mesh without diagonals; the simplified mesh has one, use "
         "the rectangular pattern");
   const detail::CellConstants constants = cell_constants(grid, material, alternating);
   detail::validate_cells(constants, material);

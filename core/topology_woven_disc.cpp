@@ -5,6 +5,7 @@
 #include <selvedge/core/detail/angles.h>
 #include <selvedge/core/detail/grid_bending.h>
 #include <selvedge/core/detail/topology.h>
+#include <selvedge/core/fabric_laws.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -133,15 +134,11 @@ class DiscCells {
 ClothMesh make_woven_disc(double radius, std::int32_t cells, const Material& material) {
   constexpr std::int32_t kFewest = 8;
   require(cells >= kFewest, "cells across the disc", cells, "at least 8");
-  if (material.bending_law == BendingLaw::chord || !material.bending_curve.empty())
+  if (!bending_law_of(material).on_cut_cells || !material.bending_curve.empty())
     throw std::invalid_argument(
-        "bending_law \"chord\" and bending_curve need whole cells, but the rim of a disc cuts "
-        "them; use a free mesh of triangles with \"shape_operator\", or a square cloth");
-  if (material.bending_law == BendingLaw::beam)
-    throw std::invalid_argument(
-        "bending_law \"beam\" needs straight rows of particles, but the rim of a disc bends them; "
-        "use "
-        "\"hinge\"");
+        "bending_law \"" + material.bending_law +
+        "\" or bending_curve needs straight rows of whole cells, but the rim of a disc cuts them; "
+        "use \"hinge\", a free mesh of triangles with \"shape_operator\", or a square cloth");
   ClothMesh grid = make_rectangular({2.0 * radius, 2.0 * radius, cells, cells}, material);
   // A cell is either entirely in the disc or not at all, and its diagonals with it.
   const DiscCells disc_cells(radius, cells);

@@ -7,6 +7,7 @@
 // decays as D k² (1 - (k d)²/12 + …), and the explicit step is stable up to d²/(4D).
 #include <selvedge/core/detail/force_checks.h>
 #include <selvedge/core/detail/topology.h>
+#include <selvedge/core/fabric_laws.h>
 #include <selvedge/core/force.h>
 #include <selvedge/core/wetting.h>
 
@@ -164,8 +165,8 @@ double Wetting::drip() {
   return dripped;
 }
 
-void register_water(ForceLawRegistry& registry) {
-  registry.add_keyed(
+void register_water(FabricLaws& laws) {
+  laws.forces.add_keyed(
       "water", "water",
       {.promise = "no water, mass or momentum is lost until it drips",
        .source = "Chen, Magnenat Thalmann, Allen, Physical simulation of wet clothing, 2012"});

@@ -207,7 +207,7 @@ std::vector<Vec3> finite_element_motion(const NetTrial& trial, double stretch, d
   grid.cells_y *= finer;
   Material material;
   material.density = trial.density;
-  material.stretch_law = StretchLaw::st_venant_kirchhoff;
+  material.stretch_law = "st_venant_kirchhoff";
   material.stretch_stiffness = stretch;
   material.poisson = poisson;
   material.shear_stiffness = 0.5 * stretch / (1.0 + poisson);

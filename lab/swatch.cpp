@@ -223,8 +223,8 @@ Material material_of(const SwatchTrial& trial, std::span<const SwatchPoint> warp
   const WarpWeft bending = trial.bending();
   m.bending_stiffness = bending.warp;
   m.bending_weft = bending.weft;
-  m.stretch_law = StretchLaw::measured;
-  m.shear_law = ShearLaw::angle;
+  m.stretch_law = "measured";
+  m.shear_law = "angle";
   m.tension_curve = curve_of(warp);
   m.tension_weft = curve_of(weft);
   m.shear_curve = curve_of(shear);

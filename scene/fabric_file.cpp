@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 #include <selvedge/core/fabric.h>
 #include <selvedge/core/json_value.h>
-#include <selvedge/core/law_words.h>
 #include <selvedge/core/read_file.h>
 #include <selvedge/scene/detail/fabric_texts.h>
 #include <selvedge/scene/detail/scene_json.h>
@@ -554,9 +553,9 @@ std::string material_json(const Material& m) {
             {"bending_damping", m.bending_damping},
             {"strain_limit", m.strain_limit},
             {"friction", m.friction},
-            {"stretch_law", law_word(m.stretch_law)},
-            {"shear_law", law_word(m.shear_law)},
-            {"bending_law", law_word(m.bending_law)},
+            {"stretch_law", m.stretch_law},
+            {"shear_law", m.shear_law},
+            {"bending_law", m.bending_law},
             {"biphasic_strain", m.biphasic_strain},
             {"biphasic_growth", m.biphasic_growth},
             {"kawabata_lt", m.kawabata_lt},

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/core/cloth_mesh.h>
+#include <selvedge/core/fabric_laws.h>
 #include <selvedge/core/measure.h>
 #include <selvedge/scene/adaptive_cloth.h>
 #include <selvedge/scene/detail/make_piece.h>
@@ -203,7 +204,7 @@ const PlateSpec* plate_in(const ClothSpec& cloth) {
 /// Refuses what is made of springs that the material does not give.
 void refuse_springs_of_their_own(const ClothSpec& cloth, const Material& material) {
   const auto* file = std::get_if<ClothFile>(&cloth.shape);
-  const bool angle = material.shear_law == ShearLaw::angle;
+  const bool angle = shear_law_of(material).by_triangles;
   if (plate_in(cloth) != nullptr)
     throw std::invalid_argument(
         angle
@@ -261,7 +262,7 @@ AdaptiveCloth make_adaptive_cloth(const ClothSpec& cloth, const Material& materi
 
 Piece make_piece(const ClothSpec& cloth, const Material& material,
                  const ClothPatternRegistry& patterns) {
-  if (is_membrane(material.stretch_law) || material.shear_law == ShearLaw::angle)
+  if (stretch_law_of(material).add_to_triangles != nullptr || shear_law_of(material).by_triangles)
     refuse_springs_of_their_own(cloth, material);
   const Placement& placement = cloth.placement;
   const auto* grid = std::get_if<ClothGrid>(&cloth.shape);
@@ -289,7 +290,7 @@ std::vector<std::string> detail::plate_warnings(const ClothSpec& cloth, const Ma
 // A material with the default shear stiffness says nothing about it: the reader completes defaults,
 // and the scene.json of a result has them all.
 std::vector<std::string> detail::shear_warnings(const ClothSpec& cloth, const Material& material) {
-  if (material.shear_law != ShearLaw::springs || is_membrane(material.stretch_law) ||
+  if (!shear_law_of(material).by_springs || stretch_law_of(material).add_to_triangles != nullptr ||
       material.shear_stiffness == Material{}.shear_stiffness || plate_in(cloth) != nullptr)
     return {};
   const auto* grid = std::get_if<ClothGrid>(&cloth.shape);
@@ -306,8 +307,8 @@ std::vector<std::string> detail::arc_warnings(const ClothSpec& cloth, const Mate
                                               const Piece& piece) {
   constexpr double served = 0.1;  // share of a stiffness by which a mesh may miss it
   const auto* grid = std::get_if<ClothGrid>(&cloth.shape);
-  if (grid == nullptr || grid->pattern != "arc" || material.shear_law != ShearLaw::springs ||
-      is_membrane(material.stretch_law))
+  if (grid == nullptr || grid->pattern != "arc" || !shear_law_of(material).by_springs ||
+      stretch_law_of(material).add_to_triangles != nullptr)
     return {};
   const std::vector<Vec3>& rest = piece.rest.vertices;
   const std::vector<double> areas = vertex_areas(rest, piece.rest.triangles);

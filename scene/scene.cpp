@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <selvedge/core/law_words.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/scene/detail/old_keys.h>
 #include <selvedge/scene/detail/read_bodies.h>
@@ -207,9 +206,9 @@ class SceneReader {
   }
 
   static void read_laws(const Json& j, Material& m) {
-    m.stretch_law = law_of<StretchLaw>(j["stretch_law"].get<std::string>());
-    m.shear_law = law_of<ShearLaw>(j["shear_law"].get<std::string>());
-    m.bending_law = law_of<BendingLaw>(j["bending_law"].get<std::string>());
+    m.stretch_law = j["stretch_law"].get<std::string>();
+    m.shear_law = j["shear_law"].get<std::string>();
+    m.bending_law = j["bending_law"].get<std::string>();
     m.biphasic_strain = j["biphasic_strain"].get<double>();
     m.biphasic_growth = j["biphasic_growth"].get<double>();
     m.kawabata_lt = j["kawabata_lt"].get<double>();

@@ -160,9 +160,9 @@ BentMesh divide(const BentSurface& surface, Pattern pattern, std::int32_t cells)
 ClothMesh flat_hinged(const BentMesh& bent, BendingModel model) {
   Material m;
   m.bending_stiffness = m.bending_friction = 1.0;
-  m.bending_law = BendingLaw::shape_operator;
-  if (model == BendingModel::hinge) m.bending_law = BendingLaw::hinge;
-  if (model == BendingModel::bridson) m.bending_law = BendingLaw::bridson;
+  m.bending_law = "shape_operator";
+  if (model == BendingModel::hinge) m.bending_law = "hinge";
+  if (model == BendingModel::bridson) m.bending_law = "bridson";
   if (model != BendingModel::shape_operator) m.bending_friction = 0.0;
   ClothMesh cloth = make_from_mesh(bent.mesh, bent.mesh, m);
   for (Hinge& h : cloth.hinges) h.rest_angle = 0.0;

@@ -46,9 +46,9 @@ BentMesh divide(const BentSurface& surface, Pattern pattern, std::int32_t cells)
 
 /// A discrete bending energy of a mesh whose rest shape is flat.
 enum class BendingModel {
-  hinge,           ///< BendingLaw::hinge
-  bridson,         ///< BendingLaw::bridson
-  shape_operator,  ///< BendingLaw::shape_operator
+  hinge,           ///< "hinge"
+  bridson,         ///< "bridson"
+  shape_operator,  ///< "shape_operator"
   /// Finite elements for comparison, which are no law of the cloth: the triangle of [Morley1968],
   /// with the rotations of the edges where the energy is least.
   morley,

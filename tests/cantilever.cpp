@@ -51,13 +51,13 @@ Vectors solve_plane(const BlockMatrix& a, Vectors u, const Vectors& f,
 
 }  // namespace
 
-Material Cantilever::material(StretchLaw law) const {
+Material Cantilever::material(const std::string& law) const {
   Material m;
   m.stretch_stiffness = stretch;
   m.shear_stiffness = 0.5 * stretch / (1.0 + poisson);
   m.spring_damping = 0.0;
   m.stretch_law = law;
-  if (is_membrane(law)) m.poisson = poisson;
+  if (law != "hooke") m.poisson = poisson;
   return m;
 }
 

@@ -18,7 +18,7 @@ struct Cantilever {
   double stretch = 1000.0, poisson = 0.3;  ///< N/m and 1
 
   /// The isotropic sheet.
-  Material material(StretchLaw law) const;
+  Material material(const std::string& law) const;
   /// m, at a distance x from the loaded end and y from the middle.
   Vec3 displacement(double x, double y) const;
   /// Displacements of the vertices of a rectangular mesh of `rows` rows along the length, to first

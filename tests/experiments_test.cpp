@@ -124,9 +124,9 @@ std::string mesh_of(const ClothSpec& cloth) {
 
 std::string extension_of(const Material& material) {
   switch (material.stretch_law) {
-    case StretchLaw::hooke:
+    case "hooke":
       return "hooke";
-    case StretchLaw::kawabata:  // with the loop of its shear, 2HG
+    case "kawabata":  // with the loop of its shear, 2HG
       return material.shear_friction > 0.0 ? "kawabata" : "kawabata without a loop";
     default:
       return "another";
@@ -134,8 +134,8 @@ std::string extension_of(const Material& material) {
 }
 
 std::string bending_of(const Material& material) {
-  if (material.bending_law == BendingLaw::beam) return "beam";
-  if (material.bending_law == BendingLaw::bridson) return "bridson";
+  if (material.bending_law == "beam") return "beam";
+  if (material.bending_law == "bridson") return "bridson";
   return material.bending_friction > 0.0 ? "kawabata" : "hooke";  // the loop 2HB
 }
 

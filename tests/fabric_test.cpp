@@ -129,7 +129,7 @@ TEST_F(FabricFile, AKesSheetIsItsMaterial) {
   const std::string lt = R"json("LT": {"value": 0.7, "unit": "1"})json";
   const Fabric f = read(head + lt + "}");
   EXPECT_NEAR(f.material.density, 0.2, 1e-12);
-  EXPECT_EQ(f.material.stretch_law, StretchLaw::kawabata);
+  EXPECT_EQ(f.material.stretch_law, "kawabata");
   EXPECT_NEAR(f.material.bending_stiffness, 0.12 * 9.80665e-5, 1e-15);
   EXPECT_NEAR(*f.material.bending_weft, 0.08 * 9.80665e-5, 1e-15);
   EXPECT_NEAR(f.material.shear_friction, 0.5 * 0.980665, 1e-12);
@@ -316,23 +316,22 @@ double rolled_energy(const ClothMesh& cloth) {
 
 TEST(WovenDisc, HasTheBendingEnergyOfTheSheetThatItIsCutFrom) {
   Material m;
-  for (const BendingLaw law : {BendingLaw::hinge, BendingLaw::buckling, BendingLaw::twisting}) {
+  for (const std::string law : {"hinge", "buckling", "twisting"}) {
     m.bending_law = law;
     const ClothMesh disc = make_woven_disc(0.15, 40, m);
     const ClothMesh sheet = make_rectangular({0.3, 0.3, 40, 40}, m);
-    EXPECT_NEAR(rolled_energy(disc) / rolled_energy(sheet), 1.0, 0.15) << static_cast<int>(law);
+    EXPECT_NEAR(rolled_energy(disc) / rolled_energy(sheet), 1.0, 0.15) << law;
     const auto n = static_cast<std::int32_t>(disc.surface.vertices.size());
     for (const BucklingLink& link : disc.links) EXPECT_LT(std::max(link.a, link.b), n);
-    if (law == BendingLaw::buckling) {
+    if (law == "buckling") {
       EXPECT_GT(disc.links.size(), 5u * n / 2u);
     }
   }
 }
 
 TEST(WovenDisc, IsAtRestWithAnyLaw) {
-  for (const BendingLaw bending :
-       {BendingLaw::hinge, BendingLaw::bridson, BendingLaw::buckling, BendingLaw::twisting})
-    for (const ShearLaw shear : {ShearLaw::springs, ShearLaw::twisting}) {
+  for (const std::string bending : {"hinge", "bridson", "buckling", "twisting"})
+    for (const std::string shear : {"springs", "twisting"}) {
       Material m;
       m.bending_law = bending;
       m.shear_law = shear;
@@ -344,7 +343,7 @@ TEST(WovenDisc, IsAtRestWithAnyLaw) {
         force->add_force({x, v, disc.mass, 0.0}, f);
       double largest = 0.0;
       for (const Vec3& force : f) largest = std::max(largest, force.norm());
-      EXPECT_LT(largest, 1e-9) << static_cast<int>(bending) << ", " << static_cast<int>(shear);
+      EXPECT_LT(largest, 1e-9) << bending << ", " << shear;
     }
 }
 
@@ -373,7 +372,7 @@ TEST(WovenDisc, HasNoFoldedHinge) {
 TEST(WovenDisc, TakesFrictionAlong) {
   Material m;
   m.bending_friction = 1e-3;
-  m.shear_law = ShearLaw::twisting;
+  m.shear_law = "twisting";
   m.shear_friction = 0.1;
   const ClothMesh disc = make_woven_disc(0.15, 24, m);
   const auto n = static_cast<std::int32_t>(disc.surface.vertices.size());

@@ -231,18 +231,18 @@ std::vector<double> ones(std::size_t n) { return std::vector<double>(n, 1.0); }
 
 void add_springs(std::vector<ForceCase>& all) {
   all.push_back(spring_case("hooke", {}, hooke));
-  all.push_back(spring_case("tension_only", {StretchLaw::tension_only}, tension_only));
-  all.push_back(spring_case("biphasic", {StretchLaw::biphasic, threshold, growth}, biphasic));
-  all.push_back(spring_case("kawabata", {StretchLaw::kawabata, emt, lt}, kawabata));
-  all.push_back(spring_case("resilient", {StretchLaw::kawabata, emt, lt, 0.5}, resilient));
+  all.push_back(spring_case("tension_only", {"tension_only"}, tension_only));
+  all.push_back(spring_case("biphasic", {"biphasic", threshold, growth}, biphasic));
+  all.push_back(spring_case("kawabata", {"kawabata", emt, lt}, kawabata));
+  all.push_back(spring_case("resilient", {"kawabata", emt, lt, 0.5}, resilient));
   all.back().force->restore_memory(std::vector<double>{longest});
-  all.push_back(spring_case("measured", {.law = StretchLaw::measured, .measured = strain_curve},
-                            [](Positions x) {
-                              return rest_length * rest_length *
-                                     measured_tension(length_of(x) / rest_length - 1.0, k_spring);
-                            }));
+  all.push_back(
+      spring_case("measured", {.law = "measured", .measured = strain_curve}, [](Positions x) {
+        return rest_length * rest_length *
+               measured_tension(length_of(x) / rest_length - 1.0, k_spring);
+      }));
   const std::vector<ChordLink> chords{chord_link};
-  const std::vector<SpringCurve> moments{{.law = StretchLaw::measured, .measured = moment_curve}};
+  const std::vector<SpringCurve> moments{{.law = "measured", .measured = moment_curve}};
   all.push_back({"chord", make_chord_force(chords, moments, 2), {0.5, 2.0}, link, chord});
   const std::vector<BucklingLink> links{buckling_link};
   all.push_back({"buckling", make_buckling_force(links, 2), {0.5, 2.0}, link, buckling});
@@ -426,8 +426,7 @@ HyperDual shear_angle(Positions x) {
 void add_yarns(std::vector<ForceCase>& all, const Vectors& pulled) {
   YarnTriangle t{{0, 1, 2}, {}, c11, c22, c33, 3.0, 0.02};
   for (int k = 0; k < 3; ++k) t.rest[k] = {sheet_rest[k].x(), sheet_rest[k].y()};
-  std::vector<SpringCurve> curves{{.law = StretchLaw::measured, .measured = strain_curve},
-                                  {.law = StretchLaw::hooke}};
+  std::vector<SpringCurve> curves{{.law = "measured", .measured = strain_curve}, {.law = "hooke"}};
   const std::vector<YarnTriangle> linear{t};
   t.shear_curve = 0;
   t.curve = {0, 1};
@@ -464,10 +463,9 @@ void add_sheets(std::vector<ForceCase>& all) {
   Vectors pulled = sheet_rest;  // under tension in every direction
   for (Vec3& p : pulled)
     p = Vec3(1.3 * p.x() + 0.05 * p.y(), 0.1 * p.x() + 1.25 * p.y(), 0.2 * p.y());
-  all.push_back({"st_venant_kirchhoff",
-                 make_membrane_force(sheet(), StretchLaw::st_venant_kirchhoff, 3), ones(3),
-                 sheet_rest, green, pulled});
-  all.push_back({"corotated", make_membrane_force(sheet(), StretchLaw::corotated, 3), ones(3),
+  all.push_back({"st_venant_kirchhoff", make_membrane_force(sheet(), MembraneStrain::green, 3),
+                 ones(3), sheet_rest, green, pulled});
+  all.push_back({"corotated", make_membrane_force(sheet(), MembraneStrain::corotated, 3), ones(3),
                  sheet_rest, stretch, pulled});
   add_yarns(all, pulled);
 }

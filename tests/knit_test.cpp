@@ -143,7 +143,7 @@ TEST(Knit, IsAPatternOfScenesThatTakesNoLawOfASheet) {
   EXPECT_EQ(cloth.mass, same.mass);
   EXPECT_EQ(cloth.surface.vertices, same.surface.vertices);
   Material sheet;
-  sheet.bending_law = BendingLaw::hinge;
+  sheet.bending_law = "hinge";
   EXPECT_THROW(pattern(kSwatch, sheet), std::invalid_argument);
 }
 

@@ -183,7 +183,7 @@ TEST(Plate, RolledToACylinderItStoresHalfItsRigidityTimesCurvatureSquared) {
   // Each hinge by itself has the plate's energy on the mean of the directions (shape_operator_test
   // has what is exact).
   const TriangleMesh noise = random_mesh(60);
-  material.bending_law = BendingLaw::hinge;
+  material.bending_law = "hinge";
   const ClothMesh triangular =
       make_triangular({2.0, 100 * 0.02 * std::sqrt(0.75), 100, 100}, material);
   const ClothMesh random = make_from_mesh(noise, noise, material);

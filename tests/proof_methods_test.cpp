@@ -3,7 +3,7 @@
 // Every proof beside every registered limiter, response, fail-safe, integrator and law: random
 // small scenes give the same bits and counts with proofs and without.
 #include <gtest/gtest.h>
-#include <selvedge/core/law_words.h>
+#include <selvedge/core/fabric_laws.h>
 #include <selvedge/simulation/simulation.h>
 
 #include <functional>
@@ -148,20 +148,20 @@ TEST(ProofsBesideMethods, EveryIntegratorHasTheSameBitsWithoutThem) {
 }
 
 TEST(ProofsBesideMethods, EveryLawHasTheSameBitsWithoutThem) {
-  const auto each = [](auto words, auto member) {
-    for (const auto& known : words)
-      expect_same_bits(known.word, [&](Scene& scene) {
+  const auto each = [](const auto& laws, auto member) {
+    for (const auto& law : laws)
+      expect_same_bits(law.name, [&](Scene& scene) {
         Material& m = scene.materials["default"];
-        m.*member = known.law;
-        if (m.stretch_law == StretchLaw::measured) {
+        m.*member = law.name;
+        if (m.stretch_law == "measured") {
           m.tension_curve = MonotoneCurve({0.0, 0.02, 0.05}, {0.0, 2.0, 8.0});
           set_curves(m);
         }
       });
   };
-  each(words_of(StretchLaw{}), &Material::stretch_law);
-  each(words_of(ShearLaw{}), &Material::shear_law);
-  each(words_of(BendingLaw{}), &Material::bending_law);
+  each(fabric_laws().stretch, &Material::stretch_law);
+  each(fabric_laws().shear, &Material::shear_law);
+  each(fabric_laws().bending, &Material::bending_law);
 }
 
 }  // namespace

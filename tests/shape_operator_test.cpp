@@ -125,7 +125,7 @@ TEST_P(FreeMesh, BentToACylinderEveryEdgeHasThePlatesMomentInEveryDirection) {
 TEST_P(FreeMesh, BentToACylinderNoInnerVertexFeelsAForce) {
   constexpr double rigidity = 2e-5, cell = 0.05, radius = 1000.0;
   const TriangleMesh flat = mesh(20, 20, cell);
-  const auto largest = [&](BendingLaw law) {
+  const auto largest = [&](const std::string& law) {
     Material m = material(rigidity);
     m.bending_law = law;
     const ClothMesh cloth = make_from_mesh(flat, flat, m);
@@ -141,9 +141,9 @@ TEST_P(FreeMesh, BentToACylinderNoInnerVertexFeelsAForce) {
       for (int i = 6; i <= 14; ++i) most = std::max(most, f[j * 21 + i].norm());
     return most / (rigidity / radius);  // in units of B κ
   };
-  EXPECT_LT(largest(BendingLaw::shape_operator), 0.02);
+  EXPECT_LT(largest("shape_operator"), 0.02);
   if (std::get<0>(GetParam()) == Diagonals::one_way) return;
-  EXPECT_GT(largest(BendingLaw::hinge), 0.2);  // what hinges by themselves leave
+  EXPECT_GT(largest("hinge"), 0.2);  // what hinges by themselves leave
 }
 
 TEST_P(FreeMesh, NoStateHasANegativeEnergy) {

@@ -466,7 +466,7 @@ CurvedStrip curved_strip(int cells, double gamma, double natural) {
   m.stretch_stiffness = kMembrane;
   m.shear_stiffness = 0.5 * m.stretch_stiffness;
   m.poisson = 0.0;
-  m.stretch_law = StretchLaw::corotated;
+  m.stretch_law = "corotated";
   m.bending_stiffness = rigidity(gamma);
   m.bending_damping = 0.05;
   Material bare;
@@ -514,7 +514,7 @@ double SlenderStrips::buckling_gamma(double breadth) const {
   m.stretch_stiffness = 2e4;
   m.shear_stiffness = 1e4;
   m.poisson = 0.0;
-  m.stretch_law = StretchLaw::corotated;
+  m.stretch_law = "corotated";
   m.bending_stiffness = 1.0;
   Material bare;
   bare.shear_stiffness = 0.0;
@@ -526,7 +526,7 @@ double SlenderStrips::buckling_gamma(double breadth) const {
     held.push_back(x.x() < -0.5 * (cells + 1) * d + 1.1 * d ? 1 : 0);
   const std::vector<Vec3> x = settle(cloth, held, {0.0, -kGravity, 0.0});
   ForceList stretch, bending;
-  stretch.push_back(make_membrane_force(cloth.membranes, m.stretch_law, x.size()));
+  stretch.push_back(make_membrane_force(cloth.membranes, cloth.membranes.front().strain, x.size()));
   bending.push_back(make_shape_operator_force(cloth.hinges, cloth.couples, x.size()));
   // B K_b + K_s is singular for the largest eigenvalue B of -K_b⁻¹ K_s.
   const Eigen::MatrixXd own = stiffness_across(bending, cloth, x, held);

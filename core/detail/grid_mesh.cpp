@@ -2,6 +2,7 @@
 #include <selvedge/core/detail/grid_mesh.h>
 #include <selvedge/core/detail/topology.h>
 #include <selvedge/core/elementary.h>
+#include <selvedge/core/fabric_laws.h>
 
 #include <cmath>
 #include <sstream>
@@ -143,50 +144,28 @@ ClothMesh make_grid_net(const GridConfig& grid, const Material& material, const 
   return GridNet(grid, material, c, diagonals).build();
 }
 
-namespace {
-
-// A row of beams stands for a strip of one cell, on the border of half a cell.
-void add_grid_beams(ClothMesh& cloth, const GridConfig& grid, const Material& material) {
-  const CellConstants c = cell_sides(grid);
-  const double warp = material.bending_stiffness, weft = bending_along_weft(material);
-  const std::int32_t nx = grid.cells_x, ny = grid.cells_y, up = nx + 1;
-  const auto add = [&](std::int32_t at, std::int32_t step, double length, double rigidity) {
-    if (rigidity > 0.0)
-      cloth.beams.push_back(
-          {{at - step, at, at + step}, {length, length}, rigidity, material.bending_damping});
-  };
-  for (std::int32_t j = 0; j <= ny; ++j)
-    for (std::int32_t i = 0; i <= nx; ++i) {
-      const bool inner_x = i > 0 && i<nx, inner_y = j> 0 && j < ny;
-      if (inner_x) add(vertex(grid, i, j), 1, c.a, warp * c.b * (inner_y ? 1.0 : 0.5));
-      if (inner_y) add(vertex(grid, i, j), up, c.b, weft * c.a * (inner_x ? 1.0 : 0.5));
-    }
-}
-
-}  // namespace
-
 // With the hinges of one triangulation, only every other vertex would resist curvature along x (the
 // opposite vertices of an edge lie at one of its ends), and bent cloth would relax in a zigzag to
 // two thirds of its stiffness. So an edge has two hinges of half the stiffness, one at each end.
 // They are the second differences of every row and column, as in a finite-difference plate, and a
 // border row represents half a cell. The twist of a cell, w00 + w11 - w10 - w01, is the same along
 // both diagonals.
-void add_grid_hinges(ClothMesh& cloth, const GridConfig& grid, const Material& material) {
+void add_grid_hinges(ClothMesh& cloth, const GridConfig& grid, const Material& material,
+                     GridHinges wanted) {
   if (material.bending_stiffness <= 0.0) return;
-  if (material.bending_law == BendingLaw::beam) add_grid_beams(cloth, grid, material);
+  const bool sides = wanted == GridHinges::all;
   const HingeConstants k = hinge_constants(grid, material);
-  const bool beams = material.bending_law == BendingLaw::beam;
   const auto index = [&](std::int32_t i, std::int32_t j) { return vertex(grid, i, j); };
+  const bool by_sine = bending_law_of(material).by_sine;
   const auto add = [&](const std::array<std::int32_t, 4>& v, double stiffness) {
-    cloth.hinges.push_back(
-        {v, 0.0, stiffness, material.bending_damping, material.bending_law == BendingLaw::bridson});
+    cloth.hinges.push_back({v, 0.0, stiffness, material.bending_damping, by_sine});
   };
   for (std::int32_t j = 0; j <= grid.cells_y; ++j)
     for (std::int32_t i = 0; i <= grid.cells_x; ++i) {
-      if (!beams && j > 0 && j < grid.cells_y && i < grid.cells_x)
+      if (sides && j > 0 && j < grid.cells_y && i < grid.cells_x)
         for (const std::int32_t end : {i, i + 1})
           add({index(end, j + 1), index(end, j - 1), index(i, j), index(i + 1, j)}, 0.5 * k.x);
-      if (!beams && i > 0 && i < grid.cells_x && j < grid.cells_y)
+      if (sides && i > 0 && i < grid.cells_x && j < grid.cells_y)
         for (const std::int32_t end : {j, j + 1})
           add({index(i - 1, end), index(i + 1, end), index(i, j), index(i, j + 1)}, 0.5 * k.y);
       if (i == grid.cells_x || j == grid.cells_y) continue;

@@ -35,8 +35,10 @@ ClothMesh make_grid_net(const GridConfig& grid, const Material& material, const 
                         Diagonals diagonals);
 
 /// Adds hinges that store ½ B κ² per area for every direction of bending, like a plate with
-/// Poisson's ratio 0: a pair for each inner edge of the grid and one for each cell. With the law
-/// `beam`, beams take the places of the pairs.
-void add_grid_hinges(ClothMesh& cloth, const GridConfig& grid, const Material& material);
+/// Poisson's ratio 0: a pair for each inner edge of the grid and one for each cell, which resists
+/// twist.
+enum class GridHinges { all, twist };
+void add_grid_hinges(ClothMesh& cloth, const GridConfig& grid, const Material& material,
+                     GridHinges wanted = GridHinges::all);
 
 }  // namespace selvedge::detail

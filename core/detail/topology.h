@@ -8,6 +8,10 @@
 #include <string>
 #include <vector>
 
+namespace selvedge {
+struct SplitSide;
+}  // namespace selvedge
+
 namespace selvedge::detail {
 
 /// Curvature at which bending friction reaches its full moment: a few per cent of the largest
@@ -47,9 +51,16 @@ SpringFit fit_springs(std::span<const Vec3> rest, const Triangle& t, const Conti
 /// True if all points have the same z, so that x is the warp and y the weft.
 bool in_a_level(std::span<const Vec3> rest);
 
-/// Adds springs on all edges and hinges on all interior edges, for the rest shape `rest`.
+/// Adds springs on all edges, and the elements of the bending law, for the rest shape `rest`.
 void add_edge_springs(ClothMesh& cloth, std::span<const Vec3> rest, const Material& material);
 void add_hinges(ClothMesh& cloth, std::span<const Vec3> rest, const Material& material);
+
+/// Hinges between the triangles, and at a side of cells that are split.
+void add_edge_hinges(ClothMesh& cloth, std::span<const Vec3> rest, const Material& material);
+void add_side_hinge(ClothMesh& cloth, const SplitSide& side, const Material& material);
+/// Adds finite elements of this strain on all triangles.
+void add_membrane(ClothMesh& cloth, std::span<const Vec3> rest, const Material& material,
+                  MembraneStrain strain);
 
 /// Applies the stretch law of the material: to all springs of `cloth` or, if it is a membrane law,
 /// to its triangles with the rest shape `rest`.
@@ -59,8 +70,10 @@ std::int32_t add_idle_curve(ClothMesh& cloth, const MonotoneCurve& curve);
 /// The same for the bending curves of warp and weft.
 std::array<std::int32_t, 2> add_bending_shapes(ClothMesh& cloth, const Material& material);
 /// Throws std::invalid_argument if the material selects a law that only a grid of cells supports.
-/// `mesh` names the mesh in the message. `beams`: it supports the law `beam`.
-void require_hinges(const Material& material, const char* mesh, bool beams = false);
+/// `mesh` names the mesh in the message. `split_cells`: it is a grid whose cells are split.
+void require_hinges(const Material& material, const char* mesh, bool split_cells = false);
+/// The names of the bending laws that read a constant, as part of a message.
+std::string bending_laws_that_read(const std::string& constant);
 /// 1 for each hinge of `cloth` that a couple names, 0 for the others.
 std::vector<char> coupled_hinges(const ClothMesh& cloth);
 

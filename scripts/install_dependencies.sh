@@ -5,7 +5,7 @@
 #   lean    packages to build the program (the default); pictures need libpng, the exact check needs GMP
 #   meshes  lean, and assimp, which reads bodies in formats other than OBJ, PLY and OFF
 #   test    meshes, and packages for the tests, the benchmarks, the format check and the adapters; chromium opens the pages
-#           of `view` and `compare`
+#           of `view` and `compare`, ffmpeg joins animations, snakemake spreads jobs
 #   python  meshes, and packages for `pip install .`
 #   docs    packages for scripts/docs.sh
 #   clang   lean, and packages for scripts/fuzz.sh
@@ -19,7 +19,7 @@ lean=(g++ cmake ninja-build libeigen3-dev libtbb-dev nlohmann-json3-dev libcli11
       libpng-dev libgmp-dev)
 meshes=(libassimp-dev)
 test=(libgtest-dev clang-format libfcl-dev libccd-dev libcgal-dev libembree-dev libosmesa6-dev libbullet-dev
-      libpagmo-dev python3-dev python3-numpy python3-pytest pybind11-dev mypy chromium)
+      libpagmo-dev python3-dev python3-numpy python3-pytest pybind11-dev mypy chromium ffmpeg snakemake)
 python=("${meshes[@]}" python3-dev python3-numpy python3-pip python3-venv pybind11-dev)
 clang=(clang libclang-rt-14-dev)
 bits=("${clang[@]}" musl-dev qemu-user-static)

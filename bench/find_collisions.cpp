@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The C++ call that scripts/python_overhead.py compares with the call from Python: reads a step of
+// The C++ call that bench/python_overhead.py compares with the call from Python: reads a step of
 // a cloth and a body from a file, and prints the milliseconds of each call of find_collisions.
 //
 // The file holds int64 n, m, b, k, then x0 and x1 (n,3) and the body (b,3) as doubles, then the

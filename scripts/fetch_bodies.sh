@@ -41,7 +41,7 @@ archive_of() {       # the meshes of an installed package, if the image kept its
   fi
   cd "$work"
   apt-get download -qq -o APT::Sandbox::User=root libcgal-demo >"$work/log" 2>&1 ||
-    { "$root/scripts/apt_get.sh" update -qq >"$work/log" 2>&1 &&
+    { "$root/scripts/install_dependencies.sh" apt update -qq >"$work/log" 2>&1 &&
       apt-get download -qq -o APT::Sandbox::User=root libcgal-demo >>"$work/log" 2>&1; } ||
     { cat "$work/log" >&2
       fail "libcgal-demo could not be downloaded; check the network and the apt sources"; }

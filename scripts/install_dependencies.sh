@@ -13,7 +13,38 @@
 #   arm64   a cross compiler for 64-bit Arm and its libraries, for scripts/same_bits.sh
 # Without root it prints the packages to install and exits with 1. On a system without dpkg it prints the requirements and
 # exits with 0.
+# install_dependencies.sh apt ARGUMENTS...: runs apt-get silently; if it fails, prints the end of its output.
 set -euo pipefail
+
+# While another program holds a lock of apt or dpkg, waits for up to 15 minutes and reports it. apt-get itself can wait for
+# the lock of dpkg but not for that of the package lists.
+apt_get() (
+  log=$(mktemp)
+  trap 'rm -f "$log"' EXIT
+  patience=${SELVEDGE_APT_PATIENCE:-900} # s
+  waiting=
+  export DEBIAN_FRONTEND=noninteractive LC_ALL=C
+  while true; do
+    status=0
+    apt-get -o DPkg::Lock::Timeout=60 "$@" >"$log" 2>&1 || status=$?
+    if [ "$status" -eq 0 ]; then exit 0; fi
+    if ! grep -qE 'Could not get lock|Unable to lock|Unable to acquire the dpkg' "$log" || [ "$SECONDS" -ge "$patience" ]; then
+      tail -n 60 "$log" >&2
+      echo "failed with $status: apt-get $*" >&2
+      exit "$status"
+    fi
+    if [ -z "$waiting" ]; then
+      echo "Another program is installing packages; waiting for it, at most $((patience / 60)) minutes"
+      waiting=yes
+    fi
+    sleep 2
+  done
+)
+if [ "${1:-}" = apt ]; then
+  shift
+  apt_get "$@"
+  exit
+fi
 
 lean=(g++ cmake ninja-build libeigen3-dev libtbb-dev nlohmann-json3-dev libcli11-dev libfmt-dev
       libpng-dev libgmp-dev)
@@ -60,7 +91,6 @@ if [ "$(id -u)" -ne 0 ]; then
 fi
 
 echo "Installing ${missing[*]}"
-apt_get=$(dirname "${BASH_SOURCE[0]}")/apt_get.sh
 if [[ " ${missing[*]} " == *:arm64\ * ]]; then dpkg --add-architecture arm64; fi
-"$apt_get" update -q
-"$apt_get" install -qy --no-install-recommends "${missing[@]}"
+apt_get update -q
+apt_get install -qy --no-install-recommends "${missing[@]}"

@@ -4,7 +4,7 @@
 # mutation testing. Draws N changes (default 200) from the sources of the modules, makes one at a time, and runs the
 # tests that reach it, the fastest first, until one fails. `--again TABLE --table TABLE` tries those changes of a table
 # again that no test noticed, and writes what becomes of them. Needs a release build by Ninja (BUILD, default build/release)
-# with its test programs, and changes nothing in it. `scripts/mutants.py --help` explains the options and the changes.
+# with its test programs, and changes nothing in it. `tests/mutation/mutants.py --help` explains the options and the changes.
 #
 # All changes go into one copy of the sources, each behind a switch (tests/mutants_lib.sh), so a source is compiled
 # once. Changes that do not compile are dropped and counted. JOBS (default: processors) limits the compilers.
@@ -19,7 +19,7 @@ CXX=${CXX:-c++}
 FLAGS=
 # shellcheck source=tests/mutants_lib.sh
 source tests/mutants_lib.sh
-mutants=(python3 scripts/mutants.py)
+mutants=(python3 tests/mutation/mutants.py)
 
 "${mutants[@]}" draw "$WORK" "$BUILD" "$@" || exit
 FLAGS=@$WORK/flags  # a file, because definitions hold quotation marks
@@ -34,7 +34,7 @@ compile_unit() {
   done
 }
 while read -r unit; do try compile_unit "$unit"; done <"$WORK/units"
-try compile -O1 -fPIC -include "$WORK/headers.h" -c scripts/mutants_reached.cpp -o "$WORK/reached.o"
+try compile -O1 -fPIC -include "$WORK/headers.h" -c tests/mutation/mutants_reached.cpp -o "$WORK/reached.o"
 tried || { echo "mutants.sh: the changed sources do not compile" >&2; exit 1; }
 
 # Test programs with the changed sources of the libraries that they link.

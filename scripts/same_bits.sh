@@ -82,7 +82,7 @@ for variant in "${variants[@]}"; do
   emulator=()
 done
 if [ -n "$first" ]; then
-  cc -shared -fPIC -O1 -fno-builtin -o "$work/libm_off.so" scripts/libm_off_by_one_ulp.c -ldl -lm
+  cc -shared -fPIC -O1 -fno-builtin -o "$work/libm_off.so" tests/libm_off_by_one_ulp.c -ldl -lm
   LD_PRELOAD=$work/libm_off.so row "libm off by one ulp" "$first" 1
   # Debian has no C++ library for musl, so glibc serves the rest of the program.
   musl=/usr/lib/$(uname -m)-linux-musl/libc.a

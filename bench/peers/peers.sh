@@ -9,9 +9,9 @@
 # of the folder that SELVEDGE_MUJOCO names: npm install --prefix FOLDER @mujoco/mujoco@3.14.0
 set -euo pipefail
 
-root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 if [ $# -lt 1 ] || [ $# -gt 3 ]; then
-  echo "usage: scripts/peers.sh FOLDER [CELLS (default 30)] [FRAMES (default 60)]" >&2
+  echo "usage: bench/peers/peers.sh FOLDER [CELLS (default 30)] [FRAMES (default 60)]" >&2
   exit 2
 fi
 mkdir -p "$1"
@@ -24,7 +24,7 @@ for needed in python3; do
   command -v "$needed" >/dev/null || { echo "$needed is not installed" >&2; exit 2; }
 done
 
-python3 "$root/scripts/peer_prepare.py" "$out" "$cells" "$frames"
+python3 "$root/bench/peers/peer_prepare.py" "$out" "$cells" "$frames"
 : >"$out/missing.txt"
 
 for scene in "${scenes[@]}"; do
@@ -36,7 +36,7 @@ bullet=
 if pkg-config --exists bullet 2>/dev/null && command -v g++ >/dev/null; then
   bullet=$out/peer_bullet
   # shellcheck disable=SC2046
-  g++ -O2 -o "$bullet" "$root/scripts/peer_bullet.cpp" $(pkg-config --cflags bullet) -lBulletSoftBody \
+  g++ -O2 -o "$bullet" "$root/bench/peers/peer_bullet.cpp" $(pkg-config --cflags bullet) -lBulletSoftBody \
     -lBulletDynamics -lBulletCollision -lLinearMath
 else
   echo "Bullet: not installed (libbullet-dev, g++, pkg-config)" >>"$out/missing.txt"
@@ -64,14 +64,14 @@ for scene in "${scenes[@]}"; do
       --threads 1 --overwrite --no-picture; } 2>"$folder/selvedge.seconds"
   if [ -n "$blender" ]; then
     run_peer Blender "$folder/blender.log" blender -b --factory-startup -t 1 --python-exit-code 1 \
-      --python "$root/scripts/peer_blender.py" -- "$folder"
+      --python "$root/bench/peers/peer_blender.py" -- "$folder"
   fi
   if [ -n "$bullet" ]; then run_peer Bullet "$folder/bullet.log" "$bullet" "$folder" "$scene" "$cells" "$frames"; fi
   if [ -n "$mujoco" ]; then
     for mode in mujoco mujoco_ipc; do
-      run_peer "$mode" "$folder/$mode.log" node "$root/scripts/peer_mujoco.mjs" "$mujoco" "$folder" "$scene" "$mode"
+      run_peer "$mode" "$folder/$mode.log" node "$root/bench/peers/peer_mujoco.mjs" "$mujoco" "$folder" "$scene" "$mode"
     done
   fi
 done
-python3 "$root/scripts/peer_judge.py" "$out" "$program" "${scenes[@]}"
+python3 "$root/bench/peers/peer_judge.py" "$out" "$program" "${scenes[@]}"
 echo "$out/peers.md"

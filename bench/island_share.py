@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """How much work a scene could leave out if its pieces of cloth slept one by one (docs/lab/integrators.md, Sleep).
 
-    PYTHONPATH=build/release/python scripts/island_share.py SCENE... [--speed M_PER_S]
+    PYTHONPATH=build/release/python bench/island_share.py SCENE... [--speed M_PER_S]
 
 Prints the share of particles times frames in pieces that have stayed slower than --speed for half a second while another
 piece moves. Pieces are what triangles connect. A piece that touches the moving one would have to stay awake but counts, too:

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """How much of the search for self-collisions a proof by charts could leave out (docs/lab/plan.md).
 
-    scripts/proof_share.py RESULT FRAME... [--gap METRES] [--steps N] [--leaf N]
+    bench/proof_share.py RESULT FRAME... [--gap METRES] [--steps N] [--leaf N]
 
 RESULT is a folder of `selvedge run`; its cloth is one piece. The step begins at each FRAME and ends 1/N of the way to the next
 one. A chart is the projection of the start along the mean normal of some triangles. Two primitives in a chart without a

@@ -6,7 +6,7 @@ import struct
 import sys
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 SIZE = 0.6  # m, of the sheet
 DENSITY = 0.15  # kg/m^2
 FRICTION = 0.3  # Coulomb's coefficient on the incline and elsewhere

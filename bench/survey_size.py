@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Measures claims of the survey on its scenes and sizes, 2,500 particles unless noted.
 
-    PYTHONPATH=build/release/python scripts/survey_size.py PART [--stiffness K] [--size 50] [--turns N] [--longest S]
+    PYTHONPATH=build/release/python bench/survey_size.py PART [--stiffness K] [--size 50] [--turns N] [--longest S]
 
 PART:
 limiters  C4, C5, C6, Figure 22, Table VI: strain limiters on a round table, with as many sweeps as each method needs

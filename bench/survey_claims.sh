@@ -107,14 +107,14 @@ balance() {
 survey_size() {
   say "$1 (needs the Python module in $build/python and NumPy)"
   shift
-  measure env PYTHONPATH="$build/python" scripts/survey_size.py "$@"
+  measure env PYTHONPATH="$build/python" bench/survey_size.py "$@"
 }
 
 meshes() {
   say "C2, C3, C25: meshes"
-  echo "(some minutes; writes docs/lab/tables/mesh_hang.csv)"
-  SELVEDGE=$build/apps/selvedge measure scripts/mesh_table.sh --only hang
-  cat docs/lab/tables/mesh_hang.csv
+  echo "(some minutes; writes docs/tables/mesh_hang.csv)"
+  SELVEDGE=$build/apps/selvedge measure scripts/tables.sh mesh --only hang
+  cat docs/tables/mesh_hang.csv
 }
 
 # over_rounds NAME: time of every cell of a comparison over that of its first cell, round by round.

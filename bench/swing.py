@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """How much of its motion cloth keeps, by integrator and steps per frame (docs/lab/integrators.md).
 
-    scripts/swing.py [--program build/release/apps/selvedge] [--integrators implicit_euler,bdf2,implicit_blend]
+    bench/swing.py [--program build/release/apps/selvedge] [--integrators implicit_euler,bdf2,implicit_blend]
                      [--steps 2,8,32] [--scenes edge,corners,flag,fall,land]
 
 A sheet of 0.5 m with 20 x 20 cells, without air unless the scene says so, for 2 s:

@@ -14,7 +14,7 @@ validation, constant expressions, templates and sources for one instruction set 
 
 One run of each test program finds the tests that reach a change, and their time. A test that fails unchanged or takes
 over --longest seconds is left out. A change that crashes a test, or takes it ten times as long, is noticed, too.
-scripts/mutants_equivalent.csv explains changes that no test can notice.
+tests/mutation/mutants_equivalent.csv explains changes that no test can notice.
 """
 import argparse
 import collections

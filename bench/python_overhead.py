@@ -3,7 +3,7 @@
 """Compares selvedge.find_collisions with the C++ call on the same arrays: a cloth of 100 x 100 particles
 that falls onto a ball of 30,420 faces.
 
-    PYTHONPATH=build/release/python scripts/python_overhead.py [BUILD_DIR] [--rounds 15] [--cores 1]
+    PYTHONPATH=build/release/python bench/python_overhead.py [BUILD_DIR] [--rounds 15] [--cores 1]
 
 Builds nothing: needs the targets selvedge_python and selvedge_bench. Rounds of both alternate, so that
 a disturbance of the machine affects both; prints the median and the shortest call of each, by the clock and

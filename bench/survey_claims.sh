@@ -112,9 +112,9 @@ survey_size() {
 
 meshes() {
   say "C2, C3, C25: meshes"
-  echo "(some minutes; writes docs/tables/mesh_hang.csv)"
+  echo "(some minutes; writes docs/lab/tables/mesh_hang.csv)"
   SELVEDGE=$build/apps/selvedge measure scripts/tables.sh mesh --only hang
-  cat docs/tables/mesh_hang.csv
+  cat docs/lab/tables/mesh_hang.csv
 }
 
 # over_rounds NAME: time of every cell of a comparison over that of its first cell, round by round.

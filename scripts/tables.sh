@@ -6,7 +6,7 @@ set -euo pipefail
 
 # tables.sh ablation [--print] [FRAMES]: measures for every scene of data/scenes and data/experiments which optional parts
 # it can do without over its first FRAMES frames (default 30), with `selvedge plan --ablate` and SEEDS seeds (default 3),
-# and writes docs/tables/ablation.csv: a row for each scene, a column for each part. --print: prints the table instead.
+# and writes docs/lab/tables/ablation.csv: a row for each scene, a column for each part. --print: prints the table instead.
 # SELVEDGE names the program (default: build/release/apps/selvedge). Takes half an hour on one core.
 table_ablation() (
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -48,7 +48,7 @@ for folder in ("scenes", "experiments"):
         rows.append(scene)
         print(name, file=sys.stderr)
 
-out = sys.stdout if os.environ["PRINT"] else open("docs/tables/ablation.csv", "w", newline="")
+out = sys.stdout if os.environ["PRINT"] else open("docs/lab/tables/ablation.csv", "w", newline="")
 writer = csv.DictWriter(out, ["scene", *PARTS], restval="", lineterminator="\n")
 writer.writeheader()
 writer.writerows(rows)
@@ -57,7 +57,7 @@ PYTHON
 )
 
 # tables.sh broad_phase [--quick | --only NAME]: measures every broad phase that this machine can build. It writes each
-# table to docs/tables/broad_phase_NAME.csv, and a short form into docs/broad_phase.md between the markers of that name,
+# table to docs/lab/tables/broad_phase_NAME.csv, and a short form into docs/lab/broad_phase.md between the markers of that name,
 # with the machine, the date and the command. --quick: small scenes and few repeats as a quick check; prints the tables
 # and writes no file of docs/. --only: one of detectors, libraries, spikes, scaling, memory and frames.
 table_broad_phase() (
@@ -80,7 +80,7 @@ if [ -z "${SELVEDGE_BENCH:-}" ]; then
   scripts/quietly.sh cmake --build "$build" --target selvedge_bench --parallel "$(nproc)"
 fi
 bench=${SELVEDGE_BENCH:-$build/bench/bench}
-page=docs/broad_phase.md
+page=docs/lab/broad_phase.md
 tables=$(mktemp -d)
 trap 'rm -rf "$tables"' EXIT
 
@@ -194,7 +194,7 @@ short() {
   esac
 }
 
-mkdir -p docs/tables
+mkdir -p docs/lab/tables
 for name in "${names[@]}"; do
   begin="<!-- table: $name -->"
   end="<!-- end of table: $name -->"
@@ -202,13 +202,13 @@ for name in "${names[@]}"; do
     echo "tables.sh broad_phase: $page has no markers '$begin' and '$end'" >&2
     exit 1
   fi
-  cp "$tables/$name.csv" "docs/tables/broad_phase_$name.csv"
+  cp "$tables/$name.csv" "docs/lab/tables/broad_phase_$name.csv"
   short "$name" >"$tables/$name.short"
   {
     echo
     cat "$tables/$name.short"
     if [ -s "$tables/$name.short" ]; then echo; fi
-    echo "All rows: [docs/tables/broad_phase_$name.csv](tables/broad_phase_$name.csv), by"
+    echo "All rows: [docs/lab/tables/broad_phase_$name.csv](tables/broad_phase_$name.csv), by"
     cat "$tables/$name.how"
     echo
   } >"$tables/$name.md"
@@ -218,7 +218,7 @@ for name in "${names[@]}"; do
     $0 == begin { inside = 1; while ((getline line < file) > 0) print line }' "$page" >"$tables/page"
   cp "$tables/page" "$page"
 done
-echo "Written: $page and docs/tables/broad_phase_*.csv"
+echo "Written: $page and docs/lab/tables/broad_phase_*.csv"
 )
 
 # tables.sh dress BODY RESOLUTION PATTERN...: puts each garment on a body, one at a time, and prints one CSV row for each:
@@ -298,8 +298,8 @@ exit "$status"
 )
 
 # tables.sh extreme [--responses | --integrators | --limiters] [OPTION OF selvedge stability]...: runs all extreme cases
-# (data/extreme) and writes docs/tables/extreme_cases.csv. With one of the families it runs every case with several
-# methods of it and writes the cases on which they differ, one column for each, to docs/tables/extreme_responses.csv,
+# (data/extreme) and writes docs/lab/tables/extreme_cases.csv. With one of the families it runs every case with several
+# methods of it and writes the cases on which they differ, one column for each, to docs/lab/tables/extreme_responses.csv,
 # extreme_integrators.csv or extreme_limiters.csv. SELVEDGE names the program (default: build/release/apps/selvedge). The
 # table includes failed cases; the script then exits with 1.
 table_extreme() (
@@ -326,7 +326,7 @@ if [ -z "$family" ]; then
     /^[|] `/ {
       sub(/^[|] /, ""); sub(/ [|]$/, "")
       for (i = 1; i <= NF; ++i) printf "%s%s", quote($i), i < NF ? "," : "\n"
-    }' "$printed" >docs/tables/extreme_cases.csv
+    }' "$printed" >docs/lab/tables/extreme_cases.csv
 else
   awk -F ' [|] ' -v names="$methods" "$quote"'
     BEGIN { print "case," names; count = split(names, method, ",") }
@@ -344,14 +344,14 @@ else
         for (k = 1; k <= count; ++k) printf ",%s", quote(answer[cases[r], method[k]])
         print ""
       }
-    }' "$printed" >"docs/tables/extreme_$family.csv"
+    }' "$printed" >"docs/lab/tables/extreme_$family.csv"
 fi
 tail -n 1 "$printed"
 exit "$status"
 )
 
 # tables.sh mesh [--quick | --only NAME]: hangs and drapes one fabric on every mesh at three refinements (data/meshes)
-# and writes docs/tables/mesh_hang.csv and docs/tables/mesh_drape.csv. SELVEDGE names the program (default:
+# and writes docs/lab/tables/mesh_hang.csv and docs/lab/tables/mesh_drape.csv. SELVEDGE names the program (default:
 # build/release/apps/selvedge). --quick: runs two coarse refinements and prints the tables. --only: hang or drape. Uses
 # one core and takes minutes.
 table_mesh() (
@@ -476,7 +476,7 @@ def run(scene, pattern, cells, *sets):
 
 def table(name, head, rows):
     day = f"{datetime.datetime.now(datetime.timezone.utc):%Y-%m-%d}"
-    file = sys.stdout if QUICK else open(f"docs/tables/mesh_{name}.csv", "w", newline="")
+    file = sys.stdout if QUICK else open(f"docs/lab/tables/mesh_{name}.csv", "w", newline="")
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow([*head, "measured"])
     writer.writerows([*row, day] for row in rows)
@@ -538,8 +538,8 @@ PYTHON
 )
 
 # tables.sh narrow_phase FOLDER [OPTION OF selvedge ccd]...: runs every narrow phase of the build on all query files in
-# FOLDER and writes docs/tables/narrow_phase.csv: all queries of a kind together, then each family (subfolder of FOLDER)
-# alone. Also writes the rows of all queries into docs/narrow_phase.md, between its markers. Builds the program first,
+# FOLDER and writes docs/lab/tables/narrow_phase.csv: all queries of a kind together, then each family (subfolder of FOLDER)
+# alone. Also writes the rows of all queries into docs/lab/narrow_phase.md, between its markers. Builds the program first,
 # unless SELVEDGE_PROGRAM names one.
 table_narrow_phase() (
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -566,7 +566,7 @@ for merge in kind family; do
 done >"$work/tables.md"
 
 # Merges all tables into one: a heading such as "### stress: 300 edge_edge queries, 152 collide" becomes four columns.
-csv=$root/docs/tables/narrow_phase.csv
+csv=$root/docs/lab/tables/narrow_phase.csv
 mkdir -p "${csv%/*}"
 awk '
   /^### / {
@@ -598,12 +598,12 @@ awk '
       for (i = 1; i <= n; ++i) print "| `" name[i] "` | " edge[name[i]] " | " point[name[i]] " |"
     }' "$csv"
   echo
-  echo "All rows: [docs/tables/narrow_phase.csv](tables/narrow_phase.csv). Measured $(date +%Y-%m-%d) on" \
+  echo "All rows: [docs/lab/tables/narrow_phase.csv](tables/narrow_phase.csv). Measured $(date +%Y-%m-%d) on" \
     "${processor:-an unnamed processor}, one thread."
   echo
 } >"$work/short.md"
 
-page=$root/docs/narrow_phase.md
+page=$root/docs/lab/narrow_phase.md
 awk -v table="$work/short.md" '
   /<!-- end of the table -->/ { inside = 0 }
   !inside { print }
@@ -616,7 +616,7 @@ echo "written: $csv and $page"
 )
 
 # tables.sh plan [--print] [FRAMES]: measures how much time `selvedge plan` saves on every scene of data/scenes,
-# data/extreme and data/experiments, over its first FRAMES frames (default 10), and writes docs/tables/plan.csv.
+# data/extreme and data/experiments, over its first FRAMES frames (default 10), and writes docs/lab/tables/plan.csv.
 # --print: prints the table instead. SELVEDGE names the program (default: build/release/apps/selvedge). Takes minutes on
 # one core. Fails if a scene ends with different bits without proofs than with them.
 table_plan() (
@@ -666,7 +666,7 @@ for folder in ("scenes", "extreme", "experiments"):
             unmeasured.append({"scene": name, "outcome": "refused" if done.returncode == 2 else "stops"})
         print(name, file=sys.stderr)
 
-out = sys.stdout if os.environ["PRINT"] else open("docs/tables/plan.csv", "w", newline="")
+out = sys.stdout if os.environ["PRINT"] else open("docs/lab/tables/plan.csv", "w", newline="")
 writer = csv.DictWriter(out, COLUMNS, restval="", lineterminator="\n")
 writer.writeheader()
 writer.writerows(rows + unmeasured)
@@ -676,8 +676,8 @@ PYTHON
 )
 
 # tables.sh response [OPTION OF bench_response]...: measures every response on scenes with closed forms, and the survey's
-# claims on responses. Writes docs/tables/response.csv, a table for each claim (response_c9.csv and so on), and a short
-# table into docs/response.md, between its markers. Prints the sentences that are not part of a table. Builds the
+# claims on responses. Writes docs/lab/tables/response.csv, a table for each claim (response_c9.csv and so on), and a short
+# table into docs/lab/response.md, between its markers. Prints the sentences that are not part of a table. Builds the
 # program first, unless SELVEDGE_BENCH names its folder.
 table_response() (
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -689,8 +689,8 @@ if [ -z "$bench" ]; then
   bench=$root/build/release/bench
 fi
 
-tables=$root/docs/tables
-page=$root/docs/response.md
+tables=$root/docs/lab/tables
+page=$root/docs/lab/response.md
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 processor=$(sed -n 's/^model name[[:space:]]*: //p' /proc/cpuinfo 2>/dev/null | head -n 1)
@@ -728,7 +728,7 @@ if [ -f "$work/response.table" ]; then
         }
       }' "$work/response.table"
     echo
-    echo "All columns and scenes: [docs/tables/response.csv](tables/response.csv), by \`bench response${*:+ $*}\`. Measured" \
+    echo "All columns and scenes: [docs/lab/tables/response.csv](tables/response.csv), by \`bench response${*:+ $*}\`. Measured" \
       "$(date +%Y-%m-%d) on ${processor:-an unnamed processor}, one thread, seconds of processor time."
     echo
   } >"$work/short.md"
@@ -833,7 +833,7 @@ awk '
 )
 
 # tables.sh survey_figures: redraws figures 11, 12, 22 and 27 of the survey with this library, as
-# docs/images/survey_figures.svg. Figure 12 reads docs/tables/mesh_hang.csv (scripts/tables.sh mesh); the script measures
+# docs/images/survey_figures.svg. Figure 12 reads docs/lab/tables/mesh_hang.csv (scripts/tables.sh mesh); the script measures
 # the others, which takes minutes. SELVEDGE names the program (default: build/release/apps/selvedge).
 table_survey_figures() (
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -861,7 +861,7 @@ def seconds_to_balance(pattern):
 
 
 def distances():
-    with open("docs/tables/mesh_hang.csv") as table:
+    with open("docs/lab/tables/mesh_hang.csv") as table:
         rows = [row for row in csv.DictReader(table) if row["cells"] == "36" and row["mesh"] != "rectangular"]
     return [(row["mesh"], float(row["rms_to_finest_rectangular_mm"])) for row in rows]
 

@@ -31,7 +31,7 @@ TEST(Equivalence, OneValueDecidesNothing) {
   EXPECT_EQ(test_equivalence({}, 1.0).verdict, EquivalenceVerdict::undecided);
 }
 
-TEST(Equivalence, AMeanAtTheToleranceIsCalledEquivalentInOneOfTwentySamples) {
+TEST(Equivalence, AMeanAtTheToleranceCountsAsEquivalentInOneOfTwenty) {
   std::mt19937 random(11);
   std::normal_distribution<double> at_the_tolerance(0.1, 0.02);
   int wrong = 0;

@@ -131,7 +131,7 @@ TEST(AdaptiveGrid, NeighboursDifferByOneLevelAtMost) {
     }
 }
 
-TEST(AdaptiveGrid, ASplitKeepsMassAndMomentumAndPutsNewNodesOntoTheSurface) {
+TEST(AdaptiveGrid, ASplitKeepsMassMomentumAndSurface) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
     AdaptiveGrid adaptive(kGrid, Material{}, 3);
     Vectors x = adaptive.cloth().surface.vertices;
@@ -355,7 +355,7 @@ TEST(Bilayered, AContactOfTheDenseLayerMovesTheSparseOne) {
 }
 
 /// In the local iteration of the dense layer the sparse one is held, so its masses do not matter.
-TEST(Bilayered, TheSparseLayerIsHeldWhileTheDenseOneIsDrawnBackToIt) {
+TEST(Bilayered, TheDenseLayerIsDrawnBackToAHeldSparseLayer) {
   const ClothMesh cloth = make_bilayered({0.8, 0.4, 16, 8}, {4, 0.3, 2000.0}, Material{});
   const Followers layers = Followers::of_layers(cloth);
   const std::size_t n = cloth.mass.size();

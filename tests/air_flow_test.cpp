@@ -131,7 +131,7 @@ TEST(AirFlow, BadNumbersAreRefused) {
   EXPECT_NO_THROW(AirFlow{gusty(0.0, 0.0)});  // the length counts only with gusts
 }
 
-TEST(AirForce, IsZeroWhereTheClothMovesWithTheAirAndAsPrintedElsewhere) {
+TEST(AirForce, IsZeroWhereTheClothMovesWithTheAir) {
   AirConfig config = gusty(1.5, 0.6);
   config.wind = Vec3(1, 0, 0);
   config.jets = one_jet().jets;

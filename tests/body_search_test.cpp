@@ -134,7 +134,7 @@ TEST(BodySearch, FindsTheContactsOfAllBodiesAsOneSurfaceWithEveryDetector) {
   }
 }
 
-TEST(BodySearch, LargeRigidBodiesAreAGroupOfTheirOwnWhereTheDetectorKeepsTheirTree) {
+TEST(BodySearch, LargeRigidBodiesAreAGroupOfTheirOwn) {
   const Stage stage;
   const BodySearch trees(stage.bodies, stage.sheet.size(), [] { return make_bvh_aabb(); });
   EXPECT_EQ(trees.groups(), 3u);  // the resting, the large one, the others

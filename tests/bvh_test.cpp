@@ -268,7 +268,7 @@ TEST(Bvh, NoVolumeLosesAPairThatComesNear) {
   EXPECT_GT(near, 10000u);
 }
 
-TEST(Bvh, OrientedBoxesReportBoxPairsOnlyAndTheSameForAnyNumberOfThreads) {
+TEST(Bvh, OrientedBoxesReportBoxPairsOnlyOnAnyNumberOfThreads) {
   const Surface a = crumpled(40, 0.2, 0.004, 3), b = crumpled(30, 0.22, 0.004, 4);
   auto brute = make_brute_force();
   const CandidatePairs boxes = pairs_of(*brute, a, b);

@@ -229,7 +229,7 @@ TEST_F(CcdCommand, WrongInputIsRefusedWithItsPlace) {
 
 // -- recording ------------------------------------------------------------------------------------
 
-TEST_F(CcdCommand, ARunIsTheSameWhenItIsRecordedAndTheRecordingHasNoWrongAnswer) {
+TEST_F(CcdCommand, RecordingDoesNotChangeARunAndHasNoWrongAnswer) {
   // A ball of coarse cells that the cloth falls on fast: there are collisions to record.
   const std::string fast = "--set time.frames=6 --set time.fps=12 --set contact.self=true ";
   ASSERT_EQ(run_small("plain", fast).code, 0);

@@ -47,7 +47,7 @@ fs::path shared_folder() {
   return fs::path(SELVEDGE_SOURCE_DIR) / ".." / "shared";
 }
 
-TEST(CcdExact, HasNoMissNoFalseAlarmAndExactTimesOnAllPublicQueries) {
+TEST(CcdExact, HasNoMissAndNoFalseAlarmOnPublicQueries) {
   const fs::path root = shared_folder() / "data" / "ccd";
   if (!fs::exists(root)) GTEST_SKIP() << "the query files are not there: " << root;
   const auto method = make_ccd_exact();
@@ -311,7 +311,7 @@ TEST(CcdExact, EveryVectorWidthGivesTheSameTimes) {
 // ---------------------------------------------------------------------------------------------
 // The same through surfaces and pairs
 
-TEST(FindContacts, OfAllFamiliesHaveVerdictAndTimeOfTheOracleInPairOrder) {
+TEST(FindContacts, OfAllFamiliesHaveTheOraclesVerdictsInPairOrder) {
   const std::vector<Query> queries = mixed_queries(73, 100);
   const ccd_queries::Scene scene = ccd_queries::scene_of(queries);
   std::vector<double> expected;

@@ -306,7 +306,7 @@ TEST_F(Check, RenderRefusesAPlaceThatCannotBeAFolder) {
   EXPECT_REFUSED(run("render sheet.ply --out " + too_long), "xxx: cannot be made");
 }
 
-TEST_F(Check, RenderOnAFullDiskEndsWithOneAndLeavesNoHalfPicture) {
+TEST_F(Check, RenderOnAFullDiskEndsWithOneWithoutAHalfPicture) {
   write_sheet();
   // A limit on the size of a file stands for the disk; a picture is larger than two blocks.
   const Outcome o = run("render sheet.ply --out pictures", "ulimit -f 2 &&");

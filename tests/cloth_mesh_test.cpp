@@ -92,7 +92,7 @@ void expect_equal_constants(const ClothMesh& cloth, double k) {
 
 // N × M particles: structural N(M-1) + M(N-1), shear 2(N-1)(M-1) or half of it, flexion
 // N(M-2) + M(N-2), and 2(N-2)(M-2) more along the diagonals of the responsive net.
-TEST(SpringNets, AreThePatternsOfScenesWithThePrintedSpringsOfEachKindAndEqualConstants) {
+TEST(SpringNets, HaveThePrintedSpringsWithEqualConstants) {
   constexpr std::size_t n = 9, m = 6;
   const GridConfig grid{n - 1.0, m - 1.0, n - 1, m - 1};
   const std::size_t structural = n * (m - 1) + m * (n - 1), cells = (n - 1) * (m - 1),
@@ -114,7 +114,7 @@ TEST(SpringNets, AreThePatternsOfScenesWithThePrintedSpringsOfEachKindAndEqualCo
   }
 }
 
-TEST(SpringNets, TheTriangularNetHasASpringOnEveryEdgeAndOneAcrossEveryInteriorEdge) {
+TEST(SpringNets, TheTriangularNetHasSpringsOnAndAcrossEdges) {
   // Equilateral triangles of side 1: edges have length 1 and springs across an edge √3; on the
   // border some are cut in half.
   const ClothPatternRegistry patterns = cloth_patterns();
@@ -167,7 +167,7 @@ TEST(SpringNets, HalfStiffnessOnTheBorderMakesTheConstantsExact) {
   }
 }
 
-TEST(SpringNets, OneDiagonalHalvesTheShearAndCouplesItToTheStretchUnlessItAlternates) {
+TEST(SpringNets, OneDiagonalHalvesTheShearAndCouplesItToTheStretch) {
   const NetConstants k{100.0, 100.0, 0.0, true};
   const ClothMesh same = net(SpringNet::simplified, 10, k);
   const ContinuumConstants c = continuum_constants(same, same.surface.vertices, 1.0);
@@ -199,7 +199,7 @@ std::vector<NamedMesh> grid_meshes(const GridConfig& grid, const Material& mater
   return all;
 }
 
-TEST(ClothMeshes, TheSameFabricHasTheSameStripModulusAndShearOnEachGrid) {
+TEST(ClothMeshes, AFabricHasOneStripModulusAndShearOnEachGrid) {
   for (const int cells_y : {8, 10, 12})
     for (const auto& [name, cloth] : grid_meshes({1.0, 1.0, 10, cells_y}, Material{})) {
       const ContinuumConstants c = continuum_constants(cloth, cloth.surface.vertices, 1.0);

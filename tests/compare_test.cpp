@@ -80,7 +80,7 @@ TEST(CompareAxes, TheOldNameOfTheRestGapVariesIt) {
               "is varied twice");
 }
 
-TEST(CompareAxes, OneAtATimeVariesOneAndKeepsTheFirstOfTheOthers) {
+TEST(CompareAxes, OneAtATimeKeepsTheFirstOfTheOthers) {
   const std::vector<CompareAxis> axes = {{"a", {"1", "2"}}, {"b", {"x", "y", "z"}}};
   using Cells = std::vector<std::vector<std::string>>;
   EXPECT_EQ(design_cells(axes, CompareDesign::one_at_a_time),
@@ -124,14 +124,14 @@ TEST(CompareNumbers, RichardsonFindsTheOrderAndWhatIsLeft) {
   EXPECT_NEAR(c.uncertainty, e, 1e-12);
 }
 
-TEST(CompareNumbers, AReferenceThatDoesNotConvergeSaysSoAndIsNoBetterThanItsDifferences) {
+TEST(CompareNumbers, AReferenceThatDoesNotConvergeIsNoBetterThanItsDifferences) {
   const Convergence c = judge_convergence({1e-3}, {2e-3}, "m");
   EXPECT_FALSE(c.converges);
   EXPECT_EQ(c.uncertainty, 2e-3);
   EXPECT_SAYS(c.sentence, "does NOT converge");
 }
 
-TEST(CompareNumbers, RefinementsWithinTheScatterOfTheSeedsAreAsGoodAsTheScatter) {
+TEST(CompareNumbers, RefinementsWithinTheScatterAreAsGoodAsTheScatter) {
   const Convergence c = judge_convergence({1e-3, 1e-4}, {2e-3, 3e-3}, "m");
   EXPECT_TRUE(c.converges);
   EXPECT_EQ(c.uncertainty, 3e-3);
@@ -406,7 +406,7 @@ TEST_F(CompareCells, AWrongNameIsRefusedBeforeAnythingRuns) {
   EXPECT_FALSE(exists("c"));
 }
 
-TEST_F(CompareCells, CellsThatAreSplitAsTheyRunAreComparedByWhereTheirPointsStart) {
+TEST_F(CompareCells, CellsThatAreSplitAreComparedByStartingPoints) {
   const std::string adaptive = std::string(SELVEDGE_SOURCE_DIR) + "/data/scenes/adaptive.json " +
                                "--set geometry.0.cells=[4,4] --set time.frames=14 "
                                "--set obstacles.0.shape.resolution=12 ";
@@ -425,7 +425,7 @@ TEST_F(CompareCells, CellsThatAreSplitAsTheyRunAreComparedByWhereTheirPointsStar
   EXPECT_EQ(result("r")["state_hash"], rows[0]["state_hash"]) << "it is the run that `run` makes";
 }
 
-TEST_F(CompareCells, ACellThatCannotStartIsSaidBeforeAndMarkedAndTheOthersGoOn) {
+TEST_F(CompareCells, ACellThatCannotStartIsMarkedAndTheOthersRun) {
   const Outcome outcome = compare(
       "ball.json --vary geometry.0.transformation.translation=[0,0,0.303],[0,0,0.2] --repeats 1 "
       "--no-reference --no-pictures --out c");
@@ -450,7 +450,7 @@ TEST_F(CompareCells, ACellThatDivergesIsMarkedAndTheOthersGoOn) {
   EXPECT_NE(rows[1]["why"], "");
 }
 
-TEST_F(CompareCells, ClothThatIsLargeEnoughForThreadsIsRunInCopiesOfAProcessWithOne) {
+TEST_F(CompareCells, LargeClothIsRunInCopiesOfAProcessWithOneThread) {
   const Outcome outcome = compare(
       "hang.json --set geometry.0.cells=[48,48] --set time.frames=1 --vary threads=1,2 --repeats 1 "
       "--no-pictures --out c");

@@ -440,7 +440,7 @@ TEST(Margins, AnEndBeyondTheMarginNeedsNewCandidates) {
     }
 }
 
-TEST(Margins, AnEndOnTheWayToTheSearchedOneNeedsNewCandidatesOnlyWhereNoBoxesAreCompared) {
+TEST(Margins, AnEndOnTheSearchedPathNeedsNoNewCandidatesWithBoxes) {
   for (const char* name : {"sweep_and_prune", "bvh_kdop18", "bvh_aabb"})
     for (const Target target : {Target::resting, Target::rigid}) {
       SCOPED_TRACE(::testing::Message() << name << ", " << static_cast<int>(target));
@@ -579,7 +579,7 @@ TEST(Contacts, OneThatApproachesTakesPartFromFourRestGapsOn) {
   }
 }
 
-TEST(Contacts, VerticesOfABodyTakePartFromElevenTwentiethsOfTheRestGapOn) {
+TEST(Contacts, BodyVerticesTakePartFromElevenTwentiethsOfTheRestGap) {
   const double t = Scenery::kThickness;
   TriangleMesh spike;
   spike.vertices = {{0, 0, 0}, {0.01, 0, -0.1}, {-0.01, 0.01, -0.1}, {-0.01, -0.01, -0.1}};
@@ -595,7 +595,7 @@ TEST(Contacts, VerticesOfABodyTakePartFromElevenTwentiethsOfTheRestGapOn) {
   }
 }
 
-TEST(Contacts, LayersThatStartNearerThanTheThicknessKeepNineTenthsOfTheirDistance) {
+TEST(Contacts, LayersThatStartTooNearKeepNineTenthsOfTheirDistance) {
   const double t = Scenery::kThickness;
   Scenery scenery(two_layers(0.5 * t), {});
   const auto contacts = scenery.contacts();
@@ -606,7 +606,7 @@ TEST(Contacts, LayersThatStartNearerThanTheThicknessKeepNineTenthsOfTheirDistanc
     }
 }
 
-TEST(Contacts, APointInAValleyIsHeldByBothItsFacesUnlessTheyAreNearlyOnePlane) {
+TEST(Contacts, APointInAValleyIsHeldByBothFaces) {
   const double t = Scenery::kThickness;
   for (const double angle : {5.0, 15.0, 25.0, 50.0, 90.0}) {  // degrees between the faces
     const double half = 0.5 * angle * std::numbers::pi / 180.0;
@@ -663,7 +663,7 @@ TEST(Contacts, ASheetThatWasProvedIdleAndFoldsIsSearchedAfterAll) {
   EXPECT_GT(all.size(), 10u);
 }
 
-TEST(Margins, ADisplacementThatAllClothSharesNeedsNoNewPairsOfTheClothWithItself) {
+TEST(Margins, ACommonDisplacementNeedsNoNewSelfPairs) {
   TriangleMesh two = sheet(6, 0.2);
   const auto n = static_cast<std::int32_t>(two.vertices.size());
   const TriangleMesh upper = sheet(6, 0.2, 0.001);

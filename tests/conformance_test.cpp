@@ -299,7 +299,7 @@ class Asked final : public BrokenWithBudget {
   void spoil(CandidatePairs&) override { ++times; }
 };
 
-TEST(ConformanceKit, LooksForWhatTouchesInAFewScenesIfNoDetectorNeedsIt) {
+TEST(ConformanceKit, LooksForTouchingPairsInFewScenesIfNoDetectorNeedsThem) {
   int looked = 0;
   Asked::times = 0;
   check_conformance([] { return std::make_unique<Asked>(); },
@@ -370,7 +370,7 @@ class WithoutBudgetForBodies final : public Broken {
   void spoil(CandidatePairs&) override {}
 };
 
-TEST(ConformanceKit, TriesBudgetsOnTheFirstStepOfASceneThatEveryDetectorSupports) {
+TEST(ConformanceKit, TriesBudgetsOnTheFirstStepThatEveryDetectorSupports) {
   const ConformanceReport report = report_of<WithoutBudgetForBodies>();
   EXPECT_TRUE(kinds(report).contains("budget")) << report.summary();
   for (const ConformanceFault& fault : report.faults)

@@ -132,7 +132,7 @@ TEST(CurvatureCone, TurnsThatPassThroughEachOtherAreAllFound) {
   EXPECT_EQ(kept.size(), all.size());
 }
 
-TEST(CurvatureCone, ASheetThatFoldsDuringTheStepKeepsThePairsOfTheFold) {
+TEST(CurvatureCone, ASheetThatFoldsInAStepKeepsItsPairs) {
   Surface s = sheet(12, 12, 1e-3, flat);
   for (Vec3& x : s.x_t1)  // the right half turns over onto the left one
     if (x.x() > 0.5) x = Vec3(1.0 - x.x(), x.y(), 0.02);

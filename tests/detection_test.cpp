@@ -384,7 +384,7 @@ TEST(Detection, NamesTheIndexAndTheValueOfBadInput) {
             "distance is inf m; it must be finite and positive");
 }
 
-TEST(Detection, RefusesAMethodThatItDoesNotHaveOrThatCannotDoIt) {
+TEST(Detection, RefusesAMissingOrUnsuitableMethod) {
   const std::vector<Vec3> x = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   const std::vector<Triangle> triangles = {{0, 1, 2}};
   const auto message = [&](const DetectionConfig& config) {

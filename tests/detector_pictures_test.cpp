@@ -50,7 +50,7 @@ struct Moving {
 
 }  // namespace
 
-TEST(HierarchyLevels, EachLevelHoldsTheStepOfEveryVertexAndLiesInTheOneAbove) {
+TEST(HierarchyLevels, EachLevelHoldsEveryVertexAndLiesInTheOneAbove) {
   const Moving body;
   const auto levels = hierarchy_levels(body.view());
   ASSERT_GT(levels.size(), 2u);
@@ -84,7 +84,7 @@ TEST(HierarchyLevels, OfNothingThereAreNoneAndABadVertexIsNamed) {
   }
 }
 
-TEST(DetectorPictures, AreWrittenForEveryLevelAndSideUnlessTheBuildCannotDrawMaps) {
+TEST(DetectorPictures, AreWrittenForEveryLevelAndSide) {
   const Moving body;
   const auto folder = std::filesystem::path(::testing::TempDir()) / "detector_pictures";
   std::filesystem::remove_all(folder);

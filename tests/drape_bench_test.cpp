@@ -152,7 +152,7 @@ TEST_F(DrapeBench, MeasuresTheMemory) {
   EXPECT_SAYS(run("--triad --threads 1").out, "The triad moves");
 }
 
-TEST_F(DrapeBench, PutsASheetTwoCentimetresAboveAMeshFileWhoseAxisPointsUp) {
+TEST_F(DrapeBench, PutsASheetTwoCentimetresAboveAMeshFile) {
   // The highest point along y is (0.3, 0.5, 0.1); with y up that is (0.3, -0.1, 0.5).
   write("body.obj",
         "v 0 0 0\nv 0.6 0 0\nv 0.3 0.5 0.1\nv 0.3 0 0.4\nf 1 3 2\nf 1 4 3\nf 2 3 4\nf 1 2 4\n");

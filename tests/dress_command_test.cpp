@@ -64,7 +64,7 @@ class DressProgram : public Program {
   const std::string poses_ = " --pose pose_1.obj pose_2.obj pose_3.obj pose_4.obj --pose-lead 0.1";
 };
 
-TEST_F(DressProgram, ABodyOfNoPersonsHeightIsRefusedWithTheOptionThatMakesItAPerson) {
+TEST_F(DressProgram, ABodyOfNoPersonsHeightIsRefusedWithARemedy) {
   const auto answer = [&](const Vec3& scale, const std::string& options) {
     TriangleMesh mesh = pyramid(0.0);  // 0.6 x 0.5 x 0.6 m
     for (Vec3& x : mesh.vertices) x = x.cwiseProduct(scale);

@@ -48,7 +48,7 @@ DressConfig coarse() {
   return config;
 }
 
-TEST(Dress, ATubeIsSewnAroundAConeAndComesToRestOnIt) {
+TEST(Dress, ATubeIsSewnAroundAConeAndRests) {
   const TriangleMesh body = cone(0.3, 0.6);
   std::vector<std::string> hashes;
   for (const int threads : {1, 2}) {
@@ -256,7 +256,7 @@ TriangleMesh box(const Vec3& low, const Vec3& high) {
   return mesh;
 }
 
-TEST(Dress, AVertexOfABlockedPairMovesToTheOtherOneWhereNothingIsInTheWay) {
+TEST(Dress, AVertexOfABlockedPairMovesToTheOtherOne) {
   constexpr double half = 0.003;  // m, of the distance of front and back
   PanelMeshConfig mesh;
   mesh.edge_length = 0.06;
@@ -296,7 +296,7 @@ TEST(Dress, AVertexOfABlockedPairMovesToTheOtherOneWhereNothingIsInTheWay) {
   EXPECT_EQ(far.surface.vertices, start.surface.vertices);
 }
 
-TEST(Dress, APanelThatCrossesTheBodyIsMovedOutUntilItIsFree) {
+TEST(Dress, APanelThatCrossesTheBodyIsMovedOut) {
   const TriangleMesh body = cone(0.3, 0.6);
   GarmentMesh mesh = mesh_garment(tube(0.6, 0.3, 0.25), {});
   EXPECT_FALSE(
@@ -417,7 +417,7 @@ TEST(Dress, NumbersOutOfRangeAreRefused) {
 
 const fs::path kRoot = SELVEDGE_SOURCE_DIR;
 
-TEST(Dress, AnOwnPatternHasTheSameBitsTwiceAndOnOneAndTwoThreads) {
+TEST(Dress, AnOwnPatternHasTheSameBitsOnOneAndTwoThreads) {
   const SewingPattern pattern = read_sewing_pattern(kRoot / "data/patterns/flared_skirt.json");
   const TriangleMesh body = read_mesh(kRoot / "data/bodies/mannequin_arms_out.ply");
   DressConfig config;

@@ -113,7 +113,7 @@ RunResult elbow(unsigned seed) {
   return run(scene, std::move(built));
 }
 
-TEST(Elbow, StrainOfASleeveStaysNearItsLimitWhereTheSkinFoldsInwards) {
+TEST(Elbow, StrainOfASleeveStaysNearItsLimitInTheFold) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
     const RunResult result = elbow(seed);
     EXPECT_LE(result.max_stretch, 1.5 * kLimit) << "seed " << seed;
@@ -121,7 +121,7 @@ TEST(Elbow, StrainOfASleeveStaysNearItsLimitWhereTheSkinFoldsInwards) {
   }
 }
 
-TEST(Sleeve, StrainStaysNearItsLimitOnAnArmThatTurnsAtAThousandDegreesASecond) {
+TEST(Sleeve, StrainStaysNearItsLimitOnAFastArm) {
   for (unsigned seed = 1; seed <= 3; ++seed) {
     Draw draw{std::mt19937(seed)};
     const double radius = draw(0.03, 0.06), room = draw(0.008, 0.014), turn = draw(2.0, 2.8);
@@ -140,7 +140,7 @@ TEST(Sleeve, StrainStaysNearItsLimitOnAnArmThatTurnsAtAThousandDegreesASecond) {
   }
 }
 
-TEST(Twist, StrainOfAStripStaysNearItsLimitUntilItIsARope) {
+TEST(Twist, StrainOfAStripStaysNearItsLimitUntilARope) {
   for (unsigned seed = 1; seed <= 2; ++seed) {
     Draw draw{std::mt19937(seed)};
     constexpr int kAlong = 24, kAcross = 4;

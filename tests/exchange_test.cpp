@@ -148,7 +148,7 @@ class GlbFile {
   std::string binary_;
 };
 
-TEST_F(Exchange, EveryFrameOfTheGltfFileHasThePositionsOfClothAndBodies) {
+TEST_F(Exchange, EveryGltfFrameHasThePositionsOfClothAndBodies) {
   write("gltf");
   const GlbFile file(folder_ / "result.glb");
   ASSERT_EQ(file.json["nodes"].size(), 2u);

@@ -486,7 +486,7 @@ TEST(MeshLimit, IsThatOfValuesWhichConvergeByAnOrder) {
   EXPECT_NEAR(first.order, 1.0, 1e-12);
 }
 
-TEST(MeshLimit, OfValuesThatDoNotConvergeIsTheLastAndAllTheirDistance) {
+TEST(MeshLimit, OfDivergingValuesIsTheLastWithAllTheirDistance) {
   const MeshLimit limit = mesh_limit(std::vector{20.0, 23.0, 21.0});
   EXPECT_EQ(limit.value, 21.0);
   EXPECT_EQ(limit.uncertainty, 3.0);

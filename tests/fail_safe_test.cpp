@@ -11,7 +11,7 @@ namespace {
 
 constexpr unsigned kSeeds = 6;
 
-TEST(FailSafe, EachEndsEveryStepOfAFreeSwarmCleanWithItsMomentumAndNoMoreEnergy) {
+TEST(FailSafe, EachEndsAFreeSwarmCleanWithItsMomentum) {
   for (const auto& [name, make] : fail_safes())
     for (unsigned seed = 1; seed <= kSeeds; ++seed)
       for (const double speed : {0.1, 0.5, 1.0}) {
@@ -87,7 +87,7 @@ TEST(FailSafe, ThoseThatKnowFrictionLeaveASlidingStackWhatCoulombDoes) {
       }
 }
 
-TEST(FailSafe, AStackThatRigidZonesFreezeOnAPlateSlidesOnWithTheDefault) {
+TEST(FailSafe, AStackThatRigidZonesFreezeSlidesWithTheDefault) {
   Stage stage = falling_sheets(10, 4, {0.1, 0.0, -0.1});
   const auto still = [&](FailSafe& fail_safe) {
     Trial trial(stage);
@@ -188,7 +188,7 @@ TEST(Clearances, SlabsAreNoWiderThanTheDistanceAndHoldEveryVertex) {
   EXPECT_GT(apart, 1000);
 }
 
-TEST(FailSafe, ClothBetweenJawsThatCloseIsReportedJammedWithItsParticlesAndAnchors) {
+TEST(FailSafe, ClothBetweenClosingJawsIsJammedWithItsParticlesNamed) {
   for (const auto& [name, make] : fail_safes()) {
     SCOPED_TRACE(name);
     Stage stage = falling_sheets(1, 3, Vec3::Zero());

@@ -77,7 +77,7 @@ TEST(Followers, OfAGridUnderUniformStrainAreInEquilibrium) {
   EXPECT_LT(off, 1e-9 * strain);
 }
 
-TEST(Followers, FollowTheLeadersOfChainsWithForcesOfTheSameSumAndMoment) {
+TEST(Followers, FollowChainsWithForcesOfTheSameSumAndMoment) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
     ClothMesh cloth = ragged(kGrid, Material{}, seed).cloth();
     // Cells that differ by one level have no chains: other nodes hang on hanging ones.

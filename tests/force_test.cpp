@@ -203,7 +203,7 @@ TEST(BucklingLinks, BendToAnArcOfTheirLength) {
   EXPECT_NEAR(link.push(1e-9), 4.0 * pi * pi, 1e-6);  // a closed ring
 }
 
-TEST(BucklingLinks, TheForceHasNoJumpAndTheSlopeOfTheMatrixIsItsSlope) {
+TEST(BucklingLinks, TheForceHasNoJumpAndTheMatrixItsSlope) {
   OneLink link(2000.0);
   double before = link.push(1.0);
   constexpr int n = 4000;
@@ -242,7 +242,7 @@ TEST(TwistSprings, BendAsABeamUnderAnEndCouple) {
   EXPECT_NEAR(force->energy(s.view()), 0.5 * k * alpha * alpha, 1e-14);
 }
 
-TEST(TwistSprings, TheJacobianIsExactOnAStraightLineAndAtTheRestAngle) {
+TEST(TwistSprings, TheJacobianIsExactOnALineAndAtRest) {
   const ForceStateOwner straight{{{-0.2, 0, 0}, {0, 0, 0}, {0.5, 0, 0}},
                                  {Vec3::Zero(), Vec3::Zero(), Vec3::Zero()},
                                  {1, 1, 1}};
@@ -282,7 +282,7 @@ double moment_of(const Force& force, double angle) {
   return force_at(force, s)[0].dot(d.gradient[0]) / d.gradient[0].squaredNorm();
 }
 
-TEST(Hysteresis, ALoopIsAsWideAsTwiceTheFrictionAndLosesItsArea) {
+TEST(Hysteresis, ALoopIsTwiceTheFrictionWideAndLosesItsArea) {
   constexpr double friction = 0.5, yield = 0.01, most = 0.4;
   const std::vector<HingeFriction> slider{{{0, 1, 2, 3}, 0.0, friction, yield}};
   const auto force = make_hinge_friction(slider, 4);
@@ -417,7 +417,7 @@ TEST(KesSheets, ABadValueIsNamedWithItsUnit) {
   }
 }
 
-TEST(BridsonHinges, FollowTheSineOfHalfTheAngleAndAreDampedByItsRate) {
+TEST(BridsonHinges, FollowTheSineOfHalfTheAngle) {
   const Vectors x{{0, -1, 0}, {0, std::cos(1.0), std::sin(1.0)}, {-1, 0, 0}, {1, 0, 0}};
   const detail::Dihedral d = detail::dihedral(x, {0, 1, 2, 3});
   const std::vector<Hinge> hinge{{{0, 1, 2, 3}, 0.3, 5.0, 0.1, true}};

@@ -274,7 +274,7 @@ TEST(StaticFriction, ASceneThatIsTurnedWithItsBodiesEndsTheSame) {
 // On a ball, which does not hold the sheet, differences grow: a turned scene, which rounds
 // otherwise, ends elsewhere, as one does that starts a hair beside. Prints both
 // (docs/response.md).
-TEST(StaticFriction, OnABallASceneIsAsSensitiveToATurnAsToAHair) {
+TEST(StaticFriction, OnABallATurnMattersAsMuchAsAHair) {
   double turned = 0.0;
   for (const Vec3& axis : kAxes) turned = std::max(turned, apart(Below::ball, quarter_turn(axis)));
   EXPECT_LT(turned, 0.01);

@@ -315,7 +315,7 @@ TEST(Triangulation, HasTheSidesOfItsLoopAndTheAreaInIt) {
   }
 }
 
-TEST(GarmentMesh, EdgesThatFollowEachOtherAreSewnFromTheVertexThatTheyShare) {
+TEST(GarmentMesh, NeighbouringEdgesAreSewnFromTheVertexThatTheyShare) {
   SewingPattern pattern = skirt();
   for (const auto& [a, b] : {std::pair{0, 1}, std::pair{1, 0}, std::pair{3, 0}, std::pair{0, 3}}) {
     pattern.stitches = {{.a = {0, a}, .b = {0, b}}};

@@ -48,7 +48,7 @@ TEST(Grips, ASavedStateWithAPinchOfNoVertexIsRefused) {
   EXPECT_THROW(simulation.restore(state), std::invalid_argument);
 }
 
-TEST(Grips, JawsThatLeaveATwentiethOfTheRestGapHoldAStripCleanly) {
+TEST(Grips, JawsAtATwentiethOfTheRestGapHoldAStripCleanly) {
   const Scene scene = read_scene(SELVEDGE_SOURCE_DIR "/data/extreme/grip.json");
   Simulation simulation(scene);
   simulation.advance_to_frame(31);

@@ -108,7 +108,7 @@ double bending_loop(const std::string& material) {
   });
 }
 
-TEST(Hysteresis, ABendingLoopOfASceneHasTheAreaThatItsMaterialSays) {
+TEST(Hysteresis, ABendingLoopOfASceneHasTheAreaOfItsMaterial) {
   constexpr double hb = 2e-4;                     // N
   const double area = (cells - 1) * cell * size;  // of the rows with hinges
   const double loop = 4.0 * hb * (250.0 - yield_curvature) * area;
@@ -132,7 +132,7 @@ TEST(Hysteresis, ASheetInTheSceneBringsItsLoopWithIt) {
   EXPECT_NEAR(bending_along_weft(m), 0.08 * 9.80665e-5, 1e-15);
 }
 
-TEST(Hysteresis, AShearLoopOfASceneHasTheAreaThatItsMaterialSays) {
+TEST(Hysteresis, AShearLoopOfASceneHasTheAreaOfItsMaterial) {
   const auto loop_of = [](const std::string& material) {
     Instrument instrument(material);
     return work_of_loop(instrument, std::tan(0.14), [&](double slope) {

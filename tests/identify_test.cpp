@@ -25,7 +25,7 @@ DrapeSearch small_search() {
   return search;
 }
 
-TEST(Identification, TheResidualIsZeroAtTheConstantsOfTheTargetAndNowhereElse) {
+TEST(Identification, TheResidualIsZeroAtTheTargetsConstantsOnly) {
   const DrapeSearch search = small_search();
   EXPECT_EQ(search.residual({std::log10(2e-5)}), 0.0);
   EXPECT_GT(search.residual({std::log10(4e-5)}), 1.0);

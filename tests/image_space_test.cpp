@@ -257,7 +257,7 @@ TEST(DepthNormalMaps, ParticlesAreInsideOrNotOutsideABandOfTheStatedError) {
   EXPECT_GT(judged - inside, 1000u);
 }
 
-TEST(DepthNormalMaps, TheHoleOfATorusIsSeenAlongItsAxisAndMissedAcrossIt) {
+TEST(DepthNormalMaps, TheHoleOfATorusIsSeenAlongItsAxisOnly) {
   const Surface body = torus(120, 60);
   const std::vector<Vec3> points = {Vec3::Zero(), Vec3(kRing, 0, 0), Vec3(0, kRing, 0.1)};
   DepthNormalMaps along;  // the shortest side of its box is its axis
@@ -409,7 +409,7 @@ Surface points_about_sphere(const Vec3& center, double least, double most, Skip 
 
 // The sphere's closed form: distance |p - c| - 1, normal (p - c)/|p - c|. Six pictures show every
 // place of it under less than 54.8 degrees.
-TEST(ParticleMaps, DistanceAndNormalOfASphereLieWithinTheStatedErrorInAllDirections) {
+TEST(ParticleMaps, DistanceAndNormalOfASphereLieWithinTheStatedError) {
   const Vec3 center(-1.0, 0.5, 2.0);
   const Surface body = sphere(center);
   constexpr double kDeep = 0.02, kReach = 0.02;
@@ -464,7 +464,7 @@ TEST(ParticleMaps, AParticleFarInFrontOfASteepPlaceHasNoContact) {
   EXPECT_EQ(contacts_of(detector, far, body, 0.1).size(), 0u);
 }
 
-TEST(ParticleMaps, FrontAndBackHaveNormalsOutOfTheBodyOnTheirOwnSides) {
+TEST(ParticleMaps, FrontAndBackHaveNormalsOutOfTheBody) {
   Surface body = sphere(Vec3::Zero());
   for (auto* xs : {&body.x_t0, &body.x_t1})
     for (Vec3& x : *xs) x[2] *= 0.5;  // now front and back are along z
@@ -492,7 +492,7 @@ TEST(ParticleMaps, AHoleIsABodyInOneViewAndFreeInAnother) {
   EXPECT_EQ(contacts_of(all, middle, ring, 0.01).size(), 0u);
 }
 
-TEST(ParticleMaps, ABodyAtRestIsDrawnOnceAndAMovingOneOnceInEachStep) {
+TEST(ParticleMaps, ABodyAtRestIsDrawnOnce) {
   Surface body = sphere(Vec3::Zero(), 20, 40);
   body.static_id = 5;
   const Surface point = particles({Vec3(0.0, 0.0, 0.99)});
@@ -617,7 +617,7 @@ TEST(ImageSpaceNames, TheFormerNameIsRefusedWithTheNearestOne) {
 
 // ---- pairs ---------------------------------------------------------------------------------
 
-TEST(ImageSpacePairs, RecallGrowsWithTheResolutionUpToAlmostAllPairsOfAMannequin) {
+TEST(ImageSpacePairs, RecallGrowsWithTheResolutionToAlmostAllPairs) {
   const Surface body = surface_of(make_mannequin());
   const Surface cloth = wrapped_on(body, 40, 0.004);
   const CandidatePairs all = pairs_of(*make_brute_force(), cloth, body);

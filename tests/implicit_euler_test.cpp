@@ -201,7 +201,7 @@ struct MovingSheet {
   }
 };
 
-TEST(ImplicitEuler, ALooseSolveThatMeetsTheToleranceInItsLastIterationComputesItsResidual) {
+TEST(ImplicitEuler, ALooseSolveComputesItsResidualInItsLastIteration) {
   const MovingSheet sheet;
   const auto solve = [&](int most, double looser) {
     Vectors v = sheet.particles.v;
@@ -217,7 +217,7 @@ TEST(ImplicitEuler, ALooseSolveThatMeetsTheToleranceInItsLastIterationComputesIt
   EXPECT_EQ(loose.bytes, strict.bytes);
 }
 
-TEST(ImplicitEuler, VelocitiesOnTheLineOfTheLastSolveNeedNoProductWithTheMatrix) {
+TEST(ImplicitEuler, VelocitiesOnTheLastLineNeedNoMatrixProduct) {
   const MovingSheet sheet;
   constexpr double tolerance = 1e-6;
   // The report of a solve that begins after a solve, at this share of its way and `off` m/s beside
@@ -330,7 +330,7 @@ struct Strips {
 };
 
 // Few pieces are summed by ranges of particles, many in one range.
-TEST(PieceMomentum, IsKeptUnlessOnePieceHasLostMoreThanAFiftiethOfIt) {
+TEST(PieceMomentum, IsKeptUnlessOnePieceHasLostAFiftieth) {
   for (const std::size_t pieces : {1, 2, 16, 17, 60}) {
     Strips strips(pieces, 2600);
     EXPECT_EQ(strips.momentum.count(), pieces);

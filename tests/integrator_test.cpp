@@ -391,7 +391,7 @@ TEST(IntegratorMemory, GoesOnToTheSameBits) {
   }
 }
 
-TEST(IntegratorMemory, IsKeptByMethodsOfTwoStepsOnlyAndByForcesWithHysteresis) {
+TEST(IntegratorMemory, IsKeptByTwoStepMethodsAndForcesWithHysteresis) {
   for (const char* name : {"runge_kutta_4", "implicit_euler", "imex", "midpoint"}) {
     std::vector<double> memory;
     make(name, {}, 0)->save_memory(memory);

@@ -31,7 +31,7 @@ Scene two_sheets() {
   return scene;
 }
 
-TEST(JoinedSteps, TwoStepsAreOneWhereTheErrorAllowsAndTheFrameHasBoth) {
+TEST(JoinedSteps, TwoStepsOfAFrameAreOneWhereTheErrorAllows) {
   const Scene scene = two_sheets();
   const BuiltScene built = build_scene(scene);
   const JoinedSteps joined(scene, built, kFirstOrder);

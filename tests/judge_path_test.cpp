@@ -269,7 +269,7 @@ TEST(JudgePath, CountsTheSameAsEveryPairOfPrimitives) {
   }
 }
 
-TEST(JudgePath, CountsASheetThatFallsThroughAPlateAndNotOneThatStopsAbove) {
+TEST(JudgePath, CountsOnlyASheetThatFallsThroughAPlate) {
   const TriangleMesh plate = cube(Vec3(0.2, 0.2, -0.005), Vec3(0.7, 0.7, 0.0));
   const TriangleMesh cloth = sheet(8, [](double, double) { return 0.5; });
   const auto moved = [&cloth](double step) {
@@ -352,7 +352,7 @@ std::vector<Query> read_queries(const std::filesystem::path& file) {
   return queries;
 }
 
-TEST(JudgePath, DecidesEveryQueryOfTheCollectionAsItsTruthSaysAndEnclosesItsTime) {
+TEST(JudgePath, DecidesEveryQueryOfTheCollectionAndEnclosesItsTime) {
   const std::filesystem::path directory = shared_directory() / "data" / "ccd";
   if (!std::filesystem::is_directory(directory))
     GTEST_SKIP() << "the query collection is not at " << directory << "; set SELVEDGE_SHARED";

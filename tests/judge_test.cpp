@@ -154,7 +154,7 @@ TEST(Judge, CountsATouchingVertexOnFaceEdgeAndCorner) {
   EXPECT_EQ(meetings(unit, {Vec3(1, 0, 0), up0, up1}), 1u);
 }
 
-TEST(Judge, SeparatesATouchFromAGapOfOneUnitInTheLastPlace) {
+TEST(Judge, SeparatesATouchFromAGapOfOneUlp) {
   const double above = std::numeric_limits<double>::denorm_min();
   const Vec3 up0(0.2, 0.2, 1), up1(0.3, 0.2, 1);
   EXPECT_EQ(meetings(unit, {Vec3(0.25, 0.25, above), up0, up1}), 0u);
@@ -182,7 +182,7 @@ TEST(Judge, TakesDegenerateTrianglesForThePointsAndSegmentsTheyAre) {
   EXPECT_EQ(meetings({p, r, r}, {q, q, r}), 1u);
 }
 
-TEST(Judge, TakesVerticesAsCommonByIndexAndCountsEqualPositionsOfOthersAsTouching) {
+TEST(Judge, TakesVerticesAsCommonByIndexNotByPosition) {
   const TriangleMesh shared{
       {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(1, 1, 0), Vec3(-1, 0, 0)},
       {{0, 1, 2}, {0, 3, 4}}};
@@ -441,7 +441,7 @@ TEST(Judge, SkipsOpenPartsAndKeepsClosedOnes) {
   EXPECT_EQ(verdict.closed_parts, 1u);
 }
 
-TEST(Judge, TakesVerticesAtEqualPositionsAsOneWhenItLooksForClosedParts) {
+TEST(Judge, TakesEqualPositionsAsOneInSearchesForClosedParts) {
   const TriangleMesh welded = cube(Vec3(0, 0, 0), Vec3(1, 1, 1));
   TriangleMesh soup;
   for (const auto& [a, b, c] : welded.triangles)
@@ -493,7 +493,7 @@ TEST(Judge, MeasuresStretchAndCompressionAgainstTheRestMesh) {
   EXPECT_EQ(judge(mesh, {}, {}).max_stretch, 0.0);
 }
 
-TEST(Judge, RefusesARestMeshOfOtherTopologyOrWithAnEdgeOfLengthZero) {
+TEST(Judge, RefusesARestMeshOfOtherTopologyOrWithoutLength) {
   const TriangleMesh mesh{{unit[0], unit[1], unit[2]}, {{0, 1, 2}}};
   TriangleMesh rest = mesh;
   rest.triangles[0] = {0, 2, 1};

@@ -361,7 +361,7 @@ TEST(LaneForces, OfCoupledHingesAreTheProductOfTheMatrixAndTheirTurns) {
   }
 }
 
-TEST(LaneForces, OfAFlatTriangleOrACoincidentPairAreNoneAndSpoilNoNeighbour) {
+TEST(LaneForces, OfDegenerateElementsAreZeroAndSpoilNoNeighbour) {
   Cloth c(false);
   const std::int32_t lost = c.mesh.hinges[40].v[2];
   c.x[lost] = c.x[c.mesh.hinges[40].v[3]];

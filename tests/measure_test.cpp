@@ -25,7 +25,7 @@ double polygon(double radius, int corners) {
   return 0.5 * corners * radius * radius * std::sin(2.0 * pi / corners);
 }
 
-TEST(Shadow, OfAFlatDiscIsItsPolygonAndItsDrapeCoefficientIsOneHundred) {
+TEST(Shadow, OfAFlatDiscGivesADrapeCoefficientOfOneHundred) {
   const TriangleMesh mesh = disc(0.15, 7, 64);
   const double area = projected_area(mesh.vertices, mesh.triangles);
   EXPECT_NEAR(area, polygon(0.15, 64), 1e-15);

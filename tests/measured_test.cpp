@@ -444,7 +444,7 @@ TEST(ChordLink, TheForceHasTheMomentOfTheTestAboutTheMiddleParticle) {
   }
 }
 
-TEST(ChordLink, AStraightStripBearsTwiceItsRigidityOverTheSquareOfTheCell) {
+TEST(ChordLink, AStraightStripBearsTwiceItsRigidityOverTheSquaredCell) {
   constexpr double d = 0.01, w = 0.02, b = 1e-5;
   const std::vector<ChordLink> links{{0, 1, d, w, b, 1e9, 0.0, -1}};
   const auto force = make_chord_force(links, {}, 2);

@@ -71,7 +71,7 @@ TEST(Cubic, IrrationalRootsAreEnclosedByNeighbouringDoubles) {
   EXPECT_GE(r.roots[0].hi * r.roots[0].hi, 0.5);
 }
 
-TEST(Cubic, RootsAnUlpApartAreToldApartAndNearMissesAreNoRoots) {
+TEST(Cubic, RootsAnUlpApartAndNearMissesAreToldApart) {
   // (t - 1/2)^2 = e has two roots for e > 0, one for e = 0 and none for e < 0.
   const double e = 0x1p-54;
   EXPECT_EQ(cubic_roots({0.25 - e, -1.0, 1.0, 0.0}).roots.size(), 2u);
@@ -297,7 +297,7 @@ TEST(FindContacts, AnInPlaneHitGetsANormalInThePlane) {
   EXPECT_NEAR(c.gap, 1.0, 1e-15);
 }
 
-TEST(FindContacts, AContactFromTheFirstInstantHasAUnitNormalAgainstTheMotion) {
+TEST(FindContacts, AContactFromTheStartHasANormalAgainstTheMotion) {
   const Contact c = only_contact(falling_point(0.0, -1.0));
   EXPECT_EQ(c.toi, 0.0);
   EXPECT_EQ(c.gap, 0.0);
@@ -641,7 +641,7 @@ TEST(Screens, OfEveryWidthProveTheSame) {
   EXPECT_EQ(all, 0U);
 }
 
-TEST(FindProximities, TouchingPairsGetTheNormalOfTheTriangleFromTheSideTheyComeFrom) {
+TEST(FindProximities, TouchingPairsGetTheTrianglesNormalOnTheirSide) {
   Query q = falling_point(0.0, -1.0);
   Surface a, b;
   a.x_t0 = {q.x_t0[0]}, a.x_t1 = {q.x_t1[0]};

@@ -367,7 +367,7 @@ TEST_F(Output, APointCacheIsValidAfterEveryFrame) {
   }
 }
 
-TEST_F(Output, APointCacheThatIsTakenUpAgainEqualsOneWrittenInOneGo) {
+TEST_F(Output, APointCacheThatIsResumedEqualsOneWrittenAtOnce) {
   const fs::path once = folder_ / "once.pc2", twice = folder_ / "twice.pc2";
   {
     Pc2Writer cache(once, 4);

@@ -163,5 +163,21 @@ TEST(Reports, AreListedOnOnePage) {
   }
 }
 
+/// The words of a name such as EachWordBeginsWithACapital.
+std::ptrdiff_t words_in_name(const std::string& name) {
+  return std::count_if(name.begin(), name.end(),
+                       [](unsigned char c) { return std::isupper(c) != 0; });
+}
+
+TEST(TestNames, HaveAtMostTwelveWords) {
+  const std::regex test(R"(\bTEST(_F|_P)?\(\s*(\w+),\s*(\w+)\s*\))");
+  for (const auto& entry : fs::recursive_directory_iterator(kRoot / "tests")) {
+    if (entry.path().extension() != ".cpp" && entry.path().extension() != ".h") continue;
+    const std::string text = read(entry.path());
+    for (std::sregex_iterator i(text.begin(), text.end(), test), end; i != end; ++i)
+      EXPECT_LE(words_in_name((*i)[3]), 12) << (*i)[2] << "." << (*i)[3];
+  }
+}
+
 }  // namespace
 }  // namespace selvedge::pages_test

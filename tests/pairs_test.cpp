@@ -139,7 +139,7 @@ TEST(Pairs, EachSheetRestsAtTheRestGapOfItsPair) {
 
 PairSpec apart(const char* a, const char* b) { return {a, b, {}, {}, false}; }
 
-TEST(Pairs, AnExcludedPairIsExcludedInBothDirectionsUntilALaterEntrySaysOtherwise) {
+TEST(Pairs, AnExcludedPairIsExcludedInBothDirections) {
   Scene scene = incline(0.0);
   for (const char* name : {"a", "b", "c"}) add_sheet(scene, name, Vec3::Zero());
   scene.contact.pairs = {apart("default", "plane"), apart("c", "a"), {"b", "plane", 0.2, {}, true}};
@@ -164,7 +164,7 @@ Scene stack(const std::vector<PairSpec>& pairs) {
   return scene;
 }
 
-TEST(Pairs, ASheetFallsThroughASheetExcludedFromItAndTheFrameSaysSo) {
+TEST(Pairs, ASheetFallsThroughAnExcludedSheetWithAReport) {
   const Scene scene = stack({apart("upper", "lower")});
   Simulation simulation(scene, build_scene(scene));
   for (int frame = 1; frame <= 20; ++frame) simulation.advance_to_frame(frame, {});
@@ -200,7 +200,7 @@ TEST(Pairs, ExclusionOfWhatNeverMeetsChangesNoBit) {
   EXPECT_EQ(all, positions(scene));
 }
 
-TEST(Pairs, ASceneThatExcludesAllClothFromItselfIsNotSearchedForIt) {
+TEST(Pairs, ASceneThatExcludesClothFromItselfIsNotSearched) {
   const auto asked = [](const std::vector<PairSpec>& pairs) {
     const Scene scene = stack(pairs);
     Simulation simulation(scene, build_scene(scene));

@@ -78,7 +78,7 @@ TEST(SheetProof, AFlatSheetKeepsApartByWhatItsTrianglesLeave) {
   EXPECT_FALSE(proof.keeps_apart(mesh.vertices, mesh.vertices, 1.01 * proof.nearest()));
 }
 
-TEST(SheetProof, BendingUpToNearlyAHalfTurnIsProvedAndARollThatClosesIsNot) {
+TEST(SheetProof, BendingIsProvedAndAClosingRollIsNot) {
   const TriangleMesh mesh = sheet(24);
   SheetProof proof(mesh.vertices, mesh.triangles);
   for (const double turn : {0.1, 1.0, 2.0, 2.8}) {
@@ -130,7 +130,7 @@ TEST(SheetProof, WhatItSaysIsTrueOfRandomMotions) {
   EXPECT_GT(crossings, 10);
 }
 
-TEST(SheetProof, ManyShortStepsThatCloseARollAreNotProvedToTheEnd) {
+TEST(SheetProof, ShortStepsThatCloseARollAreNotAllProved) {
   const TriangleMesh mesh = sheet(8);
   SheetProof proof(mesh.vertices, mesh.triangles);
   const auto at = [&](int k) {
@@ -154,7 +154,7 @@ TEST(SheetProof, ManyShortStepsThatCloseARollAreNotProvedToTheEnd) {
   EXPECT_EQ(again, yes) << "what is known from before is never more than what is proved anew";
 }
 
-TEST(SheetProof, AStateBesideAProvedOneIsNotTakenForProvedWhereItFolds) {
+TEST(SheetProof, AFoldedStateBesideAProvedOneIsNotProved) {
   const TriangleMesh mesh = sheet(6);
   std::mt19937 random(3);
   std::uniform_real_distribution<double> any(-1.0, 1.0);
@@ -175,7 +175,7 @@ TEST(SheetProof, AStateBesideAProvedOneIsNotTakenForProvedWhereItFolds) {
   EXPECT_GT(folds, 10);
 }
 
-TEST(SheetProof, AStepThatTurnsASheetKeepsTheDistanceAlongTheDirectionsOfItsStart) {
+TEST(SheetProof, ATurningSheetKeepsItsDistanceAlongItsStartingDirections) {
   const TriangleMesh mesh = sheet(6);
   const auto edges = unique_edges(mesh.triangles);
   int yes = 0;
@@ -270,7 +270,7 @@ std::map<std::string, PlanFigures> left_out(const Scene& scene) {
   return with.plan;
 }
 
-TEST(Plan, AFlagWithoutBodiesLooksForNoContactWhileItIsAHeightField) {
+TEST(Plan, AFlagSearchesNoContactWhileAHeightField) {
   const auto plan =
       left_out(scene_file("flag.json", {{"geometry.0.cells", "[16,16]"}, {"time.frames", "8"}}));
   EXPECT_FALSE(plan.contains("body_collision"));
@@ -279,7 +279,7 @@ TEST(Plan, AFlagWithoutBodiesLooksForNoContactWhileItIsAHeightField) {
   EXPECT_EQ(plan.at("crossings_self").asked, 9) << "the start and every frame";
 }
 
-TEST(Plan, ASheetThatFallsOnASphereCostsNoNarrowPhaseBeforeItIsThere) {
+TEST(Plan, AFallingSheetCostsNoNarrowPhaseBeforeTheSphere) {
   const Scene scene =
       scene_file("cloth_on_sphere.json", {{"geometry.0.cells", "[20,20]"},
                                           {"geometry.0.transformation.translation", "[0,0,1.0]"},
@@ -326,7 +326,7 @@ TEST(Plan, NothingIsProvedWhereTheNarrowPhaseMayRaiseFalseAlarms) {
 }
 
 /// A sheet that lies on a sphere and folds: neither of the proofs by boxes and height fields holds.
-TEST(Plan, AFrameIsSearchedWhereItsStepsDoNotProveThatNothingCrosses) {
+TEST(Plan, AFrameIsSearchedWhereItsStepsProveNothing) {
   const auto searches = [](const char* narrow_phase, bool self) {
     Scene scene = scene_file("cloth_on_sphere.json", {{"geometry.0.cells", "[8,8]"},
                                                       {"obstacles.0.shape.resolution", "16"},
@@ -358,7 +358,7 @@ TEST(Plan, SaysWhatIsNeverBuilt) {
   EXPECT_EQ(status.at("cloth with itself"), PlanItem::Status::when_needed);
 }
 
-TEST(Plan, AFoldThatIsPutThroughItselfIsSeenInTheCheckOfItsFrame) {
+TEST(Plan, AFoldThroughItselfIsSeenInTheFramesCheck) {
   Scene scene = scene_file("flag.json", {{"geometry.0.cells", "[8,8]"}, {"time.frames", "1"}});
   scene.handles.clear();
   scene.gravity = Vec3::Zero();
@@ -406,7 +406,7 @@ struct Springs {
   }
 };
 
-TEST(StrainReach, ASheetThatIsCarriedIsProvedAndOneThatIsPulledIsNot) {
+TEST(StrainReach, ACarriedSheetIsProvedAndAPulledOneIsNot) {
   const Springs sheet;
   const StrainLimiter limiter = sheet.limiter(0.1);
   StrainReach reach(true, limiter);
@@ -433,7 +433,7 @@ TEST(StrainReach, ASheetThatIsPushedTogetherExceedsLimitsOfCompressionOnly) {
   EXPECT_TRUE(reach.keeps_limits(pushed, LimitedStrain::stretch));
 }
 
-TEST(StrainReach, AShortSpringThatIsPulledAlongItsLengthIsTheWorstCase) {
+TEST(StrainReach, AShortSpringPulledAlongItsLengthIsTheWorstCase) {
   // The bound is reached where the ends of the shortest spring move apart along it.
   const Spring spring{.a = 0, .b = 1, .rest_length = 1.0, .stiffness = 1.0};
   const StrainLimiter limiter(std::span(&spring, 1), std::vector<double>{0.1}, 2);

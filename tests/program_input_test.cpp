@@ -125,7 +125,7 @@ TEST(ProgramForces, AreFreeOfEffectWhenTheyAreTakenAway) {
   EXPECT_EQ(state_hash(simulation.state()), state_hash(expected.state()));
 }
 
-TEST(ProgramScene, AWindOutOfAllRangeStopsTheStepAndTheFirstVertexIsNamed) {
+TEST(ProgramScene, AWindOutOfRangeStopsTheStepAtANamedVertex) {
   Scene scene = free_scene();
   scene.air.wind = Vec3(1.0, 2.0, 1e200);
   scene.air.normal_drag = 1e200;

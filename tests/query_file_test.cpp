@@ -387,7 +387,7 @@ Query falling_point(double below) {
   return query;
 }
 
-TEST_F(QueryFile, ARecordingHasTheTrueTimesWithinARoundingAndInTheStep) {
+TEST_F(QueryFile, ARecordingHasTheTrueTimesWithinARounding) {
   QueryRecorder recorder({folder_ / "run.csv"});
   recorder.add(falling_point(1.0));   // at 0.5
   recorder.add(falling_point(0.0));   // at 1

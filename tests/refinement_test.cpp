@@ -56,7 +56,7 @@ TEST_F(Refinements, AResumedRunGoesOnToTheSameBits) {
   EXPECT_EQ(warnings, std::vector<std::string>()) << "no frame is missing";
 }
 
-TEST_F(Refinements, ARunThatStopsWithinItsFramesGoesOnToTheSameBits) {
+TEST_F(Refinements, ARunStoppedWithinAFrameResumesToTheSameBits) {
   const Scene s = read(over_ball(kCurved), {{"time.steps_per_frame", "4"}});
   const RunResult whole = run_scene(s, config_);
   EXPECT_GT(whole.counters.at("refinements"), 1.0);
@@ -213,7 +213,7 @@ TEST_F(Refinements, AResumedRunJoinsToTheSameBits) {
   EXPECT_EQ(run_scene(read(kSagging), config_).state_hash, whole);
 }
 
-TEST_F(Refinements, ACellIsNotJoinedThroughABodyUnlessTheSceneExcludesIt) {
+TEST_F(Refinements, ACellIsNotJoinedThroughABodyUnlessExcluded) {
   const auto joins = [&](const std::string& height, const std::string& more = "") {
     const Scene s = read(R"({"geometry": [{"name": "cloth", "size": [0.4, 0.4], "cells": [4, 4],
         "refine": {"when": "curved", "levels": 1, "angle_deg": 30, "join_deg": 10}}],
@@ -499,7 +499,7 @@ TEST_F(SurveyMeshes, RefinedAndBilayeredClothInOneSceneIsRefused) {
       std::string::npos);
 }
 
-TEST_F(SurveyMeshes, APlateOfAnotherPoissonsRatioIsFittedAndTheRestIsTold) {
+TEST_F(SurveyMeshes, APlateOfAnotherPoissonsRatioReportsItsResidual) {
   const Scene s = read(over_ball(R"("pattern": "triangular", "plate": {"poisson": 0.1})"));
   const BuiltScene built = build_scene(s);
   ASSERT_FALSE(built.warnings.empty());

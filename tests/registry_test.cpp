@@ -241,7 +241,7 @@ TEST(Methods, AnOptionOfADetectorReachesIt) {
   EXPECT_NE(bytes("sweep_and_prune", {}), bytes("sweep_and_prune", {{"column", 0.5}}));
 }
 
-TEST(Methods, ANarrowPhaseMadeByNameGivesTheTimesOfItsMakeFunction) {
+TEST(Methods, ANarrowPhaseByNameGivesTheSameTimes) {
   const std::map<std::string, std::function<std::unique_ptr<NarrowPhase>()>> made{
       {"ccd_additive", [] { return make_ccd_additive(CcdAdditiveConfig{}); }},
       {"ccd_cubic", [] { return make_ccd_cubic(); }},
@@ -341,7 +341,7 @@ TEST(Methods, AResponseMadeByNameAnswersAsItsMakeFunctionDoes) {
             registry.at("penalty")()->stable_step(1e4));
 }
 
-TEST(Methods, ALimiterIsAMethodAForceOrAPolicyAndTellsWhich) {
+TEST(Methods, ALimiterSaysWhetherItIsAMethodForceOrPolicy) {
   const ClothMesh cloth = make_rectangular({0.5, 0.5, 4, 4}, Material{});
   std::map<LimiterKind, int> kinds;
   for (const auto& [name, entry] : strain_limiters()) {
@@ -395,7 +395,7 @@ class OptionsOfMethods : public SceneFile {
   const Methods methods_ = methods_of_this_build();
 };
 
-TEST_F(OptionsOfMethods, EachIsReadFromASceneAndIsInTheSchemaWithItsRange) {
+TEST_F(OptionsOfMethods, EachIsReadFromScenesAndInTheSchema) {
   std::set<std::string> keys;
   for (const SceneKey& key : scene_keys()) keys.insert(key.path);
   for (const ListedMethod& method : list_methods(methods_))

@@ -198,7 +198,7 @@ TEST(Render, BothSidesAreLitAlikeWhenTheirColoursAre) {
                 pixel(b, 16, 16)[static_cast<std::size_t>(i)], 1);
 }
 
-TEST(Render, AFloorThatReachesBehindTheEyeIsCutAtTheNearPlane) {
+TEST(Render, AFloorBehindTheEyeIsCutAtTheNearPlane) {
   // z = -1 from far behind the eye to far ahead: it fills the picture below the horizon, and 1000 m
   // ahead the horizon is a twentieth of a pixel lower.
   const std::vector<Vec3> x = {
@@ -496,7 +496,7 @@ TEST_F(Pictures, AResultIsDrawnWithTheCameraOfItsScene) {
   EXPECT_NE(pictures.picture(0, camera).rgb, pictures.picture(2, camera).rgb);
 }
 
-TEST_F(Pictures, WithoutASceneTheCameraShowsTheWholeClothAndNotTheWholePlane) {
+TEST_F(Pictures, WithoutASceneTheCameraShowsTheWholeCloth) {
   make_result();
   fs::remove(folder_ / "scene.json");
   ResultPictures pictures(folder_);

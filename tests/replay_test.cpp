@@ -78,7 +78,7 @@ class Replay : public Program {
 
 // -- the bundle -----------------------------------------------------------------------------------
 
-TEST_F(Replay, ARunThatIsNotCleanKeepsItsLastGoodStateToTheBit) {
+TEST_F(Replay, AFailedRunKeepsItsLastGoodStateToTheBit) {
   const Outcome o = pinch("p", "--every-step");
   EXPECT_EQ(o.code, 1);
   EXPECT_SAYS(o.err, "selvedge replay p/failure --explain");
@@ -104,7 +104,7 @@ TEST_F(Replay, TheCauseIsOneLineThatNamesTimeHalvingsAndThePair) {
   EXPECT_EQ(cause, result("p")["stopped"].get<std::string>() + "\n");
 }
 
-TEST_F(Replay, TheStepFailsAgainWithTheSameCauseAndAttemptsOnAnyNumberOfThreads) {
+TEST_F(Replay, TheStepFailsAgainWithTheSameCauseOnAnyThreads) {
   pinch("p");
   EXPECT_EQ(run("replay p").code, 1) << "the result folder finds its bundle";
   for (const char* more : {"--threads 1", "--threads 2", "--explain"}) {
@@ -150,7 +150,7 @@ TEST_F(Replay, EveryFailSafeStopsWithWhatSqueezesWhatAndWhatHelps) {
   }
 }
 
-TEST_F(Replay, AHandleThatLeadsClothIntoABodyIsNamedInTheCause) {
+TEST_F(Replay, AHandleThatLeadsClothIntoABodyIsNamed) {
   const Outcome o = run("run carried.json --no-picture --out c");
   EXPECT_EQ(o.code, 1);
   EXPECT_SAYS(o.err, "handle \"frame\" carries vertex ");
@@ -158,7 +158,7 @@ TEST_F(Replay, AHandleThatLeadsClothIntoABodyIsNamedInTheCause) {
   EXPECT_SAYS(o.err, "slow this handle, or lead it another way");
 }
 
-TEST_F(Replay, TheQueriesAreReadByTheCcdCommandAndTheExactMethodMissesNone) {
+TEST_F(Replay, TheExactMethodMissesNoneOfTheQueries) {
   pinch("p");
   for (const std::string kind : {"point_triangle", "edge_edge"}) {
     const Outcome o = run("ccd p/failure/queries/" + kind + ".csv --narrow-phase ccd_exact --json");
@@ -285,7 +285,7 @@ TEST_F(Replay, ASceneWithoutTheSameClothIsRefused) {
 // -- budget and stall
 // -------------------------------------------------------------------------------
 
-TEST_F(Replay, ARunOverItsBudgetStopsAfterAStepAndResumesToTheSameBits) {
+TEST_F(Replay, ARunOverItsBudgetResumesToTheSameBits) {
   ASSERT_EQ(run_small("whole").code, 0);
   Outcome o = run_small("part", "--budget 1e-6");
   int stops = 0;
@@ -324,7 +324,7 @@ const char* const kTangled = R"({
   "contact": {"start": "untangle"},
   "time": {"frames": 12}})";
 
-TEST_F(Replay, ARunStoppedAmidATangleResumesFromItsCheckpointToTheSameBits) {
+TEST_F(Replay, ARunStoppedAmidATangleResumesToTheSameBits) {
   write("tangled.json", kTangled);
   const std::string all = "run tangled.json --no-picture --out ";
   run(all + "whole");
@@ -378,7 +378,7 @@ class BadResponse final : public Response {
   ImplicitTerm term_;
 };
 
-TEST_F(Replay, APositionThatIsNotFiniteStopsTheRunByNameAndIsKept) {
+TEST_F(Replay, APositionThatIsNotFiniteStopsTheRunByName) {
   Scene scene;
   scene.name = "nowhere";
   scene.materials["default"] = {};
@@ -420,7 +420,7 @@ TEST_F(Replay, TwoRunsOfOneSceneAreTheSameToTheBit) {
   EXPECT_SAYS(o.out, "the same to the bit: 7 steps");
 }
 
-TEST_F(Replay, TwoRunsAreToldApartAtTheFirstStepAfterTheirBodiesPart) {
+TEST_F(Replay, TwoRunsDifferFromTheFirstStepAfterTheirBodies) {
   const std::string motion =
       "--every-step --set 'obstacles.ball.motion=[{\"time\":0},{\"time\":0.025},{\"time\":1,"
       "\"translation\":[";

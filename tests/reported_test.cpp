@@ -95,7 +95,7 @@ TEST_F(Reported, CountsOfOneAreSingular) {
   EXPECT_SAYS(run("view one.obj --out one.html").out, "1 frame,");
 }
 
-TEST_F(Reported, AMeshGivenAsAFileInAnObjectIsAskedForByName) {
+TEST_F(Reported, AMeshFileInAnObjectIsAskedForByName) {
   write("wrapped.json", scene_with(R"("obstacles": [{"mesh": {"file": "ball.obj"}}])"));
   EXPECT_REFUSED(run("run wrapped.json"),
                  "obstacles[0].mesh: must be a string, such as \"mesh\": \"ball.obj\"");
@@ -251,7 +251,7 @@ constexpr const char *kLessMemory = "", *kFewSeconds = "ulimit -t 200;";
 constexpr const char *kLessMemory = "ulimit -v 1000000;", *kFewSeconds = "ulimit -t 10;";
 #endif
 
-TEST_F(Reported, AMeshWhoseHeaderPromisesMoreThanTheFileHoldsIsRefusedAtOnce) {
+TEST_F(Reported, AMeshWhoseHeaderPromisesTooMuchIsRefusedAtOnce) {
   const std::string header("glTF\x02\0\0\0\0\x28\x6b\xee\0\x28\x6b\xeeJSON", 20);
   write("trunc.glb", header);
   const auto begin = std::chrono::steady_clock::now();
@@ -290,7 +290,7 @@ TEST_F(Reported, SchemaAndProgramHaveOneBoundOfTheResolution) {
   EXPECT_REFUSED(run_small("r", "--set obstacles.0.shape.resolution=2"), "must be at least 3");
 }
 
-TEST_F(Reported, ABudgetThatIsNoPositiveNumberIsRefusedInOneShortSentence) {
+TEST_F(Reported, ABudgetThatIsNotPositiveIsRefusedInOneSentence) {
   for (const char* budget : {"0", "-1", "nan", "inf", "x"}) {
     const Outcome outcome = run_small("r", std::string("--budget ") + budget);
     EXPECT_EQ(outcome.code, 2) << budget;
@@ -343,7 +343,7 @@ TEST_F(Reported, ASecondRunDoesNotReplaceTheFirstUnlessAsked) {
   EXPECT_EQ(run_small("r", "--overwrite --resume").code, 2);
 }
 
-TEST_F(Reported, ARunThatWasKilledAsItStartedDoesNotBlockItsFolder) {
+TEST_F(Reported, ARunKilledAtItsStartDoesNotBlockItsFolder) {
   fs::create_directory(folder_ / "r");
   write("r/lock", "4711\n");
   write("r/scene.json.partial4711", "{");
@@ -414,7 +414,7 @@ std::string jam_scene(const std::string& still_tangled) {
          R"("}, "time": {"frames": 36, "fps": 60}})";
 }
 
-TEST_F(Reported, BodiesThatCloseOnClothStopTheRunOrAreCarriedOnWithFlags) {
+TEST_F(Reported, BodiesThatCloseOnClothStopTheRunOrFlagIt) {
   write("stop.json", jam_scene("stop"));
   const Outcome stopped = run("run stop.json --no-picture --out stop");
   EXPECT_EQ(stopped.code, 1);

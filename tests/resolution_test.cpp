@@ -85,7 +85,7 @@ TEST(QuantileMap, GivesASmallPartTheRangeThatItsShareDeserves) {
   EXPECT_LT(part, 0.55 * whole);
 }
 
-TEST(Resolution, OfASmallPartTheMapsHaveItAndFloatsAboutAnOriginHaveNot) {
+TEST(Resolution, OfASmallPartIsInTheMapsAlone) {
   const Surface s = with_a_small_part(40, 1e7, 3);
   const std::vector<detail::DoubleBox> sample = detail::sample_boxes(s.view());
   const auto shifted = [](int k, double x) { return x - (k == 0 ? -1.0 : 0.5); };

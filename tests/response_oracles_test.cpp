@@ -180,7 +180,7 @@ TEST(Incline, CoulombsFrictionSlidesWithItsAcceleration) {
     }
 }
 
-TEST(Incline, PenaltySlidesAsCoulombSaysAndCreepsAtMostAtItsSlipSpeed) {
+TEST(Incline, PenaltySlidesByCoulombAndCreepsAtItsSlipSpeed) {
   ResponseConfig config;
   config.damping = 5.0;  // nearly critical: it settles at once
   for (const bool implicit : {false, true}) {
@@ -403,7 +403,7 @@ TEST(Drop, OthersDoNotBounce) {
   }
 }
 
-TEST(Collision, OfMassOneAtFourMetresPerSecondWithThreeAtRestLeavesOne) {
+TEST(Collision, OfOneKilogramWithThreeAtRestLeavesAQuarter) {
   for (const std::string& name : names()) {
     if (name == "penalty") continue;
     const bool implicit = name == "contact_force";
@@ -468,7 +468,7 @@ Impact1D hit(double stiffness, double zeta, bool implicit, double share) {
   return impact;
 }
 
-TEST(Penalty, GoesVTimesTheRootOfMOverKDeepAndLastsPiOfThem) {
+TEST(Penalty, GoesAsDeepAndLastsAsLongAsAnOscillator) {
   for (double stiffness = 10.0; stiffness <= 1e7; stiffness *= 10.0)
     for (const bool implicit : {false, true}) {
       const double root = std::sqrt(0.01 / stiffness);

@@ -186,7 +186,7 @@ double mechanical_energy(const Scene& scene, const ClothMesh& cloth, const Simul
 // What lands with its border on an edge goes on falling in its middle: springs that are not
 // stretched yet resist that in second order only, which one linear solve does not see. Iterated, no
 // step gives energy, so it is not the contact that does.
-TEST(DefaultResponse, GivesNoEnergyToClothThatLandsOnAnEdgeWhereTheSolveIsIterated) {
+TEST(DefaultResponse, GivesNoEnergyToClothThatLandsOnAnEdge) {
   Scene scene = sheet_over(Box{{0.1, 0.1, 0.1}}, 12, 0.07);
   scene.solver.integrator = "implicit_newton";
   BuiltScene built = build_scene(scene);
@@ -317,7 +317,7 @@ TEST(EnergyBalance, IsThatOfTheSceneAtRestWhereAllOfItMoves) {
   EXPECT_NEAR(moved.balance.bound(), still.balance.bound(), 1e-10 * still.balance.bound());
 }
 
-TEST(EnergyBalance, IsNotAskedWhereBodiesMoveApartTheWindBlowsOrContactsAreSprings) {
+TEST(EnergyBalance, IsOffWithMovingBodiesWindOrSpringContacts) {
   WeighedTry apart;
   apart.x_t1.back().z() += 0.001;
   EXPECT_FALSE(apart.weigh());

@@ -110,7 +110,7 @@ TEST(ImpactZone, CountsItsRoundsAndTheMostParticlesInZones) {
   EXPECT_EQ(counters, (std::map<std::string, double>{{"max_zone", 4.0}, {"zone_rounds", 2.0}}));
 }
 
-TEST(ContactForce, AContactLeftOutOfTheSolveGetsTheFrictionOfTheLoadThatStopsIt) {
+TEST(ContactForce, AContactOutsideTheSolveGetsTheFrictionOfItsLoad) {
   PointThroughTriangle scene;
   scene.contact.friction = 0.2;
   ResponseStep step;
@@ -397,7 +397,7 @@ TEST(ContactForce, ATinyRestGapDoesNotMakeAContactStiffWithoutLimit) {
 }
 
 // An edge of a free and a held particle between two bodies, nearer to the first than the rest gap.
-TEST(ContactForce, BesideAHeldParticleAFreeOneRecoversItsShareOfAViolation) {
+TEST(ContactForce, BesideAHeldParticleAFreeOneRecoversItsShare) {
   std::mt19937 random(41);
   std::uniform_real_distribution<double> power(-8.0, 0.0);
   for (int draw = 0; draw < 100; ++draw) {

@@ -151,7 +151,7 @@ double way_of_the_heavier_load(double ratio) {
   return start - simulation.state().x[kAlong].z();
 }
 
-TEST(Rest, AStripAroundACylinderHoldsTheLoadsThatTheCapstanEquationSays) {
+TEST(Rest, AStripAroundACylinderHoldsTheLoadsOfACapstan) {
   EXPECT_LT(way_of_the_heavier_load(2.45), 1e-4);
   EXPECT_GT(way_of_the_heavier_load(3.0), 0.02);
 }

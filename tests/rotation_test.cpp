@@ -149,7 +149,7 @@ std::string message_of(const std::function<void()>& call) {
   return "";
 }
 
-TEST(Rotation, DenseSamplingFindsNoCollisionThatIsMissedAndNoPairBeyondTheTolerance) {
+TEST(Rotation, DenseSamplingFindsNoMissAndNoPairBeyondTheTolerance) {
   constexpr double kTolerance = 0.01;
   std::size_t certain = 0, reported = 0;
   for (const double degrees : {20.0, 90.0, 350.0, 800.0})
@@ -177,7 +177,7 @@ TEST(Rotation, DenseSamplingFindsNoCollisionThatIsMissedAndNoPairBeyondTheTolera
   EXPECT_GT(reported, certain);
 }
 
-TEST(Rotation, ATouchingTipIsFoundFromTheToleranceOnAndItsTimeIsNotLate) {
+TEST(Rotation, ATouchingTipIsFoundWithinTheToleranceAndNotLate) {
   // The tip of a needle at radius 1 meets a wall beside its axis at 90 degrees of 180.
   for (const double wall : {0.999, 1.0 - 1e-9, 1.00001, 1.0002}) {
     Rotor needle;

@@ -54,7 +54,7 @@ TEST_F(RunOfASceneMadeInCode, LeavesTheFolderOfAnotherSceneAlone) {
   EXPECT_THROW(run_scene(scene_, config_), std::invalid_argument);
 }
 
-TEST_F(RunOfASceneMadeInCode, IsRefusedInAFolderInUseAndLeavesItAsItIs) {
+TEST_F(RunOfASceneMadeInCode, IsRefusedInAFolderInUse) {
   run_scene(scene_, config_);
   {
     const FolderLock lock(config_.out, "run");

@@ -63,7 +63,7 @@ TEST_F(SceneFile, WeldTakesADistanceAndSaysWhatItJoined) {
   EXPECT_THROW(body("\"near\""), std::invalid_argument);
 }
 
-TEST_F(SceneFile, APerturbationAddsVelocitiesUpToItsSpeedAndItsSeedSelectsThem) {
+TEST_F(SceneFile, APerturbationAddsVelocitiesUpToItsSpeedByItsSeed) {
   Scene scene = read(R"({"geometry": [{"name": "a", "cells": [20, 20], "velocity": [1, 0, 0]}]})");
   const auto velocities = [&](double speed, std::uint64_t seed) {
     scene.perturbation = {speed, seed};
@@ -249,7 +249,7 @@ TEST_F(SceneFile, AGridLaidAlongACurveKeepsItsLengths) {
   EXPECT_LT((x.back() - Vec3(-0.2, 0.05, 1.2)).norm(), 1e-12);
 }
 
-TEST_F(SceneFile, APathThatDoesNotFitItsClothIsRefusedWithItsLength) {
+TEST_F(SceneFile, APathThatDoesNotFitItsClothIsRefused) {
   const auto with = [&](const std::string& path) {
     try {
       build_scene(
@@ -290,7 +290,7 @@ TEST_F(SceneFile, ARestGapAboveAnEdgeIsExplained) {
   EXPECT_SAYS(coarse.warnings[0], "0.0025");
 }
 
-TEST_F(SceneFile, ARestGapOfManyCellsOfClothAndBodyIsRefusedIfItTakesGigabytes) {
+TEST_F(SceneFile, ARestGapOfManyCellsIsRefusedIfItTakesGigabytes) {
   const auto scene = [](int cells, const std::string& more, const std::string& contact) {
     const std::string n = std::to_string(cells);
     return R"({"geometry": [{"name": "c", "size": [0.001, 0.001], "cells": [)" + n + ", " + n +

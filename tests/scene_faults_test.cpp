@@ -4,7 +4,7 @@
 namespace selvedge::scene_test {
 namespace {
 
-TEST_F(SceneFile, AMissingFileAFolderAndAnEmptyFileAreSaidToBeThat) {
+TEST_F(SceneFile, MissingFilesFoldersAndEmptyFilesAreNamed) {
   EXPECT_SAYS(fault_of_file(folder_ / "none.json"), "no such file");
   EXPECT_SAYS(fault_of_file(folder_), "is a folder");
   EXPECT_SAYS(fault(""), "the file is empty");
@@ -54,7 +54,7 @@ TEST_F(SceneFile, AnUnknownKeyNamesTheNearestKnownOne) {
       "nearest is \"radius\"");
 }
 
-TEST_F(SceneFile, ASetOfAnUnknownKeyNamesTheNearestKeyEvenIfTheFileHasIt) {
+TEST_F(SceneFile, ASetOfAnUnknownKeyNamesTheNearestKey) {
   const char* const text = R"({"geometry": [{}], "time": {"frames": 3}})";
   EXPECT_SAYS(fault(text, {{"time.framez", "5"}}), "nearest is \"frames\"");
 }
@@ -82,14 +82,14 @@ TEST_F(SceneFile, TheRestGapUnderBothNamesIsRefused) {
               "contact.pairs[0].thickness: is the old name");
 }
 
-TEST_F(SceneFile, AnOldKeyInAnObjectOfTheWrongKindIsStillAFault) {
+TEST_F(SceneFile, AnOldKeyInTheWrongObjectIsStillAFault) {
   EXPECT_SAYS(fault(R"({"geometry": [{}], "contact": ["thickness"]})"), "contact: must be");
   EXPECT_SAYS(fault(R"({"geometry": [{}], "contact": {"pairs": {"thickness": 1}}})"),
               "contact.pairs: must be a list");
   EXPECT_SAYS(fault(R"({"geometry": [{}], "time": {"thickness": 1}})"), "time.thickness: unknown");
 }
 
-TEST_F(SceneFile, AKeyOfAnotherKindOfPieceIsSaidNotToGoWithIt) {
+TEST_F(SceneFile, AKeyOfAnotherKindOfPieceIsRefused) {
   write("quad.obj", quad);
   EXPECT_SAYS(fault(R"({"geometry": [{"mesh": "quad.obj", "cells": [1, 1]}]})"),
               "geometry[0].cells: cannot be combined with the other keys");

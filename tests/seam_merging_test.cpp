@@ -120,7 +120,7 @@ std::string panels(const std::string& seam, const std::string& more = "") {
 
 const std::string kMerge = R"("merge": 0.003)";
 
-TEST_F(SeamScenes, AClosedSeamHasOneVertexForEachPairAndTheRunIsClean) {
+TEST_F(SeamScenes, AClosedSeamHasOneVertexForEachPair) {
   config_.every_step = true;
   const RunResult result = run_scene(read(panels(kMerge)), config_);
   EXPECT_TRUE(result.clean);
@@ -233,7 +233,7 @@ TEST_F(SeamScenes, TheMergeKeepsMassMomentumAndCentreOfMass) {
   EXPECT_TRUE(merged.seams[0].empty());
 }
 
-TEST_F(SeamScenes, APairWithSomethingInBetweenIsPostponedUnlessTheSceneExcludesIt) {
+TEST_F(SeamScenes, APairWithSomethingInBetweenIsPostponedUnlessExcluded) {
   // A strip of cloth stands on edge between the two lowest pairs.
   const std::string strip = R"({"name": "strip", "size": [0.01, 0.06], "cells": [1, 3],
     "transformation": {"rotation": {"axis": [0, 1, 0], "angle_deg": 90},

@@ -114,7 +114,7 @@ class FreeMesh : public ::testing::TestWithParam<std::tuple<Diagonals, double>> 
   }
 };
 
-TEST_P(FreeMesh, BentToACylinderEveryEdgeHasThePlatesMomentInEveryDirection) {
+TEST_P(FreeMesh, BentToACylinderEveryEdgeHasThePlatesMoment) {
   constexpr double rigidity = 2e-5, cell = 0.05, radius = 50.0;
   const TriangleMesh flat = mesh(20, 20, cell);
   const ClothMesh cloth = make_from_mesh(flat, flat, material(rigidity));
@@ -217,7 +217,7 @@ class Bending {
 
 constexpr double friction = 2e-4, yield = 10.0;  // N, 1/m
 
-TEST_P(FreeMesh, ALoopOfBendingHasTheAreaOfItsFrictionInEveryDirection) {
+TEST_P(FreeMesh, ABendingLoopHasTheAreaOfItsFrictionInEveryDirection) {
   constexpr double most = 250.0;  // 1/m, as KES-FB2 bends to
   constexpr int steps = 150;
   for (const double angle : {0.0, pi / 8, pi / 4, 2.0}) {

@@ -181,7 +181,7 @@ Scene blade_scene(std::vector<std::pair<double, double>> degrees_at) {
   return scene;
 }
 
-TEST(SimulationInMemory, ABladeThatTurnsMostOfAHalfCircleInAStepTakesTheSheetAlong) {
+TEST(SimulationInMemory, ABladeThatTurnsFarInAStepTakesTheSheetAlong) {
   Simulation simulation(blade_scene({{0.0, 0.0}, {0.1, 170.0}}));
   while (simulation.time() < 0.1) {
     simulation.step();

@@ -253,7 +253,7 @@ TEST(Simulation, AFastStackOfSheetsNeedsTheFailSafeAndStaysClean) {
   EXPECT_EQ(result.halvings, 0);
 }
 
-TEST(Simulation, AClothBetweenClosingJawsEndsWithASentenceAndAllStatesClean) {
+TEST(Simulation, ClothBetweenClosingJawsEndsWithASentenceAndCleanStates) {
   Scene scene = empty_scene();
   scene.cloths.push_back(cloth(0.2, 6, {0, 0, 0}));
   for (const double side : {-1.0, 1.0}) {
@@ -367,7 +367,7 @@ TEST(Simulation, UsesAThreadPer600VerticesThatMove) {
   EXPECT_GE(threads(scene), 4);  // a ball of over 1,900 vertices that moves
 }
 
-TEST(Simulation, EveryConservativeDetectorGivesACleanDrapeAndThoseOfBoxesTheSameBits) {
+TEST(Simulation, EveryConservativeDetectorGivesACleanDrape) {
   Scene scene = empty_scene();
   scene.cloths.push_back(cloth(0.5, 10, {0.013, 0.01, 0.22}));
   scene.cloths.push_back(cloth(0.4, 8, {0.0, 0.02, 0.25}));
@@ -459,7 +459,7 @@ TEST(Simulation, AClothSlidesDownAnInclineAsCoulombSays) {
 }
 
 // The longest step is proportional to the square root of the gap.
-TEST(Simulation, ABodyThatTurnsTakesShorterStepsBesideAPieceWithASmallerRestGap) {
+TEST(Simulation, ATurningBodyTakesShorterStepsBesideASmallerRestGap) {
   Scene scene = empty_scene();
   scene.cloths = {cloth(0.2, 4, {0, 0, 1})};
   scene.bodies = {body(Sphere{0.1}, {0, 0, 0}), body(Box{Vec3(0.5, 0.1, 0.1)}, {2, 0, 0})};

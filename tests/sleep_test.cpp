@@ -172,7 +172,7 @@ TEST(Sleep, ClothThatWasWokenStaysAwakeWhileItIsStillSlow) {
   EXPECT_EQ(asleep(simulation), before);
 }
 
-TEST(Sleep, AHandleThatMovesWakesTheClothAndOneAtRestDoesNot) {
+TEST(Sleep, AHandleWakesTheClothOnlyWhileItMoves) {
   Scene scene = hanging();
   const Vec3 aside(0.1, 0, 0);
   scene.handles[0].motion = {{.time = 0.0}, {.time = 3.0}, {.time = 3.5, .translation = aside}};

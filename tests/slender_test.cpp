@@ -32,7 +32,7 @@ TEST(SlenderTheory, OfBendTwistBeginsWithTheTwistOfAnArc) {
   }
 }
 
-TEST(SlenderTheory, OfAStripThatHangsLeavesThePlaneOnlyWithLessTwistStiffnessThanAPlateHas) {
+TEST(SlenderTheory, OfAHangingStripLeavesThePlaneOnlyWithLittleTwistStiffness) {
   for (const double natural : {1.0, 3.0, 6.0})
     for (const double gamma : {5.0, 20.0, 80.0})
       EXPECT_TRUE(hangs_in_its_plane(gamma, natural).value()) << gamma << ", " << natural;

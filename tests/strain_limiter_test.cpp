@@ -179,7 +179,7 @@ TEST(HanLimiter, DecreasesTheVelocityAlongTheSpringAlone) {
   EXPECT_LT(s.x[1].x(), 1.2);
 }
 
-TEST(HanLimiter, TheForceOfItsSpringsIsTheCubicThatStiffensToBothSides) {
+TEST(HanLimiter, TheForceOfItsSpringsIsACubicToBothSides) {
   const std::vector<Spring> spring{{0, 1, 0.5, 80.0}};
   const std::vector<double> limit{0.2};
   MethodOptions options;
@@ -329,7 +329,7 @@ TEST(CriticalStep, OfOneMassAndOfProvotsNetAreTheKnownOnes) {
   EXPECT_THROW(critical_step(all, q, 0.0), std::invalid_argument);
 }
 
-TEST(ChittarosPolicy, LeavesStiffClothAloneAndMakesSoftClothAsStiffAsItsWeightAsks) {
+TEST(ChittarosPolicy, MakesSoftClothAloneAsStiffAsItsWeightNeeds) {
   EXPECT_EQ(chittaro_policy(2.0, 500.0, 0.1).stiffness, 1.0);
   EXPECT_EQ(chittaro_policy(2.0, 500.0, 0.1).step, 1.0);
   const StiffnessPolicy soft = chittaro_policy(2.0, 5.0, 0.1);

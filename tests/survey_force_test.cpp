@@ -224,7 +224,7 @@ TEST(SupportSprings, JoinEveryVertexToTheCentre) {
   EXPECT_THROW(make_supported(closed, {50.0, 1.0}, Material{}), std::invalid_argument);
 }
 
-TEST(VolumeForce, ASqueezedBallPushesOutByEquationThreeAndTheCentreTakesTheReaction) {
+TEST(VolumeForce, ASqueezedBallPushesOutAndItsCentreTakesTheReaction) {
   const ClothMesh cloth = make_supported(sphere(2), {}, Material{});
   const auto centre = static_cast<std::int32_t>(cloth.mass.size()) - 1;
   const auto force =
@@ -275,7 +275,7 @@ double volume_after(double h, int steps, double stiffness) {
   return volume / rest;
 }
 
-TEST(VolumeForce, ImplicitStepsFarBeyondTheExplicitBoundComeToRestAtTheVolume) {
+TEST(VolumeForce, ImplicitStepsBeyondTheExplicitBoundComeToRest) {
   // sqrt(m/K) of a vertex is about 0.7 ms here: the step is a hundred times as long.
   EXPECT_NEAR(volume_after(0.07, 200, 1e5), 1.0, 1e-3);
 }

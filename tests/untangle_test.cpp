@@ -112,7 +112,7 @@ Scene sheet_on_ball(double height) {
 
 // Explicit steps are many and short: what is not free after as many of them as implicit ones have
 // is given up, but never said to be free, and nothing else is crossed.
-TEST(Untangle, TheExplicitIntegratorGetsFreeOrStopsWithThePairsThatAreLeft) {
+TEST(Untangle, TheExplicitIntegratorGetsFreeOrStopsWithItsPairs) {
   for (const TangleKind kind : {TangleKind::bump, TangleKind::corner}) {
     TangledScene tangled = make_tangle(kind, kind == TangleKind::bump ? 1 : 4);
     tangled.scene.solver.integrator = "symplectic_euler";
@@ -311,7 +311,7 @@ TEST(Untangle, ARefusalCountsThePairsThatCrossAndNamesTheFirst) {
   }
 }
 
-TEST(Untangle, WhatCannotBeUndoneStopsTheRunWithThePairsThatAreLeft) {
+TEST(Untangle, ATangleThatRemainsStopsTheRunWithItsPairs) {
   const Scene scene = knotted();
   Simulation simulation(scene, build_scene(scene));
   try {
@@ -340,7 +340,7 @@ TEST(Untangle, WhatCannotBeUndoneIsCarriedOnWhereTheSceneSaysSo) {
   EXPECT_FALSE(result.clean);
 }
 
-TEST(Untangle, ARunThatIsRestoredAmidATangleGoesOnToTheSameBits) {
+TEST(Untangle, ARunRestoredAmidATangleGivesTheSameBits) {
   TangledScene first = make_tangle(TangleKind::layers, 2),
                second = make_tangle(TangleKind::layers, 2);
   Simulation whole(first.scene, std::move(first.built));
@@ -354,7 +354,7 @@ TEST(Untangle, ARunThatIsRestoredAmidATangleGoesOnToTheSameBits) {
   EXPECT_EQ(resumed.result().tangle.until_s, whole.result().tangle.until_s);
 }
 
-TEST(VertexFlags, TheSidesOfATangleAreFlaggedUntilItIsOverAndTheRestIsNot) {
+TEST(VertexFlags, OnlyTheSidesOfATangleAreFlaggedUntilItsEnd) {
   TangledScene tangled = make_tangle(TangleKind::corner, 4);
   Simulation simulation(tangled.scene, std::move(tangled.built));
   const std::vector<std::uint8_t> flags = simulation.flags();
@@ -370,7 +370,7 @@ TEST(VertexFlags, TheSidesOfATangleAreFlaggedUntilItIsOverAndTheRestIsNot) {
   EXPECT_EQ(simulation.result().flags.end[0], 0);
 }
 
-TEST(VertexFlags, APointBetweenTwoBodiesIsPinchedAndOneOnASingleBodyIsNot) {
+TEST(VertexFlags, OnlyAPointBetweenTwoBodiesIsPinched) {
   const ClothMesh cloth = make_rectangular({0.1, 0.1, 1, 1}, Material{});
   const auto on_body = [](std::int32_t point, const Vec3& normal) {
     ContactPoint c;

@@ -124,7 +124,7 @@ TEST(ViewPage, PositionsAreWithinTheErrorThatThePageStates) {
   }
 }
 
-TEST(ViewPage, AHundredSquareClothOfAHundredAndTwentyFramesIsLessThan15Megabytes) {
+TEST(ViewPage, AHundredSquareClothOf120FramesIsLessThan15Megabytes) {
   const std::vector<ResultView> views = {waving(101, 121)};
   EXPECT_LT(view_page(views).size(), 15'000'000u);
 }
@@ -339,7 +339,7 @@ class ViewInABrowser : public View {
   }
 };
 
-TEST_F(ViewInABrowser, FramesAreDrawnDifferInTimeAndFollowTheSliderAndTheKeys) {
+TEST_F(ViewInABrowser, FramesDifferInTimeAndFollowSliderAndKeys) {
   ASSERT_EQ(run("run small.json --no-picture --out r --set time.frames=20").code, 0);
   ASSERT_EQ(run("view r --out a.html").code, 0);
   auto end = opened("a.html", "frame=20&probe=1");

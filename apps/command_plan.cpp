@@ -7,6 +7,8 @@
 #include <selvedge/core/files.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/text.h>
+#include <selvedge/scene/build.h>
+#include <selvedge/scene/methods.h>
 #include <selvedge/simulation/plan.h>
 #include <selvedge/simulation/simulation.h>
 

@@ -4,8 +4,12 @@
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/run/replay.h>
+#include <selvedge/scene/build.h>
+#include <selvedge/scene/methods.h>
 #include <selvedge/simulation/explain_step.h>
-#include <selvedge/simulation/refinement.h>
+#include <selvedge/simulation/run_result.h>
+#include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -133,8 +137,7 @@ int replay_bundle(const ReplayOptions& options) {
   const Methods methods = methods_of_this_build();
   const Scene scene = read_scene(bundle.folder / "scene.json", {}, methods);
   const ThreadLimit limit(options.threads);
-  RefiningSimulation start(scene, build_scene(scene, methods), bundle.state, methods);
-  Simulation& simulation = start.now();
+  Simulation simulation(scene, build_scene(scene, methods), bundle.state, methods);
   StepRecording recording;
   if (options.explain) simulation.set_trace(&recording.trace());
   const StepReplay replay = replay_step(simulation, scene, bundle);

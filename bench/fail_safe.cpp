@@ -5,7 +5,10 @@
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/resources.h>
 #include <selvedge/judge/judge.h>
+#include <selvedge/scene/build.h>
+#include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
 #include <selvedge/tests/fail_safe_trial.h>
 
 #include <fmt/core.h>

@@ -7,7 +7,10 @@
 #include <selvedge/apps/command_line.h>
 #include <selvedge/core/force.h>
 #include <selvedge/core/resources.h>
+#include <selvedge/scene/build.h>
+#include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,10 @@
 // Scenes for the comparison of responses.
 #pragma once
 
+#include <selvedge/scene/scene.h>
+#include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
 
 #include <functional>
 #include <string>

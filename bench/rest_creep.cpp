@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "rest_scenes.h"
 
+#include <selvedge/scene/build.h>
+#include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
+#include <selvedge/simulation/step_report.h>
 
 #include <fmt/core.h>
 
@@ -22,7 +26,7 @@ struct ContactSums {
 
 ContactSums contact_sums(const Simulation& simulation) {
   ContactSums sums;
-  const double h = simulation.attempt_lengths().back();
+  const double h = simulation.last_step().lengths.back();
   for (const StepContact& c : simulation.contacts()) {
     const double normal = c.point.normal.dot(c.impulse);
     sums.normal += normal / h;

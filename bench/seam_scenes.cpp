@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 #include <selvedge/bodies/weld.h>
+#include <selvedge/simulation/run_result.h>
+#include <selvedge/simulation/simulation_state.h>
 
 #include <algorithm>
 #include <cmath>

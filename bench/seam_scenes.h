@@ -4,6 +4,7 @@
 // with common vertices. Cloth slides over both.
 #pragma once
 
+#include <selvedge/scene/scene.h>
 #include <selvedge/simulation/simulation.h>
 
 #include <cstdint>

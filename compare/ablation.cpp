@@ -2,7 +2,10 @@
 #include <selvedge/compare/ablation.h>
 #include <selvedge/compare/detail/compare_error.h>
 #include <selvedge/core/resources.h>
-#include <selvedge/simulation/refinement.h>
+#include <selvedge/scene/build.h>
+#include <selvedge/simulation/run_result.h>
+#include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -112,7 +115,7 @@ AblationRow judge(const std::string& part, const Ensemble& whole, const Ensemble
 
 TimedRun run_timed(Scene scene, const Methods& methods, std::uint32_t seed) {
   if (seed > 0) scene.perturbation = {kSeedSpeed, seed};
-  RefiningSimulation simulation(scene, build_scene(scene), methods);
+  Simulation simulation(scene, build_scene(scene), methods);
   TimedRun run;
   const auto begin = std::chrono::steady_clock::now();
   try {
@@ -122,9 +125,10 @@ TimedRun run_timed(Scene scene, const Methods& methods, std::uint32_t seed) {
   }
   run.seconds = seconds_since(begin);
   run.result = simulation.result();
-  const auto triangles = simulation.now().cloth_triangles();
-  run.cloth = {
-      simulation.start(), simulation.now().state().x, {triangles.begin(), triangles.end()}};
+  const auto triangles = simulation.cloth_triangles();
+  run.cloth = {simulation.built().cloth.surface.vertices,
+               simulation.state().x,
+               {triangles.begin(), triangles.end()}};
   return run;
 }
 

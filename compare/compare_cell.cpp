@@ -9,7 +9,10 @@
 #include <selvedge/core/resources.h>
 #include <selvedge/core/whole_number.h>
 #include <selvedge/run/result_folder.h>
-#include <selvedge/simulation/refinement.h>
+#include <selvedge/scene/build.h>
+#include <selvedge/simulation/run_result.h>
+#include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
 
 #include <algorithm>
 #include <limits>
@@ -156,7 +159,7 @@ class CellRunner {
 
   /// Runs one step of a temporary simulation to warm pages, caches and threads.
   void warm_up() {
-    RefiningSimulation other(scene_, build_scene(scene_, methods_), methods_);
+    Simulation other(scene_, build_scene(scene_, methods_), methods_);
     try {
       other.step_towards(1);
     } catch (const SimulationFailed&) {  // the real run will report it
@@ -167,17 +170,17 @@ class CellRunner {
     const Stopwatch watch;
     simulation_.emplace(scene_, build_scene(scene_, methods_), methods_);
     run_.build_s = watch.seconds();
-    start_bodies_ = simulation_->now().body_positions();
+    start_bodies_ = simulation_->body_positions();
     for (int frame = 1; frame <= scene_.time.frames && run_.status == RunStatus::ok; ++frame) {
       advance(frame);
       if (run_.status != RunStatus::ok) return;
-      beside("checking", [&] { simulation_->now().verify_frame(); });
+      beside("checking", [&] { simulation_->verify_frame(); });
       if (is_judged(frame)) sample();
     }
   }
 
   void sample() {
-    const Simulation& now = simulation_->now();
+    const Simulation& now = *simulation_;
     const auto triangles = now.cloth_triangles();
     samples_.push_back(
         {now.state().x, now.state().v, now.body_positions(), {triangles.begin(), triangles.end()}});
@@ -185,8 +188,7 @@ class CellRunner {
 
   void judge(const Sample& sample) {
     try {
-      judge_motion(scene_, methods_, simulation_->now(), sample, kFlightSteps * run_.dt,
-                   run_.pairs);
+      judge_motion(scene_, methods_, *simulation_, sample, kFlightSteps * run_.dt, run_.pairs);
     } catch (const std::exception& error) {  // a detector failed; the run itself remains valid
       if (run_.pairs.failure.empty()) run_.pairs.failure = error.what();
     }
@@ -195,8 +197,7 @@ class CellRunner {
   void advance(int frame) {
     const Stopwatch watch;
     try {
-      simulation_->begin_frame();
-      while (run_.status == RunStatus::ok && simulation_->now().step_towards(frame))
+      while (run_.status == RunStatus::ok && simulation_->step_towards(frame))
         if (run_.run_s + watch.seconds() > limits_.budget_s)
           end(RunStatus::budget, "took longer than granted");
     } catch (...) {
@@ -217,16 +218,16 @@ class CellRunner {
 
   void note_end() {
     run_.result = simulation_->result();
-    run_.end_s = simulation_->now().state().time;
-    run_.particles = simulation_->now().state().x.size();
+    run_.end_s = simulation_->state().time;
+    run_.particles = simulation_->state().x.size();
     run_.peak_bytes = peak_bytes();
-    const Simulation& now = simulation_->now();
+    const Simulation& now = *simulation_;
     run_.result.measures =
         final_measures(scene_, now.built(), {now.state().x, now.state().v, now.mass(), run_.end_s},
                        methods_.force_laws);
     if (repeat_ != 0 && !limits_.seeds) return;
     // Cells may have been split, so the start frame uses the surface of the end.
-    if (repeat_ == 0) write_frame(0, simulation_->start(), start_bodies_);
+    if (repeat_ == 0) write_frame(0, now.built().cloth.surface.vertices, start_bodies_);
     write_frame(kEndFrame + repeat_, now.state().x, now.body_positions());
   }
 
@@ -241,8 +242,8 @@ class CellRunner {
     const auto file = [&](const char* stem) {
       return numbered(frames, stem, frame, kFrameFileDigits, ".ply");
     };
-    write_ply(file("cloth"), x, simulation_->now().cloth_triangles());
-    if (!bodies.empty()) write_ply(file("bodies"), bodies, simulation_->now().body_triangles());
+    write_ply(file("cloth"), x, simulation_->cloth_triangles());
+    if (!bodies.empty()) write_ply(file("bodies"), bodies, simulation_->body_triangles());
   }
 
   fs::path folder_;
@@ -250,7 +251,7 @@ class CellRunner {
   const CellLimits& limits_;
   const Methods& methods_;
   Scene scene_;
-  std::optional<RefiningSimulation> simulation_;
+  std::optional<Simulation> simulation_;
   std::vector<Vec3> start_bodies_;
   std::vector<Sample> samples_;
   CellRun run_;

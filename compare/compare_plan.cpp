@@ -4,7 +4,8 @@
 #include <selvedge/compare/detail/compare_error.h>
 #include <selvedge/core/text.h>
 #include <selvedge/scene/adaptive_cloth.h>
-#include <selvedge/simulation/refinement.h>
+#include <selvedge/scene/build.h>
+#include <selvedge/simulation/mesh_change.h>
 #include <selvedge/simulation/simulation.h>
 
 #include <algorithm>
@@ -122,7 +123,7 @@ class Planner {
   /// The reason why a scene cannot start; empty if it can.
   std::string why_impossible(const Scene& scene) const {
     try {
-      const RefiningSimulation simulation(scene, build_scene(scene, methods_), methods_);
+      const Simulation simulation(scene, build_scene(scene, methods_), methods_);
       return {};
     } catch (const std::invalid_argument& error) {
       return error.what();

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <selvedge/scene/methods.h>
 #include <selvedge/scene/scene.h>
+#include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
 
 #include <cstddef>

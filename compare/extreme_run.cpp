@@ -2,6 +2,7 @@
 #include <selvedge/compare/detail/extreme_cases.h>
 #include <selvedge/core/resources.h>
 #include <selvedge/scene/build.h>
+#include <selvedge/simulation/simulation_state.h>
 
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/judge/judge.h>

@@ -4,6 +4,7 @@
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/core/fabric.h>
 #include <selvedge/garment/panel_mesh.h>
+#include <selvedge/scene/methods.h>
 #include <selvedge/simulation/simulation.h>
 
 #include <cstdint>

@@ -6,7 +6,12 @@
 #include <selvedge/core/measure.h>
 #include <selvedge/detection/find.h>
 #include <selvedge/dress/detail/dressing.h>
-#include <selvedge/simulation/refinement.h>
+#include <selvedge/scene/build.h>
+#include <selvedge/simulation/mesh_change.h>
+#include <selvedge/simulation/run_result.h>
+#include <selvedge/simulation/seam_merging.h>
+#include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
 
 #include <algorithm>
 #include <limits>

@@ -5,6 +5,7 @@
 // can.
 #include <fmt/format.h>
 #include <selvedge/dress/detail/dressing.h>
+#include <selvedge/simulation/step_report.h>
 
 #include <algorithm>
 #include <cmath>
@@ -65,7 +66,7 @@ class MotionWindow {
 std::vector<double> body_pressure(const Simulation& simulation) {
   const auto x = simulation.positions();
   std::vector<double> pressure(x.size(), 0.0);
-  if (simulation.attempt_lengths().empty()) return pressure;
+  if (simulation.last_step().lengths.empty()) return pressure;
   const auto is_cloth = [&](std::int32_t v) { return static_cast<std::size_t>(v) < x.size(); };
   for (const StepContact& c : simulation.contacts()) {
     if (std::all_of(c.point.vertex.begin(), c.point.vertex.end(), is_cloth)) continue;
@@ -77,7 +78,7 @@ std::vector<double> body_pressure(const Simulation& simulation) {
   const std::vector<double> areas = vertex_areas(x, simulation.cloth_triangles());
   for (std::size_t v = 0; v < pressure.size(); ++v)
     pressure[v] =
-        areas[v] > 0.0 ? pressure[v] / (areas[v] * simulation.attempt_lengths().back()) : 0.0;
+        areas[v] > 0.0 ? pressure[v] / (areas[v] * simulation.last_step().lengths.back()) : 0.0;
   return pressure;
 }
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/scene/scene.h>
 #include <selvedge/simulation/simulation.h>
 
 #include <cstdio>
@@ -12,7 +13,6 @@ int main() {
   scene.bodies.emplace_back().shape = selvedge::BodyShape{selvedge::Sphere{.radius = 0.3}};
   selvedge::Simulation simulation(scene);
   simulation.advance_to_frame(60);
-  std::printf("after %g s the first corner is at a height of %.3f m, with %zu contacts\n",
-              simulation.time(), simulation.positions()[0].z(), simulation.contacts().size());
-  return simulation.result().clean ? 0 : 1;
+  std::printf("after %g s the first corner is at a height of %.3f m\n", simulation.time(),
+              simulation.positions()[0].z());
 }

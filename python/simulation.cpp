@@ -4,8 +4,13 @@
 #include <pybind11/stl.h>
 #include <selvedge/bodies/driven_body.h>
 #include <selvedge/run/result_folder.h>
+#include <selvedge/scene/build.h>
 #include <selvedge/scene/scene_text.h>
-#include <selvedge/simulation/refinement.h>
+#include <selvedge/simulation/mesh_change.h>
+#include <selvedge/simulation/run_result.h>
+#include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
+#include <selvedge/simulation/step_report.h>
 
 #include <atomic>
 #include <map>
@@ -33,15 +38,15 @@ class Session {
       : scene_(std::move(scene)), methods_(std::move(methods)) {
     BuiltScene built = build_scene(*scene_, *methods_);
     warnings_ = built.warnings;
-    if (!driven.empty()) refuse_changing_mesh();
+    if (const std::string cause = mesh_change(*scene_); !driven.empty() && !cause.empty())
+      throw std::invalid_argument(cause + " changes the mesh; driven bodies need one that stays");
     for (const std::size_t body : driven) driven_[body] = &drive_body(built, body);
-    refining_.emplace(*scene_, std::move(built), *methods_);
+    simulation_.emplace(*scene_, std::move(built), *methods_);
   }
 
-  RefiningSimulation& refining() { return *refining_; }
-  Simulation& now() { return refining_->now(); }
-  const Simulation& now() const { return refining_->now(); }
-  std::shared_ptr<const void> owner() const { return refining_->shared(); }
+  Simulation& now() { return *simulation_; }
+  const Simulation& now() const { return *simulation_; }
+  std::shared_ptr<const void> owner() const { return now().owner(); }
   const std::vector<std::string>& warnings() const { return warnings_; }
 
   SavedState save() const {
@@ -57,17 +62,15 @@ class Session {
 
   /// Makes another simulation, so that arrays that view the present one stay valid.
   void restore(const SavedState& saved) {
-    refuse_changing_mesh();
     BuiltScene built = build_scene(*scene_, *methods_);
     std::map<std::size_t, DrivenBody*> driven;
     for (const auto& [body, x] : saved.bodies) {
       driven[body] = &drive_body(built, body);
       driven[body]->place(x, saved.state.time);
     }
-    if (saved.state.x.size() != built.cloth.surface.vertices.size() ||
-        driven.size() != driven_.size())
+    if (driven.size() != driven_.size())
       throw std::invalid_argument("the saved state is not of this scene");
-    refining_.emplace(*scene_, std::move(built), saved.state, *methods_);
+    simulation_.emplace(*scene_, std::move(built), saved.state, *methods_);
     driven_ = std::move(driven);
   }
 
@@ -80,15 +83,6 @@ class Session {
     now().move_body(*driven->second, x);
   }
 
-  /// Forces and held vertices are numbered by vertices, which a change of the mesh renumbers.
-  void refuse_changing_mesh() const {
-    if (const std::string cause = mesh_change(*scene_); !cause.empty())
-      throw std::invalid_argument(
-          cause +
-          " changes the mesh; forces, held vertices, driven bodies and restored states need one "
-          "that stays");
-  }
-
   std::atomic<bool>& busy() { return busy_; }
 
  private:
@@ -96,7 +90,7 @@ class Session {
   SharedMethods methods_;
   std::vector<std::string> warnings_;
   std::map<std::size_t, DrivenBody*> driven_;
-  std::optional<RefiningSimulation> refining_;  // never empty; replaced by `restore`
+  std::optional<Simulation> simulation_;  // never empty; replaced by `restore`
   std::atomic<bool> busy_{false};
 };
 
@@ -184,23 +178,19 @@ void add_simulation(py::module_& m, const SharedMethods& methods) {
             const py::gil_scoped_release release;
             return std::make_unique<S>(std::move(scene), methods, driven);
           }))
-      .def("step", [](S& s) { unlocked(s, [&](Simulation&) { s.refining().step(); }); })
+      .def("step", [](S& s) { unlocked(s, [](Simulation& now) { now.step(); }); })
       .def("step_towards",
            [](S& s, int frame) {
-             return unlocked(s, [&](Simulation&) { return s.refining().step_towards(frame); });
+             return unlocked(s, [&](Simulation& now) { return now.step_towards(frame); });
            })
-      .def("begin_frame",
-           [](S& s) { unlocked(s, [&](Simulation&) { s.refining().begin_frame(); }); })
       .def("verify_frame", [](S& s) { unlocked(s, [](Simulation& now) { now.verify_frame(); }); })
       .def("reached", [](const S& s, int frame) { return s.now().reached(frame); })
       .def("set_forces",
            [](S& s, const Doubles& f) {
-             s.refuse_changing_mesh();
              unlocked(s, [&](Simulation& now) { now.set_forces(positions(f, "forces")); });
            })
       .def("hold",
            [](S& s, const Whole& vertices, const Doubles& x) {
-             s.refuse_changing_mesh();
              const std::span<const std::int32_t> list(vertices.data(),
                                                       static_cast<std::size_t>(vertices.size()));
              unlocked(s, [&](Simulation& now) { now.hold(list, positions(x, "x")); });
@@ -226,7 +216,7 @@ void add_simulation(py::module_& m, const SharedMethods& methods) {
       .def_property_readonly("nominal_end", [](const S& s) { return s.now().nominal_end(); })
       .def_property_readonly("last_step",
                              [](const S& s) {
-                               const auto& lengths = s.now().attempt_lengths();
+                               const auto& lengths = s.now().last_step().lengths;
                                return lengths.empty() ? 0.0 : lengths.back();
                              })
       .def_property_readonly("state_hash", [](const S& s) { return state_hash(s.now().state()); })
@@ -270,7 +260,7 @@ void add_simulation(py::module_& m, const SharedMethods& methods) {
       .def("contacts", &contact_table)
       .def("energies",
            [](S& s) { return unlocked(s, [](Simulation& now) { return now.energies(); }); })
-      .def("result_text", [](S& s) { return result_text(s.refining().result()); })
+      .def("result_text", [](S& s) { return result_text(s.now().result()); })
       .def_property_readonly("warnings", &S::warnings);
   std::vector<std::string> flags;
   for (int bit = 0; bit < kVertexFlags; ++bit) flags.emplace_back(flag_name(bit));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/run/replay.h>
+#include <selvedge/simulation/step_report.h>
 
 #include <limits>
 #include <stdexcept>
@@ -21,7 +22,7 @@ void check_bodies(const Simulation& simulation, const FailureBundle& bundle) {
 }
 
 bool is_stalled(const Simulation& simulation, const Scene& scene, const FailureBundle& bundle) {
-  const int attempts = static_cast<int>(simulation.attempt_lengths().size());
+  const int attempts = static_cast<int>(simulation.last_step().lengths.size());
   return bundle.kind == FailureKind::stalled &&
          is_near_smallest(bundle.state.control.halvings + attempts - 1, scene.time.max_halvings);
 }
@@ -42,7 +43,7 @@ StepReplay replay_step(Simulation& simulation, const Scene& scene, const Failure
     replay.failure = failed.kind;
     replay.cause = failed.what();
   }
-  replay.attempts = simulation.attempt_lengths();
+  replay.attempts = simulation.last_step().lengths;
   replay.state_hash = state_hash(simulation.state());
   replay.as_recorded = replay.failure == bundle.kind && replay.cause == bundle.cause &&
                        replay.attempts == bundle.attempts;

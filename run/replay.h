@@ -2,7 +2,9 @@
 #pragma once
 
 #include <selvedge/core/types.h>
+#include <selvedge/scene/scene.h>
 #include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
 
 #include <cstdint>
 #include <filesystem>

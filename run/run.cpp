@@ -11,8 +11,11 @@
 #include <selvedge/run/detail/run_limits.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/run/run.h>
-#include <selvedge/simulation/refinement.h>
+#include <selvedge/scene/build.h>
+#include <selvedge/simulation/mesh_change.h>
 #include <selvedge/simulation/run_result.h>
+#include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
 
 #include <algorithm>
 #include <cstdint>
@@ -62,11 +65,8 @@ class Run {
     if (config_.warning)
       for (const std::string& sentence : built.warnings) config_.warning(sentence);
     output_.emplace(scene_, config_.formats, config_.out, !mesh_change(scene_).empty());
-    refining_.emplace(scene_, std::move(built), config_.methods);
+    simulation_.emplace(scene_, std::move(built), config_.methods);
   }
-
-  Simulation& now() { return refining_->now(); }
-  const Simulation& now() const { return refining_->now(); }
 
   bool folder_exists() const {
     std::error_code ignored;  // if the name cannot be looked up, lock_folder reports the fault
@@ -104,18 +104,17 @@ class Run {
     check_missing_frames();
     make_folders();
     written_ = frame_ + 1;
-    refining_->restore(std::move(checkpoint.state), checkpoint.refined,
-                       std::move(checkpoint.result));
+    simulation_->resume(std::move(checkpoint.state), std::move(checkpoint.result));
     detail::write_scene(config_.out, scene_);
     detail::remove_leftovers(config_.out);
-    detail::remove_beyond(config_.out, config_.formats, frame_, now().state().step);
+    detail::remove_beyond(config_.out, config_.formats, frame_, simulation_->state().step);
     resumed_ = true;
   }
 
   /// The state comes from the checkpoint, so the run can continue without its earlier frames,
   /// unless files of all frames are to be written.
   void check_missing_frames() const {
-    const std::vector<int> missing = output_->missing_frames(now(), frame_);
+    const std::vector<int> missing = output_->missing_frames(*simulation_, frame_);
     if (missing.empty()) return;
     const std::string fault = fmt::format(
         "{}: {} of the {} frames before the checkpoint {} missing, the first is frame {}; ",
@@ -144,17 +143,16 @@ class Run {
   }
 
   void advance() {
-    limits_.emplace(scene_, config_, now().state().step);
+    limits_.emplace(scene_, config_, simulation_->state().step);
     if (resumed_) {
-      output_->resume(now(), frame_);
+      output_->resume(*simulation_, frame_);
     } else {
       write_step();
       write_frame();
     }
     while (frame_ < scene_.time.frames && !stop_requested()) {
-      begin_frame();
-      while (!now().reached(frame_ + 1)) make_step();
-      now().verify_frame();
+      while (!simulation_->reached(frame_ + 1)) make_step();
+      simulation_->verify_frame();
       ++frame_;
       write_frame();
     }
@@ -164,27 +162,20 @@ class Run {
 
   bool stop_requested() const { return config_.stop != nullptr && config_.stop->load(); }
 
-  /// The exchange of the mesh counts as a step, so every state of steps/ has one surface. The frame
-  /// that is being written refers to the triangles of the simulation that ends there.
-  void begin_frame() {
-    refining_->begin_frame(
-        {.before = [this] { settle_frame(); }, .after = [this] { write_step(); }});
-  }
-
   void make_step() {
-    limits_->before_step(now(), clock_.seconds());
-    const std::int64_t before = now().state().step;
-    now().step_towards(frame_ + 1);
+    limits_->before_step(*simulation_, clock_.seconds());
+    const std::int64_t before = simulation_->state().step;
+    simulation_->step_towards(frame_ + 1);
     if (writing_.is_pending() && writing_.is_done()) settle_frame();
-    if (now().state().step == before) return;  // the cloth sleeps
+    if (simulation_->state().step == before) return;  // the cloth sleeps
     write_step();
-    limits_->after_step(now());
+    limits_->after_step(*simulation_);
   }
 
   void write_step() {
     if (!config_.every_step) return;
     const Stopwatch watch;
-    output_->write_step(now(), static_cast<int>(now().state().step));
+    output_->write_step(*simulation_, static_cast<int>(simulation_->state().step));
     output_s_ += watch.seconds();
   }
 
@@ -195,7 +186,7 @@ class Run {
     settle_frame();
     const Stopwatch watch;
     written_ = frame_;
-    writing_.start([this, copy = output_->copy_frame(now(), frame_), r = result()] {
+    writing_.start([this, copy = output_->copy_frame(*simulation_, frame_), r = result()] {
       output_->write_frame(copy);
       detail::write_checkpoint(config_.out, copy.number, copy, r);
     });
@@ -217,8 +208,8 @@ class Run {
   }
 
   void write_checkpoint() {
-    detail::write_checkpoint(config_.out, frame_, output_->copy_frame(now(), frame_), result(),
-                             refining_->frame_has_begun());
+    detail::write_checkpoint(config_.out, frame_, output_->copy_frame(*simulation_, frame_),
+                             result());
   }
 
   // -- the end ------------------------------------------------------------------------------------
@@ -227,7 +218,7 @@ class Run {
 
   /// So far, including the parts of the run before a resume.
   RunResult result() const {
-    RunResult r = refining_->result();
+    RunResult r = simulation_->result();
     r.wall_s += clock_.seconds();
     r.phase_s["output"] += output_s_;
     r.peak_bytes = std::max(r.peak_bytes, peak_bytes());
@@ -240,7 +231,7 @@ class Run {
     output_->finish();
     RunResult r = result();
     // The measures build the forces once more, so the solver goes first.
-    const FinalState end = std::move(now()).end();
+    const FinalState end = std::move(*simulation_).end();
     r.measures =
         final_measures(scene_, end.built, {end.state.x, end.state.v, end.mass, end.state.time},
                        config_.methods.force_laws);
@@ -257,7 +248,7 @@ class Run {
         write_checkpoint();
       else
         output_->finish();  // else the run ends as one without a failure does
-      detail::write_failure_bundle(bundle(), scene_, now(), failure);
+      detail::write_failure_bundle(bundle(), scene_, *simulation_, failure);
     } catch (const std::exception& error) {
       if (config_.warning)
         config_.warning(std::string("the failure could not be recorded: ") + error.what());
@@ -277,7 +268,7 @@ class Run {
   const RunConfig& config_;
   Stopwatch clock_;
   std::optional<FolderLock> lock_;
-  std::optional<RefiningSimulation> refining_;
+  std::optional<Simulation> simulation_;
   std::optional<detail::FrameOutput> output_;
   std::optional<detail::RunLimits> limits_;
   int frame_ = 0;    // last complete one

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <selvedge/run/frame_writer.h>
+#include <selvedge/scene/methods.h>
+#include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
 
 #include <atomic>

@@ -64,7 +64,7 @@ PairStage Inquiry::pair_stage(const ContactPoint& c, const std::string& name,
 
 Explanation explain_step(const Scene& scene, const Simulation& simulation,
                          const RecordedAttempt& attempt) {
-  return detail::Inquiry({scene, simulation.names(), simulation.rejected_attempt(), attempt,
+  return detail::Inquiry({scene, simulation.names(), simulation.last_step().rejected, attempt,
                           simulation.state().v, simulation.cloth_triangles()})
       .explain();
 }

@@ -3,8 +3,13 @@
 // What a program sets between steps: forces, held particles, and the vertices of bodies.
 #include <fmt/format.h>
 #include <selvedge/bodies/driven_body.h>
+#include <selvedge/scene/build.h>
+#include <selvedge/simulation/detail/mesh_changes.h>
 #include <selvedge/simulation/detail/simulation_parts.h>
+#include <selvedge/simulation/mesh_change.h>
+#include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
 
 #include <algorithm>
 #include <stdexcept>
@@ -43,7 +48,16 @@ double Simulation::nominal_end() const {
   return static_cast<double>(control.done + control.span) * parts_->nominal_step();
 }
 
+// They are numbered by vertices and bodies, which a change of the mesh replaces.
+void Simulation::refuse_changing_mesh() const {
+  if (!changes_) return;
+  throw std::invalid_argument(
+      mesh_change(changes_->scene) +
+      " changes the mesh; forces, held vertices and driven bodies need one that stays");
+}
+
 void Simulation::set_forces(std::span<const Vec3> forces) {
+  refuse_changing_mesh();
   if (!forces.empty() && forces.size() != parts_->n())
     throw std::invalid_argument(fmt::format("forces: {} are given for {} vertices of the cloth",
                                             forces.size(), parts_->n()));
@@ -54,6 +68,7 @@ void Simulation::set_forces(std::span<const Vec3> forces) {
 }
 
 void Simulation::hold(std::span<const std::int32_t> vertices, std::span<const Vec3> x) {
+  refuse_changing_mesh();
   if (vertices.size() != x.size())
     throw std::invalid_argument(
         fmt::format("{} positions are given for {} vertices to hold", x.size(), vertices.size()));
@@ -83,6 +98,7 @@ void Simulation::release_all() {
 }
 
 void Simulation::move_body(DrivenBody& body, std::span<const Vec3> x) {
+  refuse_changing_mesh();
   const auto& bodies = parts_->built.bodies;
   if (std::none_of(bodies.begin(), bodies.end(), [&](const auto& b) { return b.get() == &body; }))
     throw std::invalid_argument("the body to move is not a body of this simulation");

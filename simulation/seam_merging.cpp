@@ -5,7 +5,9 @@
 #include <fmt/format.h>
 #include <selvedge/scene/adaptive_cloth.h>
 #include <selvedge/simulation/detail/way_collisions.h>
-#include <selvedge/simulation/refinement.h>
+#include <selvedge/simulation/mesh_change.h>
+#include <selvedge/simulation/seam_merging.h>
+#include <selvedge/simulation/simulation_state.h>
 
 #include <algorithm>
 #include <numeric>

@@ -1,43 +1,45 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/scene/build.h>
+#include <selvedge/simulation/detail/mesh_changes.h>
 #include <selvedge/simulation/detail/simulation_parts.h>
-#include <selvedge/simulation/refinement.h>
+#include <selvedge/simulation/mesh_change.h>
 #include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
+#include <selvedge/simulation/step_report.h>
 
 #include <stdexcept>
 #include <utility>
 
 namespace selvedge {
-namespace {
 
-const Scene& with_one_mesh(const Scene& scene) {
-  if (const std::string cause = mesh_change(scene); !cause.empty())
-    throw std::invalid_argument(
-        cause +
-        " changes the mesh between frames, which Simulation does not: make a RefiningSimulation or "
-        "call run_scene; with_fixed_mesh(scene) leaves the changes out");
-  return scene;
-}
-
-}  // namespace
-
+Simulation::Simulation(const Scene& scene) : Simulation(scene, Methods{}) {}
 Simulation::Simulation(const Scene& scene, const Methods& methods)
-    : Simulation(with_one_mesh(scene), build_scene(scene, methods), methods) {}
-Simulation::Simulation(const Scene& scene, BuiltScene built, const Methods& methods)
-    : parts_(std::make_unique<Parts>(with_one_mesh(scene), std::move(built), methods)) {
+    : Simulation(scene, build_scene(scene, methods), methods) {}
+Simulation::Simulation(const Scene& scene, BuiltScene built)
+    : Simulation(scene, std::move(built), Methods{}) {}
+Simulation::Simulation(const Scene& scene, BuiltScene built, const Methods& methods) {
+  if (!mesh_change(scene).empty()) changes_ = std::make_unique<MeshChanges>(scene, built, methods);
+  parts_ = std::make_shared<Parts>(with_fixed_mesh(scene), std::move(built), methods);
   parts_->start(methods);
 }
+Simulation::Simulation(const Scene& scene, BuiltScene built, SimulationState state)
+    : Simulation(scene, std::move(built), std::move(state), Methods{}) {}
 Simulation::Simulation(const Scene& scene, BuiltScene built, SimulationState state,
-                       const Methods& methods)
-    : parts_(std::make_unique<Parts>(with_one_mesh(scene), std::move(built), methods)) {
-  if (state.memory.empty()) state.memory = parts_->state.memory;
-  parts_->start_untangling();
-  parts_->restore(std::move(state));
-  parts_->note_strain();
+                       const Methods& methods) {
+  if (!mesh_change(scene).empty()) changes_ = std::make_unique<MeshChanges>(scene, built, methods);
+  if (changes_ && has_changes(state)) {
+    changes_->refinement.repeat(state);
+    parts_ = changes_->parts_at(changes_->refinement, std::move(state));
+  } else {
+    parts_ = std::make_shared<Parts>(with_fixed_mesh(scene), std::move(built), methods);
+    parts_->continue_at(std::move(state));
+  }
 }
 Simulation::~Simulation() = default;
 
 void Simulation::step() {
+  if (change_mesh()) return;
   parts_->threads.run([&] { parts_->make_step(parts_->control()); });
 }
 
@@ -48,9 +50,11 @@ bool Simulation::step_towards(int frame) {
 }
 
 void Simulation::advance_to_frame(int frame, const std::function<void(double)>& accepted) {
-  while (step_towards(frame))
+  if (reached(frame)) verify_frame();
+  while (step_towards(frame)) {
     if (accepted) accepted(parts_->state.time);
-  verify_frame();
+    if (is_at_frame()) verify_frame();
+  }
 }
 
 bool Simulation::reached(int frame) const {
@@ -84,11 +88,28 @@ std::map<std::string, double> Simulation::energies() const {
 }
 
 const SimulationState& Simulation::state() const { return parts_->state; }
-void Simulation::restore(SimulationState state) { parts_->restore(std::move(state)); }
-void Simulation::continue_sums(RunResult& before) { parts_->continue_sums(before); }
 
-const std::vector<double>& Simulation::attempt_lengths() const { return parts_->attempts.lengths; }
-const RejectedAttempt& Simulation::rejected_attempt() const { return parts_->attempts.failed; }
+// A scene has one history of changes, so that the mesh follows from their number.
+bool Simulation::is_of_present_mesh(const SimulationState& state) const {
+  const SimulationState& now = parts_->state;
+  return !changes_ ||
+         (state.splits.size() == now.splits.size() && state.merges.size() == now.merges.size());
+}
+
+void Simulation::restore(SimulationState state) {
+  if (is_of_present_mesh(state)) return parts_->restore(std::move(state));
+  RunResult before = parts_->present_result();
+  changes_->repeat(state, build_scene(changes_->scene, changes_->methods));
+  parts_ = changes_->parts_at(changes_->refinement, std::move(state));
+  parts_->continue_from(std::move(before));
+}
+
+void Simulation::resume(SimulationState state, RunResult before) {
+  restore(std::move(state));
+  parts_->continue_from(std::move(before));
+}
+
+const StepReport& Simulation::last_step() const { return parts_->attempts; }
 const VertexNames& Simulation::names() const { return parts_->methods.names; }
 void Simulation::set_trace(const StepTrace* trace) { parts_->methods.trace = trace; }
 std::vector<std::uint8_t> Simulation::flags() const { return parts_->flags(); }
@@ -106,6 +127,8 @@ bool Simulation::bodies_move() const {
   return detail::bodies_move(parts_->built, 0.0,
                              parts_->scene.time.frames / parts_->scene.time.fps);
 }
+
+std::shared_ptr<const void> Simulation::owner() const { return parts_; }
 
 RunResult Simulation::result() const { return parts_->present_result(); }
 

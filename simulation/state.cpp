@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
 
 #include <cstdint>
 #include <cstdio>

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <selvedge/bodies/body.h>
 #include <selvedge/scene/build.h>
+#include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
 
 #include <algorithm>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/run/run.h>
-#include <selvedge/simulation/refinement.h>
+#include <selvedge/scene/build.h>
+#include <selvedge/simulation/simulation.h>
 
 #include <gtest/gtest.h>
 
@@ -58,7 +59,7 @@ TEST(Experiments, EachIsReadAndStartsWithoutACrossing) {
     const Scene scene = read_scene(entry.path());
     EXPECT_EQ(scene.name, entry.path().stem().string());
     const Methods methods;
-    EXPECT_NO_THROW(RefiningSimulation(scene, build_scene(scene), methods)) << scene.name;
+    EXPECT_NO_THROW(Simulation(scene, methods)) << scene.name;
   }
 }
 

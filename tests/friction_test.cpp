@@ -4,7 +4,10 @@
 // runs.
 #include <gtest/gtest.h>
 #include <selvedge/response/detail/contact_memory.h>
+#include <selvedge/scene/build.h>
 #include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
+#include <selvedge/simulation/step_report.h>
 
 #include <algorithm>
 #include <array>
@@ -72,7 +75,7 @@ double friction_limit(const Simulation& simulation) {
   double sum = 0.0;
   for (const StepContact& c : simulation.contacts())
     sum += c.point.friction * c.point.normal.dot(c.impulse);
-  return sum / simulation.attempt_lengths().back();
+  return sum / simulation.last_step().lengths.back();
 }
 
 /// The load with which the strip pulls at this share of what friction can hold, kg.
@@ -138,7 +141,7 @@ TEST(StaticFriction, AStripThatSlidesOutOfJawsIsBrakedAsCoulombSays) {
                  weight = kGravity * std::accumulate(mass.begin(), mass.end(), 0.0);
     double time = 0.0, braking = 0.0;  // s, N·s
     simulation.advance_to_frame(kReleased + 5, [&](double) {
-      const double h = simulation.attempt_lengths().back();
+      const double h = simulation.last_step().lengths.back();
       time += h;
       braking += h * friction_limit(simulation);
     });

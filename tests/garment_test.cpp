@@ -5,6 +5,7 @@
 #include <selvedge/core/cloth_mesh.h>
 #include <selvedge/core/measure.h>
 #include <selvedge/run/run.h>
+#include <selvedge/simulation/simulation_state.h>
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/scene/scene.h>
+#include <selvedge/simulation/simulation_state.h>
 #include <selvedge/tests/grips.h>
 
 namespace selvedge::grip_test {

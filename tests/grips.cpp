@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/simulation/simulation_state.h>
 #include <selvedge/tests/grips.h>
 
 #include <selvedge/bodies/driven_body.h>

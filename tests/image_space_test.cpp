@@ -7,7 +7,9 @@
 #include <selvedge/core/parallel.h>
 #include <selvedge/core/types.h>
 #include <selvedge/scene/methods.h>
+#include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/step_report.h>
 #include <selvedge/tools/mannequin.h>
 
 #include <Eigen/Geometry>

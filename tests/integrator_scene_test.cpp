@@ -3,7 +3,10 @@
 // Every integrator and every strain limiter in whole scenes.
 #include <gtest/gtest.h>
 #include <selvedge/run/detail/checkpoint.h>
+#include <selvedge/scene/build.h>
+#include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
 
 #include <cmath>
 #include <cstdio>

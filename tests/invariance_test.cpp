@@ -2,7 +2,10 @@
 // What must not depend on who looks, and what must not move: the same scene in a frame that moves
 // at constant velocity, and bodies that cloth pushes.
 #include <gtest/gtest.h>
+#include <selvedge/scene/build.h>
+#include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
 
 #include <algorithm>
 #include <cmath>

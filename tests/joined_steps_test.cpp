@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
+#include <selvedge/scene/build.h>
 #include <selvedge/simulation/detail/joined_steps.h>
 #include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
 
 #include <cmath>
 #include <numbers>

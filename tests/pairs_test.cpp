@@ -2,7 +2,9 @@
 // Values of single pairs of surfaces (contact.pairs): friction, rest gap, whether they collide.
 #include <gtest/gtest.h>
 #include <selvedge/scene/build.h>
+#include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
 
 #include <algorithm>
 #include <cmath>

@@ -3,8 +3,10 @@
 // and the same counts, so that what was left out would have done nothing; what is refused is
 // refused by both in the same words.
 #include <gtest/gtest.h>
-#include <selvedge/simulation/refinement.h>
+#include <selvedge/scene/build.h>
+#include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
 
 #include <algorithm>
 #include <cctype>
@@ -51,13 +53,12 @@ Shadow run(Scene scene, bool proofs) {
   const Methods methods;
   Shadow shadow;
   try {
-    RefiningSimulation simulation(scene, build_scene(scene), methods);
+    Simulation simulation(scene, methods);
     try {
       double done = 0.0;
       for (int frame = 0; frame < scene.time.frames && goes_on(frame, done); ++frame) {
-        simulation.advance_to_frame(frame + 1, [&](double) {
-          done += static_cast<double>(simulation.now().state().x.size());
-        });
+        simulation.advance_to_frame(
+            frame + 1, [&](double) { done += static_cast<double>(simulation.state().x.size()); });
       }
     } catch (const std::runtime_error& error) {  // a step that cannot be made clean
       shadow.stopped = error.what();

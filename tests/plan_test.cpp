@@ -4,10 +4,13 @@
 #include <gtest/gtest.h>
 #include <selvedge/narrowphase/ccd_methods.h>
 #include <selvedge/narrowphase/distance.h>
+#include <selvedge/scene/build.h>
 #include <selvedge/simulation/detail/idle_proofs.h>
 #include <selvedge/simulation/detail/strain_reach.h>
 #include <selvedge/simulation/plan.h>
+#include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>

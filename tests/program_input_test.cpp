@@ -4,7 +4,10 @@
 #include <selvedge/bodies/driven_body.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/scene/build.h>
+#include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
+#include <selvedge/simulation/step_report.h>
 
 #include <algorithm>
 #include <limits>

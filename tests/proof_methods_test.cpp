@@ -4,6 +4,8 @@
 // small scenes give the same bits and counts with proofs and without.
 #include <gtest/gtest.h>
 #include <selvedge/core/fabric_laws.h>
+#include <selvedge/scene/scene.h>
+#include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
 
 #include <functional>

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: MIT
 //
-// Frames of scenes whose mesh changes begin in one place: steps in memory, runs and resumed runs
-// have the same bits and counters, and a Simulation refuses such scenes.
+// Scenes whose mesh changes: steps in memory, runs and resumed runs have the same bits and
+// counters.
 #include <gtest/gtest.h>
 #include <selvedge/run/run.h>
-#include <selvedge/simulation/refinement.h>
+#include <selvedge/scene/build.h>
+#include <selvedge/simulation/mesh_change.h>
+#include <selvedge/simulation/run_result.h>
+#include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
+#include <selvedge/simulation/step_report.h>
 
 #include <cstdint>
 #include <stdexcept>
@@ -20,10 +25,9 @@ class RefiningSimulations : public SceneRuns {};
 
 /// The hash after all frames of a scene that is stepped in memory.
 std::string hash_in_memory(const Scene& scene) {
-  const Methods methods;
-  RefiningSimulation simulation(scene, build_scene(scene), methods);
+  Simulation simulation(scene);
   simulation.advance_to_frame(scene.time.frames);
-  return state_hash(simulation.now().state());
+  return state_hash(simulation.state());
 }
 
 TEST_F(RefiningSimulations, StepsInMemorySplitAndJoinToTheBitsOfARun) {
@@ -35,32 +39,61 @@ TEST_F(RefiningSimulations, StepsInMemorySplitAndJoinToTheBitsOfARun) {
   }
 }
 
-TEST_F(RefiningSimulations, SingleStepsBeginTheFramesThatTheyStartFrom) {
+TEST_F(RefiningSimulations, AChangeOfTheMeshIsAStepOnceAtAFrame) {
   const Scene s = read(kSagging, {{"time.frames", "45"}});
-  const Methods methods;
-  RefiningSimulation simulation(s, build_scene(s), methods);
-  while (!simulation.now().reached(45)) simulation.step();
+  Simulation simulation(s);
+  int changes = 0;
+  while (!simulation.reached(45)) {
+    const double before = simulation.time();
+    simulation.step();
+    if (simulation.time() > before) continue;
+    ++changes;
+    EXPECT_TRUE(simulation.is_at_frame());
+    EXPECT_TRUE(simulation.last_step().lengths.empty());
+    simulation.step();
+    EXPECT_GT(simulation.time(), before) << "once at each frame";
+  }
+  EXPECT_GT(changes, 0);
   const RunResult result = simulation.result();
   EXPECT_GT(result.counters.at("joined_cells"), 0.0);
   EXPECT_EQ(result.state_hash, hash_in_memory(s));
-  simulation.begin_frame();
-  const std::int64_t steps = simulation.now().state().step;
-  simulation.begin_frame();
-  EXPECT_EQ(simulation.now().state().step, steps) << "a frame begins once";
 }
 
-TEST_F(RefiningSimulations, ASimulationWithOneMeshRefusesThem) {
+TEST_F(RefiningSimulations, AStateOfAnotherMeshIsRestoredToTheSameBits) {
   const Scene s = read(over_ball(kCurved));
-  for (int constructor = 0; constructor < 3; ++constructor) try {
-      if (constructor == 0) Simulation simulation(s);
-      if (constructor == 1) Simulation simulation(s, build_scene(s));
-      if (constructor == 2) Simulation simulation(s, build_scene(s), SimulationState{});
-      ADD_FAILURE() << constructor;
-    } catch (const std::invalid_argument& error) {
-      EXPECT_SAYS(std::string(error.what()), "\"refine\" changes the mesh");
-      EXPECT_SAYS(std::string(error.what()), "RefiningSimulation");
-    }
-  EXPECT_NO_THROW(Simulation(with_fixed_mesh(s), build_scene(s)));
+  Simulation simulation(s);
+  const SimulationState start = simulation.state();
+  simulation.advance_to_frame(9);
+  const SimulationState refined = simulation.state();
+  ASSERT_GT(refined.x.size(), start.x.size());
+  simulation.advance_to_frame(s.time.frames);
+  const std::string end = state_hash(simulation.state());
+  for (const SimulationState& state : {refined, start}) {
+    simulation.restore(state);
+    EXPECT_EQ(simulation.time(), state.time);
+    simulation.advance_to_frame(s.time.frames);
+    EXPECT_EQ(state_hash(simulation.state()), end);
+  }
+}
+
+TEST_F(RefiningSimulations, ArraysOfAnEarlierMeshStayWithTheirOwner) {
+  Simulation simulation(read(over_ball(kCurved)));
+  const auto owner = simulation.owner();
+  const auto triangles = simulation.cloth_triangles();
+  const Triangle first = triangles[0];
+  simulation.advance_to_frame(9);
+  ASSERT_NE(simulation.owner(), owner);
+  EXPECT_EQ(triangles[0], first);
+}
+
+TEST_F(RefiningSimulations, InputsOnAMeshThatChangesAreRefused) {
+  Simulation simulation(read(over_ball(kCurved)));
+  try {
+    simulation.set_forces({});
+    ADD_FAILURE();
+  } catch (const std::invalid_argument& error) {
+    EXPECT_SAYS(std::string(error.what()), "\"refine\" changes the mesh");
+  }
 }
 
 TEST_F(RefiningSimulations, TheCountersOfAResumedRunGoOn) {

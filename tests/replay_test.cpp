@@ -7,6 +7,7 @@
 #include <selvedge/run/result_folder.h>
 #include <selvedge/run/run.h>
 #include <selvedge/simulation/explain_step.h>
+#include <selvedge/simulation/step_report.h>
 
 #include <algorithm>
 #include <filesystem>

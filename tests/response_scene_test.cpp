@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/simulation/detail/energy_balance.h>
+#include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
 
 #include <algorithm>
 #include <cmath>

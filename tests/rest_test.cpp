@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Rest and friction of the default contact; `bench rest` prints the same figures for longer runs.
 #include <gtest/gtest.h>
+#include <selvedge/scene/build.h>
+#include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
 
 #include <algorithm>
 #include <cmath>

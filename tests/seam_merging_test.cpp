@@ -7,7 +7,12 @@
 #include <selvedge/core/parallel.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/run/run.h>
-#include <selvedge/simulation/refinement.h>
+#include <selvedge/scene/build.h>
+#include <selvedge/simulation/mesh_change.h>
+#include <selvedge/simulation/run_result.h>
+#include <selvedge/simulation/seam_merging.h>
+#include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
 
 #include <algorithm>
 #include <cmath>
@@ -161,21 +166,10 @@ TEST_F(SeamScenes, OneThreadAndTwoGiveTheSameBits) {
 
 TEST_F(SeamScenes, StepsInMemoryMergeToTheBitsOfARun) {
   const Scene s = read(panels(kMerge));
-  const Methods methods;
-  RefiningSimulation simulation(s, build_scene(s), methods);
+  Simulation simulation(s);
   simulation.advance_to_frame(s.time.frames);
   EXPECT_EQ(simulation.result().counters.at("merged_pairs"), 4.0);
   EXPECT_EQ(simulation.result().state_hash, run_scene(s, config_).state_hash);
-}
-
-TEST_F(SeamScenes, ASimulationWithOneMeshRefusesThem) {
-  const Scene s = read(panels(kMerge));
-  try {
-    Simulation simulation(s);
-    ADD_FAILURE();
-  } catch (const std::invalid_argument& error) {
-    EXPECT_SAYS(std::string(error.what()), "seam \"middle\": \"merge\" changes the mesh");
-  }
 }
 
 /// The panels of `panels` at the start of a simulation in which their sides are 2 mm apart.

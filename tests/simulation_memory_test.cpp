@@ -2,6 +2,8 @@
 // A scene made in code, stepped and read without a file.
 #include <gtest/gtest.h>
 #include <selvedge/run/run.h>
+#include <selvedge/simulation/simulation_state.h>
+#include <selvedge/simulation/step_report.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -126,7 +128,7 @@ TEST(SimulationInMemory, ContactsOfClothAtRestCarryItsWeight) {
     }());
     EXPECT_NEAR(c.gap, c.point.normal.dot(apart), 1e-15);
   }
-  const double of_weight = weight * simulation.attempt_lengths().back();
+  const double of_weight = weight * simulation.last_step().lengths.back();
   EXPECT_NEAR(impulse, momentum() - before + of_weight, 0.02 * of_weight);
 }
 

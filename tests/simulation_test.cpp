@@ -6,7 +6,9 @@
 #include <selvedge/scene/build.h>
 #include <selvedge/simulation/detail/turning_bodies.h>
 #include <selvedge/simulation/detail/useful_threads.h>
+#include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
 #include <unistd.h>
 
 #include <chrono>

@@ -4,7 +4,10 @@
 #include <selvedge/bodies/driven_body.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/simulation/detail/sleep.h>
+#include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
+#include <selvedge/simulation/step_report.h>
 
 #include <algorithm>
 #include <cmath>
@@ -85,11 +88,11 @@ TEST(Sleep, ClothAtRestKeepsItsPlaceAndTakesNoSteps) {
   EXPECT_NEAR(simulation.time(), (frame + 60) / 60.0, 1e-12);
   EXPECT_TRUE(simulation.result().clean);
   EXPECT_FALSE(simulation.contacts().empty()) << "it still rests on the plate";
-  ASSERT_FALSE(simulation.attempt_lengths().empty()) << "their impulses are of the last step";
+  ASSERT_FALSE(simulation.last_step().lengths.empty()) << "their impulses are of the last step";
   double push = 0.0, weight = 0.0;
   for (const StepContact& c : simulation.contacts()) push += c.impulse.z();
   for (const double m : simulation.mass()) weight += 9.81 * m;
-  EXPECT_NEAR(push / simulation.attempt_lengths().back(), weight, 0.1 * weight);
+  EXPECT_NEAR(push / simulation.last_step().lengths.back(), weight, 0.1 * weight);
 }
 
 TEST(Sleep, TheFirstHalfSecondOfRestIsComputed) {

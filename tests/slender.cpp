@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/force.h>
 #include <selvedge/core/integrator.h>
+#include <selvedge/scene/scene.h>
 #include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/step_report.h>
 #include <selvedge/tests/slender.h>
 
 #include <Eigen/Cholesky>

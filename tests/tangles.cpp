@@ -3,6 +3,7 @@
 
 #include <selvedge/judge/judge.h>
 #include <selvedge/scene/build.h>
+#include <selvedge/simulation/simulation_state.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>

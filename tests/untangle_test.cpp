@@ -2,9 +2,12 @@
 #include <gtest/gtest.h>
 #include <selvedge/core/parallel.h>
 #include <selvedge/detection/find.h>
+#include <selvedge/scene/build.h>
 #include <selvedge/simulation/detail/contours.h>
 #include <selvedge/simulation/detail/vertex_flags.h>
+#include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
 #include <selvedge/tests/tangles.h>
 
 #include <algorithm>

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <selvedge/compare/stability.h>
+#include <selvedge/scene/scene.h>
+#include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
 
 #include <filesystem>

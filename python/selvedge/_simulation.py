@@ -178,7 +178,8 @@ class Simulation:
     # -- stepping -----------------------------------------------------------------------------
 
     def step(self) -> None:
-        """Makes one accepted step: a nominal step, or the next part of one that was halved.
+        """Makes one accepted step: a nominal step, the next part of one that was halved, or the
+        change of the mesh that is due at a frame.
 
         Raises:
             SimulationFailed: no clean step is possible.
@@ -206,7 +207,6 @@ class Simulation:
         core = self._core
         frame = whole(frame, "frame")
         while self._frame < frame:
-            core.begin_frame()
             while not core.reached(self._frame + 1):
                 if before_step is not None:
                     before_step(self)

@@ -249,6 +249,7 @@ void write_fields_without_memory(const SimulationState& state, Json& json) {
   if (!state.pinches.empty()) json["pinches"] = to_json(state.pinches);
   json["splits"] = to_json(state.splits);
   json["merges"] = to_json(state.merges);
+  json["refined"] = state.refined;
 }
 
 // Adds the memory to the text of an object. Its digits need no escapes, and the search for
@@ -295,15 +296,14 @@ void read_state_fields(const Value& json, SimulationState& state) {
   if (json.has("contact_memory")) state.contact_memory = memory_at(json["contact_memory"]);
   if (json.has("splits")) state.splits = splits_from(json["splits"]);
   if (json.has("merges")) state.merges = merges_from(json["merges"]);
+  state.refined = json.flag_or("refined", false);
 }
 
 void write_checkpoint(const fs::path& out, int frame, const StateCopy& copy,
-                      const RunResult& result, bool refined) {
+                      const RunResult& result) {
   write_ply(out / "checkpoint.ply", copy.state.x, copy.triangles, state_values(copy.state));
-  Json checkpoint = {{"frame", frame},
-                     {"refined", refined},
-                     {"state_hash", result.state_hash},
-                     {"result", checkpoint_json(result)}};
+  Json checkpoint = {
+      {"frame", frame}, {"state_hash", result.state_hash}, {"result", checkpoint_json(result)}};
   write_fields_without_memory(copy.state, checkpoint);
   write_text(out / "checkpoint.json", with_memory(checkpoint.dump(2), copy.state));
 }
@@ -314,7 +314,6 @@ Checkpoint checkpoint_from(const Value& json, const fs::path& out) {
   Checkpoint checkpoint;
   constexpr int kMostFrames = 99'999;  // as in the schema
   checkpoint.frame = json["frame"].whole<int>(0, kMostFrames);
-  checkpoint.refined = json.flag_or("refined", false);  // older checkpoints do not say
   const std::string hash = json["state_hash"].text();
   // checkpoint.ply is written just before checkpoint.json. If a run was killed between the two, its
   // frame or its failure bundle still holds the state that belongs to checkpoint.json.

@@ -3,10 +3,13 @@
 
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/core/json_value.h>
+#include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
@@ -20,8 +23,7 @@ using Value = JsonValue<Json>;
 
 /// The point from which a run can be resumed.
 struct Checkpoint {
-  int frame = 0;         ///< last one written
-  bool refined = false;  ///< the splits, merges and joins due at that frame have been made
+  int frame = 0;  ///< last one written
   SimulationState state;
   RunResult result;  ///< of the run so far; only the fields that a checkpoint keeps
 };
@@ -35,13 +37,14 @@ struct StateCopy {
   std::vector<std::uint8_t> flags;
   std::vector<double> pressure;                         ///< Pa per vertex; empty: not wanted
   std::vector<Vec3> bodies;                             ///< m; empty if the bodies are not due
-  std::span<const Triangle> triangles, body_triangles;  ///< of the simulation, which must live on
+  std::span<const Triangle> triangles, body_triangles;  ///< of `owner`
+  std::shared_ptr<const void> owner;
 };
 
 /// Writes checkpoint.ply and checkpoint.json into the result folder `out`. `result`: of the run up
-/// to that state, with its hash. `refined`: see Checkpoint.
+/// to that state, with its hash.
 void write_checkpoint(const std::filesystem::path& out, int frame, const StateCopy& copy,
-                      const RunResult& result, bool refined = false);
+                      const RunResult& result);
 /// Throws std::invalid_argument with file, fault and remedy if there is no checkpoint or it is
 /// damaged.
 Checkpoint read_checkpoint(const std::filesystem::path& out);
@@ -63,7 +66,7 @@ std::optional<SimulationState> read_state(const std::filesystem::path& file,
                                           const std::string& hash);
 
 /// Writes the parts of a state that no PLY file holds into a JSON object: time, step, control,
-/// tangles, memory, splits and merges.
+/// tangles, memory, splits and merges, and whether they are made.
 void write_state_fields(const SimulationState& state, Json& json);
 /// Reads them. Only time and step are required, because older checkpoints have only these. Throws
 /// JsonFault for a wrong type and std::invalid_argument for damaged memory.

@@ -4,6 +4,7 @@
 #include <selvedge/run/detail/failure_bundle.h>
 #include <selvedge/run/detail/offenders.h>
 #include <selvedge/run/detail/run_folder.h>
+#include <selvedge/simulation/step_report.h>
 
 #include <algorithm>
 #include <array>
@@ -119,7 +120,7 @@ Json listed_pairs(const RejectedAttempt& failed, const VertexNames& names) {
 Json failure_json(const Scene& scene, const Simulation& simulation,
                   const SimulationFailed& failure) {
   const SimulationState& state = simulation.state();
-  const RejectedAttempt& failed = simulation.rejected_attempt();
+  const RejectedAttempt& failed = simulation.last_step().rejected;
   Json json = {{"format", kFormat},
                {"kind", failure_name(failure.kind)},
                {"cause", failure.what()},
@@ -127,7 +128,7 @@ Json failure_json(const Scene& scene, const Simulation& simulation,
                {"state_hash", state_hash(state)},
                {"bodies_hash", bodies_hash(simulation)},
                {"particles", state.x.size()},
-               {"attempts_s", simulation.attempt_lengths()},
+               {"attempts_s", simulation.last_step().lengths},
                {"colliding_pairs", failed.pairs.size()},
                {"pairs", listed_pairs(failed, simulation.names())}};
   write_state_fields(state, json);

@@ -3,6 +3,7 @@
 #include <selvedge/run/detail/frame_output.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/scene/scene.h>
+#include <selvedge/simulation/step_report.h>
 
 #include <cmath>
 #include <stdexcept>
@@ -42,7 +43,7 @@ bool wants_pressure(const OutputSpec& output) {
 std::vector<double> contact_pressure(const Simulation& simulation) {
   const auto x = simulation.positions();
   std::vector<double> pressure(x.size(), 0.0);
-  const std::vector<double>& lengths = simulation.attempt_lengths();
+  const std::vector<double>& lengths = simulation.last_step().lengths;
   if (lengths.empty()) return pressure;
   for (const StepContact& c : simulation.contacts()) {
     const double impulse = c.impulse.dot(c.point.normal);
@@ -91,7 +92,8 @@ StateCopy FrameOutput::copy_frame(const Simulation& simulation, int number) cons
       .pressure = pressure_ ? contact_pressure(simulation) : std::vector<double>(),
       .bodies = bodies_due(simulation, number) ? simulation.body_positions() : std::vector<Vec3>(),
       .triangles = simulation.cloth_triangles(),
-      .body_triangles = simulation.body_triangles()};
+      .body_triangles = simulation.body_triangles(),
+      .owner = simulation.owner()};
 }
 
 void FrameOutput::write_frame(const StateCopy& copy) {

@@ -3,6 +3,7 @@
 
 #include <selvedge/run/detail/checkpoint.h>
 #include <selvedge/run/frame_writer.h>
+#include <selvedge/scene/scene.h>
 #include <selvedge/simulation/simulation.h>
 
 #include <filesystem>

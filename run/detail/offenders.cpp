@@ -4,6 +4,9 @@
 #include <selvedge/narrowphase/query_file.h>
 #include <selvedge/run/detail/offenders.h>
 #include <selvedge/run/detail/run_folder.h>
+#include <selvedge/simulation/run_result.h>
+#include <selvedge/simulation/simulation_state.h>
+#include <selvedge/simulation/step_report.h>
 
 #include <algorithm>
 #include <span>
@@ -89,7 +92,7 @@ void write_meshes(const fs::path& folder, const char* stem, const std::vector<Tr
     for (const std::int32_t v : primitive)
       if (std::binary_search(vertices.begin(), vertices.end(), v))
         values[2].values[compact(v)] = 1.0;
-  const RejectedAttempt& failed = simulation.rejected_attempt();
+  const RejectedAttempt& failed = simulation.last_step().rejected;
   int number = 0;
   for (const auto* x : {&failed.x_t0, &failed.x_t1}) {
     std::vector<Vec3> points;
@@ -120,7 +123,7 @@ void thin(std::vector<Pair>& pairs, const Wanted& wanted) {
 class Neighbourhood {
  public:
   Neighbourhood(const Simulation& simulation, const std::vector<Primitive>& primitives)
-      : failed_(simulation.rejected_attempt()),
+      : failed_(simulation.last_step().rejected),
         particles_(simulation.state().x.size()),
         cloth_(make_side(simulation.cloth_triangles(), 0, particles_)),
         body_(make_side(simulation.body_triangles(), particles_, failed_.x_t0.size())),
@@ -184,7 +187,7 @@ class Neighbourhood {
 }  // namespace
 
 void write_offenders(const fs::path& folder, const Simulation& simulation) {
-  const RejectedAttempt& failed = simulation.rejected_attempt();
+  const RejectedAttempt& failed = simulation.last_step().rejected;
   const std::vector<Primitive> primitives = offending_primitives(failed);
   if (primitives.empty()) return;
   const std::size_t vertices = failed.x_t0.size();

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/run/detail/run_limits.h>
+#include <selvedge/simulation/simulation_state.h>
+#include <selvedge/simulation/step_report.h>
 
 #include <string>
 #include <utility>
@@ -15,7 +17,8 @@ void RunLimits::before_step(const Simulation& simulation, double wall_s) {
 }
 
 void RunLimits::after_step(Simulation& simulation) {
-  const int attempts = static_cast<int>(simulation.attempt_lengths().size());
+  const int attempts = static_cast<int>(simulation.last_step().lengths.size());
+  if (attempts == 0) return;  // a change of the mesh
   const bool small = is_near_smallest(halvings_ + attempts - 1, scene_.time.max_halvings);
   small_steps_ = small ? small_steps_ + 1 : 0;
   if (small && small_steps_ == config_.stall_steps) stall(simulation);
@@ -34,12 +37,12 @@ void RunLimits::check_budget(const SimulationState& state, double wall_s) const 
 
 void RunLimits::stall(Simulation& simulation) {
   simulation.restore(std::move(before_stall_));
-  const RejectedAttempt& failed = simulation.rejected_attempt();
+  const RejectedAttempt& failed = simulation.last_step().rejected;
   std::string cause = fmt::format(
       "stalled at {} s: each of the last {} steps was accepted only after {} or more halvings, the "
       "last one with {} s; before that: {}",
       simulation.state().time, config_.stall_steps, scene_.time.max_halvings - 1,
-      simulation.attempt_lengths().back(), failed.cause);
+      simulation.last_step().lengths.back(), failed.cause);
   if (!failed.pairs.empty()) cause += ", first " + simulation.names().pair(failed.pairs[0]);
   throw SimulationFailed(FailureKind::stalled, cause);
 }

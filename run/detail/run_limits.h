@@ -2,6 +2,7 @@
 #pragma once
 
 #include <selvedge/run/run.h>
+#include <selvedge/simulation/simulation_state.h>
 
 #include <cstdint>
 

@@ -253,6 +253,7 @@ void Simulation::Parts::sleep_until(double target, int nominal_steps) {
   state.acceleration = 0.0;
   state.time = target;
   state.control = {};
+  state.refined = false;
   attempts.given_up = false;
   result.counters["steps_asleep"] += nominal_steps;
   methods.integrator->accept({state.x, state.v, input.particles.mass, state.time});
@@ -314,7 +315,7 @@ void Simulation::Parts::finish_velocities(std::span<Vec3> v) const {
 
 // Keeps the parts of a rejected attempt that the next one overwrites.
 void Simulation::Parts::note_rejection(const detail::StepOutcome& outcome) {
-  RejectedAttempt& failed = attempts.failed;
+  RejectedAttempt& failed = attempts.rejected;
   failed.h = input.h;
   failed.not_finite = outcome.not_finite;
   failed.cause = outcome.not_finite >= 0
@@ -328,7 +329,7 @@ void Simulation::Parts::note_rejection(const detail::StepOutcome& outcome) {
 // Puts what brought the pairs of the last rejected attempt together, and what helps, before the
 // words of the method.
 void Simulation::Parts::name_cause() {
-  RejectedAttempt& failed = attempts.failed;
+  RejectedAttempt& failed = attempts.rejected;
   if (failed.pairs.empty()) return;
   RecordedAttempt facts;
   facts.h = input.h;
@@ -342,7 +343,7 @@ void Simulation::Parts::name_cause() {
 // Where the scene carries tangled cloth on, a body that leaves cloth no room passes through it. The
 // pairs that collided may be cloth on cloth alone: then the bodies are those near their particles.
 bool Simulation::Parts::carry_jam() {
-  const RejectedAttempt& failed = attempts.failed;
+  const RejectedAttempt& failed = attempts.rejected;
   if (!scene.contact.carry_tangled || !methods.untangler || failed.pairs.empty()) return false;
   std::vector<ContactPoint> pairs = failed.pairs;
   std::set<std::int32_t> jammed;
@@ -360,7 +361,7 @@ bool Simulation::Parts::carry_jam() {
 
 void Simulation::Parts::give_up() {
   attempts.given_up = true;
-  const RejectedAttempt& failed = attempts.failed;
+  const RejectedAttempt& failed = attempts.rejected;
   std::string cause = "no clean step at " + std::to_string(state.time) + " s after " +
                       std::to_string(scene.time.max_halvings) + " halvings: " + failed.cause;
   if (!failed.pairs.empty())
@@ -399,8 +400,8 @@ void Simulation::Parts::accept() {
   if (water) water->advance(state.time, input.h, state, mass);
   state.pinches = attempt.pinches;
   state.time = input.t1;
+  state.refined = false;
   ++state.step;
-  ++result.steps;
   if (attempts.lengths.size() > 1) ++result.retried_steps;
   methods.integrator->accept({state.x, state.v, mass, state.time});
   note_memory();

@@ -83,6 +83,11 @@ void Simulation::Parts::verify_frame() {
   result.clean = result.clean && found.empty();
 }
 
+bool Simulation::Parts::verifies_clean() {
+  verify_frame();
+  return present_result().clean;
+}
+
 void Simulation::Parts::note_bodies(const std::vector<Vec3>& x) {
   body_x.assign(x.begin() + static_cast<std::ptrdiff_t>(n()), x.end());
 }
@@ -160,10 +165,15 @@ RunResult Simulation::Parts::present_result() const {
   r.clean = r.clean && !methods.untangling() && r.tangle.jams == 0;
   r.final_max_speed = max_norm(state.v);
   r.state_hash = selvedge::state_hash(state);
+  carry_on(before, r);
+  r.steps = static_cast<int>(state.step);
   return r;
 }
 
-void Simulation::Parts::continue_sums(RunResult& before) {
+// The sums (ledger, dripped water) go on, so that their last bits do not depend on where the parts
+// of a run meet.
+void Simulation::Parts::continue_from(RunResult earlier) {
+  before = std::move(earlier);
   ledger.continue_from(before.ledger);
   balance.continue_from(before.ledger["balance"]);
   methods.strain.continue_from(before.ledger["strain_limiter"]);

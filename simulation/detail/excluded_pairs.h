@@ -3,7 +3,7 @@
 
 #include <selvedge/core/collision_types.h>
 #include <selvedge/simulation/detail/joint_surface.h>
-#include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
 
 #include <cstdint>
 #include <vector>

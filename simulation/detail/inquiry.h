@@ -2,8 +2,10 @@
 #pragma once
 
 #include <selvedge/narrowphase/ccd_methods.h>
+#include <selvedge/scene/scene.h>
 #include <selvedge/simulation/explain_step.h>
-#include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/run_result.h>
+#include <selvedge/simulation/step_report.h>
 
 #include <map>
 #include <memory>

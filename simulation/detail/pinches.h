@@ -3,7 +3,7 @@
 
 #include <selvedge/core/strain_limiter.h>
 #include <selvedge/simulation/detail/detection.h>
-#include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
 
 #include <map>
 #include <optional>

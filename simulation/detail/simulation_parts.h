@@ -2,6 +2,7 @@
 #pragma once
 
 #include <selvedge/core/parallel.h>
+#include <selvedge/scene/build.h>
 #include <selvedge/simulation/detail/enclosed.h>
 #include <selvedge/simulation/detail/energy_balance.h>
 #include <selvedge/simulation/detail/joined_steps.h>
@@ -12,7 +13,10 @@
 #include <selvedge/simulation/detail/strain_guard.h>
 #include <selvedge/simulation/detail/turning_bodies.h>
 #include <selvedge/simulation/detail/water.h>
+#include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
+#include <selvedge/simulation/step_report.h>
 
 #include <optional>
 #include <string>
@@ -20,17 +24,9 @@
 
 namespace selvedge {
 
-/// The parts of a simulation. start.cpp has its start, advance.cpp its steps, check_state.cpp the
-/// checks of its states.
+/// The parts of a simulation whose mesh stays. start.cpp has its start, advance.cpp its steps,
+/// check_state.cpp the checks of its states.
 struct Simulation::Parts {
-  /// The attempts of the last step.
-  struct Attempts {
-    std::vector<double> lengths;  // s
-    RejectedAttempt failed;       // the last rejected one, of any step
-    bool accepted = false;        // `attempt` below is the accepted one
-    bool given_up = false;        // no attempt was accepted
-  };
-
   Scene scene;
   BuiltScene built;
   PhaseClock clock;
@@ -44,14 +40,15 @@ struct Simulation::Parts {
   std::vector<Vec3> body_x;  // m, of the body vertices at the state's time
   detail::StepInput input;
   detail::StepAttempt attempt;
-  Attempts attempts;
+  StepReport attempts;  // `attempt` is the last one
   detail::StepLedger ledger;
   detail::EnergyBalance balance;
   detail::StrainGuard strain_guard;
   std::optional<detail::Water> water;
   std::vector<Vec3>
-      uncrossed;  // m, joint: a state that is proved to have no crossing; may be empty
-  RunResult result;
+      uncrossed;     // m, joint: a state that is proved to have no crossing; may be empty
+  RunResult result;  // with the present mesh
+  RunResult before;  // of the parts of the run before a change of the mesh or a resume
 
   Parts(const Scene& s, BuiltScene b, const Methods& m);
 
@@ -65,6 +62,7 @@ struct Simulation::Parts {
   void refuse_enclosed_start(std::span<const EdgeCrossing> crossings);
   std::vector<EdgeCrossing> start_untangling();
   void restore(SimulationState saved);
+  void continue_at(SimulationState saved);
 
   // -- advance.cpp --------------------------------------------------------------------------------
   StepControl control() const;
@@ -95,6 +93,7 @@ struct Simulation::Parts {
   void carry_proof();
   bool is_proved_uncrossed() const;
   void verify_frame();
+  bool verifies_clean();
   void note_bodies(const std::vector<Vec3>& x);
   void note_strain();
   void note_memory();
@@ -102,7 +101,7 @@ struct Simulation::Parts {
   std::string enclosed_sentence(const Enclosed& found, const char* when) const;
   void continue_untangling();
   RunResult present_result() const;
-  void continue_sums(RunResult& before);
+  void continue_from(RunResult earlier);
 };
 
 /// The contacts of an accepted attempt with their impulses; `response` is as it was left.

@@ -4,7 +4,7 @@
 #pragma once
 
 #include <selvedge/scene/build.h>
-#include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
 
 #include <span>
 

@@ -153,6 +153,14 @@ std::vector<EdgeCrossing> Simulation::Parts::start_untangling() {
   return crossings;
 }
 
+// A state without memory starts with that of the integrator and the forces at the start.
+void Simulation::Parts::continue_at(SimulationState saved) {
+  if (saved.memory.empty()) saved.memory = state.memory;
+  start_untangling();
+  restore(std::move(saved));
+  note_strain();
+}
+
 void Simulation::Parts::restore(SimulationState saved) {
   if (saved.x.size() != n() || saved.v.size() != n())
     throw std::invalid_argument("the saved state has " + std::to_string(saved.x.size()) +

@@ -5,6 +5,7 @@
 
 #include <selvedge/core/integrator.h>
 #include <selvedge/response/response.h>
+#include <selvedge/scene/build.h>
 #include <selvedge/simulation/detail/detection.h>
 #include <selvedge/simulation/detail/pinches.h>
 #include <selvedge/simulation/detail/program_input.h>
@@ -13,7 +14,8 @@
 #include <selvedge/simulation/detail/untangle.h>
 #include <selvedge/simulation/detail/validate_step.h>
 #include <selvedge/simulation/explain_step.h>
-#include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/run_result.h>
+#include <selvedge/simulation/simulation_state.h>
 
 #include <limits>
 #include <map>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/failure.h>
+#include <selvedge/simulation/step_report.h>
 
 namespace selvedge {
 namespace {

@@ -4,7 +4,7 @@
 #include <selvedge/core/integrator.h>
 #include <selvedge/simulation/detail/contours.h>
 #include <selvedge/simulation/detail/excluded_pairs.h>
-#include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
 
 #include <span>
 #include <string>

@@ -4,7 +4,7 @@
 #include <selvedge/core/cloth_mesh.h>
 #include <selvedge/response/response.h>
 #include <selvedge/simulation/run_result.h>
-#include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
 
 #include <cstdint>
 #include <span>

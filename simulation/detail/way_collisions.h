@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <selvedge/scene/scene.h>
 #include <selvedge/simulation/simulation.h>
 
 #include <cstdint>

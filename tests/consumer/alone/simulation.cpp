@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/scene/build.h>
 #include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
 
 int main() {
   selvedge::Scene scene;

@@ -2,8 +2,8 @@
 //
 // Which quarters of cells are joined again: those of cloth that has become flat, if the way to the
 // surface of the whole cell is free.
+#include <selvedge/simulation/detail/refinement.h>
 #include <selvedge/simulation/detail/way_collisions.h>
-#include <selvedge/simulation/refinement.h>
 
 #include <algorithm>
 #include <span>
@@ -21,7 +21,7 @@ std::set<std::int32_t> Refinement::colliding(const Simulation& simulation,
         piece(event.piece).cells.flattened(event.cells, x.subspan(first, sizes_[number]));
     std::copy(places.begin(), places.end(), x_t1.begin() + static_cast<std::ptrdiff_t>(first));
   }
-  return colliding_on_way({simulation, scene_, x_t1});
+  return colliding_on_way({simulation, *scene_, x_t1});
 }
 
 Refinement::Joins Refinement::joins_due(const Simulation& simulation) const {

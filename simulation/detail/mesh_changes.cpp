@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+#include <selvedge/simulation/detail/mesh_changes.h>
+
+#include <utility>
+
+namespace selvedge {
+namespace {
+
+DueChange due_merges(const SeamMerging::Due& due) {
+  return {.counter = "merged_pairs",
+          .count = static_cast<double>(due.event.pairs.size()),
+          .postponed = static_cast<double>(due.postponed),
+          .merge = due.event};
+}
+
+/// The state after a change. Integrators of several steps and friction start anew; pinches are
+/// found again in the next step.
+SimulationState state_after(const DueChange& due, SimulationState state, Refinement& refinement) {
+  if (due.splits.empty())
+    refinement.merge(due.merge, state);
+  else
+    refinement.split(due.splits, state);
+  ++state.step;
+  state.memory.clear();
+  state.contact_memory.clear();
+  state.pinches.clear();
+  state.still = 0.0;
+  return state;
+}
+
+}  // namespace
+
+DueChange Simulation::MeshChanges::splits_or_merges(const Simulation& simulation) const {
+  if (refinement.merging().active()) return due_merges(refinement.merging().due(simulation));
+  std::vector<SplitEvent> splits = refinement.due(simulation.state());
+  const double count = splits.empty() ? 0.0 : 1.0;
+  return {.counter = "refinements", .count = count, .splits = std::move(splits)};
+}
+
+DueChange Simulation::MeshChanges::joins(const Simulation& simulation) const {
+  Refinement::Joins joins = refinement.joins_due(simulation);
+  DueChange due{.counter = "joined_cells", .postponed = static_cast<double>(joins.postponed)};
+  for (const SplitEvent& event : joins.events) due.count += static_cast<double>(event.cells.size());
+  due.splits = std::move(joins.events);
+  return due;
+}
+
+bool Simulation::MeshChanges::make(const DueChange& due, std::shared_ptr<Parts>& parts) {
+  const auto count = [&](RunResult& result, double done) {
+    const double late = due.postponed + due.count - done;
+    if (done > 0.0) result.counters[due.counter] += done;
+    if (late > 0.0) result.counters[due.counter + "_postponed"] += late;
+  };
+  if (due.count > 0.0) {
+    Refinement changed = refinement;
+    SimulationState state = state_after(due, parts->state, changed);
+    if (const auto next = parts_at(changed, std::move(state)); next->verifies_clean()) {
+      RunResult before = parts->present_result();
+      count(before, due.count);
+      next->continue_from(std::move(before));
+      refinement = std::move(changed);
+      parts = next;
+      return true;
+    }
+  }
+  count(parts->before, 0.0);
+  return false;
+}
+
+void Simulation::MeshChanges::repeat(const SimulationState& state, const BuiltScene& built) {
+  refinement = Refinement(scene, built, methods.patterns);
+  refinement.repeat(state);
+}
+
+std::shared_ptr<Simulation::Parts> Simulation::MeshChanges::parts_at(const Refinement& of,
+                                                                     SimulationState state) const {
+  auto parts = std::make_shared<Parts>(of.scene(), of.build(), methods);
+  parts->continue_at(std::move(state));
+  return parts;
+}
+
+// What happens at the boundary of a frame: first splits or merges, then joins, once at each frame.
+bool Simulation::change_mesh() {
+  if (!changes_ || parts_->state.refined || !is_at_frame()) return false;
+  parts_->state.refined = true;
+  const bool first = changes_->make(changes_->splits_or_merges(*this), parts_);
+  const bool second = changes_->make(changes_->joins(*this), parts_);
+  return first || second;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/simulation/detail/refinement.h>
+#include <selvedge/simulation/detail/simulation_parts.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace selvedge {
+
+/// Whether the mesh of a state is another one than at the start.
+inline bool has_changes(const SimulationState& state) {
+  return !state.splits.empty() || !state.merges.empty();
+}
+
+/// A change of the mesh that is due at a frame.
+struct DueChange {
+  std::string counter;  ///< of RunResult: "refinements", "joined_cells" or "merged_pairs"
+  double count = 0.0, postponed = 0.0;
+  std::vector<SplitEvent> splits{};  ///< and joins
+  MergeEvent merge{};
+};
+
+/// How the mesh of a simulation changes. Owns what it was made from.
+struct Simulation::MeshChanges {
+  const Scene scene;
+  const Methods methods;
+  Refinement refinement;  ///< of the present mesh
+
+  MeshChanges(const Scene& s, const BuiltScene& built, const Methods& m)
+      : scene(s), methods(m), refinement(scene, built, methods.patterns) {}
+
+  /// The splits or merges that are due in the state of `simulation`, and the joins.
+  DueChange splits_or_merges(const Simulation& simulation) const;
+  DueChange joins(const Simulation& simulation) const;
+  /// Makes a change, and `parts` those of its mesh. Postpones all of it if its state has a
+  /// crossing. Counts what it has done. Returns whether the mesh has changed.
+  bool make(const DueChange& due, std::shared_ptr<Parts>& parts);
+  /// Makes the changes that led to a state of the scene, which starts as `built`.
+  void repeat(const SimulationState& state, const BuiltScene& built);
+  /// Parts with the mesh of `of` that continue from a state.
+  std::shared_ptr<Parts> parts_at(const Refinement& of, SimulationState state) const;
+};
+
+}  // namespace selvedge

@@ -111,7 +111,7 @@ std::vector<HeldVertex> held_at_the_end(const Scene& scene, const std::vector<Ve
   const double end = scene.time.frames / scene.time.fps;
   std::vector<HeldVertex> held;
   for (const HandleSpec& handle : scene.handles) {
-    if (handle.release >= 0.0 && end >= handle.release) continue;
+    if (handle.release && end >= *handle.release) continue;
     Vec3 pivot = Vec3::Zero();
     for (const std::int32_t v : handle.vertices) pivot += start.at(v);
     pivot /= static_cast<double>(handle.vertices.size());

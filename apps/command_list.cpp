@@ -15,6 +15,8 @@
 #include <selvedge/lab/identify.h>
 #include <selvedge/run/frame_writer.h>
 #include <selvedge/scene/methods.h>
+#include <selvedge/scene/scene.h>
+#include <selvedge/scene/scene_text.h>
 
 namespace {
 
@@ -157,11 +159,25 @@ void print_json(const std::vector<ListedMethod>& methods) {
   print_document(nlohmann::json{{"commands", commands()}, {"methods", list}});
 }
 
+/// One key a line, the table in docs/scene_files.md, or the JSON schema.
+std::string scene_text(const std::string& form) {
+  if (form == "schema") return selvedge::scene_schema_text();
+  if (form == "table") return selvedge::scene_table_text();
+  std::string text;
+  for (const selvedge::SceneKey& key : selvedge::scene_keys()) text += key.path + "\n";
+  return text;
+}
+
 void add_list_options(const selvedge::Command& command) {
   const auto json = std::make_shared<bool>(false);
   command.flag("--json", *json, "Print JSON");
-  command.action([json] {
-    if (*json)
+  const auto scene = std::make_shared<std::string>();
+  command.option("--scene", *scene, "Print the keys of scene files instead: keys, table or schema")
+      .one_of({"keys", "table", "schema"});
+  command.action([json, scene] {
+    if (!scene->empty())
+      print_escaped("{}", scene_text(*scene));
+    else if (*json)
       print_json(all_methods());
     else
       print_table(all_methods());

@@ -36,7 +36,7 @@ Scene swing(int cells) {
   cloth.shape = ClothGrid{"rectangular", {1.0, 1.0, cells, cells}};
   scene.cloths.push_back(cloth);
   const int row = cells + 1;
-  scene.handles.push_back({"corners", "cloth", {row * cells, row * cells + cells}, {}, -1.0});
+  scene.handles.push_back({"corners", "cloth", {row * cells, row * cells + cells}, {}, {}});
   scene.contact.self = false;
   return scene;
 }

@@ -353,7 +353,7 @@ void capstan_pull(const BenchOptions& options, int resolution) {
   Keyframe end;
   end.time = 4.0;
   end.translation = Vec3(0.0, 0.0, -kSpeed * end.time);
-  c.scene.handles.push_back({"pull", c.scene.cloths[0].name, c.right, {Keyframe{}, end}, -1.0});
+  c.scene.handles.push_back({"pull", c.scene.cloths[0].name, c.right, {Keyframe{}, end}, {}});
   const std::vector<Spring> springs = c.built.cloth.springs;
   Simulation simulation(c.scene, std::move(c.built));
   const auto strain = [&](double side) {

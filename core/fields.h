@@ -18,7 +18,8 @@ namespace selvedge {
 
 /// The list of the fields of a struct, from which readers, writers, checks and tables are made.
 /// Fields<T>::visit(visitor) calls visitor(name, member, rule) for every field in the order of the
-/// list. `member` is a pointer to member, or another callable from T to a reference to the value.
+/// list. `member` is a pointer to member, or another callable from T to a reference to the value or
+/// to a view of it; or it is Unstored.
 /// `rule` says what the users of the list need: a Key for the keys of scene files, a FieldRule for
 /// results (simulation/run_result.h).
 template <class T>
@@ -39,15 +40,15 @@ struct ValueRange {
 /// One axis of a measured curve in a file.
 struct CurveAxis {
   std::string name, unit;
-  double most = 0.0;  ///< values are from 0 to this
-  std::string text;   ///< one sentence without full stop and unit
+  double most = 0.0;   ///< values are from 0 to this
+  std::string text{};  ///< one sentence without full stop and unit
 };
 
 /// A key of scene files. Its default is the value in a default-constructed struct.
 struct Key {
   std::string unit{};  ///< "m", "1/s"; "1": dimensionless; empty: no number
   ValueRange range{};  ///< of a number, or of each number in a list
-  std::string text;    ///< one sentence without full stop and unit
+  std::string text{};  ///< one sentence without full stop and unit
   /// The words for the values of an enum, in its order, or for false and true. An empty word: files
   /// cannot give this value.
   std::vector<std::string> words{};
@@ -66,27 +67,24 @@ struct Unstored {
   std::optional<T> initial{};
 };
 
-template <class T>
-inline constexpr bool kIsUnstored = false;
-template <class T>
-inline constexpr bool kIsUnstored<Unstored<T>> = true;
-
 /// The field `inner` of the field `outer`.
 template <class Outer, class Inner>
 struct FieldWithin {
   Outer outer;
   Inner inner;
-  auto& operator()(auto& record) const { return std::invoke(inner, std::invoke(outer, record)); }
+  decltype(auto) operator()(auto& record) const {
+    return std::invoke(inner, std::invoke(outer, record));
+  }
 };
 
 /// Visits the fields of the struct at `outer` as if they were fields of the struct around it.
 template <HasFields T, class Outer, class Visitor>
 void visit_within(Outer outer, Visitor&& visitor) {
   Fields<T>::visit([&](const char* name, auto member, const auto& rule) {
-    if constexpr (kIsUnstored<decltype(member)>)
-      visitor(name, member, rule);
-    else
+    if constexpr (std::is_invocable_v<decltype(member), T&>)
       visitor(name, FieldWithin<Outer, decltype(member)>{outer, member}, rule);
+    else
+      visitor(name, member, rule);
   });
 }
 
@@ -113,7 +111,7 @@ void check_elements(const std::vector<T>& values, const Key& key, const std::str
 template <HasFields T>
 void check_fields(const T& record, const std::string& place) {
   Fields<T>::visit([&](const char* name, auto member, const Key& key) {
-    if constexpr (!kIsUnstored<decltype(member)>)
+    if constexpr (std::is_invocable_v<decltype(member), const T&>)
       detail::check_value(std::invoke(member, record), key,
                           place.empty() ? name : place + "." + name);
   });

@@ -4,6 +4,7 @@
 #include <selvedge/core/json_value.h>
 #include <selvedge/core/read_file.h>
 #include <selvedge/scene/detail/fabric_texts.h>
+#include <selvedge/scene/detail/field_json.h>
 #include <selvedge/scene/detail/scene_json.h>
 #include <selvedge/scene/fabric_file.h>
 
@@ -544,39 +545,6 @@ Fabric find_fabric(const std::string& name, const std::filesystem::path& folder)
                   fabrics.front().name.substr(file.stem().string().size() + 1)));
 }
 
-std::string material_json(const Material& m) {
-  Json json{{"density", m.density},
-            {"stretch_stiffness", m.stretch_stiffness},
-            {"shear_stiffness", m.shear_stiffness},
-            {"bending_stiffness", m.bending_stiffness},
-            {"spring_damping", m.spring_damping},
-            {"bending_damping", m.bending_damping},
-            {"strain_limit", m.strain_limit},
-            {"friction", m.friction},
-            {"stretch_law", m.stretch_law},
-            {"shear_law", m.shear_law},
-            {"bending_law", m.bending_law},
-            {"biphasic_strain", m.biphasic_strain},
-            {"biphasic_growth", m.biphasic_growth},
-            {"kawabata_lt", m.kawabata_lt},
-            {"kawabata_strain", m.kawabata_strain},
-            {"kawabata_rt", m.kawabata_rt},
-            {"shear_friction", m.shear_friction},
-            {"bending_friction", m.bending_friction}};
-  if (m.stretch_weft) json["stretch_weft"] = *m.stretch_weft;
-  if (m.bending_weft) json["bending_weft"] = *m.bending_weft;
-  if (m.poisson) json["poisson"] = *m.poisson;
-  const auto add = [&](const char* key, const MonotoneCurve& curve, const char* x, const char* y) {
-    if (curve.empty()) return;
-    json[key][x] = std::vector<double>(curve.x().begin(), curve.x().end());
-    json[key][y] = std::vector<double>(curve.y().begin(), curve.y().end());
-  };
-  add("tension_curve", m.tension_curve, "strain", "force");
-  add("tension_curve_weft", m.tension_weft, "strain", "force");
-  add("shear_curve", m.shear_curve, "angle", "force");
-  add("bending_curve", m.bending_curve, "curvature", "moment");
-  add("bending_curve_weft", m.bending_curve_weft, "curvature", "moment");
-  return json.dump(2);
-}
+std::string material_json(const Material& m) { return detail::json_of(m).dump(2); }
 
 }  // namespace selvedge

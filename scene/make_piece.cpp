@@ -69,10 +69,10 @@ GridConfig scaled(const ClothGrid& grid, double factor) {
 constexpr const char* kQuadtreePattern = "rectangular";
 
 void refuse_unsuited_angles(const RefineSpec& refine) {
-  if (refine.join > 0.0 && refine.when != RefineSpec::When::curved)
+  if (refine.join_deg > 0.0 && refine.when != RefineSpec::When::curved)
     throw std::invalid_argument(
         "\"join_deg\" joins cells where the cloth has become flat; it needs \"when\": \"curved\"");
-  if (refine.join > 0.0 && !(refine.join < refine.angle))
+  if (refine.join_deg > 0.0 && !(refine.join_deg < refine.angle_deg))
     throw std::invalid_argument(
         "\"join_deg\" must be less than \"angle_deg\", or cells would be joined and split in turn");
 }

@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <variant>
@@ -45,7 +46,7 @@ struct RefineSpec {
     never,
     settled,  ///< all cells, once no particle is faster than `speed` or the energy is below
               ///< `energy`
-    curved    ///< cells that form an angle above `angle` with a neighbour
+    curved    ///< cells that form an angle above `angle_deg` with a neighbour
   };
   When when = When::never;
   std::int32_t levels =
@@ -53,8 +54,14 @@ struct RefineSpec {
   double speed = 0.05;  ///< m/s
   double energy = 0.0;  ///< J, kinetic
   double after = 0.2;   ///< s, of settled: shortest time after the start or the last split
-  double angle = 0.35;  ///< rad
-  double join = 0.0;    ///< rad, of curved: the quarters of a cell are joined below it; 0: never
+  double angle_deg = 20.0;
+  double join_deg = 0.0;  ///< of curved: the quarters of a cell are joined below it; 0: never
+
+  double angle() const { return radians(angle_deg); }
+  double join() const { return radians(join_deg); }
+
+ private:
+  static double radians(double degrees) { return degrees * std::numbers::pi / 180.0; }
 };
 
 /// Cells of one piece that were split, or whose quarters were joined, at one time.
@@ -109,9 +116,9 @@ struct HandleSpec {
   std::string name;
   std::string geometry;  ///< name of the piece
   std::vector<std::int32_t>
-      vertices;                  ///< of the piece; corners and boxes are resolved by the parser
-  std::vector<Keyframe> motion;  ///< relative to the start; empty: held still
-  double release = -1.0;         ///< s, time of release; negative: never
+      vertices;                     ///< of the piece; corners and boxes are resolved by the parser
+  std::vector<Keyframe> motion;     ///< relative to the start; empty: held still
+  std::optional<double> release{};  ///< s, time of release; none: never
   /// Number of its first vertices whose mean is the centre of rotation; 0: all vertices.
   std::size_t pivots = 0;
 };
@@ -146,7 +153,7 @@ struct WaterSource {
   std::string geometry;                ///< name of the piece
   std::vector<std::int32_t> vertices;  ///< of the piece
   double rate = 0.0;                   ///< kg/s, onto all of them together, >= 0
-  double begin = 0.0, end = 0.0;       ///< s
+  double begin = 0.0, end = 1e6;       ///< s
   Vec3 velocity = Vec3::Zero();        ///< m/s, of the drops
 };
 /// Water in the cloth ("water").
@@ -325,8 +332,11 @@ struct SceneKey {
 std::vector<SceneKey> scene_keys();
 
 /// The path with the present name of a renamed key: "contact.thickness" gives "contact.rest_gap",
-/// "geometry.0.layers.ratio" gives "geometry.0.pattern.ratio". Other paths are returned unchanged.
+/// "contact.stiffness" gives "contact.response.stiffness". Other paths are returned unchanged.
 std::string present_key(const std::string& path);
+
+/// The JSON schema of scene files, of which data/scenes/scene.schema.json is a copy.
+std::string scene_schema_text();
 
 /// True if `path`, written as for --set with indices or names, is an instance of `key`.
 bool is_instance_of(const std::string& path, const std::string& key);

@@ -34,7 +34,11 @@ class KeyCollector {
       visit(schema["additionalProperties"], front + "*");
   }
 
-  const std::map<std::string, std::set<std::string>>& keys() const { return keys_; }
+  std::vector<SceneKey> keys() const {
+    std::vector<SceneKey> keys;
+    for (const auto& [path, words] : keys_) keys.push_back({path, {words.begin(), words.end()}});
+    return keys;
+  }
 
  private:
   const Json& resolve(const Json& schema) const {
@@ -61,21 +65,7 @@ std::vector<SceneKey> scene_keys() {
   const Json& schema = detail::scene_schema();
   KeyCollector collector(schema);
   collector.visit(schema, "");
-  std::vector<SceneKey> keys;
-  for (const auto& [path, words] : collector.keys())
-    keys.push_back({path, {words.begin(), words.end()}});
-  return keys;
-}
-
-std::string present_key(const std::string& path) {
-  const std::string layers = ".layers.";
-  if (const auto at = path.find(layers);
-      at != std::string::npos && is_instance_of(path.substr(0, at), "geometry.*"))
-    return path.substr(0, at) + ".pattern." + path.substr(at + layers.size());
-  const std::string old = ".thickness";
-  const bool of_pair = path.starts_with("contact.pairs.") || path.starts_with("contact.pairs[");
-  if (!path.ends_with(old) || !(path == "contact" + old || of_pair)) return path;
-  return path.substr(0, path.size() - old.size()) + ".rest_gap";
+  return collector.keys();
 }
 
 bool is_instance_of(const std::string& path, const std::string& key) {

@@ -15,4 +15,7 @@ namespace selvedge {
 Scene read_scene_text(const std::string& text, const std::filesystem::path& file,
                       const std::vector<Override>& overrides = {}, const Methods& methods = {});
 
+/// The parts of a scene file with their keys, as a table in Markdown (docs/scene_files.md).
+std::string scene_table_text();
+
 }  // namespace selvedge

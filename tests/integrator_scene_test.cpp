@@ -32,7 +32,7 @@ Scene flag(int cells = 6) {
   cloth.placement.rotation = Eigen::AngleAxisd(std::acos(0.0), Vec3::UnitX());
   scene.cloths.push_back(cloth);
   const int row = cells + 1;
-  scene.handles.push_back({"corners", "flag", {row * cells, row * cells + cells}, {}, -1.0});
+  scene.handles.push_back({"corners", "flag", {row * cells, row * cells + cells}, {}, {}});
   scene.air = {{0.5, 2.5, 0.0}, 0.8, 0.05};
   scene.materials["default"].spring_damping = 0.001;
   scene.materials["default"].bending_damping = 0.001;
@@ -159,7 +159,7 @@ Scene one_swings(const std::string& integrator, int steps, bool slides) {
   scene.cloths.push_back(swing);
   std::vector<std::int32_t> top;
   for (int i = 0; i < kRow; ++i) top.push_back(kRow * kCells + i);
-  scene.handles.push_back({"edge", "swing", top, {}, -1.0});
+  scene.handles.push_back({"edge", "swing", top, {}, {}});
   if (!slides) return scene;
   const Eigen::Quaterniond tilt(Eigen::AngleAxisd(0.3, Vec3::UnitY()));
   ClothSpec sheet;

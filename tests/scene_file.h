@@ -76,7 +76,7 @@ inline constexpr const char* parts =
     "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 2 2 2\no skin\nusemtl pale\nf 1 2 3\nf 1 2 4\n"
     "o eyes\ng left right\nf 1 3 4\nusemtl lens\nf 2 3 4\nf 1 2 5\n";
 
-/// Every key of the schema at least once, each with a value other than its default.
+/// A scene with keys of every section, each with a value other than its default.
 inline constexpr const char* everything = R"({
   // comments are welcome /* of both */
   "$schema": "scene.schema.json",

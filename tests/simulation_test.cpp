@@ -300,7 +300,7 @@ TEST(Simulation, RefusesPiecesThatCrossEachOther) {
 TEST(Simulation, RefusesHandlesOnClothThatIsNotThere) {
   Scene scene = empty_scene();
   scene.cloths.push_back(cloth(0.3, 8, {0, 0, 0}));
-  scene.handles.push_back({"pin", "curtain", {0}, {}, -1.0});
+  scene.handles.push_back({"pin", "curtain", {0}, {}, {}});
   EXPECT_THROW(simulate(scene), std::invalid_argument);
   scene.handles[0].geometry = "cloth";
   EXPECT_NO_THROW(simulate(scene));
@@ -411,8 +411,8 @@ TEST(Simulation, HeldParticlesAreWhereTheirHandleSaysToTheBit) {
   Keyframe end;
   end.time = 0.25;
   end.translation = Vec3(0.1, 0.0, 0.05);
-  scene.handles.push_back({"corner", "cloth", {0}, {Keyframe{}, end}, -1.0});
-  scene.handles.push_back({"other", "cloth", {8}, {}, -1.0});
+  scene.handles.push_back({"corner", "cloth", {0}, {Keyframe{}, end}, {}});
+  scene.handles.push_back({"other", "cloth", {8}, {}, {}});
   Simulation simulation = simulate(scene);
   const Vec3 start0 = simulation.state().x[0], start8 = simulation.state().x[8];
   for (int frame = 1; frame <= 20; ++frame) simulation.advance_to_frame(frame, {});
@@ -504,8 +504,8 @@ TEST(Simulation, PinsTooFarApartAreReportedAndDoNotDiverge) {
   Keyframe end;
   end.time = 0.2;
   end.translation = Vec3(-0.15, -0.15, 0.0);
-  scene.handles.push_back({"a", "cloth", {0}, {Keyframe{}, end}, -1.0});
-  scene.handles.push_back({"b", "cloth", {80}, {}, -1.0});
+  scene.handles.push_back({"a", "cloth", {0}, {Keyframe{}, end}, {}});
+  scene.handles.push_back({"b", "cloth", {80}, {}, {}});
   Simulation simulation = simulate(scene);
   for (int frame = 1; frame <= 20; ++frame) simulation.advance_to_frame(frame, {});
   const RunResult result = simulation.result();

@@ -75,7 +75,7 @@ TEST(Stability, ALightParticleShortensTheStepByTheRootOfItsMass) {
 Scene hung_patch() {
   Scene scene = patch();
   scene.cloths[0].name = "cloth";
-  scene.handles.push_back({"corners", "cloth", {30, 35}, {}, -1.0});
+  scene.handles.push_back({"corners", "cloth", {30, 35}, {}, {}});
   return scene;
 }
 

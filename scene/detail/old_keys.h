@@ -2,13 +2,19 @@
 #pragma once
 
 #include <selvedge/scene/detail/scene_json.h>
+#include <selvedge/scene/methods.h>
 
 namespace selvedge::detail {
 
-/// Renames keys of older scene files: "thickness" in "contact" and "contact.pairs" becomes
-/// "rest_gap"; the members of "layers" of a geometry become options of its "pattern". Call it
-/// before the document is checked. Throws std::invalid_argument through `fail` if both names are
-/// there.
+/// Gives the keys of older scene files their present places. Call it before the document is
+/// checked. Throws std::invalid_argument through `fail` if a value stands at both places.
 void rename_old_keys(LocatedJson& document);
+
+/// The same for options of methods that stand beside the name of the method. Call it after all
+/// overrides, as one of them may name another method.
+void move_old_options(LocatedJson& document, const Methods& methods);
+
+/// The present path of an old key in a `--set`, except that of an option: see move_old_options.
+std::string renamed_path(const std::string& path);
 
 }  // namespace selvedge::detail

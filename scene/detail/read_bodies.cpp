@@ -11,43 +11,17 @@
 namespace selvedge::detail {
 namespace {
 
-/// Unit and up axis that the scene gives. Where it gives none, `stated` (the format of the file
-/// states them) leaves them to the file; else the scene gets the ones that then count.
-LoadConfig read_load(Json& j, bool stated) {
-  LoadConfig load;
-  if (j.contains("unit")) load.unit = j["unit"].get<double>();
-  if (j.contains("up"))
-    load.up = j["up"] == "x" ? UpAxis::x : j["up"] == "y" ? UpAxis::y : UpAxis::z;
+/// Where the scene gives no unit or up axis and the format of the file does not state them, the
+/// scene gets the ones that then count.
+void complete_axes(const LoadConfig& load, bool stated, Json& j) {
   if (!stated && !load.unit) j["unit"] = 1.0;
   if (!stated && !load.up) j["up"] = "z";
-  // Frames of a sequence are never welded: each could be welded differently.
-  load.weld = j.contains("weld") && (j["weld"].is_number() || j["weld"].get<bool>());
-  load.groups = j["groups"].get<std::vector<std::string>>();
-  load.without = j["without_groups"].get<std::vector<std::string>>();
-  return load;
 }
 
-double read_weld_distance(const Json& j) {
-  return j.contains("weld") && j["weld"].is_number() ? j["weld"].get<double>() : 0.0;
-}
-
-BodyShape read_shape(const LocatedJson& document, const Json& j, const std::string& path) {
-  const auto type = j["type"].get<std::string>();
-  const auto number = [&](const char* key) { return j[key].get<double>(); };
-  BodyShape shape;
-  shape.resolution = j.value("resolution", shape.resolution);
-  if (type == "plane") shape.shape = Plane{number("size")};
-  if (type == "box") shape.shape = Box{read_vec3(j["size"])};
-  if (type == "sphere") shape.shape = Sphere{number("radius")};
-  if (type == "capsule") shape.shape = Capsule{number("radius"), number("length")};
-  if (type == "cylinder") shape.shape = Cylinder{number("radius"), number("height")};
-  if (type == "cone") shape.shape = Cone{number("radius"), number("height")};
-  if (type == "torus") {
-    if (number("tube") >= number("radius"))
-      fail(document, join(path, "tube"), "must be less than radius, or the ring has no hole");
-    shape.shape = Torus{number("radius"), number("tube")};
-  }
-  return shape;
+void read_weld(const Json& j, BodyFile& shape) {
+  const Json& weld = j["weld"];
+  shape.load.weld = weld.is_number() || weld.get<bool>();
+  if (weld.is_number()) shape.weld_distance = weld.get<double>();
 }
 
 /// A name with # for each digit of a number.
@@ -118,49 +92,79 @@ Json expand(const LocatedJson& document, const std::string& pattern, std::int64_
   return files;
 }
 
-BodySequence read_sequence(const LocatedJson& document, Json& j, const std::string& path) {
-  Json& sequence = j["sequence"];
-  BodySequence shape;
-  shape.fps = sequence["fps"].get<double>();
-  shape.start = sequence["start"].get<double>();
-  Json& files = sequence["files"];
-  const std::string place = join(path, "files");
-  if (files.is_string())
-    files = expand(document, files.get<std::string>(), sequence["first"], place);
-  for (std::size_t i = 0; i < files.size(); ++i)
-    shape.files.push_back(read_file(document, files[i], join(place, i)));
-  shape.load = read_load(j, states_axes(shape.files.front()));
-  return shape;
-}
+/// An obstacle with the keys of one shape.
+class BodyReader {
+ public:
+  BodyReader(const LocatedJson& document, const FieldReader& fields, Json& j,
+             const std::string& path)
+      : document_(document), fields_(fields), j_(j), path_(path) {}
 
-BodyFile read_body_file(const LocatedJson& document, Json& j, const std::string& path) {
-  const std::filesystem::path file = read_file(document, j["mesh"], path);
-  return {file, read_load(j, states_axes(file)), {}, read_weld_distance(j)};
-}
+  BodySpec read() const {
+    if (j_.contains("shape")) return read<BodyShape>();
+    return j_.contains("mesh") ? read<BodyFile>() : read<BodySequence>();
+  }
+
+ private:
+  template <class Shape>
+  BodySpec read() const {
+    BodyOf<Shape> body;
+    fields_.read(j_, path_, body);
+    complete(body.shape);
+    body.body.shape = std::move(body.shape);
+    if constexpr (!std::is_same_v<Shape, BodySequence>)
+      body.body.motion = read_motion(document_, j_["motion"], join(path_, "motion"));
+    return std::move(body.body);
+  }
+
+  void complete(BodyShape& shape) const {
+    shape.resolution = j_["shape"].value("resolution", shape.resolution);
+    const auto* torus = std::get_if<Torus>(&shape.shape);
+    if (torus != nullptr && torus->tube >= torus->radius)
+      fail(document_, join(path_, "shape.tube"),
+           "must be less than radius, or the ring has no hole");
+  }
+
+  void complete(BodyFile& shape) const {
+    const std::string place = join(path_, "mesh");
+    if (j_["mesh"].is_string())
+      shape.file = read_file(document_, j_["mesh"], place);
+    else
+      fields_.read(j_["mesh"], place, shape.mesh);
+    complete_axes(shape.load, j_["mesh"].is_string() && states_axes(shape.file), j_);
+    read_weld(j_, shape);
+  }
+
+  void complete(BodySequence& shape) const {
+    const std::string path = join(path_, "sequence"), place = join(path, "files");
+    SequenceKeys keys;
+    fields_.read(j_["sequence"], path, keys);
+    shape.fps = keys.fps;
+    shape.start = keys.start;
+    Json& files = j_["sequence"]["files"];
+    if (files.is_string()) files = expand(document_, files.get<std::string>(), keys.first, place);
+    for (std::size_t i = 0; i < files.size(); ++i)
+      shape.files.push_back(read_file(document_, files[i], join(place, i)));
+    complete_axes(shape.load, states_axes(shape.files.front()), j_);
+    // Frames of a sequence are never welded: each could be welded differently.
+    shape.load.weld = false;
+  }
+
+  const LocatedJson& document_;
+  const FieldReader& fields_;
+  Json& j_;
+  const std::string& path_;
+};
 
 }  // namespace
 
-void read_bodies(LocatedJson& document, Scene& scene) {
+void read_bodies(LocatedJson& document, const FieldReader& fields, Scene& scene) {
   std::set<std::string> taken;
   Json& list = document.root["obstacles"];
   for (std::size_t i = 0; i < list.size(); ++i) {
     const std::string path = join("obstacles", i);
-    Json& j = list[i];
-    BodySpec body;
-    body.name = read_name(document, j, "obstacles", i, taken);
-    if (j.contains("shape")) body.shape = read_shape(document, j["shape"], join(path, "shape"));
-    if (j.contains("mesh") && j["mesh"].is_string())
-      body.shape = read_body_file(document, j, join(path, "mesh"));
-    if (j.contains("mesh") && j["mesh"].is_object())
-      body.shape =
-          BodyFile{{}, read_load(j, false), read_inline_mesh(j["mesh"]), read_weld_distance(j)};
-    if (j.contains("sequence"))
-      body.shape = read_sequence(document, j, join(path, "sequence"));
-    else
-      body.motion = read_motion(document, j["motion"], join(path, "motion"));
-    body.placement = read_placement(document, j["transformation"], join(path, "transformation"));
-    body.friction = j["friction"].get<double>();
-    scene.bodies.push_back(std::move(body));
+    const std::string name = read_name(document, list[i], "obstacles", i, taken);
+    scene.bodies.push_back(BodyReader(document, fields, list[i], path).read());
+    scene.bodies.back().name = name;
   }
 }
 

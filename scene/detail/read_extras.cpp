@@ -73,7 +73,7 @@ void read_seams(LocatedJson& document, VertexSelector& selector, Scene& scene) {
   for (std::size_t i = 0; i < list.size(); ++i) {
     const std::string path = join("seams", i);
     Json& j = list[i];
-    SeamSpec seam;
+    SeamSpec& seam = scene.seams[i];
     seam.name = name_of(document, j, i, path, taken);
     const char* const sides[] = {"a", "b"};
     for (std::size_t k = 0; k < 2; ++k) {
@@ -84,42 +84,19 @@ void read_seams(LocatedJson& document, VertexSelector& selector, Scene& scene) {
           row_of(document, selector, j[sides[k]]["select"], cloth, join(side, "select"));
     }
     if (j["reverse"].get<bool>()) std::reverse(seam.vertices[1].begin(), seam.vertices[1].end());
-    seam.sewing = {j["pull"].get<double>(), j["tolerance"].get<double>(),
-                   j["damping"].get<double>(), j["acceleration"].get<double>()};
-    seam.merge = j["merge"].get<double>();
     refuse_bad_pairs(document, seam, path);
-    scene.seams.push_back(std::move(seam));
   }
 }
 
 void read_water(LocatedJson& document, VertexSelector& selector, Scene& scene) {
-  if (!document.root.contains("water")) return;
-  Json& j = document.root["water"];
-  WaterSpec& water = scene.water.emplace();
-  water.wetting = {j["diffusivity"].get<double>(), j["saturation"].get<double>()};
-  Json& list = j["sources"];
+  if (!scene.water) return;
+  Json& list = document.root["water"]["sources"];
   for (std::size_t i = 0; i < list.size(); ++i) {
     const std::string path = join("water.sources", i);
     const ClothSpec& cloth = piece_of(document, list[i], path, scene);
-    WaterSource source;
+    WaterSource& source = scene.water->sources[i];
     source.geometry = cloth.name;
     source.vertices = selector.select(list[i]["select"], cloth, join(path, "select"));
-    source.rate = list[i]["rate"].get<double>();
-    source.begin = list[i]["begin"].get<double>();
-    source.end = list[i]["end"].get<double>();
-    const Json& v = list[i]["velocity"];
-    source.velocity = Vec3(v[0].get<double>(), v[1].get<double>(), v[2].get<double>());
-    water.sources.push_back(std::move(source));
-  }
-}
-
-void read_formats(const Json& formats, OutputSpec& output) {
-  for (const Json& format : formats) {
-    output.formats.push_back((format.is_string() ? format : format["type"]).get<std::string>());
-    if (format.is_string()) continue;
-    MethodOptions& options = output.format_options[output.formats.back()];
-    for (const auto& [key, value] : format.items())
-      if (key != "type") options.set(key, option_value(value));
   }
 }
 

@@ -11,13 +11,9 @@ namespace selvedge::detail {
 /// std::invalid_argument through `fail` for a fabric that does not exist or cannot be used.
 void expand_fabrics(LocatedJson& document);
 
-/// Read the seams and the water of a complete document into `scene`, which has its pieces and
-/// materials already. Throw std::invalid_argument through `fail`.
+/// Read the particles of seams and water of a complete document into `scene`, which has the
+/// numbers, its pieces and its materials already. Throw std::invalid_argument through `fail`.
 void read_seams(LocatedJson& document, VertexSelector& selector, Scene& scene);
 void read_water(LocatedJson& document, VertexSelector& selector, Scene& scene);
-
-/// Reads "output.formats": names, or objects with a name ("type") and options. The formats
-/// themselves check both when a run starts.
-void read_formats(const Json& formats, OutputSpec& output);
 
 }  // namespace selvedge::detail

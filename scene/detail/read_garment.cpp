@@ -12,35 +12,33 @@
 namespace selvedge::detail {
 namespace {
 
-GarmentMesh mesh_file(const LocatedJson& document, Json& j, const std::string& path) {
-  const std::string place = join(path, "sewing_pattern");
-  const auto file = read_file(document, j["sewing_pattern"], place);
+GarmentMesh mesh_file(const LocatedJson& document, const GarmentKeys& keys,
+                      const std::string& path) {
   PanelMeshConfig config;
-  config.edge_length = j["edge_length"].get<double>();
+  config.edge_length = keys.edge_length;
   try {
-    return mesh_garment(read_sewing_pattern(file), config);
+    return mesh_garment(read_sewing_pattern(keys.sewing_pattern), config);
   } catch (const std::invalid_argument& error) {
-    fail(document, place, error.what());
+    fail(document, join(path, "sewing_pattern"), error.what());
   }
 }
 
-void turn_upright(GarmentMesh& garment, const std::string& up) {
+void turn_upright(GarmentMesh& garment, UpAxis up) {
   LoadConfig axes;
-  axes.up = up == "x" ? UpAxis::x : up == "y" ? UpAxis::y : UpAxis::z;
+  axes.up = up;
   axes.weld = false;
   TriangleMesh turned = prepare_mesh({garment.placed, garment.flat.triangles}, axes, garment.name);
   garment.placed = std::move(turned.vertices);
 }
 
-void move_panels(const LocatedJson& document, const Json& moves, const std::string& path,
-                 GarmentMesh& garment) {
-  for (const auto& [name, move] : moves.items()) {
+void move_panels(const LocatedJson& document, const std::map<std::string, PanelMove>& moves,
+                 const std::string& path, GarmentMesh& garment) {
+  for (const auto& [name, move] : moves) {
     require_known(document, name, garment.panel_names, join(path, name), "panel");
     const auto found = std::find(garment.panel_names.begin(), garment.panel_names.end(), name);
     const auto panel = found - garment.panel_names.begin();
-    const Vec3 by = read_vec3(move["translation"]);
     for (std::int32_t v = garment.first_vertex[panel]; v < garment.first_vertex[panel + 1]; ++v)
-      garment.placed[v] += by;
+      garment.placed[v] += move.translation;
   }
 }
 
@@ -66,7 +64,8 @@ void refuse_touching(const LocatedJson& document, const std::string& path,
   }
 }
 
-SeamSpec seam_of(const GarmentMesh::Stitch& stitch, const std::string& piece, const Json& sewing) {
+SeamSpec seam_of(const GarmentMesh::Stitch& stitch, const std::string& piece,
+                 const GarmentSewing& sewing) {
   SeamSpec seam;
   seam.name = fmt::format("{}: {}", piece, stitch.name);
   seam.geometry = {piece, piece};
@@ -75,26 +74,26 @@ SeamSpec seam_of(const GarmentMesh::Stitch& stitch, const std::string& piece, co
     seam.vertices[0].push_back(stitch.a[i]);
     seam.vertices[1].push_back(stitch.b[i]);
   }
-  seam.sewing = {sewing["pull"].get<double>(), sewing["tolerance"].get<double>(),
-                 sewing["damping"].get<double>(), sewing["acceleration"].get<double>()};
-  seam.merge = sewing["merge"].get<double>();
+  seam.sewing = sewing.sewing;
+  seam.merge = sewing.merge;
   return seam;
 }
 
 }  // namespace
 
-void read_garment(LocatedJson& document, Json& geometry, const std::string& path, ClothSpec& cloth,
+void read_garment(const LocatedJson& document, const std::string& path, PieceOf<GarmentKeys>& piece,
                   std::vector<SeamSpec>& seams) {
-  GarmentMesh garment = mesh_file(document, geometry, path);
-  turn_upright(garment, geometry["up"].get<std::string>());
-  move_panels(document, geometry["panels"], join(path, "panels"), garment);
+  const GarmentKeys& keys = piece.shape;
+  GarmentMesh garment = mesh_file(document, keys, path);
+  turn_upright(garment, keys.up);
+  move_panels(document, keys.panels, join(path, "panels"), garment);
   refuse_touching(document, join(path, "sewing_pattern"), garment);
   for (const GarmentMesh::Stitch& stitch : garment.stitches)
-    seams.push_back(seam_of(stitch, cloth.name, geometry["sewing"]));
+    seams.push_back(seam_of(stitch, piece.cloth.name, keys.sewing));
   ClothFile shape;
   shape.mesh = {std::move(garment.placed), garment.flat.triangles};
   shape.rest_mesh = std::move(garment.flat);
-  cloth.shape = std::move(shape);
+  piece.cloth.shape = std::move(shape);
 }
 
 }  // namespace selvedge::detail

@@ -20,15 +20,6 @@ Eigen::Quaterniond read_axis_angle(const LocatedJson& document, const Json& j,
   return {cosine, v.x(), v.y(), v.z()};
 }
 
-Eigen::Quaterniond read_rotation(const LocatedJson& document, const Json& j,
-                                 const std::string& path) {
-  if (j.is_object()) return read_axis_angle(document, j, path);
-  Eigen::Quaterniond all = Eigen::Quaterniond::Identity();
-  for (std::size_t i = 0; i < j.size(); ++i)
-    all = read_axis_angle(document, j[i], join(path, i)) * all;
-  return all.normalized();
-}
-
 std::vector<Keyframe> read_keyframes(const LocatedJson& document, const Json& j,
                                      const std::string& path) {
   std::vector<Keyframe> keys;
@@ -45,6 +36,15 @@ std::vector<Keyframe> read_keyframes(const LocatedJson& document, const Json& j,
 }
 
 }  // namespace
+
+Eigen::Quaterniond read_rotation(const LocatedJson& document, const Json& j,
+                                 const std::string& path) {
+  if (j.is_object()) return read_axis_angle(document, j, path);
+  Eigen::Quaterniond all = Eigen::Quaterniond::Identity();
+  for (std::size_t i = 0; i < j.size(); ++i)
+    all = read_axis_angle(document, j[i], join(path, i)) * all;
+  return all.normalized();
+}
 
 Vec3 read_vec3(const Json& j) {
   return {j[0].get<double>(), j[1].get<double>(), j[2].get<double>()};
@@ -91,20 +91,6 @@ std::filesystem::path read_file(const LocatedJson& document, Json& j, const std:
     fail(document, path, file.string() + " is a folder; name a mesh file in it");
   j = file.string();
   return file;
-}
-
-TriangleMesh read_inline_mesh(const Json& j) {
-  TriangleMesh mesh;
-  for (const Json& x : j["vertices"]) mesh.vertices.push_back(read_vec3(x));
-  for (const Json& t : j["triangles"])
-    mesh.triangles.push_back(
-        {t[0].get<std::int32_t>(), t[1].get<std::int32_t>(), t[2].get<std::int32_t>()});
-  return mesh;
-}
-
-Placement read_placement(const LocatedJson& document, const Json& j, const std::string& path) {
-  return {read_vec3(j["translation"]),
-          read_rotation(document, j["rotation"], join(path, "rotation")), j["scale"].get<double>()};
 }
 
 void check_motions(const LocatedJson& document) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Values that several parts of a scene have: names, files, meshes, placements, motions. The
+// Values that several parts of a scene have: names, files, rotations, motions. The
 // document is checked and complete. Faults throw std::invalid_argument through `fail`.
 #pragma once
 
@@ -30,10 +30,9 @@ std::filesystem::path absolute_path(const LocatedJson& document, const std::stri
 /// The absolute path of a file that exists; also stored in the document.
 std::filesystem::path read_file(const LocatedJson& document, Json& j, const std::string& path);
 
-/// "vertices" and "triangles".
-TriangleMesh read_inline_mesh(const Json& j);
-
-Placement read_placement(const LocatedJson& document, const Json& j, const std::string& path);
+/// One rotation, or a list that is applied in order.
+Eigen::Quaterniond read_rotation(const LocatedJson& document, const Json& j,
+                                 const std::string& path);
 
 /// Checks all of "motions", used or not.
 void check_motions(const LocatedJson& document);

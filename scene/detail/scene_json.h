@@ -49,7 +49,7 @@ void apply(LocatedJson& document, const Override& override_value);
 /// defaults of missing keys.
 void check_and_complete(LocatedJson& document, const Json& schema);
 
-/// data/scenes/scene.schema.json as compiled in, parsed once.
+/// The schema of scene files, made once from the fields of a scene (scene_fields.h).
 const Json& scene_schema();
 
 }  // namespace selvedge::detail

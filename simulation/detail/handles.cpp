@@ -36,7 +36,7 @@ void refuse_bad_handles(const Scene& scene, const BuiltScene& built) {
 void visit_held(const Scene& scene, const BuiltScene& built, double t0, double t1,
                 FunctionRef<void(std::int32_t particle, const Vec3& end)> visit) {
   for (const HandleSpec& handle : scene.handles) {
-    if (handle.release >= 0.0 && t0 >= handle.release) continue;
+    if (handle.release && t0 >= *handle.release) continue;
     const std::int32_t first = built.piece_begin[piece_of(scene, handle)];
     const std::vector<Vec3>& start = built.cloth.surface.vertices;
     Vec3 pivot = Vec3::Zero();

@@ -72,7 +72,7 @@ Refinement::Piece& Refinement::piece(std::int32_t number) {
 std::vector<GridCell> Refinement::due(const Piece& piece, std::span<const Vec3> x,
                                       std::span<const Vec3> v, double time) const {
   const RefineSpec& spec = piece.spec;
-  if (spec.when == RefineSpec::When::curved) return piece.cells.curved(x, spec.angle);
+  if (spec.when == RefineSpec::When::curved) return piece.cells.curved(x, spec.angle());
   if (time < piece.last + spec.after) return {};
   const bool slow =
       std::all_of(v.begin(), v.end(), [&](const Vec3& u) { return u.norm() <= spec.speed; });

@@ -27,9 +27,9 @@ std::set<std::int32_t> Refinement::colliding(const Simulation& simulation,
 Refinement::Joins Refinement::joins_due(const Simulation& simulation) const {
   Joins joins;
   for (const Piece& p : pieces_) {
-    if (p.spec.when != RefineSpec::When::curved || !(p.spec.join > 0.0)) continue;
+    if (p.spec.when != RefineSpec::When::curved || !(p.spec.join_deg > 0.0)) continue;
     const auto x = simulation.positions().subspan(begin(p.number), sizes_[p.number]);
-    std::vector<GridCell> cells = p.cells.flat(x, p.spec.join, p.spec.angle);
+    std::vector<GridCell> cells = p.cells.flat(x, p.spec.join(), p.spec.angle());
     if (!cells.empty())
       joins.events.push_back(
           {static_cast<std::int32_t>(p.number), simulation.time(), std::move(cells), true});

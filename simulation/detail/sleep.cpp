@@ -42,8 +42,7 @@ bool Sleep::handle_acts(const SimulationState& state, double t1) const {
   // have been twice as long as this one (joined steps).
   const double recent = std::max(kStill, 2.0 * (t1 - state.time));
   for (const HandleSpec& handle : scene_.handles)
-    if (handle.release >= 0.0 && handle.release <= state.time &&
-        handle.release > state.time - recent)
+    if (handle.release && *handle.release <= state.time && *handle.release > state.time - recent)
       return true;
   bool moves = false;
   visit_held(scene_, built_, state.time, t1, [&](std::int32_t i, const Vec3& end) {

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: MIT
+//
+// Types of keys that the structs of a scene do not have in the same form, and ranges that several
+// keys have.
+#pragma once
+
+#include <selvedge/core/fields.h>
+#include <selvedge/scene/scene.h>
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <type_traits>
+#include <variant>
+#include <vector>
+
+namespace selvedge {
+
+inline constexpr ValueRange kRestGap{1e-12, 0.1};
+inline constexpr ValueRange kFriction{0, 1e6};
+inline constexpr ValueRange kLength{1e-9, 1e4};
+inline constexpr ValueRange kSeeds{0, 4294967295};
+inline constexpr ValueRange kIndices{0, 2147483647};
+/// Most poses of a motion.
+inline constexpr std::size_t kKeyframes = 1000000;
+/// Of each component of a vector, unless its key has a range.
+inline constexpr ValueRange kCoordinate{-1e6, 1e6};
+
+/// Two members that a file gives as a list of two.
+template <class Value>
+struct PairView {
+  Value &a, &b;
+};
+template <class T, class Value>
+struct PairField {
+  Value T::*a;
+  Value T::*b;
+  auto operator()(auto& record) const { return PairView{record.*a, record.*b}; }
+};
+
+/// A method by its name, or as an object with the name ("type") and options.
+template <class Name, class Options>
+struct MethodView {
+  Name& name;
+  Options& options;
+  std::size_t family;      ///< among kMethodKeys
+  bool or_switch = false;  ///< true (the default) or false (none) instead of a name
+};
+template <class T>
+struct MethodField {
+  std::string T::*name;
+  MethodOptions T::*options;
+  std::size_t family;
+  bool or_switch = false;
+  auto operator()(auto& record) const {
+    return MethodView{record.*name, record.*options, family, or_switch};
+  }
+};
+
+/// A list of formats: names, or objects with the name ("type") and options.
+template <class Names, class Options>
+struct FormatsView {
+  Names& names;
+  Options& options;
+};
+struct FormatsField {
+  auto operator()(auto& output) const { return FormatsView{output.formats, output.format_options}; }
+};
+
+/// A fabric as the sheet of a laboratory.
+struct FabricSheet {};
+/// The keys of a material.
+struct MaterialKeys {
+  Material material;
+};
+
+struct AxisAngle {
+  Vec3 axis = Vec3::UnitZ();
+  double angle_deg = 0.0;
+};
+
+using FileOrMesh = std::variant<std::string, TriangleMesh>;
+/// The name of one of the motions, or its keyframes themselves.
+using MotionKey = std::variant<std::string, std::vector<Keyframe>>;
+
+// Ways to select particles.
+struct CornersKey {};
+struct EdgeKey {};
+struct VerticesKey {};
+struct BoxKey {};
+using SelectKey = std::variant<CornersKey, EdgeKey, VerticesKey, BoxKey>;
+
+/// One side of a seam.
+struct SideKey {};
+
+struct GarmentSewing {
+  SewingConfig sewing;
+  double merge = 0.004;
+};
+struct PanelMove {
+  Vec3 translation = Vec3::Zero();
+};
+/// The panels of a sewing pattern.
+struct GarmentKeys {
+  std::filesystem::path sewing_pattern;
+  double edge_length = 0.01;
+  UpAxis up = UpAxis::z;
+  std::map<std::string, PanelMove> panels;
+  GarmentSewing sewing;
+};
+
+/// A piece of cloth as files give it: the keys of its shape beside those of every piece.
+template <class Shape>
+struct PieceOf {
+  ClothSpec cloth;
+  Shape shape;
+};
+using PieceKey = std::variant<PieceOf<ClothFile>, PieceOf<GarmentKeys>, PieceOf<ClothGrid>>;
+
+struct SequenceKeys {
+  std::int64_t first = 0;
+  double fps = BodySequence{}.fps, start = BodySequence{}.start;
+};
+/// An obstacle as files give it.
+template <class Shape>
+struct BodyOf {
+  BodySpec body;
+  Shape shape;
+};
+using ObstacleKey = std::variant<BodyOf<BodyShape>, BodyOf<BodyFile>, BodyOf<BodySequence>>;
+
+namespace detail {
+
+inline Key name_key() {
+  return {.text = "Name, unique in its list; by default made from the place in the list",
+          .shortest = 1,
+          .longest = 100};
+}
+
+/// A key that the reader stores by hand and whose default is an empty list or group.
+template <class T>
+Unstored<T> empty_by_default() {
+  return {T{}};
+}
+
+}  // namespace detail
+}  // namespace selvedge

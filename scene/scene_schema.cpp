@@ -1,0 +1,427 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <selvedge/scene/detail/field_json.h>
+#include <selvedge/scene/methods.h>
+#include <selvedge/scene/scene_text.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace selvedge::detail {
+
+namespace {
+
+using Schema = nlohmann::ordered_json;
+
+Schema number(double value) {
+  constexpr double largest_whole = 1e15;
+  if (value == std::floor(value) && std::abs(value) < largest_whole)
+    return static_cast<std::int64_t>(value);
+  return value;
+}
+
+void add_range(Schema& schema, const ValueRange& range) {
+  if (std::isfinite(range.least))
+    schema[range.above_least ? "exclusiveMinimum" : "minimum"] = number(range.least);
+  if (std::isfinite(range.most)) schema["maximum"] = number(range.most);
+}
+
+/// An object with exactly the keys that are then added.
+Schema empty_object(const char* text) {
+  Schema schema{{"type", "object"}, {"additionalProperties", false}};
+  if (text != nullptr) schema["description"] = text;
+  return schema;
+}
+
+template <class T>
+constexpr const char* text_of() {
+  if constexpr (requires { Fields<T>::kText; })
+    return Fields<T>::kText;
+  else
+    return nullptr;
+}
+
+std::string sentence(const Key& key) {
+  return key.text + (key.unit.empty() ? "." : " [" + key.unit + "].");
+}
+
+/// The options of all methods of one family; one with several methods has the widest range.
+class FamilyOptions {
+ public:
+  void add(const std::string& method, const MethodOption& option) {
+    const auto [place, is_new] = options_.try_emplace(option.name, option);
+    MethodOption& all = place->second;
+    if (is_new) {
+      order_.push_back(option.name);
+    } else {
+      all.least = std::min(all.least, option.least);
+      all.most = std::max(all.most, option.most);
+      all.above_least = all.above_least && option.above_least;
+      if (all.kind != option.kind) all.kind = OptionKind::number;
+    }
+    texts_[option.name][option.meaning].push_back(method);
+  }
+
+  Schema properties(const std::string& initial_method) const {
+    Schema properties{{"type",
+                       {{"type", "string"},
+                        {"minLength", 1},
+                        {"default", initial_method},
+                        {"description", "Name of the method."}}}};
+    for (const std::string& name : order_) properties[name] = schema_of(options_.at(name));
+    return properties;
+  }
+
+ private:
+  Schema schema_of(const MethodOption& option) const {
+    Schema schema;
+    schema["type"] = option.kind == OptionKind::boolean ? "boolean"
+                     : option.kind == OptionKind::whole ? "integer"
+                                                        : "number";
+    if (option.kind != OptionKind::boolean)
+      add_range(schema, {option.least, option.most, option.above_least});
+    std::string text;
+    for (const auto& [meaning, methods] : texts_.at(option.name))
+      text += fmt::format("{}{}: {}", text.empty() ? "" : "; ", some_of(methods), meaning);
+    schema["description"] = text + (option.unit.empty() ? "" : " [" + option.unit + "]") + ".";
+    return schema;
+  }
+
+  static std::string some_of(const std::vector<std::string>& methods) {
+    constexpr std::size_t most = 4;
+    if (methods.size() <= most) return fmt::format("{}", fmt::join(methods, ", "));
+    return fmt::format("{} and {} others", methods.front(), methods.size() - 1);
+  }
+
+  std::map<std::string, MethodOption> options_;
+  std::vector<std::string> order_;
+  std::map<std::string, std::map<std::string, std::vector<std::string>>> texts_;
+};
+
+template <class T>
+inline constexpr bool kIsGroupList = false;
+template <class T>
+inline constexpr bool kIsGroupList<std::vector<T>> = HasFields<T> || kIsVariant<T>;
+
+const Schema any_options{
+    {"type", "object"},
+    {"additionalProperties", {{"oneOf", {{{"type", "number"}}, {{"type", "boolean"}}}}}},
+    {"properties", Schema::object()}};
+
+class SchemaBuilder {
+ public:
+  /// The schema of a struct, or a reference to its definition if it has a name.
+  template <HasFields T>
+  Schema of_struct() {
+    if constexpr (requires { Fields<T>::kName; }) {
+      const std::string name = Fields<T>::kName;
+      if (!definitions_.contains(name)) {
+        definitions_[name] = nullptr;  // keeps its place
+        definitions_[name] = object_of<T>();
+      }
+      return {{"$ref", "#/$defs/" + name}};
+    } else {
+      return object_of<T>();
+    }
+  }
+
+  template <HasFields T>
+  Schema object_of() {
+    Schema schema = empty_object(text_of<T>());
+    Schema required = Schema::array(), properties = Schema::object();
+    if constexpr (requires { Fields<T>::kType; }) {
+      required.push_back("type");
+      properties["type"] = {{"const", Fields<T>::kType}, {"type", "string"}};
+    }
+    T usual{};
+    Fields<T>::visit([&](const char* name, const auto& member, const Key& key) {
+      if (key.required) required.push_back(name);
+      properties[name] = property(usual, member, key);
+    });
+    if (!required.empty()) schema["required"] = required;
+    schema["properties"] = std::move(properties);
+    return schema;
+  }
+
+  const Schema& definitions() const { return definitions_; }
+
+ private:
+  /// The default of a key; null: it has none. Groups and lists of them are empty.
+  template <class T>
+  static Json initial_of(const T& value, const Key& key) {
+    if constexpr (HasFields<T> || kIsMap<T>)
+      return Json::object();
+    else if constexpr (kIsOptional<T>)
+      return {};
+    else if constexpr (kIsGroupList<T>)
+      return Json::array();
+    else
+      return json_of(value, key);
+  }
+
+  template <class T, class Member>
+  Schema property(T& usual, const Member& member, const Key& key) {
+    Schema schema;
+    Json initial;
+    if constexpr (std::is_invocable_v<Member, T&>) {
+      auto&& value = std::invoke(member, usual);
+      schema = of_value<std::remove_cvref_t<decltype(value)>>(key, value);
+      if (key.completed && !key.required) initial = initial_of(value, key);
+    } else {
+      schema = of_value<typename Member::Value>(key, {});
+      if (member.initial) initial = initial_of(*member.initial, key);
+    }
+    if (!initial.is_null()) schema["default"] = Schema::parse(initial.dump());
+    schema["description"] = sentence(key);
+    return schema;
+  }
+
+  template <class T>
+  Schema of_value(const Key& key, const T& usual) {
+    if constexpr (std::is_same_v<T, bool> || std::is_enum_v<T>) {
+      return of_words(key);
+    } else if constexpr (std::is_arithmetic_v<T>) {
+      Schema schema{{"type", std::is_integral_v<T> ? "integer" : "number"}};
+      add_range(schema, key.range);
+      return schema;
+    } else if constexpr (std::is_same_v<T, std::string> ||
+                         std::is_same_v<T, std::filesystem::path>) {
+      return of_text(key);
+    } else if constexpr (std::is_same_v<T, Vec3>) {
+      return of_vector(key);
+    } else if constexpr (std::is_same_v<T, Eigen::Quaterniond>) {
+      return of_rotation();
+    } else if constexpr (kIsMethodView<T>) {
+      return of_method(usual.family, usual.name, usual.or_switch);
+    } else if constexpr (kIsFormatsView<T>) {
+      return of_formats(key);
+    } else if constexpr (std::is_same_v<T, MethodOptions>) {
+      return any_options;
+    } else if constexpr (kIsOptional<T>) {
+      return of_value<typename T::value_type>(key, {});
+    } else if constexpr (kIsMap<T>) {
+      return {{"type", "object"},
+              {"additionalProperties", of_element<typename T::mapped_type>(key)}};
+    } else if constexpr (kIsVariant<T>) {
+      return of_variant(key, static_cast<const T*>(nullptr));
+    } else if constexpr (kIsPairView<T>) {
+      return of_list<std::remove_cvref_t<decltype(usual.a)>>(key, 2, 2);
+    } else if constexpr (kIsArray<T>) {
+      return of_list<typename T::value_type>(key, usual.size(), usual.size());
+    } else if constexpr (kIsVector<T>) {
+      return of_list<typename T::value_type>(key, key.shortest, key.longest);
+    } else if constexpr (std::is_same_v<T, MonotoneCurve>) {
+      return of_curve(key.axes);
+    } else if constexpr (std::is_same_v<T, FabricSheet>) {
+      return {{"type", "object"}};
+    } else {
+      return of_struct<T>();
+    }
+  }
+
+  static Schema of_words(const Key& key) {
+    if (key.words.empty()) return {{"type", "boolean"}};
+    Schema words = Schema::array();
+    for (const std::string& word : key.words)
+      if (!word.empty()) words.push_back(word);
+    return {{"type", "string"}, {"enum", words}};
+  }
+
+  static Schema of_text(const Key& key) {
+    if (!key.words.empty()) return of_words(key);
+    Schema schema{{"type", "string"}};
+    if (key.shortest > 0) schema["minLength"] = key.shortest;
+    if (key.longest < Key{}.longest) schema["maxLength"] = key.longest;
+    return schema;
+  }
+
+  /// An element of a list has the range and the words of its key; texts are not empty.
+  template <class T>
+  Schema of_element(const Key& key) {
+    Key element{.range = key.range, .words = key.words};
+    if constexpr (std::is_same_v<T, std::string>) element.shortest = 1;
+    if constexpr (kIsVector<T>) element.longest = key.longest;
+    return of_value<T>(element, {});
+  }
+
+  template <class T>
+  Schema of_list(const Key& key, std::size_t shortest, std::size_t longest) {
+    Schema schema{{"type", "array"}};
+    if (shortest > 0) schema["minItems"] = shortest;
+    if (longest < Key{}.longest) schema["maxItems"] = longest;
+    schema["items"] = of_element<T>(key);
+    return schema;
+  }
+
+  Schema of_vector(const Key& key) {
+    const bool usual = !std::isfinite(key.range.least);
+    Schema schema = of_list<double>({.range = usual ? kCoordinate : key.range}, 3, 3);
+    if (!usual) return schema;
+    definitions_["vec3"] = std::move(schema);
+    return {{"$ref", "#/$defs/vec3"}};
+  }
+
+  Schema of_rotation() {
+    definitions_["rotation"] = {
+        {"description", "One rotation, or a list of them applied one after the other."},
+        {"oneOf",
+         {of_struct<AxisAngle>(),
+          {{"type", "array"}, {"maxItems", 10}, {"items", of_struct<AxisAngle>()}}}}};
+    return {{"$ref", "#/$defs/rotation"}};
+  }
+
+  Schema of_curve(const std::vector<CurveAxis>& axes) {
+    Schema schema = empty_object(
+        "A curve through these points, which rise from (0, 0), by a monotone piecewise cubic.");
+    for (const CurveAxis& axis : axes) {
+      const Key key{.unit = axis.unit, .range = {0, axis.most}, .text = axis.text};
+      schema["required"].push_back(axis.name);
+      Schema& values = schema["properties"][axis.name];
+      values = of_list<double>(key, 2, 100000);
+      values["description"] = sentence(key);
+    }
+    return schema;
+  }
+
+  template <class... T>
+  Schema of_variant(const Key& key, const std::variant<T...>*) {
+    Schema alternatives = Schema::array();
+    (alternatives.push_back(of_alternative<T>(key)), ...);
+    return {{"oneOf", alternatives}};
+  }
+  template <class T>
+  Schema of_alternative(const Key& key) {
+    if constexpr (std::is_same_v<T, std::string>)
+      return {{"type", "string"}, {"minLength", 1}};
+    else if constexpr (kIsVector<T>)
+      return of_list<typename T::value_type>(key, key.shortest, key.longest);
+    else
+      return of_value<T>(key, {});
+  }
+
+  static Schema of_method(std::size_t family, const std::string& initial, bool or_switch) {
+    FamilyOptions options;
+    static const Methods methods;
+    for_each_family(methods, [&](const std::string& key, const auto& registry) {
+      if (key != kMethodKeys[family]) return;
+      for (const auto& [name, entry] : registry)
+        for (const MethodOption& option : entry.options()) options.add(name, option);
+    });
+    Schema object = any_options;
+    object["description"] =
+        "The method and its options; `selvedge list` gives the options of each method, with "
+        "defaults and ranges.";
+    object["properties"] = options.properties(initial);
+    Schema alternatives = Schema::array({{{"type", "string"}, {"minLength", 1}}});
+    if (or_switch) alternatives.push_back({{"type", "boolean"}});
+    alternatives.push_back(std::move(object));
+    return {{"oneOf", alternatives}};
+  }
+
+  static Schema of_formats(const Key& key) {
+    Schema object = any_options;
+    object["required"] = {"type"};
+    object["description"] = "The format and its options.";
+    object["properties"]["type"] = {
+        {"type", "string"}, {"minLength", 1}, {"description", "Name of the format."}};
+    return {{"type", "array"},
+            {"maxItems", key.longest},
+            {"items", {{"oneOf", {{{"type", "string"}, {"minLength", 1}}, object}}}}};
+  }
+
+  Schema definitions_ = Schema::object();
+};
+
+Schema make_schema() {
+  SchemaBuilder builder;
+  const Schema scene = builder.object_of<Scene>();
+  Schema schema{{"$schema", "https://json-schema.org/draft/2020-12/schema"},
+                {"$id", "https://selvedge.invalid/scene.schema.json"},
+                {"title", "selvedge scene"},
+                {"description",
+                 "A cloth, what it falls on, and how it is simulated. Lengths in metres, z up. "
+                 "Written by `selvedge list --scene schema`."}};
+  schema.update(scene);
+  schema["$defs"] = builder.definitions();
+  return schema;
+}
+
+// -- text ----------------------------------------------------------------------------------------
+
+/// Whether something within `schema` is described, so that it needs a line of its own.
+bool has_described_part(const Schema& schema) {
+  return std::any_of(schema.begin(), schema.end(), [](const Schema& part) {
+    return part.is_structured() &&
+           ((part.is_object() && part.contains("description")) || has_described_part(part));
+  });
+}
+
+void write(const Schema& schema, const std::string& indent, std::string& text) {
+  if (!schema.is_structured() || schema.empty()) {
+    text += schema.dump();
+    return;
+  }
+  const bool wide = has_described_part(schema), object = schema.is_object();
+  const std::string inner = indent + "  ";
+  text += object ? "{" : "[";
+  for (auto part = schema.begin(); part != schema.end(); ++part) {
+    if (part != schema.begin()) text += wide ? "," : ", ";
+    if (wide) text += "\n" + inner;
+    if (object) text += Schema(part.key()).dump() + ": ";
+    write(*part, inner, text);
+  }
+  if (wide) text += "\n" + indent;
+  text += object ? "}" : "]";
+}
+
+// -- table ---------------------------------------------------------------------------------------
+
+/// Adds the names of the keys within a part of a scene, each once.
+void add_names(const Schema& schema, const Schema& given, std::vector<std::string>& names) {
+  if (given.contains("$ref"))
+    return add_names(
+        schema, schema.at(Schema::json_pointer(given["$ref"].get<std::string>().substr(1))), names);
+  for (const Schema& alternative : given.value("oneOf", Schema::array()))
+    add_names(schema, alternative, names);
+  for (const char* inner : {"items", "additionalProperties"})
+    if (given.contains(inner) && given[inner].is_object()) add_names(schema, given[inner], names);
+  const Schema properties = given.value("properties", Schema::object());
+  for (const auto& [name, property] : properties.items())
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+}
+
+}  // namespace
+
+const Json& scene_schema() {
+  static const Json schema = Json::parse(make_schema().dump());
+  return schema;
+}
+
+}  // namespace selvedge::detail
+
+namespace selvedge {
+
+std::string scene_schema_text() {
+  std::string text;
+  detail::write(detail::make_schema(), "", text);
+  return text + "\n";
+}
+
+std::string scene_table_text() {
+  const auto schema = detail::make_schema();
+  std::string text = "| part | content | keys |\n| --- | --- | --- |\n";
+  for (const auto& [name, part] : schema["properties"].items()) {
+    std::vector<std::string> names;
+    detail::add_names(schema, part, names);
+    for (std::string& key : names) key = "`" + key + "`";
+    text += fmt::format("| `{}` | {} | {} |\n", name, part["description"].get<std::string>(),
+                        fmt::join(names, ", "));
+  }
+  return text;
+}
+
+}  // namespace selvedge

@@ -1,29 +1,32 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/cloth_pattern.h>
 
+// A pattern is a source that defines register_NAME(ClothPatternRegistry&), and a line here.
+#define SELVEDGE_PATTERNS(PATTERN) \
+  PATTERN(rectangular)             \
+  PATTERN(triangular)              \
+  PATTERN(simplified)              \
+  PATTERN(responsive)              \
+  PATTERN(arc)                     \
+  PATTERN(bilayered)               \
+  PATTERN(refined)                 \
+  PATTERN(support)                 \
+  PATTERN(nets)                    \
+  PATTERN(mesh)                    \
+  PATTERN(weave)                   \
+  PATTERN(knit)
+
 namespace selvedge {
 
-// The patterns register themselves in their own files. A new one adds its name to both lists.
-void register_rectangular(ClothPatternRegistry& registry);
-void register_triangular(ClothPatternRegistry& registry);
-void register_simplified(ClothPatternRegistry& registry);
-void register_responsive(ClothPatternRegistry& registry);
-void register_arc(ClothPatternRegistry& registry);
-void register_bilayered(ClothPatternRegistry& registry);
-void register_refined(ClothPatternRegistry& registry);
-void register_support(ClothPatternRegistry& registry);
-void register_nets(ClothPatternRegistry& registry);
-void register_mesh(ClothPatternRegistry& registry);
-void register_weave(ClothPatternRegistry& registry);
-void register_knit(ClothPatternRegistry& registry);
+#define SELVEDGE_DECLARE_PATTERN(name) void register_##name(ClothPatternRegistry& registry);
+SELVEDGE_PATTERNS(SELVEDGE_DECLARE_PATTERN)
+#undef SELVEDGE_DECLARE_PATTERN
 
 ClothPatternRegistry cloth_patterns() {
   ClothPatternRegistry registry;
-  for (const auto add :
-       {register_rectangular, register_triangular, register_simplified, register_responsive,
-        register_arc, register_bilayered, register_refined, register_support, register_nets,
-        register_mesh, register_weave, register_knit})
-    add(registry);
+#define SELVEDGE_ADD_PATTERN(name) register_##name(registry);
+  SELVEDGE_PATTERNS(SELVEDGE_ADD_PATTERN)
+#undef SELVEDGE_ADD_PATTERN
   return registry;
 }
 

@@ -124,7 +124,8 @@ TEST_F(DetectCommand, AllRunsEveryDetectorOfTheBuildOrSaysWhyNot) {
     }
     for (const Json& method : listed) {
       if (method["family"] != "broad_phase" && method["family"] != "narrow_phase") continue;
-      EXPECT_EQ(met.count(method["name"]), 1u) << method["name"];
+      const std::size_t times = method["available"].get<bool>() ? 1 : 0;
+      EXPECT_EQ(met.count(method["name"]), times) << method["name"];
     }
   }
 }

@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 struct AdviseOptions {
   std::string where;
-  double error = -1.0, stretch = -1.0;
+  double error = -1.0;
   bool json = false;
 };
 
@@ -47,8 +47,7 @@ std::vector<const CompareRow*> fitting(const CompareTable& table, const AdviseOp
   for (const CompareRow& row : table.rows) {
     const bool sound = row.status == RunStatus::ok && row.failure.empty() && row.run.result.clean;
     const bool near = o.error < 0.0 || (row.error && reliable_error(table, row) <= o.error);
-    const bool taut = o.stretch < 0.0 || row.run.result.max_stretch <= o.stretch;
-    if (sound && near && taut) rows.push_back(&row);
+    if (sound && near) rows.push_back(&row);
   }
   std::stable_sort(rows.begin(), rows.end(), [](const CompareRow* a, const CompareRow* b) {
     return a->run_s.median < b->run_s.median;
@@ -114,7 +113,6 @@ void add_advise_options(const Command& command) {
               "Largest error, in the unit of the comparison: by default relative to the extent of "
               "the cloth")
       .positive();
-  command.option("--max-stretch", o->stretch, "Largest (L-L0)/L0 of any spring").positive();
   command.flag("--json", o->json, "Print JSON");
   command.footer("Exit code: 0 found, 1 no cell is within the limits, 2 bad input.");
   command.action([o] { return run_command(*o); });

@@ -315,9 +315,6 @@ void add_ccd_options(const Command& command) {
               "One result for each kind and family (subfolder of the given folder), or "
               "for each kind, instead of each file")
       .one_of({"family", "kind"});
-  command.option("--tolerance", o->config.tolerance,
-                 "Tolerance of methods that have one, in their own unit; negative: their "
-                 "default");
   command
       .option("--min-separation", o->config.min_separation,
               "Minimum separation, metres: nearer primitives count as colliding. The "

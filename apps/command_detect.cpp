@@ -302,13 +302,6 @@ void add_detect_options(const Command& command) {
       .option("--thickness", o->thickness,
               "Metres by which each surface's boxes are inflated on each side (default 0)")
       .non_negative();
-  command.option("--tolerance", o->config.tolerance,
-                 "Tolerance of narrow phases that have one, in their own unit; negative: "
-                 "their default");
-  command
-      .option("--min-separation", o->config.min_separation,
-              "Minimum separation for narrow phases, metres")
-      .non_negative();
   command.option("--threads", o->threads, "Threads; 0: all (the result is the same)")
       .range(0, 1024);
   command.option("--repeats", o->repeats, "Repeats of each measurement (default 5)").range(1, 1000);

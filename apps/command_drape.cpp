@@ -30,11 +30,9 @@ using Json = nlohmann::ordered_json;
 struct DrapeOptions {
   std::vector<std::string> names;
   int seeds = 5, cells = 32, levels = 2, threads = 0;
-  double diameter = 0.30;
   bool woven = false, json = false;
   std::string stretch_law;     // empty: the fabric's
   std::string geometric, out;  // scene and mesh of a geometric drape
-  double tolerance = GeometricDrapeConfig{}.tolerance;
   int most_sweeps = GeometricDrapeConfig{}.most_sweeps;
 };
 
@@ -47,7 +45,6 @@ struct DrapeRow {
 
 DrapeRow compute(const Fabric& fabric, const DrapeOptions& o) {
   DrapeSeries series{.trial = {}, .seeds = o.seeds, .levels = o.levels};
-  series.trial.specimen = 0.5 * o.diameter;
   series.trial.cells = o.cells;
   series.trial.polar = !o.woven;
   Material material = fabric.material;
@@ -130,7 +127,7 @@ void hang(const DrapeOptions& o) {
   const GridConfig grid = grid_of(scene);
   const BuiltScene built = build_scene(scene, methods);
   const GeometricDrape drape = drape_geometrically(
-      grid, held_at_the_end(scene, built.cloth.surface.vertices), {o.tolerance, o.most_sweeps});
+      grid, held_at_the_end(scene, built.cloth.surface.vertices), {.most_sweeps = o.most_sweeps});
   double lowest = drape.shape.vertices.front().z();
   for (const Vec3& x : drape.shape.vertices) lowest = std::min(lowest, x.z());
   if (!o.out.empty()) refuse_other_kind(o.out, kObjMesh, "--out");
@@ -160,9 +157,9 @@ void run_command(const DrapeOptions& o) {
     print_escaped(
         "drape coefficient, %; {} cm on 18 cm, held on the support, {} mesh, {} cells, {}"
         "\n{:<32}{:>9}{:>10}{:>8}{:>8}{:>7}{:>8}{:>8}{:>11}  {}\n",
-        100.0 * o.diameter, o.woven ? "woven" : "polar", o.cells, counted(o.seeds, "seed"),
-        "fabric", "measured", "computed", "spread", "limit", "+-", "error", "strips", "unsettled",
-        "folds");
+        200.0 * DrapeSeries{}.trial.specimen, o.woven ? "woven" : "polar", o.cells,
+        counted(o.seeds, "seed"), "fabric", "measured", "computed", "spread", "limit", "+-",
+        "error", "strips", "unsettled", "folds");
   Json rows = Json::array();
   Heartbeat heartbeat("drape");
   for (std::size_t i = 0; i < fabrics.size(); ++i) {
@@ -184,7 +181,6 @@ void add_drape_options(const Command& command) {
       .range(1, 1000);
   command.option("--cells", o->cells, "Cells from the centre to the rim, of the size at the rim")
       .range(4, 1000);
-  command.option("--diameter", o->diameter, "Diameter of the cloth, m").range(0.2, 1.0);
   command.flag("--woven", o->woven,
                "Use a woven disc instead of a polar mesh, --cells across it; converges "
                "slowly");
@@ -202,8 +198,6 @@ void add_drape_options(const Command& command) {
   command.option("--geometric", o->geometric,
                  "Instead: hang the grid of this scene from the places where its handles end, by "
                  "geometry alone (Weil 1986)");
-  command.option("--tolerance", o->tolerance, "Of --geometric: " + geometric[0].meaning)
-      .range(geometric[0].least, geometric[0].most);
   command.option("--most-sweeps", o->most_sweeps, "Of --geometric: " + geometric[1].meaning)
       .range(static_cast<int>(geometric[1].least), static_cast<int>(geometric[1].most));
   command.option("--out", o->out, "Of --geometric: OBJ file for the shape");

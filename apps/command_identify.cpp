@@ -28,7 +28,6 @@ struct IdentifyOptions {
   std::vector<std::string> constants = {"bending"};
   std::vector<double> synthetic, finite_elements;
   double target = 0.0;
-  unsigned target_seed = 1;
   int cells = 12, evaluations = 60, threads = 0;
   GeneticConfig genetic;
   bool resume = false, json = false;
@@ -46,7 +45,7 @@ DrapeSearch search_of(const IdentifyOptions& o) {
       search.target.coefficient = *fabric.constants.drape_coefficient;
   }
   if (o.target > 0.0) search.target.coefficient = o.target;
-  if (!o.synthetic.empty()) search.aim_at(o.synthetic, o.target_seed);
+  if (!o.synthetic.empty()) search.aim_at(o.synthetic, 1);
   if (!(search.target.coefficient > 0.0))
     throw std::invalid_argument(
         "identify: nothing to fit; give a fabric with a drape coefficient, --target or "
@@ -254,8 +253,6 @@ void add_identify_options(const Command& command) {
               "Fit the drape computed with these constants (SI), to test whether the "
               "search finds them")
       .comma_separated();
-  command.option("--target-seed", o->target_seed,
-                 "Seed of that drape; the search itself uses seed 1");
   command.option("--method", o->method, "genetic, nelder_mead or both")
       .one_of({"genetic", "nelder_mead", "both"});
   command.option("--cells", o->cells, "Cells from the centre to the rim").range(4, 1000);

@@ -20,14 +20,13 @@ namespace fs = std::filesystem;
 
 struct MeasureOptions {
   std::string result, out;
-  int frame = -1;
   double support = 0.0;
   std::vector<double> centre;
   bool json = false, no_picture = false;
 };
 
 MeasureConfig config_of(const MeasureOptions& o) {
-  MeasureConfig config{.frame = o.frame, .support_radius = {}, .support_centre = {}};
+  MeasureConfig config{.support_radius = {}, .support_centre = {}};
   if (o.support > 0.0) config.support_radius = o.support;
   if (!o.centre.empty()) config.support_centre = Eigen::Vector2d(o.centre[0], o.centre[1]);
   return config;
@@ -84,8 +83,6 @@ void run_command(const MeasureOptions& o) {
 void add_measure_options(const Command& command) {
   const auto o = std::make_shared<MeasureOptions>();
   command.option("RESULT", o->result, "Result folder of a run").required();
-  command.option("--frame", o->frame, "Number of the frame (default: the last one)")
-      .range(0, 99999);
   command
       .option("--support", o->support,
               "Radius of the support, m (default: that of the scene's first upright "

@@ -30,7 +30,7 @@ using Json = nlohmann::ordered_json;
 struct PlanOptions {
   std::string scene, write;
   std::vector<std::string> set, accept;
-  int measure = 0, repeats = 3, threads = 1, seeds = 5;
+  int measure = 0, repeats = 3, seeds = 5;
   bool ablate = false, json = false;
   double tolerance = 0.01;
 };
@@ -186,7 +186,7 @@ int run_command(const PlanOptions& o) {
   if (!o.accept.empty() && o.write.empty())
     throw std::invalid_argument("--accept needs --write FILE for the scene without these parts");
   const Scene scene = read_scene(o.scene, read_overrides(o.set), methods);
-  const ThreadLimit limit(o.threads);
+  const ThreadLimit limit(1);
   const auto items = plan_scene(scene, build_scene(scene, methods), methods);
   Json all = {{"scene", scene.name}, {"plan", plan_json(items)}};
   if (!o.json) print_plan(items);
@@ -214,7 +214,6 @@ void add_options(const Command& command, PlanOptions& o) {
       .range(1, 1'000'000);
   command.option("--repeats", o.repeats, "Repeats of --measure, interleaved (default 3)")
       .range(1, 1000);
-  command.option("--threads", o.threads, "Threads of the runs (default 1); 0: all").range(0, 1024);
   command.flag("--ablate", o.ablate,
                "Run the scene without each optional part: difference and time");
   command.option("--seeds", o.seeds, "Runs of each scene for --ablate (default 5)").range(2, 1000);

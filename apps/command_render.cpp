@@ -26,9 +26,8 @@ using namespace selvedge;
 
 struct RenderOptions {
   std::string result, out, frames, size, eye, target, animation;
-  std::optional<double> field_of_view, fps, grid;
+  std::optional<double> field_of_view;
   int turntable = 0;
-  bool last = false;
 };
 
 // ---- values of options ---------------------------------------------------------------------
@@ -83,7 +82,7 @@ std::vector<Shot> shots(const RenderOptions& options, ResultPictures& pictures,
   choice.target = point("--target", options.target);
   choice.field_of_view = options.field_of_view;
   read_size(options.size, choice);
-  const bool all = !options.animation.empty() && options.turntable == 0 && !options.last;
+  const bool all = !options.animation.empty() && options.turntable == 0;
   const std::vector<int> frames = !options.frames.empty()
                                       ? chosen_frames(options.frames, pictures.frames())
                                   : all ? pictures.frames()
@@ -109,7 +108,6 @@ std::vector<Shot> shots(const RenderOptions& options, ResultPictures& pictures,
 double playing_rate(const RenderOptions& options, const ResultPictures& pictures,
                     const std::vector<Shot>& list) {
   constexpr double turntable_fps = 30.0;
-  if (options.fps) return *options.fps;
   if (options.turntable > 0) return turntable_fps;
   if (list.size() < 2) return pictures.fps();
   return pictures.fps() * static_cast<double>(list.size() - 1) /
@@ -124,7 +122,6 @@ std::filesystem::path picture_folder(const RenderOptions& options, const ResultP
 
 int render_command(const RenderOptions& options) {
   ResultPictures pictures(options.result);
-  if (options.grid) pictures.set_grid(*options.grid);
   const auto out = picture_folder(options, pictures);
   const std::vector<Shot> list = shots(options, pictures, out);
   std::error_code error;
@@ -161,16 +158,12 @@ void add_render_options(const Command& command) {
   command.option("result", options->result, "Result folder of a run, or a mesh file").required();
   command.option("--out", options->out,
                  "Folder for the pictures (default: pictures/ of the result)");
-  const Command::Option frames =
-      command.option("--frames", options->frames, "FIRST:LAST:STEP or one number");
-  command.flag("--last", options->last, "Only the last frame (the default)").excludes(frames);
+  command.option("--frames", options->frames, "FIRST:LAST:STEP or one number (default: the last)");
   command.option("--size", options->size, "WIDTHxHEIGHT of the pictures");
   command.option("--eye", options->eye, "Position of the camera, x,y,z in metres");
   command.option("--target", options->target, "Point that the camera looks at, x,y,z in metres");
   command.option("--fov", options->field_of_view, "Vertical field of view, degrees")
       .range(1.0, 170.0);
-  command.option("--grid", options->grid, "Distance of the lines on the cloth, m; 0: none")
-      .range(0.0, 1e6);
   command
       .option("--turntable", options->turntable,
               "This many views around the last of the chosen frames")
@@ -178,8 +171,6 @@ void add_render_options(const Command& command) {
   command.option("--animation", options->animation,
                  "Also encode the pictures as an animation with ffmpeg: .mp4, .webm or "
                  ".gif");
-  command.option("--fps", options->fps, "Pictures per second of the animation (default: real time)")
-      .range(0.01, 1000.0);
   command.action([options] { return render_command(*options); });
 }
 

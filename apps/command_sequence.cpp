@@ -22,13 +22,11 @@ struct SequenceOptions {
   std::string file, out, base, up;
   double fps = 30.0;
   std::optional<double> unit;
-  bool no_weld = false;
 };
 
 int sequence_command(const SequenceOptions& o) {
-  const AnimationConfig config{.fps = o.fps,
-                               .base = o.base,
-                               .load = {.unit = o.unit, .up = up_axis(o.up), .weld = !o.no_weld}};
+  const AnimationConfig config{
+      .fps = o.fps, .base = o.base, .load = {.unit = o.unit, .up = up_axis(o.up)}};
   const MeshAnimation animation = load_animation(o.file, config);
   const std::string stem = fs::path(o.file).stem().string();
   const fs::path out = o.out.empty() ? fs::path(stem) : fs::path(o.out);
@@ -72,8 +70,6 @@ void add_sequence_options(const Command& command) {
       .option("--up", options->up,
               "Axis of the file that points up (default: what it states, else z)")
       .one_of({"x", "y", "z"});
-  command.flag("--no-weld", options->no_weld,
-               "Keep vertices apart that are at the same place in every frame");
   command.action([options] { return sequence_command(*options); });
 }
 

@@ -152,14 +152,9 @@ void add_case_options(const Command& group, CaseOptions& options) {
       .option("--limit", options.limit,
               "Wall seconds after which a case counts as failed (default 120)")
       .positive();
-  group.flag("--list", options.list, "Print the names of the cases");
 }
 
 int run_cases(const CaseOptions& options) {
-  if (options.list) {
-    for (const std::string& name : extreme_case_names(options.cases)) print_escaped("{}\n", name);
-    return 0;
-  }
   const std::vector<ExtremeMethod> methods = chosen_methods(options);
   const bool several = methods.size() > 1;
   json results = json::array();

@@ -14,7 +14,7 @@ struct CaseOptions {
   std::filesystem::path out;                                  ///< for frames; empty: none
   int threads = 0;                                            ///< 0: no limit
   double limit = 120.0;                                       ///< s per case
-  bool json = false, list = false;
+  bool json = false;
 };
 
 /// The options of `selvedge stability` that apply only to a folder.

@@ -154,17 +154,6 @@ void add_swatch_options(const Command& command) {
   command.option("--ends", t.ends, "Warp yarns per metre").positive();
   command.option("--picks", t.picks, "Weft yarns per metre").positive();
   command.option("--modulus", t.weave.warp.modulus, "Young's modulus of the yarns, Pa").positive();
-  command
-      .option("--bending-share", t.weave.warp.bending_share,
-              "Bending rigidity of a yarn relative to a solid rod")
-      .range(1e-6, 1.0);
-  command
-      .option("--crimp-share", t.weave.crimp_share, "Share of the warp in the height of the crimps")
-      .range(0.01, 0.99);
-  command.option("--contact", t.weave.contact, "Stiffness of a crossing against compression, N/m")
-      .positive();
-  command.option("--rotation", t.weave.rotation, "Moment that turns one yarn on another, N m/rad")
-      .positive();
   command.option("--links", t.weave.links, "Links of a yarn between two crossings, an even number")
       .range(2, 100);
   command.option("--crossings", t.crossings, "Yarns along each side of the swatch").range(8, 200);

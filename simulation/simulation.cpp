@@ -78,7 +78,7 @@ std::span<const Vec3> Simulation::velocities() const { return parts_->state.v; }
 
 std::vector<StepContact> Simulation::contacts() const {
   if (!parts_->attempts.accepted) return {};
-  return step_contacts(*parts_->methods.response, parts_->attempt);
+  return step_contacts(*parts_->methods.response, parts_->outcome);
 }
 
 std::map<std::string, double> Simulation::energies() const {

@@ -26,15 +26,15 @@ constexpr int kLeftForClean = 2;
 constexpr double kExplicitSafety = 0.9;
 
 // Whether another attempt of the same length would be by a method that gains less energy.
-bool has_other_method(const IntegratorTraits& traits, const detail::StepAttempt& a) {
-  return traits.follows_energy && a.v_free != a.v_mean;
+bool has_other_method(const IntegratorTraits& traits, const detail::SolvedVelocities& v) {
+  return traits.follows_energy && v.free != v.mean;
 }
 
 // The velocity of the bodies and held particles in a step whose balance is known; without any, that
 // of the centre of mass.
-Vec3 common_velocity(const detail::StepInput& in, const detail::StepAttempt& a) {
+Vec3 common_velocity(const detail::StepInput& in, std::span<const Vec3> x_t1) {
   for (std::size_t i = 0; i < in.inv_mass.size(); ++i)
-    if (!(in.inv_mass[i] > 0.0)) return (a.x_t1[i] - in.x_t0[i]) / in.h;
+    if (!(in.inv_mass[i] > 0.0)) return (x_t1[i] - in.x_t0[i]) / in.h;
   Vec3 momentum = Vec3::Zero();
   double mass = 0.0;
   for (std::size_t i = 0; i < in.n(); ++i) {
@@ -46,21 +46,23 @@ Vec3 common_velocity(const detail::StepInput& in, const detail::StepAttempt& a) 
 
 // Takes as much of the difference between the end velocities and the mean ones out of an attempt as
 // it gains energy. Returns the energy that this takes, J.
-double temper(const detail::StepInput& in, double gain, detail::StepAttempt& a) {
-  const Vec3 frame = common_velocity(in, a);
+double temper(const detail::StepInput& in, double gain, std::span<const Vec3> v_end,
+              detail::StepOutcome& outcome) {
+  const Vec3 frame = common_velocity(in, outcome.x_t1());
+  std::vector<Vec3>& free = outcome.v.free;
+  const std::vector<Vec3>& mean = outcome.v.mean;
   double b = 0.0, c = 0.0;
   for (std::size_t i = 0; i < in.n(); ++i) {
     if (!(in.inv_mass[i] > 0.0)) continue;
-    const Vec3 d = a.v_free[i] - a.v_mean[i];
-    b += in.particles.mass[i] * d.dot(a.v_end[i] - d - frame);
+    const Vec3 d = free[i] - mean[i];
+    b += in.particles.mass[i] * d.dot(v_end[i] - d - frame);
     c += 0.5 * in.particles.mass[i] * d.squaredNorm();
   }
   if (!(c > 0.0)) return 0.0;
   const double least = -0.5 * b / c;  // where the energy is least
   const double square = least * least - (gain - b - c) / c;
   const double kept = std::clamp(square > 0.0 ? least + std::sqrt(square) : least, 0.0, 1.0);
-  for (std::size_t i = 0; i < in.n(); ++i)
-    a.v_free[i] = a.v_mean[i] + kept * (a.v_free[i] - a.v_mean[i]);
+  for (std::size_t i = 0; i < in.n(); ++i) free[i] = mean[i] + kept * (free[i] - mean[i]);
   return b * (1.0 - kept) + c * (1.0 - kept * kept);
 }
 
@@ -74,7 +76,8 @@ double Simulation::Parts::longest_step(double h) {
   input.t0 = state.time;
   input.t1 = state.time + h;
   input.h = h;
-  detail::hold_particles(scene, built, state, input, attempt);
+  std::vector<Vec3> x_t1(input.x_t0.size());
+  detail::hold_particles(scene, built, state, input, x_t1);
   return kExplicitSafety *
          methods.integrator->stable_step(input.particles, state.time, h / kExplicitSafety);
 }
@@ -117,7 +120,7 @@ double Simulation::Parts::stable_step(double h, double target) {
   return std::min(h, left / std::ceil(left / stable));
 }
 
-detail::StepOutcome Simulation::Parts::attempt_step(double h, double t1, bool may_shorten) {
+void Simulation::Parts::attempt_step(double h, double t1, bool may_shorten) {
   const bool tries = may_shorten && attempts.lengths.size() == 1 && state.given_strain == 0.0;
   input.hopeless_strain = tries && !methods.untangling() ? detail::StrainGuard::kHopeless
                                                          : std::numeric_limits<double>::infinity();
@@ -125,48 +128,51 @@ detail::StepOutcome Simulation::Parts::attempt_step(double h, double t1, bool ma
   input.t1 = t1;
   input.h = h;
   input.nominal_h = nominal_step();
-  detail::StepOutcome outcome;
-  attempt.pinches = state.pinches;
+  std::vector<Pinch> pinches = state.pinches;
   methods.pinches.begin_attempt();
   do {
-    detail::begin_step(scene, built, state, input, attempt);
-    expect_motion();
-    hold_pinched();
-    outcome = detail::attempt_step(methods, input, attempt);
-  } while (outcome.pinches_more || slip_pinches(outcome));
-  attempt.counts.add_to(result.counters);
-  return outcome;
+    outcome = {};
+    detail::Course course = detail::begin_step(scene, built, state, input);
+    course.pinches = std::move(pinches);
+    expect_motion(course);
+    hold_pinched(course);
+    outcome = detail::attempt_step(methods, input, std::move(course));
+    pinches = outcome.near.pinches;
+  } while (outcome.near.pinches_more || slip_pinches());
+  outcome.counts.add_to(result.counters);
 }
 
 // Before an attempt: the integrator may know better where free particles go than they would coast.
-void Simulation::Parts::expect_motion() {
-  std::vector<Vec3>& mean = attempt.v_mean;
+void Simulation::Parts::expect_motion(detail::Course& course) const {
+  std::vector<Vec3>& mean = course.v_mean;
   if (!methods.integrator->expect(input.h, state.v, mean)) return;
   for (std::size_t i = 0; i < n(); ++i) {
     if (input.inv_mass[i] > 0.0)
-      attempt.x_t1[i] = input.x_t0[i] + input.h * mean[i];
+      course.x_t1[i] = input.x_t0[i] + input.h * mean[i];
     else
       mean[i] = input.v_coasting[i];
   }
-  if (input.followers != nullptr) input.followers->place(std::span(attempt.x_t1).first(n()));
+  if (input.followers != nullptr) input.followers->place(std::span(course.x_t1).first(n()));
 }
 
 // Before an attempt: pinched cloth goes where its surfaces take it.
-void Simulation::Parts::hold_pinched() {
-  methods.pinches.hold(input, attempt.x_t1, attempt.pinches);
-  for (const Pinch& pinch : attempt.pinches)
-    attempt.v_mean[pinch.vertex] = input.v_coasting[pinch.vertex];
-  if (methods.untangler) methods.untangler->set_pinches(attempt.pinches);
+void Simulation::Parts::hold_pinched(detail::Course& course) {
+  methods.pinches.hold(input, course.x_t1, course.pinches);
+  for (const Pinch& pinch : course.pinches)
+    course.v_mean[pinch.vertex] = input.v_coasting[pinch.vertex];
+  if (methods.untangler) methods.untangler->set_pinches(course.pinches);
 }
 
 // Whether pinched cloth slips, so that the attempt has to begin again.
-bool Simulation::Parts::slip_pinches(const detail::StepOutcome& outcome) {
-  if (attempt.pinches.empty()) return false;
+bool Simulation::Parts::slip_pinches() {
+  if (outcome.near.pinches.empty()) return false;
+  const detail::Parting& parting = outcome.parting;
   const bool carried = methods.untangler && methods.untangler->carries_pinches();
-  const bool slips = outcome.accepted
-                         ? attempt.over_strain &&
-                               methods.pinches.slip(methods.strain.measures(), input, attempt.x_t1)
-                         : carried && methods.pinches.join(attempt.collisions, input, attempt.x_t1);
+  const bool slips =
+      outcome.accepted()
+          ? parting.over_strain &&
+                methods.pinches.slip(methods.strain.measures(), input, parting.ends.x_t1)
+          : carried && methods.pinches.join(parting.ends.collisions, input, parting.ends.x_t1);
   if (!slips) return false;
   ++result.counters["pinches_slipped"];
   return true;
@@ -214,11 +220,11 @@ void Simulation::Parts::make_step(StepControl control) {
                                                        " s is too short to advance the time of " +
                                                        std::to_string(state.time) + " s");
     const bool may_shorten = control.halvings + kLeftForClean < scene.time.max_halvings;
-    const detail::StepOutcome outcome = attempt_step(h, t1, may_shorten);
+    attempt_step(h, t1, may_shorten);
     const bool once_more =
-        attempts.lengths.size() == 1 && has_other_method(methods.traits, attempt);
-    if (!outcome.accepted) {
-      note_rejection(outcome);
+        attempts.lengths.size() == 1 && has_other_method(methods.traits, outcome.v);
+    if (!outcome.accepted()) {
+      note_rejection();
       if (control.halvings + 1 >= scene.time.max_halvings) name_cause();
       if (once_more) continue;
       if (control.halvings < scene.time.max_halvings) {
@@ -264,22 +270,22 @@ void Simulation::Parts::sleep_until(double target, int nominal_steps) {
 bool Simulation::Parts::gains_energy() {
   if (!methods.traits.is_implicit || !methods.traits.any_step || methods.untangling()) return false;
   const auto scope = clock.measure("balance");
-  attempt.v_end.resize(n());
-  detail::end_velocities(methods.traits, input, attempt, attempt.v_end);
-  finish_velocities(attempt.v_end);
+  std::vector<Vec3> v_end(n());
+  detail::end_velocities(methods.traits, input, outcome, v_end);
+  finish_velocities(v_end);
   if (!balance.weigh(methods.integrator->forces(),
-                     {input.x_t0, attempt.x_t1, input.particles.v, attempt.v_end, input.inv_mass,
+                     {input.x_t0, outcome.x_t1(), input.particles.v, v_end, input.inv_mass,
                       input.particles.mass, input.t0, input.h, methods.program.total_force()}))
     return false;
-  if (attempt.answered_in_solve && balance.gain() > balance.bound()) {
+  if (outcome.v.answered && balance.gain() > balance.bound()) {
     std::vector<ContactImpulse> impulses;
-    methods.response->impulses(attempt.v_mean, impulses);
+    methods.response->impulses(outcome.v.mean, impulses);
     double work = 0.0;
     for (const ContactImpulse& c : impulses) work += c.work_normal + c.work_friction;
     balance.stored(std::max(0.0, work));
   }
   if (balance.gain() > balance.bound() && methods.traits.follows_energy) {
-    balance.stored(temper(input, balance.gain(), attempt));
+    balance.stored(temper(input, balance.gain(), v_end, outcome));
     ++result.counters["tempered_steps"];
   }
   return balance.gain() > balance.bound();
@@ -290,9 +296,9 @@ bool Simulation::Parts::gains_energy() {
 bool Simulation::Parts::strains_far(double h, bool may) {
   if (methods.untangling() && !methods.untangler->carries_pinches()) return false;
   detail::StrainTrial trial{.h = h, .given = state.given_strain, .may_shorten = may};
-  if (attempt.over_strain) {
+  if (outcome.parting.over_strain) {
     const auto scope = clock.measure("strain");
-    trial.end = methods.strain.overshoot(std::span(attempt.x_t1).first(n()));
+    trial.end = methods.strain.overshoot(outcome.x_t1().first(n()));
     if (detail::StrainGuard::is_far(trial.end)) trial.start = methods.strain.overshoot(state.x);
   }
   if (strain_guard.wants_shorter(trial)) return true;
@@ -309,21 +315,23 @@ void Simulation::Parts::finish_velocities(std::span<Vec3> v) const {
   std::vector<Vec3> off(n(), Vec3::Zero());
   for (const std::int32_t i : methods.layers.nodes())
     if (input.inv_mass[i] > 0.0)
-      off[i] = (attempt.x_t1[i] - input.x_t0[i]) / input.h - attempt.v_mean[i];
+      off[i] = (outcome.x_t1()[i] - input.x_t0[i]) / input.h - outcome.v.mean[i];
   methods.layers.push_leaders(input.particles.mass, input.particles.inv_mass, off, v);
 }
 
 // Keeps the parts of a rejected attempt that the next one overwrites.
-void Simulation::Parts::note_rejection(const detail::StepOutcome& outcome) {
+void Simulation::Parts::note_rejection() {
+  detail::Parting& parting = outcome.parting;
+  const detail::Rejection& why = *parting.rejection;
   RejectedAttempt& failed = attempts.rejected;
   failed.h = input.h;
-  failed.not_finite = outcome.not_finite;
-  failed.cause = outcome.not_finite >= 0
-                     ? methods.names.vertex(outcome.not_finite) + " has no finite position"
-                     : outcome.cause;
-  failed.pairs = attempt.collisions;
+  failed.not_finite = why.not_finite;
+  failed.cause = why.not_finite >= 0
+                     ? methods.names.vertex(why.not_finite) + " has no finite position"
+                     : why.cause;
+  failed.pairs = std::move(parting.ends.collisions);
   failed.x_t0 = input.x_t0;
-  failed.x_t1 = attempt.collisions.empty() ? attempt.x_t1 : attempt.x_tested;
+  failed.x_t1 = std::move(failed.pairs.empty() ? parting.ends.x_t1 : parting.x_tested);
 }
 
 // Puts what brought the pairs of the last rejected attempt together, and what helps, before the
@@ -334,7 +342,7 @@ void Simulation::Parts::name_cause() {
   RecordedAttempt facts;
   facts.h = input.h;
   facts.inv_mass = input.inv_mass;
-  facts.contacts = attempt.contacts;
+  facts.contacts = outcome.near.points;
   const detail::Inquiry inquiry(
       {scene, methods.names, failed, facts, state.v, built.cloth.surface.triangles});
   failed.cause = inquiry.blame() + " (" + failed.cause + ")";
@@ -348,10 +356,10 @@ bool Simulation::Parts::carry_jam() {
   std::vector<ContactPoint> pairs = failed.pairs;
   std::set<std::int32_t> jammed;
   for (const ContactPoint& c : failed.pairs) jammed.insert(c.vertex.begin(), c.vertex.end());
-  for (const ContactPoint& c : attempt.contacts)
+  for (const ContactPoint& c : outcome.near.points)
     if (std::any_of(c.vertex.begin(), c.vertex.end(), [&](auto v) { return jammed.contains(v); }))
       pairs.push_back(c);
-  if (!methods.untangler->carry_pinches(failed.pairs, attempt.pinches) &&
+  if (!methods.untangler->carry_pinches(failed.pairs, outcome.near.pinches) &&
       !methods.untangler->carry_jam(pairs, failed.x_t0))
     return false;
   state.tangles = methods.untangler->tangles();
@@ -385,20 +393,20 @@ void Simulation::Parts::accept() {
                               state.step);
   carry_proof();
   std::vector<double>& mass = input.particles.mass;
-  ledger.accept(detail::response_step(methods, input), *methods.response, attempt);
-  methods.response->accept(attempt.x_t1);
+  ledger.accept(outcome);
+  methods.response->accept(outcome.x_t1());
   count_substitutes();
   balance.accept();
-  detail::end_velocities(methods.traits, input, attempt, state.v);
-  std::copy_n(attempt.x_t1.begin(), n(), state.x.begin());
+  detail::end_velocities(methods.traits, input, outcome, state.v);
+  std::copy_n(outcome.x_t1().begin(), n(), state.x.begin());
   methods.strain.finish(detail::limit_step(input), mass, state.x, state.v);
   finish_velocities(state.v);
   state.acceleration = joined.acceleration(input.particles.v, state.v, input.h);
   // Cloth that slept until now has to be still for long again before it sleeps.
   state.still = sleep.still_after(sleep.is_due(state) ? 0.0 : state.still, state.v, input.h);
-  note_bodies(attempt.x_t1);
+  note_bodies(outcome.x_t1());
   if (water) water->advance(state.time, input.h, state, mass);
-  state.pinches = attempt.pinches;
+  state.pinches = outcome.near.pinches;
   state.time = input.t1;
   state.refined = false;
   ++state.step;
@@ -414,21 +422,21 @@ void Simulation::Parts::accept() {
 // Methods that acted in place of those that the scene names.
 void Simulation::Parts::count_substitutes() {
   const std::string_view other = methods.response->substitute();
-  if (!other.empty() && !(attempt.contacts.empty() && attempt.met.empty()))
+  if (!other.empty() && !(outcome.near.points.empty() && outcome.met.empty()))
     ++result.counters[fmt::format("substituted_{}_by_{}", scene.contact.response, other)];
 }
 
 std::vector<StepContact> step_contacts(const Response& response,
-                                       const detail::StepAttempt& attempt) {
+                                       const detail::StepOutcome& outcome) {
   using Key = std::pair<std::array<std::int32_t, 4>, std::array<double, 4>>;
   std::vector<StepContact> contacts;
   std::map<Key, std::size_t> index;
-  for (const auto* list : {&attempt.contacts, &attempt.met})
+  for (const auto* list : {&outcome.near.points, &outcome.met})
     for (const ContactPoint& c : *list)
       if (index.emplace(Key{c.vertex, c.weight}, contacts.size()).second)
-        contacts.push_back({c, c.normal.dot(relative(c, attempt.x_t1)), Vec3::Zero()});
+        contacts.push_back({c, c.normal.dot(relative(c, outcome.x_t1())), Vec3::Zero()});
   std::vector<ContactImpulse> impulses;
-  response.impulses(attempt.v_mean, impulses);
+  response.impulses(outcome.v.mean, impulses);
   for (const ContactImpulse& impulse : impulses)
     if (const auto at = index.find({impulse.vertex, impulse.weight}); at != index.end())
       contacts[at->second].impulse += impulse.impulse;

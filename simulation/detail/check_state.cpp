@@ -31,8 +31,7 @@ Crossings Simulation::Parts::crossings_now() {
   look_at_state();
   const auto scope = clock.measure("verify");
   Crossings found = methods.detection.find_crossings();
-  uncrossed.clear();
-  if (scene.plan.proofs && found.empty()) uncrossed = input.x_t0;
+  uncrossed = scene.plan.proofs && found.empty();
   return found;
 }
 
@@ -49,21 +48,24 @@ bool Simulation::Parts::steps_prove_uncrossed() const {
   return motion.self && motion.finds_all_collisions && !excludes && !methods.untangling();
 }
 
+// Whether the step or the look at the state starts with the bodies at body_x: a program may have
+// moved them since.
+bool Simulation::Parts::bodies_are_in_place() const {
+  return std::ranges::equal(std::span(input.x_t0).subspan(n()), body_x);
+}
+
 // The accepted step carries the proof from its start to its end, if it starts at the very state
 // that is proved, bodies included.
 void Simulation::Parts::carry_proof() {
   const auto scope = clock.measure("verify");
-  if (!uncrossed.empty() && uncrossed == input.x_t0 && steps_prove_uncrossed())
-    uncrossed = attempt.x_t1;
-  else
-    uncrossed.clear();
+  uncrossed = uncrossed && bodies_are_in_place() && steps_prove_uncrossed();
 }
 
 // Whether the steps have proved the state of look_at_state. The last frame of a scene is searched
 // all the same, and so is every frame in validation builds.
 bool Simulation::Parts::is_proved_uncrossed() const {
   const std::int64_t steps = std::int64_t{scene.time.frames} * scene.time.steps_per_frame;
-  return !detail::kValidatesSteps && control().done < steps && uncrossed == input.x_t0;
+  return !detail::kValidatesSteps && control().done < steps && uncrossed && bodies_are_in_place();
 }
 
 void Simulation::Parts::verify_frame() {
@@ -88,8 +90,9 @@ bool Simulation::Parts::verifies_clean() {
   return present_result().clean;
 }
 
-void Simulation::Parts::note_bodies(const std::vector<Vec3>& x) {
-  body_x.assign(x.begin() + static_cast<std::ptrdiff_t>(n()), x.end());
+void Simulation::Parts::note_bodies(std::span<const Vec3> x) {
+  const auto bodies = x.subspan(n());
+  body_x.assign(bodies.begin(), bodies.end());
 }
 
 void Simulation::Parts::note_memory() {
@@ -108,7 +111,7 @@ void Simulation::Parts::note_strain() {
 }
 
 std::vector<std::uint8_t> Simulation::Parts::flags() const {
-  return vertex_flags({built.cloth, state.x, attempt.contacts, state.pinches, state.tangles.list,
+  return vertex_flags({built.cloth, state.x, outcome.near.points, state.pinches, state.tangles.list,
                        methods.untangler && methods.untangler->report().given_up,
                        detail::kStrainTolerance});
 }

@@ -90,9 +90,8 @@ double EnergyBalance::start_energy(const ForceSum& forces, const BalanceStep& st
     forces.save_memory(memory);
     remembers_ = !memory.empty();
   }
-  const std::span<const Vec3> x = step.x_t0.first(step.mass.size());
-  if (!*remembers_ && std::ranges::equal(x, end_x_)) return end_;
-  return forces.energy({x, step.v_t0, step.mass, step.time});
+  if (!*remembers_ && carried_) return *carried_;
+  return forces.energy({step.x_t0.first(step.mass.size()), step.v_t0, step.mass, step.time});
 }
 
 bool EnergyBalance::weigh(const ForceSum& forces, const BalanceStep& step) {
@@ -105,7 +104,7 @@ bool EnergyBalance::weigh(const ForceSum& forces, const BalanceStep& step) {
   if (!start_) start_ = start_energy(forces, step);
   const std::span<const Vec3> x_end = step.x_t1.first(n);
   end_ = forces.energy({x_end, step.v_t1, step.mass, step.time + step.h});
-  end_x_.assign(x_end.begin(), x_end.end());
+  carried_.reset();
   const double before = kinetic(step, step.v_t0, frame), after = kinetic(step, step.v_t1, frame);
   // In the frame that moves by `shift`, the cloth is lower by as much.
   gain_ =
@@ -124,6 +123,7 @@ bool EnergyBalance::wants_shorter() {
 }
 
 void EnergyBalance::accept() {
+  carried_ = weighed_ ? std::optional(end_) : std::nullopt;
   if (!weighed_) return;
   ++steps_;
   if (gain_ <= bound_) return;

@@ -47,8 +47,8 @@ class EnergyBalance {
   /// Whether an attempt of half the length is worth it: the gain is above the bound, and the last
   /// halving, if there was one, reduced it.
   bool wants_shorter();
-  /// Call when a force changed between steps, and with it the energy of the present state.
-  void forget() { end_x_.clear(); }
+  /// Call when the state or a force changed between steps.
+  void forget() { carried_.reset(); }
   /// Call when the last attempt is accepted.
   void accept();
 
@@ -70,9 +70,10 @@ class EnergyBalance {
   bool guards_ = true;    // asks for shorter steps
   bool weighed_ = false;  // the last attempt
   double gain_ = 0.0, bound_ = 0.0, last_gain_ = -1.0;
-  std::optional<double> start_;    // J, potential energy at the start of the step
-  std::vector<Vec3> end_x_;        // m, particles at the end of the last weighed attempt
-  double end_ = 0.0;               // J, potential energy there
+  std::optional<double> start_;  // J, potential energy at the start of the step
+  double end_ = 0.0;             // J, potential energy at the end of the last weighed attempt
+  std::optional<double>
+      carried_;  // J, that of the accepted state, unless a weighed attempt left it
   std::optional<bool> remembers_;  // forces have a memory, which a step changes
   int steps_ = 0, gained_steps_ = 0, retries_ = 0;
   double gained_ = 0.0, max_gain_ = 0.0;

@@ -19,6 +19,7 @@
 #include <selvedge/simulation/step_report.h>
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -39,16 +40,15 @@ struct Simulation::Parts {
   SimulationState state;
   std::vector<Vec3> body_x;  // m, of the body vertices at the state's time
   detail::StepInput input;
-  detail::StepAttempt attempt;
-  StepReport attempts;  // `attempt` is the last one
+  detail::StepOutcome outcome;  // of the last attempt
+  StepReport attempts;
   detail::StepLedger ledger;
   detail::EnergyBalance balance;
   detail::StrainGuard strain_guard;
   std::optional<detail::Water> water;
-  std::vector<Vec3>
-      uncrossed;     // m, joint: a state that is proved to have no crossing; may be empty
-  RunResult result;  // with the present mesh
-  RunResult before;  // of the parts of the run before a change of the mesh or a resume
+  bool uncrossed = false;  // the state, with the bodies at body_x, is proved to have no crossing
+  RunResult result;        // with the present mesh
+  RunResult before;        // of the parts of the run before a change of the mesh or a resume
 
   Parts(const Scene& s, BuiltScene b, const Methods& m);
 
@@ -72,14 +72,14 @@ struct Simulation::Parts {
   void make_step(StepControl control);
   void sleep_until(double target, int nominal_steps);
   void wake() { state.still = 0.0; }
-  detail::StepOutcome attempt_step(double h, double t1, bool may_shorten);
-  void expect_motion();
-  void hold_pinched();
-  bool slip_pinches(const detail::StepOutcome& outcome);
+  void attempt_step(double h, double t1, bool may_shorten);
+  void expect_motion(detail::Course& course) const;
+  void hold_pinched(detail::Course& course);
+  bool slip_pinches();
   bool gains_energy();
   bool strains_far(double h, bool may);
   void finish_velocities(std::span<Vec3> v) const;
-  void note_rejection(const detail::StepOutcome& outcome);
+  void note_rejection();
   bool carry_jam();
   void name_cause();
   [[noreturn]] void give_up();
@@ -90,11 +90,12 @@ struct Simulation::Parts {
   void look_at_state();
   Crossings crossings_now();
   bool steps_prove_uncrossed() const;
+  bool bodies_are_in_place() const;
   void carry_proof();
   bool is_proved_uncrossed() const;
   void verify_frame();
   bool verifies_clean();
-  void note_bodies(const std::vector<Vec3>& x);
+  void note_bodies(std::span<const Vec3> x);
   void note_strain();
   void note_memory();
   std::vector<std::uint8_t> flags() const;
@@ -106,6 +107,6 @@ struct Simulation::Parts {
 
 /// The contacts of an accepted attempt with their impulses; `response` is as it was left.
 std::vector<StepContact> step_contacts(const Response& response,
-                                       const detail::StepAttempt& attempt);
+                                       const detail::StepOutcome& outcome);
 
 }  // namespace selvedge

@@ -100,9 +100,6 @@ Simulation::Parts::Parts(const Scene& s, BuiltScene b, const Methods& m)
   input.inv_mass.assign(joint, 0.0);
   input.x_t0.resize(joint);
   input.body_step.resize(methods.detection.body_vertices());
-  attempt.x_t1.resize(joint);
-  attempt.v_free.resize(n());
-  attempt.x_free.resize(n());
   if (scene.water) water.emplace(scene, built);
   if (!methods.followers.empty()) input.followers = &methods.followers;
   input.program = &methods.program;
@@ -172,6 +169,9 @@ void Simulation::Parts::restore(SimulationState saved) {
   state = std::move(saved);
   if (water) water->restore(state, input.particles.mass);
   attempts.accepted = attempts.given_up = false;
+  outcome = {};
+  uncrossed = false;
+  balance.forget();
   detail::place_bodies(built, state.time, input.x_t0);
   note_bodies(input.x_t0);
   if (!methods.untangler) return;

@@ -29,74 +29,88 @@ constexpr int kStrainRounds = 6;
 
 constexpr std::size_t kEndGrain = 2048;  // particles per task
 
-void trace_stage(const StepMethods& m, const char* stage, const StepAttempt& a,
-                 std::span<const ImplicitTerm> terms = {}) {
-  if (m.trace) m.trace->stage({stage, a.x_t1, a.collisions, terms, a.v_mean});
-}
-
-std::span<Vec3> particle_ends(const StepInput& in, StepAttempt& a) {
-  return std::span(a.x_t1).first(in.n());
+std::span<Vec3> particles(const StepInput& in, std::vector<Vec3>& x_t1) {
+  return std::span(x_t1).first(in.n());
 }
 
 // Held particles keep the prescribed end position, to the bit.
-void move_by_velocity(const StepInput& in, StepAttempt& a) {
+void move_by_velocity(const StepInput& in, std::span<const Vec3> v_mean, std::vector<Vec3>& x_t1) {
   parallel_for(in.n(), kEndGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
-      if (in.inv_mass[i] > 0.0) a.x_t1[i] = in.x_t0[i] + in.h * a.v_mean[i];
+      if (in.inv_mass[i] > 0.0) x_t1[i] = in.x_t0[i] + in.h * v_mean[i];
   });
-  if (in.followers != nullptr) in.followers->place(particle_ends(in, a));
+  if (in.followers != nullptr) in.followers->place(particles(in, x_t1));
 }
 
-std::int32_t first_not_finite(const StepInput& in, const StepAttempt& a) {
+std::optional<Rejection> not_finite(const StepInput& in, std::span<const Vec3> x_t1) {
   const double count = parallel_sum(in.n(), kEndGrain, [&](std::size_t begin, std::size_t end) {
     double own = 0.0;
     for (std::size_t i = begin; i < end; ++i)
-      if (!a.x_t1[i].allFinite()) own += 1.0;
+      if (!x_t1[i].allFinite()) own += 1.0;
     return own;
   });
-  if (count == 0.0) return -1;
-  for (std::size_t i = 0; i < in.n(); ++i)
-    if (!a.x_t1[i].allFinite()) return static_cast<std::int32_t>(i);
-  return -1;
+  if (count == 0.0) return std::nullopt;
+  std::size_t first = 0;
+  while (x_t1[first].allFinite()) ++first;
+  return Rejection{.cause = {}, .not_finite = static_cast<std::int32_t>(first)};
 }
 
-StepOutcome reject_not_finite(std::int32_t particle, StepAttempt& a) {
-  a.collisions.clear();
-  return {.accepted = false, .cause = {}, .not_finite = particle};
+void trace_stage(const StepMethods& m, const char* stage, const StepEnds& ends,
+                 const SolvedVelocities& v, std::span<const ImplicitTerm> terms = {}) {
+  if (m.trace) m.trace->stage({stage, ends.x_t1, ends.collisions, terms, v.mean});
 }
 
 // -- contacts near the start ----------------------------------------------------------------------
 
-void find_contacts(StepMethods& m, const StepInput& in, StepAttempt& a) {
-  m.detection.set_motion(in.x_t0, a.x_t1, in.bodies_move, StepTimes{in.t0, in.t1});
+NearContacts find_contacts(StepMethods& m, const StepInput& in, const Course& course) {
+  NearContacts near{.points = {}, .pinches = course.pinches};
+  m.detection.set_motion(in.x_t0, course.x_t1, in.bodies_move, StepTimes{in.t0, in.t1});
   m.detection.find_candidates();
-  m.detection.find_proximities(a.contacts);
-  a.counts.contacts = a.contacts.size();
-  for (const ContactPoint& c : a.contacts)
-    a.counts.max_gap_violation = std::max(a.counts.max_gap_violation, c.rest_gap - c.gap);
+  m.detection.find_proximities(near.points);
+  const bool may_cross = m.untangler && m.untangler->carries_pinches();
+  near.pinches_more = m.pinches.add(in, near.points, course.x_t1, near.pinches, may_cross);
+  return near;
+}
+
+StepCounts count(const NearContacts& near) {
+  StepCounts counts{.contacts = near.points.size()};
+  for (const ContactPoint& c : near.points)
+    counts.max_gap_violation = std::max(counts.max_gap_violation, c.rest_gap - c.gap);
+  return counts;
+}
+
+// Contacts beside pinched vertices; those near the start are counted before.
+void fit_to_pinches(StepMethods& m, const StepInput& in, NearContacts& near) {
+  m.pinches.drop_along(in, near.pinches, near.points);
+  m.pinches.taper(in, near.pinches, near.points);
+  if (m.untangler && m.untangler->carries_pinches()) m.pinches.guide(in, near.pinches, near.points);
 }
 
 // -- forces ---------------------------------------------------------------------------------------
 
-void begin_forces(StepMethods& m, const StepInput& in, StepAttempt& a) {
+SolvedVelocities begin_forces(StepMethods& m, const StepInput& in,
+                              std::span<const ContactPoint> contacts, std::vector<Vec3> v_mean) {
   const auto scope = m.clock.measure("forces");
-  a.touched.clear();
+  SolvedVelocities v{std::move(v_mean), std::vector<Vec3>(in.n(), Vec3::Zero())};
+  std::vector<std::int32_t> touched;  // the particles of these contacts
   const bool everywhere =
       m.untangling() || (m.traits.follows_energy && m.sewing.goes_on(in.particles.x));
   if (!everywhere)
-    for (const ContactPoint& c : a.contacts)
+    for (const ContactPoint& c : contacts)
       for (const std::int32_t i : c.vertex)
-        if (static_cast<std::size_t>(i) < in.n()) a.touched.push_back(i);
-  m.integrator->begin({in.particles, in.t0, in.h, everywhere || !a.contacts.empty(), a.touched},
-                      {a.v_mean, a.v_free});
+        if (static_cast<std::size_t>(i) < in.n()) touched.push_back(i);
+  m.integrator->begin({in.particles, in.t0, in.h, everywhere || !contacts.empty(), touched},
+                      {v.mean, v.free});
+  return v;
 }
 
-void begin_response(StepMethods& m, const StepInput& in, const StepAttempt& a) {
+void begin_response(StepMethods& m, const StepInput& in, std::span<const ContactPoint> contacts,
+                    std::span<const Vec3> v_mean) {
   const auto scope = m.clock.measure("response");
   ResponseStep step = response_step(m, in);
-  if (!a.contacts.empty()) step.unbalanced = m.integrator->unbalanced(a.v_mean);
+  if (!contacts.empty()) step.unbalanced = m.integrator->unbalanced(v_mean);
   m.response->begin(step);
-  m.response->add(a.contacts);
+  m.response->add(contacts);
 }
 
 std::span<const ImplicitTerm> response_terms(StepMethods& m) {
@@ -104,204 +118,235 @@ std::span<const ImplicitTerm> response_terms(StepMethods& m) {
   return m.response->terms();
 }
 
-bool update_response(StepMethods& m, StepAttempt& a) {
+bool update_response(StepMethods& m, std::span<Vec3> v_mean) {
   const auto scope = m.clock.measure("response");
-  return m.response->update(a.v_mean);
+  return m.response->update(v_mean);
 }
 
-// One solve with these terms of the response; gives its residual.
-double solve(StepMethods& m, const StepInput& in, StepAttempt& a,
-             std::span<const ImplicitTerm> terms, double looser) {
+// One solve with these terms of the response.
+SolveReport solve(StepMethods& m, const StepInput& in, std::span<const ImplicitTerm> terms,
+                  double looser, SolvedVelocities& v) {
   const auto scope = m.clock.measure("solve");
-  a.answered_in_solve = !terms.empty();
-  const SolveReport report = m.integrator->solve(
-      m.untangling() ? m.untangler->with_drive(terms, in.particles.mass) : terms,
-      {a.v_mean, a.v_free}, a.answered_in_solve ? looser : 1.0);
-  ++a.counts.solves;
-  a.counts.solver_iterations += report.iterations;
-  a.counts.solver_bytes += report.bytes;
-  a.counts.solves_not_converged += report.converged ? 0 : 1;
-  return report.residual;
+  v.answered = !terms.empty();
+  return m.integrator->solve(
+      m.untangling() ? m.untangler->with_drive(terms, in.particles.mass) : terms, {v.mean, v.free},
+      v.answered ? looser : 1.0);
+}
+
+StepCounts count(const SolveReport& report) {
+  return {.solves = 1,
+          .solver_iterations = report.iterations,
+          .solves_not_converged = report.converged ? 0 : 1,
+          .solver_bytes = report.bytes};
 }
 
 // -- answers on the end positions -----------------------------------------------------------------
 
-void correct_ends(StepMethods& m, const StepInput& in, StepAttempt& a) {
-  move_by_velocity(in, a);
-  m.strain.begin();
-  if (!m.traits.ends_with_mean) std::copy_n(a.x_t1.begin(), in.n(), a.x_free.begin());
-  const auto scope = m.clock.measure("response");
-  m.response->correct(a.x_t1);
-  const auto ends = particle_ends(in, a);
+bool keep(const StepInput& in, std::span<Vec3> ends) {
   in.keep_followers(ends);
-  a.x_corrected.assign(ends.begin(), ends.end());
-  trace_stage(m, "contacts", a);
+  return in.followers != nullptr;
 }
 
-void limit_strain(StepMethods& m, const StepInput& in, StepAttempt& a) {
-  if (!m.strain.acts()) return;
-  const auto keep = [&](std::span<Vec3> ends) {
-    in.keep_followers(ends);
-    return in.followers != nullptr;
-  };
-  a.counts.strain_sweeps = std::max(a.counts.strain_sweeps, 0) +
-                           m.strain.limit(limit_step(in), particle_ends(in, a), keep, m.clock);
-  trace_stage(m, "strain limit", a);
+// The ends that the velocities and the response give. The bodies and held particles of `x_t1` are
+// at their ends.
+StepEnds correct_ends(StepMethods& m, const StepInput& in, const SolvedVelocities& v,
+                      std::vector<Vec3> x_t1) {
+  StepEnds ends{.x_t1 = std::move(x_t1)};
+  move_by_velocity(in, v.mean, ends.x_t1);
+  m.strain.begin();
+  const auto own = particles(in, ends.x_t1);
+  if (!m.traits.ends_with_mean) ends.x_free.assign(own.begin(), own.end());
+  const auto scope = m.clock.measure("response");
+  m.response->correct(ends.x_t1);
+  in.keep_followers(own);
+  return ends;
 }
 
-void limit_strain_beside(StepMethods& m, const StepInput& in, StepAttempt& a) {
-  const auto keep = [&](std::span<Vec3> ends) {
-    in.keep_followers(ends);
-    return in.followers != nullptr;
-  };
-  a.counts.strain_sweeps +=
-      m.strain.limit_beside(limit_step(in), {a.parted, in.inv_mass}, a.x_t1, keep, m.clock);
-  trace_stage(m, "strain limit", a);
+StepCounts limit_strain(StepMethods& m, const StepInput& in, StepEnds& ends) {
+  if (!m.strain.acts()) return {};
+  return {.strain_sweeps = m.strain.limit(
+              limit_step(in), particles(in, ends.x_t1),
+              [&](std::span<Vec3> own) { return keep(in, own); }, m.clock)};
 }
 
-void find_collisions(StepMethods& m, const StepInput& in, StepAttempt& a) {
-  if (m.detection.renew_candidates()) ++a.counts.candidate_rebuilds;
-  m.detection.find_collisions(a.collisions);
+StepCounts limit_strain_beside(StepMethods& m, const StepInput& in,
+                               std::span<const ContactPoint> parted, StepEnds& ends) {
+  return {.strain_sweeps = m.strain.limit_beside(
+              limit_step(in), {parted, in.inv_mass}, ends.x_t1,
+              [&](std::span<Vec3> own) { return keep(in, own); }, m.clock)};
+}
+
+StepCounts find_collisions(StepMethods& m, const StepInput& in, StepEnds& ends) {
+  const StepCounts counts{.candidate_rebuilds = m.detection.renew_candidates() ? 1 : 0};
+  m.detection.find_collisions(ends.collisions);
   if constexpr (kValidatesSteps)
     validate_attempt(m.validator, m.detection.searched(), m.names, in.step);
+  return counts;
 }
 
 // Contacts, limits and a test of the paths that result.
-void finish_ends(StepMethods& m, const StepInput& in, StepAttempt& a, StepOutcome& outcome) {
-  correct_ends(m, in, a);
-  if (const std::int32_t particle = first_not_finite(in, a); particle >= 0) {
-    outcome = reject_not_finite(particle, a);
-    return;
-  }
-  limit_strain(m, in, a);
-  find_collisions(m, in, a);
+void finish_ends(StepMethods& m, const StepInput& in, Solution& s) {
+  s.ends = correct_ends(m, in, s.v, std::move(s.ends.x_t1));
+  trace_stage(m, "contacts", s.ends, s.v);
+  if ((s.rejection = not_finite(in, s.ends.x_t1))) return;
+  s.ends.response =
+      exchanged_by_response(response_step(m, in), *m.response, s.v, particles(in, s.ends.x_t1));
+  s.counts += limit_strain(m, in, s.ends);
+  if (m.strain.acts()) trace_stage(m, "strain limit", s.ends, s.v);
+  s.counts += find_collisions(m, in, s.ends);
 }
 
-void add_collisions_as_contacts(StepMethods& m, StepAttempt& a) {
-  m.response->add(a.collisions);
-  a.met.insert(a.met.end(), a.collisions.begin(), a.collisions.end());
+void add_collisions_as_contacts(StepMethods& m, Solution& s) {
+  m.response->add(s.ends.collisions);
+  s.met.insert(s.met.end(), s.ends.collisions.begin(), s.ends.collisions.end());
 }
 
 // -- forces with contacts -------------------------------------------------------------------------
 
 // Forces, contacts and friction give the end-of-step state. Collisions on the way to it become
 // contacts of another solve.
-StepOutcome solve_implicit(StepMethods& m, const StepInput& in, StepAttempt& a) {
-  begin_forces(m, in, a);
-  begin_response(m, in, a);
-  StepOutcome outcome;
+Solution solve_implicit(StepMethods& m, const StepInput& in, std::span<const ContactPoint> contacts,
+                        Course course) {
+  Solution s{.v = begin_forces(m, in, contacts, std::move(course.v_mean)),
+             .ends = {.x_t1 = std::move(course.x_t1)}};
+  begin_response(m, in, contacts, s.v.mean);
   int collision_solves = 0;
   double looser = kLoosest;
   for (int round = 0; round < kMaxSolves + kMaxCollisionSolves; ++round) {
     double residual = 0.0;
     // A response without terms does all of its work after the solve, so that one solve suffices.
-    if (const auto terms = response_terms(m); round == 0 || a.answered_in_solve || !terms.empty()) {
-      residual = solve(m, in, a, terms, looser);
-      if (m.trace) move_by_velocity(in, a);
-      trace_stage(m, collision_solves == 0 ? "solve" : "collision solve", a, terms);
+    if (const auto terms = response_terms(m); round == 0 || s.v.answered || !terms.empty()) {
+      const SolveReport report = solve(m, in, terms, looser, s.v);
+      s.counts += count(report);
+      residual = report.residual;
+      if (m.trace) move_by_velocity(in, s.v.mean, s.ends.x_t1);
+      trace_stage(m, collision_solves == 0 ? "solve" : "collision solve", s.ends, s.v, terms);
     }
-    if (update_response(m, a) && round + 1 < kMaxSolves) {
+    if (update_response(m, s.v.mean) && round + 1 < kMaxSolves) {
       if (looser > 1.0) looser = std::max(kLooser, kTightening * looser);
       continue;
     }
     if (std::exchange(looser, 1.0) > 1.0 && residual > m.scene.solver.tolerance) continue;
-    finish_ends(m, in, a, outcome);
-    if (!outcome.accepted || a.collisions.empty() || ++collision_solves > kMaxCollisionSolves)
-      return outcome;
-    add_collisions_as_contacts(m, a);
+    finish_ends(m, in, s);
+    if (s.rejection || s.ends.collisions.empty() || ++collision_solves > kMaxCollisionSolves)
+      return s;
+    add_collisions_as_contacts(m, s);
   }
-  return outcome;
+  return s;
 }
 
 // The velocity at the end changes with the mean velocity of the step.
-void drive_untangling(StepMethods& m, const StepInput& in, StepAttempt& a) {
-  const std::vector<Vec3> before = a.v_mean;
-  m.untangler->set_velocities(in.inv_mass, a.v_mean);
-  for (std::size_t i = 0; i < in.n(); ++i) a.v_free[i] += a.v_mean[i] - before[i];
+void drive_untangling(StepMethods& m, const StepInput& in, SolvedVelocities& v) {
+  const std::vector<Vec3> before = v.mean;
+  m.untangler->set_velocities(in.inv_mass, v.mean);
+  for (std::size_t i = 0; i < in.n(); ++i) v.free[i] += v.mean[i] - before[i];
 }
 
 // The integrator computes the end; collisions on the way become contacts of another correction.
-StepOutcome solve_explicit(StepMethods& m, const StepInput& in, StepAttempt& a) {
-  begin_forces(m, in, a);
-  if (m.untangling()) drive_untangling(m, in, a);
-  if (m.trace) move_by_velocity(in, a);
-  trace_stage(m, "explicit step", a);
-  begin_response(m, in, a);
-  StepOutcome outcome;
+Solution solve_explicit(StepMethods& m, const StepInput& in, std::span<const ContactPoint> contacts,
+                        Course course) {
+  Solution s{.v = begin_forces(m, in, contacts, std::move(course.v_mean)),
+             .ends = {.x_t1 = std::move(course.x_t1)}};
+  if (m.untangling()) drive_untangling(m, in, s.v);
+  if (m.trace) move_by_velocity(in, s.v.mean, s.ends.x_t1);
+  trace_stage(m, "explicit step", s.ends, s.v);
+  begin_response(m, in, contacts, s.v.mean);
   for (int round = 0;; ++round) {
     if (const double stable = m.response->stable_step(); !(in.h <= stable)) {
-      a.collisions.clear();
-      return {.accepted = false,
-              .cause = "the contacts of " + m.scene.contact.response +
-                       " bear explicit steps below " + std::to_string(stable) +
-                       " s, this one has " + std::to_string(in.h) + " s"};
+      s.ends.collisions.clear();
+      s.rejection = {.cause = "the contacts of " + m.scene.contact.response +
+                              " bear explicit steps below " + std::to_string(stable) +
+                              " s, this one has " + std::to_string(in.h) + " s"};
+      return s;
     }
-    finish_ends(m, in, a, outcome);
-    if (!outcome.accepted || a.collisions.empty() || round >= kMaxCollisionSolves) return outcome;
-    add_collisions_as_contacts(m, a);
+    finish_ends(m, in, s);
+    if (s.rejection || s.ends.collisions.empty() || round >= kMaxCollisionSolves) return s;
+    add_collisions_as_contacts(m, s);
   }
 }
 
 // -- collisions -----------------------------------------------------------------------------------
 
 // Calls the fail-safe until nothing collides.
-StepOutcome part_collisions(StepMethods& m, const StepInput& in, StepAttempt& a) {
-  if (a.collisions.empty()) return {};
+void part_collisions(StepMethods& m, const StepInput& in, const SolvedVelocities& v,
+                     std::vector<ContactPoint>& parted, Parting& p) {
+  StepEnds& ends = p.ends;
+  if (ends.collisions.empty()) return;
   const ResponseStep step = response_step(m, in);
   m.fail_safe->begin(step, m.detection);
-  const auto ends = particle_ends(in, a);
-  const std::vector<Vec3> before(ends.begin(), ends.end());
-  while (!a.collisions.empty()) {
+  const auto own = particles(in, ends.x_t1);
+  const std::vector<Vec3> before(own.begin(), own.end());
+  while (!ends.collisions.empty()) {
     bool resolved = false;
-    a.x_tested = a.x_t1;
-    a.parted.insert(a.parted.end(), a.collisions.begin(), a.collisions.end());
+    p.x_tested = ends.x_t1;
+    parted.insert(parted.end(), ends.collisions.begin(), ends.collisions.end());
     {
       const auto scope = m.clock.measure("repair");
-      resolved = m.fail_safe->resolve(a.collisions, a.x_t1);
-      in.keep_followers(ends);
+      resolved = m.fail_safe->resolve(ends.collisions, ends.x_t1);
+      in.keep_followers(own);
     }
-    trace_stage(m, "fail-safe", a);
-    if (!resolved) return {.accepted = false, .cause = m.fail_safe->failure_reason()};
-    find_collisions(m, in, a);
+    trace_stage(m, "fail-safe", ends, v);
+    if (!resolved) {
+      p.rejection = {.cause = m.fail_safe->failure_reason()};
+      return;
+    }
+    p.counts += find_collisions(m, in, ends);
   }
-  a.fail_safe.add(exchanged_by_ends(step, before, ends));
-  return {};
+  p.fail_safe.add(exchanged_by_ends(step, before, own));
 }
 
 // Whether the attempt will be repeated with a shorter step, so that more rounds are in vain.
-bool is_hopeless(StepMethods& m, const StepInput& in, StepAttempt& a) {
+bool is_hopeless(StepMethods& m, const StepInput& in, std::span<const Vec3> ends) {
   if (!std::isfinite(in.hopeless_strain)) return false;
-  const double end = m.strain.overshoot(particle_ends(in, a));
+  const double end = m.strain.overshoot(ends);
   return end > in.hopeless_strain && end > m.strain.overshoot(in.particles.x);
+}
+
+// Collisions and strain limits disturb each other, so they take turns.
+Parting part(StepMethods& m, const StepInput& in, const SolvedVelocities& v, StepEnds ends) {
+  Parting p{.ends = std::move(ends)};
+  if ((p.rejection = not_finite(in, p.ends.x_t1))) {
+    p.ends.collisions.clear();
+    return p;
+  }
+  std::vector<ContactPoint> parted;
+  for (int round = 0;; ++round) {
+    part_collisions(m, in, v, parted, p);
+    if (p.rejection || !m.strain.bounds_strain()) return p;
+    const auto own = particles(in, p.ends.x_t1);
+    p.over_strain = !m.strain.is_tolerated(own);
+    if (!p.over_strain || round + 1 >= kStrainRounds || is_hopeless(m, in, own)) return p;
+    p.counts += limit_strain_beside(m, in, parted, p.ends);
+    trace_stage(m, "strain limit", p.ends, v);
+    p.counts += find_collisions(m, in, p.ends);
+  }
+}
+
+Parting rejected(Solution& s) {
+  return {.ends = std::move(s.ends), .rejection = std::move(s.rejection)};
 }
 
 }  // namespace
 
-// The page: each stage takes what the one before left in the attempt.
-StepOutcome attempt_step(StepMethods& m, const StepInput& in, StepAttempt& a) {
-  find_contacts(m, in, a);
-  const bool may_cross = m.untangler && m.untangler->carries_pinches();
-  if (m.pinches.add(in, a.contacts, a.x_t1, a.pinches, may_cross))
-    return {.accepted = false, .cause = {}, .pinches_more = true};
-  m.pinches.drop_along(in, a.pinches, a.contacts);
-  m.pinches.taper(in, a.pinches, a.contacts);
-  if (may_cross) m.pinches.guide(in, a.pinches, a.contacts);
-  if (m.trace) m.trace->begin({in.h, in.x_t0, a.x_t1, in.inv_mass, a.contacts});
+// The page: each stage takes what the one before gave.
+StepOutcome attempt_step(StepMethods& m, const StepInput& in, Course course) {
+  NearContacts near = find_contacts(m, in, course);
+  StepCounts counts = count(near);
+  if (near.pinches_more) return {.near = std::move(near), .counts = counts};
+  fit_to_pinches(m, in, near);
+  if (m.trace) m.trace->begin({in.h, in.x_t0, course.x_t1, in.inv_mass, near.points});
   if (m.untangling()) m.untangler->begin(in.v_coasting, in.body_step, in.h);
 
-  StepOutcome outcome = m.traits.is_implicit ? solve_implicit(m, in, a) : solve_explicit(m, in, a);
-  if (!outcome.accepted) return outcome;
-  if (const std::int32_t particle = first_not_finite(in, a); particle >= 0)
-    return reject_not_finite(particle, a);
-  for (int round = 0;; ++round) {
-    outcome = part_collisions(m, in, a);
-    if (!outcome.accepted || !m.strain.bounds_strain()) return outcome;
-    a.over_strain = !m.strain.is_tolerated(particle_ends(in, a));
-    if (!a.over_strain || round + 1 >= kStrainRounds) return outcome;
-    if (is_hopeless(m, in, a)) return outcome;
-    limit_strain_beside(m, in, a);
-    find_collisions(m, in, a);
-  }
+  Solution s = m.traits.is_implicit ? solve_implicit(m, in, near.points, std::move(course))
+                                    : solve_explicit(m, in, near.points, std::move(course));
+  Parting p = s.rejection ? rejected(s) : part(m, in, s.v, std::move(s.ends));
+  counts += s.counts;
+  counts += p.counts;
+  return {.near = std::move(near),
+          .v = std::move(s.v),
+          .met = std::move(s.met),
+          .parting = std::move(p),
+          .counts = counts};
 }
 
 }  // namespace selvedge::detail

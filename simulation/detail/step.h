@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// A step as a value: attempt_step takes its input and gives its outcome.
+// A step as a value: attempt_step takes its input and gives its outcome, and so does each stage.
 #pragma once
 
 #include <selvedge/core/integrator.h>
@@ -20,6 +20,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -88,63 +89,103 @@ struct StepCounts {
   int strain_sweeps = -1;          ///< -1: the scene limits no strain
   double max_gap_violation = 0.0;  ///< m, of a contact at the start
 
+  StepCounts& operator+=(const StepCounts& other);
   /// Adds the counts to those of a run, by the names that result.json has.
   void add_to(std::map<std::string, double>& counters) const;
 };
 
-/// All that an attempt computes. Reused from one attempt to the next, so that no step allocates.
-struct StepAttempt {
-  std::vector<Vec3> x_t1;         ///< m, joint, ends of the paths
-  std::vector<Vec3> v_mean;       ///< m/s, of the particles, as the last solve left them
-  std::vector<Vec3> x_free;       ///< m, ends without contacts and limits, unless v_mean gives them
-  std::vector<Vec3> v_free;       ///< m/s, velocities there
-  std::vector<Vec3> x_corrected;  ///< m, of the particles, as the response left them
-  std::vector<Pinch> pinches;     ///< that hold during the step
-  std::vector<ContactPoint> contacts;    ///< near at the start
-  std::vector<std::int32_t> touched;     ///< the particles of these contacts
-  std::vector<ContactPoint> met;         ///< found to collide and answered as further contacts
-  std::vector<ContactPoint> parted;      ///< that the fail-safe has parted
-  std::vector<ContactPoint> collisions;  ///< on the present paths, earliest first
-  std::vector<Vec3> x_tested;      ///< m, joint, ends of the paths that the fail-safe saw last
-  std::vector<Vec3> v_end;         ///< m/s, at the end, as the energy balance weighs them
-  bool over_strain = false;        ///< a bounding limiter left springs above their limit
-  bool answered_in_solve = false;  ///< the last solve had terms of the response
-  Ledger fail_safe;                ///< what the fail-safe exchanged
-  StepCounts counts;
+// What the stages of a step give; each takes what the one before it gave.
+
+/// The start: bodies and held particles at their prescribed ends, pinched cloth where its surfaces
+/// take it, all other particles where they would go without contacts.
+struct Course {
+  std::vector<Vec3> x_t1;        ///< m, joint, ends of the paths
+  std::vector<Vec3> v_mean;      ///< m/s, of the particles
+  std::vector<Pinch> pinches{};  ///< that hold during the step
 };
 
-/// Outcome of an attempt. A rejected attempt has to be repeated with a shorter step.
-struct StepOutcome {
-  bool accepted = true;
-  std::string cause;             ///< of the rejection; empty if a particle has no finite position
-  std::int32_t not_finite = -1;  ///< first particle without a finite position; -1: all are finite
+/// The contacts near the start.
+struct NearContacts {
+  std::vector<ContactPoint> points;
+  std::vector<Pinch> pinches;  ///< that hold during the step
   /// Bodies come to pinch cloth during the step, which was not known when it began: the attempt
   /// begins again with the same length.
   bool pinches_more = false;
 };
 
-/// Fills the input of a step of `state` to the time t1, and starts the attempt with all bodies and
-/// held particles at their prescribed ends and all other particles where they would coast.
-void begin_step(const Scene& scene, const BuiltScene& built, const SimulationState& state,
-                StepInput& input, StepAttempt& attempt);
-/// The part of begin_step that sets masses and the prescribed ends of held particles.
+/// The velocities of the particles that a solve gave, m/s.
+struct SolvedVelocities {
+  std::vector<Vec3> mean;  ///< of the step
+  std::vector<Vec3> free;  ///< at its end, without contacts and limits unless the solve had them
+  bool answered = false;   ///< the last solve had terms of the response
+};
+
+/// The ends of the paths, after the response and the strain limits.
+struct StepEnds {
+  std::vector<Vec3> x_t1;                  ///< m, joint
+  std::vector<Vec3> x_free{};              ///< m, without both; empty: those of the mean velocities
+  std::optional<Ledger> response{};        ///< what the response exchanged
+  std::vector<ContactPoint> collisions{};  ///< on these paths, earliest first
+};
+
+/// Why an attempt has to be repeated with a shorter step.
+struct Rejection {
+  std::string cause;             ///< empty if a particle has no finite position
+  std::int32_t not_finite = -1;  ///< first particle without a finite position; -1: all are finite
+};
+
+/// Forces, contacts and friction.
+struct Solution {
+  SolvedVelocities v;
+  StepEnds ends;
+  std::vector<ContactPoint> met{};  ///< found to collide and answered as further contacts
+  std::optional<Rejection> rejection{};
+  StepCounts counts{};
+};
+
+/// Collisions and strain limits together.
+struct Parting {
+  StepEnds ends;
+  Ledger fail_safe{};            ///< what the fail-safe exchanged
+  std::vector<Vec3> x_tested{};  ///< m, joint, ends of the paths that the fail-safe saw last
+  bool over_strain = false;      ///< a bounding limiter left springs above their limit
+  std::optional<Rejection> rejection{};
+  StepCounts counts{};
+};
+
+/// Outcome of an attempt.
+struct StepOutcome {
+  NearContacts near{};
+  SolvedVelocities v{};
+  std::vector<ContactPoint> met{};  ///< see Solution
+  Parting parting{};
+  StepCounts counts{};
+
+  bool accepted() const { return !near.pinches_more && !parting.rejection; }
+  std::span<const Vec3> x_t1() const { return parting.ends.x_t1; }
+};
+
+/// Fills the input of a step of `state` to the time t1, and gives its course: bodies and held
+/// particles at their prescribed ends and all other particles where they would coast.
+Course begin_step(const Scene& scene, const BuiltScene& built, const SimulationState& state,
+                  StepInput& input);
+/// The part of begin_step that sets masses and the prescribed ends of held particles, x_t1.
 void hold_particles(const Scene& scene, const BuiltScene& built, const SimulationState& state,
-                    StepInput& input, StepAttempt& attempt);
+                    StepInput& input, std::span<Vec3> x_t1);
 /// Whether a body of the scene may move between the times t0 and t1, s.
 bool bodies_move(const BuiltScene& built, double t0, double t1);
 /// Writes the positions of all bodies at a time to the end of the joint array x, m.
-void place_bodies(const BuiltScene& built, double time, std::vector<Vec3>& x);
+void place_bodies(const BuiltScene& built, double time, std::span<Vec3> x);
 
-/// Computes a step: forces and contacts, strain limits, collisions, fail-safe. Starts from the
-/// attempt that begin_step left. An accepted attempt has no collision on its paths, as far as the
-/// narrow phase of the scene can tell.
-StepOutcome attempt_step(StepMethods& methods, const StepInput& input, StepAttempt& attempt);
+/// Computes a step: forces and contacts, strain limits, collisions, fail-safe. An accepted attempt
+/// has no collision on its paths, as far as the narrow phase of the scene can tell.
+StepOutcome attempt_step(StepMethods& methods, const StepInput& input, Course course);
 
 /// Velocities of the particles at the end of an attempt, m/s. The displacement by contacts and
 /// limits is added to the velocity that the integrator has there: free flight keeps its order, and
 /// any contact that stops a particle also stops its velocity.
 void end_velocities(const IntegratorTraits& traits, const StepInput& input,
-                    const StepAttempt& attempt, std::span<Vec3> v);
+                    const StepOutcome& outcome, std::span<Vec3> v);
 
 /// The step as responses and limiters see it; views of `input`.
 ResponseStep response_step(const StepMethods& methods, const StepInput& input);

@@ -51,25 +51,26 @@ Ledger exchanged_by_ends(const ResponseStep& step, std::span<const Vec3> before,
   return measure({step.motion, step.mass, {}, v_before, v_after});
 }
 
-void StepLedger::accept(const ResponseStep& step, const Response& response,
-                        const StepAttempt& attempt) {
+std::optional<Ledger> exchanged_by_response(const ResponseStep& step, const Response& response,
+                                            const SolvedVelocities& v, std::span<const Vec3> ends) {
   const std::size_t n = step.motion.particles;
-  const std::vector<Vec3>& v_solved = attempt.v_mean;
-  const bool in_solve = attempt.answered_in_solve;
-  v_after_.resize(n);
-  v_before_.resize(n);
+  std::vector<Vec3> v_before(n), v_after(n);
   parallel_for(n, kLedgerGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      v_after_[i] = (attempt.x_corrected[i] - step.motion.x_t0[i]) / step.motion.h;
-      v_before_[i] = in_solve ? v_after_[i] : v_solved[i];
+      v_after[i] = (ends[i] - step.motion.x_t0[i]) / step.motion.h;
+      v_before[i] = v.answered ? v_after[i] : v.mean[i];
     }
   });
-  response.finish(v_after_);
-  impulses_.clear();
-  response.impulses(step.implicit ? v_solved : v_after_, impulses_);
-  if (!impulses_.empty() || in_solve)
-    response_.add(measure({step.motion, step.mass, impulses_, v_before_, v_after_, in_solve}));
-  fail_safe_.add(attempt.fail_safe);
+  response.finish(v_after);
+  std::vector<ContactImpulse> impulses;
+  response.impulses(step.implicit ? v.mean : v_after, impulses);
+  if (impulses.empty() && !v.answered) return std::nullopt;
+  return measure({step.motion, step.mass, impulses, v_before, v_after, v.answered});
+}
+
+void StepLedger::accept(const StepOutcome& outcome) {
+  if (const auto& exchanged = outcome.parting.ends.response) response_.add(*exchanged);
+  fail_safe_.add(outcome.parting.fail_safe);
 }
 
 void StepLedger::continue_from(

@@ -6,17 +6,16 @@
 #include <selvedge/simulation/detail/step.h>
 
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
-#include <vector>
 
 namespace selvedge::detail {
 
 /// Sums the ledgers of a run's response and fail-safe over its accepted steps.
 class StepLedger {
  public:
-  /// Adds an accepted attempt.
-  void accept(const ResponseStep& step, const Response& response, const StepAttempt& attempt);
+  void accept(const StepOutcome& outcome);
 
   /// Goes on adding to figures of an earlier part of the run, by stage.
   void continue_from(const std::map<std::string, std::map<std::string, double>>& figures);
@@ -26,9 +25,12 @@ class StepLedger {
 
  private:
   Ledger response_, fail_safe_;
-  std::vector<Vec3> v_before_, v_after_;
-  std::vector<ContactImpulse> impulses_;
 };
+
+/// What a response exchanged that led to these velocities of a solve and then to these ends, m;
+/// nullopt: nothing. `response` is as the solve left it.
+std::optional<Ledger> exchanged_by_response(const ResponseStep& step, const Response& response,
+                                            const SolvedVelocities& v, std::span<const Vec3> ends);
 
 /// What a stage exchanged that moved the ends of the particles from `before` to `after`, m.
 Ledger exchanged_by_ends(const ResponseStep& step, std::span<const Vec3> before,

@@ -17,7 +17,7 @@ constexpr double kGrowth = 1e-11;
 // Windows of stability beyond a window of growth do not count.
 constexpr double kShortest = 5e-3, kLongest = 64.0, kFactor = 1.04;
 
-constexpr int kBisections = 40;
+constexpr int kStepBisections = 40;
 
 }  // namespace
 
@@ -43,7 +43,7 @@ double stable_step_of(Amplification amplification, const ModeBound& mode, double
   }
   if (stable <= 0.0) return 0.0;
   if (stable >= wanted * speed || tau >= kLongest) return std::min(wanted, stable / speed);
-  for (int i = 0; i < kBisections; ++i) {
+  for (int i = 0; i < kStepBisections; ++i) {
     const double middle = 0.5 * (stable + tau);
     (grows(middle) ? tau : stable) = middle;
   }

@@ -124,14 +124,9 @@ std::string mesh_of(const ClothSpec& cloth) {
 }
 
 std::string extension_of(const Material& material) {
-  switch (material.stretch_law) {
-    case "hooke":
-      return "hooke";
-    case "kawabata":  // with the loop of its shear, 2HG
-      return material.shear_friction > 0.0 ? "kawabata" : "kawabata without a loop";
-    default:
-      return "another";
-  }
+  if (material.stretch_law == "hooke") return "hooke";
+  if (material.stretch_law != "kawabata") return "another";
+  return material.shear_friction > 0.0 ? "kawabata" : "kawabata without a loop";  // 2HG
 }
 
 std::string bending_of(const Material& material) {

@@ -13,8 +13,8 @@
 //
 // A particle that contacts touch has α = 1, so that its end velocity is u and a contact that stops
 // it stops its velocity; the others keep theirs. A contact that is found during the step changes
-// the rows of its particles alone. Where the caller wants all motion damped, the step is implicit
-// Euler.
+// the rows of its particles alone. Where the caller wants all motion damped, and where contacts touch
+// nearly all particles, the step is implicit Euler.
 //
 // The weight follows the energy as in D. Dinev, T. Liu, L. Kavan, "Stabilizing integrators for
 // real-time physics", 2018 [DinevLiuKavan2018]: the caller takes as much of v⁺ - u away as the step
@@ -39,6 +39,9 @@ constexpr double kVelocityWeight = 0.6, kForceWeight = 0.7;
 // Steps of implicit Euler after one at which the blend failed. They double with each further
 // failure, up to the most, and shrink by this factor with each step of the blend.
 constexpr double kPause = 2.0, kMostPause = 64.0, kForgets = 0.9;
+
+// The share of the particles that contacts must leave alone: cloth that lies has no motion to keep.
+constexpr double kLeastFree = 0.1;
 
 // The most by which the last change of the mean velocity counts for the next step. A step after
 // much shorter ones would otherwise be expected far off.
@@ -74,6 +77,7 @@ class ImplicitBlend final : public Integrator {
   }
 
  private:
+  bool moves_freely(const StepStart& start);
   void begin_euler(const StepStart& start);
   void begin_blend(const StepStart& start, std::span<const Vec3> mean);
   void stop_met(std::span<const ImplicitTerm> terms);
@@ -122,12 +126,26 @@ bool ImplicitBlend::expect(double h, std::span<const Vec3> v, std::span<Vec3> me
   return true;
 }
 
+/// Whether contacts leave enough particles alone for their motion to matter.
+bool ImplicitBlend::moves_freely(const StepStart& start) {
+  if (start.touched && start.touched_particles.empty()) return false;
+  const Particles& p = start.particles;
+  std::fill(alpha_.begin(), alpha_.end(), kVelocityWeight);
+  for (const std::int32_t i : start.touched_particles) alpha_[i] = 1.0;
+  std::size_t free = 0, untouched = 0;
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    if (p.inv_mass[i] == 0.0) continue;
+    ++free;
+    untouched += alpha_[i] < 1.0 ? 1 : 0;
+  }
+  return static_cast<double>(untouched) > kLeastFree * static_cast<double>(free);
+}
+
 void ImplicitBlend::begin(const StepStart& start, StepEnd end) {
   start_ = &start.particles;
   h_ = start.h;
   v_ = start.particles.v;
-  const bool all_touched = start.touched && start.touched_particles.empty();
-  blends_ = attempts_++ == 0 && !all_touched && pause_ < 1.0;
+  blends_ = attempts_++ == 0 && pause_ < 1.0 && moves_freely(start);
   if (blends_)
     begin_blend(start, end.mean);
   else
@@ -199,8 +217,6 @@ void ImplicitBlend::begin_euler(const StepStart& start) {
 void ImplicitBlend::begin_blend(const StepStart& start, std::span<const Vec3> mean) {
   const Particles& p = start.particles;
   const double to = kForceWeight * start.h;
-  std::fill(alpha_.begin(), alpha_.end(), kVelocityWeight);
-  for (const std::int32_t i : start.touched_particles) alpha_[i] = 1.0;
   heavy_ = p;
   for (std::size_t i = 0; i < p.size(); ++i) {
     heavy_.mass[i] /= alpha_[i];

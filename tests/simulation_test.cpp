@@ -275,6 +275,45 @@ TEST(Simulation, ClothBetweenClosingJawsEndsWithASentenceAndCleanStates) {
   }
 }
 
+/// Two sheets whose edges are sewn together over a gap, m.
+Scene sewn_sheets(double gap) {
+  Scene scene = empty_scene();
+  SeamSpec& seam = scene.seams.emplace_back();
+  seam.name = "seam";
+  seam.sewing.pull = 0.5;
+  for (int k = 0; k < 2; ++k) {
+    ClothSpec& cloth = scene.cloths.emplace_back();
+    cloth.name = k == 0 ? "left" : "right";
+    cloth.shape = ClothGrid{.grid = {0.2, 0.2, 4, 4}, .path = {}};
+    cloth.placement.translation = Vec3((0.2 + gap) * k, 0.0, 0.0);
+    seam.geometry[static_cast<std::size_t>(k)] = cloth.name;
+  }
+  for (std::int32_t row = 0; row < 5; ++row) {
+    seam.vertices[0].push_back(5 * row + 4);
+    seam.vertices[1].push_back(5 * row);
+  }
+  scene.solver.integrator = "implicit_blend";
+  scene.gravity = Vec3::Zero();
+  return scene;
+}
+
+// The pull of a seam is no force of the material: its motion is damped.
+TEST(Simulation, TheBlendIsImplicitEulerWhileSeamsAreSewn) {
+  for (const bool open : {true, false}) {
+    const Scene scene = sewn_sheets(open ? 0.1 : 1e-4);
+    Simulation blend(scene, build_scene(scene));
+    blend.advance_to_frame(2);
+    const RunResult& result = blend.result();
+    EXPECT_EQ(result.counters.at("substituted_implicit_blend_by_implicit_euler"),
+              open ? static_cast<double>(result.steps) : 0.0);
+    Scene damped = scene;
+    damped.solver.integrator = "implicit_euler";
+    Simulation euler(damped, build_scene(damped));
+    euler.advance_to_frame(2);
+    EXPECT_EQ(euler.state().x == blend.state().x, open);
+  }
+}
+
 TEST(Simulation, RefusesAClothThatCrossesABody) {
   Scene scene = empty_scene();
   scene.cloths.push_back(cloth(0.5, 10, {0, 0, 0}));

@@ -2,10 +2,10 @@
 #include <fmt/format.h>
 #include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/progress_bar.h>
-#include <selvedge/compare/check_result.h>
-#include <selvedge/core/parallel.h>
-#include <selvedge/core/resources.h>
-#include <selvedge/core/text.h>
+#include <selvedge/core/base/parallel.h>
+#include <selvedge/core/base/stopwatch.h>
+#include <selvedge/core/base/text.h>
+#include <selvedge/judge/files/check_result.h>
 
 #include <cstdio>
 #include <filesystem>

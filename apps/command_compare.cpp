@@ -6,11 +6,11 @@
 #include <selvedge/apps/detail/progress_bar.h>
 #include <selvedge/compare/compare_plan.h>
 #include <selvedge/compare/compare_table.h>
-#include <selvedge/core/files.h>
-#include <selvedge/core/processes.h>
-#include <selvedge/core/resources.h>
-#include <selvedge/core/text.h>
-#include <selvedge/view/result_view.h>
+#include <selvedge/core/base/stopwatch.h>
+#include <selvedge/core/base/text.h>
+#include <selvedge/core/system/files.h>
+#include <selvedge/core/system/processes.h>
+#include <selvedge/pictures/result_view.h>
 
 #include <chrono>
 #include <cstdio>

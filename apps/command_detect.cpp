@@ -6,8 +6,8 @@
 #include <selvedge/apps/detail/record_queries.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/compare/compare_detectors.h>
-#include <selvedge/compare/detector_pictures.h>
-#include <selvedge/core/parallel.h>
+#include <selvedge/core/base/parallel.h>
+#include <selvedge/pictures/detector_pictures.h>
 
 #include <algorithm>
 #include <cstdio>

@@ -4,16 +4,16 @@
 #include <selvedge/apps/detail/output_file.h>
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/bodies/sequence_leap.h>
-#include <selvedge/core/files.h>
-#include <selvedge/core/parallel.h>
-#include <selvedge/core/text.h>
+#include <selvedge/core/base/parallel.h>
+#include <selvedge/core/base/text.h>
+#include <selvedge/core/system/files.h>
 #include <selvedge/dress/dress_batch.h>
 #include <selvedge/dress/dress_result.h>
 #include <selvedge/garment/pattern_svg.h>
 #include <selvedge/garment/sewing_pattern.h>
+#include <selvedge/pictures/result_view.h>
 #include <selvedge/scene/fabric_file.h>
 #include <selvedge/scene/methods.h>
-#include <selvedge/view/result_view.h>
 
 #include <algorithm>
 #include <cstdio>

@@ -2,8 +2,9 @@
 #include <fmt/format.h>
 #include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/print.h>
-#include <selvedge/core/fabric_laws.h>
-#include <selvedge/core/measure.h>
+#include <selvedge/core/cloth/fabric_laws.h>
+#include <selvedge/core/cloth/measure.h>
+#include <selvedge/core/patterns/make_cloth.h>
 #include <selvedge/scene/fabric_file.h>
 
 #include <cmath>

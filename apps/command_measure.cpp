@@ -2,9 +2,9 @@
 #include <fmt/format.h>
 #include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/print.h>
-#include <selvedge/core/files.h>
-#include <selvedge/lab/measure_pictures.h>
-#include <selvedge/lab/measure_result.h>
+#include <selvedge/core/system/files.h>
+#include <selvedge/pictures/measure_pictures.h>
+#include <selvedge/run/measure_result.h>
 #include <selvedge/scene/methods.h>
 
 #include <filesystem>

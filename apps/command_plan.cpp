@@ -4,9 +4,9 @@
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/compare/ablation.h>
 #include <selvedge/compare/compare_table.h>
-#include <selvedge/core/files.h>
-#include <selvedge/core/parallel.h>
-#include <selvedge/core/text.h>
+#include <selvedge/core/base/parallel.h>
+#include <selvedge/core/base/text.h>
+#include <selvedge/core/system/files.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/scene/methods.h>
 #include <selvedge/simulation/plan.h>

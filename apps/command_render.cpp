@@ -4,11 +4,11 @@
 #include <selvedge/apps/detail/option_values.h>
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/apps/detail/progress_bar.h>
-#include <selvedge/core/resources.h>
-#include <selvedge/render/picture_files.h>
-#include <selvedge/render/render.h>
+#include <selvedge/core/base/stopwatch.h>
+#include <selvedge/pictures/picture_files.h>
+#include <selvedge/pictures/renderer/render.h>
+#include <selvedge/pictures/result_pictures.h>
 #include <selvedge/run/result_folder.h>
-#include <selvedge/run/result_pictures.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>

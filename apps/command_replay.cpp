@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 #include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/print.h>
-#include <selvedge/core/parallel.h>
+#include <selvedge/core/base/parallel.h>
 #include <selvedge/run/replay.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/scene/methods.h>

@@ -3,11 +3,11 @@
 #include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/progress_bar.h>
 #include <selvedge/apps/detail/record_queries.h>
-#include <selvedge/core/parallel.h>
-#include <selvedge/core/signals.h>
-#include <selvedge/core/text.h>
+#include <selvedge/core/base/parallel.h>
+#include <selvedge/core/base/text.h>
+#include <selvedge/core/system/signals.h>
+#include <selvedge/pictures/result_pictures.h>
 #include <selvedge/run/result_folder.h>
-#include <selvedge/run/result_pictures.h>
 #include <selvedge/run/run.h>
 
 #include <algorithm>

@@ -7,9 +7,9 @@
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/compare/compare_plan.h>
 #include <selvedge/compare/stability.h>
-#include <selvedge/core/files.h>
-#include <selvedge/core/parallel.h>
-#include <selvedge/core/strain_limiter.h>
+#include <selvedge/core/base/parallel.h>
+#include <selvedge/core/solver/strain_limiter.h>
+#include <selvedge/core/system/files.h>
 
 #include <cmath>
 #include <cstdlib>

@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 #include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/print.h>
-#include <selvedge/core/parallel.h>
+#include <selvedge/core/base/parallel.h>
 #include <selvedge/lab/fabric_drape.h>
 #include <selvedge/scene/fabric_file.h>
 

@@ -5,11 +5,11 @@
 #include <selvedge/apps/detail/output_file.h>
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/apps/detail/progress_bar.h>
-#include <selvedge/core/files.h>
-#include <selvedge/core/resources.h>
-#include <selvedge/core/text.h>
+#include <selvedge/core/base/stopwatch.h>
+#include <selvedge/core/base/text.h>
+#include <selvedge/core/system/files.h>
+#include <selvedge/pictures/result_view.h>
 #include <selvedge/scene/methods.h>
-#include <selvedge/view/result_view.h>
 
 #include <filesystem>
 #include <memory>

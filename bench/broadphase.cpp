@@ -25,8 +25,8 @@
 
 #include <fmt/format.h>
 #include <selvedge/apps/command_line.h>
-#include <selvedge/core/parallel.h>
-#include <selvedge/core/resources.h>
+#include <selvedge/core/base/parallel.h>
+#include <selvedge/core/base/stopwatch.h>
 #include <selvedge/scene/methods.h>
 
 #include <algorithm>

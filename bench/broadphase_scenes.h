@@ -6,8 +6,8 @@
 // Both surfaces have a thickness of 1 mm.
 #pragma once
 
-#include <selvedge/core/collision_types.h>
-#include <selvedge/core/types.h>
+#include <selvedge/core/base/collision_types.h>
+#include <selvedge/core/base/types.h>
 
 #include <limits>
 #include <string>

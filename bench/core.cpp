@@ -8,10 +8,11 @@
 //   bench core [--repeats 9] [--steps | --bending]
 #include <fmt/format.h>
 #include <selvedge/apps/command_line.h>
-#include <selvedge/core/force.h>
-#include <selvedge/core/integrator.h>
-#include <selvedge/core/parallel.h>
-#include <selvedge/core/resources.h>
+#include <selvedge/core/base/parallel.h>
+#include <selvedge/core/base/stopwatch.h>
+#include <selvedge/core/cloth/force.h>
+#include <selvedge/core/patterns/make_cloth.h>
+#include <selvedge/core/solver/integrator.h>
 
 #include <algorithm>
 #include <array>

@@ -6,7 +6,7 @@
 // alone. The exact predicates of `check` judge each last frame, outside the measured time.
 #include <selvedge/apps/command_line.h>
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/core/parallel.h>
+#include <selvedge/core/base/parallel.h>
 #include <selvedge/judge/judge.h>
 #include <selvedge/run/run.h>
 

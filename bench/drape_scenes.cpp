@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "drape_scenes.h"
 
-#include <selvedge/tools/mannequin.h>
+#include <selvedge/data/makers/mannequin.h>
 #include "garments.h"
 
 #include <fmt/format.h>

@@ -5,7 +5,7 @@
 // the program prints the mean change in points.
 //   bench drape_split [FABRIC...] [--cells 24] [--seeds 2] [--causes NAME,...] [--markdown]
 #include <selvedge/apps/command_line.h>
-#include <selvedge/core/parallel.h>
+#include <selvedge/core/base/parallel.h>
 #include <selvedge/lab/fabric_drape.h>
 #include <selvedge/scene/fabric_file.h>
 

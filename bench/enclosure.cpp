@@ -12,10 +12,10 @@
 #include <fmt/format.h>
 #include <selvedge/apps/command_line.h>
 #include <selvedge/broadphase/minimal_enclosure.h>
-#include <selvedge/core/parallel.h>
-#include <selvedge/core/resources.h>
-#include <selvedge/core/types.h>
-#include <selvedge/tools/mannequin.h>
+#include <selvedge/core/base/parallel.h>
+#include <selvedge/core/base/stopwatch.h>
+#include <selvedge/core/base/types.h>
+#include <selvedge/data/makers/mannequin.h>
 
 #include <algorithm>
 #include <chrono>

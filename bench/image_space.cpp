@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 // Image space on a mannequin, by resolution: ms to draw it and to answer particle queries or find
 // pairs, and the error; and a tree that answers the same particles. Times are medians.
-#include <selvedge/broadphase/image_space.h>
-#include <selvedge/core/parallel.h>
-#include <selvedge/core/resources.h>
-#include <selvedge/core/types.h>
+#include <selvedge/broadphase/image_space/image_space.h>
+#include <selvedge/core/base/parallel.h>
+#include <selvedge/core/base/stopwatch.h>
+#include <selvedge/core/base/types.h>
+#include <selvedge/data/makers/mannequin.h>
 #include <selvedge/narrowphase/distance.h>
 #include <selvedge/tests/owned_surface.h>
-#include <selvedge/tools/mannequin.h>
 
 #include <algorithm>
 #include <chrono>

@@ -6,11 +6,12 @@
 // bisection on an undamped and a damped oscillator (survey section 5.5, claims on its Fig. 27 and
 // Table VII).
 //   bench integrators [--markdown]
-#include <selvedge/core/integrator.h>
-#include <selvedge/core/parallel.h>
-#include <selvedge/core/resources.h>
+#include <selvedge/core/base/parallel.h>
+#include <selvedge/core/base/stopwatch.h>
+#include <selvedge/core/solver/integrator.h>
 
 #include <selvedge/apps/command_line.h>
+#include <selvedge/core/patterns/make_cloth.h>
 
 #include <cmath>
 #include <limits>

@@ -4,7 +4,7 @@
 // friction, momentum and energy. Also measures the survey's claims on responses, with 95 %
 // intervals. Prints Markdown.
 #include <selvedge/apps/command_line.h>
-#include <selvedge/core/parallel.h>
+#include <selvedge/core/base/parallel.h>
 
 #include "bench.h"
 #include "response_claims.h"

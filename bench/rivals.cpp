@@ -8,8 +8,8 @@
 //      cells on a side, time until rest, and the time of one step.
 //   bench rivals [--cells 16] [--repeats 3] [--markdown]
 #include <selvedge/apps/command_line.h>
-#include <selvedge/core/integrator.h>
-#include <selvedge/core/parallel.h>
+#include <selvedge/core/base/parallel.h>
+#include <selvedge/core/solver/integrator.h>
 #include <selvedge/lab/fabric_drape.h>
 #include <selvedge/tests/cantilever.h>
 

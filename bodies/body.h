@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/core/collision_types.h>
-#include <selvedge/core/types.h>
+#include <selvedge/core/base/collision_types.h>
+#include <selvedge/core/base/types.h>
 
 #include <Eigen/Geometry>
 #include <memory>

@@ -3,8 +3,8 @@
 #include <selvedge/bodies/detail/mesh_source.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/bodies/mesh_groups.h>
-#include <selvedge/core/libraries.h>
-#include <selvedge/core/processes.h>
+#include <selvedge/core/system/libraries.h>
+#include <selvedge/core/system/processes.h>
 
 #include <algorithm>
 #include <array>

@@ -2,7 +2,7 @@
 #include <selvedge/bodies/detail/triangle_crossing.h>
 #include <selvedge/bodies/mesh_report.h>
 #include <selvedge/bodies/triangle_tree.h>
-#include <selvedge/core/parallel.h>
+#include <selvedge/core/base/parallel.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>

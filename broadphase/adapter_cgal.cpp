@@ -4,7 +4,7 @@
 #include <selvedge/broadphase/adapters.h>
 #include <selvedge/broadphase/detail/box_library.h>
 #include <selvedge/broadphase/detail/cgal_tree.h>
-#include <selvedge/core/parallel.h>
+#include <selvedge/core/base/parallel.h>
 
 #include <CGAL/box_intersection_d.h>
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/core/collision_types.h>
-#include <selvedge/core/parallel.h>
-#include <selvedge/core/registry.h>
+#include <selvedge/core/base/collision_types.h>
+#include <selvedge/core/base/parallel.h>
+#include <selvedge/core/base/registry.h>
 
 #include <cstddef>
 #include <cstdint>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/conformance.h>
 #include <selvedge/broadphase/detail/swept_box.h>
-#include <selvedge/core/parallel.h>
+#include <selvedge/core/base/parallel.h>
 
 #include <algorithm>
 #include <cmath>

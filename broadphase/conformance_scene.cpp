@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/conformance.h>
-#include <selvedge/core/elementary.h>
-#include <selvedge/core/types.h>
+#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/types.h>
 
 #include <algorithm>
 #include <array>

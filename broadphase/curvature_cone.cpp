@@ -2,7 +2,7 @@
 #include <selvedge/broadphase/broad_phase.h>
 #include <selvedge/broadphase/detail/bvh.h>
 #include <selvedge/broadphase/detail/patches.h>
-#include <selvedge/core/parallel.h>
+#include <selvedge/core/base/parallel.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -21,9 +21,9 @@
 #include <selvedge/broadphase/detail/collect_pairs.h>
 #include <selvedge/broadphase/detail/surface_check.h>
 #include <selvedge/broadphase/minimal_enclosure.h>
-#include <selvedge/core/elementary.h>
-#include <selvedge/core/parallel.h>
-#include <selvedge/core/resources.h>
+#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/parallel.h>
+#include <selvedge/core/base/stopwatch.h>
 
 #include <chrono>
 #include <cmath>

@@ -18,7 +18,7 @@
 #include <selvedge/broadphase/detail/box_pairs.h>
 #include <selvedge/broadphase/detail/grid_engine.h>
 #include <selvedge/broadphase/detail/packed_boxes.h>
-#include <selvedge/core/parallel.h>
+#include <selvedge/core/base/parallel.h>
 
 #include <bit>
 #include <cmath>

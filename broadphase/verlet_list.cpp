@@ -5,8 +5,8 @@
 #include <selvedge/broadphase/detail/pair_tally.h>
 #include <selvedge/broadphase/detail/surface_check.h>
 #include <selvedge/broadphase/detail/swept_box.h>
-#include <selvedge/core/parallel.h>
-#include <selvedge/core/resources.h>
+#include <selvedge/core/base/parallel.h>
+#include <selvedge/core/base/stopwatch.h>
 
 #include <algorithm>
 #include <array>

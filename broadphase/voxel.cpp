@@ -27,8 +27,8 @@
 #include <selvedge/broadphase/detail/box_pairs.h>
 #include <selvedge/broadphase/detail/grid_engine.h>
 #include <selvedge/broadphase/detail/packed_boxes.h>
-#include <selvedge/core/parallel.h>
-#include <selvedge/core/resources.h>
+#include <selvedge/core/base/parallel.h>
+#include <selvedge/core/base/stopwatch.h>
 
 #include <bit>
 #include <stdexcept>

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 # Finds OSMesa, Mesa's off-screen renderer, by pkg-config, because it ships no CMake file. Defines OSMesa::headers
-# only: the library is loaded when it is needed (broadphase/detail/mesa.h).
+# only: the library is loaded when it is needed (broadphase/image_space/detail/mesa.h).
 find_package(PkgConfig QUIET)
 if(PkgConfig_FOUND)
   pkg_check_modules(OSMESA QUIET osmesa)

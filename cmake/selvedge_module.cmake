@@ -2,7 +2,7 @@
 # selvedge_module(NAME [FOLDER [EXCEPT ...]] [SOURCES ...] HEADERS ... DEPENDS ... PRIVATE ...) makes the library
 # selvedge_NAME, alias selvedge::NAME. With FOLDER it takes all sources of its folder and of detail/, except those that
 # match EXCEPT. A module with the name of its folder installs all headers of the folder; any other module installs those
-# in HEADERS. In the build tree, include/selvedge links to the source root, so that <selvedge/core/types.h> reads
+# in HEADERS. In the build tree, include/selvedge links to the source root, so that <selvedge/core/base/types.h> reads
 # the same in-tree and installed.
 set(SELVEDGE_INCLUDE_DIR ${PROJECT_BINARY_DIR}/include)
 file(MAKE_DIRECTORY ${SELVEDGE_INCLUDE_DIR})
@@ -168,6 +168,16 @@ function(selvedge_module name)
   else()
     selvedge_precompile(${target})
   endif()
+  set_property(GLOBAL APPEND PROPERTY SELVEDGE_MODULES ${name})
+endfunction()
+
+# selvedge_umbrella(NAME DEPENDS ...) makes the target selvedge_NAME, alias selvedge::NAME, that stands for other modules.
+function(selvedge_umbrella name)
+  cmake_parse_arguments(ARG "" "" "DEPENDS" ${ARGN})
+  add_library(selvedge_${name} INTERFACE)
+  add_library(selvedge::${name} ALIAS selvedge_${name})
+  set_target_properties(selvedge_${name} PROPERTIES EXPORT_NAME ${name})
+  target_link_libraries(selvedge_${name} INTERFACE ${ARG_DEPENDS})
   set_property(GLOBAL APPEND PROPERTY SELVEDGE_MODULES ${name})
 endfunction()
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/bodies/mesh_report.h>
 #include <selvedge/compare/compare_detectors.h>
-#include <selvedge/core/memory.h>
-#include <selvedge/core/parallel.h>
-#include <selvedge/core/resources.h>
+#include <selvedge/core/base/parallel.h>
+#include <selvedge/core/base/stopwatch.h>
+#include <selvedge/core/system/memory.h>
 #include <selvedge/narrowphase/ccd_methods.h>
 #include <selvedge/narrowphase/distance.h>
 

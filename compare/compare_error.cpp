@@ -3,7 +3,7 @@
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/compare/ablation.h>
 #include <selvedge/compare/detail/compare_error.h>
-#include <selvedge/core/registry.h>
+#include <selvedge/core/base/registry.h>
 #include <selvedge/narrowphase/distance.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/scene/build.h>

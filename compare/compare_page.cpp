@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/compare/compare_table.h>
-#include <selvedge/core/html.h>
-#include <selvedge/core/read_file.h>
-#include <selvedge/render/picture_files.h>
-#include <selvedge/run/result_pictures.h>
+#include <selvedge/core/base/html.h>
+#include <selvedge/core/system/read_file.h>
+#include <selvedge/pictures/picture_files.h>
+#include <selvedge/pictures/result_pictures.h>
 
 #include <array>
 #include <nlohmann/json.hpp>

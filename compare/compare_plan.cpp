@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 #include <selvedge/compare/compare_plan.h>
 #include <selvedge/compare/detail/compare_error.h>
-#include <selvedge/core/text.h>
+#include <selvedge/core/base/text.h>
 #include <selvedge/scene/adaptive_cloth.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/simulation/mesh_change.h>

@@ -3,7 +3,7 @@
 #include <selvedge/compare/detail/extreme_cases.h>
 
 #include <fmt/format.h>
-#include <selvedge/core/force.h>
+#include <selvedge/core/cloth/force.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>

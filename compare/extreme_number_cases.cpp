@@ -3,8 +3,8 @@
 #include <selvedge/compare/detail/extreme_cases.h>
 
 #include <fmt/format.h>
-#include <selvedge/core/integrator.h>
-#include <selvedge/core/parallel.h>
+#include <selvedge/core/base/parallel.h>
+#include <selvedge/core/solver/integrator.h>
 
 #include <algorithm>
 #include <cmath>

@@ -4,10 +4,10 @@
 #include <selvedge/compare/detail/extreme_cases.h>
 
 #include <fmt/format.h>
-#include <selvedge/core/parallel.h>
-#include <selvedge/core/processes.h>
-#include <selvedge/core/resources.h>
-#include <selvedge/core/whole_number.h>
+#include <selvedge/core/base/parallel.h>
+#include <selvedge/core/base/stopwatch.h>
+#include <selvedge/core/base/whole_number.h>
+#include <selvedge/core/system/processes.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/compare/compare_detectors.h>
-#include <selvedge/core/resources.h>
+#include <selvedge/core/base/stopwatch.h>
 #include <selvedge/narrowphase/ccd_methods.h>
 
 #include <algorithm>

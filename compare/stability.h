@@ -3,7 +3,7 @@
 // Stability: largest stable steps of the integrators, and whole scenes at the limits.
 #pragma once
 
-#include <selvedge/core/integrator.h>
+#include <selvedge/core/solver/integrator.h>
 #include <selvedge/scene/scene.h>
 
 #include <filesystem>

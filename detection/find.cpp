@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/broad_phase.h>
-#include <selvedge/core/registry.h>
-#include <selvedge/core/types.h>
+#include <selvedge/core/base/registry.h>
+#include <selvedge/core/base/types.h>
 #include <selvedge/detection/detail/surface_checks.h>
 #include <selvedge/detection/find.h>
 #include <selvedge/narrowphase/distance.h>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <selvedge/broadphase/broad_phase.h>
-#include <selvedge/core/collision_types.h>
+#include <selvedge/core/base/collision_types.h>
 #include <selvedge/narrowphase/narrow_phase.h>
 
 #include <array>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/broad_phase.h>
-#include <selvedge/core/elementary.h>
-#include <selvedge/core/parallel.h>
-#include <selvedge/core/types.h>
+#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/parallel.h>
+#include <selvedge/core/base/types.h>
 #include <selvedge/detection/detail/surface_checks.h>
 #include <selvedge/detection/rotation.h>
 #include <selvedge/narrowphase/ccd_methods.h>

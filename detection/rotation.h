@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/core/collision_types.h>
+#include <selvedge/core/base/collision_types.h>
 #include <selvedge/detection/find.h>
 
 #include <span>

@@ -3,7 +3,7 @@
 // Room for cloth where a body nearly touches itself, as thighs and armpits do: skin yields to cloth
 // between two parts of a body, but a mesh does not. Where two sides of the body face each other
 // across a narrow gap, both are moved back along their normals.
-#include <selvedge/core/types.h>
+#include <selvedge/core/base/types.h>
 #include <selvedge/detection/find.h>
 #include <selvedge/dress/detail/winding_number.h>
 #include <selvedge/dress/dress.h>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/core/fabric.h>
+#include <selvedge/core/cloth/fabric.h>
 #include <selvedge/garment/panel_mesh.h>
 #include <selvedge/scene/methods.h>
 #include <selvedge/simulation/simulation.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/elementary.h>
+#include <selvedge/core/base/elementary.h>
 #include <selvedge/dress/detail/dress_pictures.h>
-#include <selvedge/render/picture_files.h>
-#include <selvedge/render/render.h>
+#include <selvedge/pictures/picture_files.h>
+#include <selvedge/pictures/renderer/render.h>
 
 #include <Eigen/LU>
 #include <algorithm>

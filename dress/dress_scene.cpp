@@ -2,8 +2,10 @@
 //
 // The garment between two phases: its scene, and the merge of seams that have closed.
 #include <fmt/format.h>
-#include <selvedge/core/cloth_mesh.h>
-#include <selvedge/core/measure.h>
+#include <selvedge/core/cloth/cloth_elements.h>
+#include <selvedge/core/cloth/cloth_mesh.h>
+#include <selvedge/core/cloth/measure.h>
+#include <selvedge/core/patterns/make_cloth.h>
 #include <selvedge/detection/find.h>
 #include <selvedge/dress/detail/dressing.h>
 #include <selvedge/scene/build.h>

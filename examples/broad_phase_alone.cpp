@@ -2,7 +2,7 @@
 // Uses the broad phase without the cloth: arrays of a moving surface in, candidate pairs out. Two
 // square sheets of 7,200 triangles pass each other; brute force finds the same pairs.
 #include <selvedge/broadphase/broad_phase.h>
-#include <selvedge/core/types.h>
+#include <selvedge/core/base/types.h>
 
 #include <chrono>
 #include <cmath>

@@ -10,8 +10,8 @@
 #include <BulletSoftBody/btSoftRigidDynamicsWorld.h>
 #include <btBulletDynamicsCommon.h>
 #include <selvedge/broadphase/broad_phase.h>
-#include <selvedge/core/parallel.h>
-#include <selvedge/core/types.h>
+#include <selvedge/core/base/parallel.h>
+#include <selvedge/core/base/types.h>
 
 #include <algorithm>
 #include <chrono>

@@ -4,7 +4,7 @@
 // falls on a ball. The program prints the time of its solver beside that of the detection, and
 // compares the collisions of some steps with those of brute force.
 #include <selvedge/broadphase/broad_phase.h>
-#include <selvedge/core/types.h>
+#include <selvedge/core/base/types.h>
 #include <selvedge/narrowphase/narrow_phase.h>
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <selvedge/core/elementary.h>
-#include <selvedge/core/json_value.h>
-#include <selvedge/core/read_file.h>
+#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/json_value.h>
+#include <selvedge/core/system/read_file.h>
 #include <selvedge/garment/detail/pattern_names.h>
 #include <selvedge/garment/sewing_pattern.h>
 

@@ -2,7 +2,7 @@
 //
 // Equilibria are found by Newton's method on the energy with the positive part of its Jacobian and
 // a line search.
-#include <selvedge/core/force.h>
+#include <selvedge/core/cloth/force.h>
 #include <selvedge/lab/detail/clamped_specimen.h>
 
 #include <Eigen/SparseCholesky>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/check.h>
-#include <selvedge/core/parallel.h>
+#include <selvedge/core/base/check.h>
+#include <selvedge/core/base/parallel.h>
 #include <selvedge/lab/fabric_drape.h>
 
 #include <algorithm>

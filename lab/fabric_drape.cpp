@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/check.h>
-#include <selvedge/core/force.h>
-#include <selvedge/core/integrator.h>
+#include <selvedge/core/base/check.h>
+#include <selvedge/core/cloth/force.h>
+#include <selvedge/core/solver/integrator.h>
 #include <selvedge/lab/fabric_drape.h>
 
 #include <Eigen/Geometry>

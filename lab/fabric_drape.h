@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/core/measure.h>
-#include <selvedge/core/registry.h>
+#include <selvedge/core/base/registry.h>
+#include <selvedge/core/cloth/measure.h>
+#include <selvedge/core/patterns/make_yarn_cloth.h>
 
 #include <cstdint>
 #include <optional>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // The state of a genetic search in a file, from which the search continues.
-#include <selvedge/core/files.h>
-#include <selvedge/core/json_value.h>
-#include <selvedge/core/read_file.h>
+#include <selvedge/core/base/json_value.h>
+#include <selvedge/core/system/files.h>
+#include <selvedge/core/system/read_file.h>
 #include <selvedge/lab/identify.h>
 
 #include <algorithm>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/core/collision_types.h>
-#include <selvedge/core/integrator.h>
-#include <selvedge/core/registry.h>
-#include <selvedge/core/types.h>
+#include <selvedge/core/base/collision_types.h>
+#include <selvedge/core/base/registry.h>
+#include <selvedge/core/base/types.h>
+#include <selvedge/core/solver/integrator.h>
 
 #include <array>
 #include <cstdint>

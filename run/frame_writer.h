@@ -2,9 +2,9 @@
 #pragma once
 
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/core/files.h>
-#include <selvedge/core/registry.h>
-#include <selvedge/core/types.h>
+#include <selvedge/core/base/registry.h>
+#include <selvedge/core/base/types.h>
+#include <selvedge/core/system/files.h>
 
 #include <filesystem>
 #include <memory>

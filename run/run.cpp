@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <selvedge/core/files.h>
-#include <selvedge/core/memory.h>
-#include <selvedge/core/resources.h>
+#include <selvedge/core/base/stopwatch.h>
+#include <selvedge/core/system/files.h>
+#include <selvedge/core/system/memory.h>
 #include <selvedge/run/detail/background_task.h>
 #include <selvedge/run/detail/checkpoint.h>
 #include <selvedge/run/detail/failure_bundle.h>

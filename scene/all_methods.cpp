@@ -4,7 +4,7 @@
 #include <selvedge/scene/methods.h>
 
 #if SELVEDGE_HAS_BROADPHASE_OSMESA
-#include <selvedge/broadphase/image_space.h>
+#include <selvedge/broadphase/image_space/image_space.h>
 #endif
 
 namespace selvedge {

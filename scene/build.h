@@ -2,8 +2,8 @@
 #pragma once
 
 #include <selvedge/bodies/body.h>
-#include <selvedge/core/force.h>
-#include <selvedge/core/parallel.h>
+#include <selvedge/core/base/parallel.h>
+#include <selvedge/core/cloth/force.h>
 #include <selvedge/scene/scene.h>
 
 #include <cstdint>

@@ -5,7 +5,7 @@
 #include <selvedge/bodies/mesh_report.h>
 #include <selvedge/bodies/sequence_leap.h>
 #include <selvedge/bodies/weld.h>
-#include <selvedge/core/cloth_mesh.h>
+#include <selvedge/core/cloth/cloth_mesh.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/scene/detail/check_scene.h>
 #include <selvedge/scene/detail/make_piece.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/core/fabric.h>
+#include <selvedge/core/cloth/fabric.h>
 
 #include <filesystem>
 #include <map>

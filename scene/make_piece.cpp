@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/core/cloth_mesh.h>
-#include <selvedge/core/fabric_laws.h>
-#include <selvedge/core/measure.h>
+#include <selvedge/core/cloth/cloth_mesh.h>
+#include <selvedge/core/cloth/fabric_laws.h>
+#include <selvedge/core/cloth/measure.h>
+#include <selvedge/core/patterns/make_cloth.h>
+#include <selvedge/core/patterns/make_plate.h>
 #include <selvedge/scene/adaptive_cloth.h>
 #include <selvedge/scene/detail/make_piece.h>
 #include <selvedge/scene/detail/strip_path.h>

@@ -2,10 +2,10 @@
 #pragma once
 
 #include <selvedge/broadphase/broad_phase.h>
-#include <selvedge/core/cloth_pattern.h>
-#include <selvedge/core/force.h>
-#include <selvedge/core/integrator.h>
-#include <selvedge/core/strain_limiter.h>
+#include <selvedge/core/cloth/force.h>
+#include <selvedge/core/patterns/cloth_pattern.h>
+#include <selvedge/core/solver/integrator.h>
+#include <selvedge/core/solver/strain_limiter.h>
 #include <selvedge/narrowphase/narrow_phase.h>
 #include <selvedge/response/fail_safe.h>
 #include <selvedge/response/response.h>

@@ -3,10 +3,11 @@
 
 #include <selvedge/bodies/body.h>
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/core/cloth_mesh.h>
-#include <selvedge/core/cloth_pattern.h>
-#include <selvedge/core/force.h>
-#include <selvedge/core/wetting.h>
+#include <selvedge/core/cloth/cloth_mesh.h>
+#include <selvedge/core/cloth/force.h>
+#include <selvedge/core/cloth/wetting.h>
+#include <selvedge/core/patterns/cloth_pattern.h>
+#include <selvedge/core/patterns/make_cloth.h>
 #include <selvedge/scene/methods.h>
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/strain_limiter.h>
+#include <selvedge/core/solver/strain_limiter.h>
 #include <selvedge/scene/build.h>
 
 #include <Eigen/Geometry>

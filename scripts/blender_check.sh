@@ -4,8 +4,8 @@
 # is not part of any set of scripts/install_dependencies.sh.
 #   files  runs a scene in the formats that Blender reads and imports them: the .glb file at every frame, and the .pc2 and
 #          .mdd caches on their base mesh by a mesh-cache modifier. Every vertex must be within 1e-6 m of the PLY frame.
-#          Debian's Blender cannot read USD; tests/exchange_test.cpp reads those files.
-#   addon  tests the add-on blender/selvedge_cloth.py from end to end: bakes cloth over a moving and a resting collider, with
+#          Debian's Blender cannot read USD; tests/run/exchange_test.cpp reads those files.
+#   addon  tests the add-on bindings/blender/selvedge_cloth.py from end to end: bakes cloth over a moving and a resting collider, with
 #          pins, from an object that is turned and scaled; checks the cache, the refusals and the removal; renders PICTURE
 #          (.png) if it is named.
 set -euo pipefail
@@ -26,10 +26,10 @@ trap 'rm -rf "$work"' EXIT
 if [ "$check" = files ]; then
   "$program" run data/scenes/cloth_on_sphere.json --no-picture --out "$work/ball" --set time.frames=30 \
     --set 'geometry.0.cells=[20,20]' --set 'output.formats=["gltf","mdd","pc2"]' >/dev/null
-  HOME=$work blender -b --factory-startup --python-exit-code 1 --python blender/check.py -- "$work/ball" 2>&1 |
+  HOME=$work blender -b --factory-startup --python-exit-code 1 --python bindings/blender/check.py -- "$work/ball" 2>&1 |
     grep -v '^Blender\|^Info\|^$\|Data are loaded\|glTF import finished'
 else
   HOME=$work SELVEDGE_PROGRAM=$program blender -b --factory-startup --python-exit-code 1 \
-    --python blender/addon_check.py -- "$work" ${picture:+"$picture"} 2>&1 | grep '^check:\|Error\|error\|assert' || true
+    --python bindings/blender/addon_check.py -- "$work" ${picture:+"$picture"} 2>&1 | grep '^check:\|Error\|error\|assert' || true
   test -f "$work/passed"
 fi

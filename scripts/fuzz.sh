@@ -21,12 +21,12 @@ case $target in
   mesh) libraries=(mesh_files bodies system base) ;;
   query) libraries=(query_files narrowphase bodies system base) ;;
   ccd) libraries=(narrowphase bodies judge base) ;;
-  scene | fabric | sequence) libraries=(scene garment response query_files narrowphase broadphase mesh_files bodies core system base) ;;
+  scene | fabric | sequence) libraries=(scene garment response query_files narrowphase broadphase mesh_files bodies solver patterns cloth system base) ;;
   garment) libraries=(garment system base) ;;
-  result) libraries=(run simulation scene garment response query_files narrowphase detection broadphase mesh_files bodies core system base) ;;
-  folder) libraries=(check_result judge run simulation scene garment response query_files narrowphase detection broadphase mesh_files bodies core system base) ;;
+  result) libraries=(run simulation scene garment response query_files narrowphase detection broadphase mesh_files bodies solver patterns cloth system base) ;;
+  folder) libraries=(check_result judge run simulation scene garment response query_files narrowphase detection broadphase mesh_files bodies solver patterns cloth system base) ;;
   detectors) libraries=(broadphase judge base) ;;
-  simulation) libraries=(simulation scene garment judge response query_files narrowphase detection broadphase mesh_files bodies core system base) ;;
+  simulation) libraries=(simulation scene garment judge response query_files narrowphase detection broadphase mesh_files bodies solver patterns cloth system base) ;;
   *) echo "fuzz.sh: there is no target $target" >&2; exit 2 ;;
 esac
 scripts/install_dependencies.sh clang

@@ -33,7 +33,7 @@ if [ -z "$walk" ]; then
   if [ ! -f "$build/CMakeCache.txt" ] && command -v ninja >/dev/null; then configure+=(-G Ninja); fi
   scripts/quietly.sh "${configure[@]}"
   scripts/quietly.sh cmake --build "$build" --target selvedge-walk selvedge_program --parallel "$(nproc)"
-  walk=$build/tools/selvedge-walk
+  walk=$build/data/makers/selvedge-walk
 fi
 
 mkdir -p "$folder"

@@ -767,16 +767,16 @@ shared_names() {
 }
 kilobytes() { awk -v bytes="$1" 'BEGIN {printf "%.0f", bytes / 1000}'; }
 
-# Links tests/consumer/shards.cpp with the detectors of BUILD_DIR. Only core/parallel.cpp uses threads. Compiled without
+# Links tests/consumer/shards.cpp with the detectors of BUILD_DIR. Only core/base/parallel.cpp uses threads. Compiled without
 # threads, it replaces the archive's version, so the lean program needs no separate build.
 program() {
   local name=$1 label=$2 threads=$3
   local flags=(-std=c++20 -O3 -DNDEBUG -ffp-contract=off -I "$build/include" -isystem "$eigen")
-  local objects=() libraries=("$build"/{broadphase/libselvedge_broadphase,narrowphase/libselvedge_narrowphase,bodies/libselvedge_bodies,core/libselvedge_base}.a)
+  local objects=() libraries=("$build"/{broadphase/libselvedge_broadphase,narrowphase/libselvedge_narrowphase,bodies/libselvedge_bodies,core/base/libselvedge_base}.a)
   "$compiler" "${flags[@]}" -c tests/consumer/shards.cpp -o "$work/shards.o"
   objects=("$work/shards.o")
   if [ "$threads" = no ]; then
-    "$compiler" "${flags[@]}" -c core/parallel.cpp -o "$work/parallel.o"
+    "$compiler" "${flags[@]}" -c core/base/parallel.cpp -o "$work/parallel.o"
     objects+=("$work/parallel.o")
   else
     libraries+=(-ltbb)

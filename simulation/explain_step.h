@@ -4,7 +4,7 @@
 // of the last one that failed.
 #pragma once
 
-#include <selvedge/core/integrator.h>
+#include <selvedge/core/solver/integrator.h>
 #include <selvedge/response/response.h>
 #include <selvedge/scene/scene.h>
 

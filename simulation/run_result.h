@@ -4,8 +4,8 @@
 // reports.
 #pragma once
 
-#include <selvedge/core/fields.h>
-#include <selvedge/core/measure.h>
+#include <selvedge/core/base/fields.h>
+#include <selvedge/core/cloth/measure.h>
 #include <selvedge/response/response.h>
 #include <selvedge/scene/build.h>
 

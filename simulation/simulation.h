@@ -4,7 +4,7 @@
 // step_report.h (attempts and contacts of the last step), run_result.h (counts of all steps).
 #pragma once
 
-#include <selvedge/core/types.h>
+#include <selvedge/core/base/types.h>
 #include <selvedge/simulation/failure.h>
 
 #include <cstdint>

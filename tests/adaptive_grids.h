@@ -3,7 +3,7 @@
 // Grids that are split at random, shared by the tests of adaptive meshes.
 #pragma once
 
-#include <selvedge/core/cloth_pattern.h>
+#include <selvedge/core/patterns/cloth_pattern.h>
 
 #include <algorithm>
 #include <array>

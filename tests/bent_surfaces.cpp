@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/force.h>
+#include <selvedge/core/cloth/force.h>
+#include <selvedge/core/patterns/make_cloth.h>
 #include <selvedge/tests/bent_surfaces.h>
 
 #include <Eigen/Geometry>

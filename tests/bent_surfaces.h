@@ -4,7 +4,7 @@
 // bending energies of these meshes. Used by bending_energy_test and by bench/bending.
 #pragma once
 
-#include <selvedge/core/cloth_mesh.h>
+#include <selvedge/core/cloth/cloth_mesh.h>
 
 #include <array>
 #include <cstdint>

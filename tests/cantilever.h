@@ -4,7 +4,7 @@
 // by membrane_test and by bench/rivals.
 #pragma once
 
-#include <selvedge/core/force.h>
+#include <selvedge/core/cloth/force.h>
 
 #include <vector>
 

@@ -8,7 +8,7 @@
 // times and contacts, for comparing builds and vector paths.
 #include <fmt/format.h>
 #include <selvedge/apps/command_line.h>
-#include <selvedge/core/parallel.h>
+#include <selvedge/core/base/parallel.h>
 #include <selvedge/narrowphase/ccd_methods.h>
 #include <selvedge/tests/ccd_queries.h>
 

@@ -3,7 +3,8 @@
 // A crumpled piece of cloth, the forces on it and their Jacobians, as dense matrices.
 #pragma once
 
-#include <selvedge/core/cloth_mesh.h>
+#include <selvedge/core/cloth/cloth_mesh.h>
+#include <selvedge/core/patterns/make_cloth.h>
 
 #include <Eigen/Geometry>
 #include <memory>

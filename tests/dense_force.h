@@ -3,8 +3,8 @@
 // Forces in random states, and their Jacobians as dense matrices.
 #pragma once
 
-#include <selvedge/core/block_matrix.h>
-#include <selvedge/core/force.h>
+#include <selvedge/core/cloth/block_matrix.h>
+#include <selvedge/core/cloth/force.h>
 
 #include <Eigen/Core>
 #include <random>

@@ -2,7 +2,7 @@
 // The scenes of `bench drape`, the program itself at a tiny size, and scripts/performance.sh with
 // one program as both the old and the new one.
 #include <selvedge/bodies/body.h>
-#include <selvedge/core/measure.h>
+#include <selvedge/core/cloth/measure.h>
 #include "drape_scenes.h"
 #include "garments.h"
 #include "run_program.h"

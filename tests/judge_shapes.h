@@ -3,7 +3,7 @@
 
 // Shapes for tests of the judge.
 
-#include <selvedge/core/types.h>
+#include <selvedge/core/base/types.h>
 
 #include <array>
 #include <cstdint>

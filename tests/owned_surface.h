@@ -2,7 +2,7 @@
 #pragma once
 
 #include <selvedge/broadphase/broad_phase.h>
-#include <selvedge/core/types.h>
+#include <selvedge/core/base/types.h>
 
 #include <cstdint>
 #include <vector>

@@ -3,7 +3,7 @@
 
 // A flat mesh bent to constant curvature.
 
-#include <selvedge/core/types.h>
+#include <selvedge/core/base/types.h>
 
 #include <cmath>
 #include <vector>

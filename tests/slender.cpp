@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/force.h>
-#include <selvedge/core/integrator.h>
+#include <selvedge/core/cloth/force.h>
+#include <selvedge/core/solver/integrator.h>
 #include <selvedge/scene/scene.h>
 #include <selvedge/simulation/simulation.h>
 #include <selvedge/simulation/step_report.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/detail/body_enclosure.h>
 #include <selvedge/broadphase/detail/limb_search.h>
-#include <selvedge/core/elementary.h>
-#include <selvedge/core/parallel.h>
+#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/parallel.h>
 
 #include <Eigen/Geometry>
 #include <cmath>

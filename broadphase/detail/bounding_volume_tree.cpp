@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/detail/bounding_volume_tree.h>
 #include <selvedge/broadphase/detail/bytes.h>
-#include <selvedge/core/parallel.h>
+#include <selvedge/core/base/parallel.h>
 
 #include <algorithm>
 #include <bit>

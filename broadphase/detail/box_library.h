@@ -3,7 +3,7 @@
 
 #include <selvedge/broadphase/broad_phase.h>
 #include <selvedge/broadphase/detail/collect_pairs.h>
-#include <selvedge/core/parallel.h>
+#include <selvedge/core/base/parallel.h>
 
 #include <array>
 #include <atomic>

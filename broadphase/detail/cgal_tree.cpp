@@ -5,7 +5,7 @@
 // The tree holds boxes, because a swept triangle is not a triangle. It is queried with one box at a
 // time, so of two surfaces one has a tree and the other provides the queries. It has no refit.
 #include <selvedge/broadphase/detail/cgal_tree.h>
-#include <selvedge/core/parallel.h>
+#include <selvedge/core/base/parallel.h>
 
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>

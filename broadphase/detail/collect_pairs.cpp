@@ -2,7 +2,7 @@
 #include <selvedge/broadphase/detail/collect_pairs.h>
 #include <selvedge/broadphase/detail/raw_array.h>
 #include <selvedge/broadphase/detail/sort_rows.h>
-#include <selvedge/core/parallel.h>
+#include <selvedge/core/base/parallel.h>
 
 #include <algorithm>
 #include <array>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <selvedge/broadphase/detail/pair_tally.h>
-#include <selvedge/core/collision_types.h>
+#include <selvedge/core/base/collision_types.h>
 
 #include <cstdint>
 #include <vector>

@@ -3,7 +3,7 @@
 
 #include <selvedge/broadphase/detail/box_pairs.h>
 #include <selvedge/broadphase/detail/packed_boxes.h>
-#include <selvedge/core/parallel.h>
+#include <selvedge/core/base/parallel.h>
 
 #include <array>
 #include <cmath>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/detail/leaf_groups.h>
-#include <selvedge/core/parallel.h>
+#include <selvedge/core/base/parallel.h>
 
 #include <algorithm>
 #include <atomic>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <selvedge/broadphase/detail/raw_array.h>
-#include <selvedge/core/collision_types.h>
+#include <selvedge/core/base/collision_types.h>
 
 #include <span>
 #include <vector>

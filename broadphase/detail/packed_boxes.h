@@ -3,7 +3,7 @@
 
 #include <selvedge/broadphase/detail/resolution.h>
 #include <selvedge/broadphase/detail/swept_box.h>
-#include <selvedge/core/types.h>
+#include <selvedge/core/base/types.h>
 
 #include <algorithm>
 #include <bit>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/detail/tree_builder.h>
-#include <selvedge/core/parallel.h>
+#include <selvedge/core/base/parallel.h>
 
 #include <cmath>
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <selvedge/compare/compare_plan.h>
-#include <selvedge/core/types.h>
+#include <selvedge/core/base/types.h>
 
 #include <filesystem>
 #include <optional>

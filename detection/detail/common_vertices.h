@@ -3,7 +3,7 @@
 // Pairs of triangles with common vertices.
 #pragma once
 
-#include <selvedge/core/types.h>
+#include <selvedge/core/base/types.h>
 #include <selvedge/detection/find.h>
 
 #include <span>

@@ -4,7 +4,7 @@
 // lies on one side. The two triangles at the edge tell together.
 #pragma once
 
-#include <selvedge/core/collision_types.h>
+#include <selvedge/core/base/collision_types.h>
 #include <selvedge/detection/find.h>
 
 namespace selvedge::detail {

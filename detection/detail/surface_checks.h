@@ -4,7 +4,7 @@
 // the index and the value.
 #pragma once
 
-#include <selvedge/core/types.h>
+#include <selvedge/core/base/types.h>
 
 #include <span>
 #include <string>

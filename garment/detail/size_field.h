@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/core/types.h>
+#include <selvedge/core/base/types.h>
 
 #include <vector>
 

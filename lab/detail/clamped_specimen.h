@@ -3,7 +3,7 @@
 // Tests of swatches between clamps, each state an equilibrium.
 #pragma once
 
-#include <selvedge/core/cloth_mesh.h>
+#include <selvedge/core/cloth/cloth_mesh.h>
 #include <selvedge/lab/fabric_drape.h>
 
 #include <array>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/core/types.h>
+#include <selvedge/core/base/types.h>
 
 // Signs of determinants: +1, 0 or -1, exact for all finite doubles. A floating-point filter decides
 // the easy cases, integers of any length the rest.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/core/parallel.h>
+#include <selvedge/core/base/parallel.h>
 #include <selvedge/narrowphase/detail/contact_geometry.h>
 #include <selvedge/narrowphase/detail/float_paths.h>
 #include <selvedge/narrowphase/narrow_phase.h>

@@ -4,7 +4,7 @@
 // keys have.
 #pragma once
 
-#include <selvedge/core/fields.h>
+#include <selvedge/core/base/fields.h>
 #include <selvedge/scene/scene.h>
 
 #include <cstdint>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/core/cloth_mesh.h>
+#include <selvedge/core/cloth/cloth_mesh.h>
 
 #include <span>
 #include <string>

@@ -5,8 +5,8 @@
 // needs its member and its line here.
 #pragma once
 
-#include <selvedge/core/fields.h>
-#include <selvedge/core/material_fields.h>
+#include <selvedge/core/base/fields.h>
+#include <selvedge/core/cloth/material_fields.h>
 #include <selvedge/scene/detail/key_types.h>
 #include <selvedge/scene/scene.h>
 

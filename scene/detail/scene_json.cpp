@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <selvedge/core/json_value.h>
-#include <selvedge/core/read_file.h>
-#include <selvedge/core/text.h>
+#include <selvedge/core/base/json_value.h>
+#include <selvedge/core/base/text.h>
+#include <selvedge/core/system/read_file.h>
 #include <selvedge/scene/detail/scene_json.h>
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/parallel.h>
+#include <selvedge/core/base/parallel.h>
 #include <selvedge/narrowphase/distance.h>
 #include <selvedge/simulation/detail/contacts.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/core/force.h>
+#include <selvedge/core/cloth/force.h>
 #include <selvedge/response/response.h>
 #include <selvedge/scene/build.h>
 

@@ -2,7 +2,7 @@
 //
 // The facts of an inquiry: handles, the chain of contacts, and the forces on a particle.
 #include <fmt/format.h>
-#include <selvedge/core/types.h>
+#include <selvedge/core/base/types.h>
 #include <selvedge/simulation/detail/inquiry.h>
 
 #include <algorithm>

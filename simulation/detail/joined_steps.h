@@ -3,7 +3,7 @@
 // Which steps of a frame are taken as one.
 #pragma once
 
-#include <selvedge/core/integrator.h>
+#include <selvedge/core/solver/integrator.h>
 #include <selvedge/scene/build.h>
 
 #include <cstdint>

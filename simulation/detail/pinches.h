@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/core/strain_limiter.h>
+#include <selvedge/core/solver/strain_limiter.h>
 #include <selvedge/simulation/detail/detection.h>
 #include <selvedge/simulation/simulation_state.h>
 

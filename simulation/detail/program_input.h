@@ -3,7 +3,7 @@
 // What a program sets between the steps of a simulation: forces, and particles that it holds.
 #pragma once
 
-#include <selvedge/core/force.h>
+#include <selvedge/core/cloth/force.h>
 
 #include <cstdint>
 #include <memory>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/core/adaptive_cloth.h>
+#include <selvedge/core/patterns/adaptive_cloth.h>
 #include <selvedge/simulation/seam_merging.h>
 #include <selvedge/simulation/simulation_state.h>
 
@@ -15,11 +15,11 @@ namespace selvedge {
 /// The parts of a scene whose mesh changes as it runs: pieces whose cells are split and joined
 /// ("refine"), and seams whose vertices merge ("merge"). A scene has one of the two.
 ///
-/// A split moves no point of the surface (core/cloth_pattern.h), so a clean state stays clean.
-/// Before quarters are joined, the vertices that go move on straight lines to the surface of the
-/// whole cell. That motion is searched for collisions with all cloth and all bodies, exactly, and a
-/// cell that would collide is postponed. The new state is checked all the same, and a change that
-/// leads to a crossing is postponed.
+/// A split moves no point of the surface (core/patterns/cloth_pattern.h), so a clean state stays
+/// clean. Before quarters are joined, the vertices that go move on straight lines to the surface of
+/// the whole cell. That motion is searched for collisions with all cloth and all bodies, exactly,
+/// and a cell that would collide is postponed. The new state is checked all the same, and a change
+/// that leads to a crossing is postponed.
 class Refinement {
  public:
   /// `scene` must outlive it; `built`: the scene as it starts. Throws std::invalid_argument if

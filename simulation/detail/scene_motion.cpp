@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/types.h>
+#include <selvedge/core/base/types.h>
 #include <selvedge/simulation/detail/scene_motion.h>
 
 namespace selvedge {

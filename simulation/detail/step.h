@@ -3,7 +3,7 @@
 // A step as a value: attempt_step takes its input and gives its outcome, and so does each stage.
 #pragma once
 
-#include <selvedge/core/integrator.h>
+#include <selvedge/core/solver/integrator.h>
 #include <selvedge/response/response.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/simulation/detail/detection.h>

@@ -2,7 +2,7 @@
 //
 // The ends of a step's data: from the state to its input and course, and from its outcome to
 // velocities.
-#include <selvedge/core/parallel.h>
+#include <selvedge/core/base/parallel.h>
 #include <selvedge/simulation/detail/handles.h>
 #include <selvedge/simulation/detail/step.h>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/core/parallel.h>
-#include <selvedge/core/strain_limiter.h>
+#include <selvedge/core/base/parallel.h>
+#include <selvedge/core/solver/strain_limiter.h>
 #include <selvedge/response/response.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/simulation/detail/phase_clock.h>

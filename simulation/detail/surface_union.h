@@ -2,7 +2,7 @@
 #pragma once
 
 #include <selvedge/bodies/triangle_tree.h>
-#include <selvedge/core/types.h>
+#include <selvedge/core/base/types.h>
 #include <selvedge/response/response.h>
 
 #include <span>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/core/integrator.h>
+#include <selvedge/core/solver/integrator.h>
 #include <selvedge/simulation/detail/contours.h>
 #include <selvedge/simulation/detail/excluded_pairs.h>
 #include <selvedge/simulation/simulation_state.h>

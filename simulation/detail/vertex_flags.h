@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/core/cloth_mesh.h>
+#include <selvedge/core/cloth/cloth_mesh.h>
 #include <selvedge/response/response.h>
 #include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation_state.h>

@@ -42,7 +42,7 @@ EXCLUDED = re.compile(r"\b(static_assert|template|using|throw|case|constexpr|con
 STATEMENT = (r"(?<=[;{})]\n) +((?!return|delete|if|for|while|switch|else)[\w.\->\[\]]+"
              r"(?: [-+*/|&]?= [^;\n{}]*|\([^;\n{}]*\));)(?=\n)")
 # What several units include; the rest of our own headers may hold names of unnamed namespaces of another unit.
-SHARED = r"^#include <(?!selvedge/)[a-z].*|^#include <selvedge/core/types.h>"
+SHARED = r"^#include <(?!selvedge/)[a-z].*|^#include <selvedge/core/base/types.h>"
 EQUIVALENT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "mutants_equivalent.csv")
 
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/broadphase/image_space.h>
+#include <selvedge/broadphase/image_space/image_space.h>
 
 int main() {
   selvedge::BroadPhaseRegistry methods;

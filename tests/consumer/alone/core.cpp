@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/measure.h>
+#include <selvedge/core/cloth/measure.h>
 
 #include <vector>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/compare/detector_pictures.h>
+#include <selvedge/pictures/detector_pictures.h>
 
 #include <vector>
 

@@ -1,4 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/lab/measure_result.h>
+#include <selvedge/run/measure_result.h>
 
 int main() { return selvedge::measures_text({}).empty() ? 1 : 0; }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/render/picture_files.h>
-#include <selvedge/render/render.h>
+#include <selvedge/pictures/picture_files.h>
+#include <selvedge/pictures/renderer/render.h>
 
 #include <vector>
 

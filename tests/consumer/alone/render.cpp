@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/render/render.h>
+#include <selvedge/pictures/renderer/render.h>
 
 #include <vector>
 

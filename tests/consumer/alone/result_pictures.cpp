@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/run/result_pictures.h>
+#include <selvedge/pictures/result_pictures.h>
 
 #include <vector>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/view/result_view.h>
+#include <selvedge/pictures/result_view.h>
 
 #include <stdexcept>
 

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+// The forces with vectors of eight doubles. A pragma compiles only the functions of this file for
+// AVX-512: a compiler flag would also affect inline functions of the standard library, of which the
+// linker keeps one copy for the whole program.
+#include <selvedge/core/cloth/detail/lane_forces.h>
+
+#if defined(__x86_64__) && defined(__GNUC__)
+
+#include <immintrin.h>
+
+#include <cstring>
+
+#ifdef __clang__
+#pragma clang attribute push(__attribute__((target("avx512f,avx512dq,avx512vl"))), \
+                             apply_to = function)
+#else
+#pragma GCC push_options
+#pragma GCC target("avx512f,avx512dq,avx512vl")
+#endif
+
+namespace selvedge::detail {
+namespace {
+namespace avx512 {
+
+#define SELVEDGE_FORCE_LANES 8
+constexpr int kLanes = SELVEDGE_FORCE_LANES;
+#include <selvedge/core/cloth/detail/lane_forces_kernel.inc>
+
+}  // namespace avx512
+}  // namespace
+}  // namespace selvedge::detail
+
+#ifdef __clang__
+#pragma clang attribute pop
+#else
+#pragma GCC pop_options
+#endif
+
+namespace selvedge::detail {
+
+LaneKernel lane_kernel_avx512() {
+  const bool has = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+                   __builtin_cpu_supports("avx512vl");
+  return has ? avx512::kernel() : LaneKernel{};
+}
+
+}  // namespace selvedge::detail
+
+#else
+
+namespace selvedge::detail {
+
+LaneKernel lane_kernel_avx512() { return {}; }
+
+}  // namespace selvedge::detail
+
+#endif

@@ -1,0 +1,329 @@
+// SPDX-License-Identifier: MIT
+//
+// Knitted cloth at the level of its yarn: particles along the loops of a plain weft knit (jersey),
+// which the survey misses (section 7.1.3: knits are simulated with the mesh of a weave).
+//
+// The plan of a loop is that of F. Peirce, "Geometrical principles applicable to the design of
+// functional fabrics", Textile Research Journal 1947: arcs of radius R for head and sinker, joined
+// by straight legs that touch both. The head of a loop and the sinker of the next course have their
+// centres at one height, half of the wale spacing w apart, so with the course spacing c the centres
+// of a head and its own sinker are D = √(w²/4 + c²) apart. From the top of the head the arc turns
+// by
+//   φ = π - atan(w/2c) - acos(2R/D),  and the leg has the length  T = √(D² - 4R²),
+// so the loop is 4 R φ + 2 T long. With Peirce's closest loops, w = 4 d, c = 2√3 d and R = 3/2 d,
+// all yarns touch and the length is 16.66 d, his number. Other spacings keep R = 3w/8.
+//
+// The height over the plan is the cosine of G. Leaf, A. Glaskin, "The geometry of a plain knitted
+// loop", Journal of the Textile Institute 1955, over the whole of a leg: heads and sinkers at the
+// back, legs in front. It is as large as needed to put axes one diameter apart where yarns cross.
+//
+// Each half of a loop crosses the next course twice: its head passes behind a leg of that course,
+// and its leg before the sinker. Both crossings are the same but for half a turn about the point
+// between both centres.
+//
+// Elements: springs EA/length and twisting springs EI/length along the yarn, as in the weave
+// (topology_weave.cpp), and at each interlock a spring between both axes and three angles
+// (force_crossing.cpp), softer against sliding than against compression. The yarn is set: its loops
+// are its shape at rest, as after washing. A twisting spring knows the size of a bend, not its
+// plane, and without resistance against twist a bent rod turns out of its plane for nothing. So
+// each link of a loop also keeps its angle to the nearest interlock, with the stiffness GJ/s of the
+// yarn between them, shared by the links of a side. The surface follows the middles of the two legs
+// and has half of the mass.
+//
+// Left out: friction, sliding beyond its spring, and contact between yarns apart from the
+// interlocks, which also resist being pulled apart.
+#include <selvedge/core/base/check.h>
+#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/cloth/detail/angles.h>
+#include <selvedge/core/cloth/detail/topology.h>
+#include <selvedge/core/patterns/cloth_pattern.h>
+#include <selvedge/core/patterns/detail/yarn_pattern.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace selvedge {
+namespace {
+
+constexpr double kArcOfWale = 0.375;  // radius of the arcs over the wale spacing: 3/2 d over 4 d
+
+void validate_knit(const KnitConfig& k) {
+  detail::validate_yarn("yarn", k.yarn);
+  require(std::isfinite(k.contact) && k.contact > 0.0, "contact", k.contact, "positive and finite");
+  require(std::isfinite(k.sliding) && k.sliding > 0.0, "sliding", k.sliding, "positive and finite");
+  require(std::isfinite(k.rotation) && k.rotation >= 0.0, "rotation", k.rotation,
+          "at least 0 and finite");
+  require(std::isfinite(k.twist) && k.twist > 0.0, "twist", k.twist, "positive and finite");
+  require(k.links >= 2 && k.links % 2 == 0, "links", k.links, "even and at least 2");
+}
+
+std::string millimetres(double metres) { return std::to_string(1e3 * metres) + " mm"; }
+
+[[noreturn]] void refuse_loop(double wale, double course, double diameter, const char* fault) {
+  throw std::invalid_argument("knit: a yarn of " + millimetres(diameter) +
+                              " has no loop with wales " + millimetres(wale) + " and courses " +
+                              millimetres(course) + " apart, since " + fault);
+}
+
+/// Loops as particles and elements, course by course.
+class Knitter {
+ public:
+  Knitter(const GridConfig& grid, const KnitConfig& knit, const Material& material)
+      : grid_(grid),
+        knit_(knit),
+        material_(material),
+        layout_(grid, knit),
+        loop_(grid.size_x / grid.cells_x, grid.size_y / grid.cells_y, knit.yarn.diameter()) {}
+
+  ClothMesh make() {
+    add_surface();
+    for (std::int32_t j = 0; j < layout_.courses; ++j) add_course(j);
+    for (std::int32_t j = 0; j + 1 < layout_.courses; ++j)
+      for (std::int32_t i = 0; i < layout_.wales; ++i) add_interlocks(i, j);
+    for (std::int32_t j = 0; j < layout_.courses; ++j)
+      for (std::int32_t i = 0; i < layout_.wales; ++i) {
+        add_twist(i, j);
+        add_tie(i, j);
+      }
+    return std::move(cloth_);
+  }
+
+ private:
+  Vec3 centre(std::int32_t i, std::int32_t j) const {
+    return {grid_.size_x * (static_cast<double>(i) / grid_.cells_x - 0.5),
+            grid_.size_y * (static_cast<double>(j) / grid_.cells_y - 0.5), 0.0};
+  }
+
+  void add_surface() {
+    for (std::int32_t j = 0; j < layout_.courses; ++j)
+      for (std::int32_t i = 0; i < layout_.wales; ++i)
+        cloth_.surface.vertices.push_back(centre(i, j));
+    for (std::int32_t j = 0; j < grid_.cells_y; ++j)
+      for (std::int32_t i = 0; i < grid_.cells_x; ++i) {
+        const std::int32_t a = layout_.middle(i, j), b = layout_.middle(i, j + 1);
+        cloth_.surface.triangles.push_back({a, a + 1, b + 1});
+        cloth_.surface.triangles.push_back({a, b + 1, b});
+      }
+    cloth_.edges = unique_edges(cloth_.surface.triangles);
+    cloth_.mass.assign(cloth_.surface.vertices.size(), 0.0);
+  }
+
+  /// Length along the yarn from the top of the head to particle k of a half, so that particles lie
+  /// on all four crossings.
+  double along(std::int32_t k) const {
+    const std::int32_t n = layout_.links;
+    const double half = 0.5 * loop_.length();
+    if (2 * k > 4 * n) return half - along(4 * n - k);
+    const double s1 = loop_.head_crossing, s2 = loop_.leg_crossing;
+    if (2 * k <= n) return s1 * (2.0 * k / n);
+    if (2 * k <= 3 * n) return s1 + (s2 - s1) * (static_cast<double>(k) / n - 0.5);
+    return s2 + (half - 2.0 * s2) * (static_cast<double>(k) / n - 1.5);
+  }
+
+  /// Particle k of a loop, m from its middle.
+  Vec3 place(std::int32_t k) const {
+    const std::int32_t top = layout_.on_loop() / 2;
+    const Vec3 half = loop_.place(along(std::abs(k - top)));
+    return {k < top ? -half.x() : half.x(), half.y(), half.z()};
+  }
+
+  void add_course(std::int32_t j) {
+    const auto first = static_cast<std::int32_t>(cloth_.surface.vertices.size());
+    const std::int32_t count = layout_.on_course(), loop = layout_.on_loop();
+    for (std::int32_t k = 0; k < count; ++k) {
+      const std::int32_t i = std::min(k / loop, layout_.wales - 1);
+      cloth_.surface.vertices.push_back(centre(i, j) + place(k - i * loop));
+      cloth_.mass.push_back(0.0);
+    }
+    detail::add_yarn_springs(cloth_, first, count, knit_.yarn, material_);
+    for (std::int32_t k = 1; k + 1 < count; ++k)
+      detail::add_yarn_bend(cloth_, first + k, set_angle(first + k), knit_.yarn, material_);
+  }
+
+  double set_angle(std::int32_t k) const {
+    const std::vector<Vec3>& x = cloth_.surface.vertices;
+    return detail::angle_between(x[k] - x[k - 1], x[k + 1] - x[k]);
+  }
+
+  /// The head and the legs of a loop with the loop above it.
+  void add_interlocks(std::int32_t i, std::int32_t j) {
+    const detail::CrossingStiffness stiffness{knit_.contact, knit_.sliding, knit_.rotation};
+    const std::int32_t n = layout_.links, loop = layout_.on_loop(), top = loop / 2;
+    const auto cross = [&](std::int32_t below, std::int32_t above) {
+      detail::add_yarn_crossing(cloth_, layout_.on(i, j, below), layout_.on(i, j + 1, above),
+                                stiffness, material_);
+    };
+    for (const std::int32_t side : {-1, 1}) {
+      const std::int32_t sinker = side < 0 ? 0 : loop;
+      cross(top + side * (n / 2), sinker - side * (3 * n / 2));
+      cross(top + side * (3 * n / 2), sinker - side * (n / 2));
+    }
+  }
+
+  /// The interlock nearest to link t of a half, counted from the head, or the one beside it if the
+  /// link ends there: its particle on the half, and that of the other yarn.
+  Edge interlock_of(std::int32_t i, std::int32_t j, std::int32_t side, std::int32_t t) const {
+    const std::int32_t n = layout_.links, loop = layout_.on_loop(), top = loop / 2;
+    std::int32_t which = t / n;
+    if (j + 1 == layout_.courses) which = std::max(which, 2);
+    if (j == 0) which = std::min(which, 1);
+    if (const std::int32_t k = n / 2 + which * n; t + 1 == k || t == k) which ^= 1;
+    const std::int32_t k = n / 2 + which * n, other = 2 * n - k % (2 * n);
+    const std::int32_t from = which < 2 ? (side < 0 ? 0 : loop) : top;
+    return {k, layout_.on(i, which < 2 ? j + 1 : j - 1,
+                          which < 2 ? from - side * other : from + side * other)};
+  }
+
+  /// Keeps the links of a loop at their angles to the nearest interlock.
+  void add_twist(std::int32_t i, std::int32_t j) {
+    const std::int32_t n = layout_.links, top = layout_.on_loop() / 2;
+    for (const std::int32_t side : {-1, 1})
+      for (std::int32_t t = 0; t < 4 * n; ++t) {
+        const auto [k, other] = interlock_of(i, j, side, t);
+        const double reach = std::abs(along(t < k ? t : t + 1) - along(k));
+        detail::add_yarn_angle(
+            cloth_,
+            {layout_.on(i, j, top + side * t), layout_.on(i, j, top + side * (t + 1)),
+             layout_.on(i, j, top + side * k), other},
+            2.0 * knit_.twist * knit_.yarn.bending() / (n * reach), material_);
+      }
+  }
+
+  void add_tie(std::int32_t i, std::int32_t j) {
+    const std::int32_t middle = layout_.middle(i, j), loop = layout_.on_loop();
+    const std::int32_t left = layout_.on(i, j, loop / 4), right = layout_.on(i, j, 3 * loop / 4);
+    detail::add_yarn_tie(cloth_, middle, left, right, 0.5, knit_.contact, material_);
+    // The bottom of a sinker belongs to two loops, and to one at the end of the course.
+    for (std::int32_t k = 0; k <= loop; ++k) {
+      double& mass = cloth_.mass[layout_.on(i, j, k)];
+      const bool is_taken = k == 0 && i > 0, is_shared = k == loop && i + 1 < layout_.wales;
+      if (is_taken) continue;
+      cloth_.mass[middle] += (is_shared ? 0.25 : 0.5) * mass;
+      if (is_shared) cloth_.mass[middle + 1] += 0.25 * mass;
+      mass *= 0.5;
+    }
+  }
+
+  const GridConfig& grid_;
+  const KnitConfig& knit_;
+  const Material& material_;
+  KnitLayout layout_;
+  KnitLoop loop_;
+  ClothMesh cloth_;
+};
+
+}  // namespace
+
+KnitLoop::KnitLoop(double wale_spacing, double course_spacing, double diameter)
+    : wale(wale_spacing), course(course_spacing), radius(kArcOfWale * wale_spacing) {
+  constexpr double rounding = 1e-9;
+  const double apart = elementary::hypot(0.5 * wale, course);  // head and sinker of a loop
+  if (0.25 * wale < diameter * (1.0 - rounding))
+    refuse_loop(wale, course, diameter, "wales must be four diameters apart");
+  if (apart - 2.0 * radius < diameter * (1.0 - rounding))
+    refuse_loop(wale, course, diameter, "heads would meet the sinkers of the course after next");
+  leg = std::sqrt(apart * apart - 4.0 * radius * radius);
+  arc = std::numbers::pi - elementary::atan2(0.5 * wale, course) -
+        elementary::acos(2.0 * radius / apart);
+  // From the centre of the head: the leg begins at t with the direction u, and leaves the circle of
+  // the sinker of the next course, about (w/2, 0), at t + τu. The same place of that course is half
+  // a turn about (w/4, 0) from there, on the head.
+  const Vec3 t = radius * Vec3(elementary::sin(arc), elementary::cos(arc), 0.0);
+  const Vec3 u(elementary::cos(arc), -elementary::sin(arc), 0.0),
+      from = t - Vec3(0.5 * wale, 0.0, 0.0);
+  const double middle = from.dot(u);
+  const double root = middle * middle - from.squaredNorm() + radius * radius;
+  const double reach = root > 0.0 ? std::sqrt(root) - middle : -1.0;
+  if (!(reach > 0.0 && reach < 0.5 * leg))
+    refuse_loop(wale, course, diameter, "its legs would not cross the next course side by side");
+  const Vec3 other = Vec3(0.5 * wale, 0.0, 0.0) - (t + reach * u);
+  head_crossing = radius * elementary::atan2(other.x(), other.y());
+  leg_crossing = radius * arc + reach;
+  const auto wave = [&](double s) {
+    return elementary::cos(4.0 * std::numbers::pi * s / length());
+  };
+  height = 2.0 * diameter / (wave(head_crossing) - wave(leg_crossing));
+}
+
+Vec3 KnitLoop::place(double along) const {
+  const double half = 0.5 * length(), bend = radius * arc;
+  const double z = -0.5 * height * (1.0 + elementary::cos(2.0 * std::numbers::pi * along / half));
+  const auto upper = [&](double s) {
+    const double angle = std::min(s / radius, arc), straight = std::max(0.0, s - bend);
+    return Vec3(radius * elementary::sin(angle) + straight * elementary::cos(arc),
+                0.5 * course + radius * elementary::cos(angle) - straight * elementary::sin(arc),
+                0.0);
+  };
+  Vec3 x =
+      along <= 0.5 * half ? upper(along) : Vec3(Vec3(0.5 * wale, 0.0, 0.0) - upper(half - along));
+  x.z() = z;
+  return x;
+}
+
+ClothMesh make_knit(const GridConfig& grid, const KnitConfig& knit, const Material& material) {
+  detail::validate_grid(grid);
+  detail::validate_material(material);
+  validate_knit(knit);
+  return Knitter(grid, knit, material).make();
+}
+
+namespace {
+
+KnitConfig knit_of(const MethodOptions& o) {
+  return {.yarn = {.tex = o["tex"],
+                   .density = o["yarn_density"],
+                   .modulus = o["modulus"],
+                   .bending_share = o["bending_share"]},
+          .contact = o["contact"],
+          .sliding = o["sliding"],
+          .rotation = o["rotation"],
+          .twist = o["twist"],
+          .links = o.whole("links")};
+}
+
+}  // namespace
+
+void register_knit(ClothPatternRegistry& registry) {
+  using detail::positive_option;
+  const KnitConfig k{};
+  registry.add(
+      "knit",
+      {positive_option("tex", k.yarn.tex, "g/km", 1e4, "linear density of the yarn"),
+       positive_option("yarn_density", k.yarn.density, "kg/m³", 1e5,
+                       "mass per volume of the yarn with its air, which gives its diameter"),
+       positive_option("modulus", k.yarn.modulus, "Pa", 1e13, "Young's modulus of the yarn"),
+       positive_option("bending_share", k.yarn.bending_share, "1", 1.0,
+                       "bending rigidity of the yarn relative to a solid rod; more makes the loops "
+                       "stiffer"),
+       positive_option("contact", k.contact, "N/m", 1e9,
+                       "stiffness of an interlock against compression; more needs smaller steps of "
+                       "explicit integrators"),
+       positive_option("sliding", k.sliding, "N/m", 1e9,
+                       "stiffness of an interlock against sliding of one yarn on the other; less "
+                       "makes the knit softer"),
+       {.name = "rotation",
+        .initial = k.rotation,
+        .unit = "N·m/rad",
+        .least = 0.0,
+        .most = 1e3,
+        .meaning = "moment that turns one yarn on the other"},
+       positive_option("twist", k.twist, "1", 1e3,
+                       "rigidity of the yarn against twist over that against bending"),
+       detail::whole_option("links", k.links, 2.0,
+                            "links of a leg between two interlocks, even; more bend more exactly")},
+      [](const MethodOptions& o, const GridConfig& grid, const Material& material) {
+        detail::refuse_laws_of_a_sheet("knit", material);
+        return make_knit(grid, knit_of(o), material);
+      },
+      {.promise =
+           "loops of a plain knit that bend, stretch and interlock; mass from the tex of the "
+           "yarn",
+       .source = "Peirce, 1947; Leaf, Glaskin, 1955"});
+}
+
+}  // namespace selvedge

@@ -53,7 +53,7 @@ mutant measured_curve III.2 "the measured tension curve" "Hooke's law of its slo
 mutant measured_bending III.2 "M(kappa) turned to F(d) by the chord" "a spring with the moment over the length of a cell" \
   core/cloth/force_chord.cpp "-w * m.force / (@d * sine@)" d lab 'ChordLink.*'
 mutant angle_shear III.2 "shear by the angle of warp and weft" "shear of the springs of edges" core/cloth/cloth_mesh.cpp \
-  "on_triangles = @m.shear_law == ShearLaw::angle@;" false lab 'AngleShear.*'
+  "on_triangles = @shear_law_of(m).by_triangles@;" false lab 'AngleShear.*'
 mutant angle_sine III.2 "the angle of warp and weft" "its sine" core/cloth/force_yarn.cpp \
   "shear = @angle.value - 0.5 * std::numbers::pi@;" "-elementary::cos(angle.value)" lab 'AngleShear.*'
 mutant angle_gradient III.2 "the gradient of the angle" "that of its sine" core/cloth/force_yarn.cpp \

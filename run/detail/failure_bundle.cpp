@@ -142,6 +142,14 @@ Json failure_json(const Scene& scene, const Simulation& simulation,
                   file.string(), fault));
 }
 
+FailureKind kind_from(const Value& json, const fs::path& folder) {
+  try {
+    return failure_kind(json.text());
+  } catch (const std::invalid_argument& fault) {
+    refuse(folder / "failure.json", fault.what());
+  }
+}
+
 FailureBundle bundle_from(const Value& json, const fs::path& folder) {
   const int format = json["format"].whole<int>();
   if (format < 1 || format > kFormat)
@@ -149,7 +157,7 @@ FailureBundle bundle_from(const Value& json, const fs::path& folder) {
   FailureBundle bundle;
   bundle.folder = folder;
   bundle.scene_from_file = json["scene_from_file"].flag();
-  bundle.kind = failure_kind(json[format == 1 ? "what" : "kind"].text());
+  bundle.kind = kind_from(json[format == 1 ? "what" : "kind"], folder);
   bundle.cause = json["cause"].text();
   bundle.bodies_hash = json["bodies_hash"].text();
   bundle.attempts = json[format == 1 ? "tried_s" : "attempts_s"].numbers();

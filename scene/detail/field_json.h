@@ -3,6 +3,7 @@
 // Values of fields as JSON, and back. The lists of fields are in scene_fields.h.
 #pragma once
 
+#include <selvedge/core/elementary.h>
 #include <selvedge/scene/detail/scene_fields.h>
 #include <selvedge/scene/detail/scene_json.h>
 
@@ -21,10 +22,12 @@ template <class T>
 Json json_of(const T& value, const Key& key = {});
 
 inline Json json_of_rotation(const Eigen::Quaterniond& rotation) {
-  if (rotation.coeffs() == Eigen::Quaterniond::Identity().coeffs()) return Json::array();
-  const Eigen::AngleAxisd turn(rotation);
-  return {{"axis", {turn.axis().x(), turn.axis().y(), turn.axis().z()}},
-          {"angle_deg", turn.angle() * 180.0 / std::numbers::pi}};
+  const double sine = rotation.vec().norm();  // of half the angle
+  if (!(sine > 0.0)) return Json::array();
+  const Vec3 axis = rotation.vec() / sine;
+  const double angle = 2.0 * elementary::atan2(sine, rotation.w());
+  return {{"axis", {axis.x(), axis.y(), axis.z()}},
+          {"angle_deg", angle * 180.0 / std::numbers::pi}};
 }
 
 inline Json json_of_method(const std::string& name, const MethodOptions& options) {

@@ -18,7 +18,7 @@ THICKNESS = 0.002
 
 
 def load_addon():
-    spec = importlib.util.spec_from_file_location("selvedge_cloth", ROOT / "blender" / "selvedge_cloth.py")
+    spec = importlib.util.spec_from_file_location("selvedge_cloth", ROOT / "bindings" / "blender" / "selvedge_cloth.py")
     addon = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(addon)
     addon.register()

@@ -64,7 +64,7 @@ def addon():
     types = ("PropertyGroup", "AddonPreferences", "Operator", "Panel")
     bpy = mock.MagicMock()
     bpy.types = SimpleNamespace(Object=object, **{name: object for name in types})
-    spec = importlib.util.spec_from_file_location("addon", ROOT / "blender" / "selvedge_cloth.py")
+    spec = importlib.util.spec_from_file_location("addon", ROOT / "bindings" / "blender" / "selvedge_cloth.py")
     module = importlib.util.module_from_spec(spec)
     with mock.patch.dict(sys.modules, {"bpy": bpy}):
         spec.loader.exec_module(module)

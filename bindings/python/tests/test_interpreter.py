@@ -287,7 +287,7 @@ def test_an_exception_of_the_progress_of_a_run_leaves_the_call(tmp_path):
 
 
 def test_the_stub_of_the_compiled_half_names_what_it_has():
-    stub = ast.parse((ROOT / "python" / "selvedge" / "_core.pyi").read_text())
+    stub = ast.parse((ROOT / "bindings" / "python" / "selvedge" / "_core.pyi").read_text())
     core = selvedge._core
 
     def names(body):
@@ -317,7 +317,7 @@ selvedge\\._core\\.(SavedState|Scene)\\.__init__
 
 def test_types_are_consistent_and_those_of_the_compiled_half(tmp_path):
     pytest.importorskip("mypy", reason="mypy is not installed (Debian: mypy)")
-    cache = {"MYPY_CACHE_DIR": str(tmp_path / "cache"), "MYPYPATH": str(ROOT / "python")}
+    cache = {"MYPY_CACHE_DIR": str(tmp_path / "cache"), "MYPYPATH": str(ROOT / "bindings" / "python")}
 
     def run(folder, *command):
         command = [sys.executable, "-m", *map(str, command)]
@@ -325,7 +325,7 @@ def test_types_are_consistent_and_those_of_the_compiled_half(tmp_path):
             command, env={**os.environ, **cache}, cwd=folder, capture_output=True, text=True
         )
 
-    done = run(tmp_path, "mypy", "--strict", ROOT / "python" / "selvedge")
+    done = run(tmp_path, "mypy", "--strict", ROOT / "bindings" / "python" / "selvedge")
     assert done.returncode == 0, done.stdout + done.stderr
     allowed = tmp_path / "allowed.txt"
     allowed.write_text(OF_PYBIND11)

@@ -11,7 +11,7 @@ import selvedge
 
 from conftest import ROOT, sheet
 
-TUTORIALS = ROOT / "python" / "tutorials"
+TUTORIALS = ROOT / "bindings" / "python" / "tutorials"
 
 
 def load(name):

@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 ARGUMENTS = sys.argv[sys.argv.index("--") + 1 :]
 WORK = Path(ARGUMENTS[0])
 FRAMES = 25

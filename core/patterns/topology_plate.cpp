@@ -10,7 +10,6 @@
 // √3/2 E h on inner edges.
 #include <selvedge/core/cloth/cloth_elements.h>
 #include <selvedge/core/cloth/detail/topology.h>
-#include <selvedge/core/cloth/fabric_laws.h>
 #include <selvedge/core/cloth/force.h>
 #include <selvedge/core/cloth/measure.h>
 #include <selvedge/core/patterns/make_cloth.h>
@@ -74,14 +73,6 @@ PlateMesh make_plate(const TriangleMesh& rest, const PlateConstants& plate,
   out.cloth.strain_limit.assign(springs.size(), m.strain_limit);
   if (!out.cloth.curve_of_spring.empty()) out.cloth.curve_of_spring.assign(springs.size(), 0);
   return out;
-}
-
-void register_plate(FabricLaws& laws) {
-  laws.forces.add_keyed(
-      "plate", "geometry.*.plate",
-      {.promise = "springs fitted to a plate; reports the residual of the fit",
-       .source =
-           "Wang, Devarajan, Improved 2D mass-spring-damper model with unstructured meshes, 2008"});
 }
 
 }  // namespace selvedge

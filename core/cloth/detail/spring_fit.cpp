@@ -3,6 +3,7 @@
 // The spring stiffnesses on the sides of a triangle that are nearest to a sheet's constants; used
 // by topology_plate.cpp and, for warp and weft, by add_edge_springs.
 #include <selvedge/core/cloth/detail/topology.h>
+#include <selvedge/core/cloth/fabric_laws.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
@@ -65,3 +66,15 @@ SpringFit fit_springs(std::span<const Vec3> x, const Triangle& t, const Continuu
 }
 
 }  // namespace selvedge::detail
+
+namespace selvedge {
+
+void register_plate(FabricLaws& laws) {
+  laws.forces.add_keyed(
+      "plate", "geometry.*.plate",
+      {.promise = "springs fitted to a plate; reports the residual of the fit",
+       .source =
+           "Wang, Devarajan, Improved 2D mass-spring-damper model with unstructured meshes, 2008"});
+}
+
+}  // namespace selvedge

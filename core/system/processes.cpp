@@ -243,7 +243,7 @@ ChildResult run_program(const std::vector<std::string>& words, const ChildConfig
     return result;
   }
   result.end = end->by_signal ? End::signalled : End::exited;
-  result.code = end->code;
+  result.code = std::max(end->code, 0);  // where it is unknown, the output decides
   return result;
 } catch (const std::system_error& error) {
   ChildResult result;

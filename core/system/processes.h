@@ -15,14 +15,13 @@ namespace selvedge {
 /// How a process ended.
 struct ProcessEnd {
   bool by_signal = false;
-  int code = 0;  ///< exit status, or number of the signal
+  int code = -1;  ///< exit status, or number of the signal; -1: unknown
 };
 
 /// Name of a signal, such as "Segmentation fault".
 std::string signal_name(int signal);
 
-/// A child of this process. Where this process ignores its children, their exit status is unknown
-/// and counts as 0.
+/// A child of this process. Where this process ignores its children, their exit status is unknown.
 class ChildProcess {
  public:
   explicit ChildProcess(int id) : id_(id) {}

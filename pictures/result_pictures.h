@@ -30,10 +30,6 @@ class ResultPictures {
   const std::vector<int>& frames() const { return frames_; }
   /// Frames per second of the scene; 30 by default.
   double fps() const { return fps_; }
-  /// Distance of the grid lines on cloth, m; 0 draws none. By default about a twentieth of the
-  /// cloth.
-  void set_grid(double spacing) { grid_ = spacing; }
-
   /// `choice`, completed first by output.camera of the scene, then so that all `shown` frames fit.
   Camera camera(const CameraChoice& choice, std::span<const int> shown);
   Image picture(int frame, const Camera& camera);
@@ -55,7 +51,7 @@ class ResultPictures {
   std::vector<int> frames_, body_frames_;
   double fps_ = 30.0;
   CameraChoice scene_camera_;
-  double grid_ = 0.0;  ///< m
+  double grid_ = 0.0;  ///< m, between the grid lines on cloth: about a twentieth of it
   std::vector<Eigen::Vector2d>
       material_;          ///< in-plane coordinates in the first frame; empty if it is not flat
   double backdrop_size_;  ///< m, diagonal above which a body is part of the surroundings

@@ -8,17 +8,20 @@
 // vector
 //   d + h (u_b - u_a). While its length leaves [(1-τ) L0, (1+τ) L0], a sweep takes the share σ of
 //   the relative velocity along the spring that is too much:
-//     (u_b - u_a)·n -= σ (L - L_τ)/h,  L_τ: the threshold that is passed, n = d/|d|,
+//     (u_b - u_a)·n -= σ (L - L_τ)/h,  L_τ: the threshold that is passed, n: unit vector of the
+//   spring at the end of the step,
 //   from both ends in inverse proportion to their masses. The excess decreases by the factor 1 - σ
-//   from sweep to sweep. Unlike the limiter "velocity", this also limits compression, and it brings
-//   springs back that are beyond their threshold when the step starts. Unlike "position", it acts
-//   along the spring as it lies at the start of the step, and gradually.
+//   from sweep to sweep. Unlike the limiter "velocity", this brings springs back that are beyond
+//   their threshold when the step starts. Unlike "position", it also limits compression, and acts
+//   gradually.
 // - Force: the survey does not print the function. Here it is the least one that is odd, smooth and
 //   stiffens towards both thresholds, F = K ΔL (1 + γ (ΔL/(τ L0))²): 1 + γ times Hooke's force at
 //   the threshold. The springs have Hooke's force already; this force is the rest.
 //
 // Deviations: it acts on all springs, since cloth does not say which of them are structural. The
-// decrease applies to the relative velocity, so that momentum is kept and rigid motion is free.
+// decrease applies to the relative velocity, so that momentum is kept and rigid motion is free. The
+// survey does not say at which time the tangent is meant. Along the spring at the start of the step
+// the sweeps diverge on fine cloth: a spring that turns by nearly a right angle becomes longer.
 #include <selvedge/core/base/check.h>
 #include <selvedge/core/cloth/detail/coloring.h>
 #include <selvedge/core/cloth/detail/element_force.h>
@@ -72,8 +75,7 @@ class HanLimiter final : public StrainLimitMethod {
     const double most = limiter_.limits()[s] * l0;
     const double excess = length - std::clamp(length, std::max(0.0, l0 - most), l0 + most);
     if (excess == 0.0 || now <= 0.0 || wa + wb <= 0.0) return 0.0;
-    // A spring that turns round within the step has no tangential velocity to speak of.
-    const Vec3 n = d.dot(end) > 0.0 ? Vec3(d / now) : Vec3(end / length);
+    const Vec3 n = length > 0.0 ? Vec3(end / length) : Vec3(d / now);
     const Vec3 impulse = (share * excess / (step.h * (wa + wb))) * n;
     u_[spring.a] += wa * impulse;
     u_[spring.b] -= wb * impulse;

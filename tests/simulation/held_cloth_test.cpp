@@ -113,6 +113,20 @@ TEST(HeldCloth, StaysNearItsStrainLimitAfterAFallOntoABall) {
   EXPECT_LE(run(scene).stretch, 1.5 * kLimit);
 }
 
+// Sweeps along the springs as they lie at the start of the step stretch this flag to five times its
+// length.
+TEST(HeldCloth, AFineFlagStaysNearTheLimitOfHan) {
+  constexpr int cells = 50;
+  Scene scene = sheet();
+  scene.cloths[0].shape = ClothGrid{"rectangular", {1.0, 1.0, cells, cells}};
+  scene.materials["default"].strain_limit = 0.02;
+  scene.solver.limiter = "han";
+  scene.air = {.wind = {0.5, 2.5, 0.0}, .normal_drag = 0.8, .viscous_drag = 0.05};
+  hold(scene, {cells * (cells + 1), cells * (cells + 1) + cells});
+  scene.time.frames = 14;
+  EXPECT_LT(run(scene).stretch, 0.03);
+}
+
 TEST(HeldCloth, StrainThatHandlesPrescribeCostsFewHalvings) {
   for (const double speed : {0.2, 2.0, 20.0}) {  // m/s
     Scene scene = sheet();

@@ -171,12 +171,12 @@ TEST(HanLimiter, BringsStretchAndCompressionToTheirThresholdsSweepAfterSweep) {
 }
 
 TEST(HanLimiter, DecreasesTheVelocityAlongTheSpringAlone) {
-  const HanSpring s(1.0, {1.2, 0.3, -0.1}, 1, 0.5);
-  EXPECT_EQ(s.x[1].y(), 0.3);
-  EXPECT_EQ(s.x[1].z(), -0.1);
-  EXPECT_EQ(s.x[0].y(), 0.0);
-  EXPECT_NEAR(s.x[0].x() + 2.0 * s.x[1].x(), 2.4, 1e-12) << "momentum";
-  EXPECT_LT(s.x[1].x(), 1.2);
+  const Vec3 end(1.2, 0.3, -0.1), n = end.normalized();
+  const HanSpring s(1.0, end, 1, 0.5);
+  for (const Vec3& moved : {Vec3(s.x[1] - end), s.x[0]})
+    EXPECT_LT((moved - moved.dot(n) * n).norm(), 1e-15);
+  EXPECT_LT((s.x[0] + 2.0 * s.x[1] - 2.0 * end).norm(), 1e-15) << "momentum";
+  EXPECT_LT((s.x[1] - end).dot(n), 0.0);
 }
 
 TEST(HanLimiter, TheForceOfItsSpringsIsACubicToBothSides) {

@@ -4,9 +4,10 @@
 #include <selvedge/core/cloth/measure.h>
 #include <selvedge/core/system/files.h>
 #include <selvedge/core/system/read_file.h>
-#include <selvedge/dress/detail/dress_pictures.h>
+#include <selvedge/dress/detail/colour_scales.h>
 #include <selvedge/dress/detail/dressing.h>
 #include <selvedge/dress/dress_result.h>
+#include <selvedge/pictures/garment_pictures.h>
 #include <selvedge/run/frame_writer.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/simulation/run_result.h>
@@ -413,14 +414,28 @@ void write_failure(const fs::path& out, const std::string& pattern, const std::s
   write_text_file(out / "result.json", text_of(json));
 }
 
+PicturedGarment pictured(const DressResult& r, std::span<const Vec3> cloth,
+                         std::span<const Vec3> body) {
+  PicturedGarment garment{.cloth = cloth,
+                          .triangles = r.garment.triangles,
+                          .pattern = r.flat,
+                          .panel_of_triangle = r.panel_of_triangle,
+                          .below = {},
+                          .body = body,
+                          .body_triangles = r.body.triangles};
+  for (const UnderReport& under : r.under) garment.below.push_back(&under.garment.surface);
+  return garment;
+}
+
 void write_pictures(const fs::path& folder, const DressResult& result, const DressFolder& files) {
   make(folder);
   const std::vector<Vec3> cloth = detail::all_cloth(result);
-  detail::draw_dressed(folder, "", result, {cloth, result.body.vertices});
-  detail::draw_scale(folder, "strain_", result, strain_scale(result));
-  detail::draw_scale(folder, "pressure_", result, pressure_scale(result));
+  const PicturedGarment garment = pictured(result, cloth, result.body.vertices);
+  draw_panels(folder, "", garment);
+  draw_scale(folder, "strain_", garment, strain_scale(result));
+  draw_scale(folder, "pressure_", garment, pressure_scale(result));
   if (!files.poses().empty())
-    detail::draw_dressed(folder, "last_pose_", result, {files.last_cloth(), files.last_body()});
+    draw_panels(folder, "last_pose_", pictured(result, files.last_cloth(), files.last_body()));
 }
 
 void write_poses(const DressFolderConfig& folder, const DressResult& result,

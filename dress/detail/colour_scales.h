@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+//
+// What the pictures of a dressed garment show.
+#pragma once
+
+#include <selvedge/dress/dress.h>
+#include <selvedge/pictures/garment_pictures.h>
+
+#include <cstddef>
+#include <vector>
+
+namespace selvedge::detail {
+
+/// How a triangle is deformed: its area in the flat pattern (twice, m²), and the gradient of its
+/// place over the pattern.
+struct Deformation {
+  double area = 0.0;
+  Eigen::Matrix<double, 3, 2> gradient;
+};
+Deformation deformation(const DressResult& r, std::size_t triangle);
+
+/// The largest principal strain of each triangle.
+ColourScale strain_scale(const DressResult& r);
+/// The pressure of the body on each triangle, Pa.
+ColourScale pressure_scale(const DressResult& r);
+
+/// Vertices of the garment and then of those below, at the end of the dressing, m.
+std::vector<Vec3> all_cloth(const DressResult& r);
+
+}  // namespace selvedge::detail

@@ -54,12 +54,9 @@ constexpr double kArcOfWale = 0.375;  // radius of the arcs over the wale spacin
 
 void validate_knit(const KnitConfig& k) {
   detail::validate_yarn("yarn", k.yarn);
-  require(std::isfinite(k.contact) && k.contact > 0.0, "contact", k.contact, "positive and finite");
+  detail::validate_meeting(k.contact, k.rotation, k.links);
   require(std::isfinite(k.sliding) && k.sliding > 0.0, "sliding", k.sliding, "positive and finite");
-  require(std::isfinite(k.rotation) && k.rotation >= 0.0, "rotation", k.rotation,
-          "at least 0 and finite");
   require(std::isfinite(k.twist) && k.twist > 0.0, "twist", k.twist, "positive and finite");
-  require(k.links >= 2 && k.links % 2 == 0, "links", k.links, "even and at least 2");
 }
 
 std::string millimetres(double metres) { return std::to_string(1e3 * metres) + " mm"; }
@@ -78,10 +75,10 @@ class Knitter {
         knit_(knit),
         material_(material),
         layout_(grid, knit),
-        loop_(grid.size_x / grid.cells_x, grid.size_y / grid.cells_y, knit.yarn.diameter()) {}
+        loop_(grid.size_x / grid.cells_x, grid.size_y / grid.cells_y, knit.yarn.diameter()),
+        cloth_(detail::surface_of_yarns(grid)) {}
 
   ClothMesh make() {
-    add_surface();
     for (std::int32_t j = 0; j < layout_.courses; ++j) add_course(j);
     for (std::int32_t j = 0; j + 1 < layout_.courses; ++j)
       for (std::int32_t i = 0; i < layout_.wales; ++i) add_interlocks(i, j);
@@ -94,25 +91,6 @@ class Knitter {
   }
 
  private:
-  Vec3 centre(std::int32_t i, std::int32_t j) const {
-    return {grid_.size_x * (static_cast<double>(i) / grid_.cells_x - 0.5),
-            grid_.size_y * (static_cast<double>(j) / grid_.cells_y - 0.5), 0.0};
-  }
-
-  void add_surface() {
-    for (std::int32_t j = 0; j < layout_.courses; ++j)
-      for (std::int32_t i = 0; i < layout_.wales; ++i)
-        cloth_.surface.vertices.push_back(centre(i, j));
-    for (std::int32_t j = 0; j < grid_.cells_y; ++j)
-      for (std::int32_t i = 0; i < grid_.cells_x; ++i) {
-        const std::int32_t a = layout_.middle(i, j), b = layout_.middle(i, j + 1);
-        cloth_.surface.triangles.push_back({a, a + 1, b + 1});
-        cloth_.surface.triangles.push_back({a, b + 1, b});
-      }
-    cloth_.edges = unique_edges(cloth_.surface.triangles);
-    cloth_.mass.assign(cloth_.surface.vertices.size(), 0.0);
-  }
-
   /// Length along the yarn from the top of the head to particle k of a half, so that particles lie
   /// on all four crossings.
   double along(std::int32_t k) const {
@@ -137,7 +115,7 @@ class Knitter {
     const std::int32_t count = layout_.on_course(), loop = layout_.on_loop();
     for (std::int32_t k = 0; k < count; ++k) {
       const std::int32_t i = std::min(k / loop, layout_.wales - 1);
-      cloth_.surface.vertices.push_back(centre(i, j) + place(k - i * loop));
+      cloth_.surface.vertices.push_back(detail::place_on(grid_, i, j) + place(k - i * loop));
       cloth_.mass.push_back(0.0);
     }
     detail::add_yarn_springs(cloth_, first, count, knit_.yarn, material_);
@@ -275,10 +253,7 @@ ClothMesh make_knit(const GridConfig& grid, const KnitConfig& knit, const Materi
 namespace {
 
 KnitConfig knit_of(const MethodOptions& o) {
-  return {.yarn = {.tex = o["tex"],
-                   .density = o["yarn_density"],
-                   .modulus = o["modulus"],
-                   .bending_share = o["bending_share"]},
+  return {.yarn = detail::yarn_of(o, "tex"),
           .contact = o["contact"],
           .sliding = o["sliding"],
           .rotation = o["rotation"],
@@ -291,31 +266,25 @@ KnitConfig knit_of(const MethodOptions& o) {
 void register_knit(ClothPatternRegistry& registry) {
   using detail::positive_option;
   const KnitConfig k{};
-  registry.add(
-      "knit",
-      {positive_option("tex", k.yarn.tex, "g/km", 1e4, "linear density of the yarn"),
-       positive_option("yarn_density", k.yarn.density, "kg/m³", 1e5,
-                       "mass per volume of the yarn with its air, which gives its diameter"),
-       positive_option("modulus", k.yarn.modulus, "Pa", 1e13, "Young's modulus of the yarn"),
-       positive_option("bending_share", k.yarn.bending_share, "1", 1.0,
-                       "bending rigidity of the yarn relative to a solid rod; more makes the loops "
-                       "stiffer"),
-       positive_option("contact", k.contact, "N/m", 1e9,
-                       "stiffness of an interlock against compression; more needs smaller steps of "
-                       "explicit integrators"),
+  std::vector<MethodOption> options = detail::yarn_options(k.yarn);
+  options.insert(options.begin(),
+                 {positive_option("tex", k.yarn.tex, "g/km", 1e4, "linear density of the yarn")});
+  options.insert(
+      options.end(),
+      {positive_option("contact", k.contact, "N/m", 1e9,
+                       "stiffness of an interlock against compression; more needs smaller "
+                       "steps of explicit integrators"),
        positive_option("sliding", k.sliding, "N/m", 1e9,
-                       "stiffness of an interlock against sliding of one yarn on the other; less "
-                       "makes the knit softer"),
-       {.name = "rotation",
-        .initial = k.rotation,
-        .unit = "N·m/rad",
-        .least = 0.0,
-        .most = 1e3,
-        .meaning = "moment that turns one yarn on the other"},
+                       "stiffness of an interlock against sliding of one yarn on the other; "
+                       "less makes the knit softer"),
+       detail::rotation_option(k.rotation),
        positive_option("twist", k.twist, "1", 1e3,
                        "rigidity of the yarn against twist over that against bending"),
-       detail::whole_option("links", k.links, 2.0,
-                            "links of a leg between two interlocks, even; more bend more exactly")},
+       detail::whole_option(
+           "links", k.links, 2.0,
+           "links of a leg between two interlocks, even; more bend more exactly")});
+  registry.add(
+      "knit", std::move(options),
       [](const MethodOptions& o, const GridConfig& grid, const Material& material) {
         detail::refuse_laws_of_a_sheet("knit", material);
         return make_knit(grid, knit_of(o), material);

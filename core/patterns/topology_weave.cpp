@@ -55,10 +55,7 @@ void validate_weave(const WeaveConfig& w) {
         ", so some yarns would not interlace; take another step");
   require(w.crimp_share > 0.0 && w.crimp_share < 1.0, "crimp_share", w.crimp_share,
           "between 0 and 1");
-  require(std::isfinite(w.contact) && w.contact > 0.0, "contact", w.contact, "positive and finite");
-  require(std::isfinite(w.rotation) && w.rotation >= 0.0, "rotation", w.rotation,
-          "at least 0 and finite");
-  require(w.links >= 2 && w.links % 2 == 0, "links", w.links, "even and at least 2");
+  detail::validate_meeting(w.contact, w.rotation, w.links);
 }
 
 /// Yarns that lie side by side must have room.
@@ -74,10 +71,13 @@ void validate_room(const char* which, const YarnConfig& yarn, double spacing) {
 class Weaver {
  public:
   Weaver(const GridConfig& grid, const WeaveConfig& weave, const Material& material)
-      : grid_(grid), weave_(weave), material_(material), layout_(grid, weave) {}
+      : grid_(grid),
+        weave_(weave),
+        material_(material),
+        layout_(grid, weave),
+        cloth_(detail::surface_of_yarns(grid)) {}
 
   ClothMesh make() {
-    add_surface();
     for (std::int32_t j = 0; j < layout_.warps; ++j) add_yarn(true, j);
     for (std::int32_t i = 0; i < layout_.wefts; ++i) add_yarn(false, i);
     for (std::int32_t j = 0; j < layout_.warps; ++j)
@@ -86,23 +86,6 @@ class Weaver {
   }
 
  private:
-  double x_of(double i) const { return grid_.size_x * (i / grid_.cells_x - 0.5); }
-  double y_of(double j) const { return grid_.size_y * (j / grid_.cells_y - 0.5); }
-
-  void add_surface() {
-    for (std::int32_t j = 0; j < layout_.warps; ++j)
-      for (std::int32_t i = 0; i < layout_.wefts; ++i)
-        cloth_.surface.vertices.push_back({x_of(i), y_of(j), 0.0});
-    for (std::int32_t j = 0; j < grid_.cells_y; ++j)
-      for (std::int32_t i = 0; i < grid_.cells_x; ++i) {
-        const std::int32_t a = layout_.middle(i, j), b = layout_.middle(i, j + 1);
-        cloth_.surface.triangles.push_back({a, a + 1, b + 1});
-        cloth_.surface.triangles.push_back({a, b + 1, b});
-      }
-    cloth_.edges = unique_edges(cloth_.surface.triangles);
-    cloth_.mass.assign(cloth_.surface.vertices.size(), 0.0);
-  }
-
   /// Height of a yarn at a crossing, also beyond the swatch, where the weave goes on.
   double height(bool warp, std::int32_t yarn, std::int32_t crossing) const {
     const bool over = warp ? weave_.warp_over(crossing, yarn) : weave_.warp_over(yarn, crossing);
@@ -120,7 +103,9 @@ class Weaver {
       const std::int32_t before = (k + n / 2) / n - 1;
       const double low = height(warp, yarn, before), high = height(warp, yarn, before + 1);
       const double z = low + (place - before) * (high - low);
-      x.push_back(warp ? Vec3(x_of(place), y_of(yarn), z) : Vec3(x_of(yarn), y_of(place), z));
+      x.push_back(warp ? detail::place_on(grid_, place, yarn)
+                       : detail::place_on(grid_, yarn, place));
+      x.back().z() = z;
       cloth_.mass.push_back(0.0);
     }
     detail::add_yarn_springs(cloth_, first, count, rod, material_);
@@ -187,17 +172,11 @@ ClothMesh make_weave(const GridConfig& grid, const WeaveConfig& weave, const Mat
 namespace {
 
 WeaveConfig weave_of(const MethodOptions& o) {
-  const auto yarn = [&](const char* tex) {
-    return YarnConfig{.tex = o[tex],
-                      .density = o["yarn_density"],
-                      .modulus = o["modulus"],
-                      .bending_share = o["bending_share"]};
-  };
   return {.over = o.whole("over"),
           .under = o.whole("under"),
           .step = o.whole("step"),
-          .warp = yarn("warp_tex"),
-          .weft = yarn("weft_tex"),
+          .warp = detail::yarn_of(o, "warp_tex"),
+          .weft = detail::yarn_of(o, "weft_tex"),
           .crimp_share = o["crimp_share"],
           .contact = o["contact"],
           .rotation = o["rotation"],
@@ -210,37 +189,31 @@ void register_weave(ClothPatternRegistry& registry) {
   using detail::positive_option;
   using detail::whole_option;
   const WeaveConfig w{};
-  registry.add(
-      "weave",
+  std::vector<MethodOption> options = detail::yarn_options(w.warp);
+  options.insert(
+      options.begin(),
       {whole_option("over", w.over, 1.0, "weft yarns that a warp yarn floats over"),
        whole_option("under", w.under, 1.0, "weft yarns that a warp yarn then passes under"),
        whole_option("step", w.step, 1.0,
                     "shift of this sequence from one warp yarn to the next; twill 1, satin of 5 2"),
        positive_option("warp_tex", w.warp.tex, "g/km", 1e4, "linear density of a warp yarn"),
-       positive_option("weft_tex", w.weft.tex, "g/km", 1e4, "linear density of a weft yarn"),
-       positive_option("yarn_density", w.warp.density, "kg/m³", 1e5,
-                       "mass per volume of a yarn with its air, which gives its diameter"),
-       positive_option("modulus", w.warp.modulus, "Pa", 1e13, "Young's modulus of a yarn"),
-       positive_option("bending_share", w.warp.bending_share, "1", 1.0,
-                       "bending rigidity of a yarn relative to a solid rod; fibres that slide "
-                       "lower it"),
-       {.name = "crimp_share",
+       positive_option("weft_tex", w.weft.tex, "g/km", 1e4, "linear density of a weft yarn")});
+  options.insert(
+      options.end(),
+      {{.name = "crimp_share",
         .initial = w.crimp_share,
         .unit = "1",
         .least = 0.01,
         .most = 0.99,
         .meaning = "share of the warp in the crimp; the larger, the softer it is at first"},
        positive_option("contact", w.contact, "N/m", 1e9,
-                       "stiffness of a crossing against compression; more needs smaller steps of "
-                       "explicit integrators"),
-       {.name = "rotation",
-        .initial = w.rotation,
-        .unit = "N·m/rad",
-        .least = 0.0,
-        .most = 1e3,
-        .meaning = "moment that turns one yarn on another; resists shear"},
+                       "stiffness of a crossing against compression; more needs smaller steps "
+                       "of explicit integrators"),
+       detail::rotation_option(w.rotation),
        whole_option("links", w.links, 2.0,
-                    "links of a yarn between two crossings, even; more bend more exactly")},
+                    "links of a yarn between two crossings, even; more bend more exactly")});
+  registry.add(
+      "weave", std::move(options),
       [](const MethodOptions& o, const GridConfig& grid, const Material& material) {
         detail::refuse_laws_of_a_sheet("weave", material);
         return make_weave(grid, weave_of(o), material);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/base/check.h>
 #include <selvedge/core/base/elementary.h>
+#include <selvedge/core/cloth/detail/topology.h>
 #include <selvedge/core/patterns/detail/yarn_pattern.h>
 
 #include <Eigen/Geometry>
@@ -42,6 +43,13 @@ void validate_yarn(const std::string& which, const YarnConfig& yarn) {
           yarn.bending_share, "above 0 and at most 1");
 }
 
+void validate_meeting(double contact, double rotation, std::int32_t links) {
+  require(std::isfinite(contact) && contact > 0.0, "contact", contact, "positive and finite");
+  require(std::isfinite(rotation) && rotation >= 0.0, "rotation", rotation,
+          "at least 0 and finite");
+  require(links >= 2 && links % 2 == 0, "links", links, "even and at least 2");
+}
+
 void refuse_laws_of_a_sheet(const std::string& pattern, const Material& m) {
   const Material plain;
   if (m.stretch_law == plain.stretch_law && m.shear_law == plain.shear_law &&
@@ -52,6 +60,27 @@ void refuse_laws_of_a_sheet(const std::string& pattern, const Material& m) {
       "cloth: " + pattern +
       " takes its constants from its yarns; leave out the laws of stretch, shear and bending and "
       "the friction within cloth, or take pattern \"rectangular\"");
+}
+
+Vec3 place_on(const GridConfig& grid, double i, double j) {
+  return {grid.size_x * (i / grid.cells_x - 0.5), grid.size_y * (j / grid.cells_y - 0.5), 0.0};
+}
+
+ClothMesh surface_of_yarns(const GridConfig& grid) {
+  ClothMesh cloth;
+  for (std::int32_t j = 0; j <= grid.cells_y; ++j)
+    for (std::int32_t i = 0; i <= grid.cells_x; ++i)
+      cloth.surface.vertices.push_back(place_on(grid, i, j));
+  const std::int32_t up = grid.cells_x + 1;
+  for (std::int32_t j = 0; j < grid.cells_y; ++j)
+    for (std::int32_t i = 0; i < grid.cells_x; ++i) {
+      const std::int32_t a = j * up + i, b = a + up;
+      cloth.surface.triangles.push_back({a, a + 1, b + 1});
+      cloth.surface.triangles.push_back({a, b + 1, b});
+    }
+  cloth.edges = unique_edges(cloth.surface.triangles);
+  cloth.mass.assign(cloth.surface.vertices.size(), 0.0);
+  return cloth;
 }
 
 void add_yarn_springs(ClothMesh& cloth, std::int32_t first, std::int32_t count,
@@ -98,6 +127,31 @@ void add_yarn_tie(ClothMesh& cloth, std::int32_t middle, std::int32_t a, std::in
                   double share_of_a, double stiffness, const Material& material) {
   cloth.yarn_ties.push_back(
       {{middle, a, b}, {share_of_a, 1.0 - share_of_a}, stiffness, material.spring_damping});
+}
+
+std::vector<MethodOption> yarn_options(const YarnConfig& initial) {
+  return {positive_option("yarn_density", initial.density, "kg/m³", 1e5,
+                          "mass per volume of a yarn with its air, which gives its diameter"),
+          positive_option("modulus", initial.modulus, "Pa", 1e13, "Young's modulus of a yarn"),
+          positive_option("bending_share", initial.bending_share, "1", 1.0,
+                          "bending rigidity of a yarn relative to a solid rod; fibres that slide "
+                          "lower it")};
+}
+
+YarnConfig yarn_of(const MethodOptions& options, const char* tex) {
+  return {.tex = options[tex],
+          .density = options["yarn_density"],
+          .modulus = options["modulus"],
+          .bending_share = options["bending_share"]};
+}
+
+MethodOption rotation_option(double initial) {
+  return {.name = "rotation",
+          .initial = initial,
+          .unit = "N·m/rad",
+          .least = 0.0,
+          .most = 1e3,
+          .meaning = "moment that turns one yarn on another; resists shear"};
 }
 
 MethodOption whole_option(const char* name, double initial, double least, const char* meaning) {

@@ -13,8 +13,16 @@ namespace selvedge::detail {
 
 /// Throws std::invalid_argument if a constant of the yarn is out of range; `which` names the yarn.
 void validate_yarn(const std::string& which, const YarnConfig& yarn);
+/// Throws std::invalid_argument if a constant of the places where yarns meet is out of range;
+/// `links`: of a yarn between two of them.
+void validate_meeting(double contact, double rotation, std::int32_t links);
 /// Throws std::invalid_argument for laws that a mesh of yarns cannot have; `pattern`: its name.
 void refuse_laws_of_a_sheet(const std::string& pattern, const Material& material);
+
+/// Place of vertex (i,j) of the grid, m, or between vertices.
+Vec3 place_on(const GridConfig& grid, double i, double j);
+/// The surface of a swatch of yarns: the vertices of `grid`, row by row, without mass.
+ClothMesh surface_of_yarns(const GridConfig& grid);
 
 /// A yarn through the particles `first` to `first` + count - 1 of `cloth`: springs, and mass from
 /// its tex.
@@ -41,6 +49,10 @@ void add_yarn_crossing(ClothMesh& cloth, std::int32_t a, std::int32_t b,
 void add_yarn_tie(ClothMesh& cloth, std::int32_t middle, std::int32_t a, std::int32_t b,
                   double share_of_a, double stiffness, const Material& material);
 
+/// The options of a yarn, without its tex, and the yarn that they give with the option `tex`.
+std::vector<MethodOption> yarn_options(const YarnConfig& initial);
+YarnConfig yarn_of(const MethodOptions& options, const char* tex);
+MethodOption rotation_option(double initial);
 MethodOption whole_option(const char* name, double initial, double least, const char* meaning);
 MethodOption positive_option(const char* name, double initial, const char* unit, double most,
                              const char* meaning);

@@ -57,8 +57,8 @@ class ScenePlan {
           fmt::format("warp and weft of {} triangles carry stretch and shear; springs only measure "
                       "strain",
                       cloth.yarns.size()));
-    const std::size_t bends = cloth.hinges.size() + cloth.links.size() + cloth.chords.size() +
-                              cloth.twists.size() + cloth.beams.size();
+    const std::size_t bends = cloth.hinges.size() + cloth.links.size() + cloth.twists.size() +
+                              cloth.beams.size() + cloth.of_laws.size();
     add("bending", bends > 0 ? Status::runs : Status::never,
         bends > 0 ? fmt::format("{} hinges, links, twists and beams", bends)
                   : "no bending stiffness: no hinges are built");

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/core/cloth/detail/chord_link.h>
 #include <selvedge/tests/force_cases.h>
 
 #include <Eigen/Geometry>
@@ -140,7 +141,7 @@ HyperDual measured_tension(const HyperDual& strain, double stiffness) {
   return stiffness / strain_curve.slope_at_rest() * work_of(strain_curve, strain);
 }
 
-const ChordLink chord_link{0, 1, 0.5 * rest_length, 0.2, 0.4, 4.0, 0.02, 0};
+const detail::ChordLink chord_link{0, 1, 0.5 * rest_length, 0.2, 0.4, 4.0, 0.02, 0};
 
 /// w d Ψ(κ) with 2d cos(κd/2) = r.
 HyperDual chord_bent(const HyperDual& r) {
@@ -241,9 +242,9 @@ void add_springs(std::vector<ForceCase>& all) {
         return rest_length * rest_length *
                measured_tension(length_of(x) / rest_length - 1.0, k_spring);
       }));
-  const std::vector<ChordLink> chords{chord_link};
+  const std::vector<detail::ChordLink> chords{chord_link};
   const std::vector<SpringCurve> moments{{.law = "measured", .measured = moment_curve}};
-  all.push_back({"chord", make_chord_force(chords, moments, 2), {0.5, 2.0}, link, chord});
+  all.push_back({"chord", detail::make_chord_force(chords, moments, 2), {0.5, 2.0}, link, chord});
   const std::vector<BucklingLink> links{buckling_link};
   all.push_back({"buckling", make_buckling_force(links, 2), {0.5, 2.0}, link, buckling});
   const std::vector<Edge> seams{{0, 1}};

@@ -23,9 +23,9 @@ std::string range_fault(const ValueRange& range, double value) {
   return {};
 }
 
-// The upper bounds guard against slips in files; a program may exceed them.
 void detail::check_field(double value, const Key& key, const std::string& place) {
-  const ValueRange range{.least = key.range.least, .above_least = key.range.above_least};
+  ValueRange range = key.range;
+  if (!range.firm) range.most = ValueRange{}.most;
   if (const std::string fault = range_fault(range, value); !fault.empty())
     throw std::invalid_argument(place + " " + fault);
 }

@@ -35,6 +35,8 @@ struct ValueRange {
   double least = -std::numeric_limits<double>::infinity();
   double most = std::numeric_limits<double>::infinity();
   bool above_least = false;  ///< `least` itself is excluded
+  /// Programs may not exceed `most` either. Else it only guards against slips in files.
+  bool firm = false;
 };
 
 /// One axis of a measured curve in a file.

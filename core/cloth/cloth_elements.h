@@ -221,24 +221,6 @@ struct CurvatureCurve {
   }
 };
 
-/// A link between two particles two cells apart, which pushes with the force of a bending moment:
-/// the two cells turn by θ = κ d, their ends are r = 2d cos(θ/2) apart, and the moment M(κ) of the
-/// strip exerts M w/(d sin(θ/2)) along the chord [Zhang2012]. Slack under tension.
-struct ChordLink {
-  std::int32_t a, b;
-  double spacing;           ///< m, d: the length of a cell, > 0
-  double width;             ///< m, w: of the strip that the link represents, > 0
-  double rigidity;          ///< N·m, M'(0), > 0
-  double onset;             ///< N/m, stiffness before the strip bends; see make_chord_force
-  double damping = 0.0;     ///< s, damping force per stiffness and rate of length change, >= 0
-  std::int32_t curve = -1;  ///< the shape of M(κ), among the curves; -1: linear
-
-  bool remap(const auto& to) {
-    if (curve >= 0) to.template element<SpringCurve>(curve);
-    return to.vertex(a) && to.vertex(b);
-  }
-};
-
 /// Two links of four particles, v[0] -> v[1] and v[2] -> v[3], which are nearly perpendicular at
 /// rest: two yarns that cross, or a yarn and the link to the yarn that it crosses.
 struct Crossing {
@@ -280,7 +262,8 @@ struct ElementColumn : std::vector<typename Kind::Value> {
 };
 
 /// The element sets of a cloth. To add a kind of element, add a set here and in `tie_sets` below;
-/// append, cut and sewing then carry it. A set may refer to sets before it only.
+/// append, cut and sewing then carry it. A kind that only
+/// one law knows needs neither (detail/law_elements.h). A set may refer to sets before it only.
 struct ClothElements {
   ElementSet<Spring> springs;
   ElementColumn<StrainLimitOfSpring> strain_limit;
@@ -301,7 +284,6 @@ struct ClothElements {
   ElementSet<Beam> beams;
   ElementSet<YarnTriangle> yarns;  ///< stretch and shear; springs then only measure strain
   ElementSet<CurvatureCurve> curvature_curves;
-  ElementSet<ChordLink> chords;
   ElementSet<Crossing> crossings;
 };
 
@@ -311,10 +293,10 @@ template <class Elements>
 auto tie_sets(Elements& elements) {
   auto& [springs, strain_limit, curves, curve_of_spring, hinges, couples, links, twists,
          hinge_frictions, curvature_frictions, corner_frictions, hanging, layers, yarn_ties,
-         membranes, beams, yarns, curvature_curves, chords, crossings] = elements;
+         membranes, beams, yarns, curvature_curves, crossings] = elements;
   return std::tie(springs, strain_limit, curves, curve_of_spring, hinges, couples, links, twists,
                   hinge_frictions, curvature_frictions, corner_frictions, hanging, layers,
-                  yarn_ties, membranes, beams, yarns, curvature_curves, chords, crossings);
+                  yarn_ties, membranes, beams, yarns, curvature_curves, crossings);
 }
 }  // namespace detail
 

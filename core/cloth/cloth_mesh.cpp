@@ -6,6 +6,7 @@
 #include <selvedge/core/cloth/detail/shape_operator.h>
 #include <selvedge/core/cloth/detail/topology.h>
 #include <selvedge/core/cloth/fabric_laws.h>
+#include <selvedge/core/cloth/material_fields.h>
 
 #include <algorithm>
 #include <cmath>
@@ -56,13 +57,15 @@ std::string laws_that_read(const std::vector<Law>& laws, const std::string& cons
   return text;
 }
 
-/// Refuses a constant that the law of the material does not read.
+/// Refuses a constant that the law of the material does not read; `why` says what this law has
+/// instead.
 template <class Law>
 void require_reader(const char* key, const Law& law, const std::vector<Law>& laws,
-                    const char* constant, bool given) {
+                    const char* constant, bool given, const char* why) {
   if (given && !reads(law.reads, constant))
     throw std::invalid_argument(std::string(constant) + " needs " + key + " " +
-                                laws_that_read(laws, constant));
+                                laws_that_read(laws, constant) + ", since \"" + law.name + "\" " +
+                                why + "; take one of these or leave " + constant + " out");
 }
 
 /// Refuses constants without a law that reads them, and laws without their curves.
@@ -72,18 +75,23 @@ void validate_laws(const Material& m) {
   const BendingLaw& bending = bending_law_of(m);
   const FabricLaws& laws = fabric_laws();
   const bool tension = !m.tension_curve.empty();
-  require_reader("stretch_law", stretch, laws.stretch, "tension_curve", tension);
+  require_reader("stretch_law", stretch, laws.stretch, "tension_curve", tension,
+                 "has a formula of its own");
   if (!tension && reads(stretch.reads, "tension_curve"))
     throw std::invalid_argument("stretch_law \"" + stretch.name +
                                 "\" needs the points of a tension_curve");
   if (!tension && !m.tension_weft.empty())
     throw std::invalid_argument("tension_curve_weft needs a tension_curve of the warp");
-  require_reader("stretch_law", stretch, laws.stretch, "poisson", m.poisson.has_value());
-  require_reader("shear_law", shear, laws.shear, "shear_curve", !m.shear_curve.empty());
-  require_reader("shear_law", shear, laws.shear, "shear_friction", m.shear_friction > 0.0);
+  require_reader("stretch_law", stretch, laws.stretch, "poisson", m.poisson.has_value(),
+                 "acts by a net of springs, in which C12 = C33 whatever the springs are");
+  require_reader("shear_law", shear, laws.shear, "shear_curve", !m.shear_curve.empty(),
+                 "is linear");
+  require_reader("shear_law", shear, laws.shear, "shear_friction", m.shear_friction > 0.0,
+                 "has no angle between warp and weft that could stick");
   if (m.bending_curve.empty() && !m.bending_curve_weft.empty())
     throw std::invalid_argument("bending_curve_weft needs a bending_curve of the warp");
-  require_reader("bending_law", bending, laws.bending, "bending_curve", !m.bending_curve.empty());
+  require_reader("bending_law", bending, laws.bending, "bending_curve", !m.bending_curve.empty(),
+                 "has a formula of its own");
   if (shear.by_triangles && stretch.add_to_triangles != nullptr)
     throw std::invalid_argument(
         "shear_law \"" + shear.name +
@@ -93,38 +101,14 @@ void validate_laws(const Material& m) {
 
 }  // namespace
 
-std::string bending_laws_that_read(const std::string& constant) {
-  return laws_that_read(fabric_laws().bending, constant);
+void require_reader_of_bending_friction(const Material& m) {
+  require_reader("bending_law", bending_law_of(m), fabric_laws().bending, "bending_friction",
+                 m.bending_friction > 0.0, "has no hinges whose angles could stick");
 }
 
 void validate_material(const Material& m) {
-  const auto positive = [](const char* name, double value) {
-    require(std::isfinite(value) && value > 0.0, name, value, "positive and finite");
-  };
-  const auto not_negative = [](const char* name, double value) {
-    require(std::isfinite(value) && value >= 0.0, name, value, "at least 0 and finite");
-  };
-  positive("density", m.density);
-  positive("stretch_stiffness", m.stretch_stiffness);
-  not_negative("shear_stiffness", m.shear_stiffness);
-  not_negative("bending_stiffness", m.bending_stiffness);
-  if (m.stretch_weft) positive("stretch_weft", *m.stretch_weft);
-  if (m.bending_weft) not_negative("bending_weft", *m.bending_weft);
-  not_negative("spring_damping", m.spring_damping);
-  not_negative("bending_damping", m.bending_damping);
-  positive("strain_limit", m.strain_limit);
-  not_negative("friction", m.friction);
-  not_negative("biphasic_strain", m.biphasic_strain);
-  not_negative("biphasic_growth", m.biphasic_growth);
-  positive("kawabata_strain", m.kawabata_strain);
-  require(m.kawabata_rt > 0.0 && m.kawabata_rt <= 1.0, "kawabata_rt", m.kawabata_rt,
-          "above 0 and at most 1");
-  not_negative("shear_friction", m.shear_friction);
-  not_negative("bending_friction", m.bending_friction);
+  check_fields(m, "");
   validate_laws(m);
-  if (m.poisson) require(std::abs(*m.poisson) < 1.0, "poisson", *m.poisson, "between -1 and 1");
-  require(m.kawabata_lt > 0.5 && m.kawabata_lt <= 1.0, "kawabata_lt", m.kawabata_lt,
-          "above 0.5 and at most 1");
 }
 
 void validate_grid(const GridConfig& grid) {

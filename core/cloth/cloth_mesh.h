@@ -2,6 +2,7 @@
 #pragma once
 
 #include <selvedge/core/cloth/cloth_elements.h>
+#include <selvedge/core/cloth/law_elements.h>
 
 #include <cstdint>
 #include <span>
@@ -15,6 +16,7 @@ struct ClothMesh : ClothElements {
   TriangleMesh surface;      ///< initial shape
   std::vector<Edge> edges;   ///< unique_edges(surface.triangles)
   std::vector<double> mass;  ///< kg per vertex
+  LawElements of_laws;       ///< elements of kinds that single laws define
 };
 
 /// Appends the elements of `from` to those of `to`. Vertex i of `from` is vertex `vertices[i]` of

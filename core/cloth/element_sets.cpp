@@ -141,6 +141,7 @@ ClothMesh joined(const ClothMesh& cloth, std::span<const std::int32_t> number) {
       }
     }
   });
+  all.of_laws.drop_repeated(number);
   std::map<std::array<std::int32_t, 3>, std::size_t> known;  // ends and curve
   for (std::size_t s = 0; s < all.springs.size(); ++s) {
     if (all.springs[s].a < 0) continue;
@@ -190,6 +191,7 @@ void add_elements(ClothMesh& to, const ClothMesh& from, std::span<const std::int
                    element_sets(from));
       },
       element_sets(to));
+  to.of_laws.add(from.of_laws, renumbering);
 }
 
 std::int32_t append(ClothMesh& all, const ClothMesh& piece) {

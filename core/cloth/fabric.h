@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -48,8 +49,8 @@ struct Material {
   double friction = 0.3;      ///< Coulomb coefficient, cloth on cloth, >= 0
   // Names of laws (core/cloth/fabric_laws.h).
   std::string stretch_law = "hooke", shear_law = "springs", bending_law = "shape_operator";
-  double biphasic_strain = 0.02;  ///< strain above which a biphasic spring is stiffer, >= 0
-  double biphasic_growth = 10.0;  ///< growth of the stiffness per strain beyond that, >= 0
+  /// Constants that a law defines (core/cloth/fabric_laws.h), by name, unless they are the usual.
+  std::map<std::string, double> of_laws{};
   double kawabata_lt = 0.7;       ///< linearity of the tension curve, in (0.5, 1]
   double kawabata_strain = 0.05;  ///< EMT/100, strain at the end of the tension test, > 0
   double kawabata_rt = 1.0;       ///< RT/100, recovered fraction of the work of tension, in (0, 1]
@@ -60,8 +61,8 @@ struct Material {
   /// N/m (> 0) and N·m (>= 0) along the weft, if it differs from the warp; stretch_stiffness and
   /// bending_stiffness then apply to the warp. Meshes without warp and weft use the mean.
   std::optional<double> stretch_weft{}, bending_weft{};
-  /// Poisson's ratio of the membrane laws, C12/√(C11 C22), in (-1, 1). Without it C12 = C33, as in
-  /// any net of springs.
+  /// Poisson's ratio of the membrane laws, C12/√(C11 C22), in (-1, 0.999]. Without it C12 = C33, as
+  /// in any net of springs.
   std::optional<double> poisson{};
   /// Measured curves; an empty one is not used. Each gives the shape of a law, whose slope at rest
   /// is the stiffness above: set_curves makes both agree. The weft has the curve of the warp unless

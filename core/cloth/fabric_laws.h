@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <selvedge/core/base/fields.h>
 #include <selvedge/core/cloth/cloth_elements.h>
 #include <selvedge/core/cloth/cloth_mesh.h>
 #include <selvedge/core/cloth/force.h>
@@ -13,7 +14,8 @@
 
 // The laws by which cloth resists stretch, shear and bending: which elements each makes of a
 // material, on which meshes, and which constants it reads beside stiffness and damping. A law adds
-// itself, and the force of its elements, by a function in the .cpp file of that force.
+// itself, the constants and kinds of elements that no other law has (detail/law_elements.h), and
+// the force of its elements, by a function in the .cpp file of that force.
 
 namespace selvedge {
 
@@ -64,11 +66,27 @@ struct BendingLaw {
   bool by_sine = false;  ///< its hinges resist by sin(θ/2)
 };
 
+/// A constant that only one law reads. The law defines it, as a key of materials in scene files.
+struct LawConstant {
+  std::string name;
+  double initial;
+  Key key;
+
+  const double& operator()(const Material& m) const {
+    const auto given = m.of_laws.find(name);
+    return given == m.of_laws.end() ? initial : given->second;
+  }
+  double& operator()(Material& m) const {
+    return m.of_laws.try_emplace(name, initial).first->second;
+  }
+};
+
 /// All laws, and the forces of all elements in the order in which they add up.
 struct FabricLaws {
   std::vector<StretchLaw> stretch;
   std::vector<ShearLaw> shear;
   std::vector<BendingLaw> bending;
+  std::vector<LawConstant> constants;
   ForceLawRegistry forces;
 };
 const FabricLaws& fabric_laws();
@@ -77,6 +95,9 @@ const FabricLaws& fabric_laws();
 const StretchLaw& stretch_law_of(const Material& material);
 const ShearLaw& shear_law_of(const Material& material);
 const BendingLaw& bending_law_of(const Material& material);
+
+/// The value of a constant that a law defines. Throws std::logic_error if none has this name.
+double constant_of_law(const Material& material, const std::string& name);
 
 /// Whether a law reads a constant.
 bool reads(const std::vector<std::string>& constants, const std::string& constant);

@@ -112,11 +112,6 @@ std::unique_ptr<Force> make_bridson_force(std::span<const Hinge> hinges, std::si
 /// Links that buckle into an arc [ChoiKo2002; survey eq. 5 corrected] and are slack under tension.
 std::unique_ptr<Force> make_buckling_force(std::span<const BucklingLink> links,
                                            std::size_t particles);
-/// Links that push with the force of the bending moment at the distance of their ends [Zhang2012],
-/// and are slack under tension. A straight strip bears 2Bw/d² before it bends; up to there a link
-/// has the stiffness `onset`.
-std::unique_ptr<Force> make_chord_force(std::span<const ChordLink> links,
-                                        std::span<const SpringCurve> curves, std::size_t particles);
 /// The deviation of measured bending curves from the plate, for the curvature_curves of `cloth`.
 std::unique_ptr<Force> make_bending_curves(const ClothMesh& cloth);
 /// Torsional springs between two links at a particle [Dai2003].

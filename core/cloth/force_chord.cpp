@@ -15,8 +15,10 @@
 // force_buckling.cpp, a linear onset bridges this jump: c (2d - r) while that is the weaker force.
 // Under tension a link is slack.
 #include <selvedge/core/base/elementary.h>
+#include <selvedge/core/cloth/detail/chord_link.h>
 #include <selvedge/core/cloth/detail/element_force.h>
 #include <selvedge/core/cloth/detail/grid_mesh.h>
+#include <selvedge/core/cloth/detail/law_elements.h>
 #include <selvedge/core/cloth/detail/topology.h>
 #include <selvedge/core/cloth/fabric_laws.h>
 #include <selvedge/core/cloth/force.h>
@@ -28,7 +30,7 @@ namespace {
 
 /// A link with its curve, and where its onset meets the bent strip.
 struct Chord {
-  ChordLink link;
+  detail::ChordLink link;
   MonotoneCurve curve;  // empty: linear
   double onset_gap;     // (2d - r)/(2d)
   double energy_shift;  // J, onset minus bent energy there
@@ -63,9 +65,9 @@ class ChordLinks {
   static constexpr int arity = 2;
   static constexpr const char* name = "chord";
 
-  ChordLinks(std::span<const ChordLink> links, std::span<const SpringCurve> curves) {
+  ChordLinks(std::span<const detail::ChordLink> links, std::span<const SpringCurve> curves) {
     for (std::size_t i = 0; i < links.size(); ++i) {
-      const ChordLink& l = links[i];
+      const detail::ChordLink& l = links[i];
       detail::require_number_of("spacing", name, i, l.spacing, false);
       detail::require_number_of("width", name, i, l.width, false);
       detail::require_number_of("rigidity", name, i, l.rigidity, false);
@@ -83,7 +85,7 @@ class ChordLinks {
   void reorder(std::span<const std::int32_t> order) { detail::reorder(chords_, order); }
 
   detail::ElementSample<2> sample(std::size_t e, std::span<const Vec3> x) const {
-    const ChordLink& l = chords_[e].link;
+    const detail::ChordLink& l = chords_[e].link;
     const double stiffness = l.rigidity * l.width / (l.spacing * l.spacing * l.spacing);
     return detail::sample_link(x[l.a], x[l.b], l.damping * stiffness,
                                [&](double r) { return tension(chords_[e], r); });
@@ -126,9 +128,9 @@ class ChordLinks {
 
 }  // namespace
 
-std::unique_ptr<Force> make_chord_force(std::span<const ChordLink> links,
-                                        std::span<const SpringCurve> curves,
-                                        std::size_t particles) {
+std::unique_ptr<Force> detail::make_chord_force(std::span<const detail::ChordLink> links,
+                                                std::span<const SpringCurve> curves,
+                                                std::size_t particles) {
   return std::make_unique<detail::ElementForce<ChordLinks>>(ChordLinks(links, curves), particles);
 }
 
@@ -141,6 +143,7 @@ void add_chords(ClothMesh& cloth, const GridConfig& grid, const Material& m) {
   const std::array<double, 2> rigidity{m.bending_stiffness, bending_along_weft(m)};
   const std::array<double, 2> stretch{m.stretch_stiffness, stretch_along_weft(m)};
   std::array<std::int32_t, 2> shapes{-1, -1};
+  auto& links = detail::elements_of_law<detail::ChordLink>(cloth);
   if (!m.bending_curve.empty()) shapes = detail::add_bending_shapes(cloth, m);
   const auto add = [&](std::int32_t at, std::int32_t step, int direction, bool inner) {
     const double d = direction == 0 ? c.a : c.b;
@@ -154,8 +157,8 @@ void add_chords(ClothMesh& cloth, const GridConfig& grid, const Material& m) {
     constexpr double steeper = 2.0;
     const double onset =
         std::max(steeper * folded * w / (2.0 * d * d), stretch[direction] * w / (2.0 * d));
-    cloth.chords.push_back({at - step, at + step, d, w, rigidity[direction], onset,
-                            m.bending_damping, shapes[direction]});
+    links.push_back({at - step, at + step, d, w, rigidity[direction], onset, m.bending_damping,
+                     shapes[direction]});
   };
   const std::int32_t nx = grid.cells_x, ny = grid.cells_y, up = nx + 1;
   for (std::int32_t j = 0; j <= ny; ++j)
@@ -179,8 +182,9 @@ void register_chord(FabricLaws& laws) {
       "chord", {},
       [](const MethodOptions&, const ClothMesh& cloth) {
         ForceList forces;
-        if (!cloth.chords.empty())
-          forces.push_back(make_chord_force(cloth.chords, cloth.curves, cloth.mass.size()));
+        const auto links = detail::elements_of_law<detail::ChordLink>(cloth);
+        if (!links.empty())
+          forces.push_back(detail::make_chord_force(links, cloth.curves, cloth.mass.size()));
         return forces;
       },
       {.promise = "M(kappa) as a force over the distance of two cells' ends; minus the "

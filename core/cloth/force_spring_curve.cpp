@@ -353,8 +353,8 @@ std::vector<CurveLaw> curve_laws() {
                .curve =
                    [](const Material& m) {
                      return SpringCurve{.law = "biphasic",
-                                        .strain = m.biphasic_strain,
-                                        .shape = m.biphasic_growth};
+                                        .strain = constant_of_law(m, "biphasic_strain"),
+                                        .shape = constant_of_law(m, "biphasic_growth")};
                    }},
        .make = biphasic,
        .promise = gradient,
@@ -434,6 +434,17 @@ ForceList forces_of_law(const ClothMesh& cloth, const std::string& law) {
 }  // namespace
 
 void register_spring_curves(FabricLaws& laws) {
+  laws.constants.push_back({"biphasic_strain",
+                            0.02,
+                            {.unit = "1",
+                             .range = {0, 100},
+                             .text = "Strain above which biphasic springs become stiffer"}});
+  laws.constants.push_back(
+      {"biphasic_growth",
+       10.0,
+       {.unit = "1",
+        .range = {0, 1e6},
+        .text = "Growth of the stiffness of biphasic springs per strain above that"}});
   for (const CurveLaw& known : curve_laws()) {
     laws.stretch.push_back(known.law);
     laws.forces.add(

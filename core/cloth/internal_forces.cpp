@@ -75,6 +75,12 @@ const BendingLaw& bending_law_of(const Material& m) {
   return law_named("bending_law", fabric_laws().bending, m.bending_law);
 }
 
+double constant_of_law(const Material& m, const std::string& name) {
+  for (const LawConstant& constant : fabric_laws().constants)
+    if (constant.name == name) return constant(m);
+  throw std::logic_error("no law defines the constant " + name);
+}
+
 bool reads(const std::vector<std::string>& constants, const std::string& constant) {
   return std::find(constants.begin(), constants.end(), constant) != constants.end();
 }

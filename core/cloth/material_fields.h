@@ -64,7 +64,7 @@ struct Fields<Material> {
         Key{.unit = "N·m", .range = {0, 1e6}, .text = "bending_stiffness along weft, likewise"});
     visitor("poisson", &T::poisson,
             Key{.unit = "1",
-                .range = {-1, 0.999, true},
+                .range = {-1, 0.999, true, true},
                 .text = "Poisson's ratio C12/sqrt(C11 C22) of the stretch laws "
                         "st_venant_kirchhoff and corotated; if left out, C12 equals the shear "
                         "stiffness, as in a net of springs"});
@@ -86,23 +86,19 @@ struct Fields<Material> {
             detail::law_key("How cloth resists bending", fabric_laws().bending,
                             ". The last four only on grids of cells, and only beams on cells that "
                             "are split; the responsive pattern always buckles"));
-    visitor("biphasic_strain", &T::biphasic_strain,
-            Key{.unit = "1",
-                .range = {0, 100},
-                .text = "Strain above which biphasic springs become stiffer"});
-    visitor("biphasic_growth", &T::biphasic_growth,
-            Key{.unit = "1",
-                .range = {0, 1e6},
-                .text = "Growth of the stiffness of biphasic springs per strain above that"});
+    for (const LawConstant& constant : fabric_laws().constants)
+      visitor(constant.name.c_str(), constant, constant.key);
     visitor("kawabata_lt", &T::kawabata_lt,
-            Key{.unit = "1", .range = {0.5, 1, true}, .text = "Linearity LT of the tension test"});
+            Key{.unit = "1",
+                .range = {0.5, 1, true, true},
+                .text = "Linearity LT of the tension test"});
     visitor("kawabata_strain", &T::kawabata_strain,
             Key{.unit = "1",
                 .range = {1e-6, 100},
                 .text = "Strain EMT at the end of the tension test"});
     visitor("kawabata_rt", &T::kawabata_rt,
             Key{.unit = "1",
-                .range = {1e-6, 1},
+                .range = {.least = 1e-6, .most = 1, .firm = true},
                 .text = "Resilience RT of the tension test: the share of its work that comes "
                         "back"});
     visitor("shear_friction", &T::shear_friction,

@@ -111,9 +111,7 @@ void add_grid_bending(ClothMesh& cloth, const GridConfig& grid, const Material& 
   const BendingLaw& law = bending_law_of(material);
   if (material.bending_friction > 0.0 && grid.cells_x == 1)
     throw std::invalid_argument("bending_friction needs at least 2 cells_x");
-  if (material.bending_friction > 0.0 && !reads(law.reads, "bending_friction"))
-    throw std::invalid_argument("bending_friction needs bending_law " +
-                                bending_laws_that_read("bending_friction"));
+  require_reader_of_bending_friction(material);
   law.add_to_grid(cloth, grid, material);
 }
 

@@ -72,8 +72,8 @@ std::array<std::int32_t, 2> add_bending_shapes(ClothMesh& cloth, const Material&
 /// Throws std::invalid_argument if the material selects a law that only a grid of cells supports.
 /// `mesh` names the mesh in the message. `split_cells`: it is a grid whose cells are split.
 void require_hinges(const Material& material, const char* mesh, bool split_cells = false);
-/// The names of the bending laws that read a constant, as part of a message.
-std::string bending_laws_that_read(const std::string& constant);
+/// Throws std::invalid_argument if the material has bending friction and its bending law none.
+void require_reader_of_bending_friction(const Material& material);
 /// 1 for each hinge of `cloth` that a couple names, 0 for the others.
 std::vector<char> coupled_hinges(const ClothMesh& cloth);
 

@@ -4,6 +4,7 @@
 // is the same cloth on each of them.
 #include <selvedge/core/cloth/cloth_elements.h>
 #include <selvedge/core/cloth/cloth_mesh.h>
+#include <selvedge/core/cloth/detail/law_elements.h>
 #include <selvedge/core/cloth/force.h>
 #include <selvedge/core/cloth/measure.h>
 #include <selvedge/core/patterns/cloth_pattern.h>
@@ -492,6 +493,77 @@ TEST(ElementSets, ElementsOfAVertexThatIsLeftOutAreLeftOut) {
               add_elements(other, piece, std::span(none).first(3));
             }).find("3 indices for a cloth of 9 vertices"),
             std::string::npos);
+}
+
+/// A kind of element that one law knows.
+struct Knot {
+  std::int32_t a, b;
+  bool remap(const auto& to) { return to.vertex(a) && to.vertex(b); }
+};
+
+std::vector<Edge> knots_of(const ClothMesh& cloth) {
+  std::vector<Edge> ends;
+  for (const Knot& knot : detail::elements_of_law<Knot>(cloth)) ends.push_back({knot.a, knot.b});
+  return ends;
+}
+
+TEST(ElementSets, TheElementsOfALawStayWithTheCloth) {
+  ClothMesh piece = make_rectangular({1.0, 1.0, 2, 2}, Material{});
+  EXPECT_TRUE(knots_of(piece).empty());
+  detail::elements_of_law<Knot>(piece) = {{0, 8}, {0, 1}, {3, 4}};
+  EXPECT_EQ(piece.of_laws.size(), 3u);
+  ClothMesh two;
+  for (int k = 0; k < 2; ++k) append(two, piece);
+  EXPECT_EQ(knots_of(two), (std::vector<Edge>{{0, 8}, {0, 1}, {3, 4}, {9, 17}, {9, 10}, {12, 13}}));
+  // The vertices 0, 1, 3 and 4 of the first cell become 0 to 3.
+  const ClothMesh cell = cut(piece, std::span(piece.surface.triangles).first(2));
+  EXPECT_EQ(knots_of(cell), (std::vector<Edge>{{0, 1}, {2, 3}}));
+  // Two corners become one vertex, which a knot would name twice.
+  const std::vector<std::int32_t> number{0, 1, 2, 3, 4, 5, 6, 7, 0}, kept{0, 1, 2, 3, 4, 5, 6, 7};
+  EXPECT_EQ(knots_of(merge_vertices(piece, number, kept)), (std::vector<Edge>{{0, 1}, {3, 4}}));
+  EXPECT_EQ(knots_of(piece).size(), 3u);
+}
+
+TEST(Materials, AConstantThatTheLawDoesNotReadIsRefusedWithTheReason) {
+  const auto of = [](const Material& m) {
+    return refusal([&] { make_rectangular({1.0, 1.0, 2, 2}, m); });
+  };
+  Material net;
+  net.poisson = 0.2;
+  EXPECT_EQ(of(net),
+            "poisson needs stretch_law \"st_venant_kirchhoff\" or \"corotated\", since \"hooke\" "
+            "acts by a net of springs, in which C12 = C33 whatever the springs are; take one of "
+            "these or leave poisson out");
+  Material links;
+  links.bending_law = "buckling";
+  links.bending_friction = 1e-4;
+  for (const char* part : {"\"hinge\"", "\"buckling\" has no hinges whose angles could stick",
+                           "leave bending_friction out"})
+    EXPECT_NE(of(links).find(part), std::string::npos) << of(links);
+}
+
+TEST(Materials, NumbersThatCannotBeAreRefusedByName) {
+  const auto refused = [](const std::string& name, const auto& set) {
+    Material m;
+    set(m);
+    const std::string fault = refusal([&] { make_rectangular({1.0, 1.0, 2, 2}, m); });
+    EXPECT_EQ(fault.substr(0, name.size() + 9), name + " must be ") << fault;
+  };
+  refused("density", [](Material& m) { m.density = 0.0; });
+  refused("strain_limit", [](Material& m) { m.strain_limit = -1.0; });
+  refused("friction", [](Material& m) { m.friction = std::nan(""); });
+  refused("stretch_weft", [](Material& m) { m.stretch_weft = 0.0; });
+  refused("biphasic_growth", [](Material& m) { m.of_laws["biphasic_growth"] = -1.0; });
+  // These have an upper bound also in a program.
+  refused("kawabata_lt", [](Material& m) { m.kawabata_lt = 1.01; });
+  refused("kawabata_rt", [](Material& m) { m.kawabata_rt = 1.01; });
+  refused("poisson", [](Material& m) {
+    m.stretch_law = "corotated";
+    m.poisson = 1.0;
+  });
+  Material stiff;
+  stiff.stretch_stiffness = 1e10;  // more than a file may give
+  EXPECT_NO_THROW(make_rectangular({1.0, 1.0, 2, 2}, stiff));
 }
 
 TEST(Cut, HalvesTheSpringsOfTheNewBorderAndKeepsTheMassInside) {

@@ -3,6 +3,7 @@
 // Measured curves: the interpolant, the figures that a laboratory reads from it, and cloth that
 // follows it in tension, shear and bending. Shear on triangles by the angle of warp and weft, the
 // bending spring of Zhang 2012, and shear from the tensile test at 45°.
+#include <selvedge/core/cloth/detail/chord_link.h>
 #include <selvedge/core/cloth/force.h>
 #include <selvedge/core/cloth/measure.h>
 #include <selvedge/scene/build.h>
@@ -377,10 +378,11 @@ TEST(MeasuredLaws, RefuseElementsWithoutTheirCurve) {
   EXPECT_HAS(refusal_of(stretch), "names curve 1, which the cloth does not have");
   t.rest[2] = {2.0, 0.0};
   EXPECT_HAS(refusal_of([&] { make_yarn_friction(std::vector{t}, 3); }), "area");
-  const std::vector<ChordLink> links{{0, 1, 1.0, 1.0, 1.0, 100.0, 0.0, 0}};
-  EXPECT_HAS(refusal_of([&] { make_chord_force(links, hooke, 2); }), "chord 0 names curve 0");
-  const std::vector<ChordLink> soft{{0, 1, 1.0, 1.0, 1.0, 0.1}};
-  EXPECT_HAS(refusal_of([&] { make_chord_force(soft, {}, 2); }), "onset");
+  const std::vector<detail::ChordLink> links{{0, 1, 1.0, 1.0, 1.0, 100.0, 0.0, 0}};
+  EXPECT_HAS(refusal_of([&] { detail::make_chord_force(links, hooke, 2); }),
+             "chord 0 names curve 0");
+  const std::vector<detail::ChordLink> soft{{0, 1, 1.0, 1.0, 1.0, 0.1}};
+  EXPECT_HAS(refusal_of([&] { detail::make_chord_force(soft, {}, 2); }), "onset");
 }
 
 // -- bending --------------------------------------------------------------------------------------
@@ -429,8 +431,8 @@ TEST(ChordLink, TheForceHasTheMomentOfTheTestAboutTheMiddleParticle) {
   const std::vector<SpringCurve> curves{{.law = "measured", .measured = moment_warp}};
   for (const std::int32_t curve : {-1, 0}) {
     const double rigidity = curve < 0 ? b : moment_warp.slope_at_rest();
-    const std::vector<ChordLink> links{{0, 1, d, w, rigidity, 1e4, 0.0, curve}};
-    const auto force = make_chord_force(links, curves, 2);
+    const std::vector<detail::ChordLink> links{{0, 1, d, w, rigidity, 1e4, 0.0, curve}};
+    const auto force = detail::make_chord_force(links, curves, 2);
     const std::vector<double> mass(2, 1.0);
     const Vectors still(2, Vec3::Zero());
     for (const double theta : {0.1, 0.5, 1.0, 2.0, 3.0}) {
@@ -446,8 +448,8 @@ TEST(ChordLink, TheForceHasTheMomentOfTheTestAboutTheMiddleParticle) {
 
 TEST(ChordLink, AStraightStripBearsTwiceItsRigidityOverTheSquaredCell) {
   constexpr double d = 0.01, w = 0.02, b = 1e-5;
-  const std::vector<ChordLink> links{{0, 1, d, w, b, 1e9, 0.0, -1}};
-  const auto force = make_chord_force(links, {}, 2);
+  const std::vector<detail::ChordLink> links{{0, 1, d, w, b, 1e9, 0.0, -1}};
+  const auto force = detail::make_chord_force(links, {}, 2);
   const std::vector<double> mass(2, 1.0);
   const Vectors still(2, Vec3::Zero());
   Vectors x{Vec3::Zero(), Vec3(2.0 * d * (1.0 - 1e-9), 0.0, 0.0)}, f(2, Vec3::Zero());

@@ -112,12 +112,12 @@ struct Hit {
 };
 
 /// A particle hits a penalty contact at `speed`, in explicit steps of h seconds.
-Hit hit(double mass, double speed, const ResponseConfig& config, double h) {
-  const auto response = make_penalty(config);
+Hit hit(double mass, double speed, double stiffness, double damping, double h) {
+  const auto response = responses().at("penalty")({{"stiffness", stiffness}, {"damping", damping}});
   const std::vector<Vec3> body_step{Vec3::Zero()};
   const std::vector<double> masses{mass}, inv_mass{1.0 / mass, 0.0};
   // The rest gap is large enough for any impact; the plane is at the height of the rest gap.
-  const double rest = 10.0 * speed * std::sqrt(mass / config.stiffness) + 10.0 * speed * h;
+  const double rest = 10.0 * speed * std::sqrt(mass / stiffness) + 10.0 * speed * h;
   std::vector<Vec3> x{Vec3(0, 0, rest), Vec3::Zero()}, v{Vec3(0, 0, -speed)};
   Hit hit;
   do {
@@ -151,19 +151,16 @@ void print_c10(const ClaimOptions& options) {
       "| K, N/m | depth at 1 m/s and 0.1 g, mm | depth ratio [95 %] | time ratio [95 %] | rebound "
       "[95 %] | step bound, s | rebound at h = 1/120 s |\n|--:|--:|--:|--:|--:|--:|--:|\n");
   for (double k = 10.0; k <= 1e7; k *= 10.0) {
-    ResponseConfig config;
-    config.stiffness = k;
-    config.damping = 0.0;
     std::vector<double> depth, seconds, rebound;
     for (int i = 0; i < 20; ++i) {
       const double mass = 1e-4 * std::pow(10.0, exponent(random));
       const double speed = std::pow(10.0, exponent(random));
-      const Hit h = hit(mass, speed, config, 0.01 * root(mass, k));
+      const Hit h = hit(mass, speed, k, 0.0, 0.01 * root(mass, k));
       depth.push_back(h.depth / (speed * root(mass, k)));
       seconds.push_back(h.seconds / (pi * root(mass, k)));
       rebound.push_back(h.rebound);
     }
-    const Hit coarse = hit(1e-4, 1.0, config, 1.0 / 120.0);
+    const Hit coarse = hit(1e-4, 1.0, k, 0.0, 1.0 / 120.0);
     fmt::print("| {:g} | {:.4g} | {} | {} | {} | {:.3g} | {:.3g} |\n", k, 1e3 * root(1e-4, k),
                text(bootstrap(depth, options.seed)), text(bootstrap(seconds, options.seed)),
                text(bootstrap(rebound, options.seed)), 2.0 * root(1e-4, k), coarse.rebound);
@@ -181,11 +178,10 @@ void print_c29(const ClaimOptions& options) {
   for (const double zeta : {0.0, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8}) {
     std::vector<double> rebound;
     for (int i = 0; i < 20; ++i) {
-      ResponseConfig config;
-      config.stiffness = 1e3 * std::pow(10.0, exponent(random));
+      const double stiffness = 1e3 * std::pow(10.0, exponent(random));
       const double mass = 1e-4 * std::pow(10.0, exponent(random));
-      config.damping = 2.0 * zeta * std::sqrt(mass * config.stiffness);
-      rebound.push_back(hit(mass, 1.0, config, 0.002 * root(mass, config.stiffness)).rebound);
+      const double damping = 2.0 * zeta * std::sqrt(mass * stiffness);
+      rebound.push_back(hit(mass, 1.0, stiffness, damping, 0.002 * root(mass, stiffness)).rebound);
     }
     const double q = std::sqrt(1.0 - zeta * zeta);
     fmt::print("| {} | {} | {:.4f} | {:.4f} |\n", zeta, text(bootstrap(rebound, options.seed)),

@@ -120,7 +120,8 @@ Drape simulate(const std::string& law, std::int32_t cells) {
                                   0.5 * kSize * kSize / cells / cells);
   forces.push_back(make_air_force(air, cloth.surface.triangles, areas, cloth.mass.size()));
   Particles p = start(cloth, cells);
-  const auto integrator = make_implicit_euler(std::move(forces), p.size(), {.solve = {1e-5, 2000}});
+  const auto integrator =
+      integrators().at("implicit_euler")(std::move(forces), p.size(), ImplicitConfig{1e-5, 2000});
   constexpr double h = 1.0 / 60.0, at_rest = 1e-4;  // s, m/s
   constexpr int most = 1500, warm_up = 20;
   Drape drape;

@@ -144,7 +144,8 @@ CaseResult explicit_limit(Trial& trial) {
   const auto force = make_hooke_force(cloth.springs, n);
   std::vector<std::unique_ptr<Force>> forces;
   forces.push_back(make_hooke_force(cloth.springs, n));
-  const auto integrator = make_symplectic_euler(std::move(forces), n);
+  const auto integrator =
+      integrators().at("symplectic_euler")(std::move(forces), n, ImplicitConfig{});
   Particles p{cloth.surface.vertices, std::vector<Vec3>(n, Vec3::Zero()), cloth.mass, {}};
   for (const double m : cloth.mass) p.inv_mass.push_back(1.0 / m);
   const double exact = exact_limit(cloth, *force),

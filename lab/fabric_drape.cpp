@@ -224,7 +224,7 @@ namespace {
 
 DrapeOutcome settle(const ClothMesh& cloth, Particles p, const DrapeTrial& trial) {
   constexpr ImplicitConfig solver{1e-4, 2000};
-  const auto integrator = make_implicit_euler(trial_forces(cloth), p.size(), {.solve = solver});
+  const auto integrator = integrators().at("implicit_euler")(trial_forces(cloth), p.size(), solver);
   DrapeOutcome outcome;
   // the first steps are slow too, because the cloth starts at rest.
   constexpr std::int32_t warm_up = 20;

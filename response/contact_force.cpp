@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 // Contacts per range: of sums, and of work on each contact alone.
@@ -86,7 +86,7 @@ void ContactForce::begin(const ResponseStep& step) {
     explicit_.reset();
     return;
   }
-  if (!explicit_) explicit_ = make_impulse();
+  if (!explicit_) explicit_ = responses().at("impulse")();
   explicit_->begin(step);
 }
 
@@ -611,9 +611,13 @@ void ContactForce::finish(std::span<Vec3> v) const {
   }
 }
 
+}  // namespace selvedge::detail
+
+namespace selvedge {
+
 void register_contact_force(ResponseRegistry& registry) {
   registry.add("contact_force", {},
-               [](const MethodOptions&) { return std::make_unique<ContactForce>(); });
+               [](const MethodOptions&) { return std::make_unique<detail::ContactForce>(); });
 }
 
 }  // namespace selvedge

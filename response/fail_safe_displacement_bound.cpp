@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <array>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 // The two sides of a pair may together use up kShare of the part of their distance that exceeds
@@ -176,9 +176,12 @@ class DisplacementBound final : public FailSafe {
 };
 
 }  // namespace
+}  // namespace selvedge::detail
+
+namespace selvedge {
 
 std::unique_ptr<FailSafe> make_displacement_bound() {
-  return std::make_unique<DisplacementBound>();
+  return std::make_unique<detail::DisplacementBound>();
 }
 
 void register_displacement_bound(FailSafeRegistry& registry) {

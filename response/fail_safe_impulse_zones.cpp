@@ -3,7 +3,7 @@
 #include <selvedge/response/detail/impulse.h>
 #include <selvedge/response/detail/zones_after.h>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 class ImpulseZones final : public detail::ZonesAfter {
@@ -28,9 +28,12 @@ class ImpulseZones final : public detail::ZonesAfter {
 };
 
 }  // namespace
+}  // namespace selvedge::detail
+
+namespace selvedge {
 
 std::unique_ptr<FailSafe> make_impulse_zones(const FailSafeRounds& rounds) {
-  return std::make_unique<ImpulseZones>(rounds.impulse_passes);
+  return std::make_unique<detail::ImpulseZones>(rounds.impulse_passes);
 }
 
 void register_impulse_zones(FailSafeRegistry& registry) {

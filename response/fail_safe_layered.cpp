@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 // Projection makes progress while a round leaves at most this share of the previous collisions. The
@@ -107,9 +107,12 @@ class Layered final : public FailSafe {
 };
 
 }  // namespace
+}  // namespace selvedge::detail
+
+namespace selvedge {
 
 std::unique_ptr<FailSafe> make_layered(const FailSafeRounds& rounds) {
-  return std::make_unique<Layered>(rounds);
+  return std::make_unique<detail::Layered>(rounds);
 }
 
 void register_layered(FailSafeRegistry& registry) {

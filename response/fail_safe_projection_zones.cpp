@@ -3,7 +3,7 @@
 #include <selvedge/response/detail/inelastic_projection.h>
 #include <selvedge/response/detail/zones_after.h>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 // Inelastic projection (inelastic_projection.h), then rigid impact zones (impact_zone.h) for the
@@ -36,9 +36,12 @@ class ProjectionZones final : public detail::ZonesAfter {
 };
 
 }  // namespace
+}  // namespace selvedge::detail
+
+namespace selvedge {
 
 std::unique_ptr<FailSafe> make_projection_zones(const FailSafeRounds& rounds) {
-  return std::make_unique<ProjectionZones>(rounds.projection_rounds);
+  return std::make_unique<detail::ProjectionZones>(rounds.projection_rounds);
 }
 
 void register_projection_zones(FailSafeRegistry& registry) {

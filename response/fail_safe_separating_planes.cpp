@@ -3,7 +3,7 @@
 #include <selvedge/response/detail/separating_planes.h>
 #include <selvedge/response/fail_safe.h>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 // Separating planes (separating_planes.h) for the pairs that collide and, in the last round, for
@@ -61,9 +61,12 @@ class PlanesAlone final : public FailSafe {
 };
 
 }  // namespace
+}  // namespace selvedge::detail
+
+namespace selvedge {
 
 std::unique_ptr<FailSafe> make_separating_planes(const FailSafeRounds& rounds) {
-  return std::make_unique<PlanesAlone>(rounds.plane_rounds);
+  return std::make_unique<detail::PlanesAlone>(rounds.plane_rounds);
 }
 
 void register_separating_planes(FailSafeRegistry& registry) {

@@ -59,32 +59,6 @@ inline double compliance(const ContactPoint& c, std::span<const double> inv_mass
   return sum;
 }
 
-/// Options of the responses. Each field names the responses that use it; the registry offers each
-/// response its own options alone.
-struct ResponseConfig {
-  /// `penalty`: stiffness of a contact, N/m. An impact at speed v penetrates by v sqrt(m/K): higher
-  /// values reduce penetration but require shorter explicit steps, 2 sqrt(m/K).
-  double stiffness = 1000.0;
-  /// `penalty`: damping of the approach, N·s/m per contact. Higher values reduce rebound.
-  double damping = 0.1;
-  /// `impulse`, `reflection`, `position_velocity`: ratio of the normal speed after an impact to
-  /// that before it, in [0, 1].
-  double restitution = 0.0;
-  /// `reflection`, `position_velocity`: share of the tangential relative velocity that a contact
-  /// keeps per step, in [0, 1]; 1 is frictionless. The effect depends on the step length and is not
-  /// Coulomb friction.
-  double retention = 0.9;
-  /// `penalty`: slip speed below which friction acts as a viscosity, m/s. Lower values stick better
-  /// but require shorter explicit steps.
-  double slip_speed = 1e-4;
-  /// `inverse_dynamics`: removes the whole relative velocity, as in the paper, instead of its
-  /// normal part only.
-  bool sticking = false;
-};
-
-/// Throws std::invalid_argument that names the first field out of range and its value.
-void validate(const ResponseConfig& config);
-
 /// Input of a response for one step. The views must stay alive until the next `begin`.
 struct ResponseStep {
   ContactMotion motion;                     ///< positions, inverse masses and length of the step
@@ -113,13 +87,12 @@ struct ContactImpulse {
 
 /// Properties of a response or a fail-safe.
 struct ResponseTraits {
-  std::string promise;           ///< property that holds for every scene
-  std::string source;            ///< author, title, year
-  bool keeps_momentum = false;   ///< keeps the linear momentum of free particles to rounding, and
-                                 ///< reports in `impulses` where it went
-  bool passive = false;          ///< never adds energy, beyond rounding
-  bool has_restitution = false;  ///< uses ResponseConfig::restitution
-  bool stores_energy = false;  ///< its contacts are springs, which return the energy they absorbed
+  std::string promise;          ///< property that holds for every scene
+  std::string source;           ///< author, title, year
+  bool keeps_momentum = false;  ///< keeps the linear momentum of free particles to rounding, and
+                                ///< reports in `impulses` where it went
+  bool passive = false;         ///< never adds energy, beyond rounding
+  bool stores_energy = false;   ///< its contacts are springs, which return the energy they absorbed
 };
 
 /// Responds to contacts. A response may act as a force inside the solve (`terms`, `update`), on the
@@ -183,22 +156,6 @@ class Response {
 using ResponseRegistry = Registry<std::unique_ptr<Response>, ResponseTraits>;
 /// All responses.
 ResponseRegistry responses();
-
-// Factories of all responses except `contact_force` (contact_force.h). Each source file cites its
-// paper and states its guarantee.
-
-/// Penalty forces with damping and regularised Coulomb friction.
-std::unique_ptr<Response> make_penalty(const ResponseConfig& config = {});
-/// Forces that give two primitives in contact a common normal velocity [Provot1995].
-std::unique_ptr<Response> make_inverse_dynamics(const ResponseConfig& config = {});
-/// Reflects the normal part of the relative velocity and damps the tangential part.
-std::unique_ptr<Response> make_reflection(const ResponseConfig& config = {});
-/// Moves particles that end below the surface offset onto it, with Coulomb friction.
-std::unique_ptr<Response> make_position_correction(const ResponseConfig& config = {});
-/// Position correction and reflected velocity together.
-std::unique_ptr<Response> make_position_velocity(const ResponseConfig& config = {});
-/// Impulses with restitution and Coulomb friction [Bridson2002].
-std::unique_ptr<Response> make_impulse(const ResponseConfig& config = {});
 
 /// Momentum and energy that one stage (the response, the fail-safe) exchanged in a step, or in all
 /// steps so far. Anchors are the vertices that it must not move: body vertices and held particles.

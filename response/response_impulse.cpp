@@ -15,17 +15,17 @@
 #include <selvedge/response/detail/contact_sweeps.h>
 #include <selvedge/response/detail/response_options.h>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 class ImpulseResponse final : public Response {
  public:
-  explicit ImpulseResponse(const ResponseConfig& config) : config_(config) { validate(config); }
+  explicit ImpulseResponse(double restitution) : restitution_(restitution) {}
 
   void begin(const ResponseStep& step) override { answer_.begin(step); }
   void add(std::span<const ContactPoint> contacts) override { answer_.add(contacts); }
   void correct(std::span<Vec3> x_t1) override {
-    answer_.take(x_t1, config_.restitution);
+    answer_.take(x_t1, restitution_);
     answer_.sweep_velocity([&](const SweptContact& c) {
       return c.impact.meets ? c.impact.rebound : -c.way() / answer_.h();
     });
@@ -46,24 +46,22 @@ class ImpulseResponse final : public Response {
             "Bridson, Fedkiw, Anderson, Robust treatment of collisions, contact and friction for "
             "cloth animation, 2002",
         .keeps_momentum = true,
-        .passive = true,
-        .has_restitution = true};
+        .passive = true};
   }
 
  private:
-  ResponseConfig config_;
+  const double restitution_;
   ContactAnswer answer_;
 };
 
 }  // namespace
+}  // namespace selvedge::detail
 
-std::unique_ptr<Response> make_impulse(const ResponseConfig& config) {
-  return std::make_unique<ImpulseResponse>(config);
-}
+namespace selvedge {
 
 void register_impulse(ResponseRegistry& registry) {
   registry.add("impulse", {detail::restitution_option()}, [](const MethodOptions& o) {
-    return make_impulse({.restitution = o["restitution"]});
+    return std::make_unique<detail::ImpulseResponse>(o["restitution"]);
   });
 }
 

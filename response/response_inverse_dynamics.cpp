@@ -19,18 +19,18 @@
 
 #include <limits>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 class InverseDynamics final : public Response {
  public:
-  explicit InverseDynamics(const ResponseConfig& config) : config_(config) { validate(config); }
+  explicit InverseDynamics(bool sticking) : sticking_(sticking) {}
 
   void begin(const ResponseStep& step) override { answer_.begin(step); }
   void add(std::span<const ContactPoint> contacts) override { answer_.add(contacts); }
   void correct(std::span<Vec3> x_t1) override {
     answer_.take(x_t1, 0.0);
-    const double friction = config_.sticking ? std::numeric_limits<double>::infinity() : 0.0;
+    const double friction = sticking_ ? std::numeric_limits<double>::infinity() : 0.0;
     for (SweptContact& c : answer_.contacts()) c.friction = friction;
     answer_.sweep_velocity([&](const SweptContact& c) { return -c.way() / answer_.h(); });
     answer_.keep_impulses(1.0);
@@ -50,25 +50,23 @@ class InverseDynamics final : public Response {
   }
 
  private:
-  ResponseConfig config_;
+  const bool sticking_;
   ContactAnswer answer_;
 };
 
 }  // namespace
+}  // namespace selvedge::detail
 
-std::unique_ptr<Response> make_inverse_dynamics(const ResponseConfig& config) {
-  return std::make_unique<InverseDynamics>(config);
-}
+namespace selvedge {
 
 void register_inverse_dynamics(ResponseRegistry& registry) {
   registry.add("inverse_dynamics",
                {{.name = "sticking",
-                 .initial = ResponseConfig{}.sticking ? 1.0 : 0.0,
                  .kind = OptionKind::boolean,
                  .meaning = "removes the whole relative velocity, as in the paper, instead of its "
                             "normal part"}},
                [](const MethodOptions& o) {
-                 return make_inverse_dynamics({.sticking = o.flag("sticking")});
+                 return std::make_unique<detail::InverseDynamics>(o.flag("sticking"));
                });
 }
 

@@ -25,7 +25,7 @@
 #include <cmath>
 #include <limits>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 // No further solve is requested once the forces change by at most this share of the total load.
@@ -33,7 +33,10 @@ constexpr double kLoadTolerance = 0.01;
 
 class Penalty final : public Response {
  public:
-  explicit Penalty(const ResponseConfig& config) : config_(config) { validate(config); }
+  explicit Penalty(const MethodOptions& options)
+      : stiffness_(options["stiffness"]),
+        damping_(options["damping"]),
+        slip_speed_(options["slip_speed"]) {}
 
   void begin(const ResponseStep& step) override;
   void add(std::span<const ContactPoint> contacts) override;
@@ -72,7 +75,7 @@ class Penalty final : public Response {
   void push_explicitly(Entry& e, std::span<const Vec3> x_t1);
   ContactImpulse reported(const Entry& e, const Vec3& impulse, const Vec3& end) const;
 
-  ResponseConfig config_;
+  const double stiffness_, damping_, slip_speed_;  // N/m, N·s/m, m/s
   ResponseStep step_;
   std::vector<Entry> entries_;
   std::vector<ImplicitTerm> terms_;
@@ -119,7 +122,7 @@ Vec3 Penalty::motion_of(const Entry& e, std::span<const Vec3> v) const {
 double Penalty::end_force(const Entry& e, const Vec3& motion, double& depth) const {
   const double parting = e.point.normal.dot(motion);
   depth = start_depth(e) - parting;
-  return config_.stiffness * depth - config_.damping * parting / step_.motion.h;
+  return stiffness_ * depth - damping_ * parting / step_.motion.h;
 }
 
 void Penalty::add(std::span<const ContactPoint> contacts) {
@@ -135,7 +138,7 @@ void Penalty::add(std::span<const ContactPoint> contacts) {
     double depth = 0.0;
     const double force = end_force(e, motion_of(e, step_.v_predicted), depth);
     e.pushes = depth > 0.0 && force > 0.0;
-    e.force = config_.stiffness * std::clamp(depth, 0.0, std::max(0.0, start_depth(e)));
+    e.force = stiffness_ * std::clamp(depth, 0.0, std::max(0.0, start_depth(e)));
     const Vec3 slip = slip_of(c, motion_of(e, step_.v)) / step_.motion.h;
     set_friction(e, slip);
     entries_.push_back(e);
@@ -146,7 +149,7 @@ std::span<const ImplicitTerm> Penalty::terms() {
   terms_.clear();
   term_entry_.clear();
   if (!step_.implicit) return {};
-  const double h = step_.motion.h, k = config_.stiffness, d = config_.damping;
+  const double h = step_.motion.h, k = stiffness_, d = damping_;
   for (std::size_t i = 0; i < entries_.size(); ++i) {
     const Entry& e = entries_[i];
     if (!e.pushes) continue;
@@ -174,8 +177,8 @@ std::span<const ImplicitTerm> Penalty::terms() {
 void Penalty::set_friction(Entry& e, const Vec3& slip) const {
   const double speed = slip.norm(), limit = e.point.friction * e.force;
   const double m_eff = 1.0 / compliance(e.point, step_.motion.inv_mass);
-  const bool stops = speed <= config_.slip_speed || step_.motion.h * limit >= m_eff * speed;
-  e.viscosity = stops ? limit / std::max(speed, config_.slip_speed) : 0.0;
+  const bool stops = speed <= slip_speed_ || step_.motion.h * limit >= m_eff * speed;
+  e.viscosity = stops ? limit / std::max(speed, slip_speed_) : 0.0;
   e.drag = stops ? Vec3(Vec3::Zero()) : Vec3(-limit / speed * slip);
 }
 
@@ -213,13 +216,13 @@ void Penalty::push_explicitly(Entry& e, std::span<const Vec3> x_t1) {
           c.weight[k] * (step_.motion.inv_mass[i] > 0.0 ? Vec3(h * step_.v[i])
                                                         : Vec3(x_t1[i] - step_.motion.x_t0[i]));
   const double approach = -c.normal.dot(start) / h;
-  e.force = std::max(0.0, config_.stiffness * depth + config_.damping * approach);
+  e.force = std::max(0.0, stiffness_ * depth + damping_ * approach);
   e.impulse = h * e.force * c.normal;
   e.unanswered = relative(c, x_t1) - relative(c, step_.motion.x_t0);
   const Vec3 slip = slip_of(c, e.unanswered) / h;
   if (c.friction <= 0.0 || e.force <= 0.0) return;
   const double speed = slip.norm();
-  const double wanted = c.friction * e.force / std::max(speed, config_.slip_speed);
+  const double wanted = c.friction * e.force / std::max(speed, slip_speed_);
   const double stopping = 1.0 / (compliance(c, step_.motion.inv_mass) * h);
   e.impulse -= h * std::min(wanted, stopping) * slip;
 }
@@ -244,7 +247,7 @@ ContactImpulse Penalty::reported(const Entry& e, const Vec3& impulse, const Vec3
   const Vec3 u = (step_.implicit ? end : Vec3(0.5 * (e.unanswered + end))) / step_.motion.h;
   const double before = std::max(0.0, start_depth(e));
   const double after = std::max(0.0, start_depth(e) - parting);
-  const double stored = 0.5 * config_.stiffness * (after * after - before * before);
+  const double stored = 0.5 * stiffness_ * (after * after - before * before);
   return {e.point.vertex, e.point.weight, impulse, normal * n.dot(u) + stored,
           (impulse - normal * n).dot(u)};
 }
@@ -278,44 +281,38 @@ double Penalty::stable_step() const {
 }
 
 double Penalty::stable_step(double inv_mass) const {
-  return bound(config_.stiffness * inv_mass, config_.damping * inv_mass);
+  return bound(stiffness_ * inv_mass, damping_ * inv_mass);
 }
 
 }  // namespace
+}  // namespace selvedge::detail
 
-std::unique_ptr<Response> make_penalty(const ResponseConfig& config) {
-  return std::make_unique<Penalty>(config);
-}
+namespace selvedge {
 
 void register_penalty(ResponseRegistry& registry) {
-  const ResponseConfig initial;
-  registry.add(
-      "penalty",
-      {{.name = "stiffness",
-        .initial = initial.stiffness,
-        .unit = "N/m",
-        .least = 0.0,
-        .most = 1e12,
-        .meaning = "force by depth of a contact; higher: less penetration, shorter "
-                   "explicit steps"},
-       {.name = "damping",
-        .initial = initial.damping,
-        .unit = "N·s/m",
-        .least = 0.0,
-        .most = 1e9,
-        .meaning = "force by speed of approach of a contact; higher: less rebound"},
-       {.name = "slip_speed",
-        .initial = initial.slip_speed,
-        .unit = "m/s",
-        .least = 0.0,
-        .most = 10.0,
-        .above_least = true,
-        .meaning = "slip below which friction is a viscosity; lower: less creep, shorter "
-                   "explicit steps"}},
-      [](const MethodOptions& o) {
-        return make_penalty(
-            {.stiffness = o["stiffness"], .damping = o["damping"], .slip_speed = o["slip_speed"]});
-      });
+  registry.add("penalty",
+               {{.name = "stiffness",
+                 .initial = 1000.0,
+                 .unit = "N/m",
+                 .least = 0.0,
+                 .most = 1e12,
+                 .meaning = "force by depth of a contact; higher: less penetration, shorter "
+                            "explicit steps"},
+                {.name = "damping",
+                 .initial = 0.1,
+                 .unit = "N·s/m",
+                 .least = 0.0,
+                 .most = 1e9,
+                 .meaning = "force by speed of approach of a contact; higher: less rebound"},
+                {.name = "slip_speed",
+                 .initial = 1e-4,
+                 .unit = "m/s",
+                 .least = 0.0,
+                 .most = 10.0,
+                 .above_least = true,
+                 .meaning = "slip below which friction is a viscosity; lower: less creep, shorter "
+                            "explicit steps"}},
+               [](const MethodOptions& o) { return std::make_unique<detail::Penalty>(o); });
 }
 
 }  // namespace selvedge

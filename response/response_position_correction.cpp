@@ -15,13 +15,11 @@
 
 #include <algorithm>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 class PositionCorrection final : public Response {
  public:
-  explicit PositionCorrection(const ResponseConfig& config) { validate(config); }
-
   void begin(const ResponseStep& step) override { answer_.begin(step); }
   void add(std::span<const ContactPoint> contacts) override { answer_.add(contacts); }
   void correct(std::span<Vec3> x_t1) override {
@@ -51,14 +49,13 @@ class PositionCorrection final : public Response {
 };
 
 }  // namespace
+}  // namespace selvedge::detail
 
-std::unique_ptr<Response> make_position_correction(const ResponseConfig& config) {
-  return std::make_unique<PositionCorrection>(config);
-}
+namespace selvedge {
 
 void register_position_correction(ResponseRegistry& registry) {
   registry.add("position_correction", {},
-               [](const MethodOptions&) { return make_position_correction(); });
+               [](const MethodOptions&) { return std::make_unique<detail::PositionCorrection>(); });
 }
 
 }  // namespace selvedge

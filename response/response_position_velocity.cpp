@@ -9,20 +9,21 @@
 #include <selvedge/response/detail/contact_sweeps.h>
 #include <selvedge/response/detail/response_options.h>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 class PositionVelocity final : public Response {
  public:
-  explicit PositionVelocity(const ResponseConfig& config) : config_(config) { validate(config); }
+  explicit PositionVelocity(const MethodOptions& options)
+      : restitution_(options["restitution"]), retention_(options["retention"]) {}
 
   void begin(const ResponseStep& step) override { answer_.begin(step); }
   void add(std::span<const ContactPoint> contacts) override { answer_.add(contacts); }
   void correct(std::span<Vec3> x_t1) override {
-    answer_.take(x_t1, config_.restitution);
+    answer_.take(x_t1, restitution_);
     answer_.hold_gaps();
     answer_.recover_gaps();
-    answer_.reflect(config_.retention, [&](const SweptContact& c) {
+    answer_.reflect(retention_, [&](const SweptContact& c) {
       return c.impact.meets ? c.impact.rebound : -c.way() / answer_.h();
     });
     answer_.keep_impulses(1.0);
@@ -41,27 +42,23 @@ class PositionVelocity final : public Response {
             "survey of Mozafary and Payvandy, 2016, section 6.3; Vassilev, Spanlang, Chrysanthou, "
             "Fast cloth animation on walking avatars, 2001",
         .keeps_momentum = true,
-        .passive = true,
-        .has_restitution = true};
+        .passive = true};
   }
 
  private:
-  ResponseConfig config_;
+  const double restitution_, retention_;
   ContactAnswer answer_;
 };
 
 }  // namespace
+}  // namespace selvedge::detail
 
-std::unique_ptr<Response> make_position_velocity(const ResponseConfig& config) {
-  return std::make_unique<PositionVelocity>(config);
-}
+namespace selvedge {
 
 void register_position_velocity(ResponseRegistry& registry) {
-  registry.add("position_velocity", {detail::restitution_option(), detail::retention_option()},
-               [](const MethodOptions& o) {
-                 return make_position_velocity(
-                     {.restitution = o["restitution"], .retention = o["retention"]});
-               });
+  registry.add(
+      "position_velocity", {detail::restitution_option(), detail::retention_option()},
+      [](const MethodOptions& o) { return std::make_unique<detail::PositionVelocity>(o); });
 }
 
 }  // namespace selvedge

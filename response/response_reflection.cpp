@@ -13,18 +13,19 @@
 #include <selvedge/response/detail/contact_sweeps.h>
 #include <selvedge/response/detail/response_options.h>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 class Reflection final : public Response {
  public:
-  explicit Reflection(const ResponseConfig& config) : config_(config) { validate(config); }
+  explicit Reflection(const MethodOptions& options)
+      : restitution_(options["restitution"]), retention_(options["retention"]) {}
 
   void begin(const ResponseStep& step) override { answer_.begin(step); }
   void add(std::span<const ContactPoint> contacts) override { answer_.add(contacts); }
   void correct(std::span<Vec3> x_t1) override {
-    answer_.take(x_t1, config_.restitution);
-    answer_.reflect(config_.retention, [&](const SweptContact& c) {
+    answer_.take(x_t1, restitution_);
+    answer_.reflect(retention_, [&](const SweptContact& c) {
       return c.impact.rebound > 0.0 ? c.impact.rebound : -c.way() / answer_.h();
     });
     answer_.keep_impulses(1.0);
@@ -41,27 +42,22 @@ class Reflection final : public Response {
             "velocity, whatever the load; momentum is kept",
         .source = "Vassilev, Spanlang, Chrysanthou, Fast cloth animation on walking avatars, 2001",
         .keeps_momentum = true,
-        .passive = true,
-        .has_restitution = true};
+        .passive = true};
   }
 
  private:
-  ResponseConfig config_;
+  const double restitution_, retention_;
   ContactAnswer answer_;
 };
 
 }  // namespace
+}  // namespace selvedge::detail
 
-std::unique_ptr<Response> make_reflection(const ResponseConfig& config) {
-  return std::make_unique<Reflection>(config);
-}
+namespace selvedge {
 
 void register_reflection(ResponseRegistry& registry) {
-  registry.add(
-      "reflection", {detail::restitution_option(), detail::retention_option()},
-      [](const MethodOptions& o) {
-        return make_reflection({.restitution = o["restitution"], .retention = o["retention"]});
-      });
+  registry.add("reflection", {detail::restitution_option(), detail::retention_option()},
+               [](const MethodOptions& o) { return std::make_unique<detail::Reflection>(o); });
 }
 
 }  // namespace selvedge

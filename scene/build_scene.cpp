@@ -291,7 +291,7 @@ void refuse_rest_gaps(const Scene& scene, const ContactPairs& pairs, const Built
 }  // namespace
 
 BuiltScene build_scene(const Scene& scene, const PieceMaker& make) {
-  check_numbers(scene);
+  detail::check_numbers(scene);
   const ContactPairs pairs(scene);
   BuiltScene built;
   for (std::size_t i = 0; i < scene.cloths.size(); ++i) add_cloth(scene, pairs, i, make, built);

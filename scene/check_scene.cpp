@@ -6,7 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 namespace {
 
@@ -51,4 +51,4 @@ void check_numbers(const Scene& scene) {
   }
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -376,7 +376,8 @@ std::vector<Vec3> settle(const ClothMesh& cloth, const std::vector<char>& held,
   for (std::size_t i = 0; i < n; ++i) p.inv_mass.push_back(held[i] != 0 ? 0.0 : 1.0 / p.mass[i]);
   ForceList forces = make_internal_forces(cloth);
   forces.push_back(make_gravity(gravity));
-  const auto integrator = make_implicit_euler(std::move(forces), n, {.solve = {1e-9, 5000}});
+  const auto integrator =
+      integrators().at("implicit_euler")(std::move(forces), n, ImplicitConfig{1e-9, 5000});
   double fastest = 1.0;
   for (int step = 0; step < most && (fastest > at_rest || step < warm_up); ++step) {
     integrator->begin({p, step * h, h}, {});

@@ -55,7 +55,7 @@ class AirForce final : public Force {
       }
     }
     if (config.normal_drag <= 0.0) return;  // no triangle feels a force, so none is stored
-    Coloring coloring = color_elements(corners, 3, particles);
+    detail::Coloring coloring = detail::color_elements(corners, 3, particles);
     for (const std::int32_t k : coloring.order) triangles_.push_back({triangles[k], rest_areas[k]});
     color_begin_ = std::move(coloring.color_begin);
   }
@@ -68,7 +68,7 @@ class AirForce final : public Force {
         f[i] += c * vertex_area_[i] * (air_[i] - state.v[i]);
       }
     });
-    for_each_color(color_begin_, [&](std::size_t begin, std::size_t end) {
+    detail::for_each_color(color_begin_, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         const auto& [t, area] = triangles_[i];
         const Vec3 n = unit_normal(t, state.x);
@@ -99,7 +99,7 @@ class AirForce final : public Force {
     for (std::size_t i = 0; i < vertex_area_.size(); ++i)
       a.diagonal(i).diagonal().array() += h * config_.viscous_drag * vertex_area_[i];
     const std::span<Mat3> values = a.values();
-    for_each_color(color_begin_, [&](std::size_t begin, std::size_t end) {
+    detail::for_each_color(color_begin_, [&](std::size_t begin, std::size_t end) {
       for (std::size_t e = begin; e < end; ++e) {
         const Vec3 n = unit_normal(triangles_[e].v, state.x);
         const double scale = h * config_.normal_drag * triangles_[e].area / 9.0;

@@ -44,7 +44,7 @@ class BendingForce final : public Force {
       validate_hinge(hinges[i], i, particles);
       corners.insert(corners.end(), hinges[i].v.begin(), hinges[i].v.end());
     }
-    Coloring coloring = color_elements(corners, 4, particles);
+    detail::Coloring coloring = detail::color_elements(corners, 4, particles);
     lanes_ = detail::make_lane_groups(corners, 4, coloring);
     hinges_.reserve(hinges.size());
     for (const std::int32_t i : coloring.order) hinges_.push_back(hinges[i]);
@@ -57,7 +57,7 @@ class BendingForce final : public Force {
 
   void add_force(const ForceState& state, std::span<Vec3> f) const override {
     const detail::LaneForce force = detail::lane_force(lanes_, numbers_, state, f);
-    for_each_color(color_begin_, [&](std::size_t begin, std::size_t end) {
+    detail::for_each_color(color_begin_, [&](std::size_t begin, std::size_t end) {
       detail::lane_kernel().hinges(force, detail::group_of(begin), detail::group_of(end));
     });
   }

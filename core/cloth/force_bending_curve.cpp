@@ -55,7 +55,7 @@ class BendingCurves final : public Force {
   void add_force(const ForceState& state, std::span<Vec3> f) const override {
     const Bent bent = bend(state.x);
     const std::vector<double> moment = moments(bent);
-    for_each_color(color_begin_, [&](std::size_t begin, std::size_t end) {
+    detail::for_each_color(color_begin_, [&](std::size_t begin, std::size_t end) {
       for (std::size_t h = begin; h < end; ++h)
         for (int k = 0; k < 4; ++k) f[hinges_[h].v[k]] -= moment[h] * bent.dihedral[h].gradient[k];
     });
@@ -90,7 +90,7 @@ class BendingCurves final : public Force {
     const std::vector<double> stiffness =
         stiffnesses(bent, [](double slope) { return std::max(0.0, slope); });
     const std::span<Mat3> values = a.values();
-    for_each_color(color_begin_, [&](std::size_t begin, std::size_t end) {
+    detail::for_each_color(color_begin_, [&](std::size_t begin, std::size_t end) {
       for (std::size_t n = begin; n < end; ++n) {
         const auto& g = bent.dihedral[n].gradient;
         for (int i = 0; i < 4; ++i)
@@ -141,7 +141,7 @@ class BendingCurves final : public Force {
       number.push_back(static_cast<std::int32_t>(h));
       corners.insert(corners.end(), cloth.hinges[h].v.begin(), cloth.hinges[h].v.end());
     }
-    Coloring coloring = color_elements(corners, 4, cloth.mass.size());
+    detail::Coloring coloring = detail::color_elements(corners, 4, cloth.mass.size());
     for (const std::int32_t k : coloring.order) {
       place[number[k]] = static_cast<std::int32_t>(hinges_.size());
       hinges_.push_back(cloth.hinges[number[k]]);

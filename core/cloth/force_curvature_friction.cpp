@@ -68,7 +68,7 @@ class CurvatureFrictionForce final : public Force {
     measure(state);
     set_moments();
     const detail::LaneForce force = detail::lane_force(lanes_, numbers_, state, f);
-    for_each_color(color_begin_, [&](std::size_t begin, std::size_t end) {
+    detail::for_each_color(color_begin_, [&](std::size_t begin, std::size_t end) {
       detail::lane_kernel().turning_forces(force, plate(), detail::group_of(begin),
                                            detail::group_of(end));
     });
@@ -174,7 +174,7 @@ class CurvatureFrictionForce final : public Force {
       number.push_back(static_cast<std::int32_t>(i));
       corners.insert(corners.end(), hinges[i].v.begin(), hinges[i].v.end());
     }
-    Coloring coloring = color_elements(corners, 4, particles);
+    detail::Coloring coloring = detail::color_elements(corners, 4, particles);
     lanes_ = detail::make_lane_groups(corners, 4, coloring);
     for (const std::int32_t i : coloring.order) hinges_.push_back(hinges[number[i]]);
     color_begin_ = std::move(coloring.color_begin);

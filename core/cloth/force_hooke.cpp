@@ -31,7 +31,7 @@ class HookeForce final : public Force {
       ends.push_back(s.a);
       ends.push_back(s.b);
     }
-    Coloring coloring = color_elements(ends, 2, particles);
+    detail::Coloring coloring = detail::color_elements(ends, 2, particles);
     lanes_ = detail::make_lane_groups(ends, 2, coloring);
     springs_.reserve(springs.size());
     for (const std::int32_t i : coloring.order) springs_.push_back(springs[i]);
@@ -43,7 +43,7 @@ class HookeForce final : public Force {
 
   void add_force(const ForceState& state, std::span<Vec3> f) const override {
     const detail::LaneForce force = detail::lane_force(lanes_, numbers_, state, f);
-    for_each_color(color_begin_, [&](std::size_t begin, std::size_t end) {
+    detail::for_each_color(color_begin_, [&](std::size_t begin, std::size_t end) {
       detail::lane_kernel().hooke(force, detail::group_of(begin), detail::group_of(end));
     });
   }

@@ -247,7 +247,7 @@ class MembraneForce final : public Force {
         detail::require_particle("membrane triangle", i, v, particles);
         corners.push_back(v);
       }
-    Coloring coloring = color_elements(corners, 3, particles);
+    detail::Coloring coloring = detail::color_elements(corners, 3, particles);
     elements_.reserve(triangles.size());
     for (const std::int32_t i : coloring.order)
       elements_.push_back(element_of(triangles[i], static_cast<std::size_t>(i)));
@@ -255,7 +255,7 @@ class MembraneForce final : public Force {
   }
 
   void add_force(const ForceState& state, std::span<Vec3> f) const override {
-    for_each_color(color_begin_, [&](std::size_t begin, std::size_t end) {
+    detail::for_each_color(color_begin_, [&](std::size_t begin, std::size_t end) {
       for (std::size_t k = begin; k < end; ++k) {
         const MembraneElement& e = elements_[k];
         const Measure measure(e, state.x);
@@ -301,7 +301,7 @@ class MembraneForce final : public Force {
 
   void add_jacobian(const ForceState& state, double h, BlockMatrix& a) const override {
     const std::span<Mat3> values = a.values();
-    for_each_color(color_begin_, [&](std::size_t begin, std::size_t end) {
+    detail::for_each_color(color_begin_, [&](std::size_t begin, std::size_t end) {
       for (std::size_t k = begin; k < end; ++k) {
         const MembraneElement& e = elements_[k];
         const double along = h * (h + e.damping) * e.area, stressed = h * h * e.area;

@@ -63,7 +63,7 @@ class ShapeOperatorForce final : public Force {
     validate(hinges, couples, particles);
     std::vector<std::int32_t> corners, number(hinges.size());
     for (const Hinge& h : hinges) corners.insert(corners.end(), h.v.begin(), h.v.end());
-    Coloring coloring = color_elements(corners, 4, particles);
+    detail::Coloring coloring = detail::color_elements(corners, 4, particles);
     lanes_ = detail::make_lane_groups(corners, 4, coloring);
     for (const std::int32_t i : coloring.order) {
       number[i] = static_cast<std::int32_t>(hinges_.size());
@@ -88,7 +88,7 @@ class ShapeOperatorForce final : public Force {
     measure(state);
     const detail::LaneKernel& kernel = detail::lane_kernel();
     const detail::LaneForce force = detail::lane_force(lanes_, numbers_, state, f);
-    for_each_color(color_begin_, [&](std::size_t begin, std::size_t end) {
+    detail::for_each_color(color_begin_, [&](std::size_t begin, std::size_t end) {
       const std::size_t first = detail::group_of(begin), last = detail::group_of(end);
       kernel.moments(force, plate(), first, last);
       kernel.turning_forces(force, plate(), first, last);
@@ -132,7 +132,7 @@ class ShapeOperatorForce final : public Force {
   void add_jacobian(const ForceState& state, double h, BlockMatrix& a) const override {
     measure(state);
     const detail::LaneBlocks blocks = detail::lane_blocks(slots_, a, h);
-    for_each_color(patch_begin_, [&](std::size_t begin, std::size_t end) {
+    detail::for_each_color(patch_begin_, [&](std::size_t begin, std::size_t end) {
       detail::lane_kernel().patch_blocks(plate(), blocks, begin, end);
     });
   }
@@ -260,7 +260,7 @@ class ShapeOperatorForce final : public Force {
     for (Draft& draft : drafts) vertices.push_back(finish(draft));
     std::vector<std::int32_t> corners;
     for (const PatchVertices& v : vertices) corners.insert(corners.end(), v.begin(), v.end());
-    Coloring coloring = color_elements(corners, kPatchVertices, particles);
+    detail::Coloring coloring = detail::color_elements(corners, kPatchVertices, particles);
     for (const std::int32_t i : coloring.order) {
       patches_.push_back(drafts[i].patch);
       vertices_.push_back(vertices[i]);

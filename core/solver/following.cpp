@@ -268,7 +268,8 @@ class Layered final : public Integrator {
       : Integrator(std::move(forces), layers.particles()),
         layers_(layers),
         sparse_(make(followed(layers_, forces_), layers_.leaders().size())),
-        dense_(make_implicit_kang(std::move(local), layers_.particles(), false)),
+        dense_(integrators().at("implicit_kang_as_printed")(std::move(local), layers_.particles(),
+                                                            ImplicitConfig{})),
         offset_(layers_.particles(), Vec3::Zero()) {}
 
   IntegratorTraits traits() const override { return sparse_->traits(); }

@@ -32,24 +32,10 @@ struct SolveReport {
   std::size_t bytes = 0;  ///< that the solver read and wrote, in vectors and matrices
 };
 
-/// Settings of the conjugate gradient solver.
+/// Settings of the conjugate gradient solver of implicit integrators.
 struct ImplicitConfig {
   double tolerance = 1e-4;  ///< relative residual at which the iteration stops
   int max_iterations = 2000;
-};
-
-/// Settings of the integrators. Each field names its reader; the registry offers each integrator
-/// its own options alone.
-struct IntegratorConfig {
-  ImplicitConfig solve{};  ///< for integrators that solve a linear system
-  /// `rkf45`: allowed position error of one inner step, m, > 0; the allowed velocity error is
-  /// `error_rate` (1/s) times as large. A smaller value takes more inner steps.
-  double error = 1e-5;
-  double error_rate = 100.0;
-  /// `rkf45`: maximum number of inner steps in one step; a step that needs more is rejected.
-  int max_inner_steps = 100000;
-  double drag = 0.5;    ///< 1/s, γ of `damped_verlet`, >= 0: velocities decay as exp(-γ t)
-  int max_newton = 20;  ///< iterations of `implicit_newton` in one solve, >= 1
 };
 
 /// Properties of an integrator.
@@ -168,33 +154,5 @@ std::unique_ptr<Integrator> make_layered(const Followers& layers,
                                          std::vector<std::unique_ptr<Force>> forces,
                                          std::vector<std::unique_ptr<Force>> local,
                                          const MakeIntegrator& make);
-
-// Members of the family; each file cites its paper. `corrected`: restores the rigid motion that the
-// constant or truncated system removes.
-std::unique_ptr<Integrator> make_forward_euler(std::vector<std::unique_ptr<Force>>, std::size_t);
-std::unique_ptr<Integrator> make_symplectic_euler(std::vector<std::unique_ptr<Force>>, std::size_t);
-std::unique_ptr<Integrator> make_midpoint(std::vector<std::unique_ptr<Force>>, std::size_t);
-std::unique_ptr<Integrator> make_runge_kutta_4(std::vector<std::unique_ptr<Force>>, std::size_t);
-std::unique_ptr<Integrator> make_rkf45(std::vector<std::unique_ptr<Force>>, std::size_t,
-                                       const IntegratorConfig&);
-std::unique_ptr<Integrator> make_verlet(std::vector<std::unique_ptr<Force>>, std::size_t);
-std::unique_ptr<Integrator> make_damped_verlet(std::vector<std::unique_ptr<Force>>, std::size_t,
-                                               const IntegratorConfig&);
-std::unique_ptr<Integrator> make_imex(std::vector<std::unique_ptr<Force>>, std::size_t,
-                                      const IntegratorConfig&);
-std::unique_ptr<Integrator> make_implicit_euler(std::vector<std::unique_ptr<Force>>, std::size_t,
-                                                const IntegratorConfig&);
-std::unique_ptr<Integrator> make_implicit_blend(std::vector<std::unique_ptr<Force>>, std::size_t,
-                                                const IntegratorConfig&);
-std::unique_ptr<Integrator> make_implicit_exact(std::vector<std::unique_ptr<Force>>, std::size_t,
-                                                const IntegratorConfig&);
-std::unique_ptr<Integrator> make_implicit_newton(std::vector<std::unique_ptr<Force>>, std::size_t,
-                                                 const IntegratorConfig&);
-std::unique_ptr<Integrator> make_bdf2(std::vector<std::unique_ptr<Force>>, std::size_t,
-                                      const IntegratorConfig&);
-std::unique_ptr<Integrator> make_implicit_desbrun(std::vector<std::unique_ptr<Force>>, std::size_t,
-                                                  bool corrected);
-std::unique_ptr<Integrator> make_implicit_kang(std::vector<std::unique_ptr<Force>>, std::size_t,
-                                               bool corrected);
 
 }  // namespace selvedge

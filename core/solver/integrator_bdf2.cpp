@@ -33,7 +33,7 @@ constexpr double kSameStep = 1e-9;
 
 class Bdf2 final : public Integrator {
  public:
-  Bdf2(std::vector<std::unique_ptr<Force>> forces, std::size_t n, const ImplicitConfig& config)
+  Bdf2(ForceList forces, std::size_t n, const ImplicitConfig& config)
       : Integrator(std::move(forces), n),
         system_(forces_.members(), n, config),
         lead_(n, Vec3::Zero()),
@@ -168,16 +168,11 @@ std::span<const double> Bdf2::restore_history(std::span<const double> memory) {
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_bdf2(std::vector<std::unique_ptr<Force>> forces,
-                                      std::size_t particles, const IntegratorConfig& config) {
-  return std::make_unique<Bdf2>(std::move(forces), particles, config.solve);
-}
-
 void register_bdf2(IntegratorRegistry& registry) {
   registry.add("bdf2", {},
-               [](const MethodOptions&, std::vector<std::unique_ptr<Force>> forces,
-                  std::size_t particles, const ImplicitConfig& solve) {
-                 return make_bdf2(std::move(forces), particles, {.solve = solve});
+               [](const MethodOptions&, ForceList forces, std::size_t particles,
+                  const ImplicitConfig& solve) {
+                 return std::make_unique<Bdf2>(std::move(forces), particles, solve);
                });
 }
 

@@ -9,21 +9,12 @@
 
 namespace selvedge {
 
-std::unique_ptr<Integrator> make_forward_euler(std::vector<std::unique_ptr<Force>> forces,
-                                               std::size_t particles) {
-  const detail::Tableau euler{1, {}, {1.0}, {0.0}};
-  return std::make_unique<detail::RungeKutta>(
-      std::move(forces), particles, euler,
-      IntegratorTraits{
-          .promise = "grows in every step unless damped; stable below h omega = 2 zeta",
-          .source = "Euler 1768; survey eq. 14 as its text means it"});
-}
-
 void register_forward_euler(IntegratorRegistry& registry) {
-  registry.add(
-      "forward_euler", {},
-      [](const MethodOptions&, std::vector<std::unique_ptr<Force>> forces, std::size_t particles,
-         const ImplicitConfig&) { return make_forward_euler(std::move(forces), particles); });
+  const detail::Tableau euler{1, {}, {1.0}, {0.0}};
+  detail::add_runge_kutta(
+      registry, "forward_euler", euler,
+      {.promise = "grows in every step unless damped; stable below h omega = 2 zeta",
+       .source = "Euler 1768; survey eq. 14 as its text means it"});
 }
 
 }  // namespace selvedge

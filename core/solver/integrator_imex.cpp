@@ -17,7 +17,7 @@ namespace {
 
 class Imex final : public Integrator {
  public:
-  Imex(std::vector<std::unique_ptr<Force>> forces, std::size_t n, const ImplicitConfig& config)
+  Imex(ForceList forces, std::size_t n, const ImplicitConfig& config)
       : Integrator(std::move(forces), n), system_(forces_.members(), n, config), x_(n) {}
 
   IntegratorTraits traits() const override {
@@ -68,16 +68,11 @@ class Imex final : public Integrator {
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_imex(std::vector<std::unique_ptr<Force>> forces,
-                                      std::size_t particles, const IntegratorConfig& config) {
-  return std::make_unique<Imex>(std::move(forces), particles, config.solve);
-}
-
 void register_imex(IntegratorRegistry& registry) {
   registry.add("imex", {},
-               [](const MethodOptions&, std::vector<std::unique_ptr<Force>> forces,
-                  std::size_t particles, const ImplicitConfig& solve) {
-                 return make_imex(std::move(forces), particles, {.solve = solve});
+               [](const MethodOptions&, ForceList forces, std::size_t particles,
+                  const ImplicitConfig& solve) {
+                 return std::make_unique<Imex>(std::move(forces), particles, solve);
                });
 }
 

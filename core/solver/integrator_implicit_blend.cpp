@@ -49,8 +49,7 @@ constexpr double kMostRatio = 2.0;
 
 class ImplicitBlend final : public Integrator {
  public:
-  ImplicitBlend(std::vector<std::unique_ptr<Force>> forces, std::size_t n,
-                const ImplicitConfig& config)
+  ImplicitBlend(ForceList forces, std::size_t n, const ImplicitConfig& config)
       : Integrator(std::move(forces), n),
         system_(forces_.members(), n, config),
         alpha_(n, 1.0),
@@ -252,17 +251,11 @@ SolveReport ImplicitBlend::solve(std::span<const ImplicitTerm> terms, StepEnd en
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_implicit_blend(std::vector<std::unique_ptr<Force>> forces,
-                                                std::size_t particles,
-                                                const IntegratorConfig& config) {
-  return std::make_unique<ImplicitBlend>(std::move(forces), particles, config.solve);
-}
-
 void register_implicit_blend(IntegratorRegistry& registry) {
   registry.add("implicit_blend", {},
-               [](const MethodOptions&, std::vector<std::unique_ptr<Force>> forces,
-                  std::size_t particles, const ImplicitConfig& solve) {
-                 return make_implicit_blend(std::move(forces), particles, {.solve = solve});
+               [](const MethodOptions&, ForceList forces, std::size_t particles,
+                  const ImplicitConfig& solve) {
+                 return std::make_unique<ImplicitBlend>(std::move(forces), particles, solve);
                });
 }
 

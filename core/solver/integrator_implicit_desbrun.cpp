@@ -15,25 +15,18 @@
 // for any step length while no link becomes stiffer than when the matrix was made; conserves
 // momentum and, if corrected, angular momentum to rounding. Contacts act after the step, as with an
 // explicit method.
-#include <selvedge/core/solver/detail/link_constants.h>
-#include <selvedge/core/solver/integrator.h>
+#include <selvedge/core/solver/detail/link_integrator.h>
 
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
-#include <algorithm>
 
 namespace selvedge {
 namespace {
 
-class ImplicitDesbrun final : public Integrator {
+class ImplicitDesbrun final : public detail::LinkIntegrator {
  public:
-  ImplicitDesbrun(std::vector<std::unique_ptr<Force>> forces, std::size_t n, bool corrected)
-      : Integrator(std::move(forces), n),
-        corrected_(corrected),
-        links_(forces_, n),
-        rigid_(links_),
-        f_(n),
-        rhs_(n),
+  ImplicitDesbrun(ForceList forces, std::size_t n, bool corrected)
+      : LinkIntegrator(std::move(forces), n, corrected),
         right_(static_cast<Eigen::Index>(n), 3),
         sorted_(right_) {}
 
@@ -53,18 +46,13 @@ class ImplicitDesbrun final : public Integrator {
  private:
   void factor(const Particles& particles, double h);
   void solve_all(std::span<Vec3> v);
-  void save_history(std::vector<double>& memory) const override { links_.save(memory); }
   std::span<const double> restore_history(std::span<const double> memory) override {
     factored_h_ = 0.0;
-    return links_.restore(memory);
+    return LinkIntegrator::restore_history(memory);
   }
 
-  bool corrected_;
-  detail::LinkConstants links_;
-  detail::RigidCorrection rigid_;
-  std::vector<Vec3> f_, rhs_;  // N; kg·m/s
-  std::vector<char> free_;     // particles that were free at the factorisation
-  double factored_h_ = 0.0;    // s; 0: not factored yet
+  std::vector<char> free_;   // particles that were free at the factorisation
+  double factored_h_ = 0.0;  // s; 0: not factored yet
   Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> matrix_;
   Eigen::MatrixXd right_, sorted_;  // n x 3
 };
@@ -86,7 +74,7 @@ void ImplicitDesbrun::factor(const Particles& p, double h) {
   const auto links = links_.links();
   for (std::size_t l = 0; l < links.size(); ++l) {
     const auto [i, j] = links[l];
-    const double w = h * h * links_.stiffness()[l] + h * links_.damping()[l];
+    const double w = weight(l, h);
     // The row of a held particle fixes its velocity.
     if (free_[i]) entries.emplace_back(i, i, w);
     if (free_[j]) entries.emplace_back(j, j, w);
@@ -123,7 +111,7 @@ void ImplicitDesbrun::begin(const StepStart& start, StepEnd end) {
   const auto links = links_.links();
   for (std::size_t l = 0; l < links.size(); ++l) {
     const auto [i, j] = links[l];
-    const double w = h * h * links_.stiffness()[l] + h * links_.damping()[l];
+    const double w = weight(l, h);
     if (free_[i] && !free_[j]) rhs_[i] += w * end.mean[j];
     if (free_[j] && !free_[i]) rhs_[j] += w * end.mean[i];
   }
@@ -133,18 +121,9 @@ void ImplicitDesbrun::begin(const StepStart& start, StepEnd end) {
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_implicit_desbrun(std::vector<std::unique_ptr<Force>> forces,
-                                                  std::size_t particles, bool corrected) {
-  return std::make_unique<ImplicitDesbrun>(std::move(forces), particles, corrected);
-}
-
 void register_implicit_desbrun(IntegratorRegistry& registry) {
-  for (const bool corrected : {true, false})
-    registry.add(corrected ? "implicit_desbrun" : "implicit_desbrun_uncorrected", {},
-                 [corrected](const MethodOptions&, std::vector<std::unique_ptr<Force>> forces,
-                             std::size_t particles, const ImplicitConfig&) {
-                   return make_implicit_desbrun(std::move(forces), particles, corrected);
-                 });
+  detail::add_link_integrator<ImplicitDesbrun>(registry, "implicit_desbrun",
+                                               "implicit_desbrun_uncorrected");
 }
 
 }  // namespace selvedge

@@ -8,8 +8,7 @@
 // mode with damping c is stable for h c < 2 + ½ (hω)². Springs with F = -k (ΔL + d·rate) are stable
 // for h above 2 d and for h below a bound set by the stiffest of them, and grow in between.
 // implicit_euler has no such gap.
-#include <selvedge/core/solver/detail/implicit_system.h>
-#include <selvedge/core/solver/integrator.h>
+#include <selvedge/core/solver/detail/linear_integrator.h>
 
 #include <algorithm>
 #include <cmath>
@@ -17,11 +16,9 @@
 namespace selvedge {
 namespace {
 
-class ImplicitExact final : public Integrator {
+class ImplicitExact final : public detail::LinearIntegrator {
  public:
-  ImplicitExact(std::vector<std::unique_ptr<Force>> forces, std::size_t particles,
-                const ImplicitConfig& config)
-      : Integrator(std::move(forces), particles), system_(forces_.members(), particles, config) {}
+  using LinearIntegrator::LinearIntegrator;
 
   IntegratorTraits traits() const override {
     return {.promise = "elastic forces are stable at any step; damping is explicit and checked",
@@ -43,40 +40,21 @@ class ImplicitExact final : public Integrator {
     return std::min(wanted, 4.0 / (mode.rate + std::sqrt(under)));
   }
 
-  void begin(const StepStart& start, StepEnd) override {
-    const Particles& p = start.particles;
-    system_.hold(p);
-    system_.assemble({{p.x, p.v, p.mass, start.time},
-                      start.h,
-                      p.v,
-                      detail::elastic_tau(start.h),
-                      1.0,
-                      detail::kElasticGain});
-  }
-  SolveReport solve(std::span<const ImplicitTerm> terms, StepEnd end, double looser) override {
-    return system_.solve(terms, end.mean, looser * system_.config().tolerance);
-  }
-  std::span<const Vec3> unbalanced(std::span<const Vec3> mean) override {
-    return system_.unbalanced(mean);
-  }
-
  private:
-  detail::ImplicitSystem system_;
+  detail::SystemAt system_of(const StepStart& start, std::span<const Vec3>) const override {
+    const Particles& p = start.particles;
+    return {{p.x, p.v, p.mass, start.time}, start.h, p.v,
+            detail::elastic_tau(start.h),   1.0,     detail::kElasticGain};
+  }
 };
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_implicit_exact(std::vector<std::unique_ptr<Force>> forces,
-                                                std::size_t particles,
-                                                const IntegratorConfig& config) {
-  return std::make_unique<ImplicitExact>(std::move(forces), particles, config.solve);
-}
-
 void register_implicit_exact(IntegratorRegistry& registry) {
   registry.add("implicit_exact", {},
-               [](const MethodOptions&, std::vector<std::unique_ptr<Force>> forces,
-                  std::size_t particles, const ImplicitConfig& solve) {
-                 return make_implicit_exact(std::move(forces), particles, {.solve = solve});
+               [](const MethodOptions&, ForceList forces, std::size_t particles,
+                  const ImplicitConfig& solve) {
+                 return std::make_unique<ImplicitExact>(std::move(forces), particles, solve);
                });
 }
 

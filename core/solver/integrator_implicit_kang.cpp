@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
 // Y.-M. Kang, J.-H. Choi, H.-G. Cho, D.-H. Lee, C.-J. Park, "Real-time animation technique for
-// flexible and thin objects", WSCG 2000 [Kang2000; survey eq. 36]: the constant system of Desbrun
 // flexible and thin objects", WSCG 2000 [Kang2000; survey eq. 36]: the constant system of Desbrun,
 // approximated instead of solved. With H_ij = K, H_ii = -n_i K (the survey prints + on the
 // diagonal, which would make it indefinite) and F̃ = F + h K Σ_j (v_j - v_i),
@@ -16,26 +15,15 @@
 // available. Guarantee: no growth for any step length (the sweeps always underestimate); one force
 // evaluation and two passes over the links; as accurate as implicit Euler only if h² K n/m is below
 // 1.
-#include <selvedge/core/solver/detail/link_constants.h>
-#include <selvedge/core/solver/integrator.h>
-
-#include <algorithm>
+#include <selvedge/core/solver/detail/link_integrator.h>
 
 namespace selvedge {
 namespace {
 
-class ImplicitKang final : public Integrator {
+class ImplicitKang final : public detail::LinkIntegrator {
  public:
-  ImplicitKang(std::vector<std::unique_ptr<Force>> forces, std::size_t n, bool corrected)
-      : Integrator(std::move(forces), n),
-        corrected_(corrected),
-        links_(forces_, n),
-        rigid_(links_),
-        f_(n),
-        rhs_(n),
-        gathered_(n),
-        first_(n),
-        diagonal_(n) {}
+  ImplicitKang(ForceList forces, std::size_t n, bool corrected)
+      : LinkIntegrator(std::move(forces), n, corrected), gathered_(n), first_(n), diagonal_(n) {}
 
   IntegratorTraits traits() const override {
     return {
@@ -52,16 +40,8 @@ class ImplicitKang final : public Integrator {
   void begin(const StepStart& start, StepEnd end) override;
 
  private:
-  void save_history(std::vector<double>& memory) const override { links_.save(memory); }
-  std::span<const double> restore_history(std::span<const double> memory) override {
-    return links_.restore(memory);
-  }
-
-  bool corrected_;
-  detail::LinkConstants links_;
-  detail::RigidCorrection rigid_;
-  std::vector<Vec3> f_, rhs_, gathered_, first_;  // N; kg·m/s, h F̃ and Σ w Δv; m/s
-  std::vector<double> diagonal_;                  // kg
+  std::vector<Vec3> gathered_, first_;  // Σ w Δv, kg·m/s; m/s. rhs_ is h F̃
+  std::vector<double> diagonal_;        // kg
 };
 
 void ImplicitKang::begin(const StepStart& start, StepEnd end) {
@@ -78,17 +58,14 @@ void ImplicitKang::begin(const StepStart& start, StepEnd end) {
   }
   links_.add_laplacian(-h * h, 0.0, p.v, rhs_);
   const auto links = links_.links();
-  const auto weight = [&](std::size_t l) {
-    return h * h * links_.stiffness()[l] + h * links_.damping()[l];
-  };
   for (std::size_t l = 0; l < links.size(); ++l)
-    for (const std::int32_t i : links[l]) diagonal_[i] += weight(l);
+    for (const std::int32_t i : links[l]) diagonal_[i] += weight(l, h);
   for (std::size_t i = 0; i < p.size(); ++i)
     first_[i] = is_free(i) ? Vec3(rhs_[i] / diagonal_[i]) : Vec3(end.mean[i] - p.v[i]);
   for (std::size_t l = 0; l < links.size(); ++l) {
     const auto [i, j] = links[l];
-    gathered_[i] += weight(l) * first_[j];
-    gathered_[j] += weight(l) * first_[i];
+    gathered_[i] += weight(l, h) * first_[j];
+    gathered_[j] += weight(l, h) * first_[i];
   }
   for (std::size_t i = 0; i < p.size(); ++i)
     if (is_free(i)) end.mean[i] = p.v[i] + (rhs_[i] + gathered_[i]) / diagonal_[i];
@@ -97,18 +74,8 @@ void ImplicitKang::begin(const StepStart& start, StepEnd end) {
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_implicit_kang(std::vector<std::unique_ptr<Force>> forces,
-                                               std::size_t particles, bool corrected) {
-  return std::make_unique<ImplicitKang>(std::move(forces), particles, corrected);
-}
-
 void register_implicit_kang(IntegratorRegistry& registry) {
-  for (const bool corrected : {true, false})
-    registry.add(corrected ? "implicit_kang" : "implicit_kang_as_printed", {},
-                 [corrected](const MethodOptions&, std::vector<std::unique_ptr<Force>> forces,
-                             std::size_t particles, const ImplicitConfig&) {
-                   return make_implicit_kang(std::move(forces), particles, corrected);
-                 });
+  detail::add_link_integrator<ImplicitKang>(registry, "implicit_kang", "implicit_kang_as_printed");
 }
 
 }  // namespace selvedge

@@ -8,7 +8,6 @@
 // buckle or flip within a step can make Newton's method cycle, and its remaining iterations would
 // cost time without effect. Guarantee: first order, stable for any step length; the report says
 // whether it converged.
-#include <selvedge/core/cloth/detail/force_checks.h>
 #include <selvedge/core/solver/detail/implicit_system.h>
 #include <selvedge/core/solver/integrator.h>
 
@@ -28,15 +27,12 @@ constexpr int kStallIterations = 4;
 
 class ImplicitNewton final : public Integrator {
  public:
-  ImplicitNewton(std::vector<std::unique_ptr<Force>> forces, std::size_t n,
-                 const IntegratorConfig& config)
+  ImplicitNewton(ForceList forces, std::size_t n, const ImplicitConfig& config, int max_newton)
       : Integrator(std::move(forces), n),
-        system_(forces_.members(), n, config.solve),
-        max_newton_(config.max_newton),
+        system_(forces_.members(), n, config),
+        max_newton_(max_newton),
         x_(n),
-        before_(n) {
-    detail::require_number("max_newton", config.max_newton, false);
-  }
+        before_(n) {}
 
   IntegratorTraits traits() const override {
     return {
@@ -110,25 +106,19 @@ SolveReport ImplicitNewton::solve(std::span<const ImplicitTerm> terms, StepEnd e
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_implicit_newton(std::vector<std::unique_ptr<Force>> forces,
-                                                 std::size_t particles,
-                                                 const IntegratorConfig& config) {
-  return std::make_unique<ImplicitNewton>(std::move(forces), particles, config);
-}
-
 void register_implicit_newton(IntegratorRegistry& registry) {
   registry.add("implicit_newton",
                {{.name = "max_newton",
-                 .initial = static_cast<double>(IntegratorConfig{}.max_newton),
+                 .initial = 20.0,
                  .unit = "1",
                  .least = 1.0,
                  .most = 1000.0,
                  .kind = OptionKind::whole,
                  .meaning = "iterations in one solve"}},
-               [](const MethodOptions& o, std::vector<std::unique_ptr<Force>> forces,
-                  std::size_t particles, const ImplicitConfig& solve) {
-                 return make_implicit_newton(std::move(forces), particles,
-                                             {.solve = solve, .max_newton = o.whole("max_newton")});
+               [](const MethodOptions& o, ForceList forces, std::size_t particles,
+                  const ImplicitConfig& solve) {
+                 return std::make_unique<ImplicitNewton>(std::move(forces), particles, solve,
+                                                         o.whole("max_newton"));
                });
 }
 

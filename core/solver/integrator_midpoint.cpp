@@ -9,22 +9,13 @@
 
 namespace selvedge {
 
-std::unique_ptr<Integrator> make_midpoint(std::vector<std::unique_ptr<Force>> forces,
-                                          std::size_t particles) {
+void register_midpoint(IntegratorRegistry& registry) {
   detail::Tableau midpoint{2, {}, {0.0, 1.0}, {0.0, 0.5}};
   midpoint.a[1][0] = 0.5;
-  return std::make_unique<detail::RungeKutta>(
-      std::move(forces), particles, midpoint,
-      IntegratorTraits{.promise = "second order; grows slowly in every step unless damped",
-                       .source = "Runge 1895; survey eq. 15 corrected",
-                       .order = 2});
-}
-
-void register_midpoint(IntegratorRegistry& registry) {
-  registry.add(
-      "midpoint", {},
-      [](const MethodOptions&, std::vector<std::unique_ptr<Force>> forces, std::size_t particles,
-         const ImplicitConfig&) { return make_midpoint(std::move(forces), particles); });
+  detail::add_runge_kutta(registry, "midpoint", midpoint,
+                          {.promise = "second order; grows slowly in every step unless damped",
+                           .source = "Runge 1895; survey eq. 15 corrected",
+                           .order = 2});
 }
 
 }  // namespace selvedge

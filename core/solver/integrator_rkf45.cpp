@@ -46,18 +46,16 @@ constexpr double kStretch = 1.0 + 1e-9;
 
 class Fehlberg final : public Integrator {
  public:
-  Fehlberg(std::vector<std::unique_ptr<Force>> forces, std::size_t n,
-           const IntegratorConfig& config)
+  Fehlberg(ForceList forces, std::size_t n, const MethodOptions& options)
       : Integrator(std::move(forces), n),
-        config_(config),
+        error_(options["error"]),
+        error_rate_(options["error_rate"]),
+        max_inner_steps_(options.whole("max_inner_steps")),
         stages_(fehlberg(), n),
         x_(n),
         v_(n),
         dx_(n),
-        dv_(n) {
-    detail::require_number("error", config.error, false);
-    detail::require_number("error_rate", config.error_rate, false);
-  }
+        dv_(n) {}
 
   IntegratorTraits traits() const override {
     return {
@@ -83,7 +81,8 @@ class Fehlberg final : public Integrator {
     return memory.subspan(1);
   }
 
-  IntegratorConfig config_;
+  const double error_, error_rate_;  // m and 1/s
+  const int max_inner_steps_;
   detail::RungeKuttaStages stages_;
   std::vector<Vec3> x_, v_, dx_, dv_;
   double h_ = 0.0, next_h_ = 0.0;  // s, length of the last inner step that was not cut; 0: none yet
@@ -93,8 +92,8 @@ double Fehlberg::largest_error(const Particles& p, double h) const {
   double worst = 0.0;
   for (std::size_t i = 0; i < p.size(); ++i) {
     if (p.inv_mass[i] <= 0.0) continue;
-    const double x = h * dx_[i].norm() / config_.error;
-    const double v = h * dv_[i].norm() / (config_.error * config_.error_rate);
+    const double x = h * dx_[i].norm() / error_;
+    const double v = h * dv_[i].norm() / (error_ * error_rate_);
     // Not std::max: a NaN must stay a NaN.
     if (!(x <= worst)) worst = x;
     if (!(v <= worst)) worst = v;
@@ -124,7 +123,7 @@ void Fehlberg::begin(const StepStart& start, StepEnd end) {
   for (std::size_t i = 0; i < p.size(); ++i) v_[i] = p.inv_mass[i] > 0.0 ? p.v[i] : end.mean[i];
   double done = 0.0, h = h_ > 0.0 ? h_ : start.h;
   int attempts = 0;
-  while (done < start.h && attempts < config_.max_inner_steps) {
+  while (done < start.h && attempts < max_inner_steps_) {
     const double left = start.h - done;
     const bool last = left <= h * kStretch;
     const double step = last ? left : h;
@@ -151,43 +150,34 @@ void Fehlberg::begin(const StepStart& start, StepEnd end) {
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_rkf45(std::vector<std::unique_ptr<Force>> forces,
-                                       std::size_t particles, const IntegratorConfig& config) {
-  return std::make_unique<Fehlberg>(std::move(forces), particles, config);
-}
-
 void register_rkf45(IntegratorRegistry& registry) {
-  const IntegratorConfig initial;
-  registry.add("rkf45",
-               {{.name = "error",
-                 .initial = initial.error,
-                 .unit = "m",
-                 .least = 0.0,
-                 .most = 1.0,
-                 .above_least = true,
-                 .meaning = "allowed error of position in an inner step; smaller: more inner "
-                            "steps"},
-                {.name = "error_rate",
-                 .initial = initial.error_rate,
-                 .unit = "1/s",
-                 .least = 0.0,
-                 .most = 1e12,
-                 .above_least = true,
-                 .meaning = "allowed error of velocity over that of position"},
-                {.name = "max_inner_steps",
-                 .initial = static_cast<double>(initial.max_inner_steps),
-                 .unit = "1",
-                 .least = 1.0,
-                 .most = 1e9,
-                 .kind = OptionKind::whole,
-                 .meaning = "inner steps in one step; a step that needs more is rejected"}},
-               [](const MethodOptions& o, std::vector<std::unique_ptr<Force>> forces,
-                  std::size_t particles, const ImplicitConfig&) {
-                 return make_rkf45(std::move(forces), particles,
-                                   {.error = o["error"],
-                                    .error_rate = o["error_rate"],
-                                    .max_inner_steps = o.whole("max_inner_steps")});
-               });
+  registry.add(
+      "rkf45",
+      {{.name = "error",
+        .initial = 1e-5,
+        .unit = "m",
+        .least = 0.0,
+        .most = 1.0,
+        .above_least = true,
+        .meaning = "allowed error of position in an inner step; smaller: more inner "
+                   "steps"},
+       {.name = "error_rate",
+        .initial = 100.0,
+        .unit = "1/s",
+        .least = 0.0,
+        .most = 1e12,
+        .above_least = true,
+        .meaning = "allowed error of velocity over that of position"},
+       {.name = "max_inner_steps",
+        .initial = 100000.0,
+        .unit = "1",
+        .least = 1.0,
+        .most = 1e9,
+        .kind = OptionKind::whole,
+        .meaning = "inner steps in one step; a step that needs more is rejected"}},
+      [](const MethodOptions& o, ForceList forces, std::size_t particles, const ImplicitConfig&) {
+        return std::make_unique<Fehlberg>(std::move(forces), particles, o);
+      });
 }
 
 }  // namespace selvedge

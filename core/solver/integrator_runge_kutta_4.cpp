@@ -9,24 +9,15 @@
 
 namespace selvedge {
 
-std::unique_ptr<Integrator> make_runge_kutta_4(std::vector<std::unique_ptr<Force>> forces,
-                                               std::size_t particles) {
+void register_runge_kutta_4(IntegratorRegistry& registry) {
   detail::Tableau kutta{4, {}, {1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0}, {0.0, 0.5, 0.5, 1.0}};
   kutta.a[1][0] = 0.5;
   kutta.a[2][1] = 0.5;
   kutta.a[3][2] = 1.0;
-  return std::make_unique<detail::RungeKutta>(
-      std::move(forces), particles, kutta,
-      IntegratorTraits{.promise = "fourth order; stable below h omega = 2.83, which is checked",
-                       .source = "Kutta 1901; survey eq. 16-20 corrected",
-                       .order = 4});
-}
-
-void register_runge_kutta_4(IntegratorRegistry& registry) {
-  registry.add(
-      "runge_kutta_4", {},
-      [](const MethodOptions&, std::vector<std::unique_ptr<Force>> forces, std::size_t particles,
-         const ImplicitConfig&) { return make_runge_kutta_4(std::move(forces), particles); });
+  detail::add_runge_kutta(registry, "runge_kutta_4", kutta,
+                          {.promise = "fourth order; stable below h omega = 2.83, which is checked",
+                           .source = "Kutta 1901; survey eq. 16-20 corrected",
+                           .order = 4});
 }
 
 }  // namespace selvedge

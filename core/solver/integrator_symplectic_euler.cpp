@@ -21,7 +21,7 @@ double longest_step(const ModeBound& mode) {
 
 class Symplectic final : public Integrator {
  public:
-  Symplectic(std::vector<std::unique_ptr<Force>> forces, std::size_t particles)
+  Symplectic(ForceList forces, std::size_t particles)
       : Integrator(std::move(forces), particles), a_(particles) {}
 
   IntegratorTraits traits() const override {
@@ -45,16 +45,12 @@ class Symplectic final : public Integrator {
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_symplectic_euler(std::vector<std::unique_ptr<Force>> forces,
-                                                  std::size_t particles) {
-  return std::make_unique<Symplectic>(std::move(forces), particles);
-}
-
 void register_symplectic_euler(IntegratorRegistry& registry) {
   registry.add(
       "symplectic_euler", {},
-      [](const MethodOptions&, std::vector<std::unique_ptr<Force>> forces, std::size_t particles,
-         const ImplicitConfig&) { return make_symplectic_euler(std::move(forces), particles); });
+      [](const MethodOptions&, ForceList forces, std::size_t particles, const ImplicitConfig&) {
+        return std::make_unique<Symplectic>(std::move(forces), particles);
+      });
 }
 
 }  // namespace selvedge

@@ -28,17 +28,14 @@ namespace {
 
 class Verlet final : public Integrator {
  public:
-  Verlet(std::vector<std::unique_ptr<Force>> forces, std::size_t n, double drag,
-         const IntegratorTraits& traits)
+  Verlet(ForceList forces, std::size_t n, double drag, const IntegratorTraits& traits)
       : Integrator(std::move(forces), n),
         traits_(traits),
         drag_(drag),
         lead_(n, Vec3::Zero()),
         next_lead_(n, Vec3::Zero()),
         middle_(n),
-        a_(n) {
-    detail::require_number("drag", drag);
-  }
+        a_(n) {}
 
   IntegratorTraits traits() const override { return traits_; }
 
@@ -104,43 +101,34 @@ std::span<const double> Verlet::restore_history(std::span<const double> memory) 
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_verlet(std::vector<std::unique_ptr<Force>> forces,
-                                        std::size_t particles) {
-  return std::make_unique<Verlet>(
-      std::move(forces), particles, 0.0,
-      IntegratorTraits{
-          .promise = "second order, bounded energy; stable below h omega = 2, which is checked",
-          .source = "Verlet, Computer experiments on classical fluids, 1967; survey eq. 28",
-          .order = 2});
-}
-
-std::unique_ptr<Integrator> make_damped_verlet(std::vector<std::unique_ptr<Force>> forces,
-                                               std::size_t particles,
-                                               const IntegratorConfig& config) {
-  return std::make_unique<Verlet>(
-      std::move(forces), particles, config.drag,
-      IntegratorTraits{
-          .promise = "as verlet; every velocity decays as exp(-drag t), whatever the step",
-          .source = "survey eq. 29 corrected: D = exp(-gamma h) instead of 0.99",
-          .order = 2});
-}
-
 void register_verlet(IntegratorRegistry& registry) {
   registry.add(
       "verlet", {},
-      [](const MethodOptions&, std::vector<std::unique_ptr<Force>> forces, std::size_t particles,
-         const ImplicitConfig&) { return make_verlet(std::move(forces), particles); });
-  registry.add("damped_verlet",
-               {{.name = "drag",
-                 .initial = IntegratorConfig{}.drag,
-                 .unit = "1/s",
-                 .least = 0.0,
-                 .most = 1e6,
-                 .meaning = "rate at which velocities decay"}},
-               [](const MethodOptions& o, std::vector<std::unique_ptr<Force>> forces,
-                  std::size_t particles, const ImplicitConfig&) {
-                 return make_damped_verlet(std::move(forces), particles, {.drag = o["drag"]});
-               });
+      [](const MethodOptions&, ForceList forces, std::size_t particles, const ImplicitConfig&) {
+        return std::make_unique<Verlet>(
+            std::move(forces), particles, 0.0,
+            IntegratorTraits{
+                .promise =
+                    "second order, bounded energy; stable below h omega = 2, which is checked",
+                .source = "Verlet, Computer experiments on classical fluids, 1967; survey eq. 28",
+                .order = 2});
+      });
+  registry.add(
+      "damped_verlet",
+      {{.name = "drag",
+        .initial = 0.5,
+        .unit = "1/s",
+        .least = 0.0,
+        .most = 1e6,
+        .meaning = "rate at which velocities decay"}},
+      [](const MethodOptions& o, ForceList forces, std::size_t particles, const ImplicitConfig&) {
+        return std::make_unique<Verlet>(
+            std::move(forces), particles, o["drag"],
+            IntegratorTraits{
+                .promise = "as verlet; every velocity decays as exp(-drag t), whatever the step",
+                .source = "survey eq. 29 corrected: D = exp(-gamma h) instead of 0.99",
+                .order = 2});
+      });
 }
 
 }  // namespace selvedge

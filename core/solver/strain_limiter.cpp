@@ -47,7 +47,7 @@ StrainLimiter::StrainLimiter(std::span<const Spring> springs, std::span<const do
     ends.push_back(springs[i].a);
     ends.push_back(springs[i].b);
   }
-  Coloring coloring = color_elements(ends, 2, particles);
+  detail::Coloring coloring = detail::color_elements(ends, 2, particles);
   springs_.reserve(springs.size());
   limits_.reserve(limits.size());
   for (const std::int32_t i : coloring.order) {
@@ -85,7 +85,7 @@ StrainReport StrainLimiter::apply(std::span<const double> inv_mass, double toler
   StrainReport report = measure(x);
   int sweeps = 0;
   while (report.residual > tolerance && sweeps < max_sweeps) {
-    for_each_color(color_begin_, [&](std::size_t begin, std::size_t end) {
+    detail::for_each_color(color_begin_, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         const Spring& s = springs_[i];
         const Vec3 d = x[s.b] - x[s.a];

@@ -84,12 +84,12 @@ class HanLimiter final : public StrainLimitMethod {
 
   // Takes this share from every spring; returns the largest strain by which one passed a threshold.
   double sweep(const LimitStep& step, double share) {
-    worst_.assign(limiter_.springs().size() / kColorChunk + 1, 0.0);
-    for_each_color(limiter_.color_begin(), [&](std::size_t begin, std::size_t end) {
+    worst_.assign(limiter_.springs().size() / detail::kColorChunk + 1, 0.0);
+    detail::for_each_color(limiter_.color_begin(), [&](std::size_t begin, std::size_t end) {
       double worst = 0.0;
       for (std::size_t s = begin; s < end; ++s)
         worst = std::max(worst, decrease_one(step, s, share));
-      double& slot = worst_[begin / kColorChunk];  // one for each chunk of a colour
+      double& slot = worst_[begin / detail::kColorChunk];  // one for each chunk of a colour
       slot = std::max(slot, worst);
     });
     return *std::max_element(worst_.begin(), worst_.end());

@@ -89,12 +89,12 @@ double VelocityLimiter::correct(const LimitStep& step, std::size_t s) {
 }
 
 double VelocityLimiter::sweep(const LimitStep& step) {
-  change_.assign(limiter_.springs().size() / kColorChunk + 1, 0.0);
-  for_each_color(limiter_.color_begin(), [&](std::size_t begin, std::size_t end) {
+  change_.assign(limiter_.springs().size() / detail::kColorChunk + 1, 0.0);
+  detail::for_each_color(limiter_.color_begin(), [&](std::size_t begin, std::size_t end) {
     // Chunks of one colour start kColorChunk apart, so no two of them share a slot.
     double worst = 0.0;
     for (std::size_t s = begin; s < end; ++s) worst = std::max(worst, correct(step, s));
-    double& slot = change_[begin / kColorChunk];
+    double& slot = change_[begin / detail::kColorChunk];
     slot = std::max(slot, worst);
   });
   return change_.empty() ? 0.0 : *std::max_element(change_.begin(), change_.end());
@@ -131,7 +131,7 @@ void stop_stretching(const StrainLimiter& limiter, const LimitStep& step, std::s
   // A few sweeps suffice: the next step handles the rest.
   constexpr int kSweeps = 10;
   for (int k = 0; k < kSweeps; ++k)
-    for_each_color(limiter.color_begin(), [&](std::size_t begin, std::size_t end) {
+    detail::for_each_color(limiter.color_begin(), [&](std::size_t begin, std::size_t end) {
       for (std::size_t s = begin; s < end; ++s) {
         const Spring& spring = limiter.springs()[s];
         const double wa = step.inv_mass[spring.a], wb = step.inv_mass[spring.b];

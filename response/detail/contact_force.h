@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// Options of ContactForce.
 struct ContactForceConfig {
@@ -63,7 +63,7 @@ class ContactForce final : public Response {
   /// velocities differ enough from those of the solve to require another solve.
   bool update(std::span<Vec3> v) override;
 
-  /// Explicit steps only, which have no solve: answers contacts by impulses (make_impulse, without
+  /// Explicit steps only, which have no solve: answers contacts by impulses (`impulse`, without
   /// restitution).
   void correct(std::span<Vec3> x_t1) override;
   /// Removes from the end-of-step velocities the part that comes from opening gaps that were too
@@ -176,4 +176,4 @@ class ContactForce final : public Response {
   ContactMemory memory_;         // of the last accepted step
 };
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

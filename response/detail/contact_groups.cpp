@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 void ContactGroups::begin(const ContactMotion& motion) {
   motion_ = motion;
@@ -95,4 +95,4 @@ std::size_t ContactGroups::members() const {
   return static_cast<std::size_t>(std::count(in_group_.begin(), in_group_.end(), 1));
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// Particles that contacts connect, directly or through other particles.
 struct ContactGroup {
@@ -48,4 +48,4 @@ class ContactGroups {
   mutable std::vector<std::int32_t> index_;  // for each root, the index of its group
 };
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

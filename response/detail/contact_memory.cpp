@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 // Contacts of one point whose normals have at least this cosine are one contact. The simulation
@@ -83,4 +83,4 @@ void ContactMemory::restore(std::span<const double> memory, std::size_t vertices
   }
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// The forces of the contacts with friction that carried load in the last accepted step. A contact
 /// is found again by its vertices; a point of the cloth by its number and the direction of the
@@ -43,4 +43,4 @@ class ContactMemory {
   std::vector<std::int32_t> next_;   // of each contact: the one of the same vertex before it
 };
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 // A gap below the rest gap grows by at most this share of the rest gap per step, so that cloth that
@@ -199,4 +199,4 @@ void ContactAnswer::impulses(std::vector<ContactImpulse>& out) const {
   out.insert(out.end(), impulses_.begin(), impulses_.end());
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// When and how fast a contact reaches the gap that it keeps: its rest gap, or the current gap if
 /// that is smaller.
@@ -119,4 +119,4 @@ class ContactAnswer {
   std::vector<ContactImpulse> impulses_;
 };
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <span>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// Rounds in which leaders are shortened by as little as it takes; from then on they stop.
 inline constexpr int kFollowRounds = 32;
@@ -41,4 +41,4 @@ void follow(const ContactMotion& motion, std::span<Vec3> delta, const Share& sha
   }
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 void ImpactZones::begin(const ContactMotion& motion) {
   motion_ = motion;
@@ -40,4 +40,4 @@ bool ImpactZones::apply(std::span<const double> mass, std::span<Vec3> x_t1) {
   return failure_reason_.empty();
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

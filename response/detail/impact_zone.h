@@ -7,7 +7,7 @@
 #include <span>
 #include <string>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// Rigid impact zones [Provot1997; Bridson2002, section 7.5]: particles that still collide are
 /// joined into zones, and each zone moves as one piece. Zones only grow within a step, so the
@@ -49,4 +49,4 @@ class ImpactZones {
   std::string failure_reason_;
 };
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 void move(const ContactPoint& c, const ContactMotion& motion, const Vec3& impulse,
@@ -39,4 +39,4 @@ void apply_impulses(const ContactMotion& motion, std::span<const ContactPoint> c
     for (const ContactPoint& c : contacts) apply(motion, c, config, x_t1);
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -5,7 +5,7 @@
 
 #include <span>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// Options of apply_impulses.
 struct ImpulseConfig {
@@ -28,4 +28,4 @@ struct ImpulseConfig {
 void apply_impulses(const ContactMotion& motion, std::span<const ContactPoint> contacts,
                     const ImpulseConfig& config, std::span<Vec3> x_t1);
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 // A contact cannot be opened with both momenta kept if its impulse hardly moves anything but its
@@ -209,4 +209,4 @@ void InelasticProjection::apply(std::span<Vec3> x_t1) {
       x_t1[i] = x0[i] + groups_[g].motion.displacement(x0[i]) + moving_[i];
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// Options of InelasticProjection.
 struct InelasticProjectionConfig {
@@ -92,4 +92,4 @@ class InelasticProjection {
   std::vector<Group> groups_;
 };
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

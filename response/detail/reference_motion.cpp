@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <limits>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 // Moments of inertia below this share of the largest indicate collinear points, whose spin about
@@ -129,4 +129,4 @@ std::string jam_sentence(const ContactGroup& group, const ContactMotion& motion,
          " m in this step";
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

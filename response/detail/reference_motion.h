@@ -9,7 +9,7 @@
 #include <span>
 #include <string>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// The motion of a group of particles as one piece, d(x) = shift + turn (x - centre). I + t·turn is
 /// invertible at every t in [0,1], so the straight paths x -> x + d(x) form one invertible affine
@@ -60,4 +60,4 @@ Vec3 shared_shift(std::span<const ContactPoint> hits, const ResponseStep& step,
 std::string jam_sentence(const ContactGroup& group, const ContactMotion& motion,
                          std::span<const Vec3> x_t1);
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -8,17 +8,18 @@ namespace selvedge::detail {
 /// The option `restitution` of the responses that have it.
 inline MethodOption restitution_option() {
   return {.name = "restitution",
-          .initial = ResponseConfig{}.restitution,
+          .initial = 0.0,
           .unit = "1",
           .least = 0.0,
           .most = 1.0,
           .meaning = "normal speed after an impact over that before it"};
 }
 
-/// The option `retention` of the responses that have it.
+/// The option `retention` of the responses that have it. Its effect depends on the step length and
+/// is not Coulomb friction.
 inline MethodOption retention_option() {
   return {.name = "retention",
-          .initial = ResponseConfig{}.retention,
+          .initial = 0.9,
           .unit = "1",
           .least = 0.0,
           .most = 1.0,

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 // Distance that the two sides keep from each other at the end, as a share of the rest gap: it
@@ -236,4 +236,4 @@ bool SeparatingPlanes::apply(std::span<Vec3> x_t1) {
   return failure_reason_.empty();
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

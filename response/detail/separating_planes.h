@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// Keeps the two primitives of each pair on opposite sides of a plane. At x_t0, two primitives that
 /// do not touch lie on the two sides of a slab (clearances.h). A vertex that is on its side at both
@@ -86,4 +86,4 @@ class SeparatingPlanes {
   std::string failure_reason_;
 };
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

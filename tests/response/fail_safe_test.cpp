@@ -9,6 +9,8 @@
 namespace selvedge::fail_safe_test {
 namespace {
 
+using namespace detail;
+
 constexpr unsigned kSeeds = 6;
 
 TEST(FailSafe, EachEndsAFreeSwarmCleanWithItsMomentum) {

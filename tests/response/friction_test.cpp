@@ -20,6 +20,8 @@
 namespace selvedge::friction_test {
 namespace {
 
+using namespace detail;
+
 constexpr double kGravity = 9.81;  // m/s²
 constexpr double kFrame = 1.0 / 60.0;
 constexpr int kReleased = 36;  // frame in which the strip in the jaws is let go

@@ -20,22 +20,17 @@ constexpr double kRest = 0.002;  // m, rest gap of all contacts here
 constexpr double kFrameStep = 1.0 / 120.0;
 
 /// The response with those of the settings that it has.
-std::unique_ptr<Response> make_response(const std::string& name, const ResponseConfig& config) {
+std::unique_ptr<Response> make_response(const std::string& name, const MethodOptions& settings) {
   const ResponseRegistry registry = responses();
   const auto& entry = registry.at(name);
-  return entry(known_options(entry.options(), {{"stiffness", config.stiffness},
-                                               {"damping", config.damping},
-                                               {"restitution", config.restitution},
-                                               {"retention", config.retention},
-                                               {"slip_speed", config.slip_speed},
-                                               {"sticking", config.sticking ? 1.0 : 0.0}}));
+  return entry(known_options(entry.options(), settings));
 }
 
 /// Particles that fly freely and meet a plane that may move, and each other: what the simulation
 /// does in a step, without springs, so that the implicit solve is one small dense system.
 class World {
  public:
-  World(const std::string& response, bool implicit, const ResponseConfig& config = {})
+  World(const std::string& response, bool implicit, const MethodOptions& config = {})
       : response_(make_response(response, config)), implicit_(implicit) {}
 
   Vec3 normal = Vec3::UnitZ(), body_velocity = Vec3::Zero(), gravity{0, 0, -kGravity};
@@ -152,7 +147,7 @@ const std::vector<std::string> kCoulomb = {"contact_force", "impulse", "position
 const std::vector<std::string> kRestitution = {"impulse", "reflection", "position_velocity"};
 
 World on_incline(const std::string& response, bool implicit, double mu,
-                 const ResponseConfig& config = {}) {
+                 const MethodOptions& config = {}) {
   World world(response, implicit, config);
   world.normal = Vec3(-0.5, 0.0, std::sqrt(0.75));  // 30 degrees
   world.friction = mu;
@@ -181,8 +176,9 @@ TEST(Incline, CoulombsFrictionSlidesWithItsAcceleration) {
 }
 
 TEST(Incline, PenaltySlidesByCoulombAndCreepsAtItsSlipSpeed) {
-  ResponseConfig config;
-  config.damping = 5.0;  // nearly critical: it settles at once
+  constexpr double slip_speed = 1e-4;
+  const MethodOptions config{{"damping", 5.0},
+                             {"slip_speed", slip_speed}};  // nearly critical: it settles at once
   for (const bool implicit : {false, true}) {
     const double h = implicit ? kFrameStep : 1e-3;
     World sliding = on_incline("penalty", implicit, 0.3, config);
@@ -194,16 +190,15 @@ TEST(Incline, PenaltySlidesByCoulombAndCreepsAtItsSlipSpeed) {
     sticking.run(1.0, h);
     const double settled = sticking.slip().norm();
     sticking.run(1.0, h);
-    EXPECT_LE(sticking.slip().norm() - settled, config.slip_speed) << implicit;
+    EXPECT_LE(sticking.slip().norm() - settled, slip_speed) << implicit;
     if (implicit) {
-      EXPECT_GT(sticking.slip().norm() - settled, 0.1 * config.slip_speed);  // it does creep
+      EXPECT_GT(sticking.slip().norm() - settled, 0.1 * slip_speed);  // it does creep
     }
   }
 }
 
 TEST(Incline, WithoutFrictionEveryResponseSlidesFreely) {
-  ResponseConfig config;
-  config.retention = 1.0;
+  const MethodOptions config{{"retention", 1.0}};
   for (const std::string& name : names()) {
     World world = on_incline(name, name == "penalty", 0.0, config);
     world.run(1.0, kFrameStep);
@@ -357,8 +352,7 @@ std::vector<double> tops(World& world, double h, int bounces, double& hit) {
 }
 
 TEST(Drop, RestitutionGivesTheHeightsOfItsSquare) {
-  ResponseConfig config;
-  config.restitution = 0.5;
+  const MethodOptions config{{"restitution", 0.5}};
   for (const std::string& name : kRestitution) {
     World world(name, false, config);
     world.add(0.01, Vec3(0, 0, 1.0 + kRest));
@@ -374,8 +368,7 @@ TEST(Drop, RestitutionGivesTheHeightsOfItsSquare) {
 }
 
 TEST(Drop, AnElasticBounceDoesNotRise) {
-  ResponseConfig config;
-  config.restitution = 1.0;
+  const MethodOptions config{{"restitution", 1.0}};
   for (const std::string& name : kRestitution) {
     World world(name, false, config);
     world.add(0.01, Vec3(0, 0, 0.1 + kRest));
@@ -428,8 +421,7 @@ TEST(Collision, OfOneKilogramWithThreeAtRestLeavesAQuarter) {
 
 TEST(Collision, RestitutionIsTheShareOfTheRelativeSpeed) {
   for (const std::string& name : kRestitution) {
-    ResponseConfig config;
-    config.restitution = 0.5;
+    const MethodOptions config{{"restitution", 0.5}};
     World world(name, false, config);
     world.plane = false;
     world.gravity.setZero();
@@ -450,9 +442,7 @@ struct Impact1D {
 /// A particle of 10 g at 1 m/s into a penalty contact, at steps of `share`/ω.
 Impact1D hit(double stiffness, double zeta, bool implicit, double share) {
   const double m = 0.01, omega = std::sqrt(stiffness / m);
-  ResponseConfig config;
-  config.stiffness = stiffness;
-  config.damping = 2.0 * zeta * m * omega;
+  const MethodOptions config{{"stiffness", stiffness}, {"damping", 2.0 * zeta * m * omega}};
   World world("penalty", implicit, config);
   world.gravity.setZero();
   world.rest_gap = 1.0;
@@ -496,12 +486,11 @@ TEST(Penalty, LeavesAParticleThatPartsFasterThanItsSpringPushesAlone) {
   std::mt19937 random(41);
   std::uniform_real_distribution<double> share(0.0, 1.0);
   for (int draw = 0; draw < 200; ++draw) {
-    ResponseConfig config;
-    config.stiffness = 100.0 * share(random);
-    config.damping = 0.1 + share(random);
+    const double stiffness = 100.0 * share(random), damping = 0.1 + share(random);
+    const MethodOptions config{{"stiffness", stiffness}, {"damping", damping}};
     const double depth = kRest * share(random);
     // In an implicit step the spring pushes with what is left of the depth at its end.
-    const double speed = (1.0 + share(random)) * config.stiffness * depth / config.damping + 1e-3;
+    const double speed = (1.0 + share(random)) * stiffness * depth / damping + 1e-3;
     for (const bool implicit : {false, true}) {
       World world("penalty", implicit, config);
       world.gravity.setZero();
@@ -510,7 +499,7 @@ TEST(Penalty, LeavesAParticleThatPartsFasterThanItsSpringPushesAlone) {
       world.add(0.01, Vec3(0, 0, kRest - depth), velocity);
       world.step(1e-4);
       EXPECT_LT((world.v[0] - velocity).norm(), 1e-9)
-          << config.stiffness << " N/m, " << config.damping << " N·s/m, " << depth << " m deep";
+          << stiffness << " N/m, " << damping << " N·s/m, " << depth << " m deep";
     }
   }
 }
@@ -523,9 +512,7 @@ TEST(Penalty, GivesBackNoMoreThanItStored) {
 TEST(Penalty, AnExplicitStepBearsTheContactsUpToTheBoundItNames) {
   for (const double damping : {0.0, 0.5, 5.0})
     for (const double factor : {0.97, 1.03}) {
-      ResponseConfig config;
-      config.stiffness = 1e4;
-      config.damping = damping;
+      const MethodOptions config{{"stiffness", 1e4}, {"damping", damping}};
       World world("penalty", false, config);
       world.rest_gap = 1.0;
       world.gravity = Vec3(0, 0, -1e4);  // pressed deep, so that it never parts
@@ -549,10 +536,10 @@ TEST(Penalty, AnExplicitStepBearsTheContactsUpToTheBoundItNames) {
 
 TEST(MovingFrame, ChangesNothing) {
   const Vec3 drift(3.0, -2.0, 1.0);
-  ResponseConfig config;
+  MethodOptions config;
   for (const std::string& name : names())
     for (const bool implicit : {false, true}) {
-      if (name == "penalty" && !implicit) config.stiffness = 100.0;
+      if (name == "penalty" && !implicit) config.set("stiffness", 100.0);
       std::vector<Vec3> ends;
       for (const Vec3& frame : {Vec3(0, 0, 0), drift}) {
         World world(name, implicit, config);
@@ -583,8 +570,7 @@ TEST(MovingFrame, TheReflectionAsPrintedFailsInIt) {
   EXPECT_LT((mended(v + drift, drift, n, 0.9, 0.5) - drift - at_rest).norm(), 1e-15);
   EXPECT_GT((printed(v + drift, drift, n, 0.9, 0.5) - drift - at_rest).norm(), 2.0);
   // `reflection` is the mended one, at any speed of the body.
-  ResponseConfig config;
-  config.restitution = 0.5;
+  const MethodOptions config{{"restitution", 0.5}};
   for (const Vec3& body : {Vec3(0, 0, 0), drift}) {
     World world("reflection", false, config);
     world.gravity.setZero();
@@ -599,8 +585,7 @@ TEST(InverseDynamics, GivesTheForceOfTheMendedEquationEqualAndOpposite) {
   const double h = kFrameStep, m1 = 0.01, m2 = 0.03;
   const Vec3 v1(0.1, 0, -2), v2(0, 0.2, 1), gravity(1, 2, -kGravity);
   for (const bool sticking : {false, true}) {
-    ResponseConfig config;
-    config.sticking = sticking;
+    const MethodOptions config{{"sticking", sticking ? 1.0 : 0.0}};
     World world("inverse_dynamics", false, config);
     world.plane = false;
     world.gravity = gravity;

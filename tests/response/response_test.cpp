@@ -12,6 +12,8 @@
 namespace selvedge::response_test {
 namespace {
 
+using namespace detail;
+
 constexpr double kStep = 1.0 / 120.0;
 
 // Four free particles of different mass whose point goes through the triangle during the step.

@@ -270,73 +270,8 @@ TEST(Methods, ANarrowPhaseByNameGivesTheSameTimes) {
   }
 }
 
-TEST(Methods, AnIntegratorMadeByNameTakesTheStepOfItsMakeFunction) {
-  using Forces = std::vector<std::unique_ptr<Force>>;
-  const IntegratorConfig config;
-  const std::map<std::string, std::function<std::unique_ptr<Integrator>(Forces, std::size_t)>> made{
-      {"forward_euler", make_forward_euler},
-      {"symplectic_euler", make_symplectic_euler},
-      {"midpoint", make_midpoint},
-      {"runge_kutta_4", make_runge_kutta_4},
-      {"verlet", make_verlet},
-      {"rkf45", [&](Forces f, std::size_t n) { return make_rkf45(std::move(f), n, config); }},
-      {"damped_verlet",
-       [&](Forces f, std::size_t n) { return make_damped_verlet(std::move(f), n, config); }},
-      {"imex", [&](Forces f, std::size_t n) { return make_imex(std::move(f), n, config); }},
-      {"implicit_euler",
-       [&](Forces f, std::size_t n) { return make_implicit_euler(std::move(f), n, config); }},
-      {"implicit_blend",
-       [&](Forces f, std::size_t n) { return make_implicit_blend(std::move(f), n, config); }},
-      {"implicit_exact",
-       [&](Forces f, std::size_t n) { return make_implicit_exact(std::move(f), n, config); }},
-      {"implicit_newton",
-       [&](Forces f, std::size_t n) { return make_implicit_newton(std::move(f), n, config); }},
-      {"bdf2", [&](Forces f, std::size_t n) { return make_bdf2(std::move(f), n, config); }},
-      {"implicit_desbrun",
-       [](Forces f, std::size_t n) { return make_implicit_desbrun(std::move(f), n, true); }},
-      {"implicit_desbrun_uncorrected",
-       [](Forces f, std::size_t n) { return make_implicit_desbrun(std::move(f), n, false); }},
-      {"implicit_kang",
-       [](Forces f, std::size_t n) { return make_implicit_kang(std::move(f), n, true); }},
-      {"implicit_kang_as_printed",
-       [](Forces f, std::size_t n) { return make_implicit_kang(std::move(f), n, false); }}};
-  const IntegratorRegistry registry = integrators();
-  EXPECT_EQ(registry.size(), made.size());
-  const ClothMesh cloth = make_rectangular({0.5, 0.5, 5, 5}, Material{});
-  const std::size_t n = cloth.mass.size();
-  Particles p{cloth.surface.vertices, std::vector<Vec3>(n, Vec3::Zero()), cloth.mass, {}};
-  for (const double m : p.mass) p.inv_mass.push_back(1.0 / m);
-  for (std::size_t i = 0; i < n; ++i) p.v[i] = Vec3(0.0, 0.0, std::sin(7.0 * p.x[i].x()));
-  const auto forces = [&] {
-    Forces all = make_internal_forces(cloth);
-    all.push_back(make_gravity({0, 0, -9.81}));
-    return all;
-  };
-  const auto step = [&](Integrator& method) {
-    std::vector<Vec3> mean = p.v, v = p.v;
-    method.begin({p, 0.0, 1e-4}, {mean, v});
-    method.solve({}, {mean, v}, 1.0);
-    return mean;
-  };
-  for (const auto& [name, make] : made)
-    EXPECT_EQ(step(*registry.at(name)(forces(), n, config.solve)), step(*make(forces(), n)))
-        << name;
-}
-
-TEST(Methods, AResponseMadeByNameAnswersAsItsMakeFunctionDoes) {
-  const std::map<std::string, std::function<std::unique_ptr<Response>()>> made{
-      {"impulse", [] { return make_impulse(); }},
-      {"inverse_dynamics", [] { return make_inverse_dynamics(); }},
-      {"penalty", [] { return make_penalty(); }},
-      {"position_correction", [] { return make_position_correction(); }},
-      {"position_velocity", [] { return make_position_velocity(); }},
-      {"reflection", [] { return make_reflection(); }}};
+TEST(Methods, AResponseTakesItsOptions) {
   const ResponseRegistry registry = responses();
-  EXPECT_EQ(registry.size(), made.size() + 1);  // contact_force has no make function
-  for (const auto& [name, make] : made) {
-    EXPECT_EQ(registry.at(name)()->stable_step(1e4), make()->stable_step(1e4)) << name;
-    EXPECT_EQ(registry.at(name).promise(), make()->traits().promise) << name;
-  }
   EXPECT_LT(registry.at("penalty")({{"stiffness", 1e6}})->stable_step(1e4),
             registry.at("penalty")()->stable_step(1e4));
 }

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 Coloring color_elements(std::span<const std::int32_t> particle_of, std::size_t arity,
                         std::size_t particles) {
@@ -45,4 +45,4 @@ void for_each_color(std::span<const std::size_t> color_begin,
   }
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

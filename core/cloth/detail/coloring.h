@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// Elements (springs, hinges, triangles) grouped into chunks of neighbours, sorted by colour such
 /// that two chunks of one colour share no particle. The chunks of a colour can therefore run in
@@ -32,4 +32,4 @@ Coloring color_elements(std::span<const std::int32_t> particle_of, std::size_t a
 void for_each_color(std::span<const std::size_t> color_begin,
                     FunctionRef<void(std::size_t begin, std::size_t end)> body);
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

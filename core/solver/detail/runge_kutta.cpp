@@ -67,8 +67,8 @@ Eigen::Matrix2d amplification_of(const Tableau& t, double theta, double delta) {
   return end;
 }
 
-RungeKutta::RungeKutta(std::vector<std::unique_ptr<Force>> forces, std::size_t particles,
-                       const Tableau& tableau, const IntegratorTraits& traits)
+RungeKutta::RungeKutta(ForceList forces, std::size_t particles, const Tableau& tableau,
+                       const IntegratorTraits& traits)
     : Integrator(std::move(forces), particles),
       traits_(traits),
       stages_(tableau, particles),
@@ -89,6 +89,15 @@ void RungeKutta::begin(const StepStart& start, StepEnd end) {
     end.v[i] = v_[i] + start.h * end.v[i];
     if (p.inv_mass[i] <= 0.0) end.mean[i] = v_[i];
   }
+}
+
+void add_runge_kutta(IntegratorRegistry& registry, const std::string& name, const Tableau& tableau,
+                     const IntegratorTraits& traits) {
+  registry.add(name, {},
+               [tableau, traits](const MethodOptions&, ForceList forces, std::size_t particles,
+                                 const ImplicitConfig&) {
+                 return std::make_unique<RungeKutta>(std::move(forces), particles, tableau, traits);
+               });
 }
 
 }  // namespace selvedge::detail

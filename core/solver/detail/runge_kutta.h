@@ -44,8 +44,8 @@ Eigen::Matrix2d amplification_of(const Tableau& tableau, double theta, double de
 /// A Runge-Kutta method with a fixed step.
 class RungeKutta final : public Integrator {
  public:
-  RungeKutta(std::vector<std::unique_ptr<Force>> forces, std::size_t particles,
-             const Tableau& tableau, const IntegratorTraits& traits);
+  RungeKutta(ForceList forces, std::size_t particles, const Tableau& tableau,
+             const IntegratorTraits& traits);
   IntegratorTraits traits() const override { return traits_; }
   double stable_step(const ModeBound& mode, double wanted) const override;
   void begin(const StepStart& start, StepEnd end) override;
@@ -55,5 +55,9 @@ class RungeKutta final : public Integrator {
   RungeKuttaStages stages_;
   std::vector<Vec3> v_;
 };
+
+/// Adds the method with these coefficients.
+void add_runge_kutta(IntegratorRegistry& registry, const std::string& name, const Tableau& tableau,
+                     const IntegratorTraits& traits);
 
 }  // namespace selvedge::detail

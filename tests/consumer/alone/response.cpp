@@ -1,4 +1,4 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/response/response.h>
 
-int main() { return selvedge::make_impulse() != nullptr ? 0 : 1; }
+int main() { return selvedge::responses().at("impulse")() != nullptr ? 0 : 1; }

@@ -253,16 +253,16 @@ TEST(Colorings, NoTwoChunksOfAColorShareAParticle) {
   std::vector<std::int32_t> corners;
   for (const Hinge& hinge : cloth.hinges)
     corners.insert(corners.end(), hinge.v.begin(), hinge.v.end());
-  const Coloring coloring = color_elements(corners, 4, cloth.mass.size());
+  const detail::Coloring coloring = detail::color_elements(corners, 4, cloth.mass.size());
   EXPECT_EQ(std::set<std::int32_t>(coloring.order.begin(), coloring.order.end()).size(),
             cloth.hinges.size());
   EXPECT_EQ(coloring.order.size(), cloth.hinges.size());
-  EXPECT_GT(cloth.hinges.size(), 5 * kColorChunk);
+  EXPECT_GT(cloth.hinges.size(), 5 * detail::kColorChunk);
   for (std::size_t c = 0; c + 1 < coloring.color_begin.size(); ++c) {
     std::vector<std::size_t> owner(cloth.mass.size(), SIZE_MAX);
     for (std::size_t i = coloring.color_begin[c]; i < coloring.color_begin[c + 1]; ++i)
       for (int k = 0; k < 4; ++k) {
-        const std::size_t chunk = (i - coloring.color_begin[c]) / kColorChunk;
+        const std::size_t chunk = (i - coloring.color_begin[c]) / detail::kColorChunk;
         std::size_t& of = owner[corners[4 * coloring.order[i] + k]];
         EXPECT_TRUE(of == SIZE_MAX || of == chunk);
         of = chunk;

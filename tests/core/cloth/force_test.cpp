@@ -328,13 +328,13 @@ TEST(Hysteresis, IntegratorsTellTheForcesWhereAStepEnded) {
   std::vector<std::unique_ptr<Force>> one, other;
   one.push_back(make_hinge_friction(slider, 4));
   other.push_back(make_hinge_friction(slider, 4));
-  const auto symplectic = make_symplectic_euler(std::move(one), 4);
+  const auto symplectic = integrators().at("symplectic_euler")(std::move(one), 4, ImplicitConfig{});
   EXPECT_GT(speed_after_a_step(*symplectic,
                                [&](Vectors& v) {
                                  symplectic->begin({particles, 0.0, 0.01}, {v, {}});
                                }),
             1e-3);
-  const auto implicit = make_implicit_euler(std::move(other), 4, {});
+  const auto implicit = integrators().at("implicit_euler")(std::move(other), 4, ImplicitConfig{});
   EXPECT_GT(speed_after_a_step(*implicit,
                                [&](Vectors& v) {
                                  implicit->begin({particles, 0.0, 0.01}, {});

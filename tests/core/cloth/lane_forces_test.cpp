@@ -79,7 +79,8 @@ template <class Element>
 Vectors forces(detail::AddLanes add, const std::vector<Element>& elements, const Vectors& x,
                const Vectors& v) {
   const auto corners = corners_of(elements);
-  Coloring coloring = color_elements(corners, corners.size() / elements.size(), x.size());
+  detail::Coloring coloring =
+      detail::color_elements(corners, corners.size() / elements.size(), x.size());
   const LaneGroups lanes =
       detail::make_lane_groups(corners, corners.size() / elements.size(), coloring);
   std::vector<Element> sorted;
@@ -163,7 +164,7 @@ std::vector<Mat3> blocks(const LaneKernel& kernel, const std::vector<Element>& e
   constexpr bool springs = std::is_same_v<Element, Spring>;
   constexpr std::size_t arity = springs ? 2 : 4;
   const auto corners = corners_of(elements);
-  Coloring coloring = color_elements(corners, arity, c.x.size());
+  detail::Coloring coloring = detail::color_elements(corners, arity, c.x.size());
   const LaneGroups lanes = detail::make_lane_groups(corners, arity, coloring);
   std::vector<Element> sorted;
   for (const std::int32_t e : coloring.order) sorted.push_back(elements[e]);
@@ -261,7 +262,7 @@ struct Plate {
 
   explicit Plate(const Cloth& c) {
     const auto corners = corners_of(c.mesh.hinges);
-    Coloring coloring = color_elements(corners, 4, c.x.size());
+    detail::Coloring coloring = detail::color_elements(corners, 4, c.x.size());
     lanes = detail::make_lane_groups(corners, 4, coloring);
     for (const std::int32_t e : coloring.order) hinges.push_back(c.mesh.hinges[e]);
     numbers = detail::lane_numbers<3>(lanes, hinges, [](const Hinge& h) { return numbers_of(h); });
@@ -415,7 +416,7 @@ TEST(LaneForces, KnowTheAnglesOfTheAxes) {
 TEST(LaneGroups, HoldEveryElementOnceAndRunsAreRuns) {
   const Cloth c(false);
   const auto corners = corners_of(c.mesh.hinges);
-  Coloring coloring = color_elements(corners, 4, c.x.size());
+  detail::Coloring coloring = detail::color_elements(corners, 4, c.x.size());
   const std::vector<std::size_t> colors = coloring.color_begin;
   const LaneGroups lanes = detail::make_lane_groups(corners, 4, coloring);
   EXPECT_EQ(coloring.color_begin, colors);

@@ -265,7 +265,8 @@ Vectors at_rest(std::vector<std::unique_ptr<Force>> forces, const ClothMesh& clo
   Particles p{cloth.surface.vertices, Vectors(n, Vec3::Zero()), cloth.mass, {}};
   for (const double m : p.mass) p.inv_mass.push_back(1.0 / m);
   for (const std::int32_t i : held) p.inv_mass[i] = 0.0;
-  const auto integrator = make_implicit_euler(std::move(forces), n, {.solve = {1e-8, 5000}});
+  const auto integrator =
+      integrators().at("implicit_euler")(std::move(forces), n, ImplicitConfig{1e-8, 5000});
   double fastest = 1.0;
   constexpr double h = 0.02;
   for (int step = 0; step < 2000 && (fastest > 1e-5 || step < 5); ++step) {
@@ -353,7 +354,8 @@ TEST(Cantilever, WithAWideLoopFallsAndStopsWithoutGainingEnergy) {
     return forces;
   };
   ForceSum weighed(forces_of(), n);
-  const auto integrator = make_implicit_euler(forces_of(), n, {.solve = {1e-8, 5000}});
+  const auto integrator =
+      integrators().at("implicit_euler")(forces_of(), n, ImplicitConfig{1e-8, 5000});
   constexpr double h = 0.005;
   double energy = 0.0, scale = 0.0, fastest = 0.0;
   for (int step = 0; step < 400; ++step) {

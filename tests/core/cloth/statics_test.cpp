@@ -24,7 +24,8 @@ std::vector<Vec3> at_rest(std::vector<std::unique_ptr<Force>> forces, const Clot
   Particles p{std::move(x), std::vector<Vec3>(n, Vec3::Zero()), cloth.mass, {}};
   for (const double m : p.mass) p.inv_mass.push_back(1.0 / m);
   for (const std::int32_t i : held) p.inv_mass[i] = 0.0;
-  const auto integrator = make_implicit_euler(std::move(forces), n, {.solve = {1e-10, 5000}});
+  const auto integrator =
+      integrators().at("implicit_euler")(std::move(forces), n, ImplicitConfig{1e-10, 5000});
   double fastest = 1.0;
   for (int step = 0; step < 3000 && (fastest > speed || step < 5); ++step) {
     integrator->begin({p, 0.0, h}, {});

@@ -258,7 +258,7 @@ double volume_after(double h, int steps, double stiffness) {
   std::vector<std::unique_ptr<Force>> forces;
   forces.push_back(make_volume_force(stiffness, static_cast<std::int32_t>(n) - 1,
                                      cloth.surface.triangles, cloth.surface.vertices));
-  const auto solver = make_implicit_euler(std::move(forces), n, {});
+  const auto solver = integrators().at("implicit_euler")(std::move(forces), n, ImplicitConfig{});
   Particles p{cloth.surface.vertices, Vectors(n, Vec3::Zero()), cloth.mass, {}};
   for (const double m : cloth.mass) p.inv_mass.push_back(1.0 / m);
   for (Vec3& x : p.x) x *= 0.9;

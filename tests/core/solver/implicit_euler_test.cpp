@@ -35,7 +35,8 @@ struct ImplicitScene {
   std::unique_ptr<Integrator> integrator(double tolerance = 1e-12) const {
     std::vector<std::unique_ptr<Force>> forces;
     for (auto& named : all_forces(c, 0.02)) forces.push_back(std::move(named.force));
-    return make_implicit_euler(std::move(forces), c.x.size(), {.solve = {tolerance, 2000}});
+    return integrators().at("implicit_euler")(std::move(forces), c.x.size(),
+                                              ImplicitConfig{tolerance, 2000});
   }
 };
 
@@ -113,8 +114,8 @@ TEST(ImplicitEuler, KeepsTheMomentumOfAFreeCloth) {
   Crumple c(0.05);
   std::vector<std::unique_ptr<Force>> forces;
   for (auto& named : internal_forces(c, 0.02)) forces.push_back(std::move(named.force));
-  const auto integrator =
-      make_implicit_euler(std::move(forces), c.x.size(), {.solve = {1e-13, 2000}});
+  const auto integrator = integrators().at("implicit_euler")(std::move(forces), c.x.size(),
+                                                             ImplicitConfig{1e-13, 2000});
   Particles particles{c.x, c.v, c.cloth.mass, {}};
   for (const double m : c.cloth.mass) particles.inv_mass.push_back(1.0 / m);
   const auto momentum = [&] {
@@ -159,7 +160,8 @@ TEST(ImplicitEuler, NeedsFewIterationsOnAFineGrid) {
   forces.push_back(make_hooke_force(cloth.springs, n));
   forces.push_back(make_bending_force(cloth.hinges, n));
   forces.push_back(make_gravity({0, 0, -9.81}));
-  const auto integrator = make_implicit_euler(std::move(forces), n, {});
+  const auto integrator =
+      integrators().at("implicit_euler")(std::move(forces), n, ImplicitConfig{});
   Particles p{cloth.surface.vertices, Vectors(n, Vec3::Zero()), cloth.mass, {}};
   for (const double m : cloth.mass) p.inv_mass.push_back(1.0 / m);
   p.inv_mass[0] = p.inv_mass[80] = 0.0;
@@ -195,7 +197,7 @@ struct MovingSheet {
     std::vector<std::unique_ptr<Force>> forces;
     forces.push_back(make_hooke_force(cloth.springs, n));
     forces.push_back(make_gravity({0, 0, -9.81}));
-    auto integrator = make_implicit_euler(std::move(forces), n, {.solve = config});
+    auto integrator = integrators().at("implicit_euler")(std::move(forces), n, config);
     integrator->begin({particles, 0.0, 1.0 / 120.0}, {});
     return integrator;
   }
@@ -266,7 +268,8 @@ Vectors simulate(int threads) {
   forces.push_back(make_bending_force(cloth.hinges, n));
   forces.push_back(make_gravity({0, 0, -9.81}));
   forces.push_back(make_air_force({{1, 0, 2}, 0.5, 0.1}, cloth.surface.triangles, areas, n));
-  const auto integrator = make_implicit_euler(std::move(forces), n, {.solve = {1e-4, 1000}});
+  const auto integrator =
+      integrators().at("implicit_euler")(std::move(forces), n, ImplicitConfig{1e-4, 1000});
   const StrainLimiter limiter(cloth.springs, cloth.strain_limit, n);
   Particles p{cloth.surface.vertices, Vectors(n, Vec3::Zero()), cloth.mass, {}};
   for (const double m : cloth.mass) p.inv_mass.push_back(1.0 / m);

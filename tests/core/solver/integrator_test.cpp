@@ -28,23 +28,23 @@ Particles make_particles(const Vectors& x, const std::vector<double>& mass) {
   return p;
 }
 
-IntegratorConfig exact_config() {
-  IntegratorConfig config;
-  config.solve = {1e-13, 5000};
-  config.error = 1e-10;
-  config.drag = 0.0;
-  return config;
+/// Options, of which each integrator takes its own, and settings of the linear solve.
+struct Settings {
+  MethodOptions options{{"error", 1e-10}, {"drag", 0.0}};
+  ImplicitConfig solve{1e-13, 5000};
+};
+Settings with(const std::string& option, double value) {
+  Settings settings;
+  settings.options.set(option, value);
+  return settings;
 }
 
 std::unique_ptr<Integrator> make(const std::string& name, Forces forces, std::size_t n,
-                                 const IntegratorConfig& config = exact_config()) {
+                                 const Settings& settings = {}) {
   const IntegratorRegistry registry = integrators();
-  const MethodOptions given{{"error", config.error},
-                            {"drag", config.drag},
-                            {"max_newton", static_cast<double>(config.max_newton)},
-                            {"max_inner_steps", static_cast<double>(config.max_inner_steps)}};
   const auto& entry = registry.at(name);
-  return entry(known_options(entry.options(), given), std::move(forces), n, config.solve);
+  return entry(known_options(entry.options(), settings.options), std::move(forces), n,
+               settings.solve);
 }
 
 /// A step without contact; held particles stand still.
@@ -70,9 +70,8 @@ struct Oscillator {
   Particles p = make_particles({{0, 0, 0}, {1.0 + amplitude, 0, 0}}, {m, m});
   std::unique_ptr<Integrator> method;
 
-  explicit Oscillator(const std::string& name, double zeta = 0.0,
-                      const IntegratorConfig& config = exact_config())
-      : method(make(name, forces(zeta), 2, config)) {
+  explicit Oscillator(const std::string& name, double zeta = 0.0, const Settings& settings = {})
+      : method(make(name, forces(zeta), 2, settings)) {
     p.inv_mass[0] = 0.0;
   }
   static Forces forces(double zeta) {
@@ -131,13 +130,10 @@ TEST(OscillatorEnergy, IsAsKnownAfterAHundredPeriodsOfAHundredSteps) {
 }
 
 TEST(OscillatorEnergy, Rkf45KeepsItToItsTolerance) {
-  IntegratorConfig config = exact_config();
-  config.error = 1e-9;
-  Oscillator o("rkf45", 0.0, config);
+  Oscillator o("rkf45", 0.0, with("error", 1e-9));
   o.run(Oscillator::period / 10.0, 1000);
   EXPECT_NEAR(o.energy(), 1.0, 1e-3);
-  config.error = 1e-12;
-  Oscillator fine("rkf45", 0.0, config);
+  Oscillator fine("rkf45", 0.0, with("error", 1e-12));
   fine.run(Oscillator::period / 10.0, 1000);
   EXPECT_NEAR(fine.energy(), 1.0, 1e-6);
 }
@@ -186,10 +182,8 @@ TEST(OscillatorOrder, OfRungeKuttaAndBdf2StaysWithDamping) {
 
 /// Fixed steps of the fifth-order formula: the tolerance lets every step through.
 TEST(OscillatorOrder, OfRkf45IsFive) {
-  IntegratorConfig loose = exact_config();
-  loose.error = 1.0;
   const auto error = [&](int steps) {
-    Oscillator o("rkf45", 0.0, loose);
+    Oscillator o("rkf45", 0.0, with("error", 1.0));
     const double t = 0.6 * Oscillator::period;
     // One call of a step takes one inner step, because it starts with its whole length.
     o.run(t / steps, steps);
@@ -202,9 +196,7 @@ TEST(OscillatorOrder, OfRkf45IsFive) {
 TEST(OscillatorError, OfRkf45FollowsItsTolerance) {
   double before = 0.0;
   for (const double tolerance : {1e-6, 1e-8, 1e-10}) {
-    IntegratorConfig config = exact_config();
-    config.error = tolerance;
-    Oscillator o("rkf45", 0.0, config);
+    Oscillator o("rkf45", 0.0, with("error", tolerance));
     const double t = 0.6 * Oscillator::period, angle = Oscillator::omega * t;
     o.run(t, 1);
     const double error = (o.phase() - Eigen::Vector2d(std::cos(angle), -std::sin(angle))).norm();
@@ -518,10 +510,9 @@ TEST(Newton, SolvesTheNonLinearEquationThatOneStepOnlyLinearises) {
     p.inv_mass[0] = 0.0;
     p.v[1] = {0, 0, -2};
     const Vec3 v = p.v[1];
-    IntegratorConfig config = exact_config();
-    config.solve.tolerance = 1e-10;
-    config.max_newton = 100;
-    const auto method = make(name, std::move(forces), 2, config);
+    Settings settings = with("max_newton", 100);
+    settings.solve.tolerance = 1e-10;
+    const auto method = make(name, std::move(forces), 2, settings);
     EXPECT_TRUE(advance(*method, p, 0.0, h).converged);
     Vectors f(2);
     method->forces().evaluate({p.x, p.v, p.mass, h}, f);
@@ -532,13 +523,11 @@ TEST(Newton, SolvesTheNonLinearEquationThatOneStepOnlyLinearises) {
 }
 
 TEST(Newton, SaysWhenItHasNotConverged) {
-  IntegratorConfig config = exact_config();
-  config.max_newton = 1;
   Forces forces = Oscillator::forces(0.0);
   forces.push_back(make_gravity({0, 500, 0}));
   Particles p = make_particles({{0, 0, 0}, {1, 0, 0}}, {0.01, 0.01});
   p.inv_mass[0] = 0.0;
-  const auto method = make("implicit_newton", std::move(forces), 2, config);
+  const auto method = make("implicit_newton", std::move(forces), 2, with("max_newton", 1));
   const SolveReport report = advance(*method, p, 0.0, 0.1);
   EXPECT_FALSE(report.converged);
   EXPECT_GT(report.residual, 1e-6);
@@ -546,16 +535,15 @@ TEST(Newton, SaysWhenItHasNotConverged) {
 
 TEST(Newton, StopsWhenItsIterationsNoLongerReduceTheResidual) {
   // No iteration gets below rounding: the tolerance cannot be reached.
-  IntegratorConfig config = exact_config();
-  config.solve.tolerance = 1e-30;
-  config.max_newton = 1000;
+  Settings settings = with("max_newton", 1000);
+  settings.solve.tolerance = 1e-30;
   Forces forces;
   forces.push_back(
       make_hooke_force(std::vector<Spring>{{0, 1, 1.0, 1e4, 0.0}, {1, 2, 1.0, 3e3, 0.0}}, 3));
   forces.push_back(make_gravity({0, 1, -9.81}));
   Particles p = make_particles({{0, 0, 0}, {1, 0, 0}, {1, 0.9, 0.2}}, {0.1, 0.1, 0.1});
   p.inv_mass[0] = 0.0;
-  const auto method = make("implicit_newton", std::move(forces), 3, config);
+  const auto method = make("implicit_newton", std::move(forces), 3, settings);
   const SolveReport report = advance(*method, p, 0.0, 0.1);
   EXPECT_FALSE(report.converged);
   EXPECT_LT(report.residual, 1e-10);
@@ -563,20 +551,16 @@ TEST(Newton, StopsWhenItsIterationsNoLongerReduceTheResidual) {
 }
 
 TEST(Rkf45, RefusesAStepThatNeedsMoreInnerStepsThanAreGranted) {
-  IntegratorConfig config = exact_config();
-  config.max_inner_steps = 3;
-  Oscillator o("rkf45", 0.0, config);
+  Oscillator o("rkf45", 0.0, with("max_inner_steps", 3));
   advance(*o.method, o.p, 0.0, 1.0);
   EXPECT_TRUE(std::isnan(o.p.x[1].x()));
 }
 
 TEST(DampedVerlet, SlowsDownAlikeWhateverTheStep) {
   for (const int steps : {10, 1000}) {
-    IntegratorConfig config = exact_config();
-    config.drag = 3.0;
     Particles p = make_particles({{0, 0, 0}}, {1.0});
     p.v[0] = {1, 0, 0};
-    const auto method = make("damped_verlet", {}, 1, config);
+    const auto method = make("damped_verlet", {}, 1, with("drag", 3.0));
     for (int i = 0; i < steps; ++i) advance(*method, p, 0.0, 1.0 / steps);
     EXPECT_NEAR(p.v[0].x(), std::exp(-3.0), 0.02);
     EXPECT_NEAR(p.x[0].x(), (1.0 - std::exp(-3.0)) / 3.0, 0.02);
@@ -584,15 +568,9 @@ TEST(DampedVerlet, SlowsDownAlikeWhateverTheStep) {
 }
 
 TEST(Integrators, RefuseNumbersThatCannotBe) {
-  IntegratorConfig config;
-  config.error = 0.0;
-  EXPECT_THROW(make("rkf45", {}, 0, config), std::invalid_argument);
-  config = {};
-  config.drag = -1.0;
-  EXPECT_THROW(make("damped_verlet", {}, 0, config), std::invalid_argument);
-  config = {};
-  config.max_newton = 0;
-  EXPECT_THROW(make("implicit_newton", {}, 0, config), std::invalid_argument);
+  EXPECT_THROW(make("rkf45", {}, 0, with("error", 0.0)), std::invalid_argument);
+  EXPECT_THROW(make("damped_verlet", {}, 0, with("drag", -1.0)), std::invalid_argument);
+  EXPECT_THROW(make("implicit_newton", {}, 0, with("max_newton", 0)), std::invalid_argument);
 }
 
 }  // namespace

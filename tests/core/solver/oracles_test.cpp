@@ -51,7 +51,7 @@ void implicit_step(Integrator& integrator, Particles& p, double h) {
 /// Steps until nothing moves faster than `speed`; the steps taken.
 int relax(Forces forces, Particles& p, double h, double speed, int most_steps) {
   const auto integrator =
-      make_implicit_euler(std::move(forces), p.size(), {.solve = {1e-11, 5000}});
+      integrators().at("implicit_euler")(std::move(forces), p.size(), ImplicitConfig{1e-11, 5000});
   int steps = 0;
   do {
     implicit_step(*integrator, p, h);
@@ -251,8 +251,9 @@ struct Oscillator {
 double oscillator_error(bool implicit, double t, int n) {
   Oscillator o;
   const double h = t / n;
-  const auto be = make_implicit_euler(Oscillator::forces(), 2, {.solve = {1e-14, 100}});
-  const auto se = make_symplectic_euler(Oscillator::forces(), 2);
+  const auto be =
+      integrators().at("implicit_euler")(Oscillator::forces(), 2, ImplicitConfig{1e-14, 100});
+  const auto se = integrators().at("symplectic_euler")(Oscillator::forces(), 2, ImplicitConfig{});
   for (int i = 0; i < n; ++i) {
     if (implicit) {
       implicit_step(*be, o.p, h);
@@ -279,7 +280,8 @@ TEST(OscillatorOracle, BothEulersAreOfFirstOrder) {
 
 TEST(OscillatorOracle, BackwardEulerLosesItsKnownAmplitude) {
   Oscillator o;
-  const auto be = make_implicit_euler(Oscillator::forces(), 2, {.solve = {1e-14, 100}});
+  const auto be =
+      integrators().at("implicit_euler")(Oscillator::forces(), 2, ImplicitConfig{1e-14, 100});
   for (int i = 0; i < 100; ++i) implicit_step(*be, o.p, 2.0 * pi / Oscillator::omega / 100);
   EXPECT_NEAR(o.phase().norm() / Oscillator::amplitude, 0.8212, 1e-4);
 }
@@ -289,7 +291,8 @@ TEST(OscillatorOracle, SymplecticEulerIsStableBelowItsStepBoundOnly) {
     // Two free masses: ω² = 2k/m, for which the bound is exact.
     for (const double factor : {0.98, 1.02}) {
       Particles p = make_particles({{0, 0, 0}, {1.001, 0, 0}}, {0.01, 0.01});
-      const auto se = make_symplectic_euler(Oscillator::forces(damping), 2);
+      const auto se =
+          integrators().at("symplectic_euler")(Oscillator::forces(damping), 2, ImplicitConfig{});
       const double h = factor * se->stable_step(p, 0.0, std::numeric_limits<double>::infinity());
       for (int i = 0; i < 500; ++i) {
         Vectors v(2);
@@ -338,7 +341,7 @@ TEST(PendulumOracle, SwingsWithTheEllipticPeriod) {
     const std::vector<Spring> spring{{0, 1, 1.0, 1e6, 1e-5}};
     forces.push_back(make_hooke_force(spring, 2));
     forces.push_back(make_gravity({0, 0, -g}));
-    const auto se = make_symplectic_euler(std::move(forces), 2);
+    const auto se = integrators().at("symplectic_euler")(std::move(forces), 2, ImplicitConfig{});
     Vectors v(2);
     const auto step = [&] { symplectic_step(*se, p, h, v); };
     const auto value = [&] { return p.x[1].x(); };
@@ -368,7 +371,8 @@ TEST(ChainOracle, SwingsInItsFirstModes) {
     Forces forces;
     forces.push_back(make_hooke_force(springs, n + 1));
     forces.push_back(make_gravity({0, 0, -g}));
-    const auto se = make_symplectic_euler(std::move(forces), n + 1);
+    const auto se =
+        integrators().at("symplectic_euler")(std::move(forces), n + 1, ImplicitConfig{});
     Vectors v(n + 1);
     const auto step = [&] { symplectic_step(*se, p, h, v); };
     // The free end starts at its largest deflection: zero after a quarter period.
@@ -410,7 +414,8 @@ TEST(DragOracle, AFallingTriangleFollowsTheExponential) {
   Forces forces;
   forces.push_back(make_air_force({Vec3::Zero(), 0.0, 0.12}, triangles, areas, 3));
   forces.push_back(make_gravity({0, 0, -g}));
-  const auto be = make_implicit_euler(std::move(forces), 3, {.solve = {1e-13, 100}});
+  const auto be =
+      integrators().at("implicit_euler")(std::move(forces), 3, ImplicitConfig{1e-13, 100});
   constexpr double h = 1e-4;
   for (int i = 0; i < 10000; ++i) implicit_step(*be, p, h);
   EXPECT_NEAR(-p.v[0].z(), 4.2411, 2e-4);

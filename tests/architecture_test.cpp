@@ -363,6 +363,38 @@ bool is_public_header(const std::string& file) {
          file.find("/detail/") == std::string::npos;
 }
 
+/// Where the private names of a room lie; `detail` for the others. "" where they still lie beside
+/// the public ones.
+const std::map<std::string, std::string> kPrivateNames = {{"bodies", "assimp"},
+                                                          {"compare", ""},
+                                                          {"judge", "judging"},
+                                                          {"judge/files", ""},
+                                                          {"narrowphase", "narrowphase_detail"},
+                                                          {"pictures/renderer", "raster"},
+                                                          {"simulation", ""}};
+
+/// Public names lie in selvedge, private ones in selvedge::detail.
+Sentences misplaced_names(const std::string& file, const std::string& text) {
+  Sentences faults;
+  const bool is_private = file.find("/detail/") != std::string::npos;
+  const auto other = kPrivateNames.find(room_of(file));
+  const std::string own = other == kPrivateNames.end() ? "detail" : other->second;
+  bool has_private = own.empty();
+  static const std::string nested = "namespace selvedge::";
+  for (const std::string& line : lines_of(text)) {
+    has_private = has_private || line == "namespace detail {";
+    if (!starts_with(line, nested)) continue;
+    const std::string name =
+        line.substr(nested.size(), line.find_first_of(" :", nested.size()) - nested.size());
+    const bool good = is_private ? name == own || name == "detail" : name == "elementary";
+    if (!good) faults.push_back(file + " opens selvedge::" + name);
+    has_private = has_private || good;
+  }
+  if (is_private && !has_private)
+    faults.push_back(file + " declares private names outside selvedge::" + own);
+  return faults;
+}
+
 std::string joined(const Sentences& sentences) {
   std::string text;
   for (const std::string& sentence : sentences) text += "\n  " + sentence;
@@ -394,6 +426,13 @@ TEST(Architecture, PublicHeadersNameOnlyTheStandardLibraryAndEigen) {
   for (const std::string& file : files_with({".h"})) {
     if (is_public_header(file)) append(faults, foreign_includes(file, read(root() / file)));
   }
+  EXPECT_TRUE(faults.empty()) << joined(faults);
+}
+
+TEST(Architecture, PublicNamesLieInSelvedgeAndPrivateOnesInItsDetail) {
+  Sentences faults;
+  for (const std::string& file : files_with({".h"}))
+    if (rooms().contains(room_of(file))) append(faults, misplaced_names(file, read(root() / file)));
   EXPECT_TRUE(faults.empty()) << joined(faults);
 }
 
@@ -526,6 +565,16 @@ TEST(ArchitectureRules, FindAForeignLibraryInAPublicHeader) {
   EXPECT_EQ(
       foreign_includes("core/base/types.h", "#include <Eigen/Core>\n#include <array>\n").size(),
       0u);
+}
+
+TEST(ArchitectureRules, FindANameInTheWrongNamespace) {
+  const std::string struct_in = "namespace selvedge {\nstruct A;\nstruct B { int b; };\n}\n";
+  EXPECT_EQ(misplaced_names("response/detail/a.h", struct_in).size(), 1u);
+  EXPECT_EQ(misplaced_names("response/a.h", struct_in).size(), 0u);
+  const std::string detail = "namespace selvedge::detail {\nstruct B { int b; };\n}\n";
+  EXPECT_EQ(misplaced_names("response/detail/a.h", detail).size(), 0u);
+  EXPECT_EQ(misplaced_names("response/a.h", detail).size(), 1u);
+  EXPECT_EQ(misplaced_names("response/detail/a.h", "namespace selvedge::other {\n").size(), 1u);
 }
 
 TEST(ArchitectureRules, FindAHeaderOfTheOperatingSystem) {

@@ -524,7 +524,7 @@ TEST(ElementSets, TheElementsOfALawStayWithTheCloth) {
   EXPECT_EQ(knots_of(piece).size(), 3u);
 }
 
-TEST(Materials, AConstantThatTheLawDoesNotReadIsRefusedWithTheReason) {
+TEST(Materials, AConstantThatTheLawDoesNotReadIsRefusedWithReason) {
   const auto of = [](const Material& m) {
     return refusal([&] { make_rectangular({1.0, 1.0, 2, 2}, m); });
   };

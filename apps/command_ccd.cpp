@@ -3,7 +3,7 @@
 #include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/method_choice.h>
 #include <selvedge/apps/detail/print.h>
-#include <selvedge/compare/compare_detectors.h>
+#include <selvedge/compare/detectors/compare_detectors.h>
 
 #include <algorithm>
 #include <array>

@@ -5,7 +5,7 @@
 #include <selvedge/core/base/parallel.h>
 #include <selvedge/core/base/stopwatch.h>
 #include <selvedge/core/base/text.h>
-#include <selvedge/judge/files/check_result.h>
+#include <selvedge/run/check_result.h>
 
 #include <cstdio>
 #include <filesystem>

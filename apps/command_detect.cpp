@@ -5,7 +5,7 @@
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/apps/detail/record_queries.h>
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/compare/compare_detectors.h>
+#include <selvedge/compare/detectors/compare_detectors.h>
 #include <selvedge/core/base/parallel.h>
 #include <selvedge/pictures/detector_pictures.h>
 

@@ -150,8 +150,7 @@ void print(const Scene& scene, const Contender& c, std::size_t pairs) {
                             scene.cloth.triangles.size() * scene.body.x_t0.size() +
                             scene.cloth.edges.size() * scene.body.edges.size()) /
         asked;
-    fmt::print(" {:5} {:5} {:7.4f} {:6.1f} {:7.2f} {:6.2f} {:8.2f} {:9.0f}", n.limbs, n.primitives,
-               made.volume(), 1e3 * made.mean_gap(scene.body.view()),
+    fmt::print(" {:5} {:7.4f} {:7.2f} {:6.2f} {:8.2f} {:9.0f}", n.primitives, made.volume(),
                100.0 * static_cast<double>(n.dropped) / asked,
                static_cast<double>(n.enclosure_tests) / asked,
                static_cast<double>(n.box_tests) / asked, without);
@@ -184,49 +183,25 @@ void measure(Scene scene, int repeats) {
   for (const Contender& c : all) print(scene, c, pairs);
 }
 
-void print_limbs(const Surface& body, int loops) {
-  for (const EnclosedLimb& limb : make_enclosure(body.view(), {.loops = loops}).limbs) {
-    double least = std::numeric_limits<double>::infinity(), most = 0.0, volume = 0.0;
-    for (const Column& column : limb.columns) {
-      least = std::min(least, column.radius);
-      most = std::max(most, column.radius);
-      volume += column.volume();
-    }
-    for (const TruncatedCone& cone : limb.cones) volume += cone.volume();
-    const Vec3 from = limb.columns.front().base, to = limb.columns.back().base;
-    fmt::print(
-        "limb from ({:5.2f} {:5.2f} {:5.2f}) to ({:5.2f} {:5.2f} {:5.2f}) m, columns of "
-        "{:.3f} to {:.3f} m, {:.4f} m3\n",
-        from.x(), from.y(), from.z(), to.x(), to.y(), to.z(), least, most, volume);
-  }
-}
-
 }  // namespace
 
 int bench_enclosure(int argc, char** argv) {
   CommandLine app("Minimal enclosure: tests saved and times");
   int cells = 120, faces = 26000, repeats = 7, threads = 1;
-  bool limbs = false;
   std::string only;
   app.option("--cells", cells, "vertices of the cloth along a side").range(8, 2000);
   app.option("--repeats", repeats, "calls of each detector").range(2, 1000);
   app.option("--threads", threads, "threads; 0: all");
   app.option("--faces", faces, "faces of the mannequin").range(5000, 30000);
   app.option("--scene", only, "measure this one only, as \"leg sleeve\"");
-  app.flag("--limbs", limbs, "list the limbs of the mannequin instead");
   if (const auto code = app.parse(argc, argv)) return *code;
   const ThreadLimit limit(threads);
-  if (limbs) {
-    print_limbs(figure(faces), 16);
-    return 0;
-  }
   fmt::print(
-      "ms: cold first call, warm all moved, static body at rest; vol m3; gap mm; dropped %; "
+      "ms: cold first call, warm all moved, static body at rest; vol m3; dropped %; "
       "prim, box: tests per vertex, edge or face\n");
-  fmt::print(
-      "{:14} {:12} {:>8} {:>8} {:>8} {:>8} {:>5} {:>5} {:>7} {:>6} {:>7} {:>6} {:>8} {:>9}\n",
-      "scene", "detector", "pairs", "cold", "warm", "static", "limbs", "prims", "vol", "gap",
-      "dropped", "prim", "box", "without");
+  fmt::print("{:14} {:12} {:>8} {:>8} {:>8} {:>8} {:>5} {:>7} {:>7} {:>6} {:>8} {:>9}\n", "scene",
+             "detector", "pairs", "cold", "warm", "static", "prims", "vol", "dropped", "prim",
+             "box", "without");
   for (Scene& scene : scenes(cells, faces))
     if (only.empty() || scene.name == only) measure(std::move(scene), repeats);
   return 0;

@@ -76,12 +76,7 @@ class Bvh final : public BroadPhase {
     const TwoTrees trees = fit_both(a, b);
     const Stopwatch watch;
     find({trees.a->tree, trees.b->tree, a, b, false, nullptr, !trees.in_frame}, out);
-    collector_.collect(parts_, &detail::FoundPairs::point_triangle, a.x_t0.size(),
-                       b.triangles.size(), out.point_triangle);
-    collector_.collect(parts_, &detail::FoundPairs::triangle_point, b.x_t0.size(),
-                       a.triangles.size(), out.triangle_point);
-    collector_.collect(parts_, &detail::FoundPairs::edge_edge, a.edges.size(), b.edges.size(),
-                       out.edge_edge);
+    collector_.collect(parts_, a, &b, out);
     cost_.query_s = watch.seconds();
   }
 
@@ -94,11 +89,7 @@ class Bvh final : public BroadPhase {
     fit(kept, a, place());
     const Stopwatch watch;
     find({kept.tree, kept.tree, a, a, true, mark_self(kept.tree, a)}, out);
-    collector_.collect(parts_, &detail::FoundPairs::point_triangle, a.x_t0.size(),
-                       a.triangles.size(), out.point_triangle);
-    collector_.collect(parts_, &detail::FoundPairs::edge_edge, a.edges.size(), a.edges.size(),
-                       out.edge_edge);
-    out.triangle_point.clear();
+    collector_.collect(parts_, a, nullptr, out);
     cost_.query_s = watch.seconds();
   }
 

@@ -15,10 +15,8 @@
 // with all others instead. One case remains quadratic: boxes that crowd one column and overlap
 // along the axis (a mesh thousands of times smaller than the typical edge).
 #include <selvedge/broadphase/broad_phase.h>
-#include <selvedge/broadphase/detail/box_pairs.h>
+#include <selvedge/broadphase/detail/box_scan.h>
 #include <selvedge/broadphase/detail/grid_engine.h>
-#include <selvedge/broadphase/detail/packed_boxes.h>
-#include <selvedge/core/base/parallel.h>
 
 #include <bit>
 #include <cmath>
@@ -28,9 +26,7 @@ namespace selvedge {
 namespace {
 
 using detail::DoubleBox;
-using detail::kBoxPairParts;
 using detail::PackedBox;
-using detail::PackedQuery;
 using detail::PairParts;
 using detail::SurfaceBoxes;
 
@@ -88,22 +84,11 @@ struct Reach {
 
 class SweepEngine {
  public:
-  struct Structure {
-    const std::vector<DoubleBox>* boxes = nullptr;
-    std::vector<PackedBox> all;     ///< by index
-    std::vector<PackedBox> sorted;  ///< by column, then by lower end; the tag says, with a bit for
-                                    ///< each axis, whether the box began in an earlier column
-    std::vector<PackedBox> wide;    ///< boxes that are in no column
-    std::vector<std::uint32_t> begin;  ///< of each column in `sorted`, and the end
+  /// The entries are sorted by column, then by lower end; the tag says, with a bit for each axis,
+  /// whether the box began in an earlier column.
+  using Structure = detail::ListedBoxes;
 
-    std::size_t bytes() const {
-      return (all.capacity() + sorted.capacity() + wide.capacity()) * sizeof(PackedBox) +
-             begin.capacity() * sizeof(std::uint32_t);
-    }
-  };
-
-  explicit SweepEngine(const SweepAndPruneConfig& config)
-      : column_(config.column), scan_(detail::scan_boxes()) {}
+  explicit SweepEngine(const SweepAndPruneConfig& config) : column_(config.column) {}
 
   bool prepare(const SurfaceBoxes& a, const SurfaceBoxes* b) {
     std::vector<const std::vector<DoubleBox>*> lists{&a.points};
@@ -128,15 +113,12 @@ class SweepEngine {
   }
 
   void build(const std::vector<DoubleBox>& boxes, Structure& out) {
-    out.boxes = &boxes;
-    const auto n = static_cast<std::uint32_t>(boxes.size());
-    out.all.resize(n);
-    keys_.resize(n);
-    parallel_for(n, detail::kBoxGrain, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        out.all[i] = map_.pack(boxes[i], static_cast<std::int32_t>(i));
+    out.pack(boxes, map_,
+             [&](const PackedBox& box) { return reach_of(box).count() > kMostColumns; });
+    keys_.resize(boxes.size());
+    parallel_for(boxes.size(), detail::kBoxGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i)
         keys_[i] = std::uint64_t{ordered_bits(out.all[i].lo[columns_.axis[0]])} << 32 | i;
-      }
     });
     radix_sort(keys_, scratch_);
     fill_columns(out);
@@ -147,32 +129,21 @@ class SweepEngine {
           [&](std::size_t part, std::int32_t i, std::int32_t j) { out.add(part, i, j); });
     sweep(b, a, false,
           [&](std::size_t part, std::int32_t j, std::int32_t i) { out.add(part, i, j); });
-    compare_wide(a, b,
-                 [&](std::size_t part, std::int32_t i, std::int32_t j) { out.add(part, i, j); });
-    compare_wide(b, a, [&](std::size_t part, std::int32_t j, std::int32_t i) {
-      if (!a.all[i].tag)
-        out.add(part, i, j);  // The wide boxes of `a` have already been tested
-                              // against all of `b`.
-    });
+    detail::find_wide_pairs(a, b, scan_, out);
   }
 
   void find_self_pairs(Structure& a, PairParts& out) {
-    for_columns(a, [&](std::uint32_t column, std::uint32_t from, std::uint32_t to,
-                       std::uint32_t* hits, std::size_t part) {
-      for (std::uint32_t i = from; i < to; ++i)
-        sweep_from(a, a.sorted[i], a, i + 1, a.begin[column + 1], hits,
-                   [&](std::int32_t x, std::int32_t y) { out.add(part, x, y); });
-    });
-    compare_wide(a, a, [&](std::size_t part, std::int32_t i, std::int32_t j) {
-      if (i != j && (!a.all[j].tag || i < j)) out.add(part, i, j);
-    });
+    for_columns(a,
+                [&](std::uint32_t column, std::uint32_t from, std::uint32_t to, std::size_t part) {
+                  for (std::uint32_t i = from; i < to; ++i)
+                    sweep_from(a, a.entries[i], a, {i + 1, a.begin[column + 1]}, part,
+                               [&](std::int32_t x, std::int32_t y) { out.add(part, x, y); });
+                });
+    detail::find_wide_self_pairs(a, scan_, out);
   }
 
   std::size_t bytes() const {
-    std::size_t sum = (keys_.capacity() + scratch_.capacity()) * sizeof(std::uint64_t);
-    for (const std::vector<std::uint32_t>& hits : hits_)
-      sum += hits.capacity() * sizeof(std::uint32_t);
-    return sum;
+    return (keys_.capacity() + scratch_.capacity()) * sizeof(std::uint64_t) + scan_.bytes();
   }
 
  private:
@@ -218,49 +189,34 @@ class SweepEngine {
                   static_cast<std::uint32_t>(y > reach.min[1]) << 1);
   }
 
-  /// Puts the boxes, in the order of keys_, into their columns. In `all` the tag marks wide boxes.
+  /// Puts the boxes, in the order of keys_, into their columns.
   void fill_columns(Structure& out) {
-    const std::size_t columns = static_cast<std::size_t>(columns_.count) * columns_.count;
-    out.begin.assign(columns + 1, 0);
-    out.wide.clear();
-    for (PackedBox& box : out.all) {
-      const Reach reach = reach_of(box);
-      box.tag = reach.count() > kMostColumns;
-      if (box.tag)
-        out.wide.push_back(box);
-      else
-        each_column(reach, [&](std::size_t c, std::uint32_t) { ++out.begin[c]; });
-    }
-    std::uint32_t sum = 0;
-    for (std::uint32_t& place : out.begin) sum += std::exchange(place, sum);
-    out.sorted.resize(sum);
-    for (const std::uint64_t key : keys_) {
-      PackedBox box = out.all[key & 0xffffffffu];
-      if (box.tag) continue;
-      each_column(reach_of(box), [&](std::size_t c, std::uint32_t began_before) {
-        box.tag = began_before;
-        out.sorted[out.begin[c]++] = box;
-      });
-    }
-    for (std::size_t c = columns; c > 0; --c) out.begin[c] = out.begin[c - 1];
-    out.begin[0] = 0;
+    detail::sort_into_slots(
+        static_cast<std::size_t>(columns_.count) * columns_.count,
+        [&](auto visit) {
+          for (const std::uint64_t key : keys_) {
+            const PackedBox& box = out.all[key & 0xffffffffu];
+            if (box.tag) continue;
+            each_column(reach_of(box), [&](std::size_t column, std::uint32_t began_before) {
+              visit(column, box, began_before);
+            });
+          }
+        },
+        out.begin, out.entries);
   }
 
-  /// Calls work(column, from, to, hits, part) for ranges of the sorted boxes, in parts.
+  /// Calls work(column, from, to, part) for ranges of the entries, in parts.
   template <class Work>
   void for_columns(const Structure& s, Work work) {
-    const std::size_t n = s.sorted.size(), grain = n / kBoxPairParts + 1;
-    hits_.resize(kBoxPairParts);
+    const std::size_t n = s.entries.size(), grain = detail::part_grain(n);
     parallel_for(n, grain, [&](std::size_t begin, std::size_t end) {
-      std::vector<std::uint32_t>& hits = hits_[begin / grain];
-      if (hits.size() < kChunk) hits.resize(kChunk);
       auto column = static_cast<std::uint32_t>(
           std::upper_bound(s.begin.begin(), s.begin.end(), begin) - s.begin.begin() - 1);
       for (std::size_t from = begin; from < end; ++column) {
         const std::size_t to = std::min<std::size_t>(end, s.begin[column + 1]);
         if (from < to)
           work(column, static_cast<std::uint32_t>(from), static_cast<std::uint32_t>(to),
-               hits.data(), begin / grain);
+               begin / grain);
         from = std::max(from, to);
       }
     });
@@ -270,71 +226,50 @@ class SweepEngine {
   template <class Add>
   void sweep(const Structure& a, const Structure& b, bool equal, Add add) {
     const int k = columns_.axis[0];
-    for_columns(a, [&](std::uint32_t column, std::uint32_t from, std::uint32_t to,
-                       std::uint32_t* hits, std::size_t part) {
-      const PackedBox* sorted = b.sorted.data();
-      const std::uint32_t end = b.begin[column + 1];
-      const auto begins_before = [&](const PackedBox& box, float lo) {
-        return equal ? box.lo[k] < lo : box.lo[k] <= lo;
-      };
-      auto place =
-          static_cast<std::uint32_t>(std::lower_bound(sorted + b.begin[column], sorted + end,
-                                                      a.sorted[from].lo[k], begins_before) -
-                                     sorted);
-      for (std::uint32_t i = from; i < to; ++i) {
-        while (place < end && begins_before(sorted[place], a.sorted[i].lo[k])) ++place;
-        sweep_from(a, a.sorted[i], b, place, end, hits,
-                   [&](std::int32_t x, std::int32_t y) { add(part, x, y); });
-      }
-    });
+    for_columns(
+        a, [&](std::uint32_t column, std::uint32_t from, std::uint32_t to, std::size_t part) {
+          const PackedBox* sorted = b.entries.data();
+          const std::uint32_t end = b.begin[column + 1];
+          const auto begins_before = [&](const PackedBox& box, float lo) {
+            return equal ? box.lo[k] < lo : box.lo[k] <= lo;
+          };
+          auto place =
+              static_cast<std::uint32_t>(std::lower_bound(sorted + b.begin[column], sorted + end,
+                                                          a.entries[from].lo[k], begins_before) -
+                                         sorted);
+          for (std::uint32_t i = from; i < to; ++i) {
+            while (place < end && begins_before(sorted[place], a.entries[i].lo[k])) ++place;
+            sweep_from(a, a.entries[i], b, {place, end}, part,
+                       [&](std::int32_t x, std::int32_t y) { add(part, x, y); });
+          }
+        });
   }
 
-  /// One box of `a` against those of `b` from `place` on that begin before it ends.
+  /// Entries of a column from a place on.
+  struct Rest {
+    std::uint32_t place, end;
+  };
+
+  /// One box of `a` against those entries of `b` that begin before it ends.
   template <class Found>
-  void sweep_from(const Structure& a, const PackedBox& box, const Structure& b, std::uint32_t place,
-                  std::uint32_t end, std::uint32_t* hits, Found found) const {
+  void sweep_from(const Structure& a, const PackedBox& box, const Structure& b, Rest rest,
+                  std::size_t part, Found found) {
     const int k = columns_.axis[0];
-    const PackedQuery query = detail::query_of(box);
-    for (; place < end && b.sorted[place].lo[k] <= query.hi[k]; place += kChunk) {
-      const PackedBox* chunk = b.sorted.data() + place;
-      const std::uint32_t* last = scan_(chunk, std::min(kChunk, end - place), query, hits);
-      for (const std::uint32_t* hit = hits; hit != last; ++hit) {
-        const PackedBox& other = chunk[*hit / 2];
-        if ((box.tag & other.tag) == 0 &&
-            (*hit % 2 || detail::overlap((*a.boxes)[box.id], (*b.boxes)[other.id])))
-          found(box.id, other.id);
-      }
-    }
-  }
-
-  /// The wide boxes of `a` with all of `b`.
-  template <class Add>
-  void compare_wide(const Structure& a, const Structure& b, Add add) {
-    const std::size_t n = b.all.size(), grain = n / kBoxPairParts + 1;
-    if (a.wide.empty()) return;
-    hits_.resize(kBoxPairParts);
-    parallel_for(n, grain, [&](std::size_t begin, std::size_t end) {
-      const std::size_t part = begin / grain;
-      if (hits_[part].size() < grain) hits_[part].resize(grain);
-      for (const PackedBox& box : a.wide) {
-        const PackedBox* others = b.all.data() + begin;
-        const std::uint32_t* last = scan_(others, static_cast<std::uint32_t>(end - begin),
-                                          detail::query_of(box), hits_[part].data());
-        for (const std::uint32_t* hit = hits_[part].data(); hit != last; ++hit) {
-          const PackedBox& other = others[*hit / 2];
-          if (*hit % 2 || detail::overlap((*a.boxes)[box.id], (*b.boxes)[other.id]))
-            add(part, box.id, other.id);
-        }
-      }
-    });
+    const detail::ScannedBox query = detail::scanned(box, *a.boxes);
+    for (; rest.place < rest.end && b.entries[rest.place].lo[k] <= query.packed.hi[k];
+         rest.place += kChunk)
+      scan_.each_overlap(query,
+                         {b.entries.data() + rest.place, std::min(kChunk, rest.end - rest.place)},
+                         *b.boxes, part, [&](const PackedBox& other) {
+                           if ((box.tag & other.tag) == 0) found(box.id, other.id);
+                         });
   }
 
   double column_;
   Columns columns_;
   detail::FloatMap map_;
-  detail::ScanBoxes scan_;
+  detail::BoxScan scan_;
   std::vector<std::uint64_t> keys_, scratch_;
-  std::vector<std::vector<std::uint32_t>> hits_;
 };
 
 }  // namespace

@@ -24,23 +24,18 @@
 // quantiles. One case remains quadratic: many primitives dozens of times larger than the typical
 // edge.
 #include <selvedge/broadphase/broad_phase.h>
-#include <selvedge/broadphase/detail/box_pairs.h>
+#include <selvedge/broadphase/detail/box_scan.h>
 #include <selvedge/broadphase/detail/grid_engine.h>
-#include <selvedge/broadphase/detail/packed_boxes.h>
-#include <selvedge/core/base/parallel.h>
 #include <selvedge/core/base/stopwatch.h>
 
 #include <bit>
-#include <stdexcept>
 
 namespace selvedge {
 namespace {
 
 using detail::Cell;
 using detail::DoubleBox;
-using detail::kBoxPairParts;
 using detail::PackedBox;
-using detail::PackedQuery;
 using detail::PairParts;
 using detail::SurfaceBoxes;
 
@@ -65,22 +60,12 @@ bool meet_here(std::uint32_t a, std::uint32_t b) { return (a ^ b) < 8u && (a & b
 
 class VoxelEngine {
  public:
-  struct Structure {
-    const std::vector<DoubleBox>* boxes = nullptr;
-    std::vector<PackedBox> all;        ///< by index; the tag marks boxes that are in no list
-    std::vector<PackedBox> wide;       ///< boxes that are in no list
-    std::vector<PackedBox> entries;    ///< the lists, by slot
-    std::vector<std::uint32_t> begin;  ///< of each slot in `entries`, and the end
-    int bits = 1;                      ///< of a slot's number
+  struct Structure : detail::ListedBoxes {
+    int bits = 1;  ///< of the number of a slot, which stands for some voxels
     bool listed = false;
-
-    std::size_t bytes() const {
-      return (all.capacity() + wide.capacity() + entries.capacity()) * sizeof(PackedBox) +
-             begin.capacity() * sizeof(std::uint32_t);
-    }
   };
 
-  explicit VoxelEngine(double voxel) : voxel_(voxel), scan_(detail::scan_boxes()) {}
+  explicit VoxelEngine(double voxel) : voxel_(voxel) {}
 
   bool prepare(const SurfaceBoxes& a, const SurfaceBoxes* b) {
     if (detail::place_cells(a, b, voxel_, kFinest, map_, side_)) return true;
@@ -89,47 +74,24 @@ class VoxelEngine {
   }
 
   void build(const std::vector<DoubleBox>& boxes, Structure& out) {
-    out.boxes = &boxes;
-    out.all.resize(boxes.size());
     out.listed = false;
-    parallel_for(boxes.size(), detail::kBoxGrain, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        out.all[i] = map_.pack(boxes[i], static_cast<std::int32_t>(i));
-        out.all[i].tag = is_wide(out.all[i]);
-      }
-    });
-    out.wide.clear();
-    for (const PackedBox& box : out.all)
-      if (box.tag) out.wide.push_back(box);
+    out.pack(boxes, map_, [&](const PackedBox& box) { return is_wide(box); });
   }
 
   /// Only the second list is put into voxels, for example the body's triangles.
   void find_pairs(Structure& a, Structure& b, PairParts& out) {
     look_up(a, b, [&](std::size_t part, std::int32_t i, std::int32_t j) { out.add(part, i, j); });
-    compare_wide(a, b,
-                 [&](std::size_t part, std::int32_t i, std::int32_t j) { out.add(part, i, j); });
-    compare_wide(b, a, [&](std::size_t part, std::int32_t j, std::int32_t i) {
-      if (!a.all[i].tag)
-        out.add(part, i, j);  // The wide boxes of `a` have already been tested
-                              // against all of `b`.
-    });
+    detail::find_wide_pairs(a, b, scan_, out);
   }
 
   void find_self_pairs(Structure& a, PairParts& out) {
     look_up(a, a, [&](std::size_t part, std::int32_t i, std::int32_t j) {
       if (i < j) out.add(part, i, j);
     });
-    compare_wide(a, a, [&](std::size_t part, std::int32_t i, std::int32_t j) {
-      if (i != j && (!a.all[j].tag || i < j)) out.add(part, i, j);
-    });
+    detail::find_wide_self_pairs(a, scan_, out);
   }
 
-  std::size_t bytes() const {
-    std::size_t sum = 0;
-    for (const std::vector<std::uint32_t>& hits : hits_)
-      sum += hits.capacity() * sizeof(std::uint32_t);
-    return sum;
-  }
+  std::size_t bytes() const { return scan_.bytes(); }
 
  private:
   Cell cell(float x, float y, float z) const {
@@ -174,34 +136,19 @@ class VoxelEngine {
     return hash * 2654435769u >> (32 - bits);
   }
 
-  /// Builds the lists by a counting sort.
   void list(Structure& s) const {
     if (s.listed) return;
     s.bits = std::clamp(static_cast<int>(std::bit_width(2 * s.all.size())), 1, 31);
-    s.begin.assign((std::size_t{1} << s.bits) + 1, 0);
-    for (const PackedBox& box : s.all)
-      if (!box.tag)
-        each_voxel(box, [&](const Cell& v, std::uint32_t) { ++s.begin[slot_of(v, s.bits)]; });
-    std::size_t sum = 0;
-    for (std::uint32_t& place : s.begin) {
-      const std::size_t count = place;
-      place = static_cast<std::uint32_t>(sum);
-      sum += count;
-      if (sum > std::numeric_limits<std::uint32_t>::max())
-        throw std::length_error(
-            "voxel: more than 2^32 entries in the lists of the voxels; use larger "
-            "voxels");
-    }
-    s.entries.resize(sum);
-    for (const PackedBox& box : s.all)
-      if (!box.tag)
-        each_voxel(box, [&](const Cell& v, std::uint32_t tag) {
-          PackedBox& entry = s.entries[s.begin[slot_of(v, s.bits)]++];
-          entry = box;
-          entry.tag = tag;
-        });
-    for (std::size_t i = s.begin.size() - 1; i > 0; --i) s.begin[i] = s.begin[i - 1];
-    s.begin[0] = 0;
+    detail::sort_into_slots(
+        std::size_t{1} << s.bits,
+        [&](auto visit) {
+          for (const PackedBox& box : s.all)
+            if (!box.tag)
+              each_voxel(box, [&](const Cell& v, std::uint32_t tag) {
+                visit(slot_of(v, s.bits), box, tag);
+              });
+        },
+        s.begin, s.entries);
     s.listed = true;
   }
 
@@ -209,9 +156,8 @@ class VoxelEngine {
   template <class Add>
   void look_up(const Structure& a, Structure& b, Add add) {
     list(b);
-    const std::size_t n = a.all.size(), grain = n / kBoxPairParts + 1;
-    hits_.resize(kBoxPairParts);
-    parallel_for(n, grain, [&](std::size_t begin, std::size_t end) {
+    const std::size_t grain = detail::part_grain(a.all.size());
+    parallel_for(a.all.size(), grain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i)
         if (!a.all[i].tag) look_up_one(a, a.all[i], b, begin / grain, add);
     });
@@ -220,49 +166,22 @@ class VoxelEngine {
   template <class Add>
   void look_up_one(const Structure& a, const PackedBox& box, const Structure& b, std::size_t part,
                    const Add& add) {
-    const PackedQuery query = detail::query_of(box);
+    const detail::ScannedBox query = detail::scanned(box, *a.boxes);
     each_voxel(box, [&](const Cell& v, std::uint32_t tag) {
       const std::size_t slot = slot_of(v, b.bits);
-      scan(a, box, query, b, {b.entries.data() + b.begin[slot], b.begin[slot + 1] - b.begin[slot]},
-           part, [&](const PackedBox& other) {
-             if (meet_here(tag, other.tag)) add(part, box.id, other.id);
-           });
+      scan_.each_overlap(query,
+                         {b.entries.data() + b.begin[slot], b.begin[slot + 1] - b.begin[slot]},
+                         *b.boxes, part, [&](const PackedBox& other) {
+                           if (meet_here(tag, other.tag)) add(part, box.id, other.id);
+                         });
     });
-  }
-
-  /// The wide boxes of `a` with all of `b`.
-  template <class Add>
-  void compare_wide(const Structure& a, const Structure& b, Add add) {
-    if (a.wide.empty()) return;
-    const std::size_t n = b.all.size(), grain = n / kBoxPairParts + 1;
-    hits_.resize(kBoxPairParts);
-    parallel_for(n, grain, [&](std::size_t begin, std::size_t end) {
-      for (const PackedBox& box : a.wide)
-        scan(a, box, detail::query_of(box), b, {b.all.data() + begin, end - begin}, begin / grain,
-             [&](const PackedBox& other) { add(begin / grain, box.id, other.id); });
-    });
-  }
-
-  /// Calls found(other) for the boxes among `others`, of `b`, that overlap the box of `a`.
-  template <class Found>
-  void scan(const Structure& a, const PackedBox& box, const PackedQuery& query, const Structure& b,
-            std::span<const PackedBox> others, std::size_t part, const Found& found) {
-    std::vector<std::uint32_t>& hits = hits_[part];
-    if (hits.size() < others.size()) hits.resize(2 * others.size());
-    const std::uint32_t* last =
-        scan_(others.data(), static_cast<std::uint32_t>(others.size()), query, hits.data());
-    for (const std::uint32_t* hit = hits.data(); hit != last; ++hit) {
-      const PackedBox& other = others[*hit / 2];
-      if (*hit % 2 || detail::overlap((*a.boxes)[box.id], (*b.boxes)[other.id])) found(other);
-    }
   }
 
   double voxel_;
   double side_ = 0.0;
   float inverse_ = 1.0f;
   detail::FloatMap map_;
-  detail::ScanBoxes scan_;
-  std::vector<std::vector<std::uint32_t>> hits_;
+  detail::BoxScan scan_;
 };
 
 /// Time of the second of two calls, s: the cost of a later step.

@@ -137,8 +137,8 @@ function(selvedge_precompile target)
   target_precompile_headers(${target} REUSE_FROM ${maker})
 endfunction()
 
-# selvedge_alone(SOURCES...): sources that select their instruction set before any include. They compile without
-# precompiled headers and outside of unity batches.
+# selvedge_alone(SOURCES...): sources of kernels in vectors (core/base/vector_target.h). They compile without precompiled
+# headers and outside of unity batches.
 function(selvedge_alone)
   set_source_files_properties(${ARGN} PROPERTIES SKIP_PRECOMPILE_HEADERS ON SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/compare/compare_detectors.h>
 #include <selvedge/compare/compare_plan.h>
+#include <selvedge/compare/detectors/compare_detectors.h>
 #include <selvedge/core/base/parallel.h>
 #include <selvedge/core/base/stopwatch.h>
 #include <selvedge/core/base/whole_number.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/compare/compare_detectors.h>
+#include <selvedge/compare/detectors/compare_detectors.h>
 
 #include <algorithm>
 #include <cmath>

@@ -2,8 +2,8 @@
 //
 // Runs into result folders; exact checks; measures.
 #include <pybind11/stl.h>
-#include <selvedge/judge/files/check_result.h>
 #include <selvedge/judge/judge.h>
+#include <selvedge/run/check_result.h>
 #include <selvedge/run/measure_result.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/run/run.h>

@@ -349,12 +349,7 @@ class BoxBroadPhase final : public BroadPhase {
     find({{units_a, a}, {units_b, b}, false}, out, [&](UnitPairs& pairs) {
       if (units_a.units() > 0 && units_b.units() > 0) library_->find(slot_a, slot_b, pairs);
     });
-    collector_.collect(parts_, &FoundPairs::point_triangle, a.x_t0.size(), b.triangles.size(),
-                       out.point_triangle);
-    collector_.collect(parts_, &FoundPairs::triangle_point, b.x_t0.size(), a.triangles.size(),
-                       out.triangle_point);
-    collector_.collect(parts_, &FoundPairs::edge_edge, a.edges.size(), b.edges.size(),
-                       out.edge_edge);
+    collector_.collect(parts_, a, &b, out);
     cost_.query_s = seconds_since(begin);
   }
 
@@ -370,10 +365,7 @@ class BoxBroadPhase final : public BroadPhase {
     find({{units, a}, {units, a}, true}, out, [&](UnitPairs& pairs) {
       if (units.units() > 1) library_->find_self(slot, pairs);
     });
-    collector_.collect(parts_, &FoundPairs::point_triangle, a.x_t0.size(), a.triangles.size(),
-                       out.point_triangle);
-    collector_.collect(parts_, &FoundPairs::edge_edge, a.edges.size(), a.edges.size(),
-                       out.edge_edge);
+    collector_.collect(parts_, a, nullptr, out);
     cost_.query_s = seconds_since(begin);
   }
 

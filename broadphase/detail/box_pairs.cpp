@@ -36,12 +36,22 @@ void SurfaceBoxes::fit(const SurfaceView& surface) {
   unite(surface.triangles, points, triangles);
 }
 
-bool BoxesKey::is_same_static(const SurfaceView& surface) const {
+bool KeptBoxes::fit(const SurfaceView& surface, const char* name) {
+  check_shape(surface, name);
+  if (is_same_static(surface)) return false;
+  forget();
+  check_indices(surface, name);
+  check_finite(surface, name);
+  boxes.fit(surface);
+  return true;
+}
+
+bool KeptBoxes::is_same_static(const SurfaceView& surface) const {
   return surface.static_id != 0 && surface.static_id == static_id_ &&
          surface.thickness == thickness_ && counts_of(surface) == counts_;
 }
 
-void BoxesKey::set(const SurfaceView& surface) {
+void KeptBoxes::keep(const SurfaceView& surface) {
   static_id_ = surface.static_id;
   thickness_ = surface.thickness;
   counts_ = counts_of(surface);

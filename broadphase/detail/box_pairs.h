@@ -25,6 +25,10 @@ namespace selvedge::detail {
 
 /// Maximum number of parts of an engine's work, which threads fill at the same time.
 inline constexpr std::size_t kBoxPairParts = 128;
+/// Number of items per part if n items are divided into at most kBoxPairParts parts. > 0
+constexpr std::size_t part_grain(std::size_t n) {
+  return std::max<std::size_t>(1, (n + kBoxPairParts - 1) / kBoxPairParts);
+}
 
 /// The boxes of all primitives of one surface.
 struct SurfaceBoxes {
@@ -87,15 +91,20 @@ concept BoxPairEngine = requires(E& engine, typename E::Structure& structure,
   { engine.bytes() } -> std::convertible_to<std::size_t>;
 };
 
-/// Identifies the input from which a kept list of boxes was made.
-class BoxesKey {
+/// The boxes of a surface, kept while it is static.
+class KeptBoxes {
  public:
-  /// True if `surface` is static and guarantees the same boxes as in the last call.
-  bool is_same_static(const SurfaceView& surface) const;
-  void set(const SurfaceView& surface);
+  SurfaceBoxes boxes;
+
+  /// Checks the surface and computes its boxes; returns false if those of the last call are still
+  /// valid. Call `keep` when all that follows from them is complete, too.
+  bool fit(const SurfaceView& surface, const char* name);
+  void keep(const SurfaceView& surface);
   void forget() { static_id_ = 0; }
 
  private:
+  bool is_same_static(const SurfaceView& surface) const;
+
   std::uint64_t static_id_ = 0;
   double thickness_ = 0.0;
   std::array<std::size_t, 3> counts_{};
@@ -110,8 +119,8 @@ class BoxPairDetector final : public BroadPhase {
   void find_pairs(const SurfaceView& a, const SurfaceView& b, CandidatePairs& out) override {
     out.clear();
     const auto begin = Clock::now();
-    const bool new_a = fit(kept_[0], a, "first surface");
-    const bool new_b = fit(kept_[1], b, "second surface");
+    const bool new_a = kept_[0].fit(a, "first surface");
+    const bool new_b = kept_[1].fit(b, "second surface");
     const bool still_fit = engine_.prepare(kept_[0].boxes, &kept_[1].boxes);
     if (new_a || !still_fit) build(kept_[0], a);
     if (new_b || !still_fit) build(kept_[1], b);
@@ -124,18 +133,16 @@ class BoxPairDetector final : public BroadPhase {
       PairParts edge_edge(parts_, &FoundPairs::edge_edge, nullptr);
       engine_.find_pairs(kept_[0].edges, kept_[1].edges, edge_edge);
     });
-    collect(a, b, out);
-    collector_.collect(parts_, &FoundPairs::triangle_point, b.x_t0.size(), a.triangles.size(),
-                       out.triangle_point);
+    collector_.collect(parts_, a, &b, out);
     note_cost(begin, built);
   }
 
   void find_self_pairs(const SurfaceView& a, CandidatePairs& out) override {
     out.clear();
     const auto begin = Clock::now();
-    const bool is_new = fit(kept_[0], a, "surface");
+    const bool is_new = kept_[0].fit(a, "surface");
     if (!engine_.prepare(kept_[0].boxes, nullptr)) {
-      kept_[1].key.forget();
+      kept_[1].forget();
       build(kept_[0], a);
     } else if (is_new) {
       build(kept_[0], a);
@@ -147,7 +154,7 @@ class BoxPairDetector final : public BroadPhase {
       PairParts edge_edge(parts_, &FoundPairs::edge_edge, &a);
       engine_.find_self_pairs(kept_[0].edges, edge_edge);
     });
-    collect(a, a, out);
+    collector_.collect(parts_, a, nullptr, out);
     note_cost(begin, built);
   }
 
@@ -159,9 +166,7 @@ class BoxPairDetector final : public BroadPhase {
   using Structure = typename Engine::Structure;
 
   /// Data kept for one surface.
-  struct Kept {
-    BoxesKey key;
-    SurfaceBoxes boxes;
+  struct Kept : KeptBoxes {
     Structure points, edges, triangles;
 
     std::size_t bytes() const {
@@ -169,23 +174,12 @@ class BoxPairDetector final : public BroadPhase {
     }
   };
 
-  /// Computes the boxes; returns false if those of the last call are still valid.
-  bool fit(Kept& kept, const SurfaceView& surface, const char* name) {
-    check_shape(surface, name);
-    if (kept.key.is_same_static(surface)) return false;
-    kept.key.forget();
-    check_indices(surface, name);
-    check_finite(surface, name);
-    kept.boxes.fit(surface);
-    return true;
-  }
-
   void build(Kept& kept, const SurfaceView& surface) {
-    kept.key.forget();
+    kept.forget();
     engine_.build(kept.boxes.points, kept.points);
     engine_.build(kept.boxes.edges, kept.edges);
     engine_.build(kept.boxes.triangles, kept.triangles);
-    kept.key.set(surface);
+    kept.keep(surface);
   }
 
   /// Clears the parts and fills them within the budget.
@@ -195,13 +189,6 @@ class BoxPairDetector final : public BroadPhase {
     for (FoundPairs& part : parts_) part.start(&tally);
     fill();
     for (FoundPairs& part : parts_) part.finish();
-  }
-
-  void collect(const SurfaceView& a, const SurfaceView& b, CandidatePairs& out) {
-    collector_.collect(parts_, &FoundPairs::point_triangle, a.x_t0.size(), b.triangles.size(),
-                       out.point_triangle);
-    collector_.collect(parts_, &FoundPairs::edge_edge, a.edges.size(), b.edges.size(),
-                       out.edge_edge);
   }
 
   void note_cost(Clock::time_point begin, Clock::time_point built) {

@@ -199,4 +199,17 @@ void PairCollector::collect(const std::vector<FoundPairs>& parts, PairBuffer Fou
   sort_into(parts, list, firsts, seconds, out);
 }
 
+void PairCollector::collect(const std::vector<FoundPairs>& parts, const SurfaceView& a,
+                            const SurfaceView* b, CandidatePairs& out) {
+  const SurfaceView& other = b ? *b : a;
+  collect(parts, &FoundPairs::point_triangle, a.x_t0.size(), other.triangles.size(),
+          out.point_triangle);
+  if (b)
+    collect(parts, &FoundPairs::triangle_point, b->x_t0.size(), a.triangles.size(),
+            out.triangle_point);
+  else
+    out.triangle_point.clear();
+  collect(parts, &FoundPairs::edge_edge, a.edges.size(), other.edges.size(), out.edge_edge);
+}
+
 }  // namespace selvedge::detail

@@ -81,6 +81,9 @@ class PairCollector {
                std::size_t firsts, std::size_t seconds, std::vector<PointTrianglePair>& out);
   void collect(const std::vector<FoundPairs>& parts, PairBuffer FoundPairs::*list,
                std::size_t firsts, std::size_t seconds, std::vector<EdgeEdgePair>& out);
+  /// All three lists of two surfaces; `b` is null for one surface with itself.
+  void collect(const std::vector<FoundPairs>& parts, const SurfaceView& a, const SurfaceView* b,
+               CandidatePairs& out);
   std::size_t bytes() const {
     return scratch_.capacity() * sizeof(std::uint32_t) +
            long_scratch_.capacity() * sizeof(std::uint64_t);

@@ -29,7 +29,15 @@ struct CenteredBox {
   double reach(const Vec3& d) const { return half.dot(d.cwiseAbs()); }
 };
 
-/// A column or a truncated cone of a limb. With y = x - origin and s = axis·y it is
+/// The extent of a box along the axis of the frusta.
+struct AlongAxis {
+  double middle, reach, far;
+
+  AlongAxis(const CenteredBox& box, const Vec3& axis)
+      : middle(axis.dot(box.middle)), reach(box.reach(axis)), far(box.far()) {}
+};
+
+/// A column or a truncated cone of a body. With y = x - origin and s = axis·y it is
 ///   lo <= s <= hi,  f(y) = |y - center - s·lean| - (radius + s·growth) <= 0.
 /// For a column, lean = axis and growth = 0. f is a norm of an affine function minus an affine
 /// function, hence convex. Therefore:
@@ -42,7 +50,7 @@ struct Frustum {
   /// Relative size of the margins. The longest of the sums below has about thirty roundings of
   /// 2^-53 of its largest term; this is 2^8 times that, and far too small to affect the result.
   static constexpr double kRounding = 0x1p-40;
-  /// A box that reaches farther is never apart, and a limb that does has unbounded columns. Squares
+  /// A box that reaches farther is never apart, and a body that does has unbounded columns. Squares
   /// of smaller numbers cannot overflow.
   static constexpr double kMostFar = 1e100;
 
@@ -88,12 +96,12 @@ struct Frustum {
     hi += kRounding * size;
   }
 
-  /// True only if the box has no point in common with the contents. NaN gives false.
-  bool is_apart(const CenteredBox& box) const {
-    const double s = axis.dot(box.middle), reach = box.reach(axis);
-    const double far = box.far(), margin = kRounding * far;
-    if (!(far <= kMostFar)) return false;
-    if (s - reach > hi + margin || s + reach < lo - margin) return true;
+  /// True only if the box has no point in common with the contents. NaN gives false. `along` is of
+  /// this frustum's axis, unless the frustum contains everything.
+  bool is_apart(const CenteredBox& box, const AlongAxis& along) const {
+    const double s = along.middle, margin = kRounding * along.far;
+    if (!(along.far <= kMostFar)) return false;
+    if (s - along.reach > hi + margin || s + along.reach < lo - margin) return true;
     const Vec3 across = box.middle - center - s * lean;
     const double distance = across.norm();
     // Any n is valid; this one, from the middle line to the box, gives the best bound.

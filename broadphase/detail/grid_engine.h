@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/broadphase/detail/box_pairs.h>
-#include <selvedge/broadphase/detail/packed_boxes.h>
+#include <selvedge/broadphase/detail/box_scan.h>
 #include <selvedge/core/base/parallel.h>
 
 #include <array>
@@ -101,7 +100,7 @@ class GridEngine {
   };
 
   /// `cell`: side of the cells of level 0 in typical extents.
-  explicit GridEngine(double cell) : relative_cell_(cell), scan_(scan_boxes()) {}
+  explicit GridEngine(double cell) : relative_cell_(cell) {}
 
   bool prepare(const SurfaceBoxes& a, const SurfaceBoxes* b) {
     return place_cells(a, b, relative_cell_, kFinest, map_, cell_);
@@ -140,12 +139,8 @@ class GridEngine {
   }
 
   std::size_t bytes() const {
-    std::size_t sum = packed_.capacity() * sizeof(PackedBox) +
-                      slot_of_.capacity() * sizeof(std::uint32_t) +
-                      levels_of_.capacity() * sizeof(std::int16_t);
-    for (const std::vector<std::uint32_t>& hits : hits_)
-      sum += hits.capacity() * sizeof(std::uint32_t);
-    return sum;
+    return packed_.capacity() * sizeof(PackedBox) + slot_of_.capacity() * sizeof(std::uint32_t) +
+           levels_of_.capacity() * sizeof(std::int16_t) + scan_.bytes();
   }
 
  private:
@@ -239,17 +234,13 @@ class GridEngine {
     level.sorted = true;
   }
 
-  /// Runs look_up(hits, i, part) for all i of [begin, end), in parts.
+  /// Runs look_up(i, part) for all i of [begin, end), in parts.
   template <class LookUp>
-  void for_parts(std::uint32_t begin, std::uint32_t end, std::uint32_t most_hits, LookUp look_up) {
-    if (begin >= end) return;
-    const std::size_t grain = std::max<std::size_t>(1, (end - begin - 1) / kBoxPairParts + 1);
-    hits_.resize(kBoxPairParts);
+  void for_parts(std::uint32_t begin, std::uint32_t end, LookUp look_up) {
+    const std::size_t grain = part_grain(end - begin);
     parallel_for(end - begin, grain, [&](std::size_t from, std::size_t to) {
-      const std::size_t part = from / grain;
-      if (hits_[part].size() < most_hits) hits_[part].resize(most_hits);
       for (std::size_t i = from; i < to; ++i)
-        look_up(hits_[part].data(), begin + static_cast<std::uint32_t>(i), part);
+        look_up(begin + static_cast<std::uint32_t>(i), from / grain);
     });
   }
 
@@ -259,15 +250,16 @@ class GridEngine {
                    Level& level, Add add) {
     if (begin >= end) return;
     sort(s, level);
-    for_parts(begin, end, level.count, [&](std::uint32_t* hits, std::uint32_t i, std::size_t part) {
+    for_parts(begin, end, [&](std::uint32_t i, std::size_t part) {
       const PackedBox& box = queries.packed[i];
-      const auto found = [&](const PackedBox& other, bool certain) {
-        if (certain || overlap((*queries.boxes)[box.id], (*s.boxes)[other.id]))
-          add(part, box.id, other.id);
+      const ScannedBox query = scanned(box, *queries.boxes);
+      const auto scan = [&](const PackedBox* others, std::uint32_t n, std::uint32_t tag) {
+        scan_.each_overlap(query, {others, n}, *s.boxes, part, [&](const PackedBox& other) {
+          if (!is_tagged(level) || other.tag == tag) add(part, box.id, other.id);
+        });
       };
-      const PackedQuery query = query_of(box);
       const PackedBox* boxes = s.packed.data() + level.first;
-      if (!level.sorted) return scan(boxes, level.count, query, hits, found);
+      if (!level.sorted) return scan(boxes, level.count, 0);
       const Window window = window_of(level, box);
       Cell row = window.min, row_end = window.max;
       for (row[2] = window.min[2]; row[2] <= window.max[2]; ++row[2])
@@ -277,7 +269,7 @@ class GridEngine {
           level.slots.each_run(
               row, row_end, [&](std::uint32_t first, std::uint32_t last, std::uint32_t tag) {
                 const std::uint32_t from = level.begin[first], to = level.begin[last + 1];
-                if (from != to) scan_tagged(boxes + from, to - from, query, hits, tag, found);
+                if (from != to) scan(boxes + from, to - from, tag);
               });
         }
     });
@@ -289,34 +281,34 @@ class GridEngine {
   void look_up_within(Structure& s, Level& level, Add add) {
     sort(s, level);
     const PackedBox* boxes = s.packed.data() + level.first;
-    for_parts(
-        0, level.count, level.count, [&](std::uint32_t* hits, std::uint32_t i, std::size_t part) {
-          const PackedBox& box = boxes[i];
-          const auto found = [&](const PackedBox& other, bool certain) {
-            if (certain || overlap((*s.boxes)[box.id], (*s.boxes)[other.id]))
-              add(part, box.id, other.id);
-          };
-          const PackedQuery query = query_of(box);
-          if (!level.sorted) return scan(boxes, i, query, hits, found);
-          const Window window = window_of(level, box);
-          const Cell own = level.cell(box);
-          Cell row = window.min, row_end = window.max;
-          for (row[2] = window.min[2]; row[2] <= own[2]; ++row[2]) {
-            const std::int32_t last_y = row[2] < own[2] ? window.max[1] : own[1];
-            for (row[1] = window.min[1]; row[1] <= last_y; ++row[1]) {
-              const bool own_row = row[2] == own[2] && row[1] == own[1];
-              row_end = {own_row ? own[0] : window.max[0], row[1], row[2]};
-              const std::uint32_t own_slot = level.slots.slot(own), own_tag = level.slots.tag(own);
-              level.slots.each_run(
-                  row, row_end, [&](std::uint32_t first, std::uint32_t last, std::uint32_t tag) {
-                    const std::uint32_t from = level.begin[first];
-                    const std::uint32_t to =
-                        own_row && last == own_slot && tag == own_tag ? i : level.begin[last + 1];
-                    if (from < to) scan_tagged(boxes + from, to - from, query, hits, tag, found);
-                  });
-            }
-          }
+    for_parts(0, level.count, [&](std::uint32_t i, std::size_t part) {
+      const PackedBox& box = boxes[i];
+      const ScannedBox query = scanned(box, *s.boxes);
+      const auto scan = [&](const PackedBox* others, std::uint32_t n, std::uint32_t tag) {
+        scan_.each_overlap(query, {others, n}, *s.boxes, part, [&](const PackedBox& other) {
+          if (!is_tagged(level) || other.tag == tag) add(part, box.id, other.id);
         });
+      };
+      if (!level.sorted) return scan(boxes, i, 0);
+      const Window window = window_of(level, box);
+      const Cell own = level.cell(box);
+      Cell row = window.min, row_end = window.max;
+      for (row[2] = window.min[2]; row[2] <= own[2]; ++row[2]) {
+        const std::int32_t last_y = row[2] < own[2] ? window.max[1] : own[1];
+        for (row[1] = window.min[1]; row[1] <= last_y; ++row[1]) {
+          const bool own_row = row[2] == own[2] && row[1] == own[1];
+          row_end = {own_row ? own[0] : window.max[0], row[1], row[2]};
+          const std::uint32_t own_slot = level.slots.slot(own), own_tag = level.slots.tag(own);
+          level.slots.each_run(
+              row, row_end, [&](std::uint32_t first, std::uint32_t last, std::uint32_t tag) {
+                const std::uint32_t from = level.begin[first];
+                const std::uint32_t to =
+                    own_row && last == own_slot && tag == own_tag ? i : level.begin[last + 1];
+                if (from < to) scan(boxes + from, to - from, tag);
+              });
+        }
+      }
+    });
   }
 
   /// The cells that may contain the lower corner of a box that overlaps this one.
@@ -329,28 +321,15 @@ class GridEngine {
     return w;
   }
 
-  template <class Found>
-  void scan(const PackedBox* boxes, std::uint32_t n, const PackedQuery& query, std::uint32_t* hits,
-            const Found& found) const {
-    const std::uint32_t* end = scan_(boxes, n, query, hits);
-    for (; hits != end; ++hits) found(boxes[*hits / 2], *hits % 2 != 0);
-  }
-  template <class Found>
-  void scan_tagged(const PackedBox* boxes, std::uint32_t n, const PackedQuery& query,
-                   std::uint32_t* hits, std::uint32_t tag, const Found& found) const {
-    const std::uint32_t* end = scan_(boxes, n, query, hits);
-    for (; hits != end; ++hits)
-      if (!Slots::kTagged || boxes[*hits / 2].tag == tag) found(boxes[*hits / 2], *hits % 2 != 0);
-  }
+  static bool is_tagged(const Level& level) { return Slots::kTagged && level.sorted; }
 
   double relative_cell_;
   double cell_ = 0.0;
   FloatMap map_;
-  ScanBoxes scan_;
+  BoxScan scan_;
   std::vector<PackedBox> packed_;
   std::vector<std::int16_t> levels_of_;
   std::vector<std::uint32_t> counts_, slot_of_;
-  std::vector<std::vector<std::uint32_t>> hits_;
 };
 
 }  // namespace selvedge::detail

@@ -1,25 +1,21 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/detail/packed_boxes.h>
+#include <selvedge/core/base/vector_target.h>
 
-#if (defined(__x86_64__) || defined(_M_X64)) && (defined(__GNUC__) || defined(__clang__))
-#define SELVEDGE_SCAN_AVX2
-#include <immintrin.h>
-#elif defined(__SSE2__)
+#ifdef __SSE2__
 #include <emmintrin.h>
 #endif
 
 namespace selvedge::detail {
 namespace {
 
-#ifdef SELVEDGE_SCAN_AVX2
+#ifdef SELVEDGE_VECTOR_TARGETS
 
 constexpr unsigned kUsedLanes = 0x77;  // without 3 and 7
 
-// Compiled for AVX2 by an attribute. A compiler flag would also affect the standard library's
-// inline functions, of which the linker keeps one copy for the whole program.
-__attribute__((target("avx2"))) std::uint32_t* scan_avx2(const PackedBox* boxes, std::uint32_t n,
-                                                         const PackedQuery& query,
-                                                         std::uint32_t* out) {
+SELVEDGE_TARGET_BEGIN("avx2")
+std::uint32_t* scan_avx2(const PackedBox* boxes, std::uint32_t n, const PackedQuery& query,
+                         std::uint32_t* out) {
   const __m256 q = _mm256_load_ps(reinterpret_cast<const float*>(&query));
   for (std::uint32_t i = 0; i < n; ++i) {
     const __m256 box = _mm256_load_ps(reinterpret_cast<const float*>(boxes + i));
@@ -31,6 +27,7 @@ __attribute__((target("avx2"))) std::uint32_t* scan_avx2(const PackedBox* boxes,
   }
   return out;
 }
+SELVEDGE_TARGET_END
 
 #endif
 
@@ -71,7 +68,7 @@ std::uint32_t* scan_narrow(const PackedBox* boxes, std::uint32_t n, const Packed
 }  // namespace
 
 ScanBoxes scan_boxes() {
-#ifdef SELVEDGE_SCAN_AVX2
+#ifdef SELVEDGE_VECTOR_TARGETS
   if (__builtin_cpu_supports("avx2")) return scan_avx2;
 #endif
   return scan_narrow;

@@ -1,14 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/detail/sort_rows.h>
+#include <selvedge/core/base/vector_target.h>
 
 #include <algorithm>
 #include <array>
 #include <utility>
-
-#if (defined(__x86_64__) || defined(_M_X64)) && (defined(__GNUC__) || defined(__clang__))
-#define SELVEDGE_SORT_ROWS_AVX2
-#include <immintrin.h>
-#endif
 
 namespace selvedge::detail {
 namespace {
@@ -84,15 +80,9 @@ SortRows<Pair> sort_rows_narrow() {
 template SortRows<PointTrianglePair> sort_rows_narrow();
 template SortRows<EdgeEdgePair> sort_rows_narrow();
 
-#ifdef SELVEDGE_SORT_ROWS_AVX2
+#ifdef SELVEDGE_VECTOR_TARGETS
 
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((target("avx2,popcnt"))), apply_to = function)
-#else
-#pragma GCC push_options
-#pragma GCC target("avx2,popcnt")
-#endif
-
+SELVEDGE_TARGET_BEGIN("avx2,popcnt")
 namespace {
 namespace wide {
 
@@ -147,27 +137,18 @@ void sort_rows(const PairRows& rows, Pair* out) {
 
 }  // namespace wide
 }  // namespace
+SELVEDGE_TARGET_END
 
-#ifdef __clang__
-#pragma clang attribute pop
-#else
-#pragma GCC pop_options
 #endif
 
 template <class Pair>
 SortRows<Pair> sort_rows_wide() {
-  if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("popcnt")) return nullptr;
-  return wide::sort_rows<Pair>;
-}
-
-#else
-
-template <class Pair>
-SortRows<Pair> sort_rows_wide() {
+#ifdef SELVEDGE_VECTOR_TARGETS
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("popcnt"))
+    return wide::sort_rows<Pair>;
+#endif
   return nullptr;
 }
-
-#endif
 
 template SortRows<PointTrianglePair> sort_rows_wide();
 template SortRows<EdgeEdgePair> sort_rows_wide();

@@ -1,51 +1,21 @@
 // SPDX-License-Identifier: MIT
-// The traversal with vectors of eight floats. A pragma compiles only the functions of this file for
-// AVX2. A compiler flag would also affect the standard library's inline functions, of which the
-// linker keeps one copy for the whole program.
+// The traversal with vectors of eight floats.
 #include <selvedge/broadphase/detail/traverse.h>
+#include <selvedge/core/base/vector_target.h>
 
 #include <array>
 #include <bit>
 #include <cmath>
 
-#if (defined(__x86_64__) || defined(_M_X64)) && (defined(__GNUC__) || defined(__clang__))
+#ifdef SELVEDGE_VECTOR_TARGETS
 
-#include <immintrin.h>
-
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((target("avx2,bmi,popcnt"))), apply_to = function)
-#else
-#pragma GCC push_options
-#pragma GCC target("avx2,bmi,popcnt")
-#endif
-
+SELVEDGE_TARGET_BEGIN("avx2,bmi,popcnt")
 namespace selvedge::detail::wide {
 namespace {
 
-template <int axes>
-struct Query {
-  __m256 lo[axes], hi[axes];
-};
-
-template <int axes>
-inline Query<axes> spread(const DopBlock<axes>& block, int lane) {
-  Query<axes> q;
-  for (int k = 0; k < axes; ++k) {
-    q.lo[k] = _mm256_broadcast_ss(block.lo[k] + lane);
-    q.hi[k] = _mm256_broadcast_ss(block.hi[k] + lane);
-  }
-  return q;
-}
-
-template <int axes>
-inline Query<axes> spread(const FloatDop<axes>& box) {
-  Query<axes> q;
-  for (int k = 0; k < axes; ++k) {
-    q.lo[k] = _mm256_broadcast_ss(&box.lo[k]);
-    q.hi[k] = _mm256_broadcast_ss(&box.hi[k]);
-  }
-  return q;
-}
+using Vector = __m256;
+inline Vector broadcast(float x) { return _mm256_set1_ps(x); }
+#include <selvedge/broadphase/detail/traverse_query.inc>
 
 template <int axes>
 inline unsigned overlap_mask(const DopBlock<axes>& block, const Query<axes>& q) {
@@ -130,39 +100,21 @@ inline std::uint64_t* append_ordered(std::int32_t one, const std::int32_t* other
 
 }  // namespace
 }  // namespace selvedge::detail::wide
+SELVEDGE_TARGET_END
 
-#ifdef __clang__
-#pragma clang attribute pop
-#else
-#pragma GCC pop_options
 #endif
 
 namespace selvedge::detail {
 
 template <BoundingVolume V>
 TraversalKernel<V> traversal_kernel_wide() {
-  for (const bool has : {__builtin_cpu_supports("avx2"), __builtin_cpu_supports("bmi"),
-                         __builtin_cpu_supports("popcnt")})
-    if (!has) return {nullptr, nullptr};
-  return {wide::expand<V>, wide::traverse<V>};
-}
-
-}  // namespace selvedge::detail
-
-#else
-
-namespace selvedge::detail {
-
-template <BoundingVolume V>
-TraversalKernel<V> traversal_kernel_wide() {
+#ifdef SELVEDGE_VECTOR_TARGETS
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi") &&
+      __builtin_cpu_supports("popcnt"))
+    return {wide::expand<V>, wide::traverse<V>};
+#endif
   return {nullptr, nullptr};
 }
-
-}  // namespace selvedge::detail
-
-#endif
-
-namespace selvedge::detail {
 
 template TraversalKernel<AabbVolume> traversal_kernel_wide();
 template TraversalKernel<KDopVolume<14>> traversal_kernel_wide();

@@ -16,30 +16,9 @@ namespace {
 
 #ifdef __SSE2__
 
-template <int axes>
-struct Query {
-  __m128 lo[axes], hi[axes];
-};
-
-template <int axes>
-inline Query<axes> spread(const DopBlock<axes>& block, int lane) {
-  Query<axes> q;
-  for (int k = 0; k < axes; ++k) {
-    q.lo[k] = _mm_set1_ps(block.lo[k][lane]);
-    q.hi[k] = _mm_set1_ps(block.hi[k][lane]);
-  }
-  return q;
-}
-
-template <int axes>
-inline Query<axes> spread(const FloatDop<axes>& box) {
-  Query<axes> q;
-  for (int k = 0; k < axes; ++k) {
-    q.lo[k] = _mm_set1_ps(box.lo[k]);
-    q.hi[k] = _mm_set1_ps(box.hi[k]);
-  }
-  return q;
-}
+using Vector = __m128;
+inline Vector broadcast(float x) { return _mm_set1_ps(x); }
+#include <selvedge/broadphase/detail/traverse_query.inc>
 
 template <int axes, class Less>
 inline unsigned compare(const DopBlock<axes>& block, const Query<axes>& q, Less less) {
@@ -76,22 +55,9 @@ inline unsigned equal_mask(const std::int32_t* ids, std::int32_t id) {
 
 #else
 
-template <int axes>
-using Query = FloatDop<axes>;
-
-template <int axes>
-inline Query<axes> spread(const FloatDop<axes>& dop) {
-  return dop;
-}
-template <int axes>
-inline Query<axes> spread(const DopBlock<axes>& block, int lane) {
-  Query<axes> q{};
-  for (int k = 0; k < axes; ++k) {
-    q.lo[k] = block.lo[k][lane];
-    q.hi[k] = block.hi[k][lane];
-  }
-  return q;
-}
+using Vector = float;
+inline Vector broadcast(float x) { return x; }
+#include <selvedge/broadphase/detail/traverse_query.inc>
 
 template <int axes>
 inline unsigned overlap_mask(const DopBlock<axes>& block, const Query<axes>& q) {

@@ -214,13 +214,8 @@ using Clock = std::chrono::steady_clock;
 
 struct ImageSpacePairs::State {
   /// The querying surface, and the surface that is drawn.
-  struct Asking {
-    detail::BoxesKey key;
-    SurfaceBoxes boxes;
-  };
-  struct Drawn {
-    detail::BoxesKey key;
-    SurfaceBoxes boxes;
+  using Asking = detail::KeptBoxes;
+  struct Drawn : detail::KeptBoxes {
     detail::DrawnCopy copy;
     SixSides sides;
     TriangleEdges edges;
@@ -253,22 +248,11 @@ struct ImageSpacePairs::State {
 };
 
 void ImageSpacePairs::State::fit_asking(const SurfaceView& s, const char* name) {
-  if (asking.key.is_same_static(s)) return;
-  asking.key.forget();
-  detail::check_indices(s, name);
-  detail::check_finite(s, name);
-  asking.boxes.fit(s);
-  asking.key.set(s);
+  if (asking.fit(s, name)) asking.keep(s);
 }
 
 void ImageSpacePairs::State::fit_drawn(const SurfaceView& s, const char* name) {
-  const bool same_boxes = drawn.key.is_same_static(s);
-  if (!same_boxes) {
-    drawn.key.forget();
-    detail::check_indices(s, name);
-    detail::check_finite(s, name);
-    drawn.boxes.fit(s);
-  }
+  const bool same_boxes = !drawn.fit(s, name);
   const bool same_edges =
       std::equal(s.edges.begin(), s.edges.end(), drawn.edge_list.begin(), drawn.edge_list.end());
   if (!same_boxes && !(same_edges && drawn.copy.same_triangles(s))) {
@@ -277,7 +261,7 @@ void ImageSpacePairs::State::fit_drawn(const SurfaceView& s, const char* name) {
   }
   thickness = s.thickness;
   if (!drawn.copy.is(s)) draw(s, name);
-  drawn.key.set(s);
+  drawn.keep(s);
 }
 
 void ImageSpacePairs::State::draw(const SurfaceView& s, const char* name) {
@@ -382,12 +366,7 @@ void ImageSpacePairs::find_pairs(const SurfaceView& a, const SurfaceView& b, Can
   for (FoundPairs& part : s.parts) part.start(&tally);
   s.find(drawn_view, first_is_drawn);
   for (FoundPairs& part : s.parts) part.finish();
-  s.collector.collect(s.parts, &FoundPairs::point_triangle, a.x_t0.size(), b.triangles.size(),
-                      out.point_triangle);
-  s.collector.collect(s.parts, &FoundPairs::triangle_point, b.x_t0.size(), a.triangles.size(),
-                      out.triangle_point);
-  s.collector.collect(s.parts, &FoundPairs::edge_edge, a.edges.size(), b.edges.size(),
-                      out.edge_edge);
+  s.collector.collect(s.parts, a, &b, out);
   s.cost.query_s = seconds_since(built);
 }
 

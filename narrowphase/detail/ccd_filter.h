@@ -32,10 +32,4 @@ struct FilterKernel {
 /// The kernels that the compiler built and the processor supports, narrowest first; never empty.
 std::span<const FilterKernel> filter_kernels();
 
-// The kernel of each width; its functions are null if the compiler or the processor does not
-// support it.
-FilterKernel filter_kernel_narrow();
-FilterKernel filter_kernel_avx2();
-FilterKernel filter_kernel_avx512();
-
 }  // namespace selvedge::narrowphase_detail

@@ -62,7 +62,7 @@ class FloatPaths {
   static double largest_coordinate(const SurfaceView& view, const char* name);
   static std::unique_ptr<Path[]> convert(const SurfaceView& view, bool proves);
 
-  const Screen& screen_ = best_screen();
+  const Screen& screen_ = screens().back();
   std::unique_ptr<Path[]> own_a_, own_b_;
   std::array<const Path*, 2> paths_;  ///< of a and b
   float slack_ = 0.0F;                ///< m, of the difference of two coordinates

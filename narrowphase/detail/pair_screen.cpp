@@ -1,28 +1,48 @@
 // SPDX-License-Identifier: MIT
-// The screen with vectors of four floats: SSE2 on x86-64; elsewhere the compiler chooses the
-// instructions.
+// The screen with vectors of four floats (SSE2 on x86-64; elsewhere the compiler chooses the
+// instructions) and of eight.
+#include <selvedge/core/base/vector_target.h>
 #include <selvedge/narrowphase/detail/pair_screen.h>
 
-#ifdef __x86_64__
-#include <immintrin.h>
-#endif
+#include <vector>
 
 namespace selvedge::narrowphase_detail {
-namespace narrow_screen {
 namespace {
+namespace narrow_screen {
 
 #define SELVEDGE_SCREEN_LANES 4
-constexpr int kLanes = SELVEDGE_SCREEN_LANES;
 #include <selvedge/narrowphase/detail/pair_screen_kernel.inc>
+#undef SELVEDGE_SCREEN_LANES
 
-}  // namespace
 }  // namespace narrow_screen
 
-Screen screen_narrow() { return {narrow_screen::compare, narrow_screen::never_meet}; }
+#ifdef SELVEDGE_VECTOR_TARGETS
 
-const Screen& best_screen() {
-  static const Screen best = screen_avx2().compare != nullptr ? screen_avx2() : screen_narrow();
-  return best;
+SELVEDGE_TARGET_BEGIN("avx2")
+namespace avx2_screen {
+
+#define SELVEDGE_SCREEN_LANES 8
+#include <selvedge/narrowphase/detail/pair_screen_kernel.inc>
+#undef SELVEDGE_SCREEN_LANES
+
+}  // namespace avx2_screen
+SELVEDGE_TARGET_END
+
+#endif
+
+std::vector<Screen> screens_of_this_machine() {
+  std::vector<Screen> all{narrow_screen::kernel()};
+#ifdef SELVEDGE_VECTOR_TARGETS
+  if (__builtin_cpu_supports("avx2")) all.push_back(avx2_screen::kernel());
+#endif
+  return all;
+}
+
+}  // namespace
+
+std::span<const Screen> screens() {
+  static const std::vector<Screen> all = screens_of_this_machine();
+  return all;
 }
 
 }  // namespace selvedge::narrowphase_detail

@@ -38,11 +38,7 @@ struct Screen {
   std::uint32_t (*never_meet)(const PathBlock& block, bool edges, float slack);
 };
 
-/// The widest screen that the processor supports.
-const Screen& best_screen();
-/// The screen of each width; its functions are null if the compiler or the processor does not
-/// support it.
-Screen screen_narrow();
-Screen screen_avx2();
+/// The screens that the compiler built and the processor supports, narrowest first; never empty.
+std::span<const Screen> screens();
 
 }  // namespace selvedge::narrowphase_detail

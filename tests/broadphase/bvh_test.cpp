@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 #include <selvedge/broadphase/broad_phase.h>
-#include <selvedge/broadphase/conformance.h>
 #include <selvedge/broadphase/detail/bvh.h>
 #include <selvedge/broadphase/detail/collect_pairs.h>
 #include <selvedge/broadphase/detail/leaf_groups.h>
 #include <selvedge/broadphase/detail/sort_rows.h>
+#include <selvedge/compare/detectors/conformance.h>
 #include <selvedge/core/base/parallel.h>
 #include <selvedge/core/base/types.h>
 #include <selvedge/narrowphase/distance.h>

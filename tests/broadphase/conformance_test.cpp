@@ -3,7 +3,7 @@
 // broken on purpose.
 #include <gtest/gtest.h>
 #include <selvedge/broadphase/broad_phase.h>
-#include <selvedge/broadphase/conformance.h>
+#include <selvedge/compare/detectors/conformance.h>
 #include <selvedge/core/base/parallel.h>
 #include <selvedge/narrowphase/distance.h>
 #include <selvedge/narrowphase/narrow_phase.h>

@@ -2,8 +2,8 @@
 // Image space against closed forms (maps) and against brute force (pairs), each with the error that
 // its header states.
 #include <gtest/gtest.h>
-#include <selvedge/broadphase/conformance.h>
 #include <selvedge/broadphase/image_space/image_space.h>
+#include <selvedge/compare/detectors/conformance.h>
 #include <selvedge/core/base/parallel.h>
 #include <selvedge/core/base/types.h>
 #include <selvedge/data/makers/mannequin.h>

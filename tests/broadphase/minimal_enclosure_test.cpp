@@ -2,8 +2,8 @@
 // The minimal enclosure: everything of a body is inside it, and what is dropped outside of it loses
 // no pair of boxes that brute force finds, nor any that collides.
 #include <gtest/gtest.h>
-#include <selvedge/broadphase/conformance.h>
 #include <selvedge/broadphase/minimal_enclosure.h>
+#include <selvedge/compare/detectors/conformance.h>
 #include <selvedge/core/base/parallel.h>
 #include <selvedge/core/base/types.h>
 #include <selvedge/data/makers/mannequin.h>
@@ -188,7 +188,6 @@ std::size_t outside_count(const Enclosure& enclosure, const Surface& s, unsigned
     const double t = random.uniform(0, 1);
     const Vec3 x = at_t0 + t * (at_t1 - at_t0) + random.vector(s.thickness);
     outside += !enclosure.contains(x);
-    outside += enclosure.distance(x) > 0.0 && !enclosure.contains(x);
   };
   for (std::size_t v = 0; v < s.x_t0.size(); ++v) {
     outside += !enclosure.contains(s.x_t0[v]) + !enclosure.contains(s.x_t1[v]);
@@ -211,101 +210,36 @@ TEST(Enclosure, HoldsAllOfABodyOverTheStep) {
         const Surface s = moving(body, Vec3(far, 1, -far));
         const Enclosure enclosure = make_enclosure(s.view(), {.loops = loops});
         EXPECT_EQ(outside_count(enclosure, s, 5), 0u) << name << ", " << loops << " loops";
-        EXPECT_GE(enclosure.limbs.size(), 1u);
       }
     }
 }
 
-TEST(Enclosure, HasTwiceTheLoopsLessOnePrimitivesForEachLimb) {
+TEST(Enclosure, HasTwiceTheLoopsLessOnePrimitives) {
   for (const auto& [name, body] : bodies())
     for (const int loops : {1, 2, 5, 24}) {
       const Enclosure enclosure = make_enclosure(body.view(), {.loops = loops});
-      EXPECT_EQ(enclosure.primitive_count(), enclosure.limbs.size() * (2 * loops - 1)) << name;
-      for (const EnclosedLimb& limb : enclosure.limbs) {
-        EXPECT_EQ(limb.columns.size(), static_cast<std::size_t>(loops));
-        EXPECT_EQ(limb.cones.size() + 1, limb.columns.size());
-      }
+      EXPECT_EQ(enclosure.columns.size(), static_cast<std::size_t>(loops)) << name;
+      EXPECT_EQ(enclosure.cones.size() + 1, enclosure.columns.size()) << name;
     }
 }
 
-TEST(Enclosure, FindsLimbs) {
-  const auto limbs = [](const Surface& s, bool find = true) {
-    return make_enclosure(s.view(), {.find_limbs = find}).limbs.size();
-  };
-  EXPECT_EQ(limbs(tube(0.1, 0.1, 1.0)), 1u);
-  EXPECT_EQ(limbs(tube(0.02, 0.2, 1.0)), 1u);
-  EXPECT_EQ(limbs(two_legs()), 2u);
-  EXPECT_EQ(limbs(two_legs(), false), 1u);
-  EXPECT_GE(limbs(torus()), 2u);
-  const Surface body = mannequin();
-  EXPECT_GE(limbs(body), 5u);  // Trunk, arms and legs.
-  const auto gap = [&](bool find) {
-    return make_enclosure(body.view(), {.find_limbs = find}).mean_gap(body.view());
-  };
-  EXPECT_LT(gap(true), 0.5 * gap(false));
-}
-
-TEST(Enclosure, SmallLoosePartsAreOneLimb) {
-  // A button of 100 vertices is more than a limb needs, but less than 1/32 of the whole.
-  const auto button = [](double x) {
-    Surface s = tube(0.01, 0.01, 0.05, 10, 10);
-    s.map([&](const Vec3& p) { return Vec3(p + Vec3(x, 0.0, 0.5)); });
-    return s;
-  };
-  Surface body = button(0.3);
-  body.add(tube(0.1, 0.1, 1.0, 160, 48));
-  body.add(button(-0.3));
-  EXPECT_EQ(make_enclosure(body.view(), {}).limbs.size(), 2u);
-}
-
-TEST(Enclosure, AForkOfThreeEqualTubesIsThreeLimbs) {
-  Surface fork = tube(0.1, 0.1, 0.8);
-  fork.map([](const Vec3& p) { return Vec3(p.x(), p.y(), p.z() + 0.85); });
-  for (const double side : {-1.0, 1.0}) {
-    Surface leg = tube(0.1, 0.1, 0.8);
-    leg.map([&](const Vec3& p) { return Vec3(p.x() + 0.11 * side, p.y(), p.z()); });
-    const auto top = static_cast<std::int32_t>(fork.x_t0.size()) + 39 * 24;  // its highest ring
-    fork.add(leg);
-    for (int k = 0; k < 24; ++k) fork.triangles.push_back({top + k, top + (k + 1) % 24, k});
-    fork.close();
-  }
-  EXPECT_EQ(make_enclosure(fork.view(), {}).limbs.size(), 3u);
-}
-
-TEST(Enclosure, CutsALimbAtMostThreeTimesOneInsideTheOther) {
-  // A telescope of five tubes, each a fifth as wide and with a sixth of the vertices of the one
-  // before: each cut separates the widest tube of its part from the rest.
-  const int rings[] = {1300, 325, 81, 20, 5}, columns[] = {60, 40, 26, 17, 12};
-  Surface all;
-  double z = 0.0, radius = 1.0;
-  for (int k = 0; k < 5; ++k) {
-    const double length = 0.01 * rings[k];
-    const Surface next = ring_grid(rings[k], columns[k], [&](double u, double v) {
-      return Vec3(radius * std::cos(2.0 * kPi * v), radius * std::sin(2.0 * kPi * v),
-                  z + u * length);
-    });
-    const auto first = static_cast<std::int32_t>(all.x_t0.size());
-    all.add(next);
-    if (k > 0) all.triangles.push_back({first - 1, first, first + 1});
-    all.close();
-    z += length + 0.01;
-    radius /= 5.0;
-  }
-  EXPECT_EQ(make_enclosure(all.view(), {}).limbs.size(), 4u);
+TEST(Enclosure, IsCutAcrossTheLongestExtent) {
+  Surface leg = tube(0.1, 0.1, 1.0);
+  leg.map([](const Vec3& x) { return Vec3(x.y(), x.z(), x.x()); });
+  for (const Column& column : make_enclosure(leg.view(), {.loops = 3}).columns)
+    EXPECT_GT(std::abs(column.axis.y()), 0.999999);
 }
 
 TEST(Enclosure, OfASingleVertexContainsIt) {
   Surface one;
   one.x_t0 = one.x_t1 = {{0.1, 0.2, 0.3}};
-  for (const bool find : {false, true})
-    EXPECT_TRUE(make_enclosure(one.view(), {.find_limbs = find}).contains(one.x_t0[0])) << find;
+  EXPECT_TRUE(make_enclosure(one.view()).contains(one.x_t0[0]));
 }
 
 TEST(Enclosure, IsTightAroundTubesAndCones) {
   const double r = 0.1;
   const Surface straight = tube(r, r, 1.0, 160, 96);
   EXPECT_LT(make_enclosure(straight.view()).volume(), 1.3 * kPi * r * r);
-  EXPECT_LT(make_enclosure(straight.view()).mean_gap(straight.view()), 0.1 * r);
   // Cones follow a cone, where one column is three times as large.
   const Surface cone = tube(0.02, 0.2, 1.0, 160, 96);
   const double volume = kPi / 3 * (0.02 * 0.02 + 0.02 * 0.2 + 0.2 * 0.2);
@@ -319,42 +253,32 @@ TEST(Enclosure, IsTightAroundTubesAndCones) {
   EXPECT_LT(last, 1.3 * volume);
 }
 
-TEST(Enclosure, CutsAcrossAGivenAxis) {
-  const Surface s = tube(0.1, 0.1, 1.0);
-  const Enclosure enclosure = make_enclosure(s.view(), {.loops = 3, .axis = Vec3(5, 0, 0)});
-  for (const EnclosedLimb& limb : enclosure.limbs)
-    for (const Column& column : limb.columns) EXPECT_EQ(column.axis, Vec3(1, 0, 0));
-  EXPECT_EQ(outside_count(enclosure, s, 1), 0u);
-}
-
-TEST(Enclosure, PrimitivesTellDistancesThatAreNeverTooLong) {
+TEST(Enclosure, PrimitivesContainWhatLiesBetweenTheirDiscsAndWall) {
   Random random(3);
   for (int round = 0; round < 200; ++round) {
     const Vec3 axis = random.vector(1.0).normalized(), side = axis.unitOrthogonal();
     const Vec3 base = random.vector(1.0);
-    TruncatedCone cone{base, base + 0.7 * axis + random.uniform(-0.5, 0.5) * side, axis,
-                       random.uniform(0, 0.4), random.uniform(0, 0.4)};
+    const TruncatedCone cone{base, base + 0.7 * axis + random.uniform(-0.5, 0.5) * side, axis,
+                             random.uniform(0, 0.4), random.uniform(0, 0.4)};
     const Column column{base, axis, 0.7, 0.3};
     EXPECT_NEAR(column.volume(), kPi * 0.063, 1e-12);
     for (int i = 0; i < 40; ++i) {
-      const Vec3 x = random.vector(2.0);
-      // Any point inside: a disc at t, a direction in it.
-      const double t = random.uniform(0, 1), turn = random.uniform(0, 2 * kPi);
+      // A disc at t, a direction in it.
+      const double t = random.uniform(0.001, 0.999), turn = random.uniform(0, 2 * kPi);
       const Vec3 out = std::cos(turn) * side + std::sin(turn) * axis.cross(side);
       const double r = (1 - t) * cone.base_radius + t * cone.top_radius;
-      const Vec3 within = (1 - t) * cone.base + t * cone.top + 0.999999 * r * out;
-      EXPECT_LE(cone.distance(within), 1e-12);
-      EXPECT_LE(cone.distance(x), (x - within).norm() + 1e-12);
-      EXPECT_EQ(cone.contains(x), cone.distance(x) == 0.0);
-      EXPECT_EQ(column.contains(x), column.distance(x) == 0.0);
-      const Vec3 in_column = base + 0.7 * t * axis + 0.3 * out;
-      EXPECT_LE(column.distance(x), (x - in_column).norm() + 1e-12);
+      const Vec3 middle = (1 - t) * cone.base + t * cone.top;
+      EXPECT_TRUE(cone.contains(middle + 0.999 * r * out));
+      EXPECT_FALSE(cone.contains(middle + 1.001 * r * out));
+      EXPECT_FALSE(cone.contains(cone.base - t * axis));
+      EXPECT_FALSE(cone.contains(cone.top + t * axis));
+      EXPECT_TRUE(column.contains(base + 0.7 * t * axis + 0.2999 * out));
+      EXPECT_FALSE(column.contains(base + 0.7 * t * axis + 0.3001 * out));
+      EXPECT_FALSE(column.contains(base + (0.7 + t) * axis));
     }
   }
   const TruncatedCone upright{{0, 0, 0}, {0, 0, 3}, {0, 0, 1}, 2.0, 1.0};
   EXPECT_NEAR(upright.volume(), kPi * 7.0, 1e-12);
-  EXPECT_NEAR(upright.distance({0, 0, 5}), 2.0, 1e-12);
-  EXPECT_NEAR(upright.distance({4.5, 0, 1.5}), 3.0 * 3.0 / std::sqrt(10.0), 1e-12);
 }
 
 TEST(MinimalEnclosure, FindsThePairsOfBruteForceAroundEveryBody) {
@@ -428,15 +352,13 @@ TEST(MinimalEnclosure, FollowsABodyThatMoves) {
     const Surface cloth = cloth_over(body, 16, step);
     const CandidatePairs truth = truth_of(cloth, body);
     ASSERT_TRUE(same(pairs_of(*detector, cloth, body), truth)) << step;
-    const BroadPhaseCost cost = detector->last_cost();
-    EXPECT_EQ(cost.build_s > 0.0, step == 0) << step;
     EXPECT_EQ(outside_count(detector->last_enclosure(), body, step), 0u) << step;
     pairs += truth.size();
   }
   EXPECT_GT(pairs, 1000u);
 }
 
-TEST(MinimalEnclosure, CutsABodyAnewThatHasChangedItsShape) {
+TEST(MinimalEnclosure, FollowsABodyThatChangesItsShapeOrItsTriangles) {
   auto detector = make_minimal_enclosure();
   Surface body = tube(0.1, 0.1, 1.0);
   const Surface cloth = cloth_over(body, 12, 1);
@@ -444,8 +366,6 @@ TEST(MinimalEnclosure, CutsABodyAnewThatHasChangedItsShape) {
   Random random(2);
   body.map([&](const Vec3& x) { return Vec3(x.y(), x.x() + random.uniform(-0.3, 0.3), x.z()); });
   EXPECT_TRUE(same(pairs_of(*detector, cloth, body), truth_of(cloth, body)));
-  EXPECT_GT(detector->last_cost().build_s, 0.0);
-  EXPECT_GT(detector->last_cost().refit_s, 0.0);
   // Other triangles on as many vertices.
   for (Triangle& t : body.triangles) t[2] = (t[2] + 471) % 960;
   body.edges = tube(0.1, 0.1, 1.0).edges;
@@ -454,19 +374,15 @@ TEST(MinimalEnclosure, CutsABodyAnewThatHasChangedItsShape) {
 
 TEST(MinimalEnclosure, DoesNotLookAgainAtAStaticBody) {
   auto detector = make_minimal_enclosure();
-  Surface body = two_legs(), other = torus();
+  Surface body = two_legs();
   body.static_id = 11;
-  other.static_id = 12;
   const Surface cloth = cloth_over(body, 14, 3);
   const CandidatePairs truth = truth_of(cloth, body);
   EXPECT_TRUE(same(pairs_of(*detector, cloth, body), truth));
-  EXPECT_GT(detector->last_cost().build_s, 0.0);
-  EXPECT_TRUE(same(pairs_of(*detector, cloth, other), truth_of(cloth, other)));
   // Whoever looked would refuse this.
   Surface unseen = body;
   for (auto* xs : {&unseen.x_t0, &unseen.x_t1}) xs->front().x() = std::nan("");
   EXPECT_TRUE(same(pairs_of(*detector, cloth, unseen), truth));
-  EXPECT_EQ(detector->last_cost().build_s, 0.0);
   unseen.static_id = 0;
   EXPECT_THROW(pairs_of(*detector, cloth, unseen), std::invalid_argument);
   // Other boxes: the promise is of positions only.
@@ -474,14 +390,15 @@ TEST(MinimalEnclosure, DoesNotLookAgainAtAStaticBody) {
   EXPECT_TRUE(same(pairs_of(*detector, cloth, body), truth_of(cloth, body)));
 }
 
-TEST(MinimalEnclosure, CutsEveryStaticBodyForItself) {
+TEST(MinimalEnclosure, TellsStaticBodiesApart) {
   auto detector = make_minimal_enclosure();
-  Surface body = two_legs();
+  Surface body = two_legs(), other = torus();
   const Surface cloth = cloth_over(body, 14, 3);
-  for (const int id : {21, 22, 23, 24, 25, 26}) {
+  for (const int id : {21, 22}) {
     body.static_id = id;
-    pairs_of(*detector, cloth, body);
-    EXPECT_GT(detector->last_cost().build_s, 0.0) << id;
+    other.static_id = id + 10;
+    EXPECT_TRUE(same(pairs_of(*detector, cloth, body), truth_of(cloth, body))) << id;
+    EXPECT_TRUE(same(pairs_of(*detector, cloth, other), truth_of(cloth, other))) << id;
   }
 }
 
@@ -497,7 +414,7 @@ TEST(MinimalEnclosure, DropsAtOnceWhatIsFar) {
   const MinimalEnclosureCounts counts = detector->last_counts();
   EXPECT_EQ(counts.asked, near.x_t0.size() + near.edges.size() + near.triangles.size());
   EXPECT_GT(counts.dropped, counts.asked / 2);
-  EXPECT_LT(counts.enclosure_tests, 4 * counts.asked);
+  EXPECT_LE(counts.enclosure_tests, counts.primitives * counts.asked);
   EXPECT_LT(counts.box_tests, counts.asked * body.triangles.size() / 20);
 }
 
@@ -527,9 +444,6 @@ TEST(MinimalEnclosure, RefusesWhatItCannotServe) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   for (const int loops : {0, -3, 4097})
     EXPECT_THROW(make_minimal_enclosure({.loops = loops}), std::invalid_argument);
-  for (const double recut : {1.0, std::nan("")})
-    EXPECT_THROW(make_minimal_enclosure({.recut_volume = recut}), std::invalid_argument);
-  EXPECT_THROW(make_minimal_enclosure({.axis = Vec3(0, infinity, 0)}), std::invalid_argument);
   auto detector = make_minimal_enclosure();
   EXPECT_FALSE(detector->traits().self);
   CandidatePairs out;
@@ -541,7 +455,7 @@ TEST(MinimalEnclosure, RefusesWhatItCannotServe) {
   EXPECT_THROW(make_enclosure(body.view()), std::invalid_argument);
   const Surface cloth = cloth_over(tube(0.1, 0.1, 1.0), 5, 1);
   EXPECT_TRUE(same(pairs_of(*detector, cloth, body), truth_of(cloth, body)));
-  EXPECT_EQ(make_enclosure(Surface().view()).primitive_count(), 0u);
+  EXPECT_TRUE(make_enclosure(Surface().view()).columns.empty());
 }
 
 }  // namespace selvedge::minimal_enclosure_test

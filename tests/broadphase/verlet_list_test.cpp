@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 #include <selvedge/broadphase/broad_phase.h>
-#include <selvedge/broadphase/conformance.h>
+#include <selvedge/compare/detectors/conformance.h>
 #include <selvedge/core/base/types.h>
 
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Result folders with frames and steps that are missing, spoilt or of other meshes, as `selvedge
 // check` reads them.
-#include <selvedge/judge/files/check_result.h>
+#include <selvedge/run/check_result.h>
 
 #include <cstdlib>
 

@@ -611,9 +611,9 @@ TEST(FindProximities, NoPairCollidesWhileItsEndsChangeByLessThanItsRoom) {
 
 TEST(Screens, OfEveryWidthProveTheSame) {
   using narrowphase_detail::kScreenBlock;
-  const narrowphase_detail::Screen narrow = narrowphase_detail::screen_narrow(),
-                                   wide = narrowphase_detail::screen_avx2();
-  if (wide.compare == nullptr) GTEST_SKIP() << "no AVX2";
+  const std::span<const narrowphase_detail::Screen> screens = narrowphase_detail::screens();
+  if (screens.size() == 1) GTEST_SKIP() << "no AVX2";
+  const narrowphase_detail::Screen &narrow = screens.front(), &wide = screens.back();
   const narrowphase_detail::ScreenLimits limits{
       .slack = 1e-6F, .at_start = 0.4F, .with_motion = 0.2F, .lines = 0.2F, .offset = 1e-6F};
   Random r(28);

@@ -502,7 +502,7 @@ TEST_F(OptionsOfMethods, AreAxesOfACompareWhateverTheirOrder) {
   const Scene cell = read_with(cell_overrides(axes, {"0.5", "uniform_grid"}, base));
   EXPECT_EQ(cell.contact.broad_phase, "uniform_grid");
   EXPECT_EQ(cell.contact.broad_phase_options, (MethodOptions{{"cell", 0.5}}));
-  EXPECT_EQ(read_axes({"broad_phase.find_limbs"}, methods_)[0].values,
+  EXPECT_EQ(read_axes({"response.sticking"}, methods_)[0].values,
             (std::vector<std::string>{"false", "true"}));
   EXPECT_SAYS(refusal([&] { read_axes({"broad_phase.cel=1"}, methods_); }),
               "no method has the option \"cel\"; nearest is \"cell\"");

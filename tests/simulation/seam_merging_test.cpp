@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/core/base/parallel.h>
-#include <selvedge/judge/files/check_result.h>
+#include <selvedge/run/check_result.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/run/run.h>
 #include <selvedge/scene/build.h>

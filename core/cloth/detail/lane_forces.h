@@ -119,7 +119,7 @@ struct LaneSums {
 
 /// The most frequently evaluated forces and the sums over their Jacobians, for one vector width.
 struct LaneKernel {
-  int width = 0;              ///< doubles per vector; 0: not supported by this machine
+  int width = 0;              ///< doubles per vector
   AddLanes hooke = nullptr;   ///< numbers: rest length, stiffness, damping
   AddLanes hinges = nullptr;  ///< numbers: rest angle in [-π, π], stiffness, damping
   ElementParts spring_parts = nullptr, hinge_parts = nullptr;
@@ -146,8 +146,5 @@ struct LaneKernel {
 std::span<const LaneKernel> lane_kernels();
 /// The widest of these kernels.
 const LaneKernel& lane_kernel();
-
-LaneKernel lane_kernel_avx2();
-LaneKernel lane_kernel_avx512();
 
 }  // namespace selvedge::detail

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// The matrix, and its kernels with vectors of four floats, which every x86-64 supports.
 #include <selvedge/core/base/parallel.h>
 #include <selvedge/core/cloth/detail/lane_matrix.h>
 
@@ -9,13 +8,6 @@
 
 namespace selvedge::detail {
 namespace {
-namespace lane_matrix_narrow {
-
-#define SELVEDGE_MATRIX_FLOATS 4
-constexpr int kFloats = SELVEDGE_MATRIX_FLOATS;
-#include <selvedge/core/cloth/detail/lane_matrix_kernel.inc>
-
-}  // namespace lane_matrix_narrow
 
 // A group is stored by distances from the diagonal if that takes at most this share more slots than
 // its longest row has blocks.
@@ -24,23 +16,7 @@ constexpr double kMostPadding = 0.3;
 // Blocks of kRowLanes numbers per task.
 constexpr std::size_t kNumberGrain = 1024;
 
-std::vector<LaneMatrixKernel> matrix_kernels_of_this_machine() {
-  std::vector<LaneMatrixKernel> all{lane_matrix_narrow::kernel()};
-  if (const LaneMatrixKernel wide = lane_matrix_kernel_avx2(); wide.width > 0) all.push_back(wide);
-  return all;
-}
-
 }  // namespace
-
-std::span<const LaneMatrixKernel> lane_matrix_kernels() {
-  static const std::vector<LaneMatrixKernel> kernels = matrix_kernels_of_this_machine();
-  return kernels;
-}
-
-const LaneMatrixKernel& lane_matrix_kernel() {
-  static const LaneMatrixKernel widest = lane_matrix_kernels().back();
-  return widest;
-}
 
 void LaneVector::resize(std::size_t n) {
   size_ = n;

@@ -96,7 +96,7 @@ struct LaneStep {
 /// Operations on the groups of rows [first, last). Vectors are LaneVector data; `extra` is added to
 /// A x and may be null. Every vector width gives the same bits.
 struct LaneMatrixKernel {
-  int width = 0;  ///< floats in a vector; 0: not for this machine
+  int width = 0;  ///< floats in a vector
   /// y = A x + extra; returns x·y.
   double (*multiply)(const LaneRows& a, const float* x, const float* extra, float* y,
                      std::size_t first, std::size_t last) = nullptr;
@@ -135,7 +135,6 @@ struct LaneMatrixKernel {
 std::span<const LaneMatrixKernel> lane_matrix_kernels();
 /// The widest.
 const LaneMatrixKernel& lane_matrix_kernel();
-LaneMatrixKernel lane_matrix_kernel_avx2();
 
 /// A sparse matrix of 3×3 blocks in single precision with a fixed pattern, stored for vector units:
 /// groups of eight rows hold their blocks side by side. M. Kreutzer et al., "A unified sparse

@@ -1,4 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/judge/files/check_result.h>
+#include <selvedge/run/check_result.h>
 
 int main() { return selvedge::CheckFinding().is_faulty() ? 1 : 0; }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/judge/files/check_result.h>
+#include <selvedge/run/check_result.h>
 
 #include <fmt/format.h>
 #include <selvedge/bodies/mesh_file.h>

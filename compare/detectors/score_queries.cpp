@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/compare/compare_detectors.h>
+#include <selvedge/compare/detectors/compare_detectors.h>
 #include <selvedge/core/base/stopwatch.h>
 #include <selvedge/narrowphase/ccd_methods.h>
 

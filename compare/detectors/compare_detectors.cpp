@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/bodies/mesh_report.h>
-#include <selvedge/compare/compare_detectors.h>
+#include <selvedge/compare/detectors/compare_detectors.h>
 #include <selvedge/core/base/parallel.h>
 #include <selvedge/core/base/stopwatch.h>
 #include <selvedge/core/system/memory.h>

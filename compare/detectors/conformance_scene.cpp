@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/broadphase/conformance.h>
+#include <selvedge/compare/detectors/conformance.h>
 #include <selvedge/core/base/elementary.h>
 #include <selvedge/core/base/types.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/broadphase/conformance.h>
 #include <selvedge/broadphase/detail/swept_box.h>
+#include <selvedge/compare/detectors/conformance.h>
 #include <selvedge/core/base/parallel.h>
 
 #include <algorithm>

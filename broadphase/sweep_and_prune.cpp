@@ -191,16 +191,19 @@ class SweepEngine {
 
   /// Puts the boxes, in the order of keys_, into their columns.
   void fill_columns(Structure& out) {
+    const auto add = [&](const PackedBox& box, auto visit) {
+      if (box.tag) return;
+      each_column(reach_of(box), [&](std::size_t column, std::uint32_t began_before) {
+        visit(column, box, began_before);
+      });
+    };
     detail::sort_into_slots(
         static_cast<std::size_t>(columns_.count) * columns_.count,
         [&](auto visit) {
-          for (const std::uint64_t key : keys_) {
-            const PackedBox& box = out.all[key & 0xffffffffu];
-            if (box.tag) continue;
-            each_column(reach_of(box), [&](std::size_t column, std::uint32_t began_before) {
-              visit(column, box, began_before);
-            });
-          }
+          for (const PackedBox& box : out.all) add(box, visit);
+        },
+        [&](auto visit) {
+          for (const std::uint64_t key : keys_) add(out.all[key & 0xffffffffu], visit);
         },
         out.begin, out.entries);
   }

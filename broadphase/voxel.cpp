@@ -139,16 +139,13 @@ class VoxelEngine {
   void list(Structure& s) const {
     if (s.listed) return;
     s.bits = std::clamp(static_cast<int>(std::bit_width(2 * s.all.size())), 1, 31);
-    detail::sort_into_slots(
-        std::size_t{1} << s.bits,
-        [&](auto visit) {
-          for (const PackedBox& box : s.all)
-            if (!box.tag)
-              each_voxel(box, [&](const Cell& v, std::uint32_t tag) {
-                visit(slot_of(v, s.bits), box, tag);
-              });
-        },
-        s.begin, s.entries);
+    const auto each = [&](auto visit) {
+      for (const PackedBox& box : s.all)
+        if (!box.tag)
+          each_voxel(
+              box, [&](const Cell& v, std::uint32_t tag) { visit(slot_of(v, s.bits), box, tag); });
+    };
+    detail::sort_into_slots(std::size_t{1} << s.bits, each, each, s.begin, s.entries);
     s.listed = true;
   }
 

@@ -98,13 +98,11 @@ std::size_t BodyEnclosure::slab_of(const DoubleBox& box, std::size_t slabs) cons
 
 void BodyEnclosure::sort(SlabBoxes& kind, std::size_t slabs) const {
   const std::vector<DoubleBox>& boxes = *kind.boxes;
-  sort_into_slots(
-      slabs,
-      [&](auto visit) {
-        for (std::size_t i = 0; i < boxes.size(); ++i)
-          visit(slab_of(boxes[i], slabs), map_.pack(boxes[i], static_cast<std::int32_t>(i)), 0u);
-      },
-      kind.begin, kind.packed);
+  const auto each = [&](auto visit) {
+    for (std::size_t i = 0; i < boxes.size(); ++i)
+      visit(slab_of(boxes[i], slabs), map_.pack(boxes[i], static_cast<std::int32_t>(i)), 0u);
+  };
+  sort_into_slots(slabs, each, each, kind.begin, kind.packed);
   kind.groups.clear();
   for (std::size_t i = 0; i < boxes.size(); i += SlabBoxes::kGroup) {
     DoubleBox box = boxes[kind.packed[i].id];

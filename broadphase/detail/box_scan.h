@@ -9,6 +9,7 @@
 #include <limits>
 #include <span>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 namespace selvedge::detail {
@@ -61,19 +62,18 @@ class BoxScan {
   std::vector<std::vector<std::uint32_t>> hits_{kBoxPairParts};
 };
 
-/// Sorts boxes into slots. each(visit) calls visit(slot, box, tag) for every entry, twice in the
-/// same order; a box may have several entries. The entries of slot s become those from begin[s] up
-/// to, but excluding, begin[s + 1]. Throws std::length_error if there are more than 2^32.
-template <class Each>
-void sort_into_slots(std::size_t slots, Each each, std::vector<std::uint32_t>& begin,
+/// Sorts boxes into slots. each(visit) calls visit(slot, box, tag) for every entry; a box may have
+/// several. `count` does the same, in any order. The entries of slot s become those from begin[s]
+/// up to, but excluding, begin[s + 1], in the order of `each`. Throws std::length_error if there
+/// are more than 2^32.
+template <class Count, class Each>
+void sort_into_slots(std::size_t slots, Count count, Each each, std::vector<std::uint32_t>& begin,
                      std::vector<PackedBox>& entries) {
   begin.assign(slots + 1, 0);
-  each([&](std::size_t slot, const PackedBox&, std::uint32_t) { ++begin[slot]; });
+  count([&](std::size_t slot, const PackedBox&, std::uint32_t) { ++begin[slot]; });
   std::size_t sum = 0;
   for (std::uint32_t& place : begin) {
-    const std::size_t count = place;
-    place = static_cast<std::uint32_t>(sum);
-    sum += count;
+    sum += std::exchange(place, static_cast<std::uint32_t>(sum));
     if (sum > std::numeric_limits<std::uint32_t>::max())
       throw std::length_error("broad phase: more than 2^32 boxes in cells; use larger cells");
   }

@@ -2,7 +2,9 @@
 #include <selvedge/broadphase/detail/packed_boxes.h>
 #include <selvedge/core/base/vector_target.h>
 
-#ifdef __SSE2__
+#ifdef SELVEDGE_VECTOR_TARGETS
+#include <immintrin.h>
+#elif defined(__SSE2__)
 #include <emmintrin.h>
 #endif
 

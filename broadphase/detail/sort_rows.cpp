@@ -6,6 +6,10 @@
 #include <array>
 #include <utility>
 
+#ifdef SELVEDGE_VECTOR_TARGETS
+#include <immintrin.h>
+#endif
+
 namespace selvedge::detail {
 namespace {
 

@@ -9,6 +9,8 @@
 
 #ifdef SELVEDGE_VECTOR_TARGETS
 
+#include <immintrin.h>
+
 SELVEDGE_TARGET_BEGIN("avx2,bmi,popcnt")
 namespace selvedge::detail::wide {
 namespace {

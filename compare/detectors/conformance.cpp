@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/broadphase/detail/swept_box.h>
 #include <selvedge/compare/detectors/conformance.h>
 #include <selvedge/core/base/parallel.h>
 
@@ -98,6 +97,14 @@ std::string first_pair(const CandidatePairs& pairs) {
   return "none";
 }
 
+bool contains(const Triangle& t, std::int32_t v) {
+  return std::find(t.begin(), t.end(), v) != t.end();
+}
+
+bool share_vertex(const Edge& a, const Edge& b) {
+  return std::find_first_of(a.begin(), a.end(), b.begin(), b.end()) != a.end();
+}
+
 bool is_below(std::int32_t i, std::size_t n) { return i >= 0 && static_cast<std::size_t>(i) < n; }
 
 /// The pairs that no detector may report for these surfaces.
@@ -106,15 +113,14 @@ CandidatePairs malformed_pairs(const Call& call, const CandidatePairs& pairs) {
   const SurfaceView &a = call.a, &b = call.self ? call.a : call.b;
   for (const PointTrianglePair& p : pairs.point_triangle)
     if (!is_below(p.point, a.x_t0.size()) || !is_below(p.triangle, b.triangles.size()) ||
-        (call.self && detail::contains(a.triangles[p.triangle], p.point)))
+        (call.self && contains(a.triangles[p.triangle], p.point)))
       out.point_triangle.push_back(p);
   for (const PointTrianglePair& p : pairs.triangle_point)
     if (call.self || !is_below(p.point, b.x_t0.size()) || !is_below(p.triangle, a.triangles.size()))
       out.triangle_point.push_back(p);
   for (const EdgeEdgePair& p : pairs.edge_edge)
     if (!is_below(p.edge_a, a.edges.size()) || !is_below(p.edge_b, b.edges.size()) ||
-        (call.self &&
-         (p.edge_a >= p.edge_b || detail::share_vertex(a.edges[p.edge_a], a.edges[p.edge_b]))))
+        (call.self && (p.edge_a >= p.edge_b || share_vertex(a.edges[p.edge_a], a.edges[p.edge_b]))))
       out.edge_edge.push_back(p);
   return out;
 }

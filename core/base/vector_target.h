@@ -18,8 +18,6 @@
 /// same reason a kernel calls no function that is compiled elsewhere.
 #if defined(__x86_64__) && defined(__GNUC__)
 
-#include <immintrin.h>
-
 #define SELVEDGE_VECTOR_TARGETS
 #define SELVEDGE_PRAGMA(text) _Pragma(#text)
 

@@ -7,6 +7,10 @@
 
 #include <vector>
 
+#ifdef SELVEDGE_VECTOR_TARGETS
+#include <immintrin.h>
+#endif
+
 namespace selvedge::narrowphase_detail {
 namespace {
 namespace narrow {

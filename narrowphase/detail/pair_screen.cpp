@@ -6,6 +6,10 @@
 
 #include <vector>
 
+#ifdef SELVEDGE_VECTOR_TARGETS
+#include <immintrin.h>
+#endif
+
 namespace selvedge::narrowphase_detail {
 namespace {
 namespace narrow_screen {

@@ -6,6 +6,10 @@
 #include <cmath>
 #include <cstring>
 
+#ifdef SELVEDGE_VECTOR_TARGETS
+#include <immintrin.h>
+#endif
+
 namespace selvedge::detail {
 namespace {
 namespace narrow {

@@ -20,6 +20,7 @@
 
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 namespace selvedge {
@@ -66,12 +67,12 @@ void radix_sort(std::vector<std::uint64_t>& keys, std::vector<std::uint64_t>& sc
 /// unbounded. Their sides are along axes [1] and [2], their length along axis [0].
 struct Columns {
   std::array<int, 3> axis{0, 1, 2};
-  double side = 0.0;
+  double side = 0.0, inverse_side = 0.0;
   std::int32_t count = 1;
 
   /// Index of the column along axis[k] that contains a float coordinate; monotone.
   std::int32_t at(float x) const {
-    const double scaled = std::floor(static_cast<double>(x) / side) + count / 2;
+    const double scaled = std::floor(static_cast<double>(x) * inverse_side) + count / 2;
     return static_cast<std::int32_t>(std::clamp(scaled, 0.0, count - 1.0));
   }
 };
@@ -103,6 +104,7 @@ class SweepEngine {
       made.count = static_cast<std::int32_t>(std::sqrt(points / kPointsPerColumn)) + 1;
     else
       made.side = 1.0;  // One unbounded column.
+    made.inverse_side = std::min(1.0 / made.side, std::numeric_limits<double>::max());
     if (made.axis == columns_.axis && made.count == columns_.count &&
         made.side < kSimilar * columns_.side && columns_.side < kSimilar * made.side &&
         map_.is_near(map, made.side))

@@ -59,7 +59,7 @@ struct ConformanceConfig {
   std::size_t scenes_per_thread_check = 25;
   std::vector<int> threads = {1, 2, 8};
   /// An exact narrow phase; may be empty, but then the pairs that a detector culls are not checked.
-  TouchingPairs touching;
+  TouchingPairs touching = {};
   /// Maximum number of pairs per call passed to `touching`, evenly chosen. > 0
   std::size_t touching_pairs = 300;
 };

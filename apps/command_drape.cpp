@@ -98,8 +98,8 @@ GridConfig grid_of(const Scene& scene) {
                                 ": a geometric drape needs one piece of cloth, a grid of the "
                                 "pattern \"rectangular\"");
   GridConfig scaled = grid->grid;
-  scaled.size_x *= scene.cloths[0].placement.scale;
-  scaled.size_y *= scene.cloths[0].placement.scale;
+  scaled.size_x *= scene.cloths[0].scale;
+  scaled.size_y *= scene.cloths[0].scale;
   return scaled;
 }
 

@@ -37,7 +37,6 @@ struct RunOptions {
   double budget = 0.0;
   int max_steps = 0;
   std::optional<int> stall_steps;
-  std::string plan = "on";
   bool resume = false, overwrite = false, every_step = false, json = false, no_picture = false;
   QueryRecorderConfig record;
 };
@@ -48,8 +47,6 @@ void draw(const Scene& scene, const std::filesystem::path& out, int frame) {
   choice.eye = camera.eye;
   choice.target = camera.target;
   choice.field_of_view = camera.field_of_view;
-  choice.width = camera.width;
-  choice.height = camera.height;
   render_result_frame(out, frame, choice, numbered(out / "pictures", "frame", frame, 5, ".png"));
 }
 
@@ -146,9 +143,7 @@ RunResult run_or_explain(const Scene& scene, const RunConfig& config, ProgressBa
 
 int run_command(const RunOptions& options) {
   Methods methods = methods_of_this_build();
-  std::vector<Override> overrides = read_overrides(options.set);
-  if (options.plan == "off") overrides.push_back({"plan.proofs", "false"});
-  const Scene scene = read_scene(options.scene, overrides, methods);
+  const Scene scene = read_scene(options.scene, read_overrides(options.set), methods);
   const ThreadLimit limit(options.threads);
   RecordedRun recording(options.record, methods);
   const StopOnSignal stop;
@@ -164,14 +159,7 @@ int run_command(const RunOptions& options) {
   config.max_steps = options.max_steps;
   config.stall_steps = options.stall_steps.value_or(config.stall_steps);
   config.stop = stop.requested();
-  int last_drawn = -1;
-  const int every = options.no_picture ? 0 : scene.output.picture_every;
-  config.progress = [&](int frame, double seconds) {
-    bar.show(frame, seconds);
-    if (every == 0 || frame % every != 0) return;
-    draw(scene, config.out, frame);
-    last_drawn = frame;
-  };
+  config.progress = [&](int frame, double seconds) { bar.show(frame, seconds); };
   config.warning = [&](const std::string& sentence) {
     bar.clear();
     fmt::print(stderr, "warning: {}\n", printable(sentence));
@@ -179,8 +167,7 @@ int run_command(const RunOptions& options) {
   const RunResult result = run_or_explain(scene, config, bar);
   bar.clear();
   recording.write();
-  const int last = result.frames - 1;
-  if (!options.no_picture && last != last_drawn) draw(scene, config.out, last);
+  if (!options.no_picture) draw(scene, config.out, result.frames - 1);
   if (options.json)
     print_file(config.out / "result.json");
   else
@@ -196,11 +183,6 @@ void add_run_options(const Command& command) {
   command.option("--threads", options->threads, "Threads; 0: all (the result is the same)")
       .range(0, 1024);
   command.option("--set", options->set, "path=value replaces a value of the scene file").one_word();
-  command
-      .option("--plan", options->plan,
-              "off: also compute parts that are proved to have no effect (the result "
-              "is the same)")
-      .one_of({"on", "off"});
   const Command::Option resume = command.flag("--resume", options->resume,
                                               "Continue from the checkpoint in the result folder");
   command

@@ -50,13 +50,13 @@ json piece_json(const fs::path& folder, const GarmentPiece& piece) {
     write_obj(folder / file, piece.surface.vertices, piece.surface.triangles);
   } else {
     write_garment_obj(folder / file, piece);
-    out["rest"] = "texture";
+    out["rest_mesh"] = "texture";
   }
   return out;
 }
 
 json side_json(const std::string& piece, const std::vector<std::int32_t>& row) {
-  return {{"geometry", piece}, {"select", {{"vertices", row}}}};
+  return {{"geometry", piece}, {"select", row}};
 }
 
 TriangleMesh mannequin_mesh(bool arms_level) {
@@ -75,12 +75,12 @@ void add_garment(const fs::path& folder, const Garment& garment, int subdivision
   for (const GarmentPiece& piece : garment.pieces)
     scene["geometry"].push_back(piece_json(folder, piece));
   for (const GarmentSeam& seam : garment.seams) {
-    scene["seams"].push_back({{"a", side_json(seam.piece_a, seam.a)},
-                              {"b", side_json(seam.piece_b, seam.b)},
-                              {"tolerance", kSeamReach},
-                              {"pull", garment.pull / kSeamReach}});
+    scene["seams"].push_back(
+        {{"sides", json::array({side_json(seam.piece_a, seam.a), side_json(seam.piece_b, seam.b)})},
+         {"tolerance", kSeamReach},
+         {"pull", garment.pull / kSeamReach}});
   }
-  if (!garment.held.empty()) scene["handles"].push_back({{"select", {{"vertices", garment.held}}}});
+  if (!garment.held.empty()) scene["handles"].push_back({{"select", garment.held}});
   scene["obstacles"].push_back(body_json(folder, mannequin_mesh(garment.arms_level), subdivisions));
 }
 

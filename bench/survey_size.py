@@ -129,7 +129,7 @@ def hung_scene(size, stiffness, solver, pattern):
     """The same cloth held by two corners, without a table."""
     scene = table_scene(size, stiffness, solver, pattern)
     del scene["obstacles"]
-    scene["handles"] = [{"name": "corners", "select": {"corners": ["x0y1", "x1y1"]}}]
+    scene["handles"] = [{"name": "corners", "select": ["x0y1", "x1y1"]}]
     return scene
 
 

@@ -55,7 +55,7 @@ SCENES = {
     "corners": (scene(1, held(corners=["x0y1", "x1y1"])), kept),
     "flag": (scene(1, {**held(edge="x0"), "air": {"wind": [4, 0.5, 0], "normal_drag": 0.8, "viscous_drag": 0.05}}, UPRIGHT),
              lambda energy: mean(energy, 0.5, 2.0)),
-    "fall": (scene(0.6, {"handles": [{"name": "held", "select": {"edge": "y1"}, "release": 0.35}],
+    "fall": (scene(0.6, {"handles": [{"name": "held", "select": "y1", "release": 0.35}],
                          "obstacles": [{"name": "floor", "shape": {"type": "plane"}}]}),
              lambda energy: mean(energy, 0.0, 0.5)),
     "land": (scene(0.35, {"obstacles": [{"name": "ball", "shape": {"type": "sphere", "radius": 0.1, "resolution": 40},

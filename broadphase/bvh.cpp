@@ -415,53 +415,12 @@ std::unique_ptr<BroadPhase> detail::make_bvh_aabb(const BvhConfig& config,
   return make<AabbVolume>(config, PairSet::culled, kAabbSource, std::move(cull));
 }
 
-std::vector<MethodOption> detail::bvh_options() {
-  const BvhConfig initial;
-  return {{.name = "rebuild_quality_loss",
-           .initial = initial.rebuild_quality_loss,
-           .unit = "1",
-           .least = 1.0,
-           .most = 1e9,
-           .above_least = true,
-           .meaning = "a kept tree is rebuilt beyond this quality loss; lower: better trees, more "
-                      "builds"},
-          {.name = "wide_vectors",
-           .initial = initial.wide_vectors ? 1.0 : 0.0,
-           .kind = OptionKind::boolean,
-           .meaning = "vectors of eight floats where the processor supports them"},
-          {.name = "arity",
-           .initial = static_cast<double>(initial.arity),
-           .unit = "1",
-           .least = 2.0,
-           .most = detail::kLanes,
-           .kind = OptionKind::whole,
-           .meaning = "children per node; fewer: tighter boxes, more levels"},
-          {.name = "leaf_size",
-           .initial = static_cast<double>(initial.leaf_size),
-           .unit = "1",
-           .least = 1.0,
-           .most = detail::kMostLeafItems,
-           .kind = OptionKind::whole,
-           .meaning = "triangles per leaf; fewer: fewer primitive tests, more nodes"}};
-}
-
-BvhConfig detail::read_bvh_options(const MethodOptions& options) {
-  return {.rebuild_quality_loss = options["rebuild_quality_loss"],
-          .wide_vectors = options.flag("wide_vectors"),
-          .arity = options.whole("arity"),
-          .leaf_size = options.whole("leaf_size")};
-}
-
 void register_bvh(BroadPhaseRegistry& registry) {
-  const std::vector<MethodOption> options = detail::bvh_options();
-  registry.add("bvh_aabb", options,
-               [](const MethodOptions& o) { return make_bvh_aabb(detail::read_bvh_options(o)); });
-  registry.add("bvh_obb", options,
-               [](const MethodOptions& o) { return make_bvh_obb(detail::read_bvh_options(o)); });
+  registry.add("bvh_aabb", {}, [](const MethodOptions&) { return make_bvh_aabb(); });
+  registry.add("bvh_obb", {}, [](const MethodOptions&) { return make_bvh_obb(); });
   for (const int k : {6, 14, 18, 26})
-    registry.add("bvh_kdop" + std::to_string(k), options, [k](const MethodOptions& o) {
-      return make_bvh_kdop(k, detail::read_bvh_options(o));
-    });
+    registry.add("bvh_kdop" + std::to_string(k), {},
+                 [k](const MethodOptions&) { return make_bvh_kdop(k); });
 }
 
 }  // namespace selvedge

@@ -306,9 +306,7 @@ std::unique_ptr<BroadPhase> make_curvature_cone(const BvhConfig& config) {
 }
 
 void register_curvature_cone(BroadPhaseRegistry& registry) {
-  registry.add("curvature_cone", detail::bvh_options(), [](const MethodOptions& o) {
-    return make_curvature_cone(detail::read_bvh_options(o));
-  });
+  registry.add("curvature_cone", {}, [](const MethodOptions&) { return make_curvature_cone(); });
 }
 
 }  // namespace selvedge

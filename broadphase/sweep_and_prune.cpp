@@ -289,17 +289,7 @@ std::unique_ptr<BroadPhase> make_sweep_and_prune(const SweepAndPruneConfig& conf
 }
 
 void register_sweep_and_prune(BroadPhaseRegistry& registry) {
-  registry.add(
-      "sweep_and_prune",
-      {{.name = "column",
-        .initial = SweepAndPruneConfig{}.column,
-        .unit = "1",
-        .least = 0.0,
-        .most = 1e6,
-        .meaning = "side of a column relative to the typical extent of an edge's box; "
-                   "smaller: fewer box tests, more boxes in several columns; 0: one "
-                   "sweep"}},
-      [](const MethodOptions& o) { return make_sweep_and_prune({.column = o["column"]}); });
+  registry.add("sweep_and_prune", {}, [](const MethodOptions&) { return make_sweep_and_prune(); });
 }
 
 }  // namespace selvedge

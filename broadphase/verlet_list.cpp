@@ -401,17 +401,8 @@ std::unique_ptr<BroadPhase> make_verlet_list(std::unique_ptr<BroadPhase> inner,
 }
 
 void register_verlet_list(BroadPhaseRegistry& registry) {
-  std::vector<MethodOption> options = detail::bvh_options();
-  options.push_back({.name = "margin",
-                     .initial = VerletListConfig{}.margin,
-                     .unit = "m",
-                     .least = -1.0,
-                     .most = 1e3,
-                     .meaning = "larger: fewer searches, each with more pairs to filter; negative: "
-                                "chosen by measured cost"});
-  registry.add("verlet_bvh", std::move(options), [](const MethodOptions& o) {
-    return make_verlet_list(make_bvh_aabb(detail::read_bvh_options(o)), {.margin = o["margin"]});
-  });
+  registry.add("verlet_bvh", {},
+               [](const MethodOptions&) { return make_verlet_list(make_bvh_aabb(), {}); });
 }
 
 }  // namespace selvedge

@@ -178,14 +178,12 @@ double free_fall_error(const Scene& scene, const BuiltScene& built, const ClothE
 }
 
 double incline_error(const Scene& scene, const ClothEnds& ends) {
-  const auto body = std::find_if(scene.bodies.begin(), scene.bodies.end(), [&](const BodySpec& b) {
-    return b.name == scene.closed_form.body;
-  });
-  const Vec3 normal = body->placement.rotation * Vec3::UnitZ();
+  const BodySpec& body = scene.bodies.at(0);
+  const Vec3 normal = body.placement.rotation * Vec3::UnitZ();
   const Vec3 downhill = scene.gravity - normal.dot(scene.gravity) * normal;
   const double g = scene.gravity.norm();
   const double slope = std::atan2(downhill.norm(), std::abs(normal.dot(scene.gravity)));
-  const double exact = slide(g, slope, body->friction, end_time(scene));
+  const double exact = slide(g, slope, body.friction, end_time(scene));
   const double moved = downhill.normalized().dot(mean(ends.end) - mean(ends.start));
   return std::abs(moved - exact) / ends.extent();
 }
@@ -381,7 +379,7 @@ std::optional<Difference> Reference::error(const ErrorQuantity& quantity, const 
 
 double Reference::closed_form_error(const std::string& cell, const ClothEnds& ends) const {
   const Scene scene = read_scene(cell_folder(out_, cell) / "scene.json", {}, methods_);
-  if (scene.closed_form.motion == ClosedForm::incline) return incline_error(scene, ends);
+  if (scene.closed_form == ClosedForm::incline) return incline_error(scene, ends);
   return free_fall_error(scene, build_scene(scene), ends);
 }
 

@@ -150,7 +150,7 @@ class Planner {
   void add_reference() {
     ComparePlan& plan = planned_.plan;
     if (!request_.reference) return;
-    if (base_.closed_form.motion != ClosedForm::none) {
+    if (base_.closed_form != ClosedForm::none) {
       if (plan.error != "position")
         throw std::invalid_argument(fmt::format(
             "--error {}: the closed form that the scene names gives positions only", plan.error));

@@ -136,18 +136,10 @@ void register_ccd_additive(NarrowPhaseRegistry& registry) {
                  .above_least = true,
                  .meaning = "fraction of the initial distance at which the method stops; below 1; "
                             "smaller: fewer false alarms, more steps"},
-                narrowphase_detail::min_separation_option(),
-                {.name = "max_steps",
-                 .initial = static_cast<double>(initial.max_steps),
-                 .unit = "1",
-                 .least = 1.0,
-                 .most = 1e9,
-                 .kind = OptionKind::whole,
-                 .meaning = "steps per query before it counts as a collision"}},
+                narrowphase_detail::min_separation_option()},
                [](const MethodOptions& o) {
                  return make_ccd_additive(CcdAdditiveConfig{.gap = o["tolerance"],
-                                                            .min_separation = o["min_separation"],
-                                                            .max_steps = o.whole("max_steps")});
+                                                            .min_separation = o["min_separation"]});
                });
 }
 

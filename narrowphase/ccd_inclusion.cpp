@@ -230,25 +230,10 @@ void register_ccd_inclusion(NarrowPhaseRegistry& registry) {
                  .most = 1.0,
                  .meaning = "fraction of the query's size at which a parameter box counts as a "
                             "contact; smaller: fewer false alarms, more boxes"},
-                narrowphase_detail::min_separation_option(),
-                {.name = "max_boxes",
-                 .initial = static_cast<double>(initial.max_boxes),
-                 .unit = "1",
-                 .least = 1.0,
-                 .most = 1e9,
-                 .kind = OptionKind::whole,
-                 .meaning = "boxes halved per query before it counts as a collision"},
-                {.name = "breadth_first",
-                 .initial = initial.order == CcdInclusionConfig::Order::breadth_first ? 1.0 : 0.0,
-                 .kind = OptionKind::boolean,
-                 .meaning = "halves the largest box next; false: the earliest in time"}},
+                narrowphase_detail::min_separation_option()},
                [](const MethodOptions& o) {
                  return make_ccd_inclusion(CcdInclusionConfig{
-                     .tolerance = o["tolerance"],
-                     .min_separation = o["min_separation"],
-                     .max_boxes = o.whole("max_boxes"),
-                     .order = o.flag("breadth_first") ? CcdInclusionConfig::Order::breadth_first
-                                                      : CcdInclusionConfig::Order::time_first});
+                     .tolerance = o["tolerance"], .min_separation = o["min_separation"]});
                });
 }
 

@@ -186,10 +186,6 @@ void take(const Json* value, std::optional<double>& out) {
   if (value != nullptr && value->is_number()) out = value->get<double>();
 }
 
-void take(const Json* value, std::optional<int>& out) {
-  if (value != nullptr && value->is_number_integer()) out = value->get<int>();
-}
-
 void take(const Json* value, std::optional<Vec3>& out) {
   if (value == nullptr || !value->is_array() || value->size() != 3) return;
   Vec3 point;
@@ -301,8 +297,6 @@ void ResultPictures::read_scene_file() {
   take(member(camera, "eye"), scene_camera_.eye);
   take(member(camera, "target"), scene_camera_.target);
   take(member(camera, "field_of_view"), scene_camera_.field_of_view);
-  take(member(camera, "width"), scene_camera_.width);
-  take(member(camera, "height"), scene_camera_.height);
   std::optional<double> fps;
   take(member(member(&scene, "time"), "fps"), fps);
   if (fps && *fps > 0.0) fps_ = *fps;
@@ -330,8 +324,8 @@ const TriangleMesh& ResultPictures::bodies(int frame) {
 
 Camera ResultPictures::camera(const CameraChoice& choice, std::span<const int> shown) {
   Camera camera;
-  camera.width = choice.width.value_or(scene_camera_.width.value_or(camera.width));
-  camera.height = choice.height.value_or(scene_camera_.height.value_or(camera.height));
+  camera.width = choice.width.value_or(camera.width);
+  camera.height = choice.height.value_or(camera.height);
   camera.field_of_view =
       choice.field_of_view.value_or(scene_camera_.field_of_view.value_or(camera.field_of_view));
   const auto eye = choice.eye ? choice.eye : scene_camera_.eye;

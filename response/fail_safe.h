@@ -52,8 +52,7 @@ using FailSafeRegistry = Registry<std::unique_ptr<FailSafe>, ResponseTraits>;
 /// All fail-safes; the default is "layered".
 FailSafeRegistry fail_safes();
 
-/// Rounds of the fail-safes. Each field names the fail-safes that use it; the registry offers each
-/// fail-safe its own options alone.
+/// Rounds of the fail-safes. Each field names the fail-safes that use it. Scenes take the defaults.
 struct FailSafeRounds {
   /// `impulse_zones`: passes of impulses before rigid zones take over, >= 0.
   int impulse_passes = 8;

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/response/detail/fail_safe_options.h>
 #include <selvedge/response/detail/impulse.h>
 #include <selvedge/response/detail/zones_after.h>
 
@@ -37,12 +36,7 @@ std::unique_ptr<FailSafe> make_impulse_zones(const FailSafeRounds& rounds) {
 }
 
 void register_impulse_zones(FailSafeRegistry& registry) {
-  registry.add("impulse_zones",
-               {detail::rounds_option("impulse_passes", FailSafeRounds{}.impulse_passes,
-                                      "passes of impulses before rigid zones; 0: zones alone")},
-               [](const MethodOptions& o) {
-                 return make_impulse_zones({.impulse_passes = o.whole("impulse_passes")});
-               });
+  registry.add("impulse_zones", {}, [](const MethodOptions&) { return make_impulse_zones(); });
 }
 
 }  // namespace selvedge

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/response/detail/fail_safe_options.h>
 #include <selvedge/response/detail/inelastic_projection.h>
 #include <selvedge/response/detail/separating_planes.h>
 #include <selvedge/response/fail_safe.h>
@@ -116,15 +115,7 @@ std::unique_ptr<FailSafe> make_layered(const FailSafeRounds& rounds) {
 }
 
 void register_layered(FailSafeRegistry& registry) {
-  registry.add("layered",
-               {detail::rounds_option("projection_rounds", kLayeredRounds.projection_rounds,
-                                      "rounds of projection before separating planes; each costs a "
-                                      "collision search"),
-                detail::plane_rounds_option()},
-               [](const MethodOptions& o) {
-                 return make_layered({.projection_rounds = o.whole("projection_rounds"),
-                                      .plane_rounds = o.whole("plane_rounds")});
-               });
+  registry.add("layered", {}, [](const MethodOptions&) { return make_layered(); });
 }
 
 }  // namespace selvedge

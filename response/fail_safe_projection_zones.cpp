@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/response/detail/fail_safe_options.h>
 #include <selvedge/response/detail/inelastic_projection.h>
 #include <selvedge/response/detail/zones_after.h>
 
@@ -45,12 +44,8 @@ std::unique_ptr<FailSafe> make_projection_zones(const FailSafeRounds& rounds) {
 }
 
 void register_projection_zones(FailSafeRegistry& registry) {
-  registry.add("projection_zones",
-               {detail::rounds_option("projection_rounds", FailSafeRounds{}.projection_rounds,
-                                      "rounds of projection before rigid zones; 0: zones alone")},
-               [](const MethodOptions& o) {
-                 return make_projection_zones({.projection_rounds = o.whole("projection_rounds")});
-               });
+  registry.add("projection_zones", {},
+               [](const MethodOptions&) { return make_projection_zones(); });
 }
 
 }  // namespace selvedge

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/response/detail/fail_safe_options.h>
 #include <selvedge/response/detail/separating_planes.h>
 #include <selvedge/response/fail_safe.h>
 
@@ -70,9 +69,8 @@ std::unique_ptr<FailSafe> make_separating_planes(const FailSafeRounds& rounds) {
 }
 
 void register_separating_planes(FailSafeRegistry& registry) {
-  registry.add("separating_planes", {detail::plane_rounds_option()}, [](const MethodOptions& o) {
-    return make_separating_planes({.plane_rounds = o.whole("plane_rounds")});
-  });
+  registry.add("separating_planes", {},
+               [](const MethodOptions&) { return make_separating_planes(); });
 }
 
 }  // namespace selvedge

@@ -39,7 +39,7 @@ void warn(const TriangleMesh& mesh, const std::string& place, std::vector<std::s
 
 TriangleMesh load_body(const std::filesystem::path& file, const LoadConfig& config,
                        const TriangleMesh& given = {}) {
-  if (file.empty() && !(config.groups.empty() && config.without.empty()))
+  if (file.empty() && !config.groups.empty())
     throw std::invalid_argument("a mesh in the scene file has no groups to choose");
   if (file.empty()) return prepare_mesh(given, config, detail::inline_mesh);
   TriangleMesh mesh = load_mesh(file, config);
@@ -51,10 +51,8 @@ TriangleMesh load_body(const std::filesystem::path& file, const LoadConfig& conf
 
 /// Asks only where the scene says nothing about the size of the mesh.
 void ask_about_unit(const TriangleMesh& mesh, const LoadConfig& load, bool stated,
-                    const BodySpec& spec, const std::string& place,
-                    std::vector<std::string>& warnings) {
-  const Placement& placement = spec.placement;
-  if (load.unit.value_or(1.0) != 1.0 || placement.scale != 1.0 || stated) return;
+                    const std::string& place, std::vector<std::string>& warnings) {
+  if (load.unit.value_or(1.0) != 1.0 || stated) return;
   Vec3 low = mesh.vertices.front(), high = low;
   for (const Vec3& x : mesh.vertices) {
     low = low.cwiseMin(x);
@@ -84,7 +82,6 @@ void weld(TriangleMesh& mesh, double distance, const std::string& place,
 /// Makes a body from a mesh. Keyframes rotate it about its own origin, which its transformation
 /// places.
 std::unique_ptr<Body> make_rigid_body(TriangleMesh mesh, const BodySpec& spec) {
-  scale(mesh, spec.placement.scale);
   rotate(mesh.vertices, spec.placement.rotation);
   if (spec.motion.empty()) {
     translate(mesh.vertices, spec.placement.translation);
@@ -121,7 +118,6 @@ std::unique_ptr<Body> make_sequence(const BodySequence& sequence, const Placemen
           fmt::format("{}: must have the same vertices and triangles as {}, in the same order",
                       file.string(), sequence.files.front().string()));
     if (frames.empty()) warn(mesh, place, warnings);
-    scale(mesh, placement.scale);
     rotate(mesh.vertices, placement.rotation);
     translate(mesh.vertices, placement.translation);
     frames.push_back(std::move(mesh));
@@ -140,7 +136,7 @@ std::unique_ptr<Body> make_body(const BodySpec& spec, const std::string& place,
   TriangleMesh mesh = load_body(file.file, file.load, file.mesh);
   weld(mesh, file.weld_distance, place, warnings);
   warn(mesh, place, warnings);
-  ask_about_unit(mesh, file.load, states_axes(file.file), spec, place, warnings);
+  ask_about_unit(mesh, file.load, states_axes(file.file), place, warnings);
   return make_rigid_body(std::move(mesh), spec);
 }
 

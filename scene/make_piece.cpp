@@ -42,12 +42,12 @@ namespace {
 
 // The thickness h of a plate follows from its stretch stiffness E h and its bending rigidity B:
 // h² = 12 (1-ν²) B/(E h).
-PlateConstants plate_of(const PlateSpec& plate, const Material& m) {
+PlateConstants plate_of(double poisson, const Material& m) {
   if (!(m.bending_stiffness > 0.0))
     throw std::invalid_argument("the material of a plate must have a positive bending_stiffness");
   const double squared =
-      12.0 * (1.0 - plate.poisson * plate.poisson) * m.bending_stiffness / m.stretch_stiffness;
-  return {m.stretch_stiffness, plate.poisson, std::sqrt(std::max(squared, 0.0))};
+      12.0 * (1.0 - poisson * poisson) * m.bending_stiffness / m.stretch_stiffness;
+  return {m.stretch_stiffness, poisson, std::sqrt(std::max(squared, 0.0))};
 }
 
 ClothMesh make_pattern(const ClothGrid& grid, const GridConfig& config, const Material& material,
@@ -88,7 +88,7 @@ void refuse_unsuited_refinement(const ClothGrid& grid, const ClothPatternRegistr
 
 Piece make_grid(const ClothSpec& spec, const ClothGrid& grid, const Material& material,
                 const ClothPatternRegistry& patterns) {
-  const double factor = spec.placement.scale;
+  const double factor = spec.scale;
   const GridConfig config = scaled(grid, factor);
   Piece piece{grid.refine.when == RefineSpec::When::never
                   ? make_pattern(grid, config, material, patterns)
@@ -186,7 +186,7 @@ Piece load_cloth(const ClothFile& cloth, double factor, const Material& material
   }
   if (cloth.texture_unit > 0.0) {
     if (cloth.plate)
-      throw std::invalid_argument("\"plate\" cannot be combined with \"rest\": \"texture\"");
+      throw std::invalid_argument("\"plate\" cannot be combined with \"rest_mesh\": \"texture\"");
     TriangleMesh pattern = load_pattern(cloth, factor);
     return {make_from_pattern(surface, pattern, material), std::move(pattern)};
   }
@@ -197,17 +197,15 @@ Piece load_cloth(const ClothFile& cloth, double factor, const Material& material
   return {std::move(plate), std::move(rest)};
 }
 
-const PlateSpec* plate_in(const ClothSpec& cloth) {
-  const auto* grid = std::get_if<ClothGrid>(&cloth.shape);
-  const auto& plate = grid != nullptr ? grid->plate : std::get<ClothFile>(cloth.shape).plate;
-  return plate ? &*plate : nullptr;
+std::optional<double> plate_in(const ClothSpec& cloth) {
+  return std::visit([](const auto& shape) { return shape.plate; }, cloth.shape);
 }
 
 /// Refuses what is made of springs that the material does not give.
 void refuse_springs_of_their_own(const ClothSpec& cloth, const Material& material) {
   const auto* file = std::get_if<ClothFile>(&cloth.shape);
   const bool angle = shear_law_of(material).by_triangles;
-  if (plate_in(cloth) != nullptr)
+  if (plate_in(cloth))
     throw std::invalid_argument(
         angle
             ? "\"plate\" fits springs to a plate, which have a shear stiffness of their own; take "
@@ -234,14 +232,14 @@ AdaptiveGrid make_adaptive_grid(const ClothSpec& cloth, const Material& material
                                 const ClothPatternRegistry& patterns) {
   const auto& grid = std::get<ClothGrid>(cloth.shape);
   refuse_unsuited_refinement(grid, patterns);
-  return {scaled(grid, cloth.placement.scale), material, grid.refine.levels};
+  return {scaled(grid, cloth.scale), material, grid.refine.levels};
 }
 
 AdaptiveCloth make_adaptive_cloth(const ClothSpec& cloth, const Material& material,
                                   const ClothPatternRegistry& patterns) {
   if (const auto* file = std::get_if<ClothFile>(&cloth.shape)) {
     refuse_unsuited_refinement(*file);
-    const double factor = cloth.placement.scale;
+    const double factor = cloth.scale;
     const std::string name = name_of(*file);
     TriangleMesh surface = load_surface(*file, name, factor);
     if (file->texture_unit > 0.0)
@@ -256,7 +254,7 @@ AdaptiveCloth make_adaptive_cloth(const ClothSpec& cloth, const Material& materi
   if (grid.plate)
     throw std::invalid_argument(
         "\"plate\" fits springs to one mesh, which \"refine\" changes; leave one of them out");
-  const GridConfig config = scaled(grid, cloth.placement.scale);
+  const GridConfig config = scaled(grid, cloth.scale);
   ClothMesh mesh =
       make_method(patterns, grid.pattern, "pattern", grid.pattern_options, config, material);
   return AdaptiveTriangles(std::move(mesh.surface), material, grid.refine.levels);
@@ -270,30 +268,29 @@ Piece make_piece(const ClothSpec& cloth, const Material& material,
   const auto* grid = std::get_if<ClothGrid>(&cloth.shape);
   Piece piece = grid != nullptr
                     ? make_grid(cloth, *grid, material, patterns)
-                    : load_cloth(std::get<ClothFile>(cloth.shape), placement.scale, material);
+                    : load_cloth(std::get<ClothFile>(cloth.shape), cloth.scale, material);
   detail::rotate(piece.cloth.surface.vertices, placement.rotation);
   detail::translate(piece.cloth.surface.vertices, placement.translation);
   return piece;
 }
 
 std::vector<std::string> detail::plate_warnings(const ClothSpec& cloth, const Material& material) {
-  const PlateSpec* plate = plate_in(cloth);
-  if (plate == nullptr) return {};
+  const std::optional<double> poisson = plate_in(cloth);
+  if (!poisson) return {};
   constexpr double rounding = 1e-9;
-  const double residual =
-      cauchy_residual(plate_constants(material.stretch_stiffness, plate->poisson));
+  const double residual = cauchy_residual(plate_constants(material.stretch_stiffness, *poisson));
   if (residual <= rounding) return {};
   return {fmt::format(
       "springs reproduce only a Poisson's ratio of 1/3; with {:g} the best fit deviates "
       "from the plate by {:.1f} % of its constants",
-      plate->poisson, 100.0 * residual)};
+      *poisson, 100.0 * residual)};
 }
 
 // A material with the default shear stiffness says nothing about it: the reader completes defaults,
 // and the scene.json of a result has them all.
 std::vector<std::string> detail::shear_warnings(const ClothSpec& cloth, const Material& material) {
   if (!shear_law_of(material).by_springs || stretch_law_of(material).add_to_triangles != nullptr ||
-      material.shear_stiffness == Material{}.shear_stiffness || plate_in(cloth) != nullptr)
+      material.shear_stiffness == Material{}.shear_stiffness || plate_in(cloth))
     return {};
   const auto* grid = std::get_if<ClothGrid>(&cloth.shape);
   if (grid != nullptr ? grid->pattern != "triangular"

@@ -160,11 +160,12 @@ class SceneReader {
       shape.file = detail::read_file(document_, j["mesh"], join(path, "mesh"));
     else
       fields_.read(j["mesh"], join(path, "mesh"), shape.mesh);
-    if (j["rest"] == "texture") {
-      if (shape.file.empty() || !shape.rest_file.empty())
-        fail(document_, join(path, "rest"),
-             "\"texture\" needs an OBJ file as mesh and no rest_mesh beside it");
+    const std::string place = join(path, "rest_mesh");
+    if (j["rest_mesh"] == "texture") {
+      if (shape.file.empty()) fail(document_, place, "\"texture\" needs an OBJ file as mesh");
       shape.texture_unit = j["texture_unit"].get<double>();
+    } else if (j["rest_mesh"] != "") {
+      shape.rest_file = detail::read_file(document_, j["rest_mesh"], place);
     }
     piece.cloth.shape = std::move(shape);
     return std::move(piece.cloth);
@@ -196,12 +197,11 @@ class SceneReader {
   }
 
   void read_weights() {
-    std::set<std::string> taken;
     Json& list = root_["weights"];
     for (std::size_t i = 0; i < list.size(); ++i) {
       const std::string path = join("weights", i);
       WeightSpec& weight = scene_.weights[i];
-      weight.name = read_name(document_, list[i], "weights", i, taken);
+      weight.name = join("weights", i);
       weight.geometry = read_geometry_name(list[i], path);
       weight.vertices = select(list[i]["select"], weight.geometry, join(path, "select"));
     }
@@ -267,12 +267,10 @@ class SceneReader {
   }
 
   void check_closed_form() const {
-    if (scene_.closed_form.motion != ClosedForm::incline) return;
-    if (scene_.closed_form.body.empty())
-      fail(document_, "closed_form", "needs the key \"body\" for an incline");
-    std::vector<std::string> known;
-    for (const BodySpec& body : scene_.bodies) known.push_back(body.name);
-    require_known(document_, scene_.closed_form.body, known, "closed_form.body", "obstacle");
+    if (scene_.closed_form == ClosedForm::incline && scene_.bodies.size() != 1)
+      fail(document_, "closed_form",
+           fmt::format("an incline needs one obstacle, the slope, and there are {}",
+                       scene_.bodies.size()));
   }
 
   LocatedJson& document_;
@@ -289,8 +287,6 @@ class SceneReader {
 
 std::vector<std::string> OutputSpec::all_formats() const {
   std::vector<std::string> all = formats;
-  if (vtk) all.emplace_back("vtk");
-  if (pc2) all.emplace_back("pc2");
   std::sort(all.begin(), all.end());
   all.erase(std::unique(all.begin(), all.end()), all.end());
   return all;

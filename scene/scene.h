@@ -21,23 +21,16 @@
 
 namespace selvedge {
 
-/// Placement of a geometry: x = rotation * (scale * x_file) + translation.
+/// Placement of a geometry: x = rotation * x_file + translation.
 struct Placement {
   Vec3 translation = Vec3::Zero();  ///< m
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
-  double scale = 1.0;  ///< > 0
 };
 
 /// A curve along which a grid lies at the start, folded or knotted; its rest shape stays flat.
 struct StripPath {
   std::vector<Vec3> points;   ///< m, the curve runs smoothly through them; empty: flat
   Vec3 side = Vec3::UnitY();  ///< where y of the grid points, as far as it is across the curve
-};
-
-/// Springs fitted to a plate of the material's stretch and bending stiffness: the triangular
-/// pattern, or a flat mesh ("plate").
-struct PlateSpec {
-  double poisson = 1.0 / 3.0;  ///< in (-1, 1)
 };
 
 /// Condition under which cells of a rectangular grid are split into four ("refine"). Checked before
@@ -84,7 +77,9 @@ struct ClothGrid {
   GridConfig grid;
   StripPath path{};
   MethodOptions pattern_options{};  ///< options that are left out have their defaults
-  std::optional<PlateSpec> plate{};
+  /// Poisson's ratio, in (-1, 1), of a plate of the material's stretch and bending stiffness to
+  /// which the springs of the triangular pattern are fitted; none: they are not.
+  std::optional<double> plate{};
   RefineSpec refine{};
 };
 
@@ -97,7 +92,7 @@ struct ClothFile {
   TriangleMesh mesh;  ///< where `file` is empty: the mesh itself
   /// Where `file` is empty: its rest shape, with the same triangles; none: that of `mesh`.
   TriangleMesh rest_mesh{};
-  std::optional<PlateSpec> plate{};
+  std::optional<double> plate{};              ///< as in ClothGrid, for a flat mesh
   std::optional<SupportConstants> support{};  ///< a closed surface supported from inside
   RefineSpec refine{};
 };
@@ -106,6 +101,7 @@ struct ClothFile {
 struct ClothSpec {
   std::string name;
   std::variant<ClothGrid, ClothFile> shape;
+  double scale = 1.0;  ///< > 0, of the shape and its rest shape, before it is placed
   Placement placement;
   Vec3 velocity = Vec3::Zero();  ///< m/s at the start
   std::string material = "default";
@@ -242,27 +238,22 @@ struct SolverSpec {
   bool strain_limiter = true;        ///< false: `limiter` is none
   std::string limiter = "position";  ///< how springs are kept within their strain limits
   MethodOptions limiter_options{};
-  double tolerance = 1e-3;  ///< relative residual of the linear solve
-  int max_iterations = 2000;
+  double tolerance = 1e-3;            ///< relative residual of the linear solve
   bool refuse_unstable_step = false;  ///< an unstable step ends the run; otherwise it is divided
 };
 
 struct CameraSpec {
   Vec3 eye = Vec3(1.6, -2.2, 1.4), target = Vec3(0.0, 0.0, 0.3);  ///< m
   double field_of_view = 35.0;                                    ///< degrees, vertical
-  int width = 960, height = 720;                                  ///< pixels
 };
 
 struct OutputSpec {
   /// Formats of the frames beside PLY, by name (run/frame_writer.h).
   std::vector<std::string> formats;
   std::map<std::string, MethodOptions> format_options;  ///< of `formats`, by name
-  bool vtk = false;                                     ///< the same as "vtk" in `formats`
-  bool pc2 = false;                                     ///< the same as "pc2" in `formats`
-  int picture_every = 0;  ///< renders every n-th frame; 0: only the last one
   CameraSpec camera;
 
-  /// All formats that the fields above ask for, each once.
+  /// The names in `formats`, sorted, each once.
   std::vector<std::string> all_formats() const;
 };
 
@@ -281,11 +272,7 @@ struct PlanSpec {
 enum class ClosedForm {
   none,
   free_fall,  ///< every particle moves as in vacuum: x = x0 + v0 t + g t²/2
-  incline     ///< the cloth slides down a flat body with constant acceleration, or sticks
-};
-struct ClosedFormSpec {
-  ClosedForm motion = ClosedForm::none;
-  std::string body;  ///< incline: the body whose slope and friction determine the motion
+  incline     ///< slides down the only body, which is flat, at constant acceleration, or sticks
 };
 
 /// A scene file, checked and complete: every name resolved, every number in range.
@@ -309,7 +296,7 @@ struct Scene {
   SolverSpec solver;
   PlanSpec plan;
   OutputSpec output;
-  ClosedFormSpec closed_form;
+  ClosedForm closed_form = ClosedForm::none;
 };
 
 /// One `--set path=value`, e.g. "time.frames=30" or "geometry.0.cells=[99,99]".

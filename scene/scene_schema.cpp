@@ -46,6 +46,12 @@ constexpr const char* text_of() {
 }
 
 std::string sentence(const Key& key) {
+  if (!key.axes.empty()) {
+    const CurveAxis &x = key.axes[0], &y = key.axes[1];
+    return fmt::format("{}. Points [{} [{}], {} [{}]], which rise from [0, 0]", key.text, x.name,
+                       x.unit, y.name, y.unit) +
+           ", with a monotone piecewise cubic in between.";
+  }
   return key.text + (key.unit.empty() ? "." : " [" + key.unit + "].");
 }
 
@@ -215,7 +221,7 @@ class SchemaBuilder {
     } else if constexpr (kIsVector<T>) {
       return of_list<typename T::value_type>(key, key.shortest, key.longest);
     } else if constexpr (std::is_same_v<T, MonotoneCurve>) {
-      return of_curve(key.axes);
+      return of_curve();
     } else if constexpr (std::is_same_v<T, FabricSheet>) {
       return {{"type", "object"}};
     } else {
@@ -274,17 +280,9 @@ class SchemaBuilder {
     return {{"$ref", "#/$defs/rotation"}};
   }
 
-  Schema of_curve(const std::vector<CurveAxis>& axes) {
-    Schema schema = empty_object(
-        "A curve through these points, which rise from (0, 0), by a monotone piecewise cubic.");
-    for (const CurveAxis& axis : axes) {
-      const Key key{.unit = axis.unit, .range = {0, axis.most}, .text = axis.text};
-      schema["required"].push_back(axis.name);
-      Schema& values = schema["properties"][axis.name];
-      values = of_list<double>(key, 2, 100000);
-      values["description"] = sentence(key);
-    }
-    return schema;
+  Schema of_curve() {
+    Schema point = of_list<double>({.range = {0}}, 2, 2);
+    return {{"type", "array"}, {"minItems", 2}, {"maxItems", 100000}, {"items", point}};
   }
 
   template <class... T>
@@ -296,7 +294,7 @@ class SchemaBuilder {
   template <class T>
   Schema of_alternative(const Key& key) {
     if constexpr (std::is_same_v<T, std::string>)
-      return {{"type", "string"}, {"minLength", 1}};
+      return key.words.empty() ? Schema{{"type", "string"}, {"minLength", 1}} : of_words(key);
     else if constexpr (kIsVector<T>)
       return of_list<typename T::value_type>(key, key.shortest, key.longest);
     else

@@ -14,7 +14,7 @@ cat >"$work/scene.json" <<'SCENE'
 {"name": "faults",
  "geometry": [{"size": [0.5, 0.5], "cells": [12, 12], "transformation": {"translation": [0.01, 0.02, 0.305]}}],
  "obstacles": [{"shape": {"type": "sphere", "radius": 0.3, "resolution": 16}}],
- "output": {"vtk": true}, "time": {"frames": 40}}
+ "output": {"formats": ["vtk"]}, "time": {"frames": 40}}
 SCENE
 failed=0
 say() { printf '%-34s %s\n' "$1" "$2"; }

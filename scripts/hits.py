@@ -67,14 +67,14 @@ def sheet(draw, held):
         gap = 0.003
         pieces = [upright(name=name, size=[half, size], cells=[(cells + 1) // 2, cells], x=x)
                   for name, x in (("left", -0.5 * (half + gap)), ("right", 0.5 * (half + gap)))]
-        seam = {"a": {"geometry": "left", "select": {"edge": "x1"}}, "b": {"geometry": "right", "select": {"edge": "x0"}}, "merge": 0.004}
+        seam = {"sides": [{"geometry": "left", "select": "x1"}, {"geometry": "right", "select": "x0"}], "merge": 0.004}
         points = [(0.0, -half + size * k / 8) for k in range(9)]
-        handle = {"geometry": "left", "select": {"edge": "x1"}}
+        handle = {"geometry": "left", "select": "x1"}
         return {"geometry": pieces, "seams": [seam], "handles": [handle]}, size, points
     select, points = {
-        "edge": ({"edge": "y1"}, [(-half + size * k / 8, half) for k in range(9)]),
-        "two corners": ({"corners": ["x0y1", "x1y1"]}, [(-half, half), (half, half)]),
-        "corner": ({"corners": ["x0y1"]}, [(-half, half)]),
+        "edge": ("y1", [(-half + size * k / 8, half) for k in range(9)]),
+        "two corners": (["x0y1", "x1y1"], [(-half, half), (half, half)]),
+        "corner": (["x0y1"], [(-half, half)]),
     }[held]
     return {"geometry": [upright(name="sheet", size=[size, size], cells=[cells, cells])], "handles": [{"select": select}]}, size, points
 
@@ -94,7 +94,7 @@ def body(draw, kind):
         flat = {"axis": [0, 1, 0], "angle_deg": draw.uniform(0, 180)}
         return {"type": "box", "size": side}, 0.5 * math.hypot(*side), flat
     radius, length = draw.uniform(0.03, 0.06), draw.uniform(0.15, 0.35)
-    return {"type": "capsule", "radius": radius, "length": length, "resolution": 24}, radius + 0.5 * length, turn
+    return {"type": "capsule", "radius": radius, "height": length, "resolution": 24}, radius + 0.5 * length, turn
 
 
 def distance(point, start, way):
@@ -253,7 +253,7 @@ def elbow_cloth(draw, radius, angle, kind, place, angles, fps):
     motion = [{"time": i / fps, "translation": [p - q for p, q in zip(place([a, 0, 0], x), [a, 0, 0])],
                "rotation": {"axis": [0, 0, 1], "angle_deg": -0.5 * math.degrees(x)}} for i, x in enumerate(angles)]
     motion[0] = {"time": 0}
-    return piece, [{"geometry": "sleeve", "select": {"vertices": list(range(around))}, "motion": motion}], True
+    return piece, [{"geometry": "sleeve", "select": list(range(around)), "motion": motion}], True
 
 
 def twist(draw, _):
@@ -266,7 +266,7 @@ def twist(draw, _):
     draw.random()
     cells = [int(length / cell), max(3, int(width / cell))]
     scene = {"gravity": [0, 0, draw.one_of([0, -9.81])], "geometry": [{"name": "strip", "size": [length, width], "cells": cells}],
-             "handles": [{"select": {"edge": "x0"}}, {"select": {"edge": "x1"}, "motion": motion}],
+             "handles": [{"select": "x0"}, {"select": "x1", "motion": motion}],
              "contact": {"rest_gap": draw.one_of([0.001, 0.002]), "still_tangled": "carry"},
              "time": {"frames": math.ceil(60 * seconds) + 10, "fps": 60}}
     return scene, f"{length:.2f} x {width:.2f} m, {angle:.0f} degrees at {rate:.0f} degrees/s, {nearer:.2f} m nearer"
@@ -291,7 +291,7 @@ def sleeve(draw, _):
              "obstacles": [{"name": "arm", "mesh": {"vertices": arm[0], "triangles": arm[1]}, "motion": keys, "friction": friction}],
              "contact": {"still_tangled": "carry"}, "time": {"frames": math.ceil(60 * keys[-1]["time"]) + 15, "fps": 60}}
     if held:
-        scene["handles"] = [{"select": {"vertices": list(range(around))}, "motion": shoulder_motion(keys, a, axis)}]
+        scene["handles"] = [{"select": list(range(around)), "motion": shoulder_motion(keys, a, axis)}]
     return scene, f"{b - a:.2f} m{' held' if held else ''}, {1000 * room:.0f} mm of room, {angle:.0f} degrees at {rate:.0f} degrees/s, mu {friction}"
 
 

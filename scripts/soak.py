@@ -104,8 +104,7 @@ def shape(draw):
         return {"type": kind, "radius": radius, "resolution": resolution}
     if kind == "torus":
         return {"type": kind, "radius": radius + 0.1, "tube": round(radius / 3, 3), "resolution": resolution}
-    length = {"capsule": "length", "cylinder": "height", "cone": "height"}[kind]
-    return {"type": kind, "radius": radius, length: round(draw.uniform(0.05, 0.8), 3), "resolution": resolution}
+    return {"type": kind, "radius": radius, "height": round(draw.uniform(0.05, 0.8), 3), "resolution": resolution}
 
 
 def motion(draw, seconds):
@@ -179,7 +178,7 @@ def random_scene(seed, families, longest):
     for piece in scene["geometry"]:
         piece["velocity"][2] -= round(draw.uniform(1.0, 8.0), 2)
     if draw.chance(0.3):
-        scene["handles"] = [{"geometry": "cloth0", "select": {"corners": ["x0y0"]},
+        scene["handles"] = [{"geometry": "cloth0", "select": ["x0y0"],
                              **({"motion": motion(draw, seconds)} if draw.chance(0.5) else {})}]
     if draw.chance(0.3):
         scene["air"] = {"wind": draw.vector(10.0), "normal_drag": draw.power(0.01, 2.0),

@@ -18,7 +18,7 @@ std::optional<DrapeSupport> drape_support(const Scene& scene) {
     if (cylinder == nullptr || !body.motion.empty()) continue;
     const Vec3 axis = body.placement.rotation * Vec3::UnitZ();
     if (axis.head<2>().norm() > upright) continue;
-    return DrapeSupport{body.placement.translation, body.placement.scale * cylinder->radius};
+    return DrapeSupport{body.placement.translation, cylinder->radius};
   }
   return std::nullopt;
 }

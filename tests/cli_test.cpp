@@ -176,7 +176,7 @@ TEST_F(Program, AMovingBodyIsWrittenWithEveryFrame) {
 }
 
 TEST_F(Program, SeriesForOtherProgramsAreWrittenOnRequest) {
-  ASSERT_EQ(run_small("r", "--set output.vtk=true --set output.pc2=true").code, 0);
+  ASSERT_EQ(run_small("r", R"(--set 'output.formats=["vtk","pc2"]')").code, 0);
   EXPECT_EQ(count("r/frames", "cloth_"), 8u);
   for (const char* name : {"r/cloth.pvd", "r/bodies.pvd", "r/cloth.pc2", "r/cloth_base.ply"})
     EXPECT_TRUE(exists(name)) << name;
@@ -199,8 +199,8 @@ TEST_F(Program, HangsTheGridOfASceneByGeometryAlone) {
   // Two corners of a sheet of 1 m approach to 0.8 m: the middle of the side between them sags by
   // the catenary of length 1 and span 0.8, 0.265438 m.
   std::ofstream(folder_ / "hang.json") << R"({"geometry": [{"size": [1, 1], "cells": [20, 20]}],
-    "handles": [{"select": {"vertices": [0]}, "motion": [{"time": 0}, {"time": 1, "translation": [0.1, 0, 0]}]},
-                {"select": {"vertices": [20]}, "motion": [{"time": 0}, {"time": 1, "translation": [-0.1, 0, 0]}]}],
+    "handles": [{"select": [0], "motion": [{"time": 0}, {"time": 1, "translation": [0.1, 0, 0]}]},
+                {"select": [20], "motion": [{"time": 0}, {"time": 1, "translation": [-0.1, 0, 0]}]}],
     "time": {"frames": 60, "fps": 60}})";
   const Outcome o = run("drape --geometric hang.json --most-sweeps 0 --json --out hung.obj");
   ASSERT_EQ(o.code, 0) << o.err;
@@ -294,11 +294,16 @@ TEST_F(Program, ItsPageHasTheTableOfCommands) {
 // -- stopping and going on ------------------------------------------------------------------------
 
 TEST_F(Program, ResumingGoesOnToTheSameBits) {
-  ASSERT_EQ(run_small("whole", "--set time.frames=8 --every-step --set output.pc2=true").code, 0);
-  ASSERT_EQ(run_small("parts", "--set time.frames=4 --every-step --set output.pc2=true").code, 0);
   ASSERT_EQ(
-      run_small("parts", "--set time.frames=8 --every-step --set output.pc2=true --resume").code,
+      run_small("whole", "--set time.frames=8 --every-step --set 'output.formats=[\"pc2\"]'").code,
       0);
+  ASSERT_EQ(
+      run_small("parts", "--set time.frames=4 --every-step --set 'output.formats=[\"pc2\"]'").code,
+      0);
+  ASSERT_EQ(run_small("parts",
+                      "--set time.frames=8 --every-step --set 'output.formats=[\"pc2\"]' --resume")
+                .code,
+            0);
   const Json whole = result("whole"), parts = result("parts");
   for (const char* key :
        {"state_hash", "frames", "steps", "clean", "max_stretch", "halvings", "final_max_speed"})
@@ -501,8 +506,8 @@ TEST_F(Program, AFullDiskEndsTheRunWithOneAndKeepsTheFrames) {
   // A limit on the size of a file stands for the disk: the point cache is the file that grows.
   // Its checkpoints are small: this integrator has no memory.
   const std::string set = "--set solver.integrator=implicit_euler ";
-  const Outcome o =
-      run_small("r", set + "--set output.pc2=true --set time.frames=60", "ulimit -f 20 &&");
+  const Outcome o = run_small("r", set + "--set 'output.formats=[\"pc2\"]' --set time.frames=60",
+                              "ulimit -f 20 &&");
   EXPECT_EQ(o.code, 1) << o.out;
   EXPECT_SAYS(o.err, "cloth.pc2");
   const Json r = result("r");

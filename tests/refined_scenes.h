@@ -24,9 +24,9 @@ inline const std::string kSettled =
 /// A strip between two edges that come nearer, so that it sags, and part again.
 inline const std::string kSagging = R"({"geometry": [{"size": [0.6, 0.15], "cells": [8, 2],
     "refine": {"when": "curved", "levels": 2, "angle_deg": 12, "join_deg": 5}}],
-  "handles": [{"select": {"edge": "x0"}, "motion": [{"time": 0, "translation": [0, 0, 0]},
+  "handles": [{"select": "x0", "motion": [{"time": 0, "translation": [0, 0, 0]},
                 {"time": 0.3, "translation": [0.15, 0, 0]}, {"time": 0.6, "translation": [0, 0, 0]}]},
-              {"select": {"edge": "x1"}}],
+              {"select": "x1"}],
   "materials": {"default": {"bending_stiffness": 1e-4, "bending_damping": 1e-4}},
   "time": {"frames": 60, "fps": 60}})";
 

@@ -202,7 +202,7 @@ def export_scene(context, folder):
     }
     held = held_vertices(cloth, settings.pins)
     if held:
-        description["handles"] = [{"name": "pins", "select": {"vertices": held}}]
+        description["handles"] = [{"name": "pins", "select": held}]
     (folder / "scene.json").write_text(json.dumps(description))
     return cloth
 

@@ -24,8 +24,4 @@ class SelfCull {
 /// without those that the cull lets it skip. The time of the cull counts as query time.
 std::unique_ptr<BroadPhase> make_bvh_aabb(const BvhConfig& config, std::unique_ptr<SelfCull> cull);
 
-/// The options of BvhConfig, which all trees share, and the way back.
-std::vector<MethodOption> bvh_options();
-BvhConfig read_bvh_options(const MethodOptions& options);
-
 }  // namespace selvedge::detail

@@ -42,8 +42,7 @@ struct ValueRange {
 /// One axis of a measured curve in a file.
 struct CurveAxis {
   std::string name, unit;
-  double most = 0.0;   ///< values are from 0 to this
-  std::string text{};  ///< one sentence without full stop and unit
+  double most = 0.0;  ///< values are from 0 to this
 };
 
 /// A key of scene files. Its default is the value in a default-constructed struct.

@@ -288,7 +288,7 @@ void add_yarns(ClothMesh& cloth, std::span<const Vec3> rest, const Material& m,
   if (!in_a_level(rest))
     throw std::invalid_argument(
         "shear_law \"angle\" needs the directions of warp and weft, which a rest shape that is not "
-        "flat does not have; give a flat \"rest_mesh\" or \"rest\": \"texture\", or take "
+        "flat does not have; give a flat \"rest_mesh\" or \"rest_mesh\": \"texture\", or take "
         "shear_law \"springs\"");
   for (const std::int32_t law : laws) cloth.curves[law].idle = true;
   const std::int32_t shear_curve =

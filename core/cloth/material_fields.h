@@ -24,16 +24,11 @@ Key law_key(const std::string& text, const std::vector<Law>& laws, const std::st
 }
 
 inline Key tension_points(const char* text) {
-  return {.text = text,
-          .axes = {{"strain", "1", 100, "Strains, from 0"},
-                   {"force", "N/m", 1e12, "Forces per width at these strains"}},
-          .completed = false};
+  return {.text = text, .axes = {{"strain", "1", 100}, {"force", "N/m", 1e12}}, .completed = false};
 }
 inline Key bending_points(const char* text) {
-  return {.text = text,
-          .axes = {{"curvature", "1/m", 1e9, "Curvatures, from 0"},
-                   {"moment", "N", 1e9, "Moments per width at these curvatures"}},
-          .completed = false};
+  return {
+      .text = text, .axes = {{"curvature", "1/m", 1e9}, {"moment", "N", 1e9}}, .completed = false};
 }
 
 }  // namespace detail
@@ -120,8 +115,7 @@ struct Fields<Material> {
     visitor("shear_curve", &T::shear_curve,
             Key{.text = "Points of the shear test for shear_law angle, the same for both "
                         "directions of shear; shear_stiffness is its slope at rest",
-                .axes = {{"angle", "rad", 1.57, "Shear angles, from 0"},
-                         {"force", "N/m", 1e12, "Forces per width at these angles"}},
+                .axes = {{"angle", "rad", 1.57}, {"force", "N/m", 1e12}},
                 .completed = false});
     visitor("bending_curve", &T::bending_curve,
             detail::bending_points("Points of the bending test, the same for both faces, for "

@@ -143,10 +143,7 @@ MethodOption net_option(const char* name, const char* springs) {
 std::vector<MethodOption> grid_net_options() {
   return {net_option("structural", "between neighbours in a row or column"),
           net_option("shear", "along a diagonal of a cell"),
-          net_option("flexion", "across two cells"),
-          {.name = "half_border",
-           .kind = OptionKind::boolean,
-           .meaning = "springs on the border have half the constant, as half a cell has"}};
+          net_option("flexion", "across two cells")};
 }
 
 void refuse_other_laws(const std::string& pattern, const Material& m) {
@@ -161,18 +158,15 @@ void refuse_other_laws(const std::string& pattern, const Material& m) {
 
 void add_grid_net(ClothPatternRegistry& registry, const std::string& name, SpringNet net,
                   const ClothPatternTraits& traits) {
-  std::vector<MethodOption> options = grid_net_options();
-  if (net == SpringNet::simplified)
-    options.push_back({.name = "alternating",
-                       .kind = OptionKind::boolean,
-                       .meaning = "diagonals alternate from cell to cell instead of all rising"});
   registry.add(
-      name, std::move(options),
+      name, grid_net_options(),
       [name, net](const MethodOptions& o, const GridConfig& grid, const Material& m) {
         refuse_other_laws(name, m);
-        const bool alternates = net == SpringNet::simplified && o.flag("alternating");
-        return make_spring_net(alternates ? SpringNet::alternating : net, grid,
-                               {o["structural"], o["shear"], o["flexion"], o.flag("half_border")},
+        return make_spring_net(net, grid,
+                               {.structural = o["structural"],
+                                .shear = o["shear"],
+                                .flexion = o["flexion"],
+                                .half_border = false},
                                m);
       },
       traits);

@@ -17,6 +17,8 @@
 namespace selvedge {
 namespace {
 
+constexpr int kMostIterations = 20;  // of Newton's in one solve
+
 // Maximum number of halvings of a Newton step. After these a direction that does not descend is
 // accepted as it is.
 constexpr int kHalvings = 6;
@@ -27,10 +29,9 @@ constexpr int kStallIterations = 4;
 
 class ImplicitNewton final : public Integrator {
  public:
-  ImplicitNewton(ForceList forces, std::size_t n, const ImplicitConfig& config, int max_newton)
+  ImplicitNewton(ForceList forces, std::size_t n, const ImplicitConfig& config)
       : Integrator(std::move(forces), n),
         system_(forces_.members(), n, config),
-        max_newton_(max_newton),
         x_(n),
         before_(n) {}
 
@@ -58,7 +59,6 @@ class ImplicitNewton final : public Integrator {
   double linearise(std::span<const ImplicitTerm> terms, std::span<const Vec3> u);
 
   detail::ImplicitSystem system_;
-  int max_newton_;
   std::vector<Vec3> x_, before_;
   const Particles* start_ = nullptr;
   double time_ = 0.0, h_ = 0.0;
@@ -82,7 +82,7 @@ SolveReport ImplicitNewton::solve(std::span<const ImplicitTerm> terms, StepEnd e
   report.residual = linearise(terms, u);
   double smallest = report.residual;
   int stalled = 0;
-  for (int k = 0; k < max_newton_ && report.residual > tolerance; ++k) {
+  for (int k = 0; k < kMostIterations && report.residual > tolerance; ++k) {
     std::copy(u.begin(), u.end(), before_.begin());
     const SolveReport linear = system_.solve(terms, u, system_.config().tolerance);
     report.iterations += linear.iterations;
@@ -107,18 +107,10 @@ SolveReport ImplicitNewton::solve(std::span<const ImplicitTerm> terms, StepEnd e
 }  // namespace
 
 void register_implicit_newton(IntegratorRegistry& registry) {
-  registry.add("implicit_newton",
-               {{.name = "max_newton",
-                 .initial = 20.0,
-                 .unit = "1",
-                 .least = 1.0,
-                 .most = 1000.0,
-                 .kind = OptionKind::whole,
-                 .meaning = "iterations in one solve"}},
-               [](const MethodOptions& o, ForceList forces, std::size_t particles,
+  registry.add("implicit_newton", {},
+               [](const MethodOptions&, ForceList forces, std::size_t particles,
                   const ImplicitConfig& solve) {
-                 return std::make_unique<ImplicitNewton>(std::move(forces), particles, solve,
-                                                         o.whole("max_newton"));
+                 return std::make_unique<ImplicitNewton>(std::move(forces), particles, solve);
                });
 }
 

@@ -8,7 +8,7 @@
 // estimate nor a step size controller; this one is the usual
 //   h ← h · min(5, max(1/5, 0.9 (tolerance/error)^(1/5))).
 // A step of the scene consists of as many inner steps as the tolerance requires; the length of the
-// last one is remembered. A step that would need more than `max_inner_steps` returns NaN velocities
+// last one is remembered. A step that would need more than `kMostInnerSteps` returns NaN velocities
 // and is rejected. Guarantee: the estimated error of each inner step is within the tolerance.
 // Without damping the fifth-order weights alone are unstable at every step below hω = 2.05 (growth
 // 9e-4 (hω)⁶); the tolerance keeps that growth as small as any other error.
@@ -44,13 +44,15 @@ constexpr double kSafety = 0.9, kLeast = 0.2, kMost = 5.0;
 // The last inner step covers the remaining time if that is at most this many times its length.
 constexpr double kStretch = 1.0 + 1e-9;
 
+// In one step.
+constexpr int kMostInnerSteps = 100000;
+
 class Fehlberg final : public Integrator {
  public:
   Fehlberg(ForceList forces, std::size_t n, const MethodOptions& options)
       : Integrator(std::move(forces), n),
         error_(options["error"]),
         error_rate_(options["error_rate"]),
-        max_inner_steps_(options.whole("max_inner_steps")),
         stages_(fehlberg(), n),
         x_(n),
         v_(n),
@@ -82,7 +84,6 @@ class Fehlberg final : public Integrator {
   }
 
   const double error_, error_rate_;  // m and 1/s
-  const int max_inner_steps_;
   detail::RungeKuttaStages stages_;
   std::vector<Vec3> x_, v_, dx_, dv_;
   double h_ = 0.0, next_h_ = 0.0;  // s, length of the last inner step that was not cut; 0: none yet
@@ -123,7 +124,7 @@ void Fehlberg::begin(const StepStart& start, StepEnd end) {
   for (std::size_t i = 0; i < p.size(); ++i) v_[i] = p.inv_mass[i] > 0.0 ? p.v[i] : end.mean[i];
   double done = 0.0, h = h_ > 0.0 ? h_ : start.h;
   int attempts = 0;
-  while (done < start.h && attempts < max_inner_steps_) {
+  while (done < start.h && attempts < kMostInnerSteps) {
     const double left = start.h - done;
     const bool last = left <= h * kStretch;
     const double step = last ? left : h;
@@ -167,14 +168,7 @@ void register_rkf45(IntegratorRegistry& registry) {
         .least = 0.0,
         .most = 1e12,
         .above_least = true,
-        .meaning = "allowed error of velocity over that of position"},
-       {.name = "max_inner_steps",
-        .initial = 100000.0,
-        .unit = "1",
-        .least = 1.0,
-        .most = 1e9,
-        .kind = OptionKind::whole,
-        .meaning = "inner steps in one step; a step that needs more is rejected"}},
+        .meaning = "allowed error of velocity over that of position"}},
       [](const MethodOptions& o, ForceList forces, std::size_t particles, const ImplicitConfig&) {
         return std::make_unique<Fehlberg>(std::move(forces), particles, o);
       });

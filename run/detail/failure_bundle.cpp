@@ -59,7 +59,8 @@ bool is_copy(const fs::path& file) {
 std::vector<Json*> file_names(Json& scene) {
   std::vector<Json*> places;
   const auto note = [&](Json& object, const char* key) {
-    if (const auto at = object.find(key); at != object.end() && at->is_string() && *at != "")
+    if (const auto at = object.find(key);
+        at != object.end() && at->is_string() && *at != "" && *at != "texture")
       places.push_back(&*at);
   };
   for (const char* list : {"geometry", "obstacles"}) {

@@ -230,10 +230,6 @@ Json resumable_part(const Scene& scene, const Methods& methods) {
   json["time"].erase("frames");
   for (const char* key : {"output", "description", "$schema"}) json.erase(key);
   Json &contact = json["contact"], &solver = json["solver"];
-  for (const char* key :
-       {"stiffness", "damping", "restitution", "retention", "slip_speed", "sticking"})
-    contact.erase(key);
-  for (const char* key : {"error", "drag", "max_newton"}) solver.erase(key);
   const ContactSpec& c = scene.contact;
   contact["broad_phase"] = method_json(methods.broad_phases, c.broad_phase, c.broad_phase_options);
   contact["narrow_phase"] =

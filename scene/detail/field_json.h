@@ -45,10 +45,11 @@ Json json_of_list(const List& list, const Key& key = {}) {
   return json;
 }
 
-inline Json json_of_curve(const MonotoneCurve& curve, const std::vector<CurveAxis>& axes) {
+inline Json json_of_curve(const MonotoneCurve& curve) {
   if (curve.empty()) return {};
-  return {{axes[0].name, std::vector<double>(curve.x().begin(), curve.x().end())},
-          {axes[1].name, std::vector<double>(curve.y().begin(), curve.y().end())}};
+  Json points = Json::array();
+  for (std::size_t i = 0; i < curve.x().size(); ++i) points.push_back({curve.x()[i], curve.y()[i]});
+  return points;
 }
 
 template <HasFields T>
@@ -101,7 +102,7 @@ Json json_of(const T& value, const Key& key) {
   } else if constexpr (std::is_same_v<T, Eigen::Quaterniond>) {
     return json_of_rotation(value);
   } else if constexpr (std::is_same_v<T, MonotoneCurve>) {
-    return json_of_curve(value, key.axes);
+    return json_of_curve(value);
   } else if constexpr (kIsPairView<T>) {
     return {value.a, value.b};
   } else if constexpr (kIsMethodView<T>) {

@@ -83,29 +83,26 @@ using FileOrMesh = std::variant<std::string, TriangleMesh>;
 /// The name of one of the motions, or its keyframes themselves.
 using MotionKey = std::variant<std::string, std::vector<Keyframe>>;
 
-// Ways to select particles.
-struct CornersKey {};
-struct EdgeKey {};
-struct VerticesKey {};
+/// Sides and corners of a grid by name, and vertices by number.
+using ParticleList = std::vector<std::variant<std::string, std::int32_t>>;
+using RowKey = std::variant<std::string, ParticleList>;
 struct BoxKey {};
-using SelectKey = std::variant<CornersKey, EdgeKey, VerticesKey, BoxKey>;
+/// The same, or all particles within a box.
+using SelectKey = std::variant<std::string, ParticleList, BoxKey>;
 
 /// One side of a seam.
 struct SideKey {};
 
 struct GarmentSewing {
-  SewingConfig sewing;
+  double pull = SewingConfig{}.pull;
   double merge = 0.004;
-};
-struct PanelMove {
-  Vec3 translation = Vec3::Zero();
 };
 /// The panels of a sewing pattern.
 struct GarmentKeys {
   std::filesystem::path sewing_pattern;
   double edge_length = 0.01;
   UpAxis up = UpAxis::z;
-  std::map<std::string, PanelMove> panels;
+  std::map<std::string, Vec3> panels;  ///< m, way of a panel from its place in the file
   GarmentSewing sewing;
 };
 
@@ -118,7 +115,6 @@ struct PieceOf {
 using PieceKey = std::variant<PieceOf<ClothFile>, PieceOf<GarmentKeys>, PieceOf<ClothGrid>>;
 
 struct SequenceKeys {
-  std::int64_t first = 0;
   double fps = BodySequence{}.fps, start = BodySequence{}.start;
 };
 /// An obstacle as files give it.

@@ -45,50 +45,54 @@ std::optional<std::int64_t> number_in(const std::string& file, const NumberedNam
   return number;
 }
 
-/// Refuses a sequence that ends before `missing` although the folder has files with higher numbers.
-void refuse_gap(const LocatedJson& document, const NumberedName& name, std::int64_t missing,
-                const std::string& path) {
-  if (name.pattern.find('/', name.end) != std::string::npos) return;  // folders are numbered
+/// The file of a sequence with the lowest number from `least` on.
+struct NumberedFile {
+  std::int64_t number = 0;
+  std::string file;  ///< empty: there is none
+};
+NumberedFile lowest_file(const LocatedJson& document, const NumberedName& name,
+                         std::int64_t least) {
+  NumberedFile lowest;
+  if (name.pattern.find('/', name.end) != std::string::npos) return lowest;  // numbered folders
   const auto folder = absolute_path(document, name.pattern).parent_path();
-  std::string next;  // the file with the lowest of these numbers
-  std::int64_t lowest = 0;
   std::error_code error;
   for (std::filesystem::directory_iterator it(folder, error), last; !error && it != last;
        it.increment(error)) {
     const std::string file = it->path().filename().string();
     const auto number = number_in(file, name);
-    if (!number || *number < missing || (!next.empty() && *number > lowest)) continue;
-    next = file;
-    lowest = *number;
+    if (!number || *number < least || (!lowest.file.empty() && *number > lowest.number)) continue;
+    lowest = {*number, file};
   }
-  if (!next.empty())
-    fail(document, path,
-         fmt::format("number {} is missing although {} exists; add the file, or list the files of "
-                     "the sequence",
-                     missing, next));
+  return lowest;
 }
 
-/// "walk_####.obj" into the files that exist from number `first` on.
-Json expand(const LocatedJson& document, const std::string& pattern, std::int64_t first,
-            const std::string& path) {
+/// "walk_####.obj" into the files that exist from the lowest number on. Refuses a sequence with a
+/// gap.
+Json expand(const LocatedJson& document, const std::string& pattern, const std::string& path) {
   const auto begin = pattern.find('#');
   if (begin == std::string::npos)
     fail(document, path, "needs a list of files, or a name with # for each digit of a number");
   const auto end = std::min(pattern.find_first_not_of('#', begin), pattern.size());
   Json files = Json::array();
+  const NumberedName numbered{pattern, begin, end};
   const auto name = [&](std::int64_t number) {
     return fmt::format("{}{:0{}}{}", pattern.substr(0, begin), number, end - begin,
                        pattern.substr(end));
   };
+  std::int64_t next = lowest_file(document, numbered, 0).number;
   std::error_code error;
-  while (std::filesystem::exists(absolute_path(document, name(first)), error))
-    files.push_back(name(first++));
-  refuse_gap(document, {pattern, begin, end}, first, path);
+  while (std::filesystem::exists(absolute_path(document, name(next)), error))
+    files.push_back(name(next++));
+  if (const NumberedFile later = lowest_file(document, numbered, next); !later.file.empty())
+    fail(document, path,
+         fmt::format("number {} is missing although {} exists; add the file, or list the files of "
+                     "the sequence",
+                     next, later.file));
   constexpr std::size_t fewest = 2;
   if (files.size() < fewest)
     fail(document, path,
          fmt::format("a sequence needs at least 2 files; there is no file {}",
-                     absolute_path(document, name(first)).string()));
+                     absolute_path(document, name(next)).string()));
   return files;
 }
 
@@ -141,7 +145,7 @@ class BodyReader {
     shape.fps = keys.fps;
     shape.start = keys.start;
     Json& files = j_["sequence"]["files"];
-    if (files.is_string()) files = expand(document_, files.get<std::string>(), keys.first, place);
+    if (files.is_string()) files = expand(document_, files.get<std::string>(), place);
     for (std::size_t i = 0; i < files.size(); ++i)
       shape.files.push_back(read_file(document_, files[i], join(place, i)));
     complete_axes(shape.load, states_axes(shape.files.front()), j_);

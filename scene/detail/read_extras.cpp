@@ -5,7 +5,6 @@
 #include <selvedge/scene/fabric_file.h>
 
 #include <algorithm>
-#include <set>
 #include <stdexcept>
 
 namespace selvedge::detail {
@@ -29,27 +28,18 @@ const ClothSpec& piece_of(LocatedJson& document, Json& j, const std::string& pat
                    nearest_word(name, known)));
 }
 
-/// The selected vertices: a list keeps its order, other selections ascend.
+/// The selected vertices: a list of numbers keeps its order, other selections ascend.
 std::vector<std::int32_t> row_of(const LocatedJson& document, VertexSelector& selector,
                                  const Json& select, const ClothSpec& cloth,
                                  const std::string& path) {
   std::vector<std::int32_t> row = selector.select(select, cloth, path);
-  if (!select.contains("vertices")) return row;
-  const auto listed = select["vertices"].get<std::vector<std::int32_t>>();
+  if (!select.is_array() ||
+      !std::all_of(select.begin(), select.end(), [](const Json& one) { return one.is_number(); }))
+    return row;
+  const auto listed = select.get<std::vector<std::int32_t>>();
   if (listed.size() != row.size())
-    fail(document, join(path, "vertices"),
-         "names a vertex twice, but a vertex can be sewn only once");
+    fail(document, path, "names a vertex twice, but a vertex can be sewn only once");
   return listed;
-}
-
-std::string name_of(LocatedJson& document, Json& j, std::size_t index, const std::string& path,
-                    std::set<std::string>& taken) {
-  if (!j.contains("name")) j["name"] = fmt::format("seams_{}", index);
-  auto name = j["name"].get<std::string>();
-  if (!taken.insert(name).second)
-    fail(document, join(path, "name"),
-         fmt::format("\"{}\" is taken; give each element its own name", name));
-  return name;
 }
 
 void refuse_bad_pairs(const LocatedJson& document, const SeamSpec& seam, const std::string& path) {
@@ -68,20 +58,18 @@ void refuse_bad_pairs(const LocatedJson& document, const SeamSpec& seam, const s
 }  // namespace
 
 void read_seams(LocatedJson& document, VertexSelector& selector, Scene& scene) {
-  std::set<std::string> taken;
   Json& list = document.root["seams"];
   for (std::size_t i = 0; i < list.size(); ++i) {
     const std::string path = join("seams", i);
     Json& j = list[i];
     SeamSpec& seam = scene.seams[i];
-    seam.name = name_of(document, j, i, path, taken);
-    const char* const sides[] = {"a", "b"};
+    seam.name = fmt::format("seams_{}", i);
     for (std::size_t k = 0; k < 2; ++k) {
-      const std::string side = join(path, sides[k]);
-      const ClothSpec& cloth = piece_of(document, j[sides[k]], side, scene);
+      const std::string place = join(join(path, "sides"), k);
+      Json& side = j["sides"][k];
+      const ClothSpec& cloth = piece_of(document, side, place, scene);
       seam.geometry[k] = cloth.name;
-      seam.vertices[k] =
-          row_of(document, selector, j[sides[k]]["select"], cloth, join(side, "select"));
+      seam.vertices[k] = row_of(document, selector, side["select"], cloth, join(place, "select"));
     }
     if (j["reverse"].get<bool>()) std::reverse(seam.vertices[1].begin(), seam.vertices[1].end());
     refuse_bad_pairs(document, seam, path);

@@ -77,9 +77,15 @@ class FieldReader {
 
   MonotoneCurve read_curve(const Json& j, const std::string& path,
                            const std::vector<CurveAxis>& axes) const {
+    std::vector<double> values[2];
+    for (std::size_t i = 0; i < j.size(); ++i)
+      for (std::size_t k = 0; k < 2; ++k) {
+        values[k].push_back(j[i][k].get<double>());
+        const std::string fault = range_fault({0, axes[k].most}, values[k].back());
+        if (!fault.empty()) fail(document_, join(join(path, i), k), axes[k].name + " " + fault);
+      }
     try {
-      return {j[axes[0].name].get<std::vector<double>>(),
-              j[axes[1].name].get<std::vector<double>>()};
+      return {values[0], values[1]};
     } catch (const std::invalid_argument& error) {
       fail(document_, path, error.what());
     }

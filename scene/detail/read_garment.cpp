@@ -31,14 +31,14 @@ void turn_upright(GarmentMesh& garment, UpAxis up) {
   garment.placed = std::move(turned.vertices);
 }
 
-void move_panels(const LocatedJson& document, const std::map<std::string, PanelMove>& moves,
+void move_panels(const LocatedJson& document, const std::map<std::string, Vec3>& moves,
                  const std::string& path, GarmentMesh& garment) {
   for (const auto& [name, move] : moves) {
     require_known(document, name, garment.panel_names, join(path, name), "panel");
     const auto found = std::find(garment.panel_names.begin(), garment.panel_names.end(), name);
     const auto panel = found - garment.panel_names.begin();
     for (std::int32_t v = garment.first_vertex[panel]; v < garment.first_vertex[panel + 1]; ++v)
-      garment.placed[v] += move.translation;
+      garment.placed[v] += move;
   }
 }
 
@@ -74,7 +74,7 @@ SeamSpec seam_of(const GarmentMesh::Stitch& stitch, const std::string& piece,
     seam.vertices[0].push_back(stitch.a[i]);
     seam.vertices[1].push_back(stitch.b[i]);
   }
-  seam.sewing = sewing.sewing;
+  seam.sewing.pull = sewing.pull;
   seam.merge = sewing.merge;
   return seam;
 }

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/scene/detail/old_keys.h>
 #include <selvedge/scene/detail/read_methods.h>
 
 #include <algorithm>
@@ -9,8 +10,10 @@ void read_option(const LocatedJson& document, const Json& j, const std::string& 
                  const std::string& key, const std::string& method,
                  const std::vector<MethodOption>& known, MethodOptions& options) {
   const double value = option_value(j);
-  if (const std::string fault = option_fault(known, key, value); !fault.empty())
-    fail(document, path, method + " " + fault);
+  if (const std::string fault = option_fault(known, key, value); !fault.empty()) {
+    const std::string answer = answer_to_old_key(path);
+    fail(document, path, answer.empty() ? method + " " + fault : answer);
+  }
   const auto option = std::find_if(known.begin(), known.end(),
                                    [&](const MethodOption& o) { return o.name == key; });
   if (j.is_boolean() != (option->kind == OptionKind::boolean))

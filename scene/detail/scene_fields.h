@@ -193,18 +193,10 @@ struct Fields<SolverSpec> {
             Key{.text = "What keeps springs within the strain limit of their material, by name or "
                         "with its options; `selvedge list` names them. true: position, false: "
                         "none"});
-    visitor("unstable_step", &T::refuse_unstable_step,
-            Key{.text = "A step longer than the integrator bears is divided, or ends the run with "
-                        "the number",
-                .words = {"substep", "refuse"}});
     visitor("tolerance", &T::tolerance,
             Key{.unit = "1",
                 .range = {1e-15, 0.1},
                 .text = "Relative residual at which the linear solve of implicit_euler stops"});
-    visitor("max_iterations", &T::max_iterations,
-            Key{.unit = "1",
-                .range = {1, 1000000},
-                .text = "Iterations after which that solve is given up"});
   }
 };
 
@@ -218,22 +210,6 @@ struct Fields<PlanSpec> {
 };
 
 template <>
-struct Fields<ClosedFormSpec> {
-  static void visit(auto&& visitor) {
-    using T = ClosedFormSpec;
-    visitor("motion", &T::motion,
-            Key{.text = "free_fall: as a point in vacuum; incline: down a flat obstacle with "
-                        "Coulomb friction",
-                .words = {"", "free_fall", "incline"},
-                .required = true});
-    visitor("body", &T::body,
-            Key{.text = "incline: the name of that obstacle, whose slope and friction count",
-                .shortest = 1,
-                .completed = false});
-  }
-};
-
-template <>
 struct Fields<CameraSpec> {
   static void visit(auto&& visitor) {
     using T = CameraSpec;
@@ -241,10 +217,6 @@ struct Fields<CameraSpec> {
     visitor("target", &T::target, Key{.unit = "m", .text = "Point in the middle of the picture"});
     visitor("field_of_view", &T::field_of_view,
             Key{.unit = "degrees", .range = {1, 150}, .text = "Vertical opening angle"});
-    visitor("width", &T::width,
-            Key{.unit = "pixels", .range = {16, 8192}, .text = "Width of the picture"});
-    visitor("height", &T::height,
-            Key{.unit = "pixels", .range = {16, 8192}, .text = "Height of the picture"});
   }
 };
 
@@ -257,15 +229,6 @@ struct Fields<OutputSpec> {
                         "browsers), mdd and pc2 (Blender), obj, usd, vtk (ParaView). The option "
                         "pressure of ply adds contact pressures",
                 .longest = 16});
-    visitor("vtk", &T::vtk,
-            Key{.text = "Whether to write .vtp frames and the .pvd series that names them "
-                        "(ParaView)"});
-    visitor("pc2", &T::pc2,
-            Key{.text = "Whether to write a point cache beside a base mesh (Blender)"});
-    visitor("picture_every", &T::picture_every,
-            Key{.unit = "1",
-                .range = {0, 99999},
-                .text = "Render every n-th frame; 0: the last one only"});
     visitor("camera", &T::camera, Key{.text = "Where pictures are taken from"});
   }
 };
@@ -291,7 +254,7 @@ struct Fields<AxisAngle> {
 template <>
 struct Fields<Placement> {
   static constexpr const char* kName = "transformation";
-  static constexpr const char* kText = "Placement: scaled, then rotated, then translated.";
+  static constexpr const char* kText = "Placement: rotated, then translated.";
   static void visit(auto&& visitor) {
     using T = Placement;
     visitor("translation", &T::translation,
@@ -299,10 +262,6 @@ struct Fields<Placement> {
     visitor("rotation", &T::rotation,
             Key{.text = "Rotation about the origin of the geometry, one or a list applied in "
                         "order"});
-    visitor("scale", &T::scale,
-            Key{.unit = "1",
-                .range = {1e-9, 1e6},
-                .text = "Factor on all lengths, the rest shape of cloth included"});
   }
 };
 
@@ -341,18 +300,6 @@ struct Fields<TriangleMesh> {
 };
 
 // -- cloth ---------------------------------------------------------------------------------------
-
-template <>
-struct Fields<PlateSpec> {
-  static constexpr const char* kName = "plate";
-  static void visit(auto&& visitor) {
-    visitor("poisson", &PlateSpec::poisson,
-            Key{.unit = "1",
-                .range = {-1, 0.99, true},
-                .text = "Poisson's ratio; springs have 1/3, and the run reports what they cannot "
-                        "fit of another"});
-  }
-};
 
 template <>
 struct Fields<RefineSpec> {
@@ -442,9 +389,12 @@ struct Fields<StripPath> {
 namespace detail {
 
 inline Key plate_key() {
-  return {.text =
-              "Springs are fitted to a plate of the material's stretch and bending stiffness; a "
-              "triangular grid or a flat mesh"};
+  return {.unit = "1",
+          .range = {-1, 0.99, true},
+          .text =
+              "Poisson's ratio of a plate with the material's stretch and bending stiffness, "
+              "to which the springs of a triangular grid or flat mesh are fitted; springs have "
+              "1/3, and the run reports what they cannot fit of another"};
 }
 inline Key refine_key() {
   return {.text =
@@ -501,17 +451,14 @@ struct Fields<ClothFile> {
                         "relative to the scene file, or the mesh itself",
                 .shortest = 1,
                 .required = true});
-    visitor("rest", Unstored<bool>{false},
-            Key{.text = "texture: the texture coordinates of the OBJ are the flat pattern, which "
-                        "is the rest shape",
-                .words = {"mesh", "texture"}});
     visitor("texture_unit", Unstored<double>{1.0},
             Key{.unit = "m",
                 .range = {1e-9, 1000},
                 .text = "Metres per unit of the texture coordinates"});
-    visitor("rest_mesh", &T::rest_file,
+    visitor("rest_mesh", Unstored<std::string>{""},
             Key{.text = "Rest shape with the same triangles. Path relative to the scene file; "
-                        "empty: the mesh itself"});
+                        "texture: the texture coordinates of the OBJ file, a flat pattern; empty: "
+                        "the mesh itself"});
     visitor("plate", &T::plate, detail::plate_key());
     visitor("refine", &T::refine, detail::refine_key());
     visitor("support", &T::support,
@@ -520,13 +467,19 @@ struct Fields<ClothFile> {
   }
 };
 
+namespace detail {
+
+inline Key pull_key() {
+  return {.unit = "N/m", .range = {1e-9, 1e9}, .text = "Force by the distance of two particles"};
+}
+
+}  // namespace detail
+
 template <>
 struct Fields<SewingConfig> {
   static void visit(auto&& visitor) {
     using T = SewingConfig;
-    visitor(
-        "pull", &T::pull,
-        Key{.unit = "N/m", .range = {1e-9, 1e9}, .text = "Force by the distance of two particles"});
+    visitor("pull", &T::pull, detail::pull_key());
     visitor("tolerance", &T::tolerance,
             Key{.unit = "m", .range = {1e-9, 10}, .text = "Nearer than this the pull is constant"});
     visitor("damping", &T::damping,
@@ -554,17 +507,8 @@ template <>
 struct Fields<GarmentSewing> {
   static void visit(auto&& visitor) {
     using T = GarmentSewing;
-    visit_within<SewingConfig>(&T::sewing, visitor);
+    visitor("pull", &T::pull, detail::pull_key());
     visitor("merge", &T::merge, detail::merge_key());
-  }
-};
-
-template <>
-struct Fields<PanelMove> {
-  static constexpr const char* kText = "Another place of a panel at the start.";
-  static void visit(auto&& visitor) {
-    visitor("translation", &PanelMove::translation,
-            Key{.unit = "m", .text = "From the place in the file, with z up", .required = true});
   }
 };
 
@@ -584,7 +528,9 @@ struct Fields<GarmentKeys> {
             Key{.unit = "m", .range = {0, 10, true}, .text = "Of the triangles"});
     visitor("up", &T::up,
             Key{.text = "Axis of the file that points up; it becomes z", .words = {"x", "y", "z"}});
-    visitor("panels", &T::panels, Key{.text = "Panels that start elsewhere, by name"});
+    visitor("panels", &T::panels,
+            Key{.unit = "m",
+                .text = "How far panels start from their place in the file, by name, with z up"});
     visitor("sewing", &T::sewing, Key{.text = "How its seams are sewn"});
   }
 };
@@ -597,6 +543,10 @@ struct Fields<ClothSpec> {
     visitor(
         "virtual_springs", &T::virtual_springs,
         Key{.text = "A spring from every particle to its place at the start", .completed = false});
+    visitor("scale", &T::scale,
+            Key{.unit = "1",
+                .range = {1e-9, 1e6},
+                .text = "Factor on all lengths, the rest shape included"});
     visitor("transformation", &T::placement, Key{.text = "Where the piece lies at the start"});
     visitor("velocity", &T::velocity,
             Key{.unit = "m/s", .text = "Velocity of all its particles at the start"});
@@ -635,40 +585,6 @@ struct Fields<MaterialKeys> {
 // -- particles -----------------------------------------------------------------------------------
 
 template <>
-struct Fields<CornersKey> {
-  static void visit(auto&& visitor) {
-    visitor("corners", Unstored<std::vector<std::string>>{},
-            Key{.text = "Corners of a grid: x0 and x1 are its sides at the lowest and highest x "
-                        "before it is placed",
-                .words = {"x0y0", "x1y0", "x0y1", "x1y1"},
-                .shortest = 1,
-                .longest = 4,
-                .required = true});
-  }
-};
-template <>
-struct Fields<EdgeKey> {
-  static void visit(auto&& visitor) {
-    visitor("edge", Unstored<std::string>{},
-            Key{.text = "A whole side of a grid: at the lowest or highest x or y before it is "
-                        "placed",
-                .words = {"x0", "x1", "y0", "y1"},
-                .required = true});
-  }
-};
-template <>
-struct Fields<VerticesKey> {
-  static void visit(auto&& visitor) {
-    visitor("vertices", Unstored<std::vector<std::int32_t>>{},
-            Key{.unit = "1",
-                .range = kIndices,
-                .text = "Vertex numbers of the piece from 0; of a grid j·(cells_x+1)+i",
-                .shortest = 1,
-                .longest = 100000000,
-                .required = true});
-  }
-};
-template <>
 struct Fields<BoxKey> {
   static void visit(auto&& visitor) {
     visitor("box", Unstored<std::array<Vec3, 2>>{},
@@ -682,10 +598,19 @@ struct Fields<BoxKey> {
 namespace detail {
 
 /// The piece and the particles that the reader looks up.
-void visit_selection(auto&& visitor, const char* text = "Which particles") {
+template <class Select>
+void visit_selection(auto&& visitor, const std::string& text = "Which particles") {
   visitor("geometry", Unstored<std::string>{},
           Key{.text = "Name of the piece; may be left out if there is only one", .shortest = 1});
-  visitor("select", Unstored<SelectKey>{}, Key{.text = text, .required = true});
+  visitor("select", Unstored<Select>{},
+          Key{.range = kIndices,
+              .text = text + ": a side of a grid, x0, x1, y0 or y1, at its lowest or highest x or "
+                             "y before it is placed; a corner, such as x0y1; or a list of these "
+                             "and of numbers of vertices from 0, of a grid j·(cells_x+1)+i",
+              .words = {"x0", "x1", "y0", "y1", "x0y0", "x1y0", "x0y1", "x1y1"},
+              .shortest = 1,
+              .longest = 100000000,
+              .required = true});
 }
 
 }  // namespace detail
@@ -695,7 +620,7 @@ struct Fields<HandleSpec> {
   static constexpr const char* kText = "Particles of one piece that are held.";
   static void visit(auto&& visitor) {
     visitor("name", Unstored<std::string>{}, detail::name_key());
-    detail::visit_selection(visitor);
+    detail::visit_selection<SelectKey>(visitor);
     visitor("motion", Unstored<MotionKey>{MotionKey{std::vector<Keyframe>{}}},
             Key{.text = "How they move; empty: held still. The first keyframe is the start itself",
                 .longest = kKeyframes});
@@ -708,8 +633,7 @@ template <>
 struct Fields<WeightSpec> {
   static constexpr const char* kText = "Mass added to particles of one piece.";
   static void visit(auto&& visitor) {
-    visitor("name", Unstored<std::string>{}, detail::name_key());
-    detail::visit_selection(visitor);
+    detail::visit_selection<RowKey>(visitor);
     visitor("mass", &WeightSpec::mass,
             Key{.unit = "kg",
                 .range = {0, 1e6},
@@ -723,10 +647,10 @@ struct Fields<SideKey> {
   static constexpr const char* kName = "side";
   static constexpr const char* kText = "One side of a seam.";
   static void visit(auto&& visitor) {
-    detail::visit_selection(
+    detail::visit_selection<RowKey>(
         visitor,
-        "Which particles, in the order of their numbers; of `vertices`, as they "
-        "are listed");
+        "Which particles, in the order of their numbers or, if only numbers are listed, "
+        "of the list");
   }
 };
 
@@ -736,11 +660,10 @@ struct Fields<SeamSpec> {
       "Two rows of equally many particles, sewn first to first and last to last.";
   static void visit(auto&& visitor) {
     using T = SeamSpec;
-    visitor("name", Unstored<std::string>{}, detail::name_key());
-    visitor("a", Unstored<SideKey>{}, Key{.text = "One side", .required = true});
-    visitor("b", Unstored<SideKey>{}, Key{.text = "The other side", .required = true});
+    visitor("sides", Unstored<std::array<SideKey, 2>>{},
+            Key{.text = "The two rows", .required = true});
     visitor("reverse", Unstored<bool>{false},
-            Key{.text = "Whether the first of one is sewn to the last of the other"});
+            Key{.text = "Whether the first particle of one side is sewn to the last of the other"});
     visit_within<SewingConfig>(&T::sewing, visitor);
     visitor("merge", &T::merge, detail::merge_key());
   }
@@ -751,7 +674,7 @@ struct Fields<WaterSource> {
   static constexpr const char* kText = "Water that drops onto particles of one piece.";
   static void visit(auto&& visitor) {
     using T = WaterSource;
-    detail::visit_selection(visitor);
+    detail::visit_selection<SelectKey>(visitor);
     visitor("rate", &T::rate,
             Key{.unit = "kg/s",
                 .range = {0, 1e6},
@@ -829,8 +752,8 @@ struct Fields<Capsule> {
   static constexpr const char* kText = "A cylinder with round ends.";
   static void visit(auto&& visitor) {
     visitor("radius", &Capsule::radius, detail::length_key("Radius"));
-    visitor("length", &Capsule::length,
-            detail::length_key("Distance between the centres of its ends"));
+    visitor("height", &Capsule::length,
+            detail::length_key("Height of the cylinder, without its ends"));
     detail::visit_resolution(visitor);
   }
 };
@@ -884,10 +807,6 @@ struct Fields<LoadConfig> {
             Key{.text = "Groups, objects or materials of an OBJ file that belong to the body; "
                         "empty: all",
                 .longest = 10000});
-    visitor("without_groups", &T::without,
-            Key{.text = "Groups, objects or materials of an OBJ file that do not belong to the "
-                        "body",
-                .longest = 10000});
   }
 };
 
@@ -927,15 +846,11 @@ struct Fields<SequenceKeys> {
     using T = SequenceKeys;
     visitor("files", Unstored<std::variant<std::string, std::vector<std::string>>>{},
             Key{.text = "Mesh files in order, or one name in which # stands for each digit of a "
-                        "number, such as \"walk_####.obj\". Paths relative to the scene file",
+                        "number, such as \"walk_####.obj\", which begins with the lowest "
+                        "number. Paths relative to the scene file",
                 .shortest = 2,
                 .longest = 100000,
                 .required = true});
-    visitor("first", &T::first,
-            Key{.unit = "1",
-                .range = {0, 2147483646},
-                .text = "The number of the first file where # is used; the following ones are "
-                        "taken as long as they exist"});
     visitor("fps", &T::fps,
             Key{.unit = "1/s", .range = {1e-6, 100000}, .text = "Meshes per second"});
     visitor("start", &T::start,
@@ -1027,7 +942,9 @@ struct Fields<Scene> {
     visitor("plan", &T::plan, Key{.text = "What of a step is left out"});
     visitor("closed_form", &T::closed_form,
             Key{.text = "A motion that is known in closed form; `selvedge compare` measures errors "
-                        "against it",
+                        "against it. free_fall: as a point in vacuum; incline: down the only "
+                        "obstacle, which is flat, with its Coulomb friction",
+                .words = {"", "free_fall", "incline"},
                 .completed = false});
     visitor("output", &T::output,
             Key{.text = "What is written beside frames, checkpoint and result.json"});

@@ -3,6 +3,7 @@
 #include <selvedge/core/base/json_value.h>
 #include <selvedge/core/base/text.h>
 #include <selvedge/core/system/read_file.h>
+#include <selvedge/scene/detail/old_keys.h>
 #include <selvedge/scene/detail/scene_json.h>
 
 #include <algorithm>
@@ -235,8 +236,10 @@ class Checker {
     if (schema.contains("oneOf")) return check_one_of(value, schema["oneOf"], path);
     if (schema.contains("type")) {
       const auto type = schema["type"].get<std::string>();
-      if (!has_type(value, type))
+      if (!has_type(value, type)) {
+        refuse_old_members(value, path);
         fail(document_, path, fmt::format("must be {}, is {}", type_in_words(type), shown(value)));
+      }
     }
     if (value.is_number()) check_number(value, schema, path);
     if (value.is_string()) check_string(value, schema, path);
@@ -320,8 +323,18 @@ class Checker {
     }
   }
 
+  /// An object in the place of a value that was one in older versions.
+  void refuse_old_members(const Json& value, const std::string& path) const {
+    if (!value.is_object()) return;
+    for (const auto& [key, member] : value.items())
+      if (const std::string answer = answer_to_old_key(join(path, key)); !answer.empty())
+        fail(document_, join(path, key), answer);
+  }
+
   [[noreturn]] void refuse_key(const std::string& key, const Json& value, const Json& properties,
                                const std::string& path, const Json* alternatives) const {
+    if (const std::string answer = answer_to_old_key(path); !answer.empty())
+      fail(document_, path, answer);
     std::vector<std::string> known;
     for (const auto& [name, property] : properties.items()) known.push_back(name);
     if (alternatives != nullptr)

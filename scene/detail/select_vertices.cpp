@@ -23,10 +23,12 @@ class Selection {
 
   std::vector<std::int32_t> select(const Json& j, const std::string& path) const {
     std::vector<std::int32_t> found;
-    if (j.contains("vertices")) found = select_vertices(j["vertices"], join(path, "vertices"));
-    if (j.contains("box")) found = select_box(j["box"], join(path, "box"));
-    if (j.contains("corners")) found = select_corners(j["corners"], join(path, "corners"));
-    if (j.contains("edge")) found = select_edge(j["edge"], join(path, "edge"));
+    if (j.is_object())
+      found = select_box(j["box"], join(path, "box"));
+    else if (j.is_string())
+      select_word(j, path, found);
+    else
+      for (std::size_t i = 0; i < j.size(); ++i) select_one(j[i], join(path, i), found);
     if (const auto* grid = std::get_if<ClothGrid>(&cloth_.shape);
         grid != nullptr && patterns_.at(grid->pattern).traits().two_layers)
       add_other_layer(found);
@@ -46,18 +48,24 @@ class Selection {
         if (x[i] == x[found[k]]) found.push_back(static_cast<std::int32_t>(i));
   }
 
-  std::vector<std::int32_t> select_vertices(const Json& j, const std::string& path) const {
-    const auto count = points_.placed.size();
-    std::vector<std::int32_t> found;
-    for (std::size_t i = 0; i < j.size(); ++i) {
-      const auto vertex = j[i].get<std::int64_t>();
-      if (vertex >= static_cast<std::int64_t>(count))
-        fail(document_, join(path, i),
-             fmt::format("there is no vertex {}; {} has vertices 0 to {}", vertex,
-                         in_quotes(cloth_.name), count - 1));
-      found.push_back(static_cast<std::int32_t>(vertex));
-    }
-    return found;
+  void select_one(const Json& j, const std::string& path, std::vector<std::int32_t>& found) const {
+    if (j.is_string()) return select_word(j, path, found);
+    const auto vertex = j.get<std::int64_t>(), count = std::ssize(points_.placed);
+    if (vertex >= count)
+      fail(document_, path,
+           fmt::format("there is no vertex {}; {} has vertices 0 to {}", vertex,
+                       in_quotes(cloth_.name), count - 1));
+    found.push_back(static_cast<std::int32_t>(vertex));
+  }
+
+  /// A side such as x0, or a corner such as x0y1.
+  void select_word(const Json& j, const std::string& path, std::vector<std::int32_t>& found) const {
+    const auto word = j.get<std::string>();
+    const GridConfig& grid = require_grid(path);
+    if (word.size() > 2)
+      found.push_back(corner(grid, word));
+    else
+      select_side(grid, word, path, found);
   }
 
   std::vector<std::int32_t> select_box(const Json& j, const std::string& path) const {
@@ -87,29 +95,23 @@ class Selection {
     const auto* grid = std::get_if<ClothGrid>(&cloth_.shape);
     if (grid == nullptr)
       fail(document_, path,
-           in_quotes(cloth_.name) + " is a mesh and not a grid; select by \"vertices\" or \"box\"");
+           in_quotes(cloth_.name) +
+               " is a mesh and not a grid; select numbers of vertices or a \"box\"");
     return grid->grid;
   }
 
-  std::vector<std::int32_t> select_corners(const Json& j, const std::string& path) const {
-    const GridConfig& grid = require_grid(path);
+  std::int32_t corner(const GridConfig& grid, const std::string& word) const {
     const std::vector<Vec3>& x = points_.flat;
-    std::vector<std::int32_t> found;
-    for (const Json& corner : j) {
-      const auto word = corner.get<std::string>();  // such as x0y1
-      const Vec3 wanted(word[1] == '0' ? -grid.size_x / 2 : grid.size_x / 2,
-                        word[3] == '0' ? -grid.size_y / 2 : grid.size_y / 2, 0.0);
-      const auto nearest = std::min_element(x.begin(), x.end(), [&](const Vec3& a, const Vec3& b) {
-        return (a - wanted).squaredNorm() < (b - wanted).squaredNorm();
-      });
-      found.push_back(static_cast<std::int32_t>(nearest - x.begin()));
-    }
-    return found;
+    const Vec3 wanted(word[1] == '0' ? -grid.size_x / 2 : grid.size_x / 2,
+                      word[3] == '0' ? -grid.size_y / 2 : grid.size_y / 2, 0.0);
+    const auto nearest = std::min_element(x.begin(), x.end(), [&](const Vec3& a, const Vec3& b) {
+      return (a - wanted).squaredNorm() < (b - wanted).squaredNorm();
+    });
+    return static_cast<std::int32_t>(nearest - x.begin());
   }
 
-  std::vector<std::int32_t> select_edge(const Json& j, const std::string& path) const {
-    const GridConfig& grid = require_grid(path);
-    const auto word = j.get<std::string>();  // such as x0
+  void select_side(const GridConfig& grid, const std::string& word, const std::string& path,
+                   std::vector<std::int32_t>& found) const {
     const int axis = word[0] == 'x' ? 0 : 1;
     const double size = axis == 0 ? grid.size_x : grid.size_y;
     const std::int32_t cells = axis == 0 ? grid.cells_x : grid.cells_y;
@@ -118,11 +120,10 @@ class Selection {
     // so a third of a cell separates the outermost vertices from the next.
     const double reach = size / cells / 3.0;
     const std::vector<Vec3>& x = points_.flat;
-    std::vector<std::int32_t> found;
+    const std::size_t before = found.size();
     for (std::size_t i = 0; i < x.size(); ++i)
       if (std::abs(x[i][axis] - side) <= reach) found.push_back(static_cast<std::int32_t>(i));
-    if (found.empty()) fail(document_, path, "selects nothing");
-    return found;
+    if (found.size() == before) fail(document_, path, "selects nothing");
   }
 
   const LocatedJson& document_;
@@ -145,6 +146,7 @@ const VertexSelector::Points& VertexSelector::points(const ClothSpec& cloth) {
   place->second.placed = make_piece(cloth, material, patterns_).cloth.surface.vertices;
   if (!std::holds_alternative<ClothGrid>(cloth.shape)) return place->second;
   ClothSpec flat = cloth;
+  flat.scale = 1.0;
   flat.placement = Placement{};
   std::get<ClothGrid>(flat.shape).path = StripPath{};
   place->second.flat = make_piece(flat, material, patterns_).cloth.surface.vertices;

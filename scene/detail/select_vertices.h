@@ -19,10 +19,10 @@ class VertexSelector {
                  const ClothPatternRegistry& patterns)
       : document_(document), materials_(materials), patterns_(patterns) {}
 
-  /// The vertices of the piece that a "select" object selects by `vertices`, a `box`, or `corners`
-  /// or an `edge` of a grid; ascending, each once. `path` is the place of the object in the
-  /// document. Throws std::invalid_argument through `fail` for a vertex that does not exist, an
-  /// empty box, or a corner of a piece that is not a grid.
+  /// The vertices of the piece that "select" names: a side or corner of a grid, a list of these and
+  /// of numbers, or a box; ascending, each once. `path` is its place in the document. Throws
+  /// std::invalid_argument through `fail` for a vertex that does not exist, an empty box, or a
+  /// corner of a piece that is not a grid.
   std::vector<std::int32_t> select(const Json& select, const ClothSpec& cloth,
                                    const std::string& path);
 

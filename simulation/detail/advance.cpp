@@ -95,7 +95,7 @@ void Simulation::Parts::refuse_unstable_start() {
   if (scene.solver.refuse_unstable_step && stable < h * kAllThatIsLeft)
     throw std::invalid_argument(
         fmt::format("solver.integrator: \"{}\" is stable up to {:.3g} s here, the scene has {:.3g} "
-                    "s; set time.steps_per_frame to {} or solver.unstable_step to \"substep\"",
+                    "s; set time.steps_per_frame to {}",
                     name, stable, h,
                     static_cast<long long>(std::ceil(scene.time.steps_per_frame * h / stable))));
 }
@@ -109,7 +109,7 @@ double Simulation::Parts::stable_step(double h, double target) {
     throw SimulationFailed(
         FailureKind::unstable_step,
         fmt::format("unstable step at {} s: {} is stable up to {:.3g} s, the step has {:.3g} "
-                    "s; solver.unstable_step is \"refuse\"",
+                    "s; the scene refuses to divide it",
                     state.time, scene.solver.integrator, stable, h));
   if (!methods.traits.is_implicit)
     stable = std::min(

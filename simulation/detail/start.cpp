@@ -27,7 +27,7 @@ std::unique_ptr<Integrator> make_integrator(const Scene& scene, const BuiltScene
   const auto make = [&](std::vector<std::unique_ptr<Force>> forces, std::size_t particles) {
     return make_method(methods.integrators, scene.solver.integrator, "solver.integrator",
                        scene.solver.integrator_options, std::move(forces), particles,
-                       {scene.solver.tolerance, scene.solver.max_iterations});
+                       {.tolerance = scene.solver.tolerance});
   };
   const Followers followers(built.cloth), layers = Followers::of_layers(built.cloth);
   if (!followers.empty())

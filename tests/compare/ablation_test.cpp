@@ -62,7 +62,7 @@ TEST(ShapeMeasures, AreThoseOfARollAndOfAStretchedSheet) {
 constexpr const char* kFlag =
     R"({"name": "flag", "geometry": [{"name": "f", "size": [1, 1], "cells": [6, 6],
         "transformation": {"translation": [0, 0, 1], "rotation": {"axis": [1, 0, 0], "angle_deg": 90}}}],
-        "handles": [{"name": "c", "select": {"corners": ["x0y1", "x1y1"]}}],
+        "handles": [{"name": "c", "select": ["x0y1", "x1y1"]}],
         "materials": {"default": {"bending_stiffness": 1e-7}},
         "air": {"wind": [0, 3, 0], "normal_drag": 0.8}, "time": {"frames": 20, "fps": 60}})";
 

@@ -253,7 +253,7 @@ class CompareCells : public Program {
     // Hangs by two corners, so that its motion stays smooth.
     write("hang.json", R"({"name": "hang",
       "geometry": [{"name": "cloth", "size": [0.2, 0.2], "cells": [4, 4]}],
-      "handles": [{"select": {"corners": ["x0y1", "x1y1"]}}],
+      "handles": [{"select": ["x0y1", "x1y1"]}],
       "time": {"frames": 3}})");
   }
 

@@ -404,7 +404,7 @@ TEST(Detection, RefusesAMissingOrUnsuitableMethod) {
 
 TEST(Detection, WithMethodsOfTheCallerFindsTheSameFromCallToCall) {
   Random random(31);
-  const auto broad = broad_phases().at("bvh_aabb")({{"leaf_size", 2.0}});
+  const auto broad = broad_phases().at("voxel")({{"voxel", 2.5}});
   const auto narrow = narrow_phases().at("ccd_exact")();
   const DetectionMethods methods{*broad, *narrow};
   for (int call = 0; call < 3; ++call) {

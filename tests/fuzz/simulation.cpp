@@ -43,7 +43,8 @@ Scene random_scene(fuzz::Bytes& in, const Methods& methods) {
     cloth.name = "cloth" + std::to_string(i);
     const std::int32_t cells = 1 + in.below(4);
     cloth.shape = ClothGrid{.grid = {.cells_x = cells, .cells_y = cells}};
-    cloth.placement = {Vec3(0.0, 0.0, 1.0 + 1.5 * i), rotation(in), in.between(0.2, 1.0)};
+    cloth.placement = {Vec3(0.0, 0.0, 1.0 + 1.5 * i), rotation(in)};
+    cloth.scale = in.between(0.2, 1.0);
     cloth.velocity = vector(in, 20.0);
   }
   for (int i = 0, n = in.below(3); i < n; ++i) {
@@ -60,7 +61,7 @@ Scene random_scene(fuzz::Bytes& in, const Methods& methods) {
       default:
         body.shape = BodyShape{Cone{.radius = size, .height = in.between(0.05, 1.0)}, 6};
     }
-    body.placement = {vector(in, 0.3) - Vec3(0.0, 0.0, 0.5), rotation(in), 1.0};
+    body.placement = {vector(in, 0.3) - Vec3(0.0, 0.0, 0.5), rotation(in)};
     body.friction = in.between(0.0, 2.0);
     if (in.below(2) == 1) body.motion = {{}, {0.05, vector(in, 0.8), rotation(in)}};
   }

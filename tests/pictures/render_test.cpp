@@ -413,7 +413,7 @@ class Pictures : public ::testing::Test {
     write_ply(folder_ / "frames" / "bodies_00000.ply", x, triangles);
     std::ofstream(folder_ / "scene.json")
         << R"({"time":{"fps":25},"output":{"camera":{"eye":[2,-3,1.5],"target":[0,0,0.5],)"
-        << R"("field_of_view":40,"width":64,"height":48}}})";
+        << R"("field_of_view":40}}})";
   }
 
   fs::path folder_;
@@ -481,12 +481,14 @@ TEST_F(Pictures, AResultIsDrawnWithTheCameraOfItsScene) {
   ResultPictures pictures(folder_);
   EXPECT_EQ(pictures.frames(), (std::vector<int>{0, 1, 2}));
   EXPECT_EQ(pictures.fps(), 25.0);
-  const Camera camera = pictures.camera({}, pictures.frames());
+  CameraChoice choice;
+  choice.width = 64;
+  choice.height = 48;
+  const Camera camera = pictures.camera(choice, pictures.frames());
   EXPECT_EQ(camera.eye, Vec3(2, -3, 1.5));
   EXPECT_EQ(camera.target, Vec3(0, 0, 0.5));
   EXPECT_EQ(camera.field_of_view, 40.0);
   EXPECT_EQ(std::pair(camera.width, camera.height), std::pair(64, 48));
-  CameraChoice choice;
   choice.eye = Vec3(0, -5, 1);
   choice.width = 32;
   const Camera chosen = pictures.camera(choice, pictures.frames());
@@ -535,7 +537,10 @@ TEST_F(Pictures, AFrameThatIsNotThereIsRefusedWithThoseThatAre) {
 
 TEST_F(Pictures, AFrameIsWrittenWhereItShouldBeAndItsFolderMade) {
   make_result();
-  render_result_frame(folder_, 1, {}, folder_ / "pictures" / "frame_00001.png");
+  CameraChoice choice;
+  choice.width = 64;
+  choice.height = 48;
+  render_result_frame(folder_, 1, choice, folder_ / "pictures" / "frame_00001.png");
   const Image image = read_png(folder_ / "pictures" / "frame_00001.png");
   EXPECT_EQ(std::pair(image.width, image.height), std::pair(64, 48));
 }

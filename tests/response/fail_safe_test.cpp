@@ -102,26 +102,31 @@ TEST(FailSafe, AStackThatRigidZonesFreezeSlidesWithTheDefault) {
   EXPECT_EQ(still(*fail_safes().at(ContactSpec{}.fail_safe)()), 0);
 }
 
-TEST(FailSafe, RoundsAreOptionsAndFewerOfThemEndCleanAsWell) {
-  const auto all = fail_safes();
-  const std::pair<std::string, std::string> first_layers[] = {
-      {"impulse_zones", "impulse_passes"},
-      {"projection_zones", "projection_rounds"},
-      {"layered", "projection_rounds"}};
-  for (const auto& [name, option] : first_layers)
+TEST(FailSafe, FewerRoundsEndCleanAsWell) {
+  struct FirstLayer {
+    std::string counter;
+    std::unique_ptr<FailSafe> (*make)(const FailSafeRounds&);
+    int FailSafeRounds::*rounds;
+  };
+  const FirstLayer first_layers[] = {
+      {"impulse_passes", make_impulse_zones, &FailSafeRounds::impulse_passes},
+      {"projection_rounds", make_projection_zones, &FailSafeRounds::projection_rounds},
+      {"projection_rounds", make_layered, &FailSafeRounds::projection_rounds}};
+  for (const FirstLayer& layer : first_layers)
     for (unsigned seed = 1; seed <= kSeeds; ++seed)
-      for (const double most : {0.0, 1.0}) {
-        SCOPED_TRACE(name + ", seed " + std::to_string(seed));
+      for (const int most : {0, 1}) {
+        SCOPED_TRACE(layer.counter + ", seed " + std::to_string(seed));
         Trial trial(swarm(seed, 1.0));
-        const auto fail_safe = all.at(name)({{option, most}});
+        FailSafeRounds rounds;
+        rounds.*layer.rounds = most;
+        const auto fail_safe = layer.make(rounds);
         EXPECT_GT(trial.resolve_halved(*fail_safe), 0.0) << fail_safe->failure_reason();
-        EXPECT_EQ(fail_safe->counters().contains(option), most > 0.0);
+        EXPECT_EQ(fail_safe->counters().contains(layer.counter), most > 0);
       }
-  for (const std::string name : {"separating_planes", "layered"}) {
+  const FailSafeRounds none{.projection_rounds = 0, .plane_rounds = 0};
+  for (const auto make : {make_separating_planes, make_layered}) {
     Trial trial(swarm(1, 1.0));
-    MethodOptions options{{"plane_rounds", 0.0}};
-    if (name == "layered") options.set("projection_rounds", 0.0);
-    const auto fail_safe = all.at(name)(options);
+    const auto fail_safe = make(none);
     EXPECT_GT(trial.resolve(*fail_safe), 0) << fail_safe->failure_reason();
     EXPECT_EQ(fail_safe->counters().at("all_pairs_bounded"), 1.0);
   }

@@ -44,7 +44,7 @@ const char* const kCarried = R"({
   "name": "carried",
   "geometry": [{"name": "sheet", "size": [0.2, 0.2], "cells": [2, 2],
                 "transformation": {"translation": [0, 0, 0.04]}}],
-  "handles": [{"name": "frame", "geometry": "sheet", "select": {"vertices": [0, 1, 2, 3, 4, 5, 6, 7, 8]},
+  "handles": [{"name": "frame", "geometry": "sheet", "select": [0, 1, 2, 3, 4, 5, 6, 7, 8],
                "motion": [{"time": 0}, {"time": 0.1, "translation": [0, 0, -0.1]}]}],
   "obstacles": [{"name": "table", "shape": {"type": "box", "size": [1, 1, 0.05]}}],
   "time": {"frames": 10}})";

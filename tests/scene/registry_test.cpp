@@ -236,9 +236,8 @@ TEST(Methods, AnOptionOfADetectorReachesIt) {
     detector->find_pairs(a.view(), b.view(), pairs);
     return detector->last_cost().bytes;
   };
-  EXPECT_NE(bytes("bvh_aabb", {}), bytes("bvh_aabb", {{"leaf_size", 1.0}}));
   EXPECT_NE(bytes("voxel", {}), bytes("voxel", {{"voxel", 0.25}}));
-  EXPECT_NE(bytes("sweep_and_prune", {}), bytes("sweep_and_prune", {{"column", 0.5}}));
+  EXPECT_NE(bytes("uniform_grid", {}), bytes("uniform_grid", {{"cell", 0.25}}));
 }
 
 TEST(Methods, ANarrowPhaseByNameGivesTheSameTimes) {
@@ -358,6 +357,8 @@ TEST_F(OptionsOfMethods, ThatTheMethodDoesNotHaveAreRefusedInEitherForm) {
   EXPECT_SAYS(fault_of({{"contact.response", "impulse"}, {"contact.stiffness", "10"}}),
               "contact.response.stiffness: impulse has no option \"stiffness\"; nearest is "
               "\"restitution\"");
+  EXPECT_SAYS(fault_of({{"contact.response", "[1]"}, {"contact.stiffness", "10"}}),
+              "contact.response: must be a string or an object {...}, is [1]");
   EXPECT_SAYS(fault_of({{"solver.drag", "0.1"}}),
               "solver.integrator.drag: implicit_euler has no option \"drag\" and no other option");
   EXPECT_SAYS(fault_of({{"contact.broad_phase", R"({"type": "hash_grid", "cell": true})"}}),
@@ -374,9 +375,10 @@ TEST_F(OptionsOfMethods, BesideTheNameMeanTheSameAsInItsObject) {
       read_with({{"contact.response", R"({"type": "penalty", "stiffness": 12.5})"}});
   EXPECT_EQ(flat.contact.response_options, (MethodOptions{{"stiffness", 12.5}}));
   EXPECT_EQ(flat.contact.response_options, inside.contact.response_options);
-  const Scene of_default = read_with({{"contact.broad_phase.leaf_size", "4"}});
-  EXPECT_EQ(of_default.contact.broad_phase, "bvh_aabb");
-  EXPECT_EQ(of_default.contact.broad_phase_options, (MethodOptions{{"leaf_size", 4.0}}));
+  const Scene of_default =
+      read_with({{"geometry.0.pattern", "bilayered"}, {"geometry.0.pattern.ratio", "2"}});
+  EXPECT_EQ(std::get<ClothGrid>(of_default.cloths[0].shape).pattern_options,
+            (MethodOptions{{"ratio", 2.0}}));
 }
 
 TEST_F(OptionsOfMethods, OfASceneAsWrittenReadTheSame) {

@@ -36,7 +36,7 @@ TEST_F(EverythingFile, PiecesAreJoinedScaledTurnedAndMoved) {
   EXPECT_EQ(x[end - 1], Vec3(0, 1, 30));
   EXPECT_NEAR(built.cloth.mass[end - 2] - built.cloth.mass[end - 1], 0.5, 1e-15);
   EXPECT_EQ(built.bodies[10]->vertex_count(), 3u) << "welded";
-  EXPECT_EQ(built.bodies[11]->vertex_count(), 4u) << "the groups skin and eyes without lens";
+  EXPECT_EQ(built.bodies[11]->vertex_count(), 4u) << "the object skin and the material pale";
   // The skirt, which comes last, is flat at rest.
   const auto skirt = built.piece_begin[16] - built.piece_begin[15];
   ASSERT_GT(skirt, 50);
@@ -177,12 +177,12 @@ TEST_F(SceneFile, ALawThatAPatternCannotServeIsRefusedWithItsPlace) {
     EXPECT_EQ(sentence.find("has no effect") != std::string::npos, !served) << law.name << sentence;
   }
   EXPECT_SAYS(refusal(R"("pattern": "rectangular")", R"("poisson": 0.2)"), "corotated");
-  EXPECT_SAYS(refusal(R"("pattern": {"type": "triangular"}, "plate": {"poisson": 0.3})",
+  EXPECT_SAYS(refusal(R"("pattern": {"type": "triangular"}, "plate": 0.3)",
                       R"("stretch_law": "corotated")"),
               "plate");
-  EXPECT_SAYS(refusal(R"("pattern": {"type": "triangular"}, "plate": {"poisson": 0.3})",
-                      R"("shear_law": "angle")"),
-              "take shear_law \"springs\"");
+  EXPECT_SAYS(
+      refusal(R"("pattern": {"type": "triangular"}, "plate": 0.3)", R"("shear_law": "angle")"),
+      "take shear_law \"springs\"");
 }
 
 TEST_F(SceneFile, AnArcMeshSaysWhichStiffnessItHas) {
@@ -219,8 +219,8 @@ TEST_F(SceneFile, EveryLawIsReadAndWrittenByItsName) {
 
 TEST_F(SceneFile, ScalingClothScalesItsRestShape) {
   write("quad.obj", quad);
-  for (const char* piece : {R"({"cells": [1, 1], "transformation": {"scale": 3}})",
-                            R"({"mesh": "quad.obj", "transformation": {"scale": 3}})"}) {
+  for (const char* piece :
+       {R"({"cells": [1, 1], "scale": 3})", R"({"mesh": "quad.obj", "scale": 3})"}) {
     const BuiltScene built = build_scene(read(std::string(R"({"geometry": [)") + piece + "]}"));
     for (const Spring& s : built.cloth.springs) {
       const auto& x = built.cloth.surface.vertices;

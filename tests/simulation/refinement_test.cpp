@@ -91,8 +91,8 @@ TEST_F(Refinements, TheSwitchKeepsMassMomentumAndTheSurface) {
                        kSettled + R"(, "transformation": {"translation": [0, 0, 0.2]}},
       {"name": "last", "size": [0.2, 0.2], "cells": [2, 2],
        "transformation": {"translation": [0, 0, 0.4]}}],
-    "handles": [{"geometry": "sheet", "select": {"edge": "x0"}},
-                {"geometry": "last", "select": {"vertices": [8]}}]})");
+    "handles": [{"geometry": "sheet", "select": "x0"},
+                {"geometry": "last", "select": [8]}]})");
   Refinement refinement(s, build_scene(s));
   const BuiltScene before = refinement.build();
   SimulationState state;
@@ -171,7 +171,7 @@ TEST_F(Refinements, HangingNodesStayInTheMiddleWithEveryResponse) {
 TEST_F(Refinements, HangingNodesStayInTheMiddleWithEveryStrainLimiter) {
   const StrainLimiterRegistry all = strain_limiters();
   for (const auto* limiter : all.in_order()) {
-    const Scene s = read(over_ball(kOnce, R"(, "handles": [{"select": {"corners": ["x0y0"]}}],
+    const Scene s = read(over_ball(kOnce, R"(, "handles": [{"select": ["x0y0"]}],
       "materials": {"default": {"strain_limit": 0.01, "stretch_stiffness": 60, "shear_stiffness": 20}})"),
                          {{"solver.strain_limiter", limiter->name()}, {"time.frames", "10"}});
     EXPECT_LT(off_the_middle(s), kRounding) << limiter->name();
@@ -366,7 +366,7 @@ class PatternRefinements : public Refinements {
         file << "f " << corner(0, 0) << corner(1, 0) << corner(1, 1) << "\n";
         file << "f " << corner(0, 0) << corner(1, 1) << corner(0, 1) << "\n";
       }
-    return R"({"geometry": [{"mesh": "halves.obj", "rest": "texture",
+    return R"({"geometry": [{"mesh": "halves.obj", "rest_mesh": "texture",
       "transformation": {"translation": [0, 0, 0.156]}, )" +
            keys + "}]" + kBall + "}";
   }
@@ -430,22 +430,21 @@ TEST_F(PatternRefinements, KeepTheStrainOfTheFlatPatternMassAndMomentum) {
 }
 
 TEST_F(Refinements, AMeshThatCannotBeSplitIsRefused) {
-  EXPECT_NE(refusal(mesh_over_ball(kCurved + R"(, "plate": {"poisson": 0.3})")).find("plate"),
+  EXPECT_NE(refusal(mesh_over_ball(kCurved + R"(, "plate": 0.3)")).find("plate"),
             std::string::npos);
   EXPECT_NE(refusal(mesh_over_ball(R"("refine": {"when": "settled", "join_deg": 5})")).find("join"),
             std::string::npos);
 }
 
 TEST_F(Refinements, TrianglesThatCannotBeFittedAreRefused) {
-  EXPECT_NE(
-      refusal(over_ball(kTriangular + kCurved + R"(, "plate": {"poisson": 0.3})")).find("plate"),
-      std::string::npos);
+  EXPECT_NE(refusal(over_ball(kTriangular + kCurved + R"(, "plate": 0.3)")).find("plate"),
+            std::string::npos);
   EXPECT_NE(refusal(over_ball(R"("pattern": "responsive", )" + kCurved)).find("triangular"),
             std::string::npos);
 }
 
 TEST_F(Refinements, AMeshThatMustNotChangeIsRefused) {
-  EXPECT_NE(refusal(over_ball(kCurved, R"(, "output": {"pc2": true})")).find("pc2"),
+  EXPECT_NE(refusal(over_ball(kCurved, R"(, "output": {"formats": ["pc2"]})")).find("pc2"),
             std::string::npos);
   EXPECT_NE(refusal(over_ball(kCurved, R"(, "contact": {"start": "untangle"})")).find("untangle"),
             std::string::npos);
@@ -471,7 +470,7 @@ TEST_F(SurveyMeshes, ABilayeredClothCollidesByItsDenseLayerAndIsClean) {
   EXPECT_TRUE(result.clean);
   EXPECT_EQ(vertices_of_frame(0), 81u + 25u);
   const Scene s = read(over_ball(R"("pattern": "bilayered", "layers": {"ratio": 2})",
-                                 R"(, "handles": [{"select": {"corners": ["x0y0"]}}])"));
+                                 R"(, "handles": [{"select": ["x0y0"]}])"));
   EXPECT_EQ(s.handles[0].vertices, (std::vector<std::int32_t>{0, 81}));  // of both layers
   EXPECT_NE(refusal(over_ball(R"("pattern": "bilayered", "layers": {"ratio": 3})")).find("ratio"),
             std::string::npos);
@@ -498,14 +497,15 @@ TEST_F(SurveyMeshes, RefinedAndBilayeredClothInOneSceneIsRefused) {
 }
 
 TEST_F(SurveyMeshes, APlateOfAnotherPoissonsRatioReportsItsResidual) {
-  const Scene s = read(over_ball(R"("pattern": "triangular", "plate": {"poisson": 0.1})"));
+  const Scene s = read(over_ball(R"("pattern": "triangular", "plate": 0.1)"));
   const BuiltScene built = build_scene(s);
   ASSERT_FALSE(built.warnings.empty());
   EXPECT_NE(built.warnings[0].find("Poisson"), std::string::npos);
-  const Scene third = read(over_ball(R"("pattern": "triangular", "plate": {})"));
+  const Scene third = read(over_ball(R"("pattern": "triangular", "plate": 0.3333333333333333)"));
   for (const std::string& sentence : build_scene(third).warnings)
     EXPECT_EQ(sentence.find("Poisson"), std::string::npos);
-  EXPECT_NE(refusal(over_ball(R"("plate": {})")).find("triangular"), std::string::npos);
+  EXPECT_NE(refusal(over_ball(R"("plate": 0.3333333333333333)")).find("triangular"),
+            std::string::npos);
 }
 
 const std::string kOctahedron = R"("mesh": {"vertices": [[0.1,0,0],[-0.1,0,0],[0,0.1,0],[0,-0.1,0],
@@ -541,7 +541,8 @@ TEST_F(SurveyMeshes, ABodyWithSupportStandsAndOneWithoutCollapses) {
   const double empty = run(R"("name": "empty")");
   EXPECT_GT(supported, 0.15);
   EXPECT_LT(empty, 0.8 * supported);
-  EXPECT_NE(refusal(on_floor(R"("support": {}, "plate": {})")).find("support"), std::string::npos);
+  EXPECT_NE(refusal(on_floor(R"("support": {}, "plate": 0.3333333333333333)")).find("support"),
+            std::string::npos);
 }
 
 TEST_F(SurveyMeshes, VirtualSpringsHoldClothWhereItStartsUnlessTheyFollow) {

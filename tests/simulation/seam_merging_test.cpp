@@ -116,8 +116,8 @@ std::string panels(const std::string& seam, const std::string& more = "") {
      "transformation": {"translation": [-0.13, 0, 0]}},
     {"name": "right", "size": [0.2, 0.15], "cells": [4, 3],
      "transformation": {"translation": [0.13, 0, 0.01]}}],
-  "seams": [{"name": "middle", "a": {"geometry": "left", "select": {"edge": "x1"}},
-    "b": {"geometry": "right", "select": {"edge": "x0"}}, "pull": 20, )" +
+  "seams": [{"sides": [{"geometry": "left", "select": "x1"},
+    {"geometry": "right", "select": "x0"}], "pull": 20, )" +
          seam + R"(}], "contact": {"rest_gap": 0.001}, "gravity": [0, 0, 0],
   "time": {"frames": 24, "fps": 60})" +
          more + "}";
@@ -197,7 +197,7 @@ struct Near {
 
 TEST_F(SeamScenes, TheMergeKeepsMassMomentumAndCentreOfMass) {
   const std::string heavy =
-      R"(, "weights": [{"geometry": "right", "select": {"edge": "x0"}, "mass": 0.002}])";
+      R"(, "weights": [{"geometry": "right", "select": "x0", "mass": 0.002}])";
   Near near(read(panels(kMerge, heavy)));
   SeamMerging merging(near.scene, near.built, cloth_patterns());
   const SeamMerging::Due due = merging.due(near.simulation());
@@ -258,10 +258,10 @@ TEST_F(SeamScenes, APairWithSomethingInBetweenIsPostponedUnlessExcluded) {
 }
 
 TEST_F(SeamScenes, AHeldParticleKeepsItsPlaceAndTwoHeldOnesStayApart) {
-  const std::string one = R"(, "handles": [{"geometry": "right", "select": {"edge": "x0"}}])";
+  const std::string one = R"(, "handles": [{"geometry": "right", "select": "x0"}])";
   const std::string both =
-      R"(, "handles": [{"geometry": "right", "select": {"edge": "x0"}},
-                       {"geometry": "left", "select": {"vertices": [4]}}])";
+      R"(, "handles": [{"geometry": "right", "select": "x0"},
+                       {"geometry": "left", "select": [4]}])";
   Near near(read(panels(kMerge, one)));
   SeamMerging merging(near.scene, near.built, cloth_patterns());
   const SeamMerging::Due due = merging.due(near.simulation());
@@ -289,12 +289,12 @@ TEST_F(SeamScenes, TheCornerOfABagStaysOpen) {
     {"name": "front", "size": [0.1, 0.1], "cells": [3, 3]},
     {"name": "back", "size": [0.1, 0.1], "cells": [3, 3],
      "transformation": {"translation": [0, 0, 0.002]}}],
-  "seams": [{"a": {"geometry": "front", "select": {"edge": "y0"}},
-             "b": {"geometry": "back", "select": {"edge": "y0"}}, "merge": 0.003},
-            {"a": {"geometry": "front", "select": {"edge": ")") +
-           other + R"("}},
-             "b": {"geometry": "back", "select": {"edge": ")" +
-           other + R"("}}, "merge": 0.003}],
+  "seams": [{"sides": [{"geometry": "front", "select": "y0"},
+             {"geometry": "back", "select": "y0"}], "merge": 0.003},
+            {"sides": [{"geometry": "front", "select": ")") +
+           other + R"("},
+             {"geometry": "back", "select": ")" +
+           other + R"("}], "merge": 0.003}],
   "contact": {"rest_gap": 0.001}})";
   };
   std::size_t merged[2] = {0, 0};

@@ -31,14 +31,14 @@ JOINS = {
     ],
     "handles": [
         {
-            "select": {"edge": "x0"},
+            "select": "x0",
             "motion": [
                 {"time": 0},
                 {"time": 0.2, "translation": [0.15, 0, 0]},
                 {"time": 0.4, "translation": [0, 0, 0]},
             ],
         },
-        {"select": {"edge": "x1"}},
+        {"select": "x1"},
     ],
     "materials": {"default": {"bending_stiffness": 1e-4, "bending_damping": 1e-4}},
     "time": {"frames": 40, "fps": 60},
@@ -58,9 +58,7 @@ MERGES = {
     ],
     "seams": [
         {
-            "name": "middle",
-            "a": {"geometry": "left", "select": {"edge": "x1"}},
-            "b": {"geometry": "right", "select": {"edge": "x0"}},
+            "sides": [{"geometry": "left", "select": "x1"}, {"geometry": "right", "select": "x0"}],
             "pull": 20,
             "merge": 0.003,
         }

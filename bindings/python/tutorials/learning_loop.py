@@ -34,7 +34,7 @@ def simulate(seed):
     scene = {
         "geometry": [{"name": "cloth", "size": [side, side], "cells": [CELLS, CELLS]}],
         "materials": {"default": {"density": density, "bending_stiffness": bending}},
-        "handles": [{"geometry": "cloth", "select": {"corners": ["x0y1", "x1y1"]}}],
+        "handles": [{"geometry": "cloth", "select": ["x0y1", "x1y1"]}],
         "air": {"viscous_drag": 0.4},
     }
     with selvedge.ThreadLimit(1):  # one scene in each process

@@ -108,7 +108,7 @@ class ShapeOperator {
       if (!level_)
         throw std::invalid_argument(
             "bending_curve needs the directions of warp and weft, which a rest shape that is not "
-            "flat does not have; give a flat \"rest_mesh\" or \"rest\": \"texture\"");
+            "flat does not have; give a flat \"rest_mesh\" or \"rest_mesh\": \"texture\"");
       bending_shapes_ = add_bending_shapes(cloth_, material_);
     }
     for (const Facet& f : facets_) add_energy(f);

@@ -608,9 +608,9 @@ TEST_F(MeasuredScene, CurvesWithUnitsAndInCsvFilesReachTheCloth) {
 
 TEST_F(MeasuredScene, TheCompletedSceneIsReadAgainWithTheSameCurves) {
   const std::string material = R"({"stretch_law": "measured", "shear_law": "angle",
-    "tension_curve": {"strain": [0, 0.01, 0.03], "force": [0, 2, 11]},
-    "shear_curve": {"angle": [0, 0.1, 0.2], "force": [0, 3, 5]},
-    "bending_curve": {"curvature": [0, 100, 250], "moment": [0, 0.001, 0.002]}})";
+    "tension_curve": [[0, 0], [0.01, 2], [0.03, 11]],
+    "shear_curve": [[0, 0], [0.1, 3], [0.2, 5]],
+    "bending_curve": [[0, 0], [100, 0.001], [250, 0.002]]})";
   const Scene first = scene(triangles_, material);
   write("again.json", first.json);
   const Scene second = read_scene(folder_ / "again.json");
@@ -637,7 +637,7 @@ TEST_F(MeasuredScene, ShearThatTheSpringsOfTrianglesCannotServeIsNamed) {
 }
 
 TEST_F(MeasuredScene, RefusesWhatItCannotServeWithPlaceAndRemedy) {
-  const std::string curve = R"("tension_curve": {"strain": [0, 0.1], "force": [0, 5]})";
+  const std::string curve = R"("tension_curve": [[0, 0], [0.1, 5]])";
   EXPECT_HAS(refusal(roof_, R"({"shear_law": "angle"})"), "geometry[0]");
   EXPECT_HAS(refusal(roof_, R"({"shear_law": "angle"})"), "rest_mesh");
   EXPECT_HAS(refusal(grid_, "{" + curve + "}"), "stretch_law \"measured\"");
@@ -646,9 +646,9 @@ TEST_F(MeasuredScene, RefusesWhatItCannotServeWithPlaceAndRemedy) {
   EXPECT_HAS(
       refusal(grid_, R"({"stretch_law": "measured", "stretch_stiffness": 7, )" + curve + "}"),
       "materials.m.stretch_stiffness: is the slope at rest of tension_curve, 50");
-  EXPECT_HAS(refusal(grid_, R"({"shear_curve": {"angle": [0, 0.1], "force": [0, 5]}})"), "angle");
+  EXPECT_HAS(refusal(grid_, R"({"shear_curve": [[0, 0], [0.1, 5]]})"), "angle");
   EXPECT_HAS(refusal(grid_, R"({"stretch_law": "measured",
-                                "tension_curve": {"strain": [0, 0.2, 0.1], "force": [0, 5, 6]}})"),
+                                "tension_curve": [[0, 0], [0.2, 5], [0.1, 6]]})"),
              "materials.m.tension_curve: a measured curve must rise");
   EXPECT_HAS(refusal(triangles_, R"({"bending_law": "chord"})"), "rows of particles");
   const std::string split = grid_ + R"(, "refine": {"when": "curved"})";

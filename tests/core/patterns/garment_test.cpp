@@ -132,7 +132,7 @@ TEST_F(Folder, SeamsCloseToTheThicknessOfTheCloth) {
   const fs::path file = write("scene.json", R"({"gravity": [0, 0, 0],
     "geometry": [{"name": "left", "size": [0.2, 0.2], "cells": [6, 6], "transformation": {"translation": [-0.13, 0, 0]}},
                  {"name": "right", "size": [0.2, 0.2], "cells": [6, 6], "transformation": {"translation": [0.13, 0, 0.01]}}],
-    "seams": [{"a": {"geometry": "left", "select": {"edge": "x1"}}, "b": {"geometry": "right", "select": {"edge": "x0"}}}],
+    "seams": [{"sides": [{"geometry": "left", "select": "x1"}, {"geometry": "right", "select": "x0"}]}],
     "air": {"viscous_drag": 0.5}, "time": {"frames": 60, "fps": 60, "steps_per_frame": 1}})");
   const Scene scene = read_scene(file);
   Simulation simulation(scene, build_scene(scene));
@@ -156,19 +156,17 @@ TEST_F(Folder, SeamsThatCannotBeSewnAreRefused) {
     }
     return "was read";
   };
-  const std::string uneven =
-      refused(R"({"a": {"select": {"edge": "x0"}}, "b": {"select": {"edge": "y0"}}})");
+  const std::string uneven = refused(R"({"sides": [{"select": "x0"}, {"select": "y0"}]})");
   EXPECT_NE(uneven.find("one side has 7 particles and the other 5"), std::string::npos) << uneven;
-  const std::string itself =
-      refused(R"({"a": {"select": {"edge": "x0"}}, "b": {"select": {"edge": "x0"}}})");
+  const std::string itself = refused(R"({"sides": [{"select": "x0"}, {"select": "x0"}]})");
   EXPECT_NE(itself.find("sewn to itself"), std::string::npos) << itself;
 }
 
 const char* const wet = R"({
     "geometry": [{"name": "cloth", "size": [0.3, 0.3], "cells": [8, 8], "transformation": {"translation": [0, 0, 1]}}],
-    "handles": [{"select": {"edge": "y1"}}],
+    "handles": [{"select": "y1"}],
     "water": {"diffusivity": 1e-4, "saturation": 0.5,
-      "sources": [{"select": {"vertices": [40, 41]}, "rate": 0.05, "begin": 0.05, "end": 0.15}]},
+      "sources": [{"select": [40, 41], "rate": 0.05, "begin": 0.05, "end": 0.15}]},
     "time": {"frames": 12, "fps": 60, "steps_per_frame": 1}})";
 
 TEST_F(Folder, WaterThatFellIsInTheClothOrHasDripped) {

@@ -510,7 +510,7 @@ TEST(Newton, SolvesTheNonLinearEquationThatOneStepOnlyLinearises) {
     p.inv_mass[0] = 0.0;
     p.v[1] = {0, 0, -2};
     const Vec3 v = p.v[1];
-    Settings settings = with("max_newton", 100);
+    Settings settings;
     settings.solve.tolerance = 1e-10;
     const auto method = make(name, std::move(forces), 2, settings);
     EXPECT_TRUE(advance(*method, p, 0.0, h).converged);
@@ -522,20 +522,9 @@ TEST(Newton, SolvesTheNonLinearEquationThatOneStepOnlyLinearises) {
   EXPECT_GT(residual("implicit_euler"), 1.0);
 }
 
-TEST(Newton, SaysWhenItHasNotConverged) {
-  Forces forces = Oscillator::forces(0.0);
-  forces.push_back(make_gravity({0, 500, 0}));
-  Particles p = make_particles({{0, 0, 0}, {1, 0, 0}}, {0.01, 0.01});
-  p.inv_mass[0] = 0.0;
-  const auto method = make("implicit_newton", std::move(forces), 2, with("max_newton", 1));
-  const SolveReport report = advance(*method, p, 0.0, 0.1);
-  EXPECT_FALSE(report.converged);
-  EXPECT_GT(report.residual, 1e-6);
-}
-
 TEST(Newton, StopsWhenItsIterationsNoLongerReduceTheResidual) {
   // No iteration gets below rounding: the tolerance cannot be reached.
-  Settings settings = with("max_newton", 1000);
+  Settings settings;
   settings.solve.tolerance = 1e-30;
   Forces forces;
   forces.push_back(

@@ -26,7 +26,7 @@ using Json = nlohmann::ordered_json;
 struct InfoOptions {
   std::string mesh, up;
   std::optional<double> unit;
-  std::vector<std::string> groups, without;
+  std::vector<std::string> groups;
   bool json = false;
 };
 
@@ -49,7 +49,6 @@ LoadConfig load_config(const InfoOptions& o) {
   config.unit = o.unit;
   config.up = up_axis(o.up);
   config.groups = o.groups;
-  config.without = o.without;
   return config;
 }
 
@@ -76,7 +75,6 @@ std::vector<GroupInfo> groups_of(const InfoOptions& o) {
   GroupedMesh grouped = read_grouped_mesh(o.mesh);
   LoadConfig config = load_config(o);
   config.groups.clear();
-  config.without.clear();
   for (MeshGroup& group : grouped.groups) {
     TriangleMesh part;
     part.vertices = grouped.mesh.vertices;
@@ -95,7 +93,6 @@ std::vector<GroupInfo> groups_of(const InfoOptions& o) {
 TriangleMeetings meetings_in_file(const InfoOptions& o) {
   LoadConfig config;
   config.groups = o.groups;
-  config.without = o.without;
   config.weld = !has_shared_vertices(o.mesh);
   const TriangleMesh mesh = load_mesh(o.mesh, config);
   return find_meetings(mesh.vertices, mesh.triangles);
@@ -206,7 +203,6 @@ void add_info_options(const Command& command) {
   command.option("--up", o->up, "Axis of the file that points up (default: what it states, else z)")
       .one_of({"x", "y", "z"});
   command.option("--groups", o->groups, "Only these groups, objects or materials of an OBJ file");
-  command.option("--without", o->without, "Without these groups, objects or materials");
   command.flag("--json", o->json, "Print JSON");
   command.action([o] {
     const MeshInfo info = inspect(*o);

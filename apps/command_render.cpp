@@ -26,7 +26,6 @@ using namespace selvedge;
 
 struct RenderOptions {
   std::string result, out, frames, size, eye, target, animation;
-  std::optional<double> field_of_view;
   int turntable = 0;
 };
 
@@ -80,7 +79,6 @@ std::vector<Shot> shots(const RenderOptions& options, ResultPictures& pictures,
   CameraChoice choice;
   choice.eye = point("--eye", options.eye);
   choice.target = point("--target", options.target);
-  choice.field_of_view = options.field_of_view;
   read_size(options.size, choice);
   const bool all = !options.animation.empty() && options.turntable == 0;
   const std::vector<int> frames = !options.frames.empty()
@@ -162,8 +160,6 @@ void add_render_options(const Command& command) {
   command.option("--size", options->size, "WIDTHxHEIGHT of the pictures");
   command.option("--eye", options->eye, "Position of the camera, x,y,z in metres");
   command.option("--target", options->target, "Point that the camera looks at, x,y,z in metres");
-  command.option("--fov", options->field_of_view, "Vertical field of view, degrees")
-      .range(1.0, 170.0);
   command
       .option("--turntable", options->turntable,
               "This many views around the last of the chosen frames")

@@ -32,12 +32,14 @@ using Json = nlohmann::ordered_json;
 struct StabilityOptions {
   std::string scene, map;
   std::vector<std::string> set, integrator{"all"};
-  std::string stiffness = "0", mass_ratio = "1", damping = "-1", step = "1e-5..0.1:9log";
+  std::string stiffness = "0", mass_ratio = "1", damping = "-1";
   StabilityConfig config;
   int threads = 1;
   bool json = false;
   CaseOptions cases;
 };
+
+constexpr const char* kMapSteps = "1e-5..0.1:9log";  // s
 
 constexpr const char* kOfScene = "For a scene: the largest stable steps of its cloth";
 constexpr const char* kOfFolder = "For a folder: cases with exact checks";
@@ -115,12 +117,13 @@ Json to_json(const std::vector<StabilityRow>& rows, bool swings) {
 
 void write_maps(const StabilityOptions& o, const Scene& scene,
                 const std::vector<std::string>& names) {
-  const auto stiffness = numbers("--stiffness", o.stiffness), step = numbers("--step", o.step);
+  const auto stiffness = numbers("--stiffness", o.stiffness);
+  const auto steps = numbers("--map", kMapSteps);
   std::vector<StabilityMap> maps;
   Heartbeat heartbeat("stability");
   for (const std::string& name : names) {
     heartbeat.now("map of " + name);
-    maps.push_back(map_stability(name, scene, stiffness, step, o.config));
+    maps.push_back(map_stability(name, scene, stiffness, steps, o.config));
   }
   AtomicFile file(o.map);
   file.write(draw_maps(maps));
@@ -188,7 +191,6 @@ OptionGroups add_options(const Command& command, StabilityOptions& o) {
   of_scene.option("--damping", o.damping,
                   "Damping of the springs, s: a list or range; -1: as in the scene");
   of_scene.option("--map", o.map, "Draw a map of stability, stiffness by step, into this SVG file");
-  of_scene.option("--step", o.step, "Steps of the map, s (default 1e-5..0.1:9log)");
   of_scene.option("--steps", o.config.steps, "Largest number of steps of a trial (default 2000)")
       .range(10, 100'000'000);
   of_scene

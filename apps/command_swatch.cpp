@@ -22,7 +22,7 @@ struct SwatchOptions {
   std::vector<int> weave = {1, 1, 1};
   std::vector<double> tex = {20.0, 20.0};
   bool knit = false, json = false;
-  std::array<double, 2> knitted{1450.0, 1650.0};  ///< wales and courses per metre
+  std::vector<double> sett{};  ///< 1/m, of warp and weft, or wales and courses; empty: the usual
 };
 
 constexpr std::array kTests{
@@ -40,6 +40,7 @@ SwatchTrial trial_of(const SwatchOptions& o) {
   w.weft = w.warp;
   w.warp.tex = o.tex[0];
   w.weft.tex = o.tex[1];
+  if (!o.sett.empty()) trial.ends = o.sett[0], trial.picks = o.sett[1];
   return trial;
 }
 
@@ -92,8 +93,7 @@ KnitTrial knit_of(const SwatchOptions& o) {
   KnitTrial knit;
   knit.knit.yarn = trial_of(o).weave.warp;
   knit.knit.links = o.trial.weave.links;
-  knit.wales = o.knitted[0];
-  knit.courses = o.knitted[1];
+  if (!o.sett.empty()) knit.wales = o.sett[0], knit.courses = o.sett[1];
   knit.loops = o.trial.crossings;
   knit.strain = o.trial.strain;
   knit.points = o.trial.points;
@@ -143,16 +143,17 @@ void add_swatch_options(const Command& command) {
   const auto o = std::make_shared<SwatchOptions>();
   SwatchTrial& t = o->trial;
   command.flag("--knit", o->knit, "Test a plain knit of the first yarn instead of a weave");
-  command.option("--wales", o->knitted[0], "Wales of the knit per metre").positive();
-  command.option("--courses", o->knitted[1], "Courses of the knit per metre").positive();
   command
       .option("--weave", o->weave,
               "A warp yarn floats over so many weft yarns, then under so many, shifted by so many "
               "from yarn to yarn: plain 1 1 1, twill 2 1 1, satin 4 1 2")
       .words(3);
   command.option("--tex", o->tex, "Linear density of warp and weft yarns, g/km").words(2);
-  command.option("--ends", t.ends, "Warp yarns per metre").positive();
-  command.option("--picks", t.picks, "Weft yarns per metre").positive();
+  command
+      .option("--sett", o->sett,
+              "Warp and weft yarns per metre; of a knit, wales and courses per metre")
+      .positive()
+      .words(2);
   command.option("--modulus", t.weave.warp.modulus, "Young's modulus of the yarns, Pa").positive();
   command.option("--links", t.weave.links, "Links of a yarn between two crossings, an even number")
       .range(2, 100);

@@ -25,12 +25,11 @@ namespace fs = std::filesystem;
 struct ViewOptions {
   std::vector<std::string> results;
   std::string out, frames;
-  bool no_shortfall = false;
 };
 
 ResultView view_of(const std::string& result, const ViewOptions& o) {
   const std::vector<int> all = view_frames(result);
-  ViewConfig config{.methods = methods_of_this_build(), .shortfall = !o.no_shortfall};
+  ViewConfig config{.methods = methods_of_this_build()};
   if (!o.frames.empty()) config.frames = chosen_frames(o.frames, all);
   ProgressBar bar("frame",
                   static_cast<int>(config.frames.empty() ? all.size() : config.frames.size()));
@@ -74,9 +73,6 @@ void add_view_options(const Command& command) {
       .required();
   command.option("--out", options->out, "File of the page (default: view.html in the result)");
   command.option("--frames", options->frames, "FIRST:LAST:STEP or one number (default: all)");
-  command.flag("--no-shortfall", options->no_shortfall,
-               "Do not measure where the cloth is nearer than its rest gap, which is a search in "
-               "every frame");
   command.action([options] { return view_command(*options); });
 }
 

@@ -294,14 +294,12 @@ BodyMesh load_body_mesh(const std::filesystem::path& file, const LoadConfig& con
   detail::StatedAxes stated;
   const std::string name = file.string();
   const bool own = detail::is_own_format(detail::lower_extension(file));
-  if (!config.groups.empty() || !config.without.empty()) {
+  if (!config.groups.empty()) {
     if (!own)
       throw std::invalid_argument(name +
                                   ": only OBJ files have groups to choose; save the mesh as OBJ");
-    return {
-        prepare_mesh(select_groups(read_grouped_mesh(file), config.groups, config.without, name),
-                     config, name),
-        detail::axes_of(config, stated, name)};
+    return {prepare_mesh(select_groups(read_grouped_mesh(file), config.groups, name), config, name),
+            detail::axes_of(config, stated, name)};
   }
   TriangleMesh mesh = own ? read_mesh(file) : read_by_assimp(file, config, stated);
   const FileAxes axes = detail::axes_of(config, stated, name);

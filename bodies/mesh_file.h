@@ -47,9 +47,8 @@ struct LoadConfig {
   /// states nothing.
   std::optional<UpAxis> up{};
   bool weld = true;  ///< merge vertices at identical positions and drop unused ones
-  /// Names of groups, objects or materials of an OBJ file: only these are read, all if empty,
-  /// except those of `without`.
-  std::vector<std::string> groups{}, without{};
+  /// Names of groups, objects or materials of an OBJ file: only these are read; empty: all.
+  std::vector<std::string> groups{};
   double timeout = 30.0;  ///< s, time limit for formats that need assimp
   std::size_t memory_limit = std::size_t{4}
                              << 30;  ///< bytes, memory limit for formats that need assimp

@@ -54,12 +54,12 @@ GroupedMesh read_grouped_mesh(const std::filesystem::path& file) {
 }
 
 TriangleMesh select_groups(const GroupedMesh& grouped, const std::vector<std::string>& take,
-                           const std::vector<std::string>& leave, const std::string& name) {
-  const std::vector<char> in = marked(grouped, take, name), out = marked(grouped, leave, name);
+                           const std::string& name) {
+  const std::vector<char> in = marked(grouped, take, name);
   TriangleMesh mesh;
   mesh.vertices = grouped.mesh.vertices;
   for (std::size_t t = 0; t < grouped.mesh.triangles.size(); ++t)
-    if ((take.empty() || in[t]) && !out[t]) mesh.triangles.push_back(grouped.mesh.triangles[t]);
+    if (in[t]) mesh.triangles.push_back(grouped.mesh.triangles[t]);
   if (mesh.triangles.empty())
     throw std::invalid_argument(name + ": no triangle is left of the chosen groups; it has " +
                                 list_of_groups(grouped.groups));

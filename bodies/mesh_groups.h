@@ -26,11 +26,11 @@ struct GroupedMesh {
 /// Errors as in read_mesh.
 GroupedMesh read_grouped_mesh(const std::filesystem::path& file);
 
-/// Keeps the triangles that belong to one of the groups `take`, or all of them if it is empty, but
-/// to none of `leave`, and the vertices that these need. `name` starts the message of the thrown
-/// std::invalid_argument if there is no group of a name, or nothing is left.
+/// Keeps the triangles that belong to one of the groups `take`, and the vertices that these need.
+/// `name` starts the message of the thrown std::invalid_argument if there is no group of a name, or
+/// nothing is left.
 TriangleMesh select_groups(const GroupedMesh& grouped, const std::vector<std::string>& take,
-                           const std::vector<std::string>& leave, const std::string& name);
+                           const std::string& name);
 
 /// A question about the unit of a mesh of this extent (m), if it has hardly the size of a body for
 /// cloth: which unit its numbers may be in, and the metres of that unit. Empty without doubt.

@@ -84,7 +84,7 @@ def draw(selvedge, frame, body, picture):
         write_ply(frames / "bodies_00000.ply", *read_obj(body))
         at = (centre_of_ply if frame.suffix == ".ply" else centre_of_obj)(frame)
         eye = [a + d for a, d in zip(at, (0.55, -0.95, 0.55))]
-        command = [selvedge, "render", work, "--out", str(Path(work) / "pictures"), "--size", "480x360", "--fov", "36",
+        command = [selvedge, "render", work, "--out", str(Path(work) / "pictures"), "--size", "480x360",
                    "--target", ",".join(map(str, at)), "--eye", ",".join(map(str, eye))]
         answer = subprocess.run(command, capture_output=True, text=True, check=False)
         if answer.returncode != 0:

@@ -63,7 +63,7 @@ TEST_F(MeshGroups, HaveTheTrianglesOfTheirFaces) {
   expect(5, MeshGroup::Kind::group, "unused", {});
 }
 
-TEST_F(MeshGroups, AreChosenOrLeftOut) {
+TEST_F(MeshGroups, AreChosen) {
   const fs::path file = write("body.obj", kBody);
   LoadConfig config;
   EXPECT_EQ(load_mesh(file, config).triangles.size(), 6u);
@@ -73,11 +73,8 @@ TEST_F(MeshGroups, AreChosenOrLeftOut) {
   EXPECT_EQ(torso.vertices.size(), 4u) << "vertices that no face needs are left out";
   config.groups = {"torso", "left arm"};
   EXPECT_EQ(load_mesh(file, config).triangles.size(), 3u);
-  config.groups = {};
-  config.without = {"Blue Cloth"};
-  EXPECT_EQ(load_mesh(file, config).triangles.size(), 4u);
-  config.weld = false;
-  EXPECT_EQ(load_mesh(file, config).vertices.size(), 5u);
+  config.groups = {"Blue Cloth"};
+  EXPECT_EQ(load_mesh(file, config).triangles.size(), 2u);
 }
 
 TEST_F(MeshGroups, AWrongChoiceIsRefused) {
@@ -91,8 +88,7 @@ TEST_F(MeshGroups, AWrongChoiceIsRefused) {
   const TriangleMesh mesh = read_mesh(file);
   write_ply(ply, mesh.vertices, mesh.triangles);
   EXPECT_NE(fault(ply, config).find("only OBJ files"), std::string::npos);
-  config.groups = {};
-  config.without = {"x"};
+  config.groups = {"x"};
   EXPECT_NE(fault(write("quad.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), config)
                 .find("only OBJ files with statements"),
             std::string::npos);

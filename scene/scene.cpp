@@ -188,8 +188,9 @@ class SceneReader {
       Json& j = list[i];
       HandleSpec& handle = scene_.handles[i];
       handle.name = read_name(document_, j, "handles", i, taken);
-      handle.geometry = read_geometry_name(j, path);
-      handle.vertices = select(j["select"], handle.geometry, join(path, "select"));
+      const ClothSpec& cloth = detail::piece_of(document_, j, path, scene_);
+      handle.geometry = cloth.name;
+      handle.vertices = selector_.select(j["select"], cloth, join(path, "select"));
       handle.motion = detail::read_motion(document_, j["motion"], join(path, "motion"));
       check_starts_at_rest(handle, join(path, "motion"));
       refuse_shared_vertices(handle, path);
@@ -202,29 +203,10 @@ class SceneReader {
       const std::string path = join("weights", i);
       WeightSpec& weight = scene_.weights[i];
       weight.name = join("weights", i);
-      weight.geometry = read_geometry_name(list[i], path);
-      weight.vertices = select(list[i]["select"], weight.geometry, join(path, "select"));
+      const ClothSpec& cloth = detail::piece_of(document_, list[i], path, scene_);
+      weight.geometry = cloth.name;
+      weight.vertices = selector_.select(list[i]["select"], cloth, join(path, "select"));
     }
-  }
-
-  std::vector<std::int32_t> select(const Json& j, const std::string& geometry,
-                                   const std::string& path) {
-    const auto cloth = std::find_if(scene_.cloths.begin(), scene_.cloths.end(),
-                                    [&](const ClothSpec& c) { return c.name == geometry; });
-    return selector_.select(j, *cloth, path);
-  }
-
-  std::string read_geometry_name(Json& j, const std::string& path) const {
-    if (!j.contains("geometry")) {
-      if (scene_.cloths.size() > 1)
-        fail(document_, path, "needs the key \"geometry\", because there are several pieces");
-      j["geometry"] = scene_.cloths.front().name;
-    }
-    std::vector<std::string> known;
-    for (const ClothSpec& cloth : scene_.cloths) known.push_back(cloth.name);
-    require_known(document_, j["geometry"].get<std::string>(), known, join(path, "geometry"),
-                  "geometry");
-    return j["geometry"].get<std::string>();
   }
 
   /// The motion of a handle is relative to its start. A first keyframe that moves it would tear the

@@ -2,14 +2,13 @@
 #include <fmt/format.h>
 #include <selvedge/core/base/text.h>
 #include <selvedge/scene/detail/read_extras.h>
+#include <selvedge/scene/detail/read_values.h>
 #include <selvedge/scene/fabric_file.h>
 
 #include <algorithm>
 #include <stdexcept>
 
 namespace selvedge::detail {
-namespace {
-
 const ClothSpec& piece_of(LocatedJson& document, Json& j, const std::string& path,
                           const Scene& scene) {
   if (!j.contains("geometry")) {
@@ -19,14 +18,13 @@ const ClothSpec& piece_of(LocatedJson& document, Json& j, const std::string& pat
   }
   const auto name = j["geometry"].get<std::string>();
   std::vector<std::string> known;
-  for (const ClothSpec& cloth : scene.cloths) {
-    if (cloth.name == name) return cloth;
-    known.push_back(cloth.name);
-  }
-  fail(document, join(path, "geometry"),
-       fmt::format("there is no geometry \"{}\"; nearest is \"{}\"", name,
-                   nearest_word(name, known)));
+  for (const ClothSpec& cloth : scene.cloths) known.push_back(cloth.name);
+  require_known(document, name, known, join(path, "geometry"), "geometry");
+  return scene.cloths[static_cast<std::size_t>(std::find(known.begin(), known.end(), name) -
+                                               known.begin())];
 }
+
+namespace {
 
 /// The selected vertices: a list of numbers keeps its order, other selections ascend.
 std::vector<std::int32_t> row_of(const LocatedJson& document, VertexSelector& selector,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/scene/detail/make_piece.h>
+#include <selvedge/scene/detail/read_values.h>
 #include <selvedge/scene/detail/select_vertices.h>
 
 #include <algorithm>
@@ -9,10 +10,6 @@
 namespace selvedge::detail {
 
 namespace {
-
-Vec3 vec3_of(const Json& j) { return {j[0].get<double>(), j[1].get<double>(), j[2].get<double>()}; }
-
-std::string in_quotes(const std::string& word) { return "\"" + word + "\""; }
 
 /// Selects from one piece.
 class Selection {
@@ -69,7 +66,7 @@ class Selection {
   }
 
   std::vector<std::int32_t> select_box(const Json& j, const std::string& path) const {
-    const Vec3 low = vec3_of(j[0]), high = vec3_of(j[1]);
+    const Vec3 low = read_vec3(j[0]), high = read_vec3(j[1]);
     if ((low.array() > high.array()).any())
       fail(document_, path, "the first corner must be the lowest in every coordinate");
     const std::vector<Vec3>& x = points_.placed;

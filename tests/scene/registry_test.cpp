@@ -237,7 +237,6 @@ TEST(Methods, AnOptionOfADetectorReachesIt) {
     return detector->last_cost().bytes;
   };
   EXPECT_NE(bytes("voxel", {}), bytes("voxel", {{"voxel", 0.25}}));
-  EXPECT_NE(bytes("uniform_grid", {}), bytes("uniform_grid", {{"cell", 0.25}}));
 }
 
 TEST(Methods, ANarrowPhaseByNameGivesTheSameTimes) {

@@ -3,8 +3,8 @@
 #include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/progress_bar.h>
 #include <selvedge/core/base/parallel.h>
-#include <selvedge/core/base/stopwatch.h>
-#include <selvedge/core/base/text.h>
+#include <selvedge/core/base/internal/stopwatch.h>
+#include <selvedge/core/base/internal/text.h>
 #include <selvedge/run/check_result.h>
 
 #include <cstdio>

@@ -6,10 +6,10 @@
 #include <selvedge/apps/detail/progress_bar.h>
 #include <selvedge/compare/compare_plan.h>
 #include <selvedge/compare/compare_table.h>
-#include <selvedge/core/base/stopwatch.h>
-#include <selvedge/core/base/text.h>
-#include <selvedge/core/system/files.h>
-#include <selvedge/core/system/processes.h>
+#include <selvedge/core/base/internal/stopwatch.h>
+#include <selvedge/core/base/internal/text.h>
+#include <selvedge/core/system/internal/files.h>
+#include <selvedge/core/system/internal/processes.h>
 #include <selvedge/pictures/result_view.h>
 
 #include <chrono>

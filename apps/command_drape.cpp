@@ -6,7 +6,7 @@
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/core/base/parallel.h>
-#include <selvedge/core/base/text.h>
+#include <selvedge/core/base/internal/text.h>
 #include <selvedge/lab/fabric_drape.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/scene/fabric_file.h>

@@ -6,7 +6,7 @@
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/bodies/mesh_groups.h>
 #include <selvedge/bodies/mesh_report.h>
-#include <selvedge/core/base/text.h>
+#include <selvedge/core/base/internal/text.h>
 #include <selvedge/detection/find.h>
 
 #include <cctype>

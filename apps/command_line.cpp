@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/apps/command_line.h>
-#include <selvedge/core/base/text.h>
+#include <selvedge/core/base/internal/text.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>

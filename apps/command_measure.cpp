@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 #include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/print.h>
-#include <selvedge/core/system/files.h>
+#include <selvedge/core/system/internal/files.h>
 #include <selvedge/pictures/measure_pictures.h>
 #include <selvedge/run/measure_result.h>
 #include <selvedge/scene/methods.h>

@@ -5,8 +5,8 @@
 #include <selvedge/compare/ablation.h>
 #include <selvedge/compare/compare_table.h>
 #include <selvedge/core/base/parallel.h>
-#include <selvedge/core/base/text.h>
-#include <selvedge/core/system/files.h>
+#include <selvedge/core/base/internal/text.h>
+#include <selvedge/core/system/internal/files.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/scene/methods.h>
 #include <selvedge/simulation/plan.h>

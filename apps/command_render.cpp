@@ -4,7 +4,7 @@
 #include <selvedge/apps/detail/option_values.h>
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/apps/detail/progress_bar.h>
-#include <selvedge/core/base/stopwatch.h>
+#include <selvedge/core/base/internal/stopwatch.h>
 #include <selvedge/pictures/picture_files.h>
 #include <selvedge/pictures/renderer/render.h>
 #include <selvedge/pictures/result_pictures.h>

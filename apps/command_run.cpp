@@ -4,8 +4,8 @@
 #include <selvedge/apps/detail/progress_bar.h>
 #include <selvedge/apps/detail/record_queries.h>
 #include <selvedge/core/base/parallel.h>
-#include <selvedge/core/base/text.h>
-#include <selvedge/core/system/signals.h>
+#include <selvedge/core/base/internal/text.h>
+#include <selvedge/core/system/internal/signals.h>
 #include <selvedge/pictures/result_pictures.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/run/run.h>

@@ -4,7 +4,7 @@
 #include <selvedge/apps/detail/option_values.h>
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/bodies/animation_file.h>
-#include <selvedge/core/base/text.h>
+#include <selvedge/core/base/internal/text.h>
 #include <selvedge/run/result_folder.h>
 
 #include <filesystem>

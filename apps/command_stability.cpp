@@ -9,7 +9,7 @@
 #include <selvedge/compare/stability.h>
 #include <selvedge/core/base/parallel.h>
 #include <selvedge/core/solver/strain_limiter.h>
-#include <selvedge/core/system/files.h>
+#include <selvedge/core/system/internal/files.h>
 
 #include <cmath>
 #include <cstdlib>

@@ -5,9 +5,9 @@
 #include <selvedge/apps/detail/output_file.h>
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/apps/detail/progress_bar.h>
-#include <selvedge/core/base/stopwatch.h>
-#include <selvedge/core/base/text.h>
-#include <selvedge/core/system/files.h>
+#include <selvedge/core/base/internal/stopwatch.h>
+#include <selvedge/core/base/internal/text.h>
+#include <selvedge/core/system/internal/files.h>
 #include <selvedge/pictures/result_view.h>
 #include <selvedge/scene/methods.h>
 

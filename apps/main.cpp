@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/apps/command_line.h>
 #include <selvedge/apps/commands.h>
-#include <selvedge/core/base/text.h>
-#include <selvedge/core/system/signals.h>
+#include <selvedge/core/base/internal/text.h>
+#include <selvedge/core/system/internal/signals.h>
 
 #include <cstdio>
 #include <exception>

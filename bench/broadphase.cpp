@@ -26,7 +26,7 @@
 #include <fmt/format.h>
 #include <selvedge/apps/command_line.h>
 #include <selvedge/core/base/parallel.h>
-#include <selvedge/core/base/stopwatch.h>
+#include <selvedge/core/base/internal/stopwatch.h>
 #include <selvedge/scene/methods.h>
 
 #include <algorithm>

@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 #include <selvedge/apps/command_line.h>
 #include <selvedge/core/base/parallel.h>
-#include <selvedge/core/base/stopwatch.h>
+#include <selvedge/core/base/internal/stopwatch.h>
 #include <selvedge/core/cloth/force.h>
 #include <selvedge/core/patterns/make_cloth.h>
 #include <selvedge/core/solver/integrator.h>

@@ -4,7 +4,7 @@
 // each grip with its seed and parameters. Exits with 1 if one has a fault.
 #include <fmt/core.h>
 #include <selvedge/apps/command_line.h>
-#include <selvedge/core/base/stopwatch.h>
+#include <selvedge/core/base/internal/stopwatch.h>
 #include <selvedge/tests/grips.h>
 
 #include <algorithm>

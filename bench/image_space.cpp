@@ -3,7 +3,7 @@
 // pairs, and the error; and a tree that answers the same particles. Times are medians.
 #include <selvedge/broadphase/image_space/image_space.h>
 #include <selvedge/core/base/parallel.h>
-#include <selvedge/core/base/stopwatch.h>
+#include <selvedge/core/base/internal/stopwatch.h>
 #include <selvedge/core/base/types.h>
 #include <selvedge/data/makers/mannequin.h>
 #include <selvedge/narrowphase/distance.h>

@@ -7,7 +7,7 @@
 // Table VII).
 //   bench integrators [--markdown]
 #include <selvedge/core/base/parallel.h>
-#include <selvedge/core/base/stopwatch.h>
+#include <selvedge/core/base/internal/stopwatch.h>
 #include <selvedge/core/solver/integrator.h>
 
 #include <selvedge/apps/command_line.h>

@@ -5,7 +5,7 @@
 // and Table VI).
 //   bench limiters [--frames 30] [--cells 49] [--repeats 3] [--markdown]
 #include <selvedge/apps/command_line.h>
-#include <selvedge/core/base/stopwatch.h>
+#include <selvedge/core/base/internal/stopwatch.h>
 #include <selvedge/core/cloth/force.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/simulation/run_result.h>

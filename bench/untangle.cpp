@@ -5,7 +5,7 @@
 // cloth crosses anywhere else.
 #include <fmt/core.h>
 #include <selvedge/apps/command_line.h>
-#include <selvedge/core/base/stopwatch.h>
+#include <selvedge/core/base/internal/stopwatch.h>
 #include <selvedge/tests/tangles.h>
 
 #include <algorithm>

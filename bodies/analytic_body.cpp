@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/bodies/body.h>
-#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/internal/elementary.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -9,7 +9,7 @@
 #include <selvedge/bodies/detail/assimp_animation.h>
 #include <selvedge/bodies/detail/assimp_axes.h>
 #include <selvedge/bodies/detail/gltf_nodes.h>
-#include <selvedge/core/system/processes.h>
+#include <selvedge/core/system/internal/processes.h>
 
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>

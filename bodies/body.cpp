@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/bodies/body.h>
-#include <selvedge/core/base/check.h>
-#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/internal/check.h>
+#include <selvedge/core/base/internal/elementary.h>
 
 #include <algorithm>
 #include <cmath>

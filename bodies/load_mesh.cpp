@@ -3,8 +3,8 @@
 #include <selvedge/bodies/detail/mesh_source.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/bodies/mesh_groups.h>
-#include <selvedge/core/system/libraries.h>
-#include <selvedge/core/system/processes.h>
+#include <selvedge/core/system/internal/libraries.h>
+#include <selvedge/core/system/internal/processes.h>
 
 #include <algorithm>
 #include <array>
@@ -50,7 +50,7 @@ bool is_program(const std::filesystem::path& path) {
 }
 
 // Path of selvedge-assimp: the variable SELVEDGE_ASSIMP, else the folder of the shared library or
-// module that contains this code, else that of the running program, else the build folder, else
+// library that contains this code, else that of the running program, else the build folder, else
 // PATH.
 std::string assimp_program() {
   if (const char* chosen = std::getenv("SELVEDGE_ASSIMP"); chosen && *chosen) return chosen;

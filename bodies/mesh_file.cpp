@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/bodies/detail/mesh_source.h>
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/core/system/read_file.h>
+#include <selvedge/core/system/internal/read_file.h>
 
 #include <algorithm>
 #include <cctype>

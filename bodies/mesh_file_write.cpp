@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/core/system/files.h>
+#include <selvedge/core/system/internal/files.h>
 
 #include <algorithm>
 #include <array>

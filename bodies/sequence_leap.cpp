@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/bodies/sequence_leap.h>
+#include <selvedge/bodies/internal/sequence_leap.h>
 
 #include <algorithm>
 #include <cmath>

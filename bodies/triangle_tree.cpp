@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/bodies/triangle_tree.h>
+#include <selvedge/bodies/internal/triangle_tree.h>
 
 #include <algorithm>
 #include <numeric>

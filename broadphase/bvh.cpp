@@ -6,7 +6,7 @@
 #include <selvedge/broadphase/detail/surface_check.h>
 #include <selvedge/broadphase/detail/traverse.h>
 #include <selvedge/core/base/parallel.h>
-#include <selvedge/core/base/stopwatch.h>
+#include <selvedge/core/base/internal/stopwatch.h>
 
 #include <algorithm>
 #include <iterator>

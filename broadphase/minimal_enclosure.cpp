@@ -20,7 +20,7 @@
 // contact.pairs.
 #include <selvedge/broadphase/detail/body_enclosure.h>
 #include <selvedge/broadphase/minimal_enclosure.h>
-#include <selvedge/core/base/stopwatch.h>
+#include <selvedge/core/base/internal/stopwatch.h>
 
 #include <cmath>
 #include <numbers>

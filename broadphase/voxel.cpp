@@ -26,7 +26,7 @@
 #include <selvedge/broadphase/broad_phase.h>
 #include <selvedge/broadphase/detail/box_scan.h>
 #include <selvedge/broadphase/detail/grid_engine.h>
-#include <selvedge/core/base/stopwatch.h>
+#include <selvedge/core/base/internal/stopwatch.h>
 
 #include <bit>
 

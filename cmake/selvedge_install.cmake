@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# Installs the public headers, one export component per module, the program and the package config, so that
+# Installs the public headers, one export component per library, the program and the package config, so that
 # find_package(selvedge COMPONENTS core broadphase) requires only the packages that core and broadphase need.
 if(NOT SELVEDGE_INSTALL)
   return()
@@ -20,14 +20,14 @@ set(selvedge_package_of_embree "embree 3")
 set(selvedge_package_of_PNG "PNG")
 set(selvedge_package_of_Pagmo "pagmo")
 
-# Writes the requirements of a module for the config file into `out`: the modules and packages it links.
-function(selvedge_requirements module out)
-  get_target_property(type selvedge_${module} TYPE)
+# Writes the requirements of a library for the config file into `out`: the libraries and packages it links.
+function(selvedge_requirements library out)
+  get_target_property(type selvedge_${library} TYPE)
   set(property LINK_LIBRARIES)
   if(type STREQUAL "INTERFACE_LIBRARY")
     set(property INTERFACE_LINK_LIBRARIES)
   endif()
-  get_target_property(libraries selvedge_${module} ${property})
+  get_target_property(libraries selvedge_${library} ${property})
   set(needs)
   set(lines)
   foreach(library IN LISTS libraries)
@@ -36,42 +36,42 @@ function(selvedge_requirements module out)
     elseif(NOT library MATCHES "^(Threads::|dl$)" AND library MATCHES "^([A-Za-z0-9_]+)(::|$)")
       set(package ${CMAKE_MATCH_1})
       if(NOT DEFINED selvedge_package_of_${package})
-        message(FATAL_ERROR "selvedge_${module} links ${library}: name its package in cmake/selvedge_install.cmake")
+        message(FATAL_ERROR "selvedge_${library} links ${library}: name its package in cmake/selvedge_install.cmake")
       endif()
       string(APPEND lines "\n  find_dependency(${selvedge_package_of_${package}})")
     endif()
   endforeach()
-  set(text "set(selvedge_needs_${module} ${needs})\n")
-  string(APPEND text "macro(selvedge_find_packages_of_${module})${lines}\nendmacro()\n")
+  set(text "set(selvedge_needs_${library} ${needs})\n")
+  string(APPEND text "macro(selvedge_find_packages_of_${library})${lines}\nendmacro()\n")
   set(${out} "${text}" PARENT_SCOPE)
 endfunction()
 
-get_property(SELVEDGE_MODULES GLOBAL PROPERTY SELVEDGE_MODULES)
+get_property(SELVEDGE_INSTALLED GLOBAL PROPERTY SELVEDGE_INSTALLED)
 set(SELVEDGE_REQUIREMENTS)
-# Headers that a module installs whose name differs from its folder's.
-foreach(module IN LISTS SELVEDGE_MODULES)
-  get_target_property(folder selvedge_${module} SOURCE_DIR)
+# Headers that a library installs whose name differs from its folder's.
+foreach(library IN LISTS SELVEDGE_INSTALLED)
+  get_target_property(folder selvedge_${library} SOURCE_DIR)
   cmake_path(RELATIVE_PATH folder BASE_DIRECTORY ${PROJECT_SOURCE_DIR} OUTPUT_VARIABLE folder_name)
-  get_target_property(headers selvedge_${module} SELVEDGE_HEADERS)
+  get_target_property(headers selvedge_${library} SELVEDGE_HEADERS)
   if(headers)
     list(APPEND SELVEDGE_NAMED_HEADERS_${folder_name} ${headers})
   endif()
 endforeach()
-foreach(module IN LISTS SELVEDGE_MODULES)
-  install(TARGETS selvedge_${module} EXPORT selvedge_${module} ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
+foreach(library IN LISTS SELVEDGE_INSTALLED)
+  install(TARGETS selvedge_${library} EXPORT selvedge_${library} ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
           LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-  install(EXPORT selvedge_${module} NAMESPACE selvedge:: FILE selvedge-${module}-targets.cmake
+  install(EXPORT selvedge_${library} NAMESPACE selvedge:: FILE selvedge-${library}-targets.cmake
           DESTINATION ${SELVEDGE_CONFIG_DIR})
-  get_target_property(folder selvedge_${module} SOURCE_DIR)
+  get_target_property(folder selvedge_${library} SOURCE_DIR)
   cmake_path(RELATIVE_PATH folder BASE_DIRECTORY ${PROJECT_SOURCE_DIR} OUTPUT_VARIABLE folder_name)
-  get_target_property(headers selvedge_${module} SELVEDGE_HEADERS)
+  get_target_property(headers selvedge_${library} SELVEDGE_HEADERS)
   if(NOT headers)
     file(GLOB headers RELATIVE ${folder} ${folder}/*.h)
     list(REMOVE_ITEM headers ${SELVEDGE_NAMED_HEADERS_${folder_name}})
   endif()
   list(TRANSFORM headers PREPEND ${folder}/)
   install(FILES ${headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/selvedge/${folder_name})
-  selvedge_requirements(${module} text)
+  selvedge_requirements(${library} text)
   string(APPEND SELVEDGE_REQUIREMENTS "${text}")
 endforeach()
 

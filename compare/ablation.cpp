@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/compare/ablation.h>
 #include <selvedge/compare/detail/compare_error.h>
-#include <selvedge/core/base/stopwatch.h>
+#include <selvedge/core/base/internal/stopwatch.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>

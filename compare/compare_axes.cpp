@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/compare/compare_plan.h>
-#include <selvedge/core/base/text.h>
+#include <selvedge/core/base/internal/text.h>
 #include <selvedge/scene/scene.h>
 
 #include <algorithm>

@@ -3,11 +3,11 @@
 #include <selvedge/compare/compare_plan.h>
 #include <selvedge/compare/detectors/compare_detectors.h>
 #include <selvedge/core/base/parallel.h>
-#include <selvedge/core/base/stopwatch.h>
-#include <selvedge/core/base/whole_number.h>
-#include <selvedge/core/system/files.h>
-#include <selvedge/core/system/memory.h>
-#include <selvedge/core/system/read_file.h>
+#include <selvedge/core/base/internal/stopwatch.h>
+#include <selvedge/core/base/internal/whole_number.h>
+#include <selvedge/core/system/internal/files.h>
+#include <selvedge/core/system/internal/memory.h>
+#include <selvedge/core/system/internal/read_file.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/simulation/run_result.h>

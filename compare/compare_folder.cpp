@@ -2,9 +2,9 @@
 #include <fmt/format.h>
 #include <selvedge/compare/compare_plan.h>
 #include <selvedge/compare/detail/plan_json.h>
-#include <selvedge/core/system/files.h>
-#include <selvedge/core/system/processes.h>
-#include <selvedge/core/system/read_file.h>
+#include <selvedge/core/system/internal/files.h>
+#include <selvedge/core/system/internal/processes.h>
+#include <selvedge/core/system/internal/read_file.h>
 
 #include <algorithm>
 #include <cstdint>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/compare/compare_table.h>
-#include <selvedge/core/base/html.h>
-#include <selvedge/core/system/read_file.h>
+#include <selvedge/core/base/internal/html.h>
+#include <selvedge/core/system/internal/read_file.h>
 #include <selvedge/pictures/picture_files.h>
 #include <selvedge/pictures/result_pictures.h>
 

@@ -2,10 +2,10 @@
 #include <fmt/format.h>
 #include <selvedge/compare/compare_plan.h>
 #include <selvedge/compare/detail/compare_error.h>
-#include <selvedge/core/base/text.h>
-#include <selvedge/scene/adaptive_cloth.h>
+#include <selvedge/core/base/internal/text.h>
+#include <selvedge/scene/internal/adaptive_cloth.h>
 #include <selvedge/scene/build.h>
-#include <selvedge/simulation/mesh_change.h>
+#include <selvedge/simulation/internal/mesh_change.h>
 #include <selvedge/simulation/simulation.h>
 
 #include <algorithm>

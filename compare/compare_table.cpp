@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 #include <selvedge/compare/compare_table.h>
 #include <selvedge/compare/detail/compare_error.h>
-#include <selvedge/core/base/text.h>
+#include <selvedge/core/base/internal/text.h>
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/compare/compare_plan.h>
-#include <selvedge/core/base/text.h>
-#include <selvedge/core/system/files.h>
+#include <selvedge/core/base/internal/text.h>
+#include <selvedge/core/system/internal/files.h>
 
 #include <string>
 

@@ -2,7 +2,7 @@
 #include <selvedge/compare/detail/extreme_cases.h>
 
 #include <fmt/format.h>
-#include <selvedge/core/base/text.h>
+#include <selvedge/core/base/internal/text.h>
 
 #include <algorithm>
 #include <cmath>

@@ -5,9 +5,9 @@
 
 #include <fmt/format.h>
 #include <selvedge/core/base/parallel.h>
-#include <selvedge/core/base/stopwatch.h>
-#include <selvedge/core/base/whole_number.h>
-#include <selvedge/core/system/processes.h>
+#include <selvedge/core/base/internal/stopwatch.h>
+#include <selvedge/core/base/internal/whole_number.h>
+#include <selvedge/core/system/internal/processes.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/compare/detail/extreme_cases.h>
-#include <selvedge/core/base/stopwatch.h>
+#include <selvedge/core/base/internal/stopwatch.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/simulation/simulation_state.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/broad_phase.h>
-#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/internal/elementary.h>
 #include <selvedge/core/base/parallel.h>
 #include <selvedge/core/base/types.h>
 #include <selvedge/detection/detail/surface_checks.h>

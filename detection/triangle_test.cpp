@@ -3,7 +3,7 @@
 #include <selvedge/detection/detail/passages.h>
 #include <selvedge/detection/find.h>
 #include <selvedge/narrowphase/ccd_methods.h>
-#include <selvedge/narrowphase/triangles_cross.h>
+#include <selvedge/narrowphase/internal/triangles_cross.h>
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <selvedge/core/base/stopwatch.h>
+#include <selvedge/core/base/internal/stopwatch.h>
 #include <selvedge/detection/find.h>
 #include <selvedge/dress/detail/dressing.h>
 #include <selvedge/dress/dress.h>

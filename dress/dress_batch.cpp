@@ -2,11 +2,11 @@
 //
 // Many garments, one after the other: list, resumption, and the page of the results.
 #include <fmt/format.h>
-#include <selvedge/core/base/html.h>
-#include <selvedge/core/base/json_value.h>
-#include <selvedge/core/base/text.h>
-#include <selvedge/core/system/files.h>
-#include <selvedge/core/system/read_file.h>
+#include <selvedge/core/base/internal/html.h>
+#include <selvedge/core/base/internal/json_value.h>
+#include <selvedge/core/base/internal/text.h>
+#include <selvedge/core/system/internal/files.h>
+#include <selvedge/core/system/internal/read_file.h>
 #include <selvedge/dress/dress_batch.h>
 #include <selvedge/garment/sewing_pattern.h>
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <selvedge/core/base/stopwatch.h>
+#include <selvedge/core/base/internal/stopwatch.h>
 #include <selvedge/core/cloth/measure.h>
-#include <selvedge/core/system/files.h>
-#include <selvedge/core/system/read_file.h>
+#include <selvedge/core/system/internal/files.h>
+#include <selvedge/core/system/internal/read_file.h>
 #include <selvedge/dress/detail/colour_scales.h>
 #include <selvedge/dress/detail/dressing.h>
 #include <selvedge/dress/dress_result.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Many garments on several machines or processors: a Snakemake workflow [Molder2021].
-#include <selvedge/core/system/files.h>
+#include <selvedge/core/system/internal/files.h>
 #include <selvedge/dress/dress_batch.h>
 
 #include <algorithm>

@@ -4,7 +4,7 @@
 // have met and merged [ZhongXu2009]. The pull starts gently, because fast panels need short steps,
 // and doubles where the seams stop to close, as around a tight waist.
 #include <fmt/format.h>
-#include <selvedge/core/base/stopwatch.h>
+#include <selvedge/core/base/internal/stopwatch.h>
 #include <selvedge/dress/detail/dressing.h>
 
 #include <algorithm>

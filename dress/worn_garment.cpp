@@ -3,8 +3,8 @@
 // Garments that were put on before, read from their folder to be worn below another one.
 #include <fmt/format.h>
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/core/base/json_value.h>
-#include <selvedge/core/system/read_file.h>
+#include <selvedge/core/base/internal/json_value.h>
+#include <selvedge/core/system/internal/read_file.h>
 #include <selvedge/dress/dress_result.h>
 #include <selvedge/scene/fabric_file.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <selvedge/core/base/check.h>
+#include <selvedge/core/base/internal/check.h>
 #include <selvedge/garment/detail/panel_quality.h>
 #include <selvedge/garment/detail/pattern_names.h>
 #include <selvedge/garment/detail/side_parity.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <selvedge/core/base/check.h>
-#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/internal/check.h>
+#include <selvedge/core/base/internal/elementary.h>
 #include <selvedge/garment/detail/panel_quality.h>
 #include <selvedge/garment/detail/size_field.h>
 #include <selvedge/garment/detail/triangulation.h>

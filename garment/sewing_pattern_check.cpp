@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <selvedge/core/base/text.h>
+#include <selvedge/core/base/internal/text.h>
 #include <selvedge/garment/detail/grid_plane.h>
 #include <selvedge/garment/detail/pattern_names.h>
 #include <selvedge/garment/sewing_pattern.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <selvedge/core/base/elementary.h>
-#include <selvedge/core/base/json_value.h>
-#include <selvedge/core/system/read_file.h>
+#include <selvedge/core/base/internal/elementary.h>
+#include <selvedge/core/base/internal/json_value.h>
+#include <selvedge/core/system/internal/read_file.h>
 #include <selvedge/garment/detail/pattern_names.h>
 #include <selvedge/garment/sewing_pattern.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/base/check.h>
+#include <selvedge/core/base/internal/check.h>
 #include <selvedge/core/cloth/force.h>
 #include <selvedge/core/solver/integrator.h>
 #include <selvedge/lab/fabric_drape.h>

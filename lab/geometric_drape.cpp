@@ -10,7 +10,7 @@
 // result does not depend on the order of the corners. The paper places only points inside the
 // convex hull of the held ones; here the others start straight below their nearest neighbour in the
 // cloth.
-#include <selvedge/core/base/check.h>
+#include <selvedge/core/base/internal/check.h>
 #include <selvedge/lab/fabric_drape.h>
 
 #include <Eigen/Geometry>

@@ -8,7 +8,7 @@
 //   based on FEM reference deformations", 2004 [Bianchi2004]: springs whose deformation is that of
 //   finite elements. Here the stiffness of each kind of springs is unknown, not each single spring;
 //   a kind whose stiffness falls to its lower bound is not needed.
-#include <selvedge/core/base/check.h>
+#include <selvedge/core/base/internal/check.h>
 #include <selvedge/core/solver/integrator.h>
 #include <selvedge/core/solver/strain_limiter.h>
 #include <selvedge/lab/identify.h>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // The state of a genetic search in a file, from which the search continues.
-#include <selvedge/core/base/json_value.h>
-#include <selvedge/core/system/files.h>
-#include <selvedge/core/system/read_file.h>
+#include <selvedge/core/base/internal/json_value.h>
+#include <selvedge/core/system/internal/files.h>
+#include <selvedge/core/system/internal/read_file.h>
 #include <selvedge/lab/identify.h>
 
 #include <algorithm>

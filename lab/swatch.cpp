@@ -17,7 +17,7 @@
 // directions turn against each other by moment/rotation,
 //   1/G = L1 L2/rotation + a1 L2/L1 + a2 L1/L2,  a = (1 - 1/n) (1 - 2/n) l³/(12 B).
 // The angle of a crossing takes in a link on each side, which do not bend.
-#include <selvedge/core/base/check.h>
+#include <selvedge/core/base/internal/check.h>
 #include <selvedge/lab/detail/clamped_specimen.h>
 #include <selvedge/lab/fabric_drape.h>
 

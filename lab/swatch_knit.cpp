@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Tension tests of knitted swatches at the level of their yarn.
-#include <selvedge/core/base/check.h>
+#include <selvedge/core/base/internal/check.h>
 #include <selvedge/lab/detail/clamped_specimen.h>
 
 #include <cmath>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/system/files.h>
-#include <selvedge/core/system/read_file.h>
+#include <selvedge/core/system/internal/files.h>
+#include <selvedge/core/system/internal/read_file.h>
 #include <selvedge/narrowphase/detail/rational.h>
 #include <selvedge/narrowphase/query_file.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/narrowphase/detail/orientation.h>
-#include <selvedge/narrowphase/triangles_cross.h>
+#include <selvedge/narrowphase/internal/triangles_cross.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>

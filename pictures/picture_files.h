@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/core/system/processes.h>
 #include <selvedge/pictures/renderer/render.h>
 
 #include <filesystem>
 #include <memory>
 
 namespace selvedge {
+
+class FedProgram;
 
 /// Writes to a temporary file beside the target and renames it. Throws std::runtime_error that
 /// names the file and the cause.

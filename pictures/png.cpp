@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <png.h>
-#include <selvedge/core/system/files.h>
+#include <selvedge/core/system/internal/files.h>
 #include <selvedge/pictures/picture_files.h>
 
 #include <stdexcept>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/core/base/json_value.h>
-#include <selvedge/core/system/read_file.h>
+#include <selvedge/core/base/internal/json_value.h>
+#include <selvedge/core/system/internal/read_file.h>
 #include <selvedge/pictures/picture_files.h>
 #include <selvedge/pictures/result_pictures.h>
 #include <selvedge/run/result_folder.h>

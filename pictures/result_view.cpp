@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/core/base/text.h>
-#include <selvedge/core/system/read_file.h>
+#include <selvedge/core/base/internal/text.h>
+#include <selvedge/core/system/internal/read_file.h>
 #include <selvedge/narrowphase/query_file.h>
 #include <selvedge/pictures/detail/view_fields.h>
 #include <selvedge/pictures/result_view.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <selvedge/core/base/html.h>
+#include <selvedge/core/base/internal/html.h>
 #include <selvedge/pictures/detail/view_page.h>
 #include <selvedge/pictures/result_view.h>
 

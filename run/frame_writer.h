@@ -4,7 +4,6 @@
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/core/base/registry.h>
 #include <selvedge/core/base/types.h>
-#include <selvedge/core/system/files.h>
 
 #include <filesystem>
 #include <memory>
@@ -13,6 +12,8 @@
 #include <vector>
 
 namespace selvedge {
+
+class OpenFile;
 
 /// One state as frame writers get it. The views are valid during the call only.
 struct Frame {

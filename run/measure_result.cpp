@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/core/system/files.h>
+#include <selvedge/core/system/internal/files.h>
 #include <selvedge/run/result_folder.h>
 
 #include <algorithm>

@@ -20,7 +20,7 @@ namespace selvedge {
 ///   steps/bodies_000000.ply   and the bodies as in frames/
 ///   pictures/frame_00000.png
 ///   checkpoint.ply, .json     the state from which --resume continues, written with each frame
-///   lock                      while a run writes here (core/system/files.h)
+///   lock                      while a run writes here (core/system/internal/files.h)
 ///   failure/                  of a run that stopped (layout: replay.h)
 // clang-format on
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <selvedge/core/base/stopwatch.h>
-#include <selvedge/core/system/files.h>
-#include <selvedge/core/system/memory.h>
+#include <selvedge/core/base/internal/stopwatch.h>
+#include <selvedge/core/system/internal/files.h>
+#include <selvedge/core/system/internal/memory.h>
 #include <selvedge/run/detail/background_task.h>
 #include <selvedge/run/detail/checkpoint.h>
 #include <selvedge/run/detail/failure_bundle.h>
@@ -12,7 +12,7 @@
 #include <selvedge/run/result_folder.h>
 #include <selvedge/run/run.h>
 #include <selvedge/scene/build.h>
-#include <selvedge/simulation/mesh_change.h>
+#include <selvedge/simulation/internal/mesh_change.h>
 #include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
 #include <selvedge/simulation/simulation_state.h>

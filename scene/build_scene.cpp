@@ -3,7 +3,7 @@
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/bodies/mesh_groups.h>
 #include <selvedge/bodies/mesh_report.h>
-#include <selvedge/bodies/sequence_leap.h>
+#include <selvedge/bodies/internal/sequence_leap.h>
 #include <selvedge/bodies/weld.h>
 #include <selvedge/core/cloth/cloth_mesh.h>
 #include <selvedge/scene/build.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <selvedge/core/base/json_value.h>
+#include <selvedge/core/base/internal/json_value.h>
 #include <selvedge/core/cloth/fabric.h>
-#include <selvedge/core/system/read_file.h>
+#include <selvedge/core/system/internal/read_file.h>
 #include <selvedge/scene/detail/fabric_texts.h>
 #include <selvedge/scene/detail/field_json.h>
 #include <selvedge/scene/detail/scene_json.h>

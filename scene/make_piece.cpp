@@ -6,7 +6,7 @@
 #include <selvedge/core/cloth/measure.h>
 #include <selvedge/core/patterns/make_cloth.h>
 #include <selvedge/core/patterns/make_plate.h>
-#include <selvedge/scene/adaptive_cloth.h>
+#include <selvedge/scene/internal/adaptive_cloth.h>
 #include <selvedge/scene/detail/make_piece.h>
 #include <selvedge/scene/detail/strip_path.h>
 

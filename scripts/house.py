@@ -27,8 +27,8 @@ def text(name):
 
 
 def rooms(files):
-    """Lines of sources by room. A room is a folder whose CMakeLists.txt makes modules; its subfolders belong to it."""
-    homes = [str(Path(name).parent) for name in files if name.endswith("CMakeLists.txt") and "selvedge_module(" in text(name)]
+    """Lines of sources by room. A room is a folder whose CMakeLists.txt makes libraries; its subfolders belong to it."""
+    homes = [str(Path(name).parent) for name in files if name.endswith("CMakeLists.txt") and "selvedge_library(" in text(name)]
     lines = dict.fromkeys(homes, 0)
     for name in files:
         home = max((h for h in homes if name.startswith(h + "/")), key=len, default=None)
@@ -103,7 +103,7 @@ def main():
     lines = rooms(files)
     largest, smallest = max(lines, key=lines.get), min(lines, key=lines.get)
     folders = {name.split("/")[0] for name in files if "/" in name}
-    headers = [n for n in files if Path(n).suffix == ".h" and "detail" not in Path(n).parts and any(n.startswith(r + "/") for r in lines)]
+    headers = [n for n in files if Path(n).suffix == ".h" and not {"detail", "internal"} & set(Path(n).parts) and any(n.startswith(r + "/") for r in lines)]
     simulation = next(n for n in files if n.endswith(SIMULATION))
     rows = [
         ("largest room, lines", f"{lines[largest]} ({largest})"),

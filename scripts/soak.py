@@ -86,9 +86,7 @@ class Draw:
 
     def method(self, family):
         method = self.choice(family)
-        # rkf45 may divide a step of stiff cloth into 100,000 by default
-        options = {o["name"]: self.option(o) for o in method["options"]
-                   if self.chance(0.3) or o["name"] == "max_inner_steps"}
+        options = {o["name"]: self.option(o) for o in method["options"] if self.chance(0.3)}
         return {"type": method["name"], **options}
 
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <selvedge/scene/adaptive_cloth.h>
-#include <selvedge/simulation/mesh_change.h>
+#include <selvedge/scene/internal/adaptive_cloth.h>
+#include <selvedge/simulation/internal/mesh_change.h>
 
 #include <variant>
 

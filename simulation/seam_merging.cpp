@@ -3,10 +3,10 @@
 // Seams that have closed: the particles of a pair become one, the last step of sewing by Y. Zhong,
 // B. Xu, "Three-dimensional garment dressing simulation", Textile Research Journal 2009.
 #include <fmt/format.h>
-#include <selvedge/scene/adaptive_cloth.h>
+#include <selvedge/scene/internal/adaptive_cloth.h>
 #include <selvedge/simulation/detail/way_collisions.h>
-#include <selvedge/simulation/mesh_change.h>
-#include <selvedge/simulation/seam_merging.h>
+#include <selvedge/simulation/internal/mesh_change.h>
+#include <selvedge/simulation/internal/seam_merging.h>
 #include <selvedge/simulation/simulation_state.h>
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 #include <selvedge/scene/build.h>
 #include <selvedge/simulation/detail/mesh_changes.h>
 #include <selvedge/simulation/detail/simulation_parts.h>
-#include <selvedge/simulation/mesh_change.h>
+#include <selvedge/simulation/internal/mesh_change.h>
 #include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
 #include <selvedge/simulation/simulation_state.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Guards what no compiler guards: the arrows between the modules, what public headers may name, the
+// Guards what no compiler guards: the arrows between the rooms, what public headers may name, the
 // licence line, and a README that says what is. Each rule is a function of a file's text, so that
 // each is also shown a bad sample and must find its fault.
 #include <gtest/gtest.h>
@@ -170,9 +170,17 @@ bool is_bad_quote(const std::string& from, const Include& include) {
   return include.quoted && (leaves || rooms().contains(from));
 }
 
-/// Tests may look at what is private.
+/// Not installed: detail/ is private to its top-level folder, internal/ to the repository.
+bool is_private(const Include& include) {
+  return include.name.find("/detail/") != std::string::npos ||
+         include.name.find("/internal/") != std::string::npos;
+}
+
+/// Tests may look at what is private. Examples are programs of users.
 bool is_private_elsewhere(const std::string& from, const Include& include) {
-  return from != "tests" && folder_of(include.name) != folder_of(from) && !include.quoted &&
+  if (include.quoted || !is_private(include)) return false;
+  if (from == "examples") return true;
+  return from != "tests" && folder_of(include.name) != folder_of(from) &&
          include.name.find("/detail/") != std::string::npos;
 }
 
@@ -184,7 +192,7 @@ Sentences forbidden_arrows(const std::string& file, const std::string& text) {
     const std::string to = room_of(include.name);
     const bool ours = starts_with(include.name, "selvedge/") && !include.quoted;
     if (is_bad_quote(from, include)) {
-      faults.push_back(file + " includes \"" + include.name + "\": write <selvedge/module/file.h>");
+      faults.push_back(file + " includes \"" + include.name + "\": write <selvedge/room/file.h>");
     } else if (ours && !may_include(from, to)) {
       faults.push_back(file + " includes <" + include.name + ">: " + from + " may not name " + to);
     } else if (ours && to == "apps" && from != "apps" &&
@@ -199,7 +207,7 @@ Sentences forbidden_arrows(const std::string& file, const std::string& text) {
   return faults;
 }
 
-/// Functions whose last bits IEEE 754 leaves to the C library: core/base/elementary.h has their
+/// Functions whose last bits IEEE 754 leaves to the C library: core/base/internal/elementary.h has their
 /// like.
 Sentences platform_functions(const std::string& file, const std::string& text) {
   Sentences faults;
@@ -227,7 +235,7 @@ Sentences foreign_includes(const std::string& header, const std::string& text) {
                          starts_with(include.name, "selvedge/");
     if (!allowed) {
       faults.push_back(header + " is public and names <" + include.name + ">");
-    } else if (include.name.find("/detail/") != std::string::npos) {
+    } else if (is_private(include)) {
       faults.push_back(header + " is public and names the private <" + include.name + ">");
     }
   }
@@ -338,7 +346,7 @@ Sentences unknown_sources(const std::string& file, const std::string& text,
 /// The text after the first line of a source, its licence.
 std::string without_licence(const std::string& text) { return text.substr(text.find('\n') + 1); }
 
-/// Files of the modules and tools whose ending is one of `endings`, relative to the root.
+/// Files of the rooms and tools whose ending is one of `endings`, relative to the root.
 std::vector<std::string> files_with(const std::vector<std::string>& endings) {
   std::vector<std::string> files;
   std::set<std::string> folders;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/apps/detail/heartbeat.h>
-#include <selvedge/core/base/text.h>
-#include <selvedge/core/system/terminal.h>
+#include <selvedge/core/base/internal/text.h>
+#include <selvedge/core/system/internal/terminal.h>
 
 #include <chrono>
 #include <cstdio>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <fmt/format.h>
-#include <selvedge/core/base/text.h>
+#include <selvedge/core/base/internal/text.h>
 
 #include <cstdio>
 #include <string>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/apps/detail/progress_bar.h>
-#include <selvedge/core/system/terminal.h>
+#include <selvedge/core/system/internal/terminal.h>
 
 #include <algorithm>
 #include <cstdio>

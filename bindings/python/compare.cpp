@@ -5,7 +5,7 @@
 #include <pybind11/stl.h>
 #include <selvedge/compare/compare_plan.h>
 #include <selvedge/compare/compare_table.h>
-#include <selvedge/core/system/files.h>
+#include <selvedge/core/system/internal/files.h>
 
 #include "parts.h"
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <pybind11/pybind11.h>
-#include <selvedge/core/base/loop_watch.h>
+#include <selvedge/core/base/internal/loop_watch.h>
 
 #include <atomic>
 #include <chrono>

@@ -6,7 +6,7 @@
 #include <selvedge/run/result_folder.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/scene/scene_text.h>
-#include <selvedge/simulation/mesh_change.h>
+#include <selvedge/simulation/internal/mesh_change.h>
 #include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
 #include <selvedge/simulation/simulation_state.h>

@@ -4,7 +4,7 @@
 #include <selvedge/broadphase/detail/surface_check.h>
 #include <selvedge/broadphase/detail/swept_box.h>
 #include <selvedge/core/base/parallel.h>
-#include <selvedge/core/base/stopwatch.h>
+#include <selvedge/core/base/internal/stopwatch.h>
 
 #include <algorithm>
 #include <chrono>

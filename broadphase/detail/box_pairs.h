@@ -5,7 +5,7 @@
 #include <selvedge/broadphase/detail/collect_pairs.h>
 #include <selvedge/broadphase/detail/surface_check.h>
 #include <selvedge/broadphase/detail/swept_box.h>
-#include <selvedge/core/base/stopwatch.h>
+#include <selvedge/core/base/internal/stopwatch.h>
 
 #include <array>
 #include <chrono>

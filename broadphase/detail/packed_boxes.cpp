@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/detail/packed_boxes.h>
-#include <selvedge/core/base/vector_target.h>
+#include <selvedge/core/base/internal/vector_target.h>
 
 #ifdef SELVEDGE_VECTOR_TARGETS
 #include <immintrin.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/detail/sort_rows.h>
-#include <selvedge/core/base/vector_target.h>
+#include <selvedge/core/base/internal/vector_target.h>
 
 #include <algorithm>
 #include <array>

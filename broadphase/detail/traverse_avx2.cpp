@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The traversal with vectors of eight floats.
 #include <selvedge/broadphase/detail/traverse.h>
-#include <selvedge/core/base/vector_target.h>
+#include <selvedge/core/base/internal/vector_target.h>
 
 #include <array>
 #include <bit>

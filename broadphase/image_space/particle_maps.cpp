@@ -6,7 +6,7 @@
 #include <selvedge/broadphase/detail/collect_pairs.h>
 #include <selvedge/broadphase/image_space/image_space.h>
 #include <selvedge/core/base/parallel.h>
-#include <selvedge/core/base/stopwatch.h>
+#include <selvedge/core/base/internal/stopwatch.h>
 
 #include <algorithm>
 #include <array>

@@ -2,7 +2,7 @@
 #include <selvedge/compare/detail/plan_json.h>
 
 #include <fmt/format.h>
-#include <selvedge/core/base/json_value.h>
+#include <selvedge/core/base/internal/json_value.h>
 
 #include <algorithm>
 #include <cctype>

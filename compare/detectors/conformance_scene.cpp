@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/compare/detectors/conformance.h>
-#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/internal/elementary.h>
 #include <selvedge/core/base/types.h>
 
 #include <algorithm>

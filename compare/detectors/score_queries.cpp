@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/compare/detectors/compare_detectors.h>
-#include <selvedge/core/base/stopwatch.h>
+#include <selvedge/core/base/internal/stopwatch.h>
 #include <selvedge/narrowphase/ccd_methods.h>
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/base/check.h>
+#include <selvedge/core/base/internal/check.h>
 
 #include <sstream>
 #include <stdexcept>

@@ -3,7 +3,7 @@
 // reduced argument r has a known rounding error, the term c that it leaves is added to the small
 // part of the result, so that the last rounding alone decides.
 
-#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/internal/elementary.h>
 
 #include <algorithm>
 #include <array>

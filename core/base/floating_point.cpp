@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/base/floating_point.h>
+#include <selvedge/core/base/internal/floating_point.h>
 
 #include <stdexcept>
 

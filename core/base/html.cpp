@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/base/html.h>
+#include <selvedge/core/base/internal/html.h>
 
 #include <cstdint>
 

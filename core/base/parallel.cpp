@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/base/loop_watch.h>
+#include <selvedge/core/base/internal/loop_watch.h>
 #include <selvedge/core/base/parallel.h>
 
 #include <algorithm>

@@ -15,7 +15,7 @@
 
 // The registry of a family of methods: name -> promise, source, traits, options and factory. A
 // registry is a value. Each method adds itself by a function in its own .cpp file, which one place
-// of its module calls; nothing registers itself before main.
+// of its room calls; nothing registers itself before main.
 
 namespace selvedge {
 

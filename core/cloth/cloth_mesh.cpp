@@ -6,7 +6,7 @@
 #include <selvedge/core/cloth/detail/shape_operator.h>
 #include <selvedge/core/cloth/detail/topology.h>
 #include <selvedge/core/cloth/fabric_laws.h>
-#include <selvedge/core/cloth/material_fields.h>
+#include <selvedge/core/cloth/internal/material_fields.h>
 
 #include <algorithm>
 #include <cmath>

@@ -9,7 +9,7 @@
 //   E = k [4 (1 - cos(θ/2)) - 2 θ sin(θ0/2)], minus its value at θ0,
 // and k_d |E| is damping·stiffness. Sharp folds are soft: at θ = π the stiffness vanishes. For that
 // reason force_bending is the default.
-#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/internal/elementary.h>
 #include <selvedge/core/cloth/detail/dihedral.h>
 #include <selvedge/core/cloth/detail/element_force.h>
 #include <selvedge/core/cloth/detail/grid_bending.h>

@@ -12,7 +12,7 @@
 // not the buckled shape). The paper bridges the jump by c_b (r - L) where that force is the weaker
 // one, so the force is continuous; the energy here belongs to that force. Under tension a link is
 // slack.
-#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/internal/elementary.h>
 #include <selvedge/core/cloth/detail/element_force.h>
 #include <selvedge/core/cloth/detail/grid_bending.h>
 #include <selvedge/core/cloth/fabric_laws.h>

@@ -14,7 +14,7 @@
 // As κ -> 0, F -> 2 B w/d²: a straight strip bears a finite load before it bends. As in
 // force_buckling.cpp, a linear onset bridges this jump: c (2d - r) while that is the weaker force.
 // Under tension a link is slack.
-#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/internal/elementary.h>
 #include <selvedge/core/cloth/detail/chord_link.h>
 #include <selvedge/core/cloth/detail/element_force.h>
 #include <selvedge/core/cloth/detail/grid_mesh.h>

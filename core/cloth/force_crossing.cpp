@@ -13,7 +13,7 @@
 // Each gradient is perpendicular to its yarn, so that the forces have no sum, and their moments
 // cancel: u × w + w × u = 0. The same law keeps two yarns from sliding along each other: between a
 // yarn and the link from its axis to that of the other.
-#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/internal/elementary.h>
 #include <selvedge/core/cloth/detail/element_force.h>
 #include <selvedge/core/cloth/fabric_laws.h>
 #include <selvedge/core/cloth/force.h>

@@ -10,7 +10,7 @@
 //   E = ½ (M/y) e² for |e| <= y, M (|e| - y/2) beyond,  e = θ - slip.
 // Unloaded cloth keeps the curvature HB/B. 2HG5, the hysteresis at 5°, is not used: the loop has
 // the same width everywhere.
-#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/internal/elementary.h>
 #include <selvedge/core/cloth/detail/dihedral.h>
 #include <selvedge/core/cloth/detail/element_force.h>
 #include <selvedge/core/cloth/detail/topology.h>

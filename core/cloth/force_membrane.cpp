@@ -13,7 +13,7 @@
 //
 // Second derivative: ∂²E/∂x² = A (Bᵀ C B + Σ σ ∂²e/∂x²). The first part is positive semidefinite.
 // The second one is projected in closed form (detail below), as [Teran2005] does for solids.
-#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/internal/elementary.h>
 #include <selvedge/core/cloth/detail/coloring.h>
 #include <selvedge/core/cloth/detail/force_checks.h>
 #include <selvedge/core/cloth/detail/topology.h>

@@ -11,7 +11,7 @@
 // 0 over the last `kClosingShare` of δ. m = m_i m_j/(m_i + m_j), so ΔA is the acceleration with
 // which the two approach each other, whatever their masses, and the pair keeps its momentum. So the
 // force has an energy, and a closed seam is at rest. Particles that have met become one vertex: see
-// SeamMerging (simulation/seam_merging.h).
+// SeamMerging (simulation/internal/seam_merging.h).
 #include <selvedge/core/cloth/detail/element_force.h>
 #include <selvedge/core/cloth/fabric_laws.h>
 #include <selvedge/core/cloth/force.h>

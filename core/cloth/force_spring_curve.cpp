@@ -28,7 +28,7 @@
 //
 // A yarn of a triangle (force_yarn.cpp) follows the same laws, as a spring of rest length 1: its
 // length is that of a column of the deformation gradient.
-#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/internal/elementary.h>
 #include <selvedge/core/cloth/detail/element_force.h>
 #include <selvedge/core/cloth/detail/yarn_triangle.h>
 #include <selvedge/core/cloth/fabric_laws.h>

@@ -9,7 +9,7 @@
 // E = ½ k (φ - φ0)². On a straight line the gradient of φ is undefined, but for φ0 = 0 the gradient
 // of E is 0 there and its second derivative is k Dᵀ(I - u uᵀ) D, where D is the difference of the
 // two directions.
-#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/internal/elementary.h>
 #include <selvedge/core/cloth/detail/element_force.h>
 #include <selvedge/core/cloth/detail/grid_bending.h>
 #include <selvedge/core/cloth/detail/grid_mesh.h>

@@ -10,7 +10,7 @@
 //
 // The second derivative of φ is dropped from the Jacobian. Its part out of the plane is τ cos/sin
 // of the angle, which is negative, because τ and the cosine have opposite signs.
-#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/internal/elementary.h>
 #include <selvedge/core/cloth/detail/element_force.h>
 #include <selvedge/core/cloth/detail/yarn_triangle.h>
 #include <selvedge/core/cloth/fabric_laws.h>

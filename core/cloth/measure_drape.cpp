@@ -5,7 +5,7 @@
 // width of the shadow is linear in y between the corners of its outline. These corners are ends and
 // crossings of contour edges, that is, edges of one triangle or between triangles that face up and
 // down. The midpoint rule over the slabs between these heights is therefore exact.
-#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/internal/elementary.h>
 #include <selvedge/core/cloth/detail/topology.h>
 #include <selvedge/core/cloth/measure.h>
 

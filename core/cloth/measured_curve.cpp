@@ -8,7 +8,7 @@
 // (d0/δ)² + (d1/δ)² > 9, both are scaled back to that circle, inside which the piece is monotone.
 // The circle meets the border of the monotone region only where a slope is 0, so with rising data
 // the curve has a positive slope everywhere.
-#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/internal/elementary.h>
 #include <selvedge/core/cloth/detail/topology.h>
 #include <selvedge/core/cloth/fabric.h>
 

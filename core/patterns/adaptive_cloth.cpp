@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/patterns/adaptive_cloth.h>
+#include <selvedge/core/patterns/internal/adaptive_cloth.h>
 
 namespace selvedge {
 namespace {

@@ -8,7 +8,7 @@
 // share no triangle, so they can go at once. The mass of m goes to a and b in halves, as it came,
 // and so does its momentum.
 #include <selvedge/core/cloth/detail/angles.h>
-#include <selvedge/core/patterns/adaptive_triangles.h>
+#include <selvedge/core/patterns/internal/adaptive_triangles.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -8,9 +8,9 @@
 // A triangle (a, b, c) of area A gives A/3 to the mass of each corner. Cut from c to the middle m
 // of ab, its halves give A/6 to a and to b, and A/3 to m and to c. So m takes A/6 from each end,
 // and with v_m = (v_a + v_b)/2 the momentum stays.
-#include <selvedge/core/base/check.h>
+#include <selvedge/core/base/internal/check.h>
 #include <selvedge/core/cloth/detail/angles.h>
-#include <selvedge/core/patterns/adaptive_triangles.h>
+#include <selvedge/core/patterns/internal/adaptive_triangles.h>
 #include <selvedge/core/patterns/cloth_pattern.h>
 #include <selvedge/core/patterns/make_cloth.h>
 

@@ -14,7 +14,7 @@
 // Warp and weft are thus radial and circumferential: the material is polar, unlike a woven one, and
 // uses the mean of both. continuum_constants gives the resulting constants. Bending follows x and y
 // (see shape_operator).
-#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/internal/elementary.h>
 #include <selvedge/core/cloth/cloth_mesh.h>
 #include <selvedge/core/cloth/detail/grid_mesh.h>
 #include <selvedge/core/cloth/detail/topology.h>

@@ -32,8 +32,8 @@
 //
 // Left out: friction, sliding beyond its spring, and contact between yarns apart from the
 // interlocks, which also resist being pulled apart.
-#include <selvedge/core/base/check.h>
-#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/internal/check.h>
+#include <selvedge/core/base/internal/elementary.h>
 #include <selvedge/core/cloth/detail/angles.h>
 #include <selvedge/core/cloth/detail/topology.h>
 #include <selvedge/core/patterns/cloth_pattern.h>

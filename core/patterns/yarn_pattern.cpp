@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/base/check.h>
-#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/internal/check.h>
+#include <selvedge/core/base/internal/elementary.h>
 #include <selvedge/core/cloth/detail/topology.h>
 #include <selvedge/core/patterns/detail/yarn_pattern.h>
 

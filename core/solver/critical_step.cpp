@@ -10,7 +10,7 @@
 // one larger constants and the shorter step that they need. The survey says neither how coarse nor
 // how much larger. Here the factor is the one that keeps a strip hanging under its own weight
 // within its limit.
-#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/internal/elementary.h>
 #include <selvedge/core/cloth/detail/force_checks.h>
 #include <selvedge/core/solver/detail/register_limiter.h>
 #include <selvedge/core/solver/strain_limiter.h>

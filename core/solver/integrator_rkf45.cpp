@@ -12,7 +12,7 @@
 // and is rejected. Guarantee: the estimated error of each inner step is within the tolerance.
 // Without damping the fifth-order weights alone are unstable at every step below hω = 2.05 (growth
 // 9e-4 (hω)⁶); the tolerance keeps that growth as small as any other error.
-#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/internal/elementary.h>
 #include <selvedge/core/base/parallel.h>
 #include <selvedge/core/cloth/detail/force_checks.h>
 #include <selvedge/core/solver/detail/runge_kutta.h>

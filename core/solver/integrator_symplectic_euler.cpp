@@ -3,7 +3,7 @@
 // Symplectic (semi-implicit) Euler, which survey eq. 14 prints under the name of explicit Euler: v⁺
 // = v + h a(x, v), x⁺ = x + h v⁺; its a(t+h) must be a(t). Guarantee: first order, bounded energy;
 // stable below hω = 2 without damping, and with damping c below h = 4/(c + sqrt(c² + 4ω²)).
-#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/internal/elementary.h>
 #include <selvedge/core/solver/integrator.h>
 
 #include <algorithm>

@@ -16,7 +16,7 @@
 // Guarantee: second order, first order with damping; bounded energy; stable below hω = 2 without
 // damping, and with damping c like symplectic Euler, whose positions it shares. [survey claim: as
 // cheap as Euler]
-#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/internal/elementary.h>
 #include <selvedge/core/cloth/detail/force_checks.h>
 #include <selvedge/core/solver/detail/stability.h>
 #include <selvedge/core/solver/integrator.h>

@@ -3,7 +3,7 @@
 // Position correction after [Provot1995]: a spring longer than its limit is shortened to the limit.
 // Deviations: both ends move in inverse proportion to their masses, which conserves momentum, and
 // sweeps continue until the worst excess is below the tolerance.
-#include <selvedge/core/base/check.h>
+#include <selvedge/core/base/internal/check.h>
 #include <selvedge/core/cloth/detail/coloring.h>
 #include <selvedge/core/solver/detail/register_limiter.h>
 #include <selvedge/core/solver/strain_limiter.h>

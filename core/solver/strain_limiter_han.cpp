@@ -22,7 +22,7 @@
 // decrease applies to the relative velocity, so that momentum is kept and rigid motion is free. The
 // survey does not say at which time the tangent is meant. Along the spring at the start of the step
 // the sweeps diverge on fine cloth: a spring that turns by nearly a right angle becomes longer.
-#include <selvedge/core/base/check.h>
+#include <selvedge/core/base/internal/check.h>
 #include <selvedge/core/cloth/detail/coloring.h>
 #include <selvedge/core/cloth/detail/element_force.h>
 #include <selvedge/core/solver/strain_limiter.h>

@@ -13,7 +13,7 @@
 //
 // Guarantee: minus the gradient of an energy; the laws as printed are available beside the
 // corrected ones.
-#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/internal/elementary.h>
 #include <selvedge/core/cloth/detail/element_force.h>
 #include <selvedge/core/solver/strain_limiter.h>
 

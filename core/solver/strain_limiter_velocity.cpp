@@ -13,7 +13,7 @@
 //
 // Guarantee: neither method shortens a spring that is over its limit at the start of the step; the
 // report gives the remaining excess.
-#include <selvedge/core/base/check.h>
+#include <selvedge/core/base/internal/check.h>
 #include <selvedge/core/cloth/detail/coloring.h>
 #include <selvedge/core/solver/detail/register_limiter.h>
 #include <selvedge/core/solver/detail/spring_sweeps.h>

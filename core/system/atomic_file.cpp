@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/system/files.h>
+#include <selvedge/core/system/internal/files.h>
 
 #include <fcntl.h>
 #include <sys/stat.h>

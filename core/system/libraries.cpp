@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/system/libraries.h>
+#include <selvedge/core/system/internal/libraries.h>
 
 #include <dlfcn.h>
 

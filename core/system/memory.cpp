@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/system/memory.h>
+#include <selvedge/core/system/internal/memory.h>
 #include <sys/resource.h>
 
 #include <fstream>

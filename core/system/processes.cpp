@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/system/processes.h>
+#include <selvedge/core/system/internal/processes.h>
 
 #include <fcntl.h>
 #include <poll.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/system/read_file.h>
+#include <selvedge/core/system/internal/read_file.h>
 
 #include <algorithm>
 #include <fstream>

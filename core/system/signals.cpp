@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/system/signals.h>
+#include <selvedge/core/system/internal/signals.h>
 
 #include <csignal>
 #include <cstddef>

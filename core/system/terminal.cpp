@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/system/terminal.h>
+#include <selvedge/core/system/internal/terminal.h>
 
 #include <unistd.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/detection/detail/passages.h>
-#include <selvedge/narrowphase/triangles_cross.h>
+#include <selvedge/narrowphase/internal/triangles_cross.h>
 
 #include <algorithm>
 #include <compare>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The filter with vectors of two doubles (SSE2 on x86-64; elsewhere the compiler chooses the
 // instructions), four and eight.
-#include <selvedge/core/base/vector_target.h>
+#include <selvedge/core/base/internal/vector_target.h>
 #include <selvedge/narrowphase/detail/ccd_filter.h>
 #include <selvedge/narrowphase/detail/error_bounds.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The screen with vectors of four floats (SSE2 on x86-64; elsewhere the compiler chooses the
 // instructions) and of eight.
-#include <selvedge/core/base/vector_target.h>
+#include <selvedge/core/base/internal/vector_target.h>
 #include <selvedge/narrowphase/detail/pair_screen.h>
 
 #include <vector>

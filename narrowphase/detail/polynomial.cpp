@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/base/check.h>
+#include <selvedge/core/base/internal/check.h>
 #include <selvedge/narrowphase/detail/polynomial_box.h>
 #include <selvedge/narrowphase/detail/polynomial_sign.h>
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/core/base/json_value.h>
+#include <selvedge/core/base/internal/json_value.h>
 #include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
 #include <selvedge/simulation/simulation_state.h>

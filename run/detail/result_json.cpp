@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/system/files.h>
+#include <selvedge/core/system/internal/files.h>
 #include <selvedge/run/detail/result_json.h>
 #include <selvedge/run/result_folder.h>
 

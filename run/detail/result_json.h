@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/core/base/json_value.h>
+#include <selvedge/core/base/internal/json_value.h>
 #include <selvedge/simulation/run_result.h>
 
 #include <nlohmann/json.hpp>

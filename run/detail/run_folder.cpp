@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <selvedge/core/system/files.h>
-#include <selvedge/core/system/read_file.h>
+#include <selvedge/core/system/internal/files.h>
+#include <selvedge/core/system/internal/read_file.h>
 #include <selvedge/run/detail/run_folder.h>
 #include <selvedge/run/result_folder.h>
 

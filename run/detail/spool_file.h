@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/core/system/files.h>
+#include <selvedge/core/system/internal/files.h>
 
 #include <cstddef>
 #include <filesystem>

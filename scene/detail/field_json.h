@@ -3,7 +3,7 @@
 // Values of fields as JSON, and back. The lists of fields are in scene_fields.h.
 #pragma once
 
-#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/internal/elementary.h>
 #include <selvedge/scene/detail/scene_fields.h>
 #include <selvedge/scene/detail/scene_json.h>
 

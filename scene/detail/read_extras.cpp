@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <selvedge/core/base/text.h>
+#include <selvedge/core/base/internal/text.h>
 #include <selvedge/scene/detail/read_extras.h>
 #include <selvedge/scene/detail/read_values.h>
 #include <selvedge/scene/fabric_file.h>

@@ -6,7 +6,7 @@
 #pragma once
 
 #include <selvedge/core/base/fields.h>
-#include <selvedge/core/cloth/material_fields.h>
+#include <selvedge/core/cloth/internal/material_fields.h>
 #include <selvedge/scene/detail/key_types.h>
 #include <selvedge/scene/scene.h>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <selvedge/core/base/json_value.h>
-#include <selvedge/core/base/text.h>
-#include <selvedge/core/system/read_file.h>
+#include <selvedge/core/base/internal/json_value.h>
+#include <selvedge/core/base/internal/text.h>
+#include <selvedge/core/system/internal/read_file.h>
 #include <selvedge/scene/detail/old_keys.h>
 #include <selvedge/scene/detail/scene_json.h>
 

@@ -2,7 +2,7 @@
 //
 // From one accepted state to the next: the length of a step, its attempts, its acceptance.
 #include <fmt/format.h>
-#include <selvedge/core/base/floating_point.h>
+#include <selvedge/core/base/internal/floating_point.h>
 #include <selvedge/simulation/detail/inquiry.h>
 #include <selvedge/simulation/detail/simulation_parts.h>
 

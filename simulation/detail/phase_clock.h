@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/core/base/stopwatch.h>
+#include <selvedge/core/base/internal/stopwatch.h>
 
 #include <map>
 #include <string>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <selvedge/scene/adaptive_cloth.h>
+#include <selvedge/scene/internal/adaptive_cloth.h>
 #include <selvedge/simulation/detail/refinement.h>
-#include <selvedge/simulation/mesh_change.h>
+#include <selvedge/simulation/internal/mesh_change.h>
 
 #include <algorithm>
 #include <set>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/core/patterns/adaptive_cloth.h>
-#include <selvedge/simulation/seam_merging.h>
+#include <selvedge/core/patterns/internal/adaptive_cloth.h>
+#include <selvedge/simulation/internal/seam_merging.h>
 #include <selvedge/simulation/simulation_state.h>
 
 #include <cstdint>

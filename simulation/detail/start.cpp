@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // How a simulation starts: its methods, its first state, and the starts that it refuses.
-#include <selvedge/core/base/floating_point.h>
+#include <selvedge/core/base/internal/floating_point.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/simulation/detail/handles.h>
 #include <selvedge/simulation/detail/simulation_parts.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/bodies/triangle_tree.h>
+#include <selvedge/bodies/internal/triangle_tree.h>
 #include <selvedge/core/base/types.h>
 #include <selvedge/response/response.h>
 

@@ -6,7 +6,7 @@
 #include <selvedge/compare/compare_plan.h>
 #include <selvedge/compare/compare_table.h>
 #include <selvedge/compare/detail/compare_error.h>
-#include <selvedge/core/system/files.h>
+#include <selvedge/core/system/internal/files.h>
 #include <selvedge/narrowphase/distance.h>
 #include <sys/file.h>
 

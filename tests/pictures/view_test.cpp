@@ -2,7 +2,7 @@
 // The page of `selvedge view`: what it holds, and what a browser makes of it.
 #include <gtest/gtest.h>
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/core/base/html.h>
+#include <selvedge/core/base/internal/html.h>
 #include <selvedge/pictures/result_view.h>
 #include <selvedge/scene/scene.h>
 

@@ -2,7 +2,7 @@
 // Animated meshes of other programs.
 #include <gtest/gtest.h>
 #include <selvedge/bodies/animation_file.h>
-#include <selvedge/core/base/html.h>
+#include <selvedge/core/base/internal/html.h>
 #include <selvedge/run/frame_writer.h>
 #include <unistd.h>
 

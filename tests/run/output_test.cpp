@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
-#include <selvedge/core/system/files.h>
+#include <selvedge/core/system/internal/files.h>
 #include <selvedge/run/detail/checkpoint.h>
 #include <selvedge/run/detail/result_json.h>
 #include <selvedge/run/frame_writer.h>

@@ -2,7 +2,7 @@
 // Runs of scenes that are made in code, as the sample of the README makes them.
 #include <gtest/gtest.h>
 #include <selvedge/core/base/parallel.h>
-#include <selvedge/core/system/files.h>
+#include <selvedge/core/system/internal/files.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/run/run.h>
 #include <unistd.h>

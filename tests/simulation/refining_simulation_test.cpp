@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <selvedge/run/run.h>
 #include <selvedge/scene/build.h>
-#include <selvedge/simulation/mesh_change.h>
+#include <selvedge/simulation/internal/mesh_change.h>
 #include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
 #include <selvedge/simulation/simulation_state.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/image_space/detail/mesa.h>
-#include <selvedge/core/system/libraries.h>
+#include <selvedge/core/system/internal/libraries.h>
 
 #include <stdexcept>
 #include <string>

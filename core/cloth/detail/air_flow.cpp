@@ -9,7 +9,7 @@
 // its axis the speed in the middle is u0/g with g = max(1, s/(B D)), B = 5.8; across it the profile
 // is 1/(1 + r²/b²)². The width b = sqrt(3/4) g D keeps the momentum π u0² D²/4 of the nozzle at
 // every s; far away, b/s = 0.149 agrees with the measured half-width of 0.096 s.
-#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/internal/elementary.h>
 #include <selvedge/core/cloth/detail/air_flow.h>
 #include <selvedge/core/cloth/detail/force_checks.h>
 

@@ -7,7 +7,7 @@
 //   ½ κ² [A c⁴ + C s⁴ + D (2 a⁴c⁴ + 12 a²b² c²s² + 2 b⁴s⁴)/l⁴],  n = (c,s),  l² = a² + b²,
 // which equals that of the plate, ½ κ² (√B c² + √B' s²)² [Peirce1930], for
 //   D = √(BB') l⁴/(6 a²b²),  A = B - √(BB') a²/(3 b²),  C = B' - √(BB') b²/(3 a²).
-#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/internal/elementary.h>
 #include <selvedge/core/cloth/detail/grid_bending.h>
 #include <selvedge/core/cloth/detail/grid_mesh.h>
 #include <selvedge/core/cloth/detail/topology.h>

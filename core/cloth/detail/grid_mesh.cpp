@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/internal/elementary.h>
 #include <selvedge/core/cloth/detail/grid_mesh.h>
 #include <selvedge/core/cloth/detail/topology.h>
 #include <selvedge/core/cloth/fabric_laws.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The forces with vectors of two doubles, which every x86-64 supports, of four and of eight.
-#include <selvedge/core/base/vector_target.h>
+#include <selvedge/core/base/internal/vector_target.h>
 #include <selvedge/core/cloth/detail/lane_forces.h>
 
 #include <cmath>

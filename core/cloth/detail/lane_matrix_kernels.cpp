@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The kernels of the matrix with vectors of four floats, which every x86-64 supports, and of eight.
-#include <selvedge/core/base/vector_target.h>
+#include <selvedge/core/base/internal/vector_target.h>
 #include <selvedge/core/cloth/detail/lane_matrix.h>
 
 namespace selvedge::detail {

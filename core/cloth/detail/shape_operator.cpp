@@ -20,7 +20,7 @@
 //   g_e = (h2 g1 + h1 g2)/(h1 + h2) - (K_tt, K_tn part).
 // So K is exact for any constant curvature and linear in the angles of the hinges. The energy is ½
 // θᵀ W θ with a constant W that couples the hinges of a triangle and of its neighbours.
-#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/internal/elementary.h>
 #include <selvedge/core/cloth/detail/dihedral.h>
 #include <selvedge/core/cloth/detail/shape_operator.h>
 #include <selvedge/core/cloth/detail/topology.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/base/check.h>
+#include <selvedge/core/base/internal/check.h>
 #include <selvedge/core/base/parallel.h>
 #include <selvedge/core/cloth/detail/even_grain.h>
 #include <selvedge/core/cloth/detail/force_checks.h>

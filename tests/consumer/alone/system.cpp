@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/system/processes.h>
+#include <selvedge/core/system/internal/processes.h>
 
 int main() {
   const selvedge::ChildResult result = selvedge::run_program({"echo", "a"}, {.output_limit = 100});

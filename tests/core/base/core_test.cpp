@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/base/text.h>
+#include <selvedge/core/base/internal/text.h>
 #include <selvedge/core/cloth/detail/coloring.h>
 #include <selvedge/core/cloth/detail/dihedral.h>
 #include <selvedge/tests/dense_algebra.h>

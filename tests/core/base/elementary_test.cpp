@@ -2,7 +2,7 @@
 // The elementary functions against the C library's in extended precision, at their stated bounds,
 // and at the arguments for which the C standard prescribes the result.
 #include <gtest/gtest.h>
-#include <selvedge/core/base/elementary.h>
+#include <selvedge/core/base/internal/elementary.h>
 
 #include <algorithm>
 #include <bit>

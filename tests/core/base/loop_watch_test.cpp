@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Loops that are stopped while they run.
 #include <gtest/gtest.h>
-#include <selvedge/core/base/loop_watch.h>
+#include <selvedge/core/base/internal/loop_watch.h>
 
 #include <atomic>
 #include <stdexcept>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Inputs that once showed a fault, and their kin: each behaves as a user would expect.
-#include <selvedge/core/base/text.h>
+#include <selvedge/core/base/internal/text.h>
 
 #include <chrono>
 #include <cstdio>

@@ -3,7 +3,7 @@
 // no change of mass, momentum, surface or stretch stiffness.
 #include <gtest/gtest.h>
 #include <selvedge/core/cloth/force.h>
-#include <selvedge/core/patterns/adaptive_triangles.h>
+#include <selvedge/core/patterns/internal/adaptive_triangles.h>
 #include <selvedge/core/patterns/make_cloth.h>
 
 #include <Eigen/Geometry>

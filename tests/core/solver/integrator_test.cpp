@@ -536,11 +536,11 @@ TEST(Newton, StopsWhenItsIterationsNoLongerReduceTheResidual) {
   const SolveReport report = advance(*method, p, 0.0, 0.1);
   EXPECT_FALSE(report.converged);
   EXPECT_LT(report.residual, 1e-10);
-  EXPECT_LT(report.iterations, 2000);  // 8959 in 1000 iterations
+  EXPECT_LT(report.iterations, 2000);
 }
 
-TEST(Rkf45, RefusesAStepThatNeedsMoreInnerStepsThanAreGranted) {
-  Oscillator o("rkf45", 0.0, with("max_inner_steps", 3));
+TEST(Rkf45, RefusesAStepThatNeedsTooManyInnerSteps) {
+  Oscillator o("rkf45", 0.0, with("error", 1e-30));
   advance(*o.method, o.p, 0.0, 1.0);
   EXPECT_TRUE(std::isnan(o.p.x[1].x()));
 }

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-# selvedge_module(NAME [FOLDER [EXCEPT ...]] [SOURCES ...] HEADERS ... DEPENDS ... PRIVATE ...) makes the library
+# selvedge_library(NAME [FOLDER [EXCEPT ...]] [SOURCES ...] HEADERS ... DEPENDS ... PRIVATE ...) makes the library
 # selvedge_NAME, alias selvedge::NAME. With FOLDER it takes all sources of its folder and of detail/, except those that
-# match EXCEPT. A module with the name of its folder installs all headers of the folder; any other module installs those
+# match EXCEPT. A library with the name of its folder installs all headers of the folder; any other library installs those
 # in HEADERS. In the build tree, include/selvedge links to the source root, so that <selvedge/core/base/types.h> reads
 # the same in-tree and installed.
 set(SELVEDGE_INCLUDE_DIR ${PROJECT_BINARY_DIR}/include)
@@ -137,13 +137,13 @@ function(selvedge_precompile target)
   target_precompile_headers(${target} REUSE_FROM ${maker})
 endfunction()
 
-# selvedge_alone(SOURCES...): sources of kernels in vectors (core/base/vector_target.h). They compile without precompiled
+# selvedge_alone(SOURCES...): sources of kernels in vectors (core/base/internal/vector_target.h). They compile without precompiled
 # headers and outside of unity batches.
 function(selvedge_alone)
   set_source_files_properties(${ARGN} PROPERTIES SKIP_PRECOMPILE_HEADERS ON SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()
 
-function(selvedge_module name)
+function(selvedge_library name)
   cmake_parse_arguments(ARG "FOLDER" "" "EXCEPT;SOURCES;HEADERS;DEPENDS;PRIVATE" ${ARGN})
   set(target selvedge_${name})
   if(ARG_FOLDER)
@@ -168,22 +168,22 @@ function(selvedge_module name)
   else()
     selvedge_precompile(${target})
   endif()
-  set_property(GLOBAL APPEND PROPERTY SELVEDGE_MODULES ${name})
+  set_property(GLOBAL APPEND PROPERTY SELVEDGE_INSTALLED ${name})
 endfunction()
 
-# selvedge_umbrella(NAME DEPENDS ...) makes the target selvedge_NAME, alias selvedge::NAME, that stands for other modules.
+# selvedge_umbrella(NAME DEPENDS ...) makes the target selvedge_NAME, alias selvedge::NAME, that stands for other libraries.
 function(selvedge_umbrella name)
   cmake_parse_arguments(ARG "" "" "DEPENDS" ${ARGN})
   add_library(selvedge_${name} INTERFACE)
   add_library(selvedge::${name} ALIAS selvedge_${name})
   set_target_properties(selvedge_${name} PROPERTIES EXPORT_NAME ${name})
   target_link_libraries(selvedge_${name} INTERFACE ${ARG_DEPENDS})
-  set_property(GLOBAL APPEND PROPERTY SELVEDGE_MODULES ${name})
+  set_property(GLOBAL APPEND PROPERTY SELVEDGE_INSTALLED ${name})
 endfunction()
 
 # selvedge_adapter(NAME OPTION PACKAGE ... LICENCE ... SOURCES ... HEADERS ... DEPENDS ... PRIVATE ...) makes a separate
-# module of the code that needs the package, if SELVEDGE_OPTION is on and the package is found. Otherwise it reports
-# that the module is absent. HEADERS are installed only with the module. A private part in $<BUILD_INTERFACE:...> is not
+# library of the code that needs the package, if SELVEDGE_OPTION is on and the package is found. Otherwise it reports
+# that the library is absent. HEADERS are installed only with the library. A private part in $<BUILD_INTERFACE:...> is not
 # required of users of the installed library.
 function(selvedge_adapter name option)
   cmake_parse_arguments(ARG "" "LICENCE" "PACKAGE;SOURCES;HEADERS;DEPENDS;PRIVATE" ${ARGN})
@@ -199,5 +199,5 @@ function(selvedge_adapter name option)
     return()
   endif()
   selvedge_uses(${package} "${${package}_VERSION}" ${ARG_LICENCE})
-  selvedge_module(${name} SOURCES ${ARG_SOURCES} HEADERS ${ARG_HEADERS} DEPENDS ${ARG_DEPENDS} PRIVATE ${ARG_PRIVATE})
+  selvedge_library(${name} SOURCES ${ARG_SOURCES} HEADERS ${ARG_HEADERS} DEPENDS ${ARG_DEPENDS} PRIVATE ${ARG_PRIVATE})
 endfunction()

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/core/base/text.h>
-#include <selvedge/core/base/whole_number.h>
+#include <selvedge/core/base/internal/text.h>
+#include <selvedge/core/base/internal/whole_number.h>
 
 #include <cmath>
 #include <concepts>

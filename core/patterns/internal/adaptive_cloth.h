@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/core/patterns/adaptive_triangles.h>
+#include <selvedge/core/patterns/internal/adaptive_triangles.h>
 #include <selvedge/core/patterns/cloth_pattern.h>
 
 #include <span>

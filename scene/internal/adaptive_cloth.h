@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/core/patterns/adaptive_cloth.h>
+#include <selvedge/core/patterns/internal/adaptive_cloth.h>
 #include <selvedge/scene/build.h>
 
 namespace selvedge {

@@ -2,9 +2,9 @@
 #include <fmt/format.h>
 #include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/progress_bar.h>
-#include <selvedge/core/base/parallel.h>
 #include <selvedge/core/base/internal/stopwatch.h>
 #include <selvedge/core/base/internal/text.h>
+#include <selvedge/core/base/parallel.h>
 #include <selvedge/run/check_result.h>
 
 #include <cstdio>

@@ -5,8 +5,8 @@
 #include <selvedge/apps/detail/output_file.h>
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/core/base/parallel.h>
 #include <selvedge/core/base/internal/text.h>
+#include <selvedge/core/base/parallel.h>
 #include <selvedge/lab/fabric_drape.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/scene/fabric_file.h>

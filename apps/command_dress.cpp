@@ -4,8 +4,8 @@
 #include <selvedge/apps/detail/output_file.h>
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/bodies/internal/sequence_leap.h>
-#include <selvedge/core/base/parallel.h>
 #include <selvedge/core/base/internal/text.h>
+#include <selvedge/core/base/parallel.h>
 #include <selvedge/core/system/internal/files.h>
 #include <selvedge/dress/dress_batch.h>
 #include <selvedge/dress/dress_result.h>

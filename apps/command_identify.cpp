@@ -3,8 +3,8 @@
 #include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/heartbeat.h>
 #include <selvedge/apps/detail/print.h>
-#include <selvedge/core/base/parallel.h>
 #include <selvedge/core/base/internal/stopwatch.h>
+#include <selvedge/core/base/parallel.h>
 #include <selvedge/scene/fabric_file.h>
 
 #include <algorithm>

@@ -4,8 +4,8 @@
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/compare/ablation.h>
 #include <selvedge/compare/compare_table.h>
-#include <selvedge/core/base/parallel.h>
 #include <selvedge/core/base/internal/text.h>
+#include <selvedge/core/base/parallel.h>
 #include <selvedge/core/system/internal/files.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/scene/methods.h>

@@ -3,8 +3,8 @@
 #include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/progress_bar.h>
 #include <selvedge/apps/detail/record_queries.h>
-#include <selvedge/core/base/parallel.h>
 #include <selvedge/core/base/internal/text.h>
+#include <selvedge/core/base/parallel.h>
 #include <selvedge/core/system/internal/signals.h>
 #include <selvedge/pictures/result_pictures.h>
 #include <selvedge/run/result_folder.h>

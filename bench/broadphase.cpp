@@ -25,8 +25,8 @@
 
 #include <fmt/format.h>
 #include <selvedge/apps/command_line.h>
-#include <selvedge/core/base/parallel.h>
 #include <selvedge/core/base/internal/stopwatch.h>
+#include <selvedge/core/base/parallel.h>
 #include <selvedge/scene/methods.h>
 
 #include <algorithm>

@@ -8,8 +8,8 @@
 //   bench core [--repeats 9] [--steps | --bending]
 #include <fmt/format.h>
 #include <selvedge/apps/command_line.h>
-#include <selvedge/core/base/parallel.h>
 #include <selvedge/core/base/internal/stopwatch.h>
+#include <selvedge/core/base/parallel.h>
 #include <selvedge/core/cloth/force.h>
 #include <selvedge/core/patterns/make_cloth.h>
 #include <selvedge/core/solver/integrator.h>

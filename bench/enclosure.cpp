@@ -12,8 +12,8 @@
 #include <fmt/format.h>
 #include <selvedge/apps/command_line.h>
 #include <selvedge/broadphase/minimal_enclosure.h>
-#include <selvedge/core/base/parallel.h>
 #include <selvedge/core/base/internal/stopwatch.h>
+#include <selvedge/core/base/parallel.h>
 #include <selvedge/core/base/types.h>
 #include <selvedge/data/makers/mannequin.h>
 

@@ -2,8 +2,8 @@
 // Compares all fail-safes: first alone on single steps (share of the step kept, rounds, time,
 // remaining sliding and energy), then in whole scenes. Prints two tables in Markdown.
 #include <selvedge/apps/command_line.h>
-#include <selvedge/core/base/parallel.h>
 #include <selvedge/core/base/internal/stopwatch.h>
+#include <selvedge/core/base/parallel.h>
 #include <selvedge/judge/judge.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/simulation/run_result.h>

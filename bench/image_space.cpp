@@ -2,8 +2,8 @@
 // Image space on a mannequin, by resolution: ms to draw it and to answer particle queries or find
 // pairs, and the error; and a tree that answers the same particles. Times are medians.
 #include <selvedge/broadphase/image_space/image_space.h>
-#include <selvedge/core/base/parallel.h>
 #include <selvedge/core/base/internal/stopwatch.h>
+#include <selvedge/core/base/parallel.h>
 #include <selvedge/core/base/types.h>
 #include <selvedge/data/makers/mannequin.h>
 #include <selvedge/narrowphase/distance.h>

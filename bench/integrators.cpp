@@ -6,8 +6,8 @@
 // bisection on an undamped and a damped oscillator (survey section 5.5, claims on its Fig. 27 and
 // Table VII).
 //   bench integrators [--markdown]
-#include <selvedge/core/base/parallel.h>
 #include <selvedge/core/base/internal/stopwatch.h>
+#include <selvedge/core/base/parallel.h>
 #include <selvedge/core/solver/integrator.h>
 
 #include <selvedge/apps/command_line.h>

@@ -6,8 +6,8 @@
 #include "rest_scenes.h"
 
 #include <selvedge/apps/command_line.h>
-#include <selvedge/core/base/parallel.h>
 #include <selvedge/core/base/internal/stopwatch.h>
+#include <selvedge/core/base/parallel.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>

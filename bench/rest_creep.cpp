@@ -36,7 +36,7 @@ ContactSums contact_sums(const Simulation& simulation) {
   return sums;
 }
 
-constexpr double kSettle = 4.0;  // s, until loads have come to rest
+constexpr double kSettle = 20.0;  // s, until loads that swing have come to rest
 
 /// A row of the table: how far the particles that touch move along the surfaces, on average and at
 /// most, once the loads have come to rest. `pull`: N, tangential load; negative: Σ |T|.

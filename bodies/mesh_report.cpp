@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/bodies/detail/triangle_crossing.h>
-#include <selvedge/bodies/mesh_report.h>
 #include <selvedge/bodies/internal/triangle_tree.h>
+#include <selvedge/bodies/mesh_report.h>
 #include <selvedge/core/base/parallel.h>
 
 #include <Eigen/Geometry>

@@ -5,8 +5,8 @@
 #include <selvedge/broadphase/detail/pair_tally.h>
 #include <selvedge/broadphase/detail/surface_check.h>
 #include <selvedge/broadphase/detail/swept_box.h>
-#include <selvedge/core/base/parallel.h>
 #include <selvedge/core/base/internal/stopwatch.h>
+#include <selvedge/core/base/parallel.h>
 
 #include <algorithm>
 #include <array>

@@ -2,9 +2,9 @@
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/compare/compare_plan.h>
 #include <selvedge/compare/detectors/compare_detectors.h>
-#include <selvedge/core/base/parallel.h>
 #include <selvedge/core/base/internal/stopwatch.h>
 #include <selvedge/core/base/internal/whole_number.h>
+#include <selvedge/core/base/parallel.h>
 #include <selvedge/core/system/internal/files.h>
 #include <selvedge/core/system/internal/memory.h>
 #include <selvedge/core/system/internal/read_file.h>

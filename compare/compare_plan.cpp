@@ -3,8 +3,8 @@
 #include <selvedge/compare/compare_plan.h>
 #include <selvedge/compare/detail/compare_error.h>
 #include <selvedge/core/base/internal/text.h>
-#include <selvedge/scene/internal/adaptive_cloth.h>
 #include <selvedge/scene/build.h>
+#include <selvedge/scene/internal/adaptive_cloth.h>
 #include <selvedge/simulation/internal/mesh_change.h>
 #include <selvedge/simulation/simulation.h>
 

@@ -4,9 +4,9 @@
 #include <selvedge/compare/detail/extreme_cases.h>
 
 #include <fmt/format.h>
-#include <selvedge/core/base/parallel.h>
 #include <selvedge/core/base/internal/stopwatch.h>
 #include <selvedge/core/base/internal/whole_number.h>
+#include <selvedge/core/base/parallel.h>
 #include <selvedge/core/system/internal/processes.h>
 
 #include <algorithm>

@@ -10,8 +10,8 @@
 #include <selvedge/dress/detail/dressing.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/simulation/internal/mesh_change.h>
-#include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/internal/seam_merging.h>
+#include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
 #include <selvedge/simulation/simulation_state.h>
 

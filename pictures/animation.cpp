@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/core/system/internal/processes.h>
 #include <selvedge/pictures/picture_files.h>
 
 #include <sstream>

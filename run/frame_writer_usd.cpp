@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <selvedge/core/system/internal/files.h>
 #include <selvedge/run/detail/float_points.h>
 #include <selvedge/run/detail/spool_file.h>
 #include <selvedge/run/frame_writer.h>

@@ -45,8 +45,8 @@ struct RunConfig {
 ///
 /// Throws std::invalid_argument for a scene that cannot start, for an unknown format, for a folder
 /// that cannot be made, holds something else (results of another scene, other files) or is in use
-/// by another run (core/system/internal/files.h), and for a resume that does not fit. A run that fails later
-/// writes result.json with `stopped` set if it can, and throws SimulationFailed, or
+/// by another run (core/system/internal/files.h), and for a resume that does not fit. A run that
+/// fails later writes result.json with `stopped` set if it can, and throws SimulationFailed, or
 /// std::runtime_error for a file that could not be written.
 ///
 /// Without `resume`, the run replaces an earlier run of the same scene in the folder, but only

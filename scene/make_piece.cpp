@@ -6,9 +6,9 @@
 #include <selvedge/core/cloth/measure.h>
 #include <selvedge/core/patterns/make_cloth.h>
 #include <selvedge/core/patterns/make_plate.h>
-#include <selvedge/scene/internal/adaptive_cloth.h>
 #include <selvedge/scene/detail/make_piece.h>
 #include <selvedge/scene/detail/strip_path.h>
+#include <selvedge/scene/internal/adaptive_cloth.h>
 
 #include <algorithm>
 #include <cmath>

@@ -233,7 +233,7 @@ struct ContactSpec {
 };
 
 struct SolverSpec {
-  std::string integrator = "implicit_euler";
+  std::string integrator = "implicit_blend";
   MethodOptions integrator_options{};
   bool strain_limiter = true;        ///< false: `limiter` is none
   std::string limiter = "position";  ///< how springs are kept within their strain limits

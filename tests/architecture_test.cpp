@@ -207,8 +207,8 @@ Sentences forbidden_arrows(const std::string& file, const std::string& text) {
   return faults;
 }
 
-/// Functions whose last bits IEEE 754 leaves to the C library: core/base/internal/elementary.h has their
-/// like.
+/// Functions whose last bits IEEE 754 leaves to the C library: core/base/internal/elementary.h has
+/// their like.
 Sentences platform_functions(const std::string& file, const std::string& text) {
   Sentences faults;
   static const std::regex call(

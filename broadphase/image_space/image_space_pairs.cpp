@@ -6,8 +6,8 @@
 #include <selvedge/broadphase/image_space/detail/index_tiles.h>
 #include <selvedge/broadphase/image_space/detail/offscreen.h>
 #include <selvedge/broadphase/image_space/image_space.h>
-#include <selvedge/core/base/parallel.h>
 #include <selvedge/core/base/internal/stopwatch.h>
+#include <selvedge/core/base/parallel.h>
 
 #include <algorithm>
 #include <chrono>

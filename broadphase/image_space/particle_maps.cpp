@@ -5,8 +5,8 @@
 #include <selvedge/broadphase/detail/box_pairs.h>
 #include <selvedge/broadphase/detail/collect_pairs.h>
 #include <selvedge/broadphase/image_space/image_space.h>
-#include <selvedge/core/base/parallel.h>
 #include <selvedge/core/base/internal/stopwatch.h>
+#include <selvedge/core/base/parallel.h>
 
 #include <algorithm>
 #include <array>

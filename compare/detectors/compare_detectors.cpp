@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/bodies/mesh_report.h>
 #include <selvedge/compare/detectors/compare_detectors.h>
-#include <selvedge/core/base/parallel.h>
 #include <selvedge/core/base/internal/stopwatch.h>
+#include <selvedge/core/base/parallel.h>
 #include <selvedge/core/system/internal/memory.h>
 #include <selvedge/narrowphase/ccd_methods.h>
 #include <selvedge/narrowphase/distance.h>

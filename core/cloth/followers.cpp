@@ -6,7 +6,7 @@
 // mass, the centre of mass and the momentum of M.
 #include <selvedge/core/cloth/cloth_elements.h>
 #include <selvedge/core/cloth/cloth_mesh.h>
-#include <selvedge/core/cloth/internal/followers.h>
+#include <selvedge/core/cloth/followers.h>
 
 #include <algorithm>
 #include <map>

@@ -5,6 +5,7 @@
 #include <selvedge/core/cloth/block_matrix.h>
 #include <selvedge/core/cloth/cloth_elements.h>
 #include <selvedge/core/cloth/cloth_mesh.h>
+#include <selvedge/core/cloth/followers.h>
 
 #include <map>
 #include <memory>
@@ -14,8 +15,6 @@
 #include <vector>
 
 namespace selvedge {
-
-class Followers;
 
 /// State of the cloth as a structure of arrays, n particles each.
 struct Particles {

@@ -8,7 +8,7 @@
 // corner 3 m/4 more than before: m/4 from each of two side midpoints and from the centre. These
 // hand over the momentum of that mass with their own velocity.
 #include <selvedge/core/cloth/detail/angles.h>
-#include <selvedge/core/cloth/internal/followers.h>
+#include <selvedge/core/cloth/followers.h>
 #include <selvedge/core/patterns/cloth_pattern.h>
 
 #include <Eigen/Geometry>

@@ -10,8 +10,8 @@
 // and with v_m = (v_a + v_b)/2 the momentum stays.
 #include <selvedge/core/base/internal/check.h>
 #include <selvedge/core/cloth/detail/angles.h>
-#include <selvedge/core/patterns/internal/adaptive_triangles.h>
 #include <selvedge/core/patterns/cloth_pattern.h>
+#include <selvedge/core/patterns/internal/adaptive_triangles.h>
 #include <selvedge/core/patterns/make_cloth.h>
 
 #include <Eigen/Geometry>

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/core/system/internal/files.h>
 #include <selvedge/run/detail/spool_file.h>
 
 #include <algorithm>

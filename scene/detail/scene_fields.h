@@ -187,8 +187,8 @@ struct Fields<SolverSpec> {
     using T = SolverSpec;
     visitor("integrator", MethodField{&T::integrator, &T::integrator_options, 4},
             Key{.text = "Which method advances the motion, by name or with its options; `selvedge "
-                        "list` names them. implicit_euler: stable with large steps; explicit ones "
-                        "need small steps"});
+                        "list` names them. implicit_blend and implicit_euler: stable with large "
+                        "steps; explicit ones need small steps"});
     visitor("strain_limiter", MethodField{&T::limiter, &T::limiter_options, 5, true},
             Key{.text = "What keeps springs within the strain limit of their material, by name or "
                         "with its options; `selvedge list` names them. true: position, false: "
@@ -196,7 +196,7 @@ struct Fields<SolverSpec> {
     visitor("tolerance", &T::tolerance,
             Key{.unit = "1",
                 .range = {1e-15, 0.1},
-                .text = "Relative residual at which the linear solve of implicit_euler stops"});
+                .text = "Relative residual at which the linear solve of an implicit integrator stops"});
   }
 };
 

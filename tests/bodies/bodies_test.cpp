@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/bodies/body.h>
+#include <selvedge/bodies/internal/sequence_leap.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/bodies/mesh_report.h>
-#include <selvedge/bodies/internal/sequence_leap.h>
 #include <selvedge/core/base/parallel.h>
 #include <selvedge/data/makers/mannequin.h>
 

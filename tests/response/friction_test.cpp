@@ -60,6 +60,8 @@ Scene jaws(double load, double friction) {
   top.name = "top";
   top.geometry = strip.name;
   top.release = kReleased * kFrame;
+  // It hands the load over to the jaws: let go at once, the load would bounce and slip.
+  top.motion = {{0.0}, {0.4}, {top.release, Vec3(0.0, 0.0, -0.001)}};
   WeightSpec& weight = scene.weights.emplace_back();
   weight.name = "load";
   weight.geometry = strip.name;
@@ -247,10 +249,9 @@ Scene fallen(Below below, const Eigen::Quaterniond& turn, double beside = 0.0) {
   return scene;
 }
 
-/// Largest distance from the scene to the turned one, turned back, in the first second, m.
-double apart(Below below, const Eigen::Quaterniond& turn, double beside = 0.0) {
-  Simulation straight(fallen(below, Eigen::Quaterniond::Identity())),
-      turned(fallen(below, turn, beside));
+/// Largest distance between two scenes in the first second, the second one turned back, m.
+double apart(const Scene& scene, const Scene& other, const Eigen::Quaterniond& turn) {
+  Simulation straight(scene), turned(other);
   double worst = 0.0;
   for (int frame = 1; frame <= 60; ++frame) {
     straight.advance_to_frame(frame);
@@ -268,26 +269,41 @@ Eigen::Quaterniond quarter_turn(const Vec3& axis) {
   return Eigen::Quaterniond(Eigen::AngleAxisd(0.5 * std::numbers::pi, axis));
 }
 
-// Rounding decides nothing that is visible. Before the solver turned with the cloth, 7 mm.
-TEST(StaticFriction, ASceneThatIsTurnedWithItsBodiesEndsTheSame) {
-  for (const Below below : {Below::box, Below::cylinder})
-    for (const Vec3& axis : kAxes)
-      EXPECT_LT(apart(below, quarter_turn(axis)), 1e-3)
-          << static_cast<int>(below) << ", about " << axis.transpose();
+Scene damped(Scene scene) {
+  scene.solver.integrator = "implicit_euler";
+  return scene;
 }
 
-// On a ball, which does not hold the sheet, differences grow: a turned scene, which rounds
+const Eigen::Quaterniond kAsItIs = Eigen::Quaterniond::Identity();
+
+// The arithmetic knows no axes: in motion that is damped, rounding decides nothing that is visible.
+// Before the solver turned with the cloth, 7 mm.
+TEST(StaticFriction, ASceneThatIsTurnedWithItsBodiesEndsTheSame) {
+  for (const Below below : {Below::box, Below::cylinder})
+    for (const Vec3& axis : kAxes) {
+      const Eigen::Quaterniond turn = quarter_turn(axis);
+      EXPECT_LT(apart(damped(fallen(below, kAsItIs)), damped(fallen(below, turn)), turn), 1e-3)
+          << static_cast<int>(below) << ", about " << axis.transpose();
+    }
+}
+
+// Cloth that falls freely onto a body moves so that differences grow: a turned scene, which rounds
 // otherwise, ends elsewhere, as one does that starts a hair beside. Prints both
 // (docs/response.md).
-TEST(StaticFriction, OnABallATurnMattersAsMuchAsAHair) {
-  double turned = 0.0;
-  for (const Vec3& axis : kAxes) turned = std::max(turned, apart(Below::ball, quarter_turn(axis)));
-  EXPECT_LT(turned, 0.01);
-  std::printf("turned by 90 degrees: %.2f mm elsewhere\n", 1e3 * turned);
-  for (const double beside : {1e-15, 2e-12, 1e-9}) {
-    const double off = apart(Below::ball, Eigen::Quaterniond::Identity(), beside);
-    EXPECT_LT(off, 0.02);
-    std::printf("%g m beside: %.2f mm elsewhere\n", beside, 1e3 * off);
+TEST(StaticFriction, FallingClothIsAsSensitiveToATurnAsToAHair) {
+  for (const auto& [below, name] : {std::pair{Below::ball, "ball"}, std::pair{Below::box, "box"},
+                                    std::pair{Below::cylinder, "cylinder"}}) {
+    double turned = 0.0, beside = 0.0;
+    const Scene scene = fallen(below, kAsItIs);
+    for (const Vec3& axis : kAxes) {
+      const Eigen::Quaterniond turn = quarter_turn(axis);
+      turned = std::max(turned, apart(scene, fallen(below, turn), turn));
+    }
+    for (const double hair : {1e-13, 2e-12, 1e-9})
+      beside = std::max(beside, apart(scene, fallen(below, kAsItIs, hair), kAsItIs));
+    std::printf("%s: turned by 90 degrees %.2f mm elsewhere, a hair beside %.2f mm\n", name,
+                1e3 * turned, 1e3 * beside);
+    EXPECT_LT(turned, 10.0 * beside) << name;
   }
 }
 

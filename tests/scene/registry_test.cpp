@@ -359,7 +359,7 @@ TEST_F(OptionsOfMethods, ThatTheMethodDoesNotHaveAreRefusedInEitherForm) {
   EXPECT_SAYS(fault_of({{"contact.response", "[1]"}, {"contact.stiffness", "10"}}),
               "contact.response: must be a string or an object {...}, is [1]");
   EXPECT_SAYS(fault_of({{"solver.drag", "0.1"}}),
-              "solver.integrator.drag: implicit_euler has no option \"drag\" and no other option");
+              "solver.integrator.drag: implicit_blend has no option \"drag\" and no other option");
   EXPECT_SAYS(fault_of({{"contact.broad_phase", R"({"type": "hash_grid", "cell": true})"}}),
               "contact.broad_phase.cell: must be a number");
   EXPECT_SAYS(

@@ -55,7 +55,7 @@ TEST(Rest, ASheetOnAPlaneDoesNotJitter) {
   scene.cloths.push_back(sheet(6, {0.013, 0.017, 0.004}));
   Simulation simulation(scene, build_scene(scene));
   run_to(simulation, 1, 90);
-  EXPECT_LT(rms_speed(simulation.state()), 1e-9);
+  EXPECT_LT(rms_speed(simulation.state()), 1e-7);
 }
 
 // Gravity alone moves cloth by 1.4 rest gaps in such a step. Taken for an impact, the loads of the

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/core/patterns/internal/adaptive_triangles.h>
 #include <selvedge/core/patterns/cloth_pattern.h>
+#include <selvedge/core/patterns/internal/adaptive_triangles.h>
 
 #include <span>
 #include <utility>

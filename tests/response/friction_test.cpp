@@ -61,7 +61,11 @@ Scene jaws(double load, double friction) {
   top.geometry = strip.name;
   top.release = kReleased * kFrame;
   // It hands the load over to the jaws: let go at once, the load would bounce and slip.
-  top.motion = {{0.0}, {0.4}, {top.release, Vec3(0.0, 0.0, -0.001)}};
+  Keyframe held, lowered;
+  held.time = 0.4;
+  lowered.time = top.release;
+  lowered.translation = Vec3(0.0, 0.0, -0.001);
+  top.motion = {Keyframe{}, held, lowered};
   WeightSpec& weight = scene.weights.emplace_back();
   weight.name = "load";
   weight.geometry = strip.name;

@@ -106,8 +106,8 @@ void answer_by_tree(BroadPhase& tree, const SurfaceView& particles, const Surfac
   }
 }
 
-/// The claim of [Vassilev2001] on the particles that both answer: 3 mm off the body, asked within
-/// 5 mm.
+/// The claim of [VassilevSpanlang2000] on the particles that both answer: 3 mm off the body, asked
+/// within 5 mm.
 void print_tree(Surface body, int resolution) {
   constexpr int repeats = 9;
   constexpr double off = 0.003, reach = 0.005;

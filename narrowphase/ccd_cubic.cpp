@@ -6,7 +6,8 @@
 #include <selvedge/narrowphase/detail/per_query.h>
 
 // Continuous collision of straight vertex paths after X. Provot, "Collision and self-collision
-// handling in cloth model dedicated to design garments", 1997: colliding vertices must be coplanar,
+// handling in cloth model dedicated to design garments", 1997 (the survey prints it for points and
+// triangles, eq. 40 and 41, after [ChenZhuKaufman1998]): colliding vertices must be coplanar,
 // which gives a cubic in t; at each of its roots in [0, 1], in ascending order, the method tests
 // whether the primitives meet. Uses plain doubles without error bounds or tolerances: the naive
 // solver, as the baseline.

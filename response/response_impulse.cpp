@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
-// R. Bridson, R. Fedkiw, J. Anderson, "Robust treatment of collisions, contact and friction for
-// cloth animation", SIGGRAPH 2002; survey eq. 52 to 55. With barycentric weights w on four vertices
+// Impulses, which the survey prints after M. Tang, R. Tong, R. Narain, C. Meng, D. Manocha, "A
+// GPU-based streaming algorithm for high-resolution cloth simulation", 2013 [Tang2013; survey eq.
+// 52 to 54], with the weights and the friction of R. Bridson, R. Fedkiw, J. Anderson, "Robust
+// treatment of collisions, contact and friction for cloth animation", SIGGRAPH 2002 [Bridson2002],
+// in place of survey eq. 55. With barycentric weights w on four vertices
 //   v_n < 0:  I = -m_eff (1 + e) v_n n,  v_i += w_i I / m_i,  1/m_eff = Σ w_i² / m_i;
 //   friction: |ΔI_t| <= μ I_n, against the slip, at most as much as stops it: static and dynamic.
 // Corrected: the survey's eq. 52 omits the sign of the impulse, and its eq. 55, F = μ V_N, is a
@@ -43,8 +46,8 @@ class ImpulseResponse final : public Response {
         .promise =
             "configurable restitution; static and dynamic Coulomb friction; momentum is kept",
         .source =
-            "Bridson, Fedkiw, Anderson, Robust treatment of collisions, contact and friction for "
-            "cloth animation, 2002",
+            "Tang et al. 2013, survey eq. 52 to 54 corrected; Bridson, Fedkiw, Anderson, Robust "
+            "treatment of collisions, contact and friction for cloth animation, 2002",
         .keeps_momentum = true,
         .passive = true};
   }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// X. Provot, "Deformation constraints in a mass-spring model to describe rigid cloth behavior",
-// Graphics Interface 1995, as described in the survey, eq. 44 to 47: the force that gives two
-// bodies in contact their common velocity,
+// M. Carignan, Y. Yang, N. Magnenat-Thalmann, D. Thalmann, "Dressing animated synthetic actors with
+// complex deformable clothes", SIGGRAPH 1992 [Carignan1992], as described in the survey, eq. 44 to
+// 47 (which names [Provot1995] as a user of it, table X): the force that gives two bodies in
+// contact their common velocity,
 //   V⁺ = (m1 V1 + m2 V2 + (F1 + F2) h) / (m1 + m2),
 //   F_c1 = m_eff ((V2 - V1)/h + F2/m2 - F1/m1),  F_c2 = -F_c1,  1/m_eff = 1/m1 + 1/m2.
 // Corrected: the survey's eq. 47 adds -F_i to each side, so that F_c1 + F_c2 = -(F1 + F2), which
@@ -43,8 +44,8 @@ class InverseDynamics final : public Response {
   ResponseTraits traits() const override {
     return {.promise = "equal and opposite forces remove the approach; no friction unless sticking",
             .source =
-                "Provot, Deformation constraints in a mass-spring model to describe rigid cloth "
-                "behavior, 1995",
+                "Carignan, Yang, Magnenat-Thalmann, Thalmann, Dressing animated synthetic actors "
+                "with complex deformable clothes, 1992; survey eq. 44 to 47 corrected",
             .keeps_momentum = true,
             .passive = true};
   }

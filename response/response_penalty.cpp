@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
-// Penalty forces [survey eq. 42 and 43]: a gap that is δ below the rest gap is pushed apart by
+// Penalty forces, survey eq. 42 and 43: a spring at the point of penetration, which the survey
+// discusses after Y. Chen, Q. Zhu, A. Kaufman, "Physically based animation", 1998
+// [ChenZhuKaufman1998], and a damper beside it, after J. Yang, S. Shang, "Cloth modeling simulation
+// based on mass spring model", 2013 [YangShang2013]. A gap that is δ below the rest gap is pushed
+// apart by
 //   F_n = max(0, K δ + D δ') n,  δ >= 0.
 // Corrected: the survey omits the clamp, without which the damper pulls on separating surfaces, and
 // its sign convention. Friction is regularised Coulomb friction: |F_t| = μ F_n
@@ -51,7 +55,9 @@ class Penalty final : public Response {
         .promise =
             "penalty forces: an impact at speed v penetrates by v sqrt(m/K); regularised Coulomb "
             "friction; momentum is kept",
-        .source = "survey of Mozafary and Payvandy, 2016, eq. 42 and 43, corrected",
+        .source =
+            "Yang, Shang, Cloth modeling simulation based on mass spring model, 2013; survey eq. "
+            "42 and 43 corrected",
         .keeps_momentum = true,
         .stores_energy = true};
   }

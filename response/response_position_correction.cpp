@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// Position correction, survey eq. 50 and 51: a particle that ends at a distance d below the surface
-// offset ξ is moved onto it,
+// Position correction after F. Durupinar, U. Gudukbay, "A virtual garment design and simulation
+// system", 2007 [DurupinarGudukbay2007; survey eq. 50], and A. Fuhrmann, C. Gross, V. Luckas,
+// "Interactive animation of cloth including self collision detection", WSCG 2003 [Fuhrmann2003;
+// survey eq. 51]: a particle that ends at a distance d below the surface offset ξ is moved onto it,
 //   x' = x + (ξ - d) n - min(μ (ξ - d)/|Δx_t|, 1) Δx_t,  Δx = x - x(t), Δx_t = Δx - n (Δx·n).
 // Corrected: eq. 50 as printed offsets by a unit normal, one metre; eq. 51 mixes the distance d
 // with a vector and omits the old position; its constant C_fric is replaced by Coulomb's bound.
@@ -39,7 +41,10 @@ class PositionCorrection final : public Response {
                 "particles end on the surface offset; correcting a gap adds no velocity; Coulomb "
                 "friction; "
                 "momentum is kept",
-            .source = "survey of Mozafary and Payvandy, 2016, eq. 50 and 51, corrected",
+            .source =
+                "Durupinar, Gudukbay, A virtual garment design and simulation system, 2007; "
+                "Fuhrmann, Gross, Luckas, Interactive animation of cloth including self collision "
+                "detection, 2003; survey eq. 50 and 51 corrected",
             .keeps_momentum = true,
             .passive = true};
   }

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
-// Position and velocity, survey section 6.3: corrects the position as `position_correction` does
-// (eq. 50 and 51, Coulomb friction on the path) and reflects the velocity as `reflection` does (eq.
-// 49, restitution and a retained share of the tangential part). The errata of those two files
-// apply.
+// Position and velocity, the second method of survey section 6.3, which credits no paper. Section
+// 6.2.2 gives both parts for the system of F. Durupinar and U. Gudukbay [Durupinar2004] (eq. 49)
+// [DurupinarGudukbay2007] (eq. 50): corrects the position as `position_correction` does (eq. 50 and
+// 51, Coulomb friction on the path) and reflects the velocity as `reflection` does (eq. 49,
+// restitution and a retained share of the tangential part). The errata of those two files apply.
 //
 // Guarantee: momentum is kept; no energy is added for a restitution of 0.
 #include <selvedge/response/detail/contact_sweeps.h>
@@ -39,8 +40,8 @@ class PositionVelocity final : public Response {
             "particles end on the surface offset; configurable restitution; each step of contact "
             "removes a share of the tangential velocity; momentum is kept",
         .source =
-            "survey of Mozafary and Payvandy, 2016, section 6.3; Vassilev, Spanlang, Chrysanthou, "
-            "Fast cloth animation on walking avatars, 2001",
+            "Durupinar, Gudukbay, A virtual garment design and simulation system, 2007; survey "
+            "section 6.3, eq. 49 to 51 corrected",
         .keeps_momentum = true,
         .passive = true};
   }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// T. Vassilev, B. Spanlang, Y. Chrysanthou, "Fast cloth animation on walking avatars", Computer
-// Graphics Forum 20(3), 2001; survey eq. 48 and 49. With the velocity relative to the body,
+// T. Vassilev, "Dressing virtual people", SCI 2000 [Vassilev2000; survey eq. 48], on bodies that
+// move as in F. Durupinar, "A 3D garment design and simulation system", 2004 [Durupinar2004; survey
+// eq. 49]. With the velocity relative to the body,
 //   v_r = V - V_body,  v_r·n < 0:  V' = C_fric v_rt - C_refl v_rn + V_body.
 // Corrected: the survey's eq. 49 reflects the parts of the absolute velocity and adds the body's
 // velocity, which counts it twice: the same scene in a moving frame behaves differently. C_fric is
@@ -36,13 +37,14 @@ class Reflection final : public Response {
     answer_.impulses(out);
   }
   ResponseTraits traits() const override {
-    return {
-        .promise =
-            "configurable restitution; each step of contact removes a share of the tangential "
-            "velocity, whatever the load; momentum is kept",
-        .source = "Vassilev, Spanlang, Chrysanthou, Fast cloth animation on walking avatars, 2001",
-        .keeps_momentum = true,
-        .passive = true};
+    return {.promise =
+                "configurable restitution; each step of contact removes a share of the tangential "
+                "velocity, whatever the load; momentum is kept",
+            .source =
+                "Vassilev, Dressing virtual people, 2000; Durupinar, A 3D garment design and "
+                "simulation system, 2004; survey eq. 48 and 49 corrected",
+            .keeps_momentum = true,
+            .passive = true};
   }
 
  private:

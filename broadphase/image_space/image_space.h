@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
-// T. Vassilev, B. Spanlang, Y. Chrysanthou, "Fast cloth animation on walking avatars", Computer
-// Graphics Forum 20(3), 2001 [Vassilev2001]: draws a body from its front and from its back, and
-// compares each particle with the depth at its place in the two pictures.
+// T. Vassilev, B. Spanlang, "Efficient cloth model for dressing animated virtual people", The
+// Visual Computer 17(4), 2000 [VassilevSpanlang2000; survey 6.1.3, "Image space"], and with
+// Y. Chrysanthou, "Fast cloth animation on walking avatars", Computer Graphics Forum 20(3), 2001
+// [Vassilev2001]: draws a body from its front and from its back, and compares each particle with
+// the depth at its place in the two pictures.
 //
 // DepthNormalMaps are these pictures and ParticleMaps is the detector that uses them.
 // ImageSpacePairs is ours: it yields pairs for a narrow phase from pictures of triangle indices.

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The detector of [Vassilev2001]; survey section 6.1.3 "Image space". Deviations: particles beside
-// the outline are answered by further views if the scene asks for them, and the depth along the
-// axis is turned into a distance along the normal, so that a rest gap means the same everywhere.
+// The detector of [VassilevSpanlang2000]; survey section 6.1.3 "Image space". Deviations: particles
+// beside the outline are answered by further views if the scene asks for them, and the depth along
+// the axis is turned into a distance along the normal, so that a rest gap means the same
+// everywhere.
 #include <selvedge/broadphase/detail/box_pairs.h>
 #include <selvedge/broadphase/detail/collect_pairs.h>
 #include <selvedge/broadphase/image_space/image_space.h>
@@ -202,6 +203,7 @@ BroadPhaseTraits ParticleMaps::traits() const {
           .particles = true,
           .source =
               "depth and normal maps of a body, drawn off screen; T. Vassilev, B. Spanlang, "
+              "Efficient cloth model for dressing animated virtual people, 2000; with "
               "Y. Chrysanthou, Fast cloth animation on walking avatars, 2001"};
 }
 

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
-// Buckling links after K.-J. Choi, H.-S. Ko, "Stable but responsive cloth", SIGGRAPH 2002, which
-// the survey attributes to Asmaa and Elsayed 2011 (linearised). When the ends of a link of length L
-// and bending stiffness k approach each other, the link keeps its length and bends into an arc of
-// curvature κ:
+// Buckling links after K.-J. Choi, H.-S. Ko, "Stable but responsive cloth", SIGGRAPH 2002. The
+// survey prints them for A. ElBadrawy, E. Hemayed, "Speeding up cloth simulation by linearizing the
+// bending function of the physical mass-spring model", 2011 [ElBadrawyHemayed2011] ("Asmaa and
+// Elsayed"), but not the linear function that is the matter of that paper. When the ends of a link
+// of length L and bending stiffness k approach each other, the link keeps its length and bends into
+// an arc of curvature κ:
 //   r = L sinc(κL/2),  E = ½ k κ² L,  dE/dr = k κ² (cos(κL/2) - sinc(κL/2))⁻¹ < 0.
 // [survey eq. 5] prints "k_b k_2" for k_b κ² and "sin c" for sinc(u) = sin(u)/u, and does not say
 // that x_ij is the vector and |x_ij| the distance r. The force here is the exact gradient of E.
@@ -196,16 +198,18 @@ double detail::least_onset(double rigidity, double length) {
 void register_buckling(FabricLaws& laws) {
   laws.bending.push_back(
       {.name = "buckling", .text = "links that buckle", .add_to_grid = add_links});
-  laws.forces.add("buckling", {},
-                  [](const MethodOptions&, const ClothMesh& cloth) {
-                    ForceList forces;
-                    if (!cloth.links.empty())
-                      forces.push_back(make_buckling_force(cloth.links, cloth.mass.size()));
-                    return forces;
-                  },
-                  {.promise = "minus the gradient of its energy; survey eq. 5 corrected",
-                   .source = "Choi, Ko, Stable but responsive cloth, 2002",
-                   .energy = "buckling"});
+  laws.forces.add(
+      "buckling", {},
+      [](const MethodOptions&, const ClothMesh& cloth) {
+        ForceList forces;
+        if (!cloth.links.empty())
+          forces.push_back(make_buckling_force(cloth.links, cloth.mass.size()));
+        return forces;
+      },
+      {.promise = "minus the gradient of its energy; survey eq. 5 corrected",
+       .source = "Choi, Ko, Stable but responsive cloth, 2002; in the survey Asmaa, Elsayed "
+                 "2011",
+       .energy = "buckling"});
 }
 
 }  // namespace selvedge

@@ -130,7 +130,7 @@ void register_hooke(FabricLaws& laws) {
         return forces;
       },
       {.promise = "minus the gradient of its energy",
-       .source = "stretch and shear springs, Hooke's law",
+       .source = "Hooke's law; Provot, Deformation constraints in a mass-spring model, 1995",
        .energy = "stretch_and_shear"});
 }
 

@@ -8,9 +8,9 @@
 //
 // The two layers of a bilayered cloth [KangCho2002; survey 2.4] share this: the solve has the
 // sparse layer alone, with its internal forces and with all forces from outside. The dense layer is
-// carried along, P y, and then makes one local iteration of [Kang2000] under its own internal
-// forces and springs to P y, so that x = P y + d. Contacts of the dense layer act on P y, with d
-// fixed.
+// carried along, P y, and then makes one local iteration of [KangChoiCho2000] under its own
+// internal forces and springs to P y, so that x = P y + d. Contacts of the dense layer act on P y,
+// with d fixed.
 #include <selvedge/core/base/parallel.h>
 #include <selvedge/core/solver/integrator.h>
 

@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: MIT
 //
-// Explicit elastic forces, implicit damping [Bridson2003; survey table VII, row 4]:
+// Explicit elastic forces, implicit damping, after R. Bridson, S. Marino, R. Fedkiw, "Simulation of
+// clothing with folds and wrinkles", SCA 2003 [Bridson2003]:
 //   v½ = v + ½h a(x, v½),  x⁺ = x + h v½,  v⁺ = v½ + ½h a(x⁺, v⁺),
 // where a is linear in its velocities. Each half is therefore a linear system, (M + ½h D) v.
 // Contacts act on the end of the first half. Guarantee: second order without damping, first order
 // in the damping; stable below hω = 2 for any damping, whereas explicit damping would need ever
 // shorter steps.
+//
+// Survey table VII, row 4, calls this "Combine Runge-Kutta with Euler implicit", credits it to
+// [Bridson2003] and [HanStyliosWatt2009], and prints no equation. Here the explicit part is the
+// central difference of [Bridson2003], of second order, and not a Runge-Kutta method.
 #include <selvedge/core/solver/detail/implicit_system.h>
 #include <selvedge/core/solver/detail/stability.h>
 #include <selvedge/core/solver/integrator.h>
@@ -21,10 +26,11 @@ class Imex final : public Integrator {
       : Integrator(std::move(forces), n), system_(forces_.members(), n, config), x_(n) {}
 
   IntegratorTraits traits() const override {
-    return {
-        .promise = "stable below h omega = 2, which is checked, whatever the damping",
-        .source = "Bridson, Marino, Fedkiw, Simulation of clothing with folds and wrinkles, 2003",
-        .order = 2};
+    return {.promise = "stable below h omega = 2, which is checked, whatever the damping",
+            .source =
+                "Bridson, Marino, Fedkiw, Simulation of clothing with folds and wrinkles, 2003; "
+                "survey table VII, row 4: Runge-Kutta with implicit Euler, also Han et al. 2009",
+            .order = 2};
   }
 
   double stable_step(const ModeBound& mode, double wanted) const override {

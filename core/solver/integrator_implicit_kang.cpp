@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
-// Y.-M. Kang, J.-H. Choi, H.-G. Cho, D.-H. Lee, C.-J. Park, "Real-time animation technique for
-// flexible and thin objects", WSCG 2000 [Kang2000; survey eq. 36]: the constant system of Desbrun,
-// approximated instead of solved. With H_ij = K, H_ii = -n_i K (the survey prints + on the
-// diagonal, which would make it indefinite) and F̃ = F + h K Σ_j (v_j - v_i),
+// Y.-M. Kang, J.-H. Choi, H.-G. Cho, "Fast and stable animation of cloth with an approximated
+// implicit method", CGI 2000 [KangChoiCho2000; survey eq. 36], and with D.-H. Lee, C.-J. Park,
+// "Real-time animation technique for flexible and thin objects", WSCG 2000 [Kang2000]: the constant
+// system of Desbrun, approximated instead of solved. With H_ij = K, H_ii = -n_i K (the survey
+// prints + on the diagonal, which would make it indefinite) and F̃ = F + h K Σ_j (v_j - v_i),
 //   (m + h² K n_i) Δv_i = h F̃_i + h² K Σ_j Δv_j,   Δv_j ≈ h F̃_j/(m + h² K n_j):
 // two Jacobi sweeps, O(n). Each link has its own constants (link_constants.h), which include the
 // damping as h (h + d) K.
@@ -11,7 +12,7 @@
 // So few sweeps do not spread information. If h² K n is far above m, only the fraction m/(h² K n)
 // of gravity remains, and the whole cloth falls as if in honey. `as_printed` behaves this way; the
 // corrected method restores the momentum and angular momentum that the forces give to pieces that
-// nothing holds. Held cloth has no such correction and moves too slowly. The original paper was not
+// nothing holds. Held cloth has no such correction and moves too slowly. Neither paper was
 // available. Guarantee: no growth for any step length (the sweeps always underestimate); one force
 // evaluation and two passes over the links; as accurate as implicit Euler only if h² K n/m is below
 // 1.
@@ -31,8 +32,8 @@ class ImplicitKang final : public detail::LinkIntegrator {
                        ? "stable at any step, O(n); stiff cloth moves too slowly, free pieces fall "
                          "and turn as they should"
                        : "stable at any step, O(n); stiff cloth moves and falls too slowly",
-        .source = corrected_ ? "Kang, Choi, Cho, Lee, Park, WSCG 2000; survey eq. 36 corrected"
-                             : "Kang, Choi, Cho, Lee, Park, WSCG 2000; survey eq. 36 as printed",
+        .source = corrected_ ? "Kang, Choi, Cho, CGI 2000; survey eq. 36 corrected"
+                             : "Kang, Choi, Cho, CGI 2000; survey eq. 36 as printed",
         .any_step = true,
         .ends_with_mean = true};
   }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
 // L. Verlet, "Computer experiments on classical fluids", 1967 [Verlet1967]: x⁺ = 2x - x⁻ + h² a
-// [survey eq. 28], and damped Verlet, x⁺ = x + D (x - x⁻) + h² a [survey eq. 29, which its text
-// calls 30]. The survey uses D = 0.99 for every step length, so halving the step doubles the
-// damping; here D = exp(-γ h). The method starts with x⁻ = x - h v + ½ h² a; the survey does not
-// say how.
+// [survey eq. 28], and damped Verlet, x⁺ = x + D (x - x⁻) + h² a [Mongus2012; survey eq. 29, which
+// its text calls 30]. The survey uses D = 0.99 for every step length, so halving the step doubles
+// the damping; here D = exp(-γ h). The method starts with x⁻ = x - h v + ½ h² a; the survey does
+// not say how.
 //
 // Instead of x⁻ the method stores the difference between the mean velocity of the last step, (x -
 // x⁻)/h, and its end velocity, so contacts that change one also change the other. When the step
@@ -126,7 +126,9 @@ void register_verlet(IntegratorRegistry& registry) {
             std::move(forces), particles, o["drag"],
             IntegratorTraits{
                 .promise = "as verlet; every velocity decays as exp(-drag t), whatever the step",
-                .source = "survey eq. 29 corrected: D = exp(-gamma h) instead of 0.99",
+                .source =
+                    "Mongus et al. 2012; survey eq. 29 corrected: D = exp(-gamma h) instead of "
+                    "0.99",
                 .order = 2});
       });
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// Modified structural springs of Han et al. 2009, as the survey describes them (section 4.7): a
-// non-linear function gives the force of the spring by its elongation; the tangential components of
-// the velocities of springs that are elongated or compressed too far decrease; after several
-// iterations, the lengths reach the critical threshold.
+// Modified structural springs of Han et al. 2009 [HanStyliosWatt2009], as the survey describes them
+// (section 4.7): a non-linear function gives the force of the spring by its elongation; the
+// tangential components of the velocities of springs that are elongated or compressed too far
+// decrease; after several iterations, the lengths reach the critical threshold.
 // - Velocities: u is the mean velocity of a particle over the step, so a spring ends with the
 // vector
 //   d + h (u_b - u_a). While its length leaves [(1-τ) L0, (1+τ) L0], a sweep takes the share σ of

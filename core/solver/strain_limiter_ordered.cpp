@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: MIT
 //
-// Ordered position correction [Kang2000; survey 4.2]: the excess of all springs is sorted into
-// buckets over its range, O(n), and the worst springs are corrected first; the paper does not say
-// how often. Here each sweep has a new order, and sweeps continue as in the other limiters, so
-// their costs for the same strain can be compared. With priority per node [survey 4.5], the first
-// (worst) spring that moves a particle in a sweep moves it in full, and each further one by half as
-// much as the one before, so that small corrections do not undo large ones. The ends then no longer
+// Ordered position correction after Y.-M. Kang, J.-H. Choi, H.-G. Cho, "Fast and stable animation
+// of cloth with an approximated implicit method", CGI 2000 [KangChoiCho2000; survey 4.2]: the
+// excess of all springs is sorted into buckets over its range, O(n), and the worst springs are
+// corrected first; the survey does not say how often. Here each sweep has a new order, and sweeps
+// continue as in the other limiters, so their costs for the same strain can be compared. For
+// positions and velocities in order the survey names V. Dochev, T. Vassilev 2003
+// [DochevVassilev2003] without a description. With priority per node, after C. Zhenfang, H. Bing
+// 2012 [ZhenfangBing2012; survey 4.5, Figure 19], the first (worst) spring that moves a particle in
+// a sweep moves it in full, and each further one by half as much as the one before, so that small
+// corrections do not undo large ones; the survey does not say how much. The ends then no longer
 // share a correction by mass: momentum is not conserved. Guarantee: as for the position limiter;
 // the order is the same for any number of threads (the sweeps are serial).
 #include <selvedge/core/solver/detail/register_limiter.h>
@@ -38,12 +42,15 @@ class OrderedLimiter final : public StrainLimitMethod {
       return {.promise =
                   "bounds the strain, worst springs first; a particle moved once moves less; does "
                   "not keep momentum",
-              .source = "Kang et al., WSCG 2000; survey 4.5",
+              .source = "Zhenfang, Bing, Fast cloth simulation, 2012; survey 4.5",
               .keeps_momentum = false,
               .limits = LimitedStrain::stretch};
-    return {.promise = "bounds the strain, worst springs first; keeps momentum",
-            .source = "Kang et al., WSCG 2000; survey 4.2",
-            .limits = LimitedStrain::stretch};
+    return {
+        .promise = "bounds the strain, worst springs first; keeps momentum",
+        .source = config_.with_velocity
+                      ? "Dochev, Vassilev, Efficient super-elasticity handling, 2003; survey 4.5"
+                      : "Kang, Choi, Cho, Fast and stable animation of cloth, 2000; survey 4.2",
+        .limits = LimitedStrain::stretch};
   }
 
   const StrainLimiter* limiter() const override { return &limiter_; }

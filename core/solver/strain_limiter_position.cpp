@@ -2,7 +2,8 @@
 //
 // X. Provot, "Deformation constraints in a mass-spring model to describe rigid cloth behavior",
 // 1995 [Provot1995; survey 4.1]: the position correction of strain_limiter.h, alone or combined
-// with the removal of the velocity that stretches springs at their limit [survey 4.4].
+// with the removal of the velocity that stretches springs at their limit, as in Y. Zhong, B. Xu,
+// "Three-dimensional garment dressing simulation", 2009 [ZhongXu2009; survey 4.4].
 // `with_velocity` false is the paper's method: it corrects positions and leaves velocities
 // unchanged. The same stretch then returns in the next step, and the energy of the springs changes
 // without work being done. The survey calls that "another advantage"; it is the opposite. Otherwise
@@ -46,7 +47,9 @@ class PositionVelocityLimiter final : public PositionLimiter {
 
   LimiterTraits traits() const override {
     return {.promise = "bounds the strain; springs at their limit stop stretching; keeps momentum",
-            .source = "Provot 1995 with Bridson, Fedkiw, Anderson 2002; survey 4.4",
+            .source =
+                "Zhong, Xu, Three-dimensional garment dressing simulation, 2009; velocities after "
+                "Bridson, Fedkiw, Anderson 2002; survey 4.4",
             .limits = LimitedStrain::stretch};
   }
   void limit_velocities(const LimitStep& step, std::span<const Vec3> x,

@@ -2,10 +2,11 @@
 //
 // Springs that stiffen near their limit, as a force in addition to Hooke's law on the same springs.
 // K: stiffness, L0: rest length, l = (1 + τ) L0: allowed length.
-// - bayraktar [survey eq. 12]: K' = K L/L0 for L >= l, which jumps by the factor l/L0 there. The
-//   continuous version is K' = K L/l. Both grow only linearly and cannot bound the strain.
-// - tangent: survey eq. 13 (Zhibin et al.) prints F = (L0/5π) atan(5π ΔL/L0), without K. As a force
-//   it softens: it saturates at 0.1 K L0 instead of becoming stiff. It maps elongations to
+// - bayraktar [Bayraktar2007; survey eq. 12]: K' = K L/L0 for L >= l, which jumps by the factor
+//   l/L0 there. The continuous version is K' = K L/l. Both grow only linearly and cannot bound the
+//   strain.
+// - tangent: survey eq. 13 [ZhibinZhanli2006] prints F = (L0/5π) atan(5π ΔL/L0), without K. As a
+//   force it softens: it saturates at 0.1 K L0 instead of becoming stiff. It maps elongations to
 //   elongations below the limit. Its inverse, F = K (L0/5π) tan(5π ΔL/L0), has the slope K at rest
 //   and diverges at 10 %; for any τ, F = K (2 τ L0/π) tan(π ΔL/(2 τ L0)). Beyond 0.9 τ the force
 //   continues straight with its slope there, 41 K: a step may exceed the limit, and explicit steps
@@ -138,9 +139,9 @@ void register_stiffening_forces(StrainLimiterRegistry& registry) {
       "stiffer beyond the limit, where the force jumps; bounds nothing",
       "Bayraktar et al. 2007; survey eq. 12");
   add("zhibin", StiffeningLaw::tangent, "41 times as stiff near the limit; slope of Hooke at rest",
-      "Zhibin et al.; survey eq. 13 inverted");
+      "Zhibin, Zhanli 2006; survey eq. 13 inverted");
   add("zhibin_as_printed", StiffeningLaw::tangent_printed,
-      "softens: its force is at most 10 % of K L0", "Zhibin et al.; survey eq. 13");
+      "softens: its force is at most 10 % of K L0", "Zhibin, Zhanli 2006; survey eq. 13");
   registry.add_keyed("biphasic", "materials.*.stretch_law",
                      {.promise = "stiffer above a strain, continuous; a law of the springs",
                       .source = "Chen, Zhu, Kaufman, Physically based animation, 1998",

@@ -2,9 +2,9 @@
 //
 // Velocity correction [survey 4.3]: springs that would end the step over their limit lose velocity
 // along themselves, and the resulting velocities determine the end of the step.
-// - T. Vassilev, B. Spanlang, Y. Chrysanthou, "Fast cloth animation on walking avatars", 2001
-//   [Vassilev2001], as the survey prints it: both ends of a stretching spring lose all of their
-//   velocity along the spring. This removes the momentum of the pair along the spring: two
+// - T. Vassilev, B. Spanlang, "Efficient cloth model for dressing animated virtual people", 2000
+//   [VassilevSpanlang2000], as the survey prints it: both ends of a stretching spring lose all of
+//   their velocity along the spring. This removes the momentum of the pair along the spring: two
 //   particles that fly along their spring together stop as soon as it stretches. The method slows
 //   the cloth as a whole and is not Galilean invariant.
 // - R. Bridson, R. Fedkiw, J. Anderson, "Robust treatment of collisions, contact and friction for
@@ -38,7 +38,8 @@ class VelocityLimiter final : public StrainLimitMethod {
     if (as_printed_)
       return {.promise = "as printed: both ends stop along the spring; loses momentum",
               .source =
-                  "Vassilev, Spanlang, Chrysanthou, Fast cloth animation on walking avatars, 2001",
+                  "Vassilev, Spanlang, Efficient cloth model for dressing animated virtual people, "
+                  "2000; survey 4.3",
               .bounds_strain = false,
               .keeps_momentum = false,
               .limits = LimitedStrain::stretch};

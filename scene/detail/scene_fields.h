@@ -193,10 +193,11 @@ struct Fields<SolverSpec> {
             Key{.text = "What keeps springs within the strain limit of their material, by name or "
                         "with its options; `selvedge list` names them. true: position, false: "
                         "none"});
-    visitor("tolerance", &T::tolerance,
-            Key{.unit = "1",
-                .range = {1e-15, 0.1},
-                .text = "Relative residual at which the linear solve of an implicit integrator stops"});
+    visitor(
+        "tolerance", &T::tolerance,
+        Key{.unit = "1",
+            .range = {1e-15, 0.1},
+            .text = "Relative residual at which the linear solve of an implicit integrator stops"});
   }
 };
 

@@ -63,7 +63,7 @@ Scene jaws(double load, double friction) {
   // It hands the load over to the jaws: let go at once, the load would bounce and slip.
   Keyframe held, lowered;
   held.time = 0.4;
-  lowered.time = top.release;
+  lowered.time = *top.release;
   lowered.translation = Vec3(0.0, 0.0, -0.001);
   top.motion = {Keyframe{}, held, lowered};
   WeightSpec& weight = scene.weights.emplace_back();

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 namespace selvedge::invariance_test {
 namespace {
@@ -16,13 +17,14 @@ namespace {
 constexpr int kFrames = 12;
 
 /// A cloth over a ball that is driven up into it, one corner held; all of it flies with `velocity`.
-Scene flying_scene(const Vec3& velocity, bool with_ball) {
+Scene flying_scene(const Vec3& velocity, bool with_ball, const std::string& integrator) {
   Scene scene;
   scene.name = "flying";
   scene.materials["default"] = Material{};
   scene.time.frames = kFrames;
   // A linear solve stops at a residual relative to the momentum, which another frame has more of.
   scene.solver.tolerance = 1e-13;
+  scene.solver.integrator = integrator;
   ClothSpec& cloth = scene.cloths.emplace_back();
   cloth.name = "cloth";
   cloth.shape = ClothGrid{.grid = {0.4, 0.4, 12, 12}, .path = {}};
@@ -43,9 +45,10 @@ Scene flying_scene(const Vec3& velocity, bool with_ball) {
 }
 
 /// Largest distance between the scene at rest and in flight, seen from its own frame, m.
-double worst_difference(const Vec3& velocity, bool with_ball) {
-  const Scene rest = flying_scene(Vec3::Zero(), with_ball);
-  const Scene flying = flying_scene(velocity, with_ball);
+double worst_difference(const Vec3& velocity, bool with_ball,
+                        const std::string& integrator = SolverSpec{}.integrator) {
+  const Scene rest = flying_scene(Vec3::Zero(), with_ball, integrator);
+  const Scene flying = flying_scene(velocity, with_ball, integrator);
   Simulation a(rest, build_scene(rest)), b(flying, build_scene(flying));
   double worst = 0.0;
   for (int frame = 1; frame <= kFrames; ++frame) {
@@ -66,9 +69,12 @@ TEST(Invariance, AFlyingClothMovesAsOneAtRest) {
   EXPECT_LT(worst_difference(Vec3(-3.0, 7.0, 20.0), false), 1e-9);
 }
 
+// Contacts amplify rounding, in motion that is less damped more.
 TEST(Invariance, AFlyingClothMeetsAFlyingBallAsOneAtRest) {
-  EXPECT_LT(worst_difference(Vec3(10.0, 0.0, 0.0), true), 1e-4);
-  EXPECT_LT(worst_difference(Vec3(-3.0, 7.0, 20.0), true), 1e-6);
+  for (const Vec3& velocity : {Vec3(10.0, 0.0, 0.0), Vec3(-3.0, 7.0, 20.0)}) {
+    EXPECT_LT(worst_difference(velocity, true, "implicit_euler"), 1e-6);
+    EXPECT_LT(worst_difference(velocity, true), 1e-3);
+  }
 }
 
 /// A heavy, fast sheet on a ball at rest and on one that turns and rises.

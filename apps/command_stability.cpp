@@ -42,7 +42,7 @@ struct StabilityOptions {
 constexpr const char* kMapSteps = "1e-5..0.1:9log";  // s
 
 constexpr const char* kOfScene = "For a scene: the largest stable steps of its cloth";
-constexpr const char* kOfFolder = "For a folder: cases with exact checks";
+constexpr const char* kOfFolder = "For a folder: how each scene ends, judged exactly";
 
 /// Lists and ranges as --vary has them.
 std::vector<double> numbers(const std::string& option, const std::string& text) {
@@ -163,7 +163,7 @@ void refuse_options(const Command& group, const std::string& why) {
 
 int run_folder_or_scene(const OptionGroups& groups, StabilityOptions& o) {
   if (!std::filesystem::is_directory(o.scene)) {
-    refuse_options(groups.of_folder, o.scene + " is not a folder of cases, such as data/extreme");
+    refuse_options(groups.of_folder, o.scene + " is not a folder of scenes");
     return run_command(o);
   }
   refuse_options(groups.of_scene, o.scene + " is a folder; name a scene file for this option");
@@ -176,8 +176,8 @@ int run_folder_or_scene(const OptionGroups& groups, StabilityOptions& o) {
 OptionGroups add_options(const Command& command, StabilityOptions& o) {
   command
       .option("scene", o.scene,
-              "Scene file (JSON), of which the cloth and its handles are used; or the "
-              "folder of the extreme cases, data/extreme")
+              "Scene file (JSON), of which the cloth and its handles are used; or a "
+              "folder of scenes, such as data/extreme")
       .required();
   const Command of_scene = command.group(kOfScene), of_folder = command.group(kOfFolder);
   of_scene.option("--integrator", o.integrator, "Names, separated by commas, or all (the default)")
@@ -209,9 +209,7 @@ OptionGroups add_options(const Command& command, StabilityOptions& o) {
       .range(1e-4, 1.0);
   of_scene.option("--set", o.set, "path=value replaces a value of the scene file").one_word();
   const Command::Option threads =
-      command
-          .option("--threads", o.threads,
-                  "Threads (default 1; for the cases of a folder: all); 0: all")
+      command.option("--threads", o.threads, "Threads (default 1; for a folder: all); 0: all")
           .range(0, 1024);
   command.flag("--json", o.json, "Print JSON");
   add_case_options(of_folder, o.cases);
@@ -223,9 +221,9 @@ OptionGroups add_options(const Command& command, StabilityOptions& o) {
       "and the bound is not checked.\n"
       "kept: the step that a run would use, by Gershgorin's bound; predicted: by the\n"
       "largest eigenvalue; measured: by bisection.\n"
-      "A case ends as correct, refused with a reason, degraded with a flag, or FAILED.\n"
-      "Exit code: 0 every bound holds and every case ends as expected, 1 otherwise, 2 bad\n"
-      "input.");
+      "A scene of a folder ends as correct (finished, no crossing in any frame or on any\n"
+      "path, within its limits), refused with a reason, degraded with a flag, or FAILED.\n"
+      "Exit code: 0 every bound holds and no scene FAILED, 1 otherwise, 2 bad input.");
   return {of_scene, of_folder, threads};
 }
 
@@ -238,7 +236,9 @@ void add_stability_options(const Command& command) {
 }  // namespace
 
 selvedge::ProgramCommand stability_command() {
-  return {.name = "stability",
-          .purpose = "Find the largest stable step of each integrator; run the extreme cases",
-          .add_options = add_stability_options};
+  return {
+      .name = "stability",
+      .purpose =
+          "Find the largest stable step of each integrator; judge how the scenes of a folder end",
+      .add_options = add_stability_options};
 }

@@ -79,7 +79,7 @@ double mean_distance(const std::vector<ClothEnds>& a, const std::vector<ClothEnd
                      std::size_t shift) {
   double sum = 0.0;
   const std::size_t count = std::min(a.size(), b.size());
-  for (std::size_t s = 0; s < count; ++s) sum += distance(a[s], b[(s + shift) % count]);
+  for (std::size_t s = 0; s < count; ++s) sum += detail::distance(a[s], b[(s + shift) % count]);
   return count == 0 ? 0.0 : sum / static_cast<double>(count);
 }
 

@@ -19,7 +19,7 @@
 #include <tuple>
 #include <utility>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 namespace fs = std::filesystem;
@@ -195,26 +195,6 @@ double slide(double gravity, double slope, double friction, double t) {
   return 0.5 * std::max(0.0, acceleration) * t * t;
 }
 
-double ClothEnds::extent() const {
-  Vec3 low = start.front(), high = low;
-  for (const Vec3& x : start) {
-    low = low.cwiseMin(x);
-    high = high.cwiseMax(x);
-  }
-  return (high - low).norm();
-}
-
-std::optional<ClothEnds> read_ends(const fs::path& cell, int repeat) {
-  const auto file = [&](int frame) {
-    return numbered(cell / "frames", "cloth", frame, kFrameFileDigits, ".ply");
-  };
-  const int last = kEndFrame + repeat;
-  if (!fs::exists(file(0)) || !fs::exists(file(last))) return std::nullopt;
-  const TriangleMesh start = read_mesh(file(0)), end = read_mesh(file(last));
-  if (start.vertices.empty() || start.vertices.size() != end.vertices.size()) return std::nullopt;
-  return ClothEnds{start.vertices, end.vertices, start.triangles};
-}
-
 double distance(const ClothEnds& a, const ClothEnds& b) {
   if (a.triangles == b.triangles && a.end.size() == b.end.size())
     return root_mean_square(a.end, b.end) / b.extent();
@@ -257,12 +237,6 @@ std::span<const ErrorQuantity> error_quantities() {
        [](const RunResult& r) { return std::optional(r.max_penetration_m); }},
   }};
   return all;
-}
-
-std::vector<std::string> error_names() {
-  std::vector<std::string> names;
-  for (const ErrorQuantity& quantity : error_quantities()) names.emplace_back(quantity.name);
-  return names;
 }
 
 const ErrorQuantity& error_quantity(const std::string& name) {
@@ -381,6 +355,39 @@ double Reference::closed_form_error(const std::string& cell, const ClothEnds& en
   const Scene scene = read_scene(cell_folder(out_, cell) / "scene.json", {}, methods_);
   if (scene.closed_form == ClosedForm::incline) return incline_error(scene, ends);
   return free_fall_error(scene, build_scene(scene), ends);
+}
+
+}  // namespace selvedge::detail
+
+namespace selvedge {
+
+namespace fs = std::filesystem;
+
+double ClothEnds::extent() const {
+  Vec3 low = start.front(), high = low;
+  for (const Vec3& x : start) {
+    low = low.cwiseMin(x);
+    high = high.cwiseMax(x);
+  }
+  return (high - low).norm();
+}
+
+std::optional<ClothEnds> read_ends(const fs::path& cell, int repeat) {
+  const auto file = [&](int frame) {
+    return numbered(cell / "frames", "cloth", frame, kFrameFileDigits, ".ply");
+  };
+  const int last = kEndFrame + repeat;
+  if (!fs::exists(file(0)) || !fs::exists(file(last))) return std::nullopt;
+  const TriangleMesh start = read_mesh(file(0)), end = read_mesh(file(last));
+  if (start.vertices.empty() || start.vertices.size() != end.vertices.size()) return std::nullopt;
+  return ClothEnds{start.vertices, end.vertices, start.triangles};
+}
+
+std::vector<std::string> error_names() {
+  std::vector<std::string> names;
+  for (const detail::ErrorQuantity& quantity : detail::error_quantities())
+    names.emplace_back(quantity.name);
+  return names;
 }
 
 }  // namespace selvedge

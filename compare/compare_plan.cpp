@@ -75,7 +75,7 @@ class Planner {
         for (const std::string& sentence : round_steps(axis, base_)) note_(sentence);
     plan.limits = request_.limits;
     plan.repeats = request_.repeats;
-    plan.error = std::string(error_quantity(request_.error).name);
+    plan.error = std::string(detail::error_quantity(request_.error).name);
     plan.build = program_hash();
     for (const auto& values : design_cells(plan.axes, request_.design)) add_cell(values);
     refuse_if_none_can_run();

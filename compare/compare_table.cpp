@@ -95,16 +95,16 @@ CompareRow make_row(const fs::path& out, const ComparePlan& plan, const CompareC
   return row;
 }
 
-void add_errors(const fs::path& out, const Reference& reference, CompareTable& table) {
+void add_errors(const fs::path& out, const detail::Reference& reference, CompareTable& table) {
   const int members = level_runs(table.plan);
-  const ErrorQuantity& chosen = error_quantity(table.plan.error);
-  std::optional<CellEnd> first;
+  const detail::ErrorQuantity& chosen = detail::error_quantity(table.plan.error);
+  std::optional<detail::CellEnd> first;
   for (CompareRow& row : table.rows) {
     if (row.status != RunStatus::ok) continue;
-    const auto end = read_cell_end(cell_folder(out, row.id), members);
+    const auto end = detail::read_cell_end(cell_folder(out, row.id), members);
     if (!end) continue;
     if (&row == &table.rows.front()) first = end;
-    for (const ErrorQuantity& quantity : error_quantities())
+    for (const detail::ErrorQuantity& quantity : detail::error_quantities())
       if (const auto error = reference.error(quantity, row.id, *end))
         row.errors[std::string(quantity.name)] = error->value;
     if (const auto error = reference.error(chosen, row.id, *end)) {
@@ -308,9 +308,9 @@ CompareTable make_table(const fs::path& out, const ComparePlan& plan, const Meth
   const auto first = plan.cells.empty() ? std::map<int, CellRun>{}
                                         : good_runs(out, plan.cells[0].id, plan.repeats);
   for (const CompareCell& cell : plan.cells) table.rows.push_back(make_row(out, plan, cell, first));
-  const Reference reference(out, plan, methods);
-  const ErrorQuantity& quantity = error_quantity(plan.error);
-  const Convergence convergence = reference.convergence(quantity);
+  const detail::Reference reference(out, plan, methods);
+  const detail::ErrorQuantity& quantity = detail::error_quantity(plan.error);
+  const detail::Convergence convergence = reference.convergence(quantity);
   table.error_unit = quantity.unit;
   table.error_meaning = quantity.meaning;
   table.reference = convergence.sentence;

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
-// Stability: largest stable steps of the integrators, and whole scenes at the limits.
+// Stability: largest stable steps of the integrators, and how whole scenes end.
 #pragma once
 
 #include <selvedge/core/solver/integrator.h>
+#include <selvedge/scene/methods.h>
 #include <selvedge/scene/scene.h>
 
 #include <filesystem>
@@ -95,21 +96,20 @@ StabilityMap map_stability(const std::string& integrator, const Scene& scene,
 /// Draws the maps into one SVG picture.
 std::string draw_maps(const std::vector<StabilityMap>& maps);
 
-// -- extreme cases --------------------------------------------------------------------------------
+// -- scenes at the limits -------------------------------------------------------------------------
 
-/// Outcome of an extreme case. A NaN in the output, a hang, an unreported passage of cloth through
-/// a surface, or a wrong number counts as `failed`.
+/// How a scene ends.
 enum class Answer {
-  correct,   ///< the note gives the number that shows it
-  refused,   ///< the note gives the reason
+  correct,   ///< finished, without a crossing, and within its limits
+  refused,   ///< the scene is rejected, or the run stopped; the note gives the reason
   degraded,  ///< the run finished and reports the limits that it could not keep
-  failed
+  failed     ///< a NaN, a crash, a hang, or a crossing that the run does not report
 };
 /// "correct", "refused", "degraded", "FAILED".
 const char* to_string(Answer answer);
 
-/// The worst numbers of all runs of a case.
-struct ExtremeMeasures {
+/// The worst numbers of a scene.
+struct SceneMeasures {
   double max_stretch = 0.0;
   std::size_t crossings = 0;  ///< intersections in the worst frame, and collisions on paths
   double worst_speed = 0.0;   ///< m/s
@@ -120,45 +120,43 @@ struct ExtremeMeasures {
   std::map<std::string, double> given;
 };
 
-/// A method with its default options that every scene of the extreme cases takes instead of its
-/// own.
-struct ExtremeMethod {
+/// A method with its default options that every scene takes instead of its own.
+struct TriedMethod {
   std::string key;   ///< "contact.response", "solver.integrator" or "solver.strain_limiter"
   std::string name;  ///< "": every scene keeps its own
 };
 
-struct ExtremeResult {
-  std::string name;    ///< of the case
+struct SettledScene {
+  std::string name;    ///< of the file, without its ending
   std::string method;  ///< that every scene took; "" if each kept its own
   Answer answer = Answer::failed;
-  std::optional<Answer> expected;           ///< only if each scene kept its own methods
-  std::string note;                         ///< the number, the reason or the flag
-  std::optional<ExtremeMeasures> measures;  ///< nullopt: the process ended without a result
-  double wall_s = 0.0;                      ///< s
-
-  bool is_as_expected() const { return !expected || *expected == answer; }
+  std::string note;                       ///< a number, the reason or the flag
+  std::optional<SceneMeasures> measures;  ///< nullopt: the process ended without a result
+  double wall_s = 0.0;                    ///< s
 };
 
-struct ExtremeCasesConfig {
-  std::filesystem::path folder;    ///< of the scenes: data/extreme
-  std::vector<std::string> cases;  ///< names of cases, or how they begin; empty: all
-  ExtremeMethod method;
+struct SettleConfig {
+  std::filesystem::path folder;
+  std::vector<std::string> scenes;  ///< names, or how they begin; empty: all
+  TriedMethod method;
   std::filesystem::path out;  ///< each run writes its frames into a subfolder; "": no output
   int threads = 0;            ///< 0: no limit
-  double wall_limit = 120.0;  ///< s; a case that takes longer has failed
+  double wall_limit = 120.0;  ///< s; a scene that takes longer has failed
 };
 
-/// The cases whose names begin with one of `beginnings`, by name; all if it is empty. Throws
-/// std::invalid_argument for a beginning without a case.
-std::vector<std::string> extreme_case_names(const std::vector<std::string>& beginnings = {});
+/// The scenes of a folder by name: its files *.json but *.schema.json, whose names begin with one
+/// of `beginnings`, or all. Throws std::invalid_argument for a folder without scenes, and for a
+/// beginning without a scene.
+std::vector<std::string> scenes_in(const std::filesystem::path& folder,
+                                   const std::vector<std::string>& beginnings = {});
 
-/// Runs the extreme cases: scenes of data/extreme with an expected answer. The exact check, which
-/// shares no code with the simulator, examines every frame and every path between two accepted
-/// states. Each case runs in a copy of this process (fork), so that a crash or a hang is a result;
-/// call it from a process with one thread. Calls `report`, which may be empty, after each case.
-/// Throws std::invalid_argument if the folder is not that of the extreme cases, and for a beginning
-/// without a case.
-std::vector<ExtremeResult> run_extreme_cases(
-    const ExtremeCasesConfig& config, const std::function<void(const ExtremeResult&)>& report = {});
+/// Runs the scenes of a folder and settles how each ends. The exact check, which shares no code
+/// with the simulator, examines every frame and every path between two accepted states. Each scene
+/// runs in a copy of this process (fork), so that a crash or a hang is a result; call it from a
+/// process with one thread. Calls `report`, which may be empty, after each scene. Throws as
+/// scenes_in.
+std::vector<SettledScene> settle_scenes(
+    const SettleConfig& config, const Methods& methods,
+    const std::function<void(const SettledScene&)>& report = {});
 
 }  // namespace selvedge

@@ -45,6 +45,8 @@ void EdgeTriangleTest::find_self(const SurfaceView& a, std::vector<EdgeTriangleP
 void EdgeTriangleTest::find_candidates(const SurfaceView& a, const SurfaceView& b) {
   from_.clear();
   to_.clear();
+  from_.reserve(a.edges.size());
+  to_.reserve(a.edges.size());
   for (const Edge& edge : a.edges) {
     from_.push_back(a.x_t0[edge[0]]);
     to_.push_back(a.x_t0[edge[1]]);
@@ -83,6 +85,7 @@ void EdgeTriangleTest::decide(const SurfaceView& b, std::vector<EdgeTrianglePair
     ++found;
   }
   std::inplace_merge(out.begin(), out.begin() + sure, out.end());
+  for (auto* ends : {&from_, &to_}) *ends = std::vector<Vec3>();
 }
 
 TrianglesOfEdges::TrianglesOfEdges(std::span<const Edge> edges,

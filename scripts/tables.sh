@@ -297,11 +297,11 @@ done
 exit "$status"
 )
 
-# tables.sh extreme [--responses | --integrators | --limiters] [OPTION OF selvedge stability]...: runs all extreme cases
-# (data/extreme) and writes docs/lab/tables/extreme_cases.csv. With one of the families it runs every case with several
-# methods of it and writes the cases on which they differ, one column for each, to docs/lab/tables/extreme_responses.csv,
-# extreme_integrators.csv or extreme_limiters.csv. SELVEDGE names the program (default: build/release/apps/selvedge). The
-# table includes failed cases; the script then exits with 1.
+# tables.sh extreme [--responses | --integrators | --limiters] [OPTION OF selvedge stability]...: runs the scenes of
+# data/extreme and writes how each ends, without the answers that the tests know, to docs/lab/tables/extreme_cases.csv.
+# With one of the families it runs every scene with several methods of it and writes the scenes on which they differ, one
+# column for each, to docs/lab/tables/extreme_responses.csv, extreme_integrators.csv or extreme_limiters.csv. SELVEDGE
+# names the program (default: build/release/apps/selvedge). The table includes failed scenes; the script then exits with 1.
 table_extreme() (
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 program=${SELVEDGE:-build/release/apps/selvedge}

@@ -14,13 +14,13 @@ namespace {
 using Status = PlanItem::Status;
 
 /// Bounding box of a body at one time.
-SweptBox body_box(const Body& body, double time) {
+detail::SweptBox body_box(const Body& body, double time) {
   std::vector<Vec3> x(body.vertex_count());
   body.positions(time, x);
-  return swept_box(x, x);
+  return detail::swept_box(x, x);
 }
 
-double gap(const SweptBox& a, const SweptBox& b) {
+double gap(const detail::SweptBox& a, const detail::SweptBox& b) {
   const Vec3 apart = (a.low - b.high).cwiseMax(b.low - a.high).cwiseMax(0.0);
   return apart.norm();
 }
@@ -107,7 +107,8 @@ class ScenePlan {
   void add_self() {
     const char* part = "cloth with itself";
     if (!scene_.contact.self) return add(part, Status::never, "contact.self is off");
-    if (!searches_self(scene_)) return add(part, Status::never, "contact.pairs excludes all of it");
+    if (!detail::searches_self(scene_))
+      return add(part, Status::never, "contact.pairs excludes all of it");
     if (const std::string why = unproved(); !why.empty())
       return add(part, Status::runs, "no proofs: " + why);
     for (std::size_t p = 0; p + 1 < built_.piece_begin.size(); ++p)
@@ -125,8 +126,8 @@ class ScenePlan {
     for (const Triangle& t : built_.cloth.surface.triangles)
       if (t[0] >= begin && t[0] < end)
         triangles.push_back({t[0] - begin, t[1] - begin, t[2] - begin});
-    const SheetProof proof(std::span(built_.cloth.surface.vertices).subspan(begin, end - begin),
-                           triangles);
+    const detail::SheetProof proof(
+        std::span(built_.cloth.surface.vertices).subspan(begin, end - begin), triangles);
     if (!proof.applies()) return "is not flat and convex at its start";
     const double needed = 1.5 * scene_.contact.rest_gap;
     if (proof.nearest() <= needed)
@@ -138,7 +139,7 @@ class ScenePlan {
   void add_bodies() {
     if (built_.bodies.empty()) return add("bodies", Status::never, "there are none");
     const auto& x = built_.cloth.surface.vertices;
-    const SweptBox cloth = swept_box(x, x);
+    const detail::SweptBox cloth = detail::swept_box(x, x);
     const double end = scene_.time.frames / scene_.time.fps;
     for (std::size_t b = 0; b < built_.bodies.size(); ++b) {
       const Body& body = *built_.bodies[b];

@@ -178,7 +178,7 @@ std::set<std::int32_t> SeamMerging::colliding(const Simulation& simulation,
   const std::vector<Vec3> place = change.means(x);
   std::vector<Vec3> x_t1;
   for (const std::int32_t j : change.after) x_t1.push_back(place[j]);
-  return colliding_on_way({simulation, *scene_, x_t1, change.after});
+  return detail::colliding_on_way({simulation, *scene_, x_t1, change.after});
 }
 
 // Removes the pairs that collide if all of the list merge at once, and returns their number.

@@ -28,7 +28,7 @@ Simulation::Simulation(const Scene& scene, BuiltScene built, SimulationState sta
 Simulation::Simulation(const Scene& scene, BuiltScene built, SimulationState state,
                        const Methods& methods) {
   if (!mesh_change(scene).empty()) changes_ = std::make_unique<MeshChanges>(scene, built, methods);
-  if (changes_ && has_changes(state)) {
+  if (changes_ && detail::has_changes(state)) {
     changes_->refinement.repeat(state);
     parts_ = changes_->parts_at(changes_->refinement, std::move(state));
   } else {
@@ -78,7 +78,7 @@ std::span<const Vec3> Simulation::velocities() const { return parts_->state.v; }
 
 std::vector<StepContact> Simulation::contacts() const {
   if (!parts_->attempts.accepted) return {};
-  return step_contacts(*parts_->methods.response, parts_->outcome);
+  return detail::step_contacts(*parts_->methods.response, parts_->outcome);
 }
 
 std::map<std::string, double> Simulation::energies() const {

@@ -371,15 +371,11 @@ bool is_public_header(const std::string& file) {
          file.find("/detail/") == std::string::npos;
 }
 
-/// Where the private names of a room lie; `detail` for the others. "" where they still lie beside
-/// the public ones.
+/// Where the private names of a room lie; `detail` for the others.
 const std::map<std::string, std::string> kPrivateNames = {{"bodies", "assimp"},
-                                                          {"compare", ""},
                                                           {"judge", "judging"},
-                                                          {"judge/files", ""},
                                                           {"narrowphase", "narrowphase_detail"},
-                                                          {"pictures/renderer", "raster"},
-                                                          {"simulation", ""}};
+                                                          {"pictures/renderer", "raster"}};
 
 /// Public names lie in selvedge, private ones in selvedge::detail.
 Sentences misplaced_names(const std::string& file, const std::string& text) {
@@ -387,7 +383,7 @@ Sentences misplaced_names(const std::string& file, const std::string& text) {
   const bool is_private = file.find("/detail/") != std::string::npos;
   const auto other = kPrivateNames.find(room_of(file));
   const std::string own = other == kPrivateNames.end() ? "detail" : other->second;
-  bool has_private = own.empty();
+  bool has_private = false;
   static const std::string nested = "namespace selvedge::";
   for (const std::string& line : lines_of(text)) {
     has_private = has_private || line == "namespace detail {";

@@ -41,7 +41,7 @@ class Trial {
     inv_mass.assign(x_t0.size(), 0.0);
     for (std::size_t i = 0; i < stage.n(); ++i)
       if (!stage.held.contains(static_cast<std::int32_t>(i))) inv_mass[i] = 1.0 / stage.mass[i];
-    detection_ = std::make_unique<Detection>(scene_, built_, Methods{}, clock_);
+    detection_ = std::make_unique<detail::Detection>(scene_, built_, Methods{}, clock_);
     aim(1.0);
   }
 
@@ -140,8 +140,8 @@ class Trial {
   std::vector<Vec3> body_move_;
   Scene scene_;
   BuiltScene built_;
-  PhaseClock clock_;
-  std::unique_ptr<Detection> detection_;
+  detail::PhaseClock clock_;
+  std::unique_ptr<detail::Detection> detection_;
 };
 
 /// Disjoint triangles in the cells of a cube that fly through each other.

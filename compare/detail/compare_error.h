@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// Root mean square distance between the end positions, over the extent of `b`. If the triangles
 /// are the same, vertices correspond by index. Otherwise vertices of `a` are located on the start
@@ -92,4 +92,4 @@ class Reference {
 /// sticks.
 double slide(double gravity, double slope, double friction, double t);
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

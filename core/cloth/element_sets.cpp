@@ -43,6 +43,7 @@ void add_set(ClothMesh&, ElementSet<Element>& to, const ElementSet<Element>& fro
              detail::Renumbering& renumbering) {
   std::vector<std::int32_t>& indices = renumbering.indices<Element>();
   indices.reserve(from.size());
+  if (to.empty()) to.reserve(from.size());
   for (Element element : from)
     indices.push_back(element.remap(renumbering) ? put(to, std::move(element)) : -1);
 }
@@ -200,6 +201,10 @@ std::int32_t append(ClothMesh& all, const ClothMesh& piece) {
   std::iota(vertices.begin(), vertices.end(), first);
   add_elements(all, piece, vertices);
   const auto& x = piece.surface.vertices;
+  if (all.edges.empty()) {
+    all.surface.triangles.reserve(piece.surface.triangles.size());
+    all.edges.reserve(piece.edges.size());
+  }
   all.surface.vertices.insert(all.surface.vertices.end(), x.begin(), x.end());
   all.mass.insert(all.mass.end(), piece.mass.begin(), piece.mass.end());
   for (const Triangle& t : piece.surface.triangles)

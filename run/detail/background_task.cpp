@@ -9,10 +9,9 @@ namespace selvedge::detail {
 
 // Where the system has no thread left, the library defers the task as well.
 void BackgroundTask::start(std::function<void()> task) {
-  task_ = std::move(task);
   done_ = std::async(
       thread_count() > 1 ? std::launch::async | std::launch::deferred : std::launch::deferred,
-      [this] { task_(); });
+      std::move(task));
 }
 
 bool BackgroundTask::is_done() const {

@@ -21,11 +21,10 @@ class BackgroundTask {
   bool is_pending() const { return done_.valid(); }
   /// Whether nothing runs beside the calling thread any more. Requires a pending task.
   bool is_done() const;
-  /// Waits for the pending task and throws what it threw.
+  /// Waits for the pending task, frees it with all that it holds, and throws what it threw.
   void finish() { done_.get(); }
 
  private:
-  std::function<void()> task_;
   std::future<void> done_;  // its destructor waits for the task
 };
 

@@ -426,8 +426,8 @@ void Simulation::Parts::count_substitutes() {
     ++result.counters[fmt::format("substituted_{}_by_{}", scene.contact.response, other)];
 }
 
-std::vector<StepContact> step_contacts(const Response& response,
-                                       const detail::StepOutcome& outcome) {
+std::vector<StepContact> detail::step_contacts(const Response& response,
+                                               const detail::StepOutcome& outcome) {
   using Key = std::pair<std::array<std::int32_t, 4>, std::array<double, 4>>;
   std::vector<StepContact> contacts;
   std::map<Key, std::size_t> index;

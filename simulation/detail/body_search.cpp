@@ -5,7 +5,7 @@
 #include <limits>
 #include <numbers>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 /// Whether a detector accepts the matrix as a rotation, with some tolerance to spare.
@@ -185,4 +185,4 @@ void BodySearch::find_particle_contacts(const SurfaceView& cloth, double reach,
   }
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

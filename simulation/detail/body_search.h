@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// Start and end of a step in the time of the bodies' motions, s.
 struct StepTimes {
@@ -88,4 +88,4 @@ class BodySearch {
   std::vector<ParticleContact> found_contacts_;
 };
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

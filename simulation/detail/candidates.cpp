@@ -7,7 +7,7 @@
 #include <limits>
 #include <numbers>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 constexpr const char* kBroadPhaseKey = "contact.broad_phase";
@@ -219,4 +219,4 @@ void Candidates::prove_again() {
   search_self();
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

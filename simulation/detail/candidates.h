@@ -12,7 +12,7 @@
 #include <optional>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// The broad phase of a scene: candidate pairs of a motion, with a margin. They stay valid while
 /// every particle ends, per coordinate, within the margin of the box that encloses its start and
@@ -95,4 +95,4 @@ class Candidates {
   ExcludedSurfaces excluded_surfaces_;
 };
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 constexpr std::size_t kVertexGrain = 2048, kPairGrain = 2048;
@@ -106,4 +106,4 @@ const CandidatePairs& Certificates::open(bool self, const SurfaceView& a, const 
   return list.open;
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// Proofs that candidates of a step do not collide, whatever end its particles reach within the
 /// clearance of the pair (see find_proximities). Only the other candidates are tested for
@@ -48,4 +48,4 @@ class Certificates {
   List bodies_, self_;
 };
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

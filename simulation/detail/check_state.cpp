@@ -24,13 +24,13 @@ void Simulation::Parts::look_at_state() {
   detail::place_bodies(built, state.time, input.x_t0);
   methods.detection.set_motion(input.x_t0, input.x_t0,
                                detail::bodies_move(built, state.time, state.time),
-                               StepTimes{state.time, state.time});
+                               detail::StepTimes{state.time, state.time});
 }
 
-Crossings Simulation::Parts::crossings_now() {
+detail::Crossings Simulation::Parts::crossings_now() {
   look_at_state();
   const auto scope = clock.measure("verify");
-  Crossings found = methods.detection.find_crossings();
+  detail::Crossings found = methods.detection.find_crossings();
   uncrossed = scene.plan.proofs && found.empty();
   return found;
 }
@@ -42,7 +42,7 @@ Crossings Simulation::Parts::crossings_now() {
 // edges meet then, and a step is accepted only if a search that misses no pair and no collision
 // finds none. Needs the search of the cloth with itself, and no pair may be excluded.
 bool Simulation::Parts::steps_prove_uncrossed() const {
-  const SearchedMotion motion = methods.detection.searched();
+  const detail::SearchedMotion motion = methods.detection.searched();
   const bool excludes = motion.excluded_surfaces != nullptr ||
                         (motion.excluded != nullptr && !motion.excluded->empty());
   return motion.self && motion.finds_all_collisions && !excludes && !methods.untangling();
@@ -76,7 +76,7 @@ void Simulation::Parts::verify_frame() {
     methods.detection.note_uncrossed();
     return;
   }
-  const Crossings found = crossings_now();
+  const detail::Crossings found = crossings_now();
   const auto note_worst = [](int& worst, const TriangleMeetings& pairs) {
     worst = std::max(worst, static_cast<int>(pairs.crossings.size() + pairs.touches.size()));
   };
@@ -111,19 +111,20 @@ void Simulation::Parts::note_strain() {
 }
 
 std::vector<std::uint8_t> Simulation::Parts::flags() const {
-  return vertex_flags({built.cloth, state.x, outcome.near.points, state.pinches, state.tangles.list,
-                       methods.untangler && methods.untangler->report().given_up,
-                       detail::kStrainTolerance});
+  return detail::vertex_flags(
+      {built.cloth, state.x, outcome.near.points, state.pinches, state.tangles.list,
+       methods.untangler && methods.untangler->report().given_up, detail::kStrainTolerance});
 }
 
-std::string Simulation::Parts::enclosed_sentence(const Enclosed& found, const char* when) const {
+std::string Simulation::Parts::enclosed_sentence(const detail::Enclosed& found,
+                                                 const char* when) const {
   return methods.names.vertex(found.vertex) +
          " and all the cloth that is connected to it lie inside a " + "closed body, " +
          methods.names.owner(found.body_vertex) + ", " + when;
 }
 
 void Simulation::Parts::continue_untangling() {
-  Untangler& untangler = *methods.untangler;
+  detail::Untangler& untangler = *methods.untangler;
   untangler.finish(state.v);
   look_at_state();
   const auto scope = clock.measure("untangle");
@@ -131,7 +132,8 @@ void Simulation::Parts::continue_untangling() {
   state.tangles = untangler.tangles();
   // Cloth with no vertex outside a closed body may have been untangled into it.
   if (!untangler.active())
-    if (const auto found = find_enclosed(methods.detection.joint_surface(), input.x_t0, {})) {
+    if (const auto found =
+            detail::find_enclosed(methods.detection.joint_surface(), input.x_t0, {})) {
       result.clean = false;
       throw SimulationFailed(
           FailureKind::not_clean,
@@ -155,7 +157,7 @@ RunResult Simulation::Parts::present_result() const {
   r.ledger["balance"] = balance.figures();
   if (methods.strain.acts()) r.ledger["strain_limiter"] = methods.strain.figures();
   r.plan = methods.detection.plan_figures();
-  if (const IdleCount& count = methods.strain.idle_count(); count.asked > 0)
+  if (const detail::IdleCount& count = methods.strain.idle_count(); count.asked > 0)
     r.plan["strain_limit"] = {count.asked, count.idle, count.saved_s()};
   if (water) r.counters["dripped_kg"] = water->dripped();
   r.phase_s = clock.seconds();

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <array>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 // A slab of this share of the rest gap is as good as a wider one.
@@ -64,4 +64,4 @@ void SceneClearances::all(const Vec3& shift, std::vector<ContactPoint>& out) {
   append(cloth, true);
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -6,7 +6,7 @@
 
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// Answers the fail-safe for a scene: how far pairs are apart at the start of a step, and which
 /// pairs can meet.
@@ -28,4 +28,4 @@ class SceneClearances final : public Clearances {
   std::vector<Contact> found_;
 };
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 // Pairs that are proved not to collide are left out, unless the method raises false alarms, which
 // are part of its result.
@@ -35,4 +35,4 @@ void Collisions::find(const SearchContext& context, Candidates& candidates,
   for (const auto& [toi, c] : timed_) out.push_back(c);
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

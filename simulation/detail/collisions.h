@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// The narrow phase of a scene: decides which candidates collide during the step.
 class Collisions {
@@ -29,4 +29,4 @@ class Collisions {
   std::vector<std::pair<double, ContactPoint>> timed_;  // time of impact in [0, 1]
 };
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/simulation/detail/contact_filter.h>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 const double kBorder = 1e-9;
 
@@ -56,4 +56,4 @@ bool ContactFilter::is_true_edge_contact(const ContactPoint& c, std::span<const 
          !rises(std::span(c.vertex).last(2), q_b, d, kEdgeSlope, x);
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// A point with a barycentric weight this small is on the border of its primitive.
 extern const double kBorder;
@@ -42,4 +42,4 @@ class ContactFilter {
       around_;  // the other two vertices of a triangle, both ways
 };
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 // The linearised gap of a pair farther apart would stop cloth that in truth passes beside the other
 // primitive.
@@ -301,4 +301,4 @@ void Contacts::find_proximities(const SearchContext& context, Candidates& candid
   }
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// A pair farther apart than this many rest gaps at the start of a step is left to the collision
 /// test.
@@ -69,4 +69,4 @@ class Contacts {
   std::vector<ContactPoint> group_;  // contacts of one point, before they are thinned out
 };
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -5,7 +5,7 @@
 #include <array>
 #include <stdexcept>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 /// A way in which the cloth meets a body or itself.
@@ -122,4 +122,4 @@ std::vector<EdgeCrossing> CrossingSearch::find_edges() {
   return crossings;
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// Pairs of triangles that cross or touch in a state, as TriangleMeetings defines it.
 struct Crossings {
@@ -54,4 +54,4 @@ class CrossingSearch {
   std::vector<EdgeTrianglePair> found_;
 };
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/simulation/detail/detection.h>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 std::unique_ptr<NarrowPhase> make_narrow_phase(const Scene& scene, const Methods& methods) {
@@ -75,4 +75,4 @@ std::map<std::string, PlanFigures> Detection::plan_figures() const {
   return figures;
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// A motion and the candidates that a search for its collisions uses, for tests and for validation
 /// builds. Views; valid until Detection is used again.
@@ -110,4 +110,4 @@ class Detection final : public Clearances {
   SceneClearances clearances_;
 };
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

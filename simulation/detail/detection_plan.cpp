@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 /// Primitives that keep apart by this share of the least distance at the start do not collide; the
@@ -141,4 +141,4 @@ std::map<std::string, IdleCount> DetectionPlan::counts() const {
   return all;
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

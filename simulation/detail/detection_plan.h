@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// Proves that parts of the detection find nothing in a motion, so that leaving them out gives the
 /// same bits. Parts: "self_collision" (cloth with itself), "body_collision" (cloth with all
@@ -72,4 +72,4 @@ class DetectionPlan {
   IdleCount self_, bodies_, crossings_self_, crossings_bodies_;
 };
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

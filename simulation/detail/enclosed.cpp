@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 std::optional<Enclosed> find_enclosed(const JointSurface& surface, std::span<const Vec3> x,
                                       std::span<const EdgeCrossing> crossings) {
@@ -32,4 +32,4 @@ std::optional<Enclosed> find_enclosed(const JointSurface& surface, std::span<con
   return std::nullopt;
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

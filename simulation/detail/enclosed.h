@@ -7,7 +7,7 @@
 #include <optional>
 #include <span>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// Connected cloth that lies wholly inside a closed body; joint indices.
 struct Enclosed {
@@ -21,4 +21,4 @@ struct Enclosed {
 std::optional<Enclosed> find_enclosed(const JointSurface& surface, std::span<const Vec3> x,
                                       std::span<const EdgeCrossing> crossings);
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

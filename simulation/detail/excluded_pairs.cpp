@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 constexpr std::uint8_t kBothSides = 3;
@@ -78,4 +78,4 @@ std::vector<char> ExcludedPairs::triangles_of_side(int side) const {
   return in;
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// Pairs of primitives that the collision test ignores because their sheets are being untangled:
 /// one primitive lies in the first region of a tangle, the other in the second. A listed triangle
@@ -43,4 +43,4 @@ class ExcludedPairs {
   std::vector<Masks> masks_;  // one for each tangle
 };
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

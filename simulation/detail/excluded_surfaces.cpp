@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 /// Whether some piece can collide with one of the surfaces [begin, end).
@@ -62,4 +62,4 @@ void ExcludedSurfaces::drop(CandidatePairs& pairs, bool self) const {
   });
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

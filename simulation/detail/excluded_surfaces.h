@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// Pairs of surfaces that the scene excludes from detection, because it states that they cannot
 /// collide ("collide": false of "contact.pairs").
@@ -43,4 +43,4 @@ class ExcludedSurfaces {
 /// Whether any two pieces of cloth, or parts of one piece, can collide in a scene.
 bool searches_self(const Scene& scene);
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

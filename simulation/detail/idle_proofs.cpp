@@ -11,7 +11,7 @@
 #include <numbers>
 #include <numeric>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 /// A piece is flat if it deviates from a plane by less than this share of its size, and convex if
@@ -104,6 +104,7 @@ SheetProof::SheetProof(std::span<const Vec3> x, std::span<const Triangle> triang
   if (flat_.empty() || !is_convex()) return;
   nearest_ = nearest_link();
   far_ = kFarOverNear * nearest_;
+  inverse_.reserve(triangles_.size());
   for (const Triangle& t : triangles_) {
     Eigen::Matrix2d edges;
     edges << flat_[t[1]] - flat_[t[0]], flat_[t[2]] - flat_[t[0]];
@@ -111,8 +112,6 @@ SheetProof::SheetProof(std::span<const Vec3> x, std::span<const Triangle> triang
     steepest_ = std::max(steepest_, inverse_.back().norm());
   }
   make_patches();
-  start_.resize(triangles_.size());
-  change_.resize(triangles_.size());
 }
 
 /// Coordinates in the plane of the first triangle; empty if the piece is not flat.
@@ -182,6 +181,7 @@ void SheetProof::make_patches() {
 }
 
 void SheetProof::find_gradients(std::span<const Vec3> x_t0, std::span<const Vec3> x_t1) {
+  for (auto* gradients : {&start_, &change_}) gradients->resize(triangles_.size());
   parallel_for(triangles_.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Triangle& t = triangles_[i];
@@ -244,6 +244,7 @@ bool SheetProof::keeps_apart(std::span<const Vec3> x_t0, std::span<const Vec3> x
   if (was_enough && moved_little(x_t0, x_t1)) return true;
   find_gradients(x_t0, x_t1);
   const double spare = spare_room(distance);
+  for (auto* gradients : {&start_, &change_}) *gradients = std::vector<Gradient>();
   if (!(spare > 0.0)) return false;
   if (was_enough || distance >= proved_distance_) {
     proved_.assign(x_t0.begin(), x_t0.end());
@@ -287,4 +288,4 @@ bool keep_apart(const SweptBox& a, const SweptBox& b, double distance) {
   return ((a.low - b.high).array() > distance).any() || ((b.low - a.high).array() > distance).any();
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

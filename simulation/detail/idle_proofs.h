@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// Proves that no two primitives without a common vertex of a flat, convex piece of cloth come near
 /// each other while it moves, in time proportional to the number of triangles.
@@ -65,7 +65,7 @@ class SheetProof {
   std::vector<std::int32_t> all_;         // 0, 1, ...
   std::vector<Eigen::Vector2d> flat_;     // of the vertices, m
   std::vector<Eigen::Matrix2d> inverse_;  // of the edge matrices of the triangles
-  std::vector<Gradient> start_, change_;  // of this motion: at t = 0, and to t = 1
+  std::vector<Gradient> start_, change_;  // of a motion under test: at t = 0, and to t = 1
   std::vector<Patch> patches_;
   std::vector<Vec3> proved_;                    // positions that had room to spare, m
   double proved_distance_ = 0.0, spare_ = 0.0;  // m; and the unused part of the eigenvalue there
@@ -100,4 +100,4 @@ SweptBox swept_box(std::span<const Vec3> x_t0, std::span<const Vec3> x_t1);
 /// Whether they keep apart by more than `distance` along an axis.
 bool keep_apart(const SweptBox& a, const SweptBox& b, double distance);
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -6,7 +6,7 @@
 namespace selvedge {
 namespace {
 
-DueChange due_merges(const SeamMerging::Due& due) {
+detail::DueChange due_merges(const SeamMerging::Due& due) {
   return {.counter = "merged_pairs",
           .count = static_cast<double>(due.event.pairs.size()),
           .postponed = static_cast<double>(due.postponed),
@@ -15,7 +15,8 @@ DueChange due_merges(const SeamMerging::Due& due) {
 
 /// The state after a change. Integrators of several steps and friction start anew; pinches are
 /// found again in the next step.
-SimulationState state_after(const DueChange& due, SimulationState state, Refinement& refinement) {
+SimulationState state_after(const detail::DueChange& due, SimulationState state,
+                            detail::Refinement& refinement) {
   if (due.splits.empty())
     refinement.merge(due.merge, state);
   else
@@ -30,29 +31,30 @@ SimulationState state_after(const DueChange& due, SimulationState state, Refinem
 
 }  // namespace
 
-DueChange Simulation::MeshChanges::splits_or_merges(const Simulation& simulation) const {
+detail::DueChange Simulation::MeshChanges::splits_or_merges(const Simulation& simulation) const {
   if (refinement.merging().active()) return due_merges(refinement.merging().due(simulation));
   std::vector<SplitEvent> splits = refinement.due(simulation.state());
   const double count = splits.empty() ? 0.0 : 1.0;
   return {.counter = "refinements", .count = count, .splits = std::move(splits)};
 }
 
-DueChange Simulation::MeshChanges::joins(const Simulation& simulation) const {
-  Refinement::Joins joins = refinement.joins_due(simulation);
-  DueChange due{.counter = "joined_cells", .postponed = static_cast<double>(joins.postponed)};
+detail::DueChange Simulation::MeshChanges::joins(const Simulation& simulation) const {
+  detail::Refinement::Joins joins = refinement.joins_due(simulation);
+  detail::DueChange due{.counter = "joined_cells",
+                        .postponed = static_cast<double>(joins.postponed)};
   for (const SplitEvent& event : joins.events) due.count += static_cast<double>(event.cells.size());
   due.splits = std::move(joins.events);
   return due;
 }
 
-bool Simulation::MeshChanges::make(const DueChange& due, std::shared_ptr<Parts>& parts) {
+bool Simulation::MeshChanges::make(const detail::DueChange& due, std::shared_ptr<Parts>& parts) {
   const auto count = [&](RunResult& result, double done) {
     const double late = due.postponed + due.count - done;
     if (done > 0.0) result.counters[due.counter] += done;
     if (late > 0.0) result.counters[due.counter + "_postponed"] += late;
   };
   if (due.count > 0.0) {
-    Refinement changed = refinement;
+    detail::Refinement changed = refinement;
     SimulationState state = state_after(due, parts->state, changed);
     if (const auto next = parts_at(changed, std::move(state)); next->verifies_clean()) {
       RunResult before = parts->present_result();
@@ -68,11 +70,11 @@ bool Simulation::MeshChanges::make(const DueChange& due, std::shared_ptr<Parts>&
 }
 
 void Simulation::MeshChanges::repeat(const SimulationState& state, const BuiltScene& built) {
-  refinement = Refinement(scene, built, methods.patterns);
+  refinement = detail::Refinement(scene, built, methods.patterns);
   refinement.repeat(state);
 }
 
-std::shared_ptr<Simulation::Parts> Simulation::MeshChanges::parts_at(const Refinement& of,
+std::shared_ptr<Simulation::Parts> Simulation::MeshChanges::parts_at(const detail::Refinement& of,
                                                                      SimulationState state) const {
   auto parts = std::make_shared<Parts>(of.scene(), of.build(), methods);
   parts->continue_at(std::move(state));

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// Whether the mesh of a state is another one than at the start.
 inline bool has_changes(const SimulationState& state) {
@@ -23,25 +23,29 @@ struct DueChange {
   MergeEvent merge{};
 };
 
+}  // namespace selvedge::detail
+
+namespace selvedge {
+
 /// How the mesh of a simulation changes. Owns what it was made from.
 struct Simulation::MeshChanges {
   const Scene scene;
   const Methods methods;
-  Refinement refinement;  ///< of the present mesh
+  detail::Refinement refinement;  ///< of the present mesh
 
   MeshChanges(const Scene& s, const BuiltScene& built, const Methods& m)
       : scene(s), methods(m), refinement(scene, built, methods.patterns) {}
 
   /// The splits or merges that are due in the state of `simulation`, and the joins.
-  DueChange splits_or_merges(const Simulation& simulation) const;
-  DueChange joins(const Simulation& simulation) const;
+  detail::DueChange splits_or_merges(const Simulation& simulation) const;
+  detail::DueChange joins(const Simulation& simulation) const;
   /// Makes a change, and `parts` those of its mesh. Postpones all of it if its state has a
   /// crossing. Counts what it has done. Returns whether the mesh has changed.
-  bool make(const DueChange& due, std::shared_ptr<Parts>& parts);
+  bool make(const detail::DueChange& due, std::shared_ptr<Parts>& parts);
   /// Makes the changes that led to a state of the scene, which starts as `built`.
   void repeat(const SimulationState& state, const BuiltScene& built);
   /// Parts with the mesh of `of` that continue from a state.
-  std::shared_ptr<Parts> parts_at(const Refinement& of, SimulationState state) const;
+  std::shared_ptr<Parts> parts_at(const detail::Refinement& of, SimulationState state) const;
 };
 
 }  // namespace selvedge

@@ -6,7 +6,7 @@
 #include <map>
 #include <string>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// Wall seconds by phase of a run. A Scope adds its lifetime; scopes must not nest.
 class PhaseClock {
@@ -30,4 +30,4 @@ class PhaseClock {
   std::map<std::string, double> seconds_;
 };
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

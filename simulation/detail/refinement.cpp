@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 void refuse_what_needs_one_mesh(const Scene& scene, const BuiltScene& built,
@@ -176,4 +176,4 @@ BuiltScene Refinement::build() const {
   });
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// The parts of a scene whose mesh changes as it runs: pieces whose cells are split and joined
 /// ("refine"), and seams whose vertices merge ("merge"). A scene has one of the two.
@@ -78,4 +78,4 @@ class Refinement {
   SeamMerging merging_;
 };
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <span>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// The vertices that collide on the straight way to the surface of these cells, joint indices.
 std::set<std::int32_t> Refinement::colliding(const Simulation& simulation,
@@ -57,4 +57,4 @@ Refinement::Joins Refinement::joins_due(const Simulation& simulation) const {
   return joins;
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -2,7 +2,7 @@
 #include <selvedge/core/base/types.h>
 #include <selvedge/simulation/detail/scene_motion.h>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 SceneMotion::SceneMotion(const BuiltScene& built)
     : particles_(built.cloth.surface.vertices.size()),
@@ -39,4 +39,4 @@ JointSurface SceneMotion::joint_surface() const {
           cloth_triangles_, body_edges_,     body_triangles_};
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// The cloth and the bodies of a scene as two surfaces that move during one step. Positions are in
 /// the joint index space of ContactPoint: cloth particles first, then the vertices of all bodies.
@@ -52,4 +52,4 @@ class SceneMotion {
   bool bodies_move_ = true;
 };
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -5,7 +5,7 @@
 #include <selvedge/simulation/detail/phase_clock.h>
 #include <selvedge/simulation/detail/scene_motion.h>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// What all parts of the detection share: the motion, the proofs and the clock. Views.
 struct SearchContext {
@@ -16,4 +16,4 @@ struct SearchContext {
   bool self = true;       ///< the cloth is tested against itself
 };
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -30,7 +30,7 @@ namespace selvedge {
 struct Simulation::Parts {
   Scene scene;
   BuiltScene built;
-  PhaseClock clock;
+  detail::PhaseClock clock;
   detail::StepMethods methods;
   ForceLawRegistry force_laws;
   detail::TurningBodies turning;
@@ -59,8 +59,8 @@ struct Simulation::Parts {
   void start(const Methods& m);
   void refuse_bad_start();
   void refuse_unstable_start();
-  void refuse_enclosed_start(std::span<const EdgeCrossing> crossings);
-  std::vector<EdgeCrossing> start_untangling();
+  void refuse_enclosed_start(std::span<const detail::EdgeCrossing> crossings);
+  std::vector<detail::EdgeCrossing> start_untangling();
   void restore(SimulationState saved);
   void continue_at(SimulationState saved);
 
@@ -88,7 +88,7 @@ struct Simulation::Parts {
 
   // -- check_state.cpp ----------------------------------------------------------------------------
   void look_at_state();
-  Crossings crossings_now();
+  detail::Crossings crossings_now();
   bool steps_prove_uncrossed() const;
   bool bodies_are_in_place() const;
   void carry_proof();
@@ -99,14 +99,17 @@ struct Simulation::Parts {
   void note_strain();
   void note_memory();
   std::vector<std::uint8_t> flags() const;
-  std::string enclosed_sentence(const Enclosed& found, const char* when) const;
+  std::string enclosed_sentence(const detail::Enclosed& found, const char* when) const;
   void continue_untangling();
   RunResult present_result() const;
   void continue_from(RunResult earlier);
 };
 
-/// The contacts of an accepted attempt with their impulses; `response` is as it was left.
-std::vector<StepContact> step_contacts(const Response& response,
-                                       const detail::StepOutcome& outcome);
-
 }  // namespace selvedge
+
+namespace selvedge::detail {
+
+/// The contacts of an accepted attempt with their impulses; `response` is as it was left.
+std::vector<StepContact> step_contacts(const Response& response, const StepOutcome& outcome);
+
+}  // namespace selvedge::detail

@@ -59,7 +59,7 @@ void note_critical_step(const Scene& scene, const BuiltScene& built, const Metho
 namespace detail {
 
 StepMethods::StepMethods(const Scene& s, const BuiltScene& built, const Methods& methods,
-                         PhaseClock& phases)
+                         detail::PhaseClock& phases)
     : scene(s),
       detection(scene, built, methods, phases),
       strain(scene, built, methods.strain_limiters),
@@ -117,33 +117,34 @@ void Simulation::Parts::start(const Methods& m) {
 }
 
 void Simulation::Parts::refuse_bad_start() {
-  const Crossings found = crossings_now();
+  const detail::Crossings found = crossings_now();
   const ContactSpec& contact = scene.contact;
   if (!contact.untangle_start)
-    refuse_crossings(found, contact.self);
+    detail::refuse_crossings(found, contact.self);
   else if (contact.self)
-    refuse_folded(found, built.cloth.surface.triangles);
+    detail::refuse_folded(found, built.cloth.surface.triangles);
   refuse_enclosed_start(start_untangling());
   refuse_unstable_start();
 }
 
 // Cloth that starts outside of every closed body stays outside, because it would have to pass
 // through the surface.
-void Simulation::Parts::refuse_enclosed_start(std::span<const EdgeCrossing> crossings) {
+void Simulation::Parts::refuse_enclosed_start(std::span<const detail::EdgeCrossing> crossings) {
   const auto scope = clock.measure("verify");
-  if (const auto found = find_enclosed(methods.detection.joint_surface(), input.x_t0, crossings))
+  if (const auto found =
+          detail::find_enclosed(methods.detection.joint_surface(), input.x_t0, crossings))
     throw std::invalid_argument(enclosed_sentence(*found, "at the start") +
                                 "; move the cloth out of it or, if the body is a room, give its "
                                 "walls a thickness or leave a face of it out");
 }
 
 // The crossings of the start; none if the scene neither untangles nor carries jams on.
-std::vector<EdgeCrossing> Simulation::Parts::start_untangling() {
+std::vector<detail::EdgeCrossing> Simulation::Parts::start_untangling() {
   if (!scene.contact.untangle_start && !scene.contact.carry_tangled) return {};
   look_at_state();
-  std::vector<EdgeCrossing> crossings = methods.detection.find_edge_crossings();
-  methods.untangler =
-      std::make_unique<Untangler>(methods.detection.joint_surface(), UntangleConfig{});
+  std::vector<detail::EdgeCrossing> crossings = methods.detection.find_edge_crossings();
+  methods.untangler = std::make_unique<detail::Untangler>(methods.detection.joint_surface(),
+                                                          detail::UntangleConfig{});
   methods.untangler->start(input.x_t0, crossings);
   methods.detection.set_excluded(&methods.untangler->excluded());
   state.tangles = methods.untangler->tangles();

@@ -176,7 +176,7 @@ StepCounts limit_strain_beside(StepMethods& m, const StepInput& in,
               [&](std::span<Vec3> own) { return keep(in, own); }, m.clock)};
 }
 
-StepCounts find_collisions(StepMethods& m, const StepInput& in, StepEnds& ends) {
+StepCounts collide(StepMethods& m, const StepInput& in, StepEnds& ends) {
   const StepCounts counts{.candidate_rebuilds = m.detection.renew_candidates() ? 1 : 0};
   m.detection.find_collisions(ends.collisions);
   if constexpr (kValidatesSteps)
@@ -193,7 +193,7 @@ void finish_ends(StepMethods& m, const StepInput& in, Solution& s) {
       exchanged_by_response(response_step(m, in), *m.response, s.v, particles(in, s.ends.x_t1));
   s.counts += limit_strain(m, in, s.ends);
   if (m.strain.acts()) trace_stage(m, "strain limit", s.ends, s.v);
-  s.counts += find_collisions(m, in, s.ends);
+  s.counts += collide(m, in, s.ends);
 }
 
 void add_collisions_as_contacts(StepMethods& m, Solution& s) {
@@ -290,7 +290,7 @@ void part_collisions(StepMethods& m, const StepInput& in, const SolvedVelocities
       p.rejection = {.cause = m.fail_safe->failure_reason()};
       return;
     }
-    p.counts += find_collisions(m, in, ends);
+    p.counts += collide(m, in, ends);
   }
   p.fail_safe.add(exchanged_by_ends(step, before, own));
 }
@@ -318,7 +318,7 @@ Parting part(StepMethods& m, const StepInput& in, const SolvedVelocities& v, Ste
     if (!p.over_strain || round + 1 >= kStrainRounds || is_hopeless(m, in, own)) return p;
     p.counts += limit_strain_beside(m, in, parted, p.ends);
     trace_stage(m, "strain limit", p.ends, v);
-    p.counts += find_collisions(m, in, p.ends);
+    p.counts += collide(m, in, p.ends);
   }
 }
 

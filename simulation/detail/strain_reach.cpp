@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 /// Roundings of a strain, in units of the last place of its coordinates: differences, norm,
@@ -64,4 +64,4 @@ bool StrainReach::keeps_limits(std::span<const Vec3> x, LimitedStrain limits) {
   return proved;
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

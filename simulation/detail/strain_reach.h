@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// Proves that springs are within their limits without visiting them: since the last measure, the
 /// length of a spring can have changed at most by the relative displacement of its ends.
@@ -46,4 +46,4 @@ class StrainReach {
   IdleCount count_;
 };
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <array>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// A point q on a border of a primitive, and the way from it to the other primitive.
 struct SurfaceUnion::Meeting {
@@ -98,4 +98,4 @@ bool SurfaceUnion::is_true_contact(ContactPoint& c, std::span<const Vec3> x,
   return !verdict.is_wall;
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

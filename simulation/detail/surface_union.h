@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// Removes contacts with walls that the geometry does not have. Where two faces without a common
 /// vertex lie against each other - two boxes side by side, a mesh in patches, a vertex on the edge
@@ -55,4 +55,4 @@ class SurfaceUnion {
   TriangleTree tree_;
 };
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

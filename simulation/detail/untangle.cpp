@@ -6,7 +6,7 @@
 #include <queue>
 #include <utility>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 // Such triangles meet beyond their edge only if one is folded onto the other, which no motion of
@@ -318,4 +318,4 @@ int Untangler::count_pairs(std::span<const EdgeCrossing> crossings, int& elsewhe
   return static_cast<int>(pairs.size());
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

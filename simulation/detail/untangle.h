@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 struct UntangleConfig {
   /// Largest speed at which two sheets move through each other, m/s. A larger one is faster but
@@ -151,4 +151,4 @@ class Untangler {
   double speed_ = 0.0;      // m/s, of this step
 };
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <utility>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 // The ways: each point of the contour for itself or all alike, across both sheets or along the
@@ -323,4 +323,4 @@ void Untangler::finish(std::span<Vec3> v) {
   }
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 void unite_sorted(std::vector<std::int32_t>& all, std::vector<std::int32_t> more) {
@@ -125,4 +125,4 @@ bool Untangler::is_pinched(const Contour& contour) const {
   });
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

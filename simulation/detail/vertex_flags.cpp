@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 // Cosine below which two pushes come from opposite sides: more than 120 degrees apart.
@@ -63,4 +63,4 @@ std::vector<std::uint8_t> vertex_flags(const FlagSources& sources) {
   return flags;
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

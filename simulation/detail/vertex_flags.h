@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// Input of vertex_flags; views.
 struct FlagSources {
@@ -26,4 +26,4 @@ struct FlagSources {
 /// The flag of each cloth vertex, as bits of VertexFlag.
 std::vector<std::uint8_t> vertex_flags(const FlagSources& sources);
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

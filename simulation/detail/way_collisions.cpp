@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 /// The vertices of the two primitives of a collision.
@@ -96,4 +96,4 @@ class WaySearch {
 
 std::set<std::int32_t> colliding_on_way(const ClothWay& way) { return WaySearch(way).run(); }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

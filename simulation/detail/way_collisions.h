@@ -8,7 +8,7 @@
 #include <set>
 #include <span>
 
-namespace selvedge {
+namespace selvedge::detail {
 
 /// Straight paths of the cloth vertices from where they are to where a change of the mesh puts
 /// them.
@@ -26,4 +26,4 @@ struct ClothWay {
 /// ("contact.self", "collide" of "contact.pairs") do not count.
 std::set<std::int32_t> colliding_on_way(const ClothWay& way);
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

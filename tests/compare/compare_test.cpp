@@ -118,21 +118,21 @@ TEST(CompareNumbers, QuartilesAreThoseOfTheSortedValues) {
 TEST(CompareNumbers, RichardsonFindsTheOrderAndWhatIsLeft) {
   // Errors 16 e, 4 e, e of a method of second order.
   const double e = 1e-5;
-  const Convergence c = judge_convergence({12.0 * e}, {3.0 * e}, "m");
+  const detail::Convergence c = detail::judge_convergence({12.0 * e}, {3.0 * e}, "m");
   EXPECT_TRUE(c.converges);
   EXPECT_NEAR(c.order, 2.0, 1e-12);
   EXPECT_NEAR(c.uncertainty, e, 1e-12);
 }
 
 TEST(CompareNumbers, AReferenceThatDoesNotConvergeIsNoBetterThanItsDifferences) {
-  const Convergence c = judge_convergence({1e-3}, {2e-3}, "m");
+  const detail::Convergence c = detail::judge_convergence({1e-3}, {2e-3}, "m");
   EXPECT_FALSE(c.converges);
   EXPECT_EQ(c.uncertainty, 2e-3);
   EXPECT_SAYS(c.sentence, "does NOT converge");
 }
 
 TEST(CompareNumbers, RefinementsWithinTheScatterAreAsGoodAsTheScatter) {
-  const Convergence c = judge_convergence({1e-3, 1e-4}, {2e-3, 3e-3}, "m");
+  const detail::Convergence c = detail::judge_convergence({1e-3, 1e-4}, {2e-3, 3e-3}, "m");
   EXPECT_TRUE(c.converges);
   EXPECT_EQ(c.uncertainty, 3e-3);
   EXPECT_SAYS(c.sentence, "scatter, 0.003 m");
@@ -158,9 +158,9 @@ ClothEnds bent_sheet(int n) {
 
 TEST(CompareNumbers, MeshesOfOneSurfaceDifferByNoMoreThanTheirOwnCells) {
   const ClothEnds coarse = bent_sheet(7), fine = bent_sheet(40);
-  EXPECT_LT(distance(coarse, fine), 1e-4);
-  EXPECT_GT(distance(fine, coarse), 1e-5);  // flat cells of the coarse one cut the bend
-  EXPECT_EQ(distance(fine, fine), 0.0);
+  EXPECT_LT(detail::distance(coarse, fine), 1e-4);
+  EXPECT_GT(detail::distance(fine, coarse), 1e-5);  // flat cells of the coarse one cut the bend
+  EXPECT_EQ(detail::distance(fine, fine), 0.0);
 }
 
 /// Largest distance of a vertex of either cloth to the triangles of the other.
@@ -184,8 +184,9 @@ TEST(CompareNumbers, TheHausdorffDistanceIsThatOfAllPairsNearAndFar) {
     ClothEnds moved = bent_sheet(17);
     for (Vec3& x : moved.end) x += far * Vec3(0.6, 0.3 * x.y(), 0.8);
     const double exact = hausdorff_by_all_pairs(moved, still);
-    EXPECT_NEAR(hausdorff_distance(moved, still) * still.extent(), exact, 1e-12 * exact) << far;
-    EXPECT_EQ(hausdorff_distance(moved, still), hausdorff_distance(still, moved));
+    EXPECT_NEAR(detail::hausdorff_distance(moved, still) * still.extent(), exact, 1e-12 * exact)
+        << far;
+    EXPECT_EQ(detail::hausdorff_distance(moved, still), detail::hausdorff_distance(still, moved));
   }
 }
 
@@ -193,38 +194,38 @@ TEST(CompareNumbers, TheHausdorffDistanceSeesASpikeAndNoSlidingAlongTheSurface) 
   const ClothEnds still = bent_sheet(20);
   ClothEnds spike = still;
   spike.end[210].z() += 0.2;
-  EXPECT_GT(hausdorff_distance(spike, still) * still.extent(), 0.15);
-  EXPECT_LT(distance(spike, still) * still.extent(), 0.01);
+  EXPECT_GT(detail::hausdorff_distance(spike, still) * still.extent(), 0.15);
+  EXPECT_LT(detail::distance(spike, still) * still.extent(), 0.01);
   ClothEnds turned = still;  // the same surface, with other particles everywhere
   std::reverse(turned.end.begin(), turned.end.end());
   for (Triangle& t : turned.triangles)
     for (std::int32_t& v : t) v = static_cast<std::int32_t>(turned.end.size()) - 1 - v;
-  EXPECT_EQ(hausdorff_distance(turned, still), 0.0);
+  EXPECT_EQ(detail::hausdorff_distance(turned, still), 0.0);
 }
 
 TEST(CompareNumbers, MeansOfSeedsHaveStudentsInterval) {
   const auto cell = [](std::vector<double> strains) {
-    CellEnd end;
+    detail::CellEnd end;
     for (const double strain : strains) {
       end.results.emplace_back();
       end.results.back().measures["strain_rms"] = strain;
     }
     return end;
   };
-  const ErrorQuantity& strain = error_quantity("strain");
+  const detail::ErrorQuantity& strain = detail::error_quantity("strain");
   // 1, 2, 3: deviation 1, of the mean 1/√3; Student's t of 2 degrees of freedom is 2.920.
   const auto d = difference(strain, cell({1, 2, 3}), cell({5, 5}));
   ASSERT_TRUE(d);
   EXPECT_NEAR(d->value, 3.0, 1e-15);
   EXPECT_NEAR(d->half, 2.920 / std::sqrt(3.0), 1e-12);
   EXPECT_EQ(difference(strain, cell({1}), cell({4}))->half, 0.0);
-  EXPECT_FALSE(difference(error_quantity("drape"), cell({1}), cell({1})));
+  EXPECT_FALSE(difference(detail::error_quantity("drape"), cell({1}), cell({1})));
 }
 
 TEST(CompareNumbers, ClothSlidesByTheAccelerationThatFrictionLeavesOrSticks) {
   const double slope = std::atan(0.75);  // sin 0.6, cos 0.8
-  EXPECT_NEAR(slide(10.0, slope, 0.5, 2.0), 0.5 * 10.0 * (0.6 - 0.5 * 0.8) * 4.0, 1e-12);
-  EXPECT_EQ(slide(10.0, slope, 0.8, 2.0), 0.0);
+  EXPECT_NEAR(detail::slide(10.0, slope, 0.5, 2.0), 0.5 * 10.0 * (0.6 - 0.5 * 0.8) * 4.0, 1e-12);
+  EXPECT_EQ(detail::slide(10.0, slope, 0.8, 2.0), 0.0);
 }
 
 // -- cells ----------------------------------------------------------------------------------------

@@ -1,35 +1,47 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/compare/detail/extreme_cases.h>
+#include "extreme_cases.h"
 
 #include <gtest/gtest.h>
+
+#include <iostream>
 
 namespace selvedge::extreme_test {
 namespace {
 
-std::vector<ExtremeCase> quick_cases() {
-  std::vector<ExtremeCase> quick;
-  for (ExtremeCase& one : extreme_cases())
-    if (one.quick) quick.push_back(std::move(one));
-  return quick;
+std::vector<ExtremeCase> cases(bool quick) {
+  std::vector<ExtremeCase> some;
+  for (const auto& half : {number_cases(), contact_cases()})
+    for (const ExtremeCase& one : half)
+      if (one.quick == quick) some.push_back(one);
+  return some;
+}
+
+/// Prints how the case ends, and its figure.
+void expect_best(const ExtremeCase& one) {
+  Trial trial({.data = SELVEDGE_SOURCE_DIR "/data/extreme", .method = {}, .out = {}});
+  const CaseResult result = one.run(trial);
+  std::cout << one.name << ": " << to_string(result.answer) << ", " << result.note << '\n';
+  EXPECT_STREQ(to_string(result.answer), to_string(one.best)) << result.note;
 }
 
 class Extreme : public ::testing::TestWithParam<ExtremeCase> {};
+TEST_P(Extreme, EndsAsItShould) { expect_best(GetParam()); }
 
-TEST_P(Extreme, EndsAsItShould) {
-  Trial trial({.data = SELVEDGE_SOURCE_DIR "/data/extreme", .method = {}, .out = {}});
-  const CaseResult result = GetParam().run(trial);
-  EXPECT_STREQ(to_string(result.answer), to_string(GetParam().best)) << result.note;
-}
+class LongExtreme : public ::testing::TestWithParam<ExtremeCase> {};
+TEST_P(LongExtreme, EndsAsItShould) { expect_best(GetParam()); }
 
-INSTANTIATE_TEST_SUITE_P(Cases, Extreme, ::testing::ValuesIn(quick_cases()), [](const auto& info) {
+std::string name_of(const ::testing::TestParamInfo<ExtremeCase>& info) {
   std::string name = info.param.name;
   for (char& c : name)
     if (c == '.') c = '_';
   return name;
-});
+}
+
+INSTANTIATE_TEST_SUITE_P(Cases, Extreme, ::testing::ValuesIn(cases(true)), name_of);
+INSTANTIATE_TEST_SUITE_P(Cases, LongExtreme, ::testing::ValuesIn(cases(false)), name_of);
 
 TEST(ExtremeProcess, AnAnswerThatIsNoneCountsAsSentByNobody) {
-  const auto sent = read_case_result(R"({"answer": 2, "note": "a"})");
+  const auto sent = detail::read_case_result(R"({"answer": 2, "note": "a"})");
   ASSERT_TRUE(sent);
   EXPECT_EQ(sent->answer, Answer::degraded);
   EXPECT_EQ(sent->note, "a");
@@ -39,7 +51,7 @@ TEST(ExtremeProcess, AnAnswerThatIsNoneCountsAsSentByNobody) {
         R"({"answer": 1.5, "note": "a"})", R"({"answer": 1, "note": 3})",
         R"({"answer": 1, "note": "a", "measures": {"max_stretch": 0, "crossings": -1,
             "worst_speed": 0, "energy_ratio": 1, "given": {}}})"})
-    EXPECT_FALSE(read_case_result(text)) << text;
+    EXPECT_FALSE(detail::read_case_result(text)) << text;
 }
 
 }  // namespace

@@ -112,13 +112,13 @@ TEST(BodySearch, FindsTheContactsOfAllBodiesAsOneSurfaceWithEveryDetector) {
     const BroadPhaseTraits traits = make()->traits();
     if (traits.guarantee == Guarantee::approximate || traits.closed_body_only) continue;
     Stage stage;
-    BodySearch search(stage.bodies, stage.sheet.size(), make);
+    detail::BodySearch search(stage.bodies, stage.sheet.size(), make);
     CandidatePairs found, all;
     std::size_t hits = 0;
     for (int step = 0; step < 10; ++step) {
       const double t0 = 0.15 * step, t1 = t0 + 0.15;
       stage.go(t0, t1);
-      search.set_motion(stage.x_t0, stage.x_t1, true, StepTimes{t0, t1});
+      search.set_motion(stage.x_t0, stage.x_t1, true, detail::StepTimes{t0, t1});
       search.find_pairs(stage.cloth(), 0.02, stage.thickness, found);
       SurfaceView cloth = stage.cloth();
       cloth.thickness = 0.02;
@@ -136,19 +136,20 @@ TEST(BodySearch, FindsTheContactsOfAllBodiesAsOneSurfaceWithEveryDetector) {
 
 TEST(BodySearch, LargeRigidBodiesAreAGroupOfTheirOwn) {
   const Stage stage;
-  const BodySearch trees(stage.bodies, stage.sheet.size(), [] { return make_bvh_aabb(); });
+  const detail::BodySearch trees(stage.bodies, stage.sheet.size(), [] { return make_bvh_aabb(); });
   EXPECT_EQ(trees.groups(), 3u);  // the resting, the large one, the others
   EXPECT_EQ(trees.rigid_groups(), 1u);
-  const BodySearch grids(stage.bodies, stage.sheet.size(), [] { return make_uniform_grid(); });
+  const detail::BodySearch grids(stage.bodies, stage.sheet.size(),
+                                 [] { return make_uniform_grid(); });
   EXPECT_EQ(grids.groups(), 2u);
   EXPECT_EQ(grids.rigid_groups(), 0u);
-  const BodySearch large_cloth(stage.bodies, 100000, [] { return make_bvh_aabb(); });
+  const detail::BodySearch large_cloth(stage.bodies, 100000, [] { return make_bvh_aabb(); });
   EXPECT_EQ(large_cloth.rigid_groups(), 0u);
 }
 
 TEST(BodySearch, WithoutTimesAnyBodyMayHaveMoved) {
   Stage stage;
-  BodySearch search(stage.bodies, stage.sheet.size(), [] { return make_bvh_aabb(); });
+  detail::BodySearch search(stage.bodies, stage.sheet.size(), [] { return make_bvh_aabb(); });
   CandidatePairs found, all;
   stage.go(0.0, 0.1);
   for (int step = 0; step < 3; ++step) {
@@ -164,7 +165,7 @@ TEST(BodySearch, WithoutTimesAnyBodyMayHaveMoved) {
 
 TEST(BodySearch, ASceneWithoutBodiesHasNoPairs) {
   const Stage stage;
-  BodySearch search({}, stage.sheet.size(), [] { return make_bvh_aabb(); });
+  detail::BodySearch search({}, stage.sheet.size(), [] { return make_bvh_aabb(); });
   CandidatePairs found;
   found.edge_edge.push_back({1, 2});
   search.set_motion({}, {}, false, {});

@@ -109,15 +109,15 @@ class Stage {
                      body("deforming", sheet(4, 2.0 * kSize))};
     built_ = std::make_unique<BuiltScene>(build_scene(scene_));
     place_bodies();
-    detection_ = std::make_unique<Detection>(scene_, *built_, Methods{}, clock_);
+    detection_ = std::make_unique<detail::Detection>(scene_, *built_, Methods{}, clock_);
     pairs_ = std::make_unique<ContactPairs>(scene_);
     x_t0_.resize(n() + detection_->body_vertices());
     x_t1_.resize(x_t0_.size());
   }
 
   std::size_t n() const { return built_->cloth.surface.vertices.size(); }
-  Detection& detection() { return *detection_; }
-  SearchedMotion motion() const { return detection_->searched(); }
+  detail::Detection& detection() { return *detection_; }
+  detail::SearchedMotion motion() const { return detection_->searched(); }
   std::vector<Vec3>& x_t0() { return x_t0_; }
   std::vector<Vec3>& x_t1() { return x_t1_; }
   double uniform(double low, double high) {
@@ -129,7 +129,7 @@ class Stage {
   void begin(int step, Target target, double gap, double roughness,
              const Vec3& way = Vec3::Zero()) {
     target_ = target;
-    const StepTimes times{0.1 * step, 0.1 * (step + 1)};
+    const detail::StepTimes times{0.1 * step, 0.1 * (step + 1)};
     std::size_t first = n();
     for (const auto& b : built_->bodies) {
       b->positions(times.t0, std::span(x_t0_).subspan(first, b->vertex_count()));
@@ -262,16 +262,16 @@ class Stage {
   bool drifts_ = true;
   Scene scene_;
   std::unique_ptr<BuiltScene> built_;
-  PhaseClock clock_;
-  std::unique_ptr<Detection> detection_;
+  detail::PhaseClock clock_;
+  std::unique_ptr<detail::Detection> detection_;
   std::unique_ptr<ContactPairs> pairs_;
   std::vector<Vec3> x_t0_, x_t1_;
 };
 
 /// Pairs nearer at the start than `reach` of their thickness, and not among the candidates.
-std::vector<ContactPoint> near_but_missed(const Stage& stage, const SearchedMotion& motion,
+std::vector<ContactPoint> near_but_missed(const Stage& stage, const detail::SearchedMotion& motion,
                                           double reach, std::size_t& near) {
-  SearchedMotion standing = motion;
+  detail::SearchedMotion standing = motion;
   standing.x_t1 = motion.x_t0;
   detail::StepValidator validator(make_brute_force());
   detail::FreshPairs pairs;
@@ -339,14 +339,14 @@ void try_motion(Stage& stage, int step, Target target, bool exclude, bool on_the
   if (on_the_way)
     for (int k = 0; k < 3; ++k) way[k] = stage.uniform(-4.0, 4.0) * kMargin;
   stage.begin(step, target, stage.uniform(0.0, most), step % 3 == 0 ? 0.0 : 0.1 * kMargin, way);
-  ExcludedPairs excluded;
+  detail::ExcludedPairs excluded;
   if (exclude) {
-    const JointSurface joint = stage.detection().joint_surface();
+    const detail::JointSurface joint = stage.detection().joint_surface();
     Tangle tangle;
     for (std::int32_t t = 0; t < 36; ++t) tangle.side[0].push_back(t);  // half of the first piece
     for (auto t = 72; t < static_cast<std::int32_t>(joint.triangles().size()); ++t)
       tangle.side[1].push_back(t);
-    excluded = ExcludedPairs(joint, std::span(&tangle, 1));
+    excluded = detail::ExcludedPairs(joint, std::span(&tangle, 1));
     stage.detection().set_excluded(&excluded);
     stage.detection().find_candidates();
   }
@@ -354,7 +354,7 @@ void try_motion(Stage& stage, int step, Target target, bool exclude, bool on_the
   EXPECT_TRUE(missed_near.empty()) << missed_near.size() << " near pairs are no candidates";
   detail::StepValidator brute(make_brute_force());
   detail::FreshPairs predicted;
-  SearchedMotion standing = stage.motion();
+  detail::SearchedMotion standing = stage.motion();
   standing.x_t1 = standing.x_t0;
   brute.find_pairs(standing, 0.25 * kMargin, predicted);
   std::vector<ContactPoint> near;
@@ -369,19 +369,19 @@ void try_motion(Stage& stage, int step, Target target, bool exclude, bool on_the
   ASSERT_TRUE(stage.detection().candidates_cover());
   std::vector<ContactPoint> found;
   stage.detection().find_collisions(found);
-  const SearchedMotion motion = stage.motion();
+  const detail::SearchedMotion motion = stage.motion();
   const auto all = brute.collisions(motion);
   EXPECT_EQ(keys(found), keys(all)) << found.size() << " found, " << all.size() << " there are";
   EXPECT_TRUE(brute.missed(motion).empty());
   EXPECT_TRUE(detail::StepValidator("bvh_aabb").missed(motion).empty());
   tally.collisions += all.size();
   // How many start farther apart than half of a margin.
-  SearchedMotion halved = motion;
+  detail::SearchedMotion halved = motion;
   halved.body_pairs = &predicted.body;
   halved.self_pairs = &predicted.self;
   tally.needed_margin += brute.missed(halved).size();
   if (!exclude) return;
-  SearchedMotion with_excluded = motion;
+  detail::SearchedMotion with_excluded = motion;
   with_excluded.excluded = nullptr;
   tally.excluded += brute.collisions(with_excluded).size() - all.size();
   stage.detection().set_excluded(nullptr);
@@ -470,7 +470,7 @@ TEST(Margins, WhatIsProvedIdleHasNothingNear) {
       Stage stage("bvh_aabb", Mat3::Identity(), false, static_cast<unsigned>(step));
       stage.set_drifts(false);  // boxes of two pieces overlap on a long way
       stage.begin(0, target, 0.15 * step * kMargin, 0.0);
-      const SearchedMotion motion = stage.motion();
+      const detail::SearchedMotion motion = stage.motion();
       (motion.self_pairs == nullptr && motion.body_pairs == nullptr ? idle : busy) += 1;
       EXPECT_TRUE(near_but_missed(stage, motion, kPointReach, near).empty()) << step;
       stage.go_to_the_edge();
@@ -497,7 +497,7 @@ class Scenery {
     scene_.cloths = {piece("cloth", std::move(cloth))};
     if (!obstacle.triangles.empty()) scene_.bodies = {body("body", std::move(obstacle))};
     built_ = std::make_unique<BuiltScene>(build_scene(scene_));
-    detection_ = std::make_unique<Detection>(scene_, *built_, Methods{}, clock_);
+    detection_ = std::make_unique<detail::Detection>(scene_, *built_, Methods{}, clock_);
     x_t0_ = built_->cloth.surface.vertices;
     n_ = x_t0_.size();
     x_t0_.resize(n_ + detection_->body_vertices());
@@ -514,15 +514,15 @@ class Scenery {
     detection_->find_proximities(out);
     return out;
   }
-  Detection& detection() { return *detection_; }
-  SearchedMotion motion() const { return detection_->searched(); }
+  detail::Detection& detection() { return *detection_; }
+  detail::SearchedMotion motion() const { return detection_->searched(); }
   std::vector<Vec3>& ends() { return x_t1_; }
 
  private:
   Scene scene_;
   std::unique_ptr<BuiltScene> built_;
-  PhaseClock clock_;
-  std::unique_ptr<Detection> detection_;
+  detail::PhaseClock clock_;
+  std::unique_ptr<detail::Detection> detection_;
   std::vector<Vec3> x_t0_, x_t1_;
   std::size_t n_ = 0;
 };
@@ -709,7 +709,7 @@ TEST(ContactFilter, SlopesBelowItsBoundsAreNoNearerNeighbours) {
   for (const double slope : {0.0, 0.8e-6, 1.2e-6, 0.1}) {
     const std::vector<Vec3> x = {{0, 0, 1}, {-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, slope}};
     const std::vector<Triangle> triangles = {{1, 2, 3}, {2, 1, 4}};
-    const ContactFilter filter(x.size(), triangles);
+    const detail::ContactFilter filter(x.size(), triangles);
     EXPECT_EQ(filter.is_true_point_contact(point_on_face({0.5, 0.5, 0.0}), x), slope < 1e-6)
         << slope;
   }
@@ -722,14 +722,15 @@ TEST(ContactFilter, SlopesBelowItsBoundsAreNoNearerNeighbours) {
     c.kind = ContactKind::edge_edge;
     c.vertex = {0, 1, 3, 4};
     c.weight = {0.5, 0.5, -0.5, -0.5};
-    EXPECT_EQ(ContactFilter(x.size(), triangles).is_true_edge_contact(c, x), slope < 0.1) << slope;
+    EXPECT_EQ(detail::ContactFilter(x.size(), triangles).is_true_edge_contact(c, x), slope < 0.1)
+        << slope;
   }
 }
 
 TEST(ContactFilter, AWeightBelowItsBoundIsOnTheBorder) {
   const std::vector<Vec3> x = {{0, 0, 1}, {-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0.1}};
   const std::vector<Triangle> triangles = {{1, 2, 3}, {2, 1, 4}};
-  const ContactFilter filter(x.size(), triangles);
+  const detail::ContactFilter filter(x.size(), triangles);
   for (const double weight : {0.0, 0.7e-9, 1.3e-9, 1e-3})
     EXPECT_EQ(filter.is_true_point_contact(point_on_face({0.5, 0.5 - weight, weight}), x),
               weight > 1e-9)

@@ -73,7 +73,7 @@ Nearness nearness(const TriangleMesh& mesh, const std::vector<Vec3>& x_t0,
 
 TEST(SheetProof, AFlatSheetKeepsApartByWhatItsTrianglesLeave) {
   const TriangleMesh mesh = sheet(8);
-  SheetProof proof(mesh.vertices, mesh.triangles);
+  detail::SheetProof proof(mesh.vertices, mesh.triangles);
   ASSERT_TRUE(proof.applies());
   EXPECT_NEAR(proof.nearest(), 0.125 / std::sqrt(2.0), 1e-12);
   EXPECT_NEAR(nearness(mesh, mesh.vertices, mesh.vertices).least, proof.nearest(), 1e-12);
@@ -83,7 +83,7 @@ TEST(SheetProof, AFlatSheetKeepsApartByWhatItsTrianglesLeave) {
 
 TEST(SheetProof, BendingIsProvedAndAClosingRollIsNot) {
   const TriangleMesh mesh = sheet(24);
-  SheetProof proof(mesh.vertices, mesh.triangles);
+  detail::SheetProof proof(mesh.vertices, mesh.triangles);
   for (const double turn : {0.1, 1.0, 2.0, 2.8}) {
     const auto x = bent(mesh, [&](const Vec3& p) { return rolled(p, turn); });
     EXPECT_TRUE(proof.keeps_apart(x, x, 0.1 * proof.nearest())) << turn;
@@ -96,7 +96,7 @@ TEST(SheetProof, BendingIsProvedAndAClosingRollIsNot) {
 
 TEST(SheetProof, ItDoesNotMatterHowTheSheetIsTurned) {
   const TriangleMesh mesh = sheet(10);
-  SheetProof proof(mesh.vertices, mesh.triangles);
+  detail::SheetProof proof(mesh.vertices, mesh.triangles);
   std::mt19937 random(1);
   std::uniform_real_distribution<double> any(-1.0, 1.0);
   for (int k = 0; k < 20; ++k) {
@@ -109,7 +109,7 @@ TEST(SheetProof, ItDoesNotMatterHowTheSheetIsTurned) {
 
 TEST(SheetProof, WhatItSaysIsTrueOfRandomMotions) {
   const TriangleMesh mesh = sheet(6);
-  SheetProof proof(mesh.vertices, mesh.triangles);
+  detail::SheetProof proof(mesh.vertices, mesh.triangles);
   std::mt19937 random(7);
   std::normal_distribution<double> noise;
   int yes = 0, crossings = 0;
@@ -135,7 +135,7 @@ TEST(SheetProof, WhatItSaysIsTrueOfRandomMotions) {
 
 TEST(SheetProof, ShortStepsThatCloseARollAreNotAllProved) {
   const TriangleMesh mesh = sheet(8);
-  SheetProof proof(mesh.vertices, mesh.triangles);
+  detail::SheetProof proof(mesh.vertices, mesh.triangles);
   const auto at = [&](int k) {
     return bent(mesh, [&](const Vec3& p) { return rolled(p, 0.5 + 0.0025 * k); });
   };
@@ -145,7 +145,7 @@ TEST(SheetProof, ShortStepsThatCloseARollAreNotAllProved) {
     const double distance = (k % 2 == 0 ? 0.02 : 1e-6) * proof.nearest();
     if (!proof.keeps_apart(x_t0, x_t1, distance)) continue;
     ++yes;
-    SheetProof anew(mesh.vertices, mesh.triangles);
+    detail::SheetProof anew(mesh.vertices, mesh.triangles);
     again += anew.keeps_apart(x_t0, x_t1, distance);
     if (k % 50 != 0) continue;
     const Nearness truth = nearness(mesh, x_t0, x_t1);
@@ -163,7 +163,7 @@ TEST(SheetProof, AFoldedStateBesideAProvedOneIsNotProved) {
   std::uniform_real_distribution<double> any(-1.0, 1.0);
   int yes = 0, folds = 0;
   for (int k = 0; k < 300; ++k) {
-    SheetProof proof(mesh.vertices, mesh.triangles);
+    detail::SheetProof proof(mesh.vertices, mesh.triangles);
     const double distance = 0.01 * proof.nearest(), rough = (k % 60 + 1) / 100.0 / 6.0;
     ASSERT_TRUE(proof.keeps_apart(mesh.vertices, mesh.vertices, distance));
     const auto x = bent(
@@ -197,7 +197,7 @@ TEST(SheetProof, ATurningSheetKeepsItsDistanceAlongItsStartingDirections) {
       least = std::min(least, c.normal.dot(apart));
     }
     for (const double share : {0.01, 0.3, 0.6}) {
-      SheetProof proof(mesh.vertices, mesh.triangles);
+      detail::SheetProof proof(mesh.vertices, mesh.triangles);
       if (!proof.keeps_apart(mesh.vertices, x, share * proof.nearest())) continue;
       ++yes;
       EXPECT_GE(least, share * proof.nearest()) << k;
@@ -208,7 +208,7 @@ TEST(SheetProof, ATurningSheetKeepsItsDistanceAlongItsStartingDirections) {
 
 TEST(SheetProof, AFoldThatClosesOntoItselfIsNeverProved) {
   const TriangleMesh mesh = sheet(12);
-  SheetProof proof(mesh.vertices, mesh.triangles);
+  detail::SheetProof proof(mesh.vertices, mesh.triangles);
   // A half is folded over in one step.
   const auto folded =
       bent(mesh, [](const Vec3& p) { return p.x() <= 0.5 ? p : Vec3(1.0 - p.x(), p.y(), 1e-4); });
@@ -225,7 +225,7 @@ TEST(SheetProof, NothingIsProvedOfSheetsThatAreNotFlatConvexOrWhole) {
   bump.vertices[12].z() = 0.01;
   twice.triangles.insert(twice.triangles.end(), twice.triangles.begin(), twice.triangles.end());
   for (const TriangleMesh& mesh : {hole, notch, bump, twice})
-    EXPECT_FALSE(SheetProof(mesh.vertices, mesh.triangles).applies());
+    EXPECT_FALSE(detail::SheetProof(mesh.vertices, mesh.triangles).applies());
 }
 
 TEST(SheetProof, AVertexInTheMiddleOfAnEdgeIsNotOverlooked) {
@@ -235,8 +235,8 @@ TEST(SheetProof, AVertexInTheMiddleOfAnEdgeIsNotOverlooked) {
   const std::vector<Vec3> square = {{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}, {1, 1, 0}};
   // The square cut along a diagonal, one half cut again to its middle.
   const std::vector<Triangle> halves = {{0, 1, 2}, {0, 4, 3}, {4, 2, 3}};
-  EXPECT_FALSE(SheetProof(x, whole).applies());
-  EXPECT_FALSE(SheetProof(square, halves).applies());
+  EXPECT_FALSE(detail::SheetProof(x, whole).applies());
+  EXPECT_FALSE(detail::SheetProof(square, halves).applies());
 }
 
 // -- scenes ---------------------------------------------------------------------------------------
@@ -412,7 +412,7 @@ struct Springs {
 TEST(StrainReach, ACarriedSheetIsProvedAndAPulledOneIsNot) {
   const Springs sheet;
   const StrainLimiter limiter = sheet.limiter(0.1);
-  StrainReach reach(true, limiter);
+  detail::StrainReach reach(true, limiter);
   EXPECT_FALSE(reach.keeps_limits(sheet.mesh.vertices, LimitedStrain::stretch))
       << "nothing was measured";
   reach.measure(limiter, sheet.mesh.vertices);
@@ -427,11 +427,11 @@ TEST(StrainReach, ASheetThatIsPushedTogetherExceedsLimitsOfCompressionOnly) {
   const StrainLimiter limiter = sheet.limiter(0.1);
   const auto pushed = bent(sheet.mesh, [](const Vec3& p) { return Vec3(0.88 * p); });
   for (const bool is_measured_there : {true, false}) {
-    StrainReach reach(true, limiter);
+    detail::StrainReach reach(true, limiter);
     reach.measure(limiter, is_measured_there ? pushed : sheet.mesh.vertices);
     EXPECT_FALSE(reach.keeps_limits(pushed, LimitedStrain::stretch_and_compression));
   }
-  StrainReach reach(true, limiter);
+  detail::StrainReach reach(true, limiter);
   reach.measure(limiter, pushed);
   EXPECT_TRUE(reach.keeps_limits(pushed, LimitedStrain::stretch));
 }
@@ -446,7 +446,7 @@ TEST(StrainReach, AShortSpringPulledAlongItsLengthIsTheWorstCase) {
       const std::vector<Vec3> rest = {-0.5 * u, 0.5 * u};
       std::vector<Vec3> x = rest;
       for (Vec3& p : x) p *= 1.0 + strain;
-      StrainReach reach(true, limiter);
+      detail::StrainReach reach(true, limiter);
       reach.measure(limiter, rest);
       EXPECT_EQ(reach.keeps_limits(x, LimitedStrain::stretch), strain < 0.1) << strain;
     }
@@ -467,7 +467,7 @@ TEST(StrainReach, WhatItSaysIsTrueOfRandomMotions) {
         p += Vec3(far, 0, 0) + size * Vec3(noise(random), noise(random), noise(random));
       return x;
     };
-    StrainReach reach(true, limiter);
+    detail::StrainReach reach(true, limiter);
     const auto measured = moved(sheet.mesh.vertices, 1e-3);
     reach.measure(limiter, measured);
     const auto x = moved(measured, rough);
@@ -495,14 +495,14 @@ TEST(StrainReach, WhatItSaysIsTrueOfRandomMotions) {
 TEST(StrainReach, SwitchedOffItProvesNothing) {
   const Springs sheet;
   const StrainLimiter limiter = sheet.limiter(0.1);
-  StrainReach reach(false, limiter);
+  detail::StrainReach reach(false, limiter);
   reach.measure(limiter, sheet.mesh.vertices);
   EXPECT_FALSE(reach.keeps_limits(sheet.mesh.vertices, LimitedStrain::stretch));
   EXPECT_FALSE(reach.keeps_below(sheet.mesh.vertices, 1.0, 1.0));
 }
 
 TEST(ProofBackoff, WaitsLongerAfterEveryFailureAndNotAtAllAfterASuccess) {
-  ProofBackoff backoff;
+  detail::ProofBackoff backoff;
   int tries = 0;
   for (int k = 0; k < 1000; ++k)
     if (backoff.is_due()) {

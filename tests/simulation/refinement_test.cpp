@@ -93,7 +93,7 @@ TEST_F(Refinements, TheSwitchKeepsMassMomentumAndTheSurface) {
        "transformation": {"translation": [0, 0, 0.4]}}],
     "handles": [{"geometry": "sheet", "select": "x0"},
                 {"geometry": "last", "select": [8]}]})");
-  Refinement refinement(s, build_scene(s));
+  detail::Refinement refinement(s, build_scene(s));
   const BuiltScene before = refinement.build();
   SimulationState state;
   state.time = 1.0;
@@ -221,7 +221,7 @@ TEST_F(Refinements, ACellIsNotJoinedThroughABodyUnlessExcluded) {
       "obstacles": [{"name": "ball", "shape": {"type": "sphere", "radius": 0.0005, "resolution": 8},
         "transformation": {"translation": [0.05, 0.05, )" +
                          height + "]}}]" + more + "}");
-    Refinement refinement(s, build_scene(s));
+    detail::Refinement refinement(s, build_scene(s));
     SimulationState state;
     state.x = refinement.build().cloth.surface.vertices;
     state.v.assign(state.x.size(), Vec3::Zero());
@@ -393,7 +393,7 @@ TEST_F(PatternRefinements, AResumedRunGoesOnToTheSameBits) {
 
 TEST_F(PatternRefinements, KeepTheStrainOfTheFlatPatternMassAndMomentum) {
   const Scene s = read(over_the_ball(kSettled));
-  Refinement refinement(s, build_scene(s));
+  detail::Refinement refinement(s, build_scene(s));
   SimulationState state;
   state.time = 1.0;
   state.x = refinement.build().cloth.surface.vertices;
@@ -456,7 +456,7 @@ TEST_F(Refinements, AMeshThatMustNotChangeIsRefused) {
 
 TEST_F(Refinements, ACheckpointOfOtherCellsIsRefused) {
   const Scene s = read(over_ball(kCurved));
-  Refinement refinement(s, build_scene(s));
+  detail::Refinement refinement(s, build_scene(s));
   EXPECT_THROW(refinement.split({{3, 0.0, {{0, 0, 0}}}}), std::invalid_argument);
 }
 

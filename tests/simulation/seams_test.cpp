@@ -53,7 +53,7 @@ struct Place {
   /// The contacts with triangles within 4 rest gaps that stay.
   std::vector<ContactPoint> stay(std::span<const std::int32_t> surface = {},
                                  std::span<const char> collides = {}) const {
-    SurfaceUnion all(triangles);
+    detail::SurfaceUnion all(triangles);
     all.fit(x);
     std::vector<ContactPoint> out;
     for (const Triangle& t : triangles) {
@@ -182,7 +182,7 @@ TEST(SurfaceUnion, LayersOfClothDoNotCountAsJoined) {
   place.add_quad({0, -1, 0}, {1, 0, 0}, {0, 2, 0});
   place.add_quad({-1, -1, 0}, {1, 0, 0}, {0, 2, 0});
   place.x[0] = {-kGap, 0.01, kGap};
-  SurfaceUnion all(place.triangles);
+  detail::SurfaceUnion all(place.triangles);
   all.fit(place.x);
   const auto stays = [&](std::size_t begin, std::size_t end) {  // with these vertices on a border
     std::vector<char> border(place.x.size(), 0);

@@ -2,6 +2,8 @@
 #include <selvedge/core/base/parallel.h>
 #include <selvedge/core/cloth/detail/block_elements.h>
 
+#include <algorithm>
+
 namespace selvedge::detail {
 namespace {
 
@@ -20,6 +22,9 @@ BlockElements blocks_of(std::span<const std::int32_t> particle_of, std::size_t a
   std::vector<std::uint32_t> next(matrix.values().size() + 1, 0);
   for (const std::int32_t slot : slots) ++next[static_cast<std::size_t>(slot) + 1];
   BlockElements all;
+  const auto used = next.size() - static_cast<std::size_t>(std::count(next.begin(), next.end(), 0));
+  all.begin.reserve(used + 1);
+  all.slot.reserve(used);
   for (std::size_t b = 0; b + 1 < next.size(); ++b) {
     next[b + 1] += next[b];
     if (next[b + 1] == next[b]) continue;

@@ -71,6 +71,7 @@ void LaneMatrix::set_pattern(std::span<const std::int32_t> begin,
       add_packed_slots(first, longest, begin, column);
     slot_begin_.push_back(static_cast<std::uint32_t>(run_.size()));
   }
+  for (auto* list : {&run_, &column_}) list->shrink_to_fit();
   value_.assign(kSlotNumbers * run_.size(), 0.0f);
 }
 
@@ -140,6 +141,7 @@ void LaneParents::set_pattern(std::span<const std::int32_t> begin,
         parent_.push_back(i < last && k < begin[i + 1] - begin[i] ? parent[begin[i] + k] : 0);
     slot_begin_.push_back(static_cast<std::uint32_t>(parent_.size() / kRowLanes));
   }
+  parent_.shrink_to_fit();
   weight_.assign(parent_.size(), 0.0f);
 }
 

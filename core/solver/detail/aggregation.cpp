@@ -105,6 +105,8 @@ Prolongation make_prolongation(std::span<const std::int32_t> begin,
     row.clear();
     p.begin.push_back(static_cast<std::int32_t>(p.parent.size()));
   }
+  for (auto* list : {&p.begin, &p.parent}) list->shrink_to_fit();
+  p.weight.shrink_to_fit();
   find_children(count, p);
   return p;
 }
@@ -123,6 +125,10 @@ void GalerkinProduct::Sums::add(std::span<const Product> products, std::size_t l
   }
   for (std::size_t b = last; b > first; --b) begin[b] = begin[b - 1];
   begin[first] = static_cast<std::uint32_t>(before);
+}
+
+void GalerkinProduct::Sums::shrink_to_fit() {
+  for (auto* list : {&begin, &source, &weight_of}) list->shrink_to_fit();
 }
 
 void GalerkinProduct::set_pattern(std::span<const std::int32_t> begin,
@@ -148,7 +154,8 @@ void GalerkinProduct::set_pattern(std::span<const std::int32_t> begin,
     half_sums_.add(all, half_column_.size());
     row.clear();
   }
-  half_.assign(half_column_.size(), Mat3::Zero());
+  half_sums_.shrink_to_fit();
+  half_column_.shrink_to_fit();
   set_coarse_pattern(p, coarse);
 }
 
@@ -175,6 +182,8 @@ void GalerkinProduct::set_coarse_pattern(const Prolongation& p, BlockRows& coars
     coarse_sums_.add(all, coarse.column.size());
     row.clear();
   }
+  coarse_sums_.shrink_to_fit();
+  for (auto* list : {&coarse.begin, &coarse.column, &coarse.diagonal}) list->shrink_to_fit();
   coarse.value.assign(coarse.column.size(), Mat3::Zero());
 }
 
@@ -194,8 +203,9 @@ void GalerkinProduct::compute(std::span<const Mat3> value, const Prolongation& p
   weight_ = p.weight;
   for (std::size_t i = 0; i < free.size(); ++i)
     if (!free[i]) std::fill(weight_.begin() + p.begin[i], weight_.begin() + p.begin[i + 1], 0.0);
-  compute_sums(half_sums_, weight_, value, half_, kernel);
-  compute_sums(coarse_sums_, weight_, half_, coarse.value, kernel);
+  std::vector<Mat3> half(half_column_.size());  // A P, which nobody needs later
+  compute_sums(half_sums_, weight_, value, half, kernel);
+  compute_sums(coarse_sums_, weight_, half, coarse.value, kernel);
 }
 
 }  // namespace selvedge::detail

@@ -52,6 +52,7 @@ class GalerkinProduct {
     std::size_t size() const { return begin.size() - 1; }
     /// Appends the blocks up to `last` from their products, which keep their order.
     void add(std::span<const Product> products, std::size_t last);
+    void shrink_to_fit();
   };
   static void compute_sums(const Sums& sums, std::span<const double> weight,
                            std::span<const Mat3> from, std::span<Mat3> to,
@@ -59,7 +60,6 @@ class GalerkinProduct {
   void set_coarse_pattern(const Prolongation& p, BlockRows& coarse);
 
   std::vector<std::int32_t> half_begin_, half_column_;  // pattern of A P
-  std::vector<Mat3> half_;                              // A P
   Sums half_sums_, coarse_sums_;
   std::vector<double> weight_;  // of P; 0 for held children
 };

@@ -85,7 +85,7 @@ ImplicitSystem::ImplicitSystem(std::span<const std::unique_ptr<Force>> forces, s
       zeros_(n, Vec3::Zero()),
       mass_(n),
       free_(n, 1) {
-  for (auto* vector : {&r_, &z_, &p_, &ap_, &r_old_}) vector->resize(n);
+  for (auto* vector : {&r_, &p_, &r_old_}) vector->resize(n);
   for (auto* vector :
        {&lanes_.r, &lanes_.z, &other_.r, &other_.z, &direction_, &image_, &correction_})
     vector->resize(n);
@@ -529,6 +529,7 @@ double ImplicitSystem::start_in_double(std::span<Vec3> v) {
 }
 
 SolveReport ImplicitSystem::iterate(std::span<Vec3> v, double tolerance) {
+  for (auto* vector : {&z_, &ap_}) vector->resize(v.size());
   block_jacobi_.set(a_, terms_, free_);
   double rz = start_in_double(v);
   const double target = tolerance * tolerance * scale_;

@@ -140,7 +140,8 @@ class ImplicitSystem {
   Product begin_, end_;    // where the last solve began and ended
   LaneResidual lanes_, other_;
   LaneVector direction_, image_, correction_;  // p, (A + T) p, Σ α p
-  std::vector<Vec3> r_, z_, p_, ap_, r_old_;   // scratch
+  std::vector<Vec3> r_, p_, r_old_;            // scratch
+  std::vector<Vec3> z_, ap_;                   // of iterate(); empty until it runs
 };
 
 }  // namespace selvedge::detail

@@ -105,6 +105,7 @@ bool Multilevel::add_level() {
   last.product.set_pattern(last.begin, last.column, p, next.own);
   last.p = std::move(p);
   set_weights(last);
+  next.particle.reserve(last.p.parents());
   for (std::size_t k = 0; k < last.p.parents(); ++k)
     next.particle.push_back(last.particle[last.p.child[last.p.child_begin[k]]]);
   levels_.push_back(std::move(next));
@@ -118,6 +119,7 @@ bool Multilevel::add_level() {
 void Multilevel::set_pattern(Level& level) {
   const std::size_t n = level.size();
   level.matrix.set_pattern(level.begin, level.column);
+  level.diagonal.reserve(n);
   for (std::size_t i = 0; i < n; ++i) {
     const auto row = level.column.subspan(level.begin[i], level.begin[i + 1] - level.begin[i]);
     const auto own = std::lower_bound(row.begin(), row.end(), static_cast<std::int32_t>(i));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/compare/detail/extreme_cases.h>
+#include <selvedge/compare/detail/trial.h>
 #include <selvedge/core/base/internal/stopwatch.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/simulation/simulation_state.h>
@@ -14,7 +14,7 @@
 #include <limits>
 #include <stdexcept>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 /// Stops a run that takes too long.
@@ -28,7 +28,7 @@ bool all_finite(std::span<const Vec3> x) {
 }
 
 /// Input of the energy computation; potential energy is relative to z = 0 along gravity.
-double energy_of(const ExtremeRun& run, std::span<const Vec3> x, std::span<const Vec3> v) {
+double energy_of(const JudgedRun& run, std::span<const Vec3> x, std::span<const Vec3> v) {
   double sum = 0.0;
   for (std::size_t i = 0; i < x.size(); ++i)
     sum += run.cloth.mass[i] * (0.5 * v[i].squaredNorm() - run.scene.gravity.dot(x[i]));
@@ -39,7 +39,7 @@ double energy_of(const ExtremeRun& run, std::span<const Vec3> x, std::span<const
   return sum;
 }
 
-double height_energy(const ExtremeRun& run, std::span<const Vec3> x) {
+double height_energy(const JudgedRun& run, std::span<const Vec3> x) {
   double sum = 0.0;
   for (std::size_t i = 0; i < x.size(); ++i) sum -= run.cloth.mass[i] * run.scene.gravity.dot(x[i]);
   return sum;
@@ -57,7 +57,7 @@ bool is_closed_system(const Scene& scene) {
 /// Follows a simulation, keeps its frames and judges them.
 class Watch {
  public:
-  Watch(ExtremeRun& run, const ExtremeConfig& config, Simulation& simulation)
+  Watch(JudgedRun& run, const JudgedRunConfig& config, Simulation& simulation)
       : run_(run), config_(config), simulation_(simulation) {
     triangles_.assign(simulation.cloth_triangles().begin(), simulation.cloth_triangles().end());
     body_triangles_.assign(simulation.body_triangles().begin(), simulation.body_triangles().end());
@@ -129,8 +129,8 @@ class Watch {
                 body_triangles_);
   }
 
-  ExtremeRun& run_;
-  const ExtremeConfig& config_;
+  JudgedRun& run_;
+  const JudgedRunConfig& config_;
   Simulation& simulation_;
   std::vector<Triangle> triangles_, body_triangles_;
   TriangleMesh last_, last_body_;
@@ -138,12 +138,12 @@ class Watch {
   Stopwatch watch_;
 };
 
-void simulate(ExtremeRun& run, const ExtremeConfig& config) {
-  BuiltScene built = build_scene(run.scene);
+void simulate(JudgedRun& run, const JudgedRunConfig& config, const Methods& methods) {
+  BuiltScene built = build_scene(run.scene, methods);
   run.cloth = built.cloth;
   run.piece_begin = built.piece_begin;
   run.warnings = built.warnings;
-  Simulation simulation(run.scene, std::move(built));
+  Simulation simulation(run.scene, std::move(built), methods);
   Watch watch(run, config, simulation);
   watch.frame();
   try {
@@ -163,7 +163,7 @@ void simulate(ExtremeRun& run, const ExtremeConfig& config) {
 
 namespace {
 
-void take(const ExtremeMethod& method, Scene& scene) {
+void take(const TriedMethod& method, const Methods& methods, Scene& scene) {
   if (method.name.empty()) return;
   if (method.key == "contact.response") {
     scene.contact.response = method.name;
@@ -175,24 +175,24 @@ void take(const ExtremeMethod& method, Scene& scene) {
     scene.solver.limiter = method.name;
     scene.solver.limiter_options = {};
     scene.solver.strain_limiter =
-        strain_limiters().at(method.name).traits().kind != LimiterKind::none;
+        methods.strain_limiters.at(method.name).traits().kind != LimiterKind::none;
   }
 }
 
 }  // namespace
 
-std::span<const Vec3> ExtremeRun::piece(std::size_t frame, std::size_t piece) const {
+std::span<const Vec3> JudgedRun::piece(std::size_t frame, std::size_t piece) const {
   const auto first = static_cast<std::size_t>(piece_begin[piece]);
   return std::span(frames.at(frame))
       .subspan(first, static_cast<std::size_t>(piece_begin[piece + 1]) - first);
 }
 
-ExtremeRun run_extreme(const Scene& scene, const ExtremeConfig& config) {
-  ExtremeRun run;
+JudgedRun run_judged(const Scene& scene, const JudgedRunConfig& config, const Methods& methods) {
+  JudgedRun run;
   run.scene = scene;
-  take(config.method, run.scene);
+  take(config.method, methods, run.scene);
   try {
-    simulate(run, config);
+    simulate(run, config, methods);
   } catch (const std::invalid_argument& error) {
     run.refused = error.what();
   } catch (const TooLong& error) {
@@ -202,10 +202,11 @@ ExtremeRun run_extreme(const Scene& scene, const ExtremeConfig& config) {
   return run;
 }
 
-ExtremeRun run_extreme(const std::filesystem::path& file, const ExtremeConfig& config) {
+JudgedRun run_judged(const std::filesystem::path& file, const JudgedRunConfig& config,
+                     const Methods& methods) {
   try {
-    const Scene scene = read_scene(file, config.overrides);
-    ExtremeRun run = run_extreme(scene, config);
+    const Scene scene = read_scene(file, config.overrides, methods);
+    JudgedRun run = run_judged(scene, config, methods);
     if (!config.out.empty()) {
       std::filesystem::create_directories(config.out);
       std::filesystem::remove(config.out / "scene.json");
@@ -213,10 +214,10 @@ ExtremeRun run_extreme(const std::filesystem::path& file, const ExtremeConfig& c
     }
     return run;
   } catch (const std::invalid_argument& error) {
-    ExtremeRun run;
+    JudgedRun run;
     run.refused = error.what();
     return run;
   }
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

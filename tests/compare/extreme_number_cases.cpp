@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Extreme cases of numbers: stiffness, scale, time, and rejected input.
-#include <selvedge/compare/detail/extreme_cases.h>
+#include "extreme_cases.h"
 
 #include <fmt/format.h>
 #include <selvedge/core/base/parallel.h>
@@ -11,7 +11,7 @@
 #include <limits>
 #include <numbers>
 
-namespace selvedge {
+namespace selvedge::extreme_test {
 namespace {
 
 std::string text(double value) { return fmt::format("{:.17g}", value); }
@@ -45,7 +45,7 @@ CaseResult stiff_implicit(Trial& trial) {
   int runs = 0;
   for (const double stiffness : stiffnesses)
     for (const double rate : rates) {
-      const ExtremeRun run = trial.run("s01_stiffness", stiff(stiffness, rate, "implicit_euler"));
+      const JudgedRun run = trial.run("s01_stiffness", stiff(stiffness, rate, "implicit_euler"));
       if (!run.finite || !run.refused.empty() || !run.stopped.empty())
         return trial.settle(run, false, "");
       const auto& counters = run.result.counters;
@@ -72,7 +72,7 @@ CaseResult stiff_explicit(Trial& trial) {
       overrides.push_back({"materials.default.spring_damping", "0"});
       overrides.push_back({"materials.default.bending_damping", "0"});
       if (stiffness >= 1e8 && rate < 1e3) continue;
-      const ExtremeRun run = trial.run("s01_stiffness", overrides);
+      const JudgedRun run = trial.run("s01_stiffness", overrides);
       if (!run.finite || !run.refused.empty() || !run.stopped.empty() || run.worst_speed > 1.0)
         return trial.settle(run, false, "explosion");
       most = std::max(most, run.result.steps);
@@ -167,7 +167,7 @@ CaseResult explicit_limit(Trial& trial) {
 
 /// The run is refused, and the message names the fault.
 CaseResult refused(Trial& trial, const std::string& name, const std::vector<std::string>& words) {
-  const ExtremeRun run = trial.run(name);
+  const JudgedRun run = trial.run(name);
   for (const std::string& word : words)
     if (run.refused.find(word) == std::string::npos)
       return trial.answer(Answer::failed, run.refused.empty() ? "accepted" : run.refused);
@@ -196,7 +196,7 @@ CaseResult bad_numbers(Trial& trial) {
                                      {"geometry.0.velocity", "[inf, 0, 0]"},
                                      {"solver.tolerance", "0"}};
   for (const Override& set : bad) {
-    const ExtremeRun run = trial.run("s17_no_body", {set});
+    const JudgedRun run = trial.run("s17_no_body", {set});
     const std::string key = set.path.substr(set.path.rfind('.') + 1);
     if (run.refused.find(key) == std::string::npos)
       return trial.answer(Answer::failed,
@@ -223,7 +223,7 @@ CaseResult bad_code(Trial& trial) {
   with("fps", [&](Scene& s) { s.time.fps = nan; });
   with("rest gap", [&](Scene& s) { s.contact.rest_gap = nan; });
   for (const auto& [name, scene] : bad) {
-    const ExtremeRun run = trial.run(scene);
+    const JudgedRun run = trial.run(scene);
     if (run.refused.empty())
       return trial.answer(Answer::failed,
                           fmt::format("a {} that is not a number is accepted{}", name,
@@ -236,10 +236,10 @@ CaseResult bad_code(Trial& trial) {
 
 CaseResult far_away(Trial& trial) {
   const Vec3 shift(1e6, -1e6, 1e6 - 1.0);
-  const ExtremeRun here = trial.run("s13_far_away");
+  const JudgedRun here = trial.run("s13_far_away");
   if (here.x.empty()) return trial.settle(here, false, "");
   const Vec3 at = here.scene.cloths[0].placement.translation + shift;
-  const ExtremeRun there =
+  const JudgedRun there =
       trial.run("s13_far_away", {{"geometry.0.transformation.translation", vector_text(at)},
                                  {"obstacles.0.transformation.translation", vector_text(shift)}});
   if (there.x.empty()) return trial.settle(there, false, "");
@@ -257,7 +257,7 @@ CaseResult far_away(Trial& trial) {
 CaseResult tiny_by(Trial& trial, const std::string& friction) {
   const std::vector<Override> set = {{"obstacles.0.friction", friction},
                                      {"materials.default.friction", friction}};
-  const ExtremeRun large = trial.run("s14_scaled", set), small = trial.run("s14_scaled_tiny", set);
+  const JudgedRun large = trial.run("s14_scaled", set), small = trial.run("s14_scaled_tiny", set);
   if (large.x.empty() || small.x.empty())
     return trial.settle(large.x.empty() ? large : small, false, "");
   const double size = std::get<ClothGrid>(large.scene.cloths.at(0).shape).grid.size_x;
@@ -273,7 +273,7 @@ CaseResult tiny_with_friction(Trial& trial) { return tiny_by(trial, "0.3"); }
 
 CaseResult no_gravity(Trial& trial) {
   Scene scene = trial.read("s15_no_gravity");
-  const ExtremeRun run = trial.run(scene);
+  const JudgedRun run = trial.run(scene);
   if (run.x.empty()) return trial.settle(run, false, "");
   Vec3 momentum = Vec3::Zero();
   double mass = 0.0;
@@ -291,7 +291,7 @@ CaseResult no_gravity(Trial& trial) {
 // S16: steps of any length
 
 CaseResult huge_step(Trial& trial) {
-  const ExtremeRun run = trial.run("s16_huge_step");
+  const JudgedRun run = trial.run("s16_huge_step");
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (const Vec3& p : run.x) {
     low = std::min(low, p.z());
@@ -307,7 +307,7 @@ CaseResult huge_step(Trial& trial) {
 double fallen(double h, double n) { return 9.81 * h * h * n * (n + 1.0) / 2.0; }
 
 CaseResult free_fall(Trial& trial, const std::string& name) {
-  const ExtremeRun run = trial.run(name);
+  const JudgedRun run = trial.run(name);
   if (run.x.empty()) return trial.settle(run, false, "");
   const double n = run.result.steps, end = run.scene.time.frames / run.scene.time.fps;
   double worst = 0.0;
@@ -323,13 +323,13 @@ CaseResult free_fall(Trial& trial, const std::string& name) {
 // S17: minimal input
 
 CaseResult all_pinned(Trial& trial) {
-  const ExtremeRun run = trial.run("s17_all_pinned");
+  const JudgedRun run = trial.run("s17_all_pinned");
   const bool same = !run.x.empty() && run.x == run.frames[0];
   return trial.settle(run, same, "every bit where it was");
 }
 
 CaseResult one_triangle(Trial& trial) {
-  const ExtremeRun run = trial.run("s17_one_triangle");
+  const JudgedRun run = trial.run("s17_one_triangle");
   double worst = 0.0;
   for (const Vec3& p : run.x) worst = std::max(worst, std::abs(p.z() - run.scene.contact.rest_gap));
   return trial.settle(run, worst < 1e-4,
@@ -341,7 +341,7 @@ CaseResult one_triangle(Trial& trial) {
 CaseResult determinism(Trial& trial) {
   std::vector<std::string> hashes;
   std::string counts;
-  ExtremeRun run;
+  JudgedRun run;
   for (const int threads : {1, 2, 8, 1}) {
     const ThreadLimit limit(threads);
     run = trial.run("s21_determinism");
@@ -356,7 +356,7 @@ CaseResult determinism(Trial& trial) {
 // S22: long rest
 
 CaseResult at_rest(Trial& trial) {
-  const ExtremeRun run = trial.run("s22_at_rest");
+  const JudgedRun run = trial.run("s22_at_rest");
   if (run.x.empty()) return trial.settle(run, false, "");
   // After the first second, during which the cloth settles.
   const double creep = farthest(run.frames[60], run.x, Vec3::Zero(), 1.0);
@@ -368,8 +368,8 @@ CaseResult at_rest(Trial& trial) {
 // S24: ten times the mass
 
 CaseResult wet(Trial& trial) {
-  const ExtremeRun wet = trial.run("s24_wet");
-  const ExtremeRun dry = trial.run("s24_wet", {{"materials.default.density", "0.2"}});
+  const JudgedRun wet = trial.run("s24_wet");
+  const JudgedRun dry = trial.run("s24_wet", {{"materials.default.density", "0.2"}});
   if (wet.x.empty() || dry.x.empty()) return trial.settle(wet.x.empty() ? wet : dry, false, "");
   const double ratio = static_cast<double>(dry.result.steps) / wet.result.steps;
   // Without damping the step length scales with the root of the mass, up to the rounding to whole
@@ -381,7 +381,7 @@ CaseResult wet(Trial& trial) {
 
 }  // namespace
 
-std::vector<ExtremeCase> extreme_number_cases() {
+std::vector<ExtremeCase> number_cases() {
   const auto free = [](const char* name) {
     return [name](Trial& trial) { return free_fall(trial, name); };
   };
@@ -416,4 +416,4 @@ std::vector<ExtremeCase> extreme_number_cases() {
   };
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::extreme_test

@@ -14,11 +14,11 @@
 #include <string>
 #include <vector>
 
-namespace selvedge {
+namespace selvedge::detail {
 
-/// One run of a scene of data/extreme. The exact checker, which shares no code with the simulator,
+/// One run of a scene. The exact checker, which shares no code with the simulator,
 /// judges every frame and every path between two accepted states.
-struct ExtremeRun {
+struct JudgedRun {
   Scene scene;
   std::string refused;                ///< why the run did not start; "" if it did
   std::string stopped;                ///< why the run stopped; "" if it finished
@@ -43,73 +43,64 @@ struct ExtremeRun {
   std::span<const Vec3> piece(std::size_t frame, std::size_t piece) const;
 };
 
-struct ExtremeConfig {
+struct JudgedRunConfig {
   std::vector<Override> overrides;
-  ExtremeMethod method;
+  TriedMethod method;
   bool judge_paths = true;
   std::filesystem::path out;  ///< folder of the frames for pictures; "": none
   double wall_limit = 600.0;  ///< s; the run stops after this time and reports it
 };
 
 /// Reads a scene file and runs it. Errors of a scene never throw.
-ExtremeRun run_extreme(const std::filesystem::path& file, const ExtremeConfig& config);
+JudgedRun run_judged(const std::filesystem::path& file, const JudgedRunConfig& config,
+                     const Methods& methods);
 /// The same for a scene made in code.
-ExtremeRun run_extreme(const Scene& scene, const ExtremeConfig& config);
+JudgedRun run_judged(const Scene& scene, const JudgedRunConfig& config, const Methods& methods);
 
-/// Outcome of a case in this process.
+/// How a scene, or a case of several, ended in this process.
 struct CaseResult {
   Answer answer = Answer::failed;
   std::string note;  ///< the number, the reason or the flag
-  std::optional<ExtremeMeasures> measures;
+  std::optional<SceneMeasures> measures;
 };
 
 /// The result that the process of a case has sent; empty for any other text.
 std::optional<CaseResult> read_case_result(const std::string& text);
 
 struct TrialConfig {
-  std::filesystem::path data;  ///< the folder of the scenes, data/extreme
-  ExtremeMethod method;
+  std::filesystem::path data;  ///< the folder of the scenes
+  TriedMethod method;
   std::filesystem::path out;  ///< each run writes its frames into a subfolder; "": no output
 };
 
-/// Interface of a case: it runs scenes and collects their measures.
+/// Runs scenes, collects their measures and settles how they end.
 class Trial {
  public:
-  explicit Trial(TrialConfig config) : config_(std::move(config)) {}
+  explicit Trial(TrialConfig config, const Methods& methods = {})
+      : config_(std::move(config)), methods_(methods) {}
 
-  ExtremeRun run(const std::string& name, const std::vector<Override>& overrides = {});
-  ExtremeRun run(const Scene& scene);
+  JudgedRun run(const std::string& name, const std::vector<Override>& overrides = {});
+  JudgedRun run(const Scene& scene);
   /// The scene NAME.json of the folder. Throws std::invalid_argument if it does not exist.
   Scene read(const std::string& name) const;
 
   /// The result with the measures of all runs so far.
   CaseResult answer(Answer answer, const std::string& note) const;
+  /// The scene NAME.json alone.
+  CaseResult settle(const std::string& name);
   /// `right` states whether the cloth behaved as expected, and `number` shows it. Refused, stopped,
   /// crossed and over-stretched runs take precedence, in this order.
-  CaseResult settle(const ExtremeRun& run, bool right, const std::string& number) const;
+  CaseResult settle(const JudgedRun& run, bool right, const std::string& number) const;
 
  private:
-  void collect(const ExtremeRun& run);
-  ExtremeConfig run_config(const std::string& name, const std::vector<Override>& overrides) const;
+  void collect(const JudgedRun& run);
+  JudgedRunConfig run_config(const std::string& name, const std::vector<Override>& overrides) const;
 
   std::filesystem::path file(const std::string& name) const;
 
   TrialConfig config_;
-  ExtremeMeasures measures_;
+  Methods methods_;
+  SceneMeasures measures_;
 };
 
-struct ExtremeCase {
-  std::string name;  ///< of its scene, or of the first one
-  Answer best;       ///< the expected answer if the scenes keep their methods
-  bool quick;        ///< short enough for the tests
-  std::function<CaseResult(Trial&)> run;
-};
-
-/// S1 to S25 of the project's list of extreme cases, and further cases, ordered by name.
-std::vector<ExtremeCase> extreme_cases();
-
-/// The two halves: numbers and files, and contact.
-std::vector<ExtremeCase> extreme_number_cases();
-std::vector<ExtremeCase> extreme_contact_cases();
-
-}  // namespace selvedge
+}  // namespace selvedge::detail

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/compare/detail/extreme_cases.h>
+#include <selvedge/compare/detail/trial.h>
 
 #include <fmt/format.h>
 #include <selvedge/core/base/internal/text.h>
@@ -23,34 +23,38 @@ const char* to_string(Answer answer) {
   return "FAILED";
 }
 
+}  // namespace selvedge
+
+namespace selvedge::detail {
+
 std::filesystem::path Trial::file(const std::string& name) const {
   return config_.data / (name + ".json");
 }
 
-Scene Trial::read(const std::string& name) const { return read_scene(file(name)); }
+Scene Trial::read(const std::string& name) const { return read_scene(file(name), {}, methods_); }
 
-ExtremeConfig Trial::run_config(const std::string& name,
-                                const std::vector<Override>& overrides) const {
-  ExtremeConfig config;
+JudgedRunConfig Trial::run_config(const std::string& name,
+                                  const std::vector<Override>& overrides) const {
+  JudgedRunConfig config;
   config.overrides = overrides;
   config.method = config_.method;
   if (!config_.out.empty()) config.out = config_.out / name;
   return config;
 }
 
-ExtremeRun Trial::run(const std::string& name, const std::vector<Override>& overrides) {
-  ExtremeRun run = run_extreme(file(name), run_config(name, overrides));
+JudgedRun Trial::run(const std::string& name, const std::vector<Override>& overrides) {
+  JudgedRun run = run_judged(file(name), run_config(name, overrides), methods_);
   collect(run);
   return run;
 }
 
-ExtremeRun Trial::run(const Scene& scene) {
-  ExtremeRun run = run_extreme(scene, run_config(scene.name, {}));
+JudgedRun Trial::run(const Scene& scene) {
+  JudgedRun run = run_judged(scene, run_config(scene.name, {}), methods_);
   collect(run);
   return run;
 }
 
-void Trial::collect(const ExtremeRun& run) {
+void Trial::collect(const JudgedRun& run) {
   measures_.max_stretch = std::max(measures_.max_stretch, run.result.max_stretch);
   measures_.crossings = std::max(measures_.crossings, run.intersections + run.path_collisions);
   measures_.worst_speed = std::max(measures_.worst_speed, run.worst_speed);
@@ -68,7 +72,7 @@ CaseResult Trial::answer(Answer answer, const std::string& note) const {
   return {answer, note, measures_};
 }
 
-CaseResult Trial::settle(const ExtremeRun& run, bool right, const std::string& number) const {
+CaseResult Trial::settle(const JudgedRun& run, bool right, const std::string& number) const {
   if (!run.finite) return answer(Answer::failed, run.stopped);
   if (!run.refused.empty()) return answer(Answer::refused, run.refused);
   const std::size_t crossings = run.intersections + run.path_collisions;
@@ -89,12 +93,11 @@ CaseResult Trial::settle(const ExtremeRun& run, bool right, const std::string& n
   return answer(Answer::degraded, number + flags + ", reported");
 }
 
-std::vector<ExtremeCase> extreme_cases() {
-  std::vector<ExtremeCase> all = extreme_number_cases();
-  for (ExtremeCase& more : extreme_contact_cases()) all.push_back(std::move(more));
-  std::stable_sort(all.begin(), all.end(),
-                   [](const ExtremeCase& a, const ExtremeCase& b) { return a.name < b.name; });
-  return all;
+CaseResult Trial::settle(const std::string& name) {
+  const JudgedRun judged = run(name);
+  return settle(judged, true,
+                fmt::format("{} steps; rms speed {:.2g} m/s at the end", judged.result.steps,
+                            judged.rms_speed));
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::detail

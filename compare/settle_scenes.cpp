@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Each extreme case runs in a process of its own, which sends its result through a pipe.
-#include <selvedge/compare/detail/extreme_cases.h>
+// Each scene runs in a process of its own, which sends its result through a pipe.
+#include <selvedge/compare/detail/trial.h>
 
 #include <fmt/format.h>
 #include <selvedge/core/base/internal/stopwatch.h>
@@ -16,7 +16,7 @@
 #include <optional>
 #include <stdexcept>
 
-namespace selvedge {
+namespace selvedge::detail {
 namespace {
 
 using Json = nlohmann::json;
@@ -30,7 +30,7 @@ double number_of(const Json& j) {
   return j.is_number() ? j.get<double>() : std::numeric_limits<double>::quiet_NaN();
 }
 
-Json to_json(const ExtremeMeasures& measures) {
+Json to_json(const SceneMeasures& measures) {
   Json given = Json::object();
   for (const auto& [stage, energy] : measures.given) given[stage] = number(energy);
   return {{"max_stretch", number(measures.max_stretch)},
@@ -46,8 +46,8 @@ Json to_json(const CaseResult& r) {
   return json;
 }
 
-ExtremeMeasures measures_from(const Json& j) {
-  ExtremeMeasures measures;
+SceneMeasures measures_from(const Json& j) {
+  SceneMeasures measures;
   measures.max_stretch = number_of(j.at("max_stretch"));
   const auto crossings = whole_number<std::size_t>(j.at("crossings"));
   if (!crossings) throw std::invalid_argument("crossings are not counted");
@@ -59,32 +59,33 @@ ExtremeMeasures measures_from(const Json& j) {
   return measures;
 }
 
-CaseResult run_here(const ExtremeCase& one, const ExtremeCasesConfig& config) {
-  // No limit differs from a limit of all processors: a case may ask for more threads.
+CaseResult run_here(const std::string& name, const SettleConfig& config, const Methods& methods) {
+  // No limit differs from a limit of all processors: a scene may ask for more threads.
   std::optional<ThreadLimit> limit;
   if (config.threads > 0) limit.emplace(config.threads);
   try {
-    Trial trial({.data = config.folder, .method = config.method, .out = config.out});
-    return one.run(trial);
+    Trial trial({.data = config.folder, .method = config.method, .out = config.out}, methods);
+    return trial.settle(name);
   } catch (const std::exception& error) {
     return {Answer::failed, error.what(), {}};
   }
 }
 
-ExtremeResult run_apart(const ExtremeCase& one, const ExtremeCasesConfig& config) {
+SettledScene run_apart(const std::string& name, const SettleConfig& config,
+                       const Methods& methods) {
   const Stopwatch watch;
   Pipe pipe;
   const ChildProcess child = run_in_copy([&] {
-    pipe.write(to_json(run_here(one, config)).dump(-1, ' ', false, Json::error_handler_t::replace));
+    pipe.write(to_json(run_here(name, config, methods))
+                   .dump(-1, ' ', false, Json::error_handler_t::replace));
     return 0;
   });
   std::string text;
   const bool in_time = pipe.read_all(config.wall_limit, kMostText, text) != Pipe::ReadEnd::late;
   const ProcessEnd end = in_time ? child.wait() : child.kill();
-  ExtremeResult result;
-  result.name = one.name;
+  SettledScene result;
+  result.name = name;
   result.method = config.method.name;
-  if (config.method.name.empty()) result.expected = one.best;
   if (!in_time) {
     result.note = fmt::format("not done after {:g} s", config.wall_limit);
   } else if (const auto sent = read_case_result(text)) {
@@ -98,28 +99,20 @@ ExtremeResult run_apart(const ExtremeCase& one, const ExtremeCasesConfig& config
   return result;
 }
 
-bool begins_with_one(const std::string& name, const std::vector<std::string>& beginnings) {
-  return std::any_of(beginnings.begin(), beginnings.end(),
-                     [&](const std::string& begin) { return name.starts_with(begin); });
+bool is_scene(const std::filesystem::path& file) {
+  const std::string name = file.filename().string();
+  return name.ends_with(".json") && !name.ends_with(".schema.json");
 }
 
-std::vector<std::string> names_of(const std::vector<ExtremeCase>& cases) {
+std::vector<std::string> all_scenes_in(const std::filesystem::path& folder) {
   std::vector<std::string> names;
-  for (const ExtremeCase& one : cases) names.push_back(one.name);
+  std::error_code none;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, none))
+    if (entry.is_regular_file() && is_scene(entry.path())) names.push_back(entry.path().stem());
+  if (names.empty())
+    throw std::invalid_argument(folder.string() + ": the folder has no scenes (*.json)");
+  std::sort(names.begin(), names.end());
   return names;
-}
-
-std::vector<ExtremeCase> chosen_cases(const std::vector<std::string>& beginnings) {
-  std::vector<ExtremeCase> cases = extreme_cases();
-  for (const std::string& begin : beginnings)
-    if (std::none_of(cases.begin(), cases.end(),
-                     [&](const ExtremeCase& c) { return c.name.starts_with(begin); }))
-      throw std::invalid_argument(fmt::format("there is no extreme case \"{}\"; nearest is \"{}\"",
-                                              begin, nearest_word(begin, names_of(cases))));
-  if (!beginnings.empty())
-    std::erase_if(cases,
-                  [&](const ExtremeCase& c) { return !begins_with_one(c.name, beginnings); });
-  return cases;
 }
 
 }  // namespace
@@ -137,23 +130,35 @@ std::optional<CaseResult> read_case_result(const std::string& text) {
   }
 }
 
-std::vector<std::string> extreme_case_names(const std::vector<std::string>& beginnings) {
-  return names_of(chosen_cases(beginnings));
+}  // namespace selvedge::detail
+
+namespace selvedge {
+
+std::vector<std::string> scenes_in(const std::filesystem::path& folder,
+                                   const std::vector<std::string>& beginnings) {
+  const std::vector<std::string> all = detail::all_scenes_in(folder);
+  if (beginnings.empty()) return all;
+  for (const std::string& begin : beginnings)
+    if (std::none_of(all.begin(), all.end(),
+                     [&](const std::string& name) { return name.starts_with(begin); }))
+      throw std::invalid_argument(fmt::format("{}: there is no scene \"{}\"; nearest is \"{}\"",
+                                              folder.string(), begin, nearest_word(begin, all)));
+  std::vector<std::string> chosen;
+  std::copy_if(all.begin(), all.end(), std::back_inserter(chosen), [&](const std::string& name) {
+    return std::any_of(beginnings.begin(), beginnings.end(),
+                       [&](const std::string& begin) { return name.starts_with(begin); });
+  });
+  return chosen;
 }
 
-std::vector<ExtremeResult> run_extreme_cases(
-    const ExtremeCasesConfig& config, const std::function<void(const ExtremeResult&)>& report) {
-  // The expected answers belong to these scenes alone.
-  if (!std::filesystem::exists(config.folder / "s01_stiffness.json"))
-    throw std::invalid_argument(config.folder.string() +
-                                ": is not a folder of extreme cases, such as data/extreme of the "
-                                "sources or share/selvedge/extreme of an installation");
-  std::vector<ExtremeResult> results;
-  for (const ExtremeCase& one : chosen_cases(config.cases)) {
-    results.push_back(run_apart(one, config));
-    if (report) report(results.back());
+std::vector<SettledScene> settle_scenes(const SettleConfig& config, const Methods& methods,
+                                        const std::function<void(const SettledScene&)>& report) {
+  std::vector<SettledScene> settled;
+  for (const std::string& name : scenes_in(config.folder, config.scenes)) {
+    settled.push_back(detail::run_apart(name, config, methods));
+    if (report) report(settled.back());
   }
-  return results;
+  return settled;
 }
 
 }  // namespace selvedge

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Extreme cases of contact: surfaces that the cloth must not pass, and where it must end up.
-#include <selvedge/compare/detail/extreme_cases.h>
+#include "extreme_cases.h"
 
 #include <fmt/format.h>
 #include <selvedge/core/cloth/force.h>
@@ -11,7 +11,7 @@
 #include <numbers>
 #include <numeric>
 
-namespace selvedge {
+namespace selvedge::extreme_test {
 namespace {
 
 double lowest(std::span<const Vec3> x) {
@@ -30,7 +30,7 @@ Vec3 mean(std::span<const Vec3> x) {
   return std::accumulate(x.begin(), x.end(), Vec3(Vec3::Zero())) / static_cast<double>(x.size());
 }
 
-std::size_t last_frame(const ExtremeRun& run) { return run.frames.size() - 1; }
+std::size_t last_frame(const JudgedRun& run) { return run.frames.size() - 1; }
 
 /// Height of the lowest cloth layer above a point of the xy-plane; infinity if there is none.
 double height_over(std::span<const Vec3> x, std::span<const Triangle> triangles, double px,
@@ -52,7 +52,7 @@ double height_over(std::span<const Vec3> x, std::span<const Triangle> triangles,
 }
 
 /// Vertical force of the springs on the held particles, N.
-double pull_on_held(const ExtremeRun& run) {
+double pull_on_held(const JudgedRun& run) {
   const std::size_t n = run.x.size();
   std::vector<Vec3> f(n, Vec3::Zero()), v(n, Vec3::Zero());
   const auto hooke = make_hooke_force(run.cloth.springs, n);
@@ -66,7 +66,7 @@ double pull_on_held(const ExtremeRun& run) {
 // S2: mass ratio
 
 CaseResult button(Trial& trial) {
-  const ExtremeRun run = trial.run("s02_button");
+  const JudgedRun run = trial.run("s02_button");
   if (run.x.empty()) return trial.settle(run, false, "");
   double hanging = 0.0;  // N; weight of all particles except the held row
   for (const double m : run.cloth.mass) hanging += 9.81 * m;
@@ -77,7 +77,7 @@ CaseResult button(Trial& trial) {
 }
 
 CaseResult heavy_on_light(Trial& trial) {
-  const ExtremeRun run = trial.run("s02_heavy_on_light");
+  const JudgedRun run = trial.run("s02_heavy_on_light");
   if (run.x.empty()) return trial.settle(run, false, "");
   const std::size_t end = last_frame(run);
   const double light = mean(run.piece(end, 0)).z(), heavy = mean(run.piece(end, 1)).z();
@@ -92,7 +92,7 @@ CaseResult heavy_on_light(Trial& trial) {
 // S4: 1 km/s
 
 CaseResult bullet(Trial& trial) {
-  const ExtremeRun run = trial.run("s04_bullet");
+  const JudgedRun run = trial.run("s04_bullet");
   if (run.x.empty()) return trial.settle(run, false, "");
   bool in_front = true;
   for (std::size_t f = 0; f < run.frames.size(); ++f) {
@@ -112,7 +112,7 @@ CaseResult bullet(Trial& trial) {
 }
 
 CaseResult plate(Trial& trial) {
-  const ExtremeRun run = trial.run("s04_plate");
+  const JudgedRun run = trial.run("s04_plate");
   double least = std::numeric_limits<double>::infinity();
   for (const auto& x : run.frames) least = std::min(least, lowest(x));
   return trial.settle(run, least > 0.5e-4,
@@ -122,7 +122,7 @@ CaseResult plate(Trial& trial) {
 // S5: layers
 
 CaseResult stack(Trial& trial) {
-  const ExtremeRun run = trial.run("s05_stack");
+  const JudgedRun run = trial.run("s05_stack");
   if (run.x.empty()) return trial.settle(run, false, "");
   const std::size_t end = last_frame(run), sheets = run.piece_begin.size() - 1;
   bool ordered = true;
@@ -143,7 +143,7 @@ CaseResult stack(Trial& trial) {
 // S6: ring
 
 CaseResult ring(Trial& trial, const std::string& name) {
-  const ExtremeRun run = trial.run(name);
+  const JudgedRun run = trial.run(name);
   if (run.x.empty()) return trial.settle(run, false, "");
   const auto& x = run.frames.back();
   const double ring_height = run.scene.bodies[0].placement.translation.z();
@@ -214,7 +214,7 @@ double linking_number(std::span<const Vec3> x, int cells_x, int cells_y) {
 }
 
 CaseResult twist(Trial& trial) {
-  const ExtremeRun run = trial.run("s07_twist");
+  const JudgedRun run = trial.run("s07_twist");
   if (run.x.empty()) return trial.settle(run, false, "");
   const auto& grid = std::get<ClothGrid>(run.scene.cloths[0].shape).grid;
   const double turns = linking_number(run.frames.back(), grid.cells_x, grid.cells_y);
@@ -226,7 +226,7 @@ CaseResult twist(Trial& trial) {
 // S8, S9: needle, cone, fin
 
 CaseResult needle(Trial& trial, const std::string& name, const Vec3& tip) {
-  const ExtremeRun run = trial.run(name);
+  const JudgedRun run = trial.run(name);
   if (run.x.empty()) return trial.settle(run, false, "");
   double least = std::numeric_limits<double>::infinity();
   for (const auto& x : run.frames)
@@ -237,7 +237,7 @@ CaseResult needle(Trial& trial, const std::string& name, const Vec3& tip) {
 }
 
 CaseResult fin(Trial& trial, const std::string& name) {
-  const ExtremeRun run = trial.run(name);
+  const JudgedRun run = trial.run(name);
   if (run.x.empty()) return trial.settle(run, false, "");
   constexpr double top = 0.11;  // m
   double least = std::numeric_limits<double>::infinity();
@@ -253,12 +253,12 @@ CaseResult fast_sphere(Trial& trial) {
   // An impact multiplies what the solver leaves open, so the frames are compared with a tolerance
   // far below the usual one.
   const Override fine{"solver.tolerance", "1e-7"};
-  const ExtremeRun run = trial.run("s10_fast_sphere");
-  const ExtremeRun at_rest = trial.run("s10_fast_sphere", {fine});
-  const ExtremeRun seen =
+  const JudgedRun run = trial.run("s10_fast_sphere");
+  const JudgedRun at_rest = trial.run("s10_fast_sphere", {fine});
+  const JudgedRun seen =
       trial.run("s10_fast_sphere",
                 {fine, {"obstacles.0.motion", "[]"}, {"geometry.0.velocity", "[-10, 0, 0]"}});
-  for (const ExtremeRun* each : {&run, &at_rest, &seen})
+  for (const JudgedRun* each : {&run, &at_rest, &seen})
     if (each->x.empty()) return trial.settle(*each, false, "");
   double worst = 0.0;
   for (std::size_t f = 0; f < std::min(at_rest.frames.size(), seen.frames.size()); ++f)
@@ -273,7 +273,7 @@ CaseResult fast_sphere(Trial& trial) {
 // S11: crossing at the start
 
 CaseResult starts_crossing(Trial& trial, const std::string& name) {
-  const ExtremeRun run = trial.run(name);
+  const JudgedRun run = trial.run(name);
   if (!run.refused.empty() || run.x.empty()) return trial.settle(run, false, "");
   constexpr double fastest = 10.0;  // m/s; an untangling below this speed is not explosive
   if (run.worst_speed > fastest)
@@ -286,7 +286,7 @@ CaseResult starts_crossing(Trial& trial, const std::string& name) {
 // S15: 1,000 g
 
 CaseResult thousand_g(Trial& trial) {
-  const ExtremeRun run = trial.run("s15_thousand_g");
+  const JudgedRun run = trial.run("s15_thousand_g");
   if (run.x.empty()) return trial.settle(run, false, "");
   double over = std::numeric_limits<double>::infinity();
   for (const auto& x : run.frames)
@@ -298,21 +298,21 @@ CaseResult thousand_g(Trial& trial) {
 // S18, S19: rest, friction
 
 CaseResult resting(Trial& trial) {
-  const ExtremeRun run = trial.run("s18_resting");
+  const JudgedRun run = trial.run("s18_resting");
   return trial.settle(
       run, run.rms_speed < 1e-4,
       fmt::format("rms speed {:.1e} m/s after 5 s, expected below 1e-4", run.rms_speed));
 }
 
 /// Distance slid along the slope of 30 degrees, m.
-double slid(const ExtremeRun& run) {
+double slid(const JudgedRun& run) {
   const double angle = std::numbers::pi / 6.0;
   const Vec3 down(std::cos(angle), 0.0, -std::sin(angle));
   return run.x.empty() ? 0.0 : (mean(run.x) - mean(run.frames[0])).dot(down);
 }
 
 CaseResult frictionless(Trial& trial) {
-  const ExtremeRun run =
+  const JudgedRun run =
       trial.run("s19_incline", {{"obstacles.slope.friction", "0"}, {"time.frames", "48"}});
   const double n = run.result.steps, h = run.time / n;
   const double expected =
@@ -322,13 +322,13 @@ CaseResult frictionless(Trial& trial) {
 }
 
 CaseResult glued(Trial& trial) {
-  const ExtremeRun run = trial.run("s19_incline", {{"obstacles.slope.friction", "1e6"}});
+  const JudgedRun run = trial.run("s19_incline", {{"obstacles.slope.friction", "1e6"}});
   return trial.settle(run, std::abs(slid(run)) < 1e-6,
                       fmt::format("creeps {:.1e} m in 1 s, expected below 1e-6", slid(run)));
 }
 
 CaseResult sliding(Trial& trial) {
-  const ExtremeRun run = trial.run("s19_incline", {{"time.frames", "48"}});
+  const JudgedRun run = trial.run("s19_incline", {{"time.frames", "48"}});
   const double angle = std::numbers::pi / 6.0;
   const double a = 9.81 * (std::sin(angle) - 0.3 * std::cos(angle));
   const double n = run.result.steps, h = run.time / n, expected = a * h * h * n * (n + 1.0) / 2.0;
@@ -339,7 +339,7 @@ CaseResult sliding(Trial& trial) {
 // S20: bodies with faults
 
 CaseResult faulty_body(Trial& trial, const std::string& name, double top) {
-  const ExtremeRun run = trial.run(name);
+  const JudgedRun run = trial.run(name);
   if (run.x.empty()) return trial.settle(run, false, "");
   if (run.warnings.empty()) return trial.answer(Answer::failed, "no warning");
   const double over = height_over(run.x, run.cloth.surface.triangles, -0.099, 0.0);
@@ -350,7 +350,7 @@ CaseResult faulty_body(Trial& trial, const std::string& name, double top) {
 }
 
 CaseResult cleaned_body(Trial& trial) {
-  const ExtremeRun run = trial.run("s03_degenerate_body");
+  const JudgedRun run = trial.run("s03_degenerate_body");
   if (run.x.empty()) return trial.settle(run, false, "");
   const double over = height_over(run.x, run.cloth.surface.triangles, 0.0, 0.0) - 0.1;
   return trial.settle(run, std::abs(over - 0.002) < 0.001,
@@ -361,7 +361,7 @@ CaseResult cleaned_body(Trial& trial) {
 
 /// Without friction the sheet keeps its speed of 1 m/s.
 CaseResult side_by_side(Trial& trial) {
-  const ExtremeRun run = trial.run("s25_seams");
+  const JudgedRun run = trial.run("s25_seams");
   const double slid = run.x.empty() ? 0.0 : (mean(run.x) - mean(run.frames[0])).x();
   return trial.settle(run, std::abs(slid / run.time - 1.0) < 0.02,
                       fmt::format("slides {:.5f} m in {:.5f} s at 1 m/s", slid, run.time));
@@ -370,7 +370,7 @@ CaseResult side_by_side(Trial& trial) {
 // S23: no solution keeps the limit
 
 CaseResult pins_apart(Trial& trial) {
-  const ExtremeRun run = trial.run("s23_pins_apart");
+  const JudgedRun run = trial.run("s23_pins_apart");
   const bool says = run.result.strain_residual > 0.09 && run.result.strain_residual < 0.12;
   return trial.settle(run, says,
                       fmt::format("stretch {:.3f}, drawn to 0.2", run.result.max_stretch));
@@ -381,9 +381,9 @@ CaseResult pins_apart(Trial& trial) {
 /// Longer steps damp, so the flag swings on at most as fast as in short ones; one that is torn back
 /// is faster.
 CaseResult held_hit(Trial& trial) {
-  const ExtremeRun run = trial.run("held_hit");
-  const ExtremeRun fine = trial.run("held_hit", {{"time.steps_per_frame", "32"}});
-  for (const ExtremeRun* each : {&run, &fine})
+  const JudgedRun run = trial.run("held_hit");
+  const JudgedRun fine = trial.run("held_hit", {{"time.steps_per_frame", "32"}});
+  for (const JudgedRun* each : {&run, &fine})
     if (each->x.empty()) return trial.settle(*each, false, "");
   const double limit = run.scene.materials.at("default").strain_limit;
   const double share = run.result.max_stretch / limit;
@@ -396,7 +396,7 @@ CaseResult held_hit(Trial& trial) {
 // Towel, knot, pinch
 
 CaseResult towel(Trial& trial) {
-  const ExtremeRun run = trial.run("towel");
+  const JudgedRun run = trial.run("towel");
   if (run.x.empty()) return trial.settle(run, false, "");
   // Centres of the four layers, from below: columns of the grid at 1/8, 3/8, 5/8, 7/8.
   const auto& grid = std::get<ClothGrid>(run.scene.cloths[0].shape).grid;
@@ -416,7 +416,7 @@ CaseResult towel(Trial& trial) {
 }
 
 CaseResult knot(Trial& trial) {
-  const ExtremeRun run = trial.run("knot");
+  const JudgedRun run = trial.run("knot");
   if (run.x.empty()) return trial.settle(run, false, "");
   // If the knot came undone, the ends could move apart by the length of the band.
   const GridConfig& grid = std::get<ClothGrid>(run.scene.cloths[0].shape).grid;
@@ -427,12 +427,12 @@ CaseResult knot(Trial& trial) {
 }
 
 CaseResult pinch(Trial& trial) {
-  const ExtremeRun run = trial.run("pinch");
+  const JudgedRun run = trial.run("pinch");
   return trial.settle(run, false, "two bodies that overlap left the cloth somewhere");
 }
 
 CaseResult pinch_and_go(Trial& trial) {
-  const ExtremeRun run = trial.run("pinch_and_go");
+  const JudgedRun run = trial.run("pinch_and_go");
   if (run.x.empty()) return trial.settle(run, false, "");
   const double z = height_over(run.x, run.cloth.surface.triangles, 0.0, 0.0);
   return trial.settle(run, std::abs(z) < 0.04,
@@ -441,7 +441,7 @@ CaseResult pinch_and_go(Trial& trial) {
 
 // The strip hangs from the jaws from 0.5 to 0.8 s, and falls once they have parted.
 CaseResult grip(Trial& trial) {
-  const ExtremeRun run = trial.run("grip");
+  const JudgedRun run = trial.run("grip");
   if (run.frames.size() < 73) return trial.settle(run, false, "");
   constexpr std::size_t in_jaws = 18 * 9 + 4;  // row 18 of 9 vertices, the middle
   const double sunk = (run.frames[47][in_jaws] - run.frames[31][in_jaws]).norm();
@@ -452,7 +452,7 @@ CaseResult grip(Trial& trial) {
 
 }  // namespace
 
-std::vector<ExtremeCase> extreme_contact_cases() {
+std::vector<ExtremeCase> contact_cases() {
   const Vec3 needle_tip(0.0013, 0.0021, 0.1501), cone_tip(0.0, 0.0, 0.11);
   const auto named = [](auto function, auto... arguments) {
     return [=](Trial& trial) { return function(trial, arguments...); };
@@ -496,4 +496,4 @@ std::vector<ExtremeCase> extreme_contact_cases() {
   };
 }
 
-}  // namespace selvedge
+}  // namespace selvedge::extreme_test

@@ -105,6 +105,8 @@ SheetProof::SheetProof(std::span<const Vec3> x, std::span<const Triangle> triang
   nearest_ = nearest_link();
   far_ = kFarOverNear * nearest_;
   inverse_.reserve(triangles_.size());
+  start_.resize(triangles_.size());
+  change_.resize(triangles_.size());
   for (const Triangle& t : triangles_) {
     Eigen::Matrix2d edges;
     edges << flat_[t[1]] - flat_[t[0]], flat_[t[2]] - flat_[t[0]];
@@ -181,7 +183,6 @@ void SheetProof::make_patches() {
 }
 
 void SheetProof::find_gradients(std::span<const Vec3> x_t0, std::span<const Vec3> x_t1) {
-  for (auto* gradients : {&start_, &change_}) gradients->resize(triangles_.size());
   parallel_for(triangles_.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Triangle& t = triangles_[i];
@@ -244,7 +245,6 @@ bool SheetProof::keeps_apart(std::span<const Vec3> x_t0, std::span<const Vec3> x
   if (was_enough && moved_little(x_t0, x_t1)) return true;
   find_gradients(x_t0, x_t1);
   const double spare = spare_room(distance);
-  for (auto* gradients : {&start_, &change_}) *gradients = std::vector<Gradient>();
   if (!(spare > 0.0)) return false;
   if (was_enough || distance >= proved_distance_) {
     proved_.assign(x_t0.begin(), x_t0.end());

@@ -65,7 +65,7 @@ class SheetProof {
   std::vector<std::int32_t> all_;         // 0, 1, ...
   std::vector<Eigen::Vector2d> flat_;     // of the vertices, m
   std::vector<Eigen::Matrix2d> inverse_;  // of the edge matrices of the triangles
-  std::vector<Gradient> start_, change_;  // of a motion under test: at t = 0, and to t = 1
+  std::vector<Gradient> start_, change_;  // of this motion: at t = 0, and to t = 1
   std::vector<Patch> patches_;
   std::vector<Vec3> proved_;                    // positions that had room to spare, m
   double proved_distance_ = 0.0, spare_ = 0.0;  // m; and the unused part of the eigenvalue there

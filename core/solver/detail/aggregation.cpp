@@ -156,6 +156,7 @@ void GalerkinProduct::set_pattern(std::span<const std::int32_t> begin,
   }
   half_sums_.shrink_to_fit();
   half_column_.shrink_to_fit();
+  half_.assign(half_column_.size(), Mat3::Zero());
   set_coarse_pattern(p, coarse);
 }
 
@@ -203,9 +204,8 @@ void GalerkinProduct::compute(std::span<const Mat3> value, const Prolongation& p
   weight_ = p.weight;
   for (std::size_t i = 0; i < free.size(); ++i)
     if (!free[i]) std::fill(weight_.begin() + p.begin[i], weight_.begin() + p.begin[i + 1], 0.0);
-  std::vector<Mat3> half(half_column_.size());  // A P, which nobody needs later
-  compute_sums(half_sums_, weight_, value, half, kernel);
-  compute_sums(coarse_sums_, weight_, half, coarse.value, kernel);
+  compute_sums(half_sums_, weight_, value, half_, kernel);
+  compute_sums(coarse_sums_, weight_, half_, coarse.value, kernel);
 }
 
 }  // namespace selvedge::detail

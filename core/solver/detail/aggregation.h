@@ -60,6 +60,7 @@ class GalerkinProduct {
   void set_coarse_pattern(const Prolongation& p, BlockRows& coarse);
 
   std::vector<std::int32_t> half_begin_, half_column_;  // pattern of A P
+  std::vector<Mat3> half_;                              // A P
   Sums half_sums_, coarse_sums_;
   std::vector<double> weight_;  // of P; 0 for held children
 };

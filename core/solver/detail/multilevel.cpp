@@ -129,8 +129,7 @@ void Multilevel::set_pattern(Level& level) {
   for (auto* step : {&level.base_step, &level.step})
     step->assign(kStepNumbers * level.x.groups(), 0.0f);
   level.points.resize(kRowLanes * level.x.groups());
-  level.bound.assign(n, Mat3::Zero());
-  level.is_touched.assign(n, 0);
+  level.place.assign(n, -1);
   level.is_changed.assign(level.column.size(), 0);
 }
 
@@ -148,12 +147,10 @@ void Multilevel::set_weights(Level& level) {
 }
 
 void Multilevel::set_values(Level& level) {
-  for (const std::int32_t i : level.touched) {
-    level.bound[i].setZero();
-    level.is_touched[i] = 0;
-  }
+  for (const std::int32_t i : level.touched) level.place[i] = -1;
   for (const std::size_t k : level.changed) level.is_changed[k] = 0;
   level.touched.clear();
+  level.bound.clear();
   level.changed.clear();
   const bool any_held = &level == &levels_.front() && std::ranges::find(free_, 0) != free_.end();
   by_rows(level.size(), [&](std::size_t first, std::size_t last) {
@@ -282,14 +279,14 @@ void Multilevel::clear_terms(Level& level) {
     level.is_changed[k] = 0;
   }
   for (const std::int32_t i : level.touched) {
-    level.bound[i].setZero();
-    level.is_touched[i] = 0;
+    level.place[i] = -1;
     const std::size_t at = i / kRowLanes * kStepNumbers + i % kRowLanes;
     for (std::size_t e = at; e < at + kStepNumbers; e += kRowLanes)
       level.step[e] = level.base_step[e];
   }
   level.changed.clear();
   level.touched.clear();
+  level.bound.clear();
 }
 
 /// Adds the terms to the matrix and the smoother of a level. The smoother is
@@ -303,7 +300,7 @@ void Multilevel::set_level_terms(Level& level, std::span<const ImplicitTerm> ter
     for (std::size_t k = first; k < last; ++k) {
       const std::int32_t i = level.touched[k];
       const Mat3& d = level.value[level.diagonal[i]];
-      set_step(level.step, i, kSmootherStep * (level.lambda * d + level.bound[i]).inverse());
+      set_step(level.step, i, kSmootherStep * (level.lambda * d + level.bound[k]).inverse());
     }
   });
   set_loose(level, terms);
@@ -314,8 +311,13 @@ void Multilevel::add_term(Level& level, std::size_t t, const Mat3& matrix) {
   double sum = 0.0;
   for (const auto& [i, w] : rows) sum += std::abs(w);
   for (const auto& [i, w] : rows) {
-    level.bound[i] += (std::abs(w) * sum) * matrix;
-    if (std::exchange(level.is_touched[i], 1) == 0) level.touched.push_back(i);
+    std::int32_t& place = level.place[i];
+    if (place < 0) {
+      place = static_cast<std::int32_t>(level.touched.size());
+      level.touched.push_back(i);
+      level.bound.emplace_back(Mat3::Zero());
+    }
+    level.bound[place] += (std::abs(w) * sum) * matrix;
   }
   level.between.clear();
   for (const auto& [i, wi] : rows)

@@ -87,9 +87,9 @@ class Multilevel {
     LaneMatrix matrix;
     double lambda = 1.0;                 // largest eigenvalue of D⁻¹A
     std::vector<float> base_step, step;  // S without and with terms
-    std::vector<Mat3> bound;             // of the diagonal of the terms; zero at other rows
     std::vector<std::int32_t> touched;   // rows with terms
-    std::vector<char> is_touched;        // per row
+    std::vector<Mat3> bound;             // of the diagonal of their terms
+    std::vector<std::int32_t> place;     // per row: its place in `touched`; -1: none
     std::vector<std::size_t> changed;    // blocks with terms
     std::vector<char> is_changed;        // per block
     std::vector<std::int64_t> between;   // scratch: blocks between the rows of a term, -1 for none

@@ -368,7 +368,7 @@ std::vector<std::string> files_with(const std::vector<std::string>& endings) {
 
 bool is_public_header(const std::string& file) {
   return file.ends_with(".h") && rooms().contains(room_of(file)) &&
-         file.find("/detail/") == std::string::npos;
+         file.find("/detail/") == std::string::npos && file.find("/internal/") == std::string::npos;
 }
 
 /// Where the private names of a room lie; `detail` for the others.

@@ -84,8 +84,8 @@ mutant air_flow IV.4 "the flow at each triangle" "one constant vector" core/clot
 # Limiters, integrators.
 mutant han V.6b "limits stretch and compression (Han)" "stretch alone (velocity, Vassilev)" core/solver/strain_limiter_han.cpp \
   "@std::max(0.0, l0 - most)@, l0 + most" 0.0 integrators 'HanLimiter.*'
-mutant han_along V.6b "along the spring at the start of the step (Han)" "along the spring at its end (position, Provot)" \
-  core/solver/strain_limiter_han.cpp "n = @d.dot(end) > 0.0@ ?" false integrators 'HanLimiter.*'
+mutant han_along V.6b "along the spring at the end of the step" "along the spring at its start" \
+  core/solver/strain_limiter_han.cpp "n = @length > 0.0@ ?" false integrators 'HanLimiter.*'
 mutant han_curve V.6b "a cubic that stiffens both ways" "Hooke's law" core/solver/strain_limiter_han.cpp "d * d * d * d, @c * d * d * d@, 3.0" \
   0.0 integrators 'HanLimiter.*'
 mutant bdf2 VII.3 "second order" "implicit Euler" core/solver/integrator_bdf2.cpp "two_steps_[k] = @next_h_[k] > 0.0@" false \

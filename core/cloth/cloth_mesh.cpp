@@ -383,10 +383,16 @@ void require_free_springs(const Material& m, const char* mesh) {
 
 void require_hinges(const Material& m, const char* mesh, bool split_cells) {
   const BendingLaw& law = bending_law_of(m);
-  if (split_cells ? law.add_to_side == nullptr : law.add_to_triangles == nullptr)
-    throw std::invalid_argument(
-        std::string("bending_law needs rows of particles; ") + mesh +
-        " has none; use \"hinge\" or \"shape_operator\", or a grid of cells");
+  const auto serves = [&](const BendingLaw& one) {
+    return split_cells ? one.add_to_side != nullptr : one.add_to_triangles != nullptr;
+  };
+  if (!serves(law)) {
+    std::string others;
+    for (const BendingLaw& one : fabric_laws().bending)
+      if (serves(one)) others += "\"" + one.name + "\", ";
+    throw std::invalid_argument(std::string("bending_law needs rows of particles; ") + mesh +
+                                " has none; use " + others + "or a grid of cells");
+  }
   refuse_beyond_grids(m, mesh, "bending_friction", m.bending_friction > 0.0);
   refuse_beyond_grids(m, mesh, "bending_curve", !m.bending_curve.empty());
   if (split_cells) refuse_on_split_cells(m, mesh);

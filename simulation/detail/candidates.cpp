@@ -66,7 +66,7 @@ Candidates::Candidates(const SearchContext& context, const Scene& scene, const B
   has_all_pairs_ = traits.guarantee == Guarantee::conservative && !traits.closed_body_only;
   answers_particles_ = traits.particles;
   substitutes_self_ = !traits.self;
-  if (substitutes_self_) broad_self_ = make_bvh_aabb();
+  if (substitutes_self_) broad_self_ = selvedge::make_bvh_aabb();
   loose_.assign(context.motion.particles(), 1);
   for (const Triangle& t : context.motion.cloth_triangles())
     for (const std::int32_t i : t) loose_[i] = 0;

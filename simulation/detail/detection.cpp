@@ -30,7 +30,7 @@ Detection::Detection(const Scene& scene, const BuiltScene& built, const Methods&
             is_exact(collisions_.traits())),
       context_{motion_, plan_, clock, contacts_.largest_rest_gap(), searches_self(scene)},
       candidates_(context_, scene, built, methods),
-      broad_(make_bvh_aabb()),
+      broad_(selvedge::make_bvh_aabb()),
       crossings_(context_),
       clearances_(context_, candidates_, contacts_, *broad_) {}
 

@@ -466,8 +466,9 @@ std::vector<ExtremeCase> contact_cases() {
       {"s04_bullet", correct, true, bullet},
       {"s04_plate", correct, true, plate},
       {"s05_stack", correct, false, stack},
-      {"s06_ring_3cm", degraded, false, named(ring, scene("s06_ring_3cm"))},
-      {"s06_ring_5cm", correct, false, named(ring, scene("s06_ring_5cm"))},
+      {"s06_ring_3cm", correct, false, named(ring, scene("s06_ring_3cm"))},
+      // A spring beside the handle leaps to 11.2 % for one step.
+      {"s06_ring_5cm", degraded, false, named(ring, scene("s06_ring_5cm"))},
       {"s07_twist", correct, false, twist},
       {"s08_cone", correct, true, named(needle, scene("s08_cone"), cone_tip)},
       {"s08_needle", degraded, true, named(needle, scene("s08_needle"), needle_tip)},

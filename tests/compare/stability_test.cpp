@@ -212,7 +212,7 @@ TEST_F(SettledFolder, AMethodReplacesThatOfTheScene) {
     const Json all = Json::parse(outcome.out);
     return all["results"][0]["max_stretch"].get<double>();
   };
-  EXPECT_EQ(stretch("--integrators implicit_euler"), stretch(""));
+  EXPECT_EQ(stretch("--integrators implicit_blend"), stretch(""));
   EXPECT_NE(stretch("--integrators bdf2"), stretch(""));
 }
 

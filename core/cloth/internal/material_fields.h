@@ -23,6 +23,17 @@ Key law_key(const std::string& text, const std::vector<Law>& laws, const std::st
   return key;
 }
 
+/// The bending laws that need rows of particles, and which of them serve cells that are split.
+inline std::string bending_laws_of_grids() {
+  std::string all, split;
+  for (const BendingLaw& law : fabric_laws().bending) {
+    if (law.add_to_triangles != nullptr) continue;
+    all += (all.empty() ? "" : ", ") + law.name;
+    if (law.add_to_side != nullptr) split += (split.empty() ? "" : ", ") + law.name;
+  }
+  return all + " (cells that are split: " + split + ")";
+}
+
 inline Key tension_points(const char* text) {
   return {.text = text, .axes = {{"strain", "1", 100}, {"force", "N/m", 1e12}}, .completed = false};
 }
@@ -79,8 +90,8 @@ struct Fields<Material> {
             detail::law_key("How cloth resists shear", fabric_laws().shear));
     visitor("bending_law", &T::bending_law,
             detail::law_key("How cloth resists bending", fabric_laws().bending,
-                            ". The last four only on grids of cells, and only beams on cells that "
-                            "are split; the responsive pattern always buckles"));
+                            ". Only on grids of cells: " + detail::bending_laws_of_grids() +
+                                "; the responsive pattern always buckles"));
     for (const LawConstant& constant : fabric_laws().constants)
       visitor(constant.name.c_str(), constant, constant.key);
     visitor("kawabata_lt", &T::kawabata_lt,

@@ -166,7 +166,7 @@ TEST_F(SceneFile, ALawThatAPatternCannotServeIsRefusedWithItsPlace) {
     return "";
   };
   EXPECT_SAYS(refusal(R"("pattern": "triangular")", R"("bending_law": "twisting")"), "geometry[0]");
-  EXPECT_SAYS(refusal(R"("pattern": "arc")", R"("bending_law": "buckling")"), "use \"hinge\"");
+  EXPECT_SAYS(refusal(R"("pattern": "arc")", R"("bending_law": "buckling")"), "\"hinge\"");
   EXPECT_SAYS(refusal(R"("pattern": "simplified")", R"("shear_law": "twisting")"), "rectangular");
   EXPECT_SAYS(refusal(R"("pattern": "arc", "size": [1, 2])", ""), "diameter");
   EXPECT_SAYS(refusal(R"("pattern": "responsive")", R"("stretch_law": "corotated")"), "tension");

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# Installs the public headers, one export component per library, the program and the package config, so that
+# Installs the public headers, one export per component, the program and the package config, so that
 # find_package(selvedge COMPONENTS core broadphase) requires only the packages that core and broadphase need.
 if(NOT SELVEDGE_INSTALL)
   return()
@@ -20,14 +20,14 @@ set(selvedge_package_of_embree "embree 3")
 set(selvedge_package_of_PNG "PNG")
 set(selvedge_package_of_Pagmo "pagmo")
 
-# Writes the requirements of a library for the config file into `out`: the libraries and packages it links.
-function(selvedge_requirements library out)
-  get_target_property(type selvedge_${library} TYPE)
+# Writes the requirements of a component for the config file into `out`: the components and packages it links.
+function(selvedge_requirements component out)
+  get_target_property(type selvedge_${component} TYPE)
   set(property LINK_LIBRARIES)
   if(type STREQUAL "INTERFACE_LIBRARY")
     set(property INTERFACE_LINK_LIBRARIES)
   endif()
-  get_target_property(libraries selvedge_${library} ${property})
+  get_target_property(libraries selvedge_${component} ${property})
   set(needs)
   set(lines)
   foreach(library IN LISTS libraries)
@@ -36,42 +36,42 @@ function(selvedge_requirements library out)
     elseif(NOT library MATCHES "^(Threads::|dl$)" AND library MATCHES "^([A-Za-z0-9_]+)(::|$)")
       set(package ${CMAKE_MATCH_1})
       if(NOT DEFINED selvedge_package_of_${package})
-        message(FATAL_ERROR "selvedge_${library} links ${library}: name its package in cmake/selvedge_install.cmake")
+        message(FATAL_ERROR "selvedge_${component} links ${library}: name its package in cmake/selvedge_install.cmake")
       endif()
       string(APPEND lines "\n  find_dependency(${selvedge_package_of_${package}})")
     endif()
   endforeach()
-  set(text "set(selvedge_needs_${library} ${needs})\n")
-  string(APPEND text "macro(selvedge_find_packages_of_${library})${lines}\nendmacro()\n")
+  set(text "set(selvedge_needs_${component} ${needs})\n")
+  string(APPEND text "macro(selvedge_find_packages_of_${component})${lines}\nendmacro()\n")
   set(${out} "${text}" PARENT_SCOPE)
 endfunction()
 
-get_property(SELVEDGE_INSTALLED GLOBAL PROPERTY SELVEDGE_INSTALLED)
+get_property(SELVEDGE_COMPONENTS GLOBAL PROPERTY SELVEDGE_COMPONENTS)
 set(SELVEDGE_REQUIREMENTS)
-# Headers that a library installs whose name differs from its folder's.
-foreach(library IN LISTS SELVEDGE_INSTALLED)
-  get_target_property(folder selvedge_${library} SOURCE_DIR)
+# Headers that a component installs whose name differs from its folder's.
+foreach(component IN LISTS SELVEDGE_COMPONENTS)
+  get_target_property(folder selvedge_${component} SOURCE_DIR)
   cmake_path(RELATIVE_PATH folder BASE_DIRECTORY ${PROJECT_SOURCE_DIR} OUTPUT_VARIABLE folder_name)
-  get_target_property(headers selvedge_${library} SELVEDGE_HEADERS)
+  get_target_property(headers selvedge_${component} SELVEDGE_HEADERS)
   if(headers)
     list(APPEND SELVEDGE_NAMED_HEADERS_${folder_name} ${headers})
   endif()
 endforeach()
-foreach(library IN LISTS SELVEDGE_INSTALLED)
-  install(TARGETS selvedge_${library} EXPORT selvedge_${library} ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
+foreach(component IN LISTS SELVEDGE_COMPONENTS)
+  install(TARGETS selvedge_${component} EXPORT selvedge_${component} ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
           LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-  install(EXPORT selvedge_${library} NAMESPACE selvedge:: FILE selvedge-${library}-targets.cmake
+  install(EXPORT selvedge_${component} NAMESPACE selvedge:: FILE selvedge-${component}-targets.cmake
           DESTINATION ${SELVEDGE_CONFIG_DIR})
-  get_target_property(folder selvedge_${library} SOURCE_DIR)
+  get_target_property(folder selvedge_${component} SOURCE_DIR)
   cmake_path(RELATIVE_PATH folder BASE_DIRECTORY ${PROJECT_SOURCE_DIR} OUTPUT_VARIABLE folder_name)
-  get_target_property(headers selvedge_${library} SELVEDGE_HEADERS)
+  get_target_property(headers selvedge_${component} SELVEDGE_HEADERS)
   if(NOT headers)
     file(GLOB headers RELATIVE ${folder} ${folder}/*.h)
     list(REMOVE_ITEM headers ${SELVEDGE_NAMED_HEADERS_${folder_name}})
   endif()
   list(TRANSFORM headers PREPEND ${folder}/)
   install(FILES ${headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/selvedge/${folder_name})
-  selvedge_requirements(${library} text)
+  selvedge_requirements(${component} text)
   string(APPEND SELVEDGE_REQUIREMENTS "${text}")
 endforeach()
 

@@ -168,7 +168,7 @@ function(selvedge_library name)
   else()
     selvedge_precompile(${target})
   endif()
-  set_property(GLOBAL APPEND PROPERTY SELVEDGE_INSTALLED ${name})
+  set_property(GLOBAL APPEND PROPERTY SELVEDGE_COMPONENTS ${name})
 endfunction()
 
 # selvedge_umbrella(NAME DEPENDS ...) makes the target selvedge_NAME, alias selvedge::NAME, that stands for other libraries.
@@ -178,7 +178,7 @@ function(selvedge_umbrella name)
   add_library(selvedge::${name} ALIAS selvedge_${name})
   set_target_properties(selvedge_${name} PROPERTIES EXPORT_NAME ${name})
   target_link_libraries(selvedge_${name} INTERFACE ${ARG_DEPENDS})
-  set_property(GLOBAL APPEND PROPERTY SELVEDGE_INSTALLED ${name})
+  set_property(GLOBAL APPEND PROPERTY SELVEDGE_COMPONENTS ${name})
 endfunction()
 
 # selvedge_adapter(NAME OPTION PACKAGE ... LICENCE ... SOURCES ... HEADERS ... DEPENDS ... PRIVATE ...) makes a separate

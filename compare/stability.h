@@ -136,12 +136,12 @@ struct SettledScene {
 };
 
 struct SettleConfig {
-  std::filesystem::path folder;
-  std::vector<std::string> scenes;  ///< names, or how they begin; empty: all
-  TriedMethod method;
-  std::filesystem::path out;  ///< each run writes its frames into a subfolder; "": no output
-  int threads = 0;            ///< 0: no limit
-  double wall_limit = 120.0;  ///< s; a scene that takes longer has failed
+  std::filesystem::path folder{};
+  std::vector<std::string> scenes{};  ///< names, or how they begin; empty: all
+  TriedMethod method{};
+  std::filesystem::path out{};  ///< each run writes its frames into a subfolder; "": no output
+  int threads = 0;              ///< 0: no limit
+  double wall_limit = 120.0;    ///< s; a scene that takes longer has failed
 };
 
 /// The scenes of a folder by name: its files *.json but *.schema.json, whose names begin with one

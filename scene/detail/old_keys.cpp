@@ -17,6 +17,8 @@ struct OldKey {
   const char* gone = "";  ///< what to write instead, or why it has no successor
   /// The value that does what now always happens, as JSON; it is dropped. A star: any value.
   const char* dropped = "";
+  /// Instead of `true`, this stands in the list of output formats.
+  const char* format = "";
   bool is_option = false;  ///< stood beside the name of its method
 };
 
@@ -61,11 +63,11 @@ constexpr OldKey kOldKeys[] = {
     {.old = "materials.*.bending_curve_weft.curvature", .gone = kPoints},
     {.old = "geometry.*.pattern.half_border", .gone = "springs on the border of a net are whole; pattern \"rectangular\" has halved ones"},
     {.old = "geometry.*.pattern.alternating", .gone = "in pattern \"checkerboard\" the diagonals alternate"},
-    {.old = "output.vtk", .gone = "write \"output\": {\"formats\": [\"vtk\"]}", .dropped = "false"},
-    {.old = "output.pc2", .gone = "write \"output\": {\"formats\": [\"pc2\"]}", .dropped = "false"},
+    {.old = "output.vtk", .gone = "write \"output\": {\"formats\": [\"vtk\"]}", .dropped = "false", .format = "vtk"},
+    {.old = "output.pc2", .gone = "write \"output\": {\"formats\": [\"pc2\"]}", .dropped = "false", .format = "pc2"},
     {.old = "output.picture_every", .gone = "`selvedge render --frames` draws any frames of the result", .dropped = "0"},
-    {.old = "output.camera.width", .gone = "`selvedge render --size` draws larger and smaller pictures", .dropped = "960"},
-    {.old = "output.camera.height", .gone = "`selvedge render --size` draws larger and smaller pictures", .dropped = "720"},
+    {.old = "output.camera.width", .gone = "`selvedge render --size` draws larger and smaller pictures", .dropped = "*"},
+    {.old = "output.camera.height", .gone = "`selvedge render --size` draws larger and smaller pictures", .dropped = "*"},
     {.old = "contact.broad_phase.arity", .gone = kInPrograms},
     {.old = "contact.broad_phase.column", .gone = kInPrograms},
     {.old = "contact.broad_phase.find_limbs", .gone = kInPrograms},
@@ -224,7 +226,11 @@ bool is_dropped(const OldKey& key, const Json& value) {
 
 void update_value(LocatedJson& document, const OldKey& key, const Parts& found) {
   Json& group = enclosing(document.root, found);
-  if (is_dropped(key, group[found.back()]))
+  if (*key.format != 0 && group[found.back()] == true) {
+    Json& formats = group["formats"];
+    if (formats.is_null() || formats.is_array()) formats.push_back(key.format);
+    group.erase(found.back());
+  } else if (is_dropped(key, group[found.back()]))
     group.erase(found.back());
   else if (*key.now != 0)
     move_value(document, found, filled(key.now, key.old, found));

@@ -175,9 +175,10 @@ TEST_F(SceneFile, AKeyThatIsGoneIsAnsweredUnlessItChangesNothing) {
     return fault(R"({"geometry": [{}], "obstacles": [{"shape": {"type": "sphere"}}]})",
                  {{path, value}});
   };
-  EXPECT_SAYS(with("output.vtk", "true"),
+  EXPECT_SAYS(with("output.vtk", "1"),
               "output.vtk: this key is gone: write \"output\": {\"formats\": [\"vtk\"]}");
   EXPECT_EQ(with("output.vtk", "false"), "");
+  EXPECT_EQ(with("output.camera.width", "640"), "");
   EXPECT_SAYS(with("obstacles.0.transformation.scale", "2"),
               "obstacles[0].transformation.scale: this key is gone: give the sizes");
   EXPECT_EQ(with("obstacles.0.transformation.scale", "1.0"), "");
@@ -187,6 +188,15 @@ TEST_F(SceneFile, AKeyThatIsGoneIsAnsweredUnlessItChangesNothing) {
               "tension_curve.strain: this key is gone: a curve is the list of its points");
   EXPECT_SAYS(with("geometry.0.pattern", R"({"type": "simplified_net", "alternating": true})"),
               "geometry[0].pattern.alternating: this key is gone: in pattern \"checkerboard\"");
+}
+
+TEST_F(SceneFile, OldSwitchesOfOutputFormatsAreRead) {
+  const auto formats = [&](const std::string& output) {
+    return read(R"({"geometry": [{}], "output": )" + output + "}").output.formats;
+  };
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(formats(R"({"vtk": true, "pc2": true})"), (Names{"vtk", "pc2"}));
+  EXPECT_EQ(formats(R"({"pc2": true, "vtk": false, "formats": ["obj"]})"), (Names{"obj", "pc2"}));
 }
 
 TEST_F(SceneFile, ARotationWithoutAxisIsRefused) {

@@ -3,6 +3,7 @@
 #include <selvedge/scene/detail/old_keys.h>
 
 #include <algorithm>
+#include <array>
 #include <functional>
 #include <vector>
 
@@ -247,6 +248,28 @@ void update_values(LocatedJson& document, bool options) {
   }
 }
 
+/// Measured curves were two lists of equal length, now a list of points.
+void join_curves(Json& root) {
+  using Names = std::array<const char*, 3>;
+  for (const Names& names :
+       {Names{"tension_curve", "strain", "force"}, Names{"tension_curve_weft", "strain", "force"},
+        Names{"shear_curve", "angle", "force"}, Names{"bending_curve", "curvature", "moment"},
+        Names{"bending_curve_weft", "curvature", "moment"}}) {
+    const char *across = names[1], *up = names[2];
+    const auto join_one = [&](const Parts& found) {
+      Json& value = enclosing(root, found)[found.back()];
+      if (!value.is_object() || value.size() != 2) return;
+      if (!value.contains(across) || !value.contains(up)) return;
+      const Json x = value[across], y = value[up];
+      if (!x.is_array() || !y.is_array() || x.size() != y.size()) return;
+      value = Json::array();
+      for (std::size_t i = 0; i < x.size(); ++i) value.push_back({x[i], y[i]});
+    };
+    Parts path;
+    for_each_instance(root, {"materials", "*", names[0]}, path, join_one);
+  }
+}
+
 /// Removes the groups "layers" whose members have moved.
 void remove_empty_layers(Json& root) {
   if (!root.is_object() || !root.contains("geometry") || !root["geometry"].is_array()) return;
@@ -279,6 +302,7 @@ void drop_foreign_options(Json& root, const std::string& section, const std::str
 }  // namespace
 
 void rename_old_keys(LocatedJson& document) {
+  join_curves(document.root);
   update_values(document, false);
   remove_empty_layers(document.root);
 }

@@ -184,10 +184,23 @@ TEST_F(SceneFile, AKeyThatIsGoneIsAnsweredUnlessItChangesNothing) {
   EXPECT_EQ(with("obstacles.0.transformation.scale", "1.0"), "");
   EXPECT_SAYS(with("contact.broad_phase", R"({"type": "bvh_aabb", "leaf_size": 4})"),
               "contact.broad_phase.leaf_size: this key is gone");
-  EXPECT_SAYS(with("materials", R"({"m": {"tension_curve": {"strain": [0, 1], "force": [0, 1]}}})"),
+  EXPECT_SAYS(with("materials", R"({"m": {"tension_curve": {"strain": [0, 1], "force": [1]}}})"),
               "tension_curve.strain: this key is gone: a curve is the list of its points");
   EXPECT_SAYS(with("geometry.0.pattern", R"({"type": "simplified_net", "alternating": true})"),
               "geometry[0].pattern.alternating: this key is gone: in pattern \"checkerboard\"");
+}
+
+TEST_F(SceneFile, CurvesOfTwoListsAreRead) {
+  const auto law = [&](const std::string& curve) {
+    const Scene scene =
+        read(R"({"geometry": [{}], "materials": {"default": {"stretch_law": "measured",
+                                 "tension_curve": )" +
+             curve + "}}}");
+    return scene.materials.at("default").tension_curve;
+  };
+  const MonotoneCurve points = law("[[0, 0], [0.1, 5], [0.2, 20]]");
+  EXPECT_FALSE(points.empty());
+  EXPECT_EQ(law(R"({"strain": [0, 0.1, 0.2], "force": [0, 5, 20]})"), points);
 }
 
 TEST_F(SceneFile, OldSwitchesOfOutputFormatsAreRead) {
